@@ -1,0 +1,2 @@
+//! icoray on the command line.
+fn main() {}

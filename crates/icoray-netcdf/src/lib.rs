@@ -1,0 +1,1 @@
+//! MPAS files as grids, layers and fields.

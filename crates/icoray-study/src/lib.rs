@@ -1,0 +1,1 @@
+//! References, errors and timings of icoray.

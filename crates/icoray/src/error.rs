@@ -1,0 +1,82 @@
+//! The one error type of the library.
+//!
+//! User data that is wrong gives an [`Error`] whose message names the table, the row, the value and what was
+//! expected. A broken invariant of icoray itself panics instead; the C boundary turns that into
+//! [`ErrorKind::Internal`].
+
+use std::fmt;
+
+/// What went wrong, in the broad; every kind has a fixed status number in the C ABI.
+#[non_exhaustive]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum ErrorKind {
+    /// An argument is null, mis-sized, non-finite or out of its range.
+    Argument,
+    /// A connectivity or coordinate table contradicts itself or another table.
+    Grid,
+    /// The mesh is right but of a kind that is not rendered yet (holes, planar meshes).
+    Unsupported,
+    /// Layer radii are not strictly monotone, not positive or not finite.
+    Layers,
+    /// A field is missing or its shape does not fit the grid and layers.
+    Field,
+    /// The scene text has a syntax error, an unknown key or a bad value.
+    Scene,
+    /// A call came before what it needs (for example execute before a grid was set).
+    Order,
+    /// A file could not be read or written.
+    Io,
+    /// A bug in icoray.
+    Internal,
+}
+
+impl fmt::Display for ErrorKind {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            ErrorKind::Argument => "bad argument",
+            ErrorKind::Grid => "bad grid",
+            ErrorKind::Unsupported => "not supported",
+            ErrorKind::Layers => "bad layers",
+            ErrorKind::Field => "bad field",
+            ErrorKind::Scene => "bad scene",
+            ErrorKind::Order => "call out of order",
+            ErrorKind::Io => "input or output failed",
+            ErrorKind::Internal => "internal error",
+        })
+    }
+}
+
+/// An error: its kind and a sentence that names the place, the value and what was expected.
+#[derive(Debug, Clone, thiserror::Error)]
+#[error("{kind}: {context}")]
+pub struct Error {
+    kind: ErrorKind,
+    context: String,
+}
+
+/// Result with icoray's [`Error`].
+pub type Result<T> = std::result::Result<T, Error>;
+
+impl Error {
+    /// Makes an error of `kind` with the sentence `context`.
+    pub fn new(kind: ErrorKind, context: impl Into<String>) -> Self {
+        Error { kind, context: context.into() }
+    }
+
+    /// The broad kind.
+    pub fn kind(&self) -> ErrorKind {
+        self.kind
+    }
+
+    /// The sentence without the kind.
+    pub fn context(&self) -> &str {
+        &self.context
+    }
+
+    /// Puts `prefix: ` before the sentence, for a caller that knows the file or the name.
+    #[must_use]
+    pub fn within(mut self, prefix: impl fmt::Display) -> Self {
+        self.context = format!("{prefix}: {}", self.context);
+        self
+    }
+}

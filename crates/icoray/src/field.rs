@@ -1,0 +1,273 @@
+//! A field as the model holds it: a borrowed array with element strides, read in place.
+
+use crate::error::{Error, ErrorKind, Result};
+use crate::grid::{Grid, Reals};
+use rayon::prelude::*;
+
+/// Where a field's values live on the mesh.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Location {
+    /// At the cell centres.
+    Center,
+    /// At the cell corners, which are the dual triangles (MPAS vorticity); averaged to centres before rendering.
+    Corner,
+}
+
+/// How value (column, layer) is found in a borrowed array: element `offset + column·column_stride + layer·layer_stride`.
+///
+/// Strides count elements and may be negative. Level-fastest (MPAS) is `column_stride = layers, layer_stride = 1`;
+/// cell-fastest (NICAM) is `column_stride = 1, layer_stride = cells`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Shape {
+    /// Number of columns: cells, or corners for a field at corners.
+    pub columns: usize,
+    /// Number of layers that hold values.
+    pub layers: usize,
+    /// Index of value (0, 0).
+    pub offset: usize,
+    /// Elements from one column to the next.
+    pub column_stride: isize,
+    /// Elements from one layer to the next.
+    pub layer_stride: isize,
+}
+
+impl Shape {
+    /// Level-fastest rows, one after the other (MPAS `(nCells, nVertLevels)`).
+    pub fn level_fastest(columns: usize, layers: usize) -> Self {
+        Shape { columns, layers, offset: 0, column_stride: layers as isize, layer_stride: 1 }
+    }
+
+    /// Whole layers, one after the other (NICAM).
+    pub fn cell_fastest(columns: usize, layers: usize) -> Self {
+        Shape { columns, layers, offset: 0, column_stride: 1, layer_stride: columns as isize }
+    }
+
+    /// The least and greatest element that the shape touches, or `None` when it is empty or overflows.
+    pub fn extent(&self) -> Option<(i128, i128)> {
+        let (columns, layers) = (self.columns.checked_sub(1)? as i128, self.layers.checked_sub(1)? as i128);
+        let reach = [columns * self.column_stride as i128, layers * self.layer_stride as i128];
+        let low: i128 = reach.iter().map(|r| (*r).min(0)).sum();
+        let high: i128 = reach.iter().map(|r| (*r).max(0)).sum();
+        Some((self.offset as i128 + low, self.offset as i128 + high))
+    }
+}
+
+/// A scalar field over a borrowed array.
+///
+/// Values that are NaN, infinite or equal to `fill` are missing: every frustum that touches one is void and adds nothing.
+#[derive(Debug, Clone, Copy)]
+pub struct Field<'a> {
+    samples: Reals<'a>,
+    shape: Shape,
+    location: Location,
+    fill: Option<f64>,
+}
+
+impl<'a> Field<'a> {
+    /// Wraps `samples`; every element that `shape` reaches must lie inside.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Field`] when the shape is empty or reaches outside the array.
+    pub fn new(samples: Reals<'a>, shape: Shape, location: Location, fill: Option<f64>) -> Result<Self> {
+        let bad = |context| Err(Error::new(ErrorKind::Field, context));
+        let Some((low, high)) = shape.extent() else {
+            return bad(format!("{} columns of {} layers, expected at least one of each", shape.columns, shape.layers));
+        };
+        if low < 0 || high >= samples.len() as i128 {
+            return bad(format!("the strides reach elements {low} to {high}, expected 0 to {}", samples.len() as i128 - 1));
+        }
+        Ok(Field { samples, shape, location, fill })
+    }
+
+    /// The array as given.
+    pub fn samples(&self) -> Reals<'a> {
+        self.samples
+    }
+
+    /// How the array is read.
+    pub fn shape(&self) -> &Shape {
+        &self.shape
+    }
+
+    /// Where the values live.
+    pub fn location(&self) -> Location {
+        self.location
+    }
+
+    /// The value that marks a missing sample, if any.
+    pub fn fill(&self) -> Option<f64> {
+        self.fill
+    }
+
+    /// Value of `column` at `layer`, NaN where it is missing.
+    ///
+    /// # Panics
+    /// When the indices are out of range.
+    #[inline]
+    pub fn value(&self, column: usize, layer: usize) -> f64 {
+        let value = self.samples.get(self.element(column, layer));
+        if Some(value) == self.fill || !value.is_finite() { f64::NAN } else { value }
+    }
+
+    #[inline]
+    fn element(&self, column: usize, layer: usize) -> usize {
+        let s = &self.shape;
+        let element = s.offset as isize + column as isize * s.column_stride + layer as isize * s.layer_stride;
+        element as usize
+    }
+
+    /// Least and greatest value that is there, and how many are missing; `None` for the range where all are missing.
+    pub fn range(&self) -> (Option<[f64; 2]>, u64) {
+        let nothing = || (f64::INFINITY, f64::NEG_INFINITY, 0u64);
+        let (low, high, missing) = (0..self.shape.columns)
+            .into_par_iter()
+            .with_min_len(256)
+            .map(|column| match self.samples {
+                Reals::F32(v) => self.column_range(column, |i| f64::from(v[i])),
+                Reals::F64(v) => self.column_range(column, |i| v[i]),
+            })
+            .reduce(nothing, |a, b| (a.0.min(b.0), a.1.max(b.1), a.2 + b.2));
+        ((low <= high).then_some([low, high]), missing)
+    }
+
+    #[inline]
+    fn column_range(&self, column: usize, get: impl Fn(usize) -> f64) -> (f64, f64, u64) {
+        let fill = self.fill.unwrap_or(f64::NAN);
+        let (mut low, mut high, mut missing) = (f64::INFINITY, f64::NEG_INFINITY, 0);
+        for layer in 0..self.shape.layers {
+            let value = get(self.element(column, layer));
+            if value == fill || !value.is_finite() {
+                missing += 1;
+            } else {
+                low = low.min(value);
+                high = high.max(value);
+            }
+        }
+        (low, high, missing)
+    }
+}
+
+/// A field at centres that icoray made from one at corners.
+#[derive(Debug, Clone)]
+pub struct CenterField {
+    values: CenterValues,
+    shape: Shape,
+}
+
+#[derive(Debug, Clone)]
+enum CenterValues {
+    F32(Vec<f32>),
+    F64(Vec<f64>),
+}
+
+impl CenterField {
+    /// Averages a field at corners to the cell centres, one parallel pass: the plain mean over a cell's corners whose
+    /// value is there; NaN where none is. Same precision as `field`, level-fastest.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Field`] when `field` is not at corners or has not one column per corner of `grid`.
+    pub fn average(grid: &Grid, field: &Field) -> Result<Self> {
+        let shape = field.shape();
+        if field.location() != Location::Corner || shape.columns != grid.triangles() {
+            return Err(Error::new(
+                ErrorKind::Field,
+                format!("{} columns at {:?}, expected {} at Corner", shape.columns, field.location(), grid.triangles()),
+            ));
+        }
+        let values = match field.samples() {
+            Reals::F32(_) => CenterValues::F32(average(grid, field, |v| v as f32)),
+            Reals::F64(_) => CenterValues::F64(average(grid, field, |v| v)),
+        };
+        Ok(CenterField { values, shape: Shape::level_fastest(grid.cells(), shape.layers) })
+    }
+
+    /// The averaged field, borrowed.
+    pub fn field(&self) -> Field<'_> {
+        let samples = match &self.values {
+            CenterValues::F32(v) => v.as_slice().into(),
+            CenterValues::F64(v) => v.as_slice().into(),
+        };
+        Field { samples, shape: self.shape, location: Location::Center, fill: None }
+    }
+
+    /// Bytes that the average takes.
+    pub fn bytes(&self) -> usize {
+        match &self.values {
+            CenterValues::F32(v) => size_of_val(v.as_slice()),
+            CenterValues::F64(v) => size_of_val(v.as_slice()),
+        }
+    }
+}
+
+fn average<S: Copy + Default + Send>(grid: &Grid, field: &Field, narrow: impl Fn(f64) -> S + Sync) -> Vec<S> {
+    let layers = field.shape().layers;
+    let mut values = vec![S::default(); grid.cells() * layers];
+    values.par_chunks_exact_mut(layers).with_min_len(256).enumerate().for_each(|(cell, column)| {
+        for (layer, value) in column.iter_mut().enumerate() {
+            let there = grid.corners_of(cell as u32).map(|c| field.value(c as usize, layer)).filter(|v| !v.is_nan());
+            let (sum, count) = there.fold((0.0, 0u32), |(sum, count), v| (sum + v, count + 1));
+            *value = narrow(if count == 0 { f64::NAN } else { sum / f64::from(count) });
+        }
+    });
+    values
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::grid::IcosahedralMesh;
+
+    #[test]
+    fn strides_reach_the_same_values_in_every_layout() {
+        let (cells, layers) = (3, 2);
+        let level: Vec<f64> = (0..6).map(f64::from).collect();
+        let cell: Vec<f64> = [0.0, 2.0, 4.0, 1.0, 3.0, 5.0].to_vec();
+        let a = Field::new(level.as_slice().into(), Shape::level_fastest(cells, layers), Location::Center, None).unwrap();
+        let b = Field::new(cell.as_slice().into(), Shape::cell_fastest(cells, layers), Location::Center, None).unwrap();
+        for c in 0..cells {
+            for l in 0..layers {
+                assert_eq!(a.value(c, l), b.value(c, l));
+            }
+        }
+        let upside_down = Shape { offset: 1, layer_stride: -1, ..Shape::level_fastest(cells, layers) };
+        let flipped = Field::new(level.as_slice().into(), upside_down, Location::Center, None).unwrap();
+        assert_eq!(flipped.value(2, 0), 5.0);
+    }
+
+    #[test]
+    fn a_shape_that_leaves_the_array_is_refused() {
+        let v = [0.0f32; 6];
+        for shape in [
+            Shape::level_fastest(3, 3),
+            Shape { layer_stride: -1, ..Shape::level_fastest(3, 2) },
+            Shape { column_stride: isize::MAX, ..Shape::level_fastest(3, 2) },
+            Shape::level_fastest(0, 2),
+        ] {
+            let error = Field::new(v.as_slice().into(), shape, Location::Center, None).unwrap_err();
+            assert_eq!(error.kind(), ErrorKind::Field, "{shape:?}");
+        }
+    }
+
+    #[test]
+    fn range_leaves_missing_values_out() {
+        let v = [1.0f32, -9e33, f32::NAN, 4.0, f32::INFINITY, 2.0];
+        let fill = Some(f64::from(-9e33f32));
+        let field = Field::new(v.as_slice().into(), Shape::level_fastest(3, 2), Location::Center, fill).unwrap();
+        assert_eq!(field.range(), (Some([1.0, 4.0]), 3));
+    }
+
+    #[test]
+    fn corner_average_counts_each_corner_once() {
+        let mesh = IcosahedralMesh::new(1).unwrap();
+        let grid = Grid::new(mesh.tables()).unwrap();
+        // Pentagons repeat a corner in the table; a plain sum over six entries would be wrong there.
+        let v: Vec<f64> = (0..grid.triangles()).map(|c| c as f64).collect();
+        let field = Field::new(v.as_slice().into(), Shape::level_fastest(v.len(), 1), Location::Corner, None).unwrap();
+        let center = CenterField::average(&grid, &field).unwrap();
+        for cell in 0..grid.cells() as u32 {
+            let around: Vec<u32> = (0..grid.triangles() as u32).filter(|&t| grid.triangle(t).contains(&cell)).collect();
+            let mean = around.iter().map(|&t| f64::from(t)).sum::<f64>() / around.len() as f64;
+            assert!((center.field().value(cell as usize, 0) - mean).abs() < 1e-12);
+        }
+    }
+}

@@ -1,0 +1,149 @@
+//! Layer radii and the shell that a scene makes of them.
+
+use crate::error::{Error, ErrorKind, Result};
+
+/// The radii on which a field's layers lie.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Layers {
+    radius_m: Vec<f64>,
+    planet_radius_m: f64,
+}
+
+impl Layers {
+    /// Layers at `radius_m`, measured from the planet's centre, in the order of the field's layers: strictly rising
+    /// (surface first) or strictly falling (top first), any spacing.
+    ///
+    /// # Units
+    /// Metres, or any one unit for both arguments. Rendering is in planet radii.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Layers`] names the first layer that is not finite, not positive or not strictly monotone.
+    pub fn new(radius_m: Vec<f64>, planet_radius_m: f64) -> Result<Self> {
+        let bad = |context| Err(Error::new(ErrorKind::Layers, context));
+        if !(planet_radius_m.is_finite() && planet_radius_m > 0.0) {
+            return bad(format!("planet radius {planet_radius_m}, expected a positive number"));
+        }
+        if radius_m.len() < 2 {
+            return bad(format!("{} layers, expected at least 2", radius_m.len()));
+        }
+        if let Some(l) = radius_m.iter().position(|r| !(r.is_finite() && *r > 0.0)) {
+            return bad(format!("layer {l}: radius {}, expected a positive number", radius_m[l]));
+        }
+        let rising = radius_m[1] > radius_m[0];
+        if let Some(l) = radius_m.windows(2).position(|w| w[0] == w[1] || (w[1] > w[0]) != rising) {
+            return bad(format!(
+                "layers {l} and {}: radii {} and {}, expected strictly {} as between layers 0 and 1",
+                l + 1,
+                radius_m[l],
+                radius_m[l + 1],
+                if rising { "rising" } else { "falling" }
+            ));
+        }
+        Ok(Layers { radius_m, planet_radius_m })
+    }
+
+    /// Layers at heights above (or, negative, below) the surface of a planet.
+    ///
+    /// # Errors
+    /// As [`Layers::new`].
+    pub fn from_heights(height_m: &[f64], planet_radius_m: f64) -> Result<Self> {
+        Self::new(height_m.iter().map(|h| planet_radius_m + h).collect(), planet_radius_m)
+    }
+
+    /// Number of layers.
+    pub fn count(&self) -> usize {
+        self.radius_m.len()
+    }
+
+    /// The radii as given.
+    pub fn radius_m(&self) -> &[f64] {
+        &self.radius_m
+    }
+
+    /// The planet's radius.
+    pub fn planet_radius_m(&self) -> f64 {
+        self.planet_radius_m
+    }
+
+    /// The layers midway between these: where full levels lie when these are the interfaces.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Layers`] when there are fewer than 3 interfaces.
+    pub fn midpoints(&self) -> Result<Self> {
+        Self::new(self.radius_m.windows(2).map(|w| 0.5 * (w[0] + w[1])).collect(), self.planet_radius_m)
+    }
+
+    /// The layers on which a field with `layers` of them lies: these, or, with one fewer, those midway between.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Field`] when the number fits neither.
+    pub fn for_field(&self, layers: usize) -> Result<Self> {
+        match self.count() {
+            n if layers == n => Ok(self.clone()),
+            n if layers + 1 == n => self.midpoints(),
+            n => Err(Error::new(
+                ErrorKind::Field,
+                format!("{layers} layers, expected {n} (on the layers) or {} (midway between them)", n - 1),
+            )),
+        }
+    }
+
+    /// Whether the field's first layer is the outermost.
+    pub fn is_falling(&self) -> bool {
+        self.radius_m[0] > self.radius_m[1]
+    }
+
+    /// Radii in planet radii, rising, heights above the planet's surface stretched by `exaggeration`.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Scene`] when the stretched layers reach the planet's centre or are no longer apart.
+    pub fn shell(&self, exaggeration: f64) -> Result<Vec<f64>> {
+        let stretch = |r: &f64| 1.0 + exaggeration * (r - self.planet_radius_m) / self.planet_radius_m;
+        let mut shell: Vec<f64> = self.radius_m.iter().map(stretch).collect();
+        if self.is_falling() {
+            shell.reverse();
+        }
+        let fine = shell[0] > 0.0 && shell.windows(2).all(|w| w[0] < w[1]) && shell.iter().all(|r| r.is_finite());
+        if !fine {
+            return Err(Error::new(
+                ErrorKind::Scene,
+                format!(
+                    "exaggeration {exaggeration}: the stretched layers run from {} to {} planet radii, expected positive and rising",
+                    shell[0],
+                    shell[shell.len() - 1]
+                ),
+            ));
+        }
+        Ok(shell)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bad_radii_are_named() {
+        for (radii, part) in [
+            (vec![1.0], "1 layers"),
+            (vec![1.0, f64::NAN, 3.0], "layer 1"),
+            (vec![1.0, 2.0, 2.0], "layers 1 and 2"),
+            (vec![1.0, 2.0, 1.5], "strictly rising"),
+            (vec![3.0, 2.0, 2.5], "strictly falling"),
+            (vec![-1.0, 2.0], "layer 0"),
+        ] {
+            let error = Layers::new(radii, 1.0).unwrap_err();
+            assert!(error.to_string().contains(part), "{error}");
+        }
+        assert!(Layers::new(vec![1.0, 2.0], 0.0).is_err());
+    }
+
+    #[test]
+    fn falling_layers_make_the_same_shell() {
+        let up = Layers::from_heights(&[0.0, 1.0, 3.0], 10.0).unwrap();
+        let down = Layers::from_heights(&[3.0, 1.0, 0.0], 10.0).unwrap();
+        assert_eq!(up.shell(2.0).unwrap(), down.shell(2.0).unwrap());
+        assert_eq!(up.shell(2.0).unwrap()[2], 1.6);
+        assert_eq!(up.midpoints().unwrap().radius_m(), [10.5, 12.0]);
+    }
+}

