@@ -1,2 +1,48 @@
 //! Installs what is missing, runs the demo and the tests.
-fn main() {}
+//!
+//! `cargo xtask demo` and `cargo xtask test` are the project's two entry points on a fresh machine.
+//! This crate has no dependencies, so that it builds in about a second and needs nothing but the
+//! Rust toolchain and a linker to get started.
+
+mod check;
+mod demo;
+mod error;
+mod options;
+mod report;
+mod step;
+mod system;
+mod tracer;
+mod workspace;
+
+use std::process::ExitCode;
+
+use error::Error;
+use options::{Invocation, USAGE};
+use step::say;
+use workspace::Workspace;
+
+fn main() -> ExitCode {
+    let arguments = std::env::args_os().skip(1);
+    match options::parse(arguments).and_then(run) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error @ Error::Usage(_)) => {
+            step::complain(&format!("error: {error}\n\n{USAGE}"));
+            ExitCode::from(2)
+        }
+        Err(error) => {
+            step::complain(&format!("error: {error}"));
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn run(invocation: Invocation) -> Result<(), Error> {
+    match invocation {
+        Invocation::Help => {
+            say(USAGE);
+            Ok(())
+        }
+        Invocation::Demo(options) => demo::run(&Workspace::find()?, &options),
+        Invocation::Test(options) => check::run(&Workspace::find()?, &options),
+    }
+}

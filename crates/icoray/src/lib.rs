@@ -1,9 +1,59 @@
-//! Ray casting of geodesic grids.
+//! In-situ ray casting of geodesic grids: the core library.
+//!
+//! A model's six connectivity tables become a [`Grid`], its arrays [`Field`]s, both borrowed; a [`Scene`] says what to
+//! draw; a [`Renderer`] makes a [`Frame`] of them, and [`output`] writes it. The method is that of Xie, Yu and Ma,
+//! *Interactive Ray Casting of Geodesic Grids* (2013, doi:10.1111/cgf.12117), with a walk that cannot lose a ray.
+//!
+//! ```
+//! use icoray::{Field, Grid, IcosahedralMesh, Layers, Location, Renderer, Scene, Shape};
+//!
+//! let mesh = IcosahedralMesh::new(3)?;
+//! let grid = Grid::new(mesh.tables())?;
+//! let layers = Layers::from_heights(&[0.0, 50e3, 100e3], 6.371e6)?;
+//! let values: Vec<f32> = (0..grid.cells() * 3).map(|i| (i % 3) as f32).collect();
+//! let field = Field::new(values.as_slice().into(), Shape::level_fastest(grid.cells(), 3), Location::Center, None)?;
+//! let scene = Scene::parse(r##"
+//!     field = "level"
+//!     exaggeration = 10
+//!     [image]
+//!     width = 64
+//!     height = 64
+//!     [camera]
+//!     lon = 10
+//!     lat = 40
+//!     distance = 4
+//!     [transfer]
+//!     map = "viridis"
+//!     range = [0, 2]
+//!     opacity = [[0, 0.0], [2, 0.9]]
+//! "##)?;
+//! let frame = Renderer::new(0)?.render(&scene, &grid, &layers, &field)?;
+//! assert_eq!(frame.pixels.len(), 64 * 64);
+//! # Ok::<(), icoray::Error>(())
+//! ```
+#![forbid(unsafe_code)]
+
 mod error;
 mod field;
+mod frame;
+mod gradient;
 mod grid;
+mod kernel;
 mod layers;
+pub mod output;
+mod plan;
+mod render;
+mod scene;
+
 pub use error::{Error, ErrorKind, Result};
 pub use field::{CenterField, Field, Location, Shape};
+pub use frame::{Counts, Frame, FrameReport};
 pub use grid::{Grid, GridTables, IcosahedralMesh, LonLat, MAX_LEVEL, Reals};
+pub use kernel::piece::Method;
 pub use layers::Layers;
+pub use plan::Plan;
+pub use render::Renderer;
+pub use scene::{Camera, Knot, Lighting, Precision, Scene, Source, TransferFunction};
+
+/// The library's version.
+pub const VERSION: &str = env!("CARGO_PKG_VERSION");

@@ -12,6 +12,7 @@ mod generate;
 mod seats;
 mod tables;
 
+pub(crate) use check::unit_vector;
 pub use generate::{IcosahedralMesh, MAX_LEVEL};
 pub use tables::{GridTables, LonLat, Reals};
 
@@ -42,7 +43,11 @@ impl<'a> Grid<'a> {
         check::indices(&tables)?;
         let seats = check::triangles(&tables, &direction)?;
         check::closed(&tables, &direction, &seats)?;
-        Ok(Grid { tables, direction, seats })
+        Ok(Grid {
+            tables,
+            direction,
+            seats,
+        })
     }
 
     /// The tables as given.
@@ -87,7 +92,11 @@ impl<'a> Grid<'a> {
         let edge = (self.tables.corner_edge[3 * triangle as usize + column] - base) as usize;
         let sides = &self.tables.edge_corner[2 * edge..2 * edge + 2];
         let first = (sides[0] - base) as u32;
-        if first == triangle { (sides[1] - base) as u32 } else { first }
+        if first == triangle {
+            (sides[1] - base) as u32
+        } else {
+            first
+        }
     }
 
     /// Whether the table's order of the vertices of `triangle` runs clockwise seen from outside.
@@ -99,10 +108,17 @@ impl<'a> Grid<'a> {
     /// The corners of `cell` without repetition, in the table's order.
     pub fn corners_of(&self, cell: u32) -> impl Iterator<Item = u32> + '_ {
         let row = self.tables.cell_corner_row;
-        let used = self.tables.cell_corner_count.map_or(row, |count| count[cell as usize] as usize);
+        let used = self
+            .tables
+            .cell_corner_count
+            .map_or(row, |count| count[cell as usize] as usize);
         let start = cell as usize * row;
         let entries = &self.tables.cell_corner[start..start + used];
         let base = self.tables.index_base;
-        entries.iter().enumerate().filter(|(i, c)| !entries[..*i].contains(c)).map(move |(_, c)| (c - base) as u32)
+        entries
+            .iter()
+            .enumerate()
+            .filter(|(i, c)| !entries[..*i].contains(c))
+            .map(move |(_, c)| (c - base) as u32)
     }
 }

@@ -1,0 +1,48 @@
+//! Owned real numbers in the precision in which the file stores them.
+
+use icoray::Reals;
+
+/// An owned array in either precision.
+#[derive(Debug, Clone)]
+pub(crate) enum OwnedReals {
+    F32(Vec<f32>),
+    F64(Vec<f64>),
+}
+
+impl OwnedReals {
+    pub(crate) fn as_reals(&self) -> Reals<'_> {
+        match self {
+            OwnedReals::F32(v) => v.as_slice().into(),
+            OwnedReals::F64(v) => v.as_slice().into(),
+        }
+    }
+
+    pub(crate) fn bytes(&self) -> usize {
+        match self {
+            OwnedReals::F32(v) => size_of_val(v.as_slice()),
+            OwnedReals::F64(v) => size_of_val(v.as_slice()),
+        }
+    }
+
+    /// `value` as an element of this array reads once widened again.
+    pub(crate) fn rounded(&self, value: f64) -> f64 {
+        match self {
+            OwnedReals::F32(_) => f64::from(value as f32),
+            OwnedReals::F64(_) => value,
+        }
+    }
+
+    /// Puts NaN wherever `mark` stands.
+    pub(crate) fn void(&mut self, mark: f64) {
+        match self {
+            OwnedReals::F32(v) => v
+                .iter_mut()
+                .filter(|x| f64::from(**x) == mark)
+                .for_each(|x| *x = f32::NAN),
+            OwnedReals::F64(v) => v
+                .iter_mut()
+                .filter(|x| **x == mark)
+                .for_each(|x| *x = f64::NAN),
+        }
+    }
+}

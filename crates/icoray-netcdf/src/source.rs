@@ -1,0 +1,342 @@
+//! One NetCDF file: its catalogue, attributes and typed reads. Only this module calls the NetCDF binding.
+
+use crate::classic::ClassicLayout;
+use crate::quiet;
+use crate::reals::OwnedReals;
+use icoray::{Error, ErrorKind, Result};
+use netcdf::types::{FloatType, NcVariableType};
+use netcdf::{AttributeValue, Extents, NcTypeDescriptor};
+use std::fmt;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::{Path, PathBuf};
+
+/// What a variable's values are.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Kind {
+    F32,
+    F64,
+    Integer,
+    Text,
+    Other,
+}
+
+/// A dimension of a variable.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct Dimension {
+    pub(crate) name: String,
+    pub(crate) len: usize,
+}
+
+/// A variable of the file's root group.
+#[derive(Debug, Clone)]
+pub(crate) struct Variable {
+    pub(crate) name: String,
+    pub(crate) kind: Kind,
+    pub(crate) dimensions: Vec<Dimension>,
+}
+
+impl Variable {
+    /// Whether the dimensions bear `names`, in this order.
+    pub(crate) fn lies_over(&self, names: &[&str]) -> bool {
+        self.dimensions
+            .iter()
+            .map(|d| d.name.as_str())
+            .eq(names.iter().copied())
+    }
+}
+
+/// `theta(Time = 3, nCells = 162) of float`.
+impl fmt::Display for Variable {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let dimensions: Vec<String> = self
+            .dimensions
+            .iter()
+            .map(|d| format!("{} = {}", d.name, d.len))
+            .collect();
+        let kind = match self.kind {
+            Kind::F32 => "float",
+            Kind::F64 => "double",
+            Kind::Integer => "integer",
+            Kind::Text => "char",
+            Kind::Other => "another type",
+        };
+        write!(f, "{}({}) of {kind}", self.name, dimensions.join(", "))
+    }
+}
+
+/// An open file.
+#[derive(Debug)]
+pub(crate) struct Source {
+    file: netcdf::File,
+    path: PathBuf,
+    classic: Option<ClassicLayout>,
+    variables: Vec<Variable>,
+}
+
+/// A byte of a `char` variable.
+#[repr(transparent)]
+#[derive(Clone, Copy, Default)]
+struct Char(u8);
+
+// SAFETY: NC_CHAR is one byte, and any byte is a valid `Char`.
+unsafe impl NcTypeDescriptor for Char {
+    fn type_descriptor() -> NcVariableType {
+        NcVariableType::Char
+    }
+}
+
+impl Source {
+    pub(crate) fn open(path: &Path) -> Result<Self> {
+        // The library would take an absent file for an address on the network if its name looks like one.
+        let io = |e: std::io::Error| Error::new(ErrorKind::Io, format!("{}: {e}", path.display()));
+        if !std::fs::metadata(path).map_err(io)?.is_file() {
+            return Err(Error::new(
+                ErrorKind::Io,
+                format!("{}: not a file", path.display()),
+            ));
+        }
+        let damaged = |e| format!("{}: the header is damaged or cut off: {e}", path.display());
+        let classic =
+            ClassicLayout::read(path).map_err(|e| Error::new(ErrorKind::Io, damaged(e)))?;
+        let what = "not a NetCDF file, or damaged or cut off";
+        let file = guarded(path, what, || netcdf::open(path))?;
+        let variables = guarded(path, "the list of variables", || {
+            Ok(file.variables().map(|v| describe(&v)).collect())
+        })?;
+        Ok(Source {
+            file,
+            path: path.to_owned(),
+            classic,
+            variables,
+        })
+    }
+
+    /// The path as given.
+    pub(crate) fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// An error about this file.
+    pub(crate) fn error(&self, kind: ErrorKind, context: impl fmt::Display) -> Error {
+        Error::new(kind, format!("{}: {context}", self.path.display()))
+    }
+
+    pub(crate) fn variables(&self) -> &[Variable] {
+        &self.variables
+    }
+
+    pub(crate) fn variable(&self, name: &str) -> Option<&Variable> {
+        self.variables.iter().find(|v| v.name == name)
+    }
+
+    /// Length of a dimension, `None` when there is none of that name.
+    pub(crate) fn dimension_len(&self, name: &str) -> Result<Option<usize>> {
+        guarded(&self.path, format_args!("dimension {name}"), || {
+            Ok(self.file.dimension_len(name))
+        })
+    }
+
+    /// A global attribute that holds text, without the padding.
+    pub(crate) fn text(&self, attribute: &str) -> Result<Option<String>> {
+        self.global(attribute).map(|value| value.and_then(text))
+    }
+
+    /// The first number of a global attribute.
+    pub(crate) fn number(&self, attribute: &str) -> Result<Option<f64>> {
+        self.global(attribute)
+            .map(|value| value.and_then(|v| numbers(v).first().copied()))
+    }
+
+    /// An attribute of a variable that holds text, without the padding.
+    pub(crate) fn text_of(&self, variable: &str, attribute: &str) -> Result<Option<String>> {
+        self.local(variable, attribute)
+            .map(|value| value.and_then(text))
+    }
+
+    /// The numbers of an attribute of a variable; none when it is absent.
+    pub(crate) fn numbers_of(&self, variable: &str, attribute: &str) -> Result<Vec<f64>> {
+        self.local(variable, attribute)
+            .map(|value| value.map(numbers).unwrap_or_default())
+    }
+
+    fn global(&self, attribute: &str) -> Result<Option<AttributeValue>> {
+        guarded(&self.path, format_args!("attribute {attribute}"), || {
+            self.file
+                .attribute(attribute)
+                .map(|a| a.value())
+                .transpose()
+        })
+    }
+
+    fn local(&self, variable: &str, attribute: &str) -> Result<Option<AttributeValue>> {
+        guarded(
+            &self.path,
+            format_args!("attribute {attribute} of {variable}"),
+            || {
+                let variable = self.file.variable(variable).ok_or("no such variable")?;
+                variable.attribute_value(attribute).transpose()
+            },
+        )
+    }
+
+    /// Reads the block of a `float` or `double` variable that starts at `start` and has `count` entries along each
+    /// dimension.
+    pub(crate) fn reals(
+        &self,
+        variable: &Variable,
+        start: &[usize],
+        count: &[usize],
+    ) -> Result<OwnedReals> {
+        match variable.kind {
+            Kind::F32 => self.block(variable, start, count).map(OwnedReals::F32),
+            Kind::F64 => self.block(variable, start, count).map(OwnedReals::F64),
+            _ => Err(self.error(
+                ErrorKind::Field,
+                format_args!("{variable}, expected float or double"),
+            )),
+        }
+    }
+
+    /// Reads a whole `float` or `double` variable.
+    pub(crate) fn all_reals(&self, variable: &Variable) -> Result<OwnedReals> {
+        let (start, count) = whole(variable);
+        self.reals(variable, &start, &count)
+    }
+
+    /// Reads a whole integer variable; a value that does not fit is an error of the library.
+    pub(crate) fn all_integers(&self, variable: &Variable) -> Result<Vec<i32>> {
+        let (start, count) = whole(variable);
+        self.block(variable, &start, &count)
+    }
+
+    /// Reads one row of a `char` variable of two dimensions, without the padding.
+    pub(crate) fn text_row(&self, variable: &Variable, row: usize) -> Result<String> {
+        let width = variable.dimensions.last().map_or(0, |d| d.len);
+        let bytes: Vec<u8> = self
+            .block(variable, &[row, 0], &[1, width])?
+            .iter()
+            .map(|c: &Char| c.0)
+            .collect();
+        Ok(trimmed(&String::from_utf8_lossy(&bytes)))
+    }
+
+    fn block<T>(&self, variable: &Variable, start: &[usize], count: &[usize]) -> Result<Vec<T>>
+    where
+        T: NcTypeDescriptor + Copy + Default,
+    {
+        let name = &variable.name;
+        self.expect_stored(
+            name,
+            start.first().copied().unwrap_or(0) + count.first().copied().unwrap_or(1),
+        )?;
+        let entries = count.iter().try_fold(1usize, |n, &c| n.checked_mul(c));
+        let mut values = Vec::new();
+        // A damaged header may promise more than there can be; running out of memory must not end the process.
+        let room = entries.filter(|&n| values.try_reserve_exact(n).is_ok());
+        let Some(entries) = room else {
+            return Err(self.error(
+                ErrorKind::Io,
+                format_args!("{variable}: too large for the memory"),
+            ));
+        };
+        if entries == 0 {
+            return Ok(values);
+        }
+        values.resize(entries, T::default());
+        guarded(&self.path, format_args!("variable {name}"), || {
+            let variable = self.file.variable(name).ok_or("no such variable")?;
+            variable.get_values_into(&mut values, Extents::try_from((start, count))?)
+        })?;
+        Ok(values)
+    }
+
+    /// Fails where a classic file ends before the first `records` records of a variable.
+    fn expect_stored(&self, name: &str, records: usize) -> Result<()> {
+        let Some(end) = self
+            .classic
+            .as_ref()
+            .and_then(|layout| layout.end(name, records))
+        else {
+            return Ok(());
+        };
+        let length = std::fs::metadata(&self.path)
+            .map_err(|e| self.error(ErrorKind::Io, e))?
+            .len();
+        if length < end {
+            let context = format!(
+                "variable {name} ends at byte {end}, the file at byte {length}: the file is cut off"
+            );
+            return Err(self.error(ErrorKind::Io, context));
+        }
+        Ok(())
+    }
+}
+
+fn whole(variable: &Variable) -> (Vec<usize>, Vec<usize>) {
+    let count: Vec<usize> = variable.dimensions.iter().map(|d| d.len).collect();
+    (vec![0; count.len()], count)
+}
+
+fn describe(variable: &netcdf::Variable<'_>) -> Variable {
+    let kind = match variable.vartype() {
+        NcVariableType::Float(FloatType::F32) => Kind::F32,
+        NcVariableType::Float(FloatType::F64) => Kind::F64,
+        NcVariableType::Int(_) => Kind::Integer,
+        NcVariableType::Char => Kind::Text,
+        _ => Kind::Other,
+    };
+    let dimensions = variable
+        .dimensions()
+        .iter()
+        .map(|d| Dimension {
+            name: d.name(),
+            len: d.len(),
+        })
+        .collect();
+    Variable {
+        name: variable.name(),
+        kind,
+        dimensions,
+    }
+}
+
+/// Runs a call of the binding. It unwraps what the library reports in places where it cannot return an error; a damaged
+/// file must not end the process, so such a panic becomes an error too.
+fn guarded<T>(
+    path: &Path,
+    what: impl fmt::Display,
+    call: impl FnOnce() -> netcdf::Result<T>,
+) -> Result<T> {
+    quiet::hdf5();
+    let cause = match catch_unwind(AssertUnwindSafe(call)) {
+        Ok(Ok(value)) => return Ok(value),
+        Ok(Err(error)) => error.to_string(),
+        Err(_) => "the file is damaged".to_owned(),
+    };
+    Err(Error::new(
+        ErrorKind::Io,
+        format!("{}: {what}: {cause}", path.display()),
+    ))
+}
+
+fn trimmed(text: &str) -> String {
+    text.trim_matches(|c: char| c == '\0' || c.is_whitespace())
+        .to_owned()
+}
+
+fn text(value: AttributeValue) -> Option<String> {
+    match value {
+        AttributeValue::Str(text) => Some(trimmed(&text)),
+        AttributeValue::Strs(texts) => texts.first().map(|text| trimmed(text)),
+        _ => None,
+    }
+}
+
+fn numbers(value: AttributeValue) -> Vec<f64> {
+    match value {
+        AttributeValue::Floats(v) => v.into_iter().map(f64::from).collect(),
+        AttributeValue::Doubles(v) => v,
+        AttributeValue::Ints(v) => v.into_iter().map(f64::from).collect(),
+        one => f64::try_from(one).map(|v| vec![v]).unwrap_or_default(),
+    }
+}

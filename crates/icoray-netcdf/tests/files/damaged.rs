@@ -1,0 +1,146 @@
+//! Files that were cut off or spoilt give errors, and never values that were not stored.
+
+use crate::made::{Made, RECORDS, formats, value};
+use crate::refused::expect;
+use icoray::{ErrorKind, Result};
+use icoray_netcdf::MpasFile;
+use netcdf::Options;
+use std::path::Path;
+
+/// Reads all there is; values must be those that were written, where they are given at all.
+fn read_all(path: &Path) -> Result<()> {
+    let file = MpasFile::open(path)?;
+    file.mesh().grid()?;
+    file.layers()?;
+    for info in file.fields().iter().filter(|f| f.name != "zgrid") {
+        for time in 0..RECORDS {
+            let owned = file.read_field(&info.name, time)?;
+            let (column, layer) = (info.columns - 1, info.layers - 1);
+            let record = if info.time_dependent { time } else { 0 };
+            assert_eq!(
+                owned.field()?.value(column, layer),
+                value(record, column, layer),
+                "{}",
+                info.name
+            );
+        }
+    }
+    Ok(())
+}
+
+#[test]
+fn a_file_cut_off_anywhere_is_an_error() {
+    for (format, options) in formats() {
+        let (folder, path) = Made::history().write(options);
+        read_all(&path).unwrap();
+        let whole = std::fs::read(&path).unwrap();
+        let cut = folder.path().join("cut.nc");
+        // At every part, and just before the end; the records end with surface_pressure, which is no field.
+        let unread = 4 * 42 + 8;
+        for length in (0..whole.len() - unread)
+            .step_by(397)
+            .chain([whole.len() - unread])
+        {
+            std::fs::write(&cut, &whole[..length]).unwrap();
+            let error = read_all(&cut).expect_err(&format!(
+                "{format} cut to {length} of {} bytes",
+                whole.len()
+            ));
+            assert!(error.to_string().contains("cut.nc"), "{error}");
+        }
+    }
+}
+
+#[test]
+fn records_before_the_cut_are_read() {
+    let (_folder, path) = Made::history().write(Options::_64BIT_OFFSET);
+    let whole = std::fs::read(&path).unwrap();
+    std::fs::write(&path, &whole[..whole.len() - 1000]).unwrap();
+    let file = MpasFile::open(&path).unwrap();
+    file.read_field("vorticity", 1).unwrap();
+    let error = file.read_field("vorticity", 2).unwrap_err();
+    expect(
+        &error,
+        ErrorKind::Io,
+        &["made.nc", "variable vorticity ends at byte", "cut off"],
+    );
+}
+
+/// The only record variable of a classic file is packed without padding: its records must be found all the same.
+#[test]
+fn a_lone_record_variable_is_found() {
+    let mut made = Made::mesh(false);
+    made.dimensions
+        .extend([("nVertLevels", 2), ("Time", 0), ("StrLen", 19)]);
+    made.add(
+        "xtime",
+        &["Time", "StrLen"],
+        crate::made::Values::Text(b"2013-10-25_00:00:00".repeat(5)),
+    );
+    for (format, options) in formats() {
+        let (_folder, path) = made.write(options);
+        let times = MpasFile::open(&path).unwrap().times().to_vec();
+        assert_eq!(
+            times,
+            vec![Some("2013-10-25_00:00:00".to_owned()); 5],
+            "{format}"
+        );
+    }
+}
+
+#[test]
+fn a_header_that_lies_is_an_error() {
+    let (_folder, path) = Made::history().write(Options::_64BIT_OFFSET);
+    let whole = std::fs::read(&path).unwrap();
+    // The length of nCells follows its name in the list of dimensions.
+    let at = whole.windows(6).position(|w| w == b"nCells").unwrap() + 8;
+    let mut bytes = whole.clone();
+    bytes[at..at + 4].copy_from_slice(&0x0400_0000u32.to_be_bytes());
+    std::fs::write(&path, &bytes).unwrap();
+    expect(
+        &MpasFile::open(&path).unwrap_err(),
+        ErrorKind::Io,
+        &["made.nc"],
+    );
+}
+
+/// Whatever bytes a classic header holds, reading ends with a result: neither a panic nor the end of the process.
+#[test]
+fn spoilt_headers_end_in_a_result() {
+    for (format, options) in formats()
+        .into_iter()
+        .filter(|(format, _)| format.starts_with("CDF"))
+    {
+        let (_folder, path) = Made::history().write(options);
+        let whole = std::fs::read(&path).unwrap();
+        let header = 2600;
+        let mut state = 88_172_645_463_325_252u64;
+        let mut random = || {
+            state ^= state << 13;
+            state ^= state >> 7;
+            state ^= state << 17;
+            state as usize
+        };
+        let mut refused = 0;
+        for _ in 0..400 {
+            let mut bytes = whole.clone();
+            for _ in 0..=random() % 3 {
+                bytes[random() % header] = [0, 1, 128, 255, random() as u8][random() % 5];
+            }
+            std::fs::write(&path, &bytes).unwrap();
+            refused += usize::from(read_what_is_there(&path).is_err());
+        }
+        assert!(refused > 100, "{format}: {refused} of 400 refused");
+    }
+}
+
+fn read_what_is_there(path: &Path) -> Result<()> {
+    let file = MpasFile::open(path)?;
+    let _ = (file.mesh().grid(), file.layers());
+    for info in file.fields() {
+        for time in 0..RECORDS {
+            file.read_field(&info.name, time)?.field()?.range();
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,302 @@
+//! Small MPAS files, declared as data so that a test can spoil one part.
+
+use icoray::IcosahedralMesh;
+use netcdf::types::NcVariableType;
+use netcdf::{AttributeValue, Extents, FileMut, NcTypeDescriptor, Options, Variable};
+use std::path::{Path, PathBuf};
+use tempfile::TempDir;
+
+pub const LAYERS: usize = 4;
+pub const RECORDS: usize = 3;
+pub const RADIUS_M: f64 = 6_371_229.0;
+/// Heights of the interfaces, any spacing.
+pub const HEIGHT_M: [f64; LAYERS + 1] = [0.0, 100.0, 400.0, 1500.0, 9000.0];
+
+/// The formats that MPAS writes, by name.
+pub fn formats() -> [(&'static str, Options); 4] {
+    [
+        ("CDF-1", Options::empty()),
+        ("CDF-2", Options::_64BIT_OFFSET),
+        ("CDF-5", Options::_64BIT_DATA),
+        ("NetCDF-4", Options::NETCDF4),
+    ]
+}
+
+#[derive(Clone)]
+pub enum Values {
+    F32(Vec<f32>),
+    F64(Vec<f64>),
+    I32(Vec<i32>),
+    Text(Vec<u8>),
+}
+
+#[derive(Clone)]
+pub struct Made {
+    /// Length 0 makes the record dimension.
+    pub dimensions: Vec<(&'static str, usize)>,
+    pub attributes: Vec<(&'static str, AttributeValue)>,
+    pub variables: Vec<MadeVariable>,
+}
+
+#[derive(Clone)]
+pub struct MadeVariable {
+    pub name: &'static str,
+    pub dimensions: Vec<&'static str>,
+    pub values: Values,
+    pub attributes: Vec<(&'static str, AttributeValue)>,
+}
+
+#[repr(transparent)]
+#[derive(Clone, Copy)]
+struct Char(u8);
+
+// SAFETY: NC_CHAR is one byte.
+unsafe impl NcTypeDescriptor for Char {
+    fn type_descriptor() -> NcVariableType {
+        NcVariableType::Char
+    }
+}
+
+/// What the fields hold: different at every record, column and layer.
+pub fn value(time: usize, column: usize, layer: usize) -> f64 {
+    (1000 * time + column) as f64 + 0.125 * layer as f64
+}
+
+fn field(columns: usize, layers: usize, records: std::ops::Range<usize>) -> Vec<f64> {
+    let each = |t| (0..columns).flat_map(move |c| (0..layers).map(move |l| value(t, c, l)));
+    records.flat_map(each).collect()
+}
+
+fn single(values: &[f64]) -> Values {
+    Values::F32(values.iter().map(|v| *v as f32).collect())
+}
+
+impl Made {
+    /// A bisected icosahedron without fields; coordinates in single precision when `single`.
+    pub fn mesh(in_single: bool) -> Self {
+        let mesh = IcosahedralMesh::new(1).unwrap();
+        let real = |v: &[f64]| {
+            if in_single {
+                single(v)
+            } else {
+                Values::F64(v.to_vec())
+            }
+        };
+        let index = |v: &[i32]| Values::I32(v.iter().map(|i| i + 1).collect());
+        // As in MPAS files: entries behind the last corner of a pentagon are 0.
+        let mut corners: Vec<i32> = mesh.cell_corner.iter().map(|i| i + 1).collect();
+        let mut count = vec![6; mesh.cells()];
+        for (row, count) in corners
+            .chunks_exact_mut(6)
+            .zip(&mut count)
+            .filter(|(row, _)| row[4] == row[5])
+        {
+            (row[5], *count) = (0, 5);
+        }
+        let (cells, vertices) = (mesh.cells(), mesh.lon_corner_rad.len());
+        let mut made = Made {
+            dimensions: vec![
+                ("nCells", cells),
+                ("nVertices", vertices),
+                ("nEdges", mesh.edge_corner.len() / 2),
+                ("maxEdges", 6),
+                ("vertexDegree", 3),
+                ("TWO", 2),
+            ],
+            attributes: vec![
+                ("on_a_sphere", "YES             ".into()),
+                ("sphere_radius", RADIUS_M.into()),
+            ],
+            variables: Vec::new(),
+        };
+        made.add("latCell", &["nCells"], real(&mesh.lat_center_rad));
+        made.add("lonCell", &["nCells"], real(&mesh.lon_center_rad));
+        made.add("latVertex", &["nVertices"], real(&mesh.lat_corner_rad));
+        made.add("lonVertex", &["nVertices"], real(&mesh.lon_corner_rad));
+        made.add("nEdgesOnCell", &["nCells"], Values::I32(count));
+        made.add(
+            "verticesOnCell",
+            &["nCells", "maxEdges"],
+            Values::I32(corners),
+        );
+        made.add(
+            "cellsOnVertex",
+            &["nVertices", "vertexDegree"],
+            index(&mesh.corner_cell),
+        );
+        made.add(
+            "edgesOnVertex",
+            &["nVertices", "vertexDegree"],
+            index(&mesh.corner_edge),
+        );
+        made.add(
+            "verticesOnEdge",
+            &["nEdges", "TWO"],
+            index(&mesh.edge_corner),
+        );
+        made
+    }
+
+    /// [`Made::mesh`] with heights, times and fields: `theta` (f32), `w` (f64, on interfaces), `vorticity` (f64, at corners),
+    /// `rho` (f32, without time), and variables that are not fields.
+    pub fn history() -> Self {
+        let mut made = Made::mesh(true);
+        made.add_fields();
+        made
+    }
+
+    /// Adds what [`Made::history`] has beside the mesh.
+    pub fn add_fields(&mut self) {
+        let (cells, vertices) = (self.dimension("nCells"), self.dimension("nVertices"));
+        self.dimensions.extend([
+            ("nVertLevels", LAYERS),
+            ("nVertLevelsP1", LAYERS + 1),
+            ("StrLen", 64),
+            ("Time", 0),
+        ]);
+        let heights: Vec<f64> = (0..cells).flat_map(|_| HEIGHT_M).collect();
+        self.add("zgrid", &["nCells", "nVertLevelsP1"], single(&heights));
+        let time = |day: usize| {
+            format!("{:<64}", format!("2013-10-{:02}_00:00:00", 25 + day)).into_bytes()
+        };
+        self.add(
+            "xtime",
+            &["Time", "StrLen"],
+            Values::Text((0..RECORDS).flat_map(time).collect()),
+        );
+        self.add(
+            "theta",
+            &["Time", "nCells", "nVertLevels"],
+            single(&field(cells, LAYERS, 0..RECORDS)),
+        );
+        self.last().attributes = vec![
+            ("units", "K".into()),
+            ("long_name", "Potential temperature".into()),
+        ];
+        self.add(
+            "w",
+            &["Time", "nCells", "nVertLevelsP1"],
+            Values::F64(field(cells, LAYERS + 1, 0..RECORDS)),
+        );
+        self.add(
+            "vorticity",
+            &["Time", "nVertices", "nVertLevels"],
+            Values::F64(field(vertices, LAYERS, 0..RECORDS)),
+        );
+        self.add(
+            "rho",
+            &["nCells", "nVertLevels"],
+            single(&field(cells, LAYERS, 0..1)),
+        );
+        self.add(
+            "surface_pressure",
+            &["Time", "nCells"],
+            single(&field(cells, 1, 0..RECORDS)),
+        );
+        self.add(
+            "levels",
+            &["nCells", "nVertLevels"],
+            Values::I32(vec![7; cells * LAYERS]),
+        );
+    }
+
+    pub fn add(&mut self, name: &'static str, dimensions: &[&'static str], values: Values) {
+        self.variables.push(MadeVariable {
+            name,
+            dimensions: dimensions.to_vec(),
+            values,
+            attributes: Vec::new(),
+        });
+    }
+
+    /// The variable added last.
+    pub fn last(&mut self) -> &mut MadeVariable {
+        self.variables.last_mut().unwrap()
+    }
+
+    pub fn variable(&mut self, name: &str) -> &mut MadeVariable {
+        self.variables.iter_mut().find(|v| v.name == name).unwrap()
+    }
+
+    pub fn remove(&mut self, name: &str) {
+        self.variables.retain(|v| v.name != name);
+        self.attributes.retain(|(n, _)| *n != name);
+    }
+
+    pub fn set(&mut self, attribute: &'static str, value: impl Into<AttributeValue>) {
+        self.remove(attribute);
+        self.attributes.push((attribute, value.into()));
+    }
+
+    pub fn dimension(&self, name: &str) -> usize {
+        self.dimensions.iter().find(|(n, _)| *n == name).unwrap().1
+    }
+
+    /// Writes the file into a folder of its own, which is removed when dropped.
+    pub fn write(&self, options: Options) -> (TempDir, PathBuf) {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("made.nc");
+        self.write_to(&path, options);
+        (folder, path)
+    }
+
+    pub fn write_to(&self, path: &Path, options: Options) {
+        let mut file = netcdf::create_with(path, options).unwrap();
+        for (name, len) in &self.dimensions {
+            file.add_dimension(name, *len).unwrap();
+        }
+        for (name, value) in &self.attributes {
+            file.add_attribute(name, value.clone()).unwrap();
+        }
+        for variable in &self.variables {
+            variable.declare(&mut file);
+        }
+        file.enddef().unwrap();
+        for variable in &self.variables {
+            variable.put(&mut file);
+        }
+        file.close().unwrap();
+    }
+}
+
+impl MadeVariable {
+    fn declare(&self, file: &mut FileMut) {
+        let mut variable = match self.values {
+            Values::F32(_) => file.add_variable::<f32>(self.name, &self.dimensions),
+            Values::F64(_) => file.add_variable::<f64>(self.name, &self.dimensions),
+            Values::I32(_) => file.add_variable::<i32>(self.name, &self.dimensions),
+            Values::Text(_) => file.add_variable::<Char>(self.name, &self.dimensions),
+        }
+        .unwrap();
+        for (name, value) in &self.attributes {
+            variable.put_attribute(name, value.clone()).unwrap();
+        }
+    }
+
+    fn put(&self, file: &mut FileMut) {
+        let mut variable = file.variable_mut(self.name).unwrap();
+        match &self.values {
+            Values::F32(v) => variable.put_values(v, extents(&variable, v.len())),
+            Values::F64(v) => variable.put_values(v, extents(&variable, v.len())),
+            Values::I32(v) => variable.put_values(v, extents(&variable, v.len())),
+            Values::Text(v) => {
+                let v: Vec<Char> = v.iter().map(|c| Char(*c)).collect();
+                variable.put_values(&v, extents(&variable, v.len()))
+            }
+        }
+        .unwrap();
+    }
+}
+
+/// The whole variable, with as many records as `len` values make.
+fn extents(variable: &Variable<'_>, len: usize) -> Extents {
+    let mut count: Vec<usize> = variable.dimensions().iter().map(|d| d.len()).collect();
+    if variable
+        .dimensions()
+        .first()
+        .is_some_and(netcdf::Dimension::is_unlimited)
+    {
+        count[0] = len / count[1..].iter().product::<usize>();
+    }
+    Extents::try_from((vec![0; count.len()], count)).unwrap()
+}

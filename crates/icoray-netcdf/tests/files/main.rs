@@ -1,0 +1,7 @@
+//! Reads MPAS files: small ones that the tests write themselves, and real ones where the test data are there.
+
+mod damaged;
+mod made;
+mod mesh;
+mod real;
+mod refused;

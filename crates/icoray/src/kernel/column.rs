@@ -1,0 +1,210 @@
+//! From layer to layer inside one column: Algorithm 2's top and bottom faces.
+//!
+//! In a column the height ρ is linear in t, so all layers between its ends are crossed in one direction, each after
+//! the fraction `u = (R - ρ1)/(ρ2 - ρ1)` of the way, at the place `τ = u ρ2/R` between the two edge points. On a layer the
+//! value is linear between the edge points (barycentric on the facet, §3.3), and between layers linear in ρ. Along a
+//! segment from a to b, with G the difference between the edge points' values at its ends, that makes the bend
+//! `κ = (τb - τa)(Ga - Gb + ε Ga)` of `segment.rs`.
+
+use super::real::{Real, lerp};
+use super::walk::Column;
+
+/// The layer radii of a shell.
+#[derive(Debug, Clone)]
+pub(crate) struct Shell<T> {
+    radius: Vec<f64>,
+    height: Vec<T>,
+}
+
+impl<T: Real> Shell<T> {
+    /// `radius` in planet radii, rising.
+    pub fn new(radius: &[f64]) -> Self {
+        let height = radius.iter().map(|r| T::of(r - radius[0])).collect();
+        Shell {
+            radius: radius.to_vec(),
+            height,
+        }
+    }
+
+    /// The outermost radius.
+    pub fn outer(&self) -> f64 {
+        self.radius[self.radius.len() - 1]
+    }
+
+    /// Number of layers.
+    pub fn layers(&self) -> usize {
+        self.radius.len()
+    }
+
+    /// The gap that holds height `rho`: 0 below all layers, k between layers k-1 and k, [`Self::layers`] above all.
+    pub fn gap(&self, rho: f64) -> usize {
+        self.radius.partition_point(|&r| r <= rho)
+    }
+
+    /// How far from layer `gap - 1` to layer `gap` the height `rho` is.
+    #[inline]
+    fn fraction(&self, gap: usize, rho: f64) -> T {
+        let (low, high) = (self.height[gap - 1], self.height[gap]);
+        let above = T::of(rho - self.radius[0]) - low;
+        (above / (high - low)).max(T::zero()).min(T::one())
+    }
+}
+
+/// What is interpolated together: the value alone (N = 1), or value and gradient (N = 4) where the scene is lit.
+pub(crate) type Values<T, const N: usize> = [T; N];
+
+/// Values at a column's two edge points, at one height.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Chord<T, const N: usize> {
+    pub entry: Values<T, N>,
+    pub exit: Values<T, N>,
+}
+
+impl<T: Real, const N: usize> Chord<T, N> {
+    /// Interpolates the three vertices' values to the edge points. Equal values stay exactly equal.
+    #[inline]
+    pub fn over([a, b, c]: [Values<T, N>; 3], [entry, exit]: &[[T; 2]; 2]) -> Self {
+        let at = |w: &[T; 2]| {
+            std::array::from_fn(|k| a[k] + (w[0] * (b[k] - a[k]) + w[1] * (c[k] - a[k])))
+        };
+        Chord {
+            entry: at(entry),
+            exit: at(exit),
+        }
+    }
+
+    #[inline]
+    fn mix(self, other: Self, w: T) -> Self {
+        Chord {
+            entry: mix(&self.entry, &other.entry, w),
+            exit: mix(&self.exit, &other.exit, w),
+        }
+    }
+
+    /// The values at `tau` between the edge points.
+    #[inline]
+    pub fn at(&self, tau: T) -> Values<T, N> {
+        mix(&self.entry, &self.exit, tau)
+    }
+}
+
+#[inline]
+pub(crate) fn mix<T: Real, const N: usize>(
+    a: &Values<T, N>,
+    b: &Values<T, N>,
+    w: T,
+) -> Values<T, N> {
+    std::array::from_fn(|k| lerp(a[k], b[k], w))
+}
+
+/// A point of the ray inside a column.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Station<T> {
+    /// Fraction of the column's length.
+    pub u: T,
+    /// Place between the edge points.
+    pub tau: T,
+    /// Height.
+    pub rho: f64,
+}
+
+/// One gap's share of a column.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Crossing<T, const N: usize> {
+    pub gap: usize,
+    pub a: Station<T>,
+    pub b: Station<T>,
+    /// Chords at the heights of `a` and `b`; `None` outside the shell.
+    pub chord: Option<(Chord<T, N>, Chord<T, N>)>,
+}
+
+/// What the visitor of [`cross`] says: go on, or the ray ends here.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Flow {
+    On,
+    Stop,
+}
+
+/// Visits the gaps that the ray passes in `column`, in order, starting in `gap`; gives the gap at the column's end.
+///
+/// `chord_on` reads a layer. Each layer is read at most once per column.
+#[inline]
+pub(crate) fn cross<T: Real, const N: usize>(
+    shell: &Shell<T>,
+    column: &Column,
+    mut gap: usize,
+    chord_on: impl Fn(usize) -> Chord<T, N>,
+    mut visit: impl FnMut(&Crossing<T, N>) -> Flow,
+) -> (usize, Flow) {
+    let (entry, exit) = (&column.entry, &column.exit);
+    let top = shell.layers();
+    let inside = |gap: usize| gap > 0 && gap < top;
+    let rising = exit.rho >= entry.rho;
+    let scale = 1.0 / (exit.rho - entry.rho);
+    // The chords on the layers below and above the current gap.
+    let mut walls = inside(gap).then(|| (chord_on(gap - 1), chord_on(gap)));
+    let mut a = Station {
+        u: T::zero(),
+        tau: T::zero(),
+        rho: entry.rho,
+    };
+    let mut at_a = walls.map(|(low, high)| low.mix(high, shell.fraction(gap, entry.rho)));
+    loop {
+        let face = if rising {
+            (gap < top).then_some(gap)
+        } else {
+            gap.checked_sub(1)
+        };
+        let face = face.filter(|&l| {
+            if rising {
+                shell.radius[l] <= exit.rho
+            } else {
+                shell.radius[l] > exit.rho
+            }
+        });
+        let Some(layer) = face else {
+            let b = Station {
+                u: T::one(),
+                tau: T::one(),
+                rho: exit.rho,
+            };
+            let at_b = walls.map(|(low, high)| low.mix(high, shell.fraction(gap, exit.rho)));
+            let flow = visit(&Crossing {
+                gap,
+                a,
+                b,
+                chord: at_a.zip(at_b),
+            });
+            return (gap, flow);
+        };
+        let radius = shell.radius[layer];
+        let u = ((radius - entry.rho) * scale).clamp(0.0, 1.0);
+        let tau = (u * exit.rho / radius).clamp(0.0, 1.0);
+        let b = Station {
+            u: T::of(u),
+            tau: T::of(tau),
+            rho: radius,
+        };
+        let on_layer = walls.map(|(low, high)| if rising { high } else { low });
+        if visit(&Crossing {
+            gap,
+            a,
+            b,
+            chord: at_a.zip(on_layer),
+        }) == Flow::Stop
+        {
+            return (gap, Flow::Stop);
+        }
+        gap = if rising { gap + 1 } else { gap - 1 };
+        a = b;
+        walls = inside(gap).then(|| {
+            let here = on_layer.unwrap_or_else(|| chord_on(layer));
+            if rising {
+                (here, chord_on(gap))
+            } else {
+                (chord_on(gap - 1), here)
+            }
+        });
+        at_a = walls.map(|(low, high)| if rising { low } else { high });
+    }
+}

@@ -1,0 +1,154 @@
+//! The plane through a ray and the sphere's centre, and points on the mesh seen in it.
+//!
+//! In the plane the ray is the upright line `(b, t)`, b its distance from the centre and t measured from its closest
+//! point; its shadow on the sphere is a great circle, walked counter-clockwise from `(0, -1)` over `(1, 0)` to `(0, 1)`.
+//! All that the walk asks of a vertex V is where it lies against the plane: the sign of V·q.
+
+use glam::DVec3;
+
+/// An orthonormal frame: the great circle runs from `x` towards `y`, with `q` on its left.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Plane {
+    pub x: DVec3,
+    pub y: DVec3,
+    pub q: DVec3,
+}
+
+/// A vertex of the mesh seen in a plane.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Seen {
+    pub cell: u32,
+    pub x: f64,
+    pub y: f64,
+    pub q: f64,
+}
+
+/// A point of the plane.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Point {
+    pub x: f64,
+    pub y: f64,
+}
+
+impl Point {
+    pub fn new(x: f64, y: f64) -> Self {
+        Point { x, y }
+    }
+
+    /// Positive where `other` lies counter-clockwise of `self`, by less than half a turn.
+    #[inline]
+    pub fn cross(self, other: Point) -> f64 {
+        self.x * other.y - self.y * other.x
+    }
+
+    #[inline]
+    pub fn dot(self, other: Point) -> f64 {
+        self.x * other.x + self.y * other.y
+    }
+
+    #[inline]
+    pub fn lerp(self, other: Point, w: f64) -> Point {
+        Point::new(
+            self.x + w * (other.x - self.x),
+            self.y + w * (other.y - self.y),
+        )
+    }
+}
+
+impl Seen {
+    /// The side of the great circle that the vertex lies on. A vertex on the circle counts as left: with one answer per
+    /// vertex, whatever the rounding, each triangle has two or no sides that the circle crosses.
+    #[inline]
+    pub fn is_left(&self) -> bool {
+        self.q >= 0.0
+    }
+}
+
+impl Plane {
+    /// The plane of the great circle from `from` towards `to` (unit vectors, neither equal nor opposite).
+    pub fn through(from: DVec3, to: DVec3) -> Option<Self> {
+        let q = from.cross(to).try_normalize()?;
+        Some(Plane {
+            x: from,
+            y: q.cross(from).normalize(),
+            q,
+        })
+    }
+
+    #[inline]
+    pub fn see(&self, cell: u32, direction: DVec3) -> Seen {
+        Seen {
+            cell,
+            x: direction.dot(self.x),
+            y: direction.dot(self.y),
+            q: direction.dot(self.q),
+        }
+    }
+
+    pub fn point(&self, direction: DVec3) -> Point {
+        Point::new(direction.dot(self.x), direction.dot(self.y))
+    }
+}
+
+/// A ray clipped to the sphere around the outermost layer, in its plane.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct RayLine {
+    pub plane: Plane,
+    /// Distance of the line from the sphere's centre.
+    pub b: f64,
+    /// Where the line enters the sphere, or the eye when that lies inside; from the closest point.
+    pub start: f64,
+    /// Where the line leaves the sphere.
+    pub end: f64,
+}
+
+impl RayLine {
+    /// The part of the ray from `eye` along the unit vector `dir` inside the sphere of radius `outer`, if any.
+    ///
+    /// A line through the centre has no plane of its own; any plane through it gives the same values.
+    pub fn new(eye: DVec3, dir: DVec3, outer: f64) -> Option<Self> {
+        let along = eye.dot(dir);
+        let closest = eye - along * dir;
+        let b = closest.length();
+        let half = (outer - b) * (outer + b);
+        if half <= 0.0 {
+            return None;
+        }
+        let end = half.sqrt();
+        // At the very centre every direction is the start's; a hair along the ray picks the ray's own.
+        let start = if eye == DVec3::ZERO {
+            1e-100
+        } else {
+            along.max(-end)
+        };
+        if start >= end {
+            return None;
+        }
+        let upright = |x: DVec3| (x - x.dot(dir) * dir).try_normalize();
+        let x = (b > 0.0)
+            .then(|| upright(closest / b))
+            .flatten()
+            .unwrap_or_else(|| dir.any_orthonormal_vector());
+        Some(RayLine {
+            plane: Plane {
+                x,
+                y: dir,
+                q: x.cross(dir),
+            },
+            b,
+            start,
+            end,
+        })
+    }
+
+    /// The point of the line at distance `t` from its closest point, in the plane.
+    #[inline]
+    pub fn at(&self, t: f64) -> Point {
+        Point::new(self.b, t)
+    }
+
+    /// The same in space.
+    pub fn position(&self, t: f64) -> DVec3 {
+        self.b * self.plane.x + t * self.plane.y
+    }
+}

@@ -1,0 +1,79 @@
+//! Reading the model's array: strides, normalisation to the transfer function's range, missing values.
+
+use super::real::Real;
+use crate::field::{Field, Shape};
+
+/// A sample type that a model stores.
+pub(crate) trait Sample: Copy + Send + Sync + 'static {
+    fn wide(self) -> f64;
+}
+
+impl Sample for f32 {
+    #[inline]
+    fn wide(self) -> f64 {
+        f64::from(self)
+    }
+}
+
+impl Sample for f64 {
+    #[inline]
+    fn wide(self) -> f64 {
+        self
+    }
+}
+
+/// A field in the model's memory, seen as normalised values on layers that rise.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Samples<'a, S> {
+    data: &'a [S],
+    shape: Shape,
+    fill: f64,
+    shift: f64,
+    scale: f64,
+}
+
+impl<'a, S: Sample> Samples<'a, S> {
+    /// `data` is the field's array; values become `(value - range[0]) / (range[1] - range[0])`. Layers are turned round
+    /// where the field's first one is the outermost.
+    pub fn new(data: &'a [S], field: &Field, falling: bool, range: [f64; 2]) -> Self {
+        let mut shape = *field.shape();
+        if falling {
+            shape.offset =
+                (shape.offset as isize + (shape.layers as isize - 1) * shape.layer_stride) as usize;
+            shape.layer_stride = -shape.layer_stride;
+        }
+        let fill = field.fill().unwrap_or(f64::NAN);
+        Samples {
+            data,
+            shape,
+            fill,
+            shift: range[0],
+            scale: 1.0 / (range[1] - range[0]),
+        }
+    }
+
+    /// The normalised value of `cell` at `layer` (counted from the innermost); NaN where it is missing.
+    ///
+    /// Normalised in f64: a field of 1e30, or of 1e6 + 1, keeps its digits in an f32 kernel.
+    #[inline]
+    pub fn get<T: Real>(&self, cell: u32, layer: usize) -> T {
+        let s = &self.shape;
+        let element =
+            s.offset as isize + cell as isize * s.column_stride + layer as isize * s.layer_stride;
+        let value = self.data[element as usize].wide();
+        let normalised = (value - self.shift) * self.scale;
+        if normalised.abs() <= T::LARGEST && value != self.fill {
+            T::of(normalised)
+        } else {
+            T::of(self.rare(value, T::LARGEST))
+        }
+    }
+
+    #[cold]
+    fn rare(&self, value: f64, largest: f64) -> f64 {
+        if value == self.fill || !value.is_finite() {
+            return f64::NAN;
+        }
+        ((value - self.shift) * self.scale).clamp(-largest, largest)
+    }
+}

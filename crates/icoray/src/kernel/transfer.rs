@@ -1,0 +1,188 @@
+//! The transfer function as the kernel reads it: linear spans between knots, in normalised values.
+
+use super::real::Real;
+
+/// A knot of the transfer function in the units of the kernel.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct KernelKnot {
+    /// Field value, not normalised.
+    pub value: f64,
+    /// Linear RGB, not premultiplied.
+    pub color: [f64; 3],
+    /// Extinction per planet radius.
+    pub extinction: f64,
+}
+
+/// Between two neighbouring knots (or outside all) extinction and colour are linear in the value.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Span<T> {
+    /// Values of the span, `low <= high`.
+    pub low: T,
+    pub high: T,
+    /// The value that slopes are measured from.
+    anchor: T,
+    extinction: T,
+    extinction_slope: T,
+    color: [T; 3],
+    color_slope: [T; 3],
+    /// Extinction is zero throughout.
+    pub is_clear: bool,
+    /// One colour throughout.
+    pub is_plain: bool,
+}
+
+impl<T: Real> Span<T> {
+    /// Extinction per planet radius at value `f`.
+    #[inline]
+    pub fn extinction(&self, f: T) -> T {
+        // A value that rounding puts beyond a knot must not make extinction negative.
+        (self.extinction + self.extinction_slope * (f - self.anchor)).max(T::zero())
+    }
+
+    /// Slope of the extinction in the value.
+    #[inline]
+    pub fn extinction_slope(&self) -> T {
+        self.extinction_slope
+    }
+
+    /// Linear RGB at value `f`.
+    #[inline]
+    pub fn color(&self, f: T) -> [T; 3] {
+        let x = f - self.anchor;
+        [0, 1, 2].map(|k| self.color[k] + self.color_slope[k] * x)
+    }
+}
+
+/// The transfer function: `knots + 1` spans, the outer two reaching to infinity with the end knots' values.
+#[derive(Debug, Clone)]
+pub(crate) struct Spans<T> {
+    spans: Vec<Span<T>>,
+    range: [f64; 2],
+}
+
+impl<T: Real> Spans<T> {
+    /// `knots` rise; two may share a value, which makes a step there (a value exactly on it counts as above).
+    pub fn new(knots: &[KernelKnot]) -> Self {
+        let (first, last) = (knots[0], knots[knots.len() - 1]);
+        // All knots on one value leave no range to normalise to; the value's own size serves then.
+        let width = last.value - first.value;
+        let width = if width > 0.0 {
+            width
+        } else {
+            first.value.abs().max(1.0)
+        };
+        let range = [first.value, first.value + width];
+        let normalise = |v: f64| T::of((v - range[0]) / (range[1] - range[0]));
+        let flat = |knot: &KernelKnot, low: T, high: T| {
+            span(low, high, normalise(knot.value), knot, knot, T::one())
+        };
+        let mut spans = vec![flat(&first, T::neg_infinity(), normalise(first.value))];
+        for pair in knots.windows(2) {
+            let (low, high) = (normalise(pair[0].value), normalise(pair[1].value));
+            let width = if high > low { high - low } else { T::one() };
+            spans.push(span(low, high, low, &pair[0], &pair[1], width));
+        }
+        spans.push(flat(&last, normalise(last.value), T::infinity()));
+        Spans { spans, range }
+    }
+
+    /// The values that normalise to 0 and 1.
+    pub fn range(&self) -> [f64; 2] {
+        self.range
+    }
+
+    /// Span number `k`.
+    #[inline]
+    pub fn span(&self, k: usize) -> &Span<T> {
+        &self.spans[k]
+    }
+
+    /// The span of value `f`, searched from span `k`: `k` itself when f lies on one of its knots.
+    #[inline]
+    pub fn follow(&self, mut k: usize, f: T) -> usize {
+        while f > self.spans[k].high {
+            k += 1;
+        }
+        while f < self.spans[k].low {
+            k -= 1;
+        }
+        k
+    }
+
+    /// The span of value `f`: the upper one when f lies on a knot.
+    pub fn find(&self, f: T) -> usize {
+        self.spans.partition_point(|s| s.low <= f).max(1) - 1
+    }
+}
+
+fn span<T: Real>(low: T, high: T, anchor: T, a: &KernelKnot, b: &KernelKnot, width: T) -> Span<T> {
+    let slope = |a: f64, b: f64| T::of(b - a) / width;
+    Span {
+        low,
+        high,
+        anchor,
+        extinction: T::of(a.extinction),
+        extinction_slope: slope(a.extinction, b.extinction),
+        color: a.color.map(T::of),
+        color_slope: [0, 1, 2].map(|k| slope(a.color[k], b.color[k])),
+        is_clear: a.extinction == 0.0 && b.extinction == 0.0,
+        is_plain: a.color == b.color,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn knot(value: f64, gray: f64, extinction: f64) -> KernelKnot {
+        KernelKnot {
+            value,
+            color: [gray; 3],
+            extinction,
+        }
+    }
+
+    #[test]
+    fn spans_are_linear_between_knots_and_flat_outside() {
+        let spans = Spans::<f64>::new(&[
+            knot(10.0, 0.0, 0.0),
+            knot(20.0, 1.0, 4.0),
+            knot(50.0, 0.5, 0.0),
+        ]);
+        let look = |v: f64| {
+            let f = (v - 10.0) / 40.0;
+            let s = spans.span(spans.find(f));
+            (s.extinction(f), s.color(f)[0])
+        };
+        for (v, extinction, gray) in [
+            (0.0, 0.0, 0.0),
+            (10.0, 0.0, 0.0),
+            (15.0, 2.0, 0.5),
+            (35.0, 2.0, 0.75),
+            (99.0, 0.0, 0.5),
+        ] {
+            let (e, g) = look(v);
+            assert!(
+                (e - extinction).abs() < 1e-12 && (g - gray).abs() < 1e-12,
+                "{v}: {e} {g}"
+            );
+        }
+        assert!(spans.span(0).is_clear && spans.span(3).is_clear && !spans.span(1).is_clear);
+    }
+
+    #[test]
+    fn a_step_has_two_sides_and_a_value_on_it_counts_as_above() {
+        let spans = Spans::<f32>::new(&[
+            knot(0.0, 0.0, 1.0),
+            knot(0.5, 0.0, 1.0),
+            knot(0.5, 1.0, 9.0),
+            knot(1.0, 1.0, 9.0),
+        ]);
+        assert_eq!(spans.span(spans.find(0.5)).extinction(0.5), 9.0);
+        assert_eq!(spans.span(spans.find(0.499)).extinction(0.499), 1.0);
+        // Coming from below and stopping on the step stays below; going on goes above.
+        let below = spans.find(0.3);
+        assert_eq!(spans.follow(below, 0.5), below);
+        assert_eq!(spans.span(spans.follow(below, 0.6)).extinction(0.6), 9.0);
+    }
+}

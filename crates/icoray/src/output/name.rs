@@ -1,0 +1,209 @@
+//! File names from a template: MPAS's `$Y-$M-$D_$h.$m.$s`, and `{step:06}`, `{field}`.
+
+use crate::error::{Error, ErrorKind, Result};
+
+/// When a frame was: the model's step, its time, and its date where it has one.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Stamp {
+    /// Step number of the model.
+    pub step: i64,
+    /// Model time in seconds since its start.
+    pub time_s: f64,
+    /// Date and time, `YYYY-MM-DD_hh:mm:ss` or with a T between (the year may have more digits).
+    pub date: Option<String>,
+}
+
+/// A checked template for picture names.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct NameTemplate {
+    parts: Vec<Part>,
+}
+
+#[derive(Debug, Clone, PartialEq, Eq)]
+enum Part {
+    Text(String),
+    Step {
+        width: usize,
+    },
+    Field,
+    /// Index into the six numbers of a date.
+    Date(usize),
+}
+
+impl NameTemplate {
+    /// Parses `template`: `{step}`, `{step:06}` (zero-padded to 6), `{field}`, `$Y $M $D $h $m $s`. It ends in
+    /// `.png` or `.exr`.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Scene`] names the part that is not understood.
+    pub fn new(template: &str) -> Result<Self> {
+        let bad = |what: String| Error::new(ErrorKind::Scene, format!("{template:?}: {what}"));
+        if !(template.ends_with(".png") || template.ends_with(".exr")) {
+            return Err(bad("expected a name that ends in .png or .exr".into()));
+        }
+        let mut parts = Vec::new();
+        let mut rest = template;
+        while let Some(at) = rest.find(['{', '}', '$']) {
+            if at > 0 {
+                parts.push(Part::Text(rest[..at].into()));
+            }
+            rest = &rest[at..];
+            let (part, used) = match rest.as_bytes()[0] {
+                b'$' => {
+                    let letter = rest[1..].chars().next();
+                    let place = letter.and_then(|l| "YMDhms".find(l));
+                    let shown = letter.map_or_else(String::new, String::from);
+                    (
+                        Part::Date(place.ok_or_else(|| {
+                            bad(format!("${shown}, expected $Y, $M, $D, $h, $m or $s"))
+                        })?),
+                        2,
+                    )
+                }
+                b'{' => {
+                    let end = rest
+                        .find('}')
+                        .ok_or_else(|| bad("a { without its }".into()))?;
+                    (
+                        brace(&rest[1..end]).ok_or_else(|| {
+                            bad(format!(
+                                "{}, expected {{step}}, {{step:06}} or {{field}}",
+                                &rest[..=end]
+                            ))
+                        })?,
+                        end + 1,
+                    )
+                }
+                _ => return Err(bad("a } without its {".into())),
+            };
+            parts.push(part);
+            rest = &rest[used..];
+        }
+        if !rest.is_empty() {
+            parts.push(Part::Text(rest.into()));
+        }
+        Ok(NameTemplate { parts })
+    }
+
+    /// The name of a frame.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Argument`] when the template has a date and `stamp` has none, or one that is not understood.
+    pub fn name(&self, stamp: &Stamp, field: &str) -> Result<String> {
+        let mut name = String::new();
+        for part in &self.parts {
+            match part {
+                Part::Text(text) => name += text,
+                // Zero-padding puts a minus sign before the zeros.
+                Part::Step { width } => name += &format!("{:0width$}", stamp.step),
+                Part::Field => name += &field.replace(['/', '\\'], "_"),
+                Part::Date(place) => name += date(stamp)?[*place],
+            }
+        }
+        Ok(name)
+    }
+}
+
+fn brace(inside: &str) -> Option<Part> {
+    match inside.split_once(':') {
+        None if inside == "step" => Some(Part::Step { width: 0 }),
+        None if inside == "field" => Some(Part::Field),
+        Some(("step", width)) => {
+            let width = width
+                .strip_prefix('0')?
+                .parse()
+                .ok()
+                .filter(|w| (1..=20).contains(w))?;
+            Some(Part::Step { width })
+        }
+        _ => None,
+    }
+}
+
+/// The six numbers of the stamp's date, as written.
+fn date(stamp: &Stamp) -> Result<[&str; 6]> {
+    let bad = |what| {
+        Error::new(
+            ErrorKind::Argument,
+            format!("date {what}, expected YYYY-MM-DD_hh:mm:ss (the output name needs it)"),
+        )
+    };
+    let Some(text) = &stamp.date else {
+        return Err(bad("is absent".to_string()));
+    };
+    let trimmed = text.trim().trim_end_matches('Z');
+    let parts: Vec<&str> = trimmed.split(['-', '_', 'T', ':', ' ']).collect();
+    let all_digits = |p: &&str| !p.is_empty() && p.bytes().all(|b| b.is_ascii_digit() || b == b'.');
+    let numbers: [&str; 6] = parts.try_into().map_err(|_| bad(format!("{text:?}")))?;
+    if numbers.iter().all(all_digits) {
+        Ok(numbers)
+    } else {
+        Err(bad(format!("{text:?}")))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_come_from_step_and_date() {
+        let stamp = Stamp {
+            step: 42,
+            time_s: 0.0,
+            date: Some("0000-01-07_06:30:00".into()),
+        };
+        let name = |t: &str| NameTemplate::new(t).unwrap().name(&stamp, "a/b").unwrap();
+        assert_eq!(name("{field}_{step:06}.png"), "a_b_000042.png");
+        assert_eq!(name("x{step}.exr"), "x42.exr");
+        assert_eq!(name("v.$Y-$M-$D_$h.$m.$s.png"), "v.0000-01-07_06.30.00.png");
+        assert_eq!(name("plain.png"), "plain.png");
+        let iso = Stamp {
+            date: Some("2026-11-21T01:02:03Z".into()),
+            ..stamp.clone()
+        };
+        assert_eq!(
+            NameTemplate::new("$Y$s.png")
+                .unwrap()
+                .name(&iso, "f")
+                .unwrap(),
+            "202603.png"
+        );
+    }
+
+    #[test]
+    fn bad_templates_and_missing_dates_are_refused() {
+        for bad in [
+            "x.jpg",
+            "{stp}.png",
+            "{step:6}.png",
+            "{step.png",
+            "}.png",
+            "$Q.png",
+            "{step:099}.png",
+        ] {
+            assert_eq!(
+                NameTemplate::new(bad).unwrap_err().kind(),
+                ErrorKind::Scene,
+                "{bad}"
+            );
+        }
+        let dated = NameTemplate::new("$Y.png").unwrap();
+        for date in [
+            None,
+            Some("yesterday"),
+            Some("2026-01-01"),
+            Some("a-b-c_d:e:f"),
+        ] {
+            let stamp = Stamp {
+                date: date.map(String::from),
+                ..Stamp::default()
+            };
+            assert_eq!(
+                dated.name(&stamp, "f").unwrap_err().kind(),
+                ErrorKind::Argument,
+                "{date:?}"
+            );
+        }
+    }
+}

@@ -1,0 +1,73 @@
+//! PNG: 8-bit sRGB with straight alpha, and how the picture came to be in text chunks.
+
+use super::io_error;
+use crate::error::Result;
+use crate::frame::Frame;
+use rayon::prelude::*;
+use std::fs::File;
+use std::io::{BufWriter, Write};
+use std::path::Path;
+
+/// sRGB's transfer curve (IEC 61966-2-1): linear light in [0, 1] to a byte.
+fn srgb_byte(linear: f32) -> u8 {
+    let v = linear.clamp(0.0, 1.0);
+    let encoded = if v <= 0.003_130_8 {
+        12.92 * v
+    } else {
+        1.055 * v.powf(1.0 / 2.4) - 0.055
+    };
+    (encoded * 255.0 + 0.5) as u8
+}
+
+/// A premultiplied linear pixel as straight sRGB.
+fn encode(pixel: [f32; 4]) -> [u8; 4] {
+    let [r, g, b, a] = pixel;
+    if a <= 0.0 {
+        return [0; 4];
+    }
+    [
+        srgb_byte(r / a),
+        srgb_byte(g / a),
+        srgb_byte(b / a),
+        (a.min(1.0) * 255.0 + 0.5) as u8,
+    ]
+}
+
+pub(super) fn write(path: &Path, frame: &Frame) -> Result<()> {
+    let file = File::create(path).map_err(|e| io_error(path, "cannot create the picture", e))?;
+    let mut out = BufWriter::new(file);
+    let failed = |e: png::EncodingError| io_error(path, "cannot write the picture", e);
+    {
+        let mut encoder = png::Encoder::new(&mut out, frame.width, frame.height);
+        encoder.set_color(png::ColorType::Rgba);
+        encoder.set_depth(png::BitDepth::Eight);
+        encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
+        encoder.set_compression(png::Compression::Fast);
+        for (key, text) in frame.describe() {
+            encoder.add_itxt_chunk(key, text).map_err(failed)?;
+        }
+        let mut writer = encoder.write_header().map_err(failed)?;
+        let bytes: Vec<u8> = frame
+            .pixels
+            .par_iter()
+            .flat_map_iter(|p| encode(*p))
+            .collect();
+        writer.write_image_data(&bytes).map_err(failed)?;
+        writer.finish().map_err(failed)?;
+    }
+    out.flush()
+        .map_err(|e| io_error(path, "cannot write the picture", e))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn encoding_is_srgb_with_straight_alpha() {
+        assert_eq!(encode([0.0, 0.5, 1.0, 1.0]), [0, 188, 255, 255]);
+        assert_eq!(encode([0.1, 0.25, 0.5, 0.5]), [124, 188, 255, 128]);
+        assert_eq!(encode([0.0, 0.0, 0.0, 0.0]), [0; 4]);
+        assert_eq!(encode([2.0, -1.0, f32::NAN, 1.0])[..2], [255, 0]);
+    }
+}

@@ -1,0 +1,108 @@
+//! The plan: what one scene needs of one grid, set of layers and field. The only place that decides what is left out.
+
+use crate::error::{Error, ErrorKind, Result};
+use crate::field::{Field, Location};
+use crate::grid::Grid;
+use crate::kernel::shade::Shading;
+use crate::kernel::transfer::KernelKnot;
+use crate::layers::Layers;
+use crate::scene::{Scene, Source};
+
+/// What a scene needs.
+#[derive(Debug, Clone)]
+pub struct Plan {
+    /// Radii of the field's layers in planet radii, rising, exaggeration applied.
+    pub(crate) radius: Vec<f64>,
+    /// Whether the field's first layer is the outermost.
+    pub(crate) falling: bool,
+    /// The transfer function in the kernel's units.
+    pub(crate) knots: Vec<KernelKnot>,
+    /// Lighting, for which gradients are computed.
+    pub(crate) shading: Option<Shading>,
+    /// Whether the field has to be averaged from corners to centres.
+    pub(crate) from_corners: bool,
+    left_out: Vec<String>,
+}
+
+impl Plan {
+    /// Decides what `scene` needs, and checks that grid, layers and field fit each other and the scene.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Field`] when the field's shape does not fit the grid or the layers; [`ErrorKind::Scene`] when the
+    /// exaggeration turns the shell inside out or the camera sits inside an opaque core.
+    pub fn new(scene: &Scene, grid: &Grid, layers: &Layers, field: &Field) -> Result<Self> {
+        let shape = field.shape();
+        let from_corners = field.location() == Location::Corner;
+        let (place, columns) = if from_corners {
+            ("corner", grid.triangles())
+        } else {
+            ("cell", grid.cells())
+        };
+        if shape.columns != columns {
+            let message = format!(
+                "{:?}: {} columns, expected {columns}, one per {place}",
+                scene.field, shape.columns
+            );
+            return Err(Error::new(ErrorKind::Field, message));
+        }
+        let layers = layers
+            .for_field(shape.layers)
+            .map_err(|e| e.within(format!("{:?}", scene.field)))?;
+        let radius = layers.shell(scene.exaggeration)?;
+        let thickness = radius[radius.len() - 1] - radius[0];
+        let eye = scene.camera.eye().iter().map(|x| x * x).sum::<f64>().sqrt();
+        if scene.core.is_some() && eye < radius[0] {
+            let message = format!(
+                "the camera is {eye} planet radii from the centre, inside the opaque core of radius {}",
+                radius[0]
+            );
+            return Err(Error::new(ErrorKind::Scene, message));
+        }
+        let shading = scene.lighting.map(|l| Shading {
+            ambient: l.ambient,
+            diffuse: l.diffuse,
+            specular: l.specular,
+            shininess: l.shininess,
+            towards_light: match l.source {
+                Source::Headlight => None,
+                Source::Sun { lon_deg, lat_deg } => Some(crate::grid::unit_vector(
+                    lon_deg.to_radians(),
+                    lat_deg.to_radians(),
+                )),
+            },
+        });
+        let left_out = left_out(scene, grid, shape.layers, from_corners);
+        let knots = scene.transfer.kernel_knots(thickness);
+        Ok(Plan {
+            radius,
+            falling: layers.is_falling(),
+            knots,
+            shading,
+            from_corners,
+            left_out,
+        })
+    }
+
+    /// What is not computed or read for this scene, in words.
+    pub fn left_out(&self) -> &[String] {
+        &self.left_out
+    }
+}
+
+fn left_out(scene: &Scene, grid: &Grid, layers: usize, from_corners: bool) -> Vec<String> {
+    let mut list = Vec::new();
+    if scene.lighting.is_none() {
+        list.push(format!(
+            "gradients ({} bytes)",
+            grid.cells() * layers * size_of::<[f32; 3]>()
+        ));
+        if !from_corners {
+            list.push("table cell_corner".into());
+        }
+    }
+    list.push("table corner".into());
+    if scene.core.is_some() {
+        list.push("the far side behind the core".into());
+    }
+    list
+}

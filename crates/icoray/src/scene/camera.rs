@@ -1,0 +1,106 @@
+//! A pinhole camera.
+
+use glam::DVec3;
+
+/// A perspective camera; lengths in planet radii, z through the north pole, x through longitude 0.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Camera {
+    eye: DVec3,
+    forward: DVec3,
+    right: DVec3,
+    up: DVec3,
+    half_height: f64,
+}
+
+impl Camera {
+    /// A camera at `eye` that looks at `target`, with `up` upwards in the picture and a full vertical field of view of
+    /// `fov_deg` degrees. `None` when eye and target coincide, `up` points along the view, or a number is not finite.
+    pub fn look_at(eye: [f64; 3], target: [f64; 3], up: [f64; 3], fov_deg: f64) -> Option<Self> {
+        let [eye, target, up] = [eye, target, up].map(DVec3::from_array);
+        let forward = (target - eye).try_normalize()?;
+        let right = forward.cross(up.try_normalize()?);
+        // Nearly parallel vectors would leave the roll to rounding.
+        let right = if right.length() > 1e-9 {
+            right.normalize()
+        } else {
+            return None;
+        };
+        let half_height = (0.5 * fov_deg.to_radians()).tan();
+        let fine =
+            eye.is_finite() && right.is_finite() && half_height.is_finite() && half_height > 0.0;
+        fine.then(|| Camera {
+            eye,
+            forward,
+            right,
+            up: right.cross(forward),
+            half_height,
+        })
+    }
+
+    /// A camera above a place at `distance` from the planet's centre that looks at the centre, north up.
+    pub fn above(lon_deg: f64, lat_deg: f64, distance: f64, fov_deg: f64) -> Option<Self> {
+        let (lon, lat) = (lon_deg.to_radians(), lat_deg.to_radians());
+        let outward = crate::grid::unit_vector(lon, lat);
+        // The tangent towards north exists at the poles too: there it is the meridian of `lon`.
+        let north = DVec3::new(-lat.sin() * lon.cos(), -lat.sin() * lon.sin(), lat.cos());
+        Self::look_at(
+            (outward * distance).to_array(),
+            [0.0; 3],
+            north.to_array(),
+            fov_deg,
+        )
+    }
+
+    /// Where the camera is.
+    pub fn eye(&self) -> [f64; 3] {
+        self.eye.to_array()
+    }
+
+    /// Unit vector through the middle of pixel (`x`, `y`), counted from the upper left, of a picture of
+    /// `width` × `height` square pixels.
+    pub fn direction(&self, x: u32, y: u32, width: u32, height: u32) -> [f64; 3] {
+        let scale = 2.0 * self.half_height / f64::from(height);
+        let across = (f64::from(x) + 0.5 - 0.5 * f64::from(width)) * scale;
+        let upwards = (0.5 * f64::from(height) - f64::from(y) - 0.5) * scale;
+        (self.forward + across * self.right + upwards * self.up)
+            .normalize()
+            .to_array()
+    }
+
+    /// Eye and view direction in words, for a picture's text.
+    pub fn describe(&self) -> String {
+        format!(
+            "eye {:?}, forward {:?}, up {:?}",
+            self.eye(),
+            self.forward.to_array(),
+            self.up.to_array()
+        )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn north_is_up_and_east_is_right() {
+        let camera = Camera::above(0.0, 0.0, 3.0, 40.0).unwrap();
+        assert_eq!(camera.eye(), [3.0, 0.0, 0.0]);
+        let at = |x, y| DVec3::from_array(camera.direction(x, y, 100, 100));
+        assert!(at(50, 10).z > 0.1, "up is north");
+        assert!(at(90, 50).y > 0.1, "right is east");
+        assert!((at(49, 49) + at(50, 50)).normalize().distance(DVec3::NEG_X) < 1e-12);
+        // The upper edge of the picture is at half the field of view.
+        let edge = DVec3::from_array(camera.direction(0, 0, 1, 1_000_000));
+        assert!((edge.z.asin().to_degrees() - 20.0).abs() < 1e-3);
+    }
+
+    #[test]
+    fn a_camera_over_a_pole_has_its_meridian_upwards() {
+        for (lon, lat) in [(0.0, 90.0), (77.0, -90.0), (180.0, 90.0)] {
+            Camera::above(lon, lat, 2.0, 30.0).unwrap();
+        }
+        assert!(Camera::look_at([0.0; 3], [0.0; 3], [0.0, 0.0, 1.0], 30.0).is_none());
+        assert!(Camera::look_at([0.0, 0.0, 2.0], [0.0; 3], [0.0, 0.0, 1.0], 30.0).is_none());
+    }
+}

@@ -1,0 +1,95 @@
+//! What to draw and how: the contents of a scene file.
+//!
+//! A scene is TOML; `examples/scenes/` has annotated ones. Lengths are in planet radii, angles in degrees, colours are
+//! CSS colours (`"#ff8800"`, `"steelblue"`) in sRGB. Unknown keys and bad values are errors with line and key.
+
+mod camera;
+mod color;
+mod parse;
+mod transfer;
+
+pub use camera::Camera;
+pub use transfer::{Knot, TransferFunction};
+
+use crate::error::Result;
+use crate::kernel::piece::Method;
+use crate::output::NameTemplate;
+
+/// Floating-point precision of the kernel's inner loop. Positions are in f64 either way.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Precision {
+    /// Single: errors around 1e-6 of a pixel's range.
+    #[default]
+    F32,
+    /// Double: for references.
+    F64,
+}
+
+/// Where light comes from.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Source {
+    /// From the eye.
+    Headlight,
+    /// From infinity, above the given place.
+    Sun {
+        /// Longitude below the sun, degrees.
+        lon_deg: f64,
+        /// Latitude below the sun, degrees.
+        lat_deg: f64,
+    },
+}
+
+/// Blinn-Phong lighting; the field's gradient is the normal.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Lighting {
+    /// Where the light comes from.
+    pub source: Source,
+    /// Part of the colour that is there without light, 0 to 1.
+    pub ambient: f64,
+    /// Part of the colour that needs light, 0 to 1.
+    pub diffuse: f64,
+    /// Strength of the white highlight, 0 to 1.
+    pub specular: f64,
+    /// Exponent of the highlight: larger is smaller and sharper.
+    pub shininess: f64,
+}
+
+/// A whole scene, checked.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Scene {
+    /// Name of the field that is rendered.
+    pub field: String,
+    /// Picture width in pixels.
+    pub width: u32,
+    /// Picture height in pixels.
+    pub height: u32,
+    /// Linear RGB behind everything; `None` leaves the picture transparent.
+    pub background: Option<[f64; 3]>,
+    /// Factor on heights above the planet's surface, 1 is true to scale.
+    pub exaggeration: f64,
+    /// Linear RGB of the opaque planet below the innermost layer; `None` is hollow, and rays go on on the far side.
+    pub core: Option<[f64; 3]>,
+    /// The camera.
+    pub camera: Camera,
+    /// From values to colour and extinction.
+    pub transfer: TransferFunction,
+    /// The light; `None` shows the transfer function's colours as they are.
+    pub lighting: Option<Lighting>,
+    /// How pieces are integrated.
+    pub method: Method,
+    /// Precision of the inner loop.
+    pub precision: Precision,
+    /// Names of the pictures.
+    pub output: NameTemplate,
+}
+
+impl Scene {
+    /// Reads a scene from the text of a scene file.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Scene`](crate::ErrorKind::Scene) with the line, the key, the value and what was expected.
+    pub fn parse(text: &str) -> Result<Self> {
+        parse::scene(text)
+    }
+}

@@ -1,0 +1,303 @@
+//! The command line.
+
+use std::ffi::OsString;
+use std::path::PathBuf;
+use std::str::FromStr;
+
+use crate::error::Error;
+
+/// What `--help` prints.
+pub const USAGE: &str = "\
+Usage: cargo xtask <demo|test> [options]
+
+demo  Builds the C library and the tracer model of examples/c, runs the model
+      with pictures taken in situ, and says where the pictures are and what
+      they cost.
+  --out DIR      where the pictures go            [default: out/demo]
+  --level N      refinement level of the grid     [default: 5]
+  --layers N     vertical layers of the model     [default: 30]
+  --days X       simulated days                   [default: 12]
+  --scene FILE   what the pictures show           [default: examples/scenes/tracer.toml]
+  --no-install   install nothing; say what is missing instead
+
+test  Checks formatting, lints, tests, documentation and the C example, and
+      fails at the end if any of them failed.
+  --fast         leave out the documentation and the C example
+  --no-install   install nothing; say what is missing instead
+
+Both install the Debian packages they lack with apt-get (through sudo where not
+root) and the Rust components they lack with rustup, and say which.";
+
+/// One call of this program.
+#[derive(Debug, PartialEq)]
+pub enum Invocation {
+    /// Print the usage.
+    Help,
+    /// Run the demo.
+    Demo(DemoOptions),
+    /// Run the checks.
+    Test(TestOptions),
+}
+
+/// Options of `demo`.
+#[derive(Debug, PartialEq)]
+pub struct DemoOptions {
+    /// Where the pictures go; the workspace's `out/demo` where none is given.
+    pub out: Option<PathBuf>,
+    /// The scene to draw; the example's own where none is given.
+    pub scene: Option<PathBuf>,
+    /// The size of the simulation.
+    pub size: Size,
+    /// Whether missing packages may be installed.
+    pub install: bool,
+}
+
+/// How large a simulation the tracer model runs.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Size {
+    /// Refinement level of the geodesic grid.
+    pub level: u32,
+    /// Vertical layers.
+    pub layers: u32,
+    /// Simulated days.
+    pub days: f64,
+}
+
+/// Options of `test`.
+#[derive(Debug, PartialEq)]
+pub struct TestOptions {
+    /// Whether to leave out what takes long and seldom fails.
+    pub fast: bool,
+    /// Whether missing packages may be installed.
+    pub install: bool,
+}
+
+/// Makes sense of the arguments after the program's name.
+pub fn parse(arguments: impl IntoIterator<Item = OsString>) -> Result<Invocation, Error> {
+    let mut arguments = Arguments {
+        rest: arguments.into_iter().collect::<Vec<_>>().into_iter(),
+    };
+    let Some(subcommand) = arguments.rest.next() else {
+        return Err(Error::Usage("a subcommand is missing".into()));
+    };
+    match subcommand.to_str() {
+        Some("demo") => parse_demo(arguments),
+        Some("test") => parse_test(arguments),
+        Some("help" | "--help" | "-h") => Ok(Invocation::Help),
+        _ => Err(Error::Usage(format!(
+            "unknown subcommand {}",
+            quoted(&subcommand)
+        ))),
+    }
+}
+
+fn parse_demo(mut arguments: Arguments) -> Result<Invocation, Error> {
+    let mut options = DemoOptions {
+        out: None,
+        scene: None,
+        size: Size {
+            level: 5,
+            layers: 30,
+            days: 12.0,
+        },
+        install: true,
+    };
+    while let Some(option) = arguments.next_option()? {
+        match option.name.as_str() {
+            "--out" => options.out = Some(arguments.value(option)?.into()),
+            "--scene" => options.scene = Some(arguments.value(option)?.into()),
+            "--level" => options.size.level = arguments.number(option)?,
+            "--layers" => options.size.layers = arguments.number(option)?,
+            "--days" => options.size.days = arguments.number(option)?,
+            "--no-install" => options.install = !option.given()?,
+            "--help" | "-h" => return Ok(Invocation::Help),
+            _ => return Err(option.unknown("demo")),
+        }
+    }
+    let Size { layers, days, .. } = options.size;
+    if layers == 0 {
+        return Err(Error::Usage("--layers must be at least 1".into()));
+    }
+    if !(days.is_finite() && days > 0.0) {
+        return Err(Error::Usage("--days must be a positive number".into()));
+    }
+    Ok(Invocation::Demo(options))
+}
+
+fn parse_test(mut arguments: Arguments) -> Result<Invocation, Error> {
+    let mut options = TestOptions {
+        fast: false,
+        install: true,
+    };
+    while let Some(option) = arguments.next_option()? {
+        match option.name.as_str() {
+            "--fast" => options.fast = option.given()?,
+            "--no-install" => options.install = !option.given()?,
+            "--help" | "-h" => return Ok(Invocation::Help),
+            _ => return Err(option.unknown("test")),
+        }
+    }
+    Ok(Invocation::Test(options))
+}
+
+/// The arguments not yet looked at.
+struct Arguments {
+    rest: std::vec::IntoIter<OsString>,
+}
+
+/// One option, and its value where it was written as `--name=value`.
+struct Opt {
+    name: String,
+    value: Option<OsString>,
+}
+
+impl Arguments {
+    fn next_option(&mut self) -> Result<Option<Opt>, Error> {
+        let Some(argument) = self.rest.next() else {
+            return Ok(None);
+        };
+        // Only a value may be something other than Unicode, and only as an argument of its own.
+        let Some(text) = argument.to_str() else {
+            return Err(Error::Usage(format!(
+                "unknown argument {}",
+                quoted(&argument)
+            )));
+        };
+        Ok(Some(match text.split_once('=') {
+            Some((name, value)) if name.starts_with("--") => Opt {
+                name: name.into(),
+                value: Some(value.into()),
+            },
+            _ => Opt {
+                name: text.into(),
+                value: None,
+            },
+        }))
+    }
+
+    fn value(&mut self, option: Opt) -> Result<OsString, Error> {
+        match option.value.or_else(|| self.rest.next()) {
+            Some(value) if !value.is_empty() => Ok(value),
+            _ => Err(Error::Usage(format!("{} needs a value", option.name))),
+        }
+    }
+
+    fn number<T: FromStr>(&mut self, option: Opt) -> Result<T, Error> {
+        let name = option.name.clone();
+        let value = self.value(option)?;
+        let number = value.to_str().and_then(|text| text.parse().ok());
+        number.ok_or_else(|| Error::Usage(format!("{name} cannot be {}", quoted(&value))))
+    }
+}
+
+impl Opt {
+    /// True, for an option whose presence is all it says.
+    fn given(self) -> Result<bool, Error> {
+        match self.value {
+            None => Ok(true),
+            Some(_) => Err(Error::Usage(format!("{} takes no value", self.name))),
+        }
+    }
+
+    fn unknown(self, subcommand: &str) -> Error {
+        Error::Usage(format!("{subcommand} has no option '{}'", self.name))
+    }
+}
+
+fn quoted(text: &std::ffi::OsStr) -> String {
+    format!("'{}'", text.display())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn parse_words(line: &str) -> Result<Invocation, Error> {
+        parse(line.split_whitespace().map(OsString::from))
+    }
+
+    fn complaint(line: &str) -> String {
+        match parse_words(line) {
+            Err(Error::Usage(message)) => message,
+            other => panic!("'{line}' gave {other:?}"),
+        }
+    }
+
+    #[test]
+    fn demo_has_defaults() {
+        let expected = DemoOptions {
+            out: None,
+            scene: None,
+            size: Size {
+                level: 5,
+                layers: 30,
+                days: 12.0,
+            },
+            install: true,
+        };
+        assert_eq!(parse_words("demo"), Ok(Invocation::Demo(expected)));
+    }
+
+    #[test]
+    fn demo_takes_values_in_either_form() {
+        let expected = DemoOptions {
+            out: Some("pictures".into()),
+            scene: Some("my.toml".into()),
+            size: Size {
+                level: 3,
+                layers: 8,
+                days: 0.5,
+            },
+            install: false,
+        };
+        assert_eq!(
+            parse_words(
+                "demo --out pictures --scene=my.toml --level=3 --layers 8 --days .5 --no-install"
+            ),
+            Ok(Invocation::Demo(expected))
+        );
+    }
+
+    #[test]
+    fn test_takes_flags() {
+        assert_eq!(
+            parse_words("test"),
+            Ok(Invocation::Test(TestOptions {
+                fast: false,
+                install: true
+            }))
+        );
+        assert_eq!(
+            parse_words("test --fast --no-install"),
+            Ok(Invocation::Test(TestOptions {
+                fast: true,
+                install: false
+            }))
+        );
+    }
+
+    #[test]
+    fn help_is_found_wherever_it_stands() {
+        for line in ["--help", "-h", "help", "demo --help", "test --fast -h"] {
+            assert_eq!(parse_words(line), Ok(Invocation::Help), "{line}");
+        }
+    }
+
+    #[test]
+    fn nonsense_is_refused_by_name() {
+        assert_eq!(complaint(""), "a subcommand is missing");
+        assert_eq!(complaint("dmeo"), "unknown subcommand 'dmeo'");
+        assert_eq!(complaint("demo --fast"), "demo has no option '--fast'");
+        assert_eq!(complaint("test here"), "test has no option 'here'");
+        assert_eq!(complaint("demo --level"), "--level needs a value");
+        assert_eq!(complaint("demo --out="), "--out needs a value");
+        assert_eq!(complaint("demo --level five"), "--level cannot be 'five'");
+        assert_eq!(complaint("demo --level -1"), "--level cannot be '-1'");
+        assert_eq!(complaint("demo --layers 0"), "--layers must be at least 1");
+        assert_eq!(
+            complaint("demo --days nan"),
+            "--days must be a positive number"
+        );
+        assert_eq!(complaint("test --fast=yes"), "--fast takes no value");
+    }
+}

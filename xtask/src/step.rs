@@ -1,0 +1,303 @@
+//! Steps with progress: `[2/5] building the library ... 12.3 s`.
+
+use std::fmt::Write as _;
+use std::io::{self, BufRead, BufReader, IsTerminal, Read, Write as _};
+use std::process::{Command, ExitStatus, Stdio};
+use std::sync::mpsc::{self, RecvTimeoutError};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use crate::error::Error;
+
+/// Prints a line. A reader that went away (`| head`) is no reason to stop, let alone to panic.
+pub fn say(line: &str) {
+    let _ = writeln!(io::stdout(), "{line}");
+}
+
+/// Prints a line to standard error, on the same terms.
+pub fn complain(line: &str) {
+    let _ = writeln!(io::stderr(), "{line}");
+}
+
+/// A numbered sequence of steps.
+pub struct Steps {
+    done: usize,
+    total: usize,
+    started: Instant,
+}
+
+impl Steps {
+    /// Begins a sequence of `total` steps.
+    pub fn new(total: usize) -> Self {
+        Self {
+            done: 0,
+            total,
+            started: Instant::now(),
+        }
+    }
+
+    /// Seconds since the sequence began.
+    pub fn seconds(&self) -> f64 {
+        self.started.elapsed().as_secs_f64()
+    }
+
+    /// Runs the next step: announces it, and says how it ended and how long it took.
+    pub fn run<T>(
+        &mut self,
+        title: &str,
+        work: impl FnOnce(&mut Step) -> Result<T, Error>,
+    ) -> Result<T, Error> {
+        self.done += 1;
+        let mut step = Step {
+            heading: format!("[{}/{}] {title}", self.done, self.total),
+            started: Instant::now(),
+            line_open: true,
+            terminal: io::stdout().is_terminal(),
+        };
+        print(&format!("{} ...", step.heading));
+        let result = work(&mut step);
+        step.close(if result.is_ok() { "" } else { "failed after " });
+        result
+    }
+}
+
+/// A step under way.
+pub struct Step {
+    heading: String,
+    started: Instant,
+    /// Whether the cursor still stands behind the heading, that is, nothing else was printed.
+    line_open: bool,
+    terminal: bool,
+}
+
+impl Step {
+    /// Runs a command whose output matters only if it fails; the error then carries it.
+    ///
+    /// A terminal shows the latest line of the output, so that one sees it move.
+    pub fn quiet(&mut self, command: &mut Command) -> Result<(), Error> {
+        let mut output = String::new();
+        let status = lines_of(command, Stdio::piped(), |line| match line {
+            Some(line) => {
+                // Writing to a string cannot fail.
+                let _ = writeln!(output, "{line}");
+            }
+            None => self.refresh(output.lines().next_back().unwrap_or_default()),
+        })?;
+        if status.success() {
+            return Ok(());
+        }
+        let cause = failure(command, status);
+        let output = output.trim_end();
+        let gap = if output.is_empty() { "" } else { "\n" };
+        Err(Error::Failed(format!("{cause}{gap}{output}")))
+    }
+
+    /// Runs a command whose output is for the user to see as it comes.
+    pub fn streamed(&mut self, command: &mut Command) -> Result<(), Error> {
+        self.break_line();
+        let status = command
+            .status()
+            .map_err(Error::while_doing(name(command)))?;
+        if status.success() {
+            Ok(())
+        } else {
+            Err(Error::Failed(failure(command, status)))
+        }
+    }
+
+    /// As [`Step::streamed`], and returns the lines of the standard output.
+    pub fn echoed(&mut self, command: &mut Command) -> Result<Vec<String>, Error> {
+        self.break_line();
+        let mut lines = Vec::new();
+        let status = lines_of(command, Stdio::inherit(), |line| {
+            if let Some(line) = line {
+                say(&line);
+                lines.push(line);
+            }
+        })?;
+        if status.success() {
+            Ok(lines)
+        } else {
+            Err(Error::Failed(failure(command, status)))
+        }
+    }
+
+    /// Prints a line within the step.
+    pub fn note(&mut self, line: &str) {
+        self.break_line();
+        say(line);
+    }
+
+    /// Rewrites the heading's line with the time so far and what is going on.
+    fn refresh(&self, activity: &str) {
+        if self.terminal && self.line_open {
+            let seconds = self.started.elapsed().as_secs();
+            let line = format!("{} ... {seconds} s  {}", self.heading, activity.trim());
+            // A line that wraps could not be rewritten, and any terminal has 80 columns; control
+            // characters (colours) would count as columns and might be cut in half.
+            let line: String = line.chars().filter(|c| !c.is_control()).take(79).collect();
+            print(&format!("\r\x1b[K{line}"));
+        }
+    }
+
+    fn break_line(&mut self) {
+        if self.line_open {
+            say(&self.rewound());
+            self.line_open = false;
+        }
+    }
+
+    fn close(&self, outcome: &str) {
+        let seconds = self.started.elapsed().as_secs_f64();
+        let start = if self.line_open {
+            self.rewound()
+        } else {
+            format!("{} ...", self.heading)
+        };
+        say(&format!("{start} {outcome}{seconds:.1} s"));
+    }
+
+    /// What takes the cursor behind the bare heading: nothing, unless a terminal shows more.
+    fn rewound(&self) -> String {
+        if self.terminal {
+            format!("\r\x1b[K{} ...", self.heading)
+        } else {
+            String::new()
+        }
+    }
+}
+
+fn print(text: &str) {
+    let mut stdout = io::stdout();
+    let _ = stdout
+        .write_all(text.as_bytes())
+        .and_then(|()| stdout.flush());
+}
+
+/// Runs a command and hands on each line it prints, and `None` now and then while it runs.
+fn lines_of(
+    command: &mut Command,
+    stderr: Stdio,
+    mut take: impl FnMut(Option<String>),
+) -> Result<ExitStatus, Error> {
+    let mut child = command
+        .stdin(Stdio::null())
+        .stdout(Stdio::piped())
+        .stderr(stderr)
+        .spawn()
+        .map_err(Error::while_doing(name(command)))?;
+    let (sender, receiver) = mpsc::channel();
+    if let Some(stdout) = child.stdout.take() {
+        send_lines(stdout, sender.clone());
+    }
+    if let Some(stderr) = child.stderr.take() {
+        send_lines(stderr, sender.clone());
+    }
+    // The channel must close when the last reader ends.
+    drop(sender);
+    let pause = Duration::from_millis(250);
+    let mut refreshed = Instant::now();
+    loop {
+        match receiver.recv_timeout(pause) {
+            Ok(line) => take(Some(line)),
+            Err(RecvTimeoutError::Timeout) => {}
+            Err(RecvTimeoutError::Disconnected) => break,
+        }
+        if refreshed.elapsed() >= pause {
+            take(None);
+            refreshed = Instant::now();
+        }
+    }
+    child.wait().map_err(Error::while_doing(name(command)))
+}
+
+/// Reads in a thread of its own, so that a command which fills one pipe while the other is being
+/// read does not stall.
+fn send_lines(pipe: impl Read + Send + 'static, sender: mpsc::Sender<String>) {
+    thread::spawn(move || {
+        let mut pipe = BufReader::new(pipe);
+        let mut line = Vec::new();
+        while matches!(pipe.read_until(b'\n', &mut line), Ok(1..)) {
+            let text = String::from_utf8_lossy(&line);
+            if sender
+                .send(text.trim_end_matches(['\r', '\n']).to_owned())
+                .is_err()
+            {
+                break;
+            }
+            line.clear();
+        }
+    });
+}
+
+fn name(command: &Command) -> String {
+    command.get_program().display().to_string()
+}
+
+fn failure(command: &Command, status: ExitStatus) -> String {
+    let mut line = name(command);
+    for argument in command.get_args() {
+        line.push(' ');
+        line.push_str(&argument.to_string_lossy());
+    }
+    format!("{line}\nended with {status}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn step() -> Step {
+        Step {
+            heading: "[1/1] testing".into(),
+            started: Instant::now(),
+            line_open: false,
+            terminal: false,
+        }
+    }
+
+    fn shell(script: &str) -> Command {
+        let mut command = Command::new("sh");
+        command.args(["-c", script]);
+        command
+    }
+
+    #[test]
+    fn a_quiet_failure_carries_the_output() {
+        let error = step()
+            .quiet(&mut shell("echo one; echo two >&2; exit 3"))
+            .unwrap_err();
+        let message = error.to_string();
+        assert!(message.contains("exit status: 3"), "{message}");
+        assert!(
+            message.contains("\none") && message.contains("\ntwo"),
+            "{message}"
+        );
+    }
+
+    #[test]
+    fn echoed_lines_are_returned() {
+        let lines = step().echoed(&mut shell("echo one; printf two")).unwrap();
+        assert_eq!(lines, ["one", "two"]);
+    }
+
+    #[test]
+    fn a_lot_of_output_on_both_pipes_does_not_stall() {
+        let script = "i=0; while [ $i -lt 5000 ]; do
+            echo aaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaa
+            echo bbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbb >&2
+            i=$((i + 1)); done";
+        assert_eq!(step().quiet(&mut shell(script)), Ok(()));
+    }
+
+    #[test]
+    fn a_missing_program_is_an_error() {
+        let error = step()
+            .quiet(&mut Command::new("/nonexistent/program"))
+            .unwrap_err();
+        assert!(
+            error.to_string().starts_with("/nonexistent/program: "),
+            "{error}"
+        );
+    }
+}
