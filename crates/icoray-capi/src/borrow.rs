@@ -1,0 +1,173 @@
+//! From the caller's pointers to slices and strings: every assumption about foreign memory stands here.
+
+use crate::boundary::{Failure, Outcome};
+use crate::types::{ICORAY_CENTER, ICORAY_CORNER, ICORAY_F32, ICORAY_F64, icoray_array, icoray_grid, icoray_status};
+use icoray_core::{Field, GridTables, LonLat, Location, Reals, Shape};
+use std::ffi::{CStr, c_char, c_void};
+
+fn argument(message: String) -> Failure {
+    Failure::new(icoray_status::ICORAY_ERR_ARGUMENT, message)
+}
+
+/// A struct that begins with its size.
+pub(crate) trait Versioned {
+    const NAME: &'static str;
+}
+
+/// Borrows a caller's struct after looking at its size.
+///
+/// # Safety
+/// `pointer` is NULL or points to a readable `size_t` followed by as many bytes as that number says.
+pub(crate) unsafe fn sized<'a, T: Versioned>(pointer: *const T) -> Outcome<&'a T> {
+    if pointer.is_null() {
+        return Err(Failure::null(T::NAME));
+    }
+    // SAFETY: not NULL, and the caller promises that a size_t can be read there.
+    let size = unsafe { pointer.cast::<usize>().read() };
+    check_size::<T>(size)?;
+    // SAFETY: the size is right, so the caller promises the whole struct.
+    Ok(unsafe { &*pointer })
+}
+
+/// Refuses a struct of another size than this library's.
+pub(crate) fn check_size<T: Versioned>(size: usize) -> Outcome<()> {
+    if size == size_of::<T>() {
+        return Ok(());
+    }
+    let message = format!("{}.struct_size: {size}, expected {} (header and library differ, or it was not set)", T::NAME, size_of::<T>());
+    Err(Failure::new(icoray_status::ICORAY_ERR_STRUCT_SIZE, message))
+}
+
+/// Borrows a string.
+///
+/// # Safety
+/// `pointer` is NULL or points to a NUL-terminated string that lives for `'a`.
+pub(crate) unsafe fn text<'a>(pointer: *const c_char, what: &str) -> Outcome<&'a str> {
+    if pointer.is_null() {
+        return Err(Failure::null(what));
+    }
+    // SAFETY: not NULL; the caller promises the NUL.
+    let text = unsafe { CStr::from_ptr(pointer) };
+    text.to_str().map_err(|_| argument(format!("{what}: {text:?} is not UTF-8")))
+}
+
+fn count(value: i64, what: &str) -> Outcome<usize> {
+    usize::try_from(value).ok().filter(|n| *n <= i32::MAX as usize * 4).ok_or_else(|| argument(format!("{what}: {value}, expected 0 or more")))
+}
+
+/// # Safety
+/// `pointer` is NULL or points to `len` elements that live, unchanged, for `'a`.
+unsafe fn slice<'a, T>(pointer: *const T, len: usize, what: &str) -> Outcome<&'a [T]> {
+    if pointer.is_null() {
+        return Err(Failure::null(what));
+    }
+    if !pointer.is_aligned() {
+        return Err(argument(format!("{what}: {pointer:?} is not aligned to {} bytes", align_of::<T>())));
+    }
+    if len.checked_mul(size_of::<T>()).is_none_or(|bytes| bytes > isize::MAX as usize) {
+        return Err(argument(format!("{what}: {len} elements are more than the address space holds")));
+    }
+    // SAFETY: not NULL, aligned, small enough; the caller promises the elements.
+    Ok(unsafe { std::slice::from_raw_parts(pointer, len) })
+}
+
+/// # Safety
+/// As [`slice`], for elements of the type that `kind` names.
+unsafe fn reals<'a>(pointer: *const c_void, kind: i32, len: usize, what: &str) -> Outcome<Reals<'a>> {
+    match kind {
+        // SAFETY: passed on.
+        ICORAY_F32 => unsafe { slice(pointer.cast::<f32>(), len, what) }.map(Reals::F32),
+        // SAFETY: passed on.
+        ICORAY_F64 => unsafe { slice(pointer.cast::<f64>(), len, what) }.map(Reals::F64),
+        _ => Err(argument(format!("{what}: type {kind}, expected ICORAY_F32 (1) or ICORAY_F64 (2)"))),
+    }
+}
+
+/// The tables of a grid.
+///
+/// # Safety
+/// Every pointer in `grid` is NULL or points to as many elements as its comment in the header says, which live
+/// unchanged for `'a`.
+pub(crate) unsafe fn tables<'a>(grid: &icoray_grid) -> Outcome<GridTables<'a>> {
+    let cells = count(grid.cells, "icoray_grid.cells")?;
+    let corners = count(grid.corners, "icoray_grid.corners")?;
+    let edges = count(grid.edges, "icoray_grid.edges")?;
+    let row = count(grid.cell_corner_row, "icoray_grid.cell_corner_row")?;
+    let corner_entries =
+        cells.checked_mul(row).ok_or_else(|| argument(format!("icoray_grid.cell_corner_row: {row} times {cells} cells overflows")))?;
+    let kind = grid.real_type;
+    // SAFETY: the caller promises these tables with these lengths.
+    unsafe {
+        Ok(GridTables {
+            index_base: grid.index_base,
+            center: LonLat {
+                lon_rad: reals(grid.lon_center_rad, kind, cells, "icoray_grid.lon_center_rad")?,
+                lat_rad: reals(grid.lat_center_rad, kind, cells, "icoray_grid.lat_center_rad")?,
+            },
+            corner: LonLat {
+                lon_rad: reals(grid.lon_corner_rad, kind, corners, "icoray_grid.lon_corner_rad")?,
+                lat_rad: reals(grid.lat_corner_rad, kind, corners, "icoray_grid.lat_corner_rad")?,
+            },
+            cell_corner: slice(grid.cell_corner, corner_entries, "icoray_grid.cell_corner")?,
+            cell_corner_row: row,
+            cell_corner_count: if grid.cell_corner_count.is_null() {
+                None
+            } else {
+                Some(slice(grid.cell_corner_count, cells, "icoray_grid.cell_corner_count")?)
+            },
+            corner_cell: slice(grid.corner_cell, 3 * corners, "icoray_grid.corner_cell")?,
+            corner_edge: slice(grid.corner_edge, 3 * corners, "icoray_grid.corner_edge")?,
+            edge_corner: slice(grid.edge_corner, 2 * edges, "icoray_grid.edge_corner")?,
+        })
+    }
+}
+
+/// The radii of layers.
+///
+/// # Safety
+/// `radius_m` is NULL or points to `count` doubles.
+pub(crate) unsafe fn radii<'a>(radius_m: *const f64, layers: i64) -> Outcome<&'a [f64]> {
+    let layers = count(layers, "icoray_layers.count")?;
+    // SAFETY: passed on.
+    unsafe { slice(radius_m, layers, "icoray_layers.radius_m") }
+}
+
+/// A field, as the array stands now.
+///
+/// # Safety
+/// `array.data` is NULL or points to value (0, 0) of an array that holds every element that columns, layers and strides
+/// reach, of the type given, unchanged for `'a`.
+pub(crate) unsafe fn field<'a>(array: &icoray_array) -> Outcome<Field<'a>> {
+    let stride = |value: i64, what: &str| isize::try_from(value).map_err(|_| argument(format!("icoray_array.{what}: {value} is too large")));
+    let mut shape = Shape {
+        columns: count(array.columns, "icoray_array.columns")?,
+        layers: count(array.layers, "icoray_array.layers")?,
+        offset: 0,
+        column_stride: stride(array.column_stride, "column_stride")?,
+        layer_stride: stride(array.layer_stride, "layer_stride")?,
+    };
+    let location = match array.location {
+        ICORAY_CENTER => Location::Center,
+        ICORAY_CORNER => Location::Corner,
+        other => return Err(argument(format!("icoray_array.location: {other}, expected ICORAY_CENTER (0) or ICORAY_CORNER (1)"))),
+    };
+    if array.data.is_null() {
+        return Err(Failure::null("icoray_array.data"));
+    }
+    // Rust's slice begins at the lowest element that is reached, which negative strides put before `data`.
+    let Some((low, high)) = shape.extent() else {
+        let message = format!("{} columns of {} layers, expected at least one of each", shape.columns, shape.layers);
+        return Err(Failure::new(icoray_status::ICORAY_ERR_FIELD, message));
+    };
+    let reach = |element: i128| isize::try_from(element).ok().filter(|e| e.checked_mul(8).is_some());
+    let (Some(low), Some(high)) = (reach(low), reach(high)) else {
+        return Err(argument(format!("icoray_array: the strides reach elements {low} to {high}, beyond the address space")));
+    };
+    shape.offset = low.unsigned_abs();
+    let size = if array.r#type == ICORAY_F32 { 4 } else { 8 };
+    let first = array.data.wrapping_byte_offset(low * size);
+    // SAFETY: the caller promises all elements from the lowest to the highest that the strides reach.
+    let samples = unsafe { reals(first, array.r#type, high.abs_diff(low) + 1, "icoray_array.data")? };
+    let fill = (array.has_fill != 0).then_some(array.fill_value);
+    Ok(Field::new(samples, shape, location, fill)?)
+}

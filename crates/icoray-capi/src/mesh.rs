@@ -1,0 +1,88 @@
+//! The generator, exported: an icosahedral mesh that owns its tables.
+#![expect(non_camel_case_types, reason = "the names are C's")]
+
+use crate::borrow::check_size;
+use crate::boundary::{Failure, guarded, status};
+use crate::types::{ICORAY_F64, icoray_grid, icoray_status};
+use icoray_core::{Error, ErrorKind, IcosahedralMesh};
+use std::ptr;
+
+/// A generated mesh that owns its tables.
+pub struct icoray_mesh(IcosahedralMesh);
+
+/// Makes the icosahedral mesh of 10*4^level + 2 cells, level 0 to 12. Freed by icoray_mesh_free.
+///
+/// # Safety
+/// `mesh` is NULL or points to a pointer that can be written.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn icoray_mesh_create(level: i32, mesh: *mut *mut icoray_mesh) -> icoray_status {
+    status(&guarded(|| {
+        if mesh.is_null() {
+            return Err(Failure::null("mesh"));
+        }
+        let wrong = |_| Error::new(ErrorKind::Argument, format!("mesh level {level}, expected 0 to {}", icoray_core::MAX_LEVEL));
+        let made = IcosahedralMesh::new(u32::try_from(level).map_err(wrong)?)?;
+        // SAFETY: not NULL; the caller promises that it can be written.
+        unsafe { mesh.write(Box::into_raw(Box::new(icoray_mesh(made)))) };
+        Ok(())
+    }))
+}
+
+/// Fills grid with the mesh's sizes and tables (doubles, numbered from 0), which live until icoray_mesh_free.
+/// grid->struct_size is set before the call.
+///
+/// # Safety
+/// `mesh` comes from icoray_mesh_create; `grid` is NULL or points to an icoray_grid that can be written.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn icoray_mesh_grid(mesh: *const icoray_mesh, grid: *mut icoray_grid) -> icoray_status {
+    status(&guarded(|| {
+        if mesh.is_null() || grid.is_null() {
+            return Err(Failure::null(if mesh.is_null() { "mesh" } else { "grid" }));
+        }
+        // SAFETY: not NULL; the caller promises at least a size_t there.
+        check_size::<icoray_grid>(unsafe { grid.cast::<usize>().read() })?;
+        // SAFETY: not NULL; the caller promises a live mesh.
+        let mesh = unsafe { &(*mesh).0 };
+        let filled = icoray_grid {
+            struct_size: size_of::<icoray_grid>(),
+            cells: mesh.cells() as i64,
+            corners: mesh.lon_corner_rad.len() as i64,
+            edges: (mesh.edge_corner.len() / 2) as i64,
+            index_base: 0,
+            real_type: ICORAY_F64,
+            lon_center_rad: mesh.lon_center_rad.as_ptr().cast(),
+            lat_center_rad: mesh.lat_center_rad.as_ptr().cast(),
+            lon_corner_rad: mesh.lon_corner_rad.as_ptr().cast(),
+            lat_corner_rad: mesh.lat_corner_rad.as_ptr().cast(),
+            cell_corner: mesh.cell_corner.as_ptr(),
+            cell_corner_row: 6,
+            cell_corner_count: ptr::null(),
+            corner_cell: mesh.corner_cell.as_ptr(),
+            corner_edge: mesh.corner_edge.as_ptr(),
+            edge_corner: mesh.edge_corner.as_ptr(),
+        };
+        // SAFETY: the size is right, so the caller promises the whole struct.
+        unsafe { grid.write(filled) };
+        Ok(())
+    }))
+}
+
+/// Frees the mesh and sets *mesh to NULL; a NULL mesh is fine.
+///
+/// # Safety
+/// `mesh` is NULL or points to NULL or to a mesh from icoray_mesh_create that no context uses any more.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn icoray_mesh_free(mesh: *mut *mut icoray_mesh) -> icoray_status {
+    status(&guarded(|| {
+        if mesh.is_null() {
+            return Err(Failure::null("mesh"));
+        }
+        // SAFETY: not NULL; the caller promises a pointer there.
+        let owned = unsafe { mesh.replace(ptr::null_mut()) };
+        if !owned.is_null() {
+            // SAFETY: it came out of Box::into_raw in icoray_mesh_create, and *mesh no longer has it.
+            drop(unsafe { Box::from_raw(owned) });
+        }
+        Ok(())
+    }))
+}
