@@ -16,44 +16,17 @@ struct Check {
 }
 
 static CHECKS: &[Check] = &[
-    Check {
-        title: "formatting",
-        slow: false,
-        run: formatting,
-    },
-    Check {
-        title: "lints",
-        slow: false,
-        run: lints,
-    },
-    Check {
-        title: "tests",
-        slow: false,
-        run: tests,
-    },
-    Check {
-        title: "documentation",
-        slow: true,
-        run: documentation,
-    },
-    Check {
-        title: "C example, shared library",
-        slow: true,
-        run: shared_example,
-    },
-    Check {
-        title: "C example, static library",
-        slow: true,
-        run: static_example,
-    },
+    Check { title: "formatting", slow: false, run: formatting },
+    Check { title: "lints", slow: false, run: lints },
+    Check { title: "tests", slow: false, run: tests },
+    Check { title: "documentation", slow: true, run: documentation },
+    Check { title: "C example, shared library", slow: true, run: shared_example },
+    Check { title: "C example, static library", slow: true, run: static_example },
 ];
 
 /// Runs the checks, all of them even if some fail: one run is to show everything that is wrong.
 pub fn run(workspace: &Workspace, options: &TestOptions) -> Result<(), Error> {
-    let checks: Vec<_> = CHECKS
-        .iter()
-        .filter(|check| !(options.fast && check.slow))
-        .collect();
+    let checks: Vec<_> = CHECKS.iter().filter(|check| !(options.fast && check.slow)).collect();
     let total = checks.len() + 1;
     let mut steps = Steps::new(total);
     // Without its packages nothing builds, and each of the steps would say so at length.
@@ -68,17 +41,11 @@ pub fn run(workspace: &Workspace, options: &TestOptions) -> Result<(), Error> {
         }
     }
     if failed.is_empty() {
-        say(&format!(
-            "all {total} steps passed in {:.0} s",
-            steps.seconds()
-        ));
+        say(&format!("all {total} steps passed in {:.0} s", steps.seconds()));
         return Ok(());
     }
     let list = failed.join("\n  ");
-    Err(Error::Failed(format!(
-        "{} of {total} steps failed:\n  {list}",
-        failed.len()
-    )))
+    Err(Error::Failed(format!("{} of {total} steps failed:\n  {list}", failed.len())))
 }
 
 fn formatting(workspace: &Workspace, step: &mut Step) -> Result<(), Error> {
@@ -86,14 +53,7 @@ fn formatting(workspace: &Workspace, step: &mut Step) -> Result<(), Error> {
 }
 
 fn lints(workspace: &Workspace, step: &mut Step) -> Result<(), Error> {
-    let arguments = [
-        "clippy",
-        "--workspace",
-        "--all-targets",
-        "--",
-        "-D",
-        "warnings",
-    ];
+    let arguments = ["clippy", "--workspace", "--all-targets", "--", "-D", "warnings"];
     step.quiet(&mut workspace.cargo(arguments))
 }
 
@@ -124,11 +84,7 @@ fn example(workspace: &Workspace, linkage: Linkage, step: &mut Step) -> Result<(
     step.quiet(&mut tracer::build_library(workspace, false))?;
     step.quiet(&mut model.compile())?;
     tracer::prepare(&out)?;
-    let size = Size {
-        level: 3,
-        layers: 8,
-        days: 1.0,
-    };
+    let size = Size { level: 3, layers: 8, days: 1.0 };
     step.quiet(&mut model.run(size, None, &out)?)?;
     let pictures = tracer::pictures(&out)?;
     if pictures.is_empty() {

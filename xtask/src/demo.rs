@@ -32,33 +32,19 @@ pub fn run(workspace: &Workspace, options: &DemoOptions) -> Result<(), Error> {
     steps.run("looking for system packages", |step| {
         system::provide(system::FOR_DEMO, options.install, step)
     })?;
-    steps.run("building the library", |step| {
-        step.quiet(&mut tracer::build_library(workspace, true))
-    })?;
-    steps.run("building the tracer model", |step| {
-        step.quiet(&mut model.compile())
-    })?;
+    steps.run("building the library", |step| step.quiet(&mut tracer::build_library(workspace, true)))?;
+    steps.run("building the tracer model", |step| step.quiet(&mut model.compile()))?;
     let lines = steps.run("running the tracer model", |step| {
         tracer::prepare(&out)?;
         step.echoed(&mut model.run(options.size, scene.as_deref(), &out)?)
     })?;
     let pictures = tracer::pictures(&out)?;
     if pictures.is_empty() {
-        return Err(Error::Failed(format!(
-            "the tracer model left no pictures in {}",
-            out.display()
-        )));
+        return Err(Error::Failed(format!("the tracer model left no pictures in {}", out.display())));
     }
     steps.run("making the contact sheet", |step| {
-        let mut command = workspace.cargo([
-            "run",
-            "--release",
-            "--package",
-            "icoray",
-            "--example",
-            "contact_sheet",
-            "--",
-        ]);
+        let mut command =
+            workspace.cargo(["run", "--release", "--package", "icoray", "--example", "contact_sheet", "--"]);
         step.quiet(command.arg(&out).arg(&sheet))
     })?;
 
@@ -77,15 +63,10 @@ pub fn run(workspace: &Workspace, options: &DemoOptions) -> Result<(), Error> {
         }
     }
     say(&format!("contact sheet:\n  {}", workspace.shown(&sheet)));
-    say(&format!(
-        "report, a line per picture:\n  {}",
-        workspace.shown(&report)
-    ));
+    say(&format!("report, a line per picture:\n  {}", workspace.shown(&report)));
     say(&format!("\n{}", summary.table()));
     match summary.failed {
-        Some(failed @ 1..) => Err(Error::Failed(format!(
-            "{failed} pictures could not be taken"
-        ))),
+        Some(failed @ 1..) => Err(Error::Failed(format!("{failed} pictures could not be taken"))),
         _ => Ok(()),
     }
 }

@@ -74,9 +74,7 @@ pub struct TestOptions {
 
 /// Makes sense of the arguments after the program's name.
 pub fn parse(arguments: impl IntoIterator<Item = OsString>) -> Result<Invocation, Error> {
-    let mut arguments = Arguments {
-        rest: arguments.into_iter().collect::<Vec<_>>().into_iter(),
-    };
+    let mut arguments = Arguments { rest: arguments.into_iter().collect::<Vec<_>>().into_iter() };
     let Some(subcommand) = arguments.rest.next() else {
         return Err(Error::Usage("a subcommand is missing".into()));
     };
@@ -84,10 +82,7 @@ pub fn parse(arguments: impl IntoIterator<Item = OsString>) -> Result<Invocation
         Some("demo") => parse_demo(arguments),
         Some("test") => parse_test(arguments),
         Some("help" | "--help" | "-h") => Ok(Invocation::Help),
-        _ => Err(Error::Usage(format!(
-            "unknown subcommand {}",
-            quoted(&subcommand)
-        ))),
+        _ => Err(Error::Usage(format!("unknown subcommand {}", quoted(&subcommand)))),
     }
 }
 
@@ -95,11 +90,7 @@ fn parse_demo(mut arguments: Arguments) -> Result<Invocation, Error> {
     let mut options = DemoOptions {
         out: None,
         scene: None,
-        size: Size {
-            level: 5,
-            layers: 30,
-            days: 12.0,
-        },
+        size: Size { level: 5, layers: 30, days: 12.0 },
         install: true,
     };
     while let Some(option) = arguments.next_option()? {
@@ -125,10 +116,7 @@ fn parse_demo(mut arguments: Arguments) -> Result<Invocation, Error> {
 }
 
 fn parse_test(mut arguments: Arguments) -> Result<Invocation, Error> {
-    let mut options = TestOptions {
-        fast: false,
-        install: true,
-    };
+    let mut options = TestOptions { fast: false, install: true };
     while let Some(option) = arguments.next_option()? {
         match option.name.as_str() {
             "--fast" => options.fast = option.given()?,
@@ -158,20 +146,13 @@ impl Arguments {
         };
         // Only a value may be something other than Unicode, and only as an argument of its own.
         let Some(text) = argument.to_str() else {
-            return Err(Error::Usage(format!(
-                "unknown argument {}",
-                quoted(&argument)
-            )));
+            return Err(Error::Usage(format!("unknown argument {}", quoted(&argument))));
         };
         Ok(Some(match text.split_once('=') {
-            Some((name, value)) if name.starts_with("--") => Opt {
-                name: name.into(),
-                value: Some(value.into()),
-            },
-            _ => Opt {
-                name: text.into(),
-                value: None,
-            },
+            Some((name, value)) if name.starts_with("--") => {
+                Opt { name: name.into(), value: Some(value.into()) }
+            }
+            _ => Opt { name: text.into(), value: None },
         }))
     }
 
@@ -228,11 +209,7 @@ mod tests {
         let expected = DemoOptions {
             out: None,
             scene: None,
-            size: Size {
-                level: 5,
-                layers: 30,
-                days: 12.0,
-            },
+            size: Size { level: 5, layers: 30, days: 12.0 },
             install: true,
         };
         assert_eq!(parse_words("demo"), Ok(Invocation::Demo(expected)));
@@ -243,36 +220,21 @@ mod tests {
         let expected = DemoOptions {
             out: Some("pictures".into()),
             scene: Some("my.toml".into()),
-            size: Size {
-                level: 3,
-                layers: 8,
-                days: 0.5,
-            },
+            size: Size { level: 3, layers: 8, days: 0.5 },
             install: false,
         };
         assert_eq!(
-            parse_words(
-                "demo --out pictures --scene=my.toml --level=3 --layers 8 --days .5 --no-install"
-            ),
+            parse_words("demo --out pictures --scene=my.toml --level=3 --layers 8 --days .5 --no-install"),
             Ok(Invocation::Demo(expected))
         );
     }
 
     #[test]
     fn test_takes_flags() {
-        assert_eq!(
-            parse_words("test"),
-            Ok(Invocation::Test(TestOptions {
-                fast: false,
-                install: true
-            }))
-        );
+        assert_eq!(parse_words("test"), Ok(Invocation::Test(TestOptions { fast: false, install: true })));
         assert_eq!(
             parse_words("test --fast --no-install"),
-            Ok(Invocation::Test(TestOptions {
-                fast: true,
-                install: false
-            }))
+            Ok(Invocation::Test(TestOptions { fast: true, install: false }))
         );
     }
 
@@ -294,10 +256,7 @@ mod tests {
         assert_eq!(complaint("demo --level five"), "--level cannot be 'five'");
         assert_eq!(complaint("demo --level -1"), "--level cannot be '-1'");
         assert_eq!(complaint("demo --layers 0"), "--layers must be at least 1");
-        assert_eq!(
-            complaint("demo --days nan"),
-            "--days must be a positive number"
-        );
+        assert_eq!(complaint("demo --days nan"), "--days must be a positive number");
         assert_eq!(complaint("test --fast=yes"), "--fast takes no value");
     }
 }

@@ -21,10 +21,7 @@ impl Summary {
     /// Finds the summary among the lines that the tracer printed.
     pub fn find(lines: &[String]) -> Self {
         let mut summary = Self::default();
-        let line = lines
-            .iter()
-            .rev()
-            .find_map(|line| line.strip_prefix("summary "));
+        let line = lines.iter().rev().find_map(|line| line.strip_prefix("summary "));
         let entries = line.unwrap_or_default().split_whitespace();
         for (name, value) in entries.filter_map(|entry| entry.split_once('=')) {
             match name {
@@ -50,10 +47,7 @@ impl Summary {
 
     /// A table of the seconds spent, in all, per time step and per picture.
     pub fn table(&self) -> String {
-        let mut lines = vec![format!(
-            "{:<24}{:>12}{:>16}",
-            "seconds", "simulation", "visualization"
-        )];
+        let mut lines = vec![format!("{:<24}{:>12}{:>16}", "seconds", "simulation", "visualization")];
         let mut row = |title: String, divisor: f64| {
             let cell = |total: Option<f64>| match total {
                 Some(total) => format!("{:.4}", total / divisor),
@@ -88,13 +82,9 @@ impl Frames {
         const PARTS: [&str; 3] = ["prepare_s", "render_s", "write_s"];
         let mut lines = csv.lines().filter(|line| !line.trim().is_empty());
         let header = fields(lines.next().unwrap_or_default());
-        let columns: Vec<usize> = (0..header.len())
-            .filter(|&at| PARTS.contains(&header[at].as_str()))
-            .collect();
-        let mut frames = Self {
-            count: 0,
-            visualization: (!columns.is_empty()).then_some(0.0),
-        };
+        let columns: Vec<usize> =
+            (0..header.len()).filter(|&at| PARTS.contains(&header[at].as_str())).collect();
+        let mut frames = Self { count: 0, visualization: (!columns.is_empty()).then_some(0.0) };
         for line in lines {
             frames.count += 1;
             let fields = fields(line);
@@ -109,9 +99,7 @@ impl Frames {
 }
 
 fn seconds(text: &str) -> Option<f64> {
-    text.parse()
-        .ok()
-        .filter(|seconds: &f64| seconds.is_finite())
+    text.parse().ok().filter(|seconds: &f64| seconds.is_finite())
 }
 
 /// The fields of one line of CSV, which may be quoted, as the names of pictures might be.
@@ -161,19 +149,10 @@ mod tests {
 
     #[test]
     fn a_summary_may_be_absent_or_odd() {
-        assert_eq!(
-            Summary::find(&lines("frame 0\nframe 1")),
-            Summary::default()
-        );
+        assert_eq!(Summary::find(&lines("frame 0\nframe 1")), Summary::default());
         assert_eq!(Summary::find(&[]), Summary::default());
         let odd = Summary::find(&lines("summary steps=many frames=2 simulation_s=nan rest"));
-        assert_eq!(
-            odd,
-            Summary {
-                frames: Some(2),
-                ..Summary::default()
-            }
-        );
+        assert_eq!(odd, Summary { frames: Some(2), ..Summary::default() });
     }
 
     #[test]
@@ -181,53 +160,23 @@ mod tests {
         let csv = "frame,picture,write_s,prepare_s,samples,render_s\n\
                    0,\"a, \"\"b\"\".png\",0.25,0.5,100,1\n\
                    1,c.png,0.25,0,100,1\r\n";
-        assert_eq!(
-            Frames::read(csv),
-            Frames {
-                count: 2,
-                visualization: Some(3.0)
-            }
-        );
+        assert_eq!(Frames::read(csv), Frames { count: 2, visualization: Some(3.0) });
     }
 
     #[test]
     fn a_report_may_be_empty_or_odd() {
-        assert_eq!(
-            Frames::read(""),
-            Frames {
-                count: 0,
-                visualization: None
-            }
-        );
-        assert_eq!(
-            Frames::read("frame\n0\n1\n"),
-            Frames {
-                count: 2,
-                visualization: None
-            }
-        );
+        assert_eq!(Frames::read(""), Frames { count: 0, visualization: None });
+        assert_eq!(Frames::read("frame\n0\n1\n"), Frames { count: 2, visualization: None });
         let cut_short = Frames::read("frame,render_s\n0,1.5\n1");
-        assert_eq!(
-            cut_short,
-            Frames {
-                count: 2,
-                visualization: None
-            }
-        );
+        assert_eq!(cut_short, Frames { count: 2, visualization: None });
     }
 
     #[test]
     fn the_report_fills_in_for_the_summary() {
-        let frames = Frames {
-            count: 4,
-            visualization: Some(2.0),
-        };
+        let frames = Frames { count: 4, visualization: Some(2.0) };
         let filled = Summary::default().or_from(&frames);
         assert_eq!((filled.frames, filled.visualization), (Some(4), Some(2.0)));
-        let summary = Summary {
-            visualization: Some(3.0),
-            ..Summary::default()
-        };
+        let summary = Summary { visualization: Some(3.0), ..Summary::default() };
         assert_eq!(summary.or_from(&frames).visualization, Some(3.0));
     }
 

@@ -29,11 +29,7 @@ pub struct Steps {
 impl Steps {
     /// Begins a sequence of `total` steps.
     pub fn new(total: usize) -> Self {
-        Self {
-            done: 0,
-            total,
-            started: Instant::now(),
-        }
+        Self { done: 0, total, started: Instant::now() }
     }
 
     /// Seconds since the sequence began.
@@ -95,14 +91,8 @@ impl Step {
     /// Runs a command whose output is for the user to see as it comes.
     pub fn streamed(&mut self, command: &mut Command) -> Result<(), Error> {
         self.break_line();
-        let status = command
-            .status()
-            .map_err(Error::while_doing(name(command)))?;
-        if status.success() {
-            Ok(())
-        } else {
-            Err(Error::Failed(failure(command, status)))
-        }
+        let status = command.status().map_err(Error::while_doing(name(command)))?;
+        if status.success() { Ok(()) } else { Err(Error::Failed(failure(command, status))) }
     }
 
     /// As [`Step::streamed`], and returns the lines of the standard output.
@@ -115,11 +105,7 @@ impl Step {
                 lines.push(line);
             }
         })?;
-        if status.success() {
-            Ok(lines)
-        } else {
-            Err(Error::Failed(failure(command, status)))
-        }
+        if status.success() { Ok(lines) } else { Err(Error::Failed(failure(command, status))) }
     }
 
     /// Prints a line within the step.
@@ -149,29 +135,19 @@ impl Step {
 
     fn close(&self, outcome: &str) {
         let seconds = self.started.elapsed().as_secs_f64();
-        let start = if self.line_open {
-            self.rewound()
-        } else {
-            format!("{} ...", self.heading)
-        };
+        let start = if self.line_open { self.rewound() } else { format!("{} ...", self.heading) };
         say(&format!("{start} {outcome}{seconds:.1} s"));
     }
 
     /// What takes the cursor behind the bare heading: nothing, unless a terminal shows more.
     fn rewound(&self) -> String {
-        if self.terminal {
-            format!("\r\x1b[K{} ...", self.heading)
-        } else {
-            String::new()
-        }
+        if self.terminal { format!("\r\x1b[K{} ...", self.heading) } else { String::new() }
     }
 }
 
 fn print(text: &str) {
     let mut stdout = io::stdout();
-    let _ = stdout
-        .write_all(text.as_bytes())
-        .and_then(|()| stdout.flush());
+    let _ = stdout.write_all(text.as_bytes()).and_then(|()| stdout.flush());
 }
 
 /// Runs a command and hands on each line it prints, and `None` now and then while it runs.
@@ -219,10 +195,7 @@ fn send_lines(pipe: impl Read + Send + 'static, sender: mpsc::Sender<String>) {
         let mut line = Vec::new();
         while matches!(pipe.read_until(b'\n', &mut line), Ok(1..)) {
             let text = String::from_utf8_lossy(&line);
-            if sender
-                .send(text.trim_end_matches(['\r', '\n']).to_owned())
-                .is_err()
-            {
+            if sender.send(text.trim_end_matches(['\r', '\n']).to_owned()).is_err() {
                 break;
             }
             line.clear();
@@ -248,12 +221,7 @@ mod tests {
     use super::*;
 
     fn step() -> Step {
-        Step {
-            heading: "[1/1] testing".into(),
-            started: Instant::now(),
-            line_open: false,
-            terminal: false,
-        }
+        Step { heading: "[1/1] testing".into(), started: Instant::now(), line_open: false, terminal: false }
     }
 
     fn shell(script: &str) -> Command {
@@ -264,15 +232,10 @@ mod tests {
 
     #[test]
     fn a_quiet_failure_carries_the_output() {
-        let error = step()
-            .quiet(&mut shell("echo one; echo two >&2; exit 3"))
-            .unwrap_err();
+        let error = step().quiet(&mut shell("echo one; echo two >&2; exit 3")).unwrap_err();
         let message = error.to_string();
         assert!(message.contains("exit status: 3"), "{message}");
-        assert!(
-            message.contains("\none") && message.contains("\ntwo"),
-            "{message}"
-        );
+        assert!(message.contains("\none") && message.contains("\ntwo"), "{message}");
     }
 
     #[test]
@@ -292,12 +255,7 @@ mod tests {
 
     #[test]
     fn a_missing_program_is_an_error() {
-        let error = step()
-            .quiet(&mut Command::new("/nonexistent/program"))
-            .unwrap_err();
-        assert!(
-            error.to_string().starts_with("/nonexistent/program: "),
-            "{error}"
-        );
+        let error = step().quiet(&mut Command::new("/nonexistent/program")).unwrap_err();
+        assert!(error.to_string().starts_with("/nonexistent/program: "), "{error}");
     }
 }

@@ -45,14 +45,7 @@ static C_HEADERS: Requirement = Requirement {
     purpose: "C library headers: builds the example model",
     source: Source::Apt,
     present: || {
-        let include = [
-            "-fsyntax-only",
-            "-include",
-            "stdio.h",
-            "-x",
-            "c",
-            "/dev/null",
-        ];
+        let include = ["-fsyntax-only", "-include", "stdio.h", "-x", "c", "/dev/null"];
         succeeds("cc", include)
     },
 };
@@ -104,14 +97,7 @@ static CLIPPY: Requirement = Requirement {
 pub static FOR_DEMO: &[&Requirement] = &[&C_COMPILER, &C_HEADERS];
 
 /// What the checks need: they build the whole workspace.
-pub static FOR_TEST: &[&Requirement] = &[
-    &C_COMPILER,
-    &C_HEADERS,
-    &NETCDF,
-    &PKG_CONFIG,
-    &RUSTFMT,
-    &CLIPPY,
-];
+pub static FOR_TEST: &[&Requirement] = &[&C_COMPILER, &C_HEADERS, &NETCDF, &PKG_CONFIG, &RUSTFMT, &CLIPPY];
 
 /// Sees to it that everything in `needed` is there, installing what is not if `install` allows.
 pub fn provide(needed: &[&Requirement], install: bool, step: &mut Step) -> Result<(), Error> {
@@ -139,21 +125,12 @@ pub fn provide(needed: &[&Requirement], install: bool, step: &mut Step) -> Resul
         return Ok(());
     }
     let list = described(&lacking);
-    Err(Error::Failed(format!(
-        "installed, but still not usable:\n{list}"
-    )))
+    Err(Error::Failed(format!("installed, but still not usable:\n{list}")))
 }
 
 /// Those of `needed` that `present` does not find.
-fn missing<'a>(
-    needed: &[&'a Requirement],
-    present: impl Fn(&Requirement) -> bool,
-) -> Vec<&'a Requirement> {
-    needed
-        .iter()
-        .copied()
-        .filter(|requirement| !present(requirement))
-        .collect()
+fn missing<'a>(needed: &[&'a Requirement], present: impl Fn(&Requirement) -> bool) -> Vec<&'a Requirement> {
+    needed.iter().copied().filter(|requirement| !present(requirement)).collect()
 }
 
 impl Requirement {
@@ -163,19 +140,12 @@ impl Requirement {
 }
 
 fn described(requirements: &[&Requirement]) -> String {
-    let lines: Vec<_> = requirements
-        .iter()
-        .map(|r| format!("  {}", r.described()))
-        .collect();
+    let lines: Vec<_> = requirements.iter().map(|r| format!("  {}", r.described())).collect();
     lines.join("\n")
 }
 
 fn packages_from(source: Source, requirements: &[&Requirement]) -> Vec<&'static str> {
-    requirements
-        .iter()
-        .filter(|r| r.source == source)
-        .map(|r| r.package)
-        .collect()
+    requirements.iter().filter(|r| r.source == source).map(|r| r.package).collect()
 }
 
 /// What installing can make use of.
@@ -209,20 +179,13 @@ impl Machine {
         let sudo: &[&str] = if self.root { &[] } else { &["sudo"] };
         // `env` because sudo hands on no variables.
         let start = ["env", "DEBIAN_FRONTEND=noninteractive", "apt-get"];
-        sudo.iter()
-            .chain(&start)
-            .chain(arguments)
-            .map(|&word| word.to_owned())
-            .collect()
+        sudo.iter().chain(&start).chain(arguments).map(|&word| word.to_owned()).collect()
     }
 }
 
 fn apt_install(packages: &[&str], machine: &Machine, step: &mut Step) -> Result<(), Error> {
-    let install: Vec<_> = ["install", "-y", "--no-install-recommends"]
-        .iter()
-        .chain(packages)
-        .copied()
-        .collect();
+    let install: Vec<_> =
+        ["install", "-y", "--no-install-recommends"].iter().chain(packages).copied().collect();
     let install = machine.apt_get(&install);
     if have_package_lists() && step.streamed(&mut command(&install)).is_ok() {
         return Ok(());
@@ -237,17 +200,11 @@ fn have_package_lists() -> bool {
     let Ok(entries) = fs::read_dir("/var/lib/apt/lists") else {
         return false;
     };
-    entries
-        .flatten()
-        .any(|entry| entry.file_name().to_string_lossy().contains("_Packages"))
+    entries.flatten().any(|entry| entry.file_name().to_string_lossy().contains("_Packages"))
 }
 
 fn rustup_add(components: &[&str]) -> Vec<String> {
-    ["rustup", "component", "add"]
-        .iter()
-        .chain(components)
-        .map(|&word| word.to_owned())
-        .collect()
+    ["rustup", "component", "add"].iter().chain(components).map(|&word| word.to_owned()).collect()
 }
 
 /// Says what lacks, why it is not being installed, and what to type instead.
@@ -302,15 +259,8 @@ fn succeeds<'a>(program: impl AsRef<OsStr>, arguments: impl IntoIterator<Item = 
 }
 
 /// The trimmed standard output of a program, if it is there and succeeds.
-fn output<'a>(
-    program: impl AsRef<OsStr>,
-    arguments: impl IntoIterator<Item = &'a str>,
-) -> Option<String> {
-    let output = Command::new(program)
-        .args(arguments)
-        .stdin(Stdio::null())
-        .output()
-        .ok()?;
+fn output<'a>(program: impl AsRef<OsStr>, arguments: impl IntoIterator<Item = &'a str>) -> Option<String> {
+    let output = Command::new(program).args(arguments).stdin(Stdio::null()).output().ok()?;
     let text = String::from_utf8_lossy(&output.stdout);
     output.status.success().then(|| text.trim().to_owned())
 }
@@ -319,18 +269,10 @@ fn output<'a>(
 mod tests {
     use super::*;
 
-    const ROOT: Machine = Machine {
-        root: true,
-        sudo: false,
-        apt: true,
-        rustup: true,
-    };
+    const ROOT: Machine = Machine { root: true, sudo: false, apt: true, rustup: true };
 
     fn names(requirements: &[&Requirement]) -> Vec<&'static str> {
-        requirements
-            .iter()
-            .map(|requirement| requirement.package)
-            .collect()
+        requirements.iter().map(|requirement| requirement.package).collect()
     }
 
     #[test]
@@ -338,48 +280,24 @@ mod tests {
         let bare = missing(FOR_TEST, |_| false);
         assert_eq!(names(&bare), names(FOR_TEST));
         assert!(missing(FOR_TEST, |_| true).is_empty());
-        let some = missing(FOR_TEST, |requirement| {
-            requirement.package != "libnetcdf-dev"
-        });
+        let some = missing(FOR_TEST, |requirement| requirement.package != "libnetcdf-dev");
         assert_eq!(names(&some), ["libnetcdf-dev"]);
     }
 
     #[test]
     fn packages_are_told_apart_by_source() {
-        assert_eq!(
-            packages_from(Source::Apt, FOR_TEST),
-            ["gcc", "libc6-dev", "libnetcdf-dev", "pkg-config"]
-        );
-        assert_eq!(
-            packages_from(Source::Rustup, FOR_TEST),
-            ["rustfmt", "clippy"]
-        );
+        assert_eq!(packages_from(Source::Apt, FOR_TEST), ["gcc", "libc6-dev", "libnetcdf-dev", "pkg-config"]);
+        assert_eq!(packages_from(Source::Rustup, FOR_TEST), ["rustfmt", "clippy"]);
         assert!(packages_from(Source::Rustup, FOR_DEMO).is_empty());
     }
 
     #[test]
     fn installing_takes_the_means_of_each_source() {
         assert!(ROOT.can_install(FOR_TEST));
-        assert!(
-            Machine {
-                root: false,
-                sudo: true,
-                ..ROOT
-            }
-            .can_install(FOR_TEST)
-        );
-        assert!(
-            !Machine {
-                root: false,
-                ..ROOT
-            }
-            .can_install(FOR_TEST)
-        );
+        assert!(Machine { root: false, sudo: true, ..ROOT }.can_install(FOR_TEST));
+        assert!(!Machine { root: false, ..ROOT }.can_install(FOR_TEST));
         assert!(!Machine { apt: false, ..ROOT }.can_install(FOR_TEST));
-        let without_rustup = Machine {
-            rustup: false,
-            ..ROOT
-        };
+        let without_rustup = Machine { rustup: false, ..ROOT };
         assert!(!without_rustup.can_install(FOR_TEST));
         assert!(without_rustup.can_install(FOR_DEMO));
     }
@@ -388,24 +306,13 @@ mod tests {
     fn apt_get_goes_through_sudo_where_not_root() {
         let expected = "env DEBIAN_FRONTEND=noninteractive apt-get update";
         assert_eq!(ROOT.apt_get(&["update"]).join(" "), expected);
-        let user = Machine {
-            root: false,
-            sudo: true,
-            ..ROOT
-        };
-        assert_eq!(
-            user.apt_get(&["update"]).join(" "),
-            format!("sudo {expected}")
-        );
+        let user = Machine { root: false, sudo: true, ..ROOT };
+        assert_eq!(user.apt_get(&["update"]).join(" "), format!("sudo {expected}"));
     }
 
     #[test]
     fn a_refusal_says_what_lacks_why_and_what_to_type() {
-        let user = Machine {
-            root: false,
-            sudo: true,
-            ..ROOT
-        };
+        let user = Machine { root: false, sudo: true, ..ROOT };
         assert_eq!(
             refusal(&[&NETCDF, &CLIPPY], &user, false),
             "missing on this machine:\n  \
@@ -416,27 +323,11 @@ mod tests {
              sudo apt-get install -y --no-install-recommends libnetcdf-dev\n  \
              rustup component add clippy"
         );
-        let without_sudo = refusal(
-            &[&NETCDF],
-            &Machine {
-                root: false,
-                ..ROOT
-            },
-            true,
-        );
-        assert!(
-            without_sudo.contains("root's rights and of sudo"),
-            "{without_sudo}"
-        );
-        assert!(
-            without_sudo.contains("(as root) apt-get install"),
-            "{without_sudo}"
-        );
+        let without_sudo = refusal(&[&NETCDF], &Machine { root: false, ..ROOT }, true);
+        assert!(without_sudo.contains("root's rights and of sudo"), "{without_sudo}");
+        assert!(without_sudo.contains("(as root) apt-get install"), "{without_sudo}");
         let other_system = refusal(&[&NETCDF], &Machine { apt: false, ..ROOT }, true);
-        assert!(
-            other_system.contains("for want of apt-get"),
-            "{other_system}"
-        );
+        assert!(other_system.contains("for want of apt-get"), "{other_system}");
         assert!(other_system.contains("counterparts of Debian's packages libnetcdf-dev"));
     }
 

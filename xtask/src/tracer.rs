@@ -34,11 +34,7 @@ pub struct Tracer<'a> {
 impl<'a> Tracer<'a> {
     /// The tracer linked with the library of a build profile.
     pub fn new(workspace: &'a Workspace, profile: &str, linkage: Linkage) -> Self {
-        Self {
-            workspace,
-            products: workspace.products(profile),
-            linkage,
-        }
+        Self { workspace, products: workspace.products(profile), linkage }
     }
 
     fn program(&self) -> PathBuf {
@@ -52,15 +48,7 @@ impl<'a> Tracer<'a> {
     pub fn compile(&self) -> Command {
         let mut cc = self.workspace.command("cc");
         // Warnings are errors: the header must be clean in the strictest of users' builds.
-        cc.args([
-            "-std=c99",
-            "-O2",
-            "-Wall",
-            "-Wextra",
-            "-Werror",
-            "-pedantic",
-            "-Iinclude",
-        ]);
+        cc.args(["-std=c99", "-O2", "-Wall", "-Wextra", "-Werror", "-pedantic", "-Iinclude"]);
         cc.arg("examples/c/tracer.c").arg("-o").arg(self.program());
         match self.linkage {
             Linkage::Shared => {
@@ -72,15 +60,7 @@ impl<'a> Tracer<'a> {
             }
             Linkage::Static => {
                 cc.arg(self.products.join("libicoray.a"));
-                cc.args([
-                    "-lgcc_s",
-                    "-lutil",
-                    "-lrt",
-                    "-lpthread",
-                    "-lm",
-                    "-ldl",
-                    "-lc",
-                ]);
+                cc.args(["-lgcc_s", "-lutil", "-lrt", "-lpthread", "-lm", "-ldl", "-lc"]);
             }
         }
         cc
@@ -92,16 +72,12 @@ impl<'a> Tracer<'a> {
         tracer.args(["--level", &size.level.to_string()]);
         tracer.args(["--layers", &size.layers.to_string()]);
         tracer.args(["--days", &size.days.to_string()]);
-        tracer
-            .arg("--scene")
-            .arg(scene.unwrap_or(Path::new("examples/scenes/tracer.toml")));
+        tracer.arg("--scene").arg(scene.unwrap_or(Path::new("examples/scenes/tracer.toml")));
         tracer.arg("--out").arg(out);
         // Cargo runs this program with its own directories on the search path, which comes before
         // the program's: without this, the demo would take a library left there by the tests.
         let inherited = env::var_os("LD_LIBRARY_PATH").unwrap_or_default();
-        let paths = [self.products.clone()]
-            .into_iter()
-            .chain(env::split_paths(&inherited));
+        let paths = [self.products.clone()].into_iter().chain(env::split_paths(&inherited));
         let paths = env::join_paths(paths).map_err(Error::while_doing("LD_LIBRARY_PATH"))?;
         tracer.env("LD_LIBRARY_PATH", paths);
         Ok(tracer)
@@ -117,8 +93,7 @@ pub fn build_library(workspace: &Workspace, release: bool) -> Command {
 /// Makes the output directory, and removes what an earlier run left in it, which would pass for
 /// this run's. Files of other names are the user's and stay.
 pub fn prepare(out: &Path) -> Result<(), Error> {
-    let failed =
-        |what: &Path, cause: io::Error| Error::Failed(format!("{}: {cause}", what.display()));
+    let failed = |what: &Path, cause: io::Error| Error::Failed(format!("{}: {cause}", what.display()));
     fs::create_dir_all(out).map_err(|cause| failed(out, cause))?;
     let mut stale = pictures(out)?;
     stale.extend([out.join(REPORT), out.join(CONTACT_SHEET)]);
@@ -151,14 +126,7 @@ pub fn pictures(out: &Path) -> Result<Vec<PathBuf>, Error> {
 /// Fails unless the file is a PNG that was written to its end.
 pub fn check_picture(path: &Path) -> Result<(), Error> {
     let bytes = fs::read(path).map_err(Error::while_doing(path.display()))?;
-    if is_png(&bytes) {
-        Ok(())
-    } else {
-        Err(Error::Failed(format!(
-            "{} is not a whole PNG",
-            path.display()
-        )))
-    }
+    if is_png(&bytes) { Ok(()) } else { Err(Error::Failed(format!("{} is not a whole PNG", path.display()))) }
 }
 
 fn is_png(bytes: &[u8]) -> bool {
@@ -193,26 +161,14 @@ mod tests {
         let scratch = Scratch::new("prepare");
         let out = scratch.0.join("a/b");
         prepare(&out).unwrap();
-        let files = [
-            "tracer_0001.png",
-            "tracer_0000.png",
-            "report.csv",
-            "contact_sheet.png",
-            "mine.png",
-        ];
+        let files = ["tracer_0001.png", "tracer_0000.png", "report.csv", "contact_sheet.png", "mine.png"];
         for name in files {
             fs::write(out.join(name), "").unwrap();
         }
         let found = pictures(&out).unwrap();
-        assert_eq!(
-            found,
-            [out.join("tracer_0000.png"), out.join("tracer_0001.png")]
-        );
+        assert_eq!(found, [out.join("tracer_0000.png"), out.join("tracer_0001.png")]);
         prepare(&out).unwrap();
-        let left: Vec<_> = fs::read_dir(&out)
-            .unwrap()
-            .map(|entry| entry.unwrap().file_name())
-            .collect();
+        let left: Vec<_> = fs::read_dir(&out).unwrap().map(|entry| entry.unwrap().file_name()).collect();
         assert_eq!(left, ["mine.png"]);
     }
 

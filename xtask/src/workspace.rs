@@ -36,11 +36,7 @@ impl Workspace {
             .nth(2)
             .ok_or_else(|| Error::Failed(format!("no build directory: {}", program.display())))?
             .to_path_buf();
-        Ok(Self {
-            root,
-            products,
-            here,
-        })
+        Ok(Self { root, products, here })
     }
 
     /// The directory that holds the workspace's `Cargo.toml`.
@@ -60,10 +56,7 @@ impl Workspace {
 
     /// A path as the user would write it.
     pub fn shown(&self, path: &Path) -> String {
-        path.strip_prefix(&self.here)
-            .unwrap_or(path)
-            .display()
-            .to_string()
+        path.strip_prefix(&self.here).unwrap_or(path).display().to_string()
     }
 
     /// A command that runs in the workspace's root.
@@ -104,16 +97,10 @@ mod tests {
             here: "/src".into(),
         };
         assert_eq!(workspace.given(Path::new("out")), Path::new("/src/out"));
-        assert_eq!(
-            workspace.given(Path::new("/tmp/out")),
-            Path::new("/tmp/out")
-        );
+        assert_eq!(workspace.given(Path::new("/tmp/out")), Path::new("/tmp/out"));
         assert_eq!(workspace.shown(Path::new("/src/icoray/out")), "icoray/out");
         assert_eq!(workspace.shown(Path::new("/tmp/out")), "/tmp/out");
-        assert_eq!(
-            workspace.products("debug"),
-            Path::new("/src/icoray/target/debug")
-        );
+        assert_eq!(workspace.products("debug"), Path::new("/src/icoray/target/debug"));
     }
 
     #[test]

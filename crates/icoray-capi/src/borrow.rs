@@ -1,8 +1,10 @@
 //! From the caller's pointers to slices and strings: every assumption about foreign memory stands here.
 
 use crate::boundary::{Failure, Outcome};
-use crate::types::{ICORAY_CENTER, ICORAY_CORNER, ICORAY_F32, ICORAY_F64, icoray_array, icoray_grid, icoray_status};
-use icoray_core::{Field, GridTables, LonLat, Location, Reals, Shape};
+use crate::types::{
+    ICORAY_CENTER, ICORAY_CORNER, ICORAY_F32, ICORAY_F64, icoray_array, icoray_grid, icoray_status,
+};
+use icoray_core::{Field, GridTables, Location, LonLat, Reals, Shape};
 use std::ffi::{CStr, c_char, c_void};
 
 fn argument(message: String) -> Failure {
@@ -34,7 +36,11 @@ pub(crate) fn check_size<T: Versioned>(size: usize) -> Outcome<()> {
     if size == size_of::<T>() {
         return Ok(());
     }
-    let message = format!("{}.struct_size: {size}, expected {} (header and library differ, or it was not set)", T::NAME, size_of::<T>());
+    let message = format!(
+        "{}.struct_size: {size}, expected {} (header and library differ, or it was not set)",
+        T::NAME,
+        size_of::<T>()
+    );
     Err(Failure::new(icoray_status::ICORAY_ERR_STRUCT_SIZE, message))
 }
 
@@ -52,7 +58,10 @@ pub(crate) unsafe fn text<'a>(pointer: *const c_char, what: &str) -> Outcome<&'a
 }
 
 fn count(value: i64, what: &str) -> Outcome<usize> {
-    usize::try_from(value).ok().filter(|n| *n <= i32::MAX as usize * 4).ok_or_else(|| argument(format!("{what}: {value}, expected 0 or more")))
+    usize::try_from(value)
+        .ok()
+        .filter(|n| *n <= i32::MAX as usize * 4)
+        .ok_or_else(|| argument(format!("{what}: {value}, expected 0 or more")))
 }
 
 /// # Safety
@@ -93,8 +102,9 @@ pub(crate) unsafe fn tables<'a>(grid: &icoray_grid) -> Outcome<GridTables<'a>> {
     let corners = count(grid.corners, "icoray_grid.corners")?;
     let edges = count(grid.edges, "icoray_grid.edges")?;
     let row = count(grid.cell_corner_row, "icoray_grid.cell_corner_row")?;
-    let corner_entries =
-        cells.checked_mul(row).ok_or_else(|| argument(format!("icoray_grid.cell_corner_row: {row} times {cells} cells overflows")))?;
+    let corner_entries = cells.checked_mul(row).ok_or_else(|| {
+        argument(format!("icoray_grid.cell_corner_row: {row} times {cells} cells overflows"))
+    })?;
     let kind = grid.real_type;
     // SAFETY: the caller promises these tables with these lengths.
     unsafe {
@@ -138,7 +148,9 @@ pub(crate) unsafe fn radii<'a>(radius_m: *const f64, layers: i64) -> Outcome<&'a
 /// `array.data` is NULL or points to value (0, 0) of an array that holds every element that columns, layers and strides
 /// reach, of the type given, unchanged for `'a`.
 pub(crate) unsafe fn field<'a>(array: &icoray_array) -> Outcome<Field<'a>> {
-    let stride = |value: i64, what: &str| isize::try_from(value).map_err(|_| argument(format!("icoray_array.{what}: {value} is too large")));
+    let stride = |value: i64, what: &str| {
+        isize::try_from(value).map_err(|_| argument(format!("icoray_array.{what}: {value} is too large")))
+    };
     let mut shape = Shape {
         columns: count(array.columns, "icoray_array.columns")?,
         layers: count(array.layers, "icoray_array.layers")?,
@@ -149,19 +161,26 @@ pub(crate) unsafe fn field<'a>(array: &icoray_array) -> Outcome<Field<'a>> {
     let location = match array.location {
         ICORAY_CENTER => Location::Center,
         ICORAY_CORNER => Location::Corner,
-        other => return Err(argument(format!("icoray_array.location: {other}, expected ICORAY_CENTER (0) or ICORAY_CORNER (1)"))),
+        other => {
+            return Err(argument(format!(
+                "icoray_array.location: {other}, expected ICORAY_CENTER (0) or ICORAY_CORNER (1)"
+            )));
+        }
     };
     if array.data.is_null() {
         return Err(Failure::null("icoray_array.data"));
     }
     // Rust's slice begins at the lowest element that is reached, which negative strides put before `data`.
     let Some((low, high)) = shape.extent() else {
-        let message = format!("{} columns of {} layers, expected at least one of each", shape.columns, shape.layers);
+        let message =
+            format!("{} columns of {} layers, expected at least one of each", shape.columns, shape.layers);
         return Err(Failure::new(icoray_status::ICORAY_ERR_FIELD, message));
     };
     let reach = |element: i128| isize::try_from(element).ok().filter(|e| e.checked_mul(8).is_some());
     let (Some(low), Some(high)) = (reach(low), reach(high)) else {
-        return Err(argument(format!("icoray_array: the strides reach elements {low} to {high}, beyond the address space")));
+        return Err(argument(format!(
+            "icoray_array: the strides reach elements {low} to {high}, beyond the address space"
+        )));
     };
     shape.offset = low.unsigned_abs();
     let size = if array.r#type == ICORAY_F32 { 4 } else { 8 };

@@ -61,7 +61,10 @@ pub(crate) fn guarded(call: impl FnOnce() -> Outcome<()>) -> Outcome<()> {
     static QUIET: Once = Once::new();
     QUIET.call_once(|| std::panic::set_hook(Box::new(|_| {})));
     let outcome = catch_unwind(AssertUnwindSafe(call)).unwrap_or_else(|payload| {
-        let text = payload.downcast_ref::<&str>().map(ToString::to_string).or_else(|| payload.downcast_ref::<String>().cloned());
+        let text = payload
+            .downcast_ref::<&str>()
+            .map(ToString::to_string)
+            .or_else(|| payload.downcast_ref::<String>().cloned());
         let text = text.unwrap_or_else(|| "a panic without a message".into());
         Err(Failure::new(icoray_status::ICORAY_ERR_INTERNAL, format!("internal error: {text}")))
     });

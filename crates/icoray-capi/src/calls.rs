@@ -4,7 +4,9 @@
 use crate::borrow::{self, Versioned, check_size, sized, text};
 use crate::boundary::{Failure, Outcome, guarded, last_message, status};
 use crate::context::Context;
-use crate::types::{icoray_array, icoray_config, icoray_frame_report, icoray_grid, icoray_layers, icoray_status};
+use crate::types::{
+    icoray_array, icoray_config, icoray_frame_report, icoray_grid, icoray_layers, icoray_status,
+};
 use icoray_core::output::Stamp;
 use std::ffi::c_char;
 use std::ptr;
@@ -57,7 +59,10 @@ pub extern "C" fn icoray_version() -> *const c_char {
 /// # Safety
 /// `config` is NULL or a filled-in icoray_config; `ctx` is NULL or points to a pointer that can be written.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn icoray_open_serial(config: *const icoray_config, ctx: *mut *mut icoray_ctx) -> icoray_status {
+pub unsafe extern "C" fn icoray_open_serial(
+    config: *const icoray_config,
+    ctx: *mut *mut icoray_ctx,
+) -> icoray_status {
     status(&guarded(|| {
         if ctx.is_null() {
             return Err(Failure::null("ctx"));
@@ -95,7 +100,10 @@ pub unsafe extern "C" fn icoray_grid_set(ctx: *mut icoray_ctx, grid: *const icor
 /// # Safety
 /// `ctx` is open; `layers` is NULL or filled in as the header says.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn icoray_layers_set(ctx: *mut icoray_ctx, layers: *const icoray_layers) -> icoray_status {
+pub unsafe extern "C" fn icoray_layers_set(
+    ctx: *mut icoray_ctx,
+    layers: *const icoray_layers,
+) -> icoray_status {
     // SAFETY: passed on.
     unsafe {
         with(ctx, |context| {
@@ -112,12 +120,17 @@ pub unsafe extern "C" fn icoray_layers_set(ctx: *mut icoray_ctx, layers: *const 
 /// `ctx` is open; `name` is NULL or a string; `array` is NULL or filled in as the header says, and its data live until
 /// the field is replaced or the context closed.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn icoray_field_set(ctx: *mut icoray_ctx, name: *const c_char, array: *const icoray_array) -> icoray_status {
+pub unsafe extern "C" fn icoray_field_set(
+    ctx: *mut icoray_ctx,
+    name: *const c_char,
+    array: *const icoray_array,
+) -> icoray_status {
     // SAFETY: passed on.
     unsafe {
         with(ctx, |context| {
             let (name, array) = (text(name, "name")?, sized(array)?);
-            borrow::field(array).map_err(|f| Failure::new(f.status, format!("field {name:?}: {}", f.message)))?;
+            borrow::field(array)
+                .map_err(|f| Failure::new(f.status, format!("field {name:?}: {}", f.message)))?;
             context.set_field(name, array);
             Ok(())
         })
@@ -134,7 +147,8 @@ pub unsafe extern "C" fn icoray_scene_load(ctx: *mut icoray_ctx, path: *const c_
     unsafe {
         with(ctx, |context| {
             let path = text(path, "path")?;
-            let unread = |e| Failure::new(icoray_status::ICORAY_ERR_IO, format!("{path}: cannot read the scene: {e}"));
+            let unread =
+                |e| Failure::new(icoray_status::ICORAY_ERR_IO, format!("{path}: cannot read the scene: {e}"));
             let scene = std::fs::read_to_string(path).map_err(unread)?;
             context.set_scene(&scene).map_err(|f| Failure::new(f.status, format!("{path}: {}", f.message)))
         })
@@ -158,11 +172,20 @@ pub unsafe extern "C" fn icoray_scene_text(ctx: *mut icoray_ctx, toml: *const c_
 /// `ctx` is open; all borrowed tables and arrays are alive and unchanged until the call returns; `iso_datetime` is NULL
 /// or a string.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn icoray_execute(ctx: *mut icoray_ctx, step: i64, time_s: f64, iso_datetime: *const c_char) -> icoray_status {
+pub unsafe extern "C" fn icoray_execute(
+    ctx: *mut icoray_ctx,
+    step: i64,
+    time_s: f64,
+    iso_datetime: *const c_char,
+) -> icoray_status {
     // SAFETY: passed on.
     unsafe {
         with(ctx, |context| {
-            let date = if iso_datetime.is_null() { None } else { Some(text(iso_datetime, "iso_datetime")?.to_string()) };
+            let date = if iso_datetime.is_null() {
+                None
+            } else {
+                Some(text(iso_datetime, "iso_datetime")?.to_string())
+            };
             context.execute(&Stamp { step, time_s, date }, |array| borrow::field(array))
         })
     }
@@ -173,7 +196,10 @@ pub unsafe extern "C" fn icoray_execute(ctx: *mut icoray_ctx, step: i64, time_s:
 /// # Safety
 /// `ctx` is open; `report` is NULL or points to an icoray_frame_report that can be written.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn icoray_report(ctx: *mut icoray_ctx, report: *mut icoray_frame_report) -> icoray_status {
+pub unsafe extern "C" fn icoray_report(
+    ctx: *mut icoray_ctx,
+    report: *mut icoray_frame_report,
+) -> icoray_status {
     // SAFETY: passed on.
     unsafe {
         with(ctx, |context| {
@@ -193,7 +219,11 @@ pub unsafe extern "C" fn icoray_report(ctx: *mut icoray_ctx, report: *mut icoray
 /// # Safety
 /// `ctx` is NULL or open; `buf` is NULL or has room for `len` bytes.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn icoray_last_error(ctx: *const icoray_ctx, buf: *mut c_char, len: usize) -> icoray_status {
+pub unsafe extern "C" fn icoray_last_error(
+    ctx: *const icoray_ctx,
+    buf: *mut c_char,
+    len: usize,
+) -> icoray_status {
     if buf.is_null() || len == 0 {
         return icoray_status::ICORAY_ERR_NULL;
     }

@@ -25,10 +25,9 @@ pub struct Context {
 
 impl Context {
     pub fn new(threads: i32, output_dir: Option<&str>) -> Outcome<Self> {
-        let threads = usize::try_from(threads)
-            .ok()
-            .filter(|n| *n <= 4096)
-            .ok_or_else(|| Error::new(ErrorKind::Argument, format!("icoray_config.threads: {threads}, expected 0 to 4096")))?;
+        let threads = usize::try_from(threads).ok().filter(|n| *n <= 4096).ok_or_else(|| {
+            Error::new(ErrorKind::Argument, format!("icoray_config.threads: {threads}, expected 0 to 4096"))
+        })?;
         Ok(Context {
             renderer: Renderer::new(threads)?,
             output_dir: output_dir.unwrap_or(".").into(),
@@ -63,17 +62,25 @@ impl Context {
     }
 
     /// Renders the scene and writes the picture. `borrow` makes a field of an array as it stands now.
-    pub fn execute<'a>(&mut self, stamp: &Stamp, borrow: impl Fn(&icoray_array) -> Outcome<Field<'a>>) -> Outcome<()> {
+    pub fn execute<'a>(
+        &mut self,
+        stamp: &Stamp,
+        borrow: impl Fn(&icoray_array) -> Outcome<Field<'a>>,
+    ) -> Outcome<()> {
         let missing = |what: &str, call: &str| {
             let message = format!("icoray_execute came before a {what} was given; call {call} first");
             Failure::new(icoray_status::ICORAY_ERR_ORDER, message)
         };
         let grid = self.grid.as_ref().ok_or_else(|| missing("grid", "icoray_grid_set"))?;
         let layers = self.layers.as_ref().ok_or_else(|| missing("set of layers", "icoray_layers_set"))?;
-        let scene = self.scene.as_ref().ok_or_else(|| missing("scene", "icoray_scene_load or icoray_scene_text"))?;
+        let scene =
+            self.scene.as_ref().ok_or_else(|| missing("scene", "icoray_scene_load or icoray_scene_text"))?;
         let array = self.fields.get(&scene.field).ok_or_else(|| {
             let known: Vec<&str> = self.fields.keys().map(String::as_str).collect();
-            let message = format!("the scene's field {:?} was not given by icoray_field_set; given: {known:?}", scene.field);
+            let message = format!(
+                "the scene's field {:?} was not given by icoray_field_set; given: {known:?}",
+                scene.field
+            );
             Failure::new(icoray_status::ICORAY_ERR_FIELD, message)
         })?;
         let field = borrow(array)?;

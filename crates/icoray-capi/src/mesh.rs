@@ -20,7 +20,12 @@ pub unsafe extern "C" fn icoray_mesh_create(level: i32, mesh: *mut *mut icoray_m
         if mesh.is_null() {
             return Err(Failure::null("mesh"));
         }
-        let wrong = |_| Error::new(ErrorKind::Argument, format!("mesh level {level}, expected 0 to {}", icoray_core::MAX_LEVEL));
+        let wrong = |_| {
+            Error::new(
+                ErrorKind::Argument,
+                format!("mesh level {level}, expected 0 to {}", icoray_core::MAX_LEVEL),
+            )
+        };
         let made = IcosahedralMesh::new(u32::try_from(level).map_err(wrong)?)?;
         // SAFETY: not NULL; the caller promises that it can be written.
         unsafe { mesh.write(Box::into_raw(Box::new(icoray_mesh(made)))) };

@@ -1,2 +1,51 @@
-//! icoray on the command line.
-fn main() {}
+//! icoray on the command line: pictures of MPAS files.
+//!
+//! `icoray render` makes pictures, `icoray info` says what a file holds, `icoray plan` what a scene leaves out. Results
+//! go to stdout; an error is one line on stderr and exit code 1, wrong usage exit code 2.
+#![forbid(unsafe_code)]
+
+mod failure;
+mod info;
+mod input;
+mod plan;
+mod render;
+
+use clap::{Parser, Subcommand};
+use std::io::{self, Write};
+use std::process::ExitCode;
+
+/// In-situ ray casting of geodesic grids.
+#[derive(Parser)]
+#[command(name = "icoray", version, about)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Render a field of an MPAS file as a scene says
+    Render(render::Args),
+    /// Say what an MPAS file holds: mesh, times, layers, fields
+    Info(info::Args),
+    /// Say what a scene leaves out for an MPAS file
+    Plan(plan::Args),
+}
+
+fn main() -> ExitCode {
+    let mut out = io::stdout().lock();
+    let done = match Cli::parse().command {
+        Command::Render(args) => render::run(&args, &mut out),
+        Command::Info(args) => info::run(&args, &mut out),
+        Command::Plan(args) => plan::run(&args, &mut out),
+    };
+    match done.and_then(|()| Ok(out.flush()?)) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(failure) if failure.is_closed_pipe() => ExitCode::SUCCESS,
+        Err(failure) => {
+            // Nothing is left to be done where stderr is closed too.
+            let _ = writeln!(io::stderr(), "icoray: error: {failure}");
+            ExitCode::FAILURE
+        }
+    }
+}

@@ -47,27 +47,15 @@ impl ClassicLayout {
             5 => (true, true),
             _ => return Ok(None),
         };
-        Header {
-            reader,
-            wide_counts,
-            wide_offsets,
-        }
-        .layout()
-        .map(Some)
+        Header { reader, wide_counts, wide_offsets }.layout().map(Some)
     }
 
     /// The offset just behind the last byte of `name`, or of its records before `records` when it is a record variable;
     /// `None` when the file has no such variable.
     pub(crate) fn end(&self, name: &str, records: usize) -> Option<u64> {
         let place = self.variables.get(name)?;
-        let before = if place.is_record {
-            (records as u64).saturating_sub(1)
-        } else {
-            0
-        };
-        let start = place
-            .begin
-            .saturating_add(before.saturating_mul(self.record_bytes));
+        let before = if place.is_record { (records as u64).saturating_sub(1) } else { 0 };
+        let start = place.begin.saturating_add(before.saturating_mul(self.record_bytes));
         Some(start.saturating_add(place.bytes))
     }
 }
@@ -95,8 +83,7 @@ impl Header {
             for position in 0..self.count()? {
                 let id = self.count()?;
                 let known = usize::try_from(id).ok().and_then(|id| dimensions.get(id));
-                let &length =
-                    known.ok_or_else(|| bad(format!("{name}: dimension {id} is not declared")))?;
+                let &length = known.ok_or_else(|| bad(format!("{name}: dimension {id} is not declared")))?;
                 if position == 0 && length == 0 {
                     is_record = true;
                 } else {
@@ -105,36 +92,21 @@ impl Header {
             }
             self.skip_attributes()?;
             let code = self.u32()?;
-            let size =
-                type_bytes(code).ok_or_else(|| bad(format!("{name}: type {code} is unknown")))?;
+            let size = type_bytes(code).ok_or_else(|| bad(format!("{name}: type {code} is unknown")))?;
             bytes = bytes.saturating_mul(size);
             self.count()?; // the stored size, which is not reliable for large variables
-            let begin = if self.wide_offsets {
-                self.u64()?
-            } else {
-                u64::from(self.u32()?)
-            };
+            let begin = if self.wide_offsets { self.u64()? } else { u64::from(self.u32()?) };
             if is_record {
                 records.push(bytes);
                 record_bytes = record_bytes.saturating_add(padded(bytes));
             }
-            variables.insert(
-                name,
-                Place {
-                    begin,
-                    bytes,
-                    is_record,
-                },
-            );
+            variables.insert(name, Place { begin, bytes, is_record });
         }
         // A lone record variable is packed without padding.
         if let [only] = records[..] {
             record_bytes = only;
         }
-        Ok(ClassicLayout {
-            variables,
-            record_bytes,
-        })
+        Ok(ClassicLayout { variables, record_bytes })
     }
 
     /// Lengths of the dimensions; 0 for the record dimension.
@@ -151,11 +123,10 @@ impl Header {
         for _ in 0..self.list(ATTRIBUTES)? {
             let name = self.name()?;
             let code = self.u32()?;
-            let size = type_bytes(code)
-                .ok_or_else(|| bad(format!("attribute {name}: type {code} is unknown")))?;
+            let size =
+                type_bytes(code).ok_or_else(|| bad(format!("attribute {name}: type {code} is unknown")))?;
             let bytes = padded(self.count()?.saturating_mul(size));
-            let bytes = i64::try_from(bytes)
-                .map_err(|_| bad(format!("attribute {name}: {bytes} bytes")))?;
+            let bytes = i64::try_from(bytes).map_err(|_| bad(format!("attribute {name}: {bytes} bytes")))?;
             self.reader.seek_relative(bytes)?;
         }
         Ok(())
@@ -166,9 +137,9 @@ impl Header {
         match (self.u32()?, self.count()?) {
             (0, 0) => Ok(0),
             (found, entries) if found == tag => Ok(entries),
-            (found, entries) => Err(bad(format!(
-                "a list of {entries} entries has tag {found}, expected {tag}"
-            ))),
+            (found, entries) => {
+                Err(bad(format!("a list of {entries} entries has tag {found}, expected {tag}")))
+            }
         }
     }
 
@@ -183,19 +154,12 @@ impl Header {
         match String::from_utf8(bytes) {
             Ok(name) if !name.is_empty() && !name.contains('\0') => Ok(name),
             Ok(name) => Err(bad(format!("name {name:?} is empty or holds a NUL"))),
-            Err(e) => Err(bad(format!(
-                "name {:?} is not UTF-8",
-                String::from_utf8_lossy(e.as_bytes())
-            ))),
+            Err(e) => Err(bad(format!("name {:?} is not UTF-8", String::from_utf8_lossy(e.as_bytes())))),
         }
     }
 
     fn count(&mut self) -> io::Result<u64> {
-        if self.wide_counts {
-            self.u64()
-        } else {
-            self.u32().map(u64::from)
-        }
+        if self.wide_counts { self.u64() } else { self.u32().map(u64::from) }
     }
 
     fn u32(&mut self) -> io::Result<u32> {
@@ -217,9 +181,7 @@ fn padded(bytes: u64) -> u64 {
 
 fn type_bytes(code: u32) -> Option<u64> {
     // byte, char, short, int, float, double, and of CDF-5 ubyte, ushort, uint, int64, uint64
-    [1, 1, 2, 4, 4, 8, 1, 2, 4, 8, 8]
-        .get(code.checked_sub(1)? as usize)
-        .copied()
+    [1, 1, 2, 4, 4, 8, 1, 2, 4, 8, 8].get(code.checked_sub(1)? as usize).copied()
 }
 
 fn bad(what: String) -> io::Error {

@@ -92,9 +92,7 @@ impl FieldInfo {
 
     /// Bytes that one time record takes in memory.
     pub fn bytes(&self) -> usize {
-        self.columns
-            .saturating_mul(self.layers)
-            .saturating_mul(self.precision.bytes())
+        self.columns.saturating_mul(self.layers).saturating_mul(self.precision.bytes())
     }
 }
 
@@ -134,11 +132,7 @@ impl OwnedField {
         {
             values.void(mark);
         }
-        Ok(OwnedField {
-            info: info.clone(),
-            values,
-            fill,
-        })
+        Ok(OwnedField { info: info.clone(), values, fill })
     }
 
     /// The field, borrowed.

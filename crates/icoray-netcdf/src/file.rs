@@ -43,10 +43,7 @@ impl MpasFile {
     /// # Errors
     /// As [`MpasFile::open`]; also [`ErrorKind::Grid`] when the two files differ in `nCells` or `nVertices`.
     pub fn open_with_mesh(path: impl AsRef<Path>, mesh_path: impl AsRef<Path>) -> Result<Self> {
-        Self::new(
-            Source::open(path.as_ref())?,
-            Some(Source::open(mesh_path.as_ref())?),
-        )
+        Self::new(Source::open(path.as_ref())?, Some(Source::open(mesh_path.as_ref())?))
     }
 
     fn new(source: Source, mesh_source: Option<Source>) -> Result<Self> {
@@ -57,9 +54,8 @@ impl MpasFile {
             let there = source.dimension_len(dimension)?.unwrap_or(expected);
             if there != expected {
                 let mesh_path = of_mesh.path().display();
-                let context = format!(
-                    "{dimension} is {there}, expected {expected} as in the mesh of {mesh_path}"
-                );
+                let context =
+                    format!("{dimension} is {there}, expected {expected} as in the mesh of {mesh_path}");
                 return Err(source.error(ErrorKind::Grid, context));
             }
         }
@@ -70,10 +66,8 @@ impl MpasFile {
         let sphere_radius_m = match radius {
             Some(r) if r.is_finite() && r > 0.0 => r,
             Some(r) => {
-                return Err(source.error(
-                    ErrorKind::Grid,
-                    format_args!("sphere_radius: {r}, expected a positive number"),
-                ));
+                return Err(source
+                    .error(ErrorKind::Grid, format_args!("sphere_radius: {r}, expected a positive number")));
             }
             None => {
                 return Err(of_mesh.error(
@@ -84,27 +78,16 @@ impl MpasFile {
         };
         let records = source.dimension_len("Time")?.unwrap_or(0);
         if records > MAX_RECORDS {
-            let context =
-                format!("Time is {records}, expected at most {MAX_RECORDS}: the header is damaged");
+            let context = format!("Time is {records}, expected at most {MAX_RECORDS}: the header is damaged");
             return Err(source.error(ErrorKind::Io, context));
         }
-        let times = (0..records.max(1))
-            .map(|record| time(&source, record))
-            .collect();
+        let times = (0..records.max(1)).map(|record| time(&source, record)).collect();
         let fields = source
             .variables()
             .iter()
             .filter_map(|v| FieldInfo::of(&source, v).transpose())
             .collect::<Result<_>>()?;
-        Ok(MpasFile {
-            source,
-            mesh_source,
-            mesh,
-            sphere_radius_m,
-            times,
-            records,
-            fields,
-        })
+        Ok(MpasFile { source, mesh_source, mesh, sphere_radius_m, times, records, fields })
     }
 
     /// The path of the fields' file, as given.
@@ -153,15 +136,8 @@ impl MpasFile {
             None => format!("there is no field {name}"),
         };
         let names: Vec<&str> = self.fields.iter().map(|f| f.name.as_str()).collect();
-        let there = if names.is_empty() {
-            "none".to_owned()
-        } else {
-            names.join(", ")
-        };
-        Err(self.source.error(
-            ErrorKind::Field,
-            format_args!("{reason}; fields in the file: {there}"),
-        ))
+        let there = if names.is_empty() { "none".to_owned() } else { names.join(", ") };
+        Err(self.source.error(ErrorKind::Field, format_args!("{reason}; fields in the file: {there}")))
     }
 
     /// Reads record `time` (from 0) of the field `name`, and nothing else. A field that does not depend on time reads the
@@ -171,21 +147,16 @@ impl MpasFile {
     /// [`ErrorKind::Field`] when there is no such field or record; [`ErrorKind::Io`] when the file is damaged or cut off.
     pub fn read_field(&self, name: &str, time: usize) -> Result<OwnedField> {
         let info = self.field_info(name)?;
-        let records = if info.time_dependent {
-            self.records
-        } else {
-            self.times.len()
-        };
+        let records = if info.time_dependent { self.records } else { self.times.len() };
         if time >= records {
             let expected = match records {
                 0 => "but the file holds no time record".to_owned(),
                 1 => "expected 0: the file holds 1 time record".to_owned(),
                 n => format!("expected 0 to {}: the file holds {n} time records", n - 1),
             };
-            return Err(self.source.error(
-                ErrorKind::Field,
-                format_args!("{name}: time index {time}, {expected}"),
-            ));
+            return Err(self
+                .source
+                .error(ErrorKind::Field, format_args!("{name}: time index {time}, {expected}")));
         }
         OwnedField::read(&self.source, info, time)
     }
@@ -217,22 +188,15 @@ impl MpasFile {
     }
 
     fn sources(&self) -> Vec<&Source> {
-        std::iter::once(&self.source)
-            .chain(&self.mesh_source)
-            .collect()
+        std::iter::once(&self.source).chain(&self.mesh_source).collect()
     }
 }
 
 /// `xtime` of a record: a label, so whatever is wrong with it gives none and stops nothing.
 fn time(source: &Source, record: usize) -> Option<String> {
-    let variable = source
-        .variable("xtime")
-        .filter(|v| v.kind == Kind::Text && v.dimensions.len() == 2)?;
+    let variable = source.variable("xtime").filter(|v| v.kind == Kind::Text && v.dimensions.len() == 2)?;
     if variable.dimensions[0].name != "Time" || record >= variable.dimensions[0].len {
         return None;
     }
-    source
-        .text_row(variable, record)
-        .ok()
-        .filter(|text| !text.is_empty())
+    source.text_row(variable, record).ok().filter(|text| !text.is_empty())
 }

@@ -39,10 +39,7 @@ impl LayerHeights {
             ZGRID => mean_heights(source, variable)?,
             _ => (depths(source, variable)?, 0.0),
         };
-        if let Some(i) = height_m
-            .iter()
-            .position(|h| !h.is_finite() || h.abs() >= sphere_radius_m)
-        {
+        if let Some(i) = height_m.iter().position(|h| !h.is_finite() || h.abs() >= sphere_radius_m) {
             return Err(source.error(
                 ErrorKind::Layers,
                 format_args!(
@@ -54,12 +51,7 @@ impl LayerHeights {
         }
         let layers = Layers::from_heights(&height_m, sphere_radius_m)
             .map_err(|e| e.within(name).within(source.path().display()))?;
-        Ok(LayerHeights {
-            variable: name,
-            height_m,
-            deviation_m,
-            layers,
-        })
+        Ok(LayerHeights { variable: name, height_m, deviation_m, layers })
     }
 
     /// Whether [`LayerHeights::read`] would find a variable.
@@ -68,11 +60,7 @@ impl LayerHeights {
     }
 
     fn find<'a>(sources: &[&'a Source]) -> Option<(&'a Source, &'a Variable, &'static str)> {
-        let found = |name| {
-            sources
-                .iter()
-                .find_map(|s| s.variable(name).map(|v| (*s, v, name)))
-        };
+        let found = |name| sources.iter().find_map(|s| s.variable(name).map(|v| (*s, v, name)));
         found(ZGRID).or_else(|| found(REF_BOTTOM_DEPTH))
     }
 }
@@ -96,19 +84,12 @@ fn mean_heights(source: &Source, variable: &Variable) -> Result<(Vec<f64>, f64)>
     expect(source, variable, &["nCells", "nVertLevelsP1"])?;
     let (cells, interfaces) = (variable.dimensions[0].len, variable.dimensions[1].len);
     if cells == 0 || interfaces == 0 {
-        return Err(source.error(
-            ErrorKind::Layers,
-            format_args!("variable {variable} is empty"),
-        ));
+        return Err(source.error(ErrorKind::Layers, format_args!("variable {variable} is empty")));
     }
     let rows = (BLOCK / interfaces).max(1);
     let (mut sum, mut least, mut greatest) = (Vec::new(), Vec::new(), Vec::new());
     for first in (0..cells).step_by(rows) {
-        let block = source.reals(
-            variable,
-            &[first, 0],
-            &[rows.min(cells - first), interfaces],
-        )?;
+        let block = source.reals(variable, &[first, 0], &[rows.min(cells - first), interfaces])?;
         let heights = block.as_reals();
         // Only now is it known that a damaged header does not promise more interfaces than there can be.
         sum.resize(interfaces, 0.0);
@@ -130,11 +111,7 @@ fn mean_heights(source: &Source, variable: &Variable) -> Result<(Vec<f64>, f64)>
     }
     // Equal heights keep their very value, without the sum's rounding.
     let mean_of = |i: usize| {
-        if least[i] == greatest[i] {
-            least[i]
-        } else {
-            sum[i] / cells as f64
-        }
+        if least[i] == greatest[i] { least[i] } else { sum[i] / cells as f64 }
     };
     let mean: Vec<f64> = (0..interfaces).map(mean_of).collect();
     let off = (0..interfaces).map(|i| (greatest[i] - mean[i]).max(mean[i] - least[i]));
@@ -147,7 +124,5 @@ fn depths(source: &Source, variable: &Variable) -> Result<Vec<f64>> {
     expect(source, variable, &["nVertLevels"])?;
     let bottom = source.all_reals(variable)?;
     let bottom: Reals<'_> = bottom.as_reals();
-    Ok(std::iter::once(0.0)
-        .chain((0..bottom.len()).map(|level| -bottom.get(level)))
-        .collect())
+    Ok(std::iter::once(0.0).chain((0..bottom.len()).map(|level| -bottom.get(level))).collect())
 }

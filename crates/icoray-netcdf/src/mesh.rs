@@ -25,9 +25,7 @@ impl MpasMesh {
     /// Reads the nine tables; what they say is checked by [`MpasMesh::grid`].
     pub(crate) fn read(source: &Source) -> Result<Self> {
         expect_sphere(source)?;
-        let table = |name: &str, dimensions: &[&str], integer: bool| {
-            find(source, name, dimensions, integer)
-        };
+        let table = |name: &str, dimensions: &[&str], integer: bool| find(source, name, dimensions, integer);
         let lon_cell = table("lonCell", &["nCells"], false)?;
         let lat_cell = table("latCell", &["nCells"], false)?;
         let lon_vertex = table("lonVertex", &["nVertices"], false)?;
@@ -46,10 +44,9 @@ impl MpasMesh {
         }
         let two = vertices_on_edge.dimensions[1].len;
         if two != 2 {
-            return Err(source.error(
-                ErrorKind::Grid,
-                format_args!("{vertices_on_edge}: rows of {two}, expected 2"),
-            ));
+            return Err(
+                source.error(ErrorKind::Grid, format_args!("{vertices_on_edge}: rows of {two}, expected 2"))
+            );
         }
         Ok(MpasMesh {
             path: source.path().to_owned(),
@@ -70,14 +67,8 @@ impl MpasMesh {
     pub fn tables(&self) -> GridTables<'_> {
         GridTables {
             index_base: 1,
-            center: LonLat {
-                lon_rad: self.lon_cell.as_reals(),
-                lat_rad: self.lat_cell.as_reals(),
-            },
-            corner: LonLat {
-                lon_rad: self.lon_vertex.as_reals(),
-                lat_rad: self.lat_vertex.as_reals(),
-            },
+            center: LonLat { lon_rad: self.lon_cell.as_reals(), lat_rad: self.lat_cell.as_reals() },
+            corner: LonLat { lon_rad: self.lon_vertex.as_reals(), lat_rad: self.lat_vertex.as_reals() },
             cell_corner: &self.vertices_on_cell,
             cell_corner_row: self.max_edges,
             cell_corner_count: Some(&self.edges_of_cell),
@@ -117,13 +108,8 @@ impl MpasMesh {
 
     /// Bytes that the tables take.
     pub fn bytes(&self) -> usize {
-        let reals = [
-            &self.lon_cell,
-            &self.lat_cell,
-            &self.lon_vertex,
-            &self.lat_vertex,
-        ]
-        .map(OwnedReals::bytes);
+        let reals =
+            [&self.lon_cell, &self.lat_cell, &self.lon_vertex, &self.lat_vertex].map(OwnedReals::bytes);
         let indices = [
             &self.vertices_on_cell,
             &self.edges_of_cell,
@@ -141,20 +127,13 @@ pub(crate) fn expect_sphere(source: &Source) -> Result<()> {
     match source.text("on_a_sphere")? {
         Some(answer) if answer.to_ascii_uppercase().starts_with('N') => Err(source.error(
             ErrorKind::Unsupported,
-            format_args!(
-                "on_a_sphere is {answer}: the mesh is planar, only meshes on a sphere are rendered"
-            ),
+            format_args!("on_a_sphere is {answer}: the mesh is planar, only meshes on a sphere are rendered"),
         )),
         _ => Ok(()),
     }
 }
 
-fn find<'a>(
-    source: &'a Source,
-    name: &str,
-    dimensions: &[&str],
-    integer: bool,
-) -> Result<&'a Variable> {
+fn find<'a>(source: &'a Source, name: &str, dimensions: &[&str], integer: bool) -> Result<&'a Variable> {
     let Some(variable) = source.variable(name) else {
         return Err(source.error(
             ErrorKind::Grid,
@@ -175,11 +154,7 @@ fn find<'a>(
             format_args!(
                 "variable {variable}, expected {name}({}) of {}",
                 dimensions.join(", "),
-                if integer {
-                    "integer"
-                } else {
-                    "float or double"
-                }
+                if integer { "integer" } else { "float or double" }
             ),
         ));
     }

@@ -35,14 +35,8 @@ impl OwnedReals {
     /// Puts NaN wherever `mark` stands.
     pub(crate) fn void(&mut self, mark: f64) {
         match self {
-            OwnedReals::F32(v) => v
-                .iter_mut()
-                .filter(|x| f64::from(**x) == mark)
-                .for_each(|x| *x = f32::NAN),
-            OwnedReals::F64(v) => v
-                .iter_mut()
-                .filter(|x| **x == mark)
-                .for_each(|x| *x = f64::NAN),
+            OwnedReals::F32(v) => v.iter_mut().filter(|x| f64::from(**x) == mark).for_each(|x| *x = f32::NAN),
+            OwnedReals::F64(v) => v.iter_mut().filter(|x| **x == mark).for_each(|x| *x = f64::NAN),
         }
     }
 }

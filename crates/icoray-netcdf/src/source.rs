@@ -38,21 +38,15 @@ pub(crate) struct Variable {
 impl Variable {
     /// Whether the dimensions bear `names`, in this order.
     pub(crate) fn lies_over(&self, names: &[&str]) -> bool {
-        self.dimensions
-            .iter()
-            .map(|d| d.name.as_str())
-            .eq(names.iter().copied())
+        self.dimensions.iter().map(|d| d.name.as_str()).eq(names.iter().copied())
     }
 }
 
 /// `theta(Time = 3, nCells = 162) of float`.
 impl fmt::Display for Variable {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let dimensions: Vec<String> = self
-            .dimensions
-            .iter()
-            .map(|d| format!("{} = {}", d.name, d.len))
-            .collect();
+        let dimensions: Vec<String> =
+            self.dimensions.iter().map(|d| format!("{} = {}", d.name, d.len)).collect();
         let kind = match self.kind {
             Kind::F32 => "float",
             Kind::F64 => "double",
@@ -90,25 +84,15 @@ impl Source {
         // The library would take an absent file for an address on the network if its name looks like one.
         let io = |e: std::io::Error| Error::new(ErrorKind::Io, format!("{}: {e}", path.display()));
         if !std::fs::metadata(path).map_err(io)?.is_file() {
-            return Err(Error::new(
-                ErrorKind::Io,
-                format!("{}: not a file", path.display()),
-            ));
+            return Err(Error::new(ErrorKind::Io, format!("{}: not a file", path.display())));
         }
         let damaged = |e| format!("{}: the header is damaged or cut off: {e}", path.display());
-        let classic =
-            ClassicLayout::read(path).map_err(|e| Error::new(ErrorKind::Io, damaged(e)))?;
+        let classic = ClassicLayout::read(path).map_err(|e| Error::new(ErrorKind::Io, damaged(e)))?;
         let what = "not a NetCDF file, or damaged or cut off";
         let file = guarded(path, what, || netcdf::open(path))?;
-        let variables = guarded(path, "the list of variables", || {
-            Ok(file.variables().map(|v| describe(&v)).collect())
-        })?;
-        Ok(Source {
-            file,
-            path: path.to_owned(),
-            classic,
-            variables,
-        })
+        let variables =
+            guarded(path, "the list of variables", || Ok(file.variables().map(|v| describe(&v)).collect()))?;
+        Ok(Source { file, path: path.to_owned(), classic, variables })
     }
 
     /// The path as given.
@@ -131,9 +115,7 @@ impl Source {
 
     /// Length of a dimension, `None` when there is none of that name.
     pub(crate) fn dimension_len(&self, name: &str) -> Result<Option<usize>> {
-        guarded(&self.path, format_args!("dimension {name}"), || {
-            Ok(self.file.dimension_len(name))
-        })
+        guarded(&self.path, format_args!("dimension {name}"), || Ok(self.file.dimension_len(name)))
     }
 
     /// A global attribute that holds text, without the padding.
@@ -143,57 +125,39 @@ impl Source {
 
     /// The first number of a global attribute.
     pub(crate) fn number(&self, attribute: &str) -> Result<Option<f64>> {
-        self.global(attribute)
-            .map(|value| value.and_then(|v| numbers(v).first().copied()))
+        self.global(attribute).map(|value| value.and_then(|v| numbers(v).first().copied()))
     }
 
     /// An attribute of a variable that holds text, without the padding.
     pub(crate) fn text_of(&self, variable: &str, attribute: &str) -> Result<Option<String>> {
-        self.local(variable, attribute)
-            .map(|value| value.and_then(text))
+        self.local(variable, attribute).map(|value| value.and_then(text))
     }
 
     /// The numbers of an attribute of a variable; none when it is absent.
     pub(crate) fn numbers_of(&self, variable: &str, attribute: &str) -> Result<Vec<f64>> {
-        self.local(variable, attribute)
-            .map(|value| value.map(numbers).unwrap_or_default())
+        self.local(variable, attribute).map(|value| value.map(numbers).unwrap_or_default())
     }
 
     fn global(&self, attribute: &str) -> Result<Option<AttributeValue>> {
         guarded(&self.path, format_args!("attribute {attribute}"), || {
-            self.file
-                .attribute(attribute)
-                .map(|a| a.value())
-                .transpose()
+            self.file.attribute(attribute).map(|a| a.value()).transpose()
         })
     }
 
     fn local(&self, variable: &str, attribute: &str) -> Result<Option<AttributeValue>> {
-        guarded(
-            &self.path,
-            format_args!("attribute {attribute} of {variable}"),
-            || {
-                let variable = self.file.variable(variable).ok_or("no such variable")?;
-                variable.attribute_value(attribute).transpose()
-            },
-        )
+        guarded(&self.path, format_args!("attribute {attribute} of {variable}"), || {
+            let variable = self.file.variable(variable).ok_or("no such variable")?;
+            variable.attribute_value(attribute).transpose()
+        })
     }
 
     /// Reads the block of a `float` or `double` variable that starts at `start` and has `count` entries along each
     /// dimension.
-    pub(crate) fn reals(
-        &self,
-        variable: &Variable,
-        start: &[usize],
-        count: &[usize],
-    ) -> Result<OwnedReals> {
+    pub(crate) fn reals(&self, variable: &Variable, start: &[usize], count: &[usize]) -> Result<OwnedReals> {
         match variable.kind {
             Kind::F32 => self.block(variable, start, count).map(OwnedReals::F32),
             Kind::F64 => self.block(variable, start, count).map(OwnedReals::F64),
-            _ => Err(self.error(
-                ErrorKind::Field,
-                format_args!("{variable}, expected float or double"),
-            )),
+            _ => Err(self.error(ErrorKind::Field, format_args!("{variable}, expected float or double"))),
         }
     }
 
@@ -212,11 +176,8 @@ impl Source {
     /// Reads one row of a `char` variable of two dimensions, without the padding.
     pub(crate) fn text_row(&self, variable: &Variable, row: usize) -> Result<String> {
         let width = variable.dimensions.last().map_or(0, |d| d.len);
-        let bytes: Vec<u8> = self
-            .block(variable, &[row, 0], &[1, width])?
-            .iter()
-            .map(|c: &Char| c.0)
-            .collect();
+        let bytes: Vec<u8> =
+            self.block(variable, &[row, 0], &[1, width])?.iter().map(|c: &Char| c.0).collect();
         Ok(trimmed(&String::from_utf8_lossy(&bytes)))
     }
 
@@ -225,19 +186,13 @@ impl Source {
         T: NcTypeDescriptor + Copy + Default,
     {
         let name = &variable.name;
-        self.expect_stored(
-            name,
-            start.first().copied().unwrap_or(0) + count.first().copied().unwrap_or(1),
-        )?;
+        self.expect_stored(name, start.first().copied().unwrap_or(0) + count.first().copied().unwrap_or(1))?;
         let entries = count.iter().try_fold(1usize, |n, &c| n.checked_mul(c));
         let mut values = Vec::new();
         // A damaged header may promise more than there can be; running out of memory must not end the process.
         let room = entries.filter(|&n| values.try_reserve_exact(n).is_ok());
         let Some(entries) = room else {
-            return Err(self.error(
-                ErrorKind::Io,
-                format_args!("{variable}: too large for the memory"),
-            ));
+            return Err(self.error(ErrorKind::Io, format_args!("{variable}: too large for the memory")));
         };
         if entries == 0 {
             return Ok(values);
@@ -252,20 +207,13 @@ impl Source {
 
     /// Fails where a classic file ends before the first `records` records of a variable.
     fn expect_stored(&self, name: &str, records: usize) -> Result<()> {
-        let Some(end) = self
-            .classic
-            .as_ref()
-            .and_then(|layout| layout.end(name, records))
-        else {
+        let Some(end) = self.classic.as_ref().and_then(|layout| layout.end(name, records)) else {
             return Ok(());
         };
-        let length = std::fs::metadata(&self.path)
-            .map_err(|e| self.error(ErrorKind::Io, e))?
-            .len();
+        let length = std::fs::metadata(&self.path).map_err(|e| self.error(ErrorKind::Io, e))?.len();
         if length < end {
-            let context = format!(
-                "variable {name} ends at byte {end}, the file at byte {length}: the file is cut off"
-            );
+            let context =
+                format!("variable {name} ends at byte {end}, the file at byte {length}: the file is cut off");
             return Err(self.error(ErrorKind::Io, context));
         }
         Ok(())
@@ -285,43 +233,25 @@ fn describe(variable: &netcdf::Variable<'_>) -> Variable {
         NcVariableType::Char => Kind::Text,
         _ => Kind::Other,
     };
-    let dimensions = variable
-        .dimensions()
-        .iter()
-        .map(|d| Dimension {
-            name: d.name(),
-            len: d.len(),
-        })
-        .collect();
-    Variable {
-        name: variable.name(),
-        kind,
-        dimensions,
-    }
+    let dimensions =
+        variable.dimensions().iter().map(|d| Dimension { name: d.name(), len: d.len() }).collect();
+    Variable { name: variable.name(), kind, dimensions }
 }
 
 /// Runs a call of the binding. It unwraps what the library reports in places where it cannot return an error; a damaged
 /// file must not end the process, so such a panic becomes an error too.
-fn guarded<T>(
-    path: &Path,
-    what: impl fmt::Display,
-    call: impl FnOnce() -> netcdf::Result<T>,
-) -> Result<T> {
+fn guarded<T>(path: &Path, what: impl fmt::Display, call: impl FnOnce() -> netcdf::Result<T>) -> Result<T> {
     quiet::hdf5();
     let cause = match catch_unwind(AssertUnwindSafe(call)) {
         Ok(Ok(value)) => return Ok(value),
         Ok(Err(error)) => error.to_string(),
         Err(_) => "the file is damaged".to_owned(),
     };
-    Err(Error::new(
-        ErrorKind::Io,
-        format!("{}: {what}: {cause}", path.display()),
-    ))
+    Err(Error::new(ErrorKind::Io, format!("{}: {what}: {cause}", path.display())))
 }
 
 fn trimmed(text: &str) -> String {
-    text.trim_matches(|c: char| c == '\0' || c.is_whitespace())
-        .to_owned()
+    text.trim_matches(|c: char| c == '\0' || c.is_whitespace()).to_owned()
 }
 
 fn text(value: AttributeValue) -> Option<String> {

@@ -60,10 +60,7 @@ pub type Result<T> = std::result::Result<T, Error>;
 impl Error {
     /// Makes an error of `kind` with the sentence `context`.
     pub fn new(kind: ErrorKind, context: impl Into<String>) -> Self {
-        Error {
-            kind,
-            context: context.into(),
-        }
+        Error { kind, context: context.into() }
     }
 
     /// The broad kind.

@@ -34,36 +34,18 @@ pub struct Shape {
 impl Shape {
     /// Level-fastest rows, one after the other (MPAS `(nCells, nVertLevels)`).
     pub fn level_fastest(columns: usize, layers: usize) -> Self {
-        Shape {
-            columns,
-            layers,
-            offset: 0,
-            column_stride: layers as isize,
-            layer_stride: 1,
-        }
+        Shape { columns, layers, offset: 0, column_stride: layers as isize, layer_stride: 1 }
     }
 
     /// Whole layers, one after the other (NICAM).
     pub fn cell_fastest(columns: usize, layers: usize) -> Self {
-        Shape {
-            columns,
-            layers,
-            offset: 0,
-            column_stride: 1,
-            layer_stride: columns as isize,
-        }
+        Shape { columns, layers, offset: 0, column_stride: 1, layer_stride: columns as isize }
     }
 
     /// The least and greatest element that the shape touches, or `None` when it is empty or overflows.
     pub fn extent(&self) -> Option<(i128, i128)> {
-        let (columns, layers) = (
-            self.columns.checked_sub(1)? as i128,
-            self.layers.checked_sub(1)? as i128,
-        );
-        let reach = [
-            columns * self.column_stride as i128,
-            layers * self.layer_stride as i128,
-        ];
+        let (columns, layers) = (self.columns.checked_sub(1)? as i128, self.layers.checked_sub(1)? as i128);
+        let reach = [columns * self.column_stride as i128, layers * self.layer_stride as i128];
         let low: i128 = reach.iter().map(|r| (*r).min(0)).sum();
         let high: i128 = reach.iter().map(|r| (*r).max(0)).sum();
         Some((self.offset as i128 + low, self.offset as i128 + high))
@@ -86,12 +68,7 @@ impl<'a> Field<'a> {
     ///
     /// # Errors
     /// [`ErrorKind::Field`] when the shape is empty or reaches outside the array.
-    pub fn new(
-        samples: Reals<'a>,
-        shape: Shape,
-        location: Location,
-        fill: Option<f64>,
-    ) -> Result<Self> {
+    pub fn new(samples: Reals<'a>, shape: Shape, location: Location, fill: Option<f64>) -> Result<Self> {
         let bad = |context| Err(Error::new(ErrorKind::Field, context));
         let Some((low, high)) = shape.extent() else {
             return bad(format!(
@@ -105,12 +82,7 @@ impl<'a> Field<'a> {
                 samples.len() as i128 - 1
             ));
         }
-        Ok(Field {
-            samples,
-            shape,
-            location,
-            fill,
-        })
+        Ok(Field { samples, shape, location, fill })
     }
 
     /// The array as given.
@@ -140,18 +112,13 @@ impl<'a> Field<'a> {
     #[inline]
     pub fn value(&self, column: usize, layer: usize) -> f64 {
         let value = self.samples.get(self.element(column, layer));
-        if Some(value) == self.fill || !value.is_finite() {
-            f64::NAN
-        } else {
-            value
-        }
+        if Some(value) == self.fill || !value.is_finite() { f64::NAN } else { value }
     }
 
     #[inline]
     fn element(&self, column: usize, layer: usize) -> usize {
         let s = &self.shape;
-        let element =
-            s.offset as isize + column as isize * s.column_stride + layer as isize * s.layer_stride;
+        let element = s.offset as isize + column as isize * s.column_stride + layer as isize * s.layer_stride;
         element as usize
     }
 
@@ -222,10 +189,7 @@ impl CenterField {
             Reals::F32(_) => CenterValues::F32(average(grid, field, |v| v as f32)),
             Reals::F64(_) => CenterValues::F64(average(grid, field, |v| v)),
         };
-        Ok(CenterField {
-            values,
-            shape: Shape::level_fastest(grid.cells(), shape.layers),
-        })
+        Ok(CenterField { values, shape: Shape::level_fastest(grid.cells(), shape.layers) })
     }
 
     /// The averaged field, borrowed.
@@ -234,12 +198,7 @@ impl CenterField {
             CenterValues::F32(v) => v.as_slice().into(),
             CenterValues::F64(v) => v.as_slice().into(),
         };
-        Field {
-            samples,
-            shape: self.shape,
-            location: Location::Center,
-            fill: None,
-        }
+        Field { samples, shape: self.shape, location: Location::Center, fill: None }
     }
 
     /// Bytes that the average takes.
@@ -251,31 +210,17 @@ impl CenterField {
     }
 }
 
-fn average<S: Copy + Default + Send>(
-    grid: &Grid,
-    field: &Field,
-    narrow: impl Fn(f64) -> S + Sync,
-) -> Vec<S> {
+fn average<S: Copy + Default + Send>(grid: &Grid, field: &Field, narrow: impl Fn(f64) -> S + Sync) -> Vec<S> {
     let layers = field.shape().layers;
     let mut values = vec![S::default(); grid.cells() * layers];
-    values
-        .par_chunks_exact_mut(layers)
-        .with_min_len(256)
-        .enumerate()
-        .for_each(|(cell, column)| {
-            for (layer, value) in column.iter_mut().enumerate() {
-                let there = grid
-                    .corners_of(cell as u32)
-                    .map(|c| field.value(c as usize, layer))
-                    .filter(|v| !v.is_nan());
-                let (sum, count) = there.fold((0.0, 0u32), |(sum, count), v| (sum + v, count + 1));
-                *value = narrow(if count == 0 {
-                    f64::NAN
-                } else {
-                    sum / f64::from(count)
-                });
-            }
-        });
+    values.par_chunks_exact_mut(layers).with_min_len(256).enumerate().for_each(|(cell, column)| {
+        for (layer, value) in column.iter_mut().enumerate() {
+            let there =
+                grid.corners_of(cell as u32).map(|c| field.value(c as usize, layer)).filter(|v| !v.is_nan());
+            let (sum, count) = there.fold((0.0, 0u32), |(sum, count), v| (sum + v, count + 1));
+            *value = narrow(if count == 0 { f64::NAN } else { sum / f64::from(count) });
+        }
+    });
     values
 }
 
@@ -289,32 +234,19 @@ mod tests {
         let (cells, layers) = (3, 2);
         let level: Vec<f64> = (0..6).map(f64::from).collect();
         let cell: Vec<f64> = [0.0, 2.0, 4.0, 1.0, 3.0, 5.0].to_vec();
-        let a = Field::new(
-            level.as_slice().into(),
-            Shape::level_fastest(cells, layers),
-            Location::Center,
-            None,
-        )
-        .unwrap();
-        let b = Field::new(
-            cell.as_slice().into(),
-            Shape::cell_fastest(cells, layers),
-            Location::Center,
-            None,
-        )
-        .unwrap();
+        let a =
+            Field::new(level.as_slice().into(), Shape::level_fastest(cells, layers), Location::Center, None)
+                .unwrap();
+        let b =
+            Field::new(cell.as_slice().into(), Shape::cell_fastest(cells, layers), Location::Center, None)
+                .unwrap();
         for c in 0..cells {
             for l in 0..layers {
                 assert_eq!(a.value(c, l), b.value(c, l));
             }
         }
-        let upside_down = Shape {
-            offset: 1,
-            layer_stride: -1,
-            ..Shape::level_fastest(cells, layers)
-        };
-        let flipped =
-            Field::new(level.as_slice().into(), upside_down, Location::Center, None).unwrap();
+        let upside_down = Shape { offset: 1, layer_stride: -1, ..Shape::level_fastest(cells, layers) };
+        let flipped = Field::new(level.as_slice().into(), upside_down, Location::Center, None).unwrap();
         assert_eq!(flipped.value(2, 0), 5.0);
     }
 
@@ -323,14 +255,8 @@ mod tests {
         let v = [0.0f32; 6];
         for shape in [
             Shape::level_fastest(3, 3),
-            Shape {
-                layer_stride: -1,
-                ..Shape::level_fastest(3, 2)
-            },
-            Shape {
-                column_stride: isize::MAX,
-                ..Shape::level_fastest(3, 2)
-            },
+            Shape { layer_stride: -1, ..Shape::level_fastest(3, 2) },
+            Shape { column_stride: isize::MAX, ..Shape::level_fastest(3, 2) },
             Shape::level_fastest(0, 2),
         ] {
             let error = Field::new(v.as_slice().into(), shape, Location::Center, None).unwrap_err();
@@ -342,13 +268,8 @@ mod tests {
     fn range_leaves_missing_values_out() {
         let v = [1.0f32, -9e33, f32::NAN, 4.0, f32::INFINITY, 2.0];
         let fill = Some(f64::from(-9e33f32));
-        let field = Field::new(
-            v.as_slice().into(),
-            Shape::level_fastest(3, 2),
-            Location::Center,
-            fill,
-        )
-        .unwrap();
+        let field =
+            Field::new(v.as_slice().into(), Shape::level_fastest(3, 2), Location::Center, fill).unwrap();
         assert_eq!(field.range(), (Some([1.0, 4.0]), 3));
     }
 
@@ -358,18 +279,12 @@ mod tests {
         let grid = Grid::new(mesh.tables()).unwrap();
         // Pentagons repeat a corner in the table; a plain sum over six entries would be wrong there.
         let v: Vec<f64> = (0..grid.triangles()).map(|c| c as f64).collect();
-        let field = Field::new(
-            v.as_slice().into(),
-            Shape::level_fastest(v.len(), 1),
-            Location::Corner,
-            None,
-        )
-        .unwrap();
+        let field = Field::new(v.as_slice().into(), Shape::level_fastest(v.len(), 1), Location::Corner, None)
+            .unwrap();
         let center = CenterField::average(&grid, &field).unwrap();
         for cell in 0..grid.cells() as u32 {
-            let around: Vec<u32> = (0..grid.triangles() as u32)
-                .filter(|&t| grid.triangle(t).contains(&cell))
-                .collect();
+            let around: Vec<u32> =
+                (0..grid.triangles() as u32).filter(|&t| grid.triangle(t).contains(&cell)).collect();
             let mean = around.iter().map(|&t| f64::from(t)).sum::<f64>() / around.len() as f64;
             assert!((center.field().value(cell as usize, 0) - mean).abs() < 1e-12);
         }

@@ -46,31 +46,19 @@ pub struct Frame {
 impl Frame {
     /// Keys and texts that a picture file carries: step, time, field, range, camera, version.
     pub fn describe(&self) -> Vec<(String, String)> {
-        let range = self.report.value_range.map_or_else(
-            || "no values".into(),
-            |[low, high]| format!("{low} to {high}"),
-        );
+        let range = self
+            .report
+            .value_range
+            .map_or_else(|| "no values".into(), |[low, high]| format!("{low} to {high}"));
         let mut lines = vec![
-            (
-                "Software".into(),
-                format!("icoray {}", env!("CARGO_PKG_VERSION")),
-            ),
+            ("Software".into(), format!("icoray {}", env!("CARGO_PKG_VERSION"))),
             ("step".into(), self.stamp.step.to_string()),
             ("time_s".into(), self.stamp.time_s.to_string()),
             ("field".into(), self.field.clone()),
             ("field range".into(), range),
         ];
-        lines.extend(
-            self.stamp
-                .date
-                .iter()
-                .map(|date| ("date".into(), date.clone())),
-        );
-        lines.extend(
-            self.notes
-                .iter()
-                .map(|(key, text)| ((*key).to_string(), text.clone())),
-        );
+        lines.extend(self.stamp.date.iter().map(|date| ("date".into(), date.clone())));
+        lines.extend(self.notes.iter().map(|(key, text)| ((*key).to_string(), text.clone())));
         lines
     }
 }

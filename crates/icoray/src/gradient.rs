@@ -36,17 +36,10 @@ fn fans(grid: &Grid, cell: u32) -> Vec<Fan> {
 }
 
 /// Gradients of the normalised field at every vertex, per planet radius, level-fastest; zero where nothing is known.
-pub(crate) fn gradients<S: Sample>(
-    grid: &Grid,
-    radius: &[f64],
-    samples: &Samples<S>,
-) -> Vec<[f32; 3]> {
+pub(crate) fn gradients<S: Sample>(grid: &Grid, radius: &[f64], samples: &Samples<S>) -> Vec<[f32; 3]> {
     let layers = radius.len();
     let mut gradients = vec![[0.0f32; 3]; grid.cells() * layers];
-    let rows = gradients
-        .par_chunks_exact_mut(layers)
-        .with_min_len(64)
-        .enumerate();
+    let rows = gradients.par_chunks_exact_mut(layers).with_min_len(64).enumerate();
     rows.for_each_init(Columns::default, |columns, (cell, row)| {
         let fans = fans(grid, cell as u32);
         columns.read(samples, cell as u32, &fans, layers);
@@ -67,12 +60,10 @@ struct Columns {
 impl Columns {
     fn read<S: Sample>(&mut self, samples: &Samples<S>, cell: u32, fans: &[Fan], layers: usize) {
         self.own.clear();
-        self.own
-            .extend((0..layers).map(|l| samples.get::<f64>(cell, l)));
+        self.own.extend((0..layers).map(|l| samples.get::<f64>(cell, l)));
         self.others.clear();
         for fan in fans {
-            self.others
-                .extend((0..layers).map(|l| fan.cells.map(|c| samples.get::<f64>(c, l))));
+            self.others.extend((0..layers).map(|l| fan.cells.map(|c| samples.get::<f64>(c, l))));
         }
     }
 
@@ -82,10 +73,7 @@ impl Columns {
         if here.is_nan() {
             return DVec3::ZERO;
         }
-        let next = [
-            layer.checked_sub(1),
-            (layer + 1 < layers).then_some(layer + 1),
-        ];
+        let next = [layer.checked_sub(1), (layer + 1 < layers).then_some(layer + 1)];
         let mut sum = DVec3::ZERO;
         let mut count = 0.0;
         for (fan, values) in fans.iter().zip(self.others.chunks_exact(layers)) {
@@ -94,20 +82,15 @@ impl Columns {
             for beyond in next.into_iter().flatten() {
                 let slope = (self.own[beyond] - here) / (radius[beyond] - radius[layer]);
                 let gradient = flat + slope * fan.radial;
-                let whole = !values[beyond][0].is_nan()
-                    && !values[beyond][1].is_nan()
-                    && gradient.is_finite();
+                let whole =
+                    !values[beyond][0].is_nan() && !values[beyond][1].is_nan() && gradient.is_finite();
                 if whole {
                     sum += gradient;
                     count += 1.0;
                 }
             }
         }
-        if count > 0.0 {
-            sum / count
-        } else {
-            DVec3::ZERO
-        }
+        if count > 0.0 { sum / count } else { DVec3::ZERO }
     }
 }
 
@@ -130,18 +113,9 @@ mod tests {
     }
 
     fn gradients_of(grid: &Grid, values: &[f64]) -> Vec<[f32; 3]> {
-        let field = Field::new(
-            values.into(),
-            Shape::level_fastest(grid.cells(), 4),
-            Location::Center,
-            None,
-        )
-        .unwrap();
-        gradients(
-            grid,
-            &radii(),
-            &Samples::new(values, &field, false, [0.0, 1.0]),
-        )
+        let field =
+            Field::new(values.into(), Shape::level_fastest(grid.cells(), 4), Location::Center, None).unwrap();
+        gradients(grid, &radii(), &Samples::new(values, &field, false, [0.0, 1.0]))
     }
 
     /// A linear field is linear on every facet and along every radius: each frustum's gradient is the field's, so the
@@ -153,10 +127,7 @@ mod tests {
         let slope = DVec3::new(0.3, -2.0, 0.7);
         let values = field_of(&grid, |p| p.dot(slope) + 5.0);
         for gradient in gradients_of(&grid, &values) {
-            assert!(
-                DVec3::from_array(gradient.map(f64::from)).distance(slope) < 1e-6,
-                "{gradient:?}"
-            );
+            assert!(DVec3::from_array(gradient.map(f64::from)).distance(slope) < 1e-6, "{gradient:?}");
         }
     }
 

@@ -21,24 +21,16 @@ impl Layers {
     pub fn new(radius_m: Vec<f64>, planet_radius_m: f64) -> Result<Self> {
         let bad = |context| Err(Error::new(ErrorKind::Layers, context));
         if !(planet_radius_m.is_finite() && planet_radius_m > 0.0) {
-            return bad(format!(
-                "planet radius {planet_radius_m}, expected a positive number"
-            ));
+            return bad(format!("planet radius {planet_radius_m}, expected a positive number"));
         }
         if radius_m.len() < 2 {
             return bad(format!("{} layers, expected at least 2", radius_m.len()));
         }
         if let Some(l) = radius_m.iter().position(|r| !(r.is_finite() && *r > 0.0)) {
-            return bad(format!(
-                "layer {l}: radius {}, expected a positive number",
-                radius_m[l]
-            ));
+            return bad(format!("layer {l}: radius {}, expected a positive number", radius_m[l]));
         }
         let rising = radius_m[1] > radius_m[0];
-        if let Some(l) = radius_m
-            .windows(2)
-            .position(|w| w[0] == w[1] || (w[1] > w[0]) != rising)
-        {
+        if let Some(l) = radius_m.windows(2).position(|w| w[0] == w[1] || (w[1] > w[0]) != rising) {
             return bad(format!(
                 "layers {l} and {}: radii {} and {}, expected strictly {} as between layers 0 and 1",
                 l + 1,
@@ -47,10 +39,7 @@ impl Layers {
                 if rising { "rising" } else { "falling" }
             ));
         }
-        Ok(Layers {
-            radius_m,
-            planet_radius_m,
-        })
+        Ok(Layers { radius_m, planet_radius_m })
     }
 
     /// Layers at heights above (or, negative, below) the surface of a planet.
@@ -58,10 +47,7 @@ impl Layers {
     /// # Errors
     /// As [`Layers::new`].
     pub fn from_heights(height_m: &[f64], planet_radius_m: f64) -> Result<Self> {
-        Self::new(
-            height_m.iter().map(|h| planet_radius_m + h).collect(),
-            planet_radius_m,
-        )
+        Self::new(height_m.iter().map(|h| planet_radius_m + h).collect(), planet_radius_m)
     }
 
     /// Number of layers.
@@ -84,13 +70,7 @@ impl Layers {
     /// # Errors
     /// [`ErrorKind::Layers`] when there are fewer than 3 interfaces.
     pub fn midpoints(&self) -> Result<Self> {
-        Self::new(
-            self.radius_m
-                .windows(2)
-                .map(|w| 0.5 * (w[0] + w[1]))
-                .collect(),
-            self.planet_radius_m,
-        )
+        Self::new(self.radius_m.windows(2).map(|w| 0.5 * (w[0] + w[1])).collect(), self.planet_radius_m)
     }
 
     /// The layers on which a field with `layers` of them lies: these, or, with one fewer, those midway between.
@@ -103,10 +83,7 @@ impl Layers {
             n if layers + 1 == n => self.midpoints(),
             n => Err(Error::new(
                 ErrorKind::Field,
-                format!(
-                    "{layers} layers, expected {n} (on the layers) or {} (midway between them)",
-                    n - 1
-                ),
+                format!("{layers} layers, expected {n} (on the layers) or {} (midway between them)", n - 1),
             )),
         }
     }
@@ -121,15 +98,13 @@ impl Layers {
     /// # Errors
     /// [`ErrorKind::Scene`] when the stretched layers reach the planet's centre or are no longer apart.
     pub fn shell(&self, exaggeration: f64) -> Result<Vec<f64>> {
-        let stretch =
-            |r: &f64| 1.0 + exaggeration * (r - self.planet_radius_m) / self.planet_radius_m;
+        let stretch = |r: &f64| 1.0 + exaggeration * (r - self.planet_radius_m) / self.planet_radius_m;
         let mut shell: Vec<f64> = self.radius_m.iter().map(stretch).collect();
         if self.is_falling() {
             shell.reverse();
         }
-        let fine = shell[0] > 0.0
-            && shell.windows(2).all(|w| w[0] < w[1])
-            && shell.iter().all(|r| r.is_finite());
+        let fine =
+            shell[0] > 0.0 && shell.windows(2).all(|w| w[0] < w[1]) && shell.iter().all(|r| r.is_finite());
         if !fine {
             return Err(Error::new(
                 ErrorKind::Scene,

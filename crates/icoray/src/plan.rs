@@ -33,21 +33,14 @@ impl Plan {
     pub fn new(scene: &Scene, grid: &Grid, layers: &Layers, field: &Field) -> Result<Self> {
         let shape = field.shape();
         let from_corners = field.location() == Location::Corner;
-        let (place, columns) = if from_corners {
-            ("corner", grid.triangles())
-        } else {
-            ("cell", grid.cells())
-        };
+        let (place, columns) =
+            if from_corners { ("corner", grid.triangles()) } else { ("cell", grid.cells()) };
         if shape.columns != columns {
-            let message = format!(
-                "{:?}: {} columns, expected {columns}, one per {place}",
-                scene.field, shape.columns
-            );
+            let message =
+                format!("{:?}: {} columns, expected {columns}, one per {place}", scene.field, shape.columns);
             return Err(Error::new(ErrorKind::Field, message));
         }
-        let layers = layers
-            .for_field(shape.layers)
-            .map_err(|e| e.within(format!("{:?}", scene.field)))?;
+        let layers = layers.for_field(shape.layers).map_err(|e| e.within(format!("{:?}", scene.field)))?;
         let radius = layers.shell(scene.exaggeration)?;
         let thickness = radius[radius.len() - 1] - radius[0];
         let eye = scene.camera.eye().iter().map(|x| x * x).sum::<f64>().sqrt();
@@ -65,22 +58,14 @@ impl Plan {
             shininess: l.shininess,
             towards_light: match l.source {
                 Source::Headlight => None,
-                Source::Sun { lon_deg, lat_deg } => Some(crate::grid::unit_vector(
-                    lon_deg.to_radians(),
-                    lat_deg.to_radians(),
-                )),
+                Source::Sun { lon_deg, lat_deg } => {
+                    Some(crate::grid::unit_vector(lon_deg.to_radians(), lat_deg.to_radians()))
+                }
             },
         });
         let left_out = left_out(scene, grid, shape.layers, from_corners);
         let knots = scene.transfer.kernel_knots(thickness);
-        Ok(Plan {
-            radius,
-            falling: layers.is_falling(),
-            knots,
-            shading,
-            from_corners,
-            left_out,
-        })
+        Ok(Plan { radius, falling: layers.is_falling(), knots, shading, from_corners, left_out })
     }
 
     /// What is not computed or read for this scene, in words.
@@ -92,10 +77,7 @@ impl Plan {
 fn left_out(scene: &Scene, grid: &Grid, layers: usize, from_corners: bool) -> Vec<String> {
     let mut list = Vec::new();
     if scene.lighting.is_none() {
-        list.push(format!(
-            "gradients ({} bytes)",
-            grid.cells() * layers * size_of::<[f32; 3]>()
-        ));
+        list.push(format!("gradients ({} bytes)", grid.cells() * layers * size_of::<[f32; 3]>()));
         if !from_corners {
             list.push("table cell_corner".into());
         }

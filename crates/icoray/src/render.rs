@@ -37,16 +37,9 @@ impl Renderer {
     /// [`ErrorKind::Argument`] when the threads cannot be made.
     pub fn new(threads: usize) -> Result<Self> {
         let name = |i| format!("icoray-{i}");
-        let pool = rayon::ThreadPoolBuilder::new()
-            .num_threads(threads)
-            .thread_name(name)
-            .build();
-        let pool = pool.map_err(|e| {
-            Error::new(
-                ErrorKind::Argument,
-                format!("cannot make {threads} threads: {e}"),
-            )
-        })?;
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).thread_name(name).build();
+        let pool =
+            pool.map_err(|e| Error::new(ErrorKind::Argument, format!("cannot make {threads} threads: {e}")))?;
         Ok(Renderer { pool })
     }
 
@@ -64,20 +57,11 @@ impl Renderer {
     ///
     /// # Errors
     /// As [`Plan::new`].
-    pub fn render(
-        &self,
-        scene: &Scene,
-        grid: &Grid,
-        layers: &Layers,
-        field: &Field,
-    ) -> Result<Frame> {
+    pub fn render(&self, scene: &Scene, grid: &Grid, layers: &Layers, field: &Field) -> Result<Frame> {
         let plan = Plan::new(scene, grid, layers, field)?;
         self.run(|| {
             let start = Instant::now();
-            let center = plan
-                .from_corners
-                .then(|| CenterField::average(grid, field))
-                .transpose()?;
+            let center = plan.from_corners.then(|| CenterField::average(grid, field)).transpose()?;
             let derived = center.as_ref().map_or(0, CenterField::bytes);
             let field = center.as_ref().map_or(*field, CenterField::field);
             let mut frame = match (field.samples(), scene.precision) {
@@ -112,25 +96,15 @@ fn draw<T: Real, S: Sample>(
     let shell = Shell::<T>::new(&plan.radius);
     let samples = Samples::new(data, field, plan.falling, spans.range());
     let (value_range, missing_values) = field.range();
-    let gradients = if plan.shading.is_some() {
-        gradients(grid, &plan.radius, &samples)
-    } else {
-        Vec::new()
-    };
+    let gradients = if plan.shading.is_some() { gradients(grid, &plan.radius, &samples) } else { Vec::new() };
     let prepare_s = start.elapsed().as_secs_f64();
     let start = Instant::now();
     let (pixels, counts) = if plan.shading.is_some() {
-        let caster: Caster<'_, T, S, 4> =
-            caster(scene, plan, grid, &shell, &spans, samples, &gradients);
-        tiles(scene, |x, y, hint, counts| {
-            pixel(scene, &caster, x, y, hint, counts)
-        })
+        let caster: Caster<'_, T, S, 4> = caster(scene, plan, grid, &shell, &spans, samples, &gradients);
+        tiles(scene, |x, y, hint, counts| pixel(scene, &caster, x, y, hint, counts))
     } else {
-        let caster: Caster<'_, T, S, 1> =
-            caster(scene, plan, grid, &shell, &spans, samples, &gradients);
-        tiles(scene, |x, y, hint, counts| {
-            pixel(scene, &caster, x, y, hint, counts)
-        })
+        let caster: Caster<'_, T, S, 1> = caster(scene, plan, grid, &shell, &spans, samples, &gradients);
+        tiles(scene, |x, y, hint, counts| pixel(scene, &caster, x, y, hint, counts))
     };
     let report = FrameReport {
         prepare_s,
@@ -194,12 +168,7 @@ fn pixel<T: Real, S: Sample, const N: usize>(
     let absorbed = light.absorbed.wide();
     let color = light.color.map(T::wide);
     match scene.background {
-        None => [
-            color[0] as f32,
-            color[1] as f32,
-            color[2] as f32,
-            absorbed as f32,
-        ],
+        None => [color[0] as f32, color[1] as f32, color[2] as f32, absorbed as f32],
         Some(back) => {
             let [r, g, b] = [0, 1, 2].map(|k| (color[k] + (1.0 - absorbed) * back[k]) as f32);
             [r, g, b, 1.0]
@@ -231,19 +200,12 @@ fn tiles(
         }
         (pixels, counts)
     };
-    let tiles: Vec<_> = (0..across * down)
-        .into_par_iter()
-        .with_max_len(1)
-        .map(tile)
-        .collect();
+    let tiles: Vec<_> = (0..across * down).into_par_iter().with_max_len(1).map(tile).collect();
     let mut picture = vec![[0.0; 4]; width as usize * height as usize];
     let mut counts = Counts::default();
     for (number, (pixels, tile_counts)) in (0u32..).zip(&tiles) {
         counts += *tile_counts;
-        let (x0, y0) = (
-            (number % across * TILE) as usize,
-            (number / across * TILE) as usize,
-        );
+        let (x0, y0) = ((number % across * TILE) as usize, (number / across * TILE) as usize);
         let side = (TILE as usize).min(width as usize - x0);
         for (row, line) in pixels.chunks_exact(side).enumerate() {
             let start = (y0 + row) * width as usize + x0;

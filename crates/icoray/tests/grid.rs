@@ -12,15 +12,9 @@ fn bisection_gives_the_known_counts() {
         let mesh = mesh(level);
         let grid = Grid::new(mesh.tables()).unwrap();
         let n = 4usize.pow(level);
-        assert_eq!(
-            (grid.cells(), grid.triangles(), grid.tables().edges()),
-            (10 * n + 2, 20 * n, 30 * n)
-        );
+        assert_eq!((grid.cells(), grid.triangles(), grid.tables().edges()), (10 * n + 2, 20 * n, 30 * n));
     }
-    assert_eq!(
-        IcosahedralMesh::new(13).unwrap_err().kind(),
-        ErrorKind::Argument
-    );
+    assert_eq!(IcosahedralMesh::new(13).unwrap_err().kind(), ErrorKind::Argument);
 }
 
 #[test]
@@ -30,9 +24,7 @@ fn sides_lie_opposite_their_vertices() {
     for t in 0..grid.triangles() as u32 {
         for k in 0..3 {
             let beyond = grid.triangle(grid.across(t, k));
-            let shared = (0..3)
-                .filter(|&j| beyond.contains(&grid.triangle(t)[j]))
-                .collect::<Vec<_>>();
+            let shared = (0..3).filter(|&j| beyond.contains(&grid.triangle(t)[j])).collect::<Vec<_>>();
             assert_eq!(shared, (0..3).filter(|&j| j != k).collect::<Vec<_>>());
         }
     }
@@ -43,11 +35,8 @@ fn sides_lie_opposite_their_vertices() {
 fn shuffled_rows_and_base_one_change_nothing() {
     let mesh = mesh(2);
     let plain = Grid::new(mesh.tables()).unwrap();
-    let (mut corner_cell, mut corner_edge, mut edge_corner) = (
-        mesh.corner_cell.clone(),
-        mesh.corner_edge.clone(),
-        mesh.edge_corner.clone(),
-    );
+    let (mut corner_cell, mut corner_edge, mut edge_corner) =
+        (mesh.corner_cell.clone(), mesh.corner_edge.clone(), mesh.edge_corner.clone());
     let turn = |rows: &mut [i32], n: usize, by: usize| {
         for (i, row) in rows.chunks_exact_mut(n).enumerate() {
             if (i * 7 + by).is_multiple_of(3) {
@@ -68,12 +57,7 @@ fn shuffled_rows_and_base_one_change_nothing() {
         distinct.resize(8, -77);
         cell_corner.extend(distinct);
     }
-    for table in [
-        &mut corner_cell,
-        &mut corner_edge,
-        &mut edge_corner,
-        &mut cell_corner,
-    ] {
+    for table in [&mut corner_cell, &mut corner_edge, &mut edge_corner, &mut cell_corner] {
         table.iter_mut().for_each(|v| *v += 1);
     }
     let tables = GridTables {
@@ -90,11 +74,7 @@ fn shuffled_rows_and_base_one_change_nothing() {
     for t in 0..plain.triangles() as u32 {
         for k in 0..3 {
             let cell = plain.triangle(t)[k];
-            let place = shuffled
-                .triangle(t)
-                .iter()
-                .position(|&c| c == cell)
-                .unwrap();
+            let place = shuffled.triangle(t).iter().position(|&c| c == cell).unwrap();
             assert_eq!(shuffled.across(t, place), plain.across(t, k));
         }
     }
@@ -110,10 +90,7 @@ fn single_precision_coordinates_are_taken() {
     let f32s = |v: &[f64]| v.iter().map(|x| *x as f32).collect::<Vec<f32>>();
     let (lon, lat) = (f32s(&mesh.lon_center_rad), f32s(&mesh.lat_center_rad));
     let tables = GridTables {
-        center: LonLat {
-            lon_rad: lon.as_slice().into(),
-            lat_rad: lat.as_slice().into(),
-        },
+        center: LonLat { lon_rad: lon.as_slice().into(), lat_rad: lat.as_slice().into() },
         ..mesh.tables()
     };
     Grid::new(tables).unwrap();
@@ -129,66 +106,26 @@ fn damage_is_named() {
             ErrorKind::Grid,
             &["corner_cell row 10", "column 1", "9999", "0 to 161"],
         ),
-        (
-            |m| m.corner_edge[30] = -5,
-            ErrorKind::Grid,
-            &["corner_edge row 10", "-5", "0 to 479"],
-        ),
-        (
-            |m| m.edge_corner[7] = 320,
-            ErrorKind::Grid,
-            &["edge_corner row 3", "320", "0 to 319"],
-        ),
-        (
-            |m| m.cell_corner[600] = 1 << 30,
-            ErrorKind::Grid,
-            &["cell_corner row 100", "1073741824"],
-        ),
-        (
-            |m| m.corner_cell[30] = -1,
-            ErrorKind::Unsupported,
-            &["corner_cell row 10", "hole"],
-        ),
-        (
-            |m| m.corner_cell[32] = 162,
-            ErrorKind::Unsupported,
-            &["corner_cell row 10", "hole"],
-        ),
+        (|m| m.corner_edge[30] = -5, ErrorKind::Grid, &["corner_edge row 10", "-5", "0 to 479"]),
+        (|m| m.edge_corner[7] = 320, ErrorKind::Grid, &["edge_corner row 3", "320", "0 to 319"]),
+        (|m| m.cell_corner[600] = 1 << 30, ErrorKind::Grid, &["cell_corner row 100", "1073741824"]),
+        (|m| m.corner_cell[30] = -1, ErrorKind::Unsupported, &["corner_cell row 10", "hole"]),
+        (|m| m.corner_cell[32] = 162, ErrorKind::Unsupported, &["corner_cell row 10", "hole"]),
         (
             |m| m.corner_cell[31] = m.corner_cell[30],
             ErrorKind::Grid,
             &["corner_cell row 10", "three different cells"],
         ),
-        (
-            |m| m.corner_edge.swap(30, 60),
-            ErrorKind::Grid,
-            &["edge_corner row", "corner_edge row 10"],
-        ),
+        (|m| m.corner_edge.swap(30, 60), ErrorKind::Grid, &["edge_corner row", "corner_edge row 10"]),
         (
             |m| m.corner_edge[31] = m.corner_edge[30],
             ErrorKind::Grid,
             &["corner_edge row 10", "one side per cell"],
         ),
-        (
-            |m| m.edge_corner[6] = m.edge_corner[7],
-            ErrorKind::Grid,
-            &["edge_corner row 3"],
-        ),
-        (
-            |m| m.lon_center_rad[5] = f64::NAN,
-            ErrorKind::Grid,
-            &["center row 5", "NaN"],
-        ),
-        (
-            |m| m.lat_center_rad[6] = 45.0,
-            ErrorKind::Grid,
-            &["center row 6", "45", "radians"],
-        ),
-        (
-            |m| m.lat_corner_rad[7] = f64::INFINITY,
-            ErrorKind::Grid,
-            &["corner row 7", "inf"],
-        ),
+        (|m| m.edge_corner[6] = m.edge_corner[7], ErrorKind::Grid, &["edge_corner row 3"]),
+        (|m| m.lon_center_rad[5] = f64::NAN, ErrorKind::Grid, &["center row 5", "NaN"]),
+        (|m| m.lat_center_rad[6] = 45.0, ErrorKind::Grid, &["center row 6", "45", "radians"]),
+        (|m| m.lat_corner_rad[7] = f64::INFINITY, ErrorKind::Grid, &["corner row 7", "inf"]),
         (
             |m| m.lon_center_rad.truncate(161),
             ErrorKind::Grid,
@@ -199,11 +136,7 @@ fn damage_is_named() {
             ErrorKind::Grid,
             &["162 cells - 479 edges + 320 corners", "expected 2"],
         ),
-        (
-            |m| m.corner_edge.truncate(957),
-            ErrorKind::Grid,
-            &["corner_edge: 957 entries, expected 960"],
-        ),
+        (|m| m.corner_edge.truncate(957), ErrorKind::Grid, &["corner_edge: 957 entries, expected 960"]),
         (
             |m| {
                 let (a, b) = (m.corner_cell[30] as usize, m.corner_cell[31] as usize);
@@ -229,10 +162,7 @@ fn damage_is_named() {
         let error = Grid::new(mesh.tables()).expect_err(&format!("case {i} passed"));
         assert_eq!(error.kind(), *kind, "case {i}: {error}");
         for word in *words {
-            assert!(
-                error.to_string().contains(word),
-                "case {i}: '{word}' is not in '{error}'"
-            );
+            assert!(error.to_string().contains(word), "case {i}: '{word}' is not in '{error}'");
         }
     }
 }

@@ -17,12 +17,7 @@ fn read_all(path: &Path) -> Result<()> {
             let owned = file.read_field(&info.name, time)?;
             let (column, layer) = (info.columns - 1, info.layers - 1);
             let record = if info.time_dependent { time } else { 0 };
-            assert_eq!(
-                owned.field()?.value(column, layer),
-                value(record, column, layer),
-                "{}",
-                info.name
-            );
+            assert_eq!(owned.field()?.value(column, layer), value(record, column, layer), "{}", info.name);
         }
     }
     Ok(())
@@ -37,15 +32,10 @@ fn a_file_cut_off_anywhere_is_an_error() {
         let cut = folder.path().join("cut.nc");
         // At every part, and just before the end; the records end with surface_pressure, which is no field.
         let unread = 4 * 42 + 8;
-        for length in (0..whole.len() - unread)
-            .step_by(397)
-            .chain([whole.len() - unread])
-        {
+        for length in (0..whole.len() - unread).step_by(397).chain([whole.len() - unread]) {
             std::fs::write(&cut, &whole[..length]).unwrap();
-            let error = read_all(&cut).expect_err(&format!(
-                "{format} cut to {length} of {} bytes",
-                whole.len()
-            ));
+            let error =
+                read_all(&cut).expect_err(&format!("{format} cut to {length} of {} bytes", whole.len()));
             assert!(error.to_string().contains("cut.nc"), "{error}");
         }
     }
@@ -59,32 +49,19 @@ fn records_before_the_cut_are_read() {
     let file = MpasFile::open(&path).unwrap();
     file.read_field("vorticity", 1).unwrap();
     let error = file.read_field("vorticity", 2).unwrap_err();
-    expect(
-        &error,
-        ErrorKind::Io,
-        &["made.nc", "variable vorticity ends at byte", "cut off"],
-    );
+    expect(&error, ErrorKind::Io, &["made.nc", "variable vorticity ends at byte", "cut off"]);
 }
 
 /// The only record variable of a classic file is packed without padding: its records must be found all the same.
 #[test]
 fn a_lone_record_variable_is_found() {
     let mut made = Made::mesh(false);
-    made.dimensions
-        .extend([("nVertLevels", 2), ("Time", 0), ("StrLen", 19)]);
-    made.add(
-        "xtime",
-        &["Time", "StrLen"],
-        crate::made::Values::Text(b"2013-10-25_00:00:00".repeat(5)),
-    );
+    made.dimensions.extend([("nVertLevels", 2), ("Time", 0), ("StrLen", 19)]);
+    made.add("xtime", &["Time", "StrLen"], crate::made::Values::Text(b"2013-10-25_00:00:00".repeat(5)));
     for (format, options) in formats() {
         let (_folder, path) = made.write(options);
         let times = MpasFile::open(&path).unwrap().times().to_vec();
-        assert_eq!(
-            times,
-            vec![Some("2013-10-25_00:00:00".to_owned()); 5],
-            "{format}"
-        );
+        assert_eq!(times, vec![Some("2013-10-25_00:00:00".to_owned()); 5], "{format}");
     }
 }
 
@@ -97,20 +74,13 @@ fn a_header_that_lies_is_an_error() {
     let mut bytes = whole.clone();
     bytes[at..at + 4].copy_from_slice(&0x0400_0000u32.to_be_bytes());
     std::fs::write(&path, &bytes).unwrap();
-    expect(
-        &MpasFile::open(&path).unwrap_err(),
-        ErrorKind::Io,
-        &["made.nc"],
-    );
+    expect(&MpasFile::open(&path).unwrap_err(), ErrorKind::Io, &["made.nc"]);
 }
 
 /// Whatever bytes a classic header holds, reading ends with a result: neither a panic nor the end of the process.
 #[test]
 fn spoilt_headers_end_in_a_result() {
-    for (format, options) in formats()
-        .into_iter()
-        .filter(|(format, _)| format.starts_with("CDF"))
-    {
+    for (format, options) in formats().into_iter().filter(|(format, _)| format.starts_with("CDF")) {
         let (_folder, path) = Made::history().write(options);
         let whole = std::fs::read(&path).unwrap();
         let header = 2600;

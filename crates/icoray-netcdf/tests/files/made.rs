@@ -76,21 +76,13 @@ impl Made {
     pub fn mesh(in_single: bool) -> Self {
         let mesh = IcosahedralMesh::new(1).unwrap();
         let real = |v: &[f64]| {
-            if in_single {
-                single(v)
-            } else {
-                Values::F64(v.to_vec())
-            }
+            if in_single { single(v) } else { Values::F64(v.to_vec()) }
         };
         let index = |v: &[i32]| Values::I32(v.iter().map(|i| i + 1).collect());
         // As in MPAS files: entries behind the last corner of a pentagon are 0.
         let mut corners: Vec<i32> = mesh.cell_corner.iter().map(|i| i + 1).collect();
         let mut count = vec![6; mesh.cells()];
-        for (row, count) in corners
-            .chunks_exact_mut(6)
-            .zip(&mut count)
-            .filter(|(row, _)| row[4] == row[5])
-        {
+        for (row, count) in corners.chunks_exact_mut(6).zip(&mut count).filter(|(row, _)| row[4] == row[5]) {
             (row[5], *count) = (0, 5);
         }
         let (cells, vertices) = (mesh.cells(), mesh.lon_corner_rad.len());
@@ -103,10 +95,7 @@ impl Made {
                 ("vertexDegree", 3),
                 ("TWO", 2),
             ],
-            attributes: vec![
-                ("on_a_sphere", "YES             ".into()),
-                ("sphere_radius", RADIUS_M.into()),
-            ],
+            attributes: vec![("on_a_sphere", "YES             ".into()), ("sphere_radius", RADIUS_M.into())],
             variables: Vec::new(),
         };
         made.add("latCell", &["nCells"], real(&mesh.lat_center_rad));
@@ -114,26 +103,10 @@ impl Made {
         made.add("latVertex", &["nVertices"], real(&mesh.lat_corner_rad));
         made.add("lonVertex", &["nVertices"], real(&mesh.lon_corner_rad));
         made.add("nEdgesOnCell", &["nCells"], Values::I32(count));
-        made.add(
-            "verticesOnCell",
-            &["nCells", "maxEdges"],
-            Values::I32(corners),
-        );
-        made.add(
-            "cellsOnVertex",
-            &["nVertices", "vertexDegree"],
-            index(&mesh.corner_cell),
-        );
-        made.add(
-            "edgesOnVertex",
-            &["nVertices", "vertexDegree"],
-            index(&mesh.corner_edge),
-        );
-        made.add(
-            "verticesOnEdge",
-            &["nEdges", "TWO"],
-            index(&mesh.edge_corner),
-        );
+        made.add("verticesOnCell", &["nCells", "maxEdges"], Values::I32(corners));
+        made.add("cellsOnVertex", &["nVertices", "vertexDegree"], index(&mesh.corner_cell));
+        made.add("edgesOnVertex", &["nVertices", "vertexDegree"], index(&mesh.corner_edge));
+        made.add("verticesOnEdge", &["nEdges", "TWO"], index(&mesh.edge_corner));
         made
     }
 
@@ -156,23 +129,10 @@ impl Made {
         ]);
         let heights: Vec<f64> = (0..cells).flat_map(|_| HEIGHT_M).collect();
         self.add("zgrid", &["nCells", "nVertLevelsP1"], single(&heights));
-        let time = |day: usize| {
-            format!("{:<64}", format!("2013-10-{:02}_00:00:00", 25 + day)).into_bytes()
-        };
-        self.add(
-            "xtime",
-            &["Time", "StrLen"],
-            Values::Text((0..RECORDS).flat_map(time).collect()),
-        );
-        self.add(
-            "theta",
-            &["Time", "nCells", "nVertLevels"],
-            single(&field(cells, LAYERS, 0..RECORDS)),
-        );
-        self.last().attributes = vec![
-            ("units", "K".into()),
-            ("long_name", "Potential temperature".into()),
-        ];
+        let time = |day: usize| format!("{:<64}", format!("2013-10-{:02}_00:00:00", 25 + day)).into_bytes();
+        self.add("xtime", &["Time", "StrLen"], Values::Text((0..RECORDS).flat_map(time).collect()));
+        self.add("theta", &["Time", "nCells", "nVertLevels"], single(&field(cells, LAYERS, 0..RECORDS)));
+        self.last().attributes = vec![("units", "K".into()), ("long_name", "Potential temperature".into())];
         self.add(
             "w",
             &["Time", "nCells", "nVertLevelsP1"],
@@ -183,21 +143,9 @@ impl Made {
             &["Time", "nVertices", "nVertLevels"],
             Values::F64(field(vertices, LAYERS, 0..RECORDS)),
         );
-        self.add(
-            "rho",
-            &["nCells", "nVertLevels"],
-            single(&field(cells, LAYERS, 0..1)),
-        );
-        self.add(
-            "surface_pressure",
-            &["Time", "nCells"],
-            single(&field(cells, 1, 0..RECORDS)),
-        );
-        self.add(
-            "levels",
-            &["nCells", "nVertLevels"],
-            Values::I32(vec![7; cells * LAYERS]),
-        );
+        self.add("rho", &["nCells", "nVertLevels"], single(&field(cells, LAYERS, 0..1)));
+        self.add("surface_pressure", &["Time", "nCells"], single(&field(cells, 1, 0..RECORDS)));
+        self.add("levels", &["nCells", "nVertLevels"], Values::I32(vec![7; cells * LAYERS]));
     }
 
     pub fn add(&mut self, name: &'static str, dimensions: &[&'static str], values: Values) {
@@ -291,11 +239,7 @@ impl MadeVariable {
 /// The whole variable, with as many records as `len` values make.
 fn extents(variable: &Variable<'_>, len: usize) -> Extents {
     let mut count: Vec<usize> = variable.dimensions().iter().map(|d| d.len()).collect();
-    if variable
-        .dimensions()
-        .first()
-        .is_some_and(netcdf::Dimension::is_unlimited)
-    {
+    if variable.dimensions().first().is_some_and(netcdf::Dimension::is_unlimited) {
         count[0] = len / count[1..].iter().product::<usize>();
     }
     Extents::try_from((vec![0; count.len()], count)).unwrap()

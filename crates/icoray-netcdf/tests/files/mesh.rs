@@ -11,27 +11,13 @@ fn every_format_gives_the_same_grid_and_fields() {
         let (_folder, path) = Made::history().write(options);
         let file = MpasFile::open(&path).unwrap();
         let grid = file.mesh().grid().unwrap();
-        assert_eq!(
-            (grid.cells(), grid.triangles(), file.mesh().edges()),
-            (42, 80, 120),
-            "{format}"
-        );
+        assert_eq!((grid.cells(), grid.triangles(), file.mesh().edges()), (42, 80, 120), "{format}");
         assert_eq!(file.sphere_radius_m(), RADIUS_M);
         let times: Vec<&str> = file.times().iter().flatten().map(String::as_str).collect();
-        assert_eq!(
-            times,
-            [
-                "2013-10-25_00:00:00",
-                "2013-10-26_00:00:00",
-                "2013-10-27_00:00:00"
-            ],
-            "{format}"
-        );
-        for (name, columns, layers) in [
-            ("theta", 42, LAYERS),
-            ("w", 42, LAYERS + 1),
-            ("vorticity", 80, LAYERS),
-        ] {
+        assert_eq!(times, ["2013-10-25_00:00:00", "2013-10-26_00:00:00", "2013-10-27_00:00:00"], "{format}");
+        for (name, columns, layers) in
+            [("theta", 42, LAYERS), ("w", 42, LAYERS + 1), ("vorticity", 80, LAYERS)]
+        {
             for time in 0..RECORDS {
                 let owned = file.read_field(name, time).unwrap();
                 let field = owned.field().unwrap();
@@ -41,11 +27,7 @@ fn every_format_gives_the_same_grid_and_fields() {
                     "{format} {name}"
                 );
                 for (column, layer) in [(0, 0), (1, 2), (columns - 1, layers - 1)] {
-                    assert_eq!(
-                        field.value(column, layer),
-                        value(time, column, layer),
-                        "{format} {name}"
-                    );
+                    assert_eq!(field.value(column, layer), value(time, column, layer), "{format} {name}");
                 }
             }
         }
@@ -70,11 +52,7 @@ fn fields_are_listed_with_what_a_user_asks_first() {
     assert_eq!(theta.bytes(), 42 * LAYERS * 4);
     let vorticity = file.field_info("vorticity").unwrap();
     assert_eq!(
-        (
-            vorticity.location,
-            vorticity.precision,
-            vorticity.units.as_ref()
-        ),
+        (vorticity.location, vorticity.precision, vorticity.units.as_ref()),
         (Location::Corner, Precision::F64, None)
     );
     assert!(!file.field_info("rho").unwrap().time_dependent);
@@ -85,22 +63,13 @@ fn precision_stays_as_stored() {
     for single in [true, false] {
         let (_folder, path) = Made::mesh(single).write(Options::NETCDF4);
         let file = MpasFile::open(&path).unwrap();
-        assert_eq!(
-            matches!(file.mesh().tables().center.lon_rad, Reals::F32(_)),
-            single
-        );
+        assert_eq!(matches!(file.mesh().tables().center.lon_rad, Reals::F32(_)), single);
         file.mesh().grid().unwrap();
     }
     let (_folder, path) = Made::history().write(Options::NETCDF4);
     let file = MpasFile::open(&path).unwrap();
-    assert!(matches!(
-        file.read_field("theta", 1).unwrap().values(),
-        Reals::F32(_)
-    ));
-    assert!(matches!(
-        file.read_field("w", 1).unwrap().values(),
-        Reals::F64(_)
-    ));
+    assert!(matches!(file.read_field("theta", 1).unwrap().values(), Reals::F32(_)));
+    assert!(matches!(file.read_field("w", 1).unwrap().values(), Reals::F64(_)));
 }
 
 #[test]
@@ -111,15 +80,10 @@ fn interfaces_are_the_mean_heights() {
     assert_eq!((heights.variable, heights.deviation_m), ("zgrid", 0.0));
     assert_eq!(heights.height_m, HEIGHT_M);
     assert_eq!(heights.layers.radius_m()[4], RADIUS_M + 9000.0);
-    assert_eq!(
-        heights.layers.for_field(LAYERS).unwrap().radius_m()[0],
-        RADIUS_M + 50.0
-    );
+    assert_eq!(heights.layers.for_field(LAYERS).unwrap().radius_m()[0], RADIUS_M + 50.0);
 
     // A mountain of 42 m in one of 42 cells lifts the mean by 1 m.
-    let Values::F32(zgrid) = &mut made.variable("zgrid").values else {
-        panic!("zgrid is f32")
-    };
+    let Values::F32(zgrid) = &mut made.variable("zgrid").values else { panic!("zgrid is f32") };
     zgrid[0] = 42.0;
     let (_folder, path) = made.write(Options::NETCDF4);
     let heights = MpasFile::open(&path).unwrap().layer_heights().unwrap();
@@ -130,11 +94,7 @@ fn interfaces_are_the_mean_heights() {
 fn ocean_layers_fall_from_the_surface() {
     let mut made = Made::history();
     made.remove("zgrid");
-    made.add(
-        "refBottomDepth",
-        &["nVertLevels"],
-        Values::F64(vec![10.0, 30.0, 100.0, 5500.0]),
-    );
+    made.add("refBottomDepth", &["nVertLevels"], Values::F64(vec![10.0, 30.0, 100.0, 5500.0]));
     let (_folder, path) = made.write(Options::_64BIT_DATA);
     let heights = MpasFile::open(&path).unwrap().layer_heights().unwrap();
     assert_eq!(
@@ -148,27 +108,17 @@ fn ocean_layers_fall_from_the_surface() {
 fn missing_values_are_missing() {
     let mut made = Made::history();
     let rho = made.variable("rho");
-    let Values::F32(values) = &mut rho.values else {
-        panic!("rho is f32")
-    };
+    let Values::F32(values) = &mut rho.values else { panic!("rho is f32") };
     values[0] = -9e33;
     values[1] = 1e20;
-    rho.attributes = vec![
-        ("_FillValue", (-9e33f32).into()),
-        ("missing_value", 1e20f64.into()),
-    ];
-    let Values::F64(values) = &mut made.variable("w").values else {
-        panic!("w is f64")
-    };
+    rho.attributes = vec![("_FillValue", (-9e33f32).into()), ("missing_value", 1e20f64.into())];
+    let Values::F64(values) = &mut made.variable("w").values else { panic!("w is f64") };
     values[3] = 9.969209968386869e36;
     let (_folder, path) = made.write(Options::NETCDF4);
     let file = MpasFile::open(&path).unwrap();
     let rho = file.read_field("rho", 0).unwrap();
     assert_eq!(rho.fill(), f64::from(-9e33f32));
-    assert_eq!(
-        rho.field().unwrap().range(),
-        (Some([value(0, 0, 2), value(0, 41, 3)]), 2)
-    );
+    assert_eq!(rho.field().unwrap().range(), (Some([value(0, 0, 2), value(0, 41, 3)]), 2));
     assert_eq!(
         file.read_field("w", 0).unwrap().field().unwrap().range().1,
         1,
@@ -187,37 +137,19 @@ fn the_mesh_may_be_in_another_file() {
     }
     let (_folder, path) = fields.write(Options::NETCDF4);
     let file = MpasFile::open_with_mesh(&path, &mesh_path).unwrap();
-    assert_eq!(
-        file.sphere_radius_m(),
-        RADIUS_M,
-        "the fields' file comes first"
-    );
-    assert_eq!(
-        file.mesh().grid().unwrap().cells(),
-        file.field_info("theta").unwrap().columns
-    );
+    assert_eq!(file.sphere_radius_m(), RADIUS_M, "the fields' file comes first");
+    assert_eq!(file.mesh().grid().unwrap().cells(), file.field_info("theta").unwrap().columns);
     assert_eq!(file.layers().unwrap().count(), LAYERS + 1);
     let error = MpasFile::open(&path).unwrap_err().to_string();
-    assert!(
-        error.contains("lonCell is missing") && error.contains("another file"),
-        "{error}"
-    );
+    assert!(error.contains("lonCell is missing") && error.contains("another file"), "{error}");
 }
 
 #[test]
 fn a_file_without_records_still_gives_fields_without_time() {
     let mut made = Made::mesh(false);
     made.dimensions.extend([("nVertLevels", 2), ("Time", 0)]);
-    made.add(
-        "rho",
-        &["nCells", "nVertLevels"],
-        Values::F64(vec![1.0; 84]),
-    );
-    made.add(
-        "theta",
-        &["Time", "nCells", "nVertLevels"],
-        Values::F64(Vec::new()),
-    );
+    made.add("rho", &["nCells", "nVertLevels"], Values::F64(vec![1.0; 84]));
+    made.add("theta", &["Time", "nCells", "nVertLevels"], Values::F64(Vec::new()));
     let (_folder, path) = made.write(Options::NETCDF4);
     let file = MpasFile::open(&path).unwrap();
     assert_eq!(file.times(), [None]);

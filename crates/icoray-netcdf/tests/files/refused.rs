@@ -23,11 +23,7 @@ fn every_missing_table_is_named() {
     for table in Made::mesh(false).variables.iter().map(|v| v.name) {
         let mut made = Made::mesh(false);
         made.remove(table);
-        expect(
-            &open_error(&made),
-            ErrorKind::Grid,
-            &["made.nc", table, "is missing", "another file"],
-        );
+        expect(&open_error(&made), ErrorKind::Grid, &["made.nc", table, "is missing", "another file"]);
     }
 }
 
@@ -44,77 +40,43 @@ fn tables_of_another_shape_or_type_are_named() {
 
     let mut made = Made::mesh(false);
     made.variable("cellsOnVertex").values = Values::F64(vec![1.0; 240]);
-    expect(
-        &open_error(&made),
-        ErrorKind::Grid,
-        &["cellsOnVertex", "of double", "of integer"],
-    );
+    expect(&open_error(&made), ErrorKind::Grid, &["cellsOnVertex", "of double", "of integer"]);
 
     let mut made = Made::mesh(false);
     made.variable("lonCell").values = Values::I32(vec![1; 42]);
-    expect(
-        &open_error(&made),
-        ErrorKind::Grid,
-        &["lonCell", "of integer", "float or double"],
-    );
+    expect(&open_error(&made), ErrorKind::Grid, &["lonCell", "of integer", "float or double"]);
 
     let mut made = Made::mesh(false);
-    made.dimensions
-        .iter_mut()
-        .find(|d| d.0 == "vertexDegree")
-        .unwrap()
-        .1 = 4;
+    made.dimensions.iter_mut().find(|d| d.0 == "vertexDegree").unwrap().1 = 4;
     for table in ["cellsOnVertex", "edgesOnVertex"] {
         made.variable(table).values = Values::I32(vec![1; 320]);
     }
-    expect(
-        &open_error(&made),
-        ErrorKind::Unsupported,
-        &["vertexDegree is 4, expected 3"],
-    );
+    expect(&open_error(&made), ErrorKind::Unsupported, &["vertexDegree is 4, expected 3"]);
 
     let mut made = Made::mesh(false);
     made.dimensions.iter_mut().find(|d| d.0 == "TWO").unwrap().1 = 1;
     made.variable("verticesOnEdge").values = Values::I32(vec![1; 120]);
-    expect(
-        &open_error(&made),
-        ErrorKind::Grid,
-        &["verticesOnEdge", "rows of 1, expected 2"],
-    );
+    expect(&open_error(&made), ErrorKind::Grid, &["verticesOnEdge", "rows of 1, expected 2"]);
 }
 
 #[test]
 fn a_table_that_contradicts_itself_is_named_with_the_file() {
     let mut made = Made::mesh(false);
-    let Values::I32(table) = &mut made.variable("cellsOnVertex").values else {
-        panic!("an index table")
-    };
+    let Values::I32(table) = &mut made.variable("cellsOnVertex").values else { panic!("an index table") };
     table[4] = 99;
     let (_folder, path) = made.write(Options::NETCDF4);
     let file = MpasFile::open(&path).unwrap();
-    expect(
-        &file.mesh().grid().unwrap_err(),
-        ErrorKind::Grid,
-        &["made.nc", "corner_cell row 2", "99"],
-    );
+    expect(&file.mesh().grid().unwrap_err(), ErrorKind::Grid, &["made.nc", "corner_cell row 2", "99"]);
 }
 
 #[test]
 fn planes_and_radii_that_are_none_are_refused() {
     let mut made = Made::mesh(false);
     made.set("on_a_sphere", "NO              ");
-    expect(
-        &open_error(&made),
-        ErrorKind::Unsupported,
-        &["on_a_sphere is NO:", "only meshes on a sphere"],
-    );
+    expect(&open_error(&made), ErrorKind::Unsupported, &["on_a_sphere is NO:", "only meshes on a sphere"]);
     let mut made = Made::mesh(false);
     made.remove("sphere_radius");
-    expect(
-        &open_error(&made),
-        ErrorKind::Grid,
-        &["attribute sphere_radius is missing"],
-    );
+    expect(&open_error(&made), ErrorKind::Grid, &["attribute sphere_radius is missing"]);
     let mut made = Made::mesh(false);
     made.set("sphere_radius", -1.0f32);
     expect(&open_error(&made), ErrorKind::Grid, &["sphere_radius: -1"]);
@@ -130,55 +92,26 @@ fn heights_that_are_none_are_refused() {
         (file.has_layer_heights(), file.layers().unwrap_err())
     };
     fn zgrid(made: &mut Made) -> &mut Vec<f32> {
-        let Values::F32(values) = &mut made.variable("zgrid").values else {
-            panic!("zgrid is f32")
-        };
+        let Values::F32(values) = &mut made.variable("zgrid").values else { panic!("zgrid is f32") };
         values
     }
     let (there, error) = heights(&|made| made.remove("zgrid"));
     assert!(!there);
-    expect(
-        &error,
-        ErrorKind::Layers,
-        &["made.nc", "no layer heights", "zgrid", "refBottomDepth"],
-    );
+    expect(&error, ErrorKind::Layers, &["made.nc", "no layer heights", "zgrid", "refBottomDepth"]);
     let (there, error) = heights(&|made| made.set("sphere_radius", 1.0));
     assert!(there);
-    expect(
-        &error,
-        ErrorKind::Layers,
-        &["zgrid: interface 1 lies at 100 m", "sphere_radius is 1;"],
-    );
+    expect(&error, ErrorKind::Layers, &["zgrid: interface 1 lies at 100 m", "sphere_radius is 1;"]);
     let (_, error) = heights(&|made| zgrid(made)[7] = f32::NAN);
-    expect(
-        &error,
-        ErrorKind::Layers,
-        &["zgrid of cell 2, interface 2: NaN"],
-    );
+    expect(&error, ErrorKind::Layers, &["zgrid of cell 2, interface 2: NaN"]);
     let (_, error) = heights(&|made| {
-        zgrid(made)
-            .iter_mut()
-            .skip(2)
-            .step_by(5)
-            .for_each(|z| *z = 100.0);
+        zgrid(made).iter_mut().skip(2).step_by(5).for_each(|z| *z = 100.0);
     });
-    expect(
-        &error,
-        ErrorKind::Layers,
-        &["made.nc: zgrid: layers 1 and 2", "strictly rising"],
-    );
+    expect(&error, ErrorKind::Layers, &["made.nc: zgrid: layers 1 and 2", "strictly rising"]);
     let (_, error) = heights(&|made| {
         made.variable("zgrid").dimensions = vec!["nCells"];
         zgrid(made).truncate(42);
     });
-    expect(
-        &error,
-        ErrorKind::Layers,
-        &[
-            "zgrid(nCells = 42)",
-            "expected zgrid(nCells, nVertLevelsP1)",
-        ],
-    );
+    expect(&error, ErrorKind::Layers, &["zgrid(nCells = 42)", "expected zgrid(nCells, nVertLevelsP1)"]);
 }
 
 #[test]
@@ -186,17 +119,9 @@ fn unknown_fields_and_times_are_answered_with_the_known() {
     let (_folder, path) = Made::history().write(Options::NETCDF4);
     let file = MpasFile::open(&path).unwrap();
     let error = file.read_field("tehta", 0).unwrap_err();
-    expect(
-        &error,
-        ErrorKind::Field,
-        &["no field tehta", "zgrid, theta, w, vorticity, rho"],
-    );
+    expect(&error, ErrorKind::Field, &["no field tehta", "zgrid, theta, w, vorticity, rho"]);
     let error = file.read_field("surface_pressure", 0).unwrap_err();
-    expect(
-        &error,
-        ErrorKind::Field,
-        &["surface_pressure(Time = 3, nCells = 42) of float is not a field"],
-    );
+    expect(&error, ErrorKind::Field, &["surface_pressure(Time = 3, nCells = 42) of float is not a field"]);
     file.read_field("a/b", 0).unwrap_err();
     file.read_field(&"x".repeat(5000), 0).unwrap_err();
     file.read_field("", 0).unwrap_err();
@@ -211,54 +136,26 @@ fn unknown_fields_and_times_are_answered_with_the_known() {
 
 #[test]
 fn files_of_two_meshes_are_refused() {
-    let mut fields = Made {
-        variables: Vec::new(),
-        ..Made::mesh(false)
-    };
+    let mut fields = Made { variables: Vec::new(), ..Made::mesh(false) };
     fields.dimensions[0].1 = 162;
     let (_folder, path) = fields.write(Options::NETCDF4);
     let (_mesh_folder, mesh_path) = Made::mesh(false).write(Options::NETCDF4);
     let error = MpasFile::open_with_mesh(&path, &mesh_path).unwrap_err();
     expect(&error, ErrorKind::Grid, &["nCells is 162, expected 42"]);
-    assert_eq!(
-        MpasFile::open_with_mesh(&mesh_path, &mesh_path)
-            .unwrap()
-            .sphere_radius_m(),
-        RADIUS_M
-    );
+    assert_eq!(MpasFile::open_with_mesh(&mesh_path, &mesh_path).unwrap().sphere_radius_m(), RADIUS_M);
 }
 
 #[test]
 fn what_is_no_netcdf_is_refused() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("notes.nc");
-    expect(
-        &MpasFile::open(&path).unwrap_err(),
-        ErrorKind::Io,
-        &["notes.nc", "No such file"],
-    );
-    expect(
-        &MpasFile::open(folder.path()).unwrap_err(),
-        ErrorKind::Io,
-        &["not a file"],
-    );
-    for text in [
-        "",
-        "theta\n",
-        "CDF",
-        "CDF\x01",
-        "CDF\x05 is a format of the classic kind, but this is text\n",
-    ] {
+    expect(&MpasFile::open(&path).unwrap_err(), ErrorKind::Io, &["notes.nc", "No such file"]);
+    expect(&MpasFile::open(folder.path()).unwrap_err(), ErrorKind::Io, &["not a file"]);
+    for text in
+        ["", "theta\n", "CDF", "CDF\x01", "CDF\x05 is a format of the classic kind, but this is text\n"]
+    {
         std::fs::write(&path, text).unwrap();
-        expect(
-            &MpasFile::open(&path).unwrap_err(),
-            ErrorKind::Io,
-            &["notes.nc"],
-        );
+        expect(&MpasFile::open(&path).unwrap_err(), ErrorKind::Io, &["notes.nc"]);
     }
-    expect(
-        &MpasFile::open("https://example.org/notes.nc").unwrap_err(),
-        ErrorKind::Io,
-        &["No such file"],
-    );
+    expect(&MpasFile::open("https://example.org/notes.nc").unwrap_err(), ErrorKind::Io, &["No such file"]);
 }

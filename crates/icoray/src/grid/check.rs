@@ -24,10 +24,7 @@ fn expect_len(table: &str, len: usize, rows: usize, row: usize) -> Result<()> {
     if len == rows * row {
         return Ok(());
     }
-    Err(bad(format!(
-        "{table}: {len} entries, expected {} ({rows} rows of {row})",
-        rows * row
-    )))
+    Err(bad(format!("{table}: {len} entries, expected {} ({rows} rows of {row})", rows * row)))
 }
 
 /// Every table has the length that the numbers of cells, corners and edges ask for, and V - E + F = 2.
@@ -42,10 +39,7 @@ pub(super) fn sizes(t: &GridTables) -> Result<()> {
     expect_len("center latitude", t.center.lat_rad.len(), cells, 1)?;
     expect_len("corner latitude", t.corner.lat_rad.len(), corners, 1)?;
     if t.cell_corner_row < 3 {
-        return Err(bad(format!(
-            "cell_corner: row length {}, expected at least 3",
-            t.cell_corner_row
-        )));
+        return Err(bad(format!("cell_corner: row length {}, expected at least 3", t.cell_corner_row)));
     }
     expect_len("cell_corner", t.cell_corner.len(), cells, t.cell_corner_row)?;
     if let Some(count) = t.cell_corner_count {
@@ -59,11 +53,7 @@ pub(super) fn sizes(t: &GridTables) -> Result<()> {
             "center: {cells} cells with {edges} edges, expected at least 4 cells and fewer than 2^31 edges"
         )));
     }
-    if let Some(row) = t
-        .corner_cell
-        .chunks_exact(3)
-        .position(|r| r.iter().any(|&c| is_hole(c, t, cells)))
-    {
+    if let Some(row) = t.corner_cell.chunks_exact(3).position(|r| r.iter().any(|&c| is_hole(c, t, cells))) {
         return Err(Error::new(
             ErrorKind::Unsupported,
             format!(
@@ -85,20 +75,14 @@ pub(super) fn sizes(t: &GridTables) -> Result<()> {
 
 /// The marks that models put where a neighbour is missing: 0 in 1-based tables, -1, or one past the last cell.
 fn is_hole(cell: i32, t: &GridTables, cells: usize) -> bool {
-    cell == t.index_base - 1
-        || cell == -1
-        || i64::from(cell) == cells as i64 + i64::from(t.index_base)
+    cell == t.index_base - 1 || cell == -1 || i64::from(cell) == cells as i64 + i64::from(t.index_base)
 }
 
 fn first_error<E: Send>(
     rows: usize,
     check: impl Fn(usize) -> Option<E> + Sync + Send,
 ) -> std::result::Result<(), E> {
-    match (0..rows)
-        .into_par_iter()
-        .with_min_len(4096)
-        .find_map_first(check)
-    {
+    match (0..rows).into_par_iter().with_min_len(4096).find_map_first(check) {
         Some(error) => Err(error),
         None => Ok(()),
     }
@@ -118,13 +102,9 @@ fn position_error(table: &str, at: &LonLat, i: usize, base: i32) -> Option<Error
 
 /// Checks the cell centres and gives their unit vectors.
 pub(super) fn directions(t: &GridTables) -> Result<Vec<[f64; 3]>> {
-    first_error(t.cells(), |i| {
-        position_error("center", &t.center, i, t.index_base)
-    })?;
+    first_error(t.cells(), |i| position_error("center", &t.center, i, t.index_base))?;
     let rows = (0..t.cells()).into_par_iter().with_min_len(4096);
-    Ok(rows
-        .map(|i| unit_vector(t.center.lon_rad.get(i), t.center.lat_rad.get(i)).to_array())
-        .collect())
+    Ok(rows.map(|i| unit_vector(t.center.lon_rad.get(i), t.center.lat_rad.get(i)).to_array()).collect())
 }
 
 /// Unit vector at a longitude and latitude in radians.
@@ -135,9 +115,7 @@ pub(crate) fn unit_vector(lon_rad: f64, lat_rad: f64) -> DVec3 {
 
 /// Checks the corners' coordinates.
 pub(super) fn corner_positions(t: &GridTables) -> Result<()> {
-    first_error(t.corners(), |i| {
-        position_error("corner", &t.corner, i, t.index_base)
-    })
+    first_error(t.corners(), |i| position_error("corner", &t.corner, i, t.index_base))
 }
 
 /// Every index names a row that exists.
@@ -175,17 +153,8 @@ pub(super) fn indices(t: &GridTables) -> Result<()> {
             })
         })?;
     }
-    let used = |r: usize| {
-        t.cell_corner_count
-            .map_or(t.cell_corner_row, |count| count[r] as usize)
-    };
-    check(
-        "cell_corner",
-        t.cell_corner,
-        t.cell_corner_row,
-        t.corners(),
-        &used,
-    )?;
+    let used = |r: usize| t.cell_corner_count.map_or(t.cell_corner_row, |count| count[r] as usize);
+    check("cell_corner", t.cell_corner, t.cell_corner_row, t.corners(), &used)?;
     check("corner_cell", t.corner_cell, 3, t.cells(), &|_| 3)?;
     check("corner_edge", t.corner_edge, 3, t.edges(), &|_| 3)?;
     check("edge_corner", t.edge_corner, 2, t.corners(), &|_| 2)
@@ -194,9 +163,8 @@ pub(super) fn indices(t: &GridTables) -> Result<()> {
 /// Finds each triangle's seats, and that its cells, its edges and the triangles beyond them agree.
 pub(super) fn triangles(t: &GridTables, direction: &[[f64; 3]]) -> Result<Vec<Seats>> {
     let rows = (0..t.corners()).into_par_iter().with_min_len(4096);
-    let seats: Vec<std::result::Result<Seats, ()>> = rows
-        .map(|r| seats_of(t, direction, r).map_err(|_| ()))
-        .collect();
+    let seats: Vec<std::result::Result<Seats, ()>> =
+        rows.map(|r| seats_of(t, direction, r).map_err(|_| ())).collect();
     // The message is made once, for the first bad row.
     if let Some(r) = seats.iter().position(std::result::Result::is_err) {
         return Err(seats_of(t, direction, r).expect_err("the same row was bad a moment ago"));
@@ -251,10 +219,7 @@ fn seats_of(t: &GridTables, direction: &[[f64; 3]], r: usize) -> Result<Seats> {
     }
     let [a, b, c] = cells.map(|cell| DVec3::from_array(direction[cell]));
     let det = a.dot((b - a).cross(c - a));
-    let longest = (b - a)
-        .length_squared()
-        .max((c - b).length_squared())
-        .max((a - c).length_squared());
+    let longest = (b - a).length_squared().max((c - b).length_squared()).max((a - c).length_squared());
     if det.abs() <= SLIVER * longest {
         return Err(bad(format!(
             "corner_cell row {}: the centres of cells {:?} span no area",
@@ -272,11 +237,7 @@ pub(super) fn closed(t: &GridTables, direction: &[[f64; 3]], seats: &[Seats]) ->
     let number = |i: usize| i as i64 + i64::from(base);
     let wound = |r: usize| {
         let [a, b, c] = [0, 1, 2].map(|k| (t.corner_cell[3 * r + k] - base) as usize);
-        if seats[r].is_clockwise() {
-            [a, c, b]
-        } else {
-            [a, b, c]
-        }
+        if seats[r].is_clockwise() { [a, c, b] } else { [a, b, c] }
     };
     let runs = |r: usize, from: usize, to: usize| {
         let v = wound(r);

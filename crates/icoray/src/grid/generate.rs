@@ -93,11 +93,7 @@ fn icosahedron() -> Bisection {
     for (ring, lat) in [(0, 0.5f64.atan()), (1, -0.5f64.atan())] {
         for k in 0..5 {
             let lon = (f64::from(k) + 0.5 * f64::from(ring)) * TAU / 5.0;
-            position.push(DVec3::new(
-                lat.cos() * lon.cos(),
-                lat.cos() * lon.sin(),
-                lat.sin(),
-            ));
+            position.push(DVec3::new(lat.cos() * lon.cos(), lat.cos() * lon.sin(), lat.sin()));
         }
     }
     position.push(DVec3::NEG_Z);
@@ -125,12 +121,7 @@ fn icosahedron() -> Bisection {
             })
         })
         .collect();
-    Bisection {
-        position,
-        edge,
-        triangle,
-        side,
-    }
+    Bisection { position, edge, triangle, side }
 }
 
 impl Bisection {
@@ -144,31 +135,21 @@ impl Bisection {
         let position = self.position.par_iter().copied().chain(midpoint).collect();
         let mut edge = vec![[0; 2]; 2 * self.edge.len() + 3 * self.triangle.len()];
         let (halves, inner) = edge.split_at_mut(2 * self.edge.len());
-        halves
-            .par_chunks_exact_mut(2)
-            .zip(&self.edge)
-            .enumerate()
-            .for_each(|(e, (half, &[a, b]))| {
-                let middle = cells + e as u32;
-                half.copy_from_slice(&[[a, middle], [b, middle]]);
-            });
-        inner
-            .par_chunks_exact_mut(3)
-            .zip(&self.side)
-            .for_each(|(row, side)| {
-                for k in 0..3 {
-                    row[k] = [cells + side[(k + 1) % 3], cells + side[(k + 2) % 3]];
-                }
-            });
+        halves.par_chunks_exact_mut(2).zip(&self.edge).enumerate().for_each(|(e, (half, &[a, b]))| {
+            let middle = cells + e as u32;
+            half.copy_from_slice(&[[a, middle], [b, middle]]);
+        });
+        inner.par_chunks_exact_mut(3).zip(&self.side).for_each(|(row, side)| {
+            for k in 0..3 {
+                row[k] = [cells + side[(k + 1) % 3], cells + side[(k + 2) % 3]];
+            }
+        });
         let half_at = |e: u32, cell: u32| 2 * e + u32::from(self.edge[e as usize][0] != cell);
         let mut triangle = vec![[0; 3]; 4 * self.triangle.len()];
         let mut side = vec![[0; 3]; 4 * self.triangle.len()];
         let parents = self.triangle.par_iter().zip(&self.side).enumerate();
-        triangle
-            .par_chunks_exact_mut(4)
-            .zip(side.par_chunks_exact_mut(4))
-            .zip(parents)
-            .for_each(|((child, child_side), (t, (v, s)))| {
+        triangle.par_chunks_exact_mut(4).zip(side.par_chunks_exact_mut(4)).zip(parents).for_each(
+            |((child, child_side), (t, (v, s)))| {
                 // Opposite vertex k lies side s[k], whose middle is m[k]; inner edge k cuts off vertex k.
                 let m = s.map(|e| cells + e);
                 let inner = [0, 1, 2].map(|k| 2 * edges + 3 * t as u32 + k);
@@ -179,13 +160,9 @@ impl Bisection {
                 }
                 child[3] = m;
                 child_side[3] = inner;
-            });
-        Bisection {
-            position,
-            edge,
-            triangle,
-            side,
-        }
+            },
+        );
+        Bisection { position, edge, triangle, side }
     }
 
     fn into_tables(self) -> IcosahedralMesh {
@@ -193,11 +170,7 @@ impl Bisection {
         for (t, side) in self.side.iter().enumerate() {
             for &e in side {
                 let first = 2 * e as usize;
-                let free = if edge_corner[first] < 0 {
-                    first
-                } else {
-                    first + 1
-                };
+                let free = if edge_corner[first] < 0 { first } else { first + 1 };
                 edge_corner[free] = t as i32;
             }
         }
@@ -222,11 +195,7 @@ impl Bisection {
             .collect();
         let (lon_center_rad, lat_center_rad) = lon_lat(&self.position);
         let (lon_corner_rad, lat_corner_rad) = lon_lat(&corner);
-        let flat = |rows: &[[u32; 3]]| {
-            rows.par_iter()
-                .flat_map_iter(|row| row.map(|v| v as i32))
-                .collect()
-        };
+        let flat = |rows: &[[u32; 3]]| rows.par_iter().flat_map_iter(|row| row.map(|v| v as i32)).collect();
         IcosahedralMesh {
             lon_center_rad,
             lat_center_rad,
@@ -249,11 +218,7 @@ impl Bisection {
                 .position(|&v| v == cell)
                 .expect("the ring stays at its cell");
             let e = 2 * self.side[t as usize][(k + 1) % 3] as usize;
-            let next = if edge_corner[e] == t as i32 {
-                edge_corner[e + 1]
-            } else {
-                edge_corner[e]
-            };
+            let next = if edge_corner[e] == t as i32 { edge_corner[e + 1] } else { edge_corner[e] };
             if next == start as i32 {
                 ring[place] = ring[place - 1];
                 break;
@@ -272,10 +237,7 @@ fn lon_lat(position: &[DVec3]) -> (Vec<f64>, Vec<f64>) {
             let lon = p.y.atan2(p.x);
             // Adding 2π to a tiny negative longitude rounds to 2π itself, which is 0.
             let lon = if lon < 0.0 { lon + TAU } else { lon };
-            (
-                if lon < TAU { lon } else { 0.0 },
-                p.z.atan2(p.x.hypot(p.y)).clamp(-PI / 2.0, PI / 2.0),
-            )
+            (if lon < TAU { lon } else { 0.0 }, p.z.atan2(p.x.hypot(p.y)).clamp(-PI / 2.0, PI / 2.0))
         })
         .unzip()
 }

@@ -43,11 +43,7 @@ impl<'a> Grid<'a> {
         check::indices(&tables)?;
         let seats = check::triangles(&tables, &direction)?;
         check::closed(&tables, &direction, &seats)?;
-        Ok(Grid {
-            tables,
-            direction,
-            seats,
-        })
+        Ok(Grid { tables, direction, seats })
     }
 
     /// The tables as given.
@@ -81,7 +77,8 @@ impl<'a> Grid<'a> {
     pub fn triangle(&self, triangle: u32) -> [u32; 3] {
         let row = 3 * triangle as usize;
         let cells = &self.tables.corner_cell[row..row + 3];
-        [0, 1, 2].map(|k| (cells[k] - self.tables.index_base) as u32)
+        let base = self.tables.index_base;
+        [(cells[0] - base) as u32, (cells[1] - base) as u32, (cells[2] - base) as u32]
     }
 
     /// The triangle beyond the side of `triangle` that lies opposite its vertex `k`.
@@ -92,11 +89,7 @@ impl<'a> Grid<'a> {
         let edge = (self.tables.corner_edge[3 * triangle as usize + column] - base) as usize;
         let sides = &self.tables.edge_corner[2 * edge..2 * edge + 2];
         let first = (sides[0] - base) as u32;
-        if first == triangle {
-            (sides[1] - base) as u32
-        } else {
-            first
-        }
+        if first == triangle { (sides[1] - base) as u32 } else { first }
     }
 
     /// Whether the table's order of the vertices of `triangle` runs clockwise seen from outside.
@@ -108,10 +101,7 @@ impl<'a> Grid<'a> {
     /// The corners of `cell` without repetition, in the table's order.
     pub fn corners_of(&self, cell: u32) -> impl Iterator<Item = u32> + '_ {
         let row = self.tables.cell_corner_row;
-        let used = self
-            .tables
-            .cell_corner_count
-            .map_or(row, |count| count[cell as usize] as usize);
+        let used = self.tables.cell_corner_count.map_or(row, |count| count[cell as usize] as usize);
         let start = cell as usize * row;
         let entries = &self.tables.cell_corner[start..start + used];
         let base = self.tables.index_base;

@@ -35,14 +35,7 @@ mod tests {
 
     #[test]
     fn holds_every_permutation_and_winding() {
-        for side in [
-            [0, 1, 2],
-            [0, 2, 1],
-            [1, 0, 2],
-            [1, 2, 0],
-            [2, 0, 1],
-            [2, 1, 0],
-        ] {
+        for side in [[0, 1, 2], [0, 2, 1], [1, 0, 2], [1, 2, 0], [2, 0, 1], [2, 1, 0]] {
             for clockwise in [false, true] {
                 let seats = Seats::new(side, clockwise);
                 assert_eq!([0, 1, 2].map(|k| seats.side_opposite(k)), side);

@@ -13,17 +13,15 @@ use super::walk::Column;
 #[derive(Debug, Clone)]
 pub(crate) struct Shell<T> {
     radius: Vec<f64>,
-    height: Vec<T>,
+    /// 1 / thickness of the gap above each layer but the last.
+    inverse: Vec<T>,
 }
 
 impl<T: Real> Shell<T> {
     /// `radius` in planet radii, rising.
     pub fn new(radius: &[f64]) -> Self {
-        let height = radius.iter().map(|r| T::of(r - radius[0])).collect();
-        Shell {
-            radius: radius.to_vec(),
-            height,
-        }
+        let inverse = radius.windows(2).map(|w| T::of(1.0 / (w[1] - w[0]))).collect();
+        Shell { radius: radius.to_vec(), inverse }
     }
 
     /// The outermost radius.
@@ -44,9 +42,8 @@ impl<T: Real> Shell<T> {
     /// How far from layer `gap - 1` to layer `gap` the height `rho` is.
     #[inline]
     fn fraction(&self, gap: usize, rho: f64) -> T {
-        let (low, high) = (self.height[gap - 1], self.height[gap]);
-        let above = T::of(rho - self.radius[0]) - low;
-        (above / (high - low)).max(T::zero()).min(T::one())
+        let above = T::of(rho - self.radius[gap - 1]);
+        (above * self.inverse[gap - 1]).max(T::zero()).min(T::one())
     }
 }
 
@@ -64,21 +61,18 @@ impl<T: Real, const N: usize> Chord<T, N> {
     /// Interpolates the three vertices' values to the edge points. Equal values stay exactly equal.
     #[inline]
     pub fn over([a, b, c]: [Values<T, N>; 3], [entry, exit]: &[[T; 2]; 2]) -> Self {
-        let at = |w: &[T; 2]| {
-            std::array::from_fn(|k| a[k] + (w[0] * (b[k] - a[k]) + w[1] * (c[k] - a[k])))
-        };
-        Chord {
-            entry: at(entry),
-            exit: at(exit),
+        let mut chord = Chord { entry: a, exit: a };
+        for k in 0..N {
+            let (ab, ac) = (b[k] - a[k], c[k] - a[k]);
+            chord.entry[k] = a[k] + (entry[0] * ab + entry[1] * ac);
+            chord.exit[k] = a[k] + (exit[0] * ab + exit[1] * ac);
         }
+        chord
     }
 
     #[inline]
     fn mix(self, other: Self, w: T) -> Self {
-        Chord {
-            entry: mix(&self.entry, &other.entry, w),
-            exit: mix(&self.exit, &other.exit, w),
-        }
+        Chord { entry: mix(&self.entry, &other.entry, w), exit: mix(&self.exit, &other.exit, w) }
     }
 
     /// The values at `tau` between the edge points.
@@ -89,12 +83,12 @@ impl<T: Real, const N: usize> Chord<T, N> {
 }
 
 #[inline]
-pub(crate) fn mix<T: Real, const N: usize>(
-    a: &Values<T, N>,
-    b: &Values<T, N>,
-    w: T,
-) -> Values<T, N> {
-    std::array::from_fn(|k| lerp(a[k], b[k], w))
+pub(crate) fn mix<T: Real, const N: usize>(a: &Values<T, N>, b: &Values<T, N>, w: T) -> Values<T, N> {
+    let mut mixed = *a;
+    for k in 0..N {
+        mixed[k] = lerp(a[k], b[k], w);
+    }
+    mixed
 }
 
 /// A point of the ray inside a column.
@@ -143,67 +137,31 @@ pub(crate) fn cross<T: Real, const N: usize>(
     let scale = 1.0 / (exit.rho - entry.rho);
     // The chords on the layers below and above the current gap.
     let mut walls = inside(gap).then(|| (chord_on(gap - 1), chord_on(gap)));
-    let mut a = Station {
-        u: T::zero(),
-        tau: T::zero(),
-        rho: entry.rho,
-    };
+    let mut a = Station { u: T::zero(), tau: T::zero(), rho: entry.rho };
     let mut at_a = walls.map(|(low, high)| low.mix(high, shell.fraction(gap, entry.rho)));
     loop {
-        let face = if rising {
-            (gap < top).then_some(gap)
-        } else {
-            gap.checked_sub(1)
-        };
-        let face = face.filter(|&l| {
-            if rising {
-                shell.radius[l] <= exit.rho
-            } else {
-                shell.radius[l] > exit.rho
-            }
-        });
+        let face = if rising { (gap < top).then_some(gap) } else { gap.checked_sub(1) };
+        let face =
+            face.filter(|&l| if rising { shell.radius[l] <= exit.rho } else { shell.radius[l] > exit.rho });
         let Some(layer) = face else {
-            let b = Station {
-                u: T::one(),
-                tau: T::one(),
-                rho: exit.rho,
-            };
+            let b = Station { u: T::one(), tau: T::one(), rho: exit.rho };
             let at_b = walls.map(|(low, high)| low.mix(high, shell.fraction(gap, exit.rho)));
-            let flow = visit(&Crossing {
-                gap,
-                a,
-                b,
-                chord: at_a.zip(at_b),
-            });
+            let flow = visit(&Crossing { gap, a, b, chord: at_a.zip(at_b) });
             return (gap, flow);
         };
         let radius = shell.radius[layer];
         let u = ((radius - entry.rho) * scale).clamp(0.0, 1.0);
         let tau = (u * exit.rho / radius).clamp(0.0, 1.0);
-        let b = Station {
-            u: T::of(u),
-            tau: T::of(tau),
-            rho: radius,
-        };
+        let b = Station { u: T::of(u), tau: T::of(tau), rho: radius };
         let on_layer = walls.map(|(low, high)| if rising { high } else { low });
-        if visit(&Crossing {
-            gap,
-            a,
-            b,
-            chord: at_a.zip(on_layer),
-        }) == Flow::Stop
-        {
+        if visit(&Crossing { gap, a, b, chord: at_a.zip(on_layer) }) == Flow::Stop {
             return (gap, Flow::Stop);
         }
         gap = if rising { gap + 1 } else { gap - 1 };
         a = b;
         walls = inside(gap).then(|| {
             let here = on_layer.unwrap_or_else(|| chord_on(layer));
-            if rising {
-                (here, chord_on(gap))
-            } else {
-                (chord_on(gap - 1), here)
-            }
+            if rising { (here, chord_on(gap)) } else { (chord_on(gap - 1), here) }
         });
         at_a = walls.map(|(low, high)| if rising { low } else { high });
     }

@@ -35,10 +35,7 @@ pub(crate) struct Light<T> {
 impl<T: Real> Light<T> {
     /// No light, nothing absorbed.
     pub fn none() -> Self {
-        Light {
-            color: [T::zero(); 3],
-            absorbed: T::zero(),
-        }
+        Light { color: [T::zero(); 3], absorbed: T::zero() }
     }
 
     /// Puts `behind` behind `self` (premultiplied `over`, front to back).
@@ -52,12 +49,6 @@ impl<T: Real> Light<T> {
     }
 }
 
-/// `1 - e^-x`.
-#[inline]
-fn absorbed<T: Real>(depth: T) -> T {
-    -(-depth).exp_m1()
-}
-
 /// Integrates `piece`, on which f is monotone and stays in `span`.
 #[inline]
 pub(crate) fn integrate<T: Real>(method: Method, piece: &Segment<T>, span: &Span<T>) -> Light<T> {
@@ -68,15 +59,17 @@ pub(crate) fn integrate<T: Real>(method: Method, piece: &Segment<T>, span: &Span
 }
 
 #[inline]
+fn blend<T: Real>(c0: &[T; 3], c1: &[T; 3], w0: T, w1: T) -> [T; 3] {
+    [c0[0] * w0 + c1[0] * w1, c0[1] * w0 + c1[1] * w1, c0[2] * w0 + c1[2] * w1]
+}
+
+#[inline]
 fn linear<T: Real>(piece: &Segment<T>, span: &Span<T>) -> Light<T> {
     let half = T::of(0.5);
     let depth = piece.length * half * (span.extinction(piece.f0) + span.extinction(piece.f1));
-    let absorbed = absorbed(depth);
+    let absorbed = depth.absorbed_by();
     let (c0, c1) = (span.color(piece.f0), span.color(piece.f1));
-    Light {
-        color: [0, 1, 2].map(|k| half * (c0[k] + c1[k]) * absorbed),
-        absorbed,
-    }
+    Light { color: blend(&c0, &c1, half * absorbed, half * absorbed), absorbed }
 }
 
 /// The most optical depth that one panel of [`Method::Exact`] takes.
@@ -88,11 +81,9 @@ const MOST_PANELS: usize = 80;
 fn exact<T: Real>(piece: &Segment<T>, span: &Span<T>) -> Light<T> {
     let depth = optical_depth(piece, span);
     if span.is_plain {
-        let absorbed = absorbed(depth);
-        return Light {
-            color: span.color(piece.f0).map(|c| c * absorbed),
-            absorbed,
-        };
+        let absorbed = depth.absorbed_by();
+        let color = span.color(piece.f0);
+        return Light { color: blend(&color, &color, absorbed, T::zero()), absorbed };
     }
     if depth <= T::of(PANEL_DEPTH) {
         return panel(piece, span, depth);
@@ -104,20 +95,18 @@ fn exact<T: Real>(piece: &Segment<T>, span: &Span<T>) -> Light<T> {
 #[inline]
 fn optical_depth<T: Real>(piece: &Segment<T>, span: &Span<T>) -> T {
     let mean = T::of(0.5) * (span.extinction(piece.f0) + span.extinction(piece.f1));
-    (piece.length * (mean + span.extinction_slope() * piece.kappa * bend_integral(piece.eps)))
-        .max(T::zero())
+    (piece.length * (mean + span.extinction_slope() * piece.kappa * bend_integral(piece.eps))).max(T::zero())
 }
 
 /// J(ε): Σ (-ε)^k / ((k+2)(k+3)) for small ε, the closed form where it no longer cancels.
 #[inline]
 fn bend_integral<T: Real>(eps: T) -> T {
-    let coefficient = |k: i32| T::of(1.0 / f64::from((k + 2) * (k + 3)));
     if eps.abs() < T::of(0.02) {
         // The first term left out is ε⁶/72 < 1e-12.
-        let x = -eps;
-        return (0..6)
-            .rev()
-            .fold(T::zero(), |sum, k| sum * x + coefficient(k));
+        const C: [f64; 6] = [1.0 / 6.0, -1.0 / 12.0, 1.0 / 20.0, -1.0 / 30.0, 1.0 / 42.0, -1.0 / 56.0];
+        let e2 = eps * eps;
+        let pair = |k: usize| T::of(C[k]) + eps * T::of(C[k + 1]);
+        return pair(0) + e2 * (pair(2) + e2 * pair(4));
     }
     let e = eps.wide();
     T::of((e + 0.5 * e * e - (1.0 + e) * e.ln_1p()) / (e * e * e))
@@ -131,35 +120,27 @@ fn panel<T: Real>(piece: &Segment<T>, span: &Span<T>, depth: T) -> Light<T> {
     let slope = span.extinction_slope();
     let start = span.extinction(piece.f0);
     let bend = piece.kappa / (one + half * piece.eps);
-    let relative = if d == T::zero() {
-        T::zero()
-    } else {
-        (bend / d).max(-one).min(one)
-    };
+    let relative = if d == T::zero() { T::zero() } else { (bend / d).max(-one).min(one) };
     let weighted = |u: T| {
         let risen = u * u * (half * d + bend * (half - u * T::of(1.0 / 3.0)));
         let depth = piece.length * (start * u + slope * risen);
-        (one + relative * (one - u - u)) * absorbed(depth)
+        (one + relative * (one - u - u)) * depth.absorbed_by()
     };
     let offset = T::of(0.288_675_134_594_812_9);
     let gauss = half * (weighted(half - offset) + weighted(half + offset));
     // What the 2-point rule misses of u⁴, the product of the two bends: (2/3)/180 of its coefficient.
     let quartic = relative * piece.length * slope * bend * T::of(1.0 / 270.0);
-    let absorbed = absorbed(depth);
+    let absorbed = depth.absorbed_by();
     let wa = (gauss + quartic).max(T::zero()).min(absorbed);
     let wb = absorbed - wa;
     let (c0, c1) = (span.color(piece.f0), span.color(piece.f1));
-    Light {
-        color: [0, 1, 2].map(|k| c0[k] * wa + c1[k] * wb),
-        absorbed,
-    }
+    Light { color: blend(&c0, &c1, wa, wb), absorbed }
 }
 
 /// A piece of large optical depth, front to back in panels of equal length.
 fn panels<T: Real>(piece: &Segment<T>, span: &Span<T>, depth: T) -> Light<T> {
     // Where extinction grows tenfold over the piece its last panel would be too deep: count by the larger end.
-    let worst =
-        (piece.length * span.extinction(piece.f0).max(span.extinction(piece.f1))).max(depth);
+    let worst = (piece.length * span.extinction(piece.f0).max(span.extinction(piece.f1))).max(depth);
     let wanted = (worst / T::of(PANEL_DEPTH)).ceil().wide();
     if !(wanted <= MOST_PANELS as f64) {
         return dense(piece, span, depth);
@@ -182,10 +163,7 @@ fn dense<T: Real>(piece: &Segment<T>, span: &Span<T>, depth: T) -> Light<T> {
     let half = T::of(0.5);
     if depth > T::of(1e12) {
         // Seen from the front it is a surface: the colour where the light is absorbed, at the piece's start.
-        return Light {
-            color: span.color(piece.f0),
-            absorbed: T::one(),
-        };
+        return Light { color: span.color(piece.f0), absorbed: T::one() };
     }
     let middle = (half, piece.value(half));
     let front = piece.part((T::zero(), piece.f0), middle);

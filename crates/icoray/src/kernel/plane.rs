@@ -48,10 +48,7 @@ impl Point {
 
     #[inline]
     pub fn lerp(self, other: Point, w: f64) -> Point {
-        Point::new(
-            self.x + w * (other.x - self.x),
-            self.y + w * (other.y - self.y),
-        )
+        Point::new(self.x + w * (other.x - self.x), self.y + w * (other.y - self.y))
     }
 }
 
@@ -68,21 +65,12 @@ impl Plane {
     /// The plane of the great circle from `from` towards `to` (unit vectors, neither equal nor opposite).
     pub fn through(from: DVec3, to: DVec3) -> Option<Self> {
         let q = from.cross(to).try_normalize()?;
-        Some(Plane {
-            x: from,
-            y: q.cross(from).normalize(),
-            q,
-        })
+        Some(Plane { x: from, y: q.cross(from).normalize(), q })
     }
 
     #[inline]
     pub fn see(&self, cell: u32, direction: DVec3) -> Seen {
-        Seen {
-            cell,
-            x: direction.dot(self.x),
-            y: direction.dot(self.y),
-            q: direction.dot(self.q),
-        }
+        Seen { cell, x: direction.dot(self.x), y: direction.dot(self.y), q: direction.dot(self.q) }
     }
 
     pub fn point(&self, direction: DVec3) -> Point {
@@ -116,29 +104,14 @@ impl RayLine {
         }
         let end = half.sqrt();
         // At the very centre every direction is the start's; a hair along the ray picks the ray's own.
-        let start = if eye == DVec3::ZERO {
-            1e-100
-        } else {
-            along.max(-end)
-        };
+        let start = if eye == DVec3::ZERO { 1e-100 } else { along.max(-end) };
         if start >= end {
             return None;
         }
         let upright = |x: DVec3| (x - x.dot(dir) * dir).try_normalize();
-        let x = (b > 0.0)
-            .then(|| upright(closest / b))
-            .flatten()
-            .unwrap_or_else(|| dir.any_orthonormal_vector());
-        Some(RayLine {
-            plane: Plane {
-                x,
-                y: dir,
-                q: x.cross(dir),
-            },
-            b,
-            start,
-            end,
-        })
+        let x =
+            (b > 0.0).then(|| upright(closest / b)).flatten().unwrap_or_else(|| dir.any_orthonormal_vector());
+        Some(RayLine { plane: Plane { x, y: dir, q: x.cross(dir) }, b, start, end })
     }
 
     /// The point of the line at distance `t` from its closest point, in the plane.

@@ -61,14 +61,7 @@ impl<T: Real, S: Sample, const N: usize> Caster<'_, T, S, N> {
         let mut walk = Walk::new(self.grid, line, *hint);
         *hint = walk.triangle();
         let shading = self.shading.map(|s| s.along::<T>(dir));
-        let mut ray = Ray {
-            caster: self,
-            line,
-            shading,
-            span: None,
-            light: &mut light,
-            counts,
-        };
+        let mut ray = Ray { caster: self, line, shading, span: None, light: &mut light, counts };
         let mut gap = None;
         while let Some(column) = walk.next_column() {
             let start = gap.unwrap_or_else(|| self.shell.gap(column.entry.rho));
@@ -110,13 +103,12 @@ impl<T: Real, S: Sample, const N: usize> Ray<'_, '_, T, S, N> {
     fn column(&mut self, column: &Column, gap: usize) -> (usize, Flow) {
         self.counts.columns += 1;
         let caster = self.caster;
-        let weight = [column.entry.weight, column.exit.weight].map(|w| w.map(T::of));
+        let (entry, exit, [a, b, c]) = (&column.entry.weight, &column.exit.weight, column.cells);
+        let weight = [[T::of(entry[0]), T::of(entry[1])], [T::of(exit[0]), T::of(exit[1])]];
         let chord_on = |layer: usize| {
-            Chord::over(column.cells.map(|cell| caster.vertex(cell, layer)), &weight)
+            Chord::over([caster.vertex(a, layer), caster.vertex(b, layer), caster.vertex(c, layer)], &weight)
         };
-        cross(caster.shell, column, gap, chord_on, |crossing| {
-            self.frustum(column, crossing)
-        })
+        cross(caster.shell, column, gap, chord_on, |crossing| self.frustum(column, crossing))
     }
 
     #[inline]
@@ -130,20 +122,11 @@ impl<T: Real, S: Sample, const N: usize> Ray<'_, '_, T, S, N> {
         };
         self.counts.frusta += 1;
         let (from, to) = (chord_a.at(a.tau), chord_b.at(b.tau));
-        let eps = T::of((b.rho - a.rho) / a.rho);
-        let (slope_a, slope_b) = (
-            chord_a.exit[0] - chord_a.entry[0],
-            chord_b.exit[0] - chord_b.entry[0],
-        );
+        let eps = T::of(b.rho - a.rho) / T::of(a.rho);
+        let (slope_a, slope_b) = (chord_a.exit[0] - chord_a.entry[0], chord_b.exit[0] - chord_b.entry[0]);
         let kappa = (b.tau - a.tau) * ((slope_a - slope_b) + eps * slope_a);
         let length = T::of(column.exit.t - column.entry.t) * (b.u - a.u);
-        let segment = Segment {
-            f0: from[0],
-            f1: to[0],
-            kappa,
-            eps,
-            length,
-        };
+        let segment = Segment { f0: from[0], f1: to[0], kappa, eps, length };
         if !(segment.f0 + segment.f1 + kappa).is_finite() {
             self.counts.void_frusta += 1;
             self.span = None;
@@ -157,11 +140,7 @@ impl<T: Real, S: Sample, const N: usize> Ray<'_, '_, T, S, N> {
                 self.monotone(&segment.part(turn, (T::one(), segment.f1)), &middle, &to);
             }
         }
-        if T::one() - self.light.absorbed < T::of(T::OPAQUE) {
-            Flow::Stop
-        } else {
-            Flow::On
-        }
+        if T::one() - self.light.absorbed < T::of(T::OPAQUE) { Flow::Stop } else { Flow::On }
     }
 
     /// Splits a monotone segment at the transfer function's knots. The span is carried from piece to piece: which side
@@ -176,12 +155,13 @@ impl<T: Real, S: Sample, const N: usize> Ray<'_, '_, T, S, N> {
         };
         let rising = f1 >= f0;
         let mut at = (T::zero(), f0);
+        if f0.min(f1) >= spans.span(k).low && f0.max(f1) <= spans.span(k).high {
+            self.light_of(segment, k, from, to, T::of(0.5));
+            self.span = Some(k);
+            return;
+        }
         loop {
-            let knot = if rising {
-                spans.span(k).high
-            } else {
-                spans.span(k).low
-            };
+            let knot = if rising { spans.span(k).high } else { spans.span(k).low };
             if if rising { f1 <= knot } else { f1 >= knot } {
                 break;
             }
@@ -204,19 +184,25 @@ impl<T: Real, S: Sample, const N: usize> Ray<'_, '_, T, S, N> {
         from: &Values<T, N>,
         to: &Values<T, N>,
     ) {
+        if b.0 > a.0 && !self.caster.spans.span(k).is_clear {
+            self.light_of(&segment.part(a, b), k, from, to, T::of(0.5) * (a.0 + b.0));
+        }
+    }
+
+    /// Adds the light of a piece that stays in span `k`, shaded by the gradient at `middle` between `from` and `to`.
+    #[inline]
+    fn light_of(&mut self, piece: &Segment<T>, k: usize, from: &Values<T, N>, to: &Values<T, N>, middle: T) {
         let span = self.caster.spans.span(k);
-        if span.is_clear || b.0 <= a.0 {
+        if span.is_clear {
             return;
         }
-        let mut light = integrate(self.caster.method, &segment.part(a, b), span);
+        let mut light = integrate(self.caster.method, piece, span);
         if N == 4
             && let Some(shading) = &self.shading
         {
-            let middle = mix(from, to, T::of(0.5) * (a.0 + b.0));
+            let middle = mix(from, to, middle);
             let shade = shading.shade([1, 2, 3].map(|k: usize| middle[k.min(N - 1)]));
-            light.color = light
-                .color
-                .map(|c| c * shade.body + light.absorbed * shade.highlight);
+            light.color = light.color.map(|c| c * shade.body + light.absorbed * shade.highlight);
         }
         self.light.over(&light);
     }
@@ -231,10 +217,7 @@ impl<T: Real, S: Sample, const N: usize> Ray<'_, '_, T, S, N> {
             Some(shading) => shading.solid(self.line.position(t).normalize_or_zero()),
             None => T::one(),
         };
-        self.light.over(&Light {
-            color: color.map(|c| T::of(c) * body),
-            absorbed: T::one(),
-        });
+        self.light.over(&Light { color: color.map(|c| T::of(c) * body), absorbed: T::one() });
         Flow::Stop
     }
 }

@@ -43,13 +43,7 @@ impl<'a, S: Sample> Samples<'a, S> {
             shape.layer_stride = -shape.layer_stride;
         }
         let fill = field.fill().unwrap_or(f64::NAN);
-        Samples {
-            data,
-            shape,
-            fill,
-            shift: range[0],
-            scale: 1.0 / (range[1] - range[0]),
-        }
+        Samples { data, shape, fill, shift: range[0], scale: 1.0 / (range[1] - range[0]) }
     }
 
     /// The normalised value of `cell` at `layer` (counted from the innermost); NaN where it is missing.
@@ -58,8 +52,7 @@ impl<'a, S: Sample> Samples<'a, S> {
     #[inline]
     pub fn get<T: Real>(&self, cell: u32, layer: usize) -> T {
         let s = &self.shape;
-        let element =
-            s.offset as isize + cell as isize * s.column_stride + layer as isize * s.layer_stride;
+        let element = s.offset as isize + cell as isize * s.column_stride + layer as isize * s.layer_stride;
         let value = self.data[element as usize].wide();
         let normalised = (value - self.shift) * self.scale;
         if normalised.abs() <= T::LARGEST && value != self.fill {

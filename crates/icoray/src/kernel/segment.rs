@@ -99,13 +99,7 @@ mod tests {
         for f1 in [0.0, 0.3, 1.0, -2.0] {
             for kappa in [0.0, 1e-12, 0.2, 3.0, -3.0, -0.4] {
                 for eps in [0.0, 1e-3, -0.3, 0.8, -0.9, 1e-9] {
-                    cases.push(Segment {
-                        f0: 0.1,
-                        f1,
-                        kappa,
-                        eps,
-                        length: 1.0,
-                    });
+                    cases.push(Segment { f0: 0.1, f1, kappa, eps, length: 1.0 });
                 }
             }
         }
@@ -115,12 +109,8 @@ mod tests {
     #[test]
     fn extremum_is_where_a_fine_scan_finds_it() {
         for s in cases() {
-            let scan: Vec<f64> = (0..=20_000)
-                .map(|i| s.value(f64::from(i) / 20_000.0))
-                .collect();
-            let (low, high) = scan
-                .iter()
-                .fold((f64::MAX, f64::MIN), |(l, h), v| (l.min(*v), h.max(*v)));
+            let scan: Vec<f64> = (0..=20_000).map(|i| s.value(f64::from(i) / 20_000.0)).collect();
+            let (low, high) = scan.iter().fold((f64::MAX, f64::MIN), |(l, h), v| (l.min(*v), h.max(*v)));
             let (end_low, end_high) = (s.f0.min(s.f1), s.f0.max(s.f1));
             match s.extremum() {
                 None => assert!(low >= end_low - 1e-12 && high <= end_high + 1e-12, "{s:?}"),
@@ -147,10 +137,7 @@ mod tests {
                 for w in [0.0, 1e-9, 0.25, 0.5, 0.99, 1.0] {
                     let v = (a.1 + w * (b.1 - a.1)).clamp(a.1.min(b.1), a.1.max(b.1));
                     let u = part.solve(v);
-                    assert!(
-                        (part.value(u) - v).abs() < 1e-13,
-                        "{part:?} at {v}: u = {u}"
-                    );
+                    assert!((part.value(u) - v).abs() < 1e-13, "{part:?} at {v}: u = {u}");
                 }
             }
         }
@@ -162,10 +149,7 @@ mod tests {
             let (u0, u1) = (0.2, 0.7);
             let part = s.part((u0, s.value(u0)), (u1, s.value(u1)));
             for w in [0.0, 0.3, 0.5, 1.0] {
-                assert!(
-                    (part.value(w) - s.value(u0 + w * (u1 - u0))).abs() < 1e-13,
-                    "{s:?}"
-                );
+                assert!((part.value(w) - s.value(u0 + w * (u1 - u0))).abs() < 1e-13, "{s:?}");
             }
         }
     }

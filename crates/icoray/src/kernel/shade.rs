@@ -56,20 +56,14 @@ impl<T: Real> RayShading<T> {
         // Scaled first: a gradient of 1e30 squared is no f32.
         let largest = gradient.iter().fold(T::zero(), |m, g| m.max(g.abs()));
         if !(largest > T::zero() && largest.is_finite()) {
-            return Shade {
-                body: self.ambient,
-                highlight: T::zero(),
-            };
+            return Shade { body: self.ambient, highlight: T::zero() };
         }
         let n = gradient.map(|g| g / largest);
         let dot = |a: &[T; 3], b: &[T; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
         let length = dot(&n, &n).sqrt();
         let body = self.ambient + self.diffuse * (dot(&n, &self.light) / length).abs();
         let gleam = (dot(&n, &self.halfway) / length).abs();
-        Shade {
-            body,
-            highlight: self.specular * gleam.powf(self.shininess),
-        }
+        Shade { body, highlight: self.specular * gleam.powf(self.shininess) }
     }
 
     /// Light on an opaque surface with the outward normal `normal`, on its outer side only.
@@ -84,23 +78,15 @@ impl<T: Real> RayShading<T> {
 mod tests {
     use super::*;
 
-    const SHADING: Shading = Shading {
-        ambient: 0.2,
-        diffuse: 0.7,
-        specular: 0.5,
-        shininess: 8.0,
-        towards_light: None,
-    };
+    const SHADING: Shading =
+        Shading { ambient: 0.2, diffuse: 0.7, specular: 0.5, shininess: 8.0, towards_light: None };
 
     #[test]
     fn a_headlight_shines_fully_on_what_faces_it_from_either_side() {
         let ray = SHADING.along::<f32>(DVec3::NEG_X);
         for gradient in [[3.0, 0.0, 0.0], [-1e30, 0.0, 0.0], [1e-30, 0.0, 0.0]] {
             let s = ray.shade(gradient);
-            assert!(
-                (s.body - 0.9).abs() < 1e-6 && (s.highlight - 0.5).abs() < 1e-6,
-                "{gradient:?}: {s:?}"
-            );
+            assert!((s.body - 0.9).abs() < 1e-6 && (s.highlight - 0.5).abs() < 1e-6, "{gradient:?}: {s:?}");
         }
         let across = ray.shade([0.0, 1.0, 0.0]);
         assert_eq!((across.body, across.highlight), (0.2, 0.0));
@@ -109,10 +95,7 @@ mod tests {
 
     #[test]
     fn the_sun_leaves_the_far_side_of_the_ground_dark() {
-        let sun = Shading {
-            towards_light: Some(DVec3::Z),
-            ..SHADING
-        };
+        let sun = Shading { towards_light: Some(DVec3::Z), ..SHADING };
         let ray = sun.along::<f64>(DVec3::NEG_X);
         assert!((ray.solid(DVec3::Z) - 0.9).abs() < 1e-12);
         assert!((ray.solid(DVec3::NEG_Z) - 0.2).abs() < 1e-12);

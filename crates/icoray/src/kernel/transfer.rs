@@ -49,7 +49,8 @@ impl<T: Real> Span<T> {
     #[inline]
     pub fn color(&self, f: T) -> [T; 3] {
         let x = f - self.anchor;
-        [0, 1, 2].map(|k| self.color[k] + self.color_slope[k] * x)
+        let (c, s) = (&self.color, &self.color_slope);
+        [c[0] + s[0] * x, c[1] + s[1] * x, c[2] + s[2] * x]
     }
 }
 
@@ -66,16 +67,11 @@ impl<T: Real> Spans<T> {
         let (first, last) = (knots[0], knots[knots.len() - 1]);
         // All knots on one value leave no range to normalise to; the value's own size serves then.
         let width = last.value - first.value;
-        let width = if width > 0.0 {
-            width
-        } else {
-            first.value.abs().max(1.0)
-        };
+        let width = if width > 0.0 { width } else { first.value.abs().max(1.0) };
         let range = [first.value, first.value + width];
         let normalise = |v: f64| T::of((v - range[0]) / (range[1] - range[0]));
-        let flat = |knot: &KernelKnot, low: T, high: T| {
-            span(low, high, normalise(knot.value), knot, knot, T::one())
-        };
+        let flat =
+            |knot: &KernelKnot, low: T, high: T| span(low, high, normalise(knot.value), knot, knot, T::one());
         let mut spans = vec![flat(&first, T::neg_infinity(), normalise(first.value))];
         for pair in knots.windows(2) {
             let (low, high) = (normalise(pair[0].value), normalise(pair[1].value));
@@ -135,37 +131,22 @@ mod tests {
     use super::*;
 
     fn knot(value: f64, gray: f64, extinction: f64) -> KernelKnot {
-        KernelKnot {
-            value,
-            color: [gray; 3],
-            extinction,
-        }
+        KernelKnot { value, color: [gray; 3], extinction }
     }
 
     #[test]
     fn spans_are_linear_between_knots_and_flat_outside() {
-        let spans = Spans::<f64>::new(&[
-            knot(10.0, 0.0, 0.0),
-            knot(20.0, 1.0, 4.0),
-            knot(50.0, 0.5, 0.0),
-        ]);
+        let spans = Spans::<f64>::new(&[knot(10.0, 0.0, 0.0), knot(20.0, 1.0, 4.0), knot(50.0, 0.5, 0.0)]);
         let look = |v: f64| {
             let f = (v - 10.0) / 40.0;
             let s = spans.span(spans.find(f));
             (s.extinction(f), s.color(f)[0])
         };
-        for (v, extinction, gray) in [
-            (0.0, 0.0, 0.0),
-            (10.0, 0.0, 0.0),
-            (15.0, 2.0, 0.5),
-            (35.0, 2.0, 0.75),
-            (99.0, 0.0, 0.5),
-        ] {
+        for (v, extinction, gray) in
+            [(0.0, 0.0, 0.0), (10.0, 0.0, 0.0), (15.0, 2.0, 0.5), (35.0, 2.0, 0.75), (99.0, 0.0, 0.5)]
+        {
             let (e, g) = look(v);
-            assert!(
-                (e - extinction).abs() < 1e-12 && (g - gray).abs() < 1e-12,
-                "{v}: {e} {g}"
-            );
+            assert!((e - extinction).abs() < 1e-12 && (g - gray).abs() < 1e-12, "{v}: {e} {g}");
         }
         assert!(spans.span(0).is_clear && spans.span(3).is_clear && !spans.span(1).is_clear);
     }

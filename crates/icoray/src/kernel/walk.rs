@@ -35,10 +35,7 @@ impl Crossing {
     fn between(left: &Seen, right: &Seen) -> Self {
         // left.q >= 0 > right.q, so the denominator is positive and w lies in [0, 1).
         let w = left.q / (left.q - right.q);
-        Crossing {
-            point: Point::new(left.x, left.y).lerp(Point::new(right.x, right.y), w),
-            w,
-        }
+        Crossing { point: Point::new(left.x, left.y).lerp(Point::new(right.x, right.y), w), w }
     }
 }
 
@@ -46,22 +43,15 @@ impl<'g, 'a> Contour<'g, 'a> {
     /// The circle inside `triangle`, or `None` when all three vertices lie on one side of it.
     fn inside(grid: &'g Grid<'a>, plane: Plane, triangle: u32) -> Option<Self> {
         let cells = grid.triangle(triangle);
-        let mut seen = cells.map(|cell| plane.see(cell, grid.direction(cell)));
+        let see = |cell| plane.see(cell, grid.direction(cell));
+        let mut seen = [see(cells[0]), see(cells[1]), see(cells[2])];
         if grid.is_clockwise(triangle) {
             seen.swap(1, 2);
         }
         // Counter-clockwise from outside, the side of entry leads from left to right.
         let k = (0..3).find(|&k| seen[k].is_left() && !seen[(k + 1) % 3].is_left())?;
         let (left, right, apex) = (seen[k], seen[(k + 1) % 3], seen[(k + 2) % 3]);
-        Some(Contour {
-            grid,
-            plane,
-            triangle,
-            cells,
-            left,
-            right,
-            apex,
-        })
+        Some(Contour { grid, plane, triangle, cells, left, right, apex })
     }
 
     /// The circle at `triangle` or, when rounding puts it just outside, in the nearest triangle around.
@@ -96,11 +86,7 @@ impl<'g, 'a> Contour<'g, 'a> {
     /// The ends of the side of exit, left and right.
     #[inline]
     fn exit_side(&self) -> (&Seen, &Seen) {
-        if self.apex.is_left() {
-            (&self.apex, &self.right)
-        } else {
-            (&self.left, &self.apex)
-        }
+        if self.apex.is_left() { (&self.apex, &self.right) } else { (&self.left, &self.apex) }
     }
 
     #[inline]
@@ -111,27 +97,17 @@ impl<'g, 'a> Contour<'g, 'a> {
 
     #[inline]
     fn column_of(&self, cell: u32) -> usize {
-        if self.cells[0] == cell {
-            0
-        } else {
-            1 + usize::from(self.cells[1] != cell)
-        }
+        if self.cells[0] == cell { 0 } else { 1 + usize::from(self.cells[1] != cell) }
     }
 
     /// Goes through the side opposite `behind` into the next triangle and gives the vertex that is new there.
     #[inline]
     fn cross(&mut self, behind: u32) -> Seen {
-        let kept = [self.left.cell, self.right.cell, self.apex.cell]
-            .map(|cell| if cell == behind { u32::MAX } else { cell });
+        let kept = self.cells[0].wrapping_add(self.cells[1]).wrapping_add(self.cells[2]).wrapping_sub(behind);
         self.triangle = self.grid.across(self.triangle, self.column_of(behind));
         self.cells = self.grid.triangle(self.triangle);
-        let new = if !kept.contains(&self.cells[0]) {
-            self.cells[0]
-        } else if !kept.contains(&self.cells[1]) {
-            self.cells[1]
-        } else {
-            self.cells[2]
-        };
+        // The two triangles share two cells, so the sums differ by the new one.
+        let new = self.cells[0].wrapping_add(self.cells[1]).wrapping_add(self.cells[2]).wrapping_sub(kept);
         self.plane.see(new, self.grid.direction(new))
     }
 
@@ -162,20 +138,11 @@ impl<'g, 'a> Contour<'g, 'a> {
 
 /// The triangle that holds `target`, found by walking the great circle from the middle of the triangle `from`.
 pub(crate) fn locate(grid: &Grid, from: u32, target: DVec3) -> u32 {
-    let middle = grid
-        .triangle(from)
-        .iter()
-        .map(|&c| grid.direction(c))
-        .sum::<DVec3>()
-        .normalize();
+    let middle = grid.triangle(from).iter().map(|&c| grid.direction(c)).sum::<DVec3>().normalize();
     if middle.dot(target) < -0.5 {
         // Half a turn leaves the direction open; stop over at a right angle.
         let aside = target.any_orthonormal_vector();
-        let aside = if aside.dot(middle) < 0.0 {
-            -aside
-        } else {
-            aside
-        };
+        let aside = if aside.dot(middle) < 0.0 { -aside } else { aside };
         return locate(grid, locate_short(grid, from, middle, aside), target);
     }
     locate_short(grid, from, middle, target)
@@ -241,17 +208,8 @@ impl<'g, 'a> Walk<'g, 'a> {
         while start.cross(contour.exit().point) <= 0.0 {
             contour.forward();
         }
-        let mut walk = Walk {
-            contour,
-            line,
-            from: None,
-            last: (line.start, 0.0),
-        };
-        let place = walk.clip(
-            walk.entry_place(),
-            walk.exit_place(walk.contour.exit()),
-            start,
-        );
+        let mut walk = Walk { contour, line, from: None, last: (line.start, 0.0) };
+        let place = walk.clip(walk.entry_place(), walk.exit_place(walk.contour.exit()), start);
         walk.last.1 = height(start, place.point);
         walk.from = Some(place);
         walk
@@ -265,19 +223,12 @@ impl<'g, 'a> Walk<'g, 'a> {
     #[inline]
     fn entry_place(&self) -> Place {
         let Crossing { point, w } = self.contour.entry();
-        Place {
-            point,
-            weight: [w, 0.0],
-        }
+        Place { point, weight: [w, 0.0] }
     }
 
     #[inline]
     fn exit_place(&self, Crossing { point, w }: Crossing) -> Place {
-        let weight = if self.contour.apex.is_left() {
-            [w, 1.0 - w]
-        } else {
-            [0.0, w]
-        };
+        let weight = if self.contour.apex.is_left() { [w, 1.0 - w] } else { [0.0, w] };
         Place { point, weight }
     }
 
@@ -285,16 +236,9 @@ impl<'g, 'a> Walk<'g, 'a> {
     fn clip(&self, a: Place, b: Place, to: Point) -> Place {
         let (before, after) = (to.cross(a.point), to.cross(b.point));
         let whole = before - after;
-        let w = if whole < 0.0 {
-            (before / whole).clamp(0.0, 1.0)
-        } else {
-            0.0
-        };
+        let w = if whole < 0.0 { (before / whole).clamp(0.0, 1.0) } else { 0.0 };
         let mix = |k: usize| a.weight[k] + w * (b.weight[k] - a.weight[k]);
-        Place {
-            point: a.point.lerp(b.point, w),
-            weight: [mix(0), mix(1)],
-        }
+        Place { point: a.point.lerp(b.point, w), weight: [mix(0), mix(1)] }
     }
 
     /// The next column, or `None` behind the ray's end.
@@ -308,38 +252,21 @@ impl<'g, 'a> Walk<'g, 'a> {
         if is_last {
             exit_place = self.clip(entry_place, exit_place, end);
         }
-        let cells = [
-            self.contour.left.cell,
-            self.contour.right.cell,
-            self.contour.apex.cell,
-        ];
+        let cells = [self.contour.left.cell, self.contour.right.cell, self.contour.apex.cell];
         let (t0, rho0) = self.last;
         let t1 = if is_last {
             self.line.end
         } else {
             // max and min let a NaN of 0/0 (a ray through the centre) pass by.
-            (self.line.b * exit_place.point.y / exit_place.point.x)
-                .max(t0)
-                .min(self.line.end)
+            (self.line.b * exit_place.point.y / exit_place.point.x).max(t0).min(self.line.end)
         };
         let rho1 = height(self.line.at(t1), exit_place.point);
-        let entry = End {
-            t: t0,
-            rho: rho0,
-            weight: entry_place.weight,
-        };
-        let exit = End {
-            t: t1,
-            rho: rho1,
-            weight: exit_place.weight,
-        };
+        let entry = End { t: t0, rho: rho0, weight: entry_place.weight };
+        let exit = End { t: t1, rho: rho1, weight: exit_place.weight };
         self.last = (t1, rho1);
         if !is_last {
             self.contour.forward();
-            self.from = Some(Place {
-                point: crossing.point,
-                weight: [crossing.w, 0.0],
-            });
+            self.from = Some(Place { point: crossing.point, weight: [crossing.w, 0.0] });
         }
         Some(Column { cells, entry, exit })
     }

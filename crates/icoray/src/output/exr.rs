@@ -14,13 +14,7 @@ pub(super) fn write(path: &Path, frame: &Frame) -> Result<()> {
     let mut out = BufWriter::new(file);
     let floats: &[f32] = bytemuck::cast_slice(&frame.pixels);
     OpenExrEncoder::new(&mut out)
-        .write_image(
-            bytemuck::cast_slice(floats),
-            frame.width,
-            frame.height,
-            ExtendedColorType::Rgba32F,
-        )
+        .write_image(bytemuck::cast_slice(floats), frame.width, frame.height, ExtendedColorType::Rgba32F)
         .map_err(|e| io_error(path, "cannot write the picture", e))?;
-    out.flush()
-        .map_err(|e| io_error(path, "cannot write the picture", e))
+    out.flush().map_err(|e| io_error(path, "cannot write the picture", e))
 }

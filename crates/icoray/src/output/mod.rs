@@ -13,10 +13,7 @@ use crate::frame::Frame;
 use std::path::{Path, PathBuf};
 
 fn io_error(path: &Path, what: &str, error: impl std::fmt::Display) -> Error {
-    Error::new(
-        ErrorKind::Io,
-        format!("{}: {what}: {error}", path.display()),
-    )
+    Error::new(ErrorKind::Io, format!("{}: {what}: {error}", path.display()))
 }
 
 /// Writes `frame` to `path`, as PNG (8-bit sRGB, with text) or EXR (linear, exact floats) by its ending.
@@ -29,10 +26,7 @@ pub fn write_picture(path: &Path, frame: &Frame) -> Result<()> {
         Some("exr") => exr::write(path, frame),
         _ => Err(Error::new(
             ErrorKind::Argument,
-            format!(
-                "{}: expected a name that ends in .png or .exr",
-                path.display()
-            ),
+            format!("{}: expected a name that ends in .png or .exr", path.display()),
         )),
     }
 }
@@ -51,8 +45,7 @@ pub fn write_frame(
     let start = std::time::Instant::now();
     let path = directory.join(template.name(stamp, &frame.field)?);
     let folder = path.parent().unwrap_or(Path::new("."));
-    std::fs::create_dir_all(folder)
-        .map_err(|e| io_error(folder, "cannot make the directory", e))?;
+    std::fs::create_dir_all(folder).map_err(|e| io_error(folder, "cannot make the directory", e))?;
     frame.stamp = stamp.clone();
     write_picture(&path, frame)?;
     frame.report.write_s = start.elapsed().as_secs_f64();

@@ -54,22 +54,18 @@ impl NameTemplate {
                     let place = letter.and_then(|l| "YMDhms".find(l));
                     let shown = letter.map_or_else(String::new, String::from);
                     (
-                        Part::Date(place.ok_or_else(|| {
-                            bad(format!("${shown}, expected $Y, $M, $D, $h, $m or $s"))
-                        })?),
+                        Part::Date(
+                            place
+                                .ok_or_else(|| bad(format!("${shown}, expected $Y, $M, $D, $h, $m or $s")))?,
+                        ),
                         2,
                     )
                 }
                 b'{' => {
-                    let end = rest
-                        .find('}')
-                        .ok_or_else(|| bad("a { without its }".into()))?;
+                    let end = rest.find('}').ok_or_else(|| bad("a { without its }".into()))?;
                     (
                         brace(&rest[1..end]).ok_or_else(|| {
-                            bad(format!(
-                                "{}, expected {{step}}, {{step:06}} or {{field}}",
-                                &rest[..=end]
-                            ))
+                            bad(format!("{}, expected {{step}}, {{step:06}} or {{field}}", &rest[..=end]))
                         })?,
                         end + 1,
                     )
@@ -109,11 +105,7 @@ fn brace(inside: &str) -> Option<Part> {
         None if inside == "step" => Some(Part::Step { width: 0 }),
         None if inside == "field" => Some(Part::Field),
         Some(("step", width)) => {
-            let width = width
-                .strip_prefix('0')?
-                .parse()
-                .ok()
-                .filter(|w| (1..=20).contains(w))?;
+            let width = width.strip_prefix('0')?.parse().ok().filter(|w| (1..=20).contains(w))?;
             Some(Part::Step { width })
         }
         _ => None,
@@ -135,11 +127,7 @@ fn date(stamp: &Stamp) -> Result<[&str; 6]> {
     let parts: Vec<&str> = trimmed.split(['-', '_', 'T', ':', ' ']).collect();
     let all_digits = |p: &&str| !p.is_empty() && p.bytes().all(|b| b.is_ascii_digit() || b == b'.');
     let numbers: [&str; 6] = parts.try_into().map_err(|_| bad(format!("{text:?}")))?;
-    if numbers.iter().all(all_digits) {
-        Ok(numbers)
-    } else {
-        Err(bad(format!("{text:?}")))
-    }
+    if numbers.iter().all(all_digits) { Ok(numbers) } else { Err(bad(format!("{text:?}"))) }
 }
 
 #[cfg(test)]
@@ -148,62 +136,25 @@ mod tests {
 
     #[test]
     fn names_come_from_step_and_date() {
-        let stamp = Stamp {
-            step: 42,
-            time_s: 0.0,
-            date: Some("0000-01-07_06:30:00".into()),
-        };
+        let stamp = Stamp { step: 42, time_s: 0.0, date: Some("0000-01-07_06:30:00".into()) };
         let name = |t: &str| NameTemplate::new(t).unwrap().name(&stamp, "a/b").unwrap();
         assert_eq!(name("{field}_{step:06}.png"), "a_b_000042.png");
         assert_eq!(name("x{step}.exr"), "x42.exr");
         assert_eq!(name("v.$Y-$M-$D_$h.$m.$s.png"), "v.0000-01-07_06.30.00.png");
         assert_eq!(name("plain.png"), "plain.png");
-        let iso = Stamp {
-            date: Some("2026-11-21T01:02:03Z".into()),
-            ..stamp.clone()
-        };
-        assert_eq!(
-            NameTemplate::new("$Y$s.png")
-                .unwrap()
-                .name(&iso, "f")
-                .unwrap(),
-            "202603.png"
-        );
+        let iso = Stamp { date: Some("2026-11-21T01:02:03Z".into()), ..stamp.clone() };
+        assert_eq!(NameTemplate::new("$Y$s.png").unwrap().name(&iso, "f").unwrap(), "202603.png");
     }
 
     #[test]
     fn bad_templates_and_missing_dates_are_refused() {
-        for bad in [
-            "x.jpg",
-            "{stp}.png",
-            "{step:6}.png",
-            "{step.png",
-            "}.png",
-            "$Q.png",
-            "{step:099}.png",
-        ] {
-            assert_eq!(
-                NameTemplate::new(bad).unwrap_err().kind(),
-                ErrorKind::Scene,
-                "{bad}"
-            );
+        for bad in ["x.jpg", "{stp}.png", "{step:6}.png", "{step.png", "}.png", "$Q.png", "{step:099}.png"] {
+            assert_eq!(NameTemplate::new(bad).unwrap_err().kind(), ErrorKind::Scene, "{bad}");
         }
         let dated = NameTemplate::new("$Y.png").unwrap();
-        for date in [
-            None,
-            Some("yesterday"),
-            Some("2026-01-01"),
-            Some("a-b-c_d:e:f"),
-        ] {
-            let stamp = Stamp {
-                date: date.map(String::from),
-                ..Stamp::default()
-            };
-            assert_eq!(
-                dated.name(&stamp, "f").unwrap_err().kind(),
-                ErrorKind::Argument,
-                "{date:?}"
-            );
+        for date in [None, Some("yesterday"), Some("2026-01-01"), Some("a-b-c_d:e:f")] {
+            let stamp = Stamp { date: date.map(String::from), ..Stamp::default() };
+            assert_eq!(dated.name(&stamp, "f").unwrap_err().kind(), ErrorKind::Argument, "{date:?}");
         }
     }
 }

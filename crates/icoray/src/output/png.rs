@@ -11,11 +11,7 @@ use std::path::Path;
 /// sRGB's transfer curve (IEC 61966-2-1): linear light in [0, 1] to a byte.
 fn srgb_byte(linear: f32) -> u8 {
     let v = linear.clamp(0.0, 1.0);
-    let encoded = if v <= 0.003_130_8 {
-        12.92 * v
-    } else {
-        1.055 * v.powf(1.0 / 2.4) - 0.055
-    };
+    let encoded = if v <= 0.003_130_8 { 12.92 * v } else { 1.055 * v.powf(1.0 / 2.4) - 0.055 };
     (encoded * 255.0 + 0.5) as u8
 }
 
@@ -25,12 +21,7 @@ fn encode(pixel: [f32; 4]) -> [u8; 4] {
     if a <= 0.0 {
         return [0; 4];
     }
-    [
-        srgb_byte(r / a),
-        srgb_byte(g / a),
-        srgb_byte(b / a),
-        (a.min(1.0) * 255.0 + 0.5) as u8,
-    ]
+    [srgb_byte(r / a), srgb_byte(g / a), srgb_byte(b / a), (a.min(1.0) * 255.0 + 0.5) as u8]
 }
 
 pub(super) fn write(path: &Path, frame: &Frame) -> Result<()> {
@@ -47,16 +38,11 @@ pub(super) fn write(path: &Path, frame: &Frame) -> Result<()> {
             encoder.add_itxt_chunk(key, text).map_err(failed)?;
         }
         let mut writer = encoder.write_header().map_err(failed)?;
-        let bytes: Vec<u8> = frame
-            .pixels
-            .par_iter()
-            .flat_map_iter(|p| encode(*p))
-            .collect();
+        let bytes: Vec<u8> = frame.pixels.par_iter().flat_map_iter(|p| encode(*p)).collect();
         writer.write_image_data(&bytes).map_err(failed)?;
         writer.finish().map_err(failed)?;
     }
-    out.flush()
-        .map_err(|e| io_error(path, "cannot write the picture", e))
+    out.flush().map_err(|e| io_error(path, "cannot write the picture", e))
 }
 
 #[cfg(test)]

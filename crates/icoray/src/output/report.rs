@@ -18,9 +18,7 @@ impl FrameRow {
     /// The line of a frame that was written to `path`.
     pub fn new(path: &Path, frame: &Frame) -> Self {
         let (r, s) = (&frame.report, &frame.stamp);
-        let file = path
-            .file_name()
-            .map_or_else(String::new, |f| f.to_string_lossy().into_owned());
+        let file = path.file_name().map_or_else(String::new, |f| f.to_string_lossy().into_owned());
         let number = |v: Option<f64>| v.map_or_else(String::new, |v| v.to_string());
         let cells = [
             s.step.to_string(),
@@ -64,17 +62,9 @@ impl ReportFile {
     /// [`ErrorKind::Io`](crate::ErrorKind::Io) names the path.
     pub fn append(path: &Path, row: &FrameRow) -> Result<()> {
         let failed = |e| io_error(path, "cannot write the report", e);
-        let mut file = OpenOptions::new()
-            .create(true)
-            .append(true)
-            .open(path)
-            .map_err(failed)?;
+        let mut file = OpenOptions::new().create(true).append(true).open(path).map_err(failed)?;
         let is_new = file.metadata().map_err(failed)?.len() == 0;
-        let text = if is_new {
-            format!("{HEADER}\n{}\n", row.0)
-        } else {
-            format!("{}\n", row.0)
-        };
+        let text = if is_new { format!("{HEADER}\n{}\n", row.0) } else { format!("{}\n", row.0) };
         file.write_all(text.as_bytes()).map_err(failed)
     }
 }

@@ -26,15 +26,8 @@ impl Camera {
             return None;
         };
         let half_height = (0.5 * fov_deg.to_radians()).tan();
-        let fine =
-            eye.is_finite() && right.is_finite() && half_height.is_finite() && half_height > 0.0;
-        fine.then(|| Camera {
-            eye,
-            forward,
-            right,
-            up: right.cross(forward),
-            half_height,
-        })
+        let fine = eye.is_finite() && right.is_finite() && half_height.is_finite() && half_height > 0.0;
+        fine.then(|| Camera { eye, forward, right, up: right.cross(forward), half_height })
     }
 
     /// A camera above a place at `distance` from the planet's centre that looks at the centre, north up.
@@ -43,12 +36,7 @@ impl Camera {
         let outward = crate::grid::unit_vector(lon, lat);
         // The tangent towards north exists at the poles too: there it is the meridian of `lon`.
         let north = DVec3::new(-lat.sin() * lon.cos(), -lat.sin() * lon.sin(), lat.cos());
-        Self::look_at(
-            (outward * distance).to_array(),
-            [0.0; 3],
-            north.to_array(),
-            fov_deg,
-        )
+        Self::look_at((outward * distance).to_array(), [0.0; 3], north.to_array(), fov_deg)
     }
 
     /// Where the camera is.
@@ -62,19 +50,12 @@ impl Camera {
         let scale = 2.0 * self.half_height / f64::from(height);
         let across = (f64::from(x) + 0.5 - 0.5 * f64::from(width)) * scale;
         let upwards = (0.5 * f64::from(height) - f64::from(y) - 0.5) * scale;
-        (self.forward + across * self.right + upwards * self.up)
-            .normalize()
-            .to_array()
+        (self.forward + across * self.right + upwards * self.up).normalize().to_array()
     }
 
     /// Eye and view direction in words, for a picture's text.
     pub fn describe(&self) -> String {
-        format!(
-            "eye {:?}, forward {:?}, up {:?}",
-            self.eye(),
-            self.forward.to_array(),
-            self.up.to_array()
-        )
+        format!("eye {:?}, forward {:?}, up {:?}", self.eye(), self.forward.to_array(), self.up.to_array())
     }
 }
 

@@ -15,8 +15,8 @@ fn linear(color: &colorgrad::Color) -> [f64; 3] {
 
 /// Names of the colour maps.
 pub(super) const MAPS: [&str; 14] = [
-    "blues", "cividis", "greys", "greens", "inferno", "magma", "plasma", "rdbu", "rdylbu",
-    "spectral", "turbo", "viridis", "ylgnbu", "ylorrd",
+    "blues", "cividis", "greys", "greens", "inferno", "magma", "plasma", "rdbu", "rdylbu", "spectral",
+    "turbo", "viridis", "ylgnbu", "ylorrd",
 ];
 
 /// `count` + 1 linear colours at equal steps of the named map.
@@ -38,11 +38,7 @@ pub(super) fn map(name: &str, count: usize) -> Option<Vec<[f64; 3]>> {
         "ylorrd" => Box::new(preset::yl_or_rd()),
         _ => return None,
     };
-    Some(
-        (0..=count)
-            .map(|i| linear(&gradient.at(i as f32 / count as f32)))
-            .collect(),
-    )
+    Some((0..=count).map(|i| linear(&gradient.at(i as f32 / count as f32))).collect())
 }
 
 #[cfg(test)]

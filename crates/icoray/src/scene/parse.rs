@@ -92,17 +92,11 @@ struct Text<'t> {
 
 impl Text<'_> {
     fn line(&self, span: &Range<usize>) -> usize {
-        1 + self.text[..span.start.min(self.text.len())]
-            .bytes()
-            .filter(|b| *b == b'\n')
-            .count()
+        1 + self.text[..span.start.min(self.text.len())].bytes().filter(|b| *b == b'\n').count()
     }
 
     fn bad(&self, span: Range<usize>, key: &str, what: impl std::fmt::Display) -> Error {
-        Error::new(
-            ErrorKind::Scene,
-            format!("line {}, key {key}: {what}", self.line(&span)),
-        )
+        Error::new(ErrorKind::Scene, format!("line {}, key {key}: {what}", self.line(&span)))
     }
 
     /// A number between `low` and `high`, or `default` where the key is absent.
@@ -119,11 +113,7 @@ impl Text<'_> {
         if value >= low && value <= high {
             return Ok(value);
         }
-        Err(self.bad(
-            raw.span(),
-            key,
-            format!("{value}, expected a number from {low} to {high}"),
-        ))
+        Err(self.bad(raw.span(), key, format!("{value}, expected a number from {low} to {high}")))
     }
 
     fn color(&self, raw: &Spanned<String>, key: &str) -> Result<[f64; 3]> {
@@ -131,10 +121,7 @@ impl Text<'_> {
             self.bad(
                 raw.span(),
                 key,
-                format!(
-                    "{:?}, expected an opaque CSS colour such as \"#ff8800\"",
-                    raw.get_ref()
-                ),
+                format!("{:?}, expected an opaque CSS colour such as \"#ff8800\"", raw.get_ref()),
             )
         })
     }
@@ -160,10 +147,7 @@ pub(super) fn scene(text: &str) -> Result<Scene> {
     let raw: RawScene = toml::from_str(text).map_err(|e| {
         let line = e.span().map_or_else(String::new, |span| {
             let line = source.line(&span);
-            format!(
-                "line {line} ({}): ",
-                text.lines().nth(line - 1).unwrap_or("").trim()
-            )
+            format!("line {line} ({}): ", text.lines().nth(line - 1).unwrap_or("").trim())
         });
         Error::new(ErrorKind::Scene, format!("{line}{}", e.message()))
     })?;
@@ -171,11 +155,7 @@ pub(super) fn scene(text: &str) -> Result<Scene> {
         None => Ok(512),
         Some(raw) => match u32::try_from(*raw.get_ref()) {
             Ok(side @ 1..=16384) => Ok(side),
-            _ => Err(source.bad(
-                raw.span(),
-                key,
-                format!("{}, expected 1 to 16384 pixels", raw.get_ref()),
-            )),
+            _ => Err(source.bad(raw.span(), key, format!("{}, expected 1 to 16384 pixels", raw.get_ref()))),
         },
     };
     if raw.field.get_ref().is_empty() {
@@ -184,9 +164,7 @@ pub(super) fn scene(text: &str) -> Result<Scene> {
     let output = raw
         .output
         .as_ref()
-        .map_or(("{field}_{step:06}.png", 0..0), |o| {
-            (o.file.get_ref().as_str(), o.file.span())
-        });
+        .map_or(("{field}_{step:06}.png", 0..0), |o| (o.file.get_ref().as_str(), o.file.span()));
     Ok(Scene {
         width: side(raw.image.as_ref().map(|i| &i.width), "image.width")?,
         height: side(raw.image.as_ref().map(|i| &i.height), "image.height")?,
@@ -195,16 +173,10 @@ pub(super) fn scene(text: &str) -> Result<Scene> {
         core: source.color_or_none(raw.core.as_ref(), "core", Some([0.0225, 0.0225, 0.0225]))?,
         camera: camera(&source, &raw.camera)?,
         transfer: transfer_function(&source, &raw.transfer)?,
-        lighting: raw
-            .light
-            .as_ref()
-            .map(|light| lighting(&source, light))
-            .transpose()?
-            .flatten(),
+        lighting: raw.light.as_ref().map(|light| lighting(&source, light)).transpose()?.flatten(),
         method: raw.method,
         precision: raw.precision,
-        output: NameTemplate::new(output.0)
-            .map_err(|e| source.bad(output.1, "output.file", e.context()))?,
+        output: NameTemplate::new(output.0).map_err(|e| source.bad(output.1, "output.file", e.context()))?,
         field: raw.field.into_inner(),
     })
 }
@@ -237,9 +209,7 @@ fn camera(source: &Text, raw: &Spanned<RawCamera>) -> Result<Camera> {
             }
             let distance = match (&raw.distance, &raw.altitude) {
                 (Some(d), None) => source.number(Some(d), "camera.distance", 1e-6, 1e6, 0.0)?,
-                (None, Some(a)) => {
-                    1.0 + source.number(Some(a), "camera.altitude", -0.999_999, 1e6, 0.0)?
-                }
+                (None, Some(a)) => 1.0 + source.number(Some(a), "camera.altitude", -0.999_999, 1e6, 0.0)?,
                 _ => {
                     return Err(source.bad(
                         span,
@@ -283,25 +253,14 @@ fn transfer_function(source: &Text, raw: &Spanned<RawTransfer>) -> Result<Transf
                     "range, opacity and reverse go with map, not with knots",
                 ));
             }
-            let spans = knots
-                .get_ref()
-                .iter()
-                .map(|k| (k.get_ref().value, k.span()));
+            let spans = knots.get_ref().iter().map(|k| (k.get_ref().value, k.span()));
             check_rising(source, spans, knots.span(), "transfer.knots")?;
-            let knots = knots
-                .get_ref()
-                .iter()
-                .map(|k| knot(source, k))
-                .collect::<Result<Vec<Knot>>>()?;
+            let knots = knots.get_ref().iter().map(|k| knot(source, k)).collect::<Result<Vec<Knot>>>()?;
             Ok(TransferFunction { knots, unit_length })
         }
         (None, Some(map)) => {
             let (Some(range), Some(opacity)) = (&raw.range, &raw.opacity) else {
-                return Err(source.bad(
-                    map.span(),
-                    "transfer.map",
-                    "expected range and opacity beside map",
-                ));
+                return Err(source.bad(map.span(), "transfer.map", "expected range and opacity beside map"));
             };
             let ends = *range.get_ref();
             if !(ends[0] < ends[1] && ends.iter().all(|v| v.is_finite())) {
@@ -316,26 +275,21 @@ fn transfer_function(source: &Text, raw: &Spanned<RawTransfer>) -> Result<Transf
             let mut extinction = Vec::new();
             for pair in opacity.get_ref() {
                 let [value, opacity] = *pair.get_ref();
-                extinction.push((
-                    value,
-                    opacity_to_extinction(source, opacity, pair.span(), "transfer.opacity")?,
-                ));
+                extinction
+                    .push((value, opacity_to_extinction(source, opacity, pair.span(), "transfer.opacity")?));
             }
-            TransferFunction::from_map(map.get_ref(), raw.reverse, ends, &extinction, unit_length)
-                .ok_or_else(|| {
+            TransferFunction::from_map(map.get_ref(), raw.reverse, ends, &extinction, unit_length).ok_or_else(
+                || {
                     let names = color::MAPS.join(", ");
                     source.bad(
                         map.span(),
                         "transfer.map",
                         format!("{:?}, expected one of {names}", map.get_ref()),
                     )
-                })
+                },
+            )
         }
-        _ => Err(source.bad(
-            span,
-            "transfer",
-            "expected either knots, or map with range and opacity",
-        )),
+        _ => Err(source.bad(span, "transfer", "expected either knots, or map with range and opacity")),
     }
 }
 
@@ -347,28 +301,16 @@ fn check_rising(
 ) -> Result<()> {
     let values: Vec<_> = values.collect();
     if values.is_empty() || values.len() > 4096 {
-        return Err(source.bad(
-            whole,
-            key,
-            format!("{} knots, expected 1 to 4096", values.len()),
-        ));
+        return Err(source.bad(whole, key, format!("{} knots, expected 1 to 4096", values.len())));
     }
     if let Some((v, span)) = values.iter().find(|(v, _)| !v.is_finite()) {
-        return Err(source.bad(
-            span.clone(),
-            key,
-            format!("value {v}, expected a finite number"),
-        ));
+        return Err(source.bad(span.clone(), key, format!("value {v}, expected a finite number")));
     }
     for (i, pair) in values.windows(2).enumerate() {
         let falls = pair[1].0 < pair[0].0;
         let third = pair[1].0 == pair[0].0 && i > 0 && values[i - 1].0 == pair[0].0;
         if falls || third {
-            let wish = if third {
-                "at most two knots on one value"
-            } else {
-                "values that rise"
-            };
+            let wish = if third { "at most two knots on one value" } else { "values that rise" };
             return Err(source.bad(
                 pair[1].1.clone(),
                 key,
@@ -382,12 +324,9 @@ fn check_rising(
 fn knot(source: &Text, raw: &Spanned<RawKnot>) -> Result<Knot> {
     let (span, raw) = (raw.span(), raw.get_ref());
     let extinction = match (&raw.opacity, &raw.extinction) {
-        (Some(opacity), None) => opacity_to_extinction(
-            source,
-            *opacity.get_ref(),
-            opacity.span(),
-            "transfer.knots.opacity",
-        )?,
+        (Some(opacity), None) => {
+            opacity_to_extinction(source, *opacity.get_ref(), opacity.span(), "transfer.knots.opacity")?
+        }
         (None, Some(e)) => source.number(Some(e), "transfer.knots.extinction", 0.0, 1e12, 0.0)?,
         _ => {
             return Err(source.bad(
@@ -397,23 +336,15 @@ fn knot(source: &Text, raw: &Spanned<RawKnot>) -> Result<Knot> {
             ));
         }
     };
-    Ok(Knot {
-        value: raw.value,
-        color: source.color(&raw.color, "transfer.knots.color")?,
-        extinction,
-    })
+    Ok(Knot { value: raw.value, color: source.color(&raw.color, "transfer.knots.color")?, extinction })
 }
 
-fn opacity_to_extinction(
-    source: &Text,
-    opacity: f64,
-    span: Range<usize>,
-    key: &str,
-) -> Result<f64> {
+fn opacity_to_extinction(source: &Text, opacity: f64, span: Range<usize>, key: &str) -> Result<f64> {
     if (0.0..1.0).contains(&opacity) {
         return Ok(transfer::extinction_of(opacity));
     }
-    let wish = "expected 0 or more and less than 1 (1 would need endless extinction; knots take extinction instead)";
+    let wish =
+        "expected 0 or more and less than 1 (1 would need endless extinction; knots take extinction instead)";
     Err(source.bad(span, key, format!("opacity {opacity}, {wish}")))
 }
 
@@ -481,10 +412,7 @@ file = "theta_$Y-$M-$D_{step:06}.png"
     #[test]
     fn a_good_scene_is_read() {
         let scene = scene(GOOD).unwrap();
-        assert_eq!(
-            (scene.width, scene.height, scene.exaggeration),
-            (640, 480, 30.0)
-        );
+        assert_eq!((scene.width, scene.height, scene.exaggeration), (640, 480, 30.0));
         assert_eq!(scene.background, None);
         assert!(scene.core.is_some() && scene.lighting.is_some());
         assert_eq!(scene.transfer.range(), [300.0, 400.0]);
@@ -494,56 +422,24 @@ file = "theta_$Y-$M-$D_{step:06}.png"
     #[test]
     fn errors_name_line_and_key() {
         let cases = [
-            (
-                "field = \"theta\"",
-                "field = 3",
-                &["line 1", "field = 3", "string"][..],
-            ),
-            (
-                "exaggeration = 30",
-                "exageration = 30",
-                &["line 2", "exageration", "unknown field"],
-            ),
-            (
-                "exaggeration = 30",
-                "exaggeration = -1",
-                &["line 2", "exaggeration", "-1", "expected"],
-            ),
+            ("field = \"theta\"", "field = 3", &["line 1", "field = 3", "string"][..]),
+            ("exaggeration = 30", "exageration = 30", &["line 2", "exageration", "unknown field"]),
+            ("exaggeration = 30", "exaggeration = -1", &["line 2", "exaggeration", "-1", "expected"]),
             (
                 "background = \"transparent\"",
                 "background = \"blak\"",
                 &["line 3", "background", "blak", "CSS"],
             ),
-            (
-                "width = 640",
-                "width = 0",
-                &["line 6", "image.width", "0", "1 to 16384"],
-            ),
-            (
-                "distance = 3",
-                "distance = nan",
-                &["line 11", "camera.distance", "NaN"],
-            ),
+            ("width = 640", "width = 0", &["line 6", "image.width", "0", "1 to 16384"]),
+            ("distance = 3", "distance = nan", &["line 11", "camera.distance", "NaN"]),
             (
                 "distance = 3",
                 "distance = 3\naltitude = 2",
                 &["line 8", "camera", "either distance or altitude"],
             ),
-            (
-                "lat = 45.0",
-                "lat = 95",
-                &["line 10", "camera.lat", "95", "-90 to 90"],
-            ),
-            (
-                "map = \"viridis\"",
-                "map = \"jet\"",
-                &["line 13", "transfer.map", "jet", "viridis"],
-            ),
-            (
-                "range = [250, 400]",
-                "range = [400, 250]",
-                &["line 14", "transfer.range"],
-            ),
+            ("lat = 45.0", "lat = 95", &["line 10", "camera.lat", "95", "-90 to 90"]),
+            ("map = \"viridis\"", "map = \"jet\"", &["line 13", "transfer.map", "jet", "viridis"]),
+            ("range = [250, 400]", "range = [400, 250]", &["line 14", "transfer.range"]),
             ("range = [250, 400]", "", &["line 13", "range and opacity"]),
             (
                 "opacity = [[300, 0.0], [350, 0.8]]",
@@ -555,16 +451,8 @@ file = "theta_$Y-$M-$D_{step:06}.png"
                 "opacity = [[300, 0.0], [250, 0.8]]",
                 &["line 15", "250 after 300", "rise"],
             ),
-            (
-                "opacity = [[300, 0.0], [350, 0.8]]",
-                "opacity = []",
-                &["line 15", "0 knots"],
-            ),
-            (
-                "kind = \"sun\"",
-                "kind = \"lamp\"",
-                &["line 17", "light.kind", "lamp"],
-            ),
+            ("opacity = [[300, 0.0], [350, 0.8]]", "opacity = []", &["line 15", "0 knots"]),
+            ("kind = \"sun\"", "kind = \"lamp\"", &["line 17", "light.kind", "lamp"]),
             (
                 "file = \"theta_$Y-$M-$D_{step:06}.png\"",
                 "file = \"theta_{stp}.png\"",
@@ -580,14 +468,9 @@ file = "theta_$Y-$M-$D_{step:06}.png"
         ];
         for (old, new, words) in cases {
             assert!(GOOD.contains(old), "{old}");
-            let error = scene(&GOOD.replacen(old, new, 1))
-                .expect_err(new)
-                .to_string();
+            let error = scene(&GOOD.replacen(old, new, 1)).expect_err(new).to_string();
             for word in words {
-                assert!(
-                    error.contains(word),
-                    "'{word}' is not in '{error}' for '{new}'"
-                );
+                assert!(error.contains(word), "'{word}' is not in '{error}' for '{new}'");
             }
         }
     }
@@ -609,12 +492,7 @@ knots = [ { value = 0, color = "red", opacity = 0.5 },
         assert_eq!(scene_.transfer.knots[2].color, [0.0, 0.0, 1.0]);
         assert!(scene_.lighting.is_none());
         let third = text.replace("{ value = 0, color", "{ value = 1, color");
-        assert!(
-            scene(&third)
-                .unwrap_err()
-                .to_string()
-                .contains("at most two knots")
-        );
+        assert!(scene(&third).unwrap_err().to_string().contains("at most two knots"));
         let both = text.replace("extinction = 2 }", "extinction = 2, opacity = 0.1 }");
         assert!(scene(&both).unwrap_err().to_string().contains("line 8"));
     }

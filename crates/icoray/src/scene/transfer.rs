@@ -51,22 +51,14 @@ impl TransferFunction {
         }
         let stop = |i: usize| range[0] + (range[1] - range[0]) * i as f64 / MAP_STEPS as f64;
         let color_at = |value: f64| {
-            let at = ((value - range[0]) / (range[1] - range[0]) * MAP_STEPS as f64)
-                .clamp(0.0, MAP_STEPS as f64);
+            let at =
+                ((value - range[0]) / (range[1] - range[0]) * MAP_STEPS as f64).clamp(0.0, MAP_STEPS as f64);
             let i = (at as usize).min(MAP_STEPS - 1);
             let w = at - i as f64;
             std::array::from_fn(|k| colors[i][k] + w * (colors[i + 1][k] - colors[i][k]))
         };
-        let knot = |value: f64, extinction: f64| Knot {
-            value,
-            color: color_at(value),
-            extinction,
-        };
-        let between = |low: f64, high: f64| {
-            (0..=MAP_STEPS)
-                .map(stop)
-                .filter(move |v| low < *v && *v < high)
-        };
+        let knot = |value: f64, extinction: f64| Knot { value, color: color_at(value), extinction };
+        let between = |low: f64, high: f64| (0..=MAP_STEPS).map(stop).filter(move |v| low < *v && *v < high);
         let (first, last) = (extinction[0], extinction[extinction.len() - 1]);
         let mut knots = Vec::new();
         if first.1 > 0.0 {
@@ -77,8 +69,7 @@ impl TransferFunction {
             let ((low, from), (high, to)) = (pair[0], pair[1]);
             if from > 0.0 || to > 0.0 {
                 knots.extend(
-                    between(low, high)
-                        .map(|v| knot(v, from + (to - from) * (v - low) / (high - low))),
+                    between(low, high).map(|v| knot(v, from + (to - from) * (v - low) / (high - low))),
                 );
             }
             knots.push(knot(high, to));
@@ -94,11 +85,7 @@ impl TransferFunction {
         let unit = self.unit_length.unwrap_or(thickness);
         let knots = self.knots.iter();
         knots
-            .map(|k| KernelKnot {
-                value: k.value,
-                color: k.color,
-                extinction: k.extinction / unit,
-            })
+            .map(|k| KernelKnot { value: k.value, color: k.color, extinction: k.extinction / unit })
             .collect()
     }
 
@@ -130,8 +117,7 @@ mod tests {
 
     #[test]
     fn opaque_ends_keep_the_map_beyond_the_opacity_knots() {
-        let tf = TransferFunction::from_map("greys", true, [0.0, 32.0], &[(16.0, 1.0)], Some(2.0))
-            .unwrap();
+        let tf = TransferFunction::from_map("greys", true, [0.0, 32.0], &[(16.0, 1.0)], Some(2.0)).unwrap();
         assert_eq!(tf.knots.len(), 33);
         assert_eq!(tf.range(), [0.0, 32.0]);
         assert_eq!(tf.kernel_knots(9.0)[3].extinction, 0.5);

@@ -1,0 +1,153 @@
+//! `icoray info`: what an MPAS file holds.
+
+use crate::failure::Failure;
+use crate::input::{self, Input};
+use icoray::{GridTables, Reals};
+use icoray_netcdf::{LayerHeights, MpasFile};
+use std::collections::BTreeMap;
+use std::io::Write;
+
+/// More times than this are shown by the first and the last.
+const MOST_TIMES: usize = 12;
+
+/// What `icoray info` is told.
+#[derive(clap::Args)]
+pub struct Args {
+    #[command(flatten)]
+    input: Input,
+    /// Also read every field at the last time, for its least and greatest value
+    #[arg(long)]
+    ranges: bool,
+}
+
+/// Prints mesh, times, layers and fields. A grid that does not pass the check, or layers that are missing, are said and
+/// stop nothing.
+pub fn run(args: &Args, out: &mut impl Write) -> Result<(), Failure> {
+    let file = args.input.open()?;
+    let mesh = file.mesh();
+    let tables = mesh.tables();
+    let [cells, corners, edges] = [tables.cells(), tables.corners(), tables.edges()];
+    writeln!(out, "file       {}", file.path().display())?;
+    if let Some(path) = &args.input.mesh {
+        writeln!(out, "mesh file  {}", path.display())?;
+    }
+    writeln!(out, "mesh       {cells} cells, {corners} corners, {edges} edges")?;
+    writeln!(out, "cells      {}", polygons(&tables))?;
+    writeln!(out, "radius     {} m", file.sphere_radius_m())?;
+    writeln!(out, "positions  {}", precision(&tables))?;
+    match mesh.grid() {
+        Ok(_) => writeln!(out, "grid       passes the check")?,
+        Err(e) => writeln!(out, "grid       {e}")?,
+    }
+    times(&file, out)?;
+    match file.layer_heights() {
+        Ok(heights) => layers(&heights, out)?,
+        Err(e) => writeln!(out, "layers     {e}")?,
+    }
+    fields(&file, args.ranges, out)
+}
+
+/// How many cells there are of each number of corners.
+fn polygons(tables: &GridTables) -> String {
+    let mut kinds = BTreeMap::new();
+    for count in tables.cell_corner_count.unwrap_or_default() {
+        *kinds.entry(count).or_insert(0usize) += 1;
+    }
+    let parts: Vec<String> =
+        kinds.iter().map(|(corners, cells)| format!("{cells} with {corners} corners")).collect();
+    parts.join(", ")
+}
+
+fn precision(tables: &GridTables) -> &'static str {
+    match tables.center.lon_rad {
+        Reals::F32(_) => "f32",
+        Reals::F64(_) => "f64",
+    }
+}
+
+fn times(file: &MpasFile, out: &mut impl Write) -> Result<(), Failure> {
+    let times = file.times();
+    let name = |i: usize| {
+        let date = times[i].as_deref().unwrap_or("without a date");
+        format!("{i}: {date}")
+    };
+    let shown = if times.len() <= MOST_TIMES {
+        (0..times.len()).map(name).collect::<Vec<_>>().join(", ")
+    } else {
+        format!("{}, ..., {}", name(0), name(times.len() - 1))
+    };
+    writeln!(out, "times      {shown}")?;
+    Ok(())
+}
+
+fn layers(heights: &LayerHeights, out: &mut impl Write) -> Result<(), Failure> {
+    let height = &heights.height_m;
+    let (mut thinnest, mut thickest) = (f64::INFINITY, 0.0f64);
+    for pair in height.windows(2) {
+        let thickness = (pair[1] - pair[0]).abs();
+        (thinnest, thickest) = (thinnest.min(thickness), thickest.max(thickness));
+    }
+    writeln!(
+        out,
+        "layers     {} between {} interfaces ({}): from {:.1} m to {:.1} m, {thinnest:.1} to {thickest:.1} m thick",
+        height.len() - 1,
+        height.len(),
+        heights.variable,
+        height[0],
+        height[height.len() - 1],
+    )?;
+    writeln!(
+        out,
+        "           columns deviate from these mean heights by up to {:.1} m",
+        heights.deviation_m
+    )?;
+    Ok(())
+}
+
+fn fields(file: &MpasFile, ranges: bool, out: &mut impl Write) -> Result<(), Failure> {
+    if file.fields().is_empty() {
+        writeln!(out, "fields     none")?;
+        return Ok(());
+    }
+    let last = file.times().len() - 1;
+    let mut table = vec![["field", "at", "layers", "type", "units", "what it is"].map(String::from)];
+    let mut values = vec!["range at the last time".to_owned()];
+    for info in file.fields() {
+        let text = |t: &Option<String>| t.clone().unwrap_or_else(|| "-".to_owned());
+        table.push([
+            info.name.clone(),
+            input::place(info.location).to_owned(),
+            info.layers.to_string(),
+            info.precision.to_string(),
+            text(&info.units),
+            text(&info.long_name),
+        ]);
+        if ranges {
+            let read = file.read_field(&info.name, last);
+            let range = read.and_then(|owned| Ok(owned.field()?.range()));
+            values.push(match range {
+                Ok((range, 0)) => input::range(range, None),
+                Ok((range, n)) => format!("{} ({n} missing)", input::range(range, None)),
+                Err(e) => e.to_string(),
+            });
+        }
+    }
+    let width: [usize; 5] = std::array::from_fn(|column| {
+        let lengths = table.iter().map(|row| row[column].chars().count());
+        lengths.max().unwrap_or(0)
+    });
+    let wide = table.iter().map(|row| row[5].chars().count()).max();
+    for (i, row) in table.iter().enumerate() {
+        let mut line = String::new();
+        for (text, width) in row.iter().zip(width) {
+            line += &format!("{text:width$}  ");
+        }
+        line += &row[5];
+        if ranges {
+            let fill = wide.unwrap_or(0) - row[5].chars().count();
+            line += &format!("{:fill$}  {}", "", values[i]);
+        }
+        writeln!(out, "{}", line.trim_end())?;
+    }
+    Ok(())
+}

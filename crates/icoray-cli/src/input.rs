@@ -1,0 +1,88 @@
+//! The files that every command reads.
+
+use icoray::{Error, ErrorKind, Location, Result, Scene};
+use icoray_netcdf::MpasFile;
+use std::path::{Path, PathBuf};
+
+/// Where fields and mesh are.
+#[derive(clap::Args)]
+pub struct Input {
+    /// MPAS file with the fields, mostly with the mesh too
+    #[arg(value_name = "FILE.nc")]
+    pub file: PathBuf,
+    /// File with the mesh, where FILE.nc has none: the run's init or grid file
+    #[arg(long, value_name = "MESH.nc")]
+    pub mesh: Option<PathBuf>,
+}
+
+impl Input {
+    /// Opens the file, or both.
+    pub fn open(&self) -> Result<MpasFile> {
+        match &self.mesh {
+            None => MpasFile::open(&self.file),
+            Some(mesh) => MpasFile::open_with_mesh(&self.file, mesh),
+        }
+    }
+}
+
+/// Reads and checks a scene file.
+pub fn scene(path: &Path) -> Result<Scene> {
+    let text = std::fs::read_to_string(path).map_err(|e| {
+        let context = format!("{}: cannot read the scene: {e}", path.display());
+        Error::new(ErrorKind::Io, context)
+    })?;
+    Scene::parse(&text).map_err(|e| e.within(path.display()))
+}
+
+/// Where a field lives, as a word after "at".
+pub fn place(location: Location) -> &'static str {
+    match location {
+        Location::Center => "cells",
+        Location::Corner => "corners",
+    }
+}
+
+/// Least and greatest value in words, with the unit where it is known.
+pub fn range(range: Option<[f64; 2]>, units: Option<&str>) -> String {
+    let units = units.map_or_else(String::new, |u| format!(" {u}"));
+    range.map_or_else(
+        || "no values".to_owned(),
+        |[low, high]| format!("{} to {}{units}", number(low), number(high)),
+    )
+}
+
+/// A value to six digits.
+fn number(value: f64) -> String {
+    let size = value.abs();
+    if size == 0.0 || (1e-3..1e7).contains(&size) {
+        let whole_digits = if size < 1.0 { 1 } else { size.log10() as usize + 1 };
+        let text = format!("{value:.*}", 6usize.saturating_sub(whole_digits));
+        if text.contains('.') {
+            return text.trim_end_matches('0').trim_end_matches('.').to_owned();
+        }
+        return text;
+    }
+    format!("{value:.5e}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_have_six_digits() {
+        for (value, text) in [
+            (0.0, "0"),
+            (288.0, "288"),
+            (-288.123_456, "-288.123"),
+            (6_371_229.0, "6371229"),
+            (0.01, "0.01"),
+            (1.234_567_8e-5, "1.23457e-5"),
+            (f64::INFINITY, "inf"),
+        ] {
+            assert_eq!(number(value), text);
+        }
+        assert_eq!(range(Some([1.0, 2.5]), Some("K")), "1 to 2.5 K");
+        assert_eq!(range(None, Some("K")), "no values");
+    }
+}

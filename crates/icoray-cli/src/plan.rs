@@ -1,0 +1,34 @@
+//! `icoray plan`: what a scene leaves out.
+
+use crate::failure::Failure;
+use crate::input::{self, Input};
+use icoray::Plan;
+use std::io::Write;
+use std::path::PathBuf;
+
+/// What `icoray plan` is told.
+#[derive(clap::Args)]
+pub struct Args {
+    #[command(flatten)]
+    input: Input,
+    /// What to draw and how
+    #[arg(long, value_name = "SCENE.toml")]
+    scene: PathBuf,
+}
+
+/// Prints, a line each, what is not computed or read for the scene.
+pub fn run(args: &Args, out: &mut impl Write) -> Result<(), Failure> {
+    let scene = input::scene(&args.scene)?;
+    let file = args.input.open()?;
+    let grid = file.mesh().grid()?;
+    let layers = file.layers()?;
+    let owned = file.read_field(&scene.field, 0)?;
+    let plan = Plan::new(&scene, &grid, &layers, &owned.field()?)?;
+    if plan.left_out().is_empty() {
+        writeln!(out, "nothing is left out")?;
+    }
+    for part in plan.left_out() {
+        writeln!(out, "left out: {part}")?;
+    }
+    Ok(())
+}

@@ -1,0 +1,73 @@
+//! Synthetic grids with fields, for studies and tests.
+
+use glam::DVec3;
+use icoray::{Field, Grid, IcosahedralMesh, Layers, Location, Result, Shape};
+use rayon::prelude::*;
+
+/// A mesh, layers and a level-fastest f32 field on them.
+#[derive(Debug)]
+pub struct Sphere {
+    /// The mesh's tables.
+    pub mesh: IcosahedralMesh,
+    /// Layers in planet radii.
+    pub layers: Layers,
+    /// Values, level-fastest.
+    pub values: Vec<f32>,
+}
+
+impl Sphere {
+    /// An icosahedral mesh of `level` bisections with `layers` equally spaced radii from `inner` to `outer`, and the
+    /// field `f` of position.
+    ///
+    /// # Errors
+    /// As [`IcosahedralMesh::new`] and [`Layers::new`].
+    pub fn new(
+        level: u32,
+        layers: usize,
+        [inner, outer]: [f64; 2],
+        f: impl Fn(DVec3) -> f64 + Sync,
+    ) -> Result<Self> {
+        let mesh = IcosahedralMesh::new(level)?;
+        let radius = |l: usize| inner + (outer - inner) * l as f64 / (layers - 1) as f64;
+        let layers = Layers::new((0..layers).map(radius).collect(), 1.0)?;
+        let radii = layers.radius_m();
+        let mut values = vec![0.0f32; mesh.cells() * radii.len()];
+        values.par_chunks_exact_mut(radii.len()).enumerate().for_each(|(cell, column)| {
+            let (lon, lat) = (mesh.lon_center_rad[cell], mesh.lat_center_rad[cell]);
+            let direction = DVec3::new(lat.cos() * lon.cos(), lat.cos() * lon.sin(), lat.sin());
+            for (value, r) in column.iter_mut().zip(radii) {
+                *value = f(direction * *r) as f32;
+            }
+        });
+        Ok(Sphere { mesh, layers, values })
+    }
+
+    /// The checked grid.
+    ///
+    /// # Errors
+    /// As [`Grid::new`].
+    pub fn grid(&self) -> Result<Grid<'_>> {
+        Grid::new(self.mesh.tables())
+    }
+
+    /// The field.
+    ///
+    /// # Errors
+    /// As [`Field::new`].
+    pub fn field(&self) -> Result<Field<'_>> {
+        let shape = Shape::level_fastest(self.mesh.cells(), self.layers.count());
+        Field::new(self.values.as_slice().into(), shape, Location::Center, None)
+    }
+}
+
+/// A field with structure from the planet's size down to a few degrees, in [-1, 1], like vorticity.
+pub fn multi_scale(p: DVec3) -> f64 {
+    let r = p.length();
+    let d = p / r;
+    let mut sum = 0.0;
+    for (k, weight) in [(3.0, 0.5), (7.0, 0.25), (17.0, 0.15), (41.0, 0.1)] {
+        let phase = 20.0 * (r - 1.0);
+        sum += weight * (k * d.x + phase).sin() * (k * d.y - 0.7 * phase).cos() * (k * d.z + 0.3 * k).sin();
+    }
+    (2.0 * sum).clamp(-1.0, 1.0)
+}
