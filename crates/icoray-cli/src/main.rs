@@ -16,7 +16,7 @@ use std::process::ExitCode;
 
 /// In-situ ray casting of geodesic grids.
 #[derive(Parser)]
-#[command(name = "icoray", version, about)]
+#[command(name = "icoray", version)]
 struct Cli {
     #[command(subcommand)]
     command: Command,

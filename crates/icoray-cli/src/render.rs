@@ -171,6 +171,7 @@ pub fn run(args: &Args, out: &mut impl Write) -> std::result::Result<(), Failure
         writeln!(out, "note      {line}")?;
     }
     let bar = progress(times.len());
+    bar.tick();
     for time in times {
         let block = job.picture(time, open_s)?;
         bar.suspend(|| writeln!(out, "{block}"))?;

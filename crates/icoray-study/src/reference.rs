@@ -1,1 +1,246 @@
-//! reference
+//! The same picture, computed in another way: for the tests to hold the renderer against.
+//!
+//! Nothing is shared with the renderer but its inputs. A point is located by solving for its barycentric coordinates in a
+//! triangle's three directions; the value is the paper's §3.3 to the letter (two barycentric interpolations, then one
+//! along the radius); rays are integrated by tiny midpoint steps; vertex gradients are differences of the interpolant in
+//! each incident frustum. Slow, in f64, and plain.
+
+use glam::{DMat3, DVec3};
+use icoray::{Field, Grid, Scene, Source};
+
+/// A scene over a grid and a field at cell centres, ready to be evaluated anywhere.
+#[derive(Debug)]
+pub struct Reference<'a> {
+    grid: &'a Grid<'a>,
+    scene: &'a Scene,
+    radius: Vec<f64>,
+    values: Vec<f64>,
+    inverse: Vec<DMat3>,
+    gradients: Vec<DVec3>,
+}
+
+/// A frustum with barycentric coordinates on its triangle and the fraction of the way to its upper layer.
+#[derive(Debug, Clone, Copy)]
+struct Place {
+    triangle: u32,
+    layer: usize,
+    weight: DVec3,
+    lambda: f64,
+}
+
+impl<'a> Reference<'a> {
+    /// `radius` are the layers' radii in planet radii, rising, exaggeration applied; layer 0 of `field` is the lowest.
+    pub fn new(grid: &'a Grid<'a>, radius: &[f64], field: &Field, scene: &'a Scene) -> Self {
+        let layers = radius.len();
+        let values = (0..grid.cells())
+            .flat_map(|c| (0..layers).map(move |l| (c, l)))
+            .map(|(c, l)| field.value(c, l))
+            .collect();
+        let basis = |t: u32| {
+            let [a, b, c] = grid.triangle(t).map(|cell| grid.direction(cell));
+            DMat3::from_cols(a, b, c).inverse()
+        };
+        let inverse = (0..grid.triangles() as u32).map(basis).collect();
+        let mut reference =
+            Reference { grid, scene, radius: radius.to_vec(), values, inverse, gradients: Vec::new() };
+        if scene.lighting.is_some() {
+            reference.gradients = reference.vertex_gradients();
+        }
+        reference
+    }
+
+    /// The coordinates of `p` in the triangle's three directions.
+    fn coordinates(&self, triangle: u32, p: DVec3) -> DVec3 {
+        self.inverse[triangle as usize] * p
+    }
+
+    fn value_of(&self, cell: u32, layer: usize) -> f64 {
+        self.values[cell as usize * self.radius.len() + layer]
+    }
+
+    /// The triangle whose cone holds `p`, tried first at `hint` and its neighbours.
+    fn triangle_at(&self, p: DVec3, hint: u32) -> u32 {
+        let least = |t: u32| self.coordinates(t, p).min_element();
+        if least(hint) >= 0.0 {
+            return hint;
+        }
+        let near = (0..3).map(|k| self.grid.across(hint, k)).find(|&t| least(t) >= 0.0);
+        near.unwrap_or_else(|| {
+            let all = 0..self.grid.triangles() as u32;
+            all.max_by(|&a, &b| least(a).total_cmp(&least(b))).expect("a grid has triangles")
+        })
+    }
+
+    /// The frustum that holds `p`; `None` below the lowest and above the highest layer's facets.
+    fn place(&self, p: DVec3, hint: &mut u32) -> Option<Place> {
+        let triangle = self.triangle_at(p, *hint);
+        *hint = triangle;
+        let coordinates = self.coordinates(triangle, p);
+        let rho = coordinates.element_sum();
+        let above = self.radius.partition_point(|&r| r <= rho);
+        let layer = above.checked_sub(1).filter(|l| l + 1 < self.radius.len())?;
+        let lambda = (rho - self.radius[layer]) / (self.radius[layer + 1] - self.radius[layer]);
+        Some(Place { triangle, layer, weight: coordinates / rho, lambda })
+    }
+
+    fn interpolate(&self, place: &Place) -> f64 {
+        let cells = self.grid.triangle(place.triangle);
+        let on = |layer| {
+            let values = DVec3::from_array(cells.map(|c| self.value_of(c, layer)));
+            values.dot(place.weight)
+        };
+        let (low, high) = (on(place.layer), on(place.layer + 1));
+        low + place.lambda * (high - low)
+    }
+
+    /// The interpolant at `p`, `None` outside the shell and where a value is missing.
+    pub fn value(&self, p: DVec3, hint: &mut u32) -> Option<f64> {
+        self.place(p, hint).map(|place| self.interpolate(&place)).filter(|v| !v.is_nan())
+    }
+
+    /// The interpolant of one frustum, continued beyond its faces.
+    fn continued(&self, triangle: u32, layer: usize, p: DVec3) -> f64 {
+        let coordinates = self.coordinates(triangle, p);
+        let rho = coordinates.element_sum();
+        let lambda = (rho - self.radius[layer]) / (self.radius[layer + 1] - self.radius[layer]);
+        self.interpolate(&Place { triangle, layer, weight: coordinates / rho, lambda })
+    }
+
+    fn vertex_gradients(&self) -> Vec<DVec3> {
+        const H: f64 = 1e-5;
+        let layers = self.radius.len();
+        let mut sums = vec![(DVec3::ZERO, 0.0); self.values.len()];
+        for t in 0..self.grid.triangles() as u32 {
+            for (cell, layer) in
+                self.grid.triangle(t).into_iter().flat_map(|c| (0..layers).map(move |l| (c, l)))
+            {
+                let at = self.grid.direction(cell) * self.radius[layer];
+                for gap in [layer.checked_sub(1), (layer + 1 < layers).then_some(layer)].into_iter().flatten()
+                {
+                    let slope = |axis: DVec3| {
+                        let ahead = self.continued(t, gap, at + axis * H);
+                        (ahead - self.continued(t, gap, at - axis * H)) / (2.0 * H)
+                    };
+                    let gradient = DVec3::new(slope(DVec3::X), slope(DVec3::Y), slope(DVec3::Z));
+                    if !gradient.is_nan() {
+                        let sum = &mut sums[cell as usize * layers + layer];
+                        *sum = (sum.0 + gradient, sum.1 + 1.0);
+                    }
+                }
+            }
+        }
+        sums.into_iter().map(|(sum, count): (DVec3, f64)| sum / count.max(1.0)).collect()
+    }
+
+    /// The vertex gradients, interpolated like the value.
+    fn gradient(&self, place: &Place) -> DVec3 {
+        let cells = self.grid.triangle(place.triangle);
+        let on = |layer: usize| {
+            let at = cells.map(|c| self.gradients[c as usize * self.radius.len() + layer]);
+            at[0] * place.weight.x + at[1] * place.weight.y + at[2] * place.weight.z
+        };
+        on(place.layer).lerp(on(place.layer + 1), place.lambda)
+    }
+
+    /// Colour and extinction per planet radius at value `f`, from the scene's knots.
+    fn transfer(&self, f: f64) -> (DVec3, f64) {
+        let tf = &self.scene.transfer;
+        let unit = tf.unit_length.unwrap_or(self.radius[self.radius.len() - 1] - self.radius[0]);
+        let above = tf.knots.partition_point(|k| k.value <= f);
+        let (a, b) = (above.saturating_sub(1), above.min(tf.knots.len() - 1));
+        let (ka, kb) = (&tf.knots[a], &tf.knots[b]);
+        let w =
+            if kb.value > ka.value { ((f - ka.value) / (kb.value - ka.value)).clamp(0.0, 1.0) } else { 0.0 };
+        let color = DVec3::from_array(ka.color).lerp(DVec3::from_array(kb.color), w);
+        (color, (ka.extinction + w * (kb.extinction - ka.extinction)) / unit)
+    }
+
+    fn lit(&self, color: DVec3, place: &Place, dir: DVec3) -> DVec3 {
+        let Some(light) = &self.scene.lighting else { return color };
+        let towards = match light.source {
+            Source::Headlight => -dir,
+            Source::Sun { lon_deg, lat_deg } => {
+                let (lon, lat) = (lon_deg.to_radians(), lat_deg.to_radians());
+                DVec3::new(lat.cos() * lon.cos(), lat.cos() * lon.sin(), lat.sin())
+            }
+        };
+        let normal = self.gradient(place).normalize_or_zero();
+        let gleam = normal.dot((towards - dir).normalize()).abs().powf(light.shininess);
+        color * (light.ambient + light.diffuse * normal.dot(towards).abs()) + light.specular * gleam
+    }
+
+    /// Light along a ray, premultiplied RGB and opacity, before the background, in `steps` midpoint steps over the
+    /// part inside the sphere around the outermost layer. Steps that cross the shell's surface are cut there.
+    pub fn trace(&self, eye: DVec3, dir: DVec3, steps: usize) -> [f64; 4] {
+        let outer = self.radius[self.radius.len() - 1];
+        let along = eye.dot(dir);
+        let half = outer * outer - (eye - along * dir).length_squared();
+        if half <= 0.0 || -along + half.sqrt() <= 0.0 {
+            return [0.0; 4];
+        }
+        let (start, end) = ((-along - half.sqrt()).max(0.0), -along + half.sqrt());
+        let (mut color, mut through) = (DVec3::ZERO, 1.0);
+        let mut hint = 0;
+        let mut t = start;
+        let mut here = self.region(eye + t * dir, &mut hint);
+        for i in 1..=steps {
+            let goal = start + (end - start) * i as f64 / steps as f64;
+            while t < goal {
+                let mut to = goal;
+                let mut there = self.region(eye + to * dir, &mut hint);
+                if there != here {
+                    // Bisect to where the region changes.
+                    let (mut low, mut high) = (t, goal);
+                    for _ in 0..60 {
+                        let middle = 0.5 * (low + high);
+                        if self.region(eye + middle * dir, &mut hint) == here {
+                            low = middle
+                        } else {
+                            high = middle
+                        }
+                    }
+                    to = high;
+                    there = self.region(eye + to * dir, &mut hint);
+                }
+                if here == Region::Core
+                    && let Some(core) = self.scene.core
+                {
+                    color += through * DVec3::from_array(core);
+                    return [color.x, color.y, color.z, 1.0];
+                }
+                self.step(eye + 0.5 * (t + to) * dir, to - t, dir, &mut hint, &mut color, &mut through);
+                (t, here) = (to, there);
+            }
+        }
+        [color.x, color.y, color.z, 1.0 - through]
+    }
+
+    fn step(&self, p: DVec3, length: f64, dir: DVec3, hint: &mut u32, color: &mut DVec3, through: &mut f64) {
+        let Some(place) = self.place(p, hint) else { return };
+        let value = self.interpolate(&place);
+        if value.is_nan() {
+            return;
+        }
+        let (own, extinction) = self.transfer(value);
+        let absorbed = -(-extinction * length).exp_m1();
+        *color += *through * absorbed * self.lit(own, &place, dir);
+        *through *= 1.0 - absorbed;
+    }
+
+    fn region(&self, p: DVec3, hint: &mut u32) -> Region {
+        let triangle = self.triangle_at(p, *hint);
+        *hint = triangle;
+        let rho = self.coordinates(triangle, p).element_sum();
+        if rho < self.radius[0] {
+            return Region::Core;
+        }
+        if rho >= self.radius[self.radius.len() - 1] { Region::Outside } else { Region::Shell }
+    }
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Region {
+    Core,
+    Shell,
+    Outside,
+}

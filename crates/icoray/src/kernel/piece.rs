@@ -7,7 +7,7 @@
 //! one scalar for all channels, with `0 <= wa <= 1 - e^-T(1)`.
 //! - [`Method::Paper`] takes f as linear and the colour as the mean of the ends: second order.
 //! - [`Method::Exact`] keeps the bend of f: the optical depth is exact to rounding (a series; the closed log1p form
-//!   cancels), wa is Gauss 2-point with the known quartic term, fourth order, on panels of optical depth ≤ ½.
+//!   cancels), wa is Gauss 2-point with the known quartic term, fourth order, on as many panels as its error bound asks for.
 //!   See Novins and Arvo 1992 (doi:10.1145/147130.147157) for the first bounded integration of this kind.
 
 use super::real::Real;
@@ -72,23 +72,44 @@ fn linear<T: Real>(piece: &Segment<T>, span: &Span<T>) -> Light<T> {
     Light { color: blend(&c0, &c1, half * absorbed, half * absorbed), absorbed }
 }
 
-/// The most optical depth that one panel of [`Method::Exact`] takes.
-const PANEL_DEPTH: f64 = 0.5;
-/// Beyond this many panels nothing comes through any more: 80·½ is a transmittance of 4e-18.
-const MOST_PANELS: usize = 80;
+/// What one piece may add to the error of a pixel, per unit of colour difference over it.
+const TOLERANCE: f64 = 1e-6;
+/// A piece that wants more panels of equal length than this is halved instead.
+const MOST_PANELS: usize = 32;
 
 #[inline]
 fn exact<T: Real>(piece: &Segment<T>, span: &Span<T>) -> Light<T> {
-    let depth = optical_depth(piece, span);
     if span.is_plain {
-        let absorbed = depth.absorbed_by();
+        let absorbed = optical_depth(piece, span).absorbed_by();
         let color = span.color(piece.f0);
         return Light { color: blend(&color, &color, absorbed, T::zero()), absorbed };
     }
-    if depth <= T::of(PANEL_DEPTH) {
-        return panel(piece, span, depth);
+    let excess = excess(piece, span);
+    if excess <= T::one() {
+        return panel(piece, span);
     }
-    panels(piece, span, depth)
+    let wanted = excess.sqrt().sqrt();
+    if wanted <= T::of(MOST_PANELS as f64) { panels(piece, span, wanted) } else { halves(piece, span) }
+}
+
+/// The error bound of one panel over [`TOLERANCE`]; it falls with the fourth power of the number of panels.
+///
+/// With `a = L σmax`, `k = |κ/d| <= 1`, `b = L |σ1 - σ0| (1 + k)`, `j = 2 L |σ1 - σ0| k` the fourth derivative of the integrand
+/// of wa is at most `(1 + k)(a⁴ + 6a²b + 3b² + 4aj) + 8k(a³ + 3ab)`, and the 2-point rule's error that over 4320.
+#[inline]
+fn excess<T: Real>(piece: &Segment<T>, span: &Span<T>) -> T {
+    let one = T::one();
+    let (s0, s1) = (span.extinction(piece.f0), span.extinction(piece.f1));
+    let d = (piece.f1 - piece.f0).abs();
+    let bend = piece.kappa.abs();
+    let k = if bend < d { bend / d } else { one };
+    let a = piece.length * s0.max(s1);
+    let change = piece.length * (s1 - s0).abs();
+    let (b, j) = (change * (one + k), T::of(2.0) * change * k);
+    let (a2, three) = (a * a, T::of(3.0));
+    let even = a2 * a2 + T::of(6.0) * a2 * b + three * b * b + T::of(4.0) * a * j;
+    let odd = T::of(8.0) * k * a * (a2 + three * b);
+    ((one + k) * even + odd) * T::of(1.0 / (4320.0 * TOLERANCE))
 }
 
 /// Optical depth of the piece: `L[(σ0 + σ1)/2 + m κ J(ε)]` with `J = ∫ x(1-x)/(1+εx) dx`.
@@ -114,7 +135,7 @@ fn bend_integral<T: Real>(eps: T) -> T {
 
 /// One panel: wa by Gauss 2-point, plus the error term that is known in closed form.
 #[inline]
-fn panel<T: Real>(piece: &Segment<T>, span: &Span<T>, depth: T) -> Light<T> {
+fn panel<T: Real>(piece: &Segment<T>, span: &Span<T>) -> Light<T> {
     let (one, half) = (T::one(), T::of(0.5));
     let d = piece.f1 - piece.f0;
     let slope = span.extinction_slope();
@@ -130,47 +151,39 @@ fn panel<T: Real>(piece: &Segment<T>, span: &Span<T>, depth: T) -> Light<T> {
     let gauss = half * (weighted(half - offset) + weighted(half + offset));
     // What the 2-point rule misses of u⁴, the product of the two bends: (2/3)/180 of its coefficient.
     let quartic = relative * piece.length * slope * bend * T::of(1.0 / 270.0);
-    let absorbed = depth.absorbed_by();
+    let absorbed = optical_depth(piece, span).absorbed_by();
     let wa = (gauss + quartic).max(T::zero()).min(absorbed);
     let wb = absorbed - wa;
     let (c0, c1) = (span.color(piece.f0), span.color(piece.f1));
     Light { color: blend(&c0, &c1, wa, wb), absorbed }
 }
 
-/// A piece of large optical depth, front to back in panels of equal length.
-fn panels<T: Real>(piece: &Segment<T>, span: &Span<T>, depth: T) -> Light<T> {
-    // Where extinction grows tenfold over the piece its last panel would be too deep: count by the larger end.
-    let worst = (piece.length * span.extinction(piece.f0).max(span.extinction(piece.f1))).max(depth);
-    let wanted = (worst / T::of(PANEL_DEPTH)).ceil().wide();
-    if !(wanted <= MOST_PANELS as f64) {
-        return dense(piece, span, depth);
-    }
-    let count = wanted as usize;
+/// A piece in `wanted` panels of equal length, rounded up, front to back.
+fn panels<T: Real>(piece: &Segment<T>, span: &Span<T>, wanted: T) -> Light<T> {
+    let count = wanted.ceil().wide() as usize;
     let mut light = Light::none();
     let mut from = (T::zero(), piece.f0);
     for i in 1..=count {
         let u = T::of(i as f64 / count as f64);
         let to = (u, if i == count { piece.f1 } else { piece.value(u) });
-        let part = piece.part(from, to);
-        light.over(&panel(&part, span, optical_depth(&part, span)));
+        light.over(&panel(&piece.part(from, to), span));
         from = to;
     }
     light
 }
 
-/// A piece so dense that panels of equal length would not resolve it: halved until a half is thin enough or unseen.
-fn dense<T: Real>(piece: &Segment<T>, span: &Span<T>, depth: T) -> Light<T> {
+/// A piece so dense that panels of equal length would be wasted behind its opaque front: the front half first, and
+/// the back half only where light still comes through.
+fn halves<T: Real>(piece: &Segment<T>, span: &Span<T>) -> Light<T> {
     let half = T::of(0.5);
-    if depth > T::of(1e12) {
-        // Seen from the front it is a surface: the colour where the light is absorbed, at the piece's start.
+    if optical_depth(piece, span) > T::of(1e12) {
+        // Seen from the front it is a surface of the colour at its start.
         return Light { color: span.color(piece.f0), absorbed: T::one() };
     }
     let middle = (half, piece.value(half));
-    let front = piece.part((T::zero(), piece.f0), middle);
-    let mut light = integrate(Method::Exact, &front, span);
+    let mut light = exact(&piece.part((T::zero(), piece.f0), middle), span);
     if T::one() - light.absorbed > T::of(T::OPAQUE) {
-        let back = piece.part(middle, (T::one(), piece.f1));
-        light.over(&integrate(Method::Exact, &back, span));
+        light.over(&exact(&piece.part(middle, (T::one(), piece.f1)), span));
     }
     light
 }

@@ -78,6 +78,9 @@ impl Plane {
     }
 }
 
+/// A length that is nothing on any planet but whose square is still a number.
+const HAIR: f64 = 1e-100;
+
 /// A ray clipped to the sphere around the outermost layer, in its plane.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct RayLine {
@@ -103,14 +106,16 @@ impl RayLine {
             return None;
         }
         let end = half.sqrt();
-        // At the very centre every direction is the start's; a hair along the ray picks the ray's own.
-        let start = if eye == DVec3::ZERO { 1e-100 } else { along.max(-end) };
+        let start = along.max(-end);
+        // At the very centre the start has no direction; a hair along the ray gives it the ray's own.
+        let start = if b.max(start.abs()) < HAIR { HAIR } else { start };
         if start >= end {
             return None;
         }
+        // Close to the centre `closest` is rounding and may point along the ray: straightened twice, it cannot.
         let upright = |x: DVec3| (x - x.dot(dir) * dir).try_normalize();
-        let x =
-            (b > 0.0).then(|| upright(closest / b)).flatten().unwrap_or_else(|| dir.any_orthonormal_vector());
+        let x = (b > 0.0).then(|| upright(closest / b)).flatten().and_then(upright);
+        let x = x.unwrap_or_else(|| dir.any_orthonormal_vector());
         Some(RayLine { plane: Plane { x, y: dir, q: x.cross(dir) }, b, start, end })
     }
 

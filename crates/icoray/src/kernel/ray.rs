@@ -1,13 +1,13 @@
 //! One ray, whole: Algorithm 1 of the paper.
 
-use super::Real;
-use super::column::{Chord, Crossing, Flow, Shell, Values, cross, mix};
+use super::column::{Chord, Crossing, Flow, Shell, Values, cross};
 use super::piece::{Light, Method, integrate};
 use super::plane::RayLine;
+use super::real::{Real, lerp};
 use super::sample::{Sample, Samples};
 use super::segment::Segment;
 use super::shade::{RayShading, Shading};
-use super::transfer::Spans;
+use super::transfer::{Span, Spans};
 use super::walk::{Column, Walk};
 use crate::grid::Grid;
 use glam::DVec3;
@@ -117,93 +117,79 @@ impl<T: Real, S: Sample, const N: usize> Ray<'_, '_, T, S, N> {
         if *gap == 0 {
             return self.core(column, a.u);
         }
-        let Some((chord_a, chord_b)) = chord else {
-            return Flow::On;
-        };
+        let Some((chord_a, chord_b)) = chord else { return Flow::On };
         self.counts.frusta += 1;
-        let (from, to) = (chord_a.at(a.tau), chord_b.at(b.tau));
         let eps = T::of(b.rho - a.rho) / T::of(a.rho);
-        let (slope_a, slope_b) = (chord_a.exit[0] - chord_a.entry[0], chord_b.exit[0] - chord_b.entry[0]);
-        let kappa = (b.tau - a.tau) * ((slope_a - slope_b) + eps * slope_a);
+        let mut course =
+            Course { from: chord_a.at(a.tau), to: chord_b.at(b.tau), kappa: [T::zero(); N], eps };
+        for k in 0..N {
+            let (slope_a, slope_b) = (chord_a.exit[k] - chord_a.entry[k], chord_b.exit[k] - chord_b.entry[k]);
+            course.kappa[k] = (b.tau - a.tau) * ((slope_a - slope_b) + eps * slope_a);
+        }
         let length = T::of(column.exit.t - column.entry.t) * (b.u - a.u);
-        let segment = Segment { f0: from[0], f1: to[0], kappa, eps, length };
-        if !(segment.f0 + segment.f1 + kappa).is_finite() {
+        let segment = Segment { f0: course.from[0], f1: course.to[0], kappa: course.kappa[0], eps, length };
+        if !(segment.f0 + segment.f1 + segment.kappa).is_finite() {
             self.counts.void_frusta += 1;
             self.span = None;
             return Flow::On;
         }
+        let (zero, one) = (T::zero(), T::one());
         match segment.extremum() {
-            None => self.monotone(&segment, &from, &to),
+            None => self.monotone(&segment, &course, [zero, one]),
             Some(turn) => {
-                let middle = mix(&from, &to, turn.0);
-                self.monotone(&segment.part((T::zero(), segment.f0), turn), &from, &middle);
-                self.monotone(&segment.part(turn, (T::one(), segment.f1)), &middle, &to);
+                self.monotone(&segment.part((zero, segment.f0), turn), &course, [zero, turn.0]);
+                self.monotone(&segment.part(turn, (one, segment.f1)), &course, [turn.0, one]);
             }
         }
-        if T::one() - self.light.absorbed < T::of(T::OPAQUE) { Flow::Stop } else { Flow::On }
+        if one - self.light.absorbed < T::of(T::OPAQUE) { Flow::Stop } else { Flow::On }
     }
 
-    /// Splits a monotone segment at the transfer function's knots. The span is carried from piece to piece: which side
-    /// of a knot a piece lies on is known from where it came, never asked of a rounded value.
+    /// Splits a monotone segment, `range` of the whole course, at the transfer function's knots. The span is carried
+    /// from piece to piece: which side of a knot a piece lies on is known from where it came, never asked of a
+    /// rounded value.
     #[inline]
-    fn monotone(&mut self, segment: &Segment<T>, from: &Values<T, N>, to: &Values<T, N>) {
+    fn monotone(&mut self, segment: &Segment<T>, course: &Course<T, N>, range: [T; 2]) {
         let spans = self.caster.spans;
         let (f0, f1) = (segment.f0, segment.f1);
         let mut k = match self.span {
             Some(k) => spans.follow(k, f0),
             None => spans.find(f0),
         };
-        let rising = f1 >= f0;
         let mut at = (T::zero(), f0);
         if f0.min(f1) >= spans.span(k).low && f0.max(f1) <= spans.span(k).high {
-            self.light_of(segment, k, from, to, T::of(0.5));
+            self.piece(segment, k, course, range);
             self.span = Some(k);
             return;
         }
+        let rising = f1 >= f0;
+        let whole = |u: T| range[0] + u * (range[1] - range[0]);
         loop {
             let knot = if rising { spans.span(k).high } else { spans.span(k).low };
-            if if rising { f1 <= knot } else { f1 >= knot } {
+            let is_last = if rising { f1 <= knot } else { f1 >= knot };
+            let next = if is_last { (T::one(), f1) } else { (segment.solve(knot).max(at.0), knot) };
+            if next.0 > at.0 && !spans.span(k).is_clear {
+                self.piece(&segment.part(at, next), k, course, [whole(at.0), whole(next.0)]);
+            }
+            if is_last {
                 break;
             }
-            let next = (segment.solve(knot).max(at.0), knot);
-            self.piece(segment, at, next, k, from, to);
             at = next;
             k = if rising { k + 1 } else { k - 1 };
         }
-        self.piece(segment, at, (T::one(), f1), k, from, to);
         self.span = Some(k);
     }
 
+    /// Adds the light of a monotone piece that stays in span `k`.
     #[inline]
-    fn piece(
-        &mut self,
-        segment: &Segment<T>,
-        a: (T, T),
-        b: (T, T),
-        k: usize,
-        from: &Values<T, N>,
-        to: &Values<T, N>,
-    ) {
-        if b.0 > a.0 && !self.caster.spans.span(k).is_clear {
-            self.light_of(&segment.part(a, b), k, from, to, T::of(0.5) * (a.0 + b.0));
-        }
-    }
-
-    /// Adds the light of a piece that stays in span `k`, shaded by the gradient at `middle` between `from` and `to`.
-    #[inline]
-    fn light_of(&mut self, piece: &Segment<T>, k: usize, from: &Values<T, N>, to: &Values<T, N>, middle: T) {
+    fn piece(&mut self, piece: &Segment<T>, k: usize, course: &Course<T, N>, range: [T; 2]) {
         let span = self.caster.spans.span(k);
         if span.is_clear {
             return;
         }
-        let mut light = integrate(self.caster.method, piece, span);
-        if N == 4
-            && let Some(shading) = &self.shading
-        {
-            let middle = mix(from, to, middle);
-            let shade = shading.shade([1, 2, 3].map(|k: usize| middle[k.min(N - 1)]));
-            light.color = light.color.map(|c| c * shade.body + light.absorbed * shade.highlight);
-        }
+        let light = match &self.shading {
+            Some(shading) if N == 4 => shaded(self.caster.method, shading, piece, span, course, range),
+            _ => integrate(self.caster.method, piece, span),
+        };
         self.light.over(&light);
     }
 
@@ -220,4 +206,54 @@ impl<T: Real, S: Sample, const N: usize> Ray<'_, '_, T, S, N> {
         self.light.over(&Light { color: color.map(|c| T::of(c) * body), absorbed: T::one() });
         Flow::Stop
     }
+}
+
+/// Value and gradient along a whole frustum: each component runs as a [`Segment`]'s value does.
+struct Course<T, const N: usize> {
+    from: Values<T, N>,
+    to: Values<T, N>,
+    kappa: Values<T, N>,
+    eps: T,
+}
+
+impl<T: Real, const N: usize> Course<T, N> {
+    /// The gradient at `u`.
+    #[inline]
+    fn gradient(&self, u: T) -> [T; 3] {
+        let bent = u * (T::one() - u) / (T::one() + self.eps * u);
+        let at = |k: usize| lerp(self.from[k % N], self.to[k % N], u) + bent * self.kappa[k % N];
+        [at(1), at(2), at(3)]
+    }
+}
+
+/// A piece under light: cut into parts over which the gradient turns little, each shaded by the gradient at its middle.
+#[inline]
+fn shaded<T: Real, const N: usize>(
+    method: Method,
+    shading: &RayShading<T>,
+    piece: &Segment<T>,
+    span: &Span<T>,
+    course: &Course<T, N>,
+    range: [T; 2],
+) -> Light<T> {
+    let middle = course.gradient(T::of(0.5) * (range[0] + range[1]));
+    let count = shading.parts(&course.gradient(range[0]), &middle, &course.gradient(range[1]));
+    let mut light = Light::none();
+    let mut start = (T::zero(), piece.f0);
+    for i in 0..count {
+        let fraction = |steps: usize| T::of(steps as f64 / (2 * count) as f64);
+        let u = fraction(2 * i + 2);
+        let end = if i + 1 == count { (T::one(), piece.f1) } else { (u, piece.value(u)) };
+        let part = if count == 1 { *piece } else { piece.part(start, end) };
+        let mut own = integrate(method, &part, span);
+        let gradient =
+            if count == 1 { middle } else { course.gradient(lerp(range[0], range[1], fraction(2 * i + 1))) };
+        let shade = shading.shade(gradient);
+        for channel in &mut own.color {
+            *channel = *channel * shade.body + own.absorbed * shade.highlight;
+        }
+        light.over(&own);
+        start = end;
+    }
+    light
 }

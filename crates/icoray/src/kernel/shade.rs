@@ -66,12 +66,35 @@ impl<T: Real> RayShading<T> {
         Shade { body, highlight: self.specular * gleam.powf(self.shininess) }
     }
 
+    /// Into how many parts a piece is cut whose gradient turns from `from` over `middle` to `to`: about one per 3° of
+    /// turn, at most 32.
+    ///
+    /// Shading by the gradient at a part's middle errs with the square of the turn; at 3° and an exponent of 32 the
+    /// highlight is right to about 1e-3.
+    #[inline]
+    pub fn parts(&self, from: &[T; 3], middle: &[T; 3], to: &[T; 3]) -> usize {
+        let turn2 = turn2(from, middle).max(turn2(middle, to));
+        let parts = (turn2 * T::of(1600.0)).max(T::one()).sqrt().ceil();
+        parts.min(T::of(32.0)).wide() as usize
+    }
+
     /// Light on an opaque surface with the outward normal `normal`, on its outer side only.
     pub fn solid(&self, normal: DVec3) -> T {
         let facing = normal.to_array().map(T::of);
         let cosine = (0..3).fold(T::zero(), |sum, k| sum + facing[k] * self.light[k]);
         self.ambient + self.diffuse * cosine.max(T::zero())
     }
+}
+
+/// About the square of the angle between two vectors; 0 where one has no direction.
+#[inline]
+fn turn2<T: Real>(a: &[T; 3], b: &[T; 3]) -> T {
+    let dot = |a: &[T; 3], b: &[T; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+    let size = dot(a, a) * dot(b, b);
+    if !(size > T::zero() && size.is_finite()) {
+        return T::zero();
+    }
+    T::of(2.0) * (T::one() - dot(a, b) / size.sqrt())
 }
 
 #[cfg(test)]

@@ -279,3 +279,6 @@ impl<'g, 'a> Walk<'g, 'a> {
 fn height(at: Point, on: Point) -> f64 {
     at.dot(on) / on.dot(on)
 }
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,169 @@
+//! What the commands make of small MPAS files: the made fields hold `1000·time + column + 0.125·layer`, in 42 columns.
+
+use crate::made::{Made, Values};
+use crate::run::{has, icoray, prints, says, scene, shows_something, software};
+use netcdf::Options;
+use std::fs;
+use std::path::Path;
+use std::process::Stdio;
+use tempfile::TempDir;
+
+/// A folder with `made.nc` and `scene.toml`.
+fn folder(made: &Made, scene: &str) -> TempDir {
+    let (folder, _) = made.write(Options::_64BIT_OFFSET);
+    fs::write(folder.path().join("scene.toml"), scene).unwrap();
+    folder
+}
+
+fn render(folder: &Path, more: &[&str]) -> String {
+    prints(icoray(folder).args(["render", "made.nc", "--scene", "scene.toml"]).args(more))
+}
+
+#[test]
+fn a_named_picture_is_written_and_reported() {
+    let folder = folder(&Made::history(), &scene("theta", 0.0, 42.0));
+    let text = render(folder.path(), &["-o", "out.png"]);
+    let expected = [
+        "picture   out.png (96 x 96)",
+        "field     theta at cells, 4 layers, time 0 (2013-10-25_00:00:00)",
+        "range     0 to 41.375 K, 0 missing",
+        "rays      ",
+        "seconds   open ",
+        "left out  table corner; the far side behind the core",
+    ];
+    has(&text, &expected);
+    assert_eq!(text.lines().count(), expected.len(), "{text}");
+    let picture = folder.path().join("out.png");
+    shows_something(&picture, 96, 96);
+    let date = "2013-10-25_00:00:00";
+    says(&picture, &[("Software", &software()), ("field", "theta"), ("step", "0"), ("date", date)]);
+    assert!(!folder.path().join("report.csv").exists());
+}
+
+#[test]
+fn the_scene_names_the_picture_where_the_command_does_not() {
+    let scene = scene("theta", 2000.0, 2042.0) + "[output]\nfile = \"{field}_$Y-$M-$D_{step:03}.exr\"\n";
+    let folder = folder(&Made::history(), &scene);
+    let text = render(folder.path(), &["--time", "-1", "--size", "64x48"]);
+    has(&text, &["picture   theta_2013-10-27_002.exr (64 x 48)", "time 2 (2013-10-27"]);
+    shows_something(&folder.path().join("theta_2013-10-27_002.exr"), 64, 48);
+    let report = fs::read_to_string(folder.path().join("report.csv")).unwrap();
+    has(&report, &["theta_2013-10-27_002.exr"]);
+}
+
+#[test]
+fn all_times_give_a_picture_each() {
+    let folder = folder(&Made::history(), &scene("w", 0.0, 2042.0));
+    let text = render(folder.path(), &["--time", "all", "-o", "pictures/", "--size", "32x32"]);
+    assert_eq!(text.matches("picture ").count(), 3, "{text}");
+    for time in 0..3 {
+        let picture = folder.path().join(format!("pictures/w_{time:06}.png"));
+        says(&picture, &[("field", "w"), ("step", &time.to_string())]);
+    }
+    let report = fs::read_to_string(folder.path().join("pictures/report.csv")).unwrap();
+    assert_eq!(report.lines().count(), 4, "{report}");
+}
+
+#[test]
+fn the_number_of_threads_does_not_change_the_picture() {
+    let folder = folder(&Made::history(), &scene("theta", 0.0, 42.0));
+    for threads in ["1", "3"] {
+        let text = render(folder.path(), &["--threads", threads, "-o", &format!("{threads}.exr")]);
+        has(&text, &[&format!("({threads} threads)")]);
+    }
+    let bytes = |name: &str| fs::read(folder.path().join(name)).unwrap();
+    assert!(bytes("1.exr") == bytes("3.exr"), "the pictures differ");
+}
+
+#[test]
+fn corner_fields_and_terrain_are_noted() {
+    let mut made = Made::history();
+    // One column's second interface is 40 m higher: 40·41/42 above the mean.
+    match &mut made.variable("zgrid").values {
+        Values::F32(heights) => heights[1] += 40.0,
+        _ => panic!("zgrid is in single precision"),
+    }
+    let folder = folder(&made, &scene("vorticity", 0.0, 80.0));
+    let text = render(folder.path(), &["-o", "out.png"]);
+    let bytes = 42 * 4 * 8;
+    has(
+        &text,
+        &[
+            &format!("vorticity lives on corners: averaged to cell centres (derived, {bytes} bytes)"),
+            "concentric mean heights are rendered; columns deviate by up to 39.0 m",
+            "field     vorticity at corners",
+        ],
+    );
+    shows_something(&folder.path().join("out.png"), 96, 96);
+}
+
+#[test]
+fn the_mesh_may_be_in_another_file() {
+    let made = Made::history();
+    let mut fields = made.clone();
+    fields.variables.retain(|v| !v.name.ends_with("Cell") && !v.name.ends_with("Vertex"));
+    let folder = folder(&fields, &scene("rho", 0.0, 42.0));
+    Made::mesh(false).write_to(&folder.path().join("mesh.nc"), Options::NETCDF4);
+    render(folder.path(), &["--mesh", "mesh.nc", "-o", "out.png"]);
+    shows_something(&folder.path().join("out.png"), 96, 96);
+}
+
+#[test]
+fn info_lists_what_the_file_holds() {
+    let (folder, _) = Made::history().write(Options::NETCDF4);
+    let mut info = icoray(folder.path());
+    let text = prints(info.args(["info", "made.nc"]));
+    has(
+        &text,
+        &[
+            "42 cells, 80 corners, 120 edges",
+            "12 with 5 corners, 30 with 6 corners",
+            "radius     6371229 m",
+            "positions  f32",
+            "passes the check",
+            "0: 2013-10-25_00:00:00, 1: 2013-10-26_00:00:00, 2: 2013-10-27_00:00:00",
+            "4 between 5 interfaces (zgrid): from 0.0 m to 9000.0 m, 100.0 to 7500.0 m thick",
+            "deviate from these mean heights by up to 0.0 m",
+            "Potential temperature",
+        ],
+    );
+    let row = |name: &str| {
+        let line = text.lines().find(|l| l.starts_with(name)).unwrap();
+        line.split_whitespace().collect::<Vec<_>>()
+    };
+    assert_eq!(row("theta "), ["theta", "cells", "4", "f32", "K", "Potential", "temperature"]);
+    assert_eq!(row("vorticity "), ["vorticity", "corners", "4", "f64", "-", "-"]);
+    // The last time is 2, and w has five layers.
+    has(&prints(info.arg("--ranges")), &["range at the last time", "2000 to 2041.5"]);
+}
+
+#[test]
+fn info_goes_on_where_grid_and_layers_are_bad() {
+    let mut made = Made::mesh(false);
+    match &mut made.variable("cellsOnVertex").values {
+        Values::I32(cells) => cells[4] = 0,
+        _ => panic!("cellsOnVertex holds integers"),
+    }
+    let (folder, _) = made.write(Options::_64BIT_OFFSET);
+    let text = prints(icoray(folder.path()).args(["info", "made.nc"]));
+    has(&text, &["grid       not supported", "the mesh has a hole", "no layer heights", "fields     none"]);
+}
+
+#[test]
+fn plan_says_what_is_left_out() {
+    let dark = scene("theta", 0.0, 42.0).replace("\"headlight\"", "\"none\"");
+    let folder = folder(&Made::history(), &dark);
+    let text = prints(icoray(folder.path()).args(["plan", "made.nc", "--scene", "scene.toml"]));
+    has(&text, &["left out: gradients (", "left out: table corner\n"]);
+}
+
+#[test]
+fn a_reader_that_goes_away_is_no_error() {
+    let (folder, _) = Made::history().write(Options::_64BIT_OFFSET);
+    let mut info = icoray(folder.path());
+    let mut child =
+        info.args(["info", "made.nc"]).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    drop(child.stdout.take());
+    let output = child.wait_with_output().unwrap();
+    assert!(output.status.success() && output.stderr.is_empty(), "{output:?}");
+}

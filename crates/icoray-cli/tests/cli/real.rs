@@ -1,0 +1,87 @@
+//! Real files, where they are: in the folder that `ICORAY_TEST_DATA` names, or in `shared/data` beside the repository.
+
+use crate::run::{fails, has, icoray, prints, says, scene, shows_something, software};
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// The path of a test file; says so where there is none.
+fn data(name: &str) -> Option<PathBuf> {
+    let folder = std::env::var_os("ICORAY_TEST_DATA")
+        .map_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data"), PathBuf::from);
+    let path = folder.join(name);
+    if !path.is_file() {
+        eprintln!("skipped: no {}", path.display());
+        return None;
+    }
+    Some(path)
+}
+
+#[test]
+fn fields_of_the_baroclinic_wave_are_rendered() {
+    let Some(file) = data("mpas_jw_10242.nc") else { return };
+    for (field, low, high) in [("theta", 250.0, 400.0), ("w", 0.004, 0.03), ("vorticity", 2e-5, 1e-4)] {
+        let folder = tempfile::tempdir().unwrap();
+        fs::write(folder.path().join("scene.toml"), scene(field, low, high)).unwrap();
+        for name in ["out.png", "out.exr"] {
+            let mut render = icoray(folder.path());
+            render.arg("render").arg(&file).args(["--scene", "scene.toml", "--time", "2", "-o", name]);
+            let text = prints(&mut render);
+            has(&text, &[&format!("field     {field} at "), "time 2 (0000-01-10_00:00:00)"]);
+            assert_eq!(text.contains("vorticity lives on corners"), field == "vorticity", "{text}");
+            shows_something(&folder.path().join(name), 96, 96);
+        }
+        let date = "0000-01-10_00:00:00";
+        says(
+            &folder.path().join("out.png"),
+            &[("Software", &software()), ("field", field), ("step", "2"), ("date", date)],
+        );
+    }
+}
+
+/// The scenes that come with icoray, made small.
+#[test]
+fn the_example_scenes_show_something() {
+    let Some(file) = data("mpas_jw_10242.nc") else { return };
+    let scenes = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/scenes");
+    for name in ["jw_theta", "jw_w", "jw_vorticity"] {
+        let folder = tempfile::tempdir().unwrap();
+        let mut render = icoray(folder.path());
+        render.arg("render").arg(&file).arg("--scene").arg(scenes.join(name).with_extension("toml"));
+        prints(render.args(["--time", "-1", "--size", "96x72", "-o", "out.png"]));
+        shows_something(&folder.path().join("out.png"), 96, 72);
+    }
+}
+
+#[test]
+fn info_and_plan_of_the_baroclinic_wave() {
+    let Some(file) = data("mpas_jw_10242.nc") else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let text = prints(icoray(folder.path()).arg("info").arg(&file).arg("--ranges"));
+    has(
+        &text,
+        &[
+            "10242 cells, 20480 corners, 30720 edges",
+            "12 with 5 corners",
+            "passes the check",
+            "Potential temperature",
+        ],
+    );
+    fs::write(folder.path().join("scene.toml"), scene("theta", 250.0, 400.0)).unwrap();
+    let mut plan = icoray(folder.path());
+    has(&prints(plan.arg("plan").arg(&file).args(["--scene", "scene.toml"])), &["left out: table corner"]);
+}
+
+#[test]
+fn meshes_that_are_not_rendered_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("scene.toml"), scene("theta", 0.0, 1.0)).unwrap();
+    for (name, part) in [
+        ("favba_planar_mesh.nc", "on_a_sphere is NO"),
+        ("psyplot_icon_test.nc", "variable lonCell is missing"),
+        ("mesh.QU.1920km.151026.nc", "fields in the file: none"),
+    ] {
+        let Some(file) = data(name) else { continue };
+        let mut render = icoray(folder.path());
+        fails(render.arg("render").arg(&file).args(["--scene", "scene.toml"]), 1, &[name, part]);
+    }
+}

@@ -1,0 +1,83 @@
+//! Wrong input and wrong usage: an exit code, one line that says what is wrong, and no picture.
+
+use crate::made::Made;
+use crate::run::{fails, icoray, scene};
+use netcdf::Options;
+use std::fs;
+use tempfile::TempDir;
+
+fn folder(scene: &str) -> TempDir {
+    let (folder, _) = Made::history().write(Options::_64BIT_OFFSET);
+    fs::write(folder.path().join("scene.toml"), scene).unwrap();
+    folder
+}
+
+/// Renders with `more` arguments, which must fail and leave no picture.
+#[track_caller]
+fn refused(scene: &str, more: &[&str], code: i32, parts: &[&str]) {
+    let folder = folder(scene);
+    let mut command = icoray(folder.path());
+    fails(command.args(["render", "made.nc", "--scene", "scene.toml"]).args(more), code, parts);
+    let left = fs::read_dir(folder.path()).unwrap().count();
+    assert_eq!(left, 2, "files in the folder: made.nc, scene.toml and no more");
+}
+
+#[test]
+fn unknown_fields_list_those_that_there_are() {
+    refused(
+        &scene("thita", 0.0, 1.0),
+        &[],
+        1,
+        &["made.nc", "there is no field thita", "zgrid, theta, w, vorticity, rho"],
+    );
+}
+
+#[test]
+fn scene_errors_show_file_and_line() {
+    let bad = scene("theta", 0.0, 1.0).replace("map = \"viridis\"", "map = \"viridian\"");
+    refused(&bad, &[], 1, &["scene.toml", "line 13", "transfer.map", "viridis"]);
+    let folder = folder("");
+    let mut command = icoray(folder.path());
+    fails(
+        command.args(["render", "made.nc", "--scene", "none.toml"]),
+        1,
+        &["none.toml", "cannot read the scene"],
+    );
+}
+
+#[test]
+fn times_that_there_are_not() {
+    for time in ["3", "-4", "9223372036854775807", "-9223372036854775808"] {
+        let of = format!("--time={time}");
+        refused(&scene("theta", 0.0, 1.0), &[&of], 1, &[&format!("--time {time}: expected -3 to 2")]);
+    }
+}
+
+#[test]
+fn several_times_need_several_names() {
+    let good = scene("theta", 0.0, 1.0);
+    refused(&good, &["--time", "all", "-o", "one.png"], 1, &["one.png", "expected a directory"]);
+    let same = good.clone() + "[output]\nfile = \"same.png\"\n";
+    refused(&same, &["--time", "all"], 1, &["output.file", "times 0 and 1 both \"same.png\"", "{step}"]);
+    refused(&good, &["-o", "one.jpg"], 1, &["one.jpg", ".png or .exr"]);
+    refused(&good, &["-o", "nowhere/one.png"], 1, &["nowhere/one.png", "cannot create the picture"]);
+}
+
+#[test]
+fn wrong_usage_exits_with_2() {
+    let good = scene("theta", 0.0, 1.0);
+    for more in [["--size", "0x9"], ["--size", "64"], ["--time", "now"], ["--colour", "red"]] {
+        refused(&good, &more, 2, &[more[0]]);
+    }
+    let folder = folder(&good);
+    fails(icoray(folder.path()).arg("render"), 2, &["FILE.nc"]);
+    fails(&mut icoray(folder.path()), 2, &["Usage: icoray"]);
+}
+
+#[test]
+fn files_that_are_none() {
+    let folder = folder(&scene("theta", 0.0, 1.0));
+    for name in ["scene.toml", "absent.nc"] {
+        fails(icoray(folder.path()).args(["info", name]), 1, &[name]);
+    }
+}

@@ -1,0 +1,100 @@
+//! Running the binary and looking at what it left.
+
+use std::fs;
+use std::io::BufReader;
+use std::path::Path;
+use std::process::{Command, Output};
+
+/// A scene for any field: opaque from `low` to `high`, so that something is seen.
+pub fn scene(field: &str, low: f64, high: f64) -> String {
+    format!(
+        r##"field = "{field}"
+exaggeration = 50
+background = "#101820"
+[image]
+width = 96
+height = 96
+[camera]
+lon = 190
+lat = 45
+distance = 3
+fov = 45
+[transfer]
+map = "viridis"
+range = [{low}, {high}]
+opacity = [[{low}, 0.1], [{high}, 0.9]]
+[light]
+kind = "headlight"
+"##
+    )
+}
+
+/// The binary, in `folder`.
+pub fn icoray(folder: &Path) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_icoray"));
+    command.current_dir(folder);
+    command
+}
+
+/// What a command printed; it must have succeeded, and been silent on stderr.
+#[track_caller]
+pub fn prints(command: &mut Command) -> String {
+    let Output { status, stdout, stderr } = command.output().unwrap();
+    let complaint = String::from_utf8_lossy(&stderr);
+    assert!(status.success() && complaint.is_empty(), "{status}: {complaint}");
+    String::from_utf8(stdout).unwrap()
+}
+
+/// Runs a command that must fail with `code`, one line on stderr, and each of `parts` in it.
+#[track_caller]
+pub fn fails(command: &mut Command, code: i32, parts: &[&str]) {
+    let Output { status, stderr, .. } = command.output().unwrap();
+    let complaint = String::from_utf8(stderr).unwrap();
+    assert_eq!(status.code(), Some(code), "{complaint}");
+    if code == 1 {
+        assert!(complaint.starts_with("icoray: error: ") && complaint.lines().count() == 1, "{complaint}");
+    }
+    for part in parts {
+        assert!(complaint.contains(part), "{part:?} is not in {complaint}");
+    }
+}
+
+#[track_caller]
+pub fn has(text: &str, parts: &[&str]) {
+    for part in parts {
+        assert!(text.contains(part), "{part:?} is not in\n{text}");
+    }
+}
+
+/// Checks that the picture is of that size and shows something: pixels differ, and in more than the globe's outline.
+#[track_caller]
+pub fn shows_something(path: &Path, width: u32, height: u32) {
+    let picture = image::open(path).unwrap().to_rgba32f();
+    assert_eq!(picture.dimensions(), (width, height));
+    let mut reds: Vec<u32> = picture.pixels().map(|p| p.0[0].to_bits()).collect();
+    reds.sort_unstable();
+    reds.dedup();
+    assert!(reds.len() > 20, "{} shades in {}", reds.len(), path.display());
+}
+
+/// The text chunks of a PNG file.
+pub fn texts(path: &Path) -> Vec<(String, String)> {
+    let decoder = png::Decoder::new(BufReader::new(fs::File::open(path).unwrap()));
+    let reader = decoder.read_info().unwrap();
+    let chunks = reader.info().utf8_text.iter();
+    chunks.map(|chunk| (chunk.keyword.clone(), chunk.get_text().unwrap())).collect()
+}
+
+/// Checks that a PNG file says what it shows.
+#[track_caller]
+pub fn says(path: &Path, expected: &[(&str, &str)]) {
+    let texts = texts(path);
+    for (key, text) in expected {
+        assert!(texts.iter().any(|(k, t)| k == key && t == text), "{key} = {text:?} is not in {texts:?}");
+    }
+}
+
+/// The text chunk that names the program.
+pub fn software() -> String {
+    format!("icoray {}", env!("CARGO_PKG_VERSION"))
+}
