@@ -57,11 +57,14 @@ pub(crate) unsafe fn text<'a>(pointer: *const c_char, what: &str) -> Outcome<&'a
     text.to_str().map_err(|_| argument(format!("{what}: {text:?} is not UTF-8")))
 }
 
+/// Far more rows than 32-bit indices can name; sums and small multiples of such numbers cannot overflow.
+const MAX_COUNT: i64 = i32::MAX as i64 * 4;
+
 fn count(value: i64, what: &str) -> Outcome<usize> {
     usize::try_from(value)
         .ok()
-        .filter(|n| *n <= i32::MAX as usize * 4)
-        .ok_or_else(|| argument(format!("{what}: {value}, expected 0 or more")))
+        .filter(|_| value <= MAX_COUNT)
+        .ok_or_else(|| argument(format!("{what}: {value}, expected 0 to {MAX_COUNT}")))
 }
 
 /// # Safety
@@ -187,6 +190,9 @@ pub(crate) unsafe fn field<'a>(array: &icoray_array) -> Outcome<Field<'a>> {
     let first = array.data.wrapping_byte_offset(low * size);
     // SAFETY: the caller promises all elements from the lowest to the highest that the strides reach.
     let samples = unsafe { reals(first, array.r#type, high.abs_diff(low) + 1, "icoray_array.data")? };
-    let fill = (array.has_fill != 0).then_some(array.fill_value);
+    // An array of floats holds the mark as a float: (double)-9.9999e30f is another number than -9.9999e30.
+    let fill_value =
+        if array.r#type == ICORAY_F32 { f64::from(array.fill_value as f32) } else { array.fill_value };
+    let fill = (array.has_fill != 0).then_some(fill_value);
     Ok(Field::new(samples, shape, location, fill)?)
 }

@@ -49,9 +49,9 @@ thread_local! {
     static LAST: RefCell<String> = const { RefCell::new(String::new()) };
 }
 
-/// This thread's last message, for calls that have no context to keep it.
+/// This thread's last message, for calls that have no context to keep it; none while the thread is being torn down.
 pub(crate) fn last_message() -> String {
-    LAST.with_borrow(Clone::clone)
+    LAST.try_with(|last| last.borrow().clone()).unwrap_or_default()
 }
 
 /// Runs `call`, turns a panic into a failure, and keeps the message for this thread.
@@ -69,7 +69,8 @@ pub(crate) fn guarded(call: impl FnOnce() -> Outcome<()>) -> Outcome<()> {
         Err(Failure::new(icoray_status::ICORAY_ERR_INTERNAL, format!("internal error: {text}")))
     });
     if let Err(failure) = &outcome {
-        LAST.with_borrow_mut(|last| last.clone_from(&failure.message));
+        // A model's thread may call from its own destructors, after this thread's message is gone.
+        let _ = LAST.try_with(|last| last.borrow_mut().clone_from(&failure.message));
     }
     outcome
 }
@@ -77,4 +78,88 @@ pub(crate) fn guarded(call: impl FnOnce() -> Outcome<()>) -> Outcome<()> {
 /// The status of an outcome.
 pub(crate) fn status(outcome: &Outcome<()>) -> icoray_status {
     outcome.as_ref().map_or_else(|failure| failure.status, |()| icoray_status::ICORAY_OK)
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::*;
+    use std::process::Command;
+
+    /// Lets failing assertions say why, which the quiet hook would keep from them.
+    pub(crate) fn loud() {
+        guarded(|| Ok(())).unwrap();
+        drop(std::panic::take_hook());
+    }
+
+    /// Set in the process that panics on behalf of [`a_panic_becomes_a_status_and_prints_nothing`].
+    const CHILD: &str = "ICORAY_TEST_PANICS";
+
+    /// In a process of its own, whose stderr can be looked at and where no other test takes the quiet hook away.
+    #[test]
+    fn a_panic_becomes_a_status_and_prints_nothing() {
+        if std::env::var_os(CHILD).is_some() {
+            std::process::exit(if panics_are_kept() { 0 } else { 1 });
+        }
+        let name = "boundary::tests::a_panic_becomes_a_status_and_prints_nothing";
+        let output = Command::new(std::env::current_exe().unwrap())
+            .args(["--exact", name, "--nocapture", "--test-threads=1"])
+            .env(CHILD, "1")
+            .env("RUST_BACKTRACE", "1")
+            .output()
+            .unwrap();
+        let stdout = String::from_utf8_lossy(&output.stdout);
+        assert!(stdout.contains("running 1 test"), "{stdout}");
+        assert!(output.status.success(), "the outcome of a panic was not as expected");
+        assert_eq!(String::from_utf8_lossy(&output.stderr), "");
+    }
+
+    fn panics_are_kept() -> bool {
+        let kept = |call: &dyn Fn() -> Outcome<()>, message: &str| {
+            let outcome = guarded(call);
+            status(&outcome) == icoray_status::ICORAY_ERR_INTERNAL
+                && outcome.is_err_and(|failure| failure.message == message)
+                && last_message() == message
+        };
+        let renderer = icoray_core::Renderer::new(1).unwrap();
+        kept(&|| panic!("a plain one"), "internal error: a plain one")
+            && kept(&|| panic!("number {}", 7), "internal error: number 7")
+            && kept(&|| std::panic::panic_any(7), "internal error: a panic without a message")
+            && kept(&|| renderer.run(|| panic!("on another thread")), "internal error: on another thread")
+    }
+
+    #[test]
+    fn each_thread_keeps_its_last_failure() {
+        loud();
+        let fail = |message: &'static str| guarded(|| Err(Failure::null(message))).unwrap_err();
+        fail("first");
+        std::thread::spawn(move || {
+            assert_eq!(last_message(), "");
+            fail("elsewhere");
+        })
+        .join()
+        .unwrap();
+        assert_eq!(last_message(), "first is NULL");
+        guarded(|| Ok(())).unwrap();
+        assert_eq!(last_message(), "first is NULL", "a call that went well leaves the message");
+    }
+
+    #[test]
+    fn every_kind_of_error_has_its_status() {
+        use icoray_status::*;
+        for (kind, expected) in [
+            (ErrorKind::Argument, ICORAY_ERR_ARGUMENT),
+            (ErrorKind::Grid, ICORAY_ERR_GRID),
+            (ErrorKind::Unsupported, ICORAY_ERR_UNSUPPORTED),
+            (ErrorKind::Layers, ICORAY_ERR_LAYERS),
+            (ErrorKind::Field, ICORAY_ERR_FIELD),
+            (ErrorKind::Scene, ICORAY_ERR_SCENE),
+            (ErrorKind::Order, ICORAY_ERR_ORDER),
+            (ErrorKind::Io, ICORAY_ERR_IO),
+            (ErrorKind::Internal, ICORAY_ERR_INTERNAL),
+        ] {
+            let failure = Failure::from(Error::new(kind, "why"));
+            assert_eq!(failure.status, expected);
+            assert_eq!(failure.message, format!("{kind}: why"));
+        }
+    }
 }

@@ -224,8 +224,12 @@ pub unsafe extern "C" fn icoray_last_error(
     buf: *mut c_char,
     len: usize,
 ) -> icoray_status {
-    if buf.is_null() || len == 0 {
+    if buf.is_null() {
         return icoray_status::ICORAY_ERR_NULL;
+    }
+    // Not even the NUL would fit.
+    if len == 0 {
+        return icoray_status::ICORAY_ERR_ARGUMENT;
     }
     // SAFETY: the caller promises NULL or an open context.
     let message = unsafe { ctx.as_ref() }.map_or_else(last_message, |c| c.0.message.clone());
@@ -256,4 +260,59 @@ pub unsafe extern "C" fn icoray_close(ctx: *mut *mut icoray_ctx) -> icoray_statu
         }
         Ok(())
     }))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::ffi::CStr;
+
+    fn message(ctx: *const icoray_ctx) -> String {
+        let mut buf = [0; 256];
+        // SAFETY: NULL or open, and a buffer of the length given.
+        let status = unsafe { icoray_last_error(ctx, buf.as_mut_ptr(), buf.len()) };
+        assert_eq!(status, icoray_status::ICORAY_OK);
+        // SAFETY: icoray_last_error ends it with NUL.
+        unsafe { CStr::from_ptr(buf.as_ptr()) }.to_str().unwrap().to_string()
+    }
+
+    #[test]
+    fn a_context_that_failed_inside_takes_no_more_calls() {
+        use icoray_status::*;
+        crate::boundary::tests::loud();
+        let config =
+            icoray_config { struct_size: size_of::<icoray_config>(), output_dir: ptr::null(), threads: 1 };
+        let mut ctx = ptr::null_mut();
+        let mut other = ptr::null_mut();
+        let mut report =
+            icoray_frame_report { struct_size: size_of::<icoray_frame_report>(), ..Default::default() };
+        // SAFETY: every pointer is NULL, where that is refused, or to a live local; the contexts are open until closed.
+        unsafe {
+            assert_eq!(icoray_open_serial(&config, &mut ctx), ICORAY_OK);
+            assert_eq!(icoray_open_serial(&config, &mut other), ICORAY_OK);
+            let internal = || Err(Failure::new(ICORAY_ERR_INTERNAL, "internal error: a broken promise"));
+            assert_eq!(with(ctx, |_| internal()), ICORAY_ERR_INTERNAL);
+            assert_eq!(message(ctx), "internal error: a broken promise");
+
+            assert_eq!(with(ctx, |_| Ok(())), ICORAY_ERR_INTERNAL);
+            assert_eq!(icoray_grid_set(ctx, ptr::null()), ICORAY_ERR_INTERNAL);
+            assert_eq!(icoray_layers_set(ctx, ptr::null()), ICORAY_ERR_INTERNAL);
+            assert_eq!(icoray_field_set(ctx, ptr::null(), ptr::null()), ICORAY_ERR_INTERNAL);
+            assert_eq!(icoray_scene_load(ctx, ptr::null()), ICORAY_ERR_INTERNAL);
+            assert_eq!(icoray_scene_text(ctx, ptr::null()), ICORAY_ERR_INTERNAL);
+            assert_eq!(icoray_execute(ctx, 0, 0.0, ptr::null()), ICORAY_ERR_INTERNAL);
+            assert_eq!(icoray_report(ctx, &mut report), ICORAY_ERR_INTERNAL);
+            assert_eq!(
+                message(ctx),
+                "internal error: a broken promise",
+                "the first failure is the one to know"
+            );
+            assert!(message(ptr::null()).contains("takes no more calls"));
+
+            assert_eq!(icoray_scene_text(other, ptr::null()), ICORAY_ERR_NULL, "another context goes on");
+            assert_eq!(icoray_close(&mut ctx), ICORAY_OK);
+            assert!(ctx.is_null());
+            assert_eq!(icoray_close(&mut other), ICORAY_OK);
+        }
+    }
 }

@@ -85,7 +85,8 @@ impl Context {
         })?;
         let field = borrow(array)?;
         let mut frame = self.renderer.render(scene, grid, layers, &field)?;
-        let written = write_frame(&self.output_dir, &scene.output, stamp, &mut frame);
+        // Encoding is parallel too; outside of the pool it would start rayon's global one and leave it to the model.
+        let written = self.renderer.run(|| write_frame(&self.output_dir, &scene.output, stamp, &mut frame));
         self.report = Some(report(&frame, stamp));
         written.map(|_| ()).map_err(Failure::from)
     }

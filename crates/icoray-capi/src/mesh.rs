@@ -4,7 +4,7 @@
 use crate::borrow::check_size;
 use crate::boundary::{Failure, guarded, status};
 use crate::types::{ICORAY_F64, icoray_grid, icoray_status};
-use icoray_core::{Error, ErrorKind, IcosahedralMesh};
+use icoray_core::{Error, ErrorKind, IcosahedralMesh, Renderer};
 use std::ptr;
 
 /// A generated mesh that owns its tables.
@@ -20,14 +20,18 @@ pub unsafe extern "C" fn icoray_mesh_create(level: i32, mesh: *mut *mut icoray_m
         if mesh.is_null() {
             return Err(Failure::null("mesh"));
         }
+        // SAFETY: not NULL; the caller promises that it can be written.
+        unsafe { mesh.write(ptr::null_mut()) };
         let wrong = |_| {
             Error::new(
                 ErrorKind::Argument,
                 format!("mesh level {level}, expected 0 to {}", icoray_core::MAX_LEVEL),
             )
         };
-        let made = IcosahedralMesh::new(u32::try_from(level).map_err(wrong)?)?;
-        // SAFETY: not NULL; the caller promises that it can be written.
+        let level = u32::try_from(level).map_err(wrong)?;
+        // Threads of its own, which end with the call: rayon's global ones would stay in the model.
+        let made = Renderer::new(0)?.run(|| IcosahedralMesh::new(level))?;
+        // SAFETY: as above.
         unsafe { mesh.write(Box::into_raw(Box::new(icoray_mesh(made)))) };
         Ok(())
     }))
