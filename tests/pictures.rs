@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 use icoray::{CenterField, Field, Frame, Grid, Layers, Location, Method, Precision, Renderer, Scene, Shape};
+use icoray_study::fig6;
 use icoray_study::reference::Reference;
 use icoray_study::sphere::{Sphere, multi_scale};
 use icoray_tests::{covered, difference, scene};
@@ -87,6 +88,26 @@ knots = [ { value = 0, color = "rgb(255 0 0)", extinction = 1 }, { value = 0.5, 
             assert!(d.max < bound && d.not_finite == 0, "{camera} {rest}: {d:?}");
             assert!(covered(&frame) > 0.4);
         }
+    }
+}
+
+/// (a): the paper's Figure 6. What is left against exact spheres is the grid's own error, which a bisection quarters.
+#[test]
+fn the_radial_field_converges_to_its_ground_truth() {
+    let out = std::path::PathBuf::new();
+    for (method, lit) in [(Method::Exact, true), (Method::Exact, false), (Method::Paper, true)] {
+        let rmse = [3, 4, 5].map(|level| {
+            let options = fig6::Options { level, layers: 61, size: 64, steps: 1500, out: out.clone() };
+            let (frame, _, distance) = fig6::compare(&options, method, lit).unwrap();
+            assert!(covered(&frame) > 0.5);
+            distance.rmse
+        });
+        println!("{method:?}, lit {lit}: {rmse:?}");
+        assert!(rmse[2] < 1.6e-3, "{method:?}, lit {lit}: {rmse:?}");
+        assert!(
+            rmse[0] > 3.2 * rmse[1] && rmse[1] > 3.2 * rmse[2],
+            "order lost: {method:?}, lit {lit}: {rmse:?}"
+        );
     }
 }
 

@@ -280,6 +280,14 @@ static void in_place(const char *directory)
     memcpy(f.memory, f.before, f.bytes);
     scene(ctx, "plain", "none");
     frame(ctx, 3);
+
+    /* What is refused in between changes nothing: neither the grid nor the field. */
+    icoray_grid bad = grid;
+    icoray_array far = f.array;
+    bad.edge_corner = grid.corner_cell;
+    REFUSED(ctx, ICORAY_ERR_GRID, "edge_corner", icoray_grid_set(ctx, &bad));
+    far.column_stride = INT64_MAX;
+    REFUSED(ctx, ICORAY_ERR_ARGUMENT, "strides", icoray_field_set(ctx, "f", &far));
     frame(ctx, 4);
 
     OK(icoray_close(&ctx));

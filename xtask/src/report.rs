@@ -7,14 +7,12 @@
 pub struct Summary {
     /// Time steps of the simulation.
     pub steps: Option<u64>,
-    /// Pictures that were to be taken.
+    /// Pictures that were taken.
     pub frames: Option<u64>,
     /// Seconds spent simulating.
     pub simulation: Option<f64>,
     /// Seconds spent on the pictures.
     pub visualization: Option<f64>,
-    /// Pictures that could not be taken.
-    pub failed: Option<u64>,
 }
 
 impl Summary {
@@ -29,7 +27,6 @@ impl Summary {
                 "frames" => summary.frames = value.parse().ok(),
                 "simulation_s" => summary.simulation = seconds(value),
                 "visualization_s" => summary.visualization = seconds(value),
-                "pictures_failed" => summary.failed = value.parse().ok(),
                 _ => {}
             }
         }
@@ -137,13 +134,8 @@ mod tests {
             "frame 0\nframe 1\nsummary steps=576 frames=25 simulation_s=21.3 \
              visualization_s=3.1 mass_drift=1.2e-15 pictures_failed=0\n",
         );
-        let expected = Summary {
-            steps: Some(576),
-            frames: Some(25),
-            simulation: Some(21.3),
-            visualization: Some(3.1),
-            failed: Some(0),
-        };
+        let expected =
+            Summary { steps: Some(576), frames: Some(25), simulation: Some(21.3), visualization: Some(3.1) };
         assert_eq!(Summary::find(&output), expected);
     }
 
@@ -182,13 +174,8 @@ mod tests {
 
     #[test]
     fn the_table_shows_what_is_known() {
-        let summary = Summary {
-            steps: Some(100),
-            frames: Some(4),
-            simulation: Some(20.0),
-            visualization: Some(2.0),
-            failed: None,
-        };
+        let summary =
+            Summary { steps: Some(100), frames: Some(4), simulation: Some(20.0), visualization: Some(2.0) };
         assert_eq!(
             summary.table(),
             "seconds                   simulation   visualization\n\

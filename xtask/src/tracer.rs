@@ -19,6 +19,15 @@ pub enum Linkage {
     Static,
 }
 
+/// The model's files.
+const SOURCES: [&str; 5] = [
+    "examples/c/tracer.c",
+    "examples/c/mesh.c",
+    "examples/c/options.c",
+    "examples/c/transport.c",
+    "examples/c/winds.c",
+];
+
 /// The file in the output directory that has a line per frame.
 pub const REPORT: &str = "report.csv";
 /// The picture of all pictures.
@@ -49,7 +58,7 @@ impl<'a> Tracer<'a> {
         let mut cc = self.workspace.command("cc");
         // Warnings are errors: the header must be clean in the strictest of users' builds.
         cc.args(["-std=c99", "-O2", "-Wall", "-Wextra", "-Werror", "-pedantic", "-Iinclude"]);
-        cc.arg("examples/c/tracer.c").arg("-o").arg(self.program());
+        cc.args(SOURCES).arg("-o").arg(self.program());
         match self.linkage {
             Linkage::Shared => {
                 let mut search = std::ffi::OsString::from("-L");

@@ -83,6 +83,8 @@ impl Context {
             );
             Failure::new(icoray_status::ICORAY_ERR_FIELD, message)
         })?;
+        // A date that is missing is known before the first ray.
+        scene.output.name(stamp, &scene.field)?;
         let field = borrow(array)?;
         let mut frame = self.renderer.render(scene, grid, layers, &field)?;
         // Encoding is parallel too; outside of the pool it would start rayon's global one and leave it to the model.

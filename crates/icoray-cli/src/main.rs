@@ -1,6 +1,7 @@
 //! icoray on the command line: pictures of MPAS files.
 //!
-//! `icoray render` makes pictures, `icoray info` says what a file holds, `icoray plan` what a scene leaves out. Results
+//! `icoray render` makes pictures, `icoray info` says what a file holds, `icoray plan` what a scene leaves out,
+//! `icoray study` measures what the library claims. Results
 //! go to stdout; an error is one line on stderr and exit code 1, wrong usage exit code 2.
 #![forbid(unsafe_code)]
 
@@ -30,6 +31,9 @@ enum Command {
     Info(info::Args),
     /// Say what a scene leaves out for an MPAS file
     Plan(plan::Args),
+    /// Measure what icoray claims
+    #[command(subcommand)]
+    Study(icoray_study::Study),
 }
 
 fn main() -> ExitCode {
@@ -38,6 +42,7 @@ fn main() -> ExitCode {
         Command::Render(args) => render::run(&args, &mut out),
         Command::Info(args) => info::run(&args, &mut out),
         Command::Plan(args) => plan::run(&args, &mut out),
+        Command::Study(study) => study.run(&mut out).map_err(Into::into),
     };
     match done.and_then(|()| Ok(out.flush()?)) {
         Ok(()) => ExitCode::SUCCESS,

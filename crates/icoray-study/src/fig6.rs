@@ -5,10 +5,12 @@
 //! neighbouring cells), 2.4e-4 of the radius at n = 5. It is largest where rays graze a layer.
 
 use crate::sphere::Sphere;
+use crate::{look, say};
 use glam::DVec3;
 use icoray::output::{Stamp, write_picture};
 use icoray::{Error, ErrorKind, Frame, Method, Renderer, Result, Scene};
 use rayon::prelude::*;
+use std::io::Write;
 use std::path::{Path, PathBuf};
 
 /// What to draw.
@@ -82,48 +84,22 @@ fn exact_ray(scene: &Scene, eye: DVec3, dir: DVec3, steps: usize) -> [f32; 4] {
     let h = (end - start) / steps as f64;
     for i in 0..steps {
         let p = eye + (start + (i as f64 + 0.5) * h) * dir;
-        let (own, extinction) = transfer(scene, p.length());
+        let (own, extinction) = look::transfer(scene, OUTER - INNER, p.length());
         let absorbed = -(-extinction * h).exp_m1();
-        color += through * absorbed * lit(scene, own, p.normalize(), dir);
+        color += through * absorbed * look::lit(scene, own, p.normalize(), dir);
         through *= 1.0 - absorbed;
     }
     if let (true, Some(core)) = (hits_core, scene.core) {
         let normal = (eye + end * dir).normalize();
-        let body =
-            scene.lighting.map_or(1.0, |l| l.ambient + l.diffuse * normal.dot(sun(&l.source, dir)).max(0.0));
+        let body = scene
+            .lighting
+            .map_or(1.0, |l| l.ambient + l.diffuse * normal.dot(look::towards(&l.source, dir)).max(0.0));
         color += through * body * DVec3::from_array(core);
         through = 0.0;
     }
     let back = scene.background.map_or(DVec3::ZERO, DVec3::from_array);
     let [r, g, b] = (color + through * back).to_array().map(|c| c as f32);
     [r, g, b, if scene.background.is_some() { 1.0 } else { (1.0 - through) as f32 }]
-}
-
-fn transfer(scene: &Scene, f: f64) -> (DVec3, f64) {
-    let knots = &scene.transfer.knots;
-    let unit = scene.transfer.unit_length.unwrap_or(OUTER - INNER);
-    let above = knots.partition_point(|k| k.value <= f);
-    let (a, b) = (&knots[above.saturating_sub(1)], &knots[above.min(knots.len() - 1)]);
-    let w = if b.value > a.value { ((f - a.value) / (b.value - a.value)).clamp(0.0, 1.0) } else { 0.0 };
-    let color = DVec3::from_array(a.color).lerp(DVec3::from_array(b.color), w);
-    (color, (a.extinction + w * (b.extinction - a.extinction)) / unit)
-}
-
-fn sun(source: &icoray::Source, dir: DVec3) -> DVec3 {
-    match source {
-        icoray::Source::Headlight => -dir,
-        icoray::Source::Sun { lon_deg, lat_deg } => {
-            let (lon, lat) = (lon_deg.to_radians(), lat_deg.to_radians());
-            DVec3::new(lat.cos() * lon.cos(), lat.cos() * lon.sin(), lat.sin())
-        }
-    }
-}
-
-fn lit(scene: &Scene, color: DVec3, normal: DVec3, dir: DVec3) -> DVec3 {
-    let Some(light) = &scene.lighting else { return color };
-    let towards = sun(&light.source, dir);
-    let gleam = normal.dot((towards - dir).normalize()).abs().powf(light.shininess);
-    color * (light.ambient + light.diffuse * normal.dot(towards).abs()) + light.specular * gleam
 }
 
 /// The ground truth in the shape of a frame.
@@ -185,13 +161,17 @@ fn amplified(a: &Frame, b: &Frame) -> Frame {
 ///
 /// # Errors
 /// Whatever the library says.
-pub fn run(options: &Options) -> Result<()> {
-    let out: &Path = &options.out;
-    std::fs::create_dir_all(out).map_err(|e| Error::new(ErrorKind::Io, format!("{}: {e}", out.display())))?;
-    println!(
-        "{} layers, n = {}, {} x {} pixels, linear premultiplied channels 0 to 1",
-        options.layers, options.level, options.size, options.size
-    );
+pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
+    let directory: &Path = &options.out;
+    std::fs::create_dir_all(directory)
+        .map_err(|e| Error::new(ErrorKind::Io, format!("{}: {e}", directory.display())))?;
+    say(
+        out,
+        &format!(
+            "{} layers, n = {}, {} x {} pixels, linear premultiplied channels 0 to 1",
+            options.layers, options.level, options.size, options.size
+        ),
+    )?;
     for (name, method, lit) in [
         ("lit", Method::Exact, true),
         ("unlit", Method::Exact, false),
@@ -200,14 +180,20 @@ pub fn run(options: &Options) -> Result<()> {
     ] {
         let (mut frame, truth, distance) = compare(options, method, lit)?;
         frame.stamp = Stamp::default();
-        write_picture(&out.join(format!("fig6_{name}.png")), &frame)?;
-        write_picture(&out.join(format!("fig6_{name}_truth.png")), &truth)?;
-        write_picture(&out.join(format!("fig6_{name}_difference_x20.png")), &amplified(&frame, &truth))?;
-        println!(
-            "{name:>12}: RMSE {:.2e}, maximum {:.2e} ({:.2e} off the core's limb), rendered in {:.3} s",
-            distance.rmse, distance.max, distance.max_off_limb, frame.report.render_s
-        );
+        write_picture(&directory.join(format!("fig6_{name}.png")), &frame)?;
+        write_picture(&directory.join(format!("fig6_{name}_truth.png")), &truth)?;
+        write_picture(
+            &directory.join(format!("fig6_{name}_difference_x20.png")),
+            &amplified(&frame, &truth),
+        )?;
+        say(
+            out,
+            &format!(
+                "{name:>12}: RMSE {:.2e}, maximum {:.2e} ({:.2e} off the core's limb), rendered in {:.3} s",
+                distance.rmse, distance.max, distance.max_off_limb, frame.report.render_s
+            ),
+        )?;
     }
-    println!("pictures in {}", out.display());
+    say(out, &format!("pictures in {}", directory.display()))?;
     Ok(())
 }

@@ -4,9 +4,19 @@
 //! independent, slow evaluation of the same picture, for the tests.
 
 pub mod fig6;
+mod look;
 pub mod reference;
 pub mod speed;
 pub mod sphere;
+
+use icoray::{Error, ErrorKind};
+use std::io::Write;
+
+/// Writes a line at once, so that a long study is seen to go on.
+fn say(out: &mut dyn Write, line: &str) -> icoray::Result<()> {
+    let written = writeln!(out, "{line}").and_then(|()| out.flush());
+    written.map_err(|e| Error::new(ErrorKind::Io, format!("standard output: {e}")))
+}
 
 /// The studies that there are.
 #[derive(Debug, Clone, clap::Subcommand)]
@@ -18,14 +28,14 @@ pub enum Study {
 }
 
 impl Study {
-    /// Runs the study and prints what it finds.
+    /// Runs the study and writes what it finds to `out`, line by line.
     ///
     /// # Errors
-    /// Whatever the library says.
-    pub fn run(&self) -> icoray::Result<()> {
+    /// Whatever the library says, and [`ErrorKind::Io`](icoray::ErrorKind::Io) when `out` fails.
+    pub fn run(&self, out: &mut dyn Write) -> icoray::Result<()> {
         match self {
-            Study::Fig6(options) => fig6::run(options),
-            Study::Speed(options) => speed::run(options),
+            Study::Fig6(options) => fig6::run(options, out),
+            Study::Speed(options) => speed::run(options, out),
         }
     }
 }

@@ -5,8 +5,9 @@
 //! along the radius); rays are integrated by tiny midpoint steps; vertex gradients are differences of the interpolant in
 //! each incident frustum. Slow, in f64, and plain.
 
+use crate::look;
 use glam::{DMat3, DVec3};
-use icoray::{Field, Grid, Scene, Source};
+use icoray::{Field, Grid, Scene};
 
 /// A scene over a grid and a field at cell centres, ready to be evaluated anywhere.
 #[derive(Debug)]
@@ -142,33 +143,6 @@ impl<'a> Reference<'a> {
         on(place.layer).lerp(on(place.layer + 1), place.lambda)
     }
 
-    /// Colour and extinction per planet radius at value `f`, from the scene's knots.
-    fn transfer(&self, f: f64) -> (DVec3, f64) {
-        let tf = &self.scene.transfer;
-        let unit = tf.unit_length.unwrap_or(self.radius[self.radius.len() - 1] - self.radius[0]);
-        let above = tf.knots.partition_point(|k| k.value <= f);
-        let (a, b) = (above.saturating_sub(1), above.min(tf.knots.len() - 1));
-        let (ka, kb) = (&tf.knots[a], &tf.knots[b]);
-        let w =
-            if kb.value > ka.value { ((f - ka.value) / (kb.value - ka.value)).clamp(0.0, 1.0) } else { 0.0 };
-        let color = DVec3::from_array(ka.color).lerp(DVec3::from_array(kb.color), w);
-        (color, (ka.extinction + w * (kb.extinction - ka.extinction)) / unit)
-    }
-
-    fn lit(&self, color: DVec3, place: &Place, dir: DVec3) -> DVec3 {
-        let Some(light) = &self.scene.lighting else { return color };
-        let towards = match light.source {
-            Source::Headlight => -dir,
-            Source::Sun { lon_deg, lat_deg } => {
-                let (lon, lat) = (lon_deg.to_radians(), lat_deg.to_radians());
-                DVec3::new(lat.cos() * lon.cos(), lat.cos() * lon.sin(), lat.sin())
-            }
-        };
-        let normal = self.gradient(place).normalize_or_zero();
-        let gleam = normal.dot((towards - dir).normalize()).abs().powf(light.shininess);
-        color * (light.ambient + light.diffuse * normal.dot(towards).abs()) + light.specular * gleam
-    }
-
     /// Light along a ray, premultiplied RGB and opacity, before the background, in `steps` midpoint steps over the
     /// part inside the sphere around the outermost layer. Steps that cross the shell's surface are cut there.
     pub fn trace(&self, eye: DVec3, dir: DVec3, steps: usize) -> [f64; 4] {
@@ -194,9 +168,9 @@ impl<'a> Reference<'a> {
                     for _ in 0..60 {
                         let middle = 0.5 * (low + high);
                         if self.region(eye + middle * dir, &mut hint) == here {
-                            low = middle
+                            low = middle;
                         } else {
-                            high = middle
+                            high = middle;
                         }
                     }
                     to = high;
@@ -221,9 +195,14 @@ impl<'a> Reference<'a> {
         if value.is_nan() {
             return;
         }
-        let (own, extinction) = self.transfer(value);
+        let (own, extinction) =
+            look::transfer(self.scene, self.radius[self.radius.len() - 1] - self.radius[0], value);
         let absorbed = -(-extinction * length).exp_m1();
-        *color += *through * absorbed * self.lit(own, &place, dir);
+        let own = match self.scene.lighting {
+            Some(_) => look::lit(self.scene, own, self.gradient(&place).normalize_or_zero(), dir),
+            None => own,
+        };
+        *color += *through * absorbed * own;
         *through *= 1.0 - absorbed;
     }
 

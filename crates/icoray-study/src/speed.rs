@@ -1,8 +1,10 @@
 //! Seconds per frame: the paper's Table 2 scene, a multi-scale field under four transfer functions of 16 knots.
 
+use crate::say;
 use crate::sphere::{Sphere, multi_scale};
 use icoray::{Frame, Renderer, Result, Scene};
 use std::fmt::Write as _;
+use std::io::Write;
 use std::time::Instant;
 
 /// What to measure.
@@ -37,8 +39,10 @@ pub struct Options {
     pub out: Option<std::path::PathBuf>,
 }
 
+type Opacity = fn(f64) -> f64;
+
 /// A transfer function of 16 knots over [-1, 1]: name and the opacity of a shell's thickness at each knot.
-const TRANSFERS: [(&str, fn(f64) -> f64); 4] = [
+const TRANSFERS: [(&str, Opacity); 4] = [
     ("dense", |_| 0.5),
     ("lobes", |v| if v.abs() > 0.3 { 0.98 * (v.abs() - 0.3) / 0.7 } else { 0.0 }),
     ("thin", |v| if (0.45..0.62).contains(&v) { 0.98 } else { 0.0 }),
@@ -71,30 +75,36 @@ fn scene(options: &Options, opacity: impl Fn(f64) -> f64) -> Result<Scene> {
 ///
 /// # Errors
 /// Whatever the library says.
-pub fn run(options: &Options) -> Result<()> {
+pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
     let renderer = Renderer::new(options.threads)?;
     let start = Instant::now();
     let sphere = Sphere::new(options.level, options.layers, [1.0, 1.15], multi_scale)?;
     let made = start.elapsed().as_secs_f64();
     let start = Instant::now();
     let grid = renderer.run(|| sphere.grid())?;
-    println!(
-        "{} cells x {} layers, {} x {} pixels, {} thread(s), {} {}{}; mesh and field {made:.2} s, tables checked in {:.2} s, {} bytes derived",
-        grid.cells(),
-        options.layers,
-        options.size,
-        options.size,
-        renderer.threads(),
-        options.method,
-        options.precision,
-        if options.lit { ", lit" } else { "" },
-        start.elapsed().as_secs_f64(),
-        grid.derived_bytes(),
-    );
-    println!(
-        "{:>8} {:>10} {:>10} {:>10} {:>12} {:>12} {:>14}",
-        "transfer", "render s", "prepare s", "rays", "columns", "frusta", "frusta/s"
-    );
+    say(
+        out,
+        &format!(
+            "{} cells x {} layers, {} x {} pixels, {} thread(s), {} {}{}; mesh and field {made:.2} s, tables checked in {:.2} s, {} bytes derived",
+            grid.cells(),
+            options.layers,
+            options.size,
+            options.size,
+            renderer.threads(),
+            options.method,
+            options.precision,
+            if options.lit { ", lit" } else { "" },
+            start.elapsed().as_secs_f64(),
+            grid.derived_bytes(),
+        ),
+    )?;
+    say(
+        out,
+        &format!(
+            "{:>8} {:>10} {:>10} {:>10} {:>12} {:>12} {:>14}",
+            "transfer", "render s", "prepare s", "rays", "columns", "frusta", "frusta/s"
+        ),
+    )?;
     for (name, opacity) in TRANSFERS {
         let scene = scene(options, opacity)?;
         let mut frames = Vec::new();
@@ -104,19 +114,23 @@ pub fn run(options: &Options) -> Result<()> {
         frames.sort_by(|a, b| a.report.render_s.total_cmp(&b.report.render_s));
         let frame: &Frame = &frames[frames.len() / 2];
         let r = &frame.report;
-        println!(
-            "{name:>8} {:>10.3} {:>10.3} {:>10} {:>12} {:>12} {:>14.3e}",
-            r.render_s,
-            r.prepare_s,
-            r.counts.rays,
-            r.counts.columns,
-            r.counts.frusta,
-            r.counts.frusta as f64 / r.render_s,
-        );
-        if let Some(out) = &options.out {
-            std::fs::create_dir_all(out)
-                .map_err(|e| icoray::Error::new(icoray::ErrorKind::Io, format!("{}: {e}", out.display())))?;
-            icoray::output::write_picture(&out.join(format!("speed_{name}.png")), frame)?;
+        say(
+            out,
+            &format!(
+                "{name:>8} {:>10.3} {:>10.3} {:>10} {:>12} {:>12} {:>14.3e}",
+                r.render_s,
+                r.prepare_s,
+                r.counts.rays,
+                r.counts.columns,
+                r.counts.frusta,
+                r.counts.frusta as f64 / r.render_s,
+            ),
+        )?;
+        if let Some(directory) = &options.out {
+            std::fs::create_dir_all(directory).map_err(|e| {
+                icoray::Error::new(icoray::ErrorKind::Io, format!("{}: {e}", directory.display()))
+            })?;
+            icoray::output::write_picture(&directory.join(format!("speed_{name}.png")), frame)?;
         }
     }
     Ok(())

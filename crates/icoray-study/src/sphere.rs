@@ -1,5 +1,6 @@
 //! Synthetic grids with fields, for studies and tests.
 
+use crate::look::direction;
 use glam::DVec3;
 use icoray::{Field, Grid, IcosahedralMesh, Layers, Location, Result, Shape};
 use rayon::prelude::*;
@@ -33,8 +34,7 @@ impl Sphere {
         let radii = layers.radius_m();
         let mut values = vec![0.0f32; mesh.cells() * radii.len()];
         values.par_chunks_exact_mut(radii.len()).enumerate().for_each(|(cell, column)| {
-            let (lon, lat) = (mesh.lon_center_rad[cell], mesh.lat_center_rad[cell]);
-            let direction = DVec3::new(lat.cos() * lon.cos(), lat.cos() * lon.sin(), lat.sin());
+            let direction = direction(mesh.lon_center_rad[cell], mesh.lat_center_rad[cell]);
             for (value, r) in column.iter_mut().zip(radii) {
                 *value = f(direction * *r) as f32;
             }

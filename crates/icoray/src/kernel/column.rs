@@ -132,37 +132,38 @@ pub(crate) fn cross<T: Real, const N: usize>(
 ) -> (usize, Flow) {
     let (entry, exit) = (&column.entry, &column.exit);
     let top = shell.layers();
-    let inside = |gap: usize| gap > 0 && gap < top;
     let rising = exit.rho >= entry.rho;
     let scale = 1.0 / (exit.rho - entry.rho);
-    // The chords on the layers below and above the current gap.
-    let mut walls = inside(gap).then(|| (chord_on(gap - 1), chord_on(gap)));
     let mut a = Station { u: T::zero(), tau: T::zero(), rho: entry.rho };
-    let mut at_a = walls.map(|(low, high)| low.mix(high, shell.fraction(gap, entry.rho)));
+    // The chord on the layer that the ray came through.
+    let mut near: Option<Chord<T, N>> = None;
     loop {
-        let face = if rising { (gap < top).then_some(gap) } else { gap.checked_sub(1) };
-        let face =
-            face.filter(|&l| if rising { shell.radius[l] <= exit.rho } else { shell.radius[l] > exit.rho });
-        let Some(layer) = face else {
-            let b = Station { u: T::one(), tau: T::one(), rho: exit.rho };
-            let at_b = walls.map(|(low, high)| low.mix(high, shell.fraction(gap, exit.rho)));
-            let flow = visit(&Crossing { gap, a, b, chord: at_a.zip(at_b) });
-            return (gap, flow);
+        let is_inside = gap > 0 && gap < top;
+        let (behind, ahead) = if rising { (gap.wrapping_sub(1), gap) } else { (gap, gap.wrapping_sub(1)) };
+        let walls = is_inside.then(|| (near.unwrap_or_else(|| chord_on(behind)), chord_on(ahead)));
+        let between = |rho: f64| {
+            walls.map(|(first, second)| {
+                let w = shell.fraction(gap, rho);
+                first.mix(second, if rising { w } else { T::one() - w })
+            })
         };
-        let radius = shell.radius[layer];
+        let at_a = if near.is_some() { near } else { between(a.rho) };
+        let passes = ahead < top
+            && if rising { shell.radius[ahead] <= exit.rho } else { shell.radius[ahead] > exit.rho };
+        if !passes {
+            let b = Station { u: T::one(), tau: T::one(), rho: exit.rho };
+            let flow = visit(&Crossing { gap, a, b, chord: at_a.zip(between(exit.rho)) });
+            return (gap, flow);
+        }
+        let radius = shell.radius[ahead];
         let u = ((radius - entry.rho) * scale).clamp(0.0, 1.0);
         let tau = (u * exit.rho / radius).clamp(0.0, 1.0);
         let b = Station { u: T::of(u), tau: T::of(tau), rho: radius };
-        let on_layer = walls.map(|(low, high)| if rising { high } else { low });
-        if visit(&Crossing { gap, a, b, chord: at_a.zip(on_layer) }) == Flow::Stop {
+        if visit(&Crossing { gap, a, b, chord: at_a.zip(walls.map(|w| w.1)) }) == Flow::Stop {
             return (gap, Flow::Stop);
         }
         gap = if rising { gap + 1 } else { gap - 1 };
         a = b;
-        walls = inside(gap).then(|| {
-            let here = on_layer.unwrap_or_else(|| chord_on(layer));
-            if rising { (here, chord_on(gap)) } else { (chord_on(gap - 1), here) }
-        });
-        at_a = walls.map(|(low, high)| if rising { low } else { high });
+        near = walls.map(|w| w.1);
     }
 }

@@ -1,0 +1,36 @@
+//! A scene's transfer function and light, evaluated plainly from its knots and keys: for references.
+
+use glam::DVec3;
+use icoray::{Scene, Source};
+
+/// Colour and extinction per planet radius at value `f`, for a shell of the given thickness.
+pub(crate) fn transfer(scene: &Scene, thickness: f64, f: f64) -> (DVec3, f64) {
+    let knots = &scene.transfer.knots;
+    let unit = scene.transfer.unit_length.unwrap_or(thickness);
+    let above = knots.partition_point(|k| k.value <= f);
+    let (a, b) = (&knots[above.saturating_sub(1)], &knots[above.min(knots.len() - 1)]);
+    let w = if b.value > a.value { ((f - a.value) / (b.value - a.value)).clamp(0.0, 1.0) } else { 0.0 };
+    let color = DVec3::from_array(a.color).lerp(DVec3::from_array(b.color), w);
+    (color, (a.extinction + w * (b.extinction - a.extinction)) / unit)
+}
+
+/// Unit vector towards the light, for a ray along `dir`.
+pub(crate) fn towards(source: &Source, dir: DVec3) -> DVec3 {
+    match source {
+        Source::Headlight => -dir,
+        Source::Sun { lon_deg, lat_deg } => direction(lon_deg.to_radians(), lat_deg.to_radians()),
+    }
+}
+
+/// Unit vector at a longitude and latitude.
+pub(crate) fn direction(lon_rad: f64, lat_rad: f64) -> DVec3 {
+    DVec3::new(lat_rad.cos() * lon_rad.cos(), lat_rad.cos() * lon_rad.sin(), lat_rad.sin())
+}
+
+/// `color` under the scene's light, on a surface with the unit normal `normal` (or none).
+pub(crate) fn lit(scene: &Scene, color: DVec3, normal: DVec3, dir: DVec3) -> DVec3 {
+    let Some(light) = &scene.lighting else { return color };
+    let towards = towards(&light.source, dir);
+    let gleam = normal.dot((towards - dir).normalize()).abs().powf(light.shininess);
+    color * (light.ambient + light.diffuse * normal.dot(towards).abs()) + light.specular * gleam
+}

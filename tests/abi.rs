@@ -1,0 +1,423 @@
+//! The C ABI from outside: C programs against `include/icoray.h` and the shared library.
+
+use std::collections::BTreeMap;
+use std::ffi::OsStr;
+use std::fmt::Write;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+use std::sync::LazyLock;
+use tempfile::TempDir;
+
+/// The library's own structs, to compare with what a C compiler makes of the header.
+#[path = "../crates/icoray-capi/src/types.rs"]
+mod types;
+
+/// Sizes, offsets and numbers where pointers have 64 bits. Programs that were compiled before rely on them: a change
+/// here is a change of the ABI.
+const LAYOUT: &str = "\
+icoray_config 24
+icoray_config.struct_size 0
+icoray_config.output_dir 8
+icoray_config.threads 16
+icoray_grid 120
+icoray_grid.struct_size 0
+icoray_grid.cells 8
+icoray_grid.corners 16
+icoray_grid.edges 24
+icoray_grid.index_base 32
+icoray_grid.real_type 36
+icoray_grid.lon_center_rad 40
+icoray_grid.lat_center_rad 48
+icoray_grid.lon_corner_rad 56
+icoray_grid.lat_corner_rad 64
+icoray_grid.cell_corner 72
+icoray_grid.cell_corner_row 80
+icoray_grid.cell_corner_count 88
+icoray_grid.corner_cell 96
+icoray_grid.corner_edge 104
+icoray_grid.edge_corner 112
+icoray_layers 32
+icoray_layers.struct_size 0
+icoray_layers.count 8
+icoray_layers.radius_m 16
+icoray_layers.planet_radius_m 24
+icoray_array 72
+icoray_array.struct_size 0
+icoray_array.data 8
+icoray_array.type 16
+icoray_array.location 20
+icoray_array.columns 24
+icoray_array.layers 32
+icoray_array.column_stride 40
+icoray_array.layer_stride 48
+icoray_array.has_fill 56
+icoray_array.fill_value 64
+icoray_frame_report 120
+icoray_frame_report.struct_size 0
+icoray_frame_report.step 8
+icoray_frame_report.time_s 16
+icoray_frame_report.prepare_s 24
+icoray_frame_report.render_s 32
+icoray_frame_report.write_s 40
+icoray_frame_report.rays 48
+icoray_frame_report.columns 56
+icoray_frame_report.frusta 64
+icoray_frame_report.void_frusta 72
+icoray_frame_report.value_min 80
+icoray_frame_report.value_max 88
+icoray_frame_report.missing_values 96
+icoray_frame_report.derived_bytes 104
+icoray_frame_report.copied_bytes 112
+icoray_status 4
+ICORAY_OK 0
+ICORAY_ERR_NULL 1
+ICORAY_ERR_STRUCT_SIZE 2
+ICORAY_ERR_ARGUMENT 3
+ICORAY_ERR_GRID 4
+ICORAY_ERR_UNSUPPORTED 5
+ICORAY_ERR_LAYERS 6
+ICORAY_ERR_FIELD 7
+ICORAY_ERR_SCENE 8
+ICORAY_ERR_ORDER 9
+ICORAY_ERR_IO 10
+ICORAY_ERR_INTERNAL 11
+ICORAY_F32 1
+ICORAY_F64 2
+ICORAY_CENTER 0
+ICORAY_CORNER 1
+";
+
+const FUNCTIONS: [&str; 14] = [
+    "icoray_close",
+    "icoray_execute",
+    "icoray_field_set",
+    "icoray_grid_set",
+    "icoray_last_error",
+    "icoray_layers_set",
+    "icoray_mesh_create",
+    "icoray_mesh_free",
+    "icoray_mesh_grid",
+    "icoray_open_serial",
+    "icoray_report",
+    "icoray_scene_load",
+    "icoray_scene_text",
+    "icoray_version",
+];
+
+fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
+}
+
+/// The shared library, built. Tests run after Cargo has let go of its lock, so it can be run again from here.
+static LIBRARY: LazyLock<PathBuf> = LazyLock::new(|| {
+    let cargo = std::env::var_os("CARGO").unwrap_or_else(|| env!("CARGO").into());
+    let mut build = Command::new(cargo);
+    build.args(["build", "--quiet", "--package", "icoray-capi", "--message-format=json-render-diagnostics"]);
+    if !cfg!(debug_assertions) {
+        build.arg("--release");
+    }
+    let output = succeeded(build.current_dir(root()));
+    let name = format!("/{}icoray{}", std::env::consts::DLL_PREFIX, std::env::consts::DLL_SUFFIX);
+    let messages = text(&output.stdout);
+    let built = messages.split('"').find(|word| word.ends_with(&name));
+    PathBuf::from(built.unwrap_or_else(|| panic!("cargo built no {name}:\n{messages}")))
+});
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8_lossy(bytes).into_owned()
+}
+
+/// Runs a command that must be there and succeed.
+fn succeeded(command: &mut Command) -> Output {
+    let output = command.output().unwrap_or_else(|e| panic!("cannot run {command:?}: {e}"));
+    assert!(
+        output.status.success(),
+        "{command:?}: {}\n{}{}",
+        output.status,
+        text(&output.stdout),
+        text(&output.stderr)
+    );
+    output
+}
+
+/// Whether a tool is installed that a test can do without; says so where it is not.
+fn is_there(tool: &str) -> bool {
+    let there = Command::new(tool).arg("--version").output().is_ok_and(|o| o.status.success());
+    if !there {
+        println!("skipped: no {tool}");
+    }
+    there
+}
+
+/// Compiles a program of `tests/c` into `directory`, with warnings as errors.
+fn compile(compiler: &str, options: &[&str], program: &str, directory: &Path) -> PathBuf {
+    let to = directory.join(program);
+    let library = LIBRARY.parent().unwrap();
+    let mut rpath = std::ffi::OsString::from("-Wl,-rpath,");
+    rpath.push(library);
+    let mut command = Command::new(compiler);
+    command.args(options).args(["-O1", "-Wall", "-Wextra", "-Werror", "-pedantic"]);
+    command.arg("-I").arg(root().join("include"));
+    command.arg(root().join("tests/c").join(program).with_extension("c"));
+    // After the source, so that -x does not make it a source too.
+    command.args(["-x", "none"]).arg(&*LIBRARY).arg(rpath).args(["-lm", "-lpthread", "-o"]).arg(&to);
+    succeeded(&mut command);
+    to
+}
+
+fn compile_c(program: &str, directory: &Path) -> PathBuf {
+    compile("cc", &["-std=c99"], program, directory)
+}
+
+/// A command in `directory`, without the search path that Cargo gives to tests: it would come before the program's
+/// own, and has other builds of the library.
+fn command(program: impl AsRef<OsStr>, directory: &Path) -> Command {
+    let mut command = Command::new(program);
+    command.current_dir(directory).env_remove("LD_LIBRARY_PATH");
+    command
+}
+
+/// Runs a program that checks, and sees that neither it nor the library had anything else to say.
+fn checked(command: &mut Command, program: &str) {
+    let output = succeeded(command);
+    assert_eq!(text(&output.stderr), "", "{command:?}");
+    let stdout = text(&output.stdout);
+    let verdict = stdout.strip_prefix(&format!("{program}: "));
+    let count = verdict.and_then(|v| v.strip_suffix(" checks, 0 failed\n"));
+    let count = count.and_then(|c| c.parse::<u32>().ok());
+    assert!(count.is_some_and(|c| c > 100), "{command:?} printed more than its verdict:\n{stdout}");
+}
+
+/// The same lines as `layout.c` prints, from Rust's side.
+fn rust_layout() -> String {
+    let mut lines = String::new();
+    macro_rules! layout {
+        ($($name:ident: $($member:ident)*;)*) => {$(
+            writeln!(lines, "{} {}", stringify!($name), size_of::<types::$name>()).unwrap();
+            $({
+                let member = stringify!($member).trim_start_matches("r#");
+                let offset = std::mem::offset_of!(types::$name, $member);
+                writeln!(lines, "{}.{member} {offset}", stringify!($name)).unwrap();
+            })*
+        )*};
+    }
+    macro_rules! numbers {
+        ($($name:expr,)*) => {$(
+            writeln!(lines, "{} {}", stringify!($name).rsplit("::").next().unwrap().trim(), $name as i32).unwrap();
+        )*};
+    }
+    layout! {
+        icoray_config: struct_size output_dir threads;
+        icoray_grid: struct_size cells corners edges index_base real_type lon_center_rad lat_center_rad lon_corner_rad
+            lat_corner_rad cell_corner cell_corner_row cell_corner_count corner_cell corner_edge edge_corner;
+        icoray_layers: struct_size count radius_m planet_radius_m;
+        icoray_array: struct_size data r#type location columns layers column_stride layer_stride has_fill fill_value;
+        icoray_frame_report: struct_size step time_s prepare_s render_s write_s rays columns frusta void_frusta
+            value_min value_max missing_values derived_bytes copied_bytes;
+        icoray_status:;
+    }
+    use types::icoray_status as status;
+    numbers! {
+        status::ICORAY_OK, status::ICORAY_ERR_NULL, status::ICORAY_ERR_STRUCT_SIZE, status::ICORAY_ERR_ARGUMENT,
+        status::ICORAY_ERR_GRID, status::ICORAY_ERR_UNSUPPORTED, status::ICORAY_ERR_LAYERS,
+        status::ICORAY_ERR_FIELD, status::ICORAY_ERR_SCENE, status::ICORAY_ERR_ORDER, status::ICORAY_ERR_IO,
+        status::ICORAY_ERR_INTERNAL,
+        types::ICORAY_F32, types::ICORAY_F64, types::ICORAY_CENTER, types::ICORAY_CORNER,
+    }
+    lines
+}
+
+#[test]
+fn c_and_cpp_see_the_structs_as_rust_does() {
+    let directory = TempDir::new().unwrap();
+    let mut layouts = vec![("Rust", rust_layout())];
+    let mut seen = |language: &'static str, program: &Path| {
+        let output = succeeded(&mut command(program, directory.path()));
+        let printed = text(&output.stdout);
+        let (version, layout) = printed.split_once('\n').unwrap();
+        assert_eq!(version, concat!("version ", env!("CARGO_PKG_VERSION")));
+        assert_eq!(text(&output.stderr), "");
+        layouts.push((language, layout.to_string()));
+    };
+    seen("C", &compile_c("layout", directory.path()));
+    if is_there("c++") {
+        seen("C++", &compile("c++", &["-std=c++11", "-x", "c++"], "layout", directory.path()));
+    }
+    if cfg!(target_pointer_width = "64") {
+        layouts.insert(0, ("the ABI", LAYOUT.to_string()));
+    }
+    for pair in layouts.windows(2) {
+        let [(one, a), (other, b)] = pair else { unreachable!() };
+        let first = a.lines().zip(b.lines()).find(|(a, b)| a != b);
+        assert!(a == b, "{one} and {other} differ: {first:?}");
+    }
+}
+
+#[test]
+fn the_library_exports_its_functions_and_nothing_else() {
+    let header = std::fs::read_to_string(root().join("include/icoray.h")).unwrap();
+    // A prototype is the only place where a name is followed by a bracket and not preceded by a comment's star.
+    let code =
+        header.lines().filter(|l| !l.trim_start().starts_with('*') && !l.trim_start().starts_with("/*"));
+    let mut declared: Vec<&str> = code
+        .filter_map(|line| line.split_once('(').map(|(before, _)| before))
+        .filter_map(|before| before.rsplit([' ', '*']).next())
+        .filter(|name| name.starts_with("icoray_"))
+        .collect();
+    declared.sort_unstable();
+    assert_eq!(declared, FUNCTIONS);
+    if !is_there("nm") {
+        return;
+    }
+    let output = succeeded(Command::new("nm").args(["-D", "--defined-only"]).arg(&*LIBRARY));
+    let symbols = text(&output.stdout);
+    let mut exported: Vec<&str> = symbols.lines().filter_map(|l| l.split_whitespace().last()).collect();
+    exported.sort_unstable();
+    assert_eq!(exported, FUNCTIONS);
+}
+
+#[test]
+fn what_is_wrong_is_refused() {
+    let directory = TempDir::new().unwrap();
+    let program = compile_c("refusals", directory.path());
+    checked(command(program, directory.path()).arg(directory.path()), "refusals");
+}
+
+/// The pixels of a picture, and its size.
+#[derive(PartialEq)]
+struct Picture {
+    size: (u32, u32),
+    pixels: Vec<u8>,
+}
+
+impl Picture {
+    fn read(path: &Path) -> Self {
+        let file = std::io::BufReader::new(std::fs::File::open(path).unwrap());
+        let mut reader = png::Decoder::new(file).read_info().unwrap();
+        let mut pixels = vec![0; reader.output_buffer_size().unwrap()];
+        let info = reader.next_frame(&mut pixels).unwrap();
+        assert_eq!(info.color_type, png::ColorType::Rgba);
+        Picture { size: (info.width, info.height), pixels }
+    }
+
+    /// Number of different colours.
+    fn colors(&self) -> usize {
+        self.pixels.chunks_exact(4).collect::<std::collections::BTreeSet<_>>().len()
+    }
+
+    /// Mean difference of the bytes.
+    fn distance(&self, other: &Self) -> f64 {
+        assert_eq!(self.size, other.size);
+        let sum: u64 = self.pixels.iter().zip(&other.pixels).map(|(a, b)| u64::from(a.abs_diff(*b))).sum();
+        sum as f64 / self.pixels.len() as f64
+    }
+}
+
+/// Every directory below `directory` that has a report, with its pictures; the report must list just these.
+fn reported(directory: &Path, found: &mut Vec<PathBuf>) {
+    let mut pictures = Vec::new();
+    for entry in std::fs::read_dir(directory).unwrap() {
+        let path = entry.unwrap().path();
+        if path.is_dir() {
+            reported(&path, found);
+        } else if path.extension() == Some(OsStr::new("png")) {
+            pictures.push(path);
+        }
+    }
+    if pictures.is_empty() {
+        return;
+    }
+    let report = std::fs::read_to_string(directory.join("report.csv")).unwrap();
+    let mut rows = report.lines().map(|line| line.split(',').collect::<Vec<_>>());
+    let header = rows.next().unwrap();
+    let column = |name: &str| header.iter().position(|h| *h == name).unwrap();
+    let (file, step, field) = (column("file"), column("step"), column("field"));
+    let mut listed = Vec::new();
+    for row in rows {
+        assert_eq!(row.len(), header.len(), "{row:?}");
+        assert_eq!(row[field], "f");
+        assert!(row[file].ends_with(&format!("_{}.png", row[step])), "{row:?}");
+        listed.push(directory.join(row[file]));
+    }
+    listed.sort();
+    pictures.sort();
+    assert_eq!(listed, pictures, "{}", directory.display());
+    found.extend(pictures);
+}
+
+/// Layouts, types, numberings, contexts and threads make no difference to a picture; values do.
+#[test]
+fn pictures_depend_on_values_and_nothing_else() {
+    let directory = TempDir::new().unwrap();
+    let program = compile_c("pictures", directory.path());
+    checked(command(program, directory.path()).arg("out").args(["3", "64"]), "pictures");
+    let mut paths = Vec::new();
+    reported(&directory.path().join("out"), &mut paths);
+    let mut groups: BTreeMap<String, Vec<(PathBuf, Picture)>> = BTreeMap::new();
+    for path in paths {
+        let picture = Picture::read(&path);
+        assert_eq!(picture.size, (64, 64));
+        let name = path.file_stem().unwrap().to_str().unwrap();
+        let (group, _) = name.rsplit_once('_').unwrap();
+        groups.entry(group.to_string()).or_default().push((path, picture));
+    }
+    let sizes: Vec<_> = groups.iter().map(|(group, members)| (group.as_str(), members.len())).collect();
+    let expected = [
+        ("corner", 9),
+        ("flat", 1),
+        ("lit", 13),
+        ("litcorner", 1),
+        ("midway", 1),
+        ("missing", 4),
+        ("near corner", 1),
+        ("near plain", 1),
+        ("nothing", 1),
+        ("plain", 21),
+        ("turned", 1),
+    ];
+    assert_eq!(sizes, expected);
+    for members in groups.values() {
+        let (first, picture) = &members[0];
+        for (path, other) in &members[1..] {
+            let distance = picture.distance(other);
+            assert!(picture == other, "{} and {}: {distance}", first.display(), path.display());
+        }
+    }
+    for (near, members) in &groups {
+        let Some(group) = near.strip_prefix("near ") else { continue };
+        let distance = members[0].1.distance(&groups[group][0].1);
+        assert!(distance < 0.05, "{near}: {distance}");
+    }
+    let mut different = groups.iter().filter(|(group, _)| !group.starts_with("near "));
+    while let Some((group, members)) = different.next() {
+        let picture = &members[0].1;
+        assert!(group == "nothing" || picture.colors() > 50, "{group}: {} colours", picture.colors());
+        for (other, others) in different.clone() {
+            let distance = picture.distance(&others[0].1);
+            assert!(distance > 0.5, "{group} and {other}: {distance}");
+        }
+    }
+}
+
+#[test]
+fn no_memory_is_misused_or_lost() {
+    if !is_there("valgrind") {
+        return;
+    }
+    let valgrind = |directory: &Path| {
+        let mut command = command("valgrind", directory);
+        command.args(["--quiet", "--error-exitcode=99", "--leak-check=full"]);
+        command.args(["--show-leak-kinds=definite", "--errors-for-leak-kinds=definite"]);
+        command
+    };
+    let directory = TempDir::new().unwrap();
+    let probe = compile_c("layout", directory.path());
+    if !valgrind(directory.path()).arg(probe).output().unwrap().status.success() {
+        println!("skipped: valgrind cannot run the simplest program here");
+        return;
+    }
+    let refusals = compile_c("refusals", directory.path());
+    checked(valgrind(directory.path()).arg(refusals).arg(directory.path()), "refusals");
+    let pictures = compile_c("pictures", directory.path());
+    checked(valgrind(directory.path()).arg(pictures).arg("out").args(["1", "16"]), "pictures");
+}
