@@ -1,6 +1,6 @@
 //! What icoray claims, measured: `icoray study NAME`.
 //!
-//! [`fig6`] the paper's radial field against its ground truth, [`speed`] seconds per frame. [`reference`] is an
+//! [`fig6`] the paper's radial field against its ground truth, [`speed`] seconds per frame. [`mod@reference`] is an
 //! independent, slow evaluation of the same picture, for the tests.
 
 pub mod fig6;
@@ -31,7 +31,7 @@ impl Study {
     /// Runs the study and writes what it finds to `out`, line by line.
     ///
     /// # Errors
-    /// Whatever the library says, and [`ErrorKind::Io`](icoray::ErrorKind::Io) when `out` fails.
+    /// Whatever the library says, and [`ErrorKind::Io`] when `out` fails.
     pub fn run(&self, out: &mut dyn Write) -> icoray::Result<()> {
         match self {
             Study::Fig6(options) => fig6::run(options, out),

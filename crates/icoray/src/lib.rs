@@ -2,7 +2,7 @@
 //!
 //! A model's six connectivity tables become a [`Grid`], its arrays [`Field`]s, both borrowed; a [`Scene`] says what to
 //! draw; a [`Renderer`] makes a [`Frame`] of them, and [`output`] writes it. The method is that of Xie, Yu and Ma,
-//! *Interactive Ray Casting of Geodesic Grids* (2013, doi:10.1111/cgf.12117), with a walk that cannot lose a ray.
+//! *Interactive Ray Casting of Geodesic Grids* (2013, doi:10.1111/cgf.12135), with a walk that cannot lose a ray.
 //!
 //! ```
 //! use icoray::{Field, Grid, IcosahedralMesh, Layers, Location, Renderer, Scene, Shape};

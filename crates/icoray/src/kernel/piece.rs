@@ -8,7 +8,7 @@
 //! - [`Method::Paper`] takes f as linear and the colour as the mean of the ends: second order.
 //! - [`Method::Exact`] keeps the bend of f: the optical depth is exact to rounding (a series; the closed log1p form
 //!   cancels), wa is Gauss 2-point with the known quartic term, fourth order, on as many panels as its error bound asks for.
-//!   See Novins and Arvo 1992 (doi:10.1145/147130.147157) for the first bounded integration of this kind.
+//!   See Novins and Arvo, "Controlled Precision Volume Integration" (1992), for the first bounded integration.
 
 use super::real::Real;
 use super::segment::Segment;
