@@ -60,10 +60,12 @@ struct Columns {
 impl Columns {
     fn read<S: Sample>(&mut self, samples: &Samples<S>, cell: u32, fans: &[Fan], layers: usize) {
         self.own.clear();
-        self.own.extend((0..layers).map(|l| samples.get::<f64>(cell, l)));
+        let base = samples.base(cell);
+        self.own.extend((0..layers).map(|l| samples.get::<f64>(base, l)));
         self.others.clear();
         for fan in fans {
-            self.others.extend((0..layers).map(|l| fan.cells.map(|c| samples.get::<f64>(c, l))));
+            let base = fan.cells.map(|c| samples.base(c));
+            self.others.extend((0..layers).map(|l| base.map(|b| samples.get::<f64>(b, l))));
         }
     }
 

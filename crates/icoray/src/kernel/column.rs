@@ -59,7 +59,7 @@ pub(crate) struct Chord<T, const N: usize> {
 
 impl<T: Real, const N: usize> Chord<T, N> {
     /// Interpolates the three vertices' values to the edge points. Equal values stay exactly equal.
-    #[inline]
+    #[inline(always)]
     pub fn over([a, b, c]: [Values<T, N>; 3], [entry, exit]: &[[T; 2]; 2]) -> Self {
         let mut chord = Chord { entry: a, exit: a };
         for k in 0..N {
@@ -70,19 +70,19 @@ impl<T: Real, const N: usize> Chord<T, N> {
         chord
     }
 
-    #[inline]
+    #[inline(always)]
     fn mix(self, other: Self, w: T) -> Self {
         Chord { entry: mix(&self.entry, &other.entry, w), exit: mix(&self.exit, &other.exit, w) }
     }
 
     /// The values at `tau` between the edge points.
-    #[inline]
+    #[inline(always)]
     pub fn at(&self, tau: T) -> Values<T, N> {
         mix(&self.entry, &self.exit, tau)
     }
 }
 
-#[inline]
+#[inline(always)]
 pub(crate) fn mix<T: Real, const N: usize>(a: &Values<T, N>, b: &Values<T, N>, w: T) -> Values<T, N> {
     let mut mixed = *a;
     for k in 0..N {
@@ -102,16 +102,6 @@ pub(crate) struct Station<T> {
     pub rho: f64,
 }
 
-/// One gap's share of a column.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Crossing<T, const N: usize> {
-    pub gap: usize,
-    pub a: Station<T>,
-    pub b: Station<T>,
-    /// Chords at the heights of `a` and `b`; `None` outside the shell.
-    pub chord: Option<(Chord<T, N>, Chord<T, N>)>,
-}
-
 /// What the visitor of [`cross`] says: go on, or the ray ends here.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Flow {
@@ -119,16 +109,24 @@ pub(crate) enum Flow {
     Stop,
 }
 
+/// What happens on the way through a column.
+pub(crate) trait Visit<T, const N: usize> {
+    /// Reads a layer at the column's two edge points.
+    fn chord(&self, layer: usize) -> Chord<T, N>;
+    /// The ray crosses a frustum from `a` to `b`; the chords are those at the heights of `a` and `b`.
+    fn frustum(&mut self, a: &Station<T>, b: &Station<T>, at_a: &Chord<T, N>, at_b: &Chord<T, N>) -> Flow;
+    /// The ray is below the innermost layer, from `a` on.
+    fn core(&mut self, a: &Station<T>) -> Flow;
+}
+
 /// Visits the gaps that the ray passes in `column`, in order, starting in `gap`; gives the gap at the column's end.
-///
-/// `chord_on` reads a layer. Each layer is read at most once per column.
-#[inline]
+/// Each layer is read at most once.
+#[inline(always)]
 pub(crate) fn cross<T: Real, const N: usize>(
     shell: &Shell<T>,
     column: &Column,
     mut gap: usize,
-    chord_on: impl Fn(usize) -> Chord<T, N>,
-    mut visit: impl FnMut(&Crossing<T, N>) -> Flow,
+    visitor: &mut impl Visit<T, N>,
 ) -> (usize, Flow) {
     let (entry, exit) = (&column.entry, &column.exit);
     let top = shell.layers();
@@ -136,34 +134,42 @@ pub(crate) fn cross<T: Real, const N: usize>(
     let scale = 1.0 / (exit.rho - entry.rho);
     let mut a = Station { u: T::zero(), tau: T::zero(), rho: entry.rho };
     // The chord on the layer that the ray came through.
-    let mut near: Option<Chord<T, N>> = None;
+    let mut near = None;
     loop {
-        let is_inside = gap > 0 && gap < top;
         let (behind, ahead) = if rising { (gap.wrapping_sub(1), gap) } else { (gap, gap.wrapping_sub(1)) };
-        let walls = is_inside.then(|| (near.unwrap_or_else(|| chord_on(behind)), chord_on(ahead)));
-        let between = |rho: f64| {
-            walls.map(|(first, second)| {
-                let w = shell.fraction(gap, rho);
-                first.mix(second, if rising { w } else { T::one() - w })
-            })
-        };
-        let at_a = if near.is_some() { near } else { between(a.rho) };
         let passes = ahead < top
             && if rising { shell.radius[ahead] <= exit.rho } else { shell.radius[ahead] > exit.rho };
-        if !passes {
-            let b = Station { u: T::one(), tau: T::one(), rho: exit.rho };
-            let flow = visit(&Crossing { gap, a, b, chord: at_a.zip(between(exit.rho)) });
-            return (gap, flow);
+        let b = if passes {
+            let radius = shell.radius[ahead];
+            let u = ((radius - entry.rho) * scale).clamp(0.0, 1.0);
+            let tau = (u * exit.rho / radius).clamp(0.0, 1.0);
+            Station { u: T::of(u), tau: T::of(tau), rho: radius }
+        } else {
+            Station { u: T::one(), tau: T::one(), rho: exit.rho }
+        };
+        if gap > 0 && gap < top {
+            let first = near.unwrap_or_else(|| visitor.chord(behind));
+            let second = visitor.chord(ahead);
+            let between = |rho: f64| {
+                let w = shell.fraction(gap, rho);
+                first.mix(second, if rising { w } else { T::one() - w })
+            };
+            let at_a = if near.is_some() { first } else { between(a.rho) };
+            let at_b = if passes { second } else { between(b.rho) };
+            if visitor.frustum(&a, &b, &at_a, &at_b) == Flow::Stop {
+                return (gap, Flow::Stop);
+            }
+            near = Some(second);
+        } else {
+            if gap == 0 && visitor.core(&a) == Flow::Stop {
+                return (gap, Flow::Stop);
+            }
+            near = None;
         }
-        let radius = shell.radius[ahead];
-        let u = ((radius - entry.rho) * scale).clamp(0.0, 1.0);
-        let tau = (u * exit.rho / radius).clamp(0.0, 1.0);
-        let b = Station { u: T::of(u), tau: T::of(tau), rho: radius };
-        if visit(&Crossing { gap, a, b, chord: at_a.zip(walls.map(|w| w.1)) }) == Flow::Stop {
-            return (gap, Flow::Stop);
+        if !passes {
+            return (gap, Flow::On);
         }
         gap = if rising { gap + 1 } else { gap - 1 };
         a = b;
-        near = walls.map(|w| w.1);
     }
 }

@@ -1,6 +1,6 @@
 //! One ray, whole: Algorithm 1 of the paper.
 
-use super::column::{Chord, Crossing, Flow, Shell, Values, cross};
+use super::column::{Chord, Flow, Shell, Station, Values, Visit, cross};
 use super::piece::{Light, Method, integrate};
 use super::plane::RayLine;
 use super::real::{Real, lerp};
@@ -74,10 +74,10 @@ impl<T: Real, S: Sample, const N: usize> Caster<'_, T, S, N> {
         light
     }
 
-    #[inline]
-    fn vertex(&self, cell: u32, layer: usize) -> Values<T, N> {
+    #[inline(always)]
+    fn vertex(&self, cell: u32, base: isize, layer: usize) -> Values<T, N> {
         let mut values = [T::zero(); N];
-        values[0] = self.samples.get(cell, layer);
+        values[0] = self.samples.get(base, layer);
         if N == 4 {
             let gradient = self.gradients[cell as usize * self.shell.layers() + layer];
             for k in 0..3 {
@@ -98,36 +98,69 @@ struct Ray<'r, 'f, T, S, const N: usize> {
     counts: &'r mut Counts,
 }
 
+/// A ray inside one column.
+struct Pass<'p, 'r, 'f, T, S, const N: usize> {
+    ray: &'p mut Ray<'r, 'f, T, S, N>,
+    column: &'p Column,
+    /// Where each vertex's samples begin.
+    base: [isize; 3],
+    /// Weights of the second and third vertex at the column's entry and exit.
+    weight: [[T; 2]; 2],
+    length: T,
+}
+
+impl<T: Real, S: Sample, const N: usize> Visit<T, N> for Pass<'_, '_, '_, T, S, N> {
+    #[inline(always)]
+    fn chord(&self, layer: usize) -> Chord<T, N> {
+        let (caster, cells, base) = (self.ray.caster, &self.column.cells, &self.base);
+        let vertex = |k: usize| caster.vertex(cells[k], base[k], layer);
+        Chord::over([vertex(0), vertex(1), vertex(2)], &self.weight)
+    }
+
+    #[inline(always)]
+    fn frustum(&mut self, a: &Station<T>, b: &Station<T>, at_a: &Chord<T, N>, at_b: &Chord<T, N>) -> Flow {
+        let eps = T::of(b.rho - a.rho) / T::of(a.rho);
+        let mut course = Course { from: at_a.at(a.tau), to: at_b.at(b.tau), kappa: [T::zero(); N], eps };
+        for k in 0..N {
+            let (slope_a, slope_b) = (at_a.exit[k] - at_a.entry[k], at_b.exit[k] - at_b.entry[k]);
+            course.kappa[k] = (b.tau - a.tau) * ((slope_a - slope_b) + eps * slope_a);
+        }
+        self.ray.frustum(&course, self.length * (b.u - a.u))
+    }
+
+    /// An opaque core ends the ray, a hollow one lets it pass.
+    fn core(&mut self, a: &Station<T>) -> Flow {
+        let Some(color) = self.ray.caster.core else { return Flow::On };
+        let (entry, exit) = (&self.column.entry, &self.column.exit);
+        let t = entry.t + a.u.wide() * (exit.t - entry.t);
+        let body = match &self.ray.shading {
+            Some(shading) => shading.solid(self.ray.line.position(t).normalize_or_zero()),
+            None => T::one(),
+        };
+        self.ray.light.over(&Light { color: color.map(|c| T::of(c) * body), absorbed: T::one() });
+        Flow::Stop
+    }
+}
+
 impl<T: Real, S: Sample, const N: usize> Ray<'_, '_, T, S, N> {
     #[inline]
     fn column(&mut self, column: &Column, gap: usize) -> (usize, Flow) {
         self.counts.columns += 1;
-        let caster = self.caster;
-        let (entry, exit, [a, b, c]) = (&column.entry.weight, &column.exit.weight, column.cells);
-        let weight = [[T::of(entry[0]), T::of(entry[1])], [T::of(exit[0]), T::of(exit[1])]];
-        let chord_on = |layer: usize| {
-            Chord::over([caster.vertex(a, layer), caster.vertex(b, layer), caster.vertex(c, layer)], &weight)
-        };
-        cross(caster.shell, column, gap, chord_on, |crossing| self.frustum(column, crossing))
+        let (entry, exit, [a, b, c]) = (&column.entry, &column.exit, column.cells);
+        let samples = &self.caster.samples;
+        let base = [samples.base(a), samples.base(b), samples.base(c)];
+        let weight = [entry, exit].map(|end| [T::of(end.weight[0]), T::of(end.weight[1])]);
+        let shell = self.caster.shell;
+        let mut pass = Pass { ray: self, column, base, weight, length: T::of(exit.t - entry.t) };
+        cross(shell, column, gap, &mut pass)
     }
 
+    /// Adds the light of one frustum, of which the ray passes `length`.
     #[inline]
-    fn frustum(&mut self, column: &Column, crossing: &Crossing<T, N>) -> Flow {
-        let Crossing { gap, a, b, chord } = crossing;
-        if *gap == 0 {
-            return self.core(column, a.u);
-        }
-        let Some((chord_a, chord_b)) = chord else { return Flow::On };
+    fn frustum(&mut self, course: &Course<T, N>, length: T) -> Flow {
         self.counts.frusta += 1;
-        let eps = T::of(b.rho - a.rho) / T::of(a.rho);
-        let mut course =
-            Course { from: chord_a.at(a.tau), to: chord_b.at(b.tau), kappa: [T::zero(); N], eps };
-        for k in 0..N {
-            let (slope_a, slope_b) = (chord_a.exit[k] - chord_a.entry[k], chord_b.exit[k] - chord_b.entry[k]);
-            course.kappa[k] = (b.tau - a.tau) * ((slope_a - slope_b) + eps * slope_a);
-        }
-        let length = T::of(column.exit.t - column.entry.t) * (b.u - a.u);
-        let segment = Segment { f0: course.from[0], f1: course.to[0], kappa: course.kappa[0], eps, length };
+        let segment =
+            Segment { f0: course.from[0], f1: course.to[0], kappa: course.kappa[0], eps: course.eps, length };
         if !(segment.f0 + segment.f1 + segment.kappa).is_finite() {
             self.counts.void_frusta += 1;
             self.span = None;
@@ -135,10 +168,10 @@ impl<T: Real, S: Sample, const N: usize> Ray<'_, '_, T, S, N> {
         }
         let (zero, one) = (T::zero(), T::one());
         match segment.extremum() {
-            None => self.monotone(&segment, &course, [zero, one]),
+            None => self.monotone(&segment, course, [zero, one]),
             Some(turn) => {
-                self.monotone(&segment.part((zero, segment.f0), turn), &course, [zero, turn.0]);
-                self.monotone(&segment.part(turn, (one, segment.f1)), &course, [turn.0, one]);
+                self.monotone(&segment.part((zero, segment.f0), turn), course, [zero, turn.0]);
+                self.monotone(&segment.part(turn, (one, segment.f1)), course, [turn.0, one]);
             }
         }
         if one - self.light.absorbed < T::of(T::OPAQUE) { Flow::Stop } else { Flow::On }
@@ -191,20 +224,6 @@ impl<T: Real, S: Sample, const N: usize> Ray<'_, '_, T, S, N> {
             _ => integrate(self.caster.method, piece, span),
         };
         self.light.over(&light);
-    }
-
-    /// The ray is below the innermost layer: an opaque core ends it, a hollow one lets it pass.
-    fn core(&mut self, column: &Column, u: T) -> Flow {
-        let Some(color) = self.caster.core else {
-            return Flow::On;
-        };
-        let t = column.entry.t + u.wide() * (column.exit.t - column.entry.t);
-        let body = match &self.shading {
-            Some(shading) => shading.solid(self.line.position(t).normalize_or_zero()),
-            None => T::one(),
-        };
-        self.light.over(&Light { color: color.map(|c| T::of(c) * body), absorbed: T::one() });
-        Flow::Stop
     }
 }
 

@@ -27,6 +27,7 @@ impl Sample for f64 {
 pub(crate) struct Samples<'a, S> {
     data: &'a [S],
     shape: Shape,
+    has_fill: bool,
     fill: f64,
     shift: f64,
     scale: f64,
@@ -42,24 +43,25 @@ impl<'a, S: Sample> Samples<'a, S> {
                 (shape.offset as isize + (shape.layers as isize - 1) * shape.layer_stride) as usize;
             shape.layer_stride = -shape.layer_stride;
         }
-        let fill = field.fill().unwrap_or(f64::NAN);
-        Samples { data, shape, fill, shift: range[0], scale: 1.0 / (range[1] - range[0]) }
+        let (has_fill, fill) = (field.fill().is_some(), field.fill().unwrap_or(f64::NAN));
+        Samples { data, shape, has_fill, fill, shift: range[0], scale: 1.0 / (range[1] - range[0]) }
     }
 
-    /// The normalised value of `cell` at `layer` (counted from the innermost); NaN where it is missing.
+    /// Where the values over `cell` begin, for [`Self::get`].
+    #[inline(always)]
+    pub fn base(&self, cell: u32) -> isize {
+        self.shape.offset as isize + cell as isize * self.shape.column_stride
+    }
+
+    /// The normalised value at `layer` (counted from the innermost) over the cell of `base`; NaN where it is missing.
     ///
     /// Normalised in f64: a field of 1e30, or of 1e6 + 1, keeps its digits in an f32 kernel.
-    #[inline]
-    pub fn get<T: Real>(&self, cell: u32, layer: usize) -> T {
-        let s = &self.shape;
-        let element = s.offset as isize + cell as isize * s.column_stride + layer as isize * s.layer_stride;
-        let value = self.data[element as usize].wide();
+    #[inline(always)]
+    pub fn get<T: Real>(&self, base: isize, layer: usize) -> T {
+        let value = self.data[(base + layer as isize * self.shape.layer_stride) as usize].wide();
         let normalised = (value - self.shift) * self.scale;
-        if normalised.abs() <= T::LARGEST && value != self.fill {
-            T::of(normalised)
-        } else {
-            T::of(self.rare(value, T::LARGEST))
-        }
+        let usual = normalised.abs() <= T::LARGEST && !(self.has_fill && value == self.fill);
+        T::of(if usual { normalised } else { self.rare(value, T::LARGEST) })
     }
 
     #[cold]
