@@ -562,6 +562,7 @@ static void misfits(icoray_ctx *ctx)
     REFUSED(ctx, ICORAY_ERR_FIELD, "3 layers, expected 2", icoray_execute(ctx, 0, 0.0, NULL));
     OK(icoray_layers_set(ctx, &good_layers));
     REFUSED(ctx, ICORAY_ERR_ARGUMENT, "iso_datetime", icoray_execute(ctx, 0, 0.0, NO_UTF8));
+    REFUSED(ctx, ICORAY_ERR_ARGUMENT, "time_s", icoray_execute(ctx, 0, NAN, NULL));
 }
 
 static void scenes(icoray_ctx *ctx)

@@ -186,6 +186,10 @@ pub unsafe extern "C" fn icoray_execute(
             } else {
                 Some(text(iso_datetime, "iso_datetime")?.to_string())
             };
+            if !time_s.is_finite() {
+                let message = format!("time_s: {time_s}, expected a finite number");
+                return Err(Failure::new(icoray_status::ICORAY_ERR_ARGUMENT, message));
+            }
             context.execute(&Stamp { step, time_s, date }, |array| borrow::field(array))
         })
     }

@@ -80,7 +80,8 @@ impl Layers {
     pub fn for_field(&self, layers: usize) -> Result<Self> {
         match self.count() {
             n if layers == n => Ok(self.clone()),
-            n if layers + 1 == n => self.midpoints(),
+            n if layers + 1 == n && layers > 1 => self.midpoints(),
+            2 => Err(Error::new(ErrorKind::Field, format!("{layers} layers, expected 2 (on the layers)"))),
             n => Err(Error::new(
                 ErrorKind::Field,
                 format!("{layers} layers, expected {n} (on the layers) or {} (midway between them)", n - 1),
@@ -137,6 +138,17 @@ mod tests {
             assert!(error.to_string().contains(part), "{error}");
         }
         assert!(Layers::new(vec![1.0, 2.0], 0.0).is_err());
+    }
+
+    #[test]
+    fn a_field_lies_on_the_layers_or_midway_between() {
+        let layers = Layers::new(vec![1.0, 2.0, 4.0], 1.0).unwrap();
+        assert_eq!(layers.for_field(3).unwrap(), layers);
+        assert_eq!(layers.for_field(2).unwrap().radius_m(), [1.5, 3.0]);
+        for (count, wrong) in [(3, 1), (3, 4), (2, 1)] {
+            let layers = Layers::new((1..=count).map(f64::from).collect(), 1.0).unwrap();
+            assert_eq!(layers.for_field(wrong).unwrap_err().kind(), ErrorKind::Field, "{count} {wrong}");
+        }
     }
 
     #[test]

@@ -147,6 +147,17 @@ fn damage_is_named() {
             &["span no area"],
         ),
         (
+            |m| m.cell_corner.fill(0),
+            ErrorKind::Grid,
+            &["cell_corner row 0", "1 different corners", "expected the 5"],
+        ),
+        (|m| m.cell_corner[601] = 319, ErrorKind::Grid, &["cell_corner row 100, column 1", "corner 319"]),
+        (
+            |m| m.cell_corner[600] = m.cell_corner[601],
+            ErrorKind::Grid,
+            &["cell_corner row 100", "5 different corners", "6"],
+        ),
+        (
             // One centre moved to the far side of the sphere: its triangles fold over.
             |m| {
                 m.lat_center_rad[50] = -m.lat_center_rad[50];

@@ -231,6 +231,40 @@ fn seats_of(t: &GridTables, direction: &[[f64; 3]], r: usize) -> Result<Seats> {
     Ok(Seats::new(side, det < 0.0))
 }
 
+/// The corners of each cell are those whose row of `corner_cell` names the cell, each of them once.
+pub(super) fn cells(t: &GridTables) -> Result<()> {
+    let base = t.index_base;
+    let number = |i: usize| i as i64 + i64::from(base);
+    let mut around = vec![0u32; t.cells()];
+    for cell in t.corner_cell {
+        around[(cell - base) as usize] += 1;
+    }
+    first_error(t.cells(), |r| {
+        let start = r * t.cell_corner_row;
+        let used = t.cell_corner_count.map_or(t.cell_corner_row, |count| count[r] as usize);
+        let row = &t.cell_corner[start..start + used];
+        let at_cell = |corner: i32| {
+            let first = 3 * (corner - base) as usize;
+            t.corner_cell[first..first + 3].contains(&(r as i32 + base))
+        };
+        if let Some(column) = row.iter().position(|&corner| !at_cell(corner)) {
+            return Some(bad(format!(
+                "cell_corner row {}, column {column}: corner {}, expected one whose corner_cell row names the cell",
+                number(r),
+                row[column]
+            )));
+        }
+        let distinct = (0..used).filter(|&i| !row[..i].contains(&row[i])).count();
+        (distinct != around[r] as usize).then(|| {
+            bad(format!(
+                "cell_corner row {}: {distinct} different corners, expected the {} whose corner_cell rows name the cell",
+                number(r),
+                around[r]
+            ))
+        })
+    })
+}
+
 /// The triangles turn the same way on both sides of every edge and cover the sphere exactly once.
 pub(super) fn closed(t: &GridTables, direction: &[[f64; 3]], seats: &[Seats]) -> Result<()> {
     let base = t.index_base;

@@ -34,7 +34,7 @@ impl<'a> Grid<'a> {
     /// # Errors
     /// [`ErrorKind::Grid`](crate::ErrorKind::Grid) names the table, row, value and what was expected: sizes, index
     /// ranges, each edge's two triangles, each triangle's three edges and cells, a closed sphere (V - E + F = 2, one
-    /// winding, areas summing to 4π), no zero-area triangle, finite coordinates.
+    /// winding, areas summing to 4π), no zero-area triangle, each cell's corners, finite coordinates.
     /// [`ErrorKind::Unsupported`](crate::ErrorKind::Unsupported): the mesh has a hole.
     pub fn new(tables: GridTables<'a>) -> Result<Self> {
         check::sizes(&tables)?;
@@ -43,6 +43,7 @@ impl<'a> Grid<'a> {
         check::indices(&tables)?;
         let seats = check::triangles(&tables, &direction)?;
         check::closed(&tables, &direction, &seats)?;
+        check::cells(&tables)?;
         Ok(Grid { tables, direction, seats })
     }
 
@@ -88,8 +89,8 @@ impl<'a> Grid<'a> {
         let column = self.seats[triangle as usize].side_opposite(k);
         let edge = (self.tables.corner_edge[3 * triangle as usize + column] - base) as usize;
         let sides = &self.tables.edge_corner[2 * edge..2 * edge + 2];
-        let first = (sides[0] - base) as u32;
-        if first == triangle { (sides[1] - base) as u32 } else { first }
+        // The side's two triangles and this one, of which one stands twice: what is left is the other.
+        (sides[0] - base) as u32 ^ (sides[1] - base) as u32 ^ triangle
     }
 
     /// Whether the table's order of the vertices of `triangle` runs clockwise seen from outside.

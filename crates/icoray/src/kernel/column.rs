@@ -13,6 +13,8 @@ use super::walk::Column;
 #[derive(Debug, Clone)]
 pub(crate) struct Shell<T> {
     radius: Vec<f64>,
+    /// 1 / radius of each layer.
+    curvature: Vec<f64>,
     /// 1 / thickness of the gap above each layer but the last.
     inverse: Vec<T>,
 }
@@ -21,7 +23,8 @@ impl<T: Real> Shell<T> {
     /// `radius` in planet radii, rising.
     pub fn new(radius: &[f64]) -> Self {
         let inverse = radius.windows(2).map(|w| T::of(1.0 / (w[1] - w[0]))).collect();
-        Shell { radius: radius.to_vec(), inverse }
+        let curvature = radius.iter().map(|r| 1.0 / r).collect();
+        Shell { radius: radius.to_vec(), curvature, inverse }
     }
 
     /// The outermost radius.
@@ -142,7 +145,7 @@ pub(crate) fn cross<T: Real, const N: usize>(
         let b = if passes {
             let radius = shell.radius[ahead];
             let u = ((radius - entry.rho) * scale).clamp(0.0, 1.0);
-            let tau = (u * exit.rho / radius).clamp(0.0, 1.0);
+            let tau = (u * exit.rho * shell.curvature[ahead]).clamp(0.0, 1.0);
             Station { u: T::of(u), tau: T::of(tau), rho: radius }
         } else {
             Station { u: T::one(), tau: T::one(), rho: exit.rho }
