@@ -91,10 +91,7 @@ fn exact_ray(scene: &Scene, eye: DVec3, dir: DVec3, steps: usize) -> [f32; 4] {
     }
     if let (true, Some(core)) = (hits_core, scene.core) {
         let normal = (eye + end * dir).normalize();
-        let body = scene
-            .lighting
-            .map_or(1.0, |l| l.ambient + l.diffuse * normal.dot(look::towards(&l.source, dir)).max(0.0));
-        color += through * body * DVec3::from_array(core);
+        color += through * look::ground(scene, DVec3::from_array(core), normal, dir);
         through = 0.0;
     }
     let back = scene.background.map_or(DVec3::ZERO, DVec3::from_array);

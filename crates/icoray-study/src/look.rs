@@ -34,3 +34,9 @@ pub(crate) fn lit(scene: &Scene, color: DVec3, normal: DVec3, dir: DVec3) -> DVe
     let gleam = normal.dot((towards - dir).normalize()).abs().powf(light.shininess);
     color * (light.ambient + light.diffuse * normal.dot(towards).abs()) + light.specular * gleam
 }
+
+/// The opaque core's `color` under the scene's light, where its outward normal is `normal`.
+pub(crate) fn ground(scene: &Scene, color: DVec3, normal: DVec3, dir: DVec3) -> DVec3 {
+    let Some(light) = &scene.lighting else { return color };
+    color * (light.ambient + light.diffuse * normal.dot(towards(&light.source, dir)).max(0.0))
+}

@@ -179,7 +179,8 @@ impl<'a> Reference<'a> {
                 if here == Region::Core
                     && let Some(core) = self.scene.core
                 {
-                    color += through * DVec3::from_array(core);
+                    color += through
+                        * look::ground(self.scene, DVec3::from_array(core), (eye + t * dir).normalize(), dir);
                     return [color.x, color.y, color.z, 1.0];
                 }
                 self.step(eye + 0.5 * (t + to) * dir, to - t, dir, &mut hint, &mut color, &mut through);

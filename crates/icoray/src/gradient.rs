@@ -11,28 +11,58 @@ use crate::kernel::sample::{Sample, Samples};
 use glam::DVec3;
 use rayon::prelude::*;
 
-/// One triangle around a cell: its two other cells and the dual basis at the cell.
+/// One triangle around a cell: where its two other cells stand in the ring, and the dual basis at the cell.
 struct Fan {
-    cells: [u32; 2],
+    others: [usize; 2],
     radial: DVec3,
     along: [DVec3; 2],
 }
 
-fn fans(grid: &Grid, cell: u32) -> Vec<Fan> {
-    let a = grid.direction(cell);
-    let fan = |triangle| {
-        let cells = grid.triangle(triangle);
-        let k = cells.iter().position(|&c| c == cell)?;
-        let others = [cells[(k + 1) % 3], cells[(k + 2) % 3]];
-        let [b, c] = others.map(|o| grid.direction(o) - a);
-        let volume = a.dot(b.cross(c));
-        Some(Fan {
-            cells: others,
-            radial: b.cross(c) / volume,
-            along: [c.cross(a) / volume, a.cross(b) / volume],
-        })
-    };
-    grid.corners_of(cell).filter_map(fan).collect()
+/// A cell's neighbours and the triangles that it makes with them.
+#[derive(Default)]
+struct Ring {
+    neighbours: Vec<u32>,
+    /// What one unit of difference to each neighbour adds to the mean gradient at radius 1, all triangles counting.
+    weight: Vec<DVec3>,
+    /// The same for the radial slope.
+    radial: DVec3,
+    fans: Vec<Fan>,
+}
+
+impl Ring {
+    fn read(&mut self, grid: &Grid, cell: u32) {
+        self.neighbours.clear();
+        self.fans.clear();
+        let a = grid.direction(cell);
+        for triangle in grid.corners_of(cell) {
+            let cells = grid.triangle(triangle);
+            let k = cells
+                .iter()
+                .position(|&c| c == cell)
+                .expect("the grid's check found the cell at its corners");
+            let others = [cells[(k + 1) % 3], cells[(k + 2) % 3]];
+            let [b, c] = others.map(|o| grid.direction(o) - a);
+            let volume = a.dot(b.cross(c));
+            let others = others.map(|o| {
+                self.neighbours.iter().position(|&n| n == o).unwrap_or_else(|| {
+                    self.neighbours.push(o);
+                    self.neighbours.len() - 1
+                })
+            });
+            let along = [c.cross(a) / volume, a.cross(b) / volume];
+            self.fans.push(Fan { others, radial: b.cross(c) / volume, along });
+        }
+        let share = 1.0 / self.fans.len() as f64;
+        self.weight.clear();
+        self.weight.resize(self.neighbours.len(), DVec3::ZERO);
+        self.radial = DVec3::ZERO;
+        for fan in &self.fans {
+            self.radial += share * fan.radial;
+            for k in 0..2 {
+                self.weight[fan.others[k]] += share * fan.along[k];
+            }
+        }
+    }
 }
 
 /// Gradients of the normalised field at every vertex, per planet radius, level-fastest; zero where nothing is known.
@@ -40,53 +70,117 @@ pub(crate) fn gradients<S: Sample>(grid: &Grid, radius: &[f64], samples: &Sample
     let layers = radius.len();
     let mut gradients = vec![[0.0f32; 3]; grid.cells() * layers];
     let rows = gradients.par_chunks_exact_mut(layers).with_min_len(64).enumerate();
-    rows.for_each_init(Columns::default, |columns, (cell, row)| {
-        let fans = fans(grid, cell as u32);
-        columns.read(samples, cell as u32, &fans, layers);
-        for (layer, gradient) in row.iter_mut().enumerate() {
-            *gradient = columns.gradient(&fans, radius, layer).as_vec3().to_array();
-        }
-    });
+    rows.for_each_init(
+        || (Ring::default(), Columns::new(radius)),
+        |(ring, columns), (cell, row)| {
+            ring.read(grid, cell as u32);
+            columns.read(samples, cell as u32, &ring.neighbours);
+            columns.means(ring);
+            for (layer, gradient) in row.iter_mut().enumerate() {
+                let mean =
+                    if columns.is_whole(layer) { columns.mean(layer) } else { columns.known(ring, layer) };
+                *gradient = mean.as_vec3().to_array();
+            }
+        },
+    );
     gradients
 }
 
-/// The values over a cell and over the corners of its fans, reused from cell to cell.
-#[derive(Default)]
-struct Columns {
+/// The values over a cell and its neighbours, and the gradients there; reused from cell to cell.
+struct Columns<'r> {
+    radius: &'r [f64],
+    inverse_radius: Vec<f64>,
+    inverse_gap: Vec<f64>,
     own: Vec<f64>,
-    others: Vec<[f64; 2]>,
+    /// A column of values per neighbour.
+    around: Vec<f64>,
+    /// The sum of all values on each layer: NaN where one is missing.
+    total: Vec<f64>,
+    /// x, y and z of the mean over all frusta, which means something where no value is missing.
+    mean: [Vec<f64>; 3],
 }
 
-impl Columns {
-    fn read<S: Sample>(&mut self, samples: &Samples<S>, cell: u32, fans: &[Fan], layers: usize) {
-        self.own.clear();
-        let base = samples.base(cell);
-        self.own.extend((0..layers).map(|l| samples.get::<f64>(base, l)));
-        self.others.clear();
-        for fan in fans {
-            let base = fan.cells.map(|c| samples.base(c));
-            self.others.extend((0..layers).map(|l| base.map(|b| samples.get::<f64>(b, l))));
+impl<'r> Columns<'r> {
+    fn new(radius: &'r [f64]) -> Self {
+        let zeros = || vec![0.0; radius.len()];
+        Columns {
+            radius,
+            inverse_radius: radius.iter().map(|r| 1.0 / r).collect(),
+            inverse_gap: radius.windows(2).map(|w| 1.0 / (w[1] - w[0])).collect(),
+            own: zeros(),
+            around: Vec::new(),
+            total: zeros(),
+            mean: [zeros(), zeros(), zeros()],
         }
     }
 
-    fn gradient(&self, fans: &[Fan], radius: &[f64], layer: usize) -> DVec3 {
-        let layers = radius.len();
-        let here = self.own[layer];
-        if here.is_nan() {
-            return DVec3::ZERO;
+    fn read<S: Sample>(&mut self, samples: &Samples<S>, cell: u32, neighbours: &[u32]) {
+        let layers = self.radius.len();
+        let fill = |column: &mut [f64], cell: u32| {
+            let base = samples.base(cell);
+            for (layer, value) in column.iter_mut().enumerate() {
+                *value = samples.get(base, layer);
+            }
+        };
+        fill(&mut self.own, cell);
+        self.around.resize(neighbours.len() * layers, 0.0);
+        for (column, &neighbour) in self.around.chunks_exact_mut(layers).zip(neighbours) {
+            fill(column, neighbour);
         }
+    }
+
+    /// The mean over all incident frusta, as if no value were missing.
+    fn means(&mut self, ring: &Ring) {
+        let layers = self.radius.len();
+        let [x, y, z] = &mut self.mean;
+        for layer in 0..layers {
+            let slope = |gap: usize| (self.own[gap + 1] - self.own[gap]) * self.inverse_gap[gap];
+            let slope = match layer {
+                0 => slope(0),
+                l if l + 1 == layers => slope(l - 1),
+                l => 0.5 * (slope(l - 1) + slope(l)),
+            };
+            (x[layer], y[layer], z[layer]) =
+                (slope * ring.radial.x, slope * ring.radial.y, slope * ring.radial.z);
+        }
+        self.total.copy_from_slice(&self.own);
+        for (column, weight) in self.around.chunks_exact(layers).zip(&ring.weight) {
+            let rows = column.iter().zip(&self.own).zip(&self.inverse_radius);
+            let sums = x.iter_mut().zip(y.iter_mut()).zip(z.iter_mut()).zip(&mut self.total);
+            for (((value, own), inverse), (((x, y), z), total)) in rows.zip(sums) {
+                *total += value;
+                let difference = (value - own) * inverse;
+                *x += weight.x * difference;
+                *y += weight.y * difference;
+                *z += weight.z * difference;
+            }
+        }
+    }
+
+    /// Whether all frusta at `layer` have all their values.
+    fn is_whole(&self, layer: usize) -> bool {
+        let last = (layer + 1).min(self.radius.len() - 1);
+        !self.total[layer.saturating_sub(1)..=last].iter().any(|t| t.is_nan())
+    }
+
+    fn mean(&self, layer: usize) -> DVec3 {
+        DVec3::new(self.mean[0][layer], self.mean[1][layer], self.mean[2][layer])
+    }
+
+    /// The mean over those frusta at `layer` that miss no value.
+    fn known(&self, ring: &Ring, layer: usize) -> DVec3 {
+        let layers = self.radius.len();
+        let value = |neighbour: usize, layer: usize| self.around[neighbour * layers + layer];
         let next = [layer.checked_sub(1), (layer + 1 < layers).then_some(layer + 1)];
-        let mut sum = DVec3::ZERO;
-        let mut count = 0.0;
-        for (fan, values) in fans.iter().zip(self.others.chunks_exact(layers)) {
-            let [b, c] = values[layer].map(|v| v - here);
-            let flat = (b * fan.along[0] + c * fan.along[1]) / radius[layer];
+        let (mut sum, mut count) = (DVec3::ZERO, 0.0);
+        for fan in &ring.fans {
+            let [b, c] = fan.others.map(|o| value(o, layer) - self.own[layer]);
+            let flat = (b * fan.along[0] + c * fan.along[1]) * self.inverse_radius[layer];
             for beyond in next.into_iter().flatten() {
-                let slope = (self.own[beyond] - here) / (radius[beyond] - radius[layer]);
+                let slope = (self.own[beyond] - self.own[layer]) / (self.radius[beyond] - self.radius[layer]);
                 let gradient = flat + slope * fan.radial;
-                let whole =
-                    !values[beyond][0].is_nan() && !values[beyond][1].is_nan() && gradient.is_finite();
-                if whole {
+                let is_whole = fan.others.iter().all(|&o| !value(o, beyond).is_nan());
+                if is_whole && gradient.is_finite() {
                     sum += gradient;
                     count += 1.0;
                 }
@@ -150,5 +244,50 @@ mod tests {
                 "{i}: {gradient:?}"
             );
         }
+    }
+
+    /// Any field with holes: each vertex has the mean over those incident frusta that miss none of their six values, and
+    /// a frustum's gradient solves its three slopes.
+    #[test]
+    fn the_mean_is_over_the_whole_incident_frusta() {
+        let mesh = IcosahedralMesh::new(2).unwrap();
+        let grid = Grid::new(mesh.tables()).unwrap();
+        let mut values = field_of(&grid, |p| (3.0 * p.x).sin() * (5.0 * p.y).cos() + p.z * p.z);
+        for cell in (0..grid.cells()).step_by(7) {
+            values[4 * cell + cell % 4] = f64::NAN;
+            values[4 * cell + (cell + 1) % 4] = f64::NAN;
+        }
+        let (radius, value) = (radii(), |cell: u32, layer: usize| values[4 * cell as usize + layer]);
+        let frustum = |cell: u32, layer: usize, triangle: u32, gap: usize| {
+            let cells = grid.triangle(triangle);
+            let whole = cells.iter().all(|&c| !value(c, gap).is_nan() && !value(c, gap + 1).is_nan());
+            let others: Vec<u32> = cells.into_iter().filter(|&c| c != cell).collect();
+            let side = |o: u32| (grid.direction(o) - grid.direction(cell)) * radius[layer];
+            let slopes = DVec3::new(
+                (value(cell, gap + 1) - value(cell, gap)) / (radius[gap + 1] - radius[gap]),
+                value(others[0], layer) - value(cell, layer),
+                value(others[1], layer) - value(cell, layer),
+            );
+            let basis = glam::DMat3::from_cols(grid.direction(cell), side(others[0]), side(others[1]));
+            whole.then(|| basis.transpose().inverse() * slopes)
+        };
+        let found = gradients_of(&grid, &values);
+        let mut partial = 0;
+        for (i, gradient) in found.iter().enumerate() {
+            let (cell, layer) = ((i / 4) as u32, i % 4);
+            let gaps = [layer.checked_sub(1), (layer < 3).then_some(layer)].into_iter().flatten();
+            let around: Vec<_> = gaps
+                .flat_map(|gap| grid.corners_of(cell).map(move |t| (t, gap)))
+                .map(|(t, gap)| frustum(cell, layer, t, gap))
+                .collect();
+            let known: Vec<DVec3> = around.iter().copied().flatten().collect();
+            partial += usize::from(!known.is_empty() && known.len() < around.len());
+            let mean = known.iter().sum::<DVec3>() / known.len().max(1) as f64;
+            assert!(
+                DVec3::from_array(gradient.map(f64::from)).distance(mean) < 1e-5,
+                "{cell} {layer}: {gradient:?} {mean}"
+            );
+        }
+        assert!(partial > 100, "{partial} vertices beside voids");
     }
 }
