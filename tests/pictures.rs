@@ -88,6 +88,7 @@ knots = [ { value = 0, color = "rgb(255 0 0)", extinction = 1 }, { value = 0.5, 
             }
             let d = difference(&frame.pixels, &expected);
             let bound = if precision == "f64" { 2e-7 } else { 3e-6 };
+            println!("{precision} {camera:?}: {d:?}");
             assert!(d.max < bound && d.not_finite == 0, "{camera} {rest}: {d:?}");
             assert!(covered(&frame) > 0.4);
         }
