@@ -3,7 +3,8 @@
  *
  * Five calls: icoray_open_serial, icoray_grid_set + icoray_layers_set, icoray_field_set, icoray_scene_load, then
  * icoray_execute each step. Every call returns a status, 0 (ICORAY_OK) where it went well; icoray_last_error has the
- * sentence. Nothing aborts, exits, unwinds or prints. The model's memory is read in place and never written or freed.
+ * sentence. Nothing exits, unwinds or prints; only memory running out can end the process. The model's memory is read in
+ * place and never written or freed.
  *
  * Every struct begins with struct_size, which the caller sets to sizeof the struct; zero the rest before filling it in.
  * One context is used by one thread at a time; different contexts are independent.

@@ -2,8 +2,8 @@
 
 use glam::DVec3;
 use icoray::{
-    CenterField, Field, Frame, Grid, Layers, Lighting, Location, Method, Precision, Renderer, Scene, Shape,
-    Source,
+    CenterField, Field, Frame, Grid, IcosahedralMesh, Layers, Lighting, Location, Method, Precision,
+    Renderer, Scene, Shape, Source,
 };
 use icoray_study::fig6;
 use icoray_study::reference::Reference;
@@ -349,5 +349,34 @@ fn scales_and_steps_hold_in_f32() {
             .count();
         assert!(apart <= 4 && d.not_finite == 0, "{scale:e} {offset:e}: {apart} pixels apart, {d:?}");
         assert!(double.pixels.iter().any(|p| p[0] > 0.9), "the opaque body is not to be seen");
+    }
+}
+
+/// A real Earth, true to scale: 100 m layers on 6371 km, looked at along the limb, in f32 as in f64.
+#[test]
+fn thin_layers_on_a_real_earth_hold_in_f32() {
+    let mesh = IcosahedralMesh::new(5).unwrap();
+    let grid = Grid::new(mesh.tables()).unwrap();
+    let heights: Vec<f64> = (0..=100).map(|l| 100.0 * f64::from(l)).collect();
+    let layers = Layers::from_heights(&heights, 6.371e6).unwrap();
+    let wave = |cell: usize, h: f64| (3.0 * mesh.lon_center_rad[cell]).sin() * (h / 1300.0).cos();
+    let values: Vec<f32> = (0..grid.cells())
+        .flat_map(|c| heights.iter().map(move |h| (c, *h)))
+        .map(|(c, h)| wave(c, h) as f32)
+        .collect();
+    let field =
+        Field::new(values.as_slice().into(), Shape::level_fastest(grid.cells(), 101), Location::Center, None)
+            .unwrap();
+    let limb = "eye = [1.02, 0, 0]\ntarget = [0.9804, 0, 0.1971]\nup = [1, 0, 0]\nfov = 1";
+    for camera in [FAR, limb] {
+        let mut scene = scene(96, camera, KNOTS, "precision = \"f64\"");
+        scene.transfer.unit_length = None;
+        let double = render(&scene, &grid, &layers, &field);
+        scene.precision = Precision::F32;
+        let single = render(&scene, &grid, &layers, &field);
+        let d = difference(&double.pixels, &single.pixels);
+        println!("{camera:?}: {d:?}, {} frusta", double.report.counts.frusta);
+        assert!(d.max < 1e-5 && d.rmse < 1e-6 && d.not_finite == 0, "{camera}: {d:?}");
+        assert!(covered(&double) > 0.2);
     }
 }

@@ -74,6 +74,9 @@ fn linear<T: Real>(piece: &Segment<T>, span: &Span<T>) -> Light<T> {
 
 /// What one piece may add to the error of a pixel, per unit of colour difference over it.
 const TOLERANCE: f64 = 1e-6;
+/// The most relative change of height over one panel: a panel takes κ/(1 + εu) as constant, which errs by
+/// `|κ/d| ε (a² + L|σ1 - σ0|)/120`. Only layers thicker than 3% of the radius come near it.
+const LARGEST_EPS: f64 = 0.03;
 /// A piece that wants more panels of equal length than this is halved instead.
 const MOST_PANELS: usize = 32;
 
@@ -85,10 +88,11 @@ fn exact<T: Real>(piece: &Segment<T>, span: &Span<T>) -> Light<T> {
         return Light { color: blend(&color, &color, absorbed, T::zero()), absorbed };
     }
     let excess = excess(piece, span);
-    if excess <= T::one() {
+    let heights = piece.eps.abs() * T::of(1.0 / LARGEST_EPS);
+    if excess <= T::one() && heights <= T::one() {
         return panel(piece, span);
     }
-    let wanted = excess.sqrt().sqrt();
+    let wanted = excess.sqrt().sqrt().max(heights);
     if wanted <= T::of(MOST_PANELS as f64) { panels(piece, span, wanted) } else { halves(piece, span) }
 }
 
@@ -190,4 +194,74 @@ fn halves<T: Real>(piece: &Segment<T>, span: &Span<T>) -> Light<T> {
         light.over(&exact(&piece.part(middle, (T::one(), piece.f1)), span));
     }
     light
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::transfer::{KernelKnot, Spans};
+    use super::*;
+
+    fn spans<T: Real>(extinction: [f64; 2]) -> Spans<T> {
+        let knot = |k: usize, color| KernelKnot { value: k as f64, color, extinction: extinction[k] };
+        Spans::new(&[knot(0, [0.9, 0.1, 0.3]), knot(1, [0.2, 0.8, 0.3])])
+    }
+
+    /// The same integral in steps that grow from the front, so that a dense front is resolved.
+    fn brute_force(piece: &Segment<f64>, span: &Span<f64>) -> Light<f64> {
+        const STEPS: i32 = 200_000;
+        let edge = |i: i32| {
+            let w = f64::from(i) / f64::from(STEPS);
+            // Half of the steps lie in the first thousandth of the piece and half of those in its thousandth.
+            if i == 0 { 0.0 } else { 0.5 * w.powi(12) + 0.5 * w }.min(1.0) * w.powi(3)
+        };
+        let mut light = Light::none();
+        for i in 0..STEPS {
+            let (u0, u1) = (edge(i), edge(i + 1));
+            let f = piece.value(0.5 * (u0 + u1));
+            let absorbed = (span.extinction(f) * piece.length * (u1 - u0)).absorbed_by();
+            light.over(&Light { color: span.color(f).map(|c| c * absorbed), absorbed });
+        }
+        light
+    }
+
+    #[test]
+    fn exact_pieces_match_fine_steps_from_clear_to_stiff() {
+        for extinction in [[0.0, 1.0], [1.0, 0.0], [0.3, 0.7], [1.0, 1.0], [1e-9, 1e-3]] {
+            for length in [1e-6, 0.1, 1.0, 10.0, 1e3, 1e6] {
+                for (f0, f1, kappa, eps) in
+                    [(0.1, 0.9, 0.0, 0.0), (0.9, 0.1, 0.5, -0.3), (0.0, 1.0, 0.8, 0.02), (0.4, 0.4, 0.0, 0.1)]
+                {
+                    let piece = Segment { f0, f1, kappa, eps, length };
+                    let double = spans::<f64>(extinction);
+                    let expected = brute_force(&piece, double.span(1));
+                    let exact = integrate(Method::Exact, &piece, double.span(1));
+                    let narrow = |x: f64| x as f32;
+                    let single = Segment {
+                        f0: narrow(f0),
+                        f1: narrow(f1),
+                        kappa: narrow(kappa),
+                        eps: narrow(eps),
+                        length: narrow(length),
+                    };
+                    let single = integrate(Method::Exact, &single, spans::<f32>(extinction).span(1));
+                    for k in 0..3 {
+                        let what =
+                            format!("{extinction:?} {piece:?}: {exact:?}, {single:?} against {expected:?}");
+                        assert!((exact.color[k] - expected.color[k]).abs() < 3e-6, "{what}");
+                        assert!((f64::from(single.color[k]) - expected.color[k]).abs() < 5e-6, "{what}");
+                    }
+                    assert!((exact.absorbed - expected.absorbed).abs() < 1e-6);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn the_bend_integral_is_the_same_on_both_sides_of_the_switch() {
+        for eps in [0.019_999_999, 0.02, -0.019_999_999, -0.02] {
+            let series = (0..20).map(|k| (-eps as f64).powi(k) / f64::from((k + 2) * (k + 3))).sum::<f64>();
+            assert!((bend_integral(eps) - series).abs() < 1e-11, "{eps}: {} {series}", bend_integral(eps));
+        }
+        assert!((bend_integral(0.0f64) - 1.0 / 6.0).abs() < 1e-16);
+    }
 }

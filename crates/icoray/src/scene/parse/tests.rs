@@ -1,0 +1,106 @@
+//! What a scene file may say, and where its errors point.
+
+use super::*;
+
+const GOOD: &str = r##"field = "theta"
+exaggeration = 30
+background = "transparent"
+core = "#202830"
+[image]
+width = 640
+height = 480
+[camera]
+lon = 20.0
+lat = 45.0
+distance = 3
+[transfer]
+map = "viridis"
+range = [250, 400]
+opacity = [[300, 0.0], [350, 0.8]]
+[light]
+kind = "sun"
+lon = 10
+lat = 0
+[output]
+file = "theta_$Y-$M-$D_{step:06}.png"
+"##;
+
+#[test]
+fn a_good_scene_is_read() {
+    let scene = scene(GOOD).unwrap();
+    assert_eq!((scene.width, scene.height, scene.exaggeration), (640, 480, 30.0));
+    assert_eq!(scene.background, None);
+    assert!(scene.core.is_some() && scene.lighting.is_some());
+    assert_eq!(scene.transfer.range(), [300.0, 400.0]);
+}
+
+/// A line of the good scene replaced by another, and what the error must say.
+#[test]
+fn errors_name_line_and_key() {
+    let cases = [
+        ("field = \"theta\"", "field = 3", &["line 1", "field = 3", "string"][..]),
+        ("exaggeration = 30", "exageration = 30", &["line 2", "exageration", "unknown field"]),
+        ("exaggeration = 30", "exaggeration = -1", &["line 2", "exaggeration", "-1", "expected"]),
+        ("background = \"transparent\"", "background = \"blak\"", &["line 3", "background", "blak", "CSS"]),
+        ("width = 640", "width = 0", &["line 6", "image.width", "0", "1 to 16384"]),
+        ("distance = 3", "distance = nan", &["line 11", "camera.distance", "NaN"]),
+        ("distance = 3", "distance = 3\naltitude = 2", &["line 8", "camera", "either distance or altitude"]),
+        ("lat = 45.0", "lat = 95", &["line 10", "camera.lat", "95", "-90 to 90"]),
+        ("map = \"viridis\"", "map = \"jet\"", &["line 13", "transfer.map", "jet", "viridis"]),
+        ("range = [250, 400]", "range = [400, 250]", &["line 14", "transfer.range"]),
+        ("range = [250, 400]", "", &["line 13", "range and opacity"]),
+        (
+            "opacity = [[300, 0.0], [350, 0.8]]",
+            "opacity = [[300, 0.0], [350, 1.0]]",
+            &["line 15", "opacity 1", "less than 1"],
+        ),
+        (
+            "opacity = [[300, 0.0], [350, 0.8]]",
+            "opacity = [[300, 0.0], [250, 0.8]]",
+            &["line 15", "250 after 300", "rise"],
+        ),
+        ("opacity = [[300, 0.0], [350, 0.8]]", "opacity = []", &["line 15", "0 knots"]),
+        ("kind = \"sun\"", "kind = \"lamp\"", &["line 17", "light.kind", "lamp"]),
+        (
+            "file = \"theta_$Y-$M-$D_{step:06}.png\"",
+            "file = \"theta_{stp}.png\"",
+            &["line 21", "output.file", "stp"],
+        ),
+        (
+            "file = \"theta_$Y-$M-$D_{step:06}.png\"",
+            "file = \"theta.jpg\"",
+            &["line 21", "output.file", ".png"],
+        ),
+        ("[output]", "[outputs]", &["line 20", "outputs"]),
+        ("[light]", "[light", &["line 16"]),
+    ];
+    for (old, new, words) in cases {
+        assert!(GOOD.contains(old), "{old}");
+        let error = scene(&GOOD.replacen(old, new, 1)).expect_err(new).to_string();
+        for word in words {
+            assert!(error.contains(word), "'{word}' is not in '{error}' for '{new}'");
+        }
+    }
+}
+
+#[test]
+fn knots_take_opacity_or_extinction_and_steps() {
+    let text = r##"field = "q"
+[camera]
+eye = [0.5, 0.0, 1.2]
+target = [1.0, 0.0, 1.0]
+[transfer]
+unit_length = 0.1
+knots = [ { value = 0, color = "red", opacity = 0.5 },
+          { value = 1, color = "red", extinction = 2 },
+          { value = 1, color = "#00f", extinction = 0 } ]
+"##;
+    let scene_ = scene(text).unwrap();
+    assert_eq!(scene_.transfer.knots[1].extinction, 2.0);
+    assert_eq!(scene_.transfer.knots[2].color, [0.0, 0.0, 1.0]);
+    assert!(scene_.lighting.is_none());
+    let third = text.replace("{ value = 0, color", "{ value = 1, color");
+    assert!(scene(&third).unwrap_err().to_string().contains("at most two knots"));
+    let both = text.replace("extinction = 2 }", "extinction = 2, opacity = 0.1 }");
+    assert!(scene(&both).unwrap_err().to_string().contains("line 8"));
+}
