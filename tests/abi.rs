@@ -14,78 +14,7 @@ mod types;
 
 /// Sizes, offsets and numbers where pointers have 64 bits. Programs that were compiled before rely on them: a change
 /// here is a change of the ABI.
-const LAYOUT: &str = "\
-icoray_config 24
-icoray_config.struct_size 0
-icoray_config.output_dir 8
-icoray_config.threads 16
-icoray_grid 120
-icoray_grid.struct_size 0
-icoray_grid.cells 8
-icoray_grid.corners 16
-icoray_grid.edges 24
-icoray_grid.index_base 32
-icoray_grid.real_type 36
-icoray_grid.lon_center_rad 40
-icoray_grid.lat_center_rad 48
-icoray_grid.lon_corner_rad 56
-icoray_grid.lat_corner_rad 64
-icoray_grid.cell_corner 72
-icoray_grid.cell_corner_row 80
-icoray_grid.cell_corner_count 88
-icoray_grid.corner_cell 96
-icoray_grid.corner_edge 104
-icoray_grid.edge_corner 112
-icoray_layers 32
-icoray_layers.struct_size 0
-icoray_layers.count 8
-icoray_layers.radius_m 16
-icoray_layers.planet_radius_m 24
-icoray_array 72
-icoray_array.struct_size 0
-icoray_array.data 8
-icoray_array.type 16
-icoray_array.location 20
-icoray_array.columns 24
-icoray_array.layers 32
-icoray_array.column_stride 40
-icoray_array.layer_stride 48
-icoray_array.has_fill 56
-icoray_array.fill_value 64
-icoray_frame_report 120
-icoray_frame_report.struct_size 0
-icoray_frame_report.step 8
-icoray_frame_report.time_s 16
-icoray_frame_report.prepare_s 24
-icoray_frame_report.render_s 32
-icoray_frame_report.write_s 40
-icoray_frame_report.rays 48
-icoray_frame_report.columns 56
-icoray_frame_report.frusta 64
-icoray_frame_report.void_frusta 72
-icoray_frame_report.value_min 80
-icoray_frame_report.value_max 88
-icoray_frame_report.missing_values 96
-icoray_frame_report.derived_bytes 104
-icoray_frame_report.copied_bytes 112
-icoray_status 4
-ICORAY_OK 0
-ICORAY_ERR_NULL 1
-ICORAY_ERR_STRUCT_SIZE 2
-ICORAY_ERR_ARGUMENT 3
-ICORAY_ERR_GRID 4
-ICORAY_ERR_UNSUPPORTED 5
-ICORAY_ERR_LAYERS 6
-ICORAY_ERR_FIELD 7
-ICORAY_ERR_SCENE 8
-ICORAY_ERR_ORDER 9
-ICORAY_ERR_IO 10
-ICORAY_ERR_INTERNAL 11
-ICORAY_F32 1
-ICORAY_F64 2
-ICORAY_CENTER 0
-ICORAY_CORNER 1
-";
+const LAYOUT: &str = include_str!("c/layout.txt");
 
 const FUNCTIONS: [&str; 14] = [
     "icoray_close",
@@ -102,6 +31,28 @@ const FUNCTIONS: [&str; 14] = [
     "icoray_scene_load",
     "icoray_scene_text",
     "icoray_version",
+];
+
+/// The sources of each program in `tests/c`; the first has the program's name.
+const LAYOUT_PROGRAM: [&str; 1] = ["layout"];
+const REFUSALS: [&str; 8] = [
+    "refusals",
+    "refusals_calls",
+    "refusals_execute",
+    "refusals_fields",
+    "refusals_good",
+    "refusals_grid",
+    "refusals_scene",
+    "check",
+];
+const PICTURES: [&str; 7] = [
+    "pictures",
+    "pictures_common",
+    "pictures_contexts",
+    "pictures_layouts",
+    "pictures_tables",
+    "pictures_values",
+    "check",
 ];
 
 fn root() -> PathBuf {
@@ -150,23 +101,23 @@ fn is_there(tool: &str) -> bool {
 }
 
 /// Compiles a program of `tests/c` into `directory`, with warnings as errors.
-fn compile(compiler: &str, options: &[&str], program: &str, directory: &Path) -> PathBuf {
-    let to = directory.join(program);
+fn compile(compiler: &str, options: &[&str], sources: &[&str], directory: &Path) -> PathBuf {
+    let to = directory.join(sources[0]);
     let library = LIBRARY.parent().unwrap();
     let mut rpath = std::ffi::OsString::from("-Wl,-rpath,");
     rpath.push(library);
     let mut command = Command::new(compiler);
     command.args(options).args(["-O1", "-Wall", "-Wextra", "-Werror", "-pedantic"]);
     command.arg("-I").arg(root().join("include"));
-    command.arg(root().join("tests/c").join(program).with_extension("c"));
-    // After the source, so that -x does not make it a source too.
+    command.args(sources.iter().map(|source| root().join("tests/c").join(source).with_extension("c")));
+    // After the sources, so that -x does not make it a source too.
     command.args(["-x", "none"]).arg(&*LIBRARY).arg(rpath).args(["-lm", "-lpthread", "-o"]).arg(&to);
     succeeded(&mut command);
     to
 }
 
-fn compile_c(program: &str, directory: &Path) -> PathBuf {
-    compile("cc", &["-std=c99"], program, directory)
+fn compile_c(sources: &[&str], directory: &Path) -> PathBuf {
+    compile("cc", &["-std=c99"], sources, directory)
 }
 
 /// A command in `directory`, without the search path that Cargo gives to tests: it would come before the program's
@@ -239,9 +190,9 @@ fn c_and_cpp_see_the_structs_as_rust_does() {
         assert_eq!(text(&output.stderr), "");
         layouts.push((language, layout.to_string()));
     };
-    seen("C", &compile_c("layout", directory.path()));
+    seen("C", &compile_c(&LAYOUT_PROGRAM, directory.path()));
     if is_there("c++") {
-        seen("C++", &compile("c++", &["-std=c++11", "-x", "c++"], "layout", directory.path()));
+        seen("C++", &compile("c++", &["-std=c++11", "-x", "c++"], &LAYOUT_PROGRAM, directory.path()));
     }
     if cfg!(target_pointer_width = "64") {
         layouts.insert(0, ("the ABI", LAYOUT.to_string()));
@@ -279,7 +230,7 @@ fn the_library_exports_its_functions_and_nothing_else() {
 #[test]
 fn what_is_wrong_is_refused() {
     let directory = TempDir::new().unwrap();
-    let program = compile_c("refusals", directory.path());
+    let program = compile_c(&REFUSALS, directory.path());
     checked(command(program, directory.path()).arg(directory.path()), "refusals");
 }
 
@@ -349,7 +300,7 @@ fn reported(directory: &Path, found: &mut Vec<PathBuf>) {
 #[test]
 fn pictures_depend_on_values_and_nothing_else() {
     let directory = TempDir::new().unwrap();
-    let program = compile_c("pictures", directory.path());
+    let program = compile_c(&PICTURES, directory.path());
     checked(command(program, directory.path()).arg("out").args(["3", "64"]), "pictures");
     let mut paths = Vec::new();
     reported(&directory.path().join("out"), &mut paths);
@@ -411,13 +362,13 @@ fn no_memory_is_misused_or_lost() {
         command
     };
     let directory = TempDir::new().unwrap();
-    let probe = compile_c("layout", directory.path());
+    let probe = compile_c(&LAYOUT_PROGRAM, directory.path());
     if !valgrind(directory.path()).arg(probe).output().unwrap().status.success() {
         println!("skipped: valgrind cannot run the simplest program here");
         return;
     }
-    let refusals = compile_c("refusals", directory.path());
+    let refusals = compile_c(&REFUSALS, directory.path());
     checked(valgrind(directory.path()).arg(refusals).arg(directory.path()), "refusals");
-    let pictures = compile_c("pictures", directory.path());
+    let pictures = compile_c(&PICTURES, directory.path());
     checked(valgrind(directory.path()).arg(pictures).arg("out").args(["1", "16"]), "pictures");
 }

@@ -1,6 +1,5 @@
 //! Runs the built binary on small files that the tests write, and on real ones where the test data are there.
 
-#[allow(dead_code)]
 #[path = "../../../icoray-netcdf/tests/files/made.rs"]
 mod made;
 

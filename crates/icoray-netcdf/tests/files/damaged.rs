@@ -1,6 +1,7 @@
 //! Files that were cut off or spoilt give errors, and never values that were not stored.
 
-use crate::made::{Made, RECORDS, formats, value};
+use crate::changed::formats;
+use crate::made::{Made, RECORDS, value};
 use crate::refused::expect;
 use icoray::{ErrorKind, Result};
 use icoray_netcdf::MpasFile;

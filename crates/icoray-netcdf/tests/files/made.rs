@@ -12,16 +12,6 @@ pub const RADIUS_M: f64 = 6_371_229.0;
 /// Heights of the interfaces, any spacing.
 pub const HEIGHT_M: [f64; LAYERS + 1] = [0.0, 100.0, 400.0, 1500.0, 9000.0];
 
-/// The formats that MPAS writes, by name.
-pub fn formats() -> [(&'static str, Options); 4] {
-    [
-        ("CDF-1", Options::empty()),
-        ("CDF-2", Options::_64BIT_OFFSET),
-        ("CDF-5", Options::_64BIT_DATA),
-        ("NetCDF-4", Options::NETCDF4),
-    ]
-}
-
 #[derive(Clone)]
 pub enum Values {
     F32(Vec<f32>),
@@ -164,16 +154,6 @@ impl Made {
 
     pub fn variable(&mut self, name: &str) -> &mut MadeVariable {
         self.variables.iter_mut().find(|v| v.name == name).unwrap()
-    }
-
-    pub fn remove(&mut self, name: &str) {
-        self.variables.retain(|v| v.name != name);
-        self.attributes.retain(|(n, _)| *n != name);
-    }
-
-    pub fn set(&mut self, attribute: &'static str, value: impl Into<AttributeValue>) {
-        self.remove(attribute);
-        self.attributes.push((attribute, value.into()));
     }
 
     pub fn dimension(&self, name: &str) -> usize {

@@ -1,5 +1,6 @@
 //! Reads MPAS files: small ones that the tests write themselves, and real ones where the test data are there.
 
+mod changed;
 mod damaged;
 mod made;
 mod mesh;

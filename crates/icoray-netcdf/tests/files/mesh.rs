@@ -1,6 +1,7 @@
 //! What is right is read right.
 
-use crate::made::{HEIGHT_M, LAYERS, Made, RADIUS_M, RECORDS, Values, formats, value};
+use crate::changed::formats;
+use crate::made::{HEIGHT_M, LAYERS, Made, RADIUS_M, RECORDS, Values, value};
 use icoray::{Location, Reals};
 use icoray_netcdf::{MpasFile, Precision};
 use netcdf::Options;

@@ -258,8 +258,8 @@ mod tests {
 
     #[test]
     fn the_bend_integral_is_the_same_on_both_sides_of_the_switch() {
-        for eps in [0.019_999_999, 0.02, -0.019_999_999, -0.02] {
-            let series = (0..20).map(|k| (-eps as f64).powi(k) / f64::from((k + 2) * (k + 3))).sum::<f64>();
+        for eps in [0.019_999_999f64, 0.02, -0.019_999_999, -0.02] {
+            let series = (0..20).map(|k| (-eps).powi(k) / f64::from((k + 2) * (k + 3))).sum::<f64>();
             assert!((bend_integral(eps) - series).abs() < 1e-11, "{eps}: {} {series}", bend_integral(eps));
         }
         assert!((bend_integral(0.0f64) - 1.0 / 6.0).abs() < 1e-16);

@@ -1,0 +1,57 @@
+/* What the parts of the pictures share: a mesh, fields on it, and contexts that draw them. */
+#ifndef PICTURES_H
+#define PICTURES_H
+
+#include "check.h"
+
+#define LAYERS 4
+#define PLANET 6371220.0
+
+extern icoray_mesh *mesh;
+extern icoray_grid grid;
+extern int cells, corners, pixels;
+
+/* Zeroed memory, which there must be. */
+void *allocate(size_t count, size_t size);
+
+/* The tests' field at a cell's center, exact in a float. */
+float center_value(int column, int layer);
+
+/* An array of the tests, in the middle of other values that must not be seen. */
+typedef struct {
+    void *memory, *before;
+    size_t bytes;
+    icoray_array array;
+} Field;
+
+/* Fills an array of `elements` in which value (0, 0) is element `first`. */
+Field field(int type, int location, int layers, size_t elements, size_t first, int64_t column_stride,
+            int64_t layer_stride);
+
+/* Frees a field's array, to which the library has not written. */
+void release(Field *f);
+
+/* A context with grid and layers, whose pictures go to directory/name. */
+icoray_ctx *context(const char *directory, const char *name, int with_threads);
+
+/* The scene of a group, and frames of it: of the field that was set, and of another. */
+void scene(icoray_ctx *ctx, const char *group, const char *light);
+icoray_frame_report frame(icoray_ctx *ctx, int step);
+icoray_frame_report frame_of(icoray_ctx *ctx, int step, const Field *f);
+
+/* pictures_layouts.c */
+void layouts(const char *directory);
+
+/* pictures_values.c */
+void in_place(const char *directory);
+void missing(const char *directory);
+void places(const char *directory);
+
+/* pictures_tables.c */
+void tables(const char *directory);
+
+/* pictures_contexts.c */
+void by_turns(const char *directory);
+void at_once(const char *directory);
+
+#endif

@@ -1,0 +1,117 @@
+/* Values that change, that are missing, and that lie at corners or midway between layers. */
+#include "pictures.h"
+
+#include <math.h>
+
+/* What NICAM calls undefined. As a double it is another number than as a float. */
+#define UNDEFINED -9.9999e30
+
+/* A field is read where it lies, when it is drawn: handed over once, it may change. */
+void in_place(const char *directory)
+{
+    icoray_ctx *ctx = context(directory, "in_place", 1);
+    Field f = field(ICORAY_F32, ICORAY_CENTER, LAYERS, (size_t)cells * LAYERS, 0, LAYERS, 1);
+    float *values = f.memory;
+    icoray_frame_report report;
+
+    scene(ctx, "plain", "none");
+    frame_of(ctx, 0, &f);
+    for (int i = 0; i < cells * LAYERS; i++) {
+        values[i] = -values[i];
+    }
+    scene(ctx, "turned", "none");
+    frame(ctx, 1);
+    for (int i = 0; i < cells * LAYERS; i++) {
+        values[i] = 0.5f;
+    }
+    values[7] = 77.0f;
+    scene(ctx, "flat", "none");
+    report = frame(ctx, 2);
+    CHECK(report.value_min == 0.5 && report.value_max == 77.0);
+    memcpy(f.memory, f.before, f.bytes);
+    scene(ctx, "plain", "none");
+    frame(ctx, 3);
+
+    /* What is refused in between changes nothing: neither the grid nor the field. */
+    icoray_grid bad = grid;
+    icoray_array far = f.array;
+    bad.edge_corner = grid.corner_cell;
+    REFUSED(ctx, ICORAY_ERR_GRID, "edge_corner", icoray_grid_set(ctx, &bad));
+    far.column_stride = INT64_MAX;
+    REFUSED(ctx, ICORAY_ERR_ARGUMENT, "strides", icoray_field_set(ctx, "f", &far));
+    frame(ctx, 4);
+
+    OK(icoray_close(&ctx));
+    release(&f);
+}
+
+/* Missing values: by NaN, by infinity, and by the mark, which an array of floats holds rounded to a float. */
+void missing(const char *directory)
+{
+    icoray_ctx *ctx = context(directory, "missing", 1);
+    scene(ctx, "missing", "none");
+    for (int step = 0; step < 4; step++) {
+        int type = step == 3 ? ICORAY_F64 : ICORAY_F32;
+        Field f = field(type, ICORAY_CENTER, LAYERS, (size_t)cells * LAYERS, 0, LAYERS, 1);
+        icoray_frame_report report;
+        uint64_t marked = 0;
+        for (int i = 0; i < cells * LAYERS; i += 5, marked++) {
+            double mark = step == 0 ? NAN : step == 1 ? -INFINITY : UNDEFINED;
+            if (type == ICORAY_F32) {
+                ((float *)f.memory)[i] = (float)mark;
+            } else {
+                ((double *)f.memory)[i] = mark;
+            }
+        }
+        memcpy(f.before, f.memory, f.bytes);
+        f.array.has_fill = step >= 2;
+        f.array.fill_value = UNDEFINED;
+        report = frame_of(ctx, step, &f);
+        CHECK(report.missing_values == marked);
+        CHECK(report.void_frusta > 0 && report.void_frusta <= report.frusta);
+        CHECK(report.value_min > -10.0 && report.value_max < 10.0);
+        f.array.has_fill = 0;
+        OK(icoray_field_set(ctx, "f", &f.array));
+        release(&f);
+    }
+    /* Nothing but missing values. */
+    Field f = field(ICORAY_F64, ICORAY_CENTER, LAYERS, (size_t)cells * LAYERS, 0, LAYERS, 1);
+    for (int i = 0; i < cells * LAYERS; i++) {
+        ((double *)f.memory)[i] = NAN;
+    }
+    memcpy(f.before, f.memory, f.bytes);
+    scene(ctx, "nothing", "headlight");
+    icoray_frame_report report = frame_of(ctx, 9, &f);
+    CHECK(isnan(report.value_min) && isnan(report.value_max));
+    CHECK(report.missing_values == (uint64_t)cells * LAYERS);
+    OK(icoray_close(&ctx));
+    release(&f);
+}
+
+/* Fields at corners are averaged to cells; fields with a layer fewer lie midway. */
+void places(const char *directory)
+{
+    icoray_ctx *ctx = context(directory, "places", 2);
+    size_t n = (size_t)corners * LAYERS;
+    Field level = field(ICORAY_F32, ICORAY_CORNER, LAYERS, n, 0, LAYERS, 1);
+    Field cell = field(ICORAY_F32, ICORAY_CORNER, LAYERS, n, 0, 1, corners);
+    Field wide = field(ICORAY_F64, ICORAY_CORNER, LAYERS, n, 0, LAYERS, 1);
+    Field midway = field(ICORAY_F32, ICORAY_CENTER, LAYERS - 1, (size_t)cells * (LAYERS - 1), 0, LAYERS - 1, 1);
+    uint64_t averages = (uint64_t)cells * LAYERS;
+
+    scene(ctx, "corner", "none");
+    CHECK(frame_of(ctx, 0, &level).derived_bytes == averages * sizeof(float));
+    CHECK(frame_of(ctx, 1, &cell).derived_bytes == averages * sizeof(float));
+    scene(ctx, "litcorner", "headlight");
+    CHECK(frame_of(ctx, 2, &level).derived_bytes == averages * 4 * sizeof(float));
+    scene(ctx, "near corner", "none"); /* the averages are rounded less */
+    CHECK(frame_of(ctx, 3, &wide).derived_bytes == averages * sizeof(double));
+    scene(ctx, "midway", "none");
+    CHECK(frame_of(ctx, 4, &midway).derived_bytes == 0);
+
+    OK(icoray_close(&ctx));
+    release(&level);
+    release(&cell);
+    release(&wide);
+    release(&midway);
+}

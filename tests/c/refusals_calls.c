@@ -1,0 +1,163 @@
+/* Null pointers, struct sizes, opening, and the messages: what every call has in common. */
+#include "refusals.h"
+
+void nulls(icoray_ctx *ctx)
+{
+    icoray_ctx *none = NULL;
+    icoray_mesh *no_mesh = NULL;
+    icoray_grid grid = good_grid;
+    icoray_frame_report report;
+    char buffer[4] = "abc";
+    memset(&report, 0, sizeof report);
+    report.struct_size = sizeof report;
+
+    REFUSED(NULL, ICORAY_ERR_NULL, "ctx", icoray_open_serial(&good_config, NULL));
+    REFUSED(NULL, ICORAY_ERR_NULL, "icoray_config", icoray_open_serial(NULL, &none));
+    REFUSED(NULL, ICORAY_ERR_NULL, "ctx", icoray_grid_set(NULL, &good_grid));
+    REFUSED(ctx, ICORAY_ERR_NULL, "icoray_grid", icoray_grid_set(ctx, NULL));
+    REFUSED(NULL, ICORAY_ERR_NULL, "ctx", icoray_layers_set(NULL, &good_layers));
+    REFUSED(ctx, ICORAY_ERR_NULL, "icoray_layers", icoray_layers_set(ctx, NULL));
+    REFUSED(NULL, ICORAY_ERR_NULL, "ctx", icoray_field_set(NULL, "f", &good_array));
+    REFUSED(ctx, ICORAY_ERR_NULL, "name", icoray_field_set(ctx, NULL, &good_array));
+    REFUSED(ctx, ICORAY_ERR_NULL, "icoray_array", icoray_field_set(ctx, "f", NULL));
+    REFUSED(NULL, ICORAY_ERR_NULL, "ctx", icoray_scene_load(NULL, "scene.toml"));
+    REFUSED(ctx, ICORAY_ERR_NULL, "path", icoray_scene_load(ctx, NULL));
+    REFUSED(NULL, ICORAY_ERR_NULL, "ctx", icoray_scene_text(NULL, good_scene));
+    REFUSED(ctx, ICORAY_ERR_NULL, "toml", icoray_scene_text(ctx, NULL));
+    REFUSED(NULL, ICORAY_ERR_NULL, "ctx", icoray_execute(NULL, 0, 0.0, NULL));
+    REFUSED(NULL, ICORAY_ERR_NULL, "ctx", icoray_report(NULL, &report));
+    REFUSED(ctx, ICORAY_ERR_NULL, "report", icoray_report(ctx, NULL));
+    REFUSED(NULL, ICORAY_ERR_NULL, "ctx", icoray_close(NULL));
+    REFUSED(NULL, ICORAY_ERR_NULL, "mesh", icoray_mesh_create(1, NULL));
+    REFUSED(NULL, ICORAY_ERR_NULL, "mesh", icoray_mesh_grid(NULL, &grid));
+    REFUSED(NULL, ICORAY_ERR_NULL, "grid", icoray_mesh_grid(mesh, NULL));
+    REFUSED(NULL, ICORAY_ERR_NULL, "mesh", icoray_mesh_free(NULL));
+
+    /* These give no message: it would take the place of the one that is asked for. */
+    CHECK(icoray_last_error(ctx, NULL, 4) == ICORAY_ERR_NULL);
+    CHECK(icoray_last_error(NULL, NULL, 0) == ICORAY_ERR_NULL);
+    CHECK(icoray_last_error(ctx, buffer, 0) == ICORAY_ERR_ARGUMENT);
+    CHECK(strcmp(buffer, "abc") == 0);
+
+    /* Closing and freeing nothing is fine, so twice is fine. */
+    OK(icoray_close(&none));
+    OK(icoray_mesh_free(&no_mesh));
+    OK(icoray_open_serial(&good_config, &none));
+    OK(icoray_close(&none));
+    CHECK(none == NULL);
+    OK(icoray_close(&none));
+    OK(icoray_mesh_create(0, &no_mesh));
+    OK(icoray_mesh_free(&no_mesh));
+    CHECK(no_mesh == NULL);
+    OK(icoray_mesh_free(&no_mesh));
+}
+
+void struct_sizes(icoray_ctx *ctx)
+{
+    static const struct {
+        const char *name;
+        size_t size;
+    } structs[] = {
+        {"icoray_config", sizeof(icoray_config)}, {"icoray_grid", sizeof(icoray_grid)},
+        {"icoray_layers", sizeof(icoray_layers)}, {"icoray_array", sizeof(icoray_array)},
+        {"icoray_frame_report", sizeof(icoray_frame_report)},
+    };
+    for (size_t i = 0; i < COUNT(structs); i++) {
+        size_t sizes[] = {0, 1, structs[i].size - 1, structs[i].size + 1, structs[i].size + 8, SIZE_MAX};
+        for (size_t k = 0; k < COUNT(sizes); k++) {
+            icoray_config config = good_config;
+            icoray_grid grid = good_grid, zeroed;
+            icoray_layers layers = good_layers;
+            icoray_array array = good_array;
+            icoray_frame_report report;
+            icoray_ctx *none = ctx;
+            char words[64];
+            memset(&report, 0, sizeof report);
+            memset(&zeroed, 0, sizeof zeroed);
+            config.struct_size = grid.struct_size = layers.struct_size = sizes[k];
+            array.struct_size = report.struct_size = zeroed.struct_size = sizes[k];
+            snprintf(words, sizeof words, "%s.struct_size: %lu, expected %lu", structs[i].name,
+                     (unsigned long)sizes[k], (unsigned long)structs[i].size);
+            trying = words;
+            switch (i) {
+            case 0:
+                REFUSED(NULL, ICORAY_ERR_STRUCT_SIZE, words, icoray_open_serial(&config, &none));
+                CHECK(none == NULL);
+                break;
+            case 1:
+                REFUSED(ctx, ICORAY_ERR_STRUCT_SIZE, words, icoray_grid_set(ctx, &grid));
+                REFUSED(NULL, ICORAY_ERR_STRUCT_SIZE, words, icoray_mesh_grid(mesh, &zeroed));
+                CHECK(zeroed.struct_size == sizes[k] && zeroed.cells == 0 && zeroed.edge_corner == NULL);
+                break;
+            case 2:
+                REFUSED(ctx, ICORAY_ERR_STRUCT_SIZE, words, icoray_layers_set(ctx, &layers));
+                break;
+            case 3:
+                REFUSED(ctx, ICORAY_ERR_STRUCT_SIZE, words, icoray_field_set(ctx, "f", &array));
+                break;
+            default:
+                REFUSED(ctx, ICORAY_ERR_STRUCT_SIZE, words, icoray_report(ctx, &report));
+                CHECK(report.struct_size == sizes[k] && report.rays == 0);
+            }
+        }
+    }
+    trying = "";
+}
+
+void openings(void)
+{
+    static const int32_t threads[] = {-1, INT32_MIN, 4097, INT32_MAX};
+    static const int32_t levels[] = {-1, INT32_MIN, 13, INT32_MAX};
+    icoray_config config = good_config;
+    for (size_t i = 0; i < COUNT(threads); i++) {
+        icoray_ctx *ctx = (icoray_ctx *)&config;
+        config.threads = threads[i];
+        REFUSED(NULL, ICORAY_ERR_ARGUMENT, "icoray_config.threads", icoray_open_serial(&config, &ctx));
+        CHECK(ctx == NULL);
+    }
+    config = good_config;
+    config.output_dir = NO_UTF8;
+    icoray_ctx *ctx = (icoray_ctx *)&config;
+    REFUSED(NULL, ICORAY_ERR_ARGUMENT, "icoray_config.output_dir", icoray_open_serial(&config, &ctx));
+    CHECK(ctx == NULL);
+    for (size_t i = 0; i < COUNT(levels); i++) {
+        icoray_mesh *none = mesh;
+        REFUSED(NULL, ICORAY_ERR_ARGUMENT, "level", icoray_mesh_create(levels[i], &none));
+        CHECK(none == NULL);
+    }
+}
+
+/* Messages, cut to the room there is. */
+void messages(icoray_ctx *ctx)
+{
+    /* "icoray_layers is NULL", then one whose cut would fall inside of a letter. */
+    static const char whole[] = "icoray_layers is NULL";
+    char buffer[64];
+    icoray_array array = good_array;
+    icoray_ctx *other = opened();
+    array.data = NULL;
+    CHECK(icoray_layers_set(ctx, NULL) == ICORAY_ERR_NULL);
+    for (size_t len = 1; len <= sizeof whole + 2; len++) {
+        size_t length = len - 1 < sizeof whole - 1 ? len - 1 : sizeof whole - 1;
+        memset(buffer, '#', sizeof buffer);
+        OK(icoray_last_error(ctx, buffer, len));
+        CHECK(strlen(buffer) == length && strncmp(buffer, whole, length) == 0);
+        CHECK(buffer[len] == '#'); /* nothing beyond what was said */
+    }
+    /* field "\u00e9": the letter takes two bytes. */
+    CHECK(icoray_field_set(ctx, "\xc3\xa9", &array) == ICORAY_ERR_NULL);
+    OK(icoray_last_error(ctx, buffer, 9));
+    CHECK(strcmp(buffer, "field \"") == 0);
+    OK(icoray_last_error(ctx, buffer, 10));
+    CHECK(strcmp(buffer, "field \"\xc3\xa9") == 0);
+
+    /* Each context has its own; the thread has the latest; calls that go well change neither. */
+    CHECK(icoray_layers_set(ctx, NULL) == ICORAY_ERR_NULL);
+    CHECK(icoray_grid_set(other, NULL) == ICORAY_ERR_NULL);
+    OK(icoray_layers_set(ctx, &good_layers));
+    OK(icoray_last_error(ctx, buffer, sizeof buffer));
+    CHECK(strcmp(buffer, whole) == 0);
+    OK(icoray_last_error(NULL, buffer, sizeof buffer));
+    CHECK(strcmp(buffer, "icoray_grid is NULL") == 0);
+    OK(icoray_close(&other));
+}

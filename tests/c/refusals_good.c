@@ -1,0 +1,107 @@
+/* The good things that the refusals spoil. */
+#include "refusals.h"
+
+icoray_mesh *mesh;
+icoray_grid good_grid;
+icoray_layers good_layers;
+icoray_array good_array;
+icoray_config good_config;
+const double radius[LAYERS] = {6.4e6, 6.5e6, 6.7e6};
+float *values;
+const char *directory;
+const char good_scene[] = SCENE("f", "4", "{field}_{step}.png");
+
+char *path_of(char *buffer, size_t size, const char *name)
+{
+    snprintf(buffer, size, "%s/%s", directory, name);
+    return buffer;
+}
+
+int write_file(const char *path, const char *text)
+{
+    FILE *file = fopen(path, "wb");
+    if (file == NULL) {
+        return 0;
+    }
+    fputs(text, file);
+    return fclose(file) == 0;
+}
+
+int file_exists(const char *name)
+{
+    char path[1024];
+    FILE *file = fopen(path_of(path, sizeof path, name), "rb");
+    if (file != NULL) {
+        fclose(file);
+    }
+    return file != NULL;
+}
+
+void prepare(const char *output_dir)
+{
+    directory = output_dir;
+    OK(icoray_mesh_create(LEVEL, &mesh));
+    good_grid.struct_size = sizeof good_grid;
+    OK(icoray_mesh_grid(mesh, &good_grid));
+    good_layers.struct_size = sizeof good_layers;
+    good_layers.count = LAYERS;
+    good_layers.radius_m = radius;
+    good_layers.planet_radius_m = 6.4e6;
+    values = malloc((size_t)good_grid.cells * LAYERS * sizeof *values);
+    if (values == NULL) {
+        printf("out of memory\n");
+        exit(EXIT_FAILURE);
+    }
+    for (int i = 0; i < (int)good_grid.cells * LAYERS; i++) {
+        values[i] = 0.5f * (float)(i % 5);
+    }
+    good_array.struct_size = sizeof good_array;
+    good_array.data = values;
+    good_array.type = ICORAY_F32;
+    good_array.location = ICORAY_CENTER;
+    good_array.columns = good_grid.cells;
+    good_array.layers = LAYERS;
+    good_array.column_stride = LAYERS;
+    good_array.layer_stride = 1;
+    good_config.struct_size = sizeof good_config;
+    good_config.output_dir = directory;
+    good_config.threads = 1;
+}
+
+void clean_up(void)
+{
+    OK(icoray_mesh_free(&mesh));
+    free(values);
+}
+
+icoray_ctx *opened(void)
+{
+    icoray_ctx *ctx = NULL;
+    OK(icoray_open_serial(&good_config, &ctx));
+    return ctx;
+}
+
+icoray_ctx *filled(void)
+{
+    icoray_ctx *ctx = opened();
+    OK(icoray_grid_set(ctx, &good_grid));
+    OK(icoray_layers_set(ctx, &good_layers));
+    OK(icoray_field_set(ctx, "f", &good_array));
+    OK(icoray_scene_text(ctx, good_scene));
+    return ctx;
+}
+
+void still_draws(icoray_ctx *ctx)
+{
+    static uint64_t frusta;
+    icoray_frame_report report;
+    memset(&report, 0, sizeof report);
+    report.struct_size = sizeof report;
+    trying = "drawing after what was refused";
+    OK(icoray_execute(ctx, 1, 0.0, NULL));
+    OK(icoray_report(ctx, &report));
+    CHECK(report.frusta > 0 && report.value_min == 0.0 && report.value_max == 2.0);
+    CHECK(frusta == 0 || report.frusta == frusta);
+    frusta = report.frusta;
+    trying = "";
+}
