@@ -42,7 +42,7 @@ icoray_ctx *filled(void);
 /* The context draws what it drew before: always the same picture. */
 void still_draws(icoray_ctx *ctx);
 
-/* Each part leaves the context as it was. */
+/* The parts. Each leaves the context as it was. */
 
 /* refusals_calls.c */
 void nulls(icoray_ctx *ctx);
