@@ -335,10 +335,6 @@ typedef struct icoray_frame_report {
    * Bytes that were derived from the field: averages, gradients.
    */
   uint64_t derived_bytes;
-  /**
-   * Bytes of the model's arrays that were copied: 0.
-   */
-  uint64_t copied_bytes;
 } icoray_frame_report;
 
 #ifdef __cplusplus

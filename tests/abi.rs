@@ -164,7 +164,7 @@ fn rust_layout() -> String {
         icoray_layers: struct_size count radius_m planet_radius_m;
         icoray_array: struct_size data r#type location columns layers column_stride layer_stride has_fill fill_value;
         icoray_frame_report: struct_size step time_s prepare_s render_s write_s rays columns frusta void_frusta
-            value_min value_max missing_values derived_bytes copied_bytes;
+            value_min value_max missing_values derived_bytes;
         icoray_status:;
     }
     use types::icoray_status as status;

@@ -68,7 +68,6 @@ int main(void)
     MEMBER(icoray_frame_report, value_max);
     MEMBER(icoray_frame_report, missing_values);
     MEMBER(icoray_frame_report, derived_bytes);
-    MEMBER(icoray_frame_report, copied_bytes);
 
     STRUCT(icoray_status);
     NUMBER(ICORAY_OK);

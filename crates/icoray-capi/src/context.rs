@@ -117,6 +117,5 @@ fn report(frame: &Frame, stamp: &Stamp) -> icoray_frame_report {
         value_max,
         missing_values: r.missing_values,
         derived_bytes: r.derived_bytes as u64,
-        copied_bytes: 0,
     }
 }

@@ -170,6 +170,4 @@ pub struct icoray_frame_report {
     pub missing_values: u64,
     /// Bytes that were derived from the field: averages, gradients.
     pub derived_bytes: u64,
-    /// Bytes of the model's arrays that were copied: 0.
-    pub copied_bytes: u64,
 }

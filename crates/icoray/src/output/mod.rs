@@ -6,7 +6,6 @@ mod png;
 mod report;
 
 pub use name::{NameTemplate, Stamp};
-pub use report::{FrameRow, ReportFile};
 
 use crate::error::{Error, ErrorKind, Result};
 use crate::frame::Frame;
@@ -49,6 +48,6 @@ pub fn write_frame(
     frame.stamp = stamp.clone();
     write_picture(&path, frame)?;
     frame.report.write_s = start.elapsed().as_secs_f64();
-    ReportFile::append(&folder.join("report.csv"), &FrameRow::new(&path, frame))?;
+    report::append(&folder.join("report.csv"), &path, frame)?;
     Ok(path)
 }

@@ -178,9 +178,9 @@ fn rays_in_the_planes_of_edges_and_grazing_rays_are_walked_to_their_end() {
     assert!(grazing > 1000, "{grazing}");
 }
 
-/// What is tested would notice: a walk that forgets a vertex's side loses rays.
+/// Every column's exit is the next one's entry, in place as well as in height.
 #[test]
-fn a_wrong_side_is_noticed() {
+fn columns_join_without_a_gap() {
     let mesh = IcosahedralMesh::new(2).unwrap();
     let grid = Grid::new(mesh.tables()).unwrap();
     let line = RayLine::new(DVec3::new(3.0, 0.2, 0.1), DVec3::NEG_X, OUTER).unwrap();
@@ -189,7 +189,6 @@ fn a_wrong_side_is_noticed() {
     while let Some(column) = walk.next_column() {
         columns.push(column);
     }
-    // Every column's exit is the next one's entry, in place as well as in height.
     let place = |column: &Column, end: &End| -> DVec3 {
         let [b, c] = end.weight;
         let weights = [1.0 - b - c, b, c];
