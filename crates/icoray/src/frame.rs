@@ -2,6 +2,84 @@
 
 pub use crate::kernel::ray::Counts;
 use crate::output::Stamp;
+use crate::quality::Quality;
+use std::fmt;
+
+/// How much a frame's errors are to be relied on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Certainty {
+    /// A bound, derived from the integrand; rounding in f64, orders smaller, is estimated. Unlit scenes in f64 with
+    /// `method = "exact"`.
+    Bound,
+    /// An estimate that is meant to be no less than the error, but is no proof: light, f32 rounding, `method = "paper"`.
+    #[default]
+    Estimate,
+}
+
+impl fmt::Display for Certainty {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Certainty::Bound => "bound",
+            Certainty::Estimate => "estimate",
+        })
+    }
+}
+
+/// A frame's errors in short: of the largest error over the channels of each pixel, premultiplied linear 0 to 1.
+///
+/// The error is that of the integral along the pixel's ray, against the exact integral of the same interpolant; how well
+/// flat triangles and straight interpolation between cells stand for the field is not in it.
+///
+/// Mean and percentile are over the pixels whose error is above 0: empty space around the planet, which cannot be wrong,
+/// does not make a picture look better than it is. All three are 0 where no pixel has an error.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct ErrorSummary {
+    /// Largest over the picture.
+    pub max: f64,
+    /// Mean over the pixels whose error is above 0.
+    pub mean: f64,
+    /// 99.9th percentile over these pixels: no more than one in a thousand has a larger error.
+    pub p999: f64,
+    /// Bound or estimate.
+    pub certainty: Certainty,
+}
+
+impl ErrorSummary {
+    /// Sums up `error`, one per pixel. An error that is not a number counts as infinite.
+    pub fn of(error: &[f32], certainty: Certainty) -> Self {
+        let known = error.iter().map(|e| if e.is_nan() { f32::INFINITY } else { *e });
+        let mut error: Vec<f32> = known.filter(|e| *e > 0.0).collect();
+        let count = error.len();
+        if count == 0 {
+            return ErrorSummary { certainty, ..ErrorSummary::default() };
+        }
+        let sum: f64 = error.iter().map(|e| f64::from(*e)).sum();
+        // The least of the errors that a part of 0.999 or more do not exceed; counted down, which needs no rounding.
+        let (_, p999, above) = error.select_nth_unstable_by(count - 1 - count / 1000, f32::total_cmp);
+        let max = above.iter().fold(*p999, |max, e| max.max(*e));
+        ErrorSummary { max: f64::from(max), mean: sum / count as f64, p999: f64::from(*p999), certainty }
+    }
+}
+
+impl fmt::Display for ErrorSummary {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let [max, mean, p999] = [self.max, self.mean, self.p999].map(two_digits_up);
+        write!(f, "at most {max}, mean {mean}, 99.9% below {p999} ({})", self.certainty)
+    }
+}
+
+/// A number from 0 to two digits, none below it but for the rounding of a float: a bound stays one when it is printed.
+fn two_digits_up(value: f64) -> String {
+    if value == 0.0 || !value.is_finite() {
+        return value.to_string();
+    }
+    let text = format!("{value:.1e}");
+    if text.parse().is_ok_and(|shown: f64| shown >= value * (1.0 - f64::from(f32::EPSILON))) {
+        return text;
+    }
+    let half_a_digit = 0.5 * 10f64.powf(value.log10().floor() - 1.0);
+    format!("{:.1e}", value + 1.001 * half_a_digit)
+}
 
 /// What a frame cost and what it met.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -20,6 +98,10 @@ pub struct FrameReport {
     pub missing_values: u64,
     /// Bytes that were derived from the field: averages of corner fields, gradients.
     pub derived_bytes: usize,
+    /// How far pixels may be from the exact integral.
+    pub error: ErrorSummary,
+    /// What the frame was drawn with: as the scene says, or less to stay inside its time budget.
+    pub quality: Quality,
     /// What the plan left out, in words.
     pub left_out: Vec<String>,
 }
@@ -33,6 +115,8 @@ pub struct Frame {
     pub height: u32,
     /// `width · height` pixels, premultiplied linear RGBA.
     pub pixels: Vec<[f32; 4]>,
+    /// For each pixel, how far any of its channels may be from the exact integral; see [`ErrorSummary`].
+    pub error: Vec<f32>,
     /// Name of the field that is shown.
     pub field: String,
     /// Camera and transfer range in words.
@@ -44,7 +128,7 @@ pub struct Frame {
 }
 
 impl Frame {
-    /// Keys and texts that a picture file carries: step, time, field, range, camera, version.
+    /// Keys and texts that a picture file carries: step, time, field, range, error, camera, version.
     pub fn describe(&self) -> Vec<(String, String)> {
         let range = self
             .report
@@ -56,9 +140,85 @@ impl Frame {
             ("time_s".into(), self.stamp.time_s.to_string()),
             ("field".into(), self.field.clone()),
             ("field range".into(), range),
+            ("error".into(), self.report.error.to_string()),
+            ("quality".into(), self.report.quality.to_string()),
         ];
         lines.extend(self.stamp.date.iter().map(|date| ("date".into(), date.clone())));
         lines.extend(self.notes.iter().map(|(key, text)| ((*key).to_string(), text.clone())));
         lines
+    }
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::*;
+
+    /// A frame of two rows of three pixels with errors on the diagonal of the first two columns.
+    pub(crate) fn frame() -> Frame {
+        let error = vec![1e-3, 0.0, 0.0, 0.0, 2.5e-6, 0.0];
+        let pixels = (0..6).map(|i| [0.01 * i as f32, 0.3, 1.0 / 3.0, 0.5]).collect();
+        let summary = ErrorSummary::of(&error, Certainty::Bound);
+        Frame {
+            width: 3,
+            height: 2,
+            pixels,
+            error,
+            field: "q".into(),
+            notes: vec![("camera", "far away".into())],
+            stamp: Stamp { step: 7, time_s: 60.0, date: None },
+            report: FrameReport {
+                error: summary,
+                quality: Quality { tolerance: 2e-3, ..Quality::default() },
+                ..FrameReport::default()
+            },
+        }
+    }
+
+    #[test]
+    fn errors_are_summed_up_over_the_pixels_that_have_one() {
+        let mut error = vec![0.0; 500];
+        error.extend((1..=2000).rev().map(|i| i as f32));
+        error.extend([0.0; 7]);
+        let summary = ErrorSummary::of(&error, Certainty::Bound);
+        let expected = ErrorSummary { max: 2000.0, mean: 1000.5, p999: 1998.0, certainty: Certainty::Bound };
+        assert_eq!(summary, expected);
+        let few = ErrorSummary::of(&[0.0, 3.0, 1.0, 2.0], Certainty::Estimate);
+        assert_eq!((few.max, few.mean, few.p999, few.certainty), (3.0, 2.0, 3.0, Certainty::Estimate));
+    }
+
+    #[test]
+    fn no_errors_sum_up_to_0_and_bad_ones_are_not_lost() {
+        for none in [&[][..], &[0.0; 5]] {
+            let summary = ErrorSummary::of(none, Certainty::Bound);
+            assert_eq!(summary, ErrorSummary { certainty: Certainty::Bound, ..ErrorSummary::default() });
+        }
+        assert_eq!(ErrorSummary::of(&[f32::NAN, 1e-3], Certainty::Bound).max, f64::INFINITY);
+    }
+
+    #[test]
+    fn printed_errors_are_never_below_the_true_ones() {
+        for (value, text) in [
+            (0.0, "0"),
+            (1.2e-4, "1.2e-4"),
+            (1.200_001e-4, "1.3e-4"),
+            (1.29e-4, "1.3e-4"),
+            (9.92e-7, "1.0e-6"),
+            (9.96e-7, "1.0e-6"),
+            (1e-5, "1.0e-5"),
+            (f64::from(1e-3f32), "1.0e-3"),
+            (0.5, "5.0e-1"),
+            (f64::INFINITY, "inf"),
+        ] {
+            assert_eq!(two_digits_up(value), text);
+        }
+    }
+
+    #[test]
+    fn a_frame_says_how_far_it_may_be_off() {
+        let texts = frame().describe();
+        let text = |key: &str| texts.iter().find(|(k, _)| k == key).unwrap().1.clone();
+        assert_eq!(text("error"), "at most 1.0e-3, mean 5.1e-4, 99.9% below 1.0e-3 (bound)");
+        assert_eq!(text("quality"), "tolerance 2e-3, light off, every pixel traced");
+        assert_eq!(text("camera"), "far away");
     }
 }

@@ -10,6 +10,7 @@ use crate::grid::Grid;
 use crate::kernel::sample::{Sample, Samples};
 use glam::DVec3;
 use rayon::prelude::*;
+use std::ops::Range;
 
 /// One triangle around a cell: where its two other cells stand in the ring, and the dual basis at the cell.
 struct Fan {
@@ -65,16 +66,23 @@ impl Ring {
     }
 }
 
-/// Gradients of the normalised field at every vertex, per planet radius, level-fastest; zero where nothing is known.
-pub(crate) fn gradients<S: Sample>(grid: &Grid, radius: &[f64], samples: &Samples<S>) -> Vec<[f32; 3]> {
+/// Gradients of the normalised field at the vertices over `cells`, per planet radius, level-fastest; zero where nothing is
+/// known.
+pub(crate) fn gradients<S: Sample>(
+    grid: &Grid,
+    radius: &[f64],
+    samples: &Samples<S>,
+    cells: Range<usize>,
+) -> Vec<[f32; 3]> {
     let layers = radius.len();
-    let mut gradients = vec![[0.0f32; 3]; grid.cells() * layers];
+    let mut gradients = vec![[0.0f32; 3]; cells.len() * layers];
     let rows = gradients.par_chunks_exact_mut(layers).with_min_len(64).enumerate();
     rows.for_each_init(
         || (Ring::default(), Columns::new(radius)),
         |(ring, columns), (cell, row)| {
-            ring.read(grid, cell as u32);
-            columns.read(samples, cell as u32, &ring.neighbours);
+            let cell = (cells.start + cell) as u32;
+            ring.read(grid, cell);
+            columns.read(samples, cell, &ring.neighbours);
             columns.means(ring);
             for (layer, gradient) in row.iter_mut().enumerate() {
                 let mean =
@@ -211,7 +219,7 @@ mod tests {
     fn gradients_of(grid: &Grid, values: &[f64]) -> Vec<[f32; 3]> {
         let field =
             Field::new(values.into(), Shape::level_fastest(grid.cells(), 4), Location::Center, None).unwrap();
-        gradients(grid, &radii(), &Samples::new(values, &field, false, [0.0, 1.0]))
+        gradients(grid, &radii(), &Samples::new(values, &field, false, [0.0, 1.0]), 0..grid.cells())
     }
 
     /// A linear field is linear on every facet and along every radius: each frustum's gradient is the field's, so the

@@ -1,28 +1,24 @@
-//! The CPU renderer: tiles over a thread pool.
-//!
-//! A picture is cut into tiles of 32 × 32 pixels whatever the number of threads, and each tile starts its search for the
-//! first column afresh: two renders are bitwise equal on any number of threads.
+//! The CPU renderer: a scene's work on a thread pool of its own.
 
 use crate::error::{Error, ErrorKind, Result};
 use crate::field::{CenterField, Field};
-use crate::frame::{Counts, Frame, FrameReport};
+use crate::frame::{Certainty, Counts, ErrorSummary, Frame, FrameReport};
 use crate::gradient::gradients;
 use crate::grid::{Grid, Reals};
 use crate::kernel::Real;
 use crate::kernel::column::Shell;
-use crate::kernel::ray::Caster;
+use crate::kernel::piece::{Light, Method};
+use crate::kernel::ray::{Budget, Caster};
 use crate::kernel::sample::{Sample, Samples};
 use crate::kernel::transfer::Spans;
 use crate::layers::Layers;
 use crate::output::Stamp;
 use crate::plan::Plan;
+use crate::quality::{Deadline, Lights, Quality};
+use crate::raster::{Pixel, Raster};
 use crate::scene::{Precision, Scene};
 use glam::DVec3;
-use rayon::prelude::*;
 use std::time::Instant;
-
-/// Side of a tile in pixels.
-const TILE: u32 = 32;
 
 /// A CPU renderer with its own threads.
 #[derive(Debug)]
@@ -96,23 +92,33 @@ fn draw<T: Real, S: Sample>(
     let shell = Shell::<T>::new(&plan.radius);
     let samples = Samples::new(data, field, plan.falling, spans.range());
     let (value_range, missing_values) = field.range();
-    let gradients = if plan.shading.is_some() { gradients(grid, &plan.radius, &samples) } else { Vec::new() };
+    let deadline = Deadline::of(scene, start);
+    let mut quality = asked(scene);
+    let sample = |part: usize| gradients(grid, &plan.radius, &samples, 0..grid.cells().div_ceil(part));
+    let is_short = |d: Deadline| !d.has_time_for_gradients(1.0 / 64.0, || drop(sample(64)));
+    if plan.shading.is_some() && deadline.is_some_and(is_short) {
+        quality.lights = Lights::Off;
+    }
+    let vertex_gradients = if quality.lights == Lights::Off { Vec::new() } else { sample(1) };
     let prepare_s = start.elapsed().as_secs_f64();
     let start = Instant::now();
-    let (pixels, counts) = if plan.shading.is_some() {
-        let caster: Caster<'_, T, S, 4> = caster(scene, plan, grid, &shell, &spans, samples, &gradients);
-        tiles(scene, |x, y, hint, counts| pixel(scene, &caster, x, y, hint, counts))
+    let work =
+        Work { scene, plan, grid, shell: &shell, spans: &spans, samples, gradients: &vertex_gradients };
+    let (drawn, counts, quality) = if quality.lights == Lights::Off {
+        work.draw::<1>(quality, deadline)
     } else {
-        let caster: Caster<'_, T, S, 1> = caster(scene, plan, grid, &shell, &spans, samples, &gradients);
-        tiles(scene, |x, y, hint, counts| pixel(scene, &caster, x, y, hint, counts))
+        work.draw::<4>(quality, deadline)
     };
+    let error: Vec<f32> = drawn.iter().map(|p| p.error).collect();
     let report = FrameReport {
+        error: ErrorSummary::of(&error, certainty(scene, &quality)),
         prepare_s,
         render_s: start.elapsed().as_secs_f64(),
         counts,
         value_range,
         missing_values,
-        derived_bytes: size_of_val(gradients.as_slice()),
+        quality,
+        derived_bytes: size_of_val(vertex_gradients.as_slice()),
         left_out: plan.left_out().to_vec(),
         ..FrameReport::default()
     };
@@ -125,7 +131,8 @@ fn draw<T: Real, S: Sample>(
     Frame {
         width: scene.width,
         height: scene.height,
-        pixels,
+        pixels: drawn.iter().map(|p| p.color).collect(),
+        error,
         field: scene.field.clone(),
         notes,
         stamp: Stamp::default(),
@@ -133,26 +140,84 @@ fn draw<T: Real, S: Sample>(
     }
 }
 
-fn caster<'f, T: Real, S: Sample, const N: usize>(
-    scene: &Scene,
-    plan: &Plan,
+/// What the scene asks for.
+fn asked(scene: &Scene) -> Quality {
+    let lights = if scene.lighting.is_some() { Lights::Full } else { Lights::Off };
+    Quality { pixel_step: 1, tolerance: scene.tolerance, lights }
+}
+
+/// All that rays need, prepared.
+struct Work<'f, T, S> {
+    scene: &'f Scene,
+    plan: &'f Plan,
     grid: &'f Grid<'f>,
     shell: &'f Shell<T>,
     spans: &'f Spans<T>,
     samples: Samples<'f, S>,
     gradients: &'f [[f32; 3]],
-) -> Caster<'f, T, S, N> {
-    Caster {
-        grid,
-        shell,
-        spans,
-        samples,
-        gradients,
-        method: scene.method,
-        shading: plan.shading,
-        core: scene.core,
+}
+
+impl<T: Real, S: Sample> Work<'_, T, S> {
+    /// Draws the picture in the quality that is asked, or in the best one that keeps the deadline.
+    fn draw<const N: usize>(
+        &self,
+        asked: Quality,
+        deadline: Option<Deadline>,
+    ) -> (Vec<Pixel>, Counts, Quality) {
+        let raster = Raster { width: self.scene.width, height: self.scene.height, step: 1 };
+        let trace = |quality: &Quality, raster: Raster| {
+            let caster = self.caster::<N>(quality);
+            raster.draw(|x, y, hint, counts| pixel(self.scene, &caster, x, y, hint, counts))
+        };
+        let quality = match deadline {
+            Some(deadline) => deadline.pick(asked, raster, |quality, raster| drop(trace(quality, raster))),
+            None => asked,
+        };
+        let (pixels, counts) = trace(&quality, Raster { step: quality.pixel_step, ..raster });
+        (pixels, counts, quality)
+    }
+
+    fn caster<const N: usize>(&self, quality: &Quality) -> Caster<'_, T, S, N> {
+        let is_lit = quality.lights != Lights::Off;
+        Caster {
+            grid: self.grid,
+            shell: self.shell,
+            spans: self.spans,
+            samples: self.samples,
+            gradients: self.gradients,
+            method: self.scene.method,
+            budget: Budget::new(quality.tolerance, brightest(self.scene)),
+            shading: self.plan.shading.filter(|_| is_lit),
+            is_coarse: quality.lights == Lights::Coarse,
+            core: self.scene.core,
+        }
     }
 }
+
+/// The most that a channel can hold behind a ray's end: the brightest of what is in the scene.
+fn brightest(scene: &Scene) -> f64 {
+    let most = |colors: &mut dyn Iterator<Item = [f64; 3]>| colors.flatten().fold(0.0, f64::max);
+    let field = most(&mut scene.transfer.knots.iter().map(|k| k.color));
+    let lit = scene.lighting.map_or(field, |l| (l.ambient + l.diffuse) * field + l.specular);
+    let core = most(&mut scene.core.into_iter()) * scene.lighting.map_or(1.0, |l| l.ambient + l.diffuse);
+    // A transparent picture has an opacity that goes to 1.
+    let back = scene.background.map_or(1.0, |back| most(&mut [back].into_iter()));
+    lit.max(core).max(back).max(0.01)
+}
+
+/// Only an unlit integral in f64 is bounded throughout, where each pixel is traced.
+fn certainty(scene: &Scene, quality: &Quality) -> Certainty {
+    let is_exact = scene.method == Method::Exact && scene.precision == Precision::F64;
+    let is_bound = is_exact && scene.lighting.is_none() && quality.pixel_step == 1;
+    if is_bound { Certainty::Bound } else { Certainty::Estimate }
+}
+
+/// Standard deviations of rounding that the error of a pixel counts. Each rounding's largest size, 1.7 times its standard
+/// deviation, stands for the latter.
+const DEVIATIONS: f64 = 4.0;
+
+/// What rounding of positions may do to a ray that grazes an edge of the mesh.
+const GEOMETRY: f64 = 1e-9;
 
 /// The light of one pixel, over the background.
 fn pixel<T: Real, S: Sample, const N: usize>(
@@ -162,55 +227,22 @@ fn pixel<T: Real, S: Sample, const N: usize>(
     y: u32,
     hint: &mut u32,
     counts: &mut Counts,
-) -> [f32; 4] {
+) -> Pixel {
     let dir = DVec3::from_array(scene.camera.direction(x, y, scene.width, scene.height));
-    let light = caster.trace(DVec3::from_array(scene.camera.eye()), dir, hint, counts);
+    let met = caster.trace(DVec3::from_array(scene.camera.eye()), dir, hint, counts);
+    let light = met.unwrap_or(Light::none());
     let absorbed = light.absorbed.wide();
     let color = light.color.map(T::wide);
-    match scene.background {
-        None => [color[0] as f32, color[1] as f32, color[2] as f32, absorbed as f32],
+    let color = match scene.background {
+        None => [color[0], color[1], color[2], absorbed],
         Some(back) => {
-            let [r, g, b] = [0, 1, 2].map(|k| (color[k] + (1.0 - absorbed) * back[k]) as f32);
+            let [r, g, b] = [0, 1, 2].map(|k| color[k] + (1.0 - absorbed) * back[k]);
             [r, g, b, 1.0]
         }
-    }
-}
-
-/// Renders all tiles, dealt to threads one by one, and lays them out as rows.
-fn tiles(
-    scene: &Scene,
-    pixel: impl Fn(u32, u32, &mut u32, &mut Counts) -> [f32; 4] + Sync,
-) -> (Vec<[f32; 4]>, Counts) {
-    let (width, height) = (scene.width, scene.height);
-    let (across, down) = (width.div_ceil(TILE), height.div_ceil(TILE));
-    let tile = |number: u32| {
-        let (x0, y0) = (number % across * TILE, number / across * TILE);
-        let (x1, y1) = ((x0 + TILE).min(width), (y0 + TILE).min(height));
-        let mut counts = Counts::default();
-        let mut pixels = Vec::with_capacity(((x1 - x0) * (y1 - y0)) as usize);
-        let mut row_hint = 0;
-        for y in y0..y1 {
-            let mut hint = row_hint;
-            for x in x0..x1 {
-                pixels.push(pixel(x, y, &mut hint, &mut counts));
-                if x == x0 {
-                    row_hint = hint;
-                }
-            }
-        }
-        (pixels, counts)
     };
-    let tiles: Vec<_> = (0..across * down).into_par_iter().with_max_len(1).map(tile).collect();
-    let mut picture = vec![[0.0; 4]; width as usize * height as usize];
-    let mut counts = Counts::default();
-    for (number, (pixels, tile_counts)) in (0u32..).zip(&tiles) {
-        counts += *tile_counts;
-        let (x0, y0) = ((number % across * TILE) as usize, (number / across * TILE) as usize);
-        let side = (TILE as usize).min(width as usize - x0);
-        for (row, line) in pixels.chunks_exact(side).enumerate() {
-            let start = (y0 + row) * width as usize + x0;
-            picture[start..start + side].copy_from_slice(line);
-        }
-    }
-    (picture, counts)
+    let rounding = DEVIATIONS * light.variance.wide().sqrt();
+    // The picture itself is in f32.
+    let stored = color.iter().fold(0.0f64, |most, c| most.max(*c)) * f64::from(f32::EPSILON) / 2.0;
+    let error = if met.is_some() { light.error.wide() + rounding + stored + GEOMETRY } else { 0.0 };
+    Pixel { color: color.map(|c| c as f32), error: error.min(caster.budget.brightest.max(1.0)) as f32 }
 }

@@ -97,12 +97,14 @@ pub(crate) fn mix<T: Real, const N: usize>(a: &Values<T, N>, b: &Values<T, N>, w
 /// A point of the ray inside a column.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Station<T> {
-    /// Fraction of the column's length.
-    pub u: T,
+    /// Fraction of the column's length, in f64: a frustum's length is the difference of two.
+    pub u: f64,
     /// Place between the edge points.
     pub tau: T,
     /// Height.
     pub rho: f64,
+    /// 1 / height.
+    pub curvature: f64,
 }
 
 /// What the visitor of [`cross`] says: go on, or the ray ends here.
@@ -116,8 +118,8 @@ pub(crate) enum Flow {
 pub(crate) trait Visit<T, const N: usize> {
     /// Reads a layer at the column's two edge points.
     fn chord(&self, layer: usize) -> Chord<T, N>;
-    /// The ray crosses a frustum from `a` to `b`; the chords are those at the heights of `a` and `b`.
-    fn frustum(&mut self, a: &Station<T>, b: &Station<T>, at_a: &Chord<T, N>, at_b: &Chord<T, N>) -> Flow;
+    /// The ray crosses the frustum above layer `lower` from `a` to `b`; the chords are those at the heights of `a` and `b`.
+    fn frustum(&mut self, lower: usize, ends: [&Station<T>; 2], chords: [&Chord<T, N>; 2]) -> Flow;
     /// The ray is below the innermost layer, from `a` on.
     fn core(&mut self, a: &Station<T>) -> Flow;
 }
@@ -135,7 +137,7 @@ pub(crate) fn cross<T: Real, const N: usize>(
     let top = shell.layers();
     let rising = exit.rho >= entry.rho;
     let scale = 1.0 / (exit.rho - entry.rho);
-    let mut a = Station { u: T::zero(), tau: T::zero(), rho: entry.rho };
+    let mut a = Station { u: 0.0, tau: T::zero(), rho: entry.rho, curvature: 1.0 / entry.rho };
     // The chord on the layer that the ray came through.
     let mut near = None;
     loop {
@@ -145,10 +147,11 @@ pub(crate) fn cross<T: Real, const N: usize>(
         let b = if passes {
             let radius = shell.radius[ahead];
             let u = ((radius - entry.rho) * scale).clamp(0.0, 1.0);
-            let tau = (u * exit.rho * shell.curvature[ahead]).clamp(0.0, 1.0);
-            Station { u: T::of(u), tau: T::of(tau), rho: radius }
+            let curvature = shell.curvature[ahead];
+            let tau = (u * exit.rho * curvature).clamp(0.0, 1.0);
+            Station { u, tau: T::of(tau), rho: radius, curvature }
         } else {
-            Station { u: T::one(), tau: T::one(), rho: exit.rho }
+            Station { u: 1.0, tau: T::one(), rho: exit.rho, curvature: 0.0 }
         };
         if gap > 0 && gap < top {
             let first = near.unwrap_or_else(|| visitor.chord(behind));
@@ -159,7 +162,7 @@ pub(crate) fn cross<T: Real, const N: usize>(
             };
             let at_a = if near.is_some() { first } else { between(a.rho) };
             let at_b = if passes { second } else { between(b.rho) };
-            if visitor.frustum(&a, &b, &at_a, &at_b) == Flow::Stop {
+            if visitor.frustum(gap - 1, [&a, &b], [&at_a, &at_b]) == Flow::Stop {
                 return (gap, Flow::Stop);
             }
             near = Some(second);

@@ -8,6 +8,8 @@
 //! generic over [`Real`], so that f32 meets only numbers of order one: fractions, normalised values, lengths.
 
 pub(crate) mod column;
+mod doubt;
+mod lit;
 pub(crate) mod piece;
 pub(crate) mod plane;
 pub(crate) mod ray;

@@ -1,26 +1,30 @@
-//! The integral of one monotone piece between two knots (§3.4 of the paper): extinction and colour are linear in f here.
+//! The integral of one piece of a ray between two knots (§3.4 of the paper), and how far it may be off.
 //!
-//! With T(u) the optical depth from the piece's start, emission c κ e^-T integrates by parts to
+//! Extinction and colour are linear in f here. With T(u) the optical depth from the piece's start and s = dc/df, the
+//! emission c κ e^-T integrates by parts to
 //!
-//! `C = c0·wa + c1·wb`, `wa = ∫ (f'/d) (1 - e^-T) du`, `wb = (1 - e^-T(1)) - wa`
+//! `C = c1·A - s·W`, `A = 1 - e^-T(1)`, `W = ∫ f' (1 - e^-T) du`
 //!
-//! one scalar for all channels, with `0 <= wa <= 1 - e^-T(1)`.
+//! one scalar for all channels; f need not be monotone.
 //! - [`Method::Paper`] takes f as linear and the colour as the mean of the ends: second order.
-//! - [`Method::Exact`] keeps the bend of f: the optical depth is exact to rounding (a series; the closed log1p form
-//!   cancels), wa is Gauss 2-point with the known quartic term, fourth order, on as many panels as its error bound asks for.
-//!   See Novins and Arvo, "Controlled Precision Volume Integration" (1992), for the first bounded integration.
+//! - [`Method::Exact`] keeps the bend of f: A is exact to 1e-11 and better (a series; the closed log1p form cancels), and W is taken
+//!   by the cheapest rule whose bound, known before, is within the piece's share of the tolerance: [`thin`], which needs
+//!   no exponential; [`gauss`], 2-point with the known quartic term, fourth order; and that on several panels.
+//!
+//! The share of a piece is the tolerance times the light that it absorbs: over a ray these add up to no more than the
+//! tolerance. See Novins and Arvo, "Controlled Precision Volume Integration" (1992), for the first bounded integration.
 
 use super::real::Real;
 use super::segment::Segment;
 use super::transfer::Span;
 
-/// How a monotone piece is integrated.
+/// How a piece is integrated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Method {
     /// f linear over the piece, colour the mean of its ends (the paper's piecewise linear approximation).
     Paper,
-    /// The bend of f kept: exact optical depth, colour of fourth order.
+    /// The bend of f kept, colour to the scene's tolerance.
     #[default]
     Exact,
 }
@@ -30,12 +34,22 @@ pub enum Method {
 pub(crate) struct Light<T> {
     pub color: [T; 3],
     pub absorbed: T,
+    /// How far a channel of `color` may be off, rounding apart.
+    pub error: T,
+    /// Variance that rounding gives to `color` and `absorbed`, as if each piece were rounded independently.
+    pub variance: T,
 }
 
 impl<T: Real> Light<T> {
     /// No light, nothing absorbed.
     pub fn none() -> Self {
-        Light { color: [T::zero(); 3], absorbed: T::zero() }
+        Light { color: [T::zero(); 3], absorbed: T::zero(), error: T::zero(), variance: T::zero() }
+    }
+
+    /// Light of one colour, without error.
+    #[inline]
+    pub fn plain(color: [T; 3], absorbed: T) -> Self {
+        Light { color: color.map(|c| c * absorbed), absorbed, error: T::zero(), variance: T::zero() }
     }
 
     /// Puts `behind` behind `self` (premultiplied `over`, front to back).
@@ -46,135 +60,249 @@ impl<T: Real> Light<T> {
             self.color[k] = self.color[k] + through * behind.color[k];
         }
         self.absorbed = self.absorbed + through * behind.absorbed;
+        self.error = self.error + through * behind.error;
+        self.variance = self.variance + through * through * behind.variance;
     }
 }
 
-/// Integrates `piece`, on which f is monotone and stays in `span`.
+/// What a piece is allowed.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Allowance<T> {
+    /// Error of the colour per absorbed light.
+    pub share: T,
+    /// Transmittance below which what comes behind may be left out.
+    pub rest: T,
+    /// Transmittance at the piece's start.
+    pub through: T,
+    /// How far rounding may have put the values at the piece's ends.
+    pub reach: T,
+}
+
+/// Integrates `piece`, on which f stays in `span`.
 #[inline]
-pub(crate) fn integrate<T: Real>(method: Method, piece: &Segment<T>, span: &Span<T>) -> Light<T> {
-    match method {
-        Method::Paper => linear(piece, span),
-        Method::Exact => exact(piece, span),
+pub(crate) fn integrate<T: Real>(
+    method: Method,
+    piece: &Segment<T>,
+    span: &Span<T>,
+    allowance: &Allowance<T>,
+) -> Light<T> {
+    let terms = Terms::new(piece, span);
+    let mut light = match method {
+        Method::Paper => linear(&terms),
+        Method::Exact => exact(&terms, allowance),
+    };
+    light.variance = light.variance + terms.variance(light.absorbed, allowance.reach);
+    light
+}
+
+/// What all rules ask of a piece.
+struct Terms<'p, T> {
+    piece: &'p Segment<T>,
+    span: &'p Span<T>,
+    /// Extinction at the ends, and its slope in f.
+    ends: [T; 2],
+    slope: T,
+    /// f1 - f0.
+    rise: T,
+    /// The bend, taken as constant: that which gives the piece its mean value.
+    bend: T,
+    /// Most of |f'|.
+    steep: T,
+    /// Optical depth.
+    depth: T,
+}
+
+impl<'p, T: Real> Terms<'p, T> {
+    #[inline(always)]
+    fn new(piece: &'p Segment<T>, span: &'p Span<T>) -> Self {
+        let half = T::of(0.5);
+        let ends = [span.extinction(piece.f0), span.extinction(piece.f1)];
+        let slope = span.extinction_slope();
+        let rise = piece.f1 - piece.f0;
+        let bend = piece.kappa * bend_factor(piece.eps);
+        let depth = piece.length * (half * (ends[0] + ends[1]) + slope * bend * T::of(1.0 / 6.0));
+        let depth = depth.max(T::zero());
+        Terms { piece, span, ends, slope, rise, bend, steep: rise.abs() + bend.abs(), depth }
+    }
+
+    /// Most of |T''|.
+    #[inline(always)]
+    fn bend_of_depth(&self) -> T {
+        self.piece.length * self.slope.abs() * self.steep
+    }
+
+    /// The light of colour `c1·A - s·W`.
+    #[inline(always)]
+    fn light(&self, absorbed: T, weight: T, error: T) -> Light<T> {
+        let (c1, s) = (self.span.color(self.piece.f1), self.span.color_slope());
+        let color = [0, 1, 2].map(|k| c1[k] * absorbed - s[k] * weight);
+        Light { color, absorbed, error, variance: T::zero() }
+    }
+
+    /// What taking the bend as constant may do to W: f is off by at most `0.05 |κε|/(1 + ε)`, and T by `L |m κε|/60`
+    /// (the same factor).
+    #[inline(always)]
+    fn skew(&self, absorbed: T) -> T {
+        let (one, eps) = (T::one(), self.piece.eps);
+        let wide = if eps < T::of(-0.04) { one / (one + eps) } else { one };
+        wide * self.bend.abs()
+            * eps.abs()
+            * (T::of(0.05) * absorbed + T::of(1.0 / 60.0) * self.bend_of_depth())
+    }
+
+    /// Rounding: what values that are off by `reach` change, and the last digits of lengths and sums.
+    #[inline(always)]
+    fn variance(&self, absorbed: T, reach: T) -> T {
+        let change =
+            self.piece.length * self.slope.abs() * (T::one() - absorbed) + self.span.steepest() * absorbed;
+        let off = (reach * change + T::of(T::ROUNDING) * absorbed).min(T::one());
+        off * off
     }
 }
 
+/// The paper's scheme. Its error is an estimate: the bend that is left out, and the colour's skew over the piece.
 #[inline]
-fn blend<T: Real>(c0: &[T; 3], c1: &[T; 3], w0: T, w1: T) -> [T; 3] {
-    [c0[0] * w0 + c1[0] * w1, c0[1] * w0 + c1[1] * w1, c0[2] * w0 + c1[2] * w1]
-}
-
-#[inline]
-fn linear<T: Real>(piece: &Segment<T>, span: &Span<T>) -> Light<T> {
+fn linear<T: Real>(terms: &Terms<'_, T>) -> Light<T> {
     let half = T::of(0.5);
-    let depth = piece.length * half * (span.extinction(piece.f0) + span.extinction(piece.f1));
+    let depth = terms.piece.length * half * (terms.ends[0] + terms.ends[1]);
     let absorbed = depth.absorbed_by();
-    let (c0, c1) = (span.color(piece.f0), span.color(piece.f1));
-    Light { color: blend(&c0, &c1, half * absorbed, half * absorbed), absorbed }
+    let left_out = terms.piece.length * (terms.slope * terms.bend).abs() * T::of(1.0 / 6.0);
+    let skew = terms.rise.abs() * (terms.bend_of_depth() + depth * absorbed) * T::of(1.0 / 12.0);
+    let error = left_out + terms.span.steepest() * (skew + terms.bend.abs() * absorbed * T::of(1.0 / 6.0));
+    terms.light(absorbed, half * terms.rise * absorbed, error.min(T::one()))
 }
 
-/// What one piece may add to the error of a pixel, per unit of colour difference over it.
-const TOLERANCE: f64 = 1e-6;
-/// The most relative change of height over one panel: a panel takes κ/(1 + εu) as constant, which errs by
-/// `|κ/d| ε (a² + L|σ1 - σ0|)/120`. Only layers thicker than 3% of the radius come near it.
-const LARGEST_EPS: f64 = 0.03;
 /// A piece that wants more panels of equal length than this is halved instead.
 const MOST_PANELS: usize = 32;
+/// Optical depth above which [`thin`] is not tried.
+const THIN: f64 = 0.5;
 
 #[inline]
-fn exact<T: Real>(piece: &Segment<T>, span: &Span<T>) -> Light<T> {
-    if span.is_plain {
-        let absorbed = optical_depth(piece, span).absorbed_by();
-        let color = span.color(piece.f0);
-        return Light { color: blend(&color, &color, absorbed, T::zero()), absorbed };
+fn exact<T: Real>(terms: &Terms<'_, T>, allowance: &Allowance<T>) -> Light<T> {
+    let absorbed = terms.depth.absorbed_by();
+    let steepest = terms.span.steepest();
+    if steepest * terms.steep == T::zero() {
+        return Light::plain(terms.span.color(terms.piece.f0), absorbed);
     }
-    let excess = excess(piece, span);
-    let heights = piece.eps.abs() * T::of(1.0 / LARGEST_EPS);
-    if excess <= T::one() && heights <= T::one() {
-        return panel(piece, span);
+    if terms.depth < T::of(THIN) {
+        let error = steepest * (thin_error(terms) + terms.skew(absorbed));
+        if error <= allowance.share * absorbed {
+            return terms.light(absorbed, thin(terms), error);
+        }
     }
-    let wanted = excess.sqrt().sqrt().max(heights);
-    if wanted <= T::of(MOST_PANELS as f64) { panels(piece, span, wanted) } else { halves(piece, span) }
+    dense(terms, absorbed, allowance)
 }
 
-/// The error bound of one panel over [`TOLERANCE`]; it falls with the fourth power of the number of panels.
-///
-/// With `a = L σmax`, `k = |κ/d| <= 1`, `b = L |σ1 - σ0| (1 + k)`, `j = 2 L |σ1 - σ0| k` the fourth derivative of the integrand
-/// of wa is at most `(1 + k)(a⁴ + 6a²b + 3b² + 4aj) + 8k(a³ + 3ab)`, and the 2-point rule's error that over 4320.
-#[inline]
-fn excess<T: Real>(piece: &Segment<T>, span: &Span<T>) -> T {
-    let one = T::one();
-    let (s0, s1) = (span.extinction(piece.f0), span.extinction(piece.f1));
-    let a = piece.length * s0.max(s1);
-    let change = piece.length * (s1 - s0).abs();
-    // Thin pieces, nearly all, are settled by the bound for k = 1 without the division.
-    if a * (a * a + T::of(8.0) * change) + T::of(3.0) * change * change < T::of(4320.0 * TOLERANCE / 16.0) {
-        return one;
+/// A piece for which [`thin`] is not enough.
+fn dense<T: Real>(terms: &Terms<'_, T>, absorbed: T, allowance: &Allowance<T>) -> Light<T> {
+    let (half, two, steepest) = (T::of(0.5), T::of(2.0), terms.span.steepest());
+    // A surface of the colour at its start: even where T rises as u³ all light stays in the first 4e-5 of the piece.
+    if terms.depth > T::of(T::SURFACE) || terms.depth.is_nan() {
+        let error = T::of(4e-5) * steepest * terms.steep;
+        return Light { error, ..Light::plain(terms.span.color(terms.piece.f0), T::one()) };
     }
-    let d = (piece.f1 - piece.f0).abs();
-    let bend = piece.kappa.abs();
-    let k = if bend < d { bend / d } else { one };
-    let (b, j) = (change * (one + k), T::of(2.0) * change * k);
-    let (a2, three) = (a * a, T::of(3.0));
-    let even = a2 * a2 + T::of(6.0) * a2 * b + three * b * b + T::of(4.0) * a * j;
-    let odd = T::of(8.0) * k * a * (a2 + three * b);
-    ((one + k) * even + odd) * T::of(1.0 / (4320.0 * TOLERANCE))
+    let share = allowance.share * absorbed;
+    let (bound, skew) = (steepest * gauss_error(terms), steepest * terms.skew(absorbed));
+    if bound + skew <= share {
+        return terms.light(absorbed, gauss(terms), bound + skew);
+    }
+    // The colours of the piece differ by no more than its change, whatever weighs them.
+    let change = steepest * terms.steep;
+    if half * change <= allowance.share {
+        return terms.light(absorbed, half * terms.rise * absorbed, half * change * absorbed);
+    }
+    let wanted = (two * bound / share).sqrt().sqrt().max((two * skew / share).sqrt());
+    if wanted <= T::of(MOST_PANELS as f64) {
+        panels(terms, wanted.ceil().max(two).wide() as usize, allowance)
+    } else {
+        halves(terms, allowance)
+    }
 }
 
-/// Optical depth of the piece: `L[(σ0 + σ1)/2 + m κ J(ε)]` with `J = ∫ x(1-x)/(1+εx) dx`.
+/// 6 ∫ x(1-x)/(1+εx) dx: Σ 6 (-ε)^k / ((k+2)(k+3)) for small ε, the closed form where it no longer cancels.
 #[inline]
-fn optical_depth<T: Real>(piece: &Segment<T>, span: &Span<T>) -> T {
-    let mean = T::of(0.5) * (span.extinction(piece.f0) + span.extinction(piece.f1));
-    (piece.length * (mean + span.extinction_slope() * piece.kappa * bend_integral(piece.eps))).max(T::zero())
-}
-
-/// J(ε): Σ (-ε)^k / ((k+2)(k+3)) for small ε, the closed form where it no longer cancels.
-#[inline]
-fn bend_integral<T: Real>(eps: T) -> T {
+fn bend_factor<T: Real>(eps: T) -> T {
     if eps.abs() < T::of(0.02) {
-        // The first term left out is ε⁶/72 < 1e-12.
-        const C: [f64; 6] = [1.0 / 6.0, -1.0 / 12.0, 1.0 / 20.0, -1.0 / 30.0, 1.0 / 42.0, -1.0 / 56.0];
+        // The first term left out is ε⁶/12 < 1e-11.
+        const C: [f64; 6] = [1.0, -1.0 / 2.0, 3.0 / 10.0, -1.0 / 5.0, 1.0 / 7.0, -3.0 / 28.0];
         let e2 = eps * eps;
         let pair = |k: usize| T::of(C[k]) + eps * T::of(C[k + 1]);
         return pair(0) + e2 * (pair(2) + e2 * pair(4));
     }
     let e = eps.wide();
-    T::of((e + 0.5 * e * e - (1.0 + e) * e.ln_1p()) / (e * e * e))
+    T::of(6.0 * (e + 0.5 * e * e - (1.0 + e) * e.ln_1p()) / (e * e * e))
 }
 
-/// One panel: wa by Gauss 2-point, plus the error term that is known in closed form.
-#[inline]
-fn panel<T: Real>(piece: &Segment<T>, span: &Span<T>) -> Light<T> {
+/// W of a thin piece, to the third order in its optical depth x without an exponential: `∫ f' T`, a polynomial, and
+/// `∫ f' T²/2`, which is `x/3` of that where T is linear, less `bend·x²/36`.
+#[inline(always)]
+fn thin<T: Real>(terms: &Terms<'_, T>) -> T {
+    let Terms { bend, slope, depth, .. } = *terms;
+    let third = T::of(1.0 / 3.0);
+    let p = terms.rise + bend;
+    let level = terms.ends[0] * (T::of(0.5) * p - T::of(2.0 / 3.0) * bend);
+    let ramp = slope * (p * (T::of(1.0 / 6.0) * p - third * bend) + T::of(2.0 / 15.0) * bend * bend);
+    terms.piece.length * (level + ramp) * (T::one() - third * depth)
+        + bend * depth * depth * T::of(1.0 / 36.0)
+}
+
+/// The bound of [`thin`]. With `b >= |T''|` T differs from its chord `xu` by at most `b u(1-u)/2`, which moves
+/// `∫ f' (T²/2 - xT/3)` by at most `F (0.02xb + b²/240)`; and `e^-T - 1 + T - T²/2` is at most `T³/6` with
+/// `T <= (x + b/2)u`.
+#[inline(always)]
+fn thin_error<T: Real>(terms: &Terms<'_, T>) -> T {
+    let (x, b) = (terms.depth, terms.bend_of_depth());
+    let y = x + T::of(0.5) * b;
+    terms.steep * (b * (T::of(0.02) * x + T::of(1.0 / 240.0) * b) + y * y * y * T::of(1.0 / 24.0))
+}
+
+/// W by Gauss's 2-point rule, plus what it misses of u⁴, the product of the two bends, known in closed form.
+#[inline(always)]
+fn gauss<T: Real>(terms: &Terms<'_, T>) -> T {
     let (one, half) = (T::one(), T::of(0.5));
-    let d = piece.f1 - piece.f0;
-    let slope = span.extinction_slope();
-    let start = span.extinction(piece.f0);
-    let bend = piece.kappa / (one + half * piece.eps);
-    let relative = if d == T::zero() { T::zero() } else { (bend / d).max(-one).min(one) };
+    let Terms { piece, bend, slope, rise, .. } = *terms;
     let weighted = |u: T| {
-        let risen = u * u * (half * d + bend * (half - u * T::of(1.0 / 3.0)));
-        let depth = piece.length * (start * u + slope * risen);
-        (one + relative * (one - u - u)) * depth.absorbed_by()
+        let risen = u * u * (half * rise + bend * (half - u * T::of(1.0 / 3.0)));
+        let depth = piece.length * (terms.ends[0] * u + slope * risen);
+        (rise + bend * (one - u - u)) * depth.max(T::zero()).absorbed_by()
     };
     let offset = T::of(0.288_675_134_594_812_9);
-    let gauss = half * (weighted(half - offset) + weighted(half + offset));
-    // What the 2-point rule misses of u⁴, the product of the two bends: (2/3)/180 of its coefficient.
-    let quartic = relative * piece.length * slope * bend * T::of(1.0 / 270.0);
-    let absorbed = optical_depth(piece, span).absorbed_by();
-    let wa = (gauss + quartic).max(T::zero()).min(absorbed);
-    let wb = absorbed - wa;
-    let (c0, c1) = (span.color(piece.f0), span.color(piece.f1));
-    Light { color: blend(&c0, &c1, wa, wb), absorbed }
+    let quartic = piece.length * slope * bend * bend * T::of(1.0 / 270.0);
+    half * (weighted(half - offset) + weighted(half + offset)) + quartic
 }
 
-/// A piece in `wanted` panels of equal length, rounded up, front to back.
-fn panels<T: Real>(piece: &Segment<T>, span: &Span<T>, wanted: T) -> Light<T> {
-    let count = wanted.ceil().wide() as usize;
+/// The bound of [`gauss`]: a fourth derivative over 4320; it falls with the fourth power of the number of panels.
+///
+/// With `a >= |T'|`, `b >= |T''|`, `j = |T'''|`, `F >= |f'|` and `f'' = -2·bend` the fourth derivative of `f'(1 - e^-T)` is
+/// at most `F (a⁴ + 6a²b + 3b² + 4aj) + 8|bend| (a³ + 3ab + j min(1, a))`, the last being what the quartic term leaves.
+#[inline(always)]
+fn gauss_error<T: Real>(terms: &Terms<'_, T>) -> T {
+    let (bend, length) = (terms.bend.abs(), terms.piece.length);
+    let swing = terms.slope.abs() * bend;
+    let a = length * (terms.ends[0].max(terms.ends[1]) + T::of(0.25) * swing);
+    let (b, j) = (terms.bend_of_depth(), T::of(2.0) * length * swing);
+    let (a2, three) = (a * a, T::of(3.0));
+    let even = a2 * (a2 + T::of(6.0) * b) + three * b * b + T::of(4.0) * a * j;
+    let odd = T::of(8.0) * bend * (a * (a2 + three * b) + j * a.min(T::one()));
+    (terms.steep * even + odd) * T::of(1.0 / 4320.0)
+}
+
+/// A piece in `count` panels of equal length, front to back, each by [`gauss`].
+fn panels<T: Real>(terms: &Terms<'_, T>, count: usize, allowance: &Allowance<T>) -> Light<T> {
+    let (piece, steepest) = (terms.piece, terms.span.steepest());
     let mut light = Light::none();
     let mut from = (T::zero(), piece.f0);
     for i in 1..=count {
         let u = T::of(i as f64 / count as f64);
         let to = (u, if i == count { piece.f1 } else { piece.value(u) });
-        light.over(&panel(&piece.part(from, to), span));
+        let part = piece.part(from, to);
+        let panel = Terms::new(&part, terms.span);
+        let absorbed = panel.depth.absorbed_by();
+        let error = steepest * (gauss_error(&panel) + panel.skew(absorbed));
+        light.over(&panel.light(absorbed, gauss(&panel), error));
+        if (T::one() - light.absorbed) * allowance.through <= allowance.rest {
+            break;
+        }
         from = to;
     }
     light
@@ -182,86 +310,17 @@ fn panels<T: Real>(piece: &Segment<T>, span: &Span<T>, wanted: T) -> Light<T> {
 
 /// A piece so dense that panels of equal length would be wasted behind its opaque front: the front half first, and
 /// the back half only where light still comes through.
-fn halves<T: Real>(piece: &Segment<T>, span: &Span<T>) -> Light<T> {
-    let half = T::of(0.5);
-    if optical_depth(piece, span) > T::of(1e12) {
-        // Seen from the front it is a surface of the colour at its start.
-        return Light { color: span.color(piece.f0), absorbed: T::one() };
-    }
+fn halves<T: Real>(terms: &Terms<'_, T>, allowance: &Allowance<T>) -> Light<T> {
+    let (piece, span, half) = (terms.piece, terms.span, T::of(0.5));
     let middle = (half, piece.value(half));
-    let mut light = exact(&piece.part((T::zero(), piece.f0), middle), span);
-    if T::one() - light.absorbed > T::of(T::OPAQUE) {
-        light.over(&exact(&piece.part(middle, (T::one(), piece.f1)), span));
+    let mut light = exact(&Terms::new(&piece.part((T::zero(), piece.f0), middle), span), allowance);
+    let through = (T::one() - light.absorbed) * allowance.through;
+    if through > allowance.rest {
+        let behind = Allowance { through, ..*allowance };
+        light.over(&exact(&Terms::new(&piece.part(middle, (T::one(), piece.f1)), span), &behind));
     }
     light
 }
 
 #[cfg(test)]
-mod tests {
-    use super::super::transfer::{KernelKnot, Spans};
-    use super::*;
-
-    fn spans<T: Real>(extinction: [f64; 2]) -> Spans<T> {
-        let knot = |k: usize, color| KernelKnot { value: k as f64, color, extinction: extinction[k] };
-        Spans::new(&[knot(0, [0.9, 0.1, 0.3]), knot(1, [0.2, 0.8, 0.3])])
-    }
-
-    /// The same integral in steps that grow from the front, so that a dense front is resolved.
-    fn brute_force(piece: &Segment<f64>, span: &Span<f64>) -> Light<f64> {
-        const STEPS: i32 = 200_000;
-        let edge = |i: i32| {
-            let w = f64::from(i) / f64::from(STEPS);
-            // Half of the steps lie in the first thousandth of the piece and half of those in its thousandth.
-            if i == 0 { 0.0 } else { 0.5 * w.powi(12) + 0.5 * w }.min(1.0) * w.powi(3)
-        };
-        let mut light = Light::none();
-        for i in 0..STEPS {
-            let (u0, u1) = (edge(i), edge(i + 1));
-            let f = piece.value(0.5 * (u0 + u1));
-            let absorbed = (span.extinction(f) * piece.length * (u1 - u0)).absorbed_by();
-            light.over(&Light { color: span.color(f).map(|c| c * absorbed), absorbed });
-        }
-        light
-    }
-
-    #[test]
-    fn exact_pieces_match_fine_steps_from_clear_to_stiff() {
-        for extinction in [[0.0, 1.0], [1.0, 0.0], [0.3, 0.7], [1.0, 1.0], [1e-9, 1e-3]] {
-            for length in [1e-6, 0.1, 1.0, 10.0, 1e3, 1e6] {
-                for (f0, f1, kappa, eps) in
-                    [(0.1, 0.9, 0.0, 0.0), (0.9, 0.1, 0.5, -0.3), (0.0, 1.0, 0.8, 0.02), (0.4, 0.4, 0.0, 0.1)]
-                {
-                    let piece = Segment { f0, f1, kappa, eps, length };
-                    let double = spans::<f64>(extinction);
-                    let expected = brute_force(&piece, double.span(1));
-                    let exact = integrate(Method::Exact, &piece, double.span(1));
-                    let narrow = |x: f64| x as f32;
-                    let single = Segment {
-                        f0: narrow(f0),
-                        f1: narrow(f1),
-                        kappa: narrow(kappa),
-                        eps: narrow(eps),
-                        length: narrow(length),
-                    };
-                    let single = integrate(Method::Exact, &single, spans::<f32>(extinction).span(1));
-                    for k in 0..3 {
-                        let what =
-                            format!("{extinction:?} {piece:?}: {exact:?}, {single:?} against {expected:?}");
-                        assert!((exact.color[k] - expected.color[k]).abs() < 3e-6, "{what}");
-                        assert!((f64::from(single.color[k]) - expected.color[k]).abs() < 5e-6, "{what}");
-                    }
-                    assert!((exact.absorbed - expected.absorbed).abs() < 1e-6);
-                }
-            }
-        }
-    }
-
-    #[test]
-    fn the_bend_integral_is_the_same_on_both_sides_of_the_switch() {
-        for eps in [0.019_999_999f64, 0.02, -0.019_999_999, -0.02] {
-            let series = (0..20).map(|k| (-eps).powi(k) / f64::from((k + 2) * (k + 3))).sum::<f64>();
-            assert!((bend_integral(eps) - series).abs() < 1e-11, "{eps}: {} {series}", bend_integral(eps));
-        }
-        assert!((bend_integral(0.0f64) - 1.0 / 6.0).abs() < 1e-16);
-    }
-}
+mod tests;

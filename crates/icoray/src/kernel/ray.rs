@@ -1,13 +1,15 @@
 //! One ray, whole: Algorithm 1 of the paper.
 
 use super::column::{Chord, Flow, Shell, Station, Values, Visit, cross};
-use super::piece::{Light, Method, integrate};
+use super::doubt::{Cut, Doubt, Medium};
+use super::lit::{Course, Lit};
+use super::piece::{Allowance, Light, Method, integrate};
 use super::plane::RayLine;
 use super::real::{Real, lerp};
 use super::sample::{Sample, Samples};
 use super::segment::Segment;
 use super::shade::{RayShading, Shading};
-use super::transfer::{Span, Spans};
+use super::transfer::Spans;
 use super::walk::{Column, Walk};
 use crate::grid::Grid;
 use glam::DVec3;
@@ -34,6 +36,24 @@ impl std::ops::AddAssign for Counts {
     }
 }
 
+/// How a ray may spend the scene's tolerance: one half on the colour of pieces, one on what an early end leaves out.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Budget {
+    /// Error of the colour per absorbed light.
+    pub share: f64,
+    /// A ray ends once its transmittance is down to this.
+    pub rest: f64,
+    /// The most that a channel can hold behind a ray's end.
+    pub brightest: f64,
+}
+
+impl Budget {
+    /// For a picture in which no channel can be brighter than `brightest`.
+    pub fn new(tolerance: f64, brightest: f64) -> Self {
+        Budget { share: 0.5 * tolerance, rest: 0.5 * tolerance / brightest, brightest }
+    }
+}
+
 /// Everything that is the same for all rays of a frame. N = 1 renders unlit, N = 4 carries gradients along.
 pub(crate) struct Caster<'f, T, S, const N: usize> {
     pub grid: &'f Grid<'f>,
@@ -43,25 +63,37 @@ pub(crate) struct Caster<'f, T, S, const N: usize> {
     /// Gradients at the vertices, level-fastest; empty when N = 1.
     pub gradients: &'f [[f32; 3]],
     pub method: Method,
+    pub budget: Budget,
     pub shading: Option<Shading>,
+    /// When set, light is not cut where the gradient turns.
+    pub is_coarse: bool,
     /// Linear RGB of the opaque core; `None` lets rays through the hollow core.
     pub core: Option<[f64; 3]>,
 }
 
 impl<T: Real, S: Sample, const N: usize> Caster<'_, T, S, N> {
-    /// Light that comes along the ray from `eye` towards the unit vector `dir`, premultiplied.
+    /// Light that comes along the ray from `eye` towards the unit vector `dir`, premultiplied; `None` where it misses the
+    /// shell.
     ///
     /// `hint` is a triangle to search the first column from, and becomes that column's triangle.
-    pub fn trace(&self, eye: DVec3, dir: DVec3, hint: &mut u32, counts: &mut Counts) -> Light<T> {
+    pub fn trace(&self, eye: DVec3, dir: DVec3, hint: &mut u32, counts: &mut Counts) -> Option<Light<T>> {
+        let line = RayLine::new(eye, dir, self.shell.outer())?;
         let mut light = Light::none();
-        let Some(line) = RayLine::new(eye, dir, self.shell.outer()) else {
-            return light;
-        };
         counts.rays += 1;
         let mut walk = Walk::new(self.grid, line, *hint);
         *hint = walk.triangle();
-        let shading = self.shading.map(|s| s.along::<T>(dir));
-        let mut ray = Ray { caster: self, line, shading, span: None, light: &mut light, counts };
+        // Less than the last digit cannot be asked for.
+        let share = self.budget.share.max(T::ROUNDING);
+        let mut ray = Ray {
+            caster: self,
+            line,
+            shading: self.shading.map(|s| s.along::<T>(dir, share)),
+            share: T::of(share),
+            rest: T::of(self.budget.rest),
+            span: None,
+            light: &mut light,
+            counts,
+        };
         let mut gap = None;
         while let Some(column) = walk.next_column() {
             let start = gap.unwrap_or_else(|| self.shell.gap(column.entry.rho));
@@ -71,7 +103,7 @@ impl<T: Real, S: Sample, const N: usize> Caster<'_, T, S, N> {
             }
             gap = Some(next);
         }
-        light
+        Some(light)
     }
 
     #[inline(always)]
@@ -92,6 +124,8 @@ struct Ray<'r, 'f, T, S, const N: usize> {
     caster: &'r Caster<'f, T, S, N>,
     line: RayLine,
     shading: Option<RayShading<T>>,
+    share: T,
+    rest: T,
     /// The span of the transfer function that the ray is in; `None` at its start and behind a void.
     span: Option<usize>,
     light: &'r mut Light<T>,
@@ -106,7 +140,7 @@ struct Pass<'p, 'r, 'f, T, S, const N: usize> {
     base: [isize; 3],
     /// Weights of the second and third vertex at the column's entry and exit.
     weight: [[T; 2]; 2],
-    length: T,
+    length: f64,
 }
 
 impl<T: Real, S: Sample, const N: usize> Visit<T, N> for Pass<'_, '_, '_, T, S, N> {
@@ -118,26 +152,27 @@ impl<T: Real, S: Sample, const N: usize> Visit<T, N> for Pass<'_, '_, '_, T, S, 
     }
 
     #[inline(always)]
-    fn frustum(&mut self, a: &Station<T>, b: &Station<T>, at_a: &Chord<T, N>, at_b: &Chord<T, N>) -> Flow {
-        let eps = T::of(b.rho - a.rho) / T::of(a.rho);
+    fn frustum(&mut self, _: usize, [a, b]: [&Station<T>; 2], [at_a, at_b]: [&Chord<T, N>; 2]) -> Flow {
+        // A core of next to no radius would round ε to -1.
+        let eps = T::of((b.rho - a.rho) * a.curvature).max(T::of(T::ROUNDING - 1.0));
         let mut course = Course { from: at_a.at(a.tau), to: at_b.at(b.tau), kappa: [T::zero(); N], eps };
         for k in 0..N {
             let (slope_a, slope_b) = (at_a.exit[k] - at_a.entry[k], at_b.exit[k] - at_b.entry[k]);
             course.kappa[k] = (b.tau - a.tau) * ((slope_a - slope_b) + eps * slope_a);
         }
-        self.ray.frustum(&course, self.length * (b.u - a.u))
+        self.ray.frustum(&course, T::of(self.length * (b.u - a.u)))
     }
 
     /// An opaque core ends the ray, a hollow one lets it pass.
     fn core(&mut self, a: &Station<T>) -> Flow {
         let Some(color) = self.ray.caster.core else { return Flow::On };
         let (entry, exit) = (&self.column.entry, &self.column.exit);
-        let t = entry.t + a.u.wide() * (exit.t - entry.t);
+        let t = lerp(entry.t, exit.t, a.u);
         let body = match &self.ray.shading {
             Some(shading) => shading.solid(self.ray.line.position(t).normalize_or_zero()),
             None => T::one(),
         };
-        self.ray.light.over(&Light { color: color.map(|c| T::of(c) * body), absorbed: T::one() });
+        self.ray.light.over(&Light::plain(color.map(|c| T::of(c) * body), T::one()));
         Flow::Stop
     }
 }
@@ -151,7 +186,7 @@ impl<T: Real, S: Sample, const N: usize> Ray<'_, '_, T, S, N> {
         let base = [samples.base(a), samples.base(b), samples.base(c)];
         let weight = [entry, exit].map(|end| [T::of(end.weight[0]), T::of(end.weight[1])]);
         let shell = self.caster.shell;
-        let mut pass = Pass { ray: self, column, base, weight, length: T::of(exit.t - entry.t) };
+        let mut pass = Pass { ray: self, column, base, weight, length: exit.t - entry.t };
         cross(shell, column, gap, &mut pass)
     }
 
@@ -166,113 +201,140 @@ impl<T: Real, S: Sample, const N: usize> Ray<'_, '_, T, S, N> {
             self.span = None;
             return Flow::On;
         }
-        let (zero, one) = (T::zero(), T::one());
-        match segment.extremum() {
-            None => self.monotone(&segment, course, [zero, one]),
-            Some(turn) => {
-                self.monotone(&segment.part((zero, segment.f0), turn), course, [zero, turn.0]);
-                self.monotone(&segment.part(turn, (one, segment.f1)), course, [turn.0, one]);
-            }
-        }
-        if one - self.light.absorbed < T::of(T::OPAQUE) { Flow::Stop } else { Flow::On }
-    }
-
-    /// Splits a monotone segment, `range` of the whole course, at the transfer function's knots. The span is carried
-    /// from piece to piece: which side of a knot a piece lies on is known from where it came, never asked of a
-    /// rounded value.
-    #[inline]
-    fn monotone(&mut self, segment: &Segment<T>, course: &Course<T, N>, range: [T; 2]) {
         let spans = self.caster.spans;
-        let (f0, f1) = (segment.f0, segment.f1);
-        let mut k = match self.span {
-            Some(k) => spans.follow(k, f0),
-            None => spans.find(f0),
-        };
-        let mut at = (T::zero(), f0);
-        if f0.min(f1) >= spans.span(k).low && f0.max(f1) <= spans.span(k).high {
-            self.piece(segment, k, course, range);
-            self.span = Some(k);
-            return;
-        }
-        let rising = f1 >= f0;
-        let whole = |u: T| range[0] + u * (range[1] - range[0]);
-        loop {
-            let knot = if rising { spans.span(k).high } else { spans.span(k).low };
-            let is_last = if rising { f1 <= knot } else { f1 >= knot };
-            let next = if is_last { (T::one(), f1) } else { (segment.solve(knot).max(at.0), knot) };
-            if next.0 > at.0 && !spans.span(k).is_clear {
-                self.piece(&segment.part(at, next), k, course, [whole(at.0), whole(next.0)]);
-            }
-            if is_last {
-                break;
-            }
-            at = next;
-            k = if rising { k + 1 } else { k - 1 };
+        // A constant lies where its value lies, not where the ray came from.
+        let known = self.span.filter(|_| segment.f0 != segment.f1 || segment.kappa != T::zero());
+        let mut k = known.map_or_else(|| spans.find(segment.f0), |k| spans.follow(k, segment.f0));
+        let whole = [T::zero(), T::one()];
+        let reach = segment.reach();
+        if self.caster.method == Method::Exact && spans.span(k).holds(&segment) {
+            self.piece(&segment, k, course, whole, reach);
+        } else {
+            k = match segment.extremum() {
+                None => self.monotone(&segment, k, course, whole),
+                Some(turn) => {
+                    let (start, end) = ((whole[0], segment.f0), (whole[1], segment.f1));
+                    let k = self.monotone(&segment.part(start, turn), k, course, [start.0, turn.0]);
+                    self.monotone(&segment.part(turn, end), k, course, [turn.0, end.0])
+                }
+            };
         }
         self.span = Some(k);
+        if !spans.steps().is_empty() {
+            self.near_steps(&segment);
+        }
+        // A piece that ended early knows its transmittance to the last digit only.
+        let through = T::one() - self.light.absorbed;
+        if through > self.rest * T::of(1.001) + T::of(2.0 * T::ROUNDING) {
+            return Flow::On;
+        }
+        self.light.error = self.light.error + through * T::of(self.caster.budget.brightest);
+        Flow::Stop
     }
 
-    /// Adds the light of a monotone piece that stays in span `k`.
+    /// Splits a monotone segment, `range` of the whole course, at the transfer function's knots, from span `k` to the
+    /// one that is returned. The span is carried from piece to piece: which side of a knot a piece lies on is known
+    /// from where it came, never asked of a rounded value.
     #[inline]
-    fn piece(&mut self, piece: &Segment<T>, k: usize, course: &Course<T, N>, range: [T; 2]) {
+    fn monotone(
+        &mut self,
+        segment: &Segment<T>,
+        mut k: usize,
+        course: &Course<T, N>,
+        range: [T; 2],
+    ) -> usize {
+        let spans = self.caster.spans;
+        let (f0, f1) = (segment.f0, segment.f1);
+        if f0.min(f1) >= spans.span(k).low && f0.max(f1) <= spans.span(k).high {
+            self.piece(segment, k, course, range, segment.reach());
+            return k;
+        }
+        let mut doubt = Doubt::new(segment, Medium::at(spans.span(k), f0));
+        let (zero, one) = (T::zero(), T::one());
+        let rising = f1 >= f0;
+        // Each knot is sought in what is left: a narrow piece found from the start would be a difference of two u.
+        let mut rest = *segment;
+        let mut from = range[0];
+        loop {
+            let span = spans.span(k);
+            let knot = if rising { span.high } else { span.low };
+            let is_last = if rising { f1 <= knot } else { f1 >= knot };
+            let end = if is_last { (one, f1) } else { (rest.solve(knot), knot) };
+            let to = lerp(from, range[1], end.0);
+            if end.0 > zero {
+                let (before, f) = (self.light.absorbed, [rest.f0, end.1]);
+                let part = if is_last { rest } else { rest.part((zero, f[0]), end) };
+                let is_between = rest.f0 != f0 && !is_last;
+                let reach = if is_between { between(&f) } else { segment.reach() };
+                self.piece(&part, k, course, [from, to], reach);
+                let mean = Medium::at(span, T::of(0.5) * (f[0] + f[1]));
+                let change = span.steepest() * (f[1] - f[0]).abs();
+                doubt.cut(
+                    self.light,
+                    before,
+                    Cut { value: f[0], length: part.length, mean, change, is_narrow: span.is_narrow() },
+                );
+            }
+            if is_last {
+                doubt.shift(self.light, &Medium::at(span, f1));
+                return k;
+            }
+            rest = rest.part(end, (one, f1));
+            from = to;
+            k = if rising { k + 1 } else { k - 1 };
+        }
+    }
+
+    /// Adds the light of a piece that stays in span `k`.
+    #[inline]
+    fn piece(&mut self, piece: &Segment<T>, k: usize, course: &Course<T, N>, range: [T; 2], reach: T) {
         let span = self.caster.spans.span(k);
         if span.is_clear {
             return;
         }
+        let through = T::one() - self.light.absorbed;
+        if through <= self.rest {
+            return;
+        }
+        let allowance = Allowance { share: self.share, rest: self.rest, through, reach };
         let light = match &self.shading {
-            Some(shading) if N == 4 => shaded(self.caster.method, shading, piece, span, course, range),
-            _ => integrate(self.caster.method, piece, span),
+            Some(shading) if N == 4 => {
+                let lit = Lit { method: self.caster.method, allowance: &allowance, shading, span, course };
+                let cuts = if self.caster.is_coarse { 0 } else { Lit::<T, N>::MOST_CUTS };
+                lit.light(piece, range, cuts)
+            }
+            _ => integrate(self.caster.method, piece, span, &allowance),
         };
         self.light.over(&light);
+        // The sum is rounded to its own last digit.
+        let off = T::of(0.5 * T::ROUNDING) * self.light.absorbed;
+        self.light.variance = self.light.variance + off * off;
     }
-}
 
-/// Value and gradient along a whole frustum: each component runs as a [`Segment`]'s value does.
-struct Course<T, const N: usize> {
-    from: Values<T, N>,
-    to: Values<T, N>,
-    kappa: Values<T, N>,
-    eps: T,
-}
-
-impl<T: Real, const N: usize> Course<T, N> {
-    /// The gradient at `u`.
-    #[inline]
-    fn gradient(&self, u: T) -> [T; 3] {
-        let bent = u * (T::one() - u) / (T::one() + self.eps * u);
-        let at = |k: usize| lerp(self.from[k % N], self.to[k % N], u) + bent * self.kappa[k % N];
-        [at(1), at(2), at(3)]
-    }
-}
-
-/// A piece under light: cut into parts over which the gradient turns little, each shaded by the gradient at its middle.
-#[inline]
-fn shaded<T: Real, const N: usize>(
-    method: Method,
-    shading: &RayShading<T>,
-    piece: &Segment<T>,
-    span: &Span<T>,
-    course: &Course<T, N>,
-    range: [T; 2],
-) -> Light<T> {
-    let middle = course.gradient(T::of(0.5) * (range[0] + range[1]));
-    let count = shading.parts(&course.gradient(range[0]), &middle, &course.gradient(range[1]));
-    let mut light = Light::none();
-    let mut start = (T::zero(), piece.f0);
-    for i in 0..count {
-        let fraction = |steps: usize| T::of(steps as f64 / (2 * count) as f64);
-        let u = fraction(2 * i + 2);
-        let end = if i + 1 == count { (T::one(), piece.f1) } else { (u, piece.value(u)) };
-        let part = if count == 1 { *piece } else { piece.part(start, end) };
-        let mut own = integrate(method, &part, span);
-        let gradient =
-            if count == 1 { middle } else { course.gradient(lerp(range[0], range[1], fraction(2 * i + 1))) };
-        let shade = shading.shade(gradient);
-        for channel in &mut own.color {
-            *channel = *channel * shade.body + own.absorbed * shade.highlight;
+    /// A segment whose least or greatest value comes as close to a step as rounding reaches may lie beyond it there.
+    fn near_steps(&mut self, segment: &Segment<T>) {
+        let steep = (segment.f1 - segment.f0).abs() + segment.kappa.abs();
+        if steep == T::zero() {
+            return;
         }
-        light.over(&own);
-        start = end;
+        let reach = T::of(8.0) * segment.reach();
+        let part = (reach / (reach + steep)).sqrt();
+        let value = segment.extremum().map_or(segment.f1, |(_, f)| f);
+        let (low, high) = (segment.f0.min(segment.f1).min(value), segment.f0.max(segment.f1).max(value));
+        let steps = self.caster.spans.steps();
+        for extreme in [low, high] {
+            let first = steps.partition_point(|step| step.value < extreme - reach);
+            for step in steps[first..].iter().take_while(|step| step.value <= extreme + reach) {
+                let through = T::one() - self.light.absorbed;
+                let beyond = (segment.length * part * step.extinction).absorbed_by();
+                self.light.error = self.light.error + through * beyond;
+            }
+        }
     }
-    light
+}
+
+/// How far rounding may have put two knots, against each other: as their own last digits go.
+#[inline]
+fn between<T: Real>(knots: &[T; 2]) -> T {
+    T::of(0.5 * T::ROUNDING) * (knots[0].abs() + knots[1].abs())
 }

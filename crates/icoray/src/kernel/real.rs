@@ -2,8 +2,10 @@
 
 /// A floating-point type that the kernel is instantiated with.
 pub(crate) trait Real: num_traits::Float + Send + Sync + 'static {
-    /// A ray stops once less than this much light comes through.
-    const OPAQUE: f64;
+    /// Half a unit of the last digit of 1.
+    const ROUNDING: f64;
+    /// Optical depth beyond which a piece is a surface.
+    const SURFACE: f64;
     /// Normalised field values are held within ± this, so that products of two of them stay finite.
     const LARGEST: f64;
 
@@ -16,7 +18,8 @@ pub(crate) trait Real: num_traits::Float + Send + Sync + 'static {
 }
 
 impl Real for f32 {
-    const OPAQUE: f64 = 1e-6;
+    const ROUNDING: f64 = f32::EPSILON as f64 / 2.0;
+    const SURFACE: f64 = 1e12;
     const LARGEST: f64 = 1e15;
 
     #[inline]
@@ -54,7 +57,8 @@ impl Real for f32 {
 }
 
 impl Real for f64 {
-    const OPAQUE: f64 = 1e-14;
+    const ROUNDING: f64 = f64::EPSILON / 2.0;
+    const SURFACE: f64 = 1e16;
     const LARGEST: f64 = 1e100;
 
     #[inline]

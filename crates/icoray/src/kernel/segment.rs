@@ -34,6 +34,12 @@ impl<T: Real> Segment<T> {
         self.f0 + (self.f1 - self.f0) * u + self.kappa * u * (one - u) / (one + self.eps * u)
     }
 
+    /// How far rounding may have put the values at its ends, which come of values of size one and more.
+    #[inline]
+    pub fn reach(&self) -> T {
+        T::of(0.5 * T::ROUNDING) * (T::one() + self.f0.abs() + self.f1.abs())
+    }
+
     /// Where f turns inside the segment, if it does: u and the value there.
     ///
     /// f' has opposite signs at the ends exactly when `(d + κ)((1 + ε)d - κ) < 0`; then κ and `κ - dε` have one sign

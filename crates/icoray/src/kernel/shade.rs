@@ -1,5 +1,6 @@
 //! Lighting: Blinn and Phong's model with the field's gradient as the normal (§3.5 of the paper).
 
+use super::piece::Light;
 use super::real::Real;
 use glam::DVec3;
 
@@ -23,6 +24,12 @@ pub(crate) struct RayShading<T> {
     shininess: T,
     light: [T; 3],
     halfway: [T; 3],
+    /// How many times faster than its normal a shade turns, squared.
+    sharpness: T,
+    /// Highlights below this are left out.
+    blind: T,
+    /// The cosine between normal and half-way direction below which they are.
+    dull: T,
 }
 
 /// Factor for the surface's own colour, and the white highlight.
@@ -30,14 +37,17 @@ pub(crate) struct RayShading<T> {
 pub(crate) struct Shade<T> {
     pub body: T,
     pub highlight: T,
+    /// The surface's unit normal; zero where there is no gradient.
+    normal: [T; 3],
 }
 
 impl Shading {
-    /// For rays along `dir`.
-    pub fn along<T: Real>(&self, dir: DVec3) -> RayShading<T> {
+    /// For rays along `dir`, highlights right to `share`.
+    pub fn along<T: Real>(&self, dir: DVec3, share: f64) -> RayShading<T> {
         let light = self.towards_light.unwrap_or(-dir);
         // The light straight behind leaves no half-way direction; none then gives no highlight.
         let halfway = (light - dir).try_normalize().unwrap_or(DVec3::ZERO);
+        let blind = 0.05 * share;
         RayShading {
             ambient: T::of(self.ambient),
             diffuse: T::of(self.diffuse),
@@ -45,6 +55,9 @@ impl Shading {
             shininess: T::of(self.shininess),
             light: light.to_array().map(T::of),
             halfway: halfway.to_array().map(T::of),
+            sharpness: T::of(self.shininess.max(4.0)),
+            blind: T::of(blind),
+            dull: T::of((blind / self.specular.max(blind)).powf(1.0 / self.shininess)),
         }
     }
 }
@@ -56,26 +69,58 @@ impl<T: Real> RayShading<T> {
         // Scaled first: a gradient of 1e30 squared is no f32.
         let largest = gradient.iter().fold(T::zero(), |m, g| m.max(g.abs()));
         if !(largest > T::zero() && largest.is_finite()) {
-            return Shade { body: self.ambient, highlight: T::zero() };
+            return Shade { body: self.ambient, highlight: T::zero(), normal: [T::zero(); 3] };
         }
         let n = gradient.map(|g| g / largest);
-        let dot = |a: &[T; 3], b: &[T; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
         let length = dot(&n, &n).sqrt();
-        let body = self.ambient + self.diffuse * (dot(&n, &self.light) / length).abs();
-        let gleam = (dot(&n, &self.halfway) / length).abs();
-        Shade { body, highlight: self.specular * gleam.powf(self.shininess) }
+        let normal = n.map(|x| x / length);
+        let body = self.ambient + self.diffuse * dot(&normal, &self.light).abs();
+        let gleam = dot(&normal, &self.halfway).abs();
+        let highlight =
+            if gleam < self.dull { T::zero() } else { self.specular * gleam.powf(self.shininess) };
+        Shade { body, highlight, normal }
     }
 
-    /// Into how many parts a piece is cut whose gradient turns from `from` over `middle` to `to`: about one per 3° of
-    /// turn, at most 32.
-    ///
-    /// Shading by the gradient at a part's middle errs with the square of the turn; at 3° and an exponent of 32 the
-    /// highlight is right to about 1e-3.
+    /// The mean shade of a part of a ray with shades `a` and `b` at its ends and `m` in the middle, when the part's light
+    /// comes from `centre` of the part behind its middle.
     #[inline]
-    pub fn parts(&self, from: &[T; 3], middle: &[T; 3], to: &[T; 3]) -> usize {
-        let turn2 = turn2(from, middle).max(turn2(middle, to));
-        let parts = (turn2 * T::of(1600.0)).max(T::one()).sqrt().ceil();
-        parts.min(T::of(32.0)).wide() as usize
+    pub fn mean(a: &Shade<T>, m: &Shade<T>, b: &Shade<T>, centre: T) -> (T, T) {
+        let simpson = |a: T, m: T, b: T| (a + T::of(4.0) * m + b) * T::of(1.0 / 6.0) + centre * (b - a);
+        (simpson(a.body, m.body, b.body), simpson(a.highlight, m.highlight, b.highlight))
+    }
+
+    /// How far [`Self::mean`] may be off, in the factor of the colour and in the highlight, when `centre` may be off by
+    /// `skew`; an estimate. `None` where the normal turns too far between the three to tell.
+    #[inline]
+    pub fn doubt(&self, a: &Shade<T>, m: &Shade<T>, b: &Shade<T>, skew: T) -> Option<(T, T)> {
+        let turn2 = turn2(&a.normal, &m.normal).max(turn2(&m.normal, &b.normal));
+        if turn2 * self.sharpness > T::of(0.5) {
+            return None;
+        }
+        // Simpson's rule is right for a bend under even light; a fifth of it stands for kinks.
+        let off = |a: T, m: T, b: T| {
+            let bend = (a - m - m + b).abs();
+            skew * ((b - a).abs() + bend) + T::of(0.2) * bend
+        };
+        Some((off(a.body, m.body, b.body), off(a.highlight, m.highlight, b.highlight) + self.blind))
+    }
+
+    /// `light` under the shade `mean`, which may be `off`. Shades are rounded too, the sharper the more.
+    #[inline]
+    pub fn apply(&self, mut light: Light<T>, (body, highlight): (T, T), off: T) -> Light<T> {
+        for channel in &mut light.color {
+            *channel = *channel * body + light.absorbed * highlight;
+        }
+        light.error = light.error * body + light.absorbed * off;
+        let rounded = T::of(0.5 * T::ROUNDING) * self.sharpness * light.absorbed;
+        let scale = body.max(T::one());
+        light.variance = light.variance * scale * scale + rounded * rounded;
+        light
+    }
+
+    /// The most that a body and a highlight can differ from any other.
+    pub fn range(&self) -> (T, T) {
+        (self.diffuse, self.specular)
     }
 
     /// Light on an opaque surface with the outward normal `normal`, on its outer side only.
@@ -86,15 +131,19 @@ impl<T: Real> RayShading<T> {
     }
 }
 
-/// About the square of the angle between two vectors; 0 where one has no direction.
+#[inline]
+fn dot<T: Real>(a: &[T; 3], b: &[T; 3]) -> T {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+/// About the square of the angle between two unit vectors, up to 4. A normal that turns round looks the same at both ends,
+/// but swings through all between. Two that are no normals at all are alike.
 #[inline]
 fn turn2<T: Real>(a: &[T; 3], b: &[T; 3]) -> T {
-    let dot = |a: &[T; 3], b: &[T; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-    let size = dot(a, a) * dot(b, b);
-    if !(size > T::zero() && size.is_finite()) {
+    if dot(a, a) + dot(b, b) == T::zero() {
         return T::zero();
     }
-    T::of(2.0) * (T::one() - dot(a, b) / size.sqrt())
+    T::of(2.0) * (T::one() - dot(a, b))
 }
 
 #[cfg(test)]
@@ -106,7 +155,7 @@ mod tests {
 
     #[test]
     fn a_headlight_shines_fully_on_what_faces_it_from_either_side() {
-        let ray = SHADING.along::<f32>(DVec3::NEG_X);
+        let ray = SHADING.along::<f32>(DVec3::NEG_X, 1e-6);
         for gradient in [[3.0, 0.0, 0.0], [-1e30, 0.0, 0.0], [1e-30, 0.0, 0.0]] {
             let s = ray.shade(gradient);
             assert!((s.body - 0.9).abs() < 1e-6 && (s.highlight - 0.5).abs() < 1e-6, "{gradient:?}: {s:?}");
@@ -119,7 +168,7 @@ mod tests {
     #[test]
     fn the_sun_leaves_the_far_side_of_the_ground_dark() {
         let sun = Shading { towards_light: Some(DVec3::Z), ..SHADING };
-        let ray = sun.along::<f64>(DVec3::NEG_X);
+        let ray = sun.along::<f64>(DVec3::NEG_X, 1e-6);
         assert!((ray.solid(DVec3::Z) - 0.9).abs() < 1e-12);
         assert!((ray.solid(DVec3::NEG_Z) - 0.2).abs() < 1e-12);
     }

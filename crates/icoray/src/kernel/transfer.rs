@@ -1,6 +1,7 @@
 //! The transfer function as the kernel reads it: linear spans between knots, in normalised values.
 
 use super::real::Real;
+use super::segment::Segment;
 
 /// A knot of the transfer function in the units of the kernel.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -25,13 +26,22 @@ pub(crate) struct Span<T> {
     extinction_slope: T,
     color: [T; 3],
     color_slope: [T; 3],
+    /// Most of |dc/df| over the channels.
+    steepest: T,
+    brightest: T,
     /// Extinction is zero throughout.
     pub is_clear: bool,
-    /// One colour throughout.
-    pub is_plain: bool,
 }
 
 impl<T: Real> Span<T> {
+    /// Whether `segment` surely stays in the span: its bend moves values by less than half of κ where `ε > -3/4`.
+    #[inline]
+    pub fn holds(&self, segment: &Segment<T>) -> bool {
+        let swing = T::of(0.5) * segment.kappa.abs();
+        let (low, high) = (segment.f0.min(segment.f1), segment.f0.max(segment.f1));
+        low - swing >= self.low && high + swing <= self.high && segment.eps > T::of(-0.75)
+    }
+
     /// Extinction per planet radius at value `f`.
     #[inline]
     pub fn extinction(&self, f: T) -> T {
@@ -39,10 +49,34 @@ impl<T: Real> Span<T> {
         (self.extinction + self.extinction_slope * (f - self.anchor)).max(T::zero())
     }
 
+    /// Whether it is a spike or a step rather than a part of a ramp.
+    #[inline]
+    pub fn is_narrow(&self) -> bool {
+        self.high - self.low < T::of(1e-3)
+    }
+
     /// Slope of the extinction in the value.
     #[inline]
     pub fn extinction_slope(&self) -> T {
         self.extinction_slope
+    }
+
+    /// Slopes of the channels in the value.
+    #[inline]
+    pub fn color_slope(&self) -> &[T; 3] {
+        &self.color_slope
+    }
+
+    /// The largest channel at the span's ends.
+    #[inline]
+    pub fn brightest(&self) -> T {
+        self.brightest
+    }
+
+    /// The largest of the channels' slopes.
+    #[inline]
+    pub fn steepest(&self) -> T {
+        self.steepest
     }
 
     /// Linear RGB at value `f`.
@@ -54,10 +88,19 @@ impl<T: Real> Span<T> {
     }
 }
 
+/// A value at which the transfer function jumps, or as good as jumps.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Step<T> {
+    pub value: T,
+    /// The larger extinction of its two sides, as far as rounding reaches.
+    pub extinction: T,
+}
+
 /// The transfer function: `knots + 1` spans, the outer two reaching to infinity with the end knots' values.
 #[derive(Debug, Clone)]
 pub(crate) struct Spans<T> {
     spans: Vec<Span<T>>,
+    steps: Vec<Step<T>>,
     range: [f64; 2],
 }
 
@@ -72,19 +115,32 @@ impl<T: Real> Spans<T> {
         let normalise = |v: f64| T::of((v - range[0]) / (range[1] - range[0]));
         let flat =
             |knot: &KernelKnot, low: T, high: T| span(low, high, normalise(knot.value), knot, knot, T::one());
-        let mut spans = vec![flat(&first, T::neg_infinity(), normalise(first.value))];
-        for pair in knots.windows(2) {
-            let (low, high) = (normalise(pair[0].value), normalise(pair[1].value));
+        let mut values = vec![normalise(first.value)];
+        for knot in &knots[1..] {
+            let (before, value) = (values[values.len() - 1], normalise(knot.value));
+            // Slopes between knots that are closer than that would be no numbers: a step.
+            values.push(if value - before < T::of(T::ROUNDING * T::ROUNDING) { before } else { value });
+        }
+        let mut spans = vec![flat(&first, T::neg_infinity(), values[0])];
+        for (pair, value) in knots.windows(2).zip(values.windows(2)) {
+            let (low, high) = (value[0], value[1]);
             let width = if high > low { high - low } else { T::one() };
             spans.push(span(low, high, low, &pair[0], &pair[1], width));
         }
-        spans.push(flat(&last, normalise(last.value), T::infinity()));
-        Spans { spans, range }
+        spans.push(flat(&last, values[values.len() - 1], T::infinity()));
+        let steps = steps(&spans[1..knots.len()]);
+        Spans { spans, steps, range }
     }
 
     /// The values that normalise to 0 and 1.
     pub fn range(&self) -> [f64; 2] {
         self.range
+    }
+
+    /// Where it jumps.
+    #[inline]
+    pub fn steps(&self) -> &[Step<T>] {
+        &self.steps
     }
 
     /// Span number `k`.
@@ -111,8 +167,30 @@ impl<T: Real> Spans<T> {
     }
 }
 
+/// Spans narrower than this many last digits are steps too, as far as rounding sees them.
+const NARROW: f64 = 2000.0;
+/// How far rounding reaches, in last digits.
+const REACH: f64 = 8.0;
+
+/// The steps between `spans`: values at which extinction or colour changes within rounding's reach.
+fn steps<T: Real>(spans: &[Span<T>]) -> Vec<Step<T>> {
+    let mut steps = Vec::new();
+    for (k, span) in spans.iter().enumerate() {
+        if span.low == span.high {
+            let below = spans[..k].last().map_or(span.extinction, |s| s.extinction(s.high));
+            let above = spans.get(k + 1).map_or(span.extinction, |s| s.extinction(s.low));
+            steps.push(Step { value: span.low, extinction: below.max(above).max(span.extinction) });
+        } else if span.high - span.low < T::of(NARROW * T::ROUNDING) {
+            let extinction = span.extinction_slope.abs() * T::of(REACH * T::ROUNDING);
+            steps.extend([span.low, span.high].map(|value| Step { value, extinction }));
+        }
+    }
+    steps
+}
+
 fn span<T: Real>(low: T, high: T, anchor: T, a: &KernelKnot, b: &KernelKnot, width: T) -> Span<T> {
     let slope = |a: f64, b: f64| T::of(b - a) / width;
+    let color_slope = [0, 1, 2].map(|k| slope(a.color[k], b.color[k]));
     Span {
         low,
         high,
@@ -120,9 +198,10 @@ fn span<T: Real>(low: T, high: T, anchor: T, a: &KernelKnot, b: &KernelKnot, wid
         extinction: T::of(a.extinction),
         extinction_slope: slope(a.extinction, b.extinction),
         color: a.color.map(T::of),
-        color_slope: [0, 1, 2].map(|k| slope(a.color[k], b.color[k])),
+        color_slope,
+        steepest: color_slope.iter().fold(T::zero(), |most, s| most.max(s.abs())),
+        brightest: T::of(a.color.iter().chain(&b.color).fold(0.0, |most, c| most.max(*c))),
         is_clear: a.extinction == 0.0 && b.extinction == 0.0,
-        is_plain: a.color == b.color,
     }
 }
 
@@ -165,5 +244,15 @@ mod tests {
         let below = spans.find(0.3);
         assert_eq!(spans.follow(below, 0.5), below);
         assert_eq!(spans.span(spans.follow(below, 0.6)).extinction(0.6), 9.0);
+    }
+
+    #[test]
+    fn knots_that_all_but_coincide_are_a_step() {
+        let spans = Spans::<f32>::new(&[knot(0.0, 0.0, 1.0), knot(1e-40, 1.0, 9.0), knot(1.0, 0.5, 3.0)]);
+        for f in [-1.0, 0.0, 1e-30, 0.5, 1.0, 2.0] {
+            let span = spans.span(spans.find(f));
+            assert!(span.extinction(f).is_finite() && span.color(f).iter().all(|c| c.is_finite()), "{f}");
+        }
+        assert_eq!((spans.steps().len(), spans.steps()[0].extinction), (1, 9.0));
     }
 }

@@ -1,11 +1,14 @@
 //! Pictures and their report on disk.
 
+mod digits;
+mod error_map;
 mod exr;
 mod name;
 mod png;
 mod report;
 
-pub use name::{NameTemplate, Stamp};
+pub use error_map::write_error_map;
+pub use name::{FrameNames, NameTemplate, Output, Stamp};
 
 use crate::error::{Error, ErrorKind, Result};
 use crate::frame::Frame;
@@ -15,7 +18,8 @@ fn io_error(path: &Path, what: &str, error: impl std::fmt::Display) -> Error {
     Error::new(ErrorKind::Io, format!("{}: {what}: {error}", path.display()))
 }
 
-/// Writes `frame` to `path`, as PNG (8-bit sRGB, with text) or EXR (linear, exact floats) by its ending.
+/// Writes `frame` to `path`, as PNG (8-bit sRGB, with text) or EXR (linear, exact floats, with the error of each pixel as
+/// a fifth channel, `error`) by its ending.
 ///
 /// # Errors
 /// [`ErrorKind::Io`] names the path; [`ErrorKind::Argument`] an ending that is neither.
@@ -30,24 +34,62 @@ pub fn write_picture(path: &Path, frame: &Frame) -> Result<()> {
     }
 }
 
-/// Writes `frame` into `directory` under the name that `template` gives, and a row to `report.csv` beside the picture.
-/// Missing directories are made; a picture of the same name is replaced.
+/// Writes `frame` into `directory` under the name that `output` gives, the map of its errors beside it where that has a
+/// name too, and a row to `report.csv` beside the picture. Missing directories are made; files of the same name are
+/// replaced.
 ///
 /// # Errors
-/// [`ErrorKind::Io`] names the path; [`ErrorKind::Argument`] when the template asks for a date that `stamp` lacks.
-pub fn write_frame(
-    directory: &Path,
-    template: &NameTemplate,
-    stamp: &Stamp,
-    frame: &mut Frame,
-) -> Result<PathBuf> {
+/// [`ErrorKind::Io`] names the path; otherwise as [`Output::names`].
+pub fn write_frame(directory: &Path, output: &Output, stamp: &Stamp, frame: &mut Frame) -> Result<PathBuf> {
     let start = std::time::Instant::now();
-    let path = directory.join(template.name(stamp, &frame.field)?);
-    let folder = path.parent().unwrap_or(Path::new("."));
-    std::fs::create_dir_all(folder).map_err(|e| io_error(folder, "cannot make the directory", e))?;
+    let names = output.names(stamp, &frame.field)?;
     frame.stamp = stamp.clone();
+    let path = directory.join(names.file);
+    let folder = made_folder(&path)?;
     write_picture(&path, frame)?;
+    if let Some(name) = names.error {
+        let path = directory.join(name);
+        made_folder(&path)?;
+        write_error_map(&path, frame)?;
+    }
     frame.report.write_s = start.elapsed().as_secs_f64();
     report::append(&folder.join("report.csv"), &path, frame)?;
     Ok(path)
+}
+
+/// The folder of a file, made where it is missing.
+fn made_folder(path: &Path) -> Result<&Path> {
+    let folder = path.parent().unwrap_or(Path::new("."));
+    std::fs::create_dir_all(folder).map_err(|e| io_error(folder, "cannot make the directory", e))?;
+    Ok(folder)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::frame::tests::frame;
+
+    #[test]
+    fn a_frame_leaves_a_picture_an_error_map_and_a_row() {
+        let folder = tempfile::tempdir().unwrap();
+        let name = |text| NameTemplate::new(text).unwrap();
+        let output = Output { file: name("{field}_{step}.exr"), error: Some(name("errors/{step}.png")) };
+        let stamp = Stamp { step: 12, ..Stamp::default() };
+        let path = write_frame(folder.path(), &output, &stamp, &mut frame()).unwrap();
+        assert_eq!(path, folder.path().join("q_12.exr"));
+        assert!(path.is_file() && folder.path().join("errors/12.png").is_file());
+        let report = std::fs::read_to_string(folder.path().join("report.csv")).unwrap();
+        assert_eq!(report.lines().count(), 2);
+        let output = Output { error: None, ..output };
+        let stamp = Stamp { step: 13, ..Stamp::default() };
+        write_frame(folder.path(), &output, &stamp, &mut frame()).unwrap();
+        assert_eq!(std::fs::read_dir(folder.path().join("errors")).unwrap().count(), 1);
+    }
+
+    #[test]
+    fn an_error_map_is_a_png() {
+        let error = write_error_map(Path::new("map.exr"), &frame()).unwrap_err();
+        assert_eq!(error.kind(), ErrorKind::Argument);
+        assert!(error.to_string().contains("map.exr"), "{error}");
+    }
 }

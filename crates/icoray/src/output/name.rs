@@ -100,6 +100,40 @@ impl NameTemplate {
     }
 }
 
+/// How the files of a frame are named.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Output {
+    /// The picture.
+    pub file: NameTemplate,
+    /// The map of its errors, a PNG; `None` writes none.
+    pub error: Option<NameTemplate>,
+}
+
+/// The names of one frame's files.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct FrameNames {
+    /// The picture.
+    pub file: String,
+    /// The map of its errors.
+    pub error: Option<String>,
+}
+
+impl Output {
+    /// The names of a frame's files.
+    ///
+    /// # Errors
+    /// As [`NameTemplate::name`]; [`ErrorKind::Scene`] when both files would have the same name.
+    pub fn names(&self, stamp: &Stamp, field: &str) -> Result<FrameNames> {
+        let file = self.file.name(stamp, field)?;
+        let error = self.error.as_ref().map(|error| error.name(stamp, field)).transpose()?;
+        if error.as_ref() == Some(&file) {
+            let what = "output.file and output.error both name it, expected two names";
+            return Err(Error::new(ErrorKind::Scene, format!("{file:?}: {what}")));
+        }
+        Ok(FrameNames { file, error })
+    }
+}
+
 fn brace(inside: &str) -> Option<Part> {
     match inside.split_once(':') {
         None if inside == "step" => Some(Part::Step { width: 0 }),
@@ -144,6 +178,20 @@ mod tests {
         assert_eq!(name("plain.png"), "plain.png");
         let iso = Stamp { date: Some("2026-11-21T01:02:03Z".into()), ..stamp.clone() };
         assert_eq!(NameTemplate::new("$Y$s.png").unwrap().name(&iso, "f").unwrap(), "202603.png");
+    }
+
+    #[test]
+    fn a_frame_has_two_names_or_one() {
+        let template = |t| NameTemplate::new(t).unwrap();
+        let mut output = Output { file: template("{field}_{step}.png"), error: None };
+        let stamp = Stamp { step: 3, ..Stamp::default() };
+        let names = output.names(&stamp, "q").unwrap();
+        assert_eq!(names, FrameNames { file: "q_3.png".into(), error: None });
+        output.error = Some(template("{field}_error_{step}.png"));
+        assert_eq!(output.names(&stamp, "q").unwrap().error.unwrap(), "q_error_3.png");
+        output.error = Some(template("q_3.png"));
+        assert_eq!(output.names(&stamp, "q").unwrap_err().kind(), ErrorKind::Scene);
+        assert!(output.names(&stamp, "r").is_ok());
     }
 
     #[test]

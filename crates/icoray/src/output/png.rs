@@ -25,21 +25,26 @@ fn encode(pixel: [f32; 4]) -> [u8; 4] {
 }
 
 pub(super) fn write(path: &Path, frame: &Frame) -> Result<()> {
+    let bytes: Vec<u8> = frame.pixels.par_iter().flat_map_iter(|p| encode(*p)).collect();
+    write_rgba(path, [frame.width, frame.height], &bytes, &frame.describe())
+}
+
+/// Writes 8-bit sRGB with straight alpha, and texts beside it.
+pub(super) fn write_rgba(path: &Path, size: [u32; 2], rgba: &[u8], texts: &[(String, String)]) -> Result<()> {
     let file = File::create(path).map_err(|e| io_error(path, "cannot create the picture", e))?;
     let mut out = BufWriter::new(file);
     let failed = |e: png::EncodingError| io_error(path, "cannot write the picture", e);
     {
-        let mut encoder = png::Encoder::new(&mut out, frame.width, frame.height);
+        let mut encoder = png::Encoder::new(&mut out, size[0], size[1]);
         encoder.set_color(png::ColorType::Rgba);
         encoder.set_depth(png::BitDepth::Eight);
         encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
         encoder.set_compression(png::Compression::Fast);
-        for (key, text) in frame.describe() {
-            encoder.add_itxt_chunk(key, text).map_err(failed)?;
+        for (key, text) in texts {
+            encoder.add_itxt_chunk(key.clone(), text.clone()).map_err(failed)?;
         }
         let mut writer = encoder.write_header().map_err(failed)?;
-        let bytes: Vec<u8> = frame.pixels.par_iter().flat_map_iter(|p| encode(*p)).collect();
-        writer.write_image_data(&bytes).map_err(failed)?;
+        writer.write_image_data(rgba).map_err(failed)?;
         writer.finish().map_err(failed)?;
     }
     out.flush().map_err(|e| io_error(path, "cannot write the picture", e))

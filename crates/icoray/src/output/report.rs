@@ -7,8 +7,9 @@ use std::fs::OpenOptions;
 use std::io::Write;
 use std::path::Path;
 
-/// The columns of `report.csv`, in order. Seconds are wall clock.
-const HEADER: &str = "step,time_s,date,field,file,prepare_s,render_s,write_s,rays,columns,frusta,void_frusta,value_min,value_max,missing_values,left_out";
+/// The columns of `report.csv`, in order. Seconds are wall clock; errors and tolerance are of premultiplied linear
+/// channels, 0 to 1 ([`ErrorSummary`](crate::ErrorSummary)); `error_kind` is `bound` or `estimate`.
+const HEADER: &str = "step,time_s,date,field,file,prepare_s,render_s,write_s,rays,columns,frusta,void_frusta,value_min,value_max,missing_values,error_max,error_mean,error_p999,error_kind,tolerance,pixel_step,lights,left_out";
 
 /// The line of a frame whose picture was written to `picture`.
 fn row(picture: &Path, frame: &Frame) -> String {
@@ -31,6 +32,13 @@ fn row(picture: &Path, frame: &Frame) -> String {
         number(r.value_range.map(|v| v[0])),
         number(r.value_range.map(|v| v[1])),
         r.missing_values.to_string(),
+        format!("{:e}", r.error.max),
+        format!("{:e}", r.error.mean),
+        format!("{:e}", r.error.p999),
+        r.error.certainty.to_string(),
+        r.quality.tolerance.to_string(),
+        r.quality.pixel_step.to_string(),
+        r.quality.lights.to_string(),
         r.left_out.join("; "),
     ];
     cells.map(|cell| quoted(&cell)).join(",")
@@ -57,6 +65,24 @@ pub(super) fn append(path: &Path, picture: &Path, frame: &Frame) -> Result<()> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_row_has_a_cell_for_each_column() {
+        let frame = crate::frame::tests::frame();
+        let row = row(Path::new("folder/q.png"), &frame);
+        let cells: std::collections::HashMap<_, _> = HEADER.split(',').zip(row.split(',')).collect();
+        assert_eq!(row.split(',').count(), cells.len());
+        assert_eq!((cells["step"], cells["file"]), ("7", "q.png"));
+        for (column, value) in [
+            ("error_max", f64::from(1e-3f32)),
+            ("error_mean", (f64::from(1e-3f32) + f64::from(2.5e-6f32)) / 2.0),
+            ("error_p999", f64::from(1e-3f32)),
+            ("tolerance", 2e-3),
+        ] {
+            assert_eq!(cells[column].parse(), Ok(value), "{column}");
+        }
+        assert_eq!((cells["error_kind"], cells["left_out"]), ("bound", ""));
+    }
 
     #[test]
     fn cells_are_quoted_where_they_must_be() {

@@ -13,7 +13,8 @@ pub use transfer::{Knot, TransferFunction};
 
 use crate::error::Result;
 use crate::kernel::piece::Method;
-use crate::output::NameTemplate;
+use crate::output::Output;
+use std::ops::RangeInclusive;
 
 /// Floating-point precision of the kernel's inner loop. Positions are in f64 either way.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Deserialize)]
@@ -78,13 +79,26 @@ pub struct Scene {
     pub lighting: Option<Lighting>,
     /// How pieces are integrated.
     pub method: Method,
+    /// Largest error allowed in a channel of a premultiplied pixel, 0 to 1; [`Method::Exact`] spends no more than it needs.
+    pub tolerance: f64,
+    /// Milliseconds that a frame may take, from the field's pointers to its pixels; `None` is as long as it takes.
+    ///
+    /// Within it the renderer picks, from what a few rays are measured to cost: first a looser tolerance (up to 1e-2), then
+    /// light that is not cut where the gradient turns, then fewer traced pixels; where gradients alone would take half of
+    /// the time, no light. [`Quality`](crate::Quality) says what it was.
+    pub time_budget_ms: Option<f64>,
     /// Precision of the inner loop.
     pub precision: Precision,
-    /// Names of the pictures.
-    pub output: NameTemplate,
+    /// Names of the pictures, and of the maps of their errors.
+    pub output: Output,
 }
 
 impl Scene {
+    /// What [`Scene::tolerance`] may be.
+    pub const TOLERANCE: RangeInclusive<f64> = 1e-12..=0.5;
+    /// The tolerance of a scene that names none.
+    pub const DEFAULT_TOLERANCE: f64 = 1e-3;
+
     /// Reads a scene from the text of a scene file.
     ///
     /// # Errors

@@ -1,9 +1,10 @@
 //! From TOML to a checked [`Scene`]: every error names the line and the key.
 
+mod output;
+
 use super::{Camera, Knot, Lighting, Precision, Scene, Source, TransferFunction, color, transfer};
 use crate::error::{Error, ErrorKind, Result};
 use crate::kernel::piece::Method;
-use crate::output::NameTemplate;
 use serde::Deserialize;
 use std::ops::Range;
 use toml::Spanned;
@@ -17,13 +18,15 @@ struct RawScene {
     core: Option<Spanned<String>>,
     #[serde(default)]
     method: Method,
+    tolerance: Option<Spanned<f64>>,
+    time_budget_ms: Option<Spanned<f64>>,
     #[serde(default)]
     precision: Precision,
     image: Option<RawImage>,
     camera: Spanned<RawCamera>,
     transfer: Spanned<RawTransfer>,
     light: Option<Spanned<RawLight>>,
-    output: Option<RawOutput>,
+    output: Option<output::RawOutput>,
 }
 
 #[derive(Deserialize)]
@@ -77,12 +80,6 @@ struct RawLight {
     diffuse: Option<Spanned<f64>>,
     specular: Option<Spanned<f64>>,
     shininess: Option<Spanned<f64>>,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct RawOutput {
-    file: Spanned<String>,
 }
 
 /// The text of a scene file, for saying where in it something stands.
@@ -161,10 +158,7 @@ pub(super) fn scene(text: &str) -> Result<Scene> {
     if raw.field.get_ref().is_empty() {
         return Err(source.bad(raw.field.span(), "field", "an empty name"));
     }
-    let output = raw
-        .output
-        .as_ref()
-        .map_or(("{field}_{step:06}.png", 0..0), |o| (o.file.get_ref().as_str(), o.file.span()));
+    let [tolerance_min, tolerance_max] = [*Scene::TOLERANCE.start(), *Scene::TOLERANCE.end()];
     Ok(Scene {
         width: side(raw.image.as_ref().map(|i| &i.width), "image.width")?,
         height: side(raw.image.as_ref().map(|i| &i.height), "image.height")?,
@@ -175,8 +169,20 @@ pub(super) fn scene(text: &str) -> Result<Scene> {
         transfer: transfer_function(&source, &raw.transfer)?,
         lighting: raw.light.as_ref().map(|light| lighting(&source, light)).transpose()?.flatten(),
         method: raw.method,
+        tolerance: source.number(
+            raw.tolerance.as_ref(),
+            "tolerance",
+            tolerance_min,
+            tolerance_max,
+            Scene::DEFAULT_TOLERANCE,
+        )?,
+        time_budget_ms: raw
+            .time_budget_ms
+            .as_ref()
+            .map(|ms| source.number(Some(ms), "time_budget_ms", 1.0, 1e9, 0.0))
+            .transpose()?,
         precision: raw.precision,
-        output: NameTemplate::new(output.0).map_err(|e| source.bad(output.1, "output.file", e.context()))?,
+        output: output::output(&source, raw.output.as_ref())?,
         field: raw.field.into_inner(),
     })
 }

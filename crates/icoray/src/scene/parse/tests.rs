@@ -71,6 +71,14 @@ fn errors_name_line_and_key() {
             "file = \"theta.jpg\"",
             &["line 21", "output.file", ".png"],
         ),
+        (
+            "[output]",
+            "[output]\nerror = \"theta_$Y-$M-$D_{step:06}.png\"",
+            &["line 21", "output.error", "theta_$Y", "same as output.file", "another name"],
+        ),
+        ("[output]", "[output]\nerror = \"e.exr\"", &["line 21", "output.error", "e.exr", ".png"]),
+        ("[output]", "[output]\nerror = \"e_{x}.png\"", &["line 21", "output.error", "{x}", "{step}"]),
+        ("[output]", "[output]\nerror = 1", &["line 21", "error = 1", "string"]),
         ("[output]", "[outputs]", &["line 20", "outputs"]),
         ("[light]", "[light", &["line 16"]),
     ];
@@ -81,6 +89,43 @@ fn errors_name_line_and_key() {
             assert!(error.contains(word), "'{word}' is not in '{error}' for '{new}'");
         }
     }
+}
+
+#[test]
+fn a_tolerance_is_above_0_and_at_most_a_half() {
+    assert_eq!(scene(GOOD).unwrap().tolerance, 1e-3);
+    let with = |line: &str| scene(&GOOD.replacen("[image]", &format!("{line}\n[image]"), 1));
+    for good in [1e-12, 2e-5, 0.5] {
+        assert_eq!(with(&format!("tolerance = {good:e}")).unwrap().tolerance, good);
+    }
+    for (bad, shown) in [
+        ("0", "0"),
+        ("-1e-3", "-0.001"),
+        ("nan", "NaN"),
+        ("inf", "inf"),
+        ("0.6", "0.6"),
+        ("1e-13", "0.0000000000001"),
+    ] {
+        let error = with(&format!("tolerance = {bad}")).unwrap_err().to_string();
+        assert!(error.contains("line 5, key tolerance: "), "{error}");
+        assert!(error.contains(&format!(": {shown}, expected a number from ")), "{error}");
+    }
+    let error = with("tolerance = \"small\"").unwrap_err().to_string();
+    assert!(error.contains("line 5 (tolerance = \"small\")"), "{error}");
+}
+
+#[test]
+fn a_scene_may_name_either_file_or_none() {
+    let output = |lines: &str| {
+        let (before, _) = GOOD.split_once("[output]").unwrap();
+        scene(&format!("{before}{lines}")).unwrap().output
+    };
+    let names = |lines: &str| output(lines).names(&crate::output::Stamp::default(), "q").unwrap();
+    assert_eq!(names(""), names("[output]\n"));
+    assert_eq!((names("").file.as_str(), names("").error), ("q_000000.png", None));
+    let error = "[output]\nerror = \"{field}_error_{step}.png\"\n";
+    assert_eq!(names(error).file, "q_000000.png");
+    assert_eq!(names(error).error.unwrap(), "q_error_0.png");
 }
 
 #[test]
@@ -103,4 +148,15 @@ knots = [ { value = 0, color = "red", opacity = 0.5 },
     assert!(scene(&third).unwrap_err().to_string().contains("at most two knots"));
     let both = text.replace("extinction = 2 }", "extinction = 2, opacity = 0.1 }");
     assert!(scene(&both).unwrap_err().to_string().contains("line 8"));
+}
+
+#[test]
+fn a_time_budget_is_at_least_a_millisecond() {
+    assert_eq!(scene(GOOD).unwrap().time_budget_ms, None);
+    let with = |line: &str| scene(&GOOD.replacen("[image]", &format!("{line}\n[image]"), 1));
+    assert_eq!(with("time_budget_ms = 250").unwrap().time_budget_ms, Some(250.0));
+    for bad in ["0", "-5", "nan", "1e10"] {
+        let error = with(&format!("time_budget_ms = {bad}")).unwrap_err().to_string();
+        assert!(error.contains("line 5, key time_budget_ms: "), "{error}");
+    }
 }

@@ -1,0 +1,165 @@
+//! Staying inside a time budget: what a frame is drawn with, picked from what it is measured to cost.
+
+use crate::raster::Raster;
+use crate::scene::Scene;
+use std::fmt;
+use std::time::Instant;
+
+/// How light is computed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
+pub enum Lights {
+    /// None: the transfer function's own colours.
+    #[default]
+    Off,
+    /// One mean shade per piece of a ray, however far the gradient turns in it.
+    Coarse,
+    /// To the tolerance.
+    Full,
+}
+
+impl fmt::Display for Lights {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Lights::Off => "off",
+            Lights::Coarse => "coarse",
+            Lights::Full => "full",
+        })
+    }
+}
+
+/// What a frame was drawn with: as the scene says, or less where its time budget asked for it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Quality {
+    /// Each how many-th pixel was traced, in both directions; those between are interpolated.
+    pub pixel_step: u32,
+    /// Largest error that was allowed in a traced pixel.
+    pub tolerance: f64,
+    /// Light.
+    pub lights: Lights,
+}
+
+impl fmt::Display for Quality {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "tolerance {:e}, light {}, ", self.tolerance, self.lights)?;
+        match self.pixel_step {
+            1 => f.write_str("every pixel traced"),
+            step => write!(f, "one of {step} x {step} pixels traced"),
+        }
+    }
+}
+
+impl Default for Quality {
+    fn default() -> Self {
+        Quality { pixel_step: 1, tolerance: Scene::DEFAULT_TOLERANCE, lights: Lights::Off }
+    }
+}
+
+/// The tolerance that a budget may go up to.
+const LOOSEST: f64 = 1e-2;
+/// The coarsest raster that is still a picture.
+const LARGEST_STEP: u32 = 32;
+/// About how many pixels are traced to see what a frame costs.
+const PROBE: f64 = 400.0;
+/// How many times over there has to be time before a better quality is tried.
+const TO_SPARE: f64 = 1.2;
+/// A frame is planned to take this part of what is left, since a probe is not exact.
+const MARGIN: f64 = 0.8;
+/// The part of a budget that gradients may take before light is left out.
+const GRADIENTS: f64 = 0.5;
+
+/// Time that a frame may take, counted from its start.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Deadline {
+    start: Instant,
+    seconds: f64,
+}
+
+impl Deadline {
+    /// The scene's, if it has one.
+    pub fn of(scene: &Scene, start: Instant) -> Option<Self> {
+        scene.time_budget_ms.map(|ms| Deadline { start, seconds: ms / 1000.0 })
+    }
+
+    /// Seconds that may still be planned.
+    fn left(&self) -> f64 {
+        MARGIN * (self.seconds - self.start.elapsed().as_secs_f64()).max(0.0)
+    }
+
+    /// Whether there is time for gradients, of which a part `part` is computed by `sample` to see what they cost.
+    pub fn has_time_for_gradients(&self, part: f64, sample: impl FnOnce()) -> bool {
+        let start = Instant::now();
+        sample();
+        start.elapsed().as_secs_f64() / part <= GRADIENTS * self.left()
+    }
+
+    /// The best quality that keeps the deadline: first the tolerance is loosened, then light is made coarse, then pixels
+    /// are left out. `trace` traces a raster in a quality.
+    ///
+    /// Costs are measured from the cheapest quality upwards, the next only where there is time to spare for it: a probe
+    /// of what is far too dear would itself take the time.
+    pub fn pick(&self, asked: Quality, raster: Raster, trace: impl Fn(&Quality, Raster)) -> Quality {
+        let loose = Quality { tolerance: asked.tolerance.max(LOOSEST), ..asked };
+        let coarse = Quality { lights: asked.lights.min(Lights::Coarse), ..loose };
+        let pixels = f64::from(raster.width) * f64::from(raster.height);
+        let probe = Raster { step: ((pixels / PROBE).sqrt() as u32).clamp(1, LARGEST_STEP), ..raster };
+        let cost = |quality: &Quality| {
+            let start = Instant::now();
+            trace(quality, probe);
+            start.elapsed().as_secs_f64() / probe.part()
+        };
+        let mut best = coarse;
+        let mut seconds = cost(&best);
+        if seconds > self.left() {
+            let fits = |step: &u32| seconds * Raster { step: *step, ..raster }.part() <= self.left();
+            return Quality { pixel_step: (2..LARGEST_STEP).find(fits).unwrap_or(LARGEST_STEP), ..best };
+        }
+        for better in [loose, asked] {
+            if better == best {
+                continue;
+            }
+            if seconds > self.left() / TO_SPARE {
+                break;
+            }
+            seconds = cost(&better);
+            if seconds > self.left() {
+                break;
+            }
+            best = better;
+        }
+        best
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::time::Duration;
+
+    const RASTER: Raster = Raster { width: 512, height: 512, step: 1 };
+
+    /// The quality picked within `ms` where each traced pixel costs `us` microseconds, times what the quality saves.
+    fn pick(ms: f64, us: f64) -> Quality {
+        let asked = Quality { pixel_step: 1, tolerance: 1e-5, lights: Lights::Full };
+        let deadline = Deadline { start: Instant::now(), seconds: ms / 1000.0 };
+        deadline.pick(asked, RASTER, |quality, raster| {
+            let saved = if quality.tolerance > 1e-4 { 0.5 } else { 1.0 };
+            let saved = if quality.lights == Lights::Full { saved } else { 0.5 * saved };
+            let pixels = raster.part() * f64::from(raster.width * raster.height);
+            std::thread::sleep(Duration::from_secs_f64(1e-6 * us * saved * pixels));
+        })
+    }
+
+    #[test]
+    fn quality_goes_down_with_the_budget_tolerance_first_pixels_last() {
+        let whole = 512.0 * 512.0 / 1000.0 * 2.0;
+        let full = pick(2.0 * whole, 2.0);
+        assert_eq!((full.pixel_step, full.tolerance, full.lights), (1, 1e-5, Lights::Full));
+        let loose = pick(0.9 * whole, 2.0);
+        assert_eq!((loose.pixel_step, loose.tolerance, loose.lights), (1, 1e-2, Lights::Full));
+        let coarse = pick(0.5 * whole, 2.0);
+        assert_eq!((coarse.pixel_step, coarse.tolerance, coarse.lights), (1, 1e-2, Lights::Coarse));
+        let few = pick(0.15 * whole, 2.0);
+        assert!(few.pixel_step > 1 && few.pixel_step < 6 && few.lights == Lights::Coarse, "{few:?}");
+        assert_eq!(pick(1e-3, 2.0).pixel_step, LARGEST_STEP);
+    }
+}

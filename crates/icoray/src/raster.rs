@@ -1,0 +1,169 @@
+//! Pixels over the thread pool: tiles of a raster, which may hold each k-th pixel only and is filled in then.
+
+use crate::kernel::ray::Counts;
+use rayon::prelude::*;
+
+/// Most of a tile's side in traced pixels.
+const TILE: u32 = 32;
+
+/// A pixel and how far it may be off.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub(crate) struct Pixel {
+    pub color: [f32; 4],
+    pub error: f32,
+}
+
+/// The pixels of a picture that are traced: each `step`-th in both directions, the last ones of a row and a column too.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Raster {
+    pub width: u32,
+    pub height: u32,
+    /// Every how many-th pixel is traced.
+    pub step: u32,
+}
+
+impl Raster {
+    /// Traced columns and rows.
+    fn nodes(&self) -> [u32; 2] {
+        [self.width, self.height].map(|side| (side - 1).div_ceil(self.step) + 1)
+    }
+
+    /// Pixels that are traced, for each pixel of the picture.
+    pub fn part(&self) -> f64 {
+        let [across, down] = self.nodes().map(f64::from);
+        across * down / (f64::from(self.width) * f64::from(self.height))
+    }
+
+    /// Traces the raster, dealt to threads tile by tile, and fills the pixels between: rows from the top.
+    ///
+    /// Tiles are the same whatever the number of threads, and each starts with a hint of 0, so pictures are too.
+    pub fn draw(
+        &self,
+        pixel: impl Fn(u32, u32, &mut u32, &mut Counts) -> Pixel + Sync,
+    ) -> (Vec<Pixel>, Counts) {
+        let [across, down] = self.nodes();
+        // A coarse raster has enough tiles for all threads too.
+        let side = (across.max(down) / 8).clamp(2, TILE);
+        let tiles_across = across.div_ceil(side);
+        let place = |node: u32, side: u32| (node * self.step).min(side - 1);
+        let tile = |number: u32| {
+            let (x0, y0) = (number % tiles_across * side, number / tiles_across * side);
+            let (x1, y1) = ((x0 + side).min(across), (y0 + side).min(down));
+            let mut counts = Counts::default();
+            let mut pixels = Vec::with_capacity(((x1 - x0) * (y1 - y0)) as usize);
+            let mut row_hint = 0;
+            for y in y0..y1 {
+                let mut hint = row_hint;
+                for x in x0..x1 {
+                    let (x_pixel, y_pixel) = (place(x, self.width), place(y, self.height));
+                    pixels.push(pixel(x_pixel, y_pixel, &mut hint, &mut counts));
+                    if x == x0 {
+                        row_hint = hint;
+                    }
+                }
+            }
+            (pixels, counts)
+        };
+        let numbers = 0..tiles_across * down.div_ceil(side);
+        let tiles: Vec<_> = numbers.into_par_iter().with_max_len(1).map(tile).collect();
+        let mut nodes = vec![Pixel::default(); across as usize * down as usize];
+        let mut counts = Counts::default();
+        for (number, (pixels, tile_counts)) in (0u32..).zip(&tiles) {
+            counts += *tile_counts;
+            let (x0, y0) = ((number % tiles_across * side) as usize, (number / tiles_across * side) as usize);
+            let width = (side as usize).min(across as usize - x0);
+            for (row, line) in pixels.chunks_exact(width).enumerate() {
+                let start = (y0 + row) * across as usize + x0;
+                nodes[start..start + width].copy_from_slice(line);
+            }
+        }
+        if self.step == 1 { (nodes, counts) } else { (self.fill(&nodes), counts) }
+    }
+
+    /// All pixels, bilinear between traced ones. Between, a pixel may be as far off as the four around it differ, beside
+    /// their own errors: an estimate, which a detail that falls between them escapes.
+    fn fill(&self, nodes: &[Pixel]) -> Vec<Pixel> {
+        let [across, _] = self.nodes().map(|n| n as usize);
+        let step = self.step as usize;
+        let (width, height) = (self.width as usize, self.height as usize);
+        // The traced pixels before and behind a pixel, and the place between them.
+        let between = |at: usize, side: usize| {
+            let node = at / step;
+            let (low, high) = (node * step, (node * step + step).min(side - 1));
+            match (at - low, high - low) {
+                (0, _) => (node, node, 0.0),
+                (past, whole) if past == whole => (node + 1, node + 1, 0.0),
+                (past, whole) => (node, node + 1, past as f32 / whole as f32),
+            }
+        };
+        let mut picture = vec![Pixel::default(); width * height];
+        picture.par_chunks_exact_mut(width).enumerate().for_each(|(y, row)| {
+            let (up, down, v) = between(y, height);
+            for (x, pixel) in row.iter_mut().enumerate() {
+                let (left, right, u) = between(x, width);
+                let at = |row: usize, column: usize| nodes[row * across + column];
+                let around = [at(up, left), at(up, right), at(down, left), at(down, right)];
+                *pixel = mean(&around, u, v);
+            }
+        });
+        picture
+    }
+}
+
+/// The bilinear mean of four traced pixels.
+fn mean(around: &[Pixel; 4], u: f32, v: f32) -> Pixel {
+    let weight = [(1.0 - u) * (1.0 - v), u * (1.0 - v), (1.0 - u) * v, u * v];
+    let mut pixel = Pixel::default();
+    let mut spread = 0.0f32;
+    for k in 0..4 {
+        let channel = around.map(|p| p.color[k]);
+        pixel.color[k] = channel.iter().zip(weight).map(|(c, w)| c * w).sum();
+        let high = channel.into_iter().fold(f32::MIN, f32::max);
+        spread = spread.max(high - channel.into_iter().fold(f32::MAX, f32::min));
+    }
+    pixel.error = around.iter().fold(0.0, |most: f32, p| most.max(p.error)) + spread;
+    pixel
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A picture that is bilinear in x and y, so that filling it in is exact.
+    fn pixel(x: u32, y: u32, _: &mut u32, counts: &mut Counts) -> Pixel {
+        counts.rays += 1;
+        Pixel { color: [x as f32, y as f32, 2.0, 0.5], error: 0.25 }
+    }
+
+    #[test]
+    fn every_pixel_is_traced_once_and_lies_where_it_belongs() {
+        for (width, height) in [(1, 1), (33, 7), (64, 32), (100, 65)] {
+            let (picture, counts) = Raster { width, height, step: 1 }.draw(pixel);
+            assert_eq!((picture.len(), counts.rays), ((width * height) as usize, u64::from(width * height)));
+            for (i, p) in (0u32..).zip(&picture) {
+                assert_eq!(p.color[..2], [(i % width) as f32, (i / width) as f32]);
+            }
+        }
+    }
+
+    #[test]
+    fn pixels_between_traced_ones_are_their_bilinear_mean() {
+        for (width, height, step) in [(1, 1, 4), (9, 9, 4), (10, 3, 4), (70, 41, 3), (5, 200, 16)] {
+            let raster = Raster { width, height, step };
+            let (picture, counts) = raster.draw(pixel);
+            assert!((raster.part() * f64::from(width * height) - counts.rays as f64).abs() < 1e-6);
+            for (i, p) in (0u32..).zip(&picture) {
+                let exact = [(i % width) as f32, (i / width) as f32, 2.0, 0.5];
+                assert!(
+                    p.color.iter().zip(exact).all(|(a, b)| (a - b).abs() < 1e-4),
+                    "{i} of {raster:?}: {p:?}"
+                );
+                assert!(p.error >= 0.25 && p.error <= 0.25 + step as f32);
+                let is_node = |at: u32, side: u32| at.is_multiple_of(step) || at == side - 1;
+                if is_node(i % width, width) && is_node(i / width, height) {
+                    assert_eq!(p.error, 0.25, "{i} of {raster:?} was traced");
+                }
+            }
+        }
+    }
+}
