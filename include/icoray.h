@@ -276,7 +276,10 @@ typedef struct icoray_array {
 } icoray_array;
 
 /**
- * What the last frame cost. Seconds are wall clock.
+ * What the last frame cost and how exact it is. Seconds are wall clock.
+ *
+ * Errors are how far a channel of a pixel may be from the exact integral along the pixel's ray: of premultiplied linear
+ * channels, 0 to 1, the largest of each pixel. What the interpolation between cells and layers itself is off is not in them.
  */
 typedef struct icoray_frame_report {
   /**
@@ -335,6 +338,36 @@ typedef struct icoray_frame_report {
    * Bytes that were derived from the field: averages, gradients.
    */
   uint64_t derived_bytes;
+  /**
+   * Largest error of a pixel.
+   */
+  double error_max;
+  /**
+   * Mean error of the pixels whose error is above 0; 0 where there is none.
+   */
+  double error_mean;
+  /**
+   * 99.9th percentile of the errors above 0; 0 where there is none.
+   */
+  double error_p999;
+  /**
+   * The largest error that was allowed in a traced pixel: the scene's tolerance, or more to stay inside its
+   * time_budget_ms.
+   */
+  double tolerance;
+  /**
+   * 1 where the errors are bounds (unlit, in f64), 0 where they are estimates.
+   */
+  int32_t error_is_bound;
+  /**
+   * Each how many-th pixel was traced, in both directions, those between being interpolated: 1, or more to stay inside
+   * the scene's time_budget_ms.
+   */
+  int32_t pixel_step;
+  /**
+   * Light: 0 off, 1 coarse (to stay inside the time budget), 2 full.
+   */
+  int32_t lights;
 } icoray_frame_report;
 
 #ifdef __cplusplus
@@ -400,8 +433,9 @@ icoray_status icoray_scene_load(struct icoray_ctx *ctx, const char *path);
 icoray_status icoray_scene_text(struct icoray_ctx *ctx, const char *toml);
 
 /**
- * Renders the scene from the fields as they are now and writes the picture and a line of report.csv. iso_datetime
- * ("YYYY-MM-DD_hh:mm:ss" or with a T between) may be NULL unless the scene's output name has a date.
+ * Renders the scene from the fields as they are now and writes the picture, the map of its errors where the scene names
+ * one (output.error), and a line of report.csv. iso_datetime ("YYYY-MM-DD_hh:mm:ss" or with a T between) may be NULL
+ * unless an output name of the scene has a date.
  *
  * # Safety
  * `ctx` is open; all borrowed tables and arrays are alive and unchanged until the call returns; `iso_datetime` is NULL
@@ -413,7 +447,7 @@ icoray_status icoray_execute(struct icoray_ctx *ctx,
                              const char *iso_datetime);
 
 /**
- * What the last frame cost. report->struct_size is set before the call.
+ * What the last frame cost and how exact it is. report->struct_size is set before the call.
  *
  * # Safety
  * `ctx` is open; `report` is NULL or points to an icoray_frame_report that can be written.

@@ -34,6 +34,9 @@ typedef struct {
     int taken, failed;
     double seconds;                /* wall-clock time inside icoray */
     double prepare, render, write; /* the parts of it that the frame reports name */
+    double worst, mean, p999;      /* errors of the pictures: largest, sum of the means, largest 99.9th percentile */
+    double tolerance;              /* what the scene allows */
+    int estimates;                 /* pictures whose errors are estimates, not bounds */
 } Pictures;
 
 static double wall_clock(void)
@@ -109,6 +112,11 @@ static double pictures_draw(Pictures *pictures, long step, double time, const ch
         pictures->prepare += frame.prepare_s;
         pictures->render += frame.render_s;
         pictures->write += frame.write_s;
+        pictures->worst = fmax(pictures->worst, frame.error_max);
+        pictures->mean += frame.error_mean;
+        pictures->p999 = fmax(pictures->p999, frame.error_p999);
+        pictures->tolerance = frame.tolerance;
+        pictures->estimates += !frame.error_is_bound;
     } else {
         pictures->failed++;
     }
@@ -122,6 +130,17 @@ static void pictures_close(Pictures *pictures)
 {
     if (pictures->ctx != NULL) {
         (void)succeeded(pictures, icoray_close(&pictures->ctx), "icoray_close");
+    }
+}
+
+/* How far the pictures may be from the exact integrals, in words. */
+static void print_errors(const Pictures *p)
+{
+    if (p->taken > 0) {
+        printf("pictures' error %.1e at most, %.1e in the mean, 99.9%% of the pixels of each below %.1e;\n", p->worst,
+               p->mean / p->taken, p->p999);
+        printf("               %s; of a channel from 0 to 1, where %.1e is allowed\n",
+               p->estimates > 0 ? "an estimate" : "a bound", p->tolerance);
     }
 }
 
@@ -213,6 +232,7 @@ int main(int argc, char **argv)
     printf("visualization  %9.3f s, %.6f s per step; %d pictures: prepare %.3f s, render %.3f s, write %.3f s\n",
            pictures.seconds, pictures.seconds / (double)steps, pictures.taken, pictures.prepare, pictures.render,
            pictures.write);
+    print_errors(&pictures);
     /* for programs to read */
     printf("summary steps=%ld frames=%d simulation_s=%.6f visualization_s=%.6f mass_drift=%.3e pictures_failed=%d\n",
            steps, pictures.taken, simulation, pictures.seconds, drift, pictures.failed);

@@ -1,7 +1,10 @@
 //! `cargo xtask test`: everything that must hold before a change goes in.
 
+use std::fs;
+
 use crate::error::Error;
 use crate::options::{Size, TestOptions};
+use crate::report::Frames;
 use crate::step::{Step, Steps, complain, say};
 use crate::system;
 use crate::tracer::{self, Linkage, REPORT, Tracer};
@@ -93,8 +96,13 @@ fn example(workspace: &Workspace, linkage: Linkage, step: &mut Step) -> Result<(
     for picture in &pictures {
         tracer::check_picture(picture)?;
     }
-    if !out.join(REPORT).is_file() {
-        return Err(Error::Failed(format!("no {REPORT} in {}", out.display())));
+    let report = out.join(REPORT);
+    let csv = fs::read_to_string(&report).map_err(Error::while_doing(report.display()))?;
+    if Frames::read(&csv).errors.is_none() {
+        return Err(Error::Failed(format!(
+            "{} does not say how far the pictures may be off",
+            report.display()
+        )));
     }
     Ok(())
 }

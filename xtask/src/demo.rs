@@ -49,7 +49,8 @@ pub fn run(workspace: &Workspace, options: &DemoOptions) -> Result<(), Error> {
     })?;
 
     let csv = fs::read_to_string(&report).map_err(Error::while_doing(report.display()))?;
-    let summary = Summary::find(&lines).or_from(&Frames::read(&csv));
+    let frames = Frames::read(&csv);
+    let summary = Summary::find(&lines).or_from(&frames);
     say(&format!("\npictures ({}):", pictures.len()));
     if let [first, .., last] = pictures.as_slice()
         && pictures.len() > LISTED
@@ -65,5 +66,8 @@ pub fn run(workspace: &Workspace, options: &DemoOptions) -> Result<(), Error> {
     say(&format!("contact sheet:\n  {}", workspace.shown(&sheet)));
     say(&format!("report, a line per picture:\n  {}", workspace.shown(&report)));
     say(&format!("\n{}", summary.table()));
+    if let Some(errors) = frames.errors {
+        say(&format!("\n{}", errors.sentence()));
+    }
     Ok(())
 }

@@ -25,8 +25,8 @@ impl Summary {
             match name {
                 "steps" => summary.steps = value.parse().ok(),
                 "frames" => summary.frames = value.parse().ok(),
-                "simulation_s" => summary.simulation = seconds(value),
-                "visualization_s" => summary.visualization = seconds(value),
+                "simulation_s" => summary.simulation = number(value),
+                "visualization_s" => summary.visualization = number(value),
                 _ => {}
             }
         }
@@ -71,32 +71,74 @@ pub struct Frames {
     pub count: u64,
     /// Seconds spent on all of them; absent where the report does not say.
     pub visualization: Option<f64>,
+    /// How far their pixels may be off; absent where the report does not say.
+    pub errors: Option<Errors>,
+}
+
+/// How far the pixels of all frames may be off.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Errors {
+    /// Largest of a pixel.
+    max: f64,
+    /// Mean over the frames of their means.
+    mean: f64,
+    /// Largest 99.9th percentile of a frame.
+    p999: f64,
+    /// Whether they are bounds; otherwise estimates.
+    bound: bool,
+}
+
+impl Errors {
+    /// Reads the columns of errors; nothing where one is missing, or a number cannot be read.
+    fn read(header: &[String], rows: &[Vec<String>]) -> Option<Self> {
+        let column = |name: &str| header.iter().position(|h| h == name);
+        let numbers = |name: &str| {
+            let column = column(name)?;
+            rows.iter().map(|row| number(row.get(column)?)).collect::<Option<Vec<f64>>>()
+        };
+        let kind = column("error_kind")?;
+        let largest = |numbers: Vec<f64>| numbers.into_iter().reduce(f64::max);
+        Some(Self {
+            max: largest(numbers("error_max")?)?,
+            mean: numbers("error_mean")?.iter().sum::<f64>() / rows.len() as f64,
+            p999: largest(numbers("error_p999")?)?,
+            bound: rows.iter().all(|row| row.get(kind).is_some_and(|kind| kind == "bound")),
+        })
+    }
+
+    /// The errors in a sentence.
+    pub fn sentence(&self) -> String {
+        let certainty = if self.bound { "a bound" } else { "an estimate" };
+        format!(
+            "pictures' error, of a channel from 0 to 1: {:.1e} at most, {:.1e} in the mean,\n\
+             99.9% of the pixels of each below {:.1e} ({certainty})",
+            self.max, self.mean, self.p999
+        )
+    }
 }
 
 impl Frames {
     /// Reads `report.csv`: a header, and then a line per frame.
     pub fn read(csv: &str) -> Self {
         const PARTS: [&str; 3] = ["prepare_s", "render_s", "write_s"];
-        let mut lines = csv.lines().filter(|line| !line.trim().is_empty());
-        let header = fields(lines.next().unwrap_or_default());
+        let mut lines = csv.lines().filter(|line| !line.trim().is_empty()).map(fields);
+        let header = lines.next().unwrap_or_default();
+        let rows: Vec<Vec<String>> = lines.collect();
         let columns: Vec<usize> =
             (0..header.len()).filter(|&at| PARTS.contains(&header[at].as_str())).collect();
-        let mut frames = Self { count: 0, visualization: (!columns.is_empty()).then_some(0.0) };
-        for line in lines {
-            frames.count += 1;
-            let fields = fields(line);
-            for &column in &columns {
-                let spent = fields.get(column).and_then(|field| seconds(field));
-                // One number that cannot be read makes the sum wrong, and no sum is better.
-                frames.visualization = frames.visualization.and_then(|total| Some(total + spent?));
-            }
+        let cells = rows.iter().flat_map(|row| columns.iter().map(|&column| row.get(column)));
+        // One number that cannot be read makes the sum wrong, and no sum is better.
+        let visualization: Option<f64> = cells.map(|cell| number(cell?)).sum();
+        Self {
+            count: rows.len() as u64,
+            visualization: visualization.filter(|_| !columns.is_empty()),
+            errors: Errors::read(&header, &rows),
         }
-        frames
     }
 }
 
-fn seconds(text: &str) -> Option<f64> {
-    text.parse().ok().filter(|seconds: &f64| seconds.is_finite())
+fn number(text: &str) -> Option<f64> {
+    text.parse().ok().filter(|number: &f64| number.is_finite())
 }
 
 /// The fields of one line of CSV, which may be quoted, as the names of pictures might be.
@@ -152,20 +194,38 @@ mod tests {
         let csv = "frame,picture,write_s,prepare_s,samples,render_s\n\
                    0,\"a, \"\"b\"\".png\",0.25,0.5,100,1\n\
                    1,c.png,0.25,0,100,1\r\n";
-        assert_eq!(Frames::read(csv), Frames { count: 2, visualization: Some(3.0) });
+        assert_eq!(Frames::read(csv), Frames { count: 2, visualization: Some(3.0), errors: None });
+    }
+
+    #[test]
+    fn the_errors_of_all_frames_are_put_together() {
+        let csv = "file,error_max,error_mean,error_p999,error_kind,left_out\n\
+                   \"a,b.png\",2e-4,1e-6,5e-5,bound,gradients\n\
+                   c.png,1e-4,3e-6,8e-5,KIND,\n";
+        let errors = |kind: &str| Frames::read(&csv.replace("KIND", kind)).errors.unwrap();
+        assert_eq!(errors("bound"), Errors { max: 2e-4, mean: 2e-6, p999: 8e-5, bound: true });
+        assert_eq!(
+            errors("estimate").sentence(),
+            "pictures' error, of a channel from 0 to 1: 2.0e-4 at most, 2.0e-6 in the mean,\n\
+             99.9% of the pixels of each below 8.0e-5 (an estimate)"
+        );
+        for odd in [csv.replace("3e-6", "?"), csv.replace("error_p999", "p999")] {
+            assert_eq!(Frames::read(&odd).errors, None, "{odd}");
+        }
+        assert_eq!(Frames::read(csv.lines().next().unwrap()).errors, None);
     }
 
     #[test]
     fn a_report_may_be_empty_or_odd() {
-        assert_eq!(Frames::read(""), Frames { count: 0, visualization: None });
-        assert_eq!(Frames::read("frame\n0\n1\n"), Frames { count: 2, visualization: None });
+        assert_eq!(Frames::read(""), Frames { count: 0, visualization: None, errors: None });
+        assert_eq!(Frames::read("frame\n0\n1\n"), Frames { count: 2, visualization: None, errors: None });
         let cut_short = Frames::read("frame,render_s\n0,1.5\n1");
-        assert_eq!(cut_short, Frames { count: 2, visualization: None });
+        assert_eq!(cut_short, Frames { count: 2, visualization: None, errors: None });
     }
 
     #[test]
     fn the_report_fills_in_for_the_summary() {
-        let frames = Frames { count: 4, visualization: Some(2.0) };
+        let frames = Frames { count: 4, visualization: Some(2.0), errors: None };
         let filled = Summary::default().or_from(&frames);
         assert_eq!((filled.frames, filled.visualization), (Some(4), Some(2.0)));
         let summary = Summary { visualization: Some(3.0), ..Summary::default() };

@@ -97,9 +97,9 @@ mod tests {
             here: "/src".into(),
         };
         assert_eq!(workspace.given(Path::new("out")), Path::new("/src/out"));
-        assert_eq!(workspace.given(Path::new("/tmp/out")), Path::new("/tmp/out"));
+        assert_eq!(workspace.given(Path::new("/elsewhere/out")), Path::new("/elsewhere/out"));
         assert_eq!(workspace.shown(Path::new("/src/icoray/out")), "icoray/out");
-        assert_eq!(workspace.shown(Path::new("/tmp/out")), "/tmp/out");
+        assert_eq!(workspace.shown(Path::new("/elsewhere/out")), "/elsewhere/out");
         assert_eq!(workspace.products("debug"), Path::new("/src/icoray/target/debug"));
     }
 

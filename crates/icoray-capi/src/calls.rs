@@ -165,8 +165,9 @@ pub unsafe extern "C" fn icoray_scene_text(ctx: *mut icoray_ctx, toml: *const c_
     unsafe { with(ctx, |context| context.set_scene(text(toml, "toml")?)) }
 }
 
-/// Renders the scene from the fields as they are now and writes the picture and a line of report.csv. iso_datetime
-/// ("YYYY-MM-DD_hh:mm:ss" or with a T between) may be NULL unless the scene's output name has a date.
+/// Renders the scene from the fields as they are now and writes the picture, the map of its errors where the scene names
+/// one (output.error), and a line of report.csv. iso_datetime ("YYYY-MM-DD_hh:mm:ss" or with a T between) may be NULL
+/// unless an output name of the scene has a date.
 ///
 /// # Safety
 /// `ctx` is open; all borrowed tables and arrays are alive and unchanged until the call returns; `iso_datetime` is NULL
@@ -195,7 +196,7 @@ pub unsafe extern "C" fn icoray_execute(
     }
 }
 
-/// What the last frame cost. report->struct_size is set before the call.
+/// What the last frame cost and how exact it is. report->struct_size is set before the call.
 ///
 /// # Safety
 /// `ctx` is open; `report` is NULL or points to an icoray_frame_report that can be written.

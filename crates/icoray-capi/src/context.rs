@@ -3,7 +3,7 @@
 use crate::boundary::{Failure, Outcome};
 use crate::types::{icoray_array, icoray_frame_report, icoray_status};
 use icoray_core::output::{Stamp, write_frame};
-use icoray_core::{Error, ErrorKind, Field, Frame, Grid, Layers, Renderer, Scene};
+use icoray_core::{Certainty, Error, ErrorKind, Field, Frame, Grid, Layers, Lights, Renderer, Scene};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
@@ -83,8 +83,8 @@ impl Context {
             );
             Failure::new(icoray_status::ICORAY_ERR_FIELD, message)
         })?;
-        // A date that is missing is known before the first ray.
-        scene.output.name(stamp, &scene.field)?;
+        // A date that is missing, or two files of one name, are known before the first ray.
+        scene.output.names(stamp, &scene.field)?;
         let field = borrow(array)?;
         let mut frame = self.renderer.render(scene, grid, layers, &field)?;
         // Encoding is parallel too; outside of the pool it would start rayon's global one and leave it to the model.
@@ -117,5 +117,16 @@ fn report(frame: &Frame, stamp: &Stamp) -> icoray_frame_report {
         value_max,
         missing_values: r.missing_values,
         derived_bytes: r.derived_bytes as u64,
+        error_max: r.error.max,
+        error_mean: r.error.mean,
+        error_p999: r.error.p999,
+        tolerance: r.quality.tolerance,
+        pixel_step: r.quality.pixel_step as i32,
+        lights: match r.quality.lights {
+            Lights::Off => 0,
+            Lights::Coarse => 1,
+            Lights::Full => 2,
+        },
+        error_is_bound: (r.error.certainty == Certainty::Bound).into(),
     }
 }

@@ -138,7 +138,10 @@ pub struct icoray_array {
     pub fill_value: f64,
 }
 
-/// What the last frame cost. Seconds are wall clock.
+/// What the last frame cost and how exact it is. Seconds are wall clock.
+///
+/// Errors are how far a channel of a pixel may be from the exact integral along the pixel's ray: of premultiplied linear
+/// channels, 0 to 1, the largest of each pixel. What the interpolation between cells and layers itself is off is not in them.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, Default)]
 pub struct icoray_frame_report {
@@ -170,4 +173,20 @@ pub struct icoray_frame_report {
     pub missing_values: u64,
     /// Bytes that were derived from the field: averages, gradients.
     pub derived_bytes: u64,
+    /// Largest error of a pixel.
+    pub error_max: f64,
+    /// Mean error of the pixels whose error is above 0; 0 where there is none.
+    pub error_mean: f64,
+    /// 99.9th percentile of the errors above 0; 0 where there is none.
+    pub error_p999: f64,
+    /// The largest error that was allowed in a traced pixel: the scene's tolerance, or more to stay inside its
+    /// time_budget_ms.
+    pub tolerance: f64,
+    /// 1 where the errors are bounds (unlit, in f64), 0 where they are estimates.
+    pub error_is_bound: i32,
+    /// Each how many-th pixel was traced, in both directions, those between being interpolated: 1, or more to stay inside
+    /// the scene's time_budget_ms.
+    pub pixel_step: i32,
+    /// Light: 0 off, 1 coarse (to stay inside the time budget), 2 full.
+    pub lights: i32,
 }

@@ -2,14 +2,14 @@
 
 use crate::failure::Failure;
 use crate::input::{self, Input};
-use icoray::output::{NameTemplate, Stamp, write_frame, write_picture};
+use icoray::output::{Output, Stamp, write_error_map, write_frame, write_picture};
 use icoray::{Error, ErrorKind, Frame, Grid, Layers, Location, Renderer, Result, Scene};
 use icoray_netcdf::{FieldInfo, LayerHeights, MpasFile};
 use indicatif::{ProgressBar, ProgressStyle};
 use std::collections::HashMap;
 use std::io::Write;
 use std::ops::Range;
-use std::path::{Path, PathBuf};
+use std::path::{Path, PathBuf, absolute};
 use std::time::Instant;
 
 /// What `icoray render` is told.
@@ -32,6 +32,12 @@ pub struct Args {
     /// Picture size in pixels, instead of the scene's
     #[arg(long, value_name = "WxH", value_parser = size)]
     size: Option<(u32, u32)>,
+    /// Largest error allowed in a channel of a pixel, 0 to 1, instead of the scene's
+    #[arg(long, value_name = "E", allow_hyphen_values = true, value_parser = tolerance)]
+    tolerance: Option<f64>,
+    /// Map of the picture's errors, instead of the scene's output.error; for one time
+    #[arg(long, value_name = "FILE.png")]
+    error: Option<PathBuf>,
 }
 
 /// Which records are rendered.
@@ -55,6 +61,12 @@ fn size(text: &str) -> std::result::Result<(u32, u32), String> {
     sides
         .and_then(|(w, h)| Some((side(w)?, side(h)?)))
         .ok_or_else(|| "expected WxH with sides of 1 to 16384 pixels, such as 640x480".to_owned())
+}
+
+fn tolerance(text: &str) -> std::result::Result<f64, String> {
+    let (low, high) = (Scene::TOLERANCE.start(), Scene::TOLERANCE.end());
+    let tolerance = text.parse().ok().filter(|t| Scene::TOLERANCE.contains(t));
+    tolerance.ok_or_else(|| format!("expected a number from {low:e} to {high}"))
 }
 
 impl Time {
@@ -103,10 +115,18 @@ impl Target {
         }
     }
 
-    /// Writes the frame; returns where, and sets the seconds that it took.
-    fn write(&self, template: &NameTemplate, stamp: Stamp, frame: &mut Frame) -> Result<PathBuf> {
+    /// Where the picture of a time goes.
+    fn path(&self, names: &Output, stamp: &Stamp, field: &str) -> Result<PathBuf> {
         match self {
-            Target::Directory(directory) => write_frame(directory, template, &stamp, frame),
+            Target::Directory(directory) => Ok(directory.join(names.names(stamp, field)?.file)),
+            Target::Picture(path) => Ok(path.clone()),
+        }
+    }
+
+    /// Writes the frame; returns where, and sets the seconds that it took.
+    fn write(&self, names: &Output, stamp: Stamp, frame: &mut Frame) -> Result<PathBuf> {
+        match self {
+            Target::Directory(directory) => write_frame(directory, names, &stamp, frame),
             Target::Picture(path) => {
                 let start = Instant::now();
                 frame.stamp = stamp;
@@ -118,34 +138,76 @@ impl Target {
     }
 }
 
+/// Refuses a map of errors that is no PNG or that would be one for several pictures.
+fn expect_error_map(path: &Path, time: Time) -> Result<()> {
+    match time {
+        _ if path.extension().is_none_or(|e| e != "png") => {
+            Err(bad_map(path, "expected a name that ends in .png"))
+        }
+        Time::All => {
+            Err(bad_map(path, "one map for --time all; expected output.error in the scene to name the maps"))
+        }
+        Time::Index(_) => Ok(()),
+    }
+}
+
+/// Refuses a map of errors that would replace the picture.
+fn expect_apart(map: &Path, picture: &Path) -> Result<()> {
+    let same =
+        map == picture || absolute(map).ok().is_some_and(|map| absolute(picture).is_ok_and(|p| p == map));
+    if same { Err(bad_map(map, "names the picture too, expected another file")) } else { Ok(()) }
+}
+
+fn bad_map(path: &Path, what: &str) -> Error {
+    Error::new(ErrorKind::Argument, format!("--error {}: {what}", path.display()))
+}
+
 /// When record `time` was. MPAS files give a date; seconds since the start are not made of it, since that would need
 /// the run's calendar.
 fn stamp(file: &MpasFile, time: usize) -> Stamp {
     Stamp { step: time as i64, time_s: 0.0, date: file.times()[time].clone() }
 }
 
-/// Refuses a template that would let one picture replace another of the same run.
+/// Refuses templates that would let one file replace another of the same run.
 fn expect_distinct(file: &MpasFile, scene: &Scene, times: Range<usize>) -> Result<()> {
     let mut seen = HashMap::new();
     for time in times {
-        let name = scene.output.name(&stamp(file, time), &scene.field)?;
-        if let Some(earlier) = seen.insert(name.clone(), time) {
-            let context = format!(
-                "output.file names the pictures of times {earlier} and {time} both {name:?}, expected {{step}} or a date in it"
-            );
-            return Err(Error::new(ErrorKind::Scene, context));
+        let names = scene.output.names(&stamp(file, time), &scene.field)?;
+        let named = [("output.file", Some(names.file)), ("output.error", names.error)];
+        for (key, name) in named.into_iter().filter_map(|(key, name)| Some((key, name?))) {
+            if let Some(earlier) = seen.insert(name.clone(), time) {
+                let context = format!(
+                    "{key} names the pictures of times {earlier} and {time} both {name:?}, expected {{step}} or a date in it"
+                );
+                return Err(Error::new(ErrorKind::Scene, context));
+            }
         }
     }
     Ok(())
 }
 
-/// Renders, writes and prints a block for each picture.
-pub fn run(args: &Args, out: &mut impl Write) -> std::result::Result<(), Failure> {
-    let target = Target::new(args.output.as_deref(), args.time)?;
+/// The scene, with what the command says instead.
+fn scene(args: &Args) -> Result<Scene> {
     let mut scene = input::scene(&args.scene)?;
     if let Some((width, height)) = args.size {
         (scene.width, scene.height) = (width, height);
     }
+    if let Some(tolerance) = args.tolerance {
+        scene.tolerance = tolerance;
+    }
+    if args.error.is_some() {
+        scene.output.error = None;
+    }
+    Ok(scene)
+}
+
+/// Renders, writes and prints a block for each picture.
+pub fn run(args: &Args, out: &mut impl Write) -> std::result::Result<(), Failure> {
+    let target = Target::new(args.output.as_deref(), args.time)?;
+    if let Some(map) = &args.error {
+        expect_error_map(map, args.time)?;
+    }
+    let scene = scene(args)?;
     let renderer = Renderer::new(args.threads)?;
     let start = Instant::now();
     let file = args.input.open()?;
@@ -153,6 +215,9 @@ pub fn run(args: &Args, out: &mut impl Write) -> std::result::Result<(), Failure
     let times = args.time.of(file.times().len())?;
     if let Target::Directory(_) = target {
         expect_distinct(&file, &scene, times.clone())?;
+    }
+    if let Some(map) = &args.error {
+        expect_apart(map, &target.path(&scene.output, &stamp(&file, times.start), &scene.field)?)?;
     }
     let mesh = file.mesh();
     let grid = renderer.run(|| mesh.grid())?;
@@ -165,6 +230,7 @@ pub fn run(args: &Args, out: &mut impl Write) -> std::result::Result<(), Failure
         layers: &heights.layers,
         renderer: &renderer,
         target: &target,
+        error_map: args.error.as_deref(),
     };
     let open_s = start.elapsed().as_secs_f64();
     for line in notes(info, &grid, &heights) {
@@ -218,6 +284,8 @@ struct Job<'a> {
     layers: &'a Layers,
     renderer: &'a Renderer,
     target: &'a Target,
+    /// Where the map of errors goes, where the command says.
+    error_map: Option<&'a Path>,
 }
 
 impl Job<'_> {
@@ -230,12 +298,17 @@ impl Job<'_> {
         let stamp = stamp(self.file, time);
         let date = stamp.date.clone().unwrap_or_else(|| "no date".to_owned());
         let path = self.target.write(&self.scene.output, stamp, &mut frame)?;
+        if let Some(path) = self.error_map {
+            write_error_map(path, &frame)?;
+        }
         let (info, report, counts) = (self.info, &frame.report, &frame.report.counts);
         Ok(format!(
             "picture   {} ({} x {})\n\
              field     {} at {}, {} layers, time {time} ({date})\n\
              range     {}, {} missing\n\
              rays      {}, {} columns, {} frusta ({} void)\n\
+             error     {}\n\
+             quality   {}\n\
              seconds   open {open_s:.3}, read {read_s:.3}, prepare {:.3}, render {:.3}, write {:.3} ({} threads)\n\
              left out  {}",
             path.display(),
@@ -250,6 +323,8 @@ impl Job<'_> {
             counts.columns,
             counts.frusta,
             counts.void_frusta,
+            report.error,
+            report.quality,
             report.prepare_s,
             report.render_s,
             report.write_s,

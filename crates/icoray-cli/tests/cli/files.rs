@@ -28,11 +28,13 @@ fn a_named_picture_is_written_and_reported() {
         "field     theta at cells, 4 layers, time 0 (2013-10-25_00:00:00)",
         "range     0 to 41.375 K, 0 missing",
         "rays      ",
+        "error     at most ",
+        "quality   tolerance 1e-3, light ",
         "seconds   open ",
         "left out  table corner; the far side behind the core",
     ];
     has(&text, &expected);
-    assert_eq!(text.lines().count(), expected.len(), "{text}");
+    assert_eq!(text.lines().count(), 8, "{text}");
     let picture = folder.path().join("out.png");
     shows_something(&picture, 96, 96);
     let date = "2013-10-25_00:00:00";
@@ -49,6 +51,24 @@ fn the_scene_names_the_picture_where_the_command_does_not() {
     shows_something(&folder.path().join("theta_2013-10-27_002.exr"), 64, 48);
     let report = fs::read_to_string(folder.path().join("report.csv")).unwrap();
     has(&report, &["theta_2013-10-27_002.exr"]);
+}
+
+#[test]
+fn the_command_may_set_the_tolerance_and_name_the_map_of_errors() {
+    let folder =
+        folder(&Made::history(), &(scene("theta", 0.0, 42.0) + "[output]\nerror = \"e{step}.png\"\n"));
+    let is_there = |name: &str| folder.path().join(name).exists();
+    let text = render(folder.path(), &["-o", "out.png", "--error", "map.png", "--tolerance", "2e-5"]);
+    has(&text, &["quality   tolerance 2e-5, light "]);
+    let map = folder.path().join("map.png");
+    says(&folder.path().join("out.png"), &[("quality", "tolerance 2e-5, light full, every pixel traced")]);
+    says(&map, &[("field", "theta"), ("scale range", "1e-8 to 1e-1")]);
+    assert_eq!(image::image_dimensions(map).unwrap(), (96, 96));
+    assert!(!is_there("e0.png"));
+    render(folder.path(), &["--time", "all", "-o", "all"]);
+    assert!(["all/e0.png", "all/e2.png", "all/theta_000002.png"].into_iter().all(is_there));
+    let report = fs::read_to_string(folder.path().join("all/report.csv")).unwrap();
+    has(&report, &["error_max,error_mean,error_p999,error_kind,tolerance,pixel_step,lights,left_out\n"]);
 }
 
 #[test]

@@ -64,9 +64,30 @@ fn several_times_need_several_names() {
 }
 
 #[test]
+fn maps_of_errors_that_cannot_be_written() {
+    let good = scene("theta", 0.0, 1.0);
+    refused(&good, &["--error", "map.exr"], 1, &["--error map.exr", "expected a name that ends in .png"]);
+    refused(&good, &["--error", "map.png", "--time", "all"], 1, &["--error map.png", "output.error"]);
+    for more in [&["--error", "./one.png", "-o", "one.png"][..], &["--error", "theta_000000.png"]] {
+        refused(&good, more, 1, &[&format!("--error {}: names the picture too", more[1])]);
+    }
+    let same = good + "[output]\nerror = \"same.png\"\n";
+    refused(&same, &["--time", "all"], 1, &["output.error", "times 0 and 1 both \"same.png\"", "{step}"]);
+}
+
+#[test]
 fn wrong_usage_exits_with_2() {
     let good = scene("theta", 0.0, 1.0);
-    for more in [["--size", "0x9"], ["--size", "64"], ["--time", "now"], ["--colour", "red"]] {
+    for more in [
+        ["--size", "0x9"],
+        ["--size", "64"],
+        ["--time", "now"],
+        ["--colour", "red"],
+        ["--tolerance", "0"],
+        ["--tolerance", "-1"],
+        ["--tolerance", "nan"],
+        ["--tolerance", "1"],
+    ] {
         refused(&good, &more, 2, &[more[0]]);
     }
     let folder = folder(&good);
