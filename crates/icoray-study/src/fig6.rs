@@ -33,8 +33,9 @@ pub struct Options {
     pub out: PathBuf,
 }
 
-const INNER: f64 = 1.0;
-const OUTER: f64 = 1.15;
+/// Radii of the innermost and outermost layer.
+pub(crate) const INNER: f64 = 1.0;
+pub(crate) const OUTER: f64 = 1.15;
 
 /// How far a picture is from the ground truth.
 #[derive(Debug, Clone, Copy)]
@@ -48,7 +49,8 @@ pub struct Distance {
     pub max_off_limb: f64,
 }
 
-fn scene(size: u32, lit: bool) -> Result<Scene> {
+/// The scene; `lit` by a sun.
+pub(crate) fn scene(size: u32, lit: bool) -> Result<Scene> {
     let light = if lit { "[light]\nkind = \"sun\"\nlon = 65\nlat = 45" } else { "" };
     Scene::parse(&format!(
         r##"field = "distance to the centre"

@@ -1,16 +1,35 @@
 //! What icoray claims, measured: `icoray study NAME`.
 //!
-//! [`fig6`] the paper's radial field against its ground truth, [`speed`] seconds per frame. [`mod@reference`] is an
-//! independent, slow evaluation of the same picture, for the tests.
+//! [`mod@error`] error against run time of all methods, [`fig6`] the paper's radial field against its ground truth,
+//! [`fig8`] and [`fig9`] its comparisons with other interpolations, [`orders`] orders of convergence, [`speed`] seconds
+//! per frame, [`stability`] how far pictures are from the exact integral where it is hard. [`mod@oracle`] is the same
+//! picture to ten digits, [`methods`] are the ways to render it that the paper compares with, and [`mod@reference`] is an
+//! independent, slow evaluation that oracle and renderer are tested against.
 
+mod closeup;
+mod compare;
+mod csv_file;
+pub mod error;
 pub mod fig6;
+pub mod fig8;
+pub mod fig9;
 mod look;
+pub mod methods;
+mod montage;
+pub mod oracle;
+pub mod orders;
+mod plot;
 pub mod reference;
+pub mod scenes;
+mod setting;
 pub mod speed;
 pub mod sphere;
+pub mod stability;
 
 use icoray::{Error, ErrorKind};
+use indicatif::{ProgressBar, ProgressStyle};
 use std::io::Write;
+use std::path::Path;
 
 /// Writes a line at once, so that a long study is seen to go on.
 fn say(out: &mut dyn Write, line: &str) -> icoray::Result<()> {
@@ -18,13 +37,46 @@ fn say(out: &mut dyn Write, line: &str) -> icoray::Result<()> {
     written.map_err(|e| Error::new(ErrorKind::Io, format!("standard output: {e}")))
 }
 
+/// What went wrong with a file of results.
+fn io_error(path: &Path, e: impl std::fmt::Display) -> Error {
+    Error::new(ErrorKind::Io, format!("{}: {e}", path.display()))
+}
+
+/// Makes a directory for results.
+fn make_directory(path: &Path) -> icoray::Result<()> {
+    std::fs::create_dir_all(path).map_err(|e| io_error(path, e))
+}
+
+/// A bar on stderr, where that is a terminal, that says what runs now.
+fn progress(length: usize, name: &str) -> ProgressBar {
+    let style = ProgressStyle::with_template("{prefix}: {bar:30} {pos}/{len}, {eta} left, now {msg}");
+    let style = style.unwrap_or_else(|_| ProgressStyle::default_bar());
+    ProgressBar::new(length as u64).with_style(style).with_prefix(name.to_owned())
+}
+
+/// A step along a ray from the command line.
+fn step(text: &str) -> Result<f64, String> {
+    let step = text.parse().ok().filter(|s| (1e-6..=1.0).contains(s));
+    step.ok_or_else(|| "expected a number of planet radii from 1e-6 to 1".to_owned())
+}
+
 /// The studies that there are.
 #[derive(Debug, Clone, clap::Subcommand)]
 pub enum Study {
     /// The paper's Figure 6: a radial field, lit, against a ground truth; writes both pictures and the difference.
     Fig6(fig6::Options),
+    /// Error against run time of all methods on all scenes: table, plots and a verdict.
+    Error(error::Options),
+    /// The paper's Figure 8: close-ups by several interpolations with their amplified errors, at equal step and time.
+    Fig8(fig8::Options),
+    /// The paper's Figure 9: frame rate against sampling step for three interpolations.
+    Fig9(fig9::Options),
+    /// Orders of convergence of all methods, in the step and in the mesh.
+    Orders(orders::Options),
     /// Seconds per frame and frusta per second for four transfer functions.
     Speed(speed::Options),
+    /// Error, bound and lost rays in some 200 hard cases, against the exact integral in double-double.
+    Stability(stability::Options),
 }
 
 impl Study {
@@ -35,7 +87,12 @@ impl Study {
     pub fn run(&self, out: &mut dyn Write) -> icoray::Result<()> {
         match self {
             Study::Fig6(options) => fig6::run(options, out),
+            Study::Error(options) => error::run(options, out),
+            Study::Fig8(options) => fig8::run(options, out),
+            Study::Fig9(options) => fig9::run(options, out),
+            Study::Orders(options) => orders::run(options, out),
             Study::Speed(options) => speed::run(options, out),
+            Study::Stability(options) => stability::run(options, out),
         }
     }
 }

@@ -1,7 +1,7 @@
 //! A scene's transfer function and light, evaluated plainly from its knots and keys: for references.
 
 use glam::DVec3;
-use icoray::{Scene, Source};
+use icoray::{Lighting, Scene, Source};
 
 /// Colour and extinction per planet radius at value `f`, for a shell of the given thickness.
 pub(crate) fn transfer(scene: &Scene, thickness: f64, f: f64) -> (DVec3, f64) {
@@ -27,12 +27,39 @@ pub(crate) fn direction(lon_rad: f64, lat_rad: f64) -> DVec3 {
     DVec3::new(lat_rad.cos() * lon_rad.cos(), lat_rad.cos() * lon_rad.sin(), lat_rad.sin())
 }
 
+/// A scene's light for the rays along one direction.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct RayLight {
+    lighting: Lighting,
+    /// Unit vector towards the light.
+    pub towards: DVec3,
+    /// Unit vector half-way between light and eye; zero where the light is straight behind.
+    pub halfway: DVec3,
+}
+
+impl RayLight {
+    /// For rays along `dir`; `None` in an unlit scene.
+    pub fn new(scene: &Scene, dir: DVec3) -> Option<Self> {
+        let lighting = scene.lighting?;
+        let towards = towards(&lighting.source, dir);
+        Some(RayLight { lighting, towards, halfway: (towards - dir).normalize_or_zero() })
+    }
+
+    /// Factor for the colour, and the white highlight, on a surface with the unit normal `normal`, or zero for none.
+    #[inline]
+    pub fn shade(&self, normal: DVec3) -> (f64, f64) {
+        let light = &self.lighting;
+        let body = light.ambient + light.diffuse * normal.dot(self.towards).abs();
+        let gleam = normal.dot(self.halfway).abs();
+        (body, if gleam > 0.0 { light.specular * gleam.powf(light.shininess) } else { 0.0 })
+    }
+}
+
 /// `color` under the scene's light, on a surface with the unit normal `normal` (or none).
 pub(crate) fn lit(scene: &Scene, color: DVec3, normal: DVec3, dir: DVec3) -> DVec3 {
-    let Some(light) = &scene.lighting else { return color };
-    let towards = towards(&light.source, dir);
-    let gleam = normal.dot((towards - dir).normalize()).abs().powf(light.shininess);
-    color * (light.ambient + light.diffuse * normal.dot(towards).abs()) + light.specular * gleam
+    let Some(light) = RayLight::new(scene, dir) else { return color };
+    let (body, highlight) = light.shade(normal);
+    color * body + highlight
 }
 
 /// The opaque core's `color` under the scene's light, where its outward normal is `normal`.

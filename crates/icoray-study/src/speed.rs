@@ -1,9 +1,9 @@
 //! Seconds per frame: the paper's Table 2 scene, a multi-scale field under four transfer functions of 16 knots.
 
 use crate::say;
-use crate::sphere::{Sphere, multi_scale};
+use crate::scenes::multi_scale;
+use crate::sphere::{self, Sphere};
 use icoray::{Frame, Renderer, Result, Scene};
-use std::fmt::Write as _;
 use std::io::Write;
 use std::time::Instant;
 
@@ -39,36 +39,10 @@ pub struct Options {
     pub out: Option<std::path::PathBuf>,
 }
 
-type Opacity = fn(f64) -> f64;
-
-/// A transfer function of 16 knots over [-1, 1]: name and the opacity of a shell's thickness at each knot.
-const TRANSFERS: [(&str, Opacity); 4] = [
-    ("dense", |_| 0.5),
-    ("lobes", |v| if v.abs() > 0.3 { 0.98 * (v.abs() - 0.3) / 0.7 } else { 0.0 }),
-    ("thin", |v| if (0.45..0.62).contains(&v) { 0.98 } else { 0.0 }),
-    ("opaque", |v| if v > -0.2 { 0.999_999_9 } else { 0.0 }),
-];
-
-fn scene(options: &Options, opacity: impl Fn(f64) -> f64) -> Result<Scene> {
-    let mut knots = String::new();
-    for i in 0..16 {
-        let v = -1.0 + 2.0 * f64::from(i) / 15.0;
-        let (red, blue) = (128 + 8 * i, 255 - 12 * i);
-        let _ = writeln!(
-            knots,
-            "  {{ value = {v}, color = \"rgb({red} {} {blue})\", opacity = {} }},",
-            90 + 6 * (i % 5),
-            opacity(v)
-        );
-    }
+fn scene(options: &Options, opacity: multi_scale::Opacity) -> Result<Scene> {
+    let rest = format!("method = \"{}\"\nprecision = \"{}\"", options.method, options.precision);
     let light = if options.lit { "[light]\nkind = \"headlight\"" } else { "" };
-    Scene::parse(&format!(
-        "field = \"multi-scale\"\nmethod = \"{}\"\nprecision = \"{}\"\n[image]\nwidth = {size}\nheight = {size}\n\
-         [camera]\nlon = 30\nlat = 25\ndistance = 3.2\nfov = 45\n[transfer]\nknots = [\n{knots}]\n{light}\n",
-        options.method,
-        options.precision,
-        size = options.size,
-    ))
+    multi_scale::scene(options.size, opacity, &rest, light)
 }
 
 /// Renders and prints a line per transfer function.
@@ -78,7 +52,7 @@ fn scene(options: &Options, opacity: impl Fn(f64) -> f64) -> Result<Scene> {
 pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
     let renderer = Renderer::new(options.threads)?;
     let start = Instant::now();
-    let sphere = Sphere::new(options.level, options.layers, [1.0, 1.15], multi_scale)?;
+    let sphere = Sphere::new(options.level, options.layers, [1.0, 1.15], sphere::multi_scale)?;
     let made = start.elapsed().as_secs_f64();
     let start = Instant::now();
     let grid = renderer.run(|| sphere.grid())?;
@@ -105,7 +79,7 @@ pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
             "transfer", "render s", "prepare s", "rays", "columns", "frusta", "frusta/s"
         ),
     )?;
-    for (name, opacity) in TRANSFERS {
+    for (name, opacity) in multi_scale::TRANSFERS {
         let scene = scene(options, opacity)?;
         let mut frames = Vec::new();
         for _ in 0..options.frames.max(1) {

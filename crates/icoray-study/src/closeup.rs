@@ -1,0 +1,55 @@
+//! Close-up views for the paper's Figures 8 and 9.
+
+use crate::methods::Method;
+use crate::scenes::{self, Detail, StudyScene, World};
+use icoray::{Camera, Error, ErrorKind, Result};
+use std::path::PathBuf;
+
+/// A method at a step.
+pub(crate) type AtStep = fn(f64) -> Method;
+
+/// Which close-up views, how large, and by how many threads.
+#[derive(Debug, Clone, clap::Args)]
+pub struct View {
+    /// Width of the pictures in pixels.
+    #[arg(long)]
+    pub size: Option<u32>,
+    /// Threads of the timed runs; the oracle takes all.
+    #[arg(long, default_value_t = 1)]
+    pub threads: usize,
+    /// Times that each run is repeated; the median counts.
+    #[arg(long, default_value_t = 3)]
+    pub repeats: usize,
+    /// Small pictures of small grids, to see whether all goes well.
+    #[arg(long)]
+    pub quick: bool,
+    /// Directory of the data files; else what ICORAY_TEST_DATA names, else ../shared/data.
+    #[arg(long, value_name = "DIR")]
+    pub data: Option<PathBuf>,
+}
+
+impl View {
+    /// The scenes of these names, seen from near.
+    pub(crate) fn scenes(&self, names: &[String], width: u32) -> Result<Vec<StudyScene>> {
+        let width = self.size.unwrap_or(if self.quick { 32 } else { width });
+        let mut scenes = scenes::select(scenes::all(width)?, names)?;
+        for scene in &mut scenes {
+            scene.scene.camera = camera(scene)?;
+        }
+        Ok(scenes)
+    }
+
+    pub(crate) fn detail(&self) -> Detail {
+        if self.quick { Detail::Quick } else { Detail::Full }
+    }
+}
+
+/// Close to where there is much to see: the wave of the real fields, a place near the limb of the made ones.
+fn camera(scene: &StudyScene) -> Result<Camera> {
+    let (eye, target, fov) = match scene.world {
+        World::Vorticity | World::Theta => ([-1.908, -0.406, 1.219], [-0.62, -0.16, 0.80], 14.0),
+        _ => ([1.65, 0.95, 0.55], [0.7, 0.5, 0.74], 20.0),
+    };
+    Camera::look_at(eye, target, [0.0, 0.0, 1.0], fov)
+        .ok_or_else(|| Error::new(ErrorKind::Scene, "the close-up's camera is not one"))
+}

@@ -1,0 +1,73 @@
+//! The transfer function as spans between knots, in f64 and the field's own units.
+
+use glam::DVec3;
+use icoray::Scene;
+
+/// Between two neighbouring knots, or outside all: extinction and colour are linear in the value.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Span {
+    /// Values of the span, `low <= high`; infinite outside all knots.
+    pub low: f64,
+    pub high: f64,
+    anchor: f64,
+    extinction: f64,
+    color: DVec3,
+    /// Extinction per planet radius, per unit of the value.
+    pub extinction_slope: f64,
+    /// Linear RGB per unit of the value.
+    pub color_slope: DVec3,
+    /// There is no extinction in it.
+    pub is_clear: bool,
+}
+
+impl Span {
+    /// Extinction per planet radius at the value `base + f`.
+    #[inline]
+    pub fn extinction(&self, base: f64, f: f64) -> f64 {
+        (self.extinction + self.extinction_slope * (f - (self.anchor - base))).max(0.0)
+    }
+
+    /// Linear RGB at the value `base + f`.
+    #[inline]
+    pub fn color(&self, base: f64, f: f64) -> DVec3 {
+        self.color + self.color_slope * (f - (self.anchor - base))
+    }
+}
+
+/// `knots + 1` spans; span k lies above knot k - 1.
+#[derive(Debug, Clone)]
+pub(crate) struct Spans {
+    pub spans: Vec<Span>,
+    knots: Vec<f64>,
+}
+
+impl Spans {
+    /// For a shell of the given thickness in planet radii.
+    pub fn new(scene: &Scene, thickness: f64) -> Self {
+        let knots = &scene.transfer.knots;
+        let unit = scene.transfer.unit_length.unwrap_or(thickness);
+        let last = knots.len() - 1;
+        let span = |k: usize| {
+            let (a, b) = (&knots[k.saturating_sub(1)], &knots[k.min(last)]);
+            let width = b.value - a.value;
+            let per = if width > 0.0 { 1.0 / width } else { 0.0 };
+            let color = DVec3::from_array(a.color);
+            Span {
+                low: if k == 0 { f64::NEG_INFINITY } else { a.value },
+                high: if k > last { f64::INFINITY } else { b.value },
+                anchor: a.value,
+                extinction: a.extinction / unit,
+                color,
+                extinction_slope: (b.extinction - a.extinction) / unit * per,
+                color_slope: (DVec3::from_array(b.color) - color) * per,
+                is_clear: a.extinction == 0.0 && b.extinction == 0.0,
+            }
+        };
+        Spans { spans: (0..=knots.len()).map(span).collect(), knots: knots.iter().map(|k| k.value).collect() }
+    }
+
+    /// The span that a course from `base + f` on lies in: a value on a knot counts as above, unless the course falls.
+    pub fn find(&self, base: f64, f: f64, falls: bool) -> usize {
+        self.knots.partition_point(|k| if falls { k - base < f } else { k - base <= f })
+    }
+}

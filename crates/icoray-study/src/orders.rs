@@ -1,0 +1,307 @@
+//! Orders of convergence, in the sense of Etiene et al. 2014 (doi:10.1109/TVCG.2013.90): halve a step, or bisect the
+//! mesh, and see by which power of two the error falls. An error in a formula or in its code shows as a lost order.
+
+use crate::methods::{Job, Method};
+use crate::oracle::Oracle;
+use crate::say;
+use crate::sphere::Sphere;
+use glam::DVec3;
+use icoray::{Precision, Renderer, Result, Scene};
+use std::io::Write;
+
+/// What to measure.
+#[derive(Debug, Clone, clap::Args)]
+pub struct Options {
+    /// Bisections of the icosahedron while steps are halved.
+    #[arg(long, default_value_t = 3)]
+    pub level: u32,
+    /// Layers while steps are halved.
+    #[arg(long, default_value_t = 7)]
+    pub layers: usize,
+    /// Width and height of the pictures.
+    #[arg(long, default_value_t = 48)]
+    pub size: u32,
+    /// The first step, planet radii.
+    #[arg(long, default_value_t = 0.04, value_parser = crate::step)]
+    pub step: f64,
+    /// How often it is halved.
+    #[arg(long, default_value_t = 4, value_parser = clap::value_parser!(u32).range(1..=12))]
+    pub halvings: u32,
+    /// Most bisections while the mesh is refined, from 1 on.
+    #[arg(long, default_value_t = 4, value_parser = clap::value_parser!(u32).range(1..=9))]
+    pub levels: u32,
+    /// Values along a side of pre-integrated tables.
+    #[arg(long, default_value_t = 1024, value_parser = table)]
+    pub table: usize,
+    /// Threads; 0 is all.
+    #[arg(long, default_value_t = 0)]
+    pub threads: usize,
+    /// A file for the table, comma-separated.
+    #[arg(long)]
+    pub csv: Option<std::path::PathBuf>,
+}
+
+/// Values along a side of a table from the command line.
+fn table(text: &str) -> std::result::Result<usize, String> {
+    let side = text.parse().ok().filter(|s| (4..=8192).contains(s));
+    side.ok_or_else(|| "expected a whole number from 4 to 8192".to_owned())
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Options {
+            level: 3,
+            layers: 7,
+            size: 48,
+            step: 0.04,
+            halvings: 4,
+            levels: 4,
+            table: 1024,
+            threads: 0,
+            csv: None,
+        }
+    }
+}
+
+/// How smooth a transfer function is over the field's range.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Kind {
+    /// No knot inside: extinction and colour linear in the value.
+    Smooth,
+    /// Knots inside.
+    Kinks,
+    /// Knots that share values inside: steps.
+    Steps,
+}
+
+impl Kind {
+    /// All of them.
+    pub const ALL: [Kind; 3] = [Kind::Smooth, Kind::Kinks, Kind::Steps];
+
+    fn knots(self) -> &'static str {
+        match self {
+            Kind::Smooth => {
+                r##"{ value = -1.5, color = "#2040ff", extinction = 0.5 }, { value = 1.5, color = "orange", extinction = 0.1 }"##
+            }
+            Kind::Kinks => {
+                r##"{ value = -0.5, color = "#2040ff", extinction = 0.6 }, { value = -0.1, color = "white", extinction = 0 },
+{ value = 0.2, color = "yellow", extinction = 0 }, { value = 0.5, color = "red", extinction = 0.8 }"##
+            }
+            Kind::Steps => {
+                r##"{ value = -0.2, color = "#2040ff", extinction = 0.4 }, { value = -0.2, color = "white", extinction = 0 },
+{ value = 0.3, color = "yellow", extinction = 0 }, { value = 0.3, color = "red", extinction = 0.6 }"##
+            }
+        }
+    }
+}
+
+/// Errors of a method as something is halved.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Series {
+    /// The method's name, without its step.
+    pub method: &'static str,
+    /// The transfer function.
+    pub kind: Kind,
+    /// Steps in planet radii, or mean distances of neighbouring cells in radians.
+    pub sizes: Vec<f64>,
+    /// Root-mean-square error over all channels at each size, against the method's own limit.
+    pub rmse: Vec<f64>,
+    /// How far that limit is from the oracle, root-mean-square; `None` where the oracle is the limit.
+    pub from_oracle: Option<f64>,
+}
+
+impl Series {
+    /// Order from each size to the next.
+    pub fn orders(&self) -> Vec<f64> {
+        let pairs = self.rmse.windows(2).zip(self.sizes.windows(2));
+        pairs.map(|(e, h)| (e[0] / e[1]).ln() / (h[0] / h[1]).ln()).collect()
+    }
+}
+
+/// A smooth field in [-1, 1].
+fn field(p: DVec3) -> f64 {
+    (3.0 * p.x + 2.0 * p.z).sin() * (2.5 * p.y - 4.0 * (p.length() - 1.0)).cos()
+}
+
+fn scene(kind: Kind, size: u32) -> Result<Scene> {
+    Scene::parse(&format!(
+        "field = \"smooth\"\nprecision = \"f64\"\nbackground = \"transparent\"\ncore = \"transparent\"\n[image]\nwidth = {size}\n\
+         height = {size}\n[camera]\nlon = 25\nlat = 20\ndistance = 3.6\nfov = 42\n[transfer]\nunit_length = 0.15\nknots = [ {} ]",
+        kind.knots()
+    ))
+}
+
+/// Root-mean-square difference over all channels.
+fn rmse(a: &[[f64; 4]], b: &[[f64; 4]]) -> f64 {
+    let sum: f64 = a.iter().flatten().zip(b.iter().flatten()).map(|(a, b)| (a - b) * (a - b)).sum();
+    (sum / (4 * a.len()) as f64).sqrt()
+}
+
+fn wide(pixels: &[[f32; 4]]) -> Vec<[f64; 4]> {
+    pixels.iter().map(|p| p.map(f64::from)).collect()
+}
+
+/// A method for each step, and whether its limit is the oracle's picture.
+type Stepped = (&'static str, Box<dyn Fn(f64) -> Method>, bool);
+
+fn stepped(table: usize) -> [Stepped; 6] {
+    let pre = |attenuated| move |step| Method::PreIntegrated { step, table, attenuated };
+    [
+        ("uniform", Box::new(|step| Method::Uniform { step }), true),
+        ("pre-integrated", Box::new(pre(true)), true),
+        ("pre-integrated, unattenuated", Box::new(pre(false)), true),
+        ("tetrahedra", Box::new(|step| Method::Tetrahedra { step }), false),
+        ("mean value", Box::new(|step| Method::MeanValue { step }), false),
+        ("constant", Box::new(|step| Method::Constant { step }), false),
+    ]
+}
+
+/// Halves the step of each method that has one.
+///
+/// # Errors
+/// Whatever the library says.
+pub fn in_step(options: &Options, kind: Kind) -> Result<Vec<Series>> {
+    let renderer = Renderer::new(options.threads)?;
+    let sphere = Sphere::new(options.level, options.layers, [1.0, 1.3], field)?;
+    let (grid, scene, field) = (sphere.grid()?, scene(kind, options.size)?, sphere.field()?);
+    let job = Job { scene: &scene, grid: &grid, layers: &sphere.layers, field: &field };
+    let truth = Oracle::new(&job)?.picture(&renderer);
+    let sizes: Vec<f64> = (0..=options.halvings).map(|i| options.step / f64::from(1u32 << i)).collect();
+    let mut list = Vec::new();
+    for (method, with, to_oracle) in stepped(options.table) {
+        let picture = |step: f64| Ok(wide(&with(step).render(&job, &renderer)?.pixels));
+        let own = if to_oracle { None } else { Some(picture(sizes[sizes.len() - 1] / 8.0)?) };
+        let limit = own.as_ref().unwrap_or(&truth);
+        let errors = sizes.iter().map(|h| Ok(rmse(&picture(*h)?, limit))).collect::<Result<_>>()?;
+        let from_oracle = own.as_ref().map(|own| rmse(own, &truth));
+        list.push(Series { method, kind, sizes: sizes.clone(), rmse: errors, from_oracle });
+    }
+    Ok(list)
+}
+
+/// Bisects the mesh, and as often the layers: how far each method, with small steps, is from the oracle on the same mesh.
+///
+/// # Errors
+/// Whatever the library says.
+pub fn in_mesh(options: &Options, kind: Kind) -> Result<Vec<Series>> {
+    let renderer = Renderer::new(options.threads)?;
+    let step = options.step / f64::from(1u32 << (options.halvings + 1));
+    let methods = [
+        ("paper", Method::Paper),
+        ("tetrahedra", Method::Tetrahedra { step }),
+        ("mean value", Method::MeanValue { step }),
+        ("constant", Method::Constant { step }),
+    ];
+    let empty = |(method, _)| Series { method, kind, sizes: vec![], rmse: vec![], from_oracle: None };
+    let mut list: Vec<Series> = methods.into_iter().map(empty).collect();
+    let mut scene = scene(kind, options.size)?;
+    scene.precision = Precision::F64;
+    for level in 1..=options.levels {
+        let sphere = Sphere::new(level, 1 + (1 << level), [1.0, 1.3], field)?;
+        let (grid, field) = (sphere.grid()?, sphere.field()?);
+        let job = Job { scene: &scene, grid: &grid, layers: &sphere.layers, field: &field };
+        let truth = Oracle::new(&job)?.picture(&renderer);
+        for (series, (_, method)) in list.iter_mut().zip(methods) {
+            series.sizes.push(1.107 / f64::from(1u32 << level));
+            series.rmse.push(rmse(&wide(&method.render(&job, &renderer)?.pixels), &truth));
+        }
+    }
+    Ok(list)
+}
+
+fn tell(out: &mut dyn Write, list: &[Series]) -> Result<()> {
+    for s in list {
+        let numbers = |v: &[f64]| v.iter().map(|e| format!("{e:8.1e}")).collect::<Vec<_>>().join(" ");
+        let orders = s.orders().iter().map(|o| format!("{o:5.2}")).collect::<Vec<_>>().join(" ");
+        let limit = s.from_oracle.map_or(String::new(), |d| format!(", limit {d:.1e} from the oracle"));
+        let kind = format!("{:?}", s.kind).to_lowercase();
+        say(out, &format!("{kind:>6} {:>28}: {}  order {orders}{limit}", s.method, numbers(&s.rmse)))?;
+    }
+    Ok(())
+}
+
+/// The table for a file: a line per error.
+fn lines(refined: &str, list: &[Series]) -> String {
+    let mut text = String::new();
+    for s in list {
+        let orders = std::iter::once(String::new()).chain(s.orders().into_iter().map(|o| format!("{o:.3}")));
+        let limit = s.from_oracle.map_or(String::new(), |d| format!("{d:.3e}"));
+        for ((size, error), order) in s.sizes.iter().zip(&s.rmse).zip(orders) {
+            text += &format!("{refined},{:?},\"{}\",{size},{error:.3e},{order},{limit}\n", s.kind, s.method);
+        }
+    }
+    text
+}
+
+/// Measures and prints a line per method and transfer function.
+///
+/// # Errors
+/// Whatever the library says, and [`icoray::ErrorKind::Io`] when the table cannot be written.
+pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
+    let mut table = String::from("refined,transfer,method,size,rmse,order,limit from oracle\n");
+    say(
+        out,
+        &format!(
+            "RMSE over premultiplied channels; {} bisections, {} layers, steps from {} planet radii on, halved",
+            options.level, options.layers, options.step
+        ),
+    )?;
+    for kind in Kind::ALL {
+        let list = in_step(options, kind)?;
+        tell(out, &list)?;
+        table += &lines("step", &list);
+    }
+    say(out, &format!("against the oracle on the same mesh, 1 to {} bisections", options.levels))?;
+    for kind in [Kind::Smooth, Kind::Kinks] {
+        let list = in_mesh(options, kind)?;
+        tell(out, &list)?;
+        table += &lines("mesh", &list);
+    }
+    if let Some(path) = &options.csv {
+        std::fs::write(path, table)
+            .map_err(|e| icoray::Error::new(icoray::ErrorKind::Io, format!("{}: {e}", path.display())))?;
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn small() -> Options {
+        Options { level: 2, layers: 5, size: 24, halvings: 3, levels: 4, table: 512, ..Options::default() }
+    }
+
+    /// The least and greatest order of the series.
+    fn range(series: &Series) -> [f64; 2] {
+        let orders = series.orders();
+        [orders.iter().fold(f64::INFINITY, |m, o| m.min(*o)), orders.iter().fold(0.0, |m, o| m.max(*o))]
+    }
+
+    #[test]
+    fn no_order_in_the_step_is_lost() {
+        for (kind, second) in [(Kind::Smooth, 2.0), (Kind::Kinks, 2.0), (Kind::Steps, 1.0)] {
+            for series in in_step(&small(), kind).unwrap() {
+                let expected = if ["constant", "pre-integrated, unattenuated"].contains(&series.method) {
+                    1.0
+                } else {
+                    second
+                };
+                let [low, high] = range(&series);
+                println!("{kind:?} {}: {low:.2} to {high:.2}", series.method);
+                let slack = if expected > 1.5 { 0.25 } else { 0.35 };
+                assert!(low > expected - slack && high < expected + 2.0 * slack, "{series:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn no_order_in_the_mesh_is_lost() {
+        for series in in_mesh(&small(), Kind::Smooth).unwrap() {
+            let expected = if series.method == "constant" { 1.0 } else { 2.0 };
+            let last = *series.orders().last().unwrap();
+            println!("{}: {:?}", series.method, series.orders());
+            assert!(last > expected - 0.2 && last < expected + 0.7, "{series:?}");
+        }
+    }
+}

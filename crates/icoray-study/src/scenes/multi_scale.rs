@@ -1,0 +1,34 @@
+//! The multi-scale field under four transfer functions of 16 knots, from dense to opaque.
+
+use icoray::{Result, Scene};
+use std::fmt::Write as _;
+
+/// The opacity of a shell's thickness at a value.
+pub(crate) type Opacity = fn(f64) -> f64;
+
+/// Name and opacity of each transfer function over [-1, 1].
+pub(crate) const TRANSFERS: [(&str, Opacity); 4] = [
+    ("dense", |_| 0.5),
+    ("lobes", |v| if v.abs() > 0.3 { 0.98 * (v.abs() - 0.3) / 0.7 } else { 0.0 }),
+    ("thin", |v| if (0.45..0.62).contains(&v) { 0.98 } else { 0.0 }),
+    ("opaque", |v| if v > -0.2 { 0.999_999_9 } else { 0.0 }),
+];
+
+/// The scene of a transfer function; `rest` are lines before the tables, `light` tables after them.
+pub(crate) fn scene(size: u32, opacity: Opacity, rest: &str, light: &str) -> Result<Scene> {
+    let mut knots = String::new();
+    for i in 0..16 {
+        let v = -1.0 + 2.0 * f64::from(i) / 15.0;
+        let (red, blue) = (128 + 8 * i, 255 - 12 * i);
+        let _ = writeln!(
+            knots,
+            "  {{ value = {v}, color = \"rgb({red} {} {blue})\", opacity = {} }},",
+            90 + 6 * (i % 5),
+            opacity(v)
+        );
+    }
+    Scene::parse(&format!(
+        "field = \"multi-scale\"\n{rest}\n[image]\nwidth = {size}\nheight = {size}\n\
+         [camera]\nlon = 30\nlat = 25\ndistance = 3.2\nfov = 45\n[transfer]\nknots = [\n{knots}]\n{light}\n"
+    ))
+}

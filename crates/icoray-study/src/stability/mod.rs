@@ -1,0 +1,89 @@
+//! Whether the kernel stands what models and users do to it: thin shells, odd cameras, rays at vertices, edges and
+//! facets, clear and opaque cells, steps and spikes, fields of any size, missing values, fine meshes.
+//!
+//! Every case is rendered in f64 and f32 and compared, ray by ray, with the exact integral for the same inputs, which
+//! [`truth`] computes in double-double by other means.
+
+pub mod cases;
+pub mod dd;
+pub mod gauss;
+pub mod light;
+pub mod measure;
+pub mod path;
+pub mod table;
+pub mod truth;
+
+#[cfg(test)]
+mod tests;
+
+use crate::say;
+use cases::Ground;
+use icoray::{Error, ErrorKind, Grid, IcosahedralMesh, Renderer, Result};
+use measure::Row;
+use std::io::Write;
+use std::path::PathBuf;
+
+/// What to check.
+#[derive(Debug, Clone, clap::Args)]
+pub struct Options {
+    /// Meshes of up to 2.6 million cells too.
+    #[arg(long)]
+    pub large: bool,
+    /// Only cases with this in their group or name.
+    #[arg(long)]
+    pub only: Option<String>,
+    /// Threads, or as many as there are processors when 0.
+    #[arg(long, default_value_t = 0)]
+    pub threads: usize,
+    /// Directory for STABILITY.md and stability.csv, if they are wanted.
+    #[arg(long)]
+    pub out: Option<PathBuf>,
+}
+
+/// Measures all cases on the meshes of `levels` whose group or name contains `only`.
+///
+/// # Errors
+/// Whatever the library says; none is expected.
+pub fn suite(renderer: &Renderer, levels: &[u32], only: &str) -> Result<Vec<Row>> {
+    let mut rows = Vec::new();
+    for &level in levels {
+        let mesh = IcosahedralMesh::new(level)?;
+        let grid = renderer.run(|| Grid::new(mesh.tables()))?;
+        for case in cases::on(&Ground { level, grid: &grid })? {
+            if case.group.contains(only) || case.name.contains(only) {
+                rows.push(measure::measure(renderer, &grid, &case)?);
+            }
+        }
+    }
+    Ok(rows)
+}
+
+/// Measures, prints the page and writes it.
+///
+/// # Errors
+/// Whatever the library says, and [`ErrorKind::Io`] when a file cannot be written.
+pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
+    let renderer = Renderer::new(options.threads)?;
+    let mut levels = cases::LEVELS.to_vec();
+    if options.large {
+        levels.extend(cases::LARGE_LEVELS);
+    }
+    let only = options.only.as_deref().unwrap_or("");
+    let mut rows = Vec::new();
+    for level in levels {
+        let more = suite(&renderer, &[level], only)?;
+        say(out, &format!("n = {level}: {} cases", more.len()))?;
+        rows.extend(more);
+    }
+    let page = table::page(&rows);
+    say(out, &format!("\n{page}"))?;
+    let Some(directory) = &options.out else { return Ok(()) };
+    let write = |name: &str, text: &str| {
+        let path = directory.join(name);
+        let failed = |e| Error::new(ErrorKind::Io, format!("{}: {e}", path.display()));
+        std::fs::create_dir_all(directory).and_then(|()| std::fs::write(&path, text)).map_err(failed)
+    };
+    write("STABILITY.md", &page)?;
+    write("stability.csv", &table::csv(&rows))?;
+    say(out, &format!("STABILITY.md and stability.csv in {}", directory.display()))
+}

@@ -1,0 +1,155 @@
+//! Where a ray runs, in double-double: every triangle of the mesh is asked for the part of the ray in its cone.
+//!
+//! Nothing is walked: the triangles are tried one by one in f64 with a margin, and those that may be met are solved for
+//! in double-double. The parts found must cover the ray without a gap.
+
+use super::dd::Dd;
+use glam::DVec3;
+use icoray::Grid;
+
+/// A ray as the renderer is given it: all numbers are taken as exact.
+#[derive(Debug, Clone, Copy)]
+pub struct Ray {
+    /// Where it starts.
+    pub eye: DVec3,
+    /// Where it goes: a unit vector to rounding.
+    pub dir: DVec3,
+}
+
+/// A part of a ray in the cone of one triangle.
+#[derive(Debug, Clone, Copy)]
+pub struct Column {
+    /// The triangle's cells.
+    pub cells: [u32; 3],
+    /// From where to where along the ray.
+    pub t: [Dd; 2],
+    /// The ray's point is the sum of `start[k] + t·speed[k]` times the cells' unit vectors.
+    start: [Dd; 3],
+    speed: [Dd; 3],
+}
+
+impl Column {
+    /// Coordinates of the ray's point at `t` in the three unit vectors.
+    pub fn coordinates(&self, t: Dd) -> [Dd; 3] {
+        [0, 1, 2].map(|k| self.start[k] + t * self.speed[k])
+    }
+
+    /// The height at `t`: on the facet of a layer it is the layer's radius.
+    pub fn height(&self, t: Dd) -> Dd {
+        let [a, b, c] = self.coordinates(t);
+        a + b + c
+    }
+
+    /// Where the height is `radius`, `None` where the ray keeps its height.
+    pub fn reaches(&self, radius: f64) -> Option<Dd> {
+        let [a, b, c] = self.start;
+        let speed = self.speed[0] + self.speed[1] + self.speed[2];
+        (speed != Dd::ZERO).then(|| (Dd::from(radius) - (a + b + c)) / speed)
+    }
+}
+
+/// A vector in double-double.
+type Vector = [Dd; 3];
+
+fn cross(a: DVec3, b: DVec3) -> Vector {
+    let minor = |x: f64, y: f64, z: f64, w: f64| Dd::product(x, w) - Dd::product(y, z);
+    [minor(a.y, a.z, b.y, b.z), minor(a.z, a.x, b.z, b.x), minor(a.x, a.y, b.x, b.y)]
+}
+
+fn dot(a: DVec3, b: &Vector) -> Dd {
+    Dd::from(a.x) * b[0] + Dd::from(a.y) * b[1] + Dd::from(a.z) * b[2]
+}
+
+/// The range of t in which the ray lies in the triangle's cone, in f64 and too wide rather than too narrow.
+fn roughly(ray: &Ray, [a, b, c]: [DVec3; 3], range: [f64; 2]) -> bool {
+    let [mut low, mut high] = range;
+    let sides = [b.cross(c), c.cross(a), a.cross(b)];
+    let turn = a.dot(sides[0]).signum();
+    for side in sides {
+        let margin = 1e-12 * (1.0 + ray.eye.length()) * side.length();
+        let (start, speed) = (turn * ray.eye.dot(side) + margin, turn * ray.dir.dot(side));
+        if speed > 0.0 {
+            low = low.max(-start / speed);
+        } else if speed < 0.0 {
+            high = high.min(-start / speed);
+        } else if start < 0.0 {
+            return false;
+        }
+    }
+    low <= high
+}
+
+/// The same exactly.
+fn column(ray: &Ray, cells: [u32; 3], [a, b, c]: [DVec3; 3], range: [f64; 2]) -> Option<Column> {
+    let sides = [cross(b, c), cross(c, a), cross(a, b)];
+    let volume = dot(a, &sides[0]);
+    let start = [0, 1, 2].map(|k| dot(ray.eye, &sides[k]) / volume);
+    let speed = [0, 1, 2].map(|k| dot(ray.dir, &sides[k]) / volume);
+    let [mut low, mut high] = range.map(Dd::from);
+    for (s, v) in start.into_iter().zip(speed) {
+        if v > Dd::ZERO {
+            low = low.max(-s / v);
+        } else if v < Dd::ZERO {
+            high = high.min(-s / v);
+        } else if s < Dd::ZERO {
+            return None;
+        }
+    }
+    (low < high).then_some(Column { cells, t: [low, high], start, speed })
+}
+
+/// The part of the ray inside the sphere of radius `outer`, with a margin; `inner` ends it inside an opaque core.
+fn range(ray: &Ray, outer: f64, inner: Option<f64>) -> Option<[f64; 2]> {
+    let along = -ray.eye.dot(ray.dir);
+    let closest = (ray.eye + along * ray.dir).length();
+    let margin = 1e-9 * (1.0 + ray.eye.length());
+    let half = ((outer + margin) * (outer + margin) - closest * closest).max(0.0).sqrt();
+    // Facets lie inside their sphere, by less than a half on any mesh that is used here.
+    let floor = 0.5 * inner.unwrap_or(0.0);
+    let end = if closest < floor && along > 0.0 {
+        along - (floor * floor - closest * closest).sqrt()
+    } else {
+        along + half
+    };
+    let start = (along - half).max(0.0);
+    (half > 0.0 && start < end).then_some([start, end])
+}
+
+/// The ray's columns in order, without gap or overlap.
+///
+/// `inner` is the radius of an opaque core, at which a ray ends.
+///
+/// # Errors
+/// Where along the ray a gap begins: then the mesh does not cover the sphere, or this reference is wrong.
+pub fn columns(grid: &Grid, ray: &Ray, outer: f64, inner: Option<f64>) -> Result<Vec<Column>, f64> {
+    let Some([start, end]) = range(ray, outer, inner) else { return Ok(Vec::new()) };
+    let candidate = |triangle: u32| {
+        let cells = grid.triangle(triangle);
+        let corners = cells.map(|cell| grid.direction(cell));
+        let near = roughly(ray, corners, [start, end]);
+        if near { column(ray, cells, corners, [start, end]) } else { None }
+    };
+    let mut found: Vec<Column> = (0..grid.triangles() as u32).filter_map(candidate).collect();
+    found.sort_by(|a, b| a.t[0].to_f64().total_cmp(&b.t[0].to_f64()));
+    let hair = Dd::from(1e-24 * (1.0 + end.abs()));
+    let (mut at, end, mut next, mut way) = (Dd::from(start), Dd::from(end), 0, Vec::new());
+    while at < end - hair {
+        // Of all that hold this place, the one that leads farthest: on a side or a vertex several do.
+        let mut best: Option<Column> = None;
+        while next < found.len() && found[next].t[0].to_f64() <= at.to_f64() {
+            next += 1;
+        }
+        for column in &found[..next] {
+            let holds = column.t[0] <= at + hair && column.t[1] > at;
+            if holds && best.is_none_or(|b| column.t[1] > b.t[1]) {
+                best = Some(*column);
+            }
+        }
+        let Some(mut column) = best else { return Err(at.to_f64()) };
+        let leaves = column.t[1];
+        column.t[0] = at;
+        way.push(column);
+        at = leaves;
+    }
+    Ok(way)
+}

@@ -1,0 +1,149 @@
+//! What a picture must be: the exact integral of the interpolant along each ray, in double-double.
+
+use super::dd::Dd;
+use super::gauss::Gauss;
+use super::light::{Course, Light, Transfer};
+use super::path::{Column, Ray, columns};
+use icoray::{Field, Grid, Scene};
+
+/// A scene over a grid and a field at cell centres whose first layer is the lowest.
+#[derive(Debug, Clone)]
+pub struct Truth<'a> {
+    grid: &'a Grid<'a>,
+    field: &'a Field<'a>,
+    radius: &'a [f64],
+    transfer: Transfer,
+    core: Option<[f64; 3]>,
+    rule: Gauss,
+    falling: bool,
+    /// Added to every value, in units of the transfer function's range.
+    shift: Dd,
+}
+
+/// A part of a ray between two layers, or below all of them.
+#[derive(Debug, Clone, Copy)]
+pub struct Stretch {
+    /// The lower layer; `None` in the core.
+    pub layer: Option<usize>,
+    /// From where to where along the ray.
+    pub t: [Dd; 2],
+    /// The column that it lies in.
+    pub column: Column,
+}
+
+impl<'a> Truth<'a> {
+    /// `radius` are the layers' radii in planet radii, rising; `falling` when the field's first layer is the highest.
+    pub fn new(
+        grid: &'a Grid<'a>,
+        field: &'a Field<'a>,
+        radius: &'a [f64],
+        falling: bool,
+        scene: &Scene,
+    ) -> Self {
+        let transfer = Transfer::new(scene, radius);
+        Truth {
+            grid,
+            field,
+            radius,
+            transfer,
+            core: scene.core,
+            rule: Gauss::rule(),
+            falling,
+            shift: Dd::ZERO,
+        }
+    }
+
+    /// The same with every value moved by the part `by` of the transfer function's range.
+    pub fn shifted(&self, by: f64) -> Self {
+        Truth { shift: Dd::from(by), ..self.clone() }
+    }
+
+    /// All parts of a ray between layers and in the core, in order, until an opaque core ends it.
+    ///
+    /// # Errors
+    /// As [`columns`].
+    pub fn stretches(&self, ray: &Ray) -> Result<Vec<Stretch>, f64> {
+        let outer = self.radius[self.radius.len() - 1];
+        let mut way = Vec::new();
+        for column in columns(self.grid, ray, outer, self.core.map(|_| self.radius[0]))? {
+            for t in self.gaps(&column) {
+                let height = column.height((t[0] + t[1]) / 2.0);
+                let above = self.radius.partition_point(|r| Dd::from(*r) <= height);
+                if above < self.radius.len() {
+                    way.push(Stretch { layer: above.checked_sub(1), t, column });
+                }
+                if above == 0 && self.core.is_some() {
+                    return Ok(way);
+                }
+            }
+        }
+        Ok(way)
+    }
+
+    /// A column cut where it crosses layers.
+    fn gaps(&self, column: &Column) -> Vec<[Dd; 2]> {
+        let ends = column.t.map(|t| column.height(t));
+        let (low, high) = (ends[0].min(ends[1]), ends[0].max(ends[1]));
+        let first = self.radius.partition_point(|r| Dd::from(*r) <= low);
+        let passed = self.radius[first..].iter().take_while(|r| Dd::from(**r) < high);
+        let mut cuts: Vec<Dd> = passed.filter_map(|r| column.reaches(*r)).collect();
+        cuts.retain(|t| *t > column.t[0] && *t < column.t[1]);
+        cuts.extend(column.t);
+        cuts.sort_by(|a, b| a.partial_cmp(b).expect("cuts are numbers"));
+        cuts.windows(2).map(|w| [w[0], w[1]]).collect()
+    }
+
+    /// The values of a column's cells on a layer, counted from the lowest; `None` where one is missing.
+    fn values(&self, cells: [u32; 3], layer: usize) -> Option<[Dd; 3]> {
+        let row = if self.falling { self.radius.len() - 1 - layer } else { layer };
+        let values = cells.map(|cell| self.field.value(cell as usize, row));
+        values.iter().all(|v| v.is_finite()).then(|| values.map(|v| self.transfer.normalise(v) + self.shift))
+    }
+
+    /// The value along a stretch, `None` in a void.
+    fn course(&self, layer: usize, stretch: &Stretch) -> Option<Course> {
+        let (column, [from, to]) = (&stretch.column, stretch.t);
+        let lower = self.values(column.cells, layer)?;
+        let upper = self.values(column.cells, layer + 1)?;
+        let bottom = Dd::from(self.radius[layer]);
+        let thickness = Dd::from(self.radius[layer + 1]) - bottom;
+        let value = |t: Dd| {
+            let [_, b, c] = column.coordinates(t);
+            let height = column.height(t);
+            let at = (height - bottom) / thickness;
+            let over = [0, 1, 2].map(|k| lower[k] + at * (upper[k] - lower[k]));
+            over[0] + (b * (over[1] - over[0]) + c * (over[2] - over[0])) / height
+        };
+        let values = [from, (from + to) / 2.0, to].map(value);
+        Some(Course::through(values, [column.height(from), column.height(to)]))
+    }
+
+    /// Light along a ray: premultiplied linear RGB and opacity.
+    ///
+    /// # Errors
+    /// As [`columns`].
+    pub fn trace(&self, ray: &Ray) -> Result<[f64; 4], f64> {
+        Ok(self.light(&self.stretches(ray)?))
+    }
+
+    /// The same along a way that is known.
+    pub fn light(&self, way: &[Stretch]) -> [f64; 4] {
+        let mut light = Light::none();
+        for stretch in way {
+            match (stretch.layer, self.core) {
+                (Some(layer), _) => {
+                    if let Some(course) = self.course(layer, stretch) {
+                        light.pass(&self.rule, &self.transfer, &course, stretch.t[1] - stretch.t[0]);
+                    }
+                }
+                (None, Some(color)) => light.hit(color),
+                (None, None) => {}
+            }
+            if light.is_blocked() {
+                break;
+            }
+        }
+        let [r, g, b] = light.color.map(Dd::to_f64);
+        [r, g, b, (Dd::ONE - light.through).to_f64()]
+    }
+}

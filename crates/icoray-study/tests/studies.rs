@@ -1,0 +1,95 @@
+//! The studies run to their end on small grids and leave what they promise.
+
+use icoray_study::Study;
+use std::collections::HashMap;
+use std::path::Path;
+
+/// Arguments as on the command line.
+#[derive(clap::Parser)]
+struct Line {
+    #[command(subcommand)]
+    study: Study,
+}
+
+/// Runs a study with its results in `directory`; returns what it printed.
+fn run(words: &[&str], directory: &Path) -> String {
+    let line = ["study"].iter().chain(words).copied();
+    let line = line.chain(["--out", directory.to_str().unwrap(), "--data", "/nowhere"]);
+    let mut out = Vec::new();
+    <Line as clap::Parser>::try_parse_from(line).unwrap().study.run(&mut out).unwrap();
+    String::from_utf8(out).unwrap()
+}
+
+fn rows(path: &Path) -> Vec<HashMap<String, String>> {
+    csv::Reader::from_path(path).unwrap().deserialize().map(Result::unwrap).collect()
+}
+
+fn is_chart(path: &Path, words: &[&str]) -> bool {
+    let text = std::fs::read_to_string(path).unwrap();
+    text.starts_with("<svg") && text.contains("<polyline") && words.iter().all(|w| text.contains(w))
+}
+
+#[test]
+fn error_leaves_a_table_charts_and_a_verdict() {
+    let directory = tempfile::tempdir().unwrap();
+    let at = |name: &str| directory.path().join(name);
+    let printed = run(&["error", "--quick", "--size", "24", "--repeats", "2"], directory.path());
+    let rows = rows(&at("error.csv"));
+    let scenes = ["radial", "low_lobes", "stiff_step"];
+    // Three rungs of each ladder but the paper's method, which has one.
+    assert_eq!(rows.len(), scenes.len() * (8 * 3 + 1));
+    for row in &rows {
+        assert!(scenes.contains(&row["scene"].as_str()), "{row:?}");
+        for key in ["seconds_median", "seconds_min", "rmse", "max_error", "samples"] {
+            assert!(row[key].parse::<f64>().unwrap() >= 0.0, "{key} of {row:?}");
+        }
+        assert_eq!(row["repeats"], "2");
+        if row["method"].starts_with("exact") {
+            assert!(row["violations"].parse::<usize>().is_ok(), "{row:?}");
+        }
+    }
+    for scene in scenes {
+        assert!(is_chart(&at(&format!("{scene}_rmse.svg")), &["exact", "mean value", "RMSE"]));
+        assert!(is_chart(&at(&format!("{scene}_max.svg")), &["exact", "paper", "largest"]));
+        assert!(printed.contains(&format!("{scene}, RMSE against the oracle: ")), "{printed}");
+    }
+    let verdict = std::fs::read_to_string(at("verdict.txt")).unwrap();
+    assert!(printed.contains(verdict.trim()) && verdict.contains(" of 6 curves"), "{verdict}");
+}
+
+#[test]
+fn lit_scenes_have_fewer_methods_and_absent_files_are_told() {
+    let directory = tempfile::tempdir().unwrap();
+    let words = ["error", "--quick", "--size", "16", "--repeats", "1", "--scenes", "radial_lit,jw_theta*"];
+    let printed = run(&words, directory.path());
+    assert!(printed.contains("jw_theta, jw_theta_lit skipped: no file in /nowhere"), "{printed}");
+    let rows = rows(&directory.path().join("error.csv"));
+    assert_eq!(rows.len(), 3 * 3 + 1);
+}
+
+#[test]
+fn fig8_draws_a_montage() {
+    let directory = tempfile::tempdir().unwrap();
+    let words = ["fig8", "--quick", "--repeats", "1", "--step", "0.02"];
+    let printed = run(&words, directory.path());
+    assert!(printed.contains("jw_vorticity skipped"), "{printed}");
+    let rows = rows(&directory.path().join("fig8.csv"));
+    assert_eq!(rows.len(), 7);
+    assert_eq!(rows.iter().filter(|row| row["equal"] == "time").count(), 4);
+    assert!(std::fs::metadata(directory.path().join("fig8_low_thin.png")).unwrap().len() > 2000);
+}
+
+#[test]
+fn fig9_has_a_rate_for_each_method_and_step() {
+    let directory = tempfile::tempdir().unwrap();
+    let words = ["fig9", "--quick", "--repeats", "1", "--scenes", "low_lobes", "--steps", "0.02,0.01"];
+    let printed = run(&words, directory.path());
+    assert!(printed.contains("wedges gain"), "{printed}");
+    let rows = rows(&directory.path().join("fig9.csv"));
+    assert_eq!(rows.len(), 6);
+    assert!(rows.iter().all(|row| row["frames_per_s"].parse::<f64>().unwrap() > 0.0));
+    assert!(is_chart(
+        &directory.path().join("fig9_low_lobes.svg"),
+        &["wedges", "tetrahedra", "planet radius"]
+    ));
+}
