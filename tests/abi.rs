@@ -164,7 +164,8 @@ fn rust_layout() -> String {
         icoray_layers: struct_size count radius_m planet_radius_m;
         icoray_array: struct_size data r#type location columns layers column_stride layer_stride has_fill fill_value;
         icoray_frame_report: struct_size step time_s prepare_s render_s write_s rays columns frusta void_frusta
-            value_min value_max missing_values derived_bytes;
+            value_min value_max missing_values derived_bytes error_max error_mean error_p999 tolerance error_is_bound
+            pixel_step lights;
         icoray_status:;
     }
     use types::icoray_status as status;
@@ -288,6 +289,12 @@ fn reported(directory: &Path, found: &mut Vec<PathBuf>) {
         assert_eq!(row.len(), header.len(), "{row:?}");
         assert_eq!(row[field], "f");
         assert!(row[file].ends_with(&format!("_{}.png", row[step])), "{row:?}");
+        let number = |name: &str| row[column(name)].parse::<f64>().unwrap();
+        let [max, mean, p999] = ["error_max", "error_mean", "error_p999"].map(number);
+        assert!(0.0 < mean && mean <= max && 0.0 < p999 && p999 <= max && max <= 1e-3, "{row:?}");
+        assert!(["bound", "estimate"].contains(&row[column("error_kind")]), "{row:?}");
+        assert_eq!((number("tolerance"), number("pixel_step")), (1e-3, 1.0));
+        assert!(["off", "full"].contains(&row[column("lights")]), "{row:?}");
         listed.push(directory.join(row[file]));
     }
     listed.sort();

@@ -68,6 +68,13 @@ int main(void)
     MEMBER(icoray_frame_report, value_max);
     MEMBER(icoray_frame_report, missing_values);
     MEMBER(icoray_frame_report, derived_bytes);
+    MEMBER(icoray_frame_report, error_max);
+    MEMBER(icoray_frame_report, error_mean);
+    MEMBER(icoray_frame_report, error_p999);
+    MEMBER(icoray_frame_report, tolerance);
+    MEMBER(icoray_frame_report, error_is_bound);
+    MEMBER(icoray_frame_report, pixel_step);
+    MEMBER(icoray_frame_report, lights);
 
     STRUCT(icoray_status);
     NUMBER(ICORAY_OK);

@@ -53,6 +53,7 @@ int main(int argc, char **argv)
     scenes(ctx);
     still_draws(ctx);
     dates(ctx);
+    error_maps(ctx);
     still_draws(ctx);
     messages(ctx);
     still_draws(ctx);

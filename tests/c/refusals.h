@@ -65,6 +65,7 @@ void scenes(icoray_ctx *ctx);
 /* refusals_execute.c */
 void order(void);
 void dates(icoray_ctx *ctx);
+void error_maps(icoray_ctx *ctx);
 void blocked(void);
 
 #endif

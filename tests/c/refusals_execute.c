@@ -61,6 +61,26 @@ void dates(icoray_ctx *ctx)
     OK(icoray_execute(ctx, 0, 0.0, "yesterday")); /* not needed, so not looked at */
 }
 
+/* A second picture, of the errors: it has a name of its own, which is known to be good before the first ray. */
+void error_maps(icoray_ctx *ctx)
+{
+    icoray_frame_report report;
+    memset(&report, 0, sizeof report);
+    report.struct_size = sizeof report;
+    OK(icoray_scene_text(ctx, "tolerance = 0.02\n" SCENE("f", "4", "m_{step}.png") "error = \"m_{step}_error.png\"\n"));
+    OK(icoray_execute(ctx, 5, 0.0, NULL));
+    CHECK(file_exists("m_5.png") && file_exists("m_5_error.png"));
+    OK(icoray_report(ctx, &report));
+    CHECK(report.tolerance == 0.02 && report.error_max >= 0.0);
+    OK(icoray_scene_text(ctx, SCENE("f", "4", "m_{step}.png") "error = \"m_6.png\"\n"));
+    REFUSED(ctx, ICORAY_ERR_SCENE, "\"m_6.png\": output.file and output.error", icoray_execute(ctx, 6, 0.0, NULL));
+    CHECK(!file_exists("m_6.png"));
+    OK(icoray_scene_text(ctx, SCENE("f", "4", "m_{step}.png") "error = \"m_$Y.png\"\n"));
+    REFUSED(ctx, ICORAY_ERR_ARGUMENT, "date is absent", icoray_execute(ctx, 7, 0.0, NULL));
+    CHECK(!file_exists("m_7.png"));
+    OK(icoray_scene_text(ctx, good_scene));
+}
+
 /* An output directory that cannot be made: a file is in its place. */
 void blocked(void)
 {

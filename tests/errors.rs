@@ -1,0 +1,163 @@
+//! How far pixels are from the exact integral, against how far they say that they may be; and time budgets.
+//!
+//! The oracle integrates the same interpolant to ten digits by other means; every pixel of every picture is compared.
+
+use icoray::{Certainty, Frame, Lights, Precision, Renderer, Scene};
+use icoray_study::methods::Job;
+use icoray_study::oracle::Oracle;
+use icoray_study::sphere::{Sphere, multi_scale};
+use icoray_tests::scene;
+
+const FAR: &str = "lon = 30\nlat = 25\ndistance = 3.2\nfov = 45";
+const INSIDE: &str = "eye = [1.02, 0.3, 0.1]\ntarget = [0, 1.2, 0.3]\nfov = 90";
+const SMOOTH: &str = "knots = [ { value = -0.8, color = \"blue\", extinction = 4 }, { value = -0.2, color = \"white\", extinction = 0 }, \
+     { value = 0.3, color = \"yellow\", extinction = 1 }, { value = 0.8, color = \"red\", extinction = 9 } ]";
+const STEPS: &str = "knots = [ { value = -0.9, color = \"red\", extinction = 1e6 }, { value = -0.5, color = \"orange\", extinction = 1e6 }, \
+     { value = -0.5, color = \"blue\", extinction = 0 }, { value = 0.9, color = \"white\", extinction = 5 } ]";
+const SPIKE: &str = "knots = [ { value = 0.1, color = \"red\", extinction = 0 }, { value = 0.1000005, color = \"green\", extinction = 1e5 }, \
+     { value = 0.100001, color = \"blue\", extinction = 0 }, { value = 0.9, color = \"white\", extinction = 5 } ]";
+const LIGHT: &str = "[light]\nkind = \"headlight\"";
+
+/// A scene over a sphere, and its exact picture.
+struct Look<'s> {
+    name: String,
+    sphere: &'s Sphere,
+    scene: Scene,
+    truth: Vec<[f64; 4]>,
+    /// How many times the median error the median of what is admitted may be; light is estimated with more care.
+    most: f64,
+}
+
+impl<'s> Look<'s> {
+    fn new(name: &str, sphere: &'s Sphere, scene: Scene) -> Self {
+        let (grid, field) = (sphere.grid().unwrap(), sphere.field().unwrap());
+        let job = Job { scene: &scene, grid: &grid, layers: &sphere.layers, field: &field };
+        let truth = Oracle::new(&job).unwrap().picture(&Renderer::new(0).unwrap());
+        let most = if scene.lighting.is_some() { 25.0 } else { 20.0 };
+        Look { name: name.into(), sphere, scene, truth, most }
+    }
+
+    fn render(&self, tolerance: f64, precision: Precision) -> Frame {
+        let scene = Scene { tolerance, precision, ..self.scene.clone() };
+        let (grid, field) = (self.sphere.grid().unwrap(), self.sphere.field().unwrap());
+        Renderer::new(0).unwrap().render(&scene, &grid, &self.sphere.layers, &field).unwrap()
+    }
+
+    /// Renders, and checks every pixel against its own error; gives the medians of error and bound where something is
+    /// seen, and how far the worst pixel is off.
+    fn check(&self, tolerance: f64, precision: Precision) -> [f64; 3] {
+        let frame = self.render(tolerance, precision);
+        let (mut offs, mut bounds) = (Vec::new(), Vec::new());
+        for (i, ((pixel, truth), error)) in frame.pixels.iter().zip(&self.truth).zip(&frame.error).enumerate()
+        {
+            let off = pixel.iter().zip(truth).map(|(a, b)| (f64::from(*a) - b).abs()).fold(0.0, f64::max);
+            let what =
+                format!("{} {precision:?} {tolerance:e}, pixel {i}: {pixel:?}, exact {truth:?}", self.name);
+            assert!(pixel.iter().all(|c| c.is_finite()) && error.is_finite(), "{what}");
+            assert!(off <= f64::from(*error), "{what}: {off:e} off, admitted {error:e}");
+            if truth[3] > 0.0 {
+                offs.push(off);
+                bounds.push(f64::from(*error));
+            }
+        }
+        assert!(offs.len() > 1000, "{} sees nothing", self.name);
+        let worst = offs.iter().copied().fold(0.0, f64::max);
+        let [off, bound] = [offs, bounds].map(median);
+        println!(
+            "{:>14} {precision:?} {tolerance:.0e}: median {off:.1e}, admitted {bound:.1e} ({:.1} times), worst {worst:.1e}, {}",
+            self.name,
+            bound / off,
+            frame.report.error
+        );
+        [off, bound, worst]
+    }
+}
+
+fn median(mut values: Vec<f64>) -> f64 {
+    let middle = values.len() / 2;
+    *values.select_nth_unstable_by(middle, f64::total_cmp).1
+}
+
+fn looks<'s>(fine: &'s Sphere, thick: &'s Sphere) -> Vec<Look<'s>> {
+    let hollow = "core = \"transparent\"";
+    let lit = format!("{SMOOTH}\n{LIGHT}\nshininess = 40");
+    vec![
+        Look::new("smooth", fine, scene(128, FAR, SMOOTH, "")),
+        Look::new("smooth, thick", thick, scene(64, FAR, SMOOTH, hollow)),
+        Look::new("smooth, inside", fine, scene(64, INSIDE, SMOOTH, "background = \"#204060\"")),
+        Look::new("steps", fine, scene(128, FAR, STEPS, "")),
+        Look::new("steps, thick", thick, scene(64, FAR, STEPS, hollow)),
+        Look::new("spike", fine, scene(128, FAR, SPIKE, "")),
+        Look::new("spike, thick", thick, scene(64, FAR, SPIKE, hollow)),
+        Look::new("lit", fine, scene(96, FAR, &lit, "")),
+        Look::new("lit, thick", thick, scene(48, FAR, &lit, hollow)),
+    ]
+}
+
+/// No pixel is farther off than it says, none than the tolerance, and what it says is no idle talk: at the median within
+/// 20 times of what it is off.
+#[test]
+fn no_pixel_is_farther_off_than_it_says() {
+    let fine = Sphere::new(4, 20, [1.0, 1.15], multi_scale).unwrap();
+    let thick = Sphere::new(2, 6, [0.9, 1.5], multi_scale).unwrap();
+    for look in looks(&fine, &thick) {
+        for tolerance in [1e-2, 1e-3, 1e-4, 1e-5, 1e-6] {
+            let [off, bound, worst] = look.check(tolerance, Precision::F64);
+            // What is off by less than half a last digit of the picture's own f32 is not seen.
+            assert!(bound < look.most * off.max(3e-8), "{}: {bound:e} admitted, {off:e} off", look.name);
+            assert!(worst <= tolerance + 6e-8, "{}: {worst:e}", look.name);
+        }
+        for tolerance in [1e-2, 1e-3, 1e-4, 1e-5] {
+            let [off, bound, worst] = look.check(tolerance, Precision::F32);
+            // Nor do errors in f32 that are smaller than a last digit or two count.
+            assert!(bound < look.most * off.max(1e-7), "{}: {bound:e} admitted, {off:e} off", look.name);
+            // The digits of f32 are not enough for all pixels of the spikes; those say so.
+            assert!(worst <= tolerance + 3e-5, "{}: {worst:e}", look.name);
+        }
+    }
+}
+
+/// A tighter tolerance asks for more work and gives less error; the default is 1e-3, and the kind of error is told.
+#[test]
+fn errors_follow_the_tolerance() {
+    let sphere = Sphere::new(3, 8, [1.0, 1.3], multi_scale).unwrap();
+    let look = Look::new("smooth", &sphere, scene(96, FAR, SMOOTH, ""));
+    let [loose, tight] = [1e-2, 1e-5].map(|tolerance| look.render(tolerance, Precision::F64).report);
+    assert!(tight.error.max < 0.01 * loose.error.max && tight.error.max > 0.0);
+    assert!(loose.error.max <= 1e-2 && tight.error.max <= 1e-5, "{} {}", loose.error, tight.error);
+    assert_eq!((tight.error.certainty, tight.quality.tolerance), (Certainty::Bound, 1e-5));
+    assert_eq!(look.render(1e-2, Precision::F32).report.error.certainty, Certainty::Estimate);
+    assert!(loose.error.mean < loose.error.p999 && loose.error.p999 <= loose.error.max);
+}
+
+/// A budget that is too small for the whole frame is kept, and what was left out for it is told.
+#[test]
+fn a_time_budget_is_kept_by_a_coarser_frame() {
+    let sphere = Sphere::new(5, 30, [1.0, 1.15], multi_scale).unwrap();
+    let (grid, field) = (sphere.grid().unwrap(), sphere.field().unwrap());
+    let renderer = Renderer::new(0).unwrap();
+    let mut scene = scene(400, FAR, &format!("{SMOOTH}\n{LIGHT}"), "");
+    scene.tolerance = 1e-4;
+    let whole = renderer.render(&scene, &grid, &sphere.layers, &field).unwrap();
+    assert_eq!((whole.report.quality.pixel_step, whole.report.quality.lights), (1, Lights::Full));
+    scene.time_budget_ms = Some(1e9);
+    let same = renderer.render(&scene, &grid, &sphere.layers, &field).unwrap();
+    assert!(same.pixels == whole.pixels && same.report.quality == whole.report.quality);
+    let seconds = whole.report.prepare_s + whole.report.render_s;
+    scene.time_budget_ms = Some(1000.0 * seconds / 30.0);
+    let short = renderer.render(&scene, &grid, &sphere.layers, &field).unwrap();
+    let quality = short.report.quality;
+    println!(
+        "{seconds:.3} s whole; {quality}: {:.3} s, {}",
+        short.report.prepare_s + short.report.render_s,
+        short.report.error
+    );
+    assert!(
+        quality.pixel_step > 1 && quality.tolerance == 1e-2 && quality.lights != Lights::Full,
+        "{quality}"
+    );
+    assert_eq!((short.pixels.len(), short.error.len()), (whole.pixels.len(), whole.error.len()));
+    assert!(short.report.counts.rays < whole.report.counts.rays / 2);
+    assert_eq!(short.report.error.certainty, Certainty::Estimate);
+    assert!(short.report.error.max > whole.report.error.max);
+}
