@@ -92,60 +92,70 @@ impl Deadline {
         start.elapsed().as_secs_f64() / part <= GRADIENTS * self.left()
     }
 
-    /// The best quality that keeps the deadline: first the tolerance is loosened, then light is made coarse, then pixels
-    /// are left out. `trace` traces a raster in a quality.
-    ///
-    /// Costs are measured from the cheapest quality upwards, the next only where there is time to spare for it: a probe
-    /// of what is far too dear would itself take the time.
+    /// The best quality that keeps the deadline; `trace` traces a raster in a quality.
     pub fn pick(&self, asked: Quality, raster: Raster, trace: impl Fn(&Quality, Raster)) -> Quality {
-        let loose = Quality { tolerance: asked.tolerance.max(LOOSEST), ..asked };
-        let coarse = Quality { lights: asked.lights.min(Lights::Coarse), ..loose };
-        let pixels = f64::from(raster.width) * f64::from(raster.height);
-        let probe = Raster { step: ((pixels / PROBE).sqrt() as u32).clamp(1, LARGEST_STEP), ..raster };
-        let cost = |quality: &Quality| {
+        choose(asked, raster, self.left(), |quality, raster| {
             let start = Instant::now();
-            trace(quality, probe);
-            start.elapsed().as_secs_f64() / probe.part()
-        };
-        let mut best = coarse;
-        let mut seconds = cost(&best);
-        if seconds > self.left() {
-            let fits = |step: &u32| seconds * Raster { step: *step, ..raster }.part() <= self.left();
-            return Quality { pixel_step: (2..LARGEST_STEP).find(fits).unwrap_or(LARGEST_STEP), ..best };
-        }
-        for better in [loose, asked] {
-            if better == best {
-                continue;
-            }
-            if seconds > self.left() / TO_SPARE {
-                break;
-            }
-            seconds = cost(&better);
-            if seconds > self.left() {
-                break;
-            }
-            best = better;
-        }
-        best
+            trace(quality, raster);
+            start.elapsed().as_secs_f64()
+        })
     }
+}
+
+/// The best quality for which `left` seconds are enough: first the tolerance is loosened, then light is made coarse, then
+/// pixels are left out. `measure` gives the seconds that a raster takes in a quality.
+///
+/// Costs are measured from the cheapest quality upwards, the next only where there is time to spare for it: a probe of
+/// what is far too dear would itself take the time.
+fn choose(
+    asked: Quality,
+    raster: Raster,
+    mut left: f64,
+    mut measure: impl FnMut(&Quality, Raster) -> f64,
+) -> Quality {
+    let loose = Quality { tolerance: asked.tolerance.max(LOOSEST), ..asked };
+    let coarse = Quality { lights: asked.lights.min(Lights::Coarse), ..loose };
+    let pixels = f64::from(raster.width) * f64::from(raster.height);
+    let probe = Raster { step: ((pixels / PROBE).sqrt() as u32).clamp(1, LARGEST_STEP), ..raster };
+    let mut best = coarse;
+    let mut seconds = measure(&best, probe);
+    left -= seconds;
+    seconds /= probe.part();
+    if seconds > left {
+        let fits = |step: &u32| seconds * Raster { step: *step, ..raster }.part() <= left;
+        return Quality { pixel_step: (2..LARGEST_STEP).find(fits).unwrap_or(LARGEST_STEP), ..best };
+    }
+    for better in [loose, asked] {
+        if better == best {
+            continue;
+        }
+        if seconds * TO_SPARE > left {
+            break;
+        }
+        seconds = measure(&better, probe);
+        left -= seconds;
+        seconds /= probe.part();
+        if seconds > left {
+            break;
+        }
+        best = better;
+    }
+    best
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::time::Duration;
 
     const RASTER: Raster = Raster { width: 512, height: 512, step: 1 };
 
-    /// The quality picked within `ms` where each traced pixel costs `us` microseconds, times what the quality saves.
+    /// The quality chosen for `ms` where each traced pixel takes `us` microseconds, less what the quality saves.
     fn pick(ms: f64, us: f64) -> Quality {
         let asked = Quality { pixel_step: 1, tolerance: 1e-5, lights: Lights::Full };
-        let deadline = Deadline { start: Instant::now(), seconds: ms / 1000.0 };
-        deadline.pick(asked, RASTER, |quality, raster| {
+        choose(asked, RASTER, ms / 1000.0, |quality, raster| {
             let saved = if quality.tolerance > 1e-4 { 0.5 } else { 1.0 };
             let saved = if quality.lights == Lights::Full { saved } else { 0.5 * saved };
-            let pixels = raster.part() * f64::from(raster.width * raster.height);
-            std::thread::sleep(Duration::from_secs_f64(1e-6 * us * saved * pixels));
+            1e-6 * us * saved * raster.part() * f64::from(raster.width * raster.height)
         })
     }
 
