@@ -1,8 +1,7 @@
 //! What rounding does to the places where a segment is cut at knots.
 //!
-//! A segment's ends are off by rounding, which shifts all cuts alike; each cut is off by a last digit of its own and of its
-//! knot beside.
-//! Both move a little of the segment from one side of a knot to the other. It is added to the light's variance.
+//! A segment's ends are off by rounding, which shifts all cuts alike; each cut is off by a last digit of its own and of
+//! its knot beside. Both move a little of the segment from one side of a knot to the other. It is added to the light's variance.
 
 use super::piece::Light;
 use super::real::Real;
@@ -35,6 +34,7 @@ impl<T: Real> Medium<T> {
 pub(super) struct Cut<T> {
     /// Value at the cut.
     pub value: T,
+    /// Its length, planet radii.
     pub length: T,
     /// Its medium at its middle.
     pub mean: Medium<T>,
