@@ -311,18 +311,22 @@ impl<T: Real, S: Sample, const N: usize> Ray<'_, '_, T, S, N> {
         self.light.variance = self.light.variance + off * off;
     }
 
-    /// A segment whose least or greatest value comes as close to a step as rounding reaches may lie beyond it there.
+    /// A segment that ends or turns as close to a step as rounding reaches may lie beyond it there.
     fn near_steps(&mut self, segment: &Segment<T>) {
         let steep = (segment.f1 - segment.f0).abs() + segment.kappa.abs();
         if steep == T::zero() {
             return;
         }
         let reach = T::of(8.0) * segment.reach();
-        let part = (reach / (reach + steep)).sqrt();
-        let value = segment.extremum().map_or(segment.f1, |(_, f)| f);
-        let (low, high) = (segment.f0.min(segment.f1).min(value), segment.f0.max(segment.f1).max(value));
+        // Where f turns it lies beyond for the root of what rounding reaches, at an end as its slope there goes.
+        let root = (reach / (reach + steep)).sqrt();
+        let rise = segment.f1 - segment.f0;
+        let slopes = [rise + segment.kappa, rise - segment.kappa / (T::one() + segment.eps)];
+        let at_end = |slope: T| (reach / (reach + slope.abs())).min(root);
+        let ends = [(segment.f0, at_end(slopes[0])), (segment.f1, at_end(slopes[1]))];
+        let turn = segment.extremum().map(|(_, f)| (f, root));
         let steps = self.caster.spans.steps();
-        for extreme in [low, high] {
+        for (extreme, part) in ends.into_iter().chain(turn) {
             let first = steps.partition_point(|step| step.value < extreme - reach);
             for step in steps[first..].iter().take_while(|step| step.value <= extreme + reach) {
                 let through = T::one() - self.light.absorbed;
