@@ -2,12 +2,13 @@
 
 use crate::boundary::{Failure, Outcome};
 use crate::types::{
-    ICORAY_CENTER, ICORAY_CORNER, ICORAY_F32, ICORAY_F64, icoray_array, icoray_grid, icoray_status,
+    ICORAY_CENTER, ICORAY_CORNER, ICORAY_F32, ICORAY_F64, ICORAY_I32, ICORAY_I64, ICORAY_MAX_RANK, icoray_array,
+    icoray_grid, icoray_ndarray, icoray_status,
 };
-use icoray_core::{Field, GridTables, Location, LonLat, Reals, Shape};
+use icoray_core::{Dimension, Field, GridTables, Indices, Location, LonLat, Reals, Shape};
 use std::ffi::{CStr, c_char, c_void};
 
-fn argument(message: String) -> Failure {
+pub(crate) fn argument(message: String) -> Failure {
     Failure::new(icoray_status::ICORAY_ERR_ARGUMENT, message)
 }
 
@@ -57,6 +58,15 @@ pub(crate) unsafe fn text<'a>(pointer: *const c_char, what: &str) -> Outcome<&'a
     text.to_str().map_err(|_| argument(format!("{what}: {text:?} is not UTF-8")))
 }
 
+/// Borrows a name that may be NULL, which is the empty one.
+///
+/// # Safety
+/// As [`text`].
+pub(crate) unsafe fn name<'a>(pointer: *const c_char, what: &str) -> Outcome<&'a str> {
+    // SAFETY: passed on.
+    if pointer.is_null() { Ok("") } else { unsafe { text(pointer, what) } }
+}
+
 /// Far more rows than 32-bit indices can name; sums and small multiples of such numbers cannot overflow.
 const MAX_COUNT: i64 = i32::MAX as i64 * 4;
 
@@ -95,6 +105,20 @@ unsafe fn reals<'a>(pointer: *const c_void, kind: i32, len: usize, what: &str) -
     }
 }
 
+/// # Safety
+/// As [`slice`], for elements of the type that `kind` names.
+unsafe fn indices<'a>(pointer: *const c_void, kind: i32, len: usize, what: &str) -> Outcome<Indices<'a>> {
+    match kind {
+        // SAFETY: passed on.
+        ICORAY_I32 => unsafe { slice(pointer.cast::<i32>(), len, what) }.map(Indices::I32),
+        // SAFETY: passed on.
+        ICORAY_I64 => unsafe { slice(pointer.cast::<i64>(), len, what) }.map(Indices::I64),
+        _ => Err(argument(format!(
+            "icoray_grid.index_type: {kind}, expected ICORAY_I32 (3) or ICORAY_I64 (4)"
+        ))),
+    }
+}
+
 /// The tables of a grid.
 ///
 /// # Safety
@@ -108,7 +132,7 @@ pub(crate) unsafe fn tables<'a>(grid: &icoray_grid) -> Outcome<GridTables<'a>> {
     let corner_entries = cells.checked_mul(row).ok_or_else(|| {
         argument(format!("icoray_grid.cell_corner_row: {row} times {cells} cells overflows"))
     })?;
-    let kind = grid.real_type;
+    let (kind, whole) = (grid.real_type, grid.index_type);
     // SAFETY: the caller promises these tables with these lengths.
     unsafe {
         Ok(GridTables {
@@ -121,16 +145,16 @@ pub(crate) unsafe fn tables<'a>(grid: &icoray_grid) -> Outcome<GridTables<'a>> {
                 lon_rad: reals(grid.lon_corner_rad, kind, corners, "icoray_grid.lon_corner_rad")?,
                 lat_rad: reals(grid.lat_corner_rad, kind, corners, "icoray_grid.lat_corner_rad")?,
             },
-            cell_corner: slice(grid.cell_corner, corner_entries, "icoray_grid.cell_corner")?,
+            cell_corner: indices(grid.cell_corner, whole, corner_entries, "icoray_grid.cell_corner")?,
             cell_corner_row: row,
             cell_corner_count: if grid.cell_corner_count.is_null() {
                 None
             } else {
-                Some(slice(grid.cell_corner_count, cells, "icoray_grid.cell_corner_count")?)
+                Some(indices(grid.cell_corner_count, whole, cells, "icoray_grid.cell_corner_count")?)
             },
-            corner_cell: slice(grid.corner_cell, 3 * corners, "icoray_grid.corner_cell")?,
-            corner_edge: slice(grid.corner_edge, 3 * corners, "icoray_grid.corner_edge")?,
-            edge_corner: slice(grid.edge_corner, 2 * edges, "icoray_grid.edge_corner")?,
+            corner_cell: indices(grid.corner_cell, whole, 3 * corners, "icoray_grid.corner_cell")?,
+            corner_edge: indices(grid.corner_edge, whole, 3 * corners, "icoray_grid.corner_edge")?,
+            edge_corner: indices(grid.edge_corner, whole, 2 * edges, "icoray_grid.edge_corner")?,
         })
     }
 }
@@ -145,31 +169,67 @@ pub(crate) unsafe fn radii<'a>(radius_m: *const f64, layers: i64) -> Outcome<&'a
     unsafe { slice(radius_m, layers, "icoray_layers.radius_m") }
 }
 
+fn stride(value: i64, what: &str) -> Outcome<isize> {
+    isize::try_from(value).map_err(|_| argument(format!("{what}: {value} is too large")))
+}
+
+/// Where values live.
+pub(crate) fn location(value: i32, of: &str) -> Outcome<Location> {
+    match value {
+        ICORAY_CENTER => Ok(Location::Center),
+        ICORAY_CORNER => Ok(Location::Corner),
+        other => Err(argument(format!(
+            "{of}.location: {other}, expected ICORAY_CENTER (0) or ICORAY_CORNER (1)"
+        ))),
+    }
+}
+
+/// The array that an array of many dimensions is, over a grid with `columns` cells or corners and on `layers` layers.
+pub(crate) fn flat(array: &icoray_ndarray, columns: usize, layers: usize) -> Outcome<icoray_array> {
+    let rank = usize::try_from(array.rank).ok().filter(|r| (1..=ICORAY_MAX_RANK).contains(r)).ok_or_else(|| {
+        argument(format!("icoray_ndarray.rank: {}, expected 1 to {ICORAY_MAX_RANK}", array.rank))
+    })?;
+    let dimensions = (0..rank).map(|d| {
+        Ok(Dimension {
+            extent: count(array.extent[d], &format!("icoray_ndarray.extent[{d}]"))?,
+            stride: stride(array.stride[d], &format!("icoray_ndarray.stride[{d}]"))?,
+        })
+    });
+    let shape = Shape::of_dimensions(&dimensions.collect::<Outcome<Vec<_>>>()?, columns, layers)?;
+    Ok(icoray_array {
+        struct_size: size_of::<icoray_array>(),
+        data: array.data,
+        r#type: array.r#type,
+        location: array.location,
+        columns: shape.columns as i64,
+        layers: shape.layers as i64,
+        column_stride: shape.column_stride as i64,
+        layer_stride: shape.layer_stride as i64,
+        block: shape.block as i64,
+        block_stride: shape.block_stride as i64,
+        has_fill: array.has_fill,
+        fill_value: array.fill_value,
+        grid_name: array.grid_name,
+        layers_name: array.layers_name,
+    })
+}
+
 /// A field, as the array stands now.
 ///
 /// # Safety
 /// `array.data` is NULL or points to value (0, 0) of an array that holds every element that columns, layers and strides
 /// reach, of the type given, unchanged for `'a`.
 pub(crate) unsafe fn field<'a>(array: &icoray_array) -> Outcome<Field<'a>> {
-    let stride = |value: i64, what: &str| {
-        isize::try_from(value).map_err(|_| argument(format!("icoray_array.{what}: {value} is too large")))
-    };
     let mut shape = Shape {
         columns: count(array.columns, "icoray_array.columns")?,
         layers: count(array.layers, "icoray_array.layers")?,
         offset: 0,
-        column_stride: stride(array.column_stride, "column_stride")?,
-        layer_stride: stride(array.layer_stride, "layer_stride")?,
+        column_stride: stride(array.column_stride, "icoray_array.column_stride")?,
+        layer_stride: stride(array.layer_stride, "icoray_array.layer_stride")?,
+        block: count(array.block, "icoray_array.block")?,
+        block_stride: stride(array.block_stride, "icoray_array.block_stride")?,
     };
-    let location = match array.location {
-        ICORAY_CENTER => Location::Center,
-        ICORAY_CORNER => Location::Corner,
-        other => {
-            return Err(argument(format!(
-                "icoray_array.location: {other}, expected ICORAY_CENTER (0) or ICORAY_CORNER (1)"
-            )));
-        }
-    };
+    let location = location(array.location, "icoray_array")?;
     if array.data.is_null() {
         return Err(Failure::null("icoray_array.data"));
     }
