@@ -121,16 +121,16 @@ pub(crate) unsafe fn tables<'a>(grid: &icoray_grid) -> Outcome<GridTables<'a>> {
                 lon_rad: reals(grid.lon_corner_rad, kind, corners, "icoray_grid.lon_corner_rad")?,
                 lat_rad: reals(grid.lat_corner_rad, kind, corners, "icoray_grid.lat_corner_rad")?,
             },
-            cell_corner: slice(grid.cell_corner, corner_entries, "icoray_grid.cell_corner")?,
+            cell_corner: slice(grid.cell_corner, corner_entries, "icoray_grid.cell_corner")?.into(),
             cell_corner_row: row,
             cell_corner_count: if grid.cell_corner_count.is_null() {
                 None
             } else {
-                Some(slice(grid.cell_corner_count, cells, "icoray_grid.cell_corner_count")?)
+                Some(slice(grid.cell_corner_count, cells, "icoray_grid.cell_corner_count")?.into())
             },
-            corner_cell: slice(grid.corner_cell, 3 * corners, "icoray_grid.corner_cell")?,
-            corner_edge: slice(grid.corner_edge, 3 * corners, "icoray_grid.corner_edge")?,
-            edge_corner: slice(grid.edge_corner, 2 * edges, "icoray_grid.edge_corner")?,
+            corner_cell: slice(grid.corner_cell, 3 * corners, "icoray_grid.corner_cell")?.into(),
+            corner_edge: slice(grid.corner_edge, 3 * corners, "icoray_grid.corner_edge")?.into(),
+            edge_corner: slice(grid.edge_corner, 2 * edges, "icoray_grid.edge_corner")?.into(),
         })
     }
 }
@@ -160,6 +160,8 @@ pub(crate) unsafe fn field<'a>(array: &icoray_array) -> Outcome<Field<'a>> {
         offset: 0,
         column_stride: stride(array.column_stride, "column_stride")?,
         layer_stride: stride(array.layer_stride, "layer_stride")?,
+        block: 0,
+        block_stride: 0,
     };
     let location = match array.location {
         ICORAY_CENTER => Location::Center,
