@@ -201,8 +201,9 @@ impl<'r> Columns<'r> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::field::{Field, Location, Shape};
+    use crate::field::{Field, Location};
     use crate::grid::IcosahedralMesh;
+    use crate::shape::Shape;
 
     fn radii() -> Vec<f64> {
         vec![1.0, 1.03, 1.1, 1.2]

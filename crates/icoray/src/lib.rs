@@ -46,18 +46,20 @@ mod quality;
 mod raster;
 mod render;
 mod scene;
+mod shape;
 mod traverse;
 
 pub use error::{Error, ErrorKind, Result};
-pub use field::{CenterField, Field, Location, Shape};
+pub use field::{CenterField, Field, Location};
 pub use frame::{Certainty, Counts, ErrorSummary, Frame, FrameReport};
-pub use grid::{Grid, GridTables, IcosahedralMesh, LonLat, MAX_LEVEL, Reals};
+pub use grid::{Grid, GridTables, IcosahedralMesh, Indices, LonLat, MAX_LEVEL, Reals};
 pub use kernel::piece::Method;
 pub use layers::Layers;
 pub use plan::Plan;
 pub use quality::{Lights, Quality};
 pub use render::Renderer;
 pub use scene::{Camera, Knot, Lighting, Precision, Scene, Source, TransferFunction};
+pub use shape::Shape;
 pub use traverse::{Frustum, Stretch, Traversal};
 
 /// The library's version.

@@ -62,12 +62,12 @@ fn shuffled_rows_and_base_one_change_nothing() {
     }
     let tables = GridTables {
         index_base: 1,
-        corner_cell: &corner_cell,
-        corner_edge: &corner_edge,
-        edge_corner: &edge_corner,
-        cell_corner: &cell_corner,
+        corner_cell: corner_cell.as_slice().into(),
+        corner_edge: corner_edge.as_slice().into(),
+        edge_corner: edge_corner.as_slice().into(),
+        cell_corner: cell_corner.as_slice().into(),
         cell_corner_row: 8,
-        cell_corner_count: Some(&count),
+        cell_corner_count: Some(count.as_slice().into()),
         ..mesh.tables()
     };
     let shuffled = Grid::new(tables).unwrap();
