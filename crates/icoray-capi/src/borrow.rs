@@ -3,7 +3,7 @@
 use crate::boundary::{Failure, Outcome};
 use crate::types::{
     ICORAY_CENTER, ICORAY_CORNER, ICORAY_F32, ICORAY_F64, ICORAY_I32, ICORAY_I64, ICORAY_MAX_RANK, icoray_array,
-    icoray_grid, icoray_ndarray, icoray_status,
+    icoray_config, icoray_frame_report, icoray_grid, icoray_layers, icoray_ndarray, icoray_status,
 };
 use icoray_core::{Dimension, Field, GridTables, Indices, Location, LonLat, Reals, Shape};
 use std::ffi::{CStr, c_char, c_void};
@@ -16,6 +16,15 @@ pub(crate) fn argument(message: String) -> Failure {
 pub(crate) trait Versioned {
     const NAME: &'static str;
 }
+
+macro_rules! versioned {
+    ($($name:ident),*) => {$(
+        impl Versioned for $name {
+            const NAME: &'static str = stringify!($name);
+        }
+    )*};
+}
+versioned!(icoray_config, icoray_grid, icoray_layers, icoray_array, icoray_ndarray, icoray_frame_report);
 
 /// Borrows a caller's struct after looking at its size.
 ///

@@ -3,7 +3,8 @@
 
 use crate::borrow::check_size;
 use crate::boundary::{Failure, guarded, status};
-use crate::types::{ICORAY_F64, icoray_grid, icoray_status};
+use crate::host::without_signals;
+use crate::types::{ICORAY_F64, ICORAY_I32, icoray_grid, icoray_status};
 use icoray_core::{Error, ErrorKind, IcosahedralMesh, Renderer};
 use std::ptr;
 
@@ -30,7 +31,7 @@ pub unsafe extern "C" fn icoray_mesh_create(level: i32, mesh: *mut *mut icoray_m
         };
         let level = u32::try_from(level).map_err(wrong)?;
         // Threads of its own, which end with the call: rayon's global ones would stay in the model.
-        let made = Renderer::new(0)?.run(|| IcosahedralMesh::new(level))?;
+        let made = without_signals(|| Renderer::new(0))?.run(|| IcosahedralMesh::new(level))?;
         // SAFETY: as above.
         unsafe { mesh.write(Box::into_raw(Box::new(icoray_mesh(made)))) };
         Ok(())
@@ -59,16 +60,18 @@ pub unsafe extern "C" fn icoray_mesh_grid(mesh: *const icoray_mesh, grid: *mut i
             edges: (mesh.edge_corner.len() / 2) as i64,
             index_base: 0,
             real_type: ICORAY_F64,
+            index_type: ICORAY_I32,
             lon_center_rad: mesh.lon_center_rad.as_ptr().cast(),
             lat_center_rad: mesh.lat_center_rad.as_ptr().cast(),
             lon_corner_rad: mesh.lon_corner_rad.as_ptr().cast(),
             lat_corner_rad: mesh.lat_corner_rad.as_ptr().cast(),
-            cell_corner: mesh.cell_corner.as_ptr(),
+            cell_corner: mesh.cell_corner.as_ptr().cast(),
             cell_corner_row: 6,
             cell_corner_count: ptr::null(),
-            corner_cell: mesh.corner_cell.as_ptr(),
-            corner_edge: mesh.corner_edge.as_ptr(),
-            edge_corner: mesh.edge_corner.as_ptr(),
+            corner_cell: mesh.corner_cell.as_ptr().cast(),
+            corner_edge: mesh.corner_edge.as_ptr().cast(),
+            edge_corner: mesh.edge_corner.as_ptr().cast(),
+            name: ptr::null(),
         };
         // SAFETY: the size is right, so the caller promises the whole struct.
         unsafe { grid.write(filled) };
