@@ -33,6 +33,7 @@
 //! ```
 #![forbid(unsafe_code)]
 
+mod background;
 mod error;
 mod field;
 mod frame;
@@ -46,8 +47,10 @@ mod quality;
 mod raster;
 mod render;
 mod scene;
+mod snapshot;
 mod traverse;
 
+pub use background::{Accepted, Background, Drawn, Job};
 pub use error::{Error, ErrorKind, Result};
 pub use field::{CenterField, Field, Location, Shape};
 pub use frame::{Certainty, Counts, ErrorSummary, Frame, FrameReport};
@@ -58,6 +61,7 @@ pub use plan::Plan;
 pub use quality::{Lights, Quality};
 pub use render::Renderer;
 pub use scene::{Camera, Knot, Lighting, Precision, Scene, Source, TransferFunction};
+pub use snapshot::Snapshot;
 pub use traverse::{Frustum, Stretch, Traversal};
 
 /// The library's version.
