@@ -1,7 +1,7 @@
 //! Which dimension of a model's array is which: layers, columns, blocks.
 
 use crate::error::{Error, ErrorKind, Result};
-use crate::field::Shape;
+use crate::shape::Shape;
 
 /// One dimension of an array: its size, and the elements from one index to the next.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -75,6 +75,7 @@ impl Renderer {
                 }
             };
             frame.report.derived_bytes += derived;
+            frame.report.threads = self.threads();
             Ok(frame)
         })
     }

@@ -1,15 +1,15 @@
 //! `report.csv`: a line per frame, beside the pictures.
 
 use super::io_error;
-use crate::error::Result;
+use crate::error::{Error, ErrorKind, Result};
 use crate::frame::Frame;
-use std::fs::OpenOptions;
-use std::io::Write;
-use std::path::Path;
+use std::fs::{File, OpenOptions};
+use std::io::{self, Read, Seek, SeekFrom, Write};
+use std::path::{Path, PathBuf};
 
 /// The columns of `report.csv`, in order. Seconds are wall clock; errors and tolerance are of premultiplied linear
 /// channels, 0 to 1 ([`ErrorSummary`](crate::ErrorSummary)); `error_kind` is `bound` or `estimate`.
-const HEADER: &str = "step,time_s,date,field,file,prepare_s,render_s,write_s,rays,columns,frusta,void_frusta,value_min,value_max,missing_values,error_max,error_mean,error_p999,error_kind,tolerance,pixel_step,lights,left_out";
+const HEADER: &str = "step,time_s,date,field,file,prepare_s,render_s,write_s,rays,columns,frusta,void_frusta,value_min,value_max,missing_values,error_max,error_mean,error_p999,error_kind,tolerance,pixel_step,lights,threads,bytes_copied,copy_s,waited_s,left_out";
 
 /// The line of a frame whose picture was written to `picture`.
 fn row(picture: &Path, frame: &Frame) -> String {
@@ -39,6 +39,10 @@ fn row(picture: &Path, frame: &Frame) -> String {
         r.quality.tolerance.to_string(),
         r.quality.pixel_step.to_string(),
         r.quality.lights.to_string(),
+        r.threads.to_string(),
+        r.bytes_copied.to_string(),
+        format!("{:.6}", r.copy_s),
+        format!("{:.6}", r.waited_s),
         r.left_out.join("; "),
     ];
     cells.map(|cell| quoted(&cell)).join(",")
@@ -53,12 +57,47 @@ fn quoted(cell: &str) -> String {
     }
 }
 
-/// Appends the line of a frame to the report at `path`, and the header first where that is new or empty.
+/// The report of the folder in which `picture` lies.
+pub(super) fn beside(picture: &Path) -> PathBuf {
+    picture.with_file_name("report.csv")
+}
+
+/// Refuses a report that has other columns than ours: lines of two kinds in one file could not be told apart.
+pub(super) fn check(path: &Path) -> Result<()> {
+    match File::open(path) {
+        Ok(file) => check_columns(path, &file),
+        Err(e) if e.kind() == io::ErrorKind::NotFound => Ok(()),
+        Err(e) => Err(io_error(path, FAILED, e)),
+    }
+}
+
+/// Reads no more than the header of ours would have.
+fn check_columns(path: &Path, file: &File) -> Result<()> {
+    let mut head = Vec::new();
+    file.take(HEADER.len() as u64 + 1).read_to_end(&mut head).map_err(|e| io_error(path, FAILED, e))?;
+    if head.is_empty() || head.strip_suffix(b"\n") == Some(HEADER.as_bytes()) {
+        return Ok(());
+    }
+    let wish = "move it away or write to another directory";
+    let context = format!("{}: its first line is not that of this version's reports; {wish}", path.display());
+    Err(Error::new(ErrorKind::Exists, context))
+}
+
+const FAILED: &str = "cannot write the report";
+
+/// Appends the line of a frame to the report at `path`, and the header first where that is new or empty. It is one write,
+/// so that the lines of two processes do not mix. A line that a full disk cut off before stays alone.
 pub(super) fn append(path: &Path, picture: &Path, frame: &Frame) -> Result<()> {
-    let failed = |e| io_error(path, "cannot write the report", e);
-    let mut file = OpenOptions::new().create(true).append(true).open(path).map_err(failed)?;
-    let is_new = file.metadata().map_err(failed)?.len() == 0;
-    let head = if is_new { format!("{HEADER}\n") } else { String::new() };
+    let failed = |e| io_error(path, FAILED, e);
+    let mut file = OpenOptions::new().create(true).append(true).read(true).open(path).map_err(failed)?;
+    check_columns(path, &file)?;
+    let head = if file.metadata().map_err(failed)?.len() == 0 {
+        format!("{HEADER}\n")
+    } else {
+        let mut last = [0];
+        file.seek(SeekFrom::End(-1)).and_then(|_| file.read_exact(&mut last)).map_err(failed)?;
+        if last == *b"\n" { String::new() } else { "\n".to_owned() }
+    };
     file.write_all(format!("{head}{}\n", row(picture, frame)).as_bytes()).map_err(failed)
 }
 

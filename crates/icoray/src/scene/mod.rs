@@ -61,6 +61,8 @@ pub struct Lighting {
 pub struct Scene {
     /// Name of the field that is rendered.
     pub field: String,
+    /// Steps that are multiples of this are drawn, at least 1; see [`Scene::is_due`].
+    pub every: u32,
     /// Picture width in pixels.
     pub width: u32,
     /// Picture height in pixels.
@@ -105,5 +107,19 @@ impl Scene {
     /// [`ErrorKind::Scene`](crate::ErrorKind::Scene) with the line, the key, the value and what was expected.
     pub fn parse(text: &str) -> Result<Self> {
         parse::scene(text)
+    }
+
+    /// As [`Scene::parse`], with `None` for a text of nothing but blanks and comments: nothing is to be drawn.
+    ///
+    /// # Errors
+    /// As [`Scene::parse`].
+    pub fn parse_optional(text: &str) -> Result<Option<Self>> {
+        let is_empty = toml::from_str::<toml::Table>(text).is_ok_and(|table| table.is_empty());
+        if is_empty { Ok(None) } else { Self::parse(text).map(Some) }
+    }
+
+    /// Whether the step is one to draw: a multiple of [`Scene::every`], 0 and negative ones included.
+    pub fn is_due(&self, step: i64) -> bool {
+        step % i64::from(self.every.max(1)) == 0
     }
 }

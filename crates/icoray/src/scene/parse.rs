@@ -13,6 +13,7 @@ use toml::Spanned;
 #[serde(deny_unknown_fields)]
 struct RawScene {
     field: Spanned<String>,
+    every: Option<Spanned<i64>>,
     exaggeration: Option<Spanned<f64>>,
     background: Option<Spanned<String>>,
     core: Option<Spanned<String>>,
@@ -148,18 +149,20 @@ pub(super) fn scene(text: &str) -> Result<Scene> {
         });
         Error::new(ErrorKind::Scene, format!("{line}{}", e.message()))
     })?;
-    let side = |raw: Option<&Spanned<i64>>, key: &str| match raw {
-        None => Ok(512),
+    let count = |raw: Option<&Spanned<i64>>, key: &str, most: u32, what: &str, default: u32| match raw {
+        None => Ok(default),
         Some(raw) => match u32::try_from(*raw.get_ref()) {
-            Ok(side @ 1..=16384) => Ok(side),
-            _ => Err(source.bad(raw.span(), key, format!("{}, expected 1 to 16384 pixels", raw.get_ref()))),
+            Ok(count) if (1..=most).contains(&count) => Ok(count),
+            _ => Err(source.bad(raw.span(), key, format!("{}, expected 1 to {most}{what}", raw.get_ref()))),
         },
     };
+    let side = |raw, key: &str| count(raw, key, 16384, " pixels", 512);
     if raw.field.get_ref().is_empty() {
         return Err(source.bad(raw.field.span(), "field", "an empty name"));
     }
     let [tolerance_min, tolerance_max] = [*Scene::TOLERANCE.start(), *Scene::TOLERANCE.end()];
     Ok(Scene {
+        every: count(raw.every.as_ref(), "every", 1_000_000_000, "", 1)?,
         width: side(raw.image.as_ref().map(|i| &i.width), "image.width")?,
         height: side(raw.image.as_ref().map(|i| &i.height), "image.height")?,
         background: source.color_or_none(raw.background.as_ref(), "background", Some([0.0; 3]))?,
