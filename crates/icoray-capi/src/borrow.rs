@@ -2,8 +2,9 @@
 
 use crate::boundary::{Failure, Outcome};
 use crate::types::{
-    ICORAY_CENTER, ICORAY_CORNER, ICORAY_F32, ICORAY_F64, ICORAY_I32, ICORAY_I64, ICORAY_MAX_RANK, icoray_array,
-    icoray_config, icoray_frame_report, icoray_grid, icoray_layers, icoray_ndarray, icoray_status,
+    ICORAY_CENTER, ICORAY_CORNER, ICORAY_F32, ICORAY_F64, ICORAY_I32, ICORAY_I64, ICORAY_MAX_RANK,
+    icoray_array, icoray_config, icoray_frame_report, icoray_grid, icoray_layers, icoray_ndarray,
+    icoray_status,
 };
 use icoray_core::{Dimension, Field, GridTables, Indices, Location, LonLat, Reals, Shape};
 use std::ffi::{CStr, c_char, c_void};
@@ -187,17 +188,18 @@ pub(crate) fn location(value: i32, of: &str) -> Outcome<Location> {
     match value {
         ICORAY_CENTER => Ok(Location::Center),
         ICORAY_CORNER => Ok(Location::Corner),
-        other => Err(argument(format!(
-            "{of}.location: {other}, expected ICORAY_CENTER (0) or ICORAY_CORNER (1)"
-        ))),
+        other => {
+            Err(argument(format!("{of}.location: {other}, expected ICORAY_CENTER (0) or ICORAY_CORNER (1)")))
+        }
     }
 }
 
 /// The array that an array of many dimensions is, over a grid with `columns` cells or corners and on `layers` layers.
 pub(crate) fn flat(array: &icoray_ndarray, columns: usize, layers: usize) -> Outcome<icoray_array> {
-    let rank = usize::try_from(array.rank).ok().filter(|r| (1..=ICORAY_MAX_RANK).contains(r)).ok_or_else(|| {
-        argument(format!("icoray_ndarray.rank: {}, expected 1 to {ICORAY_MAX_RANK}", array.rank))
-    })?;
+    let rank =
+        usize::try_from(array.rank).ok().filter(|r| (1..=ICORAY_MAX_RANK).contains(r)).ok_or_else(|| {
+            argument(format!("icoray_ndarray.rank: {}, expected 1 to {ICORAY_MAX_RANK}", array.rank))
+        })?;
     let dimensions = (0..rank).map(|d| {
         Ok(Dimension {
             extent: count(array.extent[d], &format!("icoray_ndarray.extent[{d}]"))?,

@@ -115,10 +115,10 @@ impl Context {
         let within = |f: Failure| Failure::new(f.status, format!("field {field:?}: {}", f.message));
         let call = "icoray_field_set_ndarray";
         // SAFETY: the caller of icoray_field_set_ndarray promises two strings.
-        let (grid, layers) =
-            unsafe { names(array.grid_name, array.layers_name).map_err(within)? };
+        let (grid, layers) = unsafe { names(array.grid_name, array.layers_name).map_err(within)? };
         let grid = known(&self.grids, grid, "grid", call, "icoray_grid_set").map_err(within)?;
-        let layers = known(&self.layers, layers, "set of layers", call, "icoray_layers_set").map_err(within)?;
+        let layers =
+            known(&self.layers, layers, "set of layers", call, "icoray_layers_set").map_err(within)?;
         let columns = match borrow::location(array.location, "icoray_ndarray").map_err(within)? {
             Location::Center => grid.cells(),
             Location::Corner => grid.triangles(),
@@ -191,8 +191,10 @@ fn subject<'a>(
     }
     let Some(given) = fields.get(&scene.field) else {
         let known: Vec<&str> = fields.keys().map(String::as_str).collect();
-        let message =
-            format!("the scene's field {:?} was not given by icoray_field_set; given: {known:?}", scene.field);
+        let message = format!(
+            "the scene's field {:?} was not given by icoray_field_set; given: {known:?}",
+            scene.field
+        );
         return Err(Failure::new(icoray_status::ICORAY_ERR_FIELD, message));
     };
     let within = |f: Failure| Failure::new(f.status, format!("field {:?}: {}", scene.field, f.message));

@@ -8,11 +8,11 @@ use crate::log::{Level, Log};
 use crate::memory;
 use crate::policy::Policy;
 use crate::types::{
-    ICORAY_BLOCK, ICORAY_DROP_OLDEST, ICORAY_NEVER_MODIFY, ICORAY_OVERWRITE, icoray_config, icoray_frame_report,
-    icoray_status,
+    ICORAY_BLOCK, ICORAY_DROP_OLDEST, ICORAY_NEVER_MODIFY, ICORAY_OVERWRITE, icoray_config,
+    icoray_frame_report, icoray_status,
 };
 use icoray_core::output::{Existing, Stamp, WhenFull, Writer, WriterOptions};
-use icoray_core::{Background, Certainty, Error, ErrorKind, FrameReport, Job, Lights, Renderer, Scene};
+use icoray_core::{Background, Certainty, Error, FrameReport, Job, Lights, Renderer, Scene};
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -124,6 +124,7 @@ impl Drawing {
         }
         let frame = self.renderer.render(&scene, &grid, &layers, &field)?;
         let mut report = frame.report.clone();
+        self.describe(&stamp, &report);
         let submitted = self.writer.submit(frame, scene.output.clone(), stamp.clone());
         report.waited_s = submitted.waited_s;
         self.drop_frame(submitted.dropped.as_ref());
@@ -139,9 +140,12 @@ impl Drawing {
                 self.drop_frame(drawn.dropped.as_ref());
                 match drawn.result {
                     Ok(report) => {
-                        if let Some((_, host_s)) = self.handed_over.take_if(|(step, _)| *step == drawn.stamp.step) {
+                        if let Some((_, host_s)) =
+                            self.handed_over.take_if(|(step, _)| *step == drawn.stamp.step)
+                        {
                             self.totals.last_host_s = host_s;
                         }
+                        self.describe(&drawn.stamp, &report);
                         self.last = Some((drawn.stamp, report));
                     }
                     Err(error) => self.fail_late(&drawn.stamp, error),
@@ -160,11 +164,21 @@ impl Drawing {
                     self.policy.succeeded();
                     if self.log.takes(Level::Info) {
                         let (step, seconds) = (written.stamp.step, written.write_s);
-                        self.log.say(Level::Info, &format!("step {step}: {} ({seconds:.3} s)", path.display()));
+                        self.log
+                            .say(Level::Info, &format!("step {step}: {} ({seconds:.3} s)", path.display()));
                     }
                 }
                 Err(error) => self.fail_late(&written.stamp, error),
             }
+        }
+    }
+
+    fn describe(&self, stamp: &Stamp, report: &FrameReport) {
+        if self.log.takes(Level::Debug) {
+            let (step, left_out) = (stamp.step, report.left_out.join("; "));
+            let seconds = report.prepare_s + report.render_s;
+            self.log
+                .say(Level::Debug, &format!("step {step}: drawn in {seconds:.3} s, left out: {left_out}"));
         }
     }
 

@@ -46,7 +46,9 @@ impl State {
         let value = self.0;
         // SAFETY: loads four bytes that were read from the register before or are its reset value, so no reserved bit is
         // set. The state is never left other than it was while foreign code runs after the call.
-        unsafe { std::arch::asm!("ldmxcsr [{}]", in(reg) &raw const value, options(nostack, preserves_flags)) };
+        unsafe {
+            std::arch::asm!("ldmxcsr [{}]", in(reg) &raw const value, options(nostack, preserves_flags))
+        };
     }
 }
 

@@ -37,11 +37,7 @@ pub unsafe extern "C" fn icoray_layers_set(
         with(ctx, |context| {
             let layers = sized(layers)?;
             let name = name(layers.name, "icoray_layers.name")?;
-            context.set_layers(
-                name,
-                borrow::radii(layers.radius_m, layers.count)?,
-                layers.planet_radius_m,
-            )
+            context.set_layers(name, borrow::radii(layers.radius_m, layers.count)?, layers.planet_radius_m)
         })
     }
 }

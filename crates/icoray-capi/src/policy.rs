@@ -44,7 +44,8 @@ impl Policy {
     /// Refuses where the context has switched itself off.
     pub fn refuse_if_off(&self) -> Outcome<()> {
         let Some(last) = &self.off else { return Ok(()) };
-        let message = format!("icoray is off after {} failures in a row; the last was: {last}", self.in_a_row);
+        let message =
+            format!("icoray is off after {} failures in a row; the last was: {last}", self.in_a_row);
         Err(Failure::new(icoray_status::ICORAY_ERR_DISABLED, message))
     }
 

@@ -41,7 +41,8 @@ impl Shape {
 
 /// The reading with just `layers` layers, if there is one.
 fn read(dimensions: &[Dimension], columns: usize, layers: usize) -> Option<Shape> {
-    let flat = Shape { columns, layers, offset: 0, column_stride: 0, layer_stride: 0, block: 0, block_stride: 0 };
+    let flat =
+        Shape { columns, layers, offset: 0, column_stride: 0, layer_stride: 0, block: 0, block_stride: 0 };
     match *dimensions {
         [all] => (all.extent == columns.checked_mul(layers)?).then_some(Shape {
             column_stride: all.stride.checked_mul(isize::try_from(layers).ok()?)?,
@@ -136,7 +137,9 @@ mod tests {
 
     #[test]
     fn what_fits_no_reading_is_refused_with_its_extents() {
-        for extents in [vec![], vec![41, 5], vec![3, 42], vec![209], vec![16, 5, 2], vec![2, 5, 3, 7], vec![1, 1]] {
+        for extents in
+            [vec![], vec![41, 5], vec![3, 42], vec![209], vec![16, 5, 2], vec![2, 5, 3, 7], vec![1, 1]]
+        {
             let error = Shape::of_dimensions(&fortran(&extents), 42, 5).unwrap_err();
             assert_eq!(error.kind(), ErrorKind::Field);
             let text = error.to_string();

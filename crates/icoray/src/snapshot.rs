@@ -3,9 +3,10 @@
 //! It is the one place where icoray copies a model's data, and the reports say how many bytes and seconds that takes.
 
 use crate::error::Result;
-use crate::field::{Field, Location, Shape};
+use crate::field::{Field, Location};
 use crate::grid::Reals;
 use crate::render::Renderer;
+use crate::shape::{Elements, Shape};
 use rayon::prelude::*;
 
 /// An owned copy of a field's values, level-fastest, in the field's own precision and with its fill value and location.
@@ -48,22 +49,22 @@ impl Snapshot {
     /// Copies `field` in place of what was copied before, on the renderer's threads. Memory is allocated only where the
     /// field is larger than any before it or of another precision.
     pub fn take(&mut self, field: &Field, renderer: &Renderer) {
-        let shape = *field.shape();
+        let (shape, elements) = (*field.shape(), *field.elements());
         (self.columns, self.layers) = (shape.columns, shape.layers);
         (self.location, self.fill) = (field.location(), field.fill());
         renderer.run(|| match (field.samples(), &mut self.values) {
-            (Reals::F32(from), Values::F32(to)) => copy(from, to, &shape),
-            (Reals::F64(from), Values::F64(to)) => copy(from, to, &shape),
+            (Reals::F32(from), Values::F32(to)) => copy(from, to, &shape, &elements),
+            (Reals::F64(from), Values::F64(to)) => copy(from, to, &shape, &elements),
             (Reals::F32(from), values) => {
                 // The other precision's memory goes before this one's comes.
                 *values = Values::F32(Vec::new());
                 let Values::F32(to) = values else { unreachable!("just set") };
-                copy(from, to, &shape);
+                copy(from, to, &shape, &elements);
             }
             (Reals::F64(from), values) => {
                 *values = Values::F64(Vec::new());
                 let Values::F64(to) = values else { unreachable!("just set") };
-                copy(from, to, &shape);
+                copy(from, to, &shape, &elements);
             }
         });
     }
@@ -95,27 +96,21 @@ impl Snapshot {
 const BLOCK: usize = 64;
 
 /// Copies what `shape` says of `from` to `to`, level-fastest.
-fn copy<S: Copy + Default + Send + Sync>(from: &[S], to: &mut Vec<S>, shape: &Shape) {
+fn copy<S: Copy + Default + Send + Sync>(from: &[S], to: &mut Vec<S>, shape: &Shape, elements: &Elements) {
     let layers = shape.layers;
     to.resize(shape.columns * layers, S::default());
-    let element = |column: usize, layer: usize| {
-        let element = shape.offset as isize
-            + column as isize * shape.column_stride
-            + layer as isize * shape.layer_stride;
-        element as usize
-    };
     to.par_chunks_mut(BLOCK * layers).enumerate().for_each(|(block, to)| {
         let first = block * BLOCK;
         if shape.layer_stride == 1 {
             for (column, to) in to.chunks_exact_mut(layers).enumerate() {
-                let start = element(first + column, 0);
+                let start = elements.at(elements.base(first + column), 0);
                 to.copy_from_slice(&from[start..start + layers]);
             }
             return;
         }
         for layer in 0..layers {
             for column in 0..to.len() / layers {
-                to[column * layers + layer] = from[element(first + column, layer)];
+                to[column * layers + layer] = from[elements.at(elements.base(first + column), layer)];
             }
         }
     });
