@@ -140,17 +140,16 @@ impl Drawing {
                 self.drop_frame(drawn.dropped.as_ref());
                 match drawn.result {
                     Ok(report) => {
-                        if let Some((_, host_s)) =
-                            self.handed_over.take_if(|(step, _)| *step == drawn.stamp.step)
-                        {
-                            self.totals.last_host_s = host_s;
-                        }
                         self.describe(&drawn.stamp, &report);
                         self.last = Some((drawn.stamp, report));
                     }
                     Err(error) => self.fail_late(&drawn.stamp, error),
                 }
             }
+        }
+        let is_last = |step: i64| self.last.as_ref().is_some_and(|(stamp, _)| stamp.step == step);
+        if let Some((_, host_s)) = self.handed_over.take_if(|(step, _)| is_last(*step)) {
+            self.totals.last_host_s = host_s;
         }
         let written = self.writer.take_outcomes();
         self.totals.written += written.more_done;

@@ -38,7 +38,9 @@ impl State {
     fn read() -> Self {
         let mut value = 0u32;
         // SAFETY: stores four bytes at the address of `value`.
-        unsafe { std::arch::asm!("stmxcsr [{}]", in(reg) &raw mut value, options(nostack, preserves_flags)) };
+        unsafe {
+            std::arch::asm!("stmxcsr [{}]", in(reg) &raw mut value, options(nostack, preserves_flags));
+        }
         State(value)
     }
 
@@ -47,8 +49,8 @@ impl State {
         // SAFETY: loads four bytes that were read from the register before or are its reset value, so no reserved bit is
         // set. The state is never left other than it was while foreign code runs after the call.
         unsafe {
-            std::arch::asm!("ldmxcsr [{}]", in(reg) &raw const value, options(nostack, preserves_flags))
-        };
+            std::arch::asm!("ldmxcsr [{}]", in(reg) &raw const value, options(nostack, preserves_flags));
+        }
     }
 }
 
@@ -64,13 +66,17 @@ impl State {
     fn read() -> Self {
         let (control, status): (u64, u64);
         // SAFETY: reads two registers that user code may read.
-        unsafe { std::arch::asm!("mrs {}, fpcr", "mrs {}, fpsr", out(reg) control, out(reg) status) };
+        unsafe {
+            std::arch::asm!("mrs {}, fpcr", "mrs {}, fpsr", out(reg) control, out(reg) status);
+        }
         State(control, status)
     }
 
     fn write(self) {
         // SAFETY: writes two registers that user code may write, with what was read from them or their reset values.
-        unsafe { std::arch::asm!("msr fpcr, {}", "msr fpsr, {}", in(reg) self.0, in(reg) self.1) };
+        unsafe {
+            std::arch::asm!("msr fpcr, {}", "msr fpsr, {}", in(reg) self.0, in(reg) self.1);
+        }
     }
 }
 
