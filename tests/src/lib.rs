@@ -1,5 +1,7 @@
 //! Shared by the tests: small scenes and comparisons that can fail.
 
+pub mod layouts;
+
 use icoray::{Frame, Scene};
 
 /// Largest and root-mean-square difference over all channels of all pixels.

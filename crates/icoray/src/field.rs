@@ -1,4 +1,7 @@
 //! A field as the model holds it: a borrowed array, read in place through its [`Shape`], whatever the layout.
+//!
+//! `shape.rs` lists the layouts and who uses them. Readers ask for a column's base once and go from layer to layer by one
+//! stride: only the base knows of blocks. A field at corners is the one thing that is made anew, at the centres.
 
 use crate::error::{Error, ErrorKind, Result};
 use crate::grid::{Grid, Reals};

@@ -132,9 +132,21 @@ impl Elements {
     /// Where the values of `column` begin, for [`Self::at`].
     #[inline(always)]
     pub fn base(&self, column: usize) -> isize {
+        self.bases([column])[0]
+    }
+
+    /// [`Self::base`] of several columns.
+    #[inline(always)]
+    pub fn bases<const N: usize>(&self, columns: [usize; N]) -> [isize; N] {
         if self.reciprocal == 0 {
-            return self.offset + column as isize * self.column_stride;
+            return columns.map(|column| self.offset + column as isize * self.column_stride);
         }
+        columns.map(|column| self.blocked_base(column))
+    }
+
+    /// Apart, so that the loops that read arrays without blocks keep their registers.
+    #[inline(never)]
+    fn blocked_base(&self, column: usize) -> isize {
         // With a divisor from 2 to 2³² the reciprocal, rounded up, is off by less than one part in 2³² of a quotient's
         // step, so the product's high half is the quotient for every column of 32 bits (Lemire, Kaser and Kurz 2019,
         // doi:10.1002/spe.2689).

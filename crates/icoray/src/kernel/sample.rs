@@ -49,6 +49,12 @@ impl<'a, S: Sample> Samples<'a, S> {
         self.elements.base(cell as usize)
     }
 
+    /// [`Self::base`] of three cells, which asks once whether columns are blocked.
+    #[inline(always)]
+    pub fn bases(&self, cells: [u32; 3]) -> [isize; 3] {
+        self.elements.bases(cells.map(|cell| cell as usize))
+    }
+
     /// The normalised value at `layer` (counted from the innermost) over the cell of `base`; NaN where it is missing.
     ///
     /// Normalised in f64: a field of 1e30, or of 1e6 + 1, keeps its digits in an f32 kernel.
