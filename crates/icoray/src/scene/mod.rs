@@ -118,7 +118,8 @@ impl Scene {
         if is_empty { Ok(None) } else { Self::parse(text).map(Some) }
     }
 
-    /// Whether the step is one to draw: a multiple of [`Scene::every`], 0 and negative ones included.
+    /// Whether the step is one to draw: a multiple of [`Scene::every`], 0 and negative ones included. An `every` of 0,
+    /// which no scene file can have, counts as 1.
     pub fn is_due(&self, step: i64) -> bool {
         step % i64::from(self.every.max(1)) == 0
     }
