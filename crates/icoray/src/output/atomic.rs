@@ -22,6 +22,27 @@ pub enum Existing {
     Overwrite,
 }
 
+impl Existing {
+    /// Refuses a name that cannot be written.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Exists`] where it is taken and this is [`Existing::NeverModify`]; [`ErrorKind::Io`] where it is a
+    /// directory's, or where a folder on the way to it is none. Folders that are missing yet are fine.
+    pub fn check(self, path: &Path) -> Result<()> {
+        // The name itself counts, not what a link leads to: a link to nothing is in the way as well.
+        match path.symlink_metadata() {
+            Ok(there) if there.is_dir() => {
+                Err(io_error(path, "cannot write the file", "a directory has its name"))
+            }
+            Ok(_) if self == Existing::NeverModify => Err(exists(path)),
+            Err(e) if e.kind() == io::ErrorKind::NotADirectory => {
+                Err(io_error(path, "cannot write the file", e))
+            }
+            _ => Ok(()),
+        }
+    }
+}
+
 /// Writes the file at `path` with `encode`, which gets a buffered writer that can seek. `what` is being written, in
 /// words for an error ("the picture").
 ///
@@ -33,7 +54,7 @@ pub(super) fn write(
     what: &str,
     encode: impl FnOnce(&mut BufWriter<&File>) -> Result<()>,
 ) -> Result<()> {
-    check(path, existing)?;
+    existing.check(path)?;
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let failed = |e: io::Error| io_error(path, &format!("cannot write {what}"), cause(&e));
     let file = temporary(folder).map_err(|e| io_error(path, &format!("cannot create {what}"), cause(&e)))?;
@@ -51,18 +72,6 @@ pub(super) fn write(
             Err(exists(path))
         }
         moved => moved.map(drop).map_err(failed),
-    }
-}
-
-/// Refuses a name that cannot be written: a folder's, or with [`Existing::NeverModify`] one that is taken.
-pub(super) fn check(path: &Path, existing: Existing) -> Result<()> {
-    // The name itself counts, not what a link leads to: a link to nothing is in the way as well.
-    match path.symlink_metadata() {
-        Ok(there) if there.is_dir() => {
-            Err(io_error(path, "cannot write the file", "a directory has its name"))
-        }
-        Ok(_) if existing == Existing::NeverModify => Err(exists(path)),
-        _ => Ok(()),
     }
 }
 
@@ -206,6 +215,10 @@ mod tests {
             assert_eq!(error.kind(), ErrorKind::Io);
             assert!(error.to_string().contains("picture.png: cannot write the file: a directory"), "{error}");
         }
+        fs::write(folder.path().join("file"), "").unwrap();
+        let below = folder.path().join("file/x.png");
+        assert_eq!(Existing::Overwrite.check(&below).unwrap_err().kind(), ErrorKind::Io);
+        Existing::NeverModify.check(&folder.path().join("nowhere/x.png")).unwrap();
         let lost = folder.path().join("nowhere/x.png");
         let error = write_text(&lost, Existing::Overwrite, "").unwrap_err().to_string();
         assert!(

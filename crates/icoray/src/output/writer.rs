@@ -198,7 +198,7 @@ impl Writer {
         let names = output.names(stamp, field)?;
         let files = self.files(&names);
         for file in &files {
-            atomic::check(file, self.options.existing)?;
+            self.options.existing.check(file)?;
         }
         if self.options.existing == Existing::NeverModify {
             let state = self.shared.lock();
