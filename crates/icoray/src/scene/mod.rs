@@ -61,7 +61,8 @@ pub struct Lighting {
 pub struct Scene {
     /// Name of the field that is rendered.
     pub field: String,
-    /// Steps that are multiples of this are drawn, at least 1; see [`Scene::is_due`].
+    /// Of the steps that a running model offers, those that are multiples of this are drawn; at least 1. See
+    /// [`Scene::is_due`]. The renderer itself draws what it is told to, and `icoray render` the times that it is told.
     pub every: u32,
     /// Picture width in pixels.
     pub width: u32,
