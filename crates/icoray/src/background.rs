@@ -84,13 +84,22 @@ impl Background {
     /// # Errors
     /// [`ErrorKind::Io`] when the thread cannot be made.
     pub fn new(renderer: Arc<Renderer>, writer: Arc<Writer>) -> Result<Self> {
+        let (with, to) = (Arc::clone(&renderer), Arc::clone(&writer));
+        Self::with(renderer, writer, move |job, snapshot, accepted| draw(&with, &to, job, snapshot, accepted))
+    }
+
+    /// A thread that does `draw` with each frame.
+    fn with(
+        renderer: Arc<Renderer>,
+        writer: Arc<Writer>,
+        mut draw: impl FnMut(Job, &Snapshot, Accepted) -> Result<(FrameReport, Option<Stamp>)> + Send + 'static,
+    ) -> Result<Self> {
         let (jobs, todo) = channel::<(Job, Snapshot, Accepted)>();
         let (done, drawn) = channel();
-        let (with, to) = (Arc::clone(&renderer), Arc::clone(&writer));
         let work = move || {
             for (job, snapshot, accepted) in todo {
                 let stamp = job.stamp.clone();
-                let result = Error::of_panics(|| draw(&with, &to, job, &snapshot, accepted));
+                let result = Error::of_panics(|| draw(job, &snapshot, accepted));
                 let (result, dropped) = match result {
                     Ok((report, dropped)) => (Ok(report), dropped),
                     Err(e) => (Err(e), None),
@@ -190,3 +199,6 @@ fn draw(
     let submitted = writer.submit_unseen(frame, scene.output.clone(), stamp);
     Ok((report, submitted.dropped))
 }
+
+#[cfg(test)]
+mod tests;

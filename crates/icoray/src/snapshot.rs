@@ -99,6 +99,7 @@ const BLOCK: usize = 64;
 fn copy<S: Copy + Default + Send + Sync>(from: &[S], to: &mut Vec<S>, shape: &Shape, elements: &Elements) {
     let layers = shape.layers;
     to.resize(shape.columns * layers, S::default());
+    let is_level_fastest = shape.layer_stride.unsigned_abs() <= shape.column_stride.unsigned_abs();
     to.par_chunks_mut(BLOCK * layers).enumerate().for_each(|(block, to)| {
         let first = block * BLOCK;
         if shape.layer_stride == 1 {
@@ -106,12 +107,88 @@ fn copy<S: Copy + Default + Send + Sync>(from: &[S], to: &mut Vec<S>, shape: &Sh
                 let start = elements.at(elements.base(first + column), 0);
                 to.copy_from_slice(&from[start..start + layers]);
             }
-            return;
-        }
-        for layer in 0..layers {
-            for column in 0..to.len() / layers {
-                to[column * layers + layer] = from[elements.at(elements.base(first + column), layer)];
+        } else if is_level_fastest {
+            for (column, to) in to.chunks_exact_mut(layers).enumerate() {
+                let base = elements.base(first + column);
+                to.iter_mut().enumerate().for_each(|(layer, to)| *to = from[elements.at(base, layer)]);
+            }
+        } else {
+            for layer in 0..layers {
+                let to = to[layer..].iter_mut().step_by(layers);
+                to.enumerate().for_each(|(column, to)| {
+                    *to = from[elements.at(elements.base(first + column), layer)];
+                });
             }
         }
     });
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const COLUMNS: usize = 150;
+    const LAYERS: usize = 3;
+    /// Elements of the array that the shapes below are of.
+    const LENGTH: usize = 800;
+
+    /// 150 columns of 3 layers as models have them, and turned round.
+    fn shapes() -> Vec<Shape> {
+        let level = Shape::level_fastest(COLUMNS, LAYERS);
+        let padded = Shape { column_stride: 5, offset: 2, ..level };
+        let cell = Shape { layer_stride: 200, offset: 7, ..Shape::cell_fastest(COLUMNS, LAYERS) };
+        let upside_down = Shape { layer_stride: -1, offset: LAYERS - 1, ..level };
+        let backwards = Shape { column_stride: -5, offset: 5 * COLUMNS, ..padded };
+        let both = Shape { column_stride: -1, layer_stride: -200, offset: 700, ..cell };
+        vec![level, padded, cell, upside_down, backwards, both]
+    }
+
+    #[test]
+    fn every_layout_is_copied_value_by_value() {
+        let renderer = Renderer::new(2).unwrap();
+        let wide: Vec<f64> = (0..LENGTH).map(|i| if i % 11 == 0 { f64::NAN } else { i as f64 }).collect();
+        let single: Vec<f32> = wide.iter().map(|v| *v as f32).collect();
+        let mut used = Snapshot::empty();
+        for shape in shapes() {
+            for (samples, bytes) in [(Reals::from(wide.as_slice()), 8), (Reals::from(single.as_slice()), 4)] {
+                let field = Field::new(samples, shape, Location::Corner, Some(50.0)).unwrap();
+                used.take(&field, &renderer);
+                for snapshot in [&used, &Snapshot::of(&field, &renderer)] {
+                    let copy = snapshot.field().unwrap();
+                    assert_eq!(*copy.shape(), Shape::level_fastest(COLUMNS, LAYERS));
+                    assert_eq!((copy.location(), copy.fill()), (Location::Corner, Some(50.0)));
+                    assert_eq!(snapshot.bytes(), (COLUMNS * LAYERS * bytes) as u64);
+                    assert_eq!(copy.samples().len() * bytes, snapshot.bytes() as usize);
+                    for (column, layer) in (0..COLUMNS).flat_map(|c| (0..LAYERS).map(move |l| (c, l))) {
+                        let [one, other] = [field, copy].map(|f| f.value(column, layer));
+                        assert_eq!(one.to_bits(), other.to_bits(), "({column}, {layer}) of {shape:?}");
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn memory_is_used_again() {
+        let renderer = Renderer::new(1).unwrap();
+        let values: Vec<f32> = (0..LENGTH).map(|i| i as f32).collect();
+        let of = |shape| Field::new(values.as_slice().into(), shape, Location::Center, None).unwrap();
+        let place = |snapshot: &Snapshot| match &snapshot.values {
+            Values::F32(v) => (v.as_ptr(), v.capacity()),
+            Values::F64(_) => panic!("the precision changed"),
+        };
+        let mut snapshot = Snapshot::of(&of(Shape::level_fastest(COLUMNS, LAYERS)), &renderer);
+        let before = place(&snapshot);
+        for shape in shapes().into_iter().chain([Shape::level_fastest(9, 2)]) {
+            snapshot.take(&of(shape), &renderer);
+            assert_eq!(place(&snapshot), before);
+        }
+        assert_eq!(snapshot.bytes(), 9 * 2 * 4);
+    }
+
+    #[test]
+    fn nothing_copied_is_no_field() {
+        let error = Snapshot::empty().field().unwrap_err();
+        assert_eq!((error.kind(), Snapshot::empty().bytes()), (crate::ErrorKind::Field, 0));
+    }
 }

@@ -77,7 +77,7 @@ pub fn write_frame_with(
     let map = names.error.map(|name| directory.join(name));
     // Before the picture is there, so that no frame is half there but for a true failure.
     if let Some(map) = &map {
-        atomic::check(map, existing)?;
+        existing.check(map)?;
     }
     made_folder(&path)?;
     write_picture_with(&path, frame, existing)?;

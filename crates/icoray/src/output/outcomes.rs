@@ -67,3 +67,44 @@ impl<T: Outcome> Outcomes<T> {
         self.kept.iter().filter_map(Outcome::error)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::error::ErrorKind;
+
+    struct Numbered(usize, Option<Error>);
+
+    impl Outcome for Numbered {
+        fn error(&self) -> Option<&Error> {
+            self.1.as_ref()
+        }
+    }
+
+    /// Outcomes of frames 0 to `count`, those of which `fails` says so being failures.
+    fn of(count: usize, fails: impl Fn(usize) -> bool) -> Outcomes<Numbered> {
+        let mut outcomes = Outcomes::default();
+        let error = |i| fails(i).then(|| Error::new(ErrorKind::Io, format!("frame {i}")));
+        (0..count).for_each(|i| outcomes.push(Numbered(i, error(i))));
+        outcomes
+    }
+
+    #[test]
+    fn few_are_kept_all_and_in_order() {
+        let outcomes = of(256, |i| i % 3 == 0);
+        assert!(outcomes.kept.iter().map(|o| o.0).eq(0..256));
+        assert_eq!((outcomes.more_done, outcomes.more_failed), (0, 0));
+    }
+
+    #[test]
+    fn of_many_the_first_failures_are_kept_and_none_is_uncounted() {
+        let late = of(2000, |i| i >= 1000);
+        assert_eq!((late.kept.len(), late.done(), late.failed()), (256, 1000, 1000));
+        assert!(late.kept.iter().map(|o| o.0).eq(1000..1256));
+        let rare = of(2000, |i| i % 500 == 7);
+        assert_eq!((rare.kept.len(), rare.done(), rare.failed(), rare.more_failed), (256, 1996, 4, 0));
+        let said: Vec<_> = rare.errors().map(Error::context).collect();
+        assert_eq!(said, ["frame 7", "frame 507", "frame 1007", "frame 1507"]);
+        assert!(rare.kept.is_sorted_by_key(|o| o.0));
+    }
+}

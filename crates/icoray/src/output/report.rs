@@ -107,7 +107,9 @@ mod tests {
 
     #[test]
     fn a_row_has_a_cell_for_each_column() {
-        let frame = crate::frame::tests::frame();
+        let mut frame = crate::frame::tests::frame();
+        frame.report.threads = 3;
+        (frame.report.bytes_copied, frame.report.copy_s, frame.report.waited_s) = (4096, 0.25, 0.5);
         let row = row(Path::new("folder/q.png"), &frame);
         let cells: std::collections::HashMap<_, _> = HEADER.split(',').zip(row.split(',')).collect();
         assert_eq!(row.split(',').count(), cells.len());
@@ -117,10 +119,51 @@ mod tests {
             ("error_mean", (f64::from(1e-3f32) + f64::from(2.5e-6f32)) / 2.0),
             ("error_p999", f64::from(1e-3f32)),
             ("tolerance", 2e-3),
+            ("threads", 3.0),
+            ("bytes_copied", 4096.0),
+            ("copy_s", 0.25),
+            ("waited_s", 0.5),
         ] {
             assert_eq!(cells[column].parse(), Ok(value), "{column}");
         }
         assert_eq!((cells["error_kind"], cells["left_out"]), ("bound", ""));
+    }
+
+    #[test]
+    fn lines_are_added_below_one_header() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = beside(&folder.path().join("q.png"));
+        check(&path).unwrap();
+        assert!(!path.exists(), "a look makes nothing");
+        let frame = crate::frame::tests::frame();
+        for _ in 0..2 {
+            append(&path, Path::new("q.png"), &frame).unwrap();
+            check(&path).unwrap();
+        }
+        let line = row(Path::new("q.png"), &frame);
+        assert_eq!(std::fs::read_to_string(&path).unwrap(), format!("{HEADER}\n{line}\n{line}\n"));
+        // As a full disk leaves it.
+        std::fs::write(&path, format!("{HEADER}\n7,60")).unwrap();
+        append(&path, Path::new("q.png"), &frame).unwrap();
+        assert_eq!(std::fs::read_to_string(&path).unwrap(), format!("{HEADER}\n7,60\n{line}\n"));
+    }
+
+    #[test]
+    fn lines_of_two_versions_do_not_mix() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("report.csv");
+        let older = HEADER.replace(",threads", "");
+        for other in
+            [format!("{older}\n1,2\n"), format!("{HEADER},more\n"), HEADER[..9].to_owned(), "\n".into()]
+        {
+            std::fs::write(&path, &other).unwrap();
+            let frame = crate::frame::tests::frame();
+            for error in [check(&path).unwrap_err(), append(&path, Path::new("q.png"), &frame).unwrap_err()] {
+                assert_eq!(error.kind(), ErrorKind::Exists);
+                assert!(error.to_string().contains("report.csv: its first line is not that"), "{error}");
+            }
+            assert_eq!(std::fs::read_to_string(&path).unwrap(), other);
+        }
     }
 
     #[test]

@@ -96,6 +96,9 @@ struct State {
     /// The files of the frame that is being written; `None` while there is none.
     writing: Option<Vec<PathBuf>>,
     is_closing: bool,
+    /// Callers that found the queue full, for tests to know that one of them waits.
+    #[cfg(test)]
+    blocked: usize,
     outcomes: Outcomes<Written>,
 }
 
@@ -195,7 +198,7 @@ impl Writer {
         let names = output.names(stamp, field)?;
         let files = self.files(&names);
         for file in &files {
-            atomic::check(file, self.options.existing)?;
+            self.options.existing.check(file)?;
         }
         if self.options.existing == Existing::NeverModify {
             let state = self.shared.lock();
@@ -232,6 +235,10 @@ impl Writer {
         if is_full(&state) {
             match when_full {
                 WhenFull::Block => {
+                    #[cfg(test)]
+                    {
+                        state.blocked += 1;
+                    }
                     let start = Instant::now();
                     state = self.shared.wait_while(state, is_full);
                     waited_s = start.elapsed().as_secs_f64();
@@ -276,3 +283,6 @@ impl Drop for Writer {
         }
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -61,7 +61,8 @@ pub struct Lighting {
 pub struct Scene {
     /// Name of the field that is rendered.
     pub field: String,
-    /// Steps that are multiples of this are drawn, at least 1; see [`Scene::is_due`].
+    /// Of the steps that a running model offers, those that are multiples of this are drawn; at least 1. See
+    /// [`Scene::is_due`]. The renderer itself draws what it is told to, and `icoray render` the times that it is told.
     pub every: u32,
     /// Picture width in pixels.
     pub width: u32,
@@ -118,7 +119,8 @@ impl Scene {
         if is_empty { Ok(None) } else { Self::parse(text).map(Some) }
     }
 
-    /// Whether the step is one to draw: a multiple of [`Scene::every`], 0 and negative ones included.
+    /// Whether the step is one to draw: a multiple of [`Scene::every`], 0 and negative ones included. An `every` of 0,
+    /// which no scene file can have, counts as 1.
     pub fn is_due(&self, step: i64) -> bool {
         step % i64::from(self.every.max(1)) == 0
     }
