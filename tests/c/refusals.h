@@ -19,7 +19,7 @@ extern icoray_config good_config;
 extern const double radius[LAYERS];
 extern float *values;
 extern const char *directory;
-extern uint64_t copied; /* bytes of each frame: 0 but where the background draws */
+extern uint64_t expected_copy; /* bytes of each frame: 0 but where the background draws */
 
 #define SCENE(field, distance, file)                                                                \
     "field = \"" field "\"\n"                                                                       \

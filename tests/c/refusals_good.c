@@ -9,7 +9,7 @@ icoray_config good_config;
 const double radius[LAYERS] = {6.4e6, 6.5e6, 6.7e6};
 float *values;
 const char *directory;
-uint64_t copied;
+uint64_t expected_copy;
 const char good_scene[] = SCENE("f", "4", "{field}_{step}.png");
 
 char *path_of(char *buffer, size_t size, const char *name)
@@ -146,7 +146,7 @@ void still_draws(icoray_ctx *ctx)
     OK(icoray_execute(ctx, step, 0.0, NULL));
     OK(icoray_wait(ctx));
     report = report_of(ctx);
-    CHECK(report.step == step && report.bytes_copied == copied);
+    CHECK(report.step == step && report.bytes_copied == expected_copy);
     CHECK(report.frusta > 0 && report.value_min == 0.0 && report.value_max == 2.0);
     CHECK(frusta == 0 || report.frusta == frusta);
     frusta = report.frusta;
