@@ -121,9 +121,10 @@ void forked(void)
             }
             _exit(EXIT_FAILURE);
         }
-        CHECK(child > 0 && read(ends[0], &failed, sizeof failed) == sizeof failed && failed == 0);
-        CHECK(kill(child, SIGKILL) == 0 && waitpid(child, NULL, 0) == child);
-        CHECK(close(ends[0]) == 0 && close(ends[1]) == 0);
+        CHECK(child > 0 && close(ends[1]) == 0);
+        CHECK(read(ends[0], &failed, sizeof failed) == sizeof failed && failed == 0);
+        CHECK(child > 0 && kill(child, SIGKILL) == 0 && waitpid(child, NULL, 0) == child);
+        CHECK(close(ends[0]) == 0);
         CHECK(is_picture("forked.png") && remove(path_of(path, sizeof path, "forked.png")) == 0);
         still_draws(ctx);
         OK(icoray_close(&ctx));
