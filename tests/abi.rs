@@ -16,13 +16,15 @@ mod types;
 /// here is a change of the ABI.
 const LAYOUT: &str = include_str!("c/layout.txt");
 
-const FUNCTIONS: [&str; 14] = [
+const FUNCTIONS: [&str; 19] = [
     "icoray_close",
     "icoray_execute",
     "icoray_field_set",
+    "icoray_field_set_ndarray",
     "icoray_grid_set",
     "icoray_last_error",
     "icoray_layers_set",
+    "icoray_log_stderr",
     "icoray_mesh_create",
     "icoray_mesh_free",
     "icoray_mesh_grid",
@@ -31,28 +33,41 @@ const FUNCTIONS: [&str; 14] = [
     "icoray_scene_load",
     "icoray_scene_text",
     "icoray_version",
+    "icoray_wait",
+    "icoray_wants",
+    "icoray_wants_field",
 ];
 
 /// The sources of each program in `tests/c`; the first has the program's name.
 const LAYOUT_PROGRAM: [&str; 1] = ["layout"];
-const REFUSALS: [&str; 8] = [
+const REFUSALS: [&str; 16] = [
     "refusals",
     "refusals_calls",
+    "refusals_entry",
     "refusals_execute",
     "refusals_fields",
+    "refusals_files",
     "refusals_good",
     "refusals_grid",
+    "refusals_late",
+    "refusals_log",
+    "refusals_names",
+    "refusals_ndarrays",
+    "refusals_off",
     "refusals_scene",
-    "check",
+    "refusals_tables",
+    "refusals_wants",
 ];
-const PICTURES: [&str; 7] = [
+const PICTURES: [&str; 9] = [
     "pictures",
+    "pictures_background",
     "pictures_common",
     "pictures_contexts",
     "pictures_layouts",
+    "pictures_names",
+    "pictures_ndarrays",
     "pictures_tables",
     "pictures_values",
-    "check",
 ];
 
 fn root() -> PathBuf {
@@ -109,7 +124,10 @@ fn compile(compiler: &str, options: &[&str], sources: &[&str], directory: &Path)
     let mut command = Command::new(compiler);
     command.args(options).args(["-O1", "-Wall", "-Wextra", "-Werror", "-pedantic"]);
     command.arg("-I").arg(root().join("include"));
-    command.args(sources.iter().map(|source| root().join("tests/c").join(source).with_extension("c")));
+    let shared = if sources == LAYOUT_PROGRAM { &[][..] } else { &["check"] };
+    command.args(
+        sources.iter().chain(shared).map(|source| root().join("tests/c").join(source).with_extension("c")),
+    );
     // After the sources, so that -x does not make it a source too.
     command.args(["-x", "none"]).arg(&*LIBRARY).arg(rpath).args(["-lm", "-lpthread", "-o"]).arg(&to);
     succeeded(&mut command);
@@ -164,7 +182,7 @@ fn rust_layout() -> String {
         icoray_layers: struct_size count radius_m planet_radius_m;
         icoray_array: struct_size data r#type location columns layers column_stride layer_stride has_fill fill_value;
         icoray_frame_report: struct_size step time_s prepare_s render_s write_s rays columns frusta void_frusta
-            value_min value_max missing_values derived_bytes error_max error_mean error_p999 tolerance error_is_bound
+            value_min value_max missing_values bytes_derived error_max error_mean error_p999 tolerance error_is_bound
             pixel_step lights;
         icoray_status:;
     }
@@ -265,6 +283,14 @@ impl Picture {
     }
 }
 
+/// The cells of a line of CSV, of which one may be quoted.
+fn cells(line: &str) -> Vec<String> {
+    let parts = line.split('"').enumerate();
+    // A comma outside of quotes is an end, one inside is text.
+    let marked = parts.map(|(i, part)| if i % 2 == 0 { part.replace(',', "\0") } else { part.to_string() });
+    marked.collect::<String>().split('\0').map(str::to_string).collect()
+}
+
 /// Every directory below `directory` that has a report, with its pictures; the report must list just these.
 fn reported(directory: &Path, found: &mut Vec<PathBuf>) {
     let mut pictures = Vec::new();
@@ -280,22 +306,26 @@ fn reported(directory: &Path, found: &mut Vec<PathBuf>) {
         return;
     }
     let report = std::fs::read_to_string(directory.join("report.csv")).unwrap();
-    let mut rows = report.lines().map(|line| line.split(',').collect::<Vec<_>>());
+    let mut rows = report.lines().map(cells);
     let header = rows.next().unwrap();
-    let column = |name: &str| header.iter().position(|h| *h == name).unwrap();
+    let column = |name: &str| header.iter().position(|h| h == name).unwrap();
     let (file, step, field) = (column("file"), column("step"), column("field"));
     let mut listed = Vec::new();
     for row in rows {
         assert_eq!(row.len(), header.len(), "{row:?}");
-        assert_eq!(row[field], "f");
+        assert!(["f", "g", "corner", "thick f", "thick g", "flat g"].contains(&&*row[field]), "{row:?}");
         assert!(row[file].ends_with(&format!("_{}.png", row[step])), "{row:?}");
         let number = |name: &str| row[column(name)].parse::<f64>().unwrap();
         let [max, mean, p999] = ["error_max", "error_mean", "error_p999"].map(number);
         assert!(0.0 < mean && mean <= max && 0.0 < p999 && p999 <= max && max <= 1e-3, "{row:?}");
-        assert!(["bound", "estimate"].contains(&row[column("error_kind")]), "{row:?}");
+        assert!(["bound", "estimate"].contains(&&*row[column("error_kind")]), "{row:?}");
         assert_eq!((number("tolerance"), number("pixel_step")), (1e-3, 1.0));
-        assert!(["off", "full"].contains(&row[column("lights")]), "{row:?}");
-        listed.push(directory.join(row[file]));
+        assert!(["off", "full"].contains(&&*row[column("lights")]), "{row:?}");
+        let may_copy = directory
+            .components()
+            .any(|c| ["background", "at_once"].map(OsStr::new).contains(&c.as_os_str()));
+        assert!(may_copy || number("bytes_copied") == 0.0, "{row:?}");
+        listed.push(directory.join(&row[file]));
     }
     listed.sort();
     pictures.sort();

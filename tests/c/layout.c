@@ -67,7 +67,7 @@ int main(void)
     MEMBER(icoray_frame_report, value_min);
     MEMBER(icoray_frame_report, value_max);
     MEMBER(icoray_frame_report, missing_values);
-    MEMBER(icoray_frame_report, derived_bytes);
+    MEMBER(icoray_frame_report, bytes_derived);
     MEMBER(icoray_frame_report, error_max);
     MEMBER(icoray_frame_report, error_mean);
     MEMBER(icoray_frame_report, error_p999);

@@ -104,14 +104,19 @@ unsafe fn slice<'a, T>(pointer: *const T, len: usize, what: &str) -> Outcome<&'a
 }
 
 /// # Safety
-/// As [`slice`], for elements of the type that `kind` names.
-unsafe fn reals<'a>(pointer: *const c_void, kind: i32, len: usize, what: &str) -> Outcome<Reals<'a>> {
+/// As [`slice`], for elements of the type that `kind` names, which the member `named_by` has.
+unsafe fn reals<'a>(
+    pointer: *const c_void,
+    (kind, named_by): (i32, &str),
+    len: usize,
+    what: &str,
+) -> Outcome<Reals<'a>> {
     match kind {
         // SAFETY: passed on.
         ICORAY_F32 => unsafe { slice(pointer.cast::<f32>(), len, what) }.map(Reals::F32),
         // SAFETY: passed on.
         ICORAY_F64 => unsafe { slice(pointer.cast::<f64>(), len, what) }.map(Reals::F64),
-        _ => Err(argument(format!("{what}: type {kind}, expected ICORAY_F32 (1) or ICORAY_F64 (2)"))),
+        _ => Err(argument(format!("{named_by}: {kind}, expected ICORAY_F32 (1) or ICORAY_F64 (2)"))),
     }
 }
 
@@ -142,7 +147,7 @@ pub(crate) unsafe fn tables<'a>(grid: &icoray_grid) -> Outcome<GridTables<'a>> {
     let corner_entries = cells.checked_mul(row).ok_or_else(|| {
         argument(format!("icoray_grid.cell_corner_row: {row} times {cells} cells overflows"))
     })?;
-    let (kind, whole) = (grid.real_type, grid.index_type);
+    let (kind, whole) = ((grid.real_type, "icoray_grid.real_type"), grid.index_type);
     // SAFETY: the caller promises these tables with these lengths.
     unsafe {
         Ok(GridTables {
@@ -225,24 +230,25 @@ pub(crate) fn flat(array: &icoray_ndarray, columns: usize, layers: usize) -> Out
     })
 }
 
-/// A field, as the array stands now.
+/// A field, as the array stands now; `of` names the struct that the model gave.
 ///
 /// # Safety
 /// `array.data` is NULL or points to value (0, 0) of an array that holds every element that columns, layers and strides
 /// reach, of the type given, unchanged for `'a`.
-pub(crate) unsafe fn field<'a>(array: &icoray_array) -> Outcome<Field<'a>> {
+pub(crate) unsafe fn field<'a>(array: &icoray_array, of: &str) -> Outcome<Field<'a>> {
+    let member = |name: &str| format!("{of}.{name}");
     let mut shape = Shape {
-        columns: count(array.columns, "icoray_array.columns")?,
-        layers: count(array.layers, "icoray_array.layers")?,
+        columns: count(array.columns, &member("columns"))?,
+        layers: count(array.layers, &member("layers"))?,
         offset: 0,
-        column_stride: stride(array.column_stride, "icoray_array.column_stride")?,
-        layer_stride: stride(array.layer_stride, "icoray_array.layer_stride")?,
-        block: count(array.block, "icoray_array.block")?,
-        block_stride: stride(array.block_stride, "icoray_array.block_stride")?,
+        column_stride: stride(array.column_stride, &member("column_stride"))?,
+        layer_stride: stride(array.layer_stride, &member("layer_stride"))?,
+        block: count(array.block, &member("block"))?,
+        block_stride: stride(array.block_stride, &member("block_stride"))?,
     };
-    let location = location(array.location, "icoray_array")?;
+    let location = location(array.location, of)?;
     if array.data.is_null() {
-        return Err(Failure::null("icoray_array.data"));
+        return Err(Failure::null(&member("data")));
     }
     // Rust's slice begins at the lowest element that is reached, which negative strides put before `data`.
     let Some((low, high)) = shape.extent() else {
@@ -253,14 +259,15 @@ pub(crate) unsafe fn field<'a>(array: &icoray_array) -> Outcome<Field<'a>> {
     let reach = |element: i128| isize::try_from(element).ok().filter(|e| e.checked_mul(8).is_some());
     let (Some(low), Some(high)) = (reach(low), reach(high)) else {
         return Err(argument(format!(
-            "icoray_array: the strides reach elements {low} to {high}, beyond the address space"
+            "{of}: the strides reach elements {low} to {high}, beyond the address space"
         )));
     };
     shape.offset = low.unsigned_abs();
     let size = if array.r#type == ICORAY_F32 { 4 } else { 8 };
     let first = array.data.wrapping_byte_offset(low * size);
     // SAFETY: the caller promises all elements from the lowest to the highest that the strides reach.
-    let samples = unsafe { reals(first, array.r#type, high.abs_diff(low) + 1, "icoray_array.data")? };
+    let samples =
+        unsafe { reals(first, (array.r#type, &member("type")), high.abs_diff(low) + 1, &member("data"))? };
     // An array of floats holds the mark as a float: (double)-9.9999e30f is another number than -9.9999e30.
     let fill_value =
         if array.r#type == ICORAY_F32 { f64::from(array.fill_value as f32) } else { array.fill_value };

@@ -1,6 +1,6 @@
 //! What lies behind a handle: what the model has given so far.
 
-use crate::borrow::{self, argument, name};
+use crate::borrow::{self, Versioned, argument, name};
 use crate::boundary::{Failure, Outcome};
 use crate::drawing::Drawing;
 use crate::types::{icoray_array, icoray_config, icoray_frame_report, icoray_ndarray, icoray_status};
@@ -98,11 +98,12 @@ impl Context {
         Ok(())
     }
 
-    pub fn set_field(&mut self, field: &str, array: &icoray_array) -> Outcome<()> {
+    /// `of` names the struct that the model gave.
+    pub fn set_field(&mut self, field: &str, array: &icoray_array, of: &str) -> Outcome<()> {
         let within = |f: Failure| Failure::new(f.status, format!("field {field:?}: {}", f.message));
         // SAFETY: the caller of icoray_field_set promises an array and two strings.
         let (grid, layers) = unsafe {
-            borrow::field(array).map_err(within)?;
+            borrow::field(array, of).map_err(within)?;
             names(array.grid_name, array.layers_name).map_err(within)?
         };
         let (grid, layers) = (grid.to_string(), layers.to_string());
@@ -124,7 +125,7 @@ impl Context {
             Location::Corner => grid.triangles(),
         };
         let flat = borrow::flat(array, columns, layers.count()).map_err(within)?;
-        self.set_field(field, &flat)
+        self.set_field(field, &flat, icoray_ndarray::NAME)
     }
 
     pub fn set_scene(&mut self, text: &str) -> Outcome<()> {
@@ -202,7 +203,7 @@ fn subject<'a>(
     let layers =
         known(layers, &given.layers, "set of layers", call, "icoray_layers_set").map_err(within)?.clone();
     // SAFETY: the model promises that its arrays live and do not change until icoray_execute returns.
-    let field = unsafe { borrow::field(&given.array).map_err(within)? };
+    let field = unsafe { borrow::field(&given.array, icoray_array::NAME).map_err(within)? };
     Ok(Subject { scene, grid, layers, field })
 }
 

@@ -1,6 +1,6 @@
 //! Exported: grid, layers, fields and scene.
 
-use crate::borrow::{self, name, sized, text};
+use crate::borrow::{self, Versioned, name, sized, text};
 use crate::boundary::Failure;
 use crate::handle::{icoray_ctx, with};
 use crate::types::{icoray_array, icoray_grid, icoray_layers, icoray_ndarray, icoray_status};
@@ -59,7 +59,7 @@ pub unsafe extern "C" fn icoray_field_set(
     unsafe {
         with(ctx, |context| {
             let (name, array) = (text(name, "name")?, sized(array)?);
-            context.set_field(name, array)
+            context.set_field(name, array, icoray_array::NAME)
         })
     }
 }
