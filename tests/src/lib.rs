@@ -1,4 +1,6 @@
-//! Shared by the tests: small scenes and comparisons that can fail.
+//! Shared by the tests: small scenes and comparisons that can fail; programs in C.
+
+pub mod native;
 
 pub mod layouts;
 

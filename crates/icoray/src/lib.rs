@@ -50,6 +50,7 @@ mod render;
 mod scene;
 mod shape;
 mod snapshot;
+mod threads;
 mod traverse;
 
 pub use background::{Accepted, Background, Drawn, Job};
