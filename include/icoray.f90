@@ -9,8 +9,9 @@
 !>
 !> MEMORY. Tables and fields are read where they lie, never copied and never written, until they are replaced or the
 !> context is closed. Their dummies are pointers with intent(in): an actual argument is the array itself or a section of
-!> it, and has the TARGET or POINTER attribute. Where the compiler knows "no specific subroutine", TARGET is missing, or
-!> the kinds differ. All the rest (names, radii, paths) is copied by the call.
+!> it, and has the TARGET or POINTER attribute: where the compiler finds no specific subroutine, TARGET is missing or the
+!> kinds differ. To pass a component of an array of structures, point at it first (p => cell%q) and pass p: gfortran 12
+!> passes the wrong address for cell%q itself. All the rest (names, radii, paths) is copied by the call.
 !>
 !> KINDS. Reals of fields and coordinates are 32 or 64 bits, tables of indices too; times and radii are 64 bits. All
 !> other integers and logicals are of the default kind. Trailing blanks of strings do not count.
@@ -207,7 +208,7 @@ module icoray
   !>   call icoray_field_set(ctx, name, values, [ierr], keywords)
   !>   values       real, rank 1 to 4, any strides. Which dimension holds the layers and which the columns is found from
   !>                their numbers: (layers, cells), (cells, layers), (nproma, layers, blocks) with a last block that may
-  !>                be partly filled; dimensions of extent 1 do not count and that of the cells may be longer
+  !>                be partly filled, (layers*cells); dimensions of extent 1 do not count, that of cells may be longer
   !>   location     ICORAY_CENTER, or ICORAY_CORNER for values at corners
   !>   fill_value   marks missing values, in the kind of values; NaN and infinities always do
   !>   grid_name, layers_name   those the field belongs to; the ones without a name
