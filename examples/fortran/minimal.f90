@@ -52,7 +52,7 @@ program minimal
     call icoray_execute(ctx, step, step*step_s, ierr)
     call report_error(ierr)
     call icoray_report(ctx, report)
-    print '(a, i0, a, f0.2, a)', 'step ', step, ': ', report%host_s, ' s'
+    print '(a, i0, a, f6.3, a)', 'step ', step, ': ', report%host_s, ' s'
   end do
 
   call icoray_close(ctx, ierr)   ! waits for the last picture

@@ -171,6 +171,7 @@ contains
     ! -9.9999e30 is another number in 32 than in 64 bits.
     flat(::5) = -9.9999e30_real32
     flat8(::5) = -9.9999e30_real64
+    call icoray_scene_text(ctx, base_scene('missing'))
     call icoray_field_set(ctx, 'f', flat, ierr, ICORAY_CENTER, -9.9999e30_real32)
     call icoray_execute(ctx, 4, 0.0_real64)
     call icoray_report(ctx, report)

@@ -1,5 +1,9 @@
 //! Shared by the tests: small scenes and comparisons that can fail.
 
+pub mod interface;
+pub mod layout;
+pub mod program;
+
 use icoray::{Frame, Scene};
 
 /// Largest and root-mean-square difference over all channels of all pixels.
