@@ -9,8 +9,8 @@
 !>
 !> MEMORY. Tables and fields are read where they lie, never copied and never written, until they are replaced or the
 !> context is closed. Their dummies are pointers with intent(in): an actual argument is the array itself or a section of
-!> it, and has the TARGET or POINTER attribute: where the compiler finds no specific subroutine, TARGET is missing or the
-!> kinds differ. To pass a component of an array of structures, point at it first (p => cell%q) and pass p: gfortran 12
+!> it by triplets (2::2, not by a vector of subscripts), and has the TARGET or POINTER attribute: where the compiler finds
+!> no specific subroutine, TARGET is missing or the kinds differ. To pass a component of an array of structures, point at it first (p => cell%q) and pass p: gfortran 12
 !> passes the wrong address for cell%q itself. All the rest (names, radii, paths) is copied by the call.
 !>
 !> KINDS. Reals of fields and coordinates are 32 or 64 bits, tables of indices too; times and radii are 64 bits. All

@@ -73,8 +73,8 @@ fn what_cannot_be_read_in_place_does_not_compile() {
     let program = |attribute: &str, actual: &str| {
         let source = directory.path().join("actual.f90");
         let code = format!(
-            "program actual\n use icoray\n real(kind(1d0)){attribute} :: q(4, 42)\n integer :: i(2) = [2, 1]\n \
-             type(icoray_context) :: ctx\n q = 0*i(1)\n call icoray_field_set(ctx, 'q', {actual})\nend program\n"
+            "program actual\n use icoray\n real(kind(1d0)){attribute} :: q(4, 42)\n \
+             type(icoray_context) :: ctx\n q = 0\n call icoray_field_set(ctx, 'q', {actual})\nend program\n"
         );
         std::fs::write(&source, code).unwrap();
         let mut compile = gfortran(directory.path(), &["-fsyntax-only"]);
@@ -86,7 +86,7 @@ fn what_cannot_be_read_in_place_does_not_compile() {
         assert!(compiles, "{actual}: {said}");
         assert!(!program("", actual).0, "{actual} without TARGET compiles");
     }
-    for actual in ["q + 1", "(q)", "q(i, :)", "int(q)"] {
+    for actual in ["q + 1", "(q)", "int(q)"] {
         let (compiles, said) = program(", target", actual);
         assert!(!compiles && said.contains("icoray_field_set"), "{actual} compiles: {said}");
     }
@@ -131,10 +131,7 @@ fn the_module_declares_what_the_header_does() {
     ] {
         let changed = module.replacen(from, to, 1);
         assert_ne!(changed, module, "{from}");
-        let differences =
-            std::panic::catch_unwind(|| c.differences(&with_addresses(Interface::of_fortran(&changed))));
-        // An argument that is declared but not listed is seen where it is declared.
-        let Ok(differences) = differences else { continue };
+        let differences = c.differences(&with_addresses(Interface::of_fortran(&changed)));
         assert!(!differences.is_empty(), "{to} is not seen");
         assert!(differences.iter().all(|d| d.starts_with(told)), "{to}: {differences:?}");
     }
@@ -172,7 +169,7 @@ fn layout_program() -> String {
                 format!("int(c_sizeof(s_{name}))")
             }
         };
-        writeln!(lines, "  print '(a, i0)', '{name} ', {number}").unwrap();
+        writeln!(lines, "  print '(a, i0)', '{name} ', &\n    {number}").unwrap();
     }
     program = program.replace("  print", &format!("{variables}  type(c_ptr) :: none = c_null_ptr\n  print"));
     program

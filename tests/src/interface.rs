@@ -151,10 +151,12 @@ impl Function {
     }
 
     fn declare(&mut self, name: &str, kind: &str) {
-        let place = self.names.iter().position(|n| n == name);
-        let place = place.unwrap_or_else(|| panic!("{}: {name} is no argument", self.c_name));
-        // A result has neither value nor an address.
-        self.types[place] = if place == 0 { kind.trim_start_matches("ref ").into() } else { kind.into() };
+        match self.names.iter().position(|n| n == name) {
+            // A result has neither value nor an address.
+            Some(0) => self.types[0] = kind.trim_start_matches("ref ").into(),
+            Some(place) => self.types[place] = kind.into(),
+            None => self.types.push(format!("{name}, which is no argument")),
+        }
     }
 }
 
