@@ -1,20 +1,12 @@
 //! The C ABI from outside: C programs against `include/icoray.h` and the shared library.
 
+use icoray_tests::layout::{LAYOUT, rust_layout};
+use icoray_tests::program::{LIBRARY, checked, command, is_there, root, succeeded, text};
 use std::collections::BTreeMap;
 use std::ffi::OsStr;
-use std::fmt::Write;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
-use std::sync::LazyLock;
+use std::process::Command;
 use tempfile::TempDir;
-
-/// The library's own structs, to compare with what a C compiler makes of the header.
-#[path = "../crates/icoray-capi/src/types.rs"]
-mod types;
-
-/// Sizes, offsets and numbers where pointers have 64 bits. Programs that were compiled before rely on them: a change
-/// here is a change of the ABI.
-const LAYOUT: &str = include_str!("c/layout.txt");
 
 const FUNCTIONS: [&str; 19] = [
     "icoray_close",
@@ -70,51 +62,6 @@ const PICTURES: [&str; 9] = [
     "pictures_values",
 ];
 
-fn root() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
-}
-
-/// The shared library, built. Tests run after Cargo has let go of its lock, so it can be run again from here.
-static LIBRARY: LazyLock<PathBuf> = LazyLock::new(|| {
-    let cargo = std::env::var_os("CARGO").unwrap_or_else(|| env!("CARGO").into());
-    let mut build = Command::new(cargo);
-    build.args(["build", "--quiet", "--package", "icoray-capi", "--message-format=json-render-diagnostics"]);
-    if !cfg!(debug_assertions) {
-        build.arg("--release");
-    }
-    let output = succeeded(build.current_dir(root()));
-    let name = format!("/{}icoray{}", std::env::consts::DLL_PREFIX, std::env::consts::DLL_SUFFIX);
-    let messages = text(&output.stdout);
-    let built = messages.split('"').find(|word| word.ends_with(&name));
-    PathBuf::from(built.unwrap_or_else(|| panic!("cargo built no {name}:\n{messages}")))
-});
-
-fn text(bytes: &[u8]) -> String {
-    String::from_utf8_lossy(bytes).into_owned()
-}
-
-/// Runs a command that must be there and succeed.
-fn succeeded(command: &mut Command) -> Output {
-    let output = command.output().unwrap_or_else(|e| panic!("cannot run {command:?}: {e}"));
-    assert!(
-        output.status.success(),
-        "{command:?}: {}\n{}{}",
-        output.status,
-        text(&output.stdout),
-        text(&output.stderr)
-    );
-    output
-}
-
-/// Whether a tool is installed that a test can do without; says so where it is not.
-fn is_there(tool: &str) -> bool {
-    let there = Command::new(tool).arg("--version").output().is_ok_and(|o| o.status.success());
-    if !there {
-        println!("skipped: no {tool}");
-    }
-    there
-}
-
 /// Compiles a program of `tests/c` into `directory`, with warnings as errors.
 fn compile(compiler: &str, options: &[&str], sources: &[&str], directory: &Path) -> PathBuf {
     let to = directory.join(sources[0]);
@@ -136,65 +83,6 @@ fn compile(compiler: &str, options: &[&str], sources: &[&str], directory: &Path)
 
 fn compile_c(sources: &[&str], directory: &Path) -> PathBuf {
     compile("cc", &["-std=c99"], sources, directory)
-}
-
-/// A command in `directory`, without the search path that Cargo gives to tests: it would come before the program's
-/// own, and has other builds of the library.
-fn command(program: impl AsRef<OsStr>, directory: &Path) -> Command {
-    let mut command = Command::new(program);
-    command.current_dir(directory).env_remove("LD_LIBRARY_PATH");
-    command
-}
-
-/// Runs a program that checks, and sees that neither it nor the library had anything else to say.
-fn checked(command: &mut Command, program: &str) {
-    let output = succeeded(command);
-    assert_eq!(text(&output.stderr), "", "{command:?}");
-    let stdout = text(&output.stdout);
-    let verdict = stdout.strip_prefix(&format!("{program}: "));
-    let count = verdict.and_then(|v| v.strip_suffix(" checks, 0 failed\n"));
-    let count = count.and_then(|c| c.parse::<u32>().ok());
-    assert!(count.is_some_and(|c| c > 100), "{command:?} printed more than its verdict:\n{stdout}");
-}
-
-/// The same lines as `layout.c` prints, from Rust's side.
-fn rust_layout() -> String {
-    let mut lines = String::new();
-    macro_rules! layout {
-        ($($name:ident: $($member:ident)*;)*) => {$(
-            writeln!(lines, "{} {}", stringify!($name), size_of::<types::$name>()).unwrap();
-            $({
-                let member = stringify!($member).trim_start_matches("r#");
-                let offset = std::mem::offset_of!(types::$name, $member);
-                writeln!(lines, "{}.{member} {offset}", stringify!($name)).unwrap();
-            })*
-        )*};
-    }
-    macro_rules! numbers {
-        ($($name:expr,)*) => {$(
-            writeln!(lines, "{} {}", stringify!($name).rsplit("::").next().unwrap().trim(), $name as i32).unwrap();
-        )*};
-    }
-    layout! {
-        icoray_config: struct_size output_dir threads;
-        icoray_grid: struct_size cells corners edges index_base real_type lon_center_rad lat_center_rad lon_corner_rad
-            lat_corner_rad cell_corner cell_corner_row cell_corner_count corner_cell corner_edge edge_corner;
-        icoray_layers: struct_size count radius_m planet_radius_m;
-        icoray_array: struct_size data r#type location columns layers column_stride layer_stride has_fill fill_value;
-        icoray_frame_report: struct_size step time_s prepare_s render_s write_s rays columns frusta void_frusta
-            value_min value_max missing_values bytes_derived error_max error_mean error_p999 tolerance error_is_bound
-            pixel_step lights;
-        icoray_status:;
-    }
-    use types::icoray_status as status;
-    numbers! {
-        status::ICORAY_OK, status::ICORAY_ERR_NULL, status::ICORAY_ERR_STRUCT_SIZE, status::ICORAY_ERR_ARGUMENT,
-        status::ICORAY_ERR_GRID, status::ICORAY_ERR_UNSUPPORTED, status::ICORAY_ERR_LAYERS,
-        status::ICORAY_ERR_FIELD, status::ICORAY_ERR_SCENE, status::ICORAY_ERR_ORDER, status::ICORAY_ERR_IO,
-        status::ICORAY_ERR_INTERNAL,
-        types::ICORAY_F32, types::ICORAY_F64, types::ICORAY_CENTER, types::ICORAY_CORNER,
-    }
-    lines
 }
 
 #[test]

@@ -4,6 +4,10 @@ pub mod native;
 
 pub mod layouts;
 
+pub mod interface;
+pub mod layout;
+pub mod program;
+
 use icoray::{Frame, Scene};
 
 /// Largest and root-mean-square difference over all channels of all pixels.

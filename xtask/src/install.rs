@@ -24,7 +24,7 @@ pub const SONAME: &str = "libicoray.so.0";
 /// The cargo profile, in the workspace's `Cargo.toml`.
 const PROFILE: &str = "dist";
 /// The Fortran module's source, below the workspace's root.
-pub const FORTRAN: &str = "include/icoray.f90";
+const FORTRAN: &str = "include/icoray.f90";
 
 /// The shared library's file.
 fn shared_name(version: &str) -> String {
@@ -117,22 +117,19 @@ pub fn install(workspace: &Workspace, built: &Built, layout: &Layout) -> Result<
     let text = |template| Content::Text(template::filled(template, &layout.libdir, VERSION));
     let library = shared_name(VERSION);
     let lib = |name: &str| layout.libdir.join(name);
-    let mut contents = vec![
+    let contents = [
         (lib(&library), Content::File(&built.shared), 0o755),
         // The links after what they lead to.
         (lib(SONAME), Content::Link(&library), 0),
         (lib("libicoray.so"), Content::Link(SONAME), 0),
         (lib("libicoray.a"), Content::File(&built.archive), 0o644),
         (PathBuf::from("include/icoray.h"), Content::File(&header), 0o644),
+        (PathBuf::from(FORTRAN), Content::File(&fortran), 0o644),
         (lib("pkgconfig/icoray.pc"), text(template::PKG_CONFIG), 0o644),
         (lib("pkgconfig/icoray-static.pc"), text(template::PKG_CONFIG_STATIC), 0o644),
         (lib("cmake/icoray/icorayConfig.cmake"), text(template::CMAKE), 0o644),
         (lib("cmake/icoray/icorayConfigVersion.cmake"), text(template::CMAKE_VERSION), 0o644),
     ];
-    // As long as it is being written.
-    if fortran.is_file() {
-        contents.push((PathBuf::from(FORTRAN), Content::File(&fortran), 0o644));
-    }
     let root = layout.root();
     let mut files = Vec::new();
     for (path, content, mode) in contents {

@@ -34,11 +34,6 @@ enum Linkage {
 }
 use Linkage::{Shared, Static};
 
-/// The Fortran program and, if it is not installed, the module that it uses.
-const FORTRAN: [&str; 2] = ["examples/fortran/minimal.f90", install::FORTRAN];
-/// What stands for them as long as there is no module.
-const FORTRAN_STUB: [&str; 2] = ["tests/link/stub/minimal.f90", "tests/link/stub/icoray.f90"];
-
 static WAYS: &[Way] = &[
     Way {
         title: "C, shared, found by LD_LIBRARY_PATH",
@@ -83,13 +78,13 @@ static WAYS: &[Way] = &[
     },
     Way {
         title: "Fortran, make",
-        sources: &["tests/link/Makefile"],
+        sources: &["tests/link/Makefile", "examples/fortran/minimal.f90"],
         build: "make",
         programs: &[("LD_LIBRARY_PATH=$(pkg-config --variable=libdir icoray) ./minimal", Shared)],
     },
     Way {
         title: "C and Fortran, CMake",
-        sources: &["tests/link/CMakeLists.txt", "examples/c/minimal.c"],
+        sources: &["tests/link/CMakeLists.txt", "examples/c/minimal.c", "examples/fortran/minimal.f90"],
         build: "cmake -B build && cmake --build build",
         programs: &[
             ("build/c_shared", Shared),
@@ -124,11 +119,9 @@ pub fn check(workspace: &Workspace, step: &mut Step) -> Result<(), Error> {
     // The shell's words end at blanks; pkg-config's answers are for it.
     let root = scratch.join("prefix");
     fs::rename(layout.root(), &root).map_err(Error::while_doing(root.display()))?;
-    let fortran = if workspace.root().join(install::FORTRAN).is_file() { FORTRAN } else { FORTRAN_STUB };
-    copy(&workspace.root().join(fortran[1]), &root.join(install::FORTRAN))?;
     let shell = Shell { workspace, root, scratch };
     for way in WAYS {
-        shell.build(way, fortran[0], step).and_then(|()| shell.run(way, step)).map_err(of(way))?;
+        shell.build(way, step).and_then(|()| shell.run(way, step)).map_err(of(way))?;
     }
     shell.check_versions(step)?;
     shell.check_without_library(step)
@@ -170,10 +163,9 @@ impl Shell<'_> {
         shell
     }
 
-    fn build(&self, way: &Way, fortran: &str, step: &mut Step) -> Result<(), Error> {
+    fn build(&self, way: &Way, step: &mut Step) -> Result<(), Error> {
         let directory = self.directory(way);
-        let make = way.build.contains("make");
-        for source in way.sources.iter().copied().chain(make.then_some(fortran)) {
+        for source in way.sources {
             let source = self.workspace.root().join(source);
             copy(&source, &directory.join(source.file_name().unwrap_or_default()))?;
         }

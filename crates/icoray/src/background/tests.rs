@@ -1,10 +1,11 @@
 //! Frames drawn of copies: the same pictures, and what goes wrong.
 
 use super::*;
-use crate::field::{Location, Shape};
+use crate::field::Location;
 use crate::frame::Frame;
 use crate::grid::IcosahedralMesh;
 use crate::output::WriterOptions;
+use crate::shape::Shape;
 use std::path::Path;
 
 const SCENE: &str = r##"
