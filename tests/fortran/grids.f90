@@ -34,10 +34,10 @@ contains
       call icoray_grid_set(ctx, t%lon_center, t%lat_center, t%lon_corner, t%lat_corner, cv8, cc8, ce8, ev8, ierr, 0)
       call draw('plain')
       ! Base 1, which is the default.
-      cv = t%cell_corner + 1
-      cc = t%corner_cell + 1
-      ce = t%corner_edge + 1
-      ev = t%edge_corner + 1
+      cv = t%cell_corner + 1_int32
+      cc = t%corner_cell + 1_int32
+      ce = t%corner_edge + 1_int32
+      ev = t%edge_corner + 1_int32
       call icoray_grid_set(ctx, t%lon_center, t%lat_center, t%lon_corner, t%lat_corner, cv, cc, ce, ev, ierr)
       call draw('plain')
       cv8 = cv
@@ -74,16 +74,16 @@ contains
       lat(:cells) = tables%lat_center
       lon_v(:corners) = tables%lon_corner
       lat_v(:corners) = tables%lat_corner
-      cv = wide(8, cells, tables%cell_corner + 1)
-      cc = wide(3, corners, tables%corner_cell + 1)
-      ce = wide(3, corners, tables%corner_edge + 1)
-      ev = wide(2, edges, tables%edge_corner + 1)
-      allocate (n(cells + 1), source=-huge(1))
+      cv = wide(8, cells, tables%cell_corner + 1_int32)
+      cc = wide(3, corners, tables%corner_cell + 1_int32)
+      ce = wide(3, corners, tables%corner_edge + 1_int32)
+      ev = wide(2, edges, tables%edge_corner + 1_int32)
+      allocate (n(cells + 1), source=-huge(1_int32))
       do c = 1, cells
         n(c) = 0
         do k = 1, 6
           if (any(cv(:n(c), c) == cv(k, c))) cycle
-          n(c) = n(c) + 1
+          n(c) = n(c) + 1_int32
           cv(n(c), c) = cv(k, c)
         end do
         cv(n(c) + 1:, c) = -5
@@ -111,7 +111,7 @@ contains
       integer, intent(in) :: row, rows
       integer(int32), intent(in) :: table(:, :)
       integer(int32) :: longer(row, rows + 1)
-      longer = -huge(1)
+      longer = -huge(1_int32)
       longer(:size(table, 1), :rows) = table
     end function wide
 

@@ -4,7 +4,7 @@ module layouts
   use check
   use model
   use, intrinsic :: iso_c_binding, only: c_loc
-  use, intrinsic :: iso_fortran_env, only: real32, real64
+  use, intrinsic :: iso_fortran_env, only: int64, real32, real64
   implicit none
   private
   public :: draw_layouts, draw_corners, draw_named
@@ -180,6 +180,19 @@ contains
     call icoray_execute(ctx, 5, 0.0_real64)
     call icoray_report(ctx, report)
     call expect(report%missing_values == size(flat(::5)) .and. report%bytes_copied == 0, 'missing values, 64 bits')
+
+    ! A name with a date needs one, with either kind of step.
+    flat = reshape(at_centers, [nz*cells])/2
+    call icoray_field_set(ctx, 'f', flat)
+    call icoray_scene_text(ctx, base_scene('year_$Y'))
+    call icoray_execute(ctx, 7, 0.0_real64, ierr)
+    call refused(ctx, ierr, ICORAY_ERR_ARGUMENT, 'date is absent')
+    call icoray_execute(ctx, 7, 0.0_real64, '0001-02-03', ierr)
+    call refused(ctx, ierr, ICORAY_ERR_ARGUMENT, '0001-02-03')
+    call icoray_execute(ctx, 7, 0.0_real64, '0001-02-03_04:05:06  ', ierr)
+    call went_well(ctx, ierr, 'a date')
+    call icoray_execute(ctx, 8_int64, 0.0_real64, '0001-02-03T04:05:06', ierr)
+    call went_well(ctx, ierr, 'a date and a step of 64 bits')
     call icoray_close(ctx, ierr)
     call expect(ierr == ICORAY_OK, 'icoray_close')
     call icoray_mesh_free(other)

@@ -126,7 +126,7 @@ contains
     cc = transpose(tables%corner_cell)
     ce = tables%corner_edge
     ev = tables%edge_corner
-    few = [6, 6]
+    few = [6_int32, 6_int32]
     write (count, '(i0)') cells
     write (fewer, '(i0)') cells - 1
     associate (t => tables)

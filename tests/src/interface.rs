@@ -92,14 +92,18 @@ impl Interface {
         }
     }
 
-    /// What of the ABI the other does not have, or has otherwise.
-    pub fn differences(&self, other: &Self) -> Vec<String> {
+    /// What a C header has that a Fortran module does not have, or has otherwise, and what is too much there.
+    pub fn differences(&self, fortran: &Self) -> Vec<String> {
+        // A plain address may stand for that of a string or of what is only read.
+        let fits = |c: &str, f: &str| c == f || (f == "ptr" && (c == "in text" || c.starts_with("in ref ")));
         let mut told = Vec::new();
-        compare(&mut told, &self.functions, &other.functions, |a, b| {
-            a.len() == b.len() && a.iter().zip(b).all(|(a, b)| a == b || (a == "in text" && b == "ptr"))
+        compare(&mut told, &self.functions, &fortran.functions, |c, f| {
+            c.len() == f.len() && c.iter().zip(f).all(|(c, f)| fits(c, f))
         });
-        compare(&mut told, &self.structs, &other.structs, PartialEq::eq);
-        compare(&mut told, &self.constants, &other.constants, PartialEq::eq);
+        compare(&mut told, &self.structs, &fortran.structs, |c, f| {
+            c.len() == f.len() && c.iter().zip(f).all(|(c, f)| c.0 == f.0 && fits(&c.1, &f.1))
+        });
+        compare(&mut told, &self.constants, &fortran.constants, PartialEq::eq);
         told
     }
 }
