@@ -59,9 +59,9 @@ fn a_full_queue_makes_the_caller_wait() {
     let (fourth, back) = (Arc::clone(writer), channel());
     let caller = std::thread::spawn(move || back.0.send(submit(&fourth, 4)).unwrap());
     while writer.shared.lock().blocked == 0 {
+        assert!(back.1.try_recv().is_err(), "it came back although the queue is full");
         std::thread::yield_now();
     }
-    assert!(back.1.try_recv().is_err(), "it came back although the queue is full");
     assert_eq!(writer.shared.lock().queue.len(), 2);
     gate.send(()).unwrap();
     let submitted = back.1.recv().unwrap();
