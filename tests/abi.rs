@@ -251,6 +251,12 @@ fn what_is_wrong_is_refused() {
     let directory = TempDir::new().unwrap();
     let program = compile_c(&REFUSALS, directory.path());
     checked(command(program, directory.path()).arg(directory.path()), "refusals");
+    if is_there("c++") {
+        // What C++ makes of the enum and the macros; pictures of the other program are not to be modified.
+        let directory = TempDir::new().unwrap();
+        let program = compile("c++", &["-std=c++11", "-x", "c++"], &REFUSALS, directory.path());
+        checked(command(program, directory.path()).arg(directory.path()), "refusals");
+    }
 }
 
 /// The pixels of a picture, and its size.
