@@ -45,8 +45,8 @@ FIXED(ICORAY_MAX_RANK, 7);
 
 /* The parts that share a context. */
 static void (*const parts[])(icoray_ctx *) = {
-    nulls,   struct_sizes, grids, bad_tables, wide_tables, bad_places, layers,     arrays, ndarrays,
-    misfits, names,        scenes, wants,     times,       dates,      error_maps, messages,
+    nulls,    struct_sizes, misaligned, grids,  bad_tables, wide_tables, bad_places, layers,   arrays,
+    ndarrays, misfits,      names,      scenes, wants,      times,       dates,      error_maps, messages,
 };
 
 int main(int argc, char **argv)

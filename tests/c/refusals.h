@@ -61,6 +61,7 @@ void still_draws(icoray_ctx *ctx);
 /* refusals_calls.c */
 void nulls(icoray_ctx *ctx);
 void struct_sizes(icoray_ctx *ctx);
+void misaligned(icoray_ctx *ctx);
 void openings(void);
 void messages(icoray_ctx *ctx);
 

@@ -26,12 +26,12 @@ void nulls(icoray_ctx *ctx)
     REFUSED(ctx, ICORAY_ERR_NULL, "toml", icoray_scene_text(ctx, NULL));
     REFUSED(NULL, ICORAY_ERR_NULL, "ctx", icoray_execute(NULL, 0, 0.0, NULL));
     REFUSED(NULL, ICORAY_ERR_NULL, "ctx", icoray_report(NULL, &report));
-    REFUSED(ctx, ICORAY_ERR_NULL, "report", icoray_report(ctx, NULL));
+    REFUSED(ctx, ICORAY_ERR_NULL, "icoray_frame_report", icoray_report(ctx, NULL));
     REFUSED(NULL, ICORAY_ERR_NULL, "ctx", icoray_wait(NULL));
     REFUSED(NULL, ICORAY_ERR_NULL, "ctx", icoray_close(NULL));
     REFUSED(NULL, ICORAY_ERR_NULL, "mesh", icoray_mesh_create(1, NULL));
     REFUSED(NULL, ICORAY_ERR_NULL, "mesh", icoray_mesh_grid(NULL, &grid));
-    REFUSED(NULL, ICORAY_ERR_NULL, "grid", icoray_mesh_grid(mesh, NULL));
+    REFUSED(NULL, ICORAY_ERR_NULL, "icoray_grid", icoray_mesh_grid(mesh, NULL));
     REFUSED(NULL, ICORAY_ERR_NULL, "mesh", icoray_mesh_free(NULL));
 
     icoray_log_stderr(NULL, ICORAY_LOG_ERROR, NULL); /* has nothing to say */
@@ -110,6 +110,24 @@ void struct_sizes(icoray_ctx *ctx)
         }
     }
     trying = "";
+}
+
+/* A struct where none can lie, as where a byte buffer is taken for one. */
+void misaligned(icoray_ctx *ctx)
+{
+    static double room[64]; /* more than any struct takes */
+    char *aside = (char *)room + 1;
+    icoray_ctx *none = ctx;
+    REFUSED(NULL, ICORAY_ERR_ARGUMENT, "icoray_config: 0x", icoray_open_serial((icoray_config *)(void *)aside, &none));
+    CHECK(none == NULL);
+    REFUSED(ctx, ICORAY_ERR_ARGUMENT, "icoray_grid: 0x", icoray_grid_set(ctx, (icoray_grid *)(void *)aside));
+    REFUSED(ctx, ICORAY_ERR_ARGUMENT, "icoray_layers: 0x", icoray_layers_set(ctx, (icoray_layers *)(void *)aside));
+    REFUSED(ctx, ICORAY_ERR_ARGUMENT, "icoray_array: 0x", icoray_field_set(ctx, "f", (icoray_array *)(void *)aside));
+    REFUSED(ctx, ICORAY_ERR_ARGUMENT, "icoray_ndarray: 0x",
+            icoray_field_set_ndarray(ctx, "f", (icoray_ndarray *)(void *)aside));
+    REFUSED(ctx, ICORAY_ERR_ARGUMENT, "icoray_frame_report: 0x",
+            icoray_report(ctx, (icoray_frame_report *)(void *)aside));
+    REFUSED(NULL, ICORAY_ERR_ARGUMENT, "icoray_grid: 0x", icoray_mesh_grid(mesh, (icoray_grid *)(void *)aside));
 }
 
 /* Every member of the config, in and out of its range. */

@@ -21,13 +21,15 @@ static int made_directory(const char *name)
 }
 
 /* By default nothing that is there is modified, and that is known before anything is rendered. */
-void existing(void)
+static void never_modified(int is_async)
 {
+    icoray_config config = good_config;
     icoray_ctx *ctx;
     char path[1024], gone[1024];
     CHECK(made_directory("never") && made("never/f_1.png", THERE) && made("never/m_2.png", THERE));
     CHECK(symlink("nowhere", path_of(path, sizeof path, "never/f_3.png")) == 0);
-    ctx = filled();
+    config.async_render = is_async;
+    ctx = filled_with(&config);
 
     OK(icoray_scene_text(ctx, SCENE("f", "4", "never/f_{step}.png")));
     REFUSED(ctx, ICORAY_ERR_EXISTS, "never/f_1.png", icoray_execute(ctx, 1, 0.0, NULL));
@@ -53,7 +55,7 @@ void existing(void)
     OK(icoray_close(&ctx));
 
     /* The next run finds them; once moved away they are drawn again. */
-    ctx = filled();
+    ctx = filled_with(&config);
     OK(icoray_scene_text(ctx, SCENE("f", "4", "never/f_{step}.png")));
     REFUSED(ctx, ICORAY_ERR_EXISTS, "never/f_4.png", icoray_execute(ctx, 4, 0.0, NULL));
     CHECK(rename(path_of(path, sizeof path, "never/f_4.png"), path_of(gone, sizeof gone, "never/old.png")) == 0);
@@ -61,6 +63,15 @@ void existing(void)
     OK(icoray_wait(ctx));
     CHECK(is_picture("never/f_4.png"));
     OK(icoray_close(&ctx));
+    path_of(path, sizeof path, "never");
+    path_of(gone, sizeof gone, is_async ? "never_1" : "never_0");
+    CHECK(rename(path, gone) == 0);
+}
+
+void existing(void)
+{
+    never_modified(0);
+    never_modified(1);
 }
 
 void overwritten(void)

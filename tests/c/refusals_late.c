@@ -138,22 +138,38 @@ void told_once(void)
     }
 }
 
-/* Every frame is written, has failed or was dropped, whatever the queue; by default none is dropped. */
+/* Lines of the log that tell of a dropped frame. */
+static void counts_drops(void *user, int32_t level, const char *message)
+{
+    *(uint64_t *)user += level == ICORAY_LOG_WARN && strstr(message, "dropped") != NULL;
+}
+
+/*
+ * Every frame is written or dropped, whatever the queue; by default none is dropped. The planet is far away, so that
+ * drawing takes less time than writing.
+ */
 void dropped(void)
 {
     static const int32_t queues[] = {0, 1, 3};
+    static const char far_scene[] =
+        "field = \"f\"\n[image]\nwidth = 256\nheight = 256\n"
+        "[camera]\nlon = 10\nlat = 40\ndistance = 400\n"
+        "[transfer]\nmap = \"viridis\"\nrange = [0, 2]\nopacity = [[0, 0.1], [2, 0.9]]\n";
     enum { FRAMES = 12 };
     for (int k = 0; k < 8; k++) {
         icoray_config config = good_config;
         icoray_ctx *ctx;
         icoray_frame_report report;
-        uint64_t there = 0;
+        uint64_t there = 0, lines = 0;
         char text[1024], name[64];
         config.writer_queue = queues[k % 3];
         config.when_full = k % 2 == 0 ? ICORAY_BLOCK : ICORAY_DROP_OLDEST;
         config.async_render = k >= 4;
+        config.log = counts_drops;
+        config.log_user = &lines;
+        config.log_level = ICORAY_LOG_WARN;
         ctx = filled_with(&config);
-        snprintf(text, sizeof text, SCENE("f", "4", "queue_%d/{step}.png"), k);
+        snprintf(text, sizeof text, "%s[output]\nfile = \"queue_%d/{step}.png\"\n", far_scene, k);
         OK(icoray_scene_text(ctx, text));
         for (int step = 0; step < FRAMES; step++) {
             OK(icoray_execute(ctx, step, 0.0, NULL));
@@ -167,6 +183,7 @@ void dropped(void)
         trying = text;
         CHECK(report.step == FRAMES - 1 && report.frames_failed == 0);
         CHECK(report.frames_written == there && report.frames_written + report.frames_dropped == FRAMES);
+        CHECK(report.frames_dropped == lines);
         CHECK(config.when_full == ICORAY_DROP_OLDEST || report.frames_dropped == 0);
         snprintf(name, sizeof name, "queue_%d/%d.png", k, FRAMES - 1);
         CHECK(is_picture(name)); /* the latest is never the oldest */

@@ -1,5 +1,5 @@
 /* What is logged, at which level; and the callback that writes to stderr. */
-#define _POSIX_C_SOURCE 200809L /* dup, dup2 */
+#define _POSIX_C_SOURCE 200809L /* dup, dup2, symlink */
 
 #include "refusals.h"
 
@@ -57,8 +57,39 @@ static void story(int32_t on_error, int32_t level)
     CHECK(level < ICORAY_LOG_DEBUG || strstr(lines.last[ICORAY_LOG_DEBUG], "left out") != NULL);
 }
 
+/* A frame that fails when it is written is logged once, by whichever call tells of it. */
+static void late(int by_close, int32_t on_error)
+{
+    icoray_config config = good_config;
+    icoray_ctx *ctx;
+    Lines lines;
+    char path[1024];
+    memset(&lines, 0, sizeof lines);
+    config.on_error = on_error;
+    config.log_level = ICORAY_LOG_DEBUG;
+    config.log = counts;
+    config.log_user = &lines;
+    ctx = filled_with(&config);
+    CHECK(symlink("nowhere/at/all", path_of(path, sizeof path, "log_late")) == 0);
+    OK(icoray_scene_text(ctx, SCENE("f", "4", "log_late/pictures/{step}.png")));
+    OK(icoray_execute(ctx, 1, 0.0, NULL));
+    if (!by_close) {
+        CHECK(icoray_wait(ctx) == ICORAY_ERR_IO);
+        OK(icoray_close(&ctx));
+    } else {
+        CHECK(icoray_close(&ctx) == ICORAY_ERR_IO);
+    }
+    CHECK(lines.lines[ICORAY_LOG_WARN] == (on_error != ICORAY_IGNORE) && lines.lines[ICORAY_LOG_INFO] == 0);
+    CHECK(on_error == ICORAY_IGNORE || strstr(lines.last[ICORAY_LOG_WARN], "log_late/pictures") != NULL);
+    CHECK(unlink(path) == 0);
+}
+
 void logged(void)
 {
+    for (int32_t on_error = ICORAY_WARN; on_error <= ICORAY_DISABLE; on_error++) {
+        late(0, on_error);
+        late(1, on_error);
+    }
     for (int32_t on_error = ICORAY_WARN; on_error <= ICORAY_DISABLE; on_error++) {
         for (int32_t level = ICORAY_LOG_OFF; level <= ICORAY_LOG_DEBUG; level++) {
             char words[64];

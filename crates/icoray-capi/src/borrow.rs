@@ -32,18 +32,29 @@ versioned!(icoray_config, icoray_grid, icoray_layers, icoray_array, icoray_ndarr
 /// # Safety
 /// `pointer` is NULL or points to a readable `size_t` followed by as many bytes as that number says.
 pub(crate) unsafe fn sized<'a, T: Versioned>(pointer: *const T) -> Outcome<&'a T> {
-    if pointer.is_null() {
-        return Err(Failure::null(T::NAME));
-    }
-    // SAFETY: not NULL, and the caller promises that a size_t can be read there.
-    let size = unsafe { pointer.cast::<usize>().read() };
-    check_size::<T>(size)?;
-    // SAFETY: the size is right, so the caller promises the whole struct.
+    // SAFETY: passed on.
+    unsafe { check_struct(pointer)? };
+    // SAFETY: not NULL, aligned, and the size is right, so the caller promises the whole struct.
     Ok(unsafe { &*pointer })
 }
 
-/// Refuses a struct of another size than this library's.
-pub(crate) fn check_size<T: Versioned>(size: usize) -> Outcome<()> {
+/// Refuses no struct, one that lies where none can, and one of another size than this library's.
+///
+/// # Safety
+/// As [`sized`].
+pub(crate) unsafe fn check_struct<T: Versioned>(pointer: *const T) -> Outcome<()> {
+    if pointer.is_null() {
+        return Err(Failure::null(T::NAME));
+    }
+    if !pointer.is_aligned() {
+        return Err(argument(format!(
+            "{}: {pointer:?} is not aligned to {} bytes",
+            T::NAME,
+            align_of::<T>()
+        )));
+    }
+    // SAFETY: not NULL, aligned, and the caller promises that a size_t can be read there.
+    let size = unsafe { pointer.cast::<usize>().read() };
     if size == size_of::<T>() {
         return Ok(());
     }

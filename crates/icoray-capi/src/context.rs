@@ -165,10 +165,14 @@ impl Context {
         self.drawing.finish()
     }
 
-    /// Waits, and says nothing where the context has said before that it is broken.
+    /// Waits, for the last time, and says nothing where the context has said before that it is broken.
     pub fn finish(&mut self) -> Outcome<()> {
         let outcome = self.drawing.finish();
-        if self.poisoned { Ok(()) } else { outcome }
+        if self.poisoned {
+            return Ok(());
+        }
+        // There will be no message to keep, but the log is the host's.
+        outcome.inspect_err(|failure| self.drawing.log_failure(failure))
     }
 
     pub fn report(&mut self) -> Outcome<icoray_frame_report> {

@@ -1,6 +1,6 @@
 //! Exported: whether a step is drawn, drawing it, and what that cost.
 
-use crate::borrow::{argument, check_size, text};
+use crate::borrow::{argument, check_struct, text};
 use crate::boundary::{Failure, Outcome};
 use crate::handle::{icoray_ctx, with};
 use crate::types::{icoray_frame_report, icoray_status};
@@ -127,10 +127,7 @@ pub unsafe extern "C" fn icoray_report(
     // SAFETY: passed on.
     unsafe {
         with(ctx, |context| {
-            if report.is_null() {
-                return Err(Failure::null("report"));
-            }
-            check_size::<icoray_frame_report>(report.cast::<usize>().read())?;
+            check_struct(report.cast_const())?;
             report.write(context.report()?);
             Ok(())
         })

@@ -1,7 +1,7 @@
 //! The generator, exported: an icosahedral mesh that owns its tables.
 #![expect(non_camel_case_types, reason = "the names are C's")]
 
-use crate::borrow::check_size;
+use crate::borrow::check_struct;
 use crate::boundary::{Failure, guarded, status};
 use crate::host::without_signals;
 use crate::types::{ICORAY_F64, ICORAY_I32, icoray_grid, icoray_status};
@@ -46,11 +46,11 @@ pub unsafe extern "C" fn icoray_mesh_create(level: i32, mesh: *mut *mut icoray_m
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn icoray_mesh_grid(mesh: *const icoray_mesh, grid: *mut icoray_grid) -> icoray_status {
     status(&guarded(|| {
-        if mesh.is_null() || grid.is_null() {
-            return Err(Failure::null(if mesh.is_null() { "mesh" } else { "grid" }));
+        if mesh.is_null() {
+            return Err(Failure::null("mesh"));
         }
-        // SAFETY: not NULL; the caller promises at least a size_t there.
-        check_size::<icoray_grid>(unsafe { grid.cast::<usize>().read() })?;
+        // SAFETY: the caller promises at least a size_t there.
+        unsafe { check_struct(grid.cast_const())? };
         // SAFETY: not NULL; the caller promises a live mesh.
         let mesh = unsafe { &(*mesh).0 };
         let filled = icoray_grid {
