@@ -78,3 +78,13 @@ fn only_log_stderr_prints() {
     assert!(stderr.starts_with("icoray: warning: bad scene: ") && stderr.lines().count() == 1, "{stderr}");
     assert_eq!(text(&output.stdout), "host_process: 3 checks, 0 failed\n");
 }
+
+#[test]
+fn forked_processes_get_answers() {
+    Program::new("host_fork").checks(&[], 60);
+}
+
+#[test]
+fn threads_and_the_log_keep_apart() {
+    Program::new("host_threads").checks(&[], 400);
+}

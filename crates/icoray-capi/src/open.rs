@@ -1,7 +1,7 @@
 //! Exported: opening, closing, and what went wrong.
 
 use crate::borrow::{sized, text};
-use crate::boundary::{Failure, guarded, last_message, status};
+use crate::boundary::{Failure, caught, guarded, last_message, status};
 use crate::context::Context;
 use crate::handle::icoray_ctx;
 use crate::types::{icoray_config, icoray_status};
@@ -104,7 +104,14 @@ pub unsafe extern "C" fn icoray_close(ctx: *mut *mut icoray_ctx) -> icoray_statu
             return Ok(());
         }
         let outcome = match handle.enter() {
-            Ok(mut context) => context.finish(),
+            Ok(mut context) => {
+                // Closed all the same, so a panic goes no further than this; the log hears of a failure as of any other.
+                let outcome = caught(|| context.finish());
+                if let Err(failure) = &outcome {
+                    context.remember(failure);
+                }
+                outcome
+            }
             Err(busy) => return Err(busy),
         };
         // SAFETY: as above.
