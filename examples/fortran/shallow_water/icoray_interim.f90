@@ -217,16 +217,16 @@ contains
 
    subroutine icoray_last_error(ctx, message)
       type(icoray_context), intent(in) :: ctx
-      character(len=:), allocatable, intent(out) :: message
+      character(*), intent(out) :: message
       character(kind=c_char) :: buffer(1024)
       integer :: i, ierr
       buffer = c_null_char
       ierr = c_last_error(ctx%handle, buffer, 1024_c_size_t)
       message = ''
       if (ierr /= 0) return
-      do i = 1, 1023
+      do i = 1, min(1023, len(message))
          if (buffer(i) == c_null_char) exit
-         message = message//buffer(i)
+         message(i:i) = buffer(i)
       end do
    end subroutine
 

@@ -19,8 +19,8 @@
 !> All that the model adds in order to be drawn is in pictures.f90; what it computes with is in mesh, operators and trisk.
 program shallow_water
    use, intrinsic :: iso_fortran_env, only: output_unit
-   use kinds, only: wp, ik, radius, gravity, day, clock
-   use tables, only: grid_tables, generate, relax
+   use kinds, only: wp, ik, pi, radius, gravity, day, clock
+   use tables, only: grid_tables, generate, tilt, relax
    use mesh, only: mesh_type, derive
    use operators, only: operators_type, prepare
    use trisk, only: vorticity_at_corners
@@ -58,6 +58,7 @@ program shallow_water
    end if
    began = clock()
    call generate(opt%level, grid)
+   call tilt(grid, opt%tilt*pi/180.0_wp)
    call relax(grid, opt%lloyd, off(1), off(2))
    call derive(grid, cells)
    call prepare(cells, ops)
@@ -71,10 +72,10 @@ program shallow_water
    call integrate(cells, ops, state, start)
    call plan_steps()
 
-   write (*, '(a,i0,a,i0,a,i0,a,f0.3,a,i0,a)') 'shallow_water: ', cells%cells, ' cells, ', opt%layers, ' layers, ', steps, &
+   write (*, '(3(a,i0),a,f0.3,a,i0,a)') 'shallow_water: ', cells%cells, ' cells, ', opt%layers, ' layers, ', steps, &
       ' steps of ', dt, ' s, a picture every ', every, ' steps'
-   write (*, '(a,f0.1,a,f0.1,a,f0.4,a,f0.4,a)') 'set up in ', clock() - began, ' s; centres are at least ', &
-      minval(cells%dc)/1000.0_wp, ' km apart, and ', off(1), ' of a spacing from their centroids at most, ', off(2), ' in the mean'
+   write (*, '(a,f7.1,a,f7.1,a,2(f7.4,a))') 'set up in', clock() - began, ' s; centres are at least', minval(cells%dc)/1000.0_wp, &
+      ' km apart, and', off(1), ' of a spacing from their centroids at most,', off(2), ' in the mean'
    write (*, '(a)') '   day       mass     energy  enstrophy    min h/m   max h/m  max vort*s simulate/s   pictures/s'
    if (opt%pictures) call pictures_open(shots, grid, level_radius, radius, state%h, vorticity, opt%scene, opt%out, opt%threads)
    simulation = 0.0_wp

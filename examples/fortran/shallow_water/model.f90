@@ -104,29 +104,46 @@ contains
       type(state_type), intent(in) :: s
       type(integrals_type), intent(out) :: x
       real(wp), allocatable :: vorticity(:, :), thickness(:, :)
+      real(wp), dimension(s%layers) :: mass_rest, potential, potential_rest, kinetic_rest, enstrophy_rest
       integer :: c, e, v
 
       allocate (x%mass(s%layers), x%energy(s%layers), x%kinetic(s%layers), x%enstrophy(s%layers), source=0.0_wp)
+      mass_rest = 0.0_wp
+      potential = 0.0_wp
+      potential_rest = 0.0_wp
+      kinetic_rest = 0.0_wp
+      enstrophy_rest = 0.0_wp
       allocate (vorticity(s%layers, m%corners), thickness(s%layers, m%corners))
       call vorticity_at_corners(s%layers, m, o, s%u, vorticity)
       call thickness_at_corners(s%layers, m, o, s%h, thickness)
       do c = 1, m%cells
-         x%mass = x%mass + m%cell_area(c)*s%h(:, c)
-         x%energy = x%energy + m%cell_area(c)*0.5_wp*gravity*s%h(:, c)**2
+         call add_term(m%cell_area(c)*s%h(:, c), x%mass, mass_rest)
+         call add_term(m%cell_area(c)*0.5_wp*gravity*s%h(:, c)**2, potential, potential_rest)
       end do
       do e = 1, m%edges
-         associate (c => m%edge_cell(:, e))
-            x%kinetic = x%kinetic + m%dv(e)*m%dc(e)*0.25_wp*(s%h(:, c(1)) + s%h(:, c(2)))*s%u(:, e)**2
+         associate (a => m%edge_cell(:, e))
+            call add_term(m%dv(e)*m%dc(e)*0.25_wp*(s%h(:, a(1)) + s%h(:, a(2)))*s%u(:, e)**2, x%kinetic, kinetic_rest)
          end associate
       end do
-      x%energy = x%energy + x%kinetic
+      x%energy = potential + x%kinetic
       do v = 1, m%corners
-         x%enstrophy = x%enstrophy + m%corner_area(v)*0.5_wp*(m%coriolis(v) + vorticity(:, v))**2/thickness(:, v)
+         call add_term(m%corner_area(v)*0.5_wp*(m%coriolis(v) + vorticity(:, v))**2/thickness(:, v), x%enstrophy, enstrophy_rest)
       end do
       x%lowest = minval(s%h)
       x%highest = maxval(s%h)
       x%vorticity = maxval(abs(vorticity))
    end subroutine integrate
+
+   !> Kahan's sum: what an addition rounds off goes into the next. Else the sum of a mesh loses more than the model does.
+   elemental subroutine add_term(term, sum, rest)
+      real(wp), intent(in) :: term
+      real(wp), intent(inout) :: sum, rest
+      real(wp) :: new
+      rest = rest + term
+      new = sum + rest
+      rest = rest - (new - sum)
+      sum = new
+   end subroutine add_term
 
    !> The drift, relative to what was, of the layer that drifts most.
    pure real(wp) function largest_drift(now, before)

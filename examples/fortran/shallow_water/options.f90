@@ -12,7 +12,8 @@ module options
       real(wp) :: days = 6.0_wp
       real(wp) :: dt = 0.0_wp        !< s; 0: from the Courant number
       integer(ik) :: every = 0_ik    !< steps between pictures; 0: 6 hours
-      integer :: lloyd = 0           !< rounds
+      integer :: lloyd = 100         !< rounds
+      real(wp) :: tilt = 20.0_wp     !< of the mesh, degrees
       real(wp) :: lead = 0.5_wp      !< of the anticipated potential vorticity, in time steps
       character(:), allocatable :: initial, scene, out
       integer :: threads = 0
@@ -31,7 +32,8 @@ contains
          '                   williamson2: steady flow, of which the error is printed (galewsky)', &
          '  --days D         length of the simulation (6)', &
          '  --dt S           longest time step in seconds (from the Courant number of gravity waves)', &
-         '  --lloyd n        rounds of Lloyd''s iteration that make the mesh centroidal (0)', &
+         '  --lloyd n        rounds of Lloyd''s iteration that make the mesh centroidal (100)', &
+         '  --tilt DEG       turns the mesh, so that no pentagon is at a pole (20)', &
          '  --lead x         potential vorticity is anticipated by x time steps; 0 leaves enstrophy alone (0.5)', &
          '  --every k        steps between pictures (6 hours)', &
          '  --scene FILE     scene to draw (examples/scenes/shallow_water.toml)', &
@@ -85,6 +87,8 @@ contains
             o%dt = number(i - 1, 0.01_wp, day)
          case ('--lloyd')
             o%lloyd = nint(number(i - 1, 0.0_wp, 1.0e6_wp, whole=.true.))
+         case ('--tilt')
+            o%tilt = number(i - 1, -180.0_wp, 180.0_wp)
          case ('--lead')
             o%lead = number(i - 1, 0.0_wp, 10.0_wp)
          case ('--every')

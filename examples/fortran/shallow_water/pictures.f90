@@ -84,13 +84,13 @@ contains
       type(pictures_type), intent(inout) :: p
       integer, intent(in) :: ierr
       character(*), intent(in) :: what
-      character(:), allocatable :: message
+      character(1024) :: message
       integer :: ignored
 
       if (.not. p%open .or. ierr == ICORAY_OK) return
       p%open = .false.
       call icoray_last_error(p%context, message)
-      write (error_unit, '(3a,i0,2a)') 'shallow_water: ', what, ': status ', ierr, ': ', message
+      write (error_unit, '(3a,i0,2a)') 'shallow_water: ', what, ': status ', ierr, ': ', trim(message)
       write (error_unit, '(a)') 'shallow_water: the simulation goes on without pictures'
       call icoray_close(p%context, ignored)
    end subroutine check

@@ -2,13 +2,13 @@
 !> to icoray. With `relax`, generated meshes become centroidal: Lloyd's iteration moves each centre to the centroid of its
 !> cell and each corner to the circumcentre of its centres; who is whose neighbour stays.
 module tables
-   use kinds, only: wp, ip
-   use sphere, only: place_at, longitude, latitude, unit, triangle_area, circumcentre
+   use kinds, only: wp, ip, pi
+   use sphere, only: place_at, longitude, latitude, unit, cross, triangle_area, circumcentre
    use icoray, only: icoray_mesh, icoray_grid_tables, icoray_mesh_create, icoray_mesh_tables, icoray_mesh_free, &
                      icoray_last_error
    implicit none
    private
-   public :: grid_tables, generate, relax
+   public :: grid_tables, generate, tilt, relax
 
    type :: grid_tables
       real(wp), allocatable :: lon_center(:), lat_center(:), lon_corner(:), lat_corner(:)  !< radians
@@ -44,6 +44,29 @@ contains
       call icoray_mesh_free(mesh, ierr)
    end subroutine generate
 
+   !> Turns the whole mesh by an angle about 0 N 18 E. As generated it has a pentagon at each pole and five-fold symmetry about
+   !> them, which excites just the waves that grow fastest on a jet in mid-latitudes.
+   subroutine tilt(t, turned)
+      type(grid_tables), intent(inout) :: t
+      real(wp), intent(in) :: turned  !< radians
+      call turn(t%lon_center, t%lat_center, turned)
+      call turn(t%lon_corner, t%lat_corner, turned)
+   end subroutine tilt
+
+   pure subroutine turn(lon, lat, turned)
+      real(wp), intent(inout) :: lon(:), lat(:)
+      real(wp), intent(in) :: turned
+      real(wp), parameter :: axis(3) = [cos(pi/10.0_wp), sin(pi/10.0_wp), 0.0_wp]
+      real(wp) :: p(3)
+      integer :: i
+      do i = 1, size(lon)
+         p = place_at(lon(i), lat(i))  ! Rodrigues' formula
+         p = cos(turned)*p + sin(turned)*cross(axis, p) + (1.0_wp - cos(turned))*dot_product(axis, p)*axis
+         lon(i) = longitude(p)
+         lat(i) = latitude(p)
+      end do
+   end subroutine turn
+
    !> Lloyd's iteration, `rounds` times. Returns how far a centre is from its cell's centroid at most, and in the mean, in
    !> units of the mean distance between neighbours, before the last move.
    subroutine relax(t, rounds, farthest, mean)
@@ -61,7 +84,7 @@ contains
       do v = 1, size(corner, 2)
          corner(:, v) = place_at(t%lon_corner(v), t%lat_corner(v))
       end do
-      spacing = sqrt(8.0_wp*acos(-1.0_wp)/sqrt(3.0_wp)/real(size(center, 2), wp))
+      spacing = sqrt(8.0_wp*pi/sqrt(3.0_wp)/real(size(center, 2), wp))
       farthest = 0.0_wp
       mean = 0.0_wp
       do round = 0, rounds
