@@ -1,0 +1,164 @@
+!> shallow_water: a stack of shallow-water layers on a geodesic grid, each with an unstable jet, that draws itself with icoray
+!> while it runs.
+!>
+!> Solves the nonlinear rotating shallow-water equations on the sphere by TRiSK, the finite-volume scheme of MPAS (Ringler et
+!> al. 2010, doi:10.1016/j.jcp.2009.12.007), on the Voronoi cells of an icosahedral mesh: thickness at centres, normal velocity
+!> at edges, potential vorticity at corners; energy-conserving form; classical Runge-Kutta steps. Layers do not feel each
+!> other. They start from the barotropic jet of Galewsky et al. 2004 (doi:10.3402/tellusa.v16i5.14436), 40 m/s in the lowest to
+!> 100 m/s in the highest, whose instability rolls the jet up within a week, the stronger the sooner.
+!>
+!> Build and run, from this directory, with icoray installed:
+!>
+!>     make
+!>     build/shallow_water --scene ../../scenes/shallow_water.toml --out pictures
+!>     build/shallow_water --self-test                          (properties of mesh and operators, to rounding)
+!>     build/shallow_water --case williamson2 --no-pictures     (steady flow, with the error of its height)
+!>
+!> Each day a line: drift of mass, energy and potential enstrophy since the start, relative, of the layer that drifts most;
+!> extremes; seconds of that day's simulation and pictures. README.md beside this file has measured numbers.
+!> All that the model adds in order to be drawn is in pictures.f90; what it computes with is in mesh, operators and trisk.
+program shallow_water
+   use, intrinsic :: iso_fortran_env, only: output_unit
+   use kinds, only: wp, ik, pi, radius, gravity, day, clock
+   use tables, only: grid_tables, generate, tilt, relax
+   use mesh, only: mesh_type, derive
+   use operators, only: operators_type, prepare
+   use trisk, only: vorticity_at_corners
+   use model, only: state_type, stepper_type, integrals_type, new_state, new_stepper, advance, integrate, largest_drift
+   use galewsky, only: galewsky_state
+   use williamson2, only: williamson2_state, height_error
+   use checks, only: self_test
+   use options, only: options_type, read_options
+   use pictures, only: pictures_type, pictures_open, pictures_draw, pictures_close
+   use calendar, only: date_of
+   implicit none
+
+   real(wp), parameter :: weakest = 40.0_wp, strongest = 100.0_wp  ! jets, m/s
+   real(wp), parameter :: top = 30000.0_wp                         ! where the stack of layers ends in the pictures, m
+   real(wp), parameter :: courant = 0.7_wp                         ! of the default step: gravity waves on the shortest dc
+
+   type(options_type) :: opt
+   type(grid_tables), target :: grid
+   type(mesh_type) :: cells
+   type(operators_type) :: ops
+   type(state_type), target :: state
+   type(stepper_type) :: stepper
+   type(integrals_type) :: start, now
+   type(pictures_type) :: shots
+   real(wp), allocatable, target :: vorticity(:, :)
+   real(wp), allocatable :: u_max(:), level_radius(:)
+   real(wp) :: dt, began, simulation, shown(2), off(2)
+   integer(ik) :: step, steps, every
+   integer :: k, shown_day
+
+   call read_options(opt)
+   if (opt%self_test) then
+      if (self_test(opt%level, opt%lloyd)) stop
+      stop 1, quiet=.true.
+   end if
+   began = clock()
+   call generate(opt%level, grid)
+   call tilt(grid, opt%tilt*pi/180.0_wp)
+   call relax(grid, opt%lloyd, off(1), off(2))
+   call derive(grid, cells)
+   call prepare(cells, ops)
+   u_max = [(weakest + (strongest - weakest)*real(k - 1, wp)/real(opt%layers - 1, wp), k=1, opt%layers)]
+   level_radius = [(radius + top*(real(k, wp) - 0.5_wp)/real(opt%layers, wp), k=1, opt%layers)]
+   call new_state(opt%layers, cells, state)
+   if (opt%initial == 'galewsky') call galewsky_state(cells, u_max, state)
+   if (opt%initial == 'williamson2') call williamson2_state(cells, state)
+   call new_stepper(state, cells, stepper)
+   allocate (vorticity(opt%layers, cells%corners), source=0.0_wp)
+   call integrate(cells, ops, state, start)
+   call plan_steps()
+
+   write (*, '(3(a,i0),a,f0.3,a,i0,a)') 'shallow_water: ', cells%cells, ' cells, ', opt%layers, ' layers, ', steps, &
+      ' steps of ', dt, ' s, a picture every ', every, ' steps'
+   write (*, '(a,f7.1,a,f7.1,a,2(f7.4,a))') 'set up in', clock() - began, ' s; centres are at least', minval(cells%dc)/1000.0_wp, &
+      ' km apart, and', off(1), ' of a spacing from their centroids at most,', off(2), ' in the mean'
+   write (*, '(a)') '   day       mass     energy  enstrophy    min h/m   max h/m  max vort*s simulate/s   pictures/s'
+   if (opt%pictures) call pictures_open(shots, grid, level_radius, radius, state%h, vorticity, opt%scene, opt%out, opt%threads)
+   simulation = 0.0_wp
+   shown = 0.0_wp
+   shown_day = -1
+   step = 0
+   do
+      associate (time => real(step, wp)*dt)
+         if (opt%pictures .and. (modulo(step, every) == 0 .or. step == steps)) then
+            call vorticity_at_corners(opt%layers, cells, ops, state%u, vorticity)
+            call pictures_draw(shots, step, time, date_of(time))
+         end if
+         if (int((time + 0.5_wp*dt)/day) > shown_day .or. step == steps) call print_line(time)
+      end associate
+      if (step == steps .or. .not. now%highest < huge(dt)) exit
+      began = clock()
+      call advance(cells, ops, dt, opt%lead*dt, state, stepper)
+      simulation = simulation + clock() - began
+      step = step + 1
+   end do
+   if (opt%pictures) call pictures_close(shots)
+   call print_summary()
+   if (shots%failed > 0 .or. .not. now%highest < huge(dt)) stop 1, quiet=.true.
+
+contains
+
+   !> Sets the number of steps, and of those between pictures, so that dt is at most the one asked for or allowed.
+   subroutine plan_steps()
+      integer(ik) :: intervals
+      dt = opt%dt
+      if (.not. dt > 0.0_wp) then
+         dt = courant*minval(cells%dc)/(sqrt(gravity*start%highest) + maxval(abs(state%u)))
+      end if
+      every = opt%every
+      if (every > 0) then
+         steps = ceiling(opt%days*day/dt, ik)
+      else
+         intervals = max(1_ik, nint(4.0_wp*opt%days, ik))
+         every = ceiling(opt%days*day/real(intervals, wp)/dt, ik)
+         steps = intervals*every
+      end if
+      dt = opt%days*day/real(steps, wp)
+   end subroutine plan_steps
+
+   subroutine print_line(time)
+      real(wp), intent(in) :: time
+      call integrate(cells, ops, state, now)
+      write (*, '(f6.2,3es11.2,2f10.2,es11.3,f11.2,f13.2)') time/day, largest_drift(now%mass, start%mass), &
+         largest_drift(now%energy, start%energy), largest_drift(now%enstrophy, start%enstrophy), now%lowest, now%highest, &
+         now%vorticity, simulation - shown(1), shots%seconds - shown(2)
+      flush (output_unit)
+      shown = [simulation, shots%seconds]
+      shown_day = int((time + 0.5_wp*dt)/day)
+   end subroutine print_line
+
+   subroutine print_summary()
+      real(wp) :: mass, energy, l2, largest
+      mass = largest_drift(now%mass, start%mass)
+      energy = largest_drift(now%energy, start%energy)
+      if (opt%initial == 'williamson2') then
+         call height_error(cells, state, l2, largest)
+         write (*, '(a,es10.3,a,es10.3)') 'height error   l2', l2, ', largest', largest
+      end if
+      write (*, '(a,a,a,es10.2)') 'mass           ', trim(merge('conserved to rounding', 'NOT conserved        ', &
+         abs(mass) <= epsilon(mass)*real(max(steps, 100_ik), wp))), ', relative drift', mass
+      write (*, '(a,es10.2,a,es10.2,a)') 'energy         relative drift', energy, ' of the total, ', &
+         largest_drift(now%energy - start%energy + start%kinetic, start%kinetic), ' of the kinetic energy at the start'
+      write (*, '(a,es10.2,a)') 'enstrophy      relative drift', largest_drift(now%enstrophy, start%enstrophy), ', potential'
+      write (*, '(a,f9.3,3a)') 'simulation     ', simulation, ' s, ', decimal(simulation/real(steps, wp)), ' s per step'
+      write (*, '(a,f9.3,a,i0,a)') 'visualization  ', shots%seconds, ' s, ', shots%taken, ' pictures'
+      ! for programs to read
+      write (*, '(a,i0,a,i0,4a,a,es10.3,a,es10.3,a,i0)') 'summary steps=', steps, ' frames=', shots%taken, &
+         ' simulation_s=', decimal(simulation), ' visualization_s=', decimal(shots%seconds), ' mass_drift=', mass, &
+         ' energy_drift=', energy, ' pictures_failed=', shots%failed
+   end subroutine print_summary
+
+   !> With six decimals and a digit before them.
+   function decimal(x) result(text)
+      real(wp), intent(in) :: x
+      character(:), allocatable :: text
+      character(24) :: buffer
+      write (buffer, '(f24.6)') x
+      text = trim(adjustl(buffer))
+   end function decimal
+
+end program shallow_water

@@ -1,0 +1,98 @@
+!> All that the model adds in order to be drawn: `pictures_open` once before the time loop, `pictures_draw` every k steps,
+!> `pictures_close` after it. Mesh, height and vorticity are lent, not copied. When something fails, the reason is printed and
+!> the simulation goes on without pictures.
+module pictures
+   use, intrinsic :: iso_fortran_env, only: error_unit
+   use kinds, only: wp, ik, clock
+   use tables, only: grid_tables
+   use icoray
+   implicit none
+   private
+   public :: pictures_type, pictures_open, pictures_draw, pictures_close
+
+   type :: pictures_type
+      type(icoray_context) :: context
+      logical :: open = .false.
+      integer :: taken = 0, failed = 0
+      real(wp) :: seconds = 0.0_wp  !< wall-clock time inside icoray
+   end type pictures_type
+
+contains
+
+   !> Tables and fields must be targets that stay where they are until `pictures_close`.
+   subroutine pictures_open(p, t, level_radius, planet_radius, height, vorticity, scene, out, threads)
+      type(pictures_type), intent(inout) :: p
+      type(grid_tables), intent(in), target :: t
+      real(wp), intent(in) :: level_radius(:), planet_radius             !< m
+      real(wp), intent(in), target, contiguous :: height(:, :), vorticity(:, :)  !< (layers, cells), (layers, corners)
+      character(*), intent(in) :: scene, out
+      integer, intent(in) :: threads
+      real(wp) :: start
+      integer :: ierr
+
+      start = clock()
+      p%open = .true.
+      call icoray_open_serial(p%context, output_dir=out, threads=threads, ierr=ierr)
+      call check(p, ierr, 'icoray_open_serial')
+      if (p%open) call icoray_grid_set(p%context, t%lon_center, t%lat_center, t%lon_corner, t%lat_corner, t%cell_corner, &
+                                       t%corner_cell, t%corner_edge, t%edge_corner, ierr, index_base=1)
+      call check(p, ierr, 'icoray_grid_set')
+      if (p%open) call icoray_layers_set(p%context, level_radius, planet_radius, ierr)
+      call check(p, ierr, 'icoray_layers_set')
+      if (p%open) call icoray_field_set(p%context, 'height', height, ierr)
+      call check(p, ierr, 'icoray_field_set')
+      if (p%open) call icoray_field_set(p%context, 'vorticity', vorticity, ierr, location=ICORAY_CORNER)
+      call check(p, ierr, 'icoray_field_set')
+      if (p%open) call icoray_scene_load(p%context, scene, ierr)
+      call check(p, ierr, 'icoray_scene_load')
+      p%seconds = p%seconds + clock() - start
+   end subroutine pictures_open
+
+   !> Draws the scene from the arrays as they are now.
+   subroutine pictures_draw(p, step, time, date)
+      type(pictures_type), intent(inout) :: p
+      integer(ik), intent(in) :: step
+      real(wp), intent(in) :: time  !< s
+      character(*), intent(in) :: date
+      real(wp) :: start
+      integer :: ierr
+
+      start = clock()
+      if (p%open) then
+         call icoray_execute(p%context, step, time, date, ierr)
+         call check(p, ierr, 'icoray_execute')
+      end if
+      if (p%open) then
+         p%taken = p%taken + 1
+      else
+         p%failed = p%failed + 1
+      end if
+      p%seconds = p%seconds + clock() - start
+   end subroutine pictures_draw
+
+   subroutine pictures_close(p)
+      type(pictures_type), intent(inout) :: p
+      integer :: ierr
+      if (.not. p%open) return
+      call icoray_close(p%context, ierr)
+      call check(p, ierr, 'icoray_close')
+      p%open = .false.
+   end subroutine pictures_close
+
+   !> On an error, says why and draws no more.
+   subroutine check(p, ierr, what)
+      type(pictures_type), intent(inout) :: p
+      integer, intent(in) :: ierr
+      character(*), intent(in) :: what
+      character(1024) :: message
+      integer :: ignored
+
+      if (.not. p%open .or. ierr == ICORAY_OK) return
+      p%open = .false.
+      call icoray_last_error(p%context, message)
+      write (error_unit, '(3a,i0,2a)') 'shallow_water: ', what, ': status ', ierr, ': ', trim(message)
+      write (error_unit, '(a)') 'shallow_water: the simulation goes on without pictures'
+      call icoray_close(p%context, ignored)
+   end subroutine check
+
+end module pictures
