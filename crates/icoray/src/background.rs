@@ -15,9 +15,9 @@ use crate::plan::Plan;
 use crate::render::Renderer;
 use crate::scene::Scene;
 use crate::snapshot::Snapshot;
+use crossbeam_channel::{Receiver, Sender, bounded};
 use std::mem;
 use std::sync::Arc;
-use std::sync::mpsc::{Receiver, Sender, channel};
 use std::thread::{Builder, JoinHandle};
 use std::time::Instant;
 
@@ -94,8 +94,8 @@ impl Background {
         writer: Arc<Writer>,
         mut draw: impl FnMut(Job, &Snapshot, Accepted) -> Result<(FrameReport, Option<Stamp>)> + Send + 'static,
     ) -> Result<Self> {
-        let (jobs, todo) = channel::<(Job, Snapshot, Accepted)>();
-        let (done, drawn) = channel();
+        let (jobs, todo) = bounded::<(Job, Snapshot, Accepted)>(1);
+        let (done, drawn) = bounded(1);
         let work = move || {
             for (job, snapshot, accepted) in todo {
                 let stamp = job.stamp.clone();

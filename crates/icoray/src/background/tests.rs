@@ -7,6 +7,7 @@ use crate::grid::IcosahedralMesh;
 use crate::output::WriterOptions;
 use crate::shape::Shape;
 use std::path::Path;
+use std::sync::mpsc::channel;
 
 const SCENE: &str = r##"
 field = "q"

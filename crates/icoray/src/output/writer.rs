@@ -4,13 +4,14 @@
 //! chooses whether to wait or to lose the oldest waiting frame. What became of each frame is kept until it is asked for;
 //! no failure of one frame, a panic of an encoder included, keeps the next one from being tried.
 //!
-//! Queue, names and outcomes are one state behind one lock, which is never held while something is written.
+//! Frames go through a bounded channel. Beside it, the names that are taken and the outcomes are one state behind one lock,
+//! which is never held while something is written or waits.
 
 use super::outcomes::{Outcome, Outcomes};
 use super::{Existing, FrameNames, Output, Stamp, atomic, io_error, report, write_frame_with};
 use crate::error::{Error, ErrorKind, Result};
 use crate::frame::Frame;
-use std::collections::VecDeque;
+use crossbeam_channel::{Receiver, Select, Sender, TrySendError, bounded};
 use std::mem;
 use std::path::{Path, PathBuf, absolute};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
@@ -79,6 +80,10 @@ pub struct Submitted {
 #[derive(Debug)]
 pub struct Writer {
     options: WriterOptions,
+    /// One frame is handed over at a time. `None` only while the writer is dropped, which ends the thread.
+    queue: Option<Mutex<Sender<Entry>>>,
+    /// The other end, for taking the oldest frame back.
+    waiting: Receiver<Entry>,
     shared: Arc<Shared>,
     thread: Option<JoinHandle<()>>,
 }
@@ -86,16 +91,16 @@ pub struct Writer {
 #[derive(Debug, Default)]
 struct Shared {
     state: Mutex<State>,
-    /// Told of every change of the state.
-    changed: Condvar,
+    /// Told when a frame is done with.
+    done: Condvar,
 }
 
 #[derive(Debug, Default)]
 struct State {
-    queue: VecDeque<Entry>,
-    /// The files of the frame that is being written; `None` while there is none.
-    writing: Option<Vec<PathBuf>>,
-    is_closing: bool,
+    /// The files of frames that wait or are being written.
+    taken: Vec<PathBuf>,
+    /// Frames that wait or are being written.
+    unfinished: usize,
     /// Callers that found the queue full, for tests to know that one of them waits.
     #[cfg(test)]
     blocked: usize,
@@ -118,34 +123,28 @@ impl Shared {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Waits until the state is no longer as `is_early` says.
-    fn wait_while<'s>(
-        &self,
-        state: MutexGuard<'s, State>,
-        mut is_early: impl FnMut(&State) -> bool,
-    ) -> MutexGuard<'s, State> {
-        let waited = self.changed.wait_while(state, |state| is_early(state));
-        waited.unwrap_or_else(PoisonError::into_inner)
+    /// A frame is done with: its names are free again.
+    fn finish(&self, files: &[PathBuf], outcome: Option<Written>) {
+        let mut state = self.lock();
+        state.taken.retain(|file| !files.contains(file));
+        state.unfinished -= 1;
+        if let Some(outcome) = outcome {
+            state.outcomes.push(outcome);
+        }
+        drop(state);
+        self.done.notify_all();
     }
 
     /// Writes what comes until the queue is closed and empty.
-    fn run(&self, mut write: impl FnMut(&mut Entry) -> Result<PathBuf>) {
-        loop {
-            let mut state = self.wait_while(self.lock(), |state| state.queue.is_empty() && !state.is_closing);
-            let Some(mut entry) = state.queue.pop_front() else { return };
-            state.writing = Some(mem::take(&mut entry.files));
-            drop(state);
-            self.changed.notify_all();
+    fn run(&self, queue: &Receiver<Entry>, mut write: impl FnMut(&mut Entry) -> Result<PathBuf>) {
+        for mut entry in queue {
             let start = Instant::now();
             let result = Error::of_panics(|| write(&mut entry));
-            let written = Written { stamp: entry.stamp, result, write_s: start.elapsed().as_secs_f64() };
-            // The picture's memory is free before the next one is let in.
-            drop(entry.frame);
-            let mut state = self.lock();
-            state.writing = None;
-            state.outcomes.push(written);
-            drop(state);
-            self.changed.notify_all();
+            let Entry { frame, stamp, files, .. } = entry;
+            let written = Written { stamp, result, write_s: start.elapsed().as_secs_f64() };
+            // The picture's memory is free before anybody hears of it.
+            drop(frame);
+            self.finish(&files, Some(written));
         }
     }
 }
@@ -176,11 +175,13 @@ impl Writer {
             return Err(Error::new(ErrorKind::Argument, "a writer's queue of 0 frames, expected at least 1"));
         }
         let shared = Arc::new(Shared::default());
-        let on_thread = Arc::clone(&shared);
-        let thread = Builder::new().name("icoray-writer".into()).spawn(move || on_thread.run(write));
+        let (queue, waiting) = bounded(options.queue);
+        let (on_thread, entries) = (Arc::clone(&shared), waiting.clone());
+        let thread =
+            Builder::new().name("icoray-writer".into()).spawn(move || on_thread.run(&entries, write));
         let thread =
             thread.map_err(|e| Error::new(ErrorKind::Io, format!("cannot make the writer's thread: {e}")))?;
-        Ok(Writer { options, shared, thread: Some(thread) })
+        Ok(Writer { options, queue: Some(Mutex::new(queue)), waiting, shared, thread: Some(thread) })
     }
 
     /// How it writes; the directory is absolute.
@@ -202,10 +203,7 @@ impl Writer {
         }
         if self.options.existing == Existing::NeverModify {
             let state = self.shared.lock();
-            let waiting = state.queue.iter().flat_map(|entry| &entry.files);
-            if let Some(taken) =
-                waiting.chain(state.writing.iter().flatten()).find(|file| files.contains(file))
-            {
+            if let Some(taken) = state.taken.iter().find(|file| files.contains(file)) {
                 return Err(atomic::exists(taken));
             }
         }
@@ -216,43 +214,62 @@ impl Writer {
     /// Hands over a frame, which is written with `stamp` under the names that `output` gives. Where the queue is full this
     /// waits or drops the oldest waiting frame, as the options say. Seconds waited are added to the frame's report.
     pub fn submit(&self, frame: Frame, output: Output, stamp: Stamp) -> Submitted {
-        self.queue(frame, output, stamp, true)
+        self.hand_over(frame, output, stamp, true)
     }
 
     /// As [`Self::submit`], for a thread on which no model waits: the wait is not put down in the frame's report.
     pub(crate) fn submit_unseen(&self, frame: Frame, output: Output, stamp: Stamp) -> Submitted {
-        self.queue(frame, output, stamp, false)
+        self.hand_over(frame, output, stamp, false)
     }
 
-    fn queue(&self, mut frame: Frame, output: Output, stamp: Stamp, is_seen: bool) -> Submitted {
+    fn hand_over(&self, frame: Frame, output: Output, stamp: Stamp, is_seen: bool) -> Submitted {
         // Names that cannot be made are an outcome, as all that goes wrong with writing.
         let files =
             output.names(&stamp, &frame.field).map_or_else(|_| Vec::new(), |names| self.files(&names));
-        let WriterOptions { queue, when_full, .. } = self.options;
-        let is_full = |state: &State| state.queue.len() >= queue;
-        let (mut waited_s, mut dropped) = (0.0, None);
         let mut state = self.shared.lock();
-        if is_full(&state) {
-            match when_full {
+        state.taken.extend_from_slice(&files);
+        state.unfinished += 1;
+        drop(state);
+        let queue = self.queue.as_ref().expect("the queue is there until the writer is dropped");
+        let queue = queue.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut entry = Entry { frame, output, stamp, files };
+        let mut submitted = Submitted::default();
+        loop {
+            entry = match queue.try_send(entry) {
+                Ok(()) => return submitted,
+                Err(TrySendError::Full(entry)) => entry,
+                Err(TrySendError::Disconnected(_)) => unreachable!("this writer has a receiver too"),
+            };
+            match self.options.when_full {
                 WhenFull::Block => {
-                    #[cfg(test)]
-                    {
-                        state.blocked += 1;
+                    let waited_s = self.wait_for_room(&queue);
+                    submitted.waited_s += waited_s;
+                    if is_seen {
+                        entry.frame.report.waited_s += waited_s;
                     }
-                    let start = Instant::now();
-                    state = self.shared.wait_while(state, is_full);
-                    waited_s = start.elapsed().as_secs_f64();
                 }
-                WhenFull::DropOldest => dropped = state.queue.pop_front(),
+                WhenFull::DropOldest => {
+                    // None waits any more where the thread was faster.
+                    if let Ok(oldest) = self.waiting.try_recv() {
+                        self.shared.finish(&oldest.files, None);
+                        submitted.dropped = Some(oldest.stamp);
+                    }
+                }
             }
         }
-        if is_seen {
-            frame.report.waited_s += waited_s;
+    }
+
+    /// Waits until the queue has room; returns the seconds.
+    fn wait_for_room(&self, queue: &Sender<Entry>) -> f64 {
+        #[cfg(test)]
+        {
+            self.shared.lock().blocked += 1;
         }
-        state.queue.push_back(Entry { frame, output, stamp, files });
-        drop(state);
-        self.shared.changed.notify_all();
-        Submitted { waited_s, dropped: dropped.map(|entry| entry.stamp) }
+        let start = Instant::now();
+        let mut room = Select::new();
+        room.send(queue);
+        room.ready();
+        start.elapsed().as_secs_f64()
     }
 
     /// What became of frames since this was asked last.
@@ -262,8 +279,9 @@ impl Writer {
 
     /// Waits until all that was submitted is on disk or has failed.
     pub fn wait(&self) {
-        let is_working = |state: &State| state.writing.is_some() || !state.queue.is_empty();
-        drop(self.shared.wait_while(self.shared.lock(), is_working));
+        let state = self.shared.lock();
+        let idle = self.shared.done.wait_while(state, |state| state.unfinished > 0);
+        drop(idle.unwrap_or_else(PoisonError::into_inner));
     }
 
     /// The paths of a frame's files, the picture first.
@@ -275,8 +293,7 @@ impl Writer {
 
 impl Drop for Writer {
     fn drop(&mut self) {
-        self.shared.lock().is_closing = true;
-        self.shared.changed.notify_all();
+        self.queue = None;
         if let Some(thread) = self.thread.take() {
             // Panics of encoders are outcomes; there is nobody left to tell of another one.
             let _ = thread.join();

@@ -62,7 +62,7 @@ fn a_full_queue_makes_the_caller_wait() {
         assert!(back.1.try_recv().is_err(), "it came back although the queue is full");
         std::thread::yield_now();
     }
-    assert_eq!(writer.shared.lock().queue.len(), 2);
+    assert_eq!(writer.waiting.len(), 2);
     gate.send(()).unwrap();
     let submitted = back.1.recv().unwrap();
     assert!(submitted.waited_s > 0.0 && submitted.dropped.is_none(), "{submitted:?}");
