@@ -486,7 +486,7 @@ typedef struct icoray_array {
    */
   int64_t columns;
   /**
-   * Number of layers: count of icoray_layers, or one fewer.
+   * Number of layers, at least 2: count of icoray_layers, or one fewer.
    */
   int64_t layers;
   /**
@@ -687,7 +687,8 @@ icoray_status icoray_execute(struct icoray_ctx *ctx,
                              const char *iso_datetime);
 
 /**
- * Waits until all frames are on disk, and says of the first that failed and that no call has told of.
+ * Waits until all frames are on disk. Where any failed since a call last told of one, the status and message are the first
+ * one's; the log has all of them.
  *
  * # Safety
  * `ctx` is open.

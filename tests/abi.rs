@@ -1,7 +1,7 @@
 //! The C ABI from outside: C programs against `include/icoray.h` and the shared library.
 
 use icoray_tests::layout::{LAYOUT, rust_layout};
-use icoray_tests::program::{LIBRARY, checked, command, is_there, root, succeeded, text};
+use icoray_tests::native::{checked, command, compile, compile_c, is_there, library, root, succeeded, text};
 use std::collections::BTreeMap;
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
@@ -32,7 +32,7 @@ const FUNCTIONS: [&str; 19] = [
 
 /// The sources of each program in `tests/c`; the first has the program's name.
 const LAYOUT_PROGRAM: [&str; 1] = ["layout"];
-const REFUSALS: [&str; 16] = [
+const REFUSALS: [&str; 17] = [
     "refusals",
     "refusals_calls",
     "refusals_entry",
@@ -49,8 +49,9 @@ const REFUSALS: [&str; 16] = [
     "refusals_scene",
     "refusals_tables",
     "refusals_wants",
+    "check",
 ];
-const PICTURES: [&str; 9] = [
+const PICTURES: [&str; 10] = [
     "pictures",
     "pictures_background",
     "pictures_common",
@@ -60,30 +61,8 @@ const PICTURES: [&str; 9] = [
     "pictures_ndarrays",
     "pictures_tables",
     "pictures_values",
+    "check",
 ];
-
-/// Compiles a program of `tests/c` into `directory`, with warnings as errors.
-fn compile(compiler: &str, options: &[&str], sources: &[&str], directory: &Path) -> PathBuf {
-    let to = directory.join(sources[0]);
-    let library = LIBRARY.parent().unwrap();
-    let mut rpath = std::ffi::OsString::from("-Wl,-rpath,");
-    rpath.push(library);
-    let mut command = Command::new(compiler);
-    command.args(options).args(["-O1", "-Wall", "-Wextra", "-Werror", "-pedantic"]);
-    command.arg("-I").arg(root().join("include"));
-    let shared = if sources == LAYOUT_PROGRAM { &[][..] } else { &["check"] };
-    command.args(
-        sources.iter().chain(shared).map(|source| root().join("tests/c").join(source).with_extension("c")),
-    );
-    // After the sources, so that -x does not make it a source too.
-    command.args(["-x", "none"]).arg(&*LIBRARY).arg(rpath).args(["-lm", "-lpthread", "-o"]).arg(&to);
-    succeeded(&mut command);
-    to
-}
-
-fn compile_c(sources: &[&str], directory: &Path) -> PathBuf {
-    compile("cc", &["-std=c99"], sources, directory)
-}
 
 #[test]
 fn c_and_cpp_see_the_structs_as_rust_does() {
@@ -127,7 +106,7 @@ fn the_library_exports_its_functions_and_nothing_else() {
     if !is_there("nm") {
         return;
     }
-    let output = succeeded(Command::new("nm").args(["-D", "--defined-only"]).arg(&*LIBRARY));
+    let output = succeeded(Command::new("nm").args(["-D", "--defined-only"]).arg(library()));
     let symbols = text(&output.stdout);
     let mut exported: Vec<&str> = symbols.lines().filter_map(|l| l.split_whitespace().last()).collect();
     exported.sort_unstable();
@@ -138,12 +117,12 @@ fn the_library_exports_its_functions_and_nothing_else() {
 fn what_is_wrong_is_refused() {
     let directory = TempDir::new().unwrap();
     let program = compile_c(&REFUSALS, directory.path());
-    checked(command(program, directory.path()).arg(directory.path()), "refusals");
+    checked(command(program, directory.path()).arg(directory.path()), "refusals", 3000);
     if is_there("c++") {
         // What C++ makes of the enum and the macros; pictures of the other program are not to be modified.
         let directory = TempDir::new().unwrap();
         let program = compile("c++", &["-std=c++11", "-x", "c++"], &REFUSALS, directory.path());
-        checked(command(program, directory.path()).arg(directory.path()), "refusals");
+        checked(command(program, directory.path()).arg(directory.path()), "refusals", 3000);
     }
 }
 
@@ -232,7 +211,7 @@ fn reported(directory: &Path, found: &mut Vec<PathBuf>) {
 fn pictures_depend_on_values_and_nothing_else() {
     let directory = TempDir::new().unwrap();
     let program = compile_c(&PICTURES, directory.path());
-    checked(command(program, directory.path()).arg("out").args(["3", "64"]), "pictures");
+    checked(command(program, directory.path()).arg("out").args(["3", "64"]), "pictures", 3000);
     let mut paths = Vec::new();
     reported(&directory.path().join("out"), &mut paths);
     let mut groups: BTreeMap<String, Vec<(PathBuf, Picture)>> = BTreeMap::new();
@@ -302,7 +281,7 @@ fn no_memory_is_misused_or_lost() {
         return;
     }
     let refusals = compile_c(&REFUSALS, directory.path());
-    checked(valgrind(directory.path()).arg(refusals).arg(directory.path()), "refusals");
+    checked(valgrind(directory.path()).arg(refusals).arg(directory.path()), "refusals", 3000);
     let pictures = compile_c(&PICTURES, directory.path());
-    checked(valgrind(directory.path()).arg(pictures).arg("out").args(["1", "16"]), "pictures");
+    checked(valgrind(directory.path()).arg(pictures).arg("out").args(["1", "16"]), "pictures", 3000);
 }

@@ -2,7 +2,7 @@
 
 use icoray_tests::interface::Interface;
 use icoray_tests::layout::{LAYOUT, rust_layout};
-use icoray_tests::program::{LIBRARY, checked, command, is_there, root, succeeded, text};
+use icoray_tests::native::{checked, command, is_there, library, root, succeeded, text};
 use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
@@ -37,9 +37,9 @@ fn gfortran(directory: &Path, options: &[&str]) -> Command {
 fn compile(sources: &[PathBuf], options: &[&str], directory: &Path) -> PathBuf {
     let program = directory.join("program");
     let mut rpath = std::ffi::OsString::from("-Wl,-rpath,");
-    rpath.push(LIBRARY.parent().unwrap());
+    rpath.push(library().parent().unwrap());
     let mut command = gfortran(directory, options);
-    command.arg(module()).args(sources).arg(&*LIBRARY).arg(rpath).arg("-o").arg(&program);
+    command.arg(module()).args(sources).arg(library()).arg(rpath).arg("-o").arg(&program);
     succeeded(&mut command);
     program
 }
@@ -206,7 +206,7 @@ fn pictures_depend_on_values_and_nothing_else() {
     }
     let directory = TempDir::new().unwrap();
     let program = compile_pictures(&["-O1", "-fcheck=all"], directory.path());
-    checked(command(program, directory.path()).arg("out").args(["3", "64"]), "pictures");
+    checked(command(program, directory.path()).arg("out").args(["3", "64"]), "pictures", 400);
     let groups = pictures(&directory.path().join("out"));
     let sizes: Vec<_> = groups.iter().map(|(group, members)| (group.as_str(), members.len())).collect();
     let expected = [
@@ -261,5 +261,5 @@ fn no_memory_is_misused_or_lost() {
     let mut valgrind = command("valgrind", directory.path());
     valgrind.args(["--quiet", "--error-exitcode=99", "--leak-check=full"]);
     valgrind.args(["--show-leak-kinds=definite", "--errors-for-leak-kinds=definite"]);
-    checked(valgrind.arg(program).arg("out").args(["1", "16"]), "pictures");
+    checked(valgrind.arg(program).arg("out").args(["1", "16"]), "pictures", 400);
 }

@@ -1,12 +1,9 @@
-//! Shared by the tests: small scenes and comparisons that can fail; programs in C.
-
-pub mod native;
-
-pub mod layouts;
+//! Shared by the tests: small scenes and comparisons that can fail; programs in C and Fortran.
 
 pub mod interface;
 pub mod layout;
-pub mod program;
+pub mod layouts;
+pub mod native;
 
 use icoray::{Frame, Scene};
 

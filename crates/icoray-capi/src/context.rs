@@ -8,6 +8,7 @@ use icoray_core::output::Stamp;
 use icoray_core::{Field, Grid, GridTables, Layers, Location, Scene};
 use std::collections::BTreeMap;
 use std::ffi::c_char;
+use std::ptr;
 use std::sync::Arc;
 
 /// A field as it was given: where its array is, and over which grid and layers.
@@ -106,8 +107,13 @@ impl Context {
             borrow::field(array, of).map_err(within)?;
             names(array.grid_name, array.layers_name).map_err(within)?
         };
+        if field.is_empty() {
+            return Err(argument("name: \"\", expected the name that scenes use".into()));
+        }
         let (grid, layers) = (grid.to_string(), layers.to_string());
-        self.fields.insert(field.into(), Given { array: *array, grid, layers });
+        // The caller's strings need not outlive the call.
+        let array = icoray_array { grid_name: ptr::null(), layers_name: ptr::null(), ..*array };
+        self.fields.insert(field.into(), Given { array, grid, layers });
         Ok(())
     }
 
@@ -134,7 +140,9 @@ impl Context {
     }
 
     /// Whether a frame of this step would be drawn, from `field` where one is named.
-    pub fn wants(&self, field: Option<&str>, step: i64) -> bool {
+    pub fn wants(&mut self, field: Option<&str>, step: i64) -> bool {
+        // Frames that have failed by now may have switched the context off.
+        self.drawing.collect();
         match &self.scene {
             Choice::Scene(scene) => {
                 self.drawing.is_on() && scene.is_due(step) && field.is_none_or(|f| f == scene.field)
@@ -168,11 +176,7 @@ impl Context {
     /// Waits, for the last time, and says nothing where the context has said before that it is broken.
     pub fn finish(&mut self) -> Outcome<()> {
         let outcome = self.drawing.finish();
-        if self.poisoned {
-            return Ok(());
-        }
-        // There will be no message to keep, but the log is the host's.
-        outcome.inspect_err(|failure| self.drawing.log_failure(failure))
+        if self.poisoned { Ok(()) } else { outcome }
     }
 
     pub fn report(&mut self) -> Outcome<icoray_frame_report> {

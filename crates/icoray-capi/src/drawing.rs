@@ -133,7 +133,7 @@ impl Drawing {
     }
 
     /// Takes in what became of the frames of before.
-    fn collect(&mut self) {
+    pub fn collect(&mut self) {
         if let Some(background) = &mut self.background {
             let drawn = background.take_outcomes();
             for drawn in drawn.kept {

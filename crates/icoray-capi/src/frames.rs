@@ -105,7 +105,8 @@ pub unsafe extern "C" fn icoray_execute(
     }
 }
 
-/// Waits until all frames are on disk, and says of the first that failed and that no call has told of.
+/// Waits until all frames are on disk. Where any failed since a call last told of one, the status and message are the first
+/// one's; the log has all of them.
 ///
 /// # Safety
 /// `ctx` is open.

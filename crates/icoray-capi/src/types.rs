@@ -197,7 +197,7 @@ pub struct icoray_array {
     pub location: i32,
     /// Number of columns: cells of the grid, or corners for ICORAY_CORNER.
     pub columns: i64,
-    /// Number of layers: count of icoray_layers, or one fewer.
+    /// Number of layers, at least 2: count of icoray_layers, or one fewer.
     pub layers: i64,
     /// Elements from a column to the next; may be negative.
     pub column_stride: i64,
