@@ -1,28 +1,22 @@
 //! The C ABI from outside: C programs against `include/icoray.h` and the shared library.
 
+use icoray_tests::layout::{LAYOUT, rust_layout};
+use icoray_tests::program::{LIBRARY, checked, command, is_there, root, succeeded, text};
 use std::collections::BTreeMap;
 use std::ffi::OsStr;
-use std::fmt::Write;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
-use std::sync::LazyLock;
+use std::process::Command;
 use tempfile::TempDir;
 
-/// The library's own structs, to compare with what a C compiler makes of the header.
-#[path = "../crates/icoray-capi/src/types.rs"]
-mod types;
-
-/// Sizes, offsets and numbers where pointers have 64 bits. Programs that were compiled before rely on them: a change
-/// here is a change of the ABI.
-const LAYOUT: &str = include_str!("c/layout.txt");
-
-const FUNCTIONS: [&str; 14] = [
+const FUNCTIONS: [&str; 19] = [
     "icoray_close",
     "icoray_execute",
     "icoray_field_set",
+    "icoray_field_set_ndarray",
     "icoray_grid_set",
     "icoray_last_error",
     "icoray_layers_set",
+    "icoray_log_stderr",
     "icoray_mesh_create",
     "icoray_mesh_free",
     "icoray_mesh_grid",
@@ -31,74 +25,42 @@ const FUNCTIONS: [&str; 14] = [
     "icoray_scene_load",
     "icoray_scene_text",
     "icoray_version",
+    "icoray_wait",
+    "icoray_wants",
+    "icoray_wants_field",
 ];
 
 /// The sources of each program in `tests/c`; the first has the program's name.
 const LAYOUT_PROGRAM: [&str; 1] = ["layout"];
-const REFUSALS: [&str; 8] = [
+const REFUSALS: [&str; 16] = [
     "refusals",
     "refusals_calls",
+    "refusals_entry",
     "refusals_execute",
     "refusals_fields",
+    "refusals_files",
     "refusals_good",
     "refusals_grid",
+    "refusals_late",
+    "refusals_log",
+    "refusals_names",
+    "refusals_ndarrays",
+    "refusals_off",
     "refusals_scene",
-    "check",
+    "refusals_tables",
+    "refusals_wants",
 ];
-const PICTURES: [&str; 7] = [
+const PICTURES: [&str; 9] = [
     "pictures",
+    "pictures_background",
     "pictures_common",
     "pictures_contexts",
     "pictures_layouts",
+    "pictures_names",
+    "pictures_ndarrays",
     "pictures_tables",
     "pictures_values",
-    "check",
 ];
-
-fn root() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
-}
-
-/// The shared library, built. Tests run after Cargo has let go of its lock, so it can be run again from here.
-static LIBRARY: LazyLock<PathBuf> = LazyLock::new(|| {
-    let cargo = std::env::var_os("CARGO").unwrap_or_else(|| env!("CARGO").into());
-    let mut build = Command::new(cargo);
-    build.args(["build", "--quiet", "--package", "icoray-capi", "--message-format=json-render-diagnostics"]);
-    if !cfg!(debug_assertions) {
-        build.arg("--release");
-    }
-    let output = succeeded(build.current_dir(root()));
-    let name = format!("/{}icoray{}", std::env::consts::DLL_PREFIX, std::env::consts::DLL_SUFFIX);
-    let messages = text(&output.stdout);
-    let built = messages.split('"').find(|word| word.ends_with(&name));
-    PathBuf::from(built.unwrap_or_else(|| panic!("cargo built no {name}:\n{messages}")))
-});
-
-fn text(bytes: &[u8]) -> String {
-    String::from_utf8_lossy(bytes).into_owned()
-}
-
-/// Runs a command that must be there and succeed.
-fn succeeded(command: &mut Command) -> Output {
-    let output = command.output().unwrap_or_else(|e| panic!("cannot run {command:?}: {e}"));
-    assert!(
-        output.status.success(),
-        "{command:?}: {}\n{}{}",
-        output.status,
-        text(&output.stdout),
-        text(&output.stderr)
-    );
-    output
-}
-
-/// Whether a tool is installed that a test can do without; says so where it is not.
-fn is_there(tool: &str) -> bool {
-    let there = Command::new(tool).arg("--version").output().is_ok_and(|o| o.status.success());
-    if !there {
-        println!("skipped: no {tool}");
-    }
-    there
-}
 
 /// Compiles a program of `tests/c` into `directory`, with warnings as errors.
 fn compile(compiler: &str, options: &[&str], sources: &[&str], directory: &Path) -> PathBuf {
@@ -109,7 +71,10 @@ fn compile(compiler: &str, options: &[&str], sources: &[&str], directory: &Path)
     let mut command = Command::new(compiler);
     command.args(options).args(["-O1", "-Wall", "-Wextra", "-Werror", "-pedantic"]);
     command.arg("-I").arg(root().join("include"));
-    command.args(sources.iter().map(|source| root().join("tests/c").join(source).with_extension("c")));
+    let shared = if sources == LAYOUT_PROGRAM { &[][..] } else { &["check"] };
+    command.args(
+        sources.iter().chain(shared).map(|source| root().join("tests/c").join(source).with_extension("c")),
+    );
     // After the sources, so that -x does not make it a source too.
     command.args(["-x", "none"]).arg(&*LIBRARY).arg(rpath).args(["-lm", "-lpthread", "-o"]).arg(&to);
     succeeded(&mut command);
@@ -118,65 +83,6 @@ fn compile(compiler: &str, options: &[&str], sources: &[&str], directory: &Path)
 
 fn compile_c(sources: &[&str], directory: &Path) -> PathBuf {
     compile("cc", &["-std=c99"], sources, directory)
-}
-
-/// A command in `directory`, without the search path that Cargo gives to tests: it would come before the program's
-/// own, and has other builds of the library.
-fn command(program: impl AsRef<OsStr>, directory: &Path) -> Command {
-    let mut command = Command::new(program);
-    command.current_dir(directory).env_remove("LD_LIBRARY_PATH");
-    command
-}
-
-/// Runs a program that checks, and sees that neither it nor the library had anything else to say.
-fn checked(command: &mut Command, program: &str) {
-    let output = succeeded(command);
-    assert_eq!(text(&output.stderr), "", "{command:?}");
-    let stdout = text(&output.stdout);
-    let verdict = stdout.strip_prefix(&format!("{program}: "));
-    let count = verdict.and_then(|v| v.strip_suffix(" checks, 0 failed\n"));
-    let count = count.and_then(|c| c.parse::<u32>().ok());
-    assert!(count.is_some_and(|c| c > 100), "{command:?} printed more than its verdict:\n{stdout}");
-}
-
-/// The same lines as `layout.c` prints, from Rust's side.
-fn rust_layout() -> String {
-    let mut lines = String::new();
-    macro_rules! layout {
-        ($($name:ident: $($member:ident)*;)*) => {$(
-            writeln!(lines, "{} {}", stringify!($name), size_of::<types::$name>()).unwrap();
-            $({
-                let member = stringify!($member).trim_start_matches("r#");
-                let offset = std::mem::offset_of!(types::$name, $member);
-                writeln!(lines, "{}.{member} {offset}", stringify!($name)).unwrap();
-            })*
-        )*};
-    }
-    macro_rules! numbers {
-        ($($name:expr,)*) => {$(
-            writeln!(lines, "{} {}", stringify!($name).rsplit("::").next().unwrap().trim(), $name as i32).unwrap();
-        )*};
-    }
-    layout! {
-        icoray_config: struct_size output_dir threads;
-        icoray_grid: struct_size cells corners edges index_base real_type lon_center_rad lat_center_rad lon_corner_rad
-            lat_corner_rad cell_corner cell_corner_row cell_corner_count corner_cell corner_edge edge_corner;
-        icoray_layers: struct_size count radius_m planet_radius_m;
-        icoray_array: struct_size data r#type location columns layers column_stride layer_stride has_fill fill_value;
-        icoray_frame_report: struct_size step time_s prepare_s render_s write_s rays columns frusta void_frusta
-            value_min value_max missing_values derived_bytes error_max error_mean error_p999 tolerance error_is_bound
-            pixel_step lights;
-        icoray_status:;
-    }
-    use types::icoray_status as status;
-    numbers! {
-        status::ICORAY_OK, status::ICORAY_ERR_NULL, status::ICORAY_ERR_STRUCT_SIZE, status::ICORAY_ERR_ARGUMENT,
-        status::ICORAY_ERR_GRID, status::ICORAY_ERR_UNSUPPORTED, status::ICORAY_ERR_LAYERS,
-        status::ICORAY_ERR_FIELD, status::ICORAY_ERR_SCENE, status::ICORAY_ERR_ORDER, status::ICORAY_ERR_IO,
-        status::ICORAY_ERR_INTERNAL,
-        types::ICORAY_F32, types::ICORAY_F64, types::ICORAY_CENTER, types::ICORAY_CORNER,
-    }
-    lines
 }
 
 #[test]
@@ -233,6 +139,12 @@ fn what_is_wrong_is_refused() {
     let directory = TempDir::new().unwrap();
     let program = compile_c(&REFUSALS, directory.path());
     checked(command(program, directory.path()).arg(directory.path()), "refusals");
+    if is_there("c++") {
+        // What C++ makes of the enum and the macros; pictures of the other program are not to be modified.
+        let directory = TempDir::new().unwrap();
+        let program = compile("c++", &["-std=c++11", "-x", "c++"], &REFUSALS, directory.path());
+        checked(command(program, directory.path()).arg(directory.path()), "refusals");
+    }
 }
 
 /// The pixels of a picture, and its size.
@@ -265,6 +177,14 @@ impl Picture {
     }
 }
 
+/// The cells of a line of CSV, of which one may be quoted.
+fn cells(line: &str) -> Vec<String> {
+    let parts = line.split('"').enumerate();
+    // A comma outside of quotes is an end, one inside is text.
+    let marked = parts.map(|(i, part)| if i % 2 == 0 { part.replace(',', "\0") } else { part.to_string() });
+    marked.collect::<String>().split('\0').map(str::to_string).collect()
+}
+
 /// Every directory below `directory` that has a report, with its pictures; the report must list just these.
 fn reported(directory: &Path, found: &mut Vec<PathBuf>) {
     let mut pictures = Vec::new();
@@ -280,22 +200,26 @@ fn reported(directory: &Path, found: &mut Vec<PathBuf>) {
         return;
     }
     let report = std::fs::read_to_string(directory.join("report.csv")).unwrap();
-    let mut rows = report.lines().map(|line| line.split(',').collect::<Vec<_>>());
+    let mut rows = report.lines().map(cells);
     let header = rows.next().unwrap();
-    let column = |name: &str| header.iter().position(|h| *h == name).unwrap();
+    let column = |name: &str| header.iter().position(|h| h == name).unwrap();
     let (file, step, field) = (column("file"), column("step"), column("field"));
     let mut listed = Vec::new();
     for row in rows {
         assert_eq!(row.len(), header.len(), "{row:?}");
-        assert_eq!(row[field], "f");
+        assert!(["f", "g", "corner", "thick f", "thick g", "flat g"].contains(&&*row[field]), "{row:?}");
         assert!(row[file].ends_with(&format!("_{}.png", row[step])), "{row:?}");
         let number = |name: &str| row[column(name)].parse::<f64>().unwrap();
         let [max, mean, p999] = ["error_max", "error_mean", "error_p999"].map(number);
         assert!(0.0 < mean && mean <= max && 0.0 < p999 && p999 <= max && max <= 1e-3, "{row:?}");
-        assert!(["bound", "estimate"].contains(&row[column("error_kind")]), "{row:?}");
+        assert!(["bound", "estimate"].contains(&&*row[column("error_kind")]), "{row:?}");
         assert_eq!((number("tolerance"), number("pixel_step")), (1e-3, 1.0));
-        assert!(["off", "full"].contains(&row[column("lights")]), "{row:?}");
-        listed.push(directory.join(row[file]));
+        assert!(["off", "full"].contains(&&*row[column("lights")]), "{row:?}");
+        let may_copy = directory
+            .components()
+            .any(|c| ["background", "at_once"].map(OsStr::new).contains(&c.as_os_str()));
+        assert!(may_copy || number("bytes_copied") == 0.0, "{row:?}");
+        listed.push(directory.join(&row[file]));
     }
     listed.sort();
     pictures.sort();
@@ -321,17 +245,20 @@ fn pictures_depend_on_values_and_nothing_else() {
     }
     let sizes: Vec<_> = groups.iter().map(|(group, members)| (group.as_str(), members.len())).collect();
     let expected = [
-        ("corner", 9),
+        ("coarse", 5),
+        ("corner", 47),
         ("flat", 1),
-        ("lit", 13),
-        ("litcorner", 1),
-        ("midway", 1),
+        ("lit", 44),
+        ("litcorner", 2),
+        ("midway", 45),
         ("missing", 4),
         ("near corner", 1),
         ("near plain", 1),
         ("nothing", 1),
-        ("plain", 21),
-        ("turned", 1),
+        ("plain", 115),
+        ("thick", 3),
+        ("thick coarse", 3),
+        ("turned", 5),
     ];
     assert_eq!(sizes, expected);
     for members in groups.values() {

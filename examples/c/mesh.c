@@ -68,10 +68,11 @@ static void offset_between(const Place *from, const Place *to, double out[2])
 /* The two cells on the sides of an edge are those that its two corners share, whatever the order of the tables. */
 static void shared_cells(const icoray_grid *grid, const int corner[2], int out[2])
 {
+    const int32_t *corner_cell = grid->corner_cell;
     int found = 0;
     for (int i = 0; i < 9; i++) {
-        int cell = grid->corner_cell[3 * corner[0] + i / 3];
-        if (cell == grid->corner_cell[3 * corner[1] + i % 3] && found < 2) {
+        int cell = corner_cell[3 * corner[0] + i / 3];
+        if (cell == corner_cell[3 * corner[1] + i % 3] && found < 2) {
             out[found++] = cell - grid->index_base;
         }
     }
@@ -85,12 +86,13 @@ static void shared_cells(const icoray_grid *grid, const int corner[2], int out[2
 static void build_sides(Mesh *mesh, const icoray_grid *grid)
 {
     const double *lon = grid->lon_center_rad, *lat = grid->lat_center_rad;
+    const int32_t *edge_corner = grid->edge_corner;
     double *moment = allocate(mesh->cells, 3, sizeof *moment);
     for (int e = 0; e < mesh->sides; e++) {
         Side *side = &mesh->side[e];
         double sum[3], along[3], normal[3], ahead = 0.0;
-        side->corner[0] = grid->edge_corner[2 * e] - grid->index_base;
-        side->corner[1] = grid->edge_corner[2 * e + 1] - grid->index_base;
+        side->corner[0] = edge_corner[2 * e] - grid->index_base;
+        side->corner[1] = edge_corner[2 * e + 1] - grid->index_base;
         shared_cells(grid, side->corner, side->cell);
         const double *a = mesh->corner[side->corner[0]].xyz, *b = mesh->corner[side->corner[1]].xyz;
         for (int i = 0; i < 3; i++) {

@@ -33,7 +33,8 @@ typedef struct {
     icoray_ctx *ctx; /* NULL after a failure: the simulation goes on without pictures */
     int taken, failed;
     double seconds;                /* wall-clock time inside icoray */
-    double prepare, render, write; /* the parts of it that the frame reports name */
+    double prepare, render;        /* the parts of it that the frame reports name */
+    double write;                  /* encoding and disk, on a thread of icoray's beside the model */
     double worst, mean, p999;      /* errors of the pictures: largest, sum of the means, largest 99.9th percentile */
     double tolerance;              /* what the scene allows */
     int estimates;                 /* pictures whose errors are estimates, not bounds */
@@ -111,7 +112,6 @@ static double pictures_draw(Pictures *pictures, long step, double time, const ch
         pictures->taken++;
         pictures->prepare += frame.prepare_s;
         pictures->render += frame.render_s;
-        pictures->write += frame.write_s;
         pictures->worst = fmax(pictures->worst, frame.error_max);
         pictures->mean += frame.error_mean;
         pictures->p999 = fmax(pictures->p999, frame.error_p999);
@@ -125,12 +125,21 @@ static double pictures_draw(Pictures *pictures, long step, double time, const ch
     return seconds;
 }
 
-/* Once, after the time loop and before the arrays are freed. */
+/* Once, after the time loop and before the arrays are freed: waits for the last pictures to be on disk. */
 static void pictures_close(Pictures *pictures)
 {
+    icoray_frame_report frame = {0};
+    double start = wall_clock();
+    frame.struct_size = sizeof frame;
+    if (pictures->ctx != NULL && pictures->taken > 0 &&
+        succeeded(pictures, icoray_wait(pictures->ctx), "icoray_wait") &&
+        succeeded(pictures, icoray_report(pictures->ctx, &frame), "icoray_report")) {
+        pictures->write = frame.write_total_s;
+    }
     if (pictures->ctx != NULL) {
         (void)succeeded(pictures, icoray_close(&pictures->ctx), "icoray_close");
     }
+    pictures->seconds += wall_clock() - start;
 }
 
 /* How far the pictures may be from the exact integrals, in words. */
@@ -229,9 +238,9 @@ int main(int argc, char **argv)
         printf("l2 error       %.6f against the exact solution\n", l2_error(&mesh, &state));
     }
     printf("simulation     %9.3f s, %.6f s per step, on one thread\n", simulation, simulation / (double)steps);
-    printf("visualization  %9.3f s, %.6f s per step; %d pictures: prepare %.3f s, render %.3f s, write %.3f s\n",
-           pictures.seconds, pictures.seconds / (double)steps, pictures.taken, pictures.prepare, pictures.render,
-           pictures.write);
+    printf("visualization  %9.3f s, %.6f s per step; %d pictures: prepare %.3f s, render %.3f s\n", pictures.seconds,
+           pictures.seconds / (double)steps, pictures.taken, pictures.prepare, pictures.render);
+    printf("writing        %9.3f s beside the simulation\n", pictures.write);
     print_errors(&pictures);
     /* for programs to read */
     printf("summary steps=%ld frames=%d simulation_s=%.6f visualization_s=%.6f mass_drift=%.3e pictures_failed=%d\n",

@@ -68,6 +68,11 @@ void refused(icoray_status status, icoray_status expected, const icoray_ctx *ctx
     }
 }
 
+int failed_checks(void)
+{
+    return failures;
+}
+
 int verdict(const char *program)
 {
     printf("%s: %d checks, %d failed\n", program, checks, failures);

@@ -28,6 +28,9 @@ void provoke(icoray_ctx *ctx);
 void refused(icoray_status status, icoray_status expected, const icoray_ctx *ctx, const char *part,
              const char *what, Place at);
 
+/* Checks that have failed so far. */
+int failed_checks(void);
+
 /* The last line that a program prints, and its exit status. */
 int verdict(const char *program);
 

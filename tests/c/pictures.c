@@ -54,20 +54,25 @@ int main(int argc, char **argv)
     corners = (int)grid.corners;
     pixels = atoi(argv[3]);
     CHECK(corners == 2 * cells - 4 && grid.edges == 3 * (int64_t)cells - 6);
-    CHECK(grid.index_base == 0 && grid.real_type == ICORAY_F64 && grid.cell_corner_row == 6);
+    CHECK(grid.index_base == 0 && grid.index_type == ICORAY_I32 && grid.real_type == ICORAY_F64);
+    CHECK(grid.cell_corner_row == 6 && grid.cell_corner_count == NULL && grid.name == NULL);
     CHECK(settles_at(before));
 
     in_place(argv[1]);
     CHECK(settles_at(before));
     icoray_ctx *ctx = context(argv[1], "unused", 3);
-    CHECK(settles_at(before + 3)); /* as many as were asked for */
+    CHECK(settles_at(before + 3 + 1)); /* as many as were asked for, and one that writes */
     OK(icoray_close(&ctx));
     layouts(argv[1]);
+    ndarrays(argv[1]);
+    swapped(argv[1]);
     missing(argv[1]);
     places(argv[1]);
     tables(argv[1]);
+    names(argv[1]);
     by_turns(argv[1]);
     at_once(argv[1]);
+    background(argv[1]);
     CHECK(settles_at(before)); /* none is left behind */
 
     OK(icoray_mesh_free(&mesh));

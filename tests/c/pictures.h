@@ -10,6 +10,10 @@
 extern icoray_mesh *mesh;
 extern icoray_grid grid;
 extern int cells, corners, pixels;
+extern const double radius[LAYERS];
+
+/* What frame() expects of a report: bytes copied, which are 0 but where a thread draws, and failures so far. */
+extern uint64_t copy_expected, failures_expected;
 
 /* Zeroed memory, which there must be. */
 void *allocate(size_t count, size_t size);
@@ -24,34 +28,60 @@ typedef struct {
     icoray_array array;
 } Field;
 
-/* Fills an array of `elements` in which value (0, 0) is element `first`. */
+/* An array's type, location and strides. */
+icoray_array shaped(int type, int location, int layers, int64_t column_stride, int64_t layer_stride);
+
+/* Fills an array of `elements`, over a grid, in which value (0, 0) is element `first`; between them lies garbage. */
+Field filled(const icoray_grid *on, icoray_array shape, size_t elements, size_t first);
+
+/* The same over the grid of most tests: without blocks, and in blocks of whole layers. */
 Field field(int type, int location, int layers, size_t elements, size_t first, int64_t column_stride,
             int64_t layer_stride);
+Field blocked(int type, int location, int layers, int64_t block);
+
+/* Gives every element this value. */
+void scribble(Field *f, double value);
 
 /* Frees a field's array, to which the library has not written. */
 void release(Field *f);
 
+/* Bytes of its values. */
+uint64_t bytes_of(const Field *f);
+
 /* A context with grid and layers, whose pictures go to directory/name. */
 icoray_ctx *context(const char *directory, const char *name, int with_threads);
+icoray_ctx *context_with(const char *directory, const char *name, icoray_config config);
+icoray_layers layers_of(const double *radius_m, const char *name);
 
-/* The scene of a group, and frames of it: of the field that was set, and of another. */
+/* The scene of a group, and frames of it, written: of the field that was set, and of another. */
 void scene(icoray_ctx *ctx, const char *group, const char *light);
+void scene_of(icoray_ctx *ctx, const char *name, const char *group, const char *light);
 icoray_frame_report frame(icoray_ctx *ctx, int step);
 icoray_frame_report frame_of(icoray_ctx *ctx, int step, const Field *f);
 
 /* pictures_layouts.c */
 void layouts(const char *directory);
 
+/* pictures_ndarrays.c */
+void ndarrays(const char *directory);
+
 /* pictures_values.c */
 void in_place(const char *directory);
+void swapped(const char *directory);
 void missing(const char *directory);
 void places(const char *directory);
 
 /* pictures_tables.c */
 void tables(const char *directory);
 
+/* pictures_names.c */
+void names(const char *directory);
+
 /* pictures_contexts.c */
 void by_turns(const char *directory);
 void at_once(const char *directory);
+
+/* pictures_background.c */
+void background(const char *directory);
 
 #endif

@@ -6,7 +6,8 @@
 icoray_mesh *mesh;
 icoray_grid grid;
 int cells, corners, pixels;
-static const double radius[LAYERS] = {PLANET, PLANET + 4e3, PLANET + 9e3, PLANET + 20e3};
+uint64_t copy_expected, failures_expected;
+const double radius[LAYERS] = {PLANET, PLANET + 4e3, PLANET + 9e3, PLANET + 20e3};
 
 void *allocate(size_t count, size_t size)
 {
@@ -19,60 +20,86 @@ void *allocate(size_t count, size_t size)
 }
 
 /* The tests' field, exact in a float. */
-static float value_at(const double *lon, const double *lat, int column, int layer)
+static float value_at(const icoray_grid *on, int location, int column, int layer)
 {
+    const double *lon = (const double *)(location == ICORAY_CORNER ? on->lon_corner_rad : on->lon_center_rad);
+    const double *lat = (const double *)(location == ICORAY_CORNER ? on->lat_corner_rad : on->lat_center_rad);
     double wave = sin(3.0 * lon[column] + 0.4 * layer) * cos(lat[column]) + 0.3 * sin(5.0 * lat[column]);
     return (float)(wave * (1.0 + 0.2 * layer));
 }
 
 float center_value(int column, int layer)
 {
-    return value_at((const double *)grid.lon_center_rad, (const double *)grid.lat_center_rad, column, layer);
+    return value_at(&grid, ICORAY_CENTER, column, layer);
 }
 
-static float corner_value(int column, int layer)
+static void put(Field *f, int64_t at, double value)
 {
-    return value_at((const double *)grid.lon_corner_rad, (const double *)grid.lat_corner_rad, column, layer);
+    if (f->array.type == ICORAY_F32) {
+        ((float *)f->memory)[at] = (float)value;
+    } else {
+        ((double *)f->memory)[at] = value;
+    }
+}
+
+void scribble(Field *f, double value)
+{
+    size_t elements = f->bytes / (f->array.type == ICORAY_F32 ? sizeof(float) : sizeof(double));
+    for (size_t i = 0; i < elements; i++) {
+        put(f, (int64_t)i, value);
+    }
+}
+
+Field filled(const icoray_grid *on, icoray_array shape, size_t elements, size_t first)
+{
+    Field f;
+    size_t size = shape.type == ICORAY_F32 ? sizeof(float) : sizeof(double);
+    memset(&f, 0, sizeof f);
+    f.bytes = elements * size;
+    f.memory = allocate(elements, size);
+    f.before = allocate(elements, size);
+    f.array = shape;
+    f.array.struct_size = sizeof f.array;
+    f.array.data = (char *)f.memory + first * size;
+    f.array.columns = shape.location == ICORAY_CORNER ? on->corners : on->cells;
+    scribble(&f, elements % 2 == 0 ? 1e30 : NAN);
+    for (int c = 0; c < (int)f.array.columns; c++) {
+        for (int l = 0; l < (int)shape.layers; l++) {
+            int64_t at = (int64_t)first + l * shape.layer_stride;
+            at += shape.block == 0 ? c * shape.column_stride
+                                   : c % shape.block * shape.column_stride + c / shape.block * shape.block_stride;
+            put(&f, at, value_at(on, shape.location, c, l));
+        }
+    }
+    memcpy(f.before, f.memory, f.bytes);
+    return f;
+}
+
+icoray_array shaped(int type, int location, int layers, int64_t column_stride, int64_t layer_stride)
+{
+    icoray_array shape;
+    memset(&shape, 0, sizeof shape);
+    shape.type = type;
+    shape.location = location;
+    shape.layers = layers;
+    shape.column_stride = column_stride;
+    shape.layer_stride = layer_stride;
+    return shape;
 }
 
 Field field(int type, int location, int layers, size_t elements, size_t first, int64_t column_stride,
             int64_t layer_stride)
 {
-    Field f;
-    size_t size = type == ICORAY_F32 ? sizeof(float) : sizeof(double);
-    int columns = location == ICORAY_CORNER ? corners : cells;
-    memset(&f, 0, sizeof f);
-    f.bytes = elements * size;
-    f.memory = allocate(elements, size);
-    f.before = allocate(elements, size);
-    f.array.struct_size = sizeof f.array;
-    f.array.data = (char *)f.memory + first * size;
-    f.array.type = type;
-    f.array.location = location;
-    f.array.columns = columns;
-    f.array.layers = layers;
-    f.array.column_stride = column_stride;
-    f.array.layer_stride = layer_stride;
-    for (size_t i = 0; i < elements; i++) {
-        if (type == ICORAY_F32) {
-            ((float *)f.memory)[i] = 1e30f;
-        } else {
-            ((double *)f.memory)[i] = 1e30;
-        }
-    }
-    for (int c = 0; c < columns; c++) {
-        for (int l = 0; l < layers; l++) {
-            float v = location == ICORAY_CORNER ? corner_value(c, l) : center_value(c, l);
-            int64_t at = (int64_t)first + c * column_stride + l * layer_stride;
-            if (type == ICORAY_F32) {
-                ((float *)f.memory)[at] = v;
-            } else {
-                ((double *)f.memory)[at] = v;
-            }
-        }
-    }
-    memcpy(f.before, f.memory, f.bytes);
-    return f;
+    return filled(&grid, shaped(type, location, layers, column_stride, layer_stride), elements, first);
+}
+
+Field blocked(int type, int location, int layers, int64_t block)
+{
+    int64_t columns = location == ICORAY_CORNER ? corners : cells;
+    icoray_array shape = shaped(type, location, layers, 1, block);
+    shape.block = block;
+    shape.block_stride = block * layers;
+    return filled(&grid, shape, (size_t)((columns + block - 1) / block * block * layers), 0);
 }
 
 void release(Field *f)
@@ -84,38 +111,61 @@ void release(Field *f)
 
 icoray_ctx *context(const char *directory, const char *name, int with_threads)
 {
-    icoray_ctx *ctx = NULL;
     icoray_config config;
-    icoray_layers layers;
+    memset(&config, 0, sizeof config);
+    config.threads = with_threads;
+    return context_with(directory, name, config);
+}
+
+icoray_ctx *context_with(const char *directory, const char *name, icoray_config config)
+{
+    icoray_ctx *ctx = NULL;
+    icoray_layers layers = layers_of(radius, NULL);
     char path[1024];
     snprintf(path, sizeof path, "%s/%s", directory, name);
-    memset(&config, 0, sizeof config);
     config.struct_size = sizeof config;
     config.output_dir = path;
-    config.threads = with_threads;
     OK(icoray_open_serial(&config, &ctx));
     memset(path, 'x', sizeof path - 1); /* was copied */
     OK(icoray_grid_set(ctx, &grid));
-    memset(&layers, 0, sizeof layers);
-    layers.struct_size = sizeof layers;
-    layers.count = LAYERS;
-    layers.radius_m = radius;
-    layers.planet_radius_m = PLANET;
     OK(icoray_layers_set(ctx, &layers));
     return ctx;
 }
 
+icoray_layers layers_of(const double *radius_m, const char *name)
+{
+    icoray_layers layers;
+    memset(&layers, 0, sizeof layers);
+    layers.struct_size = sizeof layers;
+    layers.count = LAYERS;
+    layers.radius_m = radius_m;
+    layers.planet_radius_m = PLANET;
+    layers.name = name;
+    return layers;
+}
+
 void scene(icoray_ctx *ctx, const char *group, const char *light)
+{
+    scene_of(ctx, "f", group, light);
+}
+
+void scene_of(icoray_ctx *ctx, const char *name, const char *group, const char *light)
 {
     char text[1024];
     snprintf(text, sizeof text,
-             "field = \"f\"\nexaggeration = 40\n"
+             "field = \"%s\"\nexaggeration = 40\n"
              "[image]\nwidth = %d\nheight = %d\n"
              "[camera]\nlon = 20\nlat = 35\ndistance = 3.2\nfov = 45\n"
              "[transfer]\nmap = \"viridis\"\nrange = [-1.5, 1.5]\nopacity = [[-1.5, 0.8], [0, 0.1], [1.5, 0.9]]\n"
              "[light]\nkind = \"%s\"\n[output]\nfile = \"%s_{step}.png\"\n",
-             pixels, pixels, light, group);
+             name, pixels, pixels, light, group);
     OK(icoray_scene_text(ctx, text));
+}
+
+uint64_t bytes_of(const Field *f)
+{
+    return (uint64_t)(f->array.columns * f->array.layers) *
+           (f->array.type == ICORAY_F32 ? sizeof(float) : sizeof(double));
 }
 
 icoray_frame_report frame(icoray_ctx *ctx, int step)
@@ -124,6 +174,7 @@ icoray_frame_report frame(icoray_ctx *ctx, int step)
     memset(&report, 0, sizeof report);
     report.struct_size = sizeof report;
     OK(icoray_execute(ctx, step, 60.0 * step, NULL));
+    OK(icoray_wait(ctx));
     OK(icoray_report(ctx, &report));
     CHECK(report.struct_size == sizeof report);
     CHECK(report.step == step && report.time_s == 60.0 * step);
@@ -133,6 +184,10 @@ icoray_frame_report frame(icoray_ctx *ctx, int step)
     CHECK(report.error_is_bound == 0 || report.error_is_bound == 1);
     CHECK(report.pixel_step == 1 && (report.lights == 0 || report.lights == 2));
     CHECK(report.prepare_s >= 0.0 && report.render_s > 0.0 && report.write_s > 0.0);
+    CHECK(report.host_s > 0.0 && report.host_total_s >= report.host_s && report.write_total_s >= report.write_s);
+    CHECK(report.frames_written > 0 && report.frames_failed == failures_expected && report.frames_dropped == 0);
+    CHECK(report.bytes_copied == copy_expected && (report.copy_s > 0.0) == (copy_expected > 0));
+    CHECK(report.bytes_peak > 0 && report.threads > 0 && report.waited_s >= 0.0);
     return report;
 }
 

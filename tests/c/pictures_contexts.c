@@ -19,7 +19,7 @@ void by_turns(const char *directory)
     frame(a, 1);
     frame(b, 11);
     OK(icoray_report(a, &report));
-    CHECK(report.step == 1 && report.derived_bytes == 0);
+    CHECK(report.step == 1 && report.bytes_derived == 0);
     OK(icoray_close(&a));
     frame(b, 12);
     OK(icoray_close(&b));
@@ -36,7 +36,7 @@ typedef struct {
 
 static void *work(void *data)
 {
-    Work *w = data;
+    Work *w = (Work *)data;
     char message[256] = "";
     for (int step = 0; step < 3; step++) {
         w->failed += icoray_execute(w->ctx, step, 0.0, NULL) != ICORAY_OK;
@@ -47,23 +47,31 @@ static void *work(void *data)
     return NULL;
 }
 
-/* Two contexts on two threads; each thread has its own last message. */
+/* Several contexts on as many threads, some of which draw in the background, two into one directory. */
 void at_once(const char *directory)
 {
-    Work works[2] = {{NULL, "no such file, one", 0}, {NULL, "no such file, two", 0}};
-    pthread_t thread[2];
+    enum { COUNT = 4 };
+    static const char *const places[COUNT] = {"at_once/a", "at_once/b", "at_once/both", "at_once/both"};
+    static const char *const wrong[COUNT] = {"no such file, one", "no such file, two", "no, three", "no, four"};
+    Work works[COUNT];
+    pthread_t thread[COUNT];
     Field f = field(ICORAY_F32, ICORAY_CENTER, LAYERS, (size_t)cells * LAYERS, 0, LAYERS, 1);
     Field g = field(ICORAY_F32, ICORAY_CORNER, LAYERS, (size_t)corners * LAYERS, 0, LAYERS, 1);
-    works[0].ctx = context(directory, "at_once/a", 1);
-    works[1].ctx = context(directory, "at_once/b", 1);
-    scene(works[0].ctx, "plain", "none");
-    scene(works[1].ctx, "corner", "none");
-    OK(icoray_field_set(works[0].ctx, "f", &f.array));
-    OK(icoray_field_set(works[1].ctx, "f", &g.array));
-    for (int i = 0; i < 2; i++) {
+    for (int i = 0; i < COUNT; i++) {
+        icoray_config config;
+        memset(&config, 0, sizeof config);
+        config.threads = 1;
+        config.async_render = i % 3; /* the middle ones */
+        works[i].ctx = context_with(directory, places[i], config);
+        works[i].wrong = wrong[i];
+        works[i].failed = 0;
+        scene(works[i].ctx, i % 2 == 0 ? "plain" : "corner", "none");
+        OK(icoray_field_set(works[i].ctx, "f", i % 2 == 0 ? &f.array : &g.array)); /* arrays may be shared */
+    }
+    for (int i = 0; i < COUNT; i++) {
         CHECK(pthread_create(&thread[i], NULL, work, &works[i]) == 0);
     }
-    for (int i = 0; i < 2; i++) {
+    for (int i = 0; i < COUNT; i++) {
         CHECK(pthread_join(thread[i], NULL) == 0);
         CHECK(works[i].failed == 0);
         OK(icoray_close(&works[i].ctx));

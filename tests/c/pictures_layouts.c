@@ -5,6 +5,24 @@
 
 static const double falling[LAYERS] = {PLANET + 20e3, PLANET + 9e3, PLANET + 4e3, PLANET};
 
+/* (nlev, nproma, nblks) */
+static icoray_array level_fastest_blocks(int type)
+{
+    icoray_array shape = shaped(type, ICORAY_CENTER, LAYERS, LAYERS, 1);
+    shape.block = 16;
+    shape.block_stride = 16 * LAYERS;
+    return shape;
+}
+
+/* Every other element, the last block first, in each of them the columns and the layers from the last to the first. */
+static icoray_array backward_blocks(int type)
+{
+    icoray_array shape = shaped(type, ICORAY_CENTER, LAYERS, -2, -32);
+    shape.block = 16;
+    shape.block_stride = -32 * LAYERS;
+    return shape;
+}
+
 /* The same values in every layout are the same picture. */
 void layouts(const char *directory)
 {
@@ -23,6 +41,17 @@ void layouts(const char *directory)
         field(F64, AT, L, (size_t)(cells * wide), 2, wide, 1),
         field(F64, AT, L, n, n - 1, -L, -1),
         field(F64, AT, L, (size_t)((cells + 7) * L), 5, 1, cells + 7), /* padded layers */
+        field(F32, AT, L, n + L + 1, 0, L, 1),                          /* MPAS: a column of NaN behind the last */
+        field(F64, AT, L, (size_t)(cells + 1) * L + 1, 0, 1, cells + 1),
+        blocked(F32, AT, L, 16), /* with a last block that is filled in part */
+        blocked(F64, AT, L, 16),
+        blocked(F32, AT, L, 1),
+        blocked(F32, AT, L, cells - 1),
+        blocked(F64, AT, L, cells),
+        blocked(F32, AT, L, cells + 5), /* more than there are */
+        filled(&grid, level_fastest_blocks(F32), (size_t)(cells + 16) * L, 0),
+        filled(&grid, backward_blocks(F32), (size_t)(cells + 32) * L * 2 + 1, (size_t)(cells + 16) * L * 2),
+        filled(&grid, backward_blocks(F64), (size_t)(cells + 32) * L * 2 + 1, (size_t)(cells + 16) * L * 2),
     };
     int count = (int)(sizeof fields / sizeof fields[0]);
     icoray_ctx *ctx = context(directory, "layouts", 2);
@@ -39,19 +68,14 @@ void layouts(const char *directory)
         report = frame_of(ctx, i, &fields[i]);
         CHECK(report.value_min == low && report.value_max == high);
         CHECK(report.missing_values == 0 && report.void_frusta == 0);
-        CHECK(report.derived_bytes == 0);
+        CHECK(report.bytes_derived == 0);
         scene(ctx, "lit", "headlight");
         report = frame_of(ctx, i, &fields[i]);
-        CHECK(report.derived_bytes == n * 3 * sizeof(float)); /* gradients */
+        CHECK(report.bytes_derived == n * 3 * sizeof(float)); /* gradients */
     }
 
     /* Layers handed over top first, with the field as it must then be: level 0 is the top. */
-    icoray_layers layers;
-    memset(&layers, 0, sizeof layers);
-    layers.struct_size = sizeof layers;
-    layers.count = LAYERS;
-    layers.radius_m = falling;
-    layers.planet_radius_m = PLANET;
+    icoray_layers layers = layers_of(falling, NULL);
     OK(icoray_layers_set(ctx, &layers));
     Field *first = &fields[0];
     first->array.data = (float *)first->memory + LAYERS - 1;

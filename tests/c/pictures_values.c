@@ -11,7 +11,7 @@ void in_place(const char *directory)
 {
     icoray_ctx *ctx = context(directory, "in_place", 1);
     Field f = field(ICORAY_F32, ICORAY_CENTER, LAYERS, (size_t)cells * LAYERS, 0, LAYERS, 1);
-    float *values = f.memory;
+    float *values = (float *)f.memory;
     icoray_frame_report report;
 
     scene(ctx, "plain", "none");
@@ -43,6 +43,30 @@ void in_place(const char *directory)
 
     OK(icoray_close(&ctx));
     release(&f);
+}
+
+/* Time levels that are swapped: the pointers move from step to step, in every layout that the field has. */
+void swapped(const char *directory)
+{
+    icoray_ctx *ctx = context(directory, "swapped", 2);
+    Field levels[3] = {
+        field(ICORAY_F32, ICORAY_CENTER, LAYERS, (size_t)cells * LAYERS, 0, LAYERS, 1),
+        field(ICORAY_F64, ICORAY_CENTER, LAYERS, (size_t)cells * LAYERS, 0, 1, cells),
+        blocked(ICORAY_F32, ICORAY_CENTER, LAYERS, 16),
+    };
+    for (int i = 0; i < cells * LAYERS; i++) {
+        ((double *)levels[1].memory)[i] *= -1.0;
+    }
+    memcpy(levels[1].before, levels[1].memory, levels[1].bytes);
+    for (int step = 0; step < 8; step++) {
+        int now = step % 4 == 3 ? 1 : step % 4;
+        scene(ctx, now == 1 ? "turned" : "plain", "none");
+        frame_of(ctx, step, &levels[now]);
+    }
+    OK(icoray_close(&ctx));
+    for (int i = 0; i < 3; i++) {
+        release(&levels[i]);
+    }
 }
 
 /* Missing values: by NaN, by infinity, and by the mark, which an array of floats holds rounded to a float. */
@@ -95,23 +119,29 @@ void places(const char *directory)
     size_t n = (size_t)corners * LAYERS;
     Field level = field(ICORAY_F32, ICORAY_CORNER, LAYERS, n, 0, LAYERS, 1);
     Field cell = field(ICORAY_F32, ICORAY_CORNER, LAYERS, n, 0, 1, corners);
+    Field blocks = blocked(ICORAY_F32, ICORAY_CORNER, LAYERS, 16);
     Field wide = field(ICORAY_F64, ICORAY_CORNER, LAYERS, n, 0, LAYERS, 1);
     Field midway = field(ICORAY_F32, ICORAY_CENTER, LAYERS - 1, (size_t)cells * (LAYERS - 1), 0, LAYERS - 1, 1);
+    Field midblocks = blocked(ICORAY_F64, ICORAY_CENTER, LAYERS - 1, 16);
     uint64_t averages = (uint64_t)cells * LAYERS;
 
     scene(ctx, "corner", "none");
-    CHECK(frame_of(ctx, 0, &level).derived_bytes == averages * sizeof(float));
-    CHECK(frame_of(ctx, 1, &cell).derived_bytes == averages * sizeof(float));
+    CHECK(frame_of(ctx, 0, &level).bytes_derived == averages * sizeof(float));
+    CHECK(frame_of(ctx, 1, &cell).bytes_derived == averages * sizeof(float));
+    CHECK(frame_of(ctx, 5, &blocks).bytes_derived == averages * sizeof(float));
     scene(ctx, "litcorner", "headlight");
-    CHECK(frame_of(ctx, 2, &level).derived_bytes == averages * 4 * sizeof(float));
+    CHECK(frame_of(ctx, 2, &level).bytes_derived == averages * 4 * sizeof(float));
     scene(ctx, "near corner", "none"); /* the averages are rounded less */
-    CHECK(frame_of(ctx, 3, &wide).derived_bytes == averages * sizeof(double));
+    CHECK(frame_of(ctx, 3, &wide).bytes_derived == averages * sizeof(double));
     scene(ctx, "midway", "none");
-    CHECK(frame_of(ctx, 4, &midway).derived_bytes == 0);
+    CHECK(frame_of(ctx, 4, &midway).bytes_derived == 0);
+    CHECK(frame_of(ctx, 6, &midblocks).bytes_derived == 0);
 
     OK(icoray_close(&ctx));
     release(&level);
     release(&cell);
     release(&wide);
     release(&midway);
+    release(&midblocks);
+    release(&blocks);
 }

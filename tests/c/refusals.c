@@ -19,10 +19,35 @@ FIXED(ICORAY_ERR_SCENE, 8);
 FIXED(ICORAY_ERR_ORDER, 9);
 FIXED(ICORAY_ERR_IO, 10);
 FIXED(ICORAY_ERR_INTERNAL, 11);
+FIXED(ICORAY_ERR_EXISTS, 12);
+FIXED(ICORAY_ERR_DISABLED, 13);
+FIXED(ICORAY_ERR_BUSY, 14);
+FIXED(ICORAY_ERR_FORKED, 15);
 FIXED(ICORAY_F32, 1);
 FIXED(ICORAY_F64, 2);
+FIXED(ICORAY_I32, 3);
+FIXED(ICORAY_I64, 4);
 FIXED(ICORAY_CENTER, 0);
 FIXED(ICORAY_CORNER, 1);
+FIXED(ICORAY_NEVER_MODIFY, 0);
+FIXED(ICORAY_OVERWRITE, 1);
+FIXED(ICORAY_WARN, 0);
+FIXED(ICORAY_IGNORE, 1);
+FIXED(ICORAY_DISABLE, 2);
+FIXED(ICORAY_BLOCK, 0);
+FIXED(ICORAY_DROP_OLDEST, 1);
+FIXED(ICORAY_LOG_OFF, 0);
+FIXED(ICORAY_LOG_ERROR, 1);
+FIXED(ICORAY_LOG_WARN, 2);
+FIXED(ICORAY_LOG_INFO, 3);
+FIXED(ICORAY_LOG_DEBUG, 4);
+FIXED(ICORAY_MAX_RANK, 7);
+
+/* The parts that share a context. */
+static void (*const parts[])(icoray_ctx *) = {
+    nulls,    struct_sizes, misaligned, grids,  bad_tables, wide_tables, bad_places, layers,   arrays,
+    ndarrays, misfits,      names,      scenes, wants,      times,       dates,      error_maps, messages,
+};
 
 int main(int argc, char **argv)
 {
@@ -33,31 +58,26 @@ int main(int argc, char **argv)
     CHECK(strcmp(icoray_version(), "") != 0);
     prepare(argv[1]);
     order();
+    ndarrays_too_early();
+    empty_scenes();
     icoray_ctx *ctx = filled();
     still_draws(ctx);
-    nulls(ctx);
-    still_draws(ctx);
-    struct_sizes(ctx);
-    still_draws(ctx);
+    for (size_t i = 0; i < COUNT(parts); i++) {
+        parts[i](ctx);
+        still_draws(ctx);
+    }
     openings();
-    grids(ctx);
-    still_draws(ctx);
-    bad_tables(ctx);
-    still_draws(ctx);
-    layers(ctx);
-    still_draws(ctx);
-    arrays(ctx);
-    still_draws(ctx);
-    misfits(ctx);
-    still_draws(ctx);
-    scenes(ctx);
-    still_draws(ctx);
-    dates(ctx);
-    error_maps(ctx);
-    still_draws(ctx);
-    messages(ctx);
-    still_draws(ctx);
+    existing();
+    overwritten();
+    in_the_way();
     blocked();
+    told_once();
+    dropped();
+    switched_off();
+    busy();
+    forked();
+    logged();
+    standard_error();
     still_draws(ctx);
     OK(icoray_close(&ctx));
     clean_up();

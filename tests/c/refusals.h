@@ -4,6 +4,8 @@
 
 #include "check.h"
 
+#include <stddef.h>
+
 #define COUNT(table) (sizeof(table) / sizeof(table)[0])
 #define NO_UTF8 "caf\xe9"
 #define LEVEL 1
@@ -17,6 +19,7 @@ extern icoray_config good_config;
 extern const double radius[LAYERS];
 extern float *values;
 extern const char *directory;
+extern uint64_t expected_copy; /* bytes of each frame: 0 but where the background draws */
 
 #define SCENE(field, distance, file)                                                                \
     "field = \"" field "\"\n"                                                                       \
@@ -31,6 +34,14 @@ char *path_of(char *buffer, size_t size, const char *name);
 int write_file(const char *path, const char *text);
 int file_exists(const char *name);
 
+/* The file has just this text; it is a picture. */
+int file_is(const char *name, const char *text);
+int is_picture(const char *name);
+
+/* Offset and size of a member, for put(), which writes a number of that size there. */
+#define MEMBER(type, name) offsetof(type, name), sizeof(((type *)0)->name)
+void put(void *structure, size_t offset, size_t size, int64_t value);
+
 /* Makes the good things, and frees them. */
 void prepare(const char *output_dir);
 void clean_up(void);
@@ -38,6 +49,9 @@ void clean_up(void);
 /* A context without anything, and one that can draw. */
 icoray_ctx *opened(void);
 icoray_ctx *filled(void);
+icoray_ctx *filled_with(const icoray_config *config);
+
+icoray_frame_report report_of(icoray_ctx *ctx);
 
 /* The context draws what it drew before: always the same picture. */
 void still_draws(icoray_ctx *ctx);
@@ -47,25 +61,62 @@ void still_draws(icoray_ctx *ctx);
 /* refusals_calls.c */
 void nulls(icoray_ctx *ctx);
 void struct_sizes(icoray_ctx *ctx);
+void misaligned(icoray_ctx *ctx);
 void openings(void);
 void messages(icoray_ctx *ctx);
 
 /* refusals_grid.c */
 void grids(icoray_ctx *ctx);
+
+/* refusals_tables.c */
 void bad_tables(icoray_ctx *ctx);
+void wide_tables(icoray_ctx *ctx);
+void bad_places(icoray_ctx *ctx);
 
 /* refusals_fields.c */
 void layers(icoray_ctx *ctx);
 void arrays(icoray_ctx *ctx);
 void misfits(icoray_ctx *ctx);
 
+/* refusals_ndarrays.c */
+void ndarrays(icoray_ctx *ctx);
+void ndarrays_too_early(void);
+
+/* refusals_names.c */
+void names(icoray_ctx *ctx);
+
 /* refusals_scene.c */
 void scenes(icoray_ctx *ctx);
+void empty_scenes(void);
+
+/* refusals_wants.c */
+void wants(icoray_ctx *ctx);
 
 /* refusals_execute.c */
 void order(void);
+void times(icoray_ctx *ctx);
 void dates(icoray_ctx *ctx);
 void error_maps(icoray_ctx *ctx);
+
+/* refusals_files.c */
+void existing(void);
+void overwritten(void);
+void in_the_way(void);
 void blocked(void);
+
+/* refusals_late.c */
+void told_once(void);
+void dropped(void);
+
+/* refusals_off.c */
+void switched_off(void);
+
+/* refusals_entry.c */
+void busy(void);
+void forked(void);
+
+/* refusals_log.c */
+void logged(void);
+void standard_error(void);
 
 #endif

@@ -26,12 +26,15 @@ void nulls(icoray_ctx *ctx)
     REFUSED(ctx, ICORAY_ERR_NULL, "toml", icoray_scene_text(ctx, NULL));
     REFUSED(NULL, ICORAY_ERR_NULL, "ctx", icoray_execute(NULL, 0, 0.0, NULL));
     REFUSED(NULL, ICORAY_ERR_NULL, "ctx", icoray_report(NULL, &report));
-    REFUSED(ctx, ICORAY_ERR_NULL, "report", icoray_report(ctx, NULL));
+    REFUSED(ctx, ICORAY_ERR_NULL, "icoray_frame_report", icoray_report(ctx, NULL));
+    REFUSED(NULL, ICORAY_ERR_NULL, "ctx", icoray_wait(NULL));
     REFUSED(NULL, ICORAY_ERR_NULL, "ctx", icoray_close(NULL));
     REFUSED(NULL, ICORAY_ERR_NULL, "mesh", icoray_mesh_create(1, NULL));
     REFUSED(NULL, ICORAY_ERR_NULL, "mesh", icoray_mesh_grid(NULL, &grid));
-    REFUSED(NULL, ICORAY_ERR_NULL, "grid", icoray_mesh_grid(mesh, NULL));
+    REFUSED(NULL, ICORAY_ERR_NULL, "icoray_grid", icoray_mesh_grid(mesh, NULL));
     REFUSED(NULL, ICORAY_ERR_NULL, "mesh", icoray_mesh_free(NULL));
+
+    icoray_log_stderr(NULL, ICORAY_LOG_ERROR, NULL); /* has nothing to say */
 
     /* These give no message: it would take the place of the one that is asked for. */
     CHECK(icoray_last_error(ctx, NULL, 4) == ICORAY_ERR_NULL);
@@ -60,7 +63,7 @@ void struct_sizes(icoray_ctx *ctx)
     } structs[] = {
         {"icoray_config", sizeof(icoray_config)}, {"icoray_grid", sizeof(icoray_grid)},
         {"icoray_layers", sizeof(icoray_layers)}, {"icoray_array", sizeof(icoray_array)},
-        {"icoray_frame_report", sizeof(icoray_frame_report)},
+        {"icoray_ndarray", sizeof(icoray_ndarray)}, {"icoray_frame_report", sizeof(icoray_frame_report)},
     };
     for (size_t i = 0; i < COUNT(structs); i++) {
         size_t sizes[] = {0, 1, structs[i].size - 1, structs[i].size + 1, structs[i].size + 8, SIZE_MAX};
@@ -69,13 +72,15 @@ void struct_sizes(icoray_ctx *ctx)
             icoray_grid grid = good_grid, zeroed;
             icoray_layers layers = good_layers;
             icoray_array array = good_array;
+            icoray_ndarray ndarray;
             icoray_frame_report report;
             icoray_ctx *none = ctx;
             char words[64];
             memset(&report, 0, sizeof report);
             memset(&zeroed, 0, sizeof zeroed);
+            memset(&ndarray, 0, sizeof ndarray);
             config.struct_size = grid.struct_size = layers.struct_size = sizes[k];
-            array.struct_size = report.struct_size = zeroed.struct_size = sizes[k];
+            ndarray.struct_size = array.struct_size = report.struct_size = zeroed.struct_size = sizes[k];
             snprintf(words, sizeof words, "%s.struct_size: %lu, expected %lu", structs[i].name,
                      (unsigned long)sizes[k], (unsigned long)structs[i].size);
             trying = words;
@@ -95,6 +100,9 @@ void struct_sizes(icoray_ctx *ctx)
             case 3:
                 REFUSED(ctx, ICORAY_ERR_STRUCT_SIZE, words, icoray_field_set(ctx, "f", &array));
                 break;
+            case 4:
+                REFUSED(ctx, ICORAY_ERR_STRUCT_SIZE, words, icoray_field_set_ndarray(ctx, "f", &ndarray));
+                break;
             default:
                 REFUSED(ctx, ICORAY_ERR_STRUCT_SIZE, words, icoray_report(ctx, &report));
                 CHECK(report.struct_size == sizes[k] && report.rays == 0);
@@ -104,20 +112,78 @@ void struct_sizes(icoray_ctx *ctx)
     trying = "";
 }
 
+/* A struct where none can lie, as where a byte buffer is taken for one. */
+void misaligned(icoray_ctx *ctx)
+{
+    static double room[64]; /* more than any struct takes */
+    char *aside = (char *)room + 1;
+    icoray_ctx *none = ctx;
+    REFUSED(NULL, ICORAY_ERR_ARGUMENT, "icoray_config: 0x", icoray_open_serial((icoray_config *)(void *)aside, &none));
+    CHECK(none == NULL);
+    REFUSED(ctx, ICORAY_ERR_ARGUMENT, "icoray_grid: 0x", icoray_grid_set(ctx, (icoray_grid *)(void *)aside));
+    REFUSED(ctx, ICORAY_ERR_ARGUMENT, "icoray_layers: 0x", icoray_layers_set(ctx, (icoray_layers *)(void *)aside));
+    REFUSED(ctx, ICORAY_ERR_ARGUMENT, "icoray_array: 0x", icoray_field_set(ctx, "f", (icoray_array *)(void *)aside));
+    REFUSED(ctx, ICORAY_ERR_ARGUMENT, "icoray_ndarray: 0x",
+            icoray_field_set_ndarray(ctx, "f", (icoray_ndarray *)(void *)aside));
+    REFUSED(ctx, ICORAY_ERR_ARGUMENT, "icoray_frame_report: 0x",
+            icoray_report(ctx, (icoray_frame_report *)(void *)aside));
+    REFUSED(NULL, ICORAY_ERR_ARGUMENT, "icoray_grid: 0x", icoray_mesh_grid(mesh, (icoray_grid *)(void *)aside));
+}
+
+/* Every member of the config, in and out of its range. */
 void openings(void)
 {
-    static const int32_t threads[] = {-1, INT32_MIN, 4097, INT32_MAX};
+#define NUMBER(name) "icoray_config." #name, MEMBER(icoray_config, name)
+    static const struct {
+        const char *name;
+        size_t offset, size;
+        int64_t wrong[4], right[4];
+    } members[] = {
+        {NUMBER(threads), {-1, 4097, INT32_MIN, INT32_MAX}, {0, 1, 2, 3}},
+        {NUMBER(existing), {-1, 2, INT32_MIN, INT32_MAX}, {ICORAY_NEVER_MODIFY, ICORAY_OVERWRITE, 0, 0}},
+        {NUMBER(on_error), {-1, 3, INT32_MIN, INT32_MAX}, {ICORAY_WARN, ICORAY_IGNORE, ICORAY_DISABLE, 0}},
+        {NUMBER(disable_after), {-1, -2, INT32_MIN, INT32_MIN + 1}, {0, 1, 1000, INT32_MAX}},
+        {NUMBER(writer_queue), {-1, 1025, INT32_MIN, INT32_MAX}, {0, 1, 2, 1024}},
+        {NUMBER(when_full), {-1, 2, INT32_MIN, INT32_MAX}, {ICORAY_BLOCK, ICORAY_DROP_OLDEST, 0, 0}},
+        {NUMBER(log_level), {-1, 5, INT32_MIN, INT32_MAX}, {ICORAY_LOG_ERROR, ICORAY_LOG_INFO, 2, ICORAY_LOG_DEBUG}},
+    };
+    static const int32_t truths[] = {1, -1, INT32_MIN, INT32_MAX}; /* async_render: anything but 0 */
+#undef NUMBER
     static const int32_t levels[] = {-1, INT32_MIN, 13, INT32_MAX};
-    icoray_config config = good_config;
-    for (size_t i = 0; i < COUNT(threads); i++) {
-        icoray_ctx *ctx = (icoray_ctx *)&config;
-        config.threads = threads[i];
-        REFUSED(NULL, ICORAY_ERR_ARGUMENT, "icoray_config.threads", icoray_open_serial(&config, &ctx));
-        CHECK(ctx == NULL);
+    icoray_config config;
+    icoray_ctx *ctx;
+    for (size_t i = 0; i < COUNT(members); i++) {
+        for (size_t k = 0; k < 4; k++) {
+            char words[96];
+            snprintf(words, sizeof words, "%s: %d, expected", members[i].name, (int)members[i].wrong[k]);
+            trying = words;
+            config = good_config;
+            put(&config, members[i].offset, members[i].size, members[i].wrong[k]);
+            ctx = (icoray_ctx *)&config;
+            REFUSED(NULL, ICORAY_ERR_ARGUMENT, words, icoray_open_serial(&config, &ctx));
+            CHECK(ctx == NULL);
+            put(&config, members[i].offset, members[i].size, members[i].right[k]);
+            OK(icoray_open_serial(&config, &ctx));
+            OK(icoray_close(&ctx));
+        }
     }
+    /* A limit that is out of range is refused where it has no use, too: it was meant otherwise. */
+    config = good_config;
+    config.on_error = ICORAY_WARN;
+    config.disable_after = -1;
+    REFUSED(NULL, ICORAY_ERR_ARGUMENT, "disable_after", icoray_open_serial(&config, &ctx));
+    trying = "async_render";
+    for (size_t i = 0; i < COUNT(truths); i++) {
+        config = good_config;
+        config.async_render = truths[i];
+        OK(icoray_open_serial(&config, &ctx));
+        OK(icoray_wait(ctx));
+        OK(icoray_close(&ctx));
+    }
+    trying = "";
     config = good_config;
     config.output_dir = NO_UTF8;
-    icoray_ctx *ctx = (icoray_ctx *)&config;
+    ctx = (icoray_ctx *)&config;
     REFUSED(NULL, ICORAY_ERR_ARGUMENT, "icoray_config.output_dir", icoray_open_serial(&config, &ctx));
     CHECK(ctx == NULL);
     for (size_t i = 0; i < COUNT(levels); i++) {

@@ -45,54 +45,99 @@ void layers(icoray_ctx *ctx)
     REFUSED(ctx, ICORAY_ERR_NULL, "icoray_layers.radius_m", icoray_layers_set(ctx, &layers));
     layers.radius_m = (const double *)((const char *)radius + 1);
     REFUSED(ctx, ICORAY_ERR_ARGUMENT, "icoray_layers.radius_m", icoray_layers_set(ctx, &layers));
+    layers = good_layers;
+    layers.name = NO_UTF8;
+    REFUSED(ctx, ICORAY_ERR_ARGUMENT, "icoray_layers.name", icoray_layers_set(ctx, &layers));
 }
 
 void arrays(icoray_ctx *ctx)
 {
-    enum { TYPE, LOCATION, COLUMNS, ROWS, COLUMN_STRIDE, LAYER_STRIDE };
+#define IN(name) MEMBER(icoray_array, name)
     static const struct {
-        int member;
-        int64_t value;
+        size_t offset, size;
+        int64_t value, block; /* block 0 leaves the columns in one piece */
         icoray_status status;
         const char *part;
     } cases[] = {
-        {TYPE, 0, ICORAY_ERR_ARGUMENT, "type 0"},
-        {TYPE, 3, ICORAY_ERR_ARGUMENT, "type 3"},
-        {TYPE, -1, ICORAY_ERR_ARGUMENT, "type -1"},
-        {LOCATION, 2, ICORAY_ERR_ARGUMENT, "icoray_array.location: 2"},
-        {LOCATION, -1, ICORAY_ERR_ARGUMENT, "icoray_array.location: -1"},
-        {COLUMNS, -1, ICORAY_ERR_ARGUMENT, "icoray_array.columns: -1"},
-        {COLUMNS, INT64_MAX, ICORAY_ERR_ARGUMENT, "icoray_array.columns"},
-        {COLUMNS, 0, ICORAY_ERR_FIELD, "0 columns"},
-        {ROWS, -1, ICORAY_ERR_ARGUMENT, "icoray_array.layers: -1"},
-        {ROWS, INT64_MIN, ICORAY_ERR_ARGUMENT, "icoray_array.layers"},
-        {ROWS, INT64_MAX, ICORAY_ERR_ARGUMENT, "icoray_array.layers"},
-        {ROWS, 0, ICORAY_ERR_FIELD, "0 layers"},
-        {COLUMN_STRIDE, INT64_MAX, ICORAY_ERR_ARGUMENT, "strides"},
-        {COLUMN_STRIDE, INT64_MIN, ICORAY_ERR_ARGUMENT, "strides"},
-        {COLUMN_STRIDE, INT64_MAX / 41, ICORAY_ERR_ARGUMENT, "strides"},
-        {COLUMN_STRIDE, INT64_MIN / 41, ICORAY_ERR_ARGUMENT, "strides"},
-        {LAYER_STRIDE, INT64_MAX, ICORAY_ERR_ARGUMENT, "strides"},
-        {LAYER_STRIDE, INT64_MIN, ICORAY_ERR_ARGUMENT, "strides"},
-        {LAYER_STRIDE, INT64_MAX / 8, ICORAY_ERR_ARGUMENT, "strides"},
+        {IN(type), 0, 0, ICORAY_ERR_ARGUMENT, "icoray_array.type: 0"},
+        {IN(type), ICORAY_I32, 0, ICORAY_ERR_ARGUMENT, "icoray_array.type: 3"},
+        {IN(type), ICORAY_I64, 0, ICORAY_ERR_ARGUMENT, "icoray_array.type: 4"},
+        {IN(type), -1, 0, ICORAY_ERR_ARGUMENT, "icoray_array.type: -1"},
+        {IN(type), INT32_MIN, 0, ICORAY_ERR_ARGUMENT, "icoray_array.type: -2147483648"},
+        {IN(location), 2, 0, ICORAY_ERR_ARGUMENT, "icoray_array.location: 2"},
+        {IN(location), -1, 0, ICORAY_ERR_ARGUMENT, "icoray_array.location: -1"},
+        {IN(location), INT32_MAX, 0, ICORAY_ERR_ARGUMENT, "icoray_array.location: 2147483647"},
+        {IN(columns), -1, 0, ICORAY_ERR_ARGUMENT, "icoray_array.columns: -1"},
+        {IN(columns), INT64_MIN, 0, ICORAY_ERR_ARGUMENT, "icoray_array.columns"},
+        {IN(columns), INT64_MAX, 0, ICORAY_ERR_ARGUMENT, "icoray_array.columns"},
+        {IN(columns), 0, 0, ICORAY_ERR_FIELD, "0 columns"},
+        {IN(columns), 0, 8, ICORAY_ERR_FIELD, "0 columns"},
+        {IN(layers), -1, 0, ICORAY_ERR_ARGUMENT, "icoray_array.layers: -1"},
+        {IN(layers), INT64_MIN, 0, ICORAY_ERR_ARGUMENT, "icoray_array.layers"},
+        {IN(layers), INT64_MAX, 0, ICORAY_ERR_ARGUMENT, "icoray_array.layers"},
+        {IN(layers), 0, 0, ICORAY_ERR_FIELD, "0 layers"},
+        {IN(column_stride), INT64_MAX, 0, ICORAY_ERR_ARGUMENT, "icoray_array: the strides"},
+        {IN(column_stride), INT64_MIN, 0, ICORAY_ERR_ARGUMENT, "icoray_array: the strides"},
+        {IN(column_stride), INT64_MAX / 41, 0, ICORAY_ERR_ARGUMENT, "icoray_array: the strides"},
+        {IN(column_stride), INT64_MIN / 41, 0, ICORAY_ERR_ARGUMENT, "icoray_array: the strides"},
+        {IN(column_stride), INT64_MAX / 7, 8, ICORAY_ERR_ARGUMENT, "icoray_array: the strides"},
+        {IN(column_stride), INT64_MIN / 7, 8, ICORAY_ERR_ARGUMENT, "icoray_array: the strides"},
+        {IN(layer_stride), INT64_MAX, 0, ICORAY_ERR_ARGUMENT, "icoray_array: the strides"},
+        {IN(layer_stride), INT64_MIN, 0, ICORAY_ERR_ARGUMENT, "icoray_array: the strides"},
+        {IN(layer_stride), INT64_MAX / 8, 0, ICORAY_ERR_ARGUMENT, "icoray_array: the strides"},
+        {IN(layer_stride), INT64_MAX / 8, 8, ICORAY_ERR_ARGUMENT, "icoray_array: the strides"},
+        {IN(block), -1, 0, ICORAY_ERR_ARGUMENT, "icoray_array.block: -1"},
+        {IN(block), INT64_MIN, 0, ICORAY_ERR_ARGUMENT, "icoray_array.block: -9"},
+        {IN(block), INT64_MAX, 0, ICORAY_ERR_ARGUMENT, "icoray_array.block: 9"},
+        {IN(block), (int64_t)1 << 40, 0, ICORAY_ERR_ARGUMENT, "icoray_array.block: 1099511627776"},
+        {IN(block_stride), INT64_MAX, 8, ICORAY_ERR_ARGUMENT, "icoray_array: the strides"},
+        {IN(block_stride), INT64_MIN, 8, ICORAY_ERR_ARGUMENT, "icoray_array: the strides"},
+        {IN(block_stride), INT64_MAX / 5, 8, ICORAY_ERR_ARGUMENT, "icoray_array: the strides"},
+        {IN(block_stride), INT64_MIN / 5, 8, ICORAY_ERR_ARGUMENT, "icoray_array: the strides"},
+        {IN(block_stride), INT64_MAX / 41, 1, ICORAY_ERR_ARGUMENT, "icoray_array: the strides"},
+        {IN(block_stride), INT64_MIN / 41, 1, ICORAY_ERR_ARGUMENT, "icoray_array: the strides"},
+        {IN(block_stride), (int64_t)1 << 62, 41, ICORAY_ERR_ARGUMENT, "icoray_array: the strides"},
     };
+#undef IN
+    /* Blocks that do: of one column, with a last one of 2 columns, full, of all columns, of more than there are. */
+    static const int64_t blocks[] = {1, 8, 7, 41, 42, 43, 1000, 4294967296};
     icoray_array array;
     for (size_t i = 0; i < COUNT(cases); i++) {
-        int64_t v = cases[i].value;
         trying = cases[i].part;
         array = good_array;
-        switch (cases[i].member) {
-        case TYPE: array.type = (int32_t)v; break;
-        case LOCATION: array.location = (int32_t)v; break;
-        case COLUMNS: array.columns = v; break;
-        case ROWS: array.layers = v; break;
-        case COLUMN_STRIDE: array.column_stride = v; break;
-        default: array.layer_stride = v;
-        }
+        array.block = cases[i].block;
+        array.block_stride = cases[i].block * LAYERS;
+        put(&array, cases[i].offset, cases[i].size, cases[i].value);
         REFUSED(ctx, cases[i].status, cases[i].part, icoray_field_set(ctx, "f", &array));
         REFUSED(ctx, cases[i].status, "field \"f\"", icoray_field_set(ctx, "f", &array));
     }
+    trying = "blocks that do";
+    for (size_t i = 0; i < COUNT(blocks); i++) {
+        array = good_array;
+        array.block = blocks[i];
+        /* Level-fastest inside the block, so that all of these are the same array. */
+        array.block_stride = blocks[i] <= array.columns ? blocks[i] * LAYERS : INT64_MAX;
+        OK(icoray_field_set(ctx, "f", &array));
+        still_draws(ctx);
+    }
+    array = good_array;
+    array.block_stride = INT64_MIN; /* means nothing without blocks */
+    OK(icoray_field_set(ctx, "f", &array));
+    still_draws(ctx);
+    OK(icoray_field_set(ctx, "f", &good_array));
     trying = "";
+    array = good_array;
+    array.columns = (int64_t)1 << 32;
+    array.columns += 1;
+    array.column_stride = array.layer_stride = array.block_stride = 0;
+    array.block = 8;
+    REFUSED(ctx, ICORAY_ERR_FIELD, "4294967297 columns in blocks", icoray_field_set(ctx, "f", &array));
+    array = good_array;
+    array.grid_name = NO_UTF8;
+    REFUSED(ctx, ICORAY_ERR_ARGUMENT, "grid_name", icoray_field_set(ctx, "f", &array));
+    array = good_array;
+    array.layers_name = NO_UTF8;
+    REFUSED(ctx, ICORAY_ERR_ARGUMENT, "layers_name", icoray_field_set(ctx, "f", &array));
     /* One reaches far down, the other far up: each is within bounds, the whole is not. */
     array = good_array;
     array.columns = array.layers = 2;
@@ -121,6 +166,7 @@ void misfits(icoray_ctx *ctx)
         {ICORAY_CORNER, 42, LAYERS, "42 columns, expected 80"},
         {ICORAY_CENTER, 42, 1, "1 layers, expected 3"},
         {ICORAY_CENTER, 31, 4, "31 columns, expected 42"},
+        {ICORAY_CENTER, 43, LAYERS - 1, "43 columns, expected 42"},
     };
     icoray_array array;
     icoray_layers two = good_layers;
@@ -141,6 +187,4 @@ void misfits(icoray_ctx *ctx)
     OK(icoray_layers_set(ctx, &two));
     REFUSED(ctx, ICORAY_ERR_FIELD, "3 layers, expected 2", icoray_execute(ctx, 0, 0.0, NULL));
     OK(icoray_layers_set(ctx, &good_layers));
-    REFUSED(ctx, ICORAY_ERR_ARGUMENT, "iso_datetime", icoray_execute(ctx, 0, 0.0, NO_UTF8));
-    REFUSED(ctx, ICORAY_ERR_ARGUMENT, "time_s", icoray_execute(ctx, 0, NAN, NULL));
 }

@@ -9,6 +9,7 @@ icoray_config good_config;
 const double radius[LAYERS] = {6.4e6, 6.5e6, 6.7e6};
 float *values;
 const char *directory;
+uint64_t expected_copy;
 const char good_scene[] = SCENE("f", "4", "{field}_{step}.png");
 
 char *path_of(char *buffer, size_t size, const char *name)
@@ -29,12 +30,35 @@ int write_file(const char *path, const char *text)
 
 int file_exists(const char *name)
 {
-    char path[1024];
+    return file_is(name, NULL);
+}
+
+int file_is(const char *name, const char *text)
+{
+    char path[1024], there[256];
+    size_t size = text == NULL ? 0 : strlen(text), read;
     FILE *file = fopen(path_of(path, sizeof path, name), "rb");
-    if (file != NULL) {
-        fclose(file);
+    if (file == NULL) {
+        return 0;
     }
-    return file != NULL;
+    read = fread(there, 1, sizeof there, file);
+    fclose(file);
+    return text == NULL || (read == size && memcmp(there, text, size) == 0);
+}
+
+int is_picture(const char *name)
+{
+    static const unsigned char signature[] = {0x89, 'P', 'N', 'G', '\r', '\n', 0x1a, '\n'};
+    char path[1024];
+    unsigned char there[sizeof signature];
+    FILE *file = fopen(path_of(path, sizeof path, name), "rb");
+    size_t read;
+    if (file == NULL) {
+        return 0;
+    }
+    read = fread(there, 1, sizeof there, file);
+    fclose(file);
+    return read == sizeof there && memcmp(there, signature, sizeof there) == 0;
 }
 
 void prepare(const char *output_dir)
@@ -47,7 +71,7 @@ void prepare(const char *output_dir)
     good_layers.count = LAYERS;
     good_layers.radius_m = radius;
     good_layers.planet_radius_m = 6.4e6;
-    values = malloc((size_t)good_grid.cells * LAYERS * sizeof *values);
+    values = (float *)malloc((size_t)good_grid.cells * LAYERS * sizeof *values);
     if (values == NULL) {
         printf("out of memory\n");
         exit(EXIT_FAILURE);
@@ -74,6 +98,21 @@ void clean_up(void)
     free(values);
 }
 
+icoray_frame_report report_of(icoray_ctx *ctx)
+{
+    icoray_frame_report report;
+    memset(&report, 0, sizeof report);
+    report.struct_size = sizeof report;
+    OK(icoray_report(ctx, &report));
+    return report;
+}
+
+void put(void *structure, size_t offset, size_t size, int64_t value)
+{
+    int32_t small = (int32_t)value;
+    memcpy((char *)structure + offset, size == sizeof small ? (const void *)&small : (const void *)&value, size);
+}
+
 icoray_ctx *opened(void)
 {
     icoray_ctx *ctx = NULL;
@@ -83,7 +122,13 @@ icoray_ctx *opened(void)
 
 icoray_ctx *filled(void)
 {
-    icoray_ctx *ctx = opened();
+    return filled_with(&good_config);
+}
+
+icoray_ctx *filled_with(const icoray_config *config)
+{
+    icoray_ctx *ctx = NULL;
+    OK(icoray_open_serial(config, &ctx));
     OK(icoray_grid_set(ctx, &good_grid));
     OK(icoray_layers_set(ctx, &good_layers));
     OK(icoray_field_set(ctx, "f", &good_array));
@@ -94,12 +139,14 @@ icoray_ctx *filled(void)
 void still_draws(icoray_ctx *ctx)
 {
     static uint64_t frusta;
+    static int step = 1000; /* pictures are not replaced */
     icoray_frame_report report;
-    memset(&report, 0, sizeof report);
-    report.struct_size = sizeof report;
     trying = "drawing after what was refused";
-    OK(icoray_execute(ctx, 1, 0.0, NULL));
-    OK(icoray_report(ctx, &report));
+    step++;
+    OK(icoray_execute(ctx, step, 0.0, NULL));
+    OK(icoray_wait(ctx));
+    report = report_of(ctx);
+    CHECK(report.step == step && report.bytes_copied == expected_copy);
     CHECK(report.frusta > 0 && report.value_min == 0.0 && report.value_max == 2.0);
     CHECK(frusta == 0 || report.frusta == frusta);
     frusta = report.frusta;

@@ -8,7 +8,8 @@ void scenes(icoray_ctx *ctx)
     static const struct {
         const char *text, *part;
     } cases[] = {
-        {"", "field"},
+        {"tolerance = 0.1\n", "field"},
+        {"# nothing but an empty table\n[image]\n", "field"},
         {"field = 3\n", "line 1 (field = 3)"},
         {"field = \"f\"\n\n[image\n", "line 3 ([image)"},
         {"field = \"f\"\ncolour = 1\n", "line 2 (colour = 1)"},
@@ -27,7 +28,7 @@ void scenes(icoray_ctx *ctx)
         {SCENE("f", "4", "f.png") "error = \"f.png\"\n", "line 15, key output.error: \"f.png\""},
     };
     char path[1024], words[1200];
-    char *deep = malloc(DEEP + 5);
+    char *deep = (char *)malloc(DEEP + 5);
     for (size_t i = 0; i < COUNT(cases); i++) {
         trying = cases[i].part;
         REFUSED(ctx, ICORAY_ERR_SCENE, cases[i].part, icoray_scene_text(ctx, cases[i].text));
@@ -64,9 +65,54 @@ void scenes(icoray_ctx *ctx)
     still_draws(ctx);
     OK(icoray_scene_text(ctx, SCENE("q", "4", "q.png")));
     REFUSED(ctx, ICORAY_ERR_FIELD, "\"q\"", icoray_execute(ctx, 0, 0.0, NULL));
-    REFUSED(ctx, ICORAY_ERR_FIELD, "[\"f\"]", icoray_execute(ctx, 0, 0.0, NULL));
+    REFUSED(ctx, ICORAY_ERR_FIELD, "given: [\"f\"", icoray_execute(ctx, 0, 0.0, NULL));
     OK(icoray_scene_text(ctx, SCENE("f", "0.5", "q.png")));
     REFUSED(ctx, ICORAY_ERR_SCENE, "inside the opaque core", icoray_execute(ctx, 0, 0.0, NULL));
     CHECK(!file_exists("q.png"));
     OK(icoray_scene_text(ctx, good_scene));
+}
+
+/* No scene is a mistake; one of nothing but comments and blanks draws nothing. */
+void empty_scenes(void)
+{
+    static const char *const empty[] = {"", "\n", "# nothing\n", " \t\r\n\n# nothing", "#"};
+    icoray_ctx *ctx = opened();
+    char path[1024];
+    int32_t any, f;
+    for (size_t i = 0; i < COUNT(empty); i++) {
+        trying = empty[i];
+        REFUSED(ctx, ICORAY_ERR_ORDER, "scene", icoray_execute(ctx, 0, 0.0, NULL));
+        for (int from_file = 0; from_file < 2; from_file++) {
+            if (from_file) {
+                path_of(path, sizeof path, "empty.toml");
+                CHECK(write_file(path, empty[i]));
+                OK(icoray_scene_load(ctx, path));
+            } else {
+                OK(icoray_scene_text(ctx, empty[i]));
+            }
+            any = f = 7;
+            OK(icoray_wants(ctx, 0, 0.0, &any));
+            OK(icoray_wants_field(ctx, "f", 0, 0.0, &f));
+            CHECK(any == 0 && f == 0);
+            OK(icoray_execute(ctx, 0, 0.0, NULL)); /* without grid, layers or field */
+            OK(icoray_execute(ctx, INT64_MIN, 0.0, "no date"));
+        }
+        OK(icoray_close(&ctx));
+        ctx = opened();
+    }
+    /* In place of a scene it ends the drawing; a refused one does not. */
+    OK(icoray_close(&ctx));
+    ctx = filled();
+    still_draws(ctx);
+    OK(icoray_scene_text(ctx, "# nothing\n"));
+    OK(icoray_execute(ctx, 900, 0.0, NULL));
+    REFUSED(ctx, ICORAY_ERR_SCENE, "line 1 (nothing)", icoray_scene_text(ctx, "nothing"));
+    OK(icoray_execute(ctx, 901, 0.0, NULL));
+    OK(icoray_wait(ctx));
+    CHECK(!file_exists("f_900.png") && !file_exists("f_901.png"));
+    CHECK(report_of(ctx).frames_written == 1 && report_of(ctx).frames_failed == 0);
+    OK(icoray_scene_text(ctx, good_scene));
+    still_draws(ctx);
+    OK(icoray_close(&ctx));
+    trying = "";
 }

@@ -1,4 +1,12 @@
-//! Shared by the tests: small scenes and comparisons that can fail.
+//! Shared by the tests: small scenes and comparisons that can fail; programs in C.
+
+pub mod native;
+
+pub mod layouts;
+
+pub mod interface;
+pub mod layout;
+pub mod program;
 
 use icoray::{Frame, Scene};
 

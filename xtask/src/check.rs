@@ -3,6 +3,7 @@
 use std::fs;
 
 use crate::error::Error;
+use crate::link;
 use crate::options::{Size, TestOptions};
 use crate::report::Frames;
 use crate::step::{Step, Steps, complain, say};
@@ -25,6 +26,7 @@ static CHECKS: &[Check] = &[
     Check { title: "documentation", slow: true, run: documentation },
     Check { title: "C example, shared library", slow: true, run: shared_example },
     Check { title: "C example, static library", slow: true, run: static_example },
+    Check { title: "install and link", slow: true, run: link::check },
 ];
 
 /// Runs the checks, all of them even if some fail: one run is to show everything that is wrong.

@@ -1,12 +1,16 @@
-//! Installs what is missing, runs the demo and the tests.
+//! Installs what is missing, runs the demo and the tests, installs the C library.
 //!
-//! `cargo xtask demo` and `cargo xtask test` are the project's two entry points on a fresh machine.
+//! `cargo xtask demo` and `cargo xtask test` are the project's two entry points on a fresh machine, and
+//! `cargo xtask install` is that of a model that is to link the library.
 //! This crate has no dependencies, so that it builds in about a second and needs nothing but the
 //! Rust toolchain and a linker to get started.
 
 mod check;
 mod demo;
+mod elf;
 mod error;
+mod install;
+mod link;
 mod options;
 mod report;
 mod step;
@@ -43,6 +47,7 @@ fn run(invocation: Invocation) -> Result<(), Error> {
             Ok(())
         }
         Invocation::Demo(options) => demo::run(&Workspace::find()?, &options),
+        Invocation::Install(options) => install::run(&Workspace::find()?, &options),
         Invocation::Test(options) => check::run(&Workspace::find()?, &options),
     }
 }

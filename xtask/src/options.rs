@@ -1,14 +1,14 @@
 //! The command line.
 
 use std::ffi::OsString;
-use std::path::PathBuf;
+use std::path::{Component, PathBuf};
 use std::str::FromStr;
 
 use crate::error::Error;
 
 /// What `--help` prints.
 pub const USAGE: &str = "\
-Usage: cargo xtask <demo|test> [options]
+Usage: cargo xtask <demo|test|install> [options]
 
 demo  Builds the C library and the tracer model of examples/c, runs the model
       with pictures taken in situ, and says where the pictures are and what
@@ -20,12 +20,22 @@ demo  Builds the C library and the tracer model of examples/c, runs the model
   --scene FILE   what the pictures show           [default: examples/scenes/tracer.toml]
   --no-install   install nothing; say what is missing instead
 
-test  Checks formatting, lints, tests, documentation and the C example, and
-      fails at the end if any of them failed.
-  --fast         leave out the documentation and the C example
+test  Checks formatting, lints, tests, documentation, the C example, and that
+      programs in C, C++ and Fortran link the installed library; fails at the
+      end if any of them failed.
+  --fast         leave out all after the tests
   --no-install   install nothing; say what is missing instead
 
-Both install the Debian packages they lack with apt-get (through sudo where not
+install  Builds the C library for Linux and installs it: shared and static
+      library, header, Fortran module's source, files for pkg-config and CMake.
+      What is there is replaced in one step, under programs that run. All of it
+      may be moved elsewhere, as a whole.
+  --prefix DIR   where to install                 [default: /usr/local]
+  --libdir DIR   the libraries' place in it, such as lib64   [default: lib]
+  --no-install   install no packages; say what is missing instead
+  DESTDIR=DIR    in the environment: put everything below DIR, for packagers
+
+All install the Debian packages they lack with apt-get (through sudo where not
 root) and the Rust components they lack with rustup, and say which.";
 
 /// One call of this program.
@@ -37,6 +47,8 @@ pub enum Invocation {
     Demo(DemoOptions),
     /// Run the checks.
     Test(TestOptions),
+    /// Install the C library.
+    Install(InstallOptions),
 }
 
 /// Options of `demo`.
@@ -72,6 +84,17 @@ pub struct TestOptions {
     pub install: bool,
 }
 
+/// Options of `install`.
+#[derive(Debug, PartialEq)]
+pub struct InstallOptions {
+    /// Where to install.
+    pub prefix: PathBuf,
+    /// Where the libraries go, below the prefix.
+    pub libdir: PathBuf,
+    /// Whether missing packages may be installed.
+    pub install: bool,
+}
+
 /// Makes sense of the arguments after the program's name.
 pub fn parse(arguments: impl IntoIterator<Item = OsString>) -> Result<Invocation, Error> {
     let mut arguments = Arguments { rest: arguments.into_iter().collect::<Vec<_>>().into_iter() };
@@ -81,6 +104,7 @@ pub fn parse(arguments: impl IntoIterator<Item = OsString>) -> Result<Invocation
     match subcommand.to_str() {
         Some("demo") => parse_demo(arguments),
         Some("test") => parse_test(arguments),
+        Some("install") => parse_install(arguments),
         Some("help" | "--help" | "-h") => Ok(Invocation::Help),
         _ => Err(Error::Usage(format!("unknown subcommand {}", quoted(&subcommand)))),
     }
@@ -126,6 +150,26 @@ fn parse_test(mut arguments: Arguments) -> Result<Invocation, Error> {
         }
     }
     Ok(Invocation::Test(options))
+}
+
+fn parse_install(mut arguments: Arguments) -> Result<Invocation, Error> {
+    // The prefix that `make install` has had for ever.
+    let mut options = InstallOptions { prefix: "/usr/local".into(), libdir: "lib".into(), install: true };
+    while let Some(option) = arguments.next_option()? {
+        match option.name.as_str() {
+            "--prefix" => options.prefix = arguments.value(option)?.into(),
+            "--libdir" => options.libdir = arguments.value(option)?.into(),
+            "--no-install" => options.install = !option.given()?,
+            "--help" | "-h" => return Ok(Invocation::Help),
+            _ => return Err(option.unknown("install")),
+        }
+    }
+    // What is installed finds its other parts from where it lies itself.
+    if !options.libdir.components().all(|part| matches!(part, Component::Normal(_))) {
+        let given = quoted(options.libdir.as_os_str());
+        return Err(Error::Usage(format!("--libdir must be a path below the prefix, not {given}")));
+    }
+    Ok(Invocation::Install(options))
 }
 
 /// The arguments not yet looked at.
@@ -239,8 +283,19 @@ mod tests {
     }
 
     #[test]
+    fn install_goes_where_make_install_goes_unless_told() {
+        let expected = InstallOptions { prefix: "/usr/local".into(), libdir: "lib".into(), install: true };
+        assert_eq!(parse_words("install"), Ok(Invocation::Install(expected)));
+        let expected = InstallOptions { prefix: "here".into(), libdir: "lib/x".into(), install: false };
+        assert_eq!(
+            parse_words("install --prefix here --libdir=lib/x --no-install"),
+            Ok(Invocation::Install(expected))
+        );
+    }
+
+    #[test]
     fn help_is_found_wherever_it_stands() {
-        for line in ["--help", "-h", "help", "demo --help", "test --fast -h"] {
+        for line in ["--help", "-h", "help", "demo --help", "test --fast -h", "install -h"] {
             assert_eq!(parse_words(line), Ok(Invocation::Help), "{line}");
         }
     }
@@ -257,6 +312,11 @@ mod tests {
         assert_eq!(complaint("demo --level -1"), "--level cannot be '-1'");
         assert_eq!(complaint("demo --layers 0"), "--layers must be at least 1");
         assert_eq!(complaint("demo --days nan"), "--days must be a positive number");
+        assert_eq!(complaint("install /usr"), "install has no option '/usr'");
+        for libdir in ["/usr/lib", "../lib"] {
+            let expected = format!("--libdir must be a path below the prefix, not '{libdir}'");
+            assert_eq!(complaint(&format!("install --libdir {libdir}")), expected);
+        }
         assert_eq!(complaint("test --fast=yes"), "--fast takes no value");
     }
 }

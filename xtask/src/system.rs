@@ -3,7 +3,7 @@
 use std::env;
 use std::ffi::OsStr;
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::{Command, Stdio};
 
 use crate::error::Error;
@@ -66,17 +66,46 @@ static NETCDF: Requirement = Requirement {
     },
 };
 
-// The build of the HDF5 bindings, beneath NetCDF's, knows where Debian keeps HDF5 on x86-64; on
-// other architectures it has to ask.
 static PKG_CONFIG: Requirement = Requirement {
     package: "pkg-config",
-    purpose: "finds the HDF5 library beneath NetCDF",
+    purpose: "finds HDF5 beneath NetCDF, and icoray where it is installed",
     source: Source::Apt,
-    present: || {
-        env::var_os("HDF5_DIR").is_some()
-            || succeeds("pkg-config", ["--version"])
-            || Path::new("/usr/lib/x86_64-linux-gnu/hdf5/serial/libhdf5.so").exists()
-    },
+    present: || succeeds("pkg-config", ["--version"]),
+};
+
+static CPP_COMPILER: Requirement = Requirement {
+    package: "g++",
+    purpose: "C++ compiler: the header is for C++ too",
+    source: Source::Apt,
+    present: || succeeds("c++", ["--version"]),
+};
+
+static FORTRAN_COMPILER: Requirement = Requirement {
+    package: "gfortran",
+    purpose: "Fortran compiler: builds the Fortran module and its programs",
+    source: Source::Apt,
+    present: || succeeds("gfortran", ["--version"]),
+};
+
+static MAKE: Requirement = Requirement {
+    package: "make",
+    purpose: "builds programs against the installed library",
+    source: Source::Apt,
+    present: || succeeds("make", ["--version"]),
+};
+
+static CMAKE: Requirement = Requirement {
+    package: "cmake",
+    purpose: "builds programs against the installed library",
+    source: Source::Apt,
+    present: || succeeds("cmake", ["--version"]),
+};
+
+static VALGRIND: Requirement = Requirement {
+    package: "valgrind",
+    purpose: "finds wrong uses of memory in programs that link the library",
+    source: Source::Apt,
+    present: || succeeds("valgrind", ["--version"]),
 };
 
 static RUSTFMT: Requirement = Requirement {
@@ -96,8 +125,23 @@ static CLIPPY: Requirement = Requirement {
 /// What the demo needs: its library reads no files, so a C compiler is enough.
 pub static FOR_DEMO: &[&Requirement] = &[&C_COMPILER, &C_HEADERS];
 
-/// What the checks need: they build the whole workspace.
-pub static FOR_TEST: &[&Requirement] = &[&C_COMPILER, &C_HEADERS, &NETCDF, &PKG_CONFIG, &RUSTFMT, &CLIPPY];
+/// What installing needs: the compiler's package brings the tools that take the static library apart.
+pub static FOR_INSTALL: &[&Requirement] = &[&C_COMPILER, &C_HEADERS];
+
+/// What the checks need: they build the whole workspace, and programs as users of the installed library would.
+pub static FOR_TEST: &[&Requirement] = &[
+    &C_COMPILER,
+    &C_HEADERS,
+    &CPP_COMPILER,
+    &FORTRAN_COMPILER,
+    &MAKE,
+    &CMAKE,
+    &PKG_CONFIG,
+    &VALGRIND,
+    &NETCDF,
+    &RUSTFMT,
+    &CLIPPY,
+];
 
 /// Sees to it that everything in `needed` is there, installing what is not if `install` allows.
 pub fn provide(needed: &[&Requirement], install: bool, step: &mut Step) -> Result<(), Error> {
@@ -286,7 +330,18 @@ mod tests {
 
     #[test]
     fn packages_are_told_apart_by_source() {
-        assert_eq!(packages_from(Source::Apt, FOR_TEST), ["gcc", "libc6-dev", "libnetcdf-dev", "pkg-config"]);
+        let packages = [
+            "gcc",
+            "libc6-dev",
+            "g++",
+            "gfortran",
+            "make",
+            "cmake",
+            "pkg-config",
+            "valgrind",
+            "libnetcdf-dev",
+        ];
+        assert_eq!(packages_from(Source::Apt, FOR_TEST), packages);
         assert_eq!(packages_from(Source::Rustup, FOR_TEST), ["rustfmt", "clippy"]);
         assert!(packages_from(Source::Rustup, FOR_DEMO).is_empty());
     }

@@ -2,12 +2,14 @@
 
 use crate::boundary::{Failure, Outcome};
 use crate::types::{
-    ICORAY_CENTER, ICORAY_CORNER, ICORAY_F32, ICORAY_F64, icoray_array, icoray_grid, icoray_status,
+    ICORAY_CENTER, ICORAY_CORNER, ICORAY_F32, ICORAY_F64, ICORAY_I32, ICORAY_I64, ICORAY_MAX_RANK,
+    icoray_array, icoray_config, icoray_frame_report, icoray_grid, icoray_layers, icoray_ndarray,
+    icoray_status,
 };
-use icoray_core::{Field, GridTables, Location, LonLat, Reals, Shape};
+use icoray_core::{Dimension, Field, GridTables, Indices, Location, LonLat, Reals, Shape};
 use std::ffi::{CStr, c_char, c_void};
 
-fn argument(message: String) -> Failure {
+pub(crate) fn argument(message: String) -> Failure {
     Failure::new(icoray_status::ICORAY_ERR_ARGUMENT, message)
 }
 
@@ -16,23 +18,43 @@ pub(crate) trait Versioned {
     const NAME: &'static str;
 }
 
+macro_rules! versioned {
+    ($($name:ident),*) => {$(
+        impl Versioned for $name {
+            const NAME: &'static str = stringify!($name);
+        }
+    )*};
+}
+versioned!(icoray_config, icoray_grid, icoray_layers, icoray_array, icoray_ndarray, icoray_frame_report);
+
 /// Borrows a caller's struct after looking at its size.
 ///
 /// # Safety
 /// `pointer` is NULL or points to a readable `size_t` followed by as many bytes as that number says.
 pub(crate) unsafe fn sized<'a, T: Versioned>(pointer: *const T) -> Outcome<&'a T> {
-    if pointer.is_null() {
-        return Err(Failure::null(T::NAME));
-    }
-    // SAFETY: not NULL, and the caller promises that a size_t can be read there.
-    let size = unsafe { pointer.cast::<usize>().read() };
-    check_size::<T>(size)?;
-    // SAFETY: the size is right, so the caller promises the whole struct.
+    // SAFETY: passed on.
+    unsafe { check_struct(pointer)? };
+    // SAFETY: not NULL, aligned, and the size is right, so the caller promises the whole struct.
     Ok(unsafe { &*pointer })
 }
 
-/// Refuses a struct of another size than this library's.
-pub(crate) fn check_size<T: Versioned>(size: usize) -> Outcome<()> {
+/// Refuses no struct, one that lies where none can, and one of another size than this library's.
+///
+/// # Safety
+/// As [`sized`].
+pub(crate) unsafe fn check_struct<T: Versioned>(pointer: *const T) -> Outcome<()> {
+    if pointer.is_null() {
+        return Err(Failure::null(T::NAME));
+    }
+    if !pointer.is_aligned() {
+        return Err(argument(format!(
+            "{}: {pointer:?} is not aligned to {} bytes",
+            T::NAME,
+            align_of::<T>()
+        )));
+    }
+    // SAFETY: not NULL, aligned, and the caller promises that a size_t can be read there.
+    let size = unsafe { pointer.cast::<usize>().read() };
     if size == size_of::<T>() {
         return Ok(());
     }
@@ -55,6 +77,15 @@ pub(crate) unsafe fn text<'a>(pointer: *const c_char, what: &str) -> Outcome<&'a
     // SAFETY: not NULL; the caller promises the NUL.
     let text = unsafe { CStr::from_ptr(pointer) };
     text.to_str().map_err(|_| argument(format!("{what}: {text:?} is not UTF-8")))
+}
+
+/// Borrows a name that may be NULL, which is the empty one.
+///
+/// # Safety
+/// As [`text`].
+pub(crate) unsafe fn name<'a>(pointer: *const c_char, what: &str) -> Outcome<&'a str> {
+    // SAFETY: passed on.
+    if pointer.is_null() { Ok("") } else { unsafe { text(pointer, what) } }
 }
 
 /// Far more rows than 32-bit indices can name; sums and small multiples of such numbers cannot overflow.
@@ -84,14 +115,33 @@ unsafe fn slice<'a, T>(pointer: *const T, len: usize, what: &str) -> Outcome<&'a
 }
 
 /// # Safety
-/// As [`slice`], for elements of the type that `kind` names.
-unsafe fn reals<'a>(pointer: *const c_void, kind: i32, len: usize, what: &str) -> Outcome<Reals<'a>> {
+/// As [`slice`], for elements of the type that `kind` names, which the member `named_by` has.
+unsafe fn reals<'a>(
+    pointer: *const c_void,
+    (kind, named_by): (i32, &str),
+    len: usize,
+    what: &str,
+) -> Outcome<Reals<'a>> {
     match kind {
         // SAFETY: passed on.
         ICORAY_F32 => unsafe { slice(pointer.cast::<f32>(), len, what) }.map(Reals::F32),
         // SAFETY: passed on.
         ICORAY_F64 => unsafe { slice(pointer.cast::<f64>(), len, what) }.map(Reals::F64),
-        _ => Err(argument(format!("{what}: type {kind}, expected ICORAY_F32 (1) or ICORAY_F64 (2)"))),
+        _ => Err(argument(format!("{named_by}: {kind}, expected ICORAY_F32 (1) or ICORAY_F64 (2)"))),
+    }
+}
+
+/// # Safety
+/// As [`slice`], for elements of the type that `kind` names.
+unsafe fn indices<'a>(pointer: *const c_void, kind: i32, len: usize, what: &str) -> Outcome<Indices<'a>> {
+    match kind {
+        // SAFETY: passed on.
+        ICORAY_I32 => unsafe { slice(pointer.cast::<i32>(), len, what) }.map(Indices::I32),
+        // SAFETY: passed on.
+        ICORAY_I64 => unsafe { slice(pointer.cast::<i64>(), len, what) }.map(Indices::I64),
+        _ => Err(argument(format!(
+            "icoray_grid.index_type: {kind}, expected ICORAY_I32 (3) or ICORAY_I64 (4)"
+        ))),
     }
 }
 
@@ -108,7 +158,7 @@ pub(crate) unsafe fn tables<'a>(grid: &icoray_grid) -> Outcome<GridTables<'a>> {
     let corner_entries = cells.checked_mul(row).ok_or_else(|| {
         argument(format!("icoray_grid.cell_corner_row: {row} times {cells} cells overflows"))
     })?;
-    let kind = grid.real_type;
+    let (kind, whole) = ((grid.real_type, "icoray_grid.real_type"), grid.index_type);
     // SAFETY: the caller promises these tables with these lengths.
     unsafe {
         Ok(GridTables {
@@ -121,16 +171,16 @@ pub(crate) unsafe fn tables<'a>(grid: &icoray_grid) -> Outcome<GridTables<'a>> {
                 lon_rad: reals(grid.lon_corner_rad, kind, corners, "icoray_grid.lon_corner_rad")?,
                 lat_rad: reals(grid.lat_corner_rad, kind, corners, "icoray_grid.lat_corner_rad")?,
             },
-            cell_corner: slice(grid.cell_corner, corner_entries, "icoray_grid.cell_corner")?,
+            cell_corner: indices(grid.cell_corner, whole, corner_entries, "icoray_grid.cell_corner")?,
             cell_corner_row: row,
             cell_corner_count: if grid.cell_corner_count.is_null() {
                 None
             } else {
-                Some(slice(grid.cell_corner_count, cells, "icoray_grid.cell_corner_count")?)
+                Some(indices(grid.cell_corner_count, whole, cells, "icoray_grid.cell_corner_count")?)
             },
-            corner_cell: slice(grid.corner_cell, 3 * corners, "icoray_grid.corner_cell")?,
-            corner_edge: slice(grid.corner_edge, 3 * corners, "icoray_grid.corner_edge")?,
-            edge_corner: slice(grid.edge_corner, 2 * edges, "icoray_grid.edge_corner")?,
+            corner_cell: indices(grid.corner_cell, whole, 3 * corners, "icoray_grid.corner_cell")?,
+            corner_edge: indices(grid.corner_edge, whole, 3 * corners, "icoray_grid.corner_edge")?,
+            edge_corner: indices(grid.edge_corner, whole, 2 * edges, "icoray_grid.edge_corner")?,
         })
     }
 }
@@ -145,33 +195,71 @@ pub(crate) unsafe fn radii<'a>(radius_m: *const f64, layers: i64) -> Outcome<&'a
     unsafe { slice(radius_m, layers, "icoray_layers.radius_m") }
 }
 
-/// A field, as the array stands now.
+fn stride(value: i64, what: &str) -> Outcome<isize> {
+    isize::try_from(value).map_err(|_| argument(format!("{what}: {value} is too large")))
+}
+
+/// Where values live.
+pub(crate) fn location(value: i32, of: &str) -> Outcome<Location> {
+    match value {
+        ICORAY_CENTER => Ok(Location::Center),
+        ICORAY_CORNER => Ok(Location::Corner),
+        other => {
+            Err(argument(format!("{of}.location: {other}, expected ICORAY_CENTER (0) or ICORAY_CORNER (1)")))
+        }
+    }
+}
+
+/// The array that an array of many dimensions is, over a grid with `columns` cells or corners and on `layers` layers.
+pub(crate) fn flat(array: &icoray_ndarray, columns: usize, layers: usize) -> Outcome<icoray_array> {
+    let rank =
+        usize::try_from(array.rank).ok().filter(|r| (1..=ICORAY_MAX_RANK).contains(r)).ok_or_else(|| {
+            argument(format!("icoray_ndarray.rank: {}, expected 1 to {ICORAY_MAX_RANK}", array.rank))
+        })?;
+    let dimensions = (0..rank).map(|d| {
+        Ok(Dimension {
+            extent: count(array.extent[d], &format!("icoray_ndarray.extent[{d}]"))?,
+            stride: stride(array.stride[d], &format!("icoray_ndarray.stride[{d}]"))?,
+        })
+    });
+    let shape = Shape::of_dimensions(&dimensions.collect::<Outcome<Vec<_>>>()?, columns, layers)?;
+    Ok(icoray_array {
+        struct_size: size_of::<icoray_array>(),
+        data: array.data,
+        r#type: array.r#type,
+        location: array.location,
+        columns: shape.columns as i64,
+        layers: shape.layers as i64,
+        column_stride: shape.column_stride as i64,
+        layer_stride: shape.layer_stride as i64,
+        block: shape.block as i64,
+        block_stride: shape.block_stride as i64,
+        has_fill: array.has_fill,
+        fill_value: array.fill_value,
+        grid_name: array.grid_name,
+        layers_name: array.layers_name,
+    })
+}
+
+/// A field, as the array stands now; `of` names the struct that the model gave.
 ///
 /// # Safety
 /// `array.data` is NULL or points to value (0, 0) of an array that holds every element that columns, layers and strides
 /// reach, of the type given, unchanged for `'a`.
-pub(crate) unsafe fn field<'a>(array: &icoray_array) -> Outcome<Field<'a>> {
-    let stride = |value: i64, what: &str| {
-        isize::try_from(value).map_err(|_| argument(format!("icoray_array.{what}: {value} is too large")))
-    };
+pub(crate) unsafe fn field<'a>(array: &icoray_array, of: &str) -> Outcome<Field<'a>> {
+    let member = |name: &str| format!("{of}.{name}");
     let mut shape = Shape {
-        columns: count(array.columns, "icoray_array.columns")?,
-        layers: count(array.layers, "icoray_array.layers")?,
+        columns: count(array.columns, &member("columns"))?,
+        layers: count(array.layers, &member("layers"))?,
         offset: 0,
-        column_stride: stride(array.column_stride, "column_stride")?,
-        layer_stride: stride(array.layer_stride, "layer_stride")?,
+        column_stride: stride(array.column_stride, &member("column_stride"))?,
+        layer_stride: stride(array.layer_stride, &member("layer_stride"))?,
+        block: count(array.block, &member("block"))?,
+        block_stride: stride(array.block_stride, &member("block_stride"))?,
     };
-    let location = match array.location {
-        ICORAY_CENTER => Location::Center,
-        ICORAY_CORNER => Location::Corner,
-        other => {
-            return Err(argument(format!(
-                "icoray_array.location: {other}, expected ICORAY_CENTER (0) or ICORAY_CORNER (1)"
-            )));
-        }
-    };
+    let location = location(array.location, of)?;
     if array.data.is_null() {
-        return Err(Failure::null("icoray_array.data"));
+        return Err(Failure::null(&member("data")));
     }
     // Rust's slice begins at the lowest element that is reached, which negative strides put before `data`.
     let Some((low, high)) = shape.extent() else {
@@ -182,14 +270,15 @@ pub(crate) unsafe fn field<'a>(array: &icoray_array) -> Outcome<Field<'a>> {
     let reach = |element: i128| isize::try_from(element).ok().filter(|e| e.checked_mul(8).is_some());
     let (Some(low), Some(high)) = (reach(low), reach(high)) else {
         return Err(argument(format!(
-            "icoray_array: the strides reach elements {low} to {high}, beyond the address space"
+            "{of}: the strides reach elements {low} to {high}, beyond the address space"
         )));
     };
     shape.offset = low.unsigned_abs();
     let size = if array.r#type == ICORAY_F32 { 4 } else { 8 };
     let first = array.data.wrapping_byte_offset(low * size);
     // SAFETY: the caller promises all elements from the lowest to the highest that the strides reach.
-    let samples = unsafe { reals(first, array.r#type, high.abs_diff(low) + 1, "icoray_array.data")? };
+    let samples =
+        unsafe { reals(first, (array.r#type, &member("type")), high.abs_diff(low) + 1, &member("data"))? };
     // An array of floats holds the mark as a float: (double)-9.9999e30f is another number than -9.9999e30.
     let fill_value =
         if array.r#type == ICORAY_F32 { f64::from(array.fill_value as f32) } else { array.fill_value };

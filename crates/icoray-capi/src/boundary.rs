@@ -1,5 +1,6 @@
 //! Statuses, messages and panics at the boundary: nothing unwinds into the model and nothing prints.
 
+use crate::host::FloatingPoint;
 use crate::types::icoray_status;
 use icoray_core::{Error, ErrorKind};
 use std::cell::RefCell;
@@ -36,6 +37,7 @@ impl From<Error> for Failure {
             ErrorKind::Scene => ICORAY_ERR_SCENE,
             ErrorKind::Order => ICORAY_ERR_ORDER,
             ErrorKind::Io => ICORAY_ERR_IO,
+            ErrorKind::Exists => ICORAY_ERR_EXISTS,
             _ => ICORAY_ERR_INTERNAL,
         };
         Self::new(status, error.to_string())
@@ -54,20 +56,27 @@ pub(crate) fn last_message() -> String {
     LAST.try_with(|last| last.borrow().clone()).unwrap_or_default()
 }
 
-/// Runs `call`, turns a panic into a failure, and keeps the message for this thread.
-pub(crate) fn guarded(call: impl FnOnce() -> Outcome<()>) -> Outcome<()> {
+/// Runs `call` and turns a panic into a failure.
+pub(crate) fn caught<T>(call: impl FnOnce() -> Outcome<T>) -> Outcome<T> {
     // Rust prints a panic's message by itself; a library in someone's model must not. The library has its own copy
     // of the standard library, so the hook is nobody else's.
     static QUIET: Once = Once::new();
     QUIET.call_once(|| std::panic::set_hook(Box::new(|_| {})));
-    let outcome = catch_unwind(AssertUnwindSafe(call)).unwrap_or_else(|payload| {
+    catch_unwind(AssertUnwindSafe(call)).unwrap_or_else(|payload| {
         let text = payload
             .downcast_ref::<&str>()
             .map(ToString::to_string)
             .or_else(|| payload.downcast_ref::<String>().cloned());
         let text = text.unwrap_or_else(|| "a panic without a message".into());
         Err(Failure::new(icoray_status::ICORAY_ERR_INTERNAL, format!("internal error: {text}")))
-    });
+    })
+}
+
+/// Runs a call from outside in icoray's own floating-point state, turns a panic into a failure, and keeps the message for
+/// this thread.
+pub(crate) fn guarded(call: impl FnOnce() -> Outcome<()>) -> Outcome<()> {
+    let _floating_point = FloatingPoint::set_default();
+    let outcome = caught(call);
     if let Err(failure) = &outcome {
         // A model's thread may call from its own destructors, after this thread's message is gone.
         let _ = LAST.try_with(|last| last.borrow_mut().clone_from(&failure.message));
@@ -155,6 +164,7 @@ pub(crate) mod tests {
             (ErrorKind::Scene, ICORAY_ERR_SCENE),
             (ErrorKind::Order, ICORAY_ERR_ORDER),
             (ErrorKind::Io, ICORAY_ERR_IO),
+            (ErrorKind::Exists, ICORAY_ERR_EXISTS),
             (ErrorKind::Internal, ICORAY_ERR_INTERNAL),
         ] {
             let failure = Failure::from(Error::new(kind, "why"));

@@ -1,132 +1,243 @@
-//! What lies behind a handle.
+//! What lies behind a handle: what the model has given so far.
 
+use crate::borrow::{self, Versioned, argument, name};
 use crate::boundary::{Failure, Outcome};
-use crate::types::{icoray_array, icoray_frame_report, icoray_status};
-use icoray_core::output::{Stamp, write_frame};
-use icoray_core::{Certainty, Error, ErrorKind, Field, Frame, Grid, Layers, Lights, Renderer, Scene};
+use crate::drawing::Drawing;
+use crate::types::{icoray_array, icoray_config, icoray_frame_report, icoray_ndarray, icoray_status};
+use icoray_core::output::Stamp;
+use icoray_core::{Field, Grid, GridTables, Layers, Location, Scene};
 use std::collections::BTreeMap;
-use std::path::PathBuf;
+use std::ffi::c_char;
+use std::sync::Arc;
+
+/// A field as it was given: where its array is, and over which grid and layers.
+struct Given {
+    array: icoray_array,
+    grid: String,
+    layers: String,
+}
+
+// SAFETY: the array is read only inside calls on the context, in which the model keeps it alive and unchanged.
+unsafe impl Send for Given {}
 
 /// An open icoray context.
 pub struct Context {
-    renderer: Renderer,
-    output_dir: PathBuf,
-    /// The tables are borrowed from the model, which keeps them until close or the next grid_set.
-    grid: Option<Grid<'static>>,
-    layers: Option<Layers>,
-    fields: BTreeMap<String, icoray_array>,
-    scene: Option<Scene>,
-    report: Option<icoray_frame_report>,
+    /// By name. The tables are borrowed from the model, which keeps them until close or the next grid_set.
+    grids: BTreeMap<String, Arc<Grid<'static>>>,
+    layers: BTreeMap<String, Arc<Layers>>,
+    fields: BTreeMap<String, Given>,
+    scene: Choice,
+    drawing: Drawing,
     /// The last failure's message.
-    pub(crate) message: String,
+    message: String,
     /// Set when icoray itself failed: its state can no longer be trusted.
-    pub(crate) poisoned: bool,
+    poisoned: bool,
+}
+
+/// What to draw.
+enum Choice {
+    /// No scene was given yet.
+    Open,
+    /// An empty one was.
+    Nothing,
+    Scene(Arc<Scene>),
+}
+
+/// All that one frame is made of.
+pub(crate) struct Subject<'a> {
+    pub scene: Arc<Scene>,
+    pub grid: Arc<Grid<'static>>,
+    pub layers: Arc<Layers>,
+    pub field: Field<'a>,
 }
 
 impl Context {
-    pub fn new(threads: i32, output_dir: Option<&str>) -> Outcome<Self> {
-        let threads = usize::try_from(threads).ok().filter(|n| *n <= 4096).ok_or_else(|| {
-            Error::new(ErrorKind::Argument, format!("icoray_config.threads: {threads}, expected 0 to 4096"))
-        })?;
+    pub fn new(config: &icoray_config, output_dir: &str) -> Outcome<Self> {
         Ok(Context {
-            renderer: Renderer::new(threads)?,
-            output_dir: output_dir.unwrap_or(".").into(),
-            grid: None,
-            layers: None,
+            grids: BTreeMap::new(),
+            layers: BTreeMap::new(),
             fields: BTreeMap::new(),
-            scene: None,
-            report: None,
+            scene: Choice::Open,
+            drawing: Drawing::new(config, output_dir)?,
             message: String::new(),
             poisoned: false,
         })
     }
 
+    /// The last failure's message.
+    pub fn message(&self) -> &str {
+        &self.message
+    }
+
+    pub fn refuse_if_poisoned(&self) -> Outcome<()> {
+        if !self.poisoned {
+            return Ok(());
+        }
+        let message = format!("the context failed before and takes no more calls ({})", self.message);
+        Err(Failure::new(icoray_status::ICORAY_ERR_INTERNAL, message))
+    }
+
+    pub fn remember(&mut self, failure: &Failure) {
+        self.message.clone_from(&failure.message);
+        self.drawing.log_failure(failure);
+        self.poisoned |= failure.status == icoray_status::ICORAY_ERR_INTERNAL;
+    }
+
     /// Checks the tables; the grid before stays where they are wrong.
-    pub fn set_grid(&mut self, tables: icoray_core::GridTables<'static>) -> Outcome<()> {
-        self.grid = Some(self.renderer.run(|| Grid::new(tables))?);
+    pub fn set_grid(&mut self, name: &str, tables: GridTables<'static>) -> Outcome<()> {
+        // After this call the model may free the tables of the grid before.
+        self.drawing.finish_rendering();
+        let grid = self.drawing.renderer().run(|| Grid::new(tables))?;
+        self.grids.insert(name.into(), Arc::new(grid));
         Ok(())
     }
 
-    pub fn set_layers(&mut self, radius_m: &[f64], planet_radius_m: f64) -> Outcome<()> {
-        self.layers = Some(Layers::new(radius_m.to_vec(), planet_radius_m)?);
+    pub fn set_layers(&mut self, name: &str, radius_m: &[f64], planet_radius_m: f64) -> Outcome<()> {
+        let layers = Layers::new(radius_m.to_vec(), planet_radius_m)?;
+        self.layers.insert(name.into(), Arc::new(layers));
         Ok(())
     }
 
-    pub fn set_field(&mut self, name: &str, array: &icoray_array) {
-        self.fields.insert(name.into(), *array);
+    /// `of` names the struct that the model gave.
+    pub fn set_field(&mut self, field: &str, array: &icoray_array, of: &str) -> Outcome<()> {
+        let within = |f: Failure| Failure::new(f.status, format!("field {field:?}: {}", f.message));
+        // SAFETY: the caller of icoray_field_set promises an array and two strings.
+        let (grid, layers) = unsafe {
+            borrow::field(array, of).map_err(within)?;
+            names(array.grid_name, array.layers_name).map_err(within)?
+        };
+        let (grid, layers) = (grid.to_string(), layers.to_string());
+        self.fields.insert(field.into(), Given { array: *array, grid, layers });
+        Ok(())
+    }
+
+    /// Finds the layers and columns among an array's dimensions.
+    pub fn set_ndarray(&mut self, field: &str, array: &icoray_ndarray) -> Outcome<()> {
+        let within = |f: Failure| Failure::new(f.status, format!("field {field:?}: {}", f.message));
+        let call = "icoray_field_set_ndarray";
+        // SAFETY: the caller of icoray_field_set_ndarray promises two strings.
+        let (grid, layers) = unsafe { names(array.grid_name, array.layers_name).map_err(within)? };
+        let grid = known(&self.grids, grid, "grid", call, "icoray_grid_set").map_err(within)?;
+        let layers =
+            known(&self.layers, layers, "set of layers", call, "icoray_layers_set").map_err(within)?;
+        let columns = match borrow::location(array.location, "icoray_ndarray").map_err(within)? {
+            Location::Center => grid.cells(),
+            Location::Corner => grid.triangles(),
+        };
+        let flat = borrow::flat(array, columns, layers.count()).map_err(within)?;
+        self.set_field(field, &flat, icoray_ndarray::NAME)
     }
 
     pub fn set_scene(&mut self, text: &str) -> Outcome<()> {
-        self.scene = Some(Scene::parse(text)?);
+        self.scene = Scene::parse_optional(text)?.map_or(Choice::Nothing, |s| Choice::Scene(Arc::new(s)));
         Ok(())
     }
 
-    /// Renders the scene and writes the picture. `borrow` makes a field of an array as it stands now.
-    pub fn execute<'a>(
-        &mut self,
-        stamp: &Stamp,
-        borrow: impl Fn(&icoray_array) -> Outcome<Field<'a>>,
-    ) -> Outcome<()> {
-        let missing = |what: &str, call: &str| {
-            let message = format!("icoray_execute came before a {what} was given; call {call} first");
-            Failure::new(icoray_status::ICORAY_ERR_ORDER, message)
-        };
-        let grid = self.grid.as_ref().ok_or_else(|| missing("grid", "icoray_grid_set"))?;
-        let layers = self.layers.as_ref().ok_or_else(|| missing("set of layers", "icoray_layers_set"))?;
-        let scene =
-            self.scene.as_ref().ok_or_else(|| missing("scene", "icoray_scene_load or icoray_scene_text"))?;
-        let array = self.fields.get(&scene.field).ok_or_else(|| {
-            let known: Vec<&str> = self.fields.keys().map(String::as_str).collect();
-            let message = format!(
-                "the scene's field {:?} was not given by icoray_field_set; given: {known:?}",
-                scene.field
-            );
-            Failure::new(icoray_status::ICORAY_ERR_FIELD, message)
-        })?;
-        // A date that is missing, or two files of one name, are known before the first ray.
-        scene.output.names(stamp, &scene.field)?;
-        let field = borrow(array)?;
-        let mut frame = self.renderer.render(scene, grid, layers, &field)?;
-        // Encoding is parallel too; outside of the pool it would start rayon's global one and leave it to the model.
-        let written = self.renderer.run(|| write_frame(&self.output_dir, &scene.output, stamp, &mut frame));
-        self.report = Some(report(&frame, stamp));
-        written.map(|_| ()).map_err(Failure::from)
+    /// Whether a frame of this step would be drawn, from `field` where one is named.
+    pub fn wants(&self, field: Option<&str>, step: i64) -> bool {
+        match &self.scene {
+            Choice::Scene(scene) => {
+                self.drawing.is_on() && scene.is_due(step) && field.is_none_or(|f| f == scene.field)
+            }
+            _ => false,
+        }
     }
 
-    pub fn report(&self) -> Outcome<icoray_frame_report> {
-        let none = || Failure::new(icoray_status::ICORAY_ERR_ORDER, "no frame has been rendered yet");
-        self.report.ok_or_else(none)
+    /// Draws the scene.
+    pub fn execute(&mut self, stamp: Stamp) -> Outcome<()> {
+        let scene = match &self.scene {
+            Choice::Scene(scene) if scene.is_due(stamp.step) => Some(scene.clone()),
+            Choice::Scene(_) | Choice::Nothing => None,
+            Choice::Open => {
+                let call = "icoray_scene_load or icoray_scene_text";
+                return Err(missing("icoray_execute", "scene", call));
+            }
+        };
+        let Some(scene) = scene else {
+            return self.drawing.pass();
+        };
+        let Context { grids, layers, fields, drawing, .. } = self;
+        drawing.draw(stamp, scene.clone(), || subject(scene, grids, layers, fields))
+    }
+
+    /// Waits until all frames are on disk.
+    pub fn wait(&mut self) -> Outcome<()> {
+        self.drawing.finish()
+    }
+
+    /// Waits, for the last time, and says nothing where the context has said before that it is broken.
+    pub fn finish(&mut self) -> Outcome<()> {
+        let outcome = self.drawing.finish();
+        if self.poisoned {
+            return Ok(());
+        }
+        // There will be no message to keep, but the log is the host's.
+        outcome.inspect_err(|failure| self.drawing.log_failure(failure))
+    }
+
+    pub fn report(&mut self) -> Outcome<icoray_frame_report> {
+        self.drawing.report()
     }
 }
 
-fn report(frame: &Frame, stamp: &Stamp) -> icoray_frame_report {
-    let r = &frame.report;
-    let [value_min, value_max] = r.value_range.unwrap_or([f64::NAN; 2]);
-    icoray_frame_report {
-        struct_size: size_of::<icoray_frame_report>(),
-        step: stamp.step,
-        time_s: stamp.time_s,
-        prepare_s: r.prepare_s,
-        render_s: r.render_s,
-        write_s: r.write_s,
-        rays: r.counts.rays,
-        columns: r.counts.columns,
-        frusta: r.counts.frusta,
-        void_frusta: r.counts.void_frusta,
-        value_min,
-        value_max,
-        missing_values: r.missing_values,
-        derived_bytes: r.derived_bytes as u64,
-        error_max: r.error.max,
-        error_mean: r.error.mean,
-        error_p999: r.error.p999,
-        tolerance: r.quality.tolerance,
-        pixel_step: r.quality.pixel_step as i32,
-        lights: match r.quality.lights {
-            Lights::Off => 0,
-            Lights::Coarse => 1,
-            Lights::Full => 2,
-        },
-        error_is_bound: (r.error.certainty == Certainty::Bound).into(),
+/// Looks up what a scene is drawn from.
+fn subject<'a>(
+    scene: Arc<Scene>,
+    grids: &BTreeMap<String, Arc<Grid<'static>>>,
+    layers: &BTreeMap<String, Arc<Layers>>,
+    fields: &BTreeMap<String, Given>,
+) -> Outcome<Subject<'a>> {
+    let call = "icoray_execute";
+    if grids.is_empty() {
+        return Err(missing(call, "grid", "icoray_grid_set"));
     }
+    if layers.is_empty() {
+        return Err(missing(call, "set of layers", "icoray_layers_set"));
+    }
+    let Some(given) = fields.get(&scene.field) else {
+        let known: Vec<&str> = fields.keys().map(String::as_str).collect();
+        let message = format!(
+            "the scene's field {:?} was not given by icoray_field_set; given: {known:?}",
+            scene.field
+        );
+        return Err(Failure::new(icoray_status::ICORAY_ERR_FIELD, message));
+    };
+    let within = |f: Failure| Failure::new(f.status, format!("field {:?}: {}", scene.field, f.message));
+    let grid = known(grids, &given.grid, "grid", call, "icoray_grid_set").map_err(within)?.clone();
+    let layers =
+        known(layers, &given.layers, "set of layers", call, "icoray_layers_set").map_err(within)?.clone();
+    // SAFETY: the model promises that its arrays live and do not change until icoray_execute returns.
+    let field = unsafe { borrow::field(&given.array, icoray_array::NAME).map_err(within)? };
+    Ok(Subject { scene, grid, layers, field })
+}
+
+fn missing(came: &str, what: &str, first: &str) -> Failure {
+    let message = format!("{came} came before a {what} was given; call {first} first");
+    Failure::new(icoray_status::ICORAY_ERR_ORDER, message)
+}
+
+/// What was given under `name`.
+fn known<'m, T>(
+    given: &'m BTreeMap<String, T>,
+    name: &str,
+    what: &str,
+    came: &str,
+    first: &str,
+) -> Outcome<&'m T> {
+    if let Some(found) = given.get(name) {
+        return Ok(found);
+    }
+    if given.is_empty() {
+        return Err(missing(came, what, first));
+    }
+    let names: Vec<&str> = given.keys().map(String::as_str).collect();
+    let named = if name.is_empty() { "without a name".into() } else { format!("named {name:?}") };
+    Err(argument(format!("no {what} {named} was given by {first}; given: {names:?}")))
+}
+
+/// # Safety
+/// Both are NULL or strings that live for `'a`.
+unsafe fn names<'a>(grid: *const c_char, layers: *const c_char) -> Outcome<(&'a str, &'a str)> {
+    // SAFETY: passed on.
+    unsafe { Ok((name(grid, "grid_name")?, name(layers, "layers_name")?)) }
 }

@@ -1,12 +1,22 @@
 //! The C ABI of icoray. `include/icoray.h` is generated from this crate.
 //!
-//! Layout: [`types`] the structs that cross the boundary, [`borrow`] from their pointers to slices (all of the crate's
-//! assumptions about foreign memory), [`context`] what lies behind a handle, [`boundary`] statuses, messages and
-//! panics, [`calls`] the exported functions, [`mesh`] the exported generator.
+//! Layout: [`types`] the structs that cross the boundary; [`borrow`] from their pointers to slices (all of the crate's
+//! assumptions about foreign memory); [`boundary`] statuses, messages and panics; [`host`] the host's floating-point state
+//! and signals; [`memory`] what icoray holds; [`handle`] who may enter a context; [`context`] what the model has given;
+//! [`drawing`] frames on their way; [`policy`] what failures lead to; [`log`] the host's log. Exported functions are in
+//! [`open`], [`inputs`], [`frames`], [`mesh`] and [`log`].
 
 mod borrow;
 mod boundary;
-mod calls;
 mod context;
+mod drawing;
+mod frames;
+mod handle;
+mod host;
+mod inputs;
+mod log;
+mod memory;
 mod mesh;
+mod open;
+mod policy;
 mod types;

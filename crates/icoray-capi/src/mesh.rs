@@ -1,9 +1,10 @@
 //! The generator, exported: an icosahedral mesh that owns its tables.
 #![expect(non_camel_case_types, reason = "the names are C's")]
 
-use crate::borrow::check_size;
+use crate::borrow::check_struct;
 use crate::boundary::{Failure, guarded, status};
-use crate::types::{ICORAY_F64, icoray_grid, icoray_status};
+use crate::host::without_signals;
+use crate::types::{ICORAY_F64, ICORAY_I32, icoray_grid, icoray_status};
 use icoray_core::{Error, ErrorKind, IcosahedralMesh, Renderer};
 use std::ptr;
 
@@ -30,7 +31,7 @@ pub unsafe extern "C" fn icoray_mesh_create(level: i32, mesh: *mut *mut icoray_m
         };
         let level = u32::try_from(level).map_err(wrong)?;
         // Threads of its own, which end with the call: rayon's global ones would stay in the model.
-        let made = Renderer::new(0)?.run(|| IcosahedralMesh::new(level))?;
+        let made = without_signals(|| Renderer::new(0))?.run(|| IcosahedralMesh::new(level))?;
         // SAFETY: as above.
         unsafe { mesh.write(Box::into_raw(Box::new(icoray_mesh(made)))) };
         Ok(())
@@ -45,11 +46,11 @@ pub unsafe extern "C" fn icoray_mesh_create(level: i32, mesh: *mut *mut icoray_m
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn icoray_mesh_grid(mesh: *const icoray_mesh, grid: *mut icoray_grid) -> icoray_status {
     status(&guarded(|| {
-        if mesh.is_null() || grid.is_null() {
-            return Err(Failure::null(if mesh.is_null() { "mesh" } else { "grid" }));
+        if mesh.is_null() {
+            return Err(Failure::null("mesh"));
         }
-        // SAFETY: not NULL; the caller promises at least a size_t there.
-        check_size::<icoray_grid>(unsafe { grid.cast::<usize>().read() })?;
+        // SAFETY: the caller promises at least a size_t there.
+        unsafe { check_struct(grid.cast_const())? };
         // SAFETY: not NULL; the caller promises a live mesh.
         let mesh = unsafe { &(*mesh).0 };
         let filled = icoray_grid {
@@ -59,16 +60,18 @@ pub unsafe extern "C" fn icoray_mesh_grid(mesh: *const icoray_mesh, grid: *mut i
             edges: (mesh.edge_corner.len() / 2) as i64,
             index_base: 0,
             real_type: ICORAY_F64,
+            index_type: ICORAY_I32,
             lon_center_rad: mesh.lon_center_rad.as_ptr().cast(),
             lat_center_rad: mesh.lat_center_rad.as_ptr().cast(),
             lon_corner_rad: mesh.lon_corner_rad.as_ptr().cast(),
             lat_corner_rad: mesh.lat_corner_rad.as_ptr().cast(),
-            cell_corner: mesh.cell_corner.as_ptr(),
+            cell_corner: mesh.cell_corner.as_ptr().cast(),
             cell_corner_row: 6,
             cell_corner_count: ptr::null(),
-            corner_cell: mesh.corner_cell.as_ptr(),
-            corner_edge: mesh.corner_edge.as_ptr(),
-            edge_corner: mesh.edge_corner.as_ptr(),
+            corner_cell: mesh.corner_cell.as_ptr().cast(),
+            corner_edge: mesh.corner_edge.as_ptr().cast(),
+            edge_corner: mesh.edge_corner.as_ptr().cast(),
+            name: ptr::null(),
         };
         // SAFETY: the size is right, so the caller promises the whole struct.
         unsafe { grid.write(filled) };

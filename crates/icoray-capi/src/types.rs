@@ -31,16 +31,57 @@ pub enum icoray_status {
     ICORAY_ERR_IO = 10,
     /// A bug in icoray. The context takes no more calls but icoray_last_error and icoray_close.
     ICORAY_ERR_INTERNAL = 11,
+    /// A picture of that name is there and is not replaced (icoray_config.existing); nothing was rendered.
+    ICORAY_ERR_EXISTS = 12,
+    /// The context has switched itself off after too many failures (icoray_config.on_error).
+    ICORAY_ERR_DISABLED = 13,
+    /// Another thread is in a call on this context, or the context's log callback called it.
+    ICORAY_ERR_BUSY = 14,
+    /// The context was opened before this process was forked: its threads are in the other process.
+    ICORAY_ERR_FORKED = 15,
 }
 
 /// icoray_array.type, icoray_grid.real_type: float.
 pub const ICORAY_F32: i32 = 1;
 /// icoray_array.type, icoray_grid.real_type: double.
 pub const ICORAY_F64: i32 = 2;
+/// icoray_grid.index_type: int32_t.
+pub const ICORAY_I32: i32 = 3;
+/// icoray_grid.index_type: int64_t.
+pub const ICORAY_I64: i32 = 4;
 /// icoray_array.location: values at cell centres.
 pub const ICORAY_CENTER: i32 = 0;
 /// icoray_array.location: values at cell corners; averaged to centres before rendering.
 pub const ICORAY_CORNER: i32 = 1;
+
+/// icoray_config.existing: a picture that is there is not replaced; icoray_execute says ICORAY_ERR_EXISTS.
+pub const ICORAY_NEVER_MODIFY: i32 = 0;
+/// icoray_config.existing: a picture of the same name is replaced.
+pub const ICORAY_OVERWRITE: i32 = 1;
+/// icoray_config.on_error: a failure is a status, a message and a warning in the log.
+pub const ICORAY_WARN: i32 = 0;
+/// icoray_config.on_error: a failure is a status and a message, and is not logged.
+pub const ICORAY_IGNORE: i32 = 1;
+/// icoray_config.on_error: as ICORAY_WARN; after disable_after failed frames in a row the context switches itself off.
+pub const ICORAY_DISABLE: i32 = 2;
+/// icoray_config.when_full: icoray_execute waits until the writer has taken a frame.
+pub const ICORAY_BLOCK: i32 = 0;
+/// icoray_config.when_full: the oldest frame that waits for the writer is dropped, counted and logged.
+pub const ICORAY_DROP_OLDEST: i32 = 1;
+/// icoray_config.log_level: nothing.
+pub const ICORAY_LOG_OFF: i32 = 0;
+/// icoray_config.log_level: what switches the context off.
+pub const ICORAY_LOG_ERROR: i32 = 1;
+/// icoray_config.log_level: also frames that failed or were dropped.
+pub const ICORAY_LOG_WARN: i32 = 2;
+/// icoray_config.log_level: also each picture that was written.
+pub const ICORAY_LOG_INFO: i32 = 3;
+/// icoray_config.log_level: also what each frame left out.
+pub const ICORAY_LOG_DEBUG: i32 = 4;
+
+/// Takes the log: one line without its end, valid until the callback returns. Called only inside a call on the context,
+/// on the caller's thread. It must not throw, longjmp or call icoray on that context (which says ICORAY_ERR_BUSY).
+pub type icoray_log_fn = Option<unsafe extern "C" fn(user: *mut c_void, level: i32, message: *const c_char)>;
 
 /// How a context is opened. All zero but struct_size is a good choice.
 #[repr(C)]
@@ -52,9 +93,28 @@ pub struct icoray_config {
     pub output_dir: *const c_char,
     /// Threads that render; 0 is as many as the affinity mask allows.
     pub threads: i32,
+    /// Pictures that are there already: ICORAY_NEVER_MODIFY or ICORAY_OVERWRITE.
+    pub existing: i32,
+    /// Frames that fail: ICORAY_WARN, ICORAY_IGNORE or ICORAY_DISABLE. The status is returned either way.
+    pub on_error: i32,
+    /// With ICORAY_DISABLE: failed frames in a row after which the context switches itself off; 0 is 3.
+    pub disable_after: i32,
+    /// Not 0: icoray_execute copies the field that the scene names and returns; a thread renders the copy. One frame at
+    /// a time: icoray_execute first waits for the frame before.
+    pub async_render: i32,
+    /// Frames that may wait for the thread that writes, 1 to 1024; 0 is 2.
+    pub writer_queue: i32,
+    /// When that many wait: ICORAY_BLOCK or ICORAY_DROP_OLDEST.
+    pub when_full: i32,
+    /// The most talkative level that is logged, ICORAY_LOG_OFF to ICORAY_LOG_DEBUG.
+    pub log_level: i32,
+    /// Takes the log; NULL logs nothing. icoray_log_stderr is one.
+    pub log: icoray_log_fn,
+    /// Passed to log.
+    pub log_user: *mut c_void,
 }
 
-/// The six tables of a geodesic grid, borrowed until icoray_close or the next icoray_grid_set.
+/// The six tables of a geodesic grid, borrowed until icoray_close or the next icoray_grid_set of the same name.
 ///
 /// Index tables are row-major and number cells, corners and edges from index_base. Rows may be in any order and wind
 /// either way. A triangle of the dual mesh is a corner with its three cells.
@@ -73,6 +133,8 @@ pub struct icoray_grid {
     pub index_base: i32,
     /// ICORAY_F32 or ICORAY_F64, for the four coordinate arrays.
     pub real_type: i32,
+    /// ICORAY_I32 or ICORAY_I64, for the tables of indices.
+    pub index_type: i32,
     /// Longitudes of the cell centres, radians (MPAS lonCell).
     pub lon_center_rad: *const c_void,
     /// Latitudes of the cell centres, radians (MPAS latCell).
@@ -82,18 +144,20 @@ pub struct icoray_grid {
     /// Latitudes of the corners, radians (MPAS latVertex).
     pub lat_corner_rad: *const c_void,
     /// Corners of each cell: cells x cell_corner_row (MPAS verticesOnCell).
-    pub cell_corner: *const i32,
+    pub cell_corner: *const c_void,
     /// Row length of cell_corner: 6, or MPAS's maxEdges.
     pub cell_corner_row: i64,
     /// How many entries of each cell_corner row count (MPAS nEdgesOnCell); NULL where a cell with fewer corners repeats
     /// one of them.
-    pub cell_corner_count: *const i32,
+    pub cell_corner_count: *const c_void,
     /// The three cells at each corner: corners x 3 (MPAS cellsOnVertex).
-    pub corner_cell: *const i32,
+    pub corner_cell: *const c_void,
     /// The three edges at each corner: corners x 3 (MPAS edgesOnVertex).
-    pub corner_edge: *const i32,
+    pub corner_edge: *const c_void,
     /// The two corners of each edge: edges x 2 (MPAS verticesOnEdge).
-    pub edge_corner: *const i32,
+    pub edge_corner: *const c_void,
+    /// Name, for contexts with several grids; NULL is the grid of fields that name none. Copied.
+    pub name: *const c_char,
 }
 
 /// Layers, copied by the call.
@@ -109,10 +173,17 @@ pub struct icoray_layers {
     pub radius_m: *const f64,
     /// Radius of the planet's surface in metres: vertical exaggeration stretches heights above it.
     pub planet_radius_m: f64,
+    /// Name, for contexts with several sets of layers; NULL is the set of fields that name none. Copied.
+    pub name: *const c_char,
 }
 
-/// A field: value (column, layer) is element column*column_stride + layer*layer_stride of data. Borrowed: read during
-/// icoray_execute, so the array must live until it is replaced or the context is closed.
+/// A field: with block 0, value (column, layer) is element column*column_stride + layer*layer_stride of data. Borrowed:
+/// read during icoray_execute, so the array must live until it is replaced or the context is closed.
+///
+/// Level-fastest (MPAS): column_stride = layers, layer_stride = 1. Cell-fastest: column_stride = 1, layer_stride =
+/// columns. Blocked, Fortran's (nproma, layers, blocks) (ICON, NICAM): block = nproma, column_stride = 1, layer_stride =
+/// nproma, block_stride = nproma*layers. Padded rows have a longer column_stride; an array with more columns than the grid
+/// (MPAS's nCells + 1) is read up to columns.
 #[repr(C)]
 #[derive(Debug, Clone, Copy)]
 pub struct icoray_array {
@@ -132,13 +203,61 @@ pub struct icoray_array {
     pub column_stride: i64,
     /// Elements from a layer to the next; may be negative.
     pub layer_stride: i64,
+    /// Columns per block; 0 where columns are not in blocks. Then value (column, layer) is element (column %
+    /// block)*column_stride + (column / block)*block_stride + layer*layer_stride; the last block may be partly filled.
+    pub block: i64,
+    /// Elements from a block to the next; may be negative.
+    pub block_stride: i64,
     /// Not 0: fill_value marks missing values. NaN and infinities always do.
     pub has_fill: i32,
     /// The value that marks missing values.
     pub fill_value: f64,
+    /// Name of the field's grid; NULL is the one without a name. Copied.
+    pub grid_name: *const c_char,
+    /// Name of the field's layers; NULL is those without a name. Copied.
+    pub layers_name: *const c_char,
 }
 
-/// What the last frame cost and how exact it is. Seconds are wall clock.
+/// Most dimensions of an icoray_ndarray.
+pub const ICORAY_MAX_RANK: usize = 7;
+
+/// A field as an array of up to seven dimensions; which of them are layers and which columns is found from the numbers of
+/// layers and of cells or corners, so grid and layers come first.
+///
+/// Dimensions of extent 1 do not count. Of two, one holds the layers and one the columns, in either order; of three, one
+/// holds the layers and the other two, in order, the columns of a block and the blocks. Where several readings fit, the
+/// layers are the dimension that has just as many as icoray_layers, else one fewer; of these the second of three, or the
+/// first. The dimension of columns may be longer than the grid has.
+#[repr(C)]
+#[derive(Debug, Clone, Copy)]
+pub struct icoray_ndarray {
+    /// sizeof(icoray_ndarray)
+    pub struct_size: usize,
+    /// The first element: all indices 0.
+    pub data: *const c_void,
+    /// ICORAY_F32 or ICORAY_F64.
+    pub r#type: i32,
+    /// ICORAY_CENTER or ICORAY_CORNER.
+    pub location: i32,
+    /// Number of dimensions, 1 to 7.
+    pub rank: i32,
+    /// Not 0: fill_value marks missing values. NaN and infinities always do.
+    pub has_fill: i32,
+    /// The value that marks missing values.
+    pub fill_value: f64,
+    /// Size of each dimension.
+    pub extent: [i64; ICORAY_MAX_RANK],
+    /// Elements from one index to the next in each dimension; may be negative.
+    pub stride: [i64; ICORAY_MAX_RANK],
+    /// Name of the field's grid; NULL is the one without a name. Copied.
+    pub grid_name: *const c_char,
+    /// Name of the field's layers; NULL is those without a name. Copied.
+    pub layers_name: *const c_char,
+}
+
+/// What the last rendered frame cost and how exact it is, and the counts of all frames so far. Seconds are wall clock.
+///
+/// With async_render this is the frame that was finished last; icoray_wait waits for the one in the works.
 ///
 /// Errors are how far a channel of a pixel may be from the exact integral along the pixel's ray: of premultiplied linear
 /// channels, 0 to 1, the largest of each pixel. What the interpolation between cells and layers itself is off is not in them.
@@ -151,11 +270,17 @@ pub struct icoray_frame_report {
     pub step: i64,
     /// Time given to icoray_execute.
     pub time_s: f64,
+    /// What the frame cost the model: icoray_execute from its call to its return.
+    pub host_s: f64,
+    /// Of these: waiting for a full queue or for the frame before.
+    pub waited_s: f64,
+    /// Of these: copying the field (async_render).
+    pub copy_s: f64,
     /// Value range, averages of corner fields, gradients.
     pub prepare_s: f64,
     /// Rays.
     pub render_s: f64,
-    /// Encoding and disk.
+    /// Encoding and disk of the frame that was written last, on a thread of its own.
     pub write_s: f64,
     /// Rays that met the shell.
     pub rays: u64,
@@ -171,8 +296,12 @@ pub struct icoray_frame_report {
     pub value_max: f64,
     /// Values that are NaN, infinite or the fill value.
     pub missing_values: u64,
-    /// Bytes that were derived from the field: averages, gradients.
-    pub derived_bytes: u64,
+    /// Bytes of input that were copied: 0, or the field's with async_render.
+    pub bytes_copied: u64,
+    /// Bytes that were derived from the field: averages of corner fields, gradients.
+    pub bytes_derived: u64,
+    /// The most memory that icoray has held at once in this process, bytes, by all contexts and meshes.
+    pub bytes_peak: u64,
     /// Largest error of a pixel.
     pub error_max: f64,
     /// Mean error of the pixels whose error is above 0; 0 where there is none.
@@ -189,4 +318,16 @@ pub struct icoray_frame_report {
     pub pixel_step: i32,
     /// Light: 0 off, 1 coarse (to stay inside the time budget), 2 full.
     pub lights: i32,
+    /// Threads that rendered.
+    pub threads: i32,
+    /// Frames on disk so far.
+    pub frames_written: u64,
+    /// Frames that could not be rendered or written so far.
+    pub frames_failed: u64,
+    /// Frames that a full queue dropped so far (ICORAY_DROP_OLDEST).
+    pub frames_dropped: u64,
+    /// Seconds of the model inside icoray_execute so far.
+    pub host_total_s: f64,
+    /// Seconds of encoding and disk so far.
+    pub write_total_s: f64,
 }

@@ -2,7 +2,7 @@
 
 use crate::failure::Failure;
 use crate::input::{self, Input};
-use icoray::{GridTables, Reals};
+use icoray::{GridTables, Indices, Reals};
 use icoray_netcdf::{LayerHeights, MpasFile};
 use std::collections::BTreeMap;
 use std::io::Write;
@@ -50,7 +50,7 @@ pub fn run(args: &Args, out: &mut impl Write) -> Result<(), Failure> {
 /// How many cells there are of each number of corners.
 fn polygons(tables: &GridTables) -> String {
     let mut kinds = BTreeMap::new();
-    for count in tables.cell_corner_count.unwrap_or_default() {
+    for count in tables.cell_corner_count.iter().flat_map(Indices::iter) {
         *kinds.entry(count).or_insert(0usize) += 1;
     }
     let parts: Vec<String> =

@@ -1,16 +1,21 @@
 //! `icoray render`: pictures of one time, or of all.
 
+mod press;
+mod target;
+
 use crate::failure::Failure;
 use crate::input::{self, Input};
-use icoray::output::{Output, Stamp, write_error_map, write_frame, write_picture};
+use icoray::output::{Existing, Stamp};
 use icoray::{Error, ErrorKind, Frame, Grid, Layers, Location, Renderer, Result, Scene};
 use icoray_netcdf::{FieldInfo, LayerHeights, MpasFile};
 use indicatif::{ProgressBar, ProgressStyle};
+use press::{Press, Said};
 use std::collections::HashMap;
 use std::io::Write;
 use std::ops::Range;
-use std::path::{Path, PathBuf, absolute};
+use std::path::PathBuf;
 use std::time::Instant;
+use target::Target;
 
 /// What `icoray render` is told.
 #[derive(clap::Args)]
@@ -38,6 +43,29 @@ pub struct Args {
     /// Map of the picture's errors, instead of the scene's output.error; for one time
     #[arg(long, value_name = "FILE.png")]
     error: Option<PathBuf>,
+    /// What is done with pictures of the same name: overwrite replaces each one when the new one is complete; never-modify
+    /// keeps them, and the command fails before it draws. report.csv gets a line more either way
+    #[arg(long, value_name = "WHAT", value_enum, default_value_t = OnExisting::Overwrite)]
+    existing: OnExisting,
+}
+
+/// [`Existing`], as a word. A command is told its files' names by a person who is there, so it overwrites, as others do;
+/// what a model draws is nobody's to lose, and the library keeps it unless told otherwise.
+#[derive(Clone, Copy, clap::ValueEnum)]
+enum OnExisting {
+    /// Keep them, and fail
+    NeverModify,
+    /// Replace them
+    Overwrite,
+}
+
+impl From<OnExisting> for Existing {
+    fn from(word: OnExisting) -> Self {
+        match word {
+            OnExisting::NeverModify => Existing::NeverModify,
+            OnExisting::Overwrite => Existing::Overwrite,
+        }
+    }
 }
 
 /// Which records are rendered.
@@ -88,80 +116,6 @@ impl Time {
     }
 }
 
-/// Where pictures go.
-enum Target {
-    /// To this very file.
-    Picture(PathBuf),
-    /// Into this directory, named by the scene's template, with `report.csv`.
-    Directory(PathBuf),
-}
-
-impl Target {
-    fn new(output: Option<&Path>, time: Time) -> Result<Self> {
-        let Some(path) = output else {
-            return Ok(Target::Directory(PathBuf::new()));
-        };
-        let bad = |what: &str| Error::new(ErrorKind::Argument, format!("-o {}: {what}", path.display()));
-        let ending = path.extension().and_then(|e| e.to_str());
-        let is_directory = path.is_dir() || path.to_string_lossy().ends_with(['/', '\\']);
-        match (ending, time) {
-            _ if is_directory => Ok(Target::Directory(path.to_owned())),
-            (Some("png" | "exr"), Time::Index(_)) => Ok(Target::Picture(path.to_owned())),
-            (Some("png" | "exr"), Time::All) => Err(bad(
-                "one picture for --time all; expected a directory, the scene's output.file names the pictures",
-            )),
-            (None, _) => Ok(Target::Directory(path.to_owned())),
-            _ => Err(bad("expected a name that ends in .png or .exr, or a directory")),
-        }
-    }
-
-    /// Where the picture of a time goes.
-    fn path(&self, names: &Output, stamp: &Stamp, field: &str) -> Result<PathBuf> {
-        match self {
-            Target::Directory(directory) => Ok(directory.join(names.names(stamp, field)?.file)),
-            Target::Picture(path) => Ok(path.clone()),
-        }
-    }
-
-    /// Writes the frame; returns where, and sets the seconds that it took.
-    fn write(&self, names: &Output, stamp: Stamp, frame: &mut Frame) -> Result<PathBuf> {
-        match self {
-            Target::Directory(directory) => write_frame(directory, names, &stamp, frame),
-            Target::Picture(path) => {
-                let start = Instant::now();
-                frame.stamp = stamp;
-                write_picture(path, frame)?;
-                frame.report.write_s = start.elapsed().as_secs_f64();
-                Ok(path.clone())
-            }
-        }
-    }
-}
-
-/// Refuses a map of errors that is no PNG or that would be one for several pictures.
-fn expect_error_map(path: &Path, time: Time) -> Result<()> {
-    match time {
-        _ if path.extension().is_none_or(|e| e != "png") => {
-            Err(bad_map(path, "expected a name that ends in .png"))
-        }
-        Time::All => {
-            Err(bad_map(path, "one map for --time all; expected output.error in the scene to name the maps"))
-        }
-        Time::Index(_) => Ok(()),
-    }
-}
-
-/// Refuses a map of errors that would replace the picture.
-fn expect_apart(map: &Path, picture: &Path) -> Result<()> {
-    let same =
-        map == picture || absolute(map).ok().is_some_and(|map| absolute(picture).is_ok_and(|p| p == map));
-    if same { Err(bad_map(map, "names the picture too, expected another file")) } else { Ok(()) }
-}
-
-fn bad_map(path: &Path, what: &str) -> Error {
-    Error::new(ErrorKind::Argument, format!("--error {}: {what}", path.display()))
-}
-
 /// When record `time` was. MPAS files give a date; seconds since the start are not made of it, since that would need
 /// the run's calendar.
 fn stamp(file: &MpasFile, time: usize) -> Stamp {
@@ -205,7 +159,7 @@ fn scene(args: &Args) -> Result<Scene> {
 pub fn run(args: &Args, out: &mut impl Write) -> std::result::Result<(), Failure> {
     let target = Target::new(args.output.as_deref(), args.time)?;
     if let Some(map) = &args.error {
-        expect_error_map(map, args.time)?;
+        target::expect_error_map(map, args.time)?;
     }
     let scene = scene(args)?;
     let renderer = Renderer::new(args.threads)?;
@@ -217,7 +171,12 @@ pub fn run(args: &Args, out: &mut impl Write) -> std::result::Result<(), Failure
         expect_distinct(&file, &scene, times.clone())?;
     }
     if let Some(map) = &args.error {
-        expect_apart(map, &target.path(&scene.output, &stamp(&file, times.start), &scene.field)?)?;
+        target::expect_apart(map, &target.path(&scene.output, &stamp(&file, times.start), &scene.field)?)?;
+    }
+    let error_map = args.error.as_deref();
+    let mut press = Press::new(&target, &scene.output, args.existing.into(), error_map, times.len())?;
+    for time in times.clone() {
+        press.check(&stamp(&file, time), &scene.field)?;
     }
     let mesh = file.mesh();
     let grid = renderer.run(|| mesh.grid())?;
@@ -230,7 +189,6 @@ pub fn run(args: &Args, out: &mut impl Write) -> std::result::Result<(), Failure
         layers: &heights.layers,
         renderer: &renderer,
         target: &target,
-        error_map: args.error.as_deref(),
     };
     let open_s = start.elapsed().as_secs_f64();
     for line in notes(info, &grid, &heights) {
@@ -239,11 +197,25 @@ pub fn run(args: &Args, out: &mut impl Write) -> std::result::Result<(), Failure
     let bar = progress(times.len());
     bar.tick();
     for time in times {
-        let block = job.picture(time, open_s)?;
+        let (frame, stamp, said) = job.picture(time, open_s)?;
+        say(press.put(frame, stamp, said), &bar, out)?;
+    }
+    say(press.finish(), &bar, out)?;
+    bar.finish_and_clear();
+    Ok(())
+}
+
+/// Prints the blocks of pictures that are on the disk, up to the first one that could not be written.
+fn say(
+    blocks: Vec<Result<String>>,
+    bar: &ProgressBar,
+    out: &mut impl Write,
+) -> std::result::Result<(), Failure> {
+    for block in blocks {
+        let block = block?;
         bar.suspend(|| writeln!(out, "{block}"))?;
         bar.inc(1);
     }
-    bar.finish_and_clear();
     Ok(())
 }
 
@@ -284,33 +256,27 @@ struct Job<'a> {
     layers: &'a Layers,
     renderer: &'a Renderer,
     target: &'a Target,
-    /// Where the map of errors goes, where the command says.
-    error_map: Option<&'a Path>,
 }
 
 impl Job<'_> {
-    /// Makes the picture of record `time` and says what came of it.
-    fn picture(&self, time: usize, open_s: f64) -> Result<String> {
+    /// Draws record `time`: the frame, when it is, and what is to be said of it.
+    fn picture(&self, time: usize, open_s: f64) -> Result<(Frame, Stamp, Said)> {
         let start = Instant::now();
         let owned = self.file.read_field(&self.info.name, time)?;
         let read_s = start.elapsed().as_secs_f64();
-        let mut frame = self.renderer.render(self.scene, self.grid, self.layers, &owned.field()?)?;
+        let frame = self.renderer.render(self.scene, self.grid, self.layers, &owned.field()?)?;
         let stamp = stamp(self.file, time);
-        let date = stamp.date.clone().unwrap_or_else(|| "no date".to_owned());
-        let path = self.target.write(&self.scene.output, stamp, &mut frame)?;
-        if let Some(path) = self.error_map {
-            write_error_map(path, &frame)?;
-        }
+        let date = stamp.date.as_deref().unwrap_or("no date");
+        let path = self.target.path(&self.scene.output, &stamp, &self.scene.field)?;
         let (info, report, counts) = (self.info, &frame.report, &frame.report.counts);
-        Ok(format!(
+        let before = format!(
             "picture   {} ({} x {})\n\
              field     {} at {}, {} layers, time {time} ({date})\n\
              range     {}, {} missing\n\
              rays      {}, {} columns, {} frusta ({} void)\n\
              error     {}\n\
              quality   {}\n\
-             seconds   open {open_s:.3}, read {read_s:.3}, prepare {:.3}, render {:.3}, write {:.3} ({} threads)\n\
-             left out  {}",
+             seconds   open {open_s:.3}, read {read_s:.3}, prepare {:.3}, render {:.3}, write ",
             path.display(),
             frame.width,
             frame.height,
@@ -327,9 +293,8 @@ impl Job<'_> {
             report.quality,
             report.prepare_s,
             report.render_s,
-            report.write_s,
-            self.renderer.threads(),
-            report.left_out.join("; "),
-        ))
+        );
+        let after = format!(" ({} threads)\nleft out  {}", report.threads, report.left_out.join("; "));
+        Ok((frame, stamp, Said(before, after)))
     }
 }

@@ -69,12 +69,12 @@ impl MpasMesh {
             index_base: 1,
             center: LonLat { lon_rad: self.lon_cell.as_reals(), lat_rad: self.lat_cell.as_reals() },
             corner: LonLat { lon_rad: self.lon_vertex.as_reals(), lat_rad: self.lat_vertex.as_reals() },
-            cell_corner: &self.vertices_on_cell,
+            cell_corner: self.vertices_on_cell.as_slice().into(),
             cell_corner_row: self.max_edges,
-            cell_corner_count: Some(&self.edges_of_cell),
-            corner_cell: &self.cells_on_vertex,
-            corner_edge: &self.edges_on_vertex,
-            edge_corner: &self.vertices_on_edge,
+            cell_corner_count: Some(self.edges_of_cell.as_slice().into()),
+            corner_cell: self.cells_on_vertex.as_slice().into(),
+            corner_edge: self.edges_on_vertex.as_slice().into(),
+            edge_corner: self.vertices_on_edge.as_slice().into(),
         }
     }
 

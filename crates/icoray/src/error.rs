@@ -5,6 +5,7 @@
 //! [`ErrorKind::Internal`].
 
 use std::fmt;
+use std::panic::{AssertUnwindSafe, catch_unwind};
 
 /// What went wrong, in the broad; every kind has a fixed status number in the C ABI.
 #[non_exhaustive]
@@ -26,6 +27,8 @@ pub enum ErrorKind {
     Order,
     /// A file could not be read or written.
     Io,
+    /// A file is there already and is not modified.
+    Exists,
     /// A bug in icoray.
     Internal,
 }
@@ -41,6 +44,7 @@ impl fmt::Display for ErrorKind {
             ErrorKind::Scene => "bad scene",
             ErrorKind::Order => "call out of order",
             ErrorKind::Io => "input or output failed",
+            ErrorKind::Exists => "file exists",
             ErrorKind::Internal => "internal error",
         })
     }
@@ -78,5 +82,22 @@ impl Error {
     pub fn within(mut self, prefix: impl fmt::Display) -> Self {
         self.context = format!("{prefix}: {}", self.context);
         self
+    }
+
+    /// Puts ` (note)` after the sentence.
+    #[must_use]
+    pub(crate) fn after(mut self, note: impl fmt::Display) -> Self {
+        self.context = format!("{} ({note})", self.context);
+        self
+    }
+
+    /// Does `work`; a panic in it becomes an error of kind [`ErrorKind::Internal`] with the panic's words, so that a
+    /// thread lives on. What `work` can reach must not be left half-changed by a panic.
+    pub(crate) fn of_panics<T>(work: impl FnOnce() -> Result<T>) -> Result<T> {
+        catch_unwind(AssertUnwindSafe(work)).unwrap_or_else(|payload| {
+            let text = payload.downcast_ref::<&str>().map(ToString::to_string);
+            let text = text.or_else(|| payload.downcast_ref::<String>().cloned());
+            Err(Error::new(ErrorKind::Internal, text.unwrap_or_else(|| "a panic without a message".into())))
+        })
     }
 }

@@ -1,7 +1,11 @@
-//! A field as the model holds it: a borrowed array with element strides, read in place.
+//! A field as the model holds it: a borrowed array, read in place through its [`Shape`], whatever the layout.
+//!
+//! `shape.rs` lists the layouts and who uses them. Readers ask for a column's base once and go from layer to layer by one
+//! stride: only the base knows of blocks. A field at corners is the one thing that is made anew, at the centres.
 
 use crate::error::{Error, ErrorKind, Result};
 use crate::grid::{Grid, Reals};
+use crate::shape::{Elements, Shape};
 use rayon::prelude::*;
 
 /// Where a field's values live on the mesh.
@@ -13,45 +17,6 @@ pub enum Location {
     Corner,
 }
 
-/// How value (column, layer) is found in a borrowed array: element `offset + column·column_stride + layer·layer_stride`.
-///
-/// Strides count elements and may be negative. Level-fastest (MPAS) is `column_stride = layers, layer_stride = 1`;
-/// cell-fastest (NICAM) is `column_stride = 1, layer_stride = cells`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Shape {
-    /// Number of columns: cells, or corners for a field at corners.
-    pub columns: usize,
-    /// Number of layers that hold values.
-    pub layers: usize,
-    /// Index of value (0, 0).
-    pub offset: usize,
-    /// Elements from one column to the next.
-    pub column_stride: isize,
-    /// Elements from one layer to the next.
-    pub layer_stride: isize,
-}
-
-impl Shape {
-    /// Level-fastest rows, one after the other (MPAS `(nCells, nVertLevels)`).
-    pub fn level_fastest(columns: usize, layers: usize) -> Self {
-        Shape { columns, layers, offset: 0, column_stride: layers as isize, layer_stride: 1 }
-    }
-
-    /// Whole layers, one after the other (NICAM).
-    pub fn cell_fastest(columns: usize, layers: usize) -> Self {
-        Shape { columns, layers, offset: 0, column_stride: 1, layer_stride: columns as isize }
-    }
-
-    /// The least and greatest element that the shape touches, or `None` when it is empty or overflows.
-    pub fn extent(&self) -> Option<(i128, i128)> {
-        let (columns, layers) = (self.columns.checked_sub(1)? as i128, self.layers.checked_sub(1)? as i128);
-        let reach = [columns * self.column_stride as i128, layers * self.layer_stride as i128];
-        let low: i128 = reach.iter().map(|r| (*r).min(0)).sum();
-        let high: i128 = reach.iter().map(|r| (*r).max(0)).sum();
-        Some((self.offset as i128 + low, self.offset as i128 + high))
-    }
-}
-
 /// A scalar field over a borrowed array.
 ///
 /// Values that are NaN, infinite or equal to `fill` are missing: every frustum that touches one is void and adds nothing.
@@ -59,6 +24,7 @@ impl Shape {
 pub struct Field<'a> {
     samples: Reals<'a>,
     shape: Shape,
+    elements: Elements,
     location: Location,
     fill: Option<f64>,
 }
@@ -67,7 +33,8 @@ impl<'a> Field<'a> {
     /// Wraps `samples`; every element that `shape` reaches must lie inside.
     ///
     /// # Errors
-    /// [`ErrorKind::Field`] when the shape is empty or reaches outside the array.
+    /// [`ErrorKind::Field`] when the shape is empty or reaches outside the array, or when 32 bits cannot number its
+    /// blocked columns.
     pub fn new(samples: Reals<'a>, shape: Shape, location: Location, fill: Option<f64>) -> Result<Self> {
         let bad = |context| Err(Error::new(ErrorKind::Field, context));
         let Some((low, high)) = shape.extent() else {
@@ -82,7 +49,10 @@ impl<'a> Field<'a> {
                 samples.len() as i128 - 1
             ));
         }
-        Ok(Field { samples, shape, location, fill })
+        let Some(elements) = Elements::new(&shape) else {
+            return bad(format!("{} columns in blocks, expected at most 2^32", shape.columns));
+        };
+        Ok(Field { samples, shape, elements, location, fill })
     }
 
     /// The array as given.
@@ -111,15 +81,18 @@ impl<'a> Field<'a> {
     /// When the indices are out of range.
     #[inline]
     pub fn value(&self, column: usize, layer: usize) -> f64 {
-        let value = self.samples.get(self.element(column, layer));
+        self.known(self.samples.get(self.elements.at(self.elements.base(column), layer)))
+    }
+
+    /// The value, or NaN where it marks a missing one.
+    #[inline]
+    fn known(&self, value: f64) -> f64 {
         if Some(value) == self.fill || !value.is_finite() { f64::NAN } else { value }
     }
 
-    #[inline]
-    fn element(&self, column: usize, layer: usize) -> usize {
-        let s = &self.shape;
-        let element = s.offset as isize + column as isize * s.column_stride + layer as isize * s.layer_stride;
-        element as usize
+    /// How elements are found.
+    pub(crate) fn elements(&self) -> &Elements {
+        &self.elements
     }
 
     /// Least and greatest value that is there, and how many are missing; `None` for the range where all are missing.
@@ -140,8 +113,9 @@ impl<'a> Field<'a> {
     fn column_range(&self, column: usize, get: impl Fn(usize) -> f64) -> (f64, f64, u64) {
         let fill = self.fill.unwrap_or(f64::NAN);
         let (mut low, mut high, mut missing) = (f64::INFINITY, f64::NEG_INFINITY, 0);
+        let base = self.elements.base(column);
         for layer in 0..self.shape.layers {
-            let value = get(self.element(column, layer));
+            let value = get(self.elements.at(base, layer));
             if value == fill || !value.is_finite() {
                 missing += 1;
             } else {
@@ -198,7 +172,7 @@ impl CenterField {
             CenterValues::F32(v) => v.as_slice().into(),
             CenterValues::F64(v) => v.as_slice().into(),
         };
-        Field { samples, shape: self.shape, location: Location::Center, fill: None }
+        Field::new(samples, self.shape, Location::Center, None).expect("the values were made for this shape")
     }
 
     /// Bytes that the average takes.
@@ -212,11 +186,16 @@ impl CenterField {
 
 fn average<S: Copy + Default + Send>(grid: &Grid, field: &Field, narrow: impl Fn(f64) -> S + Sync) -> Vec<S> {
     let layers = field.shape().layers;
+    let elements = field.elements();
     let mut values = vec![S::default(); grid.cells() * layers];
-    values.par_chunks_exact_mut(layers).with_min_len(256).enumerate().for_each(|(cell, column)| {
+    let columns = values.par_chunks_exact_mut(layers).with_min_len(256).enumerate();
+    columns.for_each_init(Vec::new, |around, (cell, column)| {
+        // Corners and blocks are looked up once per cell, not once per value.
+        around.clear();
+        around.extend(grid.corners_of(cell as u32).map(|c| elements.base(c as usize)));
         for (layer, value) in column.iter_mut().enumerate() {
-            let there =
-                grid.corners_of(cell as u32).map(|c| field.value(c as usize, layer)).filter(|v| !v.is_nan());
+            let all = around.iter().map(|&base| field.known(field.samples.get(elements.at(base, layer))));
+            let there = all.filter(|v| !v.is_nan());
             let (sum, count) = there.fold((0.0, 0u32), |(sum, count), v| (sum + v, count + 1));
             *value = narrow(if count == 0 { f64::NAN } else { sum / f64::from(count) });
         }

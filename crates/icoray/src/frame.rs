@@ -90,6 +90,13 @@ pub struct FrameReport {
     pub render_s: f64,
     /// Seconds of encoding and disk.
     pub write_s: f64,
+    /// Seconds that copying the field took, where the frame was drawn of a [`Snapshot`](crate::Snapshot); else 0.
+    pub copy_s: f64,
+    /// Seconds that the caller, which is the model, waited: for the frame before to be drawn, or for room among those that
+    /// wait to be written.
+    pub waited_s: f64,
+    /// Threads that drew.
+    pub threads: usize,
     /// Rays, columns, frusta.
     pub counts: Counts,
     /// Least and greatest value of the field, `None` when all are missing.
@@ -98,6 +105,8 @@ pub struct FrameReport {
     pub missing_values: u64,
     /// Bytes that were derived from the field: averages of corner fields, gradients.
     pub derived_bytes: usize,
+    /// Bytes of the field that were copied: 0 but where the frame was drawn of a [`Snapshot`](crate::Snapshot).
+    pub bytes_copied: u64,
     /// How far pixels may be from the exact integral.
     pub error: ErrorSummary,
     /// What the frame was drawn with: as the scene says, or less to stay inside its time budget.

@@ -87,11 +87,23 @@ pub(crate) fn gradients<S: Sample>(
             for (layer, gradient) in row.iter_mut().enumerate() {
                 let mean =
                     if columns.is_whole(layer) { columns.mean(layer) } else { columns.known(ring, layer) };
-                *gradient = mean.as_vec3().to_array();
+                *gradient = narrowed(mean);
             }
         },
     );
     gradients
+}
+
+/// In single precision. Light asks for directions alone, so one that is too long is shortened: with infinite ones between
+/// vertices nothing tells how light changes, and rays would be cut as fine as they can be. None where even doubles overflow.
+fn narrowed(mean: DVec3) -> [f32; 3] {
+    /// Sums of a few of these are no more than a float holds.
+    const MOST: f64 = 1e30;
+    let largest = mean.abs().max_element();
+    if !mean.is_finite() {
+        return [0.0; 3];
+    }
+    (mean * (MOST / largest).min(1.0)).as_vec3().to_array()
 }
 
 /// The values over a cell and its neighbours, and the gradients there; reused from cell to cell.
@@ -201,8 +213,22 @@ impl<'r> Columns<'r> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::field::{Field, Location, Shape};
+
+    #[test]
+    fn gradients_too_long_for_a_float_keep_their_direction() {
+        for (mean, expected) in [
+            (DVec3::new(1.5, -2.0, 0.0), [1.5, -2.0, 0.0]),
+            (DVec3::new(1e40, 0.0, 1e300), [0.0, 0.0, 1e30]),
+            (DVec3::new(1e300, -5e299, 0.0), [1e30, -5e29, 0.0]),
+            (DVec3::new(f64::INFINITY, 1.0, 0.0), [0.0; 3]),
+            (DVec3::new(1.0, f64::NAN, f64::NAN), [0.0; 3]),
+        ] {
+            assert_eq!(narrowed(mean), expected, "{mean}");
+        }
+    }
+    use crate::field::{Field, Location};
     use crate::grid::IcosahedralMesh;
+    use crate::shape::Shape;
 
     fn radii() -> Vec<f64> {
         vec![1.0, 1.03, 1.1, 1.2]

@@ -33,6 +33,7 @@
 //! ```
 #![forbid(unsafe_code)]
 
+mod background;
 mod error;
 mod field;
 mod frame;
@@ -40,24 +41,32 @@ mod gradient;
 mod grid;
 mod kernel;
 mod layers;
+mod layout;
 pub mod output;
 mod plan;
 mod quality;
 mod raster;
 mod render;
 mod scene;
+mod shape;
+mod snapshot;
+mod threads;
 mod traverse;
 
+pub use background::{Accepted, Background, Drawn, Job};
 pub use error::{Error, ErrorKind, Result};
-pub use field::{CenterField, Field, Location, Shape};
+pub use field::{CenterField, Field, Location};
 pub use frame::{Certainty, Counts, ErrorSummary, Frame, FrameReport};
-pub use grid::{Grid, GridTables, IcosahedralMesh, LonLat, MAX_LEVEL, Reals};
+pub use grid::{Grid, GridTables, IcosahedralMesh, Indices, LonLat, MAX_LEVEL, Reals};
 pub use kernel::piece::Method;
 pub use layers::Layers;
+pub use layout::Dimension;
 pub use plan::Plan;
 pub use quality::{Lights, Quality};
 pub use render::Renderer;
 pub use scene::{Camera, Knot, Lighting, Precision, Scene, Source, TransferFunction};
+pub use shape::Shape;
+pub use snapshot::Snapshot;
 pub use traverse::{Frustum, Stretch, Traversal};
 
 /// The library's version.

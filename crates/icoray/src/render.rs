@@ -1,6 +1,6 @@
 //! The CPU renderer: a scene's work on a thread pool of its own.
 
-use crate::error::{Error, ErrorKind, Result};
+use crate::error::Result;
 use crate::field::{CenterField, Field};
 use crate::frame::{Certainty, Counts, ErrorSummary, Frame, FrameReport};
 use crate::gradient::gradients;
@@ -17,13 +17,14 @@ use crate::plan::Plan;
 use crate::quality::{Deadline, Lights, Quality};
 use crate::raster::{Pixel, Raster};
 use crate::scene::{Precision, Scene};
+use crate::threads::Threads;
 use glam::DVec3;
 use std::time::Instant;
 
-/// A CPU renderer with its own threads.
+/// A CPU renderer with its own threads, which have ended when it is dropped.
 #[derive(Debug)]
 pub struct Renderer {
-    pool: rayon::ThreadPool,
+    threads: Threads,
 }
 
 impl Renderer {
@@ -32,21 +33,17 @@ impl Renderer {
     /// # Errors
     /// [`ErrorKind::Argument`] when the threads cannot be made.
     pub fn new(threads: usize) -> Result<Self> {
-        let name = |i| format!("icoray-{i}");
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).thread_name(name).build();
-        let pool =
-            pool.map_err(|e| Error::new(ErrorKind::Argument, format!("cannot make {threads} threads: {e}")))?;
-        Ok(Renderer { pool })
+        Ok(Renderer { threads: Threads::new(threads)? })
     }
 
     /// Number of threads.
     pub fn threads(&self) -> usize {
-        self.pool.current_num_threads()
+        self.threads.count()
     }
 
     /// Runs `work` on the renderer's threads: parallel passes inside use them and no others.
     pub fn run<R: Send>(&self, work: impl FnOnce() -> R + Send) -> R {
-        self.pool.install(work)
+        self.threads.run(work)
     }
 
     /// Renders `scene`.
@@ -75,6 +72,7 @@ impl Renderer {
                 }
             };
             frame.report.derived_bytes += derived;
+            frame.report.threads = self.threads();
             Ok(frame)
         })
     }

@@ -62,12 +62,12 @@ fn shuffled_rows_and_base_one_change_nothing() {
     }
     let tables = GridTables {
         index_base: 1,
-        corner_cell: &corner_cell,
-        corner_edge: &corner_edge,
-        edge_corner: &edge_corner,
-        cell_corner: &cell_corner,
+        corner_cell: corner_cell.as_slice().into(),
+        corner_edge: corner_edge.as_slice().into(),
+        edge_corner: edge_corner.as_slice().into(),
+        cell_corner: cell_corner.as_slice().into(),
         cell_corner_row: 8,
-        cell_corner_count: Some(&count),
+        cell_corner_count: Some(count.as_slice().into()),
         ..mesh.tables()
     };
     let shuffled = Grid::new(tables).unwrap();
@@ -175,5 +175,64 @@ fn damage_is_named() {
         for word in *words {
             assert!(error.to_string().contains(word), "case {i}: '{word}' is not in '{error}'");
         }
+    }
+}
+
+/// The same six tables in 64 bits: the same grid, and numbers that 32 bits would wrap into the range are refused.
+#[test]
+fn wide_numbers_are_not_wrapped() {
+    let mesh = mesh(2);
+    let widen = |table: &[i32], base: i64| table.iter().map(|&v| i64::from(v) + base).collect::<Vec<i64>>();
+    let plain = Grid::new(mesh.tables()).unwrap();
+    for base in [0, 1] {
+        let rows = [&mesh.cell_corner, &mesh.corner_cell, &mesh.corner_edge, &mesh.edge_corner];
+        let names = ["cell_corner", "corner_cell", "corner_edge", "edge_corner"];
+        let right = rows.map(|table| widen(table, base));
+        let grid = |table: &[Vec<i64>; 4], count: Option<&[i64]>| {
+            let tables = GridTables {
+                index_base: base as i32,
+                cell_corner: table[0].as_slice().into(),
+                corner_cell: table[1].as_slice().into(),
+                corner_edge: table[2].as_slice().into(),
+                edge_corner: table[3].as_slice().into(),
+                cell_corner_count: count.map(Into::into),
+                ..mesh.tables()
+            };
+            Grid::new(tables).map(|grid| {
+                for t in 0..grid.triangles() as u32 {
+                    assert_eq!(grid.triangle(t), plain.triangle(t));
+                    assert_eq!([0, 1, 2].map(|k| grid.across(t, k)), [0, 1, 2].map(|k| plain.across(t, k)));
+                }
+            })
+        };
+        grid(&right, None).unwrap();
+        grid(&right, Some(&[6; 162])).unwrap();
+        let refused = |error: icoray::Error, kind, words: [&str; 3]| {
+            assert_eq!(error.kind(), kind, "{error}");
+            for word in words {
+                assert!(error.to_string().contains(word), "'{word}' is not in '{error}'");
+            }
+        };
+        for (k, name) in names.into_iter().enumerate() {
+            let columns = [6, 3, 3, 2][k];
+            let row = format!("{name} row {}, column 1", 10 + base);
+            for wrong in [(1 << 32) + 5, -(1 << 32) + 5, i64::MAX, i64::MIN] {
+                let mut damaged = right.clone();
+                damaged[k][10 * columns + 1] = wrong;
+                let error = grid(&damaged, None).unwrap_err();
+                refused(error, ErrorKind::Grid, [&row, &format!(": {wrong}, expected {base} to"), name]);
+            }
+        }
+        for hole in [base - 1, -1, 162 + base] {
+            let mut damaged = right.clone();
+            damaged[1][31] = hole;
+            let error = grid(&damaged, None).unwrap_err();
+            let row = format!("corner_cell row {}", 10 + base);
+            refused(error, ErrorKind::Unsupported, [&row, &hole.to_string(), "hole"]);
+        }
+        let mut count = [6; 162];
+        count[7] = (1 << 32) + 6;
+        let row = format!("cell_corner_count row {}", 7 + base);
+        refused(grid(&right, Some(&count)).unwrap_err(), ErrorKind::Grid, [&row, "4294967302", "3 to 6"]);
     }
 }

@@ -1,7 +1,7 @@
 //! What the commands make of small MPAS files: the made fields hold `1000·time + column + 0.125·layer`, in 42 columns.
 
 use crate::made::{Made, Values};
-use crate::run::{has, icoray, prints, says, scene, shows_something, software};
+use crate::run::{fails, has, icoray, prints, says, scene, shows_something, software};
 use netcdf::Options;
 use std::fs;
 use std::path::Path;
@@ -68,7 +68,7 @@ fn the_command_may_set_the_tolerance_and_name_the_map_of_errors() {
     render(folder.path(), &["--time", "all", "-o", "all"]);
     assert!(["all/e0.png", "all/e2.png", "all/theta_000002.png"].into_iter().all(is_there));
     let report = fs::read_to_string(folder.path().join("all/report.csv")).unwrap();
-    has(&report, &["error_max,error_mean,error_p999,error_kind,tolerance,pixel_step,lights,left_out\n"]);
+    has(&report, &["error_max,error_mean,error_p999,error_kind,tolerance,pixel_step,lights,threads,"]);
 }
 
 #[test]
@@ -82,6 +82,62 @@ fn all_times_give_a_picture_each() {
     }
     let report = fs::read_to_string(folder.path().join("pictures/report.csv")).unwrap();
     assert_eq!(report.lines().count(), 4, "{report}");
+}
+
+#[test]
+fn pictures_that_are_there_are_replaced_unless_they_are_to_stay() {
+    let folder =
+        folder(&Made::history(), &(scene("theta", 0.0, 42.0) + "[output]\nerror = \"e{step}.png\"\n"));
+    let at = |name: &str| folder.path().join(name);
+    let keep = |more: &[&str], there: &str| {
+        let before = fs::read(at(there)).unwrap();
+        let mut command = icoray(folder.path());
+        command.args(["render", "made.nc", "--scene", "scene.toml", "--existing", "never-modify"]).args(more);
+        fails(&mut command, 1, &[there, "file exists", "is there already and is not modified"]);
+        assert!(fs::read(at(there)).unwrap() == before);
+    };
+    for (more, there) in [
+        (&["-o", "out.png", "--error", "map.png"][..], "map.png"),
+        (&["-o", "one"], "one/theta_000000.png"),
+        (&["-o", "all", "--time", "all"], "all/theta_000000.png"),
+    ] {
+        render(folder.path(), &[more, &["--existing", "never-modify"]].concat());
+        keep(more, there);
+        render(folder.path(), more);
+    }
+    // A map is a picture too, and the last time's name is known to be taken before the first time is drawn.
+    fs::remove_file(at("out.png")).unwrap();
+    keep(&["-o", "out.png", "--error", "map.png"], "map.png");
+    fs::remove_file(at("all/theta_000000.png")).unwrap();
+    keep(&["-o", "all", "--time", "all"], "all/e0.png");
+    fs::remove_file(at("all/e0.png")).unwrap();
+    keep(&["-o", "all", "--time", "all"], "all/theta_000001.png");
+    assert!(!at("out.png").exists() && !at("all/theta_000000.png").exists());
+    fs::write(at("out.png"), "no picture").unwrap();
+    render(folder.path(), &["-o", "out.png"]);
+    shows_something(&at("out.png"), 96, 96);
+}
+
+#[test]
+fn a_picture_that_cannot_be_written_stops_the_command() {
+    let names = "[output]\nfile = \"{field}/$D/x.png\"\n";
+    let folder = folder(&Made::history(), &(scene("theta", 0.0, 42.0) + names));
+    let at = |name: &str| folder.path().join(name);
+    let stops = |parts: &[&str]| {
+        let mut command = icoray(folder.path());
+        command.args(["render", "made.nc", "--scene", "scene.toml", "--time", "all", "--size", "8x8"]);
+        fails(&mut command, 1, parts);
+    };
+    fs::create_dir(at("theta")).unwrap();
+    // Known before the first time is drawn.
+    fs::write(at("theta/26"), "").unwrap();
+    stops(&["theta/26/x.png: cannot write the file: Not a directory"]);
+    assert!(!at("theta/25").exists());
+    // Known when the second time is written: a link to nothing looks like a folder that is missing yet.
+    fs::remove_file(at("theta/26")).unwrap();
+    std::os::unix::fs::symlink("nowhere", at("theta/26")).unwrap();
+    stops(&["theta/26: cannot make the directory"]);
+    assert!(at("theta/25/x.png").exists());
 }
 
 #[test]

@@ -5,7 +5,7 @@
 //! the number of threads.
 
 use super::seats::Seats;
-use super::tables::{GridTables, LonLat};
+use super::tables::{GridTables, Indices, LonLat};
 use crate::error::{Error, ErrorKind, Result};
 use glam::DVec3;
 use rayon::prelude::*;
@@ -53,14 +53,15 @@ pub(super) fn sizes(t: &GridTables) -> Result<()> {
             "center: {cells} cells with {edges} edges, expected at least 4 cells and fewer than 2^31 edges"
         )));
     }
-    if let Some(row) = t.corner_cell.chunks_exact(3).position(|r| r.iter().any(|&c| is_hole(c, t, cells))) {
+    let has_hole = |r: &usize| t.corner_cell.row::<3>(*r).into_iter().any(|c| is_hole(c, t, cells));
+    if let Some(row) = (0..corners).find(has_hole) {
         return Err(Error::new(
             ErrorKind::Unsupported,
             format!(
                 "corner_cell row {}: {:?} names a cell that is not there: the mesh has a hole \
                  (culled land, a limited area or a rank's part); only whole spheres are rendered yet",
                 row as i64 + i64::from(t.index_base),
-                &t.corner_cell[3 * row..3 * row + 3]
+                t.corner_cell.row::<3>(row)
             ),
         ));
     }
@@ -74,8 +75,9 @@ pub(super) fn sizes(t: &GridTables) -> Result<()> {
 }
 
 /// The marks that models put where a neighbour is missing: 0 in 1-based tables, -1, or one past the last cell.
-fn is_hole(cell: i32, t: &GridTables, cells: usize) -> bool {
-    cell == t.index_base - 1 || cell == -1 || i64::from(cell) == cells as i64 + i64::from(t.index_base)
+fn is_hole(cell: i64, t: &GridTables, cells: usize) -> bool {
+    let base = i64::from(t.index_base);
+    cell == base - 1 || cell == -1 || cell == cells as i64 + base
 }
 
 fn first_error<E: Send>(
@@ -120,44 +122,49 @@ pub(super) fn corner_positions(t: &GridTables) -> Result<()> {
 
 /// Every index names a row that exists.
 pub(super) fn indices(t: &GridTables) -> Result<()> {
-    let base = t.index_base;
+    let base = i64::from(t.index_base);
     let check = |name: &str,
-                 table: &[i32],
+                 table: Indices,
                  row: usize,
                  limit: usize,
                  used: &(dyn Fn(usize) -> usize + Sync + Send)| {
+        // In i64 no number of either width wraps round into the range.
+        let range = base..base + limit as i64;
         first_error(table.len() / row, |r| {
-            let column = table[r * row..r * row + used(r)]
-                .iter()
-                .position(|&v| v < base || i64::from(v - base) >= limit as i64)?;
+            let column = (0..used(r)).find(|column| !range.contains(&table.get(r * row + column)))?;
             Some(bad(format!(
-                "{name} row {}, column {}: {}, expected {} to {}",
-                r as i64 + i64::from(base),
-                column,
-                table[r * row + column],
+                "{name} row {}, column {column}: {}, expected {} to {}",
+                r as i64 + base,
+                table.get(r * row + column),
                 base,
-                limit as i64 - 1 + i64::from(base)
+                range.end - 1
             )))
         })
     };
     if let Some(count) = t.cell_corner_count {
+        let range = 3..=t.cell_corner_row as i64;
         first_error(count.len(), |r| {
-            let fine = count[r] >= 3 && count[r] as usize <= t.cell_corner_row;
-            (!fine).then(|| {
+            (!range.contains(&count.get(r))).then(|| {
                 bad(format!(
                     "cell_corner_count row {}: {}, expected 3 to {}",
-                    r as i64 + i64::from(base),
-                    count[r],
+                    r as i64 + base,
+                    count.get(r),
                     t.cell_corner_row
                 ))
             })
         })?;
     }
-    let used = |r: usize| t.cell_corner_count.map_or(t.cell_corner_row, |count| count[r] as usize);
+    let used = |r: usize| t.cell_corner_count.map_or(t.cell_corner_row, |count| count.get(r) as usize);
     check("cell_corner", t.cell_corner, t.cell_corner_row, t.corners(), &used)?;
     check("corner_cell", t.corner_cell, 3, t.cells(), &|_| 3)?;
     check("corner_edge", t.corner_edge, 3, t.edges(), &|_| 3)?;
     check("edge_corner", t.edge_corner, 2, t.corners(), &|_| 2)
+}
+
+/// Row `r` of a checked table with `N` columns, numbered from 0.
+#[inline]
+fn row<const N: usize>(t: &GridTables, table: Indices, r: usize) -> [usize; N] {
+    table.row(r).map(|number| (number - i64::from(t.index_base)) as usize)
 }
 
 /// Finds each triangle's seats, and that its cells, its edges and the triangles beyond them agree.
@@ -173,20 +180,18 @@ pub(super) fn triangles(t: &GridTables, direction: &[[f64; 3]]) -> Result<Vec<Se
 }
 
 fn seats_of(t: &GridTables, direction: &[[f64; 3]], r: usize) -> Result<Seats> {
-    let base = t.index_base;
-    let number = |i: usize| i as i64 + i64::from(base);
-    let cells = [0, 1, 2].map(|k| (t.corner_cell[3 * r + k] - base) as usize);
+    let number = |i: usize| i as i64 + i64::from(t.index_base);
+    let cells: [usize; 3] = row(t, t.corner_cell, r);
     if cells[0] == cells[1] || cells[1] == cells[2] || cells[2] == cells[0] {
         return Err(bad(format!(
             "corner_cell row {}: {:?}, expected three different cells",
             number(r),
-            &t.corner_cell[3 * r..3 * r + 3]
+            cells.map(number)
         )));
     }
     let mut opposite = [None; 3];
-    for column in 0..3 {
-        let edge = (t.corner_edge[3 * r + column] - base) as usize;
-        let [a, b] = [0, 1].map(|k| (t.edge_corner[2 * edge + k] - base) as usize);
+    for (column, edge) in row::<3>(t, t.corner_edge, r).into_iter().enumerate() {
+        let [a, b] = row(t, t.edge_corner, edge);
         if a == b || (a != r && b != r) {
             return Err(bad(format!(
                 "edge_corner row {}: [{}, {}], expected two corners, one of them {} (corner_edge row {}, column {column} names this edge)",
@@ -198,7 +203,7 @@ fn seats_of(t: &GridTables, direction: &[[f64; 3]], r: usize) -> Result<Seats> {
             )));
         }
         let other = if a == r { b } else { a };
-        let beyond = [0, 1, 2].map(|k| (t.corner_cell[3 * other + k] - base) as usize);
+        let beyond: [usize; 3] = row(t, t.corner_cell, other);
         let apart: Vec<usize> = (0..3).filter(|&k| !beyond.contains(&cells[k])).collect();
         let &[k] = apart.as_slice() else {
             return Err(bad(format!(
@@ -233,28 +238,27 @@ fn seats_of(t: &GridTables, direction: &[[f64; 3]], r: usize) -> Result<Seats> {
 
 /// The corners of each cell are those whose row of `corner_cell` names the cell, each of them once.
 pub(super) fn cells(t: &GridTables) -> Result<()> {
-    let base = t.index_base;
-    let number = |i: usize| i as i64 + i64::from(base);
+    let number = |i: usize| i as i64 + i64::from(t.index_base);
     let mut around = vec![0u32; t.cells()];
-    for cell in t.corner_cell {
-        around[(cell - base) as usize] += 1;
+    for cell in t.corner_cell.iter() {
+        around[(cell - i64::from(t.index_base)) as usize] += 1;
     }
     first_error(t.cells(), |r| {
         let start = r * t.cell_corner_row;
-        let used = t.cell_corner_count.map_or(t.cell_corner_row, |count| count[r] as usize);
-        let row = &t.cell_corner[start..start + used];
-        let at_cell = |corner: i32| {
-            let first = 3 * (corner - base) as usize;
-            t.corner_cell[first..first + 3].contains(&(r as i32 + base))
+        let used = t.cell_corner_count.map_or(t.cell_corner_row, |count| count.get(r) as usize);
+        let corner = |column: usize| t.cell_corner.get(start + column);
+        let at_cell = |column: &usize| {
+            let corner = (corner(*column) - i64::from(t.index_base)) as usize;
+            t.corner_cell.row::<3>(corner).contains(&number(r))
         };
-        if let Some(column) = row.iter().position(|&corner| !at_cell(corner)) {
+        if let Some(column) = (0..used).find(|column| !at_cell(column)) {
             return Some(bad(format!(
                 "cell_corner row {}, column {column}: corner {}, expected one whose corner_cell row names the cell",
                 number(r),
-                row[column]
+                corner(column)
             )));
         }
-        let distinct = (0..used).filter(|&i| !row[..i].contains(&row[i])).count();
+        let distinct = (0..used).filter(|&i| (0..i).all(|j| corner(j) != corner(i))).count();
         (distinct != around[r] as usize).then(|| {
             bad(format!(
                 "cell_corner row {}: {distinct} different corners, expected the {} whose corner_cell rows name the cell",
@@ -267,10 +271,9 @@ pub(super) fn cells(t: &GridTables) -> Result<()> {
 
 /// The triangles turn the same way on both sides of every edge and cover the sphere exactly once.
 pub(super) fn closed(t: &GridTables, direction: &[[f64; 3]], seats: &[Seats]) -> Result<()> {
-    let base = t.index_base;
-    let number = |i: usize| i as i64 + i64::from(base);
+    let number = |i: usize| i as i64 + i64::from(t.index_base);
     let wound = |r: usize| {
-        let [a, b, c] = [0, 1, 2].map(|k| (t.corner_cell[3 * r + k] - base) as usize);
+        let [a, b, c] = row(t, t.corner_cell, r);
         if seats[r].is_clockwise() { [a, c, b] } else { [a, b, c] }
     };
     let runs = |r: usize, from: usize, to: usize| {
@@ -279,9 +282,8 @@ pub(super) fn closed(t: &GridTables, direction: &[[f64; 3]], seats: &[Seats]) ->
     };
     first_error(t.corners(), |r| {
         let v = wound(r);
-        (0..3).find_map(|column| {
-            let edge = (t.corner_edge[3 * r + column] - base) as usize;
-            let [a, b] = [0, 1].map(|k| (t.edge_corner[2 * edge + k] - base) as usize);
+        row::<3>(t, t.corner_edge, r).into_iter().find_map(|edge| {
+            let [a, b] = row(t, t.edge_corner, edge);
             let other = if a == r { b } else { a };
             let folded = (0..3).any(|k| runs(other, v[k], v[(k + 1) % 3]));
             folded.then(|| {

@@ -77,12 +77,12 @@ impl IcosahedralMesh {
                 lon_rad: self.lon_corner_rad.as_slice().into(),
                 lat_rad: self.lat_corner_rad.as_slice().into(),
             },
-            cell_corner: &self.cell_corner,
+            cell_corner: self.cell_corner.as_slice().into(),
             cell_corner_row: 6,
             cell_corner_count: None,
-            corner_cell: &self.corner_cell,
-            corner_edge: &self.corner_edge,
-            edge_corner: &self.edge_corner,
+            corner_cell: self.corner_cell.as_slice().into(),
+            corner_edge: self.corner_edge.as_slice().into(),
+            edge_corner: self.edge_corner.as_slice().into(),
         }
     }
 }

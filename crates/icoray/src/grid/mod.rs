@@ -14,7 +14,7 @@ mod tables;
 
 pub(crate) use check::unit_vector;
 pub use generate::{IcosahedralMesh, MAX_LEVEL};
-pub use tables::{GridTables, LonLat, Reals};
+pub use tables::{GridTables, Indices, LonLat, Reals};
 
 use crate::error::Result;
 use glam::DVec3;
@@ -76,21 +76,20 @@ impl<'a> Grid<'a> {
     /// The three cells of `triangle`, in the table's order.
     #[inline]
     pub fn triangle(&self, triangle: u32) -> [u32; 3] {
-        let row = 3 * triangle as usize;
-        let cells = &self.tables.corner_cell[row..row + 3];
-        let base = self.tables.index_base;
-        [(cells[0] - base) as u32, (cells[1] - base) as u32, (cells[2] - base) as u32]
+        let base = i64::from(self.tables.index_base);
+        // The check found every entry within the table's rows, which 32 bits can number.
+        self.tables.corner_cell.row(triangle as usize).map(|cell| (cell - base) as u32)
     }
 
     /// The triangle beyond the side of `triangle` that lies opposite its vertex `k`.
     #[inline]
     pub fn across(&self, triangle: u32, k: usize) -> u32 {
-        let base = self.tables.index_base;
+        let base = i64::from(self.tables.index_base);
         let column = self.seats[triangle as usize].side_opposite(k);
-        let edge = (self.tables.corner_edge[3 * triangle as usize + column] - base) as usize;
-        let sides = &self.tables.edge_corner[2 * edge..2 * edge + 2];
+        let edge = (self.tables.corner_edge.get(3 * triangle as usize + column) - base) as usize;
+        let [a, b] = self.tables.edge_corner.row(edge).map(|corner| (corner - base) as u32);
         // The side's two triangles and this one, of which one stands twice: what is left is the other.
-        (sides[0] - base) as u32 ^ (sides[1] - base) as u32 ^ triangle
+        a ^ b ^ triangle
     }
 
     /// Whether the table's order of the vertices of `triangle` runs clockwise seen from outside.
@@ -101,15 +100,12 @@ impl<'a> Grid<'a> {
 
     /// The corners of `cell` without repetition, in the table's order.
     pub fn corners_of(&self, cell: u32) -> impl Iterator<Item = u32> + '_ {
+        let table = self.tables.cell_corner;
         let row = self.tables.cell_corner_row;
-        let used = self.tables.cell_corner_count.map_or(row, |count| count[cell as usize] as usize);
+        let used = self.tables.cell_corner_count.map_or(row, |count| count.get(cell as usize) as usize);
         let start = cell as usize * row;
-        let entries = &self.tables.cell_corner[start..start + used];
-        let base = self.tables.index_base;
-        entries
-            .iter()
-            .enumerate()
-            .filter(|(i, c)| !entries[..*i].contains(c))
-            .map(move |(_, c)| (c - base) as u32)
+        let base = i64::from(self.tables.index_base);
+        let is_new = move |i: &usize| (start..*i).all(|j| table.get(j) != table.get(*i));
+        (start..start + used).filter(is_new).map(move |i| (table.get(i) - base) as u32)
     }
 }

@@ -48,6 +48,75 @@ impl<'a> From<&'a [f64]> for Reals<'a> {
     }
 }
 
+/// A borrowed array of row numbers in either width. Tables of one grid need not agree.
+#[derive(Debug, Clone, Copy)]
+pub enum Indices<'a> {
+    /// 32 bits, as most models have them.
+    I32(&'a [i32]),
+    /// 64 bits, as with Fortran's `-i8`.
+    I64(&'a [i64]),
+}
+
+impl<'a> Indices<'a> {
+    /// Number of elements.
+    pub fn len(&self) -> usize {
+        match self {
+            Indices::I32(v) => v.len(),
+            Indices::I64(v) => v.len(),
+        }
+    }
+
+    /// Whether there is no element.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Element `i`, widened.
+    ///
+    /// # Panics
+    /// When `i` is out of range.
+    #[inline]
+    pub fn get(&self, i: usize) -> i64 {
+        match self {
+            Indices::I32(v) => i64::from(v[i]),
+            Indices::I64(v) => v[i],
+        }
+    }
+
+    /// All elements, widened.
+    pub fn iter(&self) -> impl ExactSizeIterator<Item = i64> + use<'a> {
+        let all = *self;
+        (0..all.len()).map(move |i| all.get(i))
+    }
+
+    /// Row `r` of a table with `N` columns.
+    #[inline]
+    pub(crate) fn row<const N: usize>(&self, r: usize) -> [i64; N] {
+        match self {
+            Indices::I32(v) => {
+                let row = &v[N * r..N * r + N];
+                std::array::from_fn(|k| i64::from(row[k]))
+            }
+            Indices::I64(v) => {
+                let row = &v[N * r..N * r + N];
+                std::array::from_fn(|k| row[k])
+            }
+        }
+    }
+}
+
+impl<'a> From<&'a [i32]> for Indices<'a> {
+    fn from(v: &'a [i32]) -> Self {
+        Indices::I32(v)
+    }
+}
+
+impl<'a> From<&'a [i64]> for Indices<'a> {
+    fn from(v: &'a [i64]) -> Self {
+        Indices::I64(v)
+    }
+}
+
 /// Positions on the sphere: longitude and latitude of each row.
 ///
 /// # Units
@@ -62,7 +131,7 @@ pub struct LonLat<'a> {
 
 /// The six tables of a geodesic grid (§3.1 of the paper), borrowed from the model.
 ///
-/// Index tables are row-major and number cells, corners and edges from `index_base`. No orientation is relied on:
+/// Index tables are row-major, in 32 or 64 bits, and number cells, corners and edges from `index_base`. No orientation is relied on:
 /// rows of `corner_cell` and `corner_edge` may be in any order, as they are in real MPAS files.
 #[derive(Debug, Clone, Copy)]
 pub struct GridTables<'a> {
@@ -74,17 +143,17 @@ pub struct GridTables<'a> {
     pub corner: LonLat<'a>,
     /// The corners of each cell (MPAS `verticesOnCell`); `cells` rows of `cell_corner_row` entries. A cell with fewer
     /// corners repeats one of them, unless `cell_corner_count` says how many entries count.
-    pub cell_corner: &'a [i32],
+    pub cell_corner: Indices<'a>,
     /// Row length of `cell_corner`: 6 in the paper, `maxEdges` in MPAS.
     pub cell_corner_row: usize,
     /// How many entries of each `cell_corner` row count (MPAS `nEdgesOnCell`); entries beyond are never read.
-    pub cell_corner_count: Option<&'a [i32]>,
+    pub cell_corner_count: Option<Indices<'a>>,
     /// The 3 cells that share a corner: the vertices of its dual triangle (MPAS `cellsOnVertex`).
-    pub corner_cell: &'a [i32],
+    pub corner_cell: Indices<'a>,
     /// The 3 edges that meet at a corner: the sides of its dual triangle (MPAS `edgesOnVertex`).
-    pub corner_edge: &'a [i32],
+    pub corner_edge: Indices<'a>,
     /// The 2 corners at the ends of an edge: the triangles on its two sides (MPAS `verticesOnEdge`).
-    pub edge_corner: &'a [i32],
+    pub edge_corner: Indices<'a>,
 }
 
 impl GridTables<'_> {

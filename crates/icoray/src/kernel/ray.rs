@@ -181,9 +181,8 @@ impl<T: Real, S: Sample, const N: usize> Ray<'_, '_, T, S, N> {
     #[inline]
     fn column(&mut self, column: &Column, gap: usize) -> (usize, Flow) {
         self.counts.columns += 1;
-        let (entry, exit, [a, b, c]) = (&column.entry, &column.exit, column.cells);
-        let samples = &self.caster.samples;
-        let base = [samples.base(a), samples.base(b), samples.base(c)];
+        let (entry, exit) = (&column.entry, &column.exit);
+        let base = self.caster.samples.bases(column.cells);
         let weight = [entry, exit].map(|end| [T::of(end.weight[0]), T::of(end.weight[1])]);
         let shell = self.caster.shell;
         let mut pass = Pass { ray: self, column, base, weight, length: exit.t - entry.t };

@@ -1,7 +1,8 @@
-//! Reading the model's array: strides, normalisation to the transfer function's range, missing values.
+//! Reading the model's array: its layout, normalisation to the transfer function's range, missing values.
 
 use super::real::Real;
-use crate::field::{Field, Shape};
+use crate::field::Field;
+use crate::shape::Elements;
 
 /// A sample type that a model stores.
 pub(crate) trait Sample: Copy + Send + Sync + 'static {
@@ -26,7 +27,7 @@ impl Sample for f64 {
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Samples<'a, S> {
     data: &'a [S],
-    shape: Shape,
+    elements: Elements,
     has_fill: bool,
     fill: f64,
     shift: f64,
@@ -37,20 +38,21 @@ impl<'a, S: Sample> Samples<'a, S> {
     /// `data` is the field's array; values become `(value - range[0]) / (range[1] - range[0])`. Layers are turned round
     /// where the field's first one is the outermost.
     pub fn new(data: &'a [S], field: &Field, falling: bool, range: [f64; 2]) -> Self {
-        let mut shape = *field.shape();
-        if falling {
-            shape.offset =
-                (shape.offset as isize + (shape.layers as isize - 1) * shape.layer_stride) as usize;
-            shape.layer_stride = -shape.layer_stride;
-        }
+        let elements = if falling { field.elements().upside_down() } else { *field.elements() };
         let (has_fill, fill) = (field.fill().is_some(), field.fill().unwrap_or(f64::NAN));
-        Samples { data, shape, has_fill, fill, shift: range[0], scale: 1.0 / (range[1] - range[0]) }
+        Samples { data, elements, has_fill, fill, shift: range[0], scale: 1.0 / (range[1] - range[0]) }
     }
 
     /// Where the values over `cell` begin, for [`Self::get`].
     #[inline(always)]
     pub fn base(&self, cell: u32) -> isize {
-        self.shape.offset as isize + cell as isize * self.shape.column_stride
+        self.elements.base(cell as usize)
+    }
+
+    /// [`Self::base`] of three cells, which asks once whether columns are blocked.
+    #[inline(always)]
+    pub fn bases(&self, cells: [u32; 3]) -> [isize; 3] {
+        self.elements.bases(cells.map(|cell| cell as usize))
     }
 
     /// The normalised value at `layer` (counted from the innermost) over the cell of `base`; NaN where it is missing.
@@ -58,7 +60,7 @@ impl<'a, S: Sample> Samples<'a, S> {
     /// Normalised in f64: a field of 1e30, or of 1e6 + 1, keeps its digits in an f32 kernel.
     #[inline(always)]
     pub fn get<T: Real>(&self, base: isize, layer: usize) -> T {
-        let value = self.data[(base + layer as isize * self.shape.layer_stride) as usize].wide();
+        let value = self.data[self.elements.at(base, layer)].wide();
         let normalised = (value - self.shift) * self.scale;
         let usual = normalised.abs() <= T::LARGEST && !(self.has_fill && value == self.fill);
         T::of(if usual { normalised } else { self.rare(value, T::LARGEST) })

@@ -1,10 +1,9 @@
 //! A picture of the error of each pixel: colours over decades, with a bar that says which is which.
 
-use super::{digits, png};
+use super::{Existing, digits, png};
 use crate::error::{Error, ErrorKind, Result};
 use crate::frame::Frame;
 use colorgrad::{Gradient, preset};
-use rayon::prelude::*;
 use std::path::Path;
 
 /// Powers of ten of the first and the last colour. Fixed, so that pictures can be compared.
@@ -27,23 +26,31 @@ const INK: Rgba = [255; 4];
 /// The colours are viridis over the logarithm of the error, from dark at 1e-8 and less to bright at 1e-1 and more. Pixels
 /// without an error, which are those whose ray meets nothing, are transparent. A bar with a tick at each decade lies below
 /// the picture, where that is at least 160 pixels wide; the text of the file says the same, and what [`Frame::describe`]
-/// says.
+/// says. A file of that name is replaced when the new one is complete.
 ///
 /// # Errors
 /// [`ErrorKind::Io`] names the path; [`ErrorKind::Argument`] an ending other than `.png`.
 pub fn write_error_map(path: &Path, frame: &Frame) -> Result<()> {
+    write_error_map_with(path, frame, Existing::Overwrite)
+}
+
+/// As [`write_error_map`], with a say on a file that is there already.
+///
+/// # Errors
+/// As [`write_error_map`], and [`ErrorKind::Exists`] as [`Existing`] says.
+pub fn write_error_map_with(path: &Path, frame: &Frame, existing: Existing) -> Result<()> {
     if path.extension().and_then(|e| e.to_str()) != Some("png") {
         let context = format!("{}: expected a name that ends in .png for the map of errors", path.display());
         return Err(Error::new(ErrorKind::Argument, context));
     }
     let shades = shades();
-    let mut pixels: Vec<Rgba> = frame.error.par_iter().map(|error| color(&shades, *error)).collect();
+    let mut pixels: Vec<Rgba> = frame.error.iter().map(|error| color(&shades, *error)).collect();
     let width = frame.width as usize;
     if width >= MIN_WIDTH {
         pixels.extend(bar(&shades, width));
     }
     let rows = (pixels.len() / width) as u32;
-    png::write_rgba(path, [frame.width, rows], pixels.as_flattened(), &texts(frame))
+    png::write_rgba(path, [frame.width, rows], pixels.as_flattened(), &texts(frame), existing)
 }
 
 /// What the file says of itself.

@@ -1,11 +1,9 @@
 //! OpenEXR: linear premultiplied RGBA and the error, the exact floats.
 
-use super::io_error;
+use super::{Existing, atomic, io_error};
 use crate::error::Result;
 use crate::frame::Frame;
 use exr::prelude::{Encoding, Image, Layer, LayerAttributes, SpecificChannels, Text, Vec2, WritableImage};
-use std::fs::File;
-use std::io::{BufWriter, Write};
 use std::path::Path;
 
 /// What the picture says of itself, a line `key: text` each. In one attribute, since the crate writes several in an
@@ -15,7 +13,7 @@ fn comments(frame: &Frame) -> Text {
     Text::from_slice_unchecked(lines.join("\n").as_bytes())
 }
 
-pub(super) fn write(path: &Path, frame: &Frame) -> Result<()> {
+pub(super) fn write(path: &Path, frame: &Frame, existing: Existing) -> Result<()> {
     let (width, height) = (frame.width as usize, frame.height as usize);
     let channels = SpecificChannels::build()
         .with_channel("R")
@@ -30,10 +28,11 @@ pub(super) fn write(path: &Path, frame: &Frame) -> Result<()> {
         });
     let attributes = LayerAttributes { comments: Some(comments(frame)), ..LayerAttributes::default() };
     let image = Image::from_layer(Layer::new((width, height), attributes, Encoding::default(), channels));
-    let file = File::create(path).map_err(|e| io_error(path, "cannot create the picture", e))?;
-    let mut out = BufWriter::new(file);
-    image.write().to_buffered(&mut out).map_err(|e| io_error(path, "cannot write the picture", e))?;
-    out.flush().map_err(|e| io_error(path, "cannot write the picture", e))
+    atomic::write(path, existing, "the picture", |out| {
+        // On this thread alone, whatever features another user of the crate asks for.
+        let written = image.write().non_parallel().to_buffered(out);
+        written.map_err(|e| io_error(path, "cannot write the picture", e))
+    })
 }
 
 #[cfg(test)]
@@ -49,7 +48,7 @@ mod tests {
         let mut frame = frame();
         frame.pixels[1] = [1e-30, 70000.3, -0.0, f32::MIN_POSITIVE / 2.0];
         frame.field = "Größe".into();
-        write(&path, &frame).unwrap();
+        write(&path, &frame, Existing::NeverModify).unwrap();
         (folder, path, frame)
     }
 

@@ -1,14 +1,20 @@
 //! Pictures and their report on disk.
 
+mod atomic;
 mod digits;
 mod error_map;
 mod exr;
 mod name;
+mod outcomes;
 mod png;
 mod report;
+mod writer;
 
-pub use error_map::write_error_map;
+pub use atomic::Existing;
+pub use error_map::{write_error_map, write_error_map_with};
 pub use name::{FrameNames, NameTemplate, Output, Stamp};
+pub use outcomes::{Outcome, Outcomes};
+pub use writer::{Submitted, WhenFull, Writer, WriterOptions, Written};
 
 use crate::error::{Error, ErrorKind, Result};
 use crate::frame::Frame;
@@ -19,14 +25,22 @@ fn io_error(path: &Path, what: &str, error: impl std::fmt::Display) -> Error {
 }
 
 /// Writes `frame` to `path`, as PNG (8-bit sRGB, with text) or EXR (linear, exact floats, with the error of each pixel as
-/// a fifth channel, `error`) by its ending.
+/// a fifth channel, `error`) by its ending. A file of that name is replaced when the new one is complete.
 ///
 /// # Errors
 /// [`ErrorKind::Io`] names the path; [`ErrorKind::Argument`] an ending that is neither.
 pub fn write_picture(path: &Path, frame: &Frame) -> Result<()> {
+    write_picture_with(path, frame, Existing::Overwrite)
+}
+
+/// As [`write_picture`], with a say on a file that is there already.
+///
+/// # Errors
+/// As [`write_picture`], and [`ErrorKind::Exists`] as [`Existing`] says.
+pub fn write_picture_with(path: &Path, frame: &Frame, existing: Existing) -> Result<()> {
     match path.extension().and_then(|e| e.to_str()) {
-        Some("png") => png::write(path, frame),
-        Some("exr") => exr::write(path, frame),
+        Some("png") => png::write(path, frame, existing),
+        Some("exr") => exr::write(path, frame, existing),
         _ => Err(Error::new(
             ErrorKind::Argument,
             format!("{}: expected a name that ends in .png or .exr", path.display()),
@@ -39,21 +53,40 @@ pub fn write_picture(path: &Path, frame: &Frame) -> Result<()> {
 /// replaced.
 ///
 /// # Errors
-/// [`ErrorKind::Io`] names the path; otherwise as [`Output::names`].
+/// As [`write_frame_with`].
 pub fn write_frame(directory: &Path, output: &Output, stamp: &Stamp, frame: &mut Frame) -> Result<PathBuf> {
+    write_frame_with(directory, output, stamp, frame, Existing::Overwrite)
+}
+
+/// As [`write_frame`], with a say on files that are there already.
+///
+/// # Errors
+/// [`ErrorKind::Io`] and [`ErrorKind::Exists`] name the path, and say so where the picture itself is written but the map
+/// or the row is not; otherwise as [`Output::names`].
+pub fn write_frame_with(
+    directory: &Path,
+    output: &Output,
+    stamp: &Stamp,
+    frame: &mut Frame,
+    existing: Existing,
+) -> Result<PathBuf> {
     let start = std::time::Instant::now();
     let names = output.names(stamp, &frame.field)?;
     frame.stamp = stamp.clone();
     let path = directory.join(names.file);
-    let folder = made_folder(&path)?;
-    write_picture(&path, frame)?;
-    if let Some(name) = names.error {
-        let path = directory.join(name);
-        made_folder(&path)?;
-        write_error_map(&path, frame)?;
+    let map = names.error.map(|name| directory.join(name));
+    // Before the picture is there, so that no frame is half there but for a true failure.
+    if let Some(map) = &map {
+        existing.check(map)?;
+    }
+    made_folder(&path)?;
+    write_picture_with(&path, frame, existing)?;
+    let beside = |e: Error| e.after(format!("the picture {} is written", path.display()));
+    if let Some(map) = &map {
+        made_folder(map).and_then(|_| write_error_map_with(map, frame, existing)).map_err(beside)?;
     }
     frame.report.write_s = start.elapsed().as_secs_f64();
-    report::append(&folder.join("report.csv"), &path, frame)?;
+    report::append(&report::beside(&path), &path, frame).map_err(beside)?;
     Ok(path)
 }
 

@@ -1,11 +1,8 @@
 //! PNG: 8-bit sRGB with straight alpha, and how the picture came to be in text chunks.
 
-use super::io_error;
+use super::{Existing, atomic, io_error};
 use crate::error::Result;
 use crate::frame::Frame;
-use rayon::prelude::*;
-use std::fs::File;
-use std::io::{BufWriter, Write};
 use std::path::Path;
 
 /// sRGB's transfer curve (IEC 61966-2-1): linear light in [0, 1] to a byte.
@@ -24,18 +21,22 @@ fn encode(pixel: [f32; 4]) -> [u8; 4] {
     [srgb_byte(r / a), srgb_byte(g / a), srgb_byte(b / a), (a.min(1.0) * 255.0 + 0.5) as u8]
 }
 
-pub(super) fn write(path: &Path, frame: &Frame) -> Result<()> {
-    let bytes: Vec<u8> = frame.pixels.par_iter().flat_map_iter(|p| encode(*p)).collect();
-    write_rgba(path, [frame.width, frame.height], &bytes, &frame.describe())
+pub(super) fn write(path: &Path, frame: &Frame, existing: Existing) -> Result<()> {
+    let bytes: Vec<u8> = frame.pixels.iter().flat_map(|p| encode(*p)).collect();
+    write_rgba(path, [frame.width, frame.height], &bytes, &frame.describe(), existing)
 }
 
 /// Writes 8-bit sRGB with straight alpha, and texts beside it.
-pub(super) fn write_rgba(path: &Path, size: [u32; 2], rgba: &[u8], texts: &[(String, String)]) -> Result<()> {
-    let file = File::create(path).map_err(|e| io_error(path, "cannot create the picture", e))?;
-    let mut out = BufWriter::new(file);
+pub(super) fn write_rgba(
+    path: &Path,
+    size: [u32; 2],
+    rgba: &[u8],
+    texts: &[(String, String)],
+    existing: Existing,
+) -> Result<()> {
     let failed = |e: png::EncodingError| io_error(path, "cannot write the picture", e);
-    {
-        let mut encoder = png::Encoder::new(&mut out, size[0], size[1]);
+    atomic::write(path, existing, "the picture", |out| {
+        let mut encoder = png::Encoder::new(out, size[0], size[1]);
         encoder.set_color(png::ColorType::Rgba);
         encoder.set_depth(png::BitDepth::Eight);
         encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
@@ -45,9 +46,8 @@ pub(super) fn write_rgba(path: &Path, size: [u32; 2], rgba: &[u8], texts: &[(Str
         }
         let mut writer = encoder.write_header().map_err(failed)?;
         writer.write_image_data(rgba).map_err(failed)?;
-        writer.finish().map_err(failed)?;
-    }
-    out.flush().map_err(|e| io_error(path, "cannot write the picture", e))
+        writer.finish().map_err(failed)
+    })
 }
 
 #[cfg(test)]

@@ -1,15 +1,15 @@
 //! `report.csv`: a line per frame, beside the pictures.
 
 use super::io_error;
-use crate::error::Result;
+use crate::error::{Error, ErrorKind, Result};
 use crate::frame::Frame;
-use std::fs::OpenOptions;
-use std::io::Write;
-use std::path::Path;
+use std::fs::{File, OpenOptions};
+use std::io::{self, Read, Seek, SeekFrom, Write};
+use std::path::{Path, PathBuf};
 
 /// The columns of `report.csv`, in order. Seconds are wall clock; errors and tolerance are of premultiplied linear
 /// channels, 0 to 1 ([`ErrorSummary`](crate::ErrorSummary)); `error_kind` is `bound` or `estimate`.
-const HEADER: &str = "step,time_s,date,field,file,prepare_s,render_s,write_s,rays,columns,frusta,void_frusta,value_min,value_max,missing_values,error_max,error_mean,error_p999,error_kind,tolerance,pixel_step,lights,left_out";
+const HEADER: &str = "step,time_s,date,field,file,prepare_s,render_s,write_s,rays,columns,frusta,void_frusta,value_min,value_max,missing_values,error_max,error_mean,error_p999,error_kind,tolerance,pixel_step,lights,threads,bytes_copied,copy_s,waited_s,left_out";
 
 /// The line of a frame whose picture was written to `picture`.
 fn row(picture: &Path, frame: &Frame) -> String {
@@ -39,6 +39,10 @@ fn row(picture: &Path, frame: &Frame) -> String {
         r.quality.tolerance.to_string(),
         r.quality.pixel_step.to_string(),
         r.quality.lights.to_string(),
+        r.threads.to_string(),
+        r.bytes_copied.to_string(),
+        format!("{:.6}", r.copy_s),
+        format!("{:.6}", r.waited_s),
         r.left_out.join("; "),
     ];
     cells.map(|cell| quoted(&cell)).join(",")
@@ -53,12 +57,47 @@ fn quoted(cell: &str) -> String {
     }
 }
 
-/// Appends the line of a frame to the report at `path`, and the header first where that is new or empty.
+/// The report of the folder in which `picture` lies.
+pub(super) fn beside(picture: &Path) -> PathBuf {
+    picture.with_file_name("report.csv")
+}
+
+/// Refuses a report that has other columns than ours: lines of two kinds in one file could not be told apart.
+pub(super) fn check(path: &Path) -> Result<()> {
+    match File::open(path) {
+        Ok(file) => check_columns(path, &file),
+        Err(e) if e.kind() == io::ErrorKind::NotFound => Ok(()),
+        Err(e) => Err(io_error(path, FAILED, e)),
+    }
+}
+
+/// Reads no more than the header of ours would have.
+fn check_columns(path: &Path, file: &File) -> Result<()> {
+    let mut head = Vec::new();
+    file.take(HEADER.len() as u64 + 1).read_to_end(&mut head).map_err(|e| io_error(path, FAILED, e))?;
+    if head.is_empty() || head.strip_suffix(b"\n") == Some(HEADER.as_bytes()) {
+        return Ok(());
+    }
+    let wish = "move it away or write to another directory";
+    let context = format!("{}: its first line is not that of this version's reports; {wish}", path.display());
+    Err(Error::new(ErrorKind::Exists, context))
+}
+
+const FAILED: &str = "cannot write the report";
+
+/// Appends the line of a frame to the report at `path`, and the header first where that is new or empty. It is one write,
+/// so that the lines of two processes do not mix. A line that a full disk cut off before stays alone.
 pub(super) fn append(path: &Path, picture: &Path, frame: &Frame) -> Result<()> {
-    let failed = |e| io_error(path, "cannot write the report", e);
-    let mut file = OpenOptions::new().create(true).append(true).open(path).map_err(failed)?;
-    let is_new = file.metadata().map_err(failed)?.len() == 0;
-    let head = if is_new { format!("{HEADER}\n") } else { String::new() };
+    let failed = |e| io_error(path, FAILED, e);
+    let mut file = OpenOptions::new().create(true).append(true).read(true).open(path).map_err(failed)?;
+    check_columns(path, &file)?;
+    let head = if file.metadata().map_err(failed)?.len() == 0 {
+        format!("{HEADER}\n")
+    } else {
+        let mut last = [0];
+        file.seek(SeekFrom::End(-1)).and_then(|_| file.read_exact(&mut last)).map_err(failed)?;
+        if last == *b"\n" { String::new() } else { "\n".to_owned() }
+    };
     file.write_all(format!("{head}{}\n", row(picture, frame)).as_bytes()).map_err(failed)
 }
 
@@ -68,7 +107,9 @@ mod tests {
 
     #[test]
     fn a_row_has_a_cell_for_each_column() {
-        let frame = crate::frame::tests::frame();
+        let mut frame = crate::frame::tests::frame();
+        frame.report.threads = 3;
+        (frame.report.bytes_copied, frame.report.copy_s, frame.report.waited_s) = (4096, 0.25, 0.5);
         let row = row(Path::new("folder/q.png"), &frame);
         let cells: std::collections::HashMap<_, _> = HEADER.split(',').zip(row.split(',')).collect();
         assert_eq!(row.split(',').count(), cells.len());
@@ -78,10 +119,51 @@ mod tests {
             ("error_mean", (f64::from(1e-3f32) + f64::from(2.5e-6f32)) / 2.0),
             ("error_p999", f64::from(1e-3f32)),
             ("tolerance", 2e-3),
+            ("threads", 3.0),
+            ("bytes_copied", 4096.0),
+            ("copy_s", 0.25),
+            ("waited_s", 0.5),
         ] {
             assert_eq!(cells[column].parse(), Ok(value), "{column}");
         }
         assert_eq!((cells["error_kind"], cells["left_out"]), ("bound", ""));
+    }
+
+    #[test]
+    fn lines_are_added_below_one_header() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = beside(&folder.path().join("q.png"));
+        check(&path).unwrap();
+        assert!(!path.exists(), "a look makes nothing");
+        let frame = crate::frame::tests::frame();
+        for _ in 0..2 {
+            append(&path, Path::new("q.png"), &frame).unwrap();
+            check(&path).unwrap();
+        }
+        let line = row(Path::new("q.png"), &frame);
+        assert_eq!(std::fs::read_to_string(&path).unwrap(), format!("{HEADER}\n{line}\n{line}\n"));
+        // As a full disk leaves it.
+        std::fs::write(&path, format!("{HEADER}\n7,60")).unwrap();
+        append(&path, Path::new("q.png"), &frame).unwrap();
+        assert_eq!(std::fs::read_to_string(&path).unwrap(), format!("{HEADER}\n7,60\n{line}\n"));
+    }
+
+    #[test]
+    fn lines_of_two_versions_do_not_mix() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("report.csv");
+        let older = HEADER.replace(",threads", "");
+        for other in
+            [format!("{older}\n1,2\n"), format!("{HEADER},more\n"), HEADER[..9].to_owned(), "\n".into()]
+        {
+            std::fs::write(&path, &other).unwrap();
+            let frame = crate::frame::tests::frame();
+            for error in [check(&path).unwrap_err(), append(&path, Path::new("q.png"), &frame).unwrap_err()] {
+                assert_eq!(error.kind(), ErrorKind::Exists);
+                assert!(error.to_string().contains("report.csv: its first line is not that"), "{error}");
+            }
+            assert_eq!(std::fs::read_to_string(&path).unwrap(), other);
+        }
     }
 
     #[test]

@@ -61,6 +61,9 @@ pub struct Lighting {
 pub struct Scene {
     /// Name of the field that is rendered.
     pub field: String,
+    /// Of the steps that a running model offers, those that are multiples of this are drawn; at least 1. See
+    /// [`Scene::is_due`]. The renderer itself draws what it is told to, and `icoray render` the times that it is told.
+    pub every: u32,
     /// Picture width in pixels.
     pub width: u32,
     /// Picture height in pixels.
@@ -105,5 +108,20 @@ impl Scene {
     /// [`ErrorKind::Scene`](crate::ErrorKind::Scene) with the line, the key, the value and what was expected.
     pub fn parse(text: &str) -> Result<Self> {
         parse::scene(text)
+    }
+
+    /// As [`Scene::parse`], with `None` for a text of nothing but blanks and comments: nothing is to be drawn.
+    ///
+    /// # Errors
+    /// As [`Scene::parse`].
+    pub fn parse_optional(text: &str) -> Result<Option<Self>> {
+        let is_empty = toml::from_str::<toml::Table>(text).is_ok_and(|table| table.is_empty());
+        if is_empty { Ok(None) } else { Self::parse(text).map(Some) }
+    }
+
+    /// Whether the step is one to draw: a multiple of [`Scene::every`], 0 and negative ones included. An `every` of 0,
+    /// which no scene file can have, counts as 1.
+    pub fn is_due(&self, step: i64) -> bool {
+        step % i64::from(self.every.max(1)) == 0
     }
 }

@@ -160,3 +160,36 @@ fn a_time_budget_is_at_least_a_millisecond() {
         assert!(error.contains("line 5, key time_budget_ms: "), "{error}");
     }
 }
+
+#[test]
+fn every_which_step_is_drawn() {
+    let with = |line: &str| scene(&GOOD.replacen("[image]", &format!("{line}\n[image]"), 1));
+    assert!((-3..9).all(|step| with("").unwrap().is_due(step)));
+    let scene = with("every = 4").unwrap();
+    let due: Vec<i64> = (-9..10).filter(|step| scene.is_due(*step)).collect();
+    assert_eq!(due, [-8, -4, 0, 4, 8]);
+    assert!(!scene.is_due(i64::MAX) && scene.is_due(i64::MIN));
+    assert_eq!(with("every = 1_000_000_000").unwrap().every, 1_000_000_000);
+    for bad in ["0", "-4", "1_000_000_001", "9_000_000_000"] {
+        let error = with(&format!("every = {bad}")).unwrap_err().to_string();
+        assert!(
+            error.contains("line 5, key every: ") && error.contains("expected 1 to 1000000000"),
+            "{error}"
+        );
+    }
+    assert!(with("every = 1.5").unwrap_err().to_string().contains("line 5 (every = 1.5)"));
+}
+
+#[test]
+fn a_text_without_a_key_is_no_scene_if_that_is_asked_for() {
+    for empty in ["", " \n\t\r\n", "# nothing to draw\n   # today"] {
+        assert_eq!(Scene::parse_optional(empty).unwrap(), None, "{empty:?}");
+        assert!(Scene::parse(empty).unwrap_err().to_string().contains("field"));
+    }
+    assert_eq!(Scene::parse_optional(GOOD).unwrap().unwrap(), scene(GOOD).unwrap());
+    for (bad, part) in [("field", "line 1"), ("[camera]", "field"), ("# a\n\u{1}", "line 2")] {
+        let error = Scene::parse_optional(bad).unwrap_err();
+        assert_eq!(error.kind(), ErrorKind::Scene);
+        assert!(error.to_string().contains(part), "{error}");
+    }
+}

@@ -1,0 +1,135 @@
+//! Exported: whether a step is drawn, drawing it, and what that cost.
+
+use crate::borrow::{argument, check_struct, text};
+use crate::boundary::{Failure, Outcome};
+use crate::handle::{icoray_ctx, with};
+use crate::types::{icoray_frame_report, icoray_status};
+use icoray_core::output::Stamp;
+use std::ffi::c_char;
+
+fn finite(time_s: f64) -> Outcome<()> {
+    if time_s.is_finite() {
+        Ok(())
+    } else {
+        Err(argument(format!("time_s: {time_s}, expected a finite number")))
+    }
+}
+
+/// Whether icoray_execute would draw this step: *wants becomes 1 or 0. For a model to ask before it computes a costly
+/// diagnostic. Takes no time.
+///
+/// # Safety
+/// `ctx` is open; `wants` is NULL or can be written.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn icoray_wants(
+    ctx: *mut icoray_ctx,
+    step: i64,
+    time_s: f64,
+    wants: *mut i32,
+) -> icoray_status {
+    // SAFETY: passed on; a NULL name stands for any field.
+    unsafe { wanted(ctx, None, step, time_s, wants) }
+}
+
+/// As icoray_wants, for one field: *wants becomes 1 where icoray_execute would draw this step from the field `name`.
+///
+/// # Safety
+/// `ctx` is open; `name` is NULL or a string; `wants` is NULL or can be written.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn icoray_wants_field(
+    ctx: *mut icoray_ctx,
+    name: *const c_char,
+    step: i64,
+    time_s: f64,
+    wants: *mut i32,
+) -> icoray_status {
+    // SAFETY: passed on.
+    unsafe { wanted(ctx, Some(name), step, time_s, wants) }
+}
+
+/// # Safety
+/// As icoray_wants_field.
+unsafe fn wanted(
+    ctx: *mut icoray_ctx,
+    name: Option<*const c_char>,
+    step: i64,
+    time_s: f64,
+    wants: *mut i32,
+) -> icoray_status {
+    // SAFETY: NULL or can be written; a model that does not look at the status computes nothing.
+    if let Some(wants) = unsafe { wants.as_mut() } {
+        *wants = 0;
+    }
+    // SAFETY: passed on.
+    unsafe {
+        with(ctx, |context| {
+            // SAFETY: passed on.
+            let name = name.map(|name| text(name, "name")).transpose()?;
+            finite(time_s)?;
+            // SAFETY: as above.
+            let wants = wants.as_mut().ok_or_else(|| Failure::null("wants"))?;
+            *wants = context.wants(name, step).into();
+            Ok(())
+        })
+    }
+}
+
+/// Renders the scene from the fields as they are now; a thread writes the picture, the map of its errors where the scene
+/// names one (output.error), and a line of report.csv. Steps that are not multiples of the scene's `every` are left out.
+/// iso_datetime ("YYYY-MM-DD_hh:mm:ss" or with a T between) may be NULL unless an output name of the scene has a date.
+///
+/// A picture that could not be written, which shows after the call, is told by the next call of icoray_execute (which has
+/// drawn its own frame all the same), icoray_wait or icoray_close.
+///
+/// # Safety
+/// `ctx` is open; all borrowed tables and arrays are alive and unchanged until the call returns; `iso_datetime` is NULL
+/// or a string.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn icoray_execute(
+    ctx: *mut icoray_ctx,
+    step: i64,
+    time_s: f64,
+    iso_datetime: *const c_char,
+) -> icoray_status {
+    // SAFETY: passed on.
+    unsafe {
+        with(ctx, |context| {
+            let date = if iso_datetime.is_null() {
+                None
+            } else {
+                Some(text(iso_datetime, "iso_datetime")?.to_string())
+            };
+            finite(time_s)?;
+            context.execute(Stamp { step, time_s, date })
+        })
+    }
+}
+
+/// Waits until all frames are on disk, and says of the first that failed and that no call has told of.
+///
+/// # Safety
+/// `ctx` is open.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn icoray_wait(ctx: *mut icoray_ctx) -> icoray_status {
+    // SAFETY: passed on.
+    unsafe { with(ctx, |context| context.wait()) }
+}
+
+/// What the last frame cost and how exact it is. report->struct_size is set before the call.
+///
+/// # Safety
+/// `ctx` is open; `report` is NULL or points to an icoray_frame_report that can be written.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn icoray_report(
+    ctx: *mut icoray_ctx,
+    report: *mut icoray_frame_report,
+) -> icoray_status {
+    // SAFETY: passed on.
+    unsafe {
+        with(ctx, |context| {
+            check_struct(report.cast_const())?;
+            report.write(context.report()?);
+            Ok(())
+        })
+    }
+}

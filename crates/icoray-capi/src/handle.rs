@@ -1,0 +1,215 @@
+//! What a model holds: an opaque handle, and who may enter it.
+
+use crate::boundary::{Failure, Outcome, caught, guarded, status};
+use crate::context::Context;
+use crate::types::icoray_status;
+use std::sync::{Mutex, MutexGuard, TryLockError};
+
+/// An open context.
+#[expect(non_camel_case_types, reason = "the name is C's")]
+pub struct icoray_ctx {
+    /// The process that opened it and has its threads.
+    process: u32,
+    context: Mutex<Context>,
+}
+
+impl icoray_ctx {
+    pub fn new(context: Context) -> Self {
+        icoray_ctx { process: std::process::id(), context: Mutex::new(context) }
+    }
+
+    /// Whether a fork came between. Asked before any lock is touched: one that another thread held while forking would be
+    /// held for ever.
+    pub fn is_forked(&self) -> bool {
+        self.process != std::process::id()
+    }
+
+    /// The context, for one caller at a time.
+    pub fn enter(&self) -> Outcome<MutexGuard<'_, Context>> {
+        if self.is_forked() {
+            let message = format!(
+                "the context was opened by process {}, of which this one ({}) was forked; open one here",
+                self.process,
+                std::process::id()
+            );
+            return Err(Failure::new(icoray_status::ICORAY_ERR_FORKED, message));
+        }
+        match self.context.try_lock() {
+            Ok(context) => Ok(context),
+            // A panic is caught while the lock is held, and poisons the context itself.
+            Err(TryLockError::Poisoned(context)) => Ok(context.into_inner()),
+            Err(TryLockError::WouldBlock) => {
+                let message = "another call on this context has not returned yet (from another thread, or from this \
+                               one's log callback)";
+                Err(Failure::new(icoray_status::ICORAY_ERR_BUSY, message))
+            }
+        }
+    }
+}
+
+/// Runs a call on a context: refuses NULL, a forked, a busy and a poisoned one, keeps the message, poisons on a bug of our
+/// own.
+///
+/// # Safety
+/// `ctx` is NULL or comes from icoray_open_serial and is open.
+pub(crate) unsafe fn with(
+    ctx: *const icoray_ctx,
+    call: impl FnOnce(&mut Context) -> Outcome<()>,
+) -> icoray_status {
+    status(&guarded(|| {
+        // SAFETY: the caller promises an open context.
+        let ctx = unsafe { ctx.as_ref() }.ok_or_else(|| Failure::null("ctx"))?;
+        let mut context = ctx.enter()?;
+        context.refuse_if_poisoned()?;
+        let outcome = caught(|| call(&mut context));
+        if let Err(failure) = &outcome {
+            context.remember(failure);
+        }
+        outcome
+    }))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::frames::{icoray_execute, icoray_report, icoray_wait, icoray_wants};
+    use crate::inputs::{
+        icoray_field_set, icoray_field_set_ndarray, icoray_grid_set, icoray_layers_set, icoray_scene_load,
+        icoray_scene_text,
+    };
+    use crate::open::{icoray_close, icoray_last_error, icoray_open_serial};
+    use crate::types::{icoray_config, icoray_frame_report};
+    use icoray_status::*;
+    use std::ffi::{CStr, CString, c_char, c_void};
+    use std::ptr;
+
+    fn config() -> icoray_config {
+        // SAFETY: all zero is a good config: numbers, NULL pointers and no callback.
+        let config: icoray_config = unsafe { std::mem::zeroed() };
+        icoray_config { struct_size: size_of::<icoray_config>(), threads: 1, ..config }
+    }
+
+    fn opened(config: &icoray_config) -> *mut icoray_ctx {
+        let mut ctx = ptr::null_mut();
+        // SAFETY: a live config and a live pointer.
+        assert_eq!(unsafe { icoray_open_serial(config, &mut ctx) }, ICORAY_OK);
+        ctx
+    }
+
+    fn closed(mut ctx: *mut icoray_ctx) {
+        // SAFETY: an open context.
+        assert_eq!(unsafe { icoray_close(&mut ctx) }, ICORAY_OK);
+        assert!(ctx.is_null());
+    }
+
+    fn message(ctx: *const icoray_ctx) -> String {
+        let mut buf = [0; 256];
+        // SAFETY: NULL or open, and a buffer of the length given.
+        let status = unsafe { icoray_last_error(ctx, buf.as_mut_ptr(), buf.len()) };
+        assert_eq!(status, ICORAY_OK);
+        // SAFETY: icoray_last_error ends it with NUL.
+        unsafe { CStr::from_ptr(buf.as_ptr()) }.to_str().unwrap().to_string()
+    }
+
+    #[test]
+    fn a_context_that_failed_inside_takes_no_more_calls() {
+        crate::boundary::tests::loud();
+        let (ctx, other) = (opened(&config()), opened(&config()));
+        let mut report =
+            icoray_frame_report { struct_size: size_of::<icoray_frame_report>(), ..Default::default() };
+        let mut wants = 7;
+        // SAFETY: every pointer is NULL, where that is refused, or to a live local; the contexts are open.
+        unsafe {
+            let internal = || Err(Failure::new(ICORAY_ERR_INTERNAL, "internal error: a broken promise"));
+            assert_eq!(with(ctx, |_| internal()), ICORAY_ERR_INTERNAL);
+            assert_eq!(message(ctx), "internal error: a broken promise");
+
+            assert_eq!(with(ctx, |_| Ok(())), ICORAY_ERR_INTERNAL);
+            assert_eq!(icoray_grid_set(ctx, ptr::null()), ICORAY_ERR_INTERNAL);
+            assert_eq!(icoray_layers_set(ctx, ptr::null()), ICORAY_ERR_INTERNAL);
+            assert_eq!(icoray_field_set(ctx, ptr::null(), ptr::null()), ICORAY_ERR_INTERNAL);
+            assert_eq!(icoray_field_set_ndarray(ctx, ptr::null(), ptr::null()), ICORAY_ERR_INTERNAL);
+            assert_eq!(icoray_scene_load(ctx, ptr::null()), ICORAY_ERR_INTERNAL);
+            assert_eq!(icoray_scene_text(ctx, ptr::null()), ICORAY_ERR_INTERNAL);
+            assert_eq!(icoray_wants(ctx, 0, 0.0, &mut wants), ICORAY_ERR_INTERNAL);
+            assert_eq!(wants, 0);
+            assert_eq!(icoray_execute(ctx, 0, 0.0, ptr::null()), ICORAY_ERR_INTERNAL);
+            assert_eq!(icoray_wait(ctx), ICORAY_ERR_INTERNAL);
+            assert_eq!(icoray_report(ctx, &mut report), ICORAY_ERR_INTERNAL);
+            let first = "internal error: a broken promise";
+            assert_eq!(message(ctx), first, "the first failure is the one to know");
+            assert!(message(ptr::null()).contains("takes no more calls"));
+
+            assert_eq!(icoray_scene_text(other, ptr::null()), ICORAY_ERR_NULL, "another context goes on");
+        }
+        closed(ctx);
+        closed(other);
+    }
+
+    #[test]
+    fn a_panic_poisons_its_context() {
+        crate::boundary::tests::loud();
+        let ctx = opened(&config());
+        // SAFETY: an open context.
+        unsafe {
+            assert_eq!(with(ctx, |_| panic!("out of bounds")), ICORAY_ERR_INTERNAL);
+            assert_eq!(message(ctx), "internal error: out of bounds");
+            assert_eq!(icoray_scene_text(ctx, c"".as_ptr()), ICORAY_ERR_INTERNAL);
+        }
+        closed(ctx);
+    }
+
+    #[test]
+    fn a_context_is_in_one_call_at_a_time() {
+        crate::boundary::tests::loud();
+        let ctx = opened(&config());
+        // SAFETY: an open context, entered again from within a call, as a log callback would.
+        unsafe {
+            let within = with(ctx, |_| {
+                assert_eq!(icoray_scene_text(ctx, c"".as_ptr()), ICORAY_ERR_BUSY);
+                assert!(message(ctx).contains("has not returned"), "{}", message(ctx));
+                let mut same = ctx;
+                assert_eq!(icoray_close(&mut same), ICORAY_ERR_BUSY);
+                assert_eq!(same, ctx, "it stays open");
+                Ok(())
+            });
+            assert_eq!(within, ICORAY_OK);
+            assert_eq!(message(ctx), "", "the context itself has not failed");
+            assert_eq!(icoray_scene_text(ctx, c"".as_ptr()), ICORAY_OK);
+        }
+        closed(ctx);
+    }
+
+    /// Takes lines for the test below.
+    unsafe extern "C" fn note(user: *mut c_void, level: i32, line: *const c_char) {
+        // SAFETY: `user` is the vector that the test lends for the life of the context, in calls on its own thread.
+        let lines = unsafe { &mut *user.cast::<Vec<(i32, CString)>>() };
+        // SAFETY: a string for the time of the call.
+        lines.push((level, unsafe { CStr::from_ptr(line) }.to_owned()));
+    }
+
+    #[test]
+    fn failures_are_logged_unless_they_are_to_be_ignored() {
+        use crate::types::{ICORAY_IGNORE, ICORAY_LOG_ERROR, ICORAY_LOG_WARN, ICORAY_WARN};
+        crate::boundary::tests::loud();
+        for (on_error, log_level, expected) in [
+            (ICORAY_WARN, ICORAY_LOG_WARN, 1),
+            (ICORAY_WARN, ICORAY_LOG_ERROR, 0),
+            (ICORAY_IGNORE, ICORAY_LOG_WARN, 0),
+        ] {
+            let mut lines: Vec<(i32, CString)> = Vec::new();
+            let log_user = (&raw mut lines).cast();
+            let ctx = opened(&icoray_config { on_error, log_level, log: Some(note), log_user, ..config() });
+            // SAFETY: an open context and a string.
+            unsafe { assert_eq!(icoray_scene_text(ctx, c"field = 1".as_ptr()), ICORAY_ERR_SCENE) };
+            closed(ctx);
+            assert_eq!(lines.len(), expected, "{lines:?}");
+            assert!(
+                lines
+                    .iter()
+                    .all(|(level, line)| *level == ICORAY_LOG_WARN
+                        && line.to_bytes().starts_with(b"bad scene"))
+            );
+        }
+    }
+}

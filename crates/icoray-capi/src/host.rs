@@ -1,0 +1,155 @@
+//! What is the host's and must be left as it was: floating-point state, signal masks, processes.
+//!
+//! Models run with floating-point traps (`-ffpe-trap=invalid,overflow`), with denormals flushed to zero, and print at
+//! their end which exception flags were raised. icoray computes with NaN as a matter of course, so every call sets the
+//! default state and puts the caller's back, flags and all; threads that a call starts inherit the default. Signals that
+//! are meant for the model must not be handled on a thread of icoray's, so these threads block them.
+
+/// The caller's floating-point state, put back when dropped; the default state (IEC 60559: round to nearest, no traps, no
+/// flushing) until then.
+pub(crate) struct FloatingPoint {
+    saved: State,
+}
+
+impl FloatingPoint {
+    pub fn set_default() -> Self {
+        let saved = State::read();
+        State::DEFAULT.write();
+        FloatingPoint { saved }
+    }
+}
+
+impl Drop for FloatingPoint {
+    fn drop(&mut self) {
+        self.saved.write();
+    }
+}
+
+/// The control and status register of SSE, which all of Rust's arithmetic goes through; x87's is never touched.
+#[cfg(target_arch = "x86_64")]
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct State(u32);
+
+#[cfg(target_arch = "x86_64")]
+impl State {
+    /// All exceptions masked, no flags, round to nearest, denormals kept (Intel SDM vol. 1, 10.2.3).
+    const DEFAULT: State = State(0x1f80);
+
+    fn read() -> Self {
+        let mut value = 0u32;
+        // SAFETY: stores four bytes at the address of `value`.
+        unsafe {
+            std::arch::asm!("stmxcsr [{}]", in(reg) &raw mut value, options(nostack, preserves_flags));
+        }
+        State(value)
+    }
+
+    fn write(self) {
+        let value = self.0;
+        // SAFETY: loads four bytes that were read from the register before or are its reset value, so no reserved bit is
+        // set. The state is never left other than it was while foreign code runs after the call.
+        unsafe {
+            std::arch::asm!("ldmxcsr [{}]", in(reg) &raw const value, options(nostack, preserves_flags));
+        }
+    }
+}
+
+/// The control (FPCR) and status (FPSR) registers.
+#[cfg(target_arch = "aarch64")]
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct State(u64, u64);
+
+#[cfg(target_arch = "aarch64")]
+impl State {
+    const DEFAULT: State = State(0, 0);
+
+    fn read() -> Self {
+        let (control, status): (u64, u64);
+        // SAFETY: reads two registers that user code may read.
+        unsafe {
+            std::arch::asm!("mrs {}, fpcr", "mrs {}, fpsr", out(reg) control, out(reg) status);
+        }
+        State(control, status)
+    }
+
+    fn write(self) {
+        // SAFETY: writes two registers that user code may write, with what was read from them or their reset values.
+        unsafe {
+            std::arch::asm!("msr fpcr, {}", "msr fpsr, {}", in(reg) self.0, in(reg) self.1);
+        }
+    }
+}
+
+/// Elsewhere the state is left as it is.
+#[cfg(not(any(target_arch = "x86_64", target_arch = "aarch64")))]
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct State;
+
+#[cfg(not(any(target_arch = "x86_64", target_arch = "aarch64")))]
+impl State {
+    const DEFAULT: State = State;
+
+    fn read() -> Self {
+        State
+    }
+
+    fn write(self) {}
+}
+
+/// Runs `start` with all signals blocked on this thread, so that the threads that it starts never handle one.
+#[cfg(unix)]
+pub(crate) fn without_signals<R>(start: impl FnOnce() -> R) -> R {
+    /// Puts the mask back, also where `start` panics.
+    struct Mask(libc::sigset_t);
+
+    impl Drop for Mask {
+        fn drop(&mut self) {
+            // SAFETY: a mask that pthread_sigmask filled in.
+            unsafe { libc::pthread_sigmask(libc::SIG_SETMASK, &raw const self.0, std::ptr::null_mut()) };
+        }
+    }
+
+    let mut all = std::mem::MaybeUninit::uninit();
+    let mut before = std::mem::MaybeUninit::uninit();
+    // SAFETY: both are filled in by the calls that get them; SIG_SETMASK is a valid `how`, so the call cannot fail.
+    let mask = unsafe {
+        libc::sigfillset(all.as_mut_ptr());
+        libc::pthread_sigmask(libc::SIG_SETMASK, all.as_ptr(), before.as_mut_ptr());
+        Mask(before.assume_init())
+    };
+    let started = start();
+    drop(mask);
+    started
+}
+
+#[cfg(not(unix))]
+pub(crate) fn without_signals<R>(start: impl FnOnce() -> R) -> R {
+    start()
+}
+
+#[cfg(all(test, target_arch = "x86_64"))]
+mod tests {
+    use super::*;
+
+    /// Flush to zero, denormals are zero, round down, no traps, the inexact flag raised.
+    const ODD: State = State(0x1f80 | 0x8000 | 0x0040 | 0x2000 | 0x0020);
+
+    #[test]
+    fn the_callers_state_comes_back_with_its_flags() {
+        let usual = State::read();
+        ODD.write();
+        let tiny = std::hint::black_box(f64::MIN_POSITIVE);
+        let (inside, kept) = {
+            let _guard = FloatingPoint::set_default();
+            let kept = std::hint::black_box(tiny / 2.0) > 0.0;
+            std::hint::black_box(tiny / std::hint::black_box(0.0));
+            (State::read(), kept)
+        };
+        let after = State::read();
+        usual.write();
+        assert_eq!(inside.0 & !0x3f, State::DEFAULT.0, "default but for the flags");
+        assert!(inside.0 & 0x4 != 0, "a division by zero raised its flag");
+        assert!(kept, "denormals are kept inside");
+        assert_eq!(after, ODD);
+    }
+}

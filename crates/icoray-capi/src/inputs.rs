@@ -1,0 +1,114 @@
+//! Exported: grid, layers, fields and scene.
+
+use crate::borrow::{self, Versioned, name, sized, text};
+use crate::boundary::Failure;
+use crate::handle::{icoray_ctx, with};
+use crate::types::{icoray_array, icoray_grid, icoray_layers, icoray_ndarray, icoray_status};
+use std::ffi::c_char;
+
+/// Hands over a grid's tables, which are checked whole; they are borrowed until icoray_close or the next icoray_grid_set
+/// of that name. On failure the grid before, if any, stays. Waits for frames that still read that one.
+///
+/// # Safety
+/// `ctx` is open; `grid` is NULL or filled in as the header says.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn icoray_grid_set(ctx: *mut icoray_ctx, grid: *const icoray_grid) -> icoray_status {
+    // SAFETY: passed on.
+    unsafe {
+        with(ctx, |context| {
+            let grid = sized(grid)?;
+            let name = name(grid.name, "icoray_grid.name")?;
+            context.set_grid(name, borrow::tables(grid)?)
+        })
+    }
+}
+
+/// Hands over the layers' radii, which are copied.
+///
+/// # Safety
+/// `ctx` is open; `layers` is NULL or filled in as the header says.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn icoray_layers_set(
+    ctx: *mut icoray_ctx,
+    layers: *const icoray_layers,
+) -> icoray_status {
+    // SAFETY: passed on.
+    unsafe {
+        with(ctx, |context| {
+            let layers = sized(layers)?;
+            let name = name(layers.name, "icoray_layers.name")?;
+            context.set_layers(name, borrow::radii(layers.radius_m, layers.count)?, layers.planet_radius_m)
+        })
+    }
+}
+
+/// Hands over a field under a name that scenes use; a field of that name before is replaced. The array is not read
+/// now but at each icoray_execute that needs it, so it can be handed over once and change from step to step. A model whose
+/// arrays move (time levels that are swapped) calls this before each icoray_execute; it takes no time.
+///
+/// # Safety
+/// `ctx` is open; `name` is NULL or a string; `array` is NULL or filled in as the header says, and its data live until
+/// the field is replaced or the context closed.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn icoray_field_set(
+    ctx: *mut icoray_ctx,
+    name: *const c_char,
+    array: *const icoray_array,
+) -> icoray_status {
+    // SAFETY: passed on.
+    unsafe {
+        with(ctx, |context| {
+            let (name, array) = (text(name, "name")?, sized(array)?);
+            context.set_field(name, array, icoray_array::NAME)
+        })
+    }
+}
+
+/// As icoray_field_set, for an array of which just the dimensions are known: which of them are layers and which columns
+/// is found from grid and layers, which come first (ICORAY_ERR_ORDER). Fortran's icoray_field_set comes here.
+///
+/// # Safety
+/// As icoray_field_set.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn icoray_field_set_ndarray(
+    ctx: *mut icoray_ctx,
+    name: *const c_char,
+    array: *const icoray_ndarray,
+) -> icoray_status {
+    // SAFETY: passed on.
+    unsafe {
+        with(ctx, |context| {
+            let (name, array) = (text(name, "name")?, sized(array)?);
+            context.set_ndarray(name, array)
+        })
+    }
+}
+
+/// Reads the scene from a TOML file; a file of comments and blanks draws nothing. On failure the scene before, if any,
+/// stays.
+///
+/// # Safety
+/// `ctx` is open; `path` is NULL or a string.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn icoray_scene_load(ctx: *mut icoray_ctx, path: *const c_char) -> icoray_status {
+    // SAFETY: passed on.
+    unsafe {
+        with(ctx, |context| {
+            let path = text(path, "path")?;
+            let unread =
+                |e| Failure::new(icoray_status::ICORAY_ERR_IO, format!("{path}: cannot read the scene: {e}"));
+            let scene = std::fs::read_to_string(path).map_err(unread)?;
+            context.set_scene(&scene).map_err(|f| Failure::new(f.status, format!("{path}: {}", f.message)))
+        })
+    }
+}
+
+/// Reads the scene from TOML text; text of comments and blanks draws nothing.
+///
+/// # Safety
+/// `ctx` is open; `toml` is NULL or a string.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn icoray_scene_text(ctx: *mut icoray_ctx, toml: *const c_char) -> icoray_status {
+    // SAFETY: passed on.
+    unsafe { with(ctx, |context| context.set_scene(text(toml, "toml")?)) }
+}

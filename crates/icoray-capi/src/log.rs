@@ -1,0 +1,72 @@
+//! The log: lines for the host's callback, on the host's thread, and for nobody where it gave none.
+
+use crate::types::{
+    ICORAY_LOG_DEBUG, ICORAY_LOG_ERROR, ICORAY_LOG_INFO, ICORAY_LOG_OFF, ICORAY_LOG_WARN, icoray_log_fn,
+};
+use std::ffi::{CStr, CString, c_char, c_void};
+use std::io::Write;
+
+/// How important a line is; the numbers are the ABI's.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) enum Level {
+    Error = ICORAY_LOG_ERROR as isize,
+    Warn = ICORAY_LOG_WARN as isize,
+    Info = ICORAY_LOG_INFO as isize,
+    Debug = ICORAY_LOG_DEBUG as isize,
+}
+
+/// Where lines go.
+pub(crate) struct Log {
+    callback: icoray_log_fn,
+    user: *mut c_void,
+    most: i32,
+}
+
+// SAFETY: `user` is only passed on, to the callback, inside calls on the context, on the thread that makes the call.
+unsafe impl Send for Log {}
+
+impl Log {
+    pub const LEVELS: std::ops::RangeInclusive<i32> = ICORAY_LOG_OFF..=ICORAY_LOG_DEBUG;
+
+    pub fn new(callback: icoray_log_fn, user: *mut c_void, most: i32) -> Self {
+        Log { callback, user, most }
+    }
+
+    /// Whether a line of `level` goes anywhere: for lines that take work to make.
+    pub fn takes(&self, level: Level) -> bool {
+        self.callback.is_some() && level as i32 <= self.most
+    }
+
+    pub fn say(&self, level: Level, message: &str) {
+        if !self.takes(level) {
+            return;
+        }
+        // A NUL inside would cut the line; messages quote user data, which may hold one.
+        let line = CString::new(message.replace('\0', "\u{fffd}")).unwrap_or_default();
+        if let Some(callback) = self.callback {
+            // SAFETY: the host promises a callback that takes a string for the time of the call.
+            unsafe { callback(self.user, level as i32, line.as_ptr()) };
+        }
+    }
+}
+
+/// A log callback that writes "icoray: warning: ..." lines to stderr. For icoray_config.log.
+///
+/// # Safety
+/// `message` is NULL or a string.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn icoray_log_stderr(user: *mut c_void, level: i32, message: *const c_char) {
+    let _ = user;
+    if message.is_null() {
+        return;
+    }
+    let word = match level {
+        ICORAY_LOG_ERROR => "error: ",
+        ICORAY_LOG_WARN => "warning: ",
+        _ => "",
+    };
+    // SAFETY: not NULL; the caller promises the NUL at its end.
+    let message = unsafe { CStr::from_ptr(message) }.to_string_lossy();
+    // A closed stderr is no reason to fail.
+    let _ = writeln!(std::io::stderr(), "icoray: {word}{message}");
+}

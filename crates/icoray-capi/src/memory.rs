@@ -1,0 +1,93 @@
+//! How much memory icoray holds: the system's allocator with two counters.
+//!
+//! All of the library's memory goes through here, the host's does not: this library has its own copy of Rust's standard
+//! library. Two relaxed atomic additions per allocation, of which the rays make none.
+
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
+
+/// Bytes that are allocated now.
+static HELD: AtomicUsize = AtomicUsize::new(0);
+/// The most there have been at once.
+static PEAK: AtomicUsize = AtomicUsize::new(0);
+
+/// The most memory that icoray has held at once, bytes.
+pub(crate) fn peak() -> u64 {
+    PEAK.load(Relaxed) as u64
+}
+
+struct Counted;
+
+impl Counted {
+    fn grew(by: usize) {
+        let held = HELD.fetch_add(by, Relaxed) + by;
+        // Mostly a read: the peak is seldom a new one.
+        if held > PEAK.load(Relaxed) {
+            PEAK.fetch_max(held, Relaxed);
+        }
+    }
+
+    fn shrank(by: usize) {
+        HELD.fetch_sub(by, Relaxed);
+    }
+}
+
+// SAFETY: every call is passed on to the system's allocator as it came; the counters change nothing.
+unsafe impl GlobalAlloc for Counted {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        // SAFETY: passed on.
+        let pointer = unsafe { System.alloc(layout) };
+        if !pointer.is_null() {
+            Self::grew(layout.size());
+        }
+        pointer
+    }
+
+    unsafe fn alloc_zeroed(&self, layout: Layout) -> *mut u8 {
+        // SAFETY: passed on.
+        let pointer = unsafe { System.alloc_zeroed(layout) };
+        if !pointer.is_null() {
+            Self::grew(layout.size());
+        }
+        pointer
+    }
+
+    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
+        // SAFETY: passed on.
+        unsafe { System.dealloc(pointer, layout) };
+        Self::shrank(layout.size());
+    }
+
+    unsafe fn realloc(&self, pointer: *mut u8, layout: Layout, size: usize) -> *mut u8 {
+        // SAFETY: passed on.
+        let moved = unsafe { System.realloc(pointer, layout, size) };
+        if !moved.is_null() {
+            Self::grew(size);
+            Self::shrank(layout.size());
+        }
+        moved
+    }
+}
+
+#[global_allocator]
+static ALLOCATOR: Counted = Counted;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_peak_counts_what_is_held_at_once() {
+        let size = 16 << 20;
+        let before = HELD.load(Relaxed);
+        drop(vec![1u8; size]);
+        assert!(peak() >= (before + size) as u64 / 2 && peak() >= size as u64);
+        for _ in 0..20 {
+            drop(vec![1u8; size]);
+        }
+        assert!(peak() < 15 * size as u64, "freed memory does not add up: {}", peak());
+        let mut grown: Vec<u8> = Vec::with_capacity(size);
+        grown.resize(4 * size, 1);
+        assert!(peak() >= 4 * size as u64);
+    }
+}

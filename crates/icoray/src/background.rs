@@ -1,0 +1,204 @@
+//! Frames drawn by a thread of their own, one at a time, while the model computes on.
+//!
+//! The model hands over a copy of the one field that the scene shows ([`Snapshot`]) and goes on; the frame is drawn from
+//! the copy and passed to the [`Writer`]. No more than one frame is on its way to being drawn: the next one waits for it,
+//! with the model, so that memory is one copy and a model that asks for more pictures than can be drawn is slowed, not
+//! stopped. Tables of the grid are not copied; [`Background::wait`] says when nobody reads them.
+
+use crate::error::{Error, ErrorKind, Result};
+use crate::field::Field;
+use crate::frame::FrameReport;
+use crate::grid::Grid;
+use crate::layers::Layers;
+use crate::output::{Outcome, Outcomes, Stamp, Writer};
+use crate::plan::Plan;
+use crate::render::Renderer;
+use crate::scene::Scene;
+use crate::snapshot::Snapshot;
+use crossbeam_channel::{Receiver, Sender, bounded};
+use std::mem;
+use std::sync::Arc;
+use std::thread::{Builder, JoinHandle};
+use std::time::Instant;
+
+/// What is to be drawn, but for the field.
+#[derive(Debug, Clone)]
+pub struct Job {
+    /// What to draw and how.
+    pub scene: Arc<Scene>,
+    /// The grid.
+    pub grid: Arc<Grid<'static>>,
+    /// The layers.
+    pub layers: Arc<Layers>,
+    /// When it is.
+    pub stamp: Stamp,
+}
+
+/// What handing over a frame cost.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Accepted {
+    /// Seconds spent waiting for the frame before.
+    pub waited_s: f64,
+    /// Seconds of copying the field.
+    pub copy_s: f64,
+    /// Bytes copied.
+    pub bytes_copied: u64,
+}
+
+/// What became of a frame that was handed over.
+#[derive(Debug, Clone)]
+pub struct Drawn {
+    /// Which frame it was.
+    pub stamp: Stamp,
+    /// What it cost and met, or why it was not drawn. `write_s` is 0: it has yet to be written, and what comes of that is
+    /// an outcome of the [`Writer`].
+    pub result: Result<FrameReport>,
+    /// The frame that the writer dropped for this one.
+    pub dropped: Option<Stamp>,
+}
+
+impl Outcome for Drawn {
+    fn error(&self) -> Option<&Error> {
+        self.result.as_ref().err()
+    }
+}
+
+/// A thread that draws. Dropping it finishes the frame that is being drawn.
+#[derive(Debug)]
+pub struct Background {
+    renderer: Arc<Renderer>,
+    writer: Arc<Writer>,
+    /// `None` only while it is dropped, which ends the thread.
+    jobs: Option<Sender<(Job, Snapshot, Accepted)>>,
+    drawn: Receiver<(Drawn, Snapshot)>,
+    thread: Option<JoinHandle<()>>,
+    is_busy: bool,
+    /// The last snapshot's memory, while no frame is drawn from it.
+    spare: Snapshot,
+    outcomes: Outcomes<Drawn>,
+}
+
+impl Background {
+    /// A thread that draws with `renderer` and passes frames to `writer`.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Io`] when the thread cannot be made.
+    pub fn new(renderer: Arc<Renderer>, writer: Arc<Writer>) -> Result<Self> {
+        let (with, to) = (Arc::clone(&renderer), Arc::clone(&writer));
+        Self::with(renderer, writer, move |job, snapshot, accepted| draw(&with, &to, job, snapshot, accepted))
+    }
+
+    /// A thread that does `draw` with each frame.
+    fn with(
+        renderer: Arc<Renderer>,
+        writer: Arc<Writer>,
+        mut draw: impl FnMut(Job, &Snapshot, Accepted) -> Result<(FrameReport, Option<Stamp>)> + Send + 'static,
+    ) -> Result<Self> {
+        let (jobs, todo) = bounded::<(Job, Snapshot, Accepted)>(1);
+        let (done, drawn) = bounded(1);
+        let work = move || {
+            for (job, snapshot, accepted) in todo {
+                let stamp = job.stamp.clone();
+                let result = Error::of_panics(|| draw(job, &snapshot, accepted));
+                let (result, dropped) = match result {
+                    Ok((report, dropped)) => (Ok(report), dropped),
+                    Err(e) => (Err(e), None),
+                };
+                // Nobody listens any more while the other end is being dropped.
+                let _ = done.send((Drawn { stamp, result, dropped }, snapshot));
+            }
+        };
+        let thread = Builder::new().name("icoray-draw".into()).spawn(work);
+        let thread =
+            thread.map_err(|e| Error::new(ErrorKind::Io, format!("cannot make the drawing thread: {e}")))?;
+        let (spare, outcomes) = (Snapshot::empty(), Outcomes::default());
+        let (jobs, thread) = (Some(jobs), Some(thread));
+        Ok(Background { renderer, writer, jobs, drawn, thread, is_busy: false, spare, outcomes })
+    }
+
+    /// Hands over a frame: waits for the frame before, copies `field` on the renderer's threads, and returns; the field may
+    /// then change. What is wrong with the job itself is an error now, and nothing is copied: the frame has no outcome.
+    ///
+    /// # Errors
+    /// As [`Plan::new`] and [`Writer::check`]; [`ErrorKind::Internal`] when the thread is gone.
+    pub fn submit(&mut self, job: Job, field: &Field) -> Result<Accepted> {
+        Plan::new(&job.scene, &job.grid, &job.layers, field)?;
+        let start = Instant::now();
+        let waited_s = if self.is_busy {
+            self.wait();
+            start.elapsed().as_secs_f64()
+        } else {
+            0.0
+        };
+        // After the wait: names of the frame before are known to the writer only now.
+        self.writer.check(&job.scene.output, &job.stamp, &job.scene.field)?;
+        let start = Instant::now();
+        self.spare.take(field, &self.renderer);
+        let copy_s = start.elapsed().as_secs_f64();
+        let accepted = Accepted { waited_s, copy_s, bytes_copied: self.spare.bytes() };
+        let snapshot = mem::replace(&mut self.spare, Snapshot::empty());
+        let sent = self.jobs.as_ref().is_some_and(|jobs| jobs.send((job, snapshot, accepted)).is_ok());
+        self.is_busy = sent;
+        if sent { Ok(accepted) } else { Err(Error::new(ErrorKind::Internal, "the drawing thread is gone")) }
+    }
+
+    /// What became of frames since this was asked last, those that are drawn.
+    pub fn take_outcomes(&mut self) -> Outcomes<Drawn> {
+        if let Ok(drawn) = self.drawn.try_recv() {
+            self.keep(drawn);
+        }
+        mem::take(&mut self.outcomes)
+    }
+
+    /// Waits until nothing is being drawn and the frame is with the writer: then grid, layers and renderer are not in use.
+    /// The frame may yet have to be written ([`Writer::wait`]).
+    pub fn wait(&mut self) {
+        if !self.is_busy {
+            return;
+        }
+        match self.drawn.recv() {
+            Ok(drawn) => self.keep(drawn),
+            // The thread is gone; the next submit says so.
+            Err(_) => self.is_busy = false,
+        }
+    }
+
+    fn keep(&mut self, (drawn, snapshot): (Drawn, Snapshot)) {
+        self.outcomes.push(drawn);
+        self.spare = snapshot;
+        self.is_busy = false;
+    }
+}
+
+impl Drop for Background {
+    fn drop(&mut self) {
+        self.jobs = None;
+        if let Some(thread) = self.thread.take() {
+            // Panics are outcomes; there is nobody left to tell of another one.
+            let _ = thread.join();
+        }
+    }
+}
+
+/// Draws a frame and passes it on; returns its report and the frame that was dropped for it.
+fn draw(
+    renderer: &Renderer,
+    writer: &Writer,
+    job: Job,
+    snapshot: &Snapshot,
+    accepted: Accepted,
+) -> Result<(FrameReport, Option<Stamp>)> {
+    let Job { scene, grid, layers, stamp } = job;
+    let mut frame = renderer.render(&scene, &grid, &layers, &snapshot.field()?)?;
+    // The model may take its tables back as soon as the frame is drawn, however long the writer makes this thread wait.
+    drop((grid, layers));
+    frame.report.waited_s = accepted.waited_s;
+    frame.report.copy_s = accepted.copy_s;
+    frame.report.bytes_copied = accepted.bytes_copied;
+    let report = frame.report.clone();
+    let submitted = writer.submit_unseen(frame, scene.output.clone(), stamp);
+    Ok((report, submitted.dropped))
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,206 @@
+//! Frames drawn of copies: the same pictures, and what goes wrong.
+
+use super::*;
+use crate::field::Location;
+use crate::frame::Frame;
+use crate::grid::IcosahedralMesh;
+use crate::output::WriterOptions;
+use crate::shape::Shape;
+use std::path::Path;
+use std::sync::mpsc::channel;
+
+const SCENE: &str = r##"
+field = "q"
+exaggeration = 50
+[image]
+width = 40
+height = 30
+[camera]
+lon = 20
+lat = 30
+distance = 3
+[transfer]
+map = "viridis"
+range = [-1, 1]
+opacity = [[-1, 0.1], [1, 0.9]]
+[output]
+file = "{step}.exr"
+"##;
+
+/// All that frames need, with a grid that lives for ever as a model's does.
+struct Stage {
+    renderer: Arc<Renderer>,
+    writer: Arc<Writer>,
+    scene: Arc<Scene>,
+    grid: Arc<Grid<'static>>,
+    layers: Arc<Layers>,
+    folder: tempfile::TempDir,
+}
+
+impl Stage {
+    fn new() -> Self {
+        let mesh: &'static IcosahedralMesh = Box::leak(Box::new(IcosahedralMesh::new(3).unwrap()));
+        let folder = tempfile::tempdir().unwrap();
+        Stage {
+            renderer: Arc::new(Renderer::new(2).unwrap()),
+            writer: Arc::new(Writer::new(WriterOptions::new(folder.path())).unwrap()),
+            scene: Arc::new(Scene::parse(SCENE).unwrap()),
+            grid: Arc::new(Grid::new(mesh.tables()).unwrap()),
+            layers: Arc::new(Layers::from_heights(&[0.0, 30e3, 90e3], 6.371e6).unwrap()),
+            folder,
+        }
+    }
+
+    fn background(&self) -> Background {
+        Background::new(Arc::clone(&self.renderer), Arc::clone(&self.writer)).unwrap()
+    }
+
+    fn job(&self, step: i64) -> Job {
+        Job {
+            scene: Arc::clone(&self.scene),
+            grid: Arc::clone(&self.grid),
+            layers: Arc::clone(&self.layers),
+            stamp: Stamp { step, ..Stamp::default() },
+        }
+    }
+
+    /// Values of a step, in another layout at each.
+    fn values(&self, step: i64) -> (Vec<f64>, Shape, Location) {
+        let is_corner = step == 3;
+        let columns = if is_corner { self.grid.triangles() } else { self.grid.cells() };
+        let values = (0..3 * columns).map(|i| (i as f64 * 0.01 * step as f64).sin()).collect();
+        let shape = match step {
+            2 => Shape::cell_fastest(columns, 3),
+            _ => Shape::level_fastest(columns, 3),
+        };
+        (values, shape, if is_corner { Location::Corner } else { Location::Center })
+    }
+
+    fn draw(&self, field: &Field) -> Frame {
+        self.renderer.render(&self.scene, &self.grid, &self.layers, field).unwrap()
+    }
+}
+
+/// Red, green, blue, opacity of a picture on disk.
+fn read(path: &Path) -> Vec<[f32; 4]> {
+    image::open(path).unwrap().to_rgba32f().pixels().map(|p| p.0).collect()
+}
+
+#[test]
+fn pictures_are_those_of_the_fields_when_they_were_handed_over() {
+    let stage = Stage::new();
+    let mut background = stage.background();
+    let mut expected = Vec::new();
+    for step in 1..=4 {
+        let (mut values, shape, location) = stage.values(step);
+        let field = Field::new(values.as_slice().into(), shape, location, None).unwrap();
+        expected.push(stage.draw(&field));
+        let accepted = background.submit(stage.job(step), &field).unwrap();
+        assert_eq!(accepted.bytes_copied, 8 * values.len() as u64);
+        assert!(accepted.copy_s > 0.0 && (step > 1 || accepted.waited_s == 0.0), "{accepted:?}");
+        // The model computes on.
+        values.fill(f64::NAN);
+    }
+    background.wait();
+    assert_eq!(Arc::strong_count(&stage.grid), 1, "the tables are the model's again");
+    let drawn = background.take_outcomes().kept;
+    stage.writer.wait();
+    assert_eq!((stage.writer.take_outcomes().done(), drawn.len()), (4, 4));
+    let report = std::fs::read_to_string(stage.folder.path().join("report.csv")).unwrap();
+    let mut lines = report.lines().map(|l| l.split(',').collect::<Vec<_>>());
+    let head = lines.next().unwrap();
+    for ((drawn, expected), line) in drawn.iter().zip(expected).zip(lines) {
+        let step = drawn.stamp.step;
+        assert!(read(&stage.folder.path().join(format!("{step}.exr"))) == expected.pixels, "frame {step}");
+        let report = drawn.result.as_ref().unwrap();
+        assert_eq!(
+            (report.bytes_copied, expected.report.bytes_copied),
+            (8 * stage.values(step).0.len() as u64, 0)
+        );
+        assert_eq!((report.value_range, report.threads), (expected.report.value_range, 2));
+        assert!(report.copy_s > 0.0 && report.render_s > 0.0);
+        let cell = |column: &str| line[head.iter().position(|c| *c == column).unwrap()];
+        assert_eq!(cell("step"), step.to_string());
+        assert_eq!(cell("bytes_copied"), report.bytes_copied.to_string());
+        assert_eq!(cell("copy_s"), format!("{:.6}", report.copy_s));
+        assert_eq!(cell("waited_s"), format!("{:.6}", report.waited_s));
+    }
+}
+
+#[test]
+fn what_is_wrong_with_a_job_is_known_at_once() {
+    let stage = Stage::new();
+    let mut background = stage.background();
+    let (values, shape, location) = stage.values(1);
+    let field = Field::new(values.as_slice().into(), shape, location, None).unwrap();
+    let few = Field::new(values.as_slice().into(), Shape { columns: 5, ..shape }, location, None).unwrap();
+    assert_eq!(background.submit(stage.job(1), &few).unwrap_err().kind(), ErrorKind::Field);
+    background.submit(stage.job(1), &field).unwrap();
+    // Drawn, perhaps waiting to be written, perhaps written.
+    assert_eq!(background.submit(stage.job(1), &field).unwrap_err().kind(), ErrorKind::Exists);
+    background.submit(stage.job(2), &field).unwrap();
+    background.wait();
+    let steps: Vec<_> = background.take_outcomes().kept.iter().map(|d| d.stamp.step).collect();
+    assert_eq!(steps, [1, 2]);
+}
+
+#[test]
+fn a_frame_waits_for_the_one_before_and_a_panic_is_an_outcome() {
+    let stage = Stage::new();
+    let (renderer, writer) = (Arc::clone(&stage.renderer), Arc::clone(&stage.writer));
+    let (gate, passed) = channel::<()>();
+    let mut background = Background::with(renderer, writer, move |job, snapshot, _| {
+        passed.recv().unwrap();
+        match job.stamp.step {
+            1 => panic!("bad luck"),
+            2 => Err(Error::new(ErrorKind::Field, "no luck")),
+            _ => Ok((FrameReport { missing_values: snapshot.bytes(), ..FrameReport::default() }, None)),
+        }
+    })
+    .unwrap();
+    let (values, shape, location) = stage.values(1);
+    let field = Field::new(values.as_slice().into(), shape, location, None).unwrap();
+    assert_eq!(background.submit(stage.job(1), &field).unwrap().waited_s, 0.0);
+    assert!(background.take_outcomes().kept.is_empty());
+    for step in 2..=3 {
+        gate.send(()).unwrap();
+        assert!(background.submit(stage.job(step), &field).unwrap().waited_s > 0.0);
+    }
+    gate.send(()).unwrap();
+    background.wait();
+    background.wait();
+    let outcomes = background.take_outcomes();
+    let said: Vec<_> = outcomes.errors().map(ToString::to_string).collect();
+    assert_eq!(said, ["internal error: bad luck", "bad field: no luck"]);
+    assert_eq!(outcomes.kept[2].result.as_ref().unwrap().missing_values, 8 * values.len() as u64);
+    assert_eq!(Arc::strong_count(&stage.grid), 1, "a panic gives the tables back too");
+    // The copy's memory came back from the thread, from a panic too, and serves the next one.
+    assert_eq!(background.spare.bytes(), 8 * values.len() as u64);
+}
+
+#[test]
+fn dropping_it_finishes_the_frame() {
+    let stage = Stage::new();
+    let (values, shape, location) = stage.values(1);
+    let field = Field::new(values.as_slice().into(), shape, location, None).unwrap();
+    let mut background = stage.background();
+    background.submit(stage.job(1), &field).unwrap();
+    drop(background);
+    stage.writer.wait();
+    assert!(stage.folder.path().join("1.exr").is_file());
+}
+
+#[test]
+fn a_writer_that_drops_frames_is_heard_of() {
+    let stage = Stage::new();
+    let (values, shape, location) = stage.values(1);
+    let field = Field::new(values.as_slice().into(), shape, location, None).unwrap();
+    let (renderer, writer) = (Arc::clone(&stage.renderer), Arc::clone(&stage.writer));
+    let mut background = Background::with(renderer, writer, |job, _, _| {
+        Ok((FrameReport::default(), Some(Stamp { step: job.stamp.step - 1, ..Stamp::default() })))
+    })
+    .unwrap();
+    background.submit(stage.job(8), &field).unwrap();
+    background.wait();
+    assert_eq!(background.take_outcomes().kept[0].dropped.as_ref().unwrap().step, 7);
+}

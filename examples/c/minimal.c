@@ -1,0 +1,88 @@
+/*
+ * The least that a model adds in order to be drawn: a blob that travels eastward, and a picture of it every 4 steps.
+ *
+ *   cc minimal.c -o minimal $(pkg-config --cflags --libs icoray) -lm
+ *   LD_LIBRARY_PATH=$(pkg-config --variable=libdir icoray) ./minimal
+ *
+ * Leaves pictures/blob_000000.png, ..., pictures/blob_000012.png and pictures/report.csv, a line per picture.
+ */
+#include <icoray.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+
+enum { LAYERS = 8, STEPS = 12 };
+static const double RADIUS = 6371e3, PI = 3.14159265358979323846; /* metres; half a turn */
+
+/* What to draw and from where, in the words of a scene file; lengths in planet radii, angles in degrees. */
+static const char SCENE[] = "field = 'q'\n"
+                            "exaggeration = 50\n"
+                            "core = '#3a4b5c'\n"
+                            "image = { width = 320, height = 320 }\n"
+                            "camera = { lon = 0, lat = 20, distance = 4, fov = 40 }\n"
+                            "[transfer]\n"
+                            "unit_length = 0.05\n"
+                            "knots = [{ value = 0.1, color = '#3f7fd0', opacity = 0 },\n"
+                            "         { value = 0.9, color = '#fff6d8', opacity = 0.9 }]\n"
+                            "[output]\n"
+                            "file = 'blob_{step:06}.png'\n";
+
+/* Every call returns a status. Here a failure ends the program; a model would rather go on without pictures. */
+static void check(icoray_ctx *ctx, icoray_status status)
+{
+    char message[1024] = "";
+    if (status != ICORAY_OK) {
+        icoray_last_error(ctx, message, sizeof message);
+        fprintf(stderr, "minimal: status %d: %s\n", (int)status, message);
+        exit(EXIT_FAILURE);
+    }
+}
+
+int main(void)
+{
+    icoray_ctx *ctx = NULL;
+    icoray_mesh *mesh = NULL;
+
+    /* The model's mesh. One that has its own fills in the six tables of icoray_grid instead. */
+    icoray_grid grid = {.struct_size = sizeof grid};
+    check(NULL, icoray_mesh_create(4, &mesh)); /* 2562 cells */
+    check(NULL, icoray_mesh_grid(mesh, &grid));
+    const double *lon = grid.lon_center_rad, *lat = grid.lat_center_rad;
+
+    /* The model's layers and its field: q[cell][layer], in any order that strides can describe. */
+    double radius[LAYERS], *q = calloc((size_t)grid.cells * LAYERS, sizeof *q);
+    for (int k = 0; k < LAYERS; k++) {
+        radius[k] = RADIUS + 1000.0 + 2000.0 * k;
+    }
+
+    /* 1 to 4, once: nothing is copied but the radii, so grid and q must live until icoray_close. */
+    icoray_config config = {.struct_size = sizeof config, .output_dir = "pictures"};
+    icoray_layers layers = {
+        .struct_size = sizeof layers, .count = LAYERS, .radius_m = radius, .planet_radius_m = RADIUS};
+    icoray_array array = {.struct_size = sizeof array, .data = q, .type = ICORAY_F64, .location = ICORAY_CENTER,
+                          .columns = grid.cells, .layers = LAYERS, .column_stride = LAYERS, .layer_stride = 1};
+    check(NULL, icoray_open_serial(&config, &ctx));
+    check(ctx, icoray_grid_set(ctx, &grid));
+    check(ctx, icoray_layers_set(ctx, &layers));
+    check(ctx, icoray_field_set(ctx, "q", &array));
+    check(ctx, icoray_scene_text(ctx, SCENE));
+
+    for (int step = 0; step <= STEPS; step++) {
+        /* The model computes ... */
+        double center = PI * (step - STEPS / 2) / (2 * STEPS);
+        for (long i = 0; i < grid.cells; i++) {
+            double cosine = cos(lat[i]) * cos(lon[i] - center);
+            for (int k = 0; k < LAYERS; k++) {
+                q[i * LAYERS + k] = exp(20.0 * (cosine - 1.0) - 0.1 * k);
+            }
+        }
+        /* 5: ... and every now and then the scene is drawn from its arrays as they stand. */
+        if (step % 4 == 0) {
+            check(ctx, icoray_execute(ctx, step, 3600.0 * step, NULL));
+        }
+    }
+    check(ctx, icoray_close(&ctx));
+    check(NULL, icoray_mesh_free(&mesh));
+    free(q);
+    return EXIT_SUCCESS;
+}

@@ -1,0 +1,1241 @@
+!> icoray: in-situ ray casting of geodesic grids. The Fortran interface; icoray.h is the C ABI below it.
+!>
+!> Five calls: icoray_open_serial, icoray_grid_set + icoray_layers_set, icoray_field_set, icoray_scene_load, then
+!> icoray_execute each step; at the end icoray_close. Compile this file with the model and link libicoray.
+!>
+!> ERRORS. Every subroutine has an optional ierr: ICORAY_OK (0), or the ICORAY_ERR_ number of what went wrong, whose
+!> sentence icoray_last_error has. Without ierr a failure is kept for icoray_last_error. Nothing stops or prints.
+!> Right after the mandatory arguments ierr can be given by position; what follows it is given by keyword.
+!>
+!> MEMORY. Tables and fields are read where they lie, never copied and never written, until they are replaced or the
+!> context is closed. Their dummies are pointers with intent(in): an actual argument is the array itself or a section of
+!> it by triplets (2::2, not by a vector of subscripts), and has the TARGET or POINTER attribute: where the compiler finds
+!> no specific subroutine, TARGET is missing or the kinds differ. To pass a component of an array of structures, point at it first (p => cell%q) and pass p: gfortran 12
+!> passes the wrong address for cell%q itself. All the rest (names, radii, paths) is copied by the call.
+!>
+!> KINDS. Reals of fields and coordinates are 32 or 64 bits, tables of indices too; times and radii are 64 bits. All
+!> other integers and logicals are of the default kind. Trailing blanks of strings do not count.
+!>
+!> One context is in one call at a time (ICORAY_ERR_BUSY); different contexts are independent.
+!> Fortran 2018 without extensions. Apache-2.0 OR MIT.
+module icoray
+  use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_double, c_f_pointer, c_float, c_funloc, c_funptr, &
+    c_int32_t, c_int64_t, c_intptr_t, c_loc, c_null_char, c_null_funptr, c_null_ptr, c_ptr, c_size_t, c_sizeof
+  implicit none
+  private
+
+  ! What a call says (ierr).
+  integer, parameter, public :: &
+    ICORAY_OK = 0, &                !< all went well
+    ICORAY_ERR_NULL = 1, &          !< a pointer that must be associated is not; a context or mesh that is not open
+    ICORAY_ERR_STRUCT_SIZE = 2, &   !< this file and the library are of different versions
+    ICORAY_ERR_ARGUMENT = 3, &      !< a number, string or shape is out of its range
+    ICORAY_ERR_GRID = 4, &          !< a table contradicts itself or another; the message has table, row and value
+    ICORAY_ERR_UNSUPPORTED = 5, &   !< the grid is right but not supported yet (holes)
+    ICORAY_ERR_LAYERS = 6, &        !< radii are not strictly monotone, positive and finite
+    ICORAY_ERR_FIELD = 7, &         !< a field is missing, or its shape does not fit grid and layers
+    ICORAY_ERR_SCENE = 8, &         !< the scene is wrong; the message has line and key
+    ICORAY_ERR_ORDER = 9, &         !< a call came before what it needs
+    ICORAY_ERR_IO = 10, &           !< a file could not be read or written
+    ICORAY_ERR_INTERNAL = 11, &     !< a bug in icoray; only icoray_last_error and icoray_close are left
+    ICORAY_ERR_EXISTS = 12, &       !< a picture of that name is there (ICORAY_NEVER_MODIFY); nothing was rendered
+    ICORAY_ERR_DISABLED = 13, &     !< the context has switched itself off after too many failures (ICORAY_DISABLE)
+    ICORAY_ERR_BUSY = 14, &         !< another thread, or the log procedure, is in a call on this context
+    ICORAY_ERR_FORKED = 15          !< the context was opened before this process was forked
+  integer, parameter, public :: &
+    ICORAY_F32 = 1, ICORAY_F64 = 2, &           !< icoray_array%type, icoray_grid%real_type
+    ICORAY_I32 = 3, ICORAY_I64 = 4, &           !< icoray_grid%index_type
+    ICORAY_CENTER = 0, ICORAY_CORNER = 1, &     !< location: values at cell centres, or at corners (averaged)
+    ICORAY_NEVER_MODIFY = 0, ICORAY_OVERWRITE = 1, &              !< existing: pictures that are there already
+    ICORAY_WARN = 0, ICORAY_IGNORE = 1, ICORAY_DISABLE = 2, &     !< on_error: log, do not log, or switch off
+    ICORAY_BLOCK = 0, ICORAY_DROP_OLDEST = 1, &                   !< when_full: wait, or drop the oldest frame
+    ICORAY_LOG_OFF = 0, ICORAY_LOG_ERROR = 1, ICORAY_LOG_WARN = 2, ICORAY_LOG_INFO = 3, ICORAY_LOG_DEBUG = 4, &
+    ICORAY_MAX_RANK = 7                         !< most dimensions of an icoray_ndarray
+
+  !> Takes the log, one line per call, during a call on the context; it must not call icoray on that context.
+  abstract interface
+    subroutine icoray_log(level, message)
+      integer, intent(in) :: level              !< ICORAY_LOG_ERROR to ICORAY_LOG_DEBUG
+      character(len=*), intent(in) :: message
+    end subroutine icoray_log
+  end interface
+  public :: icoray_log
+
+  !> What this module keeps of a context: the log procedure, and a refusal that did not come from the library.
+  type :: own_part
+    procedure(icoray_log), pointer, nopass :: log => null()
+    character(len=240) :: refusal = ''
+  end type own_part
+
+  !> An open context; handle is its icoray_ctx pointer, for the functions in _c. A copy is the same context.
+  type, public :: icoray_context
+    type(c_ptr) :: handle = c_null_ptr
+    type(own_part), pointer, private :: own => null()
+  end type icoray_context
+
+  !> A generated mesh that owns its tables.
+  type, public :: icoray_mesh
+    type(c_ptr) :: handle = c_null_ptr
+  end type icoray_mesh
+
+  !> The tables of a generated mesh, which live until icoray_mesh_free. Radians; numbers begin at index_base.
+  type, public :: icoray_grid_tables
+    real(c_double), pointer :: lon_center(:) => null(), lat_center(:) => null()     !< (cells)
+    real(c_double), pointer :: lon_corner(:) => null(), lat_corner(:) => null()     !< (corners)
+    integer(c_int32_t), pointer :: cell_corner(:, :) => null()                      !< (6, cells)
+    integer(c_int32_t), pointer :: corner_cell(:, :) => null(), corner_edge(:, :) => null()   !< (3, corners)
+    integer(c_int32_t), pointer :: edge_corner(:, :) => null()                      !< (2, edges)
+    integer :: index_base = 0
+  end type icoray_grid_tables
+
+  ! The structs of icoray.h, which describes each member. Here struct_size need not be set but for functions in _c.
+
+  !> How a context is opened.
+  type, bind(C), public :: icoray_config
+    integer(c_size_t) :: struct_size = 0
+    type(c_ptr) :: output_dir = c_null_ptr
+    integer(c_int32_t) :: threads = 0, existing = 0, on_error = 0, disable_after = 0
+    integer(c_int32_t) :: async_render = 0, writer_queue = 0, when_full = 0, log_level = 0
+    type(c_funptr) :: log = c_null_funptr       !< shaped like icoray_log_stderr_c
+    type(c_ptr) :: log_user = c_null_ptr
+  end type icoray_config
+
+  !> The six tables of a grid, as addresses.
+  type, bind(C), public :: icoray_grid
+    integer(c_size_t) :: struct_size = 0
+    integer(c_int64_t) :: cells = 0, corners = 0, edges = 0
+    integer(c_int32_t) :: index_base = 0, real_type = 0, index_type = 0
+    type(c_ptr) :: lon_center_rad = c_null_ptr, lat_center_rad = c_null_ptr
+    type(c_ptr) :: lon_corner_rad = c_null_ptr, lat_corner_rad = c_null_ptr
+    type(c_ptr) :: cell_corner = c_null_ptr
+    integer(c_int64_t) :: cell_corner_row = 0
+    type(c_ptr) :: cell_corner_count = c_null_ptr, corner_cell = c_null_ptr, corner_edge = c_null_ptr
+    type(c_ptr) :: edge_corner = c_null_ptr, name = c_null_ptr
+  end type icoray_grid
+
+  !> Layers.
+  type, bind(C), public :: icoray_layers
+    integer(c_size_t) :: struct_size = 0
+    integer(c_int64_t) :: count = 0
+    type(c_ptr) :: radius_m = c_null_ptr
+    real(c_double) :: planet_radius_m = 0
+    type(c_ptr) :: name = c_null_ptr
+  end type icoray_layers
+
+  !> A field, as an address, numbers of columns and layers, and strides in elements.
+  type, bind(C), public :: icoray_array
+    integer(c_size_t) :: struct_size = 0
+    type(c_ptr) :: data = c_null_ptr
+    integer(c_int32_t) :: type = 0, location = 0
+    integer(c_int64_t) :: columns = 0, layers = 0, column_stride = 0, layer_stride = 0, block = 0, block_stride = 0
+    integer(c_int32_t) :: has_fill = 0
+    real(c_double) :: fill_value = 0
+    type(c_ptr) :: grid_name = c_null_ptr, layers_name = c_null_ptr
+  end type icoray_array
+
+  !> A field, as an address and the extents and strides of its dimensions.
+  type, bind(C), public :: icoray_ndarray
+    integer(c_size_t) :: struct_size = 0
+    type(c_ptr) :: data = c_null_ptr
+    integer(c_int32_t) :: type = 0, location = 0, rank = 0, has_fill = 0
+    real(c_double) :: fill_value = 0
+    integer(c_int64_t) :: extent(ICORAY_MAX_RANK) = 0, stride(ICORAY_MAX_RANK) = 0
+    type(c_ptr) :: grid_name = c_null_ptr, layers_name = c_null_ptr
+  end type icoray_ndarray
+
+  !> What the last frame cost and how exact it is, and the counts of all frames so far. Seconds are wall clock.
+  type, bind(C), public :: icoray_frame_report
+    integer(c_size_t) :: struct_size = 0
+    integer(c_int64_t) :: step = 0
+    real(c_double) :: time_s = 0, host_s = 0, waited_s = 0, copy_s = 0, prepare_s = 0, render_s = 0, write_s = 0
+    integer(c_int64_t) :: rays = 0, columns = 0, frusta = 0, void_frusta = 0
+    real(c_double) :: value_min = 0, value_max = 0
+    integer(c_int64_t) :: missing_values = 0, bytes_copied = 0, bytes_derived = 0, bytes_peak = 0
+    real(c_double) :: error_max = 0, error_mean = 0, error_p999 = 0, tolerance = 0
+    integer(c_int32_t) :: error_is_bound = 0, pixel_step = 0, lights = 0, threads = 0
+    integer(c_int64_t) :: frames_written = 0, frames_failed = 0, frames_dropped = 0
+    real(c_double) :: host_total_s = 0, write_total_s = 0
+  end type icoray_frame_report
+
+  !> Opens a context without MPI: call icoray_open_serial(ctx, [ierr], keywords) or (ctx, icoray_config, [ierr]).
+  !>   output_dir     directory of the pictures and report.csv, made when missing; the working directory
+  !>   threads        that render; as many as the affinity mask allows
+  !>   existing       ICORAY_NEVER_MODIFY or ICORAY_OVERWRITE
+  !>   on_error       ICORAY_WARN, ICORAY_IGNORE or ICORAY_DISABLE; ierr has the status either way
+  !>   disable_after  with ICORAY_DISABLE: failed frames in a row until the context switches itself off; 3
+  !>   async_render   .true.: icoray_execute copies the field that the scene names, and a thread renders the copy
+  !>   writer_queue   frames that may wait for the thread that writes; 2
+  !>   when_full      ICORAY_BLOCK or ICORAY_DROP_OLDEST
+  !>   log            a module procedure like icoray_log, for example icoray_log_stderr; no log
+  !>   log_level      ICORAY_LOG_OFF to ICORAY_LOG_DEBUG; ICORAY_LOG_WARN
+  !> On failure icoray_last_error(message), without ctx, says why. A context that is open is not opened again
+  !> (ICORAY_ERR_ORDER).
+  interface icoray_open_serial
+    procedure :: open_serial, open_config
+  end interface icoray_open_serial
+
+  !> Hands over the grid; it is checked whole. All real and all index arrays are of one kind each, and contiguous
+  !> (ICORAY_ERR_ARGUMENT names the table that is not). Rows may be in any order and wind either way.
+  !>   call icoray_grid_set(ctx, lon_center, lat_center, lon_corner, lat_corner, cell_corner, corner_cell, &
+  !>                        corner_edge, edge_corner, [ierr], keywords)
+  !>   lon_center(cells), lat_center(cells)      radians (MPAS lonCell, latCell)
+  !>   lon_corner(corners), lat_corner(corners)  radians (lonVertex, latVertex)
+  !>   cell_corner(row, cells)                   corners of each cell; row is 6 or more (verticesOnCell)
+  !>   corner_cell(3, corners)                   the cells at each corner (cellsOnVertex)
+  !>   corner_edge(3, corners)                   the edges at each corner (edgesOnVertex)
+  !>   edge_corner(2, edges)                     the corners of each edge (verticesOnEdge)
+  !>   index_base                                number of the first cell, corner and edge: 1, or 0
+  !>   cell_corner_count(cells)                  entries of cell_corner that count (nEdgesOnCell); without it a cell
+  !>                                             with fewer corners repeats one of them
+  !>   cells, corners, edges                     how many there are; the sizes of lon_center, lon_corner and
+  !>                                             edge_corner. To be given where arrays are longer, as MPAS's are
+  !>   name                                      for contexts with several grids
+  !> Or (ctx, icoray_mesh, [ierr], name), or (ctx, icoray_grid, [ierr]).
+  interface icoray_grid_set
+    procedure :: grid_r4_i4, grid_r4_i8, grid_r8_i4, grid_r8_i8, grid_mesh, grid_struct
+  end interface icoray_grid_set
+
+  !> Hands over the layers: call icoray_layers_set(ctx, radius_m, planet_radius_m, [ierr], name), copied.
+  !>   radius_m(:)      metres from the planet's centre, strictly rising or falling, in the order of the fields' layers,
+  !>                    at least 2 (ICORAY_ERR_LAYERS); a field with one layer fewer lies midway between them
+  !>   planet_radius_m  metres: vertical exaggeration stretches heights above it
+  !> Or (ctx, icoray_layers, [ierr]).
+  interface icoray_layers_set
+    procedure :: layers_r4, layers_r8, layers_struct
+  end interface icoray_layers_set
+
+  !> Hands over a field under the name that scenes use, after grid and layers:
+  !>   call icoray_field_set(ctx, name, values, [ierr], keywords)
+  !>   values       real, rank 1 to 4, any strides. Which dimension holds the layers and which the columns is found from
+  !>                their numbers: (layers, cells), (cells, layers), (nproma, layers, blocks) with a last block that may
+  !>                be partly filled, (layers*cells); dimensions of extent 1 do not count, that of cells may be longer
+  !>   location     ICORAY_CENTER, or ICORAY_CORNER for values at corners
+  !>   fill_value   marks missing values, in the kind of values; NaN and infinities always do
+  !>   grid_name, layers_name   those the field belongs to; the ones without a name
+  !> The array is read at each icoray_execute that needs it: once is enough, unless it moves. A shape that fits in no way
+  !> is ICORAY_ERR_FIELD. Or (ctx, name, icoray_array, [ierr]).
+  interface icoray_field_set
+    procedure :: field_r4_1, field_r4_2, field_r4_3, field_r4_4, field_r8_1, field_r8_2, field_r8_3, field_r8_4
+    procedure :: field_struct
+  end interface icoray_field_set
+
+  !> Whether icoray_execute would draw this step, from any field or from the one named; .false. on failure.
+  !>   call icoray_wants(ctx, step, time_s, wants, [ierr])   call icoray_wants_field(ctx, name, step, time_s, wants, [ierr])
+  interface icoray_wants
+    procedure :: wants_i4, wants_i8
+  end interface icoray_wants
+  interface icoray_wants_field
+    procedure :: wants_field_i4, wants_field_i8
+  end interface icoray_wants_field
+
+  !> Renders the scene from the fields as they are now; a thread writes the picture. Steps that are not multiples of the
+  !> scene's `every` are left out. A picture that could not be written is told by the next call.
+  !>   call icoray_execute(ctx, step, time_s, [ierr])   call icoray_execute(ctx, step, time_s, date, [ierr])
+  !> date: 'YYYY-MM-DD_hh:mm:ss', needed only where an output name of the scene has one.
+  interface icoray_execute
+    procedure :: execute_i4, execute_i8, execute_date_i4, execute_date_i8
+  end interface icoray_execute
+
+  !> The last failed call's message, cut to len(message): call icoray_last_error(ctx, message, [ierr]). Without ctx that
+  !> of this thread's last call that the library refused, for icoray_open_serial, icoray_mesh_create and icoray_close.
+  interface icoray_last_error
+    procedure :: last_error_ctx, last_error_thread
+  end interface icoray_last_error
+
+  public :: icoray_open_serial, icoray_grid_set, icoray_layers_set, icoray_field_set, icoray_field_set_ndarray
+  public :: icoray_scene_load, icoray_scene_text, icoray_wants, icoray_wants_field, icoray_execute, icoray_wait
+  public :: icoray_report, icoray_last_error, icoray_close, icoray_version, icoray_log_stderr
+  public :: icoray_mesh_create, icoray_mesh_grid, icoray_mesh_tables, icoray_mesh_free
+
+  ! The functions of icoray.h as they are: strings end in c_null_char, struct_size is set.
+  interface
+    function icoray_open_serial_c(config, ctx) bind(C, name='icoray_open_serial') result(status)
+      import
+      type(icoray_config), intent(in) :: config
+      type(c_ptr), intent(out) :: ctx
+      integer(c_int32_t) :: status
+    end function icoray_open_serial_c
+    function icoray_close_c(ctx) bind(C, name='icoray_close') result(status)
+      import
+      type(c_ptr), intent(inout) :: ctx
+      integer(c_int32_t) :: status
+    end function icoray_close_c
+    function icoray_last_error_c(ctx, buf, len) bind(C, name='icoray_last_error') result(status)
+      import
+      type(c_ptr), value :: ctx
+      character(kind=c_char), intent(out) :: buf(*)
+      integer(c_size_t), value :: len
+      integer(c_int32_t) :: status
+    end function icoray_last_error_c
+    function icoray_version_c() bind(C, name='icoray_version') result(text)
+      import
+      type(c_ptr) :: text
+    end function icoray_version_c
+    function icoray_grid_set_c(ctx, grid) bind(C, name='icoray_grid_set') result(status)
+      import
+      type(c_ptr), value :: ctx
+      type(icoray_grid), intent(in) :: grid
+      integer(c_int32_t) :: status
+    end function icoray_grid_set_c
+    function icoray_layers_set_c(ctx, layers) bind(C, name='icoray_layers_set') result(status)
+      import
+      type(c_ptr), value :: ctx
+      type(icoray_layers), intent(in) :: layers
+      integer(c_int32_t) :: status
+    end function icoray_layers_set_c
+    function icoray_field_set_c(ctx, name, array) bind(C, name='icoray_field_set') result(status)
+      import
+      type(c_ptr), value :: ctx
+      character(kind=c_char), intent(in) :: name(*)
+      type(icoray_array), intent(in) :: array
+      integer(c_int32_t) :: status
+    end function icoray_field_set_c
+    function icoray_field_set_ndarray_c(ctx, name, array) bind(C, name='icoray_field_set_ndarray') result(status)
+      import
+      type(c_ptr), value :: ctx
+      character(kind=c_char), intent(in) :: name(*)
+      type(icoray_ndarray), intent(in) :: array
+      integer(c_int32_t) :: status
+    end function icoray_field_set_ndarray_c
+    function icoray_scene_load_c(ctx, path) bind(C, name='icoray_scene_load') result(status)
+      import
+      type(c_ptr), value :: ctx
+      character(kind=c_char), intent(in) :: path(*)
+      integer(c_int32_t) :: status
+    end function icoray_scene_load_c
+    function icoray_scene_text_c(ctx, toml) bind(C, name='icoray_scene_text') result(status)
+      import
+      type(c_ptr), value :: ctx
+      character(kind=c_char), intent(in) :: toml(*)
+      integer(c_int32_t) :: status
+    end function icoray_scene_text_c
+    function icoray_wants_c(ctx, step, time_s, wants) bind(C, name='icoray_wants') result(status)
+      import
+      type(c_ptr), value :: ctx
+      integer(c_int64_t), value :: step
+      real(c_double), value :: time_s
+      integer(c_int32_t), intent(out) :: wants
+      integer(c_int32_t) :: status
+    end function icoray_wants_c
+    function icoray_wants_field_c(ctx, name, step, time_s, wants) bind(C, name='icoray_wants_field') result(status)
+      import
+      type(c_ptr), value :: ctx
+      character(kind=c_char), intent(in) :: name(*)
+      integer(c_int64_t), value :: step
+      real(c_double), value :: time_s
+      integer(c_int32_t), intent(out) :: wants
+      integer(c_int32_t) :: status
+    end function icoray_wants_field_c
+    function icoray_execute_c(ctx, step, time_s, iso_datetime) bind(C, name='icoray_execute') result(status)
+      import
+      type(c_ptr), value :: ctx
+      integer(c_int64_t), value :: step
+      real(c_double), value :: time_s
+      type(c_ptr), value :: iso_datetime   !< a string, or c_null_ptr
+      integer(c_int32_t) :: status
+    end function icoray_execute_c
+    function icoray_wait_c(ctx) bind(C, name='icoray_wait') result(status)
+      import
+      type(c_ptr), value :: ctx
+      integer(c_int32_t) :: status
+    end function icoray_wait_c
+    function icoray_report_c(ctx, report) bind(C, name='icoray_report') result(status)
+      import
+      type(c_ptr), value :: ctx
+      type(icoray_frame_report), intent(inout) :: report
+      integer(c_int32_t) :: status
+    end function icoray_report_c
+    subroutine icoray_log_stderr_c(user, level, message) bind(C, name='icoray_log_stderr')
+      import
+      type(c_ptr), value :: user
+      integer(c_int32_t), value :: level
+      type(c_ptr), value :: message
+    end subroutine icoray_log_stderr_c
+    function icoray_mesh_create_c(level, mesh) bind(C, name='icoray_mesh_create') result(status)
+      import
+      integer(c_int32_t), value :: level
+      type(c_ptr), intent(out) :: mesh
+      integer(c_int32_t) :: status
+    end function icoray_mesh_create_c
+    function icoray_mesh_grid_c(mesh, grid) bind(C, name='icoray_mesh_grid') result(status)
+      import
+      type(c_ptr), value :: mesh
+      type(icoray_grid), intent(inout) :: grid
+      integer(c_int32_t) :: status
+    end function icoray_mesh_grid_c
+    function icoray_mesh_free_c(mesh) bind(C, name='icoray_mesh_free') result(status)
+      import
+      type(c_ptr), intent(inout) :: mesh
+      integer(c_int32_t) :: status
+    end function icoray_mesh_free_c
+    pure function c_strlen(text) bind(C, name='strlen') result(length)
+      import
+      type(c_ptr), value :: text
+      integer(c_size_t) :: length
+    end function c_strlen
+  end interface
+  public :: icoray_open_serial_c, icoray_close_c, icoray_last_error_c, icoray_version_c, icoray_grid_set_c
+  public :: icoray_layers_set_c, icoray_field_set_c, icoray_field_set_ndarray_c, icoray_scene_load_c
+  public :: icoray_scene_text_c, icoray_wants_c, icoray_wants_field_c, icoray_execute_c, icoray_wait_c
+  public :: icoray_report_c, icoray_log_stderr_c, icoray_mesh_create_c, icoray_mesh_grid_c, icoray_mesh_free_c
+
+  !> Where an array lies: what a descriptor knows, found from the addresses of its elements.
+  type :: view
+    type(c_ptr) :: first = c_null_ptr           !< the first element; null where there is none
+    integer :: rank = 0                         !< 0 where there is no array
+    integer(c_int64_t) :: extent(4) = 0, bytes(4) = 0   !< of each dimension: its size, and how far its indices lie apart
+  end type view
+  interface view_of
+    procedure :: view_r4_1, view_r4_2, view_r4_3, view_r4_4, view_r8_1, view_r8_2, view_r8_3, view_r8_4
+    procedure :: view_i4_1, view_i4_2, view_i8_1, view_i8_2
+  end interface view_of
+
+contains
+
+  subroutine open_serial(ctx, ierr, output_dir, threads, existing, on_error, disable_after, async_render, &
+      writer_queue, when_full, log_level, log)
+    type(icoray_context), intent(inout) :: ctx
+    integer, intent(out), optional :: ierr
+    character(len=*), intent(in), optional :: output_dir
+    integer, intent(in), optional :: threads, existing, on_error, disable_after, writer_queue, when_full, log_level
+    logical, intent(in), optional :: async_render
+    procedure(icoray_log), optional :: log
+    type(icoray_config) :: config
+    type(own_part), pointer :: own
+    character(kind=c_char), allocatable, target :: directory(:)
+    if (is_open(ctx, ierr)) return
+    if (present(output_dir)) then
+      directory = c_text(output_dir)
+      config%output_dir = c_loc(directory)
+    end if
+    config%log_level = ICORAY_LOG_WARN
+    call put(config%threads, threads)
+    call put(config%existing, existing)
+    call put(config%on_error, on_error)
+    call put(config%disable_after, disable_after)
+    call put(config%writer_queue, writer_queue)
+    call put(config%when_full, when_full)
+    call put(config%log_level, log_level)
+    if (present(async_render)) config%async_render = merge(1_c_int32_t, 0_c_int32_t, async_render)
+    allocate (own)
+    if (present(log)) then
+      own%log => log
+      config%log = c_funloc(relay)
+      config%log_user = c_loc(own)
+    end if
+    call open_with(ctx, config, own, ierr)
+  end subroutine open_serial
+
+  subroutine open_config(ctx, config, ierr)
+    type(icoray_context), intent(inout) :: ctx
+    type(icoray_config), intent(in) :: config
+    integer, intent(out), optional :: ierr
+    type(own_part), pointer :: own
+    if (is_open(ctx, ierr)) return
+    allocate (own)
+    call open_with(ctx, config, own, ierr)
+  end subroutine open_config
+
+  subroutine open_with(ctx, config, own, ierr)
+    type(icoray_context), intent(inout) :: ctx
+    type(icoray_config), intent(in) :: config
+    type(own_part), pointer, intent(in) :: own
+    integer, intent(out), optional :: ierr
+    type(icoray_config) :: sized
+    integer(c_int32_t) :: status
+    type(own_part), pointer :: unused
+    sized = config
+    sized%struct_size = c_sizeof(sized)
+    status = icoray_open_serial_c(sized, ctx%handle)
+    unused => own
+    if (status == ICORAY_OK) then
+      ctx%own => own
+    else
+      deallocate (unused)
+    end if
+    call done(ctx, status, ierr)
+  end subroutine open_with
+
+  !> Whether ctx is open already, which is refused: the context would be lost.
+  function is_open(ctx, ierr) result(open)
+    type(icoray_context), intent(in) :: ctx
+    integer, intent(out), optional :: ierr
+    logical :: open
+    open = c_associated(ctx%handle)
+    if (open) call refuse(ctx, ICORAY_ERR_ORDER, 'the context is open already; call icoray_close first', ierr)
+  end function is_open
+
+  !> Finishes what icoray_execute has begun, closes the context and gives every borrowed array back; a context that is
+  !> not open is fine. A status other than ICORAY_ERR_BUSY is that of a frame that no call has told of; the context is
+  !> closed all the same, and icoray_last_error(message) says why.
+  subroutine icoray_close(ctx, ierr)
+    type(icoray_context), intent(inout) :: ctx
+    integer, intent(out), optional :: ierr
+    integer(c_int32_t) :: status
+    status = icoray_close_c(ctx%handle)
+    call done(ctx, status, ierr)
+    if (associated(ctx%own) .and. .not. c_associated(ctx%handle)) deallocate (ctx%own)
+  end subroutine icoray_close
+
+  subroutine last_error_ctx(ctx, message, ierr)
+    type(icoray_context), intent(in) :: ctx
+    character(len=*), intent(out) :: message
+    integer, intent(out), optional :: ierr
+    message = ''
+    if (associated(ctx%own)) message = ctx%own%refusal
+    if (message /= '') then
+      if (present(ierr)) ierr = ICORAY_OK
+    else
+      call message_of(ctx%handle, message, ierr)
+    end if
+  end subroutine last_error_ctx
+
+  subroutine last_error_thread(message, ierr)
+    character(len=*), intent(out) :: message
+    integer, intent(out), optional :: ierr
+    call message_of(c_null_ptr, message, ierr)
+  end subroutine last_error_thread
+
+  subroutine message_of(handle, message, ierr)
+    type(c_ptr), intent(in) :: handle
+    character(len=*), intent(out) :: message
+    integer, intent(out), optional :: ierr
+    character(kind=c_char) :: buffer(len(message) + 1)
+    integer(c_int32_t) :: status
+    integer :: i
+    buffer(1) = c_null_char
+    status = icoray_last_error_c(handle, buffer, int(size(buffer), c_size_t))
+    message = ''
+    do i = 1, len(message)
+      if (buffer(i) == c_null_char) exit
+      message(i:i) = buffer(i)
+    end do
+    if (present(ierr)) ierr = int(status)
+  end subroutine message_of
+
+  !> The library's version, 'major.minor.patch'.
+  function icoray_version() result(version)
+    character(len=:), allocatable :: version
+    version = f_text(icoray_version_c())
+  end function icoray_version
+
+  !> A log procedure that writes lines like 'icoray: warning: ...' to standard error.
+  subroutine icoray_log_stderr(level, message)
+    integer, intent(in) :: level
+    character(len=*), intent(in) :: message
+    character(kind=c_char), target :: line(len_trim(message) + 1)
+    line = c_text(message)
+    call icoray_log_stderr_c(c_null_ptr, int(level, c_int32_t), c_loc(line))
+  end subroutine icoray_log_stderr
+
+  !> From the library's log to the Fortran procedure; user is the context's own part.
+  subroutine relay(user, level, message) bind(C, name='')
+    type(c_ptr), value :: user
+    integer(c_int32_t), value :: level
+    type(c_ptr), value :: message
+    type(own_part), pointer :: own
+    call c_f_pointer(user, own)
+    call own%log(int(level), f_text(message))
+  end subroutine relay
+
+  !> Makes the icosahedral mesh of 10*4**level + 2 cells, level 0 to 12 (ICORAY_ERR_ARGUMENT).
+  subroutine icoray_mesh_create(level, mesh, ierr)
+    integer, intent(in) :: level
+    type(icoray_mesh), intent(inout) :: mesh
+    integer, intent(out), optional :: ierr
+    integer(c_int32_t) :: status
+    status = icoray_mesh_create_c(int(level, c_int32_t), mesh%handle)
+    if (present(ierr)) ierr = int(status)
+  end subroutine icoray_mesh_create
+
+  !> Frees a mesh that no context uses any more; one that was not made is fine.
+  subroutine icoray_mesh_free(mesh, ierr)
+    type(icoray_mesh), intent(inout) :: mesh
+    integer, intent(out), optional :: ierr
+    integer(c_int32_t) :: status
+    status = icoray_mesh_free_c(mesh%handle)
+    if (present(ierr)) ierr = int(status)
+  end subroutine icoray_mesh_free
+
+  !> The sizes and tables of a mesh as addresses, which live until icoray_mesh_free.
+  subroutine icoray_mesh_grid(mesh, grid, ierr)
+    type(icoray_mesh), intent(in) :: mesh
+    type(icoray_grid), intent(out) :: grid
+    integer, intent(out), optional :: ierr
+    integer(c_int32_t) :: status
+    grid%struct_size = c_sizeof(grid)
+    status = icoray_mesh_grid_c(mesh%handle, grid)
+    if (present(ierr)) ierr = int(status)
+  end subroutine icoray_mesh_grid
+
+  !> The tables of a mesh as arrays, which live until icoray_mesh_free; none is associated on failure.
+  subroutine icoray_mesh_tables(mesh, tables, ierr)
+    type(icoray_mesh), intent(in) :: mesh
+    type(icoray_grid_tables), intent(out) :: tables
+    integer, intent(out), optional :: ierr
+    type(icoray_grid) :: grid
+    integer :: status
+    call icoray_mesh_grid(mesh, grid, status)
+    if (present(ierr)) ierr = status
+    if (status /= ICORAY_OK) return
+    tables%index_base = int(grid%index_base)
+    call c_f_pointer(grid%lon_center_rad, tables%lon_center, [grid%cells])
+    call c_f_pointer(grid%lat_center_rad, tables%lat_center, [grid%cells])
+    call c_f_pointer(grid%lon_corner_rad, tables%lon_corner, [grid%corners])
+    call c_f_pointer(grid%lat_corner_rad, tables%lat_corner, [grid%corners])
+    call c_f_pointer(grid%cell_corner, tables%cell_corner, [grid%cell_corner_row, grid%cells])
+    call c_f_pointer(grid%corner_cell, tables%corner_cell, [3_c_int64_t, grid%corners])
+    call c_f_pointer(grid%corner_edge, tables%corner_edge, [3_c_int64_t, grid%corners])
+    call c_f_pointer(grid%edge_corner, tables%edge_corner, [2_c_int64_t, grid%edges])
+  end subroutine icoray_mesh_tables
+
+  subroutine grid_r4_i4(ctx, lon_center, lat_center, lon_corner, lat_corner, cell_corner, corner_cell, corner_edge, &
+      edge_corner, ierr, index_base, cell_corner_count, cells, corners, edges, name)
+    type(icoray_context), intent(in) :: ctx
+    real(c_float), pointer, intent(in) :: lon_center(:), lat_center(:), lon_corner(:), lat_corner(:)
+    integer(c_int32_t), pointer, intent(in) :: cell_corner(:, :), corner_cell(:, :), corner_edge(:, :)
+    integer(c_int32_t), pointer, intent(in) :: edge_corner(:, :)
+    integer, intent(out), optional :: ierr
+    integer(c_int32_t), pointer, intent(in), optional :: cell_corner_count(:)
+    integer, intent(in), optional :: index_base, cells, corners, edges
+    character(len=*), intent(in), optional :: name
+    type(view) :: count
+    if (present(cell_corner_count)) count = view_of(cell_corner_count)
+    call set_views(ctx, [view_of(lon_center), view_of(lat_center), view_of(lon_corner), view_of(lat_corner), &
+      view_of(cell_corner), view_of(corner_cell), view_of(corner_edge), view_of(edge_corner), count], &
+      ICORAY_F32, ICORAY_I32, ierr, index_base, cells, corners, edges, name)
+  end subroutine grid_r4_i4
+  subroutine grid_r4_i8(ctx, lon_center, lat_center, lon_corner, lat_corner, cell_corner, corner_cell, corner_edge, &
+      edge_corner, ierr, index_base, cell_corner_count, cells, corners, edges, name)
+    type(icoray_context), intent(in) :: ctx
+    real(c_float), pointer, intent(in) :: lon_center(:), lat_center(:), lon_corner(:), lat_corner(:)
+    integer(c_int64_t), pointer, intent(in) :: cell_corner(:, :), corner_cell(:, :), corner_edge(:, :)
+    integer(c_int64_t), pointer, intent(in) :: edge_corner(:, :)
+    integer, intent(out), optional :: ierr
+    integer(c_int64_t), pointer, intent(in), optional :: cell_corner_count(:)
+    integer, intent(in), optional :: index_base, cells, corners, edges
+    character(len=*), intent(in), optional :: name
+    type(view) :: count
+    if (present(cell_corner_count)) count = view_of(cell_corner_count)
+    call set_views(ctx, [view_of(lon_center), view_of(lat_center), view_of(lon_corner), view_of(lat_corner), &
+      view_of(cell_corner), view_of(corner_cell), view_of(corner_edge), view_of(edge_corner), count], &
+      ICORAY_F32, ICORAY_I64, ierr, index_base, cells, corners, edges, name)
+  end subroutine grid_r4_i8
+  subroutine grid_r8_i4(ctx, lon_center, lat_center, lon_corner, lat_corner, cell_corner, corner_cell, corner_edge, &
+      edge_corner, ierr, index_base, cell_corner_count, cells, corners, edges, name)
+    type(icoray_context), intent(in) :: ctx
+    real(c_double), pointer, intent(in) :: lon_center(:), lat_center(:), lon_corner(:), lat_corner(:)
+    integer(c_int32_t), pointer, intent(in) :: cell_corner(:, :), corner_cell(:, :), corner_edge(:, :)
+    integer(c_int32_t), pointer, intent(in) :: edge_corner(:, :)
+    integer, intent(out), optional :: ierr
+    integer(c_int32_t), pointer, intent(in), optional :: cell_corner_count(:)
+    integer, intent(in), optional :: index_base, cells, corners, edges
+    character(len=*), intent(in), optional :: name
+    type(view) :: count
+    if (present(cell_corner_count)) count = view_of(cell_corner_count)
+    call set_views(ctx, [view_of(lon_center), view_of(lat_center), view_of(lon_corner), view_of(lat_corner), &
+      view_of(cell_corner), view_of(corner_cell), view_of(corner_edge), view_of(edge_corner), count], &
+      ICORAY_F64, ICORAY_I32, ierr, index_base, cells, corners, edges, name)
+  end subroutine grid_r8_i4
+  subroutine grid_r8_i8(ctx, lon_center, lat_center, lon_corner, lat_corner, cell_corner, corner_cell, corner_edge, &
+      edge_corner, ierr, index_base, cell_corner_count, cells, corners, edges, name)
+    type(icoray_context), intent(in) :: ctx
+    real(c_double), pointer, intent(in) :: lon_center(:), lat_center(:), lon_corner(:), lat_corner(:)
+    integer(c_int64_t), pointer, intent(in) :: cell_corner(:, :), corner_cell(:, :), corner_edge(:, :)
+    integer(c_int64_t), pointer, intent(in) :: edge_corner(:, :)
+    integer, intent(out), optional :: ierr
+    integer(c_int64_t), pointer, intent(in), optional :: cell_corner_count(:)
+    integer, intent(in), optional :: index_base, cells, corners, edges
+    character(len=*), intent(in), optional :: name
+    type(view) :: count
+    if (present(cell_corner_count)) count = view_of(cell_corner_count)
+    call set_views(ctx, [view_of(lon_center), view_of(lat_center), view_of(lon_corner), view_of(lat_corner), &
+      view_of(cell_corner), view_of(corner_cell), view_of(corner_edge), view_of(edge_corner), count], &
+      ICORAY_F64, ICORAY_I64, ierr, index_base, cells, corners, edges, name)
+  end subroutine grid_r8_i8
+
+  subroutine grid_mesh(ctx, mesh, ierr, name)
+    type(icoray_context), intent(in) :: ctx
+    type(icoray_mesh), intent(in) :: mesh
+    integer, intent(out), optional :: ierr
+    character(len=*), intent(in), optional :: name
+    type(icoray_grid) :: grid
+    character(kind=c_char), allocatable, target :: c_name(:)
+    character(len=240) :: message
+    integer :: status
+    call icoray_mesh_grid(mesh, grid, status)
+    if (status /= ICORAY_OK) then
+      call message_of(c_null_ptr, message)
+      call refuse(ctx, status, message, ierr)
+      return
+    end if
+    call put_name(grid%name, c_name, name)
+    call grid_struct(ctx, grid, ierr)
+  end subroutine grid_mesh
+
+  subroutine grid_struct(ctx, grid, ierr)
+    type(icoray_context), intent(in) :: ctx
+    type(icoray_grid), intent(in) :: grid
+    integer, intent(out), optional :: ierr
+    type(icoray_grid) :: sized
+    sized = grid
+    sized%struct_size = c_sizeof(sized)
+    call done(ctx, icoray_grid_set_c(ctx%handle, sized), ierr)
+  end subroutine grid_struct
+
+  !> Checks what the library cannot see, the shapes of the tables, and passes their addresses on. The views are those of
+  !> the arrays in the order of icoray_grid_set, and at the end cell_corner_count, of rank 0 where it is absent.
+  subroutine set_views(ctx, v, real_type, index_type, ierr, index_base, cells, corners, edges, name)
+    type(icoray_context), intent(in) :: ctx
+    type(view), intent(in) :: v(9)
+    integer, intent(in) :: real_type, index_type
+    integer, intent(out), optional :: ierr
+    integer, intent(in), optional :: index_base, cells, corners, edges
+    character(len=*), intent(in), optional :: name
+    character(len=*), parameter :: table(9) = [character(len=17) :: 'lon_center', 'lat_center', 'lon_corner', &
+      'lat_corner', 'cell_corner', 'corner_cell', 'corner_edge', 'edge_corner', 'cell_corner_count']
+    integer, parameter :: counts(9) = [1, 1, 2, 2, 1, 2, 2, 3, 1]       ! cells, corners or edges
+    integer, parameter :: rows(9) = [0, 0, 0, 0, 0, 3, 3, 2, 0]         ! length of a row where it is fixed
+    type(icoray_grid) :: grid
+    character(kind=c_char), allocatable, target :: c_name(:)
+    integer(c_int64_t) :: n(3), whole, apart
+    integer :: i, d
+    n = [v(1)%extent(1), v(3)%extent(1), v(8)%extent(2)]
+    if (present(cells)) n(1) = cells
+    if (present(corners)) n(2) = corners
+    if (present(edges)) n(3) = edges
+    do i = 1, 9
+      if (v(i)%rank == 0 .or. .not. c_associated(ctx%handle)) cycle
+      if (rows(i) /= 0 .and. v(i)%extent(1) /= rows(i)) then
+        call refuse(ctx, ICORAY_ERR_ARGUMENT, trim(table(i))//': rows of '//decimal(v(i)%extent(1))//', expected ' &
+          //decimal(int(rows(i), c_int64_t)), ierr)
+        return
+      end if
+      if (v(i)%extent(v(i)%rank) < n(counts(i))) then
+        call refuse(ctx, ICORAY_ERR_ARGUMENT, trim(table(i))//': '//decimal(v(i)%extent(v(i)%rank)) &
+          //' entries or rows, expected at least '//decimal(n(counts(i))), ierr)
+        return
+      end if
+      apart = merge(8, 4, merge(real_type == ICORAY_F64, index_type == ICORAY_I64, i <= 4))
+      do d = 1, v(i)%rank
+        whole = v(i)%bytes(d)
+        if (v(i)%extent(d) > 1 .and. whole /= apart) then
+          call refuse(ctx, ICORAY_ERR_ARGUMENT, trim(table(i))//': not contiguous, dimension '//decimal(int(d, &
+            c_int64_t))//' steps by '//decimal(whole)//' bytes, expected '//decimal(apart), ierr)
+          return
+        end if
+        apart = apart*v(i)%extent(d)
+      end do
+    end do
+    grid%cells = n(1)
+    grid%corners = n(2)
+    grid%edges = n(3)
+    grid%index_base = 1
+    call put(grid%index_base, index_base)
+    grid%real_type = int(real_type, c_int32_t)
+    grid%index_type = int(index_type, c_int32_t)
+    grid%lon_center_rad = v(1)%first
+    grid%lat_center_rad = v(2)%first
+    grid%lon_corner_rad = v(3)%first
+    grid%lat_corner_rad = v(4)%first
+    grid%cell_corner = v(5)%first
+    grid%cell_corner_row = v(5)%extent(1)
+    grid%corner_cell = v(6)%first
+    grid%corner_edge = v(7)%first
+    grid%edge_corner = v(8)%first
+    grid%cell_corner_count = v(9)%first
+    call put_name(grid%name, c_name, name)
+    call grid_struct(ctx, grid, ierr)
+  end subroutine set_views
+
+  subroutine layers_r4(ctx, radius_m, planet_radius_m, ierr, name)
+    type(icoray_context), intent(in) :: ctx
+    real(c_float), intent(in) :: radius_m(:), planet_radius_m
+    integer, intent(out), optional :: ierr
+    character(len=*), intent(in), optional :: name
+    call layers_r8(ctx, real(radius_m, c_double), real(planet_radius_m, c_double), ierr, name)
+  end subroutine layers_r4
+
+  subroutine layers_r8(ctx, radius_m, planet_radius_m, ierr, name)
+    type(icoray_context), intent(in) :: ctx
+    real(c_double), intent(in) :: radius_m(:), planet_radius_m
+    integer, intent(out), optional :: ierr
+    character(len=*), intent(in), optional :: name
+    type(icoray_layers) :: layers
+    real(c_double), target :: radius(size(radius_m) + 1)   ! never empty, so that it has an address
+    character(kind=c_char), allocatable, target :: c_name(:)
+    radius(:size(radius_m)) = radius_m
+    layers%radius_m = c_loc(radius)
+    layers%count = size(radius_m, kind=c_int64_t)
+    layers%planet_radius_m = planet_radius_m
+    call put_name(layers%name, c_name, name)
+    call layers_struct(ctx, layers, ierr)
+  end subroutine layers_r8
+
+  subroutine layers_struct(ctx, layers, ierr)
+    type(icoray_context), intent(in) :: ctx
+    type(icoray_layers), intent(in) :: layers
+    integer, intent(out), optional :: ierr
+    type(icoray_layers) :: sized
+    sized = layers
+    sized%struct_size = c_sizeof(sized)
+    call done(ctx, icoray_layers_set_c(ctx%handle, sized), ierr)
+  end subroutine layers_struct
+
+  subroutine field_r4_1(ctx, name, values, ierr, location, fill_value, grid_name, layers_name)
+    type(icoray_context), intent(in) :: ctx
+    character(len=*), intent(in) :: name
+    real(c_float), pointer, intent(in) :: values(:)
+    integer, intent(out), optional :: ierr
+    integer, intent(in), optional :: location
+    real(c_float), intent(in), optional :: fill_value
+    character(len=*), intent(in), optional :: grid_name, layers_name
+    real(c_double), allocatable :: fill   ! absent where it is not allocated
+    if (present(fill_value)) fill = real(fill_value, c_double)
+    call field_view(ctx, name, view_of(values), ICORAY_F32, ierr, location, fill, grid_name, layers_name)
+  end subroutine field_r4_1
+  subroutine field_r4_2(ctx, name, values, ierr, location, fill_value, grid_name, layers_name)
+    type(icoray_context), intent(in) :: ctx
+    character(len=*), intent(in) :: name
+    real(c_float), pointer, intent(in) :: values(:, :)
+    integer, intent(out), optional :: ierr
+    integer, intent(in), optional :: location
+    real(c_float), intent(in), optional :: fill_value
+    character(len=*), intent(in), optional :: grid_name, layers_name
+    real(c_double), allocatable :: fill   ! absent where it is not allocated
+    if (present(fill_value)) fill = real(fill_value, c_double)
+    call field_view(ctx, name, view_of(values), ICORAY_F32, ierr, location, fill, grid_name, layers_name)
+  end subroutine field_r4_2
+  subroutine field_r4_3(ctx, name, values, ierr, location, fill_value, grid_name, layers_name)
+    type(icoray_context), intent(in) :: ctx
+    character(len=*), intent(in) :: name
+    real(c_float), pointer, intent(in) :: values(:, :, :)
+    integer, intent(out), optional :: ierr
+    integer, intent(in), optional :: location
+    real(c_float), intent(in), optional :: fill_value
+    character(len=*), intent(in), optional :: grid_name, layers_name
+    real(c_double), allocatable :: fill   ! absent where it is not allocated
+    if (present(fill_value)) fill = real(fill_value, c_double)
+    call field_view(ctx, name, view_of(values), ICORAY_F32, ierr, location, fill, grid_name, layers_name)
+  end subroutine field_r4_3
+  subroutine field_r4_4(ctx, name, values, ierr, location, fill_value, grid_name, layers_name)
+    type(icoray_context), intent(in) :: ctx
+    character(len=*), intent(in) :: name
+    real(c_float), pointer, intent(in) :: values(:, :, :, :)
+    integer, intent(out), optional :: ierr
+    integer, intent(in), optional :: location
+    real(c_float), intent(in), optional :: fill_value
+    character(len=*), intent(in), optional :: grid_name, layers_name
+    real(c_double), allocatable :: fill   ! absent where it is not allocated
+    if (present(fill_value)) fill = real(fill_value, c_double)
+    call field_view(ctx, name, view_of(values), ICORAY_F32, ierr, location, fill, grid_name, layers_name)
+  end subroutine field_r4_4
+  subroutine field_r8_1(ctx, name, values, ierr, location, fill_value, grid_name, layers_name)
+    type(icoray_context), intent(in) :: ctx
+    character(len=*), intent(in) :: name
+    real(c_double), pointer, intent(in) :: values(:)
+    integer, intent(out), optional :: ierr
+    integer, intent(in), optional :: location
+    real(c_double), intent(in), optional :: fill_value
+    character(len=*), intent(in), optional :: grid_name, layers_name
+    call field_view(ctx, name, view_of(values), ICORAY_F64, ierr, location, fill_value, grid_name, layers_name)
+  end subroutine field_r8_1
+  subroutine field_r8_2(ctx, name, values, ierr, location, fill_value, grid_name, layers_name)
+    type(icoray_context), intent(in) :: ctx
+    character(len=*), intent(in) :: name
+    real(c_double), pointer, intent(in) :: values(:, :)
+    integer, intent(out), optional :: ierr
+    integer, intent(in), optional :: location
+    real(c_double), intent(in), optional :: fill_value
+    character(len=*), intent(in), optional :: grid_name, layers_name
+    call field_view(ctx, name, view_of(values), ICORAY_F64, ierr, location, fill_value, grid_name, layers_name)
+  end subroutine field_r8_2
+  subroutine field_r8_3(ctx, name, values, ierr, location, fill_value, grid_name, layers_name)
+    type(icoray_context), intent(in) :: ctx
+    character(len=*), intent(in) :: name
+    real(c_double), pointer, intent(in) :: values(:, :, :)
+    integer, intent(out), optional :: ierr
+    integer, intent(in), optional :: location
+    real(c_double), intent(in), optional :: fill_value
+    character(len=*), intent(in), optional :: grid_name, layers_name
+    call field_view(ctx, name, view_of(values), ICORAY_F64, ierr, location, fill_value, grid_name, layers_name)
+  end subroutine field_r8_3
+  subroutine field_r8_4(ctx, name, values, ierr, location, fill_value, grid_name, layers_name)
+    type(icoray_context), intent(in) :: ctx
+    character(len=*), intent(in) :: name
+    real(c_double), pointer, intent(in) :: values(:, :, :, :)
+    integer, intent(out), optional :: ierr
+    integer, intent(in), optional :: location
+    real(c_double), intent(in), optional :: fill_value
+    character(len=*), intent(in), optional :: grid_name, layers_name
+    call field_view(ctx, name, view_of(values), ICORAY_F64, ierr, location, fill_value, grid_name, layers_name)
+  end subroutine field_r8_4
+
+  subroutine field_struct(ctx, name, array, ierr)
+    type(icoray_context), intent(in) :: ctx
+    character(len=*), intent(in) :: name
+    type(icoray_array), intent(in) :: array
+    integer, intent(out), optional :: ierr
+    type(icoray_array) :: sized
+    sized = array
+    sized%struct_size = c_sizeof(sized)
+    call done(ctx, icoray_field_set_c(ctx%handle, c_text(name), sized), ierr)
+  end subroutine field_struct
+
+  !> As icoray_field_set, for an array of up to ICORAY_MAX_RANK dimensions that is given by its address.
+  subroutine icoray_field_set_ndarray(ctx, name, array, ierr)
+    type(icoray_context), intent(in) :: ctx
+    character(len=*), intent(in) :: name
+    type(icoray_ndarray), intent(in) :: array
+    integer, intent(out), optional :: ierr
+    type(icoray_ndarray) :: sized
+    sized = array
+    sized%struct_size = c_sizeof(sized)
+    call done(ctx, icoray_field_set_ndarray_c(ctx%handle, c_text(name), sized), ierr)
+  end subroutine icoray_field_set_ndarray
+
+  subroutine field_view(ctx, name, v, type, ierr, location, fill_value, grid_name, layers_name)
+    type(icoray_context), intent(in) :: ctx
+    character(len=*), intent(in) :: name
+    type(view), intent(in) :: v
+    integer, intent(in) :: type
+    integer, intent(out), optional :: ierr
+    integer, intent(in), optional :: location
+    real(c_double), intent(in), optional :: fill_value
+    character(len=*), intent(in), optional :: grid_name, layers_name
+    type(icoray_ndarray) :: array
+    character(kind=c_char), allocatable, target :: grid(:), layers(:)
+    integer(c_int64_t) :: element
+    integer :: d
+    element = merge(8, 4, type == ICORAY_F64)
+    do d = 1, v%rank
+      array%extent(d) = v%extent(d)
+      array%stride(d) = v%bytes(d)/element
+      if (array%stride(d)*element == v%bytes(d)) cycle
+      call refuse(ctx, ICORAY_ERR_ARGUMENT, 'field "'//trim(name)//'": dimension '//decimal(int(d, c_int64_t)) &
+        //' steps by '//decimal(v%bytes(d))//' bytes, expected a multiple of '//decimal(element), ierr)
+      return
+    end do
+    array%data = v%first
+    array%rank = int(v%rank, c_int32_t)
+    array%type = int(type, c_int32_t)
+    call put(array%location, location)
+    if (present(fill_value)) then
+      array%has_fill = 1
+      array%fill_value = fill_value
+    end if
+    call put_name(array%grid_name, grid, grid_name)
+    call put_name(array%layers_name, layers, layers_name)
+    call icoray_field_set_ndarray(ctx, name, array, ierr)
+  end subroutine field_view
+
+  !> Reads the scene from a TOML file (ICORAY_ERR_IO, ICORAY_ERR_SCENE); on failure the one before, if any, stays.
+  subroutine icoray_scene_load(ctx, path, ierr)
+    type(icoray_context), intent(in) :: ctx
+    character(len=*), intent(in) :: path
+    integer, intent(out), optional :: ierr
+    call done(ctx, icoray_scene_load_c(ctx%handle, c_text(path)), ierr)
+  end subroutine icoray_scene_load
+
+  !> Reads the scene from TOML text, whose lines end in new_line('a'); text of comments and blanks draws nothing.
+  subroutine icoray_scene_text(ctx, toml, ierr)
+    type(icoray_context), intent(in) :: ctx
+    character(len=*), intent(in) :: toml
+    integer, intent(out), optional :: ierr
+    call done(ctx, icoray_scene_text_c(ctx%handle, c_text(toml)), ierr)
+  end subroutine icoray_scene_text
+
+  subroutine wants_i4(ctx, step, time_s, wants, ierr)
+    type(icoray_context), intent(in) :: ctx
+    integer(c_int32_t), intent(in) :: step
+    real(c_double), intent(in) :: time_s
+    logical, intent(out) :: wants
+    integer, intent(out), optional :: ierr
+    call wants_i8(ctx, int(step, c_int64_t), time_s, wants, ierr)
+  end subroutine wants_i4
+  subroutine wants_i8(ctx, step, time_s, wants, ierr)
+    type(icoray_context), intent(in) :: ctx
+    integer(c_int64_t), intent(in) :: step
+    real(c_double), intent(in) :: time_s
+    logical, intent(out) :: wants
+    integer, intent(out), optional :: ierr
+    integer(c_int32_t) :: yes, status
+    status = icoray_wants_c(ctx%handle, step, time_s, yes)
+    wants = status == ICORAY_OK .and. yes /= 0
+    call done(ctx, status, ierr)
+  end subroutine wants_i8
+  subroutine wants_field_i4(ctx, name, step, time_s, wants, ierr)
+    type(icoray_context), intent(in) :: ctx
+    character(len=*), intent(in) :: name
+    integer(c_int32_t), intent(in) :: step
+    real(c_double), intent(in) :: time_s
+    logical, intent(out) :: wants
+    integer, intent(out), optional :: ierr
+    call wants_field_i8(ctx, name, int(step, c_int64_t), time_s, wants, ierr)
+  end subroutine wants_field_i4
+  subroutine wants_field_i8(ctx, name, step, time_s, wants, ierr)
+    type(icoray_context), intent(in) :: ctx
+    character(len=*), intent(in) :: name
+    integer(c_int64_t), intent(in) :: step
+    real(c_double), intent(in) :: time_s
+    logical, intent(out) :: wants
+    integer, intent(out), optional :: ierr
+    integer(c_int32_t) :: yes, status
+    status = icoray_wants_field_c(ctx%handle, c_text(name), step, time_s, yes)
+    wants = status == ICORAY_OK .and. yes /= 0
+    call done(ctx, status, ierr)
+  end subroutine wants_field_i8
+
+  subroutine execute_i4(ctx, step, time_s, ierr)
+    type(icoray_context), intent(in) :: ctx
+    integer(c_int32_t), intent(in) :: step
+    real(c_double), intent(in) :: time_s
+    integer, intent(out), optional :: ierr
+    call execute_i8(ctx, int(step, c_int64_t), time_s, ierr)
+  end subroutine execute_i4
+  subroutine execute_i8(ctx, step, time_s, ierr)
+    type(icoray_context), intent(in) :: ctx
+    integer(c_int64_t), intent(in) :: step
+    real(c_double), intent(in) :: time_s
+    integer, intent(out), optional :: ierr
+    call done(ctx, icoray_execute_c(ctx%handle, step, time_s, c_null_ptr), ierr)
+  end subroutine execute_i8
+  subroutine execute_date_i4(ctx, step, time_s, date, ierr)
+    type(icoray_context), intent(in) :: ctx
+    integer(c_int32_t), intent(in) :: step
+    real(c_double), intent(in) :: time_s
+    character(len=*), intent(in) :: date
+    integer, intent(out), optional :: ierr
+    call execute_date_i8(ctx, int(step, c_int64_t), time_s, date, ierr)
+  end subroutine execute_date_i4
+  subroutine execute_date_i8(ctx, step, time_s, date, ierr)
+    type(icoray_context), intent(in) :: ctx
+    integer(c_int64_t), intent(in) :: step
+    real(c_double), intent(in) :: time_s
+    character(len=*), intent(in) :: date
+    integer, intent(out), optional :: ierr
+    character(kind=c_char), target :: text(len_trim(date) + 1)
+    text = c_text(date)
+    call done(ctx, icoray_execute_c(ctx%handle, step, time_s, c_loc(text)), ierr)
+  end subroutine execute_date_i8
+
+  !> Waits until all frames are on disk, and says of the first that failed and that no call has told of.
+  subroutine icoray_wait(ctx, ierr)
+    type(icoray_context), intent(in) :: ctx
+    integer, intent(out), optional :: ierr
+    call done(ctx, icoray_wait_c(ctx%handle), ierr)
+  end subroutine icoray_wait
+
+  !> What the last frame cost and how exact it is; ICORAY_ERR_ORDER before the first one.
+  subroutine icoray_report(ctx, report, ierr)
+    type(icoray_context), intent(in) :: ctx
+    type(icoray_frame_report), intent(out) :: report
+    integer, intent(out), optional :: ierr
+    report%struct_size = c_sizeof(report)
+    call done(ctx, icoray_report_c(ctx%handle, report), ierr)
+  end subroutine icoray_report
+
+  !> Ends a call on a context: what the library refused comes after what this module has.
+  subroutine done(ctx, status, ierr)
+    type(icoray_context), intent(in) :: ctx
+    integer(c_int32_t), intent(in) :: status
+    integer, intent(out), optional :: ierr
+    if (associated(ctx%own) .and. status /= ICORAY_OK) ctx%own%refusal = ''
+    if (present(ierr)) ierr = int(status)
+  end subroutine done
+
+  !> Ends a call that this module refuses.
+  subroutine refuse(ctx, status, message, ierr)
+    type(icoray_context), intent(in) :: ctx
+    integer, intent(in) :: status
+    character(len=*), intent(in) :: message
+    integer, intent(out), optional :: ierr
+    if (associated(ctx%own)) ctx%own%refusal = message
+    if (present(ierr)) ierr = status
+  end subroutine refuse
+
+  !> Sets a member where a number is given.
+  subroutine put(member, number)
+    integer(c_int32_t), intent(inout) :: member
+    integer, intent(in), optional :: number
+    if (present(number)) member = int(number, c_int32_t)
+  end subroutine put
+
+  !> Sets a member to a name, kept in text, where one is given.
+  subroutine put_name(member, text, name)
+    type(c_ptr), intent(inout) :: member
+    character(kind=c_char), allocatable, target, intent(out) :: text(:)
+    character(len=*), intent(in), optional :: name
+    if (.not. present(name)) return
+    text = c_text(name)
+    member = c_loc(text)
+  end subroutine put_name
+
+  pure function c_text(text) result(characters)
+    character(len=*), intent(in) :: text
+    character(kind=c_char) :: characters(len_trim(text) + 1)
+    integer :: i
+    do i = 1, len_trim(text)
+      characters(i) = text(i:i)
+    end do
+    characters(len_trim(text) + 1) = c_null_char
+  end function c_text
+
+  function f_text(characters) result(text)
+    type(c_ptr), intent(in) :: characters
+    character(len=:), allocatable :: text
+    character(kind=c_char), pointer :: each(:)
+    integer :: i
+    call c_f_pointer(characters, each, [c_strlen(characters)])
+    allocate (character(len=size(each)) :: text)
+    do i = 1, size(each)
+      text(i:i) = each(i)
+    end do
+  end function f_text
+
+  pure function decimal(number) result(text)
+    integer(c_int64_t), intent(in) :: number
+    character(len=:), allocatable :: text
+    character(len=20) :: wide
+    write (wide, '(i0)') number
+    text = trim(wide)
+  end function decimal
+
+  !> Starts the view of an array that is associated: l and u become the first and, where there is one, second index of
+  !> each dimension. Whether there are elements at all.
+  function has_elements(v, lower, upper, l, u) result(some)
+    type(view), intent(inout) :: v
+    integer(c_int64_t), intent(in) :: lower(:), upper(:)
+    integer(c_int64_t), intent(out) :: l(:), u(:)
+    logical :: some
+    v%extent(:size(lower)) = upper - lower + 1
+    some = all(upper >= lower)
+    l = lower
+    u = min(lower + 1, upper)
+  end function has_elements
+
+  !> Ends a view: the elements are the first one and the second one along each dimension.
+  subroutine locate(v, elements)
+    type(view), intent(inout) :: v
+    type(c_ptr), intent(in) :: elements(:)
+    integer :: d
+    v%first = elements(1)
+    do d = 1, size(elements) - 1
+      v%bytes(d) = int(transfer(elements(d + 1), 0_c_intptr_t) - transfer(elements(1), 0_c_intptr_t), c_int64_t)
+    end do
+  end subroutine locate
+
+  function view_r4_1(p) result(v)
+    real(c_float), pointer, intent(in) :: p(:)
+    type(view) :: v
+    integer(c_int64_t) :: l(1), u(1)
+    v%rank = 1
+    if (.not. associated(p)) return
+    if (.not. has_elements(v, lbound(p, kind=c_int64_t), ubound(p, kind=c_int64_t), l, u)) return
+    call locate(v, [c_loc(p(l(1))), c_loc(p(u(1)))])
+  end function view_r4_1
+  function view_r4_2(p) result(v)
+    real(c_float), pointer, intent(in) :: p(:, :)
+    type(view) :: v
+    integer(c_int64_t) :: l(2), u(2)
+    v%rank = 2
+    if (.not. associated(p)) return
+    if (.not. has_elements(v, lbound(p, kind=c_int64_t), ubound(p, kind=c_int64_t), l, u)) return
+    call locate(v, [c_loc(p(l(1), l(2))), c_loc(p(u(1), l(2))), c_loc(p(l(1), u(2)))])
+  end function view_r4_2
+  function view_r4_3(p) result(v)
+    real(c_float), pointer, intent(in) :: p(:, :, :)
+    type(view) :: v
+    integer(c_int64_t) :: l(3), u(3)
+    v%rank = 3
+    if (.not. associated(p)) return
+    if (.not. has_elements(v, lbound(p, kind=c_int64_t), ubound(p, kind=c_int64_t), l, u)) return
+    call locate(v, [c_loc(p(l(1), l(2), l(3))), c_loc(p(u(1), l(2), l(3))), c_loc(p(l(1), u(2), l(3))), &
+      c_loc(p(l(1), l(2), u(3)))])
+  end function view_r4_3
+  function view_r4_4(p) result(v)
+    real(c_float), pointer, intent(in) :: p(:, :, :, :)
+    type(view) :: v
+    integer(c_int64_t) :: l(4), u(4)
+    v%rank = 4
+    if (.not. associated(p)) return
+    if (.not. has_elements(v, lbound(p, kind=c_int64_t), ubound(p, kind=c_int64_t), l, u)) return
+    call locate(v, [c_loc(p(l(1), l(2), l(3), l(4))), c_loc(p(u(1), l(2), l(3), l(4))), c_loc(p(l(1), u(2), l(3), l(4))), &
+      c_loc(p(l(1), l(2), u(3), l(4))), c_loc(p(l(1), l(2), l(3), u(4)))])
+  end function view_r4_4
+  function view_r8_1(p) result(v)
+    real(c_double), pointer, intent(in) :: p(:)
+    type(view) :: v
+    integer(c_int64_t) :: l(1), u(1)
+    v%rank = 1
+    if (.not. associated(p)) return
+    if (.not. has_elements(v, lbound(p, kind=c_int64_t), ubound(p, kind=c_int64_t), l, u)) return
+    call locate(v, [c_loc(p(l(1))), c_loc(p(u(1)))])
+  end function view_r8_1
+  function view_r8_2(p) result(v)
+    real(c_double), pointer, intent(in) :: p(:, :)
+    type(view) :: v
+    integer(c_int64_t) :: l(2), u(2)
+    v%rank = 2
+    if (.not. associated(p)) return
+    if (.not. has_elements(v, lbound(p, kind=c_int64_t), ubound(p, kind=c_int64_t), l, u)) return
+    call locate(v, [c_loc(p(l(1), l(2))), c_loc(p(u(1), l(2))), c_loc(p(l(1), u(2)))])
+  end function view_r8_2
+  function view_r8_3(p) result(v)
+    real(c_double), pointer, intent(in) :: p(:, :, :)
+    type(view) :: v
+    integer(c_int64_t) :: l(3), u(3)
+    v%rank = 3
+    if (.not. associated(p)) return
+    if (.not. has_elements(v, lbound(p, kind=c_int64_t), ubound(p, kind=c_int64_t), l, u)) return
+    call locate(v, [c_loc(p(l(1), l(2), l(3))), c_loc(p(u(1), l(2), l(3))), c_loc(p(l(1), u(2), l(3))), &
+      c_loc(p(l(1), l(2), u(3)))])
+  end function view_r8_3
+  function view_r8_4(p) result(v)
+    real(c_double), pointer, intent(in) :: p(:, :, :, :)
+    type(view) :: v
+    integer(c_int64_t) :: l(4), u(4)
+    v%rank = 4
+    if (.not. associated(p)) return
+    if (.not. has_elements(v, lbound(p, kind=c_int64_t), ubound(p, kind=c_int64_t), l, u)) return
+    call locate(v, [c_loc(p(l(1), l(2), l(3), l(4))), c_loc(p(u(1), l(2), l(3), l(4))), c_loc(p(l(1), u(2), l(3), l(4))), &
+      c_loc(p(l(1), l(2), u(3), l(4))), c_loc(p(l(1), l(2), l(3), u(4)))])
+  end function view_r8_4
+  function view_i4_1(p) result(v)
+    integer(c_int32_t), pointer, intent(in) :: p(:)
+    type(view) :: v
+    integer(c_int64_t) :: l(1), u(1)
+    v%rank = 1
+    if (.not. associated(p)) return
+    if (.not. has_elements(v, lbound(p, kind=c_int64_t), ubound(p, kind=c_int64_t), l, u)) return
+    call locate(v, [c_loc(p(l(1))), c_loc(p(u(1)))])
+  end function view_i4_1
+  function view_i4_2(p) result(v)
+    integer(c_int32_t), pointer, intent(in) :: p(:, :)
+    type(view) :: v
+    integer(c_int64_t) :: l(2), u(2)
+    v%rank = 2
+    if (.not. associated(p)) return
+    if (.not. has_elements(v, lbound(p, kind=c_int64_t), ubound(p, kind=c_int64_t), l, u)) return
+    call locate(v, [c_loc(p(l(1), l(2))), c_loc(p(u(1), l(2))), c_loc(p(l(1), u(2)))])
+  end function view_i4_2
+  function view_i8_1(p) result(v)
+    integer(c_int64_t), pointer, intent(in) :: p(:)
+    type(view) :: v
+    integer(c_int64_t) :: l(1), u(1)
+    v%rank = 1
+    if (.not. associated(p)) return
+    if (.not. has_elements(v, lbound(p, kind=c_int64_t), ubound(p, kind=c_int64_t), l, u)) return
+    call locate(v, [c_loc(p(l(1))), c_loc(p(u(1)))])
+  end function view_i8_1
+  function view_i8_2(p) result(v)
+    integer(c_int64_t), pointer, intent(in) :: p(:, :)
+    type(view) :: v
+    integer(c_int64_t) :: l(2), u(2)
+    v%rank = 2
+    if (.not. associated(p)) return
+    if (.not. has_elements(v, lbound(p, kind=c_int64_t), ubound(p, kind=c_int64_t), l, u)) return
+    call locate(v, [c_loc(p(l(1), l(2))), c_loc(p(u(1), l(2))), c_loc(p(l(1), u(2)))])
+  end function view_i8_2
+
+end module icoray

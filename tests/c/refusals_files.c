@@ -1,0 +1,157 @@
+/* Files that are there already, and what else is in a picture's way. */
+#define _POSIX_C_SOURCE 200809L /* symlink, mkdir */
+
+#include "refusals.h"
+
+#include <sys/stat.h>
+#include <unistd.h>
+
+#define THERE "somebody's picture\n"
+
+static int made(const char *name, const char *text)
+{
+    char path[1024];
+    return write_file(path_of(path, sizeof path, name), text);
+}
+
+static int made_directory(const char *name)
+{
+    char path[1024];
+    return mkdir(path_of(path, sizeof path, name), 0777) == 0;
+}
+
+/* By default nothing that is there is modified, and that is known before anything is rendered. */
+static void never_modified(int is_async)
+{
+    icoray_config config = good_config;
+    icoray_ctx *ctx;
+    char path[1024], gone[1024];
+    CHECK(made_directory("never") && made("never/f_1.png", THERE) && made("never/m_2.png", THERE));
+    CHECK(symlink("nowhere", path_of(path, sizeof path, "never/f_3.png")) == 0);
+    config.async_render = is_async;
+    ctx = filled_with(&config);
+
+    OK(icoray_scene_text(ctx, SCENE("f", "4", "never/f_{step}.png")));
+    REFUSED(ctx, ICORAY_ERR_EXISTS, "never/f_1.png", icoray_execute(ctx, 1, 0.0, NULL));
+    REFUSED(ctx, ICORAY_ERR_EXISTS, "step 1", icoray_execute(ctx, 1, 0.0, NULL));
+    CHECK(file_is("never/f_1.png", THERE) && !file_exists("never/report.csv"));
+    REFUSED(ctx, ICORAY_ERR_EXISTS, "never/f_3.png", icoray_execute(ctx, 3, 0.0, NULL));
+    CHECK(!file_exists("never/nowhere")); /* a link is a file, wherever it leads to */
+
+    /* The map of errors: neither of the two pictures is written where one cannot be. */
+    OK(icoray_scene_text(ctx, SCENE("f", "4", "never/f_{step}.png") "error = \"never/m_{step}.png\"\n"));
+    REFUSED(ctx, ICORAY_ERR_EXISTS, "never/m_2.png", icoray_execute(ctx, 2, 0.0, NULL));
+    CHECK(!file_exists("never/f_2.png") && file_is("never/m_2.png", THERE));
+    REFUSED(ctx, ICORAY_ERR_EXISTS, "never/f_1.png", icoray_execute(ctx, 1, 0.0, NULL));
+    CHECK(!file_exists("never/m_1.png") && file_is("never/f_1.png", THERE));
+
+    /* A picture of its own is as much there as somebody else's, also while it waits to be written. */
+    OK(icoray_execute(ctx, 4, 0.0, NULL));
+    REFUSED(ctx, ICORAY_ERR_EXISTS, "never/f_4.png", icoray_execute(ctx, 4, 0.0, NULL));
+    OK(icoray_wait(ctx));
+    REFUSED(ctx, ICORAY_ERR_EXISTS, "never/f_4.png", icoray_execute(ctx, 4, 0.0, NULL));
+    CHECK(is_picture("never/f_4.png") && is_picture("never/m_4.png"));
+    CHECK(report_of(ctx).frames_written == 1 && report_of(ctx).step == 4);
+    OK(icoray_close(&ctx));
+
+    /* The next run finds them; once moved away they are drawn again. */
+    ctx = filled_with(&config);
+    OK(icoray_scene_text(ctx, SCENE("f", "4", "never/f_{step}.png")));
+    REFUSED(ctx, ICORAY_ERR_EXISTS, "never/f_4.png", icoray_execute(ctx, 4, 0.0, NULL));
+    CHECK(rename(path_of(path, sizeof path, "never/f_4.png"), path_of(gone, sizeof gone, "never/old.png")) == 0);
+    OK(icoray_execute(ctx, 4, 0.0, NULL));
+    OK(icoray_wait(ctx));
+    CHECK(is_picture("never/f_4.png"));
+    OK(icoray_close(&ctx));
+    path_of(path, sizeof path, "never");
+    path_of(gone, sizeof gone, is_async ? "never_1" : "never_0");
+    CHECK(rename(path, gone) == 0);
+}
+
+void existing(void)
+{
+    never_modified(0);
+    never_modified(1);
+}
+
+void overwritten(void)
+{
+    icoray_config config = good_config;
+    icoray_ctx *ctx;
+    char path[1024];
+    config.existing = ICORAY_OVERWRITE;
+    CHECK(made_directory("over") && made("over/f_1.png", THERE) && made("over/m_1.png", THERE));
+    CHECK(made("over/kept", THERE) && symlink("kept", path_of(path, sizeof path, "over/f_2.png")) == 0);
+    ctx = filled_with(&config);
+    OK(icoray_scene_text(ctx, SCENE("f", "4", "over/f_{step}.png") "error = \"over/m_{step}.png\"\n"));
+    OK(icoray_execute(ctx, 1, 0.0, NULL));
+    OK(icoray_execute(ctx, 2, 0.0, NULL));
+    OK(icoray_execute(ctx, 2, 0.0, NULL));
+    OK(icoray_execute(ctx, 1, 0.0, NULL));
+    OK(icoray_wait(ctx));
+    CHECK(is_picture("over/f_1.png") && is_picture("over/m_1.png") && is_picture("over/f_2.png"));
+    CHECK(file_is("over/kept", THERE)); /* a link is replaced and not followed */
+    CHECK(report_of(ctx).frames_written == 4 && report_of(ctx).frames_failed == 0);
+    OK(icoray_close(&ctx));
+}
+
+/* What is in the way with either policy: a directory of the picture's name, and another program's report. */
+void in_the_way(void)
+{
+    static const struct {
+        const char *file, *part;
+        icoray_status status;
+    } cases[] = {
+        {"way/f.png", "way/f.png: cannot write the file: a directory has its name", ICORAY_ERR_IO},
+        {"way/g.png\"\nerror = \"way/f.png", "way/f.png: cannot write the file", ICORAY_ERR_IO},
+        {"way/other/f.png", "way/other/report.csv: its first line", ICORAY_ERR_EXISTS},
+        {"way/taken/f.png", "way/taken/report.csv: cannot write the report", ICORAY_ERR_IO},
+        {"way/file/f.png", "way/file", ICORAY_ERR_IO},
+    };
+    static const int32_t policies[] = {ICORAY_NEVER_MODIFY, ICORAY_OVERWRITE};
+    CHECK(made_directory("way") && made_directory("way/f.png") && made_directory("way/other"));
+    CHECK(made("way/other/report.csv", THERE) && made_directory("way/taken"));
+    CHECK(made_directory("way/taken/report.csv") && made("way/file", THERE));
+    for (size_t p = 0; p < COUNT(policies); p++) {
+        icoray_config config = good_config;
+        icoray_ctx *ctx;
+        config.existing = policies[p];
+        ctx = filled_with(&config);
+        for (size_t i = 0; i < COUNT(cases); i++) {
+            char text[1024];
+            trying = cases[i].part;
+            snprintf(text, sizeof text, SCENE("f", "4", "%s"), cases[i].file);
+            OK(icoray_scene_text(ctx, text));
+            REFUSED(ctx, cases[i].status, cases[i].part, icoray_execute(ctx, 5, 0.0, NULL));
+            OK(icoray_wait(ctx)); /* it was told */
+        }
+        trying = "";
+        CHECK(!file_exists("way/g.png") && !file_exists("way/other/f.png") && !file_exists("way/taken/f.png"));
+        CHECK(file_is("way/other/report.csv", THERE) && file_is("way/file", THERE));
+        OK(icoray_scene_text(ctx, good_scene));
+        still_draws(ctx);
+        CHECK(report_of(ctx).frames_failed == COUNT(cases) && report_of(ctx).frames_written == 1);
+        OK(icoray_close(&ctx));
+    }
+}
+
+/* An output directory that cannot be made: a file is in its place. */
+void blocked(void)
+{
+    char path[1024];
+    icoray_config config = good_config;
+    icoray_ctx *ctx;
+    path_of(path, sizeof path, "blocked");
+    CHECK(write_file(path, THERE));
+    config.output_dir = path;
+    ctx = filled_with(&config);
+    REFUSED(ctx, ICORAY_ERR_IO, path, icoray_execute(ctx, 1, 0.0, NULL));
+    REFUSED(ctx, ICORAY_ERR_IO, path, icoray_execute(ctx, 2, 0.0, NULL));
+    REFUSED(ctx, ICORAY_ERR_NULL, "icoray_grid", icoray_grid_set(ctx, NULL));
+    OK(icoray_grid_set(ctx, &good_grid));
+    CHECK(file_is("blocked", THERE) && remove(path) == 0);
+    OK(icoray_execute(ctx, 1, 0.0, NULL));
+    OK(icoray_wait(ctx));
+    CHECK(is_picture("blocked/f_1.png") && file_exists("blocked/report.csv"));
+    OK(icoray_close(&ctx));
+}

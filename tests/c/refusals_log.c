@@ -1,0 +1,127 @@
+/* What is logged, at which level; and the callback that writes to stderr. */
+#define _POSIX_C_SOURCE 200809L /* dup, dup2, symlink */
+
+#include "refusals.h"
+
+#include <unistd.h>
+
+/* Lines of each level. */
+typedef struct {
+    int lines[5], others;
+    char last[5][512];
+} Lines;
+
+static void counts(void *user, int32_t level, const char *message)
+{
+    Lines *lines = (Lines *)user;
+    if (level < ICORAY_LOG_ERROR || level > ICORAY_LOG_DEBUG || message == NULL || strchr(message, '\n') != NULL) {
+        lines->others++;
+        return;
+    }
+    lines->lines[level]++;
+    snprintf(lines->last[level], sizeof lines->last[level], "%s", message);
+}
+
+/* One frame drawn, one drawn and not written, one refused argument, and two frames that fail: then it is off. */
+static void story(int32_t on_error, int32_t level)
+{
+    icoray_config config = good_config;
+    icoray_ctx *ctx;
+    Lines lines;
+    int off = on_error == ICORAY_DISABLE;
+    int warns = on_error == ICORAY_IGNORE || level < ICORAY_LOG_WARN ? 0 : 4;
+    memset(&lines, 0, sizeof lines);
+    config.on_error = on_error;
+    config.disable_after = 2;
+    config.log_level = level;
+    config.log = counts;
+    config.log_user = &lines;
+    ctx = filled_with(&config);
+    CHECK(icoray_grid_set(ctx, NULL) == ICORAY_ERR_NULL);
+    still_draws(ctx);
+    OK(icoray_scene_text(ctx, SCENE("q", "4", "q.png")));
+    CHECK(icoray_execute(ctx, 1, 0.0, NULL) == ICORAY_ERR_FIELD);
+    CHECK(icoray_execute(ctx, 2, 0.0, NULL) == ICORAY_ERR_FIELD);
+    CHECK(icoray_execute(ctx, 3, 0.0, NULL) == (off ? ICORAY_ERR_DISABLED : ICORAY_ERR_FIELD));
+    CHECK(icoray_execute(ctx, 4, 0.0, NULL) == (off ? ICORAY_ERR_DISABLED : ICORAY_ERR_FIELD));
+    OK(icoray_close(&ctx));
+    CHECK(lines.others == 0 && lines.lines[0] == 0);
+    CHECK(lines.lines[ICORAY_LOG_ERROR] == (off && level >= ICORAY_LOG_ERROR));
+    CHECK(!off || level < ICORAY_LOG_ERROR || strstr(lines.last[ICORAY_LOG_ERROR], "2 failures in a row") != NULL);
+    /* The argument and two frames; what is off is not logged again and again. */
+    CHECK(lines.lines[ICORAY_LOG_WARN] == (off && warns > 0 ? 3 : warns > 0 ? 5 : 0));
+    CHECK(warns == 0 || strstr(lines.last[ICORAY_LOG_WARN], "\"q\"") != NULL);
+    CHECK(lines.lines[ICORAY_LOG_INFO] == (level >= ICORAY_LOG_INFO));
+    CHECK(level < ICORAY_LOG_INFO || strstr(lines.last[ICORAY_LOG_INFO], ".png") != NULL);
+    CHECK(lines.lines[ICORAY_LOG_DEBUG] == (level >= ICORAY_LOG_DEBUG));
+    CHECK(level < ICORAY_LOG_DEBUG || strstr(lines.last[ICORAY_LOG_DEBUG], "left out") != NULL);
+}
+
+/* A frame that fails when it is written is logged once, by whichever call tells of it. */
+static void late(int by_close, int32_t on_error)
+{
+    icoray_config config = good_config;
+    icoray_ctx *ctx;
+    Lines lines;
+    char path[1024];
+    memset(&lines, 0, sizeof lines);
+    config.on_error = on_error;
+    config.log_level = ICORAY_LOG_DEBUG;
+    config.log = counts;
+    config.log_user = &lines;
+    ctx = filled_with(&config);
+    CHECK(symlink("nowhere/at/all", path_of(path, sizeof path, "log_late")) == 0);
+    OK(icoray_scene_text(ctx, SCENE("f", "4", "log_late/pictures/{step}.png")));
+    OK(icoray_execute(ctx, 1, 0.0, NULL));
+    if (!by_close) {
+        CHECK(icoray_wait(ctx) == ICORAY_ERR_IO);
+        OK(icoray_close(&ctx));
+    } else {
+        CHECK(icoray_close(&ctx) == ICORAY_ERR_IO);
+    }
+    CHECK(lines.lines[ICORAY_LOG_WARN] == (on_error != ICORAY_IGNORE) && lines.lines[ICORAY_LOG_INFO] == 0);
+    CHECK(on_error == ICORAY_IGNORE || strstr(lines.last[ICORAY_LOG_WARN], "log_late/pictures") != NULL);
+    CHECK(unlink(path) == 0);
+}
+
+void logged(void)
+{
+    for (int32_t on_error = ICORAY_WARN; on_error <= ICORAY_DISABLE; on_error++) {
+        late(0, on_error);
+        late(1, on_error);
+    }
+    for (int32_t on_error = ICORAY_WARN; on_error <= ICORAY_DISABLE; on_error++) {
+        for (int32_t level = ICORAY_LOG_OFF; level <= ICORAY_LOG_DEBUG; level++) {
+            char words[64];
+            snprintf(words, sizeof words, "on_error %d, level %d", (int)on_error, (int)level);
+            trying = words;
+            story(on_error, level);
+            trying = "";
+        }
+    }
+}
+
+/* In place of stderr, a file. */
+void standard_error(void)
+{
+    icoray_config config = good_config;
+    icoray_ctx *ctx = NULL;
+    char path[1024];
+    FILE *file = fopen(path_of(path, sizeof path, "stderr.txt"), "wb");
+    int kept = dup(2);
+    CHECK(file != NULL && kept >= 0 && dup2(fileno(file), 2) == 2);
+    icoray_log_stderr(NULL, ICORAY_LOG_ERROR, "an error");
+    icoray_log_stderr(&ctx, ICORAY_LOG_WARN, "a warning");
+    icoray_log_stderr(NULL, ICORAY_LOG_INFO, "a word");
+    icoray_log_stderr(NULL, ICORAY_LOG_DEBUG, "more");
+    icoray_log_stderr(NULL, 99, "most");
+    icoray_log_stderr(NULL, ICORAY_LOG_ERROR, NULL);
+    config.log = icoray_log_stderr;
+    config.log_level = ICORAY_LOG_WARN;
+    OK(icoray_open_serial(&config, &ctx));
+    CHECK(icoray_layers_set(ctx, NULL) == ICORAY_ERR_NULL);
+    OK(icoray_close(&ctx));
+    CHECK(dup2(kept, 2) == 2 && close(kept) == 0 && fclose(file) == 0);
+    CHECK(file_is("stderr.txt", "icoray: error: an error\nicoray: warning: a warning\nicoray: a word\nicoray: more\n"
+                                "icoray: most\nicoray: warning: icoray_layers is NULL\n"));
+}

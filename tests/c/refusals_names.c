@@ -1,0 +1,69 @@
+/* Several grids and sets of layers in one context, asked for by names that are not there. */
+#include "refusals.h"
+
+void names(icoray_ctx *ctx)
+{
+    static const char *const unknown[] = {"b", "A", "a ", "unnamed", "\xc3\xa9"};
+    icoray_mesh *fine = NULL;
+    icoray_grid grid, other = good_grid;
+    icoray_layers layers = good_layers;
+    icoray_array array = good_array;
+    char name[] = "a";
+    memset(&grid, 0, sizeof grid);
+    grid.struct_size = sizeof grid;
+    OK(icoray_mesh_create(LEVEL + 1, &fine));
+    OK(icoray_mesh_grid(fine, &grid));
+    CHECK(grid.name == NULL && grid.index_type == ICORAY_I32);
+    OK(icoray_scene_text(ctx, SCENE("n", "4", "names_{step}.png")));
+    for (size_t i = 0; i < COUNT(unknown); i++) {
+        char words[96];
+        trying = unknown[i];
+        array = good_array;
+        array.grid_name = unknown[i];
+        OK(icoray_field_set(ctx, "n", &array)); /* may come first */
+        snprintf(words, sizeof words, "no grid named \"%s\"", unknown[i]);
+        REFUSED(ctx, ICORAY_ERR_ARGUMENT, words, icoray_execute(ctx, 0, 0.0, NULL));
+        REFUSED(ctx, ICORAY_ERR_ARGUMENT, "field \"n\"", icoray_execute(ctx, 0, 0.0, NULL));
+        array = good_array;
+        array.layers_name = unknown[i];
+        OK(icoray_field_set(ctx, "n", &array));
+        snprintf(words, sizeof words, "no set of layers named \"%s\"", unknown[i]);
+        REFUSED(ctx, ICORAY_ERR_ARGUMENT, words, icoray_execute(ctx, 0, 0.0, NULL));
+        REFUSED(ctx, ICORAY_ERR_ARGUMENT, "icoray_layers_set", icoray_execute(ctx, 0, 0.0, NULL));
+    }
+    trying = "";
+
+    /* A name is copied, and tells grids apart: a field of the one does not fit the other. */
+    grid.name = layers.name = name;
+    OK(icoray_grid_set(ctx, &grid));
+    OK(icoray_layers_set(ctx, &layers));
+    array = good_array;
+    array.grid_name = array.layers_name = name;
+    OK(icoray_field_set(ctx, "n", &array));
+    name[0] = 'z';
+    REFUSED(ctx, ICORAY_ERR_FIELD, "42 columns, expected 162", icoray_execute(ctx, 0, 0.0, NULL));
+    array.grid_name = "";
+    array.layers_name = "a";
+    OK(icoray_field_set(ctx, "n", &array));
+    OK(icoray_execute(ctx, 1, 0.0, NULL)); /* the empty name is none */
+
+    /* A refused grid leaves that of its name as it was, and so does one of another name. */
+    other.name = "a";
+    other.edge_corner = good_grid.corner_cell;
+    REFUSED(ctx, ICORAY_ERR_GRID, "edge_corner", icoray_grid_set(ctx, &other));
+    array.grid_name = "a";
+    OK(icoray_field_set(ctx, "n", &array));
+    REFUSED(ctx, ICORAY_ERR_FIELD, "42 columns, expected 162", icoray_execute(ctx, 2, 0.0, NULL));
+    other.edge_corner = good_grid.edge_corner;
+    OK(icoray_grid_set(ctx, &other));
+    OK(icoray_execute(ctx, 3, 0.0, NULL));
+    layers.name = "a";
+    layers.count = 2;
+    OK(icoray_layers_set(ctx, &layers));
+    REFUSED(ctx, ICORAY_ERR_FIELD, "3 layers, expected 2", icoray_execute(ctx, 4, 0.0, NULL));
+    OK(icoray_wait(ctx));
+    CHECK(!file_exists("names_0.png") && is_picture("names_1.png") && !file_exists("names_2.png"));
+    CHECK(is_picture("names_3.png") && !file_exists("names_4.png"));
+    OK(icoray_mesh_free(&fine)); /* nobody reads it any more */
+    OK(icoray_scene_text(ctx, good_scene));
+}

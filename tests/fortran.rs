@@ -1,0 +1,265 @@
+//! The Fortran module from outside: `include/icoray.f90` against the header, the library's layout and pictures.
+
+use icoray_tests::interface::Interface;
+use icoray_tests::layout::{LAYOUT, rust_layout};
+use icoray_tests::program::{LIBRARY, checked, command, is_there, root, succeeded, text};
+use std::collections::BTreeMap;
+use std::fmt::Write;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use tempfile::TempDir;
+
+/// Standard Fortran without a warning.
+const STRICT: [&str; 7] = [
+    "-std=f2018",
+    "-Wall",
+    "-Wextra",
+    "-Werror",
+    "-Wimplicit-interface",
+    "-Wimplicit-procedure",
+    "-Wcharacter-truncation",
+];
+
+/// The sources of the program in `tests/fortran`, each after those it uses.
+const PICTURES: [&str; 6] = ["check", "model", "layouts", "grids", "refusals", "pictures"];
+
+fn module() -> PathBuf {
+    root().join("include/icoray.f90")
+}
+
+fn gfortran(directory: &Path, options: &[&str]) -> Command {
+    let mut command = Command::new("gfortran");
+    command.args(STRICT).args(options).arg("-J").arg(directory).current_dir(directory);
+    command
+}
+
+/// Compiles the module and a program that uses it.
+fn compile(sources: &[PathBuf], options: &[&str], directory: &Path) -> PathBuf {
+    let program = directory.join("program");
+    let mut rpath = std::ffi::OsString::from("-Wl,-rpath,");
+    rpath.push(LIBRARY.parent().unwrap());
+    let mut command = gfortran(directory, options);
+    command.arg(module()).args(sources).arg(&*LIBRARY).arg(rpath).arg("-o").arg(&program);
+    succeeded(&mut command);
+    program
+}
+
+/// The program of the pictures. gfortran 12 warns of every array that an assignment allocates.
+fn compile_pictures(options: &[&str], directory: &Path) -> PathBuf {
+    let sources = PICTURES.map(|name| root().join("tests/fortran").join(name).with_extension("f90"));
+    let options = [options, &["-Wno-uninitialized", "-Wno-maybe-uninitialized"]].concat();
+    compile(&sources, &options, directory)
+}
+
+#[test]
+fn the_module_is_standard_fortran() {
+    if !is_there("gfortran") {
+        return;
+    }
+    let directory = TempDir::new().unwrap();
+    for options in [["-O0", "-fcheck=all"], ["-O3", "-fopenmp"], ["-fdefault-integer-8", "-fdefault-real-8"]]
+    {
+        succeeded(gfortran(directory.path(), &options).args(["-c", "-o", "icoray.o"]).arg(module()));
+    }
+}
+
+/// An array without TARGET could be a copy that is gone when icoray reads it; so the compiler must refuse it.
+#[test]
+fn what_cannot_be_read_in_place_does_not_compile() {
+    if !is_there("gfortran") {
+        return;
+    }
+    let directory = TempDir::new().unwrap();
+    let program = |attribute: &str, actual: &str| {
+        let source = directory.path().join("actual.f90");
+        let code = format!(
+            "program actual\n use icoray\n real(kind(1d0)){attribute} :: q(4, 42)\n \
+             type(icoray_context) :: ctx\n q = 0\n call icoray_field_set(ctx, 'q', {actual})\nend program\n"
+        );
+        std::fs::write(&source, code).unwrap();
+        let mut compile = gfortran(directory.path(), &["-fsyntax-only"]);
+        let output = compile.arg(module()).arg(&source).output().unwrap();
+        (output.status.success(), text(&output.stderr))
+    };
+    for actual in ["q", "q(4:1:-1, :)", "q(:, ::2)", "q(1, :)"] {
+        let (compiles, said) = program(", target", actual);
+        assert!(compiles, "{actual}: {said}");
+        assert!(!program("", actual).0, "{actual} without TARGET compiles");
+    }
+    for actual in ["q + 1", "(q)", "int(q)"] {
+        let (compiles, said) = program(", target", actual);
+        assert!(!compiles && said.contains("icoray_field_set"), "{actual} compiles: {said}");
+    }
+}
+
+#[test]
+fn the_module_declares_what_the_header_does() {
+    let header = std::fs::read_to_string(root().join("include/icoray.h")).unwrap();
+    let module = std::fs::read_to_string(module()).unwrap();
+    let c = Interface::of_c(&header);
+    let fortran = Interface::of_fortran(&module);
+    assert!(c.functions.len() > 15 && c.structs.len() > 5 && c.constants.len() > 30, "{c:?}");
+    assert_eq!(c.differences(&fortran), Vec::<String>::new());
+
+    // Each of these changes is seen, and nothing else is.
+    for (from, to, told) in [
+        ("icoray_wants_c(ctx, step, time_s, wants)", "icoray_wants_c(ctx, step, wants)", "icoray_wants"),
+        ("name='icoray_wait')", "name='icoray_waits')", "icoray_wait"),
+        ("function icoray_close_c(ctx) bind", "function icoray_close_c(ctx) bind_not", "icoray_close"),
+        (
+            "integer(c_int32_t), value :: level\n      type(c_ptr), intent",
+            "integer(c_int64_t), value :: level\n      type(c_ptr), intent",
+            "icoray_mesh_create",
+        ),
+        ("type(c_ptr), intent(out) :: mesh", "type(c_ptr), value :: mesh", "icoray_mesh_create"),
+        (
+            "type(icoray_layers), intent(in) :: layers\n      integer(c_int32_t)",
+            "type(icoray_grid), intent(in) :: layers\n      integer(c_int32_t)",
+            "icoray_layers_set",
+        ),
+        (
+            "type(icoray_frame_report), intent(inout)",
+            "type(icoray_frame_report), intent(in)",
+            "icoray_report",
+        ),
+        ("integer(c_size_t), value :: len", "integer(c_size_t) :: len", "icoray_last_error"),
+        ("integer(c_int64_t) :: count = 0", "integer(c_int32_t) :: count = 0", "icoray_layers"),
+        ("when_full = 0, log_level = 0", "log_level = 0, when_full = 0", "icoray_config"),
+        ("extent(ICORAY_MAX_RANK) = 0", "extent(4) = 0", "icoray_ndarray"),
+        ("ICORAY_ERR_ORDER = 9", "ICORAY_ERR_ORDER = 19", "ICORAY_ERR_ORDER"),
+        ("ICORAY_BLOCK = 0, ", "", "ICORAY_BLOCK"),
+    ] {
+        let changed = module.replacen(from, to, 1);
+        assert_ne!(changed, module, "{from}");
+        let differences = c.differences(&Interface::of_fortran(&changed));
+        assert!(!differences.is_empty(), "{to} is not seen");
+        assert!(differences.iter().all(|d| d.starts_with(told)), "{to}: {differences:?}");
+    }
+}
+
+/// A program that prints, for each line of `layout.txt`, what the Fortran compiler makes of that name.
+fn layout_program() -> String {
+    let mut program = String::from(
+        "program layout\n  use icoray\n  use, intrinsic :: iso_c_binding\n  implicit none\n  \
+         print '(2a)', 'version ', icoray_version()\n",
+    );
+    let (mut variables, mut lines) = (String::new(), String::new());
+    for line in LAYOUT.lines() {
+        let (name, _) = line.split_once(' ').unwrap();
+        let number = match name.split_once('.') {
+            Some((of, member)) => format!("apart(c_loc(s_{of}), c_loc(s_{of}%{member}))"),
+            None if name == "icoray_status" => "int(c_sizeof(icoray_close_c(none)))".into(),
+            None if name.starts_with("ICORAY_") => name.into(),
+            None => {
+                writeln!(variables, "  type({name}), target :: s_{name}").unwrap();
+                format!("int(c_sizeof(s_{name}))")
+            }
+        };
+        writeln!(lines, "  print '(a, i0)', '{name} ', &\n    {number}").unwrap();
+    }
+    program = program.replace("  print", &format!("{variables}  type(c_ptr) :: none = c_null_ptr\n  print"));
+    program
+        + &lines
+        + "contains\n  integer function apart(from, to)\n    type(c_ptr), intent(in) :: from, to\n    \
+           apart = int(transfer(to, 0_c_intptr_t) - transfer(from, 0_c_intptr_t))\n  end function apart\n\
+           end program layout\n"
+}
+
+#[test]
+fn fortran_sees_the_structs_as_rust_does() {
+    if !is_there("gfortran") {
+        return;
+    }
+    let directory = TempDir::new().unwrap();
+    let source = directory.path().join("layout.f90");
+    std::fs::write(&source, layout_program()).unwrap();
+    let program = compile(&[source], &["-O0"], directory.path());
+    let output = succeeded(&mut command(program, directory.path()));
+    let printed = text(&output.stdout);
+    let (version, layout) = printed.split_once('\n').unwrap();
+    assert_eq!(version, concat!("version ", env!("CARGO_PKG_VERSION")));
+    let rust = rust_layout();
+    let first = layout.lines().zip(rust.lines()).find(|(a, b)| a != b);
+    assert!(layout == rust, "Fortran and Rust differ: {first:?}");
+}
+
+/// Pictures and their pixels, by the directory's and the file's name.
+fn pictures(directory: &Path) -> BTreeMap<String, Vec<(PathBuf, image::RgbaImage)>> {
+    let mut groups: BTreeMap<String, Vec<_>> = BTreeMap::new();
+    for entry in std::fs::read_dir(directory).unwrap() {
+        for file in std::fs::read_dir(entry.unwrap().path()).unwrap() {
+            let path = file.unwrap().path();
+            let name = path.file_stem().unwrap().to_str().unwrap();
+            let Some((group, _)) = name.rsplit_once('_') else { continue };
+            let picture = image::open(&path).unwrap().into_rgba8();
+            groups.entry(group.into()).or_default().push((path, picture));
+        }
+    }
+    groups
+}
+
+/// Layouts, kinds and numberings make no difference to a picture; values do. Refusals are checked by the program.
+#[test]
+fn pictures_depend_on_values_and_nothing_else() {
+    if !is_there("gfortran") {
+        return;
+    }
+    let directory = TempDir::new().unwrap();
+    let program = compile_pictures(&["-O1", "-fcheck=all"], directory.path());
+    checked(command(program, directory.path()).arg("out").args(["3", "64"]), "pictures");
+    let groups = pictures(&directory.path().join("out"));
+    let sizes: Vec<_> = groups.iter().map(|(group, members)| (group.as_str(), members.len())).collect();
+    let expected = [
+        ("backwards", 1),
+        ("coarse", 1),
+        ("corner", 3),
+        ("missing", 2),
+        ("negative", 2),
+        ("plain", 34),
+        ("year_0001", 2),
+    ];
+    assert_eq!(sizes, expected);
+    for (group, members) in &groups {
+        let (first, picture) = &members[0];
+        assert_eq!(picture.dimensions(), (64, 64));
+        for (path, other) in &members[1..] {
+            assert!(picture == other, "{} and {} differ", first.display(), path.display());
+        }
+        let colors = picture.pixels().collect::<std::collections::HashSet<_>>().len();
+        assert!(colors > 50 || group == "coarse", "{group}: {colors} colours");
+        for (other, others) in groups.iter().filter(|(other, _)| *other != group) {
+            assert!(*picture != others[0].1, "{group} and {other} are the same");
+        }
+    }
+}
+
+/// The example compiles and draws, from the code that the README shows.
+#[test]
+fn the_example_draws_its_pictures() {
+    if !is_there("gfortran") {
+        return;
+    }
+    let directory = TempDir::new().unwrap();
+    let example = root().join("examples/fortran/minimal.f90");
+    let program = compile(&[example], &["-O2"], directory.path());
+    let output = succeeded(&mut command(program, directory.path()));
+    assert_eq!((text(&output.stdout).lines().count(), text(&output.stderr).as_str()), (4, ""));
+    for step in [0, 10, 20, 30] {
+        let picture = directory.path().join(format!("pictures/wave_{step}.png"));
+        assert_eq!(image::open(picture).unwrap().into_rgba8().dimensions(), (640, 480));
+    }
+}
+
+#[test]
+fn no_memory_is_misused_or_lost() {
+    if !is_there("gfortran") || !is_there("valgrind") {
+        return;
+    }
+    let directory = TempDir::new().unwrap();
+    // As models are built whose integers have 64 bits.
+    let program = compile_pictures(&["-O1", "-g", "-fdefault-integer-8"], directory.path());
+    let mut valgrind = command("valgrind", directory.path());
+    valgrind.args(["--quiet", "--error-exitcode=99", "--leak-check=full"]);
+    valgrind.args(["--show-leak-kinds=definite", "--errors-for-leak-kinds=definite"]);
+    checked(valgrind.arg(program).arg("out").args(["1", "16"]), "pictures");
+}

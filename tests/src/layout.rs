@@ -1,0 +1,63 @@
+//! Sizes, offsets and numbers of the ABI, which C and Fortran must see as Rust does.
+
+use std::fmt::Write;
+
+/// The library's own structs.
+#[path = "../../crates/icoray-capi/src/types.rs"]
+mod types;
+
+/// Sizes, offsets and numbers where pointers have 64 bits. Programs that were compiled before rely on them: a change
+/// here is a change of the ABI.
+pub const LAYOUT: &str = include_str!("../c/layout.txt");
+
+/// Sizes, offsets and numbers as Rust has them, in the form of `c/layout.txt`.
+pub fn rust_layout() -> String {
+    let mut lines = String::new();
+    macro_rules! layout {
+        ($($name:ident: $($member:ident)*;)*) => {$(
+            writeln!(lines, "{} {}", stringify!($name), size_of::<types::$name>()).unwrap();
+            $({
+                let member = stringify!($member).trim_start_matches("r#");
+                let offset = std::mem::offset_of!(types::$name, $member);
+                writeln!(lines, "{}.{member} {offset}", stringify!($name)).unwrap();
+            })*
+        )*};
+    }
+    macro_rules! numbers {
+        ($($name:expr,)*) => {$(
+            writeln!(lines, "{} {}", stringify!($name).rsplit("::").next().unwrap().trim(), $name as i32).unwrap();
+        )*};
+    }
+    layout! {
+        icoray_config: struct_size output_dir threads existing on_error disable_after async_render
+            writer_queue when_full log_level log log_user;
+        icoray_grid: struct_size cells corners edges index_base real_type index_type lon_center_rad
+            lat_center_rad lon_corner_rad lat_corner_rad cell_corner cell_corner_row cell_corner_count
+            corner_cell corner_edge edge_corner name;
+        icoray_layers: struct_size count radius_m planet_radius_m name;
+        icoray_array: struct_size data r#type location columns layers column_stride layer_stride block
+            block_stride has_fill fill_value grid_name layers_name;
+        icoray_ndarray: struct_size data r#type location rank has_fill fill_value extent stride grid_name
+            layers_name;
+        icoray_frame_report: struct_size step time_s host_s waited_s copy_s prepare_s render_s write_s rays
+            columns frusta void_frusta value_min value_max missing_values bytes_copied bytes_derived
+            bytes_peak error_max error_mean error_p999 tolerance error_is_bound pixel_step lights threads
+            frames_written frames_failed frames_dropped host_total_s write_total_s;
+        icoray_status:;
+    }
+    use types::icoray_status as status;
+    numbers! {
+        status::ICORAY_OK, status::ICORAY_ERR_NULL, status::ICORAY_ERR_STRUCT_SIZE,
+        status::ICORAY_ERR_ARGUMENT, status::ICORAY_ERR_GRID, status::ICORAY_ERR_UNSUPPORTED,
+        status::ICORAY_ERR_LAYERS, status::ICORAY_ERR_FIELD, status::ICORAY_ERR_SCENE,
+        status::ICORAY_ERR_ORDER, status::ICORAY_ERR_IO, status::ICORAY_ERR_INTERNAL,
+        status::ICORAY_ERR_EXISTS, status::ICORAY_ERR_DISABLED, status::ICORAY_ERR_BUSY,
+        status::ICORAY_ERR_FORKED,
+        types::ICORAY_F32, types::ICORAY_F64, types::ICORAY_I32, types::ICORAY_I64, types::ICORAY_CENTER,
+        types::ICORAY_CORNER, types::ICORAY_NEVER_MODIFY, types::ICORAY_OVERWRITE, types::ICORAY_WARN,
+        types::ICORAY_IGNORE, types::ICORAY_DISABLE, types::ICORAY_BLOCK, types::ICORAY_DROP_OLDEST,
+        types::ICORAY_LOG_OFF, types::ICORAY_LOG_ERROR, types::ICORAY_LOG_WARN, types::ICORAY_LOG_INFO,
+        types::ICORAY_LOG_DEBUG, types::ICORAY_MAX_RANK,
+    }
+    lines
+}

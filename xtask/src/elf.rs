@@ -1,0 +1,184 @@
+//! What a library shows to those that link it, as binutils tell it.
+
+use std::collections::BTreeSet;
+use std::path::Path;
+use std::process::Command;
+
+use crate::error::Error;
+
+/// Libraries that a shared library may need: those of any C program, and the unwinder.
+const SYSTEM: [&str; 6] = ["libc.so.", "libm.so.", "libgcc_s.so.", "libpthread.so.", "libdl.so.", "ld-linux"];
+
+/// A shared library's dynamic section and segments.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Shared {
+    /// The name that programs linked with it look for.
+    pub soname: Option<String>,
+    /// The libraries that it looks for.
+    pub needed: Vec<String>,
+    /// Places where it looks first: RPATH and RUNPATH.
+    pub search: Vec<String>,
+    /// Whether it makes the stack of the program that loads it executable.
+    pub executable_stack: bool,
+}
+
+impl Shared {
+    /// Looks into a file.
+    pub fn read(library: &Path) -> Result<Self, Error> {
+        Ok(Self::parse(&printed("readelf", &["-dlW"], library)?))
+    }
+
+    fn parse(text: &str) -> Self {
+        // A library that does not say what stack it wants gets an executable one.
+        let mut shared = Self { executable_stack: true, ..Self::default() };
+        for line in text.lines() {
+            let bracketed = || Some(line.split_once('[')?.1.split_once(']')?.0.to_owned());
+            if line.contains("(SONAME)") {
+                shared.soname = bracketed();
+            } else if line.contains("(NEEDED)") {
+                shared.needed.extend(bracketed());
+            } else if line.contains("(RPATH)") || line.contains("(RUNPATH)") {
+                shared.search.extend(bracketed());
+            } else if let Some(stack) = line.trim_start().strip_prefix("GNU_STACK") {
+                shared.executable_stack = stack.split_whitespace().any(|word| word == "RWE");
+            }
+        }
+        shared
+    }
+
+    /// Says what would be wrong with it as an installed library of this name.
+    pub fn complaints(&self, soname: &str) -> Vec<String> {
+        let mut complaints = Vec::new();
+        if self.soname.as_deref() != Some(soname) {
+            complaints.push(format!("its SONAME is {:?}, expected {soname:?}", self.soname));
+        }
+        for library in &self.needed {
+            if !SYSTEM.iter().any(|known| library.starts_with(known)) {
+                complaints.push(format!("it needs {library}"));
+            }
+        }
+        if !self.search.is_empty() {
+            complaints.push(format!("it searches {}", self.search.join(", ")));
+        }
+        if self.executable_stack {
+            complaints.push("it makes the stack executable".into());
+        }
+        complaints
+    }
+}
+
+/// The names that a library defines for others; with `-D` in `options`, those of a shared library.
+pub fn defined(library: &Path, options: &[&str]) -> Result<Vec<String>, Error> {
+    let options: Vec<_> = ["-g", "--defined-only"].iter().chain(options).copied().collect();
+    Ok(names(&printed("nm", &options, library)?))
+}
+
+/// The third words of nm's lines; headings of an archive's members have one.
+fn names(text: &str) -> Vec<String> {
+    let name = |line: &str| line.split_whitespace().nth(2).map(str::to_owned);
+    text.lines().filter_map(name).collect::<BTreeSet<_>>().into_iter().collect()
+}
+
+/// The functions that a C header declares.
+pub fn declared(header: &str) -> Vec<String> {
+    // A prototype is the only place where a name is followed by a bracket outside of comments, whose lines have a star.
+    let code = header.lines().filter(|line| !line.trim_start().starts_with(['*', '/']));
+    let before_bracket = code.filter_map(|line| line.split_once('(').map(|(before, _)| before));
+    let name = before_bracket.filter_map(|before| before.rsplit([' ', '*']).next());
+    name.filter(|name| name.starts_with("icoray_"))
+        .map(str::to_owned)
+        .collect::<BTreeSet<_>>()
+        .into_iter()
+        .collect()
+}
+
+/// Fails unless both lists have the same names, none of them twice.
+pub fn same_names(what: &str, found: &[String], expected: &[String]) -> Result<(), Error> {
+    let lacking: Vec<_> = expected.iter().filter(|name| !found.contains(name)).collect();
+    let surplus: Vec<_> = found.iter().filter(|name| !expected.contains(name)).collect();
+    if lacking.is_empty() && surplus.is_empty() && !expected.is_empty() {
+        return Ok(());
+    }
+    Err(Error::Failed(format!(
+        "{what} {} names where {} are declared; not declared: {surplus:?}; not there: {lacking:?}",
+        found.len(),
+        expected.len()
+    )))
+}
+
+fn printed(program: &str, options: &[&str], file: &Path) -> Result<String, Error> {
+    let mut command = Command::new(program);
+    // Its words are translated otherwise.
+    let output = command.env("LC_ALL", "C").args(options).arg(file).output();
+    let output = output.map_err(Error::while_doing(program))?;
+    if !output.status.success() {
+        let cause = String::from_utf8_lossy(&output.stderr);
+        return Err(Error::Failed(format!("{program} {}: {}", file.display(), cause.trim())));
+    }
+    Ok(String::from_utf8_lossy(&output.stdout).into_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const GOOD: &str = "
+  GNU_STACK      0x000000 0x0000000000000000 0x0000000000000000 0x000000 0x000000 RW  0
+ 0x0000000000000001 (NEEDED)             Shared library: [libgcc_s.so.1]
+ 0x0000000000000001 (NEEDED)             Shared library: [ld-linux-x86-64.so.2]
+ 0x000000000000000e (SONAME)             Library soname: [libx.so.0]
+";
+
+    fn strings(names: &[&str]) -> Vec<String> {
+        names.iter().map(|&name| name.to_owned()).collect()
+    }
+
+    #[test]
+    fn a_good_library_is_not_complained_of() {
+        let shared = Shared::parse(GOOD);
+        assert_eq!(shared.needed, ["libgcc_s.so.1", "ld-linux-x86-64.so.2"]);
+        assert_eq!(shared.complaints("libx.so.0"), [""; 0]);
+    }
+
+    #[test]
+    fn each_fault_is_complained_of() {
+        let complaint = |from: &str, to: &str| {
+            assert!(GOOD.contains(from));
+            Shared::parse(&GOOD.replace(from, to)).complaints("libx.so.0").join("; ")
+        };
+        assert_eq!(
+            complaint("libx.so.0", "libx.so"),
+            "its SONAME is Some(\"libx.so\"), expected \"libx.so.0\""
+        );
+        assert!(complaint("(SONAME)", "(OTHER)").starts_with("its SONAME is None"));
+        assert_eq!(complaint("libgcc_s.so.1", "libnetcdf.so.19"), "it needs libnetcdf.so.19");
+        assert_eq!(complaint(" RW ", " RWE "), "it makes the stack executable");
+        assert_eq!(complaint("GNU_STACK", "GNU_RELRO"), "it makes the stack executable");
+        let rpath = " 0x1d (RUNPATH)   Library runpath: [/home/me]\n";
+        assert_eq!(
+            Shared::parse(&format!("{GOOD}{rpath}")).complaints("libx.so.0"),
+            ["it searches /home/me"]
+        );
+    }
+
+    #[test]
+    fn a_name_too_many_or_too_few_is_found() {
+        let declared = strings(&["icoray_close", "icoray_open"]);
+        assert_eq!(same_names("x has", &declared, &declared), Ok(()));
+        let message =
+            |found: &[&str]| same_names("x has", &strings(found), &declared).unwrap_err().to_string();
+        let surplus = message(&["icoray_close", "icoray_open", "rust_eh_personality"]);
+        assert!(surplus.contains("not declared: [\"rust_eh_personality\"]"), "{surplus}");
+        assert!(message(&["icoray_open"]).contains("not there: [\"icoray_close\"]"));
+        // A comparison of nothing with nothing would always hold.
+        assert!(same_names("x has", &[], &[]).is_err());
+    }
+
+    #[test]
+    fn names_are_read_from_nm_and_the_header() {
+        let nm = "\na.o:\n0000000000000010 T icoray_b\n0000000000000000 T icoray_a\n\nb.o:\n00 D icoray_b\n";
+        assert_eq!(names(nm), ["icoray_a", "icoray_b"]);
+        let header = "/* icoray_x(no) */\n * icoray_y(no)\nconst char *icoray_b(void);\nint icoray_a(int a,\n  int b);\n";
+        assert_eq!(declared(header), ["icoray_a", "icoray_b"]);
+    }
+}

@@ -1,0 +1,188 @@
+//! `cargo xtask install`: the C library, where models find it.
+
+mod archive;
+mod place;
+mod template;
+
+use std::env;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use crate::elf::{self, Shared};
+use crate::error::Error;
+use crate::options::InstallOptions;
+use crate::step::{Step, Steps, say};
+use crate::system;
+use crate::workspace::Workspace;
+use place::Content;
+
+/// The version of the whole workspace.
+pub const VERSION: &str = env!("CARGO_PKG_VERSION");
+/// The name that programs look for at run time. Its number is that of the ABI: it changes when a program that was
+/// compiled before could no longer run.
+pub const SONAME: &str = "libicoray.so.0";
+/// The cargo profile, in the workspace's `Cargo.toml`.
+const PROFILE: &str = "dist";
+/// The Fortran module's source, below the workspace's root.
+const FORTRAN: &str = "include/icoray.f90";
+
+/// The shared library's file.
+fn shared_name(version: &str) -> String {
+    format!("libicoray.so.{version}")
+}
+
+/// Where things go.
+pub struct Layout {
+    /// The prefix as programs will know it.
+    pub prefix: PathBuf,
+    /// The libraries' place below the prefix.
+    pub libdir: PathBuf,
+    /// Stands before the prefix while packages are made.
+    pub destdir: Option<PathBuf>,
+}
+
+/// What was installed.
+pub struct Installed {
+    /// Each file with its size, or what it links to.
+    pub files: Vec<(PathBuf, String)>,
+    /// The shared library.
+    pub shared: PathBuf,
+    /// What it says of itself.
+    pub properties: Shared,
+}
+
+/// Installs, and says what.
+pub fn run(workspace: &Workspace, options: &InstallOptions) -> Result<(), Error> {
+    let layout = Layout {
+        prefix: workspace.given(&options.prefix),
+        libdir: options.libdir.clone(),
+        destdir: env::var_os("DESTDIR")
+            .filter(|dir| !dir.is_empty())
+            .map(|dir| workspace.given(Path::new(&dir))),
+    };
+    let mut steps = Steps::new(3);
+    steps.run("looking for system packages", |step| {
+        system::provide(system::FOR_INSTALL, options.install, step)
+    })?;
+    // Found out now rather than after the build.
+    layout.prepare()?;
+    let built = steps.run("building the library", |step| build(workspace, step))?;
+    let installed = steps.run("installing", |_| install(workspace, &built, &layout))?;
+    say("");
+    let width = installed.files.iter().map(|(path, _)| path.as_os_str().len()).max().unwrap_or_default();
+    for (path, what) in &installed.files {
+        say(&format!("{:<width$}  {what:>10}", path.display()));
+    }
+    let Shared { soname, needed, .. } = &installed.properties;
+    say(&format!("\n{} needs {}", soname.as_deref().unwrap_or_default(), needed.join(", ")));
+    say(&format!(
+        "\nto link with it:\n  export PKG_CONFIG_PATH={}\n  cc model.c $(pkg-config --cflags --libs icoray)",
+        layout.prefix.join(&layout.libdir).join("pkgconfig").display()
+    ));
+    Ok(())
+}
+
+/// The libraries as built, before they are installed.
+pub struct Built {
+    shared: PathBuf,
+    archive: PathBuf,
+}
+
+/// Builds both libraries.
+pub fn build(workspace: &Workspace, step: &mut Step) -> Result<Built, Error> {
+    let mut cargo =
+        workspace.cargo(["rustc", "--package", "icoray-capi", "--lib", "--profile", PROFILE, "--"]);
+    // Only here: the libraries in target/debug and target/release are found by the names that they have there.
+    step.quiet(cargo.arg("-C").arg(format!("link-arg=-Wl,-soname,{SONAME}")))?;
+    let products = workspace.products(PROFILE);
+    let shared = products.join("libicoray.so");
+    let functions = functions(workspace)?;
+    elf::same_names("the shared library exports", &elf::defined(&shared, &["-D"])?, &functions)?;
+    let directory = products.join("reduced");
+    let archive = archive::reduce(workspace, &products.join("libicoray.a"), &functions, &directory, step)?;
+    Ok(Built { shared, archive })
+}
+
+/// The functions that the header declares.
+pub fn functions(workspace: &Workspace) -> Result<Vec<String>, Error> {
+    let header = workspace.root().join("include/icoray.h");
+    let text = fs::read_to_string(&header).map_err(Error::while_doing(header.display()))?;
+    Ok(elf::declared(&text))
+}
+
+/// Puts everything in its place.
+pub fn install(workspace: &Workspace, built: &Built, layout: &Layout) -> Result<Installed, Error> {
+    layout.prepare()?;
+    let (header, fortran) = (workspace.root().join("include/icoray.h"), workspace.root().join(FORTRAN));
+    let text = |template| Content::Text(template::filled(template, &layout.libdir, VERSION));
+    let library = shared_name(VERSION);
+    let lib = |name: &str| layout.libdir.join(name);
+    let contents = [
+        (lib(&library), Content::File(&built.shared), 0o755),
+        // The links after what they lead to.
+        (lib(SONAME), Content::Link(&library), 0),
+        (lib("libicoray.so"), Content::Link(SONAME), 0),
+        (lib("libicoray.a"), Content::File(&built.archive), 0o644),
+        (PathBuf::from("include/icoray.h"), Content::File(&header), 0o644),
+        (PathBuf::from(FORTRAN), Content::File(&fortran), 0o644),
+        (lib("pkgconfig/icoray.pc"), text(template::PKG_CONFIG), 0o644),
+        (lib("pkgconfig/icoray-static.pc"), text(template::PKG_CONFIG_STATIC), 0o644),
+        (lib("cmake/icoray/icorayConfig.cmake"), text(template::CMAKE), 0o644),
+        (lib("cmake/icoray/icorayConfigVersion.cmake"), text(template::CMAKE_VERSION), 0o644),
+    ];
+    let root = layout.root();
+    let mut files = Vec::new();
+    for (path, content, mode) in contents {
+        let path = root.join(path);
+        place::place(&path, &content, mode)?;
+        let what = match content {
+            Content::Link(target) => format!("-> {target}"),
+            _ => kilobytes(fs::metadata(&path).map_err(Error::while_doing(path.display()))?.len()),
+        };
+        files.push((path, what));
+    }
+    let shared = root.join(lib(&library));
+    let properties = Shared::read(&shared)?;
+    Ok(Installed { files, shared, properties })
+}
+
+impl Layout {
+    /// The prefix where it is now.
+    pub fn root(&self) -> PathBuf {
+        match &self.destdir {
+            // Joined as it is, an absolute prefix would be all that is left.
+            Some(destdir) => destdir.join(self.prefix.strip_prefix("/").unwrap_or(&self.prefix)),
+            None => self.prefix.clone(),
+        }
+    }
+
+    /// Makes the directories.
+    fn prepare(&self) -> Result<(), Error> {
+        let lib = &self.libdir;
+        let directories = [lib.clone(), lib.join("pkgconfig"), lib.join("cmake/icoray"), "include".into()];
+        directories.iter().try_for_each(|directory| place::prepare(&self.root().join(directory)))
+    }
+}
+
+fn kilobytes(bytes: u64) -> String {
+    format!("{} kB", bytes.div_ceil(1000))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn destdir_stands_before_the_prefix() {
+        let mut layout = Layout { prefix: "/usr".into(), libdir: "lib".into(), destdir: None };
+        assert_eq!(layout.root(), Path::new("/usr"));
+        layout.destdir = Some("/tmp/package".into());
+        assert_eq!(layout.root(), Path::new("/tmp/package/usr"));
+    }
+
+    #[test]
+    fn the_soname_is_the_start_of_the_file_name() {
+        assert!(shared_name(VERSION).starts_with(&format!("{SONAME}.")));
+        assert_eq!(kilobytes(2_108_120), "2109 kB");
+    }
+}

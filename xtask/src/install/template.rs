@@ -1,0 +1,70 @@
+//! The files that tell pkg-config and CMake where the library is: templates in `crates/icoray-capi/install`.
+
+use std::path::Path;
+
+use crate::install::SONAME;
+
+/// For pkg-config: the shared library, and the static one in an archive of its own name.
+pub const PKG_CONFIG: &str = include_str!("../../../crates/icoray-capi/install/icoray.pc.in");
+pub const PKG_CONFIG_STATIC: &str = include_str!("../../../crates/icoray-capi/install/icoray-static.pc.in");
+/// For CMake's `find_package`.
+pub const CMAKE: &str = include_str!("../../../crates/icoray-capi/install/icorayConfig.cmake.in");
+pub const CMAKE_VERSION: &str =
+    include_str!("../../../crates/icoray-capi/install/icorayConfigVersion.cmake.in");
+
+/// What the static library needs of the system. A list for all: libraries of old C libraries that are empty in newer
+/// ones are there still. The unwinder, libgcc_s or libgcc_eh, is the one that each compiler adds by itself.
+const SYSTEM_LIBS: [&str; 3] = ["m", "pthread", "dl"];
+
+/// Fills a template in, for libraries in `libdir`.
+pub fn filled(template: &str, libdir: &Path, version: &str) -> String {
+    let depth = libdir.components().count();
+    // From libdir/pkgconfig and libdir/cmake/icoray back to the prefix.
+    let up = |below: usize| vec![".."; depth + below].join("/");
+    let mut numbers = version.split('.');
+    let mut next = || numbers.next().unwrap_or("0");
+    let (major, minor) = (next(), next());
+    let values = [
+        ("@UP@", up(1)),
+        ("@CMAKE_UP@", up(2)),
+        ("@LIBDIR@", libdir.display().to_string()),
+        ("@VERSION@", version.into()),
+        ("@MAJOR@", major.into()),
+        ("@MINOR@", minor.into()),
+        ("@SONAME@", SONAME.into()),
+        ("@SHARED@", super::shared_name(version)),
+        ("@SYSTEM_LIBS@", SYSTEM_LIBS.map(|name| format!("-l{name}")).join(" ")),
+        ("@CMAKE_SYSTEM_LIBS@", SYSTEM_LIBS.join(";")),
+        ("@POINTER_BYTES@", size_of::<usize>().to_string()),
+    ];
+    values.iter().fold(template.to_owned(), |text, (name, value)| text.replace(name, value))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn nothing_is_left_to_fill_in() {
+        for template in [PKG_CONFIG, PKG_CONFIG_STATIC, CMAKE, CMAKE_VERSION] {
+            let text = filled(template, Path::new("lib"), "1.2.3");
+            let left =
+                text.lines().find(|line| line.split_once('@').is_some_and(|(_, rest)| rest.contains('@')));
+            // A makefile's $@ stands alone on its line.
+            assert_eq!(left, None);
+        }
+    }
+
+    #[test]
+    fn the_prefix_is_found_from_any_depth() {
+        let line = |libdir: &str| {
+            let text = filled(PKG_CONFIG, Path::new(libdir), "1.2.3");
+            text.lines().find(|line| line.starts_with("prefix=")).unwrap().to_owned()
+        };
+        assert_eq!(line("lib"), "prefix=${pcfiledir}/../..");
+        assert_eq!(line("lib/x86_64-linux-gnu"), "prefix=${pcfiledir}/../../..");
+        let cmake = filled(CMAKE, Path::new("lib64"), "1.2.3");
+        assert!(cmake.contains("${CMAKE_CURRENT_LIST_DIR}/../../..\""), "{cmake}");
+        assert!(cmake.contains("/lib64/libicoray.so.1.2.3\""), "{cmake}");
+    }
+}
