@@ -81,11 +81,11 @@ impl Tables {
                 rows[at] = odd[random.below(odd.len())];
             }
             4 if !rows.is_empty() => rows[at] = random.below(limit as usize) as i64 + i64::from(self.base),
-            5 if !rows.is_empty() => {
+            5 if rows.len() >= width => {
                 let copy = rows[row * width..(row + 1) * width].to_vec();
                 rows[other_row * width..(other_row + 1) * width].copy_from_slice(&copy);
             }
-            6 if !rows.is_empty() => {
+            6 if rows.len() >= width => {
                 for k in 0..width {
                     rows.swap(row * width + k, other_row * width + k);
                 }
@@ -125,7 +125,7 @@ impl Tables {
                 let other = random.below(4);
                 self.reals.swap(random.below(4), other);
             }
-            14 if !rows.is_empty() => {
+            14 if rows.len() >= width => {
                 rows[row * width..(row + 1) * width].rotate_left(random.below(width));
             }
             _ => match random.below(4) {
