@@ -3,7 +3,7 @@
 //! Programs in C that do what models do, one for each of the things that could be harmed; what they cannot have here
 //! (a file system that is full, another user) is skipped with a line that says so.
 
-use icoray_tests::native::{checked, command, compile, compile_c, is_there, succeeded, text};
+use icoray_tests::native::{checked, command, compile, compile_c, succeeded, text};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use tempfile::TempDir;
@@ -87,4 +87,90 @@ fn forked_processes_get_answers() {
 #[test]
 fn threads_and_the_log_keep_apart() {
     Program::new("host_threads").checks(&[], 400);
+}
+
+/// In a small file system of its own, which nobody else sees and which goes with the program.
+#[test]
+fn a_full_disk_costs_the_pictures_that_it_has_no_room_for() {
+    let program = Program::new("host_writer");
+    let disk = program.at().join("disk");
+    std::fs::create_dir(&disk).unwrap();
+    let mount = "mount -t tmpfs -o size=200k none disk";
+    let mounts = command("unshare", program.at()).args(["-m", "sh", "-c", mount]).output();
+    if !mounts.is_ok_and(|o| o.status.success()) {
+        println!("skipped: cannot mount a small file system here");
+        return;
+    }
+    let script = format!("{mount} && exec ./host_writer disk full");
+    checked(command("unshare", program.at()).args(["-m", "sh", "-c", &script]), program.name, 30);
+}
+
+#[test]
+fn a_directory_that_cannot_be_written_to_or_is_gone_is_a_status() {
+    let program = Program::new("host_writer");
+    program.checks(&["gone"], 50);
+    program.checks(&["denied"], 5);
+}
+
+#[test]
+fn a_slow_writer_drops_what_it_may_drop() {
+    Program::new("host_writer").checks(&["slow"], 100);
+}
+
+#[test]
+fn a_picture_is_never_seen_in_part() {
+    Program::new("host_writer").checks(&["watched"], 100);
+}
+
+#[test]
+fn ten_thousand_frames_take_no_more_memory() {
+    Program::new("host_steps").checks(&[], 100);
+}
+
+#[test]
+fn a_frame_allocates_no_more_for_larger_fields() {
+    if !cfg!(all(target_os = "linux", target_env = "gnu")) {
+        println!("skipped: needs the allocator of glibc");
+        return;
+    }
+    Program::new("host_memory").checks(&[], 500);
+}
+
+/// The host's memory as the compiler's sanitizers see it; what goes wrong ends the program.
+#[test]
+fn sanitizers_find_nothing() {
+    let options = ["-std=c99", "-g", "-fsanitize=address,undefined", "-fno-sanitize-recover=all"];
+    let directory = directory();
+    std::fs::write(directory.path().join("probe.c"), "int main(void) { return 0; }\n").unwrap();
+    let mut probe = command("cc", directory.path());
+    probe.args(options).args(["probe.c", "-o", "probe"]);
+    let works = probe.output().is_ok_and(|o| o.status.success())
+        && command("./probe", directory.path()).output().is_ok_and(|o| o.status.success());
+    if !works {
+        println!("skipped: no sanitizers, or none that run here");
+        return;
+    }
+    let sanitized = |name: &'static str, arguments: &[&str]| {
+        let program = compile("cc", &options, &[name, "host_common", "check"], directory.path());
+        let output_dir = directory.path().join(format!("{name} {}", arguments.concat()));
+        std::fs::create_dir(&output_dir).unwrap();
+        let mut command = command(program, directory.path());
+        command.arg(&output_dir).args(arguments).env("ASAN_OPTIONS", "detect_leaks=1:exitcode=99");
+        command
+    };
+    checked(&mut sanitized("host_process", &[]), "host_process", 100);
+    checked(&mut sanitized("host_floats", &[]), "host_floats", 1000);
+    checked(&mut sanitized("host_threads", &[]), "host_threads", 400);
+    checked(&mut sanitized("host_writer", &["gone"]), "host_writer", 50);
+    checked(&mut sanitized("host_writer", &["watched"]), "host_writer", 100);
+    // They can fail: a mesh that is not freed is found.
+    let lost = command_failing(&mut sanitized("host_leak", &[]));
+    assert!(lost.contains("LeakSanitizer"), "{lost}");
+}
+
+/// What a program that must fail says.
+fn command_failing(command: &mut Command) -> String {
+    let output = command.output().unwrap();
+    assert!(!output.status.success(), "{command:?} succeeded");
+    text(&output.stderr)
 }

@@ -29,7 +29,7 @@ program shallow_water
    use williamson2, only: williamson2_state, height_error
    use checks, only: self_test
    use options, only: options_type, read_options
-   use pictures, only: pictures_type, pictures_open, pictures_draw, pictures_close
+   use pictures, only: pictures_type, pictures_open, pictures_wanted, pictures_draw, pictures_close
    use calendar, only: date_of
    implicit none
 
@@ -85,8 +85,10 @@ program shallow_water
    do
       associate (time => real(step, wp)*dt)
          if (opt%pictures .and. (modulo(step, every) == 0 .or. step == steps)) then
-            call vorticity_at_corners(opt%layers, cells, ops, state%u, vorticity)
-            call pictures_draw(shots, step, time, date_of(time))
+            if (pictures_wanted(shots, step, time)) then
+               call vorticity_at_corners(opt%layers, cells, ops, state%u, vorticity)
+               call pictures_draw(shots, step, time, date_of(time))
+            end if
          end if
          if (int((time + 0.5_wp*dt)/day) > shown_day .or. step == steps) call print_line(time)
       end associate

@@ -13,7 +13,7 @@ module options
       real(wp) :: dt = 0.0_wp        !< s; 0: from the Courant number
       integer(ik) :: every = 0_ik    !< steps between pictures; 0: 6 hours
       integer :: lloyd = 100         !< rounds
-      real(wp) :: tilt = 20.0_wp     !< of the mesh, degrees
+      real(wp) :: tilt = 0.0_wp      !< of the mesh, degrees
       real(wp) :: lead = 0.5_wp      !< of the anticipated potential vorticity, in time steps
       character(:), allocatable :: initial, scene, out
       integer :: threads = 0
@@ -33,7 +33,7 @@ contains
          '  --days D         length of the simulation (6)', &
          '  --dt S           longest time step in seconds (from the Courant number of gravity waves)', &
          '  --lloyd n        rounds of Lloyd''s iteration that make the mesh centroidal (100)', &
-         '  --tilt DEG       turns the mesh, so that no pentagon is at a pole (20)', &
+         '  --tilt DEG       turns the mesh: what changes with it in the flow is the mesh''s work (0)', &
          '  --lead x         potential vorticity is anticipated by x time steps; 0 leaves enstrophy alone (0.5)', &
          '  --every k        steps between pictures (6 hours)', &
          '  --scene FILE     scene to draw (examples/scenes/shallow_water.toml)', &

@@ -5,10 +5,12 @@ module pictures
    use, intrinsic :: iso_fortran_env, only: error_unit
    use kinds, only: wp, ik, clock
    use tables, only: grid_tables
-   use icoray
+   use icoray, only: icoray_context, icoray_open_serial, icoray_grid_set, icoray_layers_set, icoray_field_set, &
+                     icoray_scene_load, icoray_wants, icoray_execute, icoray_last_error, icoray_close, ICORAY_OK, ICORAY_CORNER, &
+                     ICORAY_OVERWRITE
    implicit none
    private
-   public :: pictures_type, pictures_open, pictures_draw, pictures_close
+   public :: pictures_type, pictures_open, pictures_wanted, pictures_draw, pictures_close
 
    type :: pictures_type
       type(icoray_context) :: context
@@ -32,7 +34,7 @@ contains
 
       start = clock()
       p%open = .true.
-      call icoray_open_serial(p%context, output_dir=out, threads=threads, ierr=ierr)
+      call icoray_open_serial(p%context, ierr, output_dir=out, threads=threads, existing=ICORAY_OVERWRITE)
       call check(p, ierr, 'icoray_open_serial')
       if (p%open) call icoray_grid_set(p%context, t%lon_center, t%lat_center, t%lon_corner, t%lat_corner, t%cell_corner, &
                                        t%corner_cell, t%corner_edge, t%edge_corner, ierr, index_base=1)
@@ -47,6 +49,20 @@ contains
       call check(p, ierr, 'icoray_scene_load')
       p%seconds = p%seconds + clock() - start
    end subroutine pictures_open
+
+   !> Whether the scene wants a picture of this step: asked before the vorticity is computed for it.
+   logical function pictures_wanted(p, step, time) result(wanted)
+      type(pictures_type), intent(inout) :: p
+      integer(ik), intent(in) :: step
+      real(wp), intent(in) :: time  !< s
+      integer :: ierr
+
+      if (p%open) then
+         call icoray_wants(p%context, step, time, wanted, ierr)
+         call check(p, ierr, 'icoray_wants')
+      end if
+      if (.not. p%open) wanted = .true.  ! so that what is missing is counted
+   end function pictures_wanted
 
    !> Draws the scene from the arrays as they are now.
    subroutine pictures_draw(p, step, time, date)
@@ -70,13 +86,19 @@ contains
       p%seconds = p%seconds + clock() - start
    end subroutine pictures_draw
 
+   !> Waits for the last picture: they are written by a thread of icoray's, and a failure is told by the next call.
    subroutine pictures_close(p)
       type(pictures_type), intent(inout) :: p
+      real(wp) :: start
       integer :: ierr
+
       if (.not. p%open) return
+      start = clock()
       call icoray_close(p%context, ierr)
+      if (ierr /= ICORAY_OK) p%failed = p%failed + 1
       call check(p, ierr, 'icoray_close')
       p%open = .false.
+      p%seconds = p%seconds + clock() - start
    end subroutine pictures_close
 
    !> On an error, says why and draws no more.

@@ -44,8 +44,8 @@ contains
       call icoray_mesh_free(mesh, ierr)
    end subroutine generate
 
-   !> Turns the whole mesh by an angle about 0 N 18 E. As generated it has a pentagon at each pole and five-fold symmetry about
-   !> them, which excites just the waves that grow fastest on a jet in mid-latitudes.
+   !> Turns the whole mesh by an angle about 0 N 18 E. As generated it has a pentagon at each pole and is five-fold about them, so
+   !> that of all waves its errors excite the fifth; turned, they excite all. What a flow owes to the mesh changes with it.
    subroutine tilt(t, turned)
       type(grid_tables), intent(inout) :: t
       real(wp), intent(in) :: turned  !< radians

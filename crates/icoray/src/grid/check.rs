@@ -21,10 +21,12 @@ fn bad(context: String) -> Error {
 }
 
 fn expect_len(table: &str, len: usize, rows: usize, row: usize) -> Result<()> {
-    if len == rows * row {
+    // Wider than any table's length, so that no length of a row wraps round to the right one.
+    let expected = rows as u128 * row as u128;
+    if len as u128 == expected {
         return Ok(());
     }
-    Err(bad(format!("{table}: {len} entries, expected {} ({rows} rows of {row})", rows * row)))
+    Err(bad(format!("{table}: {len} entries, expected {expected} ({rows} rows of {row})")))
 }
 
 /// Every table has the length that the numbers of cells, corners and edges ask for, and V - E + F = 2.

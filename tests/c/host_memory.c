@@ -1,0 +1,284 @@
+/*
+ * Allocation as the host sees it: host_memory <directory>
+ *
+ * The program's own malloc counts what the library asks for. From the second frame on that is what a picture takes, and
+ * does not depend on the size of the field or of the mesh, whatever the layout; averages of corners and copies for
+ * async_render are what the report says.
+ */
+#define _GNU_SOURCE
+
+#include "host.h"
+
+#include <errno.h>
+#include <malloc.h>
+#include <math.h>
+
+#define PIXELS 48
+#define FRAMES 4
+/* What a frame of more layers may take beside: tables of radii and spans, per layer. */
+#define PER_LAYER 256
+/* Queues of the pool grow when they like. */
+#define SLACK 16384
+/* The channels to and from the thread that draws, made when first used. */
+#define CHANNELS 24576
+
+extern void *__libc_malloc(size_t size);
+extern void *__libc_calloc(size_t count, size_t size);
+extern void *__libc_realloc(void *memory, size_t size);
+extern void *__libc_memalign(size_t alignment, size_t size);
+extern void __libc_free(void *memory);
+
+static long total, largest, held, peak;
+
+static void *counted(void *memory, size_t size)
+{
+    if (memory != NULL) {
+        long seen = __atomic_load_n(&largest, __ATOMIC_RELAXED);
+        __atomic_add_fetch(&total, (long)size, __ATOMIC_RELAXED);
+        while ((long)size > seen && !__atomic_compare_exchange_n(&largest, &seen, (long)size, 0, __ATOMIC_RELAXED,
+                                                                 __ATOMIC_RELAXED)) {
+        }
+        long now = __atomic_add_fetch(&held, (long)malloc_usable_size(memory), __ATOMIC_RELAXED);
+        seen = __atomic_load_n(&peak, __ATOMIC_RELAXED);
+        while (now > seen &&
+               !__atomic_compare_exchange_n(&peak, &seen, now, 0, __ATOMIC_RELAXED, __ATOMIC_RELAXED)) {
+        }
+    }
+    return memory;
+}
+
+void *malloc(size_t size)
+{
+    return counted(__libc_malloc(size), size);
+}
+
+void *calloc(size_t count, size_t size)
+{
+    return counted(__libc_calloc(count, size), count * size);
+}
+
+void free(void *memory)
+{
+    if (memory != NULL) {
+        __atomic_sub_fetch(&held, (long)malloc_usable_size(memory), __ATOMIC_RELAXED);
+        __libc_free(memory);
+    }
+}
+
+void *realloc(void *memory, size_t size)
+{
+    long before = memory == NULL ? 0 : (long)malloc_usable_size(memory);
+    void *moved = __libc_realloc(memory, size);
+    if (moved != NULL) {
+        __atomic_sub_fetch(&held, before, __ATOMIC_RELAXED);
+    }
+    return counted(moved, size);
+}
+
+void *memalign(size_t alignment, size_t size)
+{
+    return counted(__libc_memalign(alignment, size), size);
+}
+
+void *aligned_alloc(size_t alignment, size_t size)
+{
+    return memalign(alignment, size);
+}
+
+int posix_memalign(void **memory, size_t alignment, size_t size)
+{
+    *memory = memalign(alignment, size);
+    return *memory == NULL ? ENOMEM : 0;
+}
+
+enum layout { LEVEL_FASTEST, CELL_FASTEST, BLOCKED, PADDED, LAYOUTS };
+static const char *const names[] = {"level-fastest", "cell-fastest", "blocked", "padded"};
+
+typedef struct {
+    void *memory;
+    icoray_array array;
+} Data;
+
+/* An array that is not counted: it is the host's. */
+static Data data(const icoray_grid *grid, enum layout layout, int layers, int type, int location)
+{
+    Data d;
+    int64_t columns = location == ICORAY_CORNER ? grid->corners : grid->cells, block = 16;
+    int64_t blocks = (columns + block - 1) / block, row = layout == PADDED ? layers + 5 : layers;
+    size_t elements = (size_t)(layout == BLOCKED ? blocks * block * layers : columns * row);
+    memset(&d, 0, sizeof d);
+    d.memory = __libc_calloc(elements, type == ICORAY_F32 ? 4 : 8);
+    for (size_t i = 0; i < elements; i++) {
+        double value = sin(0.01 * (double)i);
+        if (type == ICORAY_F32) {
+            ((float *)d.memory)[i] = (float)value;
+        } else {
+            ((double *)d.memory)[i] = value;
+        }
+    }
+    d.array.struct_size = sizeof d.array;
+    d.array.data = d.memory;
+    d.array.type = type;
+    d.array.location = location;
+    d.array.columns = columns;
+    d.array.layers = layers;
+    d.array.column_stride = layout == LEVEL_FASTEST || layout == PADDED ? row : 1;
+    d.array.layer_stride = layout == LEVEL_FASTEST || layout == PADDED ? 1 : layout == BLOCKED ? block : columns;
+    d.array.block = layout == BLOCKED ? block : 0;
+    d.array.block_stride = layout == BLOCKED ? block * layers : 0;
+    return d;
+}
+
+typedef struct {
+    long first, later, largest, largest_later;
+    icoray_frame_report report;
+} Use;
+
+/* What frames of a field allocate: the first, and the most of the later ones. */
+static Use use(const char *directory, const World *w, enum layout layout, int layers, int type, int location, int async,
+               const char *light)
+{
+    Use u;
+    Data d = data(&w->grid, layout, layers, type, location);
+    World seen = *w;
+    seen.array = d.array;
+    seen.layers = layers;
+    memset(&u, 0, sizeof u);
+    icoray_config config = plain(directory);
+    config.existing = ICORAY_OVERWRITE;
+    config.threads = 1;
+    config.async_render = async;
+    icoray_ctx *ctx = opened(&config, &seen, PIXELS);
+    set_scene(ctx, PIXELS, "tolerance = 1e-2");
+    if (light[0] != '\0') {
+        char text[1024];
+        snprintf(text, sizeof text,
+                 "field = \"f\"\nexaggeration = 40\n[image]\nwidth = %d\nheight = %d\n[camera]\nlon = 20\nlat = 35\n"
+                 "distance = 3.2\nfov = 45\n[transfer]\nmap = \"viridis\"\nrange = [-1.5, 1.5]\n"
+                 "opacity = [[-1.5, 0.8], [0, 0.1], [1.5, 0.9]]\n[light]\nkind = \"%s\"\n"
+                 "[output]\nfile = \"frame_{step}.png\"\n",
+                 PIXELS, PIXELS, light);
+        OK(icoray_scene_text(ctx, text));
+    }
+    for (int i = 0; i < FRAMES; i++) {
+        total = largest = 0;
+        icoray_status status = icoray_execute(ctx, 0, 0.0, NULL);
+        icoray_status waited = icoray_wait(ctx);
+        long bytes = total, block = largest;
+        CHECK(status == ICORAY_OK && waited == ICORAY_OK);
+        if (i == 0) {
+            u.first = bytes;
+            u.largest = block;
+        } else {
+            u.later = bytes > u.later ? bytes : u.later;
+            u.largest_later = block > u.largest_later ? block : u.largest_later;
+        }
+    }
+    u.report = report_of(ctx);
+    OK(icoray_close(&ctx));
+    __libc_free(d.memory);
+    return u;
+}
+
+static int near(long a, long b, long most)
+{
+    return labs(a - b) <= most;
+}
+
+/* Fields of 8 and 32 layers on both meshes. */
+static void in_place(const char *directory, const World *small, const World *large)
+{
+    long worst = 0;
+    for (int layout = 0; layout < LAYOUTS; layout++) {
+        for (int type = ICORAY_F32; type <= ICORAY_F64; type++) {
+            trying = names[layout];
+            Use thin = use(directory, small, layout, 8, type, ICORAY_CENTER, 0, "");
+            Use thick = use(directory, small, layout, 32, type, ICORAY_CENTER, 0, "");
+            Use wide = use(directory, large, layout, 8, type, ICORAY_CENTER, 0, "");
+            CHECK(near(thin.later, thick.later, 24 * PER_LAYER + SLACK));
+            CHECK(near(thin.later, wide.later, SLACK));
+            CHECK(thin.largest_later == thick.largest_later && thin.largest_later == wide.largest_later);
+            CHECK(thin.largest == thick.largest && thin.largest == wide.largest);
+            CHECK(thick.report.bytes_derived == 0 && thick.report.bytes_copied == 0);
+            worst = labs(thin.later - thick.later) > worst ? labs(thin.later - thick.later) : worst;
+            worst = labs(thin.later - wide.later) > worst ? labs(thin.later - wide.later) : worst;
+            if (layout == LEVEL_FASTEST && type == ICORAY_F32) {
+                note("a frame of %dx%d allocates %ld bytes, the largest block %ld", PIXELS, PIXELS, thin.later,
+                     thin.largest_later);
+            }
+        }
+    }
+    note("8 to 32 layers and %d to %d cells in 4 layouts and 2 types: at most %ld bytes apart", (int)small->grid.cells,
+         (int)large->grid.cells, worst);
+}
+
+/* Averages and gradients are what the report says. */
+static void derived(const char *directory, const World *w)
+{
+    for (int type = ICORAY_F32; type <= ICORAY_F64; type++) {
+        for (int lit = 0; lit < 2; lit++) {
+            trying = lit ? "corner, lit" : "corner";
+            const char *light = lit ? "headlight" : "none";
+            Use plainly = use(directory, w, LEVEL_FASTEST, 8, type, ICORAY_CENTER, 0, "none");
+            Use thin = use(directory, w, BLOCKED, 8, type, ICORAY_CORNER, 0, light);
+            Use thick = use(directory, w, BLOCKED, 32, type, ICORAY_CORNER, 0, light);
+            long size = type == ICORAY_F32 ? 4 : 8;
+            CHECK((long)thick.report.bytes_derived == w->grid.cells * 32 * (size + (lit ? 12 : 0)));
+            CHECK(near(thin.later - plainly.later, (long)thin.report.bytes_derived, 24 * PER_LAYER + SLACK));
+            CHECK(near(thick.later - thin.later,
+                       (long)thick.report.bytes_derived - (long)thin.report.bytes_derived, 24 * PER_LAYER + SLACK));
+            if (type == ICORAY_F32) {
+                note("corners%s: 32 layers take %ld bytes more than 8, the report says %ld", lit ? ", lit" : "",
+                     thick.later - thin.later,
+                     (long)thick.report.bytes_derived - (long)thin.report.bytes_derived);
+            }
+        }
+    }
+}
+
+/* The copy is made once and used again. */
+static void copied(const char *directory, const World *w)
+{
+    for (int layout = 0; layout < LAYOUTS; layout++) {
+        for (int type = ICORAY_F32; type <= ICORAY_F64; type++) {
+            trying = names[layout];
+            Use at_once = use(directory, w, layout, 32, type, ICORAY_CENTER, 0, "");
+            Use later = use(directory, w, layout, 32, type, ICORAY_CENTER, 1, "");
+            long size = type == ICORAY_F32 ? 4 : 8;
+            CHECK((long)later.report.bytes_copied == w->grid.cells * 32 * size);
+            CHECK(later.largest == (long)later.report.bytes_copied);
+            CHECK(near(later.first - at_once.first, (long)later.report.bytes_copied, SLACK + CHANNELS));
+            CHECK(near(later.later, at_once.later, SLACK));
+            CHECK(later.largest_later == at_once.largest_later);
+            if (layout == CELL_FASTEST && type == ICORAY_F64) {
+                note("async: the first frame takes %ld bytes more, the report says %ld; later ones %ld",
+                     later.first - at_once.first, (long)later.report.bytes_copied, later.later - at_once.later);
+            }
+        }
+    }
+}
+
+int main(int argc, char **argv)
+{
+    if (argc != 2) {
+        return EXIT_FAILURE;
+    }
+    mallopt(M_ARENA_MAX, 1);
+    long before = total;
+    void *volatile some = malloc(1000);
+    free(some);
+    CHECK(total - before == 1000);
+    held = peak = 0;
+    World small = world(3, HOST_LAYERS), large = world(4, HOST_LAYERS);
+    in_place(argv[1], &small, &large);
+    derived(argv[1], &small);
+    copied(argv[1], &small);
+    /* What the library says of itself is what its allocations add up to, but for the host's own and rounding up. */
+    Use last = use(argv[1], &small, LEVEL_FASTEST, 8, ICORAY_F32, ICORAY_CENTER, 0, "");
+    long said = (long)last.report.bytes_peak;
+    CHECK(said <= peak && said >= peak - peak / 20 - 65536);
+    note("the report's peak is %ld bytes, the host counts %ld", said, peak);
+    end_world(&small);
+    end_world(&large);
+    return verdict("host_memory");
+}

@@ -1,0 +1,327 @@
+/*
+ * A writer in trouble: host_writer <directory> <trouble>
+ *
+ * Each trouble is a status and a message at a later call, keeps no other frame from being tried, and leaves no file
+ * behind that is not whole. `full` needs a small file system at <directory>.
+ */
+#define _GNU_SOURCE
+
+#include "host.h"
+
+#include <dirent.h>
+#include <fcntl.h>
+#include <pthread.h>
+#include <sched.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+/* A verdict whose line is not printed. */
+static int silent_verdict(void)
+{
+    fflush(stdout);
+    int nowhere = open("/dev/null", O_WRONLY);
+    dup2(nowhere, STDOUT_FILENO);
+    return verdict("");
+}
+
+static const char *message_of(icoray_ctx *ctx)
+{
+    static char message[1024];
+    OK(icoray_last_error(ctx, message, sizeof message));
+    return message;
+}
+
+/* Each of the frames fails, which shows when it has been waited for or at the next call. */
+static void fails(icoray_ctx *ctx, int step, const char *part, const char *path)
+{
+    char word[32];
+    snprintf(word, sizeof word, "step %d: ", step);
+    OK(icoray_execute(ctx, step, 0.0, NULL));
+    CHECK(icoray_wait(ctx) == ICORAY_ERR_IO);
+    CHECK(strstr(message_of(ctx), word) != NULL && strstr(message_of(ctx), part) != NULL &&
+          strstr(message_of(ctx), path) != NULL);
+    OK(icoray_wait(ctx)); /* told once */
+    OK(icoray_execute(ctx, step + 1, 0.0, NULL));
+    for (int i = 0; i < 5000 && report_of(ctx).frames_failed % 2 != 0; i++) {
+        rest_ms(1);
+    }
+    /* The next call tells, and draws its own frame all the same. */
+    icoray_status status = icoray_execute(ctx, step + 2, 0.0, NULL);
+    CHECK(status == ICORAY_ERR_IO);
+    snprintf(word, sizeof word, "step %d: ", step + 1);
+    CHECK(strstr(message_of(ctx), word) != NULL);
+    CHECK(report_of(ctx).step == step + 2);
+    CHECK(icoray_wait(ctx) == ICORAY_ERR_IO);
+    OK(icoray_execute(ctx, step + 3, 0.0, NULL));
+    CHECK(icoray_wait(ctx) == ICORAY_ERR_IO);
+    CHECK(report_of(ctx).frames_failed % 4 == 0);
+}
+
+static void well(icoray_ctx *ctx, const char *directory, int step)
+{
+    char name[32];
+    uint64_t written = report_of(ctx).frames_written;
+    OK(icoray_execute(ctx, step, 0.0, NULL));
+    OK(icoray_wait(ctx));
+    CHECK(report_of(ctx).frames_written == written + 1);
+    snprintf(name, sizeof name, "frame_%d.png", step);
+    CHECK(is_whole_png(path_of(directory, name)));
+}
+
+static void full(const char *directory, const World *w)
+{
+    static char nothing[4096];
+    icoray_config config = plain(directory);
+    config.existing = ICORAY_OVERWRITE;
+    icoray_ctx *ctx = opened(&config, w, 64);
+    OK(icoray_execute(ctx, 0, 0.0, NULL));
+    OK(icoray_wait(ctx));
+    int filler = open(path_of(directory, "filler"), O_CREAT | O_WRONLY, 0600);
+    for (int i = 0; i < 4096 && write(filler, nothing, sizeof nothing) > 0; i++) {
+    }
+    CHECK(write(filler, nothing, 1) < 0);
+    fails(ctx, 10, "No space left", "frame_10.png");
+    int pictures = entries(directory, ".png");
+    CHECK(pictures == 1 && entries(directory, ".tmp") == 0);
+    /* The picture that was there is still whole where the new one finds no room. */
+    OK(icoray_execute(ctx, 0, 0.0, NULL));
+    CHECK(icoray_wait(ctx) == ICORAY_ERR_IO);
+    CHECK(is_whole_png(path_of(directory, "frame_0.png")));
+    CHECK(close(filler) == 0 && remove(path_of(directory, "filler")) == 0);
+    well(ctx, directory, 20);
+    OK(icoray_close(&ctx));
+    CHECK(entries(directory, ".tmp") == 0);
+    /* The report is whole lines, of whole pictures. */
+    FILE *report = fopen(path_of(directory, "report.csv"), "r");
+    char line[2048];
+    int lines = 0;
+    while (report != NULL && fgets(line, sizeof line, report) != NULL) {
+        lines++;
+        CHECK(strstr(line, lines == 1 ? "step," : lines == 2 ? "frame_0.png" : "frame_20.png") != NULL);
+    }
+    fclose(report);
+    CHECK(lines == 3);
+}
+
+/* As a user who may not write there; root may write anywhere. */
+static int denied_as_user(const char *directory, const World *w)
+{
+    if (geteuid() == 0 && (setgid(65534) != 0 || setuid(65534) != 0)) {
+        return 0;
+    }
+    icoray_config config = plain(path_of(directory, "closed"));
+    icoray_ctx *ctx = opened(&config, w, 16);
+    fails(ctx, 10, "ermission denied", "closed");
+    OK(icoray_close(&ctx));
+    config.output_dir = path_of(directory, "closed/further");
+    ctx = opened(&config, w, 16);
+    fails(ctx, 10, "ermission denied", "further");
+    OK(icoray_close(&ctx));
+    return 1;
+}
+
+static void denied(const char *directory, const World *w)
+{
+    CHECK(mkdir(path_of(directory, "closed"), 0555) == 0 && chmod(directory, 0755) == 0);
+    CHECK(chmod(path_of(directory, "closed"), 0555) == 0);
+    fflush(stdout);
+    pid_t child = fork();
+    if (child == 0) {
+        int is_user = denied_as_user(directory, w);
+        if (!is_user) {
+            note("skipped: cannot become another user");
+        }
+        /* Its own verdict tells of its checks; only a failure's lines are for the test to see. */
+        int status = is_user ? silent_verdict() : EXIT_SUCCESS;
+        fflush(stdout);
+        _exit(status);
+    }
+    int status = -1;
+    CHECK(waitpid(child, &status, 0) == child && WIFEXITED(status) && WEXITSTATUS(status) == EXIT_SUCCESS);
+    CHECK(entries(path_of(directory, "closed"), "") == 0);
+}
+
+/* The directory goes, and something else takes its place. */
+static void gone(const char *directory, const World *w)
+{
+    const char *name = path_of(directory, "gone");
+    char at[1024];
+    snprintf(at, sizeof at, "%s", name);
+    icoray_config config = plain(at);
+    icoray_ctx *ctx = opened(&config, w, 16);
+    OK(icoray_execute(ctx, 0, 0.0, NULL));
+    OK(icoray_wait(ctx));
+    CHECK(remove(path_of(at, "frame_0.png")) == 0 && remove(path_of(at, "report.csv")) == 0);
+    CHECK(rmdir(at) == 0);
+    well(ctx, at, 1); /* made anew */
+    CHECK(remove(path_of(at, "frame_1.png")) == 0 && remove(path_of(at, "report.csv")) == 0);
+    CHECK(rmdir(at) == 0 && symlink("nowhere", at) == 0);
+    fails(ctx, 10, "cannot make the directory", "gone");
+    CHECK(remove(at) == 0);
+    well(ctx, at, 20);
+    CHECK(remove(path_of(at, "frame_20.png")) == 0 && remove(path_of(at, "report.csv")) == 0);
+    CHECK(rmdir(at) == 0);
+    FILE *file = fopen(at, "w");
+    CHECK(file != NULL && fclose(file) == 0);
+    /* Known before the first ray. */
+    CHECK(icoray_execute(ctx, 30, 0.0, NULL) == ICORAY_ERR_IO);
+    CHECK(strstr(message_of(ctx), "gone") != NULL);
+    CHECK(remove(at) == 0);
+    well(ctx, at, 31);
+    /* Where the working directory goes does not matter. */
+    CHECK(chdir("/") == 0);
+    well(ctx, at, 32);
+    OK(icoray_close(&ctx));
+}
+
+static volatile int is_spinning;
+
+static void *spin(void *data)
+{
+    while (is_spinning) {
+    }
+    return data;
+}
+
+/* Leaves the library's writer what a busy processor leaves over. */
+static pthread_t slowed(void)
+{
+    pthread_t spinner;
+    cpu_set_t all, one;
+    struct sched_param none;
+    int found = 0;
+    memset(&none, 0, sizeof none);
+    sched_getaffinity(0, sizeof all, &all);
+    CPU_ZERO(&one);
+    for (int cpu = 0; cpu < CPU_SETSIZE && CPU_COUNT(&one) == 0; cpu++) {
+        if (CPU_ISSET(cpu, &all)) {
+            CPU_SET(cpu, &one);
+        }
+    }
+    for (int i = 0; i < 1000 && found == 0; i++) { /* threads take a moment to name themselves */
+        DIR *tasks = opendir("/proc/self/task");
+        for (struct dirent *task; tasks != NULL && (task = readdir(tasks)) != NULL;) {
+            char path[300], name[64] = "";
+            snprintf(path, sizeof path, "/proc/self/task/%s/comm", task->d_name);
+            FILE *comm = fopen(path, "r");
+            if (comm != NULL && fgets(name, sizeof name, comm) != NULL && strcmp(name, "icoray-writer\n") == 0) {
+                pid_t thread = atoi(task->d_name);
+                found += sched_setaffinity(thread, sizeof one, &one) == 0 &&
+                         sched_setscheduler(thread, SCHED_IDLE, &none) == 0;
+            }
+            if (comm != NULL) {
+                fclose(comm);
+            }
+        }
+        closedir(tasks);
+        rest_ms(1);
+    }
+    CHECK(found == 1);
+    is_spinning = 1;
+    CHECK(pthread_create(&spinner, NULL, spin, NULL) == 0);
+    CHECK(pthread_setaffinity_np(spinner, sizeof one, &one) == 0);
+    return spinner;
+}
+
+/* More frames than the writer takes. */
+static void drops(const char *directory, const World *w, int async)
+{
+    const char *name = path_of(directory, async ? "async" : "sync");
+    uint64_t frames = 60;
+    icoray_config config = plain(name);
+    config.async_render = async;
+    config.when_full = ICORAY_DROP_OLDEST;
+    config.writer_queue = 1;
+    icoray_ctx *ctx = opened(&config, w, 300);
+    /* Nothing in view: drawn at once, and encoded as slowly as any. */
+    OK(icoray_scene_text(ctx, "field = \"f\"\n[image]\nwidth = 300\nheight = 300\n[camera]\neye = [9, 0, 0]\n"
+                              "target = [10, 0, 0]\n[transfer]\nmap = \"viridis\"\nrange = [0, 1]\n"
+                              "opacity = [[0, 0], [1, 0.5]]\n[output]\nfile = \"frame_{step}.png\"\n"
+                              "error = \"error_{step}.png\"\n"));
+    pthread_t spinner = slowed();
+    for (uint64_t step = 0; step < frames; step++) {
+        OK(icoray_execute(ctx, (int64_t)step, 0.0, NULL));
+    }
+    is_spinning = 0;
+    pthread_join(spinner, NULL);
+    OK(icoray_wait(ctx));
+    icoray_frame_report report = report_of(ctx);
+    CHECK(report.frames_written + report.frames_dropped == frames && report.frames_failed == 0);
+    CHECK(report.frames_written >= 2 && report.frames_dropped > 0);
+    OK(icoray_close(&ctx));
+    CHECK((uint64_t)entries(name, "frame_") == report.frames_written);
+    CHECK(is_whole_png(path_of(name, "frame_59.png")) && entries(name, ".tmp") == 0);
+    note("%s: of %d frames %d written, %d dropped", async ? "async" : "sync", (int)frames, (int)report.frames_written,
+         (int)report.frames_dropped);
+}
+
+typedef struct {
+    char path[1024];
+    volatile int is_done;
+    int whole, partial, missing;
+} Reader;
+
+static void *look(void *data)
+{
+    Reader *reader = data;
+    while (!reader->is_done) {
+        if (is_whole_png(reader->path)) {
+            reader->whole++;
+        } else if (is_file(reader->path)) {
+            reader->partial++;
+        } else {
+            reader->missing++;
+        }
+    }
+    return NULL;
+}
+
+/* Somebody looks at the picture while it is replaced. */
+static void watched(const char *directory, const World *w)
+{
+    const char *name = path_of(directory, "watched");
+    Reader reader;
+    pthread_t thread;
+    memset(&reader, 0, sizeof reader);
+    icoray_config config = plain(name);
+    config.existing = ICORAY_OVERWRITE;
+    icoray_ctx *ctx = opened(&config, w, 64);
+    snprintf(reader.path, sizeof reader.path, "%s/frame_7.png", name);
+    OK(icoray_execute(ctx, 7, 0.0, NULL));
+    OK(icoray_wait(ctx));
+    CHECK(pthread_create(&thread, NULL, look, &reader) == 0);
+    for (int i = 0; i < 300; i++) {
+        OK(icoray_execute(ctx, 7, i, NULL));
+    }
+    OK(icoray_close(&ctx));
+    reader.is_done = 1;
+    pthread_join(thread, NULL);
+    CHECK(reader.whole > 100 && reader.partial == 0 && reader.missing == 0);
+    CHECK(entries(name, ".tmp") == 0);
+    note("watched: %d looks, none in part", reader.whole);
+    /* The look can fail. */
+    CHECK(truncate(reader.path, 300) == 0 && !is_whole_png(reader.path));
+}
+
+int main(int argc, char **argv)
+{
+    if (argc != 3) {
+        return EXIT_FAILURE;
+    }
+    World w = world(2, HOST_LAYERS);
+    if (strcmp(argv[2], "full") == 0) {
+        full(argv[1], &w);
+    } else if (strcmp(argv[2], "denied") == 0) {
+        denied(argv[1], &w);
+    } else if (strcmp(argv[2], "gone") == 0) {
+        gone(argv[1], &w);
+    } else if (strcmp(argv[2], "slow") == 0) {
+        drops(argv[1], &w, 0);
+        drops(argv[1], &w, 1);
+    } else {
+        watched(argv[1], &w);
+    }
+    end_world(&w);
+    return verdict("host_writer");
+}
