@@ -1,5 +1,5 @@
 //! Installs the library as a package would be, and uses it as a model would: in C, C++ and Fortran, shared and static,
-//! through pkg-config, make and CMake.
+//! through pkg-config, make and CMake; a whole model among them.
 //!
 //! Everything is installed below another directory than the prefix says, so what does not find its parts from where it
 //! lies itself does not work. The command lines are those of the README.
@@ -19,7 +19,7 @@ use crate::workspace::Workspace;
 /// A way to build programs.
 struct Way {
     title: &'static str,
-    /// The sources, below the workspace's root; they are copied to an empty directory.
+    /// The sources below the workspace's root, files and whole directories; they are copied to an empty directory.
     sources: &'static [&'static str],
     /// What the shell does in that directory.
     build: &'static str,
@@ -81,6 +81,16 @@ static WAYS: &[Way] = &[
         sources: &["tests/link/Makefile", "examples/fortran/minimal.f90"],
         build: "make",
         programs: &[("LD_LIBRARY_PATH=$(pkg-config --variable=libdir icoray) ./minimal", Shared)],
+    },
+    Way {
+        title: "Fortran, the shallow-water model",
+        sources: &["examples/fortran/shallow_water", "examples/scenes/shallow_water.toml"],
+        build: "make -j2 && LD_LIBRARY_PATH=$(pkg-config --variable=libdir icoray) build/shallow_water --self-test --level 3",
+        programs: &[(
+            "LD_LIBRARY_PATH=$(pkg-config --variable=libdir icoray) build/shallow_water --level 3 --layers 4 \
+             --days 0.5 --scene shallow_water.toml --out pictures",
+            Shared,
+        )],
     },
     Way {
         title: "C and Fortran, CMake",
@@ -166,8 +176,9 @@ impl Shell<'_> {
     fn build(&self, way: &Way, step: &mut Step) -> Result<(), Error> {
         let directory = self.directory(way);
         for source in way.sources {
-            let source = self.workspace.root().join(source);
-            copy(&source, &directory.join(source.file_name().unwrap_or_default()))?;
+            for source in files(&self.workspace.root().join(source))? {
+                copy(&source, &directory.join(source.file_name().unwrap_or_default()))?;
+            }
         }
         step.quiet(&mut self.command(way.build, &directory))
     }
@@ -230,6 +241,15 @@ impl Shell<'_> {
         }
         fs::rename(&gone, &here).map_err(Error::while_doing(here.display()))
     }
+}
+
+/// The files that a source is: itself, or those in it.
+fn files(source: &Path) -> Result<Vec<PathBuf>, Error> {
+    if !source.is_dir() {
+        return Ok(vec![source.to_path_buf()]);
+    }
+    let entries = fs::read_dir(source).map_err(Error::while_doing(source.display()))?;
+    Ok(entries.flatten().map(|entry| entry.path()).filter(|path| path.is_file()).collect())
 }
 
 fn copy(from: &Path, to: &Path) -> Result<(), Error> {
