@@ -22,12 +22,13 @@ struct Handles(Vec<JoinHandle<()>>);
 
 impl Drop for Handles {
     fn drop(&mut self) {
+        // Work that drops its own threads cannot wait for them: they stay until it is done.
+        if self.0.iter().any(|handle| handle.thread().id() == current().id()) {
+            return;
+        }
         for handle in self.0.drain(..) {
-            // Work that drops its own renderer cannot wait for itself.
-            if handle.thread().id() != current().id() {
-                // Rayon's threads keep panics for whoever asked for the work.
-                let _ = handle.join();
-            }
+            // Rayon's threads keep panics for whoever asked for the work.
+            let _ = handle.join();
         }
     }
 }

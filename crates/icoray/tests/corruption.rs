@@ -75,7 +75,7 @@ impl Tables {
         match random.below(16) {
             0 if !rows.is_empty() => rows[at] ^= 1 << random.below(if self.is_wide { 64 } else { 31 }),
             1 if !rows.is_empty() => rows.swap(at, other),
-            2 if !rows.is_empty() => rows[at] += 1 - 2 * random.below(2) as i64,
+            2 if !rows.is_empty() => rows[at] = rows[at].wrapping_add(1 - 2 * random.below(2) as i64),
             3 if !rows.is_empty() => {
                 let odd = [i64::MIN, i64::MAX, -1, 0, limit, limit + 1, limit - 1, 1 << 31, 1 << 40, -2];
                 rows[at] = odd[random.below(odd.len())];
