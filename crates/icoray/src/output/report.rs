@@ -64,18 +64,24 @@ pub(super) fn beside(picture: &Path) -> PathBuf {
 
 /// Refuses a report that has other columns than ours: lines of two kinds in one file could not be told apart.
 pub(super) fn check(path: &Path) -> Result<()> {
-    match File::open(path) {
+    let found = match std::fs::metadata(path) {
+        // To open a pipe would wait for somebody to write into it.
+        Ok(found) if !found.is_file() => Err(io::Error::other("it is not a file")),
+        Ok(_) => File::open(path),
+        Err(e) => Err(e),
+    };
+    match found {
         Ok(file) => check_columns(path, &file),
         Err(e) if e.kind() == io::ErrorKind::NotFound => Ok(()),
         Err(e) => Err(io_error(path, FAILED, e)),
     }
 }
 
-/// Reads no more than the header of ours would have.
+/// Reads no more than the header of ours would have. A part of it is what a disk that was full left of ours.
 fn check_columns(path: &Path, file: &File) -> Result<()> {
     let mut head = Vec::new();
     file.take(HEADER.len() as u64 + 1).read_to_end(&mut head).map_err(|e| io_error(path, FAILED, e))?;
-    if head.is_empty() || head.strip_suffix(b"\n") == Some(HEADER.as_bytes()) {
+    if HEADER.as_bytes().starts_with(&head) || head.strip_suffix(b"\n") == Some(HEADER.as_bytes()) {
         return Ok(());
     }
     let wish = "move it away or write to another directory";
@@ -89,9 +95,10 @@ const FAILED: &str = "cannot write the report";
 /// so that the lines of two processes do not mix. A line that a full disk cut off before stays alone.
 pub(super) fn append(path: &Path, picture: &Path, frame: &Frame) -> Result<()> {
     let failed = |e| io_error(path, FAILED, e);
+    check(path)?;
     let mut file = OpenOptions::new().create(true).append(true).read(true).open(path).map_err(failed)?;
-    check_columns(path, &file)?;
-    let head = if file.metadata().map_err(failed)?.len() == 0 {
+    let head = if file.metadata().map_err(failed)?.len() <= HEADER.len() as u64 {
+        file.set_len(0).map_err(failed)?;
         format!("{HEADER}\n")
     } else {
         let mut last = [0];
@@ -142,7 +149,12 @@ mod tests {
         }
         let line = row(Path::new("q.png"), &frame);
         assert_eq!(std::fs::read_to_string(&path).unwrap(), format!("{HEADER}\n{line}\n{line}\n"));
-        // As a full disk leaves it.
+        // As full disks leave it.
+        for cut in [1, 9, HEADER.len()] {
+            std::fs::write(&path, &HEADER[..cut]).unwrap();
+            append(&path, Path::new("q.png"), &frame).unwrap();
+            assert_eq!(std::fs::read_to_string(&path).unwrap(), format!("{HEADER}\n{line}\n"));
+        }
         std::fs::write(&path, format!("{HEADER}\n7,60")).unwrap();
         append(&path, Path::new("q.png"), &frame).unwrap();
         assert_eq!(std::fs::read_to_string(&path).unwrap(), format!("{HEADER}\n7,60\n{line}\n"));
@@ -153,9 +165,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("report.csv");
         let older = HEADER.replace(",threads", "");
-        for other in
-            [format!("{older}\n1,2\n"), format!("{HEADER},more\n"), HEADER[..9].to_owned(), "\n".into()]
-        {
+        for other in [format!("{older}\n1,2\n"), format!("{HEADER},more\n"), "\n".into()] {
             std::fs::write(&path, &other).unwrap();
             let frame = crate::frame::tests::frame();
             for error in [check(&path).unwrap_err(), append(&path, Path::new("q.png"), &frame).unwrap_err()] {
@@ -163,6 +173,21 @@ mod tests {
                 assert!(error.to_string().contains("report.csv: its first line is not that"), "{error}");
             }
             assert_eq!(std::fs::read_to_string(&path).unwrap(), other);
+        }
+    }
+
+    #[test]
+    fn what_is_not_a_file_is_left_alone() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("report.csv");
+        // Opened, it would wait for somebody at its other end.
+        if !std::process::Command::new("mkfifo").arg(&path).status().is_ok_and(|s| s.success()) {
+            println!("skipped: no mkfifo");
+            return;
+        }
+        let frame = crate::frame::tests::frame();
+        for error in [check(&path).unwrap_err(), append(&path, Path::new("q.png"), &frame).unwrap_err()] {
+            assert_eq!(error.kind(), ErrorKind::Io);
         }
     }
 
