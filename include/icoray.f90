@@ -16,6 +16,9 @@
 !> KINDS. Reals of fields and coordinates are 32 or 64 bits, tables of indices too; times and radii are 64 bits. All
 !> other integers and logicals are of the default kind. Trailing blanks of strings do not count.
 !>
+!> PICTURES are written by a thread of their own: those that are not on disk when the program ends are lost, so icoray_close
+!> or icoray_wait comes before stop. After icoray_close the copies of an icoray_context are not to be used.
+!>
 !> One context is in one call at a time (ICORAY_ERR_BUSY); different contexts are independent.
 !> Fortran 2018 without extensions. Apache-2.0 OR MIT.
 module icoray
@@ -544,7 +547,8 @@ contains
     type(icoray_mesh), intent(inout) :: mesh
     integer, intent(out), optional :: ierr
     integer(c_int32_t) :: status
-    status = icoray_mesh_create_c(int(level, c_int32_t), mesh%handle)
+    status = ICORAY_ERR_ORDER   ! one that is there would be lost
+    if (.not. c_associated(mesh%handle)) status = icoray_mesh_create_c(int(level, c_int32_t), mesh%handle)
     if (present(ierr)) ierr = int(status)
   end subroutine icoray_mesh_create
 

@@ -329,7 +329,7 @@ typedef struct icoray_frame_report {
    */
   uint64_t frames_written;
   /**
-   * Frames that could not be rendered or written so far.
+   * Frames that could not be rendered or written so far; those that nobody rendered for ICORAY_ERR_EXISTS do not count.
    */
   uint64_t frames_failed;
   /**
@@ -462,7 +462,8 @@ typedef struct icoray_layers {
  * Level-fastest (MPAS): column_stride = layers, layer_stride = 1. Cell-fastest: column_stride = 1, layer_stride =
  * columns. Blocked, Fortran's (nproma, layers, blocks) (ICON, NICAM): block = nproma, column_stride = 1, layer_stride =
  * nproma, block_stride = nproma*layers. Padded rows have a longer column_stride; an array with more columns than the grid
- * (MPAS's nCells + 1) is read up to columns.
+ * (MPAS's nCells + 1) is read up to columns. All elements from the lowest to the highest lie in one allocation, and no
+ * other thread writes to it during icoray_execute.
  */
 typedef struct icoray_array {
   /**
@@ -599,7 +600,8 @@ typedef struct icoray_config {
    */
   const char *output_dir;
   /**
-   * Threads that render; 0 is as many as the affinity mask allows.
+   * Threads that render; 0 is as many as the affinity mask allows. All threads of icoray's, the writer's too, keep the
+   * mask of the thread that opens the context: with one core in it they take turns with the model.
    */
   int32_t threads;
   /**
@@ -675,7 +677,8 @@ icoray_status icoray_wants_field(struct icoray_ctx *ctx,
  * iso_datetime ("YYYY-MM-DD_hh:mm:ss" or with a T between) may be NULL unless an output name of the scene has a date.
  *
  * A picture that could not be written, which shows after the call, is told by the next call of icoray_execute (which has
- * drawn its own frame all the same), icoray_wait or icoray_close.
+ * drawn its own frame all the same), icoray_wait or icoray_close. One of the two comes before the program ends: frames
+ * that are not on disk by then are lost.
  *
  * # Safety
  * `ctx` is open; all borrowed tables and arrays are alive and unchanged until the call returns; `iso_datetime` is NULL
@@ -810,8 +813,9 @@ const char *icoray_version(void);
 icoray_status icoray_open_serial(const struct icoray_config *config, struct icoray_ctx **ctx);
 
 /**
- * Copies the last failed call's message into buf, cut to len - 1 bytes and ended by NUL. With ctx NULL: that of this
- * thread's last failed call, of any context or none.
+ * Copies the last failed call's message into buf, cut to len - 1 bytes and ended by NUL: that of the context, or of this
+ * thread's last failed call where the context did not let that in (ICORAY_ERR_BUSY, ICORAY_ERR_FORKED). With ctx NULL: that
+ * of this thread's last failed call, of any context or none. May be called while a call on the context is under way.
  *
  * # Safety
  * `ctx` is NULL or open; `buf` is NULL or has room for `len` bytes.

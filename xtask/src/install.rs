@@ -18,9 +18,9 @@ use place::Content;
 
 /// The version of the whole workspace.
 pub const VERSION: &str = env!("CARGO_PKG_VERSION");
-/// The name that programs look for at run time. Its number is that of the ABI: it changes when a program that was
-/// compiled before could no longer run.
-pub const SONAME: &str = "libicoray.so.0";
+/// The name that programs look for at run time. Its number changes when a program that was compiled before could no
+/// longer run: with each 0.x, as it is for Rust and for CMake's version file.
+pub const SONAME: &str = "libicoray.so.0.1";
 /// The cargo profile, in the workspace's `Cargo.toml`.
 const PROFILE: &str = "dist";
 /// The Fortran module's source, below the workspace's root.

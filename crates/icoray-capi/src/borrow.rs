@@ -257,6 +257,18 @@ pub(crate) unsafe fn field<'a>(array: &icoray_array, of: &str) -> Outcome<Field<
         block: count(array.block, &member("block"))?,
         block_stride: stride(array.block_stride, &member("block_stride"))?,
     };
+    // Forgotten strides would draw one value everywhere.
+    let blocks = if shape.block == 0 { 1 } else { shape.columns.div_ceil(shape.block) };
+    let inside = if shape.block == 0 { shape.columns } else { shape.block };
+    for (name, value, count) in [
+        ("column_stride", shape.column_stride, inside),
+        ("layer_stride", shape.layer_stride, shape.layers),
+        ("block_stride", shape.block_stride, blocks),
+    ] {
+        if value == 0 && count > 1 {
+            return Err(argument(format!("{of}.{name}: 0, expected the elements between {count} of them")));
+        }
+    }
     let location = location(array.location, of)?;
     if array.data.is_null() {
         return Err(Failure::null(&member("data")));

@@ -47,13 +47,35 @@ impl From<Error> for Failure {
 /// Result of a call before it becomes a status.
 pub(crate) type Outcome<T> = Result<T, Failure>;
 
-thread_local! {
-    static LAST: RefCell<String> = const { RefCell::new(String::new()) };
+/// A thread's last failure, for calls that have no context to keep it.
+struct Last {
+    message: String,
+    /// The address of the context that did not let the call in, where that was the failure.
+    refused_by: usize,
 }
 
-/// This thread's last message, for calls that have no context to keep it; none while the thread is being torn down.
+thread_local! {
+    static LAST: RefCell<Last> = const { RefCell::new(Last { message: String::new(), refused_by: 0 }) };
+}
+
+/// This thread's last message; none while the thread is being torn down.
 pub(crate) fn last_message() -> String {
-    LAST.try_with(|last| last.borrow().clone()).unwrap_or_default()
+    LAST.try_with(|last| last.borrow().message.clone()).unwrap_or_default()
+}
+
+/// This thread's last message, if the context at `address` did not let its last failed call in.
+pub(crate) fn last_refusal(address: usize) -> Option<String> {
+    LAST.try_with(|last| {
+        let last = last.borrow();
+        (last.refused_by == address).then(|| last.message.clone())
+    })
+    .ok()
+    .flatten()
+}
+
+/// Keeps which context did not let this thread's last failed call in; 0 for none.
+pub(crate) fn refused_by(address: usize) {
+    let _ = LAST.try_with(|last| last.borrow_mut().refused_by = address);
 }
 
 /// Runs `call` and turns a panic into a failure.
@@ -79,7 +101,11 @@ pub(crate) fn guarded(call: impl FnOnce() -> Outcome<()>) -> Outcome<()> {
     let outcome = caught(call);
     if let Err(failure) = &outcome {
         // A model's thread may call from its own destructors, after this thread's message is gone.
-        let _ = LAST.try_with(|last| last.borrow_mut().clone_from(&failure.message));
+        let _ = LAST.try_with(|last| {
+            let mut last = last.borrow_mut();
+            last.message.clone_from(&failure.message);
+            last.refused_by = 0;
+        });
     }
     outcome
 }

@@ -10,6 +10,7 @@ use std::collections::BTreeMap;
 use std::ffi::c_char;
 use std::ptr;
 use std::sync::Arc;
+use std::time::Instant;
 
 /// A field as it was given: where its array is, and over which grid and layers.
 struct Given {
@@ -29,10 +30,8 @@ pub struct Context {
     fields: BTreeMap<String, Given>,
     scene: Choice,
     drawing: Drawing,
-    /// The last failure's message.
-    message: String,
-    /// Set when icoray itself failed: its state can no longer be trusted.
-    poisoned: bool,
+    /// Why icoray itself failed, if it did: its state can no longer be trusted.
+    poison: Option<String>,
 }
 
 /// What to draw.
@@ -60,28 +59,22 @@ impl Context {
             fields: BTreeMap::new(),
             scene: Choice::Open,
             drawing: Drawing::new(config, output_dir)?,
-            message: String::new(),
-            poisoned: false,
+            poison: None,
         })
     }
 
-    /// The last failure's message.
-    pub fn message(&self) -> &str {
-        &self.message
-    }
-
     pub fn refuse_if_poisoned(&self) -> Outcome<()> {
-        if !self.poisoned {
-            return Ok(());
-        }
-        let message = format!("the context failed before and takes no more calls ({})", self.message);
+        let Some(poison) = &self.poison else { return Ok(()) };
+        let message = format!("the context failed before and takes no more calls ({poison})");
         Err(Failure::new(icoray_status::ICORAY_ERR_INTERNAL, message))
     }
 
-    pub fn remember(&mut self, failure: &Failure) {
-        self.message.clone_from(&failure.message);
+    /// A call failed.
+    pub fn failed(&mut self, failure: &Failure) {
         self.drawing.log_failure(failure);
-        self.poisoned |= failure.status == icoray_status::ICORAY_ERR_INTERNAL;
+        if failure.status == icoray_status::ICORAY_ERR_INTERNAL {
+            self.poison = Some(failure.message.clone());
+        }
     }
 
     /// Checks the tables; the grid before stays where they are wrong.
@@ -151,8 +144,15 @@ impl Context {
         }
     }
 
-    /// Draws the scene.
+    /// Draws the scene, where this step is due.
     pub fn execute(&mut self, stamp: Stamp) -> Outcome<()> {
+        let start = Instant::now();
+        let outcome = self.draw(stamp);
+        self.drawing.spent(start.elapsed().as_secs_f64());
+        outcome
+    }
+
+    fn draw(&mut self, stamp: Stamp) -> Outcome<()> {
         let scene = match &self.scene {
             Choice::Scene(scene) if scene.is_due(stamp.step) => Some(scene.clone()),
             Choice::Scene(_) | Choice::Nothing => None,
@@ -165,7 +165,7 @@ impl Context {
             return self.drawing.pass();
         };
         let Context { grids, layers, fields, drawing, .. } = self;
-        drawing.draw(stamp, scene.clone(), || subject(scene, grids, layers, fields))
+        drawing.draw(stamp, || subject(scene, grids, layers, fields))
     }
 
     /// Waits until all frames are on disk.
@@ -176,7 +176,7 @@ impl Context {
     /// Waits, for the last time, and says nothing where the context has said before that it is broken.
     pub fn finish(&mut self) -> Outcome<()> {
         let outcome = self.drawing.finish();
-        if self.poisoned { Ok(()) } else { outcome }
+        if self.poison.is_some() { Ok(()) } else { outcome }
     }
 
     pub fn report(&mut self) -> Outcome<icoray_frame_report> {

@@ -12,7 +12,7 @@ use crate::types::{
     icoray_frame_report, icoray_status,
 };
 use icoray_core::output::{Existing, Stamp, WhenFull, Writer, WriterOptions};
-use icoray_core::{Background, Certainty, Error, FrameReport, Job, Lights, Renderer, Scene};
+use icoray_core::{Background, Certainty, Error, FrameReport, Job, Lights, Renderer};
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -74,6 +74,11 @@ impl Drawing {
         &self.renderer
     }
 
+    /// Counts the model's time.
+    pub fn spent(&mut self, seconds: f64) {
+        self.totals.host_s += seconds;
+    }
+
     /// Whether frames are still drawn.
     pub fn is_on(&self) -> bool {
         self.policy.is_on()
@@ -87,27 +92,22 @@ impl Drawing {
     }
 
     /// Draws a frame of what `subject` finds, and queues it to be written.
-    pub fn draw<'a>(
-        &mut self,
-        stamp: Stamp,
-        scene: Arc<Scene>,
-        subject: impl FnOnce() -> Outcome<Subject<'a>>,
-    ) -> Outcome<()> {
+    pub fn draw<'a>(&mut self, stamp: Stamp, subject: impl FnOnce() -> Outcome<Subject<'a>>) -> Outcome<()> {
         let start = Instant::now();
         self.collect();
         self.policy.refuse_if_off()?;
         let step = stamp.step;
-        // Names that are wrong or taken are known before the first ray.
-        let names = self.writer.check(&scene.output, &stamp, &scene.field).map_err(Failure::from);
-        let drawn = names.and_then(|_| subject()).and_then(|subject| self.begin(stamp, subject));
+        let drawn = subject().and_then(|subject| self.begin(stamp, subject));
         let host_s = start.elapsed().as_secs_f64();
-        self.totals.host_s += host_s;
         match drawn {
             Ok(()) if self.background.is_some() => self.handed_over = Some((step, host_s)),
             Ok(()) => self.totals.last_host_s = host_s,
             Err(failure) => {
                 let failure = Failure::new(failure.status, format!("step {step}: {}", failure.message));
-                self.fail(&failure);
+                // Nothing was drawn, as the user asked for.
+                if failure.status != icoray_status::ICORAY_ERR_EXISTS {
+                    self.fail(&failure);
+                }
                 return Err(failure);
             }
         }
@@ -122,6 +122,8 @@ impl Drawing {
             self.collect();
             return Ok(());
         }
+        // Names that are wrong or taken are known before the first ray.
+        self.writer.check(&scene.output, &stamp, &scene.field)?;
         let frame = self.renderer.render(&scene, &grid, &layers, &field)?;
         let mut report = frame.report.clone();
         self.describe(&stamp, &report);
@@ -134,23 +136,7 @@ impl Drawing {
 
     /// Takes in what became of the frames of before.
     pub fn collect(&mut self) {
-        if let Some(background) = &mut self.background {
-            let drawn = background.take_outcomes();
-            for drawn in drawn.kept {
-                self.drop_frame(drawn.dropped.as_ref());
-                match drawn.result {
-                    Ok(report) => {
-                        self.describe(&drawn.stamp, &report);
-                        self.last = Some((drawn.stamp, report));
-                    }
-                    Err(error) => self.fail_late(&drawn.stamp, error),
-                }
-            }
-        }
-        let is_last = |step: i64| self.last.as_ref().is_some_and(|(stamp, _)| stamp.step == step);
-        if let Some((_, host_s)) = self.handed_over.take_if(|(step, _)| is_last(*step)) {
-            self.totals.last_host_s = host_s;
-        }
+        // What is written by now was drawn before what was drawn last.
         let written = self.writer.take_outcomes();
         self.totals.written += written.more_done;
         self.totals.failed += written.more_failed;
@@ -170,6 +156,23 @@ impl Drawing {
                 Err(error) => self.fail_late(&written.stamp, error),
             }
         }
+        if let Some(background) = &mut self.background {
+            let drawn = background.take_outcomes();
+            for drawn in drawn.kept {
+                self.drop_frame(drawn.dropped.as_ref());
+                match drawn.result {
+                    Ok(report) => {
+                        self.describe(&drawn.stamp, &report);
+                        self.last = Some((drawn.stamp, report));
+                    }
+                    Err(error) => self.fail_late(&drawn.stamp, error),
+                }
+            }
+        }
+        let is_last = |step: i64| self.last.as_ref().is_some_and(|(stamp, _)| stamp.step == step);
+        if let Some((_, host_s)) = self.handed_over.take_if(|(step, _)| is_last(*step)) {
+            self.totals.last_host_s = host_s;
+        }
     }
 
     fn describe(&self, stamp: &Stamp, report: &FrameReport) {
@@ -186,10 +189,15 @@ impl Drawing {
         let failure = Failure::from(error);
         let failure = Failure::new(failure.status, format!("step {}: {}", stamp.step, failure.message));
         self.fail(&failure);
-        match self.untold {
-            None => self.untold = Some(failure),
-            // A call tells of one; the log of all.
-            Some(_) => self.policy.log_failure(&failure, &self.log),
+        // A call tells of one, of the first or of a bug, which ends the context; the log tells of all.
+        let is_bug = failure.status == icoray_status::ICORAY_ERR_INTERNAL;
+        let other = match &mut self.untold {
+            untold @ None => untold.replace(failure),
+            Some(first) if is_bug => Some(std::mem::replace(first, failure)),
+            Some(_) => Some(failure),
+        };
+        if let Some(other) = other {
+            self.policy.log_failure(&other, &self.log);
         }
     }
 

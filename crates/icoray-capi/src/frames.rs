@@ -79,7 +79,8 @@ unsafe fn wanted(
 /// iso_datetime ("YYYY-MM-DD_hh:mm:ss" or with a T between) may be NULL unless an output name of the scene has a date.
 ///
 /// A picture that could not be written, which shows after the call, is told by the next call of icoray_execute (which has
-/// drawn its own frame all the same), icoray_wait or icoray_close.
+/// drawn its own frame all the same), icoray_wait or icoray_close. One of the two comes before the program ends: frames
+/// that are not on disk by then are lost.
 ///
 /// # Safety
 /// `ctx` is open; all borrowed tables and arrays are alive and unchanged until the call returns; `iso_datetime` is NULL

@@ -1,9 +1,10 @@
 //! What a model holds: an opaque handle, and who may enter it.
 
-use crate::boundary::{Failure, Outcome, caught, guarded, status};
+use crate::boundary::{Failure, Outcome, caught, guarded, last_refusal, refused_by, status};
 use crate::context::Context;
 use crate::types::icoray_status;
-use std::sync::{Mutex, MutexGuard, TryLockError};
+use std::ptr;
+use std::sync::{Mutex, MutexGuard, PoisonError, TryLockError};
 
 /// An open context.
 #[expect(non_camel_case_types, reason = "the name is C's")]
@@ -11,11 +12,33 @@ pub struct icoray_ctx {
     /// The process that opened it and has its threads.
     process: u32,
     context: Mutex<Context>,
+    /// The last failure's message, which can be read while a call is under way.
+    message: Mutex<String>,
 }
 
 impl icoray_ctx {
     pub fn new(context: Context) -> Self {
-        icoray_ctx { process: std::process::id(), context: Mutex::new(context) }
+        icoray_ctx {
+            process: std::process::id(),
+            context: Mutex::new(context),
+            message: Mutex::new(String::new()),
+        }
+    }
+
+    /// The message of the last failed call, or of this thread's, where that was not let in.
+    pub fn message(&self) -> String {
+        last_refusal(ptr::from_ref(self).addr()).unwrap_or_else(|| {
+            let none = || String::new();
+            if self.is_forked() { none() } else { self.message.lock().map_or_else(|_| none(), |m| m.clone()) }
+        })
+    }
+
+    /// Runs a call, and keeps its failure.
+    pub fn run(&self, context: &mut Context, call: impl FnOnce(&mut Context) -> Outcome<()>) -> Outcome<()> {
+        caught(|| call(context)).inspect_err(|failure| {
+            context.failed(failure);
+            self.message.lock().unwrap_or_else(PoisonError::into_inner).clone_from(&failure.message);
+        })
     }
 
     /// Whether a fork came between. Asked before any lock is touched: one that another thread held while forking would be
@@ -56,17 +79,18 @@ pub(crate) unsafe fn with(
     ctx: *const icoray_ctx,
     call: impl FnOnce(&mut Context) -> Outcome<()>,
 ) -> icoray_status {
-    status(&guarded(|| {
+    let mut is_refused = false;
+    let outcome = guarded(|| {
         // SAFETY: the caller promises an open context.
         let ctx = unsafe { ctx.as_ref() }.ok_or_else(|| Failure::null("ctx"))?;
-        let mut context = ctx.enter()?;
+        let mut context = ctx.enter().inspect_err(|_| is_refused = true)?;
         context.refuse_if_poisoned()?;
-        let outcome = caught(|| call(&mut context));
-        if let Err(failure) = &outcome {
-            context.remember(failure);
-        }
-        outcome
-    }))
+        ctx.run(&mut context, call)
+    });
+    if is_refused {
+        refused_by(ctx.addr());
+    }
+    status(&outcome)
 }
 
 #[cfg(test)]
@@ -174,9 +198,15 @@ mod tests {
                 Ok(())
             });
             assert_eq!(within, ICORAY_OK);
-            assert_eq!(message(ctx), "", "the context itself has not failed");
-            assert_eq!(icoray_scene_text(ctx, c"".as_ptr()), ICORAY_OK);
+            assert!(message(ctx).contains("has not returned"), "this thread's last failure on it");
+            let ctx = &*ctx;
+            std::thread::scope(|other| {
+                let heard = other.spawn(|| ctx.message()).join();
+                assert_eq!(heard.unwrap(), "", "the context itself has not failed");
+            });
         }
+        // SAFETY: an open context and a string.
+        unsafe { assert_eq!(icoray_scene_text(ctx, c"".as_ptr()), ICORAY_OK) };
         closed(ctx);
     }
 

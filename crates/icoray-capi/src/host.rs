@@ -3,26 +3,45 @@
 //! Models run with floating-point traps (`-ffpe-trap=invalid,overflow`), with denormals flushed to zero, and print at
 //! their end which exception flags were raised. icoray computes with NaN as a matter of course, so every call sets the
 //! default state and puts the caller's back, flags and all; threads that a call starts inherit the default. Signals that
-//! are meant for the model must not be handled on a thread of icoray's, so these threads block them.
+//! are meant for the model must not be handled on a thread of icoray's, so these threads block them; those that a thread
+//! raises itself, by touching a page that a checkpointer watches, reach the model's handlers as ever.
 
-/// The caller's floating-point state, put back when dropped; the default state (IEC 60559: round to nearest, no traps, no
-/// flushing) until then.
+use std::cell::Cell;
+
+thread_local! {
+    /// The state of the caller whose call this thread is in.
+    static CALLER: Cell<State> = const { Cell::new(State::DEFAULT) };
+}
+
+/// The default floating-point state (IEC 60559: round to nearest, no traps, no flushing) until this is dropped, which puts
+/// the caller's back.
 pub(crate) struct FloatingPoint {
-    saved: State,
+    /// The state of the caller around this one: a log callback may call in turn.
+    outer: State,
 }
 
 impl FloatingPoint {
     pub fn set_default() -> Self {
-        let saved = State::read();
+        let outer = CALLER.replace(State::read());
         State::DEFAULT.write();
-        FloatingPoint { saved }
+        FloatingPoint { outer }
     }
 }
 
 impl Drop for FloatingPoint {
     fn drop(&mut self) {
-        self.saved.write();
+        CALLER.replace(self.outer).write();
     }
+}
+
+/// Runs the caller's own code in the caller's state, and keeps what that code makes of it.
+pub(crate) fn as_caller<R>(code: impl FnOnce() -> R) -> R {
+    let own = State::read();
+    CALLER.get().write();
+    let result = code();
+    CALLER.set(State::read());
+    own.write();
+    result
 }
 
 /// The control and status register of SSE, which all of Rust's arithmetic goes through; x87's is never touched.
@@ -96,7 +115,8 @@ impl State {
     fn write(self) {}
 }
 
-/// Runs `start` with all signals blocked on this thread, so that the threads that it starts never handle one.
+/// Runs `start` with signals blocked on this thread, so that the threads that it starts never handle one that is sent to
+/// the process.
 #[cfg(unix)]
 pub(crate) fn without_signals<R>(start: impl FnOnce() -> R) -> R {
     /// Puts the mask back, also where `start` panics.
@@ -114,6 +134,10 @@ pub(crate) fn without_signals<R>(start: impl FnOnce() -> R) -> R {
     // SAFETY: both are filled in by the calls that get them; SIG_SETMASK is a valid `how`, so the call cannot fail.
     let mask = unsafe {
         libc::sigfillset(all.as_mut_ptr());
+        // Raised by what a thread does, and handled by it or deadly.
+        for own in [libc::SIGSEGV, libc::SIGBUS, libc::SIGFPE, libc::SIGILL, libc::SIGTRAP, libc::SIGSYS] {
+            libc::sigdelset(all.as_mut_ptr(), own);
+        }
         libc::pthread_sigmask(libc::SIG_SETMASK, all.as_ptr(), before.as_mut_ptr());
         Mask(before.assume_init())
     };
@@ -151,5 +175,26 @@ mod tests {
         assert!(inside.0 & 0x4 != 0, "a division by zero raised its flag");
         assert!(kept, "denormals are kept inside");
         assert_eq!(after, ODD);
+    }
+
+    #[test]
+    fn the_callers_code_has_the_callers_state() {
+        let usual = State::read();
+        ODD.write();
+        let (inside, again) = {
+            let _guard = FloatingPoint::set_default();
+            let inside = as_caller(|| {
+                let inside = State::read();
+                // The division-by-zero flag, raised by the caller's code.
+                State(ODD.0 | 0x4).write();
+                inside
+            });
+            (inside, State::read())
+        };
+        let after = State::read();
+        usual.write();
+        assert_eq!(inside, ODD);
+        assert_eq!(again.0 & !0x3f, State::DEFAULT.0);
+        assert_eq!(after, State(ODD.0 | 0x4), "what the caller's code did stays");
     }
 }

@@ -1,5 +1,6 @@
 //! The log: lines for the host's callback, on the host's thread, and for nobody where it gave none.
 
+use crate::host::as_caller;
 use crate::types::{
     ICORAY_LOG_DEBUG, ICORAY_LOG_ERROR, ICORAY_LOG_INFO, ICORAY_LOG_OFF, ICORAY_LOG_WARN, icoray_log_fn,
 };
@@ -45,7 +46,7 @@ impl Log {
         let line = CString::new(message.replace('\0', "\u{fffd}")).unwrap_or_default();
         if let Some(callback) = self.callback {
             // SAFETY: the host promises a callback that takes a string for the time of the call.
-            unsafe { callback(self.user, level as i32, line.as_ptr()) };
+            as_caller(|| unsafe { callback(self.user, level as i32, line.as_ptr()) });
         }
     }
 }
@@ -67,6 +68,6 @@ pub unsafe extern "C" fn icoray_log_stderr(user: *mut c_void, level: i32, messag
     };
     // SAFETY: not NULL; the caller promises the NUL at its end.
     let message = unsafe { CStr::from_ptr(message) }.to_string_lossy();
-    // A closed stderr is no reason to fail.
-    let _ = writeln!(std::io::stderr(), "icoray: {word}{message}");
+    // One write, so that the lines of several ranks do not mix; a closed stderr is no reason to fail.
+    let _ = std::io::stderr().write_all(format!("icoray: {word}{message}\n").as_bytes());
 }

@@ -1,7 +1,7 @@
 //! Exported: opening, closing, and what went wrong.
 
 use crate::borrow::{sized, text};
-use crate::boundary::{Failure, caught, guarded, last_message, status};
+use crate::boundary::{Failure, guarded, last_message, refused_by, status};
 use crate::context::Context;
 use crate::handle::icoray_ctx;
 use crate::types::{icoray_config, icoray_status};
@@ -38,14 +38,17 @@ pub unsafe extern "C" fn icoray_open_serial(
             unsafe { text(config.output_dir, "icoray_config.output_dir")? }
         };
         let context = Context::new(config, output_dir)?;
+        // The new context may lie where a closed one did.
+        refused_by(0);
         // SAFETY: as above.
         unsafe { ctx.write(Box::into_raw(Box::new(icoray_ctx::new(context)))) };
         Ok(())
     }))
 }
 
-/// Copies the last failed call's message into buf, cut to len - 1 bytes and ended by NUL. With ctx NULL: that of this
-/// thread's last failed call, of any context or none.
+/// Copies the last failed call's message into buf, cut to len - 1 bytes and ended by NUL: that of the context, or of this
+/// thread's last failed call where the context did not let that in (ICORAY_ERR_BUSY, ICORAY_ERR_FORKED). With ctx NULL: that
+/// of this thread's last failed call, of any context or none. May be called while a call on the context is under way.
 ///
 /// # Safety
 /// `ctx` is NULL or open; `buf` is NULL or has room for `len` bytes.
@@ -63,12 +66,7 @@ pub unsafe extern "C" fn icoray_last_error(
         return icoray_status::ICORAY_ERR_ARGUMENT;
     }
     // SAFETY: the caller promises NULL or an open context.
-    let entered = unsafe { ctx.as_ref() }.map(icoray_ctx::enter);
-    // A context that cannot be entered has refused this thread before, which has the message.
-    let message = match &entered {
-        Some(Ok(context)) => context.message().to_string(),
-        _ => last_message(),
-    };
+    let message = unsafe { ctx.as_ref() }.map_or_else(last_message, icoray_ctx::message);
     let cut = message.floor_char_boundary(len - 1);
     // SAFETY: cut + 1 <= len bytes fit; the message is ours and does not overlap.
     unsafe {
@@ -87,7 +85,8 @@ pub unsafe extern "C" fn icoray_last_error(
 /// `ctx` is NULL or points to NULL or to an open context that no other thread uses afterwards.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn icoray_close(ctx: *mut *mut icoray_ctx) -> icoray_status {
-    status(&guarded(|| {
+    let mut refused = 0;
+    let outcome = guarded(|| {
         if ctx.is_null() {
             return Err(Failure::null("ctx"));
         }
@@ -104,20 +103,21 @@ pub unsafe extern "C" fn icoray_close(ctx: *mut *mut icoray_ctx) -> icoray_statu
             return Ok(());
         }
         let outcome = match handle.enter() {
-            Ok(mut context) => {
-                // Closed all the same, so a panic goes no further than this; the log hears of a failure as of any other.
-                let outcome = caught(|| context.finish());
-                if let Err(failure) = &outcome {
-                    context.remember(failure);
-                }
-                outcome
+            // Closed all the same, so a panic goes no further than this; the log hears of a failure as of any other.
+            Ok(mut context) => handle.run(&mut context, Context::finish),
+            Err(busy) => {
+                refused = open.addr();
+                return Err(busy);
             }
-            Err(busy) => return Err(busy),
         };
         // SAFETY: as above.
         unsafe { ctx.write(ptr::null_mut()) };
         // SAFETY: it came out of Box::into_raw in icoray_open_serial, and *ctx no longer has it.
         drop(unsafe { Box::from_raw(open) });
         outcome
-    }))
+    });
+    if refused != 0 {
+        refused_by(refused);
+    }
+    status(&outcome)
 }

@@ -91,7 +91,8 @@ pub struct icoray_config {
     pub struct_size: usize,
     /// Directory of the pictures and report.csv, made when missing; NULL is the working directory.
     pub output_dir: *const c_char,
-    /// Threads that render; 0 is as many as the affinity mask allows.
+    /// Threads that render; 0 is as many as the affinity mask allows. All threads of icoray's, the writer's too, keep the
+    /// mask of the thread that opens the context: with one core in it they take turns with the model.
     pub threads: i32,
     /// Pictures that are there already: ICORAY_NEVER_MODIFY or ICORAY_OVERWRITE.
     pub existing: i32,
@@ -183,7 +184,8 @@ pub struct icoray_layers {
 /// Level-fastest (MPAS): column_stride = layers, layer_stride = 1. Cell-fastest: column_stride = 1, layer_stride =
 /// columns. Blocked, Fortran's (nproma, layers, blocks) (ICON, NICAM): block = nproma, column_stride = 1, layer_stride =
 /// nproma, block_stride = nproma*layers. Padded rows have a longer column_stride; an array with more columns than the grid
-/// (MPAS's nCells + 1) is read up to columns.
+/// (MPAS's nCells + 1) is read up to columns. All elements from the lowest to the highest lie in one allocation, and no
+/// other thread writes to it during icoray_execute.
 #[repr(C)]
 #[derive(Debug, Clone, Copy)]
 pub struct icoray_array {
@@ -322,7 +324,7 @@ pub struct icoray_frame_report {
     pub threads: i32,
     /// Frames on disk so far.
     pub frames_written: u64,
-    /// Frames that could not be rendered or written so far.
+    /// Frames that could not be rendered or written so far; those that nobody rendered for ICORAY_ERR_EXISTS do not count.
     pub frames_failed: u64,
     /// Frames that a full queue dropped so far (ICORAY_DROP_OLDEST).
     pub frames_dropped: u64,

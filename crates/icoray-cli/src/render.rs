@@ -174,7 +174,7 @@ pub fn run(args: &Args, out: &mut impl Write) -> std::result::Result<(), Failure
         target::expect_apart(map, &target.path(&scene.output, &stamp(&file, times.start), &scene.field)?)?;
     }
     let error_map = args.error.as_deref();
-    let mut press = Press::new(&target, &scene.output, args.existing.into(), error_map, times.len())?;
+    let mut press = Press::new(&target, &scene.output, args.existing.into(), error_map)?;
     for time in times.clone() {
         press.check(&stamp(&file, time), &scene.field)?;
     }

@@ -190,8 +190,6 @@ fn draw(
 ) -> Result<(FrameReport, Option<Stamp>)> {
     let Job { scene, grid, layers, stamp } = job;
     let mut frame = renderer.render(&scene, &grid, &layers, &snapshot.field()?)?;
-    // The model may take its tables back as soon as the frame is drawn, however long the writer makes this thread wait.
-    drop((grid, layers));
     frame.report.waited_s = accepted.waited_s;
     frame.report.copy_s = accepted.copy_s;
     frame.report.bytes_copied = accepted.bytes_copied;

@@ -18,7 +18,7 @@ impl Shape {
     ///
     /// Dimensions of extent 1 do not count. Of one dimension, rows of layers follow one another. Of two, one holds the
     /// layers, the other the columns. Of three, one holds the layers, and the others, in order, the columns of a block and
-    /// the blocks. Where several readings fit, that with as many layers as `layers` comes before that with one fewer, then
+    /// the blocks, none of which is empty. Where several readings fit, that with as many layers as `layers` comes before that with one fewer, then
     /// layers in the second of three or the first of two before others. The dimension of columns may be longer than needed.
     ///
     /// # Errors
@@ -61,7 +61,9 @@ fn read(dimensions: &[Dimension], columns: usize, layers: usize) -> Option<Shape
         }
         [a, b, c] => {
             let reading = |level: Dimension, column: Dimension, block: Dimension| {
-                let holds = column.extent.checked_mul(block.extent)? >= columns;
+                // Each block is needed: otherwise the two are something else, such as tracers or time levels and cells.
+                let holds = column.extent.checked_mul(block.extent)? >= columns
+                    && column.extent.checked_mul(block.extent - 1)? < columns;
                 (level.extent == layers && holds).then_some(Shape {
                     column_stride: column.stride,
                     layer_stride: level.stride,
@@ -137,9 +139,19 @@ mod tests {
 
     #[test]
     fn what_fits_no_reading_is_refused_with_its_extents() {
-        for extents in
-            [vec![], vec![41, 5], vec![3, 42], vec![209], vec![16, 5, 2], vec![2, 5, 3, 7], vec![1, 1]]
-        {
+        for extents in [
+            // Tracers or time levels beside: a section of them is a field.
+            vec![3, 5, 42],
+            vec![5, 42, 2],
+            vec![42, 5, 3],
+            vec![],
+            vec![41, 5],
+            vec![3, 42],
+            vec![209],
+            vec![16, 5, 2],
+            vec![2, 5, 3, 7],
+            vec![1, 1],
+        ] {
             let error = Shape::of_dimensions(&fortran(&extents), 42, 5).unwrap_err();
             assert_eq!(error.kind(), ErrorKind::Field);
             let text = error.to_string();

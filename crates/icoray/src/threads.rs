@@ -46,7 +46,7 @@ impl Threads {
         };
         let pool = ThreadPoolBuilder::new().num_threads(count).spawn_handler(spawn).build();
         let pool =
-            pool.map_err(|e| Error::new(ErrorKind::Argument, format!("cannot make {count} threads: {e}")))?;
+            pool.map_err(|e| Error::new(ErrorKind::Io, format!("cannot make {count} threads: {e}")))?;
         Ok(Threads { pool: Some(pool), handles })
     }
 

@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 
 /// The columns of `report.csv`, in order. Seconds are wall clock; errors and tolerance are of premultiplied linear
 /// channels, 0 to 1 ([`ErrorSummary`](crate::ErrorSummary)); `error_kind` is `bound` or `estimate`.
-const HEADER: &str = "step,time_s,date,field,file,prepare_s,render_s,write_s,rays,columns,frusta,void_frusta,value_min,value_max,missing_values,error_max,error_mean,error_p999,error_kind,tolerance,pixel_step,lights,threads,bytes_copied,copy_s,waited_s,left_out";
+const HEADER: &str = "step,time_s,date,field,file,prepare_s,render_s,write_s,rays,columns,frusta,void_frusta,value_min,value_max,missing_values,error_max,error_mean,error_p999,error_kind,tolerance,pixel_step,lights,threads,bytes_copied,copy_s,waited_s,bytes_derived,left_out";
 
 /// The line of a frame whose picture was written to `picture`.
 fn row(picture: &Path, frame: &Frame) -> String {
@@ -43,6 +43,7 @@ fn row(picture: &Path, frame: &Frame) -> String {
         r.bytes_copied.to_string(),
         format!("{:.6}", r.copy_s),
         format!("{:.6}", r.waited_s),
+        r.derived_bytes.to_string(),
         r.left_out.join("; "),
     ];
     cells.map(|cell| quoted(&cell)).join(",")
@@ -91,13 +92,20 @@ fn check_columns(path: &Path, file: &File) -> Result<()> {
 
 const FAILED: &str = "cannot write the report";
 
-/// Appends the line of a frame to the report at `path`, and the header first where that is new or empty. It is one write,
-/// so that the lines of two processes do not mix. A line that a full disk cut off before stays alone.
+/// Appends the line of a frame to the report at `path`, and the header first where that is new or was cut off by a full
+/// disk. The file is locked meanwhile, so that contexts and processes may share a report; where it cannot be, each line is
+/// still one write. A line that a full disk cut off before stays alone.
 pub(super) fn append(path: &Path, picture: &Path, frame: &Frame) -> Result<()> {
     let failed = |e| io_error(path, FAILED, e);
     check(path)?;
     let mut file = OpenOptions::new().create(true).append(true).read(true).open(path).map_err(failed)?;
-    let head = if file.metadata().map_err(failed)?.len() <= HEADER.len() as u64 {
+    // Given back when the file is closed.
+    let is_locked = file.lock().is_ok();
+    check_columns(path, &file)?;
+    let length = file.metadata().map_err(failed)?.len();
+    let head = if length == 0 {
+        format!("{HEADER}\n")
+    } else if length <= HEADER.len() as u64 && is_locked {
         file.set_len(0).map_err(failed)?;
         format!("{HEADER}\n")
     } else {
