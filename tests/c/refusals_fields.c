@@ -76,6 +76,9 @@ void arrays(icoray_ctx *ctx)
         {IN(layers), INT64_MIN, 0, ICORAY_ERR_ARGUMENT, "icoray_array.layers"},
         {IN(layers), INT64_MAX, 0, ICORAY_ERR_ARGUMENT, "icoray_array.layers"},
         {IN(layers), 0, 0, ICORAY_ERR_FIELD, "0 layers"},
+        {IN(column_stride), 0, 0, ICORAY_ERR_ARGUMENT, "icoray_array.column_stride: 0"},
+        {IN(layer_stride), 0, 0, ICORAY_ERR_ARGUMENT, "icoray_array.layer_stride: 0"},
+        {IN(block_stride), 0, 8, ICORAY_ERR_ARGUMENT, "icoray_array.block_stride: 0"},
         {IN(column_stride), INT64_MAX, 0, ICORAY_ERR_ARGUMENT, "icoray_array: the strides"},
         {IN(column_stride), INT64_MIN, 0, ICORAY_ERR_ARGUMENT, "icoray_array: the strides"},
         {IN(column_stride), INT64_MAX / 41, 0, ICORAY_ERR_ARGUMENT, "icoray_array: the strides"},
@@ -129,7 +132,7 @@ void arrays(icoray_ctx *ctx)
     array = good_array;
     array.columns = (int64_t)1 << 32;
     array.columns += 1;
-    array.column_stride = array.layer_stride = array.block_stride = 0;
+    array.column_stride = array.layer_stride = array.block_stride = 1;
     array.block = 8;
     REFUSED(ctx, ICORAY_ERR_FIELD, "4294967297 columns in blocks", icoray_field_set(ctx, "f", &array));
     array = good_array;

@@ -117,6 +117,7 @@ void in_the_way(void)
         icoray_ctx *ctx;
         config.existing = policies[p];
         ctx = filled_with(&config);
+        uint64_t failed = 0; /* beside those that were not drawn because a file is there */
         for (size_t i = 0; i < COUNT(cases); i++) {
             char text[1024];
             trying = cases[i].part;
@@ -124,13 +125,14 @@ void in_the_way(void)
             OK(icoray_scene_text(ctx, text));
             REFUSED(ctx, cases[i].status, cases[i].part, icoray_execute(ctx, 5, 0.0, NULL));
             OK(icoray_wait(ctx)); /* it was told */
+            failed += cases[i].status != ICORAY_ERR_EXISTS;
         }
         trying = "";
         CHECK(!file_exists("way/g.png") && !file_exists("way/other/f.png") && !file_exists("way/taken/f.png"));
         CHECK(file_is("way/other/report.csv", THERE) && file_is("way/file", THERE));
         OK(icoray_scene_text(ctx, good_scene));
         still_draws(ctx);
-        CHECK(report_of(ctx).frames_failed == COUNT(cases) && report_of(ctx).frames_written == 1);
+        CHECK(report_of(ctx).frames_failed == failed && report_of(ctx).frames_written == 1);
         OK(icoray_close(&ctx));
     }
 }
