@@ -77,7 +77,8 @@ program shallow_water
    write (*, '(a,f7.1,a,f7.1,a,2(f7.4,a))') 'set up in', clock() - began, ' s; centres are at least', minval(cells%dc)/1000.0_wp, &
       ' km apart, and', off(1), ' of a spacing from their centroids at most,', off(2), ' in the mean'
    write (*, '(a)') '   day       mass     energy  enstrophy    min h/m   max h/m  max vort*s simulate/s   pictures/s'
-   if (opt%pictures) call pictures_open(shots, grid, level_radius, radius, state%h, vorticity, opt%scene, opt%out, opt%threads)
+   if (opt%pictures) call pictures_open(shots, grid, level_radius, radius, state%h, vorticity, opt%scene, opt%out, opt%threads, &
+      opt%beside)
    simulation = 0.0_wp
    shown = 0.0_wp
    shown_day = -1
@@ -148,6 +149,8 @@ contains
       write (*, '(a,es10.2,a)') 'enstrophy      relative drift', largest_drift(now%enstrophy, start%enstrophy), ', potential'
       write (*, '(a,f9.3,3a)') 'simulation     ', simulation, ' s, ', decimal(simulation/real(steps, wp)), ' s per step'
       write (*, '(a,f9.3,a,i0,a)') 'visualization  ', shots%seconds, ' s, ', shots%taken, ' pictures'
+      if (shots%asked > 0) write (*, '(a,f9.6,a,i0,a)') '   of which    ', shots%asking, ' s to ask ', shots%asked, &
+         ' times whether a picture is wanted'
       ! for programs to read
       write (*, '(a,i0,a,i0,4a,a,es10.3,a,es10.3,a,i0)') 'summary steps=', steps, ' frames=', shots%taken, &
          ' simulation_s=', decimal(simulation), ' visualization_s=', decimal(shots%seconds), ' mass_drift=', mass, &

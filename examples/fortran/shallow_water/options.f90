@@ -17,7 +17,7 @@ module options
       real(wp) :: lead = 0.5_wp      !< of the anticipated potential vorticity, in time steps
       character(:), allocatable :: initial, scene, out
       integer :: threads = 0
-      logical :: pictures = .true., self_test = .false.
+      logical :: pictures = .true., beside = .false., self_test = .false.
    end type options_type
 
 contains
@@ -35,10 +35,11 @@ contains
          '  --lloyd n        rounds of Lloyd''s iteration that make the mesh centroidal (100)', &
          '  --tilt DEG       turns the mesh: what changes with it in the flow is the mesh''s work (0)', &
          '  --lead x         potential vorticity is anticipated by x time steps; 0 leaves enstrophy alone (0.5)', &
-         '  --every k        steps between pictures (6 hours)', &
+         '  --every k        steps between pictures (6 hours), of which the scene may leave some out', &
          '  --scene FILE     scene to draw (examples/scenes/shallow_water.toml)', &
          '  --out DIR        where pictures go (the current directory)', &
          '  --threads T      threads that draw, 0 for all (0)', &
+         '  --async          draw from a copy, beside the simulation', &
          '  --no-pictures    simulate only', &
          '  --self-test      check mesh and operators at this level, print each check, fail if one does', &
          '  --help           print this and leave']
@@ -73,6 +74,9 @@ contains
             stop
          case ('--no-pictures')
             o%pictures = .false.
+            i = i - 1
+         case ('--async')
+            o%beside = .true.
             i = i - 1
          case ('--self-test')
             o%self_test = .true.

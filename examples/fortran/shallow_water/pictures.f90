@@ -17,24 +17,27 @@ module pictures
       logical :: open = .false.
       integer :: taken = 0, failed = 0
       real(wp) :: seconds = 0.0_wp  !< wall-clock time inside icoray
+      integer(ik) :: asked = 0_ik   !< steps at which it was asked for a picture
+      real(wp) :: asking = 0.0_wp   !< the part of seconds that this took
    end type pictures_type
 
 contains
 
    !> Tables and fields must be targets that stay where they are until `pictures_close`.
-   subroutine pictures_open(p, t, level_radius, planet_radius, height, vorticity, scene, out, threads)
+   subroutine pictures_open(p, t, level_radius, planet_radius, height, vorticity, scene, out, threads, beside)
       type(pictures_type), intent(inout) :: p
       type(grid_tables), intent(in), target :: t
       real(wp), intent(in) :: level_radius(:), planet_radius             !< m
       real(wp), intent(in), target, contiguous :: height(:, :), vorticity(:, :)  !< (layers, cells), (layers, corners)
       character(*), intent(in) :: scene, out
       integer, intent(in) :: threads
+      logical, intent(in) :: beside  !< drawn from a copy of the field, beside the simulation
       real(wp) :: start
       integer :: ierr
 
       start = clock()
       p%open = .true.
-      call icoray_open_serial(p%context, ierr, output_dir=out, threads=threads, existing=ICORAY_OVERWRITE)
+      call icoray_open_serial(p%context, ierr, output_dir=out, threads=threads, async_render=beside, existing=ICORAY_OVERWRITE)
       call check(p, ierr, 'icoray_open_serial')
       if (p%open) call icoray_grid_set(p%context, t%lon_center, t%lat_center, t%lon_corner, t%lat_corner, t%cell_corner, &
                                        t%corner_cell, t%corner_edge, t%edge_corner, ierr, index_base=1)
@@ -55,12 +58,17 @@ contains
       type(pictures_type), intent(inout) :: p
       integer(ik), intent(in) :: step
       real(wp), intent(in) :: time  !< s
+      real(wp) :: start
       integer :: ierr
 
+      start = clock()
       if (p%open) then
          call icoray_wants(p%context, step, time, wanted, ierr)
          call check(p, ierr, 'icoray_wants')
       end if
+      p%asked = p%asked + 1
+      p%asking = p%asking + clock() - start
+      p%seconds = p%seconds + clock() - start
       if (.not. p%open) wanted = .true.  ! so that what is missing is counted
    end function pictures_wanted
 
