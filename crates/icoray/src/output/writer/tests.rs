@@ -174,7 +174,8 @@ fn what_cannot_be_written_is_known_before_the_first_ray() {
     );
     assert_eq!([1, 2, 3].map(|step| kind(&replacer, step)), [None, Some(ErrorKind::Io), None]);
     fs::write(at("report.csv"), "step,time_s\n1,2\n").unwrap();
-    let error = replacer.check(&output, &stamp(3), "q").unwrap_err();
+    assert_eq!(kind(&replacer, 3), None, "the report was looked at");
+    let error = new(Existing::Overwrite).check(&output, &stamp(3), "q").unwrap_err();
     assert_eq!(error.kind(), ErrorKind::Exists);
     assert!(error.to_string().contains("report.csv: its first line is not"), "{error}");
 }
