@@ -495,7 +495,7 @@ typedef struct icoray_array {
    */
   int64_t column_stride;
   /**
-   * Elements from a layer to the next; may be negative.
+   * Elements from a layer to the next; may be negative, and 0 where all layers show the values of one.
    */
   int64_t layer_stride;
   /**

@@ -77,7 +77,6 @@ void arrays(icoray_ctx *ctx)
         {IN(layers), INT64_MAX, 0, ICORAY_ERR_ARGUMENT, "icoray_array.layers"},
         {IN(layers), 0, 0, ICORAY_ERR_FIELD, "0 layers"},
         {IN(column_stride), 0, 0, ICORAY_ERR_ARGUMENT, "icoray_array.column_stride: 0"},
-        {IN(layer_stride), 0, 0, ICORAY_ERR_ARGUMENT, "icoray_array.layer_stride: 0"},
         {IN(block_stride), 0, 8, ICORAY_ERR_ARGUMENT, "icoray_array.block_stride: 0"},
         {IN(column_stride), INT64_MAX, 0, ICORAY_ERR_ARGUMENT, "icoray_array: the strides"},
         {IN(column_stride), INT64_MIN, 0, ICORAY_ERR_ARGUMENT, "icoray_array: the strides"},

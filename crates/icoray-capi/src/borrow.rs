@@ -257,12 +257,11 @@ pub(crate) unsafe fn field<'a>(array: &icoray_array, of: &str) -> Outcome<Field<
         block: count(array.block, &member("block"))?,
         block_stride: stride(array.block_stride, &member("block_stride"))?,
     };
-    // Forgotten strides would draw one value everywhere.
+    // Forgotten strides would draw one value everywhere. Layers may share theirs: a field of the surface, seen as a shell.
     let blocks = if shape.block == 0 { 1 } else { shape.columns.div_ceil(shape.block) };
     let inside = if shape.block == 0 { shape.columns } else { shape.block };
     for (name, value, count) in [
         ("column_stride", shape.column_stride, inside),
-        ("layer_stride", shape.layer_stride, shape.layers),
         ("block_stride", shape.block_stride, blocks),
     ] {
         if value == 0 && count > 1 {

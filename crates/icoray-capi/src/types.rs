@@ -203,7 +203,7 @@ pub struct icoray_array {
     pub layers: i64,
     /// Elements from a column to the next; may be negative.
     pub column_stride: i64,
-    /// Elements from a layer to the next; may be negative.
+    /// Elements from a layer to the next; may be negative, and 0 where all layers show the values of one.
     pub layer_stride: i64,
     /// Columns per block; 0 where columns are not in blocks. Then value (column, layer) is element (column %
     /// block)*column_stride + (column / block)*block_stride + layer*layer_stride; the last block may be partly filled.
