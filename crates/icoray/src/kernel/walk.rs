@@ -3,7 +3,8 @@
 //! The side of a vertex is the sign of V·q, a pure function of the plane and the vertex. So every triangle has either no
 //! side or exactly two sides whose ends lie on different sides of the circle, and the triangles that the circle
 //! crosses form closed loops that never branch: the walk ends after finitely many steps and cannot get lost,
-//! whatever the rounding, without any epsilon and without special cases at vertices and edges.
+//! whatever the rounding, without any epsilon and without special cases at vertices and edges. All of that holds over void
+//! triangles too, which close a mesh with holes: they are walked like others and marked in their columns.
 
 use super::plane::{Plane, Point, RayLine, Seen};
 use crate::grid::Grid;
@@ -137,7 +138,10 @@ impl<'g, 'a> Contour<'g, 'a> {
 }
 
 /// The triangle that holds `target`, found by walking the great circle from the middle of the triangle `from`.
+///
+/// Any number will do for `from`, also that of a row that is no triangle.
 pub(crate) fn locate(grid: &Grid, from: u32, target: DVec3) -> u32 {
+    let from = grid.standing(from);
     let middle = grid.triangle(from).iter().map(|&c| grid.direction(c)).sum::<DVec3>().normalize();
     if middle.dot(target) < -0.5 {
         // Half a turn leaves the direction open; stop over at a right angle.
@@ -175,6 +179,8 @@ pub(crate) struct End {
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Column {
     pub cells: [u32; 3],
+    /// Whether the triangle fills a hole: its cells have no values.
+    pub is_void: bool,
     pub entry: End,
     pub exit: End,
 }
@@ -264,11 +270,12 @@ impl<'g, 'a> Walk<'g, 'a> {
         let entry = End { t: t0, rho: rho0, weight: entry_place.weight };
         let exit = End { t: t1, rho: rho1, weight: exit_place.weight };
         self.last = (t1, rho1);
+        let is_void = self.contour.grid.is_void(self.contour.triangle);
         if !is_last {
             self.contour.forward();
             self.from = Some(Place { point: crossing.point, weight: [crossing.w, 0.0] });
         }
-        Some(Column { cells, entry, exit })
+        Some(Column { cells, is_void, entry, exit })
     }
 }
 
