@@ -63,7 +63,8 @@ pub(super) fn sizes(t: &GridTables) -> Result<bool> {
         let all = (0..table.len()).into_par_iter().with_min_len(1 << 16);
         all.any(|i| is_mark(table.get(i), limit, t.index_base))
     };
-    let has_hole = misses(t.corner_cell, cells) || misses(t.edge_corner, corners);
+    // Without a corner there is no table that could miss one.
+    let has_hole = corners == 0 || misses(t.corner_cell, cells) || misses(t.edge_corner, corners);
     if !has_hole && cells + corners != edges + 2 {
         return Err(bad(format!(
             "{cells} cells - {edges} edges + {corners} corners = {}, expected 2 (a closed sphere: no cell and no corner is \
@@ -80,7 +81,7 @@ fn is_mark(number: i64, rows: usize, index_base: i32) -> bool {
     number == base - 1 || number == -1 || number == rows as i64 + base
 }
 
-/// Whether all cells of row `r` of `corner_cell` are there.
+/// Whether all cells of row `r` of `corner_cell` are there, in a mesh that may have holes.
 fn is_triangle(t: &GridTables, r: usize) -> bool {
     t.corner_cell.row::<3>(r).into_iter().all(|cell| !is_mark(cell, t.cells(), t.index_base))
 }
@@ -144,7 +145,7 @@ pub(super) fn indices(t: &GridTables, has_hole: bool) -> Result<()> {
         first_error(table.len() / row, |r| {
             let is_wrong = |column: &usize| {
                 let number = table.get(r * row + column);
-                !range.contains(&number) && !(is_mark(number, limit, t.index_base) && may_miss(r))
+                !(range.contains(&number) || is_mark(number, limit, t.index_base) && may_miss(r))
             };
             let column = (0..used(r)).find(is_wrong)?;
             Some(bad(format!(
@@ -184,19 +185,19 @@ fn row<const N: usize>(t: &GridTables, table: Indices, r: usize) -> [usize; N] {
 }
 
 /// Finds each triangle's seats, and that its cells, its edges and the triangles beyond them agree.
-pub(super) fn triangles(t: &GridTables, direction: &[[f64; 3]]) -> Result<Vec<Seats>> {
+pub(super) fn triangles(t: &GridTables, direction: &[[f64; 3]], has_hole: bool) -> Result<Vec<Seats>> {
     let rows = (0..t.corners()).into_par_iter().with_min_len(4096);
     let seats: Vec<std::result::Result<Seats, ()>> =
-        rows.map(|r| seats_of(t, direction, r).map_err(|_| ())).collect();
+        rows.map(|r| seats_of(t, direction, has_hole, r).map_err(|_| ())).collect();
     // The message is made once, for the first bad row.
     if let Some(r) = seats.iter().position(std::result::Result::is_err) {
-        return Err(seats_of(t, direction, r).expect_err("the same row was bad a moment ago"));
+        return Err(seats_of(t, direction, has_hole, r).expect_err("the same row was bad a moment ago"));
     }
     Ok(seats.into_iter().flatten().collect())
 }
 
-fn seats_of(t: &GridTables, direction: &[[f64; 3]], r: usize) -> Result<Seats> {
-    if !is_triangle(t, r) {
+fn seats_of(t: &GridTables, direction: &[[f64; 3]], has_hole: bool, r: usize) -> Result<Seats> {
+    if has_hole && !is_triangle(t, r) {
         return Ok(Seats::absent());
     }
     let number = |i: usize| i as i64 + i64::from(t.index_base);
@@ -220,7 +221,7 @@ fn seats_of(t: &GridTables, direction: &[[f64; 3]], r: usize) -> Result<Seats> {
             )));
         }
         let other = if ends[0] == number(r) { ends[1] } else { ends[0] };
-        if is_mark(other, t.corners(), t.index_base) {
+        if has_hole && is_mark(other, t.corners(), t.index_base) {
             // A side of the rim. Which one follows from the others.
             continue;
         }
@@ -236,7 +237,7 @@ fn seats_of(t: &GridTables, direction: &[[f64; 3]], r: usize) -> Result<Seats> {
                 number(edge)
             )));
         };
-        let place = if is_triangle(t, other) { column } else { Seats::RIM };
+        let place = if !has_hole || is_triangle(t, other) { column } else { Seats::RIM };
         if place == column && !t.corner_edge.row::<3>(other).contains(&number(edge)) {
             return Err(bad(format!(
                 "corner_edge row {}: {:?}, expected edge {} too, which leads there from corner {}",

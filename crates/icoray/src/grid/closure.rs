@@ -106,7 +106,7 @@ pub(super) fn close(t: &GridTables, direction: &mut Vec<[f64; 3]>, seats: &[Seat
     let cells = sorted_cells(&sides, direction);
     let mut clash = None;
     for attempt in 0..TURNS {
-        match patched(&cells, &sides, direction, attempt)? {
+        match patched(&cells, &sides, direction, attempt) {
             Ok((patchwork, vertex)) => return cut(t, direction, &sides, &patchwork, &vertex),
             Err(Trouble::Synthetic) => {}
             Err(trouble) => {
@@ -136,6 +136,7 @@ pub(super) fn close(t: &GridTables, direction: &mut Vec<[f64; 3]>, seats: &[Seat
                 number_of(t, cell)
             ),
         ),
+        Some(Trouble::Other(error)) => error,
         Some(Trouble::Synthetic) | None => Error::new(
             ErrorKind::Grid,
             "corner_cell: the rim of the mesh cannot be closed, expected triangles that do not overlap"
@@ -184,6 +185,8 @@ enum Trouble {
     Cells(u32, u32),
     /// A rim side, by its place in the list, meets what belongs to a cell.
     Side(usize, u32),
+    /// Whatever the library says; nothing is expected.
+    Other(Error),
 }
 
 /// The whole sphere with the rim in it, and the vertex of each of its cells.
@@ -192,11 +195,13 @@ fn patched(
     sides: &[Side],
     direction: &[[f64; 3]],
     attempt: u32,
-) -> Result<std::result::Result<(Patchwork, HashMap<u32, u32>), Trouble>> {
-    // No mesh that is made by formula has its points where these angles put them.
+) -> std::result::Result<(Patchwork, HashMap<u32, u32>), Trouble> {
+    // About three axes: no mesh that is made by formula has its points where that puts them, nor its equator.
     let turn = 0.371 + 0.0137 * f64::from(attempt);
-    let rotation = DMat3::from_rotation_z(turn) * DMat3::from_rotation_x(1.7 * turn + 0.2);
-    let mut patchwork = Patchwork::new(LEVEL, rotation)?;
+    let rotation = DMat3::from_rotation_z(turn)
+        * DMat3::from_rotation_x(1.7 * turn + 0.2)
+        * DMat3::from_rotation_z(0.9 * turn + 0.1);
+    let mut patchwork = Patchwork::new(LEVEL, rotation).map_err(Trouble::Other)?;
     let synthetic = patchwork.vertices() as u32;
     let mut vertex = HashMap::with_capacity(cells.len());
     // Cells were added in order, so that a vertex tells its cell.
@@ -205,9 +210,9 @@ fn patched(
         match patchwork.insert(DVec3::from_array(direction[cell as usize])) {
             Ok(v) => vertex.insert(cell, v),
             Err(Clash::Vertex(v)) => {
-                return Ok(Err(cell_of(v).map_or(Trouble::Synthetic, |other| Trouble::Cells(other, cell))));
+                return Err(cell_of(v).map_or(Trouble::Synthetic, |other| Trouble::Cells(other, cell)));
             }
-            Err(_) => return Ok(Err(Trouble::Synthetic)),
+            Err(_) => return Err(Trouble::Synthetic),
         };
     }
     for (i, side) in sides.iter().enumerate() {
@@ -218,9 +223,9 @@ fn patched(
             }
             Err(Clash::Endless) => Trouble::Synthetic,
         };
-        return Ok(Err(trouble));
+        return Err(trouble);
     }
-    Ok(Ok((patchwork, vertex)))
+    Ok((patchwork, vertex))
 }
 
 /// Cuts the patchwork along the rim and keeps what lies beyond.

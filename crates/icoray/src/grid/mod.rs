@@ -49,7 +49,7 @@ impl<'a> Grid<'a> {
         let mut direction = check::directions(&tables)?;
         check::corner_positions(&tables)?;
         check::indices(&tables, has_hole)?;
-        let seats = check::triangles(&tables, &direction)?;
+        let seats = check::triangles(&tables, &direction, has_hole)?;
         if has_hole {
             // First, so that a damaged row is named instead of the hole that it makes.
             check::cells(&tables)?;
