@@ -230,9 +230,10 @@ fn seats_of(t: &GridTables, direction: &[[f64; 3]], has_hole: bool, r: usize) ->
         let apart: Vec<usize> = (0..3).filter(|&k| !beyond.contains(&number(cells[k]))).collect();
         let &[k] = apart.as_slice() else {
             return Err(bad(format!(
-                "corner_cell rows {} and {}: {} cells in common, expected 2 (edge {} joins these corners)",
+                "corner_cell rows {} and {}: {:?} and {beyond:?}, {} cells in common, expected 2 (edge {} joins these corners)",
                 number(r),
                 number(other),
+                cells.map(number),
                 3 - apart.len(),
                 number(edge)
             )));
@@ -304,18 +305,16 @@ pub(super) fn cells(t: &GridTables) -> Result<()> {
     })
 }
 
-/// The triangles turn the same way on both sides of every edge and cover the sphere exactly once.
-pub(super) fn closed(
-    t: &GridTables,
-    direction: &[[f64; 3]],
-    seats: &[Seats],
-    closure: &Closure,
-) -> Result<()> {
+/// The cells of a triangle, counter-clockwise from outside.
+fn wound(t: &GridTables, seats: &[Seats], r: usize) -> [usize; 3] {
+    let [a, b, c] = row(t, t.corner_cell, r);
+    if seats[r].is_clockwise() { [a, c, b] } else { [a, b, c] }
+}
+
+/// The triangles turn the same way on both sides of every edge that joins two.
+pub(super) fn folds(t: &GridTables, seats: &[Seats]) -> Result<()> {
     let number = |i: usize| i as i64 + i64::from(t.index_base);
-    let wound = |r: usize| {
-        let [a, b, c] = row(t, t.corner_cell, r);
-        if seats[r].is_clockwise() { [a, c, b] } else { [a, b, c] }
-    };
+    let wound = |r: usize| wound(t, seats, r);
     let runs = |r: usize, from: usize, to: usize| {
         let v = wound(r);
         (0..3).any(|k| v[k] == from && v[(k + 1) % 3] == to)
@@ -325,7 +324,6 @@ pub(super) fn closed(
             return None;
         }
         let v = wound(r);
-        // Void triangles are wound like the data beyond their sides when they are made.
         (0..3).filter(|&k| !seats[r].is_rim(k)).find_map(|k| {
             let edge = row::<3>(t, t.corner_edge, r)[seats[r].side_opposite(k)];
             let [a, b] = row(t, t.edge_corner, edge);
@@ -338,12 +336,21 @@ pub(super) fn closed(
                 ))
             })
         })
-    })?;
+    })
+}
+
+/// The triangles, with void ones that are wound like the data beyond their sides, cover the sphere exactly once.
+pub(super) fn covers(
+    t: &GridTables,
+    direction: &[[f64; 3]],
+    seats: &[Seats],
+    closure: &Closure,
+) -> Result<()> {
     let area_of = |cells: [usize; 3]| solid_angle(cells.map(|cell| DVec3::from_array(direction[cell])));
     // Fixed blocks summed in order: the same sum for any number of threads.
     let rows = (0..t.corners()).into_par_iter().with_min_len(4096);
     let areas: Vec<f64> =
-        rows.map(|r| if seats[r].is_triangle() { area_of(wound(r)) } else { 0.0 }).collect();
+        rows.map(|r| if seats[r].is_triangle() { area_of(wound(t, seats, r)) } else { 0.0 }).collect();
     let void = closure.void().iter().map(|void| area_of(void.cells.map(|cell| cell as usize)));
     let area: f64 = areas.into_iter().chain(void).sum();
     if (area / (4.0 * PI) - 1.0).abs() > COVER {

@@ -9,7 +9,7 @@
 //! construction. Along the rim it is cut: what lies beyond rim sides, spread without crossing one, is kept as void; what
 //! lies on the data's side would be a contradiction and is refused. So every rim side has its data triangle on one side
 //! and one void triangle on the other, wound alike, every other side two triangles of its own kind, and nothing is left
-//! open. `check::closed` then sums areas over both kinds: a surface without folds whose areas sum to 4π once covers each
+//! open. `check::covers` then sums areas over both kinds: a surface without folds whose areas sum to 4π once covers each
 //! direction once. Holes may touch in a vertex, lie in each other, hold a pole or all of the sphere: nothing above
 //! speaks of loops.
 //!
@@ -161,7 +161,7 @@ fn rim(t: &GridTables, seats: &[Seats]) -> Vec<Side> {
 
 /// The rim's cells, up and down stripes of latitude.
 fn sorted_cells(sides: &[Side], direction: &[[f64; 3]]) -> Vec<u32> {
-    let mut cells: Vec<u32> = sides.iter().map(|side| side.from).collect();
+    let mut cells: Vec<u32> = sides.iter().flat_map(|side| [side.from, side.to]).collect();
     let place = |cell: &u32| {
         let [x, y, z] = direction[*cell as usize];
         let stripe = (STRIPES * (1.0 + z)) as u32;

@@ -50,16 +50,11 @@ impl<'a> Grid<'a> {
         check::corner_positions(&tables)?;
         check::indices(&tables, has_hole)?;
         let seats = check::triangles(&tables, &direction, has_hole)?;
-        if has_hole {
-            // First, so that a damaged row is named instead of the hole that it makes.
-            check::cells(&tables)?;
-        }
+        check::folds(&tables, &seats)?;
+        check::cells(&tables)?;
         let closure =
             if has_hole { closure::close(&tables, &mut direction, &seats)? } else { Closure::default() };
-        check::closed(&tables, &direction, &seats, &closure)?;
-        if !has_hole {
-            check::cells(&tables)?;
-        }
+        check::covers(&tables, &direction, &seats, &closure)?;
         let start = seats.iter().position(|seats| seats.is_triangle()).unwrap_or(seats.len()) as u32;
         Ok(Grid { tables, direction, seats, closure, start })
     }

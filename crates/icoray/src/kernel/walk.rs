@@ -141,15 +141,18 @@ impl<'g, 'a> Contour<'g, 'a> {
 ///
 /// Any number will do for `from`, also that of a row that is no triangle.
 pub(crate) fn locate(grid: &Grid, from: u32, target: DVec3) -> u32 {
-    let from = grid.standing(from);
-    let middle = grid.triangle(from).iter().map(|&c| grid.direction(c)).sum::<DVec3>().normalize();
-    if middle.dot(target) < -0.5 {
-        // Half a turn leaves the direction open; stop over at a right angle.
+    let middle = |t: u32| grid.triangle(t).iter().map(|&c| grid.direction(c)).sum::<DVec3>().normalize();
+    let mut from = grid.standing(from);
+    let mut start = middle(from);
+    if start.dot(target) < -0.5 {
+        // Half a turn leaves the direction open; stop over at a right angle. Once: where triangles are as large as the
+        // sphere, the next one's middle may be no nearer.
         let aside = target.any_orthonormal_vector();
-        let aside = if aside.dot(middle) < 0.0 { -aside } else { aside };
-        return locate(grid, locate_short(grid, from, middle, aside), target);
+        let aside = if aside.dot(start) < 0.0 { -aside } else { aside };
+        from = locate_short(grid, from, start, aside);
+        start = middle(from);
     }
-    locate_short(grid, from, middle, target)
+    locate_short(grid, from, start, target)
 }
 
 fn locate_short(grid: &Grid, from: u32, middle: DVec3, target: DVec3) -> u32 {

@@ -2,6 +2,9 @@
 //!
 //! The parent module brings `Grid`, `GridTables`, `IcosahedralMesh`, `LonLat`.
 
+// Each test takes what it needs of this.
+#![allow(dead_code)]
+
 use super::{Grid, GridTables, IcosahedralMesh, LonLat};
 use glam::DVec3;
 
