@@ -142,11 +142,8 @@ impl Patchwork {
         while let Some(face) = suspects.pop() {
             let k = self.faces[face as usize].vertices.iter().position(|&v| v == new);
             let Some(k) = k else { continue };
-            let v = self.faces[face as usize].vertices;
             let other = self.faces[face as usize].beyond[k];
-            let far = self.faces[other as usize].vertices[self.place_of(other, face)];
-            let is_above = orient3d(self.at(v[0]), self.at(v[1]), self.at(v[2]), self.at(far)) < 0.0;
-            if is_above && self.can_flip(face, k) {
+            if self.is_above(face, other) && self.can_flip(face, k) {
                 self.flip(face, k);
                 suspects.extend([face, other]);
             }
@@ -229,11 +226,37 @@ impl Patchwork {
 
     /// Makes the arc from `a` to `b` a side that stays.
     pub fn fix(&mut self, a: u32, b: u32) -> std::result::Result<(), Clash> {
-        if self.left_of(a, b).is_none() {
-            self.clear(a, b)?;
-        }
+        let touched = if self.left_of(a, b).is_none() { self.clear(a, b)? } else { Vec::new() };
         self.fixed.insert((a.min(b), a.max(b)));
+        self.smooth(touched);
         Ok(())
+    }
+
+    /// Flips sides that may be flipped until those around `suspects` are Delaunay again: clearing an arc leaves slivers,
+    /// three vertices in one plane with the centre, over which a ray in that plane would step back.
+    fn smooth(&mut self, mut suspects: Vec<u32>) {
+        // Each flip adds volume under the facets, so this ends.
+        while let Some(face) = suspects.pop() {
+            let Face { vertices: v, beyond } = self.faces[face as usize];
+            for k in 0..3 {
+                let (a, b, other) = (v[turn(k, 1)], v[turn(k, 2)], beyond[k]);
+                if !self.fixed.contains(&(a.min(b), a.max(b)))
+                    && self.is_above(face, other)
+                    && self.can_flip(face, k)
+                {
+                    self.flip(face, k);
+                    suspects.extend([face, other]);
+                    break;
+                }
+            }
+        }
+    }
+
+    /// Whether the vertex of `other` that `face` has not lies above the plane of `face`, its neighbour.
+    fn is_above(&self, face: u32, other: u32) -> bool {
+        let [a, b, c] = self.faces[face as usize].vertices.map(|v| self.at(v));
+        let far = self.faces[other as usize].vertices[self.place_of(other, face)];
+        orient3d(a, b, c, self.at(far)) < 0.0
     }
 
     /// The sides that the arc from `a` to `b` crosses, each from right to left.
@@ -276,9 +299,10 @@ impl Patchwork {
         Err(Clash::Endless)
     }
 
-    /// Flips away all that crosses the arc from `a` to `b`.
-    fn clear(&mut self, a: u32, b: u32) -> std::result::Result<(), Clash> {
+    /// Flips away all that crosses the arc from `a` to `b` and gives the faces that are new.
+    fn clear(&mut self, a: u32, b: u32) -> std::result::Result<Vec<u32>, Clash> {
         let mut crossed = std::collections::VecDeque::from(self.crossed(a, b)?);
+        let mut touched = Vec::new();
         let mut tries = 64 + 8 * crossed.len() * crossed.len();
         while let Some([right, left]) = crossed.pop_front() {
             if tries == 0 {
@@ -290,6 +314,7 @@ impl Patchwork {
                 crossed.push_back([right, left]);
                 continue;
             }
+            touched.extend([face, self.faces[face as usize].beyond[k]]);
             self.flip(face, k);
             let [p, _, d] = self.faces[face as usize].vertices;
             if [p, d].iter().any(|&v| v == a || v == b) {
@@ -302,6 +327,6 @@ impl Patchwork {
                 _ => {}
             }
         }
-        if self.left_of(a, b).is_some() { Ok(()) } else { Err(Clash::Endless) }
+        if self.left_of(a, b).is_some() { Ok(touched) } else { Err(Clash::Endless) }
     }
 }
