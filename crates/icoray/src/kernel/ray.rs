@@ -95,9 +95,12 @@ impl<T: Real, S: Sample, const N: usize> Caster<'_, T, S, N> {
             counts,
         };
         let mut gap = None;
-        while let Some(column) = walk.next_column() {
+        loop {
+            let is_void = walk.is_void();
+            let Some(column) = walk.next_column() else { break };
             let start = gap.unwrap_or_else(|| self.shell.gap(column.entry.rho));
-            let (next, flow) = ray.column(&column, start);
+            let (next, flow) =
+                if is_void { ray.void_column(&column, start) } else { ray.column(&column, start) };
             if flow == Flow::Stop {
                 break;
             }
@@ -192,9 +195,6 @@ impl<T: Real, S: Sample, const N: usize> Ray<'_, '_, T, S, N> {
     #[inline]
     fn column(&mut self, column: &Column, gap: usize) -> (usize, Flow) {
         self.counts.columns += 1;
-        if column.is_void {
-            return self.void_column(column, gap);
-        }
         let (entry, exit) = (&column.entry, &column.exit);
         let base = self.caster.samples.bases(column.cells);
         let weight = [entry, exit].map(|end| [T::of(end.weight[0]), T::of(end.weight[1])]);
@@ -206,6 +206,7 @@ impl<T: Real, S: Sample, const N: usize> Ray<'_, '_, T, S, N> {
     #[cold]
     #[inline(never)]
     fn void_column(&mut self, column: &Column, gap: usize) -> (usize, Flow) {
+        self.counts.columns += 1;
         self.span = None;
         let shell = self.caster.shell;
         cross(shell, column, gap, &mut VoidPass { ray: self, column })

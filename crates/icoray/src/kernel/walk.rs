@@ -4,7 +4,7 @@
 //! side or exactly two sides whose ends lie on different sides of the circle, and the triangles that the circle
 //! crosses form closed loops that never branch: the walk ends after finitely many steps and cannot get lost,
 //! whatever the rounding, without any epsilon and without special cases at vertices and edges. All of that holds over void
-//! triangles too, which close a mesh with holes: they are walked like others and marked in their columns.
+//! triangles too, which close a mesh with holes: they are walked like others, and whoever walks asks which they are.
 
 use super::plane::{Plane, Point, RayLine, Seen};
 use crate::grid::Grid;
@@ -182,8 +182,6 @@ pub(crate) struct End {
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Column {
     pub cells: [u32; 3],
-    /// Whether the triangle fills a hole: its cells have no values.
-    pub is_void: bool,
     pub entry: End,
     pub exit: End,
 }
@@ -224,9 +222,15 @@ impl<'g, 'a> Walk<'g, 'a> {
         walk
     }
 
-    /// The triangle that the walk is in.
+    /// The triangle that the next column lies over.
     pub fn triangle(&self) -> u32 {
         self.contour.triangle
+    }
+
+    /// Whether that triangle fills a hole: its cells have no values.
+    #[inline]
+    pub fn is_void(&self) -> bool {
+        self.contour.grid.is_void(self.contour.triangle)
     }
 
     #[inline]
@@ -273,12 +277,11 @@ impl<'g, 'a> Walk<'g, 'a> {
         let entry = End { t: t0, rho: rho0, weight: entry_place.weight };
         let exit = End { t: t1, rho: rho1, weight: exit_place.weight };
         self.last = (t1, rho1);
-        let is_void = self.contour.grid.is_void(self.contour.triangle);
         if !is_last {
             self.contour.forward();
             self.from = Some(Place { point: crossing.point, weight: [crossing.w, 0.0] });
         }
-        Some(Column { cells, is_void, entry, exit })
+        Some(Column { cells, entry, exit })
     }
 }
 

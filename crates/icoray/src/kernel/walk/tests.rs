@@ -34,13 +34,15 @@ fn walk(grid: &Grid, eye: DVec3, dir: DVec3, hint: u32) -> Result<usize, String>
     let mut walk = Walk::new(grid, line, hint);
     let (mut columns, mut t, mut rho) = (0, line.start, None);
     let mut last_triangle = u32::MAX;
-    while let Some(column) = walk.next_column() {
+    loop {
+        let is_void = walk.is_void();
+        let Some(column) = walk.next_column() else { break };
         columns += 1;
         let wrong = |what: &str| Err(format!("column {columns}: {what}: {column:?} of {line:?}"));
         if columns > grid.triangles() + grid.void_triangles() {
             return wrong("more columns than triangles");
         }
-        if !column.is_void && column.cells.iter().any(|&cell| cell as usize >= grid.cells()) {
+        if !is_void && column.cells.iter().any(|&cell| cell as usize >= grid.cells()) {
             return wrong("a synthetic point is taken for a cell");
         }
         if column.entry.t != t || column.exit.t < t {
