@@ -95,8 +95,10 @@ impl<T: Real, S: Sample, const N: usize> Caster<'_, T, S, N> {
             counts,
         };
         let mut gap = None;
+        let has_void = self.grid.void_triangles() > 0;
         loop {
-            let is_void = walk.is_void();
+            // Asked once, so that whole spheres pay for a flag only.
+            let is_void = has_void && walk.is_void();
             let Some(column) = walk.next_column() else { break };
             let start = gap.unwrap_or_else(|| self.shell.gap(column.entry.rho));
             let (next, flow) =
