@@ -34,7 +34,7 @@ module icoray
     ICORAY_ERR_STRUCT_SIZE = 2, &   !< this file and the library are of different versions
     ICORAY_ERR_ARGUMENT = 3, &      !< a number, string or shape is out of its range
     ICORAY_ERR_GRID = 4, &          !< a table contradicts itself or another; the message has table, row and value
-    ICORAY_ERR_UNSUPPORTED = 5, &   !< the grid is right but not supported yet (holes)
+    ICORAY_ERR_UNSUPPORTED = 5, &   !< the grid is right but of a kind that is not rendered (none that can be set here)
     ICORAY_ERR_LAYERS = 6, &        !< radii are not strictly monotone, positive and finite
     ICORAY_ERR_FIELD = 7, &         !< a field is missing, or its shape does not fit grid and layers
     ICORAY_ERR_SCENE = 8, &         !< the scene is wrong; the message has line and key

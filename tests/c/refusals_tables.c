@@ -90,8 +90,8 @@ void bad_tables(icoray_ctx *ctx)
         icoray_status status;
         const char *part;
     } cases[] = {
-        {CORNER_CELL, 10, -1, ICORAY_ERR_UNSUPPORTED, "corner_cell row 3"},
-        {CORNER_CELL, 10, cells, ICORAY_ERR_UNSUPPORTED, "hole"},
+        {CORNER_CELL, 10, -1, ICORAY_ERR_GRID, "and 3: ["},
+        {CORNER_CELL, 10, cells, ICORAY_ERR_GRID, ", 42, "},
         {CORNER_CELL, 10, -2, ICORAY_ERR_GRID, "corner_cell row 3, column 1: -2"},
         {CORNER_CELL, 10, cells + 1, ICORAY_ERR_GRID, "corner_cell row 3, column 1: 43"},
         {CORNER_CELL, 10, INT32_MAX, ICORAY_ERR_GRID, "corner_cell row 3, column 1: 2147483647"},
@@ -102,7 +102,8 @@ void bad_tables(icoray_ctx *ctx)
         {CORNER_EDGE, 7, -1, ICORAY_ERR_GRID, "corner_edge row 2, column 1: -1"},
         {CORNER_EDGE, 7, entry(CORNER_EDGE, 6), ICORAY_ERR_GRID, "corner_edge row 2"},
         {CORNER_EDGE, 7, (entry(CORNER_EDGE, 7) + 60) % edges, ICORAY_ERR_GRID, "corner_edge row 2"},
-        {EDGE_CORNER, 5, corners, ICORAY_ERR_GRID, "edge_corner row 2, column 1: 80"},
+        {EDGE_CORNER, 5, corners, ICORAY_ERR_GRID, "edge_corner row 2: ["},
+        {EDGE_CORNER, 5, corners + 1, ICORAY_ERR_GRID, "edge_corner row 2, column 1: 81"},
         {EDGE_CORNER, 5, INT32_MIN, ICORAY_ERR_GRID, "edge_corner row 2, column 1"},
         {EDGE_CORNER, 5, entry(EDGE_CORNER, 4), ICORAY_ERR_GRID, "edge_corner row 2"},
         {CELL_CORNER, 122, corners, ICORAY_ERR_GRID, "cell_corner row 20, column 2: 80"},

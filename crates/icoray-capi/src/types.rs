@@ -17,7 +17,7 @@ pub enum icoray_status {
     ICORAY_ERR_ARGUMENT = 3,
     /// A grid table contradicts itself or another; the message names table, row and value.
     ICORAY_ERR_GRID = 4,
-    /// The grid is right but not supported yet (holes).
+    /// The grid is right but of a kind that is not rendered (none that can be set here).
     ICORAY_ERR_UNSUPPORTED = 5,
     /// Layer radii are not strictly monotone, positive and finite.
     ICORAY_ERR_LAYERS = 6,

@@ -15,7 +15,7 @@ pub enum ErrorKind {
     Argument,
     /// A connectivity or coordinate table contradicts itself or another table.
     Grid,
-    /// The mesh is right but of a kind that is not rendered yet (holes, planar meshes).
+    /// The mesh is right but of a kind that is not rendered (planar meshes, corners that join four cells).
     Unsupported,
     /// Layer radii are not strictly monotone, not positive or not finite.
     Layers,

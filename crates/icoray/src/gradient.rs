@@ -4,7 +4,7 @@
 //! along B - A and C - A, the changes to the neighbours on the same layer. With the dual basis e of these three vectors,
 //! `G = s·eA + ((gB - gA)·eB + (gC - gA)·eC)/R`. The frusta above and below share the triangle, so the mean over 12 frusta
 //! (10 at a pentagon, half of that on the innermost and outermost layer) is the mean over the triangles with the mean of
-//! the two radial slopes. Frusta with a missing value are left out of the mean.
+//! the two radial slopes. Frusta with a missing value are left out of the mean, and beside a hole there are fewer of them.
 
 use crate::grid::Grid;
 use crate::kernel::sample::{Sample, Samples};
@@ -35,7 +35,7 @@ impl Ring {
         self.neighbours.clear();
         self.fans.clear();
         let a = grid.direction(cell);
-        for triangle in grid.corners_of(cell) {
+        for triangle in grid.corners_of(cell).filter(|&corner| grid.is_triangle(corner)) {
             let cells = grid.triangle(triangle);
             let k = cells
                 .iter()

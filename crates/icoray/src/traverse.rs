@@ -22,7 +22,7 @@ pub struct Traversal<'g> {
 pub enum Stretch {
     /// A frustum between two layers.
     Frustum(Frustum),
-    /// The space below the innermost layer, from distance `t` on; told again for each triangle that it is crossed under.
+    /// The space below the innermost layer, from distance `t` on; told again for each triangle, data or void, that it is crossed under.
     Core {
         /// Distance from the ray's eye, planet radii.
         t: f64,
@@ -57,7 +57,8 @@ impl<'g> Traversal<'g> {
         Ok(Traversal { grid, shell: Shell::new(radius) })
     }
 
-    /// Calls `visit` for each stretch of the ray from `eye` along the unit vector `dir`, in order, until it breaks.
+    /// Calls `visit` for each stretch of the ray from `eye` along the unit vector `dir`, in order, until it breaks. Where the
+    /// mesh has a hole, nothing but the core is told.
     ///
     /// The first triangle is searched from `hint`, any will do; `hint` becomes that triangle.
     pub fn ray(
@@ -73,9 +74,11 @@ impl<'g> Traversal<'g> {
         let along = eye.dot(dir);
         let mut gap = None;
         let mut visit = visit;
-        while let Some(column) = walk.next_column() {
+        loop {
+            let is_void = walk.is_void();
+            let Some(column) = walk.next_column() else { return };
             let start = gap.unwrap_or_else(|| self.shell.gap(column.entry.rho));
-            let mut teller = Teller { column: &column, along, visit: &mut visit };
+            let mut teller = Teller { column: &column, is_void, along, visit: &mut visit };
             let (next, flow) = cross(&self.shell, &column, start, &mut teller);
             if flow == Flow::Stop {
                 return;
@@ -88,6 +91,7 @@ impl<'g> Traversal<'g> {
 /// Tells a visitor where the stations of a column lie.
 struct Teller<'t, V> {
     column: &'t Column,
+    is_void: bool,
     along: f64,
     visit: &'t mut V,
 }
@@ -117,6 +121,9 @@ impl<V: FnMut(&Stretch) -> ControlFlow<()>> Visit<f64, 0> for Teller<'_, V> {
     #[inline]
     fn frustum(&mut self, layer: usize, ends: [&Station<f64>; 2], _: [&Chord<f64, 0>; 2]) -> Flow {
         let (t, alpha) = (ends.map(|s| self.distance(s)), ends.map(|s| self.alpha(s)));
+        if self.is_void {
+            return Flow::On;
+        }
         self.tell(&Stretch::Frustum(Frustum { cells: self.column.cells, layer, t, alpha }))
     }
 

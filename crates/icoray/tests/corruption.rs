@@ -1,13 +1,17 @@
-//! Grid tables with anything wrong in them: refused or drawn, and never a panic or a ray without end.
+//! Grid tables with anything wrong in them: refused or drawn, and never a panic or a ray without end. Half of the meshes have
+//! holes.
 //!
 //! Right meshes are damaged at random, some thousands of times from a seed, so that a failure can be had again.
 
+use culled::{Culled, Mark, Style, holes};
 use icoray::{
     ErrorKind, Field, Grid, GridTables, IcosahedralMesh, Indices, Layers, Location, LonLat, Renderer, Scene,
     Shape,
 };
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::time::{Duration, Instant};
+
+mod culled;
 
 /// Damages that are tried; ICORAY_CORRUPTIONS asks for more.
 const COUNT: u64 = 60_000;
@@ -61,6 +65,28 @@ impl Tables {
             base,
             is_wide,
         }
+    }
+
+    /// A mesh with a hole.
+    fn culled(mesh: &IcosahedralMesh, random: &mut Random, is_wide: bool, has_count: bool) -> Self {
+        let holes = holes(mesh);
+        let all = (String::new(), vec![true; mesh.cells()]);
+        let stays = &holes[random.below(holes.len())].1;
+        let stays = if stays.contains(&true) { stays } else { &all.1 };
+        let style = [Style::Corners, Style::Triangles][random.below(2)];
+        let mark = [Mark::BeforeFirst, Mark::MinusOne, Mark::BehindLast][random.below(3)];
+        let base = random.below(2) as i32;
+        let culled = Culled::new(mesh, stays, style, mark, base);
+        let wide = |table: &[i32]| table.iter().map(|v| i64::from(*v)).collect::<Vec<i64>>();
+        let pentagons = culled.cell_corner.chunks_exact(6).map(|row| if row[4] == row[5] { 5 } else { 6 });
+        let rows = [
+            wide(&culled.cell_corner),
+            wide(&culled.corner_cell),
+            wide(&culled.corner_edge),
+            wide(&culled.edge_corner),
+            pentagons.collect(),
+        ];
+        Tables { reals: culled.lon_lat.clone(), rows, has_count, row: 6, base, is_wide }
     }
 
     /// Does one damage.
@@ -197,9 +223,13 @@ fn damaged_tables_are_refused_or_drawn() {
         let mut random = Random(seed);
         let mesh = &meshes[random.below(3)];
         let [base, wide, counted] = [0, 1, 2].map(|_| random.below(2));
-        let mut tables = Tables::new(mesh, base as i32, wide == 1, counted == 1);
+        let mut tables = if seed % 2 == 0 {
+            Tables::new(mesh, base as i32, wide == 1, counted == 1)
+        } else {
+            Tables::culled(mesh, &mut random, wide == 1, counted == 1)
+        };
         // The first of all are right.
-        let damages = if seed < 24 { 0 } else { 1 + random.below(4) };
+        let damages = if seed < 100 { 0 } else { 1 + random.below(4) };
         for _ in 0..damages {
             tables.damage(&mut random);
         }
@@ -208,6 +238,7 @@ fn damaged_tables_are_refused_or_drawn() {
         let outcome = catch_unwind(AssertUnwindSafe(|| {
             tables.with(|grid| {
                 let grid = grid?;
+                let corners = corners && grid.triangles() > 0;
                 let columns = if corners { grid.triangles() } else { grid.cells() };
                 let values: Vec<f32> = (0..columns * 3).map(|i| (i as f32 * 0.7).sin()).collect();
                 let (shape, location) = if corners {
@@ -232,7 +263,7 @@ fn damaged_tables_are_refused_or_drawn() {
                 refused += 1;
                 assert!(damages > 0, "seed {seed}: {error}");
                 let message = error.to_string();
-                let kinds = [ErrorKind::Grid, ErrorKind::Unsupported, ErrorKind::Argument];
+                let kinds = [ErrorKind::Grid, ErrorKind::Argument];
                 assert!(kinds.contains(&error.kind()), "seed {seed}: {message}");
                 assert!(NAMES.iter().any(|name| message.contains(name)), "seed {seed}: {message}");
             }
@@ -240,7 +271,7 @@ fn damaged_tables_are_refused_or_drawn() {
     }
     println!("{count} damages: {refused} refused, {taken} drawn");
     // A damage may be harmless (a swap of rows that are alike), most are not.
-    assert!(refused > count / 2 && taken > 24, "{refused} refused, {taken} drawn");
+    assert!(refused > count / 2 && taken > 100, "{refused} refused, {taken} drawn");
 }
 
 /// Fields that no model should have, under light: bounded time, and finite pixels.

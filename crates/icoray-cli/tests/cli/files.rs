@@ -222,7 +222,7 @@ fn info_goes_on_where_grid_and_layers_are_bad() {
     }
     let (folder, _) = made.write(Options::_64BIT_OFFSET);
     let text = prints(icoray(folder.path()).args(["info", "made.nc"]));
-    has(&text, &["grid       not supported", "the mesh has a hole", "no layer heights", "fields     none"]);
+    has(&text, &["grid       ", "bad grid", "cells in common", "no layer heights", "fields     none"]);
 }
 
 #[test]

@@ -21,6 +21,8 @@ pub struct Ray {
 pub struct Column {
     /// The triangle's cells.
     pub cells: [u32; 3],
+    /// Whether the triangle fills a hole of the mesh.
+    pub is_void: bool,
     /// From where to where along the ray.
     pub t: [Dd; 2],
     /// The ray's point is the sum of `start[k] + t·speed[k]` times the cells' unit vectors.
@@ -95,7 +97,7 @@ fn column(ray: &Ray, cells: [u32; 3], [a, b, c]: [DVec3; 3], range: [f64; 2]) ->
             return None;
         }
     }
-    (low < high).then_some(Column { cells, t: [low, high], start, speed })
+    (low < high).then_some(Column { cells, is_void: false, t: [low, high], start, speed })
 }
 
 /// The part of the ray inside the sphere of radius `outer`, with a margin; `inner` ends it inside an opaque core.
@@ -127,9 +129,14 @@ pub fn columns(grid: &Grid, ray: &Ray, outer: f64, inner: Option<f64>) -> Result
         let cells = grid.triangle(triangle);
         let corners = cells.map(|cell| grid.direction(cell));
         let near = roughly(ray, corners, [start, end]);
-        if near { column(ray, cells, corners, [start, end]) } else { None }
+        if !near {
+            return None;
+        }
+        Some(Column { is_void: grid.is_void(triangle), ..column(ray, cells, corners, [start, end])? })
     };
-    let mut found: Vec<Column> = (0..grid.triangles() as u32).filter_map(candidate).collect();
+    let all = 0..(grid.triangles() + grid.void_triangles()) as u32;
+    let all = all.filter(|&t| grid.is_triangle(t) || grid.is_void(t));
+    let mut found: Vec<Column> = all.filter_map(candidate).collect();
     found.sort_by(|a, b| a.t[0].to_f64().total_cmp(&b.t[0].to_f64()));
     let hair = Dd::from(1e-24 * (1.0 + end.abs()));
     let (mut at, end, mut next, mut way) = (Dd::from(start), Dd::from(end), 0, Vec::new());

@@ -132,7 +132,8 @@ impl<'a> Truth<'a> {
         for stretch in way {
             match (stretch.layer, self.core) {
                 (Some(layer), _) => {
-                    if let Some(course) = self.course(layer, stretch) {
+                    let course = if stretch.column.is_void { None } else { self.course(layer, stretch) };
+                    if let Some(course) = course {
                         light.pass(&self.rule, &self.transfer, &course, stretch.t[1] - stretch.t[0]);
                     }
                 }

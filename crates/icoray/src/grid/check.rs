@@ -1,9 +1,12 @@
 //! The checks that make the walk's promises hold: every index in range, tables that agree with each other, and a
-//! triangulation that covers the sphere exactly once.
+//! triangulation that covers the sphere exactly once, with what `closure.rs` adds where the mesh has holes.
+//!
+//! A hole has to be one by the tables: a side ends the mesh only where they say that a cell or a corner beyond is missing.
 //!
 //! All passes are parallel over rows; the first bad row in table order is reported, so the message does not depend on
 //! the number of threads.
 
+use super::closure::Closure;
 use super::seats::Seats;
 use super::tables::{GridTables, Indices, LonLat};
 use crate::error::{Error, ErrorKind, Result};
@@ -29,8 +32,9 @@ fn expect_len(table: &str, len: usize, rows: usize, row: usize) -> Result<()> {
     Err(bad(format!("{table}: {len} entries, expected {expected} ({rows} rows of {row})")))
 }
 
-/// Every table has the length that the numbers of cells, corners and edges ask for, and V - E + F = 2.
-pub(super) fn sizes(t: &GridTables) -> Result<()> {
+/// Every table has the length that the numbers of cells, corners and edges ask for, and V - E + F = 2 where nothing is
+/// missing. Says whether something is.
+pub(super) fn sizes(t: &GridTables) -> Result<bool> {
     let (cells, corners, edges) = (t.cells(), t.corners(), t.edges());
     if !(0..=1).contains(&t.index_base) {
         return Err(Error::new(
@@ -50,36 +54,41 @@ pub(super) fn sizes(t: &GridTables) -> Result<()> {
     expect_len("corner_cell", t.corner_cell.len(), corners, 3)?;
     expect_len("corner_edge", t.corner_edge.len(), corners, 3)?;
     expect_len("edge_corner", t.edge_corner.len(), edges, 2)?;
-    if cells < 4 || i32::try_from(edges + 1).is_err() {
+    if cells < 1 || i32::try_from(edges + 1).is_err() {
         return Err(bad(format!(
-            "center: {cells} cells with {edges} edges, expected at least 4 cells and fewer than 2^31 edges"
+            "center: {cells} cells with {edges} edges, expected at least 1 cell and fewer than 2^31 edges"
         )));
     }
-    let has_hole = |r: &usize| t.corner_cell.row::<3>(*r).into_iter().any(|c| is_hole(c, t, cells));
-    if let Some(row) = (0..corners).find(has_hole) {
-        return Err(Error::new(
-            ErrorKind::Unsupported,
-            format!(
-                "corner_cell row {}: {:?} names a cell that is not there: the mesh has a hole \
-                 (culled land, a limited area or a rank's part); only whole spheres are rendered yet",
-                row as i64 + i64::from(t.index_base),
-                t.corner_cell.row::<3>(row)
-            ),
-        ));
-    }
-    if cells + corners != edges + 2 {
+    let misses = |table: Indices, limit: usize| {
+        let all = (0..table.len()).into_par_iter().with_min_len(1 << 16);
+        all.any(|i| is_mark(table.get(i), limit, t.index_base))
+    };
+    // Without a corner there is no table that could miss one.
+    let has_hole = corners == 0 || misses(t.corner_cell, cells) || misses(t.edge_corner, corners);
+    if !has_hole && cells + corners != edges + 2 {
         return Err(bad(format!(
-            "{cells} cells - {edges} edges + {corners} corners = {}, expected 2 (a closed sphere)",
+            "{cells} cells - {edges} edges + {corners} corners = {}, expected 2 (a closed sphere: no cell and no corner is \
+             marked as missing)",
             cells as i64 - edges as i64 + corners as i64
         )));
     }
-    Ok(())
+    Ok(has_hole)
 }
 
-/// The marks that models put where a neighbour is missing: 0 in 1-based tables, -1, or one past the last cell.
-fn is_hole(cell: i64, t: &GridTables, cells: usize) -> bool {
-    let base = i64::from(t.index_base);
-    cell == base - 1 || cell == -1 || cell == cells as i64 + base
+/// The marks that models put where a neighbour is missing: 0 in 1-based tables, -1, or one past the last row.
+fn is_mark(number: i64, rows: usize, index_base: i32) -> bool {
+    let base = i64::from(index_base);
+    number == base - 1 || number == -1 || number == rows as i64 + base
+}
+
+/// Whether all cells of row `r` of `corner_cell` are there, in a mesh that may have holes.
+fn is_triangle(t: &GridTables, r: usize) -> bool {
+    t.corner_cell.row::<3>(r).into_iter().all(|cell| !is_mark(cell, t.cells(), t.index_base))
+}
+
+/// The number that the tables have for a row that is counted from 0.
+pub(super) fn number_of(t: &GridTables, row: u32) -> i64 {
+    i64::from(row) + i64::from(t.index_base)
 }
 
 fn first_error<E: Send>(
@@ -122,18 +131,23 @@ pub(super) fn corner_positions(t: &GridTables) -> Result<()> {
     first_error(t.corners(), |i| position_error("corner", &t.corner, i, t.index_base))
 }
 
-/// Every index names a row that exists.
-pub(super) fn indices(t: &GridTables) -> Result<()> {
+/// Every index names a row that exists, or what is missing where the mesh may have holes.
+pub(super) fn indices(t: &GridTables, has_hole: bool) -> Result<()> {
     let base = i64::from(t.index_base);
     let check = |name: &str,
                  table: Indices,
                  row: usize,
                  limit: usize,
-                 used: &(dyn Fn(usize) -> usize + Sync + Send)| {
+                 used: &(dyn Fn(usize) -> usize + Sync + Send),
+                 may_miss: &(dyn Fn(usize) -> bool + Sync + Send)| {
         // In i64 no number of either width wraps round into the range.
         let range = base..base + limit as i64;
         first_error(table.len() / row, |r| {
-            let column = (0..used(r)).find(|column| !range.contains(&table.get(r * row + column)))?;
+            let is_wrong = |column: &usize| {
+                let number = table.get(r * row + column);
+                !(range.contains(&number) || is_mark(number, limit, t.index_base) && may_miss(r))
+            };
+            let column = (0..used(r)).find(is_wrong)?;
             Some(bad(format!(
                 "{name} row {}, column {column}: {}, expected {} to {}",
                 r as i64 + base,
@@ -157,10 +171,11 @@ pub(super) fn indices(t: &GridTables) -> Result<()> {
         })?;
     }
     let used = |r: usize| t.cell_corner_count.map_or(t.cell_corner_row, |count| count.get(r) as usize);
-    check("cell_corner", t.cell_corner, t.cell_corner_row, t.corners(), &used)?;
-    check("corner_cell", t.corner_cell, 3, t.cells(), &|_| 3)?;
-    check("corner_edge", t.corner_edge, 3, t.edges(), &|_| 3)?;
-    check("edge_corner", t.edge_corner, 2, t.corners(), &|_| 2)
+    check("cell_corner", t.cell_corner, t.cell_corner_row, t.corners(), &used, &|_| has_hole)?;
+    check("corner_cell", t.corner_cell, 3, t.cells(), &|_| 3, &|_| has_hole)?;
+    // A triangle has all its sides, whatever lies beyond them.
+    check("corner_edge", t.corner_edge, 3, t.edges(), &|_| 3, &|r| has_hole && !is_triangle(t, r))?;
+    check("edge_corner", t.edge_corner, 2, t.corners(), &|_| 2, &|_| has_hole)
 }
 
 /// Row `r` of a checked table with `N` columns, numbered from 0.
@@ -170,18 +185,21 @@ fn row<const N: usize>(t: &GridTables, table: Indices, r: usize) -> [usize; N] {
 }
 
 /// Finds each triangle's seats, and that its cells, its edges and the triangles beyond them agree.
-pub(super) fn triangles(t: &GridTables, direction: &[[f64; 3]]) -> Result<Vec<Seats>> {
+pub(super) fn triangles(t: &GridTables, direction: &[[f64; 3]], has_hole: bool) -> Result<Vec<Seats>> {
     let rows = (0..t.corners()).into_par_iter().with_min_len(4096);
     let seats: Vec<std::result::Result<Seats, ()>> =
-        rows.map(|r| seats_of(t, direction, r).map_err(|_| ())).collect();
+        rows.map(|r| seats_of(t, direction, has_hole, r).map_err(|_| ())).collect();
     // The message is made once, for the first bad row.
     if let Some(r) = seats.iter().position(std::result::Result::is_err) {
-        return Err(seats_of(t, direction, r).expect_err("the same row was bad a moment ago"));
+        return Err(seats_of(t, direction, has_hole, r).expect_err("the same row was bad a moment ago"));
     }
     Ok(seats.into_iter().flatten().collect())
 }
 
-fn seats_of(t: &GridTables, direction: &[[f64; 3]], r: usize) -> Result<Seats> {
+fn seats_of(t: &GridTables, direction: &[[f64; 3]], has_hole: bool, r: usize) -> Result<Seats> {
+    if has_hole && !is_triangle(t, r) {
+        return Ok(Seats::absent());
+    }
     let number = |i: usize| i as i64 + i64::from(t.index_base);
     let cells: [usize; 3] = row(t, t.corner_cell, r);
     if cells[0] == cells[1] || cells[1] == cells[2] || cells[2] == cells[0] {
@@ -193,32 +211,46 @@ fn seats_of(t: &GridTables, direction: &[[f64; 3]], r: usize) -> Result<Seats> {
     }
     let mut opposite = [None; 3];
     for (column, edge) in row::<3>(t, t.corner_edge, r).into_iter().enumerate() {
-        let [a, b] = row(t, t.edge_corner, edge);
-        if a == b || (a != r && b != r) {
+        let ends: [i64; 2] = t.edge_corner.row(edge);
+        if ends[0] == ends[1] || !ends.contains(&number(r)) {
             return Err(bad(format!(
-                "edge_corner row {}: [{}, {}], expected two corners, one of them {} (corner_edge row {}, column {column} names this edge)",
+                "edge_corner row {}: {ends:?}, expected two corners, one of them {} (corner_edge row {}, column {column} names this edge)",
                 number(edge),
-                number(a),
-                number(b),
                 number(r),
                 number(r)
             )));
         }
-        let other = if a == r { b } else { a };
-        let beyond: [usize; 3] = row(t, t.corner_cell, other);
-        let apart: Vec<usize> = (0..3).filter(|&k| !beyond.contains(&cells[k])).collect();
+        let other = if ends[0] == number(r) { ends[1] } else { ends[0] };
+        if has_hole && is_mark(other, t.corners(), t.index_base) {
+            // A side of the rim. Which one follows from the others.
+            continue;
+        }
+        let other = (other - i64::from(t.index_base)) as usize;
+        let beyond: [i64; 3] = t.corner_cell.row(other);
+        let apart: Vec<usize> = (0..3).filter(|&k| !beyond.contains(&number(cells[k]))).collect();
         let &[k] = apart.as_slice() else {
             return Err(bad(format!(
-                "corner_cell rows {} and {}: {} cells in common, expected 2 (edge {} joins these corners)",
+                "corner_cell rows {} and {}: {:?} and {beyond:?}, {} cells in common, expected 2 (edge {} joins these corners)",
                 number(r),
                 number(other),
+                cells.map(number),
                 3 - apart.len(),
                 number(edge)
             )));
         };
-        if let Some(taken) = opposite[k].replace(column) {
+        let place = if !has_hole || is_triangle(t, other) { column } else { Seats::RIM };
+        if place == column && !t.corner_edge.row::<3>(other).contains(&number(edge)) {
             return Err(bad(format!(
-                "corner_edge row {}: columns {taken} and {column} both lie opposite cell {}, expected one side per cell",
+                "corner_edge row {}: {:?}, expected edge {} too, which leads there from corner {}",
+                number(other),
+                t.corner_edge.row::<3>(other),
+                number(edge),
+                number(r)
+            )));
+        }
+        if opposite[k].replace(place).is_some() {
+            return Err(bad(format!(
+                "corner_edge row {}: column {column} and one before both lie opposite cell {}, expected one side per cell",
                 number(r),
                 number(cells[k])
             )));
@@ -234,33 +266,35 @@ fn seats_of(t: &GridTables, direction: &[[f64; 3]], r: usize) -> Result<Seats> {
             cells.map(number)
         )));
     }
-    let side = opposite.map(|s| s.expect("three columns took three different places"));
-    Ok(Seats::new(side, det < 0.0))
+    Ok(Seats::new(opposite.map(|side| side.unwrap_or(Seats::RIM)), det < 0.0))
 }
 
 /// The corners of each cell are those whose row of `corner_cell` names the cell, each of them once.
 pub(super) fn cells(t: &GridTables) -> Result<()> {
     let number = |i: usize| i as i64 + i64::from(t.index_base);
     let mut around = vec![0u32; t.cells()];
-    for cell in t.corner_cell.iter() {
+    for cell in t.corner_cell.iter().filter(|&cell| !is_mark(cell, t.cells(), t.index_base)) {
         around[(cell - i64::from(t.index_base)) as usize] += 1;
     }
     first_error(t.cells(), |r| {
         let start = r * t.cell_corner_row;
         let used = t.cell_corner_count.map_or(t.cell_corner_row, |count| count.get(r) as usize);
         let corner = |column: usize| t.cell_corner.get(start + column);
-        let at_cell = |column: &usize| {
-            let corner = (corner(*column) - i64::from(t.index_base)) as usize;
-            t.corner_cell.row::<3>(corner).contains(&number(r))
-        };
-        if let Some(column) = (0..used).find(|column| !at_cell(column)) {
+        let is_there = |column: &usize| !is_mark(corner(*column), t.corners(), t.index_base);
+        let cells_at =
+            |column: usize| t.corner_cell.row::<3>((corner(column) - i64::from(t.index_base)) as usize);
+        let is_apart = |column: &usize| is_there(column) && !cells_at(*column).contains(&number(r));
+        if let Some(column) = (0..used).find(is_apart) {
             return Some(bad(format!(
-                "cell_corner row {}, column {column}: corner {}, expected one whose corner_cell row names the cell",
+                "cell_corner row {}, column {column}: corner {}, whose corner_cell row is {:?}, expected one that names the \
+                 cell",
                 number(r),
-                corner(column)
+                corner(column),
+                cells_at(column)
             )));
         }
-        let distinct = (0..used).filter(|&i| (0..i).all(|j| corner(j) != corner(i))).count();
+        let is_new = |&i: &usize| is_there(&i) && (0..i).all(|j| corner(j) != corner(i));
+        let distinct = (0..used).filter(is_new).count();
         (distinct != around[r] as usize).then(|| {
             bad(format!(
                 "cell_corner row {}: {distinct} different corners, expected the {} whose corner_cell rows name the cell",
@@ -271,20 +305,27 @@ pub(super) fn cells(t: &GridTables) -> Result<()> {
     })
 }
 
-/// The triangles turn the same way on both sides of every edge and cover the sphere exactly once.
-pub(super) fn closed(t: &GridTables, direction: &[[f64; 3]], seats: &[Seats]) -> Result<()> {
+/// The cells of a triangle, counter-clockwise from outside.
+fn wound(t: &GridTables, seats: &[Seats], r: usize) -> [usize; 3] {
+    let [a, b, c] = row(t, t.corner_cell, r);
+    if seats[r].is_clockwise() { [a, c, b] } else { [a, b, c] }
+}
+
+/// The triangles turn the same way on both sides of every edge that joins two.
+pub(super) fn folds(t: &GridTables, seats: &[Seats]) -> Result<()> {
     let number = |i: usize| i as i64 + i64::from(t.index_base);
-    let wound = |r: usize| {
-        let [a, b, c] = row(t, t.corner_cell, r);
-        if seats[r].is_clockwise() { [a, c, b] } else { [a, b, c] }
-    };
+    let wound = |r: usize| wound(t, seats, r);
     let runs = |r: usize, from: usize, to: usize| {
         let v = wound(r);
         (0..3).any(|k| v[k] == from && v[(k + 1) % 3] == to)
     };
     first_error(t.corners(), |r| {
+        if !seats[r].is_triangle() {
+            return None;
+        }
         let v = wound(r);
-        row::<3>(t, t.corner_edge, r).into_iter().find_map(|edge| {
+        (0..3).filter(|&k| !seats[r].is_rim(k)).find_map(|k| {
+            let edge = row::<3>(t, t.corner_edge, r)[seats[r].side_opposite(k)];
             let [a, b] = row(t, t.edge_corner, edge);
             let other = if a == r { b } else { a };
             let folded = (0..3).any(|k| runs(other, v[k], v[(k + 1) % 3]));
@@ -295,19 +336,28 @@ pub(super) fn closed(t: &GridTables, direction: &[[f64; 3]], seats: &[Seats]) ->
                 ))
             })
         })
-    })?;
+    })
+}
+
+/// The triangles, with void ones that are wound like the data beyond their sides, cover the sphere exactly once.
+pub(super) fn covers(
+    t: &GridTables,
+    direction: &[[f64; 3]],
+    seats: &[Seats],
+    closure: &Closure,
+) -> Result<()> {
+    let area_of = |cells: [usize; 3]| solid_angle(cells.map(|cell| DVec3::from_array(direction[cell])));
     // Fixed blocks summed in order: the same sum for any number of threads.
-    let area: f64 = (0..t.corners())
-        .into_par_iter()
-        .with_min_len(4096)
-        .map(|r| solid_angle(wound(r).map(|cell| DVec3::from_array(direction[cell]))))
-        .collect::<Vec<f64>>()
-        .iter()
-        .sum();
+    let rows = (0..t.corners()).into_par_iter().with_min_len(4096);
+    let areas: Vec<f64> =
+        rows.map(|r| if seats[r].is_triangle() { area_of(wound(t, seats, r)) } else { 0.0 }).collect();
+    let void = closure.void().iter().map(|void| area_of(void.cells.map(|cell| cell as usize)));
+    let area: f64 = areas.into_iter().chain(void).sum();
     if (area / (4.0 * PI) - 1.0).abs() > COVER {
         return Err(bad(format!(
-            "corner_cell: the triangles' areas sum to {:.9} of the sphere, expected 1",
-            area / (4.0 * PI)
+            "corner_cell: the triangles' areas sum to {:.9} of the sphere{}, expected 1",
+            area / (4.0 * PI),
+            if closure.void().is_empty() { "" } else { " with those that fill the holes" }
         )));
     }
     Ok(())

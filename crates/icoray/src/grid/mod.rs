@@ -5,10 +5,13 @@
 //! is a triangle between two layers, so the whole 3-D mesh is walked with these 2-D tables alone.
 //!
 //! Derived and owned: a unit vector per cell (24 bytes) and one byte per triangle, its [`Seats`], that says which side lies
-//! opposite which vertex and how the row winds. The tables themselves stay the model's.
+//! opposite which vertex and how the row winds. The tables themselves stay the model's. A mesh with holes is closed with void
+//! triangles (`closure.rs`), which are numbered on from the last row of the table; a whole sphere has none.
 
 mod check;
+mod closure;
 mod generate;
+mod patchwork;
 mod seats;
 mod tables;
 
@@ -17,6 +20,7 @@ pub use generate::{IcosahedralMesh, MAX_LEVEL};
 pub use tables::{GridTables, Indices, LonLat, Reals};
 
 use crate::error::Result;
+use closure::Closure;
 use glam::DVec3;
 use seats::Seats;
 
@@ -24,27 +28,35 @@ use seats::Seats;
 #[derive(Debug)]
 pub struct Grid<'a> {
     tables: GridTables<'a>,
+    /// Of cells, and of synthetic points behind them.
     direction: Vec<[f64; 3]>,
     seats: Vec<Seats>,
+    closure: Closure,
+    /// A triangle that is there.
+    start: u32,
 }
 
 impl<'a> Grid<'a> {
-    /// Checks `tables` whole and derives directions and seats, in parallel.
+    /// Checks `tables` whole, closes the mesh where it has holes, and derives directions and seats, in parallel.
     ///
     /// # Errors
     /// [`ErrorKind::Grid`](crate::ErrorKind::Grid) names the table, row, value and what was expected: sizes, index
-    /// ranges, each edge's two triangles, each triangle's three edges and cells, a closed sphere (V - E + F = 2, one
-    /// winding, areas summing to 4π), no zero-area triangle, each cell's corners, finite coordinates.
-    /// [`ErrorKind::Unsupported`](crate::ErrorKind::Unsupported): the mesh has a hole.
+    /// ranges, each edge's two triangles, each triangle's three edges and cells, a closed sphere (V - E + F = 2 where
+    /// nothing is missing, one winding, areas summing to 4π with those of void triangles), no zero-area triangle, each
+    /// cell's corners, finite coordinates.
     pub fn new(tables: GridTables<'a>) -> Result<Self> {
-        check::sizes(&tables)?;
-        let direction = check::directions(&tables)?;
+        let has_hole = check::sizes(&tables)?;
+        let mut direction = check::directions(&tables)?;
         check::corner_positions(&tables)?;
-        check::indices(&tables)?;
-        let seats = check::triangles(&tables, &direction)?;
-        check::closed(&tables, &direction, &seats)?;
+        check::indices(&tables, has_hole)?;
+        let seats = check::triangles(&tables, &direction, has_hole)?;
+        check::folds(&tables, &seats)?;
         check::cells(&tables)?;
-        Ok(Grid { tables, direction, seats })
+        let closure =
+            if has_hole { closure::close(&tables, &mut direction, &seats)? } else { Closure::default() };
+        check::covers(&tables, &direction, &seats, &closure)?;
+        let start = seats.iter().position(|seats| seats.is_triangle()).unwrap_or(seats.len()) as u32;
+        Ok(Grid { tables, direction, seats, closure, start })
     }
 
     /// The tables as given.
@@ -54,51 +66,103 @@ impl<'a> Grid<'a> {
 
     /// Number of cells.
     pub fn cells(&self) -> usize {
-        self.direction.len()
+        self.tables.cells()
     }
 
-    /// Number of dual triangles, which is the number of corners.
+    /// Number of corners: the rows of `corner_cell`, each of them a dual triangle unless it names a cell that is missing
+    /// ([`Grid::is_triangle`]).
     pub fn triangles(&self) -> usize {
         self.seats.len()
     }
 
-    /// Bytes that icoray owns for this grid beside the model's tables.
-    pub fn derived_bytes(&self) -> usize {
-        size_of_val(self.direction.as_slice()) + size_of_val(self.seats.as_slice())
+    /// Number of triangles that fill the mesh's holes, numbered from [`Grid::triangles`] on; 0 for a whole sphere. Rays walk
+    /// over them and read nothing there.
+    pub fn void_triangles(&self) -> usize {
+        self.closure.void().len()
     }
 
-    /// Unit vector from the sphere's centre to the centre of `cell` (z through the north pole, x through longitude 0).
+    /// Whether `triangle` has data: a row of the table with three cells that are there.
+    #[inline]
+    pub fn is_triangle(&self, triangle: u32) -> bool {
+        self.seats.get(triangle as usize).is_some_and(|seats| seats.is_triangle())
+    }
+
+    /// Whether `triangle` is one of those that fill holes.
+    #[inline]
+    pub fn is_void(&self, triangle: u32) -> bool {
+        triangle as usize >= self.seats.len()
+    }
+
+    /// Bytes that icoray owns for this grid beside the model's tables.
+    pub fn derived_bytes(&self) -> usize {
+        size_of_val(self.direction.as_slice()) + size_of_val(self.seats.as_slice()) + self.closure.bytes()
+    }
+
+    /// Unit vector from the sphere's centre to the centre of `cell` (z through the north pole, x through longitude 0), or to
+    /// the synthetic vertex of that number.
     #[inline]
     pub fn direction(&self, cell: u32) -> DVec3 {
         DVec3::from_array(self.direction[cell as usize])
     }
 
-    /// The three cells of `triangle`, in the table's order.
+    /// The three cells of `triangle`, in the table's order; for a void one, numbers from [`Grid::cells`] on are synthetic.
+    ///
+    /// # Panics
+    /// When there is no such triangle. What is given for a row that is none ([`Grid::is_triangle`]) has no meaning.
     #[inline]
     pub fn triangle(&self, triangle: u32) -> [u32; 3] {
         let base = i64::from(self.tables.index_base);
+        let Some(row) = self.tables.corner_cell.find_row(triangle as usize) else {
+            return self.void(triangle).cells;
+        };
         // The check found every entry within the table's rows, which 32 bits can number.
-        self.tables.corner_cell.row(triangle as usize).map(|cell| (cell - base) as u32)
+        row.map(|cell| (cell - base) as u32)
+    }
+
+    #[cold]
+    fn void(&self, triangle: u32) -> &closure::Void {
+        &self.closure.void()[triangle as usize - self.seats.len()]
     }
 
     /// The triangle beyond the side of `triangle` that lies opposite its vertex `k`.
+    ///
+    /// # Panics
+    /// When there is no such triangle.
     #[inline]
     pub fn across(&self, triangle: u32, k: usize) -> u32 {
         let base = i64::from(self.tables.index_base);
-        let column = self.seats[triangle as usize].side_opposite(k);
+        let Some(seats) = self.seats.get(triangle as usize) else {
+            return self.void(triangle).beyond[k];
+        };
+        let column = seats.side_opposite(k);
+        if column == Seats::RIM {
+            return self.over_the_rim(triangle, k);
+        }
         let edge = (self.tables.corner_edge.get(3 * triangle as usize + column) - base) as usize;
         let [a, b] = self.tables.edge_corner.row(edge).map(|corner| (corner - base) as u32);
         // The side's two triangles and this one, of which one stands twice: what is left is the other.
         a ^ b ^ triangle
     }
 
+    #[cold]
+    fn over_the_rim(&self, triangle: u32, k: usize) -> u32 {
+        self.closure.across(triangle, k)
+    }
+
     /// Whether the table's order of the vertices of `triangle` runs clockwise seen from outside.
     #[inline]
     pub fn is_clockwise(&self, triangle: u32) -> bool {
-        self.seats[triangle as usize].is_clockwise()
+        self.seats.get(triangle as usize).is_some_and(|seats| seats.is_clockwise())
     }
 
-    /// The corners of `cell` without repetition, in the table's order.
+    /// `hint` itself where it is a triangle, data or void, and one that is there otherwise.
+    #[inline]
+    pub(crate) fn standing(&self, hint: u32) -> u32 {
+        if self.is_triangle(hint) || self.is_void(hint) { hint } else { self.start }
+    }
+
+    /// The corners of `cell` that are in the tables, without repetition, in the table's order. Beside a hole some are not
+    /// triangles.
     pub fn corners_of(&self, cell: u32) -> impl Iterator<Item = u32> + '_ {
         let table = self.tables.cell_corner;
         let row = self.tables.cell_corner_row;
@@ -106,6 +170,9 @@ impl<'a> Grid<'a> {
         let start = cell as usize * row;
         let base = i64::from(self.tables.index_base);
         let is_new = move |i: &usize| (start..*i).all(|j| table.get(j) != table.get(*i));
-        (start..start + used).filter(is_new).map(move |i| (table.get(i) - base) as u32)
+        let rows = base..base + self.seats.len() as i64;
+        let corners = (start..start + used).filter(is_new).map(move |i| table.get(i));
+        // Others are marks of corners that are missing.
+        corners.filter(move |corner| rows.contains(corner)).map(move |corner| (corner - base) as u32)
     }
 }

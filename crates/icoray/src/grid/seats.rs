@@ -3,20 +3,41 @@
 //! Real files promise neither that column k of `corner_edge` lies opposite column k of `corner_cell` nor that rows wind
 //! alike. Both facts are found once when the grid is checked and kept here, instead of sorting or copying the tables.
 
-/// Two bits per vertex: the `corner_edge` column of the side opposite it; bit 6: the row winds clockwise from outside.
+/// Two bits per vertex: the `corner_edge` column of the side opposite it, or 3 where no triangle of the table lies beyond;
+/// bit 6: the row winds clockwise from outside; bit 7: a cell of the row is missing, it is no triangle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(crate) struct Seats(u8);
 
 impl Seats {
     const CLOCKWISE: u8 = 1 << 6;
+    const ABSENT: u8 = 1 << 7;
+    /// In place of a column: a side of the mesh's rim.
+    pub const RIM: usize = 3;
 
-    /// `side[k]` is the `corner_edge` column of the side opposite vertex `k`.
+    /// `side[k]` is the `corner_edge` column of the side opposite vertex `k`, or [`Self::RIM`].
     pub fn new(side: [usize; 3], clockwise: bool) -> Self {
         let columns = (side[0] | side[1] << 2 | side[2] << 4) as u8;
         Seats(columns | if clockwise { Self::CLOCKWISE } else { 0 })
     }
 
-    /// The `corner_edge` column of the side opposite vertex `k`.
+    /// Of a row that names a missing cell.
+    pub fn absent() -> Self {
+        Seats(Self::ABSENT)
+    }
+
+    /// Whether the row's three cells are all there.
+    #[inline]
+    pub fn is_triangle(self) -> bool {
+        self.0 & Self::ABSENT == 0
+    }
+
+    /// Whether the side opposite vertex `k` is on the rim.
+    #[inline]
+    pub fn is_rim(self, k: usize) -> bool {
+        self.side_opposite(k) == Self::RIM
+    }
+
+    /// The `corner_edge` column of the side opposite vertex `k`, or [`Self::RIM`].
     #[inline]
     pub fn side_opposite(self, k: usize) -> usize {
         (self.0 >> (2 * k) & 3) as usize
@@ -40,7 +61,19 @@ mod tests {
                 let seats = Seats::new(side, clockwise);
                 assert_eq!([0, 1, 2].map(|k| seats.side_opposite(k)), side);
                 assert_eq!(seats.is_clockwise(), clockwise);
+                assert!(seats.is_triangle() && !(0..3).any(|k| seats.is_rim(k)));
             }
         }
+    }
+
+    #[test]
+    fn holds_rims_and_absence() {
+        for clockwise in [false, true] {
+            let seats = Seats::new([Seats::RIM, 1, Seats::RIM], clockwise);
+            assert_eq!([0, 1, 2].map(|k| seats.is_rim(k)), [true, false, true]);
+            assert_eq!((seats.side_opposite(1), seats.is_clockwise()), (1, clockwise));
+            assert!(seats.is_triangle());
+        }
+        assert!(!Seats::absent().is_triangle());
     }
 }

@@ -92,16 +92,22 @@ impl<'a> Indices<'a> {
     /// Row `r` of a table with `N` columns.
     #[inline]
     pub(crate) fn row<const N: usize>(&self, r: usize) -> [i64; N] {
-        match self {
+        self.find_row(r).expect("the table has the row")
+    }
+
+    /// Row `r` of a table with `N` columns, if it has so many.
+    #[inline]
+    pub(crate) fn find_row<const N: usize>(&self, r: usize) -> Option<[i64; N]> {
+        Some(match self {
             Indices::I32(v) => {
-                let row = &v[N * r..N * r + N];
+                let row = v.get(N * r..N * r + N)?;
                 std::array::from_fn(|k| i64::from(row[k]))
             }
             Indices::I64(v) => {
-                let row = &v[N * r..N * r + N];
+                let row = v.get(N * r..N * r + N)?;
                 std::array::from_fn(|k| row[k])
             }
-        }
+        })
     }
 }
 
@@ -133,6 +139,11 @@ pub struct LonLat<'a> {
 ///
 /// Index tables are row-major, in 32 or 64 bits, and number cells, corners and edges from `index_base`. No orientation is relied on:
 /// rows of `corner_cell` and `corner_edge` may be in any order, as they are in real MPAS files.
+///
+/// The mesh may have holes or be a part of the sphere. What is missing is marked by the number before the first (0 in tables
+/// that count from 1), by -1, or by the number behind the last: cells in `corner_cell`, whose row is no triangle then; edges in
+/// such a row of `corner_edge`; corners in `edge_corner` and `cell_corner`. Corners beside a hole may be left out of the
+/// tables or, as in MPAS, stand there with the cells that they have.
 #[derive(Debug, Clone, Copy)]
 pub struct GridTables<'a> {
     /// 0 (C) or 1 (Fortran): the number that the first cell, corner and edge bear.

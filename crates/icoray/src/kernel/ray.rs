@@ -95,9 +95,14 @@ impl<T: Real, S: Sample, const N: usize> Caster<'_, T, S, N> {
             counts,
         };
         let mut gap = None;
-        while let Some(column) = walk.next_column() {
+        let has_void = self.grid.void_triangles() > 0;
+        loop {
+            // Asked once, so that whole spheres pay for a flag only.
+            let is_void = has_void && walk.is_void();
+            let Some(column) = walk.next_column() else { break };
             let start = gap.unwrap_or_else(|| self.shell.gap(column.entry.rho));
-            let (next, flow) = ray.column(&column, start);
+            let (next, flow) =
+                if is_void { ray.void_column(&column, start) } else { ray.column(&column, start) };
             if flow == Flow::Stop {
                 break;
             }
@@ -163,17 +168,28 @@ impl<T: Real, S: Sample, const N: usize> Visit<T, N> for Pass<'_, '_, '_, T, S, 
         self.ray.frustum(&course, T::of(self.length * (b.u - a.u)))
     }
 
-    /// An opaque core ends the ray, a hollow one lets it pass.
     fn core(&mut self, a: &Station<T>) -> Flow {
-        let Some(color) = self.ray.caster.core else { return Flow::On };
-        let (entry, exit) = (&self.column.entry, &self.column.exit);
-        let t = lerp(entry.t, exit.t, a.u);
-        let body = match &self.ray.shading {
-            Some(shading) => shading.solid(self.ray.line.position(t).normalize_or_zero()),
-            None => T::one(),
-        };
-        self.ray.light.over(&Light::plain(color.map(|c| T::of(c) * body), T::one()));
-        Flow::Stop
+        self.ray.core(self.column, a)
+    }
+}
+
+/// A ray inside the column of a void triangle: nothing is read, and only the core can be met.
+struct VoidPass<'p, 'r, 'f, T, S, const N: usize> {
+    ray: &'p mut Ray<'r, 'f, T, S, N>,
+    column: &'p Column,
+}
+
+impl<T: Real, S: Sample, const N: usize> Visit<T, N> for VoidPass<'_, '_, '_, T, S, N> {
+    fn chord(&self, _: usize) -> Chord<T, N> {
+        Chord { entry: [T::zero(); N], exit: [T::zero(); N] }
+    }
+
+    fn frustum(&mut self, _: usize, _: [&Station<T>; 2], _: [&Chord<T, N>; 2]) -> Flow {
+        Flow::On
+    }
+
+    fn core(&mut self, a: &Station<T>) -> Flow {
+        self.ray.core(self.column, a)
     }
 }
 
@@ -187,6 +203,27 @@ impl<T: Real, S: Sample, const N: usize> Ray<'_, '_, T, S, N> {
         let shell = self.caster.shell;
         let mut pass = Pass { ray: self, column, base, weight, length: exit.t - entry.t };
         cross(shell, column, gap, &mut pass)
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn void_column(&mut self, column: &Column, gap: usize) -> (usize, Flow) {
+        self.counts.columns += 1;
+        self.span = None;
+        let shell = self.caster.shell;
+        cross(shell, column, gap, &mut VoidPass { ray: self, column })
+    }
+
+    /// An opaque core ends the ray, a hollow one lets it pass.
+    fn core(&mut self, column: &Column, a: &Station<T>) -> Flow {
+        let Some(color) = self.caster.core else { return Flow::On };
+        let t = lerp(column.entry.t, column.exit.t, a.u);
+        let body = match &self.shading {
+            Some(shading) => shading.solid(self.line.position(t).normalize_or_zero()),
+            None => T::one(),
+        };
+        self.light.over(&Light::plain(color.map(|c| T::of(c) * body), T::one()));
+        Flow::Stop
     }
 
     /// Adds the light of one frustum, of which the ray passes `length`.

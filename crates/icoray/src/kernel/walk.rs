@@ -3,7 +3,8 @@
 //! The side of a vertex is the sign of V·q, a pure function of the plane and the vertex. So every triangle has either no
 //! side or exactly two sides whose ends lie on different sides of the circle, and the triangles that the circle
 //! crosses form closed loops that never branch: the walk ends after finitely many steps and cannot get lost,
-//! whatever the rounding, without any epsilon and without special cases at vertices and edges.
+//! whatever the rounding, without any epsilon and without special cases at vertices and edges. All of that holds over void
+//! triangles too, which close a mesh with holes: they are walked like others, and whoever walks asks which they are.
 
 use super::plane::{Plane, Point, RayLine, Seen};
 use crate::grid::Grid;
@@ -137,15 +138,21 @@ impl<'g, 'a> Contour<'g, 'a> {
 }
 
 /// The triangle that holds `target`, found by walking the great circle from the middle of the triangle `from`.
+///
+/// Any number will do for `from`, also that of a row that is no triangle.
 pub(crate) fn locate(grid: &Grid, from: u32, target: DVec3) -> u32 {
-    let middle = grid.triangle(from).iter().map(|&c| grid.direction(c)).sum::<DVec3>().normalize();
-    if middle.dot(target) < -0.5 {
-        // Half a turn leaves the direction open; stop over at a right angle.
+    let middle = |t: u32| grid.triangle(t).iter().map(|&c| grid.direction(c)).sum::<DVec3>().normalize();
+    let mut from = grid.standing(from);
+    let mut start = middle(from);
+    if start.dot(target) < -0.5 {
+        // Half a turn leaves the direction open; stop over at a right angle. Once: where triangles are as large as the
+        // sphere, the next one's middle may be no nearer.
         let aside = target.any_orthonormal_vector();
-        let aside = if aside.dot(middle) < 0.0 { -aside } else { aside };
-        return locate(grid, locate_short(grid, from, middle, aside), target);
+        let aside = if aside.dot(start) < 0.0 { -aside } else { aside };
+        from = locate_short(grid, from, start, aside);
+        start = middle(from);
     }
-    locate_short(grid, from, middle, target)
+    locate_short(grid, from, start, target)
 }
 
 fn locate_short(grid: &Grid, from: u32, middle: DVec3, target: DVec3) -> u32 {
@@ -215,9 +222,15 @@ impl<'g, 'a> Walk<'g, 'a> {
         walk
     }
 
-    /// The triangle that the walk is in.
+    /// The triangle that the next column lies over.
     pub fn triangle(&self) -> u32 {
         self.contour.triangle
+    }
+
+    /// Whether that triangle fills a hole: its cells have no values.
+    #[inline]
+    pub fn is_void(&self) -> bool {
+        self.contour.grid.is_void(self.contour.triangle)
     }
 
     #[inline]

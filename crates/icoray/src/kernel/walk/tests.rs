@@ -4,6 +4,9 @@ use super::*;
 use crate::grid::{GridTables, IcosahedralMesh, LonLat};
 use rayon::prelude::*;
 
+#[path = "../../../tests/culled/mod.rs"]
+mod culled;
+
 const OUTER: f64 = 1.1;
 
 /// SplitMix64 (Steele, Lea and Flood 2014): a stream per ray number, so that a failing ray can be named.
@@ -31,11 +34,16 @@ fn walk(grid: &Grid, eye: DVec3, dir: DVec3, hint: u32) -> Result<usize, String>
     let mut walk = Walk::new(grid, line, hint);
     let (mut columns, mut t, mut rho) = (0, line.start, None);
     let mut last_triangle = u32::MAX;
-    while let Some(column) = walk.next_column() {
+    loop {
+        let is_void = walk.is_void();
+        let Some(column) = walk.next_column() else { break };
         columns += 1;
         let wrong = |what: &str| Err(format!("column {columns}: {what}: {column:?} of {line:?}"));
-        if columns > grid.triangles() {
+        if columns > grid.triangles() + grid.void_triangles() {
             return wrong("more columns than triangles");
+        }
+        if !is_void && column.cells.iter().any(|&cell| cell as usize >= grid.cells()) {
+            return wrong("a synthetic point is taken for a cell");
         }
         if column.entry.t != t || column.exit.t < t {
             return wrong("a gap or a step back");
@@ -118,6 +126,51 @@ fn ten_million_random_rays_are_walked_to_their_end() {
         })
         .sum();
     assert!(columns > RAYS as usize, "only {columns} columns: the rays missed");
+}
+
+/// Over holes of all kinds, from inside the shell above them too, into and out of data, to and from void triangles.
+#[test]
+fn a_million_random_rays_are_walked_over_holes() {
+    let (mut mesh, lon, lat) = uneven(3);
+    (mesh.lon_center_rad, mesh.lat_center_rad) =
+        (lon.iter().map(|v| f64::from(*v)).collect(), lat.iter().map(|v| f64::from(*v)).collect());
+    let even = IcosahedralMesh::new(4).unwrap();
+    const RAYS: u64 = 40_000;
+    let meshes = culled::holes(&mesh).into_iter().map(|hole| (hole, &mesh));
+    let meshes = meshes.chain(culled::holes(&even).into_iter().map(|hole| (hole, &even)));
+    let mut rays = 0;
+    for ((name, stays), mesh) in meshes {
+        let culled = culled::Culled::new(mesh, &stays, culled::Style::Corners, culled::Mark::BeforeFirst, 1);
+        let grid = culled.grid();
+        let all = grid.triangles() + grid.void_triangles();
+        let walked: usize = (0..RAYS)
+            .into_par_iter()
+            .map(|ray| {
+                let mut random = Random(ray);
+                let far = [0.3, 1.0, 1.05, 1.5, 3.0, 1e4][(ray % 6) as usize];
+                let eye = random.direction() * far * random.next().max(0.01);
+                let aim = random.direction() * OUTER * if ray % 5 == 0 { 0.999_999 } else { random.next() };
+                let hint = (random.next() * all as f64) as u32;
+                walk(&grid, eye, (aim - eye).normalize(), hint)
+                    .unwrap_or_else(|e| panic!("{name}, ray {ray}: {e}"))
+            })
+            .sum();
+        assert!(walked > RAYS as usize, "{name}: only {walked} columns");
+        // At every vertex, synthetic ones and those of the rim too, and along every side.
+        let there = (0..all as u32).filter(|&t| grid.is_triangle(t) || grid.is_void(t));
+        there.collect::<Vec<_>>().par_iter().for_each(|&t| {
+            let [a, b, c] = grid.triangle(t).map(|cell| grid.direction(cell));
+            let eyes = [DVec3::new(2.0, 0.3, 0.1), (a + b + c) * 0.34, b * 1.05];
+            for (eye, aim) in eyes.into_iter().flat_map(|eye| [a, (a + b) * 0.5, c].map(|aim| (eye, aim))) {
+                if let Some(dir) = (aim - eye).try_normalize() {
+                    must_walk(&grid, eye, dir, t);
+                }
+            }
+            must_walk(&grid, a * 1.02, (b - a).normalize(), t);
+        });
+        rays += RAYS;
+    }
+    assert!(rays > 1_000_000, "{rays}");
 }
 
 #[test]
