@@ -51,7 +51,7 @@ impl icoray_ctx {
 /// own.
 ///
 /// # Safety
-/// `ctx` is NULL or comes from icoray_open_serial and is open.
+/// `ctx` is NULL or comes from icoray_open or icoray_open_serial and is open.
 pub(crate) unsafe fn with(
     ctx: *const icoray_ctx,
     call: impl FnOnce(&mut Context) -> Outcome<()>,
@@ -64,6 +64,30 @@ pub(crate) unsafe fn with(
         let outcome = caught(|| call(&mut context));
         if let Err(failure) = &outcome {
             context.remember(failure);
+        }
+        outcome
+    }))
+}
+
+/// As [`with`], for calls that all ranks make together: one whose context is broken says so to the others, who would
+/// wait for it.
+///
+/// # Safety
+/// As [`with`].
+pub(crate) unsafe fn with_all(
+    ctx: *const icoray_ctx,
+    call: impl FnOnce(&mut Context) -> Outcome<()>,
+) -> icoray_status {
+    status(&guarded(|| {
+        // SAFETY: the caller promises an open context.
+        let ctx = unsafe { ctx.as_ref() }.ok_or_else(|| Failure::null("ctx"))?;
+        let mut context = ctx.enter()?;
+        if !context.is_shared() {
+            context.refuse_if_poisoned()?;
+        }
+        let outcome = caught(|| call(&mut context));
+        if let Err(failure) = &outcome {
+            context.remember_for_all(failure);
         }
         outcome
     }))

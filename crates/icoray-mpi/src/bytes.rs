@@ -1,6 +1,6 @@
 //! Bytes between ranks.
 
-use crate::host::{MpiTeam, check, failed};
+use crate::host::{MpiTeam, check, failed, is_finalized};
 use icoray::{Result, Team};
 use mpi::ffi;
 use std::ffi::c_int;
@@ -63,6 +63,10 @@ impl Team for MpiTeam {
 
     fn size(&self) -> usize {
         self.size
+    }
+
+    fn is_gone(&self) -> bool {
+        is_finalized()
     }
 
     fn share(&mut self, mine: &[u8]) -> Result<Vec<Vec<u8>>> {

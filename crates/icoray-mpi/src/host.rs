@@ -32,7 +32,7 @@ impl MpiTeam {
         if !has(ffi::MPI_Initialized) {
             return Err(failed("MPI is not initialised; call MPI_Init before icoray_open".into()));
         }
-        if has(ffi::MPI_Finalized) {
+        if is_finalized() {
             return Err(failed("MPI is finalised already; call icoray_open before MPI_Finalize".into()));
         }
         refuse_other_thread()?;
@@ -65,16 +65,16 @@ impl MpiTeam {
         (team.rank, team.size) = (rank as usize, size as usize);
         Ok(team)
     }
+}
 
-    /// Whether the host has finalised MPI, after which no rank can be reached any more.
-    pub fn is_finalized() -> bool {
-        has(ffi::MPI_Finalized)
-    }
+/// Whether the host has finalised MPI, after which no rank can be reached any more.
+pub(crate) fn is_finalized() -> bool {
+    has(ffi::MPI_Finalized)
 }
 
 impl Drop for MpiTeam {
     fn drop(&mut self) {
-        if !Self::is_finalized() {
+        if !is_finalized() {
             // SAFETY: the communicator is ours, and MPI has not been finalised. Nobody is left to tell of a failure.
             unsafe { ffi::MPI_Comm_free(&mut self.comm) };
         }

@@ -224,4 +224,25 @@ mod tests {
             }
         }
     }
+
+    #[test]
+    fn tiles_that_several_draw_make_the_same_picture() {
+        for (width, height, step) in [(1, 1, 1), (97, 61, 1), (300, 200, 3), (64, 500, 7)] {
+            let raster = Raster { width, height, step };
+            let (whole, counts) = raster.draw(pixel);
+            let of =
+                |rank: u32| (0..raster.tiles()).rev().filter(|tile| tile % 3 == rank).collect::<Vec<_>>();
+            let parts = [2, 0, 1].map(|rank| raster.trace(&of(rank), pixel));
+            let tiles = parts.concat();
+            assert!(tiles.iter().all(|tile| tile.pixels.len() == raster.pixels_of(tile.number)));
+            assert_eq!(raster.assemble(&tiles), (whole, counts));
+        }
+    }
+
+    #[test]
+    #[should_panic(expected = "a tile is missing")]
+    fn a_picture_with_a_tile_missing_is_none() {
+        let raster = Raster { width: 97, height: 61, step: 1 };
+        raster.assemble(&raster.trace(&[0, 1], pixel));
+    }
 }

@@ -57,6 +57,9 @@ impl Ranks {
             });
             return Ok(Agreement { refusal, value: mine.value.to_vec() });
         };
+        if team.is_gone() {
+            return Err(Error::new(ErrorKind::Mpi, "ranks cannot be reached any more: MPI was finalised"));
+        }
         let value = if team.rank() == 0 { mine.value } else { &[] };
         let mut words = Words::default();
         let (number, sentence) = mine.refusal.unwrap_or_default();

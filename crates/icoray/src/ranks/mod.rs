@@ -24,7 +24,7 @@ use crate::error::{Error, Result};
 use deal::Costs;
 use std::fmt;
 
-/// What carries bytes between ranks. All methods are collective: every rank calls the same ones in the same order.
+/// What carries bytes between ranks. The methods that send are collective: every rank calls the same ones in the same order.
 ///
 /// # Errors
 /// Of every method: [`ErrorKind::Mpi`](crate::ErrorKind::Mpi) when the transport itself fails. Then ranks may no longer be
@@ -35,6 +35,11 @@ pub trait Team: Send {
 
     /// How many there are, at least 1.
     fn size(&self) -> usize;
+
+    /// Whether ranks can be reached no more, now or later: then nothing but dropping the team is of use. Not collective.
+    fn is_gone(&self) -> bool {
+        false
+    }
 
     /// Hands every rank's bytes to all, in order of rank.
     #[expect(clippy::missing_errors_doc, reason = "the trait has them")]
@@ -76,6 +81,16 @@ impl Ranks {
     /// How many there are, at least 1.
     pub fn size(&self) -> usize {
         self.team.as_ref().map_or(1, |team| team.size())
+    }
+
+    /// Whether this is one process without a team; a team may have one rank too.
+    pub fn is_alone(&self) -> bool {
+        self.team.is_none()
+    }
+
+    /// Whether the other ranks can be reached no more: MPI was finalised.
+    pub fn is_gone(&self) -> bool {
+        self.team.as_ref().is_some_and(|team| team.is_gone())
     }
 
     /// Whether this is the process that has the picture in the end.
