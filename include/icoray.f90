@@ -44,7 +44,8 @@ module icoray
     ICORAY_ERR_EXISTS = 12, &       !< a picture of that name is there (ICORAY_NEVER_MODIFY); nothing was rendered
     ICORAY_ERR_DISABLED = 13, &     !< the context has switched itself off after too many failures (ICORAY_DISABLE)
     ICORAY_ERR_BUSY = 14, &         !< another thread, or the log procedure, is in a call on this context
-    ICORAY_ERR_FORKED = 15          !< the context was opened before this process was forked
+    ICORAY_ERR_FORKED = 15, &       !< the context was opened before this process was forked
+    ICORAY_ERR_MPI = 16             !< MPI is not initialised or has failed, or ranks differ in call, step, scene or data
   integer, parameter, public :: &
     ICORAY_F32 = 1, ICORAY_F64 = 2, &           !< icoray_array%type, icoray_grid%real_type
     ICORAY_I32 = 3, ICORAY_I64 = 4, &           !< icoray_grid%index_type
@@ -158,6 +159,9 @@ module icoray
     integer(c_int32_t) :: error_is_bound = 0, pixel_step = 0, lights = 0, threads = 0
     integer(c_int64_t) :: frames_written = 0, frames_failed = 0, frames_dropped = 0
     real(c_double) :: host_total_s = 0, write_total_s = 0
+    integer(c_int32_t) :: ranks = 0, tiles = 0
+    real(c_double) :: gather_s = 0, balance = 0
+    integer(c_int64_t) :: bytes_received = 0
   end type icoray_frame_report
 
   !> Opens a context without MPI: call icoray_open_serial(ctx, [ierr], keywords) or (ctx, icoray_config, [ierr]).
@@ -176,6 +180,17 @@ module icoray
   interface icoray_open_serial
     procedure :: open_serial, open_config
   end interface icoray_open_serial
+
+  !> Opens a context over the ranks of an MPI communicator, which draw each picture together: call icoray_open(ctx, comm,
+  !> [ierr], keywords) or (ctx, comm, icoray_config, [ierr]), keywords as of icoray_open_serial.
+  !>   comm   an integer: MPI_COMM_WORLD%MPI_VAL of mpi_f08, MPI_COMM_WORLD of mpi. Duplicated, and freed by icoray_close
+  !> Each rank has the whole grid and field and draws tiles; the picture is at rank 0, and so are output_dir, existing and
+  !> disable_after. icoray_open, icoray_execute, icoray_wait and icoray_close are collective: all ranks make them in the
+  !> same order and get the same ierr. MPI is initialised before and finalised after. ICORAY_ERR_UNSUPPORTED where the
+  !> library was built without MPI, and for async_render.
+  interface icoray_open
+    procedure :: open_i4, open_i8, open_config_i4, open_config_i8
+  end interface icoray_open
 
   !> Hands over the grid; it is checked whole. All real and all index arrays are of one kind each, and contiguous
   !> (ICORAY_ERR_ARGUMENT names the table that is not). Rows may be in any order and wind either way.
@@ -245,7 +260,7 @@ module icoray
     procedure :: last_error_ctx, last_error_thread
   end interface icoray_last_error
 
-  public :: icoray_open_serial, icoray_grid_set, icoray_layers_set, icoray_field_set, icoray_field_set_ndarray
+  public :: icoray_open, icoray_open_serial, icoray_grid_set, icoray_layers_set, icoray_field_set, icoray_field_set_ndarray
   public :: icoray_scene_load, icoray_scene_text, icoray_wants, icoray_wants_field, icoray_execute, icoray_wait
   public :: icoray_report, icoray_last_error, icoray_close, icoray_version, icoray_log_stderr
   public :: icoray_mesh_create, icoray_mesh_grid, icoray_mesh_tables, icoray_mesh_free
@@ -258,6 +273,13 @@ module icoray
       type(c_ptr), intent(out) :: ctx
       integer(c_int32_t) :: status
     end function icoray_open_serial_c
+    function icoray_open_c(config, fortran_comm, ctx) bind(C, name='icoray_open') result(status)
+      import
+      type(icoray_config), intent(in) :: config
+      integer(c_int32_t), value :: fortran_comm
+      type(c_ptr), intent(out) :: ctx
+      integer(c_int32_t) :: status
+    end function icoray_open_c
     function icoray_close_c(ctx) bind(C, name='icoray_close') result(status)
       import
       type(c_ptr), intent(inout) :: ctx
@@ -377,7 +399,7 @@ module icoray
       integer(c_size_t) :: length
     end function c_strlen
   end interface
-  public :: icoray_open_serial_c, icoray_close_c, icoray_last_error_c, icoray_version_c, icoray_grid_set_c
+  public :: icoray_open_c, icoray_open_serial_c, icoray_close_c, icoray_last_error_c, icoray_version_c, icoray_grid_set_c
   public :: icoray_layers_set_c, icoray_field_set_c, icoray_field_set_ndarray_c, icoray_scene_load_c
   public :: icoray_scene_text_c, icoray_wants_c, icoray_wants_field_c, icoray_execute_c, icoray_wait_c
   public :: icoray_report_c, icoray_log_stderr_c, icoray_mesh_create_c, icoray_mesh_grid_c, icoray_mesh_free_c
@@ -403,6 +425,46 @@ contains
     integer, intent(in), optional :: threads, existing, on_error, disable_after, writer_queue, when_full, log_level
     logical, intent(in), optional :: async_render
     procedure(icoray_log), optional :: log
+    call open_keywords(ctx, ierr, output_dir, threads, existing, on_error, disable_after, async_render, &
+      writer_queue, when_full, log_level, log)
+  end subroutine open_serial
+
+  subroutine open_i4(ctx, comm, ierr, output_dir, threads, existing, on_error, disable_after, async_render, &
+      writer_queue, when_full, log_level, log)
+    type(icoray_context), intent(inout) :: ctx
+    integer(c_int32_t), intent(in) :: comm
+    integer, intent(out), optional :: ierr
+    character(len=*), intent(in), optional :: output_dir
+    integer, intent(in), optional :: threads, existing, on_error, disable_after, writer_queue, when_full, log_level
+    logical, intent(in), optional :: async_render
+    procedure(icoray_log), optional :: log
+    call open_keywords(ctx, ierr, output_dir, threads, existing, on_error, disable_after, async_render, &
+      writer_queue, when_full, log_level, log, comm)
+  end subroutine open_i4
+
+  subroutine open_i8(ctx, comm, ierr, output_dir, threads, existing, on_error, disable_after, async_render, &
+      writer_queue, when_full, log_level, log)
+    type(icoray_context), intent(inout) :: ctx
+    integer(c_int64_t), intent(in) :: comm
+    integer, intent(out), optional :: ierr
+    character(len=*), intent(in), optional :: output_dir
+    integer, intent(in), optional :: threads, existing, on_error, disable_after, writer_queue, when_full, log_level
+    logical, intent(in), optional :: async_render
+    procedure(icoray_log), optional :: log
+    call open_keywords(ctx, ierr, output_dir, threads, existing, on_error, disable_after, async_render, &
+      writer_queue, when_full, log_level, log, int(comm, c_int32_t))
+  end subroutine open_i8
+
+  !> Without comm: serial.
+  subroutine open_keywords(ctx, ierr, output_dir, threads, existing, on_error, disable_after, async_render, &
+      writer_queue, when_full, log_level, log, comm)
+    type(icoray_context), intent(inout) :: ctx
+    integer, intent(out), optional :: ierr
+    character(len=*), intent(in), optional :: output_dir
+    integer, intent(in), optional :: threads, existing, on_error, disable_after, writer_queue, when_full, log_level
+    logical, intent(in), optional :: async_render
+    procedure(icoray_log), optional :: log
+    integer(c_int32_t), intent(in), optional :: comm
     type(icoray_config) :: config
     type(own_part), pointer :: own
     character(kind=c_char), allocatable, target :: directory(:)
@@ -426,30 +488,59 @@ contains
       config%log = c_funloc(relay)
       config%log_user = c_loc(own)
     end if
-    call open_with(ctx, config, own, ierr)
-  end subroutine open_serial
+    call open_with(ctx, config, own, ierr, comm)
+  end subroutine open_keywords
 
   subroutine open_config(ctx, config, ierr)
     type(icoray_context), intent(inout) :: ctx
     type(icoray_config), intent(in) :: config
     integer, intent(out), optional :: ierr
+    call open_struct(ctx, config, ierr)
+  end subroutine open_config
+
+  subroutine open_config_i4(ctx, comm, config, ierr)
+    type(icoray_context), intent(inout) :: ctx
+    integer(c_int32_t), intent(in) :: comm
+    type(icoray_config), intent(in) :: config
+    integer, intent(out), optional :: ierr
+    call open_struct(ctx, config, ierr, comm)
+  end subroutine open_config_i4
+
+  subroutine open_config_i8(ctx, comm, config, ierr)
+    type(icoray_context), intent(inout) :: ctx
+    integer(c_int64_t), intent(in) :: comm
+    type(icoray_config), intent(in) :: config
+    integer, intent(out), optional :: ierr
+    call open_struct(ctx, config, ierr, int(comm, c_int32_t))
+  end subroutine open_config_i8
+
+  subroutine open_struct(ctx, config, ierr, comm)
+    type(icoray_context), intent(inout) :: ctx
+    type(icoray_config), intent(in) :: config
+    integer, intent(out), optional :: ierr
+    integer(c_int32_t), intent(in), optional :: comm
     type(own_part), pointer :: own
     if (is_open(ctx, ierr)) return
     allocate (own)
-    call open_with(ctx, config, own, ierr)
-  end subroutine open_config
+    call open_with(ctx, config, own, ierr, comm)
+  end subroutine open_struct
 
-  subroutine open_with(ctx, config, own, ierr)
+  subroutine open_with(ctx, config, own, ierr, comm)
     type(icoray_context), intent(inout) :: ctx
     type(icoray_config), intent(in) :: config
     type(own_part), pointer, intent(in) :: own
     integer, intent(out), optional :: ierr
+    integer(c_int32_t), intent(in), optional :: comm
     type(icoray_config) :: sized
     integer(c_int32_t) :: status
     type(own_part), pointer :: unused
     sized = config
     sized%struct_size = c_sizeof(sized)
-    status = icoray_open_serial_c(sized, ctx%handle)
+    if (present(comm)) then
+      status = icoray_open_c(sized, comm, ctx%handle)
+    else
+      status = icoray_open_serial_c(sized, ctx%handle)
+    end if
     unused => own
     if (status == ICORAY_OK) then
       ctx%own => own

@@ -143,7 +143,7 @@ enum icoray_status
    */
   ICORAY_ERR_GRID = 4,
   /**
-   * The grid is right but not supported yet (holes).
+   * The grid is right but of a kind that is not rendered (none that can be set here).
    */
   ICORAY_ERR_UNSUPPORTED = 5,
   /**
@@ -186,6 +186,10 @@ enum icoray_status
    * The context was opened before this process was forked: its threads are in the other process.
    */
   ICORAY_ERR_FORKED = 15,
+  /**
+   * MPI is not initialised or has failed, or ranks that draw one picture differ in call, step, scene or data.
+   */
+  ICORAY_ERR_MPI = 16,
 };
 #ifndef __cplusplus
 #if __STDC_VERSION__ >= 202311L
@@ -344,6 +348,28 @@ typedef struct icoray_frame_report {
    * Seconds of encoding and disk so far.
    */
   double write_total_s;
+  /**
+   * Ranks that drew the frame: 1, or those of icoray_open. With several, errors, rays, columns, frusta and what follows
+   * here are of the whole picture and the same on all; seconds, threads, bytes and values are this rank's; frames are
+   * written, and what becomes of files is counted, at rank 0.
+   */
+  int32_t ranks;
+  /**
+   * Tiles of the picture that this rank drew.
+   */
+  int32_t tiles;
+  /**
+   * Seconds in which rank 0 waited for the other ranks' tiles and took them in.
+   */
+  double gather_s;
+  /**
+   * How even ranks were loaded: the mean of the seconds that they drew, divided by the most; 1 is even.
+   */
+  double balance;
+  /**
+   * Bytes of tiles that rank 0 received.
+   */
+  uint64_t bytes_received;
 } icoray_frame_report;
 
 /**
@@ -649,7 +675,8 @@ extern "C" {
 
 /**
  * Whether icoray_execute would draw this step: *wants becomes 1 or 0. For a model to ask before it computes a costly
- * diagnostic. Takes no time.
+ * diagnostic. Takes no time. Not collective; between two calls of icoray_execute or icoray_wait the answer is the same on
+ * all ranks that have the same scene.
  *
  * # Safety
  * `ctx` is open; `wants` is NULL or can be written.
@@ -680,6 +707,11 @@ icoray_status icoray_wants_field(struct icoray_ctx *ctx,
  * drawn its own frame all the same), icoray_wait or icoray_close. One of the two comes before the program ends: frames
  * that are not on disk by then are lost.
  *
+ * Collective over the communicator of icoray_open, for each step, drawn or not: ranks tell each other that they are ready
+ * (a few bytes), each draws tiles, and the picture is at rank 0, whose context writes it. What fails on one rank is the
+ * status of all, with that rank's number in the message; ranks with different steps, scenes or fields are
+ * ICORAY_ERR_MPI.
+ *
  * # Safety
  * `ctx` is open; all borrowed tables and arrays are alive and unchanged until the call returns; `iso_datetime` is NULL
  * or a string.
@@ -691,7 +723,7 @@ icoray_status icoray_execute(struct icoray_ctx *ctx,
 
 /**
  * Waits until all frames are on disk. Where any failed since a call last told of one, the status and message are the first
- * one's; the log has all of them.
+ * one's; the log has all of them. Collective over the communicator of icoray_open.
  *
  * # Safety
  * `ctx` is open.
@@ -699,12 +731,14 @@ icoray_status icoray_execute(struct icoray_ctx *ctx,
 icoray_status icoray_wait(struct icoray_ctx *ctx);
 
 /**
- * What the last frame cost and how exact it is. report->struct_size is set before the call.
+ * What the last frame cost and how exact it is. report->struct_size is set before the call. Of this rank alone, not
+ * collective.
  *
  * # Safety
  * `ctx` is open; `report` is NULL or points to an icoray_frame_report that can be written.
  */
-icoray_status icoray_report(struct icoray_ctx *ctx, struct icoray_frame_report *report);
+icoray_status icoray_report(struct icoray_ctx *ctx,
+                            struct icoray_frame_report *report);
 
 /**
  * Hands over a grid's tables, which are checked whole; they are borrowed until icoray_close or the next icoray_grid_set
@@ -813,6 +847,25 @@ const char *icoray_version(void);
 icoray_status icoray_open_serial(const struct icoray_config *config, struct icoray_ctx **ctx);
 
 /**
+ * Opens a context over the ranks of an MPI communicator, which draw each picture together; it is at rank 0, in the
+ * output_dir of rank 0's config. Every rank has the whole grid and the whole field, and draws some of the tiles.
+ *
+ * fortran_comm is MPI_Comm_c2f(comm); it is duplicated, and freed by icoray_close. The model initialises MPI before, at any
+ * thread level, and finalises it after icoray_close. icoray_open, icoray_execute, icoray_wait and icoray_close are
+ * collective over it: all ranks make them in the same order, whatever calls have failed before, and get the same status. The
+ * other calls are each rank's own. MPI is only called in collective calls, on their thread. async_render is not
+ * supported with it. A library that was built without MPI says ICORAY_ERR_UNSUPPORTED.
+ *
+ * On failure *ctx is NULL and icoray_last_error(NULL, ...) has the message.
+ *
+ * # Safety
+ * `config` is NULL or a filled-in icoray_config; `ctx` is NULL or points to a pointer that can be written.
+ */
+icoray_status icoray_open(const struct icoray_config *config,
+                          int32_t fortran_comm,
+                          struct icoray_ctx **ctx);
+
+/**
  * Copies the last failed call's message into buf, cut to len - 1 bytes and ended by NUL: that of the context, or of this
  * thread's last failed call where the context did not let that in (ICORAY_ERR_BUSY, ICORAY_ERR_FORKED). With ctx NULL: that
  * of this thread's last failed call, of any context or none. May be called while a call on the context is under way.
@@ -829,6 +882,9 @@ icoray_status icoray_last_error(const struct icoray_ctx *ctx,
  * NULL *ctx is fine. A status other than ICORAY_OK and ICORAY_ERR_BUSY, with its message in icoray_last_error(NULL,
  * ...), is that of a frame that failed and that no call has told of; the context is closed all the same. After a fork
  * the child's copy is let go without a word.
+ *
+ * Collective over the communicator of icoray_open, which is freed. After MPI_Finalize it is this rank's own call, and MPI is
+ * left alone.
  *
  * # Safety
  * `ctx` is NULL or points to NULL or to an open context that no other thread uses afterwards.

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use tempfile::TempDir;
 
-const FUNCTIONS: [&str; 19] = [
+const FUNCTIONS: [&str; 20] = [
     "icoray_close",
     "icoray_execute",
     "icoray_field_set",
@@ -20,6 +20,7 @@ const FUNCTIONS: [&str; 19] = [
     "icoray_mesh_create",
     "icoray_mesh_free",
     "icoray_mesh_grid",
+    "icoray_open",
     "icoray_open_serial",
     "icoray_report",
     "icoray_scene_load",

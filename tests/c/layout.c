@@ -115,6 +115,11 @@ int main(void)
     MEMBER(icoray_frame_report, frames_dropped);
     MEMBER(icoray_frame_report, host_total_s);
     MEMBER(icoray_frame_report, write_total_s);
+    MEMBER(icoray_frame_report, ranks);
+    MEMBER(icoray_frame_report, tiles);
+    MEMBER(icoray_frame_report, gather_s);
+    MEMBER(icoray_frame_report, balance);
+    MEMBER(icoray_frame_report, bytes_received);
 
     STRUCT(icoray_status);
     NUMBER(ICORAY_OK);
@@ -133,6 +138,7 @@ int main(void)
     NUMBER(ICORAY_ERR_DISABLED);
     NUMBER(ICORAY_ERR_BUSY);
     NUMBER(ICORAY_ERR_FORKED);
+    NUMBER(ICORAY_ERR_MPI);
     NUMBER(ICORAY_F32);
     NUMBER(ICORAY_F64);
     NUMBER(ICORAY_I32);

@@ -42,7 +42,8 @@ pub fn rust_layout() -> String {
         icoray_frame_report: struct_size step time_s host_s waited_s copy_s prepare_s render_s write_s rays
             columns frusta void_frusta value_min value_max missing_values bytes_copied bytes_derived
             bytes_peak error_max error_mean error_p999 tolerance error_is_bound pixel_step lights threads
-            frames_written frames_failed frames_dropped host_total_s write_total_s;
+            frames_written frames_failed frames_dropped host_total_s write_total_s ranks tiles gather_s balance
+            bytes_received;
         icoray_status:;
     }
     use types::icoray_status as status;
@@ -52,7 +53,7 @@ pub fn rust_layout() -> String {
         status::ICORAY_ERR_LAYERS, status::ICORAY_ERR_FIELD, status::ICORAY_ERR_SCENE,
         status::ICORAY_ERR_ORDER, status::ICORAY_ERR_IO, status::ICORAY_ERR_INTERNAL,
         status::ICORAY_ERR_EXISTS, status::ICORAY_ERR_DISABLED, status::ICORAY_ERR_BUSY,
-        status::ICORAY_ERR_FORKED,
+        status::ICORAY_ERR_FORKED, status::ICORAY_ERR_MPI,
         types::ICORAY_F32, types::ICORAY_F64, types::ICORAY_I32, types::ICORAY_I64, types::ICORAY_CENTER,
         types::ICORAY_CORNER, types::ICORAY_NEVER_MODIFY, types::ICORAY_OVERWRITE, types::ICORAY_WARN,
         types::ICORAY_IGNORE, types::ICORAY_DISABLE, types::ICORAY_BLOCK, types::ICORAY_DROP_OLDEST,

@@ -11,19 +11,25 @@ pub fn root() -> PathBuf {
 }
 
 /// Tests run after Cargo has let go of its lock, so it can be run again from here.
-static LIBRARY: LazyLock<PathBuf> = LazyLock::new(|| {
+static LIBRARY: LazyLock<PathBuf> = LazyLock::new(|| built("icoray-capi", "icoray"));
+
+/// The library with MPI, under another name: one of the same name would be built in the other's place by turns.
+static MPI_LIBRARY: LazyLock<PathBuf> = LazyLock::new(|| built("icoray-capi-mpi", "icoray_mpi_test"));
+
+/// Builds a package; the path of its shared library.
+fn built(package: &str, library: &str) -> PathBuf {
     let cargo = std::env::var_os("CARGO").unwrap_or_else(|| env!("CARGO").into());
     let mut build = Command::new(cargo);
-    build.args(["build", "--quiet", "--package", "icoray-capi", "--message-format=json-render-diagnostics"]);
+    build.args(["build", "--quiet", "--package", package, "--message-format=json-render-diagnostics"]);
     if !cfg!(debug_assertions) {
         build.arg("--release");
     }
     let output = succeeded(build.current_dir(root()));
-    let name = format!("/{}icoray{}", std::env::consts::DLL_PREFIX, std::env::consts::DLL_SUFFIX);
+    let name = format!("/{}{library}{}", std::env::consts::DLL_PREFIX, std::env::consts::DLL_SUFFIX);
     let messages = text(&output.stdout);
     let built = messages.split('"').find(|word| word.ends_with(&name));
     PathBuf::from(built.unwrap_or_else(|| panic!("cargo built no {name}:\n{messages}")))
-});
+}
 
 /// The shared library, built.
 ///
@@ -31,6 +37,14 @@ static LIBRARY: LazyLock<PathBuf> = LazyLock::new(|| {
 /// When it cannot be built.
 pub fn library() -> &'static Path {
     &LIBRARY
+}
+
+/// The shared library with MPI, built.
+///
+/// # Panics
+/// When it cannot be built.
+pub fn mpi_library() -> &'static Path {
+    &MPI_LIBRARY
 }
 
 /// What a program printed.
@@ -68,15 +82,29 @@ pub fn is_there(tool: &str) -> bool {
 /// # Panics
 /// When it does not compile.
 pub fn compile(compiler: &str, options: &[&str], sources: &[&str], directory: &Path) -> PathBuf {
+    compile_with(library(), compiler, options, sources, directory)
+}
+
+/// [`compile`] with a certain build of the library.
+///
+/// # Panics
+/// When it does not compile.
+pub fn compile_with(
+    library: &Path,
+    compiler: &str,
+    options: &[&str],
+    sources: &[&str],
+    directory: &Path,
+) -> PathBuf {
     let to = directory.join(sources[0]);
     let mut rpath = OsString::from("-Wl,-rpath,");
-    rpath.push(library().parent().unwrap_or(Path::new(".")));
+    rpath.push(library.parent().unwrap_or(Path::new(".")));
     let mut command = Command::new(compiler);
     command.args(options).args(["-O1", "-Wall", "-Wextra", "-Werror", "-pedantic"]);
     command.arg("-I").arg(root().join("include"));
     command.args(sources.iter().map(|source| root().join("tests/c").join(source).with_extension("c")));
     // After the sources, so that -x does not make it a source too.
-    command.args(["-x", "none"]).arg(library()).arg(rpath).args(["-lm", "-lpthread", "-ldl", "-o"]).arg(&to);
+    command.args(["-x", "none"]).arg(library).arg(rpath).args(["-lm", "-lpthread", "-ldl", "-o"]).arg(&to);
     succeeded(&mut command);
     to
 }

@@ -10,6 +10,7 @@ mod demo;
 mod elf;
 mod error;
 mod install;
+mod libclang;
 mod link;
 mod options;
 mod report;

@@ -7,6 +7,7 @@ use std::path::PathBuf;
 use std::process::{Command, Stdio};
 
 use crate::error::Error;
+use crate::libclang;
 use crate::step::Step;
 use crate::workspace::cargo;
 
@@ -108,6 +109,27 @@ static VALGRIND: Requirement = Requirement {
     present: || succeeds("valgrind", ["--version"]),
 };
 
+static MPI: Requirement = Requirement {
+    package: "libopenmpi-dev",
+    purpose: "MPI library: pictures of several ranks",
+    source: Source::Apt,
+    present: || succeeds("mpicc", ["--version"]),
+};
+
+static MPI_RUN: Requirement = Requirement {
+    package: "openmpi-bin",
+    purpose: "runs programs on several ranks",
+    source: Source::Apt,
+    present: || succeeds("mpirun", ["--version"]),
+};
+
+static CLANG: Requirement = Requirement {
+    package: "libclang-dev",
+    purpose: "reads MPI's header for Rust",
+    source: Source::Apt,
+    present: libclang::is_there,
+};
+
 static RUSTFMT: Requirement = Requirement {
     package: "rustfmt",
     purpose: "checks the formatting",
@@ -139,6 +161,9 @@ pub static FOR_TEST: &[&Requirement] = &[
     &PKG_CONFIG,
     &VALGRIND,
     &NETCDF,
+    &MPI,
+    &MPI_RUN,
+    &CLANG,
     &RUSTFMT,
     &CLIPPY,
 ];
@@ -340,6 +365,9 @@ mod tests {
             "pkg-config",
             "valgrind",
             "libnetcdf-dev",
+            "libopenmpi-dev",
+            "openmpi-bin",
+            "libclang-dev",
         ];
         assert_eq!(packages_from(Source::Apt, FOR_TEST), packages);
         assert_eq!(packages_from(Source::Rustup, FOR_TEST), ["rustfmt", "clippy"]);

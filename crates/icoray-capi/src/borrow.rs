@@ -260,10 +260,9 @@ pub(crate) unsafe fn field<'a>(array: &icoray_array, of: &str) -> Outcome<Field<
     // Forgotten strides would draw one value everywhere. Layers may share theirs: a field of the surface, seen as a shell.
     let blocks = if shape.block == 0 { 1 } else { shape.columns.div_ceil(shape.block) };
     let inside = if shape.block == 0 { shape.columns } else { shape.block };
-    for (name, value, count) in [
-        ("column_stride", shape.column_stride, inside),
-        ("block_stride", shape.block_stride, blocks),
-    ] {
+    for (name, value, count) in
+        [("column_stride", shape.column_stride, inside), ("block_stride", shape.block_stride, blocks)]
+    {
         if value == 0 && count > 1 {
             return Err(argument(format!("{of}.{name}: 0, expected the elements between {count} of them")));
         }

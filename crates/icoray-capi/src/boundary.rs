@@ -2,10 +2,42 @@
 
 use crate::host::FloatingPoint;
 use crate::types::icoray_status;
-use icoray_core::{Error, ErrorKind};
+use icoray_core::Error;
 use std::cell::RefCell;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Once;
+
+impl icoray_status {
+    /// All of them.
+    const ALL: [icoray_status; 17] = {
+        use icoray_status::*;
+        [
+            ICORAY_OK,
+            ICORAY_ERR_NULL,
+            ICORAY_ERR_STRUCT_SIZE,
+            ICORAY_ERR_ARGUMENT,
+            ICORAY_ERR_GRID,
+            ICORAY_ERR_UNSUPPORTED,
+            ICORAY_ERR_LAYERS,
+            ICORAY_ERR_FIELD,
+            ICORAY_ERR_SCENE,
+            ICORAY_ERR_ORDER,
+            ICORAY_ERR_IO,
+            ICORAY_ERR_INTERNAL,
+            ICORAY_ERR_EXISTS,
+            ICORAY_ERR_DISABLED,
+            ICORAY_ERR_BUSY,
+            ICORAY_ERR_FORKED,
+            ICORAY_ERR_MPI,
+        ]
+    };
+
+    /// That of a number, which another rank sent.
+    pub fn of_number(number: i32) -> Self {
+        let found = Self::ALL.into_iter().find(|status| *status as i32 == number);
+        found.unwrap_or(icoray_status::ICORAY_ERR_INTERNAL)
+    }
+}
 
 /// Why a call failed: the status for the caller and the sentence for icoray_last_error.
 #[derive(Debug, Clone)]
@@ -19,6 +51,11 @@ impl Failure {
         Failure { status, message: message.into() }
     }
 
+    /// With the step whose frame failed.
+    pub fn at_step(self, step: i64) -> Self {
+        Self::new(self.status, format!("step {step}: {}", self.message))
+    }
+
     /// A pointer that must not be NULL.
     pub fn null(what: &str) -> Self {
         Self::new(icoray_status::ICORAY_ERR_NULL, format!("{what} is NULL"))
@@ -27,20 +64,7 @@ impl Failure {
 
 impl From<Error> for Failure {
     fn from(error: Error) -> Self {
-        use icoray_status::*;
-        let status = match error.kind() {
-            ErrorKind::Argument => ICORAY_ERR_ARGUMENT,
-            ErrorKind::Grid => ICORAY_ERR_GRID,
-            ErrorKind::Unsupported => ICORAY_ERR_UNSUPPORTED,
-            ErrorKind::Layers => ICORAY_ERR_LAYERS,
-            ErrorKind::Field => ICORAY_ERR_FIELD,
-            ErrorKind::Scene => ICORAY_ERR_SCENE,
-            ErrorKind::Order => ICORAY_ERR_ORDER,
-            ErrorKind::Io => ICORAY_ERR_IO,
-            ErrorKind::Exists => ICORAY_ERR_EXISTS,
-            _ => ICORAY_ERR_INTERNAL,
-        };
-        Self::new(status, error.to_string())
+        Self::new(icoray_status::of_number(error.kind().number()), error.to_string())
     }
 }
 
@@ -180,6 +204,7 @@ pub(crate) mod tests {
 
     #[test]
     fn every_kind_of_error_has_its_status() {
+        use icoray_core::ErrorKind;
         use icoray_status::*;
         for (kind, expected) in [
             (ErrorKind::Argument, ICORAY_ERR_ARGUMENT),
@@ -192,6 +217,7 @@ pub(crate) mod tests {
             (ErrorKind::Io, ICORAY_ERR_IO),
             (ErrorKind::Exists, ICORAY_ERR_EXISTS),
             (ErrorKind::Internal, ICORAY_ERR_INTERNAL),
+            (ErrorKind::Mpi, ICORAY_ERR_MPI),
         ] {
             let failure = Failure::from(Error::new(kind, "why"));
             assert_eq!(failure.status, expected);

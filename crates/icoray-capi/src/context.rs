@@ -5,7 +5,7 @@ use crate::boundary::{Failure, Outcome};
 use crate::drawing::Drawing;
 use crate::types::{icoray_array, icoray_config, icoray_frame_report, icoray_ndarray, icoray_status};
 use icoray_core::output::Stamp;
-use icoray_core::{Field, Grid, GridTables, Layers, Location, Scene};
+use icoray_core::{Field, Grid, GridTables, Layers, Location, Ranks, Scene};
 use std::collections::BTreeMap;
 use std::ffi::c_char;
 use std::ptr;
@@ -22,6 +22,8 @@ struct Given {
 // SAFETY: the array is read only inside calls on the context, in which the model keeps it alive and unchanged.
 unsafe impl Send for Given {}
 
+mod together;
+
 /// An open icoray context.
 pub struct Context {
     /// By name. The tables are borrowed from the model, which keeps them until close or the next grid_set.
@@ -30,6 +32,8 @@ pub struct Context {
     fields: BTreeMap<String, Given>,
     scene: Choice,
     drawing: Drawing,
+    /// Those who draw together, or this process alone.
+    ranks: Ranks,
     /// Why icoray itself failed, if it did: its state can no longer be trusted.
     poison: Option<String>,
 }
@@ -52,13 +56,14 @@ pub(crate) struct Subject<'a> {
 }
 
 impl Context {
-    pub fn new(config: &icoray_config, output_dir: &str) -> Outcome<Self> {
+    pub fn new(config: &icoray_config, output_dir: &str, ranks: &Ranks) -> Outcome<Self> {
         Ok(Context {
             grids: BTreeMap::new(),
             layers: BTreeMap::new(),
             fields: BTreeMap::new(),
             scene: Choice::Open,
-            drawing: Drawing::new(config, output_dir)?,
+            drawing: Drawing::new(config, output_dir, ranks)?,
+            ranks: Ranks::alone(),
             poison: None,
         })
     }
@@ -72,6 +77,18 @@ impl Context {
     /// A call failed.
     pub fn failed(&mut self, failure: &Failure) {
         self.drawing.log_failure(failure);
+        self.keep(failure);
+    }
+
+    /// A call failed on all ranks, with one failure: one of them logs it.
+    pub fn failed_for_all(&mut self, failure: &Failure) {
+        if self.ranks.is_root() {
+            self.drawing.log_failure(failure);
+        }
+        self.keep(failure);
+    }
+
+    fn keep(&mut self, failure: &Failure) {
         if failure.status == icoray_status::ICORAY_ERR_INTERNAL {
             self.poison = Some(failure.message.clone());
         }
@@ -134,8 +151,11 @@ impl Context {
 
     /// Whether a frame of this step would be drawn, from `field` where one is named.
     pub fn wants(&mut self, field: Option<&str>, step: i64) -> bool {
-        // Frames that have failed by now may have switched the context off.
-        self.drawing.collect();
+        // Frames that have failed by now may have switched the context off. Where there are several ranks, all hear of that in
+        // the next call that they make together, and say the same until then.
+        if !self.is_shared() {
+            self.drawing.collect();
+        }
         match &self.scene {
             Choice::Scene(scene) => {
                 self.drawing.is_on() && scene.is_due(step) && field.is_none_or(|f| f == scene.field)
@@ -144,24 +164,17 @@ impl Context {
         }
     }
 
-    /// Draws the scene, where this step is due.
-    pub fn execute(&mut self, stamp: Stamp) -> Outcome<()> {
+    /// Draws the scene, where this step is due, with the other ranks where there are any.
+    pub fn execute(&mut self, stamp: Outcome<Stamp>) -> Outcome<()> {
         let start = Instant::now();
-        let outcome = self.draw(stamp);
+        let outcome = if self.is_shared() { self.execute_together(stamp) } else { self.draw(stamp) };
         self.drawing.spent(start.elapsed().as_secs_f64());
         outcome
     }
 
-    fn draw(&mut self, stamp: Stamp) -> Outcome<()> {
-        let scene = match &self.scene {
-            Choice::Scene(scene) if scene.is_due(stamp.step) => Some(scene.clone()),
-            Choice::Scene(_) | Choice::Nothing => None,
-            Choice::Open => {
-                let call = "icoray_scene_load or icoray_scene_text";
-                return Err(missing("icoray_execute", "scene", call));
-            }
-        };
-        let Some(scene) = scene else {
+    fn draw(&mut self, stamp: Outcome<Stamp>) -> Outcome<()> {
+        let stamp = stamp?;
+        let Some(scene) = due(&self.scene, stamp.step)? else {
             return self.drawing.pass();
         };
         let Context { grids, layers, fields, drawing, .. } = self;
@@ -170,17 +183,32 @@ impl Context {
 
     /// Waits until all frames are on disk.
     pub fn wait(&mut self) -> Outcome<()> {
-        self.drawing.finish()
+        if self.is_shared() { self.wait_together() } else { self.drawing.finish() }
     }
 
     /// Waits, for the last time, and says nothing where the context has said before that it is broken.
     pub fn finish(&mut self) -> Outcome<()> {
+        if self.is_shared() {
+            return self.finish_together();
+        }
         let outcome = self.drawing.finish();
         if self.poison.is_some() { Ok(()) } else { outcome }
     }
 
     pub fn report(&mut self) -> Outcome<icoray_frame_report> {
         self.drawing.report()
+    }
+}
+
+/// The scene that is drawn of this step, if any.
+fn due(scene: &Choice, step: i64) -> Outcome<Option<Arc<Scene>>> {
+    match scene {
+        Choice::Scene(scene) if scene.is_due(step) => Ok(Some(scene.clone())),
+        Choice::Scene(_) | Choice::Nothing => Ok(None),
+        Choice::Open => {
+            let call = "icoray_scene_load or icoray_scene_text";
+            Err(missing("icoray_execute", "scene", call))
+        }
     }
 }
 

@@ -12,9 +12,11 @@ use crate::types::{
     icoray_frame_report, icoray_status,
 };
 use icoray_core::output::{Existing, Stamp, WhenFull, Writer, WriterOptions};
-use icoray_core::{Background, Certainty, Error, FrameReport, Job, Lights, Renderer};
+use icoray_core::{Background, Certainty, Error, Frame, FrameReport, Job, Lights, Ranks, Renderer, Scene};
 use std::sync::Arc;
 use std::time::Instant;
+
+mod together;
 
 /// Frames that wait for the writer, where the config names no number.
 const QUEUE: usize = 2;
@@ -26,6 +28,8 @@ pub(crate) struct Drawing {
     /// Draws while the model goes on, where the config says so.
     background: Option<Background>,
     policy: Policy,
+    /// With several ranks: what they last agreed on.
+    is_on_for_all: Option<bool>,
     log: Log,
     /// The first failure that no call has told of.
     untold: Option<Failure>,
@@ -50,12 +54,16 @@ struct Totals {
 }
 
 impl Drawing {
-    pub fn new(config: &icoray_config, output_dir: &str) -> Outcome<Self> {
+    pub fn new(config: &icoray_config, output_dir: &str, ranks: &Ranks) -> Outcome<Self> {
         let threads = usize::try_from(config.threads).ok().filter(|n| *n <= 4096).ok_or_else(|| {
             argument(format!("icoray_config.threads: {}, expected 0 to 4096", config.threads))
         })?;
         let options = writer_options(config, output_dir)?;
-        let policy = Policy::new(config)?;
+        let policy = Policy::new(config, ranks.is_root())?;
+        if config.async_render != 0 && !ranks.is_alone() {
+            let message = "icoray_config.async_render with several ranks: not supported yet, set it to 0";
+            return Err(Failure::new(icoray_status::ICORAY_ERR_UNSUPPORTED, message));
+        }
         if !Log::LEVELS.contains(&config.log_level) {
             return Err(argument(format!("icoray_config.log_level: {}, expected 0 to 4", config.log_level)));
         }
@@ -67,7 +75,19 @@ impl Drawing {
             Ok((renderer, writer, draws.transpose()?))
         })?;
         let (untold, last, handed_over, totals) = (None, None, None, Totals::default());
-        Ok(Drawing { renderer, writer, background, policy, log, untold, last, handed_over, totals })
+        let is_on_for_all = (!ranks.is_alone()).then_some(true);
+        Ok(Drawing {
+            renderer,
+            writer,
+            background,
+            policy,
+            is_on_for_all,
+            log,
+            untold,
+            last,
+            handed_over,
+            totals,
+        })
     }
 
     pub fn renderer(&self) -> &Renderer {
@@ -81,7 +101,7 @@ impl Drawing {
 
     /// Whether frames are still drawn.
     pub fn is_on(&self) -> bool {
-        self.policy.is_on()
+        self.is_on_for_all.unwrap_or(self.policy.is_on())
     }
 
     /// A step without a frame: tells only of frames before.
@@ -103,7 +123,7 @@ impl Drawing {
             Ok(()) if self.background.is_some() => self.handed_over = Some((step, host_s)),
             Ok(()) => self.totals.last_host_s = host_s,
             Err(failure) => {
-                let failure = Failure::new(failure.status, format!("step {step}: {}", failure.message));
+                let failure = failure.at_step(step);
                 // Nothing was drawn, as the user asked for.
                 if failure.status != icoray_status::ICORAY_ERR_EXISTS {
                     self.fail(&failure);
@@ -125,13 +145,18 @@ impl Drawing {
         // Names that are wrong or taken are known before the first ray.
         self.writer.check(&scene.output, &stamp, &scene.field)?;
         let frame = self.renderer.render(&scene, &grid, &layers, &field)?;
+        self.hand_on(frame, &scene, stamp);
+        Ok(())
+    }
+
+    /// A frame that is drawn goes to the writer.
+    fn hand_on(&mut self, frame: Frame, scene: &Scene, stamp: Stamp) {
         let mut report = frame.report.clone();
         self.describe(&stamp, &report);
         let submitted = self.writer.submit(frame, scene.output.clone(), stamp.clone());
         report.waited_s = submitted.waited_s;
         self.drop_frame(submitted.dropped.as_ref());
         self.last = Some((stamp, report));
-        Ok(())
     }
 
     /// Takes in what became of the frames of before.
@@ -186,8 +211,7 @@ impl Drawing {
 
     /// A frame of an earlier call failed.
     fn fail_late(&mut self, stamp: &Stamp, error: Error) {
-        let failure = Failure::from(error);
-        let failure = Failure::new(failure.status, format!("step {}: {}", stamp.step, failure.message));
+        let failure = Failure::from(error).at_step(stamp.step);
         self.fail(&failure);
         // A call tells of one, of the first or of a bug, which ends the context; the log tells of all.
         let is_bug = failure.status == icoray_status::ICORAY_ERR_INTERNAL;
@@ -310,6 +334,11 @@ fn crossing(stamp: &Stamp, r: &FrameReport, totals: &Totals) -> icoray_frame_rep
             Lights::Full => 2,
         },
         threads: r.threads as i32,
+        ranks: r.ranks as i32,
+        tiles: r.tiles as i32,
+        gather_s: r.gather_s,
+        balance: r.balance,
+        bytes_received: r.bytes_received,
         frames_written: totals.written,
         frames_failed: totals.failed,
         frames_dropped: totals.dropped,

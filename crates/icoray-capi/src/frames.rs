@@ -2,7 +2,7 @@
 
 use crate::borrow::{argument, check_struct, text};
 use crate::boundary::{Failure, Outcome};
-use crate::handle::{icoray_ctx, with};
+use crate::handle::{icoray_ctx, with, with_all};
 use crate::types::{icoray_frame_report, icoray_status};
 use icoray_core::output::Stamp;
 use std::ffi::c_char;
@@ -16,7 +16,8 @@ fn finite(time_s: f64) -> Outcome<()> {
 }
 
 /// Whether icoray_execute would draw this step: *wants becomes 1 or 0. For a model to ask before it computes a costly
-/// diagnostic. Takes no time.
+/// diagnostic. Takes no time. Not collective; between two calls of icoray_execute or icoray_wait the answer is the same on
+/// all ranks that have the same scene.
 ///
 /// # Safety
 /// `ctx` is open; `wants` is NULL or can be written.
@@ -82,6 +83,11 @@ unsafe fn wanted(
 /// drawn its own frame all the same), icoray_wait or icoray_close. One of the two comes before the program ends: frames
 /// that are not on disk by then are lost.
 ///
+/// Collective over the communicator of icoray_open, for each step, drawn or not: ranks tell each other that they are ready
+/// (a few bytes), each draws tiles, and the picture is at rank 0, whose context writes it. What fails on one rank is the
+/// status of all, with that rank's number in the message; ranks with different steps, scenes or fields are
+/// ICORAY_ERR_MPI.
+///
 /// # Safety
 /// `ctx` is open; all borrowed tables and arrays are alive and unchanged until the call returns; `iso_datetime` is NULL
 /// or a string.
@@ -94,30 +100,34 @@ pub unsafe extern "C" fn icoray_execute(
 ) -> icoray_status {
     // SAFETY: passed on.
     unsafe {
-        with(ctx, |context| {
-            let date = if iso_datetime.is_null() {
-                None
-            } else {
-                Some(text(iso_datetime, "iso_datetime")?.to_string())
+        with_all(ctx, |context| {
+            let stamp = || {
+                let date = if iso_datetime.is_null() {
+                    None
+                } else {
+                    Some(text(iso_datetime, "iso_datetime")?.to_string())
+                };
+                finite(time_s)?;
+                Ok(Stamp { step, time_s, date })
             };
-            finite(time_s)?;
-            context.execute(Stamp { step, time_s, date })
+            context.execute(stamp())
         })
     }
 }
 
 /// Waits until all frames are on disk. Where any failed since a call last told of one, the status and message are the first
-/// one's; the log has all of them.
+/// one's; the log has all of them. Collective over the communicator of icoray_open.
 ///
 /// # Safety
 /// `ctx` is open.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn icoray_wait(ctx: *mut icoray_ctx) -> icoray_status {
     // SAFETY: passed on.
-    unsafe { with(ctx, |context| context.wait()) }
+    unsafe { with_all(ctx, |context| context.wait()) }
 }
 
-/// What the last frame cost and how exact it is. report->struct_size is set before the call.
+/// What the last frame cost and how exact it is. report->struct_size is set before the call. Of this rank alone, not
+/// collective.
 ///
 /// # Safety
 /// `ctx` is open; `report` is NULL or points to an icoray_frame_report that can be written.

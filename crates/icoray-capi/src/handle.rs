@@ -33,10 +33,15 @@ impl icoray_ctx {
         })
     }
 
-    /// Runs a call, and keeps its failure.
-    pub fn run(&self, context: &mut Context, call: impl FnOnce(&mut Context) -> Outcome<()>) -> Outcome<()> {
+    /// Runs a call, and keeps its failure, which `tell` tells the context.
+    pub fn run(
+        &self,
+        context: &mut Context,
+        tell: impl FnOnce(&mut Context, &Failure),
+        call: impl FnOnce(&mut Context) -> Outcome<()>,
+    ) -> Outcome<()> {
         caught(|| call(context)).inspect_err(|failure| {
-            context.failed(failure);
+            tell(context, failure);
             self.message.lock().unwrap_or_else(PoisonError::into_inner).clone_from(&failure.message);
         })
     }
@@ -74,18 +79,54 @@ impl icoray_ctx {
 /// own.
 ///
 /// # Safety
-/// `ctx` is NULL or comes from icoray_open_serial and is open.
+/// `ctx` is NULL or comes from icoray_open or icoray_open_serial and is open.
 pub(crate) unsafe fn with(
     ctx: *const icoray_ctx,
     call: impl FnOnce(&mut Context) -> Outcome<()>,
+) -> icoray_status {
+    // SAFETY: passed on.
+    unsafe {
+        entered(ctx, |ctx, context| {
+            context.refuse_if_poisoned()?;
+            ctx.run(context, Context::failed, call)
+        })
+    }
+}
+
+/// As [`with`], for calls that all ranks make together: one whose context is broken says so to the others, who would
+/// wait for it.
+///
+/// # Safety
+/// As [`with`].
+pub(crate) unsafe fn with_all(
+    ctx: *const icoray_ctx,
+    call: impl FnOnce(&mut Context) -> Outcome<()>,
+) -> icoray_status {
+    // SAFETY: passed on.
+    unsafe {
+        entered(ctx, |ctx, context| {
+            if !context.is_shared() {
+                context.refuse_if_poisoned()?;
+            }
+            ctx.run(context, Context::failed_for_all, call)
+        })
+    }
+}
+
+/// Enters a context, and keeps for this thread that it was refused.
+///
+/// # Safety
+/// As [`with`].
+unsafe fn entered(
+    ctx: *const icoray_ctx,
+    call: impl FnOnce(&icoray_ctx, &mut Context) -> Outcome<()>,
 ) -> icoray_status {
     let mut is_refused = false;
     let outcome = guarded(|| {
         // SAFETY: the caller promises an open context.
         let ctx = unsafe { ctx.as_ref() }.ok_or_else(|| Failure::null("ctx"))?;
         let mut context = ctx.enter().inspect_err(|_| is_refused = true)?;
-        context.refuse_if_poisoned()?;
-        ctx.run(&mut context, call)
+        call(ctx, &mut context)
     });
     if is_refused {
         refused_by(ctx.addr());

@@ -3,7 +3,7 @@
 //! Layout: [`types`] the structs that cross the boundary; [`borrow`] from their pointers to slices (all of the crate's
 //! assumptions about foreign memory); [`boundary`] statuses, messages and panics; [`host`] the host's floating-point state
 //! and signals; [`memory`] what icoray holds; [`handle`] who may enter a context; [`context`] what the model has given;
-//! [`drawing`] frames on their way; [`policy`] what failures lead to; [`log`] the host's log. Exported functions are in
+//! [`drawing`] frames on their way; [`ranks`] who draws together; [`policy`] what failures lead to; [`log`] the host's log. Exported functions are in
 //! [`open`], [`inputs`], [`frames`], [`mesh`] and [`log`].
 
 mod borrow;
@@ -19,4 +19,5 @@ mod memory;
 mod mesh;
 mod open;
 mod policy;
+mod ranks;
 mod types;

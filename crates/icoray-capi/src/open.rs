@@ -1,10 +1,12 @@
 //! Exported: opening, closing, and what went wrong.
 
 use crate::borrow::{sized, text};
-use crate::boundary::{Failure, guarded, last_message, refused_by, status};
+use crate::boundary::{Failure, Outcome, caught, guarded, last_message, refused_by, status};
 use crate::context::Context;
 use crate::handle::icoray_ctx;
+use crate::ranks;
 use crate::types::{icoray_config, icoray_status};
+use icoray_core::Ranks;
 use std::ffi::c_char;
 use std::ptr;
 
@@ -24,26 +26,78 @@ pub unsafe extern "C" fn icoray_open_serial(
     ctx: *mut *mut icoray_ctx,
 ) -> icoray_status {
     status(&guarded(|| {
-        if ctx.is_null() {
-            return Err(Failure::null("ctx"));
-        }
-        // SAFETY: not NULL; the caller promises that it can be written.
-        unsafe { ctx.write(ptr::null_mut()) };
         // SAFETY: passed on.
-        let config = unsafe { sized(config)? };
-        let output_dir = if config.output_dir.is_null() {
-            ""
-        } else {
-            // SAFETY: passed on.
-            unsafe { text(config.output_dir, "icoray_config.output_dir")? }
-        };
-        let context = Context::new(config, output_dir)?;
-        // The new context may lie where a closed one did.
-        refused_by(0);
-        // SAFETY: as above.
+        unsafe {
+            cleared(ctx)?;
+            let context = configured(config, &Ranks::alone())?;
+            ctx.write(Box::into_raw(Box::new(icoray_ctx::new(context))));
+        }
+        Ok(())
+    }))
+}
+
+/// Opens a context over the ranks of an MPI communicator, which draw each picture together; it is at rank 0, in the
+/// output_dir of rank 0's config. Every rank has the whole grid and the whole field, and draws some of the tiles.
+///
+/// fortran_comm is MPI_Comm_c2f(comm); it is duplicated, and freed by icoray_close. The model initialises MPI before, at any
+/// thread level, and finalises it after icoray_close. icoray_open, icoray_execute, icoray_wait and icoray_close are
+/// collective over it: all ranks make them in the same order, whatever calls have failed before, and get the same status. The
+/// other calls are each rank's own. MPI is only called in collective calls, on their thread. async_render is not
+/// supported with it. A library that was built without MPI says ICORAY_ERR_UNSUPPORTED.
+///
+/// On failure *ctx is NULL and icoray_last_error(NULL, ...) has the message.
+///
+/// # Safety
+/// `config` is NULL or a filled-in icoray_config; `ctx` is NULL or points to a pointer that can be written.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn icoray_open(
+    config: *const icoray_config,
+    fortran_comm: i32,
+    ctx: *mut *mut icoray_ctx,
+) -> icoray_status {
+    status(&guarded(|| {
+        // SAFETY: passed on.
+        let writable = unsafe { cleared(ctx) };
+        let mut ranks = ranks::of_communicator(fortran_comm)?;
+        // What is wrong here is told to the others, who are here too.
+        // SAFETY: passed on.
+        let mine = caught(|| writable.and_then(|()| unsafe { configured(config, &ranks) }));
+        let (context, _) = ranks::agree(&mut ranks, mine, "icoray_open", Vec::new(), &[]);
+        let mut context = context?;
+        context.join(ranks);
+        // SAFETY: not NULL, as all ranks have agreed; the caller promises that it can be written.
         unsafe { ctx.write(Box::into_raw(Box::new(icoray_ctx::new(context)))) };
         Ok(())
     }))
+}
+
+/// Sets *ctx to NULL.
+///
+/// # Safety
+/// `ctx` is NULL or can be written.
+unsafe fn cleared(ctx: *mut *mut icoray_ctx) -> Outcome<()> {
+    if ctx.is_null() {
+        return Err(Failure::null("ctx"));
+    }
+    // The new context may lie where a closed one did.
+    refused_by(0);
+    // SAFETY: not NULL; the caller promises that it can be written.
+    unsafe { ctx.write(ptr::null_mut()) };
+    Ok(())
+}
+
+/// # Safety
+/// `config` is NULL or a filled-in icoray_config.
+unsafe fn configured(config: *const icoray_config, ranks: &Ranks) -> Outcome<Context> {
+    // SAFETY: passed on.
+    let config = unsafe { sized(config)? };
+    let output_dir = if config.output_dir.is_null() {
+        ""
+    } else {
+        // SAFETY: passed on.
+        unsafe { text(config.output_dir, "icoray_config.output_dir")? }
+    };
+    Context::new(config, output_dir, ranks)
 }
 
 /// Copies the last failed call's message into buf, cut to len - 1 bytes and ended by NUL: that of the context, or of this
@@ -81,6 +135,9 @@ pub unsafe extern "C" fn icoray_last_error(
 /// ...), is that of a frame that failed and that no call has told of; the context is closed all the same. After a fork
 /// the child's copy is let go without a word.
 ///
+/// Collective over the communicator of icoray_open, which is freed. After MPI_Finalize it is this rank's own call, and MPI is
+/// left alone.
+///
 /// # Safety
 /// `ctx` is NULL or points to NULL or to an open context that no other thread uses afterwards.
 #[unsafe(no_mangle)]
@@ -104,7 +161,7 @@ pub unsafe extern "C" fn icoray_close(ctx: *mut *mut icoray_ctx) -> icoray_statu
         }
         let outcome = match handle.enter() {
             // Closed all the same, so a panic goes no further than this; the log hears of a failure as of any other.
-            Ok(mut context) => handle.run(&mut context, Context::finish),
+            Ok(mut context) => handle.run(&mut context, Context::failed_for_all, Context::finish),
             Err(busy) => {
                 refused = open.addr();
                 return Err(busy);
@@ -112,7 +169,7 @@ pub unsafe extern "C" fn icoray_close(ctx: *mut *mut icoray_ctx) -> icoray_statu
         };
         // SAFETY: as above.
         unsafe { ctx.write(ptr::null_mut()) };
-        // SAFETY: it came out of Box::into_raw in icoray_open_serial, and *ctx no longer has it.
+        // SAFETY: it came out of Box::into_raw in icoray_open or icoray_open_serial, and *ctx no longer has it.
         drop(unsafe { Box::from_raw(open) });
         outcome
     });

@@ -19,7 +19,9 @@ pub(crate) struct Policy {
 }
 
 impl Policy {
-    pub fn new(config: &icoray_config) -> Outcome<Self> {
+    /// Where several ranks draw one picture, rank 0's decides for all, since only rank 0 hears what becomes of files; that of
+    /// the others, which are no `judge`, never switches off.
+    pub fn new(config: &icoray_config, is_judge: bool) -> Outcome<Self> {
         let after = config.disable_after;
         if after < 0 {
             return Err(argument(format!("icoray_config.disable_after: {after}, expected 0 or more")));
@@ -34,6 +36,7 @@ impl Policy {
                 )));
             }
         };
+        let most = most.filter(|_| is_judge);
         Ok(Policy { is_logged: config.on_error != ICORAY_IGNORE, most, in_a_row: 0, off: None })
     }
 

@@ -39,6 +39,8 @@ pub enum icoray_status {
     ICORAY_ERR_BUSY = 14,
     /// The context was opened before this process was forked: its threads are in the other process.
     ICORAY_ERR_FORKED = 15,
+    /// MPI is not initialised or has failed, or ranks that draw one picture differ in call, step, scene or data.
+    ICORAY_ERR_MPI = 16,
 }
 
 /// icoray_array.type, icoray_grid.real_type: float.
@@ -332,4 +334,16 @@ pub struct icoray_frame_report {
     pub host_total_s: f64,
     /// Seconds of encoding and disk so far.
     pub write_total_s: f64,
+    /// Ranks that drew the frame: 1, or those of icoray_open. With several, errors, rays, columns, frusta and what follows
+    /// here are of the whole picture and the same on all; seconds, threads, bytes and values are this rank's; frames are
+    /// written, and what becomes of files is counted, at rank 0.
+    pub ranks: i32,
+    /// Tiles of the picture that this rank drew.
+    pub tiles: i32,
+    /// Seconds in which rank 0 waited for the other ranks' tiles and took them in.
+    pub gather_s: f64,
+    /// How even ranks were loaded: the mean of the seconds that they drew, divided by the most; 1 is even.
+    pub balance: f64,
+    /// Bytes of tiles that rank 0 received.
+    pub bytes_received: u64,
 }

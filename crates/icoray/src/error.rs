@@ -31,6 +31,37 @@ pub enum ErrorKind {
     Exists,
     /// A bug in icoray.
     Internal,
+    /// MPI failed, or ranks that draw one picture are not of one mind.
+    Mpi,
+}
+
+impl ErrorKind {
+    /// Every kind, with its number.
+    const NUMBERS: [(ErrorKind, i32); 11] = [
+        (ErrorKind::Argument, 3),
+        (ErrorKind::Grid, 4),
+        (ErrorKind::Unsupported, 5),
+        (ErrorKind::Layers, 6),
+        (ErrorKind::Field, 7),
+        (ErrorKind::Scene, 8),
+        (ErrorKind::Order, 9),
+        (ErrorKind::Io, 10),
+        (ErrorKind::Internal, 11),
+        (ErrorKind::Exists, 12),
+        (ErrorKind::Mpi, 16),
+    ];
+
+    /// Its number: the C ABI's status, and what ranks tell each other.
+    pub fn number(self) -> i32 {
+        let found = Self::NUMBERS.iter().find(|(kind, _)| *kind == self);
+        found.map_or(11, |(_, number)| *number)
+    }
+
+    /// The kind of a number; [`ErrorKind::Internal`] where none has it.
+    pub fn of_number(number: i32) -> Self {
+        let found = Self::NUMBERS.iter().find(|(_, its)| *its == number);
+        found.map_or(ErrorKind::Internal, |(kind, _)| *kind)
+    }
 }
 
 impl fmt::Display for ErrorKind {
@@ -46,6 +77,7 @@ impl fmt::Display for ErrorKind {
             ErrorKind::Io => "input or output failed",
             ErrorKind::Exists => "file exists",
             ErrorKind::Internal => "internal error",
+            ErrorKind::Mpi => "MPI",
         })
     }
 }
@@ -82,6 +114,12 @@ impl Error {
     pub fn within(mut self, prefix: impl fmt::Display) -> Self {
         self.context = format!("{prefix}: {}", self.context);
         self
+    }
+
+    /// Puts the rank whose error it is before the sentence, where there are several.
+    #[must_use]
+    pub(crate) fn of_rank(self, rank: usize, ranks: usize) -> Self {
+        if ranks == 1 { self } else { self.within(format_args!("rank {rank}")) }
     }
 
     /// Puts ` (note)` after the sentence.

@@ -95,8 +95,18 @@ pub struct FrameReport {
     /// Seconds that the caller, which is the model, waited: for the frame before to be drawn, or for room among those that
     /// wait to be written.
     pub waited_s: f64,
-    /// Threads that drew.
+    /// Threads that drew, on this rank.
     pub threads: usize,
+    /// Ranks that drew: 1, or more where the picture was shared out.
+    pub ranks: usize,
+    /// Tiles of the picture that this rank drew.
+    pub tiles: usize,
+    /// Seconds in which rank 0 waited for the others' tiles and took them in.
+    pub gather_s: f64,
+    /// How even ranks were loaded: the mean of the seconds that they drew, of the longest; 1 is even.
+    pub balance: f64,
+    /// Bytes of tiles that rank 0 received.
+    pub bytes_received: u64,
     /// Rays, columns, frusta.
     pub counts: Counts,
     /// Least and greatest value of the field, `None` when all are missing.

@@ -72,12 +72,14 @@ const GRADIENTS: f64 = 0.5;
 pub(crate) struct Deadline {
     start: Instant,
     seconds: f64,
+    /// Ranks among which rays are shared out.
+    ranks: f64,
 }
 
 impl Deadline {
-    /// The scene's, if it has one.
-    pub fn of(scene: &Scene, start: Instant) -> Option<Self> {
-        scene.time_budget_ms.map(|ms| Deadline { start, seconds: ms / 1000.0 })
+    /// The scene's, if it has one, for a frame that so many ranks draw.
+    pub fn of(scene: &Scene, start: Instant, ranks: usize) -> Option<Self> {
+        scene.time_budget_ms.map(|ms| Deadline { start, seconds: ms / 1000.0, ranks: ranks as f64 })
     }
 
     /// Seconds that may still be planned.
@@ -94,7 +96,7 @@ impl Deadline {
 
     /// The best quality that keeps the deadline; `trace` traces a raster in a quality.
     pub fn pick(&self, asked: Quality, raster: Raster, trace: impl Fn(&Quality, Raster)) -> Quality {
-        choose(asked, raster, self.left(), |quality, raster| {
+        choose(asked, raster, self.left(), self.ranks, |quality, raster| {
             let start = Instant::now();
             trace(quality, raster);
             start.elapsed().as_secs_f64()
@@ -102,7 +104,7 @@ impl Deadline {
     }
 }
 
-/// The best quality for which `left` seconds are enough: first the tolerance is loosened, then light is made coarse, then
+/// The best quality for which `left` seconds are enough where `ranks` share the rays: first the tolerance is loosened, then light is made coarse, then
 /// pixels are left out. `measure` gives the seconds that a raster takes in a quality.
 ///
 /// Costs are measured from the cheapest quality upwards, the next only where there is time to spare for it: a probe of
@@ -111,6 +113,7 @@ fn choose(
     asked: Quality,
     raster: Raster,
     mut left: f64,
+    ranks: f64,
     mut measure: impl FnMut(&Quality, Raster) -> f64,
 ) -> Quality {
     let loose = Quality { tolerance: asked.tolerance.max(LOOSEST), ..asked };
@@ -120,7 +123,7 @@ fn choose(
     let mut best = coarse;
     let mut seconds = measure(&best, probe);
     left -= seconds;
-    seconds /= probe.part();
+    seconds /= probe.part() * ranks;
     if seconds > left {
         let fits = |step: &u32| seconds * Raster { step: *step, ..raster }.part() <= left;
         return Quality { pixel_step: (2..LARGEST_STEP).find(fits).unwrap_or(LARGEST_STEP), ..best };
@@ -134,7 +137,7 @@ fn choose(
         }
         seconds = measure(&better, probe);
         left -= seconds;
-        seconds /= probe.part();
+        seconds /= probe.part() * ranks;
         if seconds > left {
             break;
         }
@@ -150,13 +153,24 @@ mod tests {
     const RASTER: Raster = Raster { width: 512, height: 512, step: 1 };
 
     /// The quality chosen for `ms` where each traced pixel takes `us` microseconds, less what the quality saves.
-    fn pick(ms: f64, us: f64) -> Quality {
+    fn pick_for(ms: f64, us: f64, ranks: f64) -> Quality {
         let asked = Quality { pixel_step: 1, tolerance: 1e-5, lights: Lights::Full };
-        choose(asked, RASTER, ms / 1000.0, |quality, raster| {
+        choose(asked, RASTER, ms / 1000.0, ranks, |quality, raster| {
             let saved = if quality.tolerance > 1e-4 { 0.5 } else { 1.0 };
             let saved = if quality.lights == Lights::Full { saved } else { 0.5 * saved };
             1e-6 * us * saved * raster.part() * f64::from(raster.width * raster.height)
         })
+    }
+
+    fn pick(ms: f64, us: f64) -> Quality {
+        pick_for(ms, us, 1.0)
+    }
+
+    #[test]
+    fn ranks_share_the_rays() {
+        let whole = 512.0 * 512.0 / 1000.0 * 2.0;
+        assert_eq!(pick_for(0.5 * whole, 2.0, 4.0).tolerance, 1e-5);
+        assert_eq!(pick_for(0.5 * whole, 2.0, 1.0).tolerance, 1e-2);
     }
 
     #[test]

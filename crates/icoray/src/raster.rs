@@ -2,6 +2,7 @@
 
 use crate::kernel::ray::Counts;
 use rayon::prelude::*;
+use std::time::Instant;
 
 /// Most of a tile's side in traced pixels.
 const TILE: u32 = 32;
@@ -13,8 +14,21 @@ pub(crate) struct Pixel {
     pub error: f32,
 }
 
+/// A rectangle of traced pixels.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Tile {
+    /// Its place among the raster's tiles.
+    pub number: u32,
+    /// What tracing it took, on one thread.
+    pub seconds: f64,
+    /// What its rays met.
+    pub counts: Counts,
+    /// Its pixels, row by row.
+    pub pixels: Vec<Pixel>,
+}
+
 /// The pixels of a picture that are traced: each `step`-th in both directions, the last ones of a row and a column too.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Raster {
     pub width: u32,
     pub height: u32,
@@ -34,21 +48,47 @@ impl Raster {
         across * down / (f64::from(self.width) * f64::from(self.height))
     }
 
-    /// Traces the raster, dealt to threads tile by tile, and fills the pixels between: rows from the top.
-    ///
-    /// Tiles are the same whatever the number of threads, and each starts with a hint of 0, so pictures are too.
-    pub fn draw(
-        &self,
-        pixel: impl Fn(u32, u32, &mut u32, &mut Counts) -> Pixel + Sync,
-    ) -> (Vec<Pixel>, Counts) {
+    /// A tile's side in traced pixels. A coarse raster has enough tiles for all threads too.
+    fn side(&self) -> u32 {
         let [across, down] = self.nodes();
-        // A coarse raster has enough tiles for all threads too.
-        let side = (across.max(down) / 8).clamp(2, TILE);
-        let tiles_across = across.div_ceil(side);
+        (across.max(down) / 8).clamp(2, TILE)
+    }
+
+    /// Tiles in a row.
+    pub fn tiles_across(&self) -> u32 {
+        self.nodes()[0].div_ceil(self.side())
+    }
+
+    /// How many tiles there are, numbered row by row: the same whoever draws them.
+    pub fn tiles(&self) -> u32 {
+        self.tiles_across() * self.nodes()[1].div_ceil(self.side())
+    }
+
+    /// The first and the end of a tile's traced columns and rows.
+    fn extent(&self, tile: u32) -> [[u32; 2]; 2] {
+        let (side, tiles_across) = (self.side(), self.tiles_across());
+        let [across, down] = self.nodes();
+        let (x, y) = (tile % tiles_across * side, tile / tiles_across * side);
+        [[x, (x + side).min(across)], [y, (y + side).min(down)]]
+    }
+
+    /// Traced pixels of a tile.
+    pub fn pixels_of(&self, tile: u32) -> usize {
+        self.extent(tile).iter().map(|[start, end]| (end - start) as usize).product()
+    }
+
+    /// Traces tiles, dealt to threads one by one.
+    ///
+    /// Each starts with a hint of 0, so that pictures are the same whatever the threads and whoever draws a tile.
+    pub fn trace(
+        &self,
+        tiles: &[u32],
+        pixel: impl Fn(u32, u32, &mut u32, &mut Counts) -> Pixel + Sync,
+    ) -> Vec<Tile> {
         let place = |node: u32, side: u32| (node * self.step).min(side - 1);
-        let tile = |number: u32| {
-            let (x0, y0) = (number % tiles_across * side, number / tiles_across * side);
-            let (x1, y1) = ((x0 + side).min(across), (y0 + side).min(down));
+        let trace = |number: &u32| {
+            let start = Instant::now();
+            let [[x0, x1], [y0, y1]] = self.extent(*number);
             let mut counts = Counts::default();
             let mut pixels = Vec::with_capacity(((x1 - x0) * (y1 - y0)) as usize);
             let mut row_hint = 0;
@@ -62,22 +102,40 @@ impl Raster {
                     }
                 }
             }
-            (pixels, counts)
+            Tile { number: *number, seconds: start.elapsed().as_secs_f64(), counts, pixels }
         };
-        let numbers = 0..tiles_across * down.div_ceil(side);
-        let tiles: Vec<_> = numbers.into_par_iter().with_max_len(1).map(tile).collect();
+        tiles.par_iter().with_max_len(1).map(trace).collect()
+    }
+
+    /// The picture of all tiles, in whatever order they are, with the pixels between filled in: rows from the top.
+    ///
+    /// # Panics
+    /// When a tile is missing or there twice.
+    pub fn assemble(&self, tiles: &[Tile]) -> (Vec<Pixel>, Counts) {
+        let [across, down] = self.nodes();
+        let mut is_there = vec![false; self.tiles() as usize];
         let mut nodes = vec![Pixel::default(); across as usize * down as usize];
         let mut counts = Counts::default();
-        for (number, (pixels, tile_counts)) in (0u32..).zip(&tiles) {
-            counts += *tile_counts;
-            let (x0, y0) = ((number % tiles_across * side) as usize, (number / tiles_across * side) as usize);
-            let width = (side as usize).min(across as usize - x0);
-            for (row, line) in pixels.chunks_exact(width).enumerate() {
+        for Tile { number, counts: of_tile, pixels, .. } in tiles {
+            assert!(!std::mem::replace(&mut is_there[*number as usize], true), "tile {number} came twice");
+            counts += *of_tile;
+            let [[x0, x1], [y0, _]] = self.extent(*number).map(|side| side.map(|at| at as usize));
+            for (row, line) in pixels.chunks_exact(x1 - x0).enumerate() {
                 let start = (y0 + row) * across as usize + x0;
-                nodes[start..start + width].copy_from_slice(line);
+                nodes[start..start + line.len()].copy_from_slice(line);
             }
         }
+        assert!(is_there.iter().all(|there| *there), "a tile is missing");
         if self.step == 1 { (nodes, counts) } else { (self.fill(&nodes), counts) }
+    }
+
+    /// Traces all tiles and makes the picture of them.
+    pub fn draw(
+        &self,
+        pixel: impl Fn(u32, u32, &mut u32, &mut Counts) -> Pixel + Sync,
+    ) -> (Vec<Pixel>, Counts) {
+        let all: Vec<u32> = (0..self.tiles()).collect();
+        self.assemble(&self.trace(&all, pixel))
     }
 
     /// All pixels, bilinear between traced ones. Between, a pixel may be as far off as the four around it differ, beside
@@ -165,5 +223,26 @@ mod tests {
                 }
             }
         }
+    }
+
+    #[test]
+    fn tiles_that_several_draw_make_the_same_picture() {
+        for (width, height, step) in [(1, 1, 1), (97, 61, 1), (300, 200, 3), (64, 500, 7)] {
+            let raster = Raster { width, height, step };
+            let (whole, counts) = raster.draw(pixel);
+            let of =
+                |rank: u32| (0..raster.tiles()).rev().filter(|tile| tile % 3 == rank).collect::<Vec<_>>();
+            let parts = [2, 0, 1].map(|rank| raster.trace(&of(rank), pixel));
+            let tiles = parts.concat();
+            assert!(tiles.iter().all(|tile| tile.pixels.len() == raster.pixels_of(tile.number)));
+            assert_eq!(raster.assemble(&tiles), (whole, counts));
+        }
+    }
+
+    #[test]
+    #[should_panic(expected = "a tile is missing")]
+    fn a_picture_with_a_tile_missing_is_none() {
+        let raster = Raster { width: 97, height: 61, step: 1 };
+        raster.assemble(&raster.trace(&[0, 1], pixel));
     }
 }

@@ -15,7 +15,8 @@ use crate::layers::Layers;
 use crate::output::Stamp;
 use crate::plan::Plan;
 use crate::quality::{Deadline, Lights, Quality};
-use crate::raster::{Pixel, Raster};
+use crate::ranks::{Ranks, Share, Told};
+use crate::raster::{Pixel, Raster, Tile};
 use crate::scene::{Precision, Scene};
 use crate::threads::Threads;
 use glam::DVec3;
@@ -51,74 +52,170 @@ impl Renderer {
     /// # Errors
     /// As [`Plan::new`].
     pub fn render(&self, scene: &Scene, grid: &Grid, layers: &Layers, field: &Field) -> Result<Frame> {
-        let plan = Plan::new(scene, grid, layers, field)?;
-        self.run(|| {
-            let start = Instant::now();
-            let center = plan.from_corners.then(|| CenterField::average(grid, field)).transpose()?;
-            let derived = center.as_ref().map_or(0, CenterField::bytes);
-            let field = center.as_ref().map_or(*field, CenterField::field);
-            let mut frame = match (field.samples(), scene.precision) {
-                (Reals::F32(data), Precision::F32) => {
-                    draw::<f32, f32>(scene, &plan, grid, &field, data, start)
-                }
-                (Reals::F32(data), Precision::F64) => {
-                    draw::<f64, f32>(scene, &plan, grid, &field, data, start)
-                }
-                (Reals::F64(data), Precision::F32) => {
-                    draw::<f32, f64>(scene, &plan, grid, &field, data, start)
-                }
-                (Reals::F64(data), Precision::F64) => {
-                    draw::<f64, f64>(scene, &plan, grid, &field, data, start)
-                }
-            };
-            frame.report.derived_bytes += derived;
-            frame.report.threads = self.threads();
-            Ok(frame)
-        })
+        match self.render_over(&mut Ranks::alone(), scene, grid, layers, field)? {
+            Rendered::Here(frame) => Ok(frame),
+            Rendered::AtRoot(_) => unreachable!("who draws alone is rank 0"),
+        }
+    }
+
+    /// Renders `scene` together with the other ranks, each some tiles; the picture, which is bitwise that of
+    /// [`Self::render`], is at rank 0. Collective: all ranks give the same scene and copies of the same grid, layers and
+    /// field.
+    ///
+    /// Within a time budget the quality is what rank 0 picks.
+    ///
+    /// # Errors
+    /// The same on all ranks: as [`Plan::new`] on any of them, [`ErrorKind::Internal`](crate::ErrorKind::Internal) where
+    /// one of several panicked, and [`ErrorKind::Mpi`](crate::ErrorKind::Mpi) where they have not the same data or the
+    /// transport fails.
+    pub fn render_over(
+        &self,
+        ranks: &mut Ranks,
+        scene: &Scene,
+        grid: &Grid,
+        layers: &Layers,
+        field: &Field,
+    ) -> Result<Rendered> {
+        let start = Instant::now();
+        let plan = ranks.attempt(|| Plan::new(scene, grid, layers, field));
+        let plan = ranks.settle(plan)?;
+        let average = || plan.from_corners.then(|| CenterField::average(grid, field)).transpose();
+        let center = ranks.attempt(|| self.run(average));
+        let center = ranks.settle(center)?;
+        let derived = center.as_ref().map_or(0, CenterField::bytes);
+        let field = center.as_ref().map_or(*field, CenterField::field);
+        let setting = Setting { renderer: self, scene, plan: &plan, grid, field: &field, start };
+        let mut rendered = match (field.samples(), scene.precision) {
+            (Reals::F32(data), Precision::F32) => draw::<f32, f32>(&setting, ranks, data),
+            (Reals::F32(data), Precision::F64) => draw::<f64, f32>(&setting, ranks, data),
+            (Reals::F64(data), Precision::F32) => draw::<f32, f64>(&setting, ranks, data),
+            (Reals::F64(data), Precision::F64) => draw::<f64, f64>(&setting, ranks, data),
+        }?;
+        let report = rendered.report_mut();
+        report.derived_bytes += derived;
+        report.threads = self.threads();
+        report.ranks = ranks.size();
+        Ok(rendered)
     }
 }
 
-fn draw<T: Real, S: Sample>(
-    scene: &Scene,
-    plan: &Plan,
-    grid: &Grid,
-    field: &Field,
-    data: &[S],
+/// What a rank has of a picture that is done.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Rendered {
+    /// The picture: this is rank 0.
+    Here(Frame),
+    /// What it cost and met; the picture is at rank 0. Errors, counts and the gathering are those of the whole picture,
+    /// seconds, threads and tiles this rank's.
+    AtRoot(FrameReport),
+}
+
+impl Rendered {
+    fn report_mut(&mut self) -> &mut FrameReport {
+        match self {
+            Rendered::Here(frame) => &mut frame.report,
+            Rendered::AtRoot(report) => report,
+        }
+    }
+}
+
+/// What a picture is drawn of, before its types are known.
+struct Setting<'f> {
+    renderer: &'f Renderer,
+    scene: &'f Scene,
+    plan: &'f Plan,
+    grid: &'f Grid<'f>,
+    field: &'f Field<'f>,
     start: Instant,
-) -> Frame {
+}
+
+fn draw<T: Real, S: Sample>(setting: &Setting, ranks: &mut Ranks, data: &[S]) -> Result<Rendered> {
+    let Setting { renderer, scene, plan, grid, field, start } = *setting;
     let spans = Spans::<T>::new(&plan.knots);
     let shell = Shell::<T>::new(&plan.radius);
     let samples = Samples::new(data, field, plan.falling, spans.range());
-    let (value_range, missing_values) = field.range();
-    let deadline = Deadline::of(scene, start);
+    let range = ranks.attempt(|| renderer.run(|| Ok(field.range())));
+    let (value_range, missing_values) = ranks.settle(range)?;
+    let deadline = Deadline::of(scene, start, ranks.size());
     let mut quality = asked(scene);
     let sample = |part: usize| gradients(grid, &plan.radius, &samples, 0..grid.cells().div_ceil(part));
-    let is_short = |d: Deadline| !d.has_time_for_gradients(1.0 / 64.0, || drop(sample(64)));
-    if plan.shading.is_some() && deadline.is_some_and(is_short) {
-        quality.lights = Lights::Off;
+    if let (Some(deadline), true) = (deadline, plan.shading.is_some()) {
+        let has_time = || deadline.has_time_for_gradients(1.0 / 64.0, || drop(sample(64)));
+        let is_root = ranks.is_root();
+        let has_time = ranks.attempt(|| renderer.run(|| Ok(!is_root || has_time())));
+        let mine = has_time.map(|has_time| match has_time {
+            true => quality,
+            false => Quality { lights: Lights::Off, ..quality },
+        });
+        quality = ranks.agree_on_quality(mine)?;
     }
-    let vertex_gradients = if quality.lights == Lights::Off { Vec::new() } else { sample(1) };
+    let is_lit = quality.lights != Lights::Off;
+    let vertex_gradients = ranks.attempt(|| renderer.run(|| Ok(if is_lit { sample(1) } else { Vec::new() })));
+    let vertex_gradients = ranks.settle(vertex_gradients)?;
     let prepare_s = start.elapsed().as_secs_f64();
     let start = Instant::now();
     let work =
         Work { scene, plan, grid, shell: &shell, spans: &spans, samples, gradients: &vertex_gradients };
-    let (drawn, counts, quality) = if quality.lights == Lights::Off {
-        work.draw::<1>(quality, deadline)
-    } else {
-        work.draw::<4>(quality, deadline)
+    // What others would measure is not asked for.
+    let deadline = deadline.filter(|_| ranks.is_root());
+    let picked = ranks.attempt(|| {
+        renderer.run(|| {
+            Ok(if is_lit { work.pick::<4>(quality, deadline) } else { work.pick::<1>(quality, deadline) })
+        })
+    });
+    // Ranks that have different data draw tiles that do not fit each other.
+    let facts = || {
+        vec![
+            ("has a grid of cells and corners", format!("{} and {}", grid.cells(), grid.triangles())),
+            ("has layers of radii (planet radii)", format!("{:?}", plan.radius)),
+            ("has a field of range and missing values", format!("{value_range:?} and {missing_values}")),
+        ]
     };
-    let error: Vec<f32> = drawn.iter().map(|p| p.error).collect();
+    let Share { quality, tiles } = ranks.deal(picked, work.raster(), facts)?;
+    let drawing = Instant::now();
+    let tiles = ranks.attempt(|| {
+        renderer.run(|| {
+            Ok(if is_lit { work.trace::<4>(&quality, &tiles) } else { work.trace::<1>(&quality, &tiles) })
+        })
+    });
+    let drawn_s = drawing.elapsed().as_secs_f64();
+    let render_s = start.elapsed().as_secs_f64();
+    let drawn = tiles.as_ref().map_or(0, Vec::len);
+    let raster = Raster { step: quality.pixel_step, ..work.raster() };
+    let gathered = ranks.gather(tiles, drawn_s, raster);
+    let is_root = ranks.is_root();
+    let mut picture = None;
+    let told = gathered.and_then(|gathered| {
+        let (gather_s, balance, bytes_received) =
+            (gathered.gather_s, gathered.balance, gathered.bytes_received);
+        let mut told = Told { gather_s, balance, bytes_received, ..Told::default() };
+        if is_root {
+            let (drawn, counts) = ranks.attempt(|| renderer.run(|| Ok(raster.assemble(&gathered.tiles))))?;
+            let error: Vec<f32> = drawn.iter().map(|p| p.error).collect();
+            told.error = ErrorSummary::of(&error, certainty(scene, &quality));
+            told.counts = counts;
+            picture = Some((drawn, error));
+        }
+        Ok(told)
+    });
+    let told = ranks.conclude(told)?;
     let report = FrameReport {
-        error: ErrorSummary::of(&error, certainty(scene, &quality)),
+        error: told.error,
         prepare_s,
-        render_s: start.elapsed().as_secs_f64(),
-        counts,
+        render_s,
+        counts: told.counts,
         value_range,
         missing_values,
         quality,
         derived_bytes: size_of_val(vertex_gradients.as_slice()),
         left_out: plan.left_out().to_vec(),
+        tiles: drawn,
+        gather_s: told.gather_s,
+        balance: told.balance,
+        bytes_received: told.bytes_received,
         ..FrameReport::default()
+    };
+    let Some((drawn, error)) = picture else {
+        return Ok(Rendered::AtRoot(report));
     };
     let [low, high] = scene.transfer.range();
     let notes = vec![
@@ -126,7 +223,7 @@ fn draw<T: Real, S: Sample>(
         ("camera", scene.camera.describe()),
         ("exaggeration", scene.exaggeration.to_string()),
     ];
-    Frame {
+    Ok(Rendered::Here(Frame {
         width: scene.width,
         height: scene.height,
         pixels: drawn.iter().map(|p| p.color).collect(),
@@ -135,7 +232,7 @@ fn draw<T: Real, S: Sample>(
         notes,
         stamp: Stamp::default(),
         report,
-    }
+    }))
 }
 
 /// What the scene asks for.
@@ -156,23 +253,25 @@ struct Work<'f, T, S> {
 }
 
 impl<T: Real, S: Sample> Work<'_, T, S> {
-    /// Draws the picture in the quality that is asked, or in the best one that keeps the deadline.
-    fn draw<const N: usize>(
-        &self,
-        asked: Quality,
-        deadline: Option<Deadline>,
-    ) -> (Vec<Pixel>, Counts, Quality) {
-        let raster = Raster { width: self.scene.width, height: self.scene.height, step: 1 };
+    /// The whole picture's, each pixel traced.
+    fn raster(&self) -> Raster {
+        Raster { width: self.scene.width, height: self.scene.height, step: 1 }
+    }
+
+    /// The quality that is asked, or the best one that keeps the deadline.
+    fn pick<const N: usize>(&self, asked: Quality, deadline: Option<Deadline>) -> Quality {
         let trace = |quality: &Quality, raster: Raster| {
             let caster = self.caster::<N>(quality);
-            raster.draw(|x, y, hint, counts| pixel(self.scene, &caster, x, y, hint, counts))
+            drop(raster.draw(|x, y, hint, counts| pixel(self.scene, &caster, x, y, hint, counts)));
         };
-        let quality = match deadline {
-            Some(deadline) => deadline.pick(asked, raster, |quality, raster| drop(trace(quality, raster))),
-            None => asked,
-        };
-        let (pixels, counts) = trace(&quality, Raster { step: quality.pixel_step, ..raster });
-        (pixels, counts, quality)
+        deadline.map_or(asked, |deadline| deadline.pick(asked, self.raster(), trace))
+    }
+
+    /// Traces tiles of the picture.
+    fn trace<const N: usize>(&self, quality: &Quality, tiles: &[u32]) -> Vec<Tile> {
+        let caster = self.caster::<N>(quality);
+        let raster = Raster { step: quality.pixel_step, ..self.raster() };
+        raster.trace(tiles, |x, y, hint, counts| pixel(self.scene, &caster, x, y, hint, counts))
     }
 
     fn caster<const N: usize>(&self, quality: &Quality) -> Caster<'_, T, S, N> {

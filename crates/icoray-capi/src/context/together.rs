@@ -1,0 +1,114 @@
+//! Calls that all ranks make together.
+//!
+//! Whatever has gone wrong on a rank, it comes to the agreement at the head of each such call and says so: a context that is
+//! broken or switched off, an argument that is wrong, a field that is missing. So nobody waits for a rank that has returned.
+
+use super::{Choice, Context, Subject, due, subject};
+use crate::boundary::{Outcome, caught};
+use crate::ranks::agree;
+use icoray_core::Ranks;
+use icoray_core::output::Stamp;
+use std::hash::{DefaultHasher, Hash, Hasher};
+use std::time::Instant;
+
+impl Context {
+    /// Whether other ranks make some of the calls together with this one.
+    pub fn is_shared(&self) -> bool {
+        !self.ranks.is_alone()
+    }
+
+    /// The context draws with these from now on.
+    pub fn join(&mut self, ranks: Ranks) {
+        self.ranks = ranks;
+    }
+
+    pub(super) fn execute_together(&mut self, stamp: Outcome<Stamp>) -> Outcome<()> {
+        let start = Instant::now();
+        let what = ("scene", self.scene.fingerprint());
+        let facts = match &stamp {
+            Ok(stamp) => vec![("step", stamp.step.to_string()), ("time_s", stamp.time_s.to_string()), what],
+            // Never compared: this rank refuses.
+            Err(_) => vec![what],
+        };
+        let step = stamp.as_ref().map_or(0, |stamp| stamp.step);
+        let mine = caught(|| self.ready(stamp));
+        let value = self.drawing.said();
+        let (agreed, said) = agree(&mut self.ranks, mine, "icoray_execute", facts, &value);
+        let untold = self.drawing.heard(&said);
+        let (stamp, subject) = match agreed {
+            Ok(ready) => ready,
+            Err(failure) => {
+                self.drawing.fail_together(&failure);
+                return Err(failure);
+            }
+        };
+        self.drawing.told();
+        if let Some(subject) = subject {
+            let drawn = self.drawing.draw_together(&mut self.ranks, stamp, &subject, start);
+            drawn.map_err(|failure| {
+                let failure = failure.at_step(step);
+                self.drawing.fail_together(&failure);
+                failure
+            })?;
+        }
+        untold.map_or(Ok(()), Err)
+    }
+
+    /// What this rank draws of, or why it cannot.
+    fn ready<'a>(&mut self, stamp: Outcome<Stamp>) -> Outcome<(Stamp, Option<Subject<'a>>)> {
+        self.refuse_if_poisoned()?;
+        let stamp = stamp?;
+        self.drawing.collect();
+        self.drawing.refuse_if_off()?;
+        let Some(scene) = due(&self.scene, stamp.step)? else {
+            return Ok((stamp, None));
+        };
+        let is_root = self.ranks.is_root();
+        let Context { grids, layers, fields, drawing, .. } = self;
+        let names = if is_root { drawing.check_names(&scene, &stamp) } else { Ok(()) };
+        let subject = names.and_then(|()| subject(scene, grids, layers, fields));
+        let subject = subject.map_err(|failure| failure.at_step(stamp.step))?;
+        Ok((stamp, Some(subject)))
+    }
+
+    pub(super) fn wait_together(&mut self) -> Outcome<()> {
+        let mine = caught(|| {
+            self.refuse_if_poisoned()?;
+            self.drawing.finish()
+        });
+        self.agree_on_end(mine, "icoray_wait")
+    }
+
+    /// Waits for the last time. Where MPI was finalised before, this rank is on its own.
+    pub(super) fn finish_together(&mut self) -> Outcome<()> {
+        let outcome = caught(|| self.drawing.finish());
+        let mine = if self.poison.is_some() { Ok(()) } else { outcome };
+        if self.ranks.is_gone() {
+            return mine;
+        }
+        self.agree_on_end(mine, "icoray_close")
+    }
+
+    fn agree_on_end(&mut self, mine: Outcome<()>, call: &'static str) -> Outcome<()> {
+        let value = self.drawing.said();
+        let (agreed, said) = agree(&mut self.ranks, mine, call, Vec::new(), &value);
+        self.drawing.heard(&said);
+        agreed
+    }
+}
+
+impl Choice {
+    /// The same for scenes that say the same, whatever their files look like.
+    fn fingerprint(&self) -> String {
+        match self {
+            Choice::Open => "that was not given".into(),
+            Choice::Nothing => "that is empty".into(),
+            Choice::Scene(scene) => {
+                // The hasher has the same keys in every process, and all ranks run the same library.
+                let mut hasher = DefaultHasher::new();
+                format!("{scene:?}").hash(&mut hasher);
+                format!("{:?} with hash {:016x}", scene.field, hasher.finish())
+            }
+        }
+    }
+}

@@ -1,0 +1,141 @@
+//! The host's MPI: whether it is there, and a communicator of one's own in it.
+
+use icoray::{Error, ErrorKind, Result};
+use mpi::ffi;
+use std::ffi::{c_char, c_int};
+use std::mem::size_of;
+
+/// The ranks of a communicator, which is duplicated when this is made and freed when it is dropped. Both are collective.
+///
+/// Where MPI has been finalised before, dropping leaves it alone.
+#[derive(Debug)]
+pub struct MpiTeam {
+    pub(crate) comm: ffi::MPI_Comm,
+    pub(crate) rank: usize,
+    pub(crate) size: usize,
+}
+
+// SAFETY: a handle, which MPI lets any thread hold. Calls with it are made by the thread that makes calls on the host's
+// context, one at a time; that MPI may be called there is the host's promise, checked where a team is opened.
+unsafe impl Send for MpiTeam {}
+
+impl MpiTeam {
+    /// The ranks of `fortran_comm`: `MPI_Comm_c2f(comm)` in C, `comm` in Fortran's `mpi`, `comm%MPI_VAL` in `mpi_f08`.
+    /// Collective over it.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Mpi`] where MPI is not initialised or finalised already, where it may not be called on this thread, and
+    /// where the integer is no communicator of one group; [`ErrorKind::Unsupported`] where the host runs another MPI than
+    /// this was built for.
+    pub fn new(fortran_comm: i32) -> Result<Self> {
+        refuse_other_mpi()?;
+        if !has(ffi::MPI_Initialized) {
+            return Err(failed("MPI is not initialised; call MPI_Init before icoray_open".into()));
+        }
+        if is_finalized() {
+            return Err(failed("MPI is finalised already; call icoray_open before MPI_Finalize".into()));
+        }
+        refuse_other_thread()?;
+        // SAFETY: MPI is initialised; any integer may be asked for.
+        let given = unsafe { ffi::RSMPI_Comm_f2c(fortran_comm) };
+        // SAFETY: a handle is an integer or a pointer, for both of which zero is a value: what f2c gives for no handle.
+        let (none, null) = unsafe { (std::mem::zeroed(), ffi::RSMPI_COMM_NULL) };
+        if given == null || given == none {
+            return Err(failed(format!(
+                "{fortran_comm} is no communicator; expected MPI_Comm_c2f(comm), comm or comm%MPI_VAL"
+            )));
+        }
+        let mut inter = 0;
+        // SAFETY: a communicator of the host's, and a number to be written.
+        check("MPI_Comm_test_inter", unsafe { ffi::MPI_Comm_test_inter(given, &mut inter) })?;
+        if inter != 0 {
+            return Err(failed("the communicator is between two groups; expected one of one group".into()));
+        }
+        let mut comm = null;
+        // SAFETY: as above; the handle is written.
+        check("MPI_Comm_dup", unsafe { ffi::MPI_Comm_dup(given, &mut comm) })?;
+        let mut team = MpiTeam { comm, rank: 0, size: 1 };
+        let (mut rank, mut size) = (0, 1);
+        // SAFETY: the communicator is ours now, so its errors may be ours too; the numbers are written.
+        unsafe {
+            check("MPI_Comm_set_errhandler", ffi::MPI_Comm_set_errhandler(comm, ffi::RSMPI_ERRORS_RETURN))?;
+            check("MPI_Comm_rank", ffi::MPI_Comm_rank(comm, &mut rank))?;
+            check("MPI_Comm_size", ffi::MPI_Comm_size(comm, &mut size))?;
+        }
+        (team.rank, team.size) = (rank as usize, size as usize);
+        Ok(team)
+    }
+}
+
+/// Whether the host has finalised MPI, after which no rank can be reached any more.
+pub(crate) fn is_finalized() -> bool {
+    has(ffi::MPI_Finalized)
+}
+
+impl Drop for MpiTeam {
+    fn drop(&mut self) {
+        if !is_finalized() {
+            // SAFETY: the communicator is ours, and MPI has not been finalised. Nobody is left to tell of a failure.
+            unsafe { ffi::MPI_Comm_free(&mut self.comm) };
+        }
+    }
+}
+
+/// What MPI_Initialized or MPI_Finalized says; they may be called at any time.
+fn has(ask: unsafe extern "C" fn(*mut c_int) -> c_int) -> bool {
+    let mut flag = 0;
+    // SAFETY: one of the two, each of which writes a number.
+    unsafe { ask(&mut flag) };
+    flag != 0
+}
+
+/// Handles are pointers in Open MPI and integers in MPICH and its kin: a build for one must not take the other's.
+fn refuse_other_mpi() -> Result<()> {
+    let mut text = [0u8; 8192];
+    let mut length = 0;
+    // SAFETY: may be called at any time; the buffer is as long as the longest version string that is known (MPICH's).
+    unsafe { ffi::MPI_Get_library_version(text.as_mut_ptr().cast::<c_char>(), &mut length) };
+    let text = String::from_utf8_lossy(&text[..usize::try_from(length).unwrap_or(0).min(text.len())]);
+    let is_open_mpi = text.contains("Open MPI");
+    let is_built_for_open_mpi = size_of::<ffi::MPI_Comm>() == size_of::<*const ()>();
+    if is_open_mpi == is_built_for_open_mpi {
+        return Ok(());
+    }
+    let built_for = if is_built_for_open_mpi { "Open MPI" } else { "MPICH" };
+    let runs = text.lines().next().unwrap_or_default();
+    let message = format!("this library was built for {built_for}, and the program runs {runs:?}");
+    Err(Error::new(ErrorKind::Unsupported, message))
+}
+
+/// Below MPI_THREAD_SERIALIZED only the thread that initialised MPI may call it.
+fn refuse_other_thread() -> Result<()> {
+    let (mut level, mut is_main) = (0, 0);
+    // SAFETY: MPI is initialised; both write a number.
+    unsafe {
+        check("MPI_Query_thread", ffi::MPI_Query_thread(&mut level))?;
+        check("MPI_Is_thread_main", ffi::MPI_Is_thread_main(&mut is_main))?;
+        if level < ffi::RSMPI_THREAD_SERIALIZED && is_main == 0 {
+            let message = "MPI is initialised for one thread, and this is another; ask for MPI_THREAD_SERIALIZED or call \
+                           icoray where MPI_Init was called";
+            return Err(failed(message.into()));
+        }
+    }
+    Ok(())
+}
+
+pub(crate) fn failed(message: String) -> Error {
+    Error::new(ErrorKind::Mpi, message)
+}
+
+/// MPI's error as ours, with its own words.
+pub(crate) fn check(call: &str, code: c_int) -> Result<()> {
+    if code == ffi::MPI_SUCCESS as c_int {
+        return Ok(());
+    }
+    let mut text = [0u8; 1024];
+    let mut length = 0;
+    // SAFETY: longer than MPI_MAX_ERROR_STRING of either MPI; a code that is none of MPI's is an error of this call.
+    unsafe { ffi::MPI_Error_string(code, text.as_mut_ptr().cast::<c_char>(), &mut length) };
+    let text = String::from_utf8_lossy(&text[..usize::try_from(length).unwrap_or(0).min(text.len())]);
+    Err(failed(format!("{call} failed with {code}: {text}")))
+}

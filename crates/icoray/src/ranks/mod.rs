@@ -1,0 +1,114 @@
+//! Several processes, the ranks, draw one picture: each some of its tiles, over data that every one of them has.
+//!
+//! A [`Team`] carries bytes between ranks; what they say is decided here, and is the same over MPI and between threads
+//! ([`local_team`]). The rule that keeps anybody from waiting for ever: ranks talk in phases that each of them enters,
+//! whatever has gone wrong on it, and every phase ends with the same outcome on all. A frame has three:
+//!
+//! 1. [`Ranks::agree`]: is everybody ready, of one mind, and what does rank 0 say? Again where rank 0 has decided more.
+//! 2. Tiles go to rank 0, or a rank's failure in their place, in whatever order ranks are done.
+//! 3. Rank 0 tells all what came of it.
+//!
+//! Only the thread that calls talks; the renderer's threads never do.
+
+mod agree;
+mod deal;
+mod gather;
+mod local;
+mod words;
+
+pub use agree::{Agreement, Refusal, Word};
+pub(crate) use gather::{Share, Told};
+pub use local::{LocalTeam, local_team};
+
+use crate::error::{Error, Result};
+use deal::Costs;
+use std::fmt;
+
+/// What carries bytes between ranks. The methods that send are collective: every rank calls the same ones in the same order.
+///
+/// # Errors
+/// Of every method: [`ErrorKind::Mpi`](crate::ErrorKind::Mpi) when the transport itself fails. Then ranks may no longer be
+/// in step, and the team is of no more use.
+pub trait Team: Send {
+    /// This process's number, from 0.
+    fn rank(&self) -> usize;
+
+    /// How many there are, at least 1.
+    fn size(&self) -> usize;
+
+    /// Whether ranks can be reached no more, now or later: then nothing but dropping the team is of use. Not collective.
+    fn is_gone(&self) -> bool {
+        false
+    }
+
+    /// Hands every rank's bytes to all, in order of rank.
+    #[expect(clippy::missing_errors_doc, reason = "the trait has them")]
+    fn share(&mut self, mine: &[u8]) -> Result<Vec<Vec<u8>>>;
+
+    /// Rank 0's bytes to all; those of others are let go.
+    #[expect(clippy::missing_errors_doc, reason = "the trait has them")]
+    fn broadcast(&mut self, mine: Vec<u8>) -> Result<Vec<u8>>;
+
+    /// Sends `mine` to rank 0, where `take` gets each other rank's bytes with its number, in the order in which they come.
+    #[expect(clippy::missing_errors_doc, reason = "the trait has them")]
+    fn gather(&mut self, mine: &[u8], take: &mut dyn FnMut(usize, Vec<u8>)) -> Result<()>;
+}
+
+/// The ranks that draw together, and what the last frame taught about its tiles.
+pub struct Ranks {
+    /// `None` is one process alone.
+    team: Option<Box<dyn Team>>,
+    /// At rank 0: of the last frame.
+    costs: Option<Costs>,
+}
+
+impl Ranks {
+    /// One process that draws alone: nothing is sent, and panics are not caught.
+    pub fn alone() -> Self {
+        Ranks { team: None, costs: None }
+    }
+
+    /// Those of a team.
+    pub fn new(team: Box<dyn Team>) -> Self {
+        Ranks { team: Some(team), costs: None }
+    }
+
+    /// This process's number, from 0.
+    pub fn rank(&self) -> usize {
+        self.team.as_ref().map_or(0, |team| team.rank())
+    }
+
+    /// How many there are, at least 1.
+    pub fn size(&self) -> usize {
+        self.team.as_ref().map_or(1, |team| team.size())
+    }
+
+    /// Whether this is one process without a team; a team may have one rank too.
+    pub fn is_alone(&self) -> bool {
+        self.team.is_none()
+    }
+
+    /// Whether the other ranks can be reached no more: MPI was finalised.
+    pub fn is_gone(&self) -> bool {
+        self.team.as_ref().is_some_and(|team| team.is_gone())
+    }
+
+    /// Whether this is the process that has the picture in the end.
+    pub fn is_root(&self) -> bool {
+        self.rank() == 0
+    }
+
+    /// Does some of this rank's work. Where others wait for it a panic is an error like any other, of which they hear.
+    pub(crate) fn attempt<R>(&self, work: impl FnOnce() -> Result<R>) -> Result<R> {
+        if self.team.is_some() { Error::of_panics(work) } else { work() }
+    }
+}
+
+impl fmt::Debug for Ranks {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "rank {} of {}", self.rank(), self.size())
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,216 @@
+//! Ranks that are threads: the same picture to the bit, and the same error on all.
+
+use super::*;
+use crate::error::ErrorKind;
+use crate::{
+    Field, Frame, FrameReport, Grid, IcosahedralMesh, Layers, Location, Rendered, Renderer, Scene, Shape,
+};
+use std::thread;
+
+const LAYERS: usize = 3;
+
+struct World {
+    mesh: IcosahedralMesh,
+    layers: Layers,
+    values: Vec<f32>,
+}
+
+impl World {
+    fn new() -> Self {
+        let mesh = IcosahedralMesh::new(3).unwrap();
+        let layers = Layers::from_heights(&[0.0, 10e3, 20e3], 6.371e6).unwrap();
+        let value = |i: usize| (i as f32 * 0.37).sin() + (i % LAYERS) as f32;
+        let values = (0..mesh.cells() * LAYERS).map(value).collect();
+        World { mesh, layers, values }
+    }
+
+    fn field(&self) -> Field<'_> {
+        let shape = Shape::level_fastest(self.mesh.cells(), LAYERS);
+        Field::new(self.values.as_slice().into(), shape, Location::Center, None).unwrap()
+    }
+}
+
+fn scene(width: u32, height: u32, more: &str) -> Scene {
+    Scene::parse(&format!(
+        "field = \"q\"\nexaggeration = 40\n{more}\n[image]\nwidth = {width}\nheight = {height}\n\
+         [camera]\nlon = 20\nlat = 35\ndistance = 3.2\nfov = 45\n\
+         [transfer]\nmap = \"viridis\"\nrange = [-1, 3]\nopacity = [[-1, 0.8], [0, 0.1], [3, 0.9]]\n"
+    ))
+    .unwrap()
+}
+
+/// What each rank makes of `draw`.
+fn on_each<R: Send>(size: usize, draw: impl Fn(&mut Ranks) -> R + Sync) -> Vec<R> {
+    let draw = &draw;
+    thread::scope(|scope| {
+        let team = local_team(size).into_iter();
+        let ranks: Vec<_> =
+            team.map(|one| scope.spawn(move || draw(&mut Ranks::new(Box::new(one))))).collect();
+        ranks.into_iter().map(|rank| rank.join().unwrap()).collect()
+    })
+}
+
+/// Two frames over `size` ranks: dealt blindly, then by cost. The picture, and the reports of the others.
+fn together(world: &World, scene: &Scene, size: usize) -> [(Frame, Vec<FrameReport>); 2] {
+    let frames = on_each(size, |ranks| {
+        let grid = Grid::new(world.mesh.tables()).unwrap();
+        let renderer = Renderer::new(1 + ranks.rank() % 2).unwrap();
+        [(); 2].map(|()| renderer.render_over(ranks, scene, &grid, &world.layers, &world.field()).unwrap())
+    });
+    let mut all = [Vec::new(), Vec::new()];
+    for [first, second] in frames {
+        all[0].push(first);
+        all[1].push(second);
+    }
+    all.map(|rendered| {
+        let mut rendered = rendered.into_iter();
+        let Some(Rendered::Here(frame)) = rendered.next() else { panic!("no picture at rank 0") };
+        let others = rendered.map(|other| match other {
+            Rendered::AtRoot(report) => report,
+            Rendered::Here(_) => panic!("a picture that is not at rank 0"),
+        });
+        (frame, others.collect())
+    })
+}
+
+fn bits(frame: &Frame) -> Vec<[u32; 5]> {
+    let pixels = frame.pixels.iter().zip(&frame.error);
+    pixels.map(|([r, g, b, a], e)| [r, g, b, a, e].map(|value| value.to_bits())).collect()
+}
+
+#[test]
+fn a_shared_picture_is_that_of_one_to_the_bit() {
+    let world = World::new();
+    let grid = Grid::new(world.mesh.tables()).unwrap();
+    let renderer = Renderer::new(2).unwrap();
+    for (width, height, more) in
+        [(97, 61, ""), (64, 64, "[light]\nkind = \"headlight\""), (1, 1, ""), (5, 90, "precision = \"f64\"")]
+    {
+        let scene = scene(width, height, more);
+        let one = renderer.render(&scene, &grid, &world.layers, &world.field()).unwrap();
+        assert_eq!((one.report.ranks, one.report.bytes_received), (1, 0));
+        for size in [1, 2, 3, 4, 8] {
+            for (frame, others) in together(&world, &scene, size) {
+                assert_eq!(bits(&frame), bits(&one), "{width} x {height} over {size} ranks");
+                let report = &frame.report;
+                assert_eq!((report.ranks, others.len()), (size, size - 1));
+                assert_eq!((report.counts, report.error), (one.report.counts, one.report.error));
+                assert!(report.balance > 0.0 && report.balance <= 1.0 + 1e-9, "{}", report.balance);
+                let tiles = report.tiles + others.iter().map(|other| other.tiles).sum::<usize>();
+                assert_eq!(tiles, one.report.tiles);
+                for other in &others {
+                    assert_eq!((other.counts, other.error), (report.counts, report.error));
+                    assert_eq!(other.bytes_received, report.bytes_received);
+                }
+                let is_sent = size > 1 && one.report.tiles > 1;
+                assert!(!is_sent || report.bytes_received > 0);
+                // A tile off the globe is one pixel.
+                let all = (width * height) as usize * size_of::<[f32; 5]>();
+                assert!((report.bytes_received as usize) < all + 128 * one.report.tiles + 64 * size);
+            }
+        }
+    }
+}
+
+#[test]
+fn within_a_budget_all_draw_what_rank_0_picks() {
+    let world = World::new();
+    let scene = scene(600, 400, "time_budget_ms = 1\n[light]\nkind = \"headlight\"");
+    for (frame, others) in together(&world, &scene, 3) {
+        assert!(frame.report.quality.pixel_step > 1, "{}", frame.report.quality);
+        assert!(others.iter().all(|other| other.quality == frame.report.quality));
+        assert_eq!(frame.pixels.len(), 600 * 400);
+    }
+}
+
+/// The error of each rank, where rank `odd` draws of what `spoil` makes of the world and the scene.
+fn errors(odd: usize, spoil: impl Fn(&mut World, &mut Scene) + Sync) -> Vec<String> {
+    on_each(3, |ranks| {
+        let (mut world, mut of) = (World::new(), scene(70, 40, ""));
+        if ranks.rank() == odd {
+            spoil(&mut world, &mut of);
+        }
+        let mesh = IcosahedralMesh::new(3).unwrap();
+        let grid = Grid::new(mesh.tables()).unwrap();
+        let renderer = Renderer::new(1).unwrap();
+        let render = |ranks: &mut Ranks, world: &World, of: &Scene| {
+            renderer.render_over(ranks, of, &grid, &world.layers, &world.field()).map(drop)
+        };
+        let error = render(ranks, &world, &of).unwrap_err().to_string();
+        // The next frame is drawn as if nothing had been.
+        render(ranks, &World::new(), &scene(70, 40, "")).unwrap();
+        error
+    })
+}
+
+#[test]
+fn what_is_wrong_on_one_rank_is_everybodys_error() {
+    for odd in 0..3 {
+        let same = |errors: &[String], start: &str| {
+            assert!(errors.iter().all(|e| *e == errors[0] && e.starts_with(start)), "{errors:?}");
+        };
+        let few = |world: &mut World, _: &mut Scene| {
+            world.mesh = IcosahedralMesh::new(2).unwrap();
+            world.values.truncate(world.mesh.cells() * LAYERS);
+        };
+        same(&errors(odd, few), &format!("bad field: rank {odd}: \"q\": 162 columns"));
+        let inside = |_: &mut World, scene: &mut Scene| scene.exaggeration = -1e3;
+        same(&errors(odd, inside), &format!("bad scene: rank {odd}: "));
+        // One that differs is not of one mind with rank 0; where that is rank 0, rank 1 is the first to differ.
+        let other = |world: &mut World, _: &mut Scene| world.values[7] = 40.0;
+        same(&errors(odd, other), &format!("MPI: rank {}: has a field of range", odd.max(1)));
+        let higher = |world: &mut World, _: &mut Scene| {
+            world.layers = Layers::from_heights(&[0.0, 10e3, 21e3], 6.371e6).unwrap();
+        };
+        same(&errors(odd, higher), &format!("MPI: rank {}: has layers", odd.max(1)));
+    }
+}
+
+#[test]
+fn a_panic_on_one_rank_is_everybodys_error() {
+    for odd in 0..3 {
+        let outcomes = on_each(3, |ranks| {
+            let rank = ranks.rank();
+            let mine = ranks.attempt(|| if rank == odd { panic!("out of bounds") } else { Ok(Vec::new()) });
+            let raster = crate::raster::Raster { width: 9, height: 9, step: 1 };
+            let gathered = ranks.gather(mine, 0.1, raster);
+            let told = gathered.map(|_| Told::default());
+            ranks.conclude(told).unwrap_err().to_string()
+        });
+        let expected = format!("internal error: rank {odd}: out of bounds");
+        assert!(outcomes.iter().all(|error| *error == expected), "{outcomes:?}");
+    }
+}
+
+#[test]
+fn the_lowest_refusal_is_told_and_rank_0_is_heard_all_the_same() {
+    let heard = on_each(4, |ranks| {
+        let rank = ranks.rank();
+        let value = format!("from {rank}").into_bytes();
+        let refusal = [None, None, Some((13, "off")), Some((3, "bad"))][rank];
+        ranks.agree(&Word { refusal, facts: vec![("step", rank.to_string())], value: &value }).unwrap()
+    });
+    for Agreement { refusal, value } in heard {
+        let expected = Refusal { number: Some(13), rank: 2, sentence: "off".into() };
+        assert_eq!((refusal, value.as_slice()), (Some(expected), &b"from 0"[..]));
+    }
+}
+
+#[test]
+fn another_step_or_another_call_is_not_of_one_mind() {
+    for (other, expected) in [
+        (vec![("step", "7")], "step 7, but 6 on rank 0; ranks that draw one picture must have the same"),
+        (vec![("wait", "")], "is in another call than rank 0"),
+        (vec![], "is in another call than rank 0"),
+    ] {
+        let refusals = on_each(3, |ranks| {
+            let facts = if ranks.rank() == 1 { other.clone() } else { vec![("step", "6")] };
+            let facts = facts.into_iter().map(|(name, fact)| (name, fact.to_string())).collect();
+            ranks.agree(&Word { facts, ..Word::default() }).unwrap().refusal.unwrap()
+        });
+        for refusal in refusals {
+            assert_eq!((refusal.number, refusal.rank, refusal.sentence.as_str()), (None, 1, expected));
+            assert_eq!(refusal.error(3).kind(), ErrorKind::Mpi);
+        }
+    }
+}

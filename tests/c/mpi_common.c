@@ -1,0 +1,62 @@
+#include "mpi_common.h"
+
+int rank, ranks;
+
+void begin(int *argc, char ***argv)
+{
+    MPI_Init(argc, argv);
+    MPI_Comm_rank(MPI_COMM_WORLD, &rank);
+    MPI_Comm_size(MPI_COMM_WORLD, &ranks);
+}
+
+int end(const char *program)
+{
+    int failed = failed_checks(), all = 0;
+    MPI_Allreduce(&failed, &all, 1, MPI_INT, MPI_SUM, MPI_COMM_WORLD);
+    MPI_Finalize();
+    if (rank == 0) {
+        verdict(program);
+    }
+    return all == 0 ? EXIT_SUCCESS : EXIT_FAILURE;
+}
+
+icoray_ctx *together(MPI_Comm comm, const char *directory, const World *w, icoray_config config)
+{
+    icoray_ctx *ctx = NULL;
+    config.struct_size = sizeof config;
+    config.output_dir = directory;
+    config.threads = 1 + rank % 2;
+    OK(icoray_open(&config, (int32_t)MPI_Comm_c2f(comm), &ctx));
+    fill(ctx, w);
+    return ctx;
+}
+
+void fill(icoray_ctx *ctx, const World *w)
+{
+    OK(icoray_grid_set(ctx, &w->grid));
+    set_layers(ctx, w->layers);
+    OK(icoray_field_set(ctx, "f", &w->array));
+}
+
+void said_before(void)
+{
+    icoray_mesh *none;
+    icoray_mesh_create(-76543, &none);
+}
+
+void told_all(icoray_status status, icoray_status expected, const char *part, const char *what, Place at)
+{
+    char mine[512], roots[512];
+    int least = (int)status, most = (int)status;
+    memset(mine, 0, sizeof mine);
+    icoray_last_error(NULL, mine, sizeof mine);
+    memcpy(roots, mine, sizeof roots);
+    MPI_Bcast(roots, sizeof roots, MPI_CHAR, 0, MPI_COMM_WORLD);
+    MPI_Allreduce(MPI_IN_PLACE, &least, 1, MPI_INT, MPI_MIN, MPI_COMM_WORLD);
+    MPI_Allreduce(MPI_IN_PLACE, &most, 1, MPI_INT, MPI_MAX, MPI_COMM_WORLD);
+    check(least == (int)expected && most == (int)expected, what, at);
+    check(strstr(mine, part) != NULL && strcmp(mine, roots) == 0, "the message", at);
+    if (status != expected || strstr(mine, part) == NULL || strcmp(mine, roots) != 0) {
+        printf("  rank %d: %d, expected %d with '%s': %s\n", rank, (int)status, (int)expected, part, mine);
+    }
+}

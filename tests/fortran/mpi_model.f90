@@ -1,0 +1,100 @@
+!> A model that hands its communicators over: mpi_model DIRECTORY. MPI is initialised for one thread.
+program mpi_model
+  use mpi_f08
+  use icoray
+  use, intrinsic :: iso_c_binding
+  implicit none
+  type(icoray_mesh) :: mesh
+  real(c_double), allocatable, target :: q(:, :)
+  type(icoray_grid_tables) :: tables
+  type(MPI_Comm) :: part
+  character(len=512) :: directory
+  integer :: rank, ranks, cells, k, whole, failures
+
+  call MPI_Init()
+  call MPI_Comm_rank(MPI_COMM_WORLD, rank)
+  call MPI_Comm_size(MPI_COMM_WORLD, ranks)
+  call get_command_argument(1, directory)
+  failures = 0
+
+  call icoray_mesh_create(3, mesh)
+  call icoray_mesh_tables(mesh, tables)
+  cells = size(tables%lon_center)
+  allocate (q(3, cells))
+  do k = 1, 3
+    q(k, :) = sin(3*tables%lon_center + k)*cos(tables%lat_center)
+  end do
+
+  call draw(MPI_COMM_WORLD%MPI_VAL, 'world', ranks)
+  whole = MPI_COMM_WORLD%MPI_VAL
+  call draw(whole, 'integer', ranks)
+  ! Ranks 0 and 1, in the other order; the rest draws no picture.
+  call MPI_Comm_split(MPI_COMM_WORLD, merge(0, MPI_UNDEFINED, rank < 2), -rank, part)
+  if (rank < 2) then
+    call draw(part%MPI_VAL, 'part', min(ranks, 2))
+    call MPI_Comm_free(part)
+  end if
+  call refused()
+
+  call icoray_mesh_free(mesh)
+  call MPI_Allreduce(MPI_IN_PLACE, failures, 1, MPI_INTEGER, MPI_SUM, MPI_COMM_WORLD)
+  if (rank == 0 .and. failures == 0) print '(a, i0)', 'mpi_model: all well on ', ranks
+  call MPI_Finalize()
+  if (failures > 0) error stop 1
+
+contains
+
+  subroutine draw(comm, name, expected)
+    integer, intent(in) :: comm, expected
+    character(len=*), intent(in) :: name
+    type(icoray_context) :: ctx
+    type(icoray_frame_report) :: report
+    character(len=200) :: message
+    integer :: ierr
+    call icoray_open(ctx, comm, ierr, output_dir=trim(directory)//'/'//name, threads=1)
+    call check(ierr == ICORAY_OK, 'icoray_open')
+    if (ierr /= ICORAY_OK) then
+      call icoray_last_error(message)
+      print '(a)', trim(message)
+      return
+    end if
+    call icoray_grid_set(ctx, mesh)
+    call icoray_layers_set(ctx, [6371d3, 6376d3, 6381d3], 6371d3)
+    call icoray_field_set(ctx, 'q', q)
+    call icoray_scene_text(ctx, 'field = "q"'//new_line('a')//'exaggeration = 40'//new_line('a')// &
+      '[image]'//new_line('a')//'width = 90'//new_line('a')//'height = 70'//new_line('a')// &
+      '[camera]'//new_line('a')//'lon = 10'//new_line('a')//'lat = 20'//new_line('a')//'distance = 3'//new_line('a')// &
+      '[transfer]'//new_line('a')//'map = "viridis"'//new_line('a')//'range = [-1, 1]'//new_line('a')// &
+      'opacity = [[-1, 0.8], [1, 0.9]]'//new_line('a')//'[output]'//new_line('a')//'file = "f_{step}.png"')
+    call icoray_execute(ctx, 1, 0d0, ierr)
+    call check(ierr == ICORAY_OK, 'icoray_execute')
+    call icoray_wait(ctx, ierr)
+    call check(ierr == ICORAY_OK, 'icoray_wait')
+    call icoray_report(ctx, report)
+    call check(report%ranks == expected .and. report%tiles > 0 .and. report%rays > 0, 'the report')
+    call icoray_close(ctx, ierr)
+    call check(ierr == ICORAY_OK, 'icoray_close')
+  end subroutine draw
+
+  !> With a configuration, in which threads that draw on are asked for.
+  subroutine refused()
+    type(icoray_context) :: ctx
+    type(icoray_config) :: config
+    character(len=200) :: message
+    integer :: ierr
+    config%async_render = 1
+    call icoray_open(ctx, MPI_COMM_WORLD%MPI_VAL, config, ierr)
+    call check(ierr == ICORAY_ERR_UNSUPPORTED, 'async_render is refused')
+    call icoray_last_error(message)
+    call check(index(message, 'async_render') > 0, 'the message')
+    call check(.not. c_associated(ctx%handle), 'the context stays closed')
+  end subroutine refused
+
+  subroutine check(good, what)
+    logical, intent(in) :: good
+    character(len=*), intent(in) :: what
+    if (good) return
+    failures = failures + 1
+    print '(a, i0, 2a)', 'rank ', rank, ' failed: ', what
+  end subroutine check
+end program mpi_model
