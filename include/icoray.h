@@ -143,7 +143,7 @@ enum icoray_status
    */
   ICORAY_ERR_GRID = 4,
   /**
-   * The grid is right but not supported yet (holes).
+   * The grid is right but of a kind that is not rendered (none that can be set here).
    */
   ICORAY_ERR_UNSUPPORTED = 5,
   /**
