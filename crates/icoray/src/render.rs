@@ -32,7 +32,7 @@ impl Renderer {
     /// A renderer with `threads` threads, or as many as the affinity mask allows when that is 0.
     ///
     /// # Errors
-    /// [`ErrorKind::Argument`] when the threads cannot be made.
+    /// [`ErrorKind::Argument`](crate::ErrorKind::Argument) when the threads cannot be made.
     pub fn new(threads: usize) -> Result<Self> {
         Ok(Renderer { threads: Threads::new(threads)? })
     }
