@@ -883,8 +883,9 @@ icoray_status icoray_last_error(const struct icoray_ctx *ctx,
  * ...), is that of a frame that failed and that no call has told of; the context is closed all the same. After a fork
  * the child's copy is let go without a word.
  *
- * Collective over the communicator of icoray_open, which is freed. After MPI_Finalize it is this rank's own call, and MPI is
- * left alone.
+ * Collective over the communicator of icoray_open, which is freed. Where some ranks close while others make another
+ * collective call, all are told ICORAY_ERR_MPI and the others can only close, each by itself. After MPI_Finalize, too, it
+ * is this rank's own call, and MPI is left alone.
  *
  * # Safety
  * `ctx` is NULL or points to NULL or to an open context that no other thread uses afterwards.

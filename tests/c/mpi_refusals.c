@@ -167,6 +167,26 @@ static void inside(int odd)
     OK(icoray_close(&ctx));
 }
 
+/* A model that closes where something failed, and goes on elsewhere: nobody waits for the one that has left. */
+static void leaves(int odd)
+{
+    icoray_ctx *ctx = fresh();
+    good(ctx);
+    if (rank == odd) {
+        CHECK(icoray_scene_text(ctx, "field = 1") == ICORAY_ERR_SCENE);
+    }
+    TOLD(ICORAY_ERR_MPI, "call", rank == odd ? icoray_close(&ctx) : icoray_execute(ctx, step + 1, 0.0, NULL));
+    if (rank != odd) {
+        REFUSED(NULL, ICORAY_ERR_MPI, "has left", icoray_execute(ctx, step + 1, 0.0, NULL));
+        REFUSED(NULL, ICORAY_ERR_MPI, "has left", icoray_wait(ctx));
+        OK(icoray_close(&ctx));
+    }
+    CHECK(ctx == NULL);
+    ctx = fresh();
+    good(ctx);
+    OK(icoray_close(&ctx));
+}
+
 /* A directory at rank 0 that cannot be made: told on all ranks by the next call of each kind, once. */
 static void at_the_disk(void)
 {
@@ -263,6 +283,7 @@ int main(int argc, char **argv)
         before_execute(odd);
         at_execute(odd);
         inside(odd);
+        leaves(odd);
     }
     trying = "the disk";
     at_the_disk();

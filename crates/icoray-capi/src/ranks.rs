@@ -32,8 +32,10 @@ pub(crate) fn agree<T>(
     value: &[u8],
 ) -> (Outcome<T>, Said) {
     let refusal = mine.as_ref().err().map(|failure| (failure.status as i32, failure.message.as_str()));
+    // A model may close on the rank where something failed, and go on elsewhere.
+    let leaves = call == "icoray_close";
     let facts = [("call", call.to_string())].into_iter().chain(facts).collect();
-    let agreement = match ranks.agree(&Word { refusal, facts, value }) {
+    let agreement = match ranks.agree(&Word { refusal, facts, value, leaves }) {
         Ok(agreement) => agreement,
         // The others cannot be reached; what is wrong here is still worth more than that.
         Err(error) => return (mine.and_then(|_| Err(error.into())), Said(Vec::new())),

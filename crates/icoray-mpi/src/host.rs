@@ -7,12 +7,14 @@ use std::mem::size_of;
 
 /// The ranks of a communicator, which is duplicated when this is made and freed when it is dropped. Both are collective.
 ///
-/// Where MPI has been finalised before, dropping leaves it alone.
+/// Where MPI has been finalised before, or a rank has left before the others, dropping leaves it alone.
 #[derive(Debug)]
 pub struct MpiTeam {
     pub(crate) comm: ffi::MPI_Comm,
     pub(crate) rank: usize,
     pub(crate) size: usize,
+    /// Not to be freed: that is collective, and a rank has left.
+    pub(crate) is_given_up: bool,
 }
 
 // SAFETY: a handle, which MPI lets any thread hold. Calls with it are made by the thread that makes calls on the host's
@@ -54,7 +56,7 @@ impl MpiTeam {
         let mut comm = null;
         // SAFETY: as above; the handle is written.
         check("MPI_Comm_dup", unsafe { ffi::MPI_Comm_dup(given, &mut comm) })?;
-        let mut team = MpiTeam { comm, rank: 0, size: 1 };
+        let mut team = MpiTeam { comm, rank: 0, size: 1, is_given_up: false };
         let (mut rank, mut size) = (0, 1);
         // SAFETY: the communicator is ours now, so its errors may be ours too; the numbers are written.
         unsafe {
@@ -74,7 +76,7 @@ pub(crate) fn is_finalized() -> bool {
 
 impl Drop for MpiTeam {
     fn drop(&mut self) {
-        if !is_finalized() {
+        if !self.is_given_up && !is_finalized() {
             // SAFETY: the communicator is ours, and MPI has not been finalised. Nobody is left to tell of a failure.
             unsafe { ffi::MPI_Comm_free(&mut self.comm) };
         }

@@ -13,6 +13,9 @@ pub struct Word<'a> {
     pub facts: Vec<(&'static str, String)>,
     /// What rank 0 has to say; nobody reads that of others.
     pub value: &'a [u8],
+    /// Whether it is the last that is heard of this rank. Where others stay, the team is given up: nobody waits for one that
+    /// has left.
+    pub leaves: bool,
 }
 
 /// What came of an agreement, the same on all ranks.
@@ -40,6 +43,7 @@ struct Heard {
     refusal: Option<(i32, String)>,
     facts: Vec<(String, String)>,
     value: Vec<u8>,
+    leaves: bool,
 }
 
 impl Ranks {
@@ -49,6 +53,10 @@ impl Ranks {
     /// # Errors
     /// [`ErrorKind::Mpi`] when the transport fails.
     pub fn agree(&mut self, mine: &Word) -> Result<Agreement> {
+        if let Some(rank) = self.left {
+            let message = format!("rank {rank} has left, so no picture can be drawn together any more");
+            return Err(Error::new(ErrorKind::Mpi, message));
+        }
         let Some(team) = &mut self.team else {
             let refusal = mine.refusal.map(|(number, sentence)| Refusal {
                 number: Some(number),
@@ -63,12 +71,19 @@ impl Ranks {
         let value = if team.rank() == 0 { mine.value } else { &[] };
         let mut words = Words::default();
         let (number, sentence) = mine.refusal.unwrap_or_default();
-        words.put(number as u64).put_bytes(sentence.as_bytes()).put_bytes(value).put(mine.facts.len() as u64);
+        words.put(number as u64).put_bytes(sentence.as_bytes()).put_bytes(value).put(mine.leaves.into());
+        words.put(mine.facts.len() as u64);
         for (name, fact) in &mine.facts {
             words.put_bytes(name.as_bytes()).put_bytes(fact.as_bytes());
         }
         let heard = team.share(&words.0)?;
         let mut heard = heard.iter().map(|bytes| hear(bytes)).collect::<Result<Vec<_>>>()?;
+        if !heard.iter().all(|heard| heard.leaves) {
+            self.left = heard.iter().position(|heard| heard.leaves);
+        }
+        if self.left.is_some() {
+            team.give_up();
+        }
         let refusal = refusal(&heard);
         let value = heard.first_mut().map(|root| std::mem::take(&mut root.value)).unwrap_or_default();
         Ok(Agreement { refusal, value })
@@ -95,7 +110,7 @@ impl Ranks {
         facts: Vec<(&'static str, String)>,
     ) -> Result<Vec<u8>> {
         let word = match &mine {
-            Ok(value) => Word { refusal: None, facts, value },
+            Ok(value) => Word { facts, value, ..Word::default() },
             Err(e) => Word { refusal: Some((e.kind().number(), e.context())), ..Word::default() },
         };
         let Agreement { refusal, value } = self.agree(&word)?;
@@ -120,11 +135,12 @@ fn hear(bytes: &[u8]) -> Result<Heard> {
     let mut reader = Reader(bytes);
     let (number, sentence) = (reader.get()? as i32, reader.get_text()?);
     let value = reader.get_bytes()?.to_vec();
+    let leaves = reader.get()? == 1;
     let mut facts = Vec::new();
     for _ in 0..reader.get()? {
         facts.push((reader.get_text()?, reader.get_text()?));
     }
-    Ok(Heard { refusal: (number != 0).then_some((number, sentence)), facts, value })
+    Ok(Heard { refusal: (number != 0).then_some((number, sentence)), facts, value, leaves })
 }
 
 /// The lowest rank's refusal, or what the lowest that differs from rank 0 has otherwise.

@@ -41,6 +41,9 @@ pub trait Team: Send {
         false
     }
 
+    /// A rank has left: the team is let go without a word to the others, who might never answer. Not collective.
+    fn give_up(&mut self) {}
+
     /// Hands every rank's bytes to all, in order of rank.
     #[expect(clippy::missing_errors_doc, reason = "the trait has them")]
     fn share(&mut self, mine: &[u8]) -> Result<Vec<Vec<u8>>>;
@@ -58,6 +61,8 @@ pub trait Team: Send {
 pub struct Ranks {
     /// `None` is one process alone.
     team: Option<Box<dyn Team>>,
+    /// A rank that has left while others stayed, after which nobody talks any more.
+    left: Option<usize>,
     /// At rank 0: of the last frame.
     costs: Option<Costs>,
 }
@@ -65,12 +70,12 @@ pub struct Ranks {
 impl Ranks {
     /// One process that draws alone: nothing is sent, and panics are not caught.
     pub fn alone() -> Self {
-        Ranks { team: None, costs: None }
+        Ranks { team: None, left: None, costs: None }
     }
 
     /// Those of a team.
     pub fn new(team: Box<dyn Team>) -> Self {
-        Ranks { team: Some(team), costs: None }
+        Ranks { team: Some(team), left: None, costs: None }
     }
 
     /// This process's number, from 0.
@@ -88,9 +93,9 @@ impl Ranks {
         self.team.is_none()
     }
 
-    /// Whether the other ranks can be reached no more: MPI was finalised.
+    /// Whether the other ranks can be reached no more: MPI was finalised, or one of them has left before the others.
     pub fn is_gone(&self) -> bool {
-        self.team.as_ref().is_some_and(|team| team.is_gone())
+        self.left.is_some() || self.team.as_ref().is_some_and(|team| team.is_gone())
     }
 
     /// Whether this is the process that has the picture in the end.

@@ -188,7 +188,8 @@ fn the_lowest_refusal_is_told_and_rank_0_is_heard_all_the_same() {
         let rank = ranks.rank();
         let value = format!("from {rank}").into_bytes();
         let refusal = [None, None, Some((13, "off")), Some((3, "bad"))][rank];
-        ranks.agree(&Word { refusal, facts: vec![("step", rank.to_string())], value: &value }).unwrap()
+        let facts = vec![("step", rank.to_string())];
+        ranks.agree(&Word { refusal, facts, value: &value, leaves: false }).unwrap()
     });
     for Agreement { refusal, value } in heard {
         let expected = Refusal { number: Some(13), rank: 2, sentence: "off".into() };
@@ -213,4 +214,19 @@ fn another_step_or_another_call_is_not_of_one_mind() {
             assert_eq!(refusal.error(3).kind(), ErrorKind::Mpi);
         }
     }
+}
+
+#[test]
+fn nobody_waits_for_a_rank_that_has_left() {
+    let leave = |leaves: &'static [bool]| {
+        on_each(3, move |ranks| {
+            let word = Word { leaves: leaves[ranks.rank()], ..Word::default() };
+            ranks.agree(&word).unwrap();
+            let is_gone = ranks.is_gone();
+            (is_gone, ranks.rank() > 0 && is_gone && ranks.agree(&Word::default()).is_err())
+        })
+    };
+    assert_eq!(leave(&[true, false, false]), [(true, false), (true, true), (true, true)]);
+    assert_eq!(leave(&[true, true, true]), [(false, false); 3]);
+    assert_eq!(leave(&[false, false, false]), [(false, false); 3]);
 }
