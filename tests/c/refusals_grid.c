@@ -79,5 +79,5 @@ void grids(icoray_ctx *ctx)
     /* Numbered from 0 and said to be from 1: cell 0 looks like a hole's mark. */
     grid = good_grid;
     grid.index_base = 1;
-    REFUSED(ctx, ICORAY_ERR_UNSUPPORTED, "hole", icoray_grid_set(ctx, &grid));
+    REFUSED(ctx, ICORAY_ERR_GRID, "expected 1 to 120", icoray_grid_set(ctx, &grid));
 }

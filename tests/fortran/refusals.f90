@@ -151,7 +151,7 @@ contains
       call refused(ctx, ierr, ICORAY_ERR_ARGUMENT, '7')
       ! Numbered from 0, said to begin at 1.
       call icoray_grid_set(ctx, t%lon_center, t%lat_center, t%lon_corner, t%lat_corner, cv, t%corner_cell, ce, ev, ierr)
-      call expect(ierr == ICORAY_ERR_GRID .or. ierr == ICORAY_ERR_UNSUPPORTED, 'the wrong index base')
+      call expect(ierr == ICORAY_ERR_GRID, 'the wrong index base')
       unset => null()
       call icoray_grid_set(ctx, unset, lon, t%lon_corner, t%lat_corner, cv, t%corner_cell, ce, ev, ierr, 0)
       call refused(ctx, ierr, ICORAY_ERR_NULL, 'lon_center_rad')

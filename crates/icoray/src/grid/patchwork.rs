@@ -330,3 +330,6 @@ impl Patchwork {
         if self.left_of(a, b).is_some() { Ok(touched) } else { Err(Clash::Endless) }
     }
 }
+
+#[cfg(test)]
+mod tests;
