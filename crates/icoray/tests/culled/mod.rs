@@ -2,8 +2,7 @@
 //!
 //! The parent module brings `Grid`, `GridTables`, `IcosahedralMesh`, `LonLat`.
 
-// Each test takes what it needs of this.
-#![allow(dead_code)]
+#![allow(dead_code, reason = "each test takes what it needs of this")]
 
 use super::{Grid, GridTables, IcosahedralMesh, LonLat};
 use glam::DVec3;
