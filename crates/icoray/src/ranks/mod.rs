@@ -55,6 +55,14 @@ pub trait Team: Send {
     /// Sends `mine` to rank 0, where `take` gets each other rank's bytes with its number, in the order in which they come.
     #[expect(clippy::missing_errors_doc, reason = "the trait has them")]
     fn gather(&mut self, mine: &[u8], take: &mut dyn FnMut(usize, Vec<u8>)) -> Result<()>;
+
+    /// Hands `mine[j]` to rank `j` and returns what each rank has for this one, in order of rank. What is for oneself is
+    /// handed back as it is.
+    ///
+    /// # Panics
+    /// When `mine` has not as many entries as there are ranks.
+    #[expect(clippy::missing_errors_doc, reason = "the trait has them")]
+    fn exchange(&mut self, mine: Vec<Vec<u8>>) -> Result<Vec<Vec<u8>>>;
 }
 
 /// The ranks that draw together, and what the last frame taught about its tiles.

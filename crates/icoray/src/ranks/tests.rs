@@ -230,3 +230,19 @@ fn nobody_waits_for_a_rank_that_has_left() {
     assert_eq!(leave(&[true, true, true]), [(false, false); 3]);
     assert_eq!(leave(&[false, false, false]), [(false, false); 3]);
 }
+
+#[test]
+fn each_rank_has_something_for_each() {
+    // From `from` for `to` in each round: nothing to some, and to oneself too.
+    let letter = |round: usize, from: usize, to: usize| vec![(16 * from + to) as u8; round * from * (to % 3)];
+    for size in [1, 2, 3, 5] {
+        on_each(size, |ranks| {
+            let (mine, team) = (ranks.rank(), ranks.team.as_mut().unwrap());
+            for round in 0..4 {
+                let for_all = (0..size).map(|to| letter(round, mine, to)).collect();
+                let came = team.exchange(for_all).unwrap();
+                assert_eq!(came, (0..size).map(|from| letter(round, from, mine)).collect::<Vec<_>>());
+            }
+        });
+    }
+}
