@@ -185,7 +185,7 @@ impl Part {
         x * x + q * q <= radius * (1.0 + 1e-9)
     }
 
-    /// Replaces the rows of halo cells that own triangles need by those of their owners; `row_of` finds a cell's row.
+    /// Replaces the rows of halo cells beside own ones by those of their owners; `row_of` finds a cell's row.
     /// Collective.
     pub(crate) fn fill_halo<V: Carried>(
         &self,
@@ -393,9 +393,13 @@ impl Local {
         owners: &[u32],
     ) -> Result<(Vec<Vec<u32>>, Vec<Vec<u32>>)> {
         let around = triangles_around(grid);
+        // Own triangles have an own cell, and so do all that the gradient at an own cell is the mean of.
         let mut is_used = vec![false; grid.cells()];
-        for triangle in (0..grid.triangles() as u32).filter(|t| self.owns_triangle[*t as usize]) {
-            grid.triangle(triangle).iter().for_each(|cell| is_used[*cell as usize] = true);
+        for triangle in (0..grid.triangles() as u32).filter(|t| grid.is_triangle(*t)) {
+            let cells = grid.triangle(triangle);
+            if cells.iter().any(|cell| self.owns_cell[*cell as usize]) {
+                cells.iter().for_each(|cell| is_used[*cell as usize] = true);
+            }
         }
         let mut receives = vec![Vec::new(); self.ranks];
         let mut wishes = vec![Words::default(); self.ranks];
