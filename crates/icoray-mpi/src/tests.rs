@@ -18,7 +18,7 @@ fn on_ranks(sizes: &[usize], test: &str, work: fn(&mut MpiTeam)) {
     }
     for size in sizes {
         let mut run = Command::new("timeout");
-        run.args(["--kill-after=5", "60", "mpirun", "-n", &size.to_string()]).env(RANK, "");
+        run.args(["--kill-after=5", "240", "mpirun", "-n", &size.to_string()]).env(RANK, "");
         // Open MPI's: more ranks than processors, no copies that containers forbid, and as root. Others do not look at these.
         for (name, value) in [
             ("OMPI_MCA_rmaps_base_oversubscribe", "1"),
