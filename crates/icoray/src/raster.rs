@@ -77,16 +77,16 @@ impl Raster {
         self.extent(tile).iter().map(|[start, end]| (end - start) as usize).product()
     }
 
-    /// Traces tiles, dealt to threads one by one.
+    /// Traces tiles, dealt to threads one by one, when the iterator is run.
     ///
     /// Each starts with a hint of 0, so that pictures are the same whatever the threads and whoever draws a tile.
-    pub fn trace(
-        &self,
-        tiles: &[u32],
-        pixel: impl Fn(u32, u32, &mut u32, &mut Counts) -> Pixel + Sync,
-    ) -> Vec<Tile> {
+    pub fn trace<'a>(
+        &'a self,
+        tiles: &'a [u32],
+        pixel: impl Fn(u32, u32, &mut u32, &mut Counts) -> Pixel + Sync + Send + 'a,
+    ) -> impl ParallelIterator<Item = Tile> + 'a {
         let place = |node: u32, side: u32| (node * self.step).min(side - 1);
-        let trace = |number: &u32| {
+        let trace = move |number: &u32| {
             let start = Instant::now();
             let [[x0, x1], [y0, y1]] = self.extent(*number);
             let mut counts = Counts::default();
@@ -104,7 +104,7 @@ impl Raster {
             }
             Tile { number: *number, seconds: start.elapsed().as_secs_f64(), counts, pixels }
         };
-        tiles.par_iter().with_max_len(1).map(trace).collect()
+        tiles.par_iter().with_max_len(1).map(trace)
     }
 
     /// The picture of all tiles, in whatever order they are, with the pixels between filled in: rows from the top.
@@ -132,10 +132,10 @@ impl Raster {
     /// Traces all tiles and makes the picture of them.
     pub fn draw(
         &self,
-        pixel: impl Fn(u32, u32, &mut u32, &mut Counts) -> Pixel + Sync,
+        pixel: impl Fn(u32, u32, &mut u32, &mut Counts) -> Pixel + Sync + Send,
     ) -> (Vec<Pixel>, Counts) {
         let all: Vec<u32> = (0..self.tiles()).collect();
-        self.assemble(&self.trace(&all, pixel))
+        self.assemble(&self.trace(&all, pixel).collect::<Vec<_>>())
     }
 
     /// All pixels, bilinear between traced ones. Between, a pixel may be as far off as the four around it differ, beside
@@ -232,7 +232,7 @@ mod tests {
             let (whole, counts) = raster.draw(pixel);
             let of =
                 |rank: u32| (0..raster.tiles()).rev().filter(|tile| tile % 3 == rank).collect::<Vec<_>>();
-            let parts = [2, 0, 1].map(|rank| raster.trace(&of(rank), pixel));
+            let parts = [2, 0, 1].map(|rank| raster.trace(&of(rank), pixel).collect::<Vec<_>>());
             let tiles = parts.concat();
             assert!(tiles.iter().all(|tile| tile.pixels.len() == raster.pixels_of(tile.number)));
             assert_eq!(raster.assemble(&tiles), (whole, counts));
@@ -243,6 +243,6 @@ mod tests {
     #[should_panic(expected = "a tile is missing")]
     fn a_picture_with_a_tile_missing_is_none() {
         let raster = Raster { width: 97, height: 61, step: 1 };
-        raster.assemble(&raster.trace(&[0, 1], pixel));
+        raster.assemble(&raster.trace(&[0, 1], pixel).collect::<Vec<_>>());
     }
 }

@@ -20,6 +20,7 @@ use crate::raster::{Pixel, Raster, Tile};
 use crate::scene::{Precision, Scene};
 use crate::threads::Threads;
 use glam::DVec3;
+use rayon::prelude::*;
 use std::time::Instant;
 
 /// A CPU renderer with its own threads, which have ended when it is dropped.
@@ -171,20 +172,17 @@ fn draw<T: Real, S: Sample>(setting: &Setting, ranks: &mut Ranks, data: &[S]) ->
         ]
     };
     let Share { quality, tiles } = ranks.deal(picked, work.raster(), facts)?;
-    let drawing = Instant::now();
-    let tiles = ranks.attempt(|| {
-        renderer.run(|| {
-            Ok(if is_lit { work.trace::<4>(&quality, &tiles) } else { work.trace::<1>(&quality, &tiles) })
-        })
-    });
-    let drawn_s = drawing.elapsed().as_secs_f64();
-    let render_s = start.elapsed().as_secs_f64();
-    let drawn = tiles.as_ref().map_or(0, Vec::len);
     let raster = Raster { step: quality.pixel_step, ..work.raster() };
-    let gathered = ranks.gather(tiles, drawn_s, raster);
+    let trace = |give: &(dyn Fn(Tile) + Sync)| match is_lit {
+        true => work.trace::<4>(&quality, &tiles, give),
+        false => work.trace::<1>(&quality, &tiles, give),
+    };
+    let picked_s = start.elapsed().as_secs_f64();
+    let gathered = ranks.gather(&renderer.threads, raster, trace);
     let is_root = ranks.is_root();
-    let mut picture = None;
+    let (mut picture, mut drawn_s) = (None, 0.0);
     let told = gathered.and_then(|gathered| {
+        drawn_s = gathered.drawn_s;
         let (gather_s, balance, bytes_received) =
             (gathered.gather_s, gathered.balance, gathered.bytes_received);
         let mut told = Told { gather_s, balance, bytes_received, ..Told::default() };
@@ -201,14 +199,14 @@ fn draw<T: Real, S: Sample>(setting: &Setting, ranks: &mut Ranks, data: &[S]) ->
     let report = FrameReport {
         error: told.error,
         prepare_s,
-        render_s,
+        render_s: picked_s + drawn_s,
         counts: told.counts,
         value_range,
         missing_values,
         quality,
         derived_bytes: size_of_val(vertex_gradients.as_slice()),
         left_out: plan.left_out().to_vec(),
-        tiles: drawn,
+        tiles: tiles.len(),
         gather_s: told.gather_s,
         balance: told.balance,
         bytes_received: told.bytes_received,
@@ -267,11 +265,13 @@ impl<T: Real, S: Sample> Work<'_, T, S> {
         deadline.map_or(asked, |deadline| deadline.pick(asked, self.raster(), trace))
     }
 
-    /// Traces tiles of the picture.
-    fn trace<const N: usize>(&self, quality: &Quality, tiles: &[u32]) -> Vec<Tile> {
+    /// Traces tiles of the picture, each given away when it is done.
+    fn trace<const N: usize>(&self, quality: &Quality, tiles: &[u32], give: &(dyn Fn(Tile) + Sync)) {
         let caster = self.caster::<N>(quality);
         let raster = Raster { step: quality.pixel_step, ..self.raster() };
-        raster.trace(tiles, |x, y, hint, counts| pixel(self.scene, &caster, x, y, hint, counts))
+        raster
+            .trace(tiles, |x, y, hint, counts| pixel(self.scene, &caster, x, y, hint, counts))
+            .for_each(give);
     }
 
     fn caster<const N: usize>(&self, quality: &Quality) -> Caster<'_, T, S, N> {
