@@ -17,12 +17,15 @@ const TILE: u64 = 0;
 const DRAWN: u64 = 1;
 const FAILED: u64 = 2;
 
-/// Whether pixels are the same to the bit.
-fn same(a: &Pixel, b: &Pixel) -> bool {
-    a.error.to_bits() == b.error.to_bits() && a.color.map(f32::to_bits) == b.color.map(f32::to_bits)
+/// Values of a pixel: its channels and its error.
+const VALUES: usize = 5;
+
+fn values(pixel: &Pixel) -> [f32; VALUES] {
+    let [r, g, b, a] = pixel.color;
+    [r, g, b, a, pixel.error]
 }
 
-/// A tile. One of a single colour, which most off the globe are, is a single pixel.
+/// A tile, value by value, each once where all pixels have the same: opacity over a background, everything off the globe.
 pub(super) fn tile(tile: &Tile) -> Vec<u8> {
     let Tile { number, seconds, counts, pixels } = tile;
     let mut words = Words::default();
@@ -30,12 +33,14 @@ pub(super) fn tile(tile: &Tile) -> Vec<u8> {
     for count in [counts.rays, counts.columns, counts.frusta, counts.void_frusta] {
         words.put(count);
     }
-    let is_even = pixels.iter().all(|pixel| same(pixel, &pixels[0]));
-    let pixels = if is_even { &pixels[..1] } else { pixels };
-    words.put(pixels.len() as u64);
-    for pixel in pixels {
-        for value in pixel.color.iter().chain([&pixel.error]) {
-            words.put_f32(*value);
+    let pixels: Vec<_> = pixels.iter().map(values).collect();
+    let differs = |k: &usize| pixels.iter().any(|pixel| pixel[*k].to_bits() != pixels[0][*k].to_bits());
+    let varying = (0..VALUES).filter(differs).fold(0, |varying, k| varying | 1 << k);
+    words.put(varying);
+    for k in 0..VALUES {
+        let sent = if varying >> k & 1 == 1 { &pixels[..] } else { &pixels[..1] };
+        for pixel in sent {
+            words.put_f32(pixel[k]);
         }
     }
     words.0
@@ -69,19 +74,47 @@ fn read_tile(reader: &mut Reader, rank: usize, raster: Raster) -> Result<Tile> {
     let (number, seconds) = (reader.get()?, reader.get_f64()?);
     let [rays, columns, frusta, void_frusta] = [reader.get()?, reader.get()?, reader.get()?, reader.get()?];
     let counts = Counts { rays, columns, frusta, void_frusta };
-    let sent = reader.get()?;
-    let odd = || Error::new(ErrorKind::Mpi, format!("rank {rank} sent {sent} pixels of tile {number}"));
+    let varying = reader.get()?;
+    let odd =
+        || Error::new(ErrorKind::Mpi, format!("rank {rank} sent a tile {number} of {}", raster.tiles()));
     let number = u32::try_from(number).ok().filter(|number| *number < raster.tiles()).ok_or_else(odd)?;
-    let size = raster.pixels_of(number);
-    if sent != 1 && sent != size as u64 {
-        return Err(odd());
+    let mut pixels = vec![Pixel::default(); raster.pixels_of(number)];
+    for k in 0..VALUES {
+        let mut value = 0.0;
+        for (i, pixel) in pixels.iter_mut().enumerate() {
+            if i == 0 || varying >> k & 1 == 1 {
+                value = reader.get_f32()?;
+            }
+            *pixel.color.get_mut(k).unwrap_or(&mut pixel.error) = value;
+        }
     }
-    let mut pixels = Vec::with_capacity(size);
-    for _ in 0..sent {
-        let mut value = || reader.get_f32();
-        let color = [value()?, value()?, value()?, value()?];
-        pixels.push(Pixel { color, error: value()? });
-    }
-    pixels.resize(size, pixels[0]);
     Ok(Tile { number, seconds, counts, pixels })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn tiles_come_back_to_the_bit_and_what_is_alike_is_sent_once() {
+        let raster = Raster { width: 40, height: 20, step: 1 };
+        let pixels = raster.pixels_of(1);
+        let counts = Counts { rays: 1, columns: 2, frusta: 3, void_frusta: 4 };
+        for (varies, least) in
+            [([false; 5], 20), ([true; 5], 20 * pixels), ([true, true, true, false, true], 16 * pixels)]
+        {
+            let value = |i: usize, k: usize| if varies[k] { i as f32 * 0.1 - k as f32 } else { -0.0 };
+            let pixel = |i| Pixel { color: [0, 1, 2, 3].map(|k| value(i, k)), error: value(i, 4) };
+            let sent = Tile { number: 1, seconds: 0.25, counts, pixels: (0..pixels).map(pixel).collect() };
+            let bytes = tile(&sent);
+            assert!((least..least + 80).contains(&bytes.len()), "{}", bytes.len());
+            let Ok(Sent::Tile(came)) = read(&bytes, 3, raster) else { panic!("no tile") };
+            let bits =
+                |tile: &Tile| tile.pixels.iter().map(|p| values(p).map(f32::to_bits)).collect::<Vec<_>>();
+            assert_eq!((bits(&came), came.number, came.seconds), (bits(&sent), 1, 0.25));
+            assert_eq!(came.counts, counts);
+            assert!(read(&bytes[..bytes.len() - 1], 3, raster).is_err());
+            assert!(read(&bytes, 3, Raster { width: 2, height: 2, step: 1 }).is_err(), "another raster's");
+        }
+    }
 }
