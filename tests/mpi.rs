@@ -52,6 +52,17 @@ fn files(directory: &Path) -> BTreeMap<String, Vec<u8>> {
     kept.map(|(name, path)| (name, std::fs::read(path).unwrap())).collect()
 }
 
+/// How many ranks each line of a report says, and whether any says that bytes were received.
+fn reported(directory: &Path) -> (Vec<String>, bool) {
+    let report = std::fs::read_to_string(directory.join("report.csv")).unwrap();
+    let rows: Vec<Vec<&str>> = report.lines().map(|line| line.split(',').collect()).collect();
+    let column = |name: &str| {
+        let at = rows[0].iter().position(|head| *head == name).unwrap();
+        rows[1..].iter().map(move |row| row[at].to_owned()).collect::<Vec<_>>()
+    };
+    (column("ranks"), column("bytes_received").iter().any(|bytes| bytes != "0"))
+}
+
 #[test]
 fn pictures_of_several_ranks_are_those_of_one_to_the_byte() {
     if !has_mpi() {
@@ -71,6 +82,12 @@ fn pictures_of_several_ranks_are_those_of_one_to_the_byte() {
         let is_coarsest = |note: &String| !note.contains("short: ") || note.contains("one of 32 ");
         let is_same = alone.iter().chain(&notes).all(is_coarsest);
         let is_left_out = |name: &str| name.starts_with("short") && !is_same;
+        let (reported, is_received) = reported(&to);
+        assert!(
+            reported.len() >= 6 && reported.iter().all(|said| *said == ranks.to_string()),
+            "{reported:?}"
+        );
+        assert_eq!(is_received, ranks > 1);
         let several = files(&to);
         assert_eq!(several.keys().collect::<Vec<_>>(), one.keys().collect::<Vec<_>>());
         for (name, bytes) in &one {
