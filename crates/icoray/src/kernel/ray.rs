@@ -28,14 +28,31 @@ pub struct Counts {
     pub frusta: u64,
     /// Frusta among these that a missing value made void.
     pub void_frusta: u64,
+    /// Fragments that rays were put together of, where ranks have parts of the grid.
+    pub fragments: u64,
+    /// Bytes of these that ranks sent to each other.
+    pub fragment_bytes: u64,
+}
+
+impl Counts {
+    /// All of them, in order.
+    pub(crate) fn numbers(&self) -> [u64; 6] {
+        let Counts { rays, columns, frusta, void_frusta, fragments, fragment_bytes } = *self;
+        [rays, columns, frusta, void_frusta, fragments, fragment_bytes]
+    }
+
+    /// What [`Self::numbers`] gave.
+    pub(crate) fn of_numbers(
+        [rays, columns, frusta, void_frusta, fragments, fragment_bytes]: [u64; 6],
+    ) -> Self {
+        Counts { rays, columns, frusta, void_frusta, fragments, fragment_bytes }
+    }
 }
 
 impl std::ops::AddAssign for Counts {
     fn add_assign(&mut self, other: Self) {
-        self.rays += other.rays;
-        self.columns += other.columns;
-        self.frusta += other.frusta;
-        self.void_frusta += other.void_frusta;
+        let (mine, others) = (self.numbers(), other.numbers());
+        *self = Counts::of_numbers(std::array::from_fn(|i| mine[i] + others[i]));
     }
 }
 

@@ -51,6 +51,42 @@ pub struct Part {
     ranks: usize,
 }
 
+/// What is carried from rank to rank.
+pub(crate) trait Carried: Sized {
+    fn put(&self, words: &mut Words);
+    fn get(reader: &mut Reader) -> Result<Self>;
+}
+
+impl Carried for f32 {
+    fn put(&self, words: &mut Words) {
+        words.put_f32(*self);
+    }
+
+    fn get(reader: &mut Reader) -> Result<Self> {
+        reader.get_f32()
+    }
+}
+
+impl Carried for f64 {
+    fn put(&self, words: &mut Words) {
+        words.put_f64(*self);
+    }
+
+    fn get(reader: &mut Reader) -> Result<Self> {
+        reader.get_f64()
+    }
+}
+
+impl Carried for [f32; 3] {
+    fn put(&self, words: &mut Words) {
+        self.iter().for_each(|value| value.put(words));
+    }
+
+    fn get(reader: &mut Reader) -> Result<Self> {
+        Ok([f32::get(reader)?, f32::get(reader)?, f32::get(reader)?])
+    }
+}
+
 /// What ranks add up of their parts.
 struct Extent {
     lowest_facet: f64,
@@ -149,25 +185,53 @@ impl Part {
         x * x + q * q <= radius * (1.0 + 1e-9)
     }
 
-    /// Replaces the rows of halo cells that own triangles need by those of their owners. `put` writes the row of a cell,
-    /// `take` reads it. Collective.
-    pub(crate) fn fill_halo(
+    /// Replaces the rows of halo cells that own triangles need by those of their owners; `row_of` finds a cell's row.
+    /// Collective.
+    pub(crate) fn fill_halo<V: Carried>(
         &self,
         ranks: &mut Ranks,
-        mut put: impl FnMut(u32, &mut Words),
-        mut take: impl FnMut(u32, &mut Reader) -> Result<()>,
+        values: &mut [V],
+        row_of: impl Fn(&mut [V], u32) -> &mut [V],
     ) -> Result<()> {
-        let send = |cells: &Vec<u32>| {
+        let mut messages = Vec::with_capacity(self.sends.len());
+        for cells in &self.sends {
             let mut words = Words::default();
-            cells.iter().for_each(|cell| put(*cell, &mut words));
-            words.0
+            cells
+                .iter()
+                .for_each(|cell| row_of(values, *cell).iter().for_each(|value| value.put(&mut words)));
+            messages.push(words.0);
+        }
+        let came = ranks.exchange(messages)?;
+        let mut take = || -> Result<()> {
+            for (bytes, cells) in came.iter().zip(&self.receives) {
+                let mut reader = Reader(bytes);
+                for cell in cells {
+                    for value in row_of(values, *cell) {
+                        *value = V::get(&mut reader)?;
+                    }
+                }
+            }
+            Ok(())
         };
-        let came = ranks.exchange(self.sends.iter().map(send).collect())?;
-        let taken = came.iter().zip(&self.receives).try_for_each(|(bytes, cells)| {
-            let mut reader = Reader(bytes);
-            cells.iter().try_for_each(|cell| take(*cell, &mut reader))
-        });
-        ranks.settle(taken)
+        let taken = take();
+        ranks.together(taken)
+    }
+
+    /// The range of all parts' values and how many are missing, of this part's. Collective.
+    pub(crate) fn whole_range(
+        ranks: &mut Ranks,
+        (range, missing): (Option<[f64; 2]>, u64),
+    ) -> Result<(Option<[f64; 2]>, u64)> {
+        let [low, high] = range.unwrap_or([f64::INFINITY, f64::NEG_INFINITY]);
+        let mut words = Words::default();
+        words.put_f64(low).put_f64(high).put(missing);
+        let (mut low, mut high, mut missing) = (f64::INFINITY, f64::NEG_INFINITY, 0);
+        for bytes in ranks.share(&words.0)? {
+            let mut reader = Reader(&bytes);
+            (low, high) = (low.min(reader.get_f64()?), high.max(reader.get_f64()?));
+            missing += reader.get()?;
+        }
+        Ok(((low <= high).then_some([low, high]), missing))
     }
 
     fn add_up(&mut self, ranks: &mut Ranks, grid: &Grid) -> Result<()> {
@@ -262,8 +326,7 @@ impl Local {
             let lowest = cells.into_iter().min_by_key(|cell| global[*cell as usize]);
             lowest.is_some_and(|cell| owns_cell[cell as usize])
         };
-        let owns_triangle =
-            (0..grid.triangles() as u32).map(|t| grid.is_triangle(t) && owner(t)).collect();
+        let owns_triangle = (0..grid.triangles() as u32).map(|t| grid.is_triangle(t) && owner(t)).collect();
         Ok(Local { global, owns_cell, owns_triangle, ranks, base })
     }
 

@@ -55,7 +55,8 @@ fn together(world: &World, scene: &Scene, size: usize) -> [(Frame, Vec<FrameRepo
     let frames = on_each(size, |ranks| {
         let grid = Grid::new(world.mesh.tables()).unwrap();
         let renderer = Renderer::new(1 + ranks.rank() % 2).unwrap();
-        [(); 2].map(|()| renderer.render_over(ranks, scene, &grid, &world.layers, &world.field()).unwrap())
+        [(); 2]
+            .map(|()| renderer.render_over(ranks, scene, &grid, None, &world.layers, &world.field()).unwrap())
     });
     let mut all = [Vec::new(), Vec::new()];
     for [first, second] in frames {
@@ -134,7 +135,7 @@ fn errors(odd: usize, spoil: impl Fn(&mut World, &mut Scene) + Sync) -> Vec<Stri
         let grid = Grid::new(mesh.tables()).unwrap();
         let renderer = Renderer::new(1).unwrap();
         let render = |ranks: &mut Ranks, world: &World, of: &Scene| {
-            renderer.render_over(ranks, of, &grid, &world.layers, &world.field()).map(drop)
+            renderer.render_over(ranks, of, &grid, None, &world.layers, &world.field()).map(drop)
         };
         let error = render(ranks, &world, &of).unwrap_err().to_string();
         // The next frame is drawn as if nothing had been.

@@ -35,7 +35,8 @@ impl Fragment {
         let absorbed = light.absorbed.wide();
         // What is absorbed dims all that is behind.
         let most = color.iter().fold(absorbed * brightest, |most, c| most.max(f64::from(*c)));
-        let stored = if size_of::<T>() > size_of::<f32>() { 0.5 * f64::from(f32::EPSILON) * most } else { 0.0 };
+        let stored =
+            if size_of::<T>() > size_of::<f32>() { 0.5 * f64::from(f32::EPSILON) * most } else { 0.0 };
         Fragment {
             t,
             color,
