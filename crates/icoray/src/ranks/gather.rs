@@ -22,7 +22,15 @@ const NAP: Duration = Duration::from_micros(50);
 #[derive(Debug)]
 pub(crate) struct Share {
     pub quality: Quality,
-    pub tiles: Vec<u32>,
+    /// The rank of each tile.
+    pub owners: Vec<u32>,
+}
+
+impl Share {
+    /// The tiles of a rank.
+    pub fn tiles_of(&self, rank: usize) -> Vec<u32> {
+        (0..).zip(&self.owners).filter(|(_, owner)| **owner as usize == rank).map(|(tile, _)| tile).collect()
+    }
 }
 
 /// What the tiles of all ranks came to, the same on all but for the tiles.
@@ -70,6 +78,23 @@ impl Ranks {
         get_quality(&mut Reader(&self.agree_on(mine, Vec::new())?))
     }
 
+    /// Agrees on the cheapest of the qualities that ranks have picked, each for its own part.
+    pub(crate) fn agree_on_cheapest(&mut self, mine: Result<Quality>) -> Result<Quality> {
+        if self.team.is_none() {
+            return mine;
+        }
+        let mut cheapest = self.together(mine)?;
+        let mut words = Words::default();
+        put_quality(&mut words, &cheapest);
+        for bytes in self.share(&words.0)? {
+            let other = get_quality(&mut Reader(&bytes))?;
+            cheapest.pixel_step = cheapest.pixel_step.max(other.pixel_step);
+            cheapest.tolerance = cheapest.tolerance.max(other.tolerance);
+            cheapest.lights = cheapest.lights.min(other.lights);
+        }
+        Ok(cheapest)
+    }
+
     /// Agrees on rank 0's quality and on who draws which tiles; `facts` must be the same on all.
     pub(crate) fn deal(
         &mut self,
@@ -79,7 +104,7 @@ impl Ranks {
     ) -> Result<Share> {
         let raster = |quality: &Quality| Raster { step: quality.pixel_step, ..raster };
         if self.team.is_none() {
-            return mine.map(|quality| Share { quality, tiles: (0..raster(&quality).tiles()).collect() });
+            return mine.map(|quality| Share { quality, owners: vec![0; raster(&quality).tiles() as usize] });
         }
         let (rank, ranks) = (self.rank(), self.size());
         let mine = mine.map(|quality| {
@@ -94,33 +119,34 @@ impl Ranks {
         let said = self.agree_on(mine, facts())?;
         let mut reader = Reader(&said);
         let quality = get_quality(&mut reader)?;
-        let owners = reader.0.as_chunks::<4>().0.iter().map(|owner| u32::from_le_bytes(*owner));
-        let tiles = (0..).zip(owners).filter(|(_, owner)| *owner as usize == rank).map(|(tile, _)| tile);
-        Ok(Share { quality, tiles: tiles.collect() })
+        let owners = reader.0.as_chunks::<4>().0.iter().map(|owner| u32::from_le_bytes(*owner)).collect();
+        Ok(Share { quality, owners })
     }
 
-    /// Has `draw` draw this rank's tiles on `threads`, and brings each to rank 0 as soon as it is given. There, a failure of
-    /// any rank is the result; elsewhere the result is of sending only, and what came of it is told by [`Self::conclude`].
+    /// Has `draw` draw this rank's tiles on `threads`, after `spent_s` seconds that it has spent on drawing before, and brings
+    /// each to rank 0 as soon as it is given. There, a failure of any rank is the result; elsewhere the result is of sending
+    /// only, and what came of it is told by [`Self::conclude`].
     pub(crate) fn gather(
         &mut self,
         threads: &Threads,
         raster: Raster,
-        draw: impl FnOnce(&(dyn Fn(Tile) + Sync)) + Send,
+        spent_s: f64,
+        draw: impl FnOnce(&(dyn Fn(Tile) + Sync)) -> Result<()> + Send,
     ) -> Result<Gathered> {
         let start = Instant::now();
         let (given, drawn) = unbounded();
         // `given` is gone when all is drawn, be it by a panic, and `drawn` ends then.
         let draw = move || {
             // Nobody takes them where ranks cannot be reached, which is told.
-            draw(&|tile| drop(given.send(tile)));
-            start.elapsed().as_secs_f64()
+            draw(&|tile| drop(given.send(tile)))?;
+            Ok(spent_s + start.elapsed().as_secs_f64())
         };
         let Some(team) = &mut self.team else {
-            let drawn_s = threads.run(draw);
+            let drawn_s = threads.run(draw)?;
             return Ok(Gathered { tiles: drawn.try_iter().collect(), drawn_s, ..Gathered::default() });
         };
         let mut outcome = Ok(0.0);
-        let on_threads = || outcome = Error::of_panics(|| Ok(draw()));
+        let on_threads = || outcome = Error::of_panics(draw);
         if team.rank() != 0 {
             threads.run_beside(on_threads, || send(&mut **team, &drawn))?;
             let drawn_s = *outcome.as_ref().unwrap_or(&0.0);
@@ -130,17 +156,17 @@ impl Ranks {
             }
             return Ok(Gathered { drawn_s, ..Gathered::default() });
         }
-        let mut parts = Parts::new(team.size(), raster);
-        threads.run_beside(on_threads, || parts.take(&mut **team, &drawn))?;
+        let mut received = Received::new(team.size(), raster);
+        threads.run_beside(on_threads, || received.take(&mut **team, &drawn))?;
         let waiting = Instant::now();
         let drawn_s = *outcome.as_ref().unwrap_or(&0.0);
-        parts.of[0].outcome = outcome.map(Some);
-        while !parts.are_whole() {
+        received.of[0].outcome = outcome.map(Some);
+        while !received.are_whole() {
             sleep(NAP);
-            parts.take_all(&mut **team)?;
+            received.take_all(&mut **team)?;
         }
         let gather_s = waiting.elapsed().as_secs_f64();
-        let Parts { of, bytes_received, .. } = parts;
+        let Received { of, bytes_received, .. } = received;
         let (ranks, mut sum, mut most) = (of.len(), 0.0, 0.0f64);
         let mut tiles = Vec::with_capacity(raster.tiles() as usize);
         let mut costs = Costs::new(raster);
@@ -165,12 +191,7 @@ impl Ranks {
         match &mine {
             Ok(told) => {
                 words.put(0).put(u64::from(told.error.certainty == Certainty::Bound));
-                let counts = &told.counts;
-                for number in
-                    [counts.rays, counts.columns, counts.frusta, counts.void_frusta, told.bytes_received]
-                {
-                    words.put(number);
-                }
+                words.put_counts(&told.counts).put(told.bytes_received);
                 let error = &told.error;
                 for number in [error.max, error.mean, error.p999, told.gather_s, told.balance] {
                     words.put_f64(number);
@@ -206,13 +227,13 @@ fn send(team: &mut dyn Team, drawn: &Receiver<Tile>) -> Result<()> {
 }
 
 /// What rank 0 has of each rank.
-struct Parts {
+struct Received {
     raster: Raster,
-    of: Vec<Part>,
+    of: Vec<OfRank>,
     bytes_received: u64,
 }
 
-struct Part {
+struct OfRank {
     tiles: Vec<Tile>,
     /// The seconds that it drew, once it has drawn all.
     outcome: Result<Option<f64>>,
@@ -220,11 +241,11 @@ struct Part {
     has_ended: bool,
 }
 
-impl Parts {
+impl Received {
     fn new(ranks: usize, raster: Raster) -> Self {
         // Rank 0 itself sends nothing.
-        let part = |rank| Part { tiles: Vec::new(), outcome: Ok(None), has_ended: rank == 0 };
-        Parts { raster, of: (0..ranks).map(part).collect(), bytes_received: 0 }
+        let nothing = |rank| OfRank { tiles: Vec::new(), outcome: Ok(None), has_ended: rank == 0 };
+        Received { raster, of: (0..ranks).map(nothing).collect(), bytes_received: 0 }
     }
 
     /// Takes in tiles of this rank while they are drawn, and what comes from others meanwhile.
@@ -265,8 +286,7 @@ impl Parts {
 
 fn heard(reader: &mut Reader) -> Result<Told> {
     let certainty = if reader.get()? == 1 { Certainty::Bound } else { Certainty::Estimate };
-    let [rays, columns, frusta, void_frusta] = [reader.get()?, reader.get()?, reader.get()?, reader.get()?];
-    let counts = Counts { rays, columns, frusta, void_frusta };
+    let counts = reader.get_counts()?;
     let bytes_received = reader.get()?;
     let [max, mean, p999] = [reader.get_f64()?, reader.get_f64()?, reader.get_f64()?];
     let error = ErrorSummary { max, mean, p999, certainty };

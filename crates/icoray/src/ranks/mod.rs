@@ -15,11 +15,14 @@ mod deal;
 mod gather;
 mod local;
 mod packed;
+mod part;
 mod words;
 
 pub use agree::{Agreement, Refusal, Word};
 pub(crate) use gather::{Share, Told};
 pub use local::{LocalTeam, local_team};
+pub use part::{Owned, Part, PartCells};
+pub(crate) use words::{Reader, Words};
 
 use crate::error::{Error, Result};
 use deal::Costs;
@@ -119,6 +122,22 @@ impl Ranks {
     /// Whether this is the process that has the picture in the end.
     pub fn is_root(&self) -> bool {
         self.rank() == 0
+    }
+
+    /// Every rank's bytes, in order of rank. Collective.
+    pub(crate) fn share(&mut self, mine: &[u8]) -> Result<Vec<Vec<u8>>> {
+        match &mut self.team {
+            Some(team) => team.share(mine),
+            None => Ok(vec![mine.to_vec()]),
+        }
+    }
+
+    /// Hands each rank what the others have for it: one of `mine` per rank, this one included. Collective.
+    pub(crate) fn exchange(&mut self, mine: Vec<Vec<u8>>) -> Result<Vec<Vec<u8>>> {
+        match &mut self.team {
+            Some(team) => team.exchange(mine),
+            None => Ok(mine),
+        }
     }
 
     /// Does some of this rank's work. Where others wait for it a panic is an error like any other, of which they hear.

@@ -60,7 +60,8 @@ fn together(world: &World, scene: &Scene, size: usize) -> [(Frame, Vec<FrameRepo
     let frames = on_each(size, |ranks| {
         let grid = Grid::new(world.mesh.tables()).unwrap();
         let renderer = Renderer::new(1 + ranks.rank() % 2).unwrap();
-        [(); 2].map(|()| renderer.render_over(ranks, scene, &grid, &world.layers, &world.field()).unwrap())
+        [(); 2]
+            .map(|()| renderer.render_over(ranks, scene, &grid, None, &world.layers, &world.field()).unwrap())
     });
     let mut all = [Vec::new(), Vec::new()];
     for [first, second] in frames {
@@ -139,7 +140,7 @@ fn errors(odd: usize, spoil: impl Fn(&mut World, &mut Scene) + Sync) -> Vec<Stri
         let grid = Grid::new(mesh.tables()).unwrap();
         let renderer = Renderer::new(1).unwrap();
         let render = |ranks: &mut Ranks, world: &World, of: &Scene| {
-            renderer.render_over(ranks, of, &grid, &world.layers, &world.field()).map(drop)
+            renderer.render_over(ranks, of, &grid, None, &world.layers, &world.field()).map(drop)
         };
         let error = render(ranks, &world, &of).unwrap_err().to_string();
         // The next frame is drawn as if nothing had been.
@@ -186,8 +187,10 @@ fn a_panic_on_one_rank_is_everybodys_error() {
                     sleep(Duration::from_micros(2));
                     Pixel { color: [x as f32, y as f32, 0.0, 1.0], error: 0.0 }
                 };
-                let gathered =
-                    ranks.gather(&threads, raster, |give| raster.trace(&mine, pixel).for_each(give));
+                let gathered = ranks.gather(&threads, raster, 0.0, |give| {
+                    raster.trace(&mine, pixel).for_each(give);
+                    Ok(())
+                });
                 let told = gathered.map(|gathered| {
                     assert_eq!(gathered.tiles.len(), if rank == 0 { all.len() } else { 0 });
                     Told::default()
@@ -214,10 +217,11 @@ fn tiles_are_on_their_way_while_others_are_drawn() {
             Tile { number, seconds: 0.0, counts: Counts::default(), pixels }
         };
         let slow = Duration::from_millis(300);
-        let gathered = ranks.gather(&threads, raster, |give| {
+        let gathered = ranks.gather(&threads, raster, 0.0, |give| {
             (0..raster.tiles()).filter(|number| *number as usize % 2 == rank).for_each(|n| give(tile(n)));
             // Rank 0 draws on for long.
             sleep(if rank == 0 { slow } else { Duration::ZERO });
+            Ok(())
         });
         let gathered = gathered.unwrap();
         assert!(rank == 1 || gathered.gather_s < slow.as_secs_f64() / 10.0, "{gathered:?}");
@@ -235,7 +239,7 @@ fn what_cannot_be_read_is_an_error_and_no_hang() {
             if ranks.rank() == 2 {
                 ranks.team.as_mut().unwrap().send(odd.to_vec()).unwrap();
             }
-            let told = ranks.gather(&threads, raster, |_| ()).map(|_| Told::default());
+            let told = ranks.gather(&threads, raster, 0.0, |_| Ok(())).map(|_| Told::default());
             ranks.conclude(told).unwrap_err().to_string()
         });
         assert!(outcomes.iter().all(|e| *e == outcomes[0] && e.starts_with("MPI: rank 2: ")), "{outcomes:?}");
