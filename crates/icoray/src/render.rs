@@ -215,24 +215,23 @@ fn draw<T: Real, S: Sample>(setting: &Setting, ranks: &mut Ranks, data: &[S]) ->
         ],
     };
     let share = ranks.deal(picked, work.raster(), facts)?;
-    let (quality, mine) = (share.quality, share.tiles_of(ranks.rank()));
-    let composed = match part {
-        Some(part) if is_lit => Some(work.compose::<4>(ranks, part, &share)?),
-        Some(part) => Some(work.compose::<1>(ranks, part, &share)?),
+    let quality = share.quality;
+    let raster = Raster { step: quality.pixel_step, ..work.raster() };
+    let exchanged = match part {
+        Some(part) if is_lit => Some(work.exchange::<4>(ranks, part, &share)?),
+        Some(part) => Some(work.exchange::<1>(ranks, part, &share)?),
         None => None,
     };
-    let (spent_s, compose_s) = composed.as_ref().map_or((0.0, 0.0), |c| (c.drawn_s, c.compose_s));
-    let raster = Raster { step: quality.pixel_step, ..work.raster() };
-    let draw = |give: &(dyn Fn(Tile) + Sync)| {
-        match composed {
-            Some(composed) => composed.tiles?.into_iter().for_each(give),
-            None if is_lit => work.trace::<4>(&quality, &mine, give),
-            None => work.trace::<1>(&quality, &mine, give),
-        }
-        Ok(())
+    let mine = share.tiles_of(ranks.rank());
+    let fragments = exchanged.as_ref().map(|e| ranks.together(e.tiles(raster, &mine))).transpose()?;
+    let draw = |give: &(dyn Fn(Tile) + Sync)| match (&fragments, is_lit) {
+        (Some(fragments), _) => work.put_together(&quality, raster, fragments, give),
+        (None, true) => work.trace::<4>(&quality, &mine, give),
+        (None, false) => work.trace::<1>(&quality, &mine, give),
     };
-    let before_s = start.elapsed().as_secs_f64() - spent_s;
-    let gathered = ranks.gather(&renderer.threads, raster, spent_s, draw);
+    let traced_s = exchanged.as_ref().map_or(0.0, |exchanged| exchanged.traced_s);
+    let ready_s = start.elapsed().as_secs_f64();
+    let gathered = ranks.gather(&renderer.threads, raster, traced_s, draw);
     let is_root = ranks.is_root();
     let (mut picture, mut drawn_s) = (None, 0.0);
     let told = gathered.and_then(|gathered| {
@@ -253,7 +252,7 @@ fn draw<T: Real, S: Sample>(setting: &Setting, ranks: &mut Ranks, data: &[S]) ->
     let report = FrameReport {
         error: told.error,
         prepare_s,
-        render_s: before_s + drawn_s,
+        render_s: ready_s + drawn_s - traced_s,
         counts: told.counts,
         value_range,
         missing_values,
@@ -261,7 +260,7 @@ fn draw<T: Real, S: Sample>(setting: &Setting, ranks: &mut Ranks, data: &[S]) ->
         derived_bytes: size_of_val(vertex_gradients.as_slice()),
         left_out: plan.left_out().to_vec(),
         tiles: mine.len(),
-        compose_s,
+        compose_s: if part.is_some() { drawn_s - traced_s } else { 0.0 },
         gather_s: told.gather_s,
         balance: told.balance,
         bytes_received: told.bytes_received,

@@ -123,30 +123,30 @@ impl Ranks {
         Ok(Share { quality, owners })
     }
 
-    /// Has `draw` draw this rank's tiles on `threads`, after `spent_s` seconds that it has spent on drawing before, and brings
-    /// each to rank 0 as soon as it is given. There, a failure of any rank is the result; elsewhere the result is of sending
-    /// only, and what came of it is told by [`Self::conclude`].
+    /// Has `draw` draw this rank's tiles on `threads`, and brings each to rank 0 as soon as it is given. There, a failure of
+    /// any rank is the result; elsewhere the result is of sending only, and what came of it is told by [`Self::conclude`].
+    /// `earlier_s` are seconds that this rank has drawn before.
     pub(crate) fn gather(
         &mut self,
         threads: &Threads,
         raster: Raster,
-        spent_s: f64,
-        draw: impl FnOnce(&(dyn Fn(Tile) + Sync)) -> Result<()> + Send,
+        earlier_s: f64,
+        draw: impl FnOnce(&(dyn Fn(Tile) + Sync)) + Send,
     ) -> Result<Gathered> {
         let start = Instant::now();
         let (given, drawn) = unbounded();
         // `given` is gone when all is drawn, be it by a panic, and `drawn` ends then.
         let draw = move || {
             // Nobody takes them where ranks cannot be reached, which is told.
-            draw(&|tile| drop(given.send(tile)))?;
-            Ok(spent_s + start.elapsed().as_secs_f64())
+            draw(&|tile| drop(given.send(tile)));
+            earlier_s + start.elapsed().as_secs_f64()
         };
         let Some(team) = &mut self.team else {
-            let drawn_s = threads.run(draw)?;
+            let drawn_s = threads.run(draw);
             return Ok(Gathered { tiles: drawn.try_iter().collect(), drawn_s, ..Gathered::default() });
         };
         let mut outcome = Ok(0.0);
-        let on_threads = || outcome = Error::of_panics(draw);
+        let on_threads = || outcome = Error::of_panics(|| Ok(draw()));
         if team.rank() != 0 {
             threads.run_beside(on_threads, || send(&mut **team, &drawn))?;
             let drawn_s = *outcome.as_ref().unwrap_or(&0.0);
@@ -156,17 +156,17 @@ impl Ranks {
             }
             return Ok(Gathered { drawn_s, ..Gathered::default() });
         }
-        let mut received = Received::new(team.size(), raster);
-        threads.run_beside(on_threads, || received.take(&mut **team, &drawn))?;
+        let mut parts = Parts::new(team.size(), raster);
+        threads.run_beside(on_threads, || parts.take(&mut **team, &drawn))?;
         let waiting = Instant::now();
         let drawn_s = *outcome.as_ref().unwrap_or(&0.0);
-        received.of[0].outcome = outcome.map(Some);
-        while !received.are_whole() {
+        parts.of[0].outcome = outcome.map(Some);
+        while !parts.are_whole() {
             sleep(NAP);
-            received.take_all(&mut **team)?;
+            parts.take_all(&mut **team)?;
         }
         let gather_s = waiting.elapsed().as_secs_f64();
-        let Received { of, bytes_received, .. } = received;
+        let Parts { of, bytes_received, .. } = parts;
         let (ranks, mut sum, mut most) = (of.len(), 0.0, 0.0f64);
         let mut tiles = Vec::with_capacity(raster.tiles() as usize);
         let mut costs = Costs::new(raster);
@@ -227,13 +227,13 @@ fn send(team: &mut dyn Team, drawn: &Receiver<Tile>) -> Result<()> {
 }
 
 /// What rank 0 has of each rank.
-struct Received {
+struct Parts {
     raster: Raster,
-    of: Vec<OfRank>,
+    of: Vec<Part>,
     bytes_received: u64,
 }
 
-struct OfRank {
+struct Part {
     tiles: Vec<Tile>,
     /// The seconds that it drew, once it has drawn all.
     outcome: Result<Option<f64>>,
@@ -241,11 +241,11 @@ struct OfRank {
     has_ended: bool,
 }
 
-impl Received {
+impl Parts {
     fn new(ranks: usize, raster: Raster) -> Self {
         // Rank 0 itself sends nothing.
-        let nothing = |rank| OfRank { tiles: Vec::new(), outcome: Ok(None), has_ended: rank == 0 };
-        Received { raster, of: (0..ranks).map(nothing).collect(), bytes_received: 0 }
+        let part = |rank| Part { tiles: Vec::new(), outcome: Ok(None), has_ended: rank == 0 };
+        Parts { raster, of: (0..ranks).map(part).collect(), bytes_received: 0 }
     }
 
     /// Takes in tiles of this rank while they are drawn, and what comes from others meanwhile.

@@ -187,10 +187,8 @@ fn a_panic_on_one_rank_is_everybodys_error() {
                     sleep(Duration::from_micros(2));
                     Pixel { color: [x as f32, y as f32, 0.0, 1.0], error: 0.0 }
                 };
-                let gathered = ranks.gather(&threads, raster, 0.0, |give| {
-                    raster.trace(&mine, pixel).for_each(give);
-                    Ok(())
-                });
+                let gathered =
+                    ranks.gather(&threads, raster, 0.0, |give| raster.trace(&mine, pixel).for_each(give));
                 let told = gathered.map(|gathered| {
                     assert_eq!(gathered.tiles.len(), if rank == 0 { all.len() } else { 0 });
                     Told::default()
@@ -221,7 +219,6 @@ fn tiles_are_on_their_way_while_others_are_drawn() {
             (0..raster.tiles()).filter(|number| *number as usize % 2 == rank).for_each(|n| give(tile(n)));
             // Rank 0 draws on for long.
             sleep(if rank == 0 { slow } else { Duration::ZERO });
-            Ok(())
         });
         let gathered = gathered.unwrap();
         assert!(rank == 1 || gathered.gather_s < slow.as_secs_f64() / 10.0, "{gathered:?}");
@@ -239,7 +236,7 @@ fn what_cannot_be_read_is_an_error_and_no_hang() {
             if ranks.rank() == 2 {
                 ranks.team.as_mut().unwrap().send(odd.to_vec()).unwrap();
             }
-            let told = ranks.gather(&threads, raster, 0.0, |_| Ok(())).map(|_| Told::default());
+            let told = ranks.gather(&threads, raster, 0.0, |_| ()).map(|_| Told::default());
             ranks.conclude(told).unwrap_err().to_string()
         });
         assert!(outcomes.iter().all(|e| *e == outcomes[0] && e.starts_with("MPI: rank 2: ")), "{outcomes:?}");
