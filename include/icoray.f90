@@ -231,8 +231,9 @@ module icoray
 
   !> Says which cells of a grid are this rank's own, where ranks have parts of it: after icoray_grid_set of that grid, and
   !> again after each one. Collective, with the same ierr on all. The tables have own cells and a halo of all cells that
-  !> share a corner with these, with local numbers; beyond it neighbours are missing, as beside a hole. Only values of own
-  !> cells are read: those of the halo come from their owners. A rank may have no cells: arrays of size 0.
+  !> share a corner with these, with local numbers; beyond it neighbours are missing, as beside a hole. Fields have values
+  !> in the halo too, as after the model's exchange; of fields at corners those at the corners of own cells do. A rank may
+  !> have no cells: arrays of size 0.
   !>   call icoray_part_set(ctx, cell_global, [ierr], owned=n, [grid='name'])
   !>   call icoray_part_set(ctx, cell_global, [ierr], is_owned=mask, [grid='name'])
   !>   cell_global(cells)  number of each cell in the whole grid, from index_base; gaps are allowed (MPAS indexToCellID)

@@ -490,8 +490,8 @@ typedef struct icoray_grid {
  * only.
  *
  * Each rank's icoray_grid has its own cells and a halo of all cells that share a corner with these, with local numbers;
- * what lies beyond is marked as missing, as beside a hole. Every cell is own on just one rank. Only values of own cells are
- * read: those of the halo come from their owners.
+ * what lies beyond is marked as missing, as beside a hole. Every cell is own on just one rank. Fields have values in the
+ * halo too, as after the model's exchange; of fields at corners those at the corners of own cells do.
  */
 typedef struct icoray_part {
   /**
