@@ -31,7 +31,7 @@ impl Mpi {
 
     /// A program of `tests/c` with what the others share, compiled against `library`.
     fn compile(&self, library: &Path, name: &str, directory: &Path) -> PathBuf {
-        let sources = [name, "mpi_common", "host_common", "check"];
+        let sources = [name, "mpi_common", "mpi_cut", "host_common", "check"];
         compile_with(library, self.compiler, &["-std=c99", "-Wno-long-long"], &sources, directory)
     }
 
@@ -112,6 +112,52 @@ fn pictures(mpi: &Mpi, sizes: &[usize]) {
             );
         }
     }
+}
+
+/// The largest difference of a channel of two pictures in EXR.
+fn difference(one: &Path, other: &Path) -> f32 {
+    let read = |path: &Path| {
+        let picture = image::open(path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
+        picture.into_rgba32f()
+    };
+    let (one, other) = (read(one), read(other));
+    assert_eq!(one.dimensions(), other.dimensions());
+    let channels = one.as_raw().iter().zip(other.as_raw());
+    channels.map(|(a, b)| (a - b).abs()).fold(0.0, f32::max)
+}
+
+#[test]
+fn pictures_of_a_grid_in_parts_are_those_of_the_whole() {
+    if !FIRST.is_there() {
+        return;
+    }
+    let directory = TempDir::new().unwrap();
+    let program = FIRST.compile((FIRST.library)(), "mpi_parts", directory.path());
+    let at = |name: &str| directory.path().join(name);
+    checked(command(&program, directory.path()).arg(at("one")).arg("serial"), "mpi_parts", 50);
+    let whole = files(&at("one/whole"));
+    assert_eq!(whole.len(), 6, "{:?}", whole.keys());
+    assert!(whole == files(&at("one/part")), "one process draws another picture of a part that has all");
+    for ranks in [1, 2, 3, 4, 8] {
+        let to = at(&ranks.to_string());
+        std::fs::create_dir(&to).unwrap();
+        let kinds = if ranks == 1 { 1 } else { 4 };
+        checked(FIRST.on_ranks(ranks, &program, directory.path()).arg(&to), "mpi_parts", 50 * kinds);
+        let mut worst = [0.0f32; 2];
+        for kind in ["contiguous", "random", "single_cell", "no_cell"].into_iter().take(kinds as usize) {
+            for name in whole.keys() {
+                let off = difference(&to.join(kind).join(name), &at("one/whole").join(name));
+                let (limit, of) = if name.starts_with("f64") { (1e-6, 0) } else { (1e-5, 1) };
+                assert!(off <= limit, "{ranks} ranks, {kind}, {name}: {off:e}");
+                worst[of] = worst[of].max(off);
+            }
+        }
+        println!("{ranks} ranks, largest differences: f64 {:.1e}, f32 {:.1e}", worst[0], worst[1]);
+    }
+    // Other pictures do differ.
+    let names: Vec<&String> = whole.keys().collect();
+    let [one, other] = [0, 2].map(|i| at("one/whole").join(names[i]));
+    assert!(difference(&one, &other) > 0.01);
 }
 
 #[test]
