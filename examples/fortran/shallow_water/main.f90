@@ -59,9 +59,7 @@ program shallow_water
 
    call ranks_start()
    call read_options(opt)
-   if (opt%self_test) then
-      call leave(self_test(opt%level, opt%lloyd))
-   end if
+   if (opt%self_test) call leave(self_test(opt%level, opt%lloyd))
    began = clock()
    u_max = [(weakest + (strongest - weakest)*real(k - 1, wp)/real(opt%layers - 1, wp), k=1, opt%layers)]
    level_radius = [(radius + top*(real(k, wp) - 0.5_wp)/real(opt%layers, wp), k=1, opt%layers)]
@@ -205,8 +203,7 @@ contains
    subroutine leave(well)
       logical, intent(in) :: well
       call ranks_finish()
-      if (well) stop
-      stop 1, quiet=.true.
+      stop merge(0, 1, well), quiet=.true.
    end subroutine leave
 
    !> With six decimals and a digit before them.
