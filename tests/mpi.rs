@@ -3,45 +3,15 @@
 use icoray_tests::native::{
     checked, command, compile_with, is_there, library, mpi_library, root, succeeded, text,
 };
+use icoray_tests::ranks::{has_mpi, on_ranks};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use std::process::Command;
 use tempfile::TempDir;
-
-/// Seconds after which a run counts as one that hangs.
-const HANGS: &str = "150";
-
-/// Whether MPI is installed; says so where it is not.
-fn has_mpi() -> bool {
-    is_there("mpirun") && is_there("mpicc")
-}
 
 /// A program of `tests/c` with what the others share, compiled against `library`.
 fn compile(library: &Path, name: &str, directory: &Path) -> PathBuf {
     let sources = [name, "mpi_common", "host_common", "check"];
     compile_with(library, "mpicc", &["-std=c99", "-Wno-long-long"], &sources, directory)
-}
-
-/// A program on so many ranks, more than there are processors if need be, stopped where it hangs.
-fn on_ranks(ranks: usize, program: &Path, directory: &Path) -> Command {
-    let mut command = command("timeout", directory);
-    command.args(["--kill-after=5", HANGS, "mpirun", "-n", &ranks.to_string()]);
-    let version = text(&succeeded(Command::new("mpirun").arg("--version")).stdout);
-    if version.contains("Open MPI") || version.contains("OpenRTE") {
-        command.args([
-            "--oversubscribe",
-            "--bind-to",
-            "none",
-            "--mca",
-            "btl_vader_single_copy_mechanism",
-            "none",
-        ]);
-        if text(&succeeded(Command::new("id").arg("-u")).stdout).trim() == "0" {
-            command.arg("--allow-run-as-root");
-        }
-    }
-    command.arg(program);
-    command
 }
 
 /// The files of a directory but its report, whose lines have seconds.
