@@ -1,5 +1,5 @@
 !> `--self-test`: properties that mesh and operators have exactly, to rounding, and one that they have in the limit; and that
-!> parts of the mesh do as the whole (part_checks.f90). Over several ranks each checks the whole mesh, and they their parts together.
+!> parts of the mesh do as the whole (part_checks.f90). Each rank checks the whole mesh, and all together their parts.
 module checks
    use kinds, only: wp, pi, radius, gravity
    use sphere, only: unit, cross

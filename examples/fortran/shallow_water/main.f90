@@ -14,9 +14,13 @@
 !>     build/shallow_water --self-test                          (properties of mesh and operators, to rounding)
 !>     build/shallow_water --case williamson2 --no-pictures     (steady flow, with the error of its height)
 !>
+!>     make MPI=1
+!>     mpirun -n 4 build_mpi/shallow_water ...                  (the same bits, each rank with its part of the mesh)
+!>
 !> Each day a line: drift of mass, energy and potential enstrophy since the start, relative, of the layer that drifts most;
 !> extremes; seconds of that day's simulation and pictures. README.md beside this file has measured numbers.
-!> All that the model adds in order to be drawn is in pictures.f90; what it computes with is in mesh, operators and trisk.
+!> All that the model adds in order to be drawn is in pictures.f90; what it computes with is in mesh, operators and trisk; what
+!> makes it run over ranks is in ranks, partition and parts.
 program shallow_water
    use, intrinsic :: iso_fortran_env, only: output_unit
    use kinds, only: wp, ik, pi, radius, gravity, day, clock
@@ -114,6 +118,7 @@ contains
       call prepare(whole, whole_ops)
       shortest = minval(whole%dc)
       if (opt%graph /= '' .and. rank == 0) call write_graph(opt%graph, whole)
+      if (rank_count > whole%cells) call refuse('mpirun', 'more ranks than cells')
       if (opt%partition == '') then
          call partition_by_curve(whole, rank_count, owner)
       else

@@ -13,9 +13,9 @@ module mesh
    integer, parameter, public :: sides = 6  !< most edges of a cell
    integer, parameter, public :: halo = 3   !< rings of cells around a rank's own that their tendencies depend on
 
-   !> The whole mesh, or a rank's part of it (parts.f90): its own cells, then those of the first ring around them, and so on. What is
-   !> counted in `.._in(r)` comes first in the arrays and touches a cell of at most the r-th ring; it has all its neighbours here
-   !> but in the last ring, where the numbers of what is missing are 0. In a whole mesh nothing is missing and all rings are full.
+   !> The whole mesh, or a rank's part of it (parts.f90): its own cells, then those of the first ring around them, and so on. What
+   !> touches a cell of at most the r-th ring comes first in the arrays, as many as `.._in(r)` says; only in the last ring are
+   !> neighbours missing, and their numbers 0. In a whole mesh all is in ring 0.
    type :: mesh_type
       integer :: cells, corners, edges
       integer :: cells_in(0:halo), corners_in(0:halo), edges_in(0:halo)

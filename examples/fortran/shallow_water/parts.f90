@@ -1,5 +1,5 @@
-!> A rank's part of the mesh: its own cells with `halo` rings around them, and all edges and corners of these, numbered anew. Rows keep
-!> the order that they have in the whole mesh and coefficients are copied, so that what is computed with them has the same bits.
+!> A rank's part of the mesh: its own cells with `halo` rings around them, and all edges and corners of these, numbered anew. Rows
+!> keep the order that they have in the whole mesh and coefficients are copied, so that what comes of them has the same bits.
 module parts
    use kinds, only: wp, ip
    use tables, only: grid_tables
