@@ -2,7 +2,7 @@
 
 use crate::failure::Failure;
 use crate::input::{self, Input};
-use icoray::Plan;
+use icoray::{Plan, Sharing};
 use std::io::Write;
 use std::path::PathBuf;
 
@@ -30,5 +30,6 @@ pub fn run(args: &Args, out: &mut impl Write) -> Result<(), Failure> {
     for part in plan.left_out() {
         writeln!(out, "left out: {part}")?;
     }
+    writeln!(out, "several ranks would draw {}", Sharing::new(&scene, None)?)?;
     Ok(())
 }

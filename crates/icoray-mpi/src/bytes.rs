@@ -145,4 +145,8 @@ impl Team for MpiTeam {
         }
         Ok(())
     }
+
+    fn exchange(&mut self, mine: Vec<Vec<u8>>) -> Result<Vec<Vec<u8>>> {
+        self.exchange_in_parts(mine, MOST)
+    }
 }

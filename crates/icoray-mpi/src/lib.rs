@@ -8,6 +8,9 @@
 //! is refused before any handle is touched.
 
 mod bytes;
+mod exchange;
 mod host;
+#[cfg(test)]
+mod tests;
 
 pub use host::MpiTeam;

@@ -5,6 +5,7 @@
 
 use crate::error::{Error, ErrorKind, Result};
 use crate::grid::{Grid, Reals};
+use crate::ranks::{Part, Ranks};
 use crate::shape::{Elements, Shape};
 use rayon::prelude::*;
 
@@ -30,16 +31,22 @@ pub struct Field<'a> {
 }
 
 impl<'a> Field<'a> {
-    /// Wraps `samples`; every element that `shape` reaches must lie inside.
+    /// Wraps `samples`; every element that `shape` reaches must lie inside. There may be no column: a rank without cells has
+    /// such a field.
     ///
     /// # Errors
-    /// [`ErrorKind::Field`] when the shape is empty or reaches outside the array, or when 32 bits cannot number its
+    /// [`ErrorKind::Field`] when the shape has no layer or reaches outside the array, or when 32 bits cannot number its
     /// blocked columns.
     pub fn new(samples: Reals<'a>, shape: Shape, location: Location, fill: Option<f64>) -> Result<Self> {
         let bad = |context| Err(Error::new(ErrorKind::Field, context));
+        if shape.columns == 0 && shape.layers > 0 {
+            let shape = Shape::level_fastest(0, shape.layers);
+            let elements = Elements::new(&shape).expect("nothing is in blocks");
+            return Ok(Field { samples, shape, elements, location, fill });
+        }
         let Some((low, high)) = shape.extent() else {
             return bad(format!(
-                "{} columns of {} layers, expected at least one of each",
+                "{} columns of {} layers, expected layers and strides that 64 bits can hold",
                 shape.columns, shape.layers
             ));
         };
@@ -97,10 +104,16 @@ impl<'a> Field<'a> {
 
     /// Least and greatest value that is there, and how many are missing; `None` for the range where all are missing.
     pub fn range(&self) -> (Option<[f64; 2]>, u64) {
+        self.range_over(|_| true)
+    }
+
+    /// The same over those columns that `counts` is true for.
+    pub(crate) fn range_over(&self, counts: impl Fn(usize) -> bool + Sync) -> (Option<[f64; 2]>, u64) {
         let nothing = || (f64::INFINITY, f64::NEG_INFINITY, 0u64);
         let (low, high, missing) = (0..self.shape.columns)
             .into_par_iter()
             .with_min_len(256)
+            .filter(|column| counts(*column))
             .map(|column| match self.samples {
                 Reals::F32(v) => self.column_range(column, |i| f64::from(v[i])),
                 Reals::F64(v) => self.column_range(column, |i| v[i]),
@@ -175,6 +188,16 @@ impl CenterField {
         Field::new(samples, self.shape, Location::Center, None).expect("the values were made for this shape")
     }
 
+    /// Takes the averages of halo cells, some of whose corners are not here, from the ranks that own them. Collective.
+    pub(crate) fn fill_halo(&mut self, ranks: &mut Ranks, part: &Part) -> Result<()> {
+        let layers = self.shape.layers;
+        let row = |cell: u32| cell as usize * layers..(cell as usize + 1) * layers;
+        match &mut self.values {
+            CenterValues::F32(values) => part.fill_halo(ranks, values, |values, cell| &mut values[row(cell)]),
+            CenterValues::F64(values) => part.fill_halo(ranks, values, |values, cell| &mut values[row(cell)]),
+        }
+    }
+
     /// Bytes that the average takes.
     pub fn bytes(&self) -> usize {
         match &self.values {
@@ -236,7 +259,7 @@ mod tests {
             Shape::level_fastest(3, 3),
             Shape { layer_stride: -1, ..Shape::level_fastest(3, 2) },
             Shape { column_stride: isize::MAX, ..Shape::level_fastest(3, 2) },
-            Shape::level_fastest(0, 2),
+            Shape::level_fastest(2, 0),
         ] {
             let error = Field::new(v.as_slice().into(), shape, Location::Center, None).unwrap_err();
             assert_eq!(error.kind(), ErrorKind::Field, "{shape:?}");

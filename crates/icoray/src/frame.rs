@@ -2,6 +2,7 @@
 
 pub use crate::kernel::ray::Counts;
 use crate::output::Stamp;
+use crate::plan::Sharing;
 use crate::quality::Quality;
 use std::fmt;
 
@@ -99,8 +100,12 @@ pub struct FrameReport {
     pub threads: usize,
     /// Ranks that drew: 1, or more where the picture was shared out.
     pub ranks: usize,
-    /// Tiles of the picture that this rank drew.
+    /// How ranks shared out the picture; `None` where one process drew alone.
+    pub sharing: Option<Sharing>,
+    /// Tiles of the picture that this rank drew, or put together of fragments.
     pub tiles: usize,
+    /// Seconds in which this rank put rays together of fragments.
+    pub compose_s: f64,
     /// Seconds in which rank 0 waited for the others' tiles and took them in.
     pub gather_s: f64,
     /// How even ranks were loaded: the mean of the seconds that they drew, of the longest; 1 is even.

@@ -34,6 +34,7 @@
 #![forbid(unsafe_code)]
 
 mod background;
+mod compose;
 mod error;
 mod field;
 mod frame;
@@ -62,11 +63,11 @@ pub use grid::{Grid, GridTables, IcosahedralMesh, Indices, LonLat, MAX_LEVEL, Re
 pub use kernel::piece::Method;
 pub use layers::Layers;
 pub use layout::Dimension;
-pub use plan::Plan;
+pub use plan::{Plan, Sharing};
 pub use quality::{Lights, Quality};
-pub use ranks::{Ranks, Team};
+pub use ranks::{Owned, Part, PartCells, Ranks, Team};
 pub use render::{Rendered, Renderer};
-pub use scene::{Camera, Knot, Lighting, Precision, Scene, Source, TransferFunction};
+pub use scene::{Camera, Knot, Lighting, Precision, Scene, Scheme, Source, TransferFunction};
 pub use shape::Shape;
 pub use snapshot::Snapshot;
 pub use traverse::{Frustum, Stretch, Traversal};

@@ -6,7 +6,9 @@ use crate::grid::Grid;
 use crate::kernel::shade::Shading;
 use crate::kernel::transfer::KernelKnot;
 use crate::layers::Layers;
-use crate::scene::{Scene, Source};
+use crate::ranks::Part;
+use crate::scene::{Scene, Scheme, Source};
+use std::fmt;
 
 /// What a scene needs.
 #[derive(Debug, Clone)]
@@ -71,6 +73,41 @@ impl Plan {
     /// What is not computed or read for this scene, in words.
     pub fn left_out(&self) -> &[String] {
         &self.left_out
+    }
+}
+
+/// How ranks share out a picture, and why.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Sharing {
+    /// Tiles or fragments.
+    pub scheme: Scheme,
+    why: &'static str,
+}
+
+impl Sharing {
+    /// What the scene asks for, or what fits the data: `part` is what this rank has of the grid, `None` all of it.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Scene`] where tiles are asked for and ranks have parts only.
+    pub fn new(scene: &Scene, part: Option<&Part>) -> Result<Self> {
+        let (scheme, why) = match (scene.ranks, part) {
+            (Scheme::Tiles, Some(_)) => {
+                let message = "key ranks: \"tiles\", but each rank has a part of the grid only, so no rank can draw a tile \
+                               alone; expected \"auto\" or \"fragments\"";
+                return Err(Error::new(ErrorKind::Scene, message));
+            }
+            (_, Some(_)) => (Scheme::Fragments, "each rank has its part of the grid"),
+            (Scheme::Fragments, None) => (Scheme::Fragments, "asked for; every rank has the whole grid"),
+            (Scheme::Auto | Scheme::Tiles, None) => (Scheme::Tiles, "every rank has the whole grid"),
+        };
+        Ok(Sharing { scheme, why })
+    }
+}
+
+impl fmt::Display for Sharing {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let scheme = if self.scheme == Scheme::Fragments { "fragments" } else { "tiles" };
+        write!(f, "{scheme}: {}", self.why)
     }
 }
 

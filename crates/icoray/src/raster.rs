@@ -85,26 +85,30 @@ impl Raster {
         tiles: &[u32],
         pixel: impl Fn(u32, u32, &mut u32, &mut Counts) -> Pixel + Sync,
     ) -> Vec<Tile> {
-        let place = |node: u32, side: u32| (node * self.step).min(side - 1);
         let trace = |number: &u32| {
             let start = Instant::now();
-            let [[x0, x1], [y0, y1]] = self.extent(*number);
             let mut counts = Counts::default();
-            let mut pixels = Vec::with_capacity(((x1 - x0) * (y1 - y0)) as usize);
-            let mut row_hint = 0;
-            for y in y0..y1 {
-                let mut hint = row_hint;
-                for x in x0..x1 {
-                    let (x_pixel, y_pixel) = (place(x, self.width), place(y, self.height));
-                    pixels.push(pixel(x_pixel, y_pixel, &mut hint, &mut counts));
-                    if x == x0 {
-                        row_hint = hint;
-                    }
-                }
-            }
+            let mut pixels = Vec::with_capacity(self.pixels_of(*number));
+            self.visit(*number, |x, y, hint| pixels.push(pixel(x, y, hint, &mut counts)));
             Tile { number: *number, seconds: start.elapsed().as_secs_f64(), counts, pixels }
         };
         tiles.par_iter().with_max_len(1).map(trace).collect()
+    }
+
+    /// Visits a tile's traced pixels row by row, each with the hint that the one before it has left.
+    pub fn visit(&self, tile: u32, mut pixel: impl FnMut(u32, u32, &mut u32)) {
+        let place = |node: u32, side: u32| (node * self.step).min(side - 1);
+        let [[x0, x1], [y0, y1]] = self.extent(tile);
+        let mut row_hint = 0;
+        for y in y0..y1 {
+            let mut hint = row_hint;
+            for x in x0..x1 {
+                pixel(place(x, self.width), place(y, self.height), &mut hint);
+                if x == x0 {
+                    row_hint = hint;
+                }
+            }
+        }
     }
 
     /// The picture of all tiles, in whatever order they are, with the pixels between filled in: rows from the top.

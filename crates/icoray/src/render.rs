@@ -1,6 +1,6 @@
 //! The CPU renderer: a scene's work on a thread pool of its own.
 
-use crate::error::Result;
+use crate::error::{Error, ErrorKind, Result};
 use crate::field::{CenterField, Field};
 use crate::frame::{Certainty, Counts, ErrorSummary, Frame, FrameReport};
 use crate::gradient::gradients;
@@ -13,14 +13,16 @@ use crate::kernel::sample::{Sample, Samples};
 use crate::kernel::transfer::Spans;
 use crate::layers::Layers;
 use crate::output::Stamp;
-use crate::plan::Plan;
+use crate::plan::{Plan, Sharing};
 use crate::quality::{Deadline, Lights, Quality};
-use crate::ranks::{Ranks, Share, Told};
+use crate::ranks::{Part, Ranks, Told};
 use crate::raster::{Pixel, Raster, Tile};
-use crate::scene::{Precision, Scene};
+use crate::scene::{Precision, Scene, Scheme};
 use crate::threads::Threads;
 use glam::DVec3;
 use std::time::Instant;
+
+mod parts;
 
 /// A CPU renderer with its own threads, which have ended when it is dropped.
 #[derive(Debug)]
@@ -52,17 +54,20 @@ impl Renderer {
     /// # Errors
     /// As [`Plan::new`].
     pub fn render(&self, scene: &Scene, grid: &Grid, layers: &Layers, field: &Field) -> Result<Frame> {
-        match self.render_over(&mut Ranks::alone(), scene, grid, layers, field)? {
+        match self.render_over(&mut Ranks::alone(), scene, grid, None, layers, field)? {
             Rendered::Here(frame) => Ok(frame),
             Rendered::AtRoot(_) => unreachable!("who draws alone is rank 0"),
         }
     }
 
-    /// Renders `scene` together with the other ranks, each some tiles; the picture, which is bitwise that of
-    /// [`Self::render`], is at rank 0. Collective: all ranks give the same scene and copies of the same grid, layers and
-    /// field.
+    /// Renders `scene` together with the other ranks; the picture is at rank 0. Collective: all ranks give the same scene
+    /// and layers.
     ///
-    /// Within a time budget the quality is what rank 0 picks.
+    /// Without a `part` all give copies of the same grid and field, each draws some tiles, and the picture is bitwise that
+    /// of [`Self::render`]. With one, each gives its own part of the grid and the field's values there, halo included, and
+    /// the picture is as near to the exact integral as its errors say. [`Sharing`] has what a scene can ask for.
+    ///
+    /// Within a time budget the quality is what rank 0 picks, or of parts the cheapest that any rank picks.
     ///
     /// # Errors
     /// The same on all ranks: as [`Plan::new`] on any of them, [`ErrorKind::Internal`](crate::ErrorKind::Internal) where
@@ -73,18 +78,39 @@ impl Renderer {
         ranks: &mut Ranks,
         scene: &Scene,
         grid: &Grid,
+        part: Option<&Part>,
         layers: &Layers,
         field: &Field,
     ) -> Result<Rendered> {
         let start = Instant::now();
-        let plan = ranks.attempt(|| Plan::new(scene, grid, layers, field));
-        let plan = ranks.settle(plan)?;
+        let plan = ranks.attempt(|| {
+            if part.is_none() && grid.cells() == 0 {
+                return Err(Error::new(ErrorKind::Grid, "0 cells, expected at least 1"));
+            }
+            Ok((Plan::new(scene, grid, layers, field)?, Sharing::new(scene, part)?))
+        });
+        let (plan, sharing) = ranks.of_one_mind(plan, |(plan, sharing)| {
+            let place = if plan.from_corners { "corners" } else { "centres" };
+            vec![
+                ("draws", sharing.to_string()),
+                ("has layers of radii (planet radii)", format!("{:?}", plan.radius)),
+                ("has a field at", place.into()),
+            ]
+        })?;
+        let share_of_whole = match part {
+            None if sharing.scheme == Scheme::Fragments => Some(Part::of_whole(ranks, grid)?),
+            _ => None,
+        };
+        let part = part.or(share_of_whole.as_ref());
         let average = || plan.from_corners.then(|| CenterField::average(grid, field)).transpose();
         let center = ranks.attempt(|| self.run(average));
-        let center = ranks.settle(center)?;
+        let mut center = ranks.together(center)?;
+        if let (Some(part), Some(center)) = (part, &mut center) {
+            center.fill_halo(ranks, part)?;
+        }
         let derived = center.as_ref().map_or(0, CenterField::bytes);
         let field = center.as_ref().map_or(*field, CenterField::field);
-        let setting = Setting { renderer: self, scene, plan: &plan, grid, field: &field, start };
+        let setting = Setting { renderer: self, scene, plan: &plan, grid, part, field: &field, start };
         let mut rendered = match (field.samples(), scene.precision) {
             (Reals::F32(data), Precision::F32) => draw::<f32, f32>(&setting, ranks, data),
             (Reals::F32(data), Precision::F64) => draw::<f64, f32>(&setting, ranks, data),
@@ -95,6 +121,7 @@ impl Renderer {
         report.derived_bytes += derived;
         report.threads = self.threads();
         report.ranks = ranks.size();
+        report.sharing = (!ranks.is_alone()).then_some(sharing);
         Ok(rendered)
     }
 }
@@ -124,18 +151,25 @@ struct Setting<'f> {
     scene: &'f Scene,
     plan: &'f Plan,
     grid: &'f Grid<'f>,
+    part: Option<&'f Part>,
     field: &'f Field<'f>,
     start: Instant,
 }
 
 fn draw<T: Real, S: Sample>(setting: &Setting, ranks: &mut Ranks, data: &[S]) -> Result<Rendered> {
-    let Setting { renderer, scene, plan, grid, field, start } = *setting;
+    let Setting { renderer, scene, plan, grid, part, field, start } = *setting;
     let spans = Spans::<T>::new(&plan.knots);
     let shell = Shell::<T>::new(&plan.radius);
     let samples = Samples::new(data, field, plan.falling, spans.range());
-    let range = ranks.attempt(|| renderer.run(|| Ok(field.range())));
-    let (value_range, missing_values) = ranks.settle(range)?;
-    let deadline = Deadline::of(scene, start, ranks.size());
+    let counts = |cell: usize| part.is_none_or(|part| part.owns(cell));
+    let range = ranks.attempt(|| renderer.run(|| Ok(field.range_over(counts))));
+    let mut range = ranks.together(range)?;
+    if part.is_some() {
+        range = Part::whole_range(ranks, range)?;
+    }
+    let (value_range, missing_values) = range;
+    // Rays through parts are not shared out: each rank traces all of them.
+    let deadline = Deadline::of(scene, start, if part.is_some() { 1 } else { ranks.size() });
     let mut quality = asked(scene);
     let sample = |part: usize| gradients(grid, &plan.radius, &samples, 0..grid.cells().div_ceil(part));
     if let (Some(deadline), true) = (deadline, plan.shading.is_some()) {
@@ -150,34 +184,53 @@ fn draw<T: Real, S: Sample>(setting: &Setting, ranks: &mut Ranks, data: &[S]) ->
     }
     let is_lit = quality.lights != Lights::Off;
     let vertex_gradients = ranks.attempt(|| renderer.run(|| Ok(if is_lit { sample(1) } else { Vec::new() })));
-    let vertex_gradients = ranks.settle(vertex_gradients)?;
+    let mut vertex_gradients = ranks.together(vertex_gradients)?;
+    if let (Some(part), true) = (part, is_lit) {
+        let layers = plan.radius.len();
+        part.fill_halo(ranks, &mut vertex_gradients, |all, cell| {
+            &mut all[cell as usize * layers..][..layers]
+        })?;
+    }
     let prepare_s = start.elapsed().as_secs_f64();
     let start = Instant::now();
-    let work =
-        Work { scene, plan, grid, shell: &shell, spans: &spans, samples, gradients: &vertex_gradients };
-    // What others would measure is not asked for.
-    let deadline = deadline.filter(|_| ranks.is_root());
-    let picked = ranks.attempt(|| {
+    let gradients = &vertex_gradients;
+    let work = Work { renderer, scene, plan, grid, shell: &shell, spans: &spans, samples, gradients };
+    // What others would measure of the same data is not asked for.
+    let deadline = deadline.filter(|_| part.is_some() || ranks.is_root());
+    let mut picked = ranks.attempt(|| {
         renderer.run(|| {
             Ok(if is_lit { work.pick::<4>(quality, deadline) } else { work.pick::<1>(quality, deadline) })
         })
     });
+    if part.is_some() {
+        picked = ranks.agree_on_cheapest(picked);
+    }
     // Ranks that have different data draw tiles that do not fit each other.
-    let facts = || {
-        vec![
+    let facts = || match part {
+        Some(part) => vec![("has a part of a grid of cells", part.cells().to_string())],
+        None => vec![
             ("has a grid of cells and corners", format!("{} and {}", grid.cells(), grid.triangles())),
-            ("has layers of radii (planet radii)", format!("{:?}", plan.radius)),
             ("has a field of range and missing values", format!("{value_range:?} and {missing_values}")),
-        ]
+        ],
     };
-    let Share { quality, tiles } = ranks.deal(picked, work.raster(), facts)?;
+    let share = ranks.deal(picked, work.raster(), facts)?;
+    let quality = share.quality;
     let drawing = Instant::now();
-    let tiles = ranks.attempt(|| {
-        renderer.run(|| {
-            Ok(if is_lit { work.trace::<4>(&quality, &tiles) } else { work.trace::<1>(&quality, &tiles) })
-        })
-    });
-    let drawn_s = drawing.elapsed().as_secs_f64();
+    let (tiles, drawn_s, compose_s) = if let Some(part) = part {
+        let composed = match is_lit {
+            true => work.compose::<4>(ranks, part, &share),
+            false => work.compose::<1>(ranks, part, &share),
+        }?;
+        (composed.tiles, composed.drawn_s, composed.compose_s)
+    } else {
+        let mine = share.tiles_of(ranks.rank());
+        let tiles = ranks.attempt(|| {
+            renderer.run(|| {
+                Ok(if is_lit { work.trace::<4>(&quality, &mine) } else { work.trace::<1>(&quality, &mine) })
+            })
+        });
+        (tiles, drawing.elapsed().as_secs_f64(), 0.0)
+    };
     let render_s = start.elapsed().as_secs_f64();
     let drawn = tiles.as_ref().map_or(0, Vec::len);
     let raster = Raster { step: quality.pixel_step, ..work.raster() };
@@ -209,6 +262,7 @@ fn draw<T: Real, S: Sample>(setting: &Setting, ranks: &mut Ranks, data: &[S]) ->
         derived_bytes: size_of_val(vertex_gradients.as_slice()),
         left_out: plan.left_out().to_vec(),
         tiles: drawn,
+        compose_s,
         gather_s: told.gather_s,
         balance: told.balance,
         bytes_received: told.bytes_received,
@@ -243,6 +297,7 @@ fn asked(scene: &Scene) -> Quality {
 
 /// All that rays need, prepared.
 struct Work<'f, T, S> {
+    renderer: &'f Renderer,
     scene: &'f Scene,
     plan: &'f Plan,
     grid: &'f Grid<'f>,
@@ -325,8 +380,18 @@ fn pixel<T: Real, S: Sample, const N: usize>(
     hint: &mut u32,
     counts: &mut Counts,
 ) -> Pixel {
-    let dir = DVec3::from_array(scene.camera.direction(x, y, scene.width, scene.height));
-    let met = caster.trace(DVec3::from_array(scene.camera.eye()), dir, hint, counts);
+    let (eye, dir) = ray(scene, x, y);
+    shown(scene, caster.budget.brightest, caster.trace(eye, dir, hint, counts))
+}
+
+/// The ray of a pixel: the eye and a unit vector.
+fn ray(scene: &Scene, x: u32, y: u32) -> (DVec3, DVec3) {
+    let dir = scene.camera.direction(x, y, scene.width, scene.height);
+    (DVec3::from_array(scene.camera.eye()), DVec3::from_array(dir))
+}
+
+/// What light shows over the background; `None` where the ray misses the shell.
+fn shown<T: Real>(scene: &Scene, brightest: f64, met: Option<Light<T>>) -> Pixel {
     let light = met.unwrap_or(Light::none());
     let absorbed = light.absorbed.wide();
     let color = light.color.map(T::wide);
@@ -341,5 +406,5 @@ fn pixel<T: Real, S: Sample, const N: usize>(
     // The picture itself is in f32.
     let stored = color.iter().fold(0.0f64, |most, c| most.max(*c)) * f64::from(f32::EPSILON) / 2.0;
     let error = if met.is_some() { light.error.wide() + rounding + stored + GEOMETRY } else { 0.0 };
-    Pixel { color: color.map(|c| c as f32), error: error.min(caster.budget.brightest.max(1.0)) as f32 }
+    Pixel { color: color.map(|c| c as f32), error: error.min(brightest.max(1.0)) as f32 }
 }

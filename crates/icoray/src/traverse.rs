@@ -22,7 +22,8 @@ pub struct Traversal<'g> {
 pub enum Stretch {
     /// A frustum between two layers.
     Frustum(Frustum),
-    /// The space below the innermost layer, from distance `t` on; told again for each triangle, data or void, that it is crossed under.
+    /// The space below the innermost layer, from distance `t` on; told again for each triangle, data or void, that it is
+    /// crossed under. Under void ones it is round, under others it has the facets of the layer.
     Core {
         /// Distance from the ray's eye, planet radii.
         t: f64,
@@ -77,8 +78,16 @@ impl<'g> Traversal<'g> {
         loop {
             let is_void = walk.is_void();
             let Some(column) = walk.next_column() else { return };
+            if is_void {
+                gap = None;
+                let core = line.first_inside(self.shell.inner(), [column.entry.t, column.exit.t]);
+                if core.is_some_and(|t| visit(&Stretch::Core { t: t - along }).is_break()) {
+                    return;
+                }
+                continue;
+            }
             let start = gap.unwrap_or_else(|| self.shell.gap(column.entry.rho));
-            let mut teller = Teller { column: &column, is_void, along, visit: &mut visit };
+            let mut teller = Teller { column: &column, along, visit: &mut visit };
             let (next, flow) = cross(&self.shell, &column, start, &mut teller);
             if flow == Flow::Stop {
                 return;
@@ -91,7 +100,6 @@ impl<'g> Traversal<'g> {
 /// Tells a visitor where the stations of a column lie.
 struct Teller<'t, V> {
     column: &'t Column,
-    is_void: bool,
     along: f64,
     visit: &'t mut V,
 }
@@ -121,9 +129,6 @@ impl<V: FnMut(&Stretch) -> ControlFlow<()>> Visit<f64, 0> for Teller<'_, V> {
     #[inline]
     fn frustum(&mut self, layer: usize, ends: [&Station<f64>; 2], _: [&Chord<f64, 0>; 2]) -> Flow {
         let (t, alpha) = (ends.map(|s| self.distance(s)), ends.map(|s| self.alpha(s)));
-        if self.is_void {
-            return Flow::On;
-        }
         self.tell(&Stretch::Frustum(Frustum { cells: self.column.cells, layer, t, alpha }))
     }
 

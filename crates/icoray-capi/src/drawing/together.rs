@@ -62,7 +62,7 @@ impl Drawing {
         start: Instant,
     ) -> Outcome<()> {
         let Subject { scene, grid, layers, field } = subject;
-        let rendered = self.renderer.render_over(ranks, scene, grid, layers, field);
+        let rendered = self.renderer.render_over(ranks, scene, grid, None, layers, field);
         let outcome = rendered.map(|rendered| match rendered {
             Rendered::Here(frame) => self.hand_on(frame, scene, stamp),
             Rendered::AtRoot(report) => {

@@ -16,6 +16,22 @@ pub struct Ray {
     pub dir: DVec3,
 }
 
+impl Ray {
+    /// What of a part of the ray is inside the sphere of `radius`.
+    pub fn inside(&self, radius: f64, [from, to]: [Dd; 2]) -> Option<[Dd; 2]> {
+        let dot = |a: DVec3, b: DVec3| Dd::product(a.x, b.x) + Dd::product(a.y, b.y) + Dd::product(a.z, b.z);
+        // |eye + t·dir|² = radius²
+        let (a, b) = (dot(self.dir, self.dir), dot(self.eye, self.dir));
+        let square = b * b - a * (dot(self.eye, self.eye) - Dd::product(radius, radius));
+        if square <= Dd::ZERO {
+            return None;
+        }
+        let half = square.sqrt();
+        let (first, last) = (from.max((-b - half) / a), to.min((half - b) / a));
+        (first < last).then_some([first, last])
+    }
+}
+
 /// A part of a ray in the cone of one triangle.
 #[derive(Debug, Clone, Copy)]
 pub struct Column {

@@ -66,6 +66,14 @@ impl<'a> Truth<'a> {
         let outer = self.radius[self.radius.len() - 1];
         let mut way = Vec::new();
         for column in columns(self.grid, ray, outer, self.core.map(|_| self.radius[0]))? {
+            if column.is_void {
+                let core = self.core.and_then(|_| ray.inside(self.radius[0], column.t));
+                if let Some(t) = core {
+                    way.push(Stretch { layer: None, t, column });
+                    return Ok(way);
+                }
+                continue;
+            }
             for t in self.gaps(&column) {
                 let height = column.height((t[0] + t[1]) / 2.0);
                 let above = self.radius.partition_point(|r| Dd::from(*r) <= height);
@@ -132,8 +140,7 @@ impl<'a> Truth<'a> {
         for stretch in way {
             match (stretch.layer, self.core) {
                 (Some(layer), _) => {
-                    let course = if stretch.column.is_void { None } else { self.course(layer, stretch) };
-                    if let Some(course) = course {
+                    if let Some(course) = self.course(layer, stretch) {
                         light.pass(&self.rule, &self.transfer, &course, stretch.t[1] - stretch.t[0]);
                     }
                 }

@@ -32,6 +32,11 @@ impl<T: Real> Shell<T> {
         self.radius[self.radius.len() - 1]
     }
 
+    /// The innermost radius, of the core.
+    pub fn inner(&self) -> f64 {
+        self.radius[0]
+    }
+
     /// Number of layers.
     pub fn layers(&self) -> usize {
         self.radius.len()

@@ -125,6 +125,16 @@ impl RayLine {
         Point::new(self.b, t)
     }
 
+    /// Where between the distances `from` and `to` the line is first inside the sphere of `radius`, if it is.
+    ///
+    /// A part without length has no place inside.
+    pub fn first_inside(&self, radius: f64, [from, to]: [f64; 2]) -> Option<f64> {
+        let half = (radius - self.b) * (radius + self.b);
+        let half = (half > 0.0).then(|| half.sqrt())?;
+        let first = from.max(-half);
+        (first < to.min(half)).then_some(first)
+    }
+
     /// The same in space.
     pub fn position(&self, t: f64) -> DVec3 {
         self.b * self.plane.x + t * self.plane.y

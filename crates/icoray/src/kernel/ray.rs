@@ -14,6 +14,9 @@ use super::walk::{Column, Walk};
 use crate::grid::Grid;
 use glam::DVec3;
 
+mod fragment;
+pub(crate) use fragment::Fragment;
+
 /// What rays met, added up over a tile or a frame.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Counts {
@@ -25,14 +28,31 @@ pub struct Counts {
     pub frusta: u64,
     /// Frusta among these that a missing value made void.
     pub void_frusta: u64,
+    /// Fragments that rays were put together of, where ranks have parts of the grid.
+    pub fragments: u64,
+    /// Bytes of these that ranks sent to each other.
+    pub fragment_bytes: u64,
+}
+
+impl Counts {
+    /// All of them, in order.
+    pub(crate) fn numbers(&self) -> [u64; 6] {
+        let Counts { rays, columns, frusta, void_frusta, fragments, fragment_bytes } = *self;
+        [rays, columns, frusta, void_frusta, fragments, fragment_bytes]
+    }
+
+    /// What [`Self::numbers`] gave.
+    pub(crate) fn of_numbers(
+        [rays, columns, frusta, void_frusta, fragments, fragment_bytes]: [u64; 6],
+    ) -> Self {
+        Counts { rays, columns, frusta, void_frusta, fragments, fragment_bytes }
+    }
 }
 
 impl std::ops::AddAssign for Counts {
     fn add_assign(&mut self, other: Self) {
-        self.rays += other.rays;
-        self.columns += other.columns;
-        self.frusta += other.frusta;
-        self.void_frusta += other.void_frusta;
+        let (mine, others) = (self.numbers(), other.numbers());
+        *self = Counts::of_numbers(std::array::from_fn(|i| mine[i] + others[i]));
     }
 }
 
@@ -100,13 +120,17 @@ impl<T: Real, S: Sample, const N: usize> Caster<'_, T, S, N> {
             // Asked once, so that whole spheres pay for a flag only.
             let is_void = has_void && walk.is_void();
             let Some(column) = walk.next_column() else { break };
-            let start = gap.unwrap_or_else(|| self.shell.gap(column.entry.rho));
-            let (next, flow) =
-                if is_void { ray.void_column(&column, start) } else { ray.column(&column, start) };
+            let (next, flow) = if is_void {
+                (None, ray.void_column(&column))
+            } else {
+                let start = gap.unwrap_or_else(|| self.shell.gap(column.entry.rho));
+                let (next, flow) = ray.column(&column, start);
+                (Some(next), flow)
+            };
             if flow == Flow::Stop {
                 break;
             }
-            gap = Some(next);
+            gap = next;
         }
         Some(light)
     }
@@ -169,27 +193,7 @@ impl<T: Real, S: Sample, const N: usize> Visit<T, N> for Pass<'_, '_, '_, T, S, 
     }
 
     fn core(&mut self, a: &Station<T>) -> Flow {
-        self.ray.core(self.column, a)
-    }
-}
-
-/// A ray inside the column of a void triangle: nothing is read, and only the core can be met.
-struct VoidPass<'p, 'r, 'f, T, S, const N: usize> {
-    ray: &'p mut Ray<'r, 'f, T, S, N>,
-    column: &'p Column,
-}
-
-impl<T: Real, S: Sample, const N: usize> Visit<T, N> for VoidPass<'_, '_, '_, T, S, N> {
-    fn chord(&self, _: usize) -> Chord<T, N> {
-        Chord { entry: [T::zero(); N], exit: [T::zero(); N] }
-    }
-
-    fn frustum(&mut self, _: usize, _: [&Station<T>; 2], _: [&Chord<T, N>; 2]) -> Flow {
-        Flow::On
-    }
-
-    fn core(&mut self, a: &Station<T>) -> Flow {
-        self.ray.core(self.column, a)
+        self.ray.core(lerp(self.column.entry.t, self.column.exit.t, a.u))
     }
 }
 
@@ -205,19 +209,19 @@ impl<T: Real, S: Sample, const N: usize> Ray<'_, '_, T, S, N> {
         cross(shell, column, gap, &mut pass)
     }
 
+    /// Over a void triangle nothing is read, and the core is round: facets are those of data.
     #[cold]
     #[inline(never)]
-    fn void_column(&mut self, column: &Column, gap: usize) -> (usize, Flow) {
+    fn void_column(&mut self, column: &Column) -> Flow {
         self.counts.columns += 1;
         self.span = None;
-        let shell = self.caster.shell;
-        cross(shell, column, gap, &mut VoidPass { ray: self, column })
+        let met = self.line.first_inside(self.caster.shell.inner(), [column.entry.t, column.exit.t]);
+        met.map_or(Flow::On, |t| self.core(t))
     }
 
     /// An opaque core ends the ray, a hollow one lets it pass.
-    fn core(&mut self, column: &Column, a: &Station<T>) -> Flow {
+    fn core(&mut self, t: f64) -> Flow {
         let Some(color) = self.caster.core else { return Flow::On };
-        let t = lerp(column.entry.t, column.exit.t, a.u);
         let body = match &self.shading {
             Some(shading) => shading.solid(self.line.position(t).normalize_or_zero()),
             None => T::one(),

@@ -103,6 +103,28 @@ impl Ranks {
             .and_then(|_| Err(Error::new(ErrorKind::Internal, "a refusal was not heard")))
     }
 
+    /// Hands on what went well everywhere; what did not on any rank is the error of all. A phase of its own.
+    pub(crate) fn together<R>(&mut self, mine: Result<R>) -> Result<R> {
+        self.of_one_mind(mine, |_| Vec::new())
+    }
+
+    /// The same where `facts` of what went well must be the same on all ranks.
+    pub(crate) fn of_one_mind<R>(
+        &mut self,
+        mine: Result<R>,
+        facts: impl FnOnce(&R) -> Vec<(&'static str, String)>,
+    ) -> Result<R> {
+        if self.team.is_none() {
+            return mine;
+        }
+        let (word, facts) = match &mine {
+            Ok(value) => (Ok(Vec::new()), facts(value)),
+            Err(e) => (Err(e.clone()), Vec::new()),
+        };
+        self.agree_on(word, facts)?;
+        mine
+    }
+
     /// Rank 0's value where all are ready and of one mind, and the error of all where they are not.
     pub(crate) fn agree_on(
         &mut self,

@@ -13,7 +13,15 @@ use std::time::Instant;
 #[derive(Debug)]
 pub(crate) struct Share {
     pub quality: Quality,
-    pub tiles: Vec<u32>,
+    /// The rank of each tile.
+    pub owners: Vec<u32>,
+}
+
+impl Share {
+    /// The tiles of a rank.
+    pub fn tiles_of(&self, rank: usize) -> Vec<u32> {
+        (0..).zip(&self.owners).filter(|(_, owner)| **owner as usize == rank).map(|(tile, _)| tile).collect()
+    }
 }
 
 /// What the tiles of all ranks came to, the same on all but for the tiles.
@@ -53,6 +61,23 @@ impl Ranks {
         get_quality(&mut Reader(&self.agree_on(mine, Vec::new())?))
     }
 
+    /// Agrees on the cheapest of the qualities that ranks have picked, each for its own part.
+    pub(crate) fn agree_on_cheapest(&mut self, mine: Result<Quality>) -> Result<Quality> {
+        if self.team.is_none() {
+            return mine;
+        }
+        let mut cheapest = self.together(mine)?;
+        let mut words = Words::default();
+        put_quality(&mut words, &cheapest);
+        for bytes in self.share(&words.0)? {
+            let other = get_quality(&mut Reader(&bytes))?;
+            cheapest.pixel_step = cheapest.pixel_step.max(other.pixel_step);
+            cheapest.tolerance = cheapest.tolerance.max(other.tolerance);
+            cheapest.lights = cheapest.lights.min(other.lights);
+        }
+        Ok(cheapest)
+    }
+
     /// Agrees on rank 0's quality and on who draws which tiles; `facts` must be the same on all.
     pub(crate) fn deal(
         &mut self,
@@ -62,7 +87,7 @@ impl Ranks {
     ) -> Result<Share> {
         let raster = |quality: &Quality| Raster { step: quality.pixel_step, ..raster };
         if self.team.is_none() {
-            return mine.map(|quality| Share { quality, tiles: (0..raster(&quality).tiles()).collect() });
+            return mine.map(|quality| Share { quality, owners: vec![0; raster(&quality).tiles() as usize] });
         }
         let (rank, ranks) = (self.rank(), self.size());
         let mine = mine.map(|quality| {
@@ -77,9 +102,8 @@ impl Ranks {
         let said = self.agree_on(mine, facts())?;
         let mut reader = Reader(&said);
         let quality = get_quality(&mut reader)?;
-        let owners = reader.0.as_chunks::<4>().0.iter().map(|owner| u32::from_le_bytes(*owner));
-        let tiles = (0..).zip(owners).filter(|(_, owner)| *owner as usize == rank).map(|(tile, _)| tile);
-        Ok(Share { quality, tiles: tiles.collect() })
+        let owners = reader.0.as_chunks::<4>().0.iter().map(|owner| u32::from_le_bytes(*owner)).collect();
+        Ok(Share { quality, owners })
     }
 
     /// Brings tiles to rank 0, with the seconds that they took. There, a failure of any rank is the result; elsewhere the
@@ -135,12 +159,7 @@ impl Ranks {
         match &mine {
             Ok(told) => {
                 words.put(0).put(u64::from(told.error.certainty == Certainty::Bound));
-                let counts = &told.counts;
-                for number in
-                    [counts.rays, counts.columns, counts.frusta, counts.void_frusta, told.bytes_received]
-                {
-                    words.put(number);
-                }
+                words.put_counts(&told.counts).put(told.bytes_received);
                 let error = &told.error;
                 for number in [error.max, error.mean, error.p999, told.gather_s, told.balance] {
                     words.put_f64(number);
@@ -165,8 +184,7 @@ impl Ranks {
 
 fn heard(reader: &mut Reader) -> Result<Told> {
     let certainty = if reader.get()? == 1 { Certainty::Bound } else { Certainty::Estimate };
-    let [rays, columns, frusta, void_frusta] = [reader.get()?, reader.get()?, reader.get()?, reader.get()?];
-    let counts = Counts { rays, columns, frusta, void_frusta };
+    let counts = reader.get_counts()?;
     let bytes_received = reader.get()?;
     let [max, mean, p999] = [reader.get_f64()?, reader.get_f64()?, reader.get_f64()?];
     let error = ErrorSummary { max, mean, p999, certainty };
@@ -209,10 +227,7 @@ fn packed(tiles: &Result<Vec<Tile>>, seconds: f64) -> Vec<u8> {
     };
     words.put(0).put_f64(seconds).put(tiles.len() as u64);
     for Tile { number, seconds, counts, pixels } in tiles {
-        words.put(u64::from(*number)).put_f64(*seconds);
-        for count in [counts.rays, counts.columns, counts.frusta, counts.void_frusta] {
-            words.put(count);
-        }
+        words.put(u64::from(*number)).put_f64(*seconds).put_counts(counts);
         let is_even = pixels.iter().all(|pixel| same(pixel, &pixels[0]));
         let pixels = if is_even { &pixels[..1] } else { pixels };
         words.put(pixels.len() as u64);
@@ -244,8 +259,7 @@ fn unpacked(bytes: &[u8], rank: usize, raster: Raster) -> (f64, Result<Vec<Tile>
 
 fn tile(reader: &mut Reader, rank: usize, raster: Raster) -> Result<Tile> {
     let (number, seconds) = (reader.get()?, reader.get_f64()?);
-    let [rays, columns, frusta, void_frusta] = [reader.get()?, reader.get()?, reader.get()?, reader.get()?];
-    let counts = Counts { rays, columns, frusta, void_frusta };
+    let counts = reader.get_counts()?;
     let sent = reader.get()?;
     let odd = || Error::new(ErrorKind::Mpi, format!("rank {rank} sent {sent} pixels of tile {number}"));
     let number = u32::try_from(number).ok().filter(|number| *number < raster.tiles()).ok_or_else(odd)?;

@@ -23,8 +23,8 @@ pub fn local_team(size: usize) -> Vec<LocalTeam> {
 }
 
 impl LocalTeam {
-    fn send(&self, to: usize, bytes: &[u8]) -> Result<()> {
-        let sent = self.to[to].send((self.rank, bytes.to_vec()));
+    fn send(&self, to: usize, bytes: Vec<u8>) -> Result<()> {
+        let sent = self.to[to].send((self.rank, bytes));
         sent.map_err(|_| Error::new(ErrorKind::Mpi, format!("rank {to} is gone")))
     }
 
@@ -54,7 +54,7 @@ impl Team for LocalTeam {
 
     fn share(&mut self, mine: &[u8]) -> Result<Vec<Vec<u8>>> {
         for rank in 0..self.size() {
-            self.send(rank, mine)?;
+            self.send(rank, mine.to_vec())?;
         }
         (0..self.size()).map(|rank| self.receive(|from| from == rank).map(|(_, bytes)| bytes)).collect()
     }
@@ -62,7 +62,7 @@ impl Team for LocalTeam {
     fn broadcast(&mut self, mine: Vec<u8>) -> Result<Vec<u8>> {
         if self.rank == 0 {
             for rank in 1..self.size() {
-                self.send(rank, &mine)?;
+                self.send(rank, mine.clone())?;
             }
             return Ok(mine);
         }
@@ -71,7 +71,7 @@ impl Team for LocalTeam {
 
     fn gather(&mut self, mine: &[u8], take: &mut dyn FnMut(usize, Vec<u8>)) -> Result<()> {
         if self.rank != 0 {
-            return self.send(0, mine);
+            return self.send(0, mine.to_vec());
         }
         let mut waits: Vec<bool> = (0..self.size()).map(|rank| rank != 0).collect();
         while waits.contains(&true) {
@@ -80,5 +80,13 @@ impl Team for LocalTeam {
             take(rank, bytes);
         }
         Ok(())
+    }
+
+    fn exchange(&mut self, mine: Vec<Vec<u8>>) -> Result<Vec<Vec<u8>>> {
+        assert_eq!(mine.len(), self.size(), "bytes for each rank");
+        for (rank, bytes) in mine.into_iter().enumerate() {
+            self.send(rank, bytes)?;
+        }
+        (0..self.size()).map(|rank| self.receive(|from| from == rank).map(|(_, bytes)| bytes)).collect()
     }
 }

@@ -14,11 +14,14 @@ mod agree;
 mod deal;
 mod gather;
 mod local;
+mod part;
 mod words;
 
 pub use agree::{Agreement, Refusal, Word};
 pub(crate) use gather::{Share, Told};
 pub use local::{LocalTeam, local_team};
+pub use part::{Owned, Part, PartCells};
+pub(crate) use words::{Reader, Words};
 
 use crate::error::{Error, Result};
 use deal::Costs;
@@ -55,6 +58,14 @@ pub trait Team: Send {
     /// Sends `mine` to rank 0, where `take` gets each other rank's bytes with its number, in the order in which they come.
     #[expect(clippy::missing_errors_doc, reason = "the trait has them")]
     fn gather(&mut self, mine: &[u8], take: &mut dyn FnMut(usize, Vec<u8>)) -> Result<()>;
+
+    /// Hands `mine[j]` to rank `j` and returns what each rank has for this one, in order of rank. What is for oneself is
+    /// handed back as it is.
+    ///
+    /// # Panics
+    /// When `mine` has not as many entries as there are ranks.
+    #[expect(clippy::missing_errors_doc, reason = "the trait has them")]
+    fn exchange(&mut self, mine: Vec<Vec<u8>>) -> Result<Vec<Vec<u8>>>;
 }
 
 /// The ranks that draw together, and what the last frame taught about its tiles.
@@ -101,6 +112,22 @@ impl Ranks {
     /// Whether this is the process that has the picture in the end.
     pub fn is_root(&self) -> bool {
         self.rank() == 0
+    }
+
+    /// Every rank's bytes, in order of rank. Collective.
+    pub(crate) fn share(&mut self, mine: &[u8]) -> Result<Vec<Vec<u8>>> {
+        match &mut self.team {
+            Some(team) => team.share(mine),
+            None => Ok(vec![mine.to_vec()]),
+        }
+    }
+
+    /// Hands each rank what the others have for it: one of `mine` per rank, this one included. Collective.
+    pub(crate) fn exchange(&mut self, mine: Vec<Vec<u8>>) -> Result<Vec<Vec<u8>>> {
+        match &mut self.team {
+            Some(team) => team.exchange(mine),
+            None => Ok(mine),
+        }
     }
 
     /// Does some of this rank's work. Where others wait for it a panic is an error like any other, of which they hear.

@@ -55,7 +55,8 @@ fn together(world: &World, scene: &Scene, size: usize) -> [(Frame, Vec<FrameRepo
     let frames = on_each(size, |ranks| {
         let grid = Grid::new(world.mesh.tables()).unwrap();
         let renderer = Renderer::new(1 + ranks.rank() % 2).unwrap();
-        [(); 2].map(|()| renderer.render_over(ranks, scene, &grid, &world.layers, &world.field()).unwrap())
+        [(); 2]
+            .map(|()| renderer.render_over(ranks, scene, &grid, None, &world.layers, &world.field()).unwrap())
     });
     let mut all = [Vec::new(), Vec::new()];
     for [first, second] in frames {
@@ -134,7 +135,7 @@ fn errors(odd: usize, spoil: impl Fn(&mut World, &mut Scene) + Sync) -> Vec<Stri
         let grid = Grid::new(mesh.tables()).unwrap();
         let renderer = Renderer::new(1).unwrap();
         let render = |ranks: &mut Ranks, world: &World, of: &Scene| {
-            renderer.render_over(ranks, of, &grid, &world.layers, &world.field()).map(drop)
+            renderer.render_over(ranks, of, &grid, None, &world.layers, &world.field()).map(drop)
         };
         let error = render(ranks, &world, &of).unwrap_err().to_string();
         // The next frame is drawn as if nothing had been.
@@ -229,4 +230,20 @@ fn nobody_waits_for_a_rank_that_has_left() {
     assert_eq!(leave(&[true, false, false]), [(true, false), (true, true), (true, true)]);
     assert_eq!(leave(&[true, true, true]), [(false, false); 3]);
     assert_eq!(leave(&[false, false, false]), [(false, false); 3]);
+}
+
+#[test]
+fn each_rank_has_something_for_each() {
+    // From `from` for `to` in each round: nothing to some, and to oneself too.
+    let letter = |round: usize, from: usize, to: usize| vec![(16 * from + to) as u8; round * from * (to % 3)];
+    for size in [1, 2, 3, 5] {
+        on_each(size, |ranks| {
+            let (mine, team) = (ranks.rank(), ranks.team.as_mut().unwrap());
+            for round in 0..4 {
+                let for_all = (0..size).map(|to| letter(round, mine, to)).collect();
+                let came = team.exchange(for_all).unwrap();
+                assert_eq!(came, (0..size).map(|from| letter(round, from, mine)).collect::<Vec<_>>());
+            }
+        });
+    }
 }

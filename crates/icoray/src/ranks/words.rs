@@ -2,10 +2,11 @@
 //! is not of that form is an error all the same.
 
 use crate::error::{Error, ErrorKind, Result};
+use crate::frame::Counts;
 
 /// Bytes that are being written.
-#[derive(Debug, Default)]
-pub(super) struct Words(pub Vec<u8>);
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Words(pub Vec<u8>);
 
 impl Words {
     pub fn put(&mut self, number: u64) -> &mut Self {
@@ -22,6 +23,13 @@ impl Words {
         self
     }
 
+    pub fn put_counts(&mut self, counts: &Counts) -> &mut Self {
+        counts.numbers().into_iter().for_each(|number| {
+            self.put(number);
+        });
+        self
+    }
+
     pub fn put_bytes(&mut self, bytes: &[u8]) -> &mut Self {
         self.put(bytes.len() as u64);
         self.0.extend_from_slice(bytes);
@@ -31,7 +39,7 @@ impl Words {
 
 /// Bytes that are being read.
 #[derive(Debug)]
-pub(super) struct Reader<'a>(pub &'a [u8]);
+pub(crate) struct Reader<'a>(pub &'a [u8]);
 
 impl<'a> Reader<'a> {
     fn take(&mut self, count: u64) -> Result<&'a [u8]> {
@@ -56,6 +64,14 @@ impl<'a> Reader<'a> {
         let mut bytes = [0; 4];
         bytes.copy_from_slice(self.take(4)?);
         Ok(f32::from_bits(u32::from_le_bytes(bytes)))
+    }
+
+    pub fn get_counts(&mut self) -> Result<Counts> {
+        let mut numbers = [0; 6];
+        for number in &mut numbers {
+            *number = self.get()?;
+        }
+        Ok(Counts::of_numbers(numbers))
     }
 
     pub fn get_bytes(&mut self) -> Result<&'a [u8]> {

@@ -27,6 +27,19 @@ pub enum Precision {
     F64,
 }
 
+/// How several ranks share out a picture.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Scheme {
+    /// Fragments where ranks have parts of the grid, else tiles.
+    #[default]
+    Auto,
+    /// Sort-first: each rank draws some tiles of the picture, whole.
+    Tiles,
+    /// Sort-last: each rank draws its own cells in all tiles, and rays are put together of what ranks send each other.
+    Fragments,
+}
+
 /// Where light comes from.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Source {
@@ -92,6 +105,8 @@ pub struct Scene {
     pub time_budget_ms: Option<f64>,
     /// Precision of the inner loop.
     pub precision: Precision,
+    /// How several ranks share out the picture.
+    pub ranks: Scheme,
     /// Names of the pictures, and of the maps of their errors.
     pub output: Output,
 }

@@ -5,7 +5,7 @@ mod light;
 mod output;
 mod transfer;
 
-use super::{Precision, Scene, color};
+use super::{Precision, Scene, Scheme, color};
 use crate::error::{Error, ErrorKind, Result};
 use crate::kernel::piece::Method;
 use serde::Deserialize;
@@ -26,6 +26,8 @@ struct RawScene {
     time_budget_ms: Option<Spanned<f64>>,
     #[serde(default)]
     precision: Precision,
+    #[serde(default)]
+    ranks: Scheme,
     image: Option<RawImage>,
     camera: Spanned<camera::RawCamera>,
     transfer: Spanned<transfer::RawTransfer>,
@@ -151,6 +153,7 @@ pub(super) fn scene(text: &str) -> Result<Scene> {
             .map(|ms| source.number(Some(ms), "time_budget_ms", 1.0, 1e9, 0.0))
             .transpose()?,
         precision: raw.precision,
+        ranks: raw.ranks,
         output: output::output(&source, raw.output.as_ref())?,
         field: raw.field.into_inner(),
     })

@@ -1,0 +1,87 @@
+//! Bytes between real ranks: a test runs itself once more under mpirun.
+
+use super::*;
+use icoray::Team;
+use mpi::ffi;
+use std::process::Command;
+
+/// Runs the test of that name on so many ranks, where `work` gets a team of all of them.
+///
+/// # Panics
+/// When a rank does, or the run takes too long.
+fn on_ranks(sizes: &[usize], test: &str, work: fn(&mut MpiTeam)) {
+    if std::env::var_os(RANK).is_some() {
+        return within_mpi(work);
+    }
+    if Command::new("mpirun").arg("--version").output().is_err() {
+        return println!("skipped: no mpirun");
+    }
+    for size in sizes {
+        let mut run = Command::new("timeout");
+        run.args(["--kill-after=5", "60", "mpirun", "-n", &size.to_string()]).env(RANK, "");
+        // Open MPI's: more ranks than processors, no copies that containers forbid, and as root. Others do not look at these.
+        for (name, value) in [
+            ("OMPI_MCA_rmaps_base_oversubscribe", "1"),
+            ("OMPI_MCA_hwloc_base_binding_policy", "none"),
+            ("OMPI_MCA_btl_vader_single_copy_mechanism", "none"),
+            ("OMPI_ALLOW_RUN_AS_ROOT", "1"),
+            ("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1"),
+        ] {
+            run.env(name, value);
+        }
+        run.arg(std::env::current_exe().unwrap()).args([
+            &format!("tests::{test}"),
+            "--exact",
+            "--include-ignored",
+        ]);
+        let output = run.output().unwrap();
+        let said = [output.stdout, output.stderr].map(|said| String::from_utf8_lossy(&said).into_owned());
+        let passed = said[0].matches("1 passed").count();
+        assert!(output.status.success() && passed == *size, "{run:?}\n{}{}", said[0], said[1]);
+    }
+}
+
+/// Set where a test is one of the ranks.
+const RANK: &str = "ICORAY_TEST_RANK";
+
+fn within_mpi(work: fn(&mut MpiTeam)) {
+    // SAFETY: the program's only calls of these, around all others, on one thread.
+    unsafe {
+        ffi::MPI_Init(std::ptr::null_mut(), std::ptr::null_mut());
+        work(&mut MpiTeam::new(ffi::RSMPI_Comm_c2f(ffi::RSMPI_COMM_WORLD)).unwrap());
+        ffi::MPI_Finalize();
+    }
+}
+
+#[test]
+fn each_rank_has_something_for_each() {
+    on_ranks(&[1, 2, 3, 4], "each_rank_has_something_for_each", |team| {
+        let letter = |length: usize, from: usize, to: usize| -> Vec<u8> {
+            (0..length * (from + 2 * to)).map(|i| (i * 7 + 16 * from + to) as u8).collect()
+        };
+        let (rank, size) = (team.rank(), team.size());
+        // Nothing at all, less than a message, whole ones, and more than MPI sends without waiting for the other side.
+        for (length, most) in [(0, 10), (3, 10), (10, 10), (11, 1), (70_001, 4096), (3_000_000, 1 << 30)] {
+            let mine = (0..size).map(|to| letter(length, rank, to)).collect();
+            let came = team.exchange_in_parts(mine, most).unwrap();
+            for (from, came) in came.iter().enumerate() {
+                assert!(*came == letter(length, from, rank), "{length} of {from} for {rank} by {most}");
+            }
+        }
+        assert_eq!(team.exchange(vec![vec![rank as u8]; size]).unwrap().concat().len(), size);
+    });
+}
+
+#[test]
+#[ignore = "takes 5 GB"]
+fn lengths_may_need_more_than_32_bits() {
+    on_ranks(&[2], "lengths_may_need_more_than_32_bits", |team| {
+        let lengths: [usize; 2] = [3, (1 << 31) + 12_345];
+        let (rank, other) = (team.rank(), 1 - team.rank());
+        let mut mine = vec![Vec::new(); 2];
+        mine[other] = (0..lengths[other]).map(|i| (i / 1000 + rank) as u8).collect();
+        let came = team.exchange(mine).unwrap();
+        assert_eq!((came[rank].len(), came[other].len()), (0, lengths[rank]));
+        assert!(came[other].iter().enumerate().all(|(i, byte)| *byte == (i / 1000 + other) as u8));
+    });
+}

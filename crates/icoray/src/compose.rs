@@ -1,0 +1,233 @@
+//! Rays put together of the fragments that ranks have sent, in order along the ray: sort-last compositing.
+//!
+//! Fragments of one ray do not overlap, and where one run ends the next begins, to the bit. What no fragment covers is a
+//! hole of the whole mesh, under which the core is round.
+//!
+//! As bytes a tile is its number of fragments and, where there are any, how many each of its pixels has (2 bytes) and the
+//! fragments themselves, pixel by pixel.
+
+use crate::error::{Error, ErrorKind, Result};
+use crate::kernel::piece::Light;
+use crate::kernel::plane::RayLine;
+use crate::kernel::ray::{Budget, Counts, Fragment};
+use crate::kernel::shade::Shading;
+use glam::DVec3;
+
+/// Bytes of a fragment.
+const BYTES: usize = 40;
+/// Gaps between fragments shorter than this, in planet radii, are rounding.
+const HAIR: f64 = 1e-12;
+
+/// What rays of a frame have in common when they are put together.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Composer {
+    /// Radii of the innermost and outermost layer.
+    pub radius: [f64; 2],
+    /// Linear RGB of the opaque core.
+    pub core: Option<[f64; 3]>,
+    pub shading: Option<Shading>,
+    pub budget: Budget,
+}
+
+impl Composer {
+    /// The light along the ray from `eye` towards `dir`; `None` where it misses the shell. `fragments` are sorted on the way.
+    pub fn ray(
+        &self,
+        eye: DVec3,
+        dir: DVec3,
+        fragments: &mut [Fragment],
+        counts: &mut Counts,
+    ) -> Option<Light<f64>> {
+        let line = RayLine::new(eye, dir, self.radius[1])?;
+        counts.rays += 1;
+        counts.fragments += fragments.len() as u64;
+        fragments.sort_by(|a, b| a.t[0].total_cmp(&b.t[0]));
+        let mut light = Light::none();
+        let mut reached = line.start;
+        for fragment in fragments {
+            if let Some(core) = self.core_between(&line, dir, [reached, fragment.t[0]]) {
+                light.over(&core);
+                return Some(light);
+            }
+            light.over(&fragment.light());
+            let through = 1.0 - light.absorbed;
+            if through <= self.budget.rest {
+                light.error += through * self.budget.brightest;
+                return Some(light);
+            }
+            reached = reached.max(fragment.t[1]);
+        }
+        if let Some(core) = self.core_between(&line, dir, [reached, line.end]) {
+            light.over(&core);
+        }
+        Some(light)
+    }
+
+    /// The core, if a part of the ray without data meets it.
+    fn core_between(&self, line: &RayLine, dir: DVec3, part: [f64; 2]) -> Option<Light<f64>> {
+        let color = self.core?;
+        if part[1] - part[0] <= HAIR {
+            return None;
+        }
+        let t = line.first_inside(self.radius[0], part)?;
+        let body = self.shading.map_or(1.0, |shading| {
+            shading.along::<f64>(dir, self.budget.share).solid(line.position(t).normalize_or_zero())
+        });
+        Some(Light::plain(color.map(|c| c * body), 1.0))
+    }
+}
+
+/// Fragments of a tile's pixels.
+#[derive(Debug, Default)]
+pub(crate) struct TileFragments {
+    /// How many each pixel has, row by row.
+    counts: Vec<u16>,
+    all: Vec<Fragment>,
+}
+
+impl TileFragments {
+    /// Adds a pixel with what `trace` finds.
+    ///
+    /// # Panics
+    /// When a pixel has more fragments than 16 bits count.
+    pub fn pixel(&mut self, trace: impl FnOnce(&mut Vec<Fragment>)) {
+        let before = self.all.len();
+        trace(&mut self.all);
+        let count = u16::try_from(self.all.len() - before);
+        self.counts.push(count.expect("a ray has fewer than 65536 fragments"));
+    }
+
+    /// Appends the tile as bytes.
+    pub fn put(&self, bytes: &mut Vec<u8>) {
+        bytes.extend_from_slice(&(self.all.len() as u64).to_le_bytes());
+        if self.all.is_empty() {
+            return;
+        }
+        self.counts.iter().for_each(|count| bytes.extend_from_slice(&count.to_le_bytes()));
+        for fragment in &self.all {
+            fragment.t.iter().for_each(|t| bytes.extend_from_slice(&t.to_le_bytes()));
+            let [r, g, b] = fragment.color;
+            for value in [r, g, b, fragment.absorbed, fragment.error, fragment.variance] {
+                bytes.extend_from_slice(&value.to_le_bytes());
+            }
+        }
+    }
+}
+
+/// A tile of one rank as it came.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Came<'b> {
+    counts: &'b [[u8; 2]],
+    fragments: &'b [[u8; BYTES]],
+}
+
+impl<'b> Came<'b> {
+    /// Takes a tile of `pixels` from the front of `bytes`.
+    pub fn take(bytes: &mut &'b [u8], pixels: usize) -> Result<Self> {
+        let cut = || Error::new(ErrorKind::Mpi, "a tile's fragments are cut short");
+        let mut next = |count: usize| -> Result<&'b [u8]> {
+            let (taken, rest) = bytes.split_at_checked(count).ok_or_else(cut)?;
+            *bytes = rest;
+            Ok(taken)
+        };
+        let count = next(8)?.first_chunk::<8>().map_or(0, |count| u64::from_le_bytes(*count));
+        if count == 0 {
+            return Ok(Came::default());
+        }
+        let counts = next(2 * pixels)?.as_chunks().0;
+        let length =
+            usize::try_from(count).ok().and_then(|count| count.checked_mul(BYTES)).ok_or_else(cut)?;
+        let fragments = next(length)?.as_chunks().0;
+        let told: usize = counts.iter().map(|count| usize::from(u16::from_le_bytes(*count))).sum();
+        if told == fragments.len() { Ok(Came { counts, fragments }) } else { Err(cut()) }
+    }
+
+    /// Adds the fragments of `pixel` to `found`, which are the next that have not been taken.
+    pub fn pixel(&mut self, pixel: usize, found: &mut Vec<Fragment>) {
+        let count = self.counts.get(pixel).map_or(0, |count| usize::from(u16::from_le_bytes(*count)));
+        let (mine, rest) = self.fragments.split_at(count);
+        self.fragments = rest;
+        found.extend(mine.iter().map(read));
+    }
+}
+
+fn read(bytes: &[u8; BYTES]) -> Fragment {
+    let (t, values) = bytes.split_at(16);
+    let t = [0, 1].map(|i| f64::from_le_bytes(t.as_chunks().0[i]));
+    let [r, g, b, absorbed, error, variance] =
+        [0, 1, 2, 3, 4, 5].map(|i| f32::from_le_bytes(values.as_chunks().0[i]));
+    Fragment { t, color: [r, g, b], absorbed, error, variance }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn fragment(t: [f64; 2], color: [f32; 3], absorbed: f32) -> Fragment {
+        Fragment { t, color, absorbed, error: 1e-5, variance: 0.0 }
+    }
+
+    const COMPOSER: Composer = Composer {
+        radius: [1.0, 1.5],
+        core: None,
+        shading: None,
+        budget: Budget { share: 5e-4, rest: 5e-4, brightest: 1.0 },
+    };
+
+    #[test]
+    fn the_nearer_fragment_is_in_front_whoever_sent_it() {
+        let (red, green) =
+            (fragment([-1.0, -0.9], [0.5, 0.0, 0.0], 0.5), fragment([0.2, 0.3], [0.0, 1.0, 0.0], 1.0));
+        for mut order in [[red, green], [green, red]] {
+            let mut counts = Counts::default();
+            let light = COMPOSER.ray(DVec3::X * 3.0, DVec3::NEG_X, &mut order, &mut counts).unwrap();
+            assert_eq!((light.color, light.absorbed), ([0.5, 0.5, 0.0], 1.0));
+            assert!((light.error - 1.5e-5).abs() < 1e-10, "{}", light.error);
+            assert_eq!((counts.rays, counts.fragments), (1, 2));
+        }
+    }
+
+    #[test]
+    fn a_gap_shows_the_core_and_data_hide_it() {
+        let composer = Composer { core: Some([0.0, 0.0, 1.0]), ..COMPOSER };
+        let trace = |fragments: &mut [Fragment]| {
+            composer.ray(DVec3::X * 3.0, DVec3::NEG_X, fragments, &mut Counts::default()).unwrap().color
+        };
+        assert_eq!(trace(&mut []), [0.0, 0.0, 1.0]);
+        // Data from the top to a little below the core's sphere, where their facets are, and a fragment from there on.
+        let clear = |from, to| Fragment { error: 0.0, ..fragment([from, to], [0.0; 3], 0.0) };
+        let facet = Fragment { error: 0.0, ..fragment([-0.99, -0.98], [1.0, 0.0, 0.0], 1.0) };
+        assert_eq!(trace(&mut [clear(-1.5, -0.99), facet]), [1.0, 0.0, 0.0]);
+        assert_eq!(trace(&mut [clear(-1.5, -1.2), facet]), [0.0, 0.0, 1.0], "the gap begins above the core");
+        assert_eq!(trace(&mut [clear(-1.5, -0.995), facet]), [0.0, 0.0, 1.0], "and inside it");
+        assert!(composer.ray(DVec3::X * 3.0, DVec3::Y, &mut [], &mut Counts::default()).is_none());
+    }
+
+    #[test]
+    fn fragments_come_as_they_were_sent_and_cut_ones_are_errors() {
+        let found = [3usize, 0, 1].map(|count| {
+            (0..count).map(|i| fragment([i as f64, i as f64 + 0.5], [0.1, 0.2, 0.3], 0.4)).collect::<Vec<_>>()
+        });
+        let mut bytes = Vec::new();
+        let mut tile = TileFragments::default();
+        found.iter().for_each(|pixel| tile.pixel(|all| all.extend(pixel)));
+        tile.put(&mut bytes);
+        let mut empty = TileFragments::default();
+        (0..3).for_each(|_| empty.pixel(|_| ()));
+        empty.put(&mut bytes);
+        assert_eq!(bytes.len(), 8 + 3 * 2 + 4 * BYTES + 8);
+        let mut rest = bytes.as_slice();
+        for expected in [&found, &[const { Vec::new() }; 3]] {
+            let mut came = Came::take(&mut rest, 3).unwrap();
+            for (pixel, expected) in expected.iter().enumerate() {
+                let mut found = Vec::new();
+                came.pixel(pixel, &mut found);
+                assert_eq!(found, *expected);
+            }
+        }
+        assert!(rest.is_empty());
+        for length in 0..bytes.len() - 8 {
+            assert!(Came::take(&mut &bytes[..length], 3).is_err(), "{length} bytes");
+        }
+    }
+}

@@ -1,0 +1,142 @@
+//! A picture of parts: each rank traces all rays through its own cells, and each puts rays together in some of the tiles.
+
+use super::{Work, brightest, ray, shown};
+use crate::compose::{Came, Composer, TileFragments};
+use crate::error::{Error, ErrorKind, Result};
+use crate::kernel::ray::{Budget, Counts};
+use crate::kernel::real::Real;
+use crate::kernel::sample::Sample;
+use crate::quality::{Lights, Quality};
+use crate::ranks::{Part, Ranks, Reader, Share, Words};
+use crate::raster::{Pixel, Raster, Tile};
+use rayon::prelude::*;
+use std::time::Instant;
+
+/// The tiles that this rank has put together.
+pub(super) struct Composed {
+    pub tiles: Result<Vec<Tile>>,
+    /// Seconds of tracing and of putting together, without those of the exchange.
+    pub drawn_s: f64,
+    /// Seconds of putting together.
+    pub compose_s: f64,
+}
+
+impl<T: Real, S: Sample> Work<'_, T, S> {
+    /// Traces this rank's part of all tiles, exchanges fragments, and puts this rank's tiles together. Collective.
+    pub(super) fn compose<const N: usize>(
+        &self,
+        ranks: &mut Ranks,
+        part: &Part,
+        share: &Share,
+    ) -> Result<Composed> {
+        let start = Instant::now();
+        let raster = Raster { step: share.quality.pixel_step, ..self.raster() };
+        let traced = ranks.attempt(|| {
+            let (tiles, counts) = self.renderer.run(|| self.fragments::<N>(part, &share.quality, raster));
+            Ok(addressed(ranks, &tiles, &share.owners, counts))
+        });
+        let drawn_s = start.elapsed().as_secs_f64();
+        let messages = ranks.together(traced)?;
+        let came = ranks.exchange(messages)?;
+        let start = Instant::now();
+        let mine = share.tiles_of(ranks.rank());
+        let tiles =
+            ranks.attempt(|| self.renderer.run(|| self.put_together(&share.quality, raster, &mine, &came)));
+        let compose_s = start.elapsed().as_secs_f64();
+        Ok(Composed { tiles, drawn_s: drawn_s + compose_s, compose_s })
+    }
+
+    /// The fragments of each tile as bytes, and what rays met on the way.
+    fn fragments<const N: usize>(
+        &self,
+        part: &Part,
+        quality: &Quality,
+        raster: Raster,
+    ) -> (Vec<Vec<u8>>, Counts) {
+        let caster = self.caster::<N>(quality);
+        let trace = |tile: u32| {
+            let (mut fragments, mut counts) = (TileFragments::default(), Counts::default());
+            raster.visit(tile, |x, y, hint| {
+                let (eye, dir) = ray(self.scene, x, y);
+                fragments.pixel(|found| caster.fragments(part, eye, dir, hint, &mut counts, found));
+            });
+            let mut bytes = Vec::new();
+            fragments.put(&mut bytes);
+            (bytes, counts)
+        };
+        let tiles: Vec<_> = (0..raster.tiles()).into_par_iter().with_max_len(1).map(trace).collect();
+        let mut counts = Counts::default();
+        tiles.iter().for_each(|(_, of_tile)| counts += *of_tile);
+        (tiles.into_iter().map(|(bytes, _)| bytes).collect(), counts)
+    }
+
+    /// The tiles `mine` of what all ranks have sent.
+    fn put_together(
+        &self,
+        quality: &Quality,
+        raster: Raster,
+        mine: &[u32],
+        came: &[Vec<u8>],
+    ) -> Result<Vec<Tile>> {
+        let mut readers = Vec::with_capacity(came.len());
+        let mut met = Counts::default();
+        for bytes in came {
+            let mut reader = Reader(bytes);
+            met += reader.get_counts()?;
+            readers.push(reader.0);
+        }
+        // Where each tile begins is known once those before it are read.
+        let mut tiles = Vec::with_capacity(mine.len());
+        for tile in mine {
+            let pixels = raster.pixels_of(*tile);
+            let of_ranks = readers.iter_mut().map(|bytes| Came::take(bytes, pixels));
+            tiles.push((*tile, of_ranks.collect::<Result<Vec<_>>>()?));
+        }
+        if let Some(rank) = readers.iter().position(|rest| !rest.is_empty()) {
+            return Err(Error::new(ErrorKind::Mpi, format!("rank {rank} sent fragments of other tiles")));
+        }
+        let composer = Composer {
+            radius: [self.shell.inner(), self.shell.outer()],
+            core: self.scene.core,
+            shading: self.plan.shading.filter(|_| quality.lights != Lights::Off),
+            budget: Budget::new(quality.tolerance, brightest(self.scene)),
+        };
+        let compose = |(number, mut came): (u32, Vec<Came>)| self.tile(&composer, raster, number, &mut came);
+        let mut tiles: Vec<Tile> = tiles.into_par_iter().with_max_len(1).map(compose).collect();
+        if let Some(tile) = tiles.first_mut() {
+            tile.counts += met;
+        }
+        Ok(tiles)
+    }
+
+    fn tile(&self, composer: &Composer, raster: Raster, number: u32, came: &mut [Came]) -> Tile {
+        let start = Instant::now();
+        let mut counts = Counts::default();
+        let mut pixels: Vec<Pixel> = Vec::with_capacity(raster.pixels_of(number));
+        let mut fragments = Vec::new();
+        raster.visit(number, |x, y, _| {
+            fragments.clear();
+            came.iter_mut().for_each(|came| came.pixel(pixels.len(), &mut fragments));
+            let (eye, dir) = ray(self.scene, x, y);
+            let light = composer.ray(eye, dir, &mut fragments, &mut counts);
+            pixels.push(shown(self.scene, composer.budget.brightest, light));
+        });
+        Tile { number, seconds: start.elapsed().as_secs_f64(), counts, pixels }
+    }
+}
+
+/// What is sent to each rank: what rays met, which only rank 0 is told, and the rank's tiles.
+fn addressed(ranks: &Ranks, tiles: &[Vec<u8>], owners: &[u32], mut counts: Counts) -> Vec<Vec<u8>> {
+    let mut bodies = vec![Vec::new(); ranks.size()];
+    for (tile, owner) in tiles.iter().zip(owners) {
+        bodies[*owner as usize].extend_from_slice(tile);
+    }
+    let others = bodies.iter().enumerate().filter(|(rank, _)| *rank != ranks.rank());
+    counts.fragment_bytes = others.map(|(_, bytes)| bytes.len() as u64).sum();
+    let head = |rank: usize| {
+        let mut words = Words::default();
+        words.put_counts(&if rank == 0 { counts } else { Counts::default() });
+        words.0
+    };
+    bodies.into_iter().enumerate().map(|(rank, body)| [head(rank), body].concat()).collect()
+}
