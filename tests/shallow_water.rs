@@ -1,7 +1,7 @@
 //! The Fortran model over ranks: it has the bits of one process, on however many ranks and however its cells are dealt.
 
 use icoray_tests::native::{command, is_there, library, mpi_library, root, succeeded, text};
-use icoray_tests::ranks::{has_mpi, on_ranks};
+use icoray_tests::ranks::FIRST;
 use std::path::{Path, PathBuf};
 use tempfile::TempDir;
 
@@ -36,7 +36,7 @@ fn said(output: &[u8]) -> Vec<String> {
 
 #[test]
 fn the_model_has_the_same_bits_on_any_number_of_ranks() {
-    if !has_mpi() || !is_there("mpifort") || !is_there("gfortran") || !is_there("make") {
+    if !FIRST.is_there() || !is_there("mpifort") || !is_there("gfortran") || !is_there("make") {
         return;
     }
     let directory = TempDir::new().unwrap();
@@ -53,21 +53,22 @@ fn the_model_has_the_same_bits_on_any_number_of_ranks() {
         let expected = said(&succeeded(command(&alone, directory).args(size).args(case)).stdout);
         assert!(expected.len() > 5 && expected.last().unwrap().contains("fingerprint="), "{expected:#?}");
         for ranks in 1..=4 {
-            let run = succeeded(on_ranks(ranks, &together, directory).args(size).args(case));
+            let run = succeeded(FIRST.on_ranks(ranks, &together, directory).args(size).args(case));
             assert_eq!(said(&run.stdout), expected, "{case:?} on {ranks} ranks");
         }
         let dealt = ["--partition", "scattered"];
-        let run = succeeded(on_ranks(3, &together, directory).args(size).args(case).args(dealt));
+        let run = succeeded(FIRST.on_ranks(3, &together, directory).args(size).args(case).args(dealt));
         assert_eq!(said(&run.stdout), expected, "{case:?}, scattered");
     }
 
     for ranks in [1, 3] {
-        let run = succeeded(on_ranks(ranks, &together, directory).args(["--self-test", "--level", "3"]));
+        let run =
+            succeeded(FIRST.on_ranks(ranks, &together, directory).args(["--self-test", "--level", "3"]));
         let told = text(&run.stdout);
         assert!(told.ends_with("self-test passed\n") && told.lines().count() > 30, "{told}");
     }
     for (partition, ranks) in [("scattered", 2), ("scattered", 4), ("nowhere", 2)] {
-        let mut run = on_ranks(ranks, &together, directory);
+        let mut run = FIRST.on_ranks(ranks, &together, directory);
         let output = run.args(size).args(["--partition", partition]).output().unwrap();
         let told = text(&output.stderr);
         assert!(!output.status.success(), "{partition} on {ranks} ranks");
