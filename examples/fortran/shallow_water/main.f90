@@ -74,8 +74,8 @@ program shallow_water
    call plan_steps()
 
    call print_head()
-   if (opt%pictures) call pictures_open(shots, grid, level_radius, radius, state%h, vorticity, opt%scene, opt%out, opt%threads, &
-      opt%beside)
+   if (opt%pictures) call pictures_open(shots, grid, part%cell, cells%cells_in(0), level_radius, radius, state%h, vorticity, &
+                                        opt%scene, opt%out, opt%threads, opt%beside)
    simulation = 0.0_wp
    shown = 0.0_wp
    shown_day = -1
@@ -156,18 +156,25 @@ contains
    end subroutine plan_steps
 
    subroutine print_head()
-      real(wp) :: own(2), around(2)
-      own = [-largest_of_ranks(-real(cells%cells_in(0), wp)), largest_of_ranks(real(cells%cells_in(0), wp))]
-      around = [-largest_of_ranks(-real(cells%cells, wp)), largest_of_ranks(real(cells%cells, wp))] - own
+      integer :: own(2), around(2)
+      own = range_of(cells%cells_in(0))
+      around = range_of(cells%cells - cells%cells_in(0))
       if (rank /= 0) return
       write (*, '(3(a,i0),a,f0.3,a,i0,a)') 'shallow_water: ', cells%by_cell%total, ' cells, ', opt%layers, ' layers, ', steps, &
          ' steps of ', dt, ' s, a picture every ', every, ' steps'
-      if (rank_count > 1) write (*, '(5(i0,a))') rank_count, ' ranks, each with ', nint(own(1)), ' to ', nint(own(2)), &
-         ' cells of its own and ', nint(around(1)), ' to ', nint(around(2)), ' of others around them'
+      if (rank_count > 1) write (*, '(5(i0,a))') rank_count, ' ranks, each with ', own(1), ' to ', own(2), &
+         ' cells of its own and ', around(1), ' to ', around(2), ' of others around them'
       write (*, '(a,f7.1,a,f7.1,a,2(f7.4,a))') 'set up in', clock() - began, ' s; centres are at least', shortest/1000.0_wp, &
          ' km apart, and', off(1), ' of a spacing from their centroids at most,', off(2), ' in the mean'
       write (*, '(a)') '   day       mass     energy  enstrophy    min h/m   max h/m  max vort*s simulate/s   pictures/s'
    end subroutine print_head
+
+   !> The least and the largest of all ranks.
+   function range_of(n) result(range)
+      integer, intent(in) :: n
+      integer :: range(2)
+      range = nint([-largest_of_ranks(-real(n, wp)), largest_of_ranks(real(n, wp))])
+   end function range_of
 
    subroutine print_line(time)
       real(wp), intent(in) :: time
