@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use tempfile::TempDir;
 
-const FUNCTIONS: [&str; 20] = [
+const FUNCTIONS: [&str; 21] = [
     "icoray_close",
     "icoray_execute",
     "icoray_field_set",
@@ -22,6 +22,7 @@ const FUNCTIONS: [&str; 20] = [
     "icoray_mesh_grid",
     "icoray_open",
     "icoray_open_serial",
+    "icoray_part_set",
     "icoray_report",
     "icoray_scene_load",
     "icoray_scene_text",
