@@ -83,6 +83,17 @@ impl Columns {
     /// Puts the field together in the node's memory, of `field`'s own columns on each rank; returns the bytes that this rank
     /// wrote there. Collective, and so is what comes of it, but for a failure that is to be told to the others.
     pub(crate) fn gather(&self, ranks: &mut Ranks, node: &mut Node, field: &Field) -> Result<u64> {
+        self.gather_by(ranks, node, field, MOST)
+    }
+
+    /// The same with at most so many bytes sent at once.
+    pub(super) fn gather_by(
+        &self,
+        ranks: &mut Ranks,
+        node: &mut Node,
+        field: &Field,
+        most: usize,
+    ) -> Result<u64> {
         let width = column_bytes(field);
         let mut columns = 0;
         node.memory.begin()?;
@@ -93,7 +104,7 @@ impl Columns {
             });
             Ok(())
         });
-        let at_once = (MOST / (width + 8) / ranks.size()).max(1);
+        let at_once = (most / (width + 8) / ranks.size()).max(1);
         let rounds = if ranks.size() > 1 { self.most.div_ceil(at_once) } else { 0 };
         for round in 0..rounds {
             // Where something has failed the others wait for this rank all the same.
