@@ -254,7 +254,7 @@ typedef struct icoray_frame_report {
    */
   double waited_s;
   /**
-   * Of these: copying the field (async_render).
+   * Of these: copying the field (async_render, or columns that are spread over ranks, with waiting for each other).
    */
   double copy_s;
   /**
@@ -298,7 +298,8 @@ typedef struct icoray_frame_report {
    */
   uint64_t missing_values;
   /**
-   * Bytes of input that were copied: 0, or the field's with async_render.
+   * Bytes of input that were copied: 0, or the field's with async_render. Of columns that are spread over ranks: what this
+   * rank wrote to its node's memory, which is the field's of all ranks there.
    */
   uint64_t bytes_copied;
   /**
@@ -306,7 +307,8 @@ typedef struct icoray_frame_report {
    */
   uint64_t bytes_derived;
   /**
-   * The most memory that icoray has held at once in this process, bytes, by all contexts and meshes.
+   * The most memory that icoray has held at once in this process, bytes, by all contexts and meshes; without what ranks of a
+   * node share.
    */
   uint64_t bytes_peak;
   /**
@@ -486,12 +488,16 @@ typedef struct icoray_grid {
 } icoray_grid;
 
 /**
- * Which cells of a grid are this rank's own, where the grid is spread over the ranks of icoray_open. Read during the call
- * only.
+ * Which cells of a grid are this rank's own, where the grid or its fields are spread over the ranks of icoray_open. Read
+ * during the call only. Every cell is own on just one rank.
  *
- * Each rank's icoray_grid has its own cells and a halo of all cells that share a corner with these, with local numbers;
- * what lies beyond is marked as missing, as beside a hole. Every cell is own on just one rank. Fields have values in the
- * halo too, as after the model's exchange; of fields at corners those at the corners of own cells do.
+ * Where `cells` is the number of the grid's cells on all ranks, each rank's icoray_grid is its part: own cells and a halo of
+ * all cells that share a corner with these, with local numbers; what lies beyond is marked as missing, as beside a hole. Fields
+ * have values in the halo too, as after the model's exchange; of fields at corners those at the corners of own cells do.
+ *
+ * Where it is another number on any rank, icoray_grid is the whole grid on all, and cell_global has rows of its tables. Fields
+ * are at centres (ICORAY_ERR_FIELD), with a column for each of this rank's cells, of which only own ones are read: a halo is
+ * not needed. They are put together in memory that the ranks of a node share, once per frame (bytes_copied).
  */
 typedef struct icoray_part {
   /**
@@ -503,7 +509,7 @@ typedef struct icoray_part {
    */
   const char *grid;
   /**
-   * Number of rows below, which is that of the grid's cells.
+   * Number of rows below: the cells of which this rank has columns.
    */
   int64_t cells;
   /**
@@ -511,7 +517,8 @@ typedef struct icoray_part {
    */
   int32_t index_type;
   /**
-   * Number of each cell in the whole grid (MPAS indexToCellID), counted from the grid's index_base; there may be gaps.
+   * Number of each cell in the whole grid (MPAS indexToCellID), counted from the grid's index_base; of parts there may be
+   * gaps.
    */
   const void *cell_global;
   /**
@@ -822,13 +829,17 @@ icoray_status icoray_grid_set(struct icoray_ctx *ctx,
                               const struct icoray_grid *grid);
 
 /**
- * Says which cells of a grid are this rank's own, where ranks have parts of it; after icoray_grid_set of that grid, and
- * again after each one (ICORAY_ERR_ORDER where no grid was given). From then on each rank draws its own part in whole
- * pictures, and rays are put together of what ranks send each other. On failure the part before, if any, stays.
+ * Says which cells of a grid are this rank's own, where ranks have parts of it, or the whole grid and columns of some cells
+ * each (icoray_part); after icoray_grid_set of that grid, and again after each one (ICORAY_ERR_ORDER where no grid was given).
+ * On failure what was said before, if anything, stays.
+ *
+ * From then on each rank draws its own part in whole pictures, and rays are put together of what ranks send each other. Of
+ * columns, each node puts the field together, and ranks draw tiles: bitwise the picture of one rank with the whole field.
  *
  * Collective over the communicator of icoray_open, with a grid of the same name on all. What fails on one rank is the
- * status of all: ICORAY_ERR_GRID where a cell is owned by two ranks or by none, a number is there twice, or a halo is
- * narrower than one cell. One process alone owns every cell, and draws as without this call.
+ * status of all: ICORAY_ERR_GRID where a cell is owned by two ranks or by none, a number is there twice or not in the grid, or
+ * a halo is narrower than one cell. One process alone owns every cell, in the order of its tables, and draws as without this
+ * call.
  *
  * # Safety
  * `ctx` is open; `part` is NULL or filled in as the header says.
@@ -859,7 +870,8 @@ icoray_status icoray_field_set(struct icoray_ctx *ctx,
 
 /**
  * As icoray_field_set, for an array of which just the dimensions are known: which of them are layers and which columns
- * is found from grid and layers, which come first (ICORAY_ERR_ORDER). Fortran's icoray_field_set comes here.
+ * is found from grid and layers, which come first (ICORAY_ERR_ORDER); so does icoray_part_set where ranks have the whole grid.
+ * Fortran's icoray_field_set comes here.
  *
  * # Safety
  * As icoray_field_set.
@@ -935,7 +947,10 @@ icoray_status icoray_open_serial(const struct icoray_config *config, struct icor
 /**
  * Opens a context over the ranks of an MPI communicator, which draw each picture together; it is at rank 0, in the
  * output_dir of rank 0's config. Every rank has the whole grid and the whole field, and draws some of the tiles; or each
- * has its part of them, and says so by icoray_part_set.
+ * has its part of them, or the whole grid and its own columns of the field, and says so by icoray_part_set.
+ *
+ * What ranks of a node need together is in memory that they share. The environment's ICORAY_NODE_RANKS says how many ranks do
+ * at most, where a node is better taken for several; 1 shares nothing.
  *
  * fortran_comm is MPI_Comm_c2f(comm); it is duplicated, and freed by icoray_close. The model initialises MPI before, at any
  * thread level, and finalises it after icoray_close. icoray_open, icoray_part_set, icoray_execute, icoray_wait and
