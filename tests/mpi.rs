@@ -144,6 +144,44 @@ fn what_fails_on_one_rank_fails_on_all() {
 }
 
 #[test]
+fn a_part_that_is_wrong_on_one_rank_is_refused_on_all() {
+    if !has_mpi() {
+        return;
+    }
+    let directory = TempDir::new().unwrap();
+    let program = compile(mpi_library(), "mpi_parts_refusals", directory.path());
+    for ranks in [2, 3, 4] {
+        let to = directory.path().join(ranks.to_string());
+        std::fs::create_dir(&to).unwrap();
+        checked(on_ranks(ranks, &program, directory.path()).arg(&to), "mpi_parts_refusals", 350);
+    }
+}
+
+/// In a small file system of its own, which nobody else sees and which goes with the program.
+#[test]
+fn a_full_disk_at_rank_0_is_told_on_all() {
+    if !has_mpi() {
+        return;
+    }
+    let directory = TempDir::new().unwrap();
+    let disk = directory.path().join("disk");
+    std::fs::create_dir(&disk).unwrap();
+    let mount = "mount -t tmpfs -o size=200k none disk";
+    let mounts = command("unshare", directory.path()).args(["-m", "sh", "-c", mount]).output();
+    if !mounts.is_ok_and(|o| o.status.success()) {
+        println!("skipped: cannot mount a small file system here");
+        return;
+    }
+    let program = compile(mpi_library(), "mpi_parts_refusals", directory.path());
+    let mut inner = on_ranks(2, &program, directory.path());
+    inner.args(["disk", "full"]);
+    let mut outer = command("unshare", directory.path());
+    outer.args(["-m", "sh", "-c", &format!("{mount} && exec \"$@\""), "sh"]);
+    outer.arg(inner.get_program()).args(inner.get_args());
+    checked(&mut outer, "mpi_parts_refusals", 25);
+}
+
+#[test]
 fn before_mpi_and_after_it_there_are_answers() {
     if !has_mpi() {
         return;
