@@ -196,6 +196,8 @@ fn reported(directory: &Path, found: &mut Vec<PathBuf>) {
         assert!(["bound", "estimate"].contains(&&*row[column("error_kind")]), "{row:?}");
         assert_eq!((number("tolerance"), number("pixel_step")), (1e-3, 1.0));
         assert!(["off", "full"].contains(&&*row[column("lights")]), "{row:?}");
+        assert_eq!(["ranks", "balance", "gather_s", "bytes_received"].map(number), [1.0, 1.0, 0.0, 0.0]);
+        assert!(number("tiles") >= 1.0, "{row:?}");
         let may_copy = directory
             .components()
             .any(|c| ["background", "at_once"].map(OsStr::new).contains(&c.as_os_str()));

@@ -255,7 +255,7 @@ impl<'g, 'a> Walk<'g, 'a> {
     }
 
     /// The next column, or `None` behind the ray's end.
-    #[inline]
+    #[inline(always)]
     pub fn next_column(&mut self) -> Option<Column> {
         let entry_place = self.from.take()?;
         let crossing = self.contour.exit();
