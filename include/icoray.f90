@@ -849,6 +849,7 @@ contains
           //' entries or rows, expected at least '//decimal(n(counts(i))), ierr)
         return
       end if
+      if (.not. c_associated(v(i)%first)) cycle   ! no element, so no address either
       apart = merge(8, 4, merge(real_type == ICORAY_F64, index_type == ICORAY_I64, i <= 4))
       do d = 1, v(i)%rank
         whole = v(i)%bytes(d)
