@@ -1,60 +1,10 @@
 //! Several ranks under mpirun: C and Fortran programs against the library that was built with MPI.
 
-use icoray_tests::native::{
-    checked, command, compile_with, is_there, library, mpi_library, mpich_library, root, succeeded, text,
-};
+use icoray_tests::native::{checked, command, is_there, library, mpi_library, root, succeeded, text};
+use icoray_tests::ranks::{FIRST, MPICH, Mpi};
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
-use std::process::Command;
+use std::path::Path;
 use tempfile::TempDir;
-
-/// Seconds after which a run counts as one that hangs.
-const HANGS: &str = "150";
-
-/// An MPI: its compiler, how its programs are run, and the library that was built for it.
-struct Mpi {
-    compiler: &'static str,
-    run: &'static str,
-    library: fn() -> &'static Path,
-}
-
-/// The one that is found first.
-static FIRST: Mpi = Mpi { compiler: "mpicc", run: "mpirun", library: mpi_library };
-/// Debian's other one, beside Open MPI.
-static MPICH: Mpi = Mpi { compiler: "mpicc.mpich", run: "mpirun.mpich", library: mpich_library };
-
-impl Mpi {
-    /// Whether it is installed; says so where it is not.
-    fn is_there(&self) -> bool {
-        is_there(self.run) && is_there(self.compiler)
-    }
-
-    /// A program of `tests/c` with what the others share, compiled against `library`.
-    fn compile(&self, library: &Path, name: &str, directory: &Path) -> PathBuf {
-        let sources = [name, "mpi_common", "mpi_cut", "host_common", "check"];
-        compile_with(library, self.compiler, &["-std=c99", "-Wno-long-long"], &sources, directory)
-    }
-
-    /// A program on so many ranks, more than there are processors if need be, stopped where it hangs.
-    fn on_ranks(&self, ranks: usize, program: &Path, directory: &Path) -> Command {
-        let mut command = command("timeout", directory);
-        command.args(["--kill-after=5", HANGS, self.run, "-n", &ranks.to_string()]);
-        if self.is_open_mpi() {
-            let options = "--oversubscribe --bind-to none --mca btl_vader_single_copy_mechanism none";
-            command.args(options.split(' '));
-            if text(&succeeded(Command::new("id").arg("-u")).stdout).trim() == "0" {
-                command.arg("--allow-run-as-root");
-            }
-        }
-        command.arg(program);
-        command
-    }
-
-    fn is_open_mpi(&self) -> bool {
-        let version = text(&succeeded(Command::new(self.run).arg("--version")).stdout);
-        version.contains("Open MPI") || version.contains("OpenRTE")
-    }
-}
 
 /// The files of a directory but its report, whose lines have seconds.
 fn files(directory: &Path) -> BTreeMap<String, Vec<u8>> {
