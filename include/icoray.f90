@@ -48,8 +48,9 @@ module icoray
     ICORAY_ERR_MPI = 16             !< MPI is not initialised or has failed, or ranks differ in call, step, scene or data
   integer, parameter, public :: &
     ICORAY_F32 = 1, ICORAY_F64 = 2, &           !< icoray_array%type, icoray_grid%real_type
-    ICORAY_I32 = 3, ICORAY_I64 = 4, &           !< icoray_grid%index_type
+    ICORAY_I32 = 3, ICORAY_I64 = 4, &           !< icoray_grid%index_type, icoray_part%index_type
     ICORAY_CENTER = 0, ICORAY_CORNER = 1, &     !< location: values at cell centres, or at corners (averaged)
+    ICORAY_ALONE = 0, ICORAY_TILES = 1, ICORAY_FRAGMENTS = 2, &   !< icoray_frame_report%scheme: how ranks shared it
     ICORAY_NEVER_MODIFY = 0, ICORAY_OVERWRITE = 1, &              !< existing: pictures that are there already
     ICORAY_WARN = 0, ICORAY_IGNORE = 1, ICORAY_DISABLE = 2, &     !< on_error: log, do not log, or switch off
     ICORAY_BLOCK = 0, ICORAY_DROP_OLDEST = 1, &                   !< when_full: wait, or drop the oldest frame
@@ -117,6 +118,17 @@ module icoray
     type(c_ptr) :: edge_corner = c_null_ptr, name = c_null_ptr
   end type icoray_grid
 
+  !> Which cells of a grid are this rank's own, as addresses.
+  type, bind(C), public :: icoray_part
+    integer(c_size_t) :: struct_size = 0
+    type(c_ptr) :: grid = c_null_ptr
+    integer(c_int64_t) :: cells = 0
+    integer(c_int32_t) :: index_type = 0
+    type(c_ptr) :: cell_global = c_null_ptr
+    integer(c_int64_t) :: owned_cells = 0
+    type(c_ptr) :: is_owned = c_null_ptr
+  end type icoray_part
+
   !> Layers.
   type, bind(C), public :: icoray_layers
     integer(c_size_t) :: struct_size = 0
@@ -162,6 +174,9 @@ module icoray
     integer(c_int32_t) :: ranks = 0, tiles = 0
     real(c_double) :: gather_s = 0, balance = 0
     integer(c_int64_t) :: bytes_received = 0
+    integer(c_int32_t) :: scheme = 0
+    integer(c_int64_t) :: fragments = 0, fragment_bytes = 0
+    real(c_double) :: compose_s = 0
   end type icoray_frame_report
 
   !> Opens a context without MPI: call icoray_open_serial(ctx, [ierr], keywords) or (ctx, icoray_config, [ierr]).
@@ -184,10 +199,11 @@ module icoray
   !> Opens a context over the ranks of an MPI communicator, which draw each picture together: call icoray_open(ctx, comm,
   !> [ierr], keywords) or (ctx, comm, icoray_config, [ierr]), keywords as of icoray_open_serial.
   !>   comm   an integer: MPI_COMM_WORLD%MPI_VAL of mpi_f08, MPI_COMM_WORLD of mpi. Duplicated, and freed by icoray_close
-  !> Each rank has the whole grid and field and draws tiles; the picture is at rank 0, and so are output_dir, existing and
-  !> disable_after. icoray_open, icoray_execute, icoray_wait and icoray_close are collective: all ranks make them in the
-  !> same order and get the same ierr. MPI is initialised before and finalised after. ICORAY_ERR_UNSUPPORTED where the
-  !> library was built without MPI, and for async_render.
+  !> Each rank has the whole grid and field and draws tiles, or has its part of them (icoray_part_set); the picture is at
+  !> rank 0, and so are output_dir, existing and disable_after. icoray_open, icoray_part_set, icoray_execute, icoray_wait
+  !> and icoray_close are collective: all ranks make them in the same order and get the same ierr. MPI is
+  !> initialised before and finalised after. ICORAY_ERR_UNSUPPORTED where the library was built without MPI, and for
+  !> async_render.
   interface icoray_open
     procedure :: open_i4, open_i8, open_config_i4, open_config_i8
   end interface icoray_open
@@ -212,6 +228,22 @@ module icoray
   interface icoray_grid_set
     procedure :: grid_r4_i4, grid_r4_i8, grid_r8_i4, grid_r8_i8, grid_mesh, grid_struct
   end interface icoray_grid_set
+
+  !> Says which cells of a grid are this rank's own, where ranks have parts of it: after icoray_grid_set of that grid, and
+  !> again after each one. Collective, with the same ierr on all. The tables have own cells and a halo of all cells that
+  !> share a corner with these, with local numbers; beyond it neighbours are missing, as beside a hole. Fields have values
+  !> in the halo too, as after the model's exchange; of fields at corners those at the corners of own cells do. A rank may
+  !> have no cells: arrays of size 0.
+  !>   call icoray_part_set(ctx, cell_global, [ierr], owned=n, [grid='name'])
+  !>   call icoray_part_set(ctx, cell_global, [ierr], is_owned=mask, [grid='name'])
+  !>   cell_global(cells)  number of each cell in the whole grid, from index_base; gaps are allowed (MPAS indexToCellID)
+  !>   owned               the first so many cells are own (MPAS nCellsSolve)
+  !>   is_owned(cells)     logical, or integer(int32) that is not 0 where a cell is own; the shorter of the two counts
+  !>   grid                name of the grid; the one without a name
+  !> These arrays are read during the call only, and need no TARGET. Or (ctx, icoray_part, [ierr]).
+  interface icoray_part_set
+    procedure :: part_first_i4, part_first_i8, part_mask_i4, part_mask_i8, part_marks_i4, part_marks_i8, part_struct
+  end interface icoray_part_set
 
   !> Hands over the layers: call icoray_layers_set(ctx, radius_m, planet_radius_m, [ierr], name), copied.
   !>   radius_m(:)      metres from the planet's centre, strictly rising or falling, in the order of the fields' layers,
@@ -260,9 +292,9 @@ module icoray
     procedure :: last_error_ctx, last_error_thread
   end interface icoray_last_error
 
-  public :: icoray_open, icoray_open_serial, icoray_grid_set, icoray_layers_set, icoray_field_set, icoray_field_set_ndarray
-  public :: icoray_scene_load, icoray_scene_text, icoray_wants, icoray_wants_field, icoray_execute, icoray_wait
-  public :: icoray_report, icoray_last_error, icoray_close, icoray_version, icoray_log_stderr
+  public :: icoray_open, icoray_open_serial, icoray_grid_set, icoray_part_set, icoray_layers_set, icoray_field_set
+  public :: icoray_field_set_ndarray, icoray_scene_load, icoray_scene_text, icoray_wants, icoray_wants_field
+  public :: icoray_execute, icoray_wait, icoray_report, icoray_last_error, icoray_close, icoray_version, icoray_log_stderr
   public :: icoray_mesh_create, icoray_mesh_grid, icoray_mesh_tables, icoray_mesh_free
 
   ! The functions of icoray.h as they are: strings end in c_null_char, struct_size is set.
@@ -302,6 +334,12 @@ module icoray
       type(icoray_grid), intent(in) :: grid
       integer(c_int32_t) :: status
     end function icoray_grid_set_c
+    function icoray_part_set_c(ctx, part) bind(C, name='icoray_part_set') result(status)
+      import
+      type(c_ptr), value :: ctx
+      type(icoray_part), intent(in) :: part
+      integer(c_int32_t) :: status
+    end function icoray_part_set_c
     function icoray_layers_set_c(ctx, layers) bind(C, name='icoray_layers_set') result(status)
       import
       type(c_ptr), value :: ctx
@@ -400,7 +438,7 @@ module icoray
     end function c_strlen
   end interface
   public :: icoray_open_c, icoray_open_serial_c, icoray_close_c, icoray_last_error_c, icoray_version_c, icoray_grid_set_c
-  public :: icoray_layers_set_c, icoray_field_set_c, icoray_field_set_ndarray_c, icoray_scene_load_c
+  public :: icoray_part_set_c, icoray_layers_set_c, icoray_field_set_c, icoray_field_set_ndarray_c, icoray_scene_load_c
   public :: icoray_scene_text_c, icoray_wants_c, icoray_wants_field_c, icoray_execute_c, icoray_wait_c
   public :: icoray_report_c, icoray_log_stderr_c, icoray_mesh_create_c, icoray_mesh_grid_c, icoray_mesh_free_c
 
@@ -842,6 +880,103 @@ contains
     call put_name(grid%name, c_name, name)
     call grid_struct(ctx, grid, ierr)
   end subroutine set_views
+
+  subroutine part_first_i4(ctx, cell_global, ierr, owned, grid)
+    type(icoray_context), intent(in) :: ctx
+    integer(c_int32_t), intent(in), contiguous, target :: cell_global(:)
+    integer, intent(out), optional :: ierr
+    integer, intent(in) :: owned
+    character(len=*), intent(in), optional :: grid
+    call part_first(ctx, ICORAY_I32, view_of(cell_global), owned, ierr, grid)
+  end subroutine part_first_i4
+  subroutine part_first_i8(ctx, cell_global, ierr, owned, grid)
+    type(icoray_context), intent(in) :: ctx
+    integer(c_int64_t), intent(in), contiguous, target :: cell_global(:)
+    integer, intent(out), optional :: ierr
+    integer, intent(in) :: owned
+    character(len=*), intent(in), optional :: grid
+    call part_first(ctx, ICORAY_I64, view_of(cell_global), owned, ierr, grid)
+  end subroutine part_first_i8
+  subroutine part_mask_i4(ctx, cell_global, ierr, is_owned, grid)
+    type(icoray_context), intent(in) :: ctx
+    integer(c_int32_t), intent(in), contiguous, target :: cell_global(:)
+    integer, intent(out), optional :: ierr
+    logical, intent(in) :: is_owned(:)
+    character(len=*), intent(in), optional :: grid
+    call part_marks(ctx, ICORAY_I32, view_of(cell_global), merge(1_c_int32_t, 0_c_int32_t, is_owned), ierr, grid)
+  end subroutine part_mask_i4
+  subroutine part_mask_i8(ctx, cell_global, ierr, is_owned, grid)
+    type(icoray_context), intent(in) :: ctx
+    integer(c_int64_t), intent(in), contiguous, target :: cell_global(:)
+    integer, intent(out), optional :: ierr
+    logical, intent(in) :: is_owned(:)
+    character(len=*), intent(in), optional :: grid
+    call part_marks(ctx, ICORAY_I64, view_of(cell_global), merge(1_c_int32_t, 0_c_int32_t, is_owned), ierr, grid)
+  end subroutine part_mask_i8
+  subroutine part_marks_i4(ctx, cell_global, ierr, is_owned, grid)
+    type(icoray_context), intent(in) :: ctx
+    integer(c_int32_t), intent(in), contiguous, target :: cell_global(:)
+    integer, intent(out), optional :: ierr
+    integer(c_int32_t), intent(in) :: is_owned(:)
+    character(len=*), intent(in), optional :: grid
+    call part_marks(ctx, ICORAY_I32, view_of(cell_global), is_owned, ierr, grid)
+  end subroutine part_marks_i4
+  subroutine part_marks_i8(ctx, cell_global, ierr, is_owned, grid)
+    type(icoray_context), intent(in) :: ctx
+    integer(c_int64_t), intent(in), contiguous, target :: cell_global(:)
+    integer, intent(out), optional :: ierr
+    integer(c_int32_t), intent(in) :: is_owned(:)
+    character(len=*), intent(in), optional :: grid
+    call part_marks(ctx, ICORAY_I64, view_of(cell_global), is_owned, ierr, grid)
+  end subroutine part_marks_i8
+
+  subroutine part_first(ctx, index_type, cell_global, owned, ierr, grid)
+    type(icoray_context), intent(in) :: ctx
+    integer, intent(in) :: index_type, owned
+    type(view), intent(in) :: cell_global
+    integer, intent(out), optional :: ierr
+    character(len=*), intent(in), optional :: grid
+    type(icoray_part) :: part
+    character(kind=c_char), allocatable, target :: c_grid(:)
+    part%cells = cell_global%extent(1)
+    part%index_type = int(index_type, c_int32_t)
+    part%cell_global = cell_global%first
+    part%owned_cells = int(owned, c_int64_t)
+    call put_name(part%grid, c_grid, grid)
+    call part_struct(ctx, part, ierr)
+  end subroutine part_first
+
+  !> Where lengths differ the shorter one counts, which the library refuses as it refuses any other: on all ranks, which a
+  !> refusal here would leave waiting.
+  subroutine part_marks(ctx, index_type, cell_global, is_owned, ierr, grid)
+    type(icoray_context), intent(in) :: ctx
+    integer, intent(in) :: index_type
+    type(view), intent(in) :: cell_global
+    integer(c_int32_t), intent(in) :: is_owned(:)
+    integer, intent(out), optional :: ierr
+    character(len=*), intent(in), optional :: grid
+    type(icoray_part) :: part
+    integer(c_int32_t), allocatable, target :: marks(:)
+    character(kind=c_char), allocatable, target :: c_grid(:)
+    allocate (marks(size(is_owned) + 1))   ! never empty, so that it has an address
+    marks(:size(is_owned)) = is_owned
+    part%cells = min(cell_global%extent(1), size(is_owned, kind=c_int64_t))
+    part%index_type = int(index_type, c_int32_t)
+    part%cell_global = cell_global%first
+    part%is_owned = c_loc(marks)
+    call put_name(part%grid, c_grid, grid)
+    call part_struct(ctx, part, ierr)
+  end subroutine part_marks
+
+  subroutine part_struct(ctx, part, ierr)
+    type(icoray_context), intent(in) :: ctx
+    type(icoray_part), intent(in) :: part
+    integer, intent(out), optional :: ierr
+    type(icoray_part) :: sized
+    sized = part
+    sized%struct_size = c_sizeof(sized)
+    call done(ctx, icoray_part_set_c(ctx%handle, sized), ierr)
+  end subroutine part_struct
 
   subroutine layers_r4(ctx, radius_m, planet_radius_m, ierr, name)
     type(icoray_context), intent(in) :: ctx

@@ -30,12 +30,12 @@
 #define ICORAY_F64 2
 
 /**
- * icoray_grid.index_type: int32_t.
+ * icoray_grid.index_type, icoray_part.index_type: int32_t.
  */
 #define ICORAY_I32 3
 
 /**
- * icoray_grid.index_type: int64_t.
+ * icoray_grid.index_type, icoray_part.index_type: int64_t.
  */
 #define ICORAY_I64 4
 
@@ -48,6 +48,21 @@
  * icoray_array.location: values at cell corners; averaged to centres before rendering.
  */
 #define ICORAY_CORNER 1
+
+/**
+ * icoray_frame_report.scheme: one process drew.
+ */
+#define ICORAY_ALONE 0
+
+/**
+ * icoray_frame_report.scheme: every rank has the whole grid and drew tiles of its own.
+ */
+#define ICORAY_TILES 1
+
+/**
+ * icoray_frame_report.scheme: each rank drew its own part of the grid, and rays were put together of what ranks had.
+ */
+#define ICORAY_FRAGMENTS 2
 
 /**
  * icoray_config.existing: a picture that is there is not replaced; icoray_execute says ICORAY_ERR_EXISTS.
@@ -105,7 +120,7 @@
 #define ICORAY_LOG_INFO 3
 
 /**
- * icoray_config.log_level: also what each frame left out.
+ * icoray_config.log_level: also what each frame left out, and how ranks shared it.
  */
 #define ICORAY_LOG_DEBUG 4
 
@@ -349,13 +364,13 @@ typedef struct icoray_frame_report {
    */
   double write_total_s;
   /**
-   * Ranks that drew the frame: 1, or those of icoray_open. With several, errors, rays, columns, frusta and what follows
-   * here are of the whole picture and the same on all; seconds, threads, bytes and values are this rank's; frames are
-   * written, and what becomes of files is counted, at rank 0.
+   * Ranks that drew the frame: 1, or those of icoray_open. With several, errors, rays, columns, frusta, values, fragments,
+   * gather_s, balance and bytes_received are of the whole picture and the same on all; other seconds and bytes, threads
+   * and tiles are this rank's; frames are written, and what becomes of files is counted, at rank 0.
    */
   int32_t ranks;
   /**
-   * Tiles of the picture that this rank drew.
+   * Tiles of the picture that this rank drew, or put together of fragments.
    */
   int32_t tiles;
   /**
@@ -370,6 +385,22 @@ typedef struct icoray_frame_report {
    * Bytes of tiles that rank 0 received.
    */
   uint64_t bytes_received;
+  /**
+   * How ranks shared the picture: ICORAY_ALONE, ICORAY_TILES or ICORAY_FRAGMENTS.
+   */
+  int32_t scheme;
+  /**
+   * Fragments that rays were put together of (ICORAY_FRAGMENTS), of all ranks.
+   */
+  uint64_t fragments;
+  /**
+   * Bytes of these that ranks sent each other.
+   */
+  uint64_t fragment_bytes;
+  /**
+   * Seconds in which this rank put rays together of fragments.
+   */
+  double compose_s;
 } icoray_frame_report;
 
 /**
@@ -453,6 +484,45 @@ typedef struct icoray_grid {
    */
   const char *name;
 } icoray_grid;
+
+/**
+ * Which cells of a grid are this rank's own, where the grid is spread over the ranks of icoray_open. Read during the call
+ * only.
+ *
+ * Each rank's icoray_grid has its own cells and a halo of all cells that share a corner with these, with local numbers;
+ * what lies beyond is marked as missing, as beside a hole. Every cell is own on just one rank. Fields have values in the
+ * halo too, as after the model's exchange; of fields at corners those at the corners of own cells do.
+ */
+typedef struct icoray_part {
+  /**
+   * sizeof(icoray_part)
+   */
+  size_t struct_size;
+  /**
+   * Name of the grid, which icoray_grid_set was given before; NULL is the one without a name.
+   */
+  const char *grid;
+  /**
+   * Number of rows below, which is that of the grid's cells.
+   */
+  int64_t cells;
+  /**
+   * ICORAY_I32 or ICORAY_I64, for cell_global.
+   */
+  int32_t index_type;
+  /**
+   * Number of each cell in the whole grid (MPAS indexToCellID), counted from the grid's index_base; there may be gaps.
+   */
+  const void *cell_global;
+  /**
+   * The first so many cells are own (MPAS nCellsSolve); not read where is_owned is not NULL.
+   */
+  int64_t owned_cells;
+  /**
+   * For each cell: not 0 where it is own. NULL where these are the first owned_cells.
+   */
+  const int32_t *is_owned;
+} icoray_part;
 
 /**
  * Layers, copied by the call.
@@ -708,7 +778,7 @@ icoray_status icoray_wants_field(struct icoray_ctx *ctx,
  * that are not on disk by then are lost.
  *
  * Collective over the communicator of icoray_open, for each step, drawn or not: ranks tell each other that they are ready
- * (a few bytes), each draws tiles, and the picture is at rank 0, whose context writes it. What fails on one rank is the
+ * (a few bytes), each draws its tiles or its part of the grid, and the picture is at rank 0, whose context writes it. What fails on one rank is the
  * status of all, with that rank's number in the message; ranks with different steps, scenes or fields are
  * ICORAY_ERR_MPI.
  *
@@ -742,13 +812,29 @@ icoray_status icoray_report(struct icoray_ctx *ctx,
 
 /**
  * Hands over a grid's tables, which are checked whole; they are borrowed until icoray_close or the next icoray_grid_set
- * of that name. On failure the grid before, if any, stays. Waits for frames that still read that one.
+ * of that name. On failure the grid before, if any, stays, and so does its part (icoray_part_set). Waits for frames that
+ * still read that one. A rank of icoray_open may have no cells, corners and edges, and tables that are NULL.
  *
  * # Safety
  * `ctx` is open; `grid` is NULL or filled in as the header says.
  */
 icoray_status icoray_grid_set(struct icoray_ctx *ctx,
                               const struct icoray_grid *grid);
+
+/**
+ * Says which cells of a grid are this rank's own, where ranks have parts of it; after icoray_grid_set of that grid, and
+ * again after each one (ICORAY_ERR_ORDER where no grid was given). From then on each rank draws its own part in whole
+ * pictures, and rays are put together of what ranks send each other. On failure the part before, if any, stays.
+ *
+ * Collective over the communicator of icoray_open, with a grid of the same name on all. What fails on one rank is the
+ * status of all: ICORAY_ERR_GRID where a cell is owned by two ranks or by none, a number is there twice, or a halo is
+ * narrower than one cell. One process alone owns every cell, and draws as without this call.
+ *
+ * # Safety
+ * `ctx` is open; `part` is NULL or filled in as the header says.
+ */
+icoray_status icoray_part_set(struct icoray_ctx *ctx,
+                              const struct icoray_part *part);
 
 /**
  * Hands over the layers' radii, which are copied.
@@ -848,12 +934,13 @@ icoray_status icoray_open_serial(const struct icoray_config *config, struct icor
 
 /**
  * Opens a context over the ranks of an MPI communicator, which draw each picture together; it is at rank 0, in the
- * output_dir of rank 0's config. Every rank has the whole grid and the whole field, and draws some of the tiles.
+ * output_dir of rank 0's config. Every rank has the whole grid and the whole field, and draws some of the tiles; or each
+ * has its part of them, and says so by icoray_part_set.
  *
  * fortran_comm is MPI_Comm_c2f(comm); it is duplicated, and freed by icoray_close. The model initialises MPI before, at any
- * thread level, and finalises it after icoray_close. icoray_open, icoray_execute, icoray_wait and icoray_close are
- * collective over it: all ranks make them in the same order, whatever calls have failed before, and get the same status. The
- * other calls are each rank's own. MPI is only called in collective calls, on their thread. async_render is not
+ * thread level, and finalises it after icoray_close. icoray_open, icoray_part_set, icoray_execute, icoray_wait and
+ * icoray_close are collective over it: all ranks make them in the same order, whatever calls have failed before, and get
+ * the same status. The other calls are each rank's own. MPI is only called in collective calls, on their thread. async_render is not
  * supported with it. A library that was built without MPI says ICORAY_ERR_UNSUPPORTED.
  *
  * On failure *ctx is NULL and icoray_last_error(NULL, ...) has the message.

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use tempfile::TempDir;
 
-const FUNCTIONS: [&str; 20] = [
+const FUNCTIONS: [&str; 21] = [
     "icoray_close",
     "icoray_execute",
     "icoray_field_set",
@@ -22,6 +22,7 @@ const FUNCTIONS: [&str; 20] = [
     "icoray_mesh_grid",
     "icoray_open",
     "icoray_open_serial",
+    "icoray_part_set",
     "icoray_report",
     "icoray_scene_load",
     "icoray_scene_text",
@@ -195,6 +196,8 @@ fn reported(directory: &Path, found: &mut Vec<PathBuf>) {
         assert!(["bound", "estimate"].contains(&&*row[column("error_kind")]), "{row:?}");
         assert_eq!((number("tolerance"), number("pixel_step")), (1e-3, 1.0));
         assert!(["off", "full"].contains(&&*row[column("lights")]), "{row:?}");
+        assert_eq!(["ranks", "balance", "gather_s", "bytes_received"].map(number), [1.0, 1.0, 0.0, 0.0]);
+        assert!(number("tiles") >= 1.0, "{row:?}");
         let may_copy = directory
             .components()
             .any(|c| ["background", "at_once"].map(OsStr::new).contains(&c.as_os_str()));

@@ -1,48 +1,10 @@
 //! Several ranks under mpirun: C and Fortran programs against the library that was built with MPI.
 
-use icoray_tests::native::{
-    checked, command, compile_with, is_there, library, mpi_library, root, succeeded, text,
-};
+use icoray_tests::native::{checked, command, is_there, library, mpi_library, root, succeeded, text};
+use icoray_tests::ranks::{FIRST, MPICH, Mpi};
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
-use std::process::Command;
+use std::path::Path;
 use tempfile::TempDir;
-
-/// Seconds after which a run counts as one that hangs.
-const HANGS: &str = "150";
-
-/// Whether MPI is installed; says so where it is not.
-fn has_mpi() -> bool {
-    is_there("mpirun") && is_there("mpicc")
-}
-
-/// A program of `tests/c` with what the others share, compiled against `library`.
-fn compile(library: &Path, name: &str, directory: &Path) -> PathBuf {
-    let sources = [name, "mpi_common", "host_common", "check"];
-    compile_with(library, "mpicc", &["-std=c99", "-Wno-long-long"], &sources, directory)
-}
-
-/// A program on so many ranks, more than there are processors if need be, stopped where it hangs.
-fn on_ranks(ranks: usize, program: &Path, directory: &Path) -> Command {
-    let mut command = command("timeout", directory);
-    command.args(["--kill-after=5", HANGS, "mpirun", "-n", &ranks.to_string()]);
-    let version = text(&succeeded(Command::new("mpirun").arg("--version")).stdout);
-    if version.contains("Open MPI") || version.contains("OpenRTE") {
-        command.args([
-            "--oversubscribe",
-            "--bind-to",
-            "none",
-            "--mca",
-            "btl_vader_single_copy_mechanism",
-            "none",
-        ]);
-        if text(&succeeded(Command::new("id").arg("-u")).stdout).trim() == "0" {
-            command.arg("--allow-run-as-root");
-        }
-    }
-    command.arg(program);
-    command
-}
 
 /// The files of a directory but its report, whose lines have seconds.
 fn files(directory: &Path) -> BTreeMap<String, Vec<u8>> {
@@ -52,25 +14,45 @@ fn files(directory: &Path) -> BTreeMap<String, Vec<u8>> {
     kept.map(|(name, path)| (name, std::fs::read(path).unwrap())).collect()
 }
 
+/// How many ranks each line of a report says, and whether any says that bytes were received.
+fn reported(directory: &Path) -> (Vec<String>, bool) {
+    let report = std::fs::read_to_string(directory.join("report.csv")).unwrap();
+    let rows: Vec<Vec<&str>> = report.lines().map(|line| line.split(',').collect()).collect();
+    let column = |name: &str| {
+        let at = rows[0].iter().position(|head| *head == name).unwrap();
+        rows[1..].iter().map(move |row| row[at].to_owned()).collect::<Vec<_>>()
+    };
+    (column("ranks"), column("bytes_received").iter().any(|bytes| bytes != "0"))
+}
+
 #[test]
 fn pictures_of_several_ranks_are_those_of_one_to_the_byte() {
-    if !has_mpi() {
-        return;
+    if FIRST.is_there() {
+        pictures(&FIRST, &[1, 2, 3, 4, 8]);
     }
+}
+
+fn pictures(mpi: &Mpi, sizes: &[usize]) {
     let directory = TempDir::new().unwrap();
-    let program = compile(mpi_library(), "mpi_pictures", directory.path());
+    let program = mpi.compile((mpi.library)(), "mpi_pictures", directory.path());
     let at = |name: &str| directory.path().join(name);
     let alone =
         checked(command(&program, directory.path()).arg(at("one")).arg("serial"), "mpi_pictures", 150);
     let one = files(&at("one"));
     assert_eq!(one.len(), 6 * 3 + 2 * 3, "{:?}", one.keys());
-    for ranks in [1, 2, 3, 4, 8] {
+    for &ranks in sizes {
         let to = at(&ranks.to_string());
-        let notes = checked(on_ranks(ranks, &program, directory.path()).arg(&to), "mpi_pictures", 150);
+        let notes = checked(mpi.on_ranks(ranks, &program, directory.path()).arg(&to), "mpi_pictures", 150);
         // Where time is short all leave out as many pixels as may be, unless the machine was too fast for that.
         let is_coarsest = |note: &String| !note.contains("short: ") || note.contains("one of 32 ");
         let is_same = alone.iter().chain(&notes).all(is_coarsest);
         let is_left_out = |name: &str| name.starts_with("short") && !is_same;
+        let (reported, is_received) = reported(&to);
+        assert!(
+            reported.len() >= 6 && reported.iter().all(|said| *said == ranks.to_string()),
+            "{reported:?}"
+        );
+        assert_eq!(is_received, ranks > 1);
         let several = files(&to);
         assert_eq!(several.keys().collect::<Vec<_>>(), one.keys().collect::<Vec<_>>());
         for (name, bytes) in &one {
@@ -82,41 +64,118 @@ fn pictures_of_several_ranks_are_those_of_one_to_the_byte() {
     }
 }
 
+/// The largest difference of a channel of two pictures in EXR.
+fn difference(one: &Path, other: &Path) -> f32 {
+    let read = |path: &Path| {
+        let picture = image::open(path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
+        picture.into_rgba32f()
+    };
+    let (one, other) = (read(one), read(other));
+    assert_eq!(one.dimensions(), other.dimensions());
+    let channels = one.as_raw().iter().zip(other.as_raw());
+    channels.map(|(a, b)| (a - b).abs()).fold(0.0, f32::max)
+}
+
 #[test]
-fn what_fails_on_one_rank_fails_on_all() {
-    if !has_mpi() {
+fn pictures_of_a_grid_in_parts_are_those_of_the_whole() {
+    if !FIRST.is_there() {
         return;
     }
     let directory = TempDir::new().unwrap();
-    let program = compile(mpi_library(), "mpi_refusals", directory.path());
+    let program = FIRST.compile((FIRST.library)(), "mpi_parts", directory.path());
+    let at = |name: &str| directory.path().join(name);
+    checked(command(&program, directory.path()).arg(at("one")).arg("serial"), "mpi_parts", 50);
+    let whole = files(&at("one/whole"));
+    assert_eq!(whole.len(), 6, "{:?}", whole.keys());
+    assert!(whole == files(&at("one/part")), "one process draws another picture of a part that has all");
+    for ranks in [1, 2, 3, 4, 8] {
+        let to = at(&ranks.to_string());
+        std::fs::create_dir(&to).unwrap();
+        let kinds = if ranks == 1 { 1 } else { 4 };
+        checked(FIRST.on_ranks(ranks, &program, directory.path()).arg(&to), "mpi_parts", 50 * kinds);
+        let mut worst = [0.0f32; 2];
+        for kind in ["contiguous", "random", "single_cell", "no_cell"].into_iter().take(kinds as usize) {
+            for name in whole.keys() {
+                let off = difference(&to.join(kind).join(name), &at("one/whole").join(name));
+                let (limit, of) = if name.starts_with("f64") { (1e-6, 0) } else { (1e-5, 1) };
+                assert!(off <= limit, "{ranks} ranks, {kind}, {name}: {off:e}");
+                worst[of] = worst[of].max(off);
+            }
+        }
+        println!("{ranks} ranks, largest differences: f64 {:.1e}, f32 {:.1e}", worst[0], worst[1]);
+    }
+    // Other pictures do differ.
+    let names: Vec<&String> = whole.keys().collect();
+    let [one, other] = [0, 2].map(|i| at("one/whole").join(names[i]));
+    assert!(difference(&one, &other) > 0.01);
+}
+
+#[test]
+fn what_fails_on_one_rank_fails_on_all() {
+    if FIRST.is_there() {
+        refusals(&FIRST);
+    }
+}
+
+fn refusals(mpi: &Mpi) {
+    let directory = TempDir::new().unwrap();
+    let program = mpi.compile((mpi.library)(), "mpi_refusals", directory.path());
     for ranks in [2, 3, 4] {
         let to = directory.path().join(ranks.to_string());
         std::fs::create_dir(&to).unwrap();
-        checked(on_ranks(ranks, &program, directory.path()).arg(&to), "mpi_refusals", 250);
+        checked(mpi.on_ranks(ranks, &program, directory.path()).arg(&to), "mpi_refusals", 250);
         assert!(to.join("half_0/frame_1.png").is_file() && to.join("half_1/frame_2.png").is_file());
     }
 }
 
 #[test]
+fn mpich_does_the_same() {
+    if MPICH.is_there() {
+        pictures(&MPICH, &[2, 3, 4]);
+        refusals(&MPICH);
+    }
+}
+
+/// The host's MPI is the one whose functions both call, as it comes first; handles of the other would end the process.
+#[test]
+fn a_host_of_another_mpi_is_refused() {
+    if !FIRST.is_there() || !MPICH.is_there() || !FIRST.is_open_mpi() {
+        return;
+    }
+    for (host, other) in [(&FIRST, &MPICH), (&MPICH, &FIRST)] {
+        let directory = TempDir::new().unwrap();
+        let program = host.compile((other.library)(), "mpi_other", directory.path());
+        for ranks in [1, 2] {
+            let to = directory.path().join(ranks.to_string());
+            checked(host.on_ranks(ranks, &program, directory.path()).arg(to), "mpi_other", 5);
+        }
+    }
+}
+
+#[test]
 fn before_mpi_and_after_it_there_are_answers() {
-    if !has_mpi() {
+    if !FIRST.is_there() {
         return;
     }
     let directory = TempDir::new().unwrap();
-    let program = compile(mpi_library(), "mpi_ends", directory.path());
+    let program = FIRST.compile(mpi_library(), "mpi_ends", directory.path());
     for ranks in [1, 2] {
         let to = directory.path().join(ranks.to_string());
-        checked(on_ranks(ranks, &program, directory.path()).arg(&to), "mpi_ends", 15);
+        checked(FIRST.on_ranks(ranks, &program, directory.path()).arg(&to), "mpi_ends", 15);
         assert!(to.join("frame_0.png").is_file());
     }
-    let program = compile(library(), "mpi_ends", directory.path());
-    checked(on_ranks(1, &program, directory.path()).arg(directory.path()).arg("without"), "mpi_ends", 3);
+    let program = FIRST.compile(library(), "mpi_ends", directory.path());
+    checked(
+        FIRST.on_ranks(1, &program, directory.path()).arg(directory.path()).arg("without"),
+        "mpi_ends",
+        3,
+    );
 }
 
 /// With `mpi_f08` and with the integers of `mpi`: the world's ranks, and a part of them.
 #[test]
 fn fortran_hands_its_communicators_over() {
-    if !has_mpi() || !is_there("mpifort") {
+    if !FIRST.is_there() || !is_there("mpifort") {
         return;
     }
     let directory = TempDir::new().unwrap();
@@ -129,7 +188,7 @@ fn fortran_hands_its_communicators_over() {
     succeeded(compile.arg(mpi_library()).arg(rpath).arg("-o").arg(&program));
     for ranks in [1, 3] {
         let to = directory.path().join(ranks.to_string());
-        let output = succeeded(on_ranks(ranks, &program, directory.path()).arg(&to));
+        let output = succeeded(FIRST.on_ranks(ranks, &program, directory.path()).arg(&to));
         assert_eq!(
             text(&output.stdout),
             format!("mpi_model: all well on {ranks}\n"),

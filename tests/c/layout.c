@@ -46,6 +46,15 @@ int main(void)
     MEMBER(icoray_grid, edge_corner);
     MEMBER(icoray_grid, name);
 
+    STRUCT(icoray_part);
+    MEMBER(icoray_part, struct_size);
+    MEMBER(icoray_part, grid);
+    MEMBER(icoray_part, cells);
+    MEMBER(icoray_part, index_type);
+    MEMBER(icoray_part, cell_global);
+    MEMBER(icoray_part, owned_cells);
+    MEMBER(icoray_part, is_owned);
+
     STRUCT(icoray_layers);
     MEMBER(icoray_layers, struct_size);
     MEMBER(icoray_layers, count);
@@ -120,6 +129,10 @@ int main(void)
     MEMBER(icoray_frame_report, gather_s);
     MEMBER(icoray_frame_report, balance);
     MEMBER(icoray_frame_report, bytes_received);
+    MEMBER(icoray_frame_report, scheme);
+    MEMBER(icoray_frame_report, fragments);
+    MEMBER(icoray_frame_report, fragment_bytes);
+    MEMBER(icoray_frame_report, compose_s);
 
     STRUCT(icoray_status);
     NUMBER(ICORAY_OK);
@@ -145,6 +158,9 @@ int main(void)
     NUMBER(ICORAY_I64);
     NUMBER(ICORAY_CENTER);
     NUMBER(ICORAY_CORNER);
+    NUMBER(ICORAY_ALONE);
+    NUMBER(ICORAY_TILES);
+    NUMBER(ICORAY_FRAGMENTS);
     NUMBER(ICORAY_NEVER_MODIFY);
     NUMBER(ICORAY_OVERWRITE);
     NUMBER(ICORAY_WARN);

@@ -34,6 +34,7 @@ pub fn rust_layout() -> String {
         icoray_grid: struct_size cells corners edges index_base real_type index_type lon_center_rad
             lat_center_rad lon_corner_rad lat_corner_rad cell_corner cell_corner_row cell_corner_count
             corner_cell corner_edge edge_corner name;
+        icoray_part: struct_size grid cells index_type cell_global owned_cells is_owned;
         icoray_layers: struct_size count radius_m planet_radius_m name;
         icoray_array: struct_size data r#type location columns layers column_stride layer_stride block
             block_stride has_fill fill_value grid_name layers_name;
@@ -43,7 +44,7 @@ pub fn rust_layout() -> String {
             columns frusta void_frusta value_min value_max missing_values bytes_copied bytes_derived
             bytes_peak error_max error_mean error_p999 tolerance error_is_bound pixel_step lights threads
             frames_written frames_failed frames_dropped host_total_s write_total_s ranks tiles gather_s balance
-            bytes_received;
+            bytes_received scheme fragments fragment_bytes compose_s;
         icoray_status:;
     }
     use types::icoray_status as status;
@@ -55,7 +56,8 @@ pub fn rust_layout() -> String {
         status::ICORAY_ERR_EXISTS, status::ICORAY_ERR_DISABLED, status::ICORAY_ERR_BUSY,
         status::ICORAY_ERR_FORKED, status::ICORAY_ERR_MPI,
         types::ICORAY_F32, types::ICORAY_F64, types::ICORAY_I32, types::ICORAY_I64, types::ICORAY_CENTER,
-        types::ICORAY_CORNER, types::ICORAY_NEVER_MODIFY, types::ICORAY_OVERWRITE, types::ICORAY_WARN,
+        types::ICORAY_CORNER, types::ICORAY_ALONE, types::ICORAY_TILES, types::ICORAY_FRAGMENTS,
+        types::ICORAY_NEVER_MODIFY, types::ICORAY_OVERWRITE, types::ICORAY_WARN,
         types::ICORAY_IGNORE, types::ICORAY_DISABLE, types::ICORAY_BLOCK, types::ICORAY_DROP_OLDEST,
         types::ICORAY_LOG_OFF, types::ICORAY_LOG_ERROR, types::ICORAY_LOG_WARN, types::ICORAY_LOG_INFO,
         types::ICORAY_LOG_DEBUG, types::ICORAY_MAX_RANK,

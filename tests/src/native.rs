@@ -11,19 +11,30 @@ pub fn root() -> PathBuf {
 }
 
 /// Tests run after Cargo has let go of its lock, so it can be run again from here.
-static LIBRARY: LazyLock<PathBuf> = LazyLock::new(|| built("icoray-capi", "icoray"));
+static LIBRARY: LazyLock<PathBuf> = LazyLock::new(|| built("icoray-capi", "icoray", |_| ()));
 
 /// The library with MPI, under another name: one of the same name would be built in the other's place by turns.
-static MPI_LIBRARY: LazyLock<PathBuf> = LazyLock::new(|| built("icoray-capi-mpi", "icoray_mpi_test"));
+static MPI_LIBRARY: LazyLock<PathBuf> = LazyLock::new(|| built("icoray-capi-mpi", "icoray_mpi_test", |_| ()));
 
-/// Builds a package; the path of its shared library.
-fn built(package: &str, library: &str) -> PathBuf {
+/// The same for MPICH where `mpicc` is another MPI's. Cargo does not see that the compiler is another one, so all of it is
+/// built in a directory of its own.
+static MPICH_LIBRARY: LazyLock<PathBuf> = LazyLock::new(|| {
+    built("icoray-capi-mpi", "icoray_mpi_test", |build| {
+        // Where this test itself was built, in a subdirectory.
+        let target = std::env::current_exe().ok().and_then(|exe| Some(exe.ancestors().nth(3)?.join("mpich")));
+        build.env("MPICC", "mpicc.mpich").arg("--target-dir").arg(target.unwrap_or("target/mpich".into()));
+    })
+});
+
+/// Builds a package, as `how` says more of it; the path of its shared library.
+fn built(package: &str, library: &str, how: impl FnOnce(&mut Command)) -> PathBuf {
     let cargo = std::env::var_os("CARGO").unwrap_or_else(|| env!("CARGO").into());
     let mut build = Command::new(cargo);
     build.args(["build", "--quiet", "--package", package, "--message-format=json-render-diagnostics"]);
     if !cfg!(debug_assertions) {
         build.arg("--release");
     }
+    how(&mut build);
     let output = succeeded(build.current_dir(root()));
     let name = format!("/{}{library}{}", std::env::consts::DLL_PREFIX, std::env::consts::DLL_SUFFIX);
     let messages = text(&output.stdout);
@@ -45,6 +56,14 @@ pub fn library() -> &'static Path {
 /// When it cannot be built.
 pub fn mpi_library() -> &'static Path {
     &MPI_LIBRARY
+}
+
+/// The shared library for MPICH, built.
+///
+/// # Panics
+/// When it cannot be built.
+pub fn mpich_library() -> &'static Path {
+    &MPICH_LIBRARY
 }
 
 /// What a program printed.

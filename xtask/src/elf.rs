@@ -9,6 +9,9 @@ use crate::error::Error;
 /// Libraries that a shared library may need: those of any C program, and the unwinder.
 const SYSTEM: [&str; 6] = ["libc.so.", "libm.so.", "libgcc_s.so.", "libpthread.so.", "libdl.so.", "ld-linux"];
 
+/// Libraries that one with MPI needs besides: Open MPI's, or MPICH's and its kin's.
+const MPI: [&str; 2] = ["libmpi.so.", "libmpich.so."];
+
 /// A shared library's dynamic section and segments.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Shared {
@@ -46,13 +49,17 @@ impl Shared {
         shared
     }
 
-    /// Says what would be wrong with it as an installed library of this name.
-    pub fn complaints(&self, soname: &str) -> Vec<String> {
+    /// Says what would be wrong with it as an installed library of this name, with MPI or without.
+    pub fn complaints(&self, soname: &str, mpi: bool) -> Vec<String> {
         let mut complaints = Vec::new();
         if self.soname.as_deref() != Some(soname) {
             complaints.push(format!("its SONAME is {:?}, expected {soname:?}", self.soname));
         }
-        for library in &self.needed {
+        let is_mpi = |library: &&String| MPI.iter().any(|known| library.starts_with(known));
+        if mpi && !self.needed.iter().any(|library| is_mpi(&library)) {
+            complaints.push("it needs no MPI".into());
+        }
+        for library in self.needed.iter().filter(|library| !(mpi && is_mpi(library))) {
             if !SYSTEM.iter().any(|known| library.starts_with(known)) {
                 complaints.push(format!("it needs {library}"));
             }
@@ -137,14 +144,24 @@ mod tests {
     fn a_good_library_is_not_complained_of() {
         let shared = Shared::parse(GOOD);
         assert_eq!(shared.needed, ["libgcc_s.so.1", "ld-linux-x86-64.so.2"]);
-        assert_eq!(shared.complaints("libx.so.0"), [""; 0]);
+        assert_eq!(shared.complaints("libx.so.0", false), [""; 0]);
+    }
+
+    #[test]
+    fn mpi_is_needed_where_it_is_wanted_and_nowhere_else() {
+        for name in ["libmpi.so.40", "libmpich.so.12"] {
+            let shared = Shared::parse(&GOOD.replace("libgcc_s.so.1", name));
+            assert_eq!(shared.complaints("libx.so.0", true), [""; 0]);
+            assert_eq!(shared.complaints("libx.so.0", false), [format!("it needs {name}")]);
+        }
+        assert_eq!(Shared::parse(GOOD).complaints("libx.so.0", true), ["it needs no MPI"]);
     }
 
     #[test]
     fn each_fault_is_complained_of() {
         let complaint = |from: &str, to: &str| {
             assert!(GOOD.contains(from));
-            Shared::parse(&GOOD.replace(from, to)).complaints("libx.so.0").join("; ")
+            Shared::parse(&GOOD.replace(from, to)).complaints("libx.so.0", false).join("; ")
         };
         assert_eq!(
             complaint("libx.so.0", "libx.so"),
@@ -156,7 +173,7 @@ mod tests {
         assert_eq!(complaint("GNU_STACK", "GNU_RELRO"), "it makes the stack executable");
         let rpath = " 0x1d (RUNPATH)   Library runpath: [/home/me]\n";
         assert_eq!(
-            Shared::parse(&format!("{GOOD}{rpath}")).complaints("libx.so.0"),
+            Shared::parse(&format!("{GOOD}{rpath}")).complaints("libx.so.0", false),
             ["it searches /home/me"]
         );
     }

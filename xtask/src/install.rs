@@ -62,11 +62,12 @@ pub fn run(workspace: &Workspace, options: &InstallOptions) -> Result<(), Error>
     };
     let mut steps = Steps::new(3);
     steps.run("looking for system packages", |step| {
-        system::provide(system::FOR_INSTALL, options.install, step)
+        let needed = if options.mpi { system::FOR_INSTALL_MPI } else { system::FOR_INSTALL };
+        system::provide(needed, options.install, step)
     })?;
     // Found out now rather than after the build.
     layout.prepare()?;
-    let built = steps.run("building the library", |step| build(workspace, step))?;
+    let built = steps.run("building the library", |step| build(workspace, options.mpi, step))?;
     let installed = steps.run("installing", |_| install(workspace, &built, &layout))?;
     say("");
     let width = installed.files.iter().map(|(path, _)| path.as_os_str().len()).max().unwrap_or_default();
@@ -76,8 +77,9 @@ pub fn run(workspace: &Workspace, options: &InstallOptions) -> Result<(), Error>
     let Shared { soname, needed, .. } = &installed.properties;
     say(&format!("\n{} needs {}", soname.as_deref().unwrap_or_default(), needed.join(", ")));
     say(&format!(
-        "\nto link with it:\n  export PKG_CONFIG_PATH={}\n  cc model.c $(pkg-config --cflags --libs icoray)",
-        layout.prefix.join(&layout.libdir).join("pkgconfig").display()
+        "\nto link with it:\n  export PKG_CONFIG_PATH={}\n  {} model.c $(pkg-config --cflags --libs icoray)",
+        layout.prefix.join(&layout.libdir).join("pkgconfig").display(),
+        if options.mpi { "mpicc" } else { "cc" }
     ));
     Ok(())
 }
@@ -88,19 +90,33 @@ pub struct Built {
     archive: PathBuf,
 }
 
-/// Builds both libraries.
-pub fn build(workspace: &Workspace, step: &mut Step) -> Result<Built, Error> {
-    let mut cargo =
-        workspace.cargo(["rustc", "--package", "icoray-capi", "--lib", "--profile", PROFILE, "--"]);
+/// Builds both libraries, with MPI or without.
+pub fn build(workspace: &Workspace, mpi: bool, step: &mut Step) -> Result<Built, Error> {
+    if mpi {
+        // Cargo does not see that there is another MPI than before.
+        step.quiet(&mut workspace.cargo(["clean", "--package", "mpi-sys", "--profile", PROFILE]))?;
+    }
+    let mut cargo = workspace.cargo(["rustc", "--package", "icoray-capi", "--lib", "--profile", PROFILE]);
+    cargo.args(mpi.then_some("--features=mpi")).arg("--");
     // Only here: the libraries in target/debug and target/release are found by the names that they have there.
     step.quiet(cargo.arg("-C").arg(format!("link-arg=-Wl,-soname,{SONAME}")))?;
     let products = workspace.products(PROFILE);
     let shared = products.join("libicoray.so");
     let functions = functions(workspace)?;
     elf::same_names("the shared library exports", &elf::defined(&shared, &["-D"])?, &functions)?;
+    refuse_faults(&shared, &Shared::read(&shared)?, mpi)?;
     let directory = products.join("reduced");
     let archive = archive::reduce(workspace, &products.join("libicoray.a"), &functions, &directory, step)?;
     Ok(Built { shared, archive })
+}
+
+/// Fails where a shared library is not as an installed one should be.
+pub fn refuse_faults(library: &Path, properties: &Shared, mpi: bool) -> Result<(), Error> {
+    let complaints = properties.complaints(SONAME, mpi);
+    if complaints.is_empty() {
+        return Ok(());
+    }
+    Err(Error::Failed(format!("{}: {}", library.display(), complaints.join("; "))))
 }
 
 /// The functions that the header declares.

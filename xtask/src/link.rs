@@ -117,7 +117,7 @@ pub fn check(workspace: &Workspace, step: &mut Step) -> Result<(), Error> {
     }
     let layout =
         Layout { prefix: "/opt/icoray".into(), libdir: "lib".into(), destdir: Some(scratch.join("a place")) };
-    let built = install::build(workspace, step)?;
+    let built = install::build(workspace, false, step)?;
     let installed = install::install(workspace, &built, &layout)?;
     check_library(workspace, &installed.shared, &installed.properties)?;
     let binary = |(path, what): &(PathBuf, String)| {
@@ -141,11 +141,7 @@ pub fn check(workspace: &Workspace, step: &mut Step) -> Result<(), Error> {
 fn check_library(workspace: &Workspace, library: &Path, properties: &elf::Shared) -> Result<(), Error> {
     let functions = install::functions(workspace)?;
     elf::same_names("the installed library exports", &elf::defined(library, &["-D"])?, &functions)?;
-    let complaints = properties.complaints(SONAME);
-    if complaints.is_empty() {
-        return Ok(());
-    }
-    Err(Error::Failed(format!("{}: {}", library.display(), complaints.join("; "))))
+    install::refuse_faults(library, properties, false)
 }
 
 fn of(way: &Way) -> impl FnOnce(Error) -> Error {

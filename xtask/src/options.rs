@@ -32,6 +32,8 @@ install  Builds the C library for Linux and installs it: shared and static
       may be moved elsewhere, as a whole.
   --prefix DIR   where to install                 [default: /usr/local]
   --libdir DIR   the libraries' place in it, such as lib64   [default: lib]
+  --mpi          with icoray_open over several ranks, for the MPI of `mpicc`,
+                 or of the compiler that MPICC in the environment names
   --no-install   install no packages; say what is missing instead
   DESTDIR=DIR    in the environment: put everything below DIR, for packagers
 
@@ -91,6 +93,8 @@ pub struct InstallOptions {
     pub prefix: PathBuf,
     /// Where the libraries go, below the prefix.
     pub libdir: PathBuf,
+    /// Whether several ranks may draw together.
+    pub mpi: bool,
     /// Whether missing packages may be installed.
     pub install: bool,
 }
@@ -154,11 +158,13 @@ fn parse_test(mut arguments: Arguments) -> Result<Invocation, Error> {
 
 fn parse_install(mut arguments: Arguments) -> Result<Invocation, Error> {
     // The prefix that `make install` has had for ever.
-    let mut options = InstallOptions { prefix: "/usr/local".into(), libdir: "lib".into(), install: true };
+    let mut options =
+        InstallOptions { prefix: "/usr/local".into(), libdir: "lib".into(), mpi: false, install: true };
     while let Some(option) = arguments.next_option()? {
         match option.name.as_str() {
             "--prefix" => options.prefix = arguments.value(option)?.into(),
             "--libdir" => options.libdir = arguments.value(option)?.into(),
+            "--mpi" => options.mpi = option.given()?,
             "--no-install" => options.install = !option.given()?,
             "--help" | "-h" => return Ok(Invocation::Help),
             _ => return Err(option.unknown("install")),
@@ -284,11 +290,13 @@ mod tests {
 
     #[test]
     fn install_goes_where_make_install_goes_unless_told() {
-        let expected = InstallOptions { prefix: "/usr/local".into(), libdir: "lib".into(), install: true };
+        let expected =
+            InstallOptions { prefix: "/usr/local".into(), libdir: "lib".into(), mpi: false, install: true };
         assert_eq!(parse_words("install"), Ok(Invocation::Install(expected)));
-        let expected = InstallOptions { prefix: "here".into(), libdir: "lib/x".into(), install: false };
+        let expected =
+            InstallOptions { prefix: "here".into(), libdir: "lib/x".into(), mpi: true, install: false };
         assert_eq!(
-            parse_words("install --prefix here --libdir=lib/x --no-install"),
+            parse_words("install --prefix here --libdir=lib/x --mpi --no-install"),
             Ok(Invocation::Install(expected))
         );
     }

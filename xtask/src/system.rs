@@ -113,7 +113,7 @@ static MPI: Requirement = Requirement {
     package: "libopenmpi-dev",
     purpose: "MPI library: pictures of several ranks",
     source: Source::Apt,
-    present: || succeeds("mpicc", ["--version"]),
+    present: || succeeds(env::var_os("MPICC").unwrap_or("mpicc".into()), ["--version"]),
 };
 
 static MPI_RUN: Requirement = Requirement {
@@ -149,6 +149,9 @@ pub static FOR_DEMO: &[&Requirement] = &[&C_COMPILER, &C_HEADERS];
 
 /// What installing needs: the compiler's package brings the tools that take the static library apart.
 pub static FOR_INSTALL: &[&Requirement] = &[&C_COMPILER, &C_HEADERS];
+
+/// The same with MPI.
+pub static FOR_INSTALL_MPI: &[&Requirement] = &[&C_COMPILER, &C_HEADERS, &MPI, &CLANG];
 
 /// What the checks need: they build the whole workspace, and programs as users of the installed library would.
 pub static FOR_TEST: &[&Requirement] = &[

@@ -4,9 +4,9 @@ use crate::boundary::{Failure, Outcome};
 use crate::types::{
     ICORAY_CENTER, ICORAY_CORNER, ICORAY_F32, ICORAY_F64, ICORAY_I32, ICORAY_I64, ICORAY_MAX_RANK,
     icoray_array, icoray_config, icoray_frame_report, icoray_grid, icoray_layers, icoray_ndarray,
-    icoray_status,
+    icoray_part, icoray_status,
 };
-use icoray_core::{Dimension, Field, GridTables, Indices, Location, LonLat, Reals, Shape};
+use icoray_core::{Dimension, Field, GridTables, Indices, Location, LonLat, Owned, PartCells, Reals, Shape};
 use std::ffi::{CStr, c_char, c_void};
 
 pub(crate) fn argument(message: String) -> Failure {
@@ -25,7 +25,15 @@ macro_rules! versioned {
         }
     )*};
 }
-versioned!(icoray_config, icoray_grid, icoray_layers, icoray_array, icoray_ndarray, icoray_frame_report);
+versioned!(
+    icoray_config,
+    icoray_grid,
+    icoray_part,
+    icoray_layers,
+    icoray_array,
+    icoray_ndarray,
+    icoray_frame_report
+);
 
 /// Borrows a caller's struct after looking at its size.
 ///
@@ -98,9 +106,14 @@ fn count(value: i64, what: &str) -> Outcome<usize> {
         .ok_or_else(|| argument(format!("{what}: {value}, expected 0 to {MAX_COUNT}")))
 }
 
+/// Of no elements the pointer does not matter: a rank without cells has no tables.
+///
 /// # Safety
 /// `pointer` is NULL or points to `len` elements that live, unchanged, for `'a`.
 unsafe fn slice<'a, T>(pointer: *const T, len: usize, what: &str) -> Outcome<&'a [T]> {
+    if len == 0 {
+        return Ok(&[]);
+    }
     if pointer.is_null() {
         return Err(Failure::null(what));
     }
@@ -132,16 +145,19 @@ unsafe fn reals<'a>(
 }
 
 /// # Safety
-/// As [`slice`], for elements of the type that `kind` names.
-unsafe fn indices<'a>(pointer: *const c_void, kind: i32, len: usize, what: &str) -> Outcome<Indices<'a>> {
+/// As [`slice`], for elements of the type that `kind` names, which the member `named_by` has.
+unsafe fn indices<'a>(
+    pointer: *const c_void,
+    (kind, named_by): (i32, &str),
+    len: usize,
+    what: &str,
+) -> Outcome<Indices<'a>> {
     match kind {
         // SAFETY: passed on.
         ICORAY_I32 => unsafe { slice(pointer.cast::<i32>(), len, what) }.map(Indices::I32),
         // SAFETY: passed on.
         ICORAY_I64 => unsafe { slice(pointer.cast::<i64>(), len, what) }.map(Indices::I64),
-        _ => Err(argument(format!(
-            "icoray_grid.index_type: {kind}, expected ICORAY_I32 (3) or ICORAY_I64 (4)"
-        ))),
+        _ => Err(argument(format!("{named_by}: {kind}, expected ICORAY_I32 (3) or ICORAY_I64 (4)"))),
     }
 }
 
@@ -158,7 +174,8 @@ pub(crate) unsafe fn tables<'a>(grid: &icoray_grid) -> Outcome<GridTables<'a>> {
     let corner_entries = cells.checked_mul(row).ok_or_else(|| {
         argument(format!("icoray_grid.cell_corner_row: {row} times {cells} cells overflows"))
     })?;
-    let (kind, whole) = ((grid.real_type, "icoray_grid.real_type"), grid.index_type);
+    let kind = (grid.real_type, "icoray_grid.real_type");
+    let whole = (grid.index_type, "icoray_grid.index_type");
     // SAFETY: the caller promises these tables with these lengths.
     unsafe {
         Ok(GridTables {
@@ -182,6 +199,25 @@ pub(crate) unsafe fn tables<'a>(grid: &icoray_grid) -> Outcome<GridTables<'a>> {
             corner_edge: indices(grid.corner_edge, whole, 3 * corners, "icoray_grid.corner_edge")?,
             edge_corner: indices(grid.edge_corner, whole, 2 * edges, "icoray_grid.edge_corner")?,
         })
+    }
+}
+
+/// What a model says of its part of a grid.
+///
+/// # Safety
+/// Every pointer in `part` is NULL or points to `part.cells` elements, which live unchanged for `'a`.
+pub(crate) unsafe fn part_cells<'a>(part: &icoray_part) -> Outcome<PartCells<'a>> {
+    let cells = count(part.cells, "icoray_part.cells")?;
+    let kind = (part.index_type, "icoray_part.index_type");
+    // SAFETY: the caller promises both tables with this length.
+    unsafe {
+        let global = indices(part.cell_global, kind, cells, "icoray_part.cell_global")?;
+        let owned = if part.is_owned.is_null() {
+            Owned::First(count(part.owned_cells, "icoray_part.owned_cells")?)
+        } else {
+            Owned::Marked(slice(part.is_owned, cells, "icoray_part.is_owned")?)
+        };
+        Ok(PartCells { global, owned })
     }
 }
 
@@ -268,6 +304,13 @@ pub(crate) unsafe fn field<'a>(array: &icoray_array, of: &str) -> Outcome<Field<
         }
     }
     let location = location(array.location, of)?;
+    let named_by = member("type");
+    let kind = (array.r#type, named_by.as_str());
+    if shape.columns == 0 {
+        // SAFETY: of no elements.
+        let none = unsafe { reals(array.data, kind, 0, &member("data"))? };
+        return Ok(Field::new(none, shape, location, None)?);
+    }
     if array.data.is_null() {
         return Err(Failure::null(&member("data")));
     }
@@ -287,8 +330,7 @@ pub(crate) unsafe fn field<'a>(array: &icoray_array, of: &str) -> Outcome<Field<
     let size = if array.r#type == ICORAY_F32 { 4 } else { 8 };
     let first = array.data.wrapping_byte_offset(low * size);
     // SAFETY: the caller promises all elements from the lowest to the highest that the strides reach.
-    let samples =
-        unsafe { reals(first, (array.r#type, &member("type")), high.abs_diff(low) + 1, &member("data"))? };
+    let samples = unsafe { reals(first, kind, high.abs_diff(low) + 1, &member("data"))? };
     // An array of floats holds the mark as a float: (double)-9.9999e30f is another number than -9.9999e30.
     let fill_value =
         if array.r#type == ICORAY_F32 { f64::from(array.fill_value as f32) } else { array.fill_value };

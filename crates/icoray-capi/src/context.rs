@@ -5,7 +5,7 @@ use crate::boundary::{Failure, Outcome};
 use crate::drawing::Drawing;
 use crate::types::{icoray_array, icoray_config, icoray_frame_report, icoray_ndarray, icoray_status};
 use icoray_core::output::Stamp;
-use icoray_core::{Field, Grid, GridTables, Layers, Location, Ranks, Scene};
+use icoray_core::{Field, Grid, GridTables, Layers, Location, Part, Ranks, Scene};
 use std::collections::BTreeMap;
 use std::ffi::c_char;
 use std::ptr;
@@ -24,10 +24,16 @@ unsafe impl Send for Given {}
 
 mod together;
 
+/// A grid and, where it is spread over ranks, which part of it this one has.
+struct Spread {
+    grid: Arc<Grid<'static>>,
+    part: Option<Arc<Part>>,
+}
+
 /// An open icoray context.
 pub struct Context {
     /// By name. The tables are borrowed from the model, which keeps them until close or the next grid_set.
-    grids: BTreeMap<String, Arc<Grid<'static>>>,
+    grids: BTreeMap<String, Spread>,
     layers: BTreeMap<String, Arc<Layers>>,
     fields: BTreeMap<String, Given>,
     scene: Choice,
@@ -51,6 +57,7 @@ enum Choice {
 pub(crate) struct Subject<'a> {
     pub scene: Arc<Scene>,
     pub grid: Arc<Grid<'static>>,
+    pub part: Option<Arc<Part>>,
     pub layers: Arc<Layers>,
     pub field: Field<'a>,
 }
@@ -94,12 +101,15 @@ impl Context {
         }
     }
 
-    /// Checks the tables; the grid before stays where they are wrong.
+    /// Checks the tables; the grid before stays where they are wrong, and its part goes with it.
     pub fn set_grid(&mut self, name: &str, tables: GridTables<'static>) -> Outcome<()> {
+        if tables.cells() == 0 && !self.is_shared() {
+            return Err(Failure::new(icoray_status::ICORAY_ERR_GRID, "0 cells, expected at least 1"));
+        }
         // After this call the model may free the tables of the grid before.
         self.drawing.finish_rendering();
         let grid = self.drawing.renderer().run(|| Grid::new(tables))?;
-        self.grids.insert(name.into(), Arc::new(grid));
+        self.grids.insert(name.into(), Spread { grid: Arc::new(grid), part: None });
         Ok(())
     }
 
@@ -113,10 +123,14 @@ impl Context {
     pub fn set_field(&mut self, field: &str, array: &icoray_array, of: &str) -> Outcome<()> {
         let within = |f: Failure| Failure::new(f.status, format!("field {field:?}: {}", f.message));
         // SAFETY: the caller of icoray_field_set promises an array and two strings.
-        let (grid, layers) = unsafe {
-            borrow::field(array, of).map_err(within)?;
-            names(array.grid_name, array.layers_name).map_err(within)?
+        let (columns, (grid, layers)) = unsafe {
+            let columns = borrow::field(array, of).map_err(within)?.shape().columns;
+            (columns, names(array.grid_name, array.layers_name).map_err(within)?)
         };
+        if columns == 0 && !self.is_shared() {
+            let none = Failure::new(icoray_status::ICORAY_ERR_FIELD, "0 columns, expected at least 1");
+            return Err(within(none));
+        }
         if field.is_empty() {
             return Err(argument("name: \"\", expected the name that scenes use".into()));
         }
@@ -133,7 +147,8 @@ impl Context {
         let call = "icoray_field_set_ndarray";
         // SAFETY: the caller of icoray_field_set_ndarray promises two strings.
         let (grid, layers) = unsafe { names(array.grid_name, array.layers_name).map_err(within)? };
-        let grid = known(&self.grids, grid, "grid", call, "icoray_grid_set").map_err(within)?;
+        let Spread { grid, .. } =
+            known(&self.grids, grid, "grid", call, "icoray_grid_set").map_err(within)?;
         let layers =
             known(&self.layers, layers, "set of layers", call, "icoray_layers_set").map_err(within)?;
         let columns = match borrow::location(array.location, "icoray_ndarray").map_err(within)? {
@@ -215,7 +230,7 @@ fn due(scene: &Choice, step: i64) -> Outcome<Option<Arc<Scene>>> {
 /// Looks up what a scene is drawn from.
 fn subject<'a>(
     scene: Arc<Scene>,
-    grids: &BTreeMap<String, Arc<Grid<'static>>>,
+    grids: &BTreeMap<String, Spread>,
     layers: &BTreeMap<String, Arc<Layers>>,
     fields: &BTreeMap<String, Given>,
 ) -> Outcome<Subject<'a>> {
@@ -235,12 +250,12 @@ fn subject<'a>(
         return Err(Failure::new(icoray_status::ICORAY_ERR_FIELD, message));
     };
     let within = |f: Failure| Failure::new(f.status, format!("field {:?}: {}", scene.field, f.message));
-    let grid = known(grids, &given.grid, "grid", call, "icoray_grid_set").map_err(within)?.clone();
+    let Spread { grid, part } = known(grids, &given.grid, "grid", call, "icoray_grid_set").map_err(within)?;
     let layers =
         known(layers, &given.layers, "set of layers", call, "icoray_layers_set").map_err(within)?.clone();
     // SAFETY: the model promises that its arrays live and do not change until icoray_execute returns.
     let field = unsafe { borrow::field(&given.array, icoray_array::NAME).map_err(within)? };
-    Ok(Subject { scene, grid, layers, field })
+    Ok(Subject { scene, grid: grid.clone(), part: part.clone(), layers, field })
 }
 
 fn missing(came: &str, what: &str, first: &str) -> Failure {

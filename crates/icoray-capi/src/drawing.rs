@@ -8,11 +8,13 @@ use crate::log::{Level, Log};
 use crate::memory;
 use crate::policy::Policy;
 use crate::types::{
-    ICORAY_BLOCK, ICORAY_DROP_OLDEST, ICORAY_NEVER_MODIFY, ICORAY_OVERWRITE, icoray_config,
-    icoray_frame_report, icoray_status,
+    ICORAY_ALONE, ICORAY_BLOCK, ICORAY_DROP_OLDEST, ICORAY_FRAGMENTS, ICORAY_NEVER_MODIFY, ICORAY_OVERWRITE,
+    ICORAY_TILES, icoray_config, icoray_frame_report, icoray_status,
 };
 use icoray_core::output::{Existing, Stamp, WhenFull, Writer, WriterOptions};
-use icoray_core::{Background, Certainty, Error, Frame, FrameReport, Job, Lights, Ranks, Renderer, Scene};
+use icoray_core::{
+    Background, Certainty, Error, Frame, FrameReport, Job, Lights, Ranks, Renderer, Scene, Scheme,
+};
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -135,7 +137,8 @@ impl Drawing {
     }
 
     fn begin(&mut self, stamp: Stamp, subject: Subject) -> Outcome<()> {
-        let Subject { scene, grid, layers, field } = subject;
+        // The part of one process is the whole grid.
+        let Subject { scene, grid, part: _, layers, field } = subject;
         if let Some(background) = &mut self.background {
             background.submit(Job { scene, grid, layers, stamp }, &field)?;
             // The frame before was waited for; its cost is to be taken before this one's takes its place.
@@ -204,8 +207,10 @@ impl Drawing {
         if self.log.takes(Level::Debug) {
             let (step, left_out) = (stamp.step, report.left_out.join("; "));
             let seconds = report.prepare_s + report.render_s;
-            self.log
-                .say(Level::Debug, &format!("step {step}: drawn in {seconds:.3} s, left out: {left_out}"));
+            let shared =
+                report.sharing.map_or_else(String::new, |sharing| format!(" over ranks ({sharing})"));
+            let line = format!("step {step}: drawn in {seconds:.3} s{shared}, left out: {left_out}");
+            self.log.say(Level::Debug, &line);
         }
     }
 
@@ -339,6 +344,14 @@ fn crossing(stamp: &Stamp, r: &FrameReport, totals: &Totals) -> icoray_frame_rep
         gather_s: r.gather_s,
         balance: r.balance,
         bytes_received: r.bytes_received,
+        scheme: match r.sharing.map(|sharing| sharing.scheme) {
+            None => ICORAY_ALONE,
+            Some(Scheme::Fragments) => ICORAY_FRAGMENTS,
+            Some(Scheme::Auto | Scheme::Tiles) => ICORAY_TILES,
+        },
+        fragments: r.counts.fragments,
+        fragment_bytes: r.counts.fragment_bytes,
+        compose_s: r.compose_s,
         frames_written: totals.written,
         frames_failed: totals.failed,
         frames_dropped: totals.dropped,

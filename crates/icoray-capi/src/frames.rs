@@ -84,7 +84,7 @@ unsafe fn wanted(
 /// that are not on disk by then are lost.
 ///
 /// Collective over the communicator of icoray_open, for each step, drawn or not: ranks tell each other that they are ready
-/// (a few bytes), each draws tiles, and the picture is at rank 0, whose context writes it. What fails on one rank is the
+/// (a few bytes), each draws its tiles or its part of the grid, and the picture is at rank 0, whose context writes it. What fails on one rank is the
 /// status of all, with that rank's number in the message; ranks with different steps, scenes or fields are
 /// ICORAY_ERR_MPI.
 ///

@@ -2,12 +2,13 @@
 
 use crate::borrow::{self, Versioned, name, sized, text};
 use crate::boundary::Failure;
-use crate::handle::{icoray_ctx, with};
-use crate::types::{icoray_array, icoray_grid, icoray_layers, icoray_ndarray, icoray_status};
+use crate::handle::{icoray_ctx, with, with_all};
+use crate::types::{icoray_array, icoray_grid, icoray_layers, icoray_ndarray, icoray_part, icoray_status};
 use std::ffi::c_char;
 
 /// Hands over a grid's tables, which are checked whole; they are borrowed until icoray_close or the next icoray_grid_set
-/// of that name. On failure the grid before, if any, stays. Waits for frames that still read that one.
+/// of that name. On failure the grid before, if any, stays, and so does its part (icoray_part_set). Waits for frames that
+/// still read that one. A rank of icoray_open may have no cells, corners and edges, and tables that are NULL.
 ///
 /// # Safety
 /// `ctx` is open; `grid` is NULL or filled in as the header says.
@@ -19,6 +20,29 @@ pub unsafe extern "C" fn icoray_grid_set(ctx: *mut icoray_ctx, grid: *const icor
             let grid = sized(grid)?;
             let name = name(grid.name, "icoray_grid.name")?;
             context.set_grid(name, borrow::tables(grid)?)
+        })
+    }
+}
+
+/// Says which cells of a grid are this rank's own, where ranks have parts of it; after icoray_grid_set of that grid, and
+/// again after each one (ICORAY_ERR_ORDER where no grid was given). From then on each rank draws its own part in whole
+/// pictures, and rays are put together of what ranks send each other. On failure the part before, if any, stays.
+///
+/// Collective over the communicator of icoray_open, with a grid of the same name on all. What fails on one rank is the
+/// status of all: ICORAY_ERR_GRID where a cell is owned by two ranks or by none, a number is there twice, or a halo is
+/// narrower than one cell. One process alone owns every cell, and draws as without this call.
+///
+/// # Safety
+/// `ctx` is open; `part` is NULL or filled in as the header says.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn icoray_part_set(ctx: *mut icoray_ctx, part: *const icoray_part) -> icoray_status {
+    // SAFETY: passed on.
+    unsafe {
+        with_all(ctx, |context| {
+            context.set_part(|| {
+                let part = sized(part)?;
+                Ok((name(part.grid, "icoray_part.grid")?, borrow::part_cells(part)?))
+            })
         })
     }
 }

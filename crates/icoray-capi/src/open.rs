@@ -37,12 +37,13 @@ pub unsafe extern "C" fn icoray_open_serial(
 }
 
 /// Opens a context over the ranks of an MPI communicator, which draw each picture together; it is at rank 0, in the
-/// output_dir of rank 0's config. Every rank has the whole grid and the whole field, and draws some of the tiles.
+/// output_dir of rank 0's config. Every rank has the whole grid and the whole field, and draws some of the tiles; or each
+/// has its part of them, and says so by icoray_part_set.
 ///
 /// fortran_comm is MPI_Comm_c2f(comm); it is duplicated, and freed by icoray_close. The model initialises MPI before, at any
-/// thread level, and finalises it after icoray_close. icoray_open, icoray_execute, icoray_wait and icoray_close are
-/// collective over it: all ranks make them in the same order, whatever calls have failed before, and get the same status. The
-/// other calls are each rank's own. MPI is only called in collective calls, on their thread. async_render is not
+/// thread level, and finalises it after icoray_close. icoray_open, icoray_part_set, icoray_execute, icoray_wait and
+/// icoray_close are collective over it: all ranks make them in the same order, whatever calls have failed before, and get
+/// the same status. The other calls are each rank's own. MPI is only called in collective calls, on their thread. async_render is not
 /// supported with it. A library that was built without MPI says ICORAY_ERR_UNSUPPORTED.
 ///
 /// On failure *ctx is NULL and icoray_last_error(NULL, ...) has the message.

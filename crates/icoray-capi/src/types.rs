@@ -47,14 +47,21 @@ pub enum icoray_status {
 pub const ICORAY_F32: i32 = 1;
 /// icoray_array.type, icoray_grid.real_type: double.
 pub const ICORAY_F64: i32 = 2;
-/// icoray_grid.index_type: int32_t.
+/// icoray_grid.index_type, icoray_part.index_type: int32_t.
 pub const ICORAY_I32: i32 = 3;
-/// icoray_grid.index_type: int64_t.
+/// icoray_grid.index_type, icoray_part.index_type: int64_t.
 pub const ICORAY_I64: i32 = 4;
 /// icoray_array.location: values at cell centres.
 pub const ICORAY_CENTER: i32 = 0;
 /// icoray_array.location: values at cell corners; averaged to centres before rendering.
 pub const ICORAY_CORNER: i32 = 1;
+
+/// icoray_frame_report.scheme: one process drew.
+pub const ICORAY_ALONE: i32 = 0;
+/// icoray_frame_report.scheme: every rank has the whole grid and drew tiles of its own.
+pub const ICORAY_TILES: i32 = 1;
+/// icoray_frame_report.scheme: each rank drew its own part of the grid, and rays were put together of what ranks had.
+pub const ICORAY_FRAGMENTS: i32 = 2;
 
 /// icoray_config.existing: a picture that is there is not replaced; icoray_execute says ICORAY_ERR_EXISTS.
 pub const ICORAY_NEVER_MODIFY: i32 = 0;
@@ -78,7 +85,7 @@ pub const ICORAY_LOG_ERROR: i32 = 1;
 pub const ICORAY_LOG_WARN: i32 = 2;
 /// icoray_config.log_level: also each picture that was written.
 pub const ICORAY_LOG_INFO: i32 = 3;
-/// icoray_config.log_level: also what each frame left out.
+/// icoray_config.log_level: also what each frame left out, and how ranks shared it.
 pub const ICORAY_LOG_DEBUG: i32 = 4;
 
 /// Takes the log: one line without its end, valid until the callback returns. Called only inside a call on the context,
@@ -161,6 +168,31 @@ pub struct icoray_grid {
     pub edge_corner: *const c_void,
     /// Name, for contexts with several grids; NULL is the grid of fields that name none. Copied.
     pub name: *const c_char,
+}
+
+/// Which cells of a grid are this rank's own, where the grid is spread over the ranks of icoray_open. Read during the call
+/// only.
+///
+/// Each rank's icoray_grid has its own cells and a halo of all cells that share a corner with these, with local numbers;
+/// what lies beyond is marked as missing, as beside a hole. Every cell is own on just one rank. Fields have values in the
+/// halo too, as after the model's exchange; of fields at corners those at the corners of own cells do.
+#[repr(C)]
+#[derive(Debug, Clone, Copy)]
+pub struct icoray_part {
+    /// sizeof(icoray_part)
+    pub struct_size: usize,
+    /// Name of the grid, which icoray_grid_set was given before; NULL is the one without a name.
+    pub grid: *const c_char,
+    /// Number of rows below, which is that of the grid's cells.
+    pub cells: i64,
+    /// ICORAY_I32 or ICORAY_I64, for cell_global.
+    pub index_type: i32,
+    /// Number of each cell in the whole grid (MPAS indexToCellID), counted from the grid's index_base; there may be gaps.
+    pub cell_global: *const c_void,
+    /// The first so many cells are own (MPAS nCellsSolve); not read where is_owned is not NULL.
+    pub owned_cells: i64,
+    /// For each cell: not 0 where it is own. NULL where these are the first owned_cells.
+    pub is_owned: *const i32,
 }
 
 /// Layers, copied by the call.
@@ -334,11 +366,11 @@ pub struct icoray_frame_report {
     pub host_total_s: f64,
     /// Seconds of encoding and disk so far.
     pub write_total_s: f64,
-    /// Ranks that drew the frame: 1, or those of icoray_open. With several, errors, rays, columns, frusta and what follows
-    /// here are of the whole picture and the same on all; seconds, threads, bytes and values are this rank's; frames are
-    /// written, and what becomes of files is counted, at rank 0.
+    /// Ranks that drew the frame: 1, or those of icoray_open. With several, errors, rays, columns, frusta, values, fragments,
+    /// gather_s, balance and bytes_received are of the whole picture and the same on all; other seconds and bytes, threads
+    /// and tiles are this rank's; frames are written, and what becomes of files is counted, at rank 0.
     pub ranks: i32,
-    /// Tiles of the picture that this rank drew.
+    /// Tiles of the picture that this rank drew, or put together of fragments.
     pub tiles: i32,
     /// Seconds in which rank 0 waited for the other ranks' tiles and took them in.
     pub gather_s: f64,
@@ -346,4 +378,12 @@ pub struct icoray_frame_report {
     pub balance: f64,
     /// Bytes of tiles that rank 0 received.
     pub bytes_received: u64,
+    /// How ranks shared the picture: ICORAY_ALONE, ICORAY_TILES or ICORAY_FRAGMENTS.
+    pub scheme: i32,
+    /// Fragments that rays were put together of (ICORAY_FRAGMENTS), of all ranks.
+    pub fragments: u64,
+    /// Bytes of these that ranks sent each other.
+    pub fragment_bytes: u64,
+    /// Seconds in which this rank put rays together of fragments.
+    pub compose_s: f64,
 }

@@ -7,45 +7,7 @@ use std::ffi::c_int;
 
 /// The most that one message carries: MPI counts in 32 bits.
 const MOST: usize = 1 << 30;
-/// The tag of messages to rank 0. The communicator is nobody else's.
-const TAG: c_int = 1;
-
-/// What has come of a rank's bytes so far.
-#[derive(Default)]
-struct Coming {
-    /// How many there will be, which comes first.
-    whole: Option<usize>,
-    bytes: Vec<u8>,
-}
-
 impl MpiTeam {
-    fn send(&self, bytes: &[u8]) -> Result<()> {
-        // SAFETY: `bytes` is there until the call returns, and no longer than MPI can count; the communicator is ours.
-        let code = unsafe {
-            let (start, count) = (bytes.as_ptr().cast(), bytes.len() as c_int);
-            ffi::MPI_Send(start, count, ffi::RSMPI_UINT8_T, 0, TAG, self.comm)
-        };
-        check("MPI_Send", code)
-    }
-
-    /// The next message of whichever rank, with its number.
-    fn receive(&self) -> Result<(usize, Vec<u8>)> {
-        // SAFETY: handles and a status that MPI writes, of types for which zero is a value; the buffer that is received
-        // into has the length that the message was found to have.
-        unsafe {
-            let mut message = std::mem::zeroed();
-            let mut status: ffi::MPI_Status = std::mem::zeroed();
-            let any = ffi::RSMPI_ANY_SOURCE;
-            check("MPI_Mprobe", ffi::MPI_Mprobe(any, TAG, self.comm, &mut message, &mut status))?;
-            let mut count = 0;
-            check("MPI_Get_count", ffi::MPI_Get_count(&status, ffi::RSMPI_UINT8_T, &mut count))?;
-            let mut bytes = vec![0u8; usize::try_from(count).unwrap_or(0)];
-            let (start, byte) = (bytes.as_mut_ptr().cast(), ffi::RSMPI_UINT8_T);
-            check("MPI_Mrecv", ffi::MPI_Mrecv(start, count, byte, &mut message, &mut status))?;
-            Ok((usize::try_from(status.MPI_SOURCE).unwrap_or(0), bytes))
-        }
-    }
-
     fn broadcast_part(&self, bytes: &mut [u8]) -> Result<()> {
         // SAFETY: as long as it says, on all ranks, and there until the call returns.
         let code = unsafe {
@@ -118,32 +80,16 @@ impl Team for MpiTeam {
         Ok(mine)
     }
 
-    /// Messages of one rank come in the order in which they were sent, those of different ranks in any.
-    fn gather(&mut self, mine: &[u8], take: &mut dyn FnMut(usize, Vec<u8>)) -> Result<()> {
-        if self.rank != 0 {
-            self.send(&(mine.len() as u64).to_ne_bytes())?;
-            return mine.chunks(MOST).try_for_each(|part| self.send(part));
-        }
-        let mut coming: Vec<Coming> = (0..self.size).map(|_| Coming::default()).collect();
-        let mut missing = self.size - 1;
-        while missing > 0 {
-            let (rank, part) = self.receive()?;
-            let of_rank = &mut coming[rank];
-            match of_rank.whole {
-                None => {
-                    let length = part.try_into().map(u64::from_ne_bytes);
-                    let length = length.map_err(|_| failed(format!("rank {rank} sent no length")))?;
-                    of_rank.whole = Some(length as usize);
-                }
-                Some(_) if of_rank.bytes.is_empty() => of_rank.bytes = part,
-                Some(_) => of_rank.bytes.extend_from_slice(&part),
-            }
-            if of_rank.whole == Some(of_rank.bytes.len()) {
-                missing -= 1;
-                take(rank, std::mem::take(&mut of_rank.bytes));
-            }
-        }
-        Ok(())
+    fn send(&mut self, bytes: Vec<u8>) -> Result<()> {
+        self.post(bytes)
+    }
+
+    fn is_sent(&mut self) -> Result<bool> {
+        self.is_posted()
+    }
+
+    fn try_receive(&mut self) -> Result<Option<(usize, Vec<u8>)>> {
+        self.try_take()
     }
 
     fn exchange(&mut self, mine: Vec<Vec<u8>>) -> Result<Vec<Vec<u8>>> {

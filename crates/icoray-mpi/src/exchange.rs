@@ -25,7 +25,12 @@ impl MpiTeam {
             let count = requests.len() as c_int;
             ffi::MPI_Waitall(count, requests.as_mut_ptr(), ffi::RSMPI_STATUSES_IGNORE)
         };
-        started.and(check("MPI_Waitall", code))?;
+        if let Err(e) = check("MPI_Waitall", code) {
+            // MPI may write to them still.
+            std::mem::forget((mine, theirs));
+            return Err(started.err().unwrap_or(e));
+        }
+        started?;
         theirs[self.rank] = own;
         Ok(theirs)
     }

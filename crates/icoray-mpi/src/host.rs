@@ -1,5 +1,6 @@
 //! The host's MPI: whether it is there, and a communicator of one's own in it.
 
+use crate::post::Post;
 use icoray::{Error, ErrorKind, Result};
 use mpi::ffi;
 use std::ffi::{c_char, c_int};
@@ -15,6 +16,7 @@ pub struct MpiTeam {
     pub(crate) size: usize,
     /// Not to be freed: that is collective, and a rank has left.
     pub(crate) is_given_up: bool,
+    pub(crate) post: Post,
 }
 
 // SAFETY: a handle, which MPI lets any thread hold. Calls with it are made by the thread that makes calls on the host's
@@ -56,7 +58,7 @@ impl MpiTeam {
         let mut comm = null;
         // SAFETY: as above; the handle is written.
         check("MPI_Comm_dup", unsafe { ffi::MPI_Comm_dup(given, &mut comm) })?;
-        let mut team = MpiTeam { comm, rank: 0, size: 1, is_given_up: false };
+        let mut team = MpiTeam { comm, rank: 0, size: 1, is_given_up: false, post: Post::default() };
         let (mut rank, mut size) = (0, 1);
         // SAFETY: the communicator is ours now, so its errors may be ours too; the numbers are written.
         unsafe {

@@ -10,6 +10,7 @@
 mod bytes;
 mod exchange;
 mod host;
+mod post;
 #[cfg(test)]
 mod tests;
 

@@ -62,8 +62,9 @@ fn read(dimensions: &[Dimension], columns: usize, layers: usize) -> Option<Shape
         [a, b, c] => {
             let reading = |level: Dimension, column: Dimension, block: Dimension| {
                 // Each block is needed: otherwise the two are something else, such as tracers or time levels and cells.
+                let full = block.extent.saturating_sub(1);
                 let holds = column.extent.checked_mul(block.extent)? >= columns
-                    && column.extent.checked_mul(block.extent - 1)? < columns;
+                    && (block.extent == 0 || column.extent.checked_mul(full)? < columns);
                 (level.extent == layers && holds).then_some(Shape {
                     column_stride: column.stride,
                     layer_stride: level.stride,

@@ -4,8 +4,8 @@ use crate::kernel::ray::Counts;
 use rayon::prelude::*;
 use std::time::Instant;
 
-/// Most of a tile's side in traced pixels.
-const TILE: u32 = 32;
+/// Most of a tile's side in traced pixels: so small that 64 threads have about as much to do in a picture of 512 x 512.
+const TILE: u32 = 16;
 
 /// A pixel and how far it may be off.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -77,22 +77,22 @@ impl Raster {
         self.extent(tile).iter().map(|[start, end]| (end - start) as usize).product()
     }
 
-    /// Traces tiles, dealt to threads one by one.
+    /// Traces tiles, dealt to threads one by one, when the iterator is run.
     ///
     /// Each starts with a hint of 0, so that pictures are the same whatever the threads and whoever draws a tile.
-    pub fn trace(
-        &self,
-        tiles: &[u32],
-        pixel: impl Fn(u32, u32, &mut u32, &mut Counts) -> Pixel + Sync,
-    ) -> Vec<Tile> {
-        let trace = |number: &u32| {
+    pub fn trace<'a>(
+        &'a self,
+        tiles: &'a [u32],
+        pixel: impl Fn(u32, u32, &mut u32, &mut Counts) -> Pixel + Sync + Send + 'a,
+    ) -> impl ParallelIterator<Item = Tile> + 'a {
+        let trace = move |number: &u32| {
             let start = Instant::now();
             let mut counts = Counts::default();
             let mut pixels = Vec::with_capacity(self.pixels_of(*number));
             self.visit(*number, |x, y, hint| pixels.push(pixel(x, y, hint, &mut counts)));
             Tile { number: *number, seconds: start.elapsed().as_secs_f64(), counts, pixels }
         };
-        tiles.par_iter().with_max_len(1).map(trace).collect()
+        tiles.par_iter().with_max_len(1).map(trace)
     }
 
     /// Visits a tile's traced pixels row by row, each with the hint that the one before it has left.
@@ -136,10 +136,10 @@ impl Raster {
     /// Traces all tiles and makes the picture of them.
     pub fn draw(
         &self,
-        pixel: impl Fn(u32, u32, &mut u32, &mut Counts) -> Pixel + Sync,
+        pixel: impl Fn(u32, u32, &mut u32, &mut Counts) -> Pixel + Sync + Send,
     ) -> (Vec<Pixel>, Counts) {
         let all: Vec<u32> = (0..self.tiles()).collect();
-        self.assemble(&self.trace(&all, pixel))
+        self.assemble(&self.trace(&all, pixel).collect::<Vec<_>>())
     }
 
     /// All pixels, bilinear between traced ones. Between, a pixel may be as far off as the four around it differ, beside
@@ -236,7 +236,7 @@ mod tests {
             let (whole, counts) = raster.draw(pixel);
             let of =
                 |rank: u32| (0..raster.tiles()).rev().filter(|tile| tile % 3 == rank).collect::<Vec<_>>();
-            let parts = [2, 0, 1].map(|rank| raster.trace(&of(rank), pixel));
+            let parts = [2, 0, 1].map(|rank| raster.trace(&of(rank), pixel).collect::<Vec<_>>());
             let tiles = parts.concat();
             assert!(tiles.iter().all(|tile| tile.pixels.len() == raster.pixels_of(tile.number)));
             assert_eq!(raster.assemble(&tiles), (whole, counts));
@@ -247,6 +247,6 @@ mod tests {
     #[should_panic(expected = "a tile is missing")]
     fn a_picture_with_a_tile_missing_is_none() {
         let raster = Raster { width: 97, height: 61, step: 1 };
-        raster.assemble(&raster.trace(&[0, 1], pixel));
+        raster.assemble(&raster.trace(&[0, 1], pixel).collect::<Vec<_>>());
     }
 }

@@ -20,6 +20,7 @@ use crate::raster::{Pixel, Raster, Tile};
 use crate::scene::{Precision, Scene, Scheme};
 use crate::threads::Threads;
 use glam::DVec3;
+use rayon::prelude::*;
 use std::time::Instant;
 
 mod parts;
@@ -215,29 +216,26 @@ fn draw<T: Real, S: Sample>(setting: &Setting, ranks: &mut Ranks, data: &[S]) ->
     };
     let share = ranks.deal(picked, work.raster(), facts)?;
     let quality = share.quality;
-    let drawing = Instant::now();
-    let (tiles, drawn_s, compose_s) = if let Some(part) = part {
-        let composed = match is_lit {
-            true => work.compose::<4>(ranks, part, &share),
-            false => work.compose::<1>(ranks, part, &share),
-        }?;
-        (composed.tiles, composed.drawn_s, composed.compose_s)
-    } else {
-        let mine = share.tiles_of(ranks.rank());
-        let tiles = ranks.attempt(|| {
-            renderer.run(|| {
-                Ok(if is_lit { work.trace::<4>(&quality, &mine) } else { work.trace::<1>(&quality, &mine) })
-            })
-        });
-        (tiles, drawing.elapsed().as_secs_f64(), 0.0)
-    };
-    let render_s = start.elapsed().as_secs_f64();
-    let drawn = tiles.as_ref().map_or(0, Vec::len);
     let raster = Raster { step: quality.pixel_step, ..work.raster() };
-    let gathered = ranks.gather(tiles, drawn_s, raster);
+    let exchanged = match part {
+        Some(part) if is_lit => Some(work.exchange::<4>(ranks, part, &share)?),
+        Some(part) => Some(work.exchange::<1>(ranks, part, &share)?),
+        None => None,
+    };
+    let mine = share.tiles_of(ranks.rank());
+    let fragments = exchanged.as_ref().map(|e| ranks.together(e.tiles(raster, &mine))).transpose()?;
+    let draw = |give: &(dyn Fn(Tile) + Sync)| match (&fragments, is_lit) {
+        (Some(fragments), _) => work.put_together(&quality, raster, fragments, give),
+        (None, true) => work.trace::<4>(&quality, &mine, give),
+        (None, false) => work.trace::<1>(&quality, &mine, give),
+    };
+    let traced_s = exchanged.as_ref().map_or(0.0, |exchanged| exchanged.traced_s);
+    let ready_s = start.elapsed().as_secs_f64();
+    let gathered = ranks.gather(&renderer.threads, raster, traced_s, draw);
     let is_root = ranks.is_root();
-    let mut picture = None;
+    let (mut picture, mut drawn_s) = (None, 0.0);
     let told = gathered.and_then(|gathered| {
+        drawn_s = gathered.drawn_s;
         let (gather_s, balance, bytes_received) =
             (gathered.gather_s, gathered.balance, gathered.bytes_received);
         let mut told = Told { gather_s, balance, bytes_received, ..Told::default() };
@@ -254,15 +252,15 @@ fn draw<T: Real, S: Sample>(setting: &Setting, ranks: &mut Ranks, data: &[S]) ->
     let report = FrameReport {
         error: told.error,
         prepare_s,
-        render_s,
+        render_s: ready_s + drawn_s - traced_s,
         counts: told.counts,
         value_range,
         missing_values,
         quality,
         derived_bytes: size_of_val(vertex_gradients.as_slice()),
         left_out: plan.left_out().to_vec(),
-        tiles: drawn,
-        compose_s,
+        tiles: mine.len(),
+        compose_s: if part.is_some() { drawn_s - traced_s } else { 0.0 },
         gather_s: told.gather_s,
         balance: told.balance,
         bytes_received: told.bytes_received,
@@ -322,11 +320,13 @@ impl<T: Real, S: Sample> Work<'_, T, S> {
         deadline.map_or(asked, |deadline| deadline.pick(asked, self.raster(), trace))
     }
 
-    /// Traces tiles of the picture.
-    fn trace<const N: usize>(&self, quality: &Quality, tiles: &[u32]) -> Vec<Tile> {
+    /// Traces tiles of the picture, each given away when it is done.
+    fn trace<const N: usize>(&self, quality: &Quality, tiles: &[u32], give: &(dyn Fn(Tile) + Sync)) {
         let caster = self.caster::<N>(quality);
         let raster = Raster { step: quality.pixel_step, ..self.raster() };
-        raster.trace(tiles, |x, y, hint, counts| pixel(self.scene, &caster, x, y, hint, counts))
+        raster
+            .trace(tiles, |x, y, hint, counts| pixel(self.scene, &caster, x, y, hint, counts))
+            .for_each(give);
     }
 
     fn caster<const N: usize>(&self, quality: &Quality) -> Caster<'_, T, S, N> {

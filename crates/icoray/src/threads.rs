@@ -62,6 +62,19 @@ impl Threads {
             None => work(),
         }
     }
+
+    /// Runs `work` on the threads and meanwhile `beside` on this one, which must not wait for what it is not certain to be
+    /// given. Returns when both are done.
+    pub fn run_beside<R>(&self, work: impl FnOnce() + Send, beside: impl FnOnce() -> R) -> R {
+        let Some(pool) = &self.pool else {
+            work();
+            return beside();
+        };
+        pool.in_place_scope(|scope| {
+            scope.spawn(|_| work());
+            beside()
+        })
+    }
 }
 
 impl Drop for Threads {

@@ -1,24 +1,25 @@
-!> `--self-test`: properties that mesh and operators have exactly, to rounding, and one that they have in the limit. Each is
-!> printed with what was found and what is allowed.
+!> `--self-test`: properties that mesh and operators have exactly, to rounding, and one that they have in the limit; and that
+!> parts of the mesh do as the whole (part_checks.f90). Each rank checks the whole mesh, and all together their parts.
 module checks
    use kinds, only: wp, pi, radius, gravity
    use sphere, only: unit, cross
    use tables, only: grid_tables, generate, relax
    use mesh, only: mesh_type, derive
    use operators, only: operators_type, prepare, others
+   use checking, only: check, noise, rounding
+   use part_checks, only: check_parts
+   use ranks, only: rank
    use trisk, only: workspace, new_workspace, tendencies, vorticity_at_corners, thickness_at_corners
    implicit none
    private
    public :: self_test
 
-   real(wp), parameter :: rounding = 1.0e-12_wp
-
 contains
 
-   !> True where all is well.
+   !> True where all is well, on all ranks.
    logical function self_test(level, lloyd) result(well)
       integer, intent(in) :: level, lloyd
-      type(grid_tables) :: t
+      type(grid_tables) :: t, coarse_t
       type(mesh_type) :: m, coarse
       type(operators_type) :: o, coarse_o
       real(wp) :: errors(2), coarse_errors(2), unused(2)
@@ -27,9 +28,9 @@ contains
       call relax(t, lloyd, unused(1), unused(2))
       call derive(t, m)
       call prepare(m, o)
-      call generate(level - 1, t)
-      call relax(t, lloyd, unused(1), unused(2))
-      call derive(t, coarse)
+      call generate(level - 1, coarse_t)
+      call relax(coarse_t, lloyd, unused(1), unused(2))
+      call derive(coarse_t, coarse)
       call prepare(coarse, coarse_o)
 
       well = .true.
@@ -45,18 +46,9 @@ contains
       call budgets(m, o, 0.0_wp, '', well)
       call budgets(m, o, 1000.0_wp, ' with anticipation', well)
       call uniform_vorticity(m, o, well)
-      write (*, '(2a)') 'self-test ', merge('passed', 'FAILED', well)
+      call check_parts(t, m, o, well)
+      if (rank == 0) write (*, '(2a)') 'self-test ', merge('passed', 'FAILED', well)
    end function self_test
-
-   subroutine check(name, found, allowed, well)
-      character(*), intent(in) :: name
-      real(wp), intent(in) :: found, allowed
-      logical, intent(inout) :: well
-      character(6) :: verdict
-      verdict = merge('ok    ', 'FAILED', found <= allowed)  ! NaN fails
-      write (*, '(a,1x,a,t80,es10.2,a,es9.2)') verdict, name, found, ' of', allowed
-      well = well .and. found <= allowed
-   end subroutine check
 
    subroutine geometry(m, well)
       type(mesh_type), intent(in) :: m
@@ -98,12 +90,6 @@ contains
          end do
       end do
    end function asymmetry
-
-   !> A number between -1 and 1 without rhyme or reason.
-   elemental real(wp) function noise(i)
-      integer, intent(in) :: i
-      noise = 2.0_wp*modulo(43758.5453_wp*sin(12.9898_wp*real(i, wp)), 1.0_wp) - 1.0_wp
-   end function noise
 
    !> Thuburn et al. 2009: the property from which the weights follow.
    real(wp) function compatibility(m, o)

@@ -8,7 +8,7 @@ module galewsky
    use model, only: state_type
    implicit none
    private
-   public :: galewsky_state
+   public :: galewsky_mean, galewsky_state
 
    real(wp), parameter :: south = pi/7.0_wp, north = pi/2.0_wp - south  ! where the jet ends
    real(wp), parameter :: mean_height = 10000.0_wp                      ! over the sphere, m
@@ -25,12 +25,27 @@ module galewsky
 
 contains
 
-   subroutine galewsky_state(m, u_max, s)
+   !> The mean of each layer's balanced heights over the whole mesh.
+   subroutine galewsky_mean(m, u_max, mean)
       type(mesh_type), intent(in) :: m
       real(wp), intent(in) :: u_max(:)  !< of each layer, m/s
+      real(wp), intent(out) :: mean(:)  !< m
+      type(jet_integrals) :: jet
+      integer :: c
+      call integrate_jet(jet)
+      mean = 0.0_wp
+      do c = 1, m%cells
+         mean = mean + m%cell_area(c)*balanced(jet, u_max, latitude(m%center(:, c)))
+      end do
+      mean = mean/sum(m%cell_area)
+   end subroutine galewsky_mean
+
+   subroutine galewsky_state(m, u_max, mean, s)
+      type(mesh_type), intent(in) :: m
+      real(wp), intent(in) :: u_max(:), mean(:)
       type(state_type), intent(inout) :: s
       type(jet_integrals) :: jet
-      real(wp) :: lat, lon, i(3), total(size(u_max)), transport(m%corners)
+      real(wp) :: lat, lon, i(3), transport(m%corners)
       integer :: c, e, v
 
       call integrate_jet(jet)
@@ -44,21 +59,23 @@ contains
             s%u(:, e) = u_max*(transport(a(2)) - transport(a(1)))/m%dv(e)
          end associate
       end do
-      ! g dh/dlat = -a u (f + u tan(lat)/a)
-      total = 0.0_wp
-      do c = 1, m%cells
-         i = integrals_at(jet, latitude(m%center(:, c)))
-         s%h(:, c) = -(radius*u_max*i(2) + u_max**2*i(3))/gravity
-         total = total + m%cell_area(c)*s%h(:, c)
-      end do
       do c = 1, m%cells
          lat = latitude(m%center(:, c))
          lon = longitude(m%center(:, c))
          if (lon > pi) lon = lon - 2.0_wp*pi
-         s%h(:, c) = s%h(:, c) + mean_height - total/sum(m%cell_area) &
+         s%h(:, c) = balanced(jet, u_max, lat) + mean_height - mean &
                      + bump_height*cos(lat)*exp(-(lon/bump_east)**2 - ((bump_latitude - lat)/bump_north)**2)
       end do
    end subroutine galewsky_state
+
+   !> Heights above that south of the jet: g dh/dlat = -a u (f + u tan(lat)/a).
+   pure function balanced(jet, u_max, lat) result(h)
+      type(jet_integrals), intent(in) :: jet
+      real(wp), intent(in) :: u_max(:), lat
+      real(wp) :: h(size(u_max)), i(3)
+      i = integrals_at(jet, lat)
+      h = -(radius*u_max*i(2) + u_max**2*i(3))/gravity
+   end function balanced
 
    !> The jet of 1 m/s.
    pure real(wp) function wind(lat)

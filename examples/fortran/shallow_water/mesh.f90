@@ -5,14 +5,21 @@ module mesh
    use kinds, only: wp, radius, omega
    use sphere, only: place_at, unit, cross, angle, triangle_area
    use tables, only: grid_tables
+   use ranks, only: pattern_type
    implicit none
    private
    public :: mesh_type, derive
 
    integer, parameter, public :: sides = 6  !< most edges of a cell
+   integer, parameter, public :: halo = 3   !< rings of cells around a rank's own that their tendencies depend on
 
+   !> The whole mesh, or a rank's part of it (parts.f90): its own cells, then those of the first ring around them, and so on. What
+   !> touches a cell of at most the r-th ring comes first in the arrays, as many as `.._in(r)` says; only in the last ring are
+   !> neighbours missing, and their numbers 0. In a whole mesh all is in ring 0.
    type :: mesh_type
       integer :: cells, corners, edges
+      integer :: cells_in(0:halo), corners_in(0:halo), edges_in(0:halo)
+      type(pattern_type) :: by_cell, by_corner, by_edge  !< how ranks share them; not set in a whole mesh
       real(wp), allocatable :: center(:, :), corner(:, :), middle(:, :)    !< unit vectors (3, n); middles of the edges
       real(wp), allocatable :: normal(:, :)                                !< of each edge at its middle (3, edges)
       integer, allocatable :: edge_cell(:, :), edge_corner(:, :)           !< (2, edges), in the order above
@@ -37,6 +44,9 @@ contains
       m%cells = size(t%lon_center)
       m%corners = size(t%lon_corner)
       m%edges = size(t%edge_corner, 2)
+      m%cells_in = m%cells
+      m%corners_in = m%corners
+      m%edges_in = m%edges
       allocate (m%center(3, m%cells), m%corner(3, m%corners))
       do i = 1, m%cells
          m%center(:, i) = place_at(t%lon_center(i), t%lat_center(i))

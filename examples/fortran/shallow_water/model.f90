@@ -3,6 +3,8 @@ module model
    use kinds, only: wp, gravity
    use mesh, only: mesh_type
    use operators, only: operators_type
+   use ranks, only: exchange, largest_of_ranks
+   use sums, only: sum_over_columns
    use trisk, only: workspace, new_workspace, tendencies, vorticity_at_corners, thickness_at_corners
    implicit none
    private
@@ -58,21 +60,27 @@ contains
       type(stepper_type), intent(inout) :: r
       real(wp), parameter :: ahead(3) = [0.5_wp, 0.5_wp, 1.0_wp]  ! where stages 2 to 4 stand
       real(wp), parameter :: counts(4) = [1.0_wp, 2.0_wp, 2.0_wp, 1.0_wp]/6.0_wp
-      integer :: stage
+      integer :: stage, n_h, n_u
 
+      n_h = s%layers*m%cells_in(0)
+      n_u = s%layers*m%edges_in(0)
       call tendencies(s%layers, m, o, lead, s%h, s%u, r%work, r%dh, r%du)
-      call add(size(s%h), s%h, counts(1)*dt, r%dh, r%h_next)
-      call add(size(s%u), s%u, counts(1)*dt, r%du, r%u_next)
+      call add(n_h, s%h, counts(1)*dt, r%dh, r%h_next)
+      call add(n_u, s%u, counts(1)*dt, r%du, r%u_next)
       do stage = 2, 4
-         call add(size(s%h), s%h, ahead(stage - 1)*dt, r%dh, r%h)
-         call add(size(s%u), s%u, ahead(stage - 1)*dt, r%du, r%u)
+         call add(n_h, s%h, ahead(stage - 1)*dt, r%dh, r%h)
+         call add(n_u, s%u, ahead(stage - 1)*dt, r%du, r%u)
+         call exchange(m%by_cell, r%h)
+         call exchange(m%by_edge, r%u)
          call tendencies(s%layers, m, o, lead, r%h, r%u, r%work, r%dh, r%du)
          if (stage == 4) exit
-         call accumulate(size(s%h), counts(stage)*dt, r%dh, r%h_next)
-         call accumulate(size(s%u), counts(stage)*dt, r%du, r%u_next)
+         call accumulate(n_h, counts(stage)*dt, r%dh, r%h_next)
+         call accumulate(n_u, counts(stage)*dt, r%du, r%u_next)
       end do
-      call add(size(s%h), r%h_next, counts(4)*dt, r%dh, s%h)
-      call add(size(s%u), r%u_next, counts(4)*dt, r%du, s%u)
+      call add(n_h, r%h_next, counts(4)*dt, r%dh, s%h)
+      call add(n_u, r%u_next, counts(4)*dt, r%du, s%u)
+      call exchange(m%by_cell, s%h)
+      call exchange(m%by_edge, s%u)
    end subroutine advance
 
    subroutine add(n, a, factor, b, sum)
@@ -97,53 +105,36 @@ contains
       end do
    end subroutine accumulate
 
-   !> Mass, energy and potential enstrophy as the scheme defines them.
+   !> Mass, energy and potential enstrophy as the scheme defines them. Collective; the same on all ranks.
    subroutine integrate(m, o, s, x)
       type(mesh_type), intent(in) :: m
       type(operators_type), intent(in) :: o
       type(state_type), intent(in) :: s
       type(integrals_type), intent(out) :: x
-      real(wp), allocatable :: vorticity(:, :), thickness(:, :)
-      real(wp), dimension(s%layers) :: mass_rest, potential, potential_rest, kinetic_rest, enstrophy_rest
-      integer :: c, e, v
+      real(wp), allocatable :: vorticity(:, :), thickness(:, :), of_edge(:, :)
+      integer :: e, v
 
-      allocate (x%mass(s%layers), x%energy(s%layers), x%kinetic(s%layers), x%enstrophy(s%layers), source=0.0_wp)
-      mass_rest = 0.0_wp
-      potential = 0.0_wp
-      potential_rest = 0.0_wp
-      kinetic_rest = 0.0_wp
-      enstrophy_rest = 0.0_wp
-      allocate (vorticity(s%layers, m%corners), thickness(s%layers, m%corners))
+      allocate (x%mass(s%layers), x%energy(s%layers), x%kinetic(s%layers), x%enstrophy(s%layers))
+      allocate (vorticity(s%layers, m%corners), thickness(s%layers, m%corners), of_edge(s%layers, m%edges))
       call vorticity_at_corners(s%layers, m, o, s%u, vorticity)
       call thickness_at_corners(s%layers, m, o, s%h, thickness)
-      do c = 1, m%cells
-         call add_term(m%cell_area(c)*s%h(:, c), x%mass, mass_rest)
-         call add_term(m%cell_area(c)*0.5_wp*gravity*s%h(:, c)**2, potential, potential_rest)
-      end do
-      do e = 1, m%edges
+      x%lowest = -largest_of_ranks(-minval(s%h(:, :m%cells_in(0))))
+      x%highest = largest_of_ranks(maxval(s%h(:, :m%cells_in(0))))
+      x%vorticity = largest_of_ranks(maxval(abs(vorticity(:, :m%corners_in(0)))))
+      do e = 1, m%edges_in(0)
          associate (a => m%edge_cell(:, e))
-            call add_term(m%dv(e)*m%dc(e)*0.25_wp*(s%h(:, a(1)) + s%h(:, a(2)))*s%u(:, e)**2, x%kinetic, kinetic_rest)
+            of_edge(:, e) = (s%h(:, a(1)) + s%h(:, a(2)))*s%u(:, e)**2
          end associate
       end do
-      x%energy = potential + x%kinetic
-      do v = 1, m%corners
-         call add_term(m%corner_area(v)*0.5_wp*(m%coriolis(v) + vorticity(:, v))**2/thickness(:, v), x%enstrophy, enstrophy_rest)
+      do v = 1, m%corners_in(0)
+         vorticity(:, v) = (m%coriolis(v) + vorticity(:, v))**2/thickness(:, v)
       end do
-      x%lowest = minval(s%h)
-      x%highest = maxval(s%h)
-      x%vorticity = maxval(abs(vorticity))
+      call sum_over_columns(m%by_cell, m%cell_area, s%h, x%mass)
+      call sum_over_columns(m%by_cell, 0.5_wp*gravity*m%cell_area, s%h**2, x%energy)
+      call sum_over_columns(m%by_edge, 0.25_wp*m%dv*m%dc, of_edge, x%kinetic)
+      x%energy = x%energy + x%kinetic
+      call sum_over_columns(m%by_corner, 0.5_wp*m%corner_area, vorticity, x%enstrophy)
    end subroutine integrate
-
-   !> Kahan's sum: what an addition rounds off goes into the next. Else the sum of a mesh loses more than the model does.
-   elemental subroutine add_term(term, sum, rest)
-      real(wp), intent(in) :: term
-      real(wp), intent(inout) :: sum, rest
-      real(wp) :: new
-      rest = rest + term
-      new = sum + rest
-      rest = rest - (new - sum)
-      sum = new
-   end subroutine add_term
 
    !> The drift, relative to what was, of the layer that drifts most.
    pure real(wp) function largest_drift(now, before)

@@ -2,9 +2,10 @@
 module options
    use, intrinsic :: iso_fortran_env, only: output_unit, error_unit
    use kinds, only: wp, ik, day
+   use ranks, only: rank, ranks_finish
    implicit none
    private
-   public :: options_type, read_options
+   public :: options_type, read_options, refuse
 
    type :: options_type
       integer :: level = 5
@@ -16,6 +17,7 @@ module options
       real(wp) :: tilt = 0.0_wp      !< of the mesh, degrees
       real(wp) :: lead = 0.5_wp      !< of the anticipated potential vorticity, in time steps
       character(:), allocatable :: initial, scene, out
+      character(:), allocatable :: partition, graph  !< files, or empty
       integer :: threads = 0
       logical :: pictures = .true., beside = .false., self_test = .false.
    end type options_type
@@ -34,6 +36,9 @@ contains
          '  --dt S           longest time step in seconds (from the Courant number of gravity waves)', &
          '  --lloyd n        rounds of Lloyd''s iteration that make the mesh centroidal (100)', &
          '  --tilt DEG       turns the mesh: what changes with it in the flow is the mesh''s work (0)', &
+         '  --partition FILE a line for each cell with the rank that owns it, from 0, as gpmetis writes it (pieces of a', &
+         '                   curve through all cells)', &
+         '  --graph FILE     write the graph of cells for gpmetis', &
          '  --lead x         potential vorticity is anticipated by x time steps; 0 leaves enstrophy alone (0.5)', &
          '  --every k        steps between pictures (6 hours), of which the scene may leave some out', &
          '  --scene FILE     scene to draw (examples/scenes/shallow_water.toml)', &
@@ -49,10 +54,14 @@ contains
       end do
    end subroutine usage
 
+   !> Ends the program; on all ranks, which have the same command line.
    subroutine refuse(name, why)
       character(*), intent(in) :: name, why
-      write (error_unit, '(4a)') 'shallow_water: ', name, ': ', why
-      call usage(error_unit)
+      if (rank == 0) then
+         write (error_unit, '(4a)') 'shallow_water: ', name, ': ', why
+         call usage(error_unit)
+      end if
+      call ranks_finish()
       stop 2, quiet=.true.
    end subroutine refuse
 
@@ -64,13 +73,16 @@ contains
       o%initial = 'galewsky'
       o%scene = 'examples/scenes/shallow_water.toml'
       o%out = '.'
+      o%partition = ''
+      o%graph = ''
       i = 1
       do while (i <= command_argument_count())
          name = argument(i)
          i = i + 2
          select case (name)
          case ('--help')
-            call usage(output_unit)
+            if (rank == 0) call usage(output_unit)
+            call ranks_finish()
             stop
          case ('--no-pictures')
             o%pictures = .false.
@@ -102,6 +114,12 @@ contains
          case ('--case')
             o%initial = argument(i - 1)
             if (o%initial /= 'galewsky' .and. o%initial /= 'williamson2') call refuse(name, 'galewsky or williamson2')
+         case ('--partition')
+            o%partition = argument(i - 1)
+            if (o%partition == '') call refuse(name, 'without its value')
+         case ('--graph')
+            o%graph = argument(i - 1)
+            if (o%graph == '') call refuse(name, 'without its value')
          case ('--scene')
             o%scene = argument(i - 1)
             if (o%scene == '') call refuse(name, 'without its value')

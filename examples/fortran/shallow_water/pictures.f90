@@ -1,13 +1,15 @@
 !> All that the model adds in order to be drawn: `pictures_open` once before the time loop, `pictures_draw` every k steps,
 !> `pictures_close` after it. Mesh, height and vorticity are lent, not copied. When something fails, the reason is printed and
-!> the simulation goes on without pictures.
+!> the simulation goes on without pictures. Over several ranks each lends its part, halo and all, and they make every call
+!> together.
 module pictures
    use, intrinsic :: iso_fortran_env, only: error_unit
-   use kinds, only: wp, ik, clock
+   use kinds, only: wp, ip, ik, clock
    use tables, only: grid_tables
-   use icoray, only: icoray_context, icoray_open_serial, icoray_grid_set, icoray_layers_set, icoray_field_set, &
-                     icoray_scene_load, icoray_wants, icoray_execute, icoray_last_error, icoray_close, ICORAY_OK, ICORAY_CORNER, &
-                     ICORAY_OVERWRITE
+   use ranks, only: rank, rank_count, communicator, largest_of_ranks
+   use icoray, only: icoray_context, icoray_open, icoray_open_serial, icoray_grid_set, icoray_part_set, icoray_layers_set, &
+                     icoray_field_set, icoray_scene_load, icoray_wants, icoray_execute, icoray_last_error, &
+                     icoray_close, ICORAY_OK, ICORAY_CORNER, ICORAY_OVERWRITE
    implicit none
    private
    public :: pictures_type, pictures_open, pictures_wanted, pictures_draw, pictures_close
@@ -15,6 +17,7 @@ module pictures
    type :: pictures_type
       type(icoray_context) :: context
       logical :: open = .false.
+      character(:), allocatable :: trouble  !< what has gone wrong on this rank
       integer :: taken = 0, failed = 0
       real(wp) :: seconds = 0.0_wp  !< wall-clock time inside icoray
       integer(ik) :: asked = 0_ik   !< steps at which it was asked for a picture
@@ -24,9 +27,12 @@ module pictures
 contains
 
    !> Tables and fields must be targets that stay where they are until `pictures_close`.
-   subroutine pictures_open(p, t, level_radius, planet_radius, height, vorticity, scene, out, threads, beside)
+   subroutine pictures_open(p, t, cell_number, own_cells, level_radius, planet_radius, height, vorticity, scene, out, threads, &
+                            beside)
       type(pictures_type), intent(inout) :: p
       type(grid_tables), intent(in), target :: t
+      integer(ip), intent(in) :: cell_number(:)  !< of each cell in the whole mesh
+      integer, intent(in) :: own_cells           !< the first so many are this rank's own
       real(wp), intent(in) :: level_radius(:), planet_radius             !< m
       real(wp), intent(in), target, contiguous :: height(:, :), vorticity(:, :)  !< (layers, cells), (layers, corners)
       character(*), intent(in) :: scene, out
@@ -37,8 +43,13 @@ contains
 
       start = clock()
       p%open = .true.
-      call icoray_open_serial(p%context, ierr, output_dir=out, threads=threads, async_render=beside, existing=ICORAY_OVERWRITE)
-      call check(p, ierr, 'icoray_open_serial')
+      if (rank_count > 1) then
+         call icoray_open(p%context, communicator, ierr, output_dir=out, threads=threads, async_render=beside, &
+                          existing=ICORAY_OVERWRITE)
+      else
+         call icoray_open_serial(p%context, ierr, output_dir=out, threads=threads, async_render=beside, existing=ICORAY_OVERWRITE)
+      end if
+      call check(p, ierr, 'icoray_open')
       if (p%open) call icoray_grid_set(p%context, t%lon_center, t%lat_center, t%lon_corner, t%lat_corner, t%cell_corner, &
                                        t%corner_cell, t%corner_edge, t%edge_corner, ierr, index_base=1)
       call check(p, ierr, 'icoray_grid_set')
@@ -50,6 +61,12 @@ contains
       call check(p, ierr, 'icoray_field_set')
       if (p%open) call icoray_scene_load(p%context, scene, ierr)
       call check(p, ierr, 'icoray_scene_load')
+      call settle(p)  ! so far a rank may have failed alone
+      if (p%open .and. rank_count > 1) then
+         call icoray_part_set(p%context, cell_number, ierr, owned=own_cells)
+         call check(p, ierr, 'icoray_part_set')
+         call settle(p)
+      end if
       p%seconds = p%seconds + clock() - start
    end subroutine pictures_open
 
@@ -64,7 +81,7 @@ contains
       start = clock()
       if (p%open) then
          call icoray_wants(p%context, step, time, wanted, ierr)
-         call check(p, ierr, 'icoray_wants')
+         if (ierr /= ICORAY_OK) wanted = .true.  ! so that icoray_execute tells what is wrong
       end if
       p%asked = p%asked + 1
       p%asking = p%asking + clock() - start
@@ -85,6 +102,7 @@ contains
       if (p%open) then
          call icoray_execute(p%context, step, time, date, ierr)
          call check(p, ierr, 'icoray_execute')
+         call settle(p)
       end if
       if (p%open) then
          p%taken = p%taken + 1
@@ -105,24 +123,41 @@ contains
       call icoray_close(p%context, ierr)
       if (ierr /= ICORAY_OK) p%failed = p%failed + 1
       call check(p, ierr, 'icoray_close')
+      call settle(p)
       p%open = .false.
       p%seconds = p%seconds + clock() - start
    end subroutine pictures_close
 
-   !> On an error, says why and draws no more.
+   !> On an error, keeps what is to be said and draws no more.
    subroutine check(p, ierr, what)
       type(pictures_type), intent(inout) :: p
       integer, intent(in) :: ierr
       character(*), intent(in) :: what
       character(1024) :: message
-      integer :: ignored
+      character(12) :: status
 
       if (.not. p%open .or. ierr == ICORAY_OK) return
       p%open = .false.
       call icoray_last_error(p%context, message)
-      write (error_unit, '(3a,i0,2a)') 'shallow_water: ', what, ': status ', ierr, ': ', trim(message)
-      write (error_unit, '(a)') 'shallow_water: the simulation goes on without pictures'
-      call icoray_close(p%context, ignored)
+      write (status, '(i0)') ierr
+      p%trouble = what//': status '//trim(status)//': '//trim(message)
    end subroutine check
+
+   !> Collective: if any rank is in trouble, the first says why and all close.
+   subroutine settle(p)
+      type(pictures_type), intent(inout) :: p
+      integer :: first, ignored
+
+      first = rank_count
+      if (allocated(p%trouble)) first = rank
+      first = -nint(largest_of_ranks(-real(first, wp)))
+      if (first == rank_count) return
+      p%open = .false.
+      if (first == rank) then
+         write (error_unit, '(2a)') 'shallow_water: ', p%trouble
+         write (error_unit, '(a)') 'shallow_water: the simulation goes on without pictures'
+      end if
+      call icoray_close(p%context, ignored)
+   end subroutine settle
 
 end module pictures

@@ -9,6 +9,9 @@
 !>
 !> With `lead` above 0, q at edges is what the flow brings within that time, q - lead u.grad q (the anticipated potential
 !> vorticity of Sadourny and Basdevant 1985): it takes enstrophy from the smallest scales, and no energy.
+!>
+!> On a part of the mesh each loop goes as many rings outwards as those after it need, so that h and u in three rings give the
+!> tendencies of the part's own cells and edges, and nothing else need be exchanged. What lies farther out is left as it was.
 module trisk
    use kinds, only: wp, gravity
    use mesh, only: mesh_type, sides
@@ -59,7 +62,7 @@ contains
       real(wp), intent(out) :: vorticity(n, m%corners)
       integer :: v, k
       !$omp parallel do private(k)
-      do v = 1, m%corners
+      do v = 1, m%corners_in(2)
          associate (e => m%corner_edge(:, v), a => o%curl(:, v))
             do k = 1, n
                vorticity(k, v) = a(1)*u(k, e(1)) + a(2)*u(k, e(2)) + a(3)*u(k, e(3))
@@ -77,7 +80,7 @@ contains
       real(wp), intent(out) :: thickness(n, m%corners)
       integer :: v, k
       !$omp parallel do private(k)
-      do v = 1, m%corners
+      do v = 1, m%corners_in(2)
          associate (c => m%corner_cell(:, v), s => o%share(:, v))
             do k = 1, n
                thickness(k, v) = s(1)*h(k, c(1)) + s(2)*h(k, c(2)) + s(3)*h(k, c(3))
@@ -94,7 +97,7 @@ contains
       real(wp), intent(out) :: q(n, m%corners)
       integer :: v, k
       !$omp parallel do private(k)
-      do v = 1, m%corners
+      do v = 1, m%corners_in(2)
          associate (c => m%corner_cell(:, v), s => o%share(:, v), e => m%corner_edge(:, v), a => o%curl(:, v))
             do k = 1, n
                q(k, v) = (m%coriolis(v) + a(1)*u(k, e(1)) + a(2)*u(k, e(2)) + a(3)*u(k, e(3))) &
@@ -112,7 +115,7 @@ contains
       real(wp), intent(out) :: flux(n, m%edges), q_edge(n, m%edges)
       integer :: e, k
       !$omp parallel do private(k)
-      do e = 1, m%edges
+      do e = 1, m%edges_in(1)
          associate (c => m%edge_cell(:, e), v => m%edge_corner(:, e))
             do k = 1, n
                flux(k, e) = 0.5_wp*(h(k, c(1)) + h(k, c(2)))*u(k, e)
@@ -134,7 +137,7 @@ contains
       integer :: c, e, j, k, v
 
       !$omp parallel do private(e, j, k, v)
-      do c = 1, m%cells
+      do c = 1, m%cells_in(2)
          q_cell(:, c) = 0.0_wp
          do j = 1, m%cell_count(c)
             e = m%cell_edge(j, c)
@@ -146,7 +149,7 @@ contains
          q_cell(:, c) = q_cell(:, c)/m%cell_count(c)
       end do
       !$omp parallel do private(along, j, k)
-      do e = 1, m%edges
+      do e = 1, m%edges_in(1)
          along = 0.0_wp
          do j = 1, others, 2
             associate (a => o%other(j, e), b => o%other(j + 1, e), wa => o%weight(j, e), wb => o%weight(j + 1, e))
@@ -173,7 +176,7 @@ contains
       real(wp), intent(out) :: bernoulli(n, m%cells), dh(n, m%cells)
       integer :: c, j, k
       !$omp parallel do private(j, k)
-      do c = 1, m%cells
+      do c = 1, m%cells_in(1)
          bernoulli(:, c) = gravity*h(:, c)
          dh(:, c) = 0.0_wp
          do j = 1, sides
@@ -197,7 +200,7 @@ contains
       real(wp) :: force(n), q(n)
       integer :: e, j, k
       !$omp parallel do private(force, q, j, k)
-      do e = 1, m%edges
+      do e = 1, m%edges_in(0)
          associate (c => m%edge_cell(:, e))
             do k = 1, n
                force(k) = (bernoulli(k, c(1)) - bernoulli(k, c(2)))/m%dc(e)

@@ -4,6 +4,8 @@ module williamson2
    use kinds, only: wp, pi, radius, omega, gravity, day
    use mesh, only: mesh_type
    use model, only: state_type
+   use ranks, only: largest_of_ranks
+   use sums, only: sum_over_columns
    implicit none
    private
    public :: williamson2_state, height_error
@@ -32,27 +34,21 @@ contains
       height = (geopotential - (radius*omega*wind + 0.5_wp*wind**2)*sine**2)/gravity
    end function height
 
-   !> l2 norm of the height's error by that of the height, and the same of the largest values; of the first layer.
+   !> l2 norm of the height's error by that of the height, and the same of the largest values; of the first layer. Collective.
    subroutine height_error(m, s, l2, largest)
       type(mesh_type), intent(in) :: m
       type(state_type), intent(in) :: s
       real(wp), intent(out) :: l2, largest
-      real(wp) :: wrong, right, most
+      real(wp) :: exact(1, m%cells), wrong(1, m%cells), squares(2)
       integer :: c
-      wrong = 0.0_wp
-      right = 0.0_wp
-      largest = 0.0_wp
-      most = 0.0_wp
       do c = 1, m%cells
-         associate (exact => height(m%center(3, c)))
-            wrong = wrong + m%cell_area(c)*(s%h(1, c) - exact)**2
-            right = right + m%cell_area(c)*exact**2
-            largest = max(largest, abs(s%h(1, c) - exact))
-            most = max(most, exact)
-         end associate
+         exact(1, c) = height(m%center(3, c))
+         wrong(1, c) = s%h(1, c) - exact(1, c)
       end do
-      l2 = sqrt(wrong/right)
-      largest = largest/most
+      call sum_over_columns(m%by_cell, m%cell_area, wrong**2, squares(1:1))
+      call sum_over_columns(m%by_cell, m%cell_area, exact**2, squares(2:2))
+      l2 = sqrt(squares(1)/squares(2))
+      largest = largest_of_ranks(maxval(abs(wrong)))/largest_of_ranks(maxval(exact))
    end subroutine height_error
 
 end module williamson2

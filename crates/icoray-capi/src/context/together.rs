@@ -3,12 +3,13 @@
 //! Whatever has gone wrong on a rank, it comes to the agreement at the head of each such call and says so: a context that is
 //! broken or switched off, an argument that is wrong, a field that is missing. So nobody waits for a rank that has returned.
 
-use super::{Choice, Context, Subject, due, subject};
+use super::{Choice, Context, Spread, Subject, due, known, subject};
 use crate::boundary::{Outcome, caught};
 use crate::ranks::agree;
-use icoray_core::Ranks;
 use icoray_core::output::Stamp;
+use icoray_core::{Part, PartCells, Ranks};
 use std::hash::{DefaultHasher, Hash, Hasher};
+use std::sync::Arc;
 use std::time::Instant;
 
 impl Context {
@@ -20,6 +21,25 @@ impl Context {
     /// The context draws with these from now on.
     pub fn join(&mut self, ranks: Ranks) {
         self.ranks = ranks;
+    }
+
+    /// Agrees with the other ranks on whose the cells of a grid are; `said` has its name and what the model says of this
+    /// rank's. A lone process takes the same way.
+    pub fn set_part<'a>(&mut self, said: impl FnOnce() -> Outcome<(&'a str, PartCells<'a>)>) -> Outcome<()> {
+        let call = "icoray_part_set";
+        let mine = caught(|| {
+            self.refuse_if_poisoned()?;
+            let (name, cells) = said()?;
+            let Spread { grid, .. } = known(&self.grids, name, "grid", call, "icoray_grid_set")?;
+            Ok((name, grid.clone(), cells))
+        });
+        // Never compared where this rank refuses.
+        let facts = mine.iter().map(|(name, ..)| ("grid", format!("{name:?}"))).collect();
+        let (agreed, _) = agree(&mut self.ranks, mine, call, facts, &[]);
+        let (name, grid, cells) = agreed?;
+        let part = Part::new(&mut self.ranks, &grid, &cells)?;
+        self.grids.insert(name.into(), Spread { grid, part: Some(Arc::new(part)) });
+        Ok(())
     }
 
     pub(super) fn execute_together(&mut self, stamp: Outcome<Stamp>) -> Outcome<()> {

@@ -52,7 +52,7 @@ impl Drawing {
         }
     }
 
-    /// Draws this rank's tiles of a frame whose call came at `start`; rank 0 hands it to the writer. The outcome is the same
+    /// Draws what is this rank's of a frame whose call came at `start`; rank 0 hands it to the writer. The outcome is the same
     /// on all.
     pub fn draw_together(
         &mut self,
@@ -61,8 +61,8 @@ impl Drawing {
         subject: &Subject,
         start: Instant,
     ) -> Outcome<()> {
-        let Subject { scene, grid, layers, field } = subject;
-        let rendered = self.renderer.render_over(ranks, scene, grid, None, layers, field);
+        let Subject { scene, grid, part, layers, field } = subject;
+        let rendered = self.renderer.render_over(ranks, scene, grid, part.as_deref(), layers, field);
         let outcome = rendered.map(|rendered| match rendered {
             Rendered::Here(frame) => self.hand_on(frame, scene, stamp),
             Rendered::AtRoot(report) => {

@@ -8,8 +8,8 @@ use std::io::{self, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
 /// The columns of `report.csv`, in order. Seconds are wall clock; errors and tolerance are of premultiplied linear
-/// channels, 0 to 1 ([`ErrorSummary`](crate::ErrorSummary)); `error_kind` is `bound` or `estimate`.
-const HEADER: &str = "step,time_s,date,field,file,prepare_s,render_s,write_s,rays,columns,frusta,void_frusta,value_min,value_max,missing_values,error_max,error_mean,error_p999,error_kind,tolerance,pixel_step,lights,threads,bytes_copied,copy_s,waited_s,bytes_derived,left_out";
+/// channels, 0 to 1 ([`ErrorSummary`](crate::ErrorSummary)); `error_kind` is `bound` or `estimate`; `tiles` are those of rank 0.
+const HEADER: &str = "step,time_s,date,field,file,prepare_s,render_s,write_s,rays,columns,frusta,void_frusta,value_min,value_max,missing_values,error_max,error_mean,error_p999,error_kind,tolerance,pixel_step,lights,threads,bytes_copied,copy_s,waited_s,bytes_derived,ranks,tiles,balance,gather_s,bytes_received,left_out";
 
 /// The line of a frame whose picture was written to `picture`.
 fn row(picture: &Path, frame: &Frame) -> String {
@@ -44,6 +44,11 @@ fn row(picture: &Path, frame: &Frame) -> String {
         format!("{:.6}", r.copy_s),
         format!("{:.6}", r.waited_s),
         r.derived_bytes.to_string(),
+        r.ranks.to_string(),
+        r.tiles.to_string(),
+        format!("{:.3}", r.balance),
+        format!("{:.6}", r.gather_s),
+        r.bytes_received.to_string(),
         r.left_out.join("; "),
     ];
     cells.map(|cell| quoted(&cell)).join(",")
@@ -125,6 +130,8 @@ mod tests {
         let mut frame = crate::frame::tests::frame();
         frame.report.threads = 3;
         (frame.report.bytes_copied, frame.report.copy_s, frame.report.waited_s) = (4096, 0.25, 0.5);
+        (frame.report.ranks, frame.report.tiles, frame.report.bytes_received) = (4, 17, 1 << 40);
+        (frame.report.balance, frame.report.gather_s) = (0.875, 0.125);
         let row = row(Path::new("folder/q.png"), &frame);
         let cells: std::collections::HashMap<_, _> = HEADER.split(',').zip(row.split(',')).collect();
         assert_eq!(row.split(',').count(), cells.len());
@@ -138,6 +145,11 @@ mod tests {
             ("bytes_copied", 4096.0),
             ("copy_s", 0.25),
             ("waited_s", 0.5),
+            ("ranks", 4.0),
+            ("tiles", 17.0),
+            ("balance", 0.875),
+            ("gather_s", 0.125),
+            ("bytes_received", f64::from(2u32.pow(20)).powi(2)),
         ] {
             assert_eq!(cells[column].parse(), Ok(value), "{column}");
         }

@@ -1,10 +1,12 @@
 //! Which rank draws which tile: by what each tile cost in the last frame.
 //!
 //! Views change slowly from frame to frame, so the dearest tiles of the last frame are dealt first, each to the rank that
-//! has the least to do so far; tiles off the globe cost next to nothing and fill up. The first frame's tiles are dealt
-//! along diagonals, which spreads the globe's middle over all.
+//! has the least to do so far; tiles off the globe cost next to nothing and fill up. The first frame's tiles are dealt in
+//! the order of their distance from the middle of the picture: a globe there is about as dear all around.
 
 use crate::raster::Raster;
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
 
 /// Seconds of each tile of a raster.
 #[derive(Debug, Clone)]
@@ -19,27 +21,40 @@ impl Costs {
     }
 
     pub fn set(&mut self, tile: u32, seconds: f64) {
-        self.seconds[tile as usize] = seconds;
+        // None that a broken clock or message would make of them.
+        self.seconds[tile as usize] = seconds.max(0.0);
     }
 }
 
 /// The rank of each tile. Costs of another raster do not count.
 pub(super) fn deal(raster: Raster, ranks: usize, costs: Option<&Costs>) -> Vec<u32> {
-    let costs = costs.filter(|costs| costs.raster == raster);
-    let Some(costs) = costs else {
-        let across = raster.tiles_across();
-        return (0..raster.tiles()).map(|tile| (tile % across + tile / across) % ranks as u32).collect();
+    let mut owners = vec![0; raster.tiles() as usize];
+    let mut order: Vec<u32> = (0..raster.tiles()).collect();
+    let Some(Costs { seconds, .. }) = costs.filter(|costs| costs.raster == raster) else {
+        order.sort_by_key(|tile| from_the_middle(raster, *tile));
+        // There and back, for the first of each round has the nearest.
+        let round = (0..ranks as u32).chain((0..ranks as u32).rev());
+        order.iter().zip(round.cycle()).for_each(|(tile, rank)| owners[*tile as usize] = rank);
+        return owners;
     };
-    let mut order: Vec<usize> = (0..costs.seconds.len()).collect();
-    order.sort_by(|a, b| costs.seconds[*b].total_cmp(&costs.seconds[*a]));
-    let mut loads = vec![0.0; ranks];
-    let mut owners = vec![0; order.len()];
+    order.sort_by(|a, b| seconds[*b as usize].total_cmp(&seconds[*a as usize]));
+    // The rank with the least to do is the greatest of these; seconds are not negative, and order as their bits do.
+    let mut least: BinaryHeap<_> = (0..ranks as u32).map(|rank| Reverse((0u64, rank))).collect();
     for tile in order {
-        let least = (0..ranks).min_by(|a, b| f64::total_cmp(&loads[*a], &loads[*b])).unwrap_or(0);
-        owners[tile] = least as u32;
-        loads[least] += costs.seconds[tile];
+        if let Some(mut first) = least.peek_mut() {
+            let Reverse((load, rank)) = *first;
+            owners[tile as usize] = rank;
+            *first = Reverse(((f64::from_bits(load) + seconds[tile as usize]).to_bits(), rank));
+        }
     }
     owners
+}
+
+/// The square of a tile's distance from the middle of the picture, in half tiles.
+fn from_the_middle(raster: Raster, tile: u32) -> u64 {
+    let across = raster.tiles_across();
+    let from_middle = |at: u32, side: u32| u64::from((2 * at + 1).abs_diff(side)).pow(2);
+    from_middle(tile % across, across) + from_middle(tile / across, raster.tiles() / across)
 }
 
 #[cfg(test)]
@@ -48,10 +63,18 @@ mod tests {
 
     const RASTER: Raster = Raster { width: 320, height: 160, step: 1 };
 
+    /// What each rank has to do.
     fn loads(owners: &[u32], ranks: usize, seconds: impl Fn(u32) -> f64) -> Vec<f64> {
         let mut loads = vec![0.0; ranks];
         (0u32..).zip(owners).for_each(|(tile, rank)| loads[*rank as usize] += seconds(tile));
         loads
+    }
+
+    /// Mean over most.
+    fn balance(loads: &[f64]) -> f64 {
+        loads.iter().sum::<f64>()
+            / loads.len() as f64
+            / loads.iter().fold(0.0, |most: f64, load| most.max(*load))
     }
 
     #[test]
@@ -61,7 +84,19 @@ mod tests {
             assert_eq!(owners.len(), RASTER.tiles() as usize);
             let counts = loads(&owners, ranks, |_| 1.0);
             let most = counts.iter().fold(0.0, |most: f64, n| most.max(*n));
-            assert!(counts.iter().all(|n| *n > 0.0 && most - n <= 6.0), "{counts:?}");
+            assert!(counts.iter().all(|n| *n > 0.0 && most - n <= 1.0), "{counts:?}");
+        }
+        // A globe that fills the picture, as dear as rays through it are long.
+        let raster = Raster { width: 512, height: 512, step: 1 };
+        let across = raster.tiles_across();
+        let cost = |tile: u32| {
+            let [x, y] =
+                [tile % across, tile / across].map(|at| f64::from(2 * at + 1) / f64::from(across) - 1.0);
+            (0.01 + 1.3 - x * x - y * y).max(0.01).sqrt() - (1.0 - x * x - y * y).max(0.0).sqrt()
+        };
+        for ranks in 2..=16 {
+            let loads = loads(&deal(raster, ranks, None), ranks, cost);
+            assert!(balance(&loads) > 0.9, "{ranks}: {loads:?}");
         }
     }
 
@@ -71,18 +106,18 @@ mod tests {
         let across = RASTER.tiles_across();
         let cost = |tile: u32| {
             let (x, y) = (f64::from(tile % across), f64::from(tile / across));
-            (3.0 - (x - 3.0).hypot(y - 2.0)).max(0.0)
+            (6.0 - (x - 6.0).hypot(y - 4.0)).max(0.0)
         };
         let mut costs = Costs::new(RASTER);
         (0..RASTER.tiles()).for_each(|tile| costs.set(tile, cost(tile)));
-        for ranks in [2, 3, 4] {
+        for ranks in 2..=8 {
             let loads = loads(&deal(RASTER, ranks, Some(&costs)), ranks, cost);
-            let most = loads.iter().fold(0.0, |most: f64, load| most.max(*load));
-            let mean = loads.iter().sum::<f64>() / ranks as f64;
-            assert!(mean / most > 0.95, "{loads:?}");
+            assert!(balance(&loads) > 0.97, "{ranks}: {loads:?}");
         }
         let other = Raster { step: 2, ..RASTER };
         assert_eq!(deal(other, 3, Some(&costs)), deal(other, 3, None), "of another raster");
         assert!(deal(RASTER, 1000, Some(&costs)).iter().all(|rank| *rank < 1000), "more ranks than tiles");
+        costs.set(0, f64::NAN);
+        assert_eq!(deal(RASTER, 3, Some(&costs)).len(), RASTER.tiles() as usize, "what no clock says");
     }
 }

@@ -1,13 +1,22 @@
 //! A frame's tiles: who draws which, how they come to rank 0, and what all ranks hear of it.
 
-use super::Ranks;
 use super::deal::{Costs, deal};
+use super::packed::{self, Sent};
 use super::words::{Reader, Words};
+use super::{Ranks, Team};
 use crate::error::{Error, ErrorKind, Result};
 use crate::frame::{Certainty, Counts, ErrorSummary};
 use crate::quality::{Lights, Quality};
-use crate::raster::{Pixel, Raster, Tile};
-use std::time::Instant;
+use crate::raster::{Raster, Tile};
+use crate::threads::Threads;
+use crossbeam_channel::{Receiver, RecvTimeoutError, unbounded};
+use std::thread::sleep;
+use std::time::{Duration, Instant};
+
+/// How long the calling thread waits for a tile of its own before it looks after messages again.
+const TICK: Duration = Duration::from_millis(1);
+/// The same where nothing is left to draw: short, and yet no loop that keeps a processor busy.
+const NAP: Duration = Duration::from_micros(50);
 
 /// What this rank is to draw, and in which quality all draw.
 #[derive(Debug)]
@@ -29,6 +38,8 @@ impl Share {
 pub(crate) struct Gathered {
     /// At rank 0 all tiles, in no order; elsewhere none.
     pub tiles: Vec<Tile>,
+    /// Seconds that this rank drew.
+    pub drawn_s: f64,
     /// Seconds from rank 0's last tile to everybody's.
     pub gather_s: f64,
     /// Mean over most of the seconds that ranks drew.
@@ -45,6 +56,12 @@ pub(crate) struct Told {
     pub gather_s: f64,
     pub balance: f64,
     pub bytes_received: u64,
+}
+
+impl Default for Gathered {
+    fn default() -> Self {
+        Gathered { tiles: Vec::new(), drawn_s: 0.0, gather_s: 0.0, balance: 1.0, bytes_received: 0 }
+    }
 }
 
 impl Ranks {
@@ -106,48 +123,63 @@ impl Ranks {
         Ok(Share { quality, owners })
     }
 
-    /// Brings tiles to rank 0, with the seconds that they took. There, a failure of any rank is the result; elsewhere the
-    /// result is of sending only, and what came of it is told by [`Self::conclude`].
+    /// Has `draw` draw this rank's tiles on `threads`, and brings each to rank 0 as soon as it is given. There, a failure of
+    /// any rank is the result; elsewhere the result is of sending only, and what came of it is told by [`Self::conclude`].
+    /// `earlier_s` are seconds that this rank has drawn before.
     pub(crate) fn gather(
         &mut self,
-        mine: Result<Vec<Tile>>,
-        seconds: f64,
+        threads: &Threads,
         raster: Raster,
+        earlier_s: f64,
+        draw: impl FnOnce(&(dyn Fn(Tile) + Sync)) + Send,
     ) -> Result<Gathered> {
         let start = Instant::now();
-        let Some(team) = &mut self.team else {
-            let tiles = mine?;
-            return Ok(Gathered { tiles, gather_s: 0.0, balance: 1.0, bytes_received: 0 });
+        let (given, drawn) = unbounded();
+        // `given` is gone when all is drawn, be it by a panic, and `drawn` ends then.
+        let draw = move || {
+            // Nobody takes them where ranks cannot be reached, which is told.
+            draw(&|tile| drop(given.send(tile)));
+            earlier_s + start.elapsed().as_secs_f64()
         };
-        let nothing = Gathered { tiles: Vec::new(), gather_s: 0.0, balance: 1.0, bytes_received: 0 };
+        let Some(team) = &mut self.team else {
+            let drawn_s = threads.run(draw);
+            return Ok(Gathered { tiles: drawn.try_iter().collect(), drawn_s, ..Gathered::default() });
+        };
+        let mut outcome = Ok(0.0);
+        let on_threads = || outcome = Error::of_panics(|| Ok(draw()));
         if team.rank() != 0 {
-            team.gather(&packed(&mine, seconds), &mut |_, _| ())?;
-            return Ok(nothing);
+            threads.run_beside(on_threads, || send(&mut **team, &drawn))?;
+            let drawn_s = *outcome.as_ref().unwrap_or(&0.0);
+            team.send(packed::end(&outcome))?;
+            while !team.is_sent()? {
+                sleep(NAP);
+            }
+            return Ok(Gathered { drawn_s, ..Gathered::default() });
         }
-        let ranks = team.size();
-        let mut parts: Vec<Option<(f64, Result<Vec<Tile>>)>> = (0..ranks).map(|_| None).collect();
-        parts[0] = Some((seconds, mine));
-        let mut bytes_received = 0;
-        team.gather(&[], &mut |rank, bytes| {
-            bytes_received += bytes.len() as u64;
-            parts[rank] = Some(unpacked(&bytes, rank, raster));
-        })?;
-        let gather_s = start.elapsed().as_secs_f64();
-        let (mut sum, mut most) = (0.0, 0.0f64);
+        let mut parts = Parts::new(team.size(), raster);
+        threads.run_beside(on_threads, || parts.take(&mut **team, &drawn))?;
+        let waiting = Instant::now();
+        let drawn_s = *outcome.as_ref().unwrap_or(&0.0);
+        parts.of[0].outcome = outcome.map(Some);
+        while !parts.are_whole() {
+            sleep(NAP);
+            parts.take_all(&mut **team)?;
+        }
+        let gather_s = waiting.elapsed().as_secs_f64();
+        let Parts { of, bytes_received, .. } = parts;
+        let (ranks, mut sum, mut most) = (of.len(), 0.0, 0.0f64);
         let mut tiles = Vec::with_capacity(raster.tiles() as usize);
         let mut costs = Costs::new(raster);
         // In order of rank, so that of several failures the lowest rank's is told.
-        for (rank, part) in parts.into_iter().enumerate() {
-            let missing = || Error::new(ErrorKind::Mpi, format!("rank {rank} sent no tiles"));
-            let (seconds, part) = part.ok_or_else(missing)?;
-            let part = part.map_err(|e| e.of_rank(rank, ranks))?;
+        for (rank, part) in of.into_iter().enumerate() {
+            let seconds = part.outcome.map_err(|e| e.of_rank(rank, ranks))?.unwrap_or(0.0);
             (sum, most) = (sum + seconds, most.max(seconds));
-            part.iter().for_each(|tile| costs.set(tile.number, tile.seconds));
-            tiles.extend(part);
+            part.tiles.iter().for_each(|tile| costs.set(tile.number, tile.seconds));
+            tiles.extend(part.tiles);
         }
         self.costs = Some(costs);
         let balance = if most > 0.0 { sum / ranks as f64 / most } else { 1.0 };
-        Ok(Gathered { tiles, gather_s, balance, bytes_received })
+        Ok(Gathered { tiles, drawn_s, gather_s, balance, bytes_received })
     }
 
     /// Rank 0's outcome of a frame becomes everybody's. That of other ranks matters only where the transport has failed.
@@ -182,6 +214,76 @@ impl Ranks {
     }
 }
 
+/// Sends tiles while they are drawn.
+fn send(team: &mut dyn Team, drawn: &Receiver<Tile>) -> Result<()> {
+    loop {
+        match drawn.recv_timeout(TICK) {
+            Ok(tile) => team.send(packed::tile(&tile))?,
+            Err(RecvTimeoutError::Timeout) => {}
+            Err(RecvTimeoutError::Disconnected) => return Ok(()),
+        }
+        team.is_sent()?;
+    }
+}
+
+/// What rank 0 has of each rank.
+struct Parts {
+    raster: Raster,
+    of: Vec<Part>,
+    bytes_received: u64,
+}
+
+struct Part {
+    tiles: Vec<Tile>,
+    /// The seconds that it drew, once it has drawn all.
+    outcome: Result<Option<f64>>,
+    /// Whether nothing more will come, which what cannot be read does not say.
+    has_ended: bool,
+}
+
+impl Parts {
+    fn new(ranks: usize, raster: Raster) -> Self {
+        // Rank 0 itself sends nothing.
+        let part = |rank| Part { tiles: Vec::new(), outcome: Ok(None), has_ended: rank == 0 };
+        Parts { raster, of: (0..ranks).map(part).collect(), bytes_received: 0 }
+    }
+
+    /// Takes in tiles of this rank while they are drawn, and what comes from others meanwhile.
+    fn take(&mut self, team: &mut dyn Team, drawn: &Receiver<Tile>) -> Result<()> {
+        loop {
+            match drawn.recv_timeout(TICK) {
+                Ok(tile) => self.of[0].tiles.push(tile),
+                Err(RecvTimeoutError::Timeout) => {}
+                Err(RecvTimeoutError::Disconnected) => return Ok(()),
+            }
+            self.take_all(team)?;
+        }
+    }
+
+    /// Takes in all that has come.
+    fn take_all(&mut self, team: &mut dyn Team) -> Result<()> {
+        while let Some((rank, bytes)) = team.try_receive()? {
+            self.bytes_received += bytes.len() as u64;
+            let part = &mut self.of[rank];
+            match packed::read(&bytes, rank, self.raster) {
+                Ok(Sent::Tile(tile)) => part.tiles.push(tile),
+                Ok(Sent::End(outcome)) => {
+                    part.has_ended = true;
+                    // What could not be read before is what is told.
+                    part.outcome = std::mem::replace(&mut part.outcome, Ok(None)).and(outcome.map(Some));
+                }
+                Err(e) => part.outcome = Err(e),
+            }
+        }
+        Ok(())
+    }
+
+    /// Whether all has come.
+    fn are_whole(&self) -> bool {
+        self.of.iter().all(|part| part.has_ended)
+    }
+}
+
 fn heard(reader: &mut Reader) -> Result<Told> {
     let certainty = if reader.get()? == 1 { Certainty::Bound } else { Certainty::Estimate };
     let counts = reader.get_counts()?;
@@ -208,71 +310,4 @@ fn get_quality(reader: &mut Reader) -> Result<Quality> {
         _ => Lights::Full,
     };
     Ok(Quality { pixel_step, tolerance, lights })
-}
-
-/// Whether pixels are the same to the bit.
-fn same(a: &Pixel, b: &Pixel) -> bool {
-    a.error.to_bits() == b.error.to_bits() && a.color.map(f32::to_bits) == b.color.map(f32::to_bits)
-}
-
-/// Tiles as they are sent. One of a single colour, which most off the globe are, is a single pixel.
-fn packed(tiles: &Result<Vec<Tile>>, seconds: f64) -> Vec<u8> {
-    let mut words = Words::default();
-    let tiles = match tiles {
-        Ok(tiles) => tiles,
-        Err(e) => {
-            words.put(e.kind().number() as u64).put_bytes(e.context().as_bytes());
-            return words.0;
-        }
-    };
-    words.put(0).put_f64(seconds).put(tiles.len() as u64);
-    for Tile { number, seconds, counts, pixels } in tiles {
-        words.put(u64::from(*number)).put_f64(*seconds).put_counts(counts);
-        let is_even = pixels.iter().all(|pixel| same(pixel, &pixels[0]));
-        let pixels = if is_even { &pixels[..1] } else { pixels };
-        words.put(pixels.len() as u64);
-        for pixel in pixels {
-            for value in pixel.color.iter().chain([&pixel.error]) {
-                words.put_f32(*value);
-            }
-        }
-    }
-    words.0
-}
-
-/// The seconds and tiles, or the failure, that a rank sent.
-fn unpacked(bytes: &[u8], rank: usize, raster: Raster) -> (f64, Result<Vec<Tile>>) {
-    let mut reader = Reader(bytes);
-    let mut seconds = 0.0;
-    let mut read = || -> Result<Vec<Tile>> {
-        let number = reader.get()?;
-        if number != 0 {
-            return Err(Error::new(ErrorKind::of_number(number as i32), reader.get_text()?));
-        }
-        seconds = reader.get_f64()?;
-        let count = reader.get()?;
-        (0..count).map(|_| tile(&mut reader, rank, raster)).collect()
-    };
-    let tiles = read();
-    (seconds, tiles)
-}
-
-fn tile(reader: &mut Reader, rank: usize, raster: Raster) -> Result<Tile> {
-    let (number, seconds) = (reader.get()?, reader.get_f64()?);
-    let counts = reader.get_counts()?;
-    let sent = reader.get()?;
-    let odd = || Error::new(ErrorKind::Mpi, format!("rank {rank} sent {sent} pixels of tile {number}"));
-    let number = u32::try_from(number).ok().filter(|number| *number < raster.tiles()).ok_or_else(odd)?;
-    let size = raster.pixels_of(number);
-    if sent != 1 && sent != size as u64 {
-        return Err(odd());
-    }
-    let mut pixels = Vec::with_capacity(size);
-    for _ in 0..sent {
-        let mut value = || reader.get_f32();
-        let color = [value()?, value()?, value()?, value()?];
-        pixels.push(Pixel { color, error: value()? });
-    }
-    pixels.resize(size, pixels[0]);
-    Ok(Tile { number, seconds, counts, pixels })
 }

@@ -23,20 +23,20 @@ pub fn local_team(size: usize) -> Vec<LocalTeam> {
 }
 
 impl LocalTeam {
-    fn send(&self, to: usize, bytes: Vec<u8>) -> Result<()> {
+    fn post(&self, to: usize, bytes: Vec<u8>) -> Result<()> {
         let sent = self.to[to].send((self.rank, bytes));
         sent.map_err(|_| Error::new(ErrorKind::Mpi, format!("rank {to} is gone")))
     }
 
-    /// The next message of a rank, or of any but those that have had their turn.
-    fn receive(&mut self, is_due: impl Fn(usize) -> bool) -> Result<(usize, Vec<u8>)> {
-        if let Some(at) = self.early.iter().position(|(rank, _)| is_due(*rank)) {
-            return Ok(self.early.remove(at));
+    /// The next message of a rank.
+    fn receive(&mut self, of: usize) -> Result<Vec<u8>> {
+        if let Some(at) = self.early.iter().position(|(rank, _)| *rank == of) {
+            return Ok(self.early.remove(at).1);
         }
         loop {
             let came = self.from.recv().map_err(|_| Error::new(ErrorKind::Mpi, "all ranks are gone"))?;
-            if is_due(came.0) {
-                return Ok(came);
+            if came.0 == of {
+                return Ok(came.1);
             }
             self.early.push(came);
         }
@@ -54,39 +54,38 @@ impl Team for LocalTeam {
 
     fn share(&mut self, mine: &[u8]) -> Result<Vec<Vec<u8>>> {
         for rank in 0..self.size() {
-            self.send(rank, mine.to_vec())?;
+            self.post(rank, mine.to_vec())?;
         }
-        (0..self.size()).map(|rank| self.receive(|from| from == rank).map(|(_, bytes)| bytes)).collect()
+        (0..self.size()).map(|rank| self.receive(rank)).collect()
     }
 
     fn broadcast(&mut self, mine: Vec<u8>) -> Result<Vec<u8>> {
         if self.rank == 0 {
             for rank in 1..self.size() {
-                self.send(rank, mine.clone())?;
+                self.post(rank, mine.clone())?;
             }
             return Ok(mine);
         }
-        self.receive(|from| from == 0).map(|(_, bytes)| bytes)
+        self.receive(0)
     }
 
-    fn gather(&mut self, mine: &[u8], take: &mut dyn FnMut(usize, Vec<u8>)) -> Result<()> {
-        if self.rank != 0 {
-            return self.send(0, mine.to_vec());
-        }
-        let mut waits: Vec<bool> = (0..self.size()).map(|rank| rank != 0).collect();
-        while waits.contains(&true) {
-            let (rank, bytes) = self.receive(|from| waits[from])?;
-            waits[rank] = false;
-            take(rank, bytes);
-        }
-        Ok(())
+    fn send(&mut self, bytes: Vec<u8>) -> Result<()> {
+        self.post(0, bytes)
+    }
+
+    fn is_sent(&mut self) -> Result<bool> {
+        Ok(true)
+    }
+
+    fn try_receive(&mut self) -> Result<Option<(usize, Vec<u8>)>> {
+        Ok(if self.early.is_empty() { self.from.try_recv().ok() } else { Some(self.early.remove(0)) })
     }
 
     fn exchange(&mut self, mine: Vec<Vec<u8>>) -> Result<Vec<Vec<u8>>> {
         assert_eq!(mine.len(), self.size(), "bytes for each rank");
         for (rank, bytes) in mine.into_iter().enumerate() {
-            self.send(rank, bytes)?;
+            self.post(rank, bytes)?;
         }
-        (0..self.size()).map(|rank| self.receive(|from| from == rank).map(|(_, bytes)| bytes)).collect()
+        (0..self.size()).map(|rank| self.receive(rank)).collect()
     }
 }

@@ -5,15 +5,16 @@
 //! whatever has gone wrong on it, and every phase ends with the same outcome on all. A frame has three:
 //!
 //! 1. [`Ranks::agree`]: is everybody ready, of one mind, and what does rank 0 say? Again where rank 0 has decided more.
-//! 2. Tiles go to rank 0, or a rank's failure in their place, in whatever order ranks are done.
+//! 2. Tiles go to rank 0 as they are drawn, in whatever order, and behind them whether their rank has drawn all of them.
 //! 3. Rank 0 tells all what came of it.
 //!
-//! Only the thread that calls talks; the renderer's threads never do.
+//! Only the thread that calls talks; the renderer's threads never do, and draw on meanwhile.
 
 mod agree;
 mod deal;
 mod gather;
 mod local;
+mod packed;
 mod part;
 mod words;
 
@@ -27,7 +28,8 @@ use crate::error::{Error, Result};
 use deal::Costs;
 use std::fmt;
 
-/// What carries bytes between ranks. The methods that send are collective: every rank calls the same ones in the same order.
+/// What carries bytes between ranks. `share`, `broadcast` and `exchange` are collective: every rank calls the same ones in the
+/// same order. Between two of them ranks may send to rank 0, which has to receive all of it before the next.
 ///
 /// # Errors
 /// Of every method: [`ErrorKind::Mpi`](crate::ErrorKind::Mpi) when the transport itself fails. Then ranks may no longer be
@@ -55,9 +57,17 @@ pub trait Team: Send {
     #[expect(clippy::missing_errors_doc, reason = "the trait has them")]
     fn broadcast(&mut self, mine: Vec<u8>) -> Result<Vec<u8>>;
 
-    /// Sends `mine` to rank 0, where `take` gets each other rank's bytes with its number, in the order in which they come.
+    /// Begins to send bytes to rank 0, from any other; waits for nobody.
     #[expect(clippy::missing_errors_doc, reason = "the trait has them")]
-    fn gather(&mut self, mine: &[u8], take: &mut dyn FnMut(usize, Vec<u8>)) -> Result<()>;
+    fn send(&mut self, bytes: Vec<u8>) -> Result<()>;
+
+    /// Helps along what this rank is sending; whether all of it has gone. It has to have, before the next collective call.
+    #[expect(clippy::missing_errors_doc, reason = "the trait has them")]
+    fn is_sent(&mut self) -> Result<bool>;
+
+    /// At rank 0: bytes that have come, with the number of the rank that sent them, in the order in which that rank did.
+    #[expect(clippy::missing_errors_doc, reason = "the trait has them")]
+    fn try_receive(&mut self) -> Result<Option<(usize, Vec<u8>)>>;
 
     /// Hands `mine[j]` to rank `j` and returns what each rank has for this one, in order of rank. What is for oneself is
     /// handed back as it is.

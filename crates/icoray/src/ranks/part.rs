@@ -34,15 +34,18 @@ pub struct PartCells<'a> {
     pub owned: Owned<'a>,
 }
 
+/// Some cells for each rank.
+type CellsOfRanks = Vec<Vec<u32>>;
+
 /// A rank's part of a grid, agreed on by all ranks.
 #[derive(Debug, Clone)]
 pub struct Part {
     owns_cell: Vec<bool>,
     owns_triangle: Vec<bool>,
     /// For each rank, own cells whose values it needs.
-    sends: Vec<Vec<u32>>,
+    sends: CellsOfRanks,
     /// For each rank, halo cells whose values come from there, in the order in which they do.
-    receives: Vec<Vec<u32>>,
+    receives: CellsOfRanks,
     /// Middle of the own triangles, and the cosine of the angle to the farthest of their vertices.
     cap: Option<(DVec3, f64)>,
     lowest_facet: f64,
@@ -185,7 +188,7 @@ impl Part {
         x * x + q * q <= radius * (1.0 + 1e-9)
     }
 
-    /// Replaces the rows of halo cells that own triangles need by those of their owners; `row_of` finds a cell's row.
+    /// Replaces the rows of halo cells beside own ones by those of their owners; `row_of` finds a cell's row.
     /// Collective.
     pub(crate) fn fill_halo<V: Carried>(
         &self,
@@ -391,11 +394,15 @@ impl Local {
         ranks: &mut Ranks,
         grid: &Grid,
         owners: &[u32],
-    ) -> Result<(Vec<Vec<u32>>, Vec<Vec<u32>>)> {
+    ) -> Result<(CellsOfRanks, CellsOfRanks)> {
         let around = triangles_around(grid);
+        // Own triangles have an own cell, and so do all that the gradient at an own cell is the mean of.
         let mut is_used = vec![false; grid.cells()];
-        for triangle in (0..grid.triangles() as u32).filter(|t| self.owns_triangle[*t as usize]) {
-            grid.triangle(triangle).iter().for_each(|cell| is_used[*cell as usize] = true);
+        for triangle in (0..grid.triangles() as u32).filter(|t| grid.is_triangle(*t)) {
+            let cells = grid.triangle(triangle);
+            if cells.iter().any(|cell| self.owns_cell[*cell as usize]) {
+                cells.iter().for_each(|cell| is_used[*cell as usize] = true);
+            }
         }
         let mut receives = vec![Vec::new(); self.ranks];
         let mut wishes = vec![Words::default(); self.ranks];
@@ -413,7 +420,7 @@ impl Local {
         Ok((ranks.together(sends)?, receives))
     }
 
-    fn grant(&self, wishes: &[Vec<u8>], around: &[u32]) -> Result<Vec<Vec<u32>>> {
+    fn grant(&self, wishes: &[Vec<u8>], around: &[u32]) -> Result<CellsOfRanks> {
         let own = (0u32..).zip(&self.global).filter(|(cell, _)| self.owns_cell[*cell as usize]);
         let local: HashMap<u64, u32> = own.map(|(cell, global)| (*global, cell)).collect();
         let grant = |(rank, bytes): (usize, &Vec<u8>)| {

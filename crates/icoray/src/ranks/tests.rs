@@ -2,10 +2,15 @@
 
 use super::*;
 use crate::error::ErrorKind;
+use crate::frame::Counts;
+use crate::raster::{Pixel, Raster, Tile};
+use crate::threads::Threads;
 use crate::{
     Field, Frame, FrameReport, Grid, IcosahedralMesh, Layers, Location, Rendered, Renderer, Scene, Shape,
 };
-use std::thread;
+use rayon::prelude::*;
+use std::thread::{self, sleep};
+use std::time::Duration;
 
 const LAYERS: usize = 3;
 
@@ -169,17 +174,72 @@ fn what_is_wrong_on_one_rank_is_everybodys_error() {
 
 #[test]
 fn a_panic_on_one_rank_is_everybodys_error() {
+    let raster = Raster { width: 90, height: 40, step: 1 };
+    let all: Vec<u32> = (0..raster.tiles()).collect();
     for odd in 0..3 {
         let outcomes = on_each(3, |ranks| {
-            let rank = ranks.rank();
-            let mine = ranks.attempt(|| if rank == odd { panic!("out of bounds") } else { Ok(Vec::new()) });
-            let raster = crate::raster::Raster { width: 9, height: 9, step: 1 };
-            let gathered = ranks.gather(mine, 0.1, raster);
-            let told = gathered.map(|_| Told::default());
-            ranks.conclude(told).unwrap_err().to_string()
+            let (rank, threads) = (ranks.rank(), Threads::new(2).unwrap());
+            let mut frame = |spoils: bool| {
+                let mine: Vec<u32> = all.iter().copied().filter(|tile| *tile as usize % 3 == rank).collect();
+                // In the middle: some tiles have been given away by then, and some of others are still to come.
+                let pixel = |x: u32, y: u32, _: &mut u32, _: &mut Counts| {
+                    assert!(!(spoils && rank == odd && x + y > 40), "out of bounds");
+                    sleep(Duration::from_micros(2));
+                    Pixel { color: [x as f32, y as f32, 0.0, 1.0], error: 0.0 }
+                };
+                let gathered =
+                    ranks.gather(&threads, raster, 0.0, |give| raster.trace(&mine, pixel).for_each(give));
+                let told = gathered.map(|gathered| {
+                    assert_eq!(gathered.tiles.len(), if rank == 0 { all.len() } else { 0 });
+                    Told::default()
+                });
+                ranks.conclude(told).map(drop)
+            };
+            let error = frame(true).unwrap_err().to_string();
+            frame(false).unwrap();
+            error
         });
         let expected = format!("internal error: rank {odd}: out of bounds");
         assert!(outcomes.iter().all(|error| *error == expected), "{outcomes:?}");
+    }
+}
+
+#[test]
+fn tiles_are_on_their_way_while_others_are_drawn() {
+    let raster = Raster { width: 20, height: 4, step: 1 };
+    on_each(2, |ranks| {
+        let rank = ranks.rank();
+        let threads = Threads::new(1).unwrap();
+        let tile = |number: u32| {
+            let pixels = vec![Pixel::default(); raster.pixels_of(number)];
+            Tile { number, seconds: 0.0, counts: Counts::default(), pixels }
+        };
+        let slow = Duration::from_millis(300);
+        let gathered = ranks.gather(&threads, raster, 0.0, |give| {
+            (0..raster.tiles()).filter(|number| *number as usize % 2 == rank).for_each(|n| give(tile(n)));
+            // Rank 0 draws on for long.
+            sleep(if rank == 0 { slow } else { Duration::ZERO });
+        });
+        let gathered = gathered.unwrap();
+        assert!(rank == 1 || gathered.gather_s < slow.as_secs_f64() / 10.0, "{gathered:?}");
+        assert_eq!(gathered.drawn_s > 0.29, rank == 0);
+        ranks.conclude(Ok(Told::default())).unwrap();
+    });
+}
+
+#[test]
+fn what_cannot_be_read_is_an_error_and_no_hang() {
+    let raster = Raster { width: 20, height: 4, step: 1 };
+    let threads = Threads::new(1).unwrap();
+    for odd in [&[][..], &[7; 8], &[0; 8], &[0; 64], &[2; 3], &[1, 0, 0, 0, 0, 0, 0, 0, 1]] {
+        let outcomes = on_each(3, |ranks| {
+            if ranks.rank() == 2 {
+                ranks.team.as_mut().unwrap().send(odd.to_vec()).unwrap();
+            }
+            let told = ranks.gather(&threads, raster, 0.0, |_| ()).map(|_| Told::default());
+            ranks.conclude(told).unwrap_err().to_string()
+        });
+        assert!(outcomes.iter().all(|e| *e == outcomes[0] && e.starts_with("MPI: rank 2: ")), "{outcomes:?}");
     }
 }
 

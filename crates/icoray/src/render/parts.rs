@@ -12,38 +12,60 @@ use crate::raster::{Pixel, Raster, Tile};
 use rayon::prelude::*;
 use std::time::Instant;
 
-/// The tiles that this rank has put together.
-pub(super) struct Composed {
-    pub tiles: Result<Vec<Tile>>,
-    /// Seconds of tracing and of putting together, without those of the exchange.
-    pub drawn_s: f64,
-    /// Seconds of putting together.
-    pub compose_s: f64,
+/// What ranks have sent of this rank's tiles.
+pub(super) struct Exchanged {
+    came: Vec<Vec<u8>>,
+    /// Seconds of tracing before.
+    pub traced_s: f64,
+}
+
+/// Tiles with what each rank has of them.
+pub(super) struct Fragments<'e> {
+    tiles: Vec<(u32, Vec<Came<'e>>)>,
+    /// What rays met on all ranks, told to rank 0.
+    met: Counts,
+}
+
+impl Exchanged {
+    /// Finds this rank's tiles, `mine`, in what came.
+    pub fn tiles(&self, raster: Raster, mine: &[u32]) -> Result<Fragments<'_>> {
+        let mut readers = Vec::with_capacity(self.came.len());
+        let mut met = Counts::default();
+        for bytes in &self.came {
+            let mut reader = Reader(bytes);
+            met += reader.get_counts()?;
+            readers.push(reader.0);
+        }
+        let mut tiles = Vec::with_capacity(mine.len());
+        for tile in mine {
+            let pixels = raster.pixels_of(*tile);
+            let of_ranks = readers.iter_mut().map(|bytes| Came::take(bytes, pixels));
+            tiles.push((*tile, of_ranks.collect::<Result<Vec<_>>>()?));
+        }
+        if let Some(rank) = readers.iter().position(|rest| !rest.is_empty()) {
+            return Err(Error::new(ErrorKind::Mpi, format!("rank {rank} sent fragments of other tiles")));
+        }
+        Ok(Fragments { tiles, met })
+    }
 }
 
 impl<T: Real, S: Sample> Work<'_, T, S> {
-    /// Traces this rank's part of all tiles, exchanges fragments, and puts this rank's tiles together. Collective.
-    pub(super) fn compose<const N: usize>(
+    /// Traces this rank's part of all tiles and exchanges fragments. Collective.
+    pub(super) fn exchange<const N: usize>(
         &self,
         ranks: &mut Ranks,
         part: &Part,
         share: &Share,
-    ) -> Result<Composed> {
+    ) -> Result<Exchanged> {
         let start = Instant::now();
         let raster = Raster { step: share.quality.pixel_step, ..self.raster() };
         let traced = ranks.attempt(|| {
             let (tiles, counts) = self.renderer.run(|| self.fragments::<N>(part, &share.quality, raster));
             Ok(addressed(ranks, &tiles, &share.owners, counts))
         });
-        let drawn_s = start.elapsed().as_secs_f64();
+        let traced_s = start.elapsed().as_secs_f64();
         let messages = ranks.together(traced)?;
-        let came = ranks.exchange(messages)?;
-        let start = Instant::now();
-        let mine = share.tiles_of(ranks.rank());
-        let tiles =
-            ranks.attempt(|| self.renderer.run(|| self.put_together(&share.quality, raster, &mine, &came)));
-        let compose_s = start.elapsed().as_secs_f64();
-        Ok(Composed { tiles, drawn_s: drawn_s + compose_s, compose_s })
+        Ok(Exchanged { came: ranks.exchange(messages)?, traced_s })
     }
 
     /// The fragments of each tile as bytes, and what rays met on the way.
@@ -70,43 +92,27 @@ impl<T: Real, S: Sample> Work<'_, T, S> {
         (tiles.into_iter().map(|(bytes, _)| bytes).collect(), counts)
     }
 
-    /// The tiles `mine` of what all ranks have sent.
-    fn put_together(
+    /// Puts rays of this rank's tiles together, each tile given away when it is done.
+    pub(super) fn put_together(
         &self,
         quality: &Quality,
         raster: Raster,
-        mine: &[u32],
-        came: &[Vec<u8>],
-    ) -> Result<Vec<Tile>> {
-        let mut readers = Vec::with_capacity(came.len());
-        let mut met = Counts::default();
-        for bytes in came {
-            let mut reader = Reader(bytes);
-            met += reader.get_counts()?;
-            readers.push(reader.0);
-        }
-        // Where each tile begins is known once those before it are read.
-        let mut tiles = Vec::with_capacity(mine.len());
-        for tile in mine {
-            let pixels = raster.pixels_of(*tile);
-            let of_ranks = readers.iter_mut().map(|bytes| Came::take(bytes, pixels));
-            tiles.push((*tile, of_ranks.collect::<Result<Vec<_>>>()?));
-        }
-        if let Some(rank) = readers.iter().position(|rest| !rest.is_empty()) {
-            return Err(Error::new(ErrorKind::Mpi, format!("rank {rank} sent fragments of other tiles")));
-        }
+        fragments: &Fragments,
+        give: &(dyn Fn(Tile) + Sync),
+    ) {
         let composer = Composer {
             radius: [self.shell.inner(), self.shell.outer()],
             core: self.scene.core,
             shading: self.plan.shading.filter(|_| quality.lights != Lights::Off),
             budget: Budget::new(quality.tolerance, brightest(self.scene)),
         };
-        let compose = |(number, mut came): (u32, Vec<Came>)| self.tile(&composer, raster, number, &mut came);
-        let mut tiles: Vec<Tile> = tiles.into_par_iter().with_max_len(1).map(compose).collect();
-        if let Some(tile) = tiles.first_mut() {
-            tile.counts += met;
-        }
-        Ok(tiles)
+        fragments.tiles.par_iter().with_max_len(1).enumerate().for_each(|(i, (number, came))| {
+            let mut tile = self.tile(&composer, raster, *number, &mut came.clone());
+            if i == 0 {
+                tile.counts += fragments.met;
+            }
+            give(tile);
+        });
     }
 
     fn tile(&self, composer: &Composer, raster: Raster, number: u32, came: &mut [Came]) -> Tile {

@@ -1,0 +1,165 @@
+/*
+ * Pictures of a grid that is spread over ranks, and the same ones of the whole grid drawn by one process without MPI:
+ * mpi_parts DIRECTORY [serial]. Files of the same names are to be nearly the same.
+ */
+#include "mpi_cut.h"
+
+#include <math.h>
+
+static const struct {
+    const char *name, *field, *camera, *more, *light;
+} SCENES[] = {
+    {"f64_far", "f", "lon = 20\nlat = 35\ndistance = 3.2\nfov = 45", "core = \"transparent\"\nbackground = \"transparent\"",
+     ""},
+    {"f64_lit", "f", "lon = -100\nlat = -60\ndistance = 1.9\nfov = 60", "", "[light]\nkind = \"headlight\""},
+    {"f64_corner", "v", "lon = 20\nlat = 35\ndistance = 3.2\nfov = 45", "", "[light]\nkind = \"headlight\""},
+    {"f32_far", "f", "lon = 20\nlat = 35\ndistance = 3.2\nfov = 45", "core = \"transparent\"", ""},
+    {"f32_lit", "v", "lon = -100\nlat = -60\ndistance = 1.9\nfov = 60", "", "[light]\nkind = \"headlight\""},
+    /* From within the shell, and forced, which makes no difference. */
+    {"f32_inside", "f", "lon = 26\nlat = 33\ndistance = 1.1\nfov = 110", "core = \"transparent\"\nranks = \"fragments\"",
+     ""},
+};
+static const char *const KINDS[PARTITIONS] = {"contiguous", "random", "single_cell", "no_cell"};
+
+static int heard;
+
+static void hear(void *user, int32_t level, const char *message)
+{
+    (void)user;
+    heard += level == ICORAY_LOG_DEBUG && strstr(message, "over ranks (fragments: each rank has its part") != NULL;
+}
+
+static void set(icoray_ctx *ctx, size_t scene)
+{
+    char text[1024];
+    int is_wide = strncmp(SCENES[scene].name, "f64", 3) == 0;
+    snprintf(text, sizeof text,
+             "field = \"%s\"\nexaggeration = 60\nprecision = \"%.3s\"\ntolerance = %s\n%s\n[image]\nwidth = 42\n"
+             "height = 36\n[camera]\n%s\n[transfer]\nmap = \"viridis\"\nrange = [-1.5, 1.5]\n"
+             "opacity = [[-1.5, 0.5], [-0.2, 0.05], [0.2, 0.8], [1.5, 0.3]]\n[output]\nfile = \"%s.exr\"\n%s\n",
+             SCENES[scene].field, SCENES[scene].name, is_wide ? "1e-8" : "1e-6", SCENES[scene].more,
+             SCENES[scene].camera, SCENES[scene].name, SCENES[scene].light);
+    OK(icoray_scene_text(ctx, text));
+}
+
+/* What the report says is of the whole picture. */
+static void check_report(const icoray_frame_report *r, const World *w, int of, const char *field)
+{
+    double same[6], roots[6];
+    CHECK(r->ranks == of && r->scheme == ICORAY_FRAGMENTS && r->rays > 0 && r->bytes_copied == 0);
+    CHECK(r->fragments >= 1 && (r->fragment_bytes > 0) == (of > 1) && r->compose_s >= 0.0);
+    CHECK(r->missing_values == 0 && r->void_frusta == 0 && r->error_max > 0.0);
+    same[0] = (double)r->rays;
+    same[1] = (double)r->fragments;
+    same[2] = (double)r->fragment_bytes;
+    same[3] = r->error_mean;
+    same[4] = r->value_min;
+    same[5] = r->value_max;
+    memcpy(roots, same, sizeof roots);
+    MPI_Bcast(roots, 6, MPI_DOUBLE, 0, MPI_COMM_WORLD);
+    CHECK(memcmp(roots, same, sizeof roots) == 0);
+    if (strcmp(field, "f") == 0) {
+        float low = INFINITY, high = -INFINITY;
+        for (int64_t i = 0; i < w->grid.cells * w->layers; i++) {
+            low = fminf(low, w->values[i]);
+            high = fmaxf(high, w->values[i]);
+        }
+        CHECK((float)r->value_min == low && (float)r->value_max == high);
+    }
+}
+
+static void draw(const char *directory, const World *w, int kind)
+{
+    icoray_config config;
+    icoray_ctx *ctx = NULL;
+    int *owner = partition(w, kind, ranks);
+    Cut mine;
+    if (owner == NULL) {
+        return;
+    }
+    trying = KINDS[kind];
+    mine = cut(w, owner, rank, 1);
+    config = plain(path_of(directory, KINDS[kind]));
+    config.threads = 1 + rank % 2;
+    config.log = hear;
+    config.log_level = ICORAY_LOG_DEBUG;
+    OK(icoray_open(&config, (int32_t)MPI_Comm_c2f(MPI_COMM_WORLD), &ctx));
+    fill_cut(ctx, &mine, w->layers);
+    OK(icoray_part_set(ctx, &mine.part));
+    memset((void *)(uintptr_t)mine.part.cell_global, 0x55, (size_t)mine.part.cells * 4); /* nothing is kept of it */
+    heard = 0;
+    for (size_t i = 0; i < sizeof SCENES / sizeof *SCENES; i++) {
+        icoray_frame_report report;
+        set(ctx, i);
+        OK(icoray_execute(ctx, (int64_t)i, 0.0, NULL));
+        CHECK(heard == (int)i + 1);
+        report = report_of(ctx);
+        check_report(&report, w, ranks, SCENES[i].field);
+        if (rank == 0 && i == 0) {
+            printf("note: %s: %d ranks, %d rays of %d fragments, %.1f kB\n", KINDS[kind], ranks, (int)report.rays,
+                   (int)report.fragments, (double)report.fragment_bytes / 1e3);
+        }
+    }
+    OK(icoray_close(&ctx));
+    end_cut(&mine);
+    free(owner);
+}
+
+/* Of the whole grid, and the same where it is called a part that has all. */
+static void draw_alone(const char *directory, const World *w, int has_part)
+{
+    icoray_config config = plain(path_of(directory, has_part ? "part" : "whole"));
+    icoray_ctx *ctx = NULL;
+    icoray_array corner = w->array;
+    float *values = corner_values(w);
+    OK(icoray_open_serial(&config, &ctx));
+    fill(ctx, w);
+    corner.data = values;
+    corner.location = ICORAY_CORNER;
+    corner.columns = w->grid.corners;
+    OK(icoray_field_set(ctx, "v", &corner));
+    if (has_part) {
+        int *owner = partition(w, CONTIGUOUS, 1);
+        Cut all = cut(w, owner, 0, 1);
+        icoray_part part = all.part;
+        int32_t *number = (int32_t *)(uintptr_t)part.cell_global;
+        OK(icoray_part_set(ctx, &part));
+        /* Nothing is owned twice or by nobody here either. */
+        part.owned_cells--;
+        REFUSED(ctx, ICORAY_ERR_GRID, "owned by no rank", icoray_part_set(ctx, &part));
+        part.owned_cells++;
+        number[1] = number[0];
+        REFUSED(ctx, ICORAY_ERR_GRID, "expected different numbers", icoray_part_set(ctx, &part));
+        end_cut(&all);
+        free(owner);
+    }
+    for (size_t i = 0; i < sizeof SCENES / sizeof *SCENES; i++) {
+        icoray_frame_report report;
+        set(ctx, i);
+        OK(icoray_execute(ctx, (int64_t)i, 0.0, NULL));
+        report = report_of(ctx);
+        CHECK(report.ranks == 1 && report.scheme == ICORAY_ALONE);
+        CHECK(report.fragment_bytes == 0 && (report.fragments > 0) == (strstr(SCENES[i].more, "ranks") != NULL));
+    }
+    OK(icoray_close(&ctx));
+    free(values);
+}
+
+int main(int argc, char **argv)
+{
+    World w;
+    if (argc > 2 && strcmp(argv[2], "serial") == 0) {
+        w = world(4, 4);
+        draw_alone(argv[1], &w, 0);
+        draw_alone(argv[1], &w, 1);
+        end_world(&w);
+        return verdict("mpi_parts");
+    }
+    begin(&argc, &argv);
+    w = world(4, 4);
+    for (int kind = 0; kind < PARTITIONS; kind++) {
+        draw(argv[1], &w, kind);
+    }
+    end_world(&w);
+    return end("mpi_parts");
+}
