@@ -1,6 +1,7 @@
 //! Ranks that compute one after the other: on a machine with fewer processors than ranks, each has one for itself.
 //!
-//! Between two calls of the team that all ranks make, rank 0 is the last to have its turn, so that all it waits for has come.
+//! Turns change in the calls that all ranks make. Between two of them rank 0 has its turn last, so that all that others send
+//! it has come and nobody waits in his turn.
 
 use icoray::Result;
 use icoray::ranks::{LocalTeam, Team, local_team};
@@ -110,8 +111,16 @@ impl Team for InTurn {
         self.aside(|team| team.broadcast(mine))
     }
 
-    fn gather(&mut self, mine: &[u8], take: &mut dyn FnMut(usize, Vec<u8>)) -> Result<()> {
-        self.aside(|team| team.gather(mine, take))
+    fn send(&mut self, bytes: Vec<u8>) -> Result<()> {
+        self.team.send(bytes)
+    }
+
+    fn is_sent(&mut self) -> Result<bool> {
+        self.team.is_sent()
+    }
+
+    fn try_receive(&mut self) -> Result<Option<(usize, Vec<u8>)>> {
+        self.team.try_receive()
     }
 
     fn exchange(&mut self, mine: Vec<Vec<u8>>) -> Result<Vec<Vec<u8>>> {
