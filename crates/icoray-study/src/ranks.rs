@@ -35,6 +35,9 @@ pub struct Options {
     /// Numbers of ranks.
     #[arg(long, value_delimiter = ',', default_values_t = [1, 2, 4, 8, 16, 32, 64])]
     pub ranks: Vec<usize>,
+    /// How they share it out.
+    #[arg(long, value_delimiter = ',', value_enum, default_values_t = [Sharing::Tiles, Sharing::Patches, Sharing::Random])]
+    pub sharing: Vec<Sharing>,
     /// Frames behind the first, whose costs the second is dealt by; the one whose busiest rank took least is reported.
     #[arg(long, default_value_t = 3)]
     pub frames: usize,
@@ -43,9 +46,34 @@ pub struct Options {
     pub out: Option<PathBuf>,
 }
 
-/// How a picture is shared out: by tiles of data that all have, or by data.
-const SHARINGS: [(&str, Option<Partition>); 3] =
-    [("tiles", None), ("patches", Some(Partition::Patches)), ("random", Some(Partition::Random))];
+/// How a picture is shared out.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+pub enum Sharing {
+    /// By tiles, of data that all ranks have.
+    Tiles,
+    /// By data: compact patches of cells.
+    Patches,
+    /// By data: each cell anywhere.
+    Random,
+}
+
+impl Sharing {
+    fn partition(self) -> Option<Partition> {
+        match self {
+            Sharing::Tiles => None,
+            Sharing::Patches => Some(Partition::Patches),
+            Sharing::Random => Some(Partition::Random),
+        }
+    }
+
+    fn name(self) -> &'static str {
+        match self {
+            Sharing::Tiles => "tiles",
+            Sharing::Patches => "patches",
+            Sharing::Random => "random",
+        }
+    }
+}
 
 const COLUMNS: [&str; 14] = [
     "transfer",
@@ -79,7 +107,7 @@ pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
         out,
         &format!(
             "{cells} cells x {} layers, {size} x {size} pixels, f32; ranks are threads of one process that compute one after the\n\
-             other, on {processors} processors: seconds are of rank's own work, range of the field included, without a network. Of {}\n\
+             other, on {processors} processors: seconds are of a rank's own work, range of the field included, without a network. Of {}\n\
              frames after the first, the one whose busiest rank took least. Balance: mean over most of the seconds that ranks drew.\n\
              tiles: all ranks have all data; patches, random: each has its cells and a halo, in Morton order or anywhere.",
             options.layers, options.frames,
@@ -114,9 +142,9 @@ pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
         ),
     )?;
     let mut table = Table { size, csv, alone: vec![None; scenes.len()], out };
-    for (sharing, partition) in SHARINGS {
+    for &sharing in &options.sharing {
         for &ranks in &options.ranks {
-            let parts = partition.map(|partition| Local::all(&sphere, partition, ranks));
+            let parts = sharing.partition().map(|partition| Local::all(&sphere, partition, ranks));
             let world = World::new(&sphere, parts.as_deref(), &scenes, options.frames)?;
             for (scene, frame) in world.frames(ranks)?.into_iter().enumerate() {
                 table.row(multi_scale::TRANSFERS[scene].0, scene, sharing, &frame)?;
@@ -247,12 +275,13 @@ struct Table<'o> {
 }
 
 impl Table<'_> {
-    fn row(&mut self, transfer: &str, scene: usize, sharing: &str, frame: &[Did]) -> Result<()> {
+    fn row(&mut self, transfer: &str, scene: usize, sharing: Sharing, frame: &[Did]) -> Result<()> {
         let (ranks, pixels, busiest_s) = (frame.len(), f64::from(self.size).powi(2), busiest(frame));
-        if sharing == SHARINGS[0].0 && ranks == 1 {
+        if sharing == Sharing::Tiles && ranks == 1 {
             self.alone[scene] = Some(busiest_s);
         }
-        let speedup = self.alone[scene].map_or(f64::NAN, |alone| alone / busiest_s);
+        let sharing = sharing.name();
+        let speedup = self.alone[scene].map(|alone| alone / busiest_s);
         // The root knows of all.
         let root = &frame[0].report;
         let (fragments, received) = (root.counts.fragments as f64, root.bytes_received as f64);
@@ -262,7 +291,8 @@ impl Table<'_> {
         let (least, most) = (tiles().min().unwrap_or(0), tiles().max().unwrap_or(0));
         let compose_s = frame.iter().fold(0.0, |most: f64, did| most.max(did.report.compose_s));
         let line = format!(
-            "{transfer:>8} {sharing:>8} {ranks:>5} {busiest_s:>9.3} {speedup:>7.2} {balance:>7.3} {:>10} {:>11.0} {:>11.2} {:>11.0} {:>11.1} {:>13.0} {compose_s:>9.3}",
+            "{transfer:>8} {sharing:>8} {ranks:>5} {busiest_s:>9.3} {:>7} {balance:>7.3} {:>10} {:>11.0} {:>11.2} {:>11.0} {:>11.1} {:>13.0} {compose_s:>9.3}",
+            speedup.map_or_else(String::new, |speedup| format!("{speedup:.2}")),
             format!("{least}-{most}"),
             fragments / each,
             fragments / pixels,
@@ -272,10 +302,11 @@ impl Table<'_> {
         );
         say(self.out, &line)?;
         let Some(csv) = &mut self.csv else { return Ok(()) };
-        let numbers = [busiest_s, speedup, balance, least as f64, most as f64];
-        let of_bytes =
-            [fragments / each, fragments / pixels, sent / each, sent / pixels, received, compose_s];
+        let speedup = speedup.map_or_else(String::new, |speedup| speedup.to_string());
         let mut cells = vec![transfer.to_owned(), sharing.to_owned(), ranks.to_string()];
+        cells.extend([busiest_s.to_string(), speedup]);
+        let numbers = [balance, least as f64, most as f64, fragments / each, fragments / pixels];
+        let of_bytes = [sent / each, sent / pixels, received, compose_s];
         cells.extend(numbers.iter().chain(&of_bytes).map(f64::to_string));
         csv.row(&cells)
     }
