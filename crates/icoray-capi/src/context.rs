@@ -5,7 +5,7 @@ use crate::boundary::{Failure, Outcome};
 use crate::drawing::Drawing;
 use crate::types::{icoray_array, icoray_config, icoray_frame_report, icoray_ndarray, icoray_status};
 use icoray_core::output::Stamp;
-use icoray_core::{Field, Grid, GridTables, Layers, Location, Part, Ranks, Scene};
+use icoray_core::{Field, Grid, GridTables, Held, Layers, Location, Ranks, Scene};
 use std::collections::BTreeMap;
 use std::ffi::c_char;
 use std::ptr;
@@ -24,10 +24,10 @@ unsafe impl Send for Given {}
 
 mod together;
 
-/// A grid and, where it is spread over ranks, which part of it this one has.
+/// A grid and, where it or its fields are spread over ranks, what this one has of them.
 struct Spread {
     grid: Arc<Grid<'static>>,
-    part: Option<Arc<Part>>,
+    held: Option<Arc<Held>>,
 }
 
 /// An open icoray context.
@@ -57,7 +57,7 @@ enum Choice {
 pub(crate) struct Subject<'a> {
     pub scene: Arc<Scene>,
     pub grid: Arc<Grid<'static>>,
-    pub part: Option<Arc<Part>>,
+    pub held: Option<Arc<Held>>,
     pub layers: Arc<Layers>,
     pub field: Field<'a>,
 }
@@ -109,7 +109,7 @@ impl Context {
         // After this call the model may free the tables of the grid before.
         self.drawing.finish_rendering();
         let grid = self.drawing.renderer().run(|| Grid::new(tables))?;
-        self.grids.insert(name.into(), Spread { grid: Arc::new(grid), part: None });
+        self.grids.insert(name.into(), Spread { grid: Arc::new(grid), held: None });
         Ok(())
     }
 
@@ -147,13 +147,17 @@ impl Context {
         let call = "icoray_field_set_ndarray";
         // SAFETY: the caller of icoray_field_set_ndarray promises two strings.
         let (grid, layers) = unsafe { names(array.grid_name, array.layers_name).map_err(within)? };
-        let Spread { grid, .. } =
+        let Spread { grid, held } =
             known(&self.grids, grid, "grid", call, "icoray_grid_set").map_err(within)?;
         let layers =
             known(&self.layers, layers, "set of layers", call, "icoray_layers_set").map_err(within)?;
-        let columns = match borrow::location(array.location, "icoray_ndarray").map_err(within)? {
-            Location::Center => grid.cells(),
-            Location::Corner => grid.triangles(),
+        let location = borrow::location(array.location, "icoray_ndarray").map_err(within)?;
+        let columns = match (held.as_deref(), location) {
+            (Some(Held::Columns(columns)), _) => {
+                columns.of_field_at(location).map_err(|e| within(e.into()))?
+            }
+            (_, Location::Center) => grid.cells(),
+            (_, Location::Corner) => grid.triangles(),
         };
         let flat = borrow::flat(array, columns, layers.count()).map_err(within)?;
         self.set_field(field, &flat, icoray_ndarray::NAME)
@@ -250,12 +254,12 @@ fn subject<'a>(
         return Err(Failure::new(icoray_status::ICORAY_ERR_FIELD, message));
     };
     let within = |f: Failure| Failure::new(f.status, format!("field {:?}: {}", scene.field, f.message));
-    let Spread { grid, part } = known(grids, &given.grid, "grid", call, "icoray_grid_set").map_err(within)?;
+    let Spread { grid, held } = known(grids, &given.grid, "grid", call, "icoray_grid_set").map_err(within)?;
     let layers =
         known(layers, &given.layers, "set of layers", call, "icoray_layers_set").map_err(within)?.clone();
     // SAFETY: the model promises that its arrays live and do not change until icoray_execute returns.
     let field = unsafe { borrow::field(&given.array, icoray_array::NAME).map_err(within)? };
-    Ok(Subject { scene, grid: grid.clone(), part: part.clone(), layers, field })
+    Ok(Subject { scene, grid: grid.clone(), held: held.clone(), layers, field })
 }
 
 fn missing(came: &str, what: &str, first: &str) -> Failure {

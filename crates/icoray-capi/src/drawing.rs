@@ -137,8 +137,8 @@ impl Drawing {
     }
 
     fn begin(&mut self, stamp: Stamp, subject: Subject) -> Outcome<()> {
-        // The part of one process is the whole grid.
-        let Subject { scene, grid, part: _, layers, field } = subject;
+        // What one process holds is the whole grid and field.
+        let Subject { scene, grid, held: _, layers, field } = subject;
         if let Some(background) = &mut self.background {
             background.submit(Job { scene, grid, layers, stamp }, &field)?;
             // The frame before was waited for; its cost is to be taken before this one's takes its place.

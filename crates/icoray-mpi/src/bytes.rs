@@ -1,9 +1,11 @@
 //! Bytes between ranks.
 
 use crate::host::{MpiTeam, check, failed, is_finalized};
+use icoray::ranks::NodeShare;
 use icoray::{Result, Team};
 use mpi::ffi;
 use std::ffi::c_int;
+use std::sync::atomic::Ordering::Relaxed;
 
 /// The most that one message carries: MPI counts in 32 bits.
 const MOST: usize = 1 << 30;
@@ -32,7 +34,7 @@ impl Team for MpiTeam {
     }
 
     fn give_up(&mut self) {
-        self.is_given_up = true;
+        self.is_given_up.store(true, Relaxed);
     }
 
     fn share(&mut self, mine: &[u8]) -> Result<Vec<Vec<u8>>> {
@@ -94,5 +96,9 @@ impl Team for MpiTeam {
 
     fn exchange(&mut self, mine: Vec<Vec<u8>>) -> Result<Vec<Vec<u8>>> {
         self.exchange_in_parts(mine, MOST)
+    }
+
+    fn node(&mut self, bytes: usize) -> Result<NodeShare> {
+        self.share_node(bytes)
     }
 }

@@ -5,6 +5,8 @@ use icoray::{Error, ErrorKind, Result};
 use mpi::ffi;
 use std::ffi::{c_char, c_int};
 use std::mem::size_of;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 
 /// The ranks of a communicator, which is duplicated when this is made and freed when it is dropped. Both are collective.
 ///
@@ -14,8 +16,8 @@ pub struct MpiTeam {
     pub(crate) comm: ffi::MPI_Comm,
     pub(crate) rank: usize,
     pub(crate) size: usize,
-    /// Not to be freed: that is collective, and a rank has left.
-    pub(crate) is_given_up: bool,
+    /// Not to be freed, nor what was made of it: that is collective, and a rank has left.
+    pub(crate) is_given_up: Arc<AtomicBool>,
     pub(crate) post: Post,
 }
 
@@ -58,7 +60,7 @@ impl MpiTeam {
         let mut comm = null;
         // SAFETY: as above; the handle is written.
         check("MPI_Comm_dup", unsafe { ffi::MPI_Comm_dup(given, &mut comm) })?;
-        let mut team = MpiTeam { comm, rank: 0, size: 1, is_given_up: false, post: Post::default() };
+        let mut team = MpiTeam { comm, rank: 0, size: 1, is_given_up: Arc::default(), post: Post::default() };
         let (mut rank, mut size) = (0, 1);
         // SAFETY: the communicator is ours now, so its errors may be ours too; the numbers are written.
         unsafe {
@@ -78,7 +80,7 @@ pub(crate) fn is_finalized() -> bool {
 
 impl Drop for MpiTeam {
     fn drop(&mut self) {
-        if !self.is_given_up && !is_finalized() {
+        if !self.is_given_up.load(Relaxed) && !is_finalized() {
             // SAFETY: the communicator is ours, and MPI has not been finalised. Nobody is left to tell of a failure.
             unsafe { ffi::MPI_Comm_free(&mut self.comm) };
         }

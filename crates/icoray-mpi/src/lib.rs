@@ -13,5 +13,6 @@ mod host;
 mod post;
 #[cfg(test)]
 mod tests;
+mod window;
 
 pub use host::MpiTeam;

@@ -116,3 +116,38 @@ fn lengths_may_need_more_than_32_bits() {
         assert!(came[other].iter().enumerate().all(|(i, byte)| *byte == (i / 1000 + other) as u8));
     });
 }
+
+/// Each rank writes its bytes to the node's memory, again and again, and reads all of them. The same where each is a node of
+/// its own, as the environment can ask for.
+#[test]
+fn ranks_of_a_node_share_memory() {
+    on_ranks(&[1, 2, 3, 4], "ranks_of_a_node_share_memory", |team| {
+        const MINE: usize = 50_001;
+        let (rank, size) = (team.rank(), team.size());
+        let mut shared = Vec::new();
+        // Two at a time, of which the first goes first.
+        for more in [0, 7] {
+            let bytes = size * MINE + more;
+            let mut node = team.node(bytes).unwrap();
+            assert_eq!((node.leader, node.is_refused), (0, false));
+            for round in 0..5u8 {
+                node.memory.begin().unwrap();
+                node.memory.put(rank * MINE, &vec![round + 10 * rank as u8; MINE]);
+                node.memory.settle().unwrap();
+                let all = node.memory.bytes();
+                assert!(all.len() >= bytes && all.as_ptr().align_offset(8) == 0);
+                for (i, byte) in all[..size * MINE].iter().enumerate() {
+                    assert_eq!(*byte, round + 10 * (i / MINE) as u8, "byte {i} in round {round}");
+                }
+            }
+            shared.push(node);
+        }
+        shared.remove(0);
+        assert_eq!(shared[0].memory.bytes()[0], 4);
+        drop(shared);
+        // SAFETY: no other thread looks at the environment.
+        unsafe { std::env::set_var("ICORAY_NODE_RANKS", "2") };
+        let node = team.node(10).unwrap();
+        assert_eq!((node.leader, node.is_refused), (rank / 2 * 2, false));
+    });
+}

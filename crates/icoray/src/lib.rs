@@ -65,7 +65,7 @@ pub use layers::Layers;
 pub use layout::Dimension;
 pub use plan::{Plan, Sharing};
 pub use quality::{Lights, Quality};
-pub use ranks::{Owned, Part, PartCells, Ranks, Team};
+pub use ranks::{Columns, Held, Owned, Part, PartCells, Ranks, Team};
 pub use render::{Rendered, Renderer};
 pub use scene::{Camera, Knot, Lighting, Precision, Scene, Scheme, Source, TransferFunction};
 pub use shape::Shape;

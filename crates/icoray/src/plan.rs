@@ -82,6 +82,8 @@ pub struct Sharing {
     /// Tiles or fragments.
     pub scheme: Scheme,
     why: &'static str,
+    /// How ranks came to have the field, where they were given columns of it.
+    gathered: Option<&'static str>,
 }
 
 impl Sharing {
@@ -100,14 +102,25 @@ impl Sharing {
             (Scheme::Fragments, None) => (Scheme::Fragments, "asked for; every rank has the whole grid"),
             (Scheme::Auto | Scheme::Tiles, None) => (Scheme::Tiles, "every rank has the whole grid"),
         };
-        Ok(Sharing { scheme, why })
+        Ok(Sharing { scheme, why, gathered: None })
+    }
+
+    /// The same of a field that was put together in each node's memory, or in each rank's own, as none could be shared.
+    pub(crate) fn of_gathered(self, is_refused: bool) -> Self {
+        let gathered = if is_refused {
+            "the field is put together once per rank, as nodes cannot share memory"
+        } else {
+            "the field is put together once per node"
+        };
+        Sharing { gathered: Some(gathered), ..self }
     }
 }
 
 impl fmt::Display for Sharing {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let scheme = if self.scheme == Scheme::Fragments { "fragments" } else { "tiles" };
-        write!(f, "{scheme}: {}", self.why)
+        write!(f, "{scheme}: {}", self.why)?;
+        self.gathered.map_or(Ok(()), |gathered| write!(f, ", {gathered}"))
     }
 }
 

@@ -19,6 +19,7 @@ use crate::scene::{Precision, Scene, Scheme};
 use crate::threads::Threads;
 use std::time::Instant;
 
+mod columns;
 mod parts;
 mod work;
 
@@ -82,7 +83,18 @@ impl Renderer {
         layers: &Layers,
         field: &Field,
     ) -> Result<Rendered> {
-        let start = Instant::now();
+        self.render_since(Instant::now(), ranks, scene, &Given { grid, part, layers, field })
+    }
+
+    /// [`Self::render_over`] of a frame that was begun at `start`.
+    fn render_since(
+        &self,
+        start: Instant,
+        ranks: &mut Ranks,
+        scene: &Scene,
+        given: &Given,
+    ) -> Result<Rendered> {
+        let Given { grid, part, layers, field } = *given;
         let plan = ranks.attempt(|| {
             if part.is_none() && grid.cells() == 0 {
                 return Err(Error::new(ErrorKind::Grid, "0 cells, expected at least 1"));
@@ -143,6 +155,14 @@ impl Rendered {
             Rendered::AtRoot(report) => report,
         }
     }
+}
+
+/// What the caller gives to draw of.
+struct Given<'f> {
+    grid: &'f Grid<'f>,
+    part: Option<&'f Part>,
+    layers: &'f Layers,
+    field: &'f Field<'f>,
 }
 
 /// What a picture is drawn of, before its types are known.

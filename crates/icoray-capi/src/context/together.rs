@@ -7,7 +7,7 @@ use super::{Choice, Context, Spread, Subject, due, known, subject};
 use crate::boundary::{Outcome, caught};
 use crate::ranks::agree;
 use icoray_core::output::Stamp;
-use icoray_core::{Part, PartCells, Ranks};
+use icoray_core::{Held, PartCells, Ranks};
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::sync::Arc;
 use std::time::Instant;
@@ -37,8 +37,8 @@ impl Context {
         let facts = mine.iter().map(|(name, ..)| ("grid", format!("{name:?}"))).collect();
         let (agreed, _) = agree(&mut self.ranks, mine, call, facts, &[]);
         let (name, grid, cells) = agreed?;
-        let part = Part::new(&mut self.ranks, &grid, &cells)?;
-        self.grids.insert(name.into(), Spread { grid, part: Some(Arc::new(part)) });
+        let held = Held::new(&mut self.ranks, &grid, &cells)?;
+        self.grids.insert(name.into(), Spread { grid, held: Some(Arc::new(held)) });
         Ok(())
     }
 

@@ -6,7 +6,7 @@ use crate::context::Subject;
 use crate::ranks::Said;
 use crate::types::icoray_status;
 use icoray_core::output::Stamp;
-use icoray_core::{Ranks, Rendered, Scene};
+use icoray_core::{Held, Ranks, Rendered, Scene};
 use std::time::Instant;
 
 impl Drawing {
@@ -61,8 +61,13 @@ impl Drawing {
         subject: &Subject,
         start: Instant,
     ) -> Outcome<()> {
-        let Subject { scene, grid, part, layers, field } = subject;
-        let rendered = self.renderer.render_over(ranks, scene, grid, part.as_deref(), layers, field);
+        let Subject { scene, grid, held, layers, field } = subject;
+        let draws = &self.renderer;
+        let rendered = match held.as_deref() {
+            Some(Held::Columns(columns)) => draws.render_columns(ranks, scene, grid, columns, layers, field),
+            Some(Held::Part(part)) => draws.render_over(ranks, scene, grid, Some(part), layers, field),
+            None => draws.render_over(ranks, scene, grid, None, layers, field),
+        };
         let outcome = rendered.map(|rendered| match rendered {
             Rendered::Here(frame) => self.hand_on(frame, scene, stamp),
             Rendered::AtRoot(report) => {

@@ -1,8 +1,9 @@
 //! Ranks that are threads of one process: for tests, and to study what ranks would do where there is no MPI.
 
-use super::Team;
+use super::{NodeMemory, NodeShare, Team};
 use crate::error::{Error, ErrorKind, Result};
 use crossbeam_channel::{Receiver, Sender, unbounded};
+use std::sync::{Arc, Barrier, Mutex, PoisonError};
 
 /// One rank of a [`local_team`].
 #[derive(Debug)]
@@ -13,13 +14,37 @@ pub struct LocalTeam {
     from: Receiver<(usize, Vec<u8>)>,
     /// What came before its turn: ranks run ahead of each other.
     early: Vec<(usize, Vec<u8>)>,
+    node: Arc<LocalNode>,
+}
+
+/// What threads of a node share.
+#[derive(Debug)]
+struct LocalNode {
+    leader: usize,
+    written: Mutex<Vec<u8>>,
+    meet: Barrier,
 }
 
 /// `size` ranks, each to be moved to a thread of its own.
 pub fn local_team(size: usize) -> Vec<LocalTeam> {
-    let (to, from): (Vec<_>, Vec<_>) = (0..size).map(|_| unbounded()).unzip();
-    let team = from.into_iter().enumerate();
-    team.map(|(rank, from)| LocalTeam { rank, to: to.clone(), from, early: Vec::new() }).collect()
+    local_nodes(&vec![0; size])
+}
+
+/// Ranks on nodes: `node_of` has a number for each rank, the same for those on one node.
+pub fn local_nodes(node_of: &[usize]) -> Vec<LocalTeam> {
+    let mut nodes: Vec<Arc<LocalNode>> = Vec::new();
+    let (to, from): (Vec<_>, Vec<_>) = node_of.iter().map(|_| unbounded()).unzip();
+    let team = from.into_iter().enumerate().map(|(rank, from)| {
+        let known = nodes.iter().find(|node| node_of[node.leader] == node_of[rank]).cloned();
+        let node = known.unwrap_or_else(|| {
+            let ranks = node_of.iter().filter(|node| **node == node_of[rank]).count();
+            let node = LocalNode { leader: rank, written: Mutex::default(), meet: Barrier::new(ranks) };
+            nodes.push(Arc::new(node));
+            nodes[nodes.len() - 1].clone()
+        });
+        LocalTeam { rank, to: to.clone(), from, early: Vec::new(), node }
+    });
+    team.collect()
 }
 
 impl LocalTeam {
@@ -87,5 +112,46 @@ impl Team for LocalTeam {
             self.post(rank, bytes)?;
         }
         (0..self.size()).map(|rank| self.receive(rank)).collect()
+    }
+
+    fn node(&mut self, bytes: usize) -> Result<NodeShare> {
+        let memory = LocalMemory { node: self.node.clone(), seen: vec![0; bytes.div_ceil(8)] };
+        Ok(NodeShare { leader: self.node.leader, is_refused: false, memory: Box::new(memory) })
+    }
+}
+
+/// What a thread sees of its node's memory: a copy, as nothing is lent across threads that are written to by turns.
+struct LocalMemory {
+    node: Arc<LocalNode>,
+    seen: Vec<u64>,
+}
+
+impl NodeMemory for LocalMemory {
+    fn begin(&mut self) -> Result<()> {
+        self.node.meet.wait();
+        Ok(())
+    }
+
+    fn put(&mut self, at: usize, bytes: &[u8]) {
+        let mut written = self.node.written.lock().unwrap_or_else(PoisonError::into_inner);
+        let most = 8 * self.seen.len();
+        assert!(at + bytes.len() <= most, "bytes {at} to {} of {most}", at + bytes.len());
+        if written.len() < most {
+            written.resize(most, 0);
+        }
+        written[at..at + bytes.len()].copy_from_slice(bytes);
+    }
+
+    fn settle(&mut self) -> Result<()> {
+        self.node.meet.wait();
+        let written = self.node.written.lock().unwrap_or_else(PoisonError::into_inner);
+        let seen: &mut [u8] = bytemuck::cast_slice_mut(&mut self.seen);
+        let count = seen.len().min(written.len());
+        seen[..count].copy_from_slice(&written[..count]);
+        Ok(())
+    }
+
+    fn bytes(&self) -> &[u8] {
+        bytemuck::cast_slice(&self.seen)
     }
 }

@@ -1,4 +1,5 @@
-//! Several processes, the ranks, draw one picture: each some of its tiles, over data that every one of them has.
+//! Several processes, the ranks, draw one picture: each some of its tiles, over data that every one of them has, or a
+//! whole picture of its [`Part`]. Of data of which ranks have some [`Columns`] each, every node makes itself a copy.
 //!
 //! A [`Team`] carries bytes between ranks; what they say is decided here, and is the same over MPI and between threads
 //! ([`local_team`]). The rule that keeps anybody from waiting for ever: ranks talk in phases that each of them enters,
@@ -11,17 +12,27 @@
 //! Only the thread that calls talks; the renderer's threads never do, and draw on meanwhile.
 
 mod agree;
+mod cells;
+mod columns;
 mod deal;
 mod gather;
+mod held;
 mod local;
+mod node;
 mod packed;
 mod part;
 mod words;
 
 pub use agree::{Agreement, Refusal, Word};
+use cells::bad;
+pub use cells::{Owned, PartCells};
+pub use columns::Columns;
 pub(crate) use gather::{Share, Told};
-pub use local::{LocalTeam, local_team};
-pub use part::{Owned, Part, PartCells};
+pub use held::Held;
+pub use local::{LocalTeam, local_nodes, local_team};
+pub(crate) use node::Node;
+pub use node::{NodeMemory, NodeShare};
+pub use part::Part;
 pub(crate) use words::{Reader, Words};
 
 use crate::error::{Error, Result};
@@ -76,10 +87,19 @@ pub trait Team: Send {
     /// When `mine` has not as many entries as there are ranks.
     #[expect(clippy::missing_errors_doc, reason = "the trait has them")]
     fn exchange(&mut self, mine: Vec<Vec<u8>>) -> Result<Vec<Vec<u8>>>;
+
+    /// Memory of so many bytes for each node, as many on all ranks. Where none can be shared, each rank has its own.
+    /// Collective; so is dropping it, unless ranks are gone or the team was given up.
+    #[expect(clippy::missing_errors_doc, reason = "the trait has them")]
+    fn node(&mut self, bytes: usize) -> Result<NodeShare> {
+        Ok(NodeShare::alone(self.rank(), bytes))
+    }
 }
 
 /// The ranks that draw together, and what the last frame taught about its tiles.
 pub struct Ranks {
+    /// Memory of this rank's node, once it was needed. Dropped before the team that gave it.
+    node: Option<Node>,
     /// `None` is one process alone.
     team: Option<Box<dyn Team>>,
     /// A rank that has left while others stayed, after which nobody talks any more.
@@ -91,12 +111,12 @@ pub struct Ranks {
 impl Ranks {
     /// One process that draws alone: nothing is sent, and panics are not caught.
     pub fn alone() -> Self {
-        Ranks { team: None, left: None, costs: None }
+        Ranks { node: None, team: None, left: None, costs: None }
     }
 
     /// Those of a team.
     pub fn new(team: Box<dyn Team>) -> Self {
-        Ranks { team: Some(team), left: None, costs: None }
+        Ranks { node: None, team: Some(team), left: None, costs: None }
     }
 
     /// This process's number, from 0.

@@ -8,32 +8,14 @@
 mod owners;
 
 use super::Ranks;
+use super::cells::{Owned, PartCells};
 use super::words::{Reader, Words};
 use crate::error::Result;
-use crate::grid::{Grid, Indices};
+use crate::grid::Grid;
 use crate::kernel::plane::RayLine;
 use glam::DVec3;
 use owners::Local;
 use std::f64::consts::PI;
-
-/// Which cells of a local grid are this rank's own.
-#[derive(Debug, Clone, Copy)]
-pub enum Owned<'a> {
-    /// The first so many, as in MPAS.
-    First(usize),
-    /// Those whose value is not 0; one value per cell.
-    Marked(&'a [i32]),
-}
-
-/// What a model says of its part: one row for each cell of the rank's grid, read when the [`Part`] is made.
-#[derive(Debug, Clone, Copy)]
-pub struct PartCells<'a> {
-    /// The number of each cell in the whole grid (MPAS `indexToCellID`), counted from the grid's `index_base`. Numbers need
-    /// not be without gaps.
-    pub global: Indices<'a>,
-    /// Own cells; the others are the halo.
-    pub owned: Owned<'a>,
-}
 
 /// Some cells for each rank.
 type CellsOfRanks = Vec<Vec<u32>>;

@@ -46,9 +46,14 @@ fn scene(width: u32, height: u32, more: &str) -> Scene {
 
 /// What each rank makes of `draw`.
 fn on_each<R: Send>(size: usize, draw: impl Fn(&mut Ranks) -> R + Sync) -> Vec<R> {
+    on_nodes(&vec![0; size], draw)
+}
+
+/// The same on several nodes.
+fn on_nodes<R: Send>(node_of: &[usize], draw: impl Fn(&mut Ranks) -> R + Sync) -> Vec<R> {
     let draw = &draw;
     thread::scope(|scope| {
-        let team = local_team(size).into_iter();
+        let team = local_nodes(node_of).into_iter();
         let ranks: Vec<_> =
             team.map(|one| scope.spawn(move || draw(&mut Ranks::new(Box::new(one))))).collect();
         ranks.into_iter().map(|rank| rank.join().unwrap()).collect()
@@ -303,6 +308,38 @@ fn each_rank_has_something_for_each() {
                 let for_all = (0..size).map(|to| letter(round, mine, to)).collect();
                 let came = team.exchange(for_all).unwrap();
                 assert_eq!(came, (0..size).map(|from| letter(round, from, mine)).collect::<Vec<_>>());
+            }
+        });
+    }
+}
+
+/// Whatever is sent at once: one column, some, all.
+#[test]
+fn nodes_put_a_field_together_in_rounds() {
+    let world = World::new();
+    let cells = world.mesh.cells();
+    let global: Vec<i64> = (0..cells as i64).collect();
+    for node_of in [&[0, 1, 0, 2, 1][..], &[0, 0, 0], &[0, 1, 2]] {
+        on_nodes(node_of, |ranks| {
+            let (rank, size) = (ranks.rank(), ranks.size());
+            let grid = Grid::new(world.mesh.tables()).unwrap();
+            // Unevenly: the first has half of them.
+            let is_own = |cell: usize| (cell % (2 * size)).saturating_sub(size) == rank;
+            let owned: Vec<i32> = (0..cells).map(|cell| is_own(cell).into()).collect();
+            let all = PartCells { global: global.as_slice().into(), owned: Owned::Marked(&owned) };
+            let columns = Columns::new(ranks, &grid, &all).unwrap();
+            for most in [1, 1000, usize::MAX / 2] {
+                let mut node = ranks.take_node(columns.bytes_for(&grid, &world.field()).unwrap()).unwrap();
+                columns.gather_by(ranks, &mut node, &world.field(), most).unwrap();
+                let whole = columns.whole(&node, &world.field()).unwrap();
+                for (i, value) in world.values.iter().enumerate() {
+                    assert_eq!(whole.value(i / LAYERS, i % LAYERS), f64::from(*value));
+                }
+                // Zeros would be seen if the next time did not write all.
+                node.memory.begin().unwrap();
+                node.memory.put(0, &vec![0; if rank == 0 { 1000 } else { 0 }]);
+                node.memory.settle().unwrap();
+                ranks.keep_node(node);
             }
         });
     }

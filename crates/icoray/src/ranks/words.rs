@@ -30,10 +30,14 @@ impl Words {
         self
     }
 
-    pub fn put_bytes(&mut self, bytes: &[u8]) -> &mut Self {
-        self.put(bytes.len() as u64);
+    /// Bytes of a length that the other side knows.
+    pub fn put_raw(&mut self, bytes: &[u8]) -> &mut Self {
         self.0.extend_from_slice(bytes);
         self
+    }
+
+    pub fn put_bytes(&mut self, bytes: &[u8]) -> &mut Self {
+        self.put(bytes.len() as u64).put_raw(bytes)
     }
 }
 
@@ -72,6 +76,10 @@ impl<'a> Reader<'a> {
             *number = self.get()?;
         }
         Ok(Counts::of_numbers(numbers))
+    }
+
+    pub fn get_raw(&mut self, count: usize) -> Result<&'a [u8]> {
+        self.take(count as u64)
     }
 
     pub fn get_bytes(&mut self) -> Result<&'a [u8]> {

@@ -3,11 +3,12 @@
 //! Found by asking: rank `g mod ranks` keeps the entry of global number g, is told by the cell's owner, and asked by whoever
 //! has the cell in its halo. So no rank ever holds numbers of the whole grid.
 
-use super::{CellsOfRanks, Owned, PartCells};
+use super::CellsOfRanks;
 use crate::error::{Error, ErrorKind, Result};
 use crate::grid::Grid;
-use crate::ranks::Ranks;
+use crate::ranks::cells::{Numbered, PartCells};
 use crate::ranks::words::{Reader, Words};
+use crate::ranks::{Ranks, bad};
 use std::collections::HashMap;
 
 /// A part before its neighbours are known.
@@ -23,42 +24,7 @@ pub(super) struct Local {
 impl Local {
     pub fn new(grid: &Grid, cells: &PartCells, ranks: usize) -> Result<Self> {
         let base = i64::from(grid.tables().index_base);
-        let count = |name: &str, len: usize| {
-            let message = format!("{name}: {len} rows, expected {}, one per cell", grid.cells());
-            if len == grid.cells() { Ok(()) } else { Err(bad(message)) }
-        };
-        count("cell_global", cells.global.len())?;
-        let owns_cell: Vec<bool> = match cells.owned {
-            Owned::First(owned) if owned > grid.cells() => {
-                return Err(bad(format!("{owned} own cells, expected at most {}, the grid's", grid.cells())));
-            }
-            Owned::First(owned) => (0..grid.cells()).map(|cell| cell < owned).collect(),
-            Owned::Marked(marks) => {
-                count("is_owned", marks.len())?;
-                marks.iter().map(|mark| *mark != 0).collect()
-            }
-        };
-        // Twice a number must still be one.
-        let known = base..i64::MAX / 2;
-        let row = |cell: usize| cell as i64 + base;
-        let mut global = Vec::with_capacity(grid.cells());
-        for (cell, number) in cells.global.iter().enumerate() {
-            if !known.contains(&number) {
-                return Err(bad(format!("cell_global row {}: {number}, expected {base} or more", row(cell))));
-            }
-            global.push((number - base) as u64);
-        }
-        let mut order: Vec<u32> = (0..grid.cells() as u32).collect();
-        order.sort_unstable_by_key(|cell| (global[*cell as usize], *cell));
-        let twice = order.windows(2).find(|pair| global[pair[0] as usize] == global[pair[1] as usize]);
-        if let Some(&[a, b]) = twice {
-            return Err(bad(format!(
-                "cell_global rows {} and {}: both {}, expected different numbers",
-                row(a as usize),
-                row(b as usize),
-                row(global[a as usize] as usize)
-            )));
-        }
+        let Numbered { global, owns_cell } = Numbered::new(cells, grid.cells(), base, None)?;
         let owner = |triangle: u32| {
             let cells = grid.triangle(triangle);
             let lowest = cells.into_iter().min_by_key(|cell| global[*cell as usize]);
@@ -191,8 +157,4 @@ fn triangles_around(grid: &Grid) -> Vec<u32> {
         grid.triangle(triangle).iter().for_each(|cell| around[*cell as usize] += 1);
     }
     around
-}
-
-fn bad(message: String) -> Error {
-    Error::new(ErrorKind::Grid, message)
 }

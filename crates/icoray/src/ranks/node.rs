@@ -1,0 +1,148 @@
+//! Memory that the ranks of a node share, so that what all of them need is there once.
+
+use super::Ranks;
+use super::words::{Reader, Words};
+use crate::error::{Error, Result};
+use std::fmt;
+
+/// Memory of a node. Its ranks write to it together, then read: everything between [`Self::begin`] and [`Self::settle`] is
+/// written, everything else read, and both are collective over the node.
+///
+/// # Errors
+/// Of every method: [`ErrorKind::Mpi`](crate::ErrorKind::Mpi) when the transport itself fails, as of a [`Team`](super::Team).
+///
+/// # Panics
+/// [`Self::put`] outside of these two and outside of the memory, [`Self::bytes`] between them.
+pub trait NodeMemory: Send {
+    /// Waits until all have read what they want.
+    #[expect(clippy::missing_errors_doc, reason = "the trait has them")]
+    fn begin(&mut self) -> Result<()>;
+
+    /// Writes bytes from the place `at`, where no other rank of the node does.
+    fn put(&mut self, at: usize, bytes: &[u8]);
+
+    /// Waits until all have written, and sees what they have.
+    #[expect(clippy::missing_errors_doc, reason = "the trait has them")]
+    fn settle(&mut self) -> Result<()>;
+
+    /// All of it, at a multiple of 8 bytes.
+    fn bytes(&self) -> &[u8];
+}
+
+/// What a [`Team`](super::Team) gives for a node.
+pub struct NodeShare {
+    /// The lowest rank of those that share the memory: which they are is seen by this.
+    pub leader: usize,
+    /// Whether ranks that could share have memory of their own each, as none could be shared.
+    pub is_refused: bool,
+    /// The memory.
+    pub memory: Box<dyn NodeMemory>,
+}
+
+impl NodeShare {
+    /// Memory of a rank that shares with nobody.
+    pub fn alone(rank: usize, bytes: usize) -> Self {
+        let memory = OwnMemory { words: vec![0; bytes.div_ceil(8)] };
+        NodeShare { leader: rank, is_refused: false, memory: Box::new(memory) }
+    }
+}
+
+impl fmt::Debug for NodeShare {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "memory of the node of rank {}", self.leader)
+    }
+}
+
+/// A rank's own.
+struct OwnMemory {
+    /// Words, for the alignment.
+    words: Vec<u64>,
+}
+
+impl NodeMemory for OwnMemory {
+    fn begin(&mut self) -> Result<()> {
+        Ok(())
+    }
+
+    fn put(&mut self, at: usize, bytes: &[u8]) {
+        bytemuck::cast_slice_mut(&mut self.words)[at..at + bytes.len()].copy_from_slice(bytes);
+    }
+
+    fn settle(&mut self) -> Result<()> {
+        Ok(())
+    }
+
+    fn bytes(&self) -> &[u8] {
+        bytemuck::cast_slice(&self.words)
+    }
+}
+
+/// The memory of this rank's node, and who is on other nodes.
+pub(crate) struct Node {
+    pub memory: Box<dyn NodeMemory>,
+    bytes: usize,
+    /// Whether some ranks have memory of their own where they should share.
+    pub is_refused: bool,
+    /// One rank of each other node, which takes in what this one sends there. Ranks of a node have different ones, as far
+    /// as there are so many.
+    pub partners: Vec<usize>,
+}
+
+impl Node {
+    fn new(share: NodeShare, rank: usize, bytes: usize, said: &[(usize, bool)]) -> Self {
+        let members = |leader: usize| {
+            said.iter().enumerate().filter(move |(_, (its, _))| *its == leader).map(|(rank, _)| rank)
+        };
+        let place = members(share.leader).take_while(|member| *member < rank).count();
+        let leaders = (0..said.len()).filter(|other| said[*other].0 == *other && *other != share.leader);
+        let partner = |leader: usize| {
+            let all: Vec<usize> = members(leader).collect();
+            all[place % all.len()]
+        };
+        Node {
+            memory: share.memory,
+            bytes,
+            is_refused: said.iter().any(|(_, is_refused)| *is_refused),
+            partners: leaders.map(partner).collect(),
+        }
+    }
+}
+
+impl Ranks {
+    /// The memory of this rank's node, of at least so many bytes, as many on all ranks; to be handed back to
+    /// [`Self::keep_node`], for the next frame. Collective.
+    pub(crate) fn take_node(&mut self, bytes: usize) -> Result<Node> {
+        if let Some(node) = self.node.take_if(|node| node.bytes >= bytes) {
+            return Ok(node);
+        }
+        // What is too small goes before the next one comes.
+        self.node = None;
+        let rank = self.rank();
+        let made = match &mut self.team {
+            Some(team) => team.node(bytes),
+            None => Ok(NodeShare::alone(rank, bytes)),
+        };
+        let told = self.together(made.as_ref().map(drop).map_err(Error::clone));
+        let share = match told {
+            Ok(()) => made?,
+            Err(error) => {
+                // Freeing it may be collective, and not all have it.
+                std::mem::forget(made);
+                return Err(error);
+            }
+        };
+        let mut words = Words::default();
+        words.put(share.leader as u64).put(share.is_refused.into());
+        let mut said = Vec::with_capacity(self.size());
+        for bytes in self.share(&words.0)? {
+            let mut reader = Reader(&bytes);
+            said.push((reader.get()? as usize, reader.get()? == 1));
+        }
+        Ok(Node::new(share, rank, bytes, &said))
+    }
+
+    /// Keeps the memory for the next frame.
+    pub(crate) fn keep_node(&mut self, node: Node) {
+        self.node = Some(node);
+    }
+}

@@ -1,0 +1,311 @@
+/*
+ * Pictures of columns that are spread over ranks, each of which has the whole grid's tables, and the same ones drawn by one
+ * process without MPI: mpi_columns DIRECTORY [serial | small]. Files of the same names are to be the same to the byte, also
+ * where ranks are told that nodes have little memory to share (small).
+ */
+#include "mpi_cut.h"
+
+#include <math.h>
+
+static const struct {
+    const char *name, *more, *light;
+} SCENES[] = {
+    {"f32", "", ""},
+    {"f64", "precision = \"f64\"\ncore = \"transparent\"", ""},
+    {"lit", "background = \"transparent\"", "[light]\nkind = \"headlight\""},
+};
+enum { COUNT = sizeof SCENES / sizeof *SCENES };
+static const char *const KINDS[PARTITIONS] = {"contiguous", "random", "single_cell", "no_cell"};
+static const char *sharing;
+static int heard;
+
+/* What one rank has: its columns, whatever their order. */
+typedef struct {
+    icoray_part part;
+    icoray_array array;
+    int64_t *cell;
+    int32_t *global, *is_owned;
+    float *values;
+} Mine;
+
+static void hear(void *user, int32_t level, const char *message)
+{
+    (void)user;
+    heard += level == ICORAY_LOG_DEBUG && strstr(message, sharing) != NULL;
+}
+
+/* Own columns from the last to the first; on odd ranks with a halo of all cells that share a corner with them. */
+static Mine mine_of(const World *w, const int *owner)
+{
+    const int32_t *corner_cell = w->grid.corner_cell;
+    size_t cells = (size_t)w->grid.cells;
+    char *has = calloc(cells, 1);
+    Mine m;
+    memset(&m, 0, sizeof m);
+    m.cell = calloc(cells, sizeof *m.cell);
+    m.global = calloc(cells, sizeof *m.global);
+    m.is_owned = calloc(cells, sizeof *m.is_owned);
+    m.values = calloc(cells * (size_t)w->layers, sizeof *m.values);
+    for (int64_t i = 0; i < w->grid.corners; i++) {
+        const int32_t *c = corner_cell + 3 * i;
+        int is_near = owner[c[0]] == rank || owner[c[1]] == rank || owner[c[2]] == rank;
+        for (int k = 0; k < 3; k++) {
+            has[c[k]] |= owner[c[k]] == rank || (is_near && rank % 2 == 1);
+        }
+    }
+    m.part.struct_size = sizeof m.part;
+    m.part.index_type = ICORAY_I32;
+    for (int64_t c = (int64_t)cells - 1; c >= 0; c--) {
+        if (has[c]) {
+            int64_t at = m.part.cells++;
+            m.cell[at] = c;
+            m.global[at] = (int32_t)c + w->grid.index_base;
+            m.is_owned[at] = owner[c] == rank;
+        }
+    }
+    m.part.cell_global = m.global;
+    m.part.is_owned = m.is_owned;
+    m.array = w->array;
+    m.array.columns = m.part.cells;
+    m.array.data = m.values;
+    if (rank % 3 == 2) { /* whole layers */
+        m.array.column_stride = 1;
+        m.array.layer_stride = m.part.cells;
+    }
+    free(has);
+    return m;
+}
+
+static void end_mine(Mine *m)
+{
+    free(m->cell);
+    free(m->global);
+    free(m->is_owned);
+    free(m->values);
+}
+
+/* The field as it is at a step; what is in a halo is not read. */
+static float value(const World *w, int64_t cell, int layer, int step)
+{
+    return w->values[cell * w->layers + layer] * (1.0f - 0.25f * (float)step);
+}
+
+static void compute(const Mine *m, const World *w, int step)
+{
+    for (int64_t c = 0; c < m->part.cells; c++) {
+        for (int l = 0; l < w->layers; l++) {
+            m->values[c * m->array.column_stride + l * m->array.layer_stride] =
+                m->is_owned[c] ? value(w, m->cell[c], l, step) : NAN;
+        }
+    }
+}
+
+static void set(icoray_ctx *ctx, int scene)
+{
+    char more[256], text[1024];
+    snprintf(more, sizeof more, "exaggeration = 60\n%s", SCENES[scene].more);
+    snprintf(text, sizeof text,
+             "field = \"f\"\n%s\n[image]\nwidth = 70\nheight = 58\n[camera]\nlon = 20\nlat = 35\ndistance = 3.2\nfov = 45\n"
+             "[transfer]\nmap = \"viridis\"\nrange = [-1.5, 1.5]\nopacity = [[-1.5, 0.8], [0, 0.1], [1.5, 0.9]]\n"
+             "[output]\nfile = [\"%s_{step}.png\", \"%s_{step}.exr\"]\n%s\n",
+             more, SCENES[scene].name, SCENES[scene].name, SCENES[scene].light);
+    OK(icoray_scene_text(ctx, text));
+}
+
+static icoray_ctx *fresh(const char *directory, const World *w)
+{
+    icoray_config config = plain(directory);
+    icoray_ctx *ctx = NULL;
+    config.threads = 1 + rank % 2;
+    config.log = hear;
+    config.log_level = ICORAY_LOG_DEBUG;
+    OK(icoray_open(&config, (int32_t)MPI_Comm_c2f(MPI_COMM_WORLD), &ctx));
+    OK(icoray_grid_set(ctx, &w->grid));
+    set_layers(ctx, w->layers);
+    return ctx;
+}
+
+/* Each node wrote the field once, in whatever shares. */
+static void check_report(const icoray_frame_report *r, const World *w, double nodes)
+{
+    double copied = (double)r->bytes_copied, all = 0.0;
+    MPI_Allreduce(&copied, &all, 1, MPI_DOUBLE, MPI_SUM, MPI_COMM_WORLD);
+    CHECK(all == nodes * (double)(w->grid.cells * w->layers * 4));
+    CHECK(r->scheme == ICORAY_TILES && r->ranks == ranks && r->copy_s > 0.0 && r->missing_values == 0);
+    CHECK(r->fragments == 0 && r->bytes_derived == (r->lights != 0 ? (uint64_t)(w->grid.cells * w->layers * 12) : 0));
+}
+
+static void draw(const char *directory, const World *w, int kind, double nodes)
+{
+    int *owner = partition(w, kind, ranks);
+    icoray_ctx *ctx;
+    Mine mine;
+    if (owner == NULL) {
+        return;
+    }
+    trying = KINDS[kind];
+    mine = mine_of(w, owner);
+    ctx = fresh(path_of(directory, KINDS[kind]), w);
+    OK(icoray_part_set(ctx, &mine.part));
+    memset(mine.global, 0x55, (size_t)mine.part.cells * 4); /* nothing is kept of it */
+    OK(icoray_field_set(ctx, "f", &mine.array));
+    for (int step = 0; step < COUNT; step++) {
+        icoray_frame_report report;
+        set(ctx, step);
+        compute(&mine, w, step);
+        OK(icoray_execute(ctx, step, 0.0, NULL));
+        report = report_of(ctx);
+        check_report(&report, w, nodes);
+        CHECK(heard == step + 1);
+    }
+    heard = 0;
+    OK(icoray_close(&ctx));
+    end_mine(&mine);
+    free(owner);
+}
+
+static void draw_alone(const char *directory, const World *w)
+{
+    icoray_config config = plain(directory);
+    icoray_ctx *ctx = NULL;
+    World now = *w;
+    now.values = calloc((size_t)(w->grid.cells * w->layers), sizeof *now.values);
+    now.array.data = now.values;
+    OK(icoray_open_serial(&config, &ctx));
+    fill(ctx, &now);
+    for (int step = 0; step < COUNT; step++) {
+        for (int64_t i = 0; i < w->grid.cells * w->layers; i++) {
+            now.values[i] = value(w, i / w->layers, (int)(i % w->layers), step);
+        }
+        set(ctx, step);
+        OK(icoray_execute(ctx, step, 0.0, NULL));
+        CHECK(report_of(ctx).bytes_copied == 0);
+    }
+    OK(icoray_close(&ctx));
+    free(now.values);
+}
+
+/* What is wrong on the last rank only is the same status on all, and what is right afterwards is drawn. */
+static void refusals(const char *directory, const World *w)
+{
+    int *owner = partition(w, CONTIGUOUS, ranks);
+    int odd = ranks - 1, is_odd = rank == odd;
+    Mine mine = mine_of(w, owner);
+    icoray_ctx *ctx = fresh(directory, w);
+    icoray_part part = mine.part;
+    icoray_array array = mine.array, corner = w->array;
+    icoray_ndarray nd;
+    char text[64];
+    int32_t kept = mine.global[0];
+    snprintf(text, sizeof text, "rank %d: ", odd);
+    if (is_odd) {
+        mine.global[0] = (int32_t)w->grid.cells + w->grid.index_base;
+    }
+    TOLD(ICORAY_ERR_GRID, "a row of the grid's tables", icoray_part_set(ctx, &part));
+    if (is_odd) {
+        mine.global[0] = w->grid.index_base - 1;
+    }
+    TOLD(ICORAY_ERR_GRID, text, icoray_part_set(ctx, &part));
+    mine.global[0] = kept;
+    part.is_owned = is_odd ? NULL : mine.is_owned;
+    TOLD(ICORAY_ERR_GRID, "is owned by no rank", icoray_part_set(ctx, &part));
+    part.owned_cells = part.cells + 1;
+    TOLD(ICORAY_ERR_GRID, text, icoray_part_set(ctx, &part));
+    part.is_owned = mine.is_owned;
+    if (is_odd) {
+        mine.global[0] = 0; /* the first rank's */
+    }
+    TOLD(ICORAY_ERR_GRID, "cell 0 is owned by ranks 0 and", icoray_part_set(ctx, &part));
+    mine.global[0] = kept;
+    OK(icoray_part_set(ctx, &part));
+
+    /* Fields. */
+    compute(&mine, w, 0);
+    set(ctx, 0);
+    array.columns -= is_odd;
+    OK(icoray_field_set(ctx, "f", &array));
+    TOLD(ICORAY_ERR_FIELD, text, icoray_execute(ctx, 1, 0.0, NULL));
+    corner.location = ICORAY_CORNER;
+    corner.columns = w->grid.corners;
+    corner.layers = 1;
+    corner.column_stride = 0;
+    corner.data = mine.values;
+    corner.column_stride = 1;
+    corner.columns = mine.part.cells;
+    OK(icoray_field_set(ctx, "f", is_odd ? &corner : &mine.array));
+    TOLD(ICORAY_ERR_FIELD, "at corners, expected centres", icoray_execute(ctx, 2, 0.0, NULL));
+    OK(icoray_field_set(ctx, "f", &mine.array));
+    OK(icoray_execute(ctx, 3, 0.0, NULL));
+
+    /* As Fortran gives it: the columns are found among the dimensions. */
+    memset(&nd, 0, sizeof nd);
+    nd.struct_size = sizeof nd;
+    nd.data = mine.values;
+    nd.type = ICORAY_F32;
+    nd.rank = 2;
+    nd.extent[0] = w->layers;
+    nd.extent[1] = mine.part.cells;
+    nd.stride[0] = mine.array.layer_stride;
+    nd.stride[1] = mine.array.column_stride;
+    OK(icoray_field_set_ndarray(ctx, "f", &nd));
+    OK(icoray_execute(ctx, 4, 0.0, NULL));
+    nd.location = ICORAY_CORNER;
+    REFUSED(ctx, ICORAY_ERR_FIELD, "at corners, expected centres", icoray_field_set_ndarray(ctx, "f", &nd));
+    OK(icoray_close(&ctx));
+    end_mine(&mine);
+    free(owner);
+}
+
+/* One rank closes, and the memory that all share is left alone. */
+static void leaves(const char *directory, const World *w)
+{
+    int *owner = partition(w, CONTIGUOUS, ranks);
+    Mine mine = mine_of(w, owner);
+    icoray_ctx *ctx = fresh(directory, w);
+    OK(icoray_part_set(ctx, &mine.part));
+    OK(icoray_field_set(ctx, "f", &mine.array));
+    compute(&mine, w, 0);
+    set(ctx, 0);
+    OK(icoray_execute(ctx, 100, 0.0, NULL));
+    TOLD(ICORAY_ERR_MPI, "call", rank == 0 ? icoray_close(&ctx) : icoray_execute(ctx, 101, 0.0, NULL));
+    if (rank != 0) {
+        OK(icoray_close(&ctx));
+    }
+    end_mine(&mine);
+    free(owner);
+}
+
+/* How many nodes the environment makes of this one. */
+static double count_nodes(void)
+{
+    const char *most = getenv("ICORAY_NODE_RANKS");
+    return most == NULL ? 1.0 : ceil((double)ranks / atof(most));
+}
+
+int main(int argc, char **argv)
+{
+    World w;
+    int is_small = argc > 2 && strcmp(argv[2], "small") == 0;
+    if (argc > 2 && !is_small) {
+        w = world(4, 5);
+        draw_alone(argv[1], &w);
+        end_world(&w);
+        return verdict("mpi_columns");
+    }
+    begin(&argc, &argv);
+    w = world(4, 5);
+    sharing = is_small     ? "(tiles: every rank has the whole grid, the field is put together once per rank, as nodes"
+              : ranks == 1 ? "(fragments: each rank has its part"
+                           : "(tiles: every rank has the whole grid, the field is put together once per node)";
+    for (int kind = 0; kind < (is_small ? 1 : PARTITIONS); kind++) {
+        draw(argv[1], &w, kind, is_small ? ranks : count_nodes());
+    }
+    if (!is_small) {
+        trying = "refusals";
+        refusals(path_of(argv[1], "refusals"), &w);
+        trying = "leaving";
+        leaves(path_of(argv[1], "leaving"), &w);
+    }
+    end_world(&w);
+    return end("mpi_columns");
+}
