@@ -3,7 +3,7 @@
 use crate::error::{Error, ErrorKind, Result};
 use crate::field::{CenterField, Field};
 use crate::frame::{ErrorSummary, Frame, FrameReport};
-use crate::gradient::gradients;
+use crate::gradient;
 use crate::grid::{Grid, Reals};
 use crate::kernel::Real;
 use crate::kernel::column::Shell;
@@ -176,11 +176,19 @@ struct Setting<'f> {
     start: Instant,
 }
 
-fn draw<T: Real, S: Sample>(setting: &Setting, ranks: &mut Ranks, data: &[S]) -> Result<Rendered> {
+/// What is known of a field before the first ray.
+struct Prepared {
+    value_range: Option<[f64; 2]>,
+    missing_values: u64,
+    /// The scene's, or without light where there is no time for gradients.
+    quality: Quality,
+    deadline: Option<Deadline>,
+    /// At the vertices, where there is light.
+    gradients: Vec<[f32; 3]>,
+}
+
+fn prepare<S: Sample>(setting: &Setting, ranks: &mut Ranks, samples: &Samples<S>) -> Result<Prepared> {
     let Setting { renderer, scene, plan, grid, part, field, start } = *setting;
-    let spans = Spans::<T>::new(&plan.knots);
-    let shell = Shell::<T>::new(&plan.radius);
-    let samples = Samples::new(data, field, plan.falling, spans.range());
     let counts = |cell: usize| part.is_none_or(|part| part.owns(cell));
     let range = ranks.attempt(|| renderer.run(|| Ok(field.range_over(counts))));
     let mut range = ranks.together(range)?;
@@ -191,7 +199,8 @@ fn draw<T: Real, S: Sample>(setting: &Setting, ranks: &mut Ranks, data: &[S]) ->
     // Rays through parts are not shared out: each rank traces all of them.
     let deadline = Deadline::of(scene, start, if part.is_some() { 1 } else { ranks.size() });
     let mut quality = asked(scene);
-    let sample = |part: usize| gradients(grid, &plan.radius, &samples, 0..grid.cells().div_ceil(part));
+    let sample =
+        |part: usize| gradient::gradients(grid, &plan.radius, samples, 0..grid.cells().div_ceil(part));
     if let (Some(deadline), true) = (deadline, plan.shading.is_some()) {
         let has_time = || deadline.has_time_for_gradients(1.0 / 64.0, || drop(sample(64)));
         let is_root = ranks.is_root();
@@ -203,23 +212,31 @@ fn draw<T: Real, S: Sample>(setting: &Setting, ranks: &mut Ranks, data: &[S]) ->
         quality = ranks.agree_on_quality(mine)?;
     }
     let is_lit = quality.lights != Lights::Off;
-    let vertex_gradients = ranks.attempt(|| renderer.run(|| Ok(if is_lit { sample(1) } else { Vec::new() })));
-    let mut vertex_gradients = ranks.together(vertex_gradients)?;
+    let gradients = ranks.attempt(|| renderer.run(|| Ok(if is_lit { sample(1) } else { Vec::new() })));
+    let mut gradients = ranks.together(gradients)?;
     if let (Some(part), true) = (part, is_lit) {
         let layers = plan.radius.len();
-        part.fill_halo(ranks, &mut vertex_gradients, |all, cell| {
-            &mut all[cell as usize * layers..][..layers]
-        })?;
+        part.fill_halo(ranks, &mut gradients, |all, cell| &mut all[cell as usize * layers..][..layers])?;
     }
+    Ok(Prepared { value_range, missing_values, quality, deadline, gradients })
+}
+
+fn draw<T: Real, S: Sample>(setting: &Setting, ranks: &mut Ranks, data: &[S]) -> Result<Rendered> {
+    let Setting { renderer, scene, plan, grid, part, field, start } = *setting;
+    let spans = Spans::<T>::new(&plan.knots);
+    let shell = Shell::<T>::new(&plan.radius);
+    let samples = Samples::new(data, field, plan.falling, spans.range());
+    let prepared = prepare(setting, ranks, &samples)?;
+    let Prepared { value_range, missing_values, quality, deadline, gradients } = &prepared;
+    let is_lit = quality.lights != Lights::Off;
     let prepare_s = start.elapsed().as_secs_f64();
     let start = Instant::now();
-    let gradients = &vertex_gradients;
     let work = Work { renderer, scene, plan, grid, shell: &shell, spans: &spans, samples, gradients };
     // What others would measure of the same data is not asked for.
     let deadline = deadline.filter(|_| part.is_some() || ranks.is_root());
     let mut picked = ranks.attempt(|| {
         renderer.run(|| {
-            Ok(if is_lit { work.pick::<4>(quality, deadline) } else { work.pick::<1>(quality, deadline) })
+            Ok(if is_lit { work.pick::<4>(*quality, deadline) } else { work.pick::<1>(*quality, deadline) })
         })
     });
     if part.is_some() {
@@ -273,10 +290,10 @@ fn draw<T: Real, S: Sample>(setting: &Setting, ranks: &mut Ranks, data: &[S]) ->
         prepare_s,
         render_s: ready_s + drawn_s - traced_s,
         counts: told.counts,
-        value_range,
-        missing_values,
+        value_range: *value_range,
+        missing_values: *missing_values,
         quality,
-        derived_bytes: size_of_val(vertex_gradients.as_slice()),
+        derived_bytes: size_of_val(gradients.as_slice()),
         left_out: plan.left_out().to_vec(),
         tiles: mine.len(),
         compose_s: if part.is_some() { drawn_s - traced_s } else { 0.0 },
