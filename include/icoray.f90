@@ -199,7 +199,8 @@ module icoray
   !> Opens a context over the ranks of an MPI communicator, which draw each picture together: call icoray_open(ctx, comm,
   !> [ierr], keywords) or (ctx, comm, icoray_config, [ierr]), keywords as of icoray_open_serial.
   !>   comm   an integer: MPI_COMM_WORLD%MPI_VAL of mpi_f08, MPI_COMM_WORLD of mpi. Duplicated, and freed by icoray_close
-  !> Each rank has the whole grid and field and draws tiles, or has its part of them (icoray_part_set); the picture is at
+  !> Each rank has the whole grid and field and draws tiles, or has its part of them, or the whole grid and columns of its
+  !> own cells (icoray_part_set); the picture is at
   !> rank 0, and so are output_dir, existing and disable_after. icoray_open, icoray_part_set, icoray_execute, icoray_wait
   !> and icoray_close are collective: all ranks make them in the same order and get the same ierr. MPI is
   !> initialised before and finalised after. ICORAY_ERR_UNSUPPORTED where the library was built without MPI, and for
@@ -230,13 +231,17 @@ module icoray
   end interface icoray_grid_set
 
   !> Says which cells of a grid are this rank's own, where ranks have parts of it: after icoray_grid_set of that grid, and
-  !> again after each one. Collective, with the same ierr on all. The tables have own cells and a halo of all cells that
-  !> share a corner with these, with local numbers; beyond it neighbours are missing, as beside a hole. Fields have values
-  !> in the halo too, as after the model's exchange; of fields at corners those at the corners of own cells do. A rank may
-  !> have no cells: arrays of size 0.
+  !> again after each one. Collective, with the same ierr on all. A rank may have no cells: arrays of size 0.
+  !> Where cell_global has a row for each cell of the grid, on all ranks, the tables are the rank's part: own cells and a
+  !> halo of all cells that share a corner with these, with local numbers; beyond it neighbours are missing, as beside a
+  !> hole. Fields have values in the halo too, as after the model's exchange; of fields at corners those at the corners of
+  !> own cells do.
+  !> Where it has not on any rank, the tables are the whole grid's on all, and cell_global has rows there. Fields are at
+  !> centres, with a column for each row of cell_global, and come after this call; of columns only own ones are read. Each
+  !> node puts them together once per frame, in memory that its ranks share (bytes_copied).
   !>   call icoray_part_set(ctx, cell_global, [ierr], owned=n, [grid='name'])
   !>   call icoray_part_set(ctx, cell_global, [ierr], is_owned=mask, [grid='name'])
-  !>   cell_global(cells)  number of each cell in the whole grid, from index_base; gaps are allowed (MPAS indexToCellID)
+  !>   cell_global(cells)  number of each cell in the whole grid, from index_base (MPAS indexToCellID); of parts with gaps, if any
   !>   owned               the first so many cells are own (MPAS nCellsSolve)
   !>   is_owned(cells)     logical, or integer(int32) that is not 0 where a cell is own; the shorter of the two counts
   !>   grid                name of the grid; the one without a name

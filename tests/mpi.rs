@@ -114,6 +114,57 @@ fn parts(mpi: &Mpi, sizes: &[usize]) {
 }
 
 #[test]
+fn pictures_of_columns_over_whole_tables_are_those_of_the_whole_to_the_byte() {
+    if FIRST.is_there() {
+        columns(&FIRST, &[(2, ""), (3, ""), (4, ""), (8, ""), (4, "2"), (8, "3"), (3, "1")]);
+    }
+}
+
+/// On so many ranks, each with how many of them make a node; none is said where all do.
+fn columns(mpi: &Mpi, runs: &[(usize, &str)]) {
+    let directory = TempDir::new().unwrap();
+    let program = mpi.compile((mpi.library)(), "mpi_columns", directory.path());
+    let at = |name: &str| directory.path().join(name);
+    checked(command(&program, directory.path()).arg(at("one")).arg("serial"), "mpi_columns", 15);
+    let one = files(&at("one"));
+    assert_eq!(one.len(), 6, "{:?}", one.keys());
+    let same = |to: &Path| assert!(files(to) == one, "{} has other pictures", to.display());
+    for (ranks, node) in runs {
+        let to = at(&format!("{ranks}_{node}"));
+        std::fs::create_dir(&to).unwrap();
+        let mut run = mpi.on_ranks(*ranks, &program, directory.path());
+        if !node.is_empty() {
+            run.env("ICORAY_NODE_RANKS", node);
+        }
+        checked(run.arg(&to), "mpi_columns", 100);
+        ["contiguous", "random", "single_cell", "no_cell"].iter().for_each(|kind| same(&to.join(kind)));
+    }
+    if !mpi.is_open_mpi() {
+        return;
+    }
+    // A node without memory to share, where this user may make one. MPI itself is to do without, too.
+    let small = |options: &str| {
+        let mut run = command("unshare", directory.path());
+        let mount = "mount -t tmpfs -o size=32m none /dev/shm";
+        run.args(options.split(' ')).args(["sh", "-c", &format!("{mount} && exec \"$@\""), "sh"]);
+        run
+    };
+    let Some(options) = ["-m", "-rm"]
+        .into_iter()
+        .find(|options| small(options).arg("true").output().is_ok_and(|output| output.status.success()))
+    else {
+        return println!("skipped: no other /dev/shm");
+    };
+    let to = at("small");
+    std::fs::create_dir(&to).unwrap();
+    let inner = mpi.on_ranks(3, &program, directory.path());
+    let mut run = small(options);
+    run.arg(inner.get_program()).args(inner.get_args()).arg(&to).arg("small");
+    checked(run.env("OMPI_MCA_btl", "self,tcp"), "mpi_columns", 20);
+    same(&to.join("contiguous"));
+}
+
+#[test]
 fn what_fails_on_one_rank_fails_on_all() {
     if FIRST.is_there() {
         refusals(&FIRST);
@@ -179,6 +230,7 @@ fn mpich_does_the_same() {
         refusals(&MPICH);
         parts(&MPICH, &[3]);
         wrong_parts(&MPICH, &[3]);
+        columns(&MPICH, &[(3, ""), (4, "2")]);
     }
 }
 

@@ -24,13 +24,17 @@ pub unsafe extern "C" fn icoray_grid_set(ctx: *mut icoray_ctx, grid: *const icor
     }
 }
 
-/// Says which cells of a grid are this rank's own, where ranks have parts of it; after icoray_grid_set of that grid, and
-/// again after each one (ICORAY_ERR_ORDER where no grid was given). From then on each rank draws its own part in whole
-/// pictures, and rays are put together of what ranks send each other. On failure the part before, if any, stays.
+/// Says which cells of a grid are this rank's own, where ranks have parts of it, or the whole grid and columns of some cells
+/// each (icoray_part); after icoray_grid_set of that grid, and again after each one (ICORAY_ERR_ORDER where no grid was given).
+/// On failure what was said before, if anything, stays.
+///
+/// From then on each rank draws its own part in whole pictures, and rays are put together of what ranks send each other. Of
+/// columns, each node puts the field together, and ranks draw tiles: bitwise the picture of one rank with the whole field.
 ///
 /// Collective over the communicator of icoray_open, with a grid of the same name on all. What fails on one rank is the
-/// status of all: ICORAY_ERR_GRID where a cell is owned by two ranks or by none, a number is there twice, or a halo is
-/// narrower than one cell. One process alone owns every cell, and draws as without this call.
+/// status of all: ICORAY_ERR_GRID where a cell is owned by two ranks or by none, a number is there twice or not in the grid, or
+/// a halo is narrower than one cell. One process alone owns every cell, in the order of its tables, and draws as without this
+/// call.
 ///
 /// # Safety
 /// `ctx` is open; `part` is NULL or filled in as the header says.
@@ -89,7 +93,8 @@ pub unsafe extern "C" fn icoray_field_set(
 }
 
 /// As icoray_field_set, for an array of which just the dimensions are known: which of them are layers and which columns
-/// is found from grid and layers, which come first (ICORAY_ERR_ORDER). Fortran's icoray_field_set comes here.
+/// is found from grid and layers, which come first (ICORAY_ERR_ORDER); so does icoray_part_set where ranks have the whole grid.
+/// Fortran's icoray_field_set comes here.
 ///
 /// # Safety
 /// As icoray_field_set.

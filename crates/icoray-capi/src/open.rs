@@ -38,7 +38,10 @@ pub unsafe extern "C" fn icoray_open_serial(
 
 /// Opens a context over the ranks of an MPI communicator, which draw each picture together; it is at rank 0, in the
 /// output_dir of rank 0's config. Every rank has the whole grid and the whole field, and draws some of the tiles; or each
-/// has its part of them, and says so by icoray_part_set.
+/// has its part of them, or the whole grid and its own columns of the field, and says so by icoray_part_set.
+///
+/// What ranks of a node need together is in memory that they share. The environment's ICORAY_NODE_RANKS says how many ranks do
+/// at most, where a node is better taken for several; 1 shares nothing.
 ///
 /// fortran_comm is MPI_Comm_c2f(comm); it is duplicated, and freed by icoray_close. The model initialises MPI before, at any
 /// thread level, and finalises it after icoray_close. icoray_open, icoray_part_set, icoray_execute, icoray_wait and

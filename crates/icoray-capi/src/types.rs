@@ -170,12 +170,16 @@ pub struct icoray_grid {
     pub name: *const c_char,
 }
 
-/// Which cells of a grid are this rank's own, where the grid is spread over the ranks of icoray_open. Read during the call
-/// only.
+/// Which cells of a grid are this rank's own, where the grid or its fields are spread over the ranks of icoray_open. Read
+/// during the call only. Every cell is own on just one rank.
 ///
-/// Each rank's icoray_grid has its own cells and a halo of all cells that share a corner with these, with local numbers;
-/// what lies beyond is marked as missing, as beside a hole. Every cell is own on just one rank. Fields have values in the
-/// halo too, as after the model's exchange; of fields at corners those at the corners of own cells do.
+/// Where `cells` is the number of the grid's cells on all ranks, each rank's icoray_grid is its part: own cells and a halo of
+/// all cells that share a corner with these, with local numbers; what lies beyond is marked as missing, as beside a hole. Fields
+/// have values in the halo too, as after the model's exchange; of fields at corners those at the corners of own cells do.
+///
+/// Where it is another number on any rank, icoray_grid is the whole grid on all, and cell_global has rows of its tables. Fields
+/// are at centres (ICORAY_ERR_FIELD), with a column for each of this rank's cells, of which only own ones are read: a halo is
+/// not needed. They are put together in memory that the ranks of a node share, once per frame (bytes_copied).
 #[repr(C)]
 #[derive(Debug, Clone, Copy)]
 pub struct icoray_part {
@@ -183,11 +187,12 @@ pub struct icoray_part {
     pub struct_size: usize,
     /// Name of the grid, which icoray_grid_set was given before; NULL is the one without a name.
     pub grid: *const c_char,
-    /// Number of rows below, which is that of the grid's cells.
+    /// Number of rows below: the cells of which this rank has columns.
     pub cells: i64,
     /// ICORAY_I32 or ICORAY_I64, for cell_global.
     pub index_type: i32,
-    /// Number of each cell in the whole grid (MPAS indexToCellID), counted from the grid's index_base; there may be gaps.
+    /// Number of each cell in the whole grid (MPAS indexToCellID), counted from the grid's index_base; of parts there may be
+    /// gaps.
     pub cell_global: *const c_void,
     /// The first so many cells are own (MPAS nCellsSolve); not read where is_owned is not NULL.
     pub owned_cells: i64,
@@ -310,7 +315,7 @@ pub struct icoray_frame_report {
     pub host_s: f64,
     /// Of these: waiting for a full queue or for the frame before.
     pub waited_s: f64,
-    /// Of these: copying the field (async_render).
+    /// Of these: copying the field (async_render, or columns that are spread over ranks, with waiting for each other).
     pub copy_s: f64,
     /// Value range, averages of corner fields, gradients.
     pub prepare_s: f64,
@@ -332,11 +337,13 @@ pub struct icoray_frame_report {
     pub value_max: f64,
     /// Values that are NaN, infinite or the fill value.
     pub missing_values: u64,
-    /// Bytes of input that were copied: 0, or the field's with async_render.
+    /// Bytes of input that were copied: 0, or the field's with async_render. Of columns that are spread over ranks: what this
+    /// rank wrote to its node's memory, which is the field's of all ranks there.
     pub bytes_copied: u64,
     /// Bytes that were derived from the field: averages of corner fields, gradients.
     pub bytes_derived: u64,
-    /// The most memory that icoray has held at once in this process, bytes, by all contexts and meshes.
+    /// The most memory that icoray has held at once in this process, bytes, by all contexts and meshes; without what ranks of a
+    /// node share.
     pub bytes_peak: u64,
     /// Largest error of a pixel.
     pub error_max: f64,
