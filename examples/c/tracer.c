@@ -11,7 +11,7 @@
  * which has the bytes of the one above (ranks.c has all of MPI):
  *
  *   mpicc -DTRACER_MPI -std=c99 -O2 -o tracer tracer.c mesh.c options.c ranks.c transport.c winds.c -licoray -lm
- *   mpirun -n 4 ./tracer --threads 1 --scene ../scenes/tracer.toml
+ *   mpirun -n 2 ./tracer --threads 1 --scene ../scenes/tracer.toml
  *
  * The model is in the other files. All that it adds in order to be drawn stands here, under "what a model adds".
  */
