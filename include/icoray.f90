@@ -451,6 +451,7 @@ module icoray
   type :: view
     type(c_ptr) :: first = c_null_ptr           !< the first element; null where there is none
     integer :: rank = 0                         !< 0 where there is no array
+    logical :: is_set = .false.                 !< whether it is associated; an array without elements is too
     integer(c_int64_t) :: extent(4) = 0, bytes(4) = 0   !< of each dimension: its size, and how far its indices lie apart
   end type view
   interface view_of
@@ -844,6 +845,10 @@ contains
     if (present(edges)) n(3) = edges
     do i = 1, 9
       if (v(i)%rank == 0 .or. .not. c_associated(ctx%handle)) cycle
+      if (.not. v(i)%is_set) then
+        call refuse(ctx, ICORAY_ERR_NULL, trim(table(i))//' is not associated', ierr)
+        return
+      end if
       if (rows(i) /= 0 .and. v(i)%extent(1) /= rows(i)) then
         call refuse(ctx, ICORAY_ERR_ARGUMENT, trim(table(i))//': rows of '//decimal(v(i)%extent(1))//', expected ' &
           //decimal(int(rows(i), c_int64_t)), ierr)
@@ -854,6 +859,7 @@ contains
           //' entries or rows, expected at least '//decimal(n(counts(i))), ierr)
         return
       end if
+      if (.not. c_associated(v(i)%first)) cycle   ! no element, so no address either
       apart = merge(8, 4, merge(real_type == ICORAY_F64, index_type == ICORAY_I64, i <= 4))
       do d = 1, v(i)%rank
         whole = v(i)%bytes(d)
@@ -1343,6 +1349,7 @@ contains
     integer(c_int64_t), intent(in) :: lower(:), upper(:)
     integer(c_int64_t), intent(out) :: l(:), u(:)
     logical :: some
+    v%is_set = .true.
     v%extent(:size(lower)) = upper - lower + 1
     some = all(upper >= lower)
     l = lower

@@ -34,7 +34,7 @@ const FUNCTIONS: [&str; 21] = [
 
 /// The sources of each program in `tests/c`; the first has the program's name.
 const LAYOUT_PROGRAM: [&str; 1] = ["layout"];
-const REFUSALS: [&str; 17] = [
+const REFUSALS: [&str; 18] = [
     "refusals",
     "refusals_calls",
     "refusals_entry",
@@ -48,6 +48,7 @@ const REFUSALS: [&str; 17] = [
     "refusals_names",
     "refusals_ndarrays",
     "refusals_off",
+    "refusals_parts",
     "refusals_scene",
     "refusals_tables",
     "refusals_wants",

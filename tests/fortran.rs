@@ -92,6 +92,41 @@ fn what_cannot_be_read_in_place_does_not_compile() {
     }
 }
 
+/// Own cells are said in one way: what says nothing, or says it twice, is refused before a rank could be the only one to.
+#[test]
+fn own_cells_are_said_in_one_way() {
+    if !is_there("gfortran") {
+        return;
+    }
+    let directory = TempDir::new().unwrap();
+    let source = directory.path().join("part.f90");
+    for (arguments, is_good) in [
+        ("n, ierr, owned=4", true),
+        ("n, owned=4, grid='g'", true),
+        ("w(::2), is_owned=m", true),
+        ("n, ierr, is_owned=n(::-1), grid='g'", true),
+        ("part, ierr", true),
+        ("n, ierr", false),
+        ("n, ierr, grid='g'", false),
+        ("n, ierr, owned=4, is_owned=m", false),
+        ("n, ierr, is_owned=w", false),
+        ("r, ierr, owned=4", false),
+    ] {
+        let code = format!(
+            "program parts\n use icoray\n use, intrinsic :: iso_c_binding\n integer(c_int32_t) :: n(9) = 0\n \
+             integer(c_int64_t) :: w(17) = 0\n logical :: m(9) = .true.\n real :: r(9) = 0\n integer :: ierr\n \
+             type(icoray_context) :: ctx\n type(icoray_part) :: part\n \
+             call icoray_part_set(ctx, {arguments})\nend program\n"
+        );
+        std::fs::write(&source, code).unwrap();
+        let mut compile = gfortran(directory.path(), &["-fsyntax-only", "-Wno-unused"]);
+        let output = compile.arg(module()).arg(&source).output().unwrap();
+        let said = text(&output.stderr);
+        assert_eq!(output.status.success(), is_good, "{arguments}: {said}");
+        assert!(is_good || said.contains("icoray_part_set"), "{arguments}: {said}");
+    }
+}
+
 #[test]
 fn the_module_declares_what_the_header_does() {
     let header = std::fs::read_to_string(root().join("include/icoray.h")).unwrap();

@@ -64,7 +64,7 @@ fn pictures(mpi: &Mpi, sizes: &[usize]) {
     }
 }
 
-/// The largest difference of a channel of two pictures in EXR.
+/// The largest difference of a channel of two pictures.
 fn difference(one: &Path, other: &Path) -> f32 {
     let read = |path: &Path| {
         let picture = image::open(path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
@@ -78,21 +78,24 @@ fn difference(one: &Path, other: &Path) -> f32 {
 
 #[test]
 fn pictures_of_a_grid_in_parts_are_those_of_the_whole() {
-    if !FIRST.is_there() {
-        return;
+    if FIRST.is_there() {
+        parts(&FIRST, &[1, 2, 3, 4, 8]);
     }
+}
+
+fn parts(mpi: &Mpi, sizes: &[usize]) {
     let directory = TempDir::new().unwrap();
-    let program = FIRST.compile((FIRST.library)(), "mpi_parts", directory.path());
+    let program = mpi.compile((mpi.library)(), "mpi_parts", directory.path());
     let at = |name: &str| directory.path().join(name);
     checked(command(&program, directory.path()).arg(at("one")).arg("serial"), "mpi_parts", 50);
     let whole = files(&at("one/whole"));
     assert_eq!(whole.len(), 6, "{:?}", whole.keys());
     assert!(whole == files(&at("one/part")), "one process draws another picture of a part that has all");
-    for ranks in [1, 2, 3, 4, 8] {
+    for &ranks in sizes {
         let to = at(&ranks.to_string());
         std::fs::create_dir(&to).unwrap();
         let kinds = if ranks == 1 { 1 } else { 4 };
-        checked(FIRST.on_ranks(ranks, &program, directory.path()).arg(&to), "mpi_parts", 50 * kinds);
+        checked(mpi.on_ranks(ranks, &program, directory.path()).arg(&to), "mpi_parts", 50 * kinds);
         let mut worst = [0.0f32; 2];
         for kind in ["contiguous", "random", "single_cell", "no_cell"].into_iter().take(kinds as usize) {
             for name in whole.keys() {
@@ -180,10 +183,53 @@ fn refusals(mpi: &Mpi) {
 }
 
 #[test]
+fn a_part_that_is_wrong_on_one_rank_is_refused_on_all() {
+    if FIRST.is_there() {
+        wrong_parts(&FIRST, &[2, 3, 4]);
+    }
+}
+
+fn wrong_parts(mpi: &Mpi, sizes: &[usize]) {
+    let directory = TempDir::new().unwrap();
+    let program = mpi.compile((mpi.library)(), "mpi_parts_refusals", directory.path());
+    for &ranks in sizes {
+        let to = directory.path().join(ranks.to_string());
+        std::fs::create_dir(&to).unwrap();
+        checked(mpi.on_ranks(ranks, &program, directory.path()).arg(&to), "mpi_parts_refusals", 350);
+    }
+}
+
+/// In a small file system of its own, which nobody else sees and which goes with the program.
+#[test]
+fn a_full_disk_at_rank_0_is_told_on_all() {
+    if !FIRST.is_there() {
+        return;
+    }
+    let directory = TempDir::new().unwrap();
+    let disk = directory.path().join("disk");
+    std::fs::create_dir(&disk).unwrap();
+    let mount = "mount -t tmpfs -o size=200k none disk";
+    let mounts = command("unshare", directory.path()).args(["-m", "sh", "-c", mount]).output();
+    if !mounts.is_ok_and(|o| o.status.success()) {
+        println!("skipped: cannot mount a small file system here");
+        return;
+    }
+    let program = FIRST.compile((FIRST.library)(), "mpi_parts_refusals", directory.path());
+    let mut inner = FIRST.on_ranks(2, &program, directory.path());
+    inner.args(["disk", "full"]);
+    let mut outer = command("unshare", directory.path());
+    outer.args(["-m", "sh", "-c", &format!("{mount} && exec \"$@\""), "sh"]);
+    outer.arg(inner.get_program()).args(inner.get_args());
+    checked(&mut outer, "mpi_parts_refusals", 25);
+}
+
+#[test]
 fn mpich_does_the_same() {
     if MPICH.is_there() {
         pictures(&MPICH, &[2, 3, 4]);
         refusals(&MPICH);
+        parts(&MPICH, &[3]);
+        wrong_parts(&MPICH, &[3]);
         columns(&MPICH, &[(3, ""), (4, "2")]);
     }
 }
@@ -238,7 +284,7 @@ fn fortran_hands_its_communicators_over() {
     compile.args(["-std=f2018", "-Wall", "-Wextra", "-Werror", "-J"]).arg(directory.path());
     compile.arg(root().join("include/icoray.f90")).arg(root().join("tests/fortran/mpi_model.f90"));
     succeeded(compile.arg(mpi_library()).arg(rpath).arg("-o").arg(&program));
-    for ranks in [1, 3] {
+    for ranks in [1, 2, 3] {
         let to = directory.path().join(ranks.to_string());
         let output = succeeded(FIRST.on_ranks(ranks, &program, directory.path()).arg(&to));
         assert_eq!(
@@ -253,5 +299,12 @@ fn fortran_hands_its_communicators_over() {
         let picture = |name: &str| std::fs::read(to.join(name)).unwrap();
         assert!(picture("world/f_1.png") == picture("part/f_1.png"));
         assert!(picture("world/f_1.png") == picture("integer/f_1.png"));
+        for name in ["first/f_1.png", "last/f_1.png"] {
+            // One step of eight bits.
+            assert!(
+                difference(&to.join(name), &to.join("world/f_1.png")) < 1.1 / 255.0,
+                "{name} of {ranks} ranks"
+            );
+        }
     }
 }

@@ -1,6 +1,7 @@
 #include "options.h"
 
 #include "planet.h"
+#include "ranks.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -21,10 +22,14 @@ static void usage(FILE *stream)
                     "  --help         print this and leave\n");
 }
 
+/* Ends the program; on all ranks, which have the same command line. */
 static void refuse(const char *option, const char *why)
 {
-    fprintf(stderr, "tracer: %s: %s\n", option, why);
-    usage(stderr);
+    if (ranks_me() == 0) {
+        fprintf(stderr, "tracer: %s: %s\n", option, why);
+        usage(stderr);
+    }
+    ranks_finish();
     exit(2);
 }
 
@@ -55,6 +60,7 @@ Options options_from(int argc, char **argv)
         const char *name = argv[i], *value = i + 1 < argc ? argv[i + 1] : "";
         if (strcmp(name, "--help") == 0) {
             usage(stdout);
+            ranks_finish();
             exit(EXIT_SUCCESS);
         } else if (strcmp(name, "--level") == 0) {
             o.level = (int)whole(name, value, 1, 9);

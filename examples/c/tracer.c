@@ -5,7 +5,13 @@
  * (Kent, Ullrich and Jablonowski 2014, doi:10.1002/qj.2208). The flow reverses half way, so that after 12 days the
  * exact solution is the initial field and the error can be measured.
  *
- *   cc -std=c99 -O2 -o tracer tracer.c mesh.c options.c transport.c winds.c -licoray -lm
+ *   cc -std=c99 -O2 -o tracer tracer.c mesh.c options.c ranks.c transport.c winds.c -licoray -lm
+ *
+ * Over MPI, with an icoray that was installed with --mpi: each rank computes the whole model and draws tiles of each picture,
+ * which has the bytes of the one above (ranks.c has all of MPI):
+ *
+ *   mpicc -DTRACER_MPI -std=c99 -O2 -o tracer tracer.c mesh.c options.c ranks.c transport.c winds.c -licoray -lm
+ *   mpirun -n 2 ./tracer --threads 1 --scene ../scenes/tracer.toml
  *
  * The model is in the other files. All that it adds in order to be drawn stands here, under "what a model adds".
  */
@@ -14,6 +20,7 @@
 #include "mesh.h"
 #include "options.h"
 #include "planet.h"
+#include "ranks.h"
 #include "transport.h"
 #include "winds.h"
 
@@ -32,6 +39,7 @@
 typedef struct {
     icoray_ctx *ctx; /* NULL after a failure: the simulation goes on without pictures */
     int taken, failed;
+    char trouble[1100];            /* why a call failed on this rank; empty if none did */
     double seconds;                /* wall-clock time inside icoray */
     double prepare, render;        /* the parts of it that the frame reports name */
     double write;                  /* encoding and disk, on a thread of icoray's beside the model */
@@ -47,7 +55,7 @@ static double wall_clock(void)
     return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
 }
 
-/* Checks one status. On an error, says why and draws no more. */
+/* Checks one status. On an error, keeps what is to be said. */
 static int succeeded(Pictures *pictures, icoray_status status, const char *call)
 {
     char message[1024] = "";
@@ -55,13 +63,22 @@ static int succeeded(Pictures *pictures, icoray_status status, const char *call)
         return 1;
     }
     (void)icoray_last_error(pictures->ctx, message, sizeof message);
-    fprintf(stderr, "tracer: %s: status %d: %s\n", call, (int)status, message);
-    fprintf(stderr, "tracer: the simulation goes on without pictures\n");
-    if (pictures->ctx != NULL) {
-        (void)icoray_close(&pictures->ctx);
-        pictures->ctx = NULL;
-    }
+    snprintf(pictures->trouble, sizeof pictures->trouble, "%s: status %d: %s", call, (int)status, message);
     return 0;
+}
+
+/* On all ranks together: where any is in trouble, the first says why, and none draws any more. */
+static void settle(Pictures *pictures)
+{
+    int first = ranks_first(pictures->trouble[0] != '\0');
+    if (first < 0) {
+        return;
+    }
+    if (first == ranks_me()) {
+        fprintf(stderr, "tracer: %s\ntracer: the simulation goes on without pictures\n", pictures->trouble);
+    }
+    pictures->trouble[0] = '\0';
+    (void)icoray_close(&pictures->ctx);
 }
 
 /* Once, before the time loop: hands over the mesh, the layers and the tracer, and reads the scene. */
@@ -91,11 +108,12 @@ static Pictures pictures_open(const icoray_grid *grid, const Mesh *mesh, const S
     q.column_stride = mesh->layers;
     q.layer_stride = 1;
 
-    (void)(succeeded(&pictures, icoray_open_serial(&config, &pictures.ctx), "icoray_open_serial") &&
+    (void)(succeeded(&pictures, ranks_open(&config, &pictures.ctx), "icoray_open") &&
            succeeded(&pictures, icoray_grid_set(pictures.ctx, grid), "icoray_grid_set") &&
            succeeded(&pictures, icoray_layers_set(pictures.ctx, &layers), "icoray_layers_set") &&
            succeeded(&pictures, icoray_field_set(pictures.ctx, "q", &q), "icoray_field_set") &&
            succeeded(&pictures, icoray_scene_load(pictures.ctx, options->scene), "icoray_scene_load"));
+    settle(&pictures);
     pictures.seconds = wall_clock() - start;
     return pictures;
 }
@@ -120,6 +138,7 @@ static double pictures_draw(Pictures *pictures, long step, double time, const ch
     } else {
         pictures->failed++;
     }
+    settle(pictures);
     double seconds = wall_clock() - start;
     pictures->seconds += seconds;
     return seconds;
@@ -136,9 +155,9 @@ static void pictures_close(Pictures *pictures)
         succeeded(pictures, icoray_report(pictures->ctx, &frame), "icoray_report")) {
         pictures->write = frame.write_total_s;
     }
-    if (pictures->ctx != NULL) {
-        (void)succeeded(pictures, icoray_close(&pictures->ctx), "icoray_close");
-    }
+    settle(pictures);
+    (void)succeeded(pictures, icoray_close(&pictures->ctx), "icoray_close");
+    settle(pictures);
     pictures->seconds += wall_clock() - start;
 }
 
@@ -190,6 +209,7 @@ static void print_state(const Mesh *mesh, const Winds *w, const State *s, long s
 
 int main(int argc, char **argv)
 {
+    ranks_start(&argc, &argv);
     Options options = options_from(argc, argv);
     icoray_mesh *generated = NULL;
     icoray_grid grid = {0};
@@ -198,6 +218,7 @@ int main(int argc, char **argv)
         char message[1024] = "";
         (void)icoray_last_error(NULL, message, sizeof message);
         fprintf(stderr, "tracer: no grid: %s\n", message);
+        ranks_finish();
         return EXIT_FAILURE;
     }
     Mesh mesh = mesh_new(&grid, options.layers);
@@ -249,5 +270,6 @@ int main(int argc, char **argv)
     winds_free(&winds);
     mesh_free(&mesh);
     (void)icoray_mesh_free(&generated);
+    ranks_finish();
     return pictures.failed ? EXIT_FAILURE : EXIT_SUCCESS;
 }

@@ -34,10 +34,10 @@ static void set(icoray_ctx *ctx, size_t scene)
     char text[1024];
     int is_wide = strncmp(SCENES[scene].name, "f64", 3) == 0;
     snprintf(text, sizeof text,
-             "field = \"%s\"\nexaggeration = 60\nprecision = \"%.3s\"\ntolerance = %s\n%s\n[image]\nwidth = 42\n"
-             "height = 36\n[camera]\n%s\n[transfer]\nmap = \"viridis\"\nrange = [-1.5, 1.5]\n"
+             "field = \"%s\"\nexaggeration = 60\nprecision = \"%.3s\"\ntolerance = %s\n%s\n[image]\nwidth = 34\n"
+             "height = 28\n[camera]\n%s\n[transfer]\nmap = \"viridis\"\nrange = [-1.5, 1.5]\n"
              "opacity = [[-1.5, 0.5], [-0.2, 0.05], [0.2, 0.8], [1.5, 0.3]]\n[output]\nfile = \"%s.exr\"\n%s\n",
-             SCENES[scene].field, SCENES[scene].name, is_wide ? "1e-8" : "1e-6", SCENES[scene].more,
+             SCENES[scene].field, SCENES[scene].name, is_wide ? "1e-7" : "1e-6", SCENES[scene].more,
              SCENES[scene].camera, SCENES[scene].name, SCENES[scene].light);
     OK(icoray_scene_text(ctx, text));
 }

@@ -23,12 +23,16 @@ FIXED(ICORAY_ERR_EXISTS, 12);
 FIXED(ICORAY_ERR_DISABLED, 13);
 FIXED(ICORAY_ERR_BUSY, 14);
 FIXED(ICORAY_ERR_FORKED, 15);
+FIXED(ICORAY_ERR_MPI, 16);
 FIXED(ICORAY_F32, 1);
 FIXED(ICORAY_F64, 2);
 FIXED(ICORAY_I32, 3);
 FIXED(ICORAY_I64, 4);
 FIXED(ICORAY_CENTER, 0);
 FIXED(ICORAY_CORNER, 1);
+FIXED(ICORAY_ALONE, 0);
+FIXED(ICORAY_TILES, 1);
+FIXED(ICORAY_FRAGMENTS, 2);
 FIXED(ICORAY_NEVER_MODIFY, 0);
 FIXED(ICORAY_OVERWRITE, 1);
 FIXED(ICORAY_WARN, 0);
@@ -47,6 +51,7 @@ FIXED(ICORAY_MAX_RANK, 7);
 static void (*const parts[])(icoray_ctx *) = {
     nulls,    struct_sizes, misaligned, grids,  bad_tables, wide_tables, bad_places, layers,   arrays,
     ndarrays, misfits,      names,      scenes, wants,      times,       dates,      error_maps, messages,
+    grid_parts,
 };
 
 int main(int argc, char **argv)

@@ -73,6 +73,9 @@ void bad_tables(icoray_ctx *ctx);
 void wide_tables(icoray_ctx *ctx);
 void bad_places(icoray_ctx *ctx);
 
+/* refusals_parts.c */
+void grid_parts(icoray_ctx *ctx);
+
 /* refusals_fields.c */
 void layers(icoray_ctx *ctx);
 void arrays(icoray_ctx *ctx);

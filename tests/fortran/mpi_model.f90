@@ -34,6 +34,8 @@ program mpi_model
     call draw(part%MPI_VAL, 'part', min(ranks, 2))
     call MPI_Comm_free(part)
   end if
+  call draw(MPI_COMM_WORLD%MPI_VAL, 'first', ranks)
+  call draw(MPI_COMM_WORLD%MPI_VAL, 'last', ranks)
   call refused()
 
   call icoray_mesh_free(mesh)
@@ -44,12 +46,14 @@ program mpi_model
 
 contains
 
+  !> Of whole grids, or of parts that are called 'first' and 'last'.
   subroutine draw(comm, name, expected)
     integer, intent(in) :: comm, expected
     character(len=*), intent(in) :: name
     type(icoray_context) :: ctx
     type(icoray_frame_report) :: report
     character(len=200) :: message
+    logical :: in_parts
     integer :: ierr
     call icoray_open(ctx, comm, ierr, output_dir=trim(directory)//'/'//name, threads=1)
     call check(ierr == ICORAY_OK, 'icoray_open')
@@ -58,9 +62,18 @@ contains
       print '(a)', trim(message)
       return
     end if
-    call icoray_grid_set(ctx, mesh)
     call icoray_layers_set(ctx, [6371d3, 6376d3, 6381d3], 6371d3)
-    call icoray_field_set(ctx, 'q', q)
+    in_parts = .true.
+    select case (name)
+    case ('first')
+      call spread(ctx)
+    case ('last')
+      call spread_last(ctx)
+    case default
+      in_parts = .false.
+      call icoray_grid_set(ctx, mesh)
+      call icoray_field_set(ctx, 'q', q)
+    end select
     call icoray_scene_text(ctx, 'field = "q"'//new_line('a')//'exaggeration = 40'//new_line('a')// &
       '[image]'//new_line('a')//'width = 90'//new_line('a')//'height = 70'//new_line('a')// &
       '[camera]'//new_line('a')//'lon = 10'//new_line('a')//'lat = 20'//new_line('a')//'distance = 3'//new_line('a')// &
@@ -72,9 +85,68 @@ contains
     call check(ierr == ICORAY_OK, 'icoray_wait')
     call icoray_report(ctx, report)
     call check(report%ranks == expected .and. report%tiles > 0 .and. report%rays > 0, 'the report')
+    call check(report%scheme == merge(ICORAY_FRAGMENTS, ICORAY_TILES, in_parts), 'the scheme')
+    call check((report%fragments > 0) .eqv. in_parts, 'fragments')
     call icoray_close(ctx, ierr)
     call check(ierr == ICORAY_OK, 'icoray_close')
   end subroutine draw
+
+  !> Rank r owns the cells of numbers r, r + ranks, ...; the others are its halo. Each way to say so is tried.
+  subroutine spread(ctx)
+    type(icoray_context), intent(in) :: ctx
+    integer(c_int32_t) :: numbers(cells)
+    integer(c_int64_t) :: wide(2*cells)
+    logical :: mask(cells)
+    character(len=200) :: message
+    integer :: i, ierr
+    numbers = [(int(i - 1, c_int32_t), i = 1, cells)]
+    wide(1::2) = numbers
+    wide(2::2) = -1
+    mask = mod(numbers, int(ranks, c_int32_t)) == rank
+    call icoray_grid_set(ctx, mesh)
+    call icoray_field_set(ctx, 'q', q)
+    ! Refused on all, whichever rank it is.
+    call icoray_part_set(ctx, numbers, ierr, is_owned=mask(:cells - merge(1, 0, rank == 0)))
+    call check(ierr == ICORAY_ERR_GRID, 'a short mask is refused')
+    call icoray_last_error(ctx, message)
+    call check(index(message, '641 rows, expected 642') > 0, 'the message of a short mask')
+    call icoray_part_set(ctx, numbers, ierr, owned=cells + 1)
+    call check(ierr == ICORAY_ERR_GRID, 'more own cells than there are')
+    call icoray_part_set(ctx, numbers, ierr, owned=-1, grid='other')
+    call check(ierr == ICORAY_ERR_ARGUMENT, 'no grid of that name')
+    call icoray_part_set(ctx, numbers, ierr, is_owned=merge(-3_c_int32_t, 0_c_int32_t, mask))
+    call check(ierr == ICORAY_OK, 'icoray_part_set with marks')
+    call icoray_part_set(ctx, wide(1::2), ierr, is_owned=merge(1_c_int32_t, 0_c_int32_t, mask))
+    call check(ierr == ICORAY_OK, 'icoray_part_set with marks and wide numbers')
+    call icoray_part_set(ctx, numbers, is_owned=mask)
+    call icoray_part_set(ctx, wide(1::2), ierr, is_owned=mask)
+    call check(ierr == ICORAY_OK, 'icoray_part_set')
+  end subroutine spread
+
+  !> The last rank owns all, by their number, and the others have no cells.
+  subroutine spread_last(ctx)
+    type(icoray_context), intent(in) :: ctx
+    real(c_double), allocatable, target, save :: place(:), nothing(:, :)
+    integer(c_int32_t), allocatable, target, save :: six(:, :), three(:, :), two(:, :)
+    integer(c_int32_t) :: numbers(cells)
+    integer :: i, ierr, own
+    numbers = [(int(i - 1, c_int32_t), i = 1, cells)]
+    own = merge(cells, 0, rank == ranks - 1)
+    if (own > 0) then
+      call icoray_grid_set(ctx, mesh, name='named')
+      call icoray_field_set(ctx, 'q', q, grid_name='named')
+    else
+      allocate (place(0), nothing(3, 0), six(6, 0), three(3, 0), two(2, 0))
+      call icoray_grid_set(ctx, place, place, place, place, six, three, three, two, ierr, index_base=0, name='named')
+      call check(ierr == ICORAY_OK, 'a grid without cells')
+      call icoray_field_set(ctx, 'q', nothing, ierr, grid_name='named')
+      call check(ierr == ICORAY_OK, 'a field without columns')
+    end if
+    call icoray_part_set(ctx, numbers(:own), ierr, owned=own, grid='named')
+    call check(ierr == ICORAY_OK, 'icoray_part_set with their number')
+    call icoray_part_set(ctx, int(numbers(:own), c_int64_t), ierr, owned=own, grid='named')
+    call check(ierr == ICORAY_OK, 'icoray_part_set with their number and wide numbers')
+  end subroutine spread_last
 
   !> With a configuration, in which threads that draw on are asked for.
   subroutine refused()

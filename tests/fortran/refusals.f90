@@ -154,8 +154,13 @@ contains
       call expect(ierr == ICORAY_ERR_GRID, 'the wrong index base')
       unset => null()
       call icoray_grid_set(ctx, unset, lon, t%lon_corner, t%lat_corner, cv, t%corner_cell, ce, ev, ierr, 0)
-      call refused(ctx, ierr, ICORAY_ERR_NULL, 'lon_center_rad')
+      call refused(ctx, ierr, ICORAY_ERR_NULL, 'lon_center is not associated')
       call icoray_grid_set(ctx, lon, unset, t%lon_corner, t%lat_corner, cv, t%corner_cell, ce, ev, ierr, 0)
+      call refused(ctx, ierr, ICORAY_ERR_NULL, 'lat_center is not associated')
+      call icoray_grid_set(ctx, lon(:0), lon(:0), lon(:0), lon(:0), cv(:, :0), t%corner_cell(:, :0), ce(:, :0), ev(:, :0), &
+        ierr, 0)
+      call refused(ctx, ierr, ICORAY_ERR_GRID, '0 cells, expected at least 1')
+      call icoray_grid_set(ctx, lon, lon(:0), t%lon_corner, t%lat_corner, cv, t%corner_cell, ce, ev, ierr, 0)
       call refused(ctx, ierr, ICORAY_ERR_ARGUMENT, 'lat_center: 0 entries')
     end associate
   end subroutine grid_tables

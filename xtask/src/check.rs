@@ -1,14 +1,13 @@
 //! `cargo xtask test`: everything that must hold before a change goes in.
 
-use std::fs;
-
 use crate::error::Error;
 use crate::link;
 use crate::options::{Size, TestOptions};
-use crate::report::Frames;
+use crate::pictures::{Pictures, check_picture};
+use crate::requirements;
 use crate::step::{Step, Steps, complain, say};
 use crate::system;
-use crate::tracer::{self, Linkage, REPORT, Tracer};
+use crate::tracer::{self, Linkage, Tracer};
 use crate::workspace::Workspace;
 
 /// Something to check.
@@ -36,7 +35,7 @@ pub fn run(workspace: &Workspace, options: &TestOptions) -> Result<(), Error> {
     let mut steps = Steps::new(total);
     // Without its packages nothing builds, and each of the steps would say so at length.
     steps.run("looking for system packages", |step| {
-        system::provide(system::FOR_TEST, options.install, step)
+        system::provide(requirements::FOR_TEST, options.install, step)
     })?;
     let mut failed = Vec::new();
     for check in checks {
@@ -86,24 +85,19 @@ fn example(workspace: &Workspace, linkage: Linkage, step: &mut Step) -> Result<(
         Linkage::Shared => "tracer-shared",
         Linkage::Static => "tracer-static",
     });
-    step.quiet(&mut tracer::build_library(workspace, false))?;
+    step.quiet(&mut workspace.cargo(["build", "--package", "icoray-capi"]))?;
     step.quiet(&mut model.compile())?;
-    tracer::prepare(&out)?;
+    let pictures = Pictures::new(out, tracer::PREFIX);
+    pictures.prepare()?;
     let size = Size { level: 3, layers: 8, days: 1.0 };
-    step.quiet(&mut model.run(size, None, &out)?)?;
-    let pictures = tracer::pictures(&out)?;
-    if pictures.is_empty() {
-        return Err(Error::Failed(format!("no pictures in {}", out.display())));
+    step.quiet(&mut model.run(size, None, pictures.folder())?)?;
+    for picture in &pictures.taken()? {
+        check_picture(picture)?;
     }
-    for picture in &pictures {
-        tracer::check_picture(picture)?;
-    }
-    let report = out.join(REPORT);
-    let csv = fs::read_to_string(&report).map_err(Error::while_doing(report.display()))?;
-    if Frames::read(&csv).errors.is_none() {
+    if pictures.frames()?.errors.is_none() {
         return Err(Error::Failed(format!(
             "{} does not say how far the pictures may be off",
-            report.display()
+            pictures.report().display()
         )));
     }
     Ok(())

@@ -1,19 +1,26 @@
-//! `cargo xtask demo`: a simulation that takes its own pictures.
+//! `cargo xtask demo`: simulations that take their own pictures.
 
-use std::fs;
+use std::process::Command;
 
 use crate::error::Error;
 use crate::options::DemoOptions;
-use crate::report::{Frames, Summary};
+use crate::pictures::Pictures;
+use crate::report::Summary;
+use crate::requirements;
+use crate::shallow_water::{self, ShallowWater};
 use crate::step::{Steps, say};
 use crate::system;
-use crate::tracer::{self, CONTACT_SHEET, Linkage, REPORT, Tracer};
+use crate::tracer::{self, Linkage, Tracer};
 use crate::workspace::Workspace;
 
 /// As many pictures as are listed one by one; of more, the first and the last.
 const LISTED: usize = 30;
+const PROFILE: &str = "release";
+/// Steps of the model over MPI.
+const MPI_STEPS: usize = 3;
+const RANKS: usize = 2;
 
-/// Runs the demo.
+/// Runs the demo: a model in C, and then one in Fortran over MPI, where there is what it needs.
 pub fn run(workspace: &Workspace, options: &DemoOptions) -> Result<(), Error> {
     let out = match &options.out {
         Some(out) => workspace.given(out),
@@ -24,50 +31,84 @@ pub fn run(workspace: &Workspace, options: &DemoOptions) -> Result<(), Error> {
     if let Some(scene) = scene.as_ref().filter(|scene| !scene.is_file()) {
         return Err(Error::Failed(format!("no scene file: {}", scene.display())));
     }
-    let model = Tracer::new(workspace, "release", Linkage::Shared);
-    let sheet = out.join(CONTACT_SHEET);
-    let report = out.join(REPORT);
-
-    let mut steps = Steps::new(5);
-    steps.run("looking for system packages", |step| {
-        system::provide(system::FOR_DEMO, options.install, step)
+    let mut steps = Steps::new(5 + MPI_STEPS);
+    let with_mpi = steps.run("looking for system packages", |step| {
+        system::provide(requirements::FOR_DEMO, options.install, step)?;
+        let what = "the shallow-water model over MPI";
+        Ok(system::provide_for(what, requirements::FOR_DEMO_MPI, options.install, step))
     })?;
-    steps.run("building the library", |step| step.quiet(&mut tracer::build_library(workspace, true)))?;
+    if !with_mpi {
+        steps.leave_out(MPI_STEPS);
+    }
+    steps.run("building the library", |step| step.quiet(&mut build(workspace, with_mpi)))?;
+
+    let model = Tracer::new(workspace, PROFILE, Linkage::Shared);
+    let pictures = Pictures::new(out.clone(), tracer::PREFIX);
     steps.run("building the tracer model", |step| step.quiet(&mut model.compile()))?;
     let lines = steps.run("running the tracer model", |step| {
-        tracer::prepare(&out)?;
+        pictures.prepare()?;
         step.echoed(&mut model.run(options.size, scene.as_deref(), &out)?)
     })?;
-    let pictures = tracer::pictures(&out)?;
-    if pictures.is_empty() {
-        return Err(Error::Failed(format!("the tracer model left no pictures in {}", out.display())));
+    show(workspace, &mut steps, &pictures, &lines)?;
+    if !with_mpi {
+        return Ok(());
     }
-    steps.run("making the contact sheet", |step| {
-        let mut command =
-            workspace.cargo(["run", "--release", "--package", "icoray", "--example", "contact_sheet", "--"]);
-        step.quiet(command.arg(&out).arg(&sheet))
-    })?;
 
-    let csv = fs::read_to_string(&report).map_err(Error::while_doing(report.display()))?;
-    let frames = Frames::read(&csv);
-    let summary = Summary::find(&lines).or_from(&frames);
-    say(&format!("\npictures ({}):", pictures.len()));
-    if let [first, .., last] = pictures.as_slice()
-        && pictures.len() > LISTED
+    let model = ShallowWater::new(workspace, PROFILE);
+    let pictures = Pictures::new(out.join("shallow_water"), shallow_water::PREFIX);
+    say("");
+    steps.run("building the shallow-water model", |step| step.quiet(&mut model.compile()))?;
+    let title = format!("running the shallow-water model on {RANKS} ranks of MPI");
+    let lines = steps.run(&title, |step| {
+        pictures.prepare()?;
+        step.echoed(&mut model.run(RANKS, pictures.folder())?)
+    })?;
+    show(workspace, &mut steps, &pictures, &lines)
+}
+
+/// All that is written in Rust, in one go: apart from each other, packages ask for other features of what they have in common,
+/// and the core would be built anew for each.
+fn build(workspace: &Workspace, with_mpi: bool) -> Command {
+    let mut cargo = workspace.cargo(["build", "--profile", PROFILE, "--lib", "--example", "contact_sheet"]);
+    cargo.args(["--package", "icoray", "--package", "icoray-capi"]);
+    if with_mpi {
+        // Its own compiler is the one that Fortran's programs are linked with and `mpirun` starts.
+        cargo.args(["--package", shallow_water::LIBRARY_PACKAGE]).env_remove("MPICC");
+    }
+    cargo
+}
+
+/// Makes the contact sheet, and says where the pictures are, what they cost, and how far they may be off.
+fn show(
+    workspace: &Workspace,
+    steps: &mut Steps,
+    pictures: &Pictures,
+    lines: &[String],
+) -> Result<(), Error> {
+    let taken = pictures.taken()?;
+    steps.run("making the contact sheet", |step| step.quiet(&mut pictures.make_sheet(workspace, PROFILE)))?;
+    let frames = pictures.frames()?;
+    let summary = Summary::find(lines).or_from(&frames);
+    say(&format!("\npictures ({}):", taken.len()));
+    if let [first, .., last] = taken.as_slice()
+        && taken.len() > LISTED
     {
         say(&format!("  {}", workspace.shown(first)));
         say("  ...");
         say(&format!("  {}", workspace.shown(last)));
     } else {
-        for picture in &pictures {
+        for picture in &taken {
             say(&format!("  {}", workspace.shown(picture)));
         }
     }
-    say(&format!("contact sheet:\n  {}", workspace.shown(&sheet)));
-    say(&format!("report, a line per picture:\n  {}", workspace.shown(&report)));
+    say(&format!("contact sheet:\n  {}", workspace.shown(&pictures.sheet())));
+    say(&format!("report, a line per picture:\n  {}", workspace.shown(&pictures.report())));
     say(&format!("\n{}", summary.table()));
     if let Some(errors) = frames.errors {
         say(&format!("\n{}", errors.sentence()));
+    }
+    if let Some(ranks) = frames.ranks.filter(|ranks| ranks.count > 1) {
+        say(&ranks.sentence());
     }
     Ok(())
 }

@@ -11,6 +11,7 @@ use std::path::{Path, PathBuf};
 use crate::elf::{self, Shared};
 use crate::error::Error;
 use crate::options::InstallOptions;
+use crate::requirements;
 use crate::step::{Step, Steps, say};
 use crate::system;
 use crate::workspace::Workspace;
@@ -62,7 +63,7 @@ pub fn run(workspace: &Workspace, options: &InstallOptions) -> Result<(), Error>
     };
     let mut steps = Steps::new(3);
     steps.run("looking for system packages", |step| {
-        let needed = if options.mpi { system::FOR_INSTALL_MPI } else { system::FOR_INSTALL };
+        let needed = if options.mpi { requirements::FOR_INSTALL_MPI } else { requirements::FOR_INSTALL };
         system::provide(needed, options.install, step)
     })?;
     // Found out now rather than after the build.

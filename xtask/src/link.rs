@@ -12,8 +12,8 @@ use std::process::Command;
 use crate::elf;
 use crate::error::Error;
 use crate::install::{self, Layout, SONAME};
+use crate::pictures::check_picture;
 use crate::step::Step;
-use crate::tracer::check_picture;
 use crate::workspace::Workspace;
 
 /// A way to build programs.

@@ -12,13 +12,15 @@ Usage: cargo xtask <demo|test|install> [options]
 
 demo  Builds the C library and the tracer model of examples/c, runs the model
       with pictures taken in situ, and says where the pictures are and what
-      they cost.
+      they cost. Then the same with the shallow-water model of examples/fortran
+      on two ranks of MPI; without MPI, gfortran or libclang it is left out.
   --out DIR      where the pictures go            [default: out/demo]
   --level N      refinement level of the grid     [default: 5]
   --layers N     vertical layers of the model     [default: 30]
   --days X       simulated days                   [default: 12]
   --scene FILE   what the pictures show           [default: examples/scenes/tracer.toml]
   --no-install   install nothing; say what is missing instead
+  Size and scene are the tracer's.
 
 test  Checks formatting, lints, tests, documentation, the C example, and that
       programs in C, C++ and Fortran link the installed library; fails at the

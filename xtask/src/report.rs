@@ -73,6 +73,30 @@ pub struct Frames {
     pub visualization: Option<f64>,
     /// How far their pixels may be off; absent where the report does not say.
     pub errors: Option<Errors>,
+    /// Who drew them; absent where the report does not say.
+    pub ranks: Option<Ranks>,
+}
+
+/// How ranks shared the work.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Ranks {
+    /// The most that drew a frame.
+    pub count: u64,
+    /// Mean over the frames of how even they were loaded; 1 is even.
+    balance: f64,
+}
+
+impl Ranks {
+    fn read(header: &[String], rows: &[Vec<String>]) -> Option<Self> {
+        let counts = numbers(header, rows, "ranks")?.into_iter().map(|count| count as u64);
+        let balances = numbers(header, rows, "balance")?;
+        Some(Self { count: counts.max()?, balance: balances.iter().sum::<f64>() / rows.len() as f64 })
+    }
+
+    /// The ranks in a sentence.
+    pub fn sentence(&self) -> String {
+        format!("drawn by {} ranks; balance {:.2} in the mean, where 1 is even", self.count, self.balance)
+    }
 }
 
 /// How far the pixels of all frames may be off.
@@ -91,12 +115,8 @@ pub struct Errors {
 impl Errors {
     /// Reads the columns of errors; nothing where one is missing, or a number cannot be read.
     fn read(header: &[String], rows: &[Vec<String>]) -> Option<Self> {
-        let column = |name: &str| header.iter().position(|h| h == name);
-        let numbers = |name: &str| {
-            let column = column(name)?;
-            rows.iter().map(|row| number(row.get(column)?)).collect::<Option<Vec<f64>>>()
-        };
-        let kind = column("error_kind")?;
+        let numbers = |name: &str| numbers(header, rows, name);
+        let kind = column(header, "error_kind")?;
         let largest = |numbers: Vec<f64>| numbers.into_iter().reduce(f64::max);
         Some(Self {
             max: largest(numbers("error_max")?)?,
@@ -133,8 +153,19 @@ impl Frames {
             count: rows.len() as u64,
             visualization: visualization.filter(|_| !columns.is_empty()),
             errors: Errors::read(&header, &rows),
+            ranks: Ranks::read(&header, &rows),
         }
     }
+}
+
+fn column(header: &[String], name: &str) -> Option<usize> {
+    header.iter().position(|head| head == name)
+}
+
+/// A column of numbers; nothing where it is missing, or one of them cannot be read.
+fn numbers(header: &[String], rows: &[Vec<String>], name: &str) -> Option<Vec<f64>> {
+    let column = column(header, name)?;
+    rows.iter().map(|row| number(row.get(column)?)).collect()
 }
 
 fn number(text: &str) -> Option<f64> {
@@ -194,7 +225,10 @@ mod tests {
         let csv = "frame,picture,write_s,prepare_s,samples,render_s\n\
                    0,\"a, \"\"b\"\".png\",0.25,0.5,100,1\n\
                    1,c.png,0.25,0,100,1\r\n";
-        assert_eq!(Frames::read(csv), Frames { count: 2, visualization: Some(3.0), errors: None });
+        assert_eq!(
+            Frames::read(csv),
+            Frames { count: 2, visualization: Some(3.0), errors: None, ranks: None }
+        );
     }
 
     #[test]
@@ -216,16 +250,29 @@ mod tests {
     }
 
     #[test]
+    fn ranks_are_those_of_all_frames() {
+        let csv = "file,ranks,balance\na.png,2,0.5\nb.png,2,1\n";
+        assert_eq!(
+            Frames::read(csv).ranks.unwrap().sentence(),
+            "drawn by 2 ranks; balance 0.75 in the mean, where 1 is even"
+        );
+        assert_eq!(Frames::read(&csv.replace("balance", "evenness")).ranks, None);
+    }
+
+    #[test]
     fn a_report_may_be_empty_or_odd() {
-        assert_eq!(Frames::read(""), Frames { count: 0, visualization: None, errors: None });
-        assert_eq!(Frames::read("frame\n0\n1\n"), Frames { count: 2, visualization: None, errors: None });
+        assert_eq!(Frames::read(""), Frames { count: 0, visualization: None, errors: None, ranks: None });
+        assert_eq!(
+            Frames::read("frame\n0\n1\n"),
+            Frames { count: 2, visualization: None, errors: None, ranks: None }
+        );
         let cut_short = Frames::read("frame,render_s\n0,1.5\n1");
-        assert_eq!(cut_short, Frames { count: 2, visualization: None, errors: None });
+        assert_eq!(cut_short, Frames { count: 2, visualization: None, errors: None, ranks: None });
     }
 
     #[test]
     fn the_report_fills_in_for_the_summary() {
-        let frames = Frames { count: 4, visualization: Some(2.0), errors: None };
+        let frames = Frames { count: 4, visualization: Some(2.0), errors: None, ranks: None };
         let filled = Summary::default().or_from(&frames);
         assert_eq!((filled.frames, filled.visualization), (Some(4), Some(2.0)));
         let summary = Summary { visualization: Some(3.0), ..Summary::default() };

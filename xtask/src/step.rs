@@ -32,6 +32,11 @@ impl Steps {
         Self { done: 0, total, started: Instant::now() }
     }
 
+    /// So many of those to come will not be run.
+    pub fn leave_out(&mut self, count: usize) {
+        self.total -= count;
+    }
+
     /// Seconds since the sequence began.
     pub fn seconds(&self) -> f64 {
         self.started.elapsed().as_secs_f64()

@@ -1,175 +1,12 @@
-//! What the subcommands need beyond the Rust toolchain: finding it, and installing what lacks.
+//! Installs what the subcommands need and the machine lacks.
 
-use std::env;
 use std::ffi::OsStr;
 use std::fs;
-use std::path::PathBuf;
 use std::process::{Command, Stdio};
 
 use crate::error::Error;
-use crate::libclang;
+use crate::requirements::{Requirement, Source};
 use crate::step::Step;
-use crate::workspace::cargo;
-
-/// Something that must be on the machine.
-pub struct Requirement {
-    /// The name of the package or component that provides it.
-    pub package: &'static str,
-    /// What the package is for, in words that follow its name.
-    pub purpose: &'static str,
-    /// Where the package comes from.
-    pub source: Source,
-    /// Whether it is there, by whatever means it came.
-    pub present: fn() -> bool,
-}
-
-/// Where a package comes from.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Source {
-    /// Debian's archive.
-    Apt,
-    /// The Rust toolchain's components.
-    Rustup,
-}
-
-static C_COMPILER: Requirement = Requirement {
-    package: "gcc",
-    purpose: "C compiler: builds the example model",
-    source: Source::Apt,
-    present: || succeeds("cc", ["--version"]),
-};
-
-// A row of its own because the compiler's package only recommends the headers, and recommended
-// packages are not installed.
-static C_HEADERS: Requirement = Requirement {
-    package: "libc6-dev",
-    purpose: "C library headers: builds the example model",
-    source: Source::Apt,
-    present: || {
-        let include = ["-fsyntax-only", "-include", "stdio.h", "-x", "c", "/dev/null"];
-        succeeds("cc", include)
-    },
-};
-
-static NETCDF: Requirement = Requirement {
-    package: "libnetcdf-dev",
-    purpose: "NetCDF library: reads model files",
-    source: Source::Apt,
-    present: || {
-        let config = match netcdf_dir() {
-            Some(dir) => dir.join("bin/nc-config"),
-            None => "nc-config".into(),
-        };
-        let includes = output(&config, ["--includedir"])
-            .map(PathBuf::from)
-            .or_else(|| Some(netcdf_dir()?.join("include")));
-        includes.is_some_and(|includes| includes.join("netcdf_meta.h").is_file())
-    },
-};
-
-static PKG_CONFIG: Requirement = Requirement {
-    package: "pkg-config",
-    purpose: "finds HDF5 beneath NetCDF, and icoray where it is installed",
-    source: Source::Apt,
-    present: || succeeds("pkg-config", ["--version"]),
-};
-
-static CPP_COMPILER: Requirement = Requirement {
-    package: "g++",
-    purpose: "C++ compiler: the header is for C++ too",
-    source: Source::Apt,
-    present: || succeeds("c++", ["--version"]),
-};
-
-static FORTRAN_COMPILER: Requirement = Requirement {
-    package: "gfortran",
-    purpose: "Fortran compiler: builds the Fortran module and its programs",
-    source: Source::Apt,
-    present: || succeeds("gfortran", ["--version"]),
-};
-
-static MAKE: Requirement = Requirement {
-    package: "make",
-    purpose: "builds programs against the installed library",
-    source: Source::Apt,
-    present: || succeeds("make", ["--version"]),
-};
-
-static CMAKE: Requirement = Requirement {
-    package: "cmake",
-    purpose: "builds programs against the installed library",
-    source: Source::Apt,
-    present: || succeeds("cmake", ["--version"]),
-};
-
-static VALGRIND: Requirement = Requirement {
-    package: "valgrind",
-    purpose: "finds wrong uses of memory in programs that link the library",
-    source: Source::Apt,
-    present: || succeeds("valgrind", ["--version"]),
-};
-
-static MPI: Requirement = Requirement {
-    package: "libopenmpi-dev",
-    purpose: "MPI library: pictures of several ranks",
-    source: Source::Apt,
-    present: || succeeds(env::var_os("MPICC").unwrap_or("mpicc".into()), ["--version"]),
-};
-
-static MPI_RUN: Requirement = Requirement {
-    package: "openmpi-bin",
-    purpose: "runs programs on several ranks",
-    source: Source::Apt,
-    present: || succeeds("mpirun", ["--version"]),
-};
-
-static CLANG: Requirement = Requirement {
-    package: "libclang-dev",
-    purpose: "reads MPI's header for Rust",
-    source: Source::Apt,
-    present: libclang::is_there,
-};
-
-static RUSTFMT: Requirement = Requirement {
-    package: "rustfmt",
-    purpose: "checks the formatting",
-    source: Source::Rustup,
-    present: || succeeds(cargo(), ["fmt", "--version"]),
-};
-
-static CLIPPY: Requirement = Requirement {
-    package: "clippy",
-    purpose: "lints",
-    source: Source::Rustup,
-    present: || succeeds(cargo(), ["clippy", "--version"]),
-};
-
-/// What the demo needs: its library reads no files, so a C compiler is enough.
-pub static FOR_DEMO: &[&Requirement] = &[&C_COMPILER, &C_HEADERS];
-
-/// What installing needs: the compiler's package brings the tools that take the static library apart.
-pub static FOR_INSTALL: &[&Requirement] = &[&C_COMPILER, &C_HEADERS];
-
-/// The same with MPI.
-pub static FOR_INSTALL_MPI: &[&Requirement] = &[&C_COMPILER, &C_HEADERS, &MPI, &CLANG];
-
-/// What the checks need: they build the whole workspace, and programs as users of the installed library would.
-pub static FOR_TEST: &[&Requirement] = &[
-    &C_COMPILER,
-    &C_HEADERS,
-    &CPP_COMPILER,
-    &FORTRAN_COMPILER,
-    &MAKE,
-    &CMAKE,
-    &PKG_CONFIG,
-    &VALGRIND,
-    &NETCDF,
-    &MPI,
-    &MPI_RUN,
-    &CLANG,
-    &RUSTFMT,
-    &CLIPPY,
-];
 
 /// Sees to it that everything in `needed` is there, installing what is not if `install` allows.
 pub fn provide(needed: &[&Requirement], install: bool, step: &mut Step) -> Result<(), Error> {
@@ -198,6 +35,23 @@ pub fn provide(needed: &[&Requirement], install: bool, step: &mut Step) -> Resul
     }
     let list = described(&lacking);
     Err(Error::Failed(format!("installed, but still not usable:\n{list}")))
+}
+
+/// As [`provide`], for what can be done without: where it is not to be had, says so in a line and is false.
+pub fn provide_for(what: &str, needed: &[&Requirement], install: bool, step: &mut Step) -> bool {
+    // What went wrong shows in what is missing afterwards.
+    let _ = provide(needed, install, step);
+    let lacking = missing(needed, |requirement| (requirement.present)());
+    if !lacking.is_empty() {
+        let packages = packages_from(Source::Apt, &lacking).join(", ");
+        step.note(&format!("left out: {what}, for want of {packages}"));
+    }
+    lacking.is_empty()
+}
+
+/// Whether root runs this.
+pub fn is_root() -> bool {
+    output("id", ["-u"]).is_some_and(|id| id == "0")
 }
 
 /// Those of `needed` that `present` does not find.
@@ -232,7 +86,7 @@ struct Machine {
 impl Machine {
     fn examine() -> Self {
         Self {
-            root: output("id", ["-u"]).is_some_and(|id| id == "0"),
+            root: is_root(),
             sudo: succeeds("sudo", ["-V"]),
             apt: succeeds("apt-get", ["--version"]),
             rustup: succeeds("rustup", ["--version"]),
@@ -314,10 +168,6 @@ fn refusal(lacking: &[&Requirement], machine: &Machine, install: bool) -> String
     text
 }
 
-fn netcdf_dir() -> Option<PathBuf> {
-    env::var_os("NETCDF_DIR").map(PathBuf::from)
-}
-
 fn command(words: &[String]) -> Command {
     let mut words = words.iter();
     // Every command line made here starts with a program.
@@ -326,12 +176,16 @@ fn command(words: &[String]) -> Command {
     command
 }
 
-fn succeeds<'a>(program: impl AsRef<OsStr>, arguments: impl IntoIterator<Item = &'a str>) -> bool {
+/// Whether a program is there and succeeds.
+pub fn succeeds<'a>(program: impl AsRef<OsStr>, arguments: impl IntoIterator<Item = &'a str>) -> bool {
     output(program, arguments).is_some()
 }
 
 /// The trimmed standard output of a program, if it is there and succeeds.
-fn output<'a>(program: impl AsRef<OsStr>, arguments: impl IntoIterator<Item = &'a str>) -> Option<String> {
+pub fn output<'a>(
+    program: impl AsRef<OsStr>,
+    arguments: impl IntoIterator<Item = &'a str>,
+) -> Option<String> {
     let output = Command::new(program).args(arguments).stdin(Stdio::null()).output().ok()?;
     let text = String::from_utf8_lossy(&output.stdout);
     output.status.success().then(|| text.trim().to_owned())
@@ -340,6 +194,7 @@ fn output<'a>(program: impl AsRef<OsStr>, arguments: impl IntoIterator<Item = &'
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::requirements::{CLIPPY, FOR_DEMO, FOR_DEMO_MPI, FOR_TEST, NETCDF};
 
     const ROOT: Machine = Machine { root: true, sudo: false, apt: true, rustup: true };
 
@@ -375,6 +230,9 @@ mod tests {
         assert_eq!(packages_from(Source::Apt, FOR_TEST), packages);
         assert_eq!(packages_from(Source::Rustup, FOR_TEST), ["rustfmt", "clippy"]);
         assert!(packages_from(Source::Rustup, FOR_DEMO).is_empty());
+        // No package twice: apt-get is told of each, and so is whoever reads what was left out.
+        let over_mpi = packages_from(Source::Apt, FOR_DEMO_MPI);
+        assert_eq!(over_mpi, ["gfortran", "make", "libopenmpi-dev", "openmpi-bin", "libclang-dev"]);
     }
 
     #[test]

@@ -72,6 +72,18 @@ impl Workspace {
         command
     }
 
+    /// A command that runs a program which is linked with a library of `products`.
+    pub fn linked(&self, program: impl Into<OsString>, products: &Path) -> Result<Command, Error> {
+        let mut command = self.command(program);
+        // Cargo runs this program with its own directories on the search path, which comes before the program's: without
+        // this, it would take a library left there by the tests.
+        let inherited = env::var_os("LD_LIBRARY_PATH").unwrap_or_default();
+        let paths = [products.to_path_buf()].into_iter().chain(env::split_paths(&inherited));
+        let paths = env::join_paths(paths).map_err(Error::while_doing("LD_LIBRARY_PATH"))?;
+        command.env("LD_LIBRARY_PATH", paths);
+        Ok(command)
+    }
+
     /// A cargo command on this workspace.
     pub fn cargo<'a>(&self, arguments: impl IntoIterator<Item = &'a str>) -> Command {
         let mut command = self.command(cargo());

@@ -2,7 +2,7 @@
 //!
 //! [`mod@error`] error against run time of all methods, [`fig6`] the paper's radial field against its ground truth,
 //! [`fig8`] and [`fig9`] its comparisons with other interpolations, [`orders`] orders of convergence, [`speed`] seconds
-//! per frame, [`stability`] how far pictures are from the exact integral where it is hard. [`mod@oracle`] is the same
+//! per frame, [`ranks`] how several processes share a frame out, [`stability`] how far pictures are from the exact integral where it is hard. [`mod@oracle`] is the same
 //! picture to ten digits, [`methods`] are the ways to render it that the paper compares with, and [`mod@reference`] is an
 //! independent, slow evaluation that oracle and renderer are tested against.
 
@@ -19,6 +19,7 @@ mod montage;
 pub mod oracle;
 pub mod orders;
 mod plot;
+pub mod ranks;
 pub mod reference;
 pub mod scenes;
 mod setting;
@@ -73,6 +74,8 @@ pub enum Study {
     Fig9(fig9::Options),
     /// Orders of convergence of all methods, in the step and in the mesh.
     Orders(orders::Options),
+    /// How evenly 1 to 64 ranks share a picture out, and what they send, simulated in one process.
+    Ranks(ranks::Options),
     /// Seconds per frame and frusta per second for four transfer functions.
     Speed(speed::Options),
     /// Error, bound and lost rays in some 200 hard cases, against the exact integral in double-double.
@@ -91,6 +94,7 @@ impl Study {
             Study::Fig8(options) => fig8::run(options, out),
             Study::Fig9(options) => fig9::run(options, out),
             Study::Orders(options) => orders::run(options, out),
+            Study::Ranks(options) => ranks::run(options, out),
             Study::Speed(options) => speed::run(options, out),
             Study::Stability(options) => stability::run(options, out),
         }

@@ -14,7 +14,10 @@ struct Line {
 /// Runs a study with its results in `directory`; returns what it printed.
 fn run(words: &[&str], directory: &Path) -> String {
     let line = ["study"].iter().chain(words).copied();
-    let line = line.chain(["--out", directory.to_str().unwrap(), "--data", "/nowhere"]);
+    let line = line.chain(["--out", directory.to_str().unwrap()]);
+    // Ranks share out a field that needs no file.
+    let data: &[&str] = if words[0] == "ranks" { &[] } else { &["--data", "/nowhere"] };
+    let line = line.chain(data.iter().copied());
     let mut out = Vec::new();
     <Line as clap::Parser>::try_parse_from(line).unwrap().study.run(&mut out).unwrap();
     String::from_utf8(out).unwrap()
@@ -92,4 +95,29 @@ fn fig9_has_a_rate_for_each_method_and_step() {
         &directory.path().join("fig9_low_lobes.svg"),
         &["wedges", "tetrahedra", "planet radius"]
     ));
+}
+
+#[test]
+fn ranks_share_out_by_tiles_and_by_parts() {
+    let directory = tempfile::tempdir().unwrap();
+    let words = "ranks --level 4 --layers 4 --size 40 --ranks 1,3 --frames 1".split(' ');
+    let printed = run(&words.collect::<Vec<_>>(), directory.path());
+    assert!(printed.contains("2 ranks at once"), "{printed}");
+    let rows = rows(&directory.path().join("ranks.csv"));
+    assert_eq!(rows.len(), 4 * 3 * 2);
+    for row in &rows {
+        let number = |key: &str| row[key].parse::<f64>().unwrap();
+        let (is_parts, is_one) = (row["sharing"] != "tiles", row["ranks"] == "1");
+        assert!(number("busiest_s") > 0.0 && (0.0..=1.0).contains(&number("balance")), "{row:?}");
+        assert_eq!(number("fragments_per_pixel") > 0.0, is_parts, "{row:?}");
+        assert_eq!(number("sent_bytes_per_rank") > 0.0, !is_one, "{row:?}");
+        assert_eq!(number("rank_0_received_bytes") > 0.0, !is_one, "{row:?}");
+        assert_eq!(number("compose_s") > 0.0, is_parts, "{row:?}");
+        assert!(number("least_tiles") <= number("most_tiles"), "{row:?}");
+    }
+    let fragments = |sharing: &str| {
+        let of = rows.iter().filter(|row| row["sharing"] == sharing && row["ranks"] == "3");
+        of.map(|row| row["fragments_per_pixel"].parse::<f64>().unwrap()).sum::<f64>()
+    };
+    assert!(fragments("random") > 2.0 * fragments("patches"), "random cells cut rays into more pieces");
 }

@@ -1,6 +1,6 @@
-//! Puts the tracer's pictures of a directory on one sheet: `contact_sheet DIR OUT.png`.
+//! Puts pictures of a directory on one sheet: `contact_sheet DIR PREFIX OUT.png`.
 //!
-//! Takes `tracer_*.png` in the order of their names, row by row.
+//! Takes `PREFIX*.png` in the order of their names, row by row.
 
 use image::imageops::{self, FilterType};
 use image::{Rgb, RgbImage};
@@ -15,11 +15,11 @@ const BACKGROUND: Rgb<u8> = Rgb([16, 18, 22]);
 
 fn main() -> ExitCode {
     let arguments: Vec<_> = std::env::args_os().skip(1).collect();
-    let [dir, out] = arguments.as_slice() else {
-        eprintln!("usage: contact_sheet DIR OUT.png");
+    let [dir, prefix, out] = arguments.as_slice() else {
+        eprintln!("usage: contact_sheet DIR PREFIX OUT.png");
         return ExitCode::FAILURE;
     };
-    match make_sheet(Path::new(dir), Path::new(out)) {
+    match make_sheet(Path::new(dir), &prefix.to_string_lossy(), Path::new(out)) {
         Ok(count) => {
             println!("{count} pictures on {}", Path::new(out).display());
             ExitCode::SUCCESS
@@ -32,26 +32,26 @@ fn main() -> ExitCode {
 }
 
 /// Returns the number of pictures on the sheet.
-fn make_sheet(dir: &Path, out: &Path) -> Result<usize, Box<dyn Error>> {
-    let paths = pictures(dir).map_err(|e| format!("{}: {e}", dir.display()))?;
+fn make_sheet(dir: &Path, prefix: &str, out: &Path) -> Result<usize, Box<dyn Error>> {
+    let paths = pictures(dir, prefix).map_err(|e| format!("{}: {e}", dir.display()))?;
     let mut tiles = Vec::new();
     for path in &paths {
         tiles.push(scaled(path).map_err(|e| format!("{}: {e}", path.display()))?);
     }
     if tiles.is_empty() {
-        return Err(format!("{}: no pictures named tracer_*.png", dir.display()).into());
+        return Err(format!("{}: no pictures named {prefix}*.png", dir.display()).into());
     }
     sheet(&tiles).save(out).map_err(|e| format!("{}: {e}", out.display()))?;
     Ok(tiles.len())
 }
 
-/// The pictures in a directory, by name.
-fn pictures(dir: &Path) -> std::io::Result<Vec<PathBuf>> {
+/// The pictures in a directory whose names begin so, in order.
+fn pictures(dir: &Path, prefix: &str) -> std::io::Result<Vec<PathBuf>> {
     let mut paths = Vec::new();
     for entry in std::fs::read_dir(dir)? {
         let path = entry?.path();
         let name = path.file_name().unwrap_or_default().to_string_lossy();
-        if name.starts_with("tracer_") && name.ends_with(".png") {
+        if name.starts_with(prefix) && name.ends_with(".png") {
             paths.push(path);
         }
     }

@@ -44,11 +44,15 @@ fn read(dimensions: &[Dimension], columns: usize, layers: usize) -> Option<Shape
     let flat =
         Shape { columns, layers, offset: 0, column_stride: 0, layer_stride: 0, block: 0, block_stride: 0 };
     match *dimensions {
-        [all] => (all.extent == columns.checked_mul(layers)?).then_some(Shape {
-            column_stride: all.stride.checked_mul(isize::try_from(layers).ok()?)?,
-            layer_stride: all.stride,
-            ..flat
-        }),
+        [all] => {
+            // Of no columns, the one beyond the last that MPAS's arrays have.
+            let is_spare = columns == 0 && all.extent == layers;
+            (is_spare || all.extent == columns.checked_mul(layers)?).then_some(Shape {
+                column_stride: all.stride.checked_mul(isize::try_from(layers).ok()?)?,
+                layer_stride: all.stride,
+                ..flat
+            })
+        }
         [a, b] => {
             let reading = |level: Dimension, column: Dimension| {
                 (level.extent == layers && column.extent >= columns).then_some(Shape {
@@ -136,6 +140,18 @@ mod tests {
         let section = [Dimension { extent: 5, stride: -3 }, Dimension { extent: 42, stride: 700 }];
         let shape = Shape::of_dimensions(&section, 42, 5).unwrap();
         assert_eq!((shape.layer_stride, shape.column_stride, shape.block), (-3, 700, 0));
+    }
+
+    #[test]
+    fn a_rank_without_cells_has_arrays_without_columns() {
+        for extents in
+            [vec![5, 0], vec![5, 1], vec![0, 5], vec![0], vec![16, 5, 0], vec![5, 16, 0], vec![0, 5, 0]]
+        {
+            let shape = Shape::of_dimensions(&fortran(&extents), 0, 5).unwrap();
+            assert_eq!((shape.columns, shape.layers), (0, 5), "{extents:?}");
+        }
+        assert!(Shape::of_dimensions(&fortran(&[16, 5, 2]), 0, 5).is_err());
+        assert!(Shape::of_dimensions(&fortran(&[16, 5, 0]), 42, 5).is_err());
     }
 
     #[test]

@@ -2,13 +2,11 @@
 
 use crate::error::{Error, ErrorKind, Result};
 use crate::field::{CenterField, Field};
-use crate::frame::{Certainty, Counts, ErrorSummary, Frame, FrameReport};
-use crate::gradient::gradients;
+use crate::frame::{ErrorSummary, Frame, FrameReport};
+use crate::gradient;
 use crate::grid::{Grid, Reals};
 use crate::kernel::Real;
 use crate::kernel::column::Shell;
-use crate::kernel::piece::{Light, Method};
-use crate::kernel::ray::{Budget, Caster};
 use crate::kernel::sample::{Sample, Samples};
 use crate::kernel::transfer::Spans;
 use crate::layers::Layers;
@@ -16,15 +14,16 @@ use crate::output::Stamp;
 use crate::plan::{Plan, Sharing};
 use crate::quality::{Deadline, Lights, Quality};
 use crate::ranks::{Part, Ranks, Told};
-use crate::raster::{Pixel, Raster, Tile};
+use crate::raster::{Raster, Tile};
 use crate::scene::{Precision, Scene, Scheme};
 use crate::threads::Threads;
-use glam::DVec3;
-use rayon::prelude::*;
 use std::time::Instant;
 
 mod columns;
 mod parts;
+mod work;
+
+use work::{Work, asked, certainty};
 
 /// A CPU renderer with its own threads, which have ended when it is dropped.
 #[derive(Debug)]
@@ -177,11 +176,19 @@ struct Setting<'f> {
     start: Instant,
 }
 
-fn draw<T: Real, S: Sample>(setting: &Setting, ranks: &mut Ranks, data: &[S]) -> Result<Rendered> {
+/// What is known of a field before the first ray.
+struct Prepared {
+    value_range: Option<[f64; 2]>,
+    missing_values: u64,
+    /// The scene's, or without light where there is no time for gradients.
+    quality: Quality,
+    deadline: Option<Deadline>,
+    /// At the vertices, where there is light.
+    gradients: Vec<[f32; 3]>,
+}
+
+fn prepare<S: Sample>(setting: &Setting, ranks: &mut Ranks, samples: &Samples<S>) -> Result<Prepared> {
     let Setting { renderer, scene, plan, grid, part, field, start } = *setting;
-    let spans = Spans::<T>::new(&plan.knots);
-    let shell = Shell::<T>::new(&plan.radius);
-    let samples = Samples::new(data, field, plan.falling, spans.range());
     let counts = |cell: usize| part.is_none_or(|part| part.owns(cell));
     let range = ranks.attempt(|| renderer.run(|| Ok(field.range_over(counts))));
     let mut range = ranks.together(range)?;
@@ -192,7 +199,8 @@ fn draw<T: Real, S: Sample>(setting: &Setting, ranks: &mut Ranks, data: &[S]) ->
     // Rays through parts are not shared out: each rank traces all of them.
     let deadline = Deadline::of(scene, start, if part.is_some() { 1 } else { ranks.size() });
     let mut quality = asked(scene);
-    let sample = |part: usize| gradients(grid, &plan.radius, &samples, 0..grid.cells().div_ceil(part));
+    let sample =
+        |part: usize| gradient::gradients(grid, &plan.radius, samples, 0..grid.cells().div_ceil(part));
     if let (Some(deadline), true) = (deadline, plan.shading.is_some()) {
         let has_time = || deadline.has_time_for_gradients(1.0 / 64.0, || drop(sample(64)));
         let is_root = ranks.is_root();
@@ -204,23 +212,31 @@ fn draw<T: Real, S: Sample>(setting: &Setting, ranks: &mut Ranks, data: &[S]) ->
         quality = ranks.agree_on_quality(mine)?;
     }
     let is_lit = quality.lights != Lights::Off;
-    let vertex_gradients = ranks.attempt(|| renderer.run(|| Ok(if is_lit { sample(1) } else { Vec::new() })));
-    let mut vertex_gradients = ranks.together(vertex_gradients)?;
+    let gradients = ranks.attempt(|| renderer.run(|| Ok(if is_lit { sample(1) } else { Vec::new() })));
+    let mut gradients = ranks.together(gradients)?;
     if let (Some(part), true) = (part, is_lit) {
         let layers = plan.radius.len();
-        part.fill_halo(ranks, &mut vertex_gradients, |all, cell| {
-            &mut all[cell as usize * layers..][..layers]
-        })?;
+        part.fill_halo(ranks, &mut gradients, |all, cell| &mut all[cell as usize * layers..][..layers])?;
     }
+    Ok(Prepared { value_range, missing_values, quality, deadline, gradients })
+}
+
+fn draw<T: Real, S: Sample>(setting: &Setting, ranks: &mut Ranks, data: &[S]) -> Result<Rendered> {
+    let Setting { renderer, scene, plan, grid, part, field, start } = *setting;
+    let spans = Spans::<T>::new(&plan.knots);
+    let shell = Shell::<T>::new(&plan.radius);
+    let samples = Samples::new(data, field, plan.falling, spans.range());
+    let prepared = prepare(setting, ranks, &samples)?;
+    let Prepared { value_range, missing_values, quality, deadline, gradients } = &prepared;
+    let is_lit = quality.lights != Lights::Off;
     let prepare_s = start.elapsed().as_secs_f64();
     let start = Instant::now();
-    let gradients = &vertex_gradients;
     let work = Work { renderer, scene, plan, grid, shell: &shell, spans: &spans, samples, gradients };
     // What others would measure of the same data is not asked for.
     let deadline = deadline.filter(|_| part.is_some() || ranks.is_root());
     let mut picked = ranks.attempt(|| {
         renderer.run(|| {
-            Ok(if is_lit { work.pick::<4>(quality, deadline) } else { work.pick::<1>(quality, deadline) })
+            Ok(if is_lit { work.pick::<4>(*quality, deadline) } else { work.pick::<1>(*quality, deadline) })
         })
     });
     if part.is_some() {
@@ -274,10 +290,10 @@ fn draw<T: Real, S: Sample>(setting: &Setting, ranks: &mut Ranks, data: &[S]) ->
         prepare_s,
         render_s: ready_s + drawn_s - traced_s,
         counts: told.counts,
-        value_range,
-        missing_values,
+        value_range: *value_range,
+        missing_values: *missing_values,
         quality,
-        derived_bytes: size_of_val(vertex_gradients.as_slice()),
+        derived_bytes: size_of_val(gradients.as_slice()),
         left_out: plan.left_out().to_vec(),
         tiles: mine.len(),
         compose_s: if part.is_some() { drawn_s - traced_s } else { 0.0 },
@@ -305,126 +321,4 @@ fn draw<T: Real, S: Sample>(setting: &Setting, ranks: &mut Ranks, data: &[S]) ->
         stamp: Stamp::default(),
         report,
     }))
-}
-
-/// What the scene asks for.
-fn asked(scene: &Scene) -> Quality {
-    let lights = if scene.lighting.is_some() { Lights::Full } else { Lights::Off };
-    Quality { pixel_step: 1, tolerance: scene.tolerance, lights }
-}
-
-/// All that rays need, prepared.
-struct Work<'f, T, S> {
-    renderer: &'f Renderer,
-    scene: &'f Scene,
-    plan: &'f Plan,
-    grid: &'f Grid<'f>,
-    shell: &'f Shell<T>,
-    spans: &'f Spans<T>,
-    samples: Samples<'f, S>,
-    gradients: &'f [[f32; 3]],
-}
-
-impl<T: Real, S: Sample> Work<'_, T, S> {
-    /// The whole picture's, each pixel traced.
-    fn raster(&self) -> Raster {
-        Raster { width: self.scene.width, height: self.scene.height, step: 1 }
-    }
-
-    /// The quality that is asked, or the best one that keeps the deadline.
-    fn pick<const N: usize>(&self, asked: Quality, deadline: Option<Deadline>) -> Quality {
-        let trace = |quality: &Quality, raster: Raster| {
-            let caster = self.caster::<N>(quality);
-            drop(raster.draw(|x, y, hint, counts| pixel(self.scene, &caster, x, y, hint, counts)));
-        };
-        deadline.map_or(asked, |deadline| deadline.pick(asked, self.raster(), trace))
-    }
-
-    /// Traces tiles of the picture, each given away when it is done.
-    fn trace<const N: usize>(&self, quality: &Quality, tiles: &[u32], give: &(dyn Fn(Tile) + Sync)) {
-        let caster = self.caster::<N>(quality);
-        let raster = Raster { step: quality.pixel_step, ..self.raster() };
-        raster
-            .trace(tiles, |x, y, hint, counts| pixel(self.scene, &caster, x, y, hint, counts))
-            .for_each(give);
-    }
-
-    fn caster<const N: usize>(&self, quality: &Quality) -> Caster<'_, T, S, N> {
-        let is_lit = quality.lights != Lights::Off;
-        Caster {
-            grid: self.grid,
-            shell: self.shell,
-            spans: self.spans,
-            samples: self.samples,
-            gradients: self.gradients,
-            method: self.scene.method,
-            budget: Budget::new(quality.tolerance, brightest(self.scene)),
-            shading: self.plan.shading.filter(|_| is_lit),
-            is_coarse: quality.lights == Lights::Coarse,
-            core: self.scene.core,
-        }
-    }
-}
-
-/// The most that a channel can hold behind a ray's end: the brightest of what is in the scene.
-fn brightest(scene: &Scene) -> f64 {
-    let most = |colors: &mut dyn Iterator<Item = [f64; 3]>| colors.flatten().fold(0.0, f64::max);
-    let field = most(&mut scene.transfer.knots.iter().map(|k| k.color));
-    let lit = scene.lighting.map_or(field, |l| (l.ambient + l.diffuse) * field + l.specular);
-    let core = most(&mut scene.core.into_iter()) * scene.lighting.map_or(1.0, |l| l.ambient + l.diffuse);
-    // A transparent picture has an opacity that goes to 1.
-    let back = scene.background.map_or(1.0, |back| most(&mut [back].into_iter()));
-    lit.max(core).max(back).max(0.01)
-}
-
-/// Only an unlit integral in f64 is bounded throughout, where each pixel is traced.
-fn certainty(scene: &Scene, quality: &Quality) -> Certainty {
-    let is_exact = scene.method == Method::Exact && scene.precision == Precision::F64;
-    let is_bound = is_exact && scene.lighting.is_none() && quality.pixel_step == 1;
-    if is_bound { Certainty::Bound } else { Certainty::Estimate }
-}
-
-/// Standard deviations of rounding that the error of a pixel counts. Each rounding's largest size, 1.7 times its standard
-/// deviation, stands for the latter.
-const DEVIATIONS: f64 = 4.0;
-
-/// What rounding of positions may do to a ray that grazes an edge of the mesh.
-const GEOMETRY: f64 = 1e-9;
-
-/// The light of one pixel, over the background.
-fn pixel<T: Real, S: Sample, const N: usize>(
-    scene: &Scene,
-    caster: &Caster<'_, T, S, N>,
-    x: u32,
-    y: u32,
-    hint: &mut u32,
-    counts: &mut Counts,
-) -> Pixel {
-    let (eye, dir) = ray(scene, x, y);
-    shown(scene, caster.budget.brightest, caster.trace(eye, dir, hint, counts))
-}
-
-/// The ray of a pixel: the eye and a unit vector.
-fn ray(scene: &Scene, x: u32, y: u32) -> (DVec3, DVec3) {
-    let dir = scene.camera.direction(x, y, scene.width, scene.height);
-    (DVec3::from_array(scene.camera.eye()), DVec3::from_array(dir))
-}
-
-/// What light shows over the background; `None` where the ray misses the shell.
-fn shown<T: Real>(scene: &Scene, brightest: f64, met: Option<Light<T>>) -> Pixel {
-    let light = met.unwrap_or(Light::none());
-    let absorbed = light.absorbed.wide();
-    let color = light.color.map(T::wide);
-    let color = match scene.background {
-        None => [color[0], color[1], color[2], absorbed],
-        Some(back) => {
-            let [r, g, b] = [0, 1, 2].map(|k| color[k] + (1.0 - absorbed) * back[k]);
-            [r, g, b, 1.0]
-        }
-    };
-    let rounding = DEVIATIONS * light.variance.wide().sqrt();
-    // The picture itself is in f32.
-    let stored = color.iter().fold(0.0f64, |most, c| most.max(*c)) * f64::from(f32::EPSILON) / 2.0;
-    let error = if met.is_some() { light.error.wide() + rounding + stored + GEOMETRY } else { 0.0 };
-    Pixel { color: color.map(|c| c as f32), error: error.min(brightest.max(1.0)) as f32 }
 }

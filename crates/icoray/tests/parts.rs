@@ -466,3 +466,17 @@ fn a_halo_that_is_too_narrow_is_refused() {
         );
     }
 }
+
+/// A budget that nothing keeps: all ranks leave out as much as may be, each hears of the same quality.
+#[test]
+fn ranks_with_parts_keep_a_time_budget_together() {
+    let mesh = IcosahedralMesh::new(4).unwrap();
+    let mut scene = scene(NEAR, "f64", LIT);
+    scene.time_budget_ms = Some(1e-3);
+    let (_, owner) = partitions(&mesh, 3).swap_remove(1);
+    let (frame, reports) = Spread::new(&mesh, 3, &owner).draw(&mesh, &scene, Location::Center, |_, _| ());
+    let quality = frame.report.quality;
+    assert!(quality.pixel_step == 32 && quality.tolerance >= 1e-2, "{quality}");
+    assert!(reports.iter().all(|report| report.quality == quality));
+    assert_eq!(frame.pixels.len(), 64 * 56);
+}

@@ -8,8 +8,9 @@ use std::io::{self, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
 /// The columns of `report.csv`, in order. Seconds are wall clock; errors and tolerance are of premultiplied linear
-/// channels, 0 to 1 ([`ErrorSummary`](crate::ErrorSummary)); `error_kind` is `bound` or `estimate`; `tiles` are those of rank 0.
-const HEADER: &str = "step,time_s,date,field,file,prepare_s,render_s,write_s,rays,columns,frusta,void_frusta,value_min,value_max,missing_values,error_max,error_mean,error_p999,error_kind,tolerance,pixel_step,lights,threads,bytes_copied,copy_s,waited_s,bytes_derived,ranks,tiles,balance,gather_s,bytes_received,left_out";
+/// channels, 0 to 1 ([`ErrorSummary`](crate::ErrorSummary)); `error_kind` is `bound` or `estimate`; `tiles` and
+/// `compose_s` are those of rank 0; `sharing` is how several ranks shared out the picture, and why.
+const HEADER: &str = "step,time_s,date,field,file,prepare_s,render_s,write_s,rays,columns,frusta,void_frusta,value_min,value_max,missing_values,error_max,error_mean,error_p999,error_kind,tolerance,pixel_step,lights,threads,bytes_copied,copy_s,waited_s,bytes_derived,ranks,tiles,balance,gather_s,bytes_received,fragments,fragment_bytes,compose_s,sharing,left_out";
 
 /// The line of a frame whose picture was written to `picture`.
 fn row(picture: &Path, frame: &Frame) -> String {
@@ -49,6 +50,10 @@ fn row(picture: &Path, frame: &Frame) -> String {
         format!("{:.3}", r.balance),
         format!("{:.6}", r.gather_s),
         r.bytes_received.to_string(),
+        r.counts.fragments.to_string(),
+        r.counts.fragment_bytes.to_string(),
+        format!("{:.6}", r.compose_s),
+        r.sharing.map_or_else(String::new, |sharing| sharing.to_string()),
         r.left_out.join("; "),
     ];
     cells.map(|cell| quoted(&cell)).join(",")
@@ -131,7 +136,8 @@ mod tests {
         frame.report.threads = 3;
         (frame.report.bytes_copied, frame.report.copy_s, frame.report.waited_s) = (4096, 0.25, 0.5);
         (frame.report.ranks, frame.report.tiles, frame.report.bytes_received) = (4, 17, 1 << 40);
-        (frame.report.balance, frame.report.gather_s) = (0.875, 0.125);
+        (frame.report.balance, frame.report.gather_s, frame.report.compose_s) = (0.875, 0.125, 0.0625);
+        (frame.report.counts.fragments, frame.report.counts.fragment_bytes) = (11, 440);
         let row = row(Path::new("folder/q.png"), &frame);
         let cells: std::collections::HashMap<_, _> = HEADER.split(',').zip(row.split(',')).collect();
         assert_eq!(row.split(',').count(), cells.len());
@@ -149,11 +155,14 @@ mod tests {
             ("tiles", 17.0),
             ("balance", 0.875),
             ("gather_s", 0.125),
+            ("fragments", 11.0),
+            ("fragment_bytes", 440.0),
+            ("compose_s", 0.0625),
             ("bytes_received", f64::from(2u32.pow(20)).powi(2)),
         ] {
             assert_eq!(cells[column].parse(), Ok(value), "{column}");
         }
-        assert_eq!((cells["error_kind"], cells["left_out"]), ("bound", ""));
+        assert_eq!([cells["error_kind"], cells["sharing"], cells["left_out"]], ["bound", "", ""]);
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! A picture of parts: each rank traces all rays through its own cells, and each puts rays together in some of the tiles.
 
-use super::{Work, brightest, ray, shown};
+use super::work::{Work, brightest, ray, shown};
 use crate::compose::{Came, Composer, TileFragments};
 use crate::error::{Error, ErrorKind, Result};
 use crate::kernel::ray::{Budget, Counts};

@@ -162,6 +162,21 @@ fn a_time_budget_is_at_least_a_millisecond() {
 }
 
 #[test]
+fn ranks_share_a_picture_in_one_of_two_ways() {
+    assert_eq!(scene(GOOD).unwrap().ranks, Scheme::Auto);
+    let with = |value: &str| scene(&GOOD.replacen("[image]", &format!("ranks = {value}\n[image]"), 1));
+    for (value, scheme) in
+        [("\"auto\"", Scheme::Auto), ("\"tiles\"", Scheme::Tiles), ("\"fragments\"", Scheme::Fragments)]
+    {
+        assert_eq!(with(value).unwrap().ranks, scheme);
+    }
+    for (bad, word) in [("\"tile\"", "`tile`"), ("\"Tiles\"", "`Tiles`"), ("2", "")] {
+        let error = with(bad).unwrap_err().to_string();
+        assert!(error.contains(&format!("line 5 (ranks = {bad})")) && error.contains(word), "{error}");
+    }
+}
+
+#[test]
 fn every_which_step_is_drawn() {
     let with = |line: &str| scene(&GOOD.replacen("[image]", &format!("{line}\n[image]"), 1));
     assert!((-3..9).all(|step| with("").unwrap().is_due(step)));

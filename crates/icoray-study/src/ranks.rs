@@ -1,0 +1,313 @@
+//! What ranks would do, simulated in one process: how evenly a picture is shared out, and what is sent for it.
+//!
+//! Ranks are threads that compute one after the other (`turns`), so that the seconds of each are those of a processor of
+//! its own, whatever the machine has. What the network adds is not in them: bytes are told instead.
+
+use crate::csv_file::CsvFile;
+use crate::scenes::multi_scale;
+use crate::sphere::{self, Sphere};
+use crate::{make_directory, say};
+use icoray::ranks::local_team;
+use icoray::{Error, ErrorKind, FrameReport, Grid, Part, Ranks, Rendered, Renderer, Result, Scene};
+use rayon::prelude::*;
+use spread::{Local, Partition};
+use std::io::Write;
+use std::path::PathBuf;
+use std::thread;
+use std::time::Instant;
+use turns::InTurn;
+
+mod spread;
+mod turns;
+
+/// What to measure.
+#[derive(Debug, Clone, clap::Args)]
+pub struct Options {
+    /// Bisections of the icosahedron; 8 gives the paper's 655,362 cells.
+    #[arg(long, default_value_t = 8)]
+    pub level: u32,
+    /// Layers.
+    #[arg(long, default_value_t = 99)]
+    pub layers: usize,
+    /// Width and height of the picture.
+    #[arg(long, default_value_t = 512)]
+    pub size: u32,
+    /// Numbers of ranks.
+    #[arg(long, value_delimiter = ',', default_values_t = [1, 2, 4, 8, 16, 32, 64])]
+    pub ranks: Vec<usize>,
+    /// How they share it out.
+    #[arg(long, value_delimiter = ',', value_enum, default_values_t = [Sharing::Tiles, Sharing::Patches, Sharing::Random])]
+    pub sharing: Vec<Sharing>,
+    /// Frames behind the first, whose costs the second is dealt by; the one whose busiest rank took least is reported.
+    #[arg(long, default_value_t = 3)]
+    pub frames: usize,
+    /// Directory for ranks.csv, if it is wanted.
+    #[arg(long)]
+    pub out: Option<PathBuf>,
+}
+
+/// How a picture is shared out.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+pub enum Sharing {
+    /// By tiles, of data that all ranks have.
+    Tiles,
+    /// By data: compact patches of cells.
+    Patches,
+    /// By data: each cell anywhere.
+    Random,
+}
+
+impl Sharing {
+    fn partition(self) -> Option<Partition> {
+        match self {
+            Sharing::Tiles => None,
+            Sharing::Patches => Some(Partition::Patches),
+            Sharing::Random => Some(Partition::Random),
+        }
+    }
+
+    fn name(self) -> &'static str {
+        match self {
+            Sharing::Tiles => "tiles",
+            Sharing::Patches => "patches",
+            Sharing::Random => "random",
+        }
+    }
+}
+
+const COLUMNS: [&str; 14] = [
+    "transfer",
+    "sharing",
+    "ranks",
+    "busiest_s",
+    "speedup",
+    "balance",
+    "least_tiles",
+    "most_tiles",
+    "fragments_per_rank",
+    "fragments_per_pixel",
+    "sent_bytes_per_rank",
+    "sent_bytes_per_pixel",
+    "rank_0_received_bytes",
+    "compose_s",
+];
+
+/// Draws and prints a line per transfer function, sharing and number of ranks.
+///
+/// # Errors
+/// Whatever the library says.
+pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
+    if options.ranks.contains(&0) {
+        return Err(Error::new(ErrorKind::Scene, "0 ranks, expected at least 1"));
+    }
+    let sphere = Sphere::new(options.level, options.layers, [1.0, 1.15], sphere::multi_scale)?;
+    let processors = thread::available_parallelism().map_or(1, usize::from);
+    let (cells, size) = (sphere.mesh.cells(), options.size);
+    say(
+        out,
+        &format!(
+            "{cells} cells x {} layers, {size} x {size} pixels, f32; ranks are threads of one process that compute one after the\n\
+             other, on {processors} processors: seconds are of a rank's own work, range of the field included, without a network. Of {}\n\
+             frames after the first, the one whose busiest rank took least. Balance: mean over most of the seconds that ranks drew.\n\
+             tiles: all ranks have all data; patches, random: each has its cells and a halo, in Morton order or anywhere.",
+            options.layers, options.frames,
+        ),
+    )?;
+    let csv = match &options.out {
+        None => None,
+        Some(directory) => {
+            make_directory(directory)?;
+            Some(CsvFile::create(directory.join("ranks.csv"), &COLUMNS)?)
+        }
+    };
+    let scenes = multi_scale::TRANSFERS.map(|(_, opacity)| multi_scale::scene(size, opacity, "", ""));
+    let scenes: Vec<Scene> = scenes.into_iter().collect::<Result<_>>()?;
+    say(
+        out,
+        &format!(
+            "{:>8} {:>8} {:>5} {:>9} {:>7} {:>7} {:>10} {:>11} {:>11} {:>11} {:>11} {:>13} {:>9}",
+            "transfer",
+            "sharing",
+            "ranks",
+            "busiest s",
+            "speedup",
+            "balance",
+            "tiles/rank",
+            "fragm./rank",
+            "fragm./pix.",
+            "KiB s./rank",
+            "bytes/pixel",
+            "KiB at rank 0",
+            "compose s"
+        ),
+    )?;
+    let mut table = Table { size, csv, alone: vec![None; scenes.len()], out };
+    for &sharing in &options.sharing {
+        for &ranks in &options.ranks {
+            let parts = sharing.partition().map(|partition| Local::all(&sphere, partition, ranks));
+            let world = World::new(&sphere, parts.as_deref(), &scenes, options.frames)?;
+            for (scene, frame) in world.frames(ranks)?.into_iter().enumerate() {
+                table.row(multi_scale::TRANSFERS[scene].0, scene, sharing, &frame)?;
+            }
+        }
+    }
+    let world = World::new(&sphere, None, &scenes, options.frames)?;
+    let (one, two) = (world.wall_s(1)?, world.wall_s(2)?);
+    for ((name, _), (one, two)) in multi_scale::TRANSFERS.iter().zip(one.into_iter().zip(two)) {
+        let ratio = one / two;
+        say(
+            table.out,
+            &format!(
+                "{name}: 1 rank {one:.3} s, 2 ranks at once {two:.3} s a frame of tiles, {ratio:.2} times less"
+            ),
+        )?;
+    }
+    Ok(())
+}
+
+/// What a rank did in a frame.
+#[derive(Debug, Clone)]
+struct Did {
+    busy_s: f64,
+    report: FrameReport,
+}
+
+fn busiest(frame: &[Did]) -> f64 {
+    frame.iter().fold(0.0, |most: f64, did| most.max(did.busy_s))
+}
+
+/// What is drawn, and what ranks have of it: all, or a part each.
+struct World<'w> {
+    sphere: &'w Sphere,
+    parts: Option<&'w [Local]>,
+    /// One for all, or one for each part.
+    grids: Vec<Grid<'w>>,
+    scenes: &'w [Scene],
+    /// Of each scene.
+    frames: usize,
+}
+
+impl<'w> World<'w> {
+    fn new(
+        sphere: &'w Sphere,
+        parts: Option<&'w [Local]>,
+        scenes: &'w [Scene],
+        frames: usize,
+    ) -> Result<Self> {
+        let grids = match parts {
+            None => vec![sphere.grid()?],
+            Some(parts) => parts.par_iter().map(Local::grid).collect::<Result<_>>()?,
+        };
+        Ok(World { sphere, parts, grids, scenes, frames: 1 + frames.max(1) })
+    }
+
+    /// Of each scene the least disturbed frame behind the first: what each rank did.
+    fn frames(&self, ranks: usize) -> Result<Vec<Vec<Did>>> {
+        let of_ranks = on_threads(InTurn::team(ranks), |mut team| {
+            let busy = team.begin();
+            let mut before = 0.0;
+            self.rank(Ranks::new(Box::new(team)), |report| {
+                let busy_s = busy.seconds() - std::mem::replace(&mut before, busy.seconds());
+                Did { busy_s, report }
+            })
+        })?;
+        let frame =
+            |number: usize| of_ranks.iter().map(|of_rank| of_rank[number].clone()).collect::<Vec<_>>();
+        let least = |scene: usize| {
+            let frames = (scene * self.frames + 1..(scene + 1) * self.frames).map(frame);
+            frames
+                .min_by(|a, b| busiest(a).total_cmp(&busiest(b)))
+                .expect("there is a frame behind the first")
+        };
+        Ok((0..self.scenes.len()).map(least).collect())
+    }
+
+    /// Of each scene the least seconds of a frame of ranks that compute at once, each on one thread.
+    fn wall_s(&self, ranks: usize) -> Result<Vec<f64>> {
+        let of_ranks = on_threads(local_team(ranks), |team| {
+            let mut start = Instant::now();
+            self.rank(Ranks::new(Box::new(team)), |_| {
+                std::mem::replace(&mut start, Instant::now()).elapsed().as_secs_f64()
+            })
+        })?;
+        let least = |frames: &[f64]| frames[1..].iter().fold(f64::INFINITY, |least, s| least.min(*s));
+        Ok(of_ranks[0].chunks_exact(self.frames).map(least).collect())
+    }
+
+    /// Draws all frames of all scenes as one rank and tells of each.
+    fn rank<R>(&self, mut ranks: Ranks, mut tell: impl FnMut(FrameReport) -> R) -> Result<Vec<R>> {
+        let renderer = Renderer::new(1)?;
+        let local = self.parts.map(|parts| &parts[ranks.rank()]);
+        let grid = &self.grids[if local.is_some() { ranks.rank() } else { 0 }];
+        let field = local.map_or_else(|| self.sphere.field(), Local::field)?;
+        let part = local.map(|local| Part::new(&mut ranks, grid, &local.cells())).transpose()?;
+        let mut told = Vec::new();
+        for scene in self.scenes.iter().flat_map(|scene| std::iter::repeat_n(scene, self.frames)) {
+            let layers = &self.sphere.layers;
+            told.push(tell(
+                match renderer.render_over(&mut ranks, scene, grid, part.as_ref(), layers, &field)? {
+                    Rendered::Here(frame) => frame.report,
+                    Rendered::AtRoot(report) => report,
+                },
+            ));
+        }
+        Ok(told)
+    }
+}
+
+/// What each rank of a team makes on a thread of its own.
+fn on_threads<T: Send, R: Send>(team: Vec<T>, work: impl Fn(T) -> Result<R> + Sync) -> Result<Vec<R>> {
+    let work = &work;
+    thread::scope(|scope| {
+        let threads: Vec<_> = team.into_iter().map(|one| scope.spawn(move || work(one))).collect();
+        let panicked = |_| Err(Error::new(ErrorKind::Internal, "a rank panicked"));
+        threads.into_iter().map(|thread| thread.join().unwrap_or_else(panicked)).collect()
+    })
+}
+
+/// Where frames go as rows: what a reader sees, and the same in plain numbers.
+struct Table<'o> {
+    out: &'o mut dyn Write,
+    csv: Option<CsvFile>,
+    size: u32,
+    /// Of each scene, seconds of one rank that has all.
+    alone: Vec<Option<f64>>,
+}
+
+impl Table<'_> {
+    fn row(&mut self, transfer: &str, scene: usize, sharing: Sharing, frame: &[Did]) -> Result<()> {
+        let (ranks, pixels, busiest_s) = (frame.len(), f64::from(self.size).powi(2), busiest(frame));
+        if sharing == Sharing::Tiles && ranks == 1 {
+            self.alone[scene] = Some(busiest_s);
+        }
+        let sharing = sharing.name();
+        let speedup = self.alone[scene].map(|alone| alone / busiest_s);
+        // The root knows of all.
+        let root = &frame[0].report;
+        let (fragments, received) = (root.counts.fragments as f64, root.bytes_received as f64);
+        let sent = received + root.counts.fragment_bytes as f64;
+        let (each, balance) = (ranks as f64, root.balance);
+        let tiles = || frame.iter().map(|did| did.report.tiles);
+        let (least, most) = (tiles().min().unwrap_or(0), tiles().max().unwrap_or(0));
+        let compose_s = frame.iter().fold(0.0, |most: f64, did| most.max(did.report.compose_s));
+        let line = format!(
+            "{transfer:>8} {sharing:>8} {ranks:>5} {busiest_s:>9.3} {:>7} {balance:>7.3} {:>10} {:>11.0} {:>11.2} {:>11.0} {:>11.1} {:>13.0} {compose_s:>9.3}",
+            speedup.map_or_else(String::new, |speedup| format!("{speedup:.2}")),
+            format!("{least}-{most}"),
+            fragments / each,
+            fragments / pixels,
+            sent / each / 1024.0,
+            sent / pixels,
+            received / 1024.0,
+        );
+        say(self.out, &line)?;
+        let Some(csv) = &mut self.csv else { return Ok(()) };
+        let speedup = speedup.map_or_else(String::new, |speedup| speedup.to_string());
+        let mut cells = vec![transfer.to_owned(), sharing.to_owned(), ranks.to_string()];
+        cells.extend([busiest_s.to_string(), speedup]);
+        let numbers = [balance, least as f64, most as f64, fragments / each, fragments / pixels];
+        let of_bytes = [sent / each, sent / pixels, received, compose_s];
+        cells.extend(numbers.iter().chain(&of_bytes).map(f64::to_string));
+        csv.row(&cells)
+    }
+}

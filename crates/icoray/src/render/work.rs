@@ -1,0 +1,144 @@
+//! What rays of a frame have in common, and what a pixel shows.
+
+use super::Renderer;
+use crate::frame::{Certainty, Counts};
+use crate::grid::Grid;
+use crate::kernel::Real;
+use crate::kernel::column::Shell;
+use crate::kernel::piece::{Light, Method};
+use crate::kernel::ray::{Budget, Caster};
+use crate::kernel::sample::{Sample, Samples};
+use crate::kernel::transfer::Spans;
+use crate::plan::Plan;
+use crate::quality::{Deadline, Lights, Quality};
+use crate::raster::{Pixel, Raster, Tile};
+use crate::scene::{Precision, Scene};
+use glam::DVec3;
+use rayon::prelude::*;
+
+/// What the scene asks for.
+pub(super) fn asked(scene: &Scene) -> Quality {
+    let lights = if scene.lighting.is_some() { Lights::Full } else { Lights::Off };
+    Quality { pixel_step: 1, tolerance: scene.tolerance, lights }
+}
+
+/// All that rays need, prepared.
+pub(super) struct Work<'f, T, S> {
+    pub renderer: &'f Renderer,
+    pub scene: &'f Scene,
+    pub plan: &'f Plan,
+    pub grid: &'f Grid<'f>,
+    pub shell: &'f Shell<T>,
+    pub spans: &'f Spans<T>,
+    pub samples: Samples<'f, S>,
+    pub gradients: &'f [[f32; 3]],
+}
+
+impl<T: Real, S: Sample> Work<'_, T, S> {
+    /// The whole picture's, each pixel traced.
+    pub(super) fn raster(&self) -> Raster {
+        Raster { width: self.scene.width, height: self.scene.height, step: 1 }
+    }
+
+    /// The quality that is asked, or the best one that keeps the deadline.
+    pub(super) fn pick<const N: usize>(&self, asked: Quality, deadline: Option<Deadline>) -> Quality {
+        let trace = |quality: &Quality, raster: Raster| {
+            let caster = self.caster::<N>(quality);
+            drop(raster.draw(|x, y, hint, counts| pixel(self.scene, &caster, x, y, hint, counts)));
+        };
+        deadline.map_or(asked, |deadline| deadline.pick(asked, self.raster(), trace))
+    }
+
+    /// Traces tiles of the picture, each given away when it is done.
+    pub(super) fn trace<const N: usize>(
+        &self,
+        quality: &Quality,
+        tiles: &[u32],
+        give: &(dyn Fn(Tile) + Sync),
+    ) {
+        let caster = self.caster::<N>(quality);
+        let raster = Raster { step: quality.pixel_step, ..self.raster() };
+        raster
+            .trace(tiles, |x, y, hint, counts| pixel(self.scene, &caster, x, y, hint, counts))
+            .for_each(give);
+    }
+
+    pub(super) fn caster<const N: usize>(&self, quality: &Quality) -> Caster<'_, T, S, N> {
+        let is_lit = quality.lights != Lights::Off;
+        Caster {
+            grid: self.grid,
+            shell: self.shell,
+            spans: self.spans,
+            samples: self.samples,
+            gradients: self.gradients,
+            method: self.scene.method,
+            budget: Budget::new(quality.tolerance, brightest(self.scene)),
+            shading: self.plan.shading.filter(|_| is_lit),
+            is_coarse: quality.lights == Lights::Coarse,
+            core: self.scene.core,
+        }
+    }
+}
+
+/// The most that a channel can hold behind a ray's end: the brightest of what is in the scene.
+pub(super) fn brightest(scene: &Scene) -> f64 {
+    let most = |colors: &mut dyn Iterator<Item = [f64; 3]>| colors.flatten().fold(0.0, f64::max);
+    let field = most(&mut scene.transfer.knots.iter().map(|k| k.color));
+    let lit = scene.lighting.map_or(field, |l| (l.ambient + l.diffuse) * field + l.specular);
+    let core = most(&mut scene.core.into_iter()) * scene.lighting.map_or(1.0, |l| l.ambient + l.diffuse);
+    // A transparent picture has an opacity that goes to 1.
+    let back = scene.background.map_or(1.0, |back| most(&mut [back].into_iter()));
+    lit.max(core).max(back).max(0.01)
+}
+
+/// Only an unlit integral in f64 is bounded throughout, where each pixel is traced.
+pub(super) fn certainty(scene: &Scene, quality: &Quality) -> Certainty {
+    let is_exact = scene.method == Method::Exact && scene.precision == Precision::F64;
+    let is_bound = is_exact && scene.lighting.is_none() && quality.pixel_step == 1;
+    if is_bound { Certainty::Bound } else { Certainty::Estimate }
+}
+
+/// Standard deviations of rounding that the error of a pixel counts. Each rounding's largest size, 1.7 times its standard
+/// deviation, stands for the latter.
+const DEVIATIONS: f64 = 4.0;
+
+/// What rounding of positions may do to a ray that grazes an edge of the mesh.
+const GEOMETRY: f64 = 1e-9;
+
+/// The light of one pixel, over the background.
+pub(super) fn pixel<T: Real, S: Sample, const N: usize>(
+    scene: &Scene,
+    caster: &Caster<'_, T, S, N>,
+    x: u32,
+    y: u32,
+    hint: &mut u32,
+    counts: &mut Counts,
+) -> Pixel {
+    let (eye, dir) = ray(scene, x, y);
+    shown(scene, caster.budget.brightest, caster.trace(eye, dir, hint, counts))
+}
+
+/// The ray of a pixel: the eye and a unit vector.
+pub(super) fn ray(scene: &Scene, x: u32, y: u32) -> (DVec3, DVec3) {
+    let dir = scene.camera.direction(x, y, scene.width, scene.height);
+    (DVec3::from_array(scene.camera.eye()), DVec3::from_array(dir))
+}
+
+/// What light shows over the background; `None` where the ray misses the shell.
+pub(super) fn shown<T: Real>(scene: &Scene, brightest: f64, met: Option<Light<T>>) -> Pixel {
+    let light = met.unwrap_or(Light::none());
+    let absorbed = light.absorbed.wide();
+    let color = light.color.map(T::wide);
+    let color = match scene.background {
+        None => [color[0], color[1], color[2], absorbed],
+        Some(back) => {
+            let [r, g, b] = [0, 1, 2].map(|k| color[k] + (1.0 - absorbed) * back[k]);
+            [r, g, b, 1.0]
+        }
+    };
+    let rounding = DEVIATIONS * light.variance.wide().sqrt();
+    // The picture itself is in f32.
+    let stored = color.iter().fold(0.0f64, |most, c| most.max(*c)) * f64::from(f32::EPSILON) / 2.0;
+    let error = if met.is_some() { light.error.wide() + rounding + stored + GEOMETRY } else { 0.0 };
+    Pixel { color: color.map(|c| c as f32), error: error.min(brightest.max(1.0)) as f32 }
+}

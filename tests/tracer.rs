@@ -1,0 +1,66 @@
+//! The C model over ranks: each computes all of it, and together they draw the pictures of one process.
+
+use icoray_tests::native::{command, library, mpi_library, root, succeeded, text};
+use icoray_tests::ranks::FIRST;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use tempfile::TempDir;
+
+/// Builds the model in `directory`, as the head of `tracer.c` says.
+fn build(with_mpi: bool, directory: &Path) -> PathBuf {
+    let (compiler, library, to) =
+        if with_mpi { ("mpicc", mpi_library(), "ranks") } else { ("cc", library(), "one") };
+    let to = directory.join(to);
+    let mut build = Command::new(compiler);
+    build.args(["-std=c99", "-O2", "-Wall", "-Wextra", "-Werror", "-pedantic"]);
+    build.args(with_mpi.then_some("-DTRACER_MPI")).arg("-I").arg(root().join("include"));
+    let sources = ["tracer", "mesh", "options", "ranks", "transport", "winds"];
+    build.args(sources.map(|source| root().join("examples/c").join(source).with_extension("c")));
+    build.arg(library).arg(format!("-Wl,-rpath,{}", library.parent().unwrap().display()));
+    succeeded(build.args(["-lm", "-o"]).arg(&to));
+    to
+}
+
+const SIZE: [&str; 8] = ["--level", "3", "--layers", "6", "--days", "1", "--threads", "1"];
+
+/// The pictures that a run leaves in `to`.
+fn drawn(run: &mut Command, scene: &Path, to: &Path) -> BTreeMap<String, Vec<u8>> {
+    std::fs::create_dir(to).unwrap();
+    let output = succeeded(run.args(SIZE).arg("--scene").arg(scene).arg("--out").arg(to));
+    let told = text(&output.stdout);
+    assert_eq!(told.matches("summary ").count(), 1, "only rank 0 speaks:\n{told}");
+    let paths = std::fs::read_dir(to).unwrap().map(|entry| entry.unwrap().path());
+    let pictures = paths.filter(|path| path.extension().is_some_and(|extension| extension == "png"));
+    let name = |path: &Path| path.file_name().unwrap().to_string_lossy().into_owned();
+    pictures.map(|path| (name(&path), std::fs::read(&path).unwrap())).collect()
+}
+
+#[test]
+fn the_model_draws_the_same_bytes_on_any_number_of_ranks() {
+    if !FIRST.is_there() {
+        return;
+    }
+    let directory = TempDir::new().unwrap();
+    let directory = directory.path();
+    let (one, ranks) = (build(false, directory), build(true, directory));
+    let scene = std::fs::read_to_string(root().join("examples/scenes/tracer.toml")).unwrap();
+    let path = directory.join("scene.toml");
+    std::fs::write(&path, scene.replace("640", "160")).unwrap();
+
+    let expected = drawn(&mut command(one, directory), &path, &directory.join("alone"));
+    assert_eq!(expected.len(), 3, "each half day");
+    for n in [1, 2, 3] {
+        let mut run = FIRST.on_ranks(n, &ranks, directory);
+        let several = drawn(&mut run, &path, &directory.join(n.to_string()));
+        assert!(several == expected, "{n} ranks draw other pictures");
+    }
+
+    // What is wrong is said once, and the simulation goes on without pictures.
+    let output =
+        FIRST.on_ranks(2, &ranks, directory).args(SIZE).args(["--scene", "nowhere"]).output().unwrap();
+    let (stdout, stderr) = (text(&output.stdout), text(&output.stderr));
+    assert!(!output.status.success());
+    assert_eq!(stderr.matches("tracer: icoray_scene_load: ").count(), 1, "{stderr}");
+    assert!(stdout.contains(" frames=0 ") && stdout.contains(" pictures_failed=3"), "{stdout}");
+}
