@@ -96,7 +96,7 @@ mod tests {
         let pixels = raster.pixels_of(1);
         let counts = crate::Counts::of_numbers([1, 2, 3, 4, 5, 6]);
         for (varies, least) in
-            [([false; 5], 20), ([true; 5], 20 * pixels), ([true, true, true, false, true], 16 * pixels)]
+            [([false; 5], 20), ([true; 5], 20 * pixels), ([true, true, true, false, true], 16 * pixels + 4)]
         {
             let value = |i: usize, k: usize| if varies[k] { i as f32 * 0.1 - k as f32 } else { -0.0 };
             let pixel = |i| Pixel { color: [0, 1, 2, 3].map(|k| value(i, k)), error: value(i, 4) };
