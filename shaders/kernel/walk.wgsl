@@ -214,7 +214,7 @@ fn walk_new(line: RayLine, hint: u32) -> Walk {
         contour_forward(line.plane, &contour);
     }
     let entry = contour_entry(&contour);
-    let place = place_clip(
+    let place = walk_clip(
         Place(entry.point, vec2f(entry.w.hi, 0.0)),
         walk_exit_place(&contour, contour_exit(&contour)),
         start,
@@ -230,7 +230,7 @@ fn walk_exit_place(contour: ptr<function, Contour>, crossing: Crossing) -> Place
     return Place(crossing.point, vec2f(0.0, w));
 }
 
-fn place_clip(a: Place, b: Place, to: Point) -> Place {
+fn walk_clip(a: Place, b: Place, to: Point) -> Place {
     let before = point_cross(to, a.point);
     let whole = wide_sub(before, point_cross(to, b.point));
     var w = wide(0.0);
@@ -250,7 +250,7 @@ fn walk_next_column(walk: ptr<function, Walk>, line: RayLine) -> Column {
     let is_last = point_cross(end, exit_place.point).hi >= 0.0;
     var t1 = line.end;
     if is_last {
-        exit_place = place_clip(entry_place, exit_place, end);
+        exit_place = walk_clip(entry_place, exit_place, end);
     } else {
         // What is not the last lies ahead, where x is positive.
         let there = wide_div(wide_mul(line.b, exit_place.point.y), exit_place.point.x);

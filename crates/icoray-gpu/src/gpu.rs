@@ -154,6 +154,11 @@ impl Gpu {
         format!("{name} ({driver} {driver_info})")
     }
 
+    /// Whether the device is a processor that acts as a GPU, which is no faster than the CPU renderer.
+    pub fn is_processor(&self) -> bool {
+        self.info.device_type == wgpu::DeviceType::Cpu
+    }
+
     /// What the device has complained of since it was last asked.
     pub(crate) fn untroubled(&self) -> Result<(), Reason> {
         self.trouble.take().map_or(Ok(()), |message| because(format!("{}: {message}", self.info.name)))
