@@ -106,8 +106,8 @@ pub(crate) fn params(scene: &Scene, mesh: &Mesh, job: &Job) -> Params {
         half_pixel_lo,
         up_hi,
         up_lo,
-        // A great circle passes each triangle once, and on a mesh as even as real ones some of its root.
-        most_steps: (3 * triangles).min(1000 + 40 * triangles.isqrt()) as u32,
+        // A great circle passes some 3 times the root of them, on refined meshes and over slivers more.
+        most_steps: 1000 + 40 * triangles.isqrt() as u32,
         core: scene.core.unwrap_or_default().map(|c| c as f32),
         layers: layers as u32,
         index_base: mesh.grid.tables().index_base,

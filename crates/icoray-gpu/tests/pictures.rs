@@ -375,3 +375,22 @@ fn other_scenes_are_left_to_the_cpu() {
         assert!(Gpu::new(&choice).unwrap_err().to_string().contains("no adapter"));
     }
 }
+
+/// More than lavapipe's 128 MiB for a binding.
+#[test]
+fn a_field_without_room_is_left_to_the_cpu() {
+    let Some(gpu) = gpu() else { return };
+    let tables = IcosahedralMesh::new(6).unwrap();
+    let grid = Grid::new(tables.tables()).unwrap();
+    let mesh = gpu.mesh(&grid).unwrap();
+    let heights: Vec<f64> = (0..830).map(|k| 100.0 * f64::from(k)).collect();
+    let layers = Layers::from_heights(&heights, EARTH_M).unwrap();
+    let values = vec![0.5f32; grid.cells() * heights.len()];
+    let shape = Shape::level_fastest(grid.cells(), heights.len());
+    let field = Field::new(values.as_slice().into(), shape, Location::Center, None).unwrap();
+    let scene = Scene { width: 8, height: 8, ..scene(FAR, RAMP, "") };
+    match gpu.render(&Renderer::new(1).unwrap(), &scene, &mesh, &layers, &field).unwrap() {
+        Outcome::Left(reason) => assert!(reason.to_string().contains("135993840 bytes"), "{reason}"),
+        Outcome::Drawn(frame) => assert!(frame.report.counts.rays > 0),
+    }
+}
