@@ -109,6 +109,17 @@ static VALGRIND: Requirement = Requirement {
     present: || succeeds("valgrind", ["--version"]),
 };
 
+// Any driver will do, a GPU's own too; this package has one that runs on the processor.
+static VULKAN: Requirement = Requirement {
+    package: "mesa-vulkan-drivers",
+    purpose: "a Vulkan driver: runs the GPU's tests on the processor",
+    source: Source::Apt,
+    present: || {
+        let folders = ["/usr/share/vulkan/icd.d", "/etc/vulkan/icd.d"];
+        folders.iter().any(|folder| fs::read_dir(folder).is_ok_and(|mut files| files.next().is_some()))
+    },
+};
+
 static MPI: Requirement = Requirement {
     package: "libopenmpi-dev",
     purpose: "MPI library: pictures of several ranks",
@@ -163,6 +174,7 @@ pub static FOR_TEST: &[&Requirement] = &[
     &CMAKE,
     &PKG_CONFIG,
     &VALGRIND,
+    &VULKAN,
     &NETCDF,
     &MPI,
     &MPI_RUN,
@@ -367,6 +379,7 @@ mod tests {
             "cmake",
             "pkg-config",
             "valgrind",
+            "mesa-vulkan-drivers",
             "libnetcdf-dev",
             "libopenmpi-dev",
             "openmpi-bin",
