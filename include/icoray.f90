@@ -243,7 +243,7 @@ module icoray
   !>   call icoray_part_set(ctx, cell_global, [ierr], is_owned=mask, [grid='name'])
   !>   cell_global(cells)  number of each cell in the whole grid, from index_base (MPAS indexToCellID); of parts with gaps, if any
   !>   owned               the first so many cells are own (MPAS nCellsSolve)
-  !>   is_owned(cells)     logical, or integer(int32) that is not 0 where a cell is own; the shorter of the two counts
+  !>   is_owned(cells)     logical, or integer(int32) that is not 0 where a cell is own; as long as cell_global
   !>   grid                name of the grid; the one without a name
   !> These arrays are read during the call only, and need no TARGET. Or (ctx, icoray_part, [ierr]).
   interface icoray_part_set
@@ -957,8 +957,8 @@ contains
     call part_struct(ctx, part, ierr)
   end subroutine part_first
 
-  !> Where lengths differ the shorter one counts, which the library refuses as it refuses any other: on all ranks, which a
-  !> refusal here would leave waiting.
+  !> Lengths that differ become one that no array has, which the library refuses on all ranks: a refusal here would leave
+  !> the others waiting.
   subroutine part_marks(ctx, index_type, cell_global, is_owned, ierr, grid)
     type(icoray_context), intent(in) :: ctx
     integer, intent(in) :: index_type
@@ -971,7 +971,8 @@ contains
     character(kind=c_char), allocatable, target :: c_grid(:)
     allocate (marks(size(is_owned) + 1))   ! never empty, so that it has an address
     marks(:size(is_owned)) = is_owned
-    part%cells = min(cell_global%extent(1), size(is_owned, kind=c_int64_t))
+    part%cells = cell_global%extent(1)
+    if (part%cells /= size(is_owned, kind=c_int64_t)) part%cells = -1 - size(is_owned, kind=c_int64_t)
     part%index_type = int(index_type, c_int32_t)
     part%cell_global = cell_global%first
     part%is_owned = c_loc(marks)

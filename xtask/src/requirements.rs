@@ -1,6 +1,7 @@
 //! What the subcommands need beyond the Rust toolchain, and how it is found.
 
 use std::env;
+use std::fs;
 use std::path::PathBuf;
 
 use crate::libclang;
@@ -105,6 +106,17 @@ static VALGRIND: Requirement = Requirement {
     present: || succeeds("valgrind", ["--version"]),
 };
 
+// Any driver will do, a GPU's own too; this package has one that runs on the processor.
+static VULKAN: Requirement = Requirement {
+    package: "mesa-vulkan-drivers",
+    purpose: "a Vulkan driver: runs the GPU's tests on the processor",
+    source: Source::Apt,
+    present: || {
+        let folders = ["/usr/share/vulkan/icd.d", "/etc/vulkan/icd.d"];
+        folders.iter().any(|folder| fs::read_dir(folder).is_ok_and(|mut files| files.next().is_some()))
+    },
+};
+
 static MPI: Requirement = Requirement {
     package: "libopenmpi-dev",
     purpose: "MPI library: pictures of several ranks",
@@ -173,6 +185,7 @@ pub static FOR_TEST: &[&Requirement] = &[
     &CMAKE,
     &PKG_CONFIG,
     &VALGRIND,
+    &VULKAN,
     &NETCDF,
     &MPI,
     &MPI_RUN,

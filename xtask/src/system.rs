@@ -222,6 +222,7 @@ mod tests {
             "cmake",
             "pkg-config",
             "valgrind",
+            "mesa-vulkan-drivers",
             "libnetcdf-dev",
             "libopenmpi-dev",
             "openmpi-bin",

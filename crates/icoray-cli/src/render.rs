@@ -1,10 +1,12 @@
 //! `icoray render`: pictures of one time, or of all.
 
+mod backend;
 mod press;
 mod target;
 
 use crate::failure::Failure;
 use crate::input::{self, Input};
+use backend::{Backend, Drawer};
 use icoray::output::{Existing, Stamp};
 use icoray::{Error, ErrorKind, Frame, Grid, Layers, Location, Renderer, Result, Scene};
 use icoray_netcdf::{FieldInfo, LayerHeights, MpasFile};
@@ -34,6 +36,9 @@ pub struct Args {
     /// Number of threads; 0 is as many as there are cores to use
     #[arg(long, value_name = "N", default_value_t = 0)]
     threads: usize,
+    /// Who draws
+    #[arg(long, value_name = "WHO", value_enum, default_value_t = Backend::Cpu)]
+    backend: Backend,
     /// Picture size in pixels, instead of the scene's
     #[arg(long, value_name = "WxH", value_parser = size)]
     size: Option<(u32, u32)>,
@@ -181,15 +186,9 @@ pub fn run(args: &Args, out: &mut impl Write) -> std::result::Result<(), Failure
     let mesh = file.mesh();
     let grid = renderer.run(|| mesh.grid())?;
     let heights = file.layer_heights()?;
-    let job = Job {
-        scene: &scene,
-        file: &file,
-        info,
-        grid: &grid,
-        layers: &heights.layers,
-        renderer: &renderer,
-        target: &target,
-    };
+    let drawer = Drawer::new(args.backend, &renderer, &grid);
+    let job =
+        Job { scene: &scene, file: &file, info, layers: &heights.layers, drawer: &drawer, target: &target };
     let open_s = start.elapsed().as_secs_f64();
     for line in notes(info, &grid, &heights) {
         writeln!(out, "note      {line}")?;
@@ -252,9 +251,8 @@ struct Job<'a> {
     scene: &'a Scene,
     file: &'a MpasFile,
     info: &'a FieldInfo,
-    grid: &'a Grid<'a>,
     layers: &'a Layers,
-    renderer: &'a Renderer,
+    drawer: &'a Drawer<'a>,
     target: &'a Target,
 }
 
@@ -264,7 +262,7 @@ impl Job<'_> {
         let start = Instant::now();
         let owned = self.file.read_field(&self.info.name, time)?;
         let read_s = start.elapsed().as_secs_f64();
-        let frame = self.renderer.render(self.scene, self.grid, self.layers, &owned.field()?)?;
+        let (frame, drawn_on) = self.drawer.render(self.scene, self.layers, &owned.field()?)?;
         let stamp = stamp(self.file, time);
         let date = stamp.date.as_deref().unwrap_or("no date");
         let path = self.target.path(&self.scene.output, &stamp, &self.scene.field)?;
@@ -294,7 +292,9 @@ impl Job<'_> {
             report.prepare_s,
             report.render_s,
         );
-        let after = format!(" ({} threads)\nleft out  {}", report.threads, report.left_out.join("; "));
+        let drawn_on = drawn_on.map_or_else(String::new, |on| format!("\ndrawn on  {on}"));
+        let (threads, left_out) = (report.threads, report.left_out.join("; "));
+        let after = format!(" ({threads} threads){drawn_on}\nleft out  {left_out}");
         Ok((frame, stamp, Said(before, after)))
     }
 }

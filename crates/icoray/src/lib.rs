@@ -35,6 +35,7 @@
 
 mod background;
 mod compose;
+pub mod device;
 mod error;
 mod field;
 mod frame;

@@ -23,7 +23,8 @@ mod columns;
 mod parts;
 mod work;
 
-use work::{Work, asked, certainty};
+use work::Work;
+pub(crate) use work::{asked, brightest, certainty, notes, shown};
 
 /// A CPU renderer with its own threads, which have ended when it is dropped.
 #[derive(Debug)]
@@ -305,19 +306,13 @@ fn draw<T: Real, S: Sample>(setting: &Setting, ranks: &mut Ranks, data: &[S]) ->
     let Some((drawn, error)) = picture else {
         return Ok(Rendered::AtRoot(report));
     };
-    let [low, high] = scene.transfer.range();
-    let notes = vec![
-        ("transfer range", format!("{low} to {high}")),
-        ("camera", scene.camera.describe()),
-        ("exaggeration", scene.exaggeration.to_string()),
-    ];
     Ok(Rendered::Here(Frame {
         width: scene.width,
         height: scene.height,
         pixels: drawn.iter().map(|p| p.color).collect(),
         error,
         field: scene.field.clone(),
-        notes,
+        notes: notes(scene),
         stamp: Stamp::default(),
         report,
     }))

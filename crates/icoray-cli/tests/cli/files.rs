@@ -42,6 +42,23 @@ fn a_named_picture_is_written_and_reported() {
     assert!(!folder.path().join("report.csv").exists());
 }
 
+/// Whether a GPU is here, is built in, or does what the scene asks for: there is a picture, and it is said who drew it.
+#[test]
+fn a_gpu_that_is_asked_for_draws_or_it_is_said_why_not() {
+    let lit = scene("theta", 0.0, 42.0);
+    let (unlit, _) = lit.split_once("[light]").unwrap_or((&lit, ""));
+    for (scene, is_lit) in [(&*lit, lit != unlit), (unlit, false)] {
+        let folder = folder(&Made::history(), scene);
+        for backend in ["cpu", "gpu", "auto"] {
+            let text = render(folder.path(), &["-o", "out.png", "--backend", backend]);
+            assert_eq!(text.contains("drawn on  "), backend != "cpu", "{text}");
+            assert!(!is_lit || backend == "cpu" || text.contains("drawn on  the CPU: "), "{text}");
+            has(&text, &["rays      ", "error     at most "]);
+            shows_something(&folder.path().join("out.png"), 96, 96);
+        }
+    }
+}
+
 #[test]
 fn the_scene_names_the_picture_where_the_command_does_not() {
     let scene = scene("theta", 2000.0, 2042.0) + "[output]\nfile = \"{field}_$Y-$M-$D_{step:03}.exr\"\n";

@@ -73,6 +73,11 @@ impl Closure {
         self.rim[place.expect("every side of the rim is in its list")].void
     }
 
+    /// The sides of rims, sorted: triangle, vertex opposite, void triangle beyond.
+    pub fn rim(&self) -> impl Iterator<Item = [u32; 3]> + '_ {
+        self.rim.iter().map(|side| [side.triangle, u32::from(side.opposite), side.void])
+    }
+
     pub fn bytes(&self) -> usize {
         size_of_val(self.void.as_slice()) + size_of_val(self.rim.as_slice())
     }

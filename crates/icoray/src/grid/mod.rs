@@ -161,6 +161,23 @@ impl<'a> Grid<'a> {
         if self.is_triangle(hint) || self.is_void(hint) { hint } else { self.start }
     }
 
+    pub(crate) fn directions(&self) -> &[[f64; 3]] {
+        &self.direction
+    }
+
+    pub(crate) fn seats(&self) -> &[Seats] {
+        &self.seats
+    }
+
+    /// Void triangles as vertices and neighbours, and the sides of rims: triangle, vertex opposite, void triangle beyond.
+    pub(crate) fn closure_numbers(&self) -> (Vec<[u32; 6]>, Vec<[u32; 3]>) {
+        let flat = |void: &closure::Void| {
+            let ([a, b, c], [d, e, f]) = (void.cells, void.beyond);
+            [a, b, c, d, e, f]
+        };
+        (self.closure.void().iter().map(flat).collect(), self.closure.rim().collect())
+    }
+
     /// The corners of `cell` that are in the tables, without repetition, in the table's order. Beside a hole some are not
     /// triangles.
     pub fn corners_of(&self, cell: u32) -> impl Iterator<Item = u32> + '_ {

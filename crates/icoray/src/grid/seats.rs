@@ -25,6 +25,11 @@ impl Seats {
         Seats(Self::ABSENT)
     }
 
+    /// The byte itself.
+    pub fn bits(self) -> u8 {
+        self.0
+    }
+
     /// Whether the row's three cells are all there.
     #[inline]
     pub fn is_triangle(self) -> bool {

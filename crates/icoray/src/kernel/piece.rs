@@ -221,7 +221,7 @@ fn dense<T: Real>(terms: &Terms<'_, T>, absorbed: T, allowance: &Allowance<T>) -
 
 /// 6 ∫ x(1-x)/(1+εx) dx: Σ 6 (-ε)^k / ((k+2)(k+3)) for small ε, the closed form where it no longer cancels.
 #[inline]
-fn bend_factor<T: Real>(eps: T) -> T {
+pub(crate) fn bend_factor<T: Real>(eps: T) -> T {
     if eps.abs() < T::of(0.02) {
         // The first term left out is ε⁶/12 < 1e-11.
         const C: [f64; 6] = [1.0, -1.0 / 2.0, 3.0 / 10.0, -1.0 / 5.0, 1.0 / 7.0, -3.0 / 28.0];

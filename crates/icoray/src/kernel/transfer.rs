@@ -21,14 +21,14 @@ pub(crate) struct Span<T> {
     pub low: T,
     pub high: T,
     /// The value that slopes are measured from.
-    anchor: T,
-    extinction: T,
-    extinction_slope: T,
-    color: [T; 3],
-    color_slope: [T; 3],
+    pub(crate) anchor: T,
+    pub(crate) extinction: T,
+    pub(crate) extinction_slope: T,
+    pub(crate) color: [T; 3],
+    pub(crate) color_slope: [T; 3],
     /// Most of |dc/df| over the channels.
-    steepest: T,
-    brightest: T,
+    pub(crate) steepest: T,
+    pub(crate) brightest: T,
     /// Extinction is zero throughout.
     pub is_clear: bool,
 }
@@ -141,6 +141,11 @@ impl<T: Real> Spans<T> {
     #[inline]
     pub fn steps(&self) -> &[Step<T>] {
         &self.steps
+    }
+
+    /// All spans, rising.
+    pub fn all(&self) -> &[Span<T>] {
+        &self.spans
     }
 
     /// Span number `k`.

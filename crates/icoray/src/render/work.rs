@@ -17,7 +17,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 /// What the scene asks for.
-pub(super) fn asked(scene: &Scene) -> Quality {
+pub(crate) fn asked(scene: &Scene) -> Quality {
     let lights = if scene.lighting.is_some() { Lights::Full } else { Lights::Off };
     Quality { pixel_step: 1, tolerance: scene.tolerance, lights }
 }
@@ -81,7 +81,7 @@ impl<T: Real, S: Sample> Work<'_, T, S> {
 }
 
 /// The most that a channel can hold behind a ray's end: the brightest of what is in the scene.
-pub(super) fn brightest(scene: &Scene) -> f64 {
+pub(crate) fn brightest(scene: &Scene) -> f64 {
     let most = |colors: &mut dyn Iterator<Item = [f64; 3]>| colors.flatten().fold(0.0, f64::max);
     let field = most(&mut scene.transfer.knots.iter().map(|k| k.color));
     let lit = scene.lighting.map_or(field, |l| (l.ambient + l.diffuse) * field + l.specular);
@@ -92,10 +92,20 @@ pub(super) fn brightest(scene: &Scene) -> f64 {
 }
 
 /// Only an unlit integral in f64 is bounded throughout, where each pixel is traced.
-pub(super) fn certainty(scene: &Scene, quality: &Quality) -> Certainty {
+pub(crate) fn certainty(scene: &Scene, quality: &Quality) -> Certainty {
     let is_exact = scene.method == Method::Exact && scene.precision == Precision::F64;
     let is_bound = is_exact && scene.lighting.is_none() && quality.pixel_step == 1;
     if is_bound { Certainty::Bound } else { Certainty::Estimate }
+}
+
+/// What a picture's text says of its scene.
+pub(crate) fn notes(scene: &Scene) -> Vec<(&'static str, String)> {
+    let [low, high] = scene.transfer.range();
+    vec![
+        ("transfer range", format!("{low} to {high}")),
+        ("camera", scene.camera.describe()),
+        ("exaggeration", scene.exaggeration.to_string()),
+    ]
 }
 
 /// Standard deviations of rounding that the error of a pixel counts. Each rounding's largest size, 1.7 times its standard
@@ -125,7 +135,7 @@ pub(super) fn ray(scene: &Scene, x: u32, y: u32) -> (DVec3, DVec3) {
 }
 
 /// What light shows over the background; `None` where the ray misses the shell.
-pub(super) fn shown<T: Real>(scene: &Scene, brightest: f64, met: Option<Light<T>>) -> Pixel {
+pub(crate) fn shown<T: Real>(scene: &Scene, brightest: f64, met: Option<Light<T>>) -> Pixel {
     let light = met.unwrap_or(Light::none());
     let absorbed = light.absorbed.wide();
     let color = light.color.map(T::wide);

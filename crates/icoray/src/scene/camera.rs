@@ -44,6 +44,11 @@ impl Camera {
         self.eye.to_array()
     }
 
+    /// Unit vectors forwards, to the right and upwards, and half the picture's height at distance 1.
+    pub fn frame(&self) -> ([[f64; 3]; 3], f64) {
+        ([self.forward, self.right, self.up].map(|axis| axis.to_array()), self.half_height)
+    }
+
     /// Unit vector through the middle of pixel (`x`, `y`), counted from the upper left, of a picture of
     /// `width` × `height` square pixels.
     pub fn direction(&self, x: u32, y: u32, width: u32, height: u32) -> [f64; 3] {

@@ -1,0 +1,210 @@
+//! The device: which one, and what goes wrong on it.
+
+use std::collections::HashMap;
+use std::fmt;
+use std::sync::{Arc, Mutex, PoisonError};
+
+use crate::scene::Variant;
+
+/// Which adapter to draw on.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub enum Choice {
+    /// The fastest kind that is there: discrete, integrated, virtual, and last a processor that acts as one.
+    #[default]
+    Any,
+    /// That number in the list of adapters, from 0.
+    Index(usize),
+    /// The first whose name holds this, whatever the case.
+    Name(String),
+}
+
+/// Why something is not drawn on the GPU, in words.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Reason(pub(crate) String);
+
+impl fmt::Display for Reason {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.0)
+    }
+}
+
+impl std::error::Error for Reason {}
+
+/// Shorthand of this crate's.
+pub(crate) fn because<T>(reason: impl Into<String>) -> Result<T, Reason> {
+    Err(Reason(reason.into()))
+}
+
+/// What a device has complained of and nobody has looked at, first come.
+#[derive(Debug, Clone, Default)]
+struct Trouble(Arc<Mutex<Option<String>>>);
+
+impl Trouble {
+    fn put(&self, message: String) {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(message);
+    }
+
+    fn take(&self) -> Option<String> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner).take()
+    }
+}
+
+/// A device, ready to draw.
+#[derive(Debug)]
+pub struct Gpu {
+    info: wgpu::AdapterInfo,
+    pub(crate) device: wgpu::Device,
+    pub(crate) queue: wgpu::Queue,
+    pub(crate) limits: wgpu::Limits,
+    pub(crate) bindings: wgpu::BindGroupLayout,
+    pub(crate) pipelines: Mutex<HashMap<Variant, wgpu::ComputePipeline>>,
+    trouble: Trouble,
+}
+
+/// Bindings of `shaders/`, in order: their kinds.
+const BINDINGS: [wgpu::BufferBindingType; 14] = {
+    let mut kinds = [wgpu::BufferBindingType::Storage { read_only: true }; 14];
+    kinds[0] = wgpu::BufferBindingType::Uniform;
+    kinds[13] = wgpu::BufferBindingType::Storage { read_only: false };
+    kinds
+};
+
+impl Gpu {
+    /// Opens a device.
+    ///
+    /// # Errors
+    /// A [`Reason`] where there is no such adapter, or it cannot do what the kernel needs.
+    pub fn new(choice: &Choice) -> Result<Self, Reason> {
+        let instance = wgpu::Instance::new(wgpu::InstanceDescriptor {
+            backends: wgpu::Backends::VULKAN,
+            ..wgpu::InstanceDescriptor::new_without_display_handle()
+        });
+        let mut adapters = pollster::block_on(instance.enumerate_adapters(wgpu::Backends::VULKAN));
+        let names: Vec<String> = adapters.iter().map(|a| a.get_info().name).collect();
+        let kind = |adapter: &wgpu::Adapter| match adapter.get_info().device_type {
+            wgpu::DeviceType::DiscreteGpu => 0,
+            wgpu::DeviceType::IntegratedGpu => 1,
+            wgpu::DeviceType::VirtualGpu => 2,
+            _ => 3,
+        };
+        let place = match choice {
+            Choice::Any => (0..adapters.len()).min_by_key(|&i| kind(&adapters[i])),
+            Choice::Index(index) => Some(*index).filter(|&i| i < adapters.len()),
+            Choice::Name(name) => {
+                names.iter().position(|known| known.to_lowercase().contains(&name.to_lowercase()))
+            }
+        };
+        let Some(place) = place else {
+            return because(match (choice, names.is_empty()) {
+                (_, true) => "no Vulkan adapter is here".into(),
+                (Choice::Index(index), _) => format!("no adapter has the number {index} of {names:?}"),
+                (Choice::Name(name), _) => format!("no adapter is named {name:?} of {names:?}"),
+                (Choice::Any, _) => unreachable!("one of several adapters is the fastest"),
+            });
+        };
+        Self::open(&adapters.swap_remove(place))
+    }
+
+    fn open(adapter: &wgpu::Adapter) -> Result<Self, Reason> {
+        let (info, limits) = (adapter.get_info(), adapter.limits());
+        let needed = BINDINGS.len() as u32 - 1;
+        if limits.max_storage_buffers_per_shader_stage < needed {
+            let has = limits.max_storage_buffers_per_shader_stage;
+            return because(format!(
+                "{} has {has} storage buffers for a shader, expected {needed}",
+                info.name
+            ));
+        }
+        let descriptor = wgpu::DeviceDescriptor {
+            label: Some("icoray"),
+            required_limits: limits.clone(),
+            memory_hints: wgpu::MemoryHints::MemoryUsage,
+            ..wgpu::DeviceDescriptor::default()
+        };
+        let opened = pollster::block_on(adapter.request_device(&descriptor));
+        let (device, queue) = opened.map_err(|e| Reason(format!("{}: {e}", info.name)))?;
+        let trouble = Trouble::default();
+        let (error, loss) = (trouble.clone(), trouble.clone());
+        device.on_uncaptured_error(Arc::new(move |e: wgpu::Error| error.put(e.to_string())));
+        device.set_device_lost_callback(move |reason, message| {
+            // A device that is dropped is lost to nobody.
+            if reason != wgpu::DeviceLostReason::Destroyed {
+                loss.put(format!("the device is lost: {message}"));
+            }
+        });
+        let entries: Vec<_> = (0u32..)
+            .zip(BINDINGS)
+            .map(|(binding, ty)| wgpu::BindGroupLayoutEntry {
+                binding,
+                visibility: wgpu::ShaderStages::COMPUTE,
+                ty: wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None },
+                count: None,
+            })
+            .collect();
+        let layout = wgpu::BindGroupLayoutDescriptor { label: Some("icoray"), entries: &entries };
+        let bindings = device.create_bind_group_layout(&layout);
+        let gpu = Gpu { info, device, queue, limits, bindings, pipelines: Mutex::default(), trouble };
+        gpu.untroubled()?;
+        Ok(gpu)
+    }
+
+    /// The device's name and driver.
+    pub fn name(&self) -> String {
+        let wgpu::AdapterInfo { name, driver, driver_info, .. } = &self.info;
+        format!("{name} ({driver} {driver_info})")
+    }
+
+    /// Whether the device is a processor that acts as a GPU, which is no faster than the CPU renderer.
+    pub fn is_processor(&self) -> bool {
+        self.info.device_type == wgpu::DeviceType::Cpu
+    }
+
+    /// What the device has complained of since it was last asked.
+    pub(crate) fn untroubled(&self) -> Result<(), Reason> {
+        self.trouble.take().map_or(Ok(()), |message| because(format!("{}: {message}", self.info.name)))
+    }
+
+    /// Room for `bytes` in a buffer that shaders read.
+    pub(crate) fn buffer(
+        &self,
+        what: &str,
+        bytes: usize,
+        usage: wgpu::BufferUsages,
+    ) -> Result<wgpu::Buffer, Reason> {
+        let binding = if usage.contains(wgpu::BufferUsages::STORAGE) {
+            self.limits.max_storage_buffer_binding_size
+        } else {
+            u64::MAX
+        };
+        let most = self.limits.max_buffer_size.min(binding);
+        // A binding has at least one element, the largest of which are 64 bytes.
+        let size = (bytes as u64).max(64).next_multiple_of(4);
+        if size > most {
+            return because(format!(
+                "{what}: {bytes} bytes, expected at most the {most} of {}",
+                self.info.name
+            ));
+        }
+        let buffer = self.device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some(what),
+            size,
+            usage,
+            mapped_at_creation: false,
+        });
+        self.untroubled()?;
+        Ok(buffer)
+    }
+
+    /// A buffer that holds `elements`.
+    pub(crate) fn upload<T: bytemuck::NoUninit>(
+        &self,
+        what: &str,
+        elements: &[T],
+    ) -> Result<wgpu::Buffer, Reason> {
+        let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST;
+        let buffer = self.buffer(what, size_of_val(elements), usage)?;
+        self.queue.write_buffer(&buffer, 0, bytemuck::cast_slice(elements));
+        self.untroubled()?;
+        Ok(buffer)
+    }
+}

@@ -1,0 +1,131 @@
+//! What lies in the shaders' buffers, byte by byte: the structs of `shaders/` of the same names. A test compares.
+
+use bytemuck::{Pod, Zeroable};
+
+/// Splits a double into the two halves of the shaders' `Wide`.
+pub fn halves(x: f64) -> [f32; 2] {
+    let hi = x as f32;
+    [hi, (x - f64::from(hi)) as f32]
+}
+
+/// [`halves`] of a vector.
+pub fn halves3(v: [f64; 3]) -> [[f32; 3]; 2] {
+    let pairs = v.map(halves);
+    [pairs.map(|p| p[0]), pairs.map(|p| p[1])]
+}
+
+/// See `shaders/params.wgsl`.
+#[allow(missing_docs)]
+#[derive(Debug, Clone, Copy, Default, Pod, Zeroable)]
+#[repr(C)]
+pub struct Params {
+    pub eye_hi: [f32; 3],
+    pub width: u32,
+    pub eye_lo: [f32; 3],
+    pub height: u32,
+    pub forward_hi: [f32; 3],
+    pub first_row: u32,
+    pub forward_lo: [f32; 3],
+    pub end_row: u32,
+    pub right_hi: [f32; 3],
+    pub half_pixel_hi: f32,
+    pub right_lo: [f32; 3],
+    pub half_pixel_lo: f32,
+    pub up_hi: [f32; 3],
+    pub zero: u32,
+    pub up_lo: [f32; 3],
+    pub most_steps: u32,
+    pub core: [f32; 3],
+    pub layers: u32,
+    pub index_base: i32,
+    pub triangles: u32,
+    pub rim_sides: u32,
+    pub spans: u32,
+    pub steps: u32,
+    pub column_stride: u32,
+    pub layer_stride: u32,
+    pub share: f32,
+    pub rest: f32,
+    pub brightest: f32,
+    pub groups_across: u32,
+    pub start: u32,
+}
+
+/// See `shaders/kernel/transfer.wgsl`.
+#[allow(missing_docs)]
+#[derive(Debug, Clone, Copy, Default, Pod, Zeroable)]
+#[repr(C)]
+pub struct Span {
+    pub low: f32,
+    pub high: f32,
+    pub anchor: f32,
+    pub extinction: f32,
+    pub color: [f32; 3],
+    pub extinction_slope: f32,
+    pub color_slope: [f32; 3],
+    pub steepest: f32,
+    pub is_clear: u32,
+    pub padding: [u32; 3],
+}
+
+impl From<&icoray::device::Span> for Span {
+    fn from(span: &icoray::device::Span) -> Self {
+        // What f32 does not hold, a shader need not: a value as far out, or an extinction as large, is as good.
+        let finite = |x: f32| x.clamp(-1e37, 1e37);
+        Span {
+            low: span.low.max(-icoray::device::ENDLESS),
+            high: span.high.min(icoray::device::ENDLESS),
+            anchor: span.anchor,
+            extinction: finite(span.extinction),
+            color: span.color,
+            extinction_slope: finite(span.extinction_slope),
+            color_slope: span.color_slope.map(finite),
+            steepest: finite(span.steepest),
+            is_clear: u32::from(span.is_clear),
+            padding: [0; 3],
+        }
+    }
+}
+
+/// See `shaders/kernel/transfer.wgsl`.
+#[allow(missing_docs)]
+#[derive(Debug, Clone, Copy, Default, Pod, Zeroable)]
+#[repr(C)]
+pub struct Step {
+    pub value: f32,
+    pub extinction: f32,
+}
+
+/// See `shaders/kernel/column.wgsl`.
+#[allow(missing_docs)]
+#[derive(Debug, Clone, Copy, Default, Pod, Zeroable)]
+#[repr(C)]
+pub struct ShellLayer {
+    pub radius_hi: f32,
+    pub radius_lo: f32,
+    pub curvature: f32,
+    pub inverse: f32,
+}
+
+/// See `shaders/picture.wgsl`.
+#[allow(missing_docs)]
+#[derive(Debug, Clone, Copy, Default, Pod, Zeroable)]
+#[repr(C)]
+pub struct Pixel {
+    pub red: f32,
+    pub green: f32,
+    pub blue: f32,
+    pub absorbed: f32,
+    pub error: f32,
+    pub variance: f32,
+    pub columns: u32,
+    pub frusta: u32,
+    pub void_frusta: u32,
+}
+
+impl Pixel {
+    /// The error of a ray that missed the shell.
+    pub const MISSED: f32 = -1.0;
+    /// The error of a ray that lost its way.
+    pub const LOST: f32 = -2.0;
+}

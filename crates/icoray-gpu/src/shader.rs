@@ -1,0 +1,55 @@
+//! The shaders' sources, and how one is put together of those that it imports.
+//!
+//! A line `#import NAME` in `shaders/` asks for `shaders/NAME.wgsl`, once and before the rest of the file. Nothing more is
+//! needed: WGSL does not mind the order of declarations.
+
+/// Every file in `shaders/`, by its name there.
+pub const SOURCES: [(&str, &str); 14] = [
+    ("grid", include_str!("../../../shaders/grid.wgsl")),
+    ("params", include_str!("../../../shaders/params.wgsl")),
+    ("picture", include_str!("../../../shaders/picture.wgsl")),
+    ("kernel/column", include_str!("../../../shaders/kernel/column.wgsl")),
+    ("kernel/doubt", include_str!("../../../shaders/kernel/doubt.wgsl")),
+    ("kernel/piece", include_str!("../../../shaders/kernel/piece.wgsl")),
+    ("kernel/plane", include_str!("../../../shaders/kernel/plane.wgsl")),
+    ("kernel/ray", include_str!("../../../shaders/kernel/ray.wgsl")),
+    ("kernel/real", include_str!("../../../shaders/kernel/real.wgsl")),
+    ("kernel/sample", include_str!("../../../shaders/kernel/sample.wgsl")),
+    ("kernel/segment", include_str!("../../../shaders/kernel/segment.wgsl")),
+    ("kernel/transfer", include_str!("../../../shaders/kernel/transfer.wgsl")),
+    ("kernel/walk", include_str!("../../../shaders/kernel/walk.wgsl")),
+    ("kernel/wide", include_str!("../../../shaders/kernel/wide.wgsl")),
+];
+
+/// The source named `name` with all that it imports.
+///
+/// # Panics
+/// When there is no such source.
+pub fn compose(name: &str) -> String {
+    expand(&format!("#import {name}"))
+}
+
+/// `text` with all that it imports.
+///
+/// # Panics
+/// When it imports what is not there.
+pub fn expand(text: &str) -> String {
+    let (mut seen, mut whole) = (Vec::new(), String::new());
+    add(text, &mut seen, &mut whole);
+    whole
+}
+
+fn add<'t>(text: &'t str, seen: &mut Vec<&'t str>, whole: &mut String) {
+    let import = |line: &'t str| line.strip_prefix("#import ").map(str::trim);
+    for name in text.lines().filter_map(import) {
+        if !seen.contains(&name) {
+            seen.push(name);
+            let source = SOURCES.iter().find(|(known, _)| *known == name);
+            add(source.unwrap_or_else(|| panic!("no shader is named {name}")).1, seen, whole);
+        }
+    }
+    for line in text.lines().filter(|line| import(line).is_none()) {
+        whole.push_str(line);
+        whole.push('\n');
+    }
+}

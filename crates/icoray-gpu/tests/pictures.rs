@@ -1,0 +1,396 @@
+//! Pictures against those of the CPU: near its f32, and no farther from its f64 than both say that they may be.
+
+use glam::DVec3;
+use icoray::{
+    Counts, Field, Frame, Grid, GridTables, IcosahedralMesh, Layers, Location, LonLat, Precision, Renderer,
+    Scene, Shape,
+};
+use icoray_gpu::{Choice, Gpu, Mesh, Outcome};
+use std::sync::OnceLock;
+
+#[path = "../../icoray/tests/culled/mod.rs"]
+mod culled;
+use culled::{Culled, Mark, Style, holes};
+
+const RMSE: f64 = 2e-5;
+const MAX: f64 = 1e-3;
+
+const RAMP: &str =
+    "map = \"viridis\"\nrange = [-1, 1]\nopacity = [[-1, 0.5], [-0.2, 0.05], [0.1, 0.8], [1, 0.3]]";
+const SMOOTH: &str = "knots = [ { value = -0.8, color = \"blue\", extinction = 4 }, { value = -0.2, color = \"white\", extinction = 0 }, \
+     { value = 0.3, color = \"yellow\", extinction = 1 }, { value = 0.8, color = \"red\", extinction = 9 } ]";
+const DENSE: &str = "knots = [ { value = -0.9, color = \"red\", extinction = 3 }, { value = 0.1, color = \"blue\", extinction = 900 }, \
+     { value = 0.9, color = \"white\", extinction = 1e5 } ]";
+const STEPS: &str = "knots = [ { value = -0.9, color = \"red\", extinction = 1e6 }, { value = -0.5, color = \"orange\", extinction = 1e6 }, \
+     { value = -0.5, color = \"blue\", extinction = 0 }, { value = 0.9, color = \"white\", extinction = 5 } ]";
+const SPIKE: &str = "knots = [ { value = 0.1, color = \"red\", extinction = 0 }, { value = 0.1000005, color = \"green\", extinction = 1e5 }, \
+     { value = 0.100001, color = \"blue\", extinction = 0 }, { value = 0.9, color = \"white\", extinction = 5 } ]";
+const TRANSFERS: [(&str, &str); 5] =
+    [("ramp", RAMP), ("smooth", SMOOTH), ("dense", DENSE), ("steps", STEPS), ("spike", SPIKE)];
+
+const FAR: &str = "lon = 30\nlat = 25\ndistance = 3.2\nfov = 45";
+const POLE: &str = "lon = 25\nlat = 89.999\ndistance = 1.4\nfov = 90";
+const INSIDE: &str = "eye = [1.02, 0.3, 0.1]\ntarget = [0, 1.2, 0.3]\nfov = 90";
+const CENTRE: &str = "eye = [0, 0, 0]\ntarget = [0.3, 1, 0.2]\nfov = 110";
+const RADIAL: &str = "eye = [0, 0, 2]\ntarget = [0, 0, 0]\nup = [0, 1, 0]\nfov = 50";
+/// Just above and inside a shell that ends 3 km up, looking along the limb.
+const LIMB: &str = "eye = [1.001, 0.007, 0.003]\ntarget = [0.9, 0.6, 0.1]\nfov = 30";
+const IN_THIN: &str = "eye = [1.0003, 0.007, 0.011]\ntarget = [1.0003, 0.4, 0.1]\nfov = 60";
+
+const EARTH_M: f64 = 6_371_229.0;
+const THICK_M: [f64; 5] = [0.0, 3e3, 5e3, 12e3, 20e3];
+
+/// The device, or nothing where there is none.
+fn gpu() -> Option<&'static Gpu> {
+    static GPU: OnceLock<Option<Gpu>> = OnceLock::new();
+    let open = || Gpu::new(&Choice::Any).inspect_err(|reason| eprintln!("skipped: {reason}")).ok();
+    GPU.get_or_init(open).as_ref()
+}
+
+fn wave(p: DVec3, layer: usize, layers: usize) -> f64 {
+    let phase = 2.0 * layer as f64 / layers as f64;
+    let fine = (17.0 * p.x + phase).sin() * (15.0 * p.y - phase).cos();
+    0.6 * (3.0 * p.x + phase).sin() * (4.0 * p.y).cos() + 0.3 * p.z + 0.15 * fine
+}
+
+fn values(grid: &Grid, layers: usize) -> Vec<f32> {
+    let all = (0..grid.cells() as u32).flat_map(|cell| (0..layers).map(move |layer| (cell, layer)));
+    all.map(|(cell, layer)| wave(grid.direction(cell), layer, layers) as f32).collect()
+}
+
+fn scene(camera: &str, transfer: &str, rest: &str) -> Scene {
+    let text = format!(
+        "field = \"f\"\n{rest}\n[image]\nwidth = 72\nheight = 60\n[camera]\n{camera}\n[transfer]\n{transfer}\n"
+    );
+    Scene::parse(&text).unwrap_or_else(|e| panic!("{e}\n{text}"))
+}
+
+/// The root of the mean square of the differences, and the largest.
+fn apart(one: &Frame, other: &Frame) -> (f64, f64) {
+    let channels = one.pixels.iter().flatten().zip(other.pixels.iter().flatten());
+    let off: Vec<f64> = channels.map(|(a, b)| f64::from((a - b).abs())).collect();
+    let squares: f64 = off.iter().map(|d| d * d).sum();
+    ((squares / off.len() as f64).sqrt(), off.iter().copied().fold(0.0, f64::max))
+}
+
+/// Draws on both and compares; gives the GPU's frame.
+fn compare(name: &str, scene: &Scene, mesh: &Mesh, grid: &Grid, layers: &Layers, field: &Field) -> Frame {
+    let gpu = gpu().expect("whoever has a mesh on the device has the device");
+    let renderer = Renderer::new(1).unwrap();
+    let drawn = match gpu.render(&renderer, scene, mesh, layers, field).unwrap() {
+        Outcome::Drawn(frame) => *frame,
+        Outcome::Left(reason) => panic!("{name}: {reason}"),
+    };
+    let cpu = |precision| {
+        let scene = Scene { precision, ..scene.clone() };
+        renderer.render(&scene, grid, layers, field).unwrap()
+    };
+    let (narrow, wide) = (cpu(Precision::F32), cpu(Precision::F64));
+    let (rmse, max) = apart(&drawn, &narrow);
+    let of_cpu = apart(&narrow, &wide);
+    let counts = drawn.report.counts;
+    println!("{name}: rmse {rmse:.1e}, max {max:.1e}; cpu f32 to f64 {:.1e}, {:.1e}", of_cpu.0, of_cpu.1);
+    assert!(drawn.pixels.iter().flatten().chain(&drawn.error).all(|x| x.is_finite()), "{name}");
+    assert!(rmse <= RMSE && max <= MAX, "{name}: rmse {rmse:e}, max {max:e}");
+    let all = drawn.pixels.iter().zip(&wide.pixels).zip(drawn.error.iter().zip(&wide.error));
+    for (i, ((pixel, exact), (error, other))) in all.enumerate() {
+        let off = pixel.iter().zip(exact).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
+        assert!(off <= error + other, "{name}, pixel {i}: {off:e} off, admitted {error:e} and {other:e}");
+    }
+    // Errors are as large as the CPU's but for rounding, and so are reports.
+    let (ours, theirs) = (drawn.report.error, narrow.report.error);
+    assert_eq!(ours.certainty, theirs.certainty, "{name}");
+    assert!(
+        ours.mean <= 1.02 * theirs.mean + 1e-7 && ours.mean >= 0.98 * theirs.mean - 1e-7,
+        "{name}: {ours}, {theirs}"
+    );
+    let Counts { rays, columns, frusta, void_frusta, .. } = narrow.report.counts;
+    assert_eq!(counts.rays, rays, "{name}");
+    // A ray through a vertex or along a layer meets the one or the other frustum.
+    for (ours, theirs) in
+        [(counts.columns, columns), (counts.frusta, frusta), (counts.void_frusta, void_frusta)]
+    {
+        assert!(
+            ours.abs_diff(theirs) as f64 <= 10.0 + 0.002 * theirs as f64,
+            "{name}: {ours}, expected about {theirs}"
+        );
+    }
+    assert_eq!(drawn.report.value_range, narrow.report.value_range, "{name}");
+    drawn
+}
+
+#[test]
+fn transfer_functions_cameras_and_cores() {
+    let Some(gpu) = gpu() else { return };
+    for level in [3, 5] {
+        let tables = IcosahedralMesh::new(level).unwrap();
+        let grid = Grid::new(tables.tables()).unwrap();
+        let mesh = gpu.mesh(&grid).unwrap();
+        let layers = Layers::from_heights(&THICK_M, EARTH_M).unwrap();
+        let values = values(&grid, THICK_M.len());
+        let shape = Shape::level_fastest(grid.cells(), THICK_M.len());
+        let field = Field::new(values.as_slice().into(), shape, Location::Center, None).unwrap();
+        for (transfer, text) in TRANSFERS {
+            let cores = [
+                "exaggeration = 60\ncore = \"gray\"",
+                "exaggeration = 60\nbackground = \"white\"\ncore = \"transparent\"",
+            ];
+            for (k, rest) in cores.into_iter().enumerate() {
+                for (camera, where_) in
+                    [("far", FAR), ("pole", POLE), ("inside", INSIDE), ("radial", RADIAL), ("centre", CENTRE)]
+                {
+                    if where_ == CENTRE && k == 0 {
+                        continue;
+                    }
+                    let name = format!("level {level}, {transfer}, {}, {camera}", ["core", "hollow"][k]);
+                    compare(&name, &scene(where_, text, rest), &mesh, &grid, &layers, &field);
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn the_paper_s_method_and_tolerances() {
+    let Some(gpu) = gpu() else { return };
+    let tables = IcosahedralMesh::new(4).unwrap();
+    let grid = Grid::new(tables.tables()).unwrap();
+    let mesh = gpu.mesh(&grid).unwrap();
+    let layers = Layers::from_heights(&THICK_M, EARTH_M).unwrap();
+    let values = values(&grid, THICK_M.len());
+    let shape = Shape::level_fastest(grid.cells(), THICK_M.len());
+    let field = Field::new(values.as_slice().into(), shape, Location::Center, None).unwrap();
+    for (transfer, text) in TRANSFERS {
+        for rest in ["method = \"paper\"", "tolerance = 1e-2", "tolerance = 1e-6"] {
+            let name = format!("{transfer}, {rest}");
+            let rest = format!("exaggeration = 60\ncore = \"gray\"\n{rest}");
+            compare(&name, &scene(FAR, text, &rest), &mesh, &grid, &layers, &field);
+        }
+    }
+}
+
+/// 31 layers 100 m apart, true to scale.
+#[test]
+fn thin_layers_on_a_real_earth() {
+    let Some(gpu) = gpu() else { return };
+    let tables = IcosahedralMesh::new(5).unwrap();
+    let grid = Grid::new(tables.tables()).unwrap();
+    let mesh = gpu.mesh(&grid).unwrap();
+    let heights: Vec<f64> = (0..31).map(|k| 100.0 * f64::from(k)).collect();
+    let layers = Layers::from_heights(&heights, EARTH_M).unwrap();
+    let values = values(&grid, heights.len());
+    let shape = Shape::level_fastest(grid.cells(), heights.len());
+    let field = Field::new(values.as_slice().into(), shape, Location::Center, None).unwrap();
+    for (transfer, text) in TRANSFERS {
+        for (k, rest) in ["core = \"gray\"", "core = \"transparent\""].into_iter().enumerate() {
+            for (camera, where_) in [("far", FAR), ("limb", LIMB), ("inside", IN_THIN)] {
+                let name = format!("100 m, {transfer}, {}, {camera}", ["core", "hollow"][k]);
+                compare(&name, &scene(where_, text, rest), &mesh, &grid, &layers, &field);
+            }
+        }
+    }
+}
+
+#[test]
+fn meshes_with_holes() {
+    let Some(gpu) = gpu() else { return };
+    let whole = IcosahedralMesh::new(3).unwrap();
+    let marks = [Mark::BeforeFirst, Mark::MinusOne, Mark::BehindLast];
+    for (i, (hole, stays)) in holes(&whole).iter().enumerate() {
+        let style = if i % 2 == 0 { Style::Corners } else { Style::Triangles };
+        let culled = Culled::new(&whole, stays, style, marks[i % 3], (i % 2) as i32);
+        let grid = culled.grid();
+        let mesh = gpu.mesh(&grid).unwrap();
+        let layers = Layers::from_heights(&THICK_M, EARTH_M).unwrap();
+        let values = values(&grid, THICK_M.len());
+        let shape = Shape::level_fastest(grid.cells(), THICK_M.len());
+        let field = Field::new(values.as_slice().into(), shape, Location::Center, None).unwrap();
+        for (camera, where_) in [("far", FAR), ("inside", INSIDE)] {
+            for rest in [
+                "exaggeration = 60\ncore = \"gray\"",
+                "exaggeration = 60\ncore = \"transparent\"\nbackground = \"transparent\"",
+            ] {
+                let name = format!("{hole}, {camera}, {rest:?}");
+                compare(&name, &scene(where_, SMOOTH, rest), &mesh, &grid, &layers, &field);
+            }
+        }
+    }
+}
+
+/// Every layout, both precisions, missing values, falling layers: the values of one field.
+#[test]
+fn layouts_and_missing_values() {
+    let Some(gpu) = gpu() else { return };
+    let tables = IcosahedralMesh::new(3).unwrap();
+    let grid = Grid::new(tables.tables()).unwrap();
+    let mesh = gpu.mesh(&grid).unwrap();
+    let (cells, count) = (grid.cells(), THICK_M.len());
+    let layers = Layers::from_heights(&THICK_M, EARTH_M).unwrap();
+    let mut falling_m = THICK_M;
+    falling_m.reverse();
+    let falling = Layers::from_heights(&falling_m, EARTH_M).unwrap();
+    let fill = -9e33;
+    let value = |cell: usize, layer: usize| match (cell * 31 + layer * 7) % 97 {
+        0 => f64::NAN,
+        1 => fill,
+        2 => f64::NEG_INFINITY,
+        // Far from 0, so that f32 has no digits left for those that are not normalised.
+        _ => 1e6 + wave(grid.direction(cell as u32), layer, count),
+    };
+    let transfer = "map = \"viridis\"\nrange = [999999, 1000001]\nopacity = [[999999, 0.5], [1000000, 0.05], [1000001, 0.8]]";
+    let scene = scene(FAR, transfer, "exaggeration = 60");
+    let shapes = [
+        ("level-fastest", Shape::level_fastest(cells, count)),
+        ("cell-fastest", Shape::cell_fastest(cells, count)),
+        ("blocks", Shape::blocked(cells, count, 48)),
+        ("padded", Shape { column_stride: 7, offset: 2, ..Shape::level_fastest(cells, count) }),
+        (
+            "backwards",
+            Shape { column_stride: -5, offset: 5 * (cells - 1), ..Shape::level_fastest(cells, count) },
+        ),
+    ];
+    let mut first: Option<Frame> = None;
+    for (name, shape) in shapes {
+        for is_falling in [false, true] {
+            let (_, end) = shape.extent().unwrap();
+            let mut data = vec![f64::NAN; end as usize + 1];
+            for cell in 0..cells {
+                for layer in 0..count {
+                    let there = if is_falling { count - 1 - layer } else { layer };
+                    let base = match shape.block {
+                        0 => cell as isize * shape.column_stride,
+                        block => (cell % block) as isize + (cell / block) as isize * shape.block_stride,
+                    };
+                    let place = shape.offset as isize + base + there as isize * shape.layer_stride;
+                    data[place as usize] = value(cell, layer);
+                }
+            }
+            let layers = if is_falling { &falling } else { &layers };
+            let field = Field::new(data.as_slice().into(), shape, Location::Center, Some(fill)).unwrap();
+            let frame =
+                compare(&format!("{name}, falling {is_falling}"), &scene, &mesh, &grid, layers, &field);
+            assert!(frame.report.counts.void_frusta > 0 && frame.report.missing_values > 0);
+            // The device has the same numbers, wherever they lay.
+            let first = first.get_or_insert_with(|| frame.clone());
+            assert!(frame.pixels == first.pixels && frame.error == first.error, "{name}");
+        }
+    }
+}
+
+/// Tables in 64 bits that count from 1, rows turned, wound either way, columns of sides in another order than those of cells.
+#[test]
+fn tables_of_any_order_and_width() {
+    let Some(gpu) = gpu() else { return };
+    let plain = IcosahedralMesh::new(3).unwrap();
+    let long = |rows: &[i32]| rows.iter().map(|&n| i64::from(n) + 1).collect::<Vec<i64>>();
+    let turned = |rows: &[i32], salt: usize| {
+        let turn = |(t, row): (usize, &[i32])| {
+            let k = (t * salt + t / 5) % 6;
+            let [a, b, c] = if k < 3 { [0, 1, 2] } else { [0, 2, 1] }.map(|i| row[(i + k) % 3]);
+            [a, b, c]
+        };
+        rows.chunks_exact(3).enumerate().flat_map(turn).collect::<Vec<i32>>()
+    };
+    let (cells, sides) = (long(&turned(&plain.corner_cell, 5)), long(&turned(&plain.corner_edge, 7)));
+    let (corners, ends) = (long(&plain.cell_corner), long(&plain.edge_corner));
+    let tables = GridTables {
+        index_base: 1,
+        cell_corner: corners.as_slice().into(),
+        corner_cell: cells.as_slice().into(),
+        corner_edge: sides.as_slice().into(),
+        edge_corner: ends.as_slice().into(),
+        ..plain.tables()
+    };
+    let grid = Grid::new(tables).unwrap();
+    let mesh = gpu.mesh(&grid).unwrap();
+    let layers = Layers::from_heights(&THICK_M, EARTH_M).unwrap();
+    let values = values(&grid, THICK_M.len());
+    let shape = Shape::level_fastest(grid.cells(), THICK_M.len());
+    let field = Field::new(values.as_slice().into(), shape, Location::Center, None).unwrap();
+    for where_ in [FAR, INSIDE, RADIAL] {
+        compare(where_, &scene(where_, SMOOTH, "exaggeration = 60"), &mesh, &grid, &layers, &field);
+    }
+}
+
+#[test]
+fn a_field_at_corners_and_one_of_a_single_value() {
+    let Some(gpu) = gpu() else { return };
+    let tables = IcosahedralMesh::new(3).unwrap();
+    let grid = Grid::new(tables.tables()).unwrap();
+    let mesh = gpu.mesh(&grid).unwrap();
+    let layers = Layers::from_heights(&THICK_M, EARTH_M).unwrap();
+    let count = THICK_M.len();
+    let middle = |t: u32| grid.triangle(t).map(|c| grid.direction(c)).iter().sum::<DVec3>().normalize();
+    let values: Vec<f64> = (0..grid.triangles() as u32)
+        .flat_map(|t| (0..count).map(move |layer| (t, layer)))
+        .map(|(t, layer)| wave(middle(t), layer, count))
+        .collect();
+    let shape = Shape::level_fastest(grid.triangles(), count);
+    let field = Field::new(values.as_slice().into(), shape, Location::Corner, None).unwrap();
+    compare("corners", &scene(FAR, SMOOTH, "exaggeration = 60"), &mesh, &grid, &layers, &field);
+    // Exactly on a step, which counts as above.
+    let same = vec![-0.5f32; grid.cells() * count];
+    let shape = Shape::cell_fastest(grid.cells(), count);
+    let field = Field::new(same.as_slice().into(), shape, Location::Center, None).unwrap();
+    let frame = compare(
+        "on a step",
+        &scene(FAR, STEPS, "exaggeration = 60\ncore = \"transparent\"\nbackground = \"transparent\""),
+        &mesh,
+        &grid,
+        &layers,
+        &field,
+    );
+    let absorbed = frame.pixels.iter().map(|p| p[3]).fold(0.0, f32::max);
+    assert!(absorbed == 0.0, "blue is clear, orange is not: {absorbed}");
+}
+
+/// What the GPU's kernel has not is left to the CPU, in words.
+#[test]
+fn other_scenes_are_left_to_the_cpu() {
+    let Some(gpu) = gpu() else { return };
+    let tables = IcosahedralMesh::new(1).unwrap();
+    let grid = Grid::new(tables.tables()).unwrap();
+    let mesh = gpu.mesh(&grid).unwrap();
+    let layers = Layers::from_heights(&[0.0, 1e4], EARTH_M).unwrap();
+    let values = values(&grid, 2);
+    let field =
+        Field::new(values.as_slice().into(), Shape::level_fastest(grid.cells(), 2), Location::Center, None)
+            .unwrap();
+    let renderer = Renderer::new(1).unwrap();
+    for (transfer, rest, word) in [
+        (format!("{RAMP}\n[light]\nkind = \"headlight\""), "", "lit"),
+        (RAMP.into(), "precision = \"f64\"", "f64"),
+        (RAMP.into(), "time_budget_ms = 50", "budget"),
+    ] {
+        match gpu.render(&renderer, &scene(FAR, &transfer, rest), &mesh, &layers, &field).unwrap() {
+            Outcome::Left(reason) => assert!(reason.to_string().contains(word), "{reason}"),
+            Outcome::Drawn(_) => panic!("{rest} was drawn"),
+        }
+    }
+    // A field that does not fit is the caller's error, not a reason.
+    let wrong =
+        Field::new(values.as_slice().into(), Shape::level_fastest(3, 2), Location::Center, None).unwrap();
+    assert!(gpu.render(&renderer, &scene(FAR, RAMP, ""), &mesh, &layers, &wrong).is_err());
+    for choice in [Choice::Index(999), Choice::Name("no such device".into())] {
+        assert!(Gpu::new(&choice).unwrap_err().to_string().contains("no adapter"));
+    }
+}
+
+/// More than lavapipe's 128 MiB for a binding.
+#[test]
+fn a_field_without_room_is_left_to_the_cpu() {
+    let Some(gpu) = gpu() else { return };
+    let tables = IcosahedralMesh::new(6).unwrap();
+    let grid = Grid::new(tables.tables()).unwrap();
+    let mesh = gpu.mesh(&grid).unwrap();
+    let heights: Vec<f64> = (0..830).map(|k| 100.0 * f64::from(k)).collect();
+    let layers = Layers::from_heights(&heights, EARTH_M).unwrap();
+    let values = vec![0.5f32; grid.cells() * heights.len()];
+    let shape = Shape::level_fastest(grid.cells(), heights.len());
+    let field = Field::new(values.as_slice().into(), shape, Location::Center, None).unwrap();
+    let scene = Scene { width: 8, height: 8, ..scene(FAR, RAMP, "") };
+    match gpu.render(&Renderer::new(1).unwrap(), &scene, &mesh, &layers, &field).unwrap() {
+        Outcome::Left(reason) => assert!(reason.to_string().contains("135993840 bytes"), "{reason}"),
+        Outcome::Drawn(frame) => assert!(frame.report.counts.rays > 0),
+    }
+}

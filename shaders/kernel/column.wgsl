@@ -1,0 +1,75 @@
+// Mirrors kernel/column.rs. Heights are in double-float; fractions are f32, made of differences of heights that are right
+// to the digits of f32 (`wide_apart`), and so are lengths: layers of 100 m on an Earth keep their digits.
+#import params
+#import kernel/walk
+#import kernel/sample
+
+struct ShellLayer {
+    radius_hi: f32,
+    radius_lo: f32,
+    curvature: f32,
+    // 1 / thickness of the gap above.
+    inverse: f32,
+}
+
+@group(0) @binding(11) var<storage, read> shell: array<ShellLayer>;
+
+fn shell_radius(layer: u32) -> Wide {
+    return Wide(shell[layer].radius_hi, shell[layer].radius_lo);
+}
+
+fn shell_outer() -> Wide {
+    return shell_radius(params.layers - 1u);
+}
+
+fn shell_inner() -> Wide {
+    return shell_radius(0u);
+}
+
+fn shell_gap(rho: Wide) -> u32 {
+    var low = 0u;
+    var high = params.layers;
+    while low < high {
+        let middle = (low + high) / 2u;
+        if wide_apart(shell_radius(middle), rho) <= 0.0 {
+            low = middle + 1u;
+        } else {
+            high = middle;
+        }
+    }
+    return low;
+}
+
+fn shell_fraction(gap: u32, rho: Wide) -> f32 {
+    let above = wide_apart(rho, shell_radius(gap - 1u));
+    return clamp(above * shell[gap - 1u].inverse, 0.0, 1.0);
+}
+
+struct Chord {
+    entry: f32,
+    exit: f32,
+    // Whether a vertex has no value.
+    is_void: bool,
+}
+
+fn chord_over(values: vec3f, entry: vec2f, exit: vec2f) -> Chord {
+    let a = values.x;
+    let ab = values.y - a;
+    let ac = values.z - a;
+    let is_void = is_missing(values.x) || is_missing(values.y) || is_missing(values.z);
+    return Chord(a + (entry.x * ab + entry.y * ac), a + (exit.x * ab + exit.y * ac), is_void);
+}
+
+fn chord_mix(a: Chord, b: Chord, w: f32) -> Chord {
+    return Chord(lerp(a.entry, b.entry, w), lerp(a.exit, b.exit, w), a.is_void || b.is_void);
+}
+
+fn chord_at(chord: Chord, tau: f32) -> f32 {
+    return lerp(chord.entry, chord.exit, tau);
+}
+
+struct Station {
+    tau: f32,
+    rho: Wide,
+    curvature: f32,
+}

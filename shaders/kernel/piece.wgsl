@@ -1,0 +1,286 @@
+// Mirrors kernel/piece.rs; where recursion halves a piece there, a loop goes through the halves in their order.
+#import params
+#import kernel/transfer
+
+struct Light {
+    color: vec3f,
+    absorbed: f32,
+    error: f32,
+    variance: f32,
+}
+
+fn light_none() -> Light {
+    return Light(vec3f(0.0), 0.0, 0.0, 0.0);
+}
+
+fn light_plain(color: vec3f, absorbed: f32) -> Light {
+    return Light(color * absorbed, absorbed, 0.0, 0.0);
+}
+
+fn light_over(light: ptr<function, Light>, behind: Light) {
+    let through = 1.0 - (*light).absorbed;
+    (*light).color += through * behind.color;
+    (*light).absorbed += through * behind.absorbed;
+    (*light).error += through * behind.error;
+    (*light).variance += through * through * behind.variance;
+}
+
+struct Allowance {
+    share: f32,
+    rest: f32,
+    through: f32,
+    reach: f32,
+}
+
+fn integrate(piece: Segment, span: Span, allowance: Allowance) -> Light {
+    let terms = terms_new(piece, span);
+    var light: Light;
+    if IS_EXACT {
+        light = exact(terms, allowance);
+    } else {
+        light = linear(terms);
+    }
+    light.variance += terms_variance(terms, light.absorbed, allowance.reach);
+    return light;
+}
+
+struct Terms {
+    piece: Segment,
+    span: Span,
+    ends: vec2f,
+    slope: f32,
+    rise: f32,
+    bend: f32,
+    steep: f32,
+    depth: f32,
+}
+
+fn terms_new(piece: Segment, span: Span) -> Terms {
+    let ends = vec2f(span_extinction(span, piece.f0), span_extinction(span, piece.f1));
+    let slope = span.extinction_slope;
+    let rise = piece.f1 - piece.f0;
+    let bend = piece.kappa * bend_factor(piece.eps);
+    let depth = max(piece.length * (0.5 * (ends.x + ends.y) + slope * bend * (1.0 / 6.0)), 0.0);
+    return Terms(piece, span, ends, slope, rise, bend, abs(rise) + abs(bend), depth);
+}
+
+fn terms_bend_of_depth(terms: Terms) -> f32 {
+    return terms.piece.length * abs(terms.slope) * terms.steep;
+}
+
+fn terms_light(terms: Terms, absorbed: f32, weight: f32, error: f32) -> Light {
+    let color = span_color(terms.span, terms.piece.f1) * absorbed - terms.span.color_slope * weight;
+    return Light(color, absorbed, error, 0.0);
+}
+
+fn terms_skew(terms: Terms, absorbed: f32) -> f32 {
+    let eps = terms.piece.eps;
+    var far = 1.0;
+    if eps < -0.04 {
+        far = 1.0 / (1.0 + eps);
+    }
+    let bent = far * abs(terms.bend) * abs(eps);
+    return bent * (0.05 * absorbed + (1.0 / 60.0) * terms_bend_of_depth(terms));
+}
+
+fn terms_variance(terms: Terms, absorbed: f32, reach: f32) -> f32 {
+    let thicker = terms.piece.length * abs(terms.slope) * (1.0 - absorbed);
+    let change = thicker + terms.span.steepest * absorbed;
+    let off = min(reach * change + ROUNDING * absorbed, 1.0);
+    return off * off;
+}
+
+fn linear(terms: Terms) -> Light {
+    let depth = terms.piece.length * 0.5 * (terms.ends.x + terms.ends.y);
+    let absorbed = absorbed_by(depth);
+    let left_out = terms.piece.length * abs(terms.slope * terms.bend) * (1.0 / 6.0);
+    let skew = abs(terms.rise) * (terms_bend_of_depth(terms) + depth * absorbed) * (1.0 / 12.0);
+    let painted = skew + abs(terms.bend) * absorbed * (1.0 / 6.0);
+    let error = left_out + terms.span.steepest * painted;
+    return terms_light(terms, absorbed, 0.5 * terms.rise * absorbed, min(error, 1.0));
+}
+
+const MOST_PANELS: f32 = 32.0;
+const THIN: f32 = 0.5;
+// Halvings inside each other. What is left is some 1e-8 of the piece, whose colours are its first one's.
+const MOST_HALVINGS: u32 = 24u;
+
+// `whole` of the piece or, where that asks for it, of its halves one after the other: number `index` of 2^level.
+fn exact(terms: Terms, allowance: Allowance) -> Light {
+    var light = light_none();
+    var level = 0u;
+    var index = 0u;
+    var from_ = vec2f(0.0, terms.piece.f0);
+    var behind = allowance;
+    loop {
+        var part = terms;
+        var to = vec2f(1.0, terms.piece.f1);
+        if level > 0u {
+            let u = f32(index + 1u) / f32(1u << level);
+            if u < 1.0 {
+                to = vec2f(u, segment_value(terms.piece, u));
+            }
+            part = terms_new(segment_part(terms.piece, from_, to), terms.span);
+        }
+        let outcome = whole(part, behind, level == MOST_HALVINGS);
+        if !outcome.is_done {
+            level++;
+            index *= 2u;
+            continue;
+        }
+        light_over(&light, outcome.light);
+        behind.through = (1.0 - light.absorbed) * allowance.through;
+        // Behind a back half its parent is done too.
+        while level > 0u && (index & 1u) == 1u {
+            level--;
+            index /= 2u;
+        }
+        if level == 0u || behind.through <= allowance.rest {
+            break;
+        }
+        index++;
+        from_ = to;
+    }
+    return light;
+}
+
+// A piece's light, if it needs not be halved.
+struct Outcome {
+    light: Light,
+    is_done: bool,
+}
+
+fn whole(terms: Terms, allowance: Allowance, is_last: bool) -> Outcome {
+    let absorbed = absorbed_by(terms.depth);
+    let steepest = terms.span.steepest;
+    if steepest * terms.steep == 0.0 {
+        return Outcome(light_plain(span_color(terms.span, terms.piece.f0), absorbed), true);
+    }
+    if terms.depth < THIN {
+        let error = steepest * (thin_error(terms) + terms_skew(terms, absorbed));
+        if error <= allowance.share * absorbed {
+            return Outcome(terms_light(terms, absorbed, thin(terms), error), true);
+        }
+    }
+    return dense(terms, absorbed, allowance, is_last);
+}
+
+fn dense(terms: Terms, absorbed: f32, allowance: Allowance, is_last: bool) -> Outcome {
+    let steepest = terms.span.steepest;
+    if !(terms.depth <= SURFACE) {
+        var light = light_plain(span_color(terms.span, terms.piece.f0), 1.0);
+        light.error = 4e-5 * steepest * terms.steep;
+        return Outcome(light, true);
+    }
+    let share = allowance.share * absorbed;
+    let bound = steepest * gauss_error(terms);
+    let skew = steepest * terms_skew(terms, absorbed);
+    let is_near = bound + skew <= share;
+    let change = steepest * terms.steep;
+    if !is_near && (0.5 * change <= allowance.share || is_last) {
+        let error = 0.5 * change * absorbed;
+        return Outcome(terms_light(terms, absorbed, 0.5 * terms.rise * absorbed, error), true);
+    }
+    var wanted = 1.0;
+    if !is_near {
+        wanted = max(ceil(max(sqrt(sqrt(2.0 * bound / share)), sqrt(2.0 * skew / share))), 2.0);
+    }
+    if wanted <= MOST_PANELS {
+        return Outcome(panels(terms, u32(wanted), allowance), true);
+    }
+    return Outcome(light_none(), false);
+}
+
+// The closed form cancels, in f32 more than it gives, where ε is neither near 0 nor large; there 8-point Gauss, whose
+// nodes are summed in pairs x and 1 - x, is off by less than 1e-7.
+fn bend_factor(eps: f32) -> f32 {
+    if abs(eps) < 0.02 {
+        let e2 = eps * eps;
+        let low = 1.0 - eps * (1.0 / 2.0);
+        let middle = 3.0 / 10.0 - eps * (1.0 / 5.0);
+        let high = 1.0 / 7.0 - eps * (3.0 / 28.0);
+        return low + e2 * (middle + e2 * high);
+    }
+    if eps < -0.75 || eps > 3.0 {
+        // Turned round, the piece has the ε below.
+        let e = select(eps, -eps / (1.0 + eps), eps < 0.0);
+        let turned = 6.0 * (e + 0.5 * e * e - (1.0 + e) * log(1.0 + e)) / (e * e * e);
+        return select(turned, turned / (1.0 + eps), eps < 0.0);
+    }
+    let ends = 1.0 + eps;
+    let e2 = eps * eps;
+    let sum = 0.005909979436670754 / (ends + e2 * 0.019460847876985345)
+        + 0.06093060055804422 / (ends + e2 * 0.09133063094134085)
+        + 0.1702993433466529 / (ends + e2 * 0.1809539215318839)
+        + 0.2628600766586317 / (ends + e2 * 0.24158793298312325);
+    return (2.0 + eps) * sum;
+}
+
+fn thin(terms: Terms) -> f32 {
+    let third = 1.0 / 3.0;
+    let bend = terms.bend;
+    let p = terms.rise + bend;
+    let level = terms.ends.x * (0.5 * p - (2.0 / 3.0) * bend);
+    let ramp = terms.slope * (p * ((1.0 / 6.0) * p - third * bend) + (2.0 / 15.0) * bend * bend);
+    return terms.piece.length * (level + ramp) * (1.0 - third * terms.depth)
+        + bend * terms.depth * terms.depth * (1.0 / 36.0);
+}
+
+fn thin_error(terms: Terms) -> f32 {
+    let x = terms.depth;
+    let b = terms_bend_of_depth(terms);
+    let y = x + 0.5 * b;
+    return terms.steep * (b * (0.02 * x + (1.0 / 240.0) * b) + y * y * y * (1.0 / 24.0));
+}
+
+fn gauss(terms: Terms) -> f32 {
+    let offset = 0.28867513459481287;
+    let quartic = terms.piece.length * terms.slope * terms.bend * terms.bend * (1.0 / 270.0);
+    return 0.5 * (gauss_weighted(terms, 0.5 - offset) + gauss_weighted(terms, 0.5 + offset)) + quartic;
+}
+
+fn gauss_weighted(terms: Terms, u: f32) -> f32 {
+    let risen = u * u * (0.5 * terms.rise + terms.bend * (0.5 - u * (1.0 / 3.0)));
+    let depth = terms.piece.length * (terms.ends.x * u + terms.slope * risen);
+    return (terms.rise + terms.bend * (1.0 - u - u)) * absorbed_by(max(depth, 0.0));
+}
+
+fn gauss_error(terms: Terms) -> f32 {
+    let bend = abs(terms.bend);
+    let length = terms.piece.length;
+    let swing = abs(terms.slope) * bend;
+    let a = length * (max(terms.ends.x, terms.ends.y) + 0.25 * swing);
+    let b = terms_bend_of_depth(terms);
+    let j = 2.0 * length * swing;
+    let a2 = a * a;
+    let even = a2 * (a2 + 6.0 * b) + 3.0 * b * b + 4.0 * a * j;
+    let odd = 8.0 * bend * (a * (a2 + 3.0 * b) + j * min(a, 1.0));
+    return (terms.steep * even + odd) * (1.0 / 4320.0);
+}
+
+// Here a single panel goes the same way, so that a shader has the rule once.
+fn panels(terms: Terms, count: u32, allowance: Allowance) -> Light {
+    let piece = terms.piece;
+    let steepest = terms.span.steepest;
+    var light = light_none();
+    var from_ = vec2f(0.0, piece.f0);
+    for (var i = 1u; i <= count; i++) {
+        let u = f32(i) / f32(count);
+        var to = vec2f(1.0, piece.f1);
+        if i < count {
+            to = vec2f(u, segment_value(piece, u));
+        }
+        var panel = terms;
+        if count > 1u {
+            panel = terms_new(segment_part(piece, from_, to), terms.span);
+        }
+        let absorbed = absorbed_by(panel.depth);
+        let error = steepest * (gauss_error(panel) + terms_skew(panel, absorbed));
+        light_over(&light, terms_light(panel, absorbed, gauss(panel), error));
+        if (1.0 - light.absorbed) * allowance.through <= allowance.rest {
+            break;
+        }
+        from_ = to;
+    }
+    return light;
+}

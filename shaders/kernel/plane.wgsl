@@ -1,0 +1,165 @@
+// Mirrors kernel/plane.rs in double-float.
+#import kernel/wide
+
+struct Plane {
+    x: Wide3,
+    y: Wide3,
+    q: Wide3,
+}
+
+// A vertex of the mesh seen in a plane: its x, y and q.
+struct Seen {
+    cell: u32,
+    at: Wide3,
+}
+
+struct Point {
+    x: Wide,
+    y: Wide,
+}
+
+fn point_cross(a: Point, b: Point) -> Wide {
+    return wide_sub(wide_mul(a.x, b.y), wide_mul(a.y, b.x));
+}
+
+fn point_dot(a: Point, b: Point) -> Wide {
+    return wide_add(wide_mul(a.x, b.x), wide_mul(a.y, b.y));
+}
+
+fn point_lerp(a: Point, b: Point, w: Wide) -> Point {
+    return Point(
+        wide_add(a.x, wide_mul(w, wide_sub(b.x, a.x))),
+        wide_add(a.y, wide_mul(w, wide_sub(b.y, a.y))),
+    );
+}
+
+fn seen_is_left(seen: Seen) -> bool {
+    return seen.at.hi.z >= 0.0;
+}
+
+fn seen_point(seen: Seen) -> Point {
+    return Point(Wide(seen.at.hi.x, seen.at.lo.x), Wide(seen.at.hi.y, seen.at.lo.y));
+}
+
+fn seen_q(seen: Seen) -> Wide {
+    return Wide(seen.at.hi.z, seen.at.lo.z);
+}
+
+// A length that is nothing on any planet but whose square is still a number.
+const HAIR: f32 = 1e-15;
+
+// The plane of the great circle from `from_` towards `to`; where these are equal or opposite, q is 0.
+fn plane_through(from_: Wide3, to: Wide3) -> Plane {
+    let upwards = wide3_cross(from_, to);
+    let long = wide3_length(upwards);
+    if long.hi < HAIR {
+        let none = Wide3(vec3f(0.0), vec3f(0.0));
+        return Plane(from_, none, none);
+    }
+    let q = wide3_scale(upwards, wide_div(wide(1.0), long));
+    return Plane(from_, wide3_normalize(wide3_cross(q, from_)), q);
+}
+
+fn plane_see(plane: Plane, cell: u32, direction: Wide3) -> Seen {
+    // The three dot products side by side.
+    let x = wide3_mul(
+        Wide3(vec3f(direction.hi.x), vec3f(direction.lo.x)),
+        Wide3(
+            vec3f(plane.x.hi.x, plane.y.hi.x, plane.q.hi.x),
+            vec3f(plane.x.lo.x, plane.y.lo.x, plane.q.lo.x),
+        ),
+    );
+    let y = wide3_mul(
+        Wide3(vec3f(direction.hi.y), vec3f(direction.lo.y)),
+        Wide3(
+            vec3f(plane.x.hi.y, plane.y.hi.y, plane.q.hi.y),
+            vec3f(plane.x.lo.y, plane.y.lo.y, plane.q.lo.y),
+        ),
+    );
+    let z = wide3_mul(
+        Wide3(vec3f(direction.hi.z), vec3f(direction.lo.z)),
+        Wide3(
+            vec3f(plane.x.hi.z, plane.y.hi.z, plane.q.hi.z),
+            vec3f(plane.x.lo.z, plane.y.lo.z, plane.q.lo.z),
+        ),
+    );
+    return Seen(cell, wide3_add(wide3_add(x, y), z));
+}
+
+fn plane_point(plane: Plane, direction: Wide3) -> Point {
+    return Point(wide3_dot(direction, plane.x), wide3_dot(direction, plane.y));
+}
+
+struct RayLine {
+    plane: Plane,
+    b: Wide,
+    start: Wide,
+    end: Wide,
+    // Whether there is a part inside the sphere at all.
+    is_there: bool,
+}
+
+// (r - b)(r + b): the square of half the chord that a line at distance b has in a sphere of radius r.
+fn half_chord_squared(r: Wide, b: Wide) -> Wide {
+    return wide_mul(wide_sub(r, b), wide_add(r, b));
+}
+
+fn any_orthonormal_vector(v: Wide3) -> Wide3 {
+    let size = abs(v.hi);
+    var axis = vec3f(0.0, 0.0, 1.0);
+    if size.x <= size.y && size.x <= size.z {
+        axis = vec3f(1.0, 0.0, 0.0);
+    } else if size.y <= size.z {
+        axis = vec3f(0.0, 1.0, 0.0);
+    }
+    return wide3_normalize(wide3_cross(v, Wide3(axis, vec3f(0.0))));
+}
+
+// What of `x` is upright on the unit vector `dir`.
+fn upright(x: Wide3, dir: Wide3) -> Wide3 {
+    return wide3_add(x, wide3_neg(wide3_scale(dir, wide3_dot(x, dir))));
+}
+
+fn ray_line_new(eye: Wide3, dir: Wide3, outer: Wide) -> RayLine {
+    let closest = upright(eye, dir);
+    var line: RayLine;
+    line.b = wide3_length(closest);
+    line.is_there = false;
+    let half = half_chord_squared(outer, line.b);
+    if half.hi <= 0.0 {
+        return line;
+    }
+    line.end = wide_sqrt(half);
+    line.start = wide_max(wide3_dot(eye, dir), wide_neg(line.end));
+    if max(line.b.hi, abs(line.start.hi)) < HAIR {
+        line.start = wide(HAIR);
+    }
+    line.is_there = wide_less(line.start, line.end);
+    var x = any_orthonormal_vector(dir);
+    if line.b.hi > HAIR {
+        let straight = upright(wide3_scale(closest, wide_div(wide(1.0), line.b)), dir);
+        if wide3_length(straight).hi > HAIR {
+            x = wide3_normalize(upright(wide3_normalize(straight), dir));
+        }
+    }
+    line.plane = Plane(x, dir, wide3_cross(x, dir));
+    return line;
+}
+
+fn ray_line_at(line: RayLine, t: Wide) -> Point {
+    return Point(line.b, t);
+}
+
+// Whether the line is inside the sphere of `radius` anywhere between the distances `from_` and `to`.
+fn ray_line_is_inside(line: RayLine, radius: Wide, from_: Wide, to: Wide) -> bool {
+    let half = half_chord_squared(radius, line.b);
+    if half.hi <= 0.0 {
+        return false;
+    }
+    let root = wide_sqrt(half);
+    return wide_less(wide_max(from_, wide_neg(root)), wide_min(to, root));
+}
+
+fn ray_line_position(line: RayLine, t: Wide) -> Wide3 {
+    return wide3_add(wide3_scale(line.plane.x, line.b), wide3_scale(line.plane.y, t));
+}

@@ -1,0 +1,277 @@
+// Mirrors kernel/ray.rs for unlit scenes.
+//
+// `cross` of kernel/column.rs stands here, with what it visits: WGSL has no functions that are passed on. Each of `piece`,
+// `monotone` and `frustum` is called from one place only, since drivers inline every call.
+#import params
+#import kernel/column
+#import kernel/doubt
+
+struct Ray {
+    // The span of the transfer function that the ray is in, where that is known.
+    span: u32,
+    is_in_span: bool,
+    columns: u32,
+    frusta: u32,
+    void_frusta: u32,
+}
+
+// Light that comes along a ray, and what the ray met.
+struct Traced {
+    light: Light,
+    ray: Ray,
+    is_met: bool,
+}
+
+fn trace(eye: Wide3, dir: Wide3, hint: u32) -> Traced {
+    var light = light_none();
+    var ray = Ray(0u, false, 0u, 0u, 0u);
+    let line = ray_line_new(eye, dir, shell_outer());
+    if !line.is_there {
+        return Traced(light, ray, false);
+    }
+    var walk = walk_new(line, hint);
+    var gap = 0u;
+    var is_in_gap = false;
+    var is_over = false;
+    while !is_over && !walk.is_over {
+        let is_void = grid_is_void(walk.contour.triangle);
+        let column = walk_next_column(&walk, line);
+        ray.columns++;
+        if is_void {
+            is_over = void_column(&ray, &light, line, column);
+        } else {
+            if !is_in_gap {
+                gap = shell_gap(column.entry.rho);
+            }
+            is_over = cross(&ray, &light, column, &gap);
+        }
+        is_in_gap = !is_void;
+    }
+    return Traced(light, ray, true);
+}
+
+// Visits the gaps that the ray passes in `column`; true where the ray ends.
+fn cross(ray: ptr<function, Ray>, light: ptr<function, Light>, column: Column, gap: ptr<function, u32>) -> bool {
+    let top = params.layers;
+    let entry = column.entry.rho;
+    let exit = column.exit.rho;
+    let rise = wide_apart(exit, entry);
+    let rising = rise >= 0.0;
+    let scale = select(0.0, 1.0 / rise, rise != 0.0);
+    let length = wide_apart(column.exit.t, column.entry.t);
+    var a = Station(0.0, entry, 1.0 / entry.hi);
+    var near: Chord;
+    var has_near = false;
+    var is_first = true;
+    loop {
+        let behind = select(*gap, *gap - 1u, rising);
+        let ahead = select(*gap - 1u, *gap, rising);
+        var b = Station(1.0, exit, 0.0);
+        var passes = false;
+        if ahead < top {
+            let radius = shell_radius(ahead);
+            let above = wide_apart(radius, exit);
+            passes = select(above > 0.0, above <= 0.0, rising);
+            if passes {
+                let u = clamp(wide_apart(radius, entry) * scale, 0.0, 1.0);
+                let curvature = shell[ahead].curvature;
+                b = Station(clamp(u * exit.hi * curvature, 0.0, 1.0), radius, curvature);
+            }
+        }
+        if *gap > 0u && *gap < top {
+            if !has_near {
+                near = chord(column, behind);
+            }
+            let far = chord(column, ahead);
+            var at_a = near;
+            if !has_near {
+                let w = shell_fraction(*gap, a.rho);
+                at_a = chord_mix(near, far, select(1.0 - w, w, rising));
+            }
+            var at_b = far;
+            if !passes {
+                let w = shell_fraction(*gap, b.rho);
+                at_b = chord_mix(near, far, select(1.0 - w, w, rising));
+            }
+            // The whole column where no layer is passed. Else a fraction of its own, not the difference of two.
+            let climb = wide_apart(b.rho, a.rho);
+            let part = select(clamp(climb * scale, 0.0, 1.0), 1.0, is_first && !passes);
+            if at_a.is_void || at_b.is_void {
+                (*ray).frusta++;
+                (*ray).void_frusta++;
+                (*ray).is_in_span = false;
+            } else {
+                let eps = max(climb * a.curvature, ROUNDING - 1.0);
+                let slope_a = at_a.exit - at_a.entry;
+                let slope_b = at_b.exit - at_b.entry;
+                let kappa = (b.tau - a.tau) * ((slope_a - slope_b) + eps * slope_a);
+                let segment =
+                    Segment(chord_at(at_a, a.tau), chord_at(at_b, b.tau), kappa, eps, length * part);
+                if frustum(ray, light, segment) {
+                    return true;
+                }
+            }
+            near = far;
+            has_near = true;
+        } else {
+            if *gap == 0u && core(light) {
+                return true;
+            }
+            has_near = false;
+        }
+        if !passes {
+            break;
+        }
+        *gap = select(*gap - 1u, *gap + 1u, rising);
+        a = b;
+        is_first = false;
+    }
+    return false;
+}
+
+fn chord(column: Column, layer: u32) -> Chord {
+    let values = vec3f(
+        samples_get(column.cells.x, layer),
+        samples_get(column.cells.y, layer),
+        samples_get(column.cells.z, layer),
+    );
+    return chord_over(values, column.entry.weight, column.exit.weight);
+}
+
+fn void_column(ray: ptr<function, Ray>, light: ptr<function, Light>, line: RayLine, column: Column) -> bool {
+    (*ray).is_in_span = false;
+    return ray_line_is_inside(line, shell_inner(), column.entry.t, column.exit.t) && core(light);
+}
+
+// True where the core ends the ray.
+fn core(light: ptr<function, Light>) -> bool {
+    if HAS_CORE {
+        light_over(light, light_plain(params.core, 1.0));
+    }
+    return HAS_CORE;
+}
+
+fn frustum(ray: ptr<function, Ray>, light: ptr<function, Light>, segment: Segment) -> bool {
+    (*ray).frusta++;
+    let is_constant = segment.f0 == segment.f1 && segment.kappa == 0.0;
+    var k = 0u;
+    if (*ray).is_in_span && !is_constant {
+        k = spans_follow((*ray).span, segment.f0);
+    } else {
+        k = spans_find(segment.f0);
+    }
+    let is_whole = IS_EXACT && span_holds(spans[k], segment);
+    var turn = Turn(0.0, 0.0, false);
+    if !is_whole {
+        turn = segment_extremum(segment);
+    }
+    let start = vec2f(0.0, segment.f0);
+    let middle = vec2f(turn.u, turn.f);
+    let end = vec2f(1.0, segment.f1);
+    for (var i = 0u; i < select(1u, 2u, turn.is_there); i++) {
+        var part = segment;
+        if turn.is_there {
+            let is_behind = i == 1u;
+            part = segment_part(segment, select(start, middle, is_behind), select(middle, end, is_behind));
+        }
+        k = monotone(light, part, k, is_whole);
+    }
+    (*ray).span = k;
+    (*ray).is_in_span = true;
+    if HAS_STEPS {
+        near_steps(light, segment);
+    }
+    let through = 1.0 - (*light).absorbed;
+    if through > params.rest * 1.001 + 2.0 * ROUNDING {
+        return false;
+    }
+    (*light).error += through * params.brightest;
+    return true;
+}
+
+// `is_whole` segments stay in their span, and need not be monotone.
+fn monotone(light: ptr<function, Light>, segment: Segment, first: u32, is_whole: bool) -> u32 {
+    var k = first;
+    let f0 = segment.f0;
+    let f1 = segment.f1;
+    let is_inside = is_whole || (min(f0, f1) >= spans[k].low && max(f0, f1) <= spans[k].high);
+    var doubt = doubt_new(segment, medium_at(spans[k], f0));
+    let rising = f1 >= f0;
+    var rest = segment;
+    loop {
+        let span = spans[k];
+        let knot = select(span.low, span.high, rising);
+        let is_last = is_inside || select(f1 >= knot, f1 <= knot, rising);
+        var end = vec2f(1.0, f1);
+        if !is_last {
+            end = vec2f(segment_solve(rest, knot), knot);
+        }
+        if end.x > 0.0 {
+            let before = (*light).absorbed;
+            let f = vec2f(rest.f0, end.y);
+            var part = rest;
+            if !is_last {
+                part = segment_part(rest, vec2f(0.0, f.x), end);
+            }
+            let is_between = rest.f0 != f0 && !is_last;
+            let reach = select(segment_reach(segment), between(f), is_between);
+            piece(light, part, span, reach);
+            if !is_inside {
+                let mean = medium_at(span, 0.5 * (f.x + f.y));
+                let change = span.steepest * abs(f.y - f.x);
+                let cut = Cut(f.x, part.length, mean, change, span_is_narrow(span));
+                doubt_cut(&doubt, light, before, cut);
+            }
+        }
+        if is_last {
+            if !is_inside {
+                doubt_shift(&doubt, light, medium_at(span, f1));
+            }
+            break;
+        }
+        rest = segment_part(rest, end, vec2f(1.0, f1));
+        k = select(k - 1u, k + 1u, rising);
+    }
+    return k;
+}
+
+fn piece(light: ptr<function, Light>, segment: Segment, span: Span, reach: f32) {
+    let through = 1.0 - (*light).absorbed;
+    if span.is_clear != 0u || through <= params.rest {
+        return;
+    }
+    light_over(light, integrate(segment, span, Allowance(params.share, params.rest, through, reach)));
+    let off = 0.5 * ROUNDING * (*light).absorbed;
+    (*light).variance += off * off;
+}
+
+fn near_steps(light: ptr<function, Light>, segment: Segment) {
+    let steep = abs(segment.f1 - segment.f0) + abs(segment.kappa);
+    if steep == 0.0 {
+        return;
+    }
+    let reach = 8.0 * segment_reach(segment);
+    let root = sqrt(reach / (reach + steep));
+    let rise = segment.f1 - segment.f0;
+    let slopes = vec2f(rise + segment.kappa, rise - segment.kappa / (1.0 + segment.eps));
+    let at_ends = min(reach / (reach + abs(slopes)), vec2f(root));
+    let turn = segment_extremum(segment);
+    for (var i = 0u; i < select(2u, 3u, turn.is_there); i++) {
+        var extreme = turn.f;
+        var part = root;
+        if i < 2u {
+            extreme = select(segment.f0, segment.f1, i == 1u);
+            part = select(at_ends.x, at_ends.y, i == 1u);
+        }
+        for (var j = 0u; j < params.steps && steps[j].value <= extreme + reach; j++) {
+            if steps[j].value >= extreme - reach {
+                let beyond = absorbed_by(segment.length * part * steps[j].extinction);
+                (*light).error += (1.0 - (*light).absorbed) * beyond;
+            }
+        }
+    }
+}
+
+fn between(knots: vec2f) -> f32 {
+    return 0.5 * ROUNDING * (abs(knots.x) + abs(knots.y));
+}

@@ -1,0 +1,27 @@
+// Mirrors kernel/real.rs for f32.
+
+const ROUNDING: f32 = 5.9604644775390625e-8;
+const SURFACE: f32 = 1e12;
+// In place of the CPU's infinities and NaN, of which a shader need not know: beyond all normalised values, which are held
+// within 1e15.
+const ENDLESS: f32 = 3e38;
+
+// A missing sample is stored as ENDLESS.
+fn is_missing(x: f32) -> bool {
+    return x > 1e38;
+}
+
+fn absorbed_by(x: f32) -> f32 {
+    if x > 0.5 {
+        return 1.0 - exp(-x);
+    }
+    let x2 = x * x;
+    let x4 = x2 * x2;
+    let low = (1.0 - x * (1.0 / 2.0)) + x2 * (1.0 / 6.0 - x * (1.0 / 24.0));
+    let high = (1.0 / 120.0 - x * (1.0 / 720.0)) + x2 * (1.0 / 5040.0 - x * (1.0 / 40320.0));
+    return x * (low + x4 * high);
+}
+
+fn lerp(a: f32, b: f32, w: f32) -> f32 {
+    return a + w * (b - a);
+}

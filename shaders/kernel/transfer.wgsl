@@ -1,0 +1,68 @@
+// Mirrors kernel/transfer.rs.
+#import params
+#import kernel/segment
+
+struct Span {
+    low: f32,
+    high: f32,
+    anchor: f32,
+    extinction: f32,
+    color: vec3f,
+    extinction_slope: f32,
+    color_slope: vec3f,
+    steepest: f32,
+    is_clear: u32,
+}
+
+// A value at which the transfer function jumps, and the larger extinction of its two sides.
+struct Step {
+    value: f32,
+    extinction: f32,
+}
+
+@group(0) @binding(8) var<storage, read> spans: array<Span>;
+@group(0) @binding(9) var<storage, read> steps: array<Step>;
+
+fn span_holds(span: Span, segment: Segment) -> bool {
+    let swing = 0.5 * abs(segment.kappa);
+    let low = min(segment.f0, segment.f1);
+    let high = max(segment.f0, segment.f1);
+    return low - swing >= span.low && high + swing <= span.high && segment.eps > -0.75;
+}
+
+fn span_extinction(span: Span, f: f32) -> f32 {
+    return max(span.extinction + span.extinction_slope * (f - span.anchor), 0.0);
+}
+
+fn span_is_narrow(span: Span) -> bool {
+    return span.high - span.low < 1e-3;
+}
+
+fn span_color(span: Span, f: f32) -> vec3f {
+    return span.color + span.color_slope * (f - span.anchor);
+}
+
+fn spans_follow(from_: u32, f: f32) -> u32 {
+    var k = from_;
+    while k + 1u < params.spans && f > spans[k].high {
+        k++;
+    }
+    while k > 0u && f < spans[k].low {
+        k--;
+    }
+    return k;
+}
+
+fn spans_find(f: f32) -> u32 {
+    var low = 0u;
+    var high = params.spans;
+    while low < high {
+        let middle = (low + high) / 2u;
+        if spans[middle].low <= f {
+            low = middle + 1u;
+        } else {
+            high = middle;
+        }
+    }
+    return max(low, 1u) - 1u;
+}

@@ -1,0 +1,278 @@
+// Mirrors kernel/walk.rs in double-float.
+//
+// The sides of vertices are as certain here as there, a pure function of plane and vertex; loops are bounded all the same,
+// for a GPU that never ends takes its host with it.
+#import params
+#import grid
+#import kernel/plane
+
+// Set where a walk takes more steps than any can: a broken invariant, or a driver that does not compute what it is told to.
+var<private> is_lost: bool = false;
+var<private> steps_taken: u32 = 0u;
+
+// Counts a step; false where there were too many.
+fn may_step() -> bool {
+    steps_taken++;
+    is_lost = is_lost || steps_taken > params.most_steps;
+    return !is_lost;
+}
+
+struct Contour {
+    triangle: u32,
+    cells: vec3u,
+    left: Seen,
+    right: Seen,
+    apex: Seen,
+}
+
+struct Crossing {
+    point: Point,
+    w: Wide,
+}
+
+fn crossing_between(left: Seen, right: Seen) -> Crossing {
+    let w = wide_div(seen_q(left), wide_sub(seen_q(left), seen_q(right)));
+    return Crossing(point_lerp(seen_point(left), seen_point(right), w), w);
+}
+
+// Whether the circle passes `triangle`; then `contour` is there.
+fn contour_inside(plane: Plane, triangle: u32, contour: ptr<function, Contour>) -> bool {
+    let cells = grid_triangle(triangle);
+    var seen: array<Seen, 3>;
+    for (var k = 0u; k < 3u; k++) {
+        seen[k] = plane_see(plane, cells[k], grid_direction(cells[k]));
+    }
+    if grid_is_clockwise(triangle) {
+        let second = seen[1];
+        seen[1] = seen[2];
+        seen[2] = second;
+    }
+    for (var k = 0u; k < 3u; k++) {
+        let right = (k + 1u) % 3u;
+        if seen_is_left(seen[k]) && !seen_is_left(seen[right]) {
+            *contour = Contour(triangle, cells, seen[k], seen[right], seen[(k + 2u) % 3u]);
+            return true;
+        }
+    }
+    return false;
+}
+
+// Triangles that are looked at around one that rounding misses: two rings.
+const AROUND: u32 = 32u;
+
+fn contour_near(plane: Plane, triangle: u32) -> Contour {
+    var contour: Contour;
+    var queue: array<u32, AROUND>;
+    queue[0] = triangle;
+    var count = 1u;
+    for (var next = 0u; next < count; next++) {
+        if contour_inside(plane, queue[next], &contour) {
+            return contour;
+        }
+        for (var k = 0u; k < 3u; k++) {
+            let beyond = grid_across(queue[next], k);
+            var is_new = count < AROUND;
+            for (var i = 0u; i < count; i++) {
+                is_new = is_new && queue[i] != beyond;
+            }
+            if is_new {
+                queue[count] = beyond;
+                count++;
+            }
+        }
+    }
+    is_lost = true;
+    return contour;
+}
+
+fn contour_entry(contour: ptr<function, Contour>) -> Crossing {
+    return crossing_between((*contour).left, (*contour).right);
+}
+
+fn contour_exit(contour: ptr<function, Contour>) -> Crossing {
+    if seen_is_left((*contour).apex) {
+        return crossing_between((*contour).apex, (*contour).right);
+    }
+    return crossing_between((*contour).left, (*contour).apex);
+}
+
+fn contour_column_of(cells: vec3u, cell: u32) -> u32 {
+    return select(select(2u, 1u, cells.y == cell), 0u, cells.x == cell);
+}
+
+fn contour_cross(plane: Plane, contour: ptr<function, Contour>, behind: u32) -> Seen {
+    let cells = (*contour).cells;
+    let kept = cells.x + cells.y + cells.z - behind;
+    let triangle = grid_across((*contour).triangle, contour_column_of(cells, behind));
+    let beyond = grid_triangle(triangle);
+    (*contour).triangle = triangle;
+    (*contour).cells = beyond;
+    let new_cell = beyond.x + beyond.y + beyond.z - kept;
+    return plane_see(plane, new_cell, grid_direction(new_cell));
+}
+
+fn contour_forward(plane: Plane, contour: ptr<function, Contour>) {
+    let apex = (*contour).apex;
+    let is_left = seen_is_left(apex);
+    let behind = select((*contour).right.cell, (*contour).left.cell, is_left);
+    let new_apex = contour_cross(plane, contour, behind);
+    if is_left {
+        (*contour).left = apex;
+    } else {
+        (*contour).right = apex;
+    }
+    (*contour).apex = new_apex;
+}
+
+fn contour_backward(plane: Plane, contour: ptr<function, Contour>) {
+    let new_seen = contour_cross(plane, contour, (*contour).apex.cell);
+    if seen_is_left(new_seen) {
+        (*contour).apex = (*contour).left;
+        (*contour).left = new_seen;
+    } else {
+        (*contour).apex = (*contour).right;
+        (*contour).right = new_seen;
+    }
+}
+
+fn middle_of(triangle: u32) -> Wide3 {
+    let cells = grid_triangle(triangle);
+    let two = wide3_add(grid_direction(cells.x), grid_direction(cells.y));
+    return wide3_normalize(wide3_add(two, grid_direction(cells.z)));
+}
+
+fn locate(from_: u32, target_: Wide3) -> u32 {
+    var triangle = grid_standing(from_);
+    var start = middle_of(triangle);
+    var goal = target_;
+    let is_half_a_turn = wide3_dot(start, target_).hi < -0.5;
+    if is_half_a_turn {
+        // Half a turn leaves the direction open; stop over at a right angle.
+        goal = any_orthonormal_vector(target_);
+        if wide3_dot(goal, start).hi < 0.0 {
+            goal = wide3_neg(goal);
+        }
+    }
+    for (var leg = 0u; leg < 2u; leg++) {
+        triangle = locate_short(triangle, start, goal);
+        if !is_half_a_turn {
+            break;
+        }
+        start = middle_of(triangle);
+        goal = target_;
+    }
+    return triangle;
+}
+
+fn locate_short(from_: u32, middle: Wide3, target_: Wide3) -> u32 {
+    let plane = plane_through(middle, target_);
+    if all(plane.q.hi == vec3f(0.0)) {
+        return from_;
+    }
+    let goal = plane_point(plane, target_);
+    var contour = contour_near(plane, from_);
+    while !is_lost && point_cross(goal, contour_exit(&contour).point).hi <= 0.0 && may_step() {
+        contour_forward(plane, &contour);
+    }
+    return contour.triangle;
+}
+
+// One end of a ray's way through a column. Weights are those of the column's second and third vertex.
+struct End {
+    t: Wide,
+    rho: Wide,
+    weight: vec2f,
+}
+
+struct Column {
+    cells: vec3u,
+    entry: End,
+    exit: End,
+}
+
+struct Walk {
+    contour: Contour,
+    from_: Place,
+    last_t: Wide,
+    last_rho: Wide,
+    is_over: bool,
+}
+
+struct Place {
+    point: Point,
+    weight: vec2f,
+}
+
+fn walk_new(line: RayLine, hint: u32) -> Walk {
+    let triangle = locate(hint, wide3_normalize(ray_line_position(line, line.start)));
+    var contour = contour_near(line.plane, triangle);
+    let start = ray_line_at(line, line.start);
+    while !is_lost && point_cross(start, contour_entry(&contour).point).hi > 0.0 && may_step() {
+        contour_backward(line.plane, &contour);
+    }
+    while !is_lost && point_cross(start, contour_exit(&contour).point).hi <= 0.0 && may_step() {
+        contour_forward(line.plane, &contour);
+    }
+    let entry = contour_entry(&contour);
+    let place = walk_clip(
+        Place(entry.point, vec2f(entry.w.hi, 0.0)),
+        walk_exit_place(&contour, contour_exit(&contour)),
+        start,
+    );
+    return Walk(contour, place, line.start, height(start, place.point), is_lost);
+}
+
+fn walk_exit_place(contour: ptr<function, Contour>, crossing: Crossing) -> Place {
+    let w = crossing.w.hi;
+    if seen_is_left((*contour).apex) {
+        return Place(crossing.point, vec2f(w, 1.0 - w));
+    }
+    return Place(crossing.point, vec2f(0.0, w));
+}
+
+fn walk_clip(a: Place, b: Place, to: Point) -> Place {
+    let before = point_cross(to, a.point);
+    let whole = wide_sub(before, point_cross(to, b.point));
+    var w = wide(0.0);
+    if whole.hi < 0.0 {
+        w = wide_min(wide_max(wide_div(before, whole), wide(0.0)), wide(1.0));
+    }
+    return Place(point_lerp(a.point, b.point, w), a.weight + w.hi * (b.weight - a.weight));
+}
+
+// The next column; the walk is over with the ray's last one.
+fn walk_next_column(walk: ptr<function, Walk>, line: RayLine) -> Column {
+    var contour = (*walk).contour;
+    let entry_place = (*walk).from_;
+    let crossing = contour_exit(&contour);
+    var exit_place = walk_exit_place(&contour, crossing);
+    let end = ray_line_at(line, line.end);
+    let is_last = point_cross(end, exit_place.point).hi >= 0.0;
+    var t1 = line.end;
+    if is_last {
+        exit_place = walk_clip(entry_place, exit_place, end);
+    } else {
+        // What is not the last lies ahead, where x is positive.
+        let there = wide_div(wide_mul(line.b, exit_place.point.y), exit_place.point.x);
+        t1 = wide_min(wide_max(there, (*walk).last_t), line.end);
+    }
+    let rho1 = height(ray_line_at(line, t1), exit_place.point);
+    let column = Column(
+        vec3u(contour.left.cell, contour.right.cell, contour.apex.cell),
+        End((*walk).last_t, (*walk).last_rho, entry_place.weight),
+        End(t1, rho1, exit_place.weight),
+    );
+    (*walk).last_t = t1;
+    (*walk).last_rho = rho1;
+    (*walk).is_over = is_last || !may_step();
+    if !(*walk).is_over {
+        contour_forward(line.plane, &contour);
+        (*walk).contour = contour;
+        (*walk).from_ = Place(crossing.point, vec2f(crossing.w.hi, 0.0));
+    }
+    return column;
+}
+
+fn height(at: Point, on: Point) -> Wide {
+    return wide_div(point_dot(at, on), point_dot(on, on));
+}

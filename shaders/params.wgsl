@@ -1,0 +1,51 @@
+// What all rays of a picture share. Mirrored by icoray-gpu/src/layout.rs; directions and lengths are in double-float.
+
+struct Params {
+    eye_hi: vec3f,
+    width: u32,
+    eye_lo: vec3f,
+    height: u32,
+    forward_hi: vec3f,
+    // The first row of this dispatch, and the end of its rows.
+    first_row: u32,
+    forward_lo: vec3f,
+    end_row: u32,
+    right_hi: vec3f,
+    // Half a pixel's side at distance 1.
+    half_pixel_hi: f32,
+    right_lo: vec3f,
+    half_pixel_lo: f32,
+    up_hi: vec3f,
+    // 0: what compilers must not know.
+    zero: u32,
+    up_lo: vec3f,
+    // A ray that takes more steps from triangle to triangle has lost its way.
+    most_steps: u32,
+    // Linear RGB of the core.
+    core: vec3f,
+    layers: u32,
+    index_base: i32,
+    triangles: u32,
+    rim_sides: u32,
+    spans: u32,
+    steps: u32,
+    // Elements from column to column and from layer to layer.
+    column_stride: u32,
+    layer_stride: u32,
+    // The tolerance's parts: `Budget` of kernel/ray.rs.
+    share: f32,
+    rest: f32,
+    brightest: f32,
+    // Workgroups in a row of the picture.
+    groups_across: u32,
+    // A triangle that is there.
+    start: u32,
+}
+
+@group(0) @binding(0) var<uniform> params: Params;
+
+// What a scene does not need is not in its shader.
+override IS_EXACT: bool = true;
+override HAS_CORE: bool = true;
+override HAS_VOID: bool = true;
+override HAS_STEPS: bool = true;

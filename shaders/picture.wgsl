@@ -1,0 +1,66 @@
+// A picture's rays, one per invocation, in bands of rows.
+#import params
+#import kernel/ray
+
+// What a ray gives: `Traced` of icoray/src/device. `error` is MISSED or LOST where there is no light to speak of.
+struct Pixel {
+    red: f32,
+    green: f32,
+    blue: f32,
+    absorbed: f32,
+    error: f32,
+    variance: f32,
+    columns: u32,
+    frusta: u32,
+    void_frusta: u32,
+}
+
+const MISSED: f32 = -1.0;
+const LOST: f32 = -2.0;
+
+// For each workgroup of the whole picture, a triangle near those that its rays start over.
+@group(0) @binding(12) var<storage, read> hints: array<u32>;
+@group(0) @binding(13) var<storage, read_write> pixels: array<Pixel>;
+
+// The unit vector through the middle of a pixel: `Camera::direction`.
+fn direction(x: u32, y: u32) -> Wide3 {
+    let half_pixel = Wide(params.half_pixel_hi, params.half_pixel_lo);
+    // Whole numbers of half pixels, from the picture's middle.
+    let right = wide_times(half_pixel, f32(2 * i32(x) + 1 - i32(params.width)));
+    let up = wide_times(half_pixel, f32(i32(params.height) - 2 * i32(y) - 1));
+    let across = wide3_scale(Wide3(params.right_hi, params.right_lo), right);
+    let upwards = wide3_scale(Wide3(params.up_hi, params.up_lo), up);
+    return wide3_normalize(
+        wide3_add(Wide3(params.forward_hi, params.forward_lo), wide3_add(across, upwards)),
+    );
+}
+
+@compute @workgroup_size(8, 8)
+fn picture(@builtin(global_invocation_id) id: vec3u) {
+    let x = id.x;
+    let y = params.first_row + id.y;
+    if x >= params.width || y >= params.end_row {
+        return;
+    }
+    let hint = hints[(y / 8u) * params.groups_across + x / 8u];
+    let traced = trace(Wide3(params.eye_hi, params.eye_lo), direction(x, y), hint);
+    let light = traced.light;
+    var error = light.error;
+    if !traced.is_met {
+        error = MISSED;
+    }
+    if is_lost {
+        error = LOST;
+    }
+    pixels[id.y * params.width + x] = Pixel(
+        light.color.x,
+        light.color.y,
+        light.color.z,
+        light.absorbed,
+        error,
+        light.variance,
+        traced.ray.columns,
+        traced.ray.frusta,
+        traced.ray.void_frusta,
+    );
+}
