@@ -52,7 +52,8 @@ impl Gpu {
 
         let row_bytes = scene.width as usize * size_of::<Pixel>();
         let most = self.limits.max_storage_buffer_binding_size / row_bytes as u64;
-        let rows = (BAND / scene.width).max(GROUP).min(most as u32).min(scene.height.next_multiple_of(GROUP));
+        let most = u32::try_from(most).unwrap_or(u32::MAX);
+        let rows = (BAND / scene.width).max(GROUP).min(most).min(scene.height.next_multiple_of(GROUP));
         // Workgroups of all bands begin at a row of hints.
         let rows = rows / GROUP * GROUP;
         if rows == 0 {

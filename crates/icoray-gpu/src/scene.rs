@@ -152,6 +152,11 @@ const PIECE: usize = 1 << 18;
 pub(crate) fn field(gpu: &Gpu, job: &Job) -> Result<wgpu::Buffer, Reason> {
     let (columns, layers, _) = job.order();
     let count = columns * layers;
+    if u32::try_from(count).is_err() {
+        return because(format!(
+            "the field: {count} values, expected fewer than the shader's numbers have, 2^32"
+        ));
+    }
     let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST;
     let buffer = gpu.buffer("the field", count * size_of::<f32>(), usage)?;
     let bytes = wgpu::BufferSize::new((count * size_of::<f32>()) as u64);

@@ -2,134 +2,23 @@
 
 use glam::DVec3;
 use icoray::{
-    Counts, Field, Frame, Grid, GridTables, IcosahedralMesh, Layers, Location, LonLat, Precision, Renderer,
-    Scene, Shape,
+    Field, Frame, Grid, GridTables, IcosahedralMesh, Layers, Location, LonLat, Renderer, Scene, Shape,
 };
-use icoray_gpu::{Choice, Gpu, Mesh, Outcome};
-use std::sync::OnceLock;
+use icoray_gpu::{Choice, Gpu, Outcome};
 
-#[path = "../../icoray/tests/culled/mod.rs"]
+mod common;
+#[path = "../../../icoray/tests/culled/mod.rs"]
 mod culled;
+use common::*;
 use culled::{Culled, Mark, Style, holes};
-
-const RMSE: f64 = 2e-5;
-const MAX: f64 = 1e-3;
-
-const RAMP: &str =
-    "map = \"viridis\"\nrange = [-1, 1]\nopacity = [[-1, 0.5], [-0.2, 0.05], [0.1, 0.8], [1, 0.3]]";
-const SMOOTH: &str = "knots = [ { value = -0.8, color = \"blue\", extinction = 4 }, { value = -0.2, color = \"white\", extinction = 0 }, \
-     { value = 0.3, color = \"yellow\", extinction = 1 }, { value = 0.8, color = \"red\", extinction = 9 } ]";
-const DENSE: &str = "knots = [ { value = -0.9, color = \"red\", extinction = 3 }, { value = 0.1, color = \"blue\", extinction = 900 }, \
-     { value = 0.9, color = \"white\", extinction = 1e5 } ]";
-const STEPS: &str = "knots = [ { value = -0.9, color = \"red\", extinction = 1e6 }, { value = -0.5, color = \"orange\", extinction = 1e6 }, \
-     { value = -0.5, color = \"blue\", extinction = 0 }, { value = 0.9, color = \"white\", extinction = 5 } ]";
-const SPIKE: &str = "knots = [ { value = 0.1, color = \"red\", extinction = 0 }, { value = 0.1000005, color = \"green\", extinction = 1e5 }, \
-     { value = 0.100001, color = \"blue\", extinction = 0 }, { value = 0.9, color = \"white\", extinction = 5 } ]";
-const TRANSFERS: [(&str, &str); 5] =
-    [("ramp", RAMP), ("smooth", SMOOTH), ("dense", DENSE), ("steps", STEPS), ("spike", SPIKE)];
-
-const FAR: &str = "lon = 30\nlat = 25\ndistance = 3.2\nfov = 45";
-const POLE: &str = "lon = 25\nlat = 89.999\ndistance = 1.4\nfov = 90";
-const INSIDE: &str = "eye = [1.02, 0.3, 0.1]\ntarget = [0, 1.2, 0.3]\nfov = 90";
-const CENTRE: &str = "eye = [0, 0, 0]\ntarget = [0.3, 1, 0.2]\nfov = 110";
-const RADIAL: &str = "eye = [0, 0, 2]\ntarget = [0, 0, 0]\nup = [0, 1, 0]\nfov = 50";
-/// Just above and inside a shell that ends 3 km up, looking along the limb.
-const LIMB: &str = "eye = [1.001, 0.007, 0.003]\ntarget = [0.9, 0.6, 0.1]\nfov = 30";
-const IN_THIN: &str = "eye = [1.0003, 0.007, 0.011]\ntarget = [1.0003, 0.4, 0.1]\nfov = 60";
-
-const EARTH_M: f64 = 6_371_229.0;
-const THICK_M: [f64; 5] = [0.0, 3e3, 5e3, 12e3, 20e3];
-
-/// The device, or nothing where there is none.
-fn gpu() -> Option<&'static Gpu> {
-    static GPU: OnceLock<Option<Gpu>> = OnceLock::new();
-    let open = || Gpu::new(&Choice::Any).inspect_err(|reason| eprintln!("skipped: {reason}")).ok();
-    GPU.get_or_init(open).as_ref()
-}
-
-fn wave(p: DVec3, layer: usize, layers: usize) -> f64 {
-    let phase = 2.0 * layer as f64 / layers as f64;
-    let fine = (17.0 * p.x + phase).sin() * (15.0 * p.y - phase).cos();
-    0.6 * (3.0 * p.x + phase).sin() * (4.0 * p.y).cos() + 0.3 * p.z + 0.15 * fine
-}
-
-fn values(grid: &Grid, layers: usize) -> Vec<f32> {
-    let all = (0..grid.cells() as u32).flat_map(|cell| (0..layers).map(move |layer| (cell, layer)));
-    all.map(|(cell, layer)| wave(grid.direction(cell), layer, layers) as f32).collect()
-}
-
-fn scene(camera: &str, transfer: &str, rest: &str) -> Scene {
-    let text = format!(
-        "field = \"f\"\n{rest}\n[image]\nwidth = 72\nheight = 60\n[camera]\n{camera}\n[transfer]\n{transfer}\n"
-    );
-    Scene::parse(&text).unwrap_or_else(|e| panic!("{e}\n{text}"))
-}
-
-/// The root of the mean square of the differences, and the largest.
-fn apart(one: &Frame, other: &Frame) -> (f64, f64) {
-    let channels = one.pixels.iter().flatten().zip(other.pixels.iter().flatten());
-    let off: Vec<f64> = channels.map(|(a, b)| f64::from((a - b).abs())).collect();
-    let squares: f64 = off.iter().map(|d| d * d).sum();
-    ((squares / off.len() as f64).sqrt(), off.iter().copied().fold(0.0, f64::max))
-}
-
-/// Draws on both and compares; gives the GPU's frame.
-fn compare(name: &str, scene: &Scene, mesh: &Mesh, grid: &Grid, layers: &Layers, field: &Field) -> Frame {
-    let gpu = gpu().expect("whoever has a mesh on the device has the device");
-    let renderer = Renderer::new(1).unwrap();
-    let drawn = match gpu.render(&renderer, scene, mesh, layers, field).unwrap() {
-        Outcome::Drawn(frame) => *frame,
-        Outcome::Left(reason) => panic!("{name}: {reason}"),
-    };
-    let cpu = |precision| {
-        let scene = Scene { precision, ..scene.clone() };
-        renderer.render(&scene, grid, layers, field).unwrap()
-    };
-    let (narrow, wide) = (cpu(Precision::F32), cpu(Precision::F64));
-    let (rmse, max) = apart(&drawn, &narrow);
-    let of_cpu = apart(&narrow, &wide);
-    let counts = drawn.report.counts;
-    println!("{name}: rmse {rmse:.1e}, max {max:.1e}; cpu f32 to f64 {:.1e}, {:.1e}", of_cpu.0, of_cpu.1);
-    assert!(drawn.pixels.iter().flatten().chain(&drawn.error).all(|x| x.is_finite()), "{name}");
-    assert!(rmse <= RMSE && max <= MAX, "{name}: rmse {rmse:e}, max {max:e}");
-    let all = drawn.pixels.iter().zip(&wide.pixels).zip(drawn.error.iter().zip(&wide.error));
-    for (i, ((pixel, exact), (error, other))) in all.enumerate() {
-        let off = pixel.iter().zip(exact).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
-        assert!(off <= error + other, "{name}, pixel {i}: {off:e} off, admitted {error:e} and {other:e}");
-    }
-    // Errors are as large as the CPU's but for rounding, and so are reports.
-    let (ours, theirs) = (drawn.report.error, narrow.report.error);
-    assert_eq!(ours.certainty, theirs.certainty, "{name}");
-    assert!(
-        ours.mean <= 1.02 * theirs.mean + 1e-7 && ours.mean >= 0.98 * theirs.mean - 1e-7,
-        "{name}: {ours}, {theirs}"
-    );
-    let Counts { rays, columns, frusta, void_frusta, .. } = narrow.report.counts;
-    assert_eq!(counts.rays, rays, "{name}");
-    // A ray through a vertex or along a layer meets the one or the other frustum.
-    for (ours, theirs) in
-        [(counts.columns, columns), (counts.frusta, frusta), (counts.void_frusta, void_frusta)]
-    {
-        assert!(
-            ours.abs_diff(theirs) as f64 <= 10.0 + 0.002 * theirs as f64,
-            "{name}: {ours}, expected about {theirs}"
-        );
-    }
-    assert_eq!(drawn.report.value_range, narrow.report.value_range, "{name}");
-    drawn
-}
 
 #[test]
 fn transfer_functions_cameras_and_cores() {
     let Some(gpu) = gpu() else { return };
     for level in [3, 5] {
-        let tables = IcosahedralMesh::new(level).unwrap();
-        let grid = Grid::new(tables.tables()).unwrap();
-        let mesh = gpu.mesh(&grid).unwrap();
-        let layers = Layers::from_heights(&THICK_M, EARTH_M).unwrap();
-        let values = values(&grid, THICK_M.len());
-        let shape = Shape::level_fastest(grid.cells(), THICK_M.len());
-        let field = Field::new(values.as_slice().into(), shape, Location::Center, None).unwrap();
+        let sphere = Sphere::new(level, &THICK_M);
+        let (grid, field) = (sphere.grid(), sphere.field());
+        let (mesh, layers) = (gpu.mesh(&grid).unwrap(), &sphere.layers);
         for (transfer, text) in TRANSFERS {
             let cores = [
                 "exaggeration = 60\ncore = \"gray\"",
@@ -143,7 +32,7 @@ fn transfer_functions_cameras_and_cores() {
                         continue;
                     }
                     let name = format!("level {level}, {transfer}, {}, {camera}", ["core", "hollow"][k]);
-                    compare(&name, &scene(where_, text, rest), &mesh, &grid, &layers, &field);
+                    compare(&name, &scene(where_, text, rest), &mesh, &grid, layers, &field);
                 }
             }
         }
@@ -153,18 +42,14 @@ fn transfer_functions_cameras_and_cores() {
 #[test]
 fn the_paper_s_method_and_tolerances() {
     let Some(gpu) = gpu() else { return };
-    let tables = IcosahedralMesh::new(4).unwrap();
-    let grid = Grid::new(tables.tables()).unwrap();
-    let mesh = gpu.mesh(&grid).unwrap();
-    let layers = Layers::from_heights(&THICK_M, EARTH_M).unwrap();
-    let values = values(&grid, THICK_M.len());
-    let shape = Shape::level_fastest(grid.cells(), THICK_M.len());
-    let field = Field::new(values.as_slice().into(), shape, Location::Center, None).unwrap();
+    let sphere = Sphere::new(4, &THICK_M);
+    let (grid, field) = (sphere.grid(), sphere.field());
+    let (mesh, layers) = (gpu.mesh(&grid).unwrap(), &sphere.layers);
     for (transfer, text) in TRANSFERS {
         for rest in ["method = \"paper\"", "tolerance = 1e-2", "tolerance = 1e-6"] {
             let name = format!("{transfer}, {rest}");
             let rest = format!("exaggeration = 60\ncore = \"gray\"\n{rest}");
-            compare(&name, &scene(FAR, text, &rest), &mesh, &grid, &layers, &field);
+            compare(&name, &scene(FAR, text, &rest), &mesh, &grid, layers, &field);
         }
     }
 }
@@ -173,19 +58,15 @@ fn the_paper_s_method_and_tolerances() {
 #[test]
 fn thin_layers_on_a_real_earth() {
     let Some(gpu) = gpu() else { return };
-    let tables = IcosahedralMesh::new(5).unwrap();
-    let grid = Grid::new(tables.tables()).unwrap();
-    let mesh = gpu.mesh(&grid).unwrap();
     let heights: Vec<f64> = (0..31).map(|k| 100.0 * f64::from(k)).collect();
-    let layers = Layers::from_heights(&heights, EARTH_M).unwrap();
-    let values = values(&grid, heights.len());
-    let shape = Shape::level_fastest(grid.cells(), heights.len());
-    let field = Field::new(values.as_slice().into(), shape, Location::Center, None).unwrap();
+    let sphere = Sphere::new(5, &heights);
+    let (grid, field) = (sphere.grid(), sphere.field());
+    let (mesh, layers) = (gpu.mesh(&grid).unwrap(), &sphere.layers);
     for (transfer, text) in TRANSFERS {
         for (k, rest) in ["core = \"gray\"", "core = \"transparent\""].into_iter().enumerate() {
             for (camera, where_) in [("far", FAR), ("limb", LIMB), ("inside", IN_THIN)] {
                 let name = format!("100 m, {transfer}, {}, {camera}", ["core", "hollow"][k]);
-                compare(&name, &scene(where_, text, rest), &mesh, &grid, &layers, &field);
+                compare(&name, &scene(where_, text, rest), &mesh, &grid, layers, &field);
             }
         }
     }
@@ -373,6 +254,21 @@ fn other_scenes_are_left_to_the_cpu() {
     assert!(gpu.render(&renderer, &scene(FAR, RAMP, ""), &mesh, &layers, &wrong).is_err());
     for choice in [Choice::Index(999), Choice::Name("no such device".into())] {
         assert!(Gpu::new(&choice).unwrap_err().to_string().contains("no adapter"));
+    }
+}
+
+/// A picture of several dispatches, each of some rows, with the planet in more than one.
+#[test]
+fn a_picture_in_bands_has_no_seam() {
+    let Some(gpu) = gpu() else { return };
+    let sphere = Sphere::new(3, &THICK_M);
+    let (grid, field) = (sphere.grid(), sphere.field());
+    let (mesh, layers) = (gpu.mesh(&grid).unwrap(), &sphere.layers);
+    let small = scene("lon = 30\nlat = 25\ndistance = 40\nfov = 6", SMOOTH, "exaggeration = 60");
+    for (width, height) in [(4096, 130), (1, 200), (201, 1)] {
+        let scene = Scene { width, height, ..small.clone() };
+        let frame = compare(&format!("{width} x {height}"), &scene, &mesh, &grid, layers, &field);
+        assert!(frame.report.counts.rays > 0);
     }
 }
 
