@@ -104,7 +104,7 @@ fn what_is_sent_comes_in_order_and_nobody_waits() {
 }
 
 #[test]
-#[ignore = "takes 5 GB"]
+#[ignore = "takes 5 GB of memory: more than 2 GiB go from one rank to the other"]
 fn lengths_may_need_more_than_32_bits() {
     on_ranks(&[2], "lengths_may_need_more_than_32_bits", |team| {
         let lengths: [usize; 2] = [3, (1 << 31) + 12_345];
