@@ -26,6 +26,11 @@ impl<'f> OnDevice<'f> {
         OnDevice { device, job, spent: Spent::default(), drew: None }
     }
 
+    /// Whether a device is asked first.
+    pub fn is_there(&self) -> bool {
+        self.device.is_ok()
+    }
+
     /// Has the device upload what it needs, so that the next call takes the time of its rays.
     pub fn get_ready(&mut self, quality: &Quality, raster: Raster) {
         self.trace(quality, raster, &[], &|_| ());
