@@ -57,7 +57,7 @@ pub fn integrate(
 }
 
 impl Span {
-    pub(super) fn of(span: &transfer::Span<f32>) -> Self {
+    pub(crate) fn of(span: &transfer::Span<f32>) -> Self {
         let transfer::Span { low, high, anchor, extinction, extinction_slope, color, color_slope, .. } =
             *span;
         let (steepest, is_clear) = (span.steepest(), span.is_clear);
