@@ -55,7 +55,7 @@ impl Device for Gpu {
         }
         before.map_or(Ok(()), &mut finish)?;
         if lost > 0 {
-            return because(format!("rays of {lost} tiles have lost their way on {}", self.name()));
+            return because(format!("rays have lost their way on {}", self.name()));
         }
         Ok(spent)
     }
