@@ -1,6 +1,7 @@
 //! Which of a machine's adapters draws.
 
 use crate::gpu::{Gpu, because};
+use crate::instance::instance;
 use icoray::Adapter;
 use icoray::device::{Device, Devices, Reason, Wanted};
 use std::fmt;
@@ -72,11 +73,9 @@ pub fn list() -> Vec<Listed> {
 }
 
 fn adapters() -> Vec<wgpu::Adapter> {
-    let instance = wgpu::Instance::new(wgpu::InstanceDescriptor {
-        backends: wgpu::Backends::VULKAN,
-        ..wgpu::InstanceDescriptor::new_without_display_handle()
-    });
-    pollster::block_on(instance.enumerate_adapters(wgpu::Backends::VULKAN))
+    let all =
+        |instance: wgpu::Instance| pollster::block_on(instance.enumerate_adapters(wgpu::Backends::VULKAN));
+    instance().map(all).unwrap_or_default()
 }
 
 /// The number of the adapter that is wanted: of those that fit one of the fastest kind, another for each rank of the node.
