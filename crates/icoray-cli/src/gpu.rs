@@ -5,7 +5,7 @@ use icoray::{Adapter, Renderer, Result, Scene};
 
 /// Who draws, where the command says so.
 #[derive(clap::Args)]
-pub struct Args {
+pub struct Who {
     /// Who draws, instead of the scene's backend
     #[arg(long, value_name = "WHO", value_enum)]
     backend: Option<Backend>,
@@ -25,7 +25,7 @@ enum Backend {
     Gpu,
 }
 
-impl Args {
+impl Who {
     /// Puts what the command says into the scene.
     pub fn apply(&self, scene: &mut Scene) {
         match self.backend {
