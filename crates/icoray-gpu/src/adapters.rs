@@ -68,14 +68,15 @@ impl Listed {
 }
 
 /// The adapters of this machine, in the order of their numbers.
-pub fn list() -> Vec<Listed> {
-    adapters().iter().map(Listed::of).collect()
+///
+/// # Errors
+/// A [`Reason`] where there is no Vulkan.
+pub fn list() -> Result<Vec<Listed>, Reason> {
+    Ok(adapters()?.iter().map(Listed::of).collect())
 }
 
-fn adapters() -> Vec<wgpu::Adapter> {
-    let all =
-        |instance: wgpu::Instance| pollster::block_on(instance.enumerate_adapters(wgpu::Backends::VULKAN));
-    instance().map(all).unwrap_or_default()
+fn adapters() -> Result<Vec<wgpu::Adapter>, Reason> {
+    Ok(pollster::block_on(instance()?.enumerate_adapters(wgpu::Backends::VULKAN)))
 }
 
 /// The number of the adapter that is wanted: of those that fit one of the fastest kind, another for each rank of the node.
@@ -117,7 +118,7 @@ impl Devices for Gpus {
 }
 
 fn open(wanted: &Wanted) -> Result<Gpu, Reason> {
-    let adapters = adapters();
+    let adapters = adapters()?;
     let listed: Vec<Listed> = adapters.iter().map(Listed::of).collect();
     Gpu::open(&adapters[choose(&listed, wanted)?])
 }
