@@ -5,7 +5,7 @@ use crate::instance::instance;
 use icoray::Adapter;
 use icoray::device::{Device, Devices, Reason, Wanted};
 use std::fmt;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 /// Which adapter to draw on.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
@@ -71,8 +71,11 @@ impl Listed {
 ///
 /// # Errors
 /// A [`Reason`] where there is no Vulkan.
-pub fn list() -> Result<Vec<Listed>, Reason> {
-    Ok(adapters()?.iter().map(Listed::of).collect())
+pub fn list() -> Result<&'static [Listed], Reason> {
+    // Looked for once in a process: it takes a tenth of a second, and loads every driver.
+    static LISTED: OnceLock<Result<Vec<Listed>, Reason>> = OnceLock::new();
+    let listed = LISTED.get_or_init(|| Ok(adapters()?.iter().map(Listed::of).collect()));
+    listed.as_deref().map_err(Clone::clone)
 }
 
 fn adapters() -> Result<Vec<wgpu::Adapter>, Reason> {
@@ -118,9 +121,12 @@ impl Devices for Gpus {
 }
 
 fn open(wanted: &Wanted) -> Result<Gpu, Reason> {
-    let adapters = adapters()?;
-    let listed: Vec<Listed> = adapters.iter().map(Listed::of).collect();
-    Gpu::open(&adapters[choose(&listed, wanted)?])
+    let listed = list()?;
+    let number = choose(listed, wanted)?;
+    match adapters()?.get(number).filter(|adapter| Listed::of(adapter) == listed[number]) {
+        Some(adapter) => Gpu::open(adapter),
+        None => because(format!("{} is here no more", listed[number].name)),
+    }
 }
 
 impl Gpu {
