@@ -3,10 +3,11 @@
 use crate::Outcome;
 use crate::gpu::{Gpu, Reason, because};
 use crate::layout::Pixel;
+use crate::light;
 use crate::mesh::Mesh;
 use crate::scene::{self, GROUP, Variant};
 use icoray::device::{Job, Traced};
-use icoray::{Field, Layers, Renderer, Result, Scene};
+use icoray::{Field, Layers, Lights, Renderer, Result, Scene};
 use wgpu::BufferUsages;
 
 /// About how many pixels a dispatch has: enough to fill a device, few enough for a slow one.
@@ -42,10 +43,12 @@ impl Gpu {
         mesh: &Mesh,
         job: &Job,
     ) -> std::result::Result<(Vec<Option<Traced>>, f64), Reason> {
-        let pipeline = Variant::of(scene, mesh, job).pipeline(self)?;
+        let lights = if scene.lighting.is_some() { Lights::Full } else { Lights::Off };
+        let pipeline = Variant::of(scene, mesh, job, lights).pipeline(self)?;
         let mut params = scene::params(scene, mesh, job);
         let [spans, steps, shell] = scene::tables(self, job)?;
         let field = scene::field(self, job)?;
+        let light = light::bind(self, mesh.grid, job, lights)?;
         let outer = job.radius()[job.radius().len() - 1];
         let hints = self.upload("hints", &scene::hints(scene, mesh.grid, outer))?;
         let prepare_s = job.seconds();
@@ -99,6 +102,7 @@ impl Gpu {
             let mut pass = encoder.begin_compute_pass(&Default::default());
             pass.set_pipeline(&pipeline);
             pass.set_bind_group(0, &group, &[]);
+            pass.set_bind_group(1, &light, &[]);
             pass.dispatch_workgroups(params.groups_across, band_rows.div_ceil(GROUP), 1);
             drop(pass);
             let (to, bytes) = ((first as usize * row_bytes) as u64, (band_rows as usize * row_bytes) as u64);

@@ -4,6 +4,7 @@ use std::collections::HashMap;
 use std::fmt;
 use std::sync::{Arc, Mutex, PoisonError};
 
+use crate::light;
 use crate::scene::Variant;
 
 /// Which adapter to draw on.
@@ -57,6 +58,7 @@ pub struct Gpu {
     pub(crate) queue: wgpu::Queue,
     pub(crate) limits: wgpu::Limits,
     pub(crate) bindings: wgpu::BindGroupLayout,
+    pub(crate) light: light::Bindings,
     pub(crate) pipelines: Mutex<HashMap<Variant, wgpu::ComputePipeline>>,
     trouble: Trouble,
 }
@@ -107,7 +109,8 @@ impl Gpu {
 
     fn open(adapter: &wgpu::Adapter) -> Result<Self, Reason> {
         let (info, limits) = (adapter.get_info(), adapter.limits());
-        let needed = BINDINGS.len() as u32 - 1;
+        // The gradients are one more.
+        let needed = BINDINGS.len() as u32;
         if limits.max_storage_buffers_per_shader_stage < needed {
             let has = limits.max_storage_buffers_per_shader_stage;
             return because(format!(
@@ -143,7 +146,8 @@ impl Gpu {
             .collect();
         let layout = wgpu::BindGroupLayoutDescriptor { label: Some("icoray"), entries: &entries };
         let bindings = device.create_bind_group_layout(&layout);
-        let gpu = Gpu { info, device, queue, limits, bindings, pipelines: Mutex::default(), trouble };
+        let light = light::Bindings::new(&device);
+        let gpu = Gpu { info, device, queue, limits, bindings, light, pipelines: Mutex::default(), trouble };
         gpu.untroubled()?;
         Ok(gpu)
     }

@@ -1,7 +1,7 @@
 //! The kernel of icoray on the GPU, through wgpu: compute shaders in `shaders/`, of which `shaders/kernel/X.wgsl` mirrors
 //! `crates/icoray/src/kernel/X.rs` function by function. The explanations stand in the Rust files.
 //!
-//! Unlit scenes in `f32` are drawn, with the CPU renderer's errors and counts. Whatever else a scene asks for, and whatever a
+//! Scenes in `f32` are drawn, with the CPU renderer's errors and counts. Whatever else a scene asks for, and whatever a
 //! device cannot hold or does, is a [`Reason`] to draw on the CPU instead: nothing here panics for want of a GPU.
 //!
 //! ```no_run
@@ -28,6 +28,7 @@
 mod draw;
 mod gpu;
 pub mod layout;
+mod light;
 mod mesh;
 mod scene;
 pub mod shader;

@@ -5,7 +5,7 @@ use crate::layout::{Params, ShellLayer, Span, Step, halves, halves3};
 use crate::mesh::Mesh;
 use crate::shader;
 use icoray::device::{Allowed, Job, locate};
-use icoray::{Grid, Method, Precision, Scene};
+use icoray::{Grid, Lights, Method, Precision, Scene};
 use rayon::prelude::*;
 use std::sync::PoisonError;
 
@@ -19,13 +19,11 @@ pub(crate) struct Variant {
     has_core: bool,
     has_void: bool,
     has_steps: bool,
+    is_lit: bool,
 }
 
 /// Why `scene` is none for this crate, if it is not.
 pub(crate) fn suits(scene: &Scene) -> Result<(), Reason> {
-    if scene.lighting.is_some() {
-        return because("the scene is lit, which is drawn on the CPU so far");
-    }
     if scene.precision == Precision::F64 {
         return because("the scene asks for precision = \"f64\", which the GPU's kernel has not");
     }
@@ -36,12 +34,13 @@ pub(crate) fn suits(scene: &Scene) -> Result<(), Reason> {
 }
 
 impl Variant {
-    pub fn of(scene: &Scene, mesh: &Mesh, job: &Job) -> Self {
+    pub fn of(scene: &Scene, mesh: &Mesh, job: &Job, lights: Lights) -> Self {
         Variant {
             is_exact: scene.method == Method::Exact,
             has_core: scene.core.is_some(),
             has_void: mesh.grid.void_triangles() > 0,
             has_steps: !job.steps().is_empty(),
+            is_lit: lights != Lights::Off,
         }
     }
 
@@ -57,7 +56,7 @@ impl Variant {
         });
         let layout = gpu.device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
             label: Some("picture"),
-            bind_group_layouts: &[Some(&gpu.bindings)],
+            bind_group_layouts: &[Some(&gpu.bindings), Some(&gpu.light.layout)],
             immediate_size: 0,
         });
         let number = |is: bool| f64::from(u8::from(is));
@@ -72,6 +71,7 @@ impl Variant {
                     ("HAS_CORE", number(self.has_core)),
                     ("HAS_VOID", number(self.has_void)),
                     ("HAS_STEPS", number(self.has_steps)),
+                    ("IS_LIT", number(self.is_lit)),
                 ],
                 ..Default::default()
             },

@@ -9,6 +9,7 @@ use icoray_gpu::{Choice, Gpu, Outcome};
 mod common;
 #[path = "../../../icoray/tests/culled/mod.rs"]
 mod culled;
+mod lit;
 use common::*;
 use culled::{Culled, Mark, Style, holes};
 
@@ -238,12 +239,8 @@ fn other_scenes_are_left_to_the_cpu() {
         Field::new(values.as_slice().into(), Shape::level_fastest(grid.cells(), 2), Location::Center, None)
             .unwrap();
     let renderer = Renderer::new(1).unwrap();
-    for (transfer, rest, word) in [
-        (format!("{RAMP}\n[light]\nkind = \"headlight\""), "", "lit"),
-        (RAMP.into(), "precision = \"f64\"", "f64"),
-        (RAMP.into(), "time_budget_ms = 50", "budget"),
-    ] {
-        match gpu.render(&renderer, &scene(FAR, &transfer, rest), &mesh, &layers, &field).unwrap() {
+    for (rest, word) in [("precision = \"f64\"", "f64"), ("time_budget_ms = 50", "budget")] {
+        match gpu.render(&renderer, &scene(FAR, RAMP, rest), &mesh, &layers, &field).unwrap() {
             Outcome::Left(reason) => assert!(reason.to_string().contains(word), "{reason}"),
             Outcome::Drawn(_) => panic!("{rest} was drawn"),
         }

@@ -1,9 +1,10 @@
-//! What a renderer on another device needs of the core, as plain numbers: the tables of a grid, all of a scene but its light,
-//! the field's values as the kernel reads them; and back, a frame made of what rays met there.
+//! What a renderer on another device needs of the core, as plain numbers: the tables of a grid, a scene, the field's
+//! values and gradients as the kernel reads them; and back, a frame made of what rays met there.
 //!
 //! Whatever a device does not do itself stays here, where the CPU renderer has it too: the plan, ranges, means of fields at
 //! corners, what a pixel shows and how far it may be off. Everything is for `f32` kernels.
 
+mod light;
 pub mod mirror;
 
 use crate::error::Result;
@@ -22,6 +23,8 @@ use crate::scene::Scene;
 use glam::DVec3;
 use rayon::prelude::*;
 use std::time::Instant;
+
+pub use light::Shading;
 
 /// Stands for a value that is missing, and for the ends of the outer spans: beyond all normalised values, which are held
 /// within 1e15. A shader has no reliable NaN or infinity.
@@ -76,6 +79,8 @@ pub struct Span {
     pub color_slope: [f32; 3],
     /// The largest of the slopes' sizes.
     pub steepest: f32,
+    /// The largest channel at the span's ends.
+    pub brightest: f32,
     /// Extinction is zero throughout.
     pub is_clear: bool,
 }
