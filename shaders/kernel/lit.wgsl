@@ -43,16 +43,18 @@ struct Lit {
 // Most of `lighting.most_cuts`.
 const MOST_CUTS: u32 = 20u;
 
-// `part` of the piece or, where that asks for it, of its halves one after the other: number `index` of 2^level.
+// Of each level, the light of the last front half. Not in the function, where it would be zeroed for each piece.
+var<private> fronts: array<Light, MOST_CUTS + 1u>;
+
+// `part` of the piece or, where that asks for it, of its halves one after the other: number `index` of 2^level. Their light
+// is added up in pairs, as there: a sum of thousands one by one would lose what is less than a last digit.
 fn lit_light(lit: Lit, piece: Segment, range: vec2f, cuts: u32) -> Light {
-    var light = light_none();
+    var light: Light;
     var level = 0u;
     var index = 0u;
     var from_ = vec2f(0.0, piece.f0);
     var front = lit_shade(lit, range.x);
     var back = lit_shade(lit, range.y);
-    // What comes through to where a level's first half begins.
-    var starts: array<f32, MOST_CUTS + 1u>;
     var enough = -1.0;
     loop {
         var part = piece;
@@ -73,18 +75,25 @@ fn lit_light(lit: Lit, piece: Segment, range: vec2f, cuts: u32) -> Light {
             level++;
             index *= 2u;
             back = middle;
-            starts[level] = 1.0 - light.absorbed;
             continue;
         }
-        light_over(&light, outcome.light);
-        // Behind a back half its parent is done too.
-        while level > 0u && (index & 1u) == 1u {
+        light = outcome.light;
+        // A back half makes its parent whole, and so does a front half behind which nothing is seen.
+        while level > 0u {
+            if (index & 1u) == 1u {
+                var whole = fronts[level];
+                light_over(&whole, light);
+                light = whole;
+            } else if (1.0 - light.absorbed) * lit.allowance.through > lit.allowance.rest {
+                break;
+            }
             level--;
             index /= 2u;
         }
-        if level == 0u || (1.0 - light.absorbed) * lit.allowance.through <= lit.allowance.rest * starts[level] {
+        if level == 0u {
             break;
         }
+        fronts[level] = light;
         index++;
         from_ = to;
         front = back;

@@ -112,7 +112,10 @@ impl Gpu {
         }
         let met = self.read(&picture, whole, traced)?;
         if met.iter().any(|pixel| matches!(pixel, Some(met) if met.error == Pixel::LOST)) {
-            return because(format!("a ray has lost its way on {}", self.name()));
+            return because(format!(
+                "a ray has lost its way on {}, or its loops were cut short",
+                self.name()
+            ));
         }
         Ok((met, prepare_s))
     }
