@@ -1,11 +1,11 @@
 //! The device: which one, and what goes wrong on it.
 
-use std::collections::HashMap;
-use std::fmt;
-use std::sync::{Arc, Mutex, PoisonError};
-
 use crate::light;
-use crate::scene::Variant;
+use crate::mesh::Meshes;
+use crate::scene::{Picture, Variant};
+use icoray::device::Reason;
+use std::collections::HashMap;
+use std::sync::{Arc, Mutex, PoisonError};
 
 /// Which adapter to draw on.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
@@ -19,21 +19,9 @@ pub enum Choice {
     Name(String),
 }
 
-/// Why something is not drawn on the GPU, in words.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Reason(pub(crate) String);
-
-impl fmt::Display for Reason {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(&self.0)
-    }
-}
-
-impl std::error::Error for Reason {}
-
 /// Shorthand of this crate's.
 pub(crate) fn because<T>(reason: impl Into<String>) -> Result<T, Reason> {
-    Err(Reason(reason.into()))
+    Err(Reason::new(reason))
 }
 
 /// What a device has complained of and nobody has looked at, first come.
@@ -60,6 +48,9 @@ pub struct Gpu {
     pub(crate) bindings: wgpu::BindGroupLayout,
     pub(crate) light: light::Bindings,
     pub(crate) pipelines: Mutex<HashMap<Variant, wgpu::ComputePipeline>>,
+    pub(crate) meshes: Meshes,
+    /// The last one.
+    pub(crate) picture: Mutex<Option<Arc<Picture>>>,
     trouble: Trouble,
 }
 
@@ -125,7 +116,7 @@ impl Gpu {
             ..wgpu::DeviceDescriptor::default()
         };
         let opened = pollster::block_on(adapter.request_device(&descriptor));
-        let (device, queue) = opened.map_err(|e| Reason(format!("{}: {e}", info.name)))?;
+        let (device, queue) = opened.map_err(|e| Reason::new(format!("{}: {e}", info.name)))?;
         let trouble = Trouble::default();
         let (error, loss) = (trouble.clone(), trouble.clone());
         device.on_uncaptured_error(Arc::new(move |e: wgpu::Error| error.put(e.to_string())));
@@ -147,13 +138,24 @@ impl Gpu {
         let layout = wgpu::BindGroupLayoutDescriptor { label: Some("icoray"), entries: &entries };
         let bindings = device.create_bind_group_layout(&layout);
         let light = light::Bindings::new(&device);
-        let gpu = Gpu { info, device, queue, limits, bindings, light, pipelines: Mutex::default(), trouble };
+        let gpu = Gpu {
+            info,
+            device,
+            queue,
+            limits,
+            bindings,
+            light,
+            pipelines: Mutex::default(),
+            meshes: Meshes::default(),
+            picture: Mutex::default(),
+            trouble,
+        };
         gpu.untroubled()?;
         Ok(gpu)
     }
 
     /// The device's name and driver.
-    pub fn name(&self) -> String {
+    pub(crate) fn described(&self) -> String {
         let wgpu::AdapterInfo { name, driver, driver_info, .. } = &self.info;
         format!("{name} ({driver} {driver_info})")
     }

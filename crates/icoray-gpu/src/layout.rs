@@ -24,9 +24,9 @@ pub struct Params {
     pub eye_lo: [f32; 3],
     pub height: u32,
     pub forward_hi: [f32; 3],
-    pub first_row: u32,
+    pub first_piece: u32,
     pub forward_lo: [f32; 3],
-    pub end_row: u32,
+    pub pixel_step: u32,
     pub right_hi: [f32; 3],
     pub half_pixel_hi: f32,
     pub right_lo: [f32; 3],
@@ -47,8 +47,8 @@ pub struct Params {
     pub share: f32,
     pub rest: f32,
     pub brightest: f32,
-    pub groups_across: u32,
     pub start: u32,
+    pub padding: u32,
 }
 
 /// See `shaders/kernel/transfer.wgsl`.
@@ -132,6 +132,20 @@ pub struct Shading {
 #[allow(missing_docs)]
 #[derive(Debug, Clone, Copy, Default, Pod, Zeroable)]
 #[repr(C)]
+pub struct Piece {
+    pub left: u32,
+    pub top: u32,
+    pub width: u32,
+    pub height: u32,
+    pub first: u32,
+    pub stride: u32,
+    pub hint: u32,
+}
+
+/// See `shaders/picture.wgsl`.
+#[allow(missing_docs)]
+#[derive(Debug, Clone, Copy, Default, Pod, Zeroable)]
+#[repr(C)]
 pub struct Pixel {
     pub red: f32,
     pub green: f32,
@@ -146,7 +160,7 @@ pub struct Pixel {
 
 impl Pixel {
     /// The error of a ray that missed the shell.
-    pub const MISSED: f32 = -1.0;
+    pub const MISSED: f32 = icoray::device::Traced::MISSED;
     /// The error of a ray that lost its way.
     pub const LOST: f32 = -2.0;
 }

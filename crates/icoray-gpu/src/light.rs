@@ -1,9 +1,9 @@
 //! What lit scenes have beside the others: group 1 of the shaders' bindings.
 
-use crate::gpu::{Gpu, Reason};
+use crate::gpu::Gpu;
 use crate::layout::{Shading, halves3};
-use icoray::device::Job;
-use icoray::{Grid, Lights};
+use icoray::Lights;
+use icoray::device::{Job, Reason};
 use wgpu::BufferUsages;
 
 /// How often a piece of a ray may be cut in two for its light's sake: `MOST_CUTS` of `shaders/kernel/lit.wgsl`.
@@ -55,19 +55,34 @@ fn group(
     device.create_bind_group(&wgpu::BindGroupDescriptor { label: Some("light"), layout, entries: &entries })
 }
 
-/// The light of a job's frame in the quality `lights`.
-pub(crate) fn bind(gpu: &Gpu, grid: &Grid, job: &Job, lights: Lights) -> Result<wgpu::BindGroup, Reason> {
-    let Some(shading) = shading(job, lights) else { return Ok(gpu.light.none.clone()) };
-    let uniform =
-        gpu.buffer("the light", size_of_val(&shading), BufferUsages::UNIFORM | BufferUsages::COPY_DST)?;
+/// Gradients on the device where `job` is lit, and how many bytes were uploaded.
+pub(crate) fn gradients(gpu: &Gpu, job: &Job) -> Result<(Option<wgpu::Buffer>, u64), Reason> {
+    let gradients = job.gradients();
+    if gradients.is_empty() {
+        return Ok((None, 0));
+    }
+    let buffer = gpu.upload("gradients", gradients)?;
+    Ok((Some(buffer), size_of_val(gradients) as u64))
+}
+
+/// The light of a job's rays, with the gradients of its picture.
+pub(crate) fn bind(
+    gpu: &Gpu,
+    job: &Job,
+    gradients: Option<&wgpu::Buffer>,
+) -> Result<wgpu::BindGroup, Reason> {
+    let (Some(shading), Some(gradients)) = (shading(job), gradients) else {
+        return Ok(gpu.light.none.clone());
+    };
+    let usage = BufferUsages::UNIFORM | BufferUsages::COPY_DST;
+    let uniform = gpu.buffer("the light", size_of_val(&shading), usage)?;
     gpu.queue.write_buffer(&uniform, 0, bytemuck::bytes_of(&shading));
-    let gradients = gpu.upload("gradients", &job.gradients(grid))?;
-    Ok(group(&gpu.device, &gpu.light.layout, &uniform, &gradients))
+    Ok(group(&gpu.device, &gpu.light.layout, &uniform, gradients))
 }
 
 /// The light's numbers, where there is any.
-fn shading(job: &Job, lights: Lights) -> Option<Shading> {
-    let shading = job.shading().filter(|_| lights != Lights::Off)?;
+fn shading(job: &Job) -> Option<Shading> {
+    let shading = job.shading()?;
     let [light_hi, light_lo] = halves3(shading.towards_light.unwrap_or_default());
     Some(Shading {
         light_hi,
@@ -80,7 +95,7 @@ fn shading(job: &Job, lights: Lights) -> Option<Shading> {
         blind: shading.blind,
         dull: shading.dull,
         is_headlight: u32::from(shading.towards_light.is_none()),
-        most_cuts: if lights == Lights::Coarse { 0 } else { MOST_CUTS },
+        most_cuts: if job.quality().lights == Lights::Coarse { 0 } else { MOST_CUTS },
         padding: 0,
     })
 }

@@ -1,6 +1,6 @@
 //! The shaders parse and validate, and agree with Rust in structs, constants and names.
 
-use icoray_gpu::layout::{Params, Pixel, Shading, ShellLayer, Span, Step};
+use icoray_gpu::layout::{Params, Piece, Pixel, Shading, ShellLayer, Span, Step};
 use icoray_gpu::shader::{SOURCES, compose};
 use naga::{Module, TypeInner};
 use std::mem::offset_of;
@@ -75,9 +75,9 @@ fn structs_lie_in_memory_as_rust_has_them() {
             eye_lo,
             height,
             forward_hi,
-            first_row,
+            first_piece,
             forward_lo,
-            end_row,
+            pixel_step,
             right_hi,
             half_pixel_hi,
             right_lo,
@@ -98,7 +98,6 @@ fn structs_lie_in_memory_as_rust_has_them() {
             share,
             rest,
             brightest,
-            groups_across,
             start,
         }
     );
@@ -119,6 +118,7 @@ fn structs_lie_in_memory_as_rust_has_them() {
     );
     same_layout!(module, Step { value, extinction });
     same_layout!(module, ShellLayer { radius_hi, radius_lo, curvature, inverse });
+    same_layout!(module, Piece { left, top, width, height, first, stride, hint });
     same_layout!(
         module,
         Shading {

@@ -1,5 +1,6 @@
-//! The CPU renderer: a scene's work on a thread pool of its own.
+//! The renderer: a scene's work on a thread pool of its own, and on a device where there is one.
 
+use crate::device::{Device, Job, Reason};
 use crate::error::{Error, ErrorKind, Result};
 use crate::field::{CenterField, Field};
 use crate::frame::{ErrorSummary, Frame, FrameReport};
@@ -17,19 +18,23 @@ use crate::ranks::{Part, Ranks, Told};
 use crate::raster::{Raster, Tile};
 use crate::scene::{Precision, Scene, Scheme};
 use crate::threads::Threads;
+use std::sync::Arc;
 use std::time::Instant;
 
 mod columns;
+mod device;
 mod parts;
 mod work;
 
-use work::Work;
-pub(crate) use work::{asked, brightest, certainty, notes, shown};
+use device::OnDevice;
+pub(crate) use work::brightest;
+use work::{Work, asked, certainty, notes};
 
-/// A CPU renderer with its own threads, which have ended when it is dropped.
+/// A renderer with threads of its own, which have ended when it is dropped, and a device beside them if it is given one.
 #[derive(Debug)]
 pub struct Renderer {
     threads: Threads,
+    device: Option<Arc<dyn Device>>,
 }
 
 impl Renderer {
@@ -38,7 +43,13 @@ impl Renderer {
     /// # Errors
     /// [`ErrorKind::Io`](crate::ErrorKind::Io) when the threads cannot be made.
     pub fn new(threads: usize) -> Result<Self> {
-        Ok(Renderer { threads: Threads::new(threads)? })
+        Ok(Renderer { threads: Threads::new(threads)?, device: None })
+    }
+
+    /// The same renderer with a device, which traces what it can.
+    #[must_use]
+    pub fn with_device(self, device: Arc<dyn Device>) -> Self {
+        Renderer { device: Some(device), ..self }
     }
 
     /// Number of threads.
@@ -85,6 +96,22 @@ impl Renderer {
         field: &Field,
     ) -> Result<Rendered> {
         self.render_since(Instant::now(), ranks, scene, &Given { grid, part, layers, field })
+    }
+
+    /// The device for a picture, if there is one and it can.
+    fn device_for(
+        &self,
+        scene: &Scene,
+        part: Option<&Part>,
+    ) -> std::result::Result<&dyn Device, Option<Reason>> {
+        let device = self.device.as_deref().ok_or(None)?;
+        if scene.precision == Precision::F64 {
+            return Err(Some(Reason::new("the scene asks for precision = \"f64\"")));
+        }
+        if part.is_some() {
+            return Err(Some(Reason::new("ranks trace rays through their parts of the grid")));
+        }
+        Ok(device)
     }
 
     /// [`Self::render_over`] of a frame that was begun at `start`.
@@ -233,11 +260,16 @@ fn draw<T: Real, S: Sample>(setting: &Setting, ranks: &mut Ranks, data: &[S]) ->
     let prepare_s = start.elapsed().as_secs_f64();
     let start = Instant::now();
     let work = Work { renderer, scene, plan, grid, shell: &shell, spans: &spans, samples, gradients };
+    let job = Job::new(scene, plan, grid, field, gradients, *quality);
+    let mut on_device = OnDevice::new(renderer.device_for(scene, part), job);
     // What others would measure of the same data is not asked for.
     let deadline = deadline.filter(|_| part.is_some() || ranks.is_root());
     let mut picked = ranks.attempt(|| {
         renderer.run(|| {
-            Ok(if is_lit { work.pick::<4>(*quality, deadline) } else { work.pick::<1>(*quality, deadline) })
+            Ok(match is_lit {
+                true => work.pick::<4>(*quality, deadline, &mut on_device),
+                false => work.pick::<1>(*quality, deadline, &mut on_device),
+            })
         })
     });
     if part.is_some() {
@@ -263,8 +295,8 @@ fn draw<T: Real, S: Sample>(setting: &Setting, ranks: &mut Ranks, data: &[S]) ->
     let fragments = exchanged.as_ref().map(|e| ranks.together(e.tiles(raster, &mine))).transpose()?;
     let draw = |give: &(dyn Fn(Tile) + Sync)| match (&fragments, is_lit) {
         (Some(fragments), _) => work.put_together(&quality, raster, fragments, give),
-        (None, true) => work.trace::<4>(&quality, &mine, give),
-        (None, false) => work.trace::<1>(&quality, &mine, give),
+        (None, true) => work.trace::<4>(&quality, raster, &mine, &mut on_device, give),
+        (None, false) => work.trace::<1>(&quality, raster, &mine, &mut on_device, give),
     };
     let traced_s = exchanged.as_ref().map_or(0.0, |exchanged| exchanged.traced_s);
     let ready_s = start.elapsed().as_secs_f64();
@@ -286,7 +318,7 @@ fn draw<T: Real, S: Sample>(setting: &Setting, ranks: &mut Ranks, data: &[S]) ->
         Ok(told)
     });
     let told = ranks.conclude(told)?;
-    let report = FrameReport {
+    let mut report = FrameReport {
         error: told.error,
         prepare_s,
         render_s: ready_s + drawn_s - traced_s,
@@ -303,6 +335,7 @@ fn draw<T: Real, S: Sample>(setting: &Setting, ranks: &mut Ranks, data: &[S]) ->
         bytes_received: told.bytes_received,
         ..FrameReport::default()
     };
+    on_device.tell(&mut report);
     let Some((drawn, error)) = picture else {
         return Ok(Rendered::AtRoot(report));
     };

@@ -1,9 +1,7 @@
-//! What lit scenes need beside: the light, and gradients at the vertices.
+//! The light of a lit scene.
 
 use super::Job;
-use crate::gradient;
-use crate::grid::{Grid, Reals};
-use crate::kernel::sample::{Sample, Samples};
+use crate::quality::Lights;
 use glam::DVec3;
 
 /// Blinn and Phong's model, with what is the same for all rays of a frame; see `kernel/shade.rs`.
@@ -28,9 +26,9 @@ pub struct Shading {
 }
 
 impl Job<'_> {
-    /// The light, where the scene is lit.
+    /// The light, where rays are traced with any.
     pub fn shading(&self) -> Option<Shading> {
-        let shading = self.plan.shading?;
+        let shading = self.plan.shading.filter(|_| self.quality().lights != Lights::Off)?;
         // All but the directions is the same along all rays.
         let ray = shading.along::<f32>(DVec3::Z, self.allowed().share.into());
         Some(Shading {
@@ -43,19 +41,5 @@ impl Job<'_> {
             dull: ray.dull,
             towards_light: shading.towards_light.map(|light| light.to_array()),
         })
-    }
-
-    /// Gradients of the normalised field at the vertices of `grid`, on which the job was planned, per planet radius: a cell's
-    /// layers side by side, from the innermost outwards; zero where nothing is known, and none longer than 1e30.
-    pub fn gradients(&self, grid: &Grid) -> Vec<[f32; 3]> {
-        match self.field().samples() {
-            Reals::F32(data) => self.gradients_of(grid, data),
-            Reals::F64(data) => self.gradients_of(grid, data),
-        }
-    }
-
-    fn gradients_of<S: Sample>(&self, grid: &Grid, data: &[S]) -> Vec<[f32; 3]> {
-        let samples = Samples::new(data, &self.field(), self.plan.falling, self.spans.range());
-        gradient::gradients(grid, &self.plan.radius, &samples, 0..grid.cells())
     }
 }

@@ -59,7 +59,7 @@ pub fn integrate(
 }
 
 impl Span {
-    pub(super) fn of(span: &transfer::Span<f32>) -> Self {
+    pub(crate) fn of(span: &transfer::Span<f32>) -> Self {
         let transfer::Span {
             low,
             high,
