@@ -23,6 +23,7 @@
 mod draw;
 mod gpu;
 pub mod layout;
+mod light;
 mod mesh;
 mod scene;
 pub mod shader;
