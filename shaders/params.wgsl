@@ -48,3 +48,4 @@ override IS_EXACT: bool = true;
 override HAS_CORE: bool = true;
 override HAS_VOID: bool = true;
 override HAS_STEPS: bool = true;
+override IS_LIT: bool = true;

@@ -2,6 +2,7 @@
 
 use crate::gpu::{Gpu, because};
 use crate::layout::{Params, Piece, Pixel};
+use crate::light;
 use crate::scene::{self, Picture, Variant};
 use icoray::device::{Band, Device, Job, Reason, Rect, Spent};
 use std::ops::Range;
@@ -18,7 +19,6 @@ impl Device for Gpu {
     }
 
     fn trace(&self, job: &Job, give: &(dyn Fn(Band) + Sync)) -> Result<Spent, Reason> {
-        scene::suits(job)?;
         let start = Instant::now();
         let (picture, mut bytes_uploaded) = self.picture(job)?;
         let pipeline = Variant::of(job).pipeline(self)?;
@@ -55,7 +55,10 @@ impl Device for Gpu {
         }
         before.map_or(Ok(()), &mut finish)?;
         if lost > 0 {
-            return because(format!("rays have lost their way on {}", self.name()));
+            return because(format!(
+                "rays have lost their way on {}, or their loops were cut short",
+                self.name()
+            ));
         }
         Ok(spent)
     }
@@ -84,6 +87,7 @@ struct Run<'g> {
     gpu: &'g Gpu,
     pipeline: wgpu::ComputePipeline,
     group: wgpu::BindGroup,
+    light: wgpu::BindGroup,
     uniform: wgpu::Buffer,
     pixels: wgpu::Buffer,
     params: Params,
@@ -138,8 +142,9 @@ impl<'g> Run<'g> {
             layout: &gpu.bindings,
             entries: &entries,
         });
+        let light = light::bind(gpu, job, picture.gradients.as_ref())?;
         gpu.untroubled()?;
-        Ok(Run { gpu, pipeline, group, uniform, pixels, params })
+        Ok(Run { gpu, pipeline, group, light, uniform, pixels, params })
     }
 
     /// Dispatches some pieces, which trace so many pixels.
@@ -153,6 +158,7 @@ impl<'g> Run<'g> {
         let mut pass = encoder.begin_compute_pass(&Default::default());
         pass.set_pipeline(&self.pipeline);
         pass.set_bind_group(0, &self.group, &[]);
+        pass.set_bind_group(1, &self.light, &[]);
         pass.dispatch_workgroups(pieces.end - pieces.start, 1, 1);
         drop(pass);
         encoder.copy_buffer_to_buffer(&self.pixels, 0, &back, 0, bytes as u64);

@@ -1,5 +1,6 @@
 //! The device: which one, and what goes wrong on it.
 
+use crate::light;
 use crate::mesh::Meshes;
 use crate::scene::{Picture, Variant};
 use icoray::device::Reason;
@@ -33,6 +34,7 @@ pub struct Gpu {
     pub(crate) queue: wgpu::Queue,
     pub(crate) limits: wgpu::Limits,
     pub(crate) bindings: wgpu::BindGroupLayout,
+    pub(crate) light: light::Bindings,
     pub(crate) pipelines: Mutex<HashMap<Variant, wgpu::ComputePipeline>>,
     pub(crate) meshes: Meshes,
     /// The last one.
@@ -52,7 +54,8 @@ impl Gpu {
     /// Opens a device.
     pub(crate) fn open(adapter: &wgpu::Adapter) -> Result<Self, Reason> {
         let (info, limits) = (adapter.get_info(), adapter.limits());
-        let needed = BINDINGS.len() as u32 - 1;
+        // The gradients are one more.
+        let needed = BINDINGS.len() as u32;
         if limits.max_storage_buffers_per_shader_stage < needed {
             let has = limits.max_storage_buffers_per_shader_stage;
             return because(format!(
@@ -88,12 +91,14 @@ impl Gpu {
             .collect();
         let layout = wgpu::BindGroupLayoutDescriptor { label: Some("icoray"), entries: &entries };
         let bindings = device.create_bind_group_layout(&layout);
+        let light = light::Bindings::new(&device);
         let gpu = Gpu {
             info,
             device,
             queue,
             limits,
             bindings,
+            light,
             pipelines: Mutex::default(),
             meshes: Meshes::default(),
             picture: Mutex::default(),

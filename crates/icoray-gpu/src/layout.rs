@@ -65,7 +65,8 @@ pub struct Span {
     pub color_slope: [f32; 3],
     pub steepest: f32,
     pub is_clear: u32,
-    pub padding: [u32; 3],
+    pub brightest: f32,
+    pub padding: [u32; 2],
 }
 
 impl From<&icoray::device::Span> for Span {
@@ -82,7 +83,8 @@ impl From<&icoray::device::Span> for Span {
             color_slope: span.color_slope.map(finite),
             steepest: finite(span.steepest),
             is_clear: u32::from(span.is_clear),
-            padding: [0; 3],
+            brightest: span.brightest,
+            padding: [0; 2],
         }
     }
 }
@@ -105,6 +107,25 @@ pub struct ShellLayer {
     pub radius_lo: f32,
     pub curvature: f32,
     pub inverse: f32,
+}
+
+/// See `shaders/kernel/shade.wgsl`.
+#[allow(missing_docs)]
+#[derive(Debug, Clone, Copy, Default, Pod, Zeroable)]
+#[repr(C)]
+pub struct Shading {
+    pub light_hi: [f32; 3],
+    pub ambient: f32,
+    pub light_lo: [f32; 3],
+    pub diffuse: f32,
+    pub specular: f32,
+    pub shininess: f32,
+    pub sharpness: f32,
+    pub blind: f32,
+    pub dull: f32,
+    pub is_headlight: u32,
+    pub most_cuts: u32,
+    pub padding: u32,
 }
 
 /// See `shaders/picture.wgsl`.

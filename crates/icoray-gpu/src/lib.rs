@@ -25,6 +25,7 @@ mod draw;
 mod gpu;
 mod instance;
 pub mod layout;
+mod light;
 mod mesh;
 mod scene;
 pub mod shader;

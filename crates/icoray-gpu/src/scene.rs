@@ -2,6 +2,7 @@
 
 use crate::gpu::{Gpu, because};
 use crate::layout::{Params, Piece, ShellLayer, Span, Step, halves, halves3};
+use crate::light;
 use crate::mesh::Mesh;
 use crate::shader;
 use icoray::device::{Allowed, Job, Reason, Rect, locate};
@@ -19,14 +20,7 @@ pub(crate) struct Variant {
     has_core: bool,
     has_void: bool,
     has_steps: bool,
-}
-
-/// Why `job` is none for this crate, if it is not.
-pub(crate) fn suits(job: &Job) -> Result<(), Reason> {
-    if job.quality().lights != Lights::Off {
-        return because("the scene is lit, which is drawn on the CPU so far");
-    }
-    Ok(())
+    is_lit: bool,
 }
 
 /// What the rays of a picture read on the device, whatever their tiles.
@@ -38,6 +32,8 @@ pub(crate) struct Picture {
     pub tables: [wgpu::Buffer; 3],
     /// Binding 10.
     pub field: wgpu::Buffer,
+    /// Of lit pictures.
+    pub gradients: Option<wgpu::Buffer>,
 }
 
 impl Gpu {
@@ -53,8 +49,10 @@ impl Gpu {
         }
         let (mesh, mesh_bytes) = self.mesh(job.grid())?;
         let (tables, field) = (tables(self, job)?, field(self, job)?);
-        let bytes = mesh_bytes + field.size() + tables.iter().map(wgpu::Buffer::size).sum::<u64>();
-        let picture = Arc::new(Picture { number: job.number(), mesh, tables, field });
+        let (gradients, light_bytes) = light::gradients(self, job)?;
+        let bytes =
+            mesh_bytes + field.size() + light_bytes + tables.iter().map(wgpu::Buffer::size).sum::<u64>();
+        let picture = Arc::new(Picture { number: job.number(), mesh, tables, field, gradients });
         *last() = Some(Arc::clone(&picture));
         Ok((picture, bytes))
     }
@@ -68,6 +66,7 @@ impl Variant {
             has_core: scene.core.is_some(),
             has_void: job.grid().void_triangles() > 0,
             has_steps: !job.steps().is_empty(),
+            is_lit: job.quality().lights != Lights::Off,
         }
     }
 
@@ -83,7 +82,7 @@ impl Variant {
         });
         let layout = gpu.device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
             label: Some("picture"),
-            bind_group_layouts: &[Some(&gpu.bindings)],
+            bind_group_layouts: &[Some(&gpu.bindings), Some(&gpu.light.layout)],
             immediate_size: 0,
         });
         let number = |is: bool| f64::from(u8::from(is));
@@ -98,6 +97,7 @@ impl Variant {
                     ("HAS_CORE", number(self.has_core)),
                     ("HAS_VOID", number(self.has_void)),
                     ("HAS_STEPS", number(self.has_steps)),
+                    ("IS_LIT", number(self.is_lit)),
                 ],
                 ..Default::default()
             },

@@ -25,10 +25,12 @@ mod columns;
 mod device;
 mod devices;
 mod parts;
+mod spare;
 mod work;
 
 use device::OnDevice;
 use devices::{Found, One, Opened};
+use spare::Spare;
 pub(crate) use work::brightest;
 use work::{Work, asked, certainty, notes};
 
@@ -37,6 +39,7 @@ use work::{Work, asked, certainty, notes};
 pub struct Renderer {
     threads: Threads,
     devices: Option<Opened>,
+    spare: Spare,
 }
 
 impl Renderer {
@@ -45,7 +48,7 @@ impl Renderer {
     /// # Errors
     /// [`ErrorKind::Io`](crate::ErrorKind::Io) when the threads cannot be made.
     pub fn new(threads: usize) -> Result<Self> {
-        Ok(Renderer { threads: Threads::new(threads)?, devices: None })
+        Ok(Renderer { threads: Threads::new(threads)?, devices: None, spare: Spare::default() })
     }
 
     /// The same renderer with devices, which trace what they can of scenes that ask for it ([`Scene::backend`]).
@@ -149,7 +152,7 @@ impl Renderer {
             _ => None,
         };
         let part = part.or(share_of_whole.as_ref());
-        let average = || plan.from_corners.then(|| CenterField::average(grid, field)).transpose();
+        let average = || plan.from_corners.then(|| self.spare.average(grid, field)).transpose();
         let center = ranks.attempt(|| self.run(average));
         let mut center = ranks.together(center)?;
         if let (Some(part), Some(center)) = (part, &mut center) {
@@ -171,6 +174,7 @@ impl Renderer {
         report.threads = self.threads();
         report.ranks = ranks.size();
         report.sharing = (!ranks.is_alone()).then_some(sharing);
+        self.spare.keep_average(center);
         Ok(rendered)
     }
 }
@@ -237,10 +241,11 @@ fn prepare<S: Sample>(setting: &Setting, ranks: &mut Ranks, samples: &Samples<S>
     // Rays through parts are not shared out: each rank traces all of them.
     let deadline = Deadline::of(scene, start, if part.is_some() { 1 } else { ranks.size() });
     let mut quality = asked(scene);
-    let sample =
-        |part: usize| gradient::gradients(grid, &plan.radius, samples, 0..grid.cells().div_ceil(part));
+    let sample = |part: usize, memory: Vec<_>| {
+        gradient::gradients(grid, &plan.radius, samples, 0..grid.cells().div_ceil(part), memory)
+    };
     if let (Some(deadline), true) = (deadline, plan.shading.is_some()) {
-        let has_time = || deadline.has_time_for_gradients(1.0 / 64.0, || drop(sample(64)));
+        let has_time = || deadline.has_time_for_gradients(1.0 / 64.0, || drop(sample(64, Vec::new())));
         let is_root = ranks.is_root();
         let has_time = ranks.attempt(|| renderer.run(|| Ok(!is_root || has_time())));
         let mine = has_time.map(|has_time| match has_time {
@@ -250,7 +255,8 @@ fn prepare<S: Sample>(setting: &Setting, ranks: &mut Ranks, samples: &Samples<S>
         quality = ranks.agree_on_quality(mine)?;
     }
     let is_lit = quality.lights != Lights::Off;
-    let gradients = ranks.attempt(|| renderer.run(|| Ok(if is_lit { sample(1) } else { Vec::new() })));
+    let all = || if is_lit { sample(1, renderer.spare.gradients()) } else { Vec::new() };
+    let gradients = ranks.attempt(|| renderer.run(|| Ok(all())));
     let mut gradients = ranks.together(gradients)?;
     if let (Some(part), true) = (part, is_lit) {
         let layers = plan.radius.len();
@@ -346,6 +352,7 @@ fn draw<T: Real, S: Sample>(setting: &Setting, ranks: &mut Ranks, data: &[S]) ->
         ..FrameReport::default()
     };
     on_device.tell(&mut report);
+    renderer.spare.keep_gradients(prepared.gradients);
     let Some((drawn, error)) = picture else {
         return Ok(Rendered::AtRoot(report));
     };

@@ -9,6 +9,7 @@ use icoray_gpu::{Choice, Gpu};
 mod common;
 #[path = "../../../icoray/tests/culled/mod.rs"]
 mod culled;
+mod lit;
 use common::*;
 use culled::{Culled, Mark, Style, holes};
 
@@ -231,17 +232,12 @@ fn other_scenes_are_left_to_the_cpu() {
         Field::new(values.as_slice().into(), Shape::level_fastest(grid.cells(), 2), Location::Center, None)
             .unwrap();
     let renderer = renderer(&gpu);
-    for (transfer, rest, word) in [
-        (format!("{RAMP}\n[light]\nkind = \"headlight\""), "", "lit"),
-        (RAMP.into(), "precision = \"f64\"", "f64"),
-    ] {
-        let scene = scene(FAR, &transfer, rest);
-        let frame = renderer.render(&scene, &grid, &layers, &field).unwrap();
-        assert_eq!(frame.report.device, None, "{rest}");
-        assert!(frame.report.left_to_cpu.is_some_and(|reason| reason.contains(word)), "{rest}");
-        let alone = Renderer::new(1).unwrap().render(&scene, &grid, &layers, &field).unwrap();
-        assert!(frame.pixels == alone.pixels && frame.error == alone.error, "{rest}");
-    }
+    let double = scene(FAR, RAMP, "precision = \"f64\"");
+    let frame = renderer.render(&double, &grid, &layers, &field).unwrap();
+    assert_eq!(frame.report.device, None);
+    assert!(frame.report.left_to_cpu.is_some_and(|reason| reason.contains("f64")));
+    let alone = Renderer::new(1).unwrap().render(&double, &grid, &layers, &field).unwrap();
+    assert!(frame.pixels == alone.pixels && frame.error == alone.error);
     // A field that does not fit is the caller's error, not a reason.
     let wrong =
         Field::new(values.as_slice().into(), Shape::level_fastest(3, 2), Location::Center, None).unwrap();

@@ -20,7 +20,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 pub struct Job<'f> {
     number: u64,
     scene: &'f Scene,
-    plan: &'f Plan,
+    pub(super) plan: &'f Plan,
     grid: &'f Grid<'f>,
     field: &'f Field<'f>,
     gradients: &'f [[f32; 3]],

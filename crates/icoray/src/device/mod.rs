@@ -1,15 +1,17 @@
 //! Another device than the CPU that traces a picture's rays, and what it needs of the core, as plain numbers: the tables of a
-//! grid, a scene, the field's values as the kernel reads them.
+//! grid, a scene, the field's values and gradients as the kernel reads them.
 //!
 //! Whatever a device does not do itself stays here, where the CPU renderer has it too: the plan, ranges, means of fields at
 //! corners, gradients, what a pixel shows and how far it may be off, and tiles that the device did not give. Everything is
 //! for `f32` kernels.
 
 mod job;
+mod light;
 pub mod mirror;
 mod tables;
 
 pub use job::{Job, Rect};
+pub use light::Shading;
 pub use tables::{Allowed, Span, Tables, locate};
 
 use crate::scene::Adapter;

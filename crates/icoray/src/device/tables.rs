@@ -53,6 +53,8 @@ pub struct Span {
     pub color_slope: [f32; 3],
     /// The largest of the slopes' sizes.
     pub steepest: f32,
+    /// The largest channel at the span's ends.
+    pub brightest: f32,
     /// Extinction is zero throughout.
     pub is_clear: bool,
 }
