@@ -18,11 +18,12 @@
 //! # Ok(())
 //! # }
 //! ```
-#![forbid(unsafe_code)]
+#![deny(unsafe_code)]
 
 mod adapters;
 mod draw;
 mod gpu;
+mod instance;
 pub mod layout;
 mod light;
 mod mesh;
