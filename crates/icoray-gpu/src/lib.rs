@@ -22,6 +22,7 @@
 
 mod draw;
 mod gpu;
+mod gradient;
 pub mod layout;
 mod light;
 mod mesh;
