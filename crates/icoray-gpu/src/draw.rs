@@ -56,7 +56,7 @@ impl Device for Gpu {
         before.map_or(Ok(()), &mut finish)?;
         if lost > 0 {
             return because(format!(
-                "rays of {lost} tiles have lost their way on {}, or their loops were cut short",
+                "rays have lost their way on {}, or their loops were cut short",
                 self.name()
             ));
         }
