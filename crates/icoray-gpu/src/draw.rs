@@ -142,7 +142,9 @@ impl<'g> Run<'g> {
             layout: &gpu.bindings,
             entries: &entries,
         });
-        let light = light::bind(gpu, job, picture.gradients.as_ref())?;
+        let gradients = picture.gradients.as_ref();
+        gradients.map_or(Ok(()), |of| of.begin(gpu, &picture.mesh, &group, &uniform, &params))?;
+        let light = light::bind(gpu, job, gradients)?;
         gpu.untroubled()?;
         Ok(Run { gpu, pipeline, group, light, uniform, pixels, params })
     }

@@ -1,5 +1,6 @@
 //! The device: which one, and what goes wrong on it.
 
+use crate::gradient;
 use crate::light;
 use crate::mesh::Meshes;
 use crate::scene::{Picture, Variant};
@@ -35,6 +36,7 @@ pub struct Gpu {
     pub(crate) limits: wgpu::Limits,
     pub(crate) bindings: wgpu::BindGroupLayout,
     pub(crate) light: light::Bindings,
+    pub(crate) gradient_pass: gradient::Pass,
     pub(crate) pipelines: Mutex<HashMap<Variant, wgpu::ComputePipeline>>,
     pub(crate) meshes: Meshes,
     /// The last one.
@@ -92,6 +94,7 @@ impl Gpu {
         let layout = wgpu::BindGroupLayoutDescriptor { label: Some("icoray"), entries: &entries };
         let bindings = device.create_bind_group_layout(&layout);
         let light = light::Bindings::new(&device);
+        let gradient_pass = gradient::Pass::new(&device);
         let gpu = Gpu {
             info,
             device,
@@ -99,6 +102,7 @@ impl Gpu {
             limits,
             bindings,
             light,
+            gradient_pass,
             pipelines: Mutex::default(),
             meshes: Meshes::default(),
             picture: Mutex::default(),

@@ -23,6 +23,7 @@
 mod adapters;
 mod draw;
 mod gpu;
+mod gradient;
 mod instance;
 pub mod layout;
 mod light;

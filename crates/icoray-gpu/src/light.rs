@@ -1,10 +1,11 @@
-//! What lit scenes have beside the others: group 1 of the shaders' bindings.
+//! What lit scenes have beside the others: group 1 of the bindings of `shaders/picture.wgsl`.
 
 use crate::gpu::Gpu;
+use crate::gradient::Gradients;
 use crate::layout::{Shading, halves3};
 use icoray::Lights;
 use icoray::device::{Job, Reason};
-use wgpu::BufferUsages;
+use wgpu::{BufferBindingType, BufferUsages};
 
 /// How often a piece of a ray may be cut in two for its light's sake: `MOST_CUTS` of `shaders/kernel/lit.wgsl`.
 const MOST_CUTS: u32 = 20;
@@ -18,19 +19,8 @@ pub(crate) struct Bindings {
 
 impl Bindings {
     pub fn new(device: &wgpu::Device) -> Self {
-        let entry = |binding, ty| wgpu::BindGroupLayoutEntry {
-            binding,
-            visibility: wgpu::ShaderStages::COMPUTE,
-            ty: wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None },
-            count: None,
-        };
-        let layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
-            label: Some("light"),
-            entries: &[
-                entry(0, wgpu::BufferBindingType::Uniform),
-                entry(1, wgpu::BufferBindingType::Storage { read_only: true }),
-            ],
-        });
+        let kinds = [BufferBindingType::Uniform, BufferBindingType::Storage { read_only: true }];
+        let layout = layout(device, "light", &kinds);
         let empty = |usage| {
             device.create_buffer(&wgpu::BufferDescriptor {
                 label: Some("no light"),
@@ -39,45 +29,52 @@ impl Bindings {
                 mapped_at_creation: false,
             })
         };
-        let none = group(device, &layout, &empty(BufferUsages::UNIFORM), &empty(BufferUsages::STORAGE));
+        let buffers = [&empty(BufferUsages::UNIFORM), &empty(BufferUsages::STORAGE)];
+        let none = group(device, "no light", &layout, &buffers);
         Bindings { layout, none }
     }
 }
 
-fn group(
+/// The layout of a group of buffers of these kinds, numbered from 0.
+pub(crate) fn layout(
     device: &wgpu::Device,
-    layout: &wgpu::BindGroupLayout,
-    shading: &wgpu::Buffer,
-    gradients: &wgpu::Buffer,
-) -> wgpu::BindGroup {
-    let entries = [(0, shading), (1, gradients)]
-        .map(|(binding, buffer)| wgpu::BindGroupEntry { binding, resource: buffer.as_entire_binding() });
-    device.create_bind_group(&wgpu::BindGroupDescriptor { label: Some("light"), layout, entries: &entries })
+    label: &str,
+    kinds: &[BufferBindingType],
+) -> wgpu::BindGroupLayout {
+    let entry = |(binding, ty): (u32, &BufferBindingType)| wgpu::BindGroupLayoutEntry {
+        binding,
+        visibility: wgpu::ShaderStages::COMPUTE,
+        ty: wgpu::BindingType::Buffer { ty: *ty, has_dynamic_offset: false, min_binding_size: None },
+        count: None,
+    };
+    let entries: Vec<_> = (0..).zip(kinds).map(entry).collect();
+    device
+        .create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: Some(label), entries: &entries })
 }
 
-/// Gradients on the device where `job` is lit, and how many bytes were uploaded.
-pub(crate) fn gradients(gpu: &Gpu, job: &Job) -> Result<(Option<wgpu::Buffer>, u64), Reason> {
-    let gradients = job.gradients();
-    if gradients.is_empty() {
-        return Ok((None, 0));
-    }
-    let buffer = gpu.upload("gradients", gradients)?;
-    Ok((Some(buffer), size_of_val(gradients) as u64))
+/// A group of `buffers`, numbered from 0.
+pub(crate) fn group(
+    device: &wgpu::Device,
+    label: &str,
+    layout: &wgpu::BindGroupLayout,
+    buffers: &[&wgpu::Buffer],
+) -> wgpu::BindGroup {
+    let entries: Vec<_> = (0..)
+        .zip(buffers)
+        .map(|(binding, buffer)| wgpu::BindGroupEntry { binding, resource: buffer.as_entire_binding() })
+        .collect();
+    device.create_bind_group(&wgpu::BindGroupDescriptor { label: Some(label), layout, entries: &entries })
 }
 
 /// The light of a job's rays, with the gradients of its picture.
-pub(crate) fn bind(
-    gpu: &Gpu,
-    job: &Job,
-    gradients: Option<&wgpu::Buffer>,
-) -> Result<wgpu::BindGroup, Reason> {
+pub(crate) fn bind(gpu: &Gpu, job: &Job, gradients: Option<&Gradients>) -> Result<wgpu::BindGroup, Reason> {
     let (Some(shading), Some(gradients)) = (shading(job), gradients) else {
         return Ok(gpu.light.none.clone());
     };
     let usage = BufferUsages::UNIFORM | BufferUsages::COPY_DST;
     let uniform = gpu.buffer("the light", size_of_val(&shading), usage)?;
     gpu.queue.write_buffer(&uniform, 0, bytemuck::bytes_of(&shading));
-    Ok(group(&gpu.device, &gpu.light.layout, &uniform, gradients))
+    Ok(group(&gpu.device, "light", &gpu.light.layout, &[&uniform, &gradients.buffer]))
 }
 
 /// The light's numbers, where there is any.

@@ -1,8 +1,8 @@
 //! A scene on the device: its numbers, its variant of the shader, and the field.
 
 use crate::gpu::{Gpu, because};
+use crate::gradient::Gradients;
 use crate::layout::{Params, Piece, ShellLayer, Span, Step, halves, halves3};
-use crate::light;
 use crate::mesh::Mesh;
 use crate::shader;
 use icoray::device::{Allowed, Job, Reason, Rect, locate};
@@ -33,7 +33,7 @@ pub(crate) struct Picture {
     /// Binding 10.
     pub field: wgpu::Buffer,
     /// Of lit pictures.
-    pub gradients: Option<wgpu::Buffer>,
+    pub gradients: Option<Gradients>,
 }
 
 impl Gpu {
@@ -49,7 +49,7 @@ impl Gpu {
         }
         let (mesh, mesh_bytes) = self.mesh(job.grid())?;
         let (tables, field) = (tables(self, job)?, field(self, job)?);
-        let (gradients, light_bytes) = light::gradients(self, job)?;
+        let (gradients, light_bytes) = Gradients::new(self, job, &mesh)?;
         let bytes =
             mesh_bytes + field.size() + light_bytes + tables.iter().map(wgpu::Buffer::size).sum::<u64>();
         let picture = Arc::new(Picture { number: job.number(), mesh, tables, field, gradients });

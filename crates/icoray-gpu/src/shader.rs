@@ -4,7 +4,8 @@
 //! needed: WGSL does not mind the order of declarations.
 
 /// Every file in `shaders/`, by its name there.
-pub const SOURCES: [(&str, &str); 17] = [
+pub const SOURCES: [(&str, &str); 18] = [
+    ("gradient", include_str!("../../../shaders/gradient.wgsl")),
     ("gradients", include_str!("../../../shaders/gradients.wgsl")),
     ("grid", include_str!("../../../shaders/grid.wgsl")),
     ("params", include_str!("../../../shaders/params.wgsl")),

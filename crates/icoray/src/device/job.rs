@@ -10,7 +10,7 @@ use crate::kernel::transfer;
 use crate::plan::Plan;
 use crate::quality::Quality;
 use crate::raster::Raster;
-use crate::render::brightest;
+use crate::render::{Gradients, brightest};
 use crate::scene::Scene;
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -23,7 +23,7 @@ pub struct Job<'f> {
     pub(super) plan: &'f Plan,
     grid: &'f Grid<'f>,
     field: &'f Field<'f>,
-    gradients: &'f [[f32; 3]],
+    gradients: &'f Gradients<'f>,
     spans: transfer::Spans<f32>,
     quality: Quality,
     raster: Raster,
@@ -52,6 +52,11 @@ impl Rect {
     }
 }
 
+/// A normalised value as f32 kernels have it: held within bounds.
+fn narrowed(value: f64) -> f32 {
+    value.clamp(-f32::LARGEST, f32::LARGEST) as f32
+}
+
 impl<'f> Job<'f> {
     /// A job without tiles, with a number of its own.
     pub(crate) fn new(
@@ -59,7 +64,7 @@ impl<'f> Job<'f> {
         plan: &'f Plan,
         grid: &'f Grid<'f>,
         field: &'f Field<'f>,
-        gradients: &'f [[f32; 3]],
+        gradients: &'f Gradients<'f>,
         quality: Quality,
     ) -> Self {
         static NEXT: AtomicU64 = AtomicU64::new(0);
@@ -94,9 +99,9 @@ impl<'f> Job<'f> {
     }
 
     /// Gradients at the vertices, level-fastest, from the innermost layer outwards; empty where the picture is drawn without
-    /// light.
+    /// light. Computed when they are first asked for.
     pub fn gradients(&self) -> &'f [[f32; 3]] {
-        self.gradients
+        self.gradients.get()
     }
 
     /// What rays are traced with.
@@ -147,13 +152,34 @@ impl<'f> Job<'f> {
     /// Normalised values from number `first` on in the order of [`Self::order`], from the innermost layer outwards; missing
     /// ones are [`ENDLESS`].
     pub fn values(&self, first: usize, values: &mut [f32]) {
+        let narrow = |value: f64| if value.is_nan() { ENDLESS } else { narrowed(value) };
         match self.field.samples() {
-            Reals::F32(data) => self.read(data, first, values),
-            Reals::F64(data) => self.read(data, first, values),
+            Reals::F32(data) => self.read(data, first, values, narrow),
+            Reals::F64(data) => self.read(data, first, values, narrow),
         }
     }
 
-    fn read<S: Sample>(&self, data: &[S], first: usize, values: &mut [f32]) {
+    /// What [`Self::values`] leave of the field's values, for who needs their differences: 32,767 stands for 2^-24 of the value.
+    pub fn rests(&self, first: usize, rests: &mut [i16]) {
+        let rest = |value: f64| {
+            let known = f64::from(narrowed(value));
+            let part = (value - known) / (f32::ROUNDING * known.abs());
+            // Nothing is left of values that are held within bounds, nor of missing ones.
+            if part.abs() <= 1.0 { (part * f64::from(i16::MAX)).round() as i16 } else { 0 }
+        };
+        match self.field.samples() {
+            Reals::F32(data) => self.read(data, first, rests, rest),
+            Reals::F64(data) => self.read(data, first, rests, rest),
+        }
+    }
+
+    fn read<S: Sample, V: Send>(
+        &self,
+        data: &[S],
+        first: usize,
+        values: &mut [V],
+        of: impl Fn(f64) -> V + Sync,
+    ) {
         const PIECE: usize = 4096;
         let samples = Samples::new(data, self.field, self.plan.falling, self.spans.range());
         let (columns, layers, is_level_fastest) = self.order();
@@ -163,8 +189,7 @@ impl<'f> Job<'f> {
             let (mut slow, mut fast) = (start / row, start % row);
             for value in piece {
                 let (column, layer) = if is_level_fastest { (slow, fast) } else { (fast, slow) };
-                let known: f32 = samples.get(samples.base(column as u32), layer);
-                *value = if known.is_nan() { ENDLESS } else { known };
+                *value = of(samples.get(samples.base(column as u32), layer));
                 fast += 1;
                 if fast == row {
                     (slow, fast) = (slow + 1, 0);
