@@ -1,6 +1,6 @@
 //! Which of a machine's adapters draws.
 
-use crate::gpu::{Gpu, because};
+use crate::gpu::{Gpu, Most, because};
 use icoray::Adapter;
 use icoray::device::{Device, Devices, Reason, Wanted};
 use std::fmt;
@@ -113,14 +113,14 @@ pub struct Gpus;
 
 impl Devices for Gpus {
     fn open(&self, wanted: &Wanted) -> Result<Arc<dyn Device>, Reason> {
-        Ok(Arc::new(open(wanted)?))
+        Ok(Arc::new(open(wanted, Most::default())?))
     }
 }
 
-fn open(wanted: &Wanted) -> Result<Gpu, Reason> {
+fn open(wanted: &Wanted, most: Most) -> Result<Gpu, Reason> {
     let adapters = adapters();
     let listed: Vec<Listed> = adapters.iter().map(Listed::of).collect();
-    Gpu::open(&adapters[choose(&listed, wanted)?])
+    Gpu::open(&adapters[choose(&listed, wanted)?], most)
 }
 
 impl Gpu {
@@ -129,12 +129,20 @@ impl Gpu {
     /// # Errors
     /// A [`Reason`] where there is no such adapter, or it cannot do what the kernel needs.
     pub fn new(choice: &Choice) -> Result<Self, Reason> {
+        Self::with_most(choice, Most::default())
+    }
+
+    /// Opens a device, of which no more than `most` is used.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn with_most(choice: &Choice, most: Most) -> Result<Self, Reason> {
         let adapter = match choice {
             Choice::Any => None,
             Choice::Index(number) => Some(Adapter::Number(*number)),
             Choice::Name(part) => Some(Adapter::Name(part.clone())),
         };
-        open(&Wanted { adapter, or_processor: true, node_rank: 0 })
+        open(&Wanted { adapter, or_processor: true, node_rank: 0 }, most)
     }
 }
 

@@ -21,13 +21,19 @@
 #![forbid(unsafe_code)]
 
 mod adapters;
+mod band;
 mod draw;
 mod gpu;
+mod held;
 pub mod layout;
 mod light;
 mod mesh;
+mod readback;
 mod scene;
+mod select;
 pub mod shader;
+mod staging;
+mod store;
 
 pub use adapters::{Choice, Gpus, Kind, Listed, list};
-pub use gpu::Gpu;
+pub use gpu::{Gpu, Most};

@@ -2,6 +2,7 @@
 
 use crate::gpu::Gpu;
 use crate::layout::halves;
+use crate::select::{Reach, Views};
 use icoray::device::{Reason, Tables};
 use icoray::{Grid, Indices};
 use std::borrow::Cow;
@@ -14,6 +15,8 @@ pub(crate) struct Mesh {
     pub rim_sides: u32,
     /// Bindings 1 to 7.
     pub buffers: [wgpu::Buffer; 7],
+    pub reach: Reach,
+    pub views: Views,
 }
 
 /// The grids whose tables are on a device, as long as they live.
@@ -61,7 +64,13 @@ impl Gpu {
             self.upload("void triangles", &tables.void)?,
             self.upload("sides of rims", &tables.rim)?,
         ];
-        Ok(Mesh { start: tables.start, rim_sides: tables.rim.len() as u32, buffers })
+        Ok(Mesh {
+            start: tables.start,
+            rim_sides: tables.rim.len() as u32,
+            buffers,
+            reach: Reach::new(grid),
+            views: Views::default(),
+        })
     }
 }
 
