@@ -54,6 +54,8 @@ fn trace(eye: Wide3, dir: Wide3, hint: u32) -> Traced {
         }
         is_in_gap = !is_void;
     }
+    // Neither: the driver has ended the loop.
+    is_lost = is_lost || !(is_over || walk.is_over);
     return Traced(light, ray, true);
 }
 

@@ -38,28 +38,17 @@ impl<'c> Course<'c> {
         held: &Held,
         tiles: &'c [(usize, Rect)],
     ) -> Result<Self, Reason> {
-        let Picture { job, mesh, tables: [spans, steps, shell] } = picture;
-        let layout = &held.layout;
+        let job = picture.job;
         let pipeline = Variant::of(job, held).pipeline(gpu)?;
-        let [column_stride, layer_stride] = layout.strides().map(|stride| stride as u32);
-        let params = Params {
-            column_stride,
-            layer_stride,
-            page_columns: layout.page_columns as u32,
-            first_layer: layout.layers.start as u32,
-            last_layer: layout.layers.end as u32 - 1,
-            ..scene::params(job, mesh)
-        };
+        let params = held.params(picture);
         let (bands, pieces) = cut(gpu, job, tiles);
         let largest = bands.iter().map(|(band, _)| pixels(&tiles[band.clone()])).max().unwrap_or(0);
-        let uniform =
-            gpu.lend("params", size_of_val(&params), BufferUsages::UNIFORM | BufferUsages::COPY_DST)?;
+        let uniform = gpu.lend_uniform("params", &params)?;
         let usage = BufferUsages::STORAGE | BufferUsages::COPY_SRC;
         let pixels = gpu.lend("pixels", largest * size_of::<Pixel>(), usage)?;
         let bytes = size_of_val(pieces.as_slice()) as u64;
         let pieces = gpu.lend_with("pieces", &pieces)?;
-        let places = held.cells.places.as_ref().unwrap_or(spans);
-        let group = gpu.group(&uniform, mesh, [spans, steps, places, shell, &pieces, &pixels])?;
+        let group = picture.group(gpu, held, &uniform, &pieces, &pixels)?;
         let [values, gradients] = held.groups(gpu)?;
         let groups = [group, values, light::bind(gpu, job)?, gradients];
         Ok(Course { gpu, tiles, bands, pipeline, groups, params, uniform, pixels, bytes })

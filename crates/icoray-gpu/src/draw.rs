@@ -26,7 +26,7 @@ impl Device for Gpu {
             ..Spent::default()
         };
         let mut drawing = Drawing { gpu: self, picture, give, since: start, spent, lost: 0 };
-        match self.hold(job, &cells)? {
+        match self.hold(&drawing.picture, &cells)? {
             Ok(held) => drawing.draw(held, &tiles)?,
             Err(_) => drawing.draw_in_passes(tiles)?,
         }
@@ -73,7 +73,7 @@ impl Drawing<'_> {
         let mut rest = vec![&tiles[..]];
         while let Some(tiles) = rest.pop().filter(|tiles| !tiles.is_empty()) {
             let cells = Arc::new(self.gpu.cells_of(&self.picture, tiles)?);
-            match self.gpu.hold(self.picture.job, &cells)? {
+            match self.gpu.hold(&self.picture, &cells)? {
                 Ok((held, bytes)) => self.draw((held, bytes + cells.bytes()), tiles)?,
                 Err(reason) if tiles.len() == 1 => return Err(reason),
                 Err(_) => {

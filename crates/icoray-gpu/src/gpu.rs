@@ -1,8 +1,10 @@
 //! The device: which one, and what goes wrong on it.
 
+use crate::gradient;
+use crate::groups::{READ, layout};
 use crate::held::Fields;
 use crate::light;
-use crate::mesh::{Mesh, Meshes};
+use crate::mesh::Meshes;
 use crate::scene::Variant;
 use crate::staging::Staging;
 use crate::store::Store;
@@ -26,6 +28,7 @@ pub struct Gpu {
     pub(crate) limits: wgpu::Limits,
     pub(crate) bindings: wgpu::BindGroupLayout,
     pub(crate) light: light::Bindings,
+    pub(crate) gradient_pass: gradient::Pass,
     pub(crate) pipelines: Mutex<HashMap<Variant, wgpu::ComputePipeline>>,
     pub(crate) meshes: Meshes,
     pub(crate) store: Arc<Store>,
@@ -50,11 +53,14 @@ pub struct Most {
 /// Bindings of `shaders/` in group 0, in order: their kinds. Groups 1 and 3 have the pages of the field and of its gradients,
 /// group 2 has the light.
 const BINDINGS: [wgpu::BufferBindingType; 14] = {
-    let mut kinds = [wgpu::BufferBindingType::Storage { read_only: true }; 14];
+    let mut kinds = [READ; 14];
     kinds[0] = wgpu::BufferBindingType::Uniform;
     kinds[13] = wgpu::BufferBindingType::Storage { read_only: false };
     kinds
 };
+
+/// Storage buffers that a shader has at most beside pages, which come in pairs.
+pub(crate) const STORAGES: u32 = 16;
 
 impl Gpu {
     /// Opens a device.
@@ -62,8 +68,7 @@ impl Gpu {
         let (info, mut limits) = (adapter.get_info(), adapter.limits());
         let binding = &mut limits.max_storage_buffer_binding_size;
         *binding = most.binding.map_or(*binding, |most| most.min(*binding));
-        // A page of values and one of gradients, at least.
-        let needed = BINDINGS.len() as u32 + 1;
+        let needed = STORAGES + 2;
         if limits.max_storage_buffers_per_shader_stage < needed {
             let has = limits.max_storage_buffers_per_shader_stage;
             return because(format!(
@@ -89,18 +94,9 @@ impl Gpu {
                 drop(lost.set(format!("the device is lost: {message}")));
             }
         });
-        let entries: Vec<_> = (0u32..)
-            .zip(BINDINGS)
-            .map(|(binding, ty)| wgpu::BindGroupLayoutEntry {
-                binding,
-                visibility: wgpu::ShaderStages::COMPUTE,
-                ty: wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None },
-                count: None,
-            })
-            .collect();
-        let layout = wgpu::BindGroupLayoutDescriptor { label: Some("icoray"), entries: &entries };
-        let bindings = device.create_bind_group_layout(&layout);
+        let bindings = layout(&device, &BINDINGS);
         let light = light::Bindings::new(&device);
+        let gradient_pass = gradient::Pass::new(&device);
         let gpu = Gpu {
             info,
             device,
@@ -108,6 +104,7 @@ impl Gpu {
             limits,
             bindings,
             light,
+            gradient_pass,
             pipelines: Mutex::default(),
             meshes: Meshes::default(),
             store: Arc::default(),
@@ -155,23 +152,6 @@ impl Gpu {
             Some(error) => because(format!("{}: {error}", self.info.name)),
             None => Ok(done),
         }
-    }
-
-    /// Group 0: what rays share, a grid's tables, and bindings 8 to 13.
-    pub(crate) fn group(
-        &self,
-        params: &wgpu::Buffer,
-        mesh: &Mesh,
-        others: [&wgpu::Buffer; 6],
-    ) -> Result<wgpu::BindGroup, Reason> {
-        let buffers = std::iter::once(params).chain(&mesh.buffers).chain(others);
-        let entries: Vec<_> = (0u32..)
-            .zip(buffers)
-            .map(|(binding, buffer)| wgpu::BindGroupEntry { binding, resource: buffer.as_entire_binding() })
-            .collect();
-        let layout = &self.bindings;
-        let descriptor = wgpu::BindGroupDescriptor { label: Some("picture"), layout, entries: &entries };
-        self.watched(|| self.device.create_bind_group(&descriptor))
     }
 
     /// The most bytes that a buffer may have.

@@ -1,6 +1,8 @@
 //! A field on the device: its columns in pages, in the order that the model's array has.
 
-use crate::gpu::{Gpu, because};
+use crate::gpu::{Gpu, STORAGES, because};
+use crate::layout::Params;
+use crate::scene::{self, Picture, Places};
 use crate::select::{Cells, seen_layers};
 use crate::store::Lent;
 use icoray::device::{Content, Job, Reason};
@@ -9,13 +11,12 @@ use std::ops::Range;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use wgpu::BufferUsages;
 
-/// Storage buffers of a shader beside the pages.
-const STORAGES: u32 = 13;
 /// Pages are cases of a shader, of which there should not be hundreds.
 const MOST_PAGES: u32 = 32;
 
-/// Bytes of a value, and of a gradient.
+/// Bytes of a value, of what f32 leaves of it, and of a gradient.
 const VALUE: usize = size_of::<f32>();
+const REST: usize = size_of::<i16>();
 const GRADIENT: usize = 3 * size_of::<f32>();
 
 /// Where values lie.
@@ -25,6 +26,7 @@ pub(crate) struct Layout {
     /// Columns of a page, the last one of which may have fewer.
     pub page_columns: usize,
     pub pages: usize,
+    has_all_layers: bool,
     is_level_fastest: bool,
 }
 
@@ -41,32 +43,43 @@ pub(crate) struct Held {
     content: Content,
     pub cells: Arc<Cells>,
     pub layout: Layout,
-    pages: Vec<Lent>,
+    pub pages: Vec<Lent>,
     /// Of the same columns; none where the picture is not lit.
-    gradients: Vec<Lent>,
-    /// The picture that these are of.
-    lit_by: Option<u64>,
+    pub gradients: Vec<Lent>,
+    /// What these depend on beside the field.
+    lit: Option<Vec<f64>>,
 }
 
 impl Held {
     /// Groups 1 and 3. What is not lit reads no gradients, and may have anything in their place.
     pub fn groups(&self, gpu: &Gpu) -> Result<[wgpu::BindGroup; 2], Reason> {
-        let gradients = if self.lit_by.is_some() { &self.gradients } else { &self.pages };
+        let gradients = if self.lit.is_some() { &self.gradients } else { &self.pages };
         Ok([self.group(gpu, &self.pages)?, self.group(gpu, gradients)?])
     }
 
-    fn group(&self, gpu: &Gpu, pages: &[Lent]) -> Result<wgpu::BindGroup, Reason> {
-        let pages = (0u32..).zip(pages);
-        let entries: Vec<_> = pages
-            .map(|(binding, page)| wgpu::BindGroupEntry { binding, resource: page.as_entire_binding() })
-            .collect();
-        gpu.watched(|| {
-            gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
-                label: Some("pages"),
-                layout: &gpu.page_bindings(self.pages.len()),
-                entries: &entries,
-            })
-        })
+    /// A group of pages.
+    pub fn group(&self, gpu: &Gpu, pages: &[Lent]) -> Result<wgpu::BindGroup, Reason> {
+        gpu.group(&gpu.page_layout(pages.len()), pages.iter().map(|page| &**page))
+    }
+
+    /// How it lies.
+    pub fn places(&self) -> Places {
+        let Layout { pages, has_all_layers, .. } = self.layout;
+        Places { pages, has_places: self.cells.places.is_some(), has_all_layers }
+    }
+
+    /// The numbers that all rays share, but for the pieces of a dispatch.
+    pub fn params(&self, picture: &Picture) -> Params {
+        let Layout { layers, page_columns, .. } = &self.layout;
+        let [column_stride, layer_stride] = self.layout.strides().map(|stride| stride as u32);
+        Params {
+            column_stride,
+            layer_stride,
+            page_columns: *page_columns as u32,
+            first_layer: layers.start as u32,
+            last_layer: layers.end as u32 - 1,
+            ..scene::params(picture.job, &picture.mesh)
+        }
     }
 
     /// Bytes of the values.
@@ -91,29 +104,10 @@ impl Fields {
 }
 
 impl Gpu {
-    /// The layout of group 1.
-    pub(crate) fn page_bindings(&self, pages: usize) -> wgpu::BindGroupLayout {
-        let ty = wgpu::BindingType::Buffer {
-            ty: wgpu::BufferBindingType::Storage { read_only: true },
-            has_dynamic_offset: false,
-            min_binding_size: None,
-        };
-        let entry = |binding| wgpu::BindGroupLayoutEntry {
-            binding,
-            visibility: wgpu::ShaderStages::COMPUTE,
-            ty,
-            count: None,
-        };
-        let entries: Vec<_> = (0..pages as u32).map(entry).collect();
-        self.device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
-            label: Some("pages"),
-            entries: &entries,
-        })
-    }
-
     /// How many columns of `layers` layers a page has room for, and all pages.
     fn room(&self, job: &Job, layers: usize) -> [u64; 2] {
-        let (largest, all) = if is_lit(job) { (GRADIENT, VALUE + GRADIENT) } else { (VALUE, VALUE) };
+        let (largest, all) =
+            if lit(job).is_some() { (GRADIENT, VALUE + REST + GRADIENT) } else { (VALUE, VALUE) };
         let page = self.most(BufferUsages::STORAGE) / (layers * largest) as u64;
         // Each page of values has one of gradients beside it.
         let pages = ((self.limits.max_storage_buffers_per_shader_stage - STORAGES) / 2).min(MOST_PAGES);
@@ -134,14 +128,15 @@ impl Gpu {
     /// A [`Reason`] where something is broken.
     pub(crate) fn hold(
         &self,
-        job: &Job,
+        picture: &Picture,
         cells: &Arc<Cells>,
     ) -> Result<Result<(Arc<Held>, u64), Reason>, Reason> {
-        let lit_by = is_lit(job).then(|| job.number());
+        let job = picture.job;
+        let lit = lit(job);
         let is_it = |held: &&Arc<Held>| {
             held.content == job.content()
                 && held.cells.number == cells.number
-                && (lit_by.is_none() || held.lit_by == lit_by)
+                && (lit.is_none() || held.lit == lit)
         };
         if let Some(held) = self.fields.held().iter().find(is_it) {
             return Ok(Ok((Arc::clone(held), 0)));
@@ -151,7 +146,7 @@ impl Gpu {
             Ok(held) => held,
             Err(reason) => return self.untroubled().map(|()| Err(reason)),
         };
-        let bytes = self.fill_pages(job, &held)?;
+        let bytes = self.fill_pages(picture, &held)?;
         let held = Arc::new(held);
         self.fields.held().push(Arc::clone(&held));
         Ok(Ok((held, bytes)))
@@ -160,6 +155,7 @@ impl Gpu {
     fn reserve(&self, job: &Job, cells: &Arc<Cells>) -> Result<Held, Reason> {
         let (_, _, is_level_fastest) = job.order();
         let layers = seen_layers(job, &cells.list);
+        let has_all_layers = layers.len() == job.radius().len();
         let columns = cells.list.len().max(1);
         let [page, all] = self.room(job, layers.len());
         if columns as u64 > all {
@@ -168,7 +164,8 @@ impl Gpu {
             return because(format!("{of_field} bytes of the field, expected at most {most} on {name}"));
         }
         let pages = columns.div_ceil(page as usize);
-        let layout = Layout { layers, page_columns: columns.div_ceil(pages), pages, is_level_fastest };
+        let layout =
+            Layout { layers, page_columns: columns.div_ceil(pages), pages, has_all_layers, is_level_fastest };
         let count = layout.page_columns * layout.layers.len();
         let lend = |what: &str, count: usize, bytes: usize| {
             let usage = BufferUsages::STORAGE | BufferUsages::COPY_DST;
@@ -178,8 +175,12 @@ impl Gpu {
             content: job.content(),
             cells: Arc::clone(cells),
             pages: lend("page of the field", pages, count * VALUE)?,
-            gradients: lend("page of gradients", if is_lit(job) { pages } else { 0 }, count * GRADIENT)?,
-            lit_by: is_lit(job).then(|| job.number()),
+            gradients: lend(
+                "page of gradients",
+                if lit(job).is_some() { pages } else { 0 },
+                count * GRADIENT,
+            )?,
+            lit: lit(job),
             layout,
         })
     }
@@ -189,9 +190,12 @@ impl Gpu {
     ///
     /// Normalised here, in f64, and not in the shader: it is done once per value instead of once per read, and gives the bits
     /// that the CPU's kernel has.
-    fn fill_pages(&self, job: &Job, held: &Held) -> Result<u64, Reason> {
-        let Layout { layers, page_columns, is_level_fastest, .. } = &held.layout;
+    fn fill_pages(&self, picture: &Picture, held: &Held) -> Result<u64, Reason> {
+        let job = picture.job;
+        let Layout { layers, page_columns, .. } = &held.layout;
         let count = page_columns * layers.len();
+        let mut bytes = held.pages.len() * count * VALUE;
+        let mut rests = Vec::with_capacity(held.gradients.len());
         for (k, columns) in held.cells.list.chunks(*page_columns).enumerate() {
             // The last page has as many as the others, so that strides are the same.
             let mut columns = Cow::Borrowed(columns);
@@ -202,24 +206,24 @@ impl Gpu {
             self.fill(&held.pages[k], count, |first, values| {
                 job.values(&columns, layers.clone(), first, values)
             })?;
-            let (gradients, all) = (job.gradients(), job.radius().len());
-            let gradient = |at: usize| {
-                let (column, layer) = match is_level_fastest {
-                    true => (columns[at / layers.len()], at % layers.len()),
-                    false => (columns[at % page_columns], at / page_columns),
-                };
-                gradients[column as usize * all + layers.start + layer]
-            };
-            if let Some(page) = held.gradients.get(k) {
-                self.fill(page, 3 * count, |first, numbers| {
-                    (first..).zip(numbers).for_each(|(at, number)| *number = gradient(at / 3)[at % 3]);
+            if held.lit.is_some() {
+                let (words, usage) = (count.div_ceil(2), BufferUsages::STORAGE | BufferUsages::COPY_DST);
+                let page = self.lend("page of last digits", words * 2 * REST, usage)?;
+                self.fill(&page, words, |first, words: &mut [[i16; 2]]| {
+                    let digits: &mut [i16] = bytemuck::cast_slice_mut(words);
+                    let there = digits.len().min(count - 2 * first);
+                    job.rests(&columns, layers.clone(), 2 * first, &mut digits[..there]);
                 })?;
+                bytes += words * 2 * REST;
+                rests.push(page);
             }
         }
-        Ok((count * (held.pages.len() * VALUE + held.gradients.len() * GRADIENT)) as u64)
+        let of_gradients = if rests.is_empty() { 0 } else { self.compute_gradients(picture, held, &rests)? };
+        Ok(bytes as u64 + of_gradients)
     }
 }
 
-fn is_lit(job: &Job) -> bool {
-    !job.gradients().is_empty()
+/// What gradients depend on beside the field, where the picture is lit: radii of layers.
+fn lit(job: &Job) -> Option<Vec<f64>> {
+    job.shading().map(|_| job.radius().to_vec())
 }

@@ -131,6 +131,16 @@ pub struct Shading {
     pub padding: u32,
 }
 
+/// See `shaders/gradient.wgsl`.
+#[allow(missing_docs)]
+#[derive(Debug, Clone, Copy, Default, Pod, Zeroable)]
+#[repr(C)]
+pub struct Around {
+    pub first: u32,
+    pub columns: u32,
+    pub row: u32,
+}
+
 /// See `shaders/picture.wgsl`.
 #[allow(missing_docs)]
 #[derive(Debug, Clone, Copy, Default, Pod, Zeroable)]

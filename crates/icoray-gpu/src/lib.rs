@@ -24,6 +24,8 @@ mod adapters;
 mod band;
 mod draw;
 mod gpu;
+mod gradient;
+mod groups;
 mod held;
 pub mod layout;
 mod light;

@@ -1,6 +1,7 @@
 //! What lit scenes have beside the others and their gradients: group 2 of the shaders' bindings.
 
 use crate::gpu::Gpu;
+use crate::groups::{group, layout};
 use crate::layout::{Shading, halves3};
 use icoray::Lights;
 use icoray::device::{Job, Reason};
@@ -18,42 +19,23 @@ pub(crate) struct Bindings {
 
 impl Bindings {
     pub fn new(device: &wgpu::Device) -> Self {
-        let ty = wgpu::BufferBindingType::Uniform;
-        let entry = wgpu::BindGroupLayoutEntry {
-            binding: 0,
-            visibility: wgpu::ShaderStages::COMPUTE,
-            ty: wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None },
-            count: None,
-        };
-        let layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
-            label: Some("light"),
-            entries: &[entry],
-        });
+        let layout = layout(device, &[wgpu::BufferBindingType::Uniform]);
         let none = device.create_buffer(&wgpu::BufferDescriptor {
             label: Some("no light"),
             size: size_of::<Shading>() as u64,
             usage: BufferUsages::UNIFORM,
             mapped_at_creation: false,
         });
-        let none = group(device, &layout, &none);
+        let none = group(device, &layout, [&none]);
         Bindings { layout, none }
     }
-}
-
-fn group(device: &wgpu::Device, layout: &wgpu::BindGroupLayout, shading: &wgpu::Buffer) -> wgpu::BindGroup {
-    let entries = &[wgpu::BindGroupEntry { binding: 0, resource: shading.as_entire_binding() }];
-    device.create_bind_group(&wgpu::BindGroupDescriptor { label: Some("light"), layout, entries })
 }
 
 /// The light of a job's rays.
 pub(crate) fn bind(gpu: &Gpu, job: &Job) -> Result<wgpu::BindGroup, Reason> {
     let Some(shading) = shading(job) else { return Ok(gpu.light.none.clone()) };
-    let usage = BufferUsages::UNIFORM | BufferUsages::COPY_DST;
-    let uniform = gpu.lend("the light", size_of_val(&shading), usage)?;
-    gpu.watched(|| {
-        gpu.queue.write_buffer(&uniform, 0, bytemuck::bytes_of(&shading));
-        group(&gpu.device, &gpu.light.layout, &uniform)
-    })
+    let uniform = gpu.lend_uniform("the light", &shading)?;
+    gpu.group(&gpu.light.layout, [&*uniform])
 }
 
 /// The light's numbers, where there is any.

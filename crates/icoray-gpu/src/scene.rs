@@ -22,10 +22,26 @@ pub(crate) struct Variant {
     has_void: bool,
     has_steps: bool,
     is_lit: bool,
-    /// How the field lies on the device.
-    pages: usize,
-    has_places: bool,
-    has_all_layers: bool,
+    places: Places,
+}
+
+/// How the field lies on the device, as far as shaders differ in that.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub(crate) struct Places {
+    pub pages: usize,
+    pub has_places: bool,
+    pub has_all_layers: bool,
+}
+
+impl Places {
+    pub fn constants(self) -> [(&'static str, f64); 3] {
+        let number = |is: bool| f64::from(u8::from(is));
+        [
+            ("PAGES", self.pages as f64),
+            ("HAS_PLACES", number(self.has_places)),
+            ("HAS_ALL_LAYERS", number(self.has_all_layers)),
+        ]
+    }
 }
 
 /// What the rays of a picture read on the device beside the field.
@@ -36,7 +52,53 @@ pub(crate) struct Picture<'j> {
     pub tables: [Lent; 3],
 }
 
+impl Gpu {
+    /// A shader's entry point of its own name.
+    pub(crate) fn pipeline(
+        &self,
+        name: &str,
+        text: String,
+        layouts: [&wgpu::BindGroupLayout; 4],
+        constants: &[(&str, f64)],
+    ) -> Result<wgpu::ComputePipeline, Reason> {
+        self.watched(|| {
+            let module = self.device.create_shader_module(wgpu::ShaderModuleDescriptor {
+                label: Some(name),
+                source: wgpu::ShaderSource::Wgsl(text.into()),
+            });
+            let layout = self.device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+                label: Some(name),
+                bind_group_layouts: &layouts.map(Some),
+                immediate_size: 0,
+            });
+            self.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+                label: Some(name),
+                layout: Some(&layout),
+                module: &module,
+                entry_point: Some(name),
+                compilation_options: wgpu::PipelineCompilationOptions { constants, ..Default::default() },
+                cache: None,
+            })
+        })
+    }
+}
+
 impl Picture<'_> {
+    /// Group 0, with what workgroups trace and where they write.
+    pub fn group(
+        &self,
+        gpu: &Gpu,
+        held: &Held,
+        uniform: &wgpu::Buffer,
+        pieces: &wgpu::Buffer,
+        pixels: &wgpu::Buffer,
+    ) -> Result<wgpu::BindGroup, Reason> {
+        let [spans, steps, shell] = &self.tables;
+        let places = held.cells.places.as_ref().unwrap_or(spans);
+        let others: [&wgpu::Buffer; 6] = [spans, steps, places, shell, pieces, pixels];
+        gpu.group(&gpu.bindings, std::iter::once(uniform).chain(&self.mesh.buffers).chain(others))
+    }
+
     /// Bytes of the tables.
     pub fn bytes(&self) -> u64 {
         self.tables.iter().map(|table| table.size()).sum()
@@ -52,9 +114,7 @@ impl Variant {
             has_void: job.grid().void_triangles() > 0,
             has_steps: !job.steps().is_empty(),
             is_lit: job.quality().lights != Lights::Off,
-            pages: held.layout.pages,
-            has_places: held.cells.places.is_some(),
-            has_all_layers: held.layout.layers.len() == job.radius().len(),
+            places: held.places(),
         }
     }
 
@@ -65,43 +125,18 @@ impl Variant {
             return Ok(pipeline.clone());
         }
         let number = |is: bool| f64::from(u8::from(is));
-        let pipeline = gpu.watched(|| {
-            let module = gpu.device.create_shader_module(wgpu::ShaderModuleDescriptor {
-                label: Some("picture"),
-                source: wgpu::ShaderSource::Wgsl(shader::compose_for("picture", self.pages).into()),
-            });
-            let of_pages = gpu.page_bindings(self.pages);
-            let layout = gpu.device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-                label: Some("picture"),
-                bind_group_layouts: &[
-                    Some(&gpu.bindings),
-                    Some(&of_pages),
-                    Some(&gpu.light.layout),
-                    Some(&of_pages),
-                ],
-                immediate_size: 0,
-            });
-            gpu.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-                label: Some("picture"),
-                layout: Some(&layout),
-                module: &module,
-                entry_point: Some("picture"),
-                compilation_options: wgpu::PipelineCompilationOptions {
-                    constants: &[
-                        ("IS_EXACT", number(self.is_exact)),
-                        ("HAS_CORE", number(self.has_core)),
-                        ("HAS_VOID", number(self.has_void)),
-                        ("HAS_STEPS", number(self.has_steps)),
-                        ("IS_LIT", number(self.is_lit)),
-                        ("PAGES", self.pages as f64),
-                        ("HAS_PLACES", number(self.has_places)),
-                        ("HAS_ALL_LAYERS", number(self.has_all_layers)),
-                    ],
-                    ..Default::default()
-                },
-                cache: None,
-            })
-        })?;
+        let constants = [
+            ("IS_EXACT", number(self.is_exact)),
+            ("HAS_CORE", number(self.has_core)),
+            ("HAS_VOID", number(self.has_void)),
+            ("HAS_STEPS", number(self.has_steps)),
+            ("IS_LIT", number(self.is_lit)),
+        ];
+        let constants = [&constants[..], &self.places.constants()].concat();
+        let pages = gpu.page_layout(self.places.pages);
+        let layouts = [&gpu.bindings, &pages, &gpu.light.layout, &pages];
+        let text = shader::compose_for("picture", self.places.pages);
+        let pipeline = gpu.pipeline("picture", text, layouts, &constants)?;
         known.insert(self, pipeline.clone());
         Ok(pipeline)
     }

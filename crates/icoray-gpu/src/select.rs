@@ -49,6 +49,8 @@ struct View {
     /// Radii of the lowest and the highest layer.
     shell: [f64; 2],
     has_core: bool,
+    /// Whether gradients are computed of the columns around.
+    is_lit: bool,
 }
 
 impl View {
@@ -68,6 +70,7 @@ impl View {
             sides: sides.map(DVec3::normalize),
             shell: [radius[0], radius[radius.len() - 1]],
             has_core: scene.core.is_some(),
+            is_lit: job.shading().is_some(),
         }
     }
 
@@ -88,7 +91,19 @@ impl View {
             let is_inside = |side: &DVec3| ends.iter().any(|end| side.dot(*end) >= -outer * reach);
             direction.dot(towards) >= least - reach && self.sides.iter().all(is_inside)
         };
-        (0..grid.cells() as u32).into_par_iter().filter(is_seen).collect()
+        let cells = 0..grid.cells() as u32;
+        if !self.is_lit {
+            return cells.into_par_iter().filter(is_seen).collect();
+        }
+        let is_seen: Vec<bool> = cells.clone().into_par_iter().map(|cell| is_seen(&cell)).collect();
+        let mut is_read = is_seen.clone();
+        for triangle in (0..grid.triangles() as u32).filter(|triangle| grid.is_triangle(*triangle)) {
+            let around = grid.triangle(triangle).map(|cell| cell as usize);
+            if around.iter().any(|cell| is_seen[*cell]) {
+                around.iter().for_each(|cell| is_read[*cell] = true);
+            }
+        }
+        cells.filter(|cell| is_read[*cell as usize]).collect()
     }
 }
 
@@ -198,7 +213,9 @@ pub(crate) fn seen_layers(job: &Job, columns: &[u32]) -> Range<usize> {
         return 0..1;
     }
     let above = clear_layers(job, columns, |k| layers - 1 - k);
-    below.max(1) - 1..layers - above.max(1) + 1
+    // Gradients take one more.
+    let kept = if job.shading().is_some() { 2 } else { 1 };
+    below.max(kept) - kept..layers - above.max(kept) + kept
 }
 
 /// How many layers, one after the other by `layer`, have all values in the clear span of the first.

@@ -5,7 +5,8 @@
 //! each page of the field, with the page's number in place of PAGE.
 
 /// Every file in `shaders/`, by its name there.
-pub const SOURCES: [(&str, &str); 18] = [
+pub const SOURCES: [(&str, &str); 19] = [
+    ("gradient", include_str!("../../../shaders/gradient.wgsl")),
     ("gradients", include_str!("../../../shaders/gradients.wgsl")),
     ("grid", include_str!("../../../shaders/grid.wgsl")),
     ("pages", include_str!("../../../shaders/pages.wgsl")),

@@ -13,8 +13,17 @@ use wgpu::BufferUsages;
 const STAGE: usize = 8 << 20;
 /// Stages that there are at most, of all threads.
 const MOST: usize = 8;
-/// Values that a thread writes in one go, which its nearest cache holds.
+/// Bytes of an element.
+const SIZE: usize = 4;
+/// Elements that a thread writes in one go, which its nearest cache holds.
 const PIECE: usize = 4096;
+
+/// What is uploaded.
+pub(crate) trait Element: bytemuck::Pod + Send {}
+
+impl Element for f32 {}
+/// Two in a word.
+impl Element for [i16; 2] {}
 
 /// Stages, which are made when they are first needed.
 #[derive(Debug, Default)]
@@ -46,16 +55,16 @@ impl Staging {
 }
 
 impl Gpu {
-    /// Fills `buffer` with `count` values; `values` gives those from a number on, for all threads.
-    pub(crate) fn fill(
+    /// Fills `buffer` with `count` elements of 4 bytes; `values` gives those from a number on, for all threads.
+    pub(crate) fn fill<T: Element>(
         &self,
         buffer: &wgpu::Buffer,
         count: usize,
-        values: impl Fn(usize, &mut [f32]) + Sync,
+        values: impl Fn(usize, &mut [T]) + Sync,
     ) -> Result<(), Reason> {
         let mut submitted = VecDeque::new();
-        for first in (0..count).step_by(STAGE / size_of::<f32>()) {
-            let rest = (count - first) * size_of::<f32>();
+        for first in (0..count).step_by(STAGE / SIZE) {
+            let rest = (count - first) * SIZE;
             let bytes = rest.min(STAGE) as u64;
             let stage = self.stage(&mut submitted)?;
             let view = stage.get_mapped_range_mut(..bytes);
@@ -65,7 +74,7 @@ impl Gpu {
             stage.unmap();
             submitted.push_back(self.watched(|| {
                 let mut encoder = self.device.create_command_encoder(&Default::default());
-                encoder.copy_buffer_to_buffer(&stage, 0, buffer, (first * size_of::<f32>()) as u64, bytes);
+                encoder.copy_buffer_to_buffer(&stage, 0, buffer, (first * SIZE) as u64, bytes);
                 self.queue.submit([encoder.finish()])
             })?);
             self.staging.come_back(stage);
@@ -99,16 +108,16 @@ impl Gpu {
 }
 
 /// Writes all of a stage in pieces.
-fn write(stage: wgpu::WriteOnly<'_, [u8]>, values: impl Fn(usize, &mut [f32]) + Sync) {
-    let (pieces, mut rest) = stage.into_chunks::<{ PIECE * size_of::<f32>() }>();
+fn write<T: Element>(stage: wgpu::WriteOnly<'_, [u8]>, values: impl Fn(usize, &mut [T]) + Sync) {
+    let (pieces, mut rest) = stage.into_chunks::<{ PIECE * SIZE }>();
     let pieces: Vec<_> = pieces.into_iter().collect();
     let whole = pieces.len() * PIECE;
     pieces.into_par_iter().enumerate().for_each(|(i, piece)| {
-        let mut numbers = [0.0f32; PIECE];
+        let mut numbers = [T::zeroed(); PIECE];
         values(i * PIECE, &mut numbers);
         wgpu::WriteOnly::<[u8]>::from(piece).copy_from_slice(bytemuck::cast_slice(&numbers));
     });
-    let mut numbers = vec![0.0f32; rest.len() / size_of::<f32>()];
+    let mut numbers = vec![T::zeroed(); rest.len() / SIZE];
     values(whole, &mut numbers);
     rest.copy_from_slice(bytemuck::cast_slice(&numbers));
 }

@@ -103,6 +103,18 @@ impl Gpu {
         Ok(Lent { buffer, store: Arc::clone(&self.store) })
     }
 
+    /// A buffer of the store that holds a shader's numbers.
+    pub(crate) fn lend_uniform<T: bytemuck::NoUninit>(
+        &self,
+        what: &str,
+        numbers: &T,
+    ) -> Result<Lent, Reason> {
+        let usage = BufferUsages::UNIFORM | BufferUsages::COPY_DST;
+        let buffer = self.lend(what, size_of::<T>(), usage)?;
+        self.watched(|| self.queue.write_buffer(&buffer, 0, bytemuck::bytes_of(numbers)))?;
+        Ok(buffer)
+    }
+
     /// A buffer of the store that holds `elements`.
     pub(crate) fn lend_with<T: bytemuck::NoUninit>(
         &self,

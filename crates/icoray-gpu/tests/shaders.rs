@@ -1,6 +1,6 @@
 //! The shaders parse and validate, and agree with Rust in structs, constants and names.
 
-use icoray_gpu::layout::{Params, Piece, Pixel, Shading, ShellLayer, Span, Step};
+use icoray_gpu::layout::{Around, Params, Piece, Pixel, Shading, ShellLayer, Span, Step};
 use icoray_gpu::shader::{SOURCES, compose, compose_for};
 use naga::{Module, TypeInner};
 use std::mem::offset_of;
@@ -140,6 +140,7 @@ fn structs_lie_in_memory_as_rust_has_them() {
         }
     );
     same_layout!(module, Step { value, extinction });
+    same_layout!(&parse("gradient"), Around { first, columns, row });
     same_layout!(module, ShellLayer { radius_hi, radius_lo, curvature, inverse });
     same_layout!(module, Piece { left, top, width, height, first, stride, hint });
     same_layout!(

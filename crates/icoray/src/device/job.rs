@@ -163,25 +163,37 @@ impl<'f> Job<'f> {
     /// # Panics
     /// Where there is no such column, layer or number.
     pub fn values(&self, columns: &[u32], layers: Range<usize>, first: usize, values: &mut [f32]) {
+        let narrow = |value: f64| if value.is_nan() { ENDLESS } else { narrowed(value) };
         match self.field.samples() {
-            Reals::F32(data) => self.read(data, columns, layers, first, values),
-            Reals::F64(data) => self.read(data, columns, layers, first, values),
+            Reals::F32(data) => self.read(data, columns, layers, first, values, narrow),
+            Reals::F64(data) => self.read(data, columns, layers, first, values, narrow),
         }
     }
 
-    fn read<S: Sample>(
+    /// What [`Self::values`] leave of the field's values, for who needs their differences: 32,767 stands for 2^-24 of the value.
+    pub fn rests(&self, columns: &[u32], layers: Range<usize>, first: usize, rests: &mut [i16]) {
+        let rest = |value: f64| {
+            let known = f64::from(narrowed(value));
+            let part = (value - known) / (f32::ROUNDING * known.abs());
+            // Nothing is left of values that are held within bounds, nor of missing ones.
+            if part.abs() <= 1.0 { (part * f64::from(i16::MAX)).round() as i16 } else { 0 }
+        };
+        match self.field.samples() {
+            Reals::F32(data) => self.read(data, columns, layers, first, rests, rest),
+            Reals::F64(data) => self.read(data, columns, layers, first, rests, rest),
+        }
+    }
+
+    fn read<S: Sample, V>(
         &self,
         data: &[S],
         columns: &[u32],
         layers: Range<usize>,
         first: usize,
-        values: &mut [f32],
+        values: &mut [V],
+        of: impl Fn(f64) -> V,
     ) {
         let samples = Samples::new(data, self.field, self.plan.falling, self.spans.range());
-        let get = |base: isize, layer: usize| {
-            let value: f32 = samples.get(base, layer);
-            if value.is_nan() { ENDLESS } else { value }
-        };
         let (_, _, is_level_fastest) = self.order();
         let row = if is_level_fastest { layers.len() } else { columns.len() };
         let (mut slow, mut fast, mut rest) = (first / row.max(1), first % row.max(1), values);
@@ -189,15 +201,19 @@ impl<'f> Job<'f> {
             let (run, others) = rest.split_at_mut(rest.len().min(row - fast));
             if is_level_fastest {
                 let base = samples.base(columns[slow]);
-                run.iter_mut()
-                    .zip(layers.start + fast..)
-                    .for_each(|(value, layer)| *value = get(base, layer));
+                let run = run.iter_mut().zip(layers.start + fast..);
+                run.for_each(|(value, layer)| *value = of(samples.get(base, layer)));
             } else {
                 let layer = layers.start + slow;
                 let run = run.iter_mut().zip(&columns[fast..]);
-                run.for_each(|(value, column)| *value = get(samples.base(*column), layer));
+                run.for_each(|(value, column)| *value = of(samples.get(samples.base(*column), layer)));
             }
             (slow, fast, rest) = (slow + 1, 0, others);
         }
     }
+}
+
+/// A normalised value as f32 kernels have it: held within bounds.
+fn narrowed(value: f64) -> f32 {
+    value.clamp(-f32::LARGEST, f32::LARGEST) as f32
 }
