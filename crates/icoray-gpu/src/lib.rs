@@ -21,15 +21,22 @@
 #![deny(unsafe_code)]
 
 mod adapters;
+mod band;
 mod draw;
 mod gpu;
 mod gradient;
+mod groups;
+mod held;
 mod instance;
 pub mod layout;
 mod light;
 mod mesh;
+mod readback;
 mod scene;
+mod select;
 pub mod shader;
+mod staging;
+mod store;
 
 pub use adapters::{Choice, Gpus, Kind, Listed, list};
-pub use gpu::Gpu;
+pub use gpu::{Gpu, Most};
