@@ -4,31 +4,45 @@
 // Where a field is all but flat in one direction, f32 has no digits left for the slope there: so values have more.
 #import kernel/column
 
-// How many cells there are, and places for triangles around each.
+// One page: its first column's number, how many there are, and places for triangles around each cell.
 struct Around {
-    cells: u32,
+    first: u32,
+    columns: u32,
     row: u32,
 }
 
 // In place of a triangle behind a cell's last one.
 const NONE: u32 = 0xffffffffu;
 
-@group(1) @binding(0) var<uniform> around: Around;
+@group(2) @binding(0) var<uniform> around: Around;
 // The triangles with data around each cell.
-@group(1) @binding(1) var<storage, read> corners: array<u32>;
+@group(2) @binding(1) var<storage, read> corners: array<u32>;
+// The cells of columns, where these are not all.
+@group(2) @binding(2) var<storage, read> cells_of_columns: array<u32>;
 // As gradients.wgsl reads them.
-@group(1) @binding(2) var<storage, read_write> gradients_out: array<f32>;
-// What f32 leaves of values, in 16 bits each, two in a word: a value's last digits, in order of the field.
-@group(1) @binding(3) var<storage, read> rests: array<u32>;
+@group(2) @binding(3) var<storage, read_write> gradients_out: array<f32>;
+// What f32 leaves of values, in 16 bits each, two in a word: a value's last digits, in pages as the field's.
+#each @group(3) @binding(PAGE) var<storage, read> rests_PAGE: array<u32>;
 
 const LARGEST: f32 = 1e15;
 
+fn rests_get(base: Base, layer: u32) -> f32 {
+    let at = pages_at(base, layer);
+    var word = rests_0[at >> 1u];
+    if PAGES > 1u {
+        switch base.page {
+#each             case PAGEu: { word = rests_PAGE[at >> 1u]; }
+            default: { word = 0u; }
+        }
+    }
+    let pair = unpack2x16snorm(word);
+    return select(pair.x, pair.y, (at & 1u) == 1u);
+}
+
 // A value of the field with all its digits.
-fn value_get(cell: u32, layer: u32) -> Wide {
-    let value = samples_get(cell, layer);
-    let at = cell * params.column_stride + layer * params.layer_stride;
-    let rest = unpack2x16snorm(rests[at >> 1u]);
-    return Wide(value, select(rest.x, rest.y, (at & 1u) == 1u) * abs(value) * ROUNDING);
+fn value_get(base: Base, layer: u32) -> Wide {
+    let value = samples_get(base, layer);
+    return Wide(value, rests_get(base, layer) * abs(value) * ROUNDING);
 }
 
 // A value beside that at a vertex: one layer further.
@@ -40,12 +54,12 @@ struct Next {
 }
 
 // From `layer` to the one above it, seen from the vertex with value `own` at either of them.
-fn next_above(cell: u32, layer: u32, is_above: bool, own: Wide) -> Next {
+fn next_above(base: Base, layer: u32, is_above: bool, own: Wide) -> Next {
     if layer >= params.layers - 1u {
         return Next(layer, 0.0, 0.0, false);
     }
     let there = layer + u32(is_above);
-    let value = value_get(cell, there);
+    let value = value_get(base, there);
     let rise = wide_apart(value, own) * select(-1.0, 1.0, is_above);
     return Next(there, rise * shell[layer].inverse, abs(value.hi), !is_missing(value.hi));
 }
@@ -57,14 +71,15 @@ fn apart3(b: Wide3, a: Wide3) -> vec3f {
 
 // The mean over those frusta at a vertex that miss no value.
 fn known(cell: u32, layer: u32) -> vec3f {
-    let own = value_get(cell, layer);
+    let base = samples_base(cell);
+    let own = value_get(base, layer);
     if is_missing(own.hi) {
         return vec3f(0.0);
     }
     var next = array<Next, 2>(
         // There is no layer below the innermost: its number is beyond all.
-        next_above(cell, layer - 1u, false, own),
-        next_above(cell, layer, true, own),
+        next_above(base, layer - 1u, false, own),
+        next_above(base, layer, true, own),
     );
     let a = grid_direction(cell);
     var sum = vec3f(0.0);
@@ -78,7 +93,8 @@ fn known(cell: u32, layer: u32) -> vec3f {
         let cells = grid_triangle(triangle);
         let k = contour_column_of(cells, cell);
         let others = vec2u(cells[(k + 1u) % 3u], cells[(k + 2u) % 3u]);
-        let values = array<Wide, 2>(value_get(others.x, layer), value_get(others.y, layer));
+        let bases = array<Base, 2>(samples_base(others.x), samples_base(others.y));
+        let values = array<Wide, 2>(value_get(bases[0], layer), value_get(bases[1], layer));
         if is_missing(values[0].hi) || is_missing(values[1].hi) {
             continue;
         }
@@ -90,8 +106,8 @@ fn known(cell: u32, layer: u32) -> vec3f {
         for (var j = 0u; j < 2u; j++) {
             let beyond = next[j];
             if beyond.is_known
-                && !is_missing(samples_get(others.x, beyond.layer))
-                && !is_missing(samples_get(others.y, beyond.layer)) {
+                && !is_missing(samples_get(bases[0], beyond.layer))
+                && !is_missing(samples_get(bases[1], beyond.layer)) {
                 sum += (flat_ * shell[layer].curvature + beyond.slope * radial) / volume;
                 count += 1.0;
                 size = max(max(size, beyond.size), max(abs(values[0].hi), abs(values[1].hi)));
@@ -110,13 +126,20 @@ fn narrowed(mean: vec3f, size: f32) -> vec3f {
 
 @compute @workgroup_size(64)
 fn gradient(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
+    let layers = params.last_layer + 1u - params.first_layer;
     let at = id.y * (64u * groups.x) + id.x;
-    let cell = at / params.layers;
-    if cell >= around.cells {
+    let column = at / layers;
+    if column >= around.columns {
         return;
     }
-    let mean = known(cell, at % params.layers);
-    gradients_out[3u * at] = mean.x;
-    gradients_out[3u * at + 1u] = mean.y;
-    gradients_out[3u * at + 2u] = mean.z;
+    var cell = around.first + column;
+    if HAS_PLACES {
+        cell = cells_of_columns[cell];
+    }
+    let row = at % layers;
+    let mean = known(cell, params.first_layer + row);
+    let there = 3u * (column * params.column_stride + row * params.layer_stride);
+    gradients_out[there] = mean.x;
+    gradients_out[there + 1u] = mean.y;
+    gradients_out[there + 2u] = mean.z;
 }

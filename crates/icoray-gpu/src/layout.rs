@@ -48,7 +48,10 @@ pub struct Params {
     pub rest: f32,
     pub brightest: f32,
     pub start: u32,
-    pub padding: u32,
+    pub page_columns: u32,
+    pub first_layer: u32,
+    pub last_layer: u32,
+    pub padding: [u32; 2],
 }
 
 /// See `shaders/kernel/transfer.wgsl`.
@@ -133,7 +136,8 @@ pub struct Shading {
 #[derive(Debug, Clone, Copy, Default, Pod, Zeroable)]
 #[repr(C)]
 pub struct Around {
-    pub cells: u32,
+    pub first: u32,
+    pub columns: u32,
     pub row: u32,
 }
 

@@ -3,6 +3,7 @@
 use crate::gpu::Gpu;
 use crate::gradient::Corners;
 use crate::layout::halves;
+use crate::select::{Reach, Views};
 use icoray::device::{Reason, Tables};
 use icoray::{Grid, Indices};
 use std::borrow::Cow;
@@ -17,6 +18,8 @@ pub(crate) struct Mesh {
     pub buffers: [wgpu::Buffer; 7],
     /// Of grids that a lit scene is drawn of.
     pub corners: OnceLock<Corners>,
+    pub reach: Reach,
+    pub views: Views,
 }
 
 /// The grids whose tables are on a device, as long as they live.
@@ -68,7 +71,9 @@ impl Gpu {
             start: tables.start,
             rim_sides: tables.rim.len() as u32,
             buffers,
+            reach: Reach::new(grid),
             corners: OnceLock::new(),
+            views: Views::default(),
         })
     }
 }
