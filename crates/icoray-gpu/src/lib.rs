@@ -18,7 +18,7 @@
 //! # Ok(())
 //! # }
 //! ```
-#![forbid(unsafe_code)]
+#![deny(unsafe_code)]
 
 mod adapters;
 mod band;
@@ -27,6 +27,7 @@ mod gpu;
 mod gradient;
 mod groups;
 mod held;
+mod instance;
 pub mod layout;
 mod light;
 mod mesh;
