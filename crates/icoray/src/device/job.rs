@@ -10,7 +10,7 @@ use crate::kernel::transfer;
 use crate::plan::Plan;
 use crate::quality::Quality;
 use crate::raster::Raster;
-use crate::render::brightest;
+use crate::render::{Gradients, brightest};
 use crate::scene::Scene;
 use std::ops::Range;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -23,7 +23,7 @@ pub struct Job<'f> {
     pub(super) plan: &'f Plan,
     grid: &'f Grid<'f>,
     field: &'f Field<'f>,
-    gradients: &'f [[f32; 3]],
+    gradients: &'f Gradients<'f>,
     spans: transfer::Spans<f32>,
     quality: Quality,
     raster: Raster,
@@ -67,7 +67,7 @@ impl<'f> Job<'f> {
         plan: &'f Plan,
         grid: &'f Grid<'f>,
         field: &'f Field<'f>,
-        gradients: &'f [[f32; 3]],
+        gradients: &'f Gradients<'f>,
         quality: Quality,
     ) -> Self {
         static NEXT: AtomicU64 = AtomicU64::new(0);
@@ -102,9 +102,9 @@ impl<'f> Job<'f> {
     }
 
     /// Gradients at the vertices, level-fastest, from the innermost layer outwards; empty where the picture is drawn without
-    /// light.
+    /// light. Computed when they are first asked for.
     pub fn gradients(&self) -> &'f [[f32; 3]] {
-        self.gradients
+        self.gradients.get()
     }
 
     /// What rays are traced with.
