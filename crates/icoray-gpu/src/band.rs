@@ -20,14 +20,20 @@ const BAND: usize = 1 << 18;
 pub(crate) struct Course<'c> {
     gpu: &'c Gpu,
     tiles: &'c [(usize, Rect)],
-    /// Of tiles, and what they have of the pieces.
-    bands: Vec<(Range<usize>, Range<u32>)>,
+    bands: Vec<Stretch>,
     pipeline: wgpu::ComputePipeline,
     groups: [wgpu::BindGroup; 4],
     params: Params,
     uniform: Lent,
     pixels: Lent,
     bytes: u64,
+}
+
+/// A band.
+struct Stretch {
+    tiles: Range<usize>,
+    /// What they have of all pieces.
+    pieces: Range<u32>,
 }
 
 impl<'c> Course<'c> {
@@ -42,7 +48,7 @@ impl<'c> Course<'c> {
         let pipeline = Variant::of(job, held).pipeline(gpu)?;
         let params = held.params(picture);
         let (bands, pieces) = cut(gpu, job, tiles);
-        let largest = bands.iter().map(|(band, _)| pixels(&tiles[band.clone()])).max().unwrap_or(0);
+        let largest = bands.iter().map(|band| pixels(&tiles[band.tiles.clone()])).max().unwrap_or(0);
         let uniform = gpu.lend_uniform("params", &params)?;
         let usage = BufferUsages::STORAGE | BufferUsages::COPY_SRC;
         let pixels = gpu.lend("pixels", largest * size_of::<Pixel>(), usage)?;
@@ -70,15 +76,15 @@ impl<'c> Course<'c> {
             })?;
             Ok(())
         };
-        for (band, pieces) in &self.bands {
-            let flight = self.begin(band, pieces)?;
-            before.replace((band.clone(), flight)).map_or(Ok(()), &mut finish)?;
+        for band in &self.bands {
+            let flight = self.begin(band)?;
+            before.replace((band.tiles.clone(), flight)).map_or(Ok(()), &mut finish)?;
         }
         before.map_or(Ok(()), &mut finish)?;
         Ok(lost)
     }
 
-    fn begin(&self, band: &Range<usize>, pieces: &Range<u32>) -> Result<Flight, Reason> {
+    fn begin(&self, Stretch { tiles, pieces }: &Stretch) -> Result<Flight, Reason> {
         let gpu = self.gpu;
         let params = Params { first_piece: pieces.start, ..self.params };
         let commands = gpu.watched(|| {
@@ -91,7 +97,7 @@ impl<'c> Course<'c> {
             drop(pass);
             commands
         })?;
-        gpu.submit(commands, &self.pixels, pixels(&self.tiles[band.clone()]) * size_of::<Pixel>())
+        gpu.submit(commands, &self.pixels, pixels(&self.tiles[tiles.clone()]) * size_of::<Pixel>())
     }
 }
 
@@ -100,22 +106,22 @@ fn pixels(tiles: &[(usize, Rect)]) -> usize {
 }
 
 /// Tiles put together to bands, and the pieces of all of them.
-fn cut(gpu: &Gpu, job: &Job, tiles: &[(usize, Rect)]) -> (Vec<(Range<usize>, Range<u32>)>, Vec<Piece>) {
+fn cut(gpu: &Gpu, job: &Job, tiles: &[(usize, Rect)]) -> (Vec<Stretch>, Vec<Piece>) {
     let most = (gpu.most(BufferUsages::STORAGE) as usize / size_of::<Pixel>()).min(BAND);
     let rects: Vec<Rect> = tiles.iter().map(|(_, tile)| *tile).collect();
-    let (mut bands, mut all) = (Vec::<(Range<usize>, Range<u32>)>::new(), Vec::new());
+    let (mut bands, mut all) = (Vec::<Stretch>::new(), Vec::new());
     let mut taken = 0;
     for (i, mut pieces) in scene::pieces(job, &rects).into_iter().enumerate() {
         if bands.is_empty() || taken + rects[i].pixels() > most {
             let before = all.len() as u32;
-            bands.push((i..i, before..before));
+            bands.push(Stretch { tiles: i..i, pieces: before..before });
             taken = 0;
         }
         pieces.iter_mut().for_each(|piece| piece.first += taken as u32);
         taken += rects[i].pixels();
         all.append(&mut pieces);
-        if let Some((band, pieces)) = bands.last_mut() {
-            (band.end, pieces.end) = (i + 1, all.len() as u32);
+        if let Some(Stretch { tiles, pieces }) = bands.last_mut() {
+            (tiles.end, pieces.end) = (i + 1, all.len() as u32);
         }
     }
     (bands, all)

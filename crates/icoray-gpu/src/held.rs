@@ -204,7 +204,7 @@ impl Gpu {
                 columns.to_mut().resize(*page_columns, filler);
             }
             self.fill(&held.pages[k], count, |first, values| {
-                job.values(&columns, layers.clone(), first, values)
+                job.values(&columns, layers.clone(), first, values);
             })?;
             if held.lit.is_some() {
                 let (words, usage) = (count.div_ceil(2), BufferUsages::STORAGE | BufferUsages::COPY_DST);

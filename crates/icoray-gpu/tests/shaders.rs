@@ -25,20 +25,27 @@ fn validate(name: &str, text: &str) {
     validator.validate(&module).unwrap_or_else(|e| panic!("{name}: {}", e.emit_to_string(text)));
 }
 
-/// A page is a binding and a case, of values and of gradients, and there are no others.
+/// A page is a binding and a case, of values and of what lies beside them, and there are no others.
 #[test]
 fn a_shader_has_as_many_pages_as_are_asked_for() {
-    for pages in [1, 2, 7, 16] {
-        let text = compose_for("picture", pages);
-        validate("picture", &text);
-        for page in 0..pages {
-            for (group, name) in [(1, "field"), (3, "gradients")] {
-                let binding = format!("@group({group}) @binding({page}) var<storage, read> {name}_{page}:");
-                assert!(text.contains(&binding), "{text}");
+    for (shader, beside) in [("picture", "gradients"), ("gradient", "rests")] {
+        for pages in [1, 2, 7, 16] {
+            let text = compose_for(shader, pages);
+            validate(shader, &text);
+            for page in 0..pages {
+                for (group, name) in [(1, "field"), (3, beside)] {
+                    let binding =
+                        format!("@group({group}) @binding({page}) var<storage, read> {name}_{page}:");
+                    assert!(text.contains(&binding), "{shader}, {pages} pages: {binding}");
+                }
+                let cases = text.matches(&format!("case {page}u: {{")).count();
+                assert_eq!(cases, 2, "{shader}, {pages} pages: {page}");
             }
-            assert_eq!(text.matches(&format!("case {page}u: {{")).count(), 2, "{text}");
+            assert!(
+                !text.contains(&format!("field_{pages}")) && !text.contains("\n#each"),
+                "{shader}, {pages}"
+            );
         }
-        assert!(!text.contains(&format!("field_{pages}")) && !text.contains("#each"), "{text}");
     }
 }
 
