@@ -1,6 +1,6 @@
 //! Which of a machine's adapters draws.
 
-use crate::gpu::{Gpu, because};
+use crate::gpu::{Gpu, Most, because};
 use crate::instance::instance;
 use icoray::Adapter;
 use icoray::device::{Device, Devices, Reason, Wanted};
@@ -116,15 +116,15 @@ pub struct Gpus;
 
 impl Devices for Gpus {
     fn open(&self, wanted: &Wanted) -> Result<Arc<dyn Device>, Reason> {
-        Ok(Arc::new(open(wanted)?))
+        Ok(Arc::new(open(wanted, Most::default())?))
     }
 }
 
-fn open(wanted: &Wanted) -> Result<Gpu, Reason> {
+fn open(wanted: &Wanted, most: Most) -> Result<Gpu, Reason> {
     let listed = list()?;
     let number = choose(listed, wanted)?;
     match adapters()?.get(number).filter(|adapter| Listed::of(adapter) == listed[number]) {
-        Some(adapter) => Gpu::open(adapter),
+        Some(adapter) => Gpu::open(adapter, most),
         None => because(format!("{} is here no more", listed[number].name)),
     }
 }
@@ -135,12 +135,20 @@ impl Gpu {
     /// # Errors
     /// A [`Reason`] where there is no such adapter, or it cannot do what the kernel needs.
     pub fn new(choice: &Choice) -> Result<Self, Reason> {
+        Self::with_most(choice, Most::default())
+    }
+
+    /// Opens a device, of which no more than `most` is used.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn with_most(choice: &Choice, most: Most) -> Result<Self, Reason> {
         let adapter = match choice {
             Choice::Any => None,
             Choice::Index(number) => Some(Adapter::Number(*number)),
             Choice::Name(part) => Some(Adapter::Name(part.clone())),
         };
-        open(&Wanted { adapter, or_processor: true, node_rank: 0 })
+        open(&Wanted { adapter, or_processor: true, node_rank: 0 }, most)
     }
 }
 

@@ -96,7 +96,7 @@ impl Device for Painter {
                 band(0, count);
             }
         }
-        Ok(Spent { upload_s: 0.5, device_s: Some(0.25), bytes_uploaded: 7 })
+        Ok(Spent { upload_s: 0.5, device_s: Some(0.25), bytes_uploaded: 7, ..Spent::default() })
     }
 }
 
