@@ -195,3 +195,43 @@ impl Gpu {
         Ok(buffer)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use crate::{Choice, Gpu};
+    use icoray::{Field, Grid, IcosahedralMesh, Layers, Location, Renderer, Scene, Shape};
+    use std::sync::Arc;
+
+    /// The picture of a device that is lost comes from the CPU, now and later.
+    #[test]
+    fn a_lost_device_is_a_reason() {
+        let Ok(gpu) = Gpu::new(&Choice::Any).map(Arc::new).inspect_err(|e| eprintln!("skipped: {e}")) else {
+            return;
+        };
+        let tables = IcosahedralMesh::new(2).unwrap();
+        let grid = Grid::new(tables.tables()).unwrap();
+        let layers = Layers::new(vec![1.0, 1.1, 1.2], 1.0).unwrap();
+        let values: Vec<f32> = (0..3 * grid.cells()).map(|i| (i % 7) as f32 / 7.0).collect();
+        let shape = Shape::level_fastest(grid.cells(), 3);
+        let field = Field::new(values.as_slice().into(), shape, Location::Center, None).unwrap();
+        let scene = Scene::parse(
+            "field = \"f\"\n[image]\nwidth = 24\nheight = 24\n[camera]\nlon = 30\nlat = 25\ndistance = 3\nfov = 50\n\
+             [transfer]\nmap = \"viridis\"\nrange = [0, 1]\nopacity = [[0, 0.2], [1, 0.8]]\n",
+        )
+        .unwrap();
+        let alone = Renderer::new(1).unwrap().render(&scene, &grid, &layers, &field).unwrap();
+        let renderer = Renderer::new(1).unwrap().with_device(Arc::clone(&gpu) as _);
+        let draw = || renderer.render(&scene, &grid, &layers, &field).unwrap();
+        assert!(draw().report.device.is_some());
+        gpu.device.destroy();
+        for _ in 0..2 {
+            let frame = draw();
+            assert!(
+                frame.report.device.is_none() && frame.report.left_to_cpu.is_some(),
+                "{:?}",
+                frame.report
+            );
+            assert!(frame.pixels == alone.pixels && frame.error == alone.error);
+        }
+    }
+}

@@ -144,14 +144,14 @@ fn clear_layers_are_not_uploaded() {
     let grid = Grid::new(tables.tables()).unwrap();
     let clear = "knots = [ { value = -0.8, color = \"blue\", extinction = 0 }, { value = -0.2, color = \"white\", extinction = 9 }, \
                  { value = 0.3, color = \"yellow\", extinction = 1 }, { value = 0.3, color = \"red\", extinction = 0 } ]";
-    let scene = scene(FAR, clear, CORES[0]);
+    let scene_of_clear = scene(FAR, clear, CORES[0]);
     // Values below -0.8 and above 0.3 are clear: layers 0 to 3, and 8 to 11, of which 3 and 8 are read.
     let value = |cell: usize, layer: usize| match layer {
         0..=3 => -2.0 + 0.1 * wave(grid.direction(cell as u32), layer, 12) as f32,
         8.. => 2.0 + 0.1 * wave(grid.direction(cell as u32), layer, 12) as f32,
         _ => wave(grid.direction(cell as u32), layer, 12) as f32,
     };
-    let eye = glam::DVec3::from_array(scene.camera.eye()).normalize();
+    let eye = glam::DVec3::from_array(scene_of_clear.camera.eye()).normalize();
     let behind = (0..grid.cells()).min_by_key(|&c| (1e6 * grid.direction(c as u32).dot(eye)) as i64).unwrap();
     let stained = |cell: usize, layer: usize| match layer {
         0 | 11 if cell == behind => 0.0,
@@ -159,13 +159,26 @@ fn clear_layers_are_not_uploaded() {
     };
     let (clean, stained) = (Values::new(grid.cells(), 12, value), Values::new(grid.cells(), 12, stained));
     for (one, other) in clean.fields().iter().zip(&stained.fields()) {
-        let one = renderer.render(&scene, &grid, &layers, one).unwrap();
-        let other = renderer.render(&scene, &grid, &layers, other).unwrap();
+        let one = renderer.render(&scene_of_clear, &grid, &layers, one).unwrap();
+        let other = renderer.render(&scene_of_clear, &grid, &layers, other).unwrap();
         assert_same(&one, &other, "clear layers");
         let column = 4 * grid.cells() as u64;
         assert_eq!((unread(&one), unread(&other)), (Some((6 * column, 12 * column)), None));
         assert!(one.pixels.iter().any(|pixel| pixel[0] > 0.0));
     }
+    // Gradients are computed of a layer more.
+    let lit = scene(FAR, &format!("{clear}\n[light]\nkind = \"headlight\""), CORES[0]);
+    let [one, other] =
+        [&clean, &stained].map(|of| renderer.render(&lit, &grid, &layers, &of.fields()[0]).unwrap());
+    assert_same(&one, &other, "clear layers, lit");
+    assert_eq!(unread(&one).map(|(unread, _)| unread), Some(4 * 4 * grid.cells() as u64));
+    // The same field and range under a function in which all layers are seen.
+    let seen = scene(FAR, &clear.replace("extinction = 0", "extinction = 2"), CORES[0]);
+    let field = &clean.fields()[0];
+    renderer.render(&scene_of_clear, &grid, &layers, field).unwrap();
+    let one = renderer.render(&seen, &grid, &layers, field).unwrap();
+    assert_same(&one, &limited(None, None).render(&seen, &grid, &layers, field).unwrap(), "seen after clear");
+    assert_eq!(unread(&one), None);
 }
 
 /// A second frame finds the memory of the first.
