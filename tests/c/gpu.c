@@ -23,7 +23,7 @@ static void listen(void *user, int32_t level, const char *message)
     snprintf(lines->last, sizeof lines->last, "%s", message);
 }
 
-static const char *const KINDS[] = {"", "time_budget_ms = 60000\n", "core = \"transparent\"\nbackground = \"transparent\"\n"};
+static const char *const KINDS[] = {"", "light = { kind = \"headlight\" }\n", "time_budget_ms = 60000\n", "core = \"transparent\"\nbackground = \"transparent\"\n"};
 
 static void set(icoray_ctx *ctx, const char *keys, int kind)
 {
@@ -121,7 +121,7 @@ int main(int argc, char **argv)
         drawn(directory, "again", "backend = \"gpu\"\n", &w, 0, &lines);
         if (i < 4) {
             CHECK(remove(path_of(directory, "again/report.csv")) == 0);
-            for (int k = 0; k < 6; k++) {
+            for (int k = 0; k < 2 * (int)(sizeof KINDS / sizeof *KINDS); k++) {
                 char name[32];
                 snprintf(name, sizeof name, "again/%d_%d.exr", k / 2, k);
                 CHECK(remove(path_of(directory, name)) == 0);

@@ -149,11 +149,11 @@ static Use use(const char *directory, const World *w, enum layout layout, int la
     config.threads = 1;
     config.async_render = async;
     icoray_ctx *ctx = opened(&config, &seen, PIXELS);
-    set_scene(ctx, PIXELS, "tolerance = 1e-2");
+    set_scene(ctx, PIXELS, "tolerance = 1e-2\nbackend = \"cpu\"");
     if (light[0] != '\0') {
         char text[1024];
         snprintf(text, sizeof text,
-                 "field = \"f\"\nexaggeration = 40\n[image]\nwidth = %d\nheight = %d\n[camera]\nlon = 20\nlat = 35\n"
+                 "field = \"f\"\nbackend = \"cpu\"\nexaggeration = 40\n[image]\nwidth = %d\nheight = %d\n[camera]\nlon = 20\nlat = 35\n"
                  "distance = 3.2\nfov = 45\n[transfer]\nmap = \"viridis\"\nrange = [-1.5, 1.5]\n"
                  "opacity = [[-1.5, 0.8], [0, 0.1], [1.5, 0.9]]\n[light]\nkind = \"%s\"\n"
                  "[output]\nfile = \"frame_{step}.png\"\n",

@@ -167,6 +167,7 @@ static Heard logged(const char *directory, const World *w, int async, int on_err
     config.log_level = level;
     heard.is_inside = 1;
     icoray_ctx *ctx = opened(&config, w, 24);
+    set_scene(ctx, 24, "backend = \"cpu\"");
     heard.is_inside = 0;
     heard.ctx = ctx;
     for (int step = 0; step < 3; step++) {

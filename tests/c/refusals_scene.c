@@ -25,7 +25,7 @@ void scenes(icoray_ctx *ctx)
         {"field = \"f\"\ntolerance = 0\n[camera]\nlon = 0\nlat = 0\ndistance = 3\n[transfer]\nmap = \"viridis\"\n"
          "range = [0, 1]\nopacity = [[0, 0.5]]\n",
          "line 2, key tolerance: 0, expected"},
-        {SCENE("f", "4", "f.png") "error = \"f.png\"\n", "line 15, key output.error: \"f.png\""},
+        {SCENE("f", "4", "f.png") "error = \"f.png\"\n", "line 16, key output.error: \"f.png\""},
     };
     char path[1024], words[1200];
     char *deep = (char *)malloc(DEEP + 5);
