@@ -106,29 +106,32 @@ impl Gpu {
             self.queue.submit([encoder.finish()]);
             self.untroubled()?;
         }
-        let met = self.read(&picture, whole, traced)?;
+        let met: Vec<Option<Traced>> =
+            self.read(&picture, |bytes| bytemuck::cast_slice(&bytes[..whole]).iter().map(traced).collect())?;
         if met.iter().any(|pixel| matches!(pixel, Some(met) if met.error == Pixel::LOST)) {
             return because(format!("a ray has lost its way on {}", self.name()));
         }
         Ok((met, prepare_s))
     }
 
-    /// Waits for the device and reads a buffer back.
-    fn read<R>(
+    /// Waits for the device and takes what it wrote to a buffer.
+    pub(crate) fn read<R>(
         &self,
         buffer: &wgpu::Buffer,
-        bytes: usize,
-        each: impl Fn(&Pixel) -> R,
-    ) -> std::result::Result<Vec<R>, Reason> {
+        take: impl FnOnce(&[u8]) -> R,
+    ) -> std::result::Result<R, Reason> {
         let (told, hear) = std::sync::mpsc::channel();
         buffer.map_async(wgpu::MapMode::Read, .., move |mapped| drop(told.send(mapped)));
         let waited = self.device.poll(wgpu::PollType::wait_indefinitely());
         self.untroubled()?;
         waited.map_err(|e| Reason(format!("waiting for {}: {e}", self.name())))?;
-        let mapped = hear.recv().map_err(|_| Reason(format!("{} gives no picture back", self.name())))?;
+        let mapped = hear.recv().map_err(|_| Reason(format!("{} gives nothing back", self.name())))?;
         mapped.map_err(|e| Reason(format!("reading from {}: {e}", self.name())))?;
         let view = buffer.get_mapped_range(..).map_err(|e| Reason(format!("{}: {e}", self.name())))?;
-        Ok(bytemuck::cast_slice(&view[..bytes]).iter().map(each).collect())
+        let taken = take(&view);
+        drop(view);
+        buffer.unmap();
+        Ok(taken)
     }
 }
 

@@ -29,11 +29,14 @@ mod draw;
 mod gpu;
 pub mod layout;
 mod mesh;
+mod peaks;
 mod scene;
 pub mod shader;
+mod times;
 
 pub use gpu::{Choice, Gpu, Reason};
 pub use mesh::Mesh;
+pub use peaks::Peaks;
 
 use icoray::Frame;
 

@@ -4,7 +4,7 @@
 //! needed: WGSL does not mind the order of declarations.
 
 /// Every file in `shaders/`, by its name there.
-pub const SOURCES: [(&str, &str); 14] = [
+pub const SOURCES: [(&str, &str); 16] = [
     ("grid", include_str!("../../../shaders/grid.wgsl")),
     ("params", include_str!("../../../shaders/params.wgsl")),
     ("picture", include_str!("../../../shaders/picture.wgsl")),
@@ -19,6 +19,8 @@ pub const SOURCES: [(&str, &str); 14] = [
     ("kernel/transfer", include_str!("../../../shaders/kernel/transfer.wgsl")),
     ("kernel/walk", include_str!("../../../shaders/kernel/walk.wgsl")),
     ("kernel/wide", include_str!("../../../shaders/kernel/wide.wgsl")),
+    ("measure/multiply", include_str!("../../../shaders/measure/multiply.wgsl")),
+    ("measure/stream", include_str!("../../../shaders/measure/stream.wgsl")),
 ];
 
 /// The source named `name` with all that it imports.
