@@ -6,10 +6,11 @@ struct Params {
     eye_lo: vec3f,
     height: u32,
     forward_hi: vec3f,
-    // The first row of this dispatch, and the end of its rows.
-    first_row: u32,
+    // The first piece of this dispatch.
+    first_piece: u32,
     forward_lo: vec3f,
-    end_row: u32,
+    // Pixels from one that is traced to the next.
+    pixel_step: u32,
     right_hi: vec3f,
     // Half a pixel's side at distance 1.
     half_pixel_hi: f32,
@@ -36,8 +37,6 @@ struct Params {
     share: f32,
     rest: f32,
     brightest: f32,
-    // Workgroups in a row of the picture.
-    groups_across: u32,
     // A triangle that is there.
     start: u32,
 }
@@ -49,3 +48,4 @@ override IS_EXACT: bool = true;
 override HAS_CORE: bool = true;
 override HAS_VOID: bool = true;
 override HAS_STEPS: bool = true;
+override IS_LIT: bool = true;

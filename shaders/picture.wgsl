@@ -1,4 +1,4 @@
-// A picture's rays, one per invocation, in bands of rows.
+// A picture's rays, one per invocation, in bands of pieces.
 #import params
 #import kernel/ray
 
@@ -18,8 +18,20 @@ struct Pixel {
 const MISSED: f32 = -1.0;
 const LOST: f32 = -2.0;
 
-// For each workgroup of the whole picture, a triangle near those that its rays start over.
-@group(0) @binding(12) var<storage, read> hints: array<u32>;
+// What a workgroup traces: a piece of a tile, in steps of traced pixels.
+struct Piece {
+    left: u32,
+    top: u32,
+    width: u32,
+    height: u32,
+    // Where its first ray lies in `pixels`, and the next row's behind it.
+    first: u32,
+    stride: u32,
+    // A triangle near those that its rays start over.
+    hint: u32,
+}
+
+@group(0) @binding(12) var<storage, read> pieces: array<Piece>;
 @group(0) @binding(13) var<storage, read_write> pixels: array<Pixel>;
 
 // The unit vector through the middle of a pixel: `Camera::direction`.
@@ -35,24 +47,34 @@ fn direction(x: u32, y: u32) -> Wide3 {
     );
 }
 
+// Mesa's llvmpipe ends all loops of an invocation once they have taken 65,535 turns together, and does not tell: then this
+// one ends early too.
+fn are_loops_whole() -> bool {
+    var turns = params.zero;
+    while turns < 2u {
+        turns++;
+    }
+    return turns == 2u;
+}
+
 @compute @workgroup_size(8, 8)
-fn picture(@builtin(global_invocation_id) id: vec3u) {
-    let x = id.x;
-    let y = params.first_row + id.y;
-    if x >= params.width || y >= params.end_row {
+fn picture(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) id: vec3u) {
+    let piece = pieces[params.first_piece + group.x];
+    if id.x >= piece.width || id.y >= piece.height {
         return;
     }
-    let hint = hints[(y / 8u) * params.groups_across + x / 8u];
-    let traced = trace(Wide3(params.eye_hi, params.eye_lo), direction(x, y), hint);
+    let x = min((piece.left + id.x) * params.pixel_step, params.width - 1u);
+    let y = min((piece.top + id.y) * params.pixel_step, params.height - 1u);
+    let traced = trace(Wide3(params.eye_hi, params.eye_lo), direction(x, y), piece.hint);
     let light = traced.light;
     var error = light.error;
     if !traced.is_met {
         error = MISSED;
     }
-    if is_lost {
+    if is_lost || !are_loops_whole() {
         error = LOST;
     }
-    pixels[id.y * params.width + x] = Pixel(
+    pixels[piece.first + id.y * piece.stride + id.x] = Pixel(
         light.color.x,
         light.color.y,
         light.color.z,

@@ -50,6 +50,9 @@ struct Chord {
     exit: f32,
     // Whether a vertex has no value.
     is_void: bool,
+    // Gradients, where the scene is lit.
+    entry_gradient: vec3f,
+    exit_gradient: vec3f,
 }
 
 fn chord_over(values: vec3f, entry: vec2f, exit: vec2f) -> Chord {
@@ -57,11 +60,26 @@ fn chord_over(values: vec3f, entry: vec2f, exit: vec2f) -> Chord {
     let ab = values.y - a;
     let ac = values.z - a;
     let is_void = is_missing(values.x) || is_missing(values.y) || is_missing(values.z);
-    return Chord(a + (entry.x * ab + entry.y * ac), a + (exit.x * ab + exit.y * ac), is_void);
+    let none = vec3f(0.0);
+    return Chord(a + (entry.x * ab + entry.y * ac), a + (exit.x * ab + exit.y * ac), is_void, none, none);
+}
+
+// A chord's gradients, of those at the three vertices.
+fn chord_over_gradients(chord: ptr<function, Chord>, a: vec3f, b: vec3f, c: vec3f, entry: vec2f, exit: vec2f) {
+    let ab = b - a;
+    let ac = c - a;
+    (*chord).entry_gradient = a + (entry.x * ab + entry.y * ac);
+    (*chord).exit_gradient = a + (exit.x * ab + exit.y * ac);
 }
 
 fn chord_mix(a: Chord, b: Chord, w: f32) -> Chord {
-    return Chord(lerp(a.entry, b.entry, w), lerp(a.exit, b.exit, w), a.is_void || b.is_void);
+    return Chord(
+        lerp(a.entry, b.entry, w),
+        lerp(a.exit, b.exit, w),
+        a.is_void || b.is_void,
+        lerp3(a.entry_gradient, b.entry_gradient, w),
+        lerp3(a.exit_gradient, b.exit_gradient, w),
+    );
 }
 
 fn chord_at(chord: Chord, tau: f32) -> f32 {
@@ -69,6 +87,7 @@ fn chord_at(chord: Chord, tau: f32) -> f32 {
 }
 
 struct Station {
+    u: f32,
     tau: f32,
     rho: Wide,
     curvature: f32,

@@ -150,14 +150,20 @@ fn ray_line_at(line: RayLine, t: Wide) -> Point {
     return Point(line.b, t);
 }
 
-// Whether the line is inside the sphere of `radius` anywhere between the distances `from_` and `to`.
-fn ray_line_is_inside(line: RayLine, radius: Wide, from_: Wide, to: Wide) -> bool {
+// A place on a line, if there is one.
+struct Inside {
+    t: Wide,
+    is_there: bool,
+}
+
+fn ray_line_first_inside(line: RayLine, radius: Wide, from_: Wide, to: Wide) -> Inside {
     let half = half_chord_squared(radius, line.b);
     if half.hi <= 0.0 {
-        return false;
+        return Inside(from_, false);
     }
     let root = wide_sqrt(half);
-    return wide_less(wide_max(from_, wide_neg(root)), wide_min(to, root));
+    let first = wide_max(from_, wide_neg(root));
+    return Inside(first, wide_less(first, wide_min(to, root)));
 }
 
 fn ray_line_position(line: RayLine, t: Wide) -> Wide3 {

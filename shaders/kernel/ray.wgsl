@@ -1,10 +1,12 @@
-// Mirrors kernel/ray.rs for unlit scenes.
+// Mirrors kernel/ray.rs.
 //
 // `cross` of kernel/column.rs stands here, with what it visits: WGSL has no functions that are passed on. Each of `piece`,
 // `monotone` and `frustum` is called from one place only, since drivers inline every call.
 #import params
 #import kernel/column
 #import kernel/doubt
+#import kernel/lit
+#import gradients
 
 struct Ray {
     // The span of the transfer function that the ray is in, where that is known.
@@ -13,6 +15,8 @@ struct Ray {
     columns: u32,
     frusta: u32,
     void_frusta: u32,
+    // Where the scene is lit.
+    shading: RayShading,
 }
 
 // Light that comes along a ray, and what the ray met.
@@ -24,7 +28,10 @@ struct Traced {
 
 fn trace(eye: Wide3, dir: Wide3, hint: u32) -> Traced {
     var light = light_none();
-    var ray = Ray(0u, false, 0u, 0u, 0u);
+    var ray: Ray;
+    if IS_LIT {
+        ray.shading = shading_along(lighting, dir);
+    }
     let line = ray_line_new(eye, dir, shell_outer());
     if !line.is_there {
         return Traced(light, ray, false);
@@ -43,7 +50,7 @@ fn trace(eye: Wide3, dir: Wide3, hint: u32) -> Traced {
             if !is_in_gap {
                 gap = shell_gap(column.entry.rho);
             }
-            is_over = cross(&ray, &light, column, &gap);
+            is_over = cross(&ray, &light, line, column, &gap);
         }
         is_in_gap = !is_void;
     }
@@ -51,7 +58,13 @@ fn trace(eye: Wide3, dir: Wide3, hint: u32) -> Traced {
 }
 
 // Visits the gaps that the ray passes in `column`; true where the ray ends.
-fn cross(ray: ptr<function, Ray>, light: ptr<function, Light>, column: Column, gap: ptr<function, u32>) -> bool {
+fn cross(
+    ray: ptr<function, Ray>,
+    light: ptr<function, Light>,
+    line: RayLine,
+    column: Column,
+    gap: ptr<function, u32>,
+) -> bool {
     let top = params.layers;
     let entry = column.entry.rho;
     let exit = column.exit.rho;
@@ -59,14 +72,14 @@ fn cross(ray: ptr<function, Ray>, light: ptr<function, Light>, column: Column, g
     let rising = rise >= 0.0;
     let scale = select(0.0, 1.0 / rise, rise != 0.0);
     let length = wide_apart(column.exit.t, column.entry.t);
-    var a = Station(0.0, entry, 1.0 / entry.hi);
+    var a = Station(0.0, 0.0, entry, 1.0 / entry.hi);
     var near: Chord;
     var has_near = false;
     var is_first = true;
     loop {
         let behind = select(*gap, *gap - 1u, rising);
         let ahead = select(*gap - 1u, *gap, rising);
-        var b = Station(1.0, exit, 0.0);
+        var b = Station(1.0, 1.0, exit, 0.0);
         var passes = false;
         if ahead < top {
             let radius = shell_radius(ahead);
@@ -75,7 +88,7 @@ fn cross(ray: ptr<function, Ray>, light: ptr<function, Light>, column: Column, g
             if passes {
                 let u = clamp(wide_apart(radius, entry) * scale, 0.0, 1.0);
                 let curvature = shell[ahead].curvature;
-                b = Station(clamp(u * exit.hi * curvature, 0.0, 1.0), radius, curvature);
+                b = Station(u, clamp(u * exit.hi * curvature, 0.0, 1.0), radius, curvature);
             }
         }
         if *gap > 0u && *gap < top {
@@ -107,14 +120,18 @@ fn cross(ray: ptr<function, Ray>, light: ptr<function, Light>, column: Column, g
                 let kappa = (b.tau - a.tau) * ((slope_a - slope_b) + eps * slope_a);
                 let segment =
                     Segment(chord_at(at_a, a.tau), chord_at(at_b, b.tau), kappa, eps, length * part);
-                if frustum(ray, light, segment) {
+                var course: Course;
+                if IS_LIT {
+                    course = course_over(at_a, at_b, a.tau, b.tau, eps);
+                }
+                if frustum(ray, light, segment, course) {
                     return true;
                 }
             }
             near = far;
             has_near = true;
         } else {
-            if *gap == 0u && core(light) {
+            if *gap == 0u && core(ray, light, line, wide_add(column.entry.t, wide(a.u * length))) {
                 return true;
             }
             has_near = false;
@@ -135,23 +152,51 @@ fn chord(column: Column, layer: u32) -> Chord {
         samples_get(column.cells.y, layer),
         samples_get(column.cells.z, layer),
     );
-    return chord_over(values, column.entry.weight, column.exit.weight);
+    var chord = chord_over(values, column.entry.weight, column.exit.weight);
+    if IS_LIT {
+        chord_over_gradients(
+            &chord,
+            gradients_get(column.cells.x, layer),
+            gradients_get(column.cells.y, layer),
+            gradients_get(column.cells.z, layer),
+            column.entry.weight,
+            column.exit.weight,
+        );
+    }
+    return chord;
+}
+
+// The gradient from `a` to `b`, beside the value.
+fn course_over(at_a: Chord, at_b: Chord, tau_a: f32, tau_b: f32, eps: f32) -> Course {
+    let slope_a = at_a.exit_gradient - at_a.entry_gradient;
+    let slope_b = at_b.exit_gradient - at_b.entry_gradient;
+    return Course(
+        lerp3(at_a.entry_gradient, at_a.exit_gradient, tau_a),
+        lerp3(at_b.entry_gradient, at_b.exit_gradient, tau_b),
+        (tau_b - tau_a) * ((slope_a - slope_b) + eps * slope_a),
+        eps,
+    );
 }
 
 fn void_column(ray: ptr<function, Ray>, light: ptr<function, Light>, line: RayLine, column: Column) -> bool {
     (*ray).is_in_span = false;
-    return ray_line_is_inside(line, shell_inner(), column.entry.t, column.exit.t) && core(light);
+    let met = ray_line_first_inside(line, shell_inner(), column.entry.t, column.exit.t);
+    return met.is_there && core(ray, light, line, met.t);
 }
 
 // True where the core ends the ray.
-fn core(light: ptr<function, Light>) -> bool {
+fn core(ray: ptr<function, Ray>, light: ptr<function, Light>, line: RayLine, t: Wide) -> bool {
     if HAS_CORE {
-        light_over(light, light_plain(params.core, 1.0));
+        var body = 1.0;
+        if IS_LIT {
+            body = ray_shading_solid((*ray).shading, normalize(ray_line_position(line, t).hi));
+        }
+        light_over(light, light_plain(params.core * body, 1.0));
     }
     return HAS_CORE;
 }
 
-fn frustum(ray: ptr<function, Ray>, light: ptr<function, Light>, segment: Segment) -> bool {
+fn frustum(ray: ptr<function, Ray>, light: ptr<function, Light>, segment: Segment, course: Course) -> bool {
     (*ray).frusta++;
     let is_constant = segment.f0 == segment.f1 && segment.kappa == 0.0;
     var k = 0u;
@@ -170,11 +215,13 @@ fn frustum(ray: ptr<function, Ray>, light: ptr<function, Light>, segment: Segmen
     let end = vec2f(1.0, segment.f1);
     for (var i = 0u; i < select(1u, 2u, turn.is_there); i++) {
         var part = segment;
+        var range = vec2f(0.0, 1.0);
         if turn.is_there {
             let is_behind = i == 1u;
             part = segment_part(segment, select(start, middle, is_behind), select(middle, end, is_behind));
+            range = select(vec2f(0.0, turn.u), vec2f(turn.u, 1.0), is_behind);
         }
-        k = monotone(light, part, k, is_whole);
+        k = monotone(ray, light, part, k, course, range, is_whole);
     }
     (*ray).span = k;
     (*ray).is_in_span = true;
@@ -190,7 +237,15 @@ fn frustum(ray: ptr<function, Ray>, light: ptr<function, Light>, segment: Segmen
 }
 
 // `is_whole` segments stay in their span, and need not be monotone.
-fn monotone(light: ptr<function, Light>, segment: Segment, first: u32, is_whole: bool) -> u32 {
+fn monotone(
+    ray: ptr<function, Ray>,
+    light: ptr<function, Light>,
+    segment: Segment,
+    first: u32,
+    course: Course,
+    range: vec2f,
+    is_whole: bool,
+) -> u32 {
     var k = first;
     let f0 = segment.f0;
     let f1 = segment.f1;
@@ -198,6 +253,7 @@ fn monotone(light: ptr<function, Light>, segment: Segment, first: u32, is_whole:
     var doubt = doubt_new(segment, medium_at(spans[k], f0));
     let rising = f1 >= f0;
     var rest = segment;
+    var from_ = range.x;
     loop {
         let span = spans[k];
         let knot = select(span.low, span.high, rising);
@@ -206,6 +262,7 @@ fn monotone(light: ptr<function, Light>, segment: Segment, first: u32, is_whole:
         if !is_last {
             end = vec2f(segment_solve(rest, knot), knot);
         }
+        let to = lerp(from_, range.y, end.x);
         if end.x > 0.0 {
             let before = (*light).absorbed;
             let f = vec2f(rest.f0, end.y);
@@ -215,7 +272,7 @@ fn monotone(light: ptr<function, Light>, segment: Segment, first: u32, is_whole:
             }
             let is_between = rest.f0 != f0 && !is_last;
             let reach = select(segment_reach(segment), between(f), is_between);
-            piece(light, part, span, reach);
+            piece(ray, light, part, span, course, vec2f(from_, to), reach);
             if !is_inside {
                 let mean = medium_at(span, 0.5 * (f.x + f.y));
                 let change = span.steepest * abs(f.y - f.x);
@@ -230,17 +287,33 @@ fn monotone(light: ptr<function, Light>, segment: Segment, first: u32, is_whole:
             break;
         }
         rest = segment_part(rest, end, vec2f(1.0, f1));
+        from_ = to;
         k = select(k - 1u, k + 1u, rising);
     }
     return k;
 }
 
-fn piece(light: ptr<function, Light>, segment: Segment, span: Span, reach: f32) {
+fn piece(
+    ray: ptr<function, Ray>,
+    light: ptr<function, Light>,
+    segment: Segment,
+    span: Span,
+    course: Course,
+    range: vec2f,
+    reach: f32,
+) {
     let through = 1.0 - (*light).absorbed;
     if span.is_clear != 0u || through <= params.rest {
         return;
     }
-    light_over(light, integrate(segment, span, Allowance(params.share, params.rest, through, reach)));
+    let allowance = Allowance(params.share, params.rest, through, reach);
+    var behind: Light;
+    if IS_LIT {
+        behind = lit_light(Lit(allowance, (*ray).shading, span, course), segment, range, lighting.most_cuts);
+    } else {
+        behind = integrate(segment, span, allowance);
+    }
+    light_over(light, behind);
     let off = 0.5 * ROUNDING * (*light).absorbed;
     (*light).variance += off * off;
 }

@@ -12,6 +12,7 @@ struct Span {
     color_slope: vec3f,
     steepest: f32,
     is_clear: u32,
+    brightest: f32,
 }
 
 // A value at which the transfer function jumps, and the larger extinction of its two sides.

@@ -6,7 +6,7 @@ mod target;
 
 use crate::failure::Failure;
 use crate::input::{self, Input};
-use backend::{Backend, Drawer};
+use backend::{Backend, with_device};
 use icoray::output::{Existing, Stamp};
 use icoray::{Error, ErrorKind, Frame, Grid, Layers, Location, Renderer, Result, Scene};
 use icoray_netcdf::{FieldInfo, LayerHeights, MpasFile};
@@ -167,7 +167,7 @@ pub fn run(args: &Args, out: &mut impl Write) -> std::result::Result<(), Failure
         target::expect_error_map(map, args.time)?;
     }
     let scene = scene(args)?;
-    let renderer = Renderer::new(args.threads)?;
+    let (renderer, no_device) = with_device(Renderer::new(args.threads)?, args.backend);
     let start = Instant::now();
     let file = args.input.open()?;
     let info = file.field_info(&scene.field)?;
@@ -186,9 +186,16 @@ pub fn run(args: &Args, out: &mut impl Write) -> std::result::Result<(), Failure
     let mesh = file.mesh();
     let grid = renderer.run(|| mesh.grid())?;
     let heights = file.layer_heights()?;
-    let drawer = Drawer::new(args.backend, &renderer, &grid);
-    let job =
-        Job { scene: &scene, file: &file, info, layers: &heights.layers, drawer: &drawer, target: &target };
+    let job = Job {
+        scene: &scene,
+        file: &file,
+        info,
+        grid: &grid,
+        layers: &heights.layers,
+        renderer: &renderer,
+        no_device,
+        target: &target,
+    };
     let open_s = start.elapsed().as_secs_f64();
     for line in notes(info, &grid, &heights) {
         writeln!(out, "note      {line}")?;
@@ -251,8 +258,11 @@ struct Job<'a> {
     scene: &'a Scene,
     file: &'a MpasFile,
     info: &'a FieldInfo,
+    grid: &'a Grid<'a>,
     layers: &'a Layers,
-    drawer: &'a Drawer<'a>,
+    renderer: &'a Renderer,
+    /// Why there is no device although one was asked for.
+    no_device: Option<String>,
     target: &'a Target,
 }
 
@@ -262,7 +272,7 @@ impl Job<'_> {
         let start = Instant::now();
         let owned = self.file.read_field(&self.info.name, time)?;
         let read_s = start.elapsed().as_secs_f64();
-        let (frame, drawn_on) = self.drawer.render(self.scene, self.layers, &owned.field()?)?;
+        let frame = self.renderer.render(self.scene, self.grid, self.layers, &owned.field()?)?;
         let stamp = stamp(self.file, time);
         let date = stamp.date.as_deref().unwrap_or("no date");
         let path = self.target.path(&self.scene.output, &stamp, &self.scene.field)?;
@@ -292,7 +302,13 @@ impl Job<'_> {
             report.prepare_s,
             report.render_s,
         );
-        let drawn_on = drawn_on.map_or_else(String::new, |on| format!("\ndrawn on  {on}"));
+        let reason = self.no_device.as_ref().or(report.left_to_cpu.as_ref());
+        let drawn_on = match (&report.device, reason) {
+            (None, None) => String::new(),
+            (Some(device), None) => format!("\ndrawn on  {device}"),
+            (None, Some(reason)) => format!("\ndrawn on  the CPU: {reason}"),
+            (Some(device), Some(reason)) => format!("\ndrawn on  {device}, some of it the CPU: {reason}"),
+        };
         let (threads, left_out) = (report.threads, report.left_out.join("; "));
         let after = format!(" ({threads} threads){drawn_on}\nleft out  {left_out}");
         Ok((frame, stamp, Said(before, after)))

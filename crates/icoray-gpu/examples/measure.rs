@@ -3,9 +3,11 @@
 //! `cargo run --release -p icoray-gpu --example measure -- [LEVEL [LAYERS [SIDE [GPU.png]]]]`: a sphere of LEVEL bisections,
 //! 6 unless told, with LAYERS layers (20), in a picture of SIDE² pixels (512).
 
+use icoray::device::Device;
 use icoray::{Field, Grid, IcosahedralMesh, Layers, Location, Renderer, Scene, Shape};
-use icoray_gpu::{Choice, Gpu, Outcome};
+use icoray_gpu::{Choice, Gpu};
 use std::error::Error;
+use std::sync::Arc;
 use std::time::Instant;
 
 const TRANSFERS: [(&str, &str); 3] = [
@@ -31,13 +33,12 @@ fn main() -> Result<(), Box<dyn Error>> {
     let shape = Shape::level_fastest(grid.cells(), count);
     let field = Field::new(values.as_slice().into(), shape, Location::Center, None)?;
     let renderer = Renderer::new(0)?;
-    let gpu = Gpu::new(&Choice::Any)?;
-    let start = Instant::now();
-    let mesh = gpu.mesh(&grid)?;
-    println!("{}; grid uploaded in {:.3} s", gpu.name(), start.elapsed().as_secs_f64());
+    let gpu: Arc<dyn Device> = Arc::new(Gpu::new(&Choice::Any)?);
+    let with_gpu = Renderer::new(0)?.with_device(Arc::clone(&gpu));
+    println!("{}", gpu.name());
     println!("{} cells x {count} layers, {side} x {side}; seconds", grid.cells());
     println!(
-        "| scene | frusta | GPU first | GPU prepare | GPU render | CPU render, {} threads | RMSE | max |",
+        "| scene | frusta | GPU first | GPU upload | GPU render | CPU render, {} threads | RMSE | max |",
         renderer.threads()
     );
     println!("|---|---|---|---|---|---|---|---|");
@@ -46,11 +47,14 @@ fn main() -> Result<(), Box<dyn Error>> {
             "field = \"f\"\n[image]\nwidth = {side}\nheight = {side}\n[camera]\nlon = 30\nlat = 25\ndistance = 3.2\nfov = 45\n\
              [transfer]\nmap = \"viridis\"\nrange = [-1, 1]\nopacity = {opacity}\n"
         ))?;
-        let draw = || match gpu.render(&renderer, &scene, &mesh, &layers, &field)? {
-            Outcome::Drawn(frame) => Ok::<_, Box<dyn Error>>(*frame),
-            Outcome::Left(reason) => Err(reason.into()),
+        let draw = || {
+            let frame = with_gpu.render(&scene, &grid, &layers, &field)?;
+            match frame.report.left_to_cpu.clone() {
+                None => Ok::<_, Box<dyn Error>>(frame),
+                Some(reason) => Err(reason.into()),
+            }
         };
-        // The first frame compiles the shader.
+        // The first frame uploads the grid and compiles the shader.
         let start = Instant::now();
         draw()?;
         let first_s = start.elapsed().as_secs_f64();
@@ -63,7 +67,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         println!(
             "| {name} | {} | {first_s:.3} | {:.3} | {:.3} | {:.3} | {rmse:.1e} | {:.1e} |",
             ours.report.counts.frusta,
-            ours.report.prepare_s,
+            ours.report.upload_s,
             ours.report.render_s,
             theirs.report.render_s,
             off.iter().copied().fold(0.0, f64::max),

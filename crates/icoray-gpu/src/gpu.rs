@@ -1,10 +1,12 @@
 //! The device: which one, and what goes wrong on it.
 
+use crate::light;
+use crate::mesh::Meshes;
+use crate::scene::{Picture, Variant};
+use icoray::device::Reason;
 use std::collections::HashMap;
 use std::fmt;
 use std::sync::{Arc, Mutex, PoisonError};
-
-use crate::scene::Variant;
 
 /// Which adapter to draw on.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
@@ -18,21 +20,9 @@ pub enum Choice {
     Name(String),
 }
 
-/// Why something is not drawn on the GPU, in words.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Reason(pub(crate) String);
-
-impl fmt::Display for Reason {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(&self.0)
-    }
-}
-
-impl std::error::Error for Reason {}
-
 /// Shorthand of this crate's.
 pub(crate) fn because<T>(reason: impl Into<String>) -> Result<T, Reason> {
-    Err(Reason(reason.into()))
+    Err(Reason::new(reason))
 }
 
 /// What a device has complained of and nobody has looked at, first come.
@@ -57,7 +47,11 @@ pub struct Gpu {
     pub(crate) queue: wgpu::Queue,
     pub(crate) limits: wgpu::Limits,
     pub(crate) bindings: wgpu::BindGroupLayout,
+    pub(crate) light: light::Bindings,
     pub(crate) pipelines: Mutex<HashMap<Variant, wgpu::ComputePipeline>>,
+    pub(crate) meshes: Meshes,
+    /// The last one.
+    pub(crate) picture: Mutex<Option<Arc<Picture>>>,
     trouble: Trouble,
 }
 
@@ -107,7 +101,8 @@ impl Gpu {
 
     fn open(adapter: &wgpu::Adapter) -> Result<Self, Reason> {
         let (info, limits) = (adapter.get_info(), adapter.limits());
-        let needed = BINDINGS.len() as u32 - 1;
+        // The gradients are one more.
+        let needed = BINDINGS.len() as u32;
         if limits.max_storage_buffers_per_shader_stage < needed {
             let has = limits.max_storage_buffers_per_shader_stage;
             return because(format!(
@@ -124,7 +119,7 @@ impl Gpu {
             ..wgpu::DeviceDescriptor::default()
         };
         let opened = pollster::block_on(adapter.request_device(&descriptor));
-        let (device, queue) = opened.map_err(|e| Reason(format!("{}: {e}", info.name)))?;
+        let (device, queue) = opened.map_err(|e| Reason::new(format!("{}: {e}", info.name)))?;
         let trouble = Trouble::default();
         let (error, loss) = (trouble.clone(), trouble.clone());
         device.on_uncaptured_error(Arc::new(move |e: wgpu::Error| error.put(e.to_string())));
@@ -145,13 +140,25 @@ impl Gpu {
             .collect();
         let layout = wgpu::BindGroupLayoutDescriptor { label: Some("icoray"), entries: &entries };
         let bindings = device.create_bind_group_layout(&layout);
-        let gpu = Gpu { info, device, queue, limits, bindings, pipelines: Mutex::default(), trouble };
+        let light = light::Bindings::new(&device);
+        let gpu = Gpu {
+            info,
+            device,
+            queue,
+            limits,
+            bindings,
+            light,
+            pipelines: Mutex::default(),
+            meshes: Meshes::default(),
+            picture: Mutex::default(),
+            trouble,
+        };
         gpu.untroubled()?;
         Ok(gpu)
     }
 
     /// The device's name and driver.
-    pub fn name(&self) -> String {
+    pub(crate) fn described(&self) -> String {
         let wgpu::AdapterInfo { name, driver, driver_info, .. } = &self.info;
         format!("{name} ({driver} {driver_info})")
     }
@@ -208,5 +215,21 @@ impl Gpu {
         self.queue.write_buffer(&buffer, 0, bytemuck::cast_slice(elements));
         self.untroubled()?;
         Ok(buffer)
+    }
+
+    /// Waits for the device and takes what it wrote to a buffer.
+    pub(crate) fn read<R>(&self, buffer: &wgpu::Buffer, take: impl FnOnce(&[u8]) -> R) -> Result<R, Reason> {
+        let failed = |e: &dyn fmt::Display| Reason::new(format!("reading from {}: {e}", self.info.name));
+        let (told, hear) = std::sync::mpsc::channel();
+        buffer.map_async(wgpu::MapMode::Read, .., move |is| drop(told.send(is)));
+        let waited = self.device.poll(wgpu::PollType::wait_indefinitely());
+        self.untroubled()?;
+        waited.map_err(|e| failed(&e))?;
+        hear.recv().map_err(|e| failed(&e))?.map_err(|e| failed(&e))?;
+        let view = buffer.get_mapped_range(..).map_err(|e| failed(&e))?;
+        let taken = take(&view);
+        drop(view);
+        buffer.unmap();
+        Ok(taken)
     }
 }

@@ -24,9 +24,9 @@ pub struct Params {
     pub eye_lo: [f32; 3],
     pub height: u32,
     pub forward_hi: [f32; 3],
-    pub first_row: u32,
+    pub first_piece: u32,
     pub forward_lo: [f32; 3],
-    pub end_row: u32,
+    pub pixel_step: u32,
     pub right_hi: [f32; 3],
     pub half_pixel_hi: f32,
     pub right_lo: [f32; 3],
@@ -47,8 +47,8 @@ pub struct Params {
     pub share: f32,
     pub rest: f32,
     pub brightest: f32,
-    pub groups_across: u32,
     pub start: u32,
+    pub padding: u32,
 }
 
 /// See `shaders/kernel/transfer.wgsl`.
@@ -65,7 +65,8 @@ pub struct Span {
     pub color_slope: [f32; 3],
     pub steepest: f32,
     pub is_clear: u32,
-    pub padding: [u32; 3],
+    pub brightest: f32,
+    pub padding: [u32; 2],
 }
 
 impl From<&icoray::device::Span> for Span {
@@ -82,7 +83,8 @@ impl From<&icoray::device::Span> for Span {
             color_slope: span.color_slope.map(finite),
             steepest: finite(span.steepest),
             is_clear: u32::from(span.is_clear),
-            padding: [0; 3],
+            brightest: span.brightest,
+            padding: [0; 2],
         }
     }
 }
@@ -107,6 +109,39 @@ pub struct ShellLayer {
     pub inverse: f32,
 }
 
+/// See `shaders/kernel/shade.wgsl`.
+#[allow(missing_docs)]
+#[derive(Debug, Clone, Copy, Default, Pod, Zeroable)]
+#[repr(C)]
+pub struct Shading {
+    pub light_hi: [f32; 3],
+    pub ambient: f32,
+    pub light_lo: [f32; 3],
+    pub diffuse: f32,
+    pub specular: f32,
+    pub shininess: f32,
+    pub sharpness: f32,
+    pub blind: f32,
+    pub dull: f32,
+    pub is_headlight: u32,
+    pub most_cuts: u32,
+    pub padding: u32,
+}
+
+/// See `shaders/picture.wgsl`.
+#[allow(missing_docs)]
+#[derive(Debug, Clone, Copy, Default, Pod, Zeroable)]
+#[repr(C)]
+pub struct Piece {
+    pub left: u32,
+    pub top: u32,
+    pub width: u32,
+    pub height: u32,
+    pub first: u32,
+    pub stride: u32,
+    pub hint: u32,
+}
+
 /// See `shaders/picture.wgsl`.
 #[allow(missing_docs)]
 #[derive(Debug, Clone, Copy, Default, Pod, Zeroable)]
@@ -125,7 +160,7 @@ pub struct Pixel {
 
 impl Pixel {
     /// The error of a ray that missed the shell.
-    pub const MISSED: f32 = -1.0;
+    pub const MISSED: f32 = icoray::device::Traced::MISSED;
     /// The error of a ray that lost its way.
     pub const LOST: f32 = -2.0;
 }

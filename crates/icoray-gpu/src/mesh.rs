@@ -1,27 +1,48 @@
 //! A grid on the device: its tables as they are, in 32 bits, uploaded once.
 
-use crate::gpu::{Gpu, Reason};
+use crate::gpu::Gpu;
 use crate::layout::halves;
-use icoray::device::Tables;
+use icoray::device::{Reason, Tables};
 use icoray::{Grid, Indices};
 use std::borrow::Cow;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
 
-/// A grid whose tables are on a device.
+/// A grid's tables on a device.
 #[derive(Debug)]
-pub struct Mesh<'g> {
-    pub(crate) grid: &'g Grid<'g>,
-    pub(crate) start: u32,
-    pub(crate) rim_sides: u32,
+pub(crate) struct Mesh {
+    pub start: u32,
+    pub rim_sides: u32,
     /// Bindings 1 to 7.
-    pub(crate) buffers: [wgpu::Buffer; 7],
+    pub buffers: [wgpu::Buffer; 7],
+}
+
+/// The grids whose tables are on a device, as long as they live.
+#[derive(Debug, Default)]
+pub(crate) struct Meshes(Mutex<Vec<(Weak<()>, Arc<Mesh>)>>);
+
+impl Meshes {
+    fn known(&self) -> MutexGuard<'_, Vec<(Weak<()>, Arc<Mesh>)>> {
+        let mut known = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        known.retain(|(life, _)| life.strong_count() > 0);
+        known
+    }
 }
 
 impl Gpu {
-    /// Uploads the tables of `grid`.
-    ///
-    /// # Errors
-    /// A [`Reason`] where the device has no room for them.
-    pub fn mesh<'g>(&self, grid: &'g Grid<'g>) -> Result<Mesh<'g>, Reason> {
+    /// The tables of `grid`, and how many bytes were uploaded for it: none where they are there.
+    pub(crate) fn mesh(&self, grid: &Grid) -> Result<(Arc<Mesh>, u64), Reason> {
+        let life = grid.life();
+        let found = self.meshes.known().iter().find(|(known, _)| known.ptr_eq(&life)).cloned();
+        if let Some((_, mesh)) = found {
+            return Ok((mesh, 0));
+        }
+        let mesh = Arc::new(self.upload_mesh(grid)?);
+        let bytes = mesh.buffers.iter().map(wgpu::Buffer::size).sum();
+        self.meshes.known().push((life, Arc::clone(&mesh)));
+        Ok((mesh, bytes))
+    }
+
+    fn upload_mesh(&self, grid: &Grid) -> Result<Mesh, Reason> {
         let tables = Tables::of(grid);
         let split = |direction: &[f64; 3]| {
             let [x, y, z] = direction.map(halves);
@@ -40,7 +61,7 @@ impl Gpu {
             self.upload("void triangles", &tables.void)?,
             self.upload("sides of rims", &tables.rim)?,
         ];
-        Ok(Mesh { grid, start: tables.start, rim_sides: tables.rim.len() as u32, buffers })
+        Ok(Mesh { start: tables.start, rim_sides: tables.rim.len() as u32, buffers })
     }
 }
 

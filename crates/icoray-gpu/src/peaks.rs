@@ -1,8 +1,9 @@
 //! What a device can do at most, measured: what frames are held against.
 
-use crate::gpu::{Gpu, Reason};
+use crate::gpu::Gpu;
 use crate::shader;
 use crate::times::Times;
+use icoray::device::Reason;
 use std::time::Instant;
 use wgpu::BufferUsages;
 
@@ -132,7 +133,7 @@ impl Gpu {
         self.untroubled()?;
         let mut least = f64::INFINITY;
         for run in 0..RUNS {
-            let mut times = Times::new(self, 1)?;
+            let times = Times::new(self, 1)?;
             let mut encoder = self.device.create_command_encoder(&Default::default());
             let mut pass = encoder.begin_compute_pass(&times.pass());
             pass.set_pipeline(&pipeline);
@@ -156,7 +157,7 @@ impl Gpu {
         self.queue.submit([encoder.finish()]);
         let waited = self.device.poll(wgpu::PollType::wait_indefinitely());
         self.untroubled()?;
-        waited.map(drop).map_err(|e| Reason(format!("waiting for {}: {e}", self.name())))
+        waited.map(drop).map_err(|e| Reason::new(format!("waiting for {}: {e}", self.described())))
     }
 }
 

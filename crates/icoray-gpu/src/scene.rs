@@ -1,13 +1,14 @@
 //! A scene on the device: its numbers, its variant of the shader, and the field.
 
-use crate::gpu::{Gpu, Reason, because};
-use crate::layout::{Params, ShellLayer, Span, Step, halves, halves3};
+use crate::gpu::{Gpu, because};
+use crate::layout::{Params, Piece, ShellLayer, Span, Step, halves, halves3};
+use crate::light;
 use crate::mesh::Mesh;
 use crate::shader;
-use icoray::device::{Allowed, Job, locate};
-use icoray::{Grid, Method, Precision, Scene};
+use icoray::device::{Allowed, Job, Reason, Rect, locate};
+use icoray::{Lights, Method};
 use rayon::prelude::*;
-use std::sync::PoisonError;
+use std::sync::{Arc, PoisonError};
 
 /// Pixels along a workgroup's sides.
 pub(crate) const GROUP: u32 = 8;
@@ -19,29 +20,53 @@ pub(crate) struct Variant {
     has_core: bool,
     has_void: bool,
     has_steps: bool,
+    is_lit: bool,
 }
 
-/// Why `scene` is none for this crate, if it is not.
-pub(crate) fn suits(scene: &Scene) -> Result<(), Reason> {
-    if scene.lighting.is_some() {
-        return because("the scene is lit, which is drawn on the CPU so far");
+/// What the rays of a picture read on the device, whatever their tiles.
+#[derive(Debug)]
+pub(crate) struct Picture {
+    number: u64,
+    pub mesh: Arc<Mesh>,
+    /// Bindings 8, 9 and 11.
+    pub tables: [wgpu::Buffer; 3],
+    /// Binding 10.
+    pub field: wgpu::Buffer,
+    /// Of lit pictures.
+    pub gradients: Option<wgpu::Buffer>,
+}
+
+impl Gpu {
+    /// The picture of `job`, and how many bytes were uploaded for it: none where it is there. Nothing is locked while it is
+    /// prepared: the pool's thread that waits for others may meet another picture.
+    pub(crate) fn picture(&self, job: &Job) -> Result<(Arc<Picture>, u64), Reason> {
+        let last = || self.picture.lock().unwrap_or_else(PoisonError::into_inner);
+        // Another picture's memory goes before this one's comes.
+        let before = last().take().filter(|picture| picture.number == job.number());
+        if let Some(picture) = before {
+            *last() = Some(Arc::clone(&picture));
+            return Ok((picture, 0));
+        }
+        let (mesh, mesh_bytes) = self.mesh(job.grid())?;
+        let (tables, field) = (tables(self, job)?, field(self, job)?);
+        let (gradients, light_bytes) = light::gradients(self, job)?;
+        let bytes =
+            mesh_bytes + field.size() + light_bytes + tables.iter().map(wgpu::Buffer::size).sum::<u64>();
+        let picture = Arc::new(Picture { number: job.number(), mesh, tables, field, gradients });
+        *last() = Some(Arc::clone(&picture));
+        Ok((picture, bytes))
     }
-    if scene.precision == Precision::F64 {
-        return because("the scene asks for precision = \"f64\", which the GPU's kernel has not");
-    }
-    if scene.time_budget_ms.is_some() {
-        return because("the scene has a time budget, which is kept by measuring the CPU");
-    }
-    Ok(())
 }
 
 impl Variant {
-    pub fn of(scene: &Scene, mesh: &Mesh, job: &Job) -> Self {
+    pub fn of(job: &Job) -> Self {
+        let scene = job.scene();
         Variant {
             is_exact: scene.method == Method::Exact,
             has_core: scene.core.is_some(),
-            has_void: mesh.grid.void_triangles() > 0,
+            has_void: job.grid().void_triangles() > 0,
             has_steps: !job.steps().is_empty(),
+            is_lit: job.quality().lights != Lights::Off,
         }
     }
 
@@ -57,7 +82,7 @@ impl Variant {
         });
         let layout = gpu.device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
             label: Some("picture"),
-            bind_group_layouts: &[Some(&gpu.bindings)],
+            bind_group_layouts: &[Some(&gpu.bindings), Some(&gpu.light.layout)],
             immediate_size: 0,
         });
         let number = |is: bool| f64::from(u8::from(is));
@@ -72,6 +97,7 @@ impl Variant {
                     ("HAS_CORE", number(self.has_core)),
                     ("HAS_VOID", number(self.has_void)),
                     ("HAS_STEPS", number(self.has_steps)),
+                    ("IS_LIT", number(self.is_lit)),
                 ],
                 ..Default::default()
             },
@@ -83,13 +109,14 @@ impl Variant {
     }
 }
 
-/// The numbers that all rays share, but for the rows of a dispatch.
-pub(crate) fn params(scene: &Scene, mesh: &Mesh, job: &Job) -> Params {
+/// The numbers that all rays share, but for the pieces of a dispatch.
+pub(crate) fn params(job: &Job, mesh: &Mesh) -> Params {
+    let (scene, grid) = (job.scene(), job.grid());
     let ([forward, right, up], half_height) = scene.camera.frame();
     let [[eye_hi, eye_lo], [forward_hi, forward_lo], [right_hi, right_lo], [up_hi, up_lo]] =
         [scene.camera.eye(), forward, right, up].map(halves3);
     let [half_pixel_hi, half_pixel_lo] = halves(half_height / f64::from(scene.height));
-    let triangles = mesh.grid.triangles() + mesh.grid.void_triangles();
+    let triangles = grid.triangles() + grid.void_triangles();
     let (columns, layers, is_level_fastest) = job.order();
     let (column_stride, layer_stride) = if is_level_fastest { (layers, 1) } else { (1, columns) };
     let Allowed { share, rest, brightest } = job.allowed();
@@ -106,12 +133,13 @@ pub(crate) fn params(scene: &Scene, mesh: &Mesh, job: &Job) -> Params {
         half_pixel_lo,
         up_hi,
         up_lo,
+        pixel_step: job.quality().pixel_step,
         // A great circle passes some 3 times the root of them, on refined meshes and over slivers more.
         most_steps: 1000 + 40 * triangles.isqrt() as u32,
         core: scene.core.unwrap_or_default().map(|c| c as f32),
         layers: layers as u32,
-        index_base: mesh.grid.tables().index_base,
-        triangles: mesh.grid.triangles() as u32,
+        index_base: grid.tables().index_base,
+        triangles: grid.triangles() as u32,
         rim_sides: mesh.rim_sides,
         spans: job.spans().len() as u32,
         steps: job.steps().len() as u32,
@@ -120,14 +148,13 @@ pub(crate) fn params(scene: &Scene, mesh: &Mesh, job: &Job) -> Params {
         share,
         rest,
         brightest,
-        groups_across: scene.width.div_ceil(GROUP),
         start: mesh.start,
         ..Params::default()
     }
 }
 
-/// The transfer function, its steps and the shell: bindings 8, 9 and 11.
-pub(crate) fn tables(gpu: &Gpu, job: &Job) -> Result<[wgpu::Buffer; 3], Reason> {
+/// The transfer function, its steps and the shell.
+fn tables(gpu: &Gpu, job: &Job) -> Result<[wgpu::Buffer; 3], Reason> {
     let spans: Vec<Span> = job.spans().iter().map(Span::from).collect();
     let step = |[value, extinction]: [f32; 2]| Step { value, extinction: extinction.min(1e37) };
     let steps: Vec<Step> = job.steps().into_iter().map(step).collect();
@@ -144,12 +171,12 @@ pub(crate) fn tables(gpu: &Gpu, job: &Job) -> Result<[wgpu::Buffer; 3], Reason> 
 /// Values that are normalised at a time: a piece that a processor's cache holds.
 const PIECE: usize = 1 << 18;
 
-/// The field, normalised on the way: binding 10. Each value is read from the model's array and written where the device takes
+/// The field, normalised on the way. Each value is read from the model's array and written where the device takes
 /// it from, so that the host never has a second field.
 ///
 /// Normalised here, in f64, and not in the shader: it is done once per value instead of once per read, and gives the bits
 /// that the CPU's kernel has.
-pub(crate) fn field(gpu: &Gpu, job: &Job) -> Result<wgpu::Buffer, Reason> {
+fn field(gpu: &Gpu, job: &Job) -> Result<wgpu::Buffer, Reason> {
     let (columns, layers, _) = job.order();
     let count = columns * layers;
     if u32::try_from(count).is_err() {
@@ -176,24 +203,42 @@ pub(crate) fn field(gpu: &Gpu, job: &Job) -> Result<wgpu::Buffer, Reason> {
     Ok(buffer)
 }
 
-/// For each workgroup the triangle that the ray through its middle first lies over: binding 12.
-pub(crate) fn hints(scene: &Scene, grid: &Grid, outer: f64) -> Vec<u32> {
-    let [across, down] = [scene.width, scene.height].map(|side| side.div_ceil(GROUP));
-    let eye = glam::DVec3::from_array(scene.camera.eye());
-    let row = |y: u32| {
+/// Tiles that a thread looks at in one go, each from where the one before was.
+const RUN: usize = 16;
+
+/// The pieces of each tile: what a workgroup traces, and the triangle that the ray through its middle first lies over. Places of
+/// rays are counted from the tile's first.
+pub(crate) fn pieces(job: &Job, tiles: &[Rect]) -> Vec<Vec<Piece>> {
+    let run = |tiles: &[Rect]| {
         let mut hint = 0;
-        (0..across).map(move |x| {
-            let middle = |group: u32, side: u32| (group * GROUP + GROUP / 2).min(side - 1);
-            let (x, y) = (middle(x, scene.width), middle(y, scene.height));
-            let dir = glam::DVec3::from_array(scene.camera.direction(x, y, scene.width, scene.height));
-            // Where it enters the shell, or comes closest: there neighbours may enter.
-            let closest = -eye.dot(dir);
-            let b = (eye + closest * dir).length();
-            let half = ((outer - b) * (outer + b)).max(0.0).sqrt();
-            let place = eye + (closest - half).max(0.0) * dir;
-            hint = locate(grid, hint, place.try_normalize().unwrap_or(dir).to_array());
-            hint
-        })
+        tiles.iter().map(|tile| pieces_of(job, tile, &mut hint)).collect::<Vec<_>>()
     };
-    (0..down).into_par_iter().flat_map_iter(row).collect()
+    tiles.par_chunks(RUN).flat_map_iter(run).collect()
+}
+
+fn pieces_of(job: &Job, tile: &Rect, hint: &mut u32) -> Vec<Piece> {
+    let group = GROUP as usize;
+    let places =
+        (0..tile.height).step_by(group).flat_map(|y| (0..tile.width).step_by(group).map(move |x| (x, y)));
+    let piece = |(x, y): (u32, u32)| {
+        let (width, height) = ((tile.width - x).min(GROUP), (tile.height - y).min(GROUP));
+        let (left, top) = (tile.left + x, tile.top + y);
+        *hint = first_triangle(job, [left + width / 2, top + height / 2], *hint);
+        Piece { left, top, width, height, first: y * tile.width + x, stride: tile.width, hint: *hint }
+    };
+    places.map(piece).collect()
+}
+
+/// The triangle over which the ray through a traced pixel enters the shell, or comes closest: there neighbours may enter.
+fn first_triangle(job: &Job, node: [u32; 2], from: u32) -> u32 {
+    let (scene, radius) = (job.scene(), job.radius());
+    let (outer, step) = (radius[radius.len() - 1], job.quality().pixel_step);
+    let (x, y) = ((node[0] * step).min(scene.width - 1), (node[1] * step).min(scene.height - 1));
+    let eye = glam::DVec3::from_array(scene.camera.eye());
+    let dir = glam::DVec3::from_array(scene.camera.direction(x, y, scene.width, scene.height));
+    let closest = -eye.dot(dir);
+    let b = (eye + closest * dir).length();
+    let half = ((outer - b) * (outer + b)).max(0.0).sqrt();
+    let place = eye + (closest - half).max(0.0) * dir;
+    locate(job.grid(), from, place.try_normalize().unwrap_or(dir).to_array())
 }

@@ -4,18 +4,21 @@
 //! needed: WGSL does not mind the order of declarations.
 
 /// Every file in `shaders/`, by its name there.
-pub const SOURCES: [(&str, &str); 16] = [
+pub const SOURCES: [(&str, &str); 19] = [
+    ("gradients", include_str!("../../../shaders/gradients.wgsl")),
     ("grid", include_str!("../../../shaders/grid.wgsl")),
     ("params", include_str!("../../../shaders/params.wgsl")),
     ("picture", include_str!("../../../shaders/picture.wgsl")),
     ("kernel/column", include_str!("../../../shaders/kernel/column.wgsl")),
     ("kernel/doubt", include_str!("../../../shaders/kernel/doubt.wgsl")),
+    ("kernel/lit", include_str!("../../../shaders/kernel/lit.wgsl")),
     ("kernel/piece", include_str!("../../../shaders/kernel/piece.wgsl")),
     ("kernel/plane", include_str!("../../../shaders/kernel/plane.wgsl")),
     ("kernel/ray", include_str!("../../../shaders/kernel/ray.wgsl")),
     ("kernel/real", include_str!("../../../shaders/kernel/real.wgsl")),
     ("kernel/sample", include_str!("../../../shaders/kernel/sample.wgsl")),
     ("kernel/segment", include_str!("../../../shaders/kernel/segment.wgsl")),
+    ("kernel/shade", include_str!("../../../shaders/kernel/shade.wgsl")),
     ("kernel/transfer", include_str!("../../../shaders/kernel/transfer.wgsl")),
     ("kernel/walk", include_str!("../../../shaders/kernel/walk.wgsl")),
     ("kernel/wide", include_str!("../../../shaders/kernel/wide.wgsl")),

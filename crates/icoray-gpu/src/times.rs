@@ -1,6 +1,8 @@
 //! Seconds on the device by its own clock: timestamps before and behind each compute pass, summed.
 
-use crate::gpu::{Gpu, Reason};
+use crate::gpu::Gpu;
+use icoray::device::Reason;
+use std::cell::Cell;
 use wgpu::{BufferUsages, QUERY_RESOLVE_BUFFER_ALIGNMENT, QUERY_SET_MAX_QUERIES};
 
 /// A pair of timestamps.
@@ -10,7 +12,7 @@ const PAIR: u64 = 2 * wgpu::QUERY_SIZE as u64;
 #[derive(Debug)]
 pub(crate) struct Times {
     kept: Option<Kept>,
-    passes: u32,
+    passes: Cell<u32>,
 }
 
 #[derive(Debug)]
@@ -26,7 +28,7 @@ impl Times {
         let is_kept = gpu.device.features().contains(wgpu::Features::TIMESTAMP_QUERY)
             && (1..=QUERY_SET_MAX_QUERIES as usize / 2).contains(&most);
         if !is_kept {
-            return Ok(Times { kept: None, passes: 0 });
+            return Ok(Times { kept: None, passes: Cell::new(0) });
         }
         let queries = gpu.device.create_query_set(&wgpu::QuerySetDescriptor {
             label: Some("times"),
@@ -38,12 +40,12 @@ impl Times {
         let resolved = gpu.buffer("times", apart, BufferUsages::QUERY_RESOLVE | BufferUsages::COPY_SRC)?;
         let usage = BufferUsages::MAP_READ | BufferUsages::COPY_DST;
         let read = gpu.buffer("times read", most * PAIR as usize, usage)?;
-        Ok(Times { kept: Some(Kept { queries, resolved, read }), passes: 0 })
+        Ok(Times { kept: Some(Kept { queries, resolved, read }), passes: Cell::new(0) })
     }
 
     /// The next pass, as it is to be begun.
     pub fn pass(&self) -> wgpu::ComputePassDescriptor<'_> {
-        let first = 2 * self.passes;
+        let first = 2 * self.passes.get();
         let timestamp_writes = self.kept.as_ref().map(|kept| wgpu::ComputePassTimestampWrites {
             query_set: &kept.queries,
             beginning_of_pass_write_index: Some(first),
@@ -53,20 +55,20 @@ impl Times {
     }
 
     /// Behind the pass, in the same encoder.
-    pub fn resolve(&mut self, encoder: &mut wgpu::CommandEncoder) {
+    pub fn resolve(&self, encoder: &mut wgpu::CommandEncoder) {
         if let Some(Kept { queries, resolved, read }) = &self.kept {
-            let (i, first) = (u64::from(self.passes), 2 * self.passes);
+            let (i, first) = (u64::from(self.passes.get()), 2 * self.passes.get());
             let from = i * QUERY_RESOLVE_BUFFER_ALIGNMENT;
             encoder.resolve_query_set(queries, first..first + 2, resolved, from);
             encoder.copy_buffer_to_buffer(resolved, from, read, i * PAIR, PAIR);
         }
-        self.passes += 1;
+        self.passes.set(self.passes.get() + 1);
     }
 
     /// Waits for the passes, and gives the seconds that they took together.
     pub fn seconds(self, gpu: &Gpu) -> Result<Option<f64>, Reason> {
         let Some(kept) = self.kept else { return Ok(None) };
-        let bytes = self.passes as usize * PAIR as usize;
+        let bytes = self.passes.get() as usize * PAIR as usize;
         let ticks = gpu.read(&kept.read, |read| {
             let pairs: &[[u64; 2]] = bytemuck::cast_slice(&read[..bytes]);
             pairs.iter().map(|[start, end]| end.saturating_sub(*start)).sum::<u64>()

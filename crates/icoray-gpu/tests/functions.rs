@@ -4,13 +4,7 @@ use icoray::Method;
 use icoray::device::{Span, mirror};
 
 mod dispatch;
-use dispatch::Device;
-
-/// Last digits of f32 between two numbers, counted at the size of `size` or of the numbers, whichever is larger.
-fn ulps(a: f32, b: f32, size: f32) -> f64 {
-    let unit = f64::from(a.abs().max(b.abs()).max(size)) * f64::from(f32::EPSILON);
-    if a == b { 0.0 } else { (f64::from(a) - f64::from(b)).abs() / unit.max(1e-38) }
-}
+use dispatch::{Device, ulps};
 
 /// Segments: f0, f1, kappa, eps, length.
 fn segments() -> Vec<[f32; 5]> {
@@ -135,6 +129,7 @@ fn integrals_of_pieces() {
         color: [0.1, 0.5, 0.9],
         color_slope: [slope, -0.2 * slope, 0.0],
         steepest: slope.abs(),
+        brightest: 0.9,
         is_clear: false,
     };
     let spans = [
@@ -148,7 +143,7 @@ fn integrals_of_pieces() {
     let body = "let at = 17u * i;
         let slope = inputs[at + 7u];
         let span = Span(-3e38, 3e38, -8.0, inputs[at + 5u], vec3f(0.1, 0.5, 0.9), inputs[at + 6u],
-            vec3f(slope, -0.2 * slope, 0.0), abs(slope), 0u);
+            vec3f(slope, -0.2 * slope, 0.0), abs(slope), 0u, 0.9);
         let light = integrate(segment_at(at), span, Allowance(inputs[at + 8u], 1e-5, 1.0, 1e-7));
         outputs[6u * i] = light.color.x;
         outputs[6u * i + 1u] = light.color.y;

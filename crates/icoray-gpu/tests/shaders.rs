@@ -1,6 +1,6 @@
 //! The shaders parse and validate, and agree with Rust in structs, constants and names.
 
-use icoray_gpu::layout::{Params, Pixel, ShellLayer, Span, Step};
+use icoray_gpu::layout::{Params, Piece, Pixel, Shading, ShellLayer, Span, Step};
 use icoray_gpu::shader::{SOURCES, compose};
 use naga::{Module, TypeInner};
 use std::mem::offset_of;
@@ -75,9 +75,9 @@ fn structs_lie_in_memory_as_rust_has_them() {
             eye_lo,
             height,
             forward_hi,
-            first_row,
+            first_piece,
             forward_lo,
-            end_row,
+            pixel_step,
             right_hi,
             half_pixel_hi,
             right_lo,
@@ -98,16 +98,43 @@ fn structs_lie_in_memory_as_rust_has_them() {
             share,
             rest,
             brightest,
-            groups_across,
             start,
         }
     );
     same_layout!(
         module,
-        Span { low, high, anchor, extinction, color, extinction_slope, color_slope, steepest, is_clear }
+        Span {
+            low,
+            high,
+            anchor,
+            extinction,
+            color,
+            extinction_slope,
+            color_slope,
+            steepest,
+            is_clear,
+            brightest
+        }
     );
     same_layout!(module, Step { value, extinction });
     same_layout!(module, ShellLayer { radius_hi, radius_lo, curvature, inverse });
+    same_layout!(module, Piece { left, top, width, height, first, stride, hint });
+    same_layout!(
+        module,
+        Shading {
+            light_hi,
+            ambient,
+            light_lo,
+            diffuse,
+            specular,
+            shininess,
+            sharpness,
+            blind,
+            dull,
+            is_headlight,
+            most_cuts
+        }
+    );
     same_layout!(module, Pixel { red, green, blue, absorbed, error, variance, columns, frusta, void_frusta });
 }
 
@@ -137,6 +164,7 @@ fn constants_are_those_of_rust() {
         ("real.rs", "SURFACE", "const SURFACE: f64 = 1e12;"),
         ("piece.rs", "THIN", "const THIN: f64 = 0.5;"),
         ("piece.rs", "MOST_PANELS", "const MOST_PANELS: usize = 32;"),
+        ("lit.rs", "MOST_CUTS", "const MOST_CUTS: u32 = 20;"),
     ] {
         let value = text.split_once("= ").unwrap().1.trim_end_matches(';').parse::<f64>().unwrap();
         assert!(source(file).contains(text), "{file} has {name} no longer so");
@@ -145,20 +173,23 @@ fn constants_are_those_of_rust() {
 }
 
 /// Functions of the kernel that its shaders have not, and why.
-const LEFT_OUT: [(&str, &[&str]); 9] = [
+const LEFT_OUT: [(&str, &[&str]); 11] = [
     // The host makes the shell. WGSL passes no functions on, so `cross` stands in ray.wgsl beside what it visits.
     ("column", &["shell_new", "shell_layers", "mix", "visit_chord", "visit_frustum", "visit_core", "cross"]),
     ("doubt", &[]),
     // Recursion, for which `exact` has a loop.
     ("piece", &["halves"]),
-    // A struct's constructor; a place that only light asks for.
-    ("plane", &["point_new", "ray_line_first_inside"]),
-    // Columns are crossed where they are met; gradients are for light.
+    ("lit", &[]),
+    // A struct's constructor.
+    ("plane", &["point_new"]),
+    // Columns are crossed where they are met.
     ("ray", &["counts_numbers", "counts_of_numbers", "counts_add_assign", "budget_new", "vertex", "column"]),
     ("real", &["of", "wide"]),
     // Fields are normalised when they are uploaded.
     ("sample", &["wide", "samples_new", "samples_base", "samples_bases", "samples_rare"]),
     ("segment", &[]),
+    // Fields of the struct; WGSL's own.
+    ("shade", &["ray_shading_range", "dot"]),
     // Fields of the struct; the host makes spans.
     (
         "transfer",

@@ -2,7 +2,8 @@
 //!
 //! [`mod@error`] error against run time of all methods, [`fig6`] the paper's radial field against its ground truth,
 //! [`fig8`] and [`fig9`] its comparisons with other interpolations, [`orders`] orders of convergence, [`speed`] seconds
-//! per frame, [`ranks`] how several processes share a frame out, [`stability`] how far pictures are from the exact integral where it is hard. [`mod@oracle`] is the same
+//! per frame, [`ranks`] how several processes share a frame out, [`stability`] how far pictures are from the exact integral
+//! where it is hard, [`mod@vtk`] VTK on the same field. [`mod@oracle`] is the same
 //! picture to ten digits, [`methods`] are the ways to render it that the paper compares with, and [`mod@reference`] is an
 //! independent, slow evaluation that oracle and renderer are tested against.
 
@@ -26,6 +27,7 @@ mod setting;
 pub mod speed;
 pub mod sphere;
 pub mod stability;
+pub mod vtk;
 
 use icoray::{Error, ErrorKind};
 use indicatif::{ProgressBar, ProgressStyle};
@@ -80,6 +82,8 @@ pub enum Study {
     Speed(speed::Options),
     /// Error, bound and lost rays in some 200 hard cases, against the exact integral in double-double.
     Stability(stability::Options),
+    /// Frame time, memory and error beside VTK's renderers of unstructured grids.
+    Vtk(vtk::Options),
 }
 
 impl Study {
@@ -97,6 +101,7 @@ impl Study {
             Study::Ranks(options) => ranks::run(options, out),
             Study::Speed(options) => speed::run(options, out),
             Study::Stability(options) => stability::run(options, out),
+            Study::Vtk(options) => vtk::run(options, out),
         }
     }
 }

@@ -50,6 +50,9 @@ impl Composer {
                 return Some(light);
             }
             light.over(&fragment.light());
+            if fragment.t[1] == f64::INFINITY {
+                return Some(light);
+            }
             let through = 1.0 - light.absorbed;
             if through <= self.budget.rest {
                 light.error += through * self.budget.brightest;
@@ -201,6 +204,20 @@ mod tests {
         assert_eq!(trace(&mut [clear(-1.5, -1.2), facet]), [0.0, 0.0, 1.0], "the gap begins above the core");
         assert_eq!(trace(&mut [clear(-1.5, -0.995), facet]), [0.0, 0.0, 1.0], "and inside it");
         assert!(composer.ray(DVec3::X * 3.0, DVec3::Y, &mut [], &mut Counts::default()).is_none());
+    }
+
+    #[test]
+    fn what_an_early_end_leaves_out_is_told_once() {
+        // Half of what comes is hidden by a fragment in front; the ray ended in the one behind with 2e-4 left.
+        let front = Fragment { error: 0.0, ..fragment([-1.4, -1.3], [0.5, 0.0, 0.0], 0.5) };
+        let last =
+            Fragment { error: 2e-4, ..fragment([-1.3, f64::INFINITY], [0.0, 0.9998, 0.0], 1.0 - 2e-4) };
+        let behind = fragment([-1.2, -1.0], [1.0, 0.0, 0.0], 1.0);
+        let light = COMPOSER
+            .ray(DVec3::X * 3.0, DVec3::NEG_X, &mut [behind, last, front], &mut Counts::default())
+            .unwrap();
+        assert!((light.error - 1e-4).abs() < 1e-9, "{}", light.error);
+        assert!(light.color[0] == 0.5 && light.absorbed < 1.0, "{light:?}");
     }
 
     #[test]

@@ -160,6 +160,11 @@ impl CenterField {
     /// # Errors
     /// [`ErrorKind::Field`] when `field` is not at corners or has not one column per corner of `grid`.
     pub fn average(grid: &Grid, field: &Field) -> Result<Self> {
+        Self::average_in(grid, field, None)
+    }
+
+    /// [`Self::average`] in the memory of another average, which the next frame of a run has.
+    pub(crate) fn average_in(grid: &Grid, field: &Field, memory: Option<Self>) -> Result<Self> {
         let shape = field.shape();
         if field.location() != Location::Corner || shape.columns != grid.triangles() {
             return Err(Error::new(
@@ -172,9 +177,15 @@ impl CenterField {
                 ),
             ));
         }
-        let values = match field.samples() {
-            Reals::F32(_) => CenterValues::F32(average(grid, field, |v| v as f32)),
-            Reals::F64(_) => CenterValues::F64(average(grid, field, |v| v)),
+        let values = match (field.samples(), memory.map(|average| average.values)) {
+            (Reals::F32(_), Some(CenterValues::F32(memory))) => {
+                CenterValues::F32(average(grid, field, memory, |v| v as f32))
+            }
+            (Reals::F64(_), Some(CenterValues::F64(memory))) => {
+                CenterValues::F64(average(grid, field, memory, |v| v))
+            }
+            (Reals::F32(_), _) => CenterValues::F32(average(grid, field, Vec::new(), |v| v as f32)),
+            (Reals::F64(_), _) => CenterValues::F64(average(grid, field, Vec::new(), |v| v)),
         };
         Ok(CenterField { values, shape: Shape::level_fastest(grid.cells(), shape.layers) })
     }
@@ -207,10 +218,16 @@ impl CenterField {
     }
 }
 
-fn average<S: Copy + Default + Send>(grid: &Grid, field: &Field, narrow: impl Fn(f64) -> S + Sync) -> Vec<S> {
+fn average<S: Copy + Default + Send>(
+    grid: &Grid,
+    field: &Field,
+    memory: Vec<S>,
+    narrow: impl Fn(f64) -> S + Sync,
+) -> Vec<S> {
     let layers = field.shape().layers;
     let elements = field.elements();
-    let mut values = vec![S::default(); grid.cells() * layers];
+    let mut values = memory;
+    values.resize(grid.cells() * layers, S::default());
     let columns = values.par_chunks_exact_mut(layers).with_min_len(256).enumerate();
     columns.for_each_init(Vec::new, |around, (cell, column)| {
         // Corners and blocks are looked up once per cell, not once per value.

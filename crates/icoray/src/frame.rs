@@ -113,6 +113,16 @@ pub struct FrameReport {
     pub balance: f64,
     /// Bytes of tiles that rank 0 received.
     pub bytes_received: u64,
+    /// The device that traced rays of the picture, on this rank; `None` where the CPU did.
+    pub device: Option<String>,
+    /// Why the CPU drew, all or some tiles, although there was a device to ask for.
+    pub left_to_cpu: Option<String>,
+    /// Seconds until rays could begin on the device: preparing what is uploaded, and uploading. In [`Self::render_s`].
+    pub upload_s: f64,
+    /// Seconds in the rays by the device's clock, where it has one.
+    pub device_s: Option<f64>,
+    /// Bytes that were uploaded.
+    pub bytes_uploaded: u64,
     /// Rays, columns, frusta.
     pub counts: Counts,
     /// Least and greatest value of the field, `None` when all are missing.

@@ -67,15 +67,17 @@ impl Ring {
 }
 
 /// Gradients of the normalised field at the vertices over `cells`, per planet radius, level-fastest; zero where nothing is
-/// known.
+/// known. In `memory`, whatever it holds.
 pub(crate) fn gradients<S: Sample>(
     grid: &Grid,
     radius: &[f64],
     samples: &Samples<S>,
     cells: Range<usize>,
+    memory: Vec<[f32; 3]>,
 ) -> Vec<[f32; 3]> {
     let layers = radius.len();
-    let mut gradients = vec![[0.0f32; 3]; cells.len() * layers];
+    let mut gradients = memory;
+    gradients.resize(cells.len() * layers, [0.0; 3]);
     let rows = gradients.par_chunks_exact_mut(layers).with_min_len(64).enumerate();
     rows.for_each_init(
         || (Ring::default(), Columns::new(radius)),
@@ -245,7 +247,13 @@ mod tests {
     fn gradients_of(grid: &Grid, values: &[f64]) -> Vec<[f32; 3]> {
         let field =
             Field::new(values.into(), Shape::level_fastest(grid.cells(), 4), Location::Center, None).unwrap();
-        gradients(grid, &radii(), &Samples::new(values, &field, false, [0.0, 1.0]), 0..grid.cells())
+        gradients(
+            grid,
+            &radii(),
+            &Samples::new(values, &field, false, [0.0, 1.0]),
+            0..grid.cells(),
+            Vec::new(),
+        )
     }
 
     /// A linear field is linear on every facet and along every radius: each frustum's gradient is the field's, so the

@@ -95,7 +95,7 @@ impl Deadline {
     }
 
     /// The best quality that keeps the deadline; `trace` traces a raster in a quality.
-    pub fn pick(&self, asked: Quality, raster: Raster, trace: impl Fn(&Quality, Raster)) -> Quality {
+    pub fn pick(&self, asked: Quality, raster: Raster, mut trace: impl FnMut(&Quality, Raster)) -> Quality {
         choose(asked, raster, self.left(), self.ranks, |quality, raster| {
             let start = Instant::now();
             trace(quality, raster);

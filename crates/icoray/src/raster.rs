@@ -1,5 +1,6 @@
 //! Pixels over the thread pool: tiles of a raster, which may hold each k-th pixel only and is filled in then.
 
+use crate::device::Rect;
 use crate::kernel::ray::Counts;
 use rayon::prelude::*;
 use std::time::Instant;
@@ -72,9 +73,15 @@ impl Raster {
         [[x, (x + side).min(across)], [y, (y + side).min(down)]]
     }
 
-    /// Traced pixels of a tile.
+    /// A tile's traced pixels.
+    pub fn rect(&self, tile: u32) -> Rect {
+        let [[left, right], [top, bottom]] = self.extent(tile);
+        Rect { left, top, width: right - left, height: bottom - top }
+    }
+
+    /// How many these are.
     pub fn pixels_of(&self, tile: u32) -> usize {
-        self.extent(tile).iter().map(|[start, end]| (end - start) as usize).product()
+        self.rect(tile).pixels()
     }
 
     /// Traces tiles, dealt to threads one by one, when the iterator is run.
@@ -134,6 +141,7 @@ impl Raster {
     }
 
     /// Traces all tiles and makes the picture of them.
+    #[cfg(test)]
     pub fn draw(
         &self,
         pixel: impl Fn(u32, u32, &mut u32, &mut Counts) -> Pixel + Sync + Send,

@@ -1,5 +1,6 @@
-//! The CPU renderer: a scene's work on a thread pool of its own.
+//! The renderer: a scene's work on a thread pool of its own, and on a device where there is one.
 
+use crate::device::{Device, Job, Reason};
 use crate::error::{Error, ErrorKind, Result};
 use crate::field::{CenterField, Field};
 use crate::frame::{ErrorSummary, Frame, FrameReport};
@@ -17,19 +18,26 @@ use crate::ranks::{Part, Ranks, Told};
 use crate::raster::{Raster, Tile};
 use crate::scene::{Precision, Scene, Scheme};
 use crate::threads::Threads;
+use std::sync::Arc;
 use std::time::Instant;
 
 mod columns;
+mod device;
 mod parts;
+mod spare;
 mod work;
 
-use work::Work;
-pub(crate) use work::{asked, brightest, certainty, notes, shown};
+use device::OnDevice;
+use spare::Spare;
+pub(crate) use work::brightest;
+use work::{Work, asked, certainty, notes};
 
-/// A CPU renderer with its own threads, which have ended when it is dropped.
+/// A renderer with threads of its own, which have ended when it is dropped, and a device beside them if it is given one.
 #[derive(Debug)]
 pub struct Renderer {
     threads: Threads,
+    device: Option<Arc<dyn Device>>,
+    spare: Spare,
 }
 
 impl Renderer {
@@ -38,7 +46,13 @@ impl Renderer {
     /// # Errors
     /// [`ErrorKind::Io`](crate::ErrorKind::Io) when the threads cannot be made.
     pub fn new(threads: usize) -> Result<Self> {
-        Ok(Renderer { threads: Threads::new(threads)? })
+        Ok(Renderer { threads: Threads::new(threads)?, device: None, spare: Spare::default() })
+    }
+
+    /// The same renderer with a device, which traces what it can.
+    #[must_use]
+    pub fn with_device(self, device: Arc<dyn Device>) -> Self {
+        Renderer { device: Some(device), ..self }
     }
 
     /// Number of threads.
@@ -87,6 +101,22 @@ impl Renderer {
         self.render_since(Instant::now(), ranks, scene, &Given { grid, part, layers, field })
     }
 
+    /// The device for a picture, if there is one and it can.
+    fn device_for(
+        &self,
+        scene: &Scene,
+        part: Option<&Part>,
+    ) -> std::result::Result<&dyn Device, Option<Reason>> {
+        let device = self.device.as_deref().ok_or(None)?;
+        if scene.precision == Precision::F64 {
+            return Err(Some(Reason::new("the scene asks for precision = \"f64\"")));
+        }
+        if part.is_some() {
+            return Err(Some(Reason::new("ranks trace rays through their parts of the grid")));
+        }
+        Ok(device)
+    }
+
     /// [`Self::render_over`] of a frame that was begun at `start`.
     fn render_since(
         &self,
@@ -115,7 +145,7 @@ impl Renderer {
             _ => None,
         };
         let part = part.or(share_of_whole.as_ref());
-        let average = || plan.from_corners.then(|| CenterField::average(grid, field)).transpose();
+        let average = || plan.from_corners.then(|| self.spare.average(grid, field)).transpose();
         let center = ranks.attempt(|| self.run(average));
         let mut center = ranks.together(center)?;
         if let (Some(part), Some(center)) = (part, &mut center) {
@@ -135,6 +165,7 @@ impl Renderer {
         report.threads = self.threads();
         report.ranks = ranks.size();
         report.sharing = (!ranks.is_alone()).then_some(sharing);
+        self.spare.keep_average(center);
         Ok(rendered)
     }
 }
@@ -200,10 +231,11 @@ fn prepare<S: Sample>(setting: &Setting, ranks: &mut Ranks, samples: &Samples<S>
     // Rays through parts are not shared out: each rank traces all of them.
     let deadline = Deadline::of(scene, start, if part.is_some() { 1 } else { ranks.size() });
     let mut quality = asked(scene);
-    let sample =
-        |part: usize| gradient::gradients(grid, &plan.radius, samples, 0..grid.cells().div_ceil(part));
+    let sample = |part: usize, memory: Vec<_>| {
+        gradient::gradients(grid, &plan.radius, samples, 0..grid.cells().div_ceil(part), memory)
+    };
     if let (Some(deadline), true) = (deadline, plan.shading.is_some()) {
-        let has_time = || deadline.has_time_for_gradients(1.0 / 64.0, || drop(sample(64)));
+        let has_time = || deadline.has_time_for_gradients(1.0 / 64.0, || drop(sample(64, Vec::new())));
         let is_root = ranks.is_root();
         let has_time = ranks.attempt(|| renderer.run(|| Ok(!is_root || has_time())));
         let mine = has_time.map(|has_time| match has_time {
@@ -213,7 +245,8 @@ fn prepare<S: Sample>(setting: &Setting, ranks: &mut Ranks, samples: &Samples<S>
         quality = ranks.agree_on_quality(mine)?;
     }
     let is_lit = quality.lights != Lights::Off;
-    let gradients = ranks.attempt(|| renderer.run(|| Ok(if is_lit { sample(1) } else { Vec::new() })));
+    let all = || if is_lit { sample(1, renderer.spare.gradients()) } else { Vec::new() };
+    let gradients = ranks.attempt(|| renderer.run(|| Ok(all())));
     let mut gradients = ranks.together(gradients)?;
     if let (Some(part), true) = (part, is_lit) {
         let layers = plan.radius.len();
@@ -233,11 +266,16 @@ fn draw<T: Real, S: Sample>(setting: &Setting, ranks: &mut Ranks, data: &[S]) ->
     let prepare_s = start.elapsed().as_secs_f64();
     let start = Instant::now();
     let work = Work { renderer, scene, plan, grid, shell: &shell, spans: &spans, samples, gradients };
+    let job = Job::new(scene, plan, grid, field, gradients, *quality);
+    let mut on_device = OnDevice::new(renderer.device_for(scene, part), job);
     // What others would measure of the same data is not asked for.
     let deadline = deadline.filter(|_| part.is_some() || ranks.is_root());
     let mut picked = ranks.attempt(|| {
         renderer.run(|| {
-            Ok(if is_lit { work.pick::<4>(*quality, deadline) } else { work.pick::<1>(*quality, deadline) })
+            Ok(match is_lit {
+                true => work.pick::<4>(*quality, deadline, &mut on_device),
+                false => work.pick::<1>(*quality, deadline, &mut on_device),
+            })
         })
     });
     if part.is_some() {
@@ -263,8 +301,8 @@ fn draw<T: Real, S: Sample>(setting: &Setting, ranks: &mut Ranks, data: &[S]) ->
     let fragments = exchanged.as_ref().map(|e| ranks.together(e.tiles(raster, &mine))).transpose()?;
     let draw = |give: &(dyn Fn(Tile) + Sync)| match (&fragments, is_lit) {
         (Some(fragments), _) => work.put_together(&quality, raster, fragments, give),
-        (None, true) => work.trace::<4>(&quality, &mine, give),
-        (None, false) => work.trace::<1>(&quality, &mine, give),
+        (None, true) => work.trace::<4>(&quality, raster, &mine, &mut on_device, give),
+        (None, false) => work.trace::<1>(&quality, raster, &mine, &mut on_device, give),
     };
     let traced_s = exchanged.as_ref().map_or(0.0, |exchanged| exchanged.traced_s);
     let ready_s = start.elapsed().as_secs_f64();
@@ -286,7 +324,7 @@ fn draw<T: Real, S: Sample>(setting: &Setting, ranks: &mut Ranks, data: &[S]) ->
         Ok(told)
     });
     let told = ranks.conclude(told)?;
-    let report = FrameReport {
+    let mut report = FrameReport {
         error: told.error,
         prepare_s,
         render_s: ready_s + drawn_s - traced_s,
@@ -303,6 +341,8 @@ fn draw<T: Real, S: Sample>(setting: &Setting, ranks: &mut Ranks, data: &[S]) ->
         bytes_received: told.bytes_received,
         ..FrameReport::default()
     };
+    on_device.tell(&mut report);
+    renderer.spare.keep_gradients(prepared.gradients);
     let Some((drawn, error)) = picture else {
         return Ok(Rendered::AtRoot(report));
     };

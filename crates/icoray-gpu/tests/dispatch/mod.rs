@@ -4,6 +4,12 @@ use icoray_gpu::layout::Params;
 use icoray_gpu::shader::expand;
 use wgpu::BufferUsages as Usage;
 
+/// Last digits of f32 between two numbers, counted at the size of `size` or of the numbers, whichever is larger.
+pub fn ulps(a: f32, b: f32, size: f32) -> f64 {
+    let unit = f64::from(a.abs().max(b.abs()).max(size)) * f64::from(f32::EPSILON);
+    if a == b { 0.0 } else { (f64::from(a) - f64::from(b)).abs() / unit.max(1e-38) }
+}
+
 pub struct Device {
     device: wgpu::Device,
     queue: wgpu::Queue,

@@ -4,8 +4,8 @@ use glam::DVec3;
 use icoray::{
     Counts, Field, Frame, Grid, IcosahedralMesh, Layers, Location, Precision, Renderer, Scene, Shape,
 };
-use icoray_gpu::{Choice, Gpu, Mesh, Outcome};
-use std::sync::OnceLock;
+use icoray_gpu::{Choice, Gpu};
+use std::sync::{Arc, OnceLock};
 
 pub const RMSE: f64 = 2e-5;
 pub const MAX: f64 = 1e-3;
@@ -36,10 +36,15 @@ pub const EARTH_M: f64 = 6_371_229.0;
 pub const THICK_M: [f64; 5] = [0.0, 3e3, 5e3, 12e3, 20e3];
 
 /// The device, or nothing where there is none.
-pub fn gpu() -> Option<&'static Gpu> {
-    static GPU: OnceLock<Option<Gpu>> = OnceLock::new();
+pub fn gpu() -> Option<Arc<Gpu>> {
+    static GPU: OnceLock<Option<Arc<Gpu>>> = OnceLock::new();
     let open = || Gpu::new(&Choice::Any).inspect_err(|reason| eprintln!("skipped: {reason}")).ok();
-    GPU.get_or_init(open).as_ref()
+    GPU.get_or_init(|| open().map(Arc::new)).clone()
+}
+
+/// A renderer that draws on it.
+pub fn renderer(gpu: &Arc<Gpu>) -> Renderer {
+    Renderer::new(1).unwrap().with_device(Arc::clone(gpu) as _)
 }
 
 pub fn wave(p: DVec3, layer: usize, layers: usize) -> f64 {
@@ -94,13 +99,12 @@ pub fn apart(one: &Frame, other: &Frame) -> (f64, f64) {
 }
 
 /// Draws on both and compares; gives the GPU's frame.
-pub fn compare(name: &str, scene: &Scene, mesh: &Mesh, grid: &Grid, layers: &Layers, field: &Field) -> Frame {
-    let gpu = gpu().expect("whoever has a mesh on the device has the device");
+pub fn compare(name: &str, scene: &Scene, grid: &Grid, layers: &Layers, field: &Field) -> Frame {
+    let gpu = gpu().expect("looked for before");
+    let drawn = renderer(&gpu).render(scene, grid, layers, field).unwrap();
+    assert!(drawn.report.device.is_some(), "{name}");
+    assert_eq!(drawn.report.left_to_cpu, None, "{name}");
     let renderer = Renderer::new(1).unwrap();
-    let drawn = match gpu.render(&renderer, scene, mesh, layers, field).unwrap() {
-        Outcome::Drawn(frame) => *frame,
-        Outcome::Left(reason) => panic!("{name}: {reason}"),
-    };
     let cpu = |precision| {
         let scene = Scene { precision, ..scene.clone() };
         renderer.render(&scene, grid, layers, field).unwrap()
@@ -111,7 +115,11 @@ pub fn compare(name: &str, scene: &Scene, mesh: &Mesh, grid: &Grid, layers: &Lay
     let counts = drawn.report.counts;
     println!("{name}: rmse {rmse:.1e}, max {max:.1e}; cpu f32 to f64 {:.1e}, {:.1e}", of_cpu.0, of_cpu.1);
     assert!(drawn.pixels.iter().flatten().chain(&drawn.error).all(|x| x.is_finite()), "{name}");
-    assert!(rmse <= RMSE && max <= MAX, "{name}: rmse {rmse:e}, max {max:e}");
+    // Where one cuts a piece for its light's sake and the other just not, they differ by a part of the tolerance, as f32 and
+    // f64 do on the CPU.
+    let is_loose = scene.lighting.is_some() && scene.tolerance > 1e-3;
+    let times = if is_loose { scene.tolerance / 1e-3 } else { 1.0 };
+    assert!(rmse <= times * RMSE && max <= times * MAX, "{name}: rmse {rmse:e}, max {max:e}");
     let all = drawn.pixels.iter().zip(&wide.pixels).zip(drawn.error.iter().zip(&wide.error));
     for (i, ((pixel, exact), (error, other))) in all.enumerate() {
         let off = pixel.iter().zip(exact).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);

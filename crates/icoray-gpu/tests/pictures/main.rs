@@ -4,21 +4,22 @@ use glam::DVec3;
 use icoray::{
     Field, Frame, Grid, GridTables, IcosahedralMesh, Layers, Location, LonLat, Renderer, Scene, Shape,
 };
-use icoray_gpu::{Choice, Gpu, Outcome};
+use icoray_gpu::{Choice, Gpu};
 
 mod common;
 #[path = "../../../icoray/tests/culled/mod.rs"]
 mod culled;
+mod lit;
 use common::*;
 use culled::{Culled, Mark, Style, holes};
 
 #[test]
 fn transfer_functions_cameras_and_cores() {
-    let Some(gpu) = gpu() else { return };
+    let Some(_) = gpu() else { return };
     for level in [3, 5] {
         let sphere = Sphere::new(level, &THICK_M);
         let (grid, field) = (sphere.grid(), sphere.field());
-        let (mesh, layers) = (gpu.mesh(&grid).unwrap(), &sphere.layers);
+        let layers = &sphere.layers;
         for (transfer, text) in TRANSFERS {
             let cores = [
                 "exaggeration = 60\ncore = \"gray\"",
@@ -32,7 +33,7 @@ fn transfer_functions_cameras_and_cores() {
                         continue;
                     }
                     let name = format!("level {level}, {transfer}, {}, {camera}", ["core", "hollow"][k]);
-                    compare(&name, &scene(where_, text, rest), &mesh, &grid, layers, &field);
+                    compare(&name, &scene(where_, text, rest), &grid, layers, &field);
                 }
             }
         }
@@ -41,15 +42,15 @@ fn transfer_functions_cameras_and_cores() {
 
 #[test]
 fn the_paper_s_method_and_tolerances() {
-    let Some(gpu) = gpu() else { return };
+    let Some(_) = gpu() else { return };
     let sphere = Sphere::new(4, &THICK_M);
     let (grid, field) = (sphere.grid(), sphere.field());
-    let (mesh, layers) = (gpu.mesh(&grid).unwrap(), &sphere.layers);
+    let layers = &sphere.layers;
     for (transfer, text) in TRANSFERS {
         for rest in ["method = \"paper\"", "tolerance = 1e-2", "tolerance = 1e-6"] {
             let name = format!("{transfer}, {rest}");
             let rest = format!("exaggeration = 60\ncore = \"gray\"\n{rest}");
-            compare(&name, &scene(FAR, text, &rest), &mesh, &grid, layers, &field);
+            compare(&name, &scene(FAR, text, &rest), &grid, layers, &field);
         }
     }
 }
@@ -57,16 +58,16 @@ fn the_paper_s_method_and_tolerances() {
 /// 31 layers 100 m apart, true to scale.
 #[test]
 fn thin_layers_on_a_real_earth() {
-    let Some(gpu) = gpu() else { return };
+    let Some(_) = gpu() else { return };
     let heights: Vec<f64> = (0..31).map(|k| 100.0 * f64::from(k)).collect();
     let sphere = Sphere::new(5, &heights);
     let (grid, field) = (sphere.grid(), sphere.field());
-    let (mesh, layers) = (gpu.mesh(&grid).unwrap(), &sphere.layers);
+    let layers = &sphere.layers;
     for (transfer, text) in TRANSFERS {
         for (k, rest) in ["core = \"gray\"", "core = \"transparent\""].into_iter().enumerate() {
             for (camera, where_) in [("far", FAR), ("limb", LIMB), ("inside", IN_THIN)] {
                 let name = format!("100 m, {transfer}, {}, {camera}", ["core", "hollow"][k]);
-                compare(&name, &scene(where_, text, rest), &mesh, &grid, layers, &field);
+                compare(&name, &scene(where_, text, rest), &grid, layers, &field);
             }
         }
     }
@@ -74,14 +75,13 @@ fn thin_layers_on_a_real_earth() {
 
 #[test]
 fn meshes_with_holes() {
-    let Some(gpu) = gpu() else { return };
+    let Some(_) = gpu() else { return };
     let whole = IcosahedralMesh::new(3).unwrap();
     let marks = [Mark::BeforeFirst, Mark::MinusOne, Mark::BehindLast];
     for (i, (hole, stays)) in holes(&whole).iter().enumerate() {
         let style = if i % 2 == 0 { Style::Corners } else { Style::Triangles };
         let culled = Culled::new(&whole, stays, style, marks[i % 3], (i % 2) as i32);
         let grid = culled.grid();
-        let mesh = gpu.mesh(&grid).unwrap();
         let layers = Layers::from_heights(&THICK_M, EARTH_M).unwrap();
         let values = values(&grid, THICK_M.len());
         let shape = Shape::level_fastest(grid.cells(), THICK_M.len());
@@ -92,7 +92,7 @@ fn meshes_with_holes() {
                 "exaggeration = 60\ncore = \"transparent\"\nbackground = \"transparent\"",
             ] {
                 let name = format!("{hole}, {camera}, {rest:?}");
-                compare(&name, &scene(where_, SMOOTH, rest), &mesh, &grid, &layers, &field);
+                compare(&name, &scene(where_, SMOOTH, rest), &grid, &layers, &field);
             }
         }
     }
@@ -101,10 +101,9 @@ fn meshes_with_holes() {
 /// Every layout, both precisions, missing values, falling layers: the values of one field.
 #[test]
 fn layouts_and_missing_values() {
-    let Some(gpu) = gpu() else { return };
+    let Some(_) = gpu() else { return };
     let tables = IcosahedralMesh::new(3).unwrap();
     let grid = Grid::new(tables.tables()).unwrap();
-    let mesh = gpu.mesh(&grid).unwrap();
     let (cells, count) = (grid.cells(), THICK_M.len());
     let layers = Layers::from_heights(&THICK_M, EARTH_M).unwrap();
     let mut falling_m = THICK_M;
@@ -148,8 +147,7 @@ fn layouts_and_missing_values() {
             }
             let layers = if is_falling { &falling } else { &layers };
             let field = Field::new(data.as_slice().into(), shape, Location::Center, Some(fill)).unwrap();
-            let frame =
-                compare(&format!("{name}, falling {is_falling}"), &scene, &mesh, &grid, layers, &field);
+            let frame = compare(&format!("{name}, falling {is_falling}"), &scene, &grid, layers, &field);
             assert!(frame.report.counts.void_frusta > 0 && frame.report.missing_values > 0);
             // The device has the same numbers, wherever they lay.
             let first = first.get_or_insert_with(|| frame.clone());
@@ -161,7 +159,7 @@ fn layouts_and_missing_values() {
 /// Tables in 64 bits that count from 1, rows turned, wound either way, columns of sides in another order than those of cells.
 #[test]
 fn tables_of_any_order_and_width() {
-    let Some(gpu) = gpu() else { return };
+    let Some(_) = gpu() else { return };
     let plain = IcosahedralMesh::new(3).unwrap();
     let long = |rows: &[i32]| rows.iter().map(|&n| i64::from(n) + 1).collect::<Vec<i64>>();
     let turned = |rows: &[i32], salt: usize| {
@@ -183,22 +181,20 @@ fn tables_of_any_order_and_width() {
         ..plain.tables()
     };
     let grid = Grid::new(tables).unwrap();
-    let mesh = gpu.mesh(&grid).unwrap();
     let layers = Layers::from_heights(&THICK_M, EARTH_M).unwrap();
     let values = values(&grid, THICK_M.len());
     let shape = Shape::level_fastest(grid.cells(), THICK_M.len());
     let field = Field::new(values.as_slice().into(), shape, Location::Center, None).unwrap();
     for where_ in [FAR, INSIDE, RADIAL] {
-        compare(where_, &scene(where_, SMOOTH, "exaggeration = 60"), &mesh, &grid, &layers, &field);
+        compare(where_, &scene(where_, SMOOTH, "exaggeration = 60"), &grid, &layers, &field);
     }
 }
 
 #[test]
 fn a_field_at_corners_and_one_of_a_single_value() {
-    let Some(gpu) = gpu() else { return };
+    let Some(_) = gpu() else { return };
     let tables = IcosahedralMesh::new(3).unwrap();
     let grid = Grid::new(tables.tables()).unwrap();
-    let mesh = gpu.mesh(&grid).unwrap();
     let layers = Layers::from_heights(&THICK_M, EARTH_M).unwrap();
     let count = THICK_M.len();
     let middle = |t: u32| grid.triangle(t).map(|c| grid.direction(c)).iter().sum::<DVec3>().normalize();
@@ -208,7 +204,7 @@ fn a_field_at_corners_and_one_of_a_single_value() {
         .collect();
     let shape = Shape::level_fastest(grid.triangles(), count);
     let field = Field::new(values.as_slice().into(), shape, Location::Corner, None).unwrap();
-    compare("corners", &scene(FAR, SMOOTH, "exaggeration = 60"), &mesh, &grid, &layers, &field);
+    compare("corners", &scene(FAR, SMOOTH, "exaggeration = 60"), &grid, &layers, &field);
     // Exactly on a step, which counts as above.
     let same = vec![-0.5f32; grid.cells() * count];
     let shape = Shape::cell_fastest(grid.cells(), count);
@@ -216,7 +212,6 @@ fn a_field_at_corners_and_one_of_a_single_value() {
     let frame = compare(
         "on a step",
         &scene(FAR, STEPS, "exaggeration = 60\ncore = \"transparent\"\nbackground = \"transparent\""),
-        &mesh,
         &grid,
         &layers,
         &field,
@@ -231,27 +226,22 @@ fn other_scenes_are_left_to_the_cpu() {
     let Some(gpu) = gpu() else { return };
     let tables = IcosahedralMesh::new(1).unwrap();
     let grid = Grid::new(tables.tables()).unwrap();
-    let mesh = gpu.mesh(&grid).unwrap();
     let layers = Layers::from_heights(&[0.0, 1e4], EARTH_M).unwrap();
     let values = values(&grid, 2);
     let field =
         Field::new(values.as_slice().into(), Shape::level_fastest(grid.cells(), 2), Location::Center, None)
             .unwrap();
-    let renderer = Renderer::new(1).unwrap();
-    for (transfer, rest, word) in [
-        (format!("{RAMP}\n[light]\nkind = \"headlight\""), "", "lit"),
-        (RAMP.into(), "precision = \"f64\"", "f64"),
-        (RAMP.into(), "time_budget_ms = 50", "budget"),
-    ] {
-        match gpu.render(&renderer, &scene(FAR, &transfer, rest), &mesh, &layers, &field).unwrap() {
-            Outcome::Left(reason) => assert!(reason.to_string().contains(word), "{reason}"),
-            Outcome::Drawn(_) => panic!("{rest} was drawn"),
-        }
-    }
+    let renderer = renderer(&gpu);
+    let double = scene(FAR, RAMP, "precision = \"f64\"");
+    let frame = renderer.render(&double, &grid, &layers, &field).unwrap();
+    assert_eq!(frame.report.device, None);
+    assert!(frame.report.left_to_cpu.is_some_and(|reason| reason.contains("f64")));
+    let alone = Renderer::new(1).unwrap().render(&double, &grid, &layers, &field).unwrap();
+    assert!(frame.pixels == alone.pixels && frame.error == alone.error);
     // A field that does not fit is the caller's error, not a reason.
     let wrong =
         Field::new(values.as_slice().into(), Shape::level_fastest(3, 2), Location::Center, None).unwrap();
-    assert!(gpu.render(&renderer, &scene(FAR, RAMP, ""), &mesh, &layers, &wrong).is_err());
+    assert!(renderer.render(&scene(FAR, RAMP, ""), &grid, &layers, &wrong).is_err());
     for choice in [Choice::Index(999), Choice::Name("no such device".into())] {
         assert!(Gpu::new(&choice).unwrap_err().to_string().contains("no adapter"));
     }
@@ -260,14 +250,14 @@ fn other_scenes_are_left_to_the_cpu() {
 /// A picture of several dispatches, each of some rows, with the planet in more than one.
 #[test]
 fn a_picture_in_bands_has_no_seam() {
-    let Some(gpu) = gpu() else { return };
+    let Some(_) = gpu() else { return };
     let sphere = Sphere::new(3, &THICK_M);
     let (grid, field) = (sphere.grid(), sphere.field());
-    let (mesh, layers) = (gpu.mesh(&grid).unwrap(), &sphere.layers);
+    let layers = &sphere.layers;
     let small = scene("lon = 30\nlat = 25\ndistance = 40\nfov = 6", SMOOTH, "exaggeration = 60");
     for (width, height) in [(4096, 130), (1, 200), (201, 1)] {
         let scene = Scene { width, height, ..small.clone() };
-        let frame = compare(&format!("{width} x {height}"), &scene, &mesh, &grid, layers, &field);
+        let frame = compare(&format!("{width} x {height}"), &scene, &grid, layers, &field);
         assert!(frame.report.counts.rays > 0);
     }
 }
@@ -278,15 +268,16 @@ fn a_field_without_room_is_left_to_the_cpu() {
     let Some(gpu) = gpu() else { return };
     let tables = IcosahedralMesh::new(6).unwrap();
     let grid = Grid::new(tables.tables()).unwrap();
-    let mesh = gpu.mesh(&grid).unwrap();
     let heights: Vec<f64> = (0..830).map(|k| 100.0 * f64::from(k)).collect();
     let layers = Layers::from_heights(&heights, EARTH_M).unwrap();
     let values = vec![0.5f32; grid.cells() * heights.len()];
     let shape = Shape::level_fastest(grid.cells(), heights.len());
     let field = Field::new(values.as_slice().into(), shape, Location::Center, None).unwrap();
     let scene = Scene { width: 8, height: 8, ..scene(FAR, RAMP, "") };
-    match gpu.render(&Renderer::new(1).unwrap(), &scene, &mesh, &layers, &field).unwrap() {
-        Outcome::Left(reason) => assert!(reason.to_string().contains("135993840 bytes"), "{reason}"),
-        Outcome::Drawn(frame) => assert!(frame.report.counts.rays > 0),
+    let frame = renderer(&gpu).render(&scene, &grid, &layers, &field).unwrap();
+    match frame.report.left_to_cpu {
+        Some(reason) => assert!(reason.contains("135993840 bytes"), "{reason}"),
+        None => assert!(frame.report.device.is_some()),
     }
+    assert!(frame.report.counts.rays > 0);
 }

@@ -2,6 +2,8 @@
 //!
 //! A segment is `[f0, f1, kappa, eps, length]`; see `kernel/segment.rs`.
 
+pub mod light;
+
 use super::Span;
 use crate::kernel::Real;
 use crate::kernel::piece::{self, Allowance, Light, Method};
@@ -57,18 +59,46 @@ pub fn integrate(
 }
 
 impl Span {
-    pub(super) fn of(span: &transfer::Span<f32>) -> Self {
-        let transfer::Span { low, high, anchor, extinction, extinction_slope, color, color_slope, .. } =
-            *span;
-        let (steepest, is_clear) = (span.steepest(), span.is_clear);
-        Span { low, high, anchor, extinction, extinction_slope, color, color_slope, steepest, is_clear }
+    pub(crate) fn of(span: &transfer::Span<f32>) -> Self {
+        let transfer::Span {
+            low,
+            high,
+            anchor,
+            extinction,
+            extinction_slope,
+            color,
+            color_slope,
+            steepest,
+            brightest,
+            is_clear,
+        } = *span;
+        Span {
+            low,
+            high,
+            anchor,
+            extinction,
+            extinction_slope,
+            color,
+            color_slope,
+            steepest,
+            brightest,
+            is_clear,
+        }
     }
 
-    fn kernel(&self) -> transfer::Span<f32> {
-        let Span { low, high, anchor, extinction, extinction_slope, color, color_slope, steepest, is_clear } =
-            *self;
-        // Asked for where scenes are lit only.
-        let brightest = f32::NAN;
+    pub(super) fn kernel(&self) -> transfer::Span<f32> {
+        let Span {
+            low,
+            high,
+            anchor,
+            extinction,
+            extinction_slope,
+            color,
+            color_slope,
+            steepest,
+            brightest,
+            is_clear,
+        } = *self;
         transfer::Span {
             low,
             high,

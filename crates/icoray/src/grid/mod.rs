@@ -23,6 +23,7 @@ use crate::error::Result;
 use closure::Closure;
 use glam::DVec3;
 use seats::Seats;
+use std::sync::{Arc, Weak};
 
 /// A checked geodesic grid over borrowed tables.
 #[derive(Debug)]
@@ -34,6 +35,7 @@ pub struct Grid<'a> {
     closure: Closure,
     /// A triangle that is there.
     start: u32,
+    life: Arc<()>,
 }
 
 impl<'a> Grid<'a> {
@@ -56,7 +58,7 @@ impl<'a> Grid<'a> {
             if has_hole { closure::close(&tables, &mut direction, &seats)? } else { Closure::default() };
         check::covers(&tables, &direction, &seats, &closure)?;
         let start = seats.iter().position(|seats| seats.is_triangle()).unwrap_or(seats.len()) as u32;
-        Ok(Grid { tables, direction, seats, closure, start })
+        Ok(Grid { tables, direction, seats, closure, start, life: Arc::default() })
     }
 
     /// The tables as given.
@@ -91,6 +93,12 @@ impl<'a> Grid<'a> {
     #[inline]
     pub fn is_void(&self, triangle: u32) -> bool {
         triangle as usize >= self.seats.len()
+    }
+
+    /// What is upgraded as long as this grid lives, and equals ([`Weak::ptr_eq`]) that of no other one: for those who keep
+    /// something of a grid's.
+    pub fn life(&self) -> Weak<()> {
+        Arc::downgrade(&self.life)
     }
 
     /// Bytes that icoray owns for this grid beside the model's tables.

@@ -9,7 +9,7 @@ use super::shade::{RayShading, Shade};
 use super::transfer::Span;
 
 /// Value and gradient along a whole frustum: each component runs as a [`Segment`]'s value does.
-pub(super) struct Course<T, const N: usize> {
+pub(crate) struct Course<T, const N: usize> {
     pub from: Values<T, N>,
     pub to: Values<T, N>,
     pub kappa: Values<T, N>,
@@ -19,7 +19,7 @@ pub(super) struct Course<T, const N: usize> {
 impl<T: Real, const N: usize> Course<T, N> {
     /// The gradient at `u`.
     #[inline]
-    fn gradient(&self, u: T) -> [T; 3] {
+    pub fn gradient(&self, u: T) -> [T; 3] {
         let bent = u * (T::one() - u) / (T::one() + self.eps * u);
         let at = |k: usize| lerp(self.from[k % N], self.to[k % N], u) + bent * self.kappa[k % N];
         [at(1), at(2), at(3)]
@@ -27,18 +27,18 @@ impl<T: Real, const N: usize> Course<T, N> {
 }
 
 /// Where in a piece its light comes from.
-struct Spread<T> {
+pub(crate) struct Spread<T> {
     /// The light's centre, from the piece's middle in parts of the piece.
-    centre: T,
+    pub centre: T,
     /// How far it may be from there.
-    doubt: T,
+    pub doubt: T,
 }
 
 impl<T: Real> Spread<T> {
     /// Thin and without a bend the light is spread as extinction is, whose centre lies by a sixth of its relative change
     /// from the middle; to first order in the optical depth x it is drawn forward by x/12.
     #[inline]
-    fn of(piece: &Segment<T>, span: &Span<T>) -> Self {
+    pub fn of(piece: &Segment<T>, span: &Span<T>) -> Self {
         let (from, to) = (span.extinction(piece.f0), span.extinction(piece.f1));
         let sum = from + to + T::min_positive_value();
         let depth = piece.length * from.max(to);
@@ -52,7 +52,7 @@ impl<T: Real> Spread<T> {
 }
 
 /// A piece under light.
-pub(super) struct Lit<'l, T, const N: usize> {
+pub(crate) struct Lit<'l, T, const N: usize> {
     pub method: Method,
     pub allowance: &'l Allowance<T>,
     pub shading: &'l RayShading<T>,

@@ -9,7 +9,7 @@
 
 pub(crate) mod column;
 mod doubt;
-mod lit;
+pub(crate) mod lit;
 pub(crate) mod piece;
 pub(crate) mod plane;
 pub(crate) mod ray;

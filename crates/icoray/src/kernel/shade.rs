@@ -18,18 +18,18 @@ pub(crate) struct Shading {
 /// The same for one ray.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct RayShading<T> {
-    ambient: T,
-    diffuse: T,
-    specular: T,
-    shininess: T,
-    light: [T; 3],
-    halfway: [T; 3],
+    pub ambient: T,
+    pub diffuse: T,
+    pub specular: T,
+    pub shininess: T,
+    pub light: [T; 3],
+    pub halfway: [T; 3],
     /// How many times faster than its normal a shade turns, squared.
-    sharpness: T,
+    pub sharpness: T,
     /// Highlights below this are left out.
-    blind: T,
+    pub blind: T,
     /// The cosine between normal and half-way direction below which they are.
-    dull: T,
+    pub dull: T,
 }
 
 /// Factor for the surface's own colour, and the white highlight.
@@ -38,7 +38,7 @@ pub(crate) struct Shade<T> {
     pub body: T,
     pub highlight: T,
     /// The surface's unit normal; zero where there is no gradient.
-    normal: [T; 3],
+    pub normal: [T; 3],
 }
 
 impl Shading {

@@ -1,6 +1,6 @@
 //! What rays of a frame have in common, and what a pixel shows.
 
-use super::Renderer;
+use super::{OnDevice, Renderer};
 use crate::frame::{Certainty, Counts};
 use crate::grid::Grid;
 use crate::kernel::Real;
@@ -17,7 +17,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 /// What the scene asks for.
-pub(crate) fn asked(scene: &Scene) -> Quality {
+pub(super) fn asked(scene: &Scene) -> Quality {
     let lights = if scene.lighting.is_some() { Lights::Full } else { Lights::Off };
     Quality { pixel_step: 1, tolerance: scene.tolerance, lights }
 }
@@ -40,26 +40,34 @@ impl<T: Real, S: Sample> Work<'_, T, S> {
         Raster { width: self.scene.width, height: self.scene.height, step: 1 }
     }
 
-    /// The quality that is asked, or the best one that keeps the deadline.
-    pub(super) fn pick<const N: usize>(&self, asked: Quality, deadline: Option<Deadline>) -> Quality {
-        let trace = |quality: &Quality, raster: Raster| {
-            let caster = self.caster::<N>(quality);
-            drop(raster.draw(|x, y, hint, counts| pixel(self.scene, &caster, x, y, hint, counts)));
-        };
-        deadline.map_or(asked, |deadline| deadline.pick(asked, self.raster(), trace))
+    /// The quality that is asked, or the best one that keeps the deadline on whoever draws.
+    pub(super) fn pick<const N: usize>(
+        &self,
+        asked: Quality,
+        deadline: Option<Deadline>,
+        on_device: &mut OnDevice,
+    ) -> Quality {
+        let Some(deadline) = deadline else { return asked };
+        on_device.get_ready(&asked, self.raster());
+        deadline.pick(asked, self.raster(), |quality, raster| {
+            let all: Vec<u32> = (0..raster.tiles()).collect();
+            self.trace::<N>(quality, raster, &all, on_device, &|_| ());
+        })
     }
 
-    /// Traces tiles of the picture, each given away when it is done.
+    /// Traces tiles of the picture, on the device as far as that goes, each given away when it is done.
     pub(super) fn trace<const N: usize>(
         &self,
         quality: &Quality,
+        raster: Raster,
         tiles: &[u32],
+        on_device: &mut OnDevice,
         give: &(dyn Fn(Tile) + Sync),
     ) {
+        let left = on_device.trace(quality, raster, tiles, give);
         let caster = self.caster::<N>(quality);
-        let raster = Raster { step: quality.pixel_step, ..self.raster() };
         raster
-            .trace(tiles, |x, y, hint, counts| pixel(self.scene, &caster, x, y, hint, counts))
+            .trace(&left, |x, y, hint, counts| pixel(self.scene, &caster, x, y, hint, counts))
             .for_each(give);
     }
 
@@ -92,14 +100,14 @@ pub(crate) fn brightest(scene: &Scene) -> f64 {
 }
 
 /// Only an unlit integral in f64 is bounded throughout, where each pixel is traced.
-pub(crate) fn certainty(scene: &Scene, quality: &Quality) -> Certainty {
+pub(super) fn certainty(scene: &Scene, quality: &Quality) -> Certainty {
     let is_exact = scene.method == Method::Exact && scene.precision == Precision::F64;
     let is_bound = is_exact && scene.lighting.is_none() && quality.pixel_step == 1;
     if is_bound { Certainty::Bound } else { Certainty::Estimate }
 }
 
 /// What a picture's text says of its scene.
-pub(crate) fn notes(scene: &Scene) -> Vec<(&'static str, String)> {
+pub(super) fn notes(scene: &Scene) -> Vec<(&'static str, String)> {
     let [low, high] = scene.transfer.range();
     vec![
         ("transfer range", format!("{low} to {high}")),
@@ -135,7 +143,7 @@ pub(super) fn ray(scene: &Scene, x: u32, y: u32) -> (DVec3, DVec3) {
 }
 
 /// What light shows over the background; `None` where the ray misses the shell.
-pub(crate) fn shown<T: Real>(scene: &Scene, brightest: f64, met: Option<Light<T>>) -> Pixel {
+pub(super) fn shown<T: Real>(scene: &Scene, brightest: f64, met: Option<Light<T>>) -> Pixel {
     let light = met.unwrap_or(Light::none());
     let absorbed = light.absorbed.wide();
     let color = light.color.map(T::wide);

@@ -19,7 +19,8 @@ use glam::DVec3;
 /// Light of a part of a ray, in single precision: what is sent to the rank that puts the ray together.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Fragment {
-    /// From where to where along the ray, from its closest point to the centre.
+    /// From where to where along the ray, from its closest point to the centre. Endless where the ray ended in it: what lies
+    /// behind is hidden by the core, or told by the error.
     pub t: [f64; 2],
     /// Premultiplied linear RGB.
     pub color: [f32; 3],
@@ -129,7 +130,9 @@ impl<T: Real, S: Sample, const N: usize> Caster<'_, T, S, N> {
             let (next, flow) = ray.column(&column, start);
             run = Some([run.map_or(column.entry.t, |[from, _]| from), column.exit.t]);
             if flow == Flow::Stop {
-                found.extend(run.map(|t| Fragment::new(t, ray.light, self.budget.brightest)));
+                found.extend(
+                    run.map(|t| Fragment::new([t[0], f64::INFINITY], ray.light, self.budget.brightest)),
+                );
                 break;
             }
             gap = Some(next);

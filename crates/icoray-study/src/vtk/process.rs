@@ -1,0 +1,151 @@
+//! VTK's environment, its processes and what they say, and the memory of this one.
+
+use super::Options;
+use crate::{io_error, say};
+use icoray::{Error, ErrorKind, Result};
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
+
+/// What is asked of PyPI.
+const PACKAGES: [&str; 2] = ["vtk==9.7.2", "numpy"];
+const SCRIPT: &str = include_str!("draw.py");
+
+fn failed(what: impl std::fmt::Display) -> Error {
+    Error::new(ErrorKind::Io, what.to_string())
+}
+
+/// A Python with VTK.
+pub(super) struct Environment {
+    python: PathBuf,
+    script: PathBuf,
+}
+
+/// How a process ended.
+pub(super) enum Outcome {
+    /// It drew.
+    Said(Said),
+    /// It could not, and why.
+    Failed(String),
+}
+
+/// Names and numbers that a process printed.
+pub(super) struct Said(String);
+
+impl Said {
+    pub fn number(&self, name: &str) -> Result<f64> {
+        let of_line = |line: &str| line.strip_prefix(name)?.trim().parse().ok();
+        self.0.lines().find_map(of_line).ok_or_else(|| failed(format!("VTK's process told no {name}")))
+    }
+}
+
+impl Environment {
+    /// The environment in `directory`, made and filled where it is not there.
+    pub fn new(python: &Path, directory: &Path, out: &mut dyn Write) -> Result<Self> {
+        let inner = directory.join("bin").join("python");
+        let has_vtk = || Command::new(&inner).args(["-c", "import vtk, numpy"]).output();
+        if !has_vtk().is_ok_and(|tried| tried.status.success()) {
+            say(out, &format!("installing {} in {}", PACKAGES.join(", "), directory.display()))?;
+            run(Command::new(python).args(["-m", "venv"]).arg(directory))?;
+            run(Command::new(&inner).args(["-m", "pip", "install", "--quiet"]).args(PACKAGES))?;
+        }
+        let script = directory.join("draw.py");
+        std::fs::write(&script, SCRIPT).map_err(|e| io_error(&script, e))?;
+        Ok(Environment { python: inner, script })
+    }
+
+    /// Draws the model in `directory` with one of VTK's renderers, in a process of its own.
+    pub fn draw(
+        &self,
+        directory: &Path,
+        renderer: &str,
+        options: &Options,
+        picture: &Path,
+    ) -> Result<Outcome> {
+        let bytes = (options.memory * f64::from(1 << 30)) as u64;
+        let log = directory.join(format!("{renderer}.log"));
+        let output = std::fs::File::create(&log).map_err(|e| io_error(&log, e))?;
+        let errors = output.try_clone().map_err(|e| io_error(&log, e))?;
+        let mut command = Command::new(&self.python);
+        command.arg(&self.script).arg(directory).arg(renderer);
+        command.args([options.threads as u64, options.frames.max(1) as u64, bytes].map(|n| n.to_string()));
+        // Off screen: VTK would look for a display first.
+        command.arg(picture).env("VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow");
+        command.stdin(Stdio::null()).stdout(output).stderr(errors);
+        let mut child = command.spawn().map_err(|e| io_error(&self.python, e))?;
+        let start = Instant::now();
+        let status = loop {
+            if let Some(status) = child.try_wait().map_err(|e| io_error(&self.python, e))? {
+                break status;
+            }
+            if start.elapsed() > Duration::from_secs(options.patience) {
+                let _ = child.kill();
+                let _ = child.wait();
+                return Ok(Outcome::Failed(format!("not done after {} s", options.patience)));
+            }
+            std::thread::sleep(Duration::from_millis(20));
+        };
+        let text = std::fs::read_to_string(&log).map_err(|e| io_error(&log, e))?;
+        if status.success() {
+            return Ok(Outcome::Said(Said(text)));
+        }
+        let last = text.lines().rev().find(|line| !line.trim().is_empty()).unwrap_or("nothing was said");
+        let memory = options.memory;
+        Ok(Outcome::Failed(format!("{status} with at most {memory} GiB of memory: {last}")))
+    }
+}
+
+fn run(command: &mut Command) -> Result<()> {
+    let ended = command.output().map_err(|e| failed(format!("{command:?}: {e}")))?;
+    if ended.status.success() {
+        return Ok(());
+    }
+    let said = String::from_utf8_lossy(&ended.stderr);
+    Err(failed(format!("{command:?}: {}: {}", ended.status, said.trim())))
+}
+
+/// The most memory that this process has had since a moment, beyond what it had then.
+pub(super) struct Peak(u64);
+
+impl Peak {
+    pub fn start() -> Result<Self> {
+        let path = Path::new("/proc/self/clear_refs");
+        std::fs::write(path, "5").map_err(|e| io_error(path, e))?;
+        status("VmRSS:").map(Peak)
+    }
+
+    pub fn bytes(&self) -> Result<u64> {
+        Ok(status("VmHWM:")?.saturating_sub(self.0))
+    }
+}
+
+fn status(name: &str) -> Result<u64> {
+    let path = Path::new("/proc/self/status");
+    let text = std::fs::read_to_string(path).map_err(|e| io_error(path, e))?;
+    let of_line = |line: &str| line.strip_prefix(name)?.trim().strip_suffix(" kB")?.trim().parse().ok();
+    let kilobytes: u64 =
+        text.lines().find_map(of_line).ok_or_else(|| failed(format!("{} has no {name}", path.display())))?;
+    Ok(1024 * kilobytes)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_a_process_says_is_found_by_name_and_missing_numbers_are_errors() {
+        let said = Said("a warning\nwedges 97280\nfirst_s 1.5\n".into());
+        assert_eq!(said.number("wedges").unwrap(), 97280.0);
+        assert_eq!(said.number("first_s").unwrap(), 1.5);
+        assert!(said.number("memory").unwrap_err().to_string().contains("memory"));
+    }
+
+    #[test]
+    fn memory_is_seen_to_rise() {
+        let peak = Peak::start().unwrap();
+        let block = std::hint::black_box(vec![1u8; 64 << 20]);
+        let bytes = peak.bytes().unwrap();
+        assert!(bytes >= 60 << 20, "{bytes} of {}", block.len());
+    }
+}

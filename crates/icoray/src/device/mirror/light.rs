@@ -1,0 +1,128 @@
+//! Functions of `kernel/shade.rs` and `kernel/lit.rs`.
+//!
+//! A shade is body, highlight and normal; a course is the gradient's ends and bends and ε.
+
+use super::{Span, segment};
+use crate::kernel::lit;
+use crate::kernel::piece::{Allowance, Light, Method};
+use crate::kernel::shade::{self, RayShading};
+use glam::DVec3;
+
+/// Blinn and Phong's model along one ray; its members are those of the kernel's `RayShading`.
+#[allow(missing_docs)]
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct AlongRay {
+    pub ambient: f32,
+    pub diffuse: f32,
+    pub specular: f32,
+    pub shininess: f32,
+    pub light: [f32; 3],
+    pub halfway: [f32; 3],
+    pub sharpness: f32,
+    pub blind: f32,
+    pub dull: f32,
+}
+
+/// Body, highlight and normal.
+pub type Shade = [f32; 5];
+
+impl AlongRay {
+    /// `Shading::along` of ambient, diffuse, specular and shininess.
+    pub fn new(
+        [ambient, diffuse, specular, shininess]: [f64; 4],
+        towards_light: Option<[f64; 3]>,
+        dir: [f64; 3],
+        share: f64,
+    ) -> Self {
+        let towards_light = towards_light.map(DVec3::from_array);
+        let shading = shade::Shading { ambient, diffuse, specular, shininess, towards_light };
+        let RayShading { ambient, diffuse, specular, shininess, light, halfway, sharpness, blind, dull } =
+            shading.along(DVec3::from_array(dir), share);
+        AlongRay { ambient, diffuse, specular, shininess, light, halfway, sharpness, blind, dull }
+    }
+
+    fn kernel(&self) -> RayShading<f32> {
+        let AlongRay { ambient, diffuse, specular, shininess, light, halfway, sharpness, blind, dull } =
+            *self;
+        RayShading { ambient, diffuse, specular, shininess, light, halfway, sharpness, blind, dull }
+    }
+
+    /// `RayShading::shade`.
+    pub fn shade(&self, gradient: [f32; 3]) -> Shade {
+        numbers(&self.kernel().shade(gradient))
+    }
+
+    /// `RayShading::doubt`.
+    pub fn doubt(&self, [a, m, b]: [Shade; 3], skew: f32) -> Option<(f32, f32)> {
+        self.kernel().doubt(&of(a), &of(m), &of(b), skew)
+    }
+
+    /// `RayShading::apply` to red, green, blue, absorbed, error, variance.
+    pub fn apply(&self, light: [f32; 6], mean: (f32, f32), off: f32) -> [f32; 6] {
+        let [r, g, b, absorbed, error, variance] = light;
+        let light = Light { color: [r, g, b], absorbed, error, variance };
+        let Light { color: [r, g, b], absorbed, error, variance } = self.kernel().apply(light, mean, off);
+        [r, g, b, absorbed, error, variance]
+    }
+
+    /// `RayShading::solid`.
+    pub fn solid(&self, normal: [f64; 3]) -> f32 {
+        self.kernel().solid(DVec3::from_array(normal))
+    }
+
+    /// `Lit::light` of a piece that is the whole course from `range[0]` to `range[1]`; allowance as of
+    /// [`integrate`](super::integrate).
+    #[allow(clippy::too_many_arguments)]
+    pub fn lit(
+        &self,
+        method: Method,
+        piece: [f32; 5],
+        span: &Span,
+        [share, rest, through, reach]: [f32; 4],
+        course: [f32; 10],
+        range: [f32; 2],
+        is_coarse: bool,
+    ) -> [f32; 6] {
+        let allowance = Allowance { share, rest, through, reach };
+        let (span, shading, course) = (span.kernel(), self.kernel(), kernel_course(course));
+        let lit = lit::Lit::<f32, 4> {
+            method,
+            allowance: &allowance,
+            shading: &shading,
+            span: &span,
+            course: &course,
+        };
+        let cuts = if is_coarse { 0 } else { lit::Lit::<f32, 4>::MOST_CUTS };
+        let Light { color: [r, g, b], absorbed, error, variance } = lit.light(&segment(piece), range, cuts);
+        [r, g, b, absorbed, error, variance]
+    }
+}
+
+/// `RayShading::mean`.
+pub fn mean([a, m, b]: [Shade; 3], centre: f32) -> (f32, f32) {
+    RayShading::mean(&of(a), &of(m), &of(b), centre)
+}
+
+/// `Course::gradient`.
+pub fn gradient(course: [f32; 10], u: f32) -> [f32; 3] {
+    kernel_course(course).gradient(u)
+}
+
+/// `Spread::of`: centre and doubt.
+pub fn spread(piece: [f32; 5], span: &Span) -> (f32, f32) {
+    let spread = lit::Spread::of(&segment(piece), &span.kernel());
+    (spread.centre, spread.doubt)
+}
+
+fn numbers(shade: &shade::Shade<f32>) -> Shade {
+    let shade::Shade { body, highlight, normal: [x, y, z] } = *shade;
+    [body, highlight, x, y, z]
+}
+
+fn of([body, highlight, x, y, z]: Shade) -> shade::Shade<f32> {
+    shade::Shade { body, highlight, normal: [x, y, z] }
+}
+
+fn kernel_course([ax, ay, az, bx, by, bz, kx, ky, kz, eps]: [f32; 10]) -> lit::Course<f32, 4> {
+    lit::Course { from: [0.0, ax, ay, az], to: [0.0, bx, by, bz], kappa: [0.0, kx, ky, kz], eps }
+}

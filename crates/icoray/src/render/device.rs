@@ -1,0 +1,112 @@
+//! Tiles that a device traces; what it leaves is for the CPU.
+
+use super::work::{brightest, shown};
+use crate::device::{Band, Device, Job, Reason, Spent, Traced};
+use crate::error::Error;
+use crate::frame::{Counts, FrameReport};
+use crate::kernel::piece::Light;
+use crate::quality::Quality;
+use crate::raster::{Raster, Tile};
+use rayon::prelude::*;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// A picture on a device.
+pub(super) struct OnDevice<'f> {
+    /// `None` once it has left something to the CPU, with the reason.
+    device: Result<&'f dyn Device, Option<Reason>>,
+    job: Job<'f>,
+    spent: Spent,
+    /// The device that has traced tiles of the last call.
+    drew: Option<String>,
+}
+
+impl<'f> OnDevice<'f> {
+    /// The picture of `job` on a device, or on none: for a reason, or as nobody asked for one.
+    pub fn new(device: Result<&'f dyn Device, Option<Reason>>, job: Job<'f>) -> Self {
+        OnDevice { device, job, spent: Spent::default(), drew: None }
+    }
+
+    /// Has the device upload what it needs, so that the next call takes the time of its rays.
+    pub fn get_ready(&mut self, quality: &Quality, raster: Raster) {
+        self.trace(quality, raster, &[], &|_| ());
+    }
+
+    /// Traces tiles, each given away when it is done, and returns those that are left to the CPU.
+    pub fn trace(
+        &mut self,
+        quality: &Quality,
+        raster: Raster,
+        tiles: &[u32],
+        give: &(dyn Fn(Tile) + Sync),
+    ) -> Vec<u32> {
+        self.drew = None;
+        let Ok(device) = self.device else { return tiles.to_vec() };
+        self.job.ask(quality, raster, tiles);
+        let job = &self.job;
+        let is_given: Vec<AtomicBool> = tiles.iter().map(|_| AtomicBool::new(false)).collect();
+        let take = |band: Band| {
+            made_of(job, &band).into_par_iter().enumerate().for_each(|(i, tile)| {
+                if !is_given[band.first + i].swap(true, Ordering::Relaxed) {
+                    give(tile);
+                }
+            });
+        };
+        // A device that breaks is no reason for a picture to fail.
+        let traced = Error::of_panics(|| Ok(device.trace(job, &take)));
+        match traced.unwrap_or_else(|panic| Err(Reason::new(format!("{}: {panic}", device.name())))) {
+            Ok(spent) => self.spent += spent,
+            Err(reason) => self.device = Err(Some(reason)),
+        }
+        let is_given = is_given.into_iter().map(AtomicBool::into_inner);
+        let left: Vec<u32> =
+            tiles.iter().zip(is_given).filter(|(_, is)| !is).map(|(tile, _)| *tile).collect();
+        self.drew = (left.len() < tiles.len()).then(|| device.name());
+        left
+    }
+
+    /// Puts what became of it into a report.
+    pub fn tell(self, report: &mut FrameReport) {
+        let Spent { upload_s, device_s, bytes_uploaded } = self.spent;
+        (report.upload_s, report.device_s, report.bytes_uploaded) = (upload_s, device_s, bytes_uploaded);
+        report.device = self.drew;
+        report.left_to_cpu = self.device.err().flatten().map(|reason| reason.to_string());
+    }
+}
+
+/// The tiles of a band. Its seconds are shared out by what rays met, and a tile off the globe takes some too.
+fn made_of(job: &Job, band: &Band) -> Vec<Tile> {
+    let mut rest = band.rays;
+    let mut rays = Vec::new();
+    for rect in job.tiles().skip(band.first) {
+        if rest.is_empty() {
+            break;
+        }
+        let (of_tile, others) = rest.split_at(rect.pixels());
+        rays.push(of_tile);
+        rest = others;
+    }
+    let numbers = job.numbers()[band.first..].par_iter();
+    let mut tiles: Vec<Tile> =
+        rays.par_iter().zip(numbers).map(|(rays, number)| made(job, *number, rays)).collect();
+    let weight = |tile: &Tile| (1 + tile.counts.frusta) as f64;
+    let second = band.seconds / tiles.iter().map(weight).sum::<f64>();
+    tiles.iter_mut().for_each(|tile| tile.seconds = second * weight(tile));
+    tiles
+}
+
+fn made(job: &Job, number: u32, rays: &[Traced]) -> Tile {
+    let scene = job.scene();
+    let brightest = brightest(scene);
+    let mut counts = Counts::default();
+    let pixel = |ray: &Traced| {
+        let Traced { color, absorbed, error, variance, counts: [columns, frusta, void_frusta] } = *ray;
+        if error == Traced::MISSED {
+            return shown::<f32>(scene, brightest, None);
+        }
+        let [columns, frusta, void_frusta] = [columns, frusta, void_frusta].map(u64::from);
+        counts += Counts { rays: 1, columns, frusta, void_frusta, ..Counts::default() };
+        shown(scene, brightest, Some(Light { color, absorbed, error, variance }))
+    };
+    let pixels = rays.iter().map(pixel).collect();
+    Tile { number, seconds: 0.0, counts, pixels }
+}

@@ -1,0 +1,55 @@
+//! What frames allocate: the second and later frames of a grid nothing that grows with it.
+
+use icoray::{Field, Grid, IcosahedralMesh, Layers, Location, Renderer, Scene, Shape};
+use stats_alloc::{INSTRUMENTED_SYSTEM, Region, StatsAlloc};
+use std::alloc::System;
+
+#[global_allocator]
+static ALLOCATOR: &StatsAlloc<System> = &INSTRUMENTED_SYSTEM;
+
+const LAYERS: usize = 12;
+
+fn scene(rest: &str) -> Scene {
+    let text = format!(
+        "field = \"f\"\nexaggeration = 60\ncore = \"#303030\"\n[image]\nwidth = 48\nheight = 40\n\
+         [camera]\nlon = 20\nlat = 40\ndistance = 4\n[transfer]\nmap = \"viridis\"\nrange = [-1, 1]\n\
+         opacity = [[-1, 0.2], [0, 0], [1, 0.8]]\n{rest}\n"
+    );
+    Scene::parse(&text).unwrap_or_else(|e| panic!("{e}"))
+}
+
+/// Bytes that the third frame of a sphere of `level` bisections allocates.
+fn bytes_of_a_later_frame(level: u32, scene: &Scene, location: Location) -> usize {
+    let mesh = IcosahedralMesh::new(level).unwrap();
+    let grid = Grid::new(mesh.tables()).unwrap();
+    let layers =
+        Layers::new((0..LAYERS).map(|k| 6_371_000.0 + 1000.0 * k as f64).collect(), 6_371_000.0).unwrap();
+    let columns = if location == Location::Center { grid.cells() } else { grid.triangles() };
+    let values: Vec<f32> = (0..columns * LAYERS).map(|i| (i as f32 * 1e-3).sin()).collect();
+    let shape = Shape::level_fastest(columns, LAYERS);
+    let field = Field::new(values.as_slice().into(), shape, location, None).unwrap();
+    let renderer = Renderer::new(1).unwrap();
+    for _ in 0..2 {
+        renderer.render(scene, &grid, &layers, &field).unwrap();
+    }
+    let region = Region::new(ALLOCATOR);
+    renderer.render(scene, &grid, &layers, &field).unwrap();
+    region.change().bytes_allocated
+}
+
+/// One test alone in its process, as the allocator counts for all threads.
+#[test]
+fn later_frames_allocate_nothing_that_grows_with_the_grid() {
+    let lit = "[light]\nkind = \"headlight\"";
+    for (name, rest, location) in [
+        ("unlit", "", Location::Center),
+        ("lit", lit, Location::Center),
+        ("corners", "", Location::Corner),
+        ("corners, lit", lit, Location::Corner),
+    ] {
+        let [small, large] = [3, 6].map(|level| bytes_of_a_later_frame(level, &scene(rest), location));
+        println!("{name}: {small} bytes with 642 cells, {large} with 40,962");
+        // Of 40,320 cells more, not a byte each.
+        assert!(large < small + 20_000, "{name}: {small} and {large} bytes");
+    }
+}

@@ -1,0 +1,116 @@
+// Mirrors kernel/shade.rs.
+#import kernel/piece
+#import kernel/plane
+
+// What is the same along all rays: `Shading` of icoray/src/device, and how often a piece may be cut for its light.
+struct Shading {
+    light_hi: vec3f,
+    ambient: f32,
+    light_lo: vec3f,
+    diffuse: f32,
+    specular: f32,
+    shininess: f32,
+    sharpness: f32,
+    blind: f32,
+    dull: f32,
+    is_headlight: u32,
+    most_cuts: u32,
+}
+
+@group(1) @binding(0) var<uniform> lighting: Shading;
+
+struct RayShading {
+    ambient: f32,
+    diffuse: f32,
+    specular: f32,
+    shininess: f32,
+    light: vec3f,
+    halfway: vec3f,
+    sharpness: f32,
+    blind: f32,
+    dull: f32,
+}
+
+struct Shade {
+    body: f32,
+    highlight: f32,
+    normal: vec3f,
+}
+
+fn shading_along(s: Shading, dir: Wide3) -> RayShading {
+    var light = Wide3(s.light_hi, s.light_lo);
+    if s.is_headlight != 0u {
+        light = wide3_neg(dir);
+    }
+    let between = wide3_add(light, wide3_neg(dir));
+    let long = wide3_length(between);
+    var halfway = vec3f(0.0);
+    if long.hi > HAIR {
+        halfway = wide3_scale(between, wide_div(wide(1.0), long)).hi;
+    }
+    return RayShading(
+        s.ambient, s.diffuse, s.specular, s.shininess, light.hi, halfway, s.sharpness, s.blind, s.dull,
+    );
+}
+
+fn ray_shading_shade(s: RayShading, gradient: vec3f) -> Shade {
+    let size = abs(gradient);
+    let largest = max(size.x, max(size.y, size.z));
+    if !(largest > 0.0 && largest <= ENDLESS) {
+        return Shade(s.ambient, 0.0, vec3f(0.0));
+    }
+    let n = gradient / largest;
+    let normal = n / sqrt(dot(n, n));
+    let body = s.ambient + s.diffuse * abs(dot(normal, s.light));
+    let gleam = abs(dot(normal, s.halfway));
+    var highlight = 0.0;
+    if gleam >= s.dull {
+        highlight = s.specular * power(gleam, s.shininess);
+    }
+    return Shade(body, highlight, normal);
+}
+
+// Of body and highlight, as `doubt` and `apply` have them.
+fn ray_shading_mean(a: Shade, m: Shade, b: Shade, centre: f32) -> vec2f {
+    let at_a = vec2f(a.body, a.highlight);
+    let at_b = vec2f(b.body, b.highlight);
+    return (at_a + 4.0 * vec2f(m.body, m.highlight) + at_b) * (1.0 / 6.0) + centre * (at_b - at_a);
+}
+
+// How far a mean shade may be off, where the three tell.
+struct ShadeDoubt {
+    off: vec2f,
+    is_there: bool,
+}
+
+fn ray_shading_doubt(s: RayShading, a: Shade, m: Shade, b: Shade, skew: f32) -> ShadeDoubt {
+    let turn = max(turn2(a.normal, m.normal), turn2(m.normal, b.normal));
+    let at_a = vec2f(a.body, a.highlight);
+    let at_m = vec2f(m.body, m.highlight);
+    let at_b = vec2f(b.body, b.highlight);
+    let bend = abs(at_a - at_m - at_m + at_b);
+    let off = skew * (abs(at_b - at_a) + bend) + 0.2 * bend;
+    return ShadeDoubt(off + vec2f(0.0, s.blind), turn * s.sharpness <= 0.5);
+}
+
+fn ray_shading_apply(s: RayShading, light: Light, mean: vec2f, off: f32) -> Light {
+    let rounded = 0.5 * ROUNDING * s.sharpness * light.absorbed;
+    let scale = max(mean.x, 1.0);
+    return Light(
+        light.color * mean.x + light.absorbed * mean.y,
+        light.absorbed,
+        light.error * mean.x + light.absorbed * off,
+        light.variance * scale * scale + rounded * rounded,
+    );
+}
+
+fn ray_shading_solid(s: RayShading, normal: vec3f) -> f32 {
+    return s.ambient + s.diffuse * max(dot(normal, s.light), 0.0);
+}
+
+fn turn2(a: vec3f, b: vec3f) -> f32 {
+    if dot(a, a) + dot(b, b) == 0.0 {
+        return 0.0;
+    }
+    return 2.0 * (1.0 - dot(a, b));
+}
