@@ -5,7 +5,7 @@ use crate::layout::{Params, Piece, ShellLayer, Span, Step, halves, halves3};
 use crate::light;
 use crate::mesh::Mesh;
 use crate::shader;
-use icoray::device::{Allowed, Job, Reason, Rect, locate};
+use icoray::device::{Allowed, ENDLESS, Job, Reason, Rect, locate};
 use icoray::{Lights, Method};
 use rayon::prelude::*;
 use std::sync::{Arc, PoisonError};
@@ -20,6 +20,7 @@ pub(crate) struct Variant {
     has_core: bool,
     has_void: bool,
     has_steps: bool,
+    few_knots: bool,
     is_lit: bool,
 }
 
@@ -66,6 +67,7 @@ impl Variant {
             has_core: scene.core.is_some(),
             has_void: job.grid().void_triangles() > 0,
             has_steps: !job.steps().is_empty(),
+            few_knots: few_knots(job).is_some(),
             is_lit: job.quality().lights != Lights::Off,
         }
     }
@@ -97,6 +99,7 @@ impl Variant {
                     ("HAS_CORE", number(self.has_core)),
                     ("HAS_VOID", number(self.has_void)),
                     ("HAS_STEPS", number(self.has_steps)),
+                    ("FEW_KNOTS", number(self.few_knots)),
                     ("IS_LIT", number(self.is_lit)),
                 ],
                 ..Default::default()
@@ -107,6 +110,17 @@ impl Variant {
         known.insert(self, pipeline.clone());
         Ok(pipeline)
     }
+}
+
+/// Where the spans behind the first begin, if they are few.
+fn few_knots(job: &Job) -> Option<[f32; 4]> {
+    let spans = job.spans();
+    let mut knots = [ENDLESS; 4];
+    let is_few = spans.len() <= knots.len() + 1;
+    is_few.then(|| {
+        knots.iter_mut().zip(&spans[1..]).for_each(|(knot, span)| *knot = span.low);
+        knots
+    })
 }
 
 /// The numbers that all rays share, but for the pieces of a dispatch.
@@ -136,6 +150,7 @@ pub(crate) fn params(job: &Job, mesh: &Mesh) -> Params {
         pixel_step: job.quality().pixel_step,
         // A great circle passes some 3 times the root of them, on refined meshes and over slivers more.
         most_steps: 1000 + 40 * triangles.isqrt() as u32,
+        knots: few_knots(job).unwrap_or_default(),
         core: scene.core.unwrap_or_default().map(|c| c as f32),
         layers: layers as u32,
         index_base: grid.tables().index_base,
