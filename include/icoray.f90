@@ -51,6 +51,7 @@ module icoray
     ICORAY_I32 = 3, ICORAY_I64 = 4, &           !< icoray_grid%index_type, icoray_part%index_type
     ICORAY_CENTER = 0, ICORAY_CORNER = 1, &     !< location: values at cell centres, or at corners (averaged)
     ICORAY_ALONE = 0, ICORAY_TILES = 1, ICORAY_FRAGMENTS = 2, &   !< icoray_frame_report%scheme: how ranks shared it
+    ICORAY_CPU = 0, ICORAY_GPU = 1, ICORAY_GPU_AND_CPU = 2, &     !< icoray_frame_report%drawn_on: who traced rays
     ICORAY_NEVER_MODIFY = 0, ICORAY_OVERWRITE = 1, &              !< existing: pictures that are there already
     ICORAY_WARN = 0, ICORAY_IGNORE = 1, ICORAY_DISABLE = 2, &     !< on_error: log, do not log, or switch off
     ICORAY_BLOCK = 0, ICORAY_DROP_OLDEST = 1, &                   !< when_full: wait, or drop the oldest frame
@@ -177,6 +178,9 @@ module icoray
     integer(c_int32_t) :: scheme = 0
     integer(c_int64_t) :: fragments = 0, fragment_bytes = 0
     real(c_double) :: compose_s = 0
+    integer(c_int32_t) :: drawn_on = 0
+    real(c_double) :: upload_s = 0, device_s = 0
+    integer(c_int64_t) :: bytes_uploaded = 0
   end type icoray_frame_report
 
   !> Opens a context without MPI: call icoray_open_serial(ctx, [ierr], keywords) or (ctx, icoray_config, [ierr]).

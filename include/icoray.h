@@ -65,6 +65,21 @@
 #define ICORAY_FRAGMENTS 2
 
 /**
+ * icoray_frame_report.drawn_on: the CPU traced this rank's rays.
+ */
+#define ICORAY_CPU 0
+
+/**
+ * icoray_frame_report.drawn_on: a GPU did.
+ */
+#define ICORAY_GPU 1
+
+/**
+ * icoray_frame_report.drawn_on: a GPU did, and left some to the CPU.
+ */
+#define ICORAY_GPU_AND_CPU 2
+
+/**
  * icoray_config.existing: a picture that is there is not replaced; icoray_execute says ICORAY_ERR_EXISTS.
  */
 #define ICORAY_NEVER_MODIFY 0
@@ -403,6 +418,23 @@ typedef struct icoray_frame_report {
    * Seconds in which this rank put rays together of fragments.
    */
   double compose_s;
+  /**
+   * Who traced this rank's rays: ICORAY_CPU, ICORAY_GPU, or ICORAY_GPU_AND_CPU where a GPU left some to the CPU. The log says
+   * which GPU it was and why the CPU drew, each thing once.
+   */
+  int32_t drawn_on;
+  /**
+   * Seconds of render_s until rays could begin on the GPU: preparing what is uploaded, and uploading.
+   */
+  double upload_s;
+  /**
+   * Seconds of rays by the GPU's clock; NaN where there is none.
+   */
+  double device_s;
+  /**
+   * Bytes that were uploaded to the GPU.
+   */
+  uint64_t bytes_uploaded;
 } icoray_frame_report;
 
 /**

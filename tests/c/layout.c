@@ -133,6 +133,10 @@ int main(void)
     MEMBER(icoray_frame_report, fragments);
     MEMBER(icoray_frame_report, fragment_bytes);
     MEMBER(icoray_frame_report, compose_s);
+    MEMBER(icoray_frame_report, drawn_on);
+    MEMBER(icoray_frame_report, upload_s);
+    MEMBER(icoray_frame_report, device_s);
+    MEMBER(icoray_frame_report, bytes_uploaded);
 
     STRUCT(icoray_status);
     NUMBER(ICORAY_OK);
@@ -161,6 +165,9 @@ int main(void)
     NUMBER(ICORAY_ALONE);
     NUMBER(ICORAY_TILES);
     NUMBER(ICORAY_FRAGMENTS);
+    NUMBER(ICORAY_CPU);
+    NUMBER(ICORAY_GPU);
+    NUMBER(ICORAY_GPU_AND_CPU);
     NUMBER(ICORAY_NEVER_MODIFY);
     NUMBER(ICORAY_OVERWRITE);
     NUMBER(ICORAY_WARN);

@@ -44,7 +44,7 @@ pub fn rust_layout() -> String {
             columns frusta void_frusta value_min value_max missing_values bytes_copied bytes_derived
             bytes_peak error_max error_mean error_p999 tolerance error_is_bound pixel_step lights threads
             frames_written frames_failed frames_dropped host_total_s write_total_s ranks tiles gather_s balance
-            bytes_received scheme fragments fragment_bytes compose_s;
+            bytes_received scheme fragments fragment_bytes compose_s drawn_on upload_s device_s bytes_uploaded;
         icoray_status:;
     }
     use types::icoray_status as status;
@@ -57,6 +57,7 @@ pub fn rust_layout() -> String {
         status::ICORAY_ERR_FORKED, status::ICORAY_ERR_MPI,
         types::ICORAY_F32, types::ICORAY_F64, types::ICORAY_I32, types::ICORAY_I64, types::ICORAY_CENTER,
         types::ICORAY_CORNER, types::ICORAY_ALONE, types::ICORAY_TILES, types::ICORAY_FRAGMENTS,
+        types::ICORAY_CPU, types::ICORAY_GPU, types::ICORAY_GPU_AND_CPU,
         types::ICORAY_NEVER_MODIFY, types::ICORAY_OVERWRITE, types::ICORAY_WARN,
         types::ICORAY_IGNORE, types::ICORAY_DISABLE, types::ICORAY_BLOCK, types::ICORAY_DROP_OLDEST,
         types::ICORAY_LOG_OFF, types::ICORAY_LOG_ERROR, types::ICORAY_LOG_WARN, types::ICORAY_LOG_INFO,

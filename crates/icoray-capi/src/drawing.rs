@@ -8,17 +8,21 @@ use crate::log::{Level, Log};
 use crate::memory;
 use crate::policy::Policy;
 use crate::types::{
-    ICORAY_ALONE, ICORAY_BLOCK, ICORAY_DROP_OLDEST, ICORAY_FRAGMENTS, ICORAY_NEVER_MODIFY, ICORAY_OVERWRITE,
-    ICORAY_TILES, icoray_config, icoray_frame_report, icoray_status,
+    ICORAY_ALONE, ICORAY_BLOCK, ICORAY_CPU, ICORAY_DROP_OLDEST, ICORAY_FRAGMENTS, ICORAY_GPU,
+    ICORAY_GPU_AND_CPU, ICORAY_NEVER_MODIFY, ICORAY_OVERWRITE, ICORAY_TILES, icoray_config,
+    icoray_frame_report, icoray_status,
 };
 use icoray_core::output::{Existing, Stamp, WhenFull, Writer, WriterOptions};
 use icoray_core::{
-    Background, Certainty, Error, Frame, FrameReport, Job, Lights, Ranks, Renderer, Scene, Scheme,
+    Backend, Background, Certainty, Error, Frame, FrameReport, Job, Lights, Ranks, Renderer, Scene, Scheme,
 };
 use std::sync::Arc;
 use std::time::Instant;
 
+mod devices;
 mod together;
+
+use devices::Devices;
 
 /// Frames that wait for the writer, where the config names no number.
 const QUEUE: usize = 2;
@@ -33,6 +37,7 @@ pub(crate) struct Drawing {
     /// With several ranks: what they last agreed on.
     is_on_for_all: Option<bool>,
     log: Log,
+    devices: Devices,
     /// The first failure that no call has told of.
     untold: Option<Failure>,
     last: Option<(Stamp, FrameReport)>,
@@ -71,7 +76,10 @@ impl Drawing {
         }
         let log = Log::new(config.log, config.log_user, config.log_level);
         let (renderer, writer, background) = without_signals(|| -> Outcome<_> {
-            let renderer = Arc::new(Renderer::new(threads)?);
+            let renderer = Renderer::new(threads)?;
+            #[cfg(feature = "gpu")]
+            let renderer = renderer.with_devices(Arc::new(icoray_gpu::Gpus));
+            let renderer = Arc::new(renderer);
             let writer = Arc::new(Writer::new(options)?);
             let draws = (config.async_render != 0).then(|| Background::new(renderer.clone(), writer.clone()));
             Ok((renderer, writer, draws.transpose()?))
@@ -85,6 +93,7 @@ impl Drawing {
             policy,
             is_on_for_all,
             log,
+            devices: Devices::default(),
             untold,
             last,
             handed_over,
@@ -139,6 +148,7 @@ impl Drawing {
     fn begin(&mut self, stamp: Stamp, subject: Subject) -> Outcome<()> {
         // What one process holds is the whole grid and field.
         let Subject { scene, grid, held: _, layers, field } = subject;
+        self.devices.is_asked = scene.backend == Backend::Gpu;
         if let Some(background) = &mut self.background {
             background.submit(Job { scene, grid, layers, stamp }, &field)?;
             // The frame before was waited for; its cost is to be taken before this one's takes its place.
@@ -155,6 +165,7 @@ impl Drawing {
     /// A frame that is drawn goes to the writer.
     fn hand_on(&mut self, frame: Frame, scene: &Scene, stamp: Stamp) {
         let mut report = frame.report.clone();
+        self.devices.tell(&stamp, &report, &self.log);
         self.describe(&stamp, &report);
         let submitted = self.writer.submit(frame, scene.output.clone(), stamp.clone());
         report.waited_s = submitted.waited_s;
@@ -190,6 +201,7 @@ impl Drawing {
                 self.drop_frame(drawn.dropped.as_ref());
                 match drawn.result {
                     Ok(report) => {
+                        self.devices.tell(&drawn.stamp, &report, &self.log);
                         self.describe(&drawn.stamp, &report);
                         self.last = Some((drawn.stamp, report));
                     }
@@ -352,6 +364,14 @@ fn crossing(stamp: &Stamp, r: &FrameReport, totals: &Totals) -> icoray_frame_rep
         fragments: r.counts.fragments,
         fragment_bytes: r.counts.fragment_bytes,
         compose_s: r.compose_s,
+        drawn_on: match (&r.device, &r.left_to_cpu) {
+            (None, _) => ICORAY_CPU,
+            (Some(_), None) => ICORAY_GPU,
+            (Some(_), Some(_)) => ICORAY_GPU_AND_CPU,
+        },
+        upload_s: r.upload_s,
+        device_s: r.device_s.unwrap_or(f64::NAN),
+        bytes_uploaded: r.bytes_uploaded,
         frames_written: totals.written,
         frames_failed: totals.failed,
         frames_dropped: totals.dropped,

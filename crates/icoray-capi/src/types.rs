@@ -63,6 +63,13 @@ pub const ICORAY_TILES: i32 = 1;
 /// icoray_frame_report.scheme: each rank drew its own part of the grid, and rays were put together of what ranks had.
 pub const ICORAY_FRAGMENTS: i32 = 2;
 
+/// icoray_frame_report.drawn_on: the CPU traced this rank's rays.
+pub const ICORAY_CPU: i32 = 0;
+/// icoray_frame_report.drawn_on: a GPU did.
+pub const ICORAY_GPU: i32 = 1;
+/// icoray_frame_report.drawn_on: a GPU did, and left some to the CPU.
+pub const ICORAY_GPU_AND_CPU: i32 = 2;
+
 /// icoray_config.existing: a picture that is there is not replaced; icoray_execute says ICORAY_ERR_EXISTS.
 pub const ICORAY_NEVER_MODIFY: i32 = 0;
 /// icoray_config.existing: a picture of the same name is replaced.
@@ -393,4 +400,13 @@ pub struct icoray_frame_report {
     pub fragment_bytes: u64,
     /// Seconds in which this rank put rays together of fragments.
     pub compose_s: f64,
+    /// Who traced this rank's rays: ICORAY_CPU, ICORAY_GPU, or ICORAY_GPU_AND_CPU where a GPU left some to the CPU. The log says
+    /// which GPU it was and why the CPU drew, each thing once.
+    pub drawn_on: i32,
+    /// Seconds of render_s until rays could begin on the GPU: preparing what is uploaded, and uploading.
+    pub upload_s: f64,
+    /// Seconds of rays by the GPU's clock; NaN where there is none.
+    pub device_s: f64,
+    /// Bytes that were uploaded to the GPU.
+    pub bytes_uploaded: u64,
 }

@@ -1,11 +1,12 @@
 //! icoray on the command line: pictures of MPAS files.
 //!
-//! `icoray render` makes pictures, `icoray info` says what a file holds, `icoray plan` what a scene leaves out,
+//! `icoray render` makes pictures, `icoray info` says what a file holds, `icoray plan` what a scene leaves out, `icoray devices` which GPUs can draw,
 //! `icoray study` measures what the library claims. Results
 //! go to stdout; an error is one line on stderr and exit code 1, wrong usage exit code 2.
 #![forbid(unsafe_code)]
 
 mod failure;
+mod gpu;
 mod info;
 mod input;
 mod plan;
@@ -31,6 +32,8 @@ enum Command {
     Info(info::Args),
     /// Say what a scene leaves out for an MPAS file
     Plan(plan::Args),
+    /// List the GPUs that can draw, with the numbers by which scenes choose them
+    Devices,
     /// Measure what icoray claims
     #[command(subcommand)]
     Study(icoray_study::Study),
@@ -42,6 +45,7 @@ fn main() -> ExitCode {
         Command::Render(args) => render::run(&args, &mut out),
         Command::Info(args) => info::run(&args, &mut out),
         Command::Plan(args) => plan::run(&args, &mut out),
+        Command::Devices => gpu::list().iter().try_for_each(|line| Ok(writeln!(out, "{line}")?)),
         Command::Study(study) => study.run(&mut out).map_err(Into::into),
     };
     match done.and_then(|()| Ok(out.flush()?)) {

@@ -1,6 +1,7 @@
 //! `icoray plan`: what a scene leaves out.
 
 use crate::failure::Failure;
+use crate::gpu;
 use crate::input::{self, Input};
 use icoray::{Plan, Sharing};
 use std::io::Write;
@@ -14,15 +15,20 @@ pub struct Args {
     /// What to draw and how
     #[arg(long, value_name = "SCENE.toml")]
     scene: PathBuf,
+    #[command(flatten)]
+    gpu: gpu::Args,
 }
 
 /// Prints, a line each, what is not computed or read for the scene.
 pub fn run(args: &Args, out: &mut impl Write) -> Result<(), Failure> {
-    let scene = input::scene(&args.scene)?;
+    let mut scene = input::scene(&args.scene)?;
+    args.gpu.apply(&mut scene);
     let file = args.input.open()?;
     let grid = file.mesh().grid()?;
     let layers = file.layers()?;
     let owned = file.read_field(&scene.field, 0)?;
+    // Nothing is drawn.
+    let renderer = gpu::renderer(1)?;
     let plan = Plan::new(&scene, &grid, &layers, &owned.field()?)?;
     if plan.left_out().is_empty() {
         writeln!(out, "nothing is left out")?;
@@ -30,6 +36,7 @@ pub fn run(args: &Args, out: &mut impl Write) -> Result<(), Failure> {
     for part in plan.left_out() {
         writeln!(out, "left out: {part}")?;
     }
+    writeln!(out, "drawn on {}", gpu::would_draw(&renderer, &scene))?;
     writeln!(out, "several ranks would draw {}", Sharing::new(&scene, None)?)?;
     Ok(())
 }

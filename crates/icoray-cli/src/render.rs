@@ -1,12 +1,11 @@
 //! `icoray render`: pictures of one time, or of all.
 
-mod backend;
 mod press;
 mod target;
 
 use crate::failure::Failure;
+use crate::gpu;
 use crate::input::{self, Input};
-use backend::{Backend, with_device};
 use icoray::output::{Existing, Stamp};
 use icoray::{Error, ErrorKind, Frame, Grid, Layers, Location, Renderer, Result, Scene};
 use icoray_netcdf::{FieldInfo, LayerHeights, MpasFile};
@@ -36,9 +35,8 @@ pub struct Args {
     /// Number of threads; 0 is as many as there are cores to use
     #[arg(long, value_name = "N", default_value_t = 0)]
     threads: usize,
-    /// Who draws
-    #[arg(long, value_name = "WHO", value_enum, default_value_t = Backend::Cpu)]
-    backend: Backend,
+    #[command(flatten)]
+    gpu: gpu::Args,
     /// Picture size in pixels, instead of the scene's
     #[arg(long, value_name = "WxH", value_parser = size)]
     size: Option<(u32, u32)>,
@@ -154,6 +152,7 @@ fn scene(args: &Args) -> Result<Scene> {
     if let Some(tolerance) = args.tolerance {
         scene.tolerance = tolerance;
     }
+    args.gpu.apply(&mut scene);
     if args.error.is_some() {
         scene.output.error = None;
     }
@@ -167,7 +166,7 @@ pub fn run(args: &Args, out: &mut impl Write) -> std::result::Result<(), Failure
         target::expect_error_map(map, args.time)?;
     }
     let scene = scene(args)?;
-    let (renderer, no_device) = with_device(Renderer::new(args.threads)?, args.backend);
+    let renderer = gpu::renderer(args.threads)?;
     let start = Instant::now();
     let file = args.input.open()?;
     let info = file.field_info(&scene.field)?;
@@ -193,7 +192,6 @@ pub fn run(args: &Args, out: &mut impl Write) -> std::result::Result<(), Failure
         grid: &grid,
         layers: &heights.layers,
         renderer: &renderer,
-        no_device,
         target: &target,
     };
     let open_s = start.elapsed().as_secs_f64();
@@ -261,8 +259,6 @@ struct Job<'a> {
     grid: &'a Grid<'a>,
     layers: &'a Layers,
     renderer: &'a Renderer,
-    /// Why there is no device although one was asked for.
-    no_device: Option<String>,
     target: &'a Target,
 }
 
@@ -302,15 +298,9 @@ impl Job<'_> {
             report.prepare_s,
             report.render_s,
         );
-        let reason = self.no_device.as_ref().or(report.left_to_cpu.as_ref());
-        let drawn_on = match (&report.device, reason) {
-            (None, None) => String::new(),
-            (Some(device), None) => format!("\ndrawn on  {device}"),
-            (None, Some(reason)) => format!("\ndrawn on  the CPU: {reason}"),
-            (Some(device), Some(reason)) => format!("\ndrawn on  {device}, some of it the CPU: {reason}"),
-        };
+        let drawn_on = gpu::drawn_on(report.device.as_deref(), report.left_to_cpu.as_deref());
         let (threads, left_out) = (report.threads, report.left_out.join("; "));
-        let after = format!(" ({threads} threads){drawn_on}\nleft out  {left_out}");
+        let after = format!(" ({threads} threads)\ndrawn on  {drawn_on}\nleft out  {left_out}");
         Ok((frame, stamp, Said(before, after)))
     }
 }

@@ -59,7 +59,7 @@ impl Device for Gpu {
         spent.device_s = times.seconds(self)?;
         if lost > 0 {
             return because(format!(
-                "rays of {lost} tiles have lost their way on {}, or their loops were cut short",
+                "rays have lost their way on {}, or their loops were cut short",
                 self.name()
             ));
         }

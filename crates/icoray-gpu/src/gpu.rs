@@ -8,18 +8,6 @@ use std::collections::HashMap;
 use std::fmt;
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// Which adapter to draw on.
-#[derive(Debug, Clone, PartialEq, Eq, Default)]
-pub enum Choice {
-    /// The fastest kind that is there: discrete, integrated, virtual, and last a processor that acts as one.
-    #[default]
-    Any,
-    /// That number in the list of adapters, from 0.
-    Index(usize),
-    /// The first whose name holds this, whatever the case.
-    Name(String),
-}
-
 /// Shorthand of this crate's.
 pub(crate) fn because<T>(reason: impl Into<String>) -> Result<T, Reason> {
     Err(Reason::new(reason))
@@ -65,41 +53,7 @@ const BINDINGS: [wgpu::BufferBindingType; 14] = {
 
 impl Gpu {
     /// Opens a device.
-    ///
-    /// # Errors
-    /// A [`Reason`] where there is no such adapter, or it cannot do what the kernel needs.
-    pub fn new(choice: &Choice) -> Result<Self, Reason> {
-        let instance = wgpu::Instance::new(wgpu::InstanceDescriptor {
-            backends: wgpu::Backends::VULKAN,
-            ..wgpu::InstanceDescriptor::new_without_display_handle()
-        });
-        let mut adapters = pollster::block_on(instance.enumerate_adapters(wgpu::Backends::VULKAN));
-        let names: Vec<String> = adapters.iter().map(|a| a.get_info().name).collect();
-        let kind = |adapter: &wgpu::Adapter| match adapter.get_info().device_type {
-            wgpu::DeviceType::DiscreteGpu => 0,
-            wgpu::DeviceType::IntegratedGpu => 1,
-            wgpu::DeviceType::VirtualGpu => 2,
-            _ => 3,
-        };
-        let place = match choice {
-            Choice::Any => (0..adapters.len()).min_by_key(|&i| kind(&adapters[i])),
-            Choice::Index(index) => Some(*index).filter(|&i| i < adapters.len()),
-            Choice::Name(name) => {
-                names.iter().position(|known| known.to_lowercase().contains(&name.to_lowercase()))
-            }
-        };
-        let Some(place) = place else {
-            return because(match (choice, names.is_empty()) {
-                (_, true) => "no Vulkan adapter is here".into(),
-                (Choice::Index(index), _) => format!("no adapter has the number {index} of {names:?}"),
-                (Choice::Name(name), _) => format!("no adapter is named {name:?} of {names:?}"),
-                (Choice::Any, _) => unreachable!("one of several adapters is the fastest"),
-            });
-        };
-        Self::open(&adapters.swap_remove(place))
-    }
-
-    fn open(adapter: &wgpu::Adapter) -> Result<Self, Reason> {
+    pub(crate) fn open(adapter: &wgpu::Adapter) -> Result<Self, Reason> {
         let (info, limits) = (adapter.get_info(), adapter.limits());
         // The gradients are one more.
         let needed = BINDINGS.len() as u32;

@@ -9,10 +9,10 @@
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
 //! # let (scene, grid, layers, field): (icoray::Scene, icoray::Grid, icoray::Layers, icoray::Field) = todo();
 //! # fn todo<T>() -> T { unimplemented!() }
-//! use icoray_gpu::{Choice, Gpu};
+//! use icoray_gpu::Gpus;
 //! use std::sync::Arc;
 //!
-//! let renderer = icoray::Renderer::new(0)?.with_device(Arc::new(Gpu::new(&Choice::Any)?));
+//! let renderer = icoray::Renderer::new(0)?.with_devices(Arc::new(Gpus));
 //! let frame = renderer.render(&scene, &grid, &layers, &field)?;
 //! println!("drawn by {}", frame.report.device.as_deref().unwrap_or("the CPU"));
 //! # Ok(())
@@ -20,6 +20,7 @@
 //! ```
 #![forbid(unsafe_code)]
 
+mod adapters;
 mod draw;
 mod gpu;
 pub mod layout;
@@ -30,5 +31,6 @@ mod scene;
 pub mod shader;
 mod times;
 
-pub use gpu::{Choice, Gpu};
+pub use adapters::{Choice, Gpus, Kind, Listed, list};
+pub use gpu::Gpu;
 pub use peaks::Peaks;

@@ -98,6 +98,10 @@ impl Team for MpiTeam {
         self.exchange_in_parts(mine, MOST)
     }
 
+    fn node_rank(&mut self) -> Result<usize> {
+        self.rank_on_host()
+    }
+
     fn node(&mut self, bytes: usize) -> Result<NodeShare> {
         self.share_node(bytes)
     }

@@ -45,14 +45,24 @@ impl MpiTeam {
         })
     }
 
-    /// Those that share memory with this rank, or as many of them as the environment says.
-    fn node_group(&self) -> Result<Group> {
-        let host = self.split(|comm, key, new| {
+    /// This rank's number on its host. Collective.
+    pub(crate) fn rank_on_host(&self) -> Result<usize> {
+        Ok(self.host_group()?.rank)
+    }
+
+    /// Those that share memory with this rank.
+    fn host_group(&self) -> Result<Group> {
+        self.split(|comm, key, new| {
             // SAFETY: a communicator and a handle that is written.
             unsafe {
                 ffi::MPI_Comm_split_type(comm, ffi::RSMPI_COMM_TYPE_SHARED, key, ffi::RSMPI_INFO_NULL, new)
             }
-        })?;
+        })
+    }
+
+    /// The same, or as many of them as the environment says.
+    fn node_group(&self) -> Result<Group> {
+        let host = self.host_group()?;
         let most = std::env::var(NODE_RANKS).ok().and_then(|most| most.parse::<usize>().ok());
         let color = host.rank / most.filter(|most| *most > 0).unwrap_or(host.size);
         let comm = host.comm;

@@ -179,6 +179,7 @@ impl Frame {
             ("error".into(), self.report.error.to_string()),
             ("quality".into(), self.report.quality.to_string()),
         ];
+        lines.extend(self.report.device.iter().map(|device| ("drawn on".into(), device.clone())));
         lines.extend(self.stamp.date.iter().map(|date| ("date".into(), date.clone())));
         lines.extend(self.notes.iter().map(|(key, text)| ((*key).to_string(), text.clone())));
         lines

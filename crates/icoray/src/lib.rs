@@ -68,7 +68,9 @@ pub use plan::{Plan, Sharing};
 pub use quality::{Lights, Quality};
 pub use ranks::{Columns, Held, Owned, Part, PartCells, Ranks, Team};
 pub use render::{Rendered, Renderer};
-pub use scene::{Camera, Knot, Lighting, Precision, Scene, Scheme, Source, TransferFunction};
+pub use scene::{
+    Adapter, Backend, Camera, Knot, Lighting, Precision, Scene, Scheme, Source, TransferFunction,
+};
 pub use shape::Shape;
 pub use snapshot::Snapshot;
 pub use traverse::{Frustum, Stretch, Traversal};

@@ -60,6 +60,8 @@ const LOOSEST: f64 = 1e-2;
 const LARGEST_STEP: u32 = 32;
 /// About how many pixels are traced to see what a frame costs.
 const PROBE: f64 = 400.0;
+/// The part of what is left that one more measurement on a device may take.
+const DEVICE_PROBE: f64 = 0.1;
 /// How many times over there has to be time before a better quality is tried.
 const TO_SPARE: f64 = 1.2;
 /// A frame is planned to take this part of what is left, since a probe is not exact.
@@ -94,18 +96,80 @@ impl Deadline {
         start.elapsed().as_secs_f64() / part <= GRADIENTS * self.left()
     }
 
-    /// The best quality that keeps the deadline; `trace` traces a raster in a quality.
-    pub fn pick(&self, asked: Quality, raster: Raster, mut trace: impl FnMut(&Quality, Raster)) -> Quality {
-        choose(asked, raster, self.left(), self.ranks, |quality, raster| {
-            let start = Instant::now();
-            trace(quality, raster);
-            start.elapsed().as_secs_f64()
+    /// The best quality that keeps the deadline; `trace` traces a raster in a quality, on a device or on the CPU.
+    pub fn pick(
+        &self,
+        asked: Quality,
+        raster: Raster,
+        on_device: bool,
+        mut trace: impl FnMut(&Quality, Raster),
+    ) -> Quality {
+        choose(asked, raster, self.left(), self.ranks, |quality, left| {
+            let seconds = |raster: Raster| {
+                let start = Instant::now();
+                trace(quality, raster);
+                start.elapsed().as_secs_f64()
+            };
+            if on_device { Cost::on_device(raster, left, seconds) } else { Cost::on_cpu(raster, seconds) }
         })
     }
 }
 
+/// What a picture takes in some quality.
+#[derive(Debug, Clone, Copy)]
+struct Cost {
+    /// Seconds in which this was found.
+    spent: f64,
+    /// Seconds whatever there is to trace.
+    fixed: f64,
+    /// Seconds of all pixels beyond that.
+    pixels: f64,
+}
+
+impl Cost {
+    /// From some pixels, each of which takes its time.
+    fn on_cpu(raster: Raster, mut seconds: impl FnMut(Raster) -> f64) -> Self {
+        let probe = probe(raster);
+        let spent = seconds(probe);
+        Cost { spent, fixed: 0.0, pixels: spent / probe.part() }
+    }
+
+    /// From ever more pixels, while `left` seconds allow it: on a device that is not full, more take next to no more time.
+    fn on_device(raster: Raster, left: f64, mut seconds: impl FnMut(Raster) -> f64) -> Self {
+        let mut last = Raster { step: probe(raster).step.next_power_of_two(), ..raster };
+        let mut took = seconds(last);
+        let mut cost = Cost { spent: took, fixed: 0.0, pixels: took / last.part() };
+        while last.step > 2 {
+            let finer = Raster { step: last.step / 2, ..raster };
+            if took * finer.part() / last.part() > DEVICE_PROBE * (left - cost.spent) {
+                break;
+            }
+            let before = std::mem::replace(&mut took, seconds(finer));
+            // It may have become full just now, so that more pixels take longer than these did; at most in proportion.
+            let most = took / finer.part();
+            let slope = ((took - before) / (finer.part() - last.part())).clamp(0.0, most);
+            cost.spent += took;
+            cost.pixels = 0.5 * (slope + most);
+            cost.fixed = took - cost.pixels * finer.part();
+            last = finer;
+        }
+        cost
+    }
+
+    /// Seconds where a part of the pixels is traced by so many ranks.
+    fn of(&self, part: f64, ranks: f64) -> f64 {
+        self.fixed + self.pixels * part / ranks
+    }
+}
+
+/// The raster of some [`PROBE`] pixels.
+fn probe(raster: Raster) -> Raster {
+    let pixels = f64::from(raster.width) * f64::from(raster.height);
+    Raster { step: ((pixels / PROBE).sqrt() as u32).clamp(1, LARGEST_STEP), ..raster }
+}
+
 /// The best quality for which `left` seconds are enough where `ranks` share the rays: first the tolerance is loosened, then light is made coarse, then
-/// pixels are left out. `measure` gives the seconds that a raster takes in a quality.
+/// pixels are left out. `measure` gives what a quality costs, told what is left.
 ///
 /// Costs are measured from the cheapest quality upwards, the next only where there is time to spare for it: a probe of
 /// what is far too dear would itself take the time.
@@ -114,31 +178,27 @@ fn choose(
     raster: Raster,
     mut left: f64,
     ranks: f64,
-    mut measure: impl FnMut(&Quality, Raster) -> f64,
+    mut measure: impl FnMut(&Quality, f64) -> Cost,
 ) -> Quality {
     let loose = Quality { tolerance: asked.tolerance.max(LOOSEST), ..asked };
     let coarse = Quality { lights: asked.lights.min(Lights::Coarse), ..loose };
-    let pixels = f64::from(raster.width) * f64::from(raster.height);
-    let probe = Raster { step: ((pixels / PROBE).sqrt() as u32).clamp(1, LARGEST_STEP), ..raster };
     let mut best = coarse;
-    let mut seconds = measure(&best, probe);
-    left -= seconds;
-    seconds /= probe.part() * ranks;
-    if seconds > left {
-        let fits = |step: &u32| seconds * Raster { step: *step, ..raster }.part() <= left;
+    let mut cost = measure(&best, left);
+    left -= cost.spent;
+    if cost.of(1.0, ranks) > left {
+        let fits = |step: &u32| cost.of(Raster { step: *step, ..raster }.part(), ranks) <= left;
         return Quality { pixel_step: (2..LARGEST_STEP).find(fits).unwrap_or(LARGEST_STEP), ..best };
     }
     for better in [loose, asked] {
         if better == best {
             continue;
         }
-        if seconds * TO_SPARE > left {
+        if cost.of(1.0, ranks) * TO_SPARE > left {
             break;
         }
-        seconds = measure(&better, probe);
-        left -= seconds;
-        seconds /= probe.part() * ranks;
-        if seconds > left {
+        cost = measure(&better, left);
+        left -= cost.spent;
+        if cost.of(1.0, ranks) > left {
             break;
         }
         best = better;
@@ -155,10 +215,12 @@ mod tests {
     /// The quality chosen for `ms` where each traced pixel takes `us` microseconds, less what the quality saves.
     fn pick_for(ms: f64, us: f64, ranks: f64) -> Quality {
         let asked = Quality { pixel_step: 1, tolerance: 1e-5, lights: Lights::Full };
-        choose(asked, RASTER, ms / 1000.0, ranks, |quality, raster| {
+        choose(asked, RASTER, ms / 1000.0, ranks, |quality, _| {
             let saved = if quality.tolerance > 1e-4 { 0.5 } else { 1.0 };
             let saved = if quality.lights == Lights::Full { saved } else { 0.5 * saved };
-            1e-6 * us * saved * raster.part() * f64::from(raster.width * raster.height)
+            Cost::on_cpu(RASTER, |raster| {
+                1e-6 * us * saved * raster.part() * f64::from(raster.width * raster.height)
+            })
         })
     }
 
@@ -185,5 +247,26 @@ mod tests {
         let few = pick(0.15 * whole, 2.0);
         assert!(few.pixel_step > 1 && few.pixel_step < 6 && few.lights == Lights::Coarse, "{few:?}");
         assert_eq!(pick(1e-3, 2.0).pixel_step, LARGEST_STEP);
+    }
+
+    /// A device that is full at 50,000 rays, up to which it takes 2 ms.
+    #[test]
+    fn a_device_is_measured_until_it_is_full() {
+        let seconds = |raster: Raster| {
+            let rays = raster.part() * f64::from(RASTER.width * RASTER.height);
+            2e-3 * (rays / 5e4).max(1.0)
+        };
+        let whole = seconds(RASTER);
+        let cost = Cost::on_device(RASTER, 1.0, seconds);
+        let found = cost.of(1.0, 1.0);
+        assert!((0.7..=1.05).contains(&(found / whole)), "{found} of {whole}: {cost:?}");
+        assert!(cost.spent < 0.015, "{cost:?}");
+        // No time to measure more than once.
+        let cost = Cost::on_device(RASTER, 0.01, seconds);
+        assert!(cost.spent == 2e-3 && cost.of(1.0, 1.0) > whole, "{cost:?}");
+        // One that takes its time for each ray, as a processor does.
+        let cost = Cost::on_device(RASTER, 1.0, |raster| 2.0 * raster.part());
+        assert!((cost.of(1.0, 1.0) - 2.0).abs() < 1e-9 && cost.spent < 0.2, "{cost:?}");
+        assert!((cost.of(0.5, 4.0) - 0.25).abs() < 1e-9, "{cost:?}");
     }
 }

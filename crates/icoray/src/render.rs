@@ -1,6 +1,6 @@
 //! The renderer: a scene's work on a thread pool of its own, and on a device where there is one.
 
-use crate::device::{Device, Job, Reason};
+use crate::device::{Device, Devices, Job, Reason};
 use crate::error::{Error, ErrorKind, Result};
 use crate::field::{CenterField, Field};
 use crate::frame::{ErrorSummary, Frame, FrameReport};
@@ -16,18 +16,20 @@ use crate::plan::{Plan, Sharing};
 use crate::quality::{Deadline, Lights, Quality};
 use crate::ranks::{Part, Ranks, Told};
 use crate::raster::{Raster, Tile};
-use crate::scene::{Precision, Scene, Scheme};
+use crate::scene::{Backend, Precision, Scene, Scheme};
 use crate::threads::Threads;
 use std::sync::Arc;
 use std::time::Instant;
 
 mod columns;
 mod device;
+mod devices;
 mod parts;
 mod spare;
 mod work;
 
 use device::OnDevice;
+use devices::{Found, One, Opened};
 use spare::Spare;
 pub(crate) use work::brightest;
 use work::{Work, asked, certainty, notes};
@@ -36,7 +38,7 @@ use work::{Work, asked, certainty, notes};
 #[derive(Debug)]
 pub struct Renderer {
     threads: Threads,
-    device: Option<Arc<dyn Device>>,
+    devices: Option<Opened>,
     spare: Spare,
 }
 
@@ -46,13 +48,19 @@ impl Renderer {
     /// # Errors
     /// [`ErrorKind::Io`](crate::ErrorKind::Io) when the threads cannot be made.
     pub fn new(threads: usize) -> Result<Self> {
-        Ok(Renderer { threads: Threads::new(threads)?, device: None, spare: Spare::default() })
+        Ok(Renderer { threads: Threads::new(threads)?, devices: None, spare: Spare::default() })
     }
 
-    /// The same renderer with a device, which traces what it can.
+    /// The same renderer with devices, which trace what they can of scenes that ask for it ([`Scene::backend`]).
+    #[must_use]
+    pub fn with_devices(self, devices: Arc<dyn Devices>) -> Self {
+        Renderer { devices: Some(Opened::new(devices)), ..self }
+    }
+
+    /// The same renderer with one device.
     #[must_use]
     pub fn with_device(self, device: Arc<dyn Device>) -> Self {
-        Renderer { device: Some(device), ..self }
+        self.with_devices(Arc::new(One(device)))
     }
 
     /// Number of threads.
@@ -101,20 +109,18 @@ impl Renderer {
         self.render_since(Instant::now(), ranks, scene, &Given { grid, part, layers, field })
     }
 
-    /// The device for a picture, if there is one and it can.
-    fn device_for(
-        &self,
-        scene: &Scene,
-        part: Option<&Part>,
-    ) -> std::result::Result<&dyn Device, Option<Reason>> {
-        let device = self.device.as_deref().ok_or(None)?;
-        if scene.precision == Precision::F64 {
-            return Err(Some(Reason::new("the scene asks for precision = \"f64\"")));
+    /// The device for a picture, if there is one and it can. Collective.
+    fn find_device(&self, ranks: &mut Ranks, scene: &Scene, part: Option<&Part>) -> Result<Found> {
+        if scene.backend == Backend::Cpu {
+            return Ok(Err(None));
         }
-        if part.is_some() {
-            return Err(Some(Reason::new("ranks trace rays through their parts of the grid")));
+        let node_rank = ranks.node_rank()?;
+        let is_asked = self.devices.is_some() || scene.backend == Backend::Gpu;
+        if part.is_some() && is_asked {
+            return Ok(Err(Some(Reason::new("ranks trace rays through their parts of the grid"))));
         }
-        Ok(device)
+        // On a thread of icoray's: those that a driver makes are no more the host's than they are.
+        Ok(self.run(|| self.device_for(scene, node_rank)))
     }
 
     /// [`Self::render_over`] of a frame that was begun at `start`.
@@ -138,6 +144,7 @@ impl Renderer {
                 ("draws", sharing.to_string()),
                 ("has layers of radii (planet radii)", format!("{:?}", plan.radius)),
                 ("has a field at", place.into()),
+                ("has a scene with backend", format!("{:?}", scene.backend)),
             ]
         })?;
         let share_of_whole = match part {
@@ -153,7 +160,9 @@ impl Renderer {
         }
         let derived = center.as_ref().map_or(0, CenterField::bytes);
         let field = center.as_ref().map_or(*field, CenterField::field);
-        let setting = Setting { renderer: self, scene, plan: &plan, grid, part, field: &field, start };
+        let device = self.find_device(ranks, scene, part)?;
+        let setting =
+            Setting { renderer: self, device, scene, plan: &plan, grid, part, field: &field, start };
         let mut rendered = match (field.samples(), scene.precision) {
             (Reals::F32(data), Precision::F32) => draw::<f32, f32>(&setting, ranks, data),
             (Reals::F32(data), Precision::F64) => draw::<f64, f32>(&setting, ranks, data),
@@ -200,6 +209,7 @@ struct Given<'f> {
 /// What a picture is drawn of, before its types are known.
 struct Setting<'f> {
     renderer: &'f Renderer,
+    device: Found,
     scene: &'f Scene,
     plan: &'f Plan,
     grid: &'f Grid<'f>,
@@ -220,7 +230,7 @@ struct Prepared {
 }
 
 fn prepare<S: Sample>(setting: &Setting, ranks: &mut Ranks, samples: &Samples<S>) -> Result<Prepared> {
-    let Setting { renderer, scene, plan, grid, part, field, start } = *setting;
+    let Setting { renderer, scene, plan, grid, part, field, start, .. } = *setting;
     let counts = |cell: usize| part.is_none_or(|part| part.owns(cell));
     let range = ranks.attempt(|| renderer.run(|| Ok(field.range_over(counts))));
     let mut range = ranks.together(range)?;
@@ -256,7 +266,7 @@ fn prepare<S: Sample>(setting: &Setting, ranks: &mut Ranks, samples: &Samples<S>
 }
 
 fn draw<T: Real, S: Sample>(setting: &Setting, ranks: &mut Ranks, data: &[S]) -> Result<Rendered> {
-    let Setting { renderer, scene, plan, grid, part, field, start } = *setting;
+    let Setting { renderer, scene, plan, grid, part, field, start, .. } = *setting;
     let spans = Spans::<T>::new(&plan.knots);
     let shell = Shell::<T>::new(&plan.radius);
     let samples = Samples::new(data, field, plan.falling, spans.range());
@@ -267,7 +277,7 @@ fn draw<T: Real, S: Sample>(setting: &Setting, ranks: &mut Ranks, data: &[S]) ->
     let start = Instant::now();
     let work = Work { renderer, scene, plan, grid, shell: &shell, spans: &spans, samples, gradients };
     let job = Job::new(scene, plan, grid, field, gradients, *quality);
-    let mut on_device = OnDevice::new(renderer.device_for(scene, part), job);
+    let mut on_device = OnDevice::new(&setting.device, job);
     // What others would measure of the same data is not asked for.
     let deadline = deadline.filter(|_| part.is_some() || ranks.is_root());
     let mut picked = ranks.attempt(|| {

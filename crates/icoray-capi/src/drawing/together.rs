@@ -6,7 +6,7 @@ use crate::context::Subject;
 use crate::ranks::Said;
 use crate::types::icoray_status;
 use icoray_core::output::Stamp;
-use icoray_core::{Held, Ranks, Rendered, Scene};
+use icoray_core::{Backend, Held, Ranks, Rendered, Scene};
 use std::time::Instant;
 
 impl Drawing {
@@ -62,6 +62,7 @@ impl Drawing {
         start: Instant,
     ) -> Outcome<()> {
         let Subject { scene, grid, held, layers, field } = subject;
+        self.devices.is_asked = scene.backend == Backend::Gpu;
         let draws = &self.renderer;
         let rendered = match held.as_deref() {
             Some(Held::Columns(columns)) => draws.render_columns(ranks, scene, grid, columns, layers, field),
@@ -71,6 +72,7 @@ impl Drawing {
         let outcome = rendered.map(|rendered| match rendered {
             Rendered::Here(frame) => self.hand_on(frame, scene, stamp),
             Rendered::AtRoot(report) => {
+                self.devices.tell(&stamp, &report, &self.log);
                 self.describe(&stamp, &report);
                 self.last = Some((stamp, report));
             }

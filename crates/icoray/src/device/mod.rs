@@ -14,13 +14,35 @@ pub use job::{Job, Rect};
 pub use light::Shading;
 pub use tables::{Allowed, Span, Tables, locate};
 
+use crate::scene::Adapter;
 use bytemuck::{Pod, Zeroable};
 use std::fmt;
 use std::ops::AddAssign;
+use std::sync::Arc;
 
 /// Stands for a value that is missing, and for the ends of the outer spans: beyond all normalised values, which are held
 /// within 1e15. A shader has no reliable NaN or infinity.
 pub const ENDLESS: f32 = 3e38;
+
+/// Which device a picture asks for.
+#[derive(Debug, Clone, PartialEq, Eq, Hash)]
+pub struct Wanted {
+    /// The scene's choice; `None` is one of the fastest kind.
+    pub adapter: Option<Adapter>,
+    /// Whether a processor that acts as a device will do.
+    pub or_processor: bool,
+    /// Number of this process among those of its node that draw together, which go to different ones of several that fit.
+    pub node_rank: usize,
+}
+
+/// Where devices come from. A renderer asks once for pictures that ask alike.
+pub trait Devices: fmt::Debug + Send + Sync {
+    /// Opens a device.
+    ///
+    /// # Errors
+    /// A [`Reason`] why there is none.
+    fn open(&self, wanted: &Wanted) -> Result<Arc<dyn Device>, Reason>;
+}
 
 /// What traces rays beside the CPU. Several threads may ask it at once.
 pub trait Device: fmt::Debug + Send + Sync {

@@ -9,8 +9,9 @@ use std::path::{Path, PathBuf};
 
 /// The columns of `report.csv`, in order. Seconds are wall clock; errors and tolerance are of premultiplied linear
 /// channels, 0 to 1 ([`ErrorSummary`](crate::ErrorSummary)); `error_kind` is `bound` or `estimate`; `tiles` and
-/// `compose_s` are those of rank 0; `sharing` is how several ranks shared out the picture, and why.
-const HEADER: &str = "step,time_s,date,field,file,prepare_s,render_s,write_s,rays,columns,frusta,void_frusta,value_min,value_max,missing_values,error_max,error_mean,error_p999,error_kind,tolerance,pixel_step,lights,threads,bytes_copied,copy_s,waited_s,bytes_derived,ranks,tiles,balance,gather_s,bytes_received,fragments,fragment_bytes,compose_s,sharing,left_out";
+/// `compose_s` are those of rank 0; `sharing` is how several ranks shared out the picture, and why; `device` is what traced rays
+/// beside the CPU, on rank 0, `left_to_cpu` why the CPU did instead, all or some.
+const HEADER: &str = "step,time_s,date,field,file,prepare_s,render_s,write_s,rays,columns,frusta,void_frusta,value_min,value_max,missing_values,error_max,error_mean,error_p999,error_kind,tolerance,pixel_step,lights,threads,bytes_copied,copy_s,waited_s,bytes_derived,ranks,tiles,balance,gather_s,bytes_received,fragments,fragment_bytes,compose_s,sharing,device,left_to_cpu,upload_s,device_s,bytes_uploaded,left_out";
 
 /// The line of a frame whose picture was written to `picture`.
 fn row(picture: &Path, frame: &Frame) -> String {
@@ -54,6 +55,11 @@ fn row(picture: &Path, frame: &Frame) -> String {
         r.counts.fragment_bytes.to_string(),
         format!("{:.6}", r.compose_s),
         r.sharing.map_or_else(String::new, |sharing| sharing.to_string()),
+        r.device.clone().unwrap_or_default(),
+        r.left_to_cpu.clone().unwrap_or_default(),
+        format!("{:.6}", r.upload_s),
+        number(r.device_s),
+        r.bytes_uploaded.to_string(),
         r.left_out.join("; "),
     ];
     cells.map(|cell| quoted(&cell)).join(",")
@@ -138,6 +144,9 @@ mod tests {
         (frame.report.ranks, frame.report.tiles, frame.report.bytes_received) = (4, 17, 1 << 40);
         (frame.report.balance, frame.report.gather_s, frame.report.compose_s) = (0.875, 0.125, 0.0625);
         (frame.report.counts.fragments, frame.report.counts.fragment_bytes) = (11, 440);
+        (frame.report.device, frame.report.left_to_cpu) = (Some("GPU".into()), Some("it is lost".into()));
+        (frame.report.upload_s, frame.report.device_s) = (0.375, Some(0.75));
+        frame.report.bytes_uploaded = 5;
         let row = row(Path::new("folder/q.png"), &frame);
         let cells: std::collections::HashMap<_, _> = HEADER.split(',').zip(row.split(',')).collect();
         assert_eq!(row.split(',').count(), cells.len());
@@ -158,10 +167,14 @@ mod tests {
             ("fragments", 11.0),
             ("fragment_bytes", 440.0),
             ("compose_s", 0.0625),
+            ("upload_s", 0.375),
+            ("device_s", 0.75),
+            ("bytes_uploaded", 5.0),
             ("bytes_received", f64::from(2u32.pow(20)).powi(2)),
         ] {
             assert_eq!(cells[column].parse(), Ok(value), "{column}");
         }
+        assert_eq!([cells["device"], cells["left_to_cpu"]], ["GPU", "it is lost"]);
         assert_eq!([cells["error_kind"], cells["sharing"], cells["left_out"]], ["bound", "", ""]);
     }
 

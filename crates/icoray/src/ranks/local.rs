@@ -15,6 +15,8 @@ pub struct LocalTeam {
     /// What came before its turn: ranks run ahead of each other.
     early: Vec<(usize, Vec<u8>)>,
     node: Arc<LocalNode>,
+    /// Among those of its node.
+    node_rank: usize,
 }
 
 /// What threads of a node share.
@@ -42,7 +44,8 @@ pub fn local_nodes(node_of: &[usize]) -> Vec<LocalTeam> {
             nodes.push(Arc::new(node));
             nodes[nodes.len() - 1].clone()
         });
-        LocalTeam { rank, to: to.clone(), from, early: Vec::new(), node }
+        let node_rank = node_of[..rank].iter().filter(|node| **node == node_of[rank]).count();
+        LocalTeam { rank, node_rank, to: to.clone(), from, early: Vec::new(), node }
     });
     team.collect()
 }
@@ -112,6 +115,10 @@ impl Team for LocalTeam {
             self.post(rank, bytes)?;
         }
         (0..self.size()).map(|rank| self.receive(rank)).collect()
+    }
+
+    fn node_rank(&mut self) -> Result<usize> {
+        Ok(self.node_rank)
     }
 
     fn node(&mut self, bytes: usize) -> Result<NodeShare> {

@@ -88,6 +88,12 @@ pub trait Team: Send {
     #[expect(clippy::missing_errors_doc, reason = "the trait has them")]
     fn exchange(&mut self, mine: Vec<Vec<u8>>) -> Result<Vec<Vec<u8>>>;
 
+    /// This process's number among those of its node, from 0. Collective. By itself a team takes all to be on one node.
+    #[expect(clippy::missing_errors_doc, reason = "the trait has them")]
+    fn node_rank(&mut self) -> Result<usize> {
+        Ok(self.rank())
+    }
+
     /// Memory of so many bytes for each node, as many on all ranks. Where none can be shared, each rank has its own.
     /// Collective; so is dropping it, unless ranks are gone or the team was given up.
     #[expect(clippy::missing_errors_doc, reason = "the trait has them")]
@@ -106,17 +112,19 @@ pub struct Ranks {
     left: Option<usize>,
     /// At rank 0: of the last frame.
     costs: Option<Costs>,
+    /// Once it was needed.
+    node_rank: Option<usize>,
 }
 
 impl Ranks {
     /// One process that draws alone: nothing is sent, and panics are not caught.
     pub fn alone() -> Self {
-        Ranks { node: None, team: None, left: None, costs: None }
+        Ranks { node: None, team: None, left: None, costs: None, node_rank: Some(0) }
     }
 
     /// Those of a team.
     pub fn new(team: Box<dyn Team>) -> Self {
-        Ranks { node: None, team: Some(team), left: None, costs: None }
+        Ranks { node: None, team: Some(team), left: None, costs: None, node_rank: None }
     }
 
     /// This process's number, from 0.
@@ -142,6 +150,15 @@ impl Ranks {
     /// Whether this is the process that has the picture in the end.
     pub fn is_root(&self) -> bool {
         self.rank() == 0
+    }
+
+    /// This process's number among those of its node, from 0. Collective.
+    pub(crate) fn node_rank(&mut self) -> Result<usize> {
+        if let (None, Some(team)) = (self.node_rank, &mut self.team) {
+            let found = team.node_rank();
+            self.node_rank = Some(self.together(found)?);
+        }
+        Ok(self.node_rank.unwrap_or(0))
     }
 
     /// Every rank's bytes, in order of rank. Collective.

@@ -1,5 +1,6 @@
 //! Tiles that a device traces; what it leaves is for the CPU.
 
+use super::devices::Found;
 use super::work::{brightest, shown};
 use crate::device::{Band, Device, Job, Reason, Spent, Traced};
 use crate::error::Error;
@@ -22,8 +23,14 @@ pub(super) struct OnDevice<'f> {
 
 impl<'f> OnDevice<'f> {
     /// The picture of `job` on a device, or on none: for a reason, or as nobody asked for one.
-    pub fn new(device: Result<&'f dyn Device, Option<Reason>>, job: Job<'f>) -> Self {
+    pub fn new(device: &'f Found, job: Job<'f>) -> Self {
+        let device = device.as_deref().map_err(Clone::clone);
         OnDevice { device, job, spent: Spent::default(), drew: None }
+    }
+
+    /// Whether a device is asked first.
+    pub fn is_there(&self) -> bool {
+        self.device.is_ok()
     }
 
     /// Has the device upload what it needs, so that the next call takes the time of its rays.

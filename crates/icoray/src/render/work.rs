@@ -49,7 +49,7 @@ impl<T: Real, S: Sample> Work<'_, T, S> {
     ) -> Quality {
         let Some(deadline) = deadline else { return asked };
         on_device.get_ready(&asked, self.raster());
-        deadline.pick(asked, self.raster(), |quality, raster| {
+        deadline.pick(asked, self.raster(), on_device.is_there(), |quality, raster| {
             let all: Vec<u32> = (0..raster.tiles()).collect();
             self.trace::<N>(quality, raster, &all, on_device, &|_| ());
         })

@@ -3,11 +3,13 @@
 //! A scene is TOML; `examples/scenes/` has annotated ones. Lengths are in planet radii, angles in degrees, colours are
 //! CSS colours (`"#ff8800"`, `"steelblue"`) in sRGB. Unknown keys and bad values are errors with line and key.
 
+mod backend;
 mod camera;
 mod color;
 mod parse;
 mod transfer;
 
+pub use backend::{Adapter, Backend};
 pub use camera::Camera;
 pub use transfer::{Knot, TransferFunction};
 
@@ -107,6 +109,10 @@ pub struct Scene {
     pub precision: Precision,
     /// How several ranks share out the picture.
     pub ranks: Scheme,
+    /// Who traces rays.
+    pub backend: Backend,
+    /// Which of several GPUs; `None` is one of the fastest kind, another for each rank on a node.
+    pub device: Option<Adapter>,
     /// Names of the pictures, and of the maps of their errors.
     pub output: Output,
 }

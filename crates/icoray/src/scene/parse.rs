@@ -5,7 +5,7 @@ mod light;
 mod output;
 mod transfer;
 
-use super::{Precision, Scene, Scheme, color};
+use super::{Adapter, Backend, Precision, Scene, Scheme, color};
 use crate::error::{Error, ErrorKind, Result};
 use crate::kernel::piece::Method;
 use serde::Deserialize;
@@ -28,6 +28,9 @@ struct RawScene {
     precision: Precision,
     #[serde(default)]
     ranks: Scheme,
+    #[serde(default)]
+    backend: Backend,
+    device: Option<Spanned<toml::Value>>,
     image: Option<RawImage>,
     camera: Spanned<camera::RawCamera>,
     transfer: Spanned<transfer::RawTransfer>,
@@ -114,6 +117,20 @@ impl Text<'_> {
     }
 }
 
+/// A GPU's number or a part of its name.
+fn adapter(source: &Text, raw: &Spanned<toml::Value>) -> Result<Adapter> {
+    let number = |number: &i64| usize::try_from(*number).ok().map(Adapter::Number);
+    let adapter = match raw.get_ref() {
+        toml::Value::Integer(value) => number(value),
+        toml::Value::String(name) if !name.is_empty() => Some(Adapter::Name(name.clone())),
+        _ => None,
+    };
+    adapter.ok_or_else(|| {
+        let value = raw.get_ref();
+        source.bad(raw.span(), "device", format!("{value}, expected a number from 0 or a part of a name"))
+    })
+}
+
 /// Parses and checks a scene.
 pub(super) fn scene(text: &str) -> Result<Scene> {
     let source = Text { text };
@@ -154,6 +171,8 @@ pub(super) fn scene(text: &str) -> Result<Scene> {
             .transpose()?,
         precision: raw.precision,
         ranks: raw.ranks,
+        backend: raw.backend,
+        device: raw.device.as_ref().map(|device| adapter(&source, device)).transpose()?,
         output: output::output(&source, raw.output.as_ref())?,
         field: raw.field.into_inner(),
     })

@@ -34,6 +34,20 @@ fn a_good_scene_is_read() {
     assert_eq!(scene.transfer.range(), [300.0, 400.0]);
 }
 
+#[test]
+fn a_scene_says_who_draws() {
+    let plain = scene(GOOD).unwrap();
+    assert_eq!((plain.backend, plain.device), (Backend::Auto, None));
+    for (keys, backend, device) in [
+        ("backend = \"cpu\"", Backend::Cpu, None),
+        ("backend = \"gpu\"\ndevice = 2", Backend::Gpu, Some(Adapter::Number(2))),
+        ("device = \"NVIDIA\"", Backend::Auto, Some(Adapter::Name("NVIDIA".into()))),
+    ] {
+        let scene = scene(&format!("{keys}\n{GOOD}")).unwrap();
+        assert_eq!((scene.backend, scene.device), (backend, device), "{keys}");
+    }
+}
+
 /// A line of the good scene replaced by another, and what the error must say.
 #[test]
 fn errors_name_line_and_key() {
@@ -76,6 +90,10 @@ fn errors_name_line_and_key() {
             "[output]\nerror = \"theta_$Y-$M-$D_{step:06}.png\"",
             &["line 21", "output.error", "theta_$Y", "same as output.file", "another name"],
         ),
+        ("exaggeration = 30", "backend = \"vulkan\"", &["line 2", "vulkan", "auto", "cpu", "gpu"]),
+        ("exaggeration = 30", "device = -1", &["line 2", "device", "-1", "number from 0", "name"]),
+        ("exaggeration = 30", "device = \"\"", &["line 2", "device", "number from 0"]),
+        ("exaggeration = 30", "device = 0.5", &["line 2", "device", "0.5"]),
         ("[output]", "[output]\nerror = \"e.exr\"", &["line 21", "output.error", "e.exr", ".png"]),
         ("[output]", "[output]\nerror = \"e_{x}.png\"", &["line 21", "output.error", "{x}", "{step}"]),
         ("[output]", "[output]\nerror = 1", &["line 21", "error = 1", "string"]),

@@ -1,0 +1,87 @@
+//! GPUs, where this was built with them.
+
+use icoray::device::Reason;
+use icoray::{Adapter, Renderer, Result, Scene};
+
+/// Who draws, where the command says so.
+#[derive(clap::Args)]
+pub struct Args {
+    /// Who draws, instead of the scene's backend
+    #[arg(long, value_name = "WHO", value_enum)]
+    backend: Option<Backend>,
+    /// Which of several GPUs, instead of the scene's device: a number that `icoray devices` says, or a part of a name
+    #[arg(long, value_name = "N|NAME")]
+    device: Option<String>,
+}
+
+/// [`icoray::Backend`], as a word.
+#[derive(Clone, Copy, clap::ValueEnum)]
+enum Backend {
+    /// A GPU where there is a real one, else the CPU
+    Auto,
+    /// The CPU
+    Cpu,
+    /// A GPU, or a processor that acts as one; the CPU for what that cannot, which is said
+    Gpu,
+}
+
+impl Args {
+    /// Puts what the command says into the scene.
+    pub fn apply(&self, scene: &mut Scene) {
+        match self.backend {
+            Some(Backend::Auto) => scene.backend = icoray::Backend::Auto,
+            Some(Backend::Cpu) => scene.backend = icoray::Backend::Cpu,
+            Some(Backend::Gpu) => scene.backend = icoray::Backend::Gpu,
+            None => {}
+        }
+        if let Some(text) = &self.device {
+            let number = text.parse().map(Adapter::Number);
+            scene.device = Some(number.unwrap_or_else(|_| Adapter::Name(text.clone())));
+        }
+    }
+}
+
+/// A renderer with the machine's GPUs.
+pub fn renderer(threads: usize) -> Result<Renderer> {
+    let renderer = Renderer::new(threads)?;
+    #[cfg(feature = "gpu")]
+    let renderer = renderer.with_devices(std::sync::Arc::new(icoray_gpu::Gpus));
+    Ok(renderer)
+}
+
+/// Who drew, in words: `device`, or the CPU for a reason, or both.
+pub fn drawn_on(device: Option<&str>, left_to_cpu: Option<&str>) -> String {
+    match (device, left_to_cpu) {
+        (None, None) => "the CPU".into(),
+        (Some(device), None) => device.into(),
+        (None, Some(reason)) => format!("the CPU: {reason}"),
+        (Some(device), Some(reason)) => format!("{device}, in part the CPU: {reason}"),
+    }
+}
+
+/// Who would draw a scene, in words.
+pub fn would_draw(renderer: &Renderer, scene: &Scene) -> String {
+    match renderer.device_for(scene, 0) {
+        Ok(device) => drawn_on(Some(&device.name()), None),
+        Err(reason) => drawn_on(None, reason.as_ref().map(Reason::to_string).as_deref()),
+    }
+}
+
+/// Lines that say which GPUs there are.
+#[cfg(feature = "gpu")]
+pub fn list() -> Vec<String> {
+    let listed = icoray_gpu::list();
+    if listed.is_empty() {
+        return vec!["no Vulkan adapter is here".into()];
+    }
+    let line = |(number, one): (usize, &icoray_gpu::Listed)| {
+        format!("{number}  {} ({}, {})", one.name, one.kind, one.driver)
+    };
+    listed.iter().enumerate().map(line).collect()
+}
+
+/// That it was built without them.
+#[cfg(not(feature = "gpu"))]
+pub fn list() -> Vec<String> {
+    vec!["this icoray was built without the GPU".into()]
+}

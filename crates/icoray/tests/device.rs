@@ -1,0 +1,308 @@
+//! Pictures that a device traces some tiles of: whatever it gives or keeps, each pixel is its own or the CPU's.
+
+use icoray::device::{Band, Device, Job, Reason, Rect, Spent, Traced};
+use icoray::ranks::local_team;
+use icoray::{
+    Field, Frame, FrameReport, Grid, Held, IcosahedralMesh, Layers, Lights, Location, Owned, PartCells,
+    Ranks, Rendered, Renderer, Scene, Shape,
+};
+use std::sync::{Arc, Mutex};
+use std::thread;
+
+const LAYERS: usize = 3;
+const SIZE: (u32, u32) = (77, 50);
+
+/// What is given of a job's tiles.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Manner {
+    All,
+    /// The second half first, in two calls.
+    Backwards,
+    /// Every third tile, and then a reason.
+    Some,
+    /// The first tile, then a panic.
+    Panic,
+    /// A tile and a half.
+    Torn,
+    Twice,
+}
+
+/// A device whose rays show where they are.
+#[derive(Debug)]
+struct Painter {
+    manner: Manner,
+    /// The job's number, its tiles and steps, gradients.
+    asked: Mutex<Vec<(u64, usize, u32, usize)>>,
+}
+
+impl Painter {
+    fn new(manner: Manner) -> Arc<Self> {
+        Arc::new(Painter { manner, asked: Mutex::default() })
+    }
+}
+
+/// The colour of a pixel of [`Painter`], which the field's colours are not.
+fn color(x: u32, y: u32) -> [f32; 3] {
+    [x as f32 / 1024.0, y as f32 / 1024.0, 0.75]
+}
+
+fn painted(job: &Job, rect: Rect) -> Vec<Traced> {
+    let (step, scene) = (job.quality().pixel_step, job.scene());
+    let nodes = (rect.top..rect.top + rect.height)
+        .flat_map(|y| (rect.left..rect.left + rect.width).map(move |x| (x, y)));
+    let ray = |(x, y): (u32, u32)| {
+        let (x, y) = ((x * step).min(scene.width - 1), (y * step).min(scene.height - 1));
+        Traced { color: color(x, y), absorbed: 1.0, error: 0.25, variance: 0.0, counts: [2, 3, 1] }
+    };
+    nodes.map(ray).collect()
+}
+
+impl Device for Painter {
+    fn name(&self) -> String {
+        "painter".into()
+    }
+
+    fn trace(&self, job: &Job, give: &(dyn Fn(Band) + Sync)) -> Result<Spent, Reason> {
+        let tiles: Vec<Rect> = job.tiles().collect();
+        let asked = (job.number(), tiles.len(), job.quality().pixel_step, job.gradients().len());
+        self.asked.lock().unwrap().push(asked);
+        let rays = |tiles: &[Rect]| tiles.iter().flat_map(|tile| painted(job, *tile)).collect::<Vec<_>>();
+        let band = |first: usize, end: usize| {
+            let rays = rays(&tiles[first..end]);
+            give(Band { first, rays: &rays, seconds: 1.0 });
+        };
+        let count = tiles.len();
+        match self.manner {
+            _ if count == 0 => {}
+            Manner::All => band(0, count),
+            Manner::Backwards => {
+                band(count / 2, count);
+                band(0, count / 2);
+            }
+            Manner::Some => {
+                (0..count).step_by(3).for_each(|i| band(i, i + 1));
+                return Err(Reason::new("the paint is used up"));
+            }
+            Manner::Panic => {
+                band(0, 1);
+                panic!("the brush is broken");
+            }
+            Manner::Torn => {
+                let rays = rays(&tiles[..2]);
+                give(Band { first: 0, rays: &rays[..rays.len() - 1], seconds: 1.0 });
+            }
+            Manner::Twice => {
+                band(0, count);
+                band(0, count);
+            }
+        }
+        Ok(Spent { upload_s: 0.5, device_s: Some(0.25), bytes_uploaded: 7 })
+    }
+}
+
+struct World {
+    mesh: IcosahedralMesh,
+    layers: Layers,
+    values: Vec<f32>,
+}
+
+impl World {
+    fn new() -> Self {
+        let mesh = IcosahedralMesh::new(3).unwrap();
+        let layers = Layers::from_heights(&[0.0, 10e3, 20e3], 6.371e6).unwrap();
+        let values = (0..mesh.cells() * LAYERS).map(|i| (i as f32 * 0.37).sin() + (i % LAYERS) as f32);
+        World { values: values.collect(), layers, mesh }
+    }
+
+    fn grid(&self) -> Grid<'_> {
+        Grid::new(self.mesh.tables()).unwrap()
+    }
+
+    fn field(&self) -> Field<'_> {
+        let shape = Shape::level_fastest(self.mesh.cells(), LAYERS);
+        Field::new(self.values.as_slice().into(), shape, Location::Center, None).unwrap()
+    }
+
+    fn draw(&self, renderer: &Renderer, scene: &Scene) -> Frame {
+        renderer.render(scene, &self.grid(), &self.layers, &self.field()).unwrap()
+    }
+}
+
+fn scene(keys: &str) -> Scene {
+    scene_with(keys, "")
+}
+
+fn scene_with(keys: &str, tables: &str) -> Scene {
+    let (width, height) = SIZE;
+    Scene::parse(&format!(
+        "field = \"q\"\nexaggeration = 40\n{keys}\n{tables}\n[image]\nwidth = {width}\nheight = {height}\n\
+         [camera]\nlon = 20\nlat = 35\ndistance = 3.2\nfov = 45\n\
+         [transfer]\nmap = \"viridis\"\nrange = [-1, 3]\nopacity = [[-1, 0.8], [0, 0.1], [3, 0.9]]\n"
+    ))
+    .unwrap()
+}
+
+/// How many pixels are a painter's; the others have to be those of `alone`.
+fn count_painted(frame: &Frame, alone: &Frame) -> usize {
+    let mut count = 0;
+    for (i, pixel) in frame.pixels.iter().enumerate() {
+        let [r, g, b] = color(i as u32 % frame.width, i as u32 / frame.width);
+        if *pixel == [r, g, b, 1.0] {
+            assert!((0.25..0.2501).contains(&frame.error[i]), "{i}: {}", frame.error[i]);
+            count += 1;
+        } else {
+            assert_eq!((pixel, frame.error[i]), (&alone.pixels[i], alone.error[i]), "pixel {i}");
+        }
+    }
+    count
+}
+
+#[test]
+fn what_a_device_gives_is_shown_and_the_cpu_draws_the_rest() {
+    let world = World::new();
+    let alone = world.draw(&Renderer::new(2).unwrap(), &scene(""));
+    assert_eq!(count_painted(&alone, &alone), 0);
+    let all = (SIZE.0 * SIZE.1) as usize;
+    for (manner, painted, word) in [
+        (Manner::All, all..=all, None),
+        (Manner::Backwards, all..=all, None),
+        (Manner::Twice, all..=all, None),
+        (Manner::Some, all / 4..=all / 2, Some("used up")),
+        (Manner::Panic, 1..=all / 10, Some("painter: internal error: the brush is broken")),
+        (Manner::Torn, 0..=all / 10, Some("painter: internal error")),
+    ] {
+        let renderer = Renderer::new(2).unwrap().with_device(Painter::new(manner));
+        // The next picture is tried anew.
+        for _ in 0..2 {
+            let frame = world.draw(&renderer, &scene(""));
+            let count = count_painted(&frame, &alone);
+            assert!(painted.contains(&count), "{manner:?}: {count} pixels");
+            let FrameReport { device, left_to_cpu, counts, .. } = frame.report;
+            assert_eq!(device.is_some(), count > 0, "{manner:?}");
+            assert_eq!(left_to_cpu.is_some(), word.is_some(), "{manner:?}");
+            assert!(
+                left_to_cpu.iter().all(|reason| reason.contains(word.unwrap())),
+                "{manner:?}: {left_to_cpu:?}"
+            );
+            if count == all {
+                assert_eq!(
+                    [counts.rays, counts.columns, counts.frusta, counts.void_frusta],
+                    [1, 2, 3, 1].map(|n| n * all as u64)
+                );
+                assert_eq!(
+                    (frame.report.upload_s, frame.report.device_s, frame.report.bytes_uploaded),
+                    (0.5, Some(0.25), 7)
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn what_a_device_has_not_goes_to_the_cpu_unasked() {
+    let world = World::new();
+    let painter = Painter::new(Manner::All);
+    let renderer = Renderer::new(1).unwrap().with_device(Arc::clone(&painter) as _);
+    let scene = scene("precision = \"f64\"");
+    let frame = world.draw(&renderer, &scene);
+    assert!(frame.report.left_to_cpu.unwrap().contains("f64"));
+    assert_eq!(frame.pixels, world.draw(&Renderer::new(1).unwrap(), &scene).pixels);
+    assert!(painter.asked.lock().unwrap().is_empty());
+}
+
+#[test]
+fn light_comes_with_gradients_and_a_budget_is_measured_on_the_device() {
+    let world = World::new();
+    let lit = |more: &str| scene_with(more, "[light]\nkind = \"headlight\"");
+    let painter = Painter::new(Manner::All);
+    let renderer = Renderer::new(2).unwrap().with_device(Arc::clone(&painter) as _);
+    let frame = world.draw(&renderer, &lit(""));
+    assert_eq!(frame.report.quality.lights, Lights::Full);
+    let frame = world.draw(&renderer, &lit("time_budget_ms = 60000"));
+    let asked = painter.asked.lock().unwrap().clone();
+    let gradients = world.mesh.cells() * LAYERS;
+    assert!(asked.iter().all(|(.., count)| *count == gradients), "{asked:?}");
+    // A job, then one of the next number that gets ready, is measured on few pixels, and drawn.
+    let first = asked[0].0;
+    assert!(asked.len() >= 4 && asked[1].0 > first && asked[1..].iter().all(|job| job.0 == asked[1].0));
+    assert_eq!(asked[1].1, 0);
+    assert!(asked[2..asked.len() - 1].iter().all(|(_, tiles, step, _)| *tiles > 0 && *step > 1), "{asked:?}");
+    assert_eq!(asked[asked.len() - 1].2, frame.report.quality.pixel_step);
+    assert_eq!(frame.report.quality.pixel_step, 1);
+    assert_eq!(frame.report.device.as_deref(), Some("painter"));
+    // No time for every pixel: those between are interpolated of the painter's.
+    let frame = world.draw(&renderer, &lit("time_budget_ms = 1"));
+    assert_eq!(frame.report.device.as_deref(), Some("painter"));
+    assert!(frame.pixels.iter().enumerate().all(|(i, pixel)| {
+        let expected = color(i as u32 % SIZE.0, i as u32 / SIZE.0);
+        pixel.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-5)
+    }));
+}
+
+/// The picture at rank 0, and the reports of the others.
+fn over_ranks(
+    world: &World,
+    scene: &Scene,
+    manners: &[Option<Manner>],
+    in_columns: bool,
+) -> (Frame, Vec<FrameReport>) {
+    let draw = |ranks: &mut Ranks, manner: Option<Manner>| {
+        let renderer = Renderer::new(1).unwrap();
+        let renderer = match manner {
+            Some(manner) => renderer.with_device(Painter::new(manner)),
+            None => renderer,
+        };
+        let grid = world.grid();
+        if !in_columns {
+            return renderer.render_over(ranks, scene, &grid, None, &world.layers, &world.field()).unwrap();
+        }
+        let (rank, size) = (ranks.rank(), ranks.size());
+        let own: Vec<i64> = (0..world.mesh.cells() as i64).filter(|c| *c as usize % size == rank).collect();
+        let values: Vec<f32> =
+            own.iter().flat_map(|c| world.values[*c as usize * LAYERS..][..LAYERS].to_vec()).collect();
+        let cells = PartCells { global: own.as_slice().into(), owned: Owned::First(own.len()) };
+        let Held::Columns(columns) = Held::new(ranks, &grid, &cells).unwrap() else { panic!("a part") };
+        let shape = Shape::level_fastest(own.len(), LAYERS);
+        let field = Field::new(values.as_slice().into(), shape, Location::Center, None).unwrap();
+        renderer.render_columns(ranks, scene, &grid, &columns, &world.layers, &field).unwrap()
+    };
+    let draw = &draw;
+    let rendered: Vec<Rendered> = thread::scope(|scope| {
+        let team = local_team(manners.len()).into_iter().zip(manners);
+        let ranks: Vec<_> = team
+            .map(|(one, manner)| scope.spawn(move || draw(&mut Ranks::new(Box::new(one)), *manner)))
+            .collect();
+        ranks.into_iter().map(|rank| rank.join().unwrap()).collect()
+    });
+    let (mut picture, mut reports) = (None, Vec::new());
+    for one in rendered {
+        match one {
+            Rendered::Here(frame) => picture = Some(frame),
+            Rendered::AtRoot(report) => reports.push(report),
+        }
+    }
+    (picture.unwrap(), reports)
+}
+
+#[test]
+fn ranks_draw_their_tiles_on_devices() {
+    let world = World::new();
+    let scene = scene("");
+    let alone = world.draw(&Renderer::new(1).unwrap(), &scene);
+    let all = (SIZE.0 * SIZE.1) as usize;
+    for in_columns in [false, true] {
+        let both = [Some(Manner::All), Some(Manner::Backwards)];
+        let (frame, reports) = over_ranks(&world, &scene, &both, in_columns);
+        assert_eq!(count_painted(&frame, &alone), all);
+        assert_eq!(reports[0].device.as_deref(), Some("painter"));
+        // One rank has no device, another's gives up.
+        let mixed = [None, Some(Manner::All), Some(Manner::Some)];
+        let (frame, reports) = over_ranks(&world, &scene, &mixed, in_columns);
+        let count = count_painted(&frame, &alone);
+        assert!((all / 4..all * 3 / 5).contains(&count), "{count} of {all}");
+        assert_eq!(frame.report.device, None);
+        assert_eq!(frame.report.left_to_cpu, None);
+        assert!(reports[0].device.is_some() && reports[0].left_to_cpu.is_none());
+        assert!(reports[1].left_to_cpu.as_ref().is_some_and(|reason| reason.contains("used up")));
+    }
+}
