@@ -26,7 +26,7 @@ impl Device for Gpu {
         let tiles: Vec<Rect> = job.tiles().collect();
         let most = (self.limits.max_storage_buffer_binding_size / size_of::<Pixel>() as u64).min(BAND as u64);
         let bands = bands(&tiles, most as usize);
-        let mut pieces = scene::pieces(job, &tiles);
+        let mut pieces = scene::pieces(self, job, &tiles);
         let mut groups = Vec::with_capacity(bands.len());
         for band in &bands {
             let mut first = 0;

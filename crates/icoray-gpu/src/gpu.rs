@@ -3,6 +3,7 @@
 use crate::light;
 use crate::mesh::Meshes;
 use crate::scene::{Picture, Variant};
+use crate::starts::Starts;
 use icoray::device::Reason;
 use std::collections::HashMap;
 use std::fmt;
@@ -40,6 +41,7 @@ pub struct Gpu {
     pub(crate) meshes: Meshes,
     /// The last one.
     pub(crate) picture: Mutex<Option<Arc<Picture>>>,
+    pub(crate) starts: Mutex<Arc<Starts>>,
     trouble: Trouble,
 }
 
@@ -105,6 +107,7 @@ impl Gpu {
             pipelines: Mutex::default(),
             meshes: Meshes::default(),
             picture: Mutex::default(),
+            starts: Mutex::default(),
             trouble,
         };
         gpu.untroubled()?;

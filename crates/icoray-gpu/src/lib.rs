@@ -29,6 +29,7 @@ mod mesh;
 mod peaks;
 mod scene;
 pub mod shader;
+mod starts;
 mod times;
 
 pub use adapters::{Choice, Gpus, Kind, Listed, list};

@@ -5,6 +5,7 @@ use crate::layout::{Params, Piece, ShellLayer, Span, Step, halves, halves3};
 use crate::light;
 use crate::mesh::Mesh;
 use crate::shader;
+use crate::starts::Starts;
 use icoray::device::{Allowed, ENDLESS, Job, Reason, Rect, locate};
 use icoray::{Lights, Method};
 use rayon::prelude::*;
@@ -223,22 +224,24 @@ const RUN: usize = 16;
 
 /// The pieces of each tile: what a workgroup traces, and the triangle that the ray through its middle first lies over. Places of
 /// rays are counted from the tile's first.
-pub(crate) fn pieces(job: &Job, tiles: &[Rect]) -> Vec<Vec<Piece>> {
+pub(crate) fn pieces(gpu: &Gpu, job: &Job, tiles: &[Rect]) -> Vec<Vec<Piece>> {
+    let starts = Starts::of(&gpu.starts, job);
     let run = |tiles: &[Rect]| {
         let mut hint = 0;
-        tiles.iter().map(|tile| pieces_of(job, tile, &mut hint)).collect::<Vec<_>>()
+        tiles.iter().map(|tile| pieces_of(job, tile, &starts, &mut hint)).collect::<Vec<_>>()
     };
     tiles.par_chunks(RUN).flat_map_iter(run).collect()
 }
 
-fn pieces_of(job: &Job, tile: &Rect, hint: &mut u32) -> Vec<Piece> {
+fn pieces_of(job: &Job, tile: &Rect, starts: &Starts, hint: &mut u32) -> Vec<Piece> {
     let group = GROUP as usize;
     let places =
         (0..tile.height).step_by(group).flat_map(|y| (0..tile.width).step_by(group).map(move |x| (x, y)));
     let piece = |(x, y): (u32, u32)| {
         let (width, height) = ((tile.width - x).min(GROUP), (tile.height - y).min(GROUP));
         let (left, top) = (tile.left + x, tile.top + y);
-        *hint = first_triangle(job, [left + width / 2, top + height / 2], *hint);
+        let node = [left + width / 2, top + height / 2];
+        *hint = starts.find(node, *hint, |from| first_triangle(job, node, from));
         Piece { left, top, width, height, first: y * tile.width + x, stride: tile.width, hint: *hint }
     };
     places.map(piece).collect()
