@@ -1,10 +1,16 @@
-// Gradients at the vertices: what lit scenes read beside the field.
-#import params
+// Gradients at the vertices: what lit scenes read beside the field, in pages as the field's.
+#import pages
 
-// x, y and z one after the other, a cell's layers side by side.
-@group(1) @binding(1) var<storage, read> gradients: array<f32>;
+// x, y and z one after the other, where the value is in the field's page.
+#each @group(3) @binding(PAGE) var<storage, read> gradients_PAGE: array<f32>;
 
-fn gradients_get(cell: u32, layer: u32) -> vec3f {
-    let at = 3u * (cell * params.layers + layer);
-    return vec3f(gradients[at], gradients[at + 1u], gradients[at + 2u]);
+fn gradients_get(base: Base, layer: u32) -> vec3f {
+    let at = 3u * pages_at(base, layer);
+    if PAGES == 1u {
+        return vec3f(gradients_0[at], gradients_0[at + 1u], gradients_0[at + 2u]);
+    }
+    switch base.page {
+#each         case PAGEu: { return vec3f(gradients_PAGE[at], gradients_PAGE[at + 1u], gradients_PAGE[at + 2u]); }
+        default: { return vec3f(0.0); }
+    }
 }

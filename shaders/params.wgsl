@@ -32,7 +32,7 @@ struct Params {
     rim_sides: u32,
     spans: u32,
     steps: u32,
-    // Elements from column to column and from layer to layer.
+    // Elements from column to column and from layer to layer, in a page.
     column_stride: u32,
     layer_stride: u32,
     // The tolerance's parts: `Budget` of kernel/ray.rs.
@@ -41,6 +41,11 @@ struct Params {
     brightest: f32,
     // A triangle that is there.
     start: u32,
+    // Columns of a page.
+    page_columns: u32,
+    // Layers that the device has.
+    first_layer: u32,
+    last_layer: u32,
 }
 
 @group(0) @binding(0) var<uniform> params: Params;

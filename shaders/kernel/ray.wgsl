@@ -54,6 +54,8 @@ fn trace(eye: Wide3, dir: Wide3, hint: u32) -> Traced {
         }
         is_in_gap = !is_void;
     }
+    // Neither: the driver has ended the loop.
+    is_lost = is_lost || !(is_over || walk.is_over);
     return Traced(light, ray, true);
 }
 
@@ -72,6 +74,7 @@ fn cross(
     let rising = rise >= 0.0;
     let scale = select(0.0, 1.0 / rise, rise != 0.0);
     let length = wide_apart(column.exit.t, column.entry.t);
+    let bases = samples_bases(column.cells);
     var a = Station(0.0, 0.0, entry, 1.0 / entry.hi);
     var near: Chord;
     var has_near = false;
@@ -93,9 +96,9 @@ fn cross(
         }
         if *gap > 0u && *gap < top {
             if !has_near {
-                near = chord(column, behind);
+                near = chord(column, bases, behind);
             }
-            let far = chord(column, ahead);
+            let far = chord(column, bases, ahead);
             var at_a = near;
             if !has_near {
                 let w = shell_fraction(*gap, a.rho);
@@ -146,19 +149,19 @@ fn cross(
     return false;
 }
 
-fn chord(column: Column, layer: u32) -> Chord {
+fn chord(column: Column, bases: array<Base, 3>, layer: u32) -> Chord {
     let values = vec3f(
-        samples_get(column.cells.x, layer),
-        samples_get(column.cells.y, layer),
-        samples_get(column.cells.z, layer),
+        samples_get(bases[0], layer),
+        samples_get(bases[1], layer),
+        samples_get(bases[2], layer),
     );
     var chord = chord_over(values, column.entry.weight, column.exit.weight);
     if IS_LIT {
         chord_over_gradients(
             &chord,
-            gradients_get(column.cells.x, layer),
-            gradients_get(column.cells.y, layer),
-            gradients_get(column.cells.z, layer),
+            gradients_get(bases[0], layer),
+            gradients_get(bases[1], layer),
+            gradients_get(bases[2], layer),
             column.entry.weight,
             column.exit.weight,
         );

@@ -17,7 +17,7 @@ struct Shading {
     most_cuts: u32,
 }
 
-@group(1) @binding(0) var<uniform> lighting: Shading;
+@group(2) @binding(0) var<uniform> lighting: Shading;
 
 struct RayShading {
     ambient: f32,

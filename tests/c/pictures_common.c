@@ -153,7 +153,7 @@ void scene_of(icoray_ctx *ctx, const char *name, const char *group, const char *
 {
     char text[1024];
     snprintf(text, sizeof text,
-             "field = \"%s\"\nexaggeration = 40\n"
+             "field = \"%s\"\nbackend = \"cpu\"\nexaggeration = 40\n"
              "[image]\nwidth = %d\nheight = %d\n"
              "[camera]\nlon = 20\nlat = 35\ndistance = 3.2\nfov = 45\n"
              "[transfer]\nmap = \"viridis\"\nrange = [-1.5, 1.5]\nopacity = [[-1.5, 0.8], [0, 0.1], [1.5, 0.9]]\n"

@@ -21,8 +21,9 @@ extern float *values;
 extern const char *directory;
 extern uint64_t expected_copy; /* bytes of each frame: 0 but where the background draws */
 
+/* Of the CPU, so that the log is the same on all machines. */
 #define SCENE(field, distance, file)                                                                \
-    "field = \"" field "\"\n"                                                                       \
+    "field = \"" field "\"\nbackend = \"cpu\"\n"                                                   \
     "[image]\nwidth = 16\nheight = 16\n"                                                            \
     "[camera]\nlon = 10\nlat = 40\ndistance = " distance "\n"                                       \
     "[transfer]\nmap = \"viridis\"\nrange = [0, 2]\nopacity = [[0, 0.1], [2, 0.9]]\n"               \

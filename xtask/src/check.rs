@@ -90,7 +90,7 @@ fn example(workspace: &Workspace, linkage: Linkage, step: &mut Step) -> Result<(
     let pictures = Pictures::new(out, tracer::PREFIX);
     pictures.prepare()?;
     let size = Size { level: 3, layers: 8, days: 1.0 };
-    step.quiet(&mut model.run(size, None, pictures.folder())?)?;
+    step.quiet(&mut model.run(size, &workspace.root().join(tracer::SCENE), pictures.folder())?)?;
     for picture in &pictures.taken()? {
         check_picture(picture)?;
     }

@@ -1,5 +1,7 @@
 //! `cargo xtask demo`: simulations that take their own pictures.
 
+use std::fs;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use crate::error::Error;
@@ -31,6 +33,8 @@ pub fn run(workspace: &Workspace, options: &DemoOptions) -> Result<(), Error> {
     if let Some(scene) = scene.as_ref().filter(|scene| !scene.is_file()) {
         return Err(Error::Failed(format!("no scene file: {}", scene.display())));
     }
+    let scene = scene.unwrap_or_else(|| workspace.root().join(tracer::SCENE));
+    let scene = with_backend(workspace, &scene, options.backend)?;
     let mut steps = Steps::new(5 + MPI_STEPS);
     let with_mpi = steps.run("looking for system packages", |step| {
         system::provide(requirements::FOR_DEMO, options.install, step)?;
@@ -47,7 +51,7 @@ pub fn run(workspace: &Workspace, options: &DemoOptions) -> Result<(), Error> {
     steps.run("building the tracer model", |step| step.quiet(&mut model.compile()))?;
     let lines = steps.run("running the tracer model", |step| {
         pictures.prepare()?;
-        step.echoed(&mut model.run(options.size, scene.as_deref(), &out)?)
+        step.echoed(&mut model.run(options.size, &scene, &out)?)
     })?;
     show(workspace, &mut steps, &pictures, &lines)?;
     if !with_mpi {
@@ -58,12 +62,35 @@ pub fn run(workspace: &Workspace, options: &DemoOptions) -> Result<(), Error> {
     let pictures = Pictures::new(out.join("shallow_water"), shallow_water::PREFIX);
     say("");
     steps.run("building the shallow-water model", |step| step.quiet(&mut model.compile()))?;
+    let scene = with_backend(workspace, &workspace.root().join(shallow_water::SCENE), options.backend)?;
     let title = format!("running the shallow-water model on {RANKS} ranks of MPI");
     let lines = steps.run(&title, |step| {
         pictures.prepare()?;
-        step.echoed(&mut model.run(RANKS, pictures.folder())?)
+        step.echoed(&mut model.run(RANKS, &scene, pictures.folder())?)
     })?;
     show(workspace, &mut steps, &pictures, &lines)
+}
+
+/// A scene, or a copy of it with another backend.
+fn with_backend(workspace: &Workspace, scene: &Path, backend: Option<&str>) -> Result<PathBuf, Error> {
+    let (Some(backend), Some(name)) = (backend, scene.file_name()) else {
+        return Ok(scene.to_owned());
+    };
+    let copy = workspace.products(PROFILE).join(name);
+    let text = fs::read_to_string(scene).map_err(Error::while_doing(scene.display()))?;
+    fs::create_dir_all(workspace.products(PROFILE)).map_err(Error::while_doing(copy.display()))?;
+    fs::write(&copy, replaced(&text, backend)).map_err(Error::while_doing(copy.display()))?;
+    Ok(copy)
+}
+
+/// The scene with `backend`, in place of its own.
+fn replaced(scene: &str, backend: &str) -> String {
+    let is_other = |line: &&str| {
+        let key = line.split_once('=').map(|(key, _)| key.trim());
+        key != Some("backend")
+    };
+    let rest: Vec<&str> = scene.lines().filter(is_other).collect();
+    format!("backend = \"{backend}\"\n{}\n", rest.join("\n"))
 }
 
 /// All that is written in Rust, in one go: apart from each other, packages ask for other features of what they have in common,
@@ -111,4 +138,17 @@ fn show(
         say(&ranks.sentence());
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_backend_takes_the_place_of_the_scenes() {
+        let rest = "field = \"q\"\n[camera]\nlon = 0";
+        let expected = format!("backend = \"gpu\"\n{rest}\n");
+        assert_eq!(replaced(rest, "gpu"), expected);
+        assert_eq!(replaced(&format!("  backend= \"cpu\" # so far\n{rest}\n"), "gpu"), expected);
+    }
 }

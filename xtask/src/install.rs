@@ -68,7 +68,7 @@ pub fn run(workspace: &Workspace, options: &InstallOptions) -> Result<(), Error>
     })?;
     // Found out now rather than after the build.
     layout.prepare()?;
-    let built = steps.run("building the library", |step| build(workspace, options.mpi, step))?;
+    let built = steps.run("building the library", |step| build(workspace, options.mpi, options.gpu, step))?;
     let installed = steps.run("installing", |_| install(workspace, &built, &layout))?;
     say("");
     let width = installed.files.iter().map(|(path, _)| path.as_os_str().len()).max().unwrap_or_default();
@@ -91,14 +91,14 @@ pub struct Built {
     archive: PathBuf,
 }
 
-/// Builds both libraries, with MPI or without.
-pub fn build(workspace: &Workspace, mpi: bool, step: &mut Step) -> Result<Built, Error> {
+/// Builds both libraries, with MPI or without, and with GPUs or without.
+pub fn build(workspace: &Workspace, mpi: bool, gpu: bool, step: &mut Step) -> Result<Built, Error> {
     if mpi {
         // Cargo does not see that there is another MPI than before.
         step.quiet(&mut workspace.cargo(["clean", "--package", "mpi-sys", "--profile", PROFILE]))?;
     }
     let mut cargo = workspace.cargo(["rustc", "--package", "icoray-capi", "--lib", "--profile", PROFILE]);
-    cargo.args(mpi.then_some("--features=mpi")).arg("--");
+    cargo.args(mpi.then_some("--features=mpi")).args((!gpu).then_some("--no-default-features")).arg("--");
     // Only here: the libraries in target/debug and target/release are found by the names that they have there.
     step.quiet(cargo.arg("-C").arg(format!("link-arg=-Wl,-soname,{SONAME}")))?;
     let products = workspace.products(PROFILE);

@@ -117,7 +117,7 @@ pub fn check(workspace: &Workspace, step: &mut Step) -> Result<(), Error> {
     }
     let layout =
         Layout { prefix: "/opt/icoray".into(), libdir: "lib".into(), destdir: Some(scratch.join("a place")) };
-    let built = install::build(workspace, false, step)?;
+    let built = install::build(workspace, false, true, step)?;
     let installed = install::install(workspace, &built, &layout)?;
     check_library(workspace, &installed.shared, &installed.properties)?;
     let binary = |(path, what): &(PathBuf, String)| {

@@ -19,6 +19,7 @@ demo  Builds the C library and the tracer model of examples/c, runs the model
   --layers N     vertical layers of the model     [default: 30]
   --days X       simulated days                   [default: 12]
   --scene FILE   what the pictures show           [default: examples/scenes/tracer.toml]
+  --backend WHO  who draws: auto, cpu or gpu, in place of what the scenes say
   --no-install   install nothing; say what is missing instead
   Size and scene are the tracer's.
 
@@ -36,11 +37,15 @@ install  Builds the C library for Linux and installs it: shared and static
   --libdir DIR   the libraries' place in it, such as lib64   [default: lib]
   --mpi          with icoray_open over several ranks, for the MPI of `mpicc`,
                  or of the compiler that MPICC in the environment names
+  --no-gpu       without GPUs; the library is a third of the size
   --no-install   install no packages; say what is missing instead
   DESTDIR=DIR    in the environment: put everything below DIR, for packagers
 
 All install the Debian packages they lack with apt-get (through sudo where not
 root) and the Rust components they lack with rustup, and say which.";
+
+/// What a scene's `backend` may be.
+const BACKENDS: [&str; 3] = ["auto", "cpu", "gpu"];
 
 /// One call of this program.
 #[derive(Debug, PartialEq)]
@@ -62,6 +67,8 @@ pub struct DemoOptions {
     pub out: Option<PathBuf>,
     /// The scene to draw; the example's own where none is given.
     pub scene: Option<PathBuf>,
+    /// Who draws; what the scenes say where none is given.
+    pub backend: Option<&'static str>,
     /// The size of the simulation.
     pub size: Size,
     /// Whether missing packages may be installed.
@@ -97,6 +104,8 @@ pub struct InstallOptions {
     pub libdir: PathBuf,
     /// Whether several ranks may draw together.
     pub mpi: bool,
+    /// Whether GPUs may draw.
+    pub gpu: bool,
     /// Whether missing packages may be installed.
     pub install: bool,
 }
@@ -120,6 +129,7 @@ fn parse_demo(mut arguments: Arguments) -> Result<Invocation, Error> {
     let mut options = DemoOptions {
         out: None,
         scene: None,
+        backend: None,
         size: Size { level: 5, layers: 30, days: 12.0 },
         install: true,
     };
@@ -127,6 +137,7 @@ fn parse_demo(mut arguments: Arguments) -> Result<Invocation, Error> {
         match option.name.as_str() {
             "--out" => options.out = Some(arguments.value(option)?.into()),
             "--scene" => options.scene = Some(arguments.value(option)?.into()),
+            "--backend" => options.backend = Some(arguments.one_of(option, &BACKENDS)?),
             "--level" => options.size.level = arguments.number(option)?,
             "--layers" => options.size.layers = arguments.number(option)?,
             "--days" => options.size.days = arguments.number(option)?,
@@ -160,13 +171,19 @@ fn parse_test(mut arguments: Arguments) -> Result<Invocation, Error> {
 
 fn parse_install(mut arguments: Arguments) -> Result<Invocation, Error> {
     // The prefix that `make install` has had for ever.
-    let mut options =
-        InstallOptions { prefix: "/usr/local".into(), libdir: "lib".into(), mpi: false, install: true };
+    let mut options = InstallOptions {
+        prefix: "/usr/local".into(),
+        libdir: "lib".into(),
+        mpi: false,
+        gpu: true,
+        install: true,
+    };
     while let Some(option) = arguments.next_option()? {
         match option.name.as_str() {
             "--prefix" => options.prefix = arguments.value(option)?.into(),
             "--libdir" => options.libdir = arguments.value(option)?.into(),
             "--mpi" => options.mpi = option.given()?,
+            "--no-gpu" => options.gpu = !option.given()?,
             "--no-install" => options.install = !option.given()?,
             "--help" | "-h" => return Ok(Invocation::Help),
             _ => return Err(option.unknown("install")),
@@ -215,6 +232,15 @@ impl Arguments {
         }
     }
 
+    fn one_of(&mut self, option: Opt, known: &[&'static str]) -> Result<&'static str, Error> {
+        let name = option.name.clone();
+        let value = self.value(option)?;
+        let found = known.iter().find(|word| value == **word).copied();
+        found.ok_or_else(|| {
+            Error::Usage(format!("{name} must be one of {}, not {}", known.join(", "), quoted(&value)))
+        })
+    }
+
     fn number<T: FromStr>(&mut self, option: Opt) -> Result<T, Error> {
         let name = option.name.clone();
         let value = self.value(option)?;
@@ -261,6 +287,7 @@ mod tests {
         let expected = DemoOptions {
             out: None,
             scene: None,
+            backend: None,
             size: Size { level: 5, layers: 30, days: 12.0 },
             install: true,
         };
@@ -272,11 +299,14 @@ mod tests {
         let expected = DemoOptions {
             out: Some("pictures".into()),
             scene: Some("my.toml".into()),
+            backend: Some("gpu"),
             size: Size { level: 3, layers: 8, days: 0.5 },
             install: false,
         };
         assert_eq!(
-            parse_words("demo --out pictures --scene=my.toml --level=3 --layers 8 --days .5 --no-install"),
+            parse_words(
+                "demo --out pictures --scene=my.toml --backend gpu --level=3 --layers 8 --days .5 --no-install"
+            ),
             Ok(Invocation::Demo(expected))
         );
     }
@@ -292,13 +322,23 @@ mod tests {
 
     #[test]
     fn install_goes_where_make_install_goes_unless_told() {
-        let expected =
-            InstallOptions { prefix: "/usr/local".into(), libdir: "lib".into(), mpi: false, install: true };
+        let expected = InstallOptions {
+            prefix: "/usr/local".into(),
+            libdir: "lib".into(),
+            mpi: false,
+            gpu: true,
+            install: true,
+        };
         assert_eq!(parse_words("install"), Ok(Invocation::Install(expected)));
-        let expected =
-            InstallOptions { prefix: "here".into(), libdir: "lib/x".into(), mpi: true, install: false };
+        let expected = InstallOptions {
+            prefix: "here".into(),
+            libdir: "lib/x".into(),
+            mpi: true,
+            gpu: false,
+            install: false,
+        };
         assert_eq!(
-            parse_words("install --prefix here --libdir=lib/x --mpi --no-install"),
+            parse_words("install --prefix here --libdir=lib/x --mpi --no-gpu --no-install"),
             Ok(Invocation::Install(expected))
         );
     }
@@ -327,6 +367,10 @@ mod tests {
             let expected = format!("--libdir must be a path below the prefix, not '{libdir}'");
             assert_eq!(complaint(&format!("install --libdir {libdir}")), expected);
         }
+        assert_eq!(
+            complaint("demo --backend vulkan"),
+            "--backend must be one of auto, cpu, gpu, not 'vulkan'"
+        );
         assert_eq!(complaint("test --fast=yes"), "--fast takes no value");
     }
 }

@@ -14,6 +14,9 @@ pub const LIBRARY_PACKAGE: &str = "icoray-capi-mpi";
 const LIBRARY: &str = "icoray_mpi_test";
 const FOLDER: &str = "examples/fortran/shallow_water";
 
+/// What its pictures show, below the workspace's root.
+pub const SCENE: &str = "examples/scenes/shallow_water.toml";
+
 /// How the names of its pictures begin.
 pub const PREFIX: &str = "vorticity_";
 
@@ -50,13 +53,13 @@ impl<'a> ShallowWater<'a> {
     }
 
     /// The command that runs it on so many ranks, each with its part of the mesh.
-    pub fn run(&self, ranks: usize, out: &Path) -> Result<Command, Error> {
+    pub fn run(&self, ranks: usize, scene: &Path, out: &Path) -> Result<Command, Error> {
         let mut run = self.workspace.linked("mpirun", &self.products)?;
         run.args(["-n", &ranks.to_string()]).args(mpirun_options());
         run.arg(self.folder().join("shallow_water")).args(SIZE);
         let processors = thread::available_parallelism().map_or(1, usize::from);
         run.args(["--threads", &(processors / ranks).max(1).to_string()]);
-        run.args(["--scene", "examples/scenes/shallow_water.toml", "--out"]).arg(out);
+        run.arg("--scene").arg(scene).arg("--out").arg(out);
         Ok(run)
     }
 }

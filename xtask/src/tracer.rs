@@ -26,6 +26,9 @@ const SOURCES: [&str; 6] = [
     "examples/c/winds.c",
 ];
 
+/// What its pictures show, below the workspace's root.
+pub const SCENE: &str = "examples/scenes/tracer.toml";
+
 /// How the names of its pictures begin.
 pub const PREFIX: &str = "tracer_";
 
@@ -72,13 +75,12 @@ impl<'a> Tracer<'a> {
     }
 
     /// The command that runs it.
-    pub fn run(&self, size: Size, scene: Option<&Path>, out: &Path) -> Result<Command, Error> {
+    pub fn run(&self, size: Size, scene: &Path, out: &Path) -> Result<Command, Error> {
         let mut tracer = self.workspace.linked(self.program(), &self.products)?;
         tracer.args(["--level", &size.level.to_string()]);
         tracer.args(["--layers", &size.layers.to_string()]);
         tracer.args(["--days", &size.days.to_string()]);
-        tracer.arg("--scene").arg(scene.unwrap_or(Path::new("examples/scenes/tracer.toml")));
-        tracer.arg("--out").arg(out);
+        tracer.arg("--scene").arg(scene).arg("--out").arg(out);
         Ok(tracer)
     }
 }

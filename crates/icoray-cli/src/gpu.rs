@@ -5,7 +5,7 @@ use icoray::{Adapter, Renderer, Result, Scene};
 
 /// Who draws, where the command says so.
 #[derive(clap::Args)]
-pub struct Args {
+pub struct Who {
     /// Who draws, instead of the scene's backend
     #[arg(long, value_name = "WHO", value_enum)]
     backend: Option<Backend>,
@@ -25,7 +25,7 @@ enum Backend {
     Gpu,
 }
 
-impl Args {
+impl Who {
     /// Puts what the command says into the scene.
     pub fn apply(&self, scene: &mut Scene) {
         match self.backend {
@@ -70,10 +70,11 @@ pub fn would_draw(renderer: &Renderer, scene: &Scene) -> String {
 /// Lines that say which GPUs there are.
 #[cfg(feature = "gpu")]
 pub fn list() -> Vec<String> {
-    let listed = icoray_gpu::list();
-    if listed.is_empty() {
-        return vec!["no Vulkan adapter is here".into()];
-    }
+    let listed = match icoray_gpu::list() {
+        Ok(listed) if listed.is_empty() => return vec!["no Vulkan adapter is here".into()],
+        Ok(listed) => listed,
+        Err(reason) => return vec![reason.to_string()],
+    };
     let line = |(number, one): (usize, &icoray_gpu::Listed)| {
         format!("{number}  {} ({}, {})", one.name, one.kind, one.driver)
     };

@@ -1,8 +1,7 @@
 //! icoray on the command line: pictures of MPAS files.
 //!
-//! `icoray render` makes pictures, `icoray info` says what a file holds, `icoray plan` what a scene leaves out, `icoray devices` which GPUs can draw,
-//! `icoray study` measures what the library claims. Results
-//! go to stdout; an error is one line on stderr and exit code 1, wrong usage exit code 2.
+//! `icoray render` makes pictures, `icoray info` says what a file holds, `icoray plan` what a scene leaves out, `icoray
+//! devices` which GPUs can draw, `icoray study` measures what the library claims. Results go to stdout; an error is one line on stderr and exit code 1, wrong usage exit code 2.
 #![forbid(unsafe_code)]
 
 mod failure;

@@ -16,13 +16,13 @@ pub struct Args {
     #[arg(long, value_name = "SCENE.toml")]
     scene: PathBuf,
     #[command(flatten)]
-    gpu: gpu::Args,
+    who: gpu::Who,
 }
 
 /// Prints, a line each, what is not computed or read for the scene.
 pub fn run(args: &Args, out: &mut impl Write) -> Result<(), Failure> {
     let mut scene = input::scene(&args.scene)?;
-    args.gpu.apply(&mut scene);
+    args.who.apply(&mut scene);
     let file = args.input.open()?;
     let grid = file.mesh().grid()?;
     let layers = file.layers()?;

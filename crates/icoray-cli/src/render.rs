@@ -36,7 +36,7 @@ pub struct Args {
     #[arg(long, value_name = "N", default_value_t = 0)]
     threads: usize,
     #[command(flatten)]
-    gpu: gpu::Args,
+    who: gpu::Who,
     /// Picture size in pixels, instead of the scene's
     #[arg(long, value_name = "WxH", value_parser = size)]
     size: Option<(u32, u32)>,
@@ -152,7 +152,7 @@ fn scene(args: &Args) -> Result<Scene> {
     if let Some(tolerance) = args.tolerance {
         scene.tolerance = tolerance;
     }
-    args.gpu.apply(&mut scene);
+    args.who.apply(&mut scene);
     if args.error.is_some() {
         scene.output.error = None;
     }

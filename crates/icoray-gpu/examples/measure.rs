@@ -38,16 +38,18 @@ fn main() -> Result<(), Box<dyn Error>> {
     println!("{}", gpu.name());
     println!("{} cells x {count} layers, {side} x {side}; seconds", grid.cells());
     println!(
-        "| scene | frusta | GPU first | GPU upload | GPU render | CPU render, {} threads | RMSE | max |",
+        "| scene | frusta | GPU first | GPU upload | MB | GPU render | CPU render, {} threads | RMSE | max |",
         renderer.threads()
     );
-    println!("|---|---|---|---|---|---|---|---|");
+    println!("|---|---|---|---|---|---|---|---|---|");
     for (name, opacity) in TRANSFERS {
         let scene = Scene::parse(&format!(
             "field = \"f\"\n[image]\nwidth = {side}\nheight = {side}\n[camera]\nlon = 30\nlat = 25\ndistance = 3.2\nfov = 45\n\
              [transfer]\nmap = \"viridis\"\nrange = [-1, 1]\nopacity = {opacity}\n"
         ))?;
+        // Of a field that the model may have written anew.
         let draw = || {
+            let field = Field::new(values.as_slice().into(), shape, Location::Center, None)?;
             let frame = with_gpu.render(&scene, &grid, &layers, &field)?;
             match frame.report.left_to_cpu.clone() {
                 None => Ok::<_, Box<dyn Error>>(frame),
@@ -65,9 +67,10 @@ fn main() -> Result<(), Box<dyn Error>> {
             .collect();
         let rmse = (off.iter().map(|d| d * d).sum::<f64>() / off.len() as f64).sqrt();
         println!(
-            "| {name} | {} | {first_s:.3} | {:.3} | {:.3} | {:.3} | {rmse:.1e} | {:.1e} |",
+            "| {name} | {} | {first_s:.3} | {:.3} | {:.1} | {:.3} | {:.3} | {rmse:.1e} | {:.1e} |",
             ours.report.counts.frusta,
             ours.report.upload_s,
+            ours.report.bytes_uploaded as f64 / 1e6,
             ours.report.render_s,
             theirs.report.render_s,
             off.iter().copied().fold(0.0, f64::max),

@@ -1,10 +1,11 @@
 //! Which of a machine's adapters draws.
 
-use crate::gpu::{Gpu, because};
+use crate::gpu::{Gpu, Most, because};
+use crate::instance::instance;
 use icoray::Adapter;
 use icoray::device::{Device, Devices, Reason, Wanted};
 use std::fmt;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 /// Which adapter to draw on.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
@@ -67,16 +68,18 @@ impl Listed {
 }
 
 /// The adapters of this machine, in the order of their numbers.
-pub fn list() -> Vec<Listed> {
-    adapters().iter().map(Listed::of).collect()
+///
+/// # Errors
+/// A [`Reason`] where there is no Vulkan.
+pub fn list() -> Result<&'static [Listed], Reason> {
+    // Looked for once in a process: it takes a tenth of a second, and loads every driver.
+    static LISTED: OnceLock<Result<Vec<Listed>, Reason>> = OnceLock::new();
+    let listed = LISTED.get_or_init(|| Ok(adapters()?.iter().map(Listed::of).collect()));
+    listed.as_deref().map_err(Clone::clone)
 }
 
-fn adapters() -> Vec<wgpu::Adapter> {
-    let instance = wgpu::Instance::new(wgpu::InstanceDescriptor {
-        backends: wgpu::Backends::VULKAN,
-        ..wgpu::InstanceDescriptor::new_without_display_handle()
-    });
-    pollster::block_on(instance.enumerate_adapters(wgpu::Backends::VULKAN))
+fn adapters() -> Result<Vec<wgpu::Adapter>, Reason> {
+    Ok(pollster::block_on(instance()?.enumerate_adapters(wgpu::Backends::VULKAN)))
 }
 
 /// The number of the adapter that is wanted: of those that fit one of the fastest kind, another for each rank of the node.
@@ -113,14 +116,17 @@ pub struct Gpus;
 
 impl Devices for Gpus {
     fn open(&self, wanted: &Wanted) -> Result<Arc<dyn Device>, Reason> {
-        Ok(Arc::new(open(wanted)?))
+        Ok(Arc::new(open(wanted, Most::default())?))
     }
 }
 
-fn open(wanted: &Wanted) -> Result<Gpu, Reason> {
-    let adapters = adapters();
-    let listed: Vec<Listed> = adapters.iter().map(Listed::of).collect();
-    Gpu::open(&adapters[choose(&listed, wanted)?])
+fn open(wanted: &Wanted, most: Most) -> Result<Gpu, Reason> {
+    let listed = list()?;
+    let number = choose(listed, wanted)?;
+    match adapters()?.get(number).filter(|adapter| Listed::of(adapter) == listed[number]) {
+        Some(adapter) => Gpu::open(adapter, most),
+        None => because(format!("{} is here no more", listed[number].name)),
+    }
 }
 
 impl Gpu {
@@ -129,12 +135,20 @@ impl Gpu {
     /// # Errors
     /// A [`Reason`] where there is no such adapter, or it cannot do what the kernel needs.
     pub fn new(choice: &Choice) -> Result<Self, Reason> {
+        Self::with_most(choice, Most::default())
+    }
+
+    /// Opens a device, of which no more than `most` is used.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn with_most(choice: &Choice, most: Most) -> Result<Self, Reason> {
         let adapter = match choice {
             Choice::Any => None,
             Choice::Index(number) => Some(Adapter::Number(*number)),
             Choice::Name(part) => Some(Adapter::Name(part.clone())),
         };
-        open(&Wanted { adapter, or_processor: true, node_rank: 0 })
+        open(&Wanted { adapter, or_processor: true, node_rank: 0 }, most)
     }
 }
 

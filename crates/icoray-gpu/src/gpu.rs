@@ -1,31 +1,23 @@
 //! The device: which one, and what goes wrong on it.
 
+use crate::gradient;
+use crate::groups::{READ, layout};
+use crate::held::Fields;
 use crate::light;
 use crate::mesh::Meshes;
-use crate::scene::{Picture, Variant};
+use crate::scene::Variant;
+use crate::staging::Staging;
 use crate::starts::Starts;
+use crate::store::Store;
 use icoray::device::Reason;
 use std::collections::HashMap;
-use std::fmt;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, OnceLock};
+use wgpu::BufferUsages;
 
 /// Shorthand of this crate's.
 pub(crate) fn because<T>(reason: impl Into<String>) -> Result<T, Reason> {
     Err(Reason::new(reason))
-}
-
-/// What a device has complained of and nobody has looked at, first come.
-#[derive(Debug, Clone, Default)]
-struct Trouble(Arc<Mutex<Option<String>>>);
-
-impl Trouble {
-    fn put(&self, message: String) {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(message);
-    }
-
-    fn take(&self) -> Option<String> {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner).take()
-    }
 }
 
 /// A device, ready to draw.
@@ -37,28 +29,48 @@ pub struct Gpu {
     pub(crate) limits: wgpu::Limits,
     pub(crate) bindings: wgpu::BindGroupLayout,
     pub(crate) light: light::Bindings,
+    pub(crate) gradient_pass: gradient::Pass,
     pub(crate) pipelines: Mutex<HashMap<Variant, wgpu::ComputePipeline>>,
     pub(crate) meshes: Meshes,
-    /// The last one.
-    pub(crate) picture: Mutex<Option<Arc<Picture>>>,
     pub(crate) starts: Mutex<Arc<Starts>>,
-    trouble: Trouble,
+    pub(crate) store: Arc<Store>,
+    pub(crate) staging: Staging,
+    pub(crate) fields: Fields,
+    /// Bytes that fields may take.
+    pub(crate) most_of_fields: u64,
+    buffers_made: AtomicU64,
+    /// How the device was lost, if it was.
+    loss: Arc<OnceLock<String>>,
 }
 
-/// Bindings of `shaders/`, in order: their kinds.
+/// How much of a device is used, where that is less than it has.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Most {
+    /// Bytes of a buffer that a shader reads.
+    pub binding: Option<u64>,
+    /// Bytes of a field, gradients included. A picture of a larger one is drawn in passes, each with what its rays meet.
+    pub field: Option<u64>,
+}
+
+/// Bindings of `shaders/` in group 0, in order: their kinds. Groups 1 and 3 have the pages of the field and of its gradients,
+/// group 2 has the light.
 const BINDINGS: [wgpu::BufferBindingType; 14] = {
-    let mut kinds = [wgpu::BufferBindingType::Storage { read_only: true }; 14];
+    let mut kinds = [READ; 14];
     kinds[0] = wgpu::BufferBindingType::Uniform;
     kinds[13] = wgpu::BufferBindingType::Storage { read_only: false };
     kinds
 };
 
+/// Storage buffers that a shader has at most beside pages, which come in pairs.
+pub(crate) const STORAGES: u32 = 16;
+
 impl Gpu {
     /// Opens a device.
-    pub(crate) fn open(adapter: &wgpu::Adapter) -> Result<Self, Reason> {
-        let (info, limits) = (adapter.get_info(), adapter.limits());
-        // The gradients are one more.
-        let needed = BINDINGS.len() as u32;
+    pub(crate) fn open(adapter: &wgpu::Adapter, most: Most) -> Result<Self, Reason> {
+        let (info, mut limits) = (adapter.get_info(), adapter.limits());
+        let binding = &mut limits.max_storage_buffer_binding_size;
+        *binding = most.binding.map_or(*binding, |most| most.min(*binding));
+        let needed = STORAGES + 2;
         if limits.max_storage_buffers_per_shader_stage < needed {
             let has = limits.max_storage_buffers_per_shader_stage;
             return because(format!(
@@ -76,27 +88,19 @@ impl Gpu {
         };
         let opened = pollster::block_on(adapter.request_device(&descriptor));
         let (device, queue) = opened.map_err(|e| Reason::new(format!("{}: {e}", info.name)))?;
-        let trouble = Trouble::default();
-        let (error, loss) = (trouble.clone(), trouble.clone());
-        device.on_uncaptured_error(Arc::new(move |e: wgpu::Error| error.put(e.to_string())));
+        let loss = Arc::new(OnceLock::new());
+        let (error, lost) = (Arc::clone(&loss), Arc::clone(&loss));
+        // Whatever may fail is watched; what is not is as good as a loss.
+        device.on_uncaptured_error(Arc::new(move |e: wgpu::Error| drop(error.set(e.to_string()))));
         device.set_device_lost_callback(move |reason, message| {
             // A device that is dropped is lost to nobody.
             if reason != wgpu::DeviceLostReason::Destroyed {
-                loss.put(format!("the device is lost: {message}"));
+                drop(lost.set(format!("the device is lost: {message}")));
             }
         });
-        let entries: Vec<_> = (0u32..)
-            .zip(BINDINGS)
-            .map(|(binding, ty)| wgpu::BindGroupLayoutEntry {
-                binding,
-                visibility: wgpu::ShaderStages::COMPUTE,
-                ty: wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None },
-                count: None,
-            })
-            .collect();
-        let layout = wgpu::BindGroupLayoutDescriptor { label: Some("icoray"), entries: &entries };
-        let bindings = device.create_bind_group_layout(&layout);
+        let bindings = layout(&device, &BINDINGS);
         let light = light::Bindings::new(&device);
+        let gradient_pass = gradient::Pass::new(&device);
         let gpu = Gpu {
             info,
             device,
@@ -104,11 +108,16 @@ impl Gpu {
             limits,
             bindings,
             light,
+            gradient_pass,
             pipelines: Mutex::default(),
             meshes: Meshes::default(),
-            picture: Mutex::default(),
             starts: Mutex::default(),
-            trouble,
+            store: Arc::default(),
+            staging: Staging::default(),
+            fields: Fields::default(),
+            most_of_fields: most.field.unwrap_or(u64::MAX),
+            buffers_made: AtomicU64::default(),
+            loss,
         };
         gpu.untroubled()?;
         Ok(gpu)
@@ -125,40 +134,58 @@ impl Gpu {
         self.info.device_type == wgpu::DeviceType::Cpu
     }
 
-    /// What the device has complained of since it was last asked.
-    pub(crate) fn untroubled(&self) -> Result<(), Reason> {
-        self.trouble.take().map_or(Ok(()), |message| because(format!("{}: {message}", self.info.name)))
+    /// How many buffers the device was asked for so far.
+    pub fn buffers_made(&self) -> u64 {
+        self.buffers_made.load(Ordering::Relaxed)
     }
 
-    /// Room for `bytes` in a buffer that shaders read.
+    /// Whether the device is still there.
+    pub(crate) fn untroubled(&self) -> Result<(), Reason> {
+        self.loss.get().map_or(Ok(()), |message| because(format!("{}: {message}", self.info.name)))
+    }
+
+    /// Does something on the device; what it complains of meanwhile, on this thread, is why it is not done.
+    pub(crate) fn watched<R>(&self, act: impl FnOnce() -> R) -> Result<R, Reason> {
+        use wgpu::ErrorFilter::{Internal, OutOfMemory, Validation};
+        let mut scopes =
+            [Internal, OutOfMemory, Validation].map(|kind| Some(self.device.push_error_scope(kind)));
+        let done = act();
+        let errors = scopes.iter_mut().rev().filter_map(Option::take);
+        let errors: Vec<_> = errors.filter_map(|scope| pollster::block_on(scope.pop())).collect();
+        self.untroubled()?;
+        match errors.first() {
+            Some(error) => because(format!("{}: {error}", self.info.name)),
+            None => Ok(done),
+        }
+    }
+
+    /// The most bytes that a buffer may have.
+    pub(crate) fn most(&self, usage: BufferUsages) -> u64 {
+        let binding = match usage.contains(BufferUsages::STORAGE) {
+            true => self.limits.max_storage_buffer_binding_size,
+            false => u64::MAX,
+        };
+        self.limits.max_buffer_size.min(binding) / 4 * 4
+    }
+
+    /// Room for `bytes` in a buffer.
     pub(crate) fn buffer(
         &self,
         what: &str,
         bytes: usize,
-        usage: wgpu::BufferUsages,
+        usage: BufferUsages,
     ) -> Result<wgpu::Buffer, Reason> {
-        let binding = if usage.contains(wgpu::BufferUsages::STORAGE) {
-            self.limits.max_storage_buffer_binding_size
-        } else {
-            u64::MAX
-        };
-        let most = self.limits.max_buffer_size.min(binding);
+        let (most, name) = (self.most(usage), &self.info.name);
         // A binding has at least one element, the largest of which are 64 bytes.
         let size = (bytes as u64).max(64).next_multiple_of(4);
         if size > most {
-            return because(format!(
-                "{what}: {bytes} bytes, expected at most the {most} of {}",
-                self.info.name
-            ));
+            return because(format!("{what}: {bytes} bytes, expected at most the {most} of {name}"));
         }
-        let buffer = self.device.create_buffer(&wgpu::BufferDescriptor {
-            label: Some(what),
-            size,
-            usage,
-            mapped_at_creation: false,
-        });
-        self.untroubled()?;
-        Ok(buffer)
+        // What the host writes it does so at once.
+        let mapped_at_creation = usage.contains(BufferUsages::MAP_WRITE);
+        let descriptor = wgpu::BufferDescriptor { label: Some(what), size, usage, mapped_at_creation };
+        self.buffers_made.fetch_add(1, Ordering::Relaxed);
+        self.watched(|| self.device.create_buffer(&descriptor))
     }
 
     /// A buffer that holds `elements`.
@@ -167,26 +194,9 @@ impl Gpu {
         what: &str,
         elements: &[T],
     ) -> Result<wgpu::Buffer, Reason> {
-        let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST;
-        let buffer = self.buffer(what, size_of_val(elements), usage)?;
-        self.queue.write_buffer(&buffer, 0, bytemuck::cast_slice(elements));
-        self.untroubled()?;
+        let buffer =
+            self.buffer(what, size_of_val(elements), BufferUsages::STORAGE | BufferUsages::COPY_DST)?;
+        self.watched(|| self.queue.write_buffer(&buffer, 0, bytemuck::cast_slice(elements)))?;
         Ok(buffer)
-    }
-
-    /// Waits for the device and takes what it wrote to a buffer.
-    pub(crate) fn read<R>(&self, buffer: &wgpu::Buffer, take: impl FnOnce(&[u8]) -> R) -> Result<R, Reason> {
-        let failed = |e: &dyn fmt::Display| Reason::new(format!("reading from {}: {e}", self.info.name));
-        let (told, hear) = std::sync::mpsc::channel();
-        buffer.map_async(wgpu::MapMode::Read, .., move |is| drop(told.send(is)));
-        let waited = self.device.poll(wgpu::PollType::wait_indefinitely());
-        self.untroubled()?;
-        waited.map_err(|e| failed(&e))?;
-        hear.recv().map_err(|e| failed(&e))?.map_err(|e| failed(&e))?;
-        let view = buffer.get_mapped_range(..).map_err(|e| failed(&e))?;
-        let taken = take(&view);
-        drop(view);
-        buffer.unmap();
-        Ok(taken)
     }
 }

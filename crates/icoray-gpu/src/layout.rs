@@ -49,7 +49,10 @@ pub struct Params {
     pub rest: f32,
     pub brightest: f32,
     pub start: u32,
-    pub padding: u32,
+    pub page_columns: u32,
+    pub first_layer: u32,
+    pub last_layer: u32,
+    pub padding: [u32; 2],
 }
 
 /// See `shaders/kernel/transfer.wgsl`.
@@ -127,6 +130,16 @@ pub struct Shading {
     pub is_headlight: u32,
     pub most_cuts: u32,
     pub padding: u32,
+}
+
+/// See `shaders/gradient.wgsl`.
+#[allow(missing_docs)]
+#[derive(Debug, Clone, Copy, Default, Pod, Zeroable)]
+#[repr(C)]
+pub struct Around {
+    pub first: u32,
+    pub columns: u32,
+    pub row: u32,
 }
 
 /// See `shaders/picture.wgsl`.

@@ -1,7 +1,7 @@
 //! The kernel of icoray on the GPU, through wgpu: compute shaders in `shaders/`, of which `shaders/kernel/X.wgsl` mirrors
 //! `crates/icoray/src/kernel/X.rs` function by function. The explanations stand in the Rust files.
 //!
-//! A [`Gpu`] is a [`Device`](icoray::device::Device) for a [`Renderer`](icoray::Renderer): unlit scenes in `f32`, with the CPU
+//! A [`Gpu`] is a [`Device`](icoray::device::Device) for a [`Renderer`](icoray::Renderer): scenes in `f32`, with the CPU
 //! renderer's errors and counts. Whatever else a scene asks for, and whatever a device cannot hold or does, is a
 //! [`Reason`](icoray::device::Reason) to draw on the CPU instead: nothing here panics for want of a GPU.
 //!
@@ -18,20 +18,29 @@
 //! # Ok(())
 //! # }
 //! ```
-#![forbid(unsafe_code)]
+#![deny(unsafe_code)]
 
 mod adapters;
+mod band;
 mod draw;
 mod gpu;
+mod gradient;
+mod groups;
+mod held;
+mod instance;
 pub mod layout;
 mod light;
 mod mesh;
 mod peaks;
+mod readback;
 mod scene;
+mod select;
 pub mod shader;
+mod staging;
 mod starts;
+mod store;
 mod times;
 
 pub use adapters::{Choice, Gpus, Kind, Listed, list};
-pub use gpu::Gpu;
+pub use gpu::{Gpu, Most};
 pub use peaks::Peaks;

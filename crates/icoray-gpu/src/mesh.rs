@@ -1,11 +1,13 @@
 //! A grid on the device: its tables as they are, in 32 bits, uploaded once.
 
 use crate::gpu::Gpu;
+use crate::gradient::Corners;
 use crate::layout::halves;
+use crate::select::{Reach, Views};
 use icoray::device::{Reason, Tables};
 use icoray::{Grid, Indices};
 use std::borrow::Cow;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
+use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError, Weak};
 
 /// A grid's tables on a device.
 #[derive(Debug)]
@@ -14,6 +16,10 @@ pub(crate) struct Mesh {
     pub rim_sides: u32,
     /// Bindings 1 to 7.
     pub buffers: [wgpu::Buffer; 7],
+    /// Of grids that a lit scene is drawn of.
+    pub corners: OnceLock<Corners>,
+    pub reach: Reach,
+    pub views: Views,
 }
 
 /// The grids whose tables are on a device, as long as they live.
@@ -61,7 +67,14 @@ impl Gpu {
             self.upload("void triangles", &tables.void)?,
             self.upload("sides of rims", &tables.rim)?,
         ];
-        Ok(Mesh { start: tables.start, rim_sides: tables.rim.len() as u32, buffers })
+        Ok(Mesh {
+            start: tables.start,
+            rim_sides: tables.rim.len() as u32,
+            buffers,
+            reach: Reach::new(grid),
+            corners: OnceLock::new(),
+            views: Views::default(),
+        })
     }
 }
 

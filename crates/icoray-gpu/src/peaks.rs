@@ -42,13 +42,10 @@ impl Gpu {
     /// A [`Reason`] where the device fails.
     pub fn peaks(&self) -> Result<Peaks, Reason> {
         let (host_to_device, staged) = self.sent()?;
-        Ok(Peaks {
-            host_to_device,
-            staged,
-            readback: self.read_back()?,
-            memory: self.streamed()?,
-            flops: self.multiplied()?,
-        })
+        let readback = self.read_back()?;
+        // Frames need no such buffers.
+        self.store.clear();
+        Ok(Peaks { host_to_device, staged, readback, memory: self.streamed()?, flops: self.multiplied()? })
     }
 
     fn sent(&self) -> Result<(f64, f64), Reason> {
@@ -56,6 +53,7 @@ impl Gpu {
         let there = self.buffer("sent", bytes as usize, BufferUsages::COPY_DST)?;
         let usage = BufferUsages::MAP_WRITE | BufferUsages::COPY_SRC;
         let here = self.buffer("to be sent", bytes as usize, usage)?;
+        here.unmap();
         let host = vec![1u8; bytes as usize];
         let direct = best(|| {
             let mut encoder = self.device.create_command_encoder(&Default::default());
@@ -72,14 +70,11 @@ impl Gpu {
     fn read_back(&self) -> Result<f64, Reason> {
         let bytes = self.limits.max_buffer_size.min(SENT);
         let there = self.buffer("read", bytes as usize, BufferUsages::COPY_SRC | BufferUsages::COPY_DST)?;
-        let usage = BufferUsages::MAP_READ | BufferUsages::COPY_DST;
-        let here = self.buffer("read back", bytes as usize, usage)?;
         let mut host = vec![0u8; bytes as usize];
         let seconds = best(|| {
-            let mut encoder = self.device.create_command_encoder(&Default::default());
-            encoder.copy_buffer_to_buffer(&there, 0, &here, 0, bytes);
-            self.queue.submit([encoder.finish()]);
-            self.read(&here, |read| host.copy_from_slice(&read[..bytes as usize]))
+            let commands = self.device.create_command_encoder(&Default::default());
+            let flight = self.submit(commands, &there, bytes as usize)?;
+            self.land(flight, |read| host.copy_from_slice(read))
         })?;
         Ok(bytes as f64 / seconds)
     }
@@ -109,28 +104,31 @@ impl Gpu {
 
     /// Seconds of a pass of `groups` workgroups, by the device's clock if it has one.
     fn passes(&self, name: &str, entry: &str, buffers: &[&wgpu::Buffer], groups: u64) -> Result<f64, Reason> {
-        let module = self.device.create_shader_module(wgpu::ShaderModuleDescriptor {
-            label: Some(name),
-            source: wgpu::ShaderSource::Wgsl(shader::compose(name).into()),
-        });
-        let pipeline = self.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-            label: Some(name),
-            layout: None,
-            module: &module,
-            entry_point: Some(entry),
-            compilation_options: Default::default(),
-            cache: None,
-        });
+        let pipeline = self.watched(|| {
+            let module = self.device.create_shader_module(wgpu::ShaderModuleDescriptor {
+                label: Some(name),
+                source: wgpu::ShaderSource::Wgsl(shader::compose(name).into()),
+            });
+            self.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+                label: Some(name),
+                layout: None,
+                module: &module,
+                entry_point: Some(entry),
+                compilation_options: Default::default(),
+                cache: None,
+            })
+        })?;
         let entries: Vec<_> = (0u32..)
             .zip(buffers)
             .map(|(binding, buffer)| wgpu::BindGroupEntry { binding, resource: buffer.as_entire_binding() })
             .collect();
-        let group = self.device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: Some(name),
-            layout: &pipeline.get_bind_group_layout(0),
-            entries: &entries,
-        });
-        self.untroubled()?;
+        let group = self.watched(|| {
+            self.device.create_bind_group(&wgpu::BindGroupDescriptor {
+                label: Some(name),
+                layout: &pipeline.get_bind_group_layout(0),
+                entries: &entries,
+            })
+        })?;
         let mut least = f64::INFINITY;
         for run in 0..RUNS {
             let times = Times::new(self, 1)?;

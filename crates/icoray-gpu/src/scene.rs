@@ -1,11 +1,12 @@
 //! A scene on the device: its numbers, its variant of the shader, and the field.
 
-use crate::gpu::{Gpu, because};
+use crate::gpu::Gpu;
+use crate::held::Held;
 use crate::layout::{Params, Piece, ShellLayer, Span, Step, halves, halves3};
-use crate::light;
 use crate::mesh::Mesh;
 use crate::shader;
 use crate::starts::Starts;
+use crate::store::Lent;
 use icoray::device::{Allowed, ENDLESS, Job, Reason, Rect, locate};
 use icoray::{Lights, Method};
 use rayon::prelude::*;
@@ -23,45 +24,91 @@ pub(crate) struct Variant {
     has_steps: bool,
     few_knots: bool,
     is_lit: bool,
+    places: Places,
 }
 
-/// What the rays of a picture read on the device, whatever their tiles.
-#[derive(Debug)]
-pub(crate) struct Picture {
-    number: u64,
+/// How the field lies on the device, as far as shaders differ in that.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub(crate) struct Places {
+    pub pages: usize,
+    pub has_places: bool,
+    pub has_all_layers: bool,
+}
+
+impl Places {
+    pub fn constants(self) -> [(&'static str, f64); 3] {
+        let number = |is: bool| f64::from(u8::from(is));
+        [
+            ("PAGES", self.pages as f64),
+            ("HAS_PLACES", number(self.has_places)),
+            ("HAS_ALL_LAYERS", number(self.has_all_layers)),
+        ]
+    }
+}
+
+/// What the rays of a picture read on the device beside the field.
+pub(crate) struct Picture<'j> {
+    pub job: &'j Job<'j>,
     pub mesh: Arc<Mesh>,
     /// Bindings 8, 9 and 11.
-    pub tables: [wgpu::Buffer; 3],
-    /// Binding 10.
-    pub field: wgpu::Buffer,
-    /// Of lit pictures.
-    pub gradients: Option<wgpu::Buffer>,
+    pub tables: [Lent; 3],
 }
 
 impl Gpu {
-    /// The picture of `job`, and how many bytes were uploaded for it: none where it is there. Nothing is locked while it is
-    /// prepared: the pool's thread that waits for others may meet another picture.
-    pub(crate) fn picture(&self, job: &Job) -> Result<(Arc<Picture>, u64), Reason> {
-        let last = || self.picture.lock().unwrap_or_else(PoisonError::into_inner);
-        // Another picture's memory goes before this one's comes.
-        let before = last().take().filter(|picture| picture.number == job.number());
-        if let Some(picture) = before {
-            *last() = Some(Arc::clone(&picture));
-            return Ok((picture, 0));
-        }
-        let (mesh, mesh_bytes) = self.mesh(job.grid())?;
-        let (tables, field) = (tables(self, job)?, field(self, job)?);
-        let (gradients, light_bytes) = light::gradients(self, job)?;
-        let bytes =
-            mesh_bytes + field.size() + light_bytes + tables.iter().map(wgpu::Buffer::size).sum::<u64>();
-        let picture = Arc::new(Picture { number: job.number(), mesh, tables, field, gradients });
-        *last() = Some(Arc::clone(&picture));
-        Ok((picture, bytes))
+    /// A shader's entry point of its own name.
+    pub(crate) fn pipeline(
+        &self,
+        name: &str,
+        text: String,
+        layouts: [&wgpu::BindGroupLayout; 4],
+        constants: &[(&str, f64)],
+    ) -> Result<wgpu::ComputePipeline, Reason> {
+        self.watched(|| {
+            let module = self.device.create_shader_module(wgpu::ShaderModuleDescriptor {
+                label: Some(name),
+                source: wgpu::ShaderSource::Wgsl(text.into()),
+            });
+            let layout = self.device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+                label: Some(name),
+                bind_group_layouts: &layouts.map(Some),
+                immediate_size: 0,
+            });
+            self.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+                label: Some(name),
+                layout: Some(&layout),
+                module: &module,
+                entry_point: Some(name),
+                compilation_options: wgpu::PipelineCompilationOptions { constants, ..Default::default() },
+                cache: None,
+            })
+        })
+    }
+}
+
+impl Picture<'_> {
+    /// Group 0, with what workgroups trace and where they write.
+    pub fn group(
+        &self,
+        gpu: &Gpu,
+        held: &Held,
+        uniform: &wgpu::Buffer,
+        pieces: &wgpu::Buffer,
+        pixels: &wgpu::Buffer,
+    ) -> Result<wgpu::BindGroup, Reason> {
+        let [spans, steps, shell] = &self.tables;
+        let places = held.cells.places.as_ref().unwrap_or(spans);
+        let others: [&wgpu::Buffer; 6] = [spans, steps, places, shell, pieces, pixels];
+        gpu.group(&gpu.bindings, std::iter::once(uniform).chain(&self.mesh.buffers).chain(others))
+    }
+
+    /// Bytes of the tables.
+    pub fn bytes(&self) -> u64 {
+        self.tables.iter().map(|table| table.size()).sum()
     }
 }
 
 impl Variant {
-    pub fn of(job: &Job) -> Self {
+    pub fn of(job: &Job, held: &Held) -> Self {
         let scene = job.scene();
         Variant {
             is_exact: scene.method == Method::Exact,
@@ -70,6 +117,7 @@ impl Variant {
             has_steps: !job.steps().is_empty(),
             few_knots: few_knots(job).is_some(),
             is_lit: job.quality().lights != Lights::Off,
+            places: held.places(),
         }
     }
 
@@ -79,35 +127,20 @@ impl Variant {
         if let Some(pipeline) = known.get(&self) {
             return Ok(pipeline.clone());
         }
-        let module = gpu.device.create_shader_module(wgpu::ShaderModuleDescriptor {
-            label: Some("picture"),
-            source: wgpu::ShaderSource::Wgsl(shader::compose("picture").into()),
-        });
-        let layout = gpu.device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-            label: Some("picture"),
-            bind_group_layouts: &[Some(&gpu.bindings), Some(&gpu.light.layout)],
-            immediate_size: 0,
-        });
         let number = |is: bool| f64::from(u8::from(is));
-        let pipeline = gpu.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-            label: Some("picture"),
-            layout: Some(&layout),
-            module: &module,
-            entry_point: Some("picture"),
-            compilation_options: wgpu::PipelineCompilationOptions {
-                constants: &[
-                    ("IS_EXACT", number(self.is_exact)),
-                    ("HAS_CORE", number(self.has_core)),
-                    ("HAS_VOID", number(self.has_void)),
-                    ("HAS_STEPS", number(self.has_steps)),
-                    ("FEW_KNOTS", number(self.few_knots)),
-                    ("IS_LIT", number(self.is_lit)),
-                ],
-                ..Default::default()
-            },
-            cache: None,
-        });
-        gpu.untroubled()?;
+        let constants = [
+            ("IS_EXACT", number(self.is_exact)),
+            ("HAS_CORE", number(self.has_core)),
+            ("HAS_VOID", number(self.has_void)),
+            ("HAS_STEPS", number(self.has_steps)),
+            ("FEW_KNOTS", number(self.few_knots)),
+            ("IS_LIT", number(self.is_lit)),
+        ];
+        let constants = [&constants[..], &self.places.constants()].concat();
+        let pages = gpu.page_layout(self.places.pages);
+        let layouts = [&gpu.bindings, &pages, &gpu.light.layout, &pages];
+        let text = shader::compose_for("picture", self.places.pages);
+        let pipeline = gpu.pipeline("picture", text, layouts, &constants)?;
         known.insert(self, pipeline.clone());
         Ok(pipeline)
     }
@@ -124,7 +157,7 @@ fn few_knots(job: &Job) -> Option<[f32; 4]> {
     })
 }
 
-/// The numbers that all rays share, but for the pieces of a dispatch.
+/// The numbers that all rays share, but for the pieces of a dispatch and where the field lies.
 pub(crate) fn params(job: &Job, mesh: &Mesh) -> Params {
     let (scene, grid) = (job.scene(), job.grid());
     let ([forward, right, up], half_height) = scene.camera.frame();
@@ -132,8 +165,6 @@ pub(crate) fn params(job: &Job, mesh: &Mesh) -> Params {
         [scene.camera.eye(), forward, right, up].map(halves3);
     let [half_pixel_hi, half_pixel_lo] = halves(half_height / f64::from(scene.height));
     let triangles = grid.triangles() + grid.void_triangles();
-    let (columns, layers, is_level_fastest) = job.order();
-    let (column_stride, layer_stride) = if is_level_fastest { (layers, 1) } else { (1, columns) };
     let Allowed { share, rest, brightest } = job.allowed();
     Params {
         eye_hi,
@@ -153,14 +184,12 @@ pub(crate) fn params(job: &Job, mesh: &Mesh) -> Params {
         most_steps: 1000 + 40 * triangles.isqrt() as u32,
         knots: few_knots(job).unwrap_or_default(),
         core: scene.core.unwrap_or_default().map(|c| c as f32),
-        layers: layers as u32,
+        layers: job.radius().len() as u32,
         index_base: grid.tables().index_base,
         triangles: grid.triangles() as u32,
         rim_sides: mesh.rim_sides,
         spans: job.spans().len() as u32,
         steps: job.steps().len() as u32,
-        column_stride: column_stride as u32,
-        layer_stride: layer_stride as u32,
         share,
         rest,
         brightest,
@@ -170,7 +199,7 @@ pub(crate) fn params(job: &Job, mesh: &Mesh) -> Params {
 }
 
 /// The transfer function, its steps and the shell.
-fn tables(gpu: &Gpu, job: &Job) -> Result<[wgpu::Buffer; 3], Reason> {
+pub(crate) fn tables(gpu: &Gpu, job: &Job) -> Result<[Lent; 3], Reason> {
     let spans: Vec<Span> = job.spans().iter().map(Span::from).collect();
     let step = |[value, extinction]: [f32; 2]| Step { value, extinction: extinction.min(1e37) };
     let steps: Vec<Step> = job.steps().into_iter().map(step).collect();
@@ -181,42 +210,7 @@ fn tables(gpu: &Gpu, job: &Job) -> Result<[wgpu::Buffer; 3], Reason> {
         ShellLayer { radius_hi, radius_lo, curvature: (1.0 / radius[k]) as f32, inverse: inverse as f32 }
     };
     let shell: Vec<ShellLayer> = (0..radius.len()).map(layer).collect();
-    Ok([gpu.upload("spans", &spans)?, gpu.upload("steps", &steps)?, gpu.upload("layers", &shell)?])
-}
-
-/// Values that are normalised at a time: a piece that a processor's cache holds.
-const PIECE: usize = 1 << 18;
-
-/// The field, normalised on the way. Each value is read from the model's array and written where the device takes
-/// it from, so that the host never has a second field.
-///
-/// Normalised here, in f64, and not in the shader: it is done once per value instead of once per read, and gives the bits
-/// that the CPU's kernel has.
-fn field(gpu: &Gpu, job: &Job) -> Result<wgpu::Buffer, Reason> {
-    let (columns, layers, _) = job.order();
-    let count = columns * layers;
-    if u32::try_from(count).is_err() {
-        return because(format!(
-            "the field: {count} values, expected fewer than the shader's numbers have, 2^32"
-        ));
-    }
-    let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST;
-    let buffer = gpu.buffer("the field", count * size_of::<f32>(), usage)?;
-    let bytes = wgpu::BufferSize::new((count * size_of::<f32>()) as u64);
-    let Some(mut staged) = bytes.and_then(|bytes| gpu.queue.write_buffer_with(&buffer, 0, bytes)) else {
-        gpu.untroubled()?;
-        return because("the device has no room to take the field in");
-    };
-    let mut piece = vec![0.0f32; PIECE.min(count)];
-    for first in (0..count).step_by(PIECE) {
-        let values = &mut piece[..PIECE.min(count - first)];
-        job.values(first, values);
-        let start = first * size_of::<f32>();
-        staged.slice(start..start + size_of_val(values)).copy_from_slice(bytemuck::cast_slice(values));
-    }
-    drop(staged);
-    gpu.untroubled()?;
-    Ok(buffer)
+    Ok([gpu.lend_with("spans", &spans)?, gpu.lend_with("steps", &steps)?, gpu.lend_with("layers", &shell)?])
 }
 
 /// Tiles that a thread looks at in one go, each from where the one before was.

@@ -1,7 +1,7 @@
 //! The shaders parse and validate, and agree with Rust in structs, constants and names.
 
-use icoray_gpu::layout::{Params, Piece, Pixel, Shading, ShellLayer, Span, Step};
-use icoray_gpu::shader::{SOURCES, compose};
+use icoray_gpu::layout::{Around, Params, Piece, Pixel, Shading, ShellLayer, Span, Step};
+use icoray_gpu::shader::{SOURCES, compose, compose_for};
 use naga::{Module, TypeInner};
 use std::mem::offset_of;
 use std::path::{Path, PathBuf};
@@ -14,11 +14,38 @@ fn parse(name: &str) -> Module {
 #[test]
 fn every_shader_parses_and_validates() {
     for (name, _) in SOURCES {
-        let mut validator =
-            naga::valid::Validator::new(Default::default(), naga::valid::Capabilities::empty());
-        validator
-            .validate(&parse(name))
-            .unwrap_or_else(|e| panic!("{name}: {}", e.emit_to_string(&compose(name))));
+        validate(name, &compose(name));
+    }
+}
+
+fn validate(name: &str, text: &str) {
+    let module =
+        naga::front::wgsl::parse_str(text).unwrap_or_else(|e| panic!("{name}: {}", e.emit_to_string(text)));
+    let mut validator = naga::valid::Validator::new(Default::default(), naga::valid::Capabilities::empty());
+    validator.validate(&module).unwrap_or_else(|e| panic!("{name}: {}", e.emit_to_string(text)));
+}
+
+/// A page is a binding and a case, of values and of what lies beside them, and there are no others.
+#[test]
+fn a_shader_has_as_many_pages_as_are_asked_for() {
+    for (shader, beside) in [("picture", "gradients"), ("gradient", "rests")] {
+        for pages in [1, 2, 7, 16] {
+            let text = compose_for(shader, pages);
+            validate(shader, &text);
+            for page in 0..pages {
+                for (group, name) in [(1, "field"), (3, beside)] {
+                    let binding =
+                        format!("@group({group}) @binding({page}) var<storage, read> {name}_{page}:");
+                    assert!(text.contains(&binding), "{shader}, {pages} pages: {binding}");
+                }
+                let cases = text.matches(&format!("case {page}u: {{")).count();
+                assert_eq!(cases, 2, "{shader}, {pages} pages: {page}");
+            }
+            assert!(
+                !text.contains(&format!("field_{pages}")) && !text.contains("\n#each"),
+                "{shader}, {pages}"
+            );
+        }
     }
 }
 
@@ -100,6 +127,9 @@ fn structs_lie_in_memory_as_rust_has_them() {
             rest,
             brightest,
             start,
+            page_columns,
+            first_layer,
+            last_layer,
         }
     );
     same_layout!(
@@ -118,6 +148,7 @@ fn structs_lie_in_memory_as_rust_has_them() {
         }
     );
     same_layout!(module, Step { value, extinction });
+    same_layout!(&parse("gradient"), Around { first, columns, row });
     same_layout!(module, ShellLayer { radius_hi, radius_lo, curvature, inverse });
     same_layout!(module, Piece { left, top, width, height, first, stride, hint });
     same_layout!(
@@ -187,7 +218,7 @@ const LEFT_OUT: [(&str, &[&str]); 11] = [
     ("ray", &["counts_numbers", "counts_of_numbers", "counts_add_assign", "budget_new", "vertex", "column"]),
     ("real", &["of", "wide"]),
     // Fields are normalised when they are uploaded.
-    ("sample", &["wide", "samples_new", "samples_base", "samples_bases", "samples_rare"]),
+    ("sample", &["wide", "samples_new", "samples_rare"]),
     ("segment", &[]),
     // Fields of the struct; WGSL's own.
     ("shade", &["ray_shading_range", "dot"]),

@@ -8,6 +8,7 @@ use crate::grid::{Grid, Reals};
 use crate::ranks::{Part, Ranks};
 use crate::shape::{Elements, Shape};
 use rayon::prelude::*;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 /// Where a field's values live on the mesh.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -28,6 +29,7 @@ pub struct Field<'a> {
     elements: Elements,
     location: Location,
     fill: Option<f64>,
+    number: u64,
 }
 
 impl<'a> Field<'a> {
@@ -38,11 +40,13 @@ impl<'a> Field<'a> {
     /// [`ErrorKind::Field`] when the shape has no layer or reaches outside the array, or when 32 bits cannot number its
     /// blocked columns.
     pub fn new(samples: Reals<'a>, shape: Shape, location: Location, fill: Option<f64>) -> Result<Self> {
+        static NEXT: AtomicU64 = AtomicU64::new(0);
+        let number = NEXT.fetch_add(1, Ordering::Relaxed);
         let bad = |context| Err(Error::new(ErrorKind::Field, context));
         if shape.columns == 0 && shape.layers > 0 {
             let shape = Shape::level_fastest(0, shape.layers);
             let elements = Elements::new(&shape).expect("nothing is in blocks");
-            return Ok(Field { samples, shape, elements, location, fill });
+            return Ok(Field { samples, shape, elements, location, fill, number });
         }
         let Some((low, high)) = shape.extent() else {
             return bad(format!(
@@ -59,12 +63,18 @@ impl<'a> Field<'a> {
         let Some(elements) = Elements::new(&shape) else {
             return bad(format!("{} columns in blocks, expected at most 2^32", shape.columns));
         };
-        Ok(Field { samples, shape, elements, location, fill })
+        Ok(Field { samples, shape, elements, location, fill, number })
     }
 
     /// The array as given.
     pub fn samples(&self) -> Reals<'a> {
         self.samples
+    }
+
+    /// Copies of this field have the same number and no other field of the process has it. The array is borrowed, and so what
+    /// was made of a field of this number holds for all of them: nobody could write to it in between.
+    pub fn number(&self) -> u64 {
+        self.number
     }
 
     /// How the array is read.

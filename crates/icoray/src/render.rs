@@ -24,12 +24,14 @@ use std::time::Instant;
 mod columns;
 mod device;
 mod devices;
+mod gradients;
 mod parts;
 mod spare;
 mod work;
 
 use device::OnDevice;
 use devices::{Found, One, Opened};
+pub(crate) use gradients::Gradients;
 use spare::Spare;
 pub(crate) use work::brightest;
 use work::{Work, asked, certainty, notes};
@@ -219,17 +221,20 @@ struct Setting<'f> {
 }
 
 /// What is known of a field before the first ray.
-struct Prepared {
+struct Prepared<'f> {
     value_range: Option<[f64; 2]>,
     missing_values: u64,
     /// The scene's, or without light where there is no time for gradients.
     quality: Quality,
     deadline: Option<Deadline>,
-    /// At the vertices, where there is light.
-    gradients: Vec<[f32; 3]>,
+    gradients: Gradients<'f>,
 }
 
-fn prepare<S: Sample>(setting: &Setting, ranks: &mut Ranks, samples: &Samples<S>) -> Result<Prepared> {
+fn prepare<'f, S: Sample>(
+    setting: &Setting<'f>,
+    ranks: &mut Ranks,
+    samples: Samples<'f, S>,
+) -> Result<Prepared<'f>> {
     let Setting { renderer, scene, plan, grid, part, field, start, .. } = *setting;
     let counts = |cell: usize| part.is_none_or(|part| part.owns(cell));
     let range = ranks.attempt(|| renderer.run(|| Ok(field.range_over(counts))));
@@ -241,11 +246,14 @@ fn prepare<S: Sample>(setting: &Setting, ranks: &mut Ranks, samples: &Samples<S>
     // Rays through parts are not shared out: each rank traces all of them.
     let deadline = Deadline::of(scene, start, if part.is_some() { 1 } else { ranks.size() });
     let mut quality = asked(scene);
-    let sample = |part: usize, memory: Vec<_>| {
-        gradient::gradients(grid, &plan.radius, samples, 0..grid.cells().div_ceil(part), memory)
+    let sample = move |part: usize, memory: Vec<_>| {
+        gradient::gradients(grid, &plan.radius, &samples, 0..grid.cells().div_ceil(part), memory)
     };
+    // A device computes its own.
+    let is_asked_for = setting.device.is_err() || part.is_some();
     if let (Some(deadline), true) = (deadline, plan.shading.is_some()) {
-        let has_time = || deadline.has_time_for_gradients(1.0 / 64.0, || drop(sample(64, Vec::new())));
+        let has_time =
+            || !is_asked_for || deadline.has_time_for_gradients(1.0 / 64.0, || drop(sample(64, Vec::new())));
         let is_root = ranks.is_root();
         let has_time = ranks.attempt(|| renderer.run(|| Ok(!is_root || has_time())));
         let mine = has_time.map(|has_time| match has_time {
@@ -255,12 +263,21 @@ fn prepare<S: Sample>(setting: &Setting, ranks: &mut Ranks, samples: &Samples<S>
         quality = ranks.agree_on_quality(mine)?;
     }
     let is_lit = quality.lights != Lights::Off;
-    let all = || if is_lit { sample(1, renderer.spare.gradients()) } else { Vec::new() };
-    let gradients = ranks.attempt(|| renderer.run(|| Ok(all())));
-    let mut gradients = ranks.together(gradients)?;
+    let all = move || if is_lit { sample(1, renderer.spare.gradients()) } else { Vec::new() };
+    let mut gradients = Gradients::of(all);
+    let computed = ranks.attempt(|| {
+        renderer.run(|| {
+            if is_asked_for {
+                gradients.get();
+            }
+            Ok(())
+        })
+    });
+    ranks.together(computed)?;
     if let (Some(part), true) = (part, is_lit) {
         let layers = plan.radius.len();
-        part.fill_halo(ranks, &mut gradients, |all, cell| &mut all[cell as usize * layers..][..layers])?;
+        let all = gradients.get_mut();
+        part.fill_halo(ranks, all, |all, cell| &mut all[cell as usize * layers..][..layers])?;
     }
     Ok(Prepared { value_range, missing_values, quality, deadline, gradients })
 }
@@ -270,7 +287,7 @@ fn draw<T: Real, S: Sample>(setting: &Setting, ranks: &mut Ranks, data: &[S]) ->
     let spans = Spans::<T>::new(&plan.knots);
     let shell = Shell::<T>::new(&plan.radius);
     let samples = Samples::new(data, field, plan.falling, spans.range());
-    let prepared = prepare(setting, ranks, &samples)?;
+    let prepared = prepare(setting, ranks, samples)?;
     let Prepared { value_range, missing_values, quality, deadline, gradients } = &prepared;
     let is_lit = quality.lights != Lights::Off;
     let prepare_s = start.elapsed().as_secs_f64();
@@ -342,7 +359,7 @@ fn draw<T: Real, S: Sample>(setting: &Setting, ranks: &mut Ranks, data: &[S]) ->
         value_range: *value_range,
         missing_values: *missing_values,
         quality,
-        derived_bytes: size_of_val(gradients.as_slice()),
+        derived_bytes: gradients.bytes(),
         left_out: plan.left_out().to_vec(),
         tiles: mine.len(),
         compose_s: if part.is_some() { drawn_s - traced_s } else { 0.0 },
@@ -352,7 +369,7 @@ fn draw<T: Real, S: Sample>(setting: &Setting, ranks: &mut Ranks, data: &[S]) ->
         ..FrameReport::default()
     };
     on_device.tell(&mut report);
-    renderer.spare.keep_gradients(prepared.gradients);
+    renderer.spare.keep_gradients(prepared.gradients.into_memory());
     let Some((drawn, error)) = picture else {
         return Ok(Rendered::AtRoot(report));
     };

@@ -1,10 +1,10 @@
 //! Pictures that a device traces some tiles of: whatever it gives or keeps, each pixel is its own or the CPU's.
 
-use icoray::device::{Band, Device, Job, Reason, Rect, Spent, Traced};
-use icoray::ranks::local_team;
+use icoray::device::{Band, Device, Devices, Job, Reason, Rect, Spent, Traced, Wanted};
+use icoray::ranks::{local_nodes, local_team};
 use icoray::{
-    Field, Frame, FrameReport, Grid, Held, IcosahedralMesh, Layers, Lights, Location, Owned, PartCells,
-    Ranks, Rendered, Renderer, Scene, Shape,
+    Adapter, Field, Frame, FrameReport, Grid, Held, IcosahedralMesh, Layers, Lights, Location, Owned,
+    PartCells, Ranks, Rendered, Renderer, Scene, Shape,
 };
 use std::sync::{Arc, Mutex};
 use std::thread;
@@ -96,7 +96,7 @@ impl Device for Painter {
                 band(0, count);
             }
         }
-        Ok(Spent { upload_s: 0.5, device_s: Some(0.25), bytes_uploaded: 7 })
+        Ok(Spent { upload_s: 0.5, device_s: Some(0.25), bytes_uploaded: 7, ..Spent::default() })
     }
 }
 
@@ -305,4 +305,123 @@ fn ranks_draw_their_tiles_on_devices() {
         assert!(reports[0].device.is_some() && reports[0].left_to_cpu.is_none());
         assert!(reports[1].left_to_cpu.as_ref().is_some_and(|reason| reason.contains("used up")));
     }
+}
+
+/// A shop that counts what is asked of it, and has painters for those who take processors.
+#[derive(Debug, Default)]
+struct Shop(Mutex<Vec<Wanted>>);
+
+impl Devices for Shop {
+    fn open(&self, wanted: &Wanted) -> Result<Arc<dyn Device>, Reason> {
+        self.0.lock().unwrap().push(wanted.clone());
+        match &wanted.adapter {
+            Some(Adapter::Number(13)) => panic!("the shop is shut"),
+            _ if wanted.or_processor => Ok(Painter::new(Manner::All)),
+            _ => Err(Reason::new("none is in stock")),
+        }
+    }
+}
+
+#[test]
+fn a_device_is_opened_once_for_scenes_that_ask_alike() {
+    let world = World::new();
+    let alone = world.draw(&Renderer::new(1).unwrap(), &scene(""));
+    let shop = Arc::new(Shop::default());
+    let renderer = Renderer::new(1).unwrap().with_devices(Arc::clone(&shop) as _);
+    let all = (SIZE.0 * SIZE.1) as usize;
+    let keys = [
+        ("backend = \"cpu\"\ndevice = 13", 0, None),
+        ("precision = \"f64\"", 0, Some("f64")),
+        ("", 1, Some("none is in stock")),
+        ("backend = \"gpu\"", 2, None),
+        ("backend = \"gpu\"\ndevice = \"GTX\"", 3, None),
+        ("device = 13", 4, Some("the shop is shut")),
+    ];
+    for _ in 0..2 {
+        for (keys, opened, reason) in keys {
+            let frame = world.draw(&renderer, &scene(keys));
+            let said = frame.report.left_to_cpu.clone();
+            assert_eq!(said.is_some(), reason.is_some(), "{keys}: {said:?}");
+            assert!(said.is_none_or(|said| said.contains(reason.unwrap())), "{keys}");
+            let is_drawn = keys.contains("\"gpu\"");
+            assert_eq!(frame.report.device.is_some(), is_drawn, "{keys}");
+            if !keys.contains("f64") {
+                assert_eq!(count_painted(&frame, &alone), if is_drawn { all } else { 0 }, "{keys}");
+            }
+            let asked = shop.0.lock().unwrap();
+            assert!(asked.len() == opened || asked.len() == 4, "{keys}: {asked:?}");
+        }
+    }
+    let asked = shop.0.lock().unwrap().clone();
+    let expected = [(None, false), (None, true), (Some("GTX"), true), (Some("13"), false)];
+    assert_eq!(asked.len(), expected.len());
+    for (asked, (adapter, or_processor)) in asked.iter().zip(expected) {
+        let adapter = match adapter {
+            Some("13") => Some(Adapter::Number(13)),
+            name => name.map(|name| Adapter::Name(name.into())),
+        };
+        assert_eq!(*asked, Wanted { adapter, or_processor, node_rank: 0 });
+    }
+}
+
+#[test]
+fn a_renderer_without_devices_says_so_where_one_is_asked_for() {
+    let world = World::new();
+    let renderer = Renderer::new(1).unwrap();
+    for (keys, word) in
+        [("", None), ("backend = \"cpu\"", None), ("backend = \"gpu\"", Some("without the GPU"))]
+    {
+        let said = world.draw(&renderer, &scene(keys)).report.left_to_cpu;
+        assert_eq!(said.is_some(), word.is_some(), "{keys}");
+        assert!(said.is_none_or(|said| said.contains(word.unwrap())), "{keys}");
+    }
+}
+
+#[test]
+fn ranks_of_a_node_ask_for_different_devices() {
+    let world = World::new();
+    let scene = scene("backend = \"gpu\"");
+    let node_of = [0, 1, 0, 0, 1];
+    let asked: Vec<Vec<usize>> = thread::scope(|scope| {
+        let rank = |team| {
+            let (world, scene) = (&world, &scene);
+            scope.spawn(move || {
+                let shop = Arc::new(Shop::default());
+                let renderer = Renderer::new(1).unwrap().with_devices(Arc::clone(&shop) as _);
+                let mut ranks = Ranks::new(Box::new(team));
+                for _ in 0..2 {
+                    renderer
+                        .render_over(&mut ranks, scene, &world.grid(), None, &world.layers, &world.field())
+                        .unwrap();
+                }
+                let asked = shop.0.lock().unwrap();
+                asked.iter().map(|wanted| wanted.node_rank).collect()
+            })
+        };
+        let ranks: Vec<_> = local_nodes(&node_of).into_iter().map(rank).collect();
+        ranks.into_iter().map(|rank| rank.join().unwrap()).collect()
+    });
+    assert_eq!(asked, [[0], [0], [1], [2], [1]]);
+}
+
+/// Else some would wait for the others' numbers on their node.
+#[test]
+fn ranks_that_differ_in_who_draws_are_refused() {
+    let world = World::new();
+    let errors: Vec<String> = thread::scope(|scope| {
+        let rank = |(rank, team)| {
+            let world = &world;
+            scope.spawn(move || {
+                let scene = scene(["backend = \"cpu\"", "backend = \"gpu\""][rank]);
+                let mut ranks = Ranks::new(Box::new(team));
+                let renderer = Renderer::new(1).unwrap();
+                let (grid, field) = (world.grid(), world.field());
+                let drawn = renderer.render_over(&mut ranks, &scene, &grid, None, &world.layers, &field);
+                drawn.unwrap_err().to_string()
+            })
+        };
+        let ranks: Vec<_> = local_team(2).into_iter().enumerate().map(rank).collect();
+        ranks.into_iter().map(|rank| rank.join().unwrap()).collect()
+    });
+    assert!(errors[0] == errors[1] && errors[0].contains("backend"), "{errors:?}");
 }

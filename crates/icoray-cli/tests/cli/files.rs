@@ -9,13 +9,13 @@ use std::process::Stdio;
 use tempfile::TempDir;
 
 /// A folder with `made.nc` and `scene.toml`.
-fn folder(made: &Made, scene: &str) -> TempDir {
+pub fn folder(made: &Made, scene: &str) -> TempDir {
     let (folder, _) = made.write(Options::_64BIT_OFFSET);
     fs::write(folder.path().join("scene.toml"), scene).unwrap();
     folder
 }
 
-fn render(folder: &Path, more: &[&str]) -> String {
+pub fn render(folder: &Path, more: &[&str]) -> String {
     prints(icoray(folder).args(["render", "made.nc", "--scene", "scene.toml"]).args(more))
 }
 
@@ -31,32 +31,16 @@ fn a_named_picture_is_written_and_reported() {
         "error     at most ",
         "quality   tolerance 1e-3, light ",
         "seconds   open ",
+        "drawn on  ",
         "left out  table corner; the far side behind the core",
     ];
     has(&text, &expected);
-    assert_eq!(text.lines().count(), 8, "{text}");
+    assert_eq!(text.lines().count(), 9, "{text}");
     let picture = folder.path().join("out.png");
     shows_something(&picture, 96, 96);
     let date = "2013-10-25_00:00:00";
     says(&picture, &[("Software", &software()), ("field", "theta"), ("step", "0"), ("date", date)]);
     assert!(!folder.path().join("report.csv").exists());
-}
-
-/// Whether a GPU is here, is built in, or does what the scene asks for: there is a picture, and it is said who drew it.
-#[test]
-fn a_gpu_that_is_asked_for_draws_or_it_is_said_why_not() {
-    let lit = scene("theta", 0.0, 42.0);
-    let (unlit, _) = lit.split_once("[light]").unwrap_or((&lit, ""));
-    for (scene, is_lit) in [(&*lit, lit != unlit), (unlit, false)] {
-        let folder = folder(&Made::history(), scene);
-        for backend in ["cpu", "gpu", "auto"] {
-            let text = render(folder.path(), &["-o", "out.png", "--backend", backend]);
-            assert_eq!(text.contains("drawn on  "), backend != "cpu", "{text}");
-            assert!(!is_lit || backend == "cpu" || text.contains("drawn on  the CPU: "), "{text}");
-            has(&text, &["rays      ", "error     at most "]);
-            shows_something(&folder.path().join("out.png"), 96, 96);
-        }
-    }
 }
 
 #[test]

@@ -4,6 +4,7 @@
 mod made;
 
 mod files;
+mod gpu;
 mod real;
 mod refused;
 mod run;

@@ -102,8 +102,8 @@ pub fn apart(one: &Frame, other: &Frame) -> (f64, f64) {
 pub fn compare(name: &str, scene: &Scene, grid: &Grid, layers: &Layers, field: &Field) -> Frame {
     let gpu = gpu().expect("looked for before");
     let drawn = renderer(&gpu).render(scene, grid, layers, field).unwrap();
-    assert!(drawn.report.device.is_some(), "{name}");
     assert_eq!(drawn.report.left_to_cpu, None, "{name}");
+    assert!(drawn.report.device.is_some(), "{name}");
     let renderer = Renderer::new(1).unwrap();
     let cpu = |precision| {
         let scene = Scene { precision, ..scene.clone() };

@@ -10,9 +10,9 @@ use crate::kernel::transfer;
 use crate::plan::Plan;
 use crate::quality::Quality;
 use crate::raster::Raster;
-use crate::render::brightest;
+use crate::render::{Gradients, brightest};
 use crate::scene::Scene;
-use rayon::prelude::*;
+use std::ops::Range;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 /// What is to be traced: some tiles of a picture.
@@ -23,11 +23,19 @@ pub struct Job<'f> {
     pub(super) plan: &'f Plan,
     grid: &'f Grid<'f>,
     field: &'f Field<'f>,
-    gradients: &'f [[f32; 3]],
+    gradients: &'f Gradients<'f>,
     spans: transfer::Spans<f32>,
     quality: Quality,
     raster: Raster,
     tiles: Vec<u32>,
+}
+
+/// Which values a device is to have, in short.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Content {
+    field: u64,
+    range: [u64; 2],
+    falling: bool,
 }
 
 /// A rectangle of traced pixels: from the first to before the last in each direction, counted in steps of
@@ -59,7 +67,7 @@ impl<'f> Job<'f> {
         plan: &'f Plan,
         grid: &'f Grid<'f>,
         field: &'f Field<'f>,
-        gradients: &'f [[f32; 3]],
+        gradients: &'f Gradients<'f>,
         quality: Quality,
     ) -> Self {
         static NEXT: AtomicU64 = AtomicU64::new(0);
@@ -94,9 +102,9 @@ impl<'f> Job<'f> {
     }
 
     /// Gradients at the vertices, level-fastest, from the innermost layer outwards; empty where the picture is drawn without
-    /// light.
+    /// light. Computed when they are first asked for.
     pub fn gradients(&self) -> &'f [[f32; 3]] {
-        self.gradients
+        self.gradients.get()
     }
 
     /// What rays are traced with.
@@ -136,40 +144,76 @@ impl<'f> Job<'f> {
         Allowed { share, rest: budget.rest as f32, brightest: budget.brightest as f32 }
     }
 
-    /// The field's values packed, in the order that its array has: a column's layers side by side, or a layer's columns.
-    /// Columns, layers, and whether it is the former.
+    /// Columns and layers of the field, and whether its array has a column's layers side by side, or else a layer's columns.
     pub fn order(&self) -> (usize, usize, bool) {
         let shape = self.field.shape();
         let is_level_fastest = shape.layer_stride.unsigned_abs() <= shape.column_stride.unsigned_abs();
         (shape.columns, shape.layers, is_level_fastest)
     }
 
-    /// Normalised values from number `first` on in the order of [`Self::order`], from the innermost layer outwards; missing
-    /// ones are [`ENDLESS`].
-    pub fn values(&self, first: usize, values: &mut [f32]) {
+    /// What [`Self::values`] gives: equal for jobs that give the same.
+    pub fn content(&self) -> Content {
+        let range = self.spans.range().map(f64::to_bits);
+        Content { field: self.field.number(), range, falling: self.plan.falling }
+    }
+
+    /// Normalised values over some columns on some layers, counted from the innermost: packed in the order that
+    /// [`Self::order`] says, from number `first` on. Missing ones are [`ENDLESS`].
+    ///
+    /// # Panics
+    /// Where there is no such column, layer or number.
+    pub fn values(&self, columns: &[u32], layers: Range<usize>, first: usize, values: &mut [f32]) {
+        let narrow = |value: f64| if value.is_nan() { ENDLESS } else { narrowed(value) };
         match self.field.samples() {
-            Reals::F32(data) => self.read(data, first, values),
-            Reals::F64(data) => self.read(data, first, values),
+            Reals::F32(data) => self.read(data, columns, layers, first, values, narrow),
+            Reals::F64(data) => self.read(data, columns, layers, first, values, narrow),
         }
     }
 
-    fn read<S: Sample>(&self, data: &[S], first: usize, values: &mut [f32]) {
-        const PIECE: usize = 4096;
-        let samples = Samples::new(data, self.field, self.plan.falling, self.spans.range());
-        let (columns, layers, is_level_fastest) = self.order();
-        let row = if is_level_fastest { layers } else { columns };
-        values.par_chunks_mut(PIECE).enumerate().for_each(|(i, piece)| {
-            let start = first + i * PIECE;
-            let (mut slow, mut fast) = (start / row, start % row);
-            for value in piece {
-                let (column, layer) = if is_level_fastest { (slow, fast) } else { (fast, slow) };
-                let known: f32 = samples.get(samples.base(column as u32), layer);
-                *value = if known.is_nan() { ENDLESS } else { known };
-                fast += 1;
-                if fast == row {
-                    (slow, fast) = (slow + 1, 0);
-                }
-            }
-        });
+    /// What [`Self::values`] leave of the field's values, for who needs their differences: 32,767 stands for 2^-24 of the value.
+    pub fn rests(&self, columns: &[u32], layers: Range<usize>, first: usize, rests: &mut [i16]) {
+        let rest = |value: f64| {
+            let known = f64::from(narrowed(value));
+            let part = (value - known) / (f32::ROUNDING * known.abs());
+            // Nothing is left of values that are held within bounds, nor of missing ones.
+            if part.abs() <= 1.0 { (part * f64::from(i16::MAX)).round() as i16 } else { 0 }
+        };
+        match self.field.samples() {
+            Reals::F32(data) => self.read(data, columns, layers, first, rests, rest),
+            Reals::F64(data) => self.read(data, columns, layers, first, rests, rest),
+        }
     }
+
+    fn read<S: Sample, V>(
+        &self,
+        data: &[S],
+        columns: &[u32],
+        layers: Range<usize>,
+        first: usize,
+        values: &mut [V],
+        of: impl Fn(f64) -> V,
+    ) {
+        let samples = Samples::new(data, self.field, self.plan.falling, self.spans.range());
+        let (_, _, is_level_fastest) = self.order();
+        let row = if is_level_fastest { layers.len() } else { columns.len() };
+        let (mut slow, mut fast, mut rest) = (first / row.max(1), first % row.max(1), values);
+        while !rest.is_empty() {
+            let (run, others) = rest.split_at_mut(rest.len().min(row - fast));
+            if is_level_fastest {
+                let base = samples.base(columns[slow]);
+                let run = run.iter_mut().zip(layers.start + fast..);
+                run.for_each(|(value, layer)| *value = of(samples.get(base, layer)));
+            } else {
+                let layer = layers.start + slow;
+                let run = run.iter_mut().zip(&columns[fast..]);
+                run.for_each(|(value, column)| *value = of(samples.get(samples.base(*column), layer)));
+            }
+            (slow, fast, rest) = (slow + 1, 0, others);
+        }
+    }
+}
+
+/// A normalised value as f32 kernels have it: held within bounds.
+fn narrowed(value: f64) -> f32 {
+    value.clamp(-f32::LARGEST, f32::LARGEST) as f32
 }

@@ -10,7 +10,7 @@ mod light;
 pub mod mirror;
 mod tables;
 
-pub use job::{Job, Rect};
+pub use job::{Content, Job, Rect};
 pub use light::Shading;
 pub use tables::{Allowed, Span, Tables, locate};
 
@@ -100,12 +100,21 @@ pub struct Spent {
     pub device_s: Option<f64>,
     /// Bytes that were uploaded.
     pub bytes_uploaded: u64,
+    /// Bytes of the whole field as the device has it, and those of them that no ray reads and that were not uploaded.
+    pub field_bytes: u64,
+    /// See above.
+    pub unread_bytes: u64,
+    /// Passes over the field: several where the device has no room for all that rays read.
+    pub passes: u32,
 }
 
 impl AddAssign for Spent {
     fn add_assign(&mut self, other: Self) {
         self.upload_s += other.upload_s;
         self.bytes_uploaded += other.bytes_uploaded;
+        self.field_bytes = self.field_bytes.max(other.field_bytes);
+        self.unread_bytes = self.unread_bytes.max(other.unread_bytes);
+        self.passes = self.passes.max(other.passes);
         self.device_s = self.device_s.into_iter().chain(other.device_s).reduce(|a, b| a + b);
     }
 }

@@ -73,9 +73,15 @@ impl<'f> OnDevice<'f> {
 
     /// Puts what became of it into a report.
     pub fn tell(self, report: &mut FrameReport) {
-        let Spent { upload_s, device_s, bytes_uploaded } = self.spent;
+        let Spent { upload_s, device_s, bytes_uploaded, field_bytes, unread_bytes, passes } = self.spent;
         (report.upload_s, report.device_s, report.bytes_uploaded) = (upload_s, device_s, bytes_uploaded);
         report.device = self.drew;
+        if let (Some(device), 2..) = (&mut report.device, passes) {
+            *device +=
+                &format!(", in {passes} passes, as it has no room for all that rays read of the field");
+        } else if unread_bytes > 0 {
+            report.left_out.push(format!("{unread_bytes} of {field_bytes} bytes of the field on the device"));
+        }
         report.left_to_cpu = self.device.err().flatten().map(|reason| reason.to_string());
     }
 }

@@ -1,6 +1,6 @@
 //! What rays of a frame have in common, and what a pixel shows.
 
-use super::{OnDevice, Renderer};
+use super::{Gradients, OnDevice, Renderer};
 use crate::frame::{Certainty, Counts};
 use crate::grid::Grid;
 use crate::kernel::Real;
@@ -31,7 +31,7 @@ pub(super) struct Work<'f, T, S> {
     pub shell: &'f Shell<T>,
     pub spans: &'f Spans<T>,
     pub samples: Samples<'f, S>,
-    pub gradients: &'f [[f32; 3]],
+    pub gradients: &'f Gradients<'f>,
 }
 
 impl<T: Real, S: Sample> Work<'_, T, S> {
@@ -49,6 +49,10 @@ impl<T: Real, S: Sample> Work<'_, T, S> {
     ) -> Quality {
         let Some(deadline) = deadline else { return asked };
         on_device.get_ready(&asked, self.raster());
+        if !on_device.is_there() {
+            // No probe's time.
+            self.gradients.get();
+        }
         deadline.pick(asked, self.raster(), on_device.is_there(), |quality, raster| {
             let all: Vec<u32> = (0..raster.tiles()).collect();
             self.trace::<N>(quality, raster, &all, on_device, &|_| ());
@@ -65,6 +69,9 @@ impl<T: Real, S: Sample> Work<'_, T, S> {
         give: &(dyn Fn(Tile) + Sync),
     ) {
         let left = on_device.trace(quality, raster, tiles, give);
+        if left.is_empty() {
+            return;
+        }
         let caster = self.caster::<N>(quality);
         raster
             .trace(&left, |x, y, hint, counts| pixel(self.scene, &caster, x, y, hint, counts))
@@ -78,7 +85,7 @@ impl<T: Real, S: Sample> Work<'_, T, S> {
             shell: self.shell,
             spans: self.spans,
             samples: self.samples,
-            gradients: self.gradients,
+            gradients: self.gradients.get(),
             method: self.scene.method,
             budget: Budget::new(quality.tolerance, brightest(self.scene)),
             shading: self.plan.shading.filter(|_| is_lit),

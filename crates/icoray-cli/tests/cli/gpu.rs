@@ -1,0 +1,106 @@
+//! Who draws: a GPU, or what acts as one, where there is one and it is asked for; else the CPU, and it is said why.
+
+use crate::files::{folder, render};
+use crate::made::Made;
+use crate::run::{fails, has, icoray, prints, scene, texts};
+use std::path::Path;
+
+/// An unlit scene, with keys before it.
+fn unlit(keys: &str) -> String {
+    let lit = scene("theta", 0.0, 42.0);
+    format!("{keys}\n{}", lit.split_once("[light]").unwrap().0)
+}
+
+/// The adapters, or nothing, which is said.
+fn adapters() -> Option<Vec<String>> {
+    let text = prints(icoray(Path::new(".")).arg("devices"));
+    let is_listed = text.starts_with("0  ");
+    if !is_listed {
+        println!("skipped: {text}");
+    }
+    is_listed.then(|| text.lines().map(str::to_owned).collect())
+}
+
+fn is_processor(adapter: &str) -> bool {
+    adapter.contains("(processor that acts as a GPU, ")
+}
+
+/// The largest difference of two pictures' bytes.
+fn apart(one: &Path, other: &Path) -> u8 {
+    let [one, other] = [one, other].map(|path| image::open(path).unwrap().to_rgba8());
+    assert_eq!(one.dimensions(), other.dimensions());
+    one.iter().zip(other.iter()).map(|(a, b)| a.abs_diff(*b)).max().unwrap()
+}
+
+#[test]
+fn a_gpu_draws_where_the_scene_or_the_command_asks_for_one() {
+    let Some(adapters) = adapters() else { return };
+    let by_scene = folder(&Made::history(), &unlit("backend = \"gpu\"\ndevice = 0"));
+    let name = adapters[0].strip_prefix("0  ").unwrap().split(" (").next().unwrap();
+    let text = render(by_scene.path(), &["-o", "gpu.png"]);
+    has(&text, &[&format!("drawn on  {name}"), "rays      5792, "]);
+    let text = render(by_scene.path(), &["-o", "cpu.png", "--backend", "cpu"]);
+    has(&text, &["drawn on  the CPU\n"]);
+    let at = |name: &str| by_scene.path().join(name);
+    assert!(apart(&at("gpu.png"), &at("cpu.png")) <= 1);
+    let says = texts(&at("gpu.png"));
+    assert!(says.iter().any(|(key, text)| key == "drawn on" && text.starts_with(name)), "{says:?}");
+    assert!(texts(&at("cpu.png")).iter().all(|(key, _)| key != "drawn on"));
+    let by_command = folder(&Made::history(), &unlit("backend = \"cpu\""));
+    let text =
+        render(by_command.path(), &["-o", "gpu.png", "--backend", "gpu", "--device", &name.to_uppercase()]);
+    has(&text, &[&format!("drawn on  {name}")]);
+    let text = render(by_command.path(), &["--time", "all", "-o", "all", "--backend", "gpu"]);
+    assert_eq!(text.matches("drawn on  ").count(), 3, "{text}");
+    let report = std::fs::read_to_string(by_command.path().join("all/report.csv")).unwrap();
+    let rows: Vec<Vec<&str>> = report.lines().map(|line| line.split(',').collect()).collect();
+    let column = |name: &str| rows[0].iter().position(|column| *column == name).unwrap();
+    let uploaded = |row: usize| rows[row][rows[row].len() + column("bytes_uploaded") - rows[0].len()];
+    // The field each time, the grid once.
+    let [first, second, third] = [1, 2, 3].map(|row| uploaded(row).parse::<u64>().unwrap());
+    assert!(first > second && second == third && third >= 4 * 42 * 4, "{report}");
+    // A plan says who would draw.
+    let plan = prints(icoray(by_scene.path()).args(["plan", "made.nc", "--scene", "scene.toml"]));
+    has(&plan, &[&format!("\ndrawn on {name}")]);
+}
+
+#[test]
+fn processors_draw_only_where_a_gpu_is_asked_for() {
+    let Some(adapters) = adapters() else { return };
+    let folder = folder(&Made::history(), &unlit(""));
+    let text = render(folder.path(), &["-o", "out.png"]);
+    if adapters.iter().all(|adapter| is_processor(adapter)) {
+        has(&text, &["drawn on  the CPU: ", " is a processor itself, which backend = \"gpu\" takes\n"]);
+    } else {
+        assert!(!text.contains("drawn on  the CPU"), "{text}");
+    }
+}
+
+#[test]
+fn the_cpu_draws_where_no_adapter_is_found() {
+    let folder = folder(&Made::history(), &unlit(""));
+    let missing = folder.path().join("none.json");
+    let at = |name: &str| folder.path().join(name);
+    render(folder.path(), &["-o", "cpu.png", "--backend", "cpu"]);
+    for backend in ["auto", "gpu"] {
+        let mut command = icoray(folder.path());
+        command.args(["render", "made.nc", "--scene", "scene.toml", "-o", "out.png", "--backend", backend]);
+        // Either name, as loaders of Vulkan have known it.
+        let text = prints(command.env("VK_DRIVER_FILES", &missing).env("VK_ICD_FILENAMES", &missing));
+        has(&text, &["drawn on  the CPU: "]);
+        if cfg!(feature = "gpu") {
+            has(&text, &["drawn on  the CPU: no Vulkan adapter is here\n"]);
+        }
+        assert_eq!(apart(&at("out.png"), &at("cpu.png")), 0);
+    }
+    let Some(adapters) = adapters() else { return };
+    for (device, words) in
+        [("99", "no adapter has the number 99 of ["), ("Voodoo", "no adapter is named \"Voodoo\" of [")]
+    {
+        let text = render(folder.path(), &["-o", "out.png", "--backend", "gpu", "--device", device]);
+        has(&text, &["drawn on  the CPU: ", words, adapters[0][3..].split(" (").next().unwrap()]);
+    }
+    let mut command = icoray(folder.path());
+    command.args(["render", "made.nc", "--scene", "scene.toml", "--backend", "vulkan"]);
+    fails(&mut command, 2, &["auto, cpu, gpu"]);
+}

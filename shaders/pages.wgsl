@@ -1,0 +1,54 @@
+// The field on the device: columns of values. A binding holds no more than a device says, so columns lie in pages, each in a
+// binding of its own: what follows `#each` stands in the shader once per page, with its number for PAGE.
+//
+// Of a large field there are only the columns that rays can read.
+#import params
+
+override PAGES: u32 = 1u;
+// Else every cell has a column, and its number.
+override HAS_PLACES: bool = false;
+// Else some of the lowest or highest layers are not there.
+override HAS_ALL_LAYERS: bool = true;
+
+// The numbers of cells' columns.
+@group(0) @binding(10) var<storage, read> places: array<u32>;
+#each @group(1) @binding(PAGE) var<storage, read> field_PAGE: array<f32>;
+
+// Where a column begins.
+struct Base {
+    page: u32,
+    first: u32,
+}
+
+fn pages_base(cell: u32) -> Base {
+    var number = cell;
+    if HAS_PLACES {
+        number = places[cell];
+    }
+    var page = 0u;
+    if PAGES > 1u {
+        page = number / params.page_columns;
+        number -= page * params.page_columns;
+    }
+    return Base(page, number * params.column_stride);
+}
+
+// A layer that is not there has the values of the next one that is: both are in one clear span, with all between them.
+fn pages_at(base: Base, layer: u32) -> u32 {
+    var row = layer;
+    if !HAS_ALL_LAYERS {
+        row = clamp(layer, params.first_layer, params.last_layer) - params.first_layer;
+    }
+    return base.first + row * params.layer_stride;
+}
+
+fn pages_get(base: Base, layer: u32) -> f32 {
+    let at = pages_at(base, layer);
+    if PAGES == 1u {
+        return field_0[at];
+    }
+    switch base.page {
+#each         case PAGEu: { return field_PAGE[at]; }
+        default: { return 0.0; }
+    }
+}

@@ -1,0 +1,107 @@
+//! Scenes with `backend = "gpu"` through the C ABI: in C and under mpirun, on whatever adapter is there, which may
+//! be a processor; and where there is none.
+
+use icoray_tests::native::{checked, command, compile_c};
+use icoray_tests::ranks::FIRST;
+use std::path::Path;
+use std::process::Command;
+use tempfile::TempDir;
+
+/// Largest difference of a channel and root of the mean square, as for the renderer's own pictures.
+const MAX: f32 = 1e-3;
+const RMSE: f64 = 2e-5;
+
+/// Whether an adapter is here; says so where none is.
+fn has_adapter() -> bool {
+    let listed = icoray_gpu::list().map_or_else(|reason| Err(reason.to_string()), |all| Ok(all.len()));
+    let is_here = listed.as_ref().is_ok_and(|count| *count > 0);
+    if !is_here {
+        println!("skipped: no adapter, {listed:?}");
+    }
+    is_here
+}
+
+/// A command that finds no driver, by either name that loaders of Vulkan have known.
+fn without_drivers(command: &mut Command) -> &mut Command {
+    command.env("VK_DRIVER_FILES", "/none.json").env("VK_ICD_FILENAMES", "/none.json")
+}
+
+fn pictures(directory: &Path) -> Vec<String> {
+    let names = std::fs::read_dir(directory).unwrap().map(|entry| entry.unwrap().file_name());
+    let mut names: Vec<String> = names.map(|name| name.into_string().unwrap()).collect();
+    names.retain(|name| name.ends_with(".png") || name.ends_with(".exr"));
+    names.sort();
+    names
+}
+
+/// Compares the pictures of two directories.
+fn compare(one: &Path, other: &Path, max: f32) {
+    let names = pictures(one);
+    assert!(!names.is_empty() && names == pictures(other), "{names:?}");
+    for name in names {
+        let [a, b] = [one, other].map(|directory| image::open(directory.join(&name)).unwrap().into_rgba32f());
+        assert_eq!(a.dimensions(), b.dimensions());
+        let apart: Vec<f32> = a.as_raw().iter().zip(b.as_raw()).map(|(a, b)| (a - b).abs()).collect();
+        let most = apart.iter().copied().fold(0.0, f32::max);
+        let squares: f64 = apart.iter().map(|d| f64::from(*d).powi(2)).sum();
+        let rmse = (squares / apart.len() as f64).sqrt();
+        assert!(most <= max && rmse <= RMSE.max(f64::from(max) / 10.0), "{name}: {most:e}, rmse {rmse:e}");
+    }
+}
+
+#[test]
+fn a_model_s_pictures_are_those_of_the_cpu_on_any_adapter() {
+    if !has_adapter() {
+        return;
+    }
+    let directory = TempDir::new().unwrap();
+    let program = compile_c(&["gpu", "host_common", "check"], directory.path());
+    let out = directory.path().join("pictures");
+    checked(command(program, directory.path()).arg(&out).arg("here"), "gpu", 100);
+    let at = |name: &str| out.join(name);
+    for one in ["gpu", "async"] {
+        compare(&at(one), &at("cpu"), MAX);
+    }
+    compare(&at("async"), &at("gpu"), 0.0);
+    compare(&at("other"), &at("cpu"), 0.0);
+}
+
+#[test]
+fn a_model_goes_on_without_any_adapter() {
+    let directory = TempDir::new().unwrap();
+    let program = compile_c(&["gpu", "host_common", "check"], directory.path());
+    let mut run = command(program, directory.path());
+    let out = directory.path().join("pictures");
+    checked(without_drivers(&mut run).arg(&out).arg("gone"), "gpu", 100);
+    for one in ["gpu", "async", "other", "auto"] {
+        compare(&out.join(one), &out.join("cpu"), 0.0);
+    }
+}
+
+#[test]
+fn ranks_share_an_adapter() {
+    if !has_adapter() || !FIRST.is_there() {
+        return;
+    }
+    let directory = TempDir::new().unwrap();
+    let program = FIRST.compile((FIRST.library)(), "mpi_gpu", directory.path());
+    let at = |name: &str| directory.path().join(name);
+    let serial = |name: &str, backend: &str| {
+        let mut run = command(&program, directory.path());
+        checked(run.arg(at(name)).arg(backend).arg("serial"), "mpi_gpu", 20);
+    };
+    serial("cpu", "cpu");
+    serial("one", "gpu");
+    compare(&at("one"), &at("cpu"), MAX);
+    for ranks in [2, 3] {
+        let to = at(&ranks.to_string());
+        let mut run = FIRST.on_ranks(ranks, &program, directory.path());
+        checked(run.arg(&to).arg("gpu"), "mpi_gpu", 20);
+        compare(&to, &at("one"), 0.0);
+        // One rank finds no adapter, and draws on the CPU.
+        let to = at(&format!("{ranks} mixed"));
+        let mut run = FIRST.on_ranks(ranks, &program, directory.path());
+        checked(run.arg(&to).arg("gpu").arg("mixed"), "mpi_gpu", 20);
+        compare(&to, &at("cpu"), MAX);
+    }
+}
