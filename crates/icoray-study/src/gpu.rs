@@ -7,7 +7,7 @@ use crate::scenes::multi_scale;
 use crate::sphere::{self, Sphere};
 use crate::{make_directory, progress, say};
 use icoray::device::Device;
-use icoray::{Error, ErrorKind, Field, Grid, Layers, Renderer, Result, Scene};
+use icoray::{Error, ErrorKind, Field, Grid, Layers, Location, Renderer, Result, Scene, Shape};
 use icoray_gpu::{Choice, Gpu, Peaks};
 use row::Row;
 use std::io::Write;
@@ -111,7 +111,8 @@ impl Options {
 struct Stage<'a> {
     grid: &'a Grid<'a>,
     layers: &'a Layers,
-    field: Field<'a>,
+    /// Two that differ in the last bit of a value: frames have them in turn, so that each uploads a field as a model's does.
+    fields: [Field<'a>; 2],
     gpu: Renderer,
     cpu: Renderer,
     frames: usize,
@@ -143,10 +144,14 @@ pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
         start.elapsed().as_secs_f64()
     );
     say(out, &head)?;
+    let mut values = sphere.values.clone();
+    values[0] = values[0].next_up();
+    let shape = Shape::level_fastest(grid.cells(), layers);
+    let other = Field::new(values.as_slice().into(), shape, Location::Center, None)?;
     let stage = Stage {
         grid: &grid,
         layers: &sphere.layers,
-        field: sphere.field()?,
+        fields: [sphere.field()?, other],
         gpu: Renderer::new(options.threads)?.with_device(gpu),
         cpu,
         frames: options.frames.max(1),
