@@ -27,6 +27,8 @@ pub(crate) struct Course<'c> {
     uniform: Lent,
     pixels: Lent,
     bytes: u64,
+    /// What else the groups have is nobody else's until the rays are traced.
+    _lent: (Lent, Option<Lent>),
 }
 
 /// A band.
@@ -56,8 +58,20 @@ impl<'c> Course<'c> {
         let pieces = gpu.lend_with("pieces", &pieces)?;
         let group = picture.group(gpu, held, &uniform, &pieces, &pixels)?;
         let [values, gradients] = held.groups(gpu)?;
-        let groups = [group, values, light::bind(gpu, job)?, gradients];
-        Ok(Course { gpu, tiles, bands, pipeline, groups, params, uniform, pixels, bytes })
+        let (light, of_light) = light::bind(gpu, job)?;
+        let groups = [group, values, light, gradients];
+        Ok(Course {
+            gpu,
+            tiles,
+            bands,
+            pipeline,
+            groups,
+            params,
+            uniform,
+            pixels,
+            bytes,
+            _lent: (pieces, of_light),
+        })
     }
 
     /// Bytes that were uploaded for it.
