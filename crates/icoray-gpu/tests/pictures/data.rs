@@ -251,7 +251,7 @@ fn threads_share_a_device() {
     let scene = |thread: usize, step: usize| {
         let camera = format!("lon = {}\nlat = 25\ndistance = 3.2\nfov = 45", 80 * thread + 30 * step);
         let light = format!("{SMOOTH}\n[light]\nkind = \"sun\"\nlon = {}\nlat = 10", 70 * thread);
-        scene(&camera, if step % 2 == 0 { &light } else { SMOOTH }, CORES[0])
+        scene(&camera, if step.is_multiple_of(2) { &light } else { SMOOTH }, CORES[0])
     };
     let draw = |renderer: &Renderer, thread: usize, step: usize| {
         let value = |c: usize, l: usize| wave(grid.direction(c as u32), l + 5 * thread + step, 20) as f32;
