@@ -86,7 +86,7 @@ contains
     character(len=1), parameter :: nl = new_line('a')
     character(len=12) :: size
     write (size, '(i0)') pixels
-    toml = 'field = "f"'//nl//'exaggeration = 40'//nl &
+    toml = 'field = "f"'//nl//'backend = "cpu"'//nl//'exaggeration = 40'//nl &
       //'[image]'//nl//'width = '//trim(size)//nl//'height = '//trim(size)//nl &
       //'[camera]'//nl//'lon = 20'//nl//'lat = 35'//nl//'distance = 3.2'//nl//'fov = 45'//nl &
       //'[transfer]'//nl//'map = "viridis"'//nl//'range = [-1.5, 1.5]'//nl &

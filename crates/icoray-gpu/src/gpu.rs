@@ -7,6 +7,7 @@ use crate::light;
 use crate::mesh::Meshes;
 use crate::scene::Variant;
 use crate::staging::Staging;
+use crate::starts::Starts;
 use crate::store::Store;
 use icoray::device::Reason;
 use std::collections::HashMap;
@@ -31,6 +32,7 @@ pub struct Gpu {
     pub(crate) gradient_pass: gradient::Pass,
     pub(crate) pipelines: Mutex<HashMap<Variant, wgpu::ComputePipeline>>,
     pub(crate) meshes: Meshes,
+    pub(crate) starts: Mutex<Arc<Starts>>,
     pub(crate) store: Arc<Store>,
     pub(crate) staging: Staging,
     pub(crate) fields: Fields,
@@ -78,6 +80,8 @@ impl Gpu {
         }
         let descriptor = wgpu::DeviceDescriptor {
             label: Some("icoray"),
+            // Clocks are for reports, and not missed where they are missing.
+            required_features: adapter.features() & wgpu::Features::TIMESTAMP_QUERY,
             required_limits: limits.clone(),
             memory_hints: wgpu::MemoryHints::MemoryUsage,
             ..wgpu::DeviceDescriptor::default()
@@ -107,6 +111,7 @@ impl Gpu {
             gradient_pass,
             pipelines: Mutex::default(),
             meshes: Meshes::default(),
+            starts: Mutex::default(),
             store: Arc::default(),
             staging: Staging::default(),
             fields: Fields::default(),
