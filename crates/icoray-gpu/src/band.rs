@@ -29,6 +29,8 @@ pub(crate) struct Course<'c> {
     pixels: Lent,
     times: Times,
     bytes: u64,
+    /// What else the groups have is nobody else's until the rays are traced.
+    _lent: (Lent, Option<Lent>),
 }
 
 /// A band.
@@ -58,9 +60,11 @@ impl<'c> Course<'c> {
         let pieces = gpu.lend_with("pieces", &pieces)?;
         let group = picture.group(gpu, held, &uniform, &pieces, &pixels)?;
         let [values, gradients] = held.groups(gpu)?;
-        let groups = [group, values, light::bind(gpu, job)?, gradients];
+        let (light, of_light) = light::bind(gpu, job)?;
+        let groups = [group, values, light, gradients];
         let times = Times::new(gpu, bands.len())?;
-        Ok(Course { gpu, tiles, bands, pipeline, groups, params, uniform, pixels, times, bytes })
+        let _lent = (pieces, of_light);
+        Ok(Course { gpu, tiles, bands, pipeline, groups, params, uniform, pixels, times, bytes, _lent })
     }
 
     /// Bytes that were uploaded for it.
