@@ -22,6 +22,8 @@ struct Params {
     up_lo: vec3f,
     // A ray that takes more steps from triangle to triangle has lost its way.
     most_steps: u32,
+    // With FEW_KNOTS where the spans behind the first begin, and ENDLESS behind the last.
+    knots: vec4f,
     // Linear RGB of the core.
     core: vec3f,
     layers: u32,
@@ -53,4 +55,6 @@ override IS_EXACT: bool = true;
 override HAS_CORE: bool = true;
 override HAS_VOID: bool = true;
 override HAS_STEPS: bool = true;
+// Of at most five spans, which are found by comparing with `params.knots`.
+override FEW_KNOTS: bool = false;
 override IS_LIT: bool = true;

@@ -44,6 +44,26 @@ fn span_color(span: Span, f: f32) -> vec3f {
 }
 
 fn spans_follow(from_: u32, f: f32) -> u32 {
+    if FEW_KNOTS {
+        return clamp(from_, knots_below(params.knots < vec4f(f)), knots_below(params.knots <= vec4f(f)));
+    }
+    return spans_walk(from_, f);
+}
+
+fn spans_find(f: f32) -> u32 {
+    if FEW_KNOTS {
+        return knots_below(params.knots <= vec4f(f));
+    }
+    return spans_search(f);
+}
+
+// Where spans begin there, which is in order.
+fn knots_below(is_below: vec4<bool>) -> u32 {
+    let counted = select(vec4u(0u), vec4u(1u), is_below);
+    return counted.x + counted.y + counted.z + counted.w;
+}
+
+fn spans_walk(from_: u32, f: f32) -> u32 {
     var k = from_;
     while k + 1u < params.spans && f > spans[k].high {
         k++;
@@ -54,7 +74,7 @@ fn spans_follow(from_: u32, f: f32) -> u32 {
     return k;
 }
 
-fn spans_find(f: f32) -> u32 {
+fn spans_search(f: f32) -> u32 {
     var low = 0u;
     var high = params.spans;
     while low < high {

@@ -8,6 +8,7 @@ use crate::light;
 use crate::readback::Flight;
 use crate::scene::{self, Picture, Variant};
 use crate::store::Lent;
+use crate::times::Times;
 use icoray::device::{Band, Job, Reason, Rect, Traced};
 use std::ops::Range;
 use std::time::Instant;
@@ -26,7 +27,10 @@ pub(crate) struct Course<'c> {
     params: Params,
     uniform: Lent,
     pixels: Lent,
+    times: Times,
     bytes: u64,
+    /// What else the groups have is nobody else's until the rays are traced.
+    _lent: (Lent, Option<Lent>),
 }
 
 /// A band.
@@ -56,8 +60,11 @@ impl<'c> Course<'c> {
         let pieces = gpu.lend_with("pieces", &pieces)?;
         let group = picture.group(gpu, held, &uniform, &pieces, &pixels)?;
         let [values, gradients] = held.groups(gpu)?;
-        let groups = [group, values, light::bind(gpu, job)?, gradients];
-        Ok(Course { gpu, tiles, bands, pipeline, groups, params, uniform, pixels, bytes })
+        let (light, of_light) = light::bind(gpu, job)?;
+        let groups = [group, values, light, gradients];
+        let times = Times::new(gpu, bands.len())?;
+        let _lent = (pieces, of_light);
+        Ok(Course { gpu, tiles, bands, pipeline, groups, params, uniform, pixels, times, bytes, _lent })
     }
 
     /// Bytes that were uploaded for it.
@@ -84,17 +91,23 @@ impl<'c> Course<'c> {
         Ok(lost)
     }
 
+    /// Seconds in the rays by the device's clock, if it has one.
+    pub fn seconds(self) -> Result<Option<f64>, Reason> {
+        self.times.seconds(self.gpu)
+    }
+
     fn begin(&self, Stretch { tiles, pieces }: &Stretch) -> Result<Flight, Reason> {
         let gpu = self.gpu;
         let params = Params { first_piece: pieces.start, ..self.params };
         let commands = gpu.watched(|| {
             gpu.queue.write_buffer(&self.uniform, 0, bytemuck::bytes_of(&params));
             let mut commands = gpu.device.create_command_encoder(&Default::default());
-            let mut pass = commands.begin_compute_pass(&Default::default());
+            let mut pass = commands.begin_compute_pass(&self.times.pass());
             pass.set_pipeline(&self.pipeline);
             (0..).zip(&self.groups).for_each(|(i, group)| pass.set_bind_group(i, group, &[]));
             pass.dispatch_workgroups(pieces.end - pieces.start, 1, 1);
             drop(pass);
+            self.times.resolve(&mut commands);
             commands
         })?;
         gpu.submit(commands, &self.pixels, pixels(&self.tiles[tiles.clone()]) * size_of::<Pixel>())
@@ -111,7 +124,7 @@ fn cut(gpu: &Gpu, job: &Job, tiles: &[(usize, Rect)]) -> (Vec<Stretch>, Vec<Piec
     let rects: Vec<Rect> = tiles.iter().map(|(_, tile)| *tile).collect();
     let (mut bands, mut all) = (Vec::<Stretch>::new(), Vec::new());
     let mut taken = 0;
-    for (i, mut pieces) in scene::pieces(job, &rects).into_iter().enumerate() {
+    for (i, mut pieces) in scene::pieces(gpu, job, &rects).into_iter().enumerate() {
         if bands.is_empty() || taken + rects[i].pixels() > most {
             let before = all.len() as u32;
             bands.push(Stretch { tiles: i..i, pieces: before..before });

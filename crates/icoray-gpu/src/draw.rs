@@ -62,6 +62,7 @@ impl Drawing<'_> {
         self.spent.passes += 1;
         self.spent.upload_s += self.since.elapsed().as_secs_f64();
         self.lost += course.run(self.give)?;
+        self.spent += Spent { device_s: course.seconds()?, ..Spent::default() };
         self.since = Instant::now();
         Ok(())
     }

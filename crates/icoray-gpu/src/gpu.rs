@@ -7,6 +7,7 @@ use crate::light;
 use crate::mesh::Meshes;
 use crate::scene::Variant;
 use crate::staging::Staging;
+use crate::starts::Starts;
 use crate::store::Store;
 use icoray::device::Reason;
 use std::collections::HashMap;
@@ -31,6 +32,7 @@ pub struct Gpu {
     pub(crate) gradient_pass: gradient::Pass,
     pub(crate) pipelines: Mutex<HashMap<Variant, wgpu::ComputePipeline>>,
     pub(crate) meshes: Meshes,
+    pub(crate) starts: Mutex<Arc<Starts>>,
     pub(crate) store: Arc<Store>,
     pub(crate) staging: Staging,
     pub(crate) fields: Fields,
@@ -78,6 +80,8 @@ impl Gpu {
         }
         let descriptor = wgpu::DeviceDescriptor {
             label: Some("icoray"),
+            // Clocks are for reports, and not missed where they are missing.
+            required_features: adapter.features() & wgpu::Features::TIMESTAMP_QUERY,
             required_limits: limits.clone(),
             memory_hints: wgpu::MemoryHints::MemoryUsage,
             ..wgpu::DeviceDescriptor::default()
@@ -107,6 +111,7 @@ impl Gpu {
             gradient_pass,
             pipelines: Mutex::default(),
             meshes: Meshes::default(),
+            starts: Mutex::default(),
             store: Arc::default(),
             staging: Staging::default(),
             fields: Fields::default(),
@@ -193,5 +198,45 @@ impl Gpu {
             self.buffer(what, size_of_val(elements), BufferUsages::STORAGE | BufferUsages::COPY_DST)?;
         self.watched(|| self.queue.write_buffer(&buffer, 0, bytemuck::cast_slice(elements)))?;
         Ok(buffer)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::{Choice, Gpu};
+    use icoray::{Field, Grid, IcosahedralMesh, Layers, Location, Renderer, Scene, Shape};
+    use std::sync::Arc;
+
+    /// The picture of a device that is lost comes from the CPU, now and later.
+    #[test]
+    fn a_lost_device_is_a_reason() {
+        let Ok(gpu) = Gpu::new(&Choice::Any).map(Arc::new).inspect_err(|e| eprintln!("skipped: {e}")) else {
+            return;
+        };
+        let tables = IcosahedralMesh::new(2).unwrap();
+        let grid = Grid::new(tables.tables()).unwrap();
+        let layers = Layers::new(vec![1.0, 1.1, 1.2], 1.0).unwrap();
+        let values: Vec<f32> = (0..3 * grid.cells()).map(|i| (i % 7) as f32 / 7.0).collect();
+        let shape = Shape::level_fastest(grid.cells(), 3);
+        let field = Field::new(values.as_slice().into(), shape, Location::Center, None).unwrap();
+        let scene = Scene::parse(
+            "field = \"f\"\n[image]\nwidth = 24\nheight = 24\n[camera]\nlon = 30\nlat = 25\ndistance = 3\nfov = 50\n\
+             [transfer]\nmap = \"viridis\"\nrange = [0, 1]\nopacity = [[0, 0.2], [1, 0.8]]\n",
+        )
+        .unwrap();
+        let alone = Renderer::new(1).unwrap().render(&scene, &grid, &layers, &field).unwrap();
+        let renderer = Renderer::new(1).unwrap().with_device(Arc::clone(&gpu) as _);
+        let draw = || renderer.render(&scene, &grid, &layers, &field).unwrap();
+        assert!(draw().report.device.is_some());
+        gpu.device.destroy();
+        for _ in 0..2 {
+            let frame = draw();
+            assert!(
+                frame.report.device.is_none() && frame.report.left_to_cpu.is_some(),
+                "{:?}",
+                frame.report
+            );
+            assert!(frame.pixels == alone.pixels && frame.error == alone.error);
+        }
     }
 }

@@ -5,7 +5,7 @@ use crate::layout::Params;
 use crate::scene::{self, Picture, Places};
 use crate::select::{Cells, seen_layers};
 use crate::store::Lent;
-use icoray::device::{Content, Job, Reason};
+use icoray::device::{Content, Job, Reason, Span};
 use std::borrow::Cow;
 use std::ops::Range;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -41,6 +41,8 @@ impl Layout {
 #[derive(Debug)]
 pub(crate) struct Held {
     content: Content,
+    /// The transfer function by which layers are left out.
+    spans: Vec<Span>,
     pub cells: Arc<Cells>,
     pub layout: Layout,
     pub pages: Vec<Lent>,
@@ -133,9 +135,11 @@ impl Gpu {
     ) -> Result<Result<(Arc<Held>, u64), Reason>, Reason> {
         let job = picture.job;
         let lit = lit(job);
+        let spans = job.spans();
         let is_it = |held: &&Arc<Held>| {
             held.content == job.content()
                 && held.cells.number == cells.number
+                && (held.layout.has_all_layers || held.spans == spans)
                 && (lit.is_none() || held.lit == lit)
         };
         if let Some(held) = self.fields.held().iter().find(is_it) {
@@ -167,19 +171,17 @@ impl Gpu {
         let layout =
             Layout { layers, page_columns: columns.div_ceil(pages), pages, has_all_layers, is_level_fastest };
         let count = layout.page_columns * layout.layers.len();
+        let of_gradients = if lit(job).is_some() { pages } else { 0 };
         let lend = |what: &str, count: usize, bytes: usize| {
             let usage = BufferUsages::STORAGE | BufferUsages::COPY_DST;
             (0..count).map(|_| self.lend(what, bytes, usage)).collect::<Result<Vec<_>, _>>()
         };
         Ok(Held {
             content: job.content(),
+            spans: job.spans(),
             cells: Arc::clone(cells),
             pages: lend("page of the field", pages, count * VALUE)?,
-            gradients: lend(
-                "page of gradients",
-                if lit(job).is_some() { pages } else { 0 },
-                count * GRADIENT,
-            )?,
+            gradients: lend("page of gradients", of_gradients, count * GRADIENT)?,
             lit: lit(job),
             layout,
         })

@@ -35,6 +35,7 @@ pub struct Params {
     pub zero: u32,
     pub up_lo: [f32; 3],
     pub most_steps: u32,
+    pub knots: [f32; 4],
     pub core: [f32; 3],
     pub layers: u32,
     pub index_base: i32,

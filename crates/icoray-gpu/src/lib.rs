@@ -31,12 +31,16 @@ mod instance;
 pub mod layout;
 mod light;
 mod mesh;
+mod peaks;
 mod readback;
 mod scene;
 mod select;
 pub mod shader;
 mod staging;
+mod starts;
 mod store;
+mod times;
 
 pub use adapters::{Choice, Gpus, Kind, Listed, list};
 pub use gpu::{Gpu, Most};
+pub use peaks::Peaks;

@@ -3,6 +3,7 @@
 use crate::gpu::Gpu;
 use crate::groups::{group, layout};
 use crate::layout::{Shading, halves3};
+use crate::store::Lent;
 use icoray::Lights;
 use icoray::device::{Job, Reason};
 use wgpu::BufferUsages;
@@ -31,11 +32,11 @@ impl Bindings {
     }
 }
 
-/// The light of a job's rays.
-pub(crate) fn bind(gpu: &Gpu, job: &Job) -> Result<wgpu::BindGroup, Reason> {
-    let Some(shading) = shading(job) else { return Ok(gpu.light.none.clone()) };
+/// The light of a job's rays, and the buffer that has its numbers.
+pub(crate) fn bind(gpu: &Gpu, job: &Job) -> Result<(wgpu::BindGroup, Option<Lent>), Reason> {
+    let Some(shading) = shading(job) else { return Ok((gpu.light.none.clone(), None)) };
     let uniform = gpu.lend_uniform("the light", &shading)?;
-    gpu.group(&gpu.light.layout, [&*uniform])
+    Ok((gpu.group(&gpu.light.layout, [&*uniform])?, Some(uniform)))
 }
 
 /// The light's numbers, where there is any.

@@ -5,8 +5,9 @@ use crate::held::Held;
 use crate::layout::{Params, Piece, ShellLayer, Span, Step, halves, halves3};
 use crate::mesh::Mesh;
 use crate::shader;
+use crate::starts::Starts;
 use crate::store::Lent;
-use icoray::device::{Allowed, Job, Reason, Rect, locate};
+use icoray::device::{Allowed, ENDLESS, Job, Reason, Rect, locate};
 use icoray::{Lights, Method};
 use rayon::prelude::*;
 use std::sync::{Arc, PoisonError};
@@ -21,6 +22,7 @@ pub(crate) struct Variant {
     has_core: bool,
     has_void: bool,
     has_steps: bool,
+    few_knots: bool,
     is_lit: bool,
     places: Places,
 }
@@ -113,6 +115,7 @@ impl Variant {
             has_core: scene.core.is_some(),
             has_void: job.grid().void_triangles() > 0,
             has_steps: !job.steps().is_empty(),
+            few_knots: few_knots(job).is_some(),
             is_lit: job.quality().lights != Lights::Off,
             places: held.places(),
         }
@@ -130,6 +133,7 @@ impl Variant {
             ("HAS_CORE", number(self.has_core)),
             ("HAS_VOID", number(self.has_void)),
             ("HAS_STEPS", number(self.has_steps)),
+            ("FEW_KNOTS", number(self.few_knots)),
             ("IS_LIT", number(self.is_lit)),
         ];
         let constants = [&constants[..], &self.places.constants()].concat();
@@ -140,6 +144,17 @@ impl Variant {
         known.insert(self, pipeline.clone());
         Ok(pipeline)
     }
+}
+
+/// Where the spans behind the first begin, if they are few.
+fn few_knots(job: &Job) -> Option<[f32; 4]> {
+    let spans = job.spans();
+    let mut knots = [ENDLESS; 4];
+    let is_few = spans.len() <= knots.len() + 1;
+    is_few.then(|| {
+        knots.iter_mut().zip(&spans[1..]).for_each(|(knot, span)| *knot = span.low);
+        knots
+    })
 }
 
 /// The numbers that all rays share, but for the pieces of a dispatch and where the field lies.
@@ -167,6 +182,7 @@ pub(crate) fn params(job: &Job, mesh: &Mesh) -> Params {
         pixel_step: job.quality().pixel_step,
         // A great circle passes some 3 times the root of them, on refined meshes and over slivers more.
         most_steps: 1000 + 40 * triangles.isqrt() as u32,
+        knots: few_knots(job).unwrap_or_default(),
         core: scene.core.unwrap_or_default().map(|c| c as f32),
         layers: job.radius().len() as u32,
         index_base: grid.tables().index_base,
@@ -202,22 +218,24 @@ const RUN: usize = 16;
 
 /// The pieces of each tile: what a workgroup traces, and the triangle that the ray through its middle first lies over. Places of
 /// rays are counted from the tile's first.
-pub(crate) fn pieces(job: &Job, tiles: &[Rect]) -> Vec<Vec<Piece>> {
+pub(crate) fn pieces(gpu: &Gpu, job: &Job, tiles: &[Rect]) -> Vec<Vec<Piece>> {
+    let starts = Starts::of(&gpu.starts, job);
     let run = |tiles: &[Rect]| {
         let mut hint = 0;
-        tiles.iter().map(|tile| pieces_of(job, tile, &mut hint)).collect::<Vec<_>>()
+        tiles.iter().map(|tile| pieces_of(job, tile, &starts, &mut hint)).collect::<Vec<_>>()
     };
     tiles.par_chunks(RUN).flat_map_iter(run).collect()
 }
 
-fn pieces_of(job: &Job, tile: &Rect, hint: &mut u32) -> Vec<Piece> {
+fn pieces_of(job: &Job, tile: &Rect, starts: &Starts, hint: &mut u32) -> Vec<Piece> {
     let group = GROUP as usize;
     let places =
         (0..tile.height).step_by(group).flat_map(|y| (0..tile.width).step_by(group).map(move |x| (x, y)));
     let piece = |(x, y): (u32, u32)| {
         let (width, height) = ((tile.width - x).min(GROUP), (tile.height - y).min(GROUP));
         let (left, top) = (tile.left + x, tile.top + y);
-        *hint = first_triangle(job, [left + width / 2, top + height / 2], *hint);
+        let node = [left + width / 2, top + height / 2];
+        *hint = starts.find(node, *hint, |from| first_triangle(job, node, from));
         Piece { left, top, width, height, first: y * tile.width + x, stride: tile.width, hint: *hint }
     };
     places.map(piece).collect()

@@ -79,15 +79,15 @@ impl View {
         let [inner, outer] = self.shell;
         let distance = self.eye.length();
         let towards = self.eye.normalize_or_zero();
-        // Facets of the core lie below the layer's sphere, but not farther than this. What is seen beyond its limb lies no
-        // farther round than where a ray that touches the core there leaves the shell.
+        // Facets of the lowest layer lie below its sphere, but not farther than this. What is seen beyond the core's limb lies
+        // no farther round than where a ray that touches the core there leaves the shell.
         let core = inner * reach.most.min(FRAC_PI_2).cos();
         let farthest = (core / distance).min(1.0).acos() + (core / outer).acos();
         let least = if self.has_core { farthest.cos() } else { -1.0 };
         let is_seen = |cell: &u32| {
             // A place in a triangle is within the cell's reach of the cell.
             let (direction, reach) = (grid.direction(*cell), f64::from(reach.of[*cell as usize]));
-            let ends = [inner, outer].map(|radius| radius * direction - self.eye);
+            let ends = [core, outer].map(|radius| radius * direction - self.eye);
             let is_inside = |side: &DVec3| ends.iter().any(|end| side.dot(*end) >= -outer * reach);
             direction.dot(towards) >= least - reach && self.sides.iter().all(is_inside)
         };

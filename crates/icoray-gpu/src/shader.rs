@@ -5,7 +5,7 @@
 //! each page of the field, with the page's number in place of PAGE.
 
 /// Every file in `shaders/`, by its name there.
-pub const SOURCES: [(&str, &str); 19] = [
+pub const SOURCES: [(&str, &str); 21] = [
     ("gradient", include_str!("../../../shaders/gradient.wgsl")),
     ("gradients", include_str!("../../../shaders/gradients.wgsl")),
     ("grid", include_str!("../../../shaders/grid.wgsl")),
@@ -25,6 +25,8 @@ pub const SOURCES: [(&str, &str); 19] = [
     ("kernel/transfer", include_str!("../../../shaders/kernel/transfer.wgsl")),
     ("kernel/walk", include_str!("../../../shaders/kernel/walk.wgsl")),
     ("kernel/wide", include_str!("../../../shaders/kernel/wide.wgsl")),
+    ("measure/multiply", include_str!("../../../shaders/measure/multiply.wgsl")),
+    ("measure/stream", include_str!("../../../shaders/measure/stream.wgsl")),
 ];
 
 /// The source named `name` with all that it imports, for a field of one page.

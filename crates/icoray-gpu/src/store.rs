@@ -23,7 +23,8 @@ struct Free {
     since: u64,
 }
 
-/// A buffer that is given back when this is dropped. The device may still be at work on it: it does what it is told in order.
+/// A buffer that is given back when this is dropped, which must come after the last commands with it are submitted. The device
+/// may still be at work on these: it does what it is told in order.
 /// One that the host reads is given back by [`Self::unmap`] only, so that nobody gets a mapped one.
 #[derive(Debug)]
 pub(crate) struct Lent {

@@ -1,7 +1,8 @@
 //! Functions of the shaders, dispatched on tables of inputs, against their like on the CPU.
 
 use icoray::Method;
-use icoray::device::{Span, mirror};
+use icoray::device::{ENDLESS, Span, mirror};
+use icoray_gpu::layout::{self, Params};
 
 mod dispatch;
 use dispatch::{Device, ulps};
@@ -204,7 +205,7 @@ fn wide_numbers() -> Vec<f64> {
 fn double_float_arithmetic() {
     let Some(device) = Device::open() else { return };
     let halves = |x: f64| {
-        let [hi, lo] = icoray_gpu::layout::halves(x);
+        let [hi, lo] = layout::halves(x);
         ([hi, lo], f64::from(hi) + f64::from(lo))
     };
     let (mut inputs, mut cases) = (Vec::new(), Vec::new());
@@ -246,4 +247,35 @@ fn double_float_arithmetic() {
     }
     println!("add, sub, mul, div, sqrt, dot, times: {:?} bits", worst.map(|w| -w.log2()));
     assert!(worst.iter().all(|w| *w <= 0.5f64.powi(44)), "{worst:?}");
+}
+
+/// A shader for few knots finds the spans that others search for.
+#[test]
+fn spans_of_few_knots() {
+    let Some(device) = Device::open() else { return };
+    for knots in [&[][..], &[0.25], &[0.25, 0.25], &[-1.0, 0.0, 0.5], &[0.0, 0.3, 0.3, 1.0], &[0.5; 4]] {
+        let edges: Vec<f32> = [&[-ENDLESS][..], knots, &[ENDLESS]].concat();
+        let spans: Vec<layout::Span> =
+            edges.windows(2).map(|e| layout::Span { low: e[0], high: e[1], ..Default::default() }).collect();
+        let mut params = Params { spans: spans.len() as u32, knots: [ENDLESS; 4], ..Default::default() };
+        params.knots[..knots.len()].copy_from_slice(knots);
+        let mut inputs = Vec::new();
+        for value in knots.iter().copied().chain([-1e15, -2.0, -0.0, 0.1, 0.7, 1e15]) {
+            for value in [value.next_down(), value, value.next_up()] {
+                (0..spans.len()).for_each(|from| inputs.extend([value, from as f32]));
+            }
+        }
+        let body = "let f = inputs[2u * i];
+            let k = u32(inputs[2u * i + 1u]);
+            outputs[4u * i] = f32(spans_find(f));
+            outputs[4u * i + 1u] = f32(spans_search(f));
+            outputs[4u * i + 2u] = f32(spans_follow(k, f));
+            outputs[4u * i + 3u] = f32(spans_walk(k, f));";
+        let beside = (params, &[(8, bytemuck::cast_slice(&spans))][..]);
+        let constants = [("FEW_KNOTS", 1.0)];
+        let got = device.run_beside("#import kernel/transfer", body, &inputs, [2, 4], &constants, beside);
+        for (row, input) in got.chunks_exact(4).zip(inputs.chunks_exact(2)) {
+            assert!(row[0] == row[1] && row[2] == row[3], "{knots:?}, value and span {input:?}: {row:?}");
+        }
+    }
 }

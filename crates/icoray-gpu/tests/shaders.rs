@@ -113,6 +113,7 @@ fn structs_lie_in_memory_as_rust_has_them() {
             zero,
             up_lo,
             most_steps,
+            knots,
             core,
             layers,
             index_base,

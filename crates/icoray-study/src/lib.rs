@@ -14,6 +14,8 @@ pub mod error;
 pub mod fig6;
 pub mod fig8;
 pub mod fig9;
+#[cfg(feature = "gpu")]
+pub mod gpu;
 mod look;
 pub mod methods;
 mod montage;
@@ -74,6 +76,9 @@ pub enum Study {
     Fig8(fig8::Options),
     /// The paper's Figure 9: frame rate against sampling step for three interpolations.
     Fig9(fig9::Options),
+    /// Milliseconds of frames on a GPU, beside the CPU's and the paper's, and what they take of what the device has.
+    #[cfg(feature = "gpu")]
+    Gpu(gpu::Options),
     /// Orders of convergence of all methods, in the step and in the mesh.
     Orders(orders::Options),
     /// How evenly 1 to 64 ranks share a picture out, and what they send, simulated in one process.
@@ -97,6 +102,8 @@ impl Study {
             Study::Error(options) => error::run(options, out),
             Study::Fig8(options) => fig8::run(options, out),
             Study::Fig9(options) => fig9::run(options, out),
+            #[cfg(feature = "gpu")]
+            Study::Gpu(options) => gpu::run(options, out),
             Study::Orders(options) => orders::run(options, out),
             Study::Ranks(options) => ranks::run(options, out),
             Study::Speed(options) => speed::run(options, out),

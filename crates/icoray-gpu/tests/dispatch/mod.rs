@@ -42,6 +42,19 @@ impl Device {
         results: usize,
         constants: &[(&str, f64)],
     ) -> Vec<f32> {
+        self.run_beside(text, body, inputs, [width, results], constants, (Params::default(), &[]))
+    }
+
+    /// Beside what all rays share, and other bindings with their bytes.
+    pub fn run_beside(
+        &self,
+        text: &str,
+        body: &str,
+        inputs: &[f32],
+        [width, results]: [usize; 2],
+        constants: &[(&str, f64)],
+        (params, others): (Params, &[(u32, &[u8])]),
+    ) -> Vec<f32> {
         let rows = inputs.len() / width;
         let source = expand(&format!(
             "#import params\n{text}
@@ -73,15 +86,26 @@ impl Device {
                 mapped_at_creation: false,
             })
         };
-        let params = buffer(size_of::<Params>(), Usage::UNIFORM | Usage::COPY_DST);
+        let uniform = buffer(size_of::<Params>(), Usage::UNIFORM | Usage::COPY_DST);
+        self.queue.write_buffer(&uniform, 0, bytemuck::bytes_of(&params));
+        let held = |(binding, bytes): &(u32, &[u8])| {
+            let held = buffer(bytes.len(), Usage::STORAGE | Usage::COPY_DST);
+            self.queue.write_buffer(&held, 0, bytes);
+            (*binding, held)
+        };
+        let mut shared = vec![(0, uniform)];
+        shared.extend(others.iter().map(held));
         let read = buffer(size_of_val(inputs), Usage::STORAGE | Usage::COPY_DST);
         self.queue.write_buffer(&read, 0, bytemuck::cast_slice(inputs));
         let written = buffer(4 * results * rows, Usage::STORAGE | Usage::COPY_SRC);
         let back = buffer(4 * results * rows, Usage::MAP_READ | Usage::COPY_DST);
-        let group = |index, buffers: &[&wgpu::Buffer]| {
-            let entries: Vec<_> = (0u32..)
-                .zip(buffers)
-                .map(|(binding, b)| wgpu::BindGroupEntry { binding, resource: b.as_entire_binding() })
+        let group = |index, buffers: &[(u32, wgpu::Buffer)]| {
+            let entries: Vec<_> = buffers
+                .iter()
+                .map(|(binding, b)| wgpu::BindGroupEntry {
+                    binding: *binding,
+                    resource: b.as_entire_binding(),
+                })
                 .collect();
             self.device.create_bind_group(&wgpu::BindGroupDescriptor {
                 label: None,
@@ -89,7 +113,7 @@ impl Device {
                 entries: &entries,
             })
         };
-        let groups = [group(0, &[&params]), group(1, &[&read, &written])];
+        let groups = [group(0, &shared), group(1, &[(0, read), (1, written.clone())])];
         let mut encoder = self.device.create_command_encoder(&Default::default());
         let mut pass = encoder.begin_compute_pass(&Default::default());
         pass.set_pipeline(&pipeline);

@@ -3,7 +3,7 @@
 use crate::common::*;
 use icoray::{Field, Frame, Grid, IcosahedralMesh, Layers, Location, Renderer, Scene, Shape};
 use icoray_gpu::{Choice, Gpu, Most};
-use std::sync::Arc;
+use std::sync::{Arc, Mutex};
 
 /// A device of which no more is used.
 fn limited(binding: Option<u64>, field: Option<u64>) -> Renderer {
@@ -144,14 +144,14 @@ fn clear_layers_are_not_uploaded() {
     let grid = Grid::new(tables.tables()).unwrap();
     let clear = "knots = [ { value = -0.8, color = \"blue\", extinction = 0 }, { value = -0.2, color = \"white\", extinction = 9 }, \
                  { value = 0.3, color = \"yellow\", extinction = 1 }, { value = 0.3, color = \"red\", extinction = 0 } ]";
-    let scene = scene(FAR, clear, CORES[0]);
+    let scene_of_clear = scene(FAR, clear, CORES[0]);
     // Values below -0.8 and above 0.3 are clear: layers 0 to 3, and 8 to 11, of which 3 and 8 are read.
     let value = |cell: usize, layer: usize| match layer {
         0..=3 => -2.0 + 0.1 * wave(grid.direction(cell as u32), layer, 12) as f32,
         8.. => 2.0 + 0.1 * wave(grid.direction(cell as u32), layer, 12) as f32,
         _ => wave(grid.direction(cell as u32), layer, 12) as f32,
     };
-    let eye = glam::DVec3::from_array(scene.camera.eye()).normalize();
+    let eye = glam::DVec3::from_array(scene_of_clear.camera.eye()).normalize();
     let behind = (0..grid.cells()).min_by_key(|&c| (1e6 * grid.direction(c as u32).dot(eye)) as i64).unwrap();
     let stained = |cell: usize, layer: usize| match layer {
         0 | 11 if cell == behind => 0.0,
@@ -159,13 +159,26 @@ fn clear_layers_are_not_uploaded() {
     };
     let (clean, stained) = (Values::new(grid.cells(), 12, value), Values::new(grid.cells(), 12, stained));
     for (one, other) in clean.fields().iter().zip(&stained.fields()) {
-        let one = renderer.render(&scene, &grid, &layers, one).unwrap();
-        let other = renderer.render(&scene, &grid, &layers, other).unwrap();
+        let one = renderer.render(&scene_of_clear, &grid, &layers, one).unwrap();
+        let other = renderer.render(&scene_of_clear, &grid, &layers, other).unwrap();
         assert_same(&one, &other, "clear layers");
         let column = 4 * grid.cells() as u64;
         assert_eq!((unread(&one), unread(&other)), (Some((6 * column, 12 * column)), None));
         assert!(one.pixels.iter().any(|pixel| pixel[0] > 0.0));
     }
+    // Gradients are computed of a layer more.
+    let lit = scene(FAR, &format!("{clear}\n[light]\nkind = \"headlight\""), CORES[0]);
+    let [one, other] =
+        [&clean, &stained].map(|of| renderer.render(&lit, &grid, &layers, &of.fields()[0]).unwrap());
+    assert_same(&one, &other, "clear layers, lit");
+    assert_eq!(unread(&one).map(|(unread, _)| unread), Some(4 * 4 * grid.cells() as u64));
+    // The same field and range under a function in which all layers are seen.
+    let seen = scene(FAR, &clear.replace("extinction = 0", "extinction = 2"), CORES[0]);
+    let field = &clean.fields()[0];
+    renderer.render(&scene_of_clear, &grid, &layers, field).unwrap();
+    let one = renderer.render(&seen, &grid, &layers, field).unwrap();
+    assert_same(&one, &limited(None, None).render(&seen, &grid, &layers, field).unwrap(), "seen after clear");
+    assert_eq!(unread(&one), None);
 }
 
 /// A second frame finds the memory of the first.
@@ -227,27 +240,32 @@ fn a_field_is_uploaded_once_and_never_taken_for_another() {
     assert_same(&after, &fresh, "written anew");
 }
 
-/// Several threads draw different fields at once on one device, each in pages and one in passes.
+/// Several threads draw different fields at once on one device, in pages: what they draw is what one draws alone.
 #[test]
 fn threads_share_a_device() {
-    let Some(gpu) = gpu() else { return };
+    let Some(_) = gpu() else { return };
     let (tables, layers) = planet(4, 20);
     let grid = Grid::new(tables.tables()).unwrap();
-    let scene = scene(FAR, SMOOTH, CORES[0]);
-    let shared =
-        Arc::new(Gpu::with_most(&Choice::Any, Most { binding: Some(64 << 10), field: None }).unwrap());
+    let (one_by_one, at_once) = (Mutex::new(limited(None, None)), limited(Some(64 << 10), None));
+    // Each from elsewhere, every other one under a light of its own.
+    let scene = |thread: usize, step: usize| {
+        let camera = format!("lon = {}\nlat = 25\ndistance = 3.2\nfov = 45", 80 * thread + 30 * step);
+        let light = format!("{SMOOTH}\n[light]\nkind = \"sun\"\nlon = {}\nlat = 10", 70 * thread);
+        scene(&camera, if step.is_multiple_of(2) { &light } else { SMOOTH }, CORES[0])
+    };
+    let draw = |renderer: &Renderer, thread: usize, step: usize| {
+        let value = |c: usize, l: usize| wave(grid.direction(c as u32), l + 5 * thread + step, 20) as f32;
+        let values = Values::new(grid.cells(), 20, value);
+        renderer.render(&scene(thread, step), &grid, &layers, &values.fields()[step / 2 % 2]).unwrap()
+    };
     std::thread::scope(|scope| {
-        for thread in 0..3 {
-            let (grid, layers, scene, gpu, shared) = (&grid, &layers, &scene, &gpu, &shared);
+        for thread in 0..4 {
+            let (draw, at_once, one_by_one) = (&draw, &at_once, &one_by_one);
             scope.spawn(move || {
-                for step in 0..4 {
-                    let value =
-                        |c: usize, l: usize| wave(grid.direction(c as u32), l + 5 * thread + step, 20);
-                    let values = Values::new(grid.cells(), 20, |c, l| value(c, l) as f32);
-                    let field = &values.fields()[step % 2];
-                    let one = renderer(gpu).render(scene, grid, layers, field).unwrap();
-                    let other = renderer(shared).render(scene, grid, layers, field).unwrap();
-                    assert_same(&one, &other, &format!("thread {thread}, step {step}"));
+                let frames: Vec<Frame> = (0..4).map(|step| draw(at_once, thread, step)).collect();
+                for (step, frame) in frames.iter().enumerate() {
+                    let alone = draw(&one_by_one.lock().unwrap(), thread, step);
+                    assert_same(frame, &alone, &format!("thread {thread}, step {step}"));
                 }
             });
         }

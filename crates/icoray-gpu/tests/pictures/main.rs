@@ -282,3 +282,23 @@ fn a_field_beyond_a_binding_is_drawn() {
     let (rmse, max) = apart(&frame, &cpu);
     assert!(frame.report.device.is_some() && rmse <= RMSE && max <= MAX, "{rmse}, {max}");
 }
+
+/// Where the last picture's rays entered is where the next one's are sought from: of another camera, grid or size too.
+#[test]
+fn pictures_do_not_depend_on_the_one_before() {
+    let Some(_) = gpu() else { return };
+    let spheres = [4, 2].map(|level| Sphere::new(level, &THICK_M));
+    let draw = |sphere: &Sphere, camera: &str, [width, height]: [u32; 2]| {
+        let scene = Scene { width, height, ..scene(camera, SMOOTH, "exaggeration = 60") };
+        let frame = compare(camera, &scene, &sphere.grid(), &sphere.layers, &sphere.field());
+        (frame.pixels, frame.error)
+    };
+    let first = draw(&spheres[0], FAR, [72, 60]);
+    assert!(first == draw(&spheres[0], FAR, [72, 60]));
+    for camera in [POLE, INSIDE, RADIAL] {
+        draw(&spheres[1], camera, [72, 60]);
+        assert!(first == draw(&spheres[0], FAR, [72, 60]), "{camera}");
+    }
+    draw(&spheres[0], POLE, [40, 90]);
+    assert!(first == draw(&spheres[0], FAR, [72, 60]));
+}

@@ -1,0 +1,191 @@
+//! Milliseconds of frames on a GPU, on its own clock and from end to end, beside the CPU's and the paper's: its Table 2 scene
+//! in larger pictures too, with and without light.
+//!
+//! What a device gives at most is measured in the same run ([`icoray_gpu::Peaks`]); `cost` counts what frames take of it.
+
+use crate::scenes::multi_scale;
+use crate::sphere::{self, Sphere};
+use crate::{make_directory, progress, say};
+use icoray::device::Device;
+use icoray::{Error, ErrorKind, Field, Grid, Layers, Location, Renderer, Result, Scene, Shape};
+use icoray_gpu::{Choice, Gpu, Peaks};
+use row::Row;
+use std::io::Write;
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::time::Instant;
+
+mod cost;
+mod row;
+mod table;
+
+/// What to measure.
+#[derive(Debug, Clone, clap::Args)]
+pub struct Options {
+    /// The adapter: its number, or a part of its name; the fastest unless told.
+    #[arg(long)]
+    pub device: Option<String>,
+    /// Bisections of the icosahedron; 8, the default, gives the paper's 655,362 cells.
+    #[arg(long)]
+    pub level: Option<u32>,
+    /// Layers, 99 unless told.
+    #[arg(long)]
+    pub layers: Option<usize>,
+    /// Widths and heights of the pictures; 512x512,1920x1080,3840x2160 unless told.
+    #[arg(long, value_delimiter = ',', value_parser = size)]
+    pub size: Vec<(u32, u32)>,
+    /// Tolerances.
+    #[arg(long, value_delimiter = ',', default_values_t = [1e-3, 1e-2])]
+    pub tolerance: Vec<f64>,
+    /// Leave out lit scenes.
+    #[arg(long)]
+    pub unlit: bool,
+    /// Frames of each scene behind the first; the fastest is reported.
+    #[arg(long, default_value_t = 5)]
+    pub frames: usize,
+    /// Threads of the CPU renderer; 0 takes all processors.
+    #[arg(long, default_value_t = 0)]
+    pub threads: usize,
+    /// A small grid and small pictures.
+    #[arg(long)]
+    pub quick: bool,
+    /// Directory of gpu.csv and gpu.md.
+    #[arg(long, default_value = "out/gpu")]
+    pub out: PathBuf,
+}
+
+fn size(text: &str) -> std::result::Result<(u32, u32), String> {
+    let side = |text: &str| text.parse().ok().filter(|side| (1..=16384).contains(side));
+    let sides = text.split_once('x').and_then(|(width, height)| Some((side(width)?, side(height)?)));
+    sides.ok_or_else(|| format!("{text:?}, expected width and height of 1 to 16384 pixels, such as 512x512"))
+}
+
+/// The pictures of one size, light and tolerance, one for each transfer function.
+#[derive(Debug, Clone, Copy)]
+struct Setting {
+    size: (u32, u32),
+    is_lit: bool,
+    tolerance: f64,
+}
+
+impl Setting {
+    fn scene(&self, opacity: multi_scale::Opacity) -> Result<Scene> {
+        let light = if self.is_lit { "[light]\nkind = \"headlight\"" } else { "" };
+        let (width, height) = self.size;
+        let rest = format!("tolerance = {:e}", self.tolerance);
+        Ok(Scene { width, height, ..multi_scale::scene(width, opacity, &rest, light)? })
+    }
+
+    fn light(&self) -> &'static str {
+        if self.is_lit { "lit" } else { "unlit" }
+    }
+}
+
+impl Options {
+    fn choice(&self) -> Choice {
+        match &self.device {
+            None => Choice::Any,
+            Some(text) => text.parse().map_or_else(|_| Choice::Name(text.clone()), Choice::Index),
+        }
+    }
+
+    fn settings(&self) -> Vec<Setting> {
+        let sizes: &[(u32, u32)] = match (self.size.is_empty(), self.quick) {
+            (false, _) => &self.size,
+            (true, true) => &[(128, 128), (192, 108)],
+            (true, false) => &[(512, 512), (1920, 1080), (3840, 2160)],
+        };
+        let lights: &[bool] = if self.unlit { &[false] } else { &[false, true] };
+        let mut settings = Vec::new();
+        for &size in sizes {
+            for &is_lit in lights {
+                let of = |&tolerance: &f64| Setting { size, is_lit, tolerance };
+                settings.extend(self.tolerance.iter().map(of));
+            }
+        }
+        settings
+    }
+}
+
+/// What all pictures are of, and who draws them.
+struct Stage<'a> {
+    grid: &'a Grid<'a>,
+    layers: &'a Layers,
+    /// Two that differ in the last bit of a value: frames have them in turn, so that each uploads a field as a model's does.
+    fields: [Field<'a>; 2],
+    gpu: Renderer,
+    cpu: Renderer,
+    frames: usize,
+    peaks: Peaks,
+}
+
+/// Measures, prints a line per picture, and writes `gpu.csv` and `gpu.md`.
+///
+/// # Errors
+/// [`ErrorKind::Unsupported`] where there is no such device; whatever the library says, and [`ErrorKind::Io`] when a result
+/// cannot be written.
+pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
+    let unsupported = |reason: &dyn std::fmt::Display| Error::new(ErrorKind::Unsupported, reason.to_string());
+    let gpu = Arc::new(Gpu::new(&options.choice()).map_err(|reason| unsupported(&reason))?);
+    let name = gpu.name();
+    let peaks = gpu.peaks().map_err(|reason| unsupported(&reason))?;
+    make_directory(&options.out)?;
+    say(out, &format!("{name}: {}", table::peaks(&peaks)))?;
+    let (level, layers) = if options.quick { (5, 20) } else { (8, 99) };
+    let (level, layers) = (options.level.unwrap_or(level), options.layers.unwrap_or(layers));
+    let cpu = Renderer::new(options.threads)?;
+    let start = Instant::now();
+    let sphere = cpu.run(|| Sphere::new(level, layers, [1.0, 1.15], sphere::multi_scale))?;
+    let grid = cpu.run(|| sphere.grid())?;
+    let head = format!(
+        "{} cells x {layers} layers, 16 knots, f32; CPU: {} thread(s); mesh and field in {:.1} s",
+        grid.cells(),
+        cpu.threads(),
+        start.elapsed().as_secs_f64()
+    );
+    say(out, &head)?;
+    let mut values = sphere.values.clone();
+    values[0] = values[0].next_up();
+    let shape = Shape::level_fastest(grid.cells(), layers);
+    let other = Field::new(values.as_slice().into(), shape, Location::Center, None)?;
+    let stage = Stage {
+        grid: &grid,
+        layers: &sphere.layers,
+        fields: [sphere.field()?, other],
+        gpu: Renderer::new(options.threads)?.with_device(gpu),
+        cpu,
+        frames: options.frames.max(1),
+        peaks,
+    };
+    let rows = measure(&stage, &options.settings(), options, out)?;
+    let text = table::markdown(&rows, &format!("{} cells × {layers} layers", grid.cells()), &name, &stage);
+    let path = options.out.join("gpu.md");
+    std::fs::write(&path, &text).map_err(|e| crate::io_error(&path, e))?;
+    say(out, &format!("\n{text}\ntables in {}", options.out.display()))
+}
+
+fn measure(
+    stage: &Stage,
+    settings: &[Setting],
+    options: &Options,
+    out: &mut dyn Write,
+) -> Result<Vec<Vec<Row>>> {
+    let mut csv = table::create(options.out.join("gpu.csv"))?;
+    let bar = progress(settings.len() * multi_scale::TRANSFERS.len(), "gpu");
+    say(out, &table::heading())?;
+    let mut all = Vec::new();
+    for setting in settings {
+        let mut rows = Vec::new();
+        for (transfer, opacity) in multi_scale::TRANSFERS {
+            bar.set_message(format!("{}x{} {} {transfer}", setting.size.0, setting.size.1, setting.light()));
+            let row = stage.row(setting, transfer, opacity)?;
+            csv.row(&table::cells(&row, &stage.peaks))?;
+            bar.suspend(|| say(out, &table::line(&row, &stage.peaks)))?;
+            bar.inc(1);
+            rows.push(row);
+        }
+        all.push(rows);
+    }
+    bar.finish_and_clear();
+    Ok(all)
+}

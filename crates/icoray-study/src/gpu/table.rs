@@ -1,0 +1,260 @@
+//! What was measured as lines, as a CSV file and as tables in Markdown.
+
+use super::Stage;
+use super::row::{OnGpu, Row};
+use crate::csv_file::CsvFile;
+use icoray::Result;
+use icoray_gpu::Peaks;
+use std::fmt::Write as _;
+use std::path::PathBuf;
+
+const COLUMNS: [&str; 24] = [
+    "transfer",
+    "width",
+    "height",
+    "light",
+    "tolerance",
+    "device_ms",
+    "device_clock",
+    "prepare_ms",
+    "upload_ms",
+    "bytes_uploaded",
+    "end_to_end_ms",
+    "cpu_ms",
+    "columns",
+    "frusta",
+    "frusta_per_s",
+    "bytes_read",
+    "memory_percent",
+    "flops",
+    "f32_percent",
+    "upload_bytes_per_s",
+    "upload_percent",
+    "rmse_to_cpu",
+    "max_to_cpu",
+    "left_to_cpu",
+];
+
+/// The file with its head.
+pub(super) fn create(path: PathBuf) -> Result<CsvFile> {
+    CsvFile::create(path, &COLUMNS)
+}
+
+fn percent(rate: f64, most: f64) -> f64 {
+    100.0 * rate / most
+}
+
+/// Percents of the device's memory, arithmetic and bus.
+fn percents(gpu: &OnGpu, peaks: &Peaks) -> [f64; 3] {
+    [
+        percent(gpu.cost.bytes / gpu.device_s, peaks.memory),
+        percent(gpu.cost.flops / gpu.device_s, peaks.flops),
+        percent(gpu.upload(), peaks.host_to_device),
+    ]
+}
+
+/// A row's cells in the file.
+pub(super) fn cells(row: &Row, peaks: &Peaks) -> Vec<String> {
+    let ms = |seconds: f64| format!("{:.4}", 1e3 * seconds);
+    let of_gpu = match &row.gpu {
+        Err(reason) => {
+            let mut cells = vec![String::new(); COLUMNS.len() - 5];
+            (cells[6], cells[18]) = (ms(row.cpu_s), reason.clone());
+            cells
+        }
+        Ok(gpu) => {
+            let [memory, f32, upload] = percents(gpu, peaks).map(|percent| format!("{percent:.2}"));
+            vec![
+                ms(gpu.device_s),
+                u8::from(gpu.is_timed).to_string(),
+                ms(gpu.prepare_s),
+                ms(gpu.upload_s),
+                gpu.bytes_uploaded.to_string(),
+                ms(gpu.end_s),
+                ms(row.cpu_s),
+                gpu.columns.to_string(),
+                gpu.frusta.to_string(),
+                format!("{:.4e}", gpu.rate()),
+                format!("{:.0}", gpu.cost.bytes),
+                memory,
+                format!("{:.0}", gpu.cost.flops),
+                f32,
+                format!("{:.4e}", gpu.upload()),
+                upload,
+                format!("{:.2e}", gpu.rmse),
+                format!("{:.2e}", gpu.max),
+                String::new(),
+            ]
+        }
+    };
+    let (width, height) = row.setting.size;
+    let mut cells = vec![row.transfer.to_owned(), width.to_string(), height.to_string()];
+    cells.extend([row.setting.light().to_owned(), format!("{:e}", row.setting.tolerance)]);
+    cells.extend(of_gpu);
+    cells
+}
+
+/// The device's rates in words.
+pub(super) fn peaks(peaks: &Peaks) -> String {
+    let giga = |rate: f64| format!("{:.*}", if rate < 1e11 { 1 } else { 0 }, 1e-9 * rate);
+    format!(
+        "host to device {} GB/s ({} through a staging buffer), back {} GB/s, memory {} GB/s, f32 {} Gflop/s",
+        giga(peaks.host_to_device),
+        giga(peaks.staged),
+        giga(peaks.readback),
+        giga(peaks.memory),
+        giga(peaks.flops)
+    )
+}
+
+/// The head of the lines.
+pub(super) fn heading() -> String {
+    format!(
+        "{:>11} {:>5} {:>6} {:>8} {:>10} {:>9} {:>10} {:>9} {:>10} {:>7} {:>6} {:>7} {:>8} {:>8}",
+        "picture",
+        "light",
+        "toler.",
+        "transfer",
+        "device ms",
+        "upload ms",
+        "end to end",
+        "CPU ms",
+        "frusta/s",
+        "memory",
+        "f32",
+        "upload",
+        "RMSE",
+        "max"
+    )
+}
+
+/// A row's line.
+pub(super) fn line(row: &Row, peaks: &Peaks) -> String {
+    let (width, height) = row.setting.size;
+    let picture = format!("{width}x{height}");
+    let (light, tolerance) = (row.setting.light(), row.setting.tolerance);
+    let head = format!("{picture:>11} {light:>5} {tolerance:>6.0e} {:>8}", row.transfer);
+    let cpu = 1e3 * row.cpu_s;
+    match &row.gpu {
+        Err(reason) => format!("{head} CPU {cpu:.2} ms; left to it: {reason}"),
+        Ok(gpu) => {
+            let [memory, f32, upload] = percents(gpu, peaks);
+            format!(
+                "{head} {:>10.3} {:>9.2} {:>10.2} {cpu:>9.2} {:>10.2e} {memory:>6.1}% {f32:>5.1}% {upload:>6.1}% {:>8.1e} {:>8.1e}",
+                1e3 * gpu.device_s,
+                1e3 * gpu.upload_s,
+                1e3 * gpu.end_s,
+                gpu.rate(),
+                gpu.rmse,
+                gpu.max
+            )
+        }
+    }
+}
+
+/// Three digits of milliseconds, and none behind the point where there are three before it.
+fn ms(seconds: f64) -> String {
+    let ms = 1e3 * seconds;
+    let digits = if ms < 9.995 {
+        2
+    } else if ms < 99.95 {
+        1
+    } else {
+        0
+    };
+    format!("{ms:.digits$}")
+}
+
+/// The least and the most of a number of pictures.
+fn span(rows: &[&OnGpu], number: impl Fn(&OnGpu) -> f64, show: impl Fn(f64) -> String) -> String {
+    let numbers = || rows.iter().map(|gpu| number(gpu));
+    let (least, most) =
+        (show(numbers().fold(f64::INFINITY, f64::min)), show(numbers().fold(f64::NEG_INFINITY, f64::max)));
+    if least == most { most } else { format!("{least} to {most}") }
+}
+
+/// Two tables, a row for each size, light and tolerance.
+pub(super) fn markdown(all: &[Vec<Row>], grid: &str, name: &str, stage: &Stage) -> String {
+    let mut text = format!(
+        "Milliseconds for a frame of {grid}, 16 knots, f32, on {name}: by the device's clock, from end to end with upload and \
+         readback in brackets, and on the CPU's {} thread(s):\n\n\
+         | `icoray study gpu` | | | dense | lobes | thin shell | opaque |\n|---|---|---|---|---|---|---|\n\
+         | the paper, one GTX 580, 512 × 512, its four fields | unlit | | 494 | 783 | 755 | 689 |\n",
+        stage.cpu.threads()
+    );
+    for rows in all {
+        let setting = rows[0].setting;
+        let (width, height) = setting.size;
+        let _ = write!(text, "| {width} × {height} | {} | {:e} |", setting.light(), setting.tolerance);
+        for row in rows {
+            let cell = match &row.gpu {
+                Ok(gpu) => format!(" {} ({}); {} |", ms(gpu.device_s), ms(gpu.end_s), ms(row.cpu_s)),
+                Err(_) => format!(" -; {} |", ms(row.cpu_s)),
+            };
+            text += &cell;
+        }
+        text += "\n";
+    }
+    let _ = write!(
+        text,
+        "\nLeast and most over the four transfer functions; percents are of what was measured in the same run ({}). A frustum \
+         counts as 12 bytes and 224 operations, a column as 64 and 1087, a pixel as 36 bytes; light as 36 bytes more in each \
+         frustum and column. Caches give a part of the bytes again. Differences are from the CPU's picture:\n\n\
+         | | | | frusta/s | of memory | of f32 | upload, GB/s | of host to device | RMSE | largest |\n\
+         |---|---|---|---|---|---|---|---|---|---|\n",
+        peaks(&stage.peaks)
+    );
+    let whole = |percent: f64| format!("{percent:.0} %");
+    let small = |number: f64| format!("{number:.1e}");
+    for rows in all {
+        let drawn: Vec<&OnGpu> = rows.iter().filter_map(|row| row.gpu.as_ref().ok()).collect();
+        if drawn.is_empty() {
+            continue;
+        }
+        let setting = rows[0].setting;
+        let most = |number: fn(&OnGpu) -> f64| small(drawn.iter().map(|gpu| number(gpu)).fold(0.0, f64::max));
+        let _ = writeln!(
+            text,
+            "| {} × {} | {} | {:e} | {} | {} | {} | {} | {} | {} | {} |",
+            setting.size.0,
+            setting.size.1,
+            setting.light(),
+            setting.tolerance,
+            span(&drawn, OnGpu::rate, small),
+            span(&drawn, |gpu| percents(gpu, &stage.peaks)[0], whole),
+            span(&drawn, |gpu| percents(gpu, &stage.peaks)[1], whole),
+            span(&drawn, |gpu| 1e-9 * gpu.upload(), |rate| format!("{rate:.1}")),
+            span(&drawn, |gpu| percents(gpu, &stage.peaks)[2], whole),
+            most(|gpu| gpu.rmse),
+            most(|gpu| gpu.max)
+        );
+    }
+    let reasons = all.iter().flatten().filter_map(|row| row.gpu.as_ref().err());
+    let mut said: Vec<&String> = Vec::new();
+    for reason in reasons {
+        if !said.contains(&reason) {
+            let _ = write!(text, "\nLeft to the CPU (-): {reason}\n");
+            said.push(reason);
+        }
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::Setting;
+    use super::*;
+
+    #[test]
+    fn a_picture_that_is_left_to_the_cpu_has_its_reason() {
+        let setting = Setting { size: (8, 4), is_lit: true, tolerance: 1e-2 };
+        let row = Row { setting, transfer: "dense", gpu: Err("too large".into()), cpu_s: 0.25 };
+        let peaks = Peaks { host_to_device: 1.0, staged: 1.0, readback: 1.0, memory: 1.0, flops: 1.0 };
+        let cells = cells(&row, &peaks);
+        let cell = |name: &str| cells[COLUMNS.iter().position(|known| *known == name).unwrap()].as_str();
+        assert_eq!(cells.len(), COLUMNS.len());
+        assert_eq!((cell("cpu_ms"), cell("left_to_cpu"), cell("device_ms")), ("250.0000", "too large", ""));
+        assert_eq!((cell("transfer"), cell("light"), cell("tolerance")), ("dense", "lit", "1e-2"));
+        assert!(line(&row, &peaks).ends_with("CPU 250.00 ms; left to it: too large"));
+    }
+}
