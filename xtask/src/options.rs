@@ -37,7 +37,7 @@ install  Builds the C library for Linux and installs it: shared and static
   --libdir DIR   the libraries' place in it, such as lib64   [default: lib]
   --mpi          with icoray_open over several ranks, for the MPI of `mpicc`,
                  or of the compiler that MPICC in the environment names
-  --no-gpu       without GPUs; the library is a third of the size
+  --no-gpu       without GPUs, for a smaller library
   --no-install   install no packages; say what is missing instead
   DESTDIR=DIR    in the environment: put everything below DIR, for packagers
 

@@ -71,7 +71,7 @@ pub fn would_draw(renderer: &Renderer, scene: &Scene) -> String {
 #[cfg(feature = "gpu")]
 pub fn list() -> Vec<String> {
     let listed = match icoray_gpu::list() {
-        Ok(listed) if listed.is_empty() => return vec!["no Vulkan adapter is here".into()],
+        Ok([]) => return vec!["no Vulkan adapter is here".into()],
         Ok(listed) => listed,
         Err(reason) => return vec![reason.to_string()],
     };

@@ -13,7 +13,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 /// A picture on a device.
 pub(super) struct OnDevice<'f> {
-    /// `None` once it has left something to the CPU, with the reason.
+    /// Or why it is left to the CPU, if there is a reason: from the start, or since it has left something.
     device: Result<&'f dyn Device, Option<Reason>>,
     job: Job<'f>,
     spent: Spent,
