@@ -131,9 +131,9 @@ fn pictures_copy_nothing() {
         Scene { tolerance: 1e-2, ..fine }
     };
     let (unlit, lit) = (scene(""), scene("[light]\nkind = \"headlight\""));
-    let renderer = Renderer::new(1).unwrap();
+    // One that has drawn before has memory of its last frame.
     let render = |scene: &Scene, grid: &Grid, layers: &Layers, field: &Field| {
-        renderer.render(scene, grid, layers, field).unwrap()
+        Renderer::new(1).unwrap().render(scene, grid, layers, field).unwrap()
     };
     for layout in LAYOUTS {
         grows(layout, Location::Center, &unlit, PER_LAYER, render).unwrap();

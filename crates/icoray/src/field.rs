@@ -237,6 +237,7 @@ fn average<S: Copy + Default + Send>(
     let layers = field.shape().layers;
     let elements = field.elements();
     let mut values = memory;
+    values.reserve_exact((grid.cells() * layers).saturating_sub(values.len()));
     values.resize(grid.cells() * layers, S::default());
     let columns = values.par_chunks_exact_mut(layers).with_min_len(256).enumerate();
     columns.for_each_init(Vec::new, |around, (cell, column)| {

@@ -77,6 +77,7 @@ pub(crate) fn gradients<S: Sample>(
 ) -> Vec<[f32; 3]> {
     let layers = radius.len();
     let mut gradients = memory;
+    gradients.reserve_exact((cells.len() * layers).saturating_sub(gradients.len()));
     gradients.resize(cells.len() * layers, [0.0; 3]);
     let rows = gradients.par_chunks_exact_mut(layers).with_min_len(64).enumerate();
     rows.for_each_init(
