@@ -32,10 +32,10 @@ pub(crate) struct Course<'c> {
 }
 
 /// A band.
-struct Stretch {
-    tiles: Range<usize>,
+pub(crate) struct Stretch {
+    pub tiles: Range<usize>,
     /// What they have of all pieces.
-    pieces: Range<u32>,
+    pub pieces: Range<u32>,
 }
 
 impl<'c> Course<'c> {
@@ -110,12 +110,12 @@ impl<'c> Course<'c> {
     }
 }
 
-fn pixels(tiles: &[(usize, Rect)]) -> usize {
+pub(crate) fn pixels(tiles: &[(usize, Rect)]) -> usize {
     tiles.iter().map(|(_, tile)| tile.pixels()).sum()
 }
 
 /// Tiles put together to bands, and the pieces of all of them.
-fn cut(gpu: &Gpu, job: &Job, tiles: &[(usize, Rect)]) -> (Vec<Stretch>, Vec<Piece>) {
+pub(crate) fn cut(gpu: &Gpu, job: &Job, tiles: &[(usize, Rect)]) -> (Vec<Stretch>, Vec<Piece>) {
     let most = (gpu.most(BufferUsages::STORAGE) as usize / size_of::<Pixel>()).min(BAND);
     let rects: Vec<Rect> = tiles.iter().map(|(_, tile)| *tile).collect();
     let (mut bands, mut all) = (Vec::<Stretch>::new(), Vec::new());

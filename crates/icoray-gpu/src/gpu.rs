@@ -5,6 +5,7 @@ use crate::groups::{READ, layout};
 use crate::held::Fields;
 use crate::light;
 use crate::mesh::Meshes;
+use crate::part;
 use crate::scene::Variant;
 use crate::staging::Staging;
 use crate::starts::Starts;
@@ -29,6 +30,8 @@ pub struct Gpu {
     pub(crate) limits: wgpu::Limits,
     pub(crate) bindings: wgpu::BindGroupLayout,
     pub(crate) light: light::Bindings,
+    /// Group 2 of rays through parts.
+    pub(crate) of_parts: wgpu::BindGroupLayout,
     pub(crate) gradient_pass: gradient::Pass,
     pub(crate) pipelines: Mutex<HashMap<Variant, wgpu::ComputePipeline>>,
     pub(crate) meshes: Meshes,
@@ -100,6 +103,7 @@ impl Gpu {
         });
         let bindings = layout(&device, &BINDINGS);
         let light = light::Bindings::new(&device);
+        let of_parts = layout(&device, &part::BINDINGS);
         let gradient_pass = gradient::Pass::new(&device);
         let gpu = Gpu {
             info,
@@ -108,6 +112,7 @@ impl Gpu {
             limits,
             bindings,
             light,
+            of_parts,
             gradient_pass,
             pipelines: Mutex::default(),
             meshes: Meshes::default(),

@@ -14,28 +14,42 @@ const MOST_CUTS: u32 = 20;
 #[derive(Debug)]
 pub(crate) struct Bindings {
     pub layout: wgpu::BindGroupLayout,
+    nothing: wgpu::Buffer,
     none: wgpu::BindGroup,
 }
 
 impl Bindings {
     pub fn new(device: &wgpu::Device) -> Self {
         let layout = layout(device, &[wgpu::BufferBindingType::Uniform]);
-        let none = device.create_buffer(&wgpu::BufferDescriptor {
+        let nothing = device.create_buffer(&wgpu::BufferDescriptor {
             label: Some("no light"),
             size: size_of::<Shading>() as u64,
             usage: BufferUsages::UNIFORM,
             mapped_at_creation: false,
         });
-        let none = group(device, &layout, [&none]);
-        Bindings { layout, none }
+        let none = group(device, &layout, [&nothing]);
+        Bindings { layout, nothing, none }
     }
 }
 
 /// The light of a job's rays.
 pub(crate) fn bind(gpu: &Gpu, job: &Job) -> Result<wgpu::BindGroup, Reason> {
-    let Some(shading) = shading(job) else { return Ok(gpu.light.none.clone()) };
-    let uniform = gpu.lend_uniform("the light", &shading)?;
-    gpu.group(&gpu.light.layout, [&*uniform])
+    if job.shading().is_none() {
+        return Ok(gpu.light.none.clone());
+    }
+    with_uniform(gpu, job, |uniform| gpu.group(&gpu.light.layout, [uniform]))
+}
+
+/// Has `bind` bind the light's numbers, or what stands for them where there is none.
+pub(crate) fn with_uniform<R>(
+    gpu: &Gpu,
+    job: &Job,
+    bind: impl FnOnce(&wgpu::Buffer) -> Result<R, Reason>,
+) -> Result<R, Reason> {
+    match shading(job) {
+        Some(shading) => bind(&*gpu.lend_uniform("the light", &shading)?),
+        None => bind(&gpu.light.nothing),
+    }
 }
 
 /// The light's numbers, where there is any.

@@ -1,0 +1,138 @@
+//! Spheres that are spread over ranks, some of which trace on the GPU: the picture that is put together is the whole sphere's.
+
+use super::common::*;
+use super::culled::{Culled, Mark, Style, holes};
+use super::spread::{NOBODY, Spread, partitions};
+use icoray::{
+    Field, Frame, FrameReport, IcosahedralMesh, Layers, Location, Rendered, Renderer, Scene, Shape,
+};
+use icoray_gpu::Gpu;
+use std::sync::Arc;
+
+const HEAD: &str = "[light]\nkind = \"headlight\"";
+const SUN: &str = "[light]\nkind = \"sun\"\nlon = 75\nlat = 40\nspecular = 0.5";
+const CORE: &str = "exaggeration = 60\ncore = \"gray\"\ntolerance = 1e-6";
+const HOLLOW: &str = "exaggeration = 60\ncore = \"transparent\"\nbackground = \"white\"\ntolerance = 1e-6";
+
+/// Draws a scene of a mesh whose cells lie with ranks; those that `has_gpu` says it of trace on the GPU.
+fn draw(
+    gpu: &Arc<Gpu>,
+    spread: &Spread,
+    mesh: &IcosahedralMesh,
+    scene: &Scene,
+    (values, count): (&[f32], usize),
+    has_gpu: impl Fn(usize) -> bool + Sync,
+) -> (Frame, Vec<FrameReport>) {
+    let layers = Layers::from_heights(&THICK_M, EARTH_M).unwrap();
+    assert_eq!(values.len(), mesh.cells() * count);
+    let drawn = spread.each(|ranks, culled, part| {
+        let (part, grid) = (part.unwrap(), culled.grid());
+        let here = culled.cells.iter().flat_map(|cell| &values[cell * count..][..count]);
+        let here: Vec<f32> = here.copied().collect();
+        let shape = Shape::level_fastest(culled.cells.len(), count);
+        let field = Field::new(here.as_slice().into(), shape, Location::Center, None).unwrap();
+        let renderer = if has_gpu(ranks.rank()) { renderer(gpu) } else { Renderer::new(1).unwrap() };
+        renderer.render_over(ranks, scene, &grid, Some(&part), &layers, &field).unwrap()
+    });
+    let (mut frame, mut reports) = (None, Vec::new());
+    for drawn in drawn {
+        match drawn {
+            Rendered::Here(here) => {
+                reports.push(here.report.clone());
+                frame = Some(here);
+            }
+            Rendered::AtRoot(report) => reports.push(report),
+        }
+    }
+    (frame.unwrap(), reports)
+}
+
+/// The whole sphere's picture on the CPU, of cells that stay.
+fn whole(mesh: &IcosahedralMesh, stays: &[bool], scene: &Scene, (values, count): (&[f32], usize)) -> Frame {
+    let layers = Layers::from_heights(&THICK_M, EARTH_M).unwrap();
+    let culled = Culled::new(mesh, stays, Style::Corners, Mark::BeforeFirst, 1);
+    let here: Vec<f32> =
+        culled.cells.iter().flat_map(|cell| &values[cell * count..][..count]).copied().collect();
+    let shape = Shape::level_fastest(culled.cells.len(), count);
+    let field = Field::new(here.as_slice().into(), shape, Location::Center, None).unwrap();
+    Renderer::new(1).unwrap().render(scene, &culled.grid(), &layers, &field).unwrap()
+}
+
+/// Compares the picture of ranks with that of the whole, and what ranks say of who drew.
+fn check(
+    name: &str,
+    (frame, reports): &(Frame, Vec<FrameReport>),
+    expected: &Frame,
+    has_gpu: impl Fn(usize) -> bool,
+) {
+    let (rmse, max) = apart(frame, expected);
+    println!("{name}: rmse {rmse:.1e}, max {max:.1e}, {:?}", frame.report.counts);
+    for (rank, report) in reports.iter().enumerate() {
+        assert_eq!(report.left_to_cpu, None, "{name}, rank {rank}");
+        assert_eq!(report.device.is_some(), has_gpu(rank), "{name}, rank {rank}");
+    }
+    assert!(rmse <= RMSE && max <= MAX, "{name}: rmse {rmse:e}, max {max:e}");
+    assert_eq!(frame.report.counts.rays, expected.report.counts.rays, "{name}");
+    let off = |i: usize| {
+        let pair = frame.pixels[i].iter().zip(&expected.pixels[i]);
+        pair.map(|(a, b)| (a - b).abs()).fold(0.0, f32::max)
+    };
+    for i in 0..frame.pixels.len() {
+        let admitted = frame.error[i] + expected.error[i];
+        assert!(off(i) <= admitted, "{name}, pixel {i}: {:e} off, admitted {admitted:e}", off(i));
+    }
+}
+
+#[test]
+fn parts_make_the_picture_of_the_whole() {
+    let Some(gpu) = gpu() else { return };
+    let sphere = Sphere::new(4, &THICK_M);
+    let mesh = &sphere.tables;
+    let values = (sphere.values.as_slice(), THICK_M.len());
+    let stays = vec![true; mesh.cells()];
+    let scenes = [
+        ("core", scene(FAR, RAMP, CORE)),
+        ("hollow", scene(FAR, SMOOTH, HOLLOW)),
+        ("inside", scene(INSIDE, SMOOTH, HOLLOW)),
+        ("steps", scene(RADIAL, STEPS, CORE)),
+        ("dense", scene(FAR, DENSE, CORE)),
+        ("headlight", scene(FAR, &format!("{RAMP}\n{HEAD}"), &CORE.replace("1e-6", "1e-4"))),
+        ("sun", scene(INSIDE, &format!("{SMOOTH}\n{SUN}"), &HOLLOW.replace("1e-6", "1e-4"))),
+    ];
+    for (i, (name, scene)) in scenes.iter().enumerate() {
+        let expected = whole(mesh, &stays, scene, values);
+        let ranks = 2 + i % 3;
+        for (k, (partition, owner)) in partitions(mesh, ranks).iter().enumerate() {
+            let spread = Spread::new(mesh, ranks, owner);
+            // Every second time only every second rank.
+            let has_gpu = |rank: usize| (i + k) % 2 == 0 || rank % 2 == k / 2;
+            let drawn = draw(&gpu, &spread, mesh, scene, values, has_gpu);
+            check(&format!("{name}, {partition} on {ranks} ranks"), &drawn, &expected, has_gpu);
+        }
+    }
+}
+
+#[test]
+fn holes_of_the_whole_are_holes_of_its_parts() {
+    let Some(gpu) = gpu() else { return };
+    let sphere = Sphere::new(3, &THICK_M);
+    let mesh = &sphere.tables;
+    let values = (sphere.values.as_slice(), THICK_M.len());
+    let scenes = [
+        scene(FAR, RAMP, CORE),
+        scene(INSIDE, SMOOTH, HOLLOW),
+        scene(FAR, &format!("{SMOOTH}\n{SUN}"), &CORE.replace("1e-6", "1e-4")),
+    ];
+    for (i, (hole, stays)) in holes(mesh).iter().enumerate() {
+        let scene = &scenes[i % 3];
+        let expected = whole(mesh, stays, scene, values);
+        let ranks = 2 + i % 3;
+        let (partition, mut owner) = partitions(mesh, ranks).swap_remove(i % 3);
+        let gone = owner.iter_mut().zip(stays).filter(|(_, stays)| !**stays);
+        gone.for_each(|(owner, _)| *owner = NOBODY);
+        let spread = Spread::new(mesh, ranks, &owner);
+        let has_gpu = |rank: usize| i % 2 == 0 || rank > 0;
+        let drawn = draw(&gpu, &spread, mesh, scene, values, has_gpu);
+        check(&format!("{hole}, {partition} on {ranks} ranks, scene {}", i % 3), &drawn, &expected, has_gpu);
+    }
+}
