@@ -26,6 +26,8 @@ pub(crate) struct Course<'c> {
     groups: [wgpu::BindGroup; 4],
     params: Params,
     uniform: Lent,
+    /// Bound in `groups`, with nobody else to write to it meanwhile.
+    _bound: [Lent; 2],
     pixels: Lent,
     times: Times,
     bytes: u64,
@@ -58,9 +60,22 @@ impl<'c> Course<'c> {
         let pieces = gpu.lend_with("pieces", &pieces)?;
         let group = picture.group(gpu, held, &uniform, &pieces, &pixels)?;
         let [values, gradients] = held.groups(gpu)?;
-        let groups = [group, values, light::bind(gpu, job)?, gradients];
+        let light = light::uniform(gpu, job)?;
+        let groups = [group, values, gpu.group(&gpu.of_light, [&*light])?, gradients];
         let times = Times::new(gpu, bands.len())?;
-        Ok(Course { gpu, tiles, bands, pipeline, groups, params, uniform, pixels, times, bytes })
+        Ok(Course {
+            gpu,
+            tiles,
+            bands,
+            pipeline,
+            groups,
+            params,
+            uniform,
+            _bound: [light, pieces],
+            pixels,
+            times,
+            bytes,
+        })
     }
 
     /// Bytes that were uploaded for it.

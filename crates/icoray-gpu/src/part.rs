@@ -35,6 +35,8 @@ pub(crate) struct Course<'c> {
     passed: Lent,
     part: layout::Part,
     owned: Lent,
+    /// Bound in `groups`, with nobody else to write to it meanwhile.
+    _pieces: Lent,
     found: RefCell<Found>,
     times: Times,
     bytes: u64,
@@ -46,6 +48,7 @@ struct Found {
     buffer: Lent,
     /// Group 2.
     group: wgpu::BindGroup,
+    _bound: [Lent; 2],
 }
 
 impl<'c> Course<'c> {
@@ -88,6 +91,7 @@ impl<'c> Course<'c> {
             passed,
             part,
             owned,
+            _pieces: pieces,
             found,
             times,
             bytes,
@@ -166,10 +170,9 @@ impl Found {
         let usage = BufferUsages::STORAGE | BufferUsages::COPY_SRC | BufferUsages::COPY_DST;
         let buffer = gpu.lend("fragments", COUNT + most * size_of::<layout::Fragment>(), usage)?;
         let uniform = gpu.lend_uniform("part", &layout::Part { most: most as u32, ..part })?;
-        let group = light::with_uniform(gpu, picture.job, |light| {
-            gpu.group(&gpu.of_parts, [light, &*uniform, owned, &*buffer])
-        })?;
-        Ok(Found { most, buffer, group })
+        let light = light::uniform(gpu, picture.job)?;
+        let group = gpu.group(&gpu.of_parts, [&*light, &*uniform, owned, &*buffer])?;
+        Ok(Found { most, buffer, group, _bound: [light, uniform] })
     }
 }
 

@@ -147,8 +147,7 @@ impl Variant {
         ];
         let constants = [&constants[..], &self.places.constants()].concat();
         let pages = gpu.page_layout(self.places.pages);
-        let (name, own) =
-            if self.in_parts { ("parts", &gpu.of_parts) } else { ("picture", &gpu.light.layout) };
+        let (name, own) = if self.in_parts { ("parts", &gpu.of_parts) } else { ("picture", &gpu.of_light) };
         let layouts = [&gpu.bindings, &pages, own, &pages];
         let text = shader::compose_for(name, self.places.pages);
         let pipeline = gpu.pipeline(name, text, layouts, &constants)?;
