@@ -4,7 +4,7 @@ use super::common::*;
 use super::culled::{Culled, Mark, Style, holes};
 use super::spread::{NOBODY, Spread, partitions};
 use icoray::{
-    Field, Frame, FrameReport, IcosahedralMesh, Layers, Location, Rendered, Renderer, Scene, Shape,
+    Counts, Field, Frame, FrameReport, IcosahedralMesh, Layers, Location, Rendered, Renderer, Scene, Shape,
 };
 use icoray_gpu::Gpu;
 use std::sync::Arc;
@@ -134,5 +134,42 @@ fn holes_of_the_whole_are_holes_of_its_parts() {
         let has_gpu = |rank: usize| i % 2 == 0 || rank > 0;
         let drawn = draw(&gpu, &spread, mesh, scene, values, has_gpu);
         check(&format!("{hole}, {partition} on {ranks} ranks, scene {}", i % 3), &drawn, &expected, has_gpu);
+    }
+}
+
+/// Of rays that end early, and of runs that show nothing: as many fragments as the CPU has, which meet and admit as much.
+#[test]
+fn fragments_are_those_of_the_cpu() {
+    let Some(gpu) = gpu() else { return };
+    let sphere = Sphere::new(4, &THICK_M);
+    let mesh = &sphere.tables;
+    let values = (sphere.values.as_slice(), THICK_M.len());
+    let loose = |rest: &str| rest.replace("1e-6", "1e-2");
+    for (name, scene) in [
+        ("dense, core", scene(FAR, DENSE, &loose(CORE))),
+        ("ramp, hollow", scene(INSIDE, RAMP, &loose(HOLLOW))),
+        ("ramp, core", scene(FAR, RAMP, &loose(CORE))),
+        ("spike, core", scene(FAR, SPIKE, CORE)),
+        ("steps, paper", scene(FAR, STEPS, &format!("{}\nmethod = \"paper\"", loose(HOLLOW)))),
+        ("lit", scene(FAR, &format!("{RAMP}\n{SUN}"), &CORE.replace("1e-6", "1e-3"))),
+    ] {
+        for (partition, owner) in partitions(mesh, 3) {
+            let name = format!("{name}, {partition}");
+            let spread = Spread::new(mesh, 3, &owner);
+            let (alone, _) = draw(&gpu, &spread, mesh, &scene, values, |_| false);
+            let drawn = draw(&gpu, &spread, mesh, &scene, values, |_| true);
+            check(&name, &drawn, &alone, |_| true);
+            let [ours, theirs] = [&drawn.0.report, &alone.report];
+            let numbers = |counts: Counts| [counts.columns, counts.frusta, counts.fragments];
+            for (ours, theirs) in numbers(ours.counts).into_iter().zip(numbers(theirs.counts)) {
+                let allowed = 5.0 + 0.001 * theirs as f64;
+                assert!(ours.abs_diff(theirs) as f64 <= allowed, "{name}: {ours}, expected about {theirs}");
+            }
+            let (ours, theirs) = (ours.error.mean, theirs.error.mean);
+            assert!(
+                (ours - theirs).abs() <= 0.005 * theirs + 1e-7,
+                "{name}: {ours:e}, expected about {theirs:e}"
+            );
+        }
     }
 }
