@@ -22,6 +22,8 @@ impl Device for Gpu {
         let mut drawing = Drawing { gpu: self, picture, give, since: start, spent, lost: 0 };
         match self.hold(&drawing.picture, &cells)? {
             Ok(held) => drawing.draw(held, &tiles)?,
+            // A part has no passes: its rays are traced here to see how long they take.
+            Err(reason) if job.is_part() => return Err(reason),
             Err(_) => drawing.draw_in_passes(tiles)?,
         }
         self.store.sweep();

@@ -6,13 +6,20 @@ use super::spread::{NOBODY, Spread, partitions};
 use icoray::{
     Counts, Field, Frame, FrameReport, IcosahedralMesh, Layers, Location, Rendered, Renderer, Scene, Shape,
 };
-use icoray_gpu::Gpu;
+use icoray_gpu::{Choice, Gpu, Most};
 use std::sync::Arc;
 
+/// A piece of the planet.
+const CLOSE: &str = "lon = 50\nlat = 40\ndistance = 1.6\nfov = 20";
 const HEAD: &str = "[light]\nkind = \"headlight\"";
 const SUN: &str = "[light]\nkind = \"sun\"\nlon = 75\nlat = 40\nspecular = 0.5";
 const CORE: &str = "exaggeration = 60\ncore = \"gray\"\ntolerance = 1e-6";
 const HOLLOW: &str = "exaggeration = 60\ncore = \"transparent\"\nbackground = \"white\"\ntolerance = 1e-6";
+
+fn layers(count: usize) -> Layers {
+    let heights: Vec<f64> = (0..count).map(|k| 20e3 * k as f64 / (count - 1) as f64).collect();
+    Layers::from_heights(&heights, EARTH_M).unwrap()
+}
 
 /// Draws a scene of a mesh whose cells lie with ranks; those that `has_gpu` says it of trace on the GPU.
 fn draw(
@@ -23,13 +30,19 @@ fn draw(
     (values, count): (&[f32], usize),
     has_gpu: impl Fn(usize) -> bool + Sync,
 ) -> (Frame, Vec<FrameReport>) {
-    let layers = Layers::from_heights(&THICK_M, EARTH_M).unwrap();
+    let layers = layers(count);
     assert_eq!(values.len(), mesh.cells() * count);
     let drawn = spread.each(|ranks, culled, part| {
         let (part, grid) = (part.unwrap(), culled.grid());
-        let here = culled.cells.iter().flat_map(|cell| &values[cell * count..][..count]);
-        let here: Vec<f32> = here.copied().collect();
-        let shape = Shape::level_fastest(culled.cells.len(), count);
+        let cells = culled.cells.len();
+        // Ranks differ in the order of their arrays too.
+        let (shape, here): (Shape, Vec<f32>) = if ranks.rank() % 2 == 0 {
+            let here = culled.cells.iter().flat_map(|cell| &values[cell * count..][..count]);
+            (Shape::level_fastest(cells, count), here.copied().collect())
+        } else {
+            let layer = |layer| culled.cells.iter().map(move |cell| values[cell * count + layer]);
+            (Shape::cell_fastest(cells, count), (0..count).flat_map(layer).collect())
+        };
         let field = Field::new(here.as_slice().into(), shape, Location::Center, None).unwrap();
         let renderer = if has_gpu(ranks.rank()) { renderer(gpu) } else { Renderer::new(1).unwrap() };
         renderer.render_over(ranks, scene, &grid, Some(&part), &layers, &field).unwrap()
@@ -49,7 +62,7 @@ fn draw(
 
 /// The whole sphere's picture on the CPU, of cells that stay.
 fn whole(mesh: &IcosahedralMesh, stays: &[bool], scene: &Scene, (values, count): (&[f32], usize)) -> Frame {
-    let layers = Layers::from_heights(&THICK_M, EARTH_M).unwrap();
+    let layers = layers(count);
     let culled = Culled::new(mesh, stays, Style::Corners, Mark::BeforeFirst, 1);
     let here: Vec<f32> =
         culled.cells.iter().flat_map(|cell| &values[cell * count..][..count]).copied().collect();
@@ -171,5 +184,48 @@ fn fragments_are_those_of_the_cpu() {
                 "{name}: {ours:e}, expected about {theirs:e}"
             );
         }
+    }
+}
+
+/// A part's field in pages, and that of a close view with what its rays read; of a lit scene, whose gradients are uploaded.
+#[test]
+fn parts_in_pages_do_not_show() {
+    let Some(_) = gpu() else { return };
+    let count = 16;
+    let sphere = Sphere::new(5, &std::array::from_fn::<f64, 16, _>(|k| 1e3 * k as f64));
+    let mesh = &sphere.tables;
+    let values = (sphere.values.as_slice(), count);
+    let limited = |binding, field| Arc::new(Gpu::with_most(&Choice::Any, Most { binding, field }).unwrap());
+    let (_, owner) = partitions(mesh, 2).swap_remove(1);
+    let spread = Spread::new(mesh, 2, &owner);
+    let stays = vec![true; mesh.cells()];
+    let loose = CORE.replace("1e-6", "1e-4");
+    let paged = limited(Some(256 << 10), None);
+    for (name, scene) in [
+        ("far", scene(FAR, &format!("{RAMP}\n{SUN}"), &loose)),
+        ("close", scene(CLOSE, &format!("{SMOOTH}\n{HEAD}"), &loose)),
+        ("in time", scene(FAR, SMOOTH, &format!("{CORE}\ntime_budget_ms = 60000"))),
+    ] {
+        let expected = whole(mesh, &stays, &scene, values);
+        let drawn = draw(&paged, &spread, mesh, &scene, values, |_| true);
+        check(name, &drawn, &expected, |_| true);
+        let is_unread = |line: &String| line.ends_with("bytes of the field on the device");
+        assert!(drawn.1.iter().flat_map(|report| &report.left_out).any(is_unread), "{name}: {:?}", drawn.1);
+        // No room for all of it at once: the CPU traces what it would have.
+        let small = limited(None, Some(1000));
+        let (frame, reports) = draw(&small, &spread, mesh, &scene, values, |_| true);
+        let (rmse, max) = apart(&frame, &expected);
+        assert!(rmse <= RMSE && max <= MAX, "{name}: rmse {rmse:e}, max {max:e}");
+        let is_left = |report: &FrameReport| {
+            let is_left =
+                report.left_to_cpu.as_ref().is_some_and(|reason| reason.contains("expected at most"));
+            assert_eq!(is_left, report.device.is_none(), "{name}: {report:?}");
+            is_left
+        };
+        // The close view's cells are one rank's.
+        assert_eq!(
+            reports.iter().filter(|report| is_left(report)).count(),
+            if name == "close" { 1 } else { 2 }
+        );
     }
 }
