@@ -58,3 +58,5 @@ override HAS_STEPS: bool = true;
 // Of at most five spans, which are found by comparing with `params.knots`.
 override FEW_KNOTS: bool = false;
 override IS_LIT: bool = true;
+// Whether rays are traced through a part of the cells.
+override IN_PARTS: bool = false;

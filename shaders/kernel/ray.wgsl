@@ -15,8 +15,18 @@ struct Ray {
     columns: u32,
     frusta: u32,
     void_frusta: u32,
+    // Where IN_PARTS: see `ray_rest`.
+    rest: f32,
     // Where the scene is lit.
     shading: RayShading,
+}
+
+// The transmittance at which the ray ends, which fragments before have had their part of.
+fn ray_rest(ray: ptr<function, Ray>) -> f32 {
+    if IN_PARTS {
+        return (*ray).rest;
+    }
+    return params.rest;
 }
 
 // Light that comes along a ray, and what the ray met.
@@ -232,7 +242,7 @@ fn frustum(ray: ptr<function, Ray>, light: ptr<function, Light>, segment: Segmen
         near_steps(light, segment);
     }
     let through = 1.0 - (*light).absorbed;
-    if through > params.rest * 1.001 + 2.0 * ROUNDING {
+    if through > ray_rest(ray) * 1.001 + 2.0 * ROUNDING {
         return false;
     }
     (*light).error += through * params.brightest;
@@ -306,10 +316,10 @@ fn piece(
     reach: f32,
 ) {
     let through = 1.0 - (*light).absorbed;
-    if span.is_clear != 0u || through <= params.rest {
+    if span.is_clear != 0u || through <= ray_rest(ray) {
         return;
     }
-    let allowance = Allowance(params.share, params.rest, through, reach);
+    let allowance = Allowance(params.share, ray_rest(ray), through, reach);
     var behind: Light;
     if IS_LIT {
         behind = lit_light(Lit(allowance, (*ray).shading, span, course), segment, range, lighting.most_cuts);

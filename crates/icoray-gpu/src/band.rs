@@ -26,18 +26,18 @@ pub(crate) struct Course<'c> {
     groups: [wgpu::BindGroup; 4],
     params: Params,
     uniform: Lent,
+    /// Bound in `groups`, with nobody else to write to it meanwhile.
+    _bound: [Lent; 2],
     pixels: Lent,
     times: Times,
     bytes: u64,
-    /// What else the groups have is nobody else's until the rays are traced.
-    _lent: (Lent, Option<Lent>),
 }
 
 /// A band.
-struct Stretch {
-    tiles: Range<usize>,
+pub(crate) struct Stretch {
+    pub tiles: Range<usize>,
     /// What they have of all pieces.
-    pieces: Range<u32>,
+    pub pieces: Range<u32>,
 }
 
 impl<'c> Course<'c> {
@@ -60,11 +60,22 @@ impl<'c> Course<'c> {
         let pieces = gpu.lend_with("pieces", &pieces)?;
         let group = picture.group(gpu, held, &uniform, &pieces, &pixels)?;
         let [values, gradients] = held.groups(gpu)?;
-        let (light, of_light) = light::bind(gpu, job)?;
-        let groups = [group, values, light, gradients];
+        let light = light::uniform(gpu, job)?;
+        let groups = [group, values, gpu.group(&gpu.of_light, [&*light])?, gradients];
         let times = Times::new(gpu, bands.len())?;
-        let _lent = (pieces, of_light);
-        Ok(Course { gpu, tiles, bands, pipeline, groups, params, uniform, pixels, times, bytes, _lent })
+        Ok(Course {
+            gpu,
+            tiles,
+            bands,
+            pipeline,
+            groups,
+            params,
+            uniform,
+            _bound: [light, pieces],
+            pixels,
+            times,
+            bytes,
+        })
     }
 
     /// Bytes that were uploaded for it.
@@ -114,12 +125,12 @@ impl<'c> Course<'c> {
     }
 }
 
-fn pixels(tiles: &[(usize, Rect)]) -> usize {
+pub(crate) fn pixels(tiles: &[(usize, Rect)]) -> usize {
     tiles.iter().map(|(_, tile)| tile.pixels()).sum()
 }
 
 /// Tiles put together to bands, and the pieces of all of them.
-fn cut(gpu: &Gpu, job: &Job, tiles: &[(usize, Rect)]) -> (Vec<Stretch>, Vec<Piece>) {
+pub(crate) fn cut(gpu: &Gpu, job: &Job, tiles: &[(usize, Rect)]) -> (Vec<Stretch>, Vec<Piece>) {
     let most = (gpu.most(BufferUsages::STORAGE) as usize / size_of::<Pixel>()).min(BAND);
     let rects: Vec<Rect> = tiles.iter().map(|(_, tile)| *tile).collect();
     let (mut bands, mut all) = (Vec::<Stretch>::new(), Vec::new());

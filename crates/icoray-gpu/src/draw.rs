@@ -3,8 +3,10 @@
 use crate::band::Course;
 use crate::gpu::{Gpu, because};
 use crate::held::Held;
+use crate::part;
 use crate::scene::{self, Picture};
-use icoray::device::{Band, Device, Job, Reason, Rect, Spent};
+use crate::select::Cells;
+use icoray::device::{Band, Device, Fragments, Job, Own, Reason, Rect, Spent};
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -15,29 +17,60 @@ impl Device for Gpu {
 
     fn trace(&self, job: &Job, give: &(dyn Fn(Band) + Sync)) -> Result<Spent, Reason> {
         let start = Instant::now();
+        let (picture, cells, spent) = self.prepare(job)?;
+        let tiles: Vec<(usize, Rect)> = job.tiles().enumerate().collect();
+        let mut drawing = Drawing { gpu: self, picture, give, since: start, spent, lost: 0 };
+        match self.hold(&drawing.picture, &cells)? {
+            Ok(held) => drawing.draw(held, &tiles)?,
+            // A part has no passes: its rays are traced here to see how long they take.
+            Err(reason) if job.is_part() => return Err(reason),
+            Err(_) => drawing.draw_in_passes(tiles)?,
+        }
+        self.store.sweep();
+        self.unless_lost(drawing.lost)?;
+        Ok(drawing.spent)
+    }
+
+    fn fragments(&self, job: &Job, own: &Own, give: &(dyn Fn(Fragments) + Sync)) -> Result<Spent, Reason> {
+        let start = Instant::now();
+        let (picture, cells, mut spent) = self.prepare(job)?;
+        let tiles: Vec<(usize, Rect)> = job.tiles().enumerate().collect();
+        // Another pass would mean another walk of all rays.
+        let (held, bytes) = self.hold(&picture, &cells)??;
+        let course = part::Course::new(self, &picture, &held, own, &tiles)?;
+        spent.bytes_uploaded += bytes + course.bytes();
+        spent.unread_bytes = spent.field_bytes.saturating_sub(held.bytes());
+        spent.passes = 1;
+        spent.upload_s = start.elapsed().as_secs_f64();
+        let lost = course.run(give)?;
+        spent.device_s = course.seconds()?;
+        self.store.sweep();
+        self.unless_lost(lost)?;
+        Ok(spent)
+    }
+}
+
+impl Gpu {
+    /// What comes before the field: tables, the cells whose columns rays read, and what that has cost.
+    fn prepare<'j>(&self, job: &'j Job) -> Result<(Picture<'j>, Arc<Cells>, Spent), Reason> {
         let (mesh, mesh_bytes) = self.mesh(job.grid())?;
         let picture = Picture { job, mesh, tables: scene::tables(self, job)? };
         let (cells, cells_bytes) = self.cells(&picture)?;
-        let tiles: Vec<(usize, Rect)> = job.tiles().enumerate().collect();
         let (columns, layers, _) = job.order();
         let spent = Spent {
             bytes_uploaded: mesh_bytes + cells_bytes + picture.bytes(),
             field_bytes: (columns * layers * size_of::<f32>()) as u64,
             ..Spent::default()
         };
-        let mut drawing = Drawing { gpu: self, picture, give, since: start, spent, lost: 0 };
-        match self.hold(&drawing.picture, &cells)? {
-            Ok(held) => drawing.draw(held, &tiles)?,
-            Err(_) => drawing.draw_in_passes(tiles)?,
+        Ok((picture, cells, spent))
+    }
+
+    /// A reason where tiles have lost rays.
+    fn unless_lost(&self, tiles: usize) -> Result<(), Reason> {
+        if tiles == 0 {
+            return Ok(());
         }
-        self.store.sweep();
-        if drawing.lost > 0 {
-            return because(format!(
-                "rays have lost their way on {}, or their loops were cut short",
-                self.name()
-            ));
-        }
-        Ok(drawing.spent)
+        because(format!("rays have lost their way on {}, or their loops were cut short", self.described()))
     }
 }
 

@@ -3,8 +3,8 @@
 use crate::gradient;
 use crate::groups::{READ, layout};
 use crate::held::Fields;
-use crate::light;
 use crate::mesh::Meshes;
+use crate::part;
 use crate::scene::Variant;
 use crate::staging::Staging;
 use crate::starts::Starts;
@@ -28,7 +28,10 @@ pub struct Gpu {
     pub(crate) queue: wgpu::Queue,
     pub(crate) limits: wgpu::Limits,
     pub(crate) bindings: wgpu::BindGroupLayout,
-    pub(crate) light: light::Bindings,
+    /// Group 2 of pictures: the light.
+    pub(crate) of_light: wgpu::BindGroupLayout,
+    /// Group 2 of rays through parts.
+    pub(crate) of_parts: wgpu::BindGroupLayout,
     pub(crate) gradient_pass: gradient::Pass,
     pub(crate) pipelines: Mutex<HashMap<Variant, wgpu::ComputePipeline>>,
     pub(crate) meshes: Meshes,
@@ -99,7 +102,8 @@ impl Gpu {
             }
         });
         let bindings = layout(&device, &BINDINGS);
-        let light = light::Bindings::new(&device);
+        let of_light = layout(&device, &[wgpu::BufferBindingType::Uniform]);
+        let of_parts = layout(&device, &part::BINDINGS);
         let gradient_pass = gradient::Pass::new(&device);
         let gpu = Gpu {
             info,
@@ -107,7 +111,8 @@ impl Gpu {
             queue,
             limits,
             bindings,
-            light,
+            of_light,
+            of_parts,
             gradient_pass,
             pipelines: Mutex::default(),
             meshes: Meshes::default(),

@@ -19,6 +19,9 @@ const VALUE: usize = size_of::<f32>();
 const REST: usize = size_of::<i16>();
 const GRADIENT: usize = 3 * size_of::<f32>();
 
+/// The longest gradient that a shader reads.
+const STEEPEST: f32 = 1e30;
+
 /// Where values lie.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Layout {
@@ -49,7 +52,16 @@ pub(crate) struct Held {
     /// Of the same columns; none where the picture is not lit.
     pub gradients: Vec<Lent>,
     /// What these depend on beside the field.
-    lit: Option<Vec<f64>>,
+    lit: Option<Lit>,
+}
+
+/// What gradients depend on beside the field.
+#[derive(Debug, Clone, PartialEq)]
+struct Lit {
+    /// Of the layers.
+    radius: Vec<f64>,
+    /// The picture that gives them, where they are not computed here: those of a halo depend on other ranks' fields.
+    given_by: Option<u64>,
 }
 
 impl Held {
@@ -208,7 +220,10 @@ impl Gpu {
             self.fill(&held.pages[k], count, |first, values| {
                 job.values(&columns, layers.clone(), first, values);
             })?;
-            if held.lit.is_some() {
+            if job.is_part() && held.lit.is_some() {
+                self.fill_gradients(job, held, &columns, &held.gradients[k])?;
+                bytes += count * GRADIENT;
+            } else if held.lit.is_some() {
                 let (words, usage) = (count.div_ceil(2), BufferUsages::STORAGE | BufferUsages::COPY_DST);
                 let page = self.lend("page of last digits", words * 2 * REST, usage)?;
                 self.fill(&page, words, |first, words: &mut [[i16; 2]]| {
@@ -223,9 +238,35 @@ impl Gpu {
         let of_gradients = if rests.is_empty() { 0 } else { self.compute_gradients(picture, held, &rests)? };
         Ok(bytes as u64 + of_gradients)
     }
+
+    /// Uploads the gradients of a page as they are given.
+    fn fill_gradients(
+        &self,
+        job: &Job,
+        held: &Held,
+        columns: &[u32],
+        page: &wgpu::Buffer,
+    ) -> Result<(), Reason> {
+        let (layers, all) = (&held.layout.layers, job.gradients());
+        let [column_stride, layer_stride] = held.layout.strides();
+        let of_column = job.radius().len();
+        let number = |at: usize| {
+            let (column, row) = match held.layout.is_level_fastest {
+                true => (at / 3 / column_stride, at / 3 % column_stride),
+                false => (at / 3 % layer_stride, at / 3 / layer_stride),
+            };
+            let there = columns[column] as usize * of_column + layers.start + row;
+            // As far as they may go in the shader that computes them.
+            let gradient = all[there][at % 3];
+            if gradient.is_nan() { 0.0 } else { gradient.clamp(-STEEPEST, STEEPEST) }
+        };
+        self.fill(page, 3 * columns.len() * layers.len(), |first, numbers: &mut [f32]| {
+            (first..).zip(numbers).for_each(|(at, gradient)| *gradient = number(at));
+        })
+    }
 }
 
-/// What gradients depend on beside the field, where the picture is lit: radii of layers.
-fn lit(job: &Job) -> Option<Vec<f64>> {
-    job.shading().map(|_| job.radius().to_vec())
+fn lit(job: &Job) -> Option<Lit> {
+    let given_by = job.is_part().then(|| job.number());
+    job.shading().map(|_| Lit { radius: job.radius().to_vec(), given_by })
 }

@@ -142,7 +142,7 @@ pub struct Around {
     pub row: u32,
 }
 
-/// See `shaders/picture.wgsl`.
+/// See `shaders/pieces.wgsl`.
 #[allow(missing_docs)]
 #[derive(Debug, Clone, Copy, Default, Pod, Zeroable)]
 #[repr(C)]
@@ -177,4 +177,51 @@ impl Pixel {
     pub const MISSED: f32 = icoray::device::Traced::MISSED;
     /// The error of a ray that lost its way.
     pub const LOST: f32 = -2.0;
+}
+
+/// See `shaders/kernel/ray/fragment.wgsl`.
+#[allow(missing_docs)]
+#[derive(Debug, Clone, Copy, Default, Pod, Zeroable)]
+#[repr(C)]
+pub struct Part {
+    pub middle: [f32; 3],
+    pub reach: f32,
+    pub lowest_hi: f32,
+    pub lowest_lo: f32,
+    pub most: u32,
+    pub padding: u32,
+}
+
+/// See `shaders/kernel/ray/fragment.wgsl`.
+#[allow(missing_docs)]
+#[derive(Debug, Clone, Copy, Default, Pod, Zeroable)]
+#[repr(C)]
+pub struct Fragment {
+    pub ray: u32,
+    pub entry_hi: f32,
+    pub entry_lo: f32,
+    pub exit_hi: f32,
+    pub exit_lo: f32,
+    pub red: f32,
+    pub green: f32,
+    pub blue: f32,
+    pub absorbed: f32,
+    pub error: f32,
+    pub variance: f32,
+}
+
+/// See `shaders/parts.wgsl`.
+#[allow(missing_docs)]
+#[derive(Debug, Clone, Copy, Default, Pod, Zeroable)]
+#[repr(C)]
+pub struct Passed {
+    pub columns: u32,
+    pub frusta: u32,
+    pub void_frusta: u32,
+    pub fragments: u32,
+}
+
+impl Passed {
+    /// Beside the fragments of a ray that lost its way.
+    pub const LOST: u32 = 1 << 31;
 }

@@ -31,6 +31,7 @@ mod instance;
 pub mod layout;
 mod light;
 mod mesh;
+mod part;
 mod peaks;
 mod readback;
 mod scene;

@@ -1,42 +1,18 @@
 //! What lit scenes have beside the others and their gradients: group 2 of the shaders' bindings.
 
 use crate::gpu::Gpu;
-use crate::groups::{group, layout};
 use crate::layout::{Shading, halves3};
 use crate::store::Lent;
 use icoray::Lights;
 use icoray::device::{Job, Reason};
-use wgpu::BufferUsages;
 
 /// How often a piece of a ray may be cut in two for its light's sake: `MOST_CUTS` of `shaders/kernel/lit.wgsl`.
 const MOST_CUTS: u32 = 20;
 
-/// The layout of group 2, and the group of scenes without light.
-#[derive(Debug)]
-pub(crate) struct Bindings {
-    pub layout: wgpu::BindGroupLayout,
-    none: wgpu::BindGroup,
-}
-
-impl Bindings {
-    pub fn new(device: &wgpu::Device) -> Self {
-        let layout = layout(device, &[wgpu::BufferBindingType::Uniform]);
-        let none = device.create_buffer(&wgpu::BufferDescriptor {
-            label: Some("no light"),
-            size: size_of::<Shading>() as u64,
-            usage: BufferUsages::UNIFORM,
-            mapped_at_creation: false,
-        });
-        let none = group(device, &layout, [&none]);
-        Bindings { layout, none }
-    }
-}
-
-/// The light of a job's rays, and the buffer that has its numbers.
-pub(crate) fn bind(gpu: &Gpu, job: &Job) -> Result<(wgpu::BindGroup, Option<Lent>), Reason> {
-    let Some(shading) = shading(job) else { return Ok((gpu.light.none.clone(), None)) };
-    let uniform = gpu.lend_uniform("the light", &shading)?;
-    Ok((gpu.group(&gpu.light.layout, [&*uniform])?, Some(uniform)))
+/// The light of a job's rays, or what stands for it. It is to be kept until rays are submitted: a buffer that is given back is
+/// the next one's, of another thread too.
+pub(crate) fn uniform(gpu: &Gpu, job: &Job) -> Result<Lent, Reason> {
+    gpu.lend_uniform("the light", &shading(job).unwrap_or_default())
 }
 
 /// The light's numbers, where there is any.

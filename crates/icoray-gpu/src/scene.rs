@@ -24,6 +24,7 @@ pub(crate) struct Variant {
     has_steps: bool,
     few_knots: bool,
     is_lit: bool,
+    in_parts: bool,
     places: Places,
 }
 
@@ -108,6 +109,7 @@ impl Picture<'_> {
 }
 
 impl Variant {
+    /// Of pictures of a whole grid.
     pub fn of(job: &Job, held: &Held) -> Self {
         let scene = job.scene();
         Variant {
@@ -117,8 +119,14 @@ impl Variant {
             has_steps: !job.steps().is_empty(),
             few_knots: few_knots(job).is_some(),
             is_lit: job.quality().lights != Lights::Off,
+            in_parts: false,
             places: held.places(),
         }
+    }
+
+    /// Of rays through a part of a grid.
+    pub fn in_parts(job: &Job, held: &Held) -> Self {
+        Variant { in_parts: true, ..Variant::of(job, held) }
     }
 
     /// The pipeline of this variant, made once.
@@ -135,12 +143,14 @@ impl Variant {
             ("HAS_STEPS", number(self.has_steps)),
             ("FEW_KNOTS", number(self.few_knots)),
             ("IS_LIT", number(self.is_lit)),
+            ("IN_PARTS", number(self.in_parts)),
         ];
         let constants = [&constants[..], &self.places.constants()].concat();
         let pages = gpu.page_layout(self.places.pages);
-        let layouts = [&gpu.bindings, &pages, &gpu.light.layout, &pages];
-        let text = shader::compose_for("picture", self.places.pages);
-        let pipeline = gpu.pipeline("picture", text, layouts, &constants)?;
+        let (name, own) = if self.in_parts { ("parts", &gpu.of_parts) } else { ("picture", &gpu.of_light) };
+        let layouts = [&gpu.bindings, &pages, own, &pages];
+        let text = shader::compose_for(name, self.places.pages);
+        let pipeline = gpu.pipeline(name, text, layouts, &constants)?;
         known.insert(self, pipeline.clone());
         Ok(pipeline)
     }

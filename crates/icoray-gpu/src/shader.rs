@@ -5,19 +5,22 @@
 //! each page of the field, with the page's number in place of PAGE.
 
 /// Every file in `shaders/`, by its name there.
-pub const SOURCES: [(&str, &str); 21] = [
+pub const SOURCES: [(&str, &str); 24] = [
     ("gradient", include_str!("../../../shaders/gradient.wgsl")),
     ("gradients", include_str!("../../../shaders/gradients.wgsl")),
     ("grid", include_str!("../../../shaders/grid.wgsl")),
     ("pages", include_str!("../../../shaders/pages.wgsl")),
     ("params", include_str!("../../../shaders/params.wgsl")),
+    ("parts", include_str!("../../../shaders/parts.wgsl")),
     ("picture", include_str!("../../../shaders/picture.wgsl")),
+    ("pieces", include_str!("../../../shaders/pieces.wgsl")),
     ("kernel/column", include_str!("../../../shaders/kernel/column.wgsl")),
     ("kernel/doubt", include_str!("../../../shaders/kernel/doubt.wgsl")),
     ("kernel/lit", include_str!("../../../shaders/kernel/lit.wgsl")),
     ("kernel/piece", include_str!("../../../shaders/kernel/piece.wgsl")),
     ("kernel/plane", include_str!("../../../shaders/kernel/plane.wgsl")),
     ("kernel/ray", include_str!("../../../shaders/kernel/ray.wgsl")),
+    ("kernel/ray/fragment", include_str!("../../../shaders/kernel/ray/fragment.wgsl")),
     ("kernel/real", include_str!("../../../shaders/kernel/real.wgsl")),
     ("kernel/sample", include_str!("../../../shaders/kernel/sample.wgsl")),
     ("kernel/segment", include_str!("../../../shaders/kernel/segment.wgsl")),

@@ -1,6 +1,8 @@
 //! The shaders parse and validate, and agree with Rust in structs, constants and names.
 
-use icoray_gpu::layout::{Around, Params, Piece, Pixel, Shading, ShellLayer, Span, Step};
+use icoray_gpu::layout::{
+    Around, Fragment, Params, Part, Passed, Piece, Pixel, Shading, ShellLayer, Span, Step,
+};
 use icoray_gpu::shader::{SOURCES, compose, compose_for};
 use naga::{Module, TypeInner};
 use std::mem::offset_of;
@@ -28,7 +30,7 @@ fn validate(name: &str, text: &str) {
 /// A page is a binding and a case, of values and of what lies beside them, and there are no others.
 #[test]
 fn a_shader_has_as_many_pages_as_are_asked_for() {
-    for (shader, beside) in [("picture", "gradients"), ("gradient", "rests")] {
+    for (shader, beside) in [("picture", "gradients"), ("parts", "gradients"), ("gradient", "rests")] {
         for pages in [1, 2, 7, 16] {
             let text = compose_for(shader, pages);
             validate(shader, &text);
@@ -167,6 +169,13 @@ fn structs_lie_in_memory_as_rust_has_them() {
             most_cuts
         }
     );
+    let parts = &parse("parts");
+    same_layout!(parts, Part { middle, reach, lowest_hi, lowest_lo, most });
+    same_layout!(
+        parts,
+        Fragment { ray, entry_hi, entry_lo, exit_hi, exit_lo, red, green, blue, absorbed, error, variance }
+    );
+    same_layout!(parts, Passed { columns, frusta, void_frusta, fragments });
     same_layout!(module, Pixel { red, green, blue, absorbed, error, variance, columns, frusta, void_frusta });
 }
 
@@ -190,6 +199,7 @@ fn constants_are_those_of_rust() {
     ] {
         assert_eq!(constant(module, name), f64::from(value), "{name}");
     }
+    assert_eq!(constant(&parse("parts"), "LOST"), f64::from(Passed::LOST));
     let kernel = Path::new(env!("CARGO_MANIFEST_DIR")).join("../icoray/src/kernel");
     let source = |file: &str| std::fs::read_to_string(kernel.join(file)).unwrap();
     for (file, name, text) in [
@@ -205,7 +215,7 @@ fn constants_are_those_of_rust() {
 }
 
 /// Functions of the kernel that its shaders have not, and why.
-const LEFT_OUT: [(&str, &[&str]); 11] = [
+const LEFT_OUT: [(&str, &[&str]); 12] = [
     // The host makes the shell. WGSL passes no functions on, so `cross` stands in ray.wgsl beside what it visits.
     ("column", &["shell_new", "shell_layers", "mix", "visit_chord", "visit_frustum", "visit_core", "cross"]),
     ("doubt", &[]),
@@ -216,6 +226,8 @@ const LEFT_OUT: [(&str, &[&str]); 11] = [
     ("plane", &["point_new"]),
     // Columns are crossed where they are met.
     ("ray", &["counts_numbers", "counts_of_numbers", "counts_add_assign", "budget_new", "vertex", "column"]),
+    // For who puts them together.
+    ("ray/fragment", &["fragment_light"]),
     ("real", &["of", "wide"]),
     // Fields are normalised when they are uploaded.
     ("sample", &["wide", "samples_new", "samples_rare"]),

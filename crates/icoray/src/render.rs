@@ -1,6 +1,6 @@
 //! The renderer: a scene's work on a thread pool of its own, and on a device where there is one.
 
-use crate::device::{Device, Devices, Job, Reason};
+use crate::device::{Device, Devices, Job};
 use crate::error::{Error, ErrorKind, Result};
 use crate::field::{CenterField, Field};
 use crate::frame::{ErrorSummary, Frame, FrameReport};
@@ -112,15 +112,11 @@ impl Renderer {
     }
 
     /// The device for a picture, if there is one and it can. Collective.
-    fn find_device(&self, ranks: &mut Ranks, scene: &Scene, part: Option<&Part>) -> Result<Found> {
+    fn find_device(&self, ranks: &mut Ranks, scene: &Scene) -> Result<Found> {
         if scene.backend == Backend::Cpu {
             return Ok(Err(None));
         }
         let node_rank = ranks.node_rank()?;
-        let is_asked = self.devices.is_some() || scene.backend == Backend::Gpu;
-        if part.is_some() && is_asked {
-            return Ok(Err(Some(Reason::new("ranks trace rays through their parts of the grid"))));
-        }
         // On a thread of icoray's: those that a driver makes are no more the host's than they are.
         Ok(self.run(|| self.device_for(scene, node_rank)))
     }
@@ -162,7 +158,7 @@ impl Renderer {
         }
         let derived = center.as_ref().map_or(0, CenterField::bytes);
         let field = center.as_ref().map_or(*field, CenterField::field);
-        let device = self.find_device(ranks, scene, part)?;
+        let device = self.find_device(ranks, scene)?;
         let setting =
             Setting { renderer: self, device, scene, plan: &plan, grid, part, field: &field, start };
         let mut rendered = match (field.samples(), scene.precision) {
@@ -249,7 +245,7 @@ fn prepare<'f, S: Sample>(
     let sample = move |part: usize, memory: Vec<_>| {
         gradient::gradients(grid, &plan.radius, &samples, 0..grid.cells().div_ceil(part), memory)
     };
-    // A device computes its own.
+    // A device computes its own, but for those of a part.
     let is_asked_for = setting.device.is_err() || part.is_some();
     if let (Some(deadline), true) = (deadline, plan.shading.is_some()) {
         let has_time =
@@ -293,7 +289,7 @@ fn draw<T: Real, S: Sample>(setting: &Setting, ranks: &mut Ranks, data: &[S]) ->
     let prepare_s = start.elapsed().as_secs_f64();
     let start = Instant::now();
     let work = Work { renderer, scene, plan, grid, shell: &shell, spans: &spans, samples, gradients };
-    let job = Job::new(scene, plan, grid, field, gradients, *quality);
+    let job = Job::new(scene, plan, grid, field, gradients, *quality, part.is_some());
     let mut on_device = OnDevice::new(&setting.device, job);
     // What others would measure of the same data is not asked for.
     let deadline = deadline.filter(|_| part.is_some() || ranks.is_root());
@@ -320,8 +316,8 @@ fn draw<T: Real, S: Sample>(setting: &Setting, ranks: &mut Ranks, data: &[S]) ->
     let quality = share.quality;
     let raster = Raster { step: quality.pixel_step, ..work.raster() };
     let exchanged = match part {
-        Some(part) if is_lit => Some(work.exchange::<4>(ranks, part, &share)?),
-        Some(part) => Some(work.exchange::<1>(ranks, part, &share)?),
+        Some(part) if is_lit => Some(work.exchange::<4>(ranks, part, &share, &mut on_device)?),
+        Some(part) => Some(work.exchange::<1>(ranks, part, &share, &mut on_device)?),
         None => None,
     };
     let mine = share.tiles_of(ranks.rank());

@@ -3,74 +3,20 @@
 use glam::DVec3;
 use icoray::ranks::{LocalTeam, local_team};
 use icoray::{
-    ErrorKind, Field, Frame, FrameReport, Grid, GridTables, IcosahedralMesh, Layers, Location, LonLat, Owned,
-    Part, PartCells, Ranks, Rendered, Renderer, Scene, Shape,
+    ErrorKind, Field, Frame, FrameReport, Grid, GridTables, IcosahedralMesh, Layers, Location, LonLat, Part,
+    Ranks, Rendered, Renderer, Scene, Shape,
 };
 use std::thread;
 
 mod culled;
-use culled::{Culled, Mark, Style, holes, towards};
+mod spread;
+use culled::{Culled, Mark, Style, holes};
+use spread::{NOBODY, Spread, directions, partitions};
 
 const LAYERS: usize = 4;
 const HEIGHT_M: [f64; LAYERS] = [0.0, 5e3, 12e3, 20e3];
 
-/// A mesh of which each cell has an owner.
-struct Spread {
-    parts: Vec<Culled>,
-    /// Of each part, which cells are its own.
-    owned: Vec<Vec<i32>>,
-    /// Of each part, the number of each cell in the whole mesh, from 1.
-    global: Vec<Vec<i64>>,
-}
-
-/// The owner of cells that are nobody's: those of a hole.
-const NOBODY: usize = usize::MAX;
-
 impl Spread {
-    fn new(mesh: &IcosahedralMesh, ranks: usize, owner: &[usize]) -> Self {
-        let part = |rank: usize| {
-            let mut stays: Vec<bool> = owner.iter().map(|owner| *owner == rank).collect();
-            for row in mesh.corner_cell.chunks_exact(3) {
-                if row.iter().any(|cell| owner[*cell as usize] == rank) {
-                    row.iter().for_each(|cell| stays[*cell as usize] |= owner[*cell as usize] != NOBODY);
-                }
-            }
-            let style = [Style::Corners, Style::Triangles][rank % 2];
-            Culled::new(mesh, &stays, style, [Mark::BeforeFirst, Mark::BehindLast][rank % 2], 1)
-        };
-        let parts: Vec<Culled> = (0..ranks).map(part).collect();
-        let owned = parts.iter().enumerate();
-        let owned = owned.map(|(rank, p)| p.cells.iter().map(|c| i32::from(owner[*c] == rank)).collect());
-        let global = parts.iter().map(|p| p.cells.iter().map(|c| *c as i64 + 1).collect());
-        Spread { owned: owned.collect(), global: global.collect(), parts }
-    }
-
-    /// What `work` makes of each rank's grid and part.
-    fn each<R: Send>(
-        &self,
-        work: impl Fn(&mut Ranks, &Culled, Result<Part, icoray::Error>) -> R + Sync,
-    ) -> Vec<R> {
-        let teams = local_team(self.parts.len());
-        thread::scope(|scope| {
-            let rank = |(rank, team): (usize, LocalTeam)| {
-                let work = &work;
-                scope.spawn(move || {
-                    let mut ranks = Ranks::new(Box::new(team));
-                    let culled = &self.parts[rank];
-                    let grid = culled.grid();
-                    let cells = PartCells {
-                        global: self.global[rank].as_slice().into(),
-                        owned: Owned::Marked(&self.owned[rank]),
-                    };
-                    let part = Part::new(&mut ranks, &grid, &cells);
-                    work(&mut ranks, culled, part)
-                })
-            };
-            let threads: Vec<_> = teams.into_iter().enumerate().map(rank).collect();
-            threads.into_iter().map(|thread| thread.join().unwrap()).collect()
-        })
-    }
-
     /// Draws the scene; `change` may change a rank's values.
     fn draw(
         &self,
@@ -108,10 +54,6 @@ impl Spread {
 
 fn layers() -> Layers {
     Layers::from_heights(&HEIGHT_M, 6371e3).unwrap()
-}
-
-fn directions(lon_rad: &[f64], lat_rad: &[f64]) -> Vec<DVec3> {
-    lon_rad.iter().zip(lat_rad).map(|(lon, lat)| towards(lon.to_degrees(), lat.to_degrees())).collect()
 }
 
 fn values(mesh: &IcosahedralMesh, location: Location) -> Vec<f64> {
@@ -156,37 +98,6 @@ const LIT: &str = "|[light]\nkind = \"headlight\"";
 fn difference(one: &Frame, other: &Frame) -> f32 {
     let channels = one.pixels.iter().flatten().zip(other.pixels.iter().flatten());
     channels.map(|(a, b)| (a - b).abs()).fold(0.0, f32::max)
-}
-
-/// A number below `most` for a cell (SplitMix64's mixing).
-fn chance(cell: usize, most: usize) -> usize {
-    let z = (cell as u64 + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
-    let z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-    (z ^ (z >> 31)) as usize % most
-}
-
-/// Partitions with their names: who owns each cell.
-fn partitions(mesh: &IcosahedralMesh, ranks: usize) -> Vec<(&'static str, Vec<usize>)> {
-    let at = directions(&mesh.lon_center_rad, &mesh.lat_center_rad);
-    // Patches around some places, as graph partitioners make them.
-    let seeds: Vec<DVec3> = (0..ranks).map(|rank| at[chance(rank, at.len())]).collect();
-    let nearest = |p: &DVec3| {
-        let closer = |a: &usize, b: &usize| seeds[*a].dot(*p).total_cmp(&seeds[*b].dot(*p));
-        (0..ranks).max_by(closer).unwrap()
-    };
-    let count = at.len();
-    vec![
-        ("contiguous rows", (0..count).map(|cell| cell * ranks / count).collect()),
-        ("patches", at.iter().map(nearest).collect()),
-        ("random cells", (0..count).map(|cell| chance(cell, ranks)).collect()),
-        (
-            "a single cell",
-            (0..count)
-                .map(|cell| if cell == 77 { ranks - 1 } else { cell % (ranks - 1).max(1) / 2 })
-                .collect(),
-        ),
-    ]
 }
 
 const LIMITS: [(&str, f32); 2] = [("f64", 1e-6), ("f32", 1e-5)];

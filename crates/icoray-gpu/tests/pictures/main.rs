@@ -11,6 +11,9 @@ mod common;
 mod culled;
 mod data;
 mod lit;
+mod parts;
+#[path = "../../../icoray/tests/spread/mod.rs"]
+mod spread;
 use common::*;
 use culled::{Culled, Mark, Style, holes};
 

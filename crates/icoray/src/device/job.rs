@@ -24,6 +24,7 @@ pub struct Job<'f> {
     grid: &'f Grid<'f>,
     field: &'f Field<'f>,
     gradients: &'f Gradients<'f>,
+    is_part: bool,
     spans: transfer::Spans<f32>,
     quality: Quality,
     raster: Raster,
@@ -69,12 +70,25 @@ impl<'f> Job<'f> {
         field: &'f Field<'f>,
         gradients: &'f Gradients<'f>,
         quality: Quality,
+        is_part: bool,
     ) -> Self {
         static NEXT: AtomicU64 = AtomicU64::new(0);
         let number = NEXT.fetch_add(1, Ordering::Relaxed);
         let spans = transfer::Spans::new(&plan.knots);
         let raster = Raster { width: scene.width, height: scene.height, step: 1 };
-        Job { number, scene, plan, grid, field, gradients, spans, quality, raster, tiles: Vec::new() }
+        Job {
+            number,
+            scene,
+            plan,
+            grid,
+            field,
+            gradients,
+            is_part,
+            spans,
+            quality,
+            raster,
+            tiles: Vec::new(),
+        }
     }
 
     /// The same picture's tiles `tiles`, in a quality.
@@ -105,6 +119,12 @@ impl<'f> Job<'f> {
     /// light. Computed when they are first asked for.
     pub fn gradients(&self) -> &'f [[f32; 3]] {
         self.gradients.get()
+    }
+
+    /// Whether the grid is a rank's part of a larger one. Gradients at the cells of its halo are then those of other ranks: a
+    /// device cannot compute them, and takes [`Self::gradients`].
+    pub fn is_part(&self) -> bool {
+        self.is_part
     }
 
     /// What rays are traced with.

@@ -10,6 +10,7 @@ mod light;
 pub mod mirror;
 mod tables;
 
+pub use crate::kernel::ray::Fragment;
 pub use job::{Content, Job, Rect};
 pub use light::Shading;
 pub use tables::{Allowed, Span, Tables, locate};
@@ -57,6 +58,50 @@ pub trait Device: fmt::Debug + Send + Sync {
     /// # Errors
     /// A [`Reason`] why tiles were not given, which goes into the report.
     fn trace(&self, job: &Job, give: &(dyn Fn(Band) + Sync)) -> Result<Spent, Reason>;
+
+    /// As [`Self::trace`], through the own cells of a rank that has a part of them: fragments of rays, which are put together
+    /// elsewhere.
+    ///
+    /// # Errors
+    /// As [`Self::trace`].
+    fn fragments(&self, _job: &Job, _own: &Own, _give: &(dyn Fn(Fragments) + Sync)) -> Result<Spent, Reason> {
+        Err(Reason::new(format!("{} does not trace rays through parts of the grid", self.name())))
+    }
+}
+
+/// What of a grid is a rank's own.
+#[derive(Debug, Clone, Copy)]
+pub struct Own<'p> {
+    /// Whether a triangle is.
+    pub triangles: &'p [bool],
+    /// Height of the lowest place of any rank's facets over a unit sphere: farther below the innermost layer nothing is
+    /// looked for behind an opaque core.
+    pub lowest_facet: f64,
+    /// Middle of a ball around own columns: a line that misses it has no fragments.
+    pub middle: [f64; 3],
+    /// The square of the ball's radius: infinite where columns are all around, negative where there are none.
+    pub reach: f64,
+}
+
+/// Tiles of a job that are traced through a part.
+#[derive(Debug, Clone, Copy)]
+pub struct Fragments<'b> {
+    /// The first one's place in [`Job::tiles`].
+    pub first: usize,
+    /// The rays of that tile and of those behind it, tile by tile, each row by row.
+    pub rays: &'b [Passed],
+    /// Their fragments, ray by ray and in order along each.
+    pub all: &'b [Fragment],
+}
+
+/// What a ray met in a part.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Pod, Zeroable)]
+#[repr(C)]
+pub struct Passed {
+    /// Columns, frusta and void frusta.
+    pub counts: [u32; 3],
+    /// How many fragments it has.
+    pub fragments: u32,
 }
 
 /// Tiles of a job that are traced.

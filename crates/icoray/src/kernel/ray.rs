@@ -15,7 +15,7 @@ use crate::grid::Grid;
 use glam::DVec3;
 
 mod fragment;
-pub(crate) use fragment::Fragment;
+pub use fragment::Fragment;
 
 /// What rays met, added up over a tile or a frame.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]

@@ -10,6 +10,7 @@ mod owners;
 use super::Ranks;
 use super::cells::{Owned, PartCells};
 use super::words::{Reader, Words};
+use crate::device::Own;
 use crate::error::Result;
 use crate::grid::Grid;
 use crate::kernel::plane::RayLine;
@@ -157,18 +158,35 @@ impl Part {
 
     /// Whether a line may meet own columns between the radii `inner` and `outer`.
     pub(crate) fn is_near(&self, line: &RayLine, inner: f64, outer: f64) -> bool {
-        let Some((axis, cos)) = self.cap else { return false };
+        let (middle, reach) = self.ball(inner, outer);
+        let (x, q) = (middle.dot(line.plane.x) - line.b, middle.dot(line.plane.q));
+        x * x + q * q <= reach
+    }
+
+    /// A ball around own columns between the radii `inner` and `outer`: its middle, and the square of its radius, which is
+    /// negative where there are none.
+    fn ball(&self, inner: f64, outer: f64) -> (DVec3, f64) {
+        let Some((axis, cos)) = self.cap else { return (DVec3::ZERO, -1.0) };
         if cos <= 0.1 {
-            return true;
+            return (DVec3::ZERO, f64::INFINITY);
         }
         // Columns go down to the facets below the inner radius, at worst to the chord of the cap.
         let low = inner * cos;
         // A ball around the rim's disc at the outer radius has the cap in it, and the rim of its bottom.
         let middle = outer * cos * axis;
         let reach = |r: f64| r * r - 2.0 * r * outer * cos * cos + outer * outer * cos * cos;
-        let radius = reach(low).max(reach(outer));
-        let (x, q) = (middle.dot(line.plane.x) - line.b, middle.dot(line.plane.q));
-        x * x + q * q <= radius * (1.0 + 1e-9)
+        (middle, reach(low).max(reach(outer)) * (1.0 + 1e-9))
+    }
+
+    /// What a device needs of it, for columns between the radii `inner` and `outer`.
+    pub(crate) fn own(&self, inner: f64, outer: f64) -> Own<'_> {
+        let (middle, reach) = self.ball(inner, outer);
+        Own {
+            triangles: &self.owns_triangle,
+            lowest_facet: self.lowest_facet,
+            middle: middle.to_array(),
+            reach,
+        }
     }
 
     /// Replaces the rows of halo cells beside own ones by those of their owners; `row_of` finds a cell's row.

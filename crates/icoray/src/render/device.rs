@@ -2,7 +2,8 @@
 
 use super::devices::Found;
 use super::work::{brightest, shown};
-use crate::device::{Band, Device, Job, Reason, Spent, Traced};
+use crate::compose::TileFragments;
+use crate::device::{Band, Device, Fragments, Job, Own, Passed, Reason, Rect, Spent, Traced};
 use crate::error::Error;
 use crate::frame::{Counts, FrameReport};
 use crate::kernel::piece::Light;
@@ -46,20 +47,55 @@ impl<'f> OnDevice<'f> {
         tiles: &[u32],
         give: &(dyn Fn(Tile) + Sync),
     ) -> Vec<u32> {
+        self.ask(quality, raster, tiles, |device, job, is_new| {
+            let take = |band: Band| {
+                made_of(job, &band).into_par_iter().enumerate().for_each(|(i, tile)| {
+                    if is_new(band.first + i) {
+                        give(tile);
+                    }
+                });
+            };
+            device.trace(job, &take)
+        })
+    }
+
+    /// As [`Self::trace`], through the own part of the cells: each tile's fragments, and what its rays met.
+    pub fn fragments(
+        &mut self,
+        quality: &Quality,
+        raster: Raster,
+        tiles: &[u32],
+        own: &Own,
+        give: &(dyn Fn(u32, &TileFragments, Counts) + Sync),
+    ) -> Vec<u32> {
+        self.ask(quality, raster, tiles, |device, job, is_new| {
+            let take = |band: Fragments| {
+                put_together(job, &band).into_par_iter().enumerate().for_each(|(i, (fragments, counts))| {
+                    if is_new(band.first + i) {
+                        give(job.numbers()[band.first + i], &fragments, counts);
+                    }
+                });
+            };
+            device.fragments(job, own, &take)
+        })
+    }
+
+    /// Has `trace` trace tiles on the device, which asks of each place among them whether it is given for the first time.
+    fn ask(
+        &mut self,
+        quality: &Quality,
+        raster: Raster,
+        tiles: &[u32],
+        trace: impl FnOnce(&dyn Device, &Job, &(dyn Fn(usize) -> bool + Sync)) -> Result<Spent, Reason>,
+    ) -> Vec<u32> {
         self.drew = None;
         let Ok(device) = self.device else { return tiles.to_vec() };
         self.job.ask(quality, raster, tiles);
         let job = &self.job;
         let is_given: Vec<AtomicBool> = tiles.iter().map(|_| AtomicBool::new(false)).collect();
-        let take = |band: Band| {
-            made_of(job, &band).into_par_iter().enumerate().for_each(|(i, tile)| {
-                if !is_given[band.first + i].swap(true, Ordering::Relaxed) {
-                    give(tile);
-                }
-            });
-        };
+        let is_new = |place: usize| !is_given[place].swap(true, Ordering::Relaxed);
         // A device that breaks is no reason for a picture to fail.
-        let traced = Error::of_panics(|| Ok(device.trace(job, &take)));
+        let traced = Error::of_panics(|| Ok(trace(device, job, &is_new)));
         match traced.unwrap_or_else(|panic| Err(Reason::new(format!("{}: {panic}", device.name())))) {
             Ok(spent) => self.spent += spent,
             Err(reason) => self.device = Err(Some(reason)),
@@ -86,11 +122,10 @@ impl<'f> OnDevice<'f> {
     }
 }
 
-/// The tiles of a band. Its seconds are shared out by what rays met, and a tile off the globe takes some too.
-fn made_of(job: &Job, band: &Band) -> Vec<Tile> {
-    let mut rest = band.rays;
+/// Rays by the tiles that they are of, the last of which may be left out.
+fn rays_of_tiles<R>(tiles: impl Iterator<Item = Rect>, mut rest: &[R]) -> Vec<&[R]> {
     let mut rays = Vec::new();
-    for rect in job.tiles().skip(band.first) {
+    for rect in tiles {
         if rest.is_empty() {
             break;
         }
@@ -98,6 +133,29 @@ fn made_of(job: &Job, band: &Band) -> Vec<Tile> {
         rays.push(of_tile);
         rest = others;
     }
+    rays
+}
+
+/// The fragments of each tile of a band, and what its rays met.
+fn put_together(job: &Job, band: &Fragments) -> Vec<(TileFragments, Counts)> {
+    let mut rest = band.all;
+    let tile = |rays: &[Passed]| {
+        let (mut fragments, mut counts) = (TileFragments::default(), Counts::default());
+        for ray in rays {
+            let [columns, frusta, void_frusta] = ray.counts.map(u64::from);
+            counts += Counts { columns, frusta, void_frusta, ..Counts::default() };
+            let (of_ray, others) = rest.split_at(ray.fragments as usize);
+            fragments.pixel(|all| all.extend_from_slice(of_ray));
+            rest = others;
+        }
+        (fragments, counts)
+    };
+    rays_of_tiles(job.tiles().skip(band.first), band.rays).into_iter().map(tile).collect()
+}
+
+/// The tiles of a band. Its seconds are shared out by what rays met, and a tile off the globe takes some too.
+fn made_of(job: &Job, band: &Band) -> Vec<Tile> {
+    let rays = rays_of_tiles(job.tiles().skip(band.first), band.rays);
     let numbers = job.numbers()[band.first..].par_iter();
     let mut tiles: Vec<Tile> =
         rays.par_iter().zip(numbers).map(|(rays, number)| made(job, *number, rays)).collect();

@@ -1,5 +1,6 @@
 //! A picture of parts: each rank traces all rays through its own cells, and each puts rays together in some of the tiles.
 
+use super::device::OnDevice;
 use super::work::{Work, brightest, ray, shown};
 use crate::compose::{Came, Composer, TileFragments};
 use crate::error::{Error, ErrorKind, Result};
@@ -10,6 +11,7 @@ use crate::quality::{Lights, Quality};
 use crate::ranks::{Part, Ranks, Reader, Share, Words};
 use crate::raster::{Pixel, Raster, Tile};
 use rayon::prelude::*;
+use std::sync::OnceLock;
 use std::time::Instant;
 
 /// What ranks have sent of this rank's tiles.
@@ -56,11 +58,13 @@ impl<T: Real, S: Sample> Work<'_, T, S> {
         ranks: &mut Ranks,
         part: &Part,
         share: &Share,
+        on_device: &mut OnDevice,
     ) -> Result<Exchanged> {
         let start = Instant::now();
         let raster = Raster { step: share.quality.pixel_step, ..self.raster() };
         let traced = ranks.attempt(|| {
-            let (tiles, counts) = self.renderer.run(|| self.fragments::<N>(part, &share.quality, raster));
+            let (tiles, counts) =
+                self.renderer.run(|| self.fragments::<N>(part, &share.quality, raster, on_device));
             Ok(addressed(ranks, &tiles, &share.owners, counts))
         });
         let traced_s = start.elapsed().as_secs_f64();
@@ -68,28 +72,41 @@ impl<T: Real, S: Sample> Work<'_, T, S> {
         Ok(Exchanged { came: ranks.exchange(messages)?, traced_s })
     }
 
-    /// The fragments of each tile as bytes, and what rays met on the way.
+    /// The fragments of each tile as bytes, and what rays met on the way: the device's, as far as that goes.
     fn fragments<const N: usize>(
         &self,
         part: &Part,
         quality: &Quality,
         raster: Raster,
+        on_device: &mut OnDevice,
     ) -> (Vec<Vec<u8>>, Counts) {
-        let caster = self.caster::<N>(quality);
-        let trace = |tile: u32| {
-            let (mut fragments, mut counts) = (TileFragments::default(), Counts::default());
-            raster.visit(tile, |x, y, hint| {
-                let (eye, dir) = ray(self.scene, x, y);
-                fragments.pixel(|found| caster.fragments(part, eye, dir, hint, &mut counts, found));
-            });
+        let traced: Vec<OnceLock<(Vec<u8>, Counts)>> = (0..raster.tiles()).map(|_| OnceLock::new()).collect();
+        let keep = |tile: u32, fragments: &TileFragments, counts: Counts| {
             let mut bytes = Vec::new();
             fragments.put(&mut bytes);
-            (bytes, counts)
+            traced[tile as usize].get_or_init(|| (bytes, counts));
         };
-        let tiles: Vec<_> = (0..raster.tiles()).into_par_iter().with_max_len(1).map(trace).collect();
+        let all: Vec<u32> = (0..raster.tiles()).collect();
+        let own = part.own(self.shell.inner(), self.shell.outer());
+        let left = on_device.fragments(quality, raster, &all, &own, &keep);
+        if !left.is_empty() {
+            let caster = self.caster::<N>(quality);
+            left.par_iter().with_max_len(1).for_each(|tile| {
+                let (mut fragments, mut counts) = (TileFragments::default(), Counts::default());
+                raster.visit(*tile, |x, y, hint| {
+                    let (eye, dir) = ray(self.scene, x, y);
+                    fragments.pixel(|found| caster.fragments(part, eye, dir, hint, &mut counts, found));
+                });
+                keep(*tile, &fragments, counts);
+            });
+        }
         let mut counts = Counts::default();
-        tiles.iter().for_each(|(_, of_tile)| counts += *of_tile);
-        (tiles.into_iter().map(|(bytes, _)| bytes).collect(), counts)
+        let tiles = traced.into_iter().map(|tile| {
+            let (bytes, of_tile) = tile.into_inner().unwrap_or_default();
+            counts += of_tile;
+            bytes
+        });
+        (tiles.collect(), counts)
     }
 
     /// Puts rays of this rank's tiles together, each tile given away when it is done.

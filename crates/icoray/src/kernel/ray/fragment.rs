@@ -18,15 +18,17 @@ use glam::DVec3;
 
 /// Light of a part of a ray, in single precision: what is sent to the rank that puts the ray together.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Fragment {
+pub struct Fragment {
     /// From where to where along the ray, from its closest point to the centre. Endless where the ray ended in it: what lies
     /// behind is hidden by the core, or told by the error.
     pub t: [f64; 2],
     /// Premultiplied linear RGB.
     pub color: [f32; 3],
+    /// The part of what lies behind that is absorbed.
     pub absorbed: f32,
-    /// As of [`Light`], with the rounding to single precision.
+    /// How far a channel may be off: rounding to single precision included, other rounding apart.
     pub error: f32,
+    /// Variance of rounding.
     pub variance: f32,
 }
 
@@ -48,7 +50,7 @@ impl Fragment {
     }
 
     /// The light, to be composed.
-    pub fn light(&self) -> Light<f64> {
+    pub(crate) fn light(&self) -> Light<f64> {
         Light {
             color: self.color.map(f64::from),
             absorbed: self.absorbed.into(),

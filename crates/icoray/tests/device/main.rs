@@ -9,6 +9,8 @@ use icoray::{
 use std::sync::{Arc, Mutex};
 use std::thread;
 
+mod parts;
+
 const LAYERS: usize = 3;
 const SIZE: (u32, u32) = (77, 50);
 

@@ -1,0 +1,121 @@
+//! Fragments that a device traces some tiles of: whatever it gives or keeps, the CPU traces the rest.
+
+use super::{Manner, Painter, World, count_painted, painted, scene};
+use icoray::device::{Band, Device, Fragment, Fragments, Job, Own, Passed, Reason, Rect, Spent, Traced};
+use icoray::ranks::local_team;
+use icoray::{Frame, FrameReport, Ranks, Rendered, Renderer};
+use std::sync::Arc;
+use std::thread;
+
+/// A [`Painter`] who knows parts of grids too: one fragment for each ray, in front of all else.
+#[derive(Debug)]
+struct PartPainter(Manner);
+
+impl Device for PartPainter {
+    fn name(&self) -> String {
+        "part painter".into()
+    }
+
+    fn trace(&self, _: &Job, _: &(dyn Fn(Band) + Sync)) -> Result<Spent, Reason> {
+        Err(Reason::new("there is no whole"))
+    }
+
+    fn fragments(&self, job: &Job, own: &Own, give: &(dyn Fn(Fragments) + Sync)) -> Result<Spent, Reason> {
+        assert!(job.is_part() && own.triangles.len() == job.grid().triangles());
+        assert!(own.lowest_facet < 1.0 && own.lowest_facet > 0.9 && own.reach > 1.0);
+        let tiles: Vec<Rect> = job.tiles().collect();
+        let all = |tiles: &[Rect]| {
+            let rays: Vec<Traced> = tiles.iter().flat_map(|tile| painted(job, *tile)).collect();
+            let passed = rays.iter().map(|ray| Passed { counts: ray.counts, fragments: 1 });
+            let fragment = |ray: &Traced| {
+                let Traced { color, absorbed, error, variance, .. } = *ray;
+                Fragment { t: [-1e3, f64::INFINITY], color, absorbed, error, variance }
+            };
+            (passed.collect::<Vec<_>>(), rays.iter().map(fragment).collect::<Vec<_>>())
+        };
+        let band = |first: usize, end: usize| {
+            let (rays, all) = all(&tiles[first..end]);
+            give(Fragments { first, rays: &rays, all: &all });
+        };
+        let count = tiles.len();
+        match self.0 {
+            Manner::All => band(0, count),
+            Manner::Backwards => {
+                band(count / 2, count);
+                band(0, count / 2);
+            }
+            Manner::Some => {
+                (0..count).step_by(3).for_each(|i| band(i, i + 1));
+                return Err(Reason::new("the paint is used up"));
+            }
+            Manner::Panic => {
+                band(0, 1);
+                panic!("the brush is broken");
+            }
+            Manner::Torn => {
+                let (rays, all) = all(&tiles[..2]);
+                give(Fragments { first: 0, rays: &rays, all: &all[1..] });
+            }
+            Manner::Twice => {
+                band(0, count);
+                band(0, count);
+            }
+        }
+        Ok(Spent { device_s: Some(0.25), ..Spent::default() })
+    }
+}
+
+/// One of two ranks has a device.
+#[test]
+fn what_a_device_gives_is_sent_and_the_cpu_traces_the_rest() {
+    let world = World::new();
+    let scene = scene("ranks = \"fragments\"");
+    let draw = |device: Option<Arc<dyn Device>>| -> (Frame, FrameReport) {
+        let rendered: Vec<Rendered> = thread::scope(|scope| {
+            let rank = |(rank, team)| {
+                let (world, scene) = (&world, &scene);
+                let device = device.clone().filter(|_| rank == 1);
+                scope.spawn(move || {
+                    let renderer = Renderer::new(1).unwrap();
+                    let renderer = match device {
+                        Some(device) => renderer.with_device(device),
+                        None => renderer,
+                    };
+                    let mut ranks = Ranks::new(Box::new(team));
+                    let (grid, field) = (world.grid(), world.field());
+                    renderer.render_over(&mut ranks, scene, &grid, None, &world.layers, &field).unwrap()
+                })
+            };
+            let ranks: Vec<_> = local_team(2).into_iter().enumerate().map(rank).collect();
+            ranks.into_iter().map(|rank| rank.join().unwrap()).collect()
+        });
+        match <[Rendered; 2]>::try_from(rendered) {
+            Ok([Rendered::Here(frame), Rendered::AtRoot(report)]) => (frame, report),
+            other => panic!("{other:?}"),
+        }
+    };
+    let (alone, _) = draw(None);
+    let met = alone.report.counts.rays as usize;
+    assert_eq!(count_painted(&alone, &alone), 0);
+    let (frame, report) = draw(Some(Painter::new(Manner::All)));
+    assert!(frame.pixels == alone.pixels && report.device.is_none());
+    assert!(report.left_to_cpu.unwrap().contains("painter does not trace rays through parts"));
+    for (manner, painted, word) in [
+        (Manner::All, met..=met, None),
+        (Manner::Backwards, met..=met, None),
+        (Manner::Twice, met..=met, None),
+        (Manner::Some, met / 5..=met / 2, Some("used up")),
+        (Manner::Panic, 0..=met / 4, Some("part painter: internal error: the brush is broken")),
+        (Manner::Torn, 0..=0, Some("part painter: internal error")),
+    ] {
+        let (frame, report) = draw(Some(Arc::new(PartPainter(manner))));
+        let count = count_painted(&frame, &alone);
+        println!("{manner:?}: {count} of {met}");
+        assert!(painted.contains(&count), "{manner:?}: {count} pixels of {met}");
+        assert_eq!(report.device.is_some(), manner != Manner::Torn, "{manner:?}");
+        let said = report.left_to_cpu;
+        assert_eq!(said.is_some(), word.is_some(), "{manner:?}");
+        assert!(said.iter().all(|said| said.contains(word.unwrap())), "{manner:?}: {said:?}");
+        assert_eq!(frame.report.left_to_cpu, None);
+    }
+}

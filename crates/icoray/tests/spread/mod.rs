@@ -1,0 +1,104 @@
+//! Meshes that are spread over ranks, which are threads.
+//!
+//! The parent module has the module `culled`.
+
+#![allow(dead_code, reason = "each test takes what it needs of this")]
+
+use super::culled::{Culled, Mark, Style, towards};
+use glam::DVec3;
+use icoray::ranks::{LocalTeam, local_team};
+use icoray::{IcosahedralMesh, Owned, Part, PartCells, Ranks};
+use std::thread;
+
+/// A mesh of which each cell has an owner.
+pub struct Spread {
+    pub parts: Vec<Culled>,
+    /// Of each part, which cells are its own.
+    pub owned: Vec<Vec<i32>>,
+    /// Of each part, the number of each cell in the whole mesh, from 1.
+    pub global: Vec<Vec<i64>>,
+}
+
+/// The owner of cells that are nobody's: those of a hole.
+pub const NOBODY: usize = usize::MAX;
+
+impl Spread {
+    pub fn new(mesh: &IcosahedralMesh, ranks: usize, owner: &[usize]) -> Self {
+        let part = |rank: usize| {
+            let mut stays: Vec<bool> = owner.iter().map(|owner| *owner == rank).collect();
+            for row in mesh.corner_cell.chunks_exact(3) {
+                if row.iter().any(|cell| owner[*cell as usize] == rank) {
+                    row.iter().for_each(|cell| stays[*cell as usize] |= owner[*cell as usize] != NOBODY);
+                }
+            }
+            let style = [Style::Corners, Style::Triangles][rank % 2];
+            Culled::new(mesh, &stays, style, [Mark::BeforeFirst, Mark::BehindLast][rank % 2], 1)
+        };
+        let parts: Vec<Culled> = (0..ranks).map(part).collect();
+        let owned = parts.iter().enumerate();
+        let owned = owned.map(|(rank, p)| p.cells.iter().map(|c| i32::from(owner[*c] == rank)).collect());
+        let global = parts.iter().map(|p| p.cells.iter().map(|c| *c as i64 + 1).collect());
+        Spread { owned: owned.collect(), global: global.collect(), parts }
+    }
+
+    /// What `work` makes of each rank's grid and part.
+    pub fn each<R: Send>(
+        &self,
+        work: impl Fn(&mut Ranks, &Culled, Result<Part, icoray::Error>) -> R + Sync,
+    ) -> Vec<R> {
+        let teams = local_team(self.parts.len());
+        thread::scope(|scope| {
+            let rank = |(rank, team): (usize, LocalTeam)| {
+                let work = &work;
+                scope.spawn(move || {
+                    let mut ranks = Ranks::new(Box::new(team));
+                    let culled = &self.parts[rank];
+                    let grid = culled.grid();
+                    let cells = PartCells {
+                        global: self.global[rank].as_slice().into(),
+                        owned: Owned::Marked(&self.owned[rank]),
+                    };
+                    let part = Part::new(&mut ranks, &grid, &cells);
+                    work(&mut ranks, culled, part)
+                })
+            };
+            let threads: Vec<_> = teams.into_iter().enumerate().map(rank).collect();
+            threads.into_iter().map(|thread| thread.join().unwrap()).collect()
+        })
+    }
+}
+
+pub fn directions(lon_rad: &[f64], lat_rad: &[f64]) -> Vec<DVec3> {
+    lon_rad.iter().zip(lat_rad).map(|(lon, lat)| towards(lon.to_degrees(), lat.to_degrees())).collect()
+}
+
+/// A number below `most` for a cell (SplitMix64's mixing).
+pub fn chance(cell: usize, most: usize) -> usize {
+    let z = (cell as u64 + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+    let z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    (z ^ (z >> 31)) as usize % most
+}
+
+/// Partitions with their names: who owns each cell.
+pub fn partitions(mesh: &IcosahedralMesh, ranks: usize) -> Vec<(&'static str, Vec<usize>)> {
+    let at = directions(&mesh.lon_center_rad, &mesh.lat_center_rad);
+    // Patches around some places, as graph partitioners make them.
+    let seeds: Vec<DVec3> = (0..ranks).map(|rank| at[chance(rank, at.len())]).collect();
+    let nearest = |p: &DVec3| {
+        let closer = |a: &usize, b: &usize| seeds[*a].dot(*p).total_cmp(&seeds[*b].dot(*p));
+        (0..ranks).max_by(closer).unwrap()
+    };
+    let count = at.len();
+    vec![
+        ("contiguous rows", (0..count).map(|cell| cell * ranks / count).collect()),
+        ("patches", at.iter().map(nearest).collect()),
+        ("random cells", (0..count).map(|cell| chance(cell, ranks)).collect()),
+        (
+            "a single cell",
+            (0..count)
+                .map(|cell| if cell == 77 { ranks - 1 } else { cell % (ranks - 1).max(1) / 2 })
+                .collect(),
+        ),
+    ]
+}
