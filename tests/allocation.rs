@@ -152,7 +152,7 @@ fn pictures_copy_nothing() {
         let found = grows(layout, Location::Center, &unlit, PER_LAYER, careless);
         assert!(found.is_err(), "a copy of '{}' went unnoticed", layout.name);
     }
-    tables_are_not_copied(&renderer);
+    tables_are_not_copied(&Renderer::new(1).unwrap());
 }
 
 fn derived_bytes_are_those_of_averages_and_gradients(
