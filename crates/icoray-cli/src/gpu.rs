@@ -11,7 +11,7 @@ pub struct Who {
     backend: Option<Backend>,
     /// Which of several GPUs, instead of the scene's device: a number that `icoray devices` says, or a part of a name
     #[arg(long, value_name = "N|NAME")]
-    device: Option<String>,
+    device: Option<Adapter>,
 }
 
 /// [`icoray::Backend`], as a word.
@@ -34,9 +34,8 @@ impl Who {
             Some(Backend::Gpu) => scene.backend = icoray::Backend::Gpu,
             None => {}
         }
-        if let Some(text) = &self.device {
-            let number = text.parse().map(Adapter::Number);
-            scene.device = Some(number.unwrap_or_else(|_| Adapter::Name(text.clone())));
+        if self.device.is_some() {
+            scene.device.clone_from(&self.device);
         }
     }
 }

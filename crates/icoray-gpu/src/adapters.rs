@@ -7,18 +7,6 @@ use icoray::device::{Device, Devices, Reason, Wanted};
 use std::fmt;
 use std::sync::{Arc, OnceLock};
 
-/// Which adapter to draw on.
-#[derive(Debug, Clone, PartialEq, Eq, Default)]
-pub enum Choice {
-    /// The fastest kind that is there.
-    #[default]
-    Any,
-    /// That number in the list of adapters, from 0.
-    Index(usize),
-    /// The first whose name holds this, whatever the case.
-    Name(String),
-}
-
 /// Kinds of adapters, the fastest first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Kind {
@@ -130,24 +118,19 @@ fn open(wanted: &Wanted, most: Most) -> Result<Gpu, Reason> {
 }
 
 impl Gpu {
-    /// Opens a device, be it a processor that acts as one.
+    /// Opens the adapter, or the fastest one, be it a processor that acts as a GPU.
     ///
     /// # Errors
     /// A [`Reason`] where there is no such adapter, or it cannot do what the kernel needs.
-    pub fn new(choice: &Choice) -> Result<Self, Reason> {
-        Self::with_most(choice, Most::default())
+    pub fn new(adapter: Option<Adapter>) -> Result<Self, Reason> {
+        Self::with_most(adapter, Most::default())
     }
 
-    /// Opens a device, of which no more than `most` is used.
+    /// [`Self::new`], but no more than `most` of it is used.
     ///
     /// # Errors
     /// As [`Self::new`].
-    pub fn with_most(choice: &Choice, most: Most) -> Result<Self, Reason> {
-        let adapter = match choice {
-            Choice::Any => None,
-            Choice::Index(number) => Some(Adapter::Number(*number)),
-            Choice::Name(part) => Some(Adapter::Name(part.clone())),
-        };
+    pub fn with_most(adapter: Option<Adapter>, most: Most) -> Result<Self, Reason> {
         open(&Wanted { adapter, or_processor: true, node_rank: 0 }, most)
     }
 }

@@ -42,6 +42,6 @@ mod starts;
 mod store;
 mod times;
 
-pub use adapters::{Choice, Gpus, Kind, Listed, list};
+pub use adapters::{Gpus, Kind, Listed, list};
 pub use gpu::{Gpu, Most};
 pub use peaks::Peaks;

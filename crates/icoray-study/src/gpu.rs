@@ -8,7 +8,7 @@ use crate::sphere::{self, Sphere};
 use crate::{make_directory, progress, say};
 use icoray::device::Device;
 use icoray::{Error, ErrorKind, Field, Grid, Layers, Location, Renderer, Result, Scene, Shape};
-use icoray_gpu::{Choice, Gpu, Peaks};
+use icoray_gpu::{Gpu, Peaks};
 use row::Row;
 use std::io::Write;
 use std::path::PathBuf;
@@ -24,7 +24,7 @@ mod table;
 pub struct Options {
     /// The adapter: its number, or a part of its name; the fastest unless told.
     #[arg(long)]
-    pub device: Option<String>,
+    pub device: Option<icoray::Adapter>,
     /// Bisections of the icosahedron; 8, the default, gives the paper's 655,362 cells.
     #[arg(long)]
     pub level: Option<u32>,
@@ -82,13 +82,6 @@ impl Setting {
 }
 
 impl Options {
-    fn choice(&self) -> Choice {
-        match &self.device {
-            None => Choice::Any,
-            Some(text) => text.parse().map_or_else(|_| Choice::Name(text.clone()), Choice::Index),
-        }
-    }
-
     fn settings(&self) -> Vec<Setting> {
         let sizes: &[(u32, u32)] = match (self.size.is_empty(), self.quick) {
             (false, _) => &self.size,
@@ -126,7 +119,7 @@ struct Stage<'a> {
 /// cannot be written.
 pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
     let unsupported = |reason: &dyn std::fmt::Display| Error::new(ErrorKind::Unsupported, reason.to_string());
-    let gpu = Arc::new(Gpu::new(&options.choice()).map_err(|reason| unsupported(&reason))?);
+    let gpu = Arc::new(Gpu::new(options.device.clone()).map_err(|reason| unsupported(&reason))?);
     let name = gpu.name();
     let peaks = gpu.peaks().map_err(|reason| unsupported(&reason))?;
     make_directory(&options.out)?;

@@ -4,7 +4,7 @@ use glam::DVec3;
 use icoray::{
     Counts, Field, Frame, Grid, IcosahedralMesh, Layers, Location, Precision, Renderer, Scene, Shape,
 };
-use icoray_gpu::{Choice, Gpu};
+use icoray_gpu::Gpu;
 use std::sync::{Arc, OnceLock};
 
 pub const RMSE: f64 = 2e-5;
@@ -38,7 +38,7 @@ pub const THICK_M: [f64; 5] = [0.0, 3e3, 5e3, 12e3, 20e3];
 /// The device, or nothing where there is none.
 pub fn gpu() -> Option<Arc<Gpu>> {
     static GPU: OnceLock<Option<Arc<Gpu>>> = OnceLock::new();
-    let open = || Gpu::new(&Choice::Any).inspect_err(|reason| eprintln!("skipped: {reason}")).ok();
+    let open = || Gpu::new(None).inspect_err(|reason| eprintln!("skipped: {reason}")).ok();
     GPU.get_or_init(|| open().map(Arc::new)).clone()
 }
 

@@ -2,12 +2,12 @@
 
 use crate::common::*;
 use icoray::{Field, Frame, Grid, IcosahedralMesh, Layers, Location, Renderer, Scene, Shape};
-use icoray_gpu::{Choice, Gpu, Most};
+use icoray_gpu::{Gpu, Most};
 use std::sync::{Arc, Mutex};
 
 /// A device of which no more is used.
 fn limited(binding: Option<u64>, field: Option<u64>) -> Renderer {
-    let gpu = Gpu::with_most(&Choice::Any, Most { binding, field }).unwrap();
+    let gpu = Gpu::with_most(None, Most { binding, field }).unwrap();
     Renderer::new(2).unwrap().with_device(Arc::new(gpu))
 }
 
@@ -186,7 +186,7 @@ fn clear_layers_are_not_uploaded() {
 fn later_frames_ask_for_no_memory() {
     let Some(gpu) = gpu() else { return };
     drop(gpu);
-    let gpu = Arc::new(Gpu::with_most(&Choice::Any, Most { binding: Some(256 << 10), field: None }).unwrap());
+    let gpu = Arc::new(Gpu::with_most(None, Most { binding: Some(256 << 10), field: None }).unwrap());
     let renderer = renderer(&gpu);
     let (tables, layers) = planet(5, 30);
     let grid = Grid::new(tables.tables()).unwrap();

@@ -2,9 +2,10 @@
 
 use glam::DVec3;
 use icoray::{
-    Field, Frame, Grid, GridTables, IcosahedralMesh, Layers, Location, LonLat, Renderer, Scene, Shape,
+    Adapter, Field, Frame, Grid, GridTables, IcosahedralMesh, Layers, Location, LonLat, Renderer, Scene,
+    Shape,
 };
-use icoray_gpu::{Choice, Gpu};
+use icoray_gpu::Gpu;
 
 mod common;
 #[path = "../../../icoray/tests/culled/mod.rs"]
@@ -246,8 +247,8 @@ fn other_scenes_are_left_to_the_cpu() {
     let wrong =
         Field::new(values.as_slice().into(), Shape::level_fastest(3, 2), Location::Center, None).unwrap();
     assert!(renderer.render(&scene(FAR, RAMP, ""), &grid, &layers, &wrong).is_err());
-    for choice in [Choice::Index(999), Choice::Name("no such device".into())] {
-        assert!(Gpu::new(&choice).unwrap_err().to_string().contains("no adapter"));
+    for adapter in [Adapter::Number(999), Adapter::Name("no such device".into())] {
+        assert!(Gpu::new(Some(adapter)).unwrap_err().to_string().contains("no adapter"));
     }
 }
 

@@ -6,7 +6,7 @@ use super::spread::{NOBODY, Spread, partitions};
 use icoray::{
     Counts, Field, Frame, FrameReport, IcosahedralMesh, Layers, Location, Rendered, Renderer, Scene, Shape,
 };
-use icoray_gpu::{Choice, Gpu, Most};
+use icoray_gpu::{Gpu, Most};
 use std::sync::Arc;
 
 /// A piece of the planet.
@@ -195,7 +195,7 @@ fn parts_in_pages_do_not_show() {
     let sphere = Sphere::new(5, &std::array::from_fn::<f64, 16, _>(|k| 1e3 * k as f64));
     let mesh = &sphere.tables;
     let values = (sphere.values.as_slice(), count);
-    let limited = |binding, field| Arc::new(Gpu::with_most(&Choice::Any, Most { binding, field }).unwrap());
+    let limited = |binding, field| Arc::new(Gpu::with_most(None, Most { binding, field }).unwrap());
     let (_, owner) = partitions(mesh, 2).swap_remove(1);
     let spread = Spread::new(mesh, 2, &owner);
     let stays = vec![true; mesh.cells()];
