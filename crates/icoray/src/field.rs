@@ -5,6 +5,7 @@
 
 use crate::error::{Error, ErrorKind, Result};
 use crate::grid::{Grid, Reals};
+use crate::kernel::sample::Sample;
 use crate::ranks::{Part, Ranks};
 use crate::shape::{Elements, Shape};
 use rayon::prelude::*;
@@ -125,20 +126,24 @@ impl<'a> Field<'a> {
             .with_min_len(256)
             .filter(|column| counts(*column))
             .map(|column| match self.samples {
-                Reals::F32(v) => self.column_range(column, |i| f64::from(v[i])),
-                Reals::F64(v) => self.column_range(column, |i| v[i]),
+                Reals::F32(v) => self.column_range(column, v),
+                Reals::F64(v) => self.column_range(column, v),
             })
             .reduce(nothing, |a, b| (a.0.min(b.0), a.1.max(b.1), a.2 + b.2));
         ((low <= high).then_some([low, high]), missing)
     }
 
     #[inline]
-    fn column_range(&self, column: usize, get: impl Fn(usize) -> f64) -> (f64, f64, u64) {
+    fn column_range<S: Sample>(&self, column: usize, samples: &[S]) -> (f64, f64, u64) {
         let fill = self.fill.unwrap_or(f64::NAN);
-        let (mut low, mut high, mut missing) = (f64::INFINITY, f64::NEG_INFINITY, 0);
         let base = self.elements.base(column);
+        if self.shape.layer_stride == 1 {
+            let start = self.elements.at(base, 0);
+            return range_of(&samples[start..start + self.shape.layers], fill);
+        }
+        let (mut low, mut high, mut missing) = (f64::INFINITY, f64::NEG_INFINITY, 0);
         for layer in 0..self.shape.layers {
-            let value = get(self.elements.at(base, layer));
+            let value = samples[self.elements.at(base, layer)].wide();
             if value == fill || !value.is_finite() {
                 missing += 1;
             } else {
@@ -148,6 +153,31 @@ impl<'a> Field<'a> {
         }
         (low, high, missing)
     }
+}
+
+/// Least and greatest of values that lie side by side, and how many are missing: in loops of fixed size, which become vectors.
+fn range_of<S: Sample>(values: &[S], fill: f64) -> (f64, f64, u64) {
+    const SIDE: usize = 16;
+    let [least, greatest] = [f64::NEG_INFINITY, f64::INFINITY].map(S::near);
+    let (mut low, mut high, mut there) = ([greatest; SIDE], [least; SIDE], [0u32; SIDE]);
+    let mut take = |side: &[S]| {
+        for (i, value) in side.iter().enumerate() {
+            let is_there = (*value >= least) & (*value <= greatest) & (value.wide() != fill);
+            low[i] = if is_there & (*value < low[i]) { *value } else { low[i] };
+            high[i] = if is_there & (*value > high[i]) { *value } else { high[i] };
+            there[i] += u32::from(is_there);
+        }
+    };
+    let mut sides = values.chunks_exact(SIDE);
+    sides.by_ref().for_each(&mut take);
+    take(sides.remainder());
+    let there: u32 = there.iter().sum();
+    let missing = (values.len() - there as usize) as u64;
+    if there == 0 {
+        return (f64::INFINITY, f64::NEG_INFINITY, missing);
+    }
+    let low = low.iter().fold(f64::INFINITY, |low, v| low.min(v.wide()));
+    (low, high.iter().fold(f64::NEG_INFINITY, |high, v| high.max(v.wide())), missing)
 }
 
 /// A field at centres that icoray made from one at corners.

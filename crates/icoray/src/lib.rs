@@ -64,7 +64,7 @@ pub use grid::{Grid, GridTables, IcosahedralMesh, Indices, LonLat, MAX_LEVEL, Re
 pub use kernel::piece::Method;
 pub use layers::Layers;
 pub use layout::Dimension;
-pub use plan::{Plan, Sharing};
+pub use plan::{Plan, Savings, Sharing};
 pub use quality::{Lights, Quality};
 pub use ranks::{Columns, Held, Owned, Part, PartCells, Ranks, Team};
 pub use render::{Rendered, Renderer};

@@ -10,6 +10,10 @@ use crate::ranks::Part;
 use crate::scene::{Scene, Scheme, Source};
 use std::fmt;
 
+mod blocks;
+mod savings;
+pub use savings::Savings;
+
 /// What a scene needs.
 #[derive(Debug, Clone)]
 pub struct Plan {

@@ -15,6 +15,15 @@ pub(crate) struct Pixel {
     pub error: f32,
 }
 
+/// Where a pixel is.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Place {
+    pub x: u32,
+    pub y: u32,
+    /// Whether it is the first of its row in a tile.
+    pub begins_row: bool,
+}
+
 /// A rectangle of traced pixels.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Tile {
@@ -84,38 +93,45 @@ impl Raster {
         self.rect(tile).pixels()
     }
 
-    /// Traces tiles, dealt to threads one by one, when the iterator is run.
+    /// Traces tiles, dealt to threads one by one, when the iterator is run: `draw` gives the pixels at a tile's places.
     ///
-    /// Each starts with a hint of 0, so that pictures are the same whatever the threads and whoever draws a tile.
+    /// Each starts its search afresh, so that pictures are the same whatever the threads and whoever draws a tile.
     pub fn trace<'a>(
         &'a self,
         tiles: &'a [u32],
-        pixel: impl Fn(u32, u32, &mut u32, &mut Counts) -> Pixel + Sync + Send + 'a,
+        draw: impl Fn(&[Place], &mut Counts) -> Vec<Pixel> + Sync + Send + 'a,
     ) -> impl ParallelIterator<Item = Tile> + 'a {
         let trace = move |number: &u32| {
             let start = Instant::now();
             let mut counts = Counts::default();
-            let mut pixels = Vec::with_capacity(self.pixels_of(*number));
-            self.visit(*number, |x, y, hint| pixels.push(pixel(x, y, hint, &mut counts)));
+            let mut places = Vec::with_capacity(self.pixels_of(*number));
+            self.places(*number, |place| places.push(place));
+            let pixels = draw(&places, &mut counts);
             Tile { number: *number, seconds: start.elapsed().as_secs_f64(), counts, pixels }
         };
         tiles.par_iter().with_max_len(1).map(trace)
     }
 
-    /// Visits a tile's traced pixels row by row, each with the hint that the one before it has left.
-    pub fn visit(&self, tile: u32, mut pixel: impl FnMut(u32, u32, &mut u32)) {
+    /// A tile's traced pixels, row by row.
+    fn places(&self, tile: u32, mut visit: impl FnMut(Place)) {
         let place = |node: u32, side: u32| (node * self.step).min(side - 1);
         let [[x0, x1], [y0, y1]] = self.extent(tile);
-        let mut row_hint = 0;
         for y in y0..y1 {
-            let mut hint = row_hint;
             for x in x0..x1 {
-                pixel(place(x, self.width), place(y, self.height), &mut hint);
-                if x == x0 {
-                    row_hint = hint;
-                }
+                let begins_row = x == x0;
+                visit(Place { x: place(x, self.width), y: place(y, self.height), begins_row });
             }
         }
+    }
+
+    /// Visits a tile's traced pixels row by row, each with the hint that the one before it has left.
+    pub fn visit(&self, tile: u32, mut pixel: impl FnMut(u32, u32, &mut u32)) {
+        let (mut hint, mut row_hint) = (0, 0);
+        self.places(tile, |place| {
+            hint = if place.begins_row { row_hint } else { hint };
+            pixel(place.x, place.y, &mut hint);
+            row_hint = if place.begins_row { hint } else { row_hint };
+        });
     }
 
     /// The picture of all tiles, in whatever order they are, with the pixels between filled in: rows from the top.
@@ -144,10 +160,10 @@ impl Raster {
     #[cfg(test)]
     pub fn draw(
         &self,
-        pixel: impl Fn(u32, u32, &mut u32, &mut Counts) -> Pixel + Sync + Send,
+        draw: impl Fn(&[Place], &mut Counts) -> Vec<Pixel> + Sync + Send,
     ) -> (Vec<Pixel>, Counts) {
         let all: Vec<u32> = (0..self.tiles()).collect();
-        self.assemble(&self.trace(&all, pixel).collect::<Vec<_>>())
+        self.assemble(&self.trace(&all, draw).collect::<Vec<_>>())
     }
 
     /// All pixels, bilinear between traced ones. Between, a pixel may be as far off as the four around it differ, beside
@@ -200,15 +216,16 @@ mod tests {
     use super::*;
 
     /// A picture that is bilinear in x and y, so that filling it in is exact.
-    fn pixel(x: u32, y: u32, _: &mut u32, counts: &mut Counts) -> Pixel {
-        counts.rays += 1;
-        Pixel { color: [x as f32, y as f32, 2.0, 0.5], error: 0.25 }
+    fn pixels(places: &[Place], counts: &mut Counts) -> Vec<Pixel> {
+        counts.rays += places.len() as u64;
+        let pixel = |p: &Place| Pixel { color: [p.x as f32, p.y as f32, 2.0, 0.5], error: 0.25 };
+        places.iter().map(pixel).collect()
     }
 
     #[test]
     fn every_pixel_is_traced_once_and_lies_where_it_belongs() {
         for (width, height) in [(1, 1), (33, 7), (64, 32), (100, 65)] {
-            let (picture, counts) = Raster { width, height, step: 1 }.draw(pixel);
+            let (picture, counts) = Raster { width, height, step: 1 }.draw(pixels);
             assert_eq!((picture.len(), counts.rays), ((width * height) as usize, u64::from(width * height)));
             for (i, p) in (0u32..).zip(&picture) {
                 assert_eq!(p.color[..2], [(i % width) as f32, (i / width) as f32]);
@@ -220,7 +237,7 @@ mod tests {
     fn pixels_between_traced_ones_are_their_bilinear_mean() {
         for (width, height, step) in [(1, 1, 4), (9, 9, 4), (10, 3, 4), (70, 41, 3), (5, 200, 16)] {
             let raster = Raster { width, height, step };
-            let (picture, counts) = raster.draw(pixel);
+            let (picture, counts) = raster.draw(pixels);
             assert!((raster.part() * f64::from(width * height) - counts.rays as f64).abs() < 1e-6);
             for (i, p) in (0u32..).zip(&picture) {
                 let exact = [(i % width) as f32, (i / width) as f32, 2.0, 0.5];
@@ -241,10 +258,10 @@ mod tests {
     fn tiles_that_several_draw_make_the_same_picture() {
         for (width, height, step) in [(1, 1, 1), (97, 61, 1), (300, 200, 3), (64, 500, 7)] {
             let raster = Raster { width, height, step };
-            let (whole, counts) = raster.draw(pixel);
+            let (whole, counts) = raster.draw(pixels);
             let of =
                 |rank: u32| (0..raster.tiles()).rev().filter(|tile| tile % 3 == rank).collect::<Vec<_>>();
-            let parts = [2, 0, 1].map(|rank| raster.trace(&of(rank), pixel).collect::<Vec<_>>());
+            let parts = [2, 0, 1].map(|rank| raster.trace(&of(rank), pixels).collect::<Vec<_>>());
             let tiles = parts.concat();
             assert!(tiles.iter().all(|tile| tile.pixels.len() == raster.pixels_of(tile.number)));
             assert_eq!(raster.assemble(&tiles), (whole, counts));
@@ -255,6 +272,6 @@ mod tests {
     #[should_panic(expected = "a tile is missing")]
     fn a_picture_with_a_tile_missing_is_none() {
         let raster = Raster { width: 97, height: 61, step: 1 };
-        raster.assemble(&raster.trace(&[0, 1], pixel).collect::<Vec<_>>());
+        raster.assemble(&raster.trace(&[0, 1], pixels).collect::<Vec<_>>());
     }
 }

@@ -8,16 +8,18 @@ use crate::gradient;
 use crate::grid::{Grid, Reals};
 use crate::kernel::Real;
 use crate::kernel::column::Shell;
+use crate::kernel::leap::Visible;
 use crate::kernel::sample::{Sample, Samples};
 use crate::kernel::transfer::Spans;
 use crate::layers::Layers;
 use crate::output::Stamp;
-use crate::plan::{Plan, Sharing};
+use crate::plan::{Plan, Savings, Sharing};
 use crate::quality::{Deadline, Lights, Quality};
 use crate::ranks::{Part, Ranks, Told};
 use crate::raster::{Raster, Tile};
 use crate::scene::{Backend, Precision, Scene, Scheme};
 use crate::threads::Threads;
+use fearless_simd::Level;
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -41,6 +43,7 @@ use work::{Work, asked, certainty, notes};
 pub struct Renderer {
     threads: Threads,
     devices: Option<Opened>,
+    savings: Savings,
     spare: Spare,
 }
 
@@ -50,7 +53,19 @@ impl Renderer {
     /// # Errors
     /// [`ErrorKind::Io`](crate::ErrorKind::Io) when the threads cannot be made.
     pub fn new(threads: usize) -> Result<Self> {
-        Ok(Renderer { threads: Threads::new(threads)?, devices: None, spare: Spare::default() })
+        let (devices, savings, spare) = (None, Savings::ALL, Spare::default());
+        Ok(Renderer { threads: Threads::new(threads)?, devices, savings, spare })
+    }
+
+    /// The same, but leaving out what `savings` say: for measurements.
+    #[must_use]
+    pub fn with_savings(self, savings: Savings) -> Self {
+        Renderer { savings, ..self }
+    }
+
+    /// The machine's vectors, where they are used.
+    fn vectors(&self) -> Option<Level> {
+        self.savings.lanes.then(Level::new)
     }
 
     /// The same renderer with devices, which trace what they can of scenes that ask for it ([`Scene::backend`]).
@@ -286,9 +301,16 @@ fn draw<T: Real, S: Sample>(setting: &Setting, ranks: &mut Ranks, data: &[S]) ->
     let prepared = prepare(setting, ranks, samples)?;
     let Prepared { value_range, missing_values, quality, deadline, gradients } = &prepared;
     let is_lit = quality.lights != Lights::Off;
+    let visible = || match renderer.savings.leaps {
+        true => Visible::new(grid, &samples, &spans, plan.radius.len(), *value_range),
+        false => Visible::all(plan.radius.len()),
+    };
+    let visible = ranks.attempt(|| renderer.run(|| Ok(visible())));
+    let visible = &ranks.together(visible)?;
     let prepare_s = start.elapsed().as_secs_f64();
     let start = Instant::now();
-    let work = Work { renderer, scene, plan, grid, shell: &shell, spans: &spans, samples, gradients };
+    let work =
+        Work { renderer, scene, plan, grid, shell: &shell, spans: &spans, samples, visible, gradients };
     let job = Job::new(scene, plan, grid, field, gradients, *quality, part.is_some());
     let mut on_device = OnDevice::new(&setting.device, job);
     // What others would measure of the same data is not asked for.
@@ -355,7 +377,7 @@ fn draw<T: Real, S: Sample>(setting: &Setting, ranks: &mut Ranks, data: &[S]) ->
         value_range: *value_range,
         missing_values: *missing_values,
         quality,
-        derived_bytes: gradients.bytes(),
+        derived_bytes: gradients.bytes() + visible.bytes(),
         left_out: plan.left_out().to_vec(),
         tiles: mine.len(),
         compose_s: if part.is_some() { drawn_s - traced_s } else { 0.0 },

@@ -155,6 +155,11 @@ impl Elements {
         self.offset + inside as isize * self.column_stride + block as isize * self.block_stride
     }
 
+    /// Elements from one layer to the next.
+    pub fn layer_stride(&self) -> isize {
+        self.layer_stride
+    }
+
     /// The element at `layer` of the column with this base.
     #[inline(always)]
     pub fn at(&self, base: isize, layer: usize) -> usize {

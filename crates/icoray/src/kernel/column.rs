@@ -47,6 +47,19 @@ impl<T: Real> Shell<T> {
         self.radius.partition_point(|&r| r <= rho)
     }
 
+    /// [`Self::gap`], searched from the gap `near`.
+    #[inline(always)]
+    pub fn gap_near(&self, near: usize, rho: f64) -> usize {
+        let mut gap = near;
+        while gap < self.layers() && self.radius[gap] <= rho {
+            gap += 1;
+        }
+        while gap > 0 && self.radius[gap - 1] > rho {
+            gap -= 1;
+        }
+        gap
+    }
+
     /// How far from layer `gap - 1` to layer `gap` the height `rho` is.
     #[inline]
     fn fraction(&self, gap: usize, rho: f64) -> T {
@@ -125,6 +138,11 @@ pub(crate) trait Visit<T, const N: usize> {
     fn chord(&self, layer: usize) -> Chord<T, N>;
     /// The ray crosses the frustum above layer `lower` from `a` to `b`; the chords are those at the heights of `a` and `b`.
     fn frustum(&mut self, lower: usize, ends: [&Station<T>; 2], chords: [&Chord<T, N>; 2]) -> Flow;
+    /// Whether the gap can be passed without reading anything; told once for each.
+    #[inline(always)]
+    fn leaps(&mut self, _gap: usize) -> bool {
+        false
+    }
     /// The ray is below the innermost layer, from `a` on.
     fn core(&mut self, a: &Station<T>) -> Flow;
 }
@@ -145,6 +163,8 @@ pub(crate) fn cross<T: Real, const N: usize>(
     let mut a = Station { u: 0.0, tau: T::zero(), rho: entry.rho, curvature: 1.0 / entry.rho };
     // The chord on the layer that the ray came through.
     let mut near = None;
+    // Whether it came over that layer without reading it.
+    let mut leapt = false;
     loop {
         let (behind, ahead) = if rising { (gap.wrapping_sub(1), gap) } else { (gap, gap.wrapping_sub(1)) };
         let passes = ahead < top
@@ -158,24 +178,26 @@ pub(crate) fn cross<T: Real, const N: usize>(
         } else {
             Station { u: 1.0, tau: T::one(), rho: exit.rho, curvature: 0.0 }
         };
-        if gap > 0 && gap < top {
+        if gap > 0 && gap < top && visitor.leaps(gap) {
+            (near, leapt) = (None, true);
+        } else if gap > 0 && gap < top {
             let first = near.unwrap_or_else(|| visitor.chord(behind));
             let second = visitor.chord(ahead);
             let between = |rho: f64| {
                 let w = shell.fraction(gap, rho);
                 first.mix(second, if rising { w } else { T::one() - w })
             };
-            let at_a = if near.is_some() { first } else { between(a.rho) };
+            let at_a = if near.is_some() || leapt { first } else { between(a.rho) };
             let at_b = if passes { second } else { between(b.rho) };
             if visitor.frustum(gap - 1, [&a, &b], [&at_a, &at_b]) == Flow::Stop {
                 return (gap, Flow::Stop);
             }
-            near = Some(second);
+            (near, leapt) = (Some(second), false);
         } else {
             if gap == 0 && visitor.core(&a) == Flow::Stop {
                 return (gap, Flow::Stop);
             }
-            near = None;
+            (near, leapt) = (None, false);
         }
         if !passes {
             return (gap, Flow::On);

@@ -9,6 +9,7 @@
 
 pub(crate) mod column;
 mod doubt;
+pub(crate) mod leap;
 pub(crate) mod lit;
 pub(crate) mod piece;
 pub(crate) mod plane;

@@ -115,11 +115,17 @@ struct Terms<'p, T> {
 impl<'p, T: Real> Terms<'p, T> {
     #[inline(always)]
     fn new(piece: &'p Segment<T>, span: &'p Span<T>) -> Self {
+        Self::of(piece, span, bend_factor(piece.eps))
+    }
+
+    /// With the [`bend_factor`] of the piece.
+    #[inline(always)]
+    fn of(piece: &'p Segment<T>, span: &'p Span<T>, bend_factor: T) -> Self {
         let half = T::of(0.5);
         let ends = [span.extinction(piece.f0), span.extinction(piece.f1)];
         let slope = span.extinction_slope();
         let rise = piece.f1 - piece.f0;
-        let bend = piece.kappa * bend_factor(piece.eps);
+        let bend = piece.kappa * bend_factor;
         let depth = piece.length * (half * (ends[0] + ends[1]) + slope * bend * T::of(1.0 / 6.0));
         let depth = depth.max(T::zero());
         Terms { piece, span, ends, slope, rise, bend, steep: rise.abs() + bend.abs(), depth }
@@ -219,15 +225,23 @@ fn dense<T: Real>(terms: &Terms<'_, T>, absorbed: T, allowance: &Allowance<T>) -
     }
 }
 
+/// Where |ε| is less, [`bend_series`] is exact to 1e-11.
+pub(crate) const SMALL_EPS: f64 = 0.02;
+
+/// [`bend_factor`] of small ε; the first term left out is ε⁶/12.
+#[inline(always)]
+fn bend_series<T: Real>(eps: T) -> T {
+    const C: [f64; 6] = [1.0, -1.0 / 2.0, 3.0 / 10.0, -1.0 / 5.0, 1.0 / 7.0, -3.0 / 28.0];
+    let e2 = eps * eps;
+    let pair = |k: usize| T::of(C[k]) + eps * T::of(C[k + 1]);
+    pair(0) + e2 * (pair(2) + e2 * pair(4))
+}
+
 /// 6 ∫ x(1-x)/(1+εx) dx: Σ 6 (-ε)^k / ((k+2)(k+3)) for small ε, the closed form where it no longer cancels.
 #[inline]
 pub(crate) fn bend_factor<T: Real>(eps: T) -> T {
-    if eps.abs() < T::of(0.02) {
-        // The first term left out is ε⁶/12 < 1e-11.
-        const C: [f64; 6] = [1.0, -1.0 / 2.0, 3.0 / 10.0, -1.0 / 5.0, 1.0 / 7.0, -3.0 / 28.0];
-        let e2 = eps * eps;
-        let pair = |k: usize| T::of(C[k]) + eps * T::of(C[k + 1]);
-        return pair(0) + e2 * (pair(2) + e2 * pair(4));
+    if eps.abs() < T::of(SMALL_EPS) {
+        return bend_series(eps);
     }
     let e = eps.wide();
     T::of(6.0 * (e + 0.5 * e * e - (1.0 + e) * e.ln_1p()) / (e * e * e))
@@ -322,5 +336,6 @@ fn halves<T: Real>(terms: &Terms<'_, T>, allowance: &Allowance<T>) -> Light<T> {
     light
 }
 
+pub(crate) mod lanes;
 #[cfg(test)]
 mod tests;

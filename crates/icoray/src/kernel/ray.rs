@@ -2,7 +2,9 @@
 
 use super::column::{Chord, Flow, Shell, Station, Values, Visit, cross};
 use super::doubt::{Cut, Doubt, Medium};
+use super::leap::Visible;
 use super::lit::{Course, Lit};
+use super::piece::lanes::Batch;
 use super::piece::{Allowance, Light, Method, integrate};
 use super::plane::RayLine;
 use super::real::{Real, lerp};
@@ -10,11 +12,14 @@ use super::sample::{Sample, Samples};
 use super::segment::Segment;
 use super::shade::{RayShading, Shading};
 use super::transfer::Spans;
-use super::walk::{Column, Walk};
+use super::walk::Column;
 use crate::grid::Grid;
-use glam::DVec3;
+use fearless_simd::Level;
 
+mod abreast;
 mod fragment;
+mod gather;
+pub(crate) use abreast::Start;
 pub use fragment::Fragment;
 
 /// What rays met, added up over a tile or a frame.
@@ -22,9 +27,9 @@ pub use fragment::Fragment;
 pub struct Counts {
     /// Rays that met the shell.
     pub rays: u64,
-    /// Columns that they walked over.
+    /// Columns that they walked over, some behind a ray's end where its frusta are integrated together.
     pub columns: u64,
-    /// Frusta that they crossed.
+    /// Frusta that they crossed and read: those that they leapt over are not counted.
     pub frusta: u64,
     /// Frusta among these that a missing value made void.
     pub void_frusta: u64,
@@ -80,6 +85,8 @@ pub(crate) struct Caster<'f, T, S, const N: usize> {
     pub shell: &'f Shell<T>,
     pub spans: &'f Spans<T>,
     pub samples: Samples<'f, S>,
+    /// Where something can be seen.
+    pub visible: &'f Visible,
     /// Gradients at the vertices, level-fastest; empty when N = 1.
     pub gradients: &'f [[f32; 3]],
     pub method: Method,
@@ -87,58 +94,18 @@ pub(crate) struct Caster<'f, T, S, const N: usize> {
     pub shading: Option<Shading>,
     /// When set, light is not cut where the gradient turns.
     pub is_coarse: bool,
+    /// Where frusta are integrated several at a time: the machine's vectors.
+    pub level: Option<Level>,
     /// Linear RGB of the opaque core; `None` lets rays through the hollow core.
     pub core: Option<[f64; 3]>,
 }
 
 impl<T: Real, S: Sample, const N: usize> Caster<'_, T, S, N> {
-    /// Light that comes along the ray from `eye` towards the unit vector `dir`, premultiplied; `None` where it misses the
-    /// shell.
-    ///
-    /// `hint` is a triangle to search the first column from, and becomes that column's triangle.
-    pub fn trace(&self, eye: DVec3, dir: DVec3, hint: &mut u32, counts: &mut Counts) -> Option<Light<T>> {
-        let line = RayLine::new(eye, dir, self.shell.outer())?;
-        let mut light = Light::none();
-        counts.rays += 1;
-        let mut walk = Walk::new(self.grid, line, *hint);
-        *hint = walk.triangle();
-        // Less than the last digit cannot be asked for.
-        let share = self.budget.share.max(T::ROUNDING);
-        let mut ray = Ray {
-            caster: self,
-            line,
-            shading: self.shading.map(|s| s.along::<T>(dir, share)),
-            share: T::of(share),
-            rest: T::of(self.budget.rest),
-            span: None,
-            light: &mut light,
-            counts,
-        };
-        let mut gap = None;
-        let has_void = self.grid.void_triangles() > 0;
-        loop {
-            // Asked once, so that whole spheres pay for a flag only.
-            let is_void = has_void && walk.is_void();
-            let Some(column) = walk.next_column() else { break };
-            let (next, flow) = if is_void {
-                (None, ray.void_column(&column))
-            } else {
-                let start = gap.unwrap_or_else(|| self.shell.gap(column.entry.rho));
-                let (next, flow) = ray.column(&column, start);
-                (Some(next), flow)
-            };
-            if flow == Flow::Stop {
-                break;
-            }
-            gap = next;
-        }
-        Some(light)
-    }
-
+    /// Value, and gradient where there is light, at one vertex, of which the value is known.
     #[inline(always)]
-    fn vertex(&self, cell: u32, base: isize, layer: usize) -> Values<T, N> {
+    fn vertex(&self, cell: u32, value: T, layer: usize) -> Values<T, N> {
         let mut values = [T::zero(); N];
-        values[0] = self.samples.get(base, layer);
+        values[0] = value;
         if N == 4 {
             let gradient = self.gradients[cell as usize * self.shell.layers() + layer];
             for k in 0..3 {
@@ -157,14 +124,19 @@ struct Ray<'r, 'f, T, S, const N: usize> {
     rest: T,
     /// The span of the transfer function that the ray is in; `None` at its start and behind a void.
     span: Option<usize>,
-    light: &'r mut Light<T>,
-    counts: &'r mut Counts,
+    /// Frusta that wait to be integrated together, and how many are waited for.
+    batch: Batch<T>,
+    room: usize,
+    light: Light<T>,
+    counts: Counts,
 }
 
 /// A ray inside one column.
 struct Pass<'p, 'r, 'f, T, S, const N: usize> {
     ray: &'p mut Ray<'r, 'f, T, S, N>,
     column: &'p Column,
+    /// The blocks in which something can be seen.
+    blocks: u32,
     /// Where each vertex's samples begin.
     base: [isize; 3],
     /// Weights of the second and third vertex at the column's entry and exit.
@@ -176,7 +148,8 @@ impl<T: Real, S: Sample, const N: usize> Visit<T, N> for Pass<'_, '_, '_, T, S, 
     #[inline(always)]
     fn chord(&self, layer: usize) -> Chord<T, N> {
         let (caster, cells, base) = (self.ray.caster, &self.column.cells, &self.base);
-        let vertex = |k: usize| caster.vertex(cells[k], base[k], layer);
+        let values = caster.samples.three(*base, layer);
+        let vertex = |k: usize| caster.vertex(cells[k], values[k], layer);
         Chord::over([vertex(0), vertex(1), vertex(2)], &self.weight)
     }
 
@@ -192,6 +165,15 @@ impl<T: Real, S: Sample, const N: usize> Visit<T, N> for Pass<'_, '_, '_, T, S, 
         self.ray.frustum(&course, T::of(self.length * (b.u - a.u)))
     }
 
+    #[inline(always)]
+    fn leaps(&mut self, gap: usize) -> bool {
+        let leaps = !self.ray.caster.visible.shows(self.blocks, gap);
+        if leaps {
+            self.ray.span = None;
+        }
+        leaps
+    }
+
     fn core(&mut self, a: &Station<T>) -> Flow {
         self.ray.core(lerp(self.column.entry.t, self.column.exit.t, a.u))
     }
@@ -201,13 +183,13 @@ impl<T: Real, S: Sample, const N: usize> Visit<T, N> for Pass<'_, '_, '_, T, S, 
 // costs a frame 5 to 15 %.
 impl<T: Real, S: Sample, const N: usize> Ray<'_, '_, T, S, N> {
     #[inline(always)]
-    fn column(&mut self, column: &Column, gap: usize) -> (usize, Flow) {
+    fn column(&mut self, column: &Column, gap: usize, blocks: u32) -> (usize, Flow) {
         self.counts.columns += 1;
         let (entry, exit) = (&column.entry, &column.exit);
         let base = self.caster.samples.bases(column.cells);
         let weight = [entry, exit].map(|end| [T::of(end.weight[0]), T::of(end.weight[1])]);
         let shell = self.caster.shell;
-        let mut pass = Pass { ray: self, column, base, weight, length: exit.t - entry.t };
+        let mut pass = Pass { ray: self, column, blocks, base, weight, length: exit.t - entry.t };
         cross(shell, column, gap, &mut pass)
     }
 
@@ -224,6 +206,9 @@ impl<T: Real, S: Sample, const N: usize> Ray<'_, '_, T, S, N> {
     /// An opaque core ends the ray, a hollow one lets it pass.
     fn core(&mut self, t: f64) -> Flow {
         let Some(color) = self.caster.core else { return Flow::On };
+        if self.settle() == Flow::Stop {
+            return Flow::Stop;
+        }
         let body = match &self.shading {
             Some(shading) => shading.solid(self.line.position(t).normalize_or_zero()),
             None => T::one(),
@@ -238,22 +223,40 @@ impl<T: Real, S: Sample, const N: usize> Ray<'_, '_, T, S, N> {
         self.counts.frusta += 1;
         let segment =
             Segment { f0: course.from[0], f1: course.to[0], kappa: course.kappa[0], eps: course.eps, length };
-        if !(segment.f0 + segment.f1 + segment.kappa).is_finite() {
+        if N == 1 && self.caster.level.is_some() {
+            return self.gather(&segment);
+        }
+        match self.enter(&segment) {
+            Some(k) => self.whole(&segment, k, course),
+            None => Flow::On,
+        }
+    }
+
+    /// The span that the value of a frustum begins in; `None` where it is void.
+    #[inline(always)]
+    fn enter(&mut self, segment: &Segment<T>) -> Option<usize> {
+        if segment.is_void() {
             self.counts.void_frusta += 1;
             self.span = None;
-            return Flow::On;
+            return None;
         }
         let spans = self.caster.spans;
         // A constant lies where its value lies, not where the ray came from.
-        let known = self.span.filter(|_| segment.f0 != segment.f1 || segment.kappa != T::zero());
-        let mut k = known.map_or_else(|| spans.find(segment.f0), |k| spans.follow(k, segment.f0));
+        let known = self.span.filter(|_| !segment.is_constant());
+        Some(known.map_or_else(|| spans.find(segment.f0), |k| spans.follow(k, segment.f0)))
+    }
+
+    /// The light of a whole frustum whose value begins in span `k`.
+    #[inline(always)]
+    fn whole(&mut self, segment: &Segment<T>, mut k: usize, course: &Course<T, N>) -> Flow {
+        let spans = self.caster.spans;
         let whole = [T::zero(), T::one()];
         let reach = segment.reach();
-        if self.caster.method == Method::Exact && spans.span(k).holds(&segment) {
-            self.piece(&segment, k, course, whole, reach);
+        if self.caster.method == Method::Exact && spans.span(k).holds(segment) {
+            self.piece(segment, k, course, whole, reach);
         } else {
             k = match segment.extremum() {
-                None => self.monotone(&segment, k, course, whole),
+                None => self.monotone(segment, k, course, whole),
                 Some(turn) => {
                     let (start, end) = ((whole[0], segment.f0), (whole[1], segment.f1));
                     let k = self.monotone(&segment.part(start, turn), k, course, [start.0, turn.0]);
@@ -262,8 +265,14 @@ impl<T: Real, S: Sample, const N: usize> Ray<'_, '_, T, S, N> {
             };
         }
         self.span = Some(k);
-        if !spans.steps().is_empty() {
-            self.near_steps(&segment);
+        self.passed(segment)
+    }
+
+    /// Behind a frustum: whether the ray ends there.
+    #[inline(always)]
+    fn passed(&mut self, segment: &Segment<T>) -> Flow {
+        if !self.caster.spans.steps().is_empty() {
+            self.near_steps(segment);
         }
         // A piece that ended early knows its transmittance to the last digit only.
         let through = T::one() - self.light.absorbed;
@@ -312,13 +321,13 @@ impl<T: Real, S: Sample, const N: usize> Ray<'_, '_, T, S, N> {
                 let mean = Medium::at(span, T::of(0.5) * (f[0] + f[1]));
                 let change = span.steepest() * (f[1] - f[0]).abs();
                 doubt.cut(
-                    self.light,
+                    &mut self.light,
                     before,
                     Cut { value: f[0], length: part.length, mean, change, is_narrow: span.is_narrow() },
                 );
             }
             if is_last {
-                doubt.shift(self.light, &Medium::at(span, f1));
+                doubt.shift(&mut self.light, &Medium::at(span, f1));
                 return k;
             }
             rest = rest.part(end, (one, f1));
@@ -347,7 +356,12 @@ impl<T: Real, S: Sample, const N: usize> Ray<'_, '_, T, S, N> {
             }
             _ => integrate(self.caster.method, piece, span, &allowance),
         };
-        self.light.over(&light);
+        self.add(&light);
+    }
+
+    #[inline(always)]
+    fn add(&mut self, light: &Light<T>) {
+        self.light.over(light);
         // The sum is rounded to its own last digit.
         let off = T::of(0.5 * T::ROUNDING) * self.light.absorbed;
         self.light.variance = self.light.variance + off * off;

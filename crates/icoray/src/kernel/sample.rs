@@ -4,9 +4,18 @@ use super::real::Real;
 use crate::field::Field;
 use crate::shape::Elements;
 
+mod clear;
+mod three;
+
 /// A sample type that a model stores.
-pub(crate) trait Sample: Copy + Send + Sync + 'static {
+pub(crate) trait Sample: Copy + PartialOrd + Send + Sync + 'static {
     fn wide(self) -> f64;
+    /// The finite number nearest to `value`.
+    fn near(value: f64) -> Self;
+    /// The next larger number.
+    fn next_up(self) -> Self;
+    /// The next smaller number.
+    fn next_down(self) -> Self;
 }
 
 impl Sample for f32 {
@@ -14,12 +23,36 @@ impl Sample for f32 {
     fn wide(self) -> f64 {
         f64::from(self)
     }
+
+    fn near(value: f64) -> Self {
+        value.clamp(Self::MIN.into(), Self::MAX.into()) as Self
+    }
+
+    fn next_up(self) -> Self {
+        self.next_up()
+    }
+
+    fn next_down(self) -> Self {
+        self.next_down()
+    }
 }
 
 impl Sample for f64 {
     #[inline]
     fn wide(self) -> f64 {
         self
+    }
+
+    fn near(value: f64) -> Self {
+        value.clamp(Self::MIN, Self::MAX)
+    }
+
+    fn next_up(self) -> Self {
+        self.next_up()
+    }
+
+    fn next_down(self) -> Self {
+        self.next_down()
     }
 }
 

@@ -34,8 +34,20 @@ impl<T: Real> Segment<T> {
         self.f0 + (self.f1 - self.f0) * u + self.kappa * u * (one - u) / (one + self.eps * u)
     }
 
+    /// Whether a missing value makes it void.
+    #[inline(always)]
+    pub fn is_void(&self) -> bool {
+        !(self.f0 + self.f1 + self.kappa).is_finite()
+    }
+
+    /// Whether it has one value from end to end.
+    #[inline(always)]
+    pub fn is_constant(&self) -> bool {
+        self.f0 == self.f1 && self.kappa == T::zero()
+    }
+
     /// How far rounding may have put the values at its ends, which come of values of size one and more.
-    #[inline]
+    #[inline(always)]
     pub fn reach(&self) -> T {
         T::of(0.5 * T::ROUNDING) * (T::one() + self.f0.abs() + self.f1.abs())
     }

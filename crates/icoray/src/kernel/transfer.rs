@@ -34,6 +34,24 @@ pub(crate) struct Span<T> {
 }
 
 impl<T: Real> Span<T> {
+    /// One of which nothing is known yet.
+    #[inline(always)]
+    pub(super) fn unknown() -> Self {
+        let zero = T::zero();
+        Span {
+            low: zero,
+            high: zero,
+            anchor: zero,
+            extinction: zero,
+            extinction_slope: zero,
+            color: [zero; 3],
+            color_slope: [zero; 3],
+            steepest: zero,
+            brightest: zero,
+            is_clear: false,
+        }
+    }
+
     /// Whether `segment` surely stays in the span: its bend moves values by less than half of κ where `ε > -3/4`.
     #[inline]
     pub fn holds(&self, segment: &Segment<T>) -> bool {
@@ -43,7 +61,7 @@ impl<T: Real> Span<T> {
     }
 
     /// Extinction per planet radius at value `f`.
-    #[inline]
+    #[inline(always)]
     pub fn extinction(&self, f: T) -> T {
         // A value that rounding puts beyond a knot must not make extinction negative.
         (self.extinction + self.extinction_slope * (f - self.anchor)).max(T::zero())
@@ -56,31 +74,31 @@ impl<T: Real> Span<T> {
     }
 
     /// Slope of the extinction in the value.
-    #[inline]
+    #[inline(always)]
     pub fn extinction_slope(&self) -> T {
         self.extinction_slope
     }
 
     /// Slopes of the channels in the value.
-    #[inline]
+    #[inline(always)]
     pub fn color_slope(&self) -> &[T; 3] {
         &self.color_slope
     }
 
     /// The largest channel at the span's ends.
-    #[inline]
+    #[inline(always)]
     pub fn brightest(&self) -> T {
         self.brightest
     }
 
     /// The largest of the channels' slopes.
-    #[inline]
+    #[inline(always)]
     pub fn steepest(&self) -> T {
         self.steepest
     }
 
     /// Linear RGB at value `f`.
-    #[inline]
+    #[inline(always)]
     pub fn color(&self, f: T) -> [T; 3] {
         let x = f - self.anchor;
         let (c, s) = (&self.color, &self.color_slope);

@@ -187,7 +187,7 @@ pub(crate) struct Column {
 }
 
 /// A ray walking over the mesh, column by column, from its start to its end without a gap.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(crate) struct Walk<'g, 'a> {
     contour: Contour<'g, 'a>,
     line: RayLine,
@@ -293,5 +293,6 @@ fn height(at: Point, on: Point) -> f64 {
     at.dot(on) / on.dot(on)
 }
 
+pub(crate) mod stride;
 #[cfg(test)]
 mod tests;

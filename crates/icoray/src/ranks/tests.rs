@@ -3,7 +3,7 @@
 use super::*;
 use crate::error::ErrorKind;
 use crate::frame::Counts;
-use crate::raster::{Pixel, Raster, Tile};
+use crate::raster::{Pixel, Place, Raster, Tile};
 use crate::threads::Threads;
 use crate::{
     Field, Frame, FrameReport, Grid, IcosahedralMesh, Layers, Location, Rendered, Renderer, Scene, Shape,
@@ -187,13 +187,14 @@ fn a_panic_on_one_rank_is_everybodys_error() {
             let mut frame = |spoils: bool| {
                 let mine: Vec<u32> = all.iter().copied().filter(|tile| *tile as usize % 3 == rank).collect();
                 // In the middle: some tiles have been given away by then, and some of others are still to come.
-                let pixel = |x: u32, y: u32, _: &mut u32, _: &mut Counts| {
+                let pixel = |&Place { x, y, .. }: &Place| {
                     assert!(!(spoils && rank == odd && x + y > 40), "out of bounds");
                     sleep(Duration::from_micros(2));
                     Pixel { color: [x as f32, y as f32, 0.0, 1.0], error: 0.0 }
                 };
+                let draw = |places: &[Place], _: &mut Counts| places.iter().map(pixel).collect();
                 let gathered =
-                    ranks.gather(&threads, raster, 0.0, |give| raster.trace(&mine, pixel).for_each(give));
+                    ranks.gather(&threads, raster, 0.0, |give| raster.trace(&mine, draw).for_each(give));
                 let told = gathered.map(|gathered| {
                     assert_eq!(gathered.tiles.len(), if rank == 0 { all.len() } else { 0 });
                     Told::default()

@@ -4,7 +4,7 @@ use super::device::OnDevice;
 use super::work::{Work, brightest, ray, shown};
 use crate::compose::{Came, Composer, TileFragments};
 use crate::error::{Error, ErrorKind, Result};
-use crate::kernel::ray::{Budget, Counts};
+use crate::kernel::ray::{Budget, Caster, Counts};
 use crate::kernel::real::Real;
 use crate::kernel::sample::Sample;
 use crate::quality::{Lights, Quality};
@@ -90,7 +90,7 @@ impl<T: Real, S: Sample> Work<'_, T, S> {
         let own = part.own(self.shell.inner(), self.shell.outer());
         let left = on_device.fragments(quality, raster, &all, &own, &keep);
         if !left.is_empty() {
-            let caster = self.caster::<N>(quality);
+            let caster = Caster { level: None, ..self.caster::<N>(quality) };
             left.par_iter().with_max_len(1).for_each(|tile| {
                 let (mut fragments, mut counts) = (TileFragments::default(), Counts::default());
                 raster.visit(*tile, |x, y, hint| {

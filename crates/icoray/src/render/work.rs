@@ -5,13 +5,14 @@ use crate::frame::{Certainty, Counts};
 use crate::grid::Grid;
 use crate::kernel::Real;
 use crate::kernel::column::Shell;
+use crate::kernel::leap::Visible;
 use crate::kernel::piece::{Light, Method};
-use crate::kernel::ray::{Budget, Caster};
+use crate::kernel::ray::{Budget, Caster, Start};
 use crate::kernel::sample::{Sample, Samples};
 use crate::kernel::transfer::Spans;
 use crate::plan::Plan;
 use crate::quality::{Deadline, Lights, Quality};
-use crate::raster::{Pixel, Raster, Tile};
+use crate::raster::{Pixel, Place, Raster, Tile};
 use crate::scene::{Precision, Scene};
 use glam::DVec3;
 use rayon::prelude::*;
@@ -31,6 +32,7 @@ pub(super) struct Work<'f, T, S> {
     pub shell: &'f Shell<T>,
     pub spans: &'f Spans<T>,
     pub samples: Samples<'f, S>,
+    pub visible: &'f Visible,
     pub gradients: &'f Gradients<'f>,
 }
 
@@ -73,9 +75,7 @@ impl<T: Real, S: Sample> Work<'_, T, S> {
             return;
         }
         let caster = self.caster::<N>(quality);
-        raster
-            .trace(&left, |x, y, hint, counts| pixel(self.scene, &caster, x, y, hint, counts))
-            .for_each(give);
+        raster.trace(&left, |places, counts| pixels(self.scene, &caster, places, counts)).for_each(give);
     }
 
     pub(super) fn caster<const N: usize>(&self, quality: &Quality) -> Caster<'_, T, S, N> {
@@ -85,11 +85,13 @@ impl<T: Real, S: Sample> Work<'_, T, S> {
             shell: self.shell,
             spans: self.spans,
             samples: self.samples,
+            visible: self.visible,
             gradients: self.gradients.get(),
             method: self.scene.method,
             budget: Budget::new(quality.tolerance, brightest(self.scene)),
             shading: self.plan.shading.filter(|_| is_lit),
             is_coarse: quality.lights == Lights::Coarse,
+            level: self.renderer.vectors().filter(|_| N == 1 && self.scene.method == Method::Exact),
             core: self.scene.core,
         }
     }
@@ -130,17 +132,21 @@ const DEVIATIONS: f64 = 4.0;
 /// What rounding of positions may do to a ray that grazes an edge of the mesh.
 const GEOMETRY: f64 = 1e-9;
 
-/// The light of one pixel, over the background.
-pub(super) fn pixel<T: Real, S: Sample, const N: usize>(
+/// The light of pixels, over the background.
+fn pixels<T: Real, S: Sample, const N: usize>(
     scene: &Scene,
     caster: &Caster<'_, T, S, N>,
-    x: u32,
-    y: u32,
-    hint: &mut u32,
+    places: &[Place],
     counts: &mut Counts,
-) -> Pixel {
-    let (eye, dir) = ray(scene, x, y);
-    shown(scene, caster.budget.brightest, caster.trace(eye, dir, hint, counts))
+) -> Vec<Pixel> {
+    let mut pixels = vec![Pixel::default(); places.len()];
+    let rays = places.iter().enumerate().map(|(number, place)| {
+        let (eye, dir) = ray(scene, place.x, place.y);
+        Start { number, eye, dir, begins_row: place.begins_row }
+    });
+    let brightest = caster.budget.brightest;
+    caster.trace_all(rays, counts, |number, light| pixels[number] = shown(scene, brightest, light));
+    pixels
 }
 
 /// The ray of a pixel: the eye and a unit vector.

@@ -8,7 +8,7 @@
 //! alone. An opaque core is met under own columns only; behind where it must have been met, wherever facets lie, nothing
 //! is looked for.
 
-use super::{Caster, Counts, Flow, Light, Ray};
+use super::{Caster, Counts, Flow, Light};
 use crate::kernel::plane::RayLine;
 use crate::kernel::real::Real;
 use crate::kernel::sample::Sample;
@@ -90,33 +90,24 @@ impl<T: Real, S: Sample, const N: usize> Caster<'_, T, S, N> {
         let behind_core = core(self.shell.inner() * part.lowest_facet()).unwrap_or(f64::INFINITY);
         let mut walk = Walk::new(self.grid, line, *hint);
         *hint = walk.triangle();
-        let share = self.budget.share.max(T::ROUNDING);
-        let mut light = Light::none();
-        let mut ray = Ray {
-            caster: self,
-            line,
-            shading: self.shading.map(|s| s.along::<T>(dir, share)),
-            share: T::of(share),
-            rest: T::of(self.budget.rest),
-            span: None,
-            light: &mut light,
-            counts,
-        };
+        let mut ray = self.ray(line, dir);
+        ray.counts.rays = 0;
         let mut gap = None;
         let mut run: Option<[f64; 2]> = None;
         loop {
             let is_own = part.has(walk.triangle());
+            let blocks = self.visible.over(walk.triangle());
             let column = walk.next_column();
             let own = column.filter(|_| is_own);
             if let (Some(t), None) = (run, own) {
-                let fragment = Fragment::new(t, ray.light, self.budget.brightest);
+                let fragment = Fragment::new(t, &ray.light, self.budget.brightest);
                 if !fragment.is_clear() || near_core.is_some_and(|core| core <= t[1]) {
                     found.push(fragment);
                 }
                 let passed = T::one() - ray.light.absorbed;
                 // What is all but gone has ended the ray.
                 ray.rest = ray.rest / passed;
-                *ray.light = Light::none();
+                ray.light = Light::none();
                 ray.span = None;
                 (run, gap) = (None, None);
             }
@@ -129,15 +120,16 @@ impl<T: Real, S: Sample, const N: usize> Caster<'_, T, S, N> {
                 continue;
             }
             let start = gap.unwrap_or_else(|| self.shell.gap(column.entry.rho));
-            let (next, flow) = ray.column(&column, start);
+            let (next, flow) = ray.column(&column, start, blocks);
             run = Some([run.map_or(column.entry.t, |[from, _]| from), column.exit.t]);
             if flow == Flow::Stop {
                 found.extend(
-                    run.map(|t| Fragment::new([t[0], f64::INFINITY], ray.light, self.budget.brightest)),
+                    run.map(|t| Fragment::new([t[0], f64::INFINITY], &ray.light, self.budget.brightest)),
                 );
                 break;
             }
             gap = Some(next);
         }
+        *counts += ray.counts;
     }
 }

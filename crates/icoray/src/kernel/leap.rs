@@ -1,0 +1,80 @@
+//! Leaping over what is clear: a bit for each block of gaps over a triangle says whether anything can be seen there.
+//!
+//! What a ray passes over is a convex mean of values at vertices. Where these all lie in one clear part of the transfer
+//! function, by more than rounding reaches, a frustum adds nothing, nor does it shift a cut or come near a step: rays pass it without
+//! reading, and see the same bits as without leaping.
+
+use super::real::Real;
+use super::transfer::Spans;
+
+/// Gaps are joined into no more blocks than that.
+pub(crate) const MOST_BLOCKS: usize = 32;
+
+/// The blocks of gaps over each triangle in which something can be seen. Without any triangle: all that there are.
+#[derive(Debug, Clone)]
+pub(crate) struct Visible {
+    /// A bit per block for each triangle of the table.
+    pub blocks: Vec<u32>,
+    /// A block has `1 << shift` gaps.
+    pub shift: u32,
+    /// How many times as high as a point is, at most, the facet that it lies on.
+    pub stretch: f64,
+}
+
+impl Visible {
+    /// How gaps between so many layers are joined.
+    pub fn shift(layers: usize) -> u32 {
+        (0..).find(|shift| layers.saturating_sub(2) >> shift < MOST_BLOCKS).unwrap_or(0)
+    }
+
+    /// All that there is between so many layers.
+    pub fn all(layers: usize) -> Self {
+        Visible { blocks: Vec::new(), shift: Self::shift(layers), stretch: 1.0 }
+    }
+
+    /// The blocks over a triangle.
+    #[inline(always)]
+    pub fn over(&self, triangle: u32) -> u32 {
+        self.blocks.get(triangle as usize).copied().unwrap_or(u32::MAX)
+    }
+
+    /// Whether `gap`, from 1 on, can be seen by these blocks.
+    #[inline(always)]
+    pub fn shows(&self, blocks: u32, gap: usize) -> bool {
+        blocks >> ((gap - 1) >> self.shift) & 1 != 0
+    }
+
+    /// The blocks that hold the gaps from `low` on to `high`; both are at least 1.
+    #[inline(always)]
+    pub fn between(&self, low: usize, high: usize) -> u32 {
+        let [low, high] = [low, high].map(|gap| ((gap - 1) >> self.shift).min(MOST_BLOCKS - 1));
+        (u32::MAX << low) & (u32::MAX >> (MOST_BLOCKS - 1 - high))
+    }
+
+    /// Bytes that it takes.
+    pub fn bytes(&self) -> usize {
+        size_of_val(self.blocks.as_slice())
+    }
+}
+
+/// The widest parts of a transfer function that are clear, at most so many, in normalised values: those that hold some of the
+/// field's, which are `within`. Each is narrowed by more than rounding may do to means of the field's values.
+pub(crate) fn clear_ranges<T: Real>(spans: &Spans<T>, within: [f64; 2], most: usize) -> Vec<[f64; 2]> {
+    let largest = within[0].abs().max(within[1].abs()).min(T::LARGEST);
+    let margin = 64.0 * T::ROUNDING * (1.0 + largest);
+    let mut ranges: Vec<[f64; 2]> = Vec::new();
+    for span in spans.all().iter().filter(|span| span.is_clear) {
+        let (low, high) = (span.low.wide(), span.high.wide());
+        match ranges.last_mut() {
+            Some(last) if last[1] == low => last[1] = high,
+            _ => ranges.push([low, high]),
+        }
+    }
+    let narrow = |[low, high]: [f64; 2]| [low + margin, high - margin];
+    let held = |[low, high]: &[f64; 2]| low.max(within[0]) < high.min(within[1]);
+    let mut ranges: Vec<_> = ranges.into_iter().map(narrow).filter(held).collect();
+    let width = |[low, high]: &[f64; 2]| high.min(within[1]) - low.max(within[0]);
+    ranges.sort_by(|a, b| width(b).total_cmp(&width(a)));
+    ranges.truncate(most);
+    ranges
+}
