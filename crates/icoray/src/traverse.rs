@@ -127,7 +127,7 @@ impl<V: FnMut(&Stretch) -> ControlFlow<()>> Visit<f64, 0> for Teller<'_, V> {
     }
 
     #[inline]
-    fn frustum(&mut self, layer: usize, ends: [&Station<f64>; 2], _: [&Chord<f64, 0>; 2]) -> Flow {
+    fn frustum(&mut self, layer: usize, ends: [&Station<f64>; 2], _: [&Chord<f64, 0>; 2], _: f64) -> Flow {
         let (t, alpha) = (ends.map(|s| self.distance(s)), ends.map(|s| self.alpha(s)));
         self.tell(&Stretch::Frustum(Frustum { cells: self.column.cells, layer, t, alpha }))
     }

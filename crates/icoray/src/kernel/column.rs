@@ -6,6 +6,7 @@
 //! segment from a to b, with G the difference between the edge points' values at its ends, that makes the bend
 //! `κ = (τb - τa)(Ga - Gb + ε Ga)` of `segment.rs`.
 
+use super::lit::Course;
 use super::real::{Real, lerp};
 use super::walk::Column;
 
@@ -91,9 +92,24 @@ impl<T: Real, const N: usize> Chord<T, N> {
         chord
     }
 
+    /// The chord at `w` between this one and `other`; exactly that at 0 and 1.
     #[inline(always)]
-    fn mix(self, other: Self, w: T) -> Self {
+    pub fn mix(self, other: Self, w: T) -> Self {
+        if w == T::one() {
+            return other;
+        }
         Chord { entry: mix(&self.entry, &other.entry, w), exit: mix(&self.exit, &other.exit, w) }
+    }
+
+    /// Values along a way from the chord `self` to `other`, entered and left at `tau`.
+    #[inline(always)]
+    pub fn course(&self, other: &Self, tau: [T; 2], eps: T) -> Course<T, N> {
+        let mut course = Course { from: self.at(tau[0]), to: other.at(tau[1]), kappa: [T::zero(); N], eps };
+        for k in 0..N {
+            let (slope_a, slope_b) = (self.exit[k] - self.entry[k], other.exit[k] - other.entry[k]);
+            course.kappa[k] = (tau[1] - tau[0]) * ((slope_a - slope_b) + eps * slope_a);
+        }
+        course
     }
 
     /// The values at `tau` between the edge points.
@@ -137,7 +153,8 @@ pub(crate) trait Visit<T, const N: usize> {
     /// Reads a layer at the column's two edge points.
     fn chord(&self, layer: usize) -> Chord<T, N>;
     /// The ray crosses the frustum above layer `lower` from `a` to `b`; the chords are those at the heights of `a` and `b`.
-    fn frustum(&mut self, lower: usize, ends: [&Station<T>; 2], chords: [&Chord<T, N>; 2]) -> Flow;
+    /// `eps` is the relative change of height.
+    fn frustum(&mut self, lower: usize, ends: [&Station<T>; 2], chords: [&Chord<T, N>; 2], eps: T) -> Flow;
     /// Whether the gap can be passed without reading anything; told once for each.
     #[inline(always)]
     fn leaps(&mut self, _gap: usize) -> bool {
@@ -147,62 +164,122 @@ pub(crate) trait Visit<T, const N: usize> {
     fn core(&mut self, a: &Station<T>) -> Flow;
 }
 
+/// A ray's way up or down through a column, gap by gap.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Passage<T> {
+    /// The gap that the ray is in, see [`Shell::gap`], and where it has entered it.
+    pub gap: usize,
+    pub a: Station<T>,
+    /// Whether it has come through a layer.
+    is_on_layer: bool,
+    rising: bool,
+    /// Heights at the column's ends, and the inverse of their difference.
+    entry: f64,
+    exit: f64,
+    scale: f64,
+}
+
+/// A ray's way through one gap of a column.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Crossed<T> {
+    /// The layer that the ray comes from, and that to which it goes; one of them is none below and above all layers.
+    pub behind: usize,
+    pub ahead: usize,
+    /// Where it leaves the gap, and whether that is through the layer ahead.
+    pub b: Station<T>,
+    pub passes: bool,
+}
+
+impl<T: Real> Passage<T> {
+    /// Into `column`, of which the entry lies in `gap`.
+    #[inline(always)]
+    pub fn new(column: &Column, gap: usize) -> Self {
+        let (entry, exit) = (column.entry.rho, column.exit.rho);
+        let a = Station { u: 0.0, tau: T::zero(), rho: entry, curvature: 1.0 / entry };
+        let (rising, scale) = (exit >= entry, 1.0 / (exit - entry));
+        Passage { gap, a, is_on_layer: false, rising, entry, exit, scale }
+    }
+
+    /// The way through the gap that the ray is in.
+    #[inline(always)]
+    pub fn crossed(&self, shell: &Shell<T>) -> Crossed<T> {
+        let Passage { gap, rising, entry, exit, scale, .. } = *self;
+        let (behind, ahead) = if rising { (gap.wrapping_sub(1), gap) } else { (gap, gap.wrapping_sub(1)) };
+        let radius = shell.radius.get(ahead).copied();
+        let radius = radius.filter(|r| if rising { *r <= exit } else { *r > exit });
+        let b = match radius {
+            Some(radius) => {
+                let u = ((radius - entry) * scale).clamp(0.0, 1.0);
+                let curvature = shell.curvature[ahead];
+                let tau = (u * exit * curvature).clamp(0.0, 1.0);
+                Station { u, tau: T::of(tau), rho: radius, curvature }
+            }
+            None => Station { u: 1.0, tau: T::one(), rho: exit, curvature: 0.0 },
+        };
+        Crossed { behind, ahead, b, passes: radius.is_some() }
+    }
+
+    /// Through the layer ahead.
+    #[inline(always)]
+    pub fn pass(&mut self, crossed: &Crossed<T>) {
+        self.gap = if self.rising { self.gap + 1 } else { self.gap - 1 };
+        (self.a, self.is_on_layer) = (crossed.b, true);
+    }
+
+    /// How far from the layer behind to that ahead the ray enters and leaves the gap between them; 0 and 1 on the layers.
+    #[inline(always)]
+    pub fn places(&self, shell: &Shell<T>, crossed: &Crossed<T>) -> [T; 2] {
+        let place = |rho: f64| {
+            let w = shell.fraction(self.gap, rho);
+            if self.rising { w } else { T::one() - w }
+        };
+        [
+            if self.is_on_layer { T::zero() } else { place(self.a.rho) },
+            if crossed.passes { T::one() } else { place(crossed.b.rho) },
+        ]
+    }
+
+    /// The change of height in the gap, relative to where the ray enters it.
+    #[inline(always)]
+    pub fn eps(&self, crossed: &Crossed<T>) -> T {
+        // A core of next to no radius would round it to -1.
+        T::of((crossed.b.rho - self.a.rho) * self.a.curvature).max(T::of(T::ROUNDING - 1.0))
+    }
+}
+
 /// Visits the gaps that the ray passes in `column`, in order, starting in `gap`; gives the gap at the column's end.
 /// Each layer is read at most once.
 #[inline(always)]
 pub(crate) fn cross<T: Real, const N: usize>(
     shell: &Shell<T>,
     column: &Column,
-    mut gap: usize,
+    gap: usize,
     visitor: &mut impl Visit<T, N>,
 ) -> (usize, Flow) {
-    let (entry, exit) = (&column.entry, &column.exit);
     let top = shell.layers();
-    let rising = exit.rho >= entry.rho;
-    let scale = 1.0 / (exit.rho - entry.rho);
-    let mut a = Station { u: 0.0, tau: T::zero(), rho: entry.rho, curvature: 1.0 / entry.rho };
+    let mut passage = Passage::new(column, gap);
     // The chord on the layer that the ray came through.
     let mut near = None;
-    // Whether it came over that layer without reading it.
-    let mut leapt = false;
     loop {
-        let (behind, ahead) = if rising { (gap.wrapping_sub(1), gap) } else { (gap, gap.wrapping_sub(1)) };
-        let passes = ahead < top
-            && if rising { shell.radius[ahead] <= exit.rho } else { shell.radius[ahead] > exit.rho };
-        let b = if passes {
-            let radius = shell.radius[ahead];
-            let u = ((radius - entry.rho) * scale).clamp(0.0, 1.0);
-            let curvature = shell.curvature[ahead];
-            let tau = (u * exit.rho * curvature).clamp(0.0, 1.0);
-            Station { u, tau: T::of(tau), rho: radius, curvature }
-        } else {
-            Station { u: 1.0, tau: T::one(), rho: exit.rho, curvature: 0.0 }
-        };
-        if gap > 0 && gap < top && visitor.leaps(gap) {
-            (near, leapt) = (None, true);
-        } else if gap > 0 && gap < top {
-            let first = near.unwrap_or_else(|| visitor.chord(behind));
-            let second = visitor.chord(ahead);
-            let between = |rho: f64| {
-                let w = shell.fraction(gap, rho);
-                first.mix(second, if rising { w } else { T::one() - w })
-            };
-            let at_a = if near.is_some() || leapt { first } else { between(a.rho) };
-            let at_b = if passes { second } else { between(b.rho) };
-            if visitor.frustum(gap - 1, [&a, &b], [&at_a, &at_b]) == Flow::Stop {
+        let (gap, crossed) = (passage.gap, passage.crossed(shell));
+        if gap > 0 && gap < top && !visitor.leaps(gap) {
+            let first = near.unwrap_or_else(|| visitor.chord(crossed.behind));
+            let second = visitor.chord(crossed.ahead);
+            let [at_a, at_b] = passage.places(shell, &crossed).map(|w| first.mix(second, w));
+            let eps = passage.eps(&crossed);
+            if visitor.frustum(gap - 1, [&passage.a, &crossed.b], [&at_a, &at_b], eps) == Flow::Stop {
                 return (gap, Flow::Stop);
             }
-            (near, leapt) = (Some(second), false);
+            near = Some(second);
         } else {
-            if gap == 0 && visitor.core(&a) == Flow::Stop {
+            if gap == 0 && visitor.core(&passage.a) == Flow::Stop {
                 return (gap, Flow::Stop);
             }
-            (near, leapt) = (None, false);
+            near = None;
         }
-        if !passes {
+        if !crossed.passes {
             return (gap, Flow::On);
         }
-        gap = if rising { gap + 1 } else { gap - 1 };
-        a = b;
+        passage.pass(&crossed);
     }
 }

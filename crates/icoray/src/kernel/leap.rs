@@ -44,6 +44,12 @@ impl Visible {
         blocks >> ((gap - 1) >> self.shift) & 1 != 0
     }
 
+    /// Whether one of the gaps from `low` on to `high` can be seen by these blocks; both are at least 1.
+    #[inline(always)]
+    pub fn shows_any(&self, blocks: u32, low: usize, high: usize) -> bool {
+        blocks & self.between(low, high) != 0
+    }
+
     /// The blocks that hold the gaps from `low` on to `high`; both are at least 1.
     #[inline(always)]
     pub fn between(&self, low: usize, high: usize) -> u32 {

@@ -191,12 +191,54 @@ fn exact<T: Real>(terms: &Terms<'_, T>, allowance: &Allowance<T>) -> Light<T> {
         return Light::plain(terms.span.color(terms.piece.f0), absorbed);
     }
     if terms.depth < T::of(THIN) {
-        let error = steepest * (thin_error(terms) + terms.skew(absorbed));
+        let error = thin_bound(terms, absorbed);
         if error <= allowance.share * absorbed {
             return terms.light(absorbed, thin(terms), error);
         }
     }
     dense(terms, absorbed, allowance)
+}
+
+/// A piece by the rule for thin ones alone, without a branch: for several at a time.
+pub(crate) struct ThinPiece<'p, T> {
+    terms: Terms<'p, T>,
+    absorbed: T,
+    error: T,
+}
+
+impl<'p, T: Real> ThinPiece<'p, T> {
+    /// Whether it may be near enough for `piece`.
+    #[inline(always)]
+    pub fn takes(piece: &Segment<T>) -> bool {
+        piece.eps.abs() < T::of(SMALL_EPS)
+    }
+
+    #[inline(always)]
+    pub fn new(piece: &'p Segment<T>, span: &'p Span<T>) -> Self {
+        let terms = Terms::of(piece, span, bend_series(piece.eps));
+        let absorbed = terms.depth.absorbed_by_thin();
+        let error = thin_bound(&terms, absorbed);
+        ThinPiece { terms, absorbed, error }
+    }
+
+    /// Whether the error is within `share` of the light that is absorbed.
+    #[inline(always)]
+    pub fn is_near(&self, share: T) -> bool {
+        (self.terms.depth < T::of(THIN)) & (self.error <= share * self.absorbed)
+    }
+
+    /// What [`integrate`] gives of a piece that it is near enough for.
+    #[inline(always)]
+    pub fn light(&self) -> Light<T> {
+        let light = self.terms.light(self.absorbed, thin(&self.terms), self.error);
+        Light { variance: self.terms.variance(self.absorbed, self.terms.piece.reach()), ..light }
+    }
+}
+
+/// The bound of what [`thin`] does to the colour.
+#[inline(always)]
+fn thin_bound<T: Real>(terms: &Terms<'_, T>, absorbed: T) -> T {
+    terms.span.steepest() * (thin_error(terms) + terms.skew(absorbed))
 }
 
 /// A piece for which [`thin`] is not enough.
@@ -336,6 +378,5 @@ fn halves<T: Real>(terms: &Terms<'_, T>, allowance: &Allowance<T>) -> Light<T> {
     light
 }
 
-pub(crate) mod lanes;
 #[cfg(test)]
 mod tests;

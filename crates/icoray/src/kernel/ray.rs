@@ -4,7 +4,6 @@ use super::column::{Chord, Flow, Shell, Station, Values, Visit, cross};
 use super::doubt::{Cut, Doubt, Medium};
 use super::leap::Visible;
 use super::lit::{Course, Lit};
-use super::piece::lanes::Batch;
 use super::piece::{Allowance, Light, Method, integrate};
 use super::plane::RayLine;
 use super::real::{Real, lerp};
@@ -12,13 +11,16 @@ use super::sample::{Sample, Samples};
 use super::segment::Segment;
 use super::shade::{RayShading, Shading};
 use super::transfer::Spans;
-use super::walk::Column;
+use super::walk::{Column, Walk};
 use crate::grid::Grid;
+use abreast::Queue;
+use batch::{Batch, Known};
 use fearless_simd::Level;
+use glam::DVec3;
 
 mod abreast;
+mod batch;
 mod fragment;
-mod gather;
 pub(crate) use abreast::Start;
 pub use fragment::Fragment;
 
@@ -100,7 +102,44 @@ pub(crate) struct Caster<'f, T, S, const N: usize> {
     pub core: Option<[f64; 3]>,
 }
 
-impl<T: Real, S: Sample, const N: usize> Caster<'_, T, S, N> {
+impl<'f, T: Real, S: Sample, const N: usize> Caster<'f, T, S, N> {
+    /// Traces rays, in any order, and tells the light of each, premultiplied; `None` where it misses the shell.
+    pub fn trace_all<'r>(
+        &'r self,
+        rays: impl Iterator<Item = Start>,
+        counts: &mut Counts,
+        mut tell: impl FnMut(usize, Option<Light<T>>),
+    ) where
+        'f: 'r,
+    {
+        if let Some(level) = self.level {
+            return self.trace_abreast(level, rays, counts, tell);
+        }
+        let mut queue = Queue::new(self, rays);
+        while let Some((start, line, walk)) = queue.next(&mut tell) {
+            let mut ray = self.ray(line, start.dir);
+            ray.pass(walk);
+            *counts += ray.counts;
+            tell(start.number, Some(ray.light));
+        }
+    }
+
+    /// A ray that has met nothing yet.
+    fn ray<'r>(&'r self, line: RayLine, dir: DVec3) -> Ray<'r, 'f, T, S, N> {
+        // Less than the last digit cannot be asked for.
+        let share = self.budget.share.max(T::ROUNDING);
+        Ray {
+            caster: self,
+            line,
+            shading: self.shading.map(|s| s.along::<T>(dir, share)),
+            share: T::of(share),
+            rest: T::of(self.budget.rest),
+            span: None,
+            light: Light::none(),
+            counts: Counts { rays: 1, ..Counts::default() },
+        }
+    }
+
     /// Value, and gradient where there is light, at one vertex, of which the value is known.
     #[inline(always)]
     fn vertex(&self, cell: u32, value: T, layer: usize) -> Values<T, N> {
@@ -124,9 +163,6 @@ struct Ray<'r, 'f, T, S, const N: usize> {
     rest: T,
     /// The span of the transfer function that the ray is in; `None` at its start and behind a void.
     span: Option<usize>,
-    /// Frusta that wait to be integrated together, and how many are waited for.
-    batch: Batch<T>,
-    room: usize,
     light: Light<T>,
     counts: Counts,
 }
@@ -148,20 +184,19 @@ impl<T: Real, S: Sample, const N: usize> Visit<T, N> for Pass<'_, '_, '_, T, S, 
     #[inline(always)]
     fn chord(&self, layer: usize) -> Chord<T, N> {
         let (caster, cells, base) = (self.ray.caster, &self.column.cells, &self.base);
-        let values = caster.samples.three(*base, layer);
-        let vertex = |k: usize| caster.vertex(cells[k], values[k], layer);
+        let vertex = |k: usize| caster.vertex(cells[k], caster.samples.get(base[k], layer), layer);
         Chord::over([vertex(0), vertex(1), vertex(2)], &self.weight)
     }
 
     #[inline(always)]
-    fn frustum(&mut self, _: usize, [a, b]: [&Station<T>; 2], [at_a, at_b]: [&Chord<T, N>; 2]) -> Flow {
-        // A core of next to no radius would round ε to -1.
-        let eps = T::of((b.rho - a.rho) * a.curvature).max(T::of(T::ROUNDING - 1.0));
-        let mut course = Course { from: at_a.at(a.tau), to: at_b.at(b.tau), kappa: [T::zero(); N], eps };
-        for k in 0..N {
-            let (slope_a, slope_b) = (at_a.exit[k] - at_a.entry[k], at_b.exit[k] - at_b.entry[k]);
-            course.kappa[k] = (b.tau - a.tau) * ((slope_a - slope_b) + eps * slope_a);
-        }
+    fn frustum(
+        &mut self,
+        _: usize,
+        [a, b]: [&Station<T>; 2],
+        [at_a, at_b]: [&Chord<T, N>; 2],
+        eps: T,
+    ) -> Flow {
+        let course = at_a.course(at_b, [a.tau, b.tau], eps);
         self.ray.frustum(&course, T::of(self.length * (b.u - a.u)))
     }
 
@@ -182,6 +217,59 @@ impl<T: Real, S: Sample, const N: usize> Visit<T, N> for Pass<'_, '_, '_, T, S, 
 // Columns and their frusta are inlined by force: where two loops meet them, the compiler would call them instead, which
 // costs a frame 5 to 15 %.
 impl<T: Real, S: Sample, const N: usize> Ray<'_, '_, T, S, N> {
+    /// Makes a new ray of one that has ended, which goes on counting.
+    fn restart(&mut self, line: RayLine, dir: DVec3) {
+        let counts = Counts { rays: self.counts.rays + 1, ..self.counts };
+        *self = Ray { counts, ..self.caster.ray(line, dir) };
+    }
+
+    /// Walks over all columns, until the ray ends.
+    fn pass(&mut self, mut walk: Walk) {
+        let mut gap = None;
+        let has_void = self.caster.grid.void_triangles() > 0;
+        loop {
+            // Asked once, so that whole spheres pay for a flag only.
+            let is_void = has_void && walk.is_void();
+            let blocks = self.caster.visible.over(walk.triangle());
+            let Some(column) = walk.next_column() else { return };
+            let (next, flow) = if is_void {
+                (None, self.void_column(&column))
+            } else {
+                let start = gap.unwrap_or_else(|| self.caster.shell.gap(column.entry.rho));
+                let (next, flow) = self.column(&column, start, blocks);
+                (Some(next), flow)
+            };
+            if flow == Flow::Stop {
+                return;
+            }
+            gap = next;
+        }
+    }
+
+    /// Adds the light of frustum number `n` of a batch.
+    #[inline(always)]
+    fn meet(&mut self, batch: &Batch<T, S, N>, n: usize) -> Flow {
+        if batch.is_fresh(n) {
+            self.span = None;
+        }
+        let (known, span) = batch.known(n);
+        if known == Known::Odd {
+            return self.odd(batch, n);
+        }
+        self.counts.frusta += 1;
+        self.span = Some(span);
+        if known == Known::Light {
+            self.add(&batch.light(n));
+        }
+        self.passed(&batch.segment(n))
+    }
+
+    #[inline(never)]
+    fn odd(&mut self, batch: &Batch<T, S, N>, n: usize) -> Flow {
+        let (course, length) = batch.course(n, self.caster);
+        self.frustum(&course, length)
+    }
+
     #[inline(always)]
     fn column(&mut self, column: &Column, gap: usize, blocks: u32) -> (usize, Flow) {
         self.counts.columns += 1;
@@ -206,9 +294,6 @@ impl<T: Real, S: Sample, const N: usize> Ray<'_, '_, T, S, N> {
     /// An opaque core ends the ray, a hollow one lets it pass.
     fn core(&mut self, t: f64) -> Flow {
         let Some(color) = self.caster.core else { return Flow::On };
-        if self.settle() == Flow::Stop {
-            return Flow::Stop;
-        }
         let body = match &self.shading {
             Some(shading) => shading.solid(self.line.position(t).normalize_or_zero()),
             None => T::one(),
@@ -223,9 +308,6 @@ impl<T: Real, S: Sample, const N: usize> Ray<'_, '_, T, S, N> {
         self.counts.frusta += 1;
         let segment =
             Segment { f0: course.from[0], f1: course.to[0], kappa: course.kappa[0], eps: course.eps, length };
-        if N == 1 && self.caster.level.is_some() {
-            return self.gather(&segment);
-        }
         match self.enter(&segment) {
             Some(k) => self.whole(&segment, k, course),
             None => Flow::On,
@@ -252,6 +334,9 @@ impl<T: Real, S: Sample, const N: usize> Ray<'_, '_, T, S, N> {
         let spans = self.caster.spans;
         let whole = [T::zero(), T::one()];
         let reach = segment.reach();
+        if self.caster.method == Method::Exact {
+            k = spans.holding(k, segment);
+        }
         if self.caster.method == Method::Exact && spans.span(k).holds(segment) {
             self.piece(segment, k, course, whole, reach);
         } else {

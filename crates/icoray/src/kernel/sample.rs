@@ -5,7 +5,6 @@ use crate::field::Field;
 use crate::shape::Elements;
 
 mod clear;
-mod three;
 
 /// A sample type that a model stores.
 pub(crate) trait Sample: Copy + PartialOrd + Send + Sync + 'static {
@@ -88,15 +87,32 @@ impl<'a, S: Sample> Samples<'a, S> {
         self.elements.bases(cells.map(|cell| cell as usize))
     }
 
-    /// The normalised value at `layer` (counted from the innermost) over the cell of `base`; NaN where it is missing.
-    ///
-    /// Normalised in f64: a field of 1e30, or of 1e6 + 1, keeps its digits in an f32 kernel.
+    /// The sample at `layer` (counted from the innermost) over the cell of `base`.
+    #[inline(always)]
+    pub fn read(&self, base: isize, layer: usize) -> S {
+        self.data[self.elements.at(base, layer)]
+    }
+
+    /// [`Self::read`], normalised; NaN where it is missing.
     #[inline(always)]
     pub fn get<T: Real>(&self, base: isize, layer: usize) -> T {
-        let value = self.data[self.elements.at(base, layer)].wide();
+        self.normal(self.read(base, layer))
+    }
+
+    /// A sample, normalised in f64: a field of 1e30, or of 1e6 + 1, keeps its digits in an f32 kernel.
+    #[inline(always)]
+    pub fn normal<T: Real>(&self, sample: S) -> T {
+        let (value, is_usual) = self.usual(sample);
+        if is_usual { value } else { T::of(self.rare(sample.wide(), T::LARGEST)) }
+    }
+
+    /// The same without a branch, and whether it is right: the sample is neither missing nor beyond all bounds.
+    #[inline(always)]
+    pub fn usual<T: Real>(&self, sample: S) -> (T, bool) {
+        let value = sample.wide();
         let normalised = (value - self.shift) * self.scale;
-        let usual = normalised.abs() <= T::LARGEST && !(self.has_fill && value == self.fill);
-        T::of(if usual { normalised } else { self.rare(value, T::LARGEST) })
+        let is_fill = self.has_fill & (value == self.fill);
+        (T::of(normalised), (normalised.abs() <= T::LARGEST) & !is_fill)
     }
 
     #[cold]

@@ -52,6 +52,13 @@ impl<T: Real> Segment<T> {
         T::of(0.5 * T::ROUNDING) * (T::one() + self.f0.abs() + self.f1.abs())
     }
 
+    /// What surely holds all its values where `ε > -3/4`: there the bend moves them by less than half of κ.
+    #[inline(always)]
+    pub fn within(&self) -> [T; 2] {
+        let swing = T::of(0.5) * self.kappa.abs();
+        [self.f0.min(self.f1) - swing, self.f0.max(self.f1) + swing]
+    }
+
     /// Where f turns inside the segment, if it does: u and the value there.
     ///
     /// f' has opposite signs at the ends exactly when `(d + κ)((1 + ε)d - κ) < 0`; then κ and `κ - dε` have one sign

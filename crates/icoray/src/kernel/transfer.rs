@@ -52,12 +52,11 @@ impl<T: Real> Span<T> {
         }
     }
 
-    /// Whether `segment` surely stays in the span: its bend moves values by less than half of κ where `ε > -3/4`.
-    #[inline]
+    /// Whether `segment` surely stays in the span.
+    #[inline(always)]
     pub fn holds(&self, segment: &Segment<T>) -> bool {
-        let swing = T::of(0.5) * segment.kappa.abs();
-        let (low, high) = (segment.f0.min(segment.f1), segment.f0.max(segment.f1));
-        low - swing >= self.low && high + swing <= self.high && segment.eps > T::of(-0.75)
+        let [low, high] = segment.within();
+        (low >= self.low) & (high <= self.high) & (segment.eps > T::of(-0.75))
     }
 
     /// Extinction per planet radius at value `f`.
@@ -118,6 +117,8 @@ pub(crate) struct Step<T> {
 #[derive(Debug, Clone)]
 pub(crate) struct Spans<T> {
     spans: Vec<Span<T>>,
+    /// The values between them.
+    knots: Vec<T>,
     steps: Vec<Step<T>>,
     range: [f64; 2],
 }
@@ -147,7 +148,7 @@ impl<T: Real> Spans<T> {
         }
         spans.push(flat(&last, values[values.len() - 1], T::infinity()));
         let steps = steps(&spans[1..knots.len()]);
-        Spans { spans, steps, range }
+        Spans { spans, knots: values, steps, range }
     }
 
     /// The values that normalise to 0 and 1.
@@ -184,12 +185,44 @@ impl<T: Real> Spans<T> {
         k
     }
 
+    /// For a segment that begins in span `k`: the span beside it, where the segment begins on the knot between the two and stays
+    /// there; else `k`.
+    #[inline]
+    pub fn holding(&self, k: usize, segment: &Segment<T>) -> usize {
+        let (span, f) = (&self.spans[k], segment.f0);
+        let beside = match () {
+            () if f == span.high => k + 1,
+            () if f == span.low => k.wrapping_sub(1),
+            () => return k,
+        };
+        let holds = |k: usize| self.spans.get(k).is_some_and(|span| span.holds(segment));
+        if !holds(k) && holds(beside) { beside } else { k }
+    }
+
+    /// The span of each value: as [`Self::find`].
+    #[inline(always)]
+    pub fn find_all<const LANES: usize>(&self, values: &[T; LANES]) -> [u32; LANES] {
+        let mut found = [0; LANES];
+        if self.knots.len() > MOST_COUNTED {
+            found.iter_mut().zip(values).for_each(|(k, f)| *k = self.find(*f) as u32);
+            return found;
+        }
+        for knot in &self.knots {
+            for i in 0..LANES {
+                found[i] += u32::from(*knot <= values[i]);
+            }
+        }
+        found
+    }
+
     /// The span of value `f`: the upper one when f lies on a knot.
     pub fn find(&self, f: T) -> usize {
         self.spans.partition_point(|s| s.low <= f).max(1) - 1
     }
 }
 
+/// Where there are more knots, a value's span is searched rather than counted.
+const MOST_COUNTED: usize = 48;
 /// Spans narrower than this many last digits are steps too, as far as rounding sees them.
 const NARROW: f64 = 2000.0;
 /// How far rounding reaches, in last digits.

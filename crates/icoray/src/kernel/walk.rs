@@ -202,6 +202,17 @@ struct Place {
     weight: [f64; 2],
 }
 
+impl Place {
+    /// The point between this place and `other` that lies in the direction of `to`.
+    fn clip(self, other: Place, to: Point) -> Place {
+        let (before, after) = (to.cross(self.point), to.cross(other.point));
+        let whole = before - after;
+        let w = if whole < 0.0 { (before / whole).clamp(0.0, 1.0) } else { 0.0 };
+        let mix = |k: usize| self.weight[k] + w * (other.weight[k] - self.weight[k]);
+        Place { point: self.point.lerp(other.point, w), weight: [mix(0), mix(1)] }
+    }
+}
+
 impl<'g, 'a> Walk<'g, 'a> {
     /// Finds the ray's first column, searching from the triangle `hint`. Any hint will do; a near one is faster.
     pub fn new(grid: &'g Grid<'a>, line: RayLine, hint: u32) -> Self {
@@ -216,7 +227,7 @@ impl<'g, 'a> Walk<'g, 'a> {
             contour.forward();
         }
         let mut walk = Walk { contour, line, from: None, last: (line.start, 0.0) };
-        let place = walk.clip(walk.entry_place(), walk.exit_place(walk.contour.exit()), start);
+        let place = walk.entry_place().clip(walk.exit_place(walk.contour.exit()), start);
         walk.last.1 = height(start, place.point);
         walk.from = Some(place);
         walk
@@ -245,15 +256,6 @@ impl<'g, 'a> Walk<'g, 'a> {
         Place { point, weight }
     }
 
-    /// The point between two places that lies in the direction of `to`.
-    fn clip(&self, a: Place, b: Place, to: Point) -> Place {
-        let (before, after) = (to.cross(a.point), to.cross(b.point));
-        let whole = before - after;
-        let w = if whole < 0.0 { (before / whole).clamp(0.0, 1.0) } else { 0.0 };
-        let mix = |k: usize| a.weight[k] + w * (b.weight[k] - a.weight[k]);
-        Place { point: a.point.lerp(b.point, w), weight: [mix(0), mix(1)] }
-    }
-
     /// The next column, or `None` behind the ray's end.
     #[inline(always)]
     pub fn next_column(&mut self) -> Option<Column> {
@@ -263,7 +265,7 @@ impl<'g, 'a> Walk<'g, 'a> {
         let end = self.line.at(self.line.end);
         let is_last = end.cross(exit_place.point) >= 0.0;
         if is_last {
-            exit_place = self.clip(entry_place, exit_place, end);
+            exit_place = entry_place.clip(exit_place, end);
         }
         let cells = [self.contour.left.cell, self.contour.right.cell, self.contour.apex.cell];
         let (t0, rho0) = self.last;

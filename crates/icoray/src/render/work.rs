@@ -91,7 +91,7 @@ impl<T: Real, S: Sample> Work<'_, T, S> {
             budget: Budget::new(quality.tolerance, brightest(self.scene)),
             shading: self.plan.shading.filter(|_| is_lit),
             is_coarse: quality.lights == Lights::Coarse,
-            level: self.renderer.vectors().filter(|_| N == 1 && self.scene.method == Method::Exact),
+            level: self.renderer.vectors().filter(|_| self.scene.method == Method::Exact),
             core: self.scene.core,
         }
     }

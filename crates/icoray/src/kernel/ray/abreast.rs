@@ -1,15 +1,19 @@
-//! Several rays side by side: while one waits for the next triangle others walk.
+//! Several rays side by side: while one waits for the next triangle others walk, and their frusta fill one batch.
 
-use super::{Batch, Caster, Counts, Flow, Light, Ray, gather};
+use super::batch::{Batch, Passed};
+use super::{Caster, Counts, Flow, Light, Ray};
+use crate::kernel::column::{Crossed, Passage};
 use crate::kernel::plane::RayLine;
-use crate::kernel::real::Real;
+use crate::kernel::real::{Real, lerp};
 use crate::kernel::sample::Sample;
 use crate::kernel::walk::Walk;
-use crate::kernel::walk::stride::{STEPS, Stride, Way};
+use crate::kernel::walk::stride::{STEPS, Stride};
+use fearless_simd::{Level, dispatch};
 use glam::DVec3;
+use std::ops::Range;
 
 /// Rays that walk side by side.
-const ABREAST: usize = 4;
+const ABREAST: usize = 8;
 
 /// A ray to be traced.
 #[derive(Debug, Clone, Copy)]
@@ -22,66 +26,80 @@ pub(crate) struct Start {
     pub begins_row: bool,
 }
 
+/// What comes behind a ray's frusta.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Behind {
+    /// More columns.
+    More,
+    /// The core, at this distance.
+    Core(f64),
+    /// Nothing.
+    End,
+}
+
 /// A ray on its way.
 struct Lane<'r, 'f, T, S, const N: usize> {
     number: usize,
     stride: Stride<'r, 'f>,
     ray: Ray<'r, 'f, T, S, N>,
+    /// The gap that the last column was left in; none before the first one and behind a void.
     gap: Option<usize>,
+    /// Where a full batch has stopped it inside a column.
+    stopped: Option<Passage<T>>,
+    behind: Behind,
+    /// Whether it has leapt behind its last frustum.
+    is_fresh: bool,
+    /// What it has of the batch.
+    frusta: Range<usize>,
 }
 
 impl<'f, T: Real, S: Sample, const N: usize> Caster<'f, T, S, N> {
-    /// Traces rays, in any order, and tells the light of each; `None` where it misses the shell. See [`Self::trace`].
-    pub fn trace_all<'r>(
+    /// Traces rays side by side, bit for bit as one after the other.
+    pub(super) fn trace_abreast<'r>(
         &'r self,
-        mut rays: impl Iterator<Item = Start>,
+        level: Level,
+        rays: impl Iterator<Item = Start>,
         counts: &mut Counts,
         mut tell: impl FnMut(usize, Option<Light<T>>),
     ) where
         'f: 'r,
     {
-        let (mut hint, mut row_hint) = (0, 0);
-        // The next ray that meets the shell.
-        let mut next = |tell: &mut dyn FnMut(usize, Option<Light<T>>)| {
-            for start in rays.by_ref() {
-                let from = if start.begins_row { row_hint } else { hint };
-                let line = RayLine::new(start.eye, start.dir, self.shell.outer());
-                let walk = line.map(|line| (line, Walk::new(self.grid, line, from)));
-                hint = walk.as_ref().map_or(from, |(_, walk)| walk.triangle());
-                if start.begins_row {
-                    row_hint = hint;
-                }
-                match walk {
-                    Some((line, walk)) => return Some((start, line, walk)),
-                    None => tell(start.number, None),
-                }
-            }
-            None
-        };
+        let mut queue = Queue::new(self, rays);
         let mut lanes: Vec<Lane<'r, 'f, T, S, N>> = Vec::with_capacity(ABREAST);
         while lanes.len() < ABREAST {
-            let Some((start, line, walk)) = next(&mut tell) else { break };
-            let ray = self.ray(line, start.dir);
-            lanes.push(Lane { number: start.number, stride: Stride::new(walk), ray, gap: None });
+            let Some((start, line, walk)) = queue.next(&mut tell) else { break };
+            lanes.push(Lane {
+                number: start.number,
+                stride: Stride::new(walk),
+                ray: self.ray(line, start.dir),
+                gap: None,
+                stopped: None,
+                behind: Behind::More,
+                is_fresh: false,
+                frusta: 0..0,
+            });
         }
+        let mut batch = Batch::<T, S, N>::new();
+        let share = T::of(self.budget.share.max(T::ROUNDING));
         while !lanes.is_empty() {
-            lanes.iter_mut().for_each(|lane| lane.stride.begin());
-            for i in 0..STEPS {
-                lanes.iter_mut().for_each(|lane| lane.stride.step(i));
-            }
+            walk(level, &mut lanes);
+            batch.clear();
+            lanes.iter_mut().for_each(|lane| self.gather(lane, &mut batch));
+            batch.integrate(level, self, share);
             let mut i = 0;
             while let Some(lane) = lanes.get_mut(i) {
-                if self.advance(lane) == Flow::On {
+                if self.settle(lane, &batch) == Flow::On {
                     i += 1;
                     continue;
                 }
                 tell(lane.number, Some(lane.ray.light));
-                match next(&mut tell) {
+                match queue.next(&mut tell) {
                     Some((start, line, walk)) => {
                         lane.number = start.number;
                         lane.stride.restart(walk);
-                        self.restart(&mut lane.ray, line, start.dir);
-                        lane.gap = None;
+                        lane.ray.restart(line, start.dir);
+                        (lane.gap, lane.stopped) = (None, None);
+                        (lane.behind, lane.is_fresh) = (Behind::More, false);
                         i += 1;
                     }
                     None => {
@@ -93,93 +111,161 @@ impl<'f, T: Real, S: Sample, const N: usize> Caster<'f, T, S, N> {
         }
     }
 
-    /// A ray that has met nothing yet.
-    pub(super) fn ray<'r>(&'r self, line: RayLine, dir: DVec3) -> Ray<'r, 'f, T, S, N> {
-        // Less than the last digit cannot be asked for.
-        let share = self.budget.share.max(T::ROUNDING);
-        Ray {
-            caster: self,
-            line,
-            shading: self.shading.map(|s| s.along::<T>(dir, share)),
-            share: T::of(share),
-            rest: T::of(self.budget.rest),
-            span: None,
-            batch: Batch::new(),
-            room: gather::FIRST,
-            light: Light::none(),
-            counts: Counts { rays: 1, ..Counts::default() },
-        }
-    }
-
-    /// Makes a new ray of one that has ended, which goes on counting.
-    fn restart<'r>(&'r self, ray: &mut Ray<'r, 'f, T, S, N>, line: RayLine, dir: DVec3) {
-        ray.line = line;
-        ray.shading = self.shading.map(|s| s.along::<T>(dir, self.budget.share.max(T::ROUNDING)));
-        ray.span = None;
-        ray.batch.clear();
-        ray.room = gather::FIRST;
-        ray.light = Light::none();
-        ray.counts.rays += 1;
-    }
-
-    /// Passes the columns that were walked ahead.
-    fn advance(&self, lane: &mut Lane<'_, '_, T, S, N>) -> Flow {
-        let Lane { stride, ray, gap, .. } = lane;
-        let has_void = self.grid.void_triangles() > 0;
-        while let Some(triangle) = stride.ahead().first().copied() {
-            let is_void = has_void && self.grid.is_void(triangle);
-            let blocks = self.visible.over(triangle);
-            if let Some(start) = *gap
-                && !self.sees(blocks, start)
-                && let Some(way) = self.clear_way(stride, start)
-            {
-                ray.counts.columns += way.columns as u64;
-                ray.span = None;
-                *gap = Some(self.shell.gap_near(start, stride.leap(&way)));
-                if ray.settle() == Flow::Stop {
-                    return Flow::Stop;
-                }
+    /// Adds frusta of the columns that were walked ahead to the batch, while there is room.
+    #[inline(never)]
+    fn gather(&self, lane: &mut Lane<'_, '_, T, S, N>, batch: &mut Batch<T, S, N>) {
+        let from = batch.count();
+        let (layers, has_void) = (self.shell.layers(), self.grid.void_triangles() > 0);
+        while lane.behind == Behind::More && !lane.stride.is_empty() && !batch.is_full() {
+            let triangle = lane.stride.triangle();
+            if has_void && self.grid.is_void(triangle) {
+                self.pass_void(lane);
                 continue;
             }
-            let Some(column) = stride.next_column() else {
-                ray.settle();
-                return Flow::Stop;
-            };
-            let flow = if is_void {
-                *gap = None;
-                ray.void_column(&column)
-            } else {
-                let start = gap.unwrap_or_else(|| self.shell.gap(column.entry.rho));
-                let (next, flow) = ray.column(&column, start, blocks);
-                *gap = Some(next);
-                flow
-            };
-            if flow == Flow::Stop {
+            let blocks = self.visible.over(triangle);
+            if let (Some(gap), None) = (lane.gap, &lane.stopped) {
+                let out = self.shell.gap_near(gap, lane.stride.height_out());
+                let (low, high) = (gap.min(out), gap.max(out));
+                if low > 0 && high < layers && !self.visible.shows_any(blocks, low, high) {
+                    lane.ray.counts.columns += 1;
+                    (lane.gap, lane.is_fresh) = (Some(out), true);
+                    lane.stride.pass();
+                    continue;
+                }
+            }
+            self.gather_column(lane, blocks, batch);
+        }
+        if lane.behind == Behind::More && lane.stride.has_ended() {
+            lane.behind = Behind::End;
+        }
+        lane.frusta = from..batch.count();
+    }
+
+    /// A void has no values, and its core is round.
+    #[cold]
+    #[inline(never)]
+    fn pass_void(&self, lane: &mut Lane<'_, '_, T, S, N>) {
+        let column = lane.stride.column();
+        lane.stride.pass();
+        lane.ray.counts.columns += 1;
+        (lane.gap, lane.is_fresh) = (None, true);
+        let met = lane.ray.line.first_inside(self.shell.inner(), [column.entry.t, column.exit.t]);
+        if let (Some(t), true) = (met, self.core.is_some()) {
+            lane.behind = Behind::Core(t);
+        }
+    }
+
+    #[inline(always)]
+    fn gather_column(&self, lane: &mut Lane<'_, '_, T, S, N>, blocks: u32, batch: &mut Batch<T, S, N>) {
+        let (column, shell, layers) = (lane.stride.column(), self.shell, self.shell.layers());
+        let mut passage = match lane.stopped.take() {
+            Some(passage) => passage,
+            None => {
+                lane.ray.counts.columns += 1;
+                let gap = lane.gap.unwrap_or_else(|| shell.gap(column.entry.rho));
+                Passage::new(&column, gap)
+            }
+        };
+        let base = self.samples.bases(column.cells);
+        let weight = [column.entry, column.exit].map(|end| end.weight.map(T::of));
+        let length = column.exit.t - column.entry.t;
+        loop {
+            let (gap, crossed) = (passage.gap, passage.crossed(shell));
+            if gap == 0 {
+                if self.core.is_some() {
+                    lane.behind = Behind::Core(lerp(column.entry.t, column.exit.t, passage.a.u));
+                    return;
+                }
+            } else if gap < layers {
+                if !self.visible.shows(blocks, gap) {
+                    lane.is_fresh = true;
+                } else if batch.is_full() {
+                    lane.stopped = Some(passage);
+                    return;
+                } else {
+                    let Crossed { behind, ahead, b, .. } = crossed;
+                    batch.push(&Passed {
+                        samples: [behind, ahead].map(|layer| base.map(|base| self.samples.read(base, layer))),
+                        cells: column.cells,
+                        layers: [behind as u32, ahead as u32],
+                        weight,
+                        tau: [passage.a.tau, b.tau],
+                        place: passage.places(shell, &crossed),
+                        eps: passage.eps(&crossed),
+                        length: T::of(length * (b.u - passage.a.u)),
+                        is_fresh: lane.is_fresh,
+                    });
+                    lane.is_fresh = false;
+                }
+            }
+            if !crossed.passes {
+                lane.gap = Some(gap);
+                lane.stride.pass();
+                return;
+            }
+            passage.pass(&crossed);
+        }
+    }
+
+    /// Adds the light of a lane's frusta, in the ray's order.
+    #[inline(never)]
+    fn settle(&self, lane: &mut Lane<'_, '_, T, S, N>, batch: &Batch<T, S, N>) -> Flow {
+        for n in lane.frusta.clone() {
+            if lane.ray.meet(batch, n) == Flow::Stop {
                 return Flow::Stop;
             }
         }
-        Flow::On
+        match lane.behind {
+            Behind::More => Flow::On,
+            Behind::Core(t) => lane.ray.core(t),
+            Behind::End => Flow::Stop,
+        }
+    }
+}
+
+/// Walks on with all lanes that have no column left.
+#[inline(never)]
+fn walk<T: Real, S: Sample, const N: usize>(level: Level, lanes: &mut [Lane<'_, '_, T, S, N>]) {
+    let is_idle = |lane: &Lane<'_, '_, T, S, N>| lane.stride.is_empty();
+    for i in 0..STEPS {
+        lanes.iter_mut().filter(|lane| is_idle(lane)).for_each(|lane| lane.stride.step(i));
+    }
+    let mut measure = || lanes.iter_mut().filter(|lane| is_idle(lane)).for_each(|lane| lane.stride.measure());
+    dispatch!(level, _simd => measure());
+}
+
+/// Rays that wait for a lane.
+pub(super) struct Queue<'r, 'f, T, S, I, const N: usize> {
+    caster: &'r Caster<'f, T, S, N>,
+    rays: I,
+    /// The first triangle of the last ray, and of the first one of its row.
+    hint: u32,
+    row_hint: u32,
+}
+
+impl<'r, 'f, T: Real, S: Sample, I: Iterator<Item = Start>, const N: usize> Queue<'r, 'f, T, S, I, N> {
+    pub fn new(caster: &'r Caster<'f, T, S, N>, rays: I) -> Self {
+        Queue { caster, rays, hint: 0, row_hint: 0 }
     }
 
-    /// Whether something can be seen in `gap`, or must be looked at.
-    #[inline(always)]
-    fn sees(&self, blocks: u32, gap: usize) -> bool {
-        gap == 0 || gap == self.shell.layers() || self.visible.shows(blocks, gap)
-    }
-
-    /// The longest way on over columns in which nothing is to be seen as high as the ray is there.
-    #[inline]
-    fn clear_way(&self, stride: &Stride, gap: usize) -> Option<Way> {
-        let ahead = stride.ahead();
-        [ahead.len(), 4, 1].into_iter().filter(|n| *n <= ahead.len()).find_map(|columns| {
-            let way = stride.way(columns)?;
-            let low = self.shell.gap_near(gap, way.lowest);
-            if low == 0 {
-                return None;
+    /// The next ray that meets the shell; those that miss it are told.
+    pub fn next(
+        &mut self,
+        tell: &mut impl FnMut(usize, Option<Light<T>>),
+    ) -> Option<(Start, RayLine, Walk<'r, 'f>)> {
+        for start in self.rays.by_ref() {
+            let from = if start.begins_row { self.row_hint } else { self.hint };
+            let line = RayLine::new(start.eye, start.dir, self.caster.shell.outer());
+            let walk = line.map(|line| (line, Walk::new(self.caster.grid, line, from)));
+            self.hint = walk.as_ref().map_or(from, |(_, walk)| walk.triangle());
+            if start.begins_row {
+                self.row_hint = self.hint;
             }
-            let high = self.shell.gap_near(gap, way.highest * self.visible.stretch);
-            let seen = ahead[..columns].iter().fold(0, |all, triangle| all | self.visible.over(*triangle));
-            (seen & self.visible.between(low, high) == 0).then_some(way)
-        })
+            match walk {
+                Some((line, walk)) => return Some((start, line, walk)),
+                None => tell(start.number, None),
+            }
+        }
+        None
     }
 }

@@ -1,178 +1,222 @@
-//! Many columns at a time: a [`Walk`] that goes ahead, so that several rays can walk side by side.
+//! Many columns at a time: a walk that goes ahead, so that several rays can walk side by side.
 //!
 //! From one triangle to the next each step waits for tables and for one vertex's side, which no machine can guess. Rays that step in turn
-//! wait together. What a step leaves behind is where the sides are: places, heights and weights are computed of that, with
-//! the numbers that the plain walk has, and only where somebody asks.
+//! wait together. What a step leaves behind is the side that it crossed; where and how high the ray crosses it is computed of several
+//! sides at a time, with the numbers that the plain walk has.
 
-use super::{Column, Contour, Crossing, End, Place, Walk, height};
+use super::{Column, Contour, End, Place, Walk, height};
 use crate::grid::Grid;
-use crate::kernel::plane::{Point, RayLine, Seen};
+use crate::kernel::plane::{Plane, Point, RayLine, Seen};
 
 /// Columns that are walked ahead.
-pub(crate) const STEPS: usize = 16;
+pub(crate) const STEPS: usize = 8;
+
+/// A number of each column.
+type Row = [f64; STEPS];
 
 /// A ray that is [`STEPS`] columns ahead of those that were asked for.
 #[derive(Debug, Clone)]
 pub(crate) struct Stride<'g, 'a> {
-    walk: Walk<'g, 'a>,
-    /// The triangle behind the last step, its cells, and where in `seen` the ends of its side of entry are.
+    grid: &'g Grid<'a>,
+    line: RayLine,
+    /// Where the last step led: the triangle, its cells, its side of entry and its apex.
     triangle: u32,
     cells: [u32; 3],
-    left: usize,
-    right: usize,
-    /// The vertices met: the first side's, and each column's apex.
-    seen: [Seen; STEPS + 3],
-    /// Of each column.
+    left: Seen,
+    right: Seen,
+    apex: Seen,
+    /// Of each column: the triangle, and the cells of its side of entry and its apex.
     triangles: [u32; STEPS],
-    /// The ends of each column's side of entry, and of the last one's side of exit.
-    sides: [[u8; 2]; STEPS + 1],
+    vertices: [[u32; 3]; STEPS],
+    /// The left and the right end of each column's side of exit: x, y and q.
+    sides: [[Row; 3]; 2],
+    /// Whether the side of exit is that on the apex's right.
+    is_left: [bool; STEPS],
+    /// The crossing of that side: its place between the ends, the point, and the ray there.
+    w: Row,
+    x: Row,
+    y: Row,
+    t: Row,
+    rho: Row,
+    /// Where the first column is entered.
+    entry: End,
+    /// The last column's way out, where the ray ends in it.
+    exit: Option<End>,
     next: usize,
+    /// Columns until the ray's end.
+    ready: usize,
 }
 
 impl<'g, 'a> Stride<'g, 'a> {
     /// The columns of `walk`.
     pub fn new(walk: Walk<'g, 'a>) -> Self {
-        let none = Seen { cell: 0, x: 0.0, y: 0.0, q: 0.0 };
+        let Walk { contour, line, .. } = walk;
+        let Contour { grid, triangle, cells, left, right, apex, .. } = contour;
+        let none = [0.0; STEPS];
         let mut stride = Stride {
-            triangle: 0,
-            cells: [0; 3],
-            left: 0,
-            right: 1,
-            seen: [none; STEPS + 3],
+            grid,
+            line,
+            triangle,
+            cells,
+            left,
+            right,
+            apex,
             triangles: [0; STEPS],
-            sides: [[0; 2]; STEPS + 1],
+            vertices: [[0; 3]; STEPS],
+            sides: [[none; 3]; 2],
+            is_left: [false; STEPS],
+            w: none,
+            x: none,
+            y: none,
+            t: none,
+            rho: none,
+            entry: End { t: 0.0, rho: 0.0, weight: [0.0; 2] },
+            exit: None,
             next: 0,
-            walk: walk.clone(),
+            ready: 0,
         };
         stride.restart(walk);
         stride
     }
 
-    /// Begins anew with the columns of `walk`.
+    /// Begins anew with the columns of `walk`, none of which is walked yet.
     pub fn restart(&mut self, walk: Walk<'g, 'a>) {
-        let Contour { triangle, cells, left, right, apex, .. } = walk.contour;
-        (self.triangle, self.cells) = (triangle, cells);
-        (self.left, self.right) = (0, 1);
-        (self.seen[0], self.seen[1], self.seen[STEPS + 2]) = (left, right, apex);
-        self.next = STEPS;
-        self.walk = walk;
+        let Walk { contour, line, from, last: (t, rho) } = walk;
+        let Contour { triangle, cells, left, right, apex, .. } = contour;
+        (self.line, self.triangle, self.cells) = (line, triangle, cells);
+        (self.left, self.right, self.apex) = (left, right, apex);
+        let Place { point, weight } = from.unwrap_or(Place { point: line.at(line.end), weight: [0.0; 2] });
+        // The first column's entry lies where the columns before it would have ended.
+        (self.x[STEPS - 1], self.y[STEPS - 1]) = (point.x, point.y);
+        self.entry = End { t, rho, weight };
+        (self.exit, self.next, self.ready) = (None, 0, 0);
     }
 
-    /// Makes ready for [`STEPS`] calls of [`Self::step`].
-    pub fn begin(&mut self) {
-        let [left, right, apex] = [self.left, self.right, STEPS + 2].map(|i| self.seen[i]);
-        (self.seen[0], self.seen[1], self.seen[2]) = (left, right, apex);
-        (self.left, self.right) = (0, 1);
-        self.sides[0] = [0, 1];
-        self.next = 0;
+    /// Whether columns have to be walked before one can be asked for; there are none behind the ray's end.
+    #[inline(always)]
+    pub fn is_empty(&self) -> bool {
+        self.next >= self.ready
+    }
+
+    /// Whether no column is left.
+    #[inline(always)]
+    pub fn has_ended(&self) -> bool {
+        self.is_empty() && self.exit.is_some()
     }
 
     /// Walks over column number `i` of the next [`STEPS`].
     #[inline(always)]
     pub fn step(&mut self, i: usize) {
-        let grid: &'g Grid<'a> = self.walk.contour.grid;
-        let apex = i + 2;
         self.triangles[i] = self.triangle;
-        let is_left = self.seen[apex].is_left();
-        let behind = self.seen[if is_left { self.left } else { self.right }].cell;
+        self.vertices[i] = [self.left.cell, self.right.cell, self.apex.cell];
+        let is_left = self.apex.is_left();
+        let behind = if is_left { self.left.cell } else { self.right.cell };
         let sum = |cells: [u32; 3]| cells[0].wrapping_add(cells[1]).wrapping_add(cells[2]);
         let kept = sum(self.cells).wrapping_sub(behind);
         let k = usize::from(self.cells[0] != behind) + usize::from(self.cells[2] == behind);
-        self.triangle = grid.across(self.triangle, k);
-        self.cells = grid.triangle(self.triangle);
+        self.triangle = self.grid.across(self.triangle, k);
+        self.cells = self.grid.triangle(self.triangle);
         let new = sum(self.cells).wrapping_sub(kept);
-        self.seen[apex + 1] = self.walk.contour.plane.see(new, grid.direction(new));
-        self.left = if is_left { apex } else { self.left };
-        self.right = if is_left { self.right } else { apex };
-        self.sides[i + 1] = [self.left as u8, self.right as u8];
+        self.left = if is_left { self.apex } else { self.left };
+        self.right = if is_left { self.right } else { self.apex };
+        self.apex = self.line.plane.see(new, self.grid.direction(new));
+        self.is_left[i] = is_left;
+        for (side, Seen { x, y, q, .. }) in self.sides.iter_mut().zip([self.left, self.right]) {
+            (side[0][i], side[1][i], side[2][i]) = (x, y, q);
+        }
     }
 
-    /// The triangles of the columns that are still to be asked for.
+    /// Behind [`STEPS`] calls of [`Self::step`]: where the sides are crossed, until the ray's end.
     #[inline(always)]
-    pub fn ahead(&self) -> &[u32] {
-        &self.triangles[self.next.min(STEPS)..]
-    }
-
-    #[inline(always)]
-    fn crossing(&self, i: usize) -> Crossing {
-        let [left, right] = self.sides[i].map(|end| &self.seen[end as usize]);
-        Crossing::between(left, right)
-    }
-
-    /// The next column, as [`Walk::next_column`] has it; `None` behind the ray's end.
-    #[inline(always)]
-    pub fn next_column(&mut self) -> Option<Column> {
-        let entry = self.walk.from.take()?;
-        let (line, i) = (&self.walk.line, self.next);
-        let [left, right] = self.sides[i].map(|end| self.seen[end as usize].cell);
-        let apex = &self.seen[i + 2];
-        let Crossing { point, w } = self.crossing(i + 1);
-        let weight = if apex.is_left() { [w, 1.0 - w] } else { [0.0, w] };
-        let mut exit = Place { point, weight };
+    pub fn measure(&mut self) {
+        if self.ready > 0 {
+            self.entry = self.way_out(STEPS - 1);
+        }
+        let before =
+            Place { point: Point::new(self.x[STEPS - 1], self.y[STEPS - 1]), weight: self.entry.weight };
+        let ([left, right], line) = (&self.sides, &self.line);
         let end = line.at(line.end);
-        let is_last = end.cross(point) >= 0.0;
-        if is_last {
-            exit = self.walk.clip(entry, exit, end);
+        let mut is_behind = [false; STEPS];
+        for i in 0..STEPS {
+            let w = left[2][i] / (left[2][i] - right[2][i]);
+            let x = left[0][i] + w * (right[0][i] - left[0][i]);
+            let y = left[1][i] + w * (right[1][i] - left[1][i]);
+            (self.w[i], self.x[i], self.y[i]) = (w, x, y);
+            is_behind[i] = end.x * y - end.y * x >= 0.0;
+            self.t[i] = line.b * y / x;
         }
-        let (t0, rho0) = self.walk.last;
-        let t1 = if is_last { line.end } else { distance(line, exit.point, t0) };
-        let rho1 = height(line.at(t1), exit.point);
-        let cells = [left, right, apex.cell];
-        self.walk.last = (t1, rho1);
-        if !is_last {
-            self.walk.from = Some(Place { point, weight: [w, 0.0] });
+        let mut t = self.entry.t;
+        for i in 0..STEPS {
+            // max and min let a NaN of 0/0 (a ray through the centre) pass by.
+            t = self.t[i].max(t).min(line.end);
+            self.t[i] = t;
         }
-        self.next = i + 1;
-        let (entry, exit) =
-            (End { t: t0, rho: rho0, weight: entry.weight }, End { t: t1, rho: rho1, weight: exit.weight });
-        Some(Column { cells, entry, exit })
+        for i in 0..STEPS {
+            let (x, y) = (self.x[i], self.y[i]);
+            self.rho[i] = (line.b * x + self.t[i] * y) / (x * x + y * y);
+        }
+        let last = is_behind.iter().position(|is_behind| *is_behind);
+        (self.next, self.ready) = (0, last.map_or(STEPS, |last| last + 1));
+        self.exit = last.map(|last| self.last_exit(last, before));
     }
 
-    /// The way over the next `columns`, unless the ray ends there.
+    /// Where the ray ends in column `i`; `before` is where the first column was entered.
+    #[inline(never)]
+    fn last_exit(&self, i: usize, before: Place) -> End {
+        let place = |i: usize, weight| Place { point: Point::new(self.x[i], self.y[i]), weight };
+        let entry = if i == 0 { before } else { place(i - 1, [self.w[i - 1], 0.0]) };
+        let end = self.line.at(self.line.end);
+        let Place { point, weight } = entry.clip(place(i, self.weight_out(i)), end);
+        End { t: self.line.end, rho: height(end, point), weight }
+    }
+
     #[inline(always)]
-    pub fn way(&self, columns: usize) -> Option<Way> {
-        let line = &self.walk.line;
-        let Crossing { point, w } = self.crossing(self.next + columns);
-        if self.walk.from.is_none() || line.at(line.end).cross(point) >= 0.0 {
-            return None;
-        }
-        let t0 = self.walk.last.0;
-        let t1 = distance(line, point, t0);
-        let square = |t: f64| line.b * line.b + t * t;
-        let lowest = square(0.0f64.clamp(t0, t1)).sqrt() * (1.0 - SLACK);
-        let highest = square(t0).max(square(t1)).sqrt() * (1.0 + SLACK);
-        Some(Way { columns, place: Place { point, weight: [w, 0.0] }, t: t1, lowest, highest })
+    fn weight_out(&self, i: usize) -> [f64; 2] {
+        let w = self.w[i];
+        if self.is_left[i] { [w, 1.0 - w] } else { [0.0, w] }
     }
 
-    /// Passes columns without looking at them; gives the height behind them.
+    /// The end of column `i` as the next one's entry.
     #[inline(always)]
-    pub fn leap(&mut self, way: &Way) -> f64 {
-        let rho = height(self.walk.line.at(way.t), way.place.point);
-        self.walk.last = (way.t, rho);
-        self.walk.from = Some(way.place);
-        self.next += way.columns;
-        rho
+    fn way_out(&self, i: usize) -> End {
+        End { t: self.t[i], rho: self.rho[i], weight: [self.w[i], 0.0] }
     }
-}
 
-/// A ray's way over some columns.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Way {
-    pub columns: usize,
-    /// Its end, on the contour and along the ray.
-    place: Place,
-    t: f64,
-    /// How near to the centre it comes and how far from it.
-    pub lowest: f64,
-    pub highest: f64,
-}
+    /// The triangle of the column that comes next.
+    #[inline(always)]
+    pub fn triangle(&self) -> u32 {
+        self.triangles[self.next % STEPS]
+    }
 
-/// More than rounding does to a height.
-const SLACK: f64 = 1e-9;
+    /// The height at which the ray leaves the column that comes next.
+    #[inline(always)]
+    pub fn height_out(&self) -> f64 {
+        match self.exit {
+            Some(end) if self.next + 1 == self.ready => end.rho,
+            _ => self.rho[self.next % STEPS],
+        }
+    }
 
-/// How far along the line the direction of `point` is met, not before `t0`: max and min let a NaN of 0/0 (a ray through the
-/// centre) pass by.
-#[inline(always)]
-fn distance(line: &RayLine, point: Point, t0: f64) -> f64 {
-    (line.b * point.y / point.x).max(t0).min(line.end)
+    /// The column that comes next, as [`Walk::next_column`] has it.
+    #[inline(always)]
+    pub fn column(&self) -> Column {
+        let i = self.next % STEPS;
+        let entry = if i == 0 { self.entry } else { self.way_out(i - 1) };
+        let exit = match self.exit {
+            Some(end) if self.next + 1 == self.ready => end,
+            _ => End { weight: self.weight_out(i), ..self.way_out(i) },
+        };
+        Column { cells: self.vertices[i], entry, exit }
+    }
+
+    /// Goes on to the next column.
+    #[inline(always)]
+    pub fn pass(&mut self) {
+        self.next += 1;
+    }
+
+    /// The plane of the ray.
+    pub fn plane(&self) -> &Plane {
+        &self.line.plane
+    }
 }

@@ -1,0 +1,282 @@
+//! Frusta of several rays, interpolated and integrated several at a time in the machine's widest vectors.
+//!
+//! There is one source: loops over frusta that lie side by side, with the functions of one frustum inlined in them, which
+//! the compiler turns into vectors for each kind of machine. So lanes compute what one frustum after the other would, bit for bit. Only the
+//! cheapest rule of integration is worth it; what it is not near enough for is left to the ray.
+
+use super::Caster;
+use crate::kernel::column::Chord;
+use crate::kernel::lit::Course;
+use crate::kernel::piece::{Light, ThinPiece};
+use crate::kernel::real::Real;
+use crate::kernel::sample::{Sample, Samples};
+use crate::kernel::segment::Segment;
+use crate::kernel::transfer::{Span, Spans};
+use fearless_simd::{Level, dispatch};
+
+/// Frusta that one pass of the loops takes.
+const LANES: usize = 16;
+/// Frusta that a batch holds.
+pub(super) const ROOM: usize = 8 * LANES;
+
+/// Something of each frustum.
+type Row<X> = [[X; LANES]; ROOM / LANES];
+
+fn row<X: Copy>(value: X) -> Row<X> {
+    [[value; LANES]; ROOM / LANES]
+}
+
+/// A ray's way through a frustum, and what it reads there.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Passed<T, S> {
+    /// The values at the three vertices, on the layer behind and on that ahead.
+    pub samples: [[S; 3]; 2],
+    /// Whose and which these are.
+    pub cells: [u32; 3],
+    pub layers: [u32; 2],
+    /// Weights of the second and third vertex at the column's entry and exit.
+    pub weight: [[T; 2]; 2],
+    /// Where it enters and leaves the frustum: between the edge points, and between the layers.
+    pub tau: [T; 2],
+    pub place: [T; 2],
+    pub eps: T,
+    pub length: T,
+    /// Whether the ray has leapt since its last frustum.
+    pub is_fresh: bool,
+}
+
+/// What is known of a frustum when all have been integrated.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Known {
+    /// Nothing yet.
+    Odd,
+    /// Its light.
+    Light,
+    /// That it is clear.
+    Clear,
+}
+
+/// Frusta side by side. Where there is no light (N = 1) it is not kept whose the samples are.
+#[derive(Debug)]
+pub(super) struct Batch<T, S, const N: usize> {
+    count: usize,
+    samples: [Row<S>; 6],
+    cells: Row<[u32; 3]>,
+    layers: Row<[u32; 2]>,
+    is_fresh: Row<bool>,
+    /// The weights, tau, place, eps and length of [`Passed`].
+    way: [Row<T>; 10],
+    /// f0, f1, kappa.
+    value: [Row<T>; 3],
+    span: Row<u32>,
+    known: Row<Known>,
+    /// Of the span: anchor, extinction and its slope, steepest, colour, its slopes.
+    medium: [Row<T>; 10],
+    /// Colour, absorbed, error, variance.
+    light: [Row<T>; 6],
+}
+
+impl<T: Real, S: Sample, const N: usize> Batch<T, S, N> {
+    pub fn new() -> Self {
+        let zero = row(T::zero());
+        Batch {
+            count: 0,
+            samples: [row(S::near(0.0)); 6],
+            cells: row([0; 3]),
+            layers: row([0; 2]),
+            is_fresh: row(false),
+            way: [zero; 10],
+            value: [zero; 3],
+            span: row(0),
+            known: row(Known::Odd),
+            medium: [zero; 10],
+            light: [zero; 6],
+        }
+    }
+
+    /// How many frusta there are.
+    #[inline(always)]
+    pub fn count(&self) -> usize {
+        self.count
+    }
+
+    /// Forgets all frusta.
+    pub fn clear(&mut self) {
+        self.count = 0;
+    }
+
+    /// Whether there is no room for another one.
+    #[inline(always)]
+    pub fn is_full(&self) -> bool {
+        self.count >= ROOM
+    }
+
+    /// Adds a frustum.
+    #[inline(always)]
+    pub fn push(&mut self, passed: &Passed<T, S>) {
+        let Passed { samples: [[a, b, c], [d, e, f]], weight, tau, place, eps, length, .. } = *passed;
+        let n = self.count.min(ROOM - 1);
+        let (pass, i) = (n / LANES, n % LANES);
+        let [[w0, w1], [w2, w3]] = weight;
+        let way = [w0, w1, w2, w3, tau[0], tau[1], place[0], place[1], eps, length];
+        self.samples.iter_mut().zip([a, b, c, d, e, f]).for_each(|(row, sample)| row[pass][i] = sample);
+        self.way.iter_mut().zip(way).for_each(|(row, number)| row[pass][i] = number);
+        self.is_fresh[pass][i] = passed.is_fresh;
+        if N > 1 {
+            (self.cells[pass][i], self.layers[pass][i]) = (passed.cells, passed.layers);
+        }
+        self.count = n + 1;
+    }
+
+    /// What is known of frustum number `n`, and the span that it surely lies in, if anything is.
+    #[inline(always)]
+    pub fn known(&self, n: usize) -> (Known, usize) {
+        let (pass, i) = (n / LANES, n % LANES);
+        (self.known[pass][i], self.span[pass][i] as usize)
+    }
+
+    /// Whether the ray has leapt before frustum number `n`.
+    #[inline(always)]
+    pub fn is_fresh(&self, n: usize) -> bool {
+        self.is_fresh[n / LANES][n % LANES]
+    }
+
+    /// The light of frustum number `n`, where it is known.
+    #[inline(always)]
+    pub fn light(&self, n: usize) -> Light<T> {
+        let (pass, i) = (n / LANES, n % LANES);
+        let [r, g, b, absorbed, error, variance] = self.light.each_ref().map(|row| row[pass][i]);
+        Light { color: [r, g, b], absorbed, error, variance }
+    }
+
+    /// Its value along the ray.
+    #[inline(always)]
+    pub fn segment(&self, n: usize) -> Segment<T> {
+        let (pass, i) = (n / LANES, n % LANES);
+        let [f0, f1, kappa] = self.value.each_ref().map(|row| row[pass][i]);
+        Segment { f0, f1, kappa, eps: self.way[8][pass][i], length: self.way[9][pass][i] }
+    }
+
+    /// Value, and gradient where there is light, along frustum number `n`, and its length.
+    pub fn course(&self, n: usize, caster: &Caster<'_, T, S, N>) -> (Course<T, N>, T) {
+        let (pass, i) = (n / LANES, n % LANES);
+        let [a, b, c, d, e, f] = self.samples.each_ref().map(|row| caster.samples.normal(row[pass][i]));
+        let (cells, layers) = (self.cells[pass][i], self.layers[pass][i]);
+        let [w0, w1, w2, w3, t0, t1, p0, p1, eps, length] = self.way.each_ref().map(|row| row[pass][i]);
+        let chord = |values: [T; 3], layer: u32| {
+            let vertex = |k: usize| caster.vertex(cells[k], values[k], layer as usize);
+            Chord::over([vertex(0), vertex(1), vertex(2)], &[[w0, w1], [w2, w3]])
+        };
+        let (first, second) = (chord([a, b, c], layers[0]), chord([d, e, f], layers[1]));
+        let course = first.mix(second, p0).course(&first.mix(second, p1), [t0, t1], eps);
+        (course, length)
+    }
+
+    /// Interpolates all frusta, and integrates those that are thin, allowing each the error `share` per absorbed light.
+    pub fn integrate(&mut self, level: Level, caster: &Caster<'_, T, S, N>, share: T) {
+        let (samples, spans) = (caster.samples, caster.spans);
+        dispatch!(level, _simd => self.passes(&samples, spans, share));
+    }
+
+    #[inline(always)]
+    fn passes(&mut self, samples: &Samples<S>, spans: &Spans<T>, share: T) {
+        for pass in 0..self.count.div_ceil(LANES).min(ROOM / LANES) {
+            let is_usual = self.interpolate(pass, samples);
+            let is_whole = self.find_spans(pass, spans);
+            self.fetch(pass, spans);
+            let is_thin = if N == 1 { self.thin(pass, share) } else { [false; LANES] };
+            for i in 0..LANES {
+                let is_clear = spans.span(self.span[pass][i] as usize).is_clear;
+                self.known[pass][i] = match is_usual[i] & is_whole[i] {
+                    true if is_clear => Known::Clear,
+                    true if is_thin[i] => Known::Light,
+                    _ => Known::Odd,
+                };
+            }
+        }
+    }
+
+    /// Whether what was read is neither missing nor beyond all bounds.
+    #[inline(always)]
+    fn interpolate(&mut self, pass: usize, samples: &Samples<S>) -> [bool; LANES] {
+        let read = self.samples.each_ref().map(|row| &row[pass]);
+        let way = self.way.each_ref().map(|row| &row[pass]);
+        let mut value = [[T::zero(); LANES]; 3];
+        let mut is_usual = [true; LANES];
+        for i in 0..LANES {
+            let values = read.map(|row| samples.usual::<T>(row[i]));
+            let [a, b, c, d, e, f] = values.map(|(value, _)| [value]);
+            is_usual[i] = values.iter().fold(true, |all, (_, is_usual)| all & is_usual);
+            let [w0, w1, w2, w3, t0, t1, p0, p1, eps, _] = way.map(|row| row[i]);
+            let weight = [[w0, w1], [w2, w3]];
+            let (first, second) = (Chord::over([a, b, c], &weight), Chord::over([d, e, f], &weight));
+            let course = first.mix(second, p0).course(&first.mix(second, p1), [t0, t1], eps);
+            (value[0][i], value[1][i], value[2][i]) = (course.from[0], course.to[0], course.kappa[0]);
+        }
+        self.value.iter_mut().zip(value).for_each(|(row, value)| row[pass] = value);
+        is_usual
+    }
+
+    /// Finds the span that each frustum surely lies in, if there is one.
+    #[inline(always)]
+    fn find_spans(&mut self, pass: usize, spans: &Spans<T>) -> [bool; LANES] {
+        let [f0, f1, kappa] = self.value.each_ref().map(|row| &row[pass]);
+        let (eps, length) = (&self.way[8][pass], &self.way[9][pass]);
+        let mut lowest = [T::zero(); LANES];
+        let mut is_short = [false; LANES];
+        for i in 0..LANES {
+            let segment = Segment { f0: f0[i], f1: f1[i], kappa: kappa[i], eps: eps[i], length: length[i] };
+            lowest[i] = segment.within()[0];
+            is_short[i] = ThinPiece::takes(&segment);
+        }
+        let span = spans.find_all(&lowest);
+        self.span[pass] = span;
+        let mut is_whole = [false; LANES];
+        for i in 0..LANES {
+            let segment = Segment { f0: f0[i], f1: f1[i], kappa: kappa[i], eps: eps[i], length: length[i] };
+            is_whole[i] = is_short[i] & spans.span(span[i] as usize).holds(&segment);
+        }
+        is_whole
+    }
+
+    #[inline(always)]
+    fn fetch(&mut self, pass: usize, spans: &Spans<T>) {
+        for i in 0..LANES {
+            let span = spans.span(self.span[pass][i] as usize);
+            let ([r, g, b], [dr, dg, db]) = (span.color, span.color_slope);
+            let numbers =
+                [span.anchor, span.extinction, span.extinction_slope, span.steepest, r, g, b, dr, dg, db];
+            self.medium.iter_mut().zip(numbers).for_each(|(row, number)| row[pass][i] = number);
+        }
+    }
+
+    /// Whether the rule is near enough.
+    #[inline(always)]
+    fn thin(&mut self, pass: usize, share: T) -> [bool; LANES] {
+        let [f0, f1, kappa] = self.value.each_ref().map(|row| &row[pass]);
+        let (eps, length) = (&self.way[8][pass], &self.way[9][pass]);
+        let [anchor, extinction, extinction_slope, steepest, r, g, b, dr, dg, db] =
+            self.medium.each_ref().map(|row| &row[pass]);
+        let mut light = [[T::zero(); LANES]; 6];
+        let mut is_near = [false; LANES];
+        for i in 0..LANES {
+            let segment = Segment { f0: f0[i], f1: f1[i], kappa: kappa[i], eps: eps[i], length: length[i] };
+            let span = Span {
+                anchor: anchor[i],
+                extinction: extinction[i],
+                extinction_slope: extinction_slope[i],
+                steepest: steepest[i],
+                color: [r[i], g[i], b[i]],
+                color_slope: [dr[i], dg[i], db[i]],
+                ..Span::unknown()
+            };
+            let thin = ThinPiece::new(&segment, &span);
+            let Light { color, absorbed, error, variance } = thin.light();
+            [light[0][i], light[1][i], light[2][i]] = color;
+            [light[3][i], light[4][i], light[5][i]] = [absorbed, error, variance];
+            is_near[i] = thin.is_near(share);
+        }
+        self.light.iter_mut().zip(light).for_each(|(row, light)| row[pass] = light);
+        is_near
+    }
+}
