@@ -4,8 +4,9 @@
 //! `corner_cell[t]`, its sides are `corner_edge[t]`, and `edge_corner` leads across a side (§3.1 of the paper). A frustum
 //! is a triangle between two layers, so the whole 3-D mesh is walked with these 2-D tables alone.
 //!
-//! Derived and owned: a unit vector per cell (24 bytes) and one byte per triangle, its [`Seats`], that says which side lies
-//! opposite which vertex and how the row winds. The tables themselves stay the model's. A mesh with holes is closed with void
+//! Derived and owned: a unit vector per cell (24 bytes), one byte per triangle, its [`Seats`], that says which side lies
+//! opposite which vertex and how the row winds, and the triangles around each (12 bytes), so that rays read two tables and
+//! not four. The tables themselves stay the model's. A mesh with holes is closed with void
 //! triangles (`closure.rs`), which are numbered on from the last row of the table; a whole sphere has none.
 
 mod check;
@@ -22,6 +23,7 @@ pub use tables::{GridTables, Indices, LonLat, Reals};
 use crate::error::Result;
 use closure::Closure;
 use glam::DVec3;
+use rayon::prelude::*;
 use seats::Seats;
 use std::sync::{Arc, Weak};
 
@@ -32,6 +34,8 @@ pub struct Grid<'a> {
     /// Of cells, and of synthetic points behind them.
     direction: Vec<[f64; 3]>,
     seats: Vec<Seats>,
+    /// The triangle beyond the side opposite each vertex; of void triangles too.
+    beyond: Vec<[u32; 3]>,
     closure: Closure,
     /// A triangle that is there.
     start: u32,
@@ -58,7 +62,8 @@ impl<'a> Grid<'a> {
             if has_hole { closure::close(&tables, &mut direction, &seats)? } else { Closure::default() };
         check::covers(&tables, &direction, &seats, &closure)?;
         let start = seats.iter().position(|seats| seats.is_triangle()).unwrap_or(seats.len()) as u32;
-        Ok(Grid { tables, direction, seats, closure, start, life: Arc::default() })
+        let beyond = beyond(&tables, &seats, &closure);
+        Ok(Grid { tables, direction, seats, beyond, closure, start, life: Arc::default() })
     }
 
     /// The tables as given.
@@ -103,7 +108,10 @@ impl<'a> Grid<'a> {
 
     /// Bytes that icoray owns for this grid beside the model's tables.
     pub fn derived_bytes(&self) -> usize {
-        size_of_val(self.direction.as_slice()) + size_of_val(self.seats.as_slice()) + self.closure.bytes()
+        size_of_val(self.direction.as_slice())
+            + size_of_val(self.seats.as_slice())
+            + size_of_val(self.beyond.as_slice())
+            + self.closure.bytes()
     }
 
     /// Unit vector from the sphere's centre to the centre of `cell` (z through the north pole, x through longitude 0), or to
@@ -138,23 +146,7 @@ impl<'a> Grid<'a> {
     /// When there is no such triangle.
     #[inline]
     pub fn across(&self, triangle: u32, k: usize) -> u32 {
-        let base = i64::from(self.tables.index_base);
-        let Some(seats) = self.seats.get(triangle as usize) else {
-            return self.void(triangle).beyond[k];
-        };
-        let column = seats.side_opposite(k);
-        if column == Seats::RIM {
-            return self.over_the_rim(triangle, k);
-        }
-        let edge = (self.tables.corner_edge.get(3 * triangle as usize + column) - base) as usize;
-        let [a, b] = self.tables.edge_corner.row(edge).map(|corner| (corner - base) as u32);
-        // The side's two triangles and this one, of which one stands twice: what is left is the other.
-        a ^ b ^ triangle
-    }
-
-    #[cold]
-    fn over_the_rim(&self, triangle: u32, k: usize) -> u32 {
-        self.closure.across(triangle, k)
+        self.beyond[triangle as usize][k]
     }
 
     /// Whether the table's order of the vertices of `triangle` runs clockwise seen from outside.
@@ -200,4 +192,24 @@ impl<'a> Grid<'a> {
         // Others are marks of corners that are missing.
         corners.filter(move |corner| rows.contains(corner)).map(move |corner| (corner - base) as u32)
     }
+}
+
+/// The triangle beyond each side of each triangle, void ones behind those of the tables. A row that is no triangle has itself.
+fn beyond(tables: &GridTables, seats: &[Seats], closure: &Closure) -> Vec<[u32; 3]> {
+    let base = i64::from(tables.index_base);
+    let across = |triangle: usize, k: usize| {
+        let number = triangle as u32;
+        let column = match seats[triangle] {
+            seats if !seats.is_triangle() => return number,
+            seats if seats.is_rim(k) => return closure.across(number, k),
+            seats => seats.side_opposite(k),
+        };
+        let edge = (tables.corner_edge.get(3 * triangle + column) - base) as usize;
+        let [a, b] = tables.edge_corner.row(edge).map(|corner| (corner - base) as u32);
+        // The side's two triangles and this one, of which one stands twice: what is left is the other.
+        a ^ b ^ number
+    };
+    let rows = |triangle: usize| [0, 1, 2].map(|k| across(triangle, k));
+    let void = closure.void().par_iter().map(|void| void.beyond);
+    (0..seats.len()).into_par_iter().map(rows).chain(void).collect()
 }

@@ -87,16 +87,28 @@ impl<'a, S: Sample> Samples<'a, S> {
         self.elements.bases(cells.map(|cell| cell as usize))
     }
 
-    /// The sample at `layer` (counted from the innermost) over the cell of `base`.
+    /// Where the sample at `layer` is, for [`Self::at`].
     #[inline(always)]
-    pub fn read(&self, base: isize, layer: usize) -> S {
-        self.data[self.elements.at(base, layer)]
+    pub fn element(&self, base: isize, layer: usize) -> usize {
+        self.elements.at(base, layer)
     }
 
-    /// [`Self::read`], normalised; NaN where it is missing.
+    /// Elements from one layer to the next.
+    #[inline(always)]
+    pub fn layer_stride(&self) -> isize {
+        self.elements.layer_stride()
+    }
+
+    /// The sample of that element.
+    #[inline(always)]
+    pub fn at(&self, element: usize) -> S {
+        self.data[element]
+    }
+
+    /// The normalised value at `layer` (counted from the innermost) over the cell of `base`; NaN where it is missing.
     #[inline(always)]
     pub fn get<T: Real>(&self, base: isize, layer: usize) -> T {
-        self.normal(self.read(base, layer))
+        self.normal(self.at(self.element(base, layer)))
     }
 
     /// A sample, normalised in f64: a field of 1e30, or of 1e6 + 1, keeps its digits in an f32 kernel.

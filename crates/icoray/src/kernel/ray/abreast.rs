@@ -167,7 +167,9 @@ impl<'f, T: Real, S: Sample, const N: usize> Caster<'f, T, S, N> {
             }
         };
         let base = self.samples.bases(column.cells);
-        let weight = [column.entry, column.exit].map(|end| end.weight.map(T::of));
+        let ([w0, w1], [w2, w3]) = (column.entry.weight, column.exit.weight);
+        let weight = [[T::of(w0), T::of(w1)], [T::of(w2), T::of(w3)]];
+        let up = self.samples.layer_stride();
         let length = column.exit.t - column.entry.t;
         loop {
             let (gap, crossed) = (passage.gap, passage.crossed(shell));
@@ -184,8 +186,10 @@ impl<'f, T: Real, S: Sample, const N: usize> Caster<'f, T, S, N> {
                     return;
                 } else {
                     let Crossed { behind, ahead, b, .. } = crossed;
+                    let at = |base: isize| self.samples.element(base, behind);
                     batch.push(&Passed {
-                        samples: [behind, ahead].map(|layer| base.map(|base| self.samples.read(base, layer))),
+                        elements: [at(base[0]), at(base[1]), at(base[2])],
+                        step: if ahead > behind { up } else { -up },
                         cells: column.cells,
                         layers: [behind as u32, ahead as u32],
                         weight,

@@ -28,9 +28,10 @@ fn row<X: Copy>(value: X) -> Row<X> {
 
 /// A ray's way through a frustum, and what it reads there.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Passed<T, S> {
-    /// The values at the three vertices, on the layer behind and on that ahead.
-    pub samples: [[S; 3]; 2],
+pub(super) struct Passed<T> {
+    /// Where the samples at the three vertices are on the layer behind, and how far from there those on the layer ahead.
+    pub elements: [usize; 3],
+    pub step: isize,
     /// Whose and which these are.
     pub cells: [u32; 3],
     pub layers: [u32; 2],
@@ -60,6 +61,9 @@ pub(super) enum Known {
 #[derive(Debug)]
 pub(super) struct Batch<T, S, const N: usize> {
     count: usize,
+    elements: [Row<usize>; 3],
+    step: Row<isize>,
+    /// What is there: on the layer behind, and on that ahead.
     samples: [Row<S>; 6],
     cells: Row<[u32; 3]>,
     layers: Row<[u32; 2]>,
@@ -81,6 +85,8 @@ impl<T: Real, S: Sample, const N: usize> Batch<T, S, N> {
         let zero = row(T::zero());
         Batch {
             count: 0,
+            elements: [row(0); 3],
+            step: row(0),
             samples: [row(S::near(0.0)); 6],
             cells: row([0; 3]),
             layers: row([0; 2]),
@@ -113,19 +119,33 @@ impl<T: Real, S: Sample, const N: usize> Batch<T, S, N> {
 
     /// Adds a frustum.
     #[inline(always)]
-    pub fn push(&mut self, passed: &Passed<T, S>) {
-        let Passed { samples: [[a, b, c], [d, e, f]], weight, tau, place, eps, length, .. } = *passed;
+    pub fn push(&mut self, passed: &Passed<T>) {
+        let Passed { elements, weight: [[w0, w1], [w2, w3]], tau, place, eps, length, .. } = *passed;
         let n = self.count.min(ROOM - 1);
         let (pass, i) = (n / LANES, n % LANES);
-        let [[w0, w1], [w2, w3]] = weight;
         let way = [w0, w1, w2, w3, tau[0], tau[1], place[0], place[1], eps, length];
-        self.samples.iter_mut().zip([a, b, c, d, e, f]).for_each(|(row, sample)| row[pass][i] = sample);
+        self.elements.iter_mut().zip(elements).for_each(|(row, element)| row[pass][i] = element);
+        self.step[pass][i] = passed.step;
         self.way.iter_mut().zip(way).for_each(|(row, number)| row[pass][i] = number);
         self.is_fresh[pass][i] = passed.is_fresh;
         if N > 1 {
             (self.cells[pass][i], self.layers[pass][i]) = (passed.cells, passed.layers);
         }
         self.count = n + 1;
+    }
+
+    /// Reads all samples: apart, so that many can be waited for at a time.
+    #[inline(never)]
+    fn read(&mut self, samples: &Samples<S>) {
+        for n in 0..self.count.min(ROOM) {
+            let (pass, i) = (n / LANES, n % LANES);
+            let step = self.step[pass][i];
+            for k in 0..3 {
+                let element = self.elements[k][pass][i];
+                self.samples[k][pass][i] = samples.at(element);
+                self.samples[k + 3][pass][i] = samples.at(element.wrapping_add_signed(step));
+            }
+        }
     }
 
     /// What is known of frustum number `n`, and the span that it surely lies in, if anything is.
@@ -175,6 +195,7 @@ impl<T: Real, S: Sample, const N: usize> Batch<T, S, N> {
     /// Interpolates all frusta, and integrates those that are thin, allowing each the error `share` per absorbed light.
     pub fn integrate(&mut self, level: Level, caster: &Caster<'_, T, S, N>, share: T) {
         let (samples, spans) = (caster.samples, caster.spans);
+        self.read(&samples);
         dispatch!(level, _simd => self.passes(&samples, spans, share));
     }
 
@@ -204,13 +225,16 @@ impl<T: Real, S: Sample, const N: usize> Batch<T, S, N> {
         let mut value = [[T::zero(); LANES]; 3];
         let mut is_usual = [true; LANES];
         for i in 0..LANES {
-            let values = read.map(|row| samples.usual::<T>(row[i]));
-            let [a, b, c, d, e, f] = values.map(|(value, _)| [value]);
-            is_usual[i] = values.iter().fold(true, |all, (_, is_usual)| all & is_usual);
-            let [w0, w1, w2, w3, t0, t1, p0, p1, eps, _] = way.map(|row| row[i]);
-            let weight = [[w0, w1], [w2, w3]];
+            let mut values = [[T::zero()]; 6];
+            for k in 0..6 {
+                let (value, usual) = samples.usual(read[k][i]);
+                (values[k], is_usual[i]) = ([value], is_usual[i] & usual);
+            }
+            let [a, b, c, d, e, f] = values;
+            let weight = [[way[0][i], way[1][i]], [way[2][i], way[3][i]]];
             let (first, second) = (Chord::over([a, b, c], &weight), Chord::over([d, e, f], &weight));
-            let course = first.mix(second, p0).course(&first.mix(second, p1), [t0, t1], eps);
+            let (at_a, at_b) = (first.mix(second, way[6][i]), first.mix(second, way[7][i]));
+            let course = at_a.course(&at_b, [way[4][i], way[5][i]], way[8][i]);
             (value[0][i], value[1][i], value[2][i]) = (course.from[0], course.to[0], course.kappa[0]);
         }
         self.value.iter_mut().zip(value).for_each(|(row, value)| row[pass] = value);
@@ -246,7 +270,9 @@ impl<T: Real, S: Sample, const N: usize> Batch<T, S, N> {
             let ([r, g, b], [dr, dg, db]) = (span.color, span.color_slope);
             let numbers =
                 [span.anchor, span.extinction, span.extinction_slope, span.steepest, r, g, b, dr, dg, db];
-            self.medium.iter_mut().zip(numbers).for_each(|(row, number)| row[pass][i] = number);
+            for k in 0..10 {
+                self.medium[k][pass][i] = numbers[k];
+            }
         }
     }
 
