@@ -195,8 +195,8 @@ impl<T: Real> Passage<T> {
     #[inline(always)]
     pub fn new(column: &Column, gap: usize) -> Self {
         let (entry, exit) = (column.entry.rho, column.exit.rho);
-        let a = Station { u: 0.0, tau: T::zero(), rho: entry, curvature: 1.0 / entry };
-        let (rising, scale) = (exit >= entry, 1.0 / (exit - entry));
+        let a = Station { u: 0.0, tau: T::zero(), rho: entry, curvature: column.curvature };
+        let (rising, scale) = (exit >= entry, column.scale);
         Passage { gap, a, is_on_layer: false, rising, entry, exit, scale }
     }
 

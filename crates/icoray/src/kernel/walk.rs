@@ -184,6 +184,16 @@ pub(crate) struct Column {
     pub cells: [u32; 3],
     pub entry: End,
     pub exit: End,
+    /// 1 / height at the entry.
+    pub curvature: f64,
+    /// 1 / rise from the entry to the exit.
+    pub scale: f64,
+}
+
+impl Column {
+    fn new(cells: [u32; 3], entry: End, exit: End) -> Self {
+        Column { cells, entry, exit, curvature: 1.0 / entry.rho, scale: 1.0 / (exit.rho - entry.rho) }
+    }
 }
 
 /// A ray walking over the mesh, column by column, from its start to its end without a gap.
@@ -283,7 +293,7 @@ impl<'g, 'a> Walk<'g, 'a> {
             self.contour.forward();
             self.from = Some(Place { point: crossing.point, weight: [crossing.w, 0.0] });
         }
-        Some(Column { cells, entry, exit })
+        Some(Column::new(cells, entry, exit))
     }
 }
 

@@ -123,7 +123,7 @@ impl<'f, T: Real, S: Sample, const N: usize> Caster<'f, T, S, N> {
                 continue;
             }
             let blocks = self.visible.over(triangle);
-            if let (Some(gap), None) = (lane.gap, &lane.stopped) {
+            if let (Some(gap), None, true) = (lane.gap, &lane.stopped, blocks != u32::MAX) {
                 let out = self.shell.gap_near(gap, lane.stride.height_out());
                 let (low, high) = (gap.min(out), gap.max(out));
                 if low > 0 && high < layers && !self.visible.shows_any(blocks, low, high) {

@@ -73,6 +73,7 @@ pub(super) struct Batch<T, S, const N: usize> {
     /// f0, f1, kappa.
     value: [Row<T>; 3],
     span: Row<u32>,
+    is_clear: Row<bool>,
     known: Row<Known>,
     /// Of the span: anchor, extinction and its slope, steepest, colour, its slopes.
     medium: [Row<T>; 10],
@@ -94,6 +95,7 @@ impl<T: Real, S: Sample, const N: usize> Batch<T, S, N> {
             way: [zero; 10],
             value: [zero; 3],
             span: row(0),
+            is_clear: row(false),
             known: row(Known::Odd),
             medium: [zero; 10],
             light: [zero; 6],
@@ -204,15 +206,12 @@ impl<T: Real, S: Sample, const N: usize> Batch<T, S, N> {
         for pass in 0..self.count.div_ceil(LANES).min(ROOM / LANES) {
             let is_usual = self.interpolate(pass, samples);
             let is_whole = self.find_spans(pass, spans);
-            self.fetch(pass, spans);
             let is_thin = if N == 1 { self.thin(pass, share) } else { [false; LANES] };
             for i in 0..LANES {
-                let is_clear = spans.span(self.span[pass][i] as usize).is_clear;
-                self.known[pass][i] = match is_usual[i] & is_whole[i] {
-                    true if is_clear => Known::Clear,
-                    true if is_thin[i] => Known::Light,
-                    _ => Known::Odd,
-                };
+                let is_whole = is_usual[i] & is_whole[i];
+                let known = if is_thin[i] { Known::Light } else { Known::Odd };
+                let known = if self.is_clear[pass][i] { Known::Clear } else { known };
+                self.known[pass][i] = if is_whole { known } else { Known::Odd };
             }
         }
     }
@@ -246,25 +245,14 @@ impl<T: Real, S: Sample, const N: usize> Batch<T, S, N> {
     fn find_spans(&mut self, pass: usize, spans: &Spans<T>) -> [bool; LANES] {
         let [f0, f1, kappa] = self.value.each_ref().map(|row| &row[pass]);
         let (eps, length) = (&self.way[8][pass], &self.way[9][pass]);
+        let segment =
+            |i: usize| Segment { f0: f0[i], f1: f1[i], kappa: kappa[i], eps: eps[i], length: length[i] };
         let mut lowest = [T::zero(); LANES];
-        let mut is_short = [false; LANES];
         for i in 0..LANES {
-            let segment = Segment { f0: f0[i], f1: f1[i], kappa: kappa[i], eps: eps[i], length: length[i] };
-            lowest[i] = segment.within()[0];
-            is_short[i] = ThinPiece::takes(&segment);
+            lowest[i] = segment(i).within()[0];
         }
-        let span = spans.find_all(&lowest);
-        self.span[pass] = span;
-        let mut is_whole = [false; LANES];
-        for i in 0..LANES {
-            let segment = Segment { f0: f0[i], f1: f1[i], kappa: kappa[i], eps: eps[i], length: length[i] };
-            is_whole[i] = is_short[i] & spans.span(span[i] as usize).holds(&segment);
-        }
-        is_whole
-    }
-
-    #[inline(always)]
-    fn fetch(&mut self, pass: usize, spans: &Spans<T>) {
+        self.span[pass] = spans.find_all(&lowest);
+        let mut high = [T::zero(); LANES];
         for i in 0..LANES {
             let span = spans.span(self.span[pass][i] as usize);
             let ([r, g, b], [dr, dg, db]) = (span.color, span.color_slope);
@@ -273,7 +261,15 @@ impl<T: Real, S: Sample, const N: usize> Batch<T, S, N> {
             for k in 0..10 {
                 self.medium[k][pass][i] = numbers[k];
             }
+            (high[i], self.is_clear[pass][i]) = (span.high, span.is_clear);
         }
+        // The least value lies in the span already.
+        let mut is_whole = [false; LANES];
+        for i in 0..LANES {
+            let segment = segment(i);
+            is_whole[i] = ThinPiece::takes(&segment) & (segment.within()[1] <= high[i]);
+        }
+        is_whole
     }
 
     /// Whether the rule is near enough.

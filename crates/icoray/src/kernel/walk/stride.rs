@@ -6,7 +6,7 @@
 
 use super::{Column, Contour, End, Place, Walk, height};
 use crate::grid::Grid;
-use crate::kernel::plane::{Plane, Point, RayLine, Seen};
+use crate::kernel::plane::{Point, RayLine, Seen};
 
 /// Columns that are walked ahead.
 pub(crate) const STEPS: usize = 8;
@@ -38,6 +38,9 @@ pub(crate) struct Stride<'g, 'a> {
     y: Row,
     t: Row,
     rho: Row,
+    /// Of each column: 1 / height at its entry, 1 / rise.
+    curvature: Row,
+    scale: Row,
     /// Where the first column is entered.
     entry: End,
     /// The last column's way out, where the ray ends in it.
@@ -70,6 +73,8 @@ impl<'g, 'a> Stride<'g, 'a> {
             y: none,
             t: none,
             rho: none,
+            curvature: none,
+            scale: none,
             entry: End { t: 0.0, rho: 0.0, weight: [0.0; 2] },
             exit: None,
             next: 0,
@@ -155,6 +160,11 @@ impl<'g, 'a> Stride<'g, 'a> {
             let (x, y) = (self.x[i], self.y[i]);
             self.rho[i] = (line.b * x + self.t[i] * y) / (x * x + y * y);
         }
+        let mut entry = [self.entry.rho; STEPS];
+        entry[1..].copy_from_slice(&self.rho[..STEPS - 1]);
+        for i in 0..STEPS {
+            (self.curvature[i], self.scale[i]) = (1.0 / entry[i], 1.0 / (self.rho[i] - entry[i]));
+        }
         let last = is_behind.iter().position(|is_behind| *is_behind);
         (self.next, self.ready) = (0, last.map_or(STEPS, |last| last + 1));
         self.exit = last.map(|last| self.last_exit(last, before));
@@ -202,21 +212,21 @@ impl<'g, 'a> Stride<'g, 'a> {
     pub fn column(&self) -> Column {
         let i = self.next % STEPS;
         let entry = if i == 0 { self.entry } else { self.way_out(i - 1) };
-        let exit = match self.exit {
-            Some(end) if self.next + 1 == self.ready => end,
-            _ => End { weight: self.weight_out(i), ..self.way_out(i) },
-        };
-        Column { cells: self.vertices[i], entry, exit }
+        match self.exit {
+            Some(exit) if self.next + 1 == self.ready => Column::new(self.vertices[i], entry, exit),
+            _ => Column {
+                cells: self.vertices[i],
+                entry,
+                exit: End { weight: self.weight_out(i), ..self.way_out(i) },
+                curvature: self.curvature[i],
+                scale: self.scale[i],
+            },
+        }
     }
 
     /// Goes on to the next column.
     #[inline(always)]
     pub fn pass(&mut self) {
         self.next += 1;
-    }
-
-    /// The plane of the ray.
-    pub fn plane(&self) -> &Plane {
-        &self.line.plane
     }
 }
