@@ -18,14 +18,26 @@ pub(crate) struct Shell<T> {
     curvature: Vec<f64>,
     /// 1 / thickness of the gap above each layer but the last.
     inverse: Vec<T>,
+    /// Heights from the innermost layer on are in so many drawers of one size; each has the number of layers below it.
+    drawers_per_height: f64,
+    below: Vec<u32>,
 }
+
+/// Drawers per layer.
+const DRAWERS: usize = 4;
 
 impl<T: Real> Shell<T> {
     /// `radius` in planet radii, rising.
     pub fn new(radius: &[f64]) -> Self {
         let inverse = radius.windows(2).map(|w| T::of(1.0 / (w[1] - w[0]))).collect();
         let curvature = radius.iter().map(|r| 1.0 / r).collect();
-        Shell { radius: radius.to_vec(), curvature, inverse }
+        let drawers = DRAWERS * radius.len();
+        let height = radius[radius.len() - 1] - radius[0];
+        let drawers_per_height = if height > 0.0 { drawers as f64 / height } else { 0.0 };
+        let drawer_of = |r: f64| ((r - radius[0]) * drawers_per_height) as usize;
+        let below = |drawer| radius.partition_point(|r| drawer_of(*r) < drawer) as u32;
+        let below = (0..=drawers).map(below).collect();
+        Shell { radius: radius.to_vec(), curvature, inverse, drawers_per_height, below }
     }
 
     /// The outermost radius.
@@ -44,19 +56,15 @@ impl<T: Real> Shell<T> {
     }
 
     /// The gap that holds height `rho`: 0 below all layers, k between layers k-1 and k, [`Self::layers`] above all.
-    pub fn gap(&self, rho: f64) -> usize {
-        self.radius.partition_point(|&r| r <= rho)
-    }
-
-    /// [`Self::gap`], searched from the gap `near`.
     #[inline(always)]
-    pub fn gap_near(&self, near: usize, rho: f64) -> usize {
-        let mut gap = near;
-        while gap < self.layers() && self.radius[gap] <= rho {
+    pub fn gap(&self, rho: f64) -> usize {
+        let drawer = ((rho - self.radius[0]) * self.drawers_per_height) as usize;
+        let mut gap = self.below[drawer.min(self.below.len() - 1)] as usize;
+        let is_above = |gap: usize| self.radius.get(gap).is_some_and(|radius| *radius <= rho);
+        // A drawer seldom has more than one layer.
+        gap += usize::from(is_above(gap));
+        while is_above(gap) {
             gap += 1;
-        }
-        while gap > 0 && self.radius[gap - 1] > rho {
-            gap -= 1;
         }
         gap
     }

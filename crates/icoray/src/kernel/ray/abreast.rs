@@ -8,7 +8,7 @@ use crate::kernel::real::{Real, lerp};
 use crate::kernel::sample::Sample;
 use crate::kernel::walk::Walk;
 use crate::kernel::walk::stride::{STEPS, Stride};
-use fearless_simd::{Level, dispatch};
+use fearless_simd::{Level, Simd, dispatch};
 use glam::DVec3;
 use std::ops::Range;
 
@@ -42,8 +42,7 @@ struct Lane<'r, 'f, T, S, const N: usize> {
     number: usize,
     stride: Stride<'r, 'f>,
     ray: Ray<'r, 'f, T, S, N>,
-    /// The gap that the last column was left in; none before the first one and behind a void.
-    gap: Option<usize>,
+    ahead: Ahead,
     /// Where a full batch has stopped it inside a column.
     stopped: Option<Passage<T>>,
     behind: Behind,
@@ -51,6 +50,17 @@ struct Lane<'r, 'f, T, S, const N: usize> {
     is_fresh: bool,
     /// What it has of the batch.
     frusta: Range<usize>,
+}
+
+/// What is known of the columns that a lane has walked ahead.
+#[derive(Debug, Clone, Copy, Default)]
+struct Ahead {
+    /// The gap that each column is entered in, and that in which the last one is left.
+    gaps: [u32; STEPS + 1],
+    /// The blocks of its gaps in which something can be seen.
+    blocks: [u32; STEPS],
+    /// Whether it has to be read.
+    is_read: [bool; STEPS],
 }
 
 impl<'f, T: Real, S: Sample, const N: usize> Caster<'f, T, S, N> {
@@ -72,7 +82,7 @@ impl<'f, T: Real, S: Sample, const N: usize> Caster<'f, T, S, N> {
                 number: start.number,
                 stride: Stride::new(walk),
                 ray: self.ray(line, start.dir),
-                gap: None,
+                ahead: Ahead::default(),
                 stopped: None,
                 behind: Behind::More,
                 is_fresh: false,
@@ -82,7 +92,7 @@ impl<'f, T: Real, S: Sample, const N: usize> Caster<'f, T, S, N> {
         let mut batch = Batch::<T, S, N>::new();
         let share = T::of(self.budget.share.max(T::ROUNDING));
         while !lanes.is_empty() {
-            walk(level, &mut lanes);
+            self.walk(level, &mut lanes);
             batch.clear();
             lanes.iter_mut().for_each(|lane| self.gather(lane, &mut batch));
             batch.integrate(level, self, share);
@@ -98,8 +108,7 @@ impl<'f, T: Real, S: Sample, const N: usize> Caster<'f, T, S, N> {
                         lane.number = start.number;
                         lane.stride.restart(walk);
                         lane.ray.restart(line, start.dir);
-                        (lane.gap, lane.stopped) = (None, None);
-                        (lane.behind, lane.is_fresh) = (Behind::More, false);
+                        (lane.stopped, lane.behind, lane.is_fresh) = (None, Behind::More, false);
                         i += 1;
                     }
                     None => {
@@ -111,29 +120,73 @@ impl<'f, T: Real, S: Sample, const N: usize> Caster<'f, T, S, N> {
         }
     }
 
+    /// Walks on with all lanes that have no column left.
+    #[inline(never)]
+    fn walk(&self, level: Level, lanes: &mut [Lane<'_, '_, T, S, N>]) {
+        dispatch!(level, simd => self.walk_all(simd, lanes));
+    }
+
+    #[inline(always)]
+    fn walk_all<V: Simd>(&self, simd: V, lanes: &mut [Lane<'_, '_, T, S, N>]) {
+        for i in 0..STEPS {
+            // In two goes, short enough for the machine to be in several lanes at a time.
+            for lane in &mut *lanes {
+                if lane.stride.next().is_none() {
+                    lane.stride.turn(i);
+                }
+            }
+            for lane in &mut *lanes {
+                if lane.stride.next().is_none() {
+                    lane.stride.look(i);
+                }
+            }
+        }
+        for lane in lanes {
+            if lane.stride.next().is_none() {
+                lane.stride.measure(simd);
+                self.look_ahead(lane);
+            }
+        }
+    }
+
+    /// Finds which of the columns that were walked ahead have to be read.
+    #[inline(always)]
+    fn look_ahead(&self, lane: &mut Lane<'_, '_, T, S, N>) {
+        let Lane { stride, ahead, .. } = lane;
+        let layers = self.shell.layers();
+        ahead.gaps[0] = self.shell.gap(stride.height_in()) as u32;
+        for i in 0..STEPS {
+            ahead.gaps[i + 1] = self.shell.gap(stride.heights_out()[i]) as u32;
+        }
+        let triangles = stride.triangles();
+        for i in 0..STEPS {
+            ahead.blocks[i] = self.visible.over(triangles[i]);
+            let [a, b] = [ahead.gaps[i] as usize, ahead.gaps[i + 1] as usize];
+            let (low, high) = (a.min(b), a.max(b));
+            ahead.is_read[i] =
+                (low == 0) | (high == layers) || self.visible.shows_any(ahead.blocks[i], low, high);
+        }
+        if self.grid.void_triangles() > 0 {
+            ahead.is_read.iter_mut().zip(triangles).for_each(|(is_read, t)| *is_read |= self.grid.is_void(t));
+        }
+    }
+
     /// Adds frusta of the columns that were walked ahead to the batch, while there is room.
     #[inline(never)]
     fn gather(&self, lane: &mut Lane<'_, '_, T, S, N>, batch: &mut Batch<T, S, N>) {
         let from = batch.count();
-        let (layers, has_void) = (self.shell.layers(), self.grid.void_triangles() > 0);
-        while lane.behind == Behind::More && !lane.stride.is_empty() && !batch.is_full() {
-            let triangle = lane.stride.triangle();
-            if has_void && self.grid.is_void(triangle) {
+        let has_void = self.grid.void_triangles() > 0;
+        while lane.behind == Behind::More && !batch.is_full() {
+            let Some(i) = lane.stride.next() else { break };
+            if !lane.ahead.is_read[i] {
+                lane.ray.counts.columns += 1;
+                lane.is_fresh = true;
+                lane.stride.pass();
+            } else if has_void && self.grid.is_void(lane.stride.triangles()[i]) {
                 self.pass_void(lane);
-                continue;
+            } else {
+                self.gather_column(lane, i, batch);
             }
-            let blocks = self.visible.over(triangle);
-            if let (Some(gap), None, true) = (lane.gap, &lane.stopped, blocks != u32::MAX) {
-                let out = self.shell.gap_near(gap, lane.stride.height_out());
-                let (low, high) = (gap.min(out), gap.max(out));
-                if low > 0 && high < layers && !self.visible.shows_any(blocks, low, high) {
-                    lane.ray.counts.columns += 1;
-                    (lane.gap, lane.is_fresh) = (Some(out), true);
-                    lane.stride.pass();
-                    continue;
-                }
-            }
-            self.gather_column(lane, blocks, batch);
         }
         if lane.behind == Behind::More && lane.stride.has_ended() {
             lane.behind = Behind::End;
@@ -148,7 +201,7 @@ impl<'f, T: Real, S: Sample, const N: usize> Caster<'f, T, S, N> {
         let column = lane.stride.column();
         lane.stride.pass();
         lane.ray.counts.columns += 1;
-        (lane.gap, lane.is_fresh) = (None, true);
+        lane.is_fresh = true;
         let met = lane.ray.line.first_inside(self.shell.inner(), [column.entry.t, column.exit.t]);
         if let (Some(t), true) = (met, self.core.is_some()) {
             lane.behind = Behind::Core(t);
@@ -156,14 +209,13 @@ impl<'f, T: Real, S: Sample, const N: usize> Caster<'f, T, S, N> {
     }
 
     #[inline(always)]
-    fn gather_column(&self, lane: &mut Lane<'_, '_, T, S, N>, blocks: u32, batch: &mut Batch<T, S, N>) {
+    fn gather_column(&self, lane: &mut Lane<'_, '_, T, S, N>, i: usize, batch: &mut Batch<T, S, N>) {
         let (column, shell, layers) = (lane.stride.column(), self.shell, self.shell.layers());
         let mut passage = match lane.stopped.take() {
             Some(passage) => passage,
             None => {
                 lane.ray.counts.columns += 1;
-                let gap = lane.gap.unwrap_or_else(|| shell.gap(column.entry.rho));
-                Passage::new(&column, gap)
+                Passage::new(&column, lane.ahead.gaps[i] as usize)
             }
         };
         let base = self.samples.bases(column.cells);
@@ -179,7 +231,7 @@ impl<'f, T: Real, S: Sample, const N: usize> Caster<'f, T, S, N> {
                     return;
                 }
             } else if gap < layers {
-                if !self.visible.shows(blocks, gap) {
+                if !self.visible.shows(lane.ahead.blocks[i], gap) {
                     lane.is_fresh = true;
                 } else if batch.is_full() {
                     lane.stopped = Some(passage);
@@ -203,7 +255,6 @@ impl<'f, T: Real, S: Sample, const N: usize> Caster<'f, T, S, N> {
                 }
             }
             if !crossed.passes {
-                lane.gap = Some(gap);
                 lane.stride.pass();
                 return;
             }
@@ -225,17 +276,6 @@ impl<'f, T: Real, S: Sample, const N: usize> Caster<'f, T, S, N> {
             Behind::End => Flow::Stop,
         }
     }
-}
-
-/// Walks on with all lanes that have no column left.
-#[inline(never)]
-fn walk<T: Real, S: Sample, const N: usize>(level: Level, lanes: &mut [Lane<'_, '_, T, S, N>]) {
-    let is_idle = |lane: &Lane<'_, '_, T, S, N>| lane.stride.is_empty();
-    for i in 0..STEPS {
-        lanes.iter_mut().filter(|lane| is_idle(lane)).for_each(|lane| lane.stride.step(i));
-    }
-    let mut measure = || lanes.iter_mut().filter(|lane| is_idle(lane)).for_each(|lane| lane.stride.measure());
-    dispatch!(level, _simd => measure());
 }
 
 /// Rays that wait for a lane.

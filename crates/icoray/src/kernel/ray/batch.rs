@@ -19,6 +19,9 @@ const LANES: usize = 16;
 /// Frusta that a batch holds.
 pub(super) const ROOM: usize = 8 * LANES;
 
+/// Of the span that each frustum of a pass lies in: anchor, extinction and its slope, steepest, colour, its slopes.
+type Medium<T> = [[T; LANES]; 10];
+
 /// Something of each frustum.
 type Row<X> = [[X; LANES]; ROOM / LANES];
 
@@ -75,8 +78,6 @@ pub(super) struct Batch<T, S, const N: usize> {
     span: Row<u32>,
     is_clear: Row<bool>,
     known: Row<Known>,
-    /// Of the span: anchor, extinction and its slope, steepest, colour, its slopes.
-    medium: [Row<T>; 10],
     /// Colour, absorbed, error, variance.
     light: [Row<T>; 6],
 }
@@ -97,7 +98,6 @@ impl<T: Real, S: Sample, const N: usize> Batch<T, S, N> {
             span: row(0),
             is_clear: row(false),
             known: row(Known::Odd),
-            medium: [zero; 10],
             light: [zero; 6],
         }
     }
@@ -205,8 +205,9 @@ impl<T: Real, S: Sample, const N: usize> Batch<T, S, N> {
     fn passes(&mut self, samples: &Samples<S>, spans: &Spans<T>, share: T) {
         for pass in 0..self.count.div_ceil(LANES).min(ROOM / LANES) {
             let is_usual = self.interpolate(pass, samples);
-            let is_whole = self.find_spans(pass, spans);
-            let is_thin = if N == 1 { self.thin(pass, share) } else { [false; LANES] };
+            let mut medium = [[T::zero(); LANES]; 10];
+            let is_whole = self.find_spans(pass, spans, &mut medium);
+            let is_thin = if N == 1 { self.thin(pass, &medium, share) } else { [false; LANES] };
             for i in 0..LANES {
                 let is_whole = is_usual[i] & is_whole[i];
                 let known = if is_thin[i] { Known::Light } else { Known::Odd };
@@ -242,7 +243,7 @@ impl<T: Real, S: Sample, const N: usize> Batch<T, S, N> {
 
     /// Finds the span that each frustum surely lies in, if there is one.
     #[inline(always)]
-    fn find_spans(&mut self, pass: usize, spans: &Spans<T>) -> [bool; LANES] {
+    fn find_spans(&mut self, pass: usize, spans: &Spans<T>, medium: &mut Medium<T>) -> [bool; LANES] {
         let [f0, f1, kappa] = self.value.each_ref().map(|row| &row[pass]);
         let (eps, length) = (&self.way[8][pass], &self.way[9][pass]);
         let segment =
@@ -259,7 +260,7 @@ impl<T: Real, S: Sample, const N: usize> Batch<T, S, N> {
             let numbers =
                 [span.anchor, span.extinction, span.extinction_slope, span.steepest, r, g, b, dr, dg, db];
             for k in 0..10 {
-                self.medium[k][pass][i] = numbers[k];
+                medium[k][i] = numbers[k];
             }
             (high[i], self.is_clear[pass][i]) = (span.high, span.is_clear);
         }
@@ -274,11 +275,10 @@ impl<T: Real, S: Sample, const N: usize> Batch<T, S, N> {
 
     /// Whether the rule is near enough.
     #[inline(always)]
-    fn thin(&mut self, pass: usize, share: T) -> [bool; LANES] {
+    fn thin(&mut self, pass: usize, medium: &Medium<T>, share: T) -> [bool; LANES] {
         let [f0, f1, kappa] = self.value.each_ref().map(|row| &row[pass]);
         let (eps, length) = (&self.way[8][pass], &self.way[9][pass]);
-        let [anchor, extinction, extinction_slope, steepest, r, g, b, dr, dg, db] =
-            self.medium.each_ref().map(|row| &row[pass]);
+        let [anchor, extinction, extinction_slope, steepest, r, g, b, dr, dg, db] = medium;
         let mut light = [[T::zero(); LANES]; 6];
         let mut is_near = [false; LANES];
         for i in 0..LANES {

@@ -7,6 +7,7 @@
 use super::{Column, Contour, End, Place, Walk, height};
 use crate::grid::Grid;
 use crate::kernel::plane::{Point, RayLine, Seen};
+use fearless_simd::{Simd, f64x8, prelude::*};
 
 /// Columns that are walked ahead.
 pub(crate) const STEPS: usize = 8;
@@ -22,6 +23,8 @@ pub(crate) struct Stride<'g, 'a> {
     /// Where the last step led: the triangle, its cells, its side of entry and its apex.
     triangle: u32,
     cells: [u32; 3],
+    /// The cell that the last step has met.
+    new: u32,
     left: Seen,
     right: Seen,
     apex: Seen,
@@ -61,6 +64,7 @@ impl<'g, 'a> Stride<'g, 'a> {
             line,
             triangle,
             cells,
+            new: 0,
             left,
             right,
             apex,
@@ -97,21 +101,21 @@ impl<'g, 'a> Stride<'g, 'a> {
         (self.exit, self.next, self.ready) = (None, 0, 0);
     }
 
-    /// Whether columns have to be walked before one can be asked for; there are none behind the ray's end.
+    /// The number of the column that comes next, if it has been walked.
     #[inline(always)]
-    pub fn is_empty(&self) -> bool {
-        self.next >= self.ready
+    pub fn next(&self) -> Option<usize> {
+        (self.next < self.ready).then_some(self.next % STEPS)
     }
 
     /// Whether no column is left.
     #[inline(always)]
     pub fn has_ended(&self) -> bool {
-        self.is_empty() && self.exit.is_some()
+        self.next >= self.ready && self.exit.is_some()
     }
 
-    /// Walks over column number `i` of the next [`STEPS`].
+    /// Walks over column number `i` of the next [`STEPS`], into the triangle behind it, at which [`Self::look`] looks then.
     #[inline(always)]
-    pub fn step(&mut self, i: usize) {
+    pub fn turn(&mut self, i: usize) {
         self.triangles[i] = self.triangle;
         self.vertices[i] = [self.left.cell, self.right.cell, self.apex.cell];
         let is_left = self.apex.is_left();
@@ -119,65 +123,87 @@ impl<'g, 'a> Stride<'g, 'a> {
         let sum = |cells: [u32; 3]| cells[0].wrapping_add(cells[1]).wrapping_add(cells[2]);
         let kept = sum(self.cells).wrapping_sub(behind);
         let k = usize::from(self.cells[0] != behind) + usize::from(self.cells[2] == behind);
+        self.is_left[i] = is_left;
         self.triangle = self.grid.across(self.triangle, k);
         self.cells = self.grid.triangle(self.triangle);
-        let new = sum(self.cells).wrapping_sub(kept);
+        // The two triangles share two cells, so the sums differ by the new one.
+        self.new = sum(self.cells).wrapping_sub(kept);
+    }
+
+    /// Sees the vertex that is new behind column number `i`.
+    #[inline(always)]
+    pub fn look(&mut self, i: usize) {
+        let is_left = self.is_left[i];
         self.left = if is_left { self.apex } else { self.left };
         self.right = if is_left { self.right } else { self.apex };
-        self.apex = self.line.plane.see(new, self.grid.direction(new));
-        self.is_left[i] = is_left;
         for (side, Seen { x, y, q, .. }) in self.sides.iter_mut().zip([self.left, self.right]) {
             (side[0][i], side[1][i], side[2][i]) = (x, y, q);
         }
+        self.apex = self.line.plane.see(self.new, self.grid.direction(self.new));
     }
 
-    /// Behind [`STEPS`] calls of [`Self::step`]: where the sides are crossed, until the ray's end.
+    /// When [`STEPS`] columns have been walked over: where the sides are crossed, until the ray's end.
     #[inline(always)]
-    pub fn measure(&mut self) {
+    pub fn measure<V: Simd>(&mut self, simd: V) {
         if self.ready > 0 {
             self.entry = self.way_out(STEPS - 1);
         }
         let before =
             Place { point: Point::new(self.x[STEPS - 1], self.y[STEPS - 1]), weight: self.entry.weight };
-        let ([left, right], line) = (&self.sides, &self.line);
-        let end = line.at(line.end);
-        let mut is_behind = [false; STEPS];
-        for i in 0..STEPS {
-            let w = left[2][i] / (left[2][i] - right[2][i]);
-            let x = left[0][i] + w * (right[0][i] - left[0][i]);
-            let y = left[1][i] + w * (right[1][i] - left[1][i]);
-            (self.w[i], self.x[i], self.y[i]) = (w, x, y);
-            is_behind[i] = end.x * y - end.y * x >= 0.0;
-            self.t[i] = line.b * y / x;
-        }
-        let mut t = self.entry.t;
-        for i in 0..STEPS {
-            // max and min let a NaN of 0/0 (a ray through the centre) pass by.
-            t = self.t[i].max(t).min(line.end);
-            self.t[i] = t;
-        }
-        for i in 0..STEPS {
-            let (x, y) = (self.x[i], self.y[i]);
-            self.rho[i] = (line.b * x + self.t[i] * y) / (x * x + y * y);
-        }
+        let line = self.line;
+        let load = |row: &Row| f64x8::from_slice(simd, row);
+        let all = |number: f64| f64x8::splat(simd, number);
+        let [[left_x, left_y, left_q], [right_x, right_y, right_q]] = &self.sides;
+        let w = load(left_q) / (load(left_q) - load(right_q));
+        let x = load(left_x) + w * (load(right_x) - load(left_x));
+        let y = load(left_y) + w * (load(right_y) - load(left_y));
+        let is_behind = (all(line.b) * y - all(line.end) * x).simd_ge(all(0.0)).to_bitmask();
+        (all(line.b) * y / x).store_slice(&mut self.t);
+        self.order();
+        let rho = (all(line.b) * x + load(&self.t) * y) / (x * x + y * y);
+        w.store_slice(&mut self.w);
+        x.store_slice(&mut self.x);
+        y.store_slice(&mut self.y);
+        rho.store_slice(&mut self.rho);
         let mut entry = [self.entry.rho; STEPS];
         entry[1..].copy_from_slice(&self.rho[..STEPS - 1]);
-        for i in 0..STEPS {
-            (self.curvature[i], self.scale[i]) = (1.0 / entry[i], 1.0 / (self.rho[i] - entry[i]));
+        (all(1.0) / load(&entry)).store_slice(&mut self.curvature);
+        (all(1.0) / (rho - load(&entry))).store_slice(&mut self.scale);
+        (self.next, self.ready, self.exit) = (0, STEPS, None);
+        if is_behind != 0 {
+            self.end(is_behind.trailing_zeros() as usize, before);
         }
-        let last = is_behind.iter().position(|is_behind| *is_behind);
-        (self.next, self.ready) = (0, last.map_or(STEPS, |last| last + 1));
-        self.exit = last.map(|last| self.last_exit(last, before));
     }
 
-    /// Where the ray ends in column `i`; `before` is where the first column was entered.
+    /// Distances do not fall.
+    #[inline(always)]
+    fn order(&mut self) {
+        let mut before = self.entry.t;
+        let mut is_ordered = true;
+        for t in &self.t {
+            is_ordered &= (*t >= before) & (*t <= self.line.end);
+            before = *t;
+        }
+        if !is_ordered {
+            before = self.entry.t;
+            for t in &mut self.t {
+                // max and min let a NaN of 0/0 (a ray through the centre) pass by.
+                *t = t.max(before).min(self.line.end);
+                before = *t;
+            }
+        }
+    }
+
+    /// The ray ends in column `i`; `before` is where the first column was entered.
     #[inline(never)]
-    fn last_exit(&self, i: usize, before: Place) -> End {
+    fn end(&mut self, i: usize, before: Place) {
         let place = |i: usize, weight| Place { point: Point::new(self.x[i], self.y[i]), weight };
         let entry = if i == 0 { before } else { place(i - 1, [self.w[i - 1], 0.0]) };
         let end = self.line.at(self.line.end);
         let Place { point, weight } = entry.clip(place(i, self.weight_out(i)), end);
-        End { t: self.line.end, rho: height(end, point), weight }
+        let exit = End { t: self.line.end, rho: height(end, point), weight };
+        self.rho[i] = exit.rho;
+        (self.exit, self.ready) = (Some(exit), i + 1);
     }
 
     #[inline(always)]
@@ -192,19 +218,22 @@ impl<'g, 'a> Stride<'g, 'a> {
         End { t: self.t[i], rho: self.rho[i], weight: [self.w[i], 0.0] }
     }
 
-    /// The triangle of the column that comes next.
+    /// The triangles of the columns.
     #[inline(always)]
-    pub fn triangle(&self) -> u32 {
-        self.triangles[self.next % STEPS]
+    pub fn triangles(&self) -> [u32; STEPS] {
+        self.triangles
     }
 
-    /// The height at which the ray leaves the column that comes next.
+    /// The height at which the first column is entered.
     #[inline(always)]
-    pub fn height_out(&self) -> f64 {
-        match self.exit {
-            Some(end) if self.next + 1 == self.ready => end.rho,
-            _ => self.rho[self.next % STEPS],
-        }
+    pub fn height_in(&self) -> f64 {
+        self.entry.rho
+    }
+
+    /// The heights at which the columns are left.
+    #[inline(always)]
+    pub fn heights_out(&self) -> &[f64; STEPS] {
+        &self.rho
     }
 
     /// The column that comes next, as [`Walk::next_column`] has it.
