@@ -23,6 +23,37 @@ pub(crate) struct Shell<T> {
     below: Vec<u32>,
 }
 
+/// Rungs of a [`Ladder`].
+pub(crate) const MOST_RUNGS: usize = 512;
+
+/// The layers of a shell in arrays of one size, for loops that ask for several at a time.
+#[derive(Debug, Clone)]
+pub(crate) struct Ladder<T> {
+    pub radius: [f64; MOST_RUNGS],
+    /// 1 / radius.
+    pub curvature: [f64; MOST_RUNGS],
+    /// 1 / thickness of the gap above.
+    pub inverse: [T; MOST_RUNGS],
+}
+
+impl<T: Real> Ladder<T> {
+    /// Of a shell that has no more layers than that.
+    pub fn new(shell: &Shell<T>) -> Option<Self> {
+        let layers = shell.layers();
+        (layers <= MOST_RUNGS).then(|| {
+            let mut ladder = Ladder {
+                radius: [0.0; MOST_RUNGS],
+                curvature: [0.0; MOST_RUNGS],
+                inverse: [T::zero(); MOST_RUNGS],
+            };
+            ladder.radius[..layers].copy_from_slice(&shell.radius);
+            ladder.curvature[..layers].copy_from_slice(&shell.curvature);
+            ladder.inverse[..layers - 1].copy_from_slice(&shell.inverse);
+            ladder
+        })
+    }
+}
+
 /// Drawers per layer.
 const DRAWERS: usize = 4;
 

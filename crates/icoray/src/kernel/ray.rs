@@ -1,6 +1,6 @@
 //! One ray, whole: Algorithm 1 of the paper.
 
-use super::column::{Chord, Flow, Shell, Station, Values, Visit, cross};
+use super::column::{Chord, Flow, Ladder, Shell, Station, Values, Visit, cross};
 use super::doubt::{Cut, Doubt, Medium};
 use super::leap::Visible;
 use super::lit::{Course, Lit};
@@ -13,15 +13,15 @@ use super::shade::{RayShading, Shading};
 use super::transfer::Spans;
 use super::walk::{Column, Walk};
 use crate::grid::Grid;
-use abreast::Queue;
 use batch::{Batch, Known};
 use fearless_simd::Level;
 use glam::DVec3;
+use queue::Queue;
 
 mod abreast;
 mod batch;
 mod fragment;
-pub(crate) use abreast::Start;
+mod queue;
 pub use fragment::Fragment;
 
 /// What rays met, added up over a tile or a frame.
@@ -81,6 +81,17 @@ impl Budget {
     }
 }
 
+/// A ray to be traced.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Start {
+    /// What its light is told with.
+    pub number: usize,
+    pub eye: DVec3,
+    pub dir: DVec3,
+    /// Whether it begins a row, and is searched for from the row before.
+    pub begins_row: bool,
+}
+
 /// Everything that is the same for all rays of a frame. N = 1 renders unlit, N = 4 carries gradients along.
 pub(crate) struct Caster<'f, T, S, const N: usize> {
     pub grid: &'f Grid<'f>,
@@ -112,11 +123,11 @@ impl<'f, T: Real, S: Sample, const N: usize> Caster<'f, T, S, N> {
     ) where
         'f: 'r,
     {
-        if let Some(level) = self.level {
-            return self.trace_abreast(level, rays, counts, tell);
+        if let (Some(level), Some(ladder)) = (self.level, Ladder::new(self.shell)) {
+            return self.trace_abreast((level, &ladder), rays, counts, tell);
         }
         let mut queue = Queue::new(self, rays);
-        while let Some((start, line, walk)) = queue.next(&mut tell) {
+        while let Some((start, line, walk)) = queue.next(|number| tell(number, None)) {
             let mut ray = self.ray(line, start.dir);
             ray.pass(walk);
             *counts += ray.counts;
@@ -217,12 +228,6 @@ impl<T: Real, S: Sample, const N: usize> Visit<T, N> for Pass<'_, '_, '_, T, S, 
 // Columns and their frusta are inlined by force: where two loops meet them, the compiler would call them instead, which
 // costs a frame 5 to 15 %.
 impl<T: Real, S: Sample, const N: usize> Ray<'_, '_, T, S, N> {
-    /// Makes a new ray of one that has ended, which goes on counting.
-    fn restart(&mut self, line: RayLine, dir: DVec3) {
-        let counts = Counts { rays: self.counts.rays + 1, ..self.counts };
-        *self = Ray { counts, ..self.caster.ray(line, dir) };
-    }
-
     /// Walks over all columns, until the ray ends.
     fn pass(&mut self, mut walk: Walk) {
         let mut gap = None;

@@ -1,5 +1,7 @@
 //! The precision of the inner loop: f32 or f64.
 
+use fearless_simd::{Simd, f32x16, f64x8, mask32x16, mask64x8, prelude::*};
+
 /// A floating-point type that the kernel is instantiated with.
 pub(crate) trait Real: num_traits::Float + Send + Sync + 'static {
     /// Half a unit of the last digit of 1.
@@ -17,9 +19,18 @@ pub(crate) trait Real: num_traits::Float + Send + Sync + 'static {
     fn absorbed_by(self) -> Self;
     /// The same for `x <= 1/2`, in f32 without a branch.
     fn absorbed_by_thin(self) -> Self;
+    /// Puts those of 16 numbers whose bits are set at the front of `to`, in order. `to` has room for twice as many; what is behind them
+    /// there means nothing.
+    fn compress<V: Simd>(simd: V, from: &[Self; 16], bits: u32, to: &mut [Self]);
 }
 
 impl Real for f32 {
+    #[inline(always)]
+    fn compress<V: Simd>(simd: V, from: &[Self; 16], bits: u32, to: &mut [Self]) {
+        let mask = mask32x16::from_bitmask(simd, u64::from(bits & 0xffff));
+        f32x16::from_slice(simd, from).compress(mask).store_slice(&mut to[..16]);
+    }
+
     const ROUNDING: f64 = f32::EPSILON as f64 / 2.0;
     const SURFACE: f64 = 1e12;
     const LARGEST: f64 = 1e15;
@@ -62,6 +73,18 @@ impl Real for f32 {
 }
 
 impl Real for f64 {
+    #[inline(always)]
+    fn compress<V: Simd>(simd: V, from: &[Self; 16], bits: u32, to: &mut [Self]) {
+        let half = |half: usize| {
+            let bits = u64::from(bits >> (8 * half) & 0xff);
+            f64x8::from_slice(simd, &from[8 * half..8 * half + 8])
+                .compress(mask64x8::from_bitmask(simd, bits))
+        };
+        let first = (bits & 0xff).count_ones() as usize;
+        half(0).store_slice(&mut to[..8]);
+        half(1).store_slice(&mut to[first..first + 8]);
+    }
+
     const ROUNDING: f64 = f64::EPSILON / 2.0;
     const SURFACE: f64 = 1e16;
     const LARGEST: f64 = 1e100;

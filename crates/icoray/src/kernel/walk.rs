@@ -305,6 +305,6 @@ fn height(at: Point, on: Point) -> f64 {
     at.dot(on) / on.dot(on)
 }
 
-pub(crate) mod stride;
+pub(crate) mod pack;
 #[cfg(test)]
 mod tests;

@@ -1,73 +1,23 @@
-//! Several rays side by side: while one waits for the next triangle others walk, and their frusta fill one batch.
+//! Several rays side by side, lane by lane of the machine's vectors: they walk together, cross the gaps of their columns
+//! together, and their frusta fill one batch.
 
-use super::batch::{Batch, Passed};
-use super::{Caster, Counts, Flow, Light, Ray};
-use crate::kernel::column::{Crossed, Passage};
-use crate::kernel::plane::RayLine;
+use super::batch::Batch;
+use super::queue::Queue;
+use super::{Caster, Counts, Flow, Light, Ray, Start};
+use crate::kernel::column::{Ladder, MOST_RUNGS};
 use crate::kernel::real::{Real, lerp};
 use crate::kernel::sample::Sample;
-use crate::kernel::walk::Walk;
-use crate::kernel::walk::stride::{STEPS, Stride};
+use crate::kernel::walk::pack::{Columns, LANES, Pack, Row, lanes};
 use fearless_simd::{Level, Simd, dispatch};
-use glam::DVec3;
-use std::ops::Range;
 
-/// Rays that walk side by side.
-const ABREAST: usize = 8;
-
-/// A ray to be traced.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Start {
-    /// What its light is told with.
-    pub number: usize,
-    pub eye: DVec3,
-    pub dir: DVec3,
-    /// Whether it begins a row, and is searched for from the row before.
-    pub begins_row: bool,
-}
-
-/// What comes behind a ray's frusta.
-#[derive(Debug, Clone, Copy, PartialEq)]
-enum Behind {
-    /// More columns.
-    More,
-    /// The core, at this distance.
-    Core(f64),
-    /// Nothing.
-    End,
-}
-
-/// A ray on its way.
-struct Lane<'r, 'f, T, S, const N: usize> {
-    number: usize,
-    stride: Stride<'r, 'f>,
-    ray: Ray<'r, 'f, T, S, N>,
-    ahead: Ahead,
-    /// Where a full batch has stopped it inside a column.
-    stopped: Option<Passage<T>>,
-    behind: Behind,
-    /// Whether it has leapt behind its last frustum.
-    is_fresh: bool,
-    /// What it has of the batch.
-    frusta: Range<usize>,
-}
-
-/// What is known of the columns that a lane has walked ahead.
-#[derive(Debug, Clone, Copy, Default)]
-struct Ahead {
-    /// The gap that each column is entered in, and that in which the last one is left.
-    gaps: [u32; STEPS + 1],
-    /// The blocks of its gaps in which something can be seen.
-    blocks: [u32; STEPS],
-    /// Whether it has to be read.
-    is_read: [bool; STEPS],
-}
+/// So many rays may have ended before their frusta are integrated and others take their lanes.
+const MOST_WAITING: u32 = 4;
 
 impl<'f, T: Real, S: Sample, const N: usize> Caster<'f, T, S, N> {
     /// Traces rays side by side, bit for bit as one after the other.
     pub(super) fn trace_abreast<'r>(
         &'r self,
-        level: Level,
+        (level, ladder): (Level, &'r Ladder<T>),
         rays: impl Iterator<Item = Start>,
         counts: &mut Counts,
         mut tell: impl FnMut(usize, Option<Light<T>>),
@@ -75,241 +25,300 @@ impl<'f, T: Real, S: Sample, const N: usize> Caster<'f, T, S, N> {
         'f: 'r,
     {
         let mut queue = Queue::new(self, rays);
-        let mut lanes: Vec<Lane<'r, 'f, T, S, N>> = Vec::with_capacity(ABREAST);
-        while lanes.len() < ABREAST {
-            let Some((start, line, walk)) = queue.next(&mut tell) else { break };
-            lanes.push(Lane {
-                number: start.number,
-                stride: Stride::new(walk),
-                ray: self.ray(line, start.dir),
-                ahead: Ahead::default(),
-                stopped: None,
-                behind: Behind::More,
-                is_fresh: false,
-                frusta: 0..0,
-            });
-        }
-        let mut batch = Batch::<T, S, N>::new();
-        let share = T::of(self.budget.share.max(T::ROUNDING));
-        while !lanes.is_empty() {
-            self.walk(level, &mut lanes);
-            batch.clear();
-            lanes.iter_mut().for_each(|lane| self.gather(lane, &mut batch));
-            batch.integrate(level, self, share);
-            let mut i = 0;
-            while let Some(lane) = lanes.get_mut(i) {
-                if self.settle(lane, &batch) == Flow::On {
-                    i += 1;
-                    continue;
-                }
-                tell(lane.number, Some(lane.ray.light));
-                match queue.next(&mut tell) {
+        let mut abreast = Abreast::new(self, ladder);
+        loop {
+            for lane in lanes(!(abreast.walking | abreast.waiting) & (u32::MAX >> (32 - LANES))) {
+                match queue.next(|number| tell(number, None)) {
                     Some((start, line, walk)) => {
-                        lane.number = start.number;
-                        lane.stride.restart(walk);
-                        lane.ray.restart(line, start.dir);
-                        (lane.stopped, lane.behind, lane.is_fresh) = (None, Behind::More, false);
-                        i += 1;
+                        abreast.pack.set(lane, &walk);
+                        abreast.put(lane, start.number, self.ray(line, start.dir));
                     }
-                    None => {
-                        *counts += lane.ray.counts;
-                        lanes.swap_remove(i);
-                    }
+                    None => break,
+                }
+            }
+            if abreast.walking | abreast.waiting == 0 {
+                break;
+            }
+            dispatch!(level, simd => abreast.go_on(simd));
+            for lane in lanes(std::mem::take(&mut abreast.done)) {
+                if let Some((number, ray)) = abreast.rays[lane].take() {
+                    *counts += ray.counts;
+                    tell(number, Some(ray.light));
                 }
             }
         }
+        counts.columns += abreast.columns;
+    }
+}
+
+/// Rays side by side. Those in `walking` go on, those in `waiting` have ended but for what is in the batch, those that are
+/// `done` have their light.
+struct Abreast<'r, 'f, T, S, const N: usize> {
+    caster: &'r Caster<'f, T, S, N>,
+    ladder: &'r Ladder<T>,
+    pack: Pack<'r, 'f>,
+    rays: Row<Option<(usize, Ray<'r, 'f, T, S, N>)>>,
+    walking: u32,
+    waiting: u32,
+    done: u32,
+    /// Rays that have leapt since their last frustum.
+    fresh: u32,
+    /// The gap that each is in.
+    gap: Row<u32>,
+    /// Columns walked over.
+    columns: u64,
+    /// Where those that wait have met the core.
+    core: Row<Option<f64>>,
+    batch: Batch<T, S, N>,
+}
+
+/// Where rays are on their ways through their columns, as [`crate::kernel::column::Station`].
+struct Stations<T> {
+    u: Row<f64>,
+    tau: Row<T>,
+    rho: Row<f64>,
+    curvature: Row<f64>,
+}
+
+impl<'r, 'f, T: Real, S: Sample, const N: usize> Abreast<'r, 'f, T, S, N> {
+    fn new(caster: &'r Caster<'f, T, S, N>, ladder: &'r Ladder<T>) -> Self {
+        Abreast {
+            caster,
+            ladder,
+            pack: Pack::new(caster.grid),
+            rays: [const { None }; LANES],
+            walking: 0,
+            waiting: 0,
+            done: 0,
+            fresh: 0,
+            gap: [0; LANES],
+            columns: 0,
+            core: [None; LANES],
+            batch: Batch::new(T::of(caster.budget.share.max(T::ROUNDING))),
+        }
     }
 
-    /// Walks on with all lanes that have no column left.
-    #[inline(never)]
-    fn walk(&self, level: Level, lanes: &mut [Lane<'_, '_, T, S, N>]) {
-        dispatch!(level, simd => self.walk_all(simd, lanes));
+    /// Puts a ray whose walk is in the pack into a lane.
+    fn put(&mut self, lane: usize, number: usize, ray: Ray<'r, 'f, T, S, N>) {
+        self.rays[lane] = Some((number, ray));
+        self.walking |= 1 << lane;
+        self.fresh &= !(1 << lane);
+        self.gap[lane] = self.caster.shell.gap(self.pack.height(lane)) as u32;
+        self.core[lane] = None;
     }
 
+    /// Goes on until some rays are done.
     #[inline(always)]
-    fn walk_all<V: Simd>(&self, simd: V, lanes: &mut [Lane<'_, '_, T, S, N>]) {
-        for i in 0..STEPS {
-            // In two goes, short enough for the machine to be in several lanes at a time.
-            for lane in &mut *lanes {
-                if lane.stride.next().is_none() {
-                    lane.stride.turn(i);
-                }
+    fn go_on<V: Simd>(&mut self, simd: V) {
+        while self.done == 0 {
+            if self.walking == 0 || self.waiting.count_ones() >= MOST_WAITING {
+                self.settle();
+                continue;
             }
-            for lane in &mut *lanes {
-                if lane.stride.next().is_none() {
-                    lane.stride.look(i);
-                }
-            }
-        }
-        for lane in lanes {
-            if lane.stride.next().is_none() {
-                lane.stride.measure(simd);
-                self.look_ahead(lane);
-            }
+            let columns = self.pack.step(self.walking);
+            self.columns += u64::from(self.walking.count_ones());
+            self.pass(simd, &columns);
+            let ended = columns.last & self.walking;
+            self.waiting |= ended;
+            self.walking &= !ended;
         }
     }
 
-    /// Finds which of the columns that were walked ahead have to be read.
+    /// Integrates the batch and adds its light to the rays.
     #[inline(always)]
-    fn look_ahead(&self, lane: &mut Lane<'_, '_, T, S, N>) {
-        let Lane { stride, ahead, .. } = lane;
-        let layers = self.shell.layers();
-        ahead.gaps[0] = self.shell.gap(stride.height_in()) as u32;
-        for i in 0..STEPS {
-            ahead.gaps[i + 1] = self.shell.gap(stride.heights_out()[i]) as u32;
-        }
-        let triangles = stride.triangles();
-        for i in 0..STEPS {
-            ahead.blocks[i] = self.visible.over(triangles[i]);
-            let [a, b] = [ahead.gaps[i] as usize, ahead.gaps[i + 1] as usize];
-            let (low, high) = (a.min(b), a.max(b));
-            ahead.is_read[i] =
-                (low == 0) | (high == layers) || self.visible.shows_any(ahead.blocks[i], low, high);
-        }
-        if self.grid.void_triangles() > 0 {
-            ahead.is_read.iter_mut().zip(triangles).for_each(|(is_read, t)| *is_read |= self.grid.is_void(t));
-        }
+    fn settle(&mut self) {
+        self.batch.integrate(self.caster);
+        self.add_light();
     }
 
-    /// Adds frusta of the columns that were walked ahead to the batch, while there is room.
     #[inline(never)]
-    fn gather(&self, lane: &mut Lane<'_, '_, T, S, N>, batch: &mut Batch<T, S, N>) {
-        let from = batch.count();
-        let has_void = self.grid.void_triangles() > 0;
-        while lane.behind == Behind::More && !batch.is_full() {
-            let Some(i) = lane.stride.next() else { break };
-            if !lane.ahead.is_read[i] {
-                lane.ray.counts.columns += 1;
-                lane.is_fresh = true;
-                lane.stride.pass();
-            } else if has_void && self.grid.is_void(lane.stride.triangles()[i]) {
-                self.pass_void(lane);
-            } else {
-                self.gather_column(lane, i, batch);
+    fn add_light(&mut self) {
+        for n in 0..self.batch.count() {
+            let lane = self.batch.lane(n);
+            if self.done >> lane & 1 != 0 {
+                continue;
+            }
+            if let Some((_, ray)) = &mut self.rays[lane]
+                && ray.meet(&self.batch, n) == Flow::Stop
+            {
+                self.done |= 1 << lane;
             }
         }
-        if lane.behind == Behind::More && lane.stride.has_ended() {
-            lane.behind = Behind::End;
+        for lane in lanes(self.waiting & !self.done) {
+            if let (Some((_, ray)), Some(t)) = (&mut self.rays[lane], self.core[lane]) {
+                ray.core(t);
+            }
         }
-        lane.frusta = from..batch.count();
+        self.done |= self.waiting;
+        self.waiting = 0;
+        self.walking &= !self.done;
+        self.batch.clear();
     }
 
-    /// A void has no values, and its core is round.
+    /// Takes all rays through their columns.
+    #[inline(always)]
+    fn pass<V: Simd>(&mut self, simd: V, columns: &Columns) {
+        let caster = self.caster;
+        let layers = caster.shell.layers() as u32;
+        let (mut out, mut blocks) = ([0; LANES], [0; LANES]);
+        for i in 0..LANES {
+            out[i] = caster.shell.gap(columns.exit.rho[i]) as u32;
+            blocks[i] = caster.visible.over(columns.triangles[i]);
+        }
+        let mut reading = 0;
+        for i in 0..LANES {
+            let (low, high) = (self.gap[i].min(out[i]), self.gap[i].max(out[i]));
+            let shows = caster.visible.shows_any(blocks[i], low as usize, high as usize);
+            reading |= u32::from((low == 0) | (high == layers) | shows) << i;
+        }
+        if caster.grid.void_triangles() > 0 {
+            reading &= !self.pass_voids(columns);
+        }
+        self.fresh |= self.walking & !reading;
+        if reading & self.walking != 0 {
+            self.cross(simd, columns, reading & self.walking, &out, &blocks);
+        }
+        self.gap = out;
+    }
+
+    /// Takes rays over voids, which have no values and whose core is round; gives their bits.
     #[cold]
     #[inline(never)]
-    fn pass_void(&self, lane: &mut Lane<'_, '_, T, S, N>) {
-        let column = lane.stride.column();
-        lane.stride.pass();
-        lane.ray.counts.columns += 1;
-        lane.is_fresh = true;
-        let met = lane.ray.line.first_inside(self.shell.inner(), [column.entry.t, column.exit.t]);
-        if let (Some(t), true) = (met, self.core.is_some()) {
-            lane.behind = Behind::Core(t);
+    fn pass_voids(&mut self, columns: &Columns) -> u32 {
+        let mut void = 0;
+        for lane in lanes(self.walking) {
+            if self.caster.grid.is_void(columns.triangles[lane]) {
+                void |= 1 << lane;
+                let ends = [columns.entry.t[lane], columns.exit.t[lane]];
+                let met = self.pack.line(lane).first_inside(self.caster.shell.inner(), ends);
+                self.core[lane] = met.filter(|_| self.caster.core.is_some());
+            }
         }
+        self.fresh |= void;
+        for lane in lanes(void) {
+            if self.core[lane].is_some() {
+                self.waiting |= 1 << lane;
+                self.walking &= !(1 << lane);
+            }
+        }
+        void
     }
 
+    /// Crosses the gaps of the columns of the rays in `active`, until the gap `out`.
     #[inline(always)]
-    fn gather_column(&self, lane: &mut Lane<'_, '_, T, S, N>, i: usize, batch: &mut Batch<T, S, N>) {
-        let (column, shell, layers) = (lane.stride.column(), self.shell, self.shell.layers());
-        let mut passage = match lane.stopped.take() {
-            Some(passage) => passage,
-            None => {
-                lane.ray.counts.columns += 1;
-                Passage::new(&column, lane.ahead.gaps[i] as usize)
-            }
+    fn cross<V: Simd>(
+        &mut self,
+        simd: V,
+        columns: &Columns,
+        mut active: u32,
+        out: &Row<u32>,
+        blocks: &Row<u32>,
+    ) {
+        let Columns { entry, exit, .. } = columns;
+        let (caster, ladder) = (self.caster, self.ladder);
+        let (layers, shift) = (caster.shell.layers() as u32, caster.visible.shift);
+        let mut gap = self.gap;
+        let (mut rising, mut length) = ([false; LANES], [0.0; LANES]);
+        let mut weight = [[T::zero(); LANES]; 4];
+        for i in 0..LANES {
+            rising[i] = exit.rho[i] >= entry.rho[i];
+            length[i] = exit.t[i] - entry.t[i];
+            weight[0][i] = T::of(entry.weight[0][i]);
+            weight[1][i] = T::of(entry.weight[1][i]);
+            weight[2][i] = T::of(exit.weight[0][i]);
+            weight[3][i] = T::of(exit.weight[1][i]);
+        }
+        let mut base = [[0; 3]; LANES];
+        for lane in lanes(active) {
+            base[lane] = caster.samples.bases([0, 1, 2].map(|k| columns.cells[k][lane]));
+        }
+        let mut a = Stations {
+            u: [0.0; LANES],
+            tau: [T::zero(); LANES],
+            rho: entry.rho,
+            curvature: columns.curvature,
         };
-        let base = self.samples.bases(column.cells);
-        let ([w0, w1], [w2, w3]) = (column.entry.weight, column.exit.weight);
-        let weight = [[T::of(w0), T::of(w1)], [T::of(w2), T::of(w3)]];
-        let up = self.samples.layer_stride();
-        let length = column.exit.t - column.entry.t;
+        let mut is_on_layer = false;
         loop {
-            let (gap, crossed) = (passage.gap, passage.crossed(shell));
-            if gap == 0 {
-                if self.core.is_some() {
-                    lane.behind = Behind::Core(lerp(column.entry.t, column.exit.t, passage.a.u));
-                    return;
+            let mut b = Stations { u: a.u, tau: a.tau, rho: a.rho, curvature: a.curvature };
+            let mut way = [[T::zero(); LANES]; 6];
+            let (mut crossing, mut hidden, mut below, mut passing) = (0, 0, 0, 0);
+            for i in 0..LANES {
+                let (low, high) =
+                    (gap[i].wrapping_sub(1) as usize % MOST_RUNGS, gap[i] as usize % MOST_RUNGS);
+                let passes = gap[i] != out[i];
+                let ahead = if rising[i] { high } else { low };
+                let (radius, curvature) = (ladder.radius[ahead], ladder.curvature[ahead]);
+                let u = ((radius - entry.rho[i]) * columns.scale[i]).clamp(0.0, 1.0);
+                let tau = (u * exit.rho[i] * curvature).clamp(0.0, 1.0);
+                b.u[i] = if passes { u } else { 1.0 };
+                b.tau[i] = if passes { T::of(tau) } else { T::one() };
+                b.rho[i] = if passes { radius } else { exit.rho[i] };
+                b.curvature[i] = curvature;
+                let place = |rho: f64| {
+                    let above = T::of(rho - ladder.radius[low]) * ladder.inverse[low];
+                    let w = above.max(T::zero()).min(T::one());
+                    if rising[i] { w } else { T::one() - w }
+                };
+                way[0][i] = a.tau[i];
+                way[1][i] = b.tau[i];
+                way[2][i] = if is_on_layer { T::zero() } else { place(a.rho[i]) };
+                way[3][i] = if passes { T::one() } else { place(b.rho[i]) };
+                let eps = T::of((b.rho[i] - a.rho[i]) * a.curvature[i]);
+                way[4][i] = eps.max(T::of(T::ROUNDING - 1.0));
+                way[5][i] = T::of(length[i] * (b.u[i] - a.u[i]));
+            }
+            for i in 0..LANES {
+                let is_inside = (gap[i] >= 1) & (gap[i] < layers);
+                let shows = blocks[i] >> ((gap[i].wrapping_sub(1) >> shift) % 32) & 1 != 0;
+                crossing |= u32::from(is_inside & shows) << i;
+                hidden |= u32::from(is_inside & !shows) << i;
+                below |= u32::from(gap[i] == 0) << i;
+                passing |= u32::from(gap[i] != out[i]) << i;
+            }
+            if below & active != 0 && caster.core.is_some() {
+                for lane in lanes(below & active) {
+                    self.core[lane] = Some(lerp(entry.t[lane], exit.t[lane], a.u[lane]));
                 }
-            } else if gap < layers {
-                if !self.visible.shows(lane.ahead.blocks[i], gap) {
-                    lane.is_fresh = true;
-                } else if batch.is_full() {
-                    lane.stopped = Some(passage);
-                    return;
-                } else {
-                    let Crossed { behind, ahead, b, .. } = crossed;
-                    let at = |base: isize| self.samples.element(base, behind);
-                    batch.push(&Passed {
-                        elements: [at(base[0]), at(base[1]), at(base[2])],
-                        step: if ahead > behind { up } else { -up },
-                        cells: column.cells,
-                        layers: [behind as u32, ahead as u32],
-                        weight,
-                        tau: [passage.a.tau, b.tau],
-                        place: passage.places(shell, &crossed),
-                        eps: passage.eps(&crossed),
-                        length: T::of(length * (b.u - passage.a.u)),
-                        is_fresh: lane.is_fresh,
-                    });
-                    lane.is_fresh = false;
+                self.waiting |= below & active;
+                self.walking &= !self.waiting;
+                active &= !below;
+            }
+            self.fresh |= hidden & active;
+            crossing &= active;
+            if crossing != 0 {
+                let [w0, w1, w2, w3] = weight;
+                let [t0, t1, p0, p1, eps, length] = way;
+                let rows = [w0, w1, w2, w3, t0, t1, p0, p1, eps, length];
+                let up = caster.samples.layer_stride();
+                self.batch.push(simd, crossing, &rows, |lane| {
+                    let (low, high) = (gap[lane] as usize - 1, gap[lane] as usize);
+                    let (behind, ahead, step) = if rising[lane] { (low, high, up) } else { (high, low, -up) };
+                    let elements = base[lane].map(|base| caster.samples.element(base, behind));
+                    let read = |element| caster.samples.at(element);
+                    let ahead_of = |element: usize| read(element.wrapping_add_signed(step));
+                    let [a, b, c] = elements;
+                    (
+                        [read(a), read(b), read(c), ahead_of(a), ahead_of(b), ahead_of(c)],
+                        [0, 1, 2].map(|k| columns.cells[k][lane]),
+                        [behind as u32, ahead as u32],
+                        self.fresh >> lane & 1 != 0,
+                    )
+                });
+                self.fresh &= !crossing;
+                if self.batch.is_full() {
+                    self.settle();
+                    active &= !self.done;
                 }
             }
-            if !crossed.passes {
-                lane.stride.pass();
+            active &= passing;
+            if active == 0 {
                 return;
             }
-            passage.pass(&crossed);
-        }
-    }
-
-    /// Adds the light of a lane's frusta, in the ray's order.
-    #[inline(never)]
-    fn settle(&self, lane: &mut Lane<'_, '_, T, S, N>, batch: &Batch<T, S, N>) -> Flow {
-        for n in lane.frusta.clone() {
-            if lane.ray.meet(batch, n) == Flow::Stop {
-                return Flow::Stop;
+            for i in 0..LANES {
+                gap[i] = if rising[i] { gap[i].wrapping_add(1) } else { gap[i].wrapping_sub(1) };
             }
+            (a, is_on_layer) = (b, true);
         }
-        match lane.behind {
-            Behind::More => Flow::On,
-            Behind::Core(t) => lane.ray.core(t),
-            Behind::End => Flow::Stop,
-        }
-    }
-}
-
-/// Rays that wait for a lane.
-pub(super) struct Queue<'r, 'f, T, S, I, const N: usize> {
-    caster: &'r Caster<'f, T, S, N>,
-    rays: I,
-    /// The first triangle of the last ray, and of the first one of its row.
-    hint: u32,
-    row_hint: u32,
-}
-
-impl<'r, 'f, T: Real, S: Sample, I: Iterator<Item = Start>, const N: usize> Queue<'r, 'f, T, S, I, N> {
-    pub fn new(caster: &'r Caster<'f, T, S, N>, rays: I) -> Self {
-        Queue { caster, rays, hint: 0, row_hint: 0 }
-    }
-
-    /// The next ray that meets the shell; those that miss it are told.
-    pub fn next(
-        &mut self,
-        tell: &mut impl FnMut(usize, Option<Light<T>>),
-    ) -> Option<(Start, RayLine, Walk<'r, 'f>)> {
-        for start in self.rays.by_ref() {
-            let from = if start.begins_row { self.row_hint } else { self.hint };
-            let line = RayLine::new(start.eye, start.dir, self.caster.shell.outer());
-            let walk = line.map(|line| (line, Walk::new(self.caster.grid, line, from)));
-            self.hint = walk.as_ref().map_or(from, |(_, walk)| walk.triangle());
-            if start.begins_row {
-                self.row_hint = self.hint;
-            }
-            match walk {
-                Some((line, walk)) => return Some((start, line, walk)),
-                None => tell(start.number, None),
-            }
-        }
-        None
     }
 }

@@ -12,41 +12,24 @@ use crate::kernel::real::Real;
 use crate::kernel::sample::{Sample, Samples};
 use crate::kernel::segment::Segment;
 use crate::kernel::transfer::{Span, Spans};
-use fearless_simd::{Level, dispatch};
+use crate::kernel::walk::pack::{LANES, Row, lanes};
+use fearless_simd::Simd;
 
-/// Frusta that one pass of the loops takes.
-const LANES: usize = 16;
-/// Frusta that a batch holds.
-pub(super) const ROOM: usize = 8 * LANES;
+/// Passes over all frusta of a batch.
+const PASSES: usize = 9;
 
 /// Of the span that each frustum of a pass lies in: anchor, extinction and its slope, steepest, colour, its slopes.
-type Medium<T> = [[T; LANES]; 10];
+type Medium<T> = [Row<T>; 10];
 
 /// Something of each frustum.
-type Row<X> = [[X; LANES]; ROOM / LANES];
+type Rows<X> = [Row<X>; PASSES];
 
-fn row<X: Copy>(value: X) -> Row<X> {
-    [[value; LANES]; ROOM / LANES]
-}
+/// What is read of a frustum: the samples at the three vertices on the layer behind and on that ahead, whose and which these
+/// are, and whether the ray has leapt since its last frustum.
+pub(super) type Read<S> = ([S; 6], [u32; 3], [u32; 2], bool);
 
-/// A ray's way through a frustum, and what it reads there.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Passed<T> {
-    /// Where the samples at the three vertices are on the layer behind, and how far from there those on the layer ahead.
-    pub elements: [usize; 3],
-    pub step: isize,
-    /// Whose and which these are.
-    pub cells: [u32; 3],
-    pub layers: [u32; 2],
-    /// Weights of the second and third vertex at the column's entry and exit.
-    pub weight: [[T; 2]; 2],
-    /// Where it enters and leaves the frustum: between the edge points, and between the layers.
-    pub tau: [T; 2],
-    pub place: [T; 2],
-    pub eps: T,
-    pub length: T,
-    /// Whether the ray has leapt since its last frustum.
-    pub is_fresh: bool,
+fn rows<X: Copy>(value: X) -> Rows<X> {
+    [[value; LANES]; PASSES]
 }
 
 /// What is known of a frustum when all have been integrated.
@@ -64,40 +47,42 @@ pub(super) enum Known {
 #[derive(Debug)]
 pub(super) struct Batch<T, S, const N: usize> {
     count: usize,
-    elements: [Row<usize>; 3],
-    step: Row<isize>,
-    /// What is there: on the layer behind, and on that ahead.
-    samples: [Row<S>; 6],
-    cells: Row<[u32; 3]>,
-    layers: Row<[u32; 2]>,
-    is_fresh: Row<bool>,
-    /// The weights, tau, place, eps and length of [`Passed`].
-    way: [Row<T>; 10],
+    /// Error that is allowed per absorbed light.
+    share: T,
+    lane: Rows<u8>,
+    /// On the layer behind, and on that ahead.
+    samples: [Rows<S>; 6],
+    cells: Rows<[u32; 3]>,
+    layers: Rows<[u32; 2]>,
+    is_fresh: Rows<bool>,
+    /// Weights of the second and third vertex at the column's entry and exit; where the ray enters and leaves the frustum, between the
+    /// edge points and between the layers; eps; length.
+    way: [Rows<T>; 10],
     /// f0, f1, kappa.
-    value: [Row<T>; 3],
-    span: Row<u32>,
-    is_clear: Row<bool>,
-    known: Row<Known>,
+    value: [Rows<T>; 3],
+    span: Rows<u32>,
+    is_clear: Rows<bool>,
+    known: Rows<Known>,
     /// Colour, absorbed, error, variance.
-    light: [Row<T>; 6],
+    light: [Rows<T>; 6],
 }
 
 impl<T: Real, S: Sample, const N: usize> Batch<T, S, N> {
-    pub fn new() -> Self {
-        let zero = row(T::zero());
+    pub fn new(share: T) -> Self {
+        let zero = rows(T::zero());
         Batch {
             count: 0,
-            elements: [row(0); 3],
-            step: row(0),
-            samples: [row(S::near(0.0)); 6],
-            cells: row([0; 3]),
-            layers: row([0; 2]),
-            is_fresh: row(false),
+            share,
+            lane: rows(0),
+            samples: [rows(S::near(0.0)); 6],
+            cells: rows([0; 3]),
+            layers: rows([0; 2]),
+            is_fresh: rows(false),
             way: [zero; 10],
             value: [zero; 3],
-            span: row(0),
-            is_clear: row(false),
-            known: row(Known::Odd),
+            span: rows(0),
+            is_clear: rows(false),
+            known: rows(Known::Odd),
             light: [zero; 6],
         }
     }
@@ -113,41 +98,39 @@ impl<T: Real, S: Sample, const N: usize> Batch<T, S, N> {
         self.count = 0;
     }
 
-    /// Whether there is no room for another one.
+    /// Whether there may be no room for those of another call of [`Self::push`].
     #[inline(always)]
     pub fn is_full(&self) -> bool {
-        self.count >= ROOM
+        self.count > (PASSES - 2) * LANES
     }
 
-    /// Adds a frustum.
+    /// Adds a frustum of each lane whose bit is set. Must not be full.
     #[inline(always)]
-    pub fn push(&mut self, passed: &Passed<T>) {
-        let Passed { elements, weight: [[w0, w1], [w2, w3]], tau, place, eps, length, .. } = *passed;
-        let n = self.count.min(ROOM - 1);
-        let (pass, i) = (n / LANES, n % LANES);
-        let way = [w0, w1, w2, w3, tau[0], tau[1], place[0], place[1], eps, length];
-        self.elements.iter_mut().zip(elements).for_each(|(row, element)| row[pass][i] = element);
-        self.step[pass][i] = passed.step;
-        self.way.iter_mut().zip(way).for_each(|(row, number)| row[pass][i] = number);
-        self.is_fresh[pass][i] = passed.is_fresh;
-        if N > 1 {
-            (self.cells[pass][i], self.layers[pass][i]) = (passed.cells, passed.layers);
+    pub fn push<V: Simd>(&mut self, simd: V, bits: u32, way: &[Row<T>; 10], read: impl Fn(usize) -> Read<S>) {
+        let count = self.count;
+        for (rows, row) in self.way.iter_mut().zip(way) {
+            let free = &mut rows.as_flattened_mut()[count..count + 2 * LANES];
+            T::compress(simd, row, bits, free);
         }
-        self.count = n + 1;
+        for lane in lanes(bits) {
+            let n = self.count.min((PASSES - 1) * LANES);
+            let (pass, i) = (n / LANES, n % LANES);
+            let (samples, cells, layers, is_fresh) = read(lane);
+            for k in 0..6 {
+                self.samples[k][pass][i] = samples[k];
+            }
+            (self.lane[pass][i], self.is_fresh[pass][i]) = (lane as u8, is_fresh);
+            if N > 1 {
+                (self.cells[pass][i], self.layers[pass][i]) = (cells, layers);
+            }
+            self.count += 1;
+        }
     }
 
-    /// Reads all samples: apart, so that many can be waited for at a time.
-    #[inline(never)]
-    fn read(&mut self, samples: &Samples<S>) {
-        for n in 0..self.count.min(ROOM) {
-            let (pass, i) = (n / LANES, n % LANES);
-            let step = self.step[pass][i];
-            for k in 0..3 {
-                let element = self.elements[k][pass][i];
-                self.samples[k][pass][i] = samples.at(element);
-                self.samples[k + 3][pass][i] = samples.at(element.wrapping_add_signed(step));
-            }
-        }
+    /// Whose frustum number `n` is.
+    #[inline(always)]
+    pub fn lane(&self, n: usize) -> usize {
+        self.lane[n / LANES][n % LANES] as usize % LANES
     }
 
     /// What is known of frustum number `n`, and the span that it surely lies in, if anything is.
@@ -194,20 +177,14 @@ impl<T: Real, S: Sample, const N: usize> Batch<T, S, N> {
         (course, length)
     }
 
-    /// Interpolates all frusta, and integrates those that are thin, allowing each the error `share` per absorbed light.
-    pub fn integrate(&mut self, level: Level, caster: &Caster<'_, T, S, N>, share: T) {
-        let (samples, spans) = (caster.samples, caster.spans);
-        self.read(&samples);
-        dispatch!(level, _simd => self.passes(&samples, spans, share));
-    }
-
+    /// Interpolates all frusta, and integrates those that are thin.
     #[inline(always)]
-    fn passes(&mut self, samples: &Samples<S>, spans: &Spans<T>, share: T) {
-        for pass in 0..self.count.div_ceil(LANES).min(ROOM / LANES) {
-            let is_usual = self.interpolate(pass, samples);
+    pub fn integrate(&mut self, caster: &Caster<'_, T, S, N>) {
+        for pass in 0..self.count.div_ceil(LANES).min(PASSES) {
+            let is_usual = self.interpolate(pass, &caster.samples);
             let mut medium = [[T::zero(); LANES]; 10];
-            let is_whole = self.find_spans(pass, spans, &mut medium);
-            let is_thin = if N == 1 { self.thin(pass, &medium, share) } else { [false; LANES] };
+            let is_whole = self.find_spans(pass, caster.spans, &mut medium);
+            let is_thin = if N == 1 { self.thin(pass, &medium) } else { [false; LANES] };
             for i in 0..LANES {
                 let is_whole = is_usual[i] & is_whole[i];
                 let known = if is_thin[i] { Known::Light } else { Known::Odd };
@@ -275,7 +252,7 @@ impl<T: Real, S: Sample, const N: usize> Batch<T, S, N> {
 
     /// Whether the rule is near enough.
     #[inline(always)]
-    fn thin(&mut self, pass: usize, medium: &Medium<T>, share: T) -> [bool; LANES] {
+    fn thin(&mut self, pass: usize, medium: &Medium<T>) -> [bool; LANES] {
         let [f0, f1, kappa] = self.value.each_ref().map(|row| &row[pass]);
         let (eps, length) = (&self.way[8][pass], &self.way[9][pass]);
         let [anchor, extinction, extinction_slope, steepest, r, g, b, dr, dg, db] = medium;
@@ -296,7 +273,7 @@ impl<T: Real, S: Sample, const N: usize> Batch<T, S, N> {
             let Light { color, absorbed, error, variance } = thin.light();
             [light[0][i], light[1][i], light[2][i]] = color;
             [light[3][i], light[4][i], light[5][i]] = [absorbed, error, variance];
-            is_near[i] = thin.is_near(share);
+            is_near[i] = thin.is_near(self.share);
         }
         self.light.iter_mut().zip(light).for_each(|(row, light)| row[pass] = light);
         is_near
