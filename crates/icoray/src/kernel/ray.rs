@@ -271,6 +271,13 @@ impl<T: Real, S: Sample, const N: usize> Ray<'_, '_, T, S, N> {
 
     #[inline(never)]
     fn odd(&mut self, batch: &Batch<T, S, N>, n: usize) -> Flow {
+        if N == 1 && batch.is_usual(n) {
+            let segment = batch.segment(n);
+            let all = |value: T| [value; N];
+            let (from, to) = (all(segment.f0), all(segment.f1));
+            let course = Course { from, to, kappa: all(segment.kappa), eps: segment.eps };
+            return self.frustum(&course, segment.length);
+        }
         let (course, length) = batch.course(n, self.caster);
         self.frustum(&course, length)
     }

@@ -115,7 +115,7 @@ impl<'r, 'f, T: Real, S: Sample, const N: usize> Abreast<'r, 'f, T, S, N> {
                 self.settle();
                 continue;
             }
-            let columns = self.pack.step(self.walking);
+            let columns = self.pack.step(simd, self.walking);
             self.columns += u64::from(self.walking.count_ones());
             self.pass(simd, &columns);
             let ended = columns.last & self.walking;

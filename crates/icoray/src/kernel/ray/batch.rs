@@ -61,6 +61,7 @@ pub(super) struct Batch<T, S, const N: usize> {
     /// f0, f1, kappa.
     value: [Rows<T>; 3],
     span: Rows<u32>,
+    is_usual: Rows<bool>,
     is_clear: Rows<bool>,
     known: Rows<Known>,
     /// Colour, absorbed, error, variance.
@@ -81,6 +82,7 @@ impl<T: Real, S: Sample, const N: usize> Batch<T, S, N> {
             way: [zero; 10],
             value: [zero; 3],
             span: rows(0),
+            is_usual: rows(false),
             is_clear: rows(false),
             known: rows(Known::Odd),
             light: [zero; 6],
@@ -146,6 +148,12 @@ impl<T: Real, S: Sample, const N: usize> Batch<T, S, N> {
         self.is_fresh[n / LANES][n % LANES]
     }
 
+    /// Whether what was read of it is neither missing nor beyond all bounds.
+    #[inline(always)]
+    pub fn is_usual(&self, n: usize) -> bool {
+        self.is_usual[n / LANES][n % LANES]
+    }
+
     /// The light of frustum number `n`, where it is known.
     #[inline(always)]
     pub fn light(&self, n: usize) -> Light<T> {
@@ -182,6 +190,7 @@ impl<T: Real, S: Sample, const N: usize> Batch<T, S, N> {
     pub fn integrate(&mut self, caster: &Caster<'_, T, S, N>) {
         for pass in 0..self.count.div_ceil(LANES).min(PASSES) {
             let is_usual = self.interpolate(pass, &caster.samples);
+            self.is_usual[pass] = is_usual;
             let mut medium = [[T::zero(); LANES]; 10];
             let is_whole = self.find_spans(pass, caster.spans, &mut medium);
             let is_thin = if N == 1 { self.thin(pass, &medium) } else { [false; LANES] };

@@ -6,10 +6,14 @@
 use super::{Contour, End, Place, Walk, height};
 use crate::grid::Grid;
 use crate::kernel::plane::{Plane, Point, RayLine, Seen};
+use fearless_simd::{Simd, f64x8, prelude::*};
 use glam::DVec3;
 
 /// Rays of a pack.
 pub(crate) const LANES: usize = 16;
+
+/// Rays that one vector of f64 holds.
+const HALF: usize = 8;
 
 /// Something of each ray.
 pub(crate) type Row<X> = [X; LANES];
@@ -39,19 +43,6 @@ impl Vertices {
     fn set(&mut self, lane: usize, seen: &Seen) {
         let Seen { cell, x, y, q } = *seen;
         (self.cell[lane], self.x[lane], self.y[lane], self.q[lane]) = (cell, x, y, q);
-    }
-
-    /// These of `self` where `takes` is set, those of `other` where it is not.
-    #[inline(always)]
-    fn or(&self, other: &Self, takes: &Row<bool>) -> Self {
-        let mut all = *other;
-        for i in 0..LANES {
-            all.cell[i] = if takes[i] { self.cell[i] } else { other.cell[i] };
-            all.x[i] = if takes[i] { self.x[i] } else { other.x[i] };
-            all.y[i] = if takes[i] { self.y[i] } else { other.y[i] };
-            all.q[i] = if takes[i] { self.q[i] } else { other.q[i] };
-        }
-        all
     }
 }
 
@@ -160,75 +151,116 @@ impl<'g, 'a> Pack<'g, 'a> {
 
     /// Takes those rays whose bits are in `walking` over their next columns. Of others, columns mean nothing.
     #[inline(always)]
-    pub fn step(&mut self, walking: u32) -> Columns {
-        let mut is_left = [false; LANES];
-        for i in 0..LANES {
-            is_left[i] = self.apex.q[i] >= 0.0;
-        }
-        let left = self.apex.or(&self.left, &is_left);
-        let right = self.right.or(&self.apex, &is_left);
-        let (mut exit, mut x, mut y) = (Ends::NONE, [0.0; LANES], [0.0; LANES]);
-        let mut is_last = [false; LANES];
-        for i in 0..LANES {
-            let w = left.q[i] / (left.q[i] - right.q[i]);
-            x[i] = left.x[i] + w * (right.x[i] - left.x[i]);
-            y[i] = left.y[i] + w * (right.y[i] - left.y[i]);
-            is_last[i] = self.b[i] * y[i] - self.end[i] * x[i] >= 0.0;
-            // max and min let a NaN of 0/0 (a ray through the centre) pass by.
-            exit.t[i] = (self.b[i] * y[i] / x[i]).max(self.entry.t[i]).min(self.end[i]);
-            exit.rho[i] = (self.b[i] * x[i] + exit.t[i] * y[i]) / (x[i] * x[i] + y[i] * y[i]);
-            exit.weight[0][i] = if is_left[i] { w } else { 0.0 };
-            exit.weight[1][i] = if is_left[i] { 1.0 - w } else { w };
-        }
-        let mut last = 0;
-        for i in 0..LANES {
-            last |= u32::from(is_last[i]) << i;
-        }
-        last &= walking;
+    pub fn step<V: Simd>(&mut self, simd: V, walking: u32) -> Columns {
         let mut columns = Columns {
             triangles: self.triangles,
             cells: [self.left.cell, self.right.cell, self.apex.cell],
             entry: self.entry,
-            exit,
+            exit: Ends::NONE,
             curvature: [0.0; LANES],
             scale: [0.0; LANES],
-            last,
+            last: 0,
         };
-        for lane in lanes(last) {
-            let end = self.last_exit(lane, Point::new(x[lane], y[lane]), &columns.exit);
+        let before = [self.x, self.y];
+        let (mut on_left, mut last) = (0, 0);
+        for half in [0, HALF] {
+            let (left, behind_end) = self.leave(simd, half, &mut columns);
+            on_left |= left << half;
+            last |= behind_end << half;
+        }
+        columns.last = last & walking;
+        for lane in lanes(columns.last) {
+            let end = self.last_exit(lane, before, &columns);
             columns.exit.set(lane, end);
         }
-        for i in 0..LANES {
-            columns.curvature[i] = 1.0 / columns.entry.rho[i];
-            columns.scale[i] = 1.0 / (columns.exit.rho[i] - columns.entry.rho[i]);
+        for half in [0, HALF] {
+            let all = |number| f64x8::splat(simd, number);
+            let load = |row: &Row<f64>| f64x8::from_slice(simd, &row[half..half + HALF]);
+            let (entry, exit) = (load(&columns.entry.rho), load(&columns.exit.rho));
+            (all(1.0) / entry).store_slice(&mut columns.curvature[half..half + HALF]);
+            (all(1.0) / (exit - entry)).store_slice(&mut columns.scale[half..half + HALF]);
         }
-        self.turn(walking & !last, &is_left);
-        for i in 0..LANES {
-            // Whichever of the two ends the apex took the place of, the other one's weight is w.
-            self.entry.weight[0][i] = if is_left[i] { exit.weight[0][i] } else { exit.weight[1][i] };
-            self.entry.weight[1][i] = 0.0;
+        let direction = self.turn(walking & !columns.last, on_left);
+        for half in [0, HALF] {
+            let load = |row: &Row<f64>| f64x8::from_slice(simd, &row[half..half + HALF]);
+            let [x, y, z] = [load(&direction[0]), load(&direction[1]), load(&direction[2])];
+            let dot = |axis: &[Row<f64>; 3]| x * load(&axis[0]) + y * load(&axis[1]) + z * load(&axis[2]);
+            dot(&self.axes[0]).store_slice(&mut self.apex.x[half..half + HALF]);
+            dot(&self.axes[1]).store_slice(&mut self.apex.y[half..half + HALF]);
+            dot(&self.axes[2]).store_slice(&mut self.apex.q[half..half + HALF]);
         }
-        (self.left, self.right, self.x, self.y) = (left, right, x, y);
-        (self.entry.t, self.entry.rho) = (exit.t, exit.rho);
         columns
     }
 
-    /// Where a ray ends in its column, of which it would leave the side of exit at `out`.
+    /// Where half of the rays leave their columns, which becomes where they enter the next ones: the bits of those that have the apex
+    /// on their left, which takes the place of that end of the side, and of those that are behind their end there.
+    #[inline(always)]
+    fn leave<V: Simd>(&mut self, simd: V, half: usize, columns: &mut Columns) -> (u32, u32) {
+        let of = half..half + HALF;
+        let load = |row: &Row<f64>| f64x8::from_slice(simd, &row[of.clone()]);
+        let put = |numbers: f64x8<V>, row: &mut Row<f64>| numbers.store_slice(&mut row[of.clone()]);
+        let (zero, one) = (f64x8::splat(simd, 0.0), f64x8::splat(simd, 1.0));
+        let (ax, ay, aq) = (load(&self.apex.x), load(&self.apex.y), load(&self.apex.q));
+        let on_left = aq.simd_ge(zero);
+        let lx = on_left.select(ax, load(&self.left.x));
+        let ly = on_left.select(ay, load(&self.left.y));
+        let lq = on_left.select(aq, load(&self.left.q));
+        let rx = on_left.select(load(&self.right.x), ax);
+        let ry = on_left.select(load(&self.right.y), ay);
+        let rq = on_left.select(load(&self.right.q), aq);
+        let w = lq / (lq - rq);
+        let (x, y) = (lx + w * (rx - lx), ly + w * (ry - ly));
+        let (b, end) = (load(&self.b), load(&self.end));
+        let is_last = (b * y - end * x).simd_ge(zero);
+        // A NaN of 0/0 (a ray through the centre) becomes the distance of the entry.
+        let (t, before) = (b * y / x, load(&self.entry.t));
+        let t = t.simd_gt(before).select(t, before);
+        let t = t.simd_lt(end).select(t, end);
+        let rho = (b * x + t * y) / (x * x + y * y);
+        put(t, &mut columns.exit.t);
+        put(rho, &mut columns.exit.rho);
+        put(on_left.select(w, zero), &mut columns.exit.weight[0]);
+        put(on_left.select(one - w, w), &mut columns.exit.weight[1]);
+        let (left, right, entry) = (&mut self.left, &mut self.right, &mut self.entry);
+        let [weight, no_weight] = &mut entry.weight;
+        for (numbers, row) in [
+            (lx, &mut left.x),
+            (ly, &mut left.y),
+            (lq, &mut left.q),
+            (rx, &mut right.x),
+            (ry, &mut right.y),
+            (rq, &mut right.q),
+            (x, &mut self.x),
+            (y, &mut self.y),
+            (t, &mut entry.t),
+            (rho, &mut entry.rho),
+            (w, weight),
+            (zero, no_weight),
+        ] {
+            put(numbers, row);
+        }
+        (on_left.to_bitmask() as u32, is_last.to_bitmask() as u32)
+    }
+
+    /// Where a ray ends in its column, which it has entered at `x`, `y` and would leave where the next one is entered.
     #[cold]
-    fn last_exit(&self, lane: usize, out: Point, exit: &Ends) -> End {
+    fn last_exit(&self, lane: usize, [x, y]: [Row<f64>; 2], columns: &Columns) -> End {
         let weight = |ends: &Ends| [ends.weight[0][lane], ends.weight[1][lane]];
-        let entry = Place { point: Point::new(self.x[lane], self.y[lane]), weight: weight(&self.entry) };
+        let entry = Place { point: Point::new(x[lane], y[lane]), weight: weight(&columns.entry) };
+        let out = Point::new(self.x[lane], self.y[lane]);
         let line = &self.lines[lane];
         let end = line.at(line.end);
-        let Place { point, weight } = entry.clip(Place { point: out, weight: weight(exit) }, end);
+        let Place { point, weight } = entry.clip(Place { point: out, weight: weight(&columns.exit) }, end);
         End { t: line.end, rho: height(end, point), weight }
     }
 
-    /// Into the next triangles. In two goes, each short enough for the machine to wait for several rays' tables at a time.
+    /// Into the next triangles; gives the directions of the cells that are new there. In two goes, each short enough for the machine to wait for several rays' tables at a time.
     #[inline(always)]
-    fn turn(&mut self, walking: u32, is_left: &Row<bool>) {
+    fn turn(&mut self, walking: u32, on_left: u32) -> [Row<f64>; 3] {
         for lane in lanes(walking) {
-            let behind = if is_left[lane] { self.left.cell[lane] } else { self.right.cell[lane] };
+            let (left, right) = (&mut self.left.cell[lane], &mut self.right.cell[lane]);
+            let behind =
+                std::mem::replace(if on_left >> lane & 1 != 0 { left } else { right }, self.apex.cell[lane]);
             let sum = |cells: [u32; 3]| cells[0].wrapping_add(cells[1]).wrapping_add(cells[2]);
             let cells = self.cells[lane];
             let kept = sum(cells).wrapping_sub(behind);
@@ -244,13 +276,6 @@ impl<'g, 'a> Pack<'g, 'a> {
             let [x, y, z] = self.grid.direction(self.apex.cell[lane]).to_array();
             (direction[0][lane], direction[1][lane], direction[2][lane]) = (x, y, z);
         }
-        let [x, y, z] = &direction;
-        for ([ax, ay, az], seen) in
-            self.axes.iter().zip([&mut self.apex.x, &mut self.apex.y, &mut self.apex.q])
-        {
-            for i in 0..LANES {
-                seen[i] = x[i] * ax[i] + y[i] * ay[i] + z[i] * az[i];
-            }
-        }
+        direction
     }
 }
