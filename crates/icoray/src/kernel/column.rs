@@ -10,6 +10,8 @@ use super::lit::Course;
 use super::real::{Real, lerp};
 use super::walk::Column;
 
+pub(crate) mod passages;
+
 /// The layer radii of a shell.
 #[derive(Debug, Clone)]
 pub(crate) struct Shell<T> {
@@ -21,37 +23,6 @@ pub(crate) struct Shell<T> {
     /// Heights from the innermost layer on are in so many drawers of one size; each has the number of layers below it.
     drawers_per_height: f64,
     below: Vec<u32>,
-}
-
-/// Rungs of a [`Ladder`].
-pub(crate) const MOST_RUNGS: usize = 512;
-
-/// The layers of a shell in arrays of one size, for loops that ask for several at a time.
-#[derive(Debug, Clone)]
-pub(crate) struct Ladder<T> {
-    pub radius: [f64; MOST_RUNGS],
-    /// 1 / radius.
-    pub curvature: [f64; MOST_RUNGS],
-    /// 1 / thickness of the gap above.
-    pub inverse: [T; MOST_RUNGS],
-}
-
-impl<T: Real> Ladder<T> {
-    /// Of a shell that has no more layers than that.
-    pub fn new(shell: &Shell<T>) -> Option<Self> {
-        let layers = shell.layers();
-        (layers <= MOST_RUNGS).then(|| {
-            let mut ladder = Ladder {
-                radius: [0.0; MOST_RUNGS],
-                curvature: [0.0; MOST_RUNGS],
-                inverse: [T::zero(); MOST_RUNGS],
-            };
-            ladder.radius[..layers].copy_from_slice(&shell.radius);
-            ladder.curvature[..layers].copy_from_slice(&shell.curvature);
-            ladder.inverse[..layers - 1].copy_from_slice(&shell.inverse);
-            ladder
-        })
-    }
 }
 
 /// Drawers per layer.

@@ -1,6 +1,6 @@
 //! One ray, whole: Algorithm 1 of the paper.
 
-use super::column::{Chord, Flow, Ladder, Shell, Station, Values, Visit, cross};
+use super::column::{Chord, Flow, Shell, Station, Values, Visit, cross};
 use super::doubt::{Cut, Doubt, Medium};
 use super::leap::Visible;
 use super::lit::{Course, Lit};
@@ -123,8 +123,8 @@ impl<'f, T: Real, S: Sample, const N: usize> Caster<'f, T, S, N> {
     ) where
         'f: 'r,
     {
-        if let (Some(level), Some(ladder)) = (self.level, Ladder::new(self.shell)) {
-            return self.trace_abreast((level, &ladder), rays, counts, tell);
+        if let Some(level) = self.level {
+            return self.trace_abreast(level, rays, counts, tell);
         }
         let mut queue = Queue::new(self, rays);
         while let Some((start, line, walk)) = queue.next(|number| tell(number, None)) {

@@ -4,11 +4,11 @@
 use super::batch::Batch;
 use super::queue::Queue;
 use super::{Caster, Counts, Flow, Light, Ray, Start};
-use crate::kernel::column::{Ladder, MOST_RUNGS};
+use crate::kernel::column::passages::{Passages, Ways};
 use crate::kernel::real::{Real, lerp};
 use crate::kernel::sample::Sample;
 use crate::kernel::walk::pack::{Columns, LANES, Pack, Row, lanes};
-use fearless_simd::{Level, Simd, dispatch};
+use fearless_simd::{Level, Simd, dispatch, prelude::*, u32x16};
 
 /// So many rays may have ended before their frusta are integrated and others take their lanes.
 const MOST_WAITING: u32 = 4;
@@ -17,7 +17,7 @@ impl<'f, T: Real, S: Sample, const N: usize> Caster<'f, T, S, N> {
     /// Traces rays side by side, bit for bit as one after the other.
     pub(super) fn trace_abreast<'r>(
         &'r self,
-        (level, ladder): (Level, &'r Ladder<T>),
+        level: Level,
         rays: impl Iterator<Item = Start>,
         counts: &mut Counts,
         mut tell: impl FnMut(usize, Option<Light<T>>),
@@ -25,7 +25,7 @@ impl<'f, T: Real, S: Sample, const N: usize> Caster<'f, T, S, N> {
         'f: 'r,
     {
         let mut queue = Queue::new(self, rays);
-        let mut abreast = Abreast::new(self, ladder);
+        let mut abreast = Abreast::new(self);
         loop {
             for lane in lanes(!(abreast.walking | abreast.waiting) & (u32::MAX >> (32 - LANES))) {
                 match queue.next(|number| tell(number, None)) {
@@ -55,7 +55,6 @@ impl<'f, T: Real, S: Sample, const N: usize> Caster<'f, T, S, N> {
 /// `done` have their light.
 struct Abreast<'r, 'f, T, S, const N: usize> {
     caster: &'r Caster<'f, T, S, N>,
-    ladder: &'r Ladder<T>,
     pack: Pack<'r, 'f>,
     rays: Row<Option<(usize, Ray<'r, 'f, T, S, N>)>>,
     walking: u32,
@@ -72,19 +71,10 @@ struct Abreast<'r, 'f, T, S, const N: usize> {
     batch: Batch<T, S, N>,
 }
 
-/// Where rays are on their ways through their columns, as [`crate::kernel::column::Station`].
-struct Stations<T> {
-    u: Row<f64>,
-    tau: Row<T>,
-    rho: Row<f64>,
-    curvature: Row<f64>,
-}
-
 impl<'r, 'f, T: Real, S: Sample, const N: usize> Abreast<'r, 'f, T, S, N> {
-    fn new(caster: &'r Caster<'f, T, S, N>, ladder: &'r Ladder<T>) -> Self {
+    fn new(caster: &'r Caster<'f, T, S, N>) -> Self {
         Abreast {
             caster,
-            ladder,
             pack: Pack::new(caster.grid),
             rays: [const { None }; LANES],
             walking: 0,
@@ -204,7 +194,7 @@ impl<'r, 'f, T: Real, S: Sample, const N: usize> Abreast<'r, 'f, T, S, N> {
         void
     }
 
-    /// Crosses the gaps of the columns of the rays in `active`, until the gap `out`.
+    /// Crosses the gaps of the columns of the rays in `active`, until the gaps `out`.
     #[inline(always)]
     fn cross<V: Simd>(
         &mut self,
@@ -215,14 +205,9 @@ impl<'r, 'f, T: Real, S: Sample, const N: usize> Abreast<'r, 'f, T, S, N> {
         blocks: &Row<u32>,
     ) {
         let Columns { entry, exit, .. } = columns;
-        let (caster, ladder) = (self.caster, self.ladder);
-        let (layers, shift) = (caster.shell.layers() as u32, caster.visible.shift);
-        let mut gap = self.gap;
-        let (mut rising, mut length) = ([false; LANES], [0.0; LANES]);
+        let caster = self.caster;
         let mut weight = [[T::zero(); LANES]; 4];
         for i in 0..LANES {
-            rising[i] = exit.rho[i] >= entry.rho[i];
-            length[i] = exit.t[i] - entry.t[i];
             weight[0][i] = T::of(entry.weight[0][i]);
             weight[1][i] = T::of(entry.weight[1][i]);
             weight[2][i] = T::of(exit.weight[0][i]);
@@ -232,80 +217,23 @@ impl<'r, 'f, T: Real, S: Sample, const N: usize> Abreast<'r, 'f, T, S, N> {
         for lane in lanes(active) {
             base[lane] = caster.samples.bases([0, 1, 2].map(|k| columns.cells[k][lane]));
         }
-        let mut a = Stations {
-            u: [0.0; LANES],
-            tau: [T::zero(); LANES],
-            rho: entry.rho,
-            curvature: columns.curvature,
-        };
-        let mut is_on_layer = false;
+        let mut passages = Passages::<T>::new(simd, columns, &self.gap, out);
         loop {
-            let mut b = Stations { u: a.u, tau: a.tau, rho: a.rho, curvature: a.curvature };
-            let mut way = [[T::zero(); LANES]; 6];
-            let (mut crossing, mut hidden, mut below, mut passing) = (0, 0, 0, 0);
-            for i in 0..LANES {
-                let (low, high) =
-                    (gap[i].wrapping_sub(1) as usize % MOST_RUNGS, gap[i] as usize % MOST_RUNGS);
-                let passes = gap[i] != out[i];
-                let ahead = if rising[i] { high } else { low };
-                let (radius, curvature) = (ladder.radius[ahead], ladder.curvature[ahead]);
-                let u = ((radius - entry.rho[i]) * columns.scale[i]).clamp(0.0, 1.0);
-                let tau = (u * exit.rho[i] * curvature).clamp(0.0, 1.0);
-                b.u[i] = if passes { u } else { 1.0 };
-                b.tau[i] = if passes { T::of(tau) } else { T::one() };
-                b.rho[i] = if passes { radius } else { exit.rho[i] };
-                b.curvature[i] = curvature;
-                let place = |rho: f64| {
-                    let above = T::of(rho - ladder.radius[low]) * ladder.inverse[low];
-                    let w = above.max(T::zero()).min(T::one());
-                    if rising[i] { w } else { T::one() - w }
-                };
-                way[0][i] = a.tau[i];
-                way[1][i] = b.tau[i];
-                way[2][i] = if is_on_layer { T::zero() } else { place(a.rho[i]) };
-                way[3][i] = if passes { T::one() } else { place(b.rho[i]) };
-                let eps = T::of((b.rho[i] - a.rho[i]) * a.curvature[i]);
-                way[4][i] = eps.max(T::of(T::ROUNDING - 1.0));
-                way[5][i] = T::of(length[i] * (b.u[i] - a.u[i]));
-            }
-            for i in 0..LANES {
-                let is_inside = (gap[i] >= 1) & (gap[i] < layers);
-                let shows = blocks[i] >> ((gap[i].wrapping_sub(1) >> shift) % 32) & 1 != 0;
-                crossing |= u32::from(is_inside & shows) << i;
-                hidden |= u32::from(is_inside & !shows) << i;
-                below |= u32::from(gap[i] == 0) << i;
-                passing |= u32::from(gap[i] != out[i]) << i;
-            }
+            let (below, inside, shown) = self.look(simd, &passages.gap, blocks);
             if below & active != 0 && caster.core.is_some() {
                 for lane in lanes(below & active) {
-                    self.core[lane] = Some(lerp(entry.t[lane], exit.t[lane], a.u[lane]));
+                    self.core[lane] = Some(lerp(entry.t[lane], exit.t[lane], passages.u(lane)));
                 }
                 self.waiting |= below & active;
                 self.walking &= !self.waiting;
                 active &= !below;
             }
-            self.fresh |= hidden & active;
-            crossing &= active;
+            self.fresh |= inside & !shown & active;
+            let passing = passages.passing(simd);
+            let ways = passages.cross(simd, caster.shell, active);
+            let crossing = inside & shown & active;
             if crossing != 0 {
-                let [w0, w1, w2, w3] = weight;
-                let [t0, t1, p0, p1, eps, length] = way;
-                let rows = [w0, w1, w2, w3, t0, t1, p0, p1, eps, length];
-                let up = caster.samples.layer_stride();
-                self.batch.push(simd, crossing, &rows, |lane| {
-                    let (low, high) = (gap[lane] as usize - 1, gap[lane] as usize);
-                    let (behind, ahead, step) = if rising[lane] { (low, high, up) } else { (high, low, -up) };
-                    let elements = base[lane].map(|base| caster.samples.element(base, behind));
-                    let read = |element| caster.samples.at(element);
-                    let ahead_of = |element: usize| read(element.wrapping_add_signed(step));
-                    let [a, b, c] = elements;
-                    (
-                        [read(a), read(b), read(c), ahead_of(a), ahead_of(b), ahead_of(c)],
-                        [0, 1, 2].map(|k| columns.cells[k][lane]),
-                        [behind as u32, ahead as u32],
-                        self.fresh >> lane & 1 != 0,
-                    )
-                });
-                self.fresh &= !crossing;
+                self.push(simd, crossing, columns, &passages, (&weight, &ways, &base));
                 if self.batch.is_full() {
                     self.settle();
                     active &= !self.done;
@@ -315,10 +243,50 @@ impl<'r, 'f, T: Real, S: Sample, const N: usize> Abreast<'r, 'f, T, S, N> {
             if active == 0 {
                 return;
             }
-            for i in 0..LANES {
-                gap[i] = if rising[i] { gap[i].wrapping_add(1) } else { gap[i].wrapping_sub(1) };
-            }
-            (a, is_on_layer) = (b, true);
+            passages.pass();
         }
+    }
+
+    /// Bits of the gaps that are below all layers, that are between two, and that can be seen.
+    #[inline(always)]
+    fn look<V: Simd>(&self, simd: V, gap: &Row<u32>, blocks: &Row<u32>) -> (u32, u32, u32) {
+        let all = |number: u32| u32x16::splat(simd, number);
+        let [gap, blocks] = [gap, blocks].map(|row| u32x16::from_slice(simd, row));
+        // Gap 0 wraps to more than there are.
+        let below = gap - all(1);
+        let is_inside = below.simd_lt(all(self.caster.shell.layers() as u32 - 1));
+        let block = (below >> self.caster.visible.shift) & all(31);
+        let shown = ((blocks >> block) & all(1)).simd_ne(all(0));
+        let bits = [gap.simd_eq(all(0)), is_inside, shown].map(|mask| mask.to_bitmask() as u32);
+        (bits[0], bits[1], bits[2])
+    }
+
+    /// Adds the frusta of the rays in `crossing` to the batch.
+    #[inline(always)]
+    fn push<V: Simd>(
+        &mut self,
+        simd: V,
+        crossing: u32,
+        columns: &Columns,
+        passages: &Passages<T>,
+        (weight, ways, base): (&[Row<T>; 4], &Ways<T>, &Row<[isize; 3]>),
+    ) {
+        let [w0, w1, w2, w3] = weight;
+        let Ways { tau: [t0, t1], place: [p0, p1], eps, length } = ways;
+        let samples = &self.caster.samples;
+        let up = samples.layer_stride();
+        let fresh = self.fresh;
+        self.batch.push(simd, crossing, [w0, w1, w2, w3, t0, t1, p0, p1, eps, length], |lane| {
+            let (low, high) = (passages.gap[lane] as usize - 1, passages.gap[lane] as usize);
+            let (behind, ahead, step) = if passages.rises(lane) { (low, high, up) } else { (high, low, -up) };
+            let [a, b, c] = base[lane];
+            let element = |base| samples.element(base, behind);
+            let [a, b, c] = [element(a), element(b), element(c)];
+            let ahead_of = |element: usize| samples.at(element.wrapping_add_signed(step));
+            let read = [samples.at(a), samples.at(b), samples.at(c), ahead_of(a), ahead_of(b), ahead_of(c)];
+            let cells = [columns.cells[0][lane], columns.cells[1][lane], columns.cells[2][lane]];
+            (read, cells, [behind as u32, ahead as u32], fresh >> lane & 1 != 0)
+        });
+        self.fresh &= !crossing;
     }
 }

@@ -108,7 +108,7 @@ impl<T: Real, S: Sample, const N: usize> Batch<T, S, N> {
 
     /// Adds a frustum of each lane whose bit is set. Must not be full.
     #[inline(always)]
-    pub fn push<V: Simd>(&mut self, simd: V, bits: u32, way: &[Row<T>; 10], read: impl Fn(usize) -> Read<S>) {
+    pub fn push<V: Simd>(&mut self, simd: V, bits: u32, way: [&Row<T>; 10], read: impl Fn(usize) -> Read<S>) {
         let count = self.count;
         for (rows, row) in self.way.iter_mut().zip(way) {
             let free = &mut rows.as_flattened_mut()[count..count + 2 * LANES];

@@ -13,7 +13,7 @@ use glam::DVec3;
 pub(crate) const LANES: usize = 16;
 
 /// Rays that one vector of f64 holds.
-const HALF: usize = 8;
+pub(crate) const HALF: usize = 8;
 
 /// Something of each ray.
 pub(crate) type Row<X> = [X; LANES];
