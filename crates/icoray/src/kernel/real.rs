@@ -1,6 +1,6 @@
 //! The precision of the inner loop: f32 or f64.
 
-use fearless_simd::{Simd, f32x16, f64x8, mask32x16, mask64x8, prelude::*};
+use fearless_simd::{Simd, f32x16, f64x8, mask32x16, mask64x8, prelude::*, u32x16};
 
 /// A floating-point type that the kernel is instantiated with.
 pub(crate) trait Real: num_traits::Float + Send + Sync + 'static {
@@ -19,12 +19,28 @@ pub(crate) trait Real: num_traits::Float + Send + Sync + 'static {
     fn absorbed_by(self) -> Self;
     /// The same for `x <= 1/2`, in f32 without a branch.
     fn absorbed_by_thin(self) -> Self;
+    /// The entries of `table` with these numbers, which are less than 32.
+    fn look_up<V: Simd>(simd: V, table: &[Self; 32], numbers: &[u32; 16]) -> [Self; 16];
     /// Puts those of 16 numbers whose bits are set at the front of `to`, in order. `to` has room for twice as many; what is behind them
     /// there means nothing.
     fn compress<V: Simd>(simd: V, from: &[Self; 16], bits: u32, to: &mut [Self]);
 }
 
 impl Real for f32 {
+    #[inline(always)]
+    fn look_up<V: Simd>(simd: V, table: &[Self; 32], numbers: &[u32; 16]) -> [Self; 16] {
+        if simd.level().as_avx512().is_none() {
+            return numbers.map(|n| table[n as usize % 32]);
+        }
+        // The only one that has a table of 128 bytes in its registers.
+        let bytes = u32x16::from_slice(simd, numbers) * 0x0404_0404 + 0x0302_0100;
+        let half = |half: &[f32]| f32x16::from_slice(simd, half);
+        let found = half(&table[..16]).concat_swizzle_dyn(half(&table[16..]), bytes.to_bytes());
+        let mut numbers = [0.0; 16];
+        found.store_slice(&mut numbers);
+        numbers
+    }
+
     #[inline(always)]
     fn compress<V: Simd>(simd: V, from: &[Self; 16], bits: u32, to: &mut [Self]) {
         let mask = mask32x16::from_bitmask(simd, u64::from(bits & 0xffff));
@@ -73,6 +89,11 @@ impl Real for f32 {
 }
 
 impl Real for f64 {
+    #[inline(always)]
+    fn look_up<V: Simd>(_: V, table: &[Self; 32], numbers: &[u32; 16]) -> [Self; 16] {
+        numbers.map(|n| table[n as usize % 32])
+    }
+
     #[inline(always)]
     fn compress<V: Simd>(simd: V, from: &[Self; 16], bits: u32, to: &mut [Self]) {
         let half = |half: usize| {

@@ -2,6 +2,7 @@
 
 use super::real::Real;
 use super::segment::Segment;
+use fearless_simd::Simd;
 
 /// A knot of the transfer function in the units of the kernel.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -50,6 +51,15 @@ impl<T: Real> Span<T> {
             brightest: zero,
             is_clear: false,
         }
+    }
+
+    /// What [`Spans::media`] gives of it.
+    #[inline(always)]
+    fn numbers(&self) -> [T; NUMBERS] {
+        let ([r, g, b], [dr, dg, db]) = (self.color, self.color_slope);
+        let clear = if self.is_clear { T::one() } else { T::zero() };
+        let Span { anchor, extinction, extinction_slope, steepest, high, .. } = *self;
+        [anchor, extinction, extinction_slope, steepest, r, g, b, dr, dg, db, high, clear]
     }
 
     /// Whether `segment` surely stays in the span.
@@ -119,6 +129,8 @@ pub(crate) struct Spans<T> {
     spans: Vec<Span<T>>,
     /// The values between them.
     knots: Vec<T>,
+    /// Numbers of all spans, where these are few: see [`Self::media`].
+    table: Option<Box<[[T; MOST_IN_TABLE]; NUMBERS]>>,
     steps: Vec<Step<T>>,
     range: [f64; 2],
 }
@@ -148,7 +160,14 @@ impl<T: Real> Spans<T> {
         }
         spans.push(flat(&last, values[values.len() - 1], T::infinity()));
         let steps = steps(&spans[1..knots.len()]);
-        Spans { spans, knots: values, steps, range }
+        let table = (spans.len() <= MOST_IN_TABLE).then(|| {
+            let mut table = Box::new([[T::zero(); MOST_IN_TABLE]; NUMBERS]);
+            for (k, span) in spans.iter().enumerate() {
+                table.iter_mut().zip(span.numbers()).for_each(|(row, number)| row[k] = number);
+            }
+            table
+        });
+        Spans { spans, knots: values, table, steps, range }
     }
 
     /// The values that normalise to 0 and 1.
@@ -215,12 +234,36 @@ impl<T: Real> Spans<T> {
         found
     }
 
+    /// The [`NUMBERS`] of spans.
+    #[inline(always)]
+    pub fn media<V: Simd>(&self, simd: V, spans: &[u32; 16]) -> [[T; 16]; NUMBERS] {
+        let mut media = [[T::zero(); 16]; NUMBERS];
+        if let Some(table) = &self.table {
+            for k in 0..NUMBERS {
+                media[k] = T::look_up(simd, &table[k], spans);
+            }
+            return media;
+        }
+        for i in 0..16 {
+            let numbers = self.span(spans[i] as usize).numbers();
+            for k in 0..NUMBERS {
+                media[k][i] = numbers[k];
+            }
+        }
+        media
+    }
+
     /// The span of value `f`: the upper one when f lies on a knot.
     pub fn find(&self, f: T) -> usize {
         self.spans.partition_point(|s| s.low <= f).max(1) - 1
     }
 }
 
+/// Numbers of a span that [`Spans::media`] gives: anchor, extinction and its slope, steepest, colour, its slopes, upper end, and
+/// whether it is clear.
+pub(crate) const NUMBERS: usize = 12;
+/// Spans of a table that a vector is long enough for.
+const MOST_IN_TABLE: usize = 32;
 /// Where there are more knots, a value's span is searched rather than counted.
 const MOST_COUNTED: usize = 48;
 /// Spans narrower than this many last digits are steps too, as far as rounding sees them.

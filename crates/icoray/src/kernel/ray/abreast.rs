@@ -102,7 +102,7 @@ impl<'r, 'f, T: Real, S: Sample, const N: usize> Abreast<'r, 'f, T, S, N> {
     fn go_on<V: Simd>(&mut self, simd: V) {
         while self.done == 0 {
             if self.walking == 0 || self.waiting.count_ones() >= MOST_WAITING {
-                self.settle();
+                self.settle(simd);
                 continue;
             }
             let columns = self.pack.step(simd, self.walking);
@@ -116,8 +116,8 @@ impl<'r, 'f, T: Real, S: Sample, const N: usize> Abreast<'r, 'f, T, S, N> {
 
     /// Integrates the batch and adds its light to the rays.
     #[inline(always)]
-    fn settle(&mut self) {
-        self.batch.integrate(self.caster);
+    fn settle<V: Simd>(&mut self, simd: V) {
+        self.batch.integrate(simd, self.caster);
         self.add_light();
     }
 
@@ -149,18 +149,12 @@ impl<'r, 'f, T: Real, S: Sample, const N: usize> Abreast<'r, 'f, T, S, N> {
     #[inline(always)]
     fn pass<V: Simd>(&mut self, simd: V, columns: &Columns) {
         let caster = self.caster;
-        let layers = caster.shell.layers() as u32;
         let (mut out, mut blocks) = ([0; LANES], [0; LANES]);
         for i in 0..LANES {
             out[i] = caster.shell.gap(columns.exit.rho[i]) as u32;
             blocks[i] = caster.visible.over(columns.triangles[i]);
         }
-        let mut reading = 0;
-        for i in 0..LANES {
-            let (low, high) = (self.gap[i].min(out[i]), self.gap[i].max(out[i]));
-            let shows = caster.visible.shows_any(blocks[i], low as usize, high as usize);
-            reading |= u32::from((low == 0) | (high == layers) | shows) << i;
-        }
+        let mut reading = self.to_read(simd, &out, &blocks);
         if caster.grid.void_triangles() > 0 {
             reading &= !self.pass_voids(columns);
         }
@@ -169,6 +163,20 @@ impl<'r, 'f, T: Real, S: Sample, const N: usize> Abreast<'r, 'f, T, S, N> {
             self.cross(simd, columns, reading & self.walking, &out, &blocks);
         }
         self.gap = out;
+    }
+
+    /// Bits of the columns in which something can be seen between the gaps of entry and `out`, or which reach to the core or out of
+    /// the shell.
+    #[inline(always)]
+    fn to_read<V: Simd>(&self, simd: V, out: &Row<u32>, blocks: &Row<u32>) -> u32 {
+        let all = |number: u32| u32x16::splat(simd, number);
+        let [gap, out, blocks] = [&self.gap, out, blocks].map(|row| u32x16::from_slice(simd, row));
+        let (low, high) = (gap.min(out), gap.max(out));
+        let block = |gap: u32x16<V>| ((gap - all(1)) >> self.caster.visible.shift).min(all(31));
+        let between = (all(u32::MAX) << block(low)) & (all(u32::MAX) >> (all(31) - block(high)));
+        let shows = (blocks & between).simd_ne(all(0));
+        let ends = low.simd_eq(all(0)) | high.simd_eq(all(self.caster.shell.layers() as u32));
+        (shows | ends).to_bitmask() as u32
     }
 
     /// Takes rays over voids, which have no values and whose core is round; gives their bits.
@@ -235,7 +243,7 @@ impl<'r, 'f, T: Real, S: Sample, const N: usize> Abreast<'r, 'f, T, S, N> {
             if crossing != 0 {
                 self.push(simd, crossing, columns, &passages, (&weight, &ways, &base));
                 if self.batch.is_full() {
-                    self.settle();
+                    self.settle(simd);
                     active &= !self.done;
                 }
             }

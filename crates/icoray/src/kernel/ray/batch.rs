@@ -11,15 +11,15 @@ use crate::kernel::piece::{Light, ThinPiece};
 use crate::kernel::real::Real;
 use crate::kernel::sample::{Sample, Samples};
 use crate::kernel::segment::Segment;
-use crate::kernel::transfer::{Span, Spans};
+use crate::kernel::transfer::{NUMBERS, Span, Spans};
 use crate::kernel::walk::pack::{LANES, Row, lanes};
 use fearless_simd::Simd;
 
 /// Passes over all frusta of a batch.
 const PASSES: usize = 9;
 
-/// Of the span that each frustum of a pass lies in: anchor, extinction and its slope, steepest, colour, its slopes.
-type Medium<T> = [Row<T>; 10];
+/// Of the span that each frustum of a pass lies in: what [`Spans::media`] gives.
+type Medium<T> = [Row<T>; NUMBERS];
 
 /// Something of each frustum.
 type Rows<X> = [Row<X>; PASSES];
@@ -187,12 +187,12 @@ impl<T: Real, S: Sample, const N: usize> Batch<T, S, N> {
 
     /// Interpolates all frusta, and integrates those that are thin.
     #[inline(always)]
-    pub fn integrate(&mut self, caster: &Caster<'_, T, S, N>) {
+    pub fn integrate<V: Simd>(&mut self, simd: V, caster: &Caster<'_, T, S, N>) {
         for pass in 0..self.count.div_ceil(LANES).min(PASSES) {
             let is_usual = self.interpolate(pass, &caster.samples);
             self.is_usual[pass] = is_usual;
-            let mut medium = [[T::zero(); LANES]; 10];
-            let is_whole = self.find_spans(pass, caster.spans, &mut medium);
+            let mut medium = [[T::zero(); LANES]; NUMBERS];
+            let is_whole = self.find_spans(simd, pass, caster.spans, &mut medium);
             let is_thin = if N == 1 { self.thin(pass, &medium) } else { [false; LANES] };
             for i in 0..LANES {
                 let is_whole = is_usual[i] & is_whole[i];
@@ -229,7 +229,13 @@ impl<T: Real, S: Sample, const N: usize> Batch<T, S, N> {
 
     /// Finds the span that each frustum surely lies in, if there is one.
     #[inline(always)]
-    fn find_spans(&mut self, pass: usize, spans: &Spans<T>, medium: &mut Medium<T>) -> [bool; LANES] {
+    fn find_spans<V: Simd>(
+        &mut self,
+        simd: V,
+        pass: usize,
+        spans: &Spans<T>,
+        medium: &mut Medium<T>,
+    ) -> [bool; LANES] {
         let [f0, f1, kappa] = self.value.each_ref().map(|row| &row[pass]);
         let (eps, length) = (&self.way[8][pass], &self.way[9][pass]);
         let segment =
@@ -239,16 +245,10 @@ impl<T: Real, S: Sample, const N: usize> Batch<T, S, N> {
             lowest[i] = segment(i).within()[0];
         }
         self.span[pass] = spans.find_all(&lowest);
-        let mut high = [T::zero(); LANES];
+        *medium = spans.media(simd, &self.span[pass]);
+        let [.., high, clear] = medium;
         for i in 0..LANES {
-            let span = spans.span(self.span[pass][i] as usize);
-            let ([r, g, b], [dr, dg, db]) = (span.color, span.color_slope);
-            let numbers =
-                [span.anchor, span.extinction, span.extinction_slope, span.steepest, r, g, b, dr, dg, db];
-            for k in 0..10 {
-                medium[k][i] = numbers[k];
-            }
-            (high[i], self.is_clear[pass][i]) = (span.high, span.is_clear);
+            self.is_clear[pass][i] = clear[i] > T::zero();
         }
         // The least value lies in the span already.
         let mut is_whole = [false; LANES];
@@ -264,7 +264,7 @@ impl<T: Real, S: Sample, const N: usize> Batch<T, S, N> {
     fn thin(&mut self, pass: usize, medium: &Medium<T>) -> [bool; LANES] {
         let [f0, f1, kappa] = self.value.each_ref().map(|row| &row[pass]);
         let (eps, length) = (&self.way[8][pass], &self.way[9][pass]);
-        let [anchor, extinction, extinction_slope, steepest, r, g, b, dr, dg, db] = medium;
+        let [anchor, extinction, extinction_slope, steepest, r, g, b, dr, dg, db, ..] = medium;
         let mut light = [[T::zero(); LANES]; 6];
         let mut is_near = [false; LANES];
         for i in 0..LANES {
