@@ -65,11 +65,7 @@ impl Renderer {
 
     /// The machine's vectors, where they are used.
     fn vectors(&self) -> Option<Level> {
-        self.savings.lanes.then(|| match std::env::var("LV").as_deref() {
-            Ok("2") => Level::Avx2(Level::new().as_avx2().unwrap()),
-            Ok("4") => Level::Sse4_2(Level::new().as_sse4_2().unwrap()),
-            _ => Level::new(),
-        })
+        self.savings.lanes.then(Level::new)
     }
 
     /// The same renderer with devices, which trace what they can of scenes that ask for it ([`Scene::backend`]).
