@@ -92,6 +92,7 @@ impl<T: Real, S: Sample> Work<'_, T, S> {
             shading: self.plan.shading.filter(|_| is_lit),
             is_coarse: quality.lights == Lights::Coarse,
             level: self.renderer.vectors().filter(|_| N == 1 && self.scene.method == Method::Exact),
+            integrates: self.renderer.integrates,
             core: self.scene.core,
         }
     }

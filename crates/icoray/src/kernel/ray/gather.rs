@@ -47,6 +47,10 @@ impl<T: Real, S: Sample, const N: usize> Ray<'_, '_, T, S, N> {
         if count == 0 {
             return Flow::On;
         }
+        if !self.caster.integrates {
+            self.batch.clear();
+            return Flow::On;
+        }
         let span = self.span;
         self.batch.integrate(level, self.share);
         let before = T::one() - self.light.absorbed;
