@@ -21,6 +21,7 @@ pub mod methods;
 mod montage;
 pub mod oracle;
 pub mod orders;
+mod peak;
 mod plot;
 pub mod ranks;
 pub mod reference;
