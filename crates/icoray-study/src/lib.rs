@@ -24,6 +24,7 @@ pub mod orders;
 mod peak;
 mod plot;
 pub mod ranks;
+mod readme;
 pub mod reference;
 pub mod scenes;
 mod setting;

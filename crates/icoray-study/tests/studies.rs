@@ -126,11 +126,7 @@ fn ranks_share_out_by_tiles_and_by_parts() {
 fn speed_measures_each_scene_on_each_number_of_threads_and_fills_in_a_readme() {
     let directory = tempfile::tempdir().unwrap();
     let at = |name: &str| directory.path().join(name);
-    std::fs::write(
-        at("README.md"),
-        "a\n<!-- icoray study speed -->\nold\n<!-- icoray study speed: end -->\nb\n",
-    )
-    .unwrap();
+    std::fs::write(at("README.md"), "a\n<!-- icoray study speed -->\nold\n<!-- end -->\nb\n").unwrap();
     let readme = at("README.md");
     let words =
         ["speed", "--sizes", "3x5,2x9", "--pixels", "32", "--frames", "2", "--uncounted", "--tables", "1"];
@@ -173,7 +169,7 @@ fn speed_measures_each_scene_on_each_number_of_threads_and_fills_in_a_readme() {
     );
     assert!(text.contains("\n| 1 | 42 | "), "{text}");
     let readme = std::fs::read_to_string(readme).unwrap();
-    let expected = format!("a\n<!-- icoray study speed -->\n{text}<!-- icoray study speed: end -->\nb\n");
+    let expected = format!("a\n<!-- icoray study speed -->\n{text}<!-- end -->\nb\n");
     assert_eq!(readme, expected);
     assert!(at("2x9_opaque_lit_1e-3.png").exists());
 }

@@ -5,7 +5,7 @@
 //! are drawn in turn, so that other work on the machine strikes both.
 
 use crate::csv_file::CsvFile;
-use crate::{io_error, make_directory, progress, say};
+use crate::{io_error, make_directory, progress, readme, say};
 use case::{Case, Light, Setting};
 use icoray::{Error, ErrorKind, Renderer, Result};
 use instructions::Counter;
@@ -19,7 +19,6 @@ mod cost;
 mod instructions;
 mod machine;
 mod markdown;
-mod readme;
 mod setup;
 mod stage;
 mod table;
@@ -72,7 +71,7 @@ pub struct Options {
     /// Directory of speed.csv, speed.md and pictures.
     #[arg(long, default_value = "out/speed")]
     pub out: PathBuf,
-    /// A file in which the tables take the place of those that stand there.
+    /// A file in which the tables take the place of those between its lines `<!-- icoray study speed -->` and `<!-- end -->`.
     #[arg(long)]
     pub readme: Option<PathBuf>,
 }
@@ -194,8 +193,8 @@ pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
     let text = Measured { options, rows, setups, memory, bandwidths, counted }.markdown();
     let path = options.out.join("speed.md");
     std::fs::write(&path, &text).map_err(|e| io_error(&path, e))?;
-    if let Some(readme) = &options.readme {
-        readme::put(readme, &text)?;
+    if let Some(path) = &options.readme {
+        readme::put(path, "speed", &text)?;
     }
     say(out, &format!("\n{text}\ntables in {}", options.out.display()))
 }
