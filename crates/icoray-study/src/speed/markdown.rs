@@ -86,10 +86,9 @@ impl Measured<'_> {
     /// Seconds of frames, by grid, light and tolerance.
     fn frames(&self) -> String {
         let options = self.options;
-        let threads: Vec<_> = options.threads.iter().map(ToString::to_string).collect();
         let mut text = format!(
-            "Seconds for a frame of a new field on {} core(s), the least of {}; {} × {} pixels, 16 knots, {}, `{}`:\n\n",
-            threads.join(" and "),
+            "Seconds for a frame of a new field on {}, the least of {}; {} × {} pixels, 16 knots, {}, `{}`:\n\n",
+            table::cores(&options.threads),
             options.frames,
             options.pixels(),
             options.pixels(),
@@ -126,12 +125,13 @@ impl Measured<'_> {
             return String::new();
         };
         let mut text = format!(
-            "\nWhat rays do in a second on {threads} core(s), unlit, tolerance {tolerance:e}: millions of frusta that they cross, of which they \
-             read; bytes of tables and values that they read, from wherever they are served, in percent of what the memory \
-             gives in order ({}). In the last column rays walk and interpolate, and nothing is integrated:\n\n",
+            "\nWhat rays do in a second on {}, unlit, tolerance {tolerance:e}: millions of frusta that they cross, and of these read; bytes of \
+             tables and values that they read, from wherever they are served, in percent of what memory gives ({}). Where rays walk \
+             alone they interpolate in all frusta, and nothing is integrated:\n\n",
+            table::cores(&[*threads]),
             table::bandwidths(self.bandwidths)
         );
-        Self::head(&mut text, "millions of frusta/s crossed, read; of memory", &names);
+        Self::head(&mut text, "millions of frusta/s crossed, read; of memory's", &names);
         for size in self.sizes() {
             let _ = write!(text, "| {} |", self.grid(size));
             for name in &names {
@@ -179,12 +179,14 @@ impl Measured<'_> {
 
     /// What grids cost.
     fn tables(&self) -> String {
-        let mut text = "\nTables checked and derived, what is kept of them beside the model's own, and the most that a frame takes \
-                        beyond the model's arrays, with its picture:\n\n\
-                        | n | cells | seconds on these cores | bytes per cell | bytes per triangle |"
-            .to_owned();
+        let mut text = format!(
+            "\nSeconds in which tables are checked and derived on {}, what is kept of them beside the model's own, and the most memory that a \
+             frame takes beyond the model's arrays, its picture included, with what that is of the field:\n\n\
+             | n | cells | seconds | bytes per cell | per triangle |",
+            table::cores(&self.options.threads)
+        );
         for light in &self.options.lights {
-            let _ = write!(text, " frame, {light}, MiB (of the field) |");
+            let _ = write!(text, " {light} frame, MiB |");
         }
         let _ = writeln!(text, "\n|---|---|---|---|---|{}", "---|".repeat(self.options.lights.len()));
         for setup in self.setups {

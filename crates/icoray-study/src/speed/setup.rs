@@ -1,6 +1,6 @@
 //! What a grid costs before the first frame: its tables checked and derived.
 
-use super::Options;
+use super::{Options, table};
 use crate::peak::Peak;
 use icoray::{Grid, IcosahedralMesh, Renderer, Result};
 use std::time::Instant;
@@ -47,15 +47,15 @@ impl Setup {
     }
 
     pub fn line(&self) -> String {
-        let threads: Vec<_> = self.seconds.iter().map(|(threads, _)| threads.to_string()).collect();
+        let threads: Vec<_> = self.seconds.iter().map(|(threads, _)| *threads).collect();
         format!(
-            "\nn = {}: {} cells, {} triangles; tables checked and derived in {} s on {} thread(s); {} bytes derived, {:.1} per cell, {:.1} \
+            "\nn = {}: {} cells, {} triangles; tables checked and derived in {} s on {}; {} bytes derived, {:.1} per cell, {:.1} \
              per triangle; at most {:.1} MiB more than the tables meanwhile",
             self.level,
             self.cells,
             self.triangles,
             self.times(),
-            threads.join(", "),
+            table::cores(&threads),
             self.derived_bytes,
             self.per_cell(),
             self.per_triangle(),

@@ -32,10 +32,16 @@ pub(super) const COLUMNS: [&str; 25] = [
     "derived_bytes",
 ];
 
+/// Numbers of cores in words.
+pub(super) fn cores(threads: &[usize]) -> String {
+    let numbers: Vec<_> = threads.iter().map(ToString::to_string).collect();
+    format!("{} {}", numbers.join(", "), if threads == [1] { "core" } else { "cores" })
+}
+
 /// What memory gave, in words.
 pub(super) fn bandwidths(all: &[Bandwidth]) -> String {
-    let of = |b: &Bandwidth| format!("{:.1} GB/s on {} thread(s)", 1e-9 * b.bytes_per_s, b.threads);
-    format!("memory is read at {}", all.iter().map(of).collect::<Vec<_>>().join(", "))
+    let of = |b: &Bandwidth| format!("{:.1} GB/s on {}", 1e-9 * b.bytes_per_s, cores(&[b.threads]));
+    format!("memory is read in order at {}", all.iter().map(of).collect::<Vec<_>>().join(", "))
 }
 
 /// What rays read, in percent of what memory gave to as many threads.
