@@ -44,6 +44,7 @@ pub struct Renderer {
     threads: Threads,
     devices: Option<Opened>,
     savings: Savings,
+    integrates: bool,
     spare: Spare,
 }
 
@@ -54,13 +55,21 @@ impl Renderer {
     /// [`ErrorKind::Io`](crate::ErrorKind::Io) when the threads cannot be made.
     pub fn new(threads: usize) -> Result<Self> {
         let (devices, savings, spare) = (None, Savings::ALL, Spare::default());
-        Ok(Renderer { threads: Threads::new(threads)?, devices, savings, spare })
+        Ok(Renderer { threads: Threads::new(threads)?, devices, savings, integrates: true, spare })
     }
 
     /// The same, but leaving out what `savings` say: for measurements.
     #[must_use]
     pub fn with_savings(self, savings: Savings) -> Self {
         Renderer { savings, ..self }
+    }
+
+    /// The same, but rays only walk and interpolate: frusta of unlit `exact` scenes are laid aside to be integrated together,
+    /// and are not. For measurements.
+    #[doc(hidden)]
+    #[must_use]
+    pub fn without_integrals(self) -> Self {
+        Renderer { integrates: false, ..self }
     }
 
     /// The machine's vectors, where they are used.

@@ -6,17 +6,21 @@
 
 mod export;
 mod process;
+mod row;
+mod summary;
 
 use crate::compare::Comparison;
 use crate::csv_file::CsvFile;
 use crate::methods::Job;
 use crate::montage::{self, Montage, Tile};
 use crate::oracle::Oracle;
+use crate::peak::Peak;
 use crate::scenes::multi_scale;
 use crate::sphere::{self, Sphere};
-use crate::{make_directory, progress, say};
-use icoray::{Renderer, Result, Scene};
-use process::{Environment, Outcome, Peak};
+use crate::{make_directory, progress, readme, say};
+use icoray::{Field, Renderer, Result, Scene};
+use process::{Environment, Outcome};
+use row::{COLUMNS, HEAD, OURS, Row, Seconds};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -42,7 +46,7 @@ pub struct Options {
     /// Threads; VTK's z-sweep has one.
     #[arg(long, default_value_t = 1)]
     pub threads: usize,
-    /// Frames; the first one of VTK sorts and splits, the least of the others is reported.
+    /// Frames of the same values and of new ones; the first one of VTK sorts and splits, the least of the others is reported.
     #[arg(long, default_value_t = 3)]
     pub frames: usize,
     /// GiB that a VTK process may have; where it does not fit, that is reported.
@@ -54,60 +58,13 @@ pub struct Options {
     /// The Python that makes VTK's environment.
     #[arg(long, default_value = "python3")]
     pub python: PathBuf,
-    /// Directory for VTK's environment, the table and the pictures.
-    #[arg(long, default_value = "target/study/vtk")]
+    /// Directory for VTK's environment, vtk.csv, vtk.md and the pictures.
+    #[arg(long, default_value = "out/vtk")]
     pub out: PathBuf,
+    /// A file in which the tables take the place of those between its lines `<!-- icoray study vtk -->` and `<!-- end -->`.
+    #[arg(long)]
+    pub readme: Option<PathBuf>,
 }
-
-/// A renderer's row of the table.
-struct Row {
-    level: u32,
-    transfer: &'static str,
-    renderer: String,
-    /// Seconds until rays can start, of the first frame and of a later one.
-    seconds: [f64; 3],
-    /// Most bytes at any time beyond the model's arrays.
-    memory: u64,
-    wedges: u64,
-    far: Comparison,
-}
-
-impl Row {
-    fn line(&self) -> String {
-        let [prepare, first, frame] = self.seconds;
-        format!(
-            "| {} | {} | {} | {prepare:.3} | {first:.3} | {frame:.3} | {:.1} | {:.1} | {:.1e} | {:.3} |",
-            self.level,
-            self.transfer,
-            self.renderer,
-            self.memory as f64 / f64::from(1 << 20),
-            self.memory as f64 / self.wedges as f64,
-            self.far.rmse,
-            self.far.max,
-        )
-    }
-
-    fn cells(&self) -> Vec<String> {
-        let mut cells = vec![self.level.to_string(), self.transfer.to_owned(), self.renderer.clone()];
-        cells.extend(self.seconds.map(|s| format!("{s:.6}")));
-        cells.extend([self.memory, self.wedges].map(|n| n.to_string()));
-        cells.extend([self.far.rmse, self.far.max].map(|d| format!("{d:.6e}")));
-        cells
-    }
-}
-
-const COLUMNS: [&str; 10] = [
-    "level",
-    "transfer",
-    "renderer",
-    "prepare_s",
-    "first_frame_s",
-    "frame_s",
-    "memory_bytes",
-    "wedges",
-    "rmse",
-    "max_error",
-];
 
 /// Compares, and prints a Markdown table and what it comes to.
 ///
@@ -117,11 +74,7 @@ pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
     make_directory(&options.out)?;
     let environment = Environment::new(&options.python, &options.out.join("environment"), out)?;
     let mut table = CsvFile::create(options.out.join("vtk.csv"), &COLUMNS)?;
-    say(
-        out,
-        "| n | transfer | renderer | prepare s | first frame s | frame s | memory MiB | bytes/wedge | RMSE | max |",
-    )?;
-    say(out, "|---|---|---|---|---|---|---|---|---|---|")?;
+    HEAD.iter().try_for_each(|line| say(out, line))?;
     let runs = options.levels.len() * options.transfers.len() * (1 + options.renderers.len());
     let bar = progress(runs, "vtk");
     let (mut rows, mut failures) = (Vec::new(), Vec::new());
@@ -135,7 +88,7 @@ pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
             let model = Model::new(*level, options, &scene, name)?;
             bar.set_message(format!("n={level} {name}, icoray"));
             let ours = model.ours()?;
-            table.row(&ours.cells())?;
+            table.row(&ours.cells(options))?;
             bar.suspend(|| say(out, &ours.line()))?;
             bar.inc(1);
             rows.push(ours);
@@ -143,7 +96,7 @@ pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
                 bar.set_message(format!("n={level} {name}, {renderer}"));
                 match model.theirs(&environment, renderer)? {
                     Ok(row) => {
-                        table.row(&row.cells())?;
+                        table.row(&row.cells(options))?;
                         bar.suspend(|| say(out, &row.line()))?;
                         rows.push(row);
                     }
@@ -154,41 +107,14 @@ pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
         }
     }
     bar.finish_and_clear();
-    failures.iter().try_for_each(|failure| say(out, failure))?;
-    summary(&rows, options).iter().try_for_each(|line| say(out, line))
+    let summary = summary::summary(&rows, options, &failures);
+    say(out, &summary)?;
+    let lines: Vec<String> = rows.iter().map(Row::line).collect();
+    let text = format!("{}\n{}\n{summary}", HEAD.join("\n"), lines.join("\n"));
+    let path = options.out.join("vtk.md");
+    std::fs::write(&path, &text).map_err(|e| crate::io_error(&path, e))?;
+    options.readme.as_ref().map_or(Ok(()), |path| readme::put(path, "vtk", &text))
 }
-
-/// How many times slower and larger VTK's renderers are.
-fn summary(rows: &[Row], options: &Options) -> Vec<String> {
-    let mut lines = Vec::new();
-    for renderer in &options.renderers {
-        let pairs = rows.iter().filter(|row| row.renderer == *renderer).filter_map(|theirs| {
-            let is_ours = |row: &&Row| {
-                row.renderer == OURS && row.level == theirs.level && row.transfer == theirs.transfer
-            };
-            Some((rows.iter().find(is_ours)?, theirs))
-        });
-        let (mut frames, mut memories): (Vec<f64>, Vec<f64>) = (Vec::new(), Vec::new());
-        for (ours, theirs) in pairs {
-            frames.push(theirs.seconds[2] / ours.seconds[2]);
-            memories.push(theirs.memory as f64 / ours.memory.max(1) as f64);
-        }
-        let span = |all: &[f64]| {
-            let (low, high) = all.iter().fold((f64::INFINITY, 0.0f64), |(l, h), x| (l.min(*x), h.max(*x)));
-            format!("{low:.1} to {high:.1}")
-        };
-        if !frames.is_empty() {
-            lines.push(format!(
-                "{renderer}: {} times icoray's time for a frame, {} times its memory",
-                span(&frames),
-                span(&memories)
-            ));
-        }
-    }
-    lines
-}
-
-const OURS: &str = "icoray";
 
 /// A model, its scene, and the picture that is right.
 struct Model<'o> {
@@ -221,19 +147,28 @@ impl<'o> Model<'o> {
         let start = Instant::now();
         let renderer = Renderer::new(self.options.threads)?;
         let grid = renderer.run(|| self.sphere.grid())?;
-        let field = self.sphere.field()?;
         let prepare = start.elapsed().as_secs_f64();
-        let (mut seconds, mut last) = (Vec::new(), None);
-        for _ in 0..self.options.frames.max(1) {
+        let mut last = None;
+        let mut draw = |field: &Field| {
             let start = Instant::now();
-            last = Some(renderer.render(self.scene, &grid, &self.sphere.layers, &field)?);
-            seconds.push(start.elapsed().as_secs_f64());
-        }
+            last = Some(renderer.render(self.scene, &grid, &self.sphere.layers, field)?);
+            Ok(start.elapsed().as_secs_f64())
+        };
+        let field = self.sphere.field()?;
+        let frames = self.options.frames.max(1);
+        let same = (0..frames).map(|_| draw(&field)).collect::<Result<Vec<_>>>()?;
+        // As a model's next step: of a new field nothing is known.
+        let steps = (0..frames).map(|_| draw(&self.sphere.field()?)).collect::<Result<Vec<_>>>()?;
         let memory = peak.bytes()?;
+        let step = steps.iter().copied().fold(f64::INFINITY, f64::min);
+        let seconds = Seconds { prepare, first: same[0], frame: least(&same), step };
+        let of_frame = last.as_ref().map_or(0, |frame| frame.report.derived_bytes);
+        let derived = Some((grid.derived_bytes() + of_frame) as u64);
         let pixels = last.map_or_else(Vec::new, |frame| frame.pixels);
         let frames: Vec<_> = pixels.iter().map(|&[r, g, b, _]| [r, g, b, 1.0]).collect();
         let wedges = (grid.triangles() * (self.options.layers - 1)) as u64;
-        self.row(OURS, [prepare, seconds[0], least(&seconds)], memory, wedges, &frames)
+        let row = self.row(OURS, seconds, memory, wedges, &frames)?;
+        Ok(Row { derived, ..row })
     }
 
     fn theirs(&self, environment: &Environment, renderer: &str) -> Result<std::result::Result<Row, String>> {
@@ -242,17 +177,21 @@ impl<'o> Model<'o> {
             Outcome::Said(said) => said,
             Outcome::Failed(why) => return Ok(Err(why)),
         };
-        let [build, first, frame] = ["build_s", "first_s", "frame_s"].map(|name| said.number(name));
+        let seconds = Seconds {
+            prepare: said.number("build_s")?,
+            first: said.number("first_s")?,
+            frame: said.number("frame_s")?,
+            step: said.number("step_s")?,
+        };
         let (memory, wedges) = (said.number("memory")?, said.number("wedges")?);
         let pixels = read_pixels(&picture)?;
-        let seconds = [build?, first?, frame?];
         self.row(renderer, seconds, memory as u64, wedges as u64, &pixels).map(Ok)
     }
 
     fn row(
         &self,
         renderer: &str,
-        seconds: [f64; 3],
+        seconds: Seconds,
         memory: u64,
         wedges: u64,
         pixels: &[[f32; 4]],
@@ -260,7 +199,16 @@ impl<'o> Model<'o> {
         let far = Comparison::new(pixels, &self.truth);
         self.sheet(renderer, pixels)?;
         let renderer = renderer.to_owned();
-        Ok(Row { level: self.level, transfer: self.transfer, renderer, seconds, memory, wedges, far })
+        Ok(Row {
+            level: self.level,
+            transfer: self.transfer,
+            renderer,
+            seconds,
+            memory,
+            derived: None,
+            wedges,
+            far,
+        })
     }
 
     /// The picture beside its difference from the right one, ten times as bright.

@@ -1,4 +1,4 @@
-//! VTK's environment, its processes and what they say, and the memory of this one.
+//! VTK's environment, its processes and what they say.
 
 use super::Options;
 use crate::{io_error, say};
@@ -105,30 +105,6 @@ fn run(command: &mut Command) -> Result<()> {
     Err(failed(format!("{command:?}: {}: {}", ended.status, said.trim())))
 }
 
-/// The most memory that this process has had since a moment, beyond what it had then.
-pub(super) struct Peak(u64);
-
-impl Peak {
-    pub fn start() -> Result<Self> {
-        let path = Path::new("/proc/self/clear_refs");
-        std::fs::write(path, "5").map_err(|e| io_error(path, e))?;
-        status("VmRSS:").map(Peak)
-    }
-
-    pub fn bytes(&self) -> Result<u64> {
-        Ok(status("VmHWM:")?.saturating_sub(self.0))
-    }
-}
-
-fn status(name: &str) -> Result<u64> {
-    let path = Path::new("/proc/self/status");
-    let text = std::fs::read_to_string(path).map_err(|e| io_error(path, e))?;
-    let of_line = |line: &str| line.strip_prefix(name)?.trim().strip_suffix(" kB")?.trim().parse().ok();
-    let kilobytes: u64 =
-        text.lines().find_map(of_line).ok_or_else(|| failed(format!("{} has no {name}", path.display())))?;
-    Ok(1024 * kilobytes)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -139,13 +115,5 @@ mod tests {
         assert_eq!(said.number("wedges").unwrap(), 97280.0);
         assert_eq!(said.number("first_s").unwrap(), 1.5);
         assert!(said.number("memory").unwrap_err().to_string().contains("memory"));
-    }
-
-    #[test]
-    fn memory_is_seen_to_rise() {
-        let peak = Peak::start().unwrap();
-        let block = std::hint::black_box(vec![1u8; 64 << 20]);
-        let bytes = peak.bytes().unwrap();
-        assert!(bytes >= 60 << 20, "{bytes} of {}", block.len());
     }
 }

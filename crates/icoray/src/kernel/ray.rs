@@ -109,6 +109,8 @@ pub(crate) struct Caster<'f, T, S, const N: usize> {
     pub is_coarse: bool,
     /// Where frusta are integrated several at a time: the machine's vectors.
     pub level: Option<Level>,
+    /// Whether frusta that were gathered are integrated: not where the walk alone is measured.
+    pub integrates: bool,
     /// Linear RGB of the opaque core; `None` lets rays through the hollow core.
     pub core: Option<[f64; 3]>,
 }

@@ -95,6 +95,7 @@ impl<T: Real, S: Sample> Work<'_, T, S> {
             level: self.renderer.vectors().filter(|_| {
                 self.scene.method == Method::Exact && (N == 1 || !self.visible.blocks.is_empty())
             }),
+            integrates: self.renderer.integrates,
             core: self.scene.core,
         }
     }

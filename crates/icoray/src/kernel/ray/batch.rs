@@ -191,6 +191,10 @@ impl<T: Real, S: Sample, const N: usize> Batch<T, S, N> {
         for pass in 0..self.count.div_ceil(LANES).min(PASSES) {
             let is_usual = self.interpolate(pass, &caster.samples);
             self.is_usual[pass] = is_usual;
+            if !caster.integrates {
+                self.known[pass] = [Known::Clear; LANES];
+                continue;
+            }
             let mut medium = [[T::zero(); LANES]; NUMBERS];
             let is_whole = self.find_spans(simd, pass, caster.spans, &mut medium);
             let is_thin = if N == 1 { self.thin(pass, &medium) } else { [false; LANES] };

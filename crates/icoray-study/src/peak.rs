@@ -1,0 +1,64 @@
+//! How much memory this process takes, as the kernel tells.
+
+use crate::io_error;
+use icoray::Result;
+use std::path::Path;
+
+/// The most memory that this process has had since a moment, beyond what it had then.
+pub(crate) struct Peak(u64);
+
+impl Peak {
+    pub fn start() -> Result<Self> {
+        give_back();
+        let path = Path::new("/proc/self/clear_refs");
+        std::fs::write(path, "5").map_err(|e| io_error(path, e))?;
+        status("VmRSS:").map(Peak)
+    }
+
+    pub fn bytes(&self) -> Result<u64> {
+        Ok(status("VmHWM:")?.saturating_sub(self.0))
+    }
+}
+
+/// What was freed and kept would hide what is allocated of it.
+fn give_back() {
+    #[cfg(target_env = "gnu")]
+    // SAFETY: nothing is asked of the caller; memory that is in use stays.
+    unsafe {
+        libc::malloc_trim(0);
+    }
+}
+
+fn status(name: &str) -> Result<u64> {
+    let path = Path::new("/proc/self/status");
+    let text = std::fs::read_to_string(path).map_err(|e| io_error(path, e))?;
+    let of_line = |line: &str| line.strip_prefix(name)?.trim().strip_suffix(" kB")?.trim().parse().ok();
+    let kilobytes: u64 =
+        text.lines().find_map(of_line).ok_or_else(|| io_error(path, format!("has no {name}")))?;
+    Ok(1024 * kilobytes)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    // One test, as others in this process would disturb it; twice what they may free meanwhile.
+    #[test]
+    fn memory_is_seen_to_rise_also_where_it_was_freed_before() {
+        let peak = Peak::start().unwrap();
+        let block = std::hint::black_box(vec![1u8; 128 << 20]);
+        let bytes = peak.bytes().unwrap();
+        assert!(bytes >= 64 << 20, "{bytes} of {}", block.len());
+        drop(block);
+        // Too small to be given back at once, and below one that stays.
+        let blocks = || (0..2048).map(|i| std::hint::black_box(vec![i as u8; 60 << 10])).collect::<Vec<_>>();
+        let mut freed = blocks();
+        let last = freed.pop();
+        drop(freed);
+        let peak = Peak::start().unwrap();
+        let again = blocks();
+        let bytes = peak.bytes().unwrap();
+        assert!(bytes >= 60 << 20, "{bytes} of {} blocks", again.len());
+        drop(last);
+    }
+}

@@ -1,0 +1,73 @@
+//! What a grid costs before the first frame: its tables checked and derived.
+
+use super::{Options, table};
+use crate::peak::Peak;
+use icoray::{Grid, IcosahedralMesh, Renderer, Result};
+use std::time::Instant;
+
+/// What the checking of a grid's tables took.
+#[derive(Debug, Clone)]
+pub(super) struct Setup {
+    pub level: u32,
+    pub cells: usize,
+    pub triangles: usize,
+    /// Least seconds by number of threads.
+    pub seconds: Vec<(usize, f64)>,
+    /// What the grid keeps beside the model's tables, as it says itself.
+    pub derived_bytes: usize,
+    /// The most that the process had beyond those tables meanwhile.
+    pub peak_bytes: u64,
+}
+
+impl Setup {
+    pub fn of_tables(level: u32, options: &Options) -> Result<Self> {
+        Self::of(level, &IcosahedralMesh::new(level)?, &options.renderers()?, options.frames)
+    }
+
+    pub fn of(level: u32, mesh: &IcosahedralMesh, renderers: &[Renderer], times: usize) -> Result<Self> {
+        let mut seconds: Vec<_> = renderers.iter().map(|r| (r.threads(), f64::INFINITY)).collect();
+        let mut derived_bytes = 0;
+        let peak = Peak::start()?;
+        for _ in 0..times.max(1) {
+            for (renderer, (_, least)) in renderers.iter().zip(&mut seconds) {
+                let start = Instant::now();
+                let grid = renderer.run(|| Grid::new(mesh.tables()))?;
+                *least = least.min(start.elapsed().as_secs_f64());
+                derived_bytes = grid.derived_bytes();
+            }
+        }
+        let (cells, triangles) = (mesh.cells(), mesh.tables().corners());
+        Ok(Setup { level, cells, triangles, seconds, derived_bytes, peak_bytes: peak.bytes()? })
+    }
+
+    /// Seconds, one number of threads after the other.
+    pub fn times(&self) -> String {
+        let times: Vec<_> = self.seconds.iter().map(|(_, least)| format!("{least:.3}")).collect();
+        times.join(", ")
+    }
+
+    pub fn line(&self) -> String {
+        let threads: Vec<_> = self.seconds.iter().map(|(threads, _)| *threads).collect();
+        format!(
+            "\nn = {}: {} cells, {} triangles; tables checked and derived in {} s on {}; {} bytes derived, {:.1} per cell, {:.1} \
+             per triangle; at most {:.1} MiB more than the tables meanwhile",
+            self.level,
+            self.cells,
+            self.triangles,
+            self.times(),
+            table::cores(&threads),
+            self.derived_bytes,
+            self.per_cell(),
+            self.per_triangle(),
+            self.peak_bytes as f64 / f64::from(1 << 20),
+        )
+    }
+
+    pub fn per_triangle(&self) -> f64 {
+        self.derived_bytes as f64 / self.triangles as f64
+    }
+
+    pub fn per_cell(&self) -> f64 {
+        self.derived_bytes as f64 / self.cells as f64
+    }
+}
