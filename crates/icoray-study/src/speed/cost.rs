@@ -6,8 +6,8 @@
 
 use icoray::Counts;
 
-/// Of the next triangle: seats, an entry of `corner_edge`, rows of `edge_corner` and `corner_cell`, its new vertex' direction.
-const COLUMN: u64 = 1 + 4 + 8 + 12 + 24;
+/// Of the next triangle: its number, its row of `corner_cell`, its new vertex' direction.
+const COLUMN: u64 = 4 + 12 + 24;
 /// What can be seen over a triangle, where there is something to leap over.
 const BLOCKS: u64 = 4;
 /// Values of three cells on one layer, of 4 bytes.
@@ -19,8 +19,8 @@ const GRADIENTS: u64 = 36;
 pub(super) fn bytes(counts: &Counts, leaps: bool, is_lit: bool) -> u64 {
     let column = COLUMN + if leaps { BLOCKS } else { 0 };
     let layer = VALUES + if is_lit { GRADIENTS } else { 0 };
-    // A frustum reads the layer ahead, the first one of a column that behind it too; columns that were leapt have none.
-    let layers = counts.frusta + counts.frusta.min(counts.columns);
+    // A frustum reads the layer behind it and the one ahead.
+    let layers = 2 * counts.frusta;
     counts.columns * column + layers * layer
 }
 
@@ -33,9 +33,9 @@ mod tests {
         let of = |columns, frusta, leaps, is_lit| {
             bytes(&Counts { columns, frusta, ..Counts::default() }, leaps, is_lit)
         };
-        assert_eq!(of(3, 0, false, false), 3 * 49);
-        assert_eq!(of(3, 0, true, false), 3 * 53);
-        assert_eq!(of(3, 5, false, false), 3 * 49 + 8 * 12);
-        assert_eq!(of(3, 2, false, true), 3 * 49 + 4 * 48);
+        assert_eq!(of(3, 0, false, false), 3 * 40);
+        assert_eq!(of(3, 0, true, false), 3 * 44);
+        assert_eq!(of(3, 5, false, false), 3 * 40 + 10 * 12);
+        assert_eq!(of(3, 2, false, true), 3 * 40 + 4 * 48);
     }
 }
