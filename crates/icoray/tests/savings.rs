@@ -2,8 +2,8 @@
 
 use icoray::{Field, Frame, Grid, IcosahedralMesh, Layers, Location, Renderer, Savings, Scene, Shape};
 
-const NONE: Savings = Savings { leaps: false, lanes: false };
-const LEAPS: Savings = Savings { leaps: true, lanes: false };
+const NONE: Savings = Savings { ends: true, ..Savings::NONE };
+const LEAPS: Savings = Savings { leaps: true, gradients: true, tiles: true, ..NONE };
 
 const FAR: &str = "lon = 20\nlat = 35\ndistance = 3.2\nfov = 45";
 const INSIDE: &str = "eye = [1.02, 0.3, 0.1]\ntarget = [0, 1.2, 0.3]\nfov = 100";

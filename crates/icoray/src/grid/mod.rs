@@ -22,8 +22,9 @@ pub use tables::{GridTables, Indices, LonLat, Reals};
 use crate::error::Result;
 use closure::Closure;
 use glam::DVec3;
+use rayon::prelude::*;
 use seats::Seats;
-use std::sync::{Arc, Weak};
+use std::sync::{Arc, OnceLock, Weak};
 
 /// A checked geodesic grid over borrowed tables.
 #[derive(Debug)]
@@ -36,6 +37,7 @@ pub struct Grid<'a> {
     /// A triangle that is there.
     start: u32,
     life: Arc<()>,
+    stretch: OnceLock<f64>,
 }
 
 impl<'a> Grid<'a> {
@@ -58,7 +60,8 @@ impl<'a> Grid<'a> {
             if has_hole { closure::close(&tables, &mut direction, &seats)? } else { Closure::default() };
         check::covers(&tables, &direction, &seats, &closure)?;
         let start = seats.iter().position(|seats| seats.is_triangle()).unwrap_or(seats.len()) as u32;
-        Ok(Grid { tables, direction, seats, closure, start, life: Arc::default() })
+        let (life, stretch) = (Arc::default(), OnceLock::new());
+        Ok(Grid { tables, direction, seats, closure, start, life, stretch })
     }
 
     /// The tables as given.
@@ -99,6 +102,21 @@ impl<'a> Grid<'a> {
     /// something of a grid's.
     pub fn life(&self) -> Weak<()> {
         Arc::downgrade(&self.life)
+    }
+
+    /// How many times as high as a point is, at most, the facet that it lies on: with sides of no more than L the square of a
+    /// unit facet's height is at least 1 - L²/3 everywhere. Found when it is first asked for.
+    pub(crate) fn stretch(&self) -> f64 {
+        *self.stretch.get_or_init(|| {
+            let longest = |triangle: u32| {
+                let [a, b, c] = self.triangle(triangle).map(|cell| self.direction(cell));
+                a.distance_squared(b).max(b.distance_squared(c)).max(c.distance_squared(a))
+            };
+            let triangles = (0..self.triangles() as u32).into_par_iter().with_min_len(4096);
+            let there = triangles.filter(|triangle| self.is_triangle(*triangle));
+            let square = there.map(longest).reduce(|| 0.0, f64::max);
+            if square < 3.0 { 1.0 / (1.0 - square / 3.0).sqrt() } else { f64::INFINITY }
+        })
     }
 
     /// Bytes that icoray owns for this grid beside the model's tables.

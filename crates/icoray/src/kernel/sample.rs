@@ -5,6 +5,7 @@ use crate::field::Field;
 use crate::shape::Elements;
 
 mod clear;
+pub(crate) use clear::Stored;
 mod three;
 
 /// A sample type that a model stores.

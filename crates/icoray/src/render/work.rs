@@ -1,7 +1,8 @@
 //! What rays of a frame have in common, and what a pixel shows.
 
-use super::{Gradients, OnDevice, Renderer};
+use super::{Derived, OnDevice, Renderer};
 use crate::frame::{Certainty, Counts};
+use crate::gradient::Gradients;
 use crate::grid::Grid;
 use crate::kernel::Real;
 use crate::kernel::column::Shell;
@@ -32,8 +33,8 @@ pub(super) struct Work<'f, T, S> {
     pub shell: &'f Shell<T>,
     pub spans: &'f Spans<T>,
     pub samples: Samples<'f, S>,
-    pub visible: &'f Visible,
-    pub gradients: &'f Gradients<'f>,
+    pub visible: &'f Derived<'f, Visible>,
+    pub gradients: &'f Derived<'f, Gradients>,
 }
 
 impl<T: Real, S: Sample> Work<'_, T, S> {
@@ -53,6 +54,7 @@ impl<T: Real, S: Sample> Work<'_, T, S> {
         on_device.get_ready(&asked, self.raster());
         if !on_device.is_there() {
             // No probe's time.
+            self.visible.get();
             self.gradients.get();
         }
         deadline.pick(asked, self.raster(), on_device.is_there(), |quality, raster| {
@@ -75,20 +77,35 @@ impl<T: Real, S: Sample> Work<'_, T, S> {
             return;
         }
         let caster = self.caster::<N>(quality);
-        raster.trace(&left, |places, counts| pixels(self.scene, &caster, places, counts)).for_each(give);
+        let draw = |places: &[Place], counts: &mut Counts| {
+            if self.renderer.savings.tiles && passes_by(self.scene, places, caster.outer) {
+                vec![shown::<T>(self.scene, caster.budget.brightest, None); places.len()]
+            } else {
+                pixels(self.scene, &caster, places, counts)
+            }
+        };
+        raster.trace(&left, draw).for_each(give);
     }
 
     pub(super) fn caster<const N: usize>(&self, quality: &Quality) -> Caster<'_, T, S, N> {
         let is_lit = quality.lights != Lights::Off;
+        let (savings, visible) = (self.renderer.savings, self.visible.get());
+        let top = if savings.layers { visible.top.max(1) } else { self.shell.layers() - 1 };
+        let mut budget = Budget::new(quality.tolerance, brightest(self.scene));
+        if !savings.ends {
+            // Less than any transmittance.
+            budget.rest = -1.0;
+        }
         Caster {
             grid: self.grid,
             shell: self.shell,
             spans: self.spans,
             samples: self.samples,
-            visible: self.visible,
+            visible,
+            outer: self.plan.radius[top],
             gradients: self.gradients.get(),
             method: self.scene.method,
-            budget: Budget::new(quality.tolerance, brightest(self.scene)),
+            budget,
             shading: self.plan.shading.filter(|_| is_lit),
             is_coarse: quality.lights == Lights::Coarse,
             level: self.renderer.vectors().filter(|_| N == 1 && self.scene.method == Method::Exact),
@@ -147,6 +164,24 @@ fn pixels<T: Real, S: Sample, const N: usize>(
     let brightest = caster.budget.brightest;
     caster.trace_all(rays, counts, |number, light| pixels[number] = shown(scene, brightest, light));
     pixels
+}
+
+/// Whether no ray through a rectangle of pixels, the first and the last of which are opposite corners, comes within `radius` of
+/// the centre.
+fn passes_by(scene: &Scene, places: &[Place], radius: f64) -> bool {
+    /// More than rounding does to an angle.
+    const SLACK: f64 = 1e-6;
+    let (Some(first), Some(last)) = (places.first(), places.last()) else { return true };
+    let corners = [(first.x, first.y), (last.x, first.y), (first.x, last.y), (last.x, last.y)];
+    let dirs = corners.map(|(x, y)| ray(scene, x, y).1);
+    let eye = DVec3::from_array(scene.camera.eye());
+    if eye.length() <= radius {
+        return false;
+    }
+    let axis = (dirs[0] + dirs[1] + dirs[2] + dirs[3]).normalize();
+    let half = dirs.map(|dir| dir.angle_between(axis)).into_iter().fold(0.0, f64::max);
+    let globe = (radius / eye.length()).asin();
+    axis.angle_between(-eye) > half + globe + SLACK
 }
 
 /// The ray of a pixel: the eye and a unit vector.

@@ -45,7 +45,7 @@ impl<'f, T: Real, S: Sample, const N: usize> Caster<'f, T, S, N> {
         let mut next = |tell: &mut dyn FnMut(usize, Option<Light<T>>)| {
             for start in rays.by_ref() {
                 let from = if start.begins_row { row_hint } else { hint };
-                let line = RayLine::new(start.eye, start.dir, self.shell.outer());
+                let line = RayLine::new(start.eye, start.dir, self.outer);
                 let walk = line.map(|line| (line, Walk::new(self.grid, line, from)));
                 hint = walk.as_ref().map_or(from, |(_, walk)| walk.triangle());
                 if start.begins_row {

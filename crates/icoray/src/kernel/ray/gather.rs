@@ -34,7 +34,8 @@ impl<T: Real, S: Sample, const N: usize> Ray<'_, '_, T, S, N> {
             self.batch.push(segment, spans.span(0), 0, false);
             return if self.batch.count() < self.room { Flow::On } else { self.settle() };
         };
-        let is_whole = spans.span(k).holds(segment) & (segment.eps.abs() < T::of(SMALL_EPS));
+        let (span, is_small) = (spans.span(k), segment.eps.abs() < T::of(SMALL_EPS));
+        let is_whole = span.holds(segment) & is_small & !span.is_clear_in(segment);
         self.batch.push(segment, spans.span(k), k, is_whole);
         self.span = Some(if is_whole { k } else { spans.follow(k, segment.f1) });
         if self.batch.count() < self.room { Flow::On } else { self.settle() }

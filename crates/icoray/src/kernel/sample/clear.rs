@@ -1,22 +1,40 @@
-//! Which layers of which columns hold values inside a range, read as fast as memory gives them.
+//! Which layers of which columns hold values that are not clear, read as fast as memory gives them.
 
 use super::{Sample, Samples};
+use crate::kernel::real::Real;
+use fearless_simd::{Level, dispatch};
 
 /// Columns that are read side by side where layers lie apart.
 const SIDE: usize = 64;
+/// Values that are compared by one pass of the inner loop.
+const LANES: usize = 16;
+
+/// Values of the array's own type, from the least to the greatest of them.
+pub(crate) type Stored<S> = [S; 2];
 
 impl<S: Sample> Samples<'_, S> {
-    /// For each of the `cells.len()` columns from `first` on: the `bits` of all layers whose value is missing or outside
-    /// `range` of normalised values, joined.
-    pub fn outside(&self, range: [f64; 2], bits: &[u32], first: usize, cells: &mut [u32]) {
-        let Some([low, high]) = self.stored(range) else {
-            return cells.fill(bits.iter().fold(0, |all, bit| all | bit));
-        };
-        let fill = self.fill;
-        let beyond = |value: S, bit: u32| {
-            let inside = value >= low && value <= high && value.wide() != fill;
-            if inside { 0 } else { bit }
-        };
+    /// For each of `ranges` and each of the `cells.len()` columns from `first` on: the `bits` of all layers whose value is
+    /// missing or outside, joined.
+    pub fn outside<const R: usize>(
+        &self,
+        level: Level,
+        ranges: &[Stored<S>; R],
+        bits: &[u32],
+        first: usize,
+        cells: &mut [[u32; R]],
+    ) {
+        dispatch!(level, _simd => self.outside_of(ranges, bits, first, cells));
+    }
+
+    #[inline(always)]
+    fn outside_of<const R: usize>(
+        &self,
+        ranges: &[Stored<S>; R],
+        bits: &[u32],
+        first: usize,
+        cells: &mut [[u32; R]],
+    ) {
+        let tests = ranges.map(|range| Test { range, fill: self.fill_beside(range) });
         let stride = self.elements.layer_stride();
         if stride.unsigned_abs() == 1 {
             // In the array's own order.
@@ -25,35 +43,89 @@ impl<S: Sample> Samples<'_, S> {
             for (i, cell) in cells.iter_mut().enumerate() {
                 let base = self.elements.base(first + i);
                 let start = self.elements.at(base, if stride > 0 { 0 } else { bits.len() - 1 });
-                let column = &self.data[start..start + bits.len()];
-                *cell = column.iter().zip(bits).fold(0, |all, (value, bit)| all | beyond(*value, *bit));
+                *cell = joined(&self.data[start..start + bits.len()], bits, &tests);
             }
             return;
         }
         for (n, side) in cells.chunks_mut(SIDE).enumerate() {
             let mut bases = [0isize; SIDE];
-            bases
-                .iter_mut()
-                .zip(0..side.len())
-                .for_each(|(b, i)| *b = self.elements.base(first + n * SIDE + i));
-            side.fill(0);
+            let numbers = first + n * SIDE..;
+            bases.iter_mut().zip(numbers).take(side.len()).for_each(|(b, i)| *b = self.elements.base(i));
+            side.fill([0; R]);
             for (layer, bit) in bits.iter().enumerate() {
                 for (cell, base) in side.iter_mut().zip(&bases) {
-                    *cell |= beyond(self.data[self.elements.at(*base, layer)], *bit);
+                    let value = self.data[self.elements.at(*base, layer)];
+                    cell.iter_mut().zip(&tests).for_each(|(all, test)| *all |= test.bit(value, *bit));
                 }
             }
         }
     }
 
-    /// The least and greatest value of the array's type that normalise to inside `range`, ends not counted.
-    fn stored(&self, [low, high]: [f64; 2]) -> Option<[S; 2]> {
-        let normal = |value: S| (value.wide() - self.shift) * self.scale;
-        let raw = |value: f64| S::near(value / self.scale + self.shift);
+    /// The mark of missing values as the array has it, or a number outside the range where it has none.
+    fn fill_beside(&self, [low, _]: Stored<S>) -> S {
+        let fill = S::near(self.fill);
+        if self.has_fill && fill.wide() == self.fill { fill } else { low.next_down() }
+    }
+
+    /// The values that normalise to inside `range`, ends not counted; `None` where there are none.
+    pub fn stored(&self, [low, high]: [f64; 2]) -> Option<Stored<S>> {
         // Rounding puts it off by a few numbers at most.
-        let first = std::iter::successors(Some(raw(low)), |v| Some(v.next_up())).take(16);
-        let last = std::iter::successors(Some(raw(high)), |v| Some(v.next_down())).take(16);
-        let low = first.into_iter().find(|v| normal(*v) > low)?;
-        let high = last.into_iter().find(|v| normal(*v) < high)?;
+        let first = std::iter::successors(Some(self.raw(low)), |v| Some(v.next_up())).take(16);
+        let last = std::iter::successors(Some(self.raw(high)), |v| Some(v.next_down())).take(16);
+        let low = first.into_iter().find(|v| self.normal(*v) > low)?;
+        let high = last.into_iter().find(|v| self.normal(*v) < high)?;
         Some([low, high])
     }
+
+    /// The value that the kernel has as `value`, alone.
+    pub fn stored_at<T: Real>(&self, value: T) -> Option<Stored<S>> {
+        let raw = self.raw(value.wide());
+        [raw.next_down(), raw, raw.next_up()]
+            .into_iter()
+            .find(|v| T::of(self.normal(*v)) == value)
+            .map(|v| [v; 2])
+    }
+
+    fn normal(&self, value: S) -> f64 {
+        (value.wide() - self.shift) * self.scale
+    }
+
+    fn raw(&self, normal: f64) -> S {
+        S::near(normal / self.scale + self.shift)
+    }
+}
+
+/// What tells values that are clear.
+#[derive(Debug, Clone, Copy)]
+struct Test<S> {
+    range: Stored<S>,
+    fill: S,
+}
+
+impl<S: Sample> Test<S> {
+    /// `bit` unless the value is clear.
+    #[inline(always)]
+    fn bit(&self, value: S, bit: u32) -> u32 {
+        let [low, high] = self.range;
+        let is_clear = (value >= low) & (value <= high) & (value != self.fill);
+        if is_clear { 0 } else { bit }
+    }
+}
+
+/// The bits of all layers of a column that fail each test: in loops of fixed size, which become vectors.
+#[inline(always)]
+fn joined<S: Sample, const R: usize>(column: &[S], bits: &[u32], tests: &[Test<S>; R]) -> [u32; R] {
+    let mut all = [[0u32; LANES]; R];
+    let mut take = |values: &[S], bits: &[u32]| {
+        for (all, test) in all.iter_mut().zip(tests) {
+            for (all, (value, bit)) in all.iter_mut().zip(values.iter().zip(bits)) {
+                *all |= test.bit(*value, *bit);
+            }
+        }
+    };
+    let (values, bits) = (column.chunks_exact(LANES), bits.chunks_exact(LANES));
+    let rest = (values.remainder(), bits.remainder());
+    values.zip(bits).for_each(|(values, bits)| take(values, bits));
+    take(rest.0, rest.1);
+    all.map(|all| all.iter().fold(0, |joined, bits| joined | bits))
 }
