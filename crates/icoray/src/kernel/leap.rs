@@ -109,11 +109,11 @@ pub(crate) fn clear_ranges<T: Real>(spans: &Spans<T>, within: [f64; 2], most: us
 /// Values that are clear although values beside them are not: knots without extinction, among those `within` the field's range.
 /// Two of one value make a step, on which a constant counts as above.
 pub(crate) fn clear_knots<T: Real>(spans: &Spans<T>, within: [f64; 2], most: usize) -> Vec<T> {
-    let all = spans.all();
+    let (all, [low, high]) = (spans.all(), within.map(T::of));
     let mut knots: Vec<T> = Vec::new();
     for pair in all.windows(2) {
         let value = pair[1].low;
-        let is_inside = value.wide() >= within[0] && value.wide() <= within[1];
+        let is_inside = value >= low && value <= high;
         let is_amid = pair[0].is_clear && pair[1].is_clear;
         let is_clear = spans.span(spans.find(value)).extinction(value) == T::zero();
         if is_inside && !is_amid && is_clear && knots.last() != Some(&value) {

@@ -13,6 +13,10 @@ pub(crate) trait Sample: Copy + PartialOrd + Send + Sync + 'static {
     fn wide(self) -> f64;
     /// The finite number nearest to `value`.
     fn near(value: f64) -> Self;
+    /// The number that is `value`, if there is one.
+    fn exact(value: f64) -> Option<Self> {
+        Some(Self::near(value)).filter(|near| near.wide() == value)
+    }
     /// The next larger number.
     fn next_up(self) -> Self;
     /// The next smaller number.

@@ -28,10 +28,13 @@ impl Known {
     /// Of the setting's field. Collective.
     pub fn of<S: Sample>(setting: &Setting, ranks: &mut Ranks, samples: &Samples<S>) -> Result<Self> {
         let Setting { renderer, scene, plan, grid, part, field, start, .. } = *setting;
-        let counts = |cell: usize| part.is_none_or(|part| part.owns(cell));
-        let find = || renderer.run(|| field.range_over(counts));
         let range = ranks.attempt(|| {
-            Ok(if part.is_some() { find() } else { renderer.spare.range(&setting.source, find) })
+            renderer.run(|| {
+                Ok(match part {
+                    Some(part) => field.range_over(Some(&|cell| part.owns(cell))),
+                    None => renderer.spare.range(&setting.source, || field.range()),
+                })
+            })
         });
         let mut range = ranks.together(range)?;
         if part.is_some() {

@@ -208,3 +208,45 @@ pub(super) fn shown<T: Real>(scene: &Scene, brightest: f64, met: Option<Light<T>
     let error = if met.is_some() { light.error.wide() + rounding + stored + GEOMETRY } else { 0.0 };
     Pixel { color: color.map(|c| c as f32), error: error.min(brightest.max(1.0)) as f32 }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::kernel::plane::RayLine;
+
+    /// Tiles of several cameras: none that a ray of meets the globe is passed by, and most of the others are.
+    #[test]
+    fn tiles_that_pass_by_are_those_beside_the_globe() {
+        let cameras = [
+            "lon = 20\nlat = 35\ndistance = 3.2\nfov = 90",
+            "eye = [2, 2, 0]\ntarget = [0, 2, 0.3]\nfov = 60",
+            "eye = [0, 0, 1.01]\ntarget = [1, 0, 1.3]\nfov = 120",
+            "eye = [1.3, 0, 0]\ntarget = [2, 0, 0]\nfov = 70",
+            "eye = [0.5, 0, 0]\ntarget = [2, 0, 0]\nfov = 70",
+        ];
+        let (mut beside, mut passed) = (0, 0);
+        for camera in cameras {
+            for [width, height] in [[200, 130], [31, 250]] {
+                let scene = Scene::parse(&format!(
+                    "field = \"f\"\n[image]\nwidth = {width}\nheight = {height}\n[camera]\n{camera}\n\
+                     [transfer]\nmap = \"viridis\"\nrange = [0, 1]\nopacity = [[0, 0.5], [1, 0.5]]\n"
+                ))
+                .unwrap();
+                let raster = Raster { width, height, step: 1 };
+                let all: Vec<u32> = (0..raster.tiles()).collect();
+                let draw = |places: &[Place], counts: &mut Counts| {
+                    let rays = places.iter().map(|place| ray(&scene, place.x, place.y));
+                    let hits = rays.filter(|(eye, dir)| RayLine::new(*eye, *dir, 1.1).is_some()).count();
+                    counts.columns = u64::from(hits == 0);
+                    counts.frusta = u64::from(passes_by(&scene, places, 1.1));
+                    vec![Pixel::default(); places.len()]
+                };
+                for tile in raster.trace(&all, draw).collect::<Vec<_>>() {
+                    assert!(tile.counts.frusta <= tile.counts.columns, "{camera}: tile {}", tile.number);
+                    (beside, passed) = (beside + tile.counts.columns, passed + tile.counts.frusta);
+                }
+            }
+        }
+        assert!(beside > 200 && passed * 10 > beside * 8, "{passed} of {beside}");
+    }
+}

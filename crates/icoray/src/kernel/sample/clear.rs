@@ -5,9 +5,7 @@ use crate::kernel::real::Real;
 use fearless_simd::{Level, dispatch};
 
 /// Columns that are read side by side where layers lie apart.
-const SIDE: usize = 64;
-/// Values that are compared by one pass of the inner loop.
-const LANES: usize = 16;
+const SIDE: usize = 1024;
 
 /// Values of the array's own type, from the least to the greatest of them.
 pub(crate) type Stored<S> = [S; 2];
@@ -47,24 +45,33 @@ impl<S: Sample> Samples<'_, S> {
             }
             return;
         }
-        for (n, side) in cells.chunks_mut(SIDE).enumerate() {
-            let mut bases = [0isize; SIDE];
-            let numbers = first + n * SIDE..;
-            bases.iter_mut().zip(numbers).take(side.len()).for_each(|(b, i)| *b = self.elements.base(i));
-            side.fill([0; R]);
+        let mut done = 0;
+        while done < cells.len() {
+            let (base, count) = self.run(first + done, (cells.len() - done).min(SIDE));
+            let mut all = [[0u32; SIDE]; R];
             for (layer, bit) in bits.iter().enumerate() {
-                for (cell, base) in side.iter_mut().zip(&bases) {
-                    let value = self.data[self.elements.at(*base, layer)];
-                    cell.iter_mut().zip(&tests).for_each(|(all, test)| *all |= test.bit(value, *bit));
+                let start = self.elements.at(base, layer);
+                let values = &self.data[start..start + count];
+                for (all, test) in all.iter_mut().zip(&tests) {
+                    all.iter_mut().zip(values).for_each(|(all, value)| *all |= test.bit(*value, *bit));
                 }
             }
+            let cells = cells[done..][..count].iter_mut().enumerate();
+            cells.for_each(|(i, cell)| *cell = all.each_ref().map(|all| all[i]));
+            done += count;
         }
+    }
+
+    /// Where the values over column `first` begin, and how many columns, of no more than `most`, lie side by side there.
+    fn run(&self, first: usize, most: usize) -> (isize, usize) {
+        let base = self.elements.base(first);
+        let apart = |i: &usize| self.elements.base(first + i) != base + *i as isize;
+        (base, (1..most).find(apart).unwrap_or(most))
     }
 
     /// The mark of missing values as the array has it, or a number outside the range where it has none.
     fn fill_beside(&self, [low, _]: Stored<S>) -> S {
-        let fill = S::near(self.fill);
-        if self.has_fill && fill.wide() == self.fill { fill } else { low.next_down() }
+        S::exact(self.fill).filter(|_| self.has_fill).unwrap_or(low.next_down())
     }
 
     /// The values that normalise to inside `range`, ends not counted; `None` where there are none.
@@ -112,20 +119,29 @@ impl<S: Sample> Test<S> {
     }
 }
 
-/// The bits of all layers of a column that fail each test: in loops of fixed size, which become vectors.
+/// The bits of all layers of a column that fail each test.
 #[inline(always)]
 fn joined<S: Sample, const R: usize>(column: &[S], bits: &[u32], tests: &[Test<S>; R]) -> [u32; R] {
-    let mut all = [[0u32; LANES]; R];
-    let mut take = |values: &[S], bits: &[u32]| {
-        for (all, test) in all.iter_mut().zip(tests) {
-            for (all, (value, bit)) in all.iter_mut().zip(values.iter().zip(bits)) {
-                *all |= test.bit(*value, *bit);
-            }
+    tests.each_ref().map(|test| match column.len() {
+        0..4 => column.iter().zip(bits).fold(0, |all, (value, bit)| all | test.bit(*value, *bit)),
+        4..16 => joined_by::<S, 4>(column, bits, test),
+        _ => joined_by::<S, 16>(column, bits, test),
+    })
+}
+
+/// The same in loops of fixed size, which become vectors. The last one may look at some layers again.
+#[inline(always)]
+fn joined_by<S: Sample, const LANES: usize>(column: &[S], bits: &[u32], test: &Test<S>) -> u32 {
+    let mut all = [0u32; LANES];
+    let mut take = |values: &[S; LANES], bits: &[u32; LANES]| {
+        for i in 0..LANES {
+            all[i] |= test.bit(values[i], bits[i]);
         }
     };
-    let (values, bits) = (column.chunks_exact(LANES), bits.chunks_exact(LANES));
-    let rest = (values.remainder(), bits.remainder());
-    values.zip(bits).for_each(|(values, bits)| take(values, bits));
-    take(rest.0, rest.1);
-    all.map(|all| all.iter().fold(0, |joined, bits| joined | bits))
+    let (values, bits_of) = (column.as_chunks::<LANES>().0, bits.as_chunks::<LANES>().0);
+    values.iter().zip(bits_of).for_each(|(values, bits)| take(values, bits));
+    if let (Some(values), Some(bits)) = (column.last_chunk::<LANES>(), bits.last_chunk::<LANES>()) {
+        take(values, bits);
+    }
+    all.iter().fold(0, |joined, bits| joined | bits)
 }
