@@ -321,6 +321,47 @@ mod tests {
         }
     }
 
+    /// Where nothing can be seen memory stays as it was, and where something can the bits are those of all gradients.
+    #[test]
+    fn gradients_are_those_that_can_be_seen() {
+        let mesh = IcosahedralMesh::new(3).unwrap();
+        let grid = Grid::new(mesh.tables()).unwrap();
+        let values = field_of(&grid, |p| (3.0 * p.x).sin() * (5.0 * p.y).cos() + p.z * p.z);
+        let field = Field::new(
+            values.as_slice().into(),
+            Shape::level_fastest(grid.cells(), 4),
+            Location::Center,
+            None,
+        )
+        .unwrap();
+        let samples = Samples::new(&values, &field, false, [0.0, 1.0]);
+        let all = gradients_of(&grid, &values);
+        // Blocks of one gap: each third triangle has the lowest, each seventh the uppermost.
+        let blocks =
+            (0..grid.triangles()).map(|t| u32::from(t % 3 == 0) | u32::from(t % 7 == 0) << 2).collect();
+        let visible = Visible { blocks, ..Visible::default() };
+        let unknown = Gradients::Whole(vec![[9.0; 3]; values.len()]);
+        let wanted = Wanted { visible: Some(&visible), packed: false };
+        let found = gradients(&grid, &radii(), &samples, 0..grid.cells(), wanted, unknown);
+        let mut left_out = 0;
+        for (i, gradient) in found.whole().iter().enumerate() {
+            let around =
+                grid.corners_of((i / 4) as u32).fold(0, |all, triangle| all | visible.over(triangle));
+            // Between the blocks of a cell nothing is left out.
+            let is_seen = match i % 4 {
+                0 => around & 1 != 0,
+                1 => around & 1 != 0,
+                2 => around & 4 != 0,
+                _ => around & 4 != 0,
+            };
+            let is_known = *gradient != [9.0; 3];
+            assert!(is_known || !is_seen, "{i}");
+            assert!(!is_known || *gradient == all[i], "{i}: {gradient:?} {:?}", all[i]);
+            left_out += u32::from(!is_known);
+        }
+        assert!(left_out > 100, "{left_out}");
+    }
+
     #[test]
     fn frusta_with_missing_values_are_left_out_of_the_mean() {
         let mesh = IcosahedralMesh::new(2).unwrap();

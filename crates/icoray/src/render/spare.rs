@@ -154,3 +154,68 @@ impl Spare {
         self.kept().gradients.keep(key, gradients);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::field::Location;
+    use crate::grid::IcosahedralMesh;
+    use crate::shape::Shape;
+
+    /// Values are known again for copies of the field over the same grid, once they were taken back, and for nothing else.
+    #[test]
+    fn only_the_same_borrow_is_known() {
+        let mesh = IcosahedralMesh::new(2).unwrap();
+        let grids = [Grid::new(mesh.tables()).unwrap(), Grid::new(mesh.tables()).unwrap()];
+        let values = vec![0.5f32; 2 * grids[0].cells()];
+        let shape = Shape::level_fastest(grids[0].cells(), 2);
+        let field = || Field::new(values.as_slice().into(), shape, Location::Center, None).unwrap();
+        let (one, other) = (field(), field());
+        let copy = one;
+        let spare = Spare::default();
+        let finds = |spare: &Spare, grid: &Grid, field: &Field| {
+            let mut finds = 0;
+            spare.range(&Source::new(grid, field), || {
+                finds += 1;
+                field.range()
+            });
+            finds
+        };
+        assert_eq!(finds(&spare, &grids[0], &one), 1);
+        assert_eq!(finds(&spare, &grids[0], &copy), 0);
+        assert_eq!(finds(&spare, &grids[1], &one), 1, "another grid");
+        assert_eq!(finds(&spare, &grids[1], &other), 1, "the array may have been written to");
+        assert_eq!(finds(&spare, &grids[1], &other), 0);
+        assert_eq!(finds(&spare.with_reuse(false), &grids[1], &other), 1);
+    }
+
+    #[test]
+    fn memory_of_another_field_is_given_on() {
+        let mesh = IcosahedralMesh::new(2).unwrap();
+        let grid = Grid::new(mesh.tables()).unwrap();
+        let values = vec![0.5f32; 2 * grid.cells()];
+        let field = || {
+            Field::new(
+                values.as_slice().into(),
+                Shape::level_fastest(grid.cells(), 2),
+                Location::Center,
+                None,
+            )
+            .unwrap()
+        };
+        let key = |clear: f64| SightKey {
+            source: Source::new(&grid, &field()),
+            falling: false,
+            clear: vec![[clear.to_bits(); 2]],
+        };
+        let spare = Spare::default();
+        let first = key(0.1);
+        let found = spare.visible(&first, |memory| Visible { blocks: vec![7; 9], ..memory });
+        let place = found.blocks.as_ptr();
+        spare.keep_visible(first.clone(), found);
+        let known = spare.visible(&first, |_| panic!("it is known"));
+        spare.keep_visible(first, known);
+        let found = spare.visible(&key(0.1), |memory| memory);
+        assert_eq!((found.blocks.as_ptr(), found.blocks.len()), (place, 9));
+    }
+}

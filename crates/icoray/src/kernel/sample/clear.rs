@@ -145,3 +145,83 @@ fn joined_by<S: Sample, const LANES: usize>(column: &[S], bits: &[u32], test: &T
     }
     all.iter().fold(0, |joined, bits| joined | bits)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::field::{Field, Location};
+    use crate::grid::Reals;
+    use crate::shape::Shape;
+
+    const COLUMNS: usize = 2500;
+
+    /// Arrays as models have them: layers or columns side by side, in blocks, with gaps, turned round.
+    fn shapes(layers: usize) -> Vec<Shape> {
+        let (level, cell) = (Shape::level_fastest(COLUMNS, layers), Shape::cell_fastest(COLUMNS, layers));
+        let padded = Shape { column_stride: layers as isize + 3, offset: 2, ..level };
+        let apart = Shape { column_stride: 3 * layers as isize, layer_stride: 3, ..level };
+        let turned = Shape { layer_stride: -1, offset: layers - 1, ..level };
+        let backwards = Shape { column_stride: -1, offset: COLUMNS - 1, ..cell };
+        let blocks = [Shape::blocked(COLUMNS, layers, 16), Shape::blocked(COLUMNS, layers, 2000)];
+        [vec![level, cell, padded, apart, turned, backwards], blocks.to_vec()].concat()
+    }
+
+    fn check<S: Sample>(values: &[S], reals: Reals, layers: usize, fill: Option<f64>) {
+        let bits: Vec<u32> = (0..layers).map(|l| 1 << (l / 2) | 1 << (l / 3)).collect();
+        for (shape, falling) in shapes(layers).into_iter().flat_map(|shape| [(shape, false), (shape, true)]) {
+            let field = Field::new(reals, shape, Location::Center, fill).unwrap();
+            let samples = Samples::new(values, &field, falling, [-1.0, 3.0]);
+            let ranges = [[0.1, 0.45], [f64::NEG_INFINITY, 0.2]];
+            let stored = ranges.map(|range| samples.stored(range).unwrap());
+            let mut found = vec![[9; 2]; COLUMNS - 7];
+            samples.outside(Level::new(), &stored, &bits, 7, &mut found);
+            for (column, found) in (7..).zip(found) {
+                let expected = ranges.map(|[low, high]| {
+                    let base = samples.base(column as u32);
+                    let is_clear = |l: &usize| {
+                        (low..high).contains(&samples.get(base, *l)) && samples.get::<f64>(base, *l) != low
+                    };
+                    (0..layers).filter(|l| !is_clear(l)).fold(0, |all, l| all | bits[l])
+                });
+                assert_eq!(found, expected, "column {column} of {shape:?}, {falling}");
+            }
+        }
+    }
+
+    #[test]
+    fn blocks_are_those_of_values_outside() {
+        for layers in [2, 5, 26, 37] {
+            let value = |i: usize| match i % 101 {
+                50 => f64::NAN,
+                51 => -1e30,
+                52 => f64::INFINITY,
+                _ => ((i * i) as f64 * 1e-3).sin(),
+            };
+            let wide: Vec<f64> = (0..3 * COLUMNS * layers + 9).map(value).collect();
+            let single: Vec<f32> = wide.iter().map(|v| *v as f32).collect();
+            for fill in [None, Some(-1e30), Some(f64::from(-1e30f32))] {
+                check(&wide, wide.as_slice().into(), layers, fill);
+                check(&single, single.as_slice().into(), layers, fill);
+            }
+        }
+    }
+
+    /// Of values beside each other only one is the knot's, and of ranges none reaches the ends.
+    #[test]
+    fn ranges_hold_what_normalises_to_inside() {
+        let values = [0.25f32; 4];
+        let field =
+            Field::new(values.as_slice().into(), Shape::level_fastest(2, 2), Location::Center, None).unwrap();
+        let samples = Samples::new(&values, &field, false, [0.1, 0.7]);
+        for knot in [0.25f32, 1.0 / 3.0, 0.7, 1.0] {
+            let [value, same] = samples.stored_at(knot).unwrap();
+            assert!(value == same && (samples.normal(value) as f32 == knot), "{knot}: {value}");
+        }
+        assert!(samples.stored_at(0.0f32).is_none(), "no float is 0.1");
+        let [low, high] = samples.stored([0.25, 0.5]).unwrap();
+        let normal = |value: f32| samples.normal(value);
+        assert!(normal(low) > 0.25 && normal(Sample::next_down(low)) <= 0.25);
+        assert!(normal(high) < 0.5 && normal(Sample::next_up(high)) >= 0.5);
+        assert!(samples.stored([0.25, 0.25]).is_none_or(|[low, high]| low > high));
+    }
+}
