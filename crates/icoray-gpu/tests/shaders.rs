@@ -252,6 +252,7 @@ const LEFT_OUT: [(&str, &[&str]); 12] = [
             "enter",
             "whole",
             "passed",
+            "add",
         ],
     ),
     // For who puts them together.

@@ -49,7 +49,7 @@ pub fn renderer(gpu: &Arc<Gpu>) -> Renderer {
 
 /// A renderer that looks at all that a device looks at, one frustum after the other, so that it counts the same.
 pub fn cpu(threads: usize) -> Renderer {
-    Renderer::new(threads).unwrap().with_savings(Savings { ends: true, packing: true, ..Savings::NONE })
+    Renderer::new(threads).unwrap().with_savings(Savings { ends: true, ..Savings::NONE })
 }
 
 pub fn wave(p: DVec3, layer: usize, layers: usize) -> f64 {

@@ -6,6 +6,7 @@ use glam::DVec3;
 use icoray::{Error, ErrorKind, Result, Scene};
 
 /// A field and what is drawn of it.
+#[derive(Debug)]
 pub(super) struct Case {
     pub name: &'static str,
     pub field: fn(DVec3) -> f64,
