@@ -29,6 +29,7 @@ mod devices;
 mod parts;
 mod prepare;
 mod spare;
+mod unchanged;
 mod work;
 
 pub(crate) use derived::Derived;
@@ -36,6 +37,7 @@ use device::OnDevice;
 use devices::{Found, One, Opened};
 use prepare::Known;
 use spare::{Source, Spare};
+use unchanged::Last;
 pub(crate) use work::brightest;
 use work::{Work, certainty, notes};
 
@@ -46,6 +48,7 @@ pub struct Renderer {
     devices: Option<Opened>,
     savings: Savings,
     spare: Spare,
+    last: Last,
 }
 
 impl Renderer {
@@ -54,8 +57,9 @@ impl Renderer {
     /// # Errors
     /// [`ErrorKind::Io`](crate::ErrorKind::Io) when the threads cannot be made.
     pub fn new(threads: usize) -> Result<Self> {
-        let (devices, savings, spare) = (None, Savings::ALL, Spare::default());
-        Ok(Renderer { threads: Threads::new(threads)?, devices, savings, spare })
+        let (devices, savings) = (None, Savings::ALL);
+        let (threads, spare, last) = (Threads::new(threads)?, Spare::default(), Last::default());
+        Ok(Renderer { threads, devices, savings, spare, last })
     }
 
     /// The same, but leaving out what `savings` say: for measurements.
@@ -96,6 +100,14 @@ impl Renderer {
     /// # Errors
     /// As [`Plan::new`].
     pub fn render(&self, scene: &Scene, grid: &Grid, layers: &Layers, field: &Field) -> Result<Frame> {
+        // Within a time budget frames are as good as there is time for.
+        if self.savings.unchanged && scene.time_budget_ms.is_none() {
+            return self.render_if_changed(scene, grid, layers, field);
+        }
+        self.render_anew(scene, grid, layers, field)
+    }
+
+    fn render_anew(&self, scene: &Scene, grid: &Grid, layers: &Layers, field: &Field) -> Result<Frame> {
         match self.render_over(&mut Ranks::alone(), scene, grid, None, layers, field)? {
             Rendered::Here(frame) => Ok(frame),
             Rendered::AtRoot(_) => unreachable!("who draws alone is rank 0"),

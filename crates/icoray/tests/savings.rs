@@ -223,6 +223,36 @@ fn what_is_known_of_a_field_serves_the_scenes_that_it_fits() {
     }
 }
 
+/// The last frame is given where nothing has changed, and drawn anew for another value, scene, grid or layers.
+#[test]
+fn frames_of_which_nothing_has_changed_are_not_drawn_again() {
+    let mut model = Model::new(6, true, false);
+    let grids = [Grid::new(model.mesh.tables()).unwrap(), Grid::new(model.mesh.tables()).unwrap()];
+    let renderer = Renderer::new(1).unwrap().with_savings(Savings { unchanged: true, ..Savings::ALL });
+    let draw = |values: &[f32], grid: &Grid, layers: &Layers, scene: &Scene| {
+        let field = Field::new(values.into(), model.shape, Location::Center, None).unwrap();
+        let frame = renderer.render(scene, grid, layers, &field).unwrap();
+        let alone = Renderer::new(1).unwrap().render(scene, grid, layers, &field).unwrap();
+        assert!(frame.pixels == alone.pixels && frame.error == alone.error);
+        frame.report.left_out.iter().any(|line| line.contains("nothing has changed"))
+    };
+    let far = scene(FAR, DENSE, "");
+    assert!(!draw(&model.values, &grids[0], &model.layers, &far));
+    assert!(draw(&model.values.clone(), &grids[0], &model.layers, &far), "the same values elsewhere");
+    assert!(!draw(&model.values, &grids[1], &model.layers, &far), "another grid");
+    assert!(!draw(&model.values, &grids[1], &model.layers, &scene(FAR, SHELL, "")), "another scene");
+    let radii = (0..6).map(|l| 1.0 + 0.1 * f64::from(l)).collect();
+    let layers = Layers::new(radii, 1.0).unwrap();
+    assert!(!draw(&model.values, &grids[1], &layers, &far), "other layers");
+    assert!(draw(&model.values, &grids[1], &layers, &far));
+    let mut values = std::mem::take(&mut model.values);
+    let last = values.len() - 1;
+    values[last] = -values[last];
+    assert!(!draw(&values, &grids[1], &layers, &far), "another value");
+    let hurried = scene(FAR, DENSE, "time_budget_ms = 1e6");
+    assert!(!draw(&values, &grids[1], &layers, &hurried) && !draw(&values, &grids[1], &layers, &hurried));
+}
+
 /// What lanes compute differs from what one piece after the other does by rounding, which the errors hold.
 #[test]
 fn lanes_differ_by_rounding() {

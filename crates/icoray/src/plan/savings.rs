@@ -18,10 +18,13 @@ pub struct Savings {
     pub tiles: bool,
     /// What was found of a field serves all pictures of it, while nobody can write to it.
     pub reuse: bool,
+    /// A frame of which nothing has changed is not drawn again: the last one is given. To know that costs a pass over the field and
+    /// a copy of the frame, so that it is for those who draw more often than the field changes, and not in [`Self::ALL`].
+    pub unchanged: bool,
 }
 
 impl Savings {
-    /// All of them.
+    /// All of them that cost next to nothing.
     pub const ALL: Self = Savings {
         leaps: true,
         layers: true,
@@ -31,6 +34,7 @@ impl Savings {
         lanes: true,
         tiles: true,
         reuse: true,
+        unchanged: false,
     };
 
     /// None of them.
@@ -43,6 +47,7 @@ impl Savings {
         lanes: false,
         tiles: false,
         reuse: false,
+        unchanged: false,
     };
 }
 
