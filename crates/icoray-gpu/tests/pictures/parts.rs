@@ -3,9 +3,7 @@
 use super::common::*;
 use super::culled::{Culled, Mark, Style, holes};
 use super::spread::{NOBODY, Spread, partitions};
-use icoray::{
-    Counts, Field, Frame, FrameReport, IcosahedralMesh, Layers, Location, Rendered, Renderer, Scene, Shape,
-};
+use icoray::{Counts, Field, Frame, FrameReport, IcosahedralMesh, Layers, Location, Rendered, Scene, Shape};
 use icoray_gpu::{Gpu, Most};
 use std::sync::Arc;
 
