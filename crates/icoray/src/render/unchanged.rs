@@ -148,6 +148,7 @@ mod tests {
         assert_ne!(sums(&turned), known);
         assert_ne!(sums(&bytes[..2999]), known);
         assert_ne!(sums(&[0; 64]), sums(&[0; 96]));
+        assert_ne!(sums(&[5, 0]), sums(&[5]));
         let long = vec![7; 3 * PIECE];
         let mut swapped = long.clone();
         swapped[5] = 8;
