@@ -243,6 +243,7 @@ fn frames_of_which_nothing_has_changed_are_not_drawn_again() {
     assert!(!draw(&model.values, &grids[1], &model.layers, &scene(FAR, SHELL, "")), "another scene");
     let radii = (0..6).map(|l| 1.0 + 0.1 * f64::from(l)).collect();
     let layers = Layers::new(radii, 1.0).unwrap();
+    assert!(!draw(&model.values, &grids[1], &model.layers, &far), "the scene before");
     assert!(!draw(&model.values, &grids[1], &layers, &far), "other layers");
     assert!(draw(&model.values, &grids[1], &layers, &far));
     let mut values = std::mem::take(&mut model.values);
