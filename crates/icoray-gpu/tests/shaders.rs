@@ -264,7 +264,7 @@ const LEFT_OUT: [(&str, &[&str]); 12] = [
         &["wide", "near", "exact", "next_up", "next_down", "samples_new", "samples_bases", "samples_rare"],
     ),
     // Part of their callers.
-    ("segment", &["segment_is_constant", "segment_reach"]),
+    ("segment", &["segment_is_void", "segment_is_constant", "segment_reach"]),
     // Fields of the struct; WGSL's own.
     ("shade", &["ray_shading_range", "dot"]),
     // Fields of the struct; the host makes spans.
