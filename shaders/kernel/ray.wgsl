@@ -316,7 +316,7 @@ fn piece(
     reach: f32,
 ) {
     let through = 1.0 - (*light).absorbed;
-    if span.is_clear != 0u || through <= ray_rest(ray) {
+    if span_is_clear_in(span, segment) || through <= ray_rest(ray) {
         return;
     }
     let allowance = Allowance(params.share, ray_rest(ray), through, reach);

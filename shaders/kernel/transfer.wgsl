@@ -31,6 +31,11 @@ fn span_holds(span: Span, segment: Segment) -> bool {
     return low - swing >= span.low && high + swing <= span.high && segment.eps > -0.75;
 }
 
+fn span_is_clear_in(span: Span, segment: Segment) -> bool {
+    let is_constant = segment.f0 == segment.f1 && segment.kappa == 0.0;
+    return span.is_clear != 0u || (is_constant && span_extinction(span, segment.f0) == 0.0);
+}
+
 fn span_extinction(span: Span, f: f32) -> f32 {
     return max(span.extinction + span.extinction_slope * (f - span.anchor), 0.0);
 }

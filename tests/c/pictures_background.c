@@ -100,7 +100,7 @@ void background(const char *directory)
     frame_of(ctx, 0, &fields[0]);
     copy_expected = bytes_of(&fields[1]);
     scene(ctx, "lit", "headlight");
-    CHECK(frame_of(ctx, 1, &fields[1]).bytes_derived == n * 3 * sizeof(float));
+    CHECK(frame_of(ctx, 1, &fields[1]).bytes_derived == n * 8);
     copy_expected = 0;
     OK(icoray_close(&ctx));
 

@@ -71,7 +71,7 @@ void layouts(const char *directory)
         CHECK(report.bytes_derived == 0);
         scene(ctx, "lit", "headlight");
         report = frame_of(ctx, i, &fields[i]);
-        CHECK(report.bytes_derived == n * 3 * sizeof(float)); /* gradients */
+        CHECK(report.bytes_derived == n * 8); /* gradients, packed */
     }
 
     /* Layers handed over top first, with the field as it must then be: level 0 is the top. */

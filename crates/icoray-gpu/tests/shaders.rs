@@ -217,27 +217,61 @@ fn constants_are_those_of_rust() {
 /// Functions of the kernel that its shaders have not, and why.
 const LEFT_OUT: [(&str, &[&str]); 12] = [
     // The host makes the shell. WGSL passes no functions on, so `cross` stands in ray.wgsl beside what it visits.
-    ("column", &["shell_new", "shell_layers", "mix", "visit_chord", "visit_frustum", "visit_core", "cross"]),
+    // Nor do shaders leap.
+    (
+        "column",
+        &[
+            "shell_new",
+            "shell_layers",
+            "shell_gap_near",
+            "mix",
+            "visit_chord",
+            "visit_frustum",
+            "visit_leaps",
+            "visit_core",
+            "cross",
+        ],
+    ),
     ("doubt", &[]),
-    // Recursion, for which `exact` has a loop.
-    ("piece", &["halves"]),
+    // Recursion, for which `exact` has a loop; what lanes have apart.
+    ("piece", &["terms_of", "bend_series", "halves"]),
     ("lit", &[]),
     // A struct's constructor.
     ("plane", &["point_new"]),
-    // Columns are crossed where they are met.
-    ("ray", &["counts_numbers", "counts_of_numbers", "counts_add_assign", "budget_new", "vertex", "column"]),
+    // Columns are crossed where they are met; `frustum` is not divided.
+    (
+        "ray",
+        &[
+            "counts_numbers",
+            "counts_of_numbers",
+            "counts_add_assign",
+            "budget_new",
+            "vertex",
+            "leaps",
+            "column",
+            "enter",
+            "whole",
+            "passed",
+            "add",
+        ],
+    ),
     // For who puts them together.
     ("ray/fragment", &["fragment_light"]),
-    ("real", &["of", "wide"]),
+    ("real", &["of", "wide", "absorbed_by_thin"]),
     // Fields are normalised when they are uploaded.
-    ("sample", &["wide", "samples_new", "samples_rare"]),
-    ("segment", &[]),
+    (
+        "sample",
+        &["wide", "near", "exact", "next_up", "next_down", "samples_new", "samples_bases", "samples_rare"],
+    ),
+    // Part of their callers.
+    ("segment", &["segment_is_void", "segment_is_constant", "segment_reach"]),
     // Fields of the struct; WGSL's own.
     ("shade", &["ray_shading_range", "dot"]),
     // Fields of the struct; the host makes spans.
     (
         "transfer",
         &[
+            "span_unknown",
             "span_extinction_slope",
             "span_color_slope",
             "span_brightest",

@@ -1,8 +1,8 @@
 //! What icoray claims, measured: `icoray study NAME`.
 //!
 //! [`mod@error`] error against run time of all methods, [`fig6`] the paper's radial field against its ground truth,
-//! [`fig8`] and [`fig9`] its comparisons with other interpolations, [`orders`] orders of convergence, [`speed`] seconds
-//! per frame, [`ranks`] how several processes share a frame out, [`stability`] how far pictures are from the exact integral
+//! [`fig8`] and [`fig9`] its comparisons with other interpolations, [`orders`] orders of convergence, [`mod@plan`] what each
+//! saving spares, [`speed`] seconds per frame, [`ranks`] how several processes share a frame out, [`stability`] how far pictures are from the exact integral
 //! where it is hard, [`mod@vtk`] VTK on the same field. [`mod@oracle`] is the same
 //! picture to ten digits, [`methods`] are the ways to render it that the paper compares with, and [`mod@reference`] is an
 //! independent, slow evaluation that oracle and renderer are tested against.
@@ -22,6 +22,7 @@ mod montage;
 pub mod oracle;
 pub mod orders;
 mod peak;
+pub mod plan;
 mod plot;
 pub mod ranks;
 mod readme;
@@ -83,6 +84,8 @@ pub enum Study {
     Gpu(gpu::Options),
     /// Orders of convergence of all methods, in the step and in the mesh.
     Orders(orders::Options),
+    /// What each saving of the plan spares in time and bytes, and what it costs where it spares nothing.
+    Plan(plan::Options),
     /// How evenly 1 to 64 ranks share a picture out, and what they send, simulated in one process.
     Ranks(ranks::Options),
     /// Seconds per frame and frusta per second for four transfer functions.
@@ -107,6 +110,7 @@ impl Study {
             #[cfg(feature = "gpu")]
             Study::Gpu(options) => gpu::run(options, out),
             Study::Orders(options) => orders::run(options, out),
+            Study::Plan(options) => plan::run(options, out),
             Study::Ranks(options) => ranks::run(options, out),
             Study::Speed(options) => speed::run(options, out),
             Study::Stability(options) => stability::run(options, out),

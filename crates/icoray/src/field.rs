@@ -8,7 +8,9 @@ use crate::grid::{Grid, Reals};
 use crate::kernel::sample::Sample;
 use crate::ranks::{Part, Ranks};
 use crate::shape::{Elements, Shape};
+use fearless_simd::{Level, dispatch};
 use rayon::prelude::*;
+use std::slice;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 /// Where a field's values live on the mesh.
@@ -115,62 +117,81 @@ impl<'a> Field<'a> {
 
     /// Least and greatest value that is there, and how many are missing; `None` for the range where all are missing.
     pub fn range(&self) -> (Option<[f64; 2]>, u64) {
-        self.range_over(|_| true)
+        self.range_over(None)
     }
 
     /// The same over those columns that `counts` is true for.
-    pub(crate) fn range_over(&self, counts: impl Fn(usize) -> bool + Sync) -> (Option<[f64; 2]>, u64) {
-        let nothing = || (f64::INFINITY, f64::NEG_INFINITY, 0u64);
-        let (low, high, missing) = (0..self.shape.columns)
-            .into_par_iter()
-            .with_min_len(256)
-            .filter(|column| counts(*column))
-            .map(|column| match self.samples {
-                Reals::F32(v) => self.column_range(column, v),
-                Reals::F64(v) => self.column_range(column, v),
-            })
-            .reduce(nothing, |a, b| (a.0.min(b.0), a.1.max(b.1), a.2 + b.2));
+    pub(crate) fn range_over(
+        &self,
+        counts: Option<&(dyn Fn(usize) -> bool + Sync)>,
+    ) -> (Option<[f64; 2]>, u64) {
+        let (low, high, missing) = match self.samples {
+            Reals::F32(samples) => self.range_in(samples, counts),
+            Reals::F64(samples) => self.range_in(samples, counts),
+        };
         ((low <= high).then_some([low, high]), missing)
     }
 
-    #[inline]
-    fn column_range<S: Sample>(&self, column: usize, samples: &[S]) -> (f64, f64, u64) {
-        let fill = self.fill.unwrap_or(f64::NAN);
-        let base = self.elements.base(column);
-        if self.shape.layer_stride == 1 {
-            let start = self.elements.at(base, 0);
-            return range_of(&samples[start..start + self.shape.layers], fill);
+    fn range_in<S: Sample>(
+        &self,
+        samples: &[S],
+        counts: Option<&(dyn Fn(usize) -> bool + Sync)>,
+    ) -> Extremes {
+        let fill = self.fill.and_then(S::exact);
+        let level = Level::new();
+        let range = |values: &[S]| dispatch!(level, _simd => range_of(values, fill));
+        if let (None, Some((low, high))) = (counts, self.shape.packed()) {
+            let pieces = samples[low..=high].par_chunks(1 << 15);
+            return pieces.map(range).reduce(nothing, either);
         }
-        let (mut low, mut high, mut missing) = (f64::INFINITY, f64::NEG_INFINITY, 0);
-        for layer in 0..self.shape.layers {
-            let value = samples[self.elements.at(base, layer)].wide();
-            if value == fill || !value.is_finite() {
-                missing += 1;
-            } else {
-                low = low.min(value);
-                high = high.max(value);
+        let columns = (0..self.shape.columns).into_par_iter().with_min_len(256);
+        let counted = columns.filter(|column| counts.is_none_or(|counts| counts(*column)));
+        let of_column = |column: usize| {
+            let base = self.elements.base(column);
+            if self.shape.layer_stride == 1 {
+                let start = self.elements.at(base, 0);
+                return range(&samples[start..start + self.shape.layers]);
             }
-        }
-        (low, high, missing)
+            let values = (0..self.shape.layers).map(|layer| &samples[self.elements.at(base, layer)]);
+            values.map(|value| range_of(slice::from_ref(value), fill)).fold(nothing(), either)
+        };
+        counted.map(of_column).reduce(nothing, either)
     }
 }
 
+/// Least and greatest value, and how many are missing.
+type Extremes = (f64, f64, u64);
+
+fn nothing() -> Extremes {
+    (f64::INFINITY, f64::NEG_INFINITY, 0)
+}
+
+fn either(a: Extremes, b: Extremes) -> Extremes {
+    (a.0.min(b.0), a.1.max(b.1), a.2 + b.2)
+}
+
 /// Least and greatest of values that lie side by side, and how many are missing: in loops of fixed size, which become vectors.
-fn range_of<S: Sample>(values: &[S], fill: f64) -> (f64, f64, u64) {
-    const SIDE: usize = 16;
+#[inline(always)]
+fn range_of<S: Sample>(values: &[S], fill: Option<S>) -> Extremes {
+    const SIDE: usize = 32;
     let [least, greatest] = [f64::NEG_INFINITY, f64::INFINITY].map(S::near);
+    // Without a mark, one that is missing anyway.
+    let fill = fill.unwrap_or(greatest.next_up());
+    let (sides, rest) = values.as_chunks::<SIDE>();
+    let mut last = [fill; SIDE];
+    last[..rest.len()].copy_from_slice(rest);
     let (mut low, mut high, mut there) = ([greatest; SIDE], [least; SIDE], [0u32; SIDE]);
-    let mut take = |side: &[S]| {
-        for (i, value) in side.iter().enumerate() {
-            let is_there = (*value >= least) & (*value <= greatest) & (value.wide() != fill);
-            low[i] = if is_there & (*value < low[i]) { *value } else { low[i] };
-            high[i] = if is_there & (*value > high[i]) { *value } else { high[i] };
+    for n in 0..=sides.len() {
+        let side = sides.get(n).unwrap_or(&last);
+        for i in 0..SIDE {
+            let value = side[i];
+            let is_there = (value >= least) & (value <= greatest) & (value != fill);
+            let [lower, higher] = if is_there { [value; 2] } else { [greatest, least] };
+            low[i] = if lower < low[i] { lower } else { low[i] };
+            high[i] = if higher > high[i] { higher } else { high[i] };
             there[i] += u32::from(is_there);
         }
-    };
-    let mut sides = values.chunks_exact(SIDE);
-    sides.by_ref().for_each(&mut take);
-    take(sides.remainder());
+    }
     let there: u32 = there.iter().sum();
     let missing = (values.len() - there as usize) as u64;
     if there == 0 {

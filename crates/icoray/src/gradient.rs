@@ -7,10 +7,15 @@
 //! the two radial slopes. Frusta with a missing value are left out of the mean, and beside a hole there are fewer of them.
 
 use crate::grid::Grid;
+use crate::kernel::leap::Visible;
 use crate::kernel::sample::{Sample, Samples};
 use glam::DVec3;
 use rayon::prelude::*;
 use std::ops::Range;
+
+mod kept;
+pub(crate) use kept::Gradients;
+use kept::Kept;
 
 /// One triangle around a cell: where its two other cells stand in the ring, and the dual basis at the cell.
 struct Fan {
@@ -66,35 +71,69 @@ impl Ring {
     }
 }
 
+/// Which gradients are wanted, and how they are kept.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Wanted<'w> {
+    /// Those that rays can see; all where it is `None`.
+    pub visible: Option<&'w Visible>,
+    pub packed: bool,
+}
+
 /// Gradients of the normalised field at the vertices over `cells`, per planet radius, level-fastest; zero where nothing is
-/// known. In `memory`, whatever it holds.
+/// known. In `memory`, which keeps whatever it holds where nothing is wanted.
 pub(crate) fn gradients<S: Sample>(
     grid: &Grid,
     radius: &[f64],
     samples: &Samples<S>,
     cells: Range<usize>,
-    memory: Vec<[f32; 3]>,
-) -> Vec<[f32; 3]> {
-    let layers = radius.len();
-    let mut gradients = memory;
-    gradients.reserve_exact((cells.len() * layers).saturating_sub(gradients.len()));
-    gradients.resize(cells.len() * layers, [0.0; 3]);
-    let rows = gradients.par_chunks_exact_mut(layers).with_min_len(64).enumerate();
-    rows.for_each_init(
-        || (Ring::default(), Columns::new(radius)),
-        |(ring, columns), (cell, row)| {
-            let cell = (cells.start + cell) as u32;
-            ring.read(grid, cell);
-            columns.read(samples, cell, &ring.neighbours);
-            columns.means(ring);
-            for (layer, gradient) in row.iter_mut().enumerate() {
-                let mean =
-                    if columns.is_whole(layer) { columns.mean(layer) } else { columns.known(ring, layer) };
-                *gradient = narrowed(mean);
-            }
-        },
-    );
+    wanted: Wanted,
+    memory: Gradients,
+) -> Gradients {
+    let around = Around { grid, radius, samples, first: cells.start, visible: wanted.visible };
+    let mut gradients = memory.with_room(cells.len() * radius.len(), wanted.packed);
+    match &mut gradients {
+        Gradients::Whole(all) => around.fill(all),
+        Gradients::Packed(all) => around.fill(all),
+    }
     gradients
+}
+
+/// What gradients are made of.
+struct Around<'a, S> {
+    grid: &'a Grid<'a>,
+    radius: &'a [f64],
+    samples: &'a Samples<'a, S>,
+    first: usize,
+    visible: Option<&'a Visible>,
+}
+
+impl<S: Sample> Around<'_, S> {
+    fn fill<V: Kept>(&self, gradients: &mut [V]) {
+        let layers = self.radius.len();
+        let rows = gradients.par_chunks_exact_mut(layers).with_min_len(64).enumerate();
+        rows.for_each_init(
+            || (Ring::default(), Columns::new(self.radius)),
+            |(ring, columns), (cell, row)| {
+                let cell = (self.first + cell) as u32;
+                let wanted =
+                    self.visible.map_or(0..layers, |visible| visible.layers_over(self.grid, cell, layers));
+                if wanted.is_empty() {
+                    return;
+                }
+                ring.read(self.grid, cell);
+                columns.read(self.samples, cell, &ring.neighbours, &wanted);
+                columns.means(ring, &wanted);
+                for layer in wanted {
+                    let mean = if columns.is_whole(layer) {
+                        columns.mean(layer)
+                    } else {
+                        columns.known(ring, layer)
+                    };
+                    row[layer] = V::of(narrowed(mean));
+                }
+            },
+        );
+    }
 }
 
 /// In single precision. Light asks for directions alone, so one that is too long is shortened: with infinite ones between
@@ -137,41 +176,50 @@ impl<'r> Columns<'r> {
         }
     }
 
-    fn read<S: Sample>(&mut self, samples: &Samples<S>, cell: u32, neighbours: &[u32]) {
+    /// Reads what the gradients on layers `wanted` ask for: the layers below and above too.
+    fn read<S: Sample>(
+        &mut self,
+        samples: &Samples<S>,
+        cell: u32,
+        neighbours: &[u32],
+        wanted: &Range<usize>,
+    ) {
         let layers = self.radius.len();
+        let read = wanted.start.saturating_sub(1)..(wanted.end + 1).min(layers);
         let fill = |column: &mut [f64], cell: u32| {
             let base = samples.base(cell);
-            for (layer, value) in column.iter_mut().enumerate() {
+            for (layer, value) in read.clone().zip(&mut column[read.clone()]) {
                 *value = samples.get(base, layer);
             }
         };
         fill(&mut self.own, cell);
         self.around.resize(neighbours.len() * layers, 0.0);
+        self.total[read.clone()].copy_from_slice(&self.own[read.clone()]);
         for (column, &neighbour) in self.around.chunks_exact_mut(layers).zip(neighbours) {
             fill(column, neighbour);
+            let sums = self.total[read.clone()].iter_mut().zip(&column[read.clone()]);
+            sums.for_each(|(total, value)| *total += value);
         }
     }
 
     /// The mean over all incident frusta, as if no value were missing.
-    fn means(&mut self, ring: &Ring) {
+    fn means(&mut self, ring: &Ring, wanted: &Range<usize>) {
         let layers = self.radius.len();
-        let [x, y, z] = &mut self.mean;
-        for layer in 0..layers {
+        let [x, y, z] = self.mean.each_mut().map(|mean| &mut mean[wanted.clone()]);
+        for (i, layer) in wanted.clone().enumerate() {
             let slope = |gap: usize| (self.own[gap + 1] - self.own[gap]) * self.inverse_gap[gap];
             let slope = match layer {
                 0 => slope(0),
                 l if l + 1 == layers => slope(l - 1),
                 l => 0.5 * (slope(l - 1) + slope(l)),
             };
-            (x[layer], y[layer], z[layer]) =
-                (slope * ring.radial.x, slope * ring.radial.y, slope * ring.radial.z);
+            (x[i], y[i], z[i]) = (slope * ring.radial.x, slope * ring.radial.y, slope * ring.radial.z);
         }
-        self.total.copy_from_slice(&self.own);
+        let (own, inverse) = (&self.own[wanted.clone()], &self.inverse_radius[wanted.clone()]);
         for (column, weight) in self.around.chunks_exact(layers).zip(&ring.weight) {
-            let rows = column.iter().zip(&self.own).zip(&self.inverse_radius);
-            let sums = x.iter_mut().zip(y.iter_mut()).zip(z.iter_mut()).zip(&mut self.total);
-            for (((value, own), inverse), (((x, y), z), total)) in rows.zip(sums) {
-                *total += value;
+            let rows = column[wanted.clone()].iter().zip(own).zip(inverse);
+            let sums = x.iter_mut().zip(y.iter_mut()).zip(z.iter_mut());
+            for (((value, own), inverse), ((x, y), z)) in rows.zip(sums) {
                 let difference = (value - own) * inverse;
                 *x += weight.x * difference;
                 *y += weight.y * difference;
@@ -253,8 +301,11 @@ mod tests {
             &radii(),
             &Samples::new(values, &field, false, [0.0, 1.0]),
             0..grid.cells(),
-            Vec::new(),
+            Wanted { visible: None, packed: false },
+            Gradients::none(),
         )
+        .whole()
+        .to_vec()
     }
 
     /// A linear field is linear on every facet and along every radius: each frustum's gradient is the field's, so the
@@ -268,6 +319,47 @@ mod tests {
         for gradient in gradients_of(&grid, &values) {
             assert!(DVec3::from_array(gradient.map(f64::from)).distance(slope) < 1e-6, "{gradient:?}");
         }
+    }
+
+    /// Where nothing can be seen memory stays as it was, and where something can the bits are those of all gradients.
+    #[test]
+    fn gradients_are_those_that_can_be_seen() {
+        let mesh = IcosahedralMesh::new(3).unwrap();
+        let grid = Grid::new(mesh.tables()).unwrap();
+        let values = field_of(&grid, |p| (3.0 * p.x).sin() * (5.0 * p.y).cos() + p.z * p.z);
+        let field = Field::new(
+            values.as_slice().into(),
+            Shape::level_fastest(grid.cells(), 4),
+            Location::Center,
+            None,
+        )
+        .unwrap();
+        let samples = Samples::new(&values, &field, false, [0.0, 1.0]);
+        let all = gradients_of(&grid, &values);
+        // Blocks of one gap: each third triangle has the lowest, each seventh the uppermost.
+        let blocks =
+            (0..grid.triangles()).map(|t| u32::from(t % 3 == 0) | u32::from(t % 7 == 0) << 2).collect();
+        let visible = Visible { blocks, ..Visible::default() };
+        let unknown = Gradients::Whole(vec![[9.0; 3]; values.len()]);
+        let wanted = Wanted { visible: Some(&visible), packed: false };
+        let found = gradients(&grid, &radii(), &samples, 0..grid.cells(), wanted, unknown);
+        let mut left_out = 0;
+        for (i, gradient) in found.whole().iter().enumerate() {
+            let around =
+                grid.corners_of((i / 4) as u32).fold(0, |all, triangle| all | visible.over(triangle));
+            // Between the blocks of a cell nothing is left out.
+            let is_seen = match i % 4 {
+                0 => around & 1 != 0,
+                1 => around & 1 != 0,
+                2 => around & 4 != 0,
+                _ => around & 4 != 0,
+            };
+            let is_known = *gradient != [9.0; 3];
+            assert!(is_known || !is_seen, "{i}");
+            assert!(!is_known || *gradient == all[i], "{i}: {gradient:?} {:?}", all[i]);
+            left_out += u32::from(!is_known);
+        }
+        assert!(left_out > 100, "{left_out}");
     }
 
     #[test]

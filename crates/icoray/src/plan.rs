@@ -12,6 +12,7 @@ use std::fmt;
 
 mod blocks;
 mod savings;
+pub(crate) use blocks::{Sight, clear_values};
 pub use savings::Savings;
 
 /// What a scene needs.

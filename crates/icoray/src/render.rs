@@ -4,7 +4,7 @@ use crate::device::{Device, Devices, Job};
 use crate::error::{Error, ErrorKind, Result};
 use crate::field::{CenterField, Field};
 use crate::frame::{ErrorSummary, Frame, FrameReport};
-use crate::gradient;
+use crate::gradient::Gradients;
 use crate::grid::{Grid, Reals};
 use crate::kernel::Real;
 use crate::kernel::column::Shell;
@@ -14,7 +14,6 @@ use crate::kernel::transfer::Spans;
 use crate::layers::Layers;
 use crate::output::Stamp;
 use crate::plan::{Plan, Savings, Sharing};
-use crate::quality::{Deadline, Lights, Quality};
 use crate::ranks::{Part, Ranks, Told};
 use crate::raster::{Raster, Tile};
 use crate::scene::{Backend, Precision, Scene, Scheme};
@@ -24,19 +23,23 @@ use std::sync::Arc;
 use std::time::Instant;
 
 mod columns;
+mod derived;
 mod device;
 mod devices;
-mod gradients;
 mod parts;
+mod prepare;
 mod spare;
+mod unchanged;
 mod work;
 
+pub(crate) use derived::Derived;
 use device::OnDevice;
 use devices::{Found, One, Opened};
-pub(crate) use gradients::Gradients;
-use spare::Spare;
+use prepare::Known;
+use spare::{Source, Spare};
+use unchanged::Last;
 pub(crate) use work::brightest;
-use work::{Work, asked, certainty, notes};
+use work::{Work, certainty, notes};
 
 /// A renderer with threads of its own, which have ended when it is dropped, and a device beside them if it is given one.
 #[derive(Debug)]
@@ -46,6 +49,7 @@ pub struct Renderer {
     savings: Savings,
     integrates: bool,
     spare: Spare,
+    last: Last,
 }
 
 impl Renderer {
@@ -54,14 +58,15 @@ impl Renderer {
     /// # Errors
     /// [`ErrorKind::Io`](crate::ErrorKind::Io) when the threads cannot be made.
     pub fn new(threads: usize) -> Result<Self> {
-        let (devices, savings, spare) = (None, Savings::ALL, Spare::default());
-        Ok(Renderer { threads: Threads::new(threads)?, devices, savings, integrates: true, spare })
+        let (devices, savings) = (None, Savings::ALL);
+        let (threads, spare, last) = (Threads::new(threads)?, Spare::default(), Last::default());
+        Ok(Renderer { threads, devices, savings, integrates: true, spare, last })
     }
 
     /// The same, but leaving out what `savings` say: for measurements.
     #[must_use]
     pub fn with_savings(self, savings: Savings) -> Self {
-        Renderer { savings, ..self }
+        Renderer { savings, spare: self.spare.with_reuse(savings.reuse), ..self }
     }
 
     /// The same, but rays only walk and interpolate: frusta of unlit `exact` scenes are laid aside to be integrated together,
@@ -72,7 +77,7 @@ impl Renderer {
         Renderer { integrates: false, ..self }
     }
 
-    /// The machine's vectors, where they are used.
+    /// The machine's vectors, where frusta are integrated in them.
     fn vectors(&self) -> Option<Level> {
         self.savings.lanes.then(Level::new)
     }
@@ -104,6 +109,14 @@ impl Renderer {
     /// # Errors
     /// As [`Plan::new`].
     pub fn render(&self, scene: &Scene, grid: &Grid, layers: &Layers, field: &Field) -> Result<Frame> {
+        // Within a time budget frames are as good as there is time for.
+        if self.savings.unchanged && scene.time_budget_ms.is_none() {
+            return self.render_if_changed(scene, grid, layers, field);
+        }
+        self.render_anew(scene, grid, layers, field)
+    }
+
+    fn render_anew(&self, scene: &Scene, grid: &Grid, layers: &Layers, field: &Field) -> Result<Frame> {
         match self.render_over(&mut Ranks::alone(), scene, grid, None, layers, field)? {
             Rendered::Here(frame) => Ok(frame),
             Rendered::AtRoot(_) => unreachable!("who draws alone is rank 0"),
@@ -174,7 +187,8 @@ impl Renderer {
             _ => None,
         };
         let part = part.or(share_of_whole.as_ref());
-        let average = || plan.from_corners.then(|| self.spare.average(grid, field)).transpose();
+        let source = Source::new(grid, field);
+        let average = || plan.from_corners.then(|| self.spare.average(&source, grid, field)).transpose();
         let center = ranks.attempt(|| self.run(average));
         let mut center = ranks.together(center)?;
         if let (Some(part), Some(center)) = (part, &mut center) {
@@ -184,7 +198,7 @@ impl Renderer {
         let field = center.as_ref().map_or(*field, CenterField::field);
         let device = self.find_device(ranks, scene)?;
         let setting =
-            Setting { renderer: self, device, scene, plan: &plan, grid, part, field: &field, start };
+            Setting { renderer: self, device, scene, plan: &plan, grid, part, field: &field, source, start };
         let mut rendered = match (field.samples(), scene.precision) {
             (Reals::F32(data), Precision::F32) => draw::<f32, f32>(&setting, ranks, data),
             (Reals::F32(data), Precision::F64) => draw::<f64, f32>(&setting, ranks, data),
@@ -196,7 +210,10 @@ impl Renderer {
         report.threads = self.threads();
         report.ranks = ranks.size();
         report.sharing = (!ranks.is_alone()).then_some(sharing);
-        self.spare.keep_average(center);
+        let source = setting.source;
+        if let Some(center) = center {
+            self.spare.keep_average(source, center);
+        }
         Ok(rendered)
     }
 }
@@ -237,69 +254,16 @@ struct Setting<'f> {
     grid: &'f Grid<'f>,
     part: Option<&'f Part>,
     field: &'f Field<'f>,
+    /// The field as it was given, before it was averaged.
+    source: Source,
     start: Instant,
 }
 
-/// What is known of a field before the first ray.
-struct Prepared<'f> {
-    value_range: Option<[f64; 2]>,
-    missing_values: u64,
-    /// The scene's, or without light where there is no time for gradients.
-    quality: Quality,
-    deadline: Option<Deadline>,
-    gradients: Gradients<'f>,
-}
-
-fn prepare<'f, S: Sample>(
-    setting: &Setting<'f>,
-    ranks: &mut Ranks,
-    samples: Samples<'f, S>,
-) -> Result<Prepared<'f>> {
-    let Setting { renderer, scene, plan, grid, part, field, start, .. } = *setting;
-    let counts = |cell: usize| part.is_none_or(|part| part.owns(cell));
-    let range = ranks.attempt(|| renderer.run(|| Ok(field.range_over(counts))));
-    let mut range = ranks.together(range)?;
-    if part.is_some() {
-        range = Part::whole_range(ranks, range)?;
+impl Setting<'_> {
+    /// Whether the CPU computes gradients in any case: a device has its own, but for those of a part.
+    fn needs_gradients(&self) -> bool {
+        self.device.is_err() || self.part.is_some()
     }
-    let (value_range, missing_values) = range;
-    // Rays through parts are not shared out: each rank traces all of them.
-    let deadline = Deadline::of(scene, start, if part.is_some() { 1 } else { ranks.size() });
-    let mut quality = asked(scene);
-    let sample = move |part: usize, memory: Vec<_>| {
-        gradient::gradients(grid, &plan.radius, &samples, 0..grid.cells().div_ceil(part), memory)
-    };
-    // A device computes its own, but for those of a part.
-    let is_asked_for = setting.device.is_err() || part.is_some();
-    if let (Some(deadline), true) = (deadline, plan.shading.is_some()) {
-        let has_time =
-            || !is_asked_for || deadline.has_time_for_gradients(1.0 / 64.0, || drop(sample(64, Vec::new())));
-        let is_root = ranks.is_root();
-        let has_time = ranks.attempt(|| renderer.run(|| Ok(!is_root || has_time())));
-        let mine = has_time.map(|has_time| match has_time {
-            true => quality,
-            false => Quality { lights: Lights::Off, ..quality },
-        });
-        quality = ranks.agree_on_quality(mine)?;
-    }
-    let is_lit = quality.lights != Lights::Off;
-    let all = move || if is_lit { sample(1, renderer.spare.gradients()) } else { Vec::new() };
-    let mut gradients = Gradients::of(all);
-    let computed = ranks.attempt(|| {
-        renderer.run(|| {
-            if is_asked_for {
-                gradients.get();
-            }
-            Ok(())
-        })
-    });
-    ranks.together(computed)?;
-    if let (Some(part), true) = (part, is_lit) {
-        let layers = plan.radius.len();
-        let all = gradients.get_mut();
-        part.fill_halo(ranks, all, |all, cell| &mut all[cell as usize * layers..][..layers])?;
-    }
-    Ok(Prepared { value_range, missing_values, quality, deadline, gradients })
 }
 
 fn draw<T: Real, S: Sample>(setting: &Setting, ranks: &mut Ranks, data: &[S]) -> Result<Rendered> {
@@ -307,20 +271,26 @@ fn draw<T: Real, S: Sample>(setting: &Setting, ranks: &mut Ranks, data: &[S]) ->
     let spans = Spans::<T>::new(&plan.knots);
     let shell = Shell::<T>::new(&plan.radius);
     let samples = Samples::new(data, field, plan.falling, spans.range());
-    let prepared = prepare(setting, ranks, samples)?;
-    let Prepared { value_range, missing_values, quality, deadline, gradients } = &prepared;
-    let is_lit = quality.lights != Lights::Off;
-    let visible = || match renderer.savings.leaps {
-        true => Visible::new(grid, &samples, &spans, plan.radius.len(), *value_range),
-        false => Visible::all(plan.radius.len()),
-    };
-    let visible = ranks.attempt(|| renderer.run(|| Ok(visible())));
-    let visible = &ranks.together(visible)?;
+    let known = Known::of(setting, ranks, &samples)?;
+    let (Known { value_range, missing_values, quality, deadline }, is_lit) = (&known, known.is_lit());
+    let (sight_key, visible) = prepare::sight(setting, &known, &spans, samples);
+    let (light_key, mut gradients) =
+        prepare::gradients(setting, &known, samples, spans.range(), (&sight_key, &visible));
+    prepare::complete(setting, ranks, &visible, &mut gradients, is_lit)?;
     let prepare_s = start.elapsed().as_secs_f64();
     let start = Instant::now();
-    let work =
-        Work { renderer, scene, plan, grid, shell: &shell, spans: &spans, samples, visible, gradients };
-    let job = Job::new(scene, plan, grid, field, gradients, *quality, part.is_some());
+    let work = Work {
+        renderer,
+        scene,
+        plan,
+        grid,
+        shell: &shell,
+        spans: &spans,
+        samples,
+        visible: &visible,
+        gradients: &gradients,
+    };
+    let job = Job::new(scene, plan, grid, field, &gradients, *quality, part.is_some());
     let mut on_device = OnDevice::new(&setting.device, job);
     // What others would measure of the same data is not asked for.
     let deadline = deadline.filter(|_| part.is_some() || ranks.is_root());
@@ -386,7 +356,8 @@ fn draw<T: Real, S: Sample>(setting: &Setting, ranks: &mut Ranks, data: &[S]) ->
         value_range: *value_range,
         missing_values: *missing_values,
         quality,
-        derived_bytes: gradients.bytes() + visible.bytes(),
+        derived_bytes: gradients.known().map_or(0, Gradients::bytes)
+            + visible.known().map_or(0, Visible::bytes),
         left_out: plan.left_out().to_vec(),
         tiles: mine.len(),
         compose_s: if part.is_some() { drawn_s - traced_s } else { 0.0 },
@@ -396,7 +367,12 @@ fn draw<T: Real, S: Sample>(setting: &Setting, ranks: &mut Ranks, data: &[S]) ->
         ..FrameReport::default()
     };
     on_device.tell(&mut report);
-    renderer.spare.keep_gradients(prepared.gradients.into_memory());
+    if let (Some(key), Some(gradients)) = (light_key, gradients.into_known()) {
+        renderer.spare.keep_gradients(key, gradients);
+    }
+    if let Some(visible) = visible.into_known() {
+        renderer.spare.keep_visible(sight_key, visible);
+    }
     let Some((drawn, error)) = picture else {
         return Ok(Rendered::AtRoot(report));
     };

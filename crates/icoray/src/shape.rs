@@ -86,6 +86,16 @@ impl Shape {
     }
 }
 
+impl Shape {
+    /// The first and the last element, where those between are all values too, each once.
+    pub(crate) fn packed(&self) -> Option<(usize, usize)> {
+        let [column, layer] = [self.column_stride, self.layer_stride].map(isize::unsigned_abs);
+        let is_packed = (layer == 1 && column == self.layers) || (column == 1 && layer == self.columns);
+        let (low, high) = self.extent().filter(|_| is_packed && self.block == 0)?;
+        Some((usize::try_from(low).ok()?, usize::try_from(high).ok()?))
+    }
+}
+
 /// A checked shape, ready for reading: finds elements without a division.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Elements {

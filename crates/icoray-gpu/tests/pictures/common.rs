@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 use icoray::{
-    Counts, Field, Frame, Grid, IcosahedralMesh, Layers, Location, Precision, Renderer, Scene, Shape,
+    Counts, Field, Frame, Grid, IcosahedralMesh, Layers, Location, Precision, Renderer, Savings, Scene, Shape,
 };
 use icoray_gpu::Gpu;
 use std::sync::{Arc, OnceLock};
@@ -45,6 +45,11 @@ pub fn gpu() -> Option<Arc<Gpu>> {
 /// A renderer that draws on it.
 pub fn renderer(gpu: &Arc<Gpu>) -> Renderer {
     Renderer::new(1).unwrap().with_device(Arc::clone(gpu) as _)
+}
+
+/// A renderer that looks at all that a device looks at, one frustum after the other, so that it counts the same.
+pub fn cpu(threads: usize) -> Renderer {
+    Renderer::new(threads).unwrap().with_savings(Savings { ends: true, ..Savings::NONE })
 }
 
 pub fn wave(p: DVec3, layer: usize, layers: usize) -> f64 {
@@ -104,7 +109,7 @@ pub fn compare(name: &str, scene: &Scene, grid: &Grid, layers: &Layers, field: &
     let drawn = renderer(&gpu).render(scene, grid, layers, field).unwrap();
     assert_eq!(drawn.report.left_to_cpu, None, "{name}");
     assert!(drawn.report.device.is_some(), "{name}");
-    let renderer = Renderer::new(1).unwrap();
+    let renderer = cpu(1);
     let cpu = |precision| {
         let scene = Scene { precision, ..scene.clone() };
         renderer.render(&scene, grid, layers, field).unwrap()

@@ -3,9 +3,7 @@
 use super::common::*;
 use super::culled::{Culled, Mark, Style, holes};
 use super::spread::{NOBODY, Spread, partitions};
-use icoray::{
-    Counts, Field, Frame, FrameReport, IcosahedralMesh, Layers, Location, Rendered, Renderer, Scene, Shape,
-};
+use icoray::{Counts, Field, Frame, FrameReport, IcosahedralMesh, Layers, Location, Rendered, Scene, Shape};
 use icoray_gpu::{Gpu, Most};
 use std::sync::Arc;
 
@@ -44,7 +42,7 @@ fn draw(
             (Shape::cell_fastest(cells, count), (0..count).flat_map(layer).collect())
         };
         let field = Field::new(here.as_slice().into(), shape, Location::Center, None).unwrap();
-        let renderer = if has_gpu(ranks.rank()) { renderer(gpu) } else { Renderer::new(1).unwrap() };
+        let renderer = if has_gpu(ranks.rank()) { renderer(gpu) } else { cpu(1) };
         renderer.render_over(ranks, scene, &grid, Some(&part), &layers, &field).unwrap()
     });
     let (mut frame, mut reports) = (None, Vec::new());
@@ -68,7 +66,7 @@ fn whole(mesh: &IcosahedralMesh, stays: &[bool], scene: &Scene, (values, count):
         culled.cells.iter().flat_map(|cell| &values[cell * count..][..count]).copied().collect();
     let shape = Shape::level_fastest(culled.cells.len(), count);
     let field = Field::new(here.as_slice().into(), shape, Location::Center, None).unwrap();
-    Renderer::new(1).unwrap().render(scene, &culled.grid(), &layers, &field).unwrap()
+    cpu(1).render(scene, &culled.grid(), &layers, &field).unwrap()
 }
 
 /// Compares the picture of ranks with that of the whole, and what ranks say of who drew.

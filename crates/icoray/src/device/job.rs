@@ -2,6 +2,7 @@
 
 use super::{Allowed, ENDLESS, Span};
 use crate::field::Field;
+use crate::gradient::Gradients;
 use crate::grid::{Grid, Reals};
 use crate::kernel::Real;
 use crate::kernel::ray::Budget;
@@ -10,7 +11,7 @@ use crate::kernel::transfer;
 use crate::plan::Plan;
 use crate::quality::Quality;
 use crate::raster::Raster;
-use crate::render::{Gradients, brightest};
+use crate::render::{Derived, brightest};
 use crate::scene::Scene;
 use std::ops::Range;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -23,7 +24,7 @@ pub struct Job<'f> {
     pub(super) plan: &'f Plan,
     grid: &'f Grid<'f>,
     field: &'f Field<'f>,
-    gradients: &'f Gradients<'f>,
+    gradients: &'f Derived<'f, Gradients>,
     is_part: bool,
     spans: transfer::Spans<f32>,
     quality: Quality,
@@ -68,7 +69,7 @@ impl<'f> Job<'f> {
         plan: &'f Plan,
         grid: &'f Grid<'f>,
         field: &'f Field<'f>,
-        gradients: &'f Gradients<'f>,
+        gradients: &'f Derived<'f, Gradients>,
         quality: Quality,
         is_part: bool,
     ) -> Self {
@@ -118,7 +119,7 @@ impl<'f> Job<'f> {
     /// Gradients at the vertices, level-fastest, from the innermost layer outwards; empty where the picture is drawn without
     /// light. Computed when they are first asked for.
     pub fn gradients(&self) -> &'f [[f32; 3]] {
-        self.gradients.get()
+        self.gradients.get().whole()
     }
 
     /// Whether the grid is a rank's part of a larger one. Gradients at the cells of its halo are then those of other ranks: a

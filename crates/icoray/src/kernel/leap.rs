@@ -2,23 +2,28 @@
 //!
 //! What a ray passes over is a convex mean of values at vertices. Where these all lie in one clear part of the transfer
 //! function, by more than rounding reaches, a frustum adds nothing, nor does it shift a cut or come near a step: rays pass it without
-//! reading, and see the same bits as without leaping.
+//! reading, and see the same bits as without leaping. Nor does one add anything that has one value all over which is clear,
+//! though it lie on a knot, such as the zeros of a cloud's water.
 
 use super::real::Real;
 use super::transfer::Spans;
+use crate::grid::Grid;
+use std::ops::Range;
 
 /// Gaps are joined into no more blocks than that.
 pub(crate) const MOST_BLOCKS: usize = 32;
 
 /// The blocks of gaps over each triangle in which something can be seen. Without any triangle: all that there are.
-#[derive(Debug, Clone)]
+#[derive(Debug, Default)]
 pub(crate) struct Visible {
     /// A bit per block for each triangle of the table.
     pub blocks: Vec<u32>,
     /// A block has `1 << shift` gaps.
     pub shift: u32,
-    /// How many times as high as a point is, at most, the facet that it lies on.
-    pub stretch: f64,
+    /// The layer above which nothing can be seen over any triangle.
+    pub top: usize,
+    /// What of each cell's column is not clear, while triangles are found by it.
+    pub columns: Vec<u32>,
 }
 
 impl Visible {
@@ -27,9 +32,15 @@ impl Visible {
         (0..).find(|shift| layers.saturating_sub(2) >> shift < MOST_BLOCKS).unwrap_or(0)
     }
 
-    /// All that there is between so many layers.
-    pub fn all(layers: usize) -> Self {
-        Visible { blocks: Vec::new(), shift: Self::shift(layers), stretch: 1.0 }
+    /// All that there is between so many layers, in this memory.
+    pub fn all_in(mut self, layers: usize) -> Self {
+        self.blocks.clear();
+        Visible { shift: Self::shift(layers), top: layers - 1, ..self }
+    }
+
+    /// Whether that is all there is.
+    pub fn is_all(&self) -> bool {
+        self.blocks.is_empty()
     }
 
     /// The blocks over a triangle.
@@ -44,22 +55,23 @@ impl Visible {
         blocks >> ((gap - 1) >> self.shift) & 1 != 0
     }
 
-    /// Whether one of the gaps from `low` on to `high` can be seen by these blocks; both are at least 1.
-    #[inline(always)]
-    pub fn shows_any(&self, blocks: u32, low: usize, high: usize) -> bool {
-        blocks & self.between(low, high) != 0
-    }
-
-    /// The blocks that hold the gaps from `low` on to `high`; both are at least 1.
-    #[inline(always)]
-    pub fn between(&self, low: usize, high: usize) -> u32 {
-        let [low, high] = [low, high].map(|gap| ((gap - 1) >> self.shift).min(MOST_BLOCKS - 1));
-        (u32::MAX << low) & (u32::MAX >> (MOST_BLOCKS - 1 - high))
+    /// The layers over a cell that bound what can be seen, out of so many.
+    pub fn layers_over(&self, grid: &Grid, cell: u32, layers: usize) -> Range<usize> {
+        if self.is_all() {
+            return 0..layers;
+        }
+        let triangles = grid.corners_of(cell).filter(|corner| grid.is_triangle(*corner));
+        let blocks = triangles.fold(0, |all, triangle| all | self.over(triangle));
+        if blocks == 0 {
+            return 0..0;
+        }
+        let [first, behind] = [blocks.trailing_zeros(), u32::BITS - blocks.leading_zeros()];
+        (first as usize) << self.shift..(((behind as usize) << self.shift) + 1).min(layers)
     }
 
     /// Bytes that it takes.
     pub fn bytes(&self) -> usize {
-        size_of_val(self.blocks.as_slice())
+        4 * (self.blocks.capacity() + self.columns.capacity())
     }
 }
 
@@ -83,4 +95,22 @@ pub(crate) fn clear_ranges<T: Real>(spans: &Spans<T>, within: [f64; 2], most: us
     ranges.sort_by(|a, b| width(b).total_cmp(&width(a)));
     ranges.truncate(most);
     ranges
+}
+
+/// Values that are clear although values beside them are not: knots without extinction, among those `within` the field's range.
+/// Two of one value make a step, on which a constant counts as above.
+pub(crate) fn clear_knots<T: Real>(spans: &Spans<T>, within: [f64; 2], most: usize) -> Vec<T> {
+    let (all, [low, high]) = (spans.all(), within.map(T::of));
+    let mut knots: Vec<T> = Vec::new();
+    for pair in all.windows(2) {
+        let value = pair[1].low;
+        let is_inside = value >= low && value <= high;
+        let is_amid = pair[0].is_clear && pair[1].is_clear;
+        let is_clear = spans.span(spans.find(value)).extinction(value) == T::zero();
+        if is_inside && !is_amid && is_clear && knots.last() != Some(&value) {
+            knots.push(value);
+        }
+    }
+    knots.truncate(most);
+    knots
 }

@@ -12,6 +12,7 @@ use super::segment::Segment;
 use super::shade::{RayShading, Shading};
 use super::transfer::Spans;
 use super::walk::{Column, Walk};
+use crate::gradient::Gradients;
 use crate::grid::Grid;
 use batch::{Batch, Known};
 use fearless_simd::Level;
@@ -100,8 +101,10 @@ pub(crate) struct Caster<'f, T, S, const N: usize> {
     pub samples: Samples<'f, S>,
     /// Where something can be seen.
     pub visible: &'f Visible,
-    /// Gradients at the vertices, level-fastest; empty when N = 1.
-    pub gradients: &'f [[f32; 3]],
+    /// From where inwards something can be seen.
+    pub outer: f64,
+    /// Gradients at the vertices, level-fastest; none when N = 1.
+    pub gradients: &'f Gradients,
     pub method: Method,
     pub budget: Budget,
     pub shading: Option<Shading>,
@@ -159,7 +162,7 @@ impl<'f, T: Real, S: Sample, const N: usize> Caster<'f, T, S, N> {
         let mut values = [T::zero(); N];
         values[0] = value;
         if N == 4 {
-            let gradient = self.gradients[cell as usize * self.shell.layers() + layer];
+            let gradient = self.gradients.at(cell as usize * self.shell.layers() + layer);
             for k in 0..3 {
                 values[1 + k] = T::of(f64::from(gradient[k]));
             }
@@ -439,7 +442,7 @@ impl<T: Real, S: Sample, const N: usize> Ray<'_, '_, T, S, N> {
     #[inline]
     fn piece(&mut self, piece: &Segment<T>, k: usize, course: &Course<T, N>, range: [T; 2], reach: T) {
         let span = self.caster.spans.span(k);
-        if span.is_clear {
+        if span.is_clear_in(piece) {
             return;
         }
         let through = T::one() - self.light.absorbed;

@@ -5,12 +5,17 @@ use crate::field::Field;
 use crate::shape::Elements;
 
 mod clear;
+pub(crate) use clear::Stored;
 
 /// A sample type that a model stores.
 pub(crate) trait Sample: Copy + PartialOrd + Send + Sync + 'static {
     fn wide(self) -> f64;
     /// The finite number nearest to `value`.
     fn near(value: f64) -> Self;
+    /// The number that is `value`, if there is one.
+    fn exact(value: f64) -> Option<Self> {
+        Some(Self::near(value)).filter(|near| near.wide() == value)
+    }
     /// The next larger number.
     fn next_up(self) -> Self;
     /// The next smaller number.

@@ -69,6 +69,13 @@ impl<T: Real> Span<T> {
         (low >= self.low) & (high <= self.high) & (segment.eps > T::of(-0.75))
     }
 
+    /// Whether nothing of `segment` is seen, which stays in the span: a constant on a knot has no extinction there, however near
+    /// the next value that has.
+    #[inline(always)]
+    pub fn is_clear_in(&self, segment: &Segment<T>) -> bool {
+        self.is_clear || (segment.is_constant() && self.extinction(segment.f0) == T::zero())
+    }
+
     /// Extinction per planet radius at value `f`.
     #[inline(always)]
     pub fn extinction(&self, f: T) -> T {

@@ -2,77 +2,135 @@
 
 use crate::grid::Grid;
 use crate::kernel::Real;
-use crate::kernel::leap::{Visible, clear_ranges};
-use crate::kernel::sample::{Sample, Samples};
+use crate::kernel::leap::{Visible, clear_knots, clear_ranges};
+use crate::kernel::sample::{Sample, Samples, Stored};
 use crate::kernel::transfer::Spans;
+use fearless_simd::Level;
 use rayon::prelude::*;
 
-/// Each clear part of the transfer function costs a pass over the field.
-const MOST_RANGES: usize = 3;
+/// Parts of the transfer function that are looked for, and single values.
+const MOST_RANGES: usize = 2;
+const MOST_KNOTS: usize = 2;
 /// Where less than this part of all blocks is clear, rays would ask more than they leap.
 const LEAST: f64 = 0.02;
 /// Columns or triangles that a thread takes at a time.
 const CHUNK: usize = 4096;
+/// Of so many columns this many are read first, side by side: if next to nothing is clear there, the others are not read.
+const PROBE: [usize; 2] = [2048, 64];
 
-impl Visible {
-    /// For a field of values in `range`; all of them, where nothing that it has is clear.
-    pub fn new<T: Real, S: Sample>(
-        grid: &Grid,
-        samples: &Samples<S>,
-        spans: &Spans<T>,
-        layers: usize,
-        range: Option<[f64; 2]>,
-    ) -> Self {
-        let all = Self::all(layers);
-        let shift = all.shift;
-        let [low, high] = spans.range();
-        let normal = |value: f64| (value - low) / (high - low);
-        let Some(within) = range.map(|range| range.map(normal)) else { return all };
-        let ranges = clear_ranges(spans, within, MOST_RANGES);
-        if ranges.is_empty() {
-            return all;
+/// What is looked for in which field.
+pub(crate) struct Sight<'a, S> {
+    pub grid: &'a Grid<'a>,
+    pub samples: Samples<'a, S>,
+    pub layers: usize,
+    /// Values that are clear: where a frustum's vertices all have such ones of one range, nothing is seen in it.
+    pub clear: Vec<Stored<S>>,
+}
+
+/// The values of a field in `range` that are clear.
+pub(crate) fn clear_values<T: Real, S: Sample>(
+    spans: &Spans<T>,
+    samples: &Samples<S>,
+    range: Option<[f64; 2]>,
+) -> Vec<Stored<S>> {
+    let [low, high] = spans.range();
+    let Some(within) = range.map(|range| range.map(|value| (value - low) / (high - low))) else {
+        return Vec::new();
+    };
+    let ranges =
+        clear_ranges(spans, within, MOST_RANGES).into_iter().filter_map(|range| samples.stored(range));
+    let knots = clear_knots(spans, within, MOST_KNOTS).into_iter().filter_map(|knot| samples.stored_at(knot));
+    ranges.chain(knots).collect()
+}
+
+impl<S: Sample> Sight<'_, S> {
+    /// What can be seen, in the memory of what could be seen before.
+    pub fn visible(&self, memory: Visible) -> Visible {
+        let clear = self.frequent();
+        match clear.len() {
+            0 => memory.all_in(self.layers),
+            1 => self.beside(&[clear[0]], memory),
+            2 => self.beside(&[clear[0], clear[1]], memory),
+            _ => self.beside(&[clear[0], clear[1], clear[2]], memory),
         }
+    }
+
+    /// The bits of the blocks that each layer bounds.
+    fn bits(&self) -> Vec<u32> {
+        let shift = Visible::shift(self.layers);
+        let block = |gap: usize| 1u32 << ((gap.clamp(1, (self.layers - 1).max(1)) - 1) >> shift);
         // Layer l bounds the gaps l and l + 1.
-        let block = |gap: usize| 1u32 << ((gap - 1) >> shift);
-        let bits: Vec<u32> = (0..layers)
-            .map(|l| {
-                [l, l + 1].into_iter().fold(0, |all, gap| all | block(gap.clamp(1, (layers - 1).max(1))))
-            })
-            .collect();
-        let mut columns = vec![0u32; grid.cells()];
-        let mut blocks = vec![u32::MAX; grid.triangles()];
-        for range in ranges {
-            let chunks = columns.par_chunks_mut(CHUNK).enumerate();
-            chunks.for_each(|(i, cells)| samples.outside(range, &bits, i * CHUNK, cells));
-            blocks.par_chunks_mut(CHUNK).enumerate().for_each(|(i, chunk)| {
-                for (triangle, blocks) in (i * CHUNK..).zip(chunk) {
-                    let triangle = triangle as u32;
-                    *blocks &= if grid.is_triangle(triangle) {
-                        grid.triangle(triangle).iter().fold(0, |all, cell| all | columns[*cell as usize])
-                    } else {
-                        0
-                    };
-                }
+        (0..self.layers).map(|l| block(l) | block(l + 1)).collect()
+    }
+
+    /// Those of the clear values that are met often, by some columns, the most frequent first.
+    fn frequent(&self) -> Vec<Stored<S>> {
+        let (bits, cells) = (self.bits(), self.grid.cells());
+        let (stride, count) = if cells > 8 * PROBE[0] { (PROBE[0], PROBE[1]) } else { (CHUNK, CHUNK) };
+        let blocks = joined(&bits).count_ones() as usize;
+        let part = |clear: &Stored<S>| {
+            let probes = (0..cells).into_par_iter().step_by(stride).map(|first| {
+                let mut found = vec![[0]; count.min(cells - first)];
+                self.samples.outside(Level::new(), &[*clear], &bits, first, &mut found);
+                let seen: u32 = found.iter().map(|[blocks]| blocks.count_ones()).sum();
+                [blocks * found.len() - seen as usize, blocks * found.len()]
             });
-        }
-        let seen: u64 = blocks.par_iter().map(|blocks| u64::from(blocks.count_ones())).sum();
-        let most = bits.iter().fold(0, |all, bit| all | bit).count_ones() as usize * blocks.len();
+            let [clear, all] = probes.reduce(|| [0; 2], |a, b| [a[0] + b[0], a[1] + b[1]]);
+            clear as f64 / all.max(1) as f64
+        };
+        let mut found: Vec<_> = self.clear.iter().map(|clear| (part(clear), *clear)).collect();
+        found.retain(|(part, _)| *part > 0.5 * LEAST);
+        found.sort_by(|a, b| b.0.total_cmp(&a.0));
+        found.into_iter().map(|(_, clear)| clear).collect()
+    }
+
+    /// What can be seen beside `clear` values.
+    fn beside<const R: usize>(&self, clear: &[Stored<S>; R], memory: Visible) -> Visible {
+        let (grid, bits) = (self.grid, self.bits());
+        let mut visible = memory.all_in(self.layers);
+        resize(&mut visible.columns, R * grid.cells());
+        resize(&mut visible.blocks, grid.triangles());
+        let (columns, _) = visible.columns.as_chunks_mut::<R>();
+        let chunks = columns.par_chunks_mut(CHUNK).enumerate();
+        let level = Level::new();
+        chunks.for_each(|(i, cells)| self.samples.outside(level, clear, &bits, i * CHUNK, cells));
+        let columns = &*columns;
+        let seen = visible.blocks.par_chunks_mut(CHUNK).enumerate().map(|(i, chunk)| {
+            let (mut count, mut all) = (0, 0);
+            for (triangle, blocks) in (i * CHUNK..).zip(chunk) {
+                *blocks = blocks_over(grid, triangle as u32, columns);
+                count += u64::from(blocks.count_ones());
+                all |= *blocks;
+            }
+            (count, all)
+        });
+        let (seen, all) = seen.reduce(|| (0, 0), |a, b| (a.0 + b.0, a.1 | b.1));
+        let most = u64::from(joined(&bits).count_ones()) * grid.triangles() as u64;
         if seen as f64 > (1.0 - LEAST) * most as f64 {
-            return all;
+            return visible.all_in(self.layers);
         }
-        Visible { blocks, shift, stretch: stretch(grid) }
+        let behind = (u32::BITS - all.leading_zeros()).max(1) as usize;
+        let top = (behind << visible.shift).min(self.layers - 1);
+        Visible { top, ..visible }
     }
 }
 
-/// How many times as high as a point the facet that it lies on is at most: with sides of no more than L the square of a unit
-/// facet's height is at least 1 - L²/3 everywhere.
-fn stretch(grid: &Grid) -> f64 {
-    let longest = |triangle: usize| {
-        let [a, b, c] = grid.triangle(triangle as u32).map(|cell| grid.direction(cell));
-        a.distance_squared(b).max(b.distance_squared(c)).max(c.distance_squared(a))
-    };
-    let triangles = (0..grid.triangles()).into_par_iter().with_min_len(CHUNK);
-    let there = triangles.filter(|triangle| grid.is_triangle(*triangle as u32));
-    let square = there.map(longest).reduce(|| 0.0, f64::max);
-    if square < 3.0 { 1.0 / (1.0 - square / 3.0).sqrt() } else { f64::INFINITY }
+/// What can be seen over a triangle: what is outside each of the clear ranges over some of its cells.
+#[inline]
+fn blocks_over<const R: usize>(grid: &Grid, triangle: u32, columns: &[[u32; R]]) -> u32 {
+    if !grid.is_triangle(triangle) {
+        return 0;
+    }
+    let [a, b, c] = grid.triangle(triangle).map(|cell| columns[cell as usize]);
+    (0..R).fold(u32::MAX, |all, r| all & (a[r] | b[r] | c[r]))
+}
+
+fn joined(bits: &[u32]) -> u32 {
+    bits.iter().fold(0, |all, bit| all | bit)
+}
+
+/// Makes room, with whatever stood there.
+fn resize(memory: &mut Vec<u32>, count: usize) {
+    memory.reserve_exact(count.saturating_sub(memory.len()));
+    memory.resize(count, 0);
 }

@@ -1,7 +1,8 @@
 //! What rays of a frame have in common, and what a pixel shows.
 
-use super::{Gradients, OnDevice, Renderer};
+use super::{Derived, OnDevice, Renderer};
 use crate::frame::{Certainty, Counts};
+use crate::gradient::Gradients;
 use crate::grid::Grid;
 use crate::kernel::Real;
 use crate::kernel::column::Shell;
@@ -32,8 +33,8 @@ pub(super) struct Work<'f, T, S> {
     pub shell: &'f Shell<T>,
     pub spans: &'f Spans<T>,
     pub samples: Samples<'f, S>,
-    pub visible: &'f Visible,
-    pub gradients: &'f Gradients<'f>,
+    pub visible: &'f Derived<'f, Visible>,
+    pub gradients: &'f Derived<'f, Gradients>,
 }
 
 impl<T: Real, S: Sample> Work<'_, T, S> {
@@ -53,6 +54,7 @@ impl<T: Real, S: Sample> Work<'_, T, S> {
         on_device.get_ready(&asked, self.raster());
         if !on_device.is_there() {
             // No probe's time.
+            self.visible.get();
             self.gradients.get();
         }
         deadline.pick(asked, self.raster(), on_device.is_there(), |quality, raster| {
@@ -75,26 +77,42 @@ impl<T: Real, S: Sample> Work<'_, T, S> {
             return;
         }
         let caster = self.caster::<N>(quality);
-        raster.trace(&left, |places, counts| pixels(self.scene, &caster, places, counts)).for_each(give);
+        let draw = |places: &[Place], counts: &mut Counts| {
+            if self.renderer.savings.tiles && passes_by(self.scene, places, caster.outer) {
+                vec![shown::<T>(self.scene, caster.budget.brightest, None); places.len()]
+            } else {
+                pixels(self.scene, &caster, places, counts)
+            }
+        };
+        raster.trace(&left, draw).for_each(give);
     }
 
     pub(super) fn caster<const N: usize>(&self, quality: &Quality) -> Caster<'_, T, S, N> {
         let is_lit = quality.lights != Lights::Off;
+        let (savings, visible) = (self.renderer.savings, self.visible.get());
+        let top = if savings.layers { visible.top.max(1) } else { self.shell.layers() - 1 };
+        let mut budget = Budget::new(quality.tolerance, brightest(self.scene));
+        if !savings.ends {
+            // Less than any transmittance.
+            budget.rest = -1.0;
+        }
         Caster {
             grid: self.grid,
             shell: self.shell,
             spans: self.spans,
             samples: self.samples,
-            visible: self.visible,
+            visible,
+            outer: self.plan.radius[top],
             gradients: self.gradients.get(),
             method: self.scene.method,
-            budget: Budget::new(quality.tolerance, brightest(self.scene)),
+            budget,
             shading: self.plan.shading.filter(|_| is_lit),
             is_coarse: quality.lights == Lights::Coarse,
             // Lit frusta are integrated one by one: side by side, only those that are clear are passed faster.
-            level: self.renderer.vectors().filter(|_| {
-                self.scene.method == Method::Exact && (N == 1 || !self.visible.blocks.is_empty())
-            }),
+            level: self
+                .renderer
+                .vectors()
+                .filter(|_| self.scene.method == Method::Exact && (N == 1 || !self.visible.get().is_all())),
             integrates: self.renderer.integrates,
             core: self.scene.core,
         }
@@ -153,6 +171,24 @@ fn pixels<T: Real, S: Sample, const N: usize>(
     pixels
 }
 
+/// Whether no ray through a rectangle of pixels, the first and the last of which are opposite corners, comes within `radius` of
+/// the centre.
+fn passes_by(scene: &Scene, places: &[Place], radius: f64) -> bool {
+    /// More than rounding does to an angle.
+    const SLACK: f64 = 1e-6;
+    let (Some(first), Some(last)) = (places.first(), places.last()) else { return true };
+    let corners = [(first.x, first.y), (last.x, first.y), (first.x, last.y), (last.x, last.y)];
+    let dirs = corners.map(|(x, y)| ray(scene, x, y).1);
+    let eye = DVec3::from_array(scene.camera.eye());
+    if eye.length() <= radius {
+        return false;
+    }
+    let axis = (dirs[0] + dirs[1] + dirs[2] + dirs[3]).normalize();
+    let half = dirs.map(|dir| dir.angle_between(axis)).into_iter().fold(0.0, f64::max);
+    let globe = (radius / eye.length()).asin();
+    axis.angle_between(-eye) > half + globe + SLACK
+}
+
 /// The ray of a pixel: the eye and a unit vector.
 pub(super) fn ray(scene: &Scene, x: u32, y: u32) -> (DVec3, DVec3) {
     let dir = scene.camera.direction(x, y, scene.width, scene.height);
@@ -176,4 +212,46 @@ pub(super) fn shown<T: Real>(scene: &Scene, brightest: f64, met: Option<Light<T>
     let stored = color.iter().fold(0.0f64, |most, c| most.max(*c)) * f64::from(f32::EPSILON) / 2.0;
     let error = if met.is_some() { light.error.wide() + rounding + stored + GEOMETRY } else { 0.0 };
     Pixel { color: color.map(|c| c as f32), error: error.min(brightest.max(1.0)) as f32 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::kernel::plane::RayLine;
+
+    /// Tiles of several cameras: none that a ray of meets the globe is passed by, and most of the others are.
+    #[test]
+    fn tiles_that_pass_by_are_those_beside_the_globe() {
+        let cameras = [
+            "lon = 20\nlat = 35\ndistance = 3.2\nfov = 90",
+            "eye = [2, 2, 0]\ntarget = [0, 2, 0.3]\nfov = 60",
+            "eye = [0, 0, 1.01]\ntarget = [1, 0, 1.3]\nfov = 120",
+            "eye = [1.3, 0, 0]\ntarget = [2, 0, 0]\nfov = 70",
+            "eye = [0.5, 0, 0]\ntarget = [2, 0, 0]\nfov = 70",
+        ];
+        let (mut beside, mut passed) = (0, 0);
+        for camera in cameras {
+            for [width, height] in [[200, 130], [31, 250]] {
+                let scene = Scene::parse(&format!(
+                    "field = \"f\"\n[image]\nwidth = {width}\nheight = {height}\n[camera]\n{camera}\n\
+                     [transfer]\nmap = \"viridis\"\nrange = [0, 1]\nopacity = [[0, 0.5], [1, 0.5]]\n"
+                ))
+                .unwrap();
+                let raster = Raster { width, height, step: 1 };
+                let all: Vec<u32> = (0..raster.tiles()).collect();
+                let draw = |places: &[Place], counts: &mut Counts| {
+                    let rays = places.iter().map(|place| ray(&scene, place.x, place.y));
+                    let hits = rays.filter(|(eye, dir)| RayLine::new(*eye, *dir, 1.1).is_some()).count();
+                    counts.columns = u64::from(hits == 0);
+                    counts.frusta = u64::from(passes_by(&scene, places, 1.1));
+                    vec![Pixel::default(); places.len()]
+                };
+                for tile in raster.trace(&all, draw).collect::<Vec<_>>() {
+                    assert!(tile.counts.frusta <= tile.counts.columns, "{camera}: tile {}", tile.number);
+                    (beside, passed) = (beside + tile.counts.columns, passed + tile.counts.frusta);
+                }
+            }
+        }
+        assert!(beside > 200 && passed * 10 > beside * 8, "{passed} of {beside}");
+    }
 }

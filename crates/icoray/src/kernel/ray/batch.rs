@@ -250,9 +250,12 @@ impl<T: Real, S: Sample, const N: usize> Batch<T, S, N> {
         }
         self.span[pass] = spans.find_all(&lowest);
         *medium = spans.media(simd, &self.span[pass]);
-        let [.., high, clear] = medium;
+        let [anchor, extinction, slope, .., high, clear] = medium;
         for i in 0..LANES {
-            self.is_clear[pass][i] = clear[i] > T::zero();
+            // As [`Span::is_clear_in`].
+            let there = extinction[i] + slope[i] * (f0[i] - anchor[i]);
+            let is_constant = segment(i).is_constant() & (there <= T::zero());
+            self.is_clear[pass][i] = (clear[i] > T::zero()) | is_constant;
         }
         // The least value lies in the span already.
         let mut is_whole = [false; LANES];

@@ -24,7 +24,7 @@ impl<'r, 'f, T: Real, S: Sample, I: Iterator<Item = Start>, const N: usize> Queu
     pub fn next(&mut self, mut misses: impl FnMut(usize)) -> Option<(Start, RayLine, Walk<'r, 'f>)> {
         for start in self.rays.by_ref() {
             let from = if start.begins_row { self.row_hint } else { self.hint };
-            let line = RayLine::new(start.eye, start.dir, self.caster.shell.outer());
+            let line = RayLine::new(start.eye, start.dir, self.caster.outer);
             let walk = line.map(|line| (line, Walk::new(self.caster.grid, line, from)));
             self.hint = walk.as_ref().map_or(from, |(_, walk)| walk.triangle());
             if start.begins_row {

@@ -1,0 +1,66 @@
+//! Scenes of all kinds: dense and clear, lit, clouds with nothing between, nothing transparent.
+
+use crate::scenes::multi_scale::{self, TRANSFERS};
+use crate::sphere;
+use glam::DVec3;
+use icoray::{Error, ErrorKind, Result, Scene};
+
+/// A field and what is drawn of it.
+#[derive(Debug)]
+pub(super) struct Case {
+    pub name: &'static str,
+    pub field: fn(DVec3) -> f64,
+    pub scene: fn(u32) -> Result<Scene>,
+}
+
+/// All of them.
+const CASES: [Case; 9] = [
+    case("dense", sphere::multi_scale, |size| of_speed(size, 0, "")),
+    case("lobes", sphere::multi_scale, |size| of_speed(size, 1, "")),
+    case("thin", sphere::multi_scale, |size| of_speed(size, 2, "")),
+    case("opaque", sphere::multi_scale, |size| of_speed(size, 3, "")),
+    case("dense, lit", sphere::multi_scale, |size| of_speed(size, 0, LIGHT)),
+    case("lobes, lit", sphere::multi_scale, |size| of_speed(size, 1, LIGHT)),
+    case("cloud", cloud, |size| of_cloud(size, "")),
+    case("cloud, lit", cloud, |size| of_cloud(size, LIGHT)),
+    case("low cloud", low_cloud, |size| of_cloud(size, "")),
+];
+
+const LIGHT: &str = "[light]\nkind = \"headlight\"";
+
+const fn case(name: &'static str, field: fn(DVec3) -> f64, scene: fn(u32) -> Result<Scene>) -> Case {
+    Case { name, field, scene }
+}
+
+/// Those of these names; all where none is given.
+pub(super) fn named(names: &[String]) -> Result<Vec<Case>> {
+    if let Some(name) = names.iter().find(|name| CASES.iter().all(|case| case.name != **name)) {
+        let known = CASES.map(|case| format!("{:?}", case.name)).join(", ");
+        return Err(Error::new(ErrorKind::Scene, format!("scene {name:?}, expected one of {known}")));
+    }
+    let is_named = |case: &Case| names.is_empty() || names.iter().any(|name| name == case.name);
+    Ok(CASES.into_iter().filter(is_named).collect())
+}
+
+/// One of the scenes of `study speed`.
+fn of_speed(size: u32, number: usize, light: &str) -> Result<Scene> {
+    multi_scale::scene(size, TRANSFERS[number].1, "", light)
+}
+
+/// Cloud water: zero between clouds.
+fn cloud(p: DVec3) -> f64 {
+    (2.0 * sphere::multi_scale(p) - 1.0).max(0.0)
+}
+
+/// Clouds in the lowest third of the shell.
+fn low_cloud(p: DVec3) -> f64 {
+    if p.length() < 1.05 { cloud(p) } else { 0.0 }
+}
+
+fn of_cloud(size: u32, light: &str) -> Result<Scene> {
+    Scene::parse(&format!(
+        "field = \"cloud water\"\n[image]\nwidth = {size}\nheight = {size}\n\
+         [camera]\nlon = 30\nlat = 25\ndistance = 3.2\nfov = 45\n\
+         [transfer]\nknots = [ {{ value = 0, color = \"white\", extinction = 0 }}, {{ value = 1, color = \"white\", extinction = 200 }} ]\n{light}\n"
+    ))
+}
