@@ -57,8 +57,15 @@ impl Shading {
             halfway: halfway.to_array().map(T::of),
             sharpness: T::of(self.shininess.max(4.0)),
             blind: T::of(blind),
-            dull: T::of((blind / self.specular.max(blind)).powf(1.0 / self.shininess)),
+            dull: T::of(self.dull(blind)),
         }
+    }
+
+    /// The cosine between normal and half-way direction at which a highlight is as weak as `blind`. A call, so that it is not worked
+    /// out for scenes without light too: compilers take powers for harmless.
+    #[inline(never)]
+    fn dull(&self, blind: f64) -> f64 {
+        (blind / self.specular.max(blind)).powf(1.0 / self.shininess)
     }
 }
 
