@@ -3,7 +3,7 @@
 use crate::failure::Failure;
 use crate::input::{self, Input};
 use icoray::{GridTables, Indices, Reals};
-use icoray_netcdf::{LayerHeights, MpasFile};
+use icoray_netcdf::{LayerHeights, ModelFile};
 use std::collections::BTreeMap;
 use std::io::Write;
 
@@ -68,7 +68,7 @@ fn precision(tables: &GridTables) -> &'static str {
     }
 }
 
-fn times(file: &MpasFile, out: &mut impl Write) -> Result<(), Failure> {
+fn times(file: &ModelFile, out: &mut impl Write) -> Result<(), Failure> {
     let times = file.times();
     let name = |i: usize| {
         let date = times[i].as_deref().unwrap_or("without a date");
@@ -107,7 +107,7 @@ fn layers(heights: &LayerHeights, out: &mut impl Write) -> Result<(), Failure> {
     Ok(())
 }
 
-fn fields(file: &MpasFile, ranges: bool, out: &mut impl Write) -> Result<(), Failure> {
+fn fields(file: &ModelFile, ranges: bool, out: &mut impl Write) -> Result<(), Failure> {
     if file.fields().is_empty() {
         writeln!(out, "fields     none")?;
         return Ok(());

@@ -1,7 +1,7 @@
 //! The files that every command reads.
 
 use icoray::{Error, ErrorKind, Location, Result, Scene};
-use icoray_netcdf::MpasFile;
+use icoray_netcdf::ModelFile;
 use std::path::{Path, PathBuf};
 
 /// Where fields and mesh are.
@@ -17,10 +17,10 @@ pub struct Input {
 
 impl Input {
     /// Opens the file, or both.
-    pub fn open(&self) -> Result<MpasFile> {
+    pub fn open(&self) -> Result<ModelFile> {
         match &self.mesh {
-            None => MpasFile::open(&self.file),
-            Some(mesh) => MpasFile::open_with_mesh(&self.file, mesh),
+            None => ModelFile::open(&self.file),
+            Some(mesh) => ModelFile::open_with_mesh(&self.file, mesh),
         }
     }
 }

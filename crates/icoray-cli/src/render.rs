@@ -8,7 +8,7 @@ use crate::gpu;
 use crate::input::{self, Input};
 use icoray::output::{Existing, Stamp};
 use icoray::{Error, ErrorKind, Frame, Grid, Layers, Location, Renderer, Result, Scene};
-use icoray_netcdf::{FieldInfo, LayerHeights, MpasFile};
+use icoray_netcdf::{FieldInfo, LayerHeights, ModelFile};
 use indicatif::{ProgressBar, ProgressStyle};
 use press::{Press, Said};
 use std::collections::HashMap;
@@ -121,12 +121,12 @@ impl Time {
 
 /// When record `time` was. MPAS files give a date; seconds since the start are not made of it, since that would need
 /// the run's calendar.
-fn stamp(file: &MpasFile, time: usize) -> Stamp {
+fn stamp(file: &ModelFile, time: usize) -> Stamp {
     Stamp { step: time as i64, time_s: 0.0, date: file.times()[time].clone() }
 }
 
 /// Refuses templates that would let one file replace another of the same run.
-fn expect_distinct(file: &MpasFile, scene: &Scene, times: Range<usize>) -> Result<()> {
+fn expect_distinct(file: &ModelFile, scene: &Scene, times: Range<usize>) -> Result<()> {
     let mut seen = HashMap::new();
     for time in times {
         let names = scene.output.names(&stamp(file, time), &scene.field)?;
@@ -254,7 +254,7 @@ fn notes(info: &FieldInfo, grid: &Grid, heights: &LayerHeights) -> Vec<String> {
 /// All that the pictures of one run share.
 struct Job<'a> {
     scene: &'a Scene,
-    file: &'a MpasFile,
+    file: &'a ModelFile,
     info: &'a FieldInfo,
     grid: &'a Grid<'a>,
     layers: &'a Layers,

@@ -173,12 +173,28 @@ impl Source {
         self.block(variable, &start, &count)
     }
 
-    /// Reads one row of a `char` variable of two dimensions, without the padding.
-    pub(crate) fn text_row(&self, variable: &Variable, row: usize) -> Result<String> {
-        let width = variable.dimensions.last().map_or(0, |d| d.len);
-        let bytes: Vec<u8> =
-            self.block(variable, &[row, 0], &[1, width])?.iter().map(|c: &Char| c.0).collect();
-        Ok(trimmed(&String::from_utf8_lossy(&bytes)))
+    /// Reads a whole variable of numbers of any type.
+    pub(crate) fn all_numbers(&self, variable: &Variable) -> Result<Vec<f64>> {
+        let (start, count) = whole(variable);
+        self.block(variable, &start, &count)
+    }
+
+    /// Reads the first `rows` rows of a `char` variable of two dimensions, without the padding. A row that cannot be read,
+    /// as behind the end of a file that is cut off, is none.
+    pub(crate) fn text_rows(&self, variable: &Variable, rows: usize) -> Vec<Option<String>> {
+        let [stored, width] = [0, 1].map(|i| variable.dimensions[i].len);
+        let read = |first: usize, count: usize| -> Result<Vec<Option<String>>> {
+            let bytes: Vec<Char> = self.block(variable, &[first, 0], &[count, width])?;
+            let bytes: Vec<u8> = bytes.iter().map(|c| c.0).collect();
+            let row = |i| Some(trimmed(&String::from_utf8_lossy(&bytes[i * width..(i + 1) * width])));
+            Ok((0..count).map(row).collect())
+        };
+        let count = rows.min(stored);
+        let mut texts = read(0, count).unwrap_or_else(|_| {
+            (0..count).flat_map(|row| read(row, 1).unwrap_or_else(|_| vec![None])).collect()
+        });
+        texts.resize(rows, None);
+        texts
     }
 
     fn block<T>(&self, variable: &Variable, start: &[usize], count: &[usize]) -> Result<Vec<T>>
