@@ -61,7 +61,7 @@ pub struct FieldInfo {
     /// The attributes `long_name` and `units`.
     pub description: Description,
     /// Name of the dimension of layers.
-    pub(crate) layer_dimension: String,
+    pub layer_dimension: String,
     /// Whether layers are the fastest dimension, as in MPAS's files, or columns are, as in ICON's.
     pub(crate) is_level_fastest: bool,
 }
