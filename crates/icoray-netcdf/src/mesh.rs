@@ -146,7 +146,8 @@ impl Mesh {
 
     /// The cells around a corner, counted from 0; `None` where the mesh has a hole.
     pub(crate) fn cells_at(&self, corner: usize) -> [Option<usize>; 3] {
-        let cell = |k| usize::try_from(self.corner_cell[3 * corner + k] - self.index_base).ok();
+        let number = |k| i64::from(self.corner_cell[3 * corner + k]) - i64::from(self.index_base);
+        let cell = |k| usize::try_from(number(k)).ok();
         [0, 1, 2].map(|k| cell(k).filter(|&cell| cell < self.cells()))
     }
 }

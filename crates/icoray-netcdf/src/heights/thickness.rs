@@ -51,7 +51,7 @@ pub(super) fn interfaces(
     };
     let mut of_layers = vec![Spread::default(); layers];
     for cell in 0..cells {
-        for layer in 0..wet(cell) {
+        for (layer, spread) in of_layers.iter_mut().enumerate().take(wet(cell)) {
             let here = thickness(cell, layer);
             if !(here.is_finite() && here > 0.0) {
                 let context = format!(
@@ -61,7 +61,7 @@ pub(super) fn interfaces(
                 );
                 return Err(source.error(ErrorKind::Layers, context));
             }
-            of_layers[layer].add(here);
+            spread.add(here);
         }
     }
     // Layers that no column has lie below all that is seen; they only have to lie below each other.
@@ -77,8 +77,8 @@ pub(super) fn interfaces(
     }
     let deviation_m = depth.map(|depth| {
         let mut interfaces = vec![Spread::default(); layers + 1];
-        for cell in 0..cells {
-            let mut height = -depth[cell];
+        for (cell, depth) in depth.into_iter().enumerate() {
+            let mut height = -depth;
             for interface in (0..=wet(cell)).rev().filter(|_| wet(cell) > 0) {
                 interfaces[interface].add(height);
                 height += if interface > 0 { thickness(cell, interface - 1) } else { 0.0 };

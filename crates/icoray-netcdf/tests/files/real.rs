@@ -111,6 +111,48 @@ fn an_ocean_has_holes() {
     }
 }
 
+/// ICON without tables: the points of triangles are matched, also where bounds differ in the last digits and at the poles.
+#[test]
+fn triangles_of_icon_are_rebuilt_from_their_bounds() {
+    let Some(path) = data("psyplot_icon_test.nc") else {
+        return;
+    };
+    let file = ModelFile::open(path).unwrap();
+    let grid = file.mesh().grid().unwrap();
+    assert_eq!((grid.cells(), grid.triangles(), file.mesh().edges()), (2562, 5120, 7680));
+    assert_eq!((grid.void_triangles(), file.mesh().max_edges()), (0, 6));
+    // The file's own centres lie in the middle of the triangles that were found, whose sides are 0.06 to 0.08.
+    let tables = file.mesh().tables();
+    let direction = |at: icoray::LonLat, i: usize| {
+        let (lon, lat) = (at.lon_rad.get(i), at.lat_rad.get(i));
+        [lat.cos() * lon.cos(), lat.cos() * lon.sin(), lat.sin()]
+    };
+    for triangle in 0..5120 {
+        let points = grid.triangle(triangle).map(|cell| direction(tables.center, cell as usize));
+        let centre = direction(tables.corner, triangle as usize);
+        let off: f64 =
+            (0..3).map(|k| (points.iter().map(|p| p[k]).sum::<f64>() / 3.0 - centre[k]).powi(2)).sum();
+        assert!(off.sqrt() < 1e-2, "{triangle}: {}", off.sqrt());
+    }
+    let dates: Vec<&str> = file.times().iter().flatten().map(String::as_str).collect();
+    assert_eq!(dates, ["1979-01-31_18:00:00", "1979-02-28_18:00:00"]);
+    let heights = file.layer_heights("t2m").unwrap();
+    assert!(heights.is_of_pressure && (heights.height_m[0] - 110.9).abs() < 0.1, "{heights:?}");
+    // Averages keep the mean, and the cold is in the north of Asia in January.
+    let owned = file.read_field("t2m", 0).unwrap();
+    assert_eq!((owned.info().location, owned.info().layers), (Location::Corner, 2));
+    let center = CenterField::average(&grid, &owned.field().unwrap()).unwrap();
+    let field = center.field();
+    let coldest = (0..2562).min_by(|&a, &b| field.value(a, 0).total_cmp(&field.value(b, 0))).unwrap();
+    let (lon, lat) =
+        (tables.center.lon_rad.get(coldest).to_degrees(), tables.center.lat_rad.get(coldest).to_degrees());
+    assert!(lat > 55.0 && lon.rem_euclid(360.0) > 60.0, "{lon} {lat}");
+    let mean = |field: &icoray::Field| {
+        (0..field.shape().columns).map(|c| field.value(c, 1)).sum::<f64>() / field.shape().columns as f64
+    };
+    assert!((mean(&field) - mean(&owned.field().unwrap())).abs() < 0.2);
+}
+
 #[test]
 fn meshes_that_are_not_rendered_are_refused() {
     if let Some(path) = data("favba_planar_mesh.nc") {
