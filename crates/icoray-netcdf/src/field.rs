@@ -54,7 +54,7 @@ pub struct FieldInfo {
     pub columns: usize,
     /// Number of layers.
     pub layers: usize,
-    /// How the values are stored.
+    /// How the values are stored; of integers that are packed, how they are kept.
     pub precision: Precision,
     /// Whether there is one array per time record; otherwise one array serves all.
     pub time_dependent: bool,
@@ -69,11 +69,6 @@ pub struct FieldInfo {
 impl FieldInfo {
     /// Describes `variable`, `None` when it is not a layered field on the mesh.
     pub(crate) fn of(source: &Source, variable: &Variable, mesh: &Mesh) -> Result<Option<Self>> {
-        let precision = match variable.kind {
-            Kind::F32 => Precision::F32,
-            Kind::F64 => Precision::F64,
-            _ => return Ok(None),
-        };
         let (time_dependent, [one, two]) = match variable.dimensions.as_slice() {
             [time, one, two] if is_time(&time.name) => (true, [one, two]),
             [one, two] => (false, [one, two]),
@@ -94,6 +89,12 @@ impl FieldInfo {
         if !is_layered || column.len == 0 {
             return Ok(None);
         }
+        let precision = match variable.kind {
+            Kind::F32 => Precision::F32,
+            Kind::F64 => Precision::F64,
+            Kind::Integer if packing(source, &variable.name)?.is_some() => Precision::F64,
+            _ => return Ok(None),
+        };
         Ok(Some(FieldInfo {
             name: variable.name.clone(),
             location,
@@ -123,6 +124,14 @@ impl FieldInfo {
             Shape::cell_fastest(self.columns, layers)
         }
     }
+}
+
+/// Factor and offset of values that are stored packed, as CF conventions 1.11, §8.1, have them.
+fn packing(source: &Source, name: &str) -> Result<Option<[f64; 2]>> {
+    let first = |attribute: &str| Ok(source.numbers_of(name, attribute)?.first().copied());
+    let (scale, offset) = (first("scale_factor")?, first("add_offset")?);
+    let is_packed = scale.is_some() || offset.is_some();
+    Ok(is_packed.then(|| [scale.unwrap_or(1.0), offset.unwrap_or(0.0)]))
 }
 
 /// Where a dimension's values live on the mesh: by its name in MPAS's files, by its length in ICON's, whose dimensions bear
@@ -173,7 +182,7 @@ impl OwnedField {
         if marks.is_empty() {
             marks.push(UNWRITTEN);
         }
-        let fill = values.rounded(marks[0]);
+        let mut fill = values.rounded(marks[0]);
         // A field has one mark; further ones become NaN, which is missing as well.
         marks.extend(source.numbers_of(name, "missing_value")?);
         for mark in marks
@@ -183,6 +192,11 @@ impl OwnedField {
             .collect::<Vec<_>>()
         {
             values.void(mark);
+        }
+        if let Some([scale, offset]) = packing(source, name)? {
+            values.void(fill);
+            values.each(|value| scale * value + offset);
+            fill = f64::NAN;
         }
         let shape = info.shape(layers.len());
         if let Some(floor) = floor {
@@ -211,7 +225,8 @@ impl OwnedField {
     }
 
     /// The value that marks a missing sample: the attribute `_FillValue`, or else what the NetCDF library leaves where
-    /// nothing was written. Values equal to `missing_value`, and those below the sea floor, are NaN.
+    /// nothing was written. Values equal to `missing_value`, those
+    /// below the sea floor, and missing ones among packed values are NaN.
     pub fn fill(&self) -> f64 {
         self.fill
     }

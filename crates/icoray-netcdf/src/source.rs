@@ -10,6 +10,9 @@ use std::fmt;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 
+/// Bytes of values that a byte of a file holds at most: deflate packs up to 1032, and numbers may be widened when read.
+const MOST_PER_BYTE: u64 = 8192;
+
 /// What a variable's values are.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Kind {
@@ -151,12 +154,12 @@ impl Source {
         })
     }
 
-    /// Reads the block of a `float` or `double` variable that starts at `start` and has `count` entries along each
+    /// Reads the block of a `float`, `double` or integer variable that starts at `start` and has `count` entries along each
     /// dimension.
     pub(crate) fn reals(&self, variable: &Variable, start: &[usize], count: &[usize]) -> Result<OwnedReals> {
         match variable.kind {
             Kind::F32 => self.block(variable, start, count).map(OwnedReals::F32),
-            Kind::F64 => self.block(variable, start, count).map(OwnedReals::F64),
+            Kind::F64 | Kind::Integer => self.block(variable, start, count).map(OwnedReals::F64),
             _ => Err(self.error(ErrorKind::Field, format_args!("{variable}, expected float or double"))),
         }
     }
@@ -204,6 +207,10 @@ impl Source {
         let name = &variable.name;
         self.expect_stored(name, start.first().copied().unwrap_or(0) + count.first().copied().unwrap_or(1))?;
         let entries = count.iter().try_fold(1usize, |n, &c| n.checked_mul(c));
+        self.expect_plausible(
+            variable,
+            entries.map_or(u64::MAX, |n| (n as u64).saturating_mul(size_of::<T>() as u64)),
+        )?;
         let mut values = Vec::new();
         // A damaged header may promise more than there can be; running out of memory must not end the process.
         let room = entries.filter(|&n| values.try_reserve_exact(n).is_ok());
@@ -219,6 +226,17 @@ impl Source {
             variable.get_values_into(&mut values, Extents::try_from((start, count))?)
         })?;
         Ok(values)
+    }
+
+    /// Fails where a NetCDF-4 file is too small for the bytes that a variable is to have, whatever the compression: memory
+    /// that the system promises and does not have would end the process.
+    fn expect_plausible(&self, variable: &Variable, bytes: u64) -> Result<()> {
+        let length = std::fs::metadata(&self.path).map_err(|e| self.error(ErrorKind::Io, e))?.len();
+        if self.classic.is_some() || bytes / MOST_PER_BYTE <= length {
+            return Ok(());
+        }
+        let context = format!("{variable}: {bytes} bytes, more than a file of {length} bytes can hold");
+        Err(self.error(ErrorKind::Io, context))
     }
 
     /// Fails where a classic file ends before the first `records` records of a variable.

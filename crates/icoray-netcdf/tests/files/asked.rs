@@ -82,3 +82,38 @@ fn dates_are_those_of_the_file() {
     made.last().attributes = vec![("units", "months since 2000-01-01".into())];
     assert_eq!(dates(&made), vec![None; RECORDS]);
 }
+
+/// CF's packed integers, as converters write them to save space.
+#[test]
+fn packed_values_are_unpacked() {
+    let mut made = Made::history();
+    let levels = made.variable("levels");
+    let Values::I32(values) = &mut levels.values else { panic!("levels are integers") };
+    values[1] = -32767;
+    levels.attributes = vec![
+        ("scale_factor", 0.5f64.into()),
+        ("add_offset", 270.0f64.into()),
+        ("_FillValue", (-32767i32).into()),
+        ("units", "K".into()),
+    ];
+    let (_folder, path) = made.write(Options::NETCDF4);
+    let file = ModelFile::open(&path).unwrap();
+    let owned = file.read_field("levels", 0).unwrap();
+    assert_eq!(owned.field().unwrap().range(), (Some([273.5, 273.5]), 1));
+    assert_eq!((owned.values().len(), owned.info().description.units.as_deref()), (42 * LAYERS, Some("K")));
+}
+
+/// A few kilobytes that claim to hold gigabytes, none of which was written.
+#[test]
+fn files_that_claim_more_than_they_can_hold_are_refused() {
+    let mut made = Made::history();
+    for variable in ["theta", "w", "vorticity", "rho", "levels", "zgrid", "surface_pressure"] {
+        made.remove(variable);
+    }
+    made.dimensions.iter_mut().find(|d| d.0 == "nVertLevels").unwrap().1 = 1 << 30;
+    made.add("theta", &["Time", "nCells", "nVertLevels"], Values::F32(Vec::new()));
+    let (_folder, path) = made.write(Options::NETCDF4);
+    let error = ModelFile::open(&path).unwrap().read_field("theta", 0).unwrap_err();
+    let said = ["theta(Time = 3, nCells = 42, nVertLevels = 1073741824) of float", "more than a file of"];
+    expect(&error, ErrorKind::Io, &said);
+}

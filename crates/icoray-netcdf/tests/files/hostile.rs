@@ -17,7 +17,7 @@ use std::time::{Duration, Instant};
 const FOLDER: &str = "ICORAY_TEST_HOSTILE";
 const FROM: &str = "ICORAY_TEST_HOSTILE_FROM";
 /// Longer than any of these small files takes, and than the child takes to begin.
-const LIMIT: Duration = Duration::from_secs(10);
+const LIMIT: Duration = Duration::from_secs(20);
 
 /// Numbers from a seed.
 struct Random(u64);
