@@ -111,13 +111,11 @@ fn heights_in_words(heights: &LayerHeights, layers: usize) -> String {
         height[0],
         height[height.len() - 1],
     );
-    match heights.deviation_m {
-        Some(0.0) => {}
-        Some(off) => {
-            text += &format!("\n           columns deviate from these mean heights by up to {off:.1} m")
-        }
-        None => text += "\n           how far columns deviate from these heights is not known",
-    }
+    text += &match heights.deviation_m {
+        Some(0.0) => String::new(),
+        Some(off) => format!("\n           columns deviate from these mean heights by up to {off:.1} m"),
+        None => "\n           how far columns deviate from these heights is not known".into(),
+    };
     text
 }
 

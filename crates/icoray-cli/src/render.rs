@@ -179,7 +179,7 @@ fn render(args: &Args, ranks: &mut Ranks, out: &mut impl Write) -> std::result::
 
 /// What rank 0 could not say or write stops all; it knows best why.
 fn agree(ranks: &mut Ranks, said: std::result::Result<(), Failure>) -> std::result::Result<(), Failure> {
-    let told = ranks.together(said.as_ref().map(|()| ()).map_err(Failure::to_error));
+    let told = ranks.together(said.as_ref().copied().map_err(Failure::to_error));
     said.and(told.map_err(Failure::from))
 }
 
