@@ -172,3 +172,16 @@ fn floors_and_thicknesses_that_are_none_are_named() {
         &["no layer heights", "zgrid", "refBottomDepth", "layerThickness"],
     );
 }
+
+/// The floor at corners is found before anybody has checked the tables.
+#[test]
+fn corners_of_cells_that_there_are_not_have_no_water() {
+    let mut made = Made::ocean();
+    let Values::I32(cells) = &mut made.variable("cellsOnVertex").values else { panic!("an index table") };
+    (cells[0], cells[4], cells[8]) = (i32::MIN, i32::MAX, 0);
+    let (_folder, path) = made.write(Options::NETCDF4);
+    let file = ModelFile::open(&path).unwrap();
+    file.mesh().grid().unwrap_err();
+    let owned = file.read_field("vorticity", 0).unwrap();
+    assert!((0..3).all(|corner| owned.field().unwrap().value(corner, 0).is_nan()));
+}
