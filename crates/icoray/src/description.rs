@@ -1,10 +1,10 @@
-//! What a field is called and measured in, for people.
+//! What a field is called, for people.
 
-/// A field's name in words and its unit, as the CF conventions have them in files.
-#[derive(Debug, Clone, Default, PartialEq, Eq, Hash)]
+/// A field's name and units as files and models give them (CF conventions' `long_name` and `units`).
+#[derive(Debug, Clone, PartialEq, Eq, Default, Hash)]
 pub struct Description {
-    /// CF's `long_name`, such as "Potential temperature".
+    /// What the field is, such as "potential temperature".
     pub long_name: Option<String>,
-    /// CF's `units`, such as "K" or "m s-1", as written by the model.
+    /// Its units, such as "m s-1".
     pub units: Option<String>,
 }
