@@ -9,12 +9,22 @@ pub enum Failure {
     Icoray(icoray::Error),
     /// What came of writing to stdout.
     Stdout(io::Error),
+    /// What rank 0 says.
+    SaidElsewhere,
 }
 
 impl Failure {
     /// Whether the reader of stdout went away, as `head` does: it has all that it wants.
     pub fn is_closed_pipe(&self) -> bool {
         matches!(self, Failure::Stdout(e) if e.kind() == io::ErrorKind::BrokenPipe)
+    }
+
+    /// The error that other ranks hear of.
+    pub fn to_error(&self) -> icoray::Error {
+        match self {
+            Failure::Icoray(e) => e.clone(),
+            other => icoray::Error::new(icoray::ErrorKind::Io, other.to_string()),
+        }
     }
 }
 
@@ -23,6 +33,7 @@ impl fmt::Display for Failure {
         match self {
             Failure::Icoray(e) => e.fmt(f),
             Failure::Stdout(e) => write!(f, "cannot write to stdout: {e}"),
+            Failure::SaidElsewhere => f.write_str("said by rank 0"),
         }
     }
 }

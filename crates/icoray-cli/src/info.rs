@@ -1,10 +1,10 @@
-//! `icoray info`: what an MPAS file holds.
+//! `icoray info`: what a file holds.
 
 use crate::failure::Failure;
 use crate::input::{self, Input};
 use icoray::{GridTables, Indices, Reals};
-use icoray_netcdf::{LayerHeights, MpasFile};
-use std::collections::BTreeMap;
+use icoray_netcdf::{LayerHeights, ModelFile};
+use std::collections::{BTreeMap, BTreeSet};
 use std::io::Write;
 
 /// More times than this are shown by the first and the last.
@@ -28,10 +28,10 @@ pub fn run(args: &Args, out: &mut impl Write) -> Result<(), Failure> {
     let tables = mesh.tables();
     let [cells, corners, edges] = [tables.cells(), tables.corners(), tables.edges()];
     writeln!(out, "file       {}", file.path().display())?;
-    if let Some(path) = &args.input.mesh {
+    for path in &args.input.mesh {
         writeln!(out, "mesh file  {}", path.display())?;
     }
-    writeln!(out, "mesh       {cells} cells, {corners} corners, {edges} edges")?;
+    writeln!(out, "mesh       {}: {cells} cells, {corners} corners, {edges} edges", mesh.convention())?;
     writeln!(out, "cells      {}", polygons(&tables))?;
     writeln!(out, "radius     {} m", file.sphere_radius_m())?;
     writeln!(out, "positions  {}", precision(&tables))?;
@@ -43,10 +43,7 @@ pub fn run(args: &Args, out: &mut impl Write) -> Result<(), Failure> {
         Err(e) => writeln!(out, "grid       {e}")?,
     }
     times(&file, out)?;
-    match file.layer_heights() {
-        Ok(heights) => layers(&heights, out)?,
-        Err(e) => writeln!(out, "layers     {e}")?,
-    }
+    layers(&file, out)?;
     fields(&file, args.ranges, out)
 }
 
@@ -68,7 +65,7 @@ fn precision(tables: &GridTables) -> &'static str {
     }
 }
 
-fn times(file: &MpasFile, out: &mut impl Write) -> Result<(), Failure> {
+fn times(file: &ModelFile, out: &mut impl Write) -> Result<(), Failure> {
     let times = file.times();
     let name = |i: usize| {
         let date = times[i].as_deref().unwrap_or("without a date");
@@ -83,31 +80,46 @@ fn times(file: &MpasFile, out: &mut impl Write) -> Result<(), Failure> {
     Ok(())
 }
 
-fn layers(heights: &LayerHeights, out: &mut impl Write) -> Result<(), Failure> {
+/// The layers of all fields, each kind once.
+fn layers(file: &ModelFile, out: &mut impl Write) -> Result<(), Failure> {
+    let mut said = BTreeSet::new();
+    for info in file.fields().iter().filter(|info| said.insert((&info.layer_dimension, info.layers))) {
+        let text = match file.layer_heights(&info.name) {
+            Ok(heights) => heights_in_words(&heights, info.layers),
+            Err(e) => format!("layers     {e}"),
+        };
+        writeln!(out, "{text}")?;
+    }
+    Ok(())
+}
+
+fn heights_in_words(heights: &LayerHeights, layers: usize) -> String {
     let height = &heights.height_m;
     let (mut thinnest, mut thickest) = (f64::INFINITY, 0.0f64);
     for pair in height.windows(2) {
         let thickness = (pair[1] - pair[0]).abs();
         (thinnest, thickest) = (thinnest.min(thickness), thickest.max(thickness));
     }
-    writeln!(
-        out,
-        "layers     {} between {} interfaces ({}): from {:.1} m to {:.1} m, {thinnest:.1} to {thickest:.1} m thick",
-        height.len() - 1,
-        height.len(),
+    let of = if heights.is_of_pressure { ", standard atmosphere" } else { "" };
+    let lie = match heights.layers.count() {
+        count if count == layers => format!("{layers} on heights"),
+        count => format!("{layers} between {count} interfaces"),
+    };
+    let mut text = format!(
+        "layers     {lie} ({}{of}): from {:.1} m to {:.1} m, {thinnest:.1} to {thickest:.1} m apart",
         heights.variable,
         height[0],
         height[height.len() - 1],
-    )?;
-    writeln!(
-        out,
-        "           columns deviate from these mean heights by up to {:.1} m",
-        heights.deviation_m
-    )?;
-    Ok(())
+    );
+    text += &match heights.deviation_m {
+        Some(0.0) => String::new(),
+        Some(off) => format!("\n           columns deviate from these mean heights by up to {off:.1} m"),
+        None => "\n           how far columns deviate from these heights is not known".into(),
+    };
+    text
 }
 
-fn fields(file: &MpasFile, ranges: bool, out: &mut impl Write) -> Result<(), Failure> {
+fn fields(file: &ModelFile, ranges: bool, out: &mut impl Write) -> Result<(), Failure> {
     if file.fields().is_empty() {
         writeln!(out, "fields     none")?;
         return Ok(());
@@ -122,8 +134,8 @@ fn fields(file: &MpasFile, ranges: bool, out: &mut impl Write) -> Result<(), Fai
             input::place(info.location).to_owned(),
             info.layers.to_string(),
             info.precision.to_string(),
-            text(&info.units),
-            text(&info.long_name),
+            text(&info.description.units),
+            text(&info.description.long_name),
         ]);
         if ranges {
             let read = file.read_field(&info.name, last);

@@ -1,27 +1,72 @@
 //! The files that every command reads.
 
-use icoray::{Error, ErrorKind, Location, Result, Scene};
-use icoray_netcdf::MpasFile;
+use icoray::{Error, ErrorKind, Layers, Location, Result, Scene};
+use icoray_netcdf::{FieldInfo, LayerHeights, ModelFile, OwnedField};
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 /// Where fields and mesh are.
 #[derive(clap::Args)]
 pub struct Input {
-    /// MPAS file with the fields, mostly with the mesh too
+    /// File of MPAS or ICON with the fields, mostly with the mesh too
     #[arg(value_name = "FILE.nc")]
     pub file: PathBuf,
-    /// File with the mesh, where FILE.nc has none: the run's init or grid file
+    /// File with what FILE.nc lacks: the mesh, as in the run's init or grid file, or the heights of layers; may be given
+    /// several times
     #[arg(long, value_name = "MESH.nc")]
-    pub mesh: Option<PathBuf>,
+    pub mesh: Vec<PathBuf>,
 }
 
 impl Input {
-    /// Opens the file, or both.
-    pub fn open(&self) -> Result<MpasFile> {
-        match &self.mesh {
-            None => MpasFile::open(&self.file),
-            Some(mesh) => MpasFile::open_with_mesh(&self.file, mesh),
+    /// Opens the file, or all.
+    pub fn open(&self) -> Result<ModelFile> {
+        ModelFile::open_with(&self.file, &self.mesh)
+    }
+}
+
+/// Which of a field's layers are read and drawn.
+#[derive(clap::Args)]
+pub struct Wanted {
+    /// Layers that are read and drawn, from 0 and without the last, instead of all; either end may be left out
+    #[arg(long, value_name = "A..B", value_parser = layers)]
+    layers: Option<(usize, Option<usize>)>,
+}
+
+fn layers(text: &str) -> std::result::Result<(usize, Option<usize>), String> {
+    let ends = text.split_once("..").and_then(|(from, to)| {
+        let from = if from.is_empty() { 0 } else { from.parse().ok()? };
+        let to = if to.is_empty() { None } else { Some(to.parse().ok()?) };
+        Some((from, to))
+    });
+    ends.ok_or_else(|| "expected a range of layers such as 0..20 or 5..".to_owned())
+}
+
+impl Wanted {
+    /// Those of the field's layers.
+    pub fn of(&self, info: &FieldInfo) -> Result<Range<usize>> {
+        let Some((from, to)) = self.layers else { return Ok(0..info.layers) };
+        let range = from..to.unwrap_or(info.layers);
+        if range.len() < 2 || range.end > info.layers {
+            let context = format!(
+                "--layers {from}..{}: expected at least 2 of the {} layers of {}",
+                to.map_or_else(String::new, |to| to.to_string()),
+                info.layers,
+                info.name
+            );
+            return Err(Error::new(ErrorKind::Argument, context));
         }
+        Ok(range)
+    }
+
+    /// Reads them at one time.
+    pub fn read(&self, file: &ModelFile, info: &FieldInfo, time: usize) -> Result<OwnedField> {
+        file.read_layers(&info.name, time, self.of(info)?)
+    }
+
+    /// Their radii.
+    pub fn radii(&self, heights: &LayerHeights, info: &FieldInfo) -> Result<Layers> {
+        let all = heights.layers.for_field(info.layers)?;
+        Layers::new(all.radius_m()[self.of(info)?].to_vec(), all.planet_radius_m())
     }
 }
 

@@ -1,4 +1,4 @@
-//! icoray on the command line: pictures of MPAS files.
+//! icoray on the command line: pictures of files of MPAS and ICON.
 //!
 //! `icoray render` makes pictures, `icoray info` says what a file holds, `icoray plan` what a scene leaves out, `icoray
 //! devices` which GPUs can draw, `icoray study` measures what the library claims. Results go to stdout; an error is one line on stderr and exit code 1, wrong usage exit code 2.
@@ -9,7 +9,9 @@ mod gpu;
 mod info;
 mod input;
 mod plan;
+mod ranks;
 mod render;
+mod times;
 
 use clap::{Parser, Subcommand};
 use std::io::{self, Write};
@@ -25,11 +27,11 @@ struct Cli {
 
 #[derive(Subcommand)]
 enum Command {
-    /// Render a field of an MPAS file as a scene says
+    /// Render a field of a file as a scene says
     Render(render::Args),
-    /// Say what an MPAS file holds: mesh, times, layers, fields
+    /// Say what a file holds: mesh, times, layers, fields
     Info(info::Args),
-    /// Say what a scene leaves out for an MPAS file
+    /// Say what a scene leaves out for a file
     Plan(plan::Args),
     /// List the GPUs that can draw, with the numbers by which scenes choose them
     Devices,
@@ -50,6 +52,7 @@ fn main() -> ExitCode {
     match done.and_then(|()| Ok(out.flush()?)) {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) if failure.is_closed_pipe() => ExitCode::SUCCESS,
+        Err(failure::Failure::SaidElsewhere) => ExitCode::FAILURE,
         Err(failure) => {
             // Nothing is left to be done where stderr is closed too.
             let _ = writeln!(io::stderr(), "icoray: error: {failure}");

@@ -2,7 +2,7 @@
 
 use crate::failure::Failure;
 use crate::gpu;
-use crate::input::{self, Input};
+use crate::input::{self, Input, Wanted};
 use icoray::{Plan, Sharing};
 use std::io::Write;
 use std::path::PathBuf;
@@ -16,6 +16,8 @@ pub struct Args {
     #[arg(long, value_name = "SCENE.toml")]
     scene: PathBuf,
     #[command(flatten)]
+    wanted: Wanted,
+    #[command(flatten)]
     who: gpu::Who,
 }
 
@@ -25,8 +27,9 @@ pub fn run(args: &Args, out: &mut impl Write) -> Result<(), Failure> {
     args.who.apply(&mut scene);
     let file = args.input.open()?;
     let grid = file.mesh().grid()?;
-    let layers = file.layers()?;
-    let owned = file.read_field(&scene.field, 0)?;
+    let info = file.field_info(&scene.field)?;
+    let layers = args.wanted.radii(&file.layer_heights(&info.name)?, info)?;
+    let owned = args.wanted.read(&file, info, 0)?;
     // Nothing is drawn.
     let renderer = gpu::renderer(1)?;
     let plan = Plan::new(&scene, &grid, &layers, &owned.field()?)?;

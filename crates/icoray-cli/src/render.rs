@@ -1,19 +1,22 @@
-//! `icoray render`: pictures of one time, or of all.
+//! `icoray render`: pictures of some of a file's times, or of all.
 
+mod job;
 mod press;
 mod target;
 
 use crate::failure::Failure;
 use crate::gpu;
-use crate::input::{self, Input};
-use icoray::output::{Existing, Stamp};
-use icoray::{Error, ErrorKind, Frame, Grid, Layers, Location, Renderer, Result, Scene};
-use icoray_netcdf::{FieldInfo, LayerHeights, MpasFile};
+use crate::input::{self, Input, Wanted};
+use crate::ranks::Ranked;
+use crate::times::Times;
+use icoray::output::Existing;
+use icoray::{Error, ErrorKind, Ranks, Renderer, Result, Scene};
+use icoray_netcdf::{FieldInfo, ModelFile};
 use indicatif::{ProgressBar, ProgressStyle};
-use press::{Press, Said};
+use job::{Job, notes, stamp};
+use press::Press;
 use std::collections::HashMap;
 use std::io::Write;
-use std::ops::Range;
 use std::path::PathBuf;
 use std::time::Instant;
 use target::Target;
@@ -26,9 +29,12 @@ pub struct Args {
     /// What to draw and how
     #[arg(long, value_name = "SCENE.toml")]
     scene: PathBuf,
-    /// Time index from 0, negative from the last (-1), or "all"
-    #[arg(long, value_name = "N|all", default_value = "0", allow_hyphen_values = true, value_parser = time)]
-    time: Time,
+    /// Time by number from 0, negative from the last (-1); by date (2003-01-01T06; 2003-01 is a whole month); by a range of
+    /// either, without its end (0..10, 2003-01..2003-03, -5..); or "all"
+    #[arg(long, value_name = "TIME|A..B|all", default_value = "0", allow_hyphen_values = true)]
+    time: Times,
+    #[command(flatten)]
+    wanted: Wanted,
     /// Picture (.png or .exr), or the directory for pictures named by the scene and for report.csv [default: .]
     #[arg(short, long, value_name = "PICTURE|DIR")]
     output: Option<PathBuf>,
@@ -71,21 +77,6 @@ impl From<OnExisting> for Existing {
     }
 }
 
-/// Which records are rendered.
-#[derive(Clone, Copy)]
-enum Time {
-    All,
-    Index(i64),
-}
-
-fn time(text: &str) -> std::result::Result<Time, String> {
-    if text == "all" {
-        return Ok(Time::All);
-    }
-    let index = text.parse().map(Time::Index);
-    index.map_err(|_| "expected a whole number or \"all\"".to_owned())
-}
-
 fn size(text: &str) -> std::result::Result<(u32, u32), String> {
     let side = |t: &str| t.parse().ok().filter(|s| (1..=16384).contains(s));
     let sides = text.split_once('x');
@@ -100,35 +91,10 @@ fn tolerance(text: &str) -> std::result::Result<f64, String> {
     tolerance.ok_or_else(|| format!("expected a number from {low:e} to {high}"))
 }
 
-impl Time {
-    /// The records that are meant, of `count`.
-    fn of(self, count: usize) -> Result<Range<usize>> {
-        let Time::Index(index) = self else {
-            return Ok(0..count);
-        };
-        let records = i64::try_from(count).unwrap_or(i64::MAX);
-        let from_first = if index < 0 { index + records } else { index };
-        match usize::try_from(from_first) {
-            Ok(record) if record < count => Ok(record..record + 1),
-            _ => {
-                let context =
-                    format!("--time {index}: expected {} to {}, the file's times", -records, records - 1);
-                Err(Error::new(ErrorKind::Argument, context))
-            }
-        }
-    }
-}
-
-/// When record `time` was. MPAS files give a date; seconds since the start are not made of it, since that would need
-/// the run's calendar.
-fn stamp(file: &MpasFile, time: usize) -> Stamp {
-    Stamp { step: time as i64, time_s: 0.0, date: file.times()[time].clone() }
-}
-
 /// Refuses templates that would let one file replace another of the same run.
-fn expect_distinct(file: &MpasFile, scene: &Scene, times: Range<usize>) -> Result<()> {
+fn expect_distinct(file: &ModelFile, scene: &Scene, times: &[usize]) -> Result<()> {
     let mut seen = HashMap::new();
-    for time in times {
+    for &time in times {
         let names = scene.output.names(&stamp(file, time), &scene.field)?;
         let named = [("output.file", Some(names.file)), ("output.error", names.error)];
         for (key, name) in named.into_iter().filter_map(|(key, name)| Some((key, name?))) {
@@ -159,54 +125,101 @@ fn scene(args: &Args) -> Result<Scene> {
     Ok(scene)
 }
 
-/// Renders, writes and prints a block for each picture.
+/// Renders, writes and prints a block for each picture. Several ranks draw each picture together, and rank 0 writes it.
 pub fn run(args: &Args, out: &mut impl Write) -> std::result::Result<(), Failure> {
-    let target = Target::new(args.output.as_deref(), args.time)?;
-    if let Some(map) = &args.error {
-        target::expect_error_map(map, args.time)?;
-    }
-    let scene = scene(args)?;
-    let renderer = gpu::renderer(args.threads)?;
+    let mut ranked = Ranked::new()?;
+    let done = render(args, ranked.ranks(), out);
+    ranked.outcome(done)
+}
+
+fn render(args: &Args, ranks: &mut Ranks, out: &mut impl Write) -> std::result::Result<(), Failure> {
     let start = Instant::now();
-    let file = args.input.open()?;
-    let info = file.field_info(&scene.field)?;
-    let times = args.time.of(file.times().len())?;
-    if let Target::Directory(_) = target {
-        expect_distinct(&file, &scene, times.clone())?;
-    }
-    if let Some(map) = &args.error {
-        target::expect_apart(map, &target.path(&scene.output, &stamp(&file, times.start), &scene.field)?)?;
-    }
-    let error_map = args.error.as_deref();
-    let mut press = Press::new(&target, &scene.output, args.existing.into(), error_map)?;
-    for time in times.clone() {
-        press.check(&stamp(&file, time), &scene.field)?;
-    }
+    let (scene, renderer, file) = ranks.together(open(args))?;
+    let (info, times, target) = ranks.together(choose(args, &scene, &file))?;
+    let press = ranks.is_root().then(|| checked_press(args, &scene, &file, &target, &times)).transpose();
+    let mut press = ranks.together(press)?;
     let mesh = file.mesh();
-    let grid = renderer.run(|| mesh.grid())?;
-    let heights = file.layer_heights()?;
+    let prepared = renderer.run(|| mesh.grid()).and_then(|grid| {
+        let heights = file.layer_heights(&info.name)?;
+        Ok((grid, args.wanted.radii(&heights, info)?, heights))
+    });
+    let (grid, layers, heights) = ranks.together(prepared)?;
+    let notes = notes(info, &layers, &grid, &heights);
     let job = Job {
         scene: &scene,
         file: &file,
         info,
+        wanted: &args.wanted,
         grid: &grid,
-        layers: &heights.layers,
+        layers: &layers,
         renderer: &renderer,
         target: &target,
+        notes: &notes,
+        open_s: start.elapsed().as_secs_f64(),
     };
-    let open_s = start.elapsed().as_secs_f64();
-    for line in notes(info, &grid, &heights) {
-        writeln!(out, "note      {line}")?;
-    }
-    let bar = progress(times.len());
+    let bar = progress(if ranks.is_root() { times.len() } else { 0 });
+    let mut said = match press {
+        Some(_) => notes.iter().try_for_each(|line| Ok(writeln!(out, "note      {line}")?)),
+        None => Ok(()),
+    };
     bar.tick();
     for time in times {
-        let (frame, stamp, said) = job.picture(time, open_s)?;
-        say(press.put(frame, stamp, said), &bar, out)?;
+        agree(ranks, said)?;
+        let picture = job.picture(time, ranks)?;
+        said = match (&mut press, picture) {
+            (Some(press), Some((frame, stamp, words))) => say(press.put(frame, stamp, words), &bar, out),
+            _ => Ok(()),
+        };
     }
-    say(press.finish(), &bar, out)?;
+    agree(ranks, said)?;
+    let said = press.map_or(Ok(()), |press| say(press.finish(), &bar, out));
     bar.finish_and_clear();
-    Ok(())
+    agree(ranks, said)
+}
+
+/// What rank 0 could not say or write stops all; it knows best why.
+fn agree(ranks: &mut Ranks, said: std::result::Result<(), Failure>) -> std::result::Result<(), Failure> {
+    let told = ranks.together(said.as_ref().copied().map_err(Failure::to_error));
+    said.and(told.map_err(Failure::from))
+}
+
+/// What every rank opens for itself.
+fn open(args: &Args) -> Result<(Scene, Renderer, ModelFile)> {
+    Ok((scene(args)?, gpu::renderer(args.threads)?, args.input.open()?))
+}
+
+/// What is drawn of the file, and where it goes.
+fn choose<'a>(
+    args: &Args,
+    scene: &Scene,
+    file: &'a ModelFile,
+) -> Result<(&'a FieldInfo, Vec<usize>, Target)> {
+    let info = file.field_info(&scene.field)?;
+    let times = args.time.of(file.times())?;
+    let target = Target::new(args.output.as_deref(), times.len())?;
+    Ok((info, times, target))
+}
+
+/// A press that can write all pictures, as far as is known before the first ray.
+fn checked_press<'a>(
+    args: &'a Args,
+    scene: &'a Scene,
+    file: &ModelFile,
+    target: &'a Target,
+    times: &[usize],
+) -> Result<Press<'a>> {
+    if let Some(map) = &args.error {
+        target::expect_error_map(map, times.len())?;
+        target::expect_apart(map, &target.path(&scene.output, &stamp(file, times[0]), &scene.field)?)?;
+    }
+    if let Target::Directory(_) = target {
+        expect_distinct(file, scene, times)?;
+    }
+    let press = Press::new(target, &scene.output, args.existing.into(), args.error.as_deref())?;
+    for &time in times {
+        press.check(&stamp(file, time), &scene.field)?;
+    }
+    Ok(press)
 }
 
 /// Prints the blocks of pictures that are on the disk, up to the first one that could not be written.
@@ -230,77 +243,4 @@ fn progress(pictures: usize) -> ProgressBar {
     }
     let style = ProgressStyle::with_template("{bar:40} {pos}/{len} pictures, {eta} left");
     ProgressBar::new(pictures as u64).with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
-}
-
-/// What is not drawn as the file has it.
-fn notes(info: &FieldInfo, grid: &Grid, heights: &LayerHeights) -> Vec<String> {
-    let mut notes = Vec::new();
-    if info.location == Location::Corner {
-        let bytes = grid.cells() * info.layers * info.precision.bytes();
-        notes.push(format!(
-            "{} lives on corners: averaged to cell centres (derived, {bytes} bytes)",
-            info.name
-        ));
-    }
-    if heights.deviation_m > 0.0 {
-        notes.push(format!(
-            "concentric mean heights are rendered; columns deviate by up to {:.1} m",
-            heights.deviation_m
-        ));
-    }
-    notes
-}
-
-/// All that the pictures of one run share.
-struct Job<'a> {
-    scene: &'a Scene,
-    file: &'a MpasFile,
-    info: &'a FieldInfo,
-    grid: &'a Grid<'a>,
-    layers: &'a Layers,
-    renderer: &'a Renderer,
-    target: &'a Target,
-}
-
-impl Job<'_> {
-    /// Draws record `time`: the frame, when it is, and what is to be said of it.
-    fn picture(&self, time: usize, open_s: f64) -> Result<(Frame, Stamp, Said)> {
-        let start = Instant::now();
-        let owned = self.file.read_field(&self.info.name, time)?;
-        let read_s = start.elapsed().as_secs_f64();
-        let frame = self.renderer.render(self.scene, self.grid, self.layers, &owned.field()?)?;
-        let stamp = stamp(self.file, time);
-        let date = stamp.date.as_deref().unwrap_or("no date");
-        let path = self.target.path(&self.scene.output, &stamp, &self.scene.field)?;
-        let (info, report, counts) = (self.info, &frame.report, &frame.report.counts);
-        let before = format!(
-            "picture   {} ({} x {})\n\
-             field     {} at {}, {} layers, time {time} ({date})\n\
-             range     {}, {} missing\n\
-             rays      {}, {} columns, {} frusta ({} void)\n\
-             error     {}\n\
-             quality   {}\n\
-             seconds   open {open_s:.3}, read {read_s:.3}, prepare {:.3}, render {:.3}, write ",
-            path.display(),
-            frame.width,
-            frame.height,
-            info.name,
-            input::place(info.location),
-            info.layers,
-            input::range(report.value_range, info.units.as_deref()),
-            report.missing_values,
-            counts.rays,
-            counts.columns,
-            counts.frusta,
-            counts.void_frusta,
-            report.error,
-            report.quality,
-            report.prepare_s,
-            report.render_s,
-        );
-        let drawn_on = gpu::drawn_on(report.device.as_deref(), report.left_to_cpu.as_deref());
-        let (threads, left_out) = (report.threads, report.left_out.join("; "));
-        let after = format!(" ({threads} threads)\ndrawn on  {drawn_on}\nleft out  {left_out}");
-        Ok((frame, stamp, Said(before, after)))
-    }
 }

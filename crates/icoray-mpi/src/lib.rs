@@ -14,5 +14,7 @@ mod post;
 #[cfg(test)]
 mod tests;
 mod window;
+mod world;
 
 pub use host::MpiTeam;
+pub use world::World;

@@ -1,106 +1,78 @@
-//! An open MPAS file, with the mesh in it or in another.
+//! An open file, with what it lacks in others.
 
 use crate::field::{FieldInfo, OwnedField};
+use crate::floor::Floor;
 use crate::heights::LayerHeights;
-use crate::mesh::{MpasMesh, expect_sphere};
-use crate::source::{Kind, Source};
+use crate::mesh::{Convention, Mesh};
+use crate::sources::Sources;
+use crate::times;
 use icoray::{ErrorKind, Layers, Result};
+use std::ops::Range;
 use std::path::Path;
+use std::sync::OnceLock;
 
-/// More time records than any file has: hourly ones for a century are fewer.
-const MAX_RECORDS: usize = 1 << 20;
+/// Earth's radius in ICON, metres, for files that do not tell.
+const ICON_RADIUS_M: f64 = 6_371_229.0;
 
-/// An MPAS file, opened: the mesh tables are in memory, fields and heights are read on demand.
+/// A model's file, opened: the mesh tables are in memory; fields, of the times and layers asked for, and heights are read
+/// on demand.
 ///
 /// The NetCDF library takes one call at a time, in the whole process; reading from several threads gains nothing. Damaged
 /// classic files give errors; for damaged NetCDF-4 files that holds as far as the HDF5 library is proof against them.
 #[derive(Debug)]
-pub struct MpasFile {
-    source: Source,
-    mesh_source: Option<Source>,
-    mesh: MpasMesh,
+pub struct ModelFile {
+    sources: Sources,
+    mesh: Mesh,
     sphere_radius_m: f64,
     times: Vec<Option<String>>,
     records: usize,
     fields: Vec<FieldInfo>,
+    floor: OnceLock<Option<Floor>>,
 }
 
-impl MpasFile {
+impl ModelFile {
     /// Opens a file that holds the mesh and, mostly, fields; reads the mesh tables.
     ///
     /// # Errors
     /// All name the file. [`ErrorKind::Io`]: the file is absent, not NetCDF, damaged or cut off.
-    /// [`ErrorKind::Grid`]: a mesh table or `sphere_radius` is missing, or not of the dimensions that MPAS gives it.
-    /// [`ErrorKind::Unsupported`]: `on_a_sphere` is `NO`, or `vertexDegree` is not 3. What the tables say is not
-    /// checked before [`MpasMesh::grid`].
+    /// [`ErrorKind::Grid`]: a mesh table or the radius is missing, or not of the dimensions that the model gives it.
+    /// [`ErrorKind::Unsupported`]: the mesh is planar, or `vertexDegree` is not 3. What the tables say is not
+    /// checked before [`Mesh::grid`].
     pub fn open(path: impl AsRef<Path>) -> Result<Self> {
-        Self::new(Source::open(path.as_ref())?, None)
+        Self::open_with(path, &[] as &[&Path])
     }
 
-    /// Opens a file that holds fields, and another that holds the mesh, such as the run's init or grid file. Layer
-    /// heights and the radius are taken from the first of the two that has them, the fields' file first.
+    /// Opens a file that holds fields, and others with what it lacks: the mesh, in the run's init or grid file, or the
+    /// heights of layers. The mesh is taken from the first of the others that has one; heights and the radius from the
+    /// first of all that has them, the fields' file first.
     ///
     /// # Errors
-    /// As [`MpasFile::open`]; also [`ErrorKind::Grid`] when the two files differ in `nCells` or `nVertices`.
-    pub fn open_with_mesh(path: impl AsRef<Path>, mesh_path: impl AsRef<Path>) -> Result<Self> {
-        Self::new(Source::open(path.as_ref())?, Some(Source::open(mesh_path.as_ref())?))
-    }
-
-    fn new(source: Source, mesh_source: Option<Source>) -> Result<Self> {
-        let of_mesh = mesh_source.as_ref().unwrap_or(&source);
-        expect_sphere(&source)?;
-        let mesh = MpasMesh::read(of_mesh)?;
-        for (dimension, expected) in [("nCells", mesh.cells()), ("nVertices", mesh.corners())] {
-            let there = source.dimension_len(dimension)?.unwrap_or(expected);
-            if there != expected {
-                let mesh_path = of_mesh.path().display();
-                let context =
-                    format!("{dimension} is {there}, expected {expected} as in the mesh of {mesh_path}");
-                return Err(source.error(ErrorKind::Grid, context));
-            }
-        }
-        let radius = match source.number("sphere_radius")? {
-            None => of_mesh.number("sphere_radius")?,
-            known => known,
-        };
-        let sphere_radius_m = match radius {
-            Some(r) if r.is_finite() && r > 0.0 => r,
-            Some(r) => {
-                return Err(source
-                    .error(ErrorKind::Grid, format_args!("sphere_radius: {r}, expected a positive number")));
-            }
-            None => {
-                return Err(of_mesh.error(
-                    ErrorKind::Grid,
-                    "attribute sphere_radius is missing, expected a radius in metres",
-                ));
-            }
-        };
-        let records = source.dimension_len("Time")?.unwrap_or(0);
-        if records > MAX_RECORDS {
-            let context = format!("Time is {records}, expected at most {MAX_RECORDS}: the header is damaged");
-            return Err(source.error(ErrorKind::Io, context));
-        }
-        let times = (0..records.max(1)).map(|record| time(&source, record)).collect();
-        let fields = source
-            .variables()
-            .iter()
-            .filter_map(|v| FieldInfo::of(&source, v).transpose())
-            .collect::<Result<_>>()?;
-        Ok(MpasFile { source, mesh_source, mesh, sphere_radius_m, times, records, fields })
+    /// As [`ModelFile::open`]; also [`ErrorKind::Grid`] when a file is of another mesh, of more or fewer cells.
+    pub fn open_with(path: impl AsRef<Path>, others: &[impl AsRef<Path>]) -> Result<Self> {
+        let sources = Sources::open(path.as_ref(), others)?;
+        let mesh = Mesh::read(&sources)?;
+        expect_one_mesh(&sources, &mesh)?;
+        let sphere_radius_m = radius(&sources, mesh.convention())?;
+        let source = sources.fields();
+        let records = times::records(source)?;
+        let times = times::dates(source, records.max(1));
+        let fields = source.variables().iter();
+        let fields =
+            fields.filter_map(|v| FieldInfo::of(source, v, &mesh).transpose()).collect::<Result<_>>()?;
+        Ok(ModelFile { sources, mesh, sphere_radius_m, times, records, fields, floor: OnceLock::new() })
     }
 
     /// The path of the fields' file, as given.
     pub fn path(&self) -> &Path {
-        self.source.path()
+        self.sources.fields().path()
     }
 
     /// The mesh.
-    pub fn mesh(&self) -> &MpasMesh {
+    pub fn mesh(&self) -> &Mesh {
         &self.mesh
     }
 
-    /// The sphere's radius (`sphere_radius`).
+    /// The sphere's radius (`sphere_radius`); that of ICON's Earth where an ICON file does not tell.
     ///
     /// # Units
     /// Metres; 1 in a mesh on the unit sphere.
@@ -108,14 +80,15 @@ impl MpasFile {
         self.sphere_radius_m
     }
 
-    /// The time of each record as `xtime` gives it (`2013-10-25_00:00:00`), at least one: a file without a `Time` record
-    /// has one all the same, for its fields that do not depend on time. `None` where there is no readable `xtime`.
+    /// The date of each record as MPAS writes it (`2013-10-25_00:00:00`): of `xtime`, or made of CF's time in its calendar.
+    /// At least one: a file without a time record has one all the same, for its fields that do not depend on time. `None`
+    /// where there is no readable time.
     pub fn times(&self) -> &[Option<String>] {
         &self.times
     }
 
-    /// The variables that can be read as fields, in the file's order: `float` or `double`, over `nCells` or `nVertices` and
-    /// `nVertLevels` or `nVertLevelsP1`, with or without `Time`.
+    /// The variables that can be read as fields, in the file's order: `float` or `double`, over cells or corners and layers,
+    /// with or without time.
     pub fn fields(&self) -> &[FieldInfo] {
         &self.fields
     }
@@ -128,25 +101,42 @@ impl MpasFile {
         if let Some(info) = self.fields.iter().find(|f| f.name == name) {
             return Ok(info);
         }
-        let reason = match self.source.variable(name) {
-            Some(variable) => format!(
-                "variable {variable} is not a field, expected float or double over (Time, nCells or nVertices, \
-                 nVertLevels or nVertLevelsP1)"
-            ),
+        let expected = match self.mesh.convention() {
+            Convention::Mpas => "(Time, nCells or nVertices, nVertLevels or nVertLevelsP1)".to_owned(),
+            Convention::Icon => {
+                format!("(time, layers, {} triangles or {} points)", self.mesh.corners(), self.mesh.cells())
+            }
+        };
+        let source = self.sources.fields();
+        let reason = match source.variable(name) {
+            Some(variable) => {
+                format!("variable {variable} is not a field, expected float or double over {expected}")
+            }
             None => format!("there is no field {name}"),
         };
         let names: Vec<&str> = self.fields.iter().map(|f| f.name.as_str()).collect();
         let there = if names.is_empty() { "none".to_owned() } else { names.join(", ") };
-        Err(self.source.error(ErrorKind::Field, format_args!("{reason}; fields in the file: {there}")))
+        Err(source.error(ErrorKind::Field, format_args!("{reason}; fields in the file: {there}")))
     }
 
     /// Reads record `time` (from 0) of the field `name`, and nothing else. A field that does not depend on time reads the
-    /// same at every `time` that [`MpasFile::times`] has.
+    /// same at every `time` that [`ModelFile::times`] has. Values below MPAS-Ocean's sea floor (`maxLevelCell`) are missing.
     ///
     /// # Errors
     /// [`ErrorKind::Field`] when there is no such field or record; [`ErrorKind::Io`] when the file is damaged or cut off.
     pub fn read_field(&self, name: &str, time: usize) -> Result<OwnedField> {
+        let layers = self.field_info(name)?.layers;
+        self.read_layers(name, time, 0..layers)
+    }
+
+    /// Reads some of the layers, counted from 0, as [`ModelFile::read_field`] does all.
+    ///
+    /// # Errors
+    /// As [`ModelFile::read_field`]; also [`ErrorKind::Field`] when the field has not all these layers, or these are none.
+    pub fn read_layers(&self, name: &str, time: usize, layers: Range<usize>) -> Result<OwnedField> {
         let info = self.field_info(name)?;
+        let bad =
+            |what: String| self.sources.fields().error(ErrorKind::Field, format_args!("{name}: {what}"));
         let records = if info.time_dependent { self.records } else { self.times.len() };
         if time >= records {
             let expected = match records {
@@ -154,49 +144,79 @@ impl MpasFile {
                 1 => "expected 0: the file holds 1 time record".to_owned(),
                 n => format!("expected 0 to {}: the file holds {n} time records", n - 1),
             };
-            return Err(self
-                .source
-                .error(ErrorKind::Field, format_args!("{name}: time index {time}, {expected}")));
+            return Err(bad(format!("time index {time}, {expected}")));
         }
-        OwnedField::read(&self.source, info, time)
+        if layers.is_empty() || layers.end > info.layers {
+            return Err(bad(format!("layers {layers:?}, expected some of 0..{}", info.layers)));
+        }
+        OwnedField::read(self.sources.fields(), info, time, layers, self.floor()?)
     }
 
-    /// Whether the file (or the mesh's file) has a variable that gives layer heights. Without one, as in a bare mesh file,
-    /// a caller may space layers as it likes.
-    pub fn has_layer_heights(&self) -> bool {
-        LayerHeights::are_in(&self.sources())
-    }
-
-    /// Reads the interfaces between layers and how far terrain bends them.
+    /// Reads the heights on which a field's layers lie, and how far terrain bends them.
     ///
-    /// `zgrid` is read whole, in blocks. icoray renders concentric layers, so the mean over all cells is taken.
+    /// Heights that differ between columns are read whole, in blocks. icoray renders concentric layers, so the mean over all
+    /// columns is taken.
     ///
     /// # Errors
-    /// [`ErrorKind::Layers`] when neither `zgrid` nor `refBottomDepth` is there (the sentence names both), or when the
-    /// heights are not finite, not strictly monotone or larger than the sphere; [`ErrorKind::Io`] when the file is damaged
-    /// or cut off.
-    pub fn layer_heights(&self) -> Result<LayerHeights> {
-        LayerHeights::read(&self.sources(), self.sphere_radius_m)
+    /// [`ErrorKind::Field`] when there is no such field; [`ErrorKind::Layers`] when no variable gives heights (the sentence
+    /// says which were looked for), or when they are not finite, not strictly monotone or larger than the sphere;
+    /// [`ErrorKind::Io`] when the file is damaged or cut off.
+    pub fn layer_heights(&self, field: &str) -> Result<LayerHeights> {
+        LayerHeights::read(&self.sources, &self.mesh, self.field_info(field)?, self.sphere_radius_m)
     }
 
-    /// The interfaces of [`MpasFile::layer_heights`] as radii; [`Layers::for_field`] gives those of a field.
+    /// The heights of [`ModelFile::layer_heights`] as the field's radii.
     ///
     /// # Errors
-    /// As [`MpasFile::layer_heights`].
-    pub fn layers(&self) -> Result<Layers> {
-        self.layer_heights().map(|heights| heights.layers)
+    /// As [`ModelFile::layer_heights`] and [`Layers::for_field`].
+    pub fn layers(&self, field: &str) -> Result<Layers> {
+        self.layer_heights(field)?.layers.for_field(self.field_info(field)?.layers)
     }
 
-    fn sources(&self) -> Vec<&Source> {
-        std::iter::once(&self.source).chain(&self.mesh_source).collect()
+    /// The sea floor, read once.
+    fn floor(&self) -> Result<Option<&Floor>> {
+        if let Some(known) = self.floor.get() {
+            return Ok(known.as_ref());
+        }
+        let floor = match self.mesh.convention() {
+            Convention::Mpas => Floor::read(&self.sources, &self.mesh)?,
+            Convention::Icon => None,
+        };
+        Ok(self.floor.get_or_init(|| floor).as_ref())
     }
 }
 
-/// `xtime` of a record: a label, so whatever is wrong with it gives none and stops nothing.
-fn time(source: &Source, record: usize) -> Option<String> {
-    let variable = source.variable("xtime").filter(|v| v.kind == Kind::Text && v.dimensions.len() == 2)?;
-    if variable.dimensions[0].name != "Time" || record >= variable.dimensions[0].len {
-        return None;
+/// All files are of the mesh that was read.
+fn expect_one_mesh(sources: &Sources, mesh: &Mesh) -> Result<()> {
+    let dimensions: &[(&str, usize)] = match mesh.convention() {
+        Convention::Mpas => &[("nCells", mesh.cells()), ("nVertices", mesh.corners())],
+        Convention::Icon => &[("ncells", mesh.corners()), ("cell", mesh.corners())],
+    };
+    for source in sources.all() {
+        for &(dimension, expected) in dimensions {
+            let there = source.dimension_len(dimension)?.unwrap_or(expected);
+            if there != expected {
+                let mesh_path = mesh.path().display();
+                let context =
+                    format!("{dimension} is {there}, expected {expected} as in the mesh of {mesh_path}");
+                return Err(source.error(ErrorKind::Grid, context));
+            }
+        }
     }
-    source.text_row(variable, record).ok().filter(|text| !text.is_empty())
+    Ok(())
+}
+
+fn radius(sources: &Sources, convention: Convention) -> Result<f64> {
+    match (sources.number("sphere_radius")?, convention) {
+        (Some(r), _) if r.is_finite() && r > 0.0 => Ok(r),
+        (Some(r), _) => {
+            let context = format!("sphere_radius: {r}, expected a positive number");
+            Err(sources.fields().error(ErrorKind::Grid, context))
+        }
+        (None, Convention::Icon) => Ok(ICON_RADIUS_M),
+        (None, Convention::Mpas) => {
+            let context = "attribute sphere_radius is missing, expected a radius in metres";
+            Err(sources.error(ErrorKind::Grid, context))
+        }
+    }
 }

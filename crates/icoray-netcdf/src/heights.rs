@@ -1,49 +1,64 @@
-//! The heights of an MPAS file's layer interfaces.
+//! The heights on which a field's layers lie.
 
+mod axis;
+mod columns;
+mod thickness;
+
+use crate::field::FieldInfo;
+use crate::mesh::{Convention, Mesh};
 use crate::source::{Kind, Source, Variable};
-use icoray::{ErrorKind, Layers, Reals, Result};
+use crate::sources::Sources;
+use icoray::{ErrorKind, Layers, Result};
 
-/// Variables that give the interfaces, in the order in which they are looked for.
-const ZGRID: &str = "zgrid";
-const REF_BOTTOM_DEPTH: &str = "refBottomDepth";
+/// ICON's variables of heights over columns: of interfaces, then of full levels.
+const ICON_COLUMNS: [&str; 7] = ["z_ifc", "zghalf", "HHL", "z_mc", "zg", "zfull", "geometric_height"];
 
-/// Values of `zgrid` that are in memory at one time.
-const BLOCK: usize = 1 << 20;
-
-/// The interfaces between layers: one more than `nVertLevels`, where fields over `nVertLevelsP1` lie; fields over
-/// `nVertLevels` lie midway between them ([`Layers::for_field`]).
+/// Where a field's layers lie.
+///
+/// In MPAS these are the interfaces, one more than `nVertLevels`, where fields over `nVertLevelsP1` lie; fields over
+/// `nVertLevels` lie midway between them ([`Layers::for_field`]). In ICON they are the field's own layers, or interfaces.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LayerHeights {
-    /// The variable that the heights are from: `zgrid` (atmosphere) or `refBottomDepth` (ocean).
-    pub variable: &'static str,
-    /// Height of each interface above the sphere in metres, negative below it: the mean over all cells.
+    /// The variable that the heights are from.
+    pub variable: String,
+    /// Whether they are those of the standard atmosphere for pressures that the variable gives.
+    pub is_of_pressure: bool,
+    /// Height of each above the sphere in metres, negative below it: the mean over all columns where it differs.
     pub height_m: Vec<f64>,
-    /// How far a column's interface lies off the mean at most, in metres: 0 without terrain.
-    pub deviation_m: f64,
-    /// The interfaces as radii.
+    /// How far a column's layer lies off the mean at most, in metres: 0 without terrain. `None` where the file gives one
+    /// height for all columns and does not tell.
+    pub deviation_m: Option<f64>,
+    /// The same as radii.
     pub layers: Layers,
 }
 
+/// Heights as found, before they are radii.
+struct Found<'a> {
+    source: &'a Source,
+    variable: &'a Variable,
+    is_of_pressure: bool,
+    height_m: Vec<f64>,
+    deviation_m: Option<f64>,
+}
+
 impl LayerHeights {
-    /// Finds and reads the heights: in the first of `sources` that has one of the variables.
-    pub(crate) fn read(sources: &[&Source], sphere_radius_m: f64) -> Result<Self> {
-        let Some((source, variable, name)) = Self::find(sources) else {
-            return Err(sources[0].error(
-                ErrorKind::Layers,
-                format_args!(
-                    "no layer heights: looked for {ZGRID}(nCells, nVertLevelsP1) and {REF_BOTTOM_DEPTH}(nVertLevels)"
-                ),
-            ));
+    /// Finds and reads the heights of a field's layers.
+    pub(crate) fn read(
+        sources: &Sources,
+        mesh: &Mesh,
+        info: &FieldInfo,
+        sphere_radius_m: f64,
+    ) -> Result<Self> {
+        let found = match mesh.convention() {
+            Convention::Mpas => of_mpas(sources)?,
+            Convention::Icon => of_icon(sources, mesh, info)?,
         };
-        let (height_m, deviation_m) = match name {
-            ZGRID => mean_heights(source, variable)?,
-            _ => (depths(source, variable)?, 0.0),
-        };
+        let (source, name, height_m) = (found.source, &found.variable.name, found.height_m);
         if let Some(i) = height_m.iter().position(|h| !h.is_finite() || h.abs() >= sphere_radius_m) {
             return Err(source.error(
                 ErrorKind::Layers,
                 format_args!(
-                    "{name}: interface {i} lies at {} m, but sphere_radius is {sphere_radius_m}; expected a radius in metres, \
+                    "{name}: layer {i} lies at {} m, but sphere_radius is {sphere_radius_m}; expected a radius in metres, \
                      such as an init or history file gives (a mesh on the unit sphere has 1)",
                     height_m[i]
                 ),
@@ -51,18 +66,80 @@ impl LayerHeights {
         }
         let layers = Layers::from_heights(&height_m, sphere_radius_m)
             .map_err(|e| e.within(name).within(source.path().display()))?;
-        Ok(LayerHeights { variable: name, height_m, deviation_m, layers })
+        Ok(LayerHeights {
+            variable: name.clone(),
+            is_of_pressure: found.is_of_pressure,
+            height_m,
+            deviation_m: found.deviation_m,
+            layers,
+        })
     }
+}
 
-    /// Whether [`LayerHeights::read`] would find a variable.
-    pub(crate) fn are_in(sources: &[&Source]) -> bool {
-        Self::find(sources).is_some()
+/// Interfaces of MPAS-Atmosphere, or of MPAS-Ocean: from the depths that all columns share, or else from thicknesses.
+fn of_mpas(sources: &Sources) -> Result<Found<'_>> {
+    if let Some((source, variable)) = sources.find("zgrid") {
+        expect(source, variable, &["nCells", "nVertLevelsP1"])?;
+        let (height_m, deviation_m) = columns::mean(source, variable, true)?;
+        return Ok(Found {
+            source,
+            variable,
+            is_of_pressure: false,
+            height_m,
+            deviation_m: Some(deviation_m),
+        });
     }
+    if let Some((source, variable)) = sources.find("refBottomDepth") {
+        expect(source, variable, &["nVertLevels"])?;
+        let bottom = source.all_numbers(variable)?;
+        let height_m = std::iter::once(0.0).chain(bottom.iter().map(|depth| -depth)).collect();
+        return Ok(Found { source, variable, is_of_pressure: false, height_m, deviation_m: None });
+    }
+    if let Some((source, variable)) =
+        thickness::NAMES.iter().find_map(|name| sources.find(name).filter(|(_, v)| thickness::fits(v)))
+    {
+        let (height_m, deviation_m) = thickness::interfaces(sources, source, variable)?;
+        return Ok(Found { source, variable, is_of_pressure: false, height_m, deviation_m });
+    }
+    Err(sources.error(
+        ErrorKind::Layers,
+        "no layer heights: looked for zgrid(nCells, nVertLevelsP1), refBottomDepth(nVertLevels), \
+         restingThickness(nCells, nVertLevels) and layerThickness(Time, nCells, nVertLevels)",
+    ))
+}
 
-    fn find<'a>(sources: &[&'a Source]) -> Option<(&'a Source, &'a Variable, &'static str)> {
-        let found = |name| sources.iter().find_map(|s| s.variable(name).map(|v| (*s, v, name)));
-        found(ZGRID).or_else(|| found(REF_BOTTOM_DEPTH))
+/// Heights of ICON's layers: of a coordinate in metres or pascals, or of a variable with the heights of columns.
+fn of_icon<'a>(sources: &'a Sources, mesh: &Mesh, info: &FieldInfo) -> Result<Found<'a>> {
+    let dimension = &info.layer_dimension;
+    for source in sources.all() {
+        let Some(variable) = source.variable(dimension) else { continue };
+        if let Some((height_m, is_of_pressure)) = axis::heights(source, variable, info.layers)? {
+            return Ok(Found { source, variable, is_of_pressure, height_m, deviation_m: Some(0.0) });
+        }
     }
+    for (source, variable) in ICON_COLUMNS.iter().filter_map(|name| sources.find(name)) {
+        let [.., layers, cells] = variable.dimensions.as_slice() else { continue };
+        let is_real = matches!(variable.kind, Kind::F32 | Kind::F64);
+        let fits = layers.len == info.layers || layers.len == info.layers + 1;
+        if is_real && fits && cells.len == mesh.corners() {
+            let (height_m, deviation_m) = columns::mean(source, variable, false)?;
+            let deviation_m = Some(deviation_m);
+            return Ok(Found { source, variable, is_of_pressure: false, height_m, deviation_m });
+        }
+    }
+    Err(sources.error(
+        ErrorKind::Layers,
+        format_args!(
+            "no heights for the {} layers of {}: looked for a coordinate {dimension}({dimension}) in metres or pascals, and for \
+             {} over {} or {} layers and {} cells; they may be in another file, such as the run's vertical grid",
+            info.layers,
+            info.name,
+            ICON_COLUMNS.join(", "),
+            info.layers,
+            info.layers + 1,
+            mesh.corners(),
+        ),
+    ))
 }
 
 fn expect(source: &Source, variable: &Variable, dimensions: &[&str]) -> Result<()> {
@@ -77,52 +154,4 @@ fn expect(source: &Source, variable: &Variable, dimensions: &[&str]) -> Result<(
             dimensions.join(", ")
         ),
     ))
-}
-
-/// Mean of `zgrid` over the cells at each interface, and the greatest distance from it.
-fn mean_heights(source: &Source, variable: &Variable) -> Result<(Vec<f64>, f64)> {
-    expect(source, variable, &["nCells", "nVertLevelsP1"])?;
-    let (cells, interfaces) = (variable.dimensions[0].len, variable.dimensions[1].len);
-    if cells == 0 || interfaces == 0 {
-        return Err(source.error(ErrorKind::Layers, format_args!("variable {variable} is empty")));
-    }
-    let rows = (BLOCK / interfaces).max(1);
-    let (mut sum, mut least, mut greatest) = (Vec::new(), Vec::new(), Vec::new());
-    for first in (0..cells).step_by(rows) {
-        let block = source.reals(variable, &[first, 0], &[rows.min(cells - first), interfaces])?;
-        let heights = block.as_reals();
-        // Only now is it known that a damaged header does not promise more interfaces than there can be.
-        sum.resize(interfaces, 0.0);
-        least.resize(interfaces, f64::INFINITY);
-        greatest.resize(interfaces, f64::NEG_INFINITY);
-        for i in 0..heights.len() {
-            let (height, interface) = (heights.get(i), i % interfaces);
-            if !height.is_finite() {
-                let cell = first + i / interfaces + 1;
-                let context = format!(
-                    "{ZGRID} of cell {cell}, interface {interface}: {height}, expected a height in metres"
-                );
-                return Err(source.error(ErrorKind::Layers, context));
-            }
-            sum[interface] += height;
-            least[interface] = height.min(least[interface]);
-            greatest[interface] = height.max(greatest[interface]);
-        }
-    }
-    // Equal heights keep their very value, without the sum's rounding.
-    let mean_of = |i: usize| {
-        if least[i] == greatest[i] { least[i] } else { sum[i] / cells as f64 }
-    };
-    let mean: Vec<f64> = (0..interfaces).map(mean_of).collect();
-    let off = (0..interfaces).map(|i| (greatest[i] - mean[i]).max(mean[i] - least[i]));
-    let deviation = off.fold(0.0, f64::max);
-    Ok((mean, deviation))
-}
-
-/// Interfaces from `refBottomDepth`: the surface, then the bottom of each level, falling.
-fn depths(source: &Source, variable: &Variable) -> Result<Vec<f64>> {
-    expect(source, variable, &["nVertLevels"])?;
-    let bottom = source.all_reals(variable)?;
-    let bottom: Reals<'_> = bottom.as_reals();
-    Ok(std::iter::once(0.0).chain((0..bottom.len()).map(|level| -bottom.get(level))).collect())
 }

@@ -1,32 +1,40 @@
-//! MPAS files as grids, layers and fields.
+//! Files of models on geodesic grids as grids, layers and fields: MPAS-Atmosphere, MPAS-Ocean, ICON.
 //!
-//! [`MpasFile::open`] reads the mesh tables and lists the fields; a field is read on demand, one time record at a time, in
-//! the precision stored. Classic NetCDF (CDF-1, CDF-2, CDF-5) and NetCDF-4 are read. Layouts are those of the MPAS mesh
-//! specification 1.0 (<https://mpas-dev.github.io/files/documents/MPAS-MeshSpec.pdf>).
+//! [`ModelFile::open`] reads the mesh tables and lists the fields; a field is read on demand, one time record at a time, all
+//! layers or some, in the file's order and precision. Classic NetCDF (CDF-1, CDF-2, CDF-5) and NetCDF-4 are read.
+//!
+//! MPAS's files follow the MPAS mesh specification 1.0 (<https://mpas-dev.github.io/files/documents/MPAS-MeshSpec.pdf>).
+//! ICON's triangles are corners of the hexagons around their points, so that its fields are at corners; where a file has no
+//! tables they are rebuilt from the triangles' bounds.
 //!
 //! ```no_run
 //! # fn main() -> icoray::Result<()> {
-//! let file = icoray_netcdf::MpasFile::open("history.nc")?;
+//! let file = icoray_netcdf::ModelFile::open("history.nc")?;
 //! let grid = file.mesh().grid()?;
 //! let theta = file.read_field("theta", 0)?;
 //! let field = theta.field()?;
-//! let layers = file.layers()?.for_field(theta.info().layers)?;
+//! let layers = file.layers("theta")?;
 //! assert_eq!(field.shape().columns, grid.cells());
 //! assert_eq!(field.shape().layers, layers.count());
 //! # Ok(())
 //! # }
 //! ```
 
+mod calendar;
 mod classic;
 mod field;
 mod file;
+mod floor;
 mod heights;
 mod mesh;
 mod quiet;
 mod reals;
 mod source;
+mod sources;
+mod standard_atmosphere;
+mod times;
 
 pub use field::{FieldInfo, OwnedField, Precision};
-pub use file::MpasFile;
+pub use file::ModelFile;
 pub use heights::LayerHeights;
-pub use mesh::MpasMesh;
+pub use mesh::{Convention, Mesh};

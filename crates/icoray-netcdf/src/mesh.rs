@@ -1,80 +1,95 @@
-//! The mesh tables of an MPAS file.
+//! The mesh tables of a file, whatever model wrote it.
+
+mod icon;
+mod mpas;
+mod points;
+mod triangles;
 
 use crate::reals::OwnedReals;
 use crate::source::{Kind, Source, Variable};
-use icoray::{ErrorKind, Grid, GridTables, LonLat, Result};
+use crate::sources::Sources;
+use icoray::{Error, ErrorKind, Grid, GridTables, LonLat, Result};
+use std::fmt;
 use std::path::PathBuf;
 
-/// The tables that icoray reads of an MPAS mesh, owned, as the file stores them (numbered from 1).
-#[derive(Debug, Clone)]
-pub struct MpasMesh {
-    path: PathBuf,
-    lon_cell: OwnedReals,
-    lat_cell: OwnedReals,
-    lon_vertex: OwnedReals,
-    lat_vertex: OwnedReals,
-    vertices_on_cell: Vec<i32>,
-    max_edges: usize,
-    edges_of_cell: Vec<i32>,
-    cells_on_vertex: Vec<i32>,
-    edges_on_vertex: Vec<i32>,
-    vertices_on_edge: Vec<i32>,
+/// Whose conventions a file follows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Convention {
+    /// MPAS: hexagons with their tables; fields at cells or corners.
+    Mpas,
+    /// ICON: triangles, which are the corners of the hexagons around their points; fields at corners or, rarely, at cells.
+    Icon,
 }
 
-impl MpasMesh {
-    /// Reads the nine tables; what they say is checked by [`MpasMesh::grid`].
-    pub(crate) fn read(source: &Source) -> Result<Self> {
-        expect_sphere(source)?;
-        let table = |name: &str, dimensions: &[&str], integer: bool| find(source, name, dimensions, integer);
-        let lon_cell = table("lonCell", &["nCells"], false)?;
-        let lat_cell = table("latCell", &["nCells"], false)?;
-        let lon_vertex = table("lonVertex", &["nVertices"], false)?;
-        let lat_vertex = table("latVertex", &["nVertices"], false)?;
-        let edges_of_cell = table("nEdgesOnCell", &["nCells"], true)?;
-        let vertices_on_cell = table("verticesOnCell", &["nCells", "maxEdges"], true)?;
-        let cells_on_vertex = table("cellsOnVertex", &["nVertices", "vertexDegree"], true)?;
-        let edges_on_vertex = table("edgesOnVertex", &["nVertices", "vertexDegree"], true)?;
-        let vertices_on_edge = table("verticesOnEdge", &["nEdges", "TWO"], true)?;
-        let degree = cells_on_vertex.dimensions[1].len;
-        if degree != 3 {
-            return Err(source.error(
-                ErrorKind::Unsupported,
-                format_args!("vertexDegree is {degree}, expected 3: only meshes whose corners each join 3 cells are rendered"),
-            ));
-        }
-        let two = vertices_on_edge.dimensions[1].len;
-        if two != 2 {
-            return Err(
-                source.error(ErrorKind::Grid, format_args!("{vertices_on_edge}: rows of {two}, expected 2"))
-            );
-        }
-        Ok(MpasMesh {
-            path: source.path().to_owned(),
-            lon_cell: source.all_reals(lon_cell)?,
-            lat_cell: source.all_reals(lat_cell)?,
-            lon_vertex: source.all_reals(lon_vertex)?,
-            lat_vertex: source.all_reals(lat_vertex)?,
-            max_edges: vertices_on_cell.dimensions[1].len,
-            vertices_on_cell: source.all_integers(vertices_on_cell)?,
-            edges_of_cell: source.all_integers(edges_of_cell)?,
-            cells_on_vertex: source.all_integers(cells_on_vertex)?,
-            edges_on_vertex: source.all_integers(edges_on_vertex)?,
-            vertices_on_edge: source.all_integers(vertices_on_edge)?,
+impl fmt::Display for Convention {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(match self {
+            Convention::Mpas => "MPAS",
+            Convention::Icon => "ICON",
         })
+    }
+}
+
+/// The tables that icoray reads of a mesh, owned.
+///
+/// Of MPAS as the file stores them, numbered from 1. Of ICON `corner_cell` is `vertex_of_cell`, or is rebuilt from the
+/// triangles' bounds where the file has no tables, and all others are made of it, numbered from 0.
+#[derive(Debug, Clone)]
+pub struct Mesh {
+    path: PathBuf,
+    convention: Convention,
+    index_base: i32,
+    center: Positions,
+    corner: Positions,
+    cell_corner: Vec<i32>,
+    cell_corner_row: usize,
+    cell_corner_count: Vec<i32>,
+    corner_cell: Vec<i32>,
+    corner_edge: Vec<i32>,
+    edge_corner: Vec<i32>,
+}
+
+/// Longitudes and latitudes in radians.
+#[derive(Debug, Clone)]
+struct Positions {
+    lon: OwnedReals,
+    lat: OwnedReals,
+}
+
+impl Positions {
+    fn borrowed(&self) -> LonLat<'_> {
+        LonLat { lon_rad: self.lon.as_reals(), lat_rad: self.lat.as_reals() }
+    }
+}
+
+impl Mesh {
+    /// Reads the tables of whichever model's the files are; what they say is checked by [`Mesh::grid`].
+    pub(crate) fn read(sources: &Sources) -> Result<Self> {
+        if mpas::is_in(sources)? {
+            return mpas::read(sources);
+        }
+        if icon::is_in(sources) {
+            return icon::read(sources);
+        }
+        Err(sources.error(
+            ErrorKind::Grid,
+            "no mesh is known: looked for MPAS's (dimension nCells, variables lonCell, verticesOnCell and more) and for ICON's \
+             (variable vertex_of_cell, or clon with its bounds); it may be in another file, such as the run's grid file",
+        ))
     }
 
     /// The tables, borrowed. Their MPAS names stand at [`GridTables`].
     pub fn tables(&self) -> GridTables<'_> {
         GridTables {
-            index_base: 1,
-            center: LonLat { lon_rad: self.lon_cell.as_reals(), lat_rad: self.lat_cell.as_reals() },
-            corner: LonLat { lon_rad: self.lon_vertex.as_reals(), lat_rad: self.lat_vertex.as_reals() },
-            cell_corner: self.vertices_on_cell.as_slice().into(),
-            cell_corner_row: self.max_edges,
-            cell_corner_count: Some(self.edges_of_cell.as_slice().into()),
-            corner_cell: self.cells_on_vertex.as_slice().into(),
-            corner_edge: self.edges_on_vertex.as_slice().into(),
-            edge_corner: self.vertices_on_edge.as_slice().into(),
+            index_base: self.index_base,
+            center: self.center.borrowed(),
+            corner: self.corner.borrowed(),
+            cell_corner: self.cell_corner.as_slice().into(),
+            cell_corner_row: self.cell_corner_row,
+            cell_corner_count: Some(self.cell_corner_count.as_slice().into()),
+            corner_cell: self.corner_cell.as_slice().into(),
+            corner_edge: self.corner_edge.as_slice().into(),
+            edge_corner: self.edge_corner.as_slice().into(),
         }
     }
 
@@ -86,63 +101,60 @@ impl MpasMesh {
         Grid::new(self.tables()).map_err(|e| e.within(self.path.display()))
     }
 
-    /// Number of cells (`nCells`).
+    /// Whose conventions the file follows.
+    pub fn convention(&self) -> Convention {
+        self.convention
+    }
+
+    /// Number of cells: MPAS's `nCells`, the points of ICON's triangles.
     pub fn cells(&self) -> usize {
         self.tables().cells()
     }
 
-    /// Number of corners (`nVertices`).
+    /// Number of corners: MPAS's `nVertices`, ICON's triangles.
     pub fn corners(&self) -> usize {
         self.tables().corners()
     }
 
-    /// Number of edges (`nEdges`).
+    /// Number of edges.
     pub fn edges(&self) -> usize {
         self.tables().edges()
     }
 
-    /// Row length of `verticesOnCell`: the most corners that a cell may have.
+    /// The most corners that a cell may have: row length of MPAS's `verticesOnCell`.
     pub fn max_edges(&self) -> usize {
-        self.max_edges
+        self.cell_corner_row
     }
 
     /// Bytes that the tables take.
     pub fn bytes(&self) -> usize {
-        let reals =
-            [&self.lon_cell, &self.lat_cell, &self.lon_vertex, &self.lat_vertex].map(OwnedReals::bytes);
+        let reals = [&self.center, &self.corner].map(|p| p.lon.bytes() + p.lat.bytes());
         let indices = [
-            &self.vertices_on_cell,
-            &self.edges_of_cell,
-            &self.cells_on_vertex,
-            &self.edges_on_vertex,
-            &self.vertices_on_edge,
-        ]
-        .map(|table| size_of_val(table.as_slice()));
-        reals.iter().chain(&indices).sum()
+            &self.cell_corner,
+            &self.cell_corner_count,
+            &self.corner_cell,
+            &self.corner_edge,
+            &self.edge_corner,
+        ];
+        reals.iter().sum::<usize>() + indices.map(|table| size_of_val(table.as_slice())).iter().sum::<usize>()
+    }
+
+    /// The file that the tables are from.
+    pub(crate) fn path(&self) -> &std::path::Path {
+        &self.path
+    }
+
+    /// The cells around a corner, counted from 0; `None` where the mesh has a hole.
+    pub(crate) fn cells_at(&self, corner: usize) -> [Option<usize>; 3] {
+        let number = |k| i64::from(self.corner_cell[3 * corner + k]) - i64::from(self.index_base);
+        let cell = |k| usize::try_from(number(k)).ok();
+        [0, 1, 2].map(|k| cell(k).filter(|&cell| cell < self.cells()))
     }
 }
 
-/// Refuses a mesh that says it is planar. The attribute may be absent: [`Grid::new`] finds out then.
-pub(crate) fn expect_sphere(source: &Source) -> Result<()> {
-    match source.text("on_a_sphere")? {
-        Some(answer) if answer.to_ascii_uppercase().starts_with('N') => Err(source.error(
-            ErrorKind::Unsupported,
-            format_args!("on_a_sphere is {answer}: the mesh is planar, only meshes on a sphere are rendered"),
-        )),
-        _ => Ok(()),
-    }
-}
-
+/// The variable of that name, of numbers of that kind over those dimensions.
 fn find<'a>(source: &'a Source, name: &str, dimensions: &[&str], integer: bool) -> Result<&'a Variable> {
-    let Some(variable) = source.variable(name) else {
-        return Err(source.error(
-            ErrorKind::Grid,
-            format_args!(
-                "variable {name} is missing: the file holds no whole MPAS mesh; it may be in another file, \
-                 such as the run's init or grid file"
-            ),
-        ));
-    };
+    let variable = source.variable(name).ok_or_else(|| missing(source, name))?;
     let fine = match variable.kind {
         Kind::F32 | Kind::F64 => !integer,
         Kind::Integer => integer,
@@ -159,4 +171,14 @@ fn find<'a>(source: &'a Source, name: &str, dimensions: &[&str], integer: bool) 
         ));
     }
     Ok(variable)
+}
+
+fn missing(source: &Source, name: &str) -> Error {
+    source.error(
+        ErrorKind::Grid,
+        format_args!(
+            "variable {name} is missing: the file holds no whole mesh; it may be in another file, such as the run's init or \
+             grid file"
+        ),
+    )
 }

@@ -39,4 +39,20 @@ impl OwnedReals {
             OwnedReals::F64(v) => v.iter_mut().filter(|x| **x == mark).for_each(|x| *x = f64::NAN),
         }
     }
+
+    /// Changes every element, in f64.
+    pub(crate) fn each(&mut self, change: impl Fn(f64) -> f64) {
+        match self {
+            OwnedReals::F32(v) => v.iter_mut().for_each(|x| *x = change(f64::from(*x)) as f32),
+            OwnedReals::F64(v) => v.iter_mut().for_each(|x| *x = change(*x)),
+        }
+    }
+
+    /// Puts NaN at `index`.
+    pub(crate) fn void_at(&mut self, index: usize) {
+        match self {
+            OwnedReals::F32(v) => v[index] = f32::NAN,
+            OwnedReals::F64(v) => v[index] = f64::NAN,
+        }
+    }
 }

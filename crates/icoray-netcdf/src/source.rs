@@ -10,6 +10,9 @@ use std::fmt;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 
+/// Bytes of values that a byte of a file holds at most: deflate packs up to 1032, and numbers may be widened when read.
+const MOST_PER_BYTE: u64 = 8192;
+
 /// What a variable's values are.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Kind {
@@ -151,12 +154,12 @@ impl Source {
         })
     }
 
-    /// Reads the block of a `float` or `double` variable that starts at `start` and has `count` entries along each
+    /// Reads the block of a `float`, `double` or integer variable that starts at `start` and has `count` entries along each
     /// dimension.
     pub(crate) fn reals(&self, variable: &Variable, start: &[usize], count: &[usize]) -> Result<OwnedReals> {
         match variable.kind {
             Kind::F32 => self.block(variable, start, count).map(OwnedReals::F32),
-            Kind::F64 => self.block(variable, start, count).map(OwnedReals::F64),
+            Kind::F64 | Kind::Integer => self.block(variable, start, count).map(OwnedReals::F64),
             _ => Err(self.error(ErrorKind::Field, format_args!("{variable}, expected float or double"))),
         }
     }
@@ -173,12 +176,28 @@ impl Source {
         self.block(variable, &start, &count)
     }
 
-    /// Reads one row of a `char` variable of two dimensions, without the padding.
-    pub(crate) fn text_row(&self, variable: &Variable, row: usize) -> Result<String> {
-        let width = variable.dimensions.last().map_or(0, |d| d.len);
-        let bytes: Vec<u8> =
-            self.block(variable, &[row, 0], &[1, width])?.iter().map(|c: &Char| c.0).collect();
-        Ok(trimmed(&String::from_utf8_lossy(&bytes)))
+    /// Reads a whole variable of numbers of any type.
+    pub(crate) fn all_numbers(&self, variable: &Variable) -> Result<Vec<f64>> {
+        let (start, count) = whole(variable);
+        self.block(variable, &start, &count)
+    }
+
+    /// Reads the first `rows` rows of a `char` variable of two dimensions, without the padding. A row that cannot be read,
+    /// as behind the end of a file that is cut off, is none.
+    pub(crate) fn text_rows(&self, variable: &Variable, rows: usize) -> Vec<Option<String>> {
+        let [stored, width] = [0, 1].map(|i| variable.dimensions[i].len);
+        let read = |first: usize, count: usize| -> Result<Vec<Option<String>>> {
+            let bytes: Vec<Char> = self.block(variable, &[first, 0], &[count, width])?;
+            let bytes: Vec<u8> = bytes.iter().map(|c| c.0).collect();
+            let row = |i| Some(trimmed(&String::from_utf8_lossy(&bytes[i * width..(i + 1) * width])));
+            Ok((0..count).map(row).collect())
+        };
+        let count = rows.min(stored);
+        let mut texts = read(0, count).unwrap_or_else(|_| {
+            (0..count).flat_map(|row| read(row, 1).unwrap_or_else(|_| vec![None])).collect()
+        });
+        texts.resize(rows, None);
+        texts
     }
 
     fn block<T>(&self, variable: &Variable, start: &[usize], count: &[usize]) -> Result<Vec<T>>
@@ -188,6 +207,10 @@ impl Source {
         let name = &variable.name;
         self.expect_stored(name, start.first().copied().unwrap_or(0) + count.first().copied().unwrap_or(1))?;
         let entries = count.iter().try_fold(1usize, |n, &c| n.checked_mul(c));
+        self.expect_plausible(
+            variable,
+            entries.map_or(u64::MAX, |n| (n as u64).saturating_mul(size_of::<T>() as u64)),
+        )?;
         let mut values = Vec::new();
         // A damaged header may promise more than there can be; running out of memory must not end the process.
         let room = entries.filter(|&n| values.try_reserve_exact(n).is_ok());
@@ -203,6 +226,17 @@ impl Source {
             variable.get_values_into(&mut values, Extents::try_from((start, count))?)
         })?;
         Ok(values)
+    }
+
+    /// Fails where a NetCDF-4 file is too small for the bytes that a variable is to have, whatever the compression: memory
+    /// that the system promises and does not have would end the process.
+    fn expect_plausible(&self, variable: &Variable, bytes: u64) -> Result<()> {
+        let length = std::fs::metadata(&self.path).map_err(|e| self.error(ErrorKind::Io, e))?.len();
+        if self.classic.is_some() || bytes / MOST_PER_BYTE <= length {
+            return Ok(());
+        }
+        let context = format!("{variable}: {bytes} bytes, more than a file of {length} bytes can hold");
+        Err(self.error(ErrorKind::Io, context))
     }
 
     /// Fails where a classic file ends before the first `records` records of a variable.

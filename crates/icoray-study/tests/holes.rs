@@ -5,7 +5,7 @@ use icoray::{
     Field, Frame, Grid, GridTables, IcosahedralMesh, Layers, Location, LonLat, Renderer, Scene, Shape,
     Stretch, Traversal,
 };
-use icoray_netcdf::MpasFile;
+use icoray_netcdf::ModelFile;
 use icoray_study::stability::path::Ray;
 use icoray_study::stability::truth::Truth;
 use rayon::prelude::*;
@@ -111,7 +111,7 @@ fn data(name: &str) -> Option<PathBuf> {
 #[test]
 fn an_ocean_without_land_is_drawn_exactly() {
     let Some(path) = data("spherical_grid_500km_landculled.nc") else { return };
-    let file = MpasFile::open(path).unwrap();
+    let file = ModelFile::open(path).unwrap();
     let grid = file.mesh().grid().unwrap();
     let there = (0..grid.triangles() as u32).filter(|&t| grid.is_triangle(t)).count();
     // 933 of its corners lack a cell.

@@ -35,6 +35,7 @@
 
 mod background;
 mod compose;
+mod description;
 pub mod device;
 mod error;
 mod field;
@@ -57,6 +58,7 @@ mod threads;
 mod traverse;
 
 pub use background::{Accepted, Background, Drawn, Job};
+pub use description::Description;
 pub use error::{Error, ErrorKind, Result};
 pub use field::{CenterField, Field, Location};
 pub use frame::{Certainty, Counts, ErrorSummary, Frame, FrameReport};

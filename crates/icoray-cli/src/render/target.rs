@@ -1,6 +1,5 @@
 //! Where pictures go, as the command says it.
 
-use super::Time;
 use icoray::output::{Output, Stamp};
 use icoray::{Error, ErrorKind, Result};
 use std::path::{Path, PathBuf, absolute};
@@ -14,21 +13,22 @@ pub enum Target {
 }
 
 impl Target {
-    pub fn new(output: Option<&Path>, time: Time) -> Result<Self> {
+    /// Where `pictures` go.
+    pub fn new(output: Option<&Path>, pictures: usize) -> Result<Self> {
         let Some(path) = output else {
             return Ok(Target::Directory(PathBuf::new()));
         };
-        let bad = |what: &str| Error::new(ErrorKind::Argument, format!("-o {}: {what}", path.display()));
+        let bad = |what: String| Error::new(ErrorKind::Argument, format!("-o {}: {what}", path.display()));
         let ending = path.extension().and_then(|e| e.to_str());
         let is_directory = path.is_dir() || path.to_string_lossy().ends_with(['/', '\\']);
-        match (ending, time) {
+        match (ending, pictures) {
             _ if is_directory => Ok(Target::Directory(path.to_owned())),
-            (Some("png" | "exr"), Time::Index(_)) => Ok(Target::Picture(path.to_owned())),
-            (Some("png" | "exr"), Time::All) => Err(bad(
-                "one picture for --time all; expected a directory, the scene's output.file names the pictures",
-            )),
+            (Some("png" | "exr"), 1) => Ok(Target::Picture(path.to_owned())),
+            (Some("png" | "exr"), _) => Err(bad(format!(
+                "one picture for {pictures} times; expected a directory, the scene's output.file names the pictures"
+            ))),
             (None, _) => Ok(Target::Directory(path.to_owned())),
-            _ => Err(bad("expected a name that ends in .png or .exr, or a directory")),
+            _ => Err(bad("expected a name that ends in .png or .exr, or a directory".into())),
         }
     }
 
@@ -42,16 +42,16 @@ impl Target {
 }
 
 /// Refuses a map of errors that is no PNG or that would be one for several pictures.
-pub fn expect_error_map(path: &Path, time: Time) -> Result<()> {
-    match time {
-        _ if path.extension().is_none_or(|e| e != "png") => {
-            Err(bad_map(path, "expected a name that ends in .png"))
-        }
-        Time::All => {
-            Err(bad_map(path, "one map for --time all; expected output.error in the scene to name the maps"))
-        }
-        Time::Index(_) => Ok(()),
+pub fn expect_error_map(path: &Path, pictures: usize) -> Result<()> {
+    if path.extension().is_none_or(|e| e != "png") {
+        return Err(bad_map(path, "expected a name that ends in .png"));
     }
+    if pictures > 1 {
+        let what =
+            format!("one map for {pictures} times; expected output.error in the scene to name the maps");
+        return Err(bad_map(path, &what));
+    }
+    Ok(())
 }
 
 /// Refuses a map of errors that would replace the picture.

@@ -171,7 +171,9 @@ fn corner_fields_and_terrain_are_noted() {
             "field     vorticity at corners",
         ],
     );
-    shows_something(&folder.path().join("out.png"), 96, 96);
+    let picture = folder.path().join("out.png");
+    shows_something(&picture, 96, 96);
+    says(&picture, &[("note", "concentric mean heights are rendered; columns deviate by up to 39.0 m")]);
 }
 
 #[test]
@@ -193,14 +195,14 @@ fn info_lists_what_the_file_holds() {
     has(
         &text,
         &[
-            "42 cells, 80 corners, 120 edges",
+            "MPAS: 42 cells, 80 corners, 120 edges",
             "12 with 5 corners, 30 with 6 corners",
             "radius     6371229 m",
             "positions  f32",
             "passes the check",
             "0: 2013-10-25_00:00:00, 1: 2013-10-26_00:00:00, 2: 2013-10-27_00:00:00",
-            "4 between 5 interfaces (zgrid): from 0.0 m to 9000.0 m, 100.0 to 7500.0 m thick",
-            "deviate from these mean heights by up to 0.0 m",
+            "4 between 5 interfaces (zgrid): from 0.0 m to 9000.0 m, 100.0 to 7500.0 m apart",
+            "5 on heights (zgrid): from 0.0 m to 9000.0 m",
             "Potential temperature",
         ],
     );
@@ -223,7 +225,7 @@ fn info_goes_on_where_grid_and_layers_are_bad() {
     }
     let (folder, _) = made.write(Options::_64BIT_OFFSET);
     let text = prints(icoray(folder.path()).args(["info", "made.nc"]));
-    has(&text, &["grid       ", "bad grid", "cells in common", "no layer heights", "fields     none"]);
+    has(&text, &["grid       ", "bad grid", "cells in common", "fields     none"]);
 }
 
 #[test]

@@ -2,9 +2,16 @@
 
 #[path = "../../../icoray-netcdf/tests/files/made.rs"]
 mod made;
+#[path = "../../../icoray-netcdf/tests/files/made_icon.rs"]
+mod made_icon;
 
 mod files;
 mod gpu;
+mod icon;
+mod ocean;
+#[cfg(feature = "mpi")]
+mod ranks;
 mod real;
 mod refused;
 mod run;
+mod times;

@@ -46,10 +46,17 @@ fn scene_errors_show_file_and_line() {
 }
 
 #[test]
-fn times_that_there_are_not() {
-    for time in ["3", "-4", "9223372036854775807", "-9223372036854775808"] {
+fn times_and_layers_that_there_are_not() {
+    for time in ["3", "-4", "9223372036854775807", "-9223372036854775808", "2..4"] {
         let of = format!("--time={time}");
         refused(&scene("theta", 0.0, 1.0), &[&of], 1, &[&format!("--time {time}: expected -3 to 2")]);
+    }
+    let none =
+        "--time 2014-01: none of the file's times, which are 2013-10-25_00:00:00 to 2013-10-27_00:00:00";
+    refused(&scene("theta", 0.0, 1.0), &["--time", "2014-01"], 1, &[none]);
+    for layers in ["0..5", "3..", "2..2", "..1", "5..2"] {
+        let said = ["--layers ", ": expected at least 2 of the 4 layers of theta"];
+        refused(&scene("theta", 0.0, 1.0), &["--layers", layers], 1, &said);
     }
 }
 
@@ -82,6 +89,8 @@ fn wrong_usage_exits_with_2() {
         ["--size", "0x9"],
         ["--size", "64"],
         ["--time", "now"],
+        ["--time", "0..2013-10"],
+        ["--layers", "3"],
         ["--colour", "red"],
         ["--tolerance", "0"],
         ["--tolerance", "-1"],
@@ -93,6 +102,18 @@ fn wrong_usage_exits_with_2() {
     let folder = folder(&good);
     fails(icoray(folder.path()).arg("render"), 2, &["FILE.nc"]);
     fails(&mut icoray(folder.path()), 2, &["Usage: icoray"]);
+}
+
+/// They would all write the same pictures.
+#[cfg(not(feature = "mpi"))]
+#[test]
+fn ranks_without_mpi_are_refused() {
+    let folder = folder(&scene("theta", 0.0, 42.0));
+    for name in ["OMPI_COMM_WORLD_SIZE", "PMI_SIZE"] {
+        let mut command = icoray(folder.path());
+        command.args(["render", "made.nc", "--scene", "scene.toml"]).env(name, "2");
+        fails(&mut command, 1, &["2 ranks were started", "--features mpi"]);
+    }
 }
 
 #[test]

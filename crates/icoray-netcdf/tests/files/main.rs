@@ -1,8 +1,13 @@
 //! Reads MPAS files: small ones that the tests write themselves, and real ones where the test data are there.
 
+mod asked;
 mod changed;
 mod damaged;
+mod hostile;
+mod icon;
 mod made;
+mod made_icon;
 mod mesh;
+mod ocean;
 mod real;
 mod refused;

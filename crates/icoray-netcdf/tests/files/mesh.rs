@@ -3,14 +3,14 @@
 use crate::changed::formats;
 use crate::made::{HEIGHT_M, LAYERS, Made, RADIUS_M, RECORDS, Values, value};
 use icoray::{Location, Reals};
-use icoray_netcdf::{MpasFile, Precision};
+use icoray_netcdf::{ModelFile, Precision};
 use netcdf::Options;
 
 #[test]
 fn every_format_gives_the_same_grid_and_fields() {
     for (format, options) in formats() {
         let (_folder, path) = Made::history().write(options);
-        let file = MpasFile::open(&path).unwrap();
+        let file = ModelFile::open(&path).unwrap();
         let grid = file.mesh().grid().unwrap();
         assert_eq!((grid.cells(), grid.triangles(), file.mesh().edges()), (42, 80, 120), "{format}");
         assert_eq!(file.sphere_radius_m(), RADIUS_M);
@@ -38,12 +38,12 @@ fn every_format_gives_the_same_grid_and_fields() {
 #[test]
 fn fields_are_listed_with_what_a_user_asks_first() {
     let (_folder, path) = Made::history().write(Options::NETCDF4);
-    let file = MpasFile::open(&path).unwrap();
+    let file = ModelFile::open(&path).unwrap();
     let names: Vec<&str> = file.fields().iter().map(|f| f.name.as_str()).collect();
     assert_eq!(names, ["zgrid", "theta", "w", "vorticity", "rho"]);
     let theta = file.field_info("theta").unwrap();
     assert_eq!(
-        (theta.units.as_deref(), theta.long_name.as_deref()),
+        (theta.description.units.as_deref(), theta.description.long_name.as_deref()),
         (Some("K"), Some("Potential temperature"))
     );
     assert_eq!(
@@ -53,7 +53,7 @@ fn fields_are_listed_with_what_a_user_asks_first() {
     assert_eq!(theta.bytes(), 42 * LAYERS * 4);
     let vorticity = file.field_info("vorticity").unwrap();
     assert_eq!(
-        (vorticity.location, vorticity.precision, vorticity.units.as_ref()),
+        (vorticity.location, vorticity.precision, vorticity.description.units.as_ref()),
         (Location::Corner, Precision::F64, None)
     );
     assert!(!file.field_info("rho").unwrap().time_dependent);
@@ -63,12 +63,12 @@ fn fields_are_listed_with_what_a_user_asks_first() {
 fn precision_stays_as_stored() {
     for single in [true, false] {
         let (_folder, path) = Made::mesh(single).write(Options::NETCDF4);
-        let file = MpasFile::open(&path).unwrap();
+        let file = ModelFile::open(&path).unwrap();
         assert_eq!(matches!(file.mesh().tables().center.lon_rad, Reals::F32(_)), single);
         file.mesh().grid().unwrap();
     }
     let (_folder, path) = Made::history().write(Options::NETCDF4);
-    let file = MpasFile::open(&path).unwrap();
+    let file = ModelFile::open(&path).unwrap();
     assert!(matches!(file.read_field("theta", 1).unwrap().values(), Reals::F32(_)));
     assert!(matches!(file.read_field("w", 1).unwrap().values(), Reals::F64(_)));
 }
@@ -77,8 +77,8 @@ fn precision_stays_as_stored() {
 fn interfaces_are_the_mean_heights() {
     let mut made = Made::history();
     let (_folder, path) = made.write(Options::NETCDF4);
-    let heights = MpasFile::open(&path).unwrap().layer_heights().unwrap();
-    assert_eq!((heights.variable, heights.deviation_m), ("zgrid", 0.0));
+    let heights = ModelFile::open(&path).unwrap().layer_heights("theta").unwrap();
+    assert_eq!((heights.variable.as_str(), heights.deviation_m), ("zgrid", Some(0.0)));
     assert_eq!(heights.height_m, HEIGHT_M);
     assert_eq!(heights.layers.radius_m()[4], RADIUS_M + 9000.0);
     assert_eq!(heights.layers.for_field(LAYERS).unwrap().radius_m()[0], RADIUS_M + 50.0);
@@ -87,8 +87,8 @@ fn interfaces_are_the_mean_heights() {
     let Values::F32(zgrid) = &mut made.variable("zgrid").values else { panic!("zgrid is f32") };
     zgrid[0] = 42.0;
     let (_folder, path) = made.write(Options::NETCDF4);
-    let heights = MpasFile::open(&path).unwrap().layer_heights().unwrap();
-    assert_eq!((heights.height_m[0], heights.deviation_m), (1.0, 41.0));
+    let heights = ModelFile::open(&path).unwrap().layer_heights("theta").unwrap();
+    assert_eq!((heights.height_m[0], heights.deviation_m), (1.0, Some(41.0)));
 }
 
 #[test]
@@ -97,9 +97,9 @@ fn ocean_layers_fall_from_the_surface() {
     made.remove("zgrid");
     made.add("refBottomDepth", &["nVertLevels"], Values::F64(vec![10.0, 30.0, 100.0, 5500.0]));
     let (_folder, path) = made.write(Options::_64BIT_DATA);
-    let heights = MpasFile::open(&path).unwrap().layer_heights().unwrap();
+    let heights = ModelFile::open(&path).unwrap().layer_heights("theta").unwrap();
     assert_eq!(
-        (heights.variable, heights.height_m),
+        (heights.variable.as_str(), heights.height_m),
         ("refBottomDepth", vec![0.0, -10.0, -30.0, -100.0, -5500.0])
     );
     assert!(heights.layers.is_falling());
@@ -116,7 +116,7 @@ fn missing_values_are_missing() {
     let Values::F64(values) = &mut made.variable("w").values else { panic!("w is f64") };
     values[3] = 9.969209968386869e36;
     let (_folder, path) = made.write(Options::NETCDF4);
-    let file = MpasFile::open(&path).unwrap();
+    let file = ModelFile::open(&path).unwrap();
     let rho = file.read_field("rho", 0).unwrap();
     assert_eq!(rho.fill(), f64::from(-9e33f32));
     assert_eq!(rho.field().unwrap().range(), (Some([value(0, 0, 2), value(0, 41, 3)]), 2));
@@ -137,11 +137,11 @@ fn the_mesh_may_be_in_another_file() {
         fields.remove(variable.name);
     }
     let (_folder, path) = fields.write(Options::NETCDF4);
-    let file = MpasFile::open_with_mesh(&path, &mesh_path).unwrap();
+    let file = ModelFile::open_with(&path, &[&mesh_path]).unwrap();
     assert_eq!(file.sphere_radius_m(), RADIUS_M, "the fields' file comes first");
     assert_eq!(file.mesh().grid().unwrap().cells(), file.field_info("theta").unwrap().columns);
-    assert_eq!(file.layers().unwrap().count(), LAYERS + 1);
-    let error = MpasFile::open(&path).unwrap_err().to_string();
+    assert_eq!(file.layers("theta").unwrap().count(), LAYERS);
+    let error = ModelFile::open(&path).unwrap_err().to_string();
     assert!(error.contains("lonCell is missing") && error.contains("another file"), "{error}");
 }
 
@@ -152,7 +152,7 @@ fn a_file_without_records_still_gives_fields_without_time() {
     made.add("rho", &["nCells", "nVertLevels"], Values::F64(vec![1.0; 84]));
     made.add("theta", &["Time", "nCells", "nVertLevels"], Values::F64(Vec::new()));
     let (_folder, path) = made.write(Options::NETCDF4);
-    let file = MpasFile::open(&path).unwrap();
+    let file = ModelFile::open(&path).unwrap();
     assert_eq!(file.times(), [None]);
     file.read_field("rho", 0).unwrap();
     let error = file.read_field("theta", 0).unwrap_err().to_string();

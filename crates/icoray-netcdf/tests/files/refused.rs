@@ -2,7 +2,7 @@
 
 use crate::made::{Made, RADIUS_M, Values};
 use icoray::{Error, ErrorKind};
-use icoray_netcdf::MpasFile;
+use icoray_netcdf::ModelFile;
 use netcdf::Options;
 
 /// Asserts the kind and that the sentence holds all `parts`.
@@ -15,7 +15,7 @@ pub fn expect(error: &Error, kind: ErrorKind, parts: &[&str]) {
 
 fn open_error(made: &Made) -> Error {
     let (_folder, path) = made.write(Options::_64BIT_DATA);
-    MpasFile::open(&path).unwrap_err()
+    ModelFile::open(&path).unwrap_err()
 }
 
 #[test]
@@ -65,7 +65,7 @@ fn a_table_that_contradicts_itself_is_named_with_the_file() {
     let Values::I32(table) = &mut made.variable("cellsOnVertex").values else { panic!("an index table") };
     table[4] = 99;
     let (_folder, path) = made.write(Options::NETCDF4);
-    let file = MpasFile::open(&path).unwrap();
+    let file = ModelFile::open(&path).unwrap();
     expect(&file.mesh().grid().unwrap_err(), ErrorKind::Grid, &["made.nc", "corner_cell row 2", "99"]);
 }
 
@@ -88,26 +88,24 @@ fn heights_that_are_none_are_refused() {
         let mut made = Made::history();
         spoil(&mut made);
         let (_folder, path) = made.write(Options::NETCDF4);
-        let file = MpasFile::open(&path).unwrap();
-        (file.has_layer_heights(), file.layers().unwrap_err())
+        let file = ModelFile::open(&path).unwrap();
+        file.layers("theta").unwrap_err()
     };
     fn zgrid(made: &mut Made) -> &mut Vec<f32> {
         let Values::F32(values) = &mut made.variable("zgrid").values else { panic!("zgrid is f32") };
         values
     }
-    let (there, error) = heights(&|made| made.remove("zgrid"));
-    assert!(!there);
+    let error = heights(&|made| made.remove("zgrid"));
     expect(&error, ErrorKind::Layers, &["made.nc", "no layer heights", "zgrid", "refBottomDepth"]);
-    let (there, error) = heights(&|made| made.set("sphere_radius", 1.0));
-    assert!(there);
-    expect(&error, ErrorKind::Layers, &["zgrid: interface 1 lies at 100 m", "sphere_radius is 1;"]);
-    let (_, error) = heights(&|made| zgrid(made)[7] = f32::NAN);
-    expect(&error, ErrorKind::Layers, &["zgrid of cell 2, interface 2: NaN"]);
-    let (_, error) = heights(&|made| {
+    let error = heights(&|made| made.set("sphere_radius", 1.0));
+    expect(&error, ErrorKind::Layers, &["zgrid: layer 1 lies at 100 m", "sphere_radius is 1;"]);
+    let error = heights(&|made| zgrid(made)[7] = f32::NAN);
+    expect(&error, ErrorKind::Layers, &["zgrid of column 2, layer 2: NaN"]);
+    let error = heights(&|made| {
         zgrid(made).iter_mut().skip(2).step_by(5).for_each(|z| *z = 100.0);
     });
     expect(&error, ErrorKind::Layers, &["made.nc: zgrid: layers 1 and 2", "strictly rising"]);
-    let (_, error) = heights(&|made| {
+    let error = heights(&|made| {
         made.variable("zgrid").dimensions = vec!["nCells"];
         zgrid(made).truncate(42);
     });
@@ -117,7 +115,7 @@ fn heights_that_are_none_are_refused() {
 #[test]
 fn unknown_fields_and_times_are_answered_with_the_known() {
     let (_folder, path) = Made::history().write(Options::NETCDF4);
-    let file = MpasFile::open(&path).unwrap();
+    let file = ModelFile::open(&path).unwrap();
     let error = file.read_field("tehta", 0).unwrap_err();
     expect(&error, ErrorKind::Field, &["no field tehta", "zgrid, theta, w, vorticity, rho"]);
     let error = file.read_field("surface_pressure", 0).unwrap_err();
@@ -140,22 +138,22 @@ fn files_of_two_meshes_are_refused() {
     fields.dimensions[0].1 = 162;
     let (_folder, path) = fields.write(Options::NETCDF4);
     let (_mesh_folder, mesh_path) = Made::mesh(false).write(Options::NETCDF4);
-    let error = MpasFile::open_with_mesh(&path, &mesh_path).unwrap_err();
+    let error = ModelFile::open_with(&path, &[&mesh_path]).unwrap_err();
     expect(&error, ErrorKind::Grid, &["nCells is 162, expected 42"]);
-    assert_eq!(MpasFile::open_with_mesh(&mesh_path, &mesh_path).unwrap().sphere_radius_m(), RADIUS_M);
+    assert_eq!(ModelFile::open_with(&mesh_path, &[&mesh_path]).unwrap().sphere_radius_m(), RADIUS_M);
 }
 
 #[test]
 fn what_is_no_netcdf_is_refused() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("notes.nc");
-    expect(&MpasFile::open(&path).unwrap_err(), ErrorKind::Io, &["notes.nc", "No such file"]);
-    expect(&MpasFile::open(folder.path()).unwrap_err(), ErrorKind::Io, &["not a file"]);
+    expect(&ModelFile::open(&path).unwrap_err(), ErrorKind::Io, &["notes.nc", "No such file"]);
+    expect(&ModelFile::open(folder.path()).unwrap_err(), ErrorKind::Io, &["not a file"]);
     for text in
         ["", "theta\n", "CDF", "CDF\x01", "CDF\x05 is a format of the classic kind, but this is text\n"]
     {
         std::fs::write(&path, text).unwrap();
-        expect(&MpasFile::open(&path).unwrap_err(), ErrorKind::Io, &["notes.nc"]);
+        expect(&ModelFile::open(&path).unwrap_err(), ErrorKind::Io, &["notes.nc"]);
     }
-    expect(&MpasFile::open("https://example.org/notes.nc").unwrap_err(), ErrorKind::Io, &["No such file"]);
+    expect(&ModelFile::open("https://example.org/notes.nc").unwrap_err(), ErrorKind::Io, &["No such file"]);
 }

@@ -4,7 +4,7 @@ use crate::fig6;
 use crate::methods::Job;
 use crate::sphere::{Sphere, multi_scale};
 use icoray::{CenterField, Field, Grid, Layers, Location, Renderer, Result, Scene};
-use icoray_netcdf::{MpasFile, OwnedField};
+use icoray_netcdf::{ModelFile, OwnedField};
 use std::path::{Path, PathBuf};
 
 /// The file that the real fields are read from, and the record of day 9.
@@ -44,7 +44,7 @@ pub struct Loaded(Source);
 #[derive(Debug)]
 enum Source {
     Made(Sphere),
-    Read { file: Box<MpasFile>, layers: Layers, field: OwnedField },
+    Read { file: Box<ModelFile>, layers: Layers, field: OwnedField },
 }
 
 impl World {
@@ -73,8 +73,8 @@ fn read(data: &Path, name: &str) -> Result<Option<Loaded>> {
     if !path.exists() {
         return Ok(None);
     }
-    let file = MpasFile::open(path)?;
-    let layers = file.layers()?.for_field(file.field_info(name)?.layers)?;
+    let file = ModelFile::open(path)?;
+    let layers = file.layers(name)?;
     let field = file.read_field(name, MPAS_TIME)?;
     Ok(Some(Loaded(Source::Read { file: Box::new(file), layers, field })))
 }

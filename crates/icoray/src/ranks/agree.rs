@@ -103,8 +103,11 @@ impl Ranks {
             .and_then(|_| Err(Error::new(ErrorKind::Internal, "a refusal was not heard")))
     }
 
-    /// Hands on what went well everywhere; what did not on any rank is the error of all. A phase of its own.
-    pub(crate) fn together<R>(&mut self, mine: Result<R>) -> Result<R> {
+    /// Hands on what went well everywhere; what did not on any rank is the error of all. A phase of its own: collective.
+    ///
+    /// # Errors
+    /// That of the lowest rank that has one, with the rank's number; [`ErrorKind::Mpi`] when the transport fails.
+    pub fn together<R>(&mut self, mine: Result<R>) -> Result<R> {
         self.of_one_mind(mine, |_| Vec::new())
     }
 

@@ -1,0 +1,204 @@
+//! Which of a file's times are meant: by number, by date, or by a range of either.
+
+use icoray::{Error, ErrorKind, Result};
+use std::cmp::Ordering;
+use std::ops::Range;
+use std::str::FromStr;
+
+/// Some of a file's times, as a person says them.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Times {
+    text: String,
+    meant: Meant,
+}
+
+#[derive(Debug, Clone, PartialEq)]
+enum Meant {
+    All,
+    /// From 0; negative from the last.
+    Number(i64),
+    Numbers(Option<i64>, Option<i64>),
+    Date(Date),
+    Dates(Option<Date>, Option<Date>),
+}
+
+/// Year and month at least, of `2003-01-01T06:00:00`: all times within are meant.
+#[derive(Debug, Clone, PartialEq)]
+struct Date(Vec<i64>);
+
+/// What is understood, for the sentence that says that something was not.
+const EXPECTED: &str = "expected a number, a date such as 2003-01-01T06 or 2003-01, a range such as 0..10 or \
+                        2003-01..2003-03 (which ends before the second), or \"all\"";
+
+impl FromStr for Times {
+    type Err = &'static str;
+
+    fn from_str(text: &str) -> std::result::Result<Self, Self::Err> {
+        Ok(Times { text: text.into(), meant: meant(text).ok_or(EXPECTED)? })
+    }
+}
+
+fn meant(text: &str) -> Option<Meant> {
+    if text == "all" {
+        return Some(Meant::All);
+    }
+    let Some((from, to)) = text.split_once("..") else {
+        let number = text.parse().ok().map(Meant::Number);
+        return number.or_else(|| Date::new(text).map(Meant::Date));
+    };
+    if let (Some(from), Some(to)) = (end(from, |t| t.parse().ok()), end(to, |t| t.parse().ok())) {
+        return Some(Meant::Numbers(from, to));
+    }
+    Some(Meant::Dates(end(from, Date::new)?, end(to, Date::new)?))
+}
+
+/// An end of a range, which may be left out.
+fn end<T>(text: &str, read: impl Fn(&str) -> Option<T>) -> Option<Option<T>> {
+    if text.is_empty() { Some(None) } else { read(text).map(Some) }
+}
+
+impl Date {
+    fn new(text: &str) -> Option<Self> {
+        let (date, time) = match text.split_once(['T', '_', ' ']) {
+            Some((date, time)) => (date, Some(time)),
+            None => (text, None),
+        };
+        let mut numbers = digits(date, '-')?;
+        let fits = match time {
+            None => (2..=3).contains(&numbers.len()),
+            Some(_) => numbers.len() == 3,
+        };
+        numbers.extend(time.map_or(Some(Vec::new()), |time| digits(time, ':'))?);
+        (fits && numbers.len() <= 6).then_some(Date(numbers))
+    }
+
+    /// How a time lies to this date: `Equal` where it is within.
+    fn order_of(&self, time: &[i64]) -> Ordering {
+        time[..self.0.len().min(time.len())].cmp(&self.0)
+    }
+}
+
+fn digits(text: &str, between: char) -> Option<Vec<i64>> {
+    let number = |part: &str| {
+        let is_number = !part.is_empty() && part.bytes().all(|b| b.is_ascii_digit());
+        is_number.then(|| part.parse().ok()).flatten()
+    };
+    text.split(between).map(number).collect()
+}
+
+impl Times {
+    /// The numbers of the times that are meant, at least one, of those of a file.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Argument`] where none is meant, or a number that the file has not.
+    pub fn of(&self, times: &[Option<String>]) -> Result<Vec<usize>> {
+        let within = |keeps: &dyn Fn(&[i64]) -> bool| {
+            let dates =
+                times.iter().enumerate().filter_map(|(i, date)| Some((i, Date::new(date.as_ref()?)?)));
+            let found: Vec<usize> = dates.filter(|(_, date)| keeps(&date.0)).map(|(i, _)| i).collect();
+            if found.is_empty() { Err(self.none_of(times)) } else { Ok(found) }
+        };
+        match &self.meant {
+            Meant::All => Ok((0..times.len()).collect()),
+            Meant::Number(number) => {
+                let end = number.checked_add(1).filter(|&end| end != 0);
+                self.numbers(Some(*number), end, times.len()).map(Iterator::collect)
+            }
+            Meant::Numbers(from, to) => self.numbers(*from, *to, times.len()).map(Iterator::collect),
+            Meant::Date(date) => within(&|time| date.order_of(time).is_eq()),
+            Meant::Dates(from, to) => within(&|time| {
+                from.as_ref().is_none_or(|from| from.order_of(time).is_ge())
+                    && to.as_ref().is_none_or(|to| to.order_of(time).is_lt())
+            }),
+        }
+    }
+
+    fn numbers(&self, from: Option<i64>, to: Option<i64>, count: usize) -> Result<Range<usize>> {
+        let most = i64::try_from(count).unwrap_or(i64::MAX);
+        let place =
+            |number: i64| usize::try_from(if number < 0 { number.saturating_add(most) } else { number }).ok();
+        let range = place(from.unwrap_or(0)).zip(place(to.unwrap_or(most)));
+        match range {
+            Some((from, to)) if from < to && to <= count => Ok(from..to),
+            _ => Err(self.error(format!("expected {} to {}, the file's times", -most, most - 1))),
+        }
+    }
+
+    fn none_of(&self, times: &[Option<String>]) -> Error {
+        let dates = || times.iter().flatten();
+        self.error(match (dates().next(), dates().next_back()) {
+            (Some(first), Some(last)) => format!("none of the file's times, which are {first} to {last}"),
+            _ => "the file's times have no dates, expected a number or \"all\"".into(),
+        })
+    }
+
+    fn error(&self, what: String) -> Error {
+        Error::new(ErrorKind::Argument, format!("--time {}: {what}", self.text))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn times() -> Vec<Option<String>> {
+        let days =
+            ["2003-01-30_00:00:00", "2003-01-30_12:00:00", "2003-01-31_00:00:00", "2003-02-01_00:00:00"];
+        let mut times: Vec<_> = days.map(|day| Some(day.to_owned())).into();
+        times.push(None);
+        times
+    }
+
+    #[test]
+    fn times_are_found_by_number_date_and_range() {
+        for (text, expected) in [
+            ("0", &[0][..]),
+            ("4", &[4]),
+            ("-1", &[4]),
+            ("-5", &[0]),
+            ("all", &[0, 1, 2, 3, 4]),
+            ("..", &[0, 1, 2, 3, 4]),
+            ("1..3", &[1, 2]),
+            ("..2", &[0, 1]),
+            ("-2..", &[3, 4]),
+            ("0..-1", &[0, 1, 2, 3]),
+            ("2003-01", &[0, 1, 2]),
+            ("2003-01-30", &[0, 1]),
+            ("2003-01-30T12", &[1]),
+            ("2003-01-31_00:00:00", &[2]),
+            ("2003-01-30T12..2003-02", &[1, 2]),
+            ("2003-02..", &[3]),
+            ("..2003-01-31", &[0, 1]),
+        ] {
+            assert_eq!(text.parse::<Times>().unwrap().of(&times()).unwrap(), expected, "{text}");
+        }
+    }
+
+    #[test]
+    fn times_that_there_are_not_are_said() {
+        for (text, part) in [
+            ("5", "--time 5: expected -5 to 4, the file's times"),
+            ("-6", "expected -5 to 4"),
+            ("9223372036854775807", "expected -5 to 4"),
+            ("-9223372036854775808", "expected -5 to 4"),
+            ("3..3", "expected -5 to 4"),
+            ("0..6", "expected -5 to 4"),
+            ("2004-01", "none of the file's times, which are 2003-01-30_00:00:00 to 2003-02-01_00:00:00"),
+            ("2003-02..2003-01", "none of the file's times"),
+        ] {
+            let error = text.parse::<Times>().unwrap().of(&times()).unwrap_err();
+            assert!(error.to_string().contains(part), "{text}: {error}");
+        }
+        let error = "2003-01".parse::<Times>().unwrap().of(&[None]).unwrap_err();
+        assert!(error.to_string().contains("have no dates"), "{error}");
+    }
+
+    #[test]
+    fn what_is_no_time_is_not_understood() {
+        for text in
+            ["", "now", "1.5", "2003-", "2003-01T00", "2003-01-01T", "1..2..3", "0..2003-01", "2003-01-01-01"]
+        {
+            assert_eq!(text.parse::<Times>(), Err(EXPECTED), "{text}");
+        }
+    }
+}

@@ -1,0 +1,71 @@
+//! `icoray render` on several ranks of MPI: one picture, which one rank writes, byte by byte that of a process alone.
+
+use crate::files::{folder, render};
+use crate::made::Made;
+use crate::run::{has, scene};
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output};
+
+/// Runs `icoray render` on so many ranks; `None`, which is said, where there is no mpirun.
+fn on_ranks(ranks: usize, folder: &Path, more: &[&str]) -> Option<Output> {
+    if Command::new("mpirun").arg("--version").output().is_err() {
+        println!("skipped: no mpirun");
+        return None;
+    }
+    let mut run = Command::new("timeout");
+    run.args(["--kill-after=5", "120", "mpirun", "-n", &ranks.to_string()]).current_dir(folder);
+    // Open MPI's: more ranks than processors, no copies that containers forbid, and as root. Others do not look at these.
+    for (name, value) in [
+        ("OMPI_MCA_rmaps_base_oversubscribe", "1"),
+        ("OMPI_MCA_hwloc_base_binding_policy", "none"),
+        ("OMPI_MCA_btl_vader_single_copy_mechanism", "none"),
+        ("OMPI_ALLOW_RUN_AS_ROOT", "1"),
+        ("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1"),
+        ("HDF5_USE_FILE_LOCKING", "FALSE"),
+    ] {
+        run.env(name, value);
+    }
+    run.arg(env!("CARGO_BIN_EXE_icoray")).args(["render", "made.nc", "--scene", "scene.toml"]).args(more);
+    Some(run.output().unwrap())
+}
+
+#[test]
+fn ranks_draw_each_picture_of_a_series_together() {
+    let folder = folder(&Made::history(), &scene("vorticity", 0.0, 2080.0));
+    render(folder.path(), &["--time", "all", "-o", "alone", "--threads", "1"]);
+    for ranks in [1, 2, 3] {
+        let to = format!("of {ranks}");
+        let more = ["--time", "all", "-o", &to, "--threads", "1"];
+        let Some(output) = on_ranks(ranks, folder.path(), &more) else { return };
+        let [said, complaint] = [output.stdout, output.stderr].map(|said| String::from_utf8(said).unwrap());
+        assert!(output.status.success(), "{said}{complaint}");
+        assert_eq!(said.matches("picture ").count(), 3, "{said}");
+        assert_eq!(said.matches("note ").count(), 1, "{said}");
+        if ranks > 1 {
+            has(&said, &[&format!("({ranks} ranks of 1 threads)")]);
+        }
+        for time in 0..3 {
+            let bytes =
+                |of: &str| fs::read(folder.path().join(of).join(format!("vorticity_{time:06}.png"))).unwrap();
+            assert!(bytes(&to) == bytes("alone"), "{ranks} ranks, time {time}");
+        }
+    }
+}
+
+#[test]
+fn what_is_wrong_on_any_rank_stops_all_and_is_said_once() {
+    let folder = folder(&Made::history(), &scene("theta", 0.0, 42.0));
+    fs::write(folder.path().join("taken"), "").unwrap();
+    for (more, part) in [
+        (&["--time", "7"][..], "--time 7: expected -3 to 2"),
+        (&["--time", "all", "-o", "one.png"], "expected a directory"),
+        (&["-o", "taken/one.png"], "taken/one.png"),
+    ] {
+        let Some(output) = on_ranks(3, folder.path(), more) else { return };
+        let complaint = String::from_utf8(output.stderr).unwrap();
+        assert!(!output.status.success());
+        let lines: Vec<&str> = complaint.lines().filter(|line| line.starts_with("icoray: error: ")).collect();
+        assert!(lines.len() == 1 && lines[0].contains(part), "{complaint}");
+    }
+}

@@ -1,0 +1,30 @@
+//! MPI itself, for a program that is no guest of a host that has it.
+
+use crate::MpiTeam;
+use crate::host::failed;
+use icoray::Result;
+use mpi::Threading;
+use mpi::environment::Universe;
+use mpi::ffi;
+use mpi::traits::AsRaw;
+
+/// MPI, initialised by this program and finalised when this is dropped; teams have to be dropped before.
+pub struct World {
+    _universe: Universe,
+}
+
+impl World {
+    /// Initialises MPI, for calls on this thread, and gives the team of all ranks that were started. Collective.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Mpi`](icoray::ErrorKind::Mpi) where MPI was initialised before; as [`MpiTeam::new`].
+    pub fn new() -> Result<(Self, MpiTeam)> {
+        let Some((universe, _)) = mpi::initialize_with_threading(Threading::Funneled) else {
+            return Err(failed("MPI was initialised before".into()));
+        };
+        let world = universe.world();
+        // SAFETY: MPI is initialised, and the handle is that of the world.
+        let comm = unsafe { ffi::RSMPI_Comm_c2f(world.as_raw()) };
+        Ok((World { _universe: universe }, MpiTeam::new(comm)?))
+    }
+}

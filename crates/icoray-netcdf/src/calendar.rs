@@ -1,0 +1,269 @@
+//! Dates from CF's times: a count of days, hours, minutes or seconds since a date, in the calendars that models have.
+//!
+//! CF conventions 1.11, §4.4. Days are counted from 1970-01-01 in the Gregorian calendar, the algorithms are those of
+//! Howard Hinnant, <https://howardhinnant.github.io/date_algorithms.html>.
+
+/// Seconds of a day.
+const DAY_S: i64 = 86_400;
+/// The first day of the Gregorian calendar, 1582-10-15.
+const REFORM: i64 = -141_427;
+/// No model's date is farther from the epoch: a million years.
+const MAX_DAYS: f64 = 366e6;
+
+/// How many days months have.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Calendar {
+    /// Julian up to 1582-10-04, Gregorian from 1582-10-15: CF's `standard`.
+    Mixed,
+    Gregorian,
+    Julian,
+    /// Every year has so many days in February.
+    Equal {
+        february: i64,
+    },
+    /// Every month has 30 days.
+    Days360,
+}
+
+impl Calendar {
+    fn named(name: &str) -> Option<Self> {
+        Some(match name.to_ascii_lowercase().as_str() {
+            "standard" | "gregorian" => Calendar::Mixed,
+            "proleptic_gregorian" => Calendar::Gregorian,
+            "julian" => Calendar::Julian,
+            "noleap" | "365_day" => Calendar::Equal { february: 28 },
+            "all_leap" | "366_day" => Calendar::Equal { february: 29 },
+            "360_day" => Calendar::Days360,
+            _ => return None,
+        })
+    }
+
+    fn day_of(self, [year, month, day]: [i64; 3]) -> i64 {
+        match self {
+            Calendar::Gregorian => gregorian_day(year, month, day),
+            Calendar::Julian => julian_day(year, month, day),
+            Calendar::Mixed if gregorian_day(year, month, day) >= REFORM => gregorian_day(year, month, day),
+            Calendar::Mixed => julian_day(year, month, day),
+            Calendar::Equal { february } => {
+                let months: i64 = (1..month).map(|m| days_in(m, february)).sum();
+                year * (337 + february) + months + day - 1
+            }
+            Calendar::Days360 => year * 360 + (month - 1) * 30 + day - 1,
+        }
+    }
+
+    fn date_of(self, days: i64) -> [i64; 3] {
+        match self {
+            Calendar::Gregorian => gregorian_date(days),
+            Calendar::Julian => julian_date(days),
+            Calendar::Mixed if days >= REFORM => gregorian_date(days),
+            Calendar::Mixed => julian_date(days),
+            Calendar::Equal { february } => {
+                let length = 337 + february;
+                let (mut month, mut day) = (1, days.rem_euclid(length));
+                while day >= days_in(month, february) {
+                    day -= days_in(month, february);
+                    month += 1;
+                }
+                [days.div_euclid(length), month, day + 1]
+            }
+            Calendar::Days360 => {
+                let day = days.rem_euclid(360);
+                [days.div_euclid(360), day / 30 + 1, day % 30 + 1]
+            }
+        }
+    }
+}
+
+fn days_in(month: i64, february: i64) -> i64 {
+    match month {
+        2 => february,
+        4 | 6 | 9 | 11 => 30,
+        _ => 31,
+    }
+}
+
+/// Years that begin in March, months from it: leap days are a year's last then.
+fn from_march(year: i64, month: i64, day: i64) -> (i64, i64) {
+    let year = if month <= 2 { year - 1 } else { year };
+    (year, (153 * ((month + 9) % 12) + 2) / 5 + day - 1)
+}
+
+fn from_january(year: i64, day_of_year: i64) -> [i64; 3] {
+    let month = (5 * day_of_year + 2) / 153;
+    let day = day_of_year - (153 * month + 2) / 5 + 1;
+    let month = if month < 10 { month + 3 } else { month - 9 };
+    [if month <= 2 { year + 1 } else { year }, month, day]
+}
+
+fn gregorian_day(year: i64, month: i64, day: i64) -> i64 {
+    let (year, day_of_year) = from_march(year, month, day);
+    let (era, year) = (year.div_euclid(400), year.rem_euclid(400));
+    era * 146_097 + year * 365 + year / 4 - year / 100 + day_of_year - 719_468
+}
+
+fn gregorian_date(days: i64) -> [i64; 3] {
+    let days = days + 719_468;
+    let (era, day) = (days.div_euclid(146_097), days.rem_euclid(146_097));
+    let year = (day - day / 1460 + day / 36_524 - day / 146_096) / 365;
+    from_january(year + era * 400, day - (365 * year + year / 4 - year / 100))
+}
+
+fn julian_day(year: i64, month: i64, day: i64) -> i64 {
+    let (year, day_of_year) = from_march(year, month, day);
+    let (era, year) = (year.div_euclid(4), year.rem_euclid(4));
+    era * 1461 + year * 365 + day_of_year - 719_470
+}
+
+fn julian_date(days: i64) -> [i64; 3] {
+    let days = days + 719_470;
+    let (era, day) = (days.div_euclid(1461), days.rem_euclid(1461));
+    let year = (day - day / 1460) / 365;
+    from_january(year + era * 4, day - 365 * year)
+}
+
+/// What the numbers of a time variable mean.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) enum Clock {
+    /// So many units since a date.
+    Since { calendar: &'static str, unit_s: f64, epoch_s: i64 },
+    /// `day as %Y%m%d.%f`: digits of the date, and the day's fraction, as the CDO write them.
+    Digits,
+}
+
+impl Clock {
+    /// The clock of CF's attributes `units` and `calendar`; `None` where they name no date that is certain, such as months
+    /// since one.
+    pub(crate) fn new(units: &str, calendar: Option<&str>) -> Option<Self> {
+        if units.trim() == "day as %Y%m%d.%f" {
+            return Some(Clock::Digits);
+        }
+        let name = NAMES.iter().find(|name| name.eq_ignore_ascii_case(calendar.unwrap_or("standard")))?;
+        let (unit, since) = units.split_once(" since ")?;
+        let unit_s = match unit.trim().to_ascii_lowercase().as_str() {
+            "days" | "day" | "d" => 86_400.0,
+            "hours" | "hour" | "hrs" | "hr" | "h" => 3600.0,
+            "minutes" | "minute" | "mins" | "min" => 60.0,
+            "seconds" | "second" | "secs" | "sec" | "s" => 1.0,
+            _ => return None,
+        };
+        let [year, month, day, hour, minute, second] = date_and_time(since)?;
+        let days = Calendar::named(name)?.day_of([year, month, day]);
+        let epoch_s = days * DAY_S + hour * 3600 + minute * 60 + second;
+        Some(Clock::Since { calendar: name, unit_s, epoch_s })
+    }
+
+    /// The date that `number` stands for, `YYYY-MM-DD_hh:mm:ss` as MPAS writes it; `None` where it stands for none.
+    pub(crate) fn date(&self, number: f64) -> Option<String> {
+        let (date, second) = match self {
+            Clock::Digits => {
+                let (digits, fraction) = (number.floor(), number - number.floor());
+                let second = (fraction * DAY_S as f64).round() as i64;
+                let digits = (1e4..1e11).contains(&digits).then_some(digits as i64)?;
+                let date = [digits / 10_000, digits / 100 % 100, digits % 100];
+                (date, second.min(DAY_S - 1))
+            }
+            Clock::Since { calendar, unit_s, epoch_s } => {
+                let seconds = number * unit_s;
+                let is_near = seconds.abs() <= MAX_DAYS * DAY_S as f64;
+                let seconds = is_near.then(|| seconds.round() as i64 + epoch_s)?;
+                let date = Calendar::named(calendar)?.date_of(seconds.div_euclid(DAY_S));
+                (date, seconds.rem_euclid(DAY_S))
+            }
+        };
+        let [year, month, day] = date;
+        let (hour, minute) = (second / 3600, second / 60 % 60);
+        Some(format!("{year:04}-{month:02}-{day:02}_{hour:02}:{minute:02}:{:02}", second % 60))
+    }
+}
+
+/// The calendars' names.
+const NAMES: [&str; 9] = [
+    "standard",
+    "gregorian",
+    "proleptic_gregorian",
+    "julian",
+    "noleap",
+    "365_day",
+    "all_leap",
+    "366_day",
+    "360_day",
+];
+
+/// Year to second of `1979-01-01 06:00:00.0 UTC` and its like; a zone other than UTC is not understood.
+fn date_and_time(text: &str) -> Option<[i64; 6]> {
+    let text = text.trim();
+    let zone = ["UTC", "Z", "+00:00", "+0:00"].iter().find_map(|zone| text.strip_suffix(zone));
+    let text = zone.unwrap_or(text).trim();
+    let (date, time) = text.split_once([' ', 'T', '_']).unwrap_or((text, ""));
+    let mut numbers = [0; 6];
+    let mut date = date.splitn(3, '-');
+    for number in &mut numbers[..3] {
+        *number = date.next()?.parse().ok()?;
+    }
+    let fine = (-1_000_000..1_000_000).contains(&numbers[0]) && (1..=12).contains(&numbers[1]);
+    if !(fine && (1..=31).contains(&numbers[2])) {
+        return None;
+    }
+    for (number, text) in numbers[3..].iter_mut().zip(time.split(':').filter(|text| !text.is_empty())) {
+        let seconds: f64 = text.trim().parse().ok()?;
+        *number = (0.0..=60.0).contains(&seconds).then_some(seconds as i64)?;
+    }
+    Some(numbers)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn date(units: &str, calendar: &str, number: f64) -> String {
+        Clock::new(units, Some(calendar)).unwrap().date(number).unwrap()
+    }
+
+    /// From cftime 1.6.4's `num2date`.
+    #[test]
+    fn dates_are_those_of_cftime() {
+        for (units, calendar, number, expected) in [
+            ("days since 1979-01-01 00:00:00", "standard", 15_000.25, "2020-01-26_06:00:00"),
+            ("days since 1582-10-04", "standard", 1.0, "1582-10-15_00:00:00"),
+            ("days since 1582-10-04", "proleptic_gregorian", 1.0, "1582-10-05_00:00:00"),
+            ("days since 0001-01-01", "julian", 700_000.0, "1917-07-01_00:00:00"),
+            ("hours since 1900-01-01", "proleptic_gregorian", 1_000_000.0, "2014-01-29_16:00:00"),
+            ("days since 2000-02-28", "noleap", 1.0, "2000-03-01_00:00:00"),
+            ("days since 2001-02-28", "all_leap", 1.0, "2001-02-29_00:00:00"),
+            ("days since 2001-02-28", "360_day", 2.0, "2001-02-30_00:00:00"),
+            ("seconds since 2001-01-01T00:00:00Z", "365_day", -1.0, "2000-12-31_23:59:59"),
+            ("minutes since 2016-2-28 12:00", "gregorian", 1440.0, "2016-02-29_12:00:00"),
+            ("day as %Y%m%d.%f", "proleptic_gregorian", 19_790_131.75, "1979-01-31_18:00:00"),
+        ] {
+            assert_eq!(date(units, calendar, number), expected, "{number} {units} ({calendar})");
+        }
+    }
+
+    #[test]
+    fn days_and_dates_are_inverse_in_every_calendar() {
+        for calendar in NAMES.map(|name| Calendar::named(name).unwrap()) {
+            let mut last = calendar.date_of(-800_001);
+            for days in -800_000..800_000 {
+                let date = calendar.date_of(days);
+                assert_eq!(calendar.day_of(date), days, "{calendar:?} {date:?}");
+                assert!(date > last, "{calendar:?} {date:?} after {last:?}");
+                last = date;
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_no_date_gives_none() {
+        for units in ["months since 2000-01-01", "K", "days since tomorrow", "days since 2000-13-01", "days"]
+        {
+            assert_eq!(Clock::new(units, None), None, "{units}");
+        }
+        assert_eq!(Clock::new("days since 2000-01-01", Some("martian")), None);
+        let clock = Clock::new("days since 2000-01-01", None).unwrap();
+        for number in [f64::NAN, f64::INFINITY, 1e300, -1e12] {
+            assert_eq!(clock.date(number), None, "{number}");
+        }
+        assert_eq!(Clock::Digits.date(f64::NAN), None);
+    }
+}

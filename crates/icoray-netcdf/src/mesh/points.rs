@@ -1,0 +1,67 @@
+//! Which of many points on the sphere are the same one.
+
+use std::collections::HashMap;
+use std::collections::hash_map::Entry;
+
+/// Buckets are so many tolerances wide: most points look into one, those near its sides into two or more.
+const BUCKET: f64 = 16.0;
+
+/// Numbers points so that those nearer to each other than `tolerance` have the same number, from 0 in the order in which
+/// they come; also returns, for each number, which of `points` came first.
+pub(crate) fn number(points: impl Iterator<Item = [f64; 3]>, tolerance: f64) -> (Vec<i32>, Vec<usize>) {
+    let mut buckets: HashMap<[i64; 3], Vec<i32>> = HashMap::new();
+    let (mut numbers, mut first, mut known): (_, _, Vec<[f64; 3]>) = (Vec::new(), Vec::new(), Vec::new());
+    let width = BUCKET * tolerance;
+    let bucket = |x: f64| (x / width).floor() as i64;
+    for (i, point) in points.enumerate() {
+        let range = point.map(|x| bucket(x - tolerance)..=bucket(x + tolerance));
+        let is_same = |number: &&i32| {
+            let other = known[**number as usize];
+            let square: f64 = (0..3).map(|k| (point[k] - other[k]).powi(2)).sum();
+            square <= tolerance * tolerance
+        };
+        let near = range[0].clone().flat_map(|x| {
+            let range = &range;
+            range[1].clone().flat_map(move |y| range[2].clone().map(move |z| [x, y, z]))
+        });
+        let same = near.filter_map(|place| buckets.get(&place)?.iter().find(is_same)).next().copied();
+        numbers.push(same.unwrap_or_else(|| {
+            let number = known.len() as i32;
+            known.push(point);
+            first.push(i);
+            match buckets.entry(point.map(bucket)) {
+                Entry::Occupied(mut here) => here.get_mut().push(number),
+                Entry::Vacant(here) => drop(here.insert(vec![number])),
+            }
+            number
+        }));
+    }
+    (numbers, first)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn points_are_the_same_within_the_tolerance_wherever_buckets_end() {
+        let tolerance = 1e-3;
+        let mut state = 1u64;
+        let mut random = || {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (state >> 11) as f64 / (1u64 << 53) as f64 - 0.5
+        };
+        // Points of a lattice 0.04 wide, moved by less than half the tolerance.
+        let lattice: Vec<[f64; 3]> =
+            (0..8000).map(|i| [i % 20, i / 20 % 20, i / 400].map(|k| 0.04 * f64::from(k) - 0.4)).collect();
+        let all: Vec<[f64; 3]> = (0..3)
+            .flat_map(|_| lattice.clone())
+            .map(|point| point.map(|x| x + 0.5 * tolerance * random()))
+            .collect();
+        let (numbers, first) = number(all.into_iter(), tolerance);
+        assert_eq!(first, (0..8000).collect::<Vec<_>>());
+        for (i, number) in numbers.iter().enumerate() {
+            assert_eq!(*number as usize, i % 8000);
+        }
+    }
+}

@@ -1,0 +1,192 @@
+//! Bytes that mean harm, in every format: whatever they are, reading ends, with a result.
+//!
+//! Files are read in a process of their own, which a damaged NetCDF-4 file may end: HDF5's library is not proof against all
+//! of them. That is counted, and a panic, or a process that does not end, is never fine.
+
+use crate::changed::formats;
+use crate::made::{Made, RECORDS};
+use crate::made_icon::Angles;
+use icoray_netcdf::ModelFile;
+use std::fs::File;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
+
+/// Set where a test is the process that reads: the folder of files, which are named by number.
+const FOLDER: &str = "ICORAY_TEST_HOSTILE";
+const FROM: &str = "ICORAY_TEST_HOSTILE_FROM";
+/// Longer than any of these small files takes, and than the child takes to begin.
+const LIMIT: Duration = Duration::from_secs(20);
+
+/// Numbers from a seed.
+struct Random(u64);
+
+impl Random {
+    fn below(&mut self, bound: usize) -> usize {
+        self.0 ^= self.0 << 13;
+        self.0 ^= self.0 >> 7;
+        self.0 ^= self.0 << 17;
+        (self.0 >> 16) as usize % bound
+    }
+}
+
+/// A file with some bytes flipped, overwritten, moved or cut off.
+fn spoilt(whole: &[u8], random: &mut Random) -> Vec<u8> {
+    let mut bytes = whole.to_vec();
+    for _ in 0..=random.below(4) {
+        let at = random.below(bytes.len());
+        let end = (at + 1 + random.below(16)).min(bytes.len());
+        match random.below(6) {
+            0 => bytes[at] ^= 1 << random.below(8),
+            1 => bytes[at] = [0, 1, 0x7f, 0x80, 0xff][random.below(5)],
+            2 => bytes[at..end].fill([0, 0xff][random.below(2)]),
+            3 => {
+                let from = random.below(bytes.len() - (end - at) + 1);
+                bytes.copy_within(from..from + end - at, at);
+            }
+            4 => bytes[at] = random.below(256) as u8,
+            _ if random.below(4) == 0 => bytes.truncate(at.max(1)),
+            _ => bytes[at] = bytes[at].wrapping_add(1),
+        }
+    }
+    bytes
+}
+
+/// Everything that is read of a file.
+fn read(path: &Path) -> icoray::Result<()> {
+    let file = ModelFile::open(path)?;
+    let _ = file.mesh().grid();
+    for info in file.fields() {
+        let _ = file.layers(&info.name);
+        for time in [0, RECORDS - 1] {
+            file.read_field(&info.name, time)?.field()?.range();
+        }
+    }
+    Ok(())
+}
+
+/// Reads the files of a folder from a number on, and says the number before each and what came of it after.
+fn read_in_child(folder: &str) {
+    let from: usize = std::env::var(FROM).unwrap().parse().unwrap();
+    let mut out = std::io::stdout();
+    for number in from.. {
+        let path = Path::new(folder).join(number.to_string());
+        if !path.exists() {
+            break;
+        }
+        writeln!(out, "begin {number}").unwrap();
+        out.flush().unwrap();
+        let outcome = std::panic::catch_unwind(|| read(&path));
+        let word = match outcome {
+            Ok(Ok(())) => "fine",
+            Ok(Err(_)) => "error",
+            Err(_) => "panic",
+        };
+        writeln!(out, "end {number} {word}").unwrap();
+        out.flush().unwrap();
+    }
+}
+
+/// What became of the files.
+#[derive(Debug, Default, PartialEq)]
+struct Outcomes {
+    fine: usize,
+    errors: usize,
+    panics: usize,
+    /// The process ended.
+    ended: Vec<usize>,
+    /// The process went on for ever.
+    hung: Vec<usize>,
+}
+
+/// Has the files read by children: one after the other, each from where the one before ended.
+fn outcomes(test: &str, folder: &Path, count: usize) -> Outcomes {
+    let mut found = Outcomes::default();
+    let mut from = 0;
+    while from < count {
+        let (said, has_hung) = child(test, folder, from);
+        let last = said.last().unwrap_or_else(|| panic!("{test}: the child has not begun"));
+        let of = |word: &str| said.iter().filter(|line| line.ends_with(word)).count();
+        found.fine += of(" fine");
+        found.errors += of(" error");
+        found.panics += of(" panic");
+        from = last.split(' ').nth(1).and_then(|number| number.parse().ok()).unwrap_or(count) + 1;
+        if last.starts_with("begin ") {
+            let lost = if has_hung { &mut found.hung } else { &mut found.ended };
+            lost.push(from - 1);
+        }
+    }
+    let all = found.fine + found.errors + found.panics + found.ended.len() + found.hung.len();
+    assert_eq!(all, count, "{found:?}");
+    found
+}
+
+/// What a child said of the files from a number on, and whether it had to be killed: when it says nothing new for too long.
+fn child(test: &str, folder: &Path, from: usize) -> (Vec<String>, bool) {
+    let log = folder.join("log");
+    let mut child = Command::new(std::env::current_exe().unwrap())
+        .args([test, "--exact", "--nocapture", "--test-threads=1"])
+        .env(FOLDER, folder)
+        .env(FROM, from.to_string())
+        .stdout(File::create(&log).unwrap())
+        .stderr(Stdio::null())
+        .spawn()
+        .unwrap();
+    let (mut said, mut start, mut has_hung) = (0, Instant::now(), false);
+    while child.try_wait().unwrap().is_none() {
+        let more = std::fs::metadata(&log).unwrap().len();
+        if more > said {
+            (said, start) = (more, Instant::now());
+        } else if start.elapsed() > LIMIT {
+            has_hung = true;
+            child.kill().unwrap();
+            child.wait().unwrap();
+            break;
+        }
+        std::thread::sleep(Duration::from_millis(10));
+    }
+    let text = std::fs::read_to_string(&log).unwrap();
+    // The test's own name may stand before the first.
+    let lines = text.lines().map(|line| line.rsplit_once("... ").map_or(line, |(_, line)| line));
+    let lines = lines.filter(|line| line.starts_with("begin ") || line.starts_with("end "));
+    (lines.map(str::to_owned).collect(), has_hung)
+}
+
+/// Damaged copies of a file, numbered.
+fn folder_of(whole: &[u8], count: usize, seed: u64) -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    let mut random = Random(seed);
+    for number in 0..count {
+        std::fs::write(folder.path().join(number.to_string()), spoilt(whole, &mut random)).unwrap();
+    }
+    folder
+}
+
+/// The made files: of MPAS's atmosphere and ocean, and of ICON.
+fn files() -> [Made; 3] {
+    [Made::history(), Made::ocean(), Made::icon_data(Angles::Radians)]
+}
+
+/// Classic files never end the process. In NetCDF-4's the HDF5 library itself may: how often is printed, and depends on its
+/// version; a panic, or values of a wrong kind, would be ours.
+#[test]
+fn damaged_files_end_in_a_result() {
+    if let Ok(folder) = std::env::var(FOLDER) {
+        return read_in_child(&folder);
+    }
+    let count: usize = std::env::var("ICORAY_TEST_HOSTILE_COUNT").map_or(200, |count| count.parse().unwrap());
+    for (made, seed) in files().iter().zip([88_172_645_463_325_252, 7, 1_234_567]) {
+        for (format, options) in formats() {
+            let (_folder, path): (_, PathBuf) = made.write(options);
+            let folder = folder_of(&std::fs::read(path).unwrap(), count, seed);
+            let found = outcomes("hostile::damaged_files_end_in_a_result", folder.path(), count);
+            println!("{format}: {found:?}");
+            assert_eq!(found.panics, 0, "{format}: {found:?}");
+            assert!(found.errors > count / 10 && found.fine > count / 10, "{format}: {found:?}");
+            if format != "NetCDF-4" {
+                assert!(found.ended.is_empty() && found.hung.is_empty(), "{format}: {found:?}");
+            }
+        }
+    }
+}

@@ -1,0 +1,192 @@
+//! ICON's files: with tables, or with nothing but each triangle's bounds.
+
+use crate::changed::formats;
+use crate::made::{Made, RECORDS, Values, value};
+use crate::made_icon::{Angles, LAYERS};
+use crate::refused::expect;
+use icoray::{ErrorKind, Location};
+use icoray_netcdf::{Convention, ModelFile};
+use netcdf::Options;
+
+/// The places of each triangle's points, sorted.
+fn triangles(file: &ModelFile) -> Vec<Vec<[i64; 3]>> {
+    let grid = file.mesh().grid().unwrap();
+    assert_eq!(grid.void_triangles(), 0);
+    let tables = file.mesh().tables();
+    let place = |cell: u32| {
+        let (lon, lat) = (tables.center.lon_rad.get(cell as usize), tables.center.lat_rad.get(cell as usize));
+        [lat.cos() * lon.cos(), lat.cos() * lon.sin(), lat.sin()].map(|x| (1e4 * x).round() as i64)
+    };
+    let of = |t| {
+        let mut points = grid.triangle(t).map(place).to_vec();
+        points.sort_unstable();
+        points
+    };
+    (0..grid.triangles() as u32).map(of).collect()
+}
+
+#[test]
+fn bounds_give_the_triangles_that_the_tables_give() {
+    let (_grid_folder, grid_path) = Made::icon_grid().write(Options::NETCDF4);
+    let with_tables = ModelFile::open(&grid_path).unwrap();
+    assert_eq!(with_tables.mesh().convention(), Convention::Icon);
+    let expected = triangles(&with_tables);
+    assert_eq!((with_tables.mesh().cells(), expected.len(), with_tables.mesh().edges()), (42, 80, 120));
+    for angles in [Angles::Radians, Angles::Degrees, Angles::Degrees32] {
+        for (format, options) in formats() {
+            let (_folder, path) = Made::icon_data(angles).write(options);
+            let file = ModelFile::open(&path).unwrap();
+            assert_eq!(triangles(&file), expected, "{format}");
+        }
+    }
+}
+
+#[test]
+fn fields_lie_on_triangles_and_layers_on_the_standard_atmosphere() {
+    for (format, options) in formats() {
+        let (_folder, path) = Made::icon_data(Angles::Radians).write(options);
+        let file = ModelFile::open(&path).unwrap();
+        let names: Vec<&str> = file.fields().iter().map(|f| f.name.as_str()).collect();
+        assert_eq!(names, ["ta"], "{format}: bounds are no field");
+        let dates: Vec<&str> = file.times().iter().flatten().map(String::as_str).collect();
+        assert_eq!(dates, ["1979-01-31_18:00:00", "1979-02-01_00:00:00", "1979-02-01_06:00:00"], "{format}");
+        let info = file.field_info("ta").unwrap();
+        assert_eq!((info.location, info.columns, info.layers), (Location::Corner, 80, LAYERS));
+        assert_eq!(info.description.units.as_deref(), Some("K"));
+        for time in 0..RECORDS {
+            let owned = file.read_field("ta", time).unwrap();
+            let field = owned.field().unwrap();
+            for (column, layer) in [(0, 0), (1, 2), (79, 1)] {
+                assert_eq!(field.value(column, layer), value(time, column, layer), "{format}");
+            }
+        }
+        let heights = file.layer_heights("ta").unwrap();
+        assert!(heights.is_of_pressure && heights.variable == "lev");
+        let tabled = [110.9, 1457.3, 5574.4];
+        for (height, tabled) in heights.height_m.iter().zip(tabled) {
+            assert!((height - tabled).abs() < 6.0, "{:?}", heights.height_m);
+        }
+        assert_eq!(file.layers("ta").unwrap().count(), LAYERS);
+    }
+}
+
+#[test]
+fn grid_and_heights_may_be_in_files_of_their_own() {
+    let mut data = Made::icon_data(Angles::Degrees);
+    for name in ["clon", "clat", "clon_bnds", "clat_bnds"] {
+        data.remove(name);
+    }
+    // Levels are counted, and z_ifc has the heights of one interface more.
+    data.variable("lev").attributes.clear();
+    let mut heights =
+        Made { dimensions: vec![("ncells", 80), ("height_2", LAYERS + 1)], ..Made::icon_grid() };
+    heights.variables.clear();
+    let z = (0..=LAYERS)
+        .rev()
+        .flat_map(|l| (0..80).map(move |c| 1e3 * l as f32 + if c == 0 && l == 0 { 80.0 } else { 0.0 }));
+    heights.add("z_ifc", &["height_2", "ncells"], Values::F32(z.collect()));
+    let folders = [data, Made::icon_grid(), heights].map(|made| made.write(Options::NETCDF4));
+    let [data, grid, vertical] = [0, 1, 2].map(|i| &folders[i].1);
+    let file = ModelFile::open_with(data, &[grid, vertical]).unwrap();
+    assert_eq!(file.mesh().grid().unwrap().triangles(), file.field_info("ta").unwrap().columns);
+    let found = file.layer_heights("ta").unwrap();
+    assert_eq!((found.variable.as_str(), found.deviation_m), ("z_ifc", Some(79.0)));
+    assert_eq!(found.height_m, [3000.0, 2000.0, 1000.0, 1.0]);
+    let layers = file.layers("ta").unwrap();
+    assert!(layers.is_falling() && layers.count() == LAYERS);
+
+    let error = ModelFile::open(data).unwrap_err();
+    expect(&error, ErrorKind::Grid, &["made.nc", "no mesh is known", "vertex_of_cell", "another file"]);
+    let error = ModelFile::open_with(data, &[grid]).unwrap().layers("ta").unwrap_err();
+    expect(
+        &error,
+        ErrorKind::Layers,
+        &["no heights for the 3 layers of ta", "lev(lev)", "z_ifc", "another file"],
+    );
+}
+
+#[test]
+fn depths_lie_below_the_surface() {
+    let mut made = Made::icon_data(Angles::Radians);
+    let lev = made.variable("lev");
+    lev.values = Values::F32(vec![0.01, 0.1, 4.0]);
+    lev.attributes = vec![("units", "km".into()), ("positive", "down".into())];
+    let (_folder, path) = made.write(Options::NETCDF4);
+    let heights = ModelFile::open(&path).unwrap().layer_heights("ta").unwrap();
+    assert!((heights.height_m[2] + 4000.0).abs() < 1e-3 && !heights.is_of_pressure, "{heights:?}");
+}
+
+#[test]
+fn a_limited_area_has_holes() {
+    let mut made = Made::icon_data(Angles::Degrees);
+    let kept: Vec<usize> = (0..80).filter(|t| t % 5 != 0).collect();
+    made.dimensions[0].1 = kept.len();
+    for variable in &mut made.variables {
+        let row = if variable.name.ends_with("_bnds") { 3 } else { 1 };
+        let stays = |i: usize| !(i / row % 80).is_multiple_of(5);
+        match &mut variable.values {
+            Values::F64(v) if v.len() >= 80 => {
+                *v = (0..v.len()).filter(|&i| stays(i)).map(|i| v[i]).collect();
+            }
+            Values::F32(v) if v.len() >= 80 => {
+                *v = (0..v.len()).filter(|&i| stays(i)).map(|i| v[i]).collect();
+            }
+            _ => {}
+        }
+    }
+    let (_folder, path) = made.write(Options::NETCDF4);
+    let file = ModelFile::open(&path).unwrap();
+    let grid = file.mesh().grid().unwrap();
+    assert_eq!(grid.triangles(), kept.len());
+    assert!(grid.void_triangles() >= 16, "{}", grid.void_triangles());
+    assert_eq!(file.read_field("ta", 1).unwrap().field().unwrap().value(0, 0), value(1, 1, 0));
+}
+
+#[test]
+fn triangles_that_are_none_are_named() {
+    let spoilt = |spoil: &dyn Fn(&mut Made)| {
+        let mut made = Made::icon_data(Angles::Degrees);
+        spoil(&mut made);
+        let (_folder, path) = made.write(Options::NETCDF4);
+        ModelFile::open(&path).unwrap_err()
+    };
+    fn bounds<'a>(made: &'a mut Made, name: &str) -> &'a mut Vec<f64> {
+        let Values::F64(values) = &mut made.variable(name).values else { panic!("bounds are f64") };
+        values
+    }
+    let error = spoilt(&|made| {
+        made.remove("clat_bnds");
+    });
+    expect(&error, ErrorKind::Grid, &["made.nc", "no variable clat_bnds", "vertex_of_cell"]);
+    let error = spoilt(&|made| {
+        let same = bounds(made, "clon_bnds")[6];
+        bounds(made, "clon_bnds")[7] = same;
+        let same = bounds(made, "clat_bnds")[6];
+        bounds(made, "clat_bnds")[7] = same;
+    });
+    expect(&error, ErrorKind::Grid, &["the bounds of triangle 2 are", "expected three different points"]);
+    let error = spoilt(&|made| bounds(made, "clat_bnds")[4] = f64::NAN);
+    expect(&error, ErrorKind::Grid, &["the bounds of triangle 1 are", "NaN"]);
+    let error = spoilt(&|made| made.variable("clat").attributes = vec![("units", "furlong".into())]);
+    expect(&error, ErrorKind::Grid, &["clat is in \"furlong\", expected radian or degrees"]);
+    let error = spoilt(&|made| {
+        made.dimensions[1].1 = 4;
+        let more = |v: &[f64]| v.chunks(3).flat_map(|row| [row[0], row[1], row[2], row[2]]).collect();
+        for name in ["clon_bnds", "clat_bnds"] {
+            let four = more(bounds(made, name));
+            *bounds(made, name) = four;
+        }
+    });
+    expect(&error, ErrorKind::Grid, &["clon_bnds(ncells = 80, vertices = 4)", "80 triangles with 3 points"]);
+    let mut plane = Made::icon_grid();
+    plane.set("grid_geometry", 2);
+    let (_folder, path) = plane.write(Options::NETCDF4);
+    let error = ModelFile::open(&path).unwrap_err();
+    expect(&error, ErrorKind::Unsupported, &["grid_geometry is 2", "only meshes on a sphere"]);
+    let mut grid = Made::icon_grid();
+    let Values::I32(table) = &mut grid.variable("vertex_of_cell").values else { panic!("an index table") };
+    table[5] = 43;
+    let (_folder, path) = grid.write(Options::NETCDF4);
+    let error = ModelFile::open(&path).unwrap_err();
+    expect(&error, ErrorKind::Grid, &["made.nc", "triangle 5 has the points", "expected 0 to 41"]);
+}

@@ -1,0 +1,187 @@
+//! MPAS-Ocean's files: layers from depths or thicknesses, and a sea floor.
+
+use crate::changed::formats;
+use crate::made::{LAYERS, Made, RECORDS, Values};
+use crate::refused::expect;
+use icoray::{CenterField, ErrorKind};
+use icoray_netcdf::ModelFile;
+use netcdf::Options;
+
+/// Depth of each layer's bottom where the ocean is deep enough.
+const DEPTH_M: [f64; LAYERS] = [10.0, 30.0, 100.0, 500.0];
+
+/// How many layers a cell has: all, or fewer where the sea is shallow, or none.
+fn levels(cell: usize) -> usize {
+    match cell {
+        7 => 0,
+        cell if cell % 5 == 0 => 2,
+        _ => LAYERS,
+    }
+}
+
+impl Made {
+    /// A history of temperature, salinity at interfaces and vorticity at corners; below the sea floor all hold -1e34, which
+    /// no attribute tells of. The shallow cells' last layer is 1 m thinner.
+    pub fn ocean() -> Self {
+        let mut made = Made::history();
+        made.remove("zgrid");
+        let cells = made.dimension("nCells");
+        for name in ["theta", "rho", "w", "vorticity"] {
+            let variable = made.variable(name);
+            variable.attributes.clear();
+            let row = if name == "w" { LAYERS + 1 } else { LAYERS };
+            let is_dry = |i: usize| {
+                let (cell, layer) = (i / row % cells, i % row);
+                name != "vorticity" && (levels(cell) == 0 || layer >= levels(cell) + usize::from(name == "w"))
+            };
+            match &mut variable.values {
+                Values::F32(v) => (0..v.len()).filter(|&i| is_dry(i)).for_each(|i| v[i] = -1e34),
+                Values::F64(v) => (0..v.len()).filter(|&i| is_dry(i)).for_each(|i| v[i] = -1e34),
+                _ => panic!("{name} is real"),
+            }
+        }
+        made.add("maxLevelCell", &["nCells"], Values::I32((0..cells).map(|c| levels(c) as i32).collect()));
+        made
+    }
+
+    fn with_thickness(mut self, name: &'static str, dimensions: &[&'static str]) -> Self {
+        let cells = self.dimension("nCells");
+        let thickness = |cell: usize, layer: usize| {
+            let full = DEPTH_M[layer] - if layer == 0 { 0.0 } else { DEPTH_M[layer - 1] };
+            let is_last = levels(cell) < LAYERS && layer + 1 == levels(cell);
+            if layer >= levels(cell) { -1e34 } else { full - f64::from(u8::from(is_last)) }
+        };
+        let one = (0..cells).flat_map(|c| (0..LAYERS).map(move |l| thickness(c, l)));
+        let records = if dimensions.len() == 3 { RECORDS } else { 1 };
+        let all: Vec<f64> = std::iter::repeat_n(one.collect::<Vec<_>>(), records).flatten().collect();
+        self.add(name, dimensions, Values::F64(all));
+        let depth = (0..cells).map(|cell| (0..levels(cell)).map(|layer| thickness(cell, layer)).sum());
+        self.add("bottomDepth", &["nCells"], Values::F64(depth.collect()));
+        self
+    }
+}
+
+#[test]
+fn values_below_the_sea_floor_are_missing() {
+    for (format, options) in formats() {
+        let (_folder, path) = Made::ocean().write(options);
+        let file = ModelFile::open(&path).unwrap();
+        let grid = file.mesh().grid().unwrap();
+        for (name, more) in [("theta", 0), ("rho", 0), ("w", 1)] {
+            let owned = file.read_field(name, 1.min(file.times().len() - 1)).unwrap();
+            let field = owned.field().unwrap();
+            for (cell, layer) in (0..42).flat_map(|c| (0..LAYERS + more).map(move |l| (c, l))) {
+                let is_wet = levels(cell) > 0 && layer < levels(cell) + more;
+                assert_eq!(field.value(cell, layer).is_finite(), is_wet, "{format} {name} {cell} {layer}");
+            }
+            assert!(field.range().0.unwrap()[0] >= 0.0, "{format} {name}");
+        }
+        // Corners have numbers everywhere, and yet no cell has an average below its floor.
+        let owned = file.read_field("vorticity", 0).unwrap();
+        let center = CenterField::average(&grid, &owned.field().unwrap()).unwrap();
+        for (cell, layer) in (0..42).flat_map(|c| (0..LAYERS).map(move |l| (c, l))) {
+            let is_there = center.field().value(cell, layer).is_finite();
+            assert!(!is_there || layer < levels(cell), "{format} {cell} {layer}");
+        }
+        for corner in 0..grid.triangles() as u32 {
+            for layer in 0..LAYERS {
+                let cells = grid.triangle(corner).map(|cell| cell as usize);
+                if cells.iter().all(|&cell| layer < levels(cell)) {
+                    assert!(cells.iter().all(|&cell| center.field().value(cell, layer).is_finite()));
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn ice_shelves_lie_on_top() {
+    let mut made = Made::ocean();
+    let mut first = vec![1; 42];
+    first[3] = 2;
+    made.add("minLevelCell", &["nCells"], Values::I32(first));
+    let (_folder, path) = made.write(Options::NETCDF4);
+    let owned = ModelFile::open(&path).unwrap().read_field("theta", 0).unwrap();
+    let field = owned.field().unwrap();
+    let is_there = |cell| [0, 1, 2, 3].map(|layer| field.value(cell, layer).is_finite());
+    assert_eq!((is_there(3), is_there(4)), ([false, true, true, true], [true; 4]));
+}
+
+#[test]
+fn thicknesses_add_up_to_interfaces() {
+    for (name, dimensions) in [
+        ("restingThickness", &["nCells", "nVertLevels"][..]),
+        ("layerThickness", &["Time", "nCells", "nVertLevels"]),
+    ] {
+        let (_folder, path) = Made::ocean().with_thickness(name, dimensions).write(Options::_64BIT_DATA);
+        let heights = ModelFile::open(&path).unwrap().layer_heights("theta").unwrap();
+        assert_eq!(heights.variable, name);
+        // Of 41 cells with two layers 8 are 1 m shallower.
+        let shallow = (0..42).filter(|&cell| levels(cell) == 2).count() as f64;
+        let mean = 20.0 - shallow / 41.0;
+        for (height, expected) in
+            heights.height_m.iter().zip([0.0, -10.0, -10.0 - mean, -80.0 - mean, -480.0 - mean])
+        {
+            assert!((height - expected).abs() < 1e-9, "{:?}", heights.height_m);
+        }
+        // At those the second interface is at 29 m.
+        let expected = 10.0 + mean - 29.0;
+        assert!((heights.deviation_m.unwrap() - expected).abs() < 1e-9, "{:?}", heights.deviation_m);
+        assert!(heights.layers.is_falling());
+    }
+}
+
+#[test]
+fn depths_come_before_thicknesses() {
+    let mut made = Made::ocean().with_thickness("restingThickness", &["nCells", "nVertLevels"]);
+    made.add("refBottomDepth", &["nVertLevels"], Values::F64(DEPTH_M.to_vec()));
+    let (_folder, path) = made.write(Options::NETCDF4);
+    let heights = ModelFile::open(&path).unwrap().layer_heights("theta").unwrap();
+    assert_eq!((heights.variable.as_str(), heights.deviation_m), ("refBottomDepth", None));
+    assert_eq!(heights.height_m, [0.0, -10.0, -30.0, -100.0, -500.0]);
+}
+
+#[test]
+fn floors_and_thicknesses_that_are_none_are_named() {
+    let spoilt = |made: &Made| {
+        let (_folder, path) = made.write(Options::NETCDF4);
+        let file = ModelFile::open(&path).unwrap();
+        (file.read_field("theta", 0).err(), file.layers("theta").err())
+    };
+    let mut made = Made::ocean();
+    made.variable("maxLevelCell").values = Values::I32([vec![4; 41], vec![5]].concat());
+    let (error, _) = spoilt(&made);
+    expect(&error.unwrap(), ErrorKind::Field, &["made.nc", "maxLevelCell of cell 42 is 5, expected 0 to 4"]);
+    let mut made = Made::ocean();
+    made.variable("maxLevelCell").values = Values::F64(vec![4.0; 42]);
+    let (error, _) = spoilt(&made);
+    expect(&error.unwrap(), ErrorKind::Field, &["maxLevelCell(nCells = 42) of double", "of integer"]);
+    let mut made = Made::ocean().with_thickness("restingThickness", &["nCells", "nVertLevels"]);
+    let Values::F64(values) = &mut made.variable("restingThickness").values else { panic!("is f64") };
+    values[1] = 0.0;
+    let (_, error) = spoilt(&made);
+    expect(
+        &error.unwrap(),
+        ErrorKind::Layers,
+        &["restingThickness of cell 1, layer 1: 0", "positive thickness"],
+    );
+    let (_, error) = spoilt(&Made::ocean());
+    expect(
+        &error.unwrap(),
+        ErrorKind::Layers,
+        &["no layer heights", "zgrid", "refBottomDepth", "layerThickness"],
+    );
+}
+
+/// The floor at corners is found before anybody has checked the tables.
+#[test]
+fn corners_of_cells_that_there_are_not_have_no_water() {
+    let mut made = Made::ocean();
+    let Values::I32(cells) = &mut made.variable("cellsOnVertex").values else { panic!("an index table") };
+    (cells[0], cells[4], cells[8]) = (i32::MIN, i32::MAX, 0);
+    let (_folder, path) = made.write(Options::NETCDF4);
+    let file = ModelFile::open(&path).unwrap();
+    file.mesh().grid().unwrap_err();
+    let owned = file.read_field("vorticity", 0).unwrap();
+    assert!((0..3).all(|corner| owned.field().unwrap().value(corner, 0).is_nan()));
+}
