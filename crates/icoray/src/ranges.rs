@@ -236,3 +236,6 @@ impl Values<'_> {
         Ok(all)
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -70,7 +70,7 @@ impl<'s> Bar<'s> {
 
     /// The most ticks with labels whose labels stay apart, along `length` pixels.
     fn ticks(&self, length: i64, room: impl Fn(&str) -> i64) -> Ticks {
-        const MOST: usize = 12;
+        const MOST: usize = 9;
         let fits = |ticks: &Ticks| {
             let pairs = ticks.major.windows(2);
             let mut apart = pairs.map(|pair| {

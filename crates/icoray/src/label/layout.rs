@@ -16,7 +16,7 @@ const LEAST_EM: f64 = 9.0;
 /// Part of the planet that a bar may hide and still be said to hide none.
 const HIDES_NONE: f64 = 0.01;
 /// How much of what lies behind labels over the planet is covered.
-const PANEL: f32 = 0.7;
+const PANEL: f32 = 0.8;
 /// Luminance with the same contrast to white as to black (WCAG 2).
 const EVEN: f64 = 0.179;
 

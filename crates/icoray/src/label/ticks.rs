@@ -21,9 +21,9 @@ const PLAIN_DECADES: std::ops::RangeInclusive<i32> = -2..=3;
 /// Minor ticks go with no more decades than this.
 const FINE_DECADES: usize = 9;
 
-/// No more than `most` ticks with labels, at least 2, over a range that rises.
+/// No more than `most` ticks with labels over a range that rises, where that is 3 or more.
 pub(super) fn ticks(scale: Scale, range: [f64; 2], most: usize) -> Ticks {
-    let most = most.max(2);
+    let most = most.max(3);
     match scale {
         Scale::Linear => linear(range, most),
         Scale::Log => log(range, most),
@@ -115,13 +115,13 @@ fn fine(powers: std::ops::RangeInclusive<i32>) -> impl Iterator<Item = f64> {
     powers.flat_map(|power| (2..10).map(move |times| f64::from(times) * decade(power)))
 }
 
-/// 1, 2 and 5 times powers of ten where these are two at least, else even steps.
+/// 1, 2 and 5 times powers of ten where these are three at least, else even steps.
 fn within_decades(range: [f64; 2], most: usize) -> Ticks {
     let is_in = |v: &f64| range[0] * (1.0 - 1e-9) <= *v && *v <= range[1] * (1.0 + 1e-9);
     let powers = order(range[0])..=order(range[1]);
     let values = powers.flat_map(|power| [1.0, 2.0, 5.0].map(|times| times * decade(power)));
     let values: Vec<f64> = values.filter(is_in).collect();
-    if values.len() < 2 || values.len() > most {
+    if values.len() < 3 || values.len() > most {
         return linear(range, most);
     }
     let exponent = if PLAIN.contains(&order(range[1])) { 0 } else { order(range[1]) };

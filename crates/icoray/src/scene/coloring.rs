@@ -136,8 +136,10 @@ impl Coloring {
     fn places(&self, extinction: &[Stop], along: impl Fn(f64) -> f64) -> Vec<Place> {
         let place = |at: f64, extinction: f64| Place { at, value: self.scale.backward(at), extinction };
         let (first, last) = (extinction[0], extinction[extinction.len() - 1]);
+        let near = 1e-9 * (along(1.0) - along(0.0));
+        let all = self.stops(&along, near);
         let stops =
-            |low: f64, high: f64| self.map.places().map(&along).filter(move |at| low < *at && *at < high);
+            |low: f64, high: f64| all.iter().copied().filter(move |at| low + near < *at && *at < high - near);
         let mut places = Vec::new();
         if first.1 > 0.0 {
             places.extend(stops(f64::NEG_INFINITY, first.0).map(|at| place(at, first.1)));
@@ -155,6 +157,19 @@ impl Coloring {
             places.extend(stops(last.0, f64::INFINITY).map(|at| place(at, last.1)));
         }
         places
+    }
+
+    /// Where colours bend: the map's stops, and the scale's own. Two knots that only rounding keeps apart would be a step to
+    /// the kernel.
+    fn stops(&self, along: impl Fn(f64) -> f64, near: f64) -> Vec<f64> {
+        let mut stops: Vec<f64> = self.map.places().map(&along).collect();
+        if matches!(self.scale, Scale::SymLog { .. }) {
+            let ends = [along(0.0), along(1.0)];
+            stops.extend([-1.0, 1.0].into_iter().filter(|at| ends[0] < *at && *at < ends[1]));
+            stops.sort_by(f64::total_cmp);
+            stops.dedup_by(|b, a| *b - *a < near);
+        }
+        stops
     }
 
     /// How far a straight line in the value between two places leaves the scale.

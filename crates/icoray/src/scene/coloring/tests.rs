@@ -76,6 +76,24 @@ fn knots_keep_to_every_scale_and_are_few() {
     }
 }
 
+/// A map's stop that lies on a stop of opacity but for rounding would be a step to the kernel.
+#[test]
+fn no_two_knots_all_but_coincide() {
+    let symlog = Scale::SymLog { threshold: 1e-4 };
+    for (scale, range) in
+        [(Scale::Linear, [-0.7e-3, 0.7e-3]), (Scale::Log, [3e-9, 0.7]), (symlog, [-5e-3, 5e-3])]
+    {
+        for name in ["vik", "viridis", "thermal"] {
+            let stops: Vec<Stop> =
+                ColorMap::named(name).unwrap().places().map(|place| (place, place + 0.1)).collect();
+            let tf = Coloring { is_relative: true, ..coloring(name, scale, &stops) }.transfer(range);
+            let places: Vec<f64> = tf.knots.iter().map(|k| scale.forward(k.value)).collect();
+            let apart = 1e-6 * (places[places.len() - 1] - places[0]);
+            assert!(places.windows(2).all(|pair| pair[1] - pair[0] > apart), "{name} {scale:?}: {places:?}");
+        }
+    }
+}
+
 #[test]
 fn a_centre_makes_ranges_even() {
     let about =
