@@ -115,7 +115,7 @@ pub unsafe extern "C" fn icoray_field_set_ndarray(
 }
 
 /// Says what a field is called, for labels in pictures and the text of their files: `long_name` such as "potential
-/// temperature" and `units` such as "m s-1" (CF conventions), NULL where there is none. It holds for the field of that name,
+/// temperature" and `units` such as "m s-1" (CF conventions), NULL or blank where there is none. It holds for the field of that name,
 /// given before or after, until the next such call. The strings are copied.
 ///
 /// # Safety
@@ -131,7 +131,8 @@ pub unsafe extern "C" fn icoray_field_describe(
     unsafe {
         with(ctx, |context| {
             let said = |from: *const c_char, what| -> Outcome<Option<String>> {
-                if from.is_null() { Ok(None) } else { Ok(Some(text(from, what)?.to_owned())) }
+                let said = if from.is_null() { "" } else { text(from, what)?.trim() };
+                Ok((!said.is_empty()).then(|| said.to_owned()))
             };
             let description =
                 Description { long_name: said(long_name, "long_name")?, units: said(units, "units")? };

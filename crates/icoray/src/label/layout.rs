@@ -63,6 +63,11 @@ pub(super) fn draw(canvas: &mut Canvas, frame: &Frame, legend: &Legend) {
     }
 }
 
+/// The length of a bar along a side; pictures that are too small for it are drawn all the same.
+fn share(part: f64, side: i64) -> i64 {
+    ((part * side as f64) as i64).max(8)
+}
+
 impl<'f> Page<'f> {
     fn new(canvas: &Canvas, frame: &'f Frame, legend: &'f Legend) -> Self {
         let [width, height] = [canvas.width, canvas.height].map(i64::from);
@@ -123,12 +128,12 @@ impl<'f> Page<'f> {
         };
         if place == Place::Bottom {
             let most = if matches!(along, Along::Middle) { width - 2 * margin } else { width / 2 };
-            let block = bar.lying((part * width as f64) as i64, most, sizes, caption);
+            let block = bar.lying(share(part, width), most, sizes, caption);
             let at = (end(width, block.width), height - margin - block.height);
             return (block, at.0, at.1);
         }
         let most = if matches!(along, Along::Middle) { height - 2 * margin } else { height / 2 };
-        let block = bar.upright((part * height as f64) as i64, most, sizes, caption);
+        let block = bar.upright(share(part, height), most, sizes, caption);
         let x = if place == Place::Left { margin } else { width - margin - block.width };
         let y = end(height, block.height);
         (block, x, y)
@@ -193,7 +198,7 @@ impl<'f> Page<'f> {
         let title = words::title(self.frame, self.legend);
         let title = Block::lines(&title, self.title, width - 3 * margin - notes.width, false);
         let caption = |exponent| self.caption(exponent);
-        let length = (0.8 * width as f64) as i64;
+        let length = share(0.8, width);
         let bar = self.bar().map(|bar| bar.lying(length, width - 2 * margin, self.sizes, caption));
         let mut y = height + margin;
         let text = title.height.max(notes.height);

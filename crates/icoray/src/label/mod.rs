@@ -93,3 +93,6 @@ impl Legend {
 pub(crate) fn draw(canvas: &mut Canvas, frame: &Frame, legend: &Legend) {
     layout::draw(canvas, frame, legend);
 }
+
+#[cfg(test)]
+mod tests;
