@@ -914,7 +914,7 @@ icoray_status icoray_field_set_ndarray(struct icoray_ctx *ctx,
 
 /**
  * Says what a field is called, for labels in pictures and the text of their files: `long_name` such as "potential
- * temperature" and `units` such as "m s-1" (CF conventions), NULL where there is none. It holds for the field of that name,
+ * temperature" and `units` such as "m s-1" (CF conventions), NULL or blank where there is none. It holds for the field of that name,
  * given before or after, until the next such call. The strings are copied.
  *
  * # Safety

@@ -211,7 +211,10 @@ impl Values<'_> {
         count: &(dyn Fn(f64, &mut [u64]) + Sync),
     ) -> Result<Vec<u64>> {
         let nothing = || vec![0u64; size];
-        let columns = (0..self.field.shape().columns).into_par_iter().with_min_len(4096);
+        // A few histograms for each thread, however large the grid.
+        let columns = self.field.shape().columns;
+        let most = columns.div_ceil(4 * self.threads.count()).max(256);
+        let columns = (0..columns).into_par_iter().with_min_len(most);
         let add = |mut counts: Vec<u64>, column| {
             self.column(scale, column, |value| count(scale.forward(value), &mut counts));
             counts

@@ -65,7 +65,7 @@ pub(super) fn coloring(
 
 /// The name of a map turned round.
 fn turned(name: &str) -> String {
-    name.strip_suffix("_r").map_or_else(|| format!("{name}_r"), str::to_owned)
+    name.strip_suffix("_r").or(name.strip_suffix("_R")).map_or_else(|| format!("{name}_r"), str::to_owned)
 }
 
 fn scale(source: &Text, raw: &RawTransfer) -> Result<Scale> {
