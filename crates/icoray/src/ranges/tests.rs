@@ -73,7 +73,7 @@ fn logarithms_see_positive_values_only() {
 fn a_union_moves_seldom_and_never_back() {
     let ranges = Ranges::default();
     let scene = scene("{ union = [0, 100], hysteresis = 0.25 }", "");
-    let mut frame = |low: f64, high: f64| settled(&ranges, &scene, &[low, high, low, high]);
+    let frame = |low: f64, high: f64| settled(&ranges, &scene, &[low, high, low, high]);
     assert_eq!(frame(0.0, 4.0), [0.0, 4.0]);
     assert_eq!(frame(1.0, 2.0), [0.0, 4.0]);
     // Within a quarter of the range nothing moves.
