@@ -147,7 +147,7 @@ pub(super) fn scene(text: &str) -> Result<Scene> {
     if raw.field.get_ref().is_empty() {
         return Err(source.bad(raw.field.span(), "field", "an empty name"));
     }
-    let (transfer, coloring) = transfer::transfer_function(&source, &raw.transfer)?;
+    let coloring;
     let [tolerance_min, tolerance_max] = [*Scene::TOLERANCE.start(), *Scene::TOLERANCE.end()];
     Ok(Scene {
         every: source.count(raw.every.as_ref(), "every", 1_000_000_000, "", 1)?,
@@ -157,7 +157,11 @@ pub(super) fn scene(text: &str) -> Result<Scene> {
         exaggeration: source.number(raw.exaggeration.as_ref(), "exaggeration", 1e-6, 1e6, 1.0)?,
         core: source.color_or_none(raw.core.as_ref(), "core", Some([0.0225, 0.0225, 0.0225]))?,
         camera: camera::camera(&source, &raw.camera)?,
-        transfer,
+        transfer: {
+            let (transfer, made_of) = transfer::transfer_function(&source, &raw.transfer)?;
+            coloring = made_of;
+            transfer
+        },
         coloring,
         lighting: raw.light.as_ref().map(|light| light::lighting(&source, light)).transpose()?.flatten(),
         method: raw.method,
