@@ -302,7 +302,8 @@ module icoray
   end interface icoray_last_error
 
   public :: icoray_open, icoray_open_serial, icoray_grid_set, icoray_part_set, icoray_layers_set, icoray_field_set
-  public :: icoray_field_set_ndarray, icoray_scene_load, icoray_scene_text, icoray_wants, icoray_wants_field
+  public :: icoray_field_set_ndarray, icoray_field_describe, icoray_scene_load, icoray_scene_text
+  public :: icoray_wants, icoray_wants_field
   public :: icoray_execute, icoray_wait, icoray_report, icoray_last_error, icoray_close, icoray_version, icoray_log_stderr
   public :: icoray_mesh_create, icoray_mesh_grid, icoray_mesh_tables, icoray_mesh_free
 
@@ -369,6 +370,14 @@ module icoray
       type(icoray_ndarray), intent(in) :: array
       integer(c_int32_t) :: status
     end function icoray_field_set_ndarray_c
+    function icoray_field_describe_c(ctx, name, long_name, units) bind(C, name='icoray_field_describe') result(status)
+      import
+      type(c_ptr), value :: ctx
+      character(kind=c_char), intent(in) :: name(*)
+      character(kind=c_char), intent(in) :: long_name(*)
+      character(kind=c_char), intent(in) :: units(*)
+      integer(c_int32_t) :: status
+    end function icoray_field_describe_c
     function icoray_scene_load_c(ctx, path) bind(C, name='icoray_scene_load') result(status)
       import
       type(c_ptr), value :: ctx
@@ -448,6 +457,7 @@ module icoray
   end interface
   public :: icoray_open_c, icoray_open_serial_c, icoray_close_c, icoray_last_error_c, icoray_version_c, icoray_grid_set_c
   public :: icoray_part_set_c, icoray_layers_set_c, icoray_field_set_c, icoray_field_set_ndarray_c, icoray_scene_load_c
+  public :: icoray_field_describe_c
   public :: icoray_scene_text_c, icoray_wants_c, icoray_wants_field_c, icoray_execute_c, icoray_wait_c
   public :: icoray_report_c, icoray_log_stderr_c, icoray_mesh_create_c, icoray_mesh_grid_c, icoray_mesh_free_c
 
@@ -1139,6 +1149,15 @@ contains
     sized%struct_size = c_sizeof(sized)
     call done(ctx, icoray_field_set_ndarray_c(ctx%handle, c_text(name), sized), ierr)
   end subroutine icoray_field_set_ndarray
+
+  !> What a field is called, for labels in pictures: its name for people, and its units such as 'm s-1'; blank where there is
+  !> none. For the field of that name, given before or after.
+  subroutine icoray_field_describe(ctx, name, long_name, units, ierr)
+    type(icoray_context), intent(in) :: ctx
+    character(len=*), intent(in) :: name, long_name, units
+    integer, intent(out), optional :: ierr
+    call done(ctx, icoray_field_describe_c(ctx%handle, c_text(name), c_text(long_name), c_text(units)), ierr)
+  end subroutine icoray_field_describe
 
   subroutine field_view(ctx, name, v, type, ierr, location, fill_value, grid_name, layers_name)
     type(icoray_context), intent(in) :: ctx

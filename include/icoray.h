@@ -913,6 +913,19 @@ icoray_status icoray_field_set_ndarray(struct icoray_ctx *ctx,
                                        const struct icoray_ndarray *array);
 
 /**
+ * Says what a field is called, for labels in pictures and the text of their files: `long_name` such as "potential
+ * temperature" and `units` such as "m s-1" (CF conventions), NULL or blank where there is none. It holds for the field of that name,
+ * given before or after, until the next such call. The strings are copied.
+ *
+ * # Safety
+ * `ctx` is open; `name`, `long_name` and `units` are NULL or strings.
+ */
+icoray_status icoray_field_describe(struct icoray_ctx *ctx,
+                                    const char *name,
+                                    const char *long_name,
+                                    const char *units);
+
+/**
  * Reads the scene from a TOML file; a file of comments and blanks draws nothing. On failure the scene before, if any,
  * stays.
  *

@@ -8,9 +8,10 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use tempfile::TempDir;
 
-const FUNCTIONS: [&str; 21] = [
+const FUNCTIONS: [&str; 22] = [
     "icoray_close",
     "icoray_execute",
+    "icoray_field_describe",
     "icoray_field_set",
     "icoray_field_set_ndarray",
     "icoray_grid_set",

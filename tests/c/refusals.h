@@ -39,6 +39,9 @@ int file_exists(const char *name);
 int file_is(const char *name, const char *text);
 int is_picture(const char *name);
 
+/* The file has these words somewhere. */
+int says(const char *name, const char *words);
+
 /* Offset and size of a member, for put(), which writes a number of that size there. */
 #define MEMBER(type, name) offsetof(type, name), sizeof(((type *)0)->name)
 void put(void *structure, size_t offset, size_t size, int64_t value);

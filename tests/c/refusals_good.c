@@ -61,6 +61,25 @@ int is_picture(const char *name)
     return read == sizeof there && memcmp(there, signature, sizeof there) == 0;
 }
 
+int says(const char *name, const char *words)
+{
+    char path[1024];
+    static char there[1 << 16];
+    size_t read, size = strlen(words);
+    FILE *file = fopen(path_of(path, sizeof path, name), "rb");
+    if (file == NULL) {
+        return 0;
+    }
+    read = fread(there, 1, sizeof there, file);
+    fclose(file);
+    for (size_t at = 0; at + size <= read; at++) {
+        if (memcmp(there + at, words, size) == 0) {
+            return 1;
+        }
+    }
+    return 0;
+}
+
 void prepare(const char *output_dir)
 {
     directory = output_dir;

@@ -1,6 +1,20 @@
 /* Several grids and sets of layers in one context, asked for by names that are not there. */
 #include "refusals.h"
 
+/* Says what the field "n" is called, with strings that last no longer than the call. */
+static void described(icoray_ctx *ctx)
+{
+    char name[] = "n", long_name[] = "gr\xc3\xb6\xc3\x9f" "e of n", units[] = "m s-1";
+    REFUSED(ctx, ICORAY_ERR_NULL, "name", icoray_field_describe(ctx, NULL, long_name, units));
+    REFUSED(ctx, ICORAY_ERR_ARGUMENT, "name: \"\"", icoray_field_describe(ctx, "", long_name, units));
+    REFUSED(ctx, ICORAY_ERR_ARGUMENT, "name", icoray_field_describe(ctx, NO_UTF8, long_name, units));
+    REFUSED(ctx, ICORAY_ERR_ARGUMENT, "long_name", icoray_field_describe(ctx, name, NO_UTF8, units));
+    REFUSED(ctx, ICORAY_ERR_ARGUMENT, "units", icoray_field_describe(ctx, name, long_name, NO_UTF8));
+    REFUSED(NULL, ICORAY_ERR_NULL, "ctx", icoray_field_describe(NULL, name, long_name, units));
+    OK(icoray_field_describe(ctx, name, long_name, units));
+    name[0] = long_name[0] = units[0] = 'z';
+}
+
 void names(icoray_ctx *ctx)
 {
     static const char *const unknown[] = {"b", "A", "a ", "unnamed", "\xc3\xa9"};
@@ -56,13 +70,22 @@ void names(icoray_ctx *ctx)
     REFUSED(ctx, ICORAY_ERR_FIELD, "42 columns, expected 162", icoray_execute(ctx, 2, 0.0, NULL));
     other.edge_corner = good_grid.edge_corner;
     OK(icoray_grid_set(ctx, &other));
+    OK(icoray_field_describe(ctx, "another", "its name", "its units"));
     OK(icoray_execute(ctx, 3, 0.0, NULL));
+    described(ctx);
+    OK(icoray_field_set(ctx, "n", &array));
+    OK(icoray_execute(ctx, 5, 0.0, NULL)); /* what it is called stays when it is handed over anew */
+    OK(icoray_field_describe(ctx, "n", " ", NULL));
+    OK(icoray_execute(ctx, 6, 0.0, NULL));
     layers.name = "a";
     layers.count = 2;
     OK(icoray_layers_set(ctx, &layers));
     REFUSED(ctx, ICORAY_ERR_FIELD, "3 layers, expected 2", icoray_execute(ctx, 4, 0.0, NULL));
     OK(icoray_wait(ctx));
     CHECK(!file_exists("names_0.png") && is_picture("names_1.png") && !file_exists("names_2.png"));
+    CHECK(!says("names_3.png", "long name") && !says("names_3.png", "its"));
+    CHECK(says("names_5.png", "gr\xc3\xb6\xc3\x9f" "e of n") && says("names_5.png", "m s-1"));
+    CHECK(is_picture("names_6.png") && !says("names_6.png", "long name") && !says("names_6.png", "units"));
     CHECK(is_picture("names_3.png") && !file_exists("names_4.png"));
     OK(icoray_mesh_free(&fine)); /* nobody reads it any more */
     OK(icoray_scene_text(ctx, good_scene));

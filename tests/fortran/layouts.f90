@@ -171,6 +171,10 @@ contains
     ! -9.9999e30 is another number in 32 than in 64 bits.
     flat(::5) = -9.9999e30_real32
     flat8(::5) = -9.9999e30_real64
+    call icoray_field_describe(ctx, 'f', 'a field of the tests', 'm s-1', ierr)
+    call went_well(ctx, ierr, 'icoray_field_describe')
+    call icoray_field_describe(ctx, '', 'a field without a name', ' ', ierr)
+    call refused(ctx, ierr, ICORAY_ERR_ARGUMENT, 'name')
     call icoray_scene_text(ctx, base_scene('missing'))
     call icoray_field_set(ctx, 'f', flat, ierr, ICORAY_CENTER, -9.9999e30_real32)
     call icoray_execute(ctx, 4, 0.0_real64)

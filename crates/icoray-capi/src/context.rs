@@ -5,7 +5,7 @@ use crate::boundary::{Failure, Outcome};
 use crate::drawing::Drawing;
 use crate::types::{icoray_array, icoray_config, icoray_frame_report, icoray_ndarray, icoray_status};
 use icoray_core::output::Stamp;
-use icoray_core::{Field, Grid, GridTables, Held, Layers, Location, Ranks, Scene};
+use icoray_core::{Description, Field, Grid, GridTables, Held, Layers, Location, Ranks, Scene};
 use std::collections::BTreeMap;
 use std::ffi::c_char;
 use std::ptr;
@@ -36,6 +36,8 @@ pub struct Context {
     grids: BTreeMap<String, Spread>,
     layers: BTreeMap<String, Arc<Layers>>,
     fields: BTreeMap<String, Given>,
+    /// What fields are called, by their names; also of those that are yet to come.
+    descriptions: BTreeMap<String, Description>,
     scene: Choice,
     drawing: Drawing,
     /// Those who draw together, or this process alone.
@@ -60,6 +62,7 @@ pub(crate) struct Subject<'a> {
     pub held: Option<Arc<Held>>,
     pub layers: Arc<Layers>,
     pub field: Field<'a>,
+    pub description: Description,
 }
 
 impl Context {
@@ -68,6 +71,7 @@ impl Context {
             grids: BTreeMap::new(),
             layers: BTreeMap::new(),
             fields: BTreeMap::new(),
+            descriptions: BTreeMap::new(),
             scene: Choice::Open,
             drawing: Drawing::new(config, output_dir, ranks)?,
             ranks: Ranks::alone(),
@@ -141,6 +145,15 @@ impl Context {
         Ok(())
     }
 
+    /// Says what a field is called, whether it was given yet or not.
+    pub fn describe_field(&mut self, field: &str, description: Description) -> Outcome<()> {
+        if field.is_empty() {
+            return Err(argument("name: \"\", expected the name that scenes use".into()));
+        }
+        self.descriptions.insert(field.into(), description);
+        Ok(())
+    }
+
     /// Finds the layers and columns among an array's dimensions.
     pub fn set_ndarray(&mut self, field: &str, array: &icoray_ndarray) -> Outcome<()> {
         let within = |f: Failure| Failure::new(f.status, format!("field {field:?}: {}", f.message));
@@ -196,8 +209,8 @@ impl Context {
         let Some(scene) = due(&self.scene, stamp.step)? else {
             return self.drawing.pass();
         };
-        let Context { grids, layers, fields, drawing, .. } = self;
-        drawing.draw(stamp, || subject(scene, grids, layers, fields))
+        let Context { grids, layers, fields, descriptions, drawing, .. } = self;
+        drawing.draw(stamp, || subject(scene, grids, layers, fields, descriptions))
     }
 
     /// Waits until all frames are on disk.
@@ -237,6 +250,7 @@ fn subject<'a>(
     grids: &BTreeMap<String, Spread>,
     layers: &BTreeMap<String, Arc<Layers>>,
     fields: &BTreeMap<String, Given>,
+    descriptions: &BTreeMap<String, Description>,
 ) -> Outcome<Subject<'a>> {
     let call = "icoray_execute";
     if grids.is_empty() {
@@ -259,7 +273,8 @@ fn subject<'a>(
         known(layers, &given.layers, "set of layers", call, "icoray_layers_set").map_err(within)?.clone();
     // SAFETY: the model promises that its arrays live and do not change until icoray_execute returns.
     let field = unsafe { borrow::field(&given.array, icoray_array::NAME).map_err(within)? };
-    Ok(Subject { scene, grid: grid.clone(), held: held.clone(), layers, field })
+    let description = descriptions.get(&scene.field).cloned().unwrap_or_default();
+    Ok(Subject { scene, grid: grid.clone(), held: held.clone(), layers, field, description })
 }
 
 fn missing(came: &str, what: &str, first: &str) -> Failure {

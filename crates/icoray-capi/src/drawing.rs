@@ -147,10 +147,10 @@ impl Drawing {
 
     fn begin(&mut self, stamp: Stamp, subject: Subject) -> Outcome<()> {
         // What one process holds is the whole grid and field.
-        let Subject { scene, grid, held: _, layers, field } = subject;
+        let Subject { scene, grid, held: _, layers, field, description } = subject;
         self.devices.is_asked = scene.backend == Backend::Gpu;
         if let Some(background) = &mut self.background {
-            background.submit(Job { scene, grid, layers, stamp }, &field)?;
+            background.submit(Job { scene, grid, layers, stamp, description }, &field)?;
             // The frame before was waited for; its cost is to be taken before this one's takes its place.
             self.collect();
             return Ok(());
@@ -158,7 +158,7 @@ impl Drawing {
         // Names that are wrong or taken are known before the first ray.
         self.writer.check(&scene.output, &stamp, &scene.field)?;
         let frame = self.renderer.render(&scene, &grid, &layers, &field)?;
-        self.hand_on(frame, &scene, stamp);
+        self.hand_on(Frame { description, ..frame }, &scene, stamp);
         Ok(())
     }
 

@@ -139,8 +139,8 @@ mod tests {
     use super::*;
     use crate::frames::{icoray_execute, icoray_report, icoray_wait, icoray_wants};
     use crate::inputs::{
-        icoray_field_set, icoray_field_set_ndarray, icoray_grid_set, icoray_layers_set, icoray_part_set,
-        icoray_scene_load, icoray_scene_text,
+        icoray_field_describe, icoray_field_set, icoray_field_set_ndarray, icoray_grid_set,
+        icoray_layers_set, icoray_part_set, icoray_scene_load, icoray_scene_text,
     };
     use crate::open::{icoray_close, icoray_last_error, icoray_open_serial};
     use crate::types::{icoray_config, icoray_frame_report};
@@ -195,6 +195,8 @@ mod tests {
             assert_eq!(icoray_layers_set(ctx, ptr::null()), ICORAY_ERR_INTERNAL);
             assert_eq!(icoray_field_set(ctx, ptr::null(), ptr::null()), ICORAY_ERR_INTERNAL);
             assert_eq!(icoray_field_set_ndarray(ctx, ptr::null(), ptr::null()), ICORAY_ERR_INTERNAL);
+            let described = icoray_field_describe(ctx, ptr::null(), ptr::null(), ptr::null());
+            assert_eq!(described, ICORAY_ERR_INTERNAL);
             assert_eq!(icoray_scene_load(ctx, ptr::null()), ICORAY_ERR_INTERNAL);
             assert_eq!(icoray_scene_text(ctx, ptr::null()), ICORAY_ERR_INTERNAL);
             assert_eq!(icoray_wants(ctx, 0, 0.0, &mut wants), ICORAY_ERR_INTERNAL);

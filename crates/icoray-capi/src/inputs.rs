@@ -1,9 +1,10 @@
 //! Exported: grid, layers, fields and scene.
 
 use crate::borrow::{self, Versioned, name, sized, text};
-use crate::boundary::Failure;
+use crate::boundary::{Failure, Outcome};
 use crate::handle::{icoray_ctx, with, with_all};
 use crate::types::{icoray_array, icoray_grid, icoray_layers, icoray_ndarray, icoray_part, icoray_status};
+use icoray_core::Description;
 use std::ffi::c_char;
 
 /// Hands over a grid's tables, which are checked whole; they are borrowed until icoray_close or the next icoray_grid_set
@@ -109,6 +110,33 @@ pub unsafe extern "C" fn icoray_field_set_ndarray(
         with(ctx, |context| {
             let (name, array) = (text(name, "name")?, sized(array)?);
             context.set_ndarray(name, array)
+        })
+    }
+}
+
+/// Says what a field is called, for labels in pictures and the text of their files: `long_name` such as "potential
+/// temperature" and `units` such as "m s-1" (CF conventions), NULL or blank where there is none. It holds for the field of that name,
+/// given before or after, until the next such call. The strings are copied.
+///
+/// # Safety
+/// `ctx` is open; `name`, `long_name` and `units` are NULL or strings.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn icoray_field_describe(
+    ctx: *mut icoray_ctx,
+    name: *const c_char,
+    long_name: *const c_char,
+    units: *const c_char,
+) -> icoray_status {
+    // SAFETY: passed on.
+    unsafe {
+        with(ctx, |context| {
+            let said = |from: *const c_char, what| -> Outcome<Option<String>> {
+                let said = if from.is_null() { "" } else { text(from, what)?.trim() };
+                Ok((!said.is_empty()).then(|| said.to_owned()))
+            };
+            let description =
+                Description { long_name: said(long_name, "long_name")?, units: said(units, "units")? };
+            context.describe_field(text(name, "name")?, description)
         })
     }
 }

@@ -2,7 +2,7 @@
 
 use font8x8::legacy::BASIC_LEGACY;
 use icoray::output::{Stamp, write_picture};
-use icoray::{Frame, FrameReport, Result};
+use icoray::{Description, Frame, FrameReport, Result};
 use std::path::Path;
 
 /// Width of a letter and height of a line, pixels: the font's 8 × 8 drawn twice as high.
@@ -74,6 +74,8 @@ pub(crate) fn frame(width: u32, height: u32, pixels: Vec<[f32; 4]>) -> Frame {
         error: vec![0.0; pixels.len()],
         pixels,
         field: String::new(),
+        description: Description::default(),
+        legend: None,
         notes: Vec::new(),
         stamp: Stamp::default(),
         report: FrameReport::default(),

@@ -5,6 +5,7 @@
 //! with the model, so that memory is one copy and a model that asks for more pictures than can be drawn is slowed, not
 //! stopped. Tables of the grid are not copied; [`Background::wait`] says when nobody reads them.
 
+use crate::description::Description;
 use crate::error::{Error, ErrorKind, Result};
 use crate::field::Field;
 use crate::frame::FrameReport;
@@ -32,6 +33,8 @@ pub struct Job {
     pub layers: Arc<Layers>,
     /// When it is.
     pub stamp: Stamp,
+    /// What the field is called.
+    pub description: Description,
 }
 
 /// What handing over a frame cost.
@@ -188,8 +191,9 @@ fn draw(
     snapshot: &Snapshot,
     accepted: Accepted,
 ) -> Result<(FrameReport, Option<Stamp>)> {
-    let Job { scene, grid, layers, stamp } = job;
+    let Job { scene, grid, layers, stamp, description } = job;
     let mut frame = renderer.render(&scene, &grid, &layers, &snapshot.field()?)?;
+    frame.description = description;
     frame.report.waited_s = accepted.waited_s;
     frame.report.copy_s = accepted.copy_s;
     frame.report.bytes_copied = accepted.bytes_copied;

@@ -1,6 +1,8 @@
 //! A rendered picture with what it cost.
 
+use crate::description::Description;
 pub use crate::kernel::ray::Counts;
+use crate::label::Legend;
 use crate::output::Stamp;
 use crate::plan::Sharing;
 use crate::quality::Quality;
@@ -70,7 +72,7 @@ impl fmt::Display for ErrorSummary {
 }
 
 /// A number from 0 to two digits, none below it but for the rounding of a float: a bound stays one when it is printed.
-fn two_digits_up(value: f64) -> String {
+pub(crate) fn two_digits_up(value: f64) -> String {
     if value == 0.0 || !value.is_finite() {
         return value.to_string();
     }
@@ -80,6 +82,15 @@ fn two_digits_up(value: f64) -> String {
     }
     let half_a_digit = 0.5 * 10f64.powf(value.log10().floor() - 1.0);
     format!("{:.1e}", value + 1.001 * half_a_digit)
+}
+
+/// Over which values a colour map went.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Colors {
+    /// First and last value.
+    pub range: [f64; 2],
+    /// The map, its scale, and how the range came to be this.
+    pub how: String,
 }
 
 /// What a frame cost and what it met.
@@ -127,6 +138,8 @@ pub struct FrameReport {
     pub counts: Counts,
     /// Least and greatest value of the field, `None` when all are missing.
     pub value_range: Option<[f64; 2]>,
+    /// Over which values colours went, and how they came to be these; `None` where the scene gives knots.
+    pub colors: Option<Colors>,
     /// Values that are NaN, infinite or the fill value.
     pub missing_values: u64,
     /// Bytes that were derived from the field: averages of corner fields, gradients.
@@ -155,6 +168,10 @@ pub struct Frame {
     pub error: Vec<f32>,
     /// Name of the field that is shown.
     pub field: String,
+    /// What the field is called; set by who knows it.
+    pub description: Description,
+    /// What is to be written into the picture.
+    pub legend: Option<Box<Legend>>,
     /// Camera and transfer range in words.
     pub notes: Vec<(&'static str, String)>,
     /// When the frame was; set when it is written.
@@ -179,7 +196,14 @@ impl Frame {
             ("error".into(), self.report.error.to_string()),
             ("quality".into(), self.report.quality.to_string()),
         ];
+        if let Some(Colors { range: [low, high], how }) = &self.report.colors {
+            lines.push(("colors".into(), how.clone()));
+            lines.push(("color range".into(), format!("{low} to {high}")));
+        }
         lines.extend(self.report.device.iter().map(|device| ("drawn on".into(), device.clone())));
+        let Description { long_name, units } = &self.description;
+        lines.extend(long_name.iter().map(|name| ("long name".into(), name.clone())));
+        lines.extend(units.iter().map(|units| ("units".into(), units.clone())));
         lines.extend(self.stamp.date.iter().map(|date| ("date".into(), date.clone())));
         lines.extend(self.notes.iter().map(|(key, text)| ((*key).to_string(), text.clone())));
         lines
@@ -201,6 +225,8 @@ pub(crate) mod tests {
             pixels,
             error,
             field: "q".into(),
+            description: Description::default(),
+            legend: None,
             notes: vec![("camera", "far away".into())],
             stamp: Stamp { step: 7, time_s: 60.0, date: None },
             report: FrameReport {

@@ -43,11 +43,13 @@ mod frame;
 mod gradient;
 mod grid;
 mod kernel;
+mod label;
 mod layers;
 mod layout;
 pub mod output;
 mod plan;
 mod quality;
+mod ranges;
 pub mod ranks;
 mod raster;
 mod render;
@@ -61,9 +63,10 @@ pub use background::{Accepted, Background, Drawn, Job};
 pub use description::Description;
 pub use error::{Error, ErrorKind, Result};
 pub use field::{CenterField, Field, Location};
-pub use frame::{Certainty, Counts, ErrorSummary, Frame, FrameReport};
+pub use frame::{Certainty, Colors, Counts, ErrorSummary, Frame, FrameReport};
 pub use grid::{Grid, GridTables, IcosahedralMesh, Indices, LonLat, MAX_LEVEL, Reals};
 pub use kernel::piece::Method;
+pub use label::{Labels, Legend, Place};
 pub use layers::Layers;
 pub use layout::Dimension;
 pub use plan::{Plan, Savings, Sharing};
@@ -71,7 +74,8 @@ pub use quality::{Lights, Quality};
 pub use ranks::{Columns, Held, Owned, Part, PartCells, Ranks, Team};
 pub use render::{Rendered, Renderer};
 pub use scene::{
-    Adapter, Backend, Camera, Knot, Lighting, Precision, Scene, Scheme, Source, TransferFunction,
+    Adapter, Backend, Camera, ColorRange, Coloring, Knot, Lighting, Precision, Scale, Scene, Scheme, Source,
+    TransferFunction,
 };
 pub use shape::Shape;
 pub use snapshot::Snapshot;

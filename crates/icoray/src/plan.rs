@@ -75,6 +75,11 @@ impl Plan {
         Ok(Plan { radius, falling: layers.is_falling(), knots, shading, from_corners, left_out })
     }
 
+    /// Takes over the transfer function of a scene whose colours' range was not known before.
+    pub(crate) fn recolor(&mut self, scene: &Scene) {
+        self.knots = scene.transfer.kernel_knots(self.radius[self.radius.len() - 1] - self.radius[0]);
+    }
+
     /// What is not computed or read for this scene, in words.
     pub fn left_out(&self) -> &[String] {
         &self.left_out

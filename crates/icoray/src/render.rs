@@ -1,9 +1,10 @@
 //! The renderer: a scene's work on a thread pool of its own, and on a device where there is one.
 
+use crate::description::Description;
 use crate::device::{Device, Devices, Job};
 use crate::error::{Error, ErrorKind, Result};
 use crate::field::{CenterField, Field};
-use crate::frame::{ErrorSummary, Frame, FrameReport};
+use crate::frame::{Colors, ErrorSummary, Frame, FrameReport};
 use crate::gradient::Gradients;
 use crate::grid::{Grid, Reals};
 use crate::kernel::Real;
@@ -11,12 +12,14 @@ use crate::kernel::column::Shell;
 use crate::kernel::leap::Visible;
 use crate::kernel::sample::{Sample, Samples};
 use crate::kernel::transfer::Spans;
+use crate::label::Legend;
 use crate::layers::Layers;
 use crate::output::Stamp;
 use crate::plan::{Plan, Savings, Sharing};
+use crate::ranges::{Ranges, Values};
 use crate::ranks::{Part, Ranks, Told};
 use crate::raster::{Raster, Tile};
-use crate::scene::{Backend, Precision, Scene, Scheme};
+use crate::scene::{Backend, Coloring, Precision, Scene, Scheme};
 use crate::threads::Threads;
 use fearless_simd::Level;
 use std::sync::Arc;
@@ -50,6 +53,7 @@ pub struct Renderer {
     integrates: bool,
     spare: Spare,
     last: Last,
+    ranges: Ranges,
 }
 
 impl Renderer {
@@ -60,7 +64,8 @@ impl Renderer {
     pub fn new(threads: usize) -> Result<Self> {
         let (devices, savings) = (None, Savings::ALL);
         let (threads, spare, last) = (Threads::new(threads)?, Spare::default(), Last::default());
-        Ok(Renderer { threads, devices, savings, integrates: true, spare, last })
+        let ranges = Ranges::default();
+        Ok(Renderer { threads, devices, savings, integrates: true, spare, last, ranges })
     }
 
     /// The same, but leaving out what `savings` say: for measurements.
@@ -173,7 +178,7 @@ impl Renderer {
             }
             Ok((Plan::new(scene, grid, layers, field)?, Sharing::new(scene, part)?))
         });
-        let (plan, sharing) = ranks.of_one_mind(plan, |(plan, sharing)| {
+        let (mut plan, sharing) = ranks.of_one_mind(plan, |(plan, sharing)| {
             let place = if plan.from_corners { "corners" } else { "centres" };
             vec![
                 ("draws", sharing.to_string()),
@@ -196,6 +201,15 @@ impl Renderer {
         }
         let derived = center.as_ref().map_or(0, CenterField::bytes);
         let field = center.as_ref().map_or(*field, CenterField::field);
+        let values = Values { threads: &self.threads, field: &field, part };
+        let settled = self.ranges.settle(ranks, scene, values)?;
+        let how = scene.coloring.as_ref().map(Coloring::describe);
+        let scene = settled.as_ref().unwrap_or(scene);
+        let range = scene.coloring.as_ref().and_then(Coloring::fixed);
+        let colors = range.zip(how).map(|(range, how)| Colors { range, how });
+        if settled.is_some() {
+            plan.recolor(scene);
+        }
         let device = self.find_device(ranks, scene)?;
         let setting =
             Setting { renderer: self, device, scene, plan: &plan, grid, part, field: &field, source, start };
@@ -209,6 +223,7 @@ impl Renderer {
         report.derived_bytes += derived;
         report.threads = self.threads();
         report.ranks = ranks.size();
+        report.colors = colors;
         report.sharing = (!ranks.is_alone()).then_some(sharing);
         let source = setting.source;
         if let Some(center) = center {
@@ -382,6 +397,8 @@ fn draw<T: Real, S: Sample>(setting: &Setting, ranks: &mut Ranks, data: &[S]) ->
         pixels: drawn.iter().map(|p| p.color).collect(),
         error,
         field: scene.field.clone(),
+        description: Description::default(),
+        legend: Legend::of(scene, &plan.radius),
         notes: notes(scene),
         stamp: Stamp::default(),
         report,

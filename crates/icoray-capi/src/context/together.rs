@@ -84,9 +84,9 @@ impl Context {
             return Ok((stamp, None));
         };
         let is_root = self.ranks.is_root();
-        let Context { grids, layers, fields, drawing, .. } = self;
+        let Context { grids, layers, fields, descriptions, drawing, .. } = self;
         let names = if is_root { drawing.check_names(&scene, &stamp) } else { Ok(()) };
-        let subject = names.and_then(|()| subject(scene, grids, layers, fields));
+        let subject = names.and_then(|()| subject(scene, grids, layers, fields, descriptions));
         let subject = subject.map_err(|failure| failure.at_step(stamp.step))?;
         Ok((stamp, Some(subject)))
     }

@@ -6,7 +6,7 @@ use crate::context::Subject;
 use crate::ranks::Said;
 use crate::types::icoray_status;
 use icoray_core::output::Stamp;
-use icoray_core::{Backend, Held, Ranks, Rendered, Scene};
+use icoray_core::{Backend, Frame, Held, Ranks, Rendered, Scene};
 use std::time::Instant;
 
 impl Drawing {
@@ -61,7 +61,7 @@ impl Drawing {
         subject: &Subject,
         start: Instant,
     ) -> Outcome<()> {
-        let Subject { scene, grid, held, layers, field } = subject;
+        let Subject { scene, grid, held, layers, field, description } = subject;
         self.devices.is_asked = scene.backend == Backend::Gpu;
         let draws = &self.renderer;
         let rendered = match held.as_deref() {
@@ -70,7 +70,9 @@ impl Drawing {
             None => draws.render_over(ranks, scene, grid, None, layers, field),
         };
         let outcome = rendered.map(|rendered| match rendered {
-            Rendered::Here(frame) => self.hand_on(frame, scene, stamp),
+            Rendered::Here(frame) => {
+                self.hand_on(Frame { description: description.clone(), ..frame }, scene, stamp);
+            }
             Rendered::AtRoot(report) => {
                 self.devices.tell(&stamp, &report, &self.log);
                 self.describe(&stamp, &report);

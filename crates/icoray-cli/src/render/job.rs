@@ -62,6 +62,7 @@ impl Job<'_> {
         let field = owned.field()?;
         let rendered = self.renderer.render_over(ranks, self.scene, self.grid, None, self.layers, &field)?;
         let Rendered::Here(mut frame) = rendered else { return Ok(None) };
+        frame.description = self.info.description.clone();
         frame.notes.extend(self.notes.iter().map(|note| ("note", note.clone())));
         let stamp = stamp(self.file, time);
         let said = self.said(&frame, &stamp, read_s)?;

@@ -61,6 +61,7 @@ impl Stage {
             grid: Arc::clone(&self.grid),
             layers: Arc::clone(&self.layers),
             stamp: Stamp { step, ..Stamp::default() },
+            description: Description::default(),
         }
     }
 

@@ -8,12 +8,15 @@ mod name;
 mod outcomes;
 mod png;
 mod report;
+mod template;
 mod writer;
 
 pub use atomic::Existing;
 pub use error_map::{write_error_map, write_error_map_with};
 pub use name::{FrameNames, NameTemplate, Output, Stamp};
 pub use outcomes::{Outcome, Outcomes};
+pub(crate) use png::srgb_byte;
+pub(crate) use template::{Template, date};
 pub use writer::{Submitted, WhenFull, Writer, WriterOptions, Written};
 
 use crate::error::{Error, ErrorKind, Result};
@@ -24,7 +27,7 @@ fn io_error(path: &Path, what: &str, error: impl std::fmt::Display) -> Error {
     Error::new(ErrorKind::Io, format!("{}: {what}: {error}", path.display()))
 }
 
-/// Writes `frame` to `path`, as PNG (8-bit sRGB, with text) or EXR (linear, exact floats, with the error of each pixel as
+/// Writes `frame` to `path`, as PNG (8-bit sRGB, with text, and the labels that its scene asks for) or EXR (linear, exact floats, with the error of each pixel as
 /// a fifth channel, `error`) by its ending. A file of that name is replaced when the new one is complete.
 ///
 /// # Errors

@@ -1,5 +1,6 @@
 //! File names from a template: MPAS's `$Y-$M-$D_$h.$m.$s`, and `{step:06}`, `{field}`.
 
+use super::template::Template;
 use crate::error::{Error, ErrorKind, Result};
 
 /// When a frame was: the model's step, its time, and its date where it has one.
@@ -15,20 +16,7 @@ pub struct Stamp {
 
 /// A checked template for picture names.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct NameTemplate {
-    parts: Vec<Part>,
-}
-
-#[derive(Debug, Clone, PartialEq, Eq)]
-enum Part {
-    Text(String),
-    Step {
-        width: usize,
-    },
-    Field,
-    /// Index into the six numbers of a date.
-    Date(usize),
-}
+pub struct NameTemplate(Template);
 
 impl NameTemplate {
     /// Parses `template`: `{step}`, `{step:06}` (zero-padded to 6), `{field}`, `$Y $M $D $h $m $s`. It ends in
@@ -37,48 +25,11 @@ impl NameTemplate {
     /// # Errors
     /// [`ErrorKind::Scene`] names the part that is not understood.
     pub fn new(template: &str) -> Result<Self> {
-        let bad = |what: String| Error::new(ErrorKind::Scene, format!("{template:?}: {what}"));
         if !(template.ends_with(".png") || template.ends_with(".exr")) {
-            return Err(bad("expected a name that ends in .png or .exr".into()));
+            let context = format!("{template:?}: expected a name that ends in .png or .exr");
+            return Err(Error::new(ErrorKind::Scene, context));
         }
-        let mut parts = Vec::new();
-        let mut rest = template;
-        while let Some(at) = rest.find(['{', '}', '$']) {
-            if at > 0 {
-                parts.push(Part::Text(rest[..at].into()));
-            }
-            rest = &rest[at..];
-            let (part, used) = match rest.as_bytes()[0] {
-                b'$' => {
-                    let letter = rest[1..].chars().next();
-                    let place = letter.and_then(|l| "YMDhms".find(l));
-                    let shown = letter.map_or_else(String::new, String::from);
-                    (
-                        Part::Date(
-                            place
-                                .ok_or_else(|| bad(format!("${shown}, expected $Y, $M, $D, $h, $m or $s")))?,
-                        ),
-                        2,
-                    )
-                }
-                b'{' => {
-                    let end = rest.find('}').ok_or_else(|| bad("a { without its }".into()))?;
-                    (
-                        brace(&rest[1..end]).ok_or_else(|| {
-                            bad(format!("{}, expected {{step}}, {{step:06}} or {{field}}", &rest[..=end]))
-                        })?,
-                        end + 1,
-                    )
-                }
-                _ => return Err(bad("a } without its {".into())),
-            };
-            parts.push(part);
-            rest = &rest[used..];
-        }
-        if !rest.is_empty() {
-            parts.push(Part::Text(rest.into()));
-        }
-        Ok(NameTemplate { parts })
+        Template::new(template, &["field"]).map(NameTemplate)
     }
 
     /// The name of a frame.
@@ -86,17 +37,7 @@ impl NameTemplate {
     /// # Errors
     /// [`ErrorKind::Argument`] when the template has a date and `stamp` has none, or one that is not understood.
     pub fn name(&self, stamp: &Stamp, field: &str) -> Result<String> {
-        let mut name = String::new();
-        for part in &self.parts {
-            match part {
-                Part::Text(text) => name += text,
-                // Zero-padding puts a minus sign before the zeros.
-                Part::Step { width } => name += &format!("{:0width$}", stamp.step),
-                Part::Field => name += &field.replace(['/', '\\'], "_"),
-                Part::Date(place) => name += date(stamp)?[*place],
-            }
-        }
-        Ok(name)
+        self.0.fill(stamp, |_| field.replace(['/', '\\'], "_"))
     }
 }
 
@@ -132,36 +73,6 @@ impl Output {
         }
         Ok(FrameNames { file, error })
     }
-}
-
-fn brace(inside: &str) -> Option<Part> {
-    match inside.split_once(':') {
-        None if inside == "step" => Some(Part::Step { width: 0 }),
-        None if inside == "field" => Some(Part::Field),
-        Some(("step", width)) => {
-            let width = width.strip_prefix('0')?.parse().ok().filter(|w| (1..=20).contains(w))?;
-            Some(Part::Step { width })
-        }
-        _ => None,
-    }
-}
-
-/// The six numbers of the stamp's date, as written.
-fn date(stamp: &Stamp) -> Result<[&str; 6]> {
-    let bad = |what| {
-        Error::new(
-            ErrorKind::Argument,
-            format!("date {what}, expected YYYY-MM-DD_hh:mm:ss (the output name needs it)"),
-        )
-    };
-    let Some(text) = &stamp.date else {
-        return Err(bad("is absent".to_string()));
-    };
-    let trimmed = text.trim().trim_end_matches('Z');
-    let parts: Vec<&str> = trimmed.split(['-', '_', 'T', ':', ' ']).collect();
-    let all_digits = |p: &&str| !p.is_empty() && p.bytes().all(|b| b.is_ascii_digit() || b == b'.');
-    let numbers: [&str; 6] = parts.try_into().map_err(|_| bad(format!("{text:?}")))?;
-    if numbers.iter().all(all_digits) { Ok(numbers) } else { Err(bad(format!("{text:?}"))) }
 }
 
 #[cfg(test)]

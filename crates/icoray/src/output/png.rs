@@ -3,10 +3,11 @@
 use super::{Existing, atomic, io_error};
 use crate::error::Result;
 use crate::frame::Frame;
+use crate::label::{self, Canvas};
 use std::path::Path;
 
 /// sRGB's transfer curve (IEC 61966-2-1): linear light in [0, 1] to a byte.
-fn srgb_byte(linear: f32) -> u8 {
+pub(crate) fn srgb_byte(linear: f32) -> u8 {
     let v = linear.clamp(0.0, 1.0);
     let encoded = if v <= 0.003_130_8 { 12.92 * v } else { 1.055 * v.powf(1.0 / 2.4) - 0.055 };
     (encoded * 255.0 + 0.5) as u8
@@ -22,8 +23,12 @@ fn encode(pixel: [f32; 4]) -> [u8; 4] {
 }
 
 pub(super) fn write(path: &Path, frame: &Frame, existing: Existing) -> Result<()> {
-    let bytes: Vec<u8> = frame.pixels.iter().flat_map(|p| encode(*p)).collect();
-    write_rgba(path, [frame.width, frame.height], &bytes, &frame.describe(), existing)
+    let rgba = frame.pixels.iter().flat_map(|p| encode(*p)).collect();
+    let mut canvas = Canvas { width: frame.width, height: frame.height, rgba };
+    if let Some(legend) = &frame.legend {
+        label::draw(&mut canvas, frame, legend);
+    }
+    write_rgba(path, [canvas.width, canvas.height], &canvas.rgba, &frame.describe(), existing)
 }
 
 /// Writes 8-bit sRGB with straight alpha, and texts beside it.

@@ -10,8 +10,9 @@ use std::path::{Path, PathBuf};
 /// The columns of `report.csv`, in order. Seconds are wall clock; errors and tolerance are of premultiplied linear
 /// channels, 0 to 1 ([`ErrorSummary`](crate::ErrorSummary)); `error_kind` is `bound` or `estimate`; `tiles` and
 /// `compose_s` are those of rank 0; `sharing` is how several ranks shared out the picture, and why; `device` is what traced rays
-/// beside the CPU, on rank 0, `left_to_cpu` why the CPU did instead, all or some.
-const HEADER: &str = "step,time_s,date,field,file,prepare_s,render_s,write_s,rays,columns,frusta,void_frusta,value_min,value_max,missing_values,error_max,error_mean,error_p999,error_kind,tolerance,pixel_step,lights,threads,bytes_copied,copy_s,waited_s,bytes_derived,ranks,tiles,balance,gather_s,bytes_received,fragments,fragment_bytes,compose_s,sharing,device,left_to_cpu,upload_s,device_s,bytes_uploaded,left_out";
+/// beside the CPU, on rank 0, `left_to_cpu` why the CPU did instead, all or some; `color_min` and `color_max` are
+/// the values over which the colour map `colors` goes, which also says how they came to be these.
+const HEADER: &str = "step,time_s,date,field,file,prepare_s,render_s,write_s,rays,columns,frusta,void_frusta,value_min,value_max,missing_values,error_max,error_mean,error_p999,error_kind,tolerance,pixel_step,lights,threads,bytes_copied,copy_s,waited_s,bytes_derived,ranks,tiles,balance,gather_s,bytes_received,fragments,fragment_bytes,compose_s,sharing,device,left_to_cpu,upload_s,device_s,bytes_uploaded,color_min,color_max,colors,left_out";
 
 /// The line of a frame whose picture was written to `picture`.
 fn row(picture: &Path, frame: &Frame) -> String {
@@ -60,6 +61,9 @@ fn row(picture: &Path, frame: &Frame) -> String {
         format!("{:.6}", r.upload_s),
         number(r.device_s),
         r.bytes_uploaded.to_string(),
+        number(r.colors.as_ref().map(|c| c.range[0])),
+        number(r.colors.as_ref().map(|c| c.range[1])),
+        r.colors.as_ref().map_or_else(String::new, |c| c.how.clone()),
         r.left_out.join("; "),
     ];
     cells.map(|cell| quoted(&cell)).join(",")
@@ -135,6 +139,7 @@ pub(super) fn append(path: &Path, picture: &Path, frame: &Frame) -> Result<()> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::frame::Colors;
 
     #[test]
     fn a_row_has_a_cell_for_each_column() {
@@ -147,6 +152,7 @@ mod tests {
         (frame.report.device, frame.report.left_to_cpu) = (Some("GPU".into()), Some("it is lost".into()));
         (frame.report.upload_s, frame.report.device_s) = (0.375, Some(0.75));
         frame.report.bytes_uploaded = 5;
+        frame.report.colors = Some(Colors { range: [-0.25, 1.5], how: "vik; fixed".into() });
         let row = row(Path::new("folder/q.png"), &frame);
         let cells: std::collections::HashMap<_, _> = HEADER.split(',').zip(row.split(',')).collect();
         assert_eq!(row.split(',').count(), cells.len());
@@ -170,11 +176,14 @@ mod tests {
             ("upload_s", 0.375),
             ("device_s", 0.75),
             ("bytes_uploaded", 5.0),
+            ("color_min", -0.25),
+            ("color_max", 1.5),
             ("bytes_received", f64::from(2u32.pow(20)).powi(2)),
         ] {
             assert_eq!(cells[column].parse(), Ok(value), "{column}");
         }
         assert_eq!([cells["device"], cells["left_to_cpu"]], ["GPU", "it is lost"]);
+        assert_eq!(cells["colors"], "vik; fixed");
         assert_eq!([cells["error_kind"], cells["sharing"], cells["left_out"]], ["bound", "", ""]);
     }
 

@@ -6,15 +6,20 @@
 mod backend;
 mod camera;
 mod color;
+mod coloring;
 mod parse;
+mod scale;
 mod transfer;
 
 pub use backend::{Adapter, Backend};
 pub use camera::Camera;
+pub use coloring::{ColorRange, Coloring};
+pub use scale::Scale;
 pub use transfer::{Knot, TransferFunction};
 
 use crate::error::Result;
 use crate::kernel::piece::Method;
+use crate::label::Labels;
 use crate::output::Output;
 use std::ops::RangeInclusive;
 
@@ -91,8 +96,11 @@ pub struct Scene {
     pub core: Option<[f64; 3]>,
     /// The camera.
     pub camera: Camera,
-    /// From values to colour and extinction.
+    /// From values to colour and extinction. Where the range follows the data it is a stand-in over 0 to 1 (1 to 10 on a log
+    /// scale); a renderer draws with the range that it finds, as [`Scene::over`] makes it.
     pub transfer: TransferFunction,
+    /// What the transfer function is made of; `None` where its knots are given.
+    pub coloring: Option<Coloring>,
     /// The light; `None` shows the transfer function's colours as they are.
     pub lighting: Option<Lighting>,
     /// How pieces are integrated.
@@ -113,6 +121,8 @@ pub struct Scene {
     pub backend: Backend,
     /// Which of several GPUs; `None` is one of the fastest kind, another for each rank on a node.
     pub device: Option<Adapter>,
+    /// What is written into the picture; `None` is nothing.
+    pub labels: Option<Labels>,
     /// Names of the pictures, and of the maps of their errors.
     pub output: Output,
 }
@@ -138,6 +148,19 @@ impl Scene {
     pub fn parse_optional(text: &str) -> Result<Option<Self>> {
         let is_empty = toml::from_str::<toml::Table>(text).is_ok_and(|table| table.is_empty());
         if is_empty { Ok(None) } else { Self::parse(text).map(Some) }
+    }
+
+    /// The scene with its colour map over a range, whose ends the map's scale admits, the lower first; the same scene where
+    /// knots are given.
+    #[must_use]
+    pub fn over(&self, range: [f64; 2]) -> Self {
+        let mut scene = self.clone();
+        if let Some(coloring) = &mut scene.coloring {
+            scene.transfer = coloring.transfer(range);
+            coloring.range = ColorRange::Fixed(range);
+            coloring.center = None;
+        }
+        scene
     }
 
     /// Whether the step is one to draw: a multiple of [`Scene::every`], 0 and negative ones included. An `every` of 0,

@@ -1,6 +1,7 @@
 //! From TOML to a checked [`Scene`]: every error names the line and the key.
 
 mod camera;
+mod labels;
 mod light;
 mod output;
 mod transfer;
@@ -35,6 +36,7 @@ struct RawScene {
     camera: Spanned<camera::RawCamera>,
     transfer: Spanned<transfer::RawTransfer>,
     light: Option<Spanned<light::RawLight>>,
+    labels: Option<labels::RawLabels>,
     output: Option<output::RawOutput>,
 }
 
@@ -145,6 +147,7 @@ pub(super) fn scene(text: &str) -> Result<Scene> {
     if raw.field.get_ref().is_empty() {
         return Err(source.bad(raw.field.span(), "field", "an empty name"));
     }
+    let coloring;
     let [tolerance_min, tolerance_max] = [*Scene::TOLERANCE.start(), *Scene::TOLERANCE.end()];
     Ok(Scene {
         every: source.count(raw.every.as_ref(), "every", 1_000_000_000, "", 1)?,
@@ -154,7 +157,12 @@ pub(super) fn scene(text: &str) -> Result<Scene> {
         exaggeration: source.number(raw.exaggeration.as_ref(), "exaggeration", 1e-6, 1e6, 1.0)?,
         core: source.color_or_none(raw.core.as_ref(), "core", Some([0.0225, 0.0225, 0.0225]))?,
         camera: camera::camera(&source, &raw.camera)?,
-        transfer: transfer::transfer_function(&source, &raw.transfer)?,
+        transfer: {
+            let (transfer, made_of) = transfer::transfer_function(&source, &raw.transfer)?;
+            coloring = made_of;
+            transfer
+        },
+        coloring,
         lighting: raw.light.as_ref().map(|light| light::lighting(&source, light)).transpose()?.flatten(),
         method: raw.method,
         tolerance: source.number(
@@ -173,6 +181,7 @@ pub(super) fn scene(text: &str) -> Result<Scene> {
         ranks: raw.ranks,
         backend: raw.backend,
         device: raw.device.as_ref().map(|device| adapter(&source, device)).transpose()?,
+        labels: raw.labels.as_ref().map(|labels| labels::labels(&source, labels)).transpose()?.flatten(),
         output: output::output(&source, raw.output.as_ref())?,
         field: raw.field.into_inner(),
     })

@@ -1,6 +1,7 @@
 //! What a scene file may say, and where its errors point.
 
 use super::*;
+use crate::scene::{ColorRange, Scale};
 
 const GOOD: &str = r##"field = "theta"
 exaggeration = 30
@@ -74,6 +75,77 @@ fn errors_name_line_and_key() {
             &["line 15", "250 after 300", "rise"],
         ),
         ("opacity = [[300, 0.0], [350, 0.8]]", "opacity = []", &["line 15", "0 knots"]),
+        ("map = \"viridis\"", "map = \"jet_r\"", &["line 13", "jet_r", "batlow", "_r"]),
+        ("range = [250, 400]", "range = 3", &["line 14", "transfer.range", "3", "percentile", "union"]),
+        ("range = [250, 400]", "range = [1, 2, 3]", &["line 14", "two finite numbers"]),
+        ("range = [250, 400]", "range = [0, inf]", &["line 14", "transfer.range", "finite"]),
+        (
+            "range = [250, 400]",
+            "range = { percentile = [99, 1] }",
+            &["line 14", "percentile = [99, 1]", "0 to 100"],
+        ),
+        ("range = [250, 400]", "range = { percentile = [1, 101] }", &["line 14", "101", "0 to 100"]),
+        ("range = [250, 400]", "range = { percentil = [1, 99] }", &["line 14", "percentil", "union"]),
+        (
+            "range = [250, 400]",
+            "range = { union = [1, 99], hysteresis = -1 }",
+            &["line 14", "hysteresis = -1", "0 to 10"],
+        ),
+        (
+            "range = [250, 400]",
+            "range = { percentile = [1, 99], hysteresis = 1 }",
+            &["line 14", "hysteresis"],
+        ),
+        (
+            "range = [250, 400]",
+            "range = [0, 400]\nscale = \"log\"",
+            &["line 14", "transfer.range", "positive"],
+        ),
+        (
+            "range = [250, 400]",
+            "range = [1, 400]\nscale = \"logarithmic\"",
+            &["line 15", "transfer.scale", "symlog"],
+        ),
+        (
+            "range = [250, 400]",
+            "range = [1, 400]\nscale = \"symlog\"",
+            &["line 15", "transfer.scale", "threshold"],
+        ),
+        (
+            "range = [250, 400]",
+            "range = [1, 400]\nscale = \"log\"\nthreshold = 1",
+            &["line 16", "threshold", "symlog"],
+        ),
+        (
+            "range = [250, 400]",
+            "range = [1, 400]\nscale = \"symlog\"\nthreshold = 0",
+            &["line 16", "threshold"],
+        ),
+        (
+            "range = [250, 400]",
+            "range = [1, 400]\nscale = \"log\"\ncenter = -1",
+            &["line 16", "center", "positive"],
+        ),
+        ("range = [250, 400]", "range = [1, 400]\ncenter = nan", &["line 15", "transfer.center", "NaN"]),
+        (
+            "range = [250, 400]",
+            "range = [1, 400]\nopacity_in = \"parts\"",
+            &["line 15", "opacity_in", "values"],
+        ),
+        (
+            "range = [250, 400]\nopacity = [[300",
+            "range = [250, 400]\nscale = \"log\"\nopacity = [[0",
+            &["line 16", "transfer.opacity", "value 0", "positive"],
+        ),
+        (
+            "[output]",
+            "[labels]\ntitle = \"{tme}\"\n[output]",
+            &["line 21", "labels.title", "{tme}", "{time}"],
+        ),
+        ("[output]", "[labels]\nplace = \"top\"\n[output]", &["line 21", "top", "below"]),
+        ("[output]", "[labels]\nsize = 9\n[output]", &["line 21", "labels.size", "9", "0.25 to 4"]),
+        ("[output]", "[labels]\ncolor = \"inc\"\n[output]", &["line 21", "labels.color", "inc", "CSS"]),
+        ("[output]", "[labels]\nlegend = true\n[output]", &["line 21", "legend", "unknown field"]),
         ("kind = \"sun\"", "kind = \"lamp\"", &["line 17", "light.kind", "lamp"]),
         (
             "file = \"theta_$Y-$M-$D_{step:06}.png\"",
@@ -225,4 +297,71 @@ fn a_text_without_a_key_is_no_scene_if_that_is_asked_for() {
         assert_eq!(error.kind(), ErrorKind::Scene);
         assert!(error.to_string().contains(part), "{error}");
     }
+}
+
+#[test]
+fn a_scene_says_how_colours_run_along_values() {
+    let with = |lines: &str| scene(&GOOD.replacen("range = [250, 400]", lines, 1)).unwrap().coloring.unwrap();
+    let plain = with("range = [250, 400]");
+    assert_eq!(
+        (plain.scale(), plain.range(), plain.fixed()),
+        (Scale::Linear, ColorRange::Fixed([250.0, 400.0]), Some([250.0, 400.0]))
+    );
+    assert_eq!(plain.describe(), "viridis, linear, fixed");
+    let log = with("range = { percentile = [1, 99.5] }\nscale = \"log\"\nreverse = true");
+    assert_eq!(
+        (log.scale(), log.range(), log.fixed()),
+        (Scale::Log, ColorRange::Percentile([1.0, 99.5]), None)
+    );
+    assert_eq!(log.describe(), "viridis_r, log, percentiles 1 to 99.5 of the first frame");
+    let both = with("range = { union = [0, 100] }\nscale = \"symlog\"\nthreshold = 1e-3\ncenter = 0");
+    assert_eq!(both.scale(), Scale::SymLog { threshold: 1e-3 });
+    assert_eq!(both.range(), ColorRange::Union { percentile: [0.0, 100.0], hysteresis: 0.1 });
+    let text = both.describe();
+    assert_eq!(
+        text,
+        "viridis, symlog beyond 0.001, centred on 0, percentiles 0 to 100 of all frames so far, hysteresis 0.1"
+    );
+}
+
+/// Where the range follows the data opacities do so too, unless the scene says otherwise.
+#[test]
+fn opacities_are_of_values_or_of_the_range() {
+    let extinction = |range: &str, more: &str| {
+        let text = GOOD.replacen("range = [250, 400]", &format!("range = {range}\n{more}"), 1);
+        let scene =
+            scene(&text.replacen("[[300, 0.0], [350, 0.8]]", "[[0.25, 0.0], [0.5, 0.8]]", 1)).unwrap();
+        scene.over([200.0, 400.0]).transfer.range()[0]
+    };
+    assert_eq!(extinction("[1, 2]", ""), 0.25);
+    assert_eq!(extinction("[1, 2]", "opacity_in = \"range\""), 250.0);
+    assert_eq!(extinction("{ percentile = [0, 100] }", ""), 250.0);
+    assert_eq!(extinction("{ percentile = [0, 100] }", "opacity_in = \"values\""), 0.25);
+}
+
+#[test]
+fn a_map_that_is_not_named_is_one_for_everybody() {
+    let name = |more: &str| {
+        let text = GOOD.replacen("map = \"viridis\"", more, 1);
+        scene(&text).unwrap().coloring.unwrap().describe()
+    };
+    assert!(name("").starts_with("viridis,") && name("center = 300").starts_with("vik,"));
+    assert!(name("map = \"Batlow_R\"\nreverse = true").starts_with("Batlow,"));
+}
+
+#[test]
+fn labels_are_there_where_a_scene_has_a_section_of_them() {
+    let with =
+        |section: &str| scene(&GOOD.replacen("[output]", &format!("{section}\n[output]"), 1)).unwrap().labels;
+    assert_eq!(with(""), None);
+    assert_eq!(with("[labels]\non = false\ntitle = \"{name}\""), None);
+    let labels = with("[labels]").unwrap();
+    assert!(labels.bar && labels.scale_note && labels.error_note && labels.color.is_none());
+    assert_eq!((labels.place, labels.size, labels.name), (crate::label::Place::Auto, 1.0, None));
+    let all = "[labels]\ntitle = \"{name}\"\nname = \"n\"\nunits = \"K\"\nplace = \"below\"\nsize = 2\ncolor = \"white\"\n\
+               bar = false\nscale = false\nerror = false";
+    let labels = with(all).unwrap();
+    assert!(!labels.bar && !labels.scale_note && !labels.error_note);
+    assert_eq!((labels.place, labels.size, labels.color), (crate::label::Place::Below, 2.0, Some([1.0; 3])));
+    assert_eq!((labels.name.as_deref(), labels.units.as_deref()), (Some("n"), Some("K")));
 }

@@ -2,10 +2,12 @@
 
 use super::Text;
 use crate::error::Result;
-use crate::scene::{Knot, TransferFunction, color, transfer};
+use crate::scene::{Coloring, Knot, TransferFunction, transfer};
 use serde::Deserialize;
 use std::ops::Range;
 use toml::Spanned;
+
+mod map;
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -15,8 +17,12 @@ pub(super) struct RawTransfer {
     map: Option<Spanned<String>>,
     #[serde(default)]
     reverse: bool,
-    range: Option<Spanned<[f64; 2]>>,
+    range: Option<Spanned<toml::Value>>,
+    scale: Option<Spanned<String>>,
+    threshold: Option<Spanned<f64>>,
+    center: Option<Spanned<f64>>,
     opacity: Option<Spanned<Vec<Spanned<[f64; 2]>>>>,
+    opacity_in: Option<Spanned<String>>,
 }
 
 #[derive(Deserialize)]
@@ -28,60 +34,36 @@ struct RawKnot {
     extinction: Option<Spanned<f64>>,
 }
 
-pub(super) fn transfer_function(source: &Text, raw: &Spanned<RawTransfer>) -> Result<TransferFunction> {
+/// The transfer function, and what it is made of where that is a map.
+pub(super) fn transfer_function(
+    source: &Text,
+    raw: &Spanned<RawTransfer>,
+) -> Result<(TransferFunction, Option<Coloring>)> {
     let (span, raw) = (raw.span(), raw.get_ref());
     let unit_length = raw
         .unit_length
         .as_ref()
         .map(|u| source.number(Some(u), "transfer.unit_length", 1e-12, 1e6, 0.0))
         .transpose()?;
-    match (&raw.knots, &raw.map) {
-        (Some(knots), None) => {
-            if raw.range.is_some() || raw.opacity.is_some() || raw.reverse {
-                return Err(source.bad(
-                    span,
-                    "transfer",
-                    "range, opacity and reverse go with map, not with knots",
-                ));
-            }
-            let spans = knots.get_ref().iter().map(|k| (k.get_ref().value, k.span()));
-            check_rising(source, spans, knots.span(), "transfer.knots")?;
-            let knots = knots.get_ref().iter().map(|k| knot(source, k)).collect::<Result<Vec<Knot>>>()?;
-            Ok(TransferFunction { knots, unit_length })
-        }
-        (None, Some(map)) => {
-            let (Some(range), Some(opacity)) = (&raw.range, &raw.opacity) else {
-                return Err(source.bad(map.span(), "transfer.map", "expected range and opacity beside map"));
-            };
-            let ends = *range.get_ref();
-            if !(ends[0] < ends[1] && ends.iter().all(|v| v.is_finite())) {
-                return Err(source.bad(
-                    range.span(),
-                    "transfer.range",
-                    format!("{ends:?}, expected two finite numbers, the lower first"),
-                ));
-            }
-            let spans = opacity.get_ref().iter().map(|o| (o.get_ref()[0], o.span()));
-            check_rising(source, spans, opacity.span(), "transfer.opacity")?;
-            let mut extinction = Vec::new();
-            for pair in opacity.get_ref() {
-                let [value, opacity] = *pair.get_ref();
-                extinction
-                    .push((value, opacity_to_extinction(source, opacity, pair.span(), "transfer.opacity")?));
-            }
-            TransferFunction::from_map(map.get_ref(), raw.reverse, ends, &extinction, unit_length).ok_or_else(
-                || {
-                    let names = color::MAPS.join(", ");
-                    source.bad(
-                        map.span(),
-                        "transfer.map",
-                        format!("{:?}, expected one of {names}", map.get_ref()),
-                    )
-                },
-            )
-        }
-        _ => Err(source.bad(span, "transfer", "expected either knots, or map with range and opacity")),
+    let Some(knots) = &raw.knots else {
+        let coloring = map::coloring(source, raw, span, unit_length)?;
+        // Of a range that is not known yet, until a renderer knows it.
+        let transfer = coloring.transfer(coloring.fixed().unwrap_or_else(|| coloring.unknown()));
+        return Ok((transfer, Some(coloring)));
+    };
+    if raw.map.is_some() {
+        return Err(source.bad(span, "transfer", "expected either knots, or map with range and opacity"));
     }
+    let has_more = [&raw.scale, &raw.opacity_in].iter().any(|key| key.is_some())
+        || [&raw.threshold, &raw.center].iter().any(|key| key.is_some());
+    if raw.range.is_some() || raw.opacity.is_some() || raw.reverse || has_more {
+        let what = "range, scale, center, opacity and reverse go with map, not with knots";
+        return Err(source.bad(span, "transfer", what));
+    }
+    let spans = knots.get_ref().iter().map(|k| (k.get_ref().value, k.span()));
+    check_rising(source, spans, knots.span(), "transfer.knots")?;
+    let knots = knots.get_ref().iter().map(|k| knot(source, k)).collect::<Result<Vec<Knot>>>()?;
+    Ok((TransferFunction { knots, unit_length }, None))
 }
 
 fn check_rising(

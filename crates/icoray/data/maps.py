@@ -1,0 +1,64 @@
+"""Writes maps.txt: pip install matplotlib cmocean cmcrameri; python maps.py > maps.txt
+
+For each map the fewest of its 256 entries between which straight lines in linear light stay within 2/255 of all of them,
+in linear light and in sRGB.
+"""
+
+from importlib.metadata import version
+
+import cmocean
+import matplotlib
+import numpy as np
+from cmcrameri import cm as crameri
+
+TOLERANCE = 2.0
+SOURCES = {
+    "matplotlib": (
+        matplotlib.colormaps.get_cmap,
+        "bone bwr coolwarm cubehelix gist_earth gnuplot2 gray hot seismic terrain",
+    ),
+    "cmocean": (
+        lambda name: getattr(cmocean.cm, name),
+        "algae amp balance curl deep delta dense diff haline ice matter oxy phase rain solar speed tarn tempo thermal topo"
+        " turbid",
+    ),
+    "cmcrameri": (
+        lambda name: getattr(crameri, name),
+        "acton bam bamO bamako batlow batlowK batlowW berlin bilbao broc brocO buda bukavu cork corkO davos devon fes"
+        " glasgow grayC hawaii imola lajolla lapaz lipari lisbon managua navia nuuk oleron oslo roma romaO tofino tokyo"
+        " turku vanimo vik vikO",
+    ),
+}
+
+
+def linear(srgb):
+    return np.where(srgb <= 0.04045, srgb / 12.92, ((srgb + 0.055) / 1.055) ** 2.4)
+
+
+def encoded(light):
+    return np.where(light <= 0.0031308, 12.92 * light, 1.055 * light ** (1 / 2.4) - 0.055)
+
+
+def stops(entries):
+    light = linear(entries / 255)
+
+    def off(first, last):
+        along = np.linspace(0, 1, last - first + 1)[:, None]
+        line = light[first] + along * (light[last] - light[first])
+        true = slice(first, last + 1)
+        return 255 * max(np.abs(line - light[true]).max(), np.abs(encoded(line) - entries[true] / 255).max())
+
+    found = [0]
+    while found[-1] < 255:
+        last = found[-1] + 1
+        while last < 255 and off(found[-1], last + 1) <= TOLERANCE:
+            last += 1
+        found.append(last)
+    return found
+
+
+for package, (get, names) in SOURCES.items():
+    print(f"# {package} {version(package)}")
+    for name in names.split():
+        entries = np.rint(get(name)(np.arange(256))[:, :3] * 255).astype(int)
+        print(name.lower(), *("%d:%02x%02x%02x" % (i, *entries[i]) for i in stops(entries)))

@@ -1,0 +1,83 @@
+//! Text, lines and colours that are placed together.
+
+use super::canvas::{Canvas, Rect};
+use super::font::{Mask, Size};
+
+/// Things at places inside a rectangle.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Block {
+    pub width: i64,
+    pub height: i64,
+    items: Vec<(i64, i64, Item)>,
+}
+
+#[derive(Debug, Clone)]
+enum Item {
+    Text(Mask),
+    /// A rectangle of ink.
+    Rule {
+        width: i64,
+        height: i64,
+    },
+    /// Rows of colours.
+    Colors {
+        width: i64,
+        colors: Vec<[u8; 3]>,
+    },
+}
+
+impl Block {
+    fn put(&mut self, x: i64, y: i64, width: i64, height: i64, item: Item) {
+        self.width = self.width.max(x + width);
+        self.height = self.height.max(y + height);
+        self.items.push((x, y, item));
+    }
+
+    pub fn text(&mut self, x: i64, y: i64, mask: Mask) {
+        self.put(x, y, mask.width, mask.height, Item::Text(mask));
+    }
+
+    pub fn rule(&mut self, x: i64, y: i64, width: i64, height: i64) {
+        self.put(x, y, width, height, Item::Rule { width, height });
+    }
+
+    pub fn colors(&mut self, x: i64, y: i64, width: i64, colors: Vec<[u8; 3]>) {
+        let height = colors.len() as i64 / width.max(1);
+        self.put(x, y, width, height, Item::Colors { width, colors });
+    }
+
+    /// Lines below each other, none wider than `most`; at the right end of each other where `is_right`.
+    pub fn lines(texts: &[String], size: Size, most: i64, is_right: bool) -> Self {
+        let masks: Vec<Mask> = texts.iter().map(|text| size.fitting(text, most).line(text)).collect();
+        let width = masks.iter().map(|mask| mask.width).max().unwrap_or(0);
+        let (mut block, mut y) = (Block::default(), 0);
+        for mask in masks {
+            let (x, height) = (if is_right { width - mask.width } else { 0 }, mask.height);
+            block.text(x, y, mask);
+            y += height;
+        }
+        block
+    }
+
+    /// Where it is when its upper left corner is at (`x`, `y`).
+    pub fn rect(&self, x: i64, y: i64) -> Rect {
+        Rect { x, y, width: self.width, height: self.height }
+    }
+
+    pub fn draw(&self, canvas: &mut Canvas, left: i64, top: i64, ink: [u8; 3]) {
+        for (x, y, item) in &self.items {
+            let (x, y) = (left + x, top + y);
+            match item {
+                Item::Text(mask) => canvas.stamp(x, y, mask, ink),
+                Item::Rule { width, height } => {
+                    canvas.fill(Rect { x, y, width: *width, height: *height }, ink, 1.0);
+                }
+                Item::Colors { width, colors } => {
+                    for (row, colors) in (y..).zip(colors.chunks_exact(*width as usize)) {
+                        (x..).zip(colors).for_each(|(x, color)| canvas.blend(x, row, *color, 1.0));
+                    }
+                }
+            }
+        }
+    }
+}

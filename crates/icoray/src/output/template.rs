@@ -1,0 +1,113 @@
+//! Texts with placeholders: MPAS's `$Y-$M-$D_$h.$m.$s`, and words in braces.
+
+use super::Stamp;
+use crate::error::{Error, ErrorKind, Result};
+
+/// A text with placeholders, parsed.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct Template {
+    parts: Vec<Part>,
+}
+
+#[derive(Debug, Clone, PartialEq, Eq)]
+enum Part {
+    Text(String),
+    Step {
+        width: usize,
+    },
+    /// A word in braces other than the step.
+    Word(&'static str),
+    /// Index into the six numbers of a date.
+    Date(usize),
+}
+
+impl Template {
+    /// Parses `text`: `{step}`, `{step:06}` (zero-padded to 6), each of `words` in braces, `$Y $M $D $h $m $s`.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Scene`] names the part that is not understood.
+    pub fn new(text: &str, words: &[&'static str]) -> Result<Self> {
+        let bad = |what: String| Error::new(ErrorKind::Scene, format!("{text:?}: {what}"));
+        let mut parts = Vec::new();
+        let mut rest = text;
+        while let Some(at) = rest.find(['{', '}', '$']) {
+            if at > 0 {
+                parts.push(Part::Text(rest[..at].into()));
+            }
+            rest = &rest[at..];
+            let (part, used) = match rest.as_bytes()[0] {
+                b'$' => {
+                    let letter = rest[1..].chars().next();
+                    let place = letter.and_then(|l| "YMDhms".find(l));
+                    let shown = letter.map_or_else(String::new, String::from);
+                    let wish = || bad(format!("${shown}, expected $Y, $M, $D, $h, $m or $s"));
+                    (Part::Date(place.ok_or_else(wish)?), 2)
+                }
+                b'{' => {
+                    let end = rest.find('}').ok_or_else(|| bad("a { without its }".into()))?;
+                    let wish = || {
+                        let last =
+                            words.iter().map(|word| format!("{{{word}}}")).collect::<Vec<_>>().join(" or ");
+                        bad(format!("{}, expected {{step}}, {{step:06}} or {last}", &rest[..=end]))
+                    };
+                    (brace(&rest[1..end], words).ok_or_else(wish)?, end + 1)
+                }
+                _ => return Err(bad("a } without its {".into())),
+            };
+            parts.push(part);
+            rest = &rest[used..];
+        }
+        if !rest.is_empty() {
+            parts.push(Part::Text(rest.into()));
+        }
+        Ok(Template { parts })
+    }
+
+    /// The text of a stamp; `word` has what stands for the words.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Argument`] when the template has a date and `stamp` has none, or one that is not understood.
+    pub fn fill(&self, stamp: &Stamp, word: impl Fn(&str) -> String) -> Result<String> {
+        let mut text = String::new();
+        for part in &self.parts {
+            match part {
+                Part::Text(plain) => text += plain,
+                // Zero-padding puts a minus sign before the zeros.
+                Part::Step { width } => text += &format!("{:0width$}", stamp.step),
+                Part::Word(name) => text += &word(name),
+                Part::Date(place) => text += date(stamp)?[*place],
+            }
+        }
+        Ok(text)
+    }
+}
+
+fn brace(inside: &str, words: &[&'static str]) -> Option<Part> {
+    match inside.split_once(':') {
+        None if inside == "step" => Some(Part::Step { width: 0 }),
+        None => words.iter().find(|word| **word == inside).map(|word| Part::Word(word)),
+        Some(("step", width)) => {
+            let width = width.strip_prefix('0')?.parse().ok().filter(|w| (1..=20).contains(w))?;
+            Some(Part::Step { width })
+        }
+        _ => None,
+    }
+}
+
+/// The six numbers of the stamp's date, as written.
+pub(crate) fn date(stamp: &Stamp) -> Result<[&str; 6]> {
+    let bad = |what| {
+        Error::new(
+            ErrorKind::Argument,
+            format!("date {what}, expected YYYY-MM-DD_hh:mm:ss (the output name needs it)"),
+        )
+    };
+    let Some(text) = &stamp.date else {
+        return Err(bad("is absent".to_string()));
+    };
+    let trimmed = text.trim().trim_end_matches('Z');
+    let parts: Vec<&str> = trimmed.split(['-', '_', 'T', ':', ' ']).collect();
+    let all_digits = |p: &&str| !p.is_empty() && p.bytes().all(|b| b.is_ascii_digit() || b == b'.');
+    let numbers: [&str; 6] = parts.try_into().map_err(|_| bad(format!("{text:?}")))?;
+    if numbers.iter().all(all_digits) { Ok(numbers) } else { Err(bad(format!("{text:?}"))) }
+}

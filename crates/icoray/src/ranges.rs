@@ -1,0 +1,244 @@
+//! Colour ranges that follow the data: percentiles of the first frame, or of all frames so far.
+//!
+//! A renderer remembers the range of each field and colour map, so that views of the same field have the same colours. All
+//! ranks find the same range to the last bit, however the grid is shared out: they add up whole numbers.
+
+use crate::error::Result;
+use crate::field::Field;
+use crate::ranks::{Part, Ranks, Reader, Words};
+use crate::scene::{ColorRange, Coloring, Scale, Scene};
+use crate::threads::Threads;
+use rayon::prelude::*;
+use std::sync::{Mutex, PoisonError};
+
+/// Bins of a histogram; percentiles are known to a part in the square of it of the range, along the scale.
+const BINS: usize = 4096;
+/// More ranges than this are not remembered: a host that makes up maps without end must not fill the memory.
+const KEPT: usize = 64;
+
+/// The ranges that a renderer has found.
+#[derive(Debug, Default)]
+pub(crate) struct Ranges(Mutex<Vec<Known>>);
+
+#[derive(Debug)]
+struct Known {
+    field: String,
+    coloring: Coloring,
+    range: [f64; 2],
+}
+
+/// A field's values as this rank has them.
+#[derive(Clone, Copy)]
+pub(crate) struct Values<'f> {
+    pub threads: &'f Threads,
+    pub field: &'f Field<'f>,
+    /// The cells that count, where others have the rest.
+    pub part: Option<&'f Part>,
+}
+
+impl Ranges {
+    /// The scene over the range of this frame; `None` where it says one itself. Collective.
+    pub fn settle(&self, ranks: &mut Ranks, scene: &Scene, values: Values) -> Result<Option<Scene>> {
+        let Some(coloring) = &scene.coloring else { return Ok(None) };
+        let known = self.known(&scene.field, coloring);
+        let (percentile, hysteresis) = match coloring.range() {
+            ColorRange::Fixed(_) => return Ok(None),
+            ColorRange::Percentile(percentile) => (percentile, None),
+            ColorRange::Union { percentile, hysteresis } => (percentile, Some(hysteresis)),
+        };
+        let scale = coloring.scale();
+        let range = match (known, hysteresis) {
+            (Some(known), None) => known,
+            (known, _) => {
+                let seen = values.percentiles(ranks, scale, percentile)?;
+                let range = match (known, seen) {
+                    (Some(known), Some(seen)) => widened(scale, known, seen, hysteresis.unwrap_or(0.0)),
+                    (Some(known), None) => known,
+                    (None, Some(seen)) => seen,
+                    (None, None) => return Ok(Some(scene.over(coloring.unknown()))),
+                };
+                // One value is no range; perhaps the next frame has one.
+                if range[0] < range[1] {
+                    self.keep(&scene.field, coloring, range);
+                }
+                range
+            }
+        };
+        Ok(Some(scene.over(coloring.about_center(apart(scale, range)))))
+    }
+
+    fn known(&self, field: &str, coloring: &Coloring) -> Option<[f64; 2]> {
+        let all = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        all.iter().find(|known| known.is_of(field, coloring)).map(|known| known.range)
+    }
+
+    fn keep(&self, field: &str, coloring: &Coloring, range: [f64; 2]) {
+        let mut all = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        all.retain(|known| !known.is_of(field, coloring));
+        if all.len() == KEPT {
+            all.remove(0);
+        }
+        all.push(Known { field: field.to_owned(), coloring: coloring.clone(), range });
+    }
+}
+
+impl Known {
+    fn is_of(&self, field: &str, coloring: &Coloring) -> bool {
+        self.field == field && self.coloring == *coloring
+    }
+}
+
+/// A range after a frame: ends that the frame passes by more than a part of the range move, and as far beyond.
+fn widened(scale: Scale, known: [f64; 2], seen: [f64; 2], hysteresis: f64) -> [f64; 2] {
+    let [low, high] = known.map(|end| scale.forward(end));
+    let [least, most] = seen.map(|end| scale.forward(end));
+    let slack = hysteresis * (high - low);
+    [
+        if least < low - slack { scale.backward(least - slack) } else { known[0] },
+        if most > high + slack { scale.backward(most + slack) } else { known[1] },
+    ]
+}
+
+/// Two ends about the one value where there is only one.
+fn apart(scale: Scale, [low, high]: [f64; 2]) -> [f64; 2] {
+    if low < high {
+        return [low, high];
+    }
+    let at = scale.forward(low);
+    let half = if scale == Scale::Linear && at != 0.0 { 0.05 * at.abs() } else { 0.5 };
+    [scale.backward(at - half), scale.backward(at + half)]
+}
+
+/// Which bin of `BINS` a place is in, and which of as many parts of that.
+fn bins(place: f64, [low, high]: [f64; 2]) -> [usize; 2] {
+    let at = (place - low) / (high - low) * BINS as f64;
+    let bin = (at as usize).min(BINS - 1);
+    [bin, (((at - bin as f64) * BINS as f64) as usize).min(BINS - 1)]
+}
+
+/// The bin of the value number `rank` of all, and how many lie in bins before it.
+fn bin_of(rank: u64, counts: &[u64]) -> (usize, u64) {
+    let mut before = 0;
+    for (bin, count) in counts.iter().enumerate() {
+        if rank < before + count {
+            return (bin, before);
+        }
+        before += count;
+    }
+    (counts.len() - 1, before)
+}
+
+fn added(mut a: Vec<u64>, b: Vec<u64>) -> Vec<u64> {
+    a.iter_mut().zip(b).for_each(|(a, b)| *a += b);
+    a
+}
+
+impl Values<'_> {
+    /// Two percentiles of the values that the scale admits; the least and the greatest where they are one. `None` where
+    /// there is no value. Collective.
+    fn percentiles(&self, ranks: &mut Ranks, scale: Scale, percentile: [f64; 2]) -> Result<Option<[f64; 2]>> {
+        let (extent, count) = self.extent(ranks, scale)?;
+        let Some(whole) = extent else { return Ok(None) };
+        let ends = whole.map(|end| scale.forward(end));
+        if percentile == [0.0, 100.0] || ends[0] == ends[1] {
+            return Ok(Some(whole));
+        }
+        let coarse =
+            self.histogram(ranks, BINS, scale, &|place, counts| counts[bins(place, ends)[0]] += 1)?;
+        let sought = percentile.map(|p| (p / 100.0 * (count - 1) as f64).round() as u64);
+        let [low, high] = sought.map(|rank| bin_of(rank, &coarse));
+        let fine = self.histogram(ranks, 2 * BINS, scale, &|place, counts| {
+            let [bin, part] = bins(place, ends);
+            counts[part] += u64::from(bin == low.0);
+            counts[BINS + part] += u64::from(bin == high.0);
+        })?;
+        let place = |(bin, before): (usize, u64), rank: u64, fine: &[u64]| {
+            let part = bin_of(rank - before, fine).0 as f64 + 0.5;
+            ends[0] + (ends[1] - ends[0]) * (bin as f64 + part / BINS as f64) / BINS as f64
+        };
+        let (below, above) = fine.split_at(BINS);
+        let mut range =
+            [place(low, sought[0], below), place(high, sought[1], above)].map(|at| scale.backward(at));
+        if percentile[0] == 0.0 {
+            range[0] = whole[0];
+        }
+        if percentile[1] == 100.0 {
+            range[1] = whole[1];
+        }
+        Ok(Some(if range[0] < range[1] { range } else { whole }))
+    }
+
+    /// The values of a cell's column that the scale admits.
+    fn column(&self, scale: Scale, column: usize, mut give: impl FnMut(f64)) {
+        if self.part.is_none_or(|part| part.owns(column)) {
+            let values = (0..self.field.shape().layers).map(|layer| self.field.value(column, layer));
+            values.filter(|value| scale.admits(*value)).for_each(&mut give);
+        }
+    }
+
+    /// Least and greatest value that the scale admits, and how many there are. Collective.
+    fn extent(&self, ranks: &mut Ranks, scale: Scale) -> Result<(Option<[f64; 2]>, u64)> {
+        let one = |column| {
+            let (mut low, mut high, mut count) = (f64::INFINITY, f64::NEG_INFINITY, 0u64);
+            self.column(scale, column, |value| {
+                (low, high, count) = (low.min(value), high.max(value), count + 1);
+            });
+            (low, high, count)
+        };
+        let columns = (0..self.field.shape().columns).into_par_iter().with_min_len(256);
+        let nothing = || (f64::INFINITY, f64::NEG_INFINITY, 0);
+        let both = |a: (f64, f64, u64), b: (f64, f64, u64)| (a.0.min(b.0), a.1.max(b.1), a.2 + b.2);
+        let mine = ranks.attempt(|| Ok(self.threads.run(|| columns.map(one).reduce(nothing, both))));
+        let mut all = ranks.together(mine)?;
+        if self.part.is_some() {
+            let mut words = Words::default();
+            words.put_f64(all.0).put_f64(all.1).put(all.2);
+            all = nothing();
+            for bytes in ranks.share(&words.0)? {
+                let mut reader = Reader(&bytes);
+                all = both(all, (reader.get_f64()?, reader.get_f64()?, reader.get()?));
+            }
+        }
+        Ok(((all.0 <= all.1).then_some([all.0, all.1]), all.2))
+    }
+
+    /// What `count` adds up of the places of all values in `size` numbers. Collective.
+    fn histogram(
+        &self,
+        ranks: &mut Ranks,
+        size: usize,
+        scale: Scale,
+        count: &(dyn Fn(f64, &mut [u64]) + Sync),
+    ) -> Result<Vec<u64>> {
+        let nothing = || vec![0u64; size];
+        // A few histograms for each thread, however large the grid.
+        let columns = self.field.shape().columns;
+        let most = columns.div_ceil(4 * self.threads.count()).max(256);
+        let columns = (0..columns).into_par_iter().with_min_len(most);
+        let add = |mut counts: Vec<u64>, column| {
+            self.column(scale, column, |value| count(scale.forward(value), &mut counts));
+            counts
+        };
+        let mine =
+            ranks.attempt(|| Ok(self.threads.run(|| columns.fold(nothing, add).reduce(nothing, added))));
+        let mine = ranks.together(mine)?;
+        if self.part.is_none() {
+            return Ok(mine);
+        }
+        let mut words = Words::default();
+        mine.iter().for_each(|count| {
+            words.put(*count);
+        });
+        let mut all = nothing();
+        for bytes in ranks.share(&words.0)? {
+            let mut reader = Reader(&bytes);
+            for sum in &mut all {
+                *sum += reader.get()?;
+            }
+        }
+        Ok(all)
+    }
+}
+
+#[cfg(test)]
+mod tests;
