@@ -93,7 +93,7 @@ impl<T: Real, S: Sample> Work<'_, T, S> {
             is_coarse: quality.lights == Lights::Coarse,
             // Lit frusta are integrated one by one: side by side, only those that are clear are passed faster.
             level: self.renderer.vectors().filter(|_| {
-                self.scene.method == Method::Exact && (N == 1 || !self.visible.blocks.is_empty())
+                self.scene.method == Method::Exact
             }),
             core: self.scene.core,
         }

@@ -14,6 +14,9 @@ use crate::kernel::segment::Segment;
 use crate::kernel::transfer::{NUMBERS, Span, Spans};
 use crate::kernel::walk::pack::{LANES, Row, lanes};
 use fearless_simd::Simd;
+use lit::Lights;
+
+mod lit;
 
 /// Passes over all frusta of a batch.
 const PASSES: usize = 9;
@@ -34,7 +37,7 @@ fn rows<X: Copy>(value: X) -> Rows<X> {
 
 /// What is known of a frustum when all have been integrated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Known {
+pub(in crate::kernel::ray) enum Known {
     /// Nothing yet.
     Odd,
     /// Its light.
@@ -66,6 +69,8 @@ pub(super) struct Batch<T, S, const N: usize> {
     known: Rows<Known>,
     /// Colour, absorbed, error, variance.
     light: [Rows<T>; 6],
+    /// Of each ray.
+    lights: Option<Box<Lights<T>>>,
 }
 
 impl<T: Real, S: Sample, const N: usize> Batch<T, S, N> {
@@ -86,6 +91,7 @@ impl<T: Real, S: Sample, const N: usize> Batch<T, S, N> {
             is_clear: rows(false),
             known: rows(Known::Odd),
             light: [zero; 6],
+            lights: None,
         }
     }
 
@@ -165,7 +171,11 @@ impl<T: Real, S: Sample, const N: usize> Batch<T, S, N> {
     /// Its value along the ray.
     #[inline(always)]
     pub fn segment(&self, n: usize) -> Segment<T> {
-        let (pass, i) = (n / LANES, n % LANES);
+        self.piece(n / LANES, n % LANES)
+    }
+
+    #[inline(always)]
+    fn piece(&self, pass: usize, i: usize) -> Segment<T> {
         let [f0, f1, kappa] = self.value.each_ref().map(|row| row[pass][i]);
         Segment { f0, f1, kappa, eps: self.way[8][pass][i], length: self.way[9][pass][i] }
     }
@@ -193,12 +203,15 @@ impl<T: Real, S: Sample, const N: usize> Batch<T, S, N> {
             self.is_usual[pass] = is_usual;
             let mut medium = [[T::zero(); LANES]; NUMBERS];
             let is_whole = self.find_spans(simd, pass, caster.spans, &mut medium);
-            let is_thin = if N == 1 { self.thin(pass, &medium) } else { [false; LANES] };
+            let is_thin = self.thin(pass, &medium);
             for i in 0..LANES {
                 let is_whole = is_usual[i] & is_whole[i];
                 let known = if is_thin[i] { Known::Light } else { Known::Odd };
                 let known = if self.is_clear[pass][i] { Known::Clear } else { known };
                 self.known[pass][i] = if is_whole { known } else { Known::Odd };
+            }
+            if N == 4 {
+                self.shade(simd, pass, caster, &medium);
             }
         }
     }
@@ -262,22 +275,10 @@ impl<T: Real, S: Sample, const N: usize> Batch<T, S, N> {
     /// Whether the rule is near enough.
     #[inline(always)]
     fn thin(&mut self, pass: usize, medium: &Medium<T>) -> [bool; LANES] {
-        let [f0, f1, kappa] = self.value.each_ref().map(|row| &row[pass]);
-        let (eps, length) = (&self.way[8][pass], &self.way[9][pass]);
-        let [anchor, extinction, extinction_slope, steepest, r, g, b, dr, dg, db, ..] = medium;
         let mut light = [[T::zero(); LANES]; 6];
         let mut is_near = [false; LANES];
         for i in 0..LANES {
-            let segment = Segment { f0: f0[i], f1: f1[i], kappa: kappa[i], eps: eps[i], length: length[i] };
-            let span = Span {
-                anchor: anchor[i],
-                extinction: extinction[i],
-                extinction_slope: extinction_slope[i],
-                steepest: steepest[i],
-                color: [r[i], g[i], b[i]],
-                color_slope: [dr[i], dg[i], db[i]],
-                ..Span::unknown()
-            };
+            let (segment, span) = (self.piece(pass, i), span_of(medium, i));
             let thin = ThinPiece::new(&segment, &span);
             let Light { color, absorbed, error, variance } = thin.light();
             [light[0][i], light[1][i], light[2][i]] = color;
@@ -286,5 +287,22 @@ impl<T: Real, S: Sample, const N: usize> Batch<T, S, N> {
         }
         self.light.iter_mut().zip(light).for_each(|(row, light)| row[pass] = light);
         is_near
+    }
+}
+
+/// What integration asks of the span that frustum `i` of a pass lies in.
+#[inline(always)]
+fn span_of<T: Real>(medium: &Medium<T>, i: usize) -> Span<T> {
+    let [anchor, extinction, extinction_slope, steepest, r, g, b, dr, dg, db, brightest, ..] =
+        medium.each_ref().map(|row| row[i]);
+    Span {
+        anchor,
+        extinction,
+        extinction_slope,
+        steepest,
+        brightest,
+        color: [r, g, b],
+        color_slope: [dr, dg, db],
+        ..Span::unknown()
     }
 }
