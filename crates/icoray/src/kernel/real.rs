@@ -106,7 +106,11 @@ impl Real for f32 {
 /// The polynomial, highest power first.
 #[inline(always)]
 fn polynomial<const N: usize>(coefficients: [f32; N], x: f32) -> f32 {
-    coefficients[1..].iter().fold(coefficients[0], |sum, c| sum * x + c)
+    let mut sum = coefficients[0];
+    for k in 1..N {
+        sum = sum * x + coefficients[k];
+    }
+    sum
 }
 
 /// The binary logarithm of a positive normal number; of zero it is some large negative number.

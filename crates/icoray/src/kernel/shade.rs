@@ -69,12 +69,14 @@ impl<T: Real> RayShading<T> {
     pub fn shade(&self, gradient: [T; 3]) -> Shade<T> {
         let (zero, one) = (T::zero(), T::one());
         // Scaled first: a gradient of 1e30 squared is no f32.
-        let largest = gradient.iter().fold(zero, |m, g| m.max(g.abs()));
+        let [x, y, z] = gradient;
+        let largest = zero.max(x.abs()).max(y.abs()).max(z.abs());
         let is_there = (largest > zero) & (largest < T::infinity());
         let scale = if is_there { largest } else { one };
-        let n = gradient.map(|g| g / scale);
+        let n = [x / scale, y / scale, z / scale];
         let length = dot(&n, &n).sqrt();
-        let normal = n.map(|x| if is_there { x / length } else { zero });
+        let unit = |x: T| if is_there { x / length } else { zero };
+        let normal = [unit(n[0]), unit(n[1]), unit(n[2])];
         let body = self.ambient + self.diffuse * dot(&normal, &self.light).abs();
         let gleam = dot(&normal, &self.halfway).abs();
         let highlight = self.specular * gleam.power(self.shininess);
