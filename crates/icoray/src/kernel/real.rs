@@ -103,36 +103,30 @@ impl Real for f32 {
     }
 }
 
-/// The polynomial, highest power first.
-#[inline(always)]
-fn polynomial<const N: usize>(coefficients: [f32; N], x: f32) -> f32 {
-    let mut sum = coefficients[0];
-    for k in 1..N {
-        sum = sum * x + coefficients[k];
-    }
-    sum
-}
-
 /// The binary logarithm of a positive normal number; of zero it is some large negative number.
 #[inline(always)]
 fn log2(x: f32) -> f32 {
     const HALF: u32 = 0x3f35_04f3;
     const C: [f32; 9] = [
-        7.037_683_6e-2,
-        -1.151_461e-1,
-        1.167_699_9e-1,
-        -1.242_014_1e-1,
-        1.424_932_3e-1,
-        -1.666_805_8e-1,
-        2.000_071_5e-1,
-        -2.499_999_4e-1,
         3.333_333_1e-1,
+        -2.499_999_4e-1,
+        2.000_071_5e-1,
+        -1.666_805_8e-1,
+        1.424_932_3e-1,
+        -1.242_014_1e-1,
+        1.167_699_9e-1,
+        -1.151_461e-1,
+        7.037_683_6e-2,
     ];
     // The exponent that leaves a mantissa from the root of 1/2 to that of 2.
     let above = x.to_bits().wrapping_sub(HALF);
     let exponent = (above as i32) >> 23;
     let f = f32::from_bits((above & 0x007f_ffff).wrapping_add(HALF)) - 1.0;
-    let log = f - f * f * (0.5 - f * polynomial(C, f));
+    let f2 = f * f;
+    let f4 = f2 * f2;
+    let pair = |k: usize| C[k] + f * C[k + 1];
+    let series = (pair(0) + f2 * pair(2)) + f4 * ((pair(4) + f2 * pair(6)) + f4 * C[8]);
+    let log = f - f2 * (0.5 - f * series);
     exponent as f32 + log * std::f32::consts::LOG2_E
 }
 
@@ -140,8 +134,10 @@ fn log2(x: f32) -> f32 {
 #[inline(always)]
 fn exp2(x: f32) -> f32 {
     const C: [f32; 7] =
-        [1.535_336_2e-4, 1.339_887_4e-3, 9.618_437e-3, 5.550_332_5e-2, 2.402_264_8e-1, 6.931_472e-1, 1.0];
-    polynomial(C, x)
+        [1.0, 6.931_472e-1, 2.402_264_8e-1, 5.550_332_5e-2, 9.618_437e-3, 1.339_887_4e-3, 1.535_336_2e-4];
+    let x2 = x * x;
+    let pair = |k: usize| C[k] + x * C[k + 1];
+    (pair(0) + x2 * pair(2)) + x2 * x2 * (pair(4) + x2 * C[6])
 }
 
 impl Real for f64 {

@@ -63,8 +63,8 @@ impl Shading {
 }
 
 impl<T: Real> RayShading<T> {
-    /// Light on a surface across `gradient`, on either side of it; only ambient light where there is no gradient. Without a
-    /// branch, so that several are taken at a time.
+    /// Light on a surface across `gradient`, on either side of it; only ambient light where there is no gradient. Simple enough
+    /// that the compiler takes several at a time.
     #[inline(always)]
     pub fn shade(&self, gradient: [T; 3]) -> Shade<T> {
         let (zero, one) = (T::zero(), T::one());
@@ -79,9 +79,9 @@ impl<T: Real> RayShading<T> {
         let normal = [unit(n[0]), unit(n[1]), unit(n[2])];
         let body = self.ambient + self.diffuse * dot(&normal, &self.light).abs();
         let gleam = dot(&normal, &self.halfway).abs();
-        let highlight = self.specular * gleam.power(self.shininess);
         let is_dull = (gleam < self.dull) | !is_there;
-        Shade { body, highlight: if is_dull { zero } else { highlight }, normal }
+        let highlight = if is_dull { zero } else { self.specular * gleam.power(self.shininess) };
+        Shade { body, highlight, normal }
     }
 
     /// The mean shade of a part of a ray with shades `a` and `b` at its ends and `m` in the middle, when the part's light

@@ -91,7 +91,6 @@ impl<T: Real, S: Sample> Work<'_, T, S> {
             budget: Budget::new(quality.tolerance, brightest(self.scene)),
             shading: self.plan.shading.filter(|_| is_lit),
             is_coarse: quality.lights == Lights::Coarse,
-            // Lit frusta are integrated one by one: side by side, only those that are clear are passed faster.
             level: self.renderer.vectors().filter(|_| self.scene.method == Method::Exact),
             core: self.scene.core,
         }

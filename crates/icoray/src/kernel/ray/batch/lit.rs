@@ -1,5 +1,5 @@
 //! Frusta of a batch under light: gradients along them, three shades of each, and what [`Lit::light`] makes of these where it
-//! would not cut.
+//! would cut once at most.
 //!
 //! [`Lit::light`]: crate::kernel::lit::Lit::light
 
@@ -23,7 +23,7 @@ pub(super) struct Lights<T> {
     /// Towards the light, and half-way between that and the eye, of each lane; twice as long as a row for [`Real::look_up`].
     directions: [[T; 32]; 6],
     /// The gradient along each frustum that is usual and not clear.
-    courses: Box<[[Vectors<T>; 3]; PASSES]>,
+    courses: [[Vectors<T>; 3]; PASSES],
     /// What the front half of each frustum in halves absorbs.
     front: Rows<T>,
 }
@@ -55,7 +55,7 @@ impl<T: Real, S: Sample, const N: usize> Batch<T, S, N> {
             Box::new(Lights {
                 common: *shading,
                 directions: [[zero; 32]; 6],
-                courses: Box::new([[[[zero; LANES]; 3]; 3]; PASSES]),
+                courses: [[[[zero; LANES]; 3]; 3]; PASSES],
                 front: rows(zero),
             })
         };
@@ -82,8 +82,8 @@ impl<T: Real, S: Sample, const N: usize> Batch<T, S, N> {
         self.lights.as_ref().map_or(T::zero(), |lights| lights.front[n / LANES][n % LANES])
     }
 
-    /// Puts what is integrated of a pass under light, and keeps the gradients. Bits of the frusta that three shades do not tell near
-    /// enough.
+    /// Puts what is integrated of a pass under light, and keeps the gradients. Gives the bits of the frusta that three shades
+    /// do not tell near enough.
     #[inline(always)]
     pub(super) fn shade<V: Simd>(
         &mut self,
