@@ -19,6 +19,7 @@ use glam::DVec3;
 use queue::Queue;
 
 mod abreast;
+#[allow(clippy::needless_range_loop, reason = "rows side by side are indexed alike")]
 mod batch;
 mod fragment;
 mod queue;
