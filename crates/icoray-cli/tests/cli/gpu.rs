@@ -53,9 +53,12 @@ fn a_gpu_draws_where_the_scene_or_the_command_asks_for_one() {
     let text = render(by_command.path(), &["--time", "all", "-o", "all", "--backend", "gpu"]);
     assert_eq!(text.matches("drawn on  ").count(), 3, "{text}");
     let report = std::fs::read_to_string(by_command.path().join("all/report.csv")).unwrap();
-    let rows: Vec<Vec<&str>> = report.lines().map(|line| line.split(',').collect()).collect();
-    let column = |name: &str| rows[0].iter().position(|column| *column == name).unwrap();
-    let uploaded = |row: usize| rows[row][rows[row].len() + column("bytes_uploaded") - rows[0].len()];
+    // Commas inside quotes part nothing: every second piece between quotes is a quoted one.
+    let plain = |line: &str| line.split('"').step_by(2).collect::<Vec<_>>().join("\"");
+    let rows: Vec<Vec<String>> =
+        report.lines().map(|line| plain(line).split(',').map(str::to_owned).collect()).collect();
+    let column = rows[0].iter().position(|column| column == "bytes_uploaded").unwrap();
+    let uploaded = |row: usize| rows[row][column].clone();
     // The field each time, the grid once.
     let [first, second, third] = [1, 2, 3].map(|row| uploaded(row).parse::<u64>().unwrap());
     assert!(first > second && second == third && third >= 4 * 42 * 4, "{report}");

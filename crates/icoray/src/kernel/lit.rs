@@ -18,7 +18,7 @@ pub(crate) struct Course<T, const N: usize> {
 
 impl<T: Real, const N: usize> Course<T, N> {
     /// The gradient at `u`.
-    #[inline]
+    #[inline(always)]
     pub fn gradient(&self, u: T) -> [T; 3] {
         let bent = u * (T::one() - u) / (T::one() + self.eps * u);
         let at = |k: usize| lerp(self.from[k % N], self.to[k % N], u) + bent * self.kappa[k % N];
@@ -37,7 +37,7 @@ pub(crate) struct Spread<T> {
 impl<T: Real> Spread<T> {
     /// Thin and without a bend the light is spread as extinction is, whose centre lies by a sixth of its relative change
     /// from the middle; to first order in the optical depth x it is drawn forward by x/12.
-    #[inline]
+    #[inline(always)]
     pub fn of(piece: &Segment<T>, span: &Span<T>) -> Self {
         let (from, to) = (span.extinction(piece.f0), span.extinction(piece.f1));
         let sum = from + to + T::min_positive_value();
@@ -49,6 +49,22 @@ impl<T: Real> Spread<T> {
             span.steepest() * (piece.f1 - piece.f0).abs() / (span.brightest() + T::min_positive_value());
         Spread { centre, doubt: (T::of(0.2) * (depth * depth + bent + half * plain)).min(half) }
     }
+}
+
+/// Shades at a piece's start, middle and end.
+pub(crate) type Shades<'s, T> = [&'s Shade<T>; 3];
+
+/// How far a channel may be off that `shading` gives a piece under the mean of `shades`, per absorbed light.
+#[inline(always)]
+pub(crate) fn off<T: Real>(
+    shading: &RayShading<T>,
+    [start, middle, end]: Shades<'_, T>,
+    span: &Span<T>,
+    spread: &Spread<T>,
+) -> T {
+    let doubt = shading.doubt(start, middle, end, spread.doubt);
+    let (body, highlight) = doubt.unwrap_or(shading.range());
+    span.brightest() * body + highlight
 }
 
 /// A piece under light.
@@ -90,10 +106,7 @@ impl<T: Real, const N: usize> Lit<'_, T, N> {
         let middle = half * (range[0] + range[1]);
         let shade = self.shade(middle);
         let spread = Spread::of(piece, self.span);
-        let off = match self.shading.doubt(ends[0], &shade, ends[1], spread.doubt) {
-            Some((body, highlight)) => self.span.brightest() * body + highlight,
-            None => self.span.brightest() * self.shading.range().0 + self.shading.range().1,
-        };
+        let off = off(self.shading, [ends[0], &shade, ends[1]], self.span, &spread);
         let depth = piece.length * self.span.extinction(piece.f0).max(self.span.extinction(piece.f1));
         let is_near = off <= self.allowance.share || enough.is_some_and(|enough| off * depth <= enough);
         if is_near || cuts == 0 {

@@ -227,11 +227,11 @@ impl<'p, T: Real> ThinPiece<'p, T> {
         (self.terms.depth < T::of(THIN)) & (self.error <= share * self.absorbed)
     }
 
-    /// What [`integrate`] gives of a piece that it is near enough for.
+    /// What [`integrate`] gives of a piece that it is near enough for, whose values rounding may have put off by `reach`.
     #[inline(always)]
-    pub fn light(&self) -> Light<T> {
+    pub fn light(&self, reach: T) -> Light<T> {
         let light = self.terms.light(self.absorbed, thin(&self.terms), self.error);
-        Light { variance: self.terms.variance(self.absorbed, self.terms.piece.reach()), ..light }
+        Light { variance: self.terms.variance(self.absorbed, reach), ..light }
     }
 }
 

@@ -20,6 +20,7 @@ use glam::DVec3;
 use queue::Queue;
 
 mod abreast;
+#[allow(clippy::needless_range_loop, reason = "rows side by side are indexed alike")]
 mod batch;
 mod fragment;
 mod queue;
@@ -263,15 +264,21 @@ impl<T: Real, S: Sample, const N: usize> Ray<'_, '_, T, S, N> {
             self.span = None;
         }
         let (known, span) = batch.known(n);
-        if known == Known::Odd {
+        if known == Known::Odd || known == Known::Halves && self.ends_between(batch.front(n)) {
             return self.odd(batch, n);
         }
         self.counts.frusta += 1;
         self.span = Some(span);
-        if known == Known::Light {
+        if known != Known::Clear {
             self.add(&batch.light(n));
         }
         self.passed(&batch.segment(n))
+    }
+
+    /// Whether no light comes through the front half of a frustum.
+    #[inline(always)]
+    fn ends_between(&self, front: T) -> bool {
+        (T::one() - front) * (T::one() - self.light.absorbed) <= self.rest
     }
 
     #[inline(never)]

@@ -19,6 +19,8 @@ pub(crate) trait Real: num_traits::Float + Send + Sync + 'static {
     fn absorbed_by(self) -> Self;
     /// The same for `x <= 1/2`, in f32 without a branch.
     fn absorbed_by_thin(self) -> Self;
+    /// `x^y` for `0 <= x <= 1` and `y >= 0`, in f32 without a branch: there to 2e-6 of it where it is more than 1e-6.
+    fn power(self, exponent: Self) -> Self;
     /// The entries of `table` with these numbers, which are less than 32.
     fn look_up<V: Simd>(simd: V, table: &[Self; 32], numbers: &[u32; 16]) -> [Self; 16];
     /// Puts those of 16 numbers whose bits are set at the front of `to`, in order. `to` has room for twice as many; what is behind them
@@ -86,6 +88,56 @@ impl Real for f32 {
         let high = (C[4] + x * C[5]) + x2 * (C[6] + x * C[7]);
         x * (low + x4 * high)
     }
+
+    /// As `2^(y log2 x)`, both by Cephes's polynomials.
+    #[inline(always)]
+    fn power(self, exponent: f32) -> f32 {
+        // Numbers of this size have no fraction: added and subtracted again, it rounds to the nearest whole number.
+        const ROUNDS: f32 = 12_582_912.0;
+        const ONE: u32 = 0x3f80_0000;
+        let power = (exponent * log2(self)).max(-126.0).min(0.0);
+        let rounded = power + ROUNDS;
+        let fraction = power - (rounded - ROUNDS);
+        let whole = rounded.to_bits().wrapping_sub(ROUNDS.to_bits());
+        exp2(fraction) * f32::from_bits((whole << 23).wrapping_add(ONE))
+    }
+}
+
+/// The binary logarithm of a positive normal number; of zero it is some large negative number.
+#[inline(always)]
+fn log2(x: f32) -> f32 {
+    const HALF: u32 = 0x3f35_04f3;
+    const C: [f32; 9] = [
+        3.333_333_1e-1,
+        -2.499_999_4e-1,
+        2.000_071_5e-1,
+        -1.666_805_8e-1,
+        1.424_932_3e-1,
+        -1.242_014_1e-1,
+        1.167_699_9e-1,
+        -1.151_461e-1,
+        7.037_683_6e-2,
+    ];
+    // The exponent that leaves a mantissa from the root of 1/2 to that of 2.
+    let above = x.to_bits().wrapping_sub(HALF);
+    let exponent = (above as i32) >> 23;
+    let f = f32::from_bits((above & 0x007f_ffff).wrapping_add(HALF)) - 1.0;
+    let f2 = f * f;
+    let f4 = f2 * f2;
+    let pair = |k: usize| C[k] + f * C[k + 1];
+    let series = (pair(0) + f2 * pair(2)) + f4 * ((pair(4) + f2 * pair(6)) + f4 * C[8]);
+    let log = f - f2 * (0.5 - f * series);
+    exponent as f32 + log * std::f32::consts::LOG2_E
+}
+
+/// `2^x` for `|x| <= 1/2`.
+#[inline(always)]
+fn exp2(x: f32) -> f32 {
+    const C: [f32; 7] =
+        [1.0, 6.931_472e-1, 2.402_264_8e-1, 5.550_332_5e-2, 9.618_437e-3, 1.339_887_4e-3, 1.535_336_2e-4];
+    let x2 = x * x;
+    let pair = |k: usize| C[k] + x * C[k + 1];
+    (pair(0) + x2 * pair(2)) + x2 * x2 * (pair(4) + x2 * C[6])
 }
 
 impl Real for f64 {
@@ -129,6 +181,11 @@ impl Real for f64 {
     fn absorbed_by_thin(self) -> f64 {
         self.absorbed_by()
     }
+
+    #[inline]
+    fn power(self, exponent: f64) -> f64 {
+        self.powf(exponent)
+    }
 }
 
 /// `a + w·(b - a)`: exactly `a` at `w = 0` and wherever `a = b`.
@@ -151,5 +208,19 @@ mod tests {
         }
         assert_eq!(0.0f32.absorbed_by(), 0.0);
         assert_eq!(f32::INFINITY.absorbed_by(), 1.0);
+    }
+
+    #[test]
+    fn powers_are_exact_to_what_highlights_need() {
+        for exponent in [0.0f32, 0.5, 1.0, 7.3, 24.0, 200.0, 5e3] {
+            for i in 1..=20_000 {
+                let x = i as f32 / 20_000.0;
+                let exact = f64::from(x).powf(f64::from(exponent));
+                let off = (f64::from(x.power(exponent)) - exact).abs();
+                assert!(off <= 2e-6 * exact + 2e-12, "{x}^{exponent}: {off:e} of {exact:e}");
+            }
+            assert_eq!(1.0f32.power(exponent), 1.0);
+        }
+        assert!(0.0f32.power(2.0) < 1e-30);
     }
 }

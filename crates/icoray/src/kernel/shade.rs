@@ -70,27 +70,30 @@ impl Shading {
 }
 
 impl<T: Real> RayShading<T> {
-    /// Light on a surface across `gradient`, on either side of it; only ambient light where there is no gradient.
-    #[inline]
+    /// Light on a surface across `gradient`, on either side of it; only ambient light where there is no gradient. Simple enough
+    /// that the compiler takes several at a time.
+    #[inline(always)]
     pub fn shade(&self, gradient: [T; 3]) -> Shade<T> {
+        let (zero, one) = (T::zero(), T::one());
         // Scaled first: a gradient of 1e30 squared is no f32.
-        let largest = gradient.iter().fold(T::zero(), |m, g| m.max(g.abs()));
-        if !(largest > T::zero() && largest.is_finite()) {
-            return Shade { body: self.ambient, highlight: T::zero(), normal: [T::zero(); 3] };
-        }
-        let n = gradient.map(|g| g / largest);
+        let [x, y, z] = gradient;
+        let largest = zero.max(x.abs()).max(y.abs()).max(z.abs());
+        let is_there = (largest > zero) & (largest < T::infinity());
+        let scale = if is_there { largest } else { one };
+        let n = [x / scale, y / scale, z / scale];
         let length = dot(&n, &n).sqrt();
-        let normal = n.map(|x| x / length);
+        let unit = |x: T| if is_there { x / length } else { zero };
+        let normal = [unit(n[0]), unit(n[1]), unit(n[2])];
         let body = self.ambient + self.diffuse * dot(&normal, &self.light).abs();
         let gleam = dot(&normal, &self.halfway).abs();
-        let highlight =
-            if gleam < self.dull { T::zero() } else { self.specular * gleam.powf(self.shininess) };
+        let is_dull = (gleam < self.dull) | !is_there;
+        let highlight = if is_dull { zero } else { self.specular * gleam.power(self.shininess) };
         Shade { body, highlight, normal }
     }
 
     /// The mean shade of a part of a ray with shades `a` and `b` at its ends and `m` in the middle, when the part's light
     /// comes from `centre` of the part behind its middle.
-    #[inline]
+    #[inline(always)]
     pub fn mean(a: &Shade<T>, m: &Shade<T>, b: &Shade<T>, centre: T) -> (T, T) {
         let simpson = |a: T, m: T, b: T| (a + T::of(4.0) * m + b) * T::of(1.0 / 6.0) + centre * (b - a);
         (simpson(a.body, m.body, b.body), simpson(a.highlight, m.highlight, b.highlight))
@@ -98,22 +101,21 @@ impl<T: Real> RayShading<T> {
 
     /// How far [`Self::mean`] may be off, in the factor of the colour and in the highlight, when `centre` may be off by
     /// `skew`; an estimate. `None` where the normal turns too far between the three to tell.
-    #[inline]
+    #[inline(always)]
     pub fn doubt(&self, a: &Shade<T>, m: &Shade<T>, b: &Shade<T>, skew: T) -> Option<(T, T)> {
         let turn2 = turn2(&a.normal, &m.normal).max(turn2(&m.normal, &b.normal));
-        if turn2 * self.sharpness > T::of(0.5) {
-            return None;
-        }
         // Simpson's rule is right for a bend under even light; a fifth of it stands for kinks.
         let off = |a: T, m: T, b: T| {
             let bend = (a - m - m + b).abs();
             skew * ((b - a).abs() + bend) + T::of(0.2) * bend
         };
-        Some((off(a.body, m.body, b.body), off(a.highlight, m.highlight, b.highlight) + self.blind))
+        let known = (off(a.body, m.body, b.body), off(a.highlight, m.highlight, b.highlight) + self.blind);
+        let turns = turn2 * self.sharpness > T::of(0.5);
+        (!turns).then_some(known)
     }
 
     /// `light` under the shade `mean`, which may be `off`. Shades are rounded too, the sharper the more.
-    #[inline]
+    #[inline(always)]
     pub fn apply(&self, mut light: Light<T>, (body, highlight): (T, T), off: T) -> Light<T> {
         for channel in &mut light.color {
             *channel = *channel * body + light.absorbed * highlight;
@@ -126,6 +128,7 @@ impl<T: Real> RayShading<T> {
     }
 
     /// The most that a body and a highlight can differ from any other.
+    #[inline(always)]
     pub fn range(&self) -> (T, T) {
         (self.diffuse, self.specular)
     }
@@ -138,19 +141,18 @@ impl<T: Real> RayShading<T> {
     }
 }
 
-#[inline]
+#[inline(always)]
 fn dot<T: Real>(a: &[T; 3], b: &[T; 3]) -> T {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
 /// About the square of the angle between two unit vectors, up to 4. A normal that turns round looks the same at both ends,
 /// but swings through all between. Two that are no normals at all are alike.
-#[inline]
+#[inline(always)]
 fn turn2<T: Real>(a: &[T; 3], b: &[T; 3]) -> T {
-    if dot(a, a) + dot(b, b) == T::zero() {
-        return T::zero();
-    }
-    T::of(2.0) * (T::one() - dot(a, b))
+    let turned = T::of(2.0) * (T::one() - dot(a, b));
+    let are_none = dot(a, a) + dot(b, b) == T::zero();
+    if are_none { T::zero() } else { turned }
 }
 
 #[cfg(test)]

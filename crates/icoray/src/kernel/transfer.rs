@@ -58,8 +58,8 @@ impl<T: Real> Span<T> {
     fn numbers(&self) -> [T; NUMBERS] {
         let ([r, g, b], [dr, dg, db]) = (self.color, self.color_slope);
         let clear = if self.is_clear { T::one() } else { T::zero() };
-        let Span { anchor, extinction, extinction_slope, steepest, high, .. } = *self;
-        [anchor, extinction, extinction_slope, steepest, r, g, b, dr, dg, db, high, clear]
+        let Span { anchor, extinction, extinction_slope, steepest, brightest, high, .. } = *self;
+        [anchor, extinction, extinction_slope, steepest, r, g, b, dr, dg, db, brightest, high, clear]
     }
 
     /// Whether `segment` surely stays in the span.
@@ -266,9 +266,9 @@ impl<T: Real> Spans<T> {
     }
 }
 
-/// Numbers of a span that [`Spans::media`] gives: anchor, extinction and its slope, steepest, colour, its slopes, upper end, and
-/// whether it is clear.
-pub(crate) const NUMBERS: usize = 12;
+/// Numbers of a span that [`Spans::media`] gives: anchor, extinction and its slope, steepest, colour, its slopes, brightest, upper end,
+/// and whether it is clear.
+pub(crate) const NUMBERS: usize = 13;
 /// Spans of a table that a vector is long enough for.
 const MOST_IN_TABLE: usize = 32;
 /// Where there are more knots, a value's span is searched rather than counted.

@@ -108,11 +108,7 @@ impl<T: Real, S: Sample> Work<'_, T, S> {
             budget,
             shading: self.plan.shading.filter(|_| is_lit),
             is_coarse: quality.lights == Lights::Coarse,
-            // Lit frusta are integrated one by one: side by side, only those that are clear are passed faster.
-            level: self
-                .renderer
-                .vectors()
-                .filter(|_| self.scene.method == Method::Exact && (N == 1 || !self.visible.get().is_all())),
+            level: self.renderer.vectors().filter(|_| self.scene.method == Method::Exact),
             integrates: self.renderer.integrates,
             core: self.scene.core,
         }

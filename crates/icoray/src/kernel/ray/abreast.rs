@@ -90,6 +90,9 @@ impl<'r, 'f, T: Real, S: Sample, const N: usize> Abreast<'r, 'f, T, S, N> {
 
     /// Puts a ray whose walk is in the pack into a lane.
     fn put(&mut self, lane: usize, number: usize, ray: Ray<'r, 'f, T, S, N>) {
+        if let Some(shading) = ray.shading.as_ref().filter(|_| N == 4) {
+            self.batch.light_lane(lane, shading);
+        }
         self.rays[lane] = Some((number, ray));
         self.walking |= 1 << lane;
         self.fresh &= !(1 << lane);

@@ -14,6 +14,9 @@ use crate::kernel::segment::Segment;
 use crate::kernel::transfer::{NUMBERS, Span, Spans};
 use crate::kernel::walk::pack::{LANES, Row, lanes};
 use fearless_simd::Simd;
+use lit::Lights;
+
+mod lit;
 
 /// Passes over all frusta of a batch.
 const PASSES: usize = 9;
@@ -34,11 +37,13 @@ fn rows<X: Copy>(value: X) -> Rows<X> {
 
 /// What is known of a frustum when all have been integrated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Known {
+pub(in crate::kernel::ray) enum Known {
     /// Nothing yet.
     Odd,
     /// Its light.
     Light,
+    /// Its light, taken in two halves.
+    Halves,
     /// That it is clear.
     Clear,
 }
@@ -66,6 +71,8 @@ pub(super) struct Batch<T, S, const N: usize> {
     known: Rows<Known>,
     /// Colour, absorbed, error, variance.
     light: [Rows<T>; 6],
+    /// Of each ray.
+    lights: Option<Box<Lights<T>>>,
 }
 
 impl<T: Real, S: Sample, const N: usize> Batch<T, S, N> {
@@ -86,6 +93,7 @@ impl<T: Real, S: Sample, const N: usize> Batch<T, S, N> {
             is_clear: rows(false),
             known: rows(Known::Odd),
             light: [zero; 6],
+            lights: None,
         }
     }
 
@@ -157,22 +165,35 @@ impl<T: Real, S: Sample, const N: usize> Batch<T, S, N> {
     /// The light of frustum number `n`, where it is known.
     #[inline(always)]
     pub fn light(&self, n: usize) -> Light<T> {
-        let (pass, i) = (n / LANES, n % LANES);
-        let [r, g, b, absorbed, error, variance] = self.light.each_ref().map(|row| row[pass][i]);
-        Light { color: [r, g, b], absorbed, error, variance }
+        self.light_at(n / LANES, n % LANES)
+    }
+
+    #[inline(always)]
+    fn light_at(&self, pass: usize, i: usize) -> Light<T> {
+        let [r, g, b, absorbed, error, variance] = &self.light;
+        let color = [r[pass][i], g[pass][i], b[pass][i]];
+        Light { color, absorbed: absorbed[pass][i], error: error[pass][i], variance: variance[pass][i] }
     }
 
     /// Its value along the ray.
     #[inline(always)]
     pub fn segment(&self, n: usize) -> Segment<T> {
-        let (pass, i) = (n / LANES, n % LANES);
-        let [f0, f1, kappa] = self.value.each_ref().map(|row| row[pass][i]);
-        Segment { f0, f1, kappa, eps: self.way[8][pass][i], length: self.way[9][pass][i] }
+        self.piece(n / LANES, n % LANES)
+    }
+
+    #[inline(always)]
+    fn piece(&self, pass: usize, i: usize) -> Segment<T> {
+        let [f0, f1, kappa] = &self.value;
+        let (eps, length) = (self.way[8][pass][i], self.way[9][pass][i]);
+        Segment { f0: f0[pass][i], f1: f1[pass][i], kappa: kappa[pass][i], eps, length }
     }
 
     /// Value, and gradient where there is light, along frustum number `n`, and its length.
     pub fn course(&self, n: usize, caster: &Caster<'_, T, S, N>) -> (Course<T, N>, T) {
         let (pass, i) = (n / LANES, n % LANES);
+        if let Some(course) = self.lit_course(n).filter(|_| self.is_usual(n)) {
+            return (course, self.way[9][pass][i]);
+        }
         let [a, b, c, d, e, f] = self.samples.each_ref().map(|row| caster.samples.normal(row[pass][i]));
         let (cells, layers) = (self.cells[pass][i], self.layers[pass][i]);
         let [w0, w1, w2, w3, t0, t1, p0, p1, eps, length] = self.way.each_ref().map(|row| row[pass][i]);
@@ -188,6 +209,7 @@ impl<T: Real, S: Sample, const N: usize> Batch<T, S, N> {
     /// Interpolates all frusta, and integrates those that are thin.
     #[inline(always)]
     pub fn integrate<V: Simd>(&mut self, simd: V, caster: &Caster<'_, T, S, N>) {
+        let mut left = [0; PASSES];
         for pass in 0..self.count.div_ceil(LANES).min(PASSES) {
             let is_usual = self.interpolate(pass, &caster.samples);
             self.is_usual[pass] = is_usual;
@@ -197,13 +219,19 @@ impl<T: Real, S: Sample, const N: usize> Batch<T, S, N> {
             }
             let mut medium = [[T::zero(); LANES]; NUMBERS];
             let is_whole = self.find_spans(simd, pass, caster.spans, &mut medium);
-            let is_thin = if N == 1 { self.thin(pass, &medium) } else { [false; LANES] };
+            let is_thin = self.thin(pass, &medium);
             for i in 0..LANES {
                 let is_whole = is_usual[i] & is_whole[i];
                 let known = if is_thin[i] { Known::Light } else { Known::Odd };
                 let known = if self.is_clear[pass][i] { Known::Clear } else { known };
                 self.known[pass][i] = if is_whole { known } else { Known::Odd };
             }
+            if N == 4 {
+                left[pass] = self.shade(simd, pass, caster, &medium);
+            }
+        }
+        if N == 4 {
+            self.halve(simd, caster, &left);
         }
     }
 
@@ -269,29 +297,33 @@ impl<T: Real, S: Sample, const N: usize> Batch<T, S, N> {
     /// Whether the rule is near enough.
     #[inline(always)]
     fn thin(&mut self, pass: usize, medium: &Medium<T>) -> [bool; LANES] {
-        let [f0, f1, kappa] = self.value.each_ref().map(|row| &row[pass]);
-        let (eps, length) = (&self.way[8][pass], &self.way[9][pass]);
-        let [anchor, extinction, extinction_slope, steepest, r, g, b, dr, dg, db, ..] = medium;
         let mut light = [[T::zero(); LANES]; 6];
         let mut is_near = [false; LANES];
         for i in 0..LANES {
-            let segment = Segment { f0: f0[i], f1: f1[i], kappa: kappa[i], eps: eps[i], length: length[i] };
-            let span = Span {
-                anchor: anchor[i],
-                extinction: extinction[i],
-                extinction_slope: extinction_slope[i],
-                steepest: steepest[i],
-                color: [r[i], g[i], b[i]],
-                color_slope: [dr[i], dg[i], db[i]],
-                ..Span::unknown()
-            };
+            let (segment, span) = (self.piece(pass, i), span_of(medium, i));
             let thin = ThinPiece::new(&segment, &span);
-            let Light { color, absorbed, error, variance } = thin.light();
+            let Light { color, absorbed, error, variance } = thin.light(segment.reach());
             [light[0][i], light[1][i], light[2][i]] = color;
             [light[3][i], light[4][i], light[5][i]] = [absorbed, error, variance];
             is_near[i] = thin.is_near(self.share);
         }
         self.light.iter_mut().zip(light).for_each(|(row, light)| row[pass] = light);
         is_near
+    }
+}
+
+/// What integration asks of the span that frustum `i` of a pass lies in.
+#[inline(always)]
+fn span_of<T: Real>(medium: &Medium<T>, i: usize) -> Span<T> {
+    let [anchor, extinction, extinction_slope, steepest, r, g, b, dr, dg, db, brightest, ..] = medium;
+    Span {
+        anchor: anchor[i],
+        extinction: extinction[i],
+        extinction_slope: extinction_slope[i],
+        steepest: steepest[i],
+        brightest: brightest[i],
+        color: [r[i], g[i], b[i]],
+        color_slope: [dr[i], dg[i], db[i]],
+        ..Span::unknown()
     }
 }
