@@ -95,7 +95,7 @@ impl Real for f32 {
         // Numbers of this size have no fraction: added and subtracted again, it rounds to the nearest whole number.
         const ROUNDS: f32 = 12_582_912.0;
         const ONE: u32 = 0x3f80_0000;
-        let power = (exponent * log2(self)).max(-126.0).min(0.0);
+        let power = (exponent * log2(self)).clamp(-126.0, 0.0);
         let rounded = power + ROUNDS;
         let fraction = power - (rounded - ROUNDS);
         let whole = rounded.to_bits().wrapping_sub(ROUNDS.to_bits());
@@ -108,7 +108,7 @@ impl Real for f32 {
 fn log2(x: f32) -> f32 {
     const HALF: u32 = 0x3f35_04f3;
     const C: [f32; 9] = [
-        3.333_333_1e-1,
+        3.333_333e-1,
         -2.499_999_4e-1,
         2.000_071_5e-1,
         -1.666_805_8e-1,
