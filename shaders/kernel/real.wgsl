@@ -22,14 +22,6 @@ fn absorbed_by(x: f32) -> f32 {
     return x * (low + x4 * high);
 }
 
-fn lerp(a: f32, b: f32, w: f32) -> f32 {
-    return a + w * (b - a);
-}
-
-fn lerp3(a: vec3f, b: vec3f, w: f32) -> vec3f {
-    return a + w * (b - a);
-}
-
 // x to the power of y for x up to 1: WGSL's own is as exact as its logarithm, which near 1 need not be.
 fn power(x: f32, y: f32) -> f32 {
     var ln = log(x);
@@ -39,4 +31,12 @@ fn power(x: f32, y: f32) -> f32 {
         ln = 2.0 * z * (1.0 + z2 * (1.0 / 3.0 + z2 * (1.0 / 5.0 + z2 * (1.0 / 7.0 + z2 * (1.0 / 9.0)))));
     }
     return exp(y * ln);
+}
+
+fn lerp(a: f32, b: f32, w: f32) -> f32 {
+    return a + w * (b - a);
+}
+
+fn lerp3(a: vec3f, b: vec3f, w: f32) -> vec3f {
+    return a + w * (b - a);
 }

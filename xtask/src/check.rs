@@ -62,7 +62,10 @@ fn lints(workspace: &Workspace, step: &mut Step) -> Result<(), Error> {
 }
 
 fn tests(workspace: &Workspace, step: &mut Step) -> Result<(), Error> {
-    step.streamed(&mut workspace.cargo(["test", "--workspace", "--no-fail-fast"]))
+    let all = step.streamed(&mut workspace.cargo(["test", "--workspace", "--no-fail-fast"]));
+    // The whole workspace again, so that nothing but the command is built anew.
+    let ranks = ["test", "--workspace", "--features", "icoray-cli/mpi", "--test", "cli", "--", "ranks"];
+    all.and(step.streamed(&mut workspace.cargo(ranks)))
 }
 
 fn documentation(workspace: &Workspace, step: &mut Step) -> Result<(), Error> {

@@ -223,19 +223,36 @@ const LEFT_OUT: [(&str, &[&str]); 12] = [
         &[
             "shell_new",
             "shell_layers",
-            "shell_gap_near",
+            "chord_course",
             "mix",
             "visit_chord",
             "visit_frustum",
             "visit_leaps",
             "visit_core",
+            "passage_new",
+            "passage_crossed",
+            "passage_pass",
+            "passage_places",
+            "passage_eps",
             "cross",
         ],
     ),
     ("doubt", &[]),
     // Recursion, for which `exact` has a loop; what lanes have apart.
-    ("piece", &["terms_of", "bend_series", "halves"]),
-    ("lit", &[]),
+    (
+        "piece",
+        &[
+            "terms_of",
+            "thin_piece_takes",
+            "thin_piece_new",
+            "thin_piece_is_near",
+            "thin_piece_light",
+            "thin_bound",
+            "bend_series",
+            "halves",
+        ],
+    ),
+    ("lit", &["off"]),
     // A struct's constructor.
     ("plane", &["point_new"]),
     // Columns are crossed where they are met; `frustum` is not divided.
@@ -246,6 +263,12 @@ const LEFT_OUT: [(&str, &[&str]); 12] = [
             "counts_of_numbers",
             "counts_add_assign",
             "budget_new",
+            "trace_all",
+            "ray",
+            "pass",
+            "meet",
+            "ends_between",
+            "odd",
             "vertex",
             "leaps",
             "column",
@@ -257,21 +280,36 @@ const LEFT_OUT: [(&str, &[&str]); 12] = [
     ),
     // For who puts them together.
     ("ray/fragment", &["fragment_light"]),
-    ("real", &["of", "wide", "absorbed_by_thin"]),
+    ("real", &["of", "wide", "absorbed_by_thin", "look_up", "compress", "log2", "exp2"]),
     // Fields are normalised when they are uploaded.
     (
         "sample",
-        &["wide", "near", "exact", "next_up", "next_down", "samples_new", "samples_bases", "samples_rare"],
+        &[
+            "wide",
+            "near",
+            "exact",
+            "next_up",
+            "next_down",
+            "samples_new",
+            "samples_bases",
+            "samples_element",
+            "samples_layer_stride",
+            "samples_at",
+            "samples_normal",
+            "samples_usual",
+            "samples_rare",
+        ],
     ),
     // Part of their callers.
-    ("segment", &["segment_is_void", "segment_is_constant", "segment_reach"]),
+    ("segment", &["segment_is_void", "segment_is_constant", "segment_reach", "segment_within"]),
     // Fields of the struct; WGSL's own.
-    ("shade", &["ray_shading_range", "dot"]),
+    ("shade", &["shading_dull", "ray_shading_range", "dot"]),
     // Fields of the struct; the host makes spans.
     (
         "transfer",
         &[
             "span_unknown",
+            "span_numbers",
             "span_extinction_slope",
             "span_color_slope",
             "span_brightest",
@@ -281,13 +319,17 @@ const LEFT_OUT: [(&str, &[&str]); 12] = [
             "spans_range",
             "spans_steps",
             "spans_span",
+            "spans_holding",
+            "spans_find_all",
+            "spans_media",
             "steps",
             "span",
         ],
     ),
 ];
 /// In walk.wgsl these are part of their callers.
-const WALK: &[&str] = &["contour_exit_side", "walk_triangle", "walk_is_void", "walk_entry_place"];
+const WALK: &[&str] =
+    &["contour_exit_side", "column_new", "place_clip", "walk_triangle", "walk_is_void", "walk_entry_place"];
 /// Types whose methods bear no prefix in WGSL: there is one of each.
 const PLAIN: [&str; 8] = ["Real", "f32", "f64", "Sample", "Caster", "Pass", "Ray", "Step"];
 

@@ -19,6 +19,7 @@ use fearless_simd::Level;
 use glam::DVec3;
 use queue::Queue;
 
+#[allow(clippy::needless_range_loop, reason = "rows side by side are indexed alike")]
 mod abreast;
 #[allow(clippy::needless_range_loop, reason = "rows side by side are indexed alike")]
 mod batch;
