@@ -99,8 +99,13 @@ impl Kept for Packed {
         }
         // The largest component is below 2^(exponent - 126), and so below 2^17 units.
         let exponent = (largest.to_bits() >> 23).max(BITS - 1) - (BITS - 2);
-        let unit = f32::from_bits(exponent << 23);
-        let number = |g: f32| (g / unit).round_ties_even().clamp(-MOST, MOST) as i64 as u64 & MASK;
+        let units = f32::from_bits((254 - exponent) << 23);
+        // Numbers of this size have no fraction: added to them a number is rounded, without a call.
+        const ROUNDS: f32 = 12_582_912.0;
+        let number = |g: f32| {
+            let rounded = (g * units).clamp(-MOST, MOST) + ROUNDS;
+            u64::from(rounded.to_bits().wrapping_sub(ROUNDS.to_bits())) & MASK
+        };
         let [x, y, z] = gradient.map(number);
         Packed(x | y << BITS | z << (2 * BITS) | u64::from(exponent) << (3 * BITS))
     }
