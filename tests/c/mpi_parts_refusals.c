@@ -254,7 +254,7 @@ static void inside(int odd)
 {
     icoray_ctx *ctx = fresh();
     size_t bytes = 3 * (size_t)mine.grid.corners * (mine.grid.index_type == ICORAY_I64 ? 8 : 4);
-    void *table = (void *)(uintptr_t)mine.grid.corner_edge, *kept = malloc(bytes);
+    void *table = (void *)(uintptr_t)mine.grid.corner_cell, *kept = malloc(bytes);
     char text[64];
     snprintf(text, sizeof text, "rank %d: ", odd);
     OK(icoray_part_set(ctx, &mine.part));

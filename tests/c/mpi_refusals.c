@@ -144,7 +144,7 @@ static void at_open(int odd)
 static void inside(int odd)
 {
     icoray_ctx *ctx = fresh();
-    int32_t *table = (int32_t *)(uintptr_t)w.grid.corner_edge;
+    int32_t *table = (int32_t *)(uintptr_t)w.grid.corner_cell;
     size_t count = 3 * (size_t)w.grid.corners;
     int32_t *kept = malloc(count * sizeof *kept);
     int32_t wants = 1;

@@ -3,10 +3,10 @@
 mod asked;
 mod changed;
 mod damaged;
-mod hostile;
 mod icon;
 mod made;
 mod made_icon;
+mod made_ocean;
 mod mesh;
 mod ocean;
 mod real;
