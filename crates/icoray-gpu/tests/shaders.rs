@@ -259,9 +259,6 @@ const LEFT_OUT: [(&str, &[&str]); 12] = [
     (
         "ray",
         &[
-            "counts_numbers",
-            "counts_of_numbers",
-            "counts_add_assign",
             "budget_new",
             "trace_all",
             "ray",

@@ -23,48 +23,11 @@ use queue::Queue;
 mod abreast;
 #[allow(clippy::needless_range_loop, reason = "rows side by side are indexed alike")]
 mod batch;
+mod counts;
 mod fragment;
 mod queue;
+pub use counts::Counts;
 pub use fragment::Fragment;
-
-/// What rays met, added up over a tile or a frame.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct Counts {
-    /// Rays that met the shell.
-    pub rays: u64,
-    /// Columns that they walked over, some behind a ray's end where its frusta are integrated together.
-    pub columns: u64,
-    /// Frusta that they crossed and read: those that they leapt over are not counted.
-    pub frusta: u64,
-    /// Frusta among these that a missing value made void.
-    pub void_frusta: u64,
-    /// Fragments that rays were put together of, where ranks have parts of the grid.
-    pub fragments: u64,
-    /// Bytes of these that ranks sent to each other.
-    pub fragment_bytes: u64,
-}
-
-impl Counts {
-    /// All of them, in order.
-    pub(crate) fn numbers(&self) -> [u64; 6] {
-        let Counts { rays, columns, frusta, void_frusta, fragments, fragment_bytes } = *self;
-        [rays, columns, frusta, void_frusta, fragments, fragment_bytes]
-    }
-
-    /// What [`Self::numbers`] gave.
-    pub(crate) fn of_numbers(
-        [rays, columns, frusta, void_frusta, fragments, fragment_bytes]: [u64; 6],
-    ) -> Self {
-        Counts { rays, columns, frusta, void_frusta, fragments, fragment_bytes }
-    }
-}
-
-impl std::ops::AddAssign for Counts {
-    fn add_assign(&mut self, other: Self) {
-        let (mine, others) = (self.numbers(), other.numbers());
-        *self = Counts::of_numbers(std::array::from_fn(|i| mine[i] + others[i]));
-    }
-}
 
 /// How a ray may spend the scene's tolerance: one half on the colour of pieces, one on what an early end leaves out.
 #[derive(Debug, Clone, Copy)]
@@ -284,13 +247,6 @@ impl<T: Real, S: Sample, const N: usize> Ray<'_, '_, T, S, N> {
 
     #[inline(never)]
     fn odd(&mut self, batch: &Batch<T, S, N>, n: usize) -> Flow {
-        if N == 1 && batch.is_usual(n) {
-            let segment = batch.segment(n);
-            let all = |value: T| [value; N];
-            let (from, to) = (all(segment.f0), all(segment.f1));
-            let course = Course { from, to, kappa: all(segment.kappa), eps: segment.eps };
-            return self.frustum(&course, segment.length);
-        }
         let (course, length) = batch.course(n, self.caster);
         self.frustum(&course, length)
     }

@@ -156,12 +156,6 @@ impl<T: Real, S: Sample, const N: usize> Batch<T, S, N> {
         self.is_fresh[n / LANES][n % LANES]
     }
 
-    /// Whether what was read of it is neither missing nor beyond all bounds.
-    #[inline(always)]
-    pub fn is_usual(&self, n: usize) -> bool {
-        self.is_usual[n / LANES][n % LANES]
-    }
-
     /// The light of frustum number `n`, where it is known.
     #[inline(always)]
     pub fn light(&self, n: usize) -> Light<T> {
@@ -191,8 +185,8 @@ impl<T: Real, S: Sample, const N: usize> Batch<T, S, N> {
     /// Value, and gradient where there is light, along frustum number `n`, and its length.
     pub fn course(&self, n: usize, caster: &Caster<'_, T, S, N>) -> (Course<T, N>, T) {
         let (pass, i) = (n / LANES, n % LANES);
-        if let Some(course) = self.lit_course(n).filter(|_| self.is_usual(n)) {
-            return (course, self.way[9][pass][i]);
+        if self.is_usual[pass][i] {
+            return (self.usual_course(pass, i), self.way[9][pass][i]);
         }
         let [a, b, c, d, e, f] = self.samples.each_ref().map(|row| caster.samples.normal(row[pass][i]));
         let (cells, layers) = (self.cells[pass][i], self.layers[pass][i]);

@@ -64,16 +64,19 @@ impl<T: Real, S: Sample, const N: usize> Batch<T, S, N> {
         lights.directions.iter_mut().zip(directions).for_each(|(row, x)| row[lane] = *x);
     }
 
-    /// Value and gradient along frustum number `n`, which is usual and not clear.
-    pub fn lit_course(&self, n: usize) -> Option<Course<T, N>> {
-        let (pass, i) = (n / LANES, n % LANES);
-        let [from, to, kappa] = &self.lights.as_ref()?.courses[pass];
+    /// Value, and gradient where there is light, along frustum `i` of a pass, which is usual and not clear.
+    pub fn usual_course(&self, pass: usize, i: usize) -> Course<T, N> {
         let piece = self.piece(pass, i);
-        let of = |value: T, rows: &Vectors<T>| {
-            std::array::from_fn(|k| if k == 0 { value } else { rows[(k - 1) % 3][i] })
+        let of = |value: T, which: usize| {
+            let mut values = [value; N];
+            if let Some(lights) = &self.lights {
+                for (k, value) in values.iter_mut().enumerate().skip(1) {
+                    *value = lights.courses[pass][which][(k - 1) % 3][i];
+                }
+            }
+            values
         };
-        let (from, to, kappa) = (of(piece.f0, from), of(piece.f1, to), of(piece.kappa, kappa));
-        Some(Course { from, to, kappa, eps: piece.eps })
+        Course { from: of(piece.f0, 0), to: of(piece.f1, 1), kappa: of(piece.kappa, 2), eps: piece.eps }
     }
 
     /// What the front half of frustum number `n` absorbs, of which the light of two halves is known.
