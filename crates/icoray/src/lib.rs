@@ -39,6 +39,7 @@ mod description;
 pub mod device;
 mod error;
 mod field;
+mod fields;
 mod frame;
 mod gradient;
 mod grid;
@@ -63,6 +64,7 @@ pub use background::{Accepted, Background, Drawn, Job};
 pub use description::Description;
 pub use error::{Error, ErrorKind, Result};
 pub use field::{CenterField, Field, Location};
+pub use fields::Fields;
 pub use frame::{Certainty, Colors, Counts, ErrorSummary, Frame, FrameReport};
 pub use grid::{Grid, GridTables, IcosahedralMesh, Indices, LonLat, MAX_LEVEL, Reals};
 pub use kernel::piece::Method;
@@ -74,8 +76,9 @@ pub use quality::{Lights, Quality};
 pub use ranks::{Columns, Held, Owned, Part, PartCells, Ranks, Team};
 pub use render::{Rendered, Renderer};
 pub use scene::{
-    Adapter, Backend, Camera, ColorRange, Coloring, Knot, Lighting, Precision, Scale, Scene, Scheme, Source,
-    TransferFunction,
+    Adapter, Backend, Camera, Clip, ColorRange, Coloring, Derivation, Ground, HalfSpace, Heights, How,
+    Isosurface, Knot, Level, Lighting, Lines, LonLatBox, Opacity, Paint, Pattern, Precision, Scale, Scene,
+    Scenery, Scheme, Source, Surface, TransferFunction, Volume,
 };
 pub use shape::Shape;
 pub use snapshot::Snapshot;

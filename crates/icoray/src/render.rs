@@ -4,6 +4,7 @@ use crate::description::Description;
 use crate::device::{Device, Devices, Job};
 use crate::error::{Error, ErrorKind, Result};
 use crate::field::{CenterField, Field};
+use crate::fields::Fields;
 use crate::frame::{Colors, ErrorSummary, Frame, FrameReport};
 use crate::gradient::Gradients;
 use crate::grid::{Grid, Reals};
@@ -19,7 +20,7 @@ use crate::plan::{Plan, Savings, Sharing};
 use crate::ranges::{Ranges, Values};
 use crate::ranks::{Part, Ranks, Told};
 use crate::raster::{Raster, Tile};
-use crate::scene::{Backend, Coloring, Precision, Scene, Scheme};
+use crate::scene::{Backend, Coloring, Precision, Scene, Scenery, Scheme};
 use crate::threads::Threads;
 use fearless_simd::Level;
 use std::sync::Arc;
@@ -109,20 +110,28 @@ impl Renderer {
         self.threads.run(work)
     }
 
-    /// Renders `scene`.
+    /// Renders `scene` of its fields, or of one field.
     ///
     /// # Errors
-    /// As [`Plan::new`].
-    pub fn render(&self, scene: &Scene, grid: &Grid, layers: &Layers, field: &Field) -> Result<Frame> {
+    /// As [`Plan::new`], and [`ErrorKind::Scene`](crate::ErrorKind::Scene) where the scene shows a field that is not there.
+    pub fn render<'f>(
+        &self,
+        scene: &Scene,
+        grid: &Grid,
+        layers: &Layers,
+        fields: impl Into<Fields<'f>>,
+    ) -> Result<Frame> {
+        let fields = fields.into();
         // Within a time budget frames are as good as there is time for.
-        if self.savings.unchanged && scene.time_budget_ms.is_none() {
-            return self.render_if_changed(scene, grid, layers, field);
+        if self.savings.unchanged && scene.time_budget_ms.is_none() && scene.scenery == Scenery::default() {
+            return self.render_if_changed(scene, grid, layers, fields.first(&scene.field)?);
         }
-        self.render_anew(scene, grid, layers, field)
+        self.render_anew(scene, grid, layers, &fields)
     }
 
-    fn render_anew(&self, scene: &Scene, grid: &Grid, layers: &Layers, field: &Field) -> Result<Frame> {
-        match self.render_over(&mut Ranks::alone(), scene, grid, None, layers, field)? {
+    fn render_anew(&self, scene: &Scene, grid: &Grid, layers: &Layers, fields: &Fields) -> Result<Frame> {
+        let given = Given { grid, part: None, layers, fields };
+        match self.render_since(Instant::now(), &mut Ranks::alone(), scene, &given)? {
             Rendered::Here(frame) => Ok(frame),
             Rendered::AtRoot(_) => unreachable!("who draws alone is rank 0"),
         }
@@ -141,16 +150,17 @@ impl Renderer {
     /// The same on all ranks: as [`Plan::new`] on any of them, [`ErrorKind::Internal`](crate::ErrorKind::Internal) where
     /// one of several panicked, and [`ErrorKind::Mpi`](crate::ErrorKind::Mpi) where they have not the same data or the
     /// transport fails.
-    pub fn render_over(
+    pub fn render_over<'f>(
         &self,
         ranks: &mut Ranks,
         scene: &Scene,
         grid: &Grid,
         part: Option<&Part>,
         layers: &Layers,
-        field: &Field,
+        fields: impl Into<Fields<'f>>,
     ) -> Result<Rendered> {
-        self.render_since(Instant::now(), ranks, scene, &Given { grid, part, layers, field })
+        let given = Given { grid, part, layers, fields: &fields.into() };
+        self.render_since(Instant::now(), ranks, scene, &given)
     }
 
     /// The device for a picture, if there is one and it can. Collective.
@@ -171,7 +181,9 @@ impl Renderer {
         scene: &Scene,
         given: &Given,
     ) -> Result<Rendered> {
-        let Given { grid, part, layers, field } = *given;
+        let Given { grid, part, layers, fields } = *given;
+        let field = ranks.attempt(|| fields.first(&scene.field));
+        let field = ranks.together(field)?;
         let plan = ranks.attempt(|| {
             if part.is_none() && grid.cells() == 0 {
                 return Err(Error::new(ErrorKind::Grid, "0 cells, expected at least 1"));
@@ -257,7 +269,7 @@ struct Given<'f> {
     grid: &'f Grid<'f>,
     part: Option<&'f Part>,
     layers: &'f Layers,
-    field: &'f Field<'f>,
+    fields: &'f Fields<'f>,
 }
 
 /// What a picture is drawn of, before its types are known.

@@ -41,7 +41,7 @@ impl Renderer {
         let whole = gathered.and_then(|copied| Ok((copied, columns.whole(&node, field)?)));
         let rendered = ranks.together(whole).and_then(|(copied, field)| {
             let copy_s = start.elapsed().as_secs_f64();
-            let given = Given { grid, part: None, layers, field: &field };
+            let given = Given { grid, part: None, layers, fields: &(&field).into() };
             let mut rendered = self.render_since(start, ranks, scene, &given)?;
             let report = rendered.report_mut();
             (report.bytes_copied, report.copy_s) = (copied, copy_s);

@@ -119,7 +119,7 @@ impl Renderer {
             return Ok(frame);
         }
         let looked_s = start.elapsed().as_secs_f64();
-        let mut frame = self.render_anew(scene, grid, layers, field)?;
+        let mut frame = self.render_anew(scene, grid, layers, &field.into())?;
         frame.report.prepare_s += looked_s;
         *last() = Some((key, frame.clone()));
         Ok(frame)

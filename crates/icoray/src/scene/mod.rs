@@ -9,12 +9,17 @@ mod color;
 mod coloring;
 mod parse;
 mod scale;
+mod scenery;
 mod transfer;
 
 pub use backend::{Adapter, Backend};
 pub use camera::Camera;
 pub use coloring::{ColorRange, Coloring};
 pub use scale::Scale;
+pub use scenery::{
+    Clip, Derivation, Ground, HalfSpace, Heights, How, Isosurface, Level, Lines, LonLatBox, Opacity, Paint,
+    Pattern, Scenery, Surface, Volume,
+};
 pub use transfer::{Knot, TransferFunction};
 
 use crate::error::Result;
@@ -79,7 +84,7 @@ pub struct Lighting {
 /// A whole scene, checked.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Scene {
-    /// Name of the field that is rendered.
+    /// Name of the field that is rendered: of the first volume or, where there is none, of the first thing that is shown.
     pub field: String,
     /// Of the steps that a running model offers, those that are multiples of this are drawn; at least 1. See
     /// [`Scene::is_due`]. The renderer itself draws what it is told to, and `icoray render` the times that it is told.
@@ -101,6 +106,8 @@ pub struct Scene {
     pub transfer: TransferFunction,
     /// What the transfer function is made of; `None` where its knots are given.
     pub coloring: Option<Coloring>,
+    /// What is shown beside the first volume, and what is cut away.
+    pub scenery: Scenery,
     /// The light; `None` shows the transfer function's colours as they are.
     pub lighting: Option<Lighting>,
     /// How pieces are integrated.
@@ -161,6 +168,34 @@ impl Scene {
             coloring.center = None;
         }
         scene
+    }
+
+    /// The names of the fields that are shown, each once, the first one first; some may be derived.
+    pub fn shown_fields(&self) -> Vec<&str> {
+        let mut names = vec![self.field.as_str()];
+        self.scenery.shown_fields(&mut |name| {
+            if !names.contains(&name) {
+                names.push(name);
+            }
+        });
+        names
+    }
+
+    /// The names of the model's fields that the scene needs, each once: those that are shown, and those of which derived
+    /// ones are made.
+    pub fn model_fields(&self) -> Vec<&str> {
+        let mut names = Vec::new();
+        let mut todo = self.shown_fields();
+        todo.reverse();
+        while let Some(name) = todo.pop() {
+            match self.scenery.derived.iter().find(|derived| derived.name == name) {
+                // Of those before it only, so that none is made of itself.
+                Some(derived) => todo.extend(derived.how.fields().into_iter().rev()),
+                None if !names.contains(&name) => names.push(name),
+                None => (),
+            }
+        }
+        names
     }
 
     /// Whether the step is one to draw: a multiple of [`Scene::every`], 0 and negative ones included. An `every` of 0,

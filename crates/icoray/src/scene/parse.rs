@@ -6,7 +6,7 @@ mod light;
 mod output;
 mod transfer;
 
-use super::{Adapter, Backend, Precision, Scene, Scheme, color};
+use super::{Adapter, Backend, Precision, Scene, Scenery, Scheme, color};
 use crate::error::{Error, ErrorKind, Result};
 use crate::kernel::piece::Method;
 use serde::Deserialize;
@@ -163,6 +163,7 @@ pub(super) fn scene(text: &str) -> Result<Scene> {
             transfer
         },
         coloring,
+        scenery: Scenery::default(),
         lighting: raw.light.as_ref().map(|light| light::lighting(&source, light)).transpose()?.flatten(),
         method: raw.method,
         tolerance: source.number(

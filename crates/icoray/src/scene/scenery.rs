@@ -1,0 +1,262 @@
+//! What a scene shows beside its first volume, and what it is cut by.
+//!
+//! Everything here is empty in a plain scene of one volume, and costs such a scene nothing: the renderer draws it with the
+//! kernel that knows of one field only.
+
+use super::{Coloring, TransferFunction};
+
+/// All of it; the default shows nothing more.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Scenery {
+    /// What the first volume's extinction is taken from; `None` is its own transfer function.
+    pub opacity: Option<Opacity>,
+    /// Volumes beside the first. Extinctions add up, colours mix by extinction.
+    pub volumes: Vec<Volume>,
+    /// Coloured layers.
+    pub surfaces: Vec<Surface>,
+    /// Surfaces on which a field has one value.
+    pub isosurfaces: Vec<Isosurface>,
+    /// Lines on the ground or on a level.
+    pub lines: Vec<Lines>,
+    /// What the opaque core looks like.
+    pub ground: Ground,
+    /// What is cut away. Ground and lines on it stay.
+    pub clips: Vec<Clip>,
+    /// Fields that are made of the model's, or of derived ones before them in the list.
+    pub derived: Vec<Derivation>,
+    /// Whether layers lie at the same height everywhere.
+    pub heights: Heights,
+}
+
+impl Scenery {
+    /// Whether nothing but one volume over a ground is shown, which may have lines on it.
+    pub fn is_plain(&self) -> bool {
+        let Scenery { opacity, volumes, surfaces, isosurfaces, lines, ground: _, clips, derived: _, heights } =
+            self;
+        let is_on_ground = |lines: &Lines| lines.on == Level::Ground;
+        let is_meshless = |lines: &Lines| !matches!(lines.pattern, Pattern::Cells | Pattern::Triangles);
+        opacity.is_none()
+            && volumes.is_empty()
+            && surfaces.is_empty()
+            && isosurfaces.is_empty()
+            && lines.iter().all(|lines| is_on_ground(lines) && is_meshless(lines))
+            && clips.is_empty()
+            && *heights == Heights::Mean
+    }
+}
+
+impl Scenery {
+    /// Tells the names of all fields that are shown.
+    pub(super) fn shown_fields<'s>(&'s self, tell: &mut impl FnMut(&'s str)) {
+        let opacities = self.opacity.iter().chain(self.volumes.iter().filter_map(|v| v.opacity.as_ref()));
+        opacities.for_each(|opacity| tell(&opacity.field));
+        self.volumes.iter().for_each(|volume| tell(&volume.field));
+        self.isosurfaces.iter().for_each(|surface| tell(&surface.field));
+        let paints = self.surfaces.iter().map(|s| &s.paint).chain(self.isosurfaces.iter().map(|s| &s.paint));
+        for paint in paints {
+            if let Paint::Field { field, .. } = paint {
+                tell(field);
+            }
+        }
+    }
+}
+
+/// A field shown as a volume.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Volume {
+    /// Name of the field.
+    pub field: String,
+    /// From values to colour and extinction; a stand-in where the range follows the data, see [`Scene::transfer`](super::Scene::transfer).
+    pub transfer: TransferFunction,
+    /// What the transfer function is made of; `None` where its knots are given.
+    pub coloring: Option<Coloring>,
+    /// What the extinction is taken from instead.
+    pub opacity: Option<Opacity>,
+}
+
+/// Extinction by the values of another field than that which gives the colour.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Opacity {
+    /// Name of the field.
+    pub field: String,
+    /// From values to extinction; its colours have no meaning.
+    pub transfer: TransferFunction,
+}
+
+/// Where something lies.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Level {
+    /// On the opaque core: on the lowest layer, and round under holes of the mesh.
+    Ground,
+    /// On a layer of the first field, counted from the innermost.
+    Layer(usize),
+    /// On the outermost layer.
+    Top,
+    /// At a height above the planet's surface, metres, before exaggeration.
+    Height(f64),
+}
+
+/// Colours of a surface.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Paint {
+    /// One linear RGB colour.
+    Plain([f64; 3]),
+    /// By a field's values.
+    Field {
+        /// Name of the field.
+        field: String,
+        /// From values to colours; its extinctions have no meaning.
+        transfer: TransferFunction,
+        /// What the transfer function is made of; `None` where its knots are given.
+        coloring: Option<Coloring>,
+        /// Whether each cell has one colour, that of its centre; else values are interpolated.
+        by_cell: bool,
+    },
+}
+
+/// A coloured level.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Surface {
+    /// Where it lies; not [`Level::Ground`], whose colours are [`Ground`]'s.
+    pub at: Level,
+    /// Its colours.
+    pub paint: Paint,
+    /// The part of the light behind that it absorbs, above 0 and at most 1.
+    pub opacity: f64,
+}
+
+/// A surface on which a field has one value.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Isosurface {
+    /// Name of the field.
+    pub field: String,
+    /// The value.
+    pub value: f64,
+    /// Its colours.
+    pub paint: Paint,
+    /// The part of the light behind that it absorbs, above 0 and at most 1.
+    pub opacity: f64,
+}
+
+/// What lines show.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Pattern {
+    /// Edges of the Voronoi cells.
+    Cells,
+    /// Sides of the dual triangles.
+    Triangles,
+    /// Meridians and parallels.
+    Graticule {
+        /// Degrees from one to the next.
+        spacing_deg: f64,
+    },
+    /// Coast lines: Natural Earth 1:110m.
+    Coast,
+}
+
+/// Lines on the ground or on a level, drawn anti-aliased.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Lines {
+    /// What they show.
+    pub pattern: Pattern,
+    /// Where they lie.
+    pub on: Level,
+    /// Linear RGB.
+    pub color: [f64; 3],
+    /// Width in pixels.
+    pub width_px: f64,
+    /// Opacity, above 0 and at most 1.
+    pub opacity: f64,
+    /// Where they are drawn; `None` is everywhere.
+    pub region: Option<LonLatBox>,
+}
+
+/// A box in longitude and latitude, degrees.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LonLatBox {
+    /// From western to eastern end; the second is the larger, by at most 360.
+    pub lon_deg: [f64; 2],
+    /// From south to north.
+    pub lat_deg: [f64; 2],
+}
+
+/// Colours of the opaque core, in place of its one colour.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Ground {
+    /// Linear RGB of land.
+    pub land: Option<[f64; 3]>,
+    /// Linear RGB of the sea.
+    pub ocean: Option<[f64; 3]>,
+}
+
+/// A part of space that is cut away, or outside of which all is: where all of its conditions hold.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Clip {
+    /// Whether the inside is cut away; else the outside.
+    pub cuts_inside: bool,
+    /// A box in longitude and latitude.
+    pub region: Option<LonLatBox>,
+    /// From layer to layer, counted from the innermost of the first field; both included.
+    pub layers: Option<[usize; 2]>,
+    /// From height to height above the planet's surface, metres, before exaggeration.
+    pub height_m: Option<[f64; 2]>,
+    /// Beyond a plane.
+    pub half_space: Option<HalfSpace>,
+}
+
+/// The points beyond a plane.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct HalfSpace {
+    /// Longitude and latitude, in degrees, of the direction in which it lies.
+    pub towards_deg: [f64; 2],
+    /// How far from the planet's centre the plane is in that direction, in planet radii; may be negative.
+    pub distance: f64,
+}
+
+/// A field that is made of others when a frame is drawn.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Derivation {
+    /// The name that it goes by.
+    pub name: String,
+    /// What it is.
+    pub how: How,
+}
+
+/// How a field is made of others, value by value.
+#[derive(Debug, Clone, PartialEq)]
+pub enum How {
+    /// The length of the vector of two or three fields.
+    Magnitude(Vec<String>),
+    /// The sum of fields times numbers.
+    Combination(Vec<(f64, String)>),
+    /// A field less its mean over the cells of the same latitude, layer by layer.
+    FromZonalMean {
+        /// Name of the field.
+        field: String,
+        /// Width of the bands of latitude, degrees.
+        band_deg: f64,
+    },
+    /// A field less what it was in the first step that was drawn.
+    FromFirst(String),
+}
+
+impl How {
+    /// Names of the fields that it is made of.
+    pub fn fields(&self) -> Vec<&str> {
+        match self {
+            How::Magnitude(fields) => fields.iter().map(String::as_str).collect(),
+            How::Combination(terms) => terms.iter().map(|(_, field)| field.as_str()).collect(),
+            How::FromZonalMean { field, .. } | How::FromFirst(field) => vec![field],
+        }
+    }
+}
+
+/// Where layers lie.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Heights {
+    /// Concentric, at the layers' mean heights.
+    #[default]
+    Mean,
+    /// Each column at its own, where they are given.
+    Native,
+}
