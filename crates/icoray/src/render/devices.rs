@@ -63,6 +63,9 @@ impl Renderer {
         if scene.precision == Precision::F64 {
             return Err(Some(Reason::new("the scene asks for precision = \"f64\"")));
         }
+        if !scene.scenery.is_plain() {
+            return Err(Some(Reason::new("the scene shows more than one volume over the ground")));
+        }
         let adapter = scene.device.clone();
         let wanted = Wanted { adapter, or_processor: scene.backend == Backend::Gpu, node_rank };
         opened.open(wanted).map_err(Some)
