@@ -8,6 +8,7 @@ use crate::fields::Fields;
 use crate::frame::{Colors, ErrorSummary, Frame, FrameReport};
 use crate::gradient::Gradients;
 use crate::grid::{Grid, Reals};
+use crate::ground::Ground;
 use crate::kernel::Real;
 use crate::kernel::column::Shell;
 use crate::kernel::leap::Visible;
@@ -304,6 +305,7 @@ fn draw<T: Real, S: Sample>(setting: &Setting, ranks: &mut Ranks, data: &[S]) ->
     let (light_key, mut gradients) =
         prepare::gradients(setting, &known, samples, spans.range(), (&sight_key, &visible));
     prepare::complete(setting, ranks, &visible, &mut gradients, is_lit)?;
+    let ground = Ground::new(scene);
     let prepare_s = start.elapsed().as_secs_f64();
     let start = Instant::now();
     let work = Work {
@@ -316,6 +318,7 @@ fn draw<T: Real, S: Sample>(setting: &Setting, ranks: &mut Ranks, data: &[S]) ->
         samples,
         visible: &visible,
         gradients: &gradients,
+        ground: ground.as_ref(),
     };
     let job = Job::new(scene, plan, grid, field, &gradients, *quality, part.is_some());
     let mut on_device = OnDevice::new(&setting.device, job);

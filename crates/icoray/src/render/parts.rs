@@ -120,6 +120,7 @@ impl<T: Real, S: Sample> Work<'_, T, S> {
         let composer = Composer {
             radius: [self.shell.inner(), self.shell.outer()],
             core: self.scene.core,
+            ground: self.ground,
             shading: self.plan.shading.filter(|_| quality.lights != Lights::Off),
             budget: Budget::new(quality.tolerance, brightest(self.scene)),
         };

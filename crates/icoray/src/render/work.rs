@@ -4,6 +4,7 @@ use super::{Derived, OnDevice, Renderer};
 use crate::frame::{Certainty, Counts};
 use crate::gradient::Gradients;
 use crate::grid::Grid;
+use crate::ground::Ground;
 use crate::kernel::Real;
 use crate::kernel::column::Shell;
 use crate::kernel::leap::Visible;
@@ -35,6 +36,7 @@ pub(super) struct Work<'f, T, S> {
     pub samples: Samples<'f, S>,
     pub visible: &'f Derived<'f, Visible>,
     pub gradients: &'f Derived<'f, Gradients>,
+    pub ground: Option<&'f Ground>,
 }
 
 impl<T: Real, S: Sample> Work<'_, T, S> {
@@ -111,6 +113,7 @@ impl<T: Real, S: Sample> Work<'_, T, S> {
             level: self.renderer.vectors().filter(|_| self.scene.method == Method::Exact),
             integrates: self.renderer.integrates,
             core: self.scene.core,
+            ground: self.ground,
         }
     }
 }
@@ -120,10 +123,13 @@ pub(crate) fn brightest(scene: &Scene) -> f64 {
     let most = |colors: &mut dyn Iterator<Item = [f64; 3]>| colors.flatten().fold(0.0, f64::max);
     let field = most(&mut scene.transfer.knots.iter().map(|k| k.color));
     let lit = scene.lighting.map_or(field, |l| (l.ambient + l.diffuse) * field + l.specular);
-    let core = most(&mut scene.core.into_iter()) * scene.lighting.map_or(1.0, |l| l.ambient + l.diffuse);
+    let ground = scene.scenery.ground;
+    let lines = scene.scenery.lines.iter().map(|lines| lines.color);
+    let solid = scene.core.into_iter().chain(ground.land).chain(ground.ocean).chain(lines);
+    let solid = most(&mut { solid }) * scene.lighting.map_or(1.0, |l| l.ambient + l.diffuse);
     // A transparent picture has an opacity that goes to 1.
     let back = scene.background.map_or(1.0, |back| most(&mut [back].into_iter()));
-    lit.max(core).max(back).max(0.01)
+    lit.max(solid).max(back).max(0.01)
 }
 
 /// Only an unlit integral in f64 is bounded throughout, where each pixel is traced.
