@@ -7,6 +7,7 @@ use crate::fields::Fields;
 use crate::frame::{Colors, Frame, FrameReport};
 use crate::gradient::Gradients;
 use crate::grid::{Grid, Reals};
+use crate::ground::Ground;
 use crate::kernel::Real;
 use crate::kernel::column::Shell;
 use crate::kernel::leap::Visible;
@@ -304,6 +305,8 @@ fn draw<T: Real, S: Sample>(setting: &Setting, ranks: &mut Ranks, data: &[S]) ->
     let job = Job::new(scene, plan, grid, field, &gradients, known.quality, part.is_some());
     let on_device = OnDevice::new(&setting.device, job);
     let radius = [shell.inner(), shell.outer()];
+    let ground = Ground::new(scene);
+    let ground = ground.as_ref();
     let (shell, spans) = (&shell, &spans);
     let plain = Plain {
         renderer,
@@ -315,13 +318,26 @@ fn draw<T: Real, S: Sample>(setting: &Setting, ranks: &mut Ranks, data: &[S]) ->
         samples,
         visible: &visible,
         gradients: &gradients,
+        ground,
     };
     let mut rendered = if is_lit {
         let rays = Carrying::<T, S, 4>(&plain);
-        picture::draw(setting, ranks, &known, &Work { renderer, scene, plan, radius, rays }, on_device)
+        picture::draw(
+            setting,
+            ranks,
+            &known,
+            &Work { renderer, scene, plan, radius, ground, rays },
+            on_device,
+        )
     } else {
         let rays = Carrying::<T, S, 1>(&plain);
-        picture::draw(setting, ranks, &known, &Work { renderer, scene, plan, radius, rays }, on_device)
+        picture::draw(
+            setting,
+            ranks,
+            &known,
+            &Work { renderer, scene, plan, radius, ground, rays },
+            on_device,
+        )
     }?;
     rendered.report_mut().derived_bytes =
         gradients.known().map_or(0, Gradients::bytes) + visible.known().map_or(0, Visible::bytes);

@@ -14,6 +14,7 @@ use super::transfer::Spans;
 use super::walk::{Column, Walk};
 use crate::gradient::Gradients;
 use crate::grid::Grid;
+use crate::ground::{Ground, Sight};
 use crate::ranks::Part;
 use batch::{Batch, Known};
 use fearless_simd::Level;
@@ -82,6 +83,8 @@ pub(crate) struct Caster<'f, T, S, const N: usize> {
     pub integrates: bool,
     /// Linear RGB of the opaque core; `None` lets rays through the hollow core.
     pub core: Option<[f64; 3]>,
+    /// What the core looks like where it has more than one colour.
+    pub ground: Option<&'f Ground>,
 }
 
 /// What traces rays, and finds what a part of the cells does to them.
@@ -334,7 +337,10 @@ impl<T: Real, S: Sample, const N: usize> Ray<'_, '_, T, S, N> {
 
     /// An opaque core ends the ray, a hollow one lets it pass.
     fn core(&mut self, t: f64) -> Flow {
-        let Some(color) = self.caster.core else { return Flow::On };
+        let Some(mut color) = self.caster.core else { return Flow::On };
+        if let Some(ground) = self.caster.ground {
+            color = ground.color(&Sight::round(self.line.position(t)), None);
+        }
         let body = match &self.shading {
             Some(shading) => shading.solid(self.line.position(t).normalize_or_zero()),
             None => T::one(),

@@ -118,6 +118,7 @@ impl<R: Rays> Work<'_, R> {
         let composer = Composer {
             radius: self.radius,
             core: self.scene.core,
+            ground: self.ground,
             shading: self.plan.shading.filter(|_| quality.lights != Lights::Off),
             budget: Budget::new(quality.tolerance, brightest(self.scene)),
         };

@@ -4,6 +4,7 @@ use super::{Derived, OnDevice, Renderer};
 use crate::frame::{Certainty, Counts};
 use crate::gradient::Gradients;
 use crate::grid::Grid;
+use crate::ground::Ground;
 use crate::kernel::Real;
 use crate::kernel::column::Shell;
 use crate::kernel::leap::Visible;
@@ -42,6 +43,8 @@ pub(super) struct Work<'f, R> {
     pub plan: &'f Plan,
     /// Radii of the innermost and outermost layer.
     pub radius: [f64; 2],
+    /// What the core looks like where it has more than one colour.
+    pub ground: Option<&'f Ground>,
     pub rays: R,
 }
 
@@ -56,6 +59,7 @@ pub(super) struct Plain<'f, T, S> {
     pub samples: Samples<'f, S>,
     pub visible: &'f Derived<'f, Visible>,
     pub gradients: &'f Derived<'f, Gradients>,
+    pub ground: Option<&'f Ground>,
 }
 
 impl<R: Rays> Work<'_, R> {
@@ -123,7 +127,8 @@ impl<T: Real, S: Sample, const N: usize> Rays for Carrying<'_, '_, T, S, N> {
     }
 
     fn caster(&self, quality: &Quality) -> Caster<'_, T, S, N> {
-        let Plain { renderer, scene, plan, grid, shell, spans, samples, visible, gradients } = *self.0;
+        let Plain { renderer, scene, plan, grid, shell, spans, samples, visible, gradients, ground } =
+            *self.0;
         let is_lit = quality.lights != Lights::Off;
         let visible = visible.get();
         let top = if renderer.savings.layers { visible.top.max(1) } else { shell.layers() - 1 };
@@ -142,6 +147,7 @@ impl<T: Real, S: Sample, const N: usize> Rays for Carrying<'_, '_, T, S, N> {
             level: renderer.vectors().filter(|_| scene.method == Method::Exact),
             integrates: renderer.integrates,
             core: scene.core,
+            ground,
         }
     }
 }
@@ -161,10 +167,13 @@ pub(crate) fn brightest(scene: &Scene) -> f64 {
     let most = |colors: &mut dyn Iterator<Item = [f64; 3]>| colors.flatten().fold(0.0, f64::max);
     let field = most(&mut scene.transfer.knots.iter().map(|k| k.color));
     let lit = scene.lighting.map_or(field, |l| (l.ambient + l.diffuse) * field + l.specular);
-    let core = most(&mut scene.core.into_iter()) * scene.lighting.map_or(1.0, |l| l.ambient + l.diffuse);
+    let ground = scene.scenery.ground;
+    let lines = scene.scenery.lines.iter().map(|lines| lines.color);
+    let solid = scene.core.into_iter().chain(ground.land).chain(ground.ocean).chain(lines);
+    let solid = most(&mut { solid }) * scene.lighting.map_or(1.0, |l| l.ambient + l.diffuse);
     // A transparent picture has an opacity that goes to 1.
     let back = scene.background.map_or(1.0, |back| most(&mut [back].into_iter()));
-    lit.max(core).max(back).max(0.01)
+    lit.max(solid).max(back).max(0.01)
 }
 
 /// Only an unlit integral in f64 is bounded throughout, where each pixel is traced.
