@@ -27,9 +27,11 @@ mod columns;
 mod derived;
 mod device;
 mod devices;
+mod mixed;
 mod parts;
 mod picture;
 mod prepare;
+mod shown;
 mod spare;
 mod unchanged;
 mod work;
@@ -38,6 +40,7 @@ pub(crate) use derived::Derived;
 use device::OnDevice;
 use devices::{Found, One, Opened};
 use prepare::Known;
+use shown::Other;
 use spare::{Source, Spare};
 use unchanged::Last;
 pub(crate) use work::brightest;
@@ -211,6 +214,8 @@ impl Renderer {
         }
         let derived = center.as_ref().map_or(0, CenterField::bytes);
         let field = center.as_ref().map_or(*field, CenterField::field);
+        let others = self.others(ranks, scene, &Given { part, ..*given })?;
+        let derived = derived + others.iter().map(Other::bytes).sum::<usize>();
         let values = Values { threads: &self.threads, field: &field, part };
         let settled = self.ranges.settle(ranks, scene, values)?;
         let how = scene.coloring.as_ref().map(Coloring::describe);
@@ -223,7 +228,9 @@ impl Renderer {
         let device = self.find_device(ranks, scene)?;
         let setting =
             Setting { renderer: self, device, scene, plan: &plan, grid, part, field: &field, source, start };
+        let others: Vec<(&str, Field)> = others.iter().map(|other| (other.name(), other.field())).collect();
         let mut rendered = match (field.samples(), scene.precision) {
+            _ if !scene.scenery.is_plain() => mixed::draw(&setting, ranks, layers, &others),
             (Reals::F32(data), Precision::F32) => draw::<f32, f32>(&setting, ranks, data),
             (Reals::F32(data), Precision::F64) => draw::<f64, f32>(&setting, ranks, data),
             (Reals::F64(data), Precision::F32) => draw::<f32, f64>(&setting, ranks, data),

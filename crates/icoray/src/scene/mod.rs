@@ -170,6 +170,16 @@ impl Scene {
         scene
     }
 
+    /// All transfer functions of which colours are shown.
+    pub(crate) fn transfers(&self) -> impl Iterator<Item = &TransferFunction> {
+        let paints = self.scenery.paints().filter_map(|paint| match paint {
+            Paint::Field { transfer, .. } => Some(transfer),
+            Paint::Plain(_) => None,
+        });
+        let volumes = self.scenery.volumes.iter().map(|volume| &volume.transfer);
+        std::iter::once(&self.transfer).chain(volumes).chain(paints)
+    }
+
     /// The names of the fields that are shown, each once, the first one first; some may be derived.
     pub fn shown_fields(&self) -> Vec<&str> {
         let mut names = vec![self.field.as_str()];

@@ -46,14 +46,18 @@ impl Scenery {
 }
 
 impl Scenery {
+    /// Colours of surfaces and isosurfaces.
+    pub(crate) fn paints(&self) -> impl Iterator<Item = &Paint> {
+        self.surfaces.iter().map(|s| &s.paint).chain(self.isosurfaces.iter().map(|s| &s.paint))
+    }
+
     /// Tells the names of all fields that are shown.
     pub(super) fn shown_fields<'s>(&'s self, tell: &mut impl FnMut(&'s str)) {
         let opacities = self.opacity.iter().chain(self.volumes.iter().filter_map(|v| v.opacity.as_ref()));
         opacities.for_each(|opacity| tell(&opacity.field));
         self.volumes.iter().for_each(|volume| tell(&volume.field));
         self.isosurfaces.iter().for_each(|surface| tell(&surface.field));
-        let paints = self.surfaces.iter().map(|s| &s.paint).chain(self.isosurfaces.iter().map(|s| &s.paint));
-        for paint in paints {
+        for paint in self.paints() {
             if let Paint::Field { field, .. } = paint {
                 tell(field);
             }
