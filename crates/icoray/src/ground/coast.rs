@@ -114,7 +114,7 @@ fn columns([a, b]: [f64; 2]) -> impl Iterator<Item = usize> {
 }
 
 /// All lines.
-fn segments() -> Vec<Segment> {
+pub(super) fn segments() -> Vec<Segment> {
     let mut rest = LAND;
     let mut segments = Vec::new();
     while let Some((count, points)) = rest.split_first_chunk::<2>() {
@@ -137,3 +137,6 @@ fn pieces([from, to]: &Segment) -> impl Iterator<Item = Segment> {
     let at = move |i: f64| [u + x * (i / count), v + y * (i / count)];
     (0..count as usize).map(move |i| [at(i as f64), at(i as f64 + 1.0)])
 }
+
+#[cfg(test)]
+mod tests;

@@ -9,7 +9,6 @@ use crate::scene::{Level, Lines, Pattern, Scene};
 /// What draws the lines of one level of a scene.
 #[derive(Debug)]
 pub(crate) struct Painter {
-    #[cfg_attr(not(test), expect(dead_code, reason = "as `paint`"))]
     eye: Eye,
     lines: Vec<Lines>,
 }
