@@ -98,10 +98,10 @@ fn lines_on_the_ground_are_lit_as_the_ground_is() {
     scene.scenery.lines = vec![lines(Pattern::Graticule { spacing_deg: 30.0 }, 3.0)];
     let unlit = draw(&scene, plainly, 1);
     assert_eq!(pixel(&scene, &unlit, 0.0, 45.0), [1.0; 4]);
-    let headlight = "ambient = 0.2\ndiffuse = 0.7\n";
+    let headlight = "kind = \"headlight\"\nambient = 0.2\ndiffuse = 0.7\n";
     let text = format!(
         "field = \"q\"\n[image]\nwidth = 9\nheight = 9\n[camera]\nlon = 0\nlat = 0\ndistance = 3\n\
-        [lighting]\n{headlight}[transfer]\nmap = \"viridis\"\nrange = [0, 1]\nopacity = [[0, 0.0], [1, 0.0]]\n"
+        [light]\n{headlight}[transfer]\nmap = \"viridis\"\nrange = [0, 1]\nopacity = [[0, 0.0], [1, 0.0]]\n"
     );
     scene.lighting = Scene::parse(&text).unwrap().lighting;
     let lit = draw(&scene, plainly, 1);
@@ -166,47 +166,4 @@ fn a_device_leaves_grounds_to_the_cpu() {
     assert!(reason.contains("land, sea or lines"), "{reason}");
     scene.scenery = crate::scene::Scenery::default();
     assert_eq!(draw(&scene, renderer, 1).report.left_to_cpu.unwrap(), "it was asked");
-}
-
-#[test]
-fn look() {
-    let out = std::path::PathBuf::from("/tmp/look");
-    std::fs::create_dir_all(&out).unwrap();
-    let mut scene = earth(512);
-    scene.background = Some([0.0; 3]);
-    scene.scenery.ground.land = Some([0.25, 0.22, 0.13]);
-    scene.scenery.ground.ocean = Some([0.02, 0.05, 0.12]);
-    let grat =
-        Lines { color: [0.6; 3], opacity: 0.5, ..lines(Pattern::Graticule { spacing_deg: 10.0 }, 1.0) };
-    let coast = Lines { color: [0.9, 0.9, 0.8], ..lines(Pattern::Coast, 1.2) };
-    scene.scenery.lines = vec![grat, coast];
-    let save = |scene: &Scene, name: &str| {
-        let start = std::time::Instant::now();
-        let frame = draw(scene, plainly, 1);
-        println!("{name}: {:?}", start.elapsed());
-        crate::output::write_picture(&out.join(name), &frame).unwrap();
-    };
-    save(&scene, "globe.png");
-    let bare = Scene { scenery: crate::scene::Scenery::default(), ..scene.clone() };
-    save(&bare, "bare.png");
-    scene.camera = Camera::above(2.35, 48.86, 3.0, 5.0).unwrap();
-    save(&scene, "close.png");
-    scene.camera = Camera::above(40.0, -80.0, 2.2, 50.0).unwrap();
-    save(&scene, "south.png");
-    scene.camera = at_limb(2.35, 45.0, 8.0);
-    save(&scene, "limb.png");
-    scene.camera = Camera::above(178.0, 0.0, 3.0, 45.0).unwrap();
-    save(&scene, "pacific.png");
-    (scene.width, scene.height) = (96, 96);
-    scene.camera = Camera::above(-80.0, 20.0, 3.0, 45.0).unwrap();
-    save(&scene, "thumb.png");
-    let start = std::time::Instant::now();
-    let coast = Coast::get();
-    let mut n = 0;
-    for i in 0..1_000_000 {
-        n += usize::from(
-            coast.is_land((i as f64 * 0.377) % 360.0 - 180.0, (i as f64 * 0.0731) % 180.0 - 90.0),
-        );
-    }
-    println!("is_land {:?} per million, {n}", start.elapsed());
 }
