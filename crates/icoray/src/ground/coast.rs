@@ -77,7 +77,7 @@ impl Coast {
     /// Pixels to the nearest coast if they are fewer than `reach`, and if so many pixels are no more than `widest` degrees.
     pub fn distance(&self, spot: &Spot, reach: f64, widest: f64) -> Option<f64> {
         let around = reach / spot.least_stretch();
-        if !(around <= widest.to_radians()) {
+        if around > widest.to_radians() {
             return None;
         }
         let [lon, lat] = spot.place;
