@@ -66,7 +66,7 @@ impl Pen {
 
     /// The part of a pixel that a line covers whose middle is `distance` pixels from the pixel's.
     pub fn covers(self, distance: f64) -> f64 {
-        (self.reach() - distance).min(self.width).min(1.0).max(0.0)
+        (self.reach() - distance).min(self.width).clamp(0.0, 1.0)
     }
 
     /// How much is shown of lines that are `gap` pixels apart.
