@@ -17,7 +17,7 @@ use crate::layers::Layers;
 use crate::plan::{Plan, Savings, Sharing};
 use crate::ranges::{Ranges, Values};
 use crate::ranks::{Part, Ranks};
-use crate::scene::{Backend, Coloring, Precision, Scene, Scenery, Scheme};
+use crate::scene::{Backend, Precision, Scene, Scenery, Scheme};
 use crate::threads::Threads;
 use fearless_simd::Level;
 use std::sync::Arc;
@@ -212,11 +212,9 @@ impl Renderer {
         let derived = center.as_ref().map_or(0, CenterField::bytes);
         let field = center.as_ref().map_or(*field, CenterField::field);
         let values = Values { threads: &self.threads, field: &field, part };
-        let settled = self.ranges.settle(ranks, scene, values)?;
-        let how = scene.coloring.as_ref().map(Coloring::describe);
+        let settled = self.ranges.settle(ranks, scene, &|_| Ok(values))?;
+        let colors = Colors::of(scene, settled.as_ref().unwrap_or(scene));
         let scene = settled.as_ref().unwrap_or(scene);
-        let range = scene.coloring.as_ref().and_then(Coloring::fixed);
-        let colors = range.zip(how).map(|(range, how)| Colors { range, how });
         if settled.is_some() {
             plan.recolor(scene);
         }
@@ -245,6 +243,7 @@ impl Renderer {
 
 /// What a rank has of a picture that is done.
 #[derive(Debug, Clone, PartialEq)]
+#[expect(clippy::large_enum_variant, reason = "there is one for each picture")]
 pub enum Rendered {
     /// The picture: this is rank 0.
     Here(Frame),
