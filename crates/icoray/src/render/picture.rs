@@ -96,6 +96,7 @@ pub(super) fn draw<R: Rays>(
         error,
         field: scene.field.clone(),
         description: Description::default(),
+        descriptions: Vec::new(),
         legend: Legend::of(scene, &plan.radius),
         notes: notes(scene),
         stamp: Stamp::default(),

@@ -169,7 +169,8 @@ pub(crate) fn brightest(scene: &Scene) -> f64 {
         Paint::Plain(color) => Some(*color),
         Paint::Field { .. } => None,
     });
-    let knots = scene.transfers().flat_map(|transfer| &transfer.knots);
+    let paintings = scene.paintings();
+    let knots = paintings.iter().flat_map(|painting| &painting.transfer.knots);
     let field = most(&mut knots.map(|knot| knot.color).chain(paints));
     let lit = scene.lighting.map_or(field, |l| (l.ambient + l.diffuse) * field + l.specular);
     let ground = scene.scenery.ground;
