@@ -36,6 +36,11 @@ impl Floor {
         Ok(Some(Floor { cells, corners }))
     }
 
+    /// The layers of a cell that are water.
+    pub(crate) fn water(&self, cell: usize) -> Range<usize> {
+        self.cells[cell].clone()
+    }
+
     /// Makes NaN of what is no water in `values`, which hold `layers` of the field.
     pub(crate) fn void_outside(
         &self,
