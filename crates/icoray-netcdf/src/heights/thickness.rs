@@ -85,7 +85,7 @@ impl Columns {
         for cell in 0..cells {
             let thickness = |layer: usize| block.as_reals().get(cell * layers + layer);
             let water = match floor {
-                Some(floor) => floor.water(cell),
+                Some(floor) => floor.water(cell, layers),
                 // Without a sea floor a column ends where its layers have no thickness.
                 None => 0..(0..layers).take_while(|layer| thickness(*layer) > 0.0).count(),
             };

@@ -209,3 +209,18 @@ fn heights_of_the_jablonowski_williamson_wave() {
     }
     assert!((off - means.deviation_m.unwrap()).abs() < 1e-9, "{off} {:?}", means.deviation_m);
 }
+
+/// Thicknesses of another run, of fewer layers than the floor counts.
+#[test]
+fn thicknesses_of_other_layers_do_not_fit() {
+    let (_folder, path) = Made::ocean().write(Options::NETCDF4);
+    let mut other = Made { dimensions: vec![("nCells", 42), ("nVertLevels", 2)], ..Made::mesh(true) };
+    other.variables.clear();
+    other.add("restingThickness", &["nCells", "nVertLevels"], Values::F32(vec![10.0; 84]));
+    let (_other_folder, other_path) = other.write(Options::NETCDF4);
+    let file = ModelFile::open_with(&path, &[&other_path]).unwrap();
+    let heights = read(&file, "theta", 1);
+    assert_eq!(column(&heights.all().unwrap(), 1), [0.0, -10.0, -20.0]);
+    let error = heights.over(file.field_info("theta").unwrap(), 0..LAYERS).unwrap_err();
+    expect(&error, ErrorKind::Field, &["theta: 3 layers have heights, expected 4 or 5"]);
+}
