@@ -378,6 +378,32 @@ fn ranks_that_derive_other_fields_are_told() {
     assert_eq!(errors[0], errors[1]);
 }
 
+/// A rank whose field has another number of layers would send other numbers than the rest wait for.
+#[test]
+fn ranks_whose_fields_differ_are_told() {
+    let world = World::new(2, 1);
+    let errors: Vec<String> = thread::scope(|scope| {
+        let spawned = local_team(2).into_iter().map(|one| {
+            let world = &world;
+            scope.spawn(move || {
+                let mut ranks = Ranks::new(Box::new(one));
+                let grid = Grid::new(world.mesh.tables()).unwrap();
+                let part = Part::of_whole(&mut ranks, &grid).unwrap();
+                let shape = Shape::level_fastest(grid.cells(), LAYERS + ranks.rank());
+                let array = Array::new(shape, true, Location::Center, |c, l| value(1, c, l));
+                let (scene, fields) = (zonal(10.0), Fields::new([("q", array.field())]));
+                let (threads, part) = (&world.threads, Some(&part));
+                let given = Given { scene: &scene, fields: &fields, grid: &grid, part, threads };
+                make(&mut ranks, &Kept::default(), &given).unwrap_err().to_string()
+            })
+        });
+        spawned.collect::<Vec<_>>().into_iter().map(|one| one.join().unwrap()).collect()
+    });
+    let expected =
+        "MPI: rank 1: takes means of a field of 4 layers at Center, but 3 layers at Center on rank 0";
+    assert!(errors.iter().all(|error| error.starts_with(expected)), "{errors:?}");
+}
+
 #[test]
 fn first_frames_are_remembered_by_field_and_shape() {
     let world = World::new(2, 2);

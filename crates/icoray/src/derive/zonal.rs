@@ -55,7 +55,11 @@ impl<'m> Means<'m> {
     /// Of a field over a grid's cells or corners. Collective.
     pub fn of(ranks: &mut Ranks, given: &'m Given<'m>, field: &'m Field<'m>, band_deg: f64) -> Result<Self> {
         let counted = ranks.attempt(|| Counted::new(given, field, band_deg));
-        let (counted, bands) = ranks.together(counted)?;
+        // What is exchanged has as many numbers on all.
+        let (counted, bands) = ranks.of_one_mind(counted, |(counted, _)| {
+            let At { location, layers, .. } = At::of(counted.field);
+            vec![("takes means of a field of", format!("{layers} layers at {location:?}"))]
+        })?;
         let shared = given.part.is_some();
         let most = ranks.attempt(|| Ok(given.threads.run(|| counted.most())));
         let mut most = ranks.together(most)?;
