@@ -190,7 +190,7 @@ fn heights_over_triangles_are_averaged() {
     assert_eq!(file.layer_heights("ta").unwrap().layers_over(info, 1..3).unwrap().count(), 3);
 }
 
-/// A model's own file: the ground is flat, and above it columns differ.
+/// A model's own file, whose columns differ by some hundred metres.
 #[test]
 fn heights_of_the_jablonowski_williamson_wave() {
     let Some(path) = data("mpas_jw_10242.nc") else {
@@ -207,7 +207,7 @@ fn heights_of_the_jablonowski_williamson_wave() {
         assert!(column.windows(2).all(|pair| pair[0] < pair[1]), "cell {cell}: {column:?}");
         off = column.iter().zip(&means.height_m).fold(off, |off, (own, mean)| off.max((own - mean).abs()));
     }
-    assert!((off - means.deviation_m.unwrap()).abs() < 1e-9, "{off} {:?}", means.deviation_m);
+    assert!(off > 300.0 && (off - means.deviation_m.unwrap()).abs() < 1e-9, "{off} {:?}", means.deviation_m);
 }
 
 /// Thicknesses of another run, of fewer layers than the floor counts.
