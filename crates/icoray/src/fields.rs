@@ -10,12 +10,30 @@ use crate::field::Field;
 pub struct Fields<'f> {
     named: Vec<(String, Field<'f>)>,
     unnamed: Option<Field<'f>>,
+    heights: Option<Field<'f>>,
 }
 
 impl<'f> Fields<'f> {
     /// Fields by name; of two with the same name the first counts.
     pub fn new<N: Into<String>>(named: impl IntoIterator<Item = (N, Field<'f>)>) -> Self {
-        Fields { named: named.into_iter().map(|(name, field)| (name.into(), field)).collect(), unnamed: None }
+        let named = named.into_iter().map(|(name, field)| (name.into(), field)).collect();
+        Fields { named, ..Fields::default() }
+    }
+
+    /// The same, with the heights of each column's layers, which scenes ask for by [`Heights::Native`](crate::Heights).
+    ///
+    /// `heights` has one column per cell, at the centres, and as many layers as [`Layers`](crate::Layers), in their order:
+    /// metres above the planet's surface, negative below it. They must not fall on the way up a column; layers may have no
+    /// thickness, as below a sea floor. A column of which all heights are missing has the mean ones of `Layers`. All is
+    /// checked when a frame is drawn.
+    #[must_use]
+    pub fn with_heights(self, heights: Field<'f>) -> Self {
+        Fields { heights: Some(heights), ..self }
+    }
+
+    /// The heights of each column's layers, where they were given.
+    pub fn heights(&self) -> Option<&Field<'f>> {
+        self.heights.as_ref()
     }
 
     /// The field that a scene calls `name`, where it is the scene's first.
@@ -43,10 +61,18 @@ impl<'f> Fields<'f> {
     pub fn iter(&self) -> impl Iterator<Item = (&str, &Field<'f>)> {
         self.named.iter().map(|(name, field)| (name.as_str(), field))
     }
+
+    /// The same with `first` before all others, and the field without a name called `name`.
+    pub(crate) fn behind(&self, first: Vec<(String, Field<'f>)>, name: Option<&str>) -> Self {
+        let unnamed = self.unnamed.iter().zip(name).map(|(field, name)| (name.to_owned(), *field));
+        let named = first.into_iter().chain(unnamed).chain(self.named.iter().cloned()).collect();
+        let unnamed = if name.is_some() { None } else { self.unnamed };
+        Fields { named, unnamed, heights: self.heights }
+    }
 }
 
 impl<'f> From<&Field<'f>> for Fields<'f> {
     fn from(field: &Field<'f>) -> Self {
-        Fields { named: Vec::new(), unnamed: Some(*field) }
+        Fields { unnamed: Some(*field), ..Fields::default() }
     }
 }

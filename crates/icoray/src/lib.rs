@@ -35,6 +35,7 @@
 
 mod background;
 mod compose;
+mod derive;
 mod description;
 pub mod device;
 mod error;
@@ -44,6 +45,7 @@ mod frame;
 mod gradient;
 mod grid;
 mod ground;
+mod heights;
 mod kernel;
 mod label;
 mod layers;

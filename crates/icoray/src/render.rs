@@ -1,5 +1,6 @@
 //! The renderer: a scene's work on a thread pool of its own, and on a device where there is one.
 
+use crate::derive::{self, Kept};
 use crate::device::{Device, Devices, Job};
 use crate::error::{Error, ErrorKind, Result};
 use crate::field::{CenterField, Field};
@@ -56,6 +57,7 @@ pub struct Renderer {
     spare: Spare,
     last: Last,
     ranges: Ranges,
+    derived: Kept,
 }
 
 impl Renderer {
@@ -66,8 +68,8 @@ impl Renderer {
     pub fn new(threads: usize) -> Result<Self> {
         let (devices, savings) = (None, Savings::ALL);
         let (threads, spare, last) = (Threads::new(threads)?, Spare::default(), Last::default());
-        let ranges = Ranges::default();
-        Ok(Renderer { threads, devices, savings, integrates: true, spare, last, ranges })
+        let (ranges, derived) = (Ranges::default(), Kept::default());
+        Ok(Renderer { threads, devices, savings, integrates: true, spare, last, ranges, derived })
     }
 
     /// The same, but leaving out what `savings` say: for measurements.
@@ -183,6 +185,10 @@ impl Renderer {
         given: &Given,
     ) -> Result<Rendered> {
         let Given { grid, part, layers, fields } = *given;
+        let of = derive::Given { scene, fields, grid, part, threads: &self.threads };
+        let made = derive::make(ranks, &self.derived, &of)?;
+        let with_derived = made.as_ref().map(|made| made.fields(fields));
+        let fields = with_derived.as_ref().unwrap_or(fields);
         let field = ranks.attempt(|| fields.first(&scene.field));
         let field = ranks.together(field)?;
         let plan = ranks.attempt(|| {
@@ -214,7 +220,7 @@ impl Renderer {
         }
         let derived = center.as_ref().map_or(0, CenterField::bytes);
         let field = center.as_ref().map_or(*field, CenterField::field);
-        let others = self.others(ranks, scene, &Given { part, ..*given })?;
+        let others = self.others(ranks, scene, &Given { part, fields, ..*given })?;
         let derived = derived + others.iter().map(Other::bytes).sum::<usize>();
         let others: Vec<(&str, Field)> = others.iter().map(|other| (other.name(), other.field())).collect();
         let values = |name: &str| {
@@ -246,6 +252,10 @@ impl Renderer {
         let source = setting.source;
         if let Some(center) = center {
             self.spare.keep_average(source, center);
+        }
+        if let Some(made) = made {
+            report.derived_bytes += made.bytes();
+            self.derived.keep(made);
         }
         Ok(rendered)
     }
