@@ -8,13 +8,15 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use tempfile::TempDir;
 
-const FUNCTIONS: [&str; 22] = [
+const FUNCTIONS: [&str; 24] = [
     "icoray_close",
     "icoray_execute",
     "icoray_field_describe",
     "icoray_field_set",
     "icoray_field_set_ndarray",
     "icoray_grid_set",
+    "icoray_heights_set",
+    "icoray_heights_set_ndarray",
     "icoray_last_error",
     "icoray_layers_set",
     "icoray_log_stderr",

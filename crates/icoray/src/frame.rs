@@ -102,7 +102,7 @@ pub struct FrameReport {
     pub render_s: f64,
     /// Seconds of encoding and disk.
     pub write_s: f64,
-    /// Seconds that copying the field took, where the frame was drawn of a [`Snapshot`](crate::Snapshot) or of
+    /// Seconds that copying the fields took, where the frame was drawn of a [`Snapshot`](crate::Snapshot) or of
     /// [`Columns`](crate::Columns), with what ranks waited for each other; else 0.
     pub copy_s: f64,
     /// Seconds that the caller, which is the model, waited: for the frame before to be drawn, or for room among those that
@@ -144,8 +144,8 @@ pub struct FrameReport {
     pub missing_values: u64,
     /// Bytes that were derived from the field: averages of corner fields, gradients.
     pub derived_bytes: usize,
-    /// Bytes of the field that were copied: 0 but where the frame was drawn of a [`Snapshot`](crate::Snapshot), or of
-    /// [`Columns`](crate::Columns): then those that this rank wrote, which are the field's for each node.
+    /// Bytes of the fields that were copied: 0 but where the frame was drawn of a [`Snapshot`](crate::Snapshot), or of
+    /// [`Columns`](crate::Columns): then those that this rank wrote, which are the fields' for each node.
     pub bytes_copied: u64,
     /// How far pixels may be from the exact integral.
     pub error: ErrorSummary,
@@ -170,6 +170,8 @@ pub struct Frame {
     pub field: String,
     /// What the field is called; set by who knows it.
     pub description: Description,
+    /// What the other fields that are shown are called, by name; set by who knows it.
+    pub descriptions: Vec<(String, Description)>,
     /// What is to be written into the picture.
     pub legend: Option<Box<Legend>>,
     /// Camera and transfer range in words.
@@ -226,6 +228,7 @@ pub(crate) mod tests {
             error,
             field: "q".into(),
             description: Description::default(),
+            descriptions: Vec::new(),
             legend: None,
             notes: vec![("camera", "far away".into())],
             stamp: Stamp { step: 7, time_s: 60.0, date: None },

@@ -410,6 +410,7 @@ fn draw<T: Real, S: Sample>(setting: &Setting, ranks: &mut Ranks, data: &[S]) ->
         error,
         field: scene.field.clone(),
         description: Description::default(),
+        descriptions: Vec::new(),
         legend: Legend::of(scene, &plan.radius),
         notes: notes(scene),
         stamp: Stamp::default(),

@@ -339,9 +339,9 @@ fn fields_that_do_not_fit_are_refused_on_all_ranks() {
             Location::Center,
             None,
             ErrorKind::Mpi,
-            "rank 1: has a field of 3 layers of 64 bits, but 4 ",
+            "rank 1: has \"q\" of 3 layers of 64 bits, but \"q\" of 4 ",
         ),
-        (0, 4, false, Location::Center, None, ErrorKind::Mpi, "rank 1: has a field of 4 layers of 32 bits"),
+        (0, 4, false, Location::Center, None, ErrorKind::Mpi, "rank 1: has \"q\" of 4 layers of 32 bits"),
         (
             0,
             4,
@@ -349,7 +349,7 @@ fn fields_that_do_not_fit_are_refused_on_all_ranks() {
             Location::Center,
             Some(7.0),
             ErrorKind::Mpi,
-            "rank 1: has missing values marked by Some(7.0)",
+            "rank 1: has \"q\" with missing values marked by Some(7.0)",
         ),
         (0, 4, true, Location::Corner, None, ErrorKind::Field, "rank 1: \"q\": at corners, expected centres"),
     ];

@@ -1,7 +1,7 @@
 //! Frames drawn of copies: the same pictures, and what goes wrong.
 
 use super::*;
-use crate::field::Location;
+use crate::field::{Field, Location};
 use crate::frame::Frame;
 use crate::grid::IcosahedralMesh;
 use crate::output::WriterOptions;
@@ -62,6 +62,7 @@ impl Stage {
             layers: Arc::clone(&self.layers),
             stamp: Stamp { step, ..Stamp::default() },
             description: Description::default(),
+            descriptions: Vec::new(),
         }
     }
 
