@@ -37,7 +37,7 @@ const FUNCTIONS: [&str; 24] = [
 
 /// The sources of each program in `tests/c`; the first has the program's name.
 const LAYOUT_PROGRAM: [&str; 1] = ["layout"];
-const REFUSALS: [&str; 18] = [
+const REFUSALS: [&str; 19] = [
     "refusals",
     "refusals_calls",
     "refusals_entry",
@@ -46,6 +46,7 @@ const REFUSALS: [&str; 18] = [
     "refusals_files",
     "refusals_good",
     "refusals_grid",
+    "refusals_heights",
     "refusals_late",
     "refusals_log",
     "refusals_names",

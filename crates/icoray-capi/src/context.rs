@@ -108,10 +108,7 @@ impl Context {
     pub fn set_heights(&mut self, array: Option<&icoray_array>, of: &str) -> Outcome<()> {
         let is_shared = self.is_shared();
         let given = array.map(|array| {
-            if array.location == ICORAY_CORNER {
-                let message = format!("{of}.location: ICORAY_CORNER (1), expected ICORAY_CENTER (0)");
-                return Err(argument(message));
-            }
+            at_centers(array.location, of)?;
             Given::new(array, of, is_shared)
         });
         self.inputs.heights = given.transpose().map_err(|f| f.within("heights"))?;
@@ -136,7 +133,10 @@ impl Context {
 
     /// The same of heights.
     pub fn set_heights_ndarray(&mut self, array: Option<&icoray_ndarray>) -> Outcome<()> {
-        let flat = array.map(|array| self.inputs.flat(array, "icoray_heights_set_ndarray"));
+        let flat = array.map(|array| {
+            at_centers(array.location, icoray_ndarray::NAME)?;
+            self.inputs.flat(array, "icoray_heights_set_ndarray")
+        });
         let flat = flat.transpose().map_err(|f| f.within("heights"))?;
         self.set_heights(flat.as_ref(), icoray_ndarray::NAME)
     }
@@ -197,6 +197,14 @@ impl Context {
     pub fn report(&mut self) -> Outcome<icoray_frame_report> {
         self.drawing.report()
     }
+}
+
+/// Refuses corners, where there are no heights.
+fn at_centers(location: i32, of: &str) -> Outcome<()> {
+    if location == ICORAY_CORNER {
+        return Err(argument(format!("{of}.location: ICORAY_CORNER (1), expected ICORAY_CENTER (0)")));
+    }
+    Ok(())
 }
 
 /// The scene that is drawn of this step, if any.

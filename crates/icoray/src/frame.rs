@@ -170,7 +170,7 @@ pub struct Frame {
     pub field: String,
     /// What the field is called; set by who knows it.
     pub description: Description,
-    /// What the other fields that are shown are called, by name; set by who knows it.
+    /// What other fields are called, by their names; set by who knows them.
     pub descriptions: Vec<(String, Description)>,
     /// What is to be written into the picture.
     pub legend: Option<Box<Legend>>,

@@ -214,3 +214,6 @@ unsafe fn names<'a>(grid: *const c_char, layers: *const c_char) -> Outcome<(&'a 
     // SAFETY: passed on.
     unsafe { Ok((name(grid, "grid_name")?, name(layers, "layers_name")?)) }
 }
+
+#[cfg(test)]
+mod tests;

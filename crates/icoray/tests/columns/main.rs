@@ -2,10 +2,12 @@
 
 use icoray::ranks::{LocalTeam, local_nodes};
 use icoray::{
-    Error, ErrorKind, Field, Frame, FrameReport, Grid, Held, IcosahedralMesh, Layers, Location, Owned,
-    PartCells, Ranks, Rendered, Renderer, Scene, Shape,
+    Error, ErrorKind, Field, Fields, Frame, FrameReport, Grid, Held, IcosahedralMesh, Layers, Location,
+    Owned, PartCells, Ranks, Rendered, Renderer, Scene, Shape,
 };
 use std::thread;
+
+mod fields;
 
 const LAYERS: usize = 4;
 const FILL: f64 = -9e33;
@@ -126,15 +128,15 @@ fn held(ranks: &mut Ranks, grid: &Grid, local: &Local) -> Result<Held, Error> {
     Held::new(ranks, grid, &cells)
 }
 
-fn render(
+fn render<'f>(
     ranks: &mut Ranks,
     scene: &Scene,
     grid: &Grid,
     held: &Held,
-    field: &Field,
+    fields: impl Into<Fields<'f>>,
 ) -> Result<Rendered, Error> {
     let Held::Columns(columns) = held else { panic!("not columns: {held:?}") };
-    Renderer::new(1)?.render_columns(ranks, scene, grid, columns, &layers(), field)
+    Renderer::new(1)?.render_columns(ranks, scene, grid, columns, &layers(), fields)
 }
 
 fn split(drawn: Vec<Rendered>) -> (Frame, Vec<FrameReport>) {
