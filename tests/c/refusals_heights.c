@@ -4,6 +4,7 @@
 #include "refusals.h"
 
 #include <fcntl.h>
+#include <math.h>
 #include <sys/mman.h>
 #include <unistd.h>
 
@@ -105,9 +106,49 @@ static void left_alone(icoray_ctx *ctx)
     CHECK(munmap(none, bytes) == 0 && close(zero) == 0);
 }
 
+/* What scenes with heights = "native" make of them, as they are when a frame is drawn. */
+static void native(icoray_ctx *ctx)
+{
+    static float metres[42 * LAYERS];
+    icoray_array array = good_array, fewer;
+    icoray_ndarray flat = over(metres);
+    for (int i = 0; i < 42 * LAYERS; i++) {
+        metres[i] = 1e5f * (float)(i % LAYERS) + (float)(i % 7);
+    }
+    array.data = metres;
+    OK(icoray_scene_text(ctx, "heights = \"native\"\n" SCENE("f", "4", "native_{step}.png")));
+    REFUSED(ctx, ICORAY_ERR_FIELD, "heights: the scene has heights = \"native\", and none were given by icoray_heights_set",
+            icoray_execute(ctx, 0, 0.0, NULL));
+    OK(icoray_heights_set(ctx, &array));
+    OK(icoray_execute(ctx, 1, 0.0, NULL));
+    fewer = array;
+    fewer.columns--;
+    OK(icoray_heights_set(ctx, &fewer));
+    REFUSED(ctx, ICORAY_ERR_LAYERS, "heights: 41 columns of 3 layers, expected 42 of 3, as many as icoray_layers has",
+            icoray_execute(ctx, 2, 0.0, NULL));
+    fewer = array;
+    fewer.layers--;
+    OK(icoray_heights_set(ctx, &fewer));
+    REFUSED(ctx, ICORAY_ERR_LAYERS, "heights: 42 columns of 2 layers", icoray_execute(ctx, 2, 0.0, NULL));
+    OK(icoray_heights_set_ndarray(ctx, &flat));
+    OK(icoray_execute(ctx, 3, 0.0, NULL));
+    metres[5 * LAYERS + 1] = NAN;
+    REFUSED(ctx, ICORAY_ERR_LAYERS, "heights: cell 5 (from 0), layer 1: missing", icoray_execute(ctx, 4, 0.0, NULL));
+    metres[5 * LAYERS] = metres[5 * LAYERS + 2] = NAN; /* a column without heights has the mean ones */
+    OK(icoray_execute(ctx, 5, 0.0, NULL));
+    metres[9 * LAYERS + 1] = -1e5f;
+    REFUSED(ctx, ICORAY_ERR_LAYERS, "heights: cell 9 (from 0), layers 1 and 0", icoray_execute(ctx, 6, 0.0, NULL));
+    OK(icoray_heights_set(ctx, NULL));
+    REFUSED(ctx, ICORAY_ERR_FIELD, "none were given", icoray_execute(ctx, 7, 0.0, NULL));
+    OK(icoray_wait(ctx));
+    CHECK(is_picture("native_1.png") && is_picture("native_3.png") && is_picture("native_5.png"));
+    OK(icoray_scene_text(ctx, good_scene));
+}
+
 void heights(icoray_ctx *ctx)
 {
     arrays_of_heights(ctx);
     ndarrays_of_heights(ctx);
     left_alone(ctx);
+    native(ctx);
 }
