@@ -7,6 +7,7 @@
 //! fragments themselves, pixel by pixel.
 
 use crate::error::{Error, ErrorKind, Result};
+use crate::ground::{Ground, Sight};
 use crate::kernel::piece::Light;
 use crate::kernel::plane::RayLine;
 use crate::kernel::ray::{Budget, Counts, Fragment};
@@ -20,16 +21,18 @@ const HAIR: f64 = 1e-12;
 
 /// What rays of a frame have in common when they are put together.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Composer {
+pub(crate) struct Composer<'g> {
     /// Radii of the innermost and outermost layer.
     pub radius: [f64; 2],
     /// Linear RGB of the opaque core.
     pub core: Option<[f64; 3]>,
+    /// What the core looks like where it has more than one colour.
+    pub ground: Option<&'g Ground>,
     pub shading: Option<Shading>,
     pub budget: Budget,
 }
 
-impl Composer {
+impl Composer<'_> {
     /// The light along the ray from `eye` towards `dir`; `None` where it misses the shell. `fragments` are sorted on the way.
     pub fn ray(
         &self,
@@ -73,6 +76,8 @@ impl Composer {
             return None;
         }
         let t = line.first_inside(self.radius[0], part)?;
+        let ground = self.ground.map(|ground| ground.color(&Sight::round(line.position(t)), None));
+        let color = ground.unwrap_or(color);
         let body = self.shading.map_or(1.0, |shading| {
             shading.along::<f64>(dir, self.budget.share).solid(line.position(t).normalize_or_zero())
         });
@@ -170,9 +175,10 @@ mod tests {
         Fragment { t, color, absorbed, error: 1e-5, variance: 0.0 }
     }
 
-    const COMPOSER: Composer = Composer {
+    const COMPOSER: Composer<'static> = Composer {
         radius: [1.0, 1.5],
         core: None,
+        ground: None,
         shading: None,
         budget: Budget { share: 5e-4, rest: 5e-4, brightest: 1.0 },
     };

@@ -43,6 +43,7 @@ mod fields;
 mod frame;
 mod gradient;
 mod grid;
+mod ground;
 mod kernel;
 mod label;
 mod layers;

@@ -66,15 +66,11 @@ impl Fragment {
 }
 
 impl<T: Real, S: Sample, const N: usize> Caster<'_, T, S, N> {
-    /// Adds the ray's fragments of `part` to `found`, in order along the ray. `eye`, `dir`, `hint` as in [`Self::trace`];
-    /// the ray itself is not counted, as several ranks trace it.
-    ///
-    /// One that shows nothing is left out, but where the core may be met, whom it tells where data are.
-    pub fn fragments(
+    /// As [`Casts::fragments`](super::Casts::fragments).
+    pub(super) fn fragments_of(
         &self,
         part: &Part,
-        eye: DVec3,
-        dir: DVec3,
+        (eye, dir): (DVec3, DVec3),
         hint: &mut u32,
         counts: &mut Counts,
         found: &mut Vec<Fragment>,
