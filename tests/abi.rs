@@ -218,6 +218,12 @@ fn reported(directory: &Path, found: &mut Vec<PathBuf>) {
     found.extend(pictures);
 }
 
+/// Four layers of values, level by level.
+fn field(values: &[f32], location: Location) -> Field<'_> {
+    let shape = Shape::level_fastest(values.len() / 4, 4);
+    Field::new(values.into(), shape, location, None).unwrap()
+}
+
 /// The picture of `pictures_fields.c`, drawn without the ABI.
 fn two_fields_in_rust(to: &Path) -> Picture {
     const RADIUS: [f64; 4] = [6_371_220.0, 6_375_220.0, 6_380_220.0, 6_391_220.0];
@@ -235,10 +241,6 @@ fn two_fields_in_rust(to: &Path) -> Picture {
         columns.flat_map(|column| (0..4).map(move |layer| value(column, f64::from(layer)))).collect()
     };
     let (f, v) = (values(&tables.center), values(&tables.corner));
-    let field = |values: &'_ [f32], location| {
-        let shape = Shape::level_fastest(values.len() / 4, 4);
-        Field::new(values.into(), shape, location, None).unwrap()
-    };
     let scene = Scene::parse(
         r#"
         exaggeration = 40
