@@ -218,7 +218,7 @@ fn reported(directory: &Path, found: &mut Vec<PathBuf>) {
     found.extend(pictures);
 }
 
-/// Four layers of values, level by level.
+/// Columns of four values, level-fastest.
 fn field(values: &[f32], location: Location) -> Field<'_> {
     let shape = Shape::level_fastest(values.len() / 4, 4);
     Field::new(values.into(), shape, location, None).unwrap()
