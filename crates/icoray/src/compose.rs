@@ -213,6 +213,25 @@ mod tests {
     }
 
     #[test]
+    fn a_gap_shows_land_and_sea() {
+        let mut scene = crate::Scene::parse(
+            "field = \"q\"\n[image]\nwidth = 9\nheight = 9\n[camera]\nlon = 20\nlat = 10\ndistance = 3\n\
+             [transfer]\nmap = \"viridis\"\nrange = [0, 1]\nopacity = [[0, 0.0], [1, 0.0]]\n",
+        )
+        .unwrap();
+        (scene.scenery.ground.land, scene.scenery.ground.ocean) =
+            (Some([0.0, 1.0, 0.0]), Some([0.0, 0.0, 1.0]));
+        let ground = Ground::new(&scene).unwrap();
+        let composer = Composer { core: scene.core, ground: Some(&ground), ..COMPOSER };
+        let eye = DVec3::from_array(scene.camera.eye());
+        let at = |lon: f64, lat: f64| {
+            let dir = (crate::grid::unit_vector(lon.to_radians(), lat.to_radians()) - eye).normalize();
+            composer.ray(eye, dir, &mut [], &mut Counts::default()).unwrap().color
+        };
+        assert_eq!([at(20.0, 10.0), at(-15.0, 0.0)], [[0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]);
+    }
+
+    #[test]
     fn what_an_early_end_leaves_out_is_told_once() {
         // Half of what comes is hidden by a fragment in front; the ray ended in the one behind with 2e-4 left.
         let front = Fragment { error: 0.0, ..fragment([-1.4, -1.3], [0.5, 0.0, 0.0], 0.5) };

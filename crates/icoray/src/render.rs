@@ -17,7 +17,7 @@ use crate::layers::Layers;
 use crate::plan::{Plan, Savings, Sharing};
 use crate::ranges::{Ranges, Values};
 use crate::ranks::{Part, Ranks};
-use crate::scene::{Backend, Coloring, Precision, Scene, Scenery, Scheme};
+use crate::scene::{Backend, Precision, Scene, Scenery, Scheme};
 use crate::threads::Threads;
 use fearless_simd::Level;
 use std::sync::Arc;
@@ -27,9 +27,11 @@ mod columns;
 mod derived;
 mod device;
 mod devices;
+mod mixed;
 mod parts;
 mod picture;
 mod prepare;
+mod shown;
 mod spare;
 mod unchanged;
 mod work;
@@ -38,6 +40,7 @@ pub(crate) use derived::Derived;
 use device::OnDevice;
 use devices::{Found, One, Opened};
 use prepare::Known;
+use shown::Other;
 use spare::{Source, Spare};
 use unchanged::Last;
 pub(crate) use work::brightest;
@@ -211,12 +214,16 @@ impl Renderer {
         }
         let derived = center.as_ref().map_or(0, CenterField::bytes);
         let field = center.as_ref().map_or(*field, CenterField::field);
-        let values = Values { threads: &self.threads, field: &field, part };
-        let settled = self.ranges.settle(ranks, scene, values)?;
-        let how = scene.coloring.as_ref().map(Coloring::describe);
+        let others = self.others(ranks, scene, &Given { part, ..*given })?;
+        let derived = derived + others.iter().map(Other::bytes).sum::<usize>();
+        let others: Vec<(&str, Field)> = others.iter().map(|other| (other.name(), other.field())).collect();
+        let values = |name: &str| {
+            let other = others.iter().find(|(known, _)| *known == name);
+            Ok(Values { threads: &self.threads, field: other.map_or(&field, |(_, other)| other), part })
+        };
+        let settled = self.ranges.settle(ranks, scene, &values)?;
+        let colors = Colors::of(scene, settled.as_ref().unwrap_or(scene));
         let scene = settled.as_ref().unwrap_or(scene);
-        let range = scene.coloring.as_ref().and_then(Coloring::fixed);
-        let colors = range.zip(how).map(|(range, how)| Colors { range, how });
         if settled.is_some() {
             plan.recolor(scene);
         }
@@ -224,6 +231,7 @@ impl Renderer {
         let setting =
             Setting { renderer: self, device, scene, plan: &plan, grid, part, field: &field, source, start };
         let mut rendered = match (field.samples(), scene.precision) {
+            _ if !scene.scenery.is_plain() => mixed::draw(&setting, ranks, layers, &others),
             (Reals::F32(data), Precision::F32) => draw::<f32, f32>(&setting, ranks, data),
             (Reals::F32(data), Precision::F64) => draw::<f64, f32>(&setting, ranks, data),
             (Reals::F64(data), Precision::F32) => draw::<f32, f64>(&setting, ranks, data),
@@ -245,6 +253,7 @@ impl Renderer {
 
 /// What a rank has of a picture that is done.
 #[derive(Debug, Clone, PartialEq)]
+#[expect(clippy::large_enum_variant, reason = "there is one for each picture")]
 pub enum Rendered {
     /// The picture: this is rank 0.
     Here(Frame),

@@ -7,7 +7,9 @@ use crate::grid::unit_vector;
 /// The part of the pixel that lines `spacing` degrees apart cover. Meridians end at the last parallel, but for every fourth
 /// part of a turn, which go on to the poles.
 pub(super) fn covered(spacing: f64, spot: &Spot, pen: Pen) -> f64 {
-    parallels(spacing.to_radians(), spot, pen).max(meridians(spacing, spot, pen))
+    let (along, across) = (parallels(spacing.to_radians(), spot, pen), meridians(spacing, spot, pen));
+    // They meet at a right angle.
+    along + across - along * across
 }
 
 fn parallels(spacing: f64, spot: &Spot, pen: Pen) -> f64 {

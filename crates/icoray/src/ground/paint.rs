@@ -9,7 +9,6 @@ use crate::scene::{Level, Lines, Pattern, Scene};
 /// What draws the lines of one level of a scene.
 #[derive(Debug)]
 pub(crate) struct Painter {
-    #[cfg_attr(not(test), expect(dead_code, reason = "as `paint`"))]
     eye: Eye,
     lines: Vec<Lines>,
 }
@@ -32,7 +31,6 @@ impl Painter {
     /// The lines where the level is met: premultiplied linear RGB before it is lit, and the part of what lies behind that
     /// they hide. `triangle` is that over which the place lies, void ones included; without it, cells and triangles are not
     /// drawn.
-    #[cfg_attr(not(test), expect(dead_code, reason = "asked by kernels that meet levels"))]
     pub fn paint(&self, sight: &Sight, triangle: Option<(&Grid, u32)>) -> [f64; 4] {
         Spot::new(&self.eye, sight).map_or([0.0; 4], |spot| self.light(&spot, triangle))
     }
@@ -68,7 +66,7 @@ impl Pen {
 
     /// The part of a pixel that a line covers whose middle is `distance` pixels from the pixel's.
     pub fn covers(self, distance: f64) -> f64 {
-        (self.reach() - distance).min(self.width).min(1.0).max(0.0)
+        (self.reach() - distance).min(self.width).clamp(0.0, 1.0)
     }
 
     /// How much is shown of lines that are `gap` pixels apart.

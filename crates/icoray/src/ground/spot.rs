@@ -38,8 +38,13 @@ pub(super) struct Spot {
 }
 
 impl Eye {
+    /// A camera that takes pictures of `height` rows.
+    pub fn new(camera: Camera, height: u32) -> Self {
+        Eye { camera, height }
+    }
+
     pub fn of(scene: &Scene) -> Self {
-        Eye { camera: scene.camera, height: scene.height }
+        Eye::new(scene.camera, scene.height)
     }
 }
 

@@ -15,7 +15,7 @@ use crate::kernel::transfer::Spans;
 use crate::plan::Plan;
 use crate::quality::{Deadline, Lights, Quality};
 use crate::raster::{Pixel, Place, Raster, Tile};
-use crate::scene::{Precision, Scene};
+use crate::scene::{Paint, Precision, Scene};
 use glam::DVec3;
 use rayon::prelude::*;
 
@@ -165,7 +165,13 @@ pub(super) fn budget(renderer: &Renderer, scene: &Scene, quality: &Quality) -> B
 /// The most that a channel can hold behind a ray's end: the brightest of what is in the scene.
 pub(crate) fn brightest(scene: &Scene) -> f64 {
     let most = |colors: &mut dyn Iterator<Item = [f64; 3]>| colors.flatten().fold(0.0, f64::max);
-    let field = most(&mut scene.transfer.knots.iter().map(|k| k.color));
+    let paints = scene.scenery.paints().filter_map(|paint| match paint {
+        Paint::Plain(color) => Some(*color),
+        Paint::Field { .. } => None,
+    });
+    let paintings = scene.paintings();
+    let knots = paintings.iter().flat_map(|painting| &painting.transfer.knots);
+    let field = most(&mut knots.map(|knot| knot.color).chain(paints));
     let lit = scene.lighting.map_or(field, |l| (l.ambient + l.diffuse) * field + l.specular);
     let ground = scene.scenery.ground;
     let lines = scene.scenery.lines.iter().map(|lines| lines.color);

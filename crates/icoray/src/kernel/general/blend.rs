@@ -107,7 +107,17 @@ impl<G: Fn(usize, f64) -> [f64; 3]> Blend<'_, '_, G> {
             if depth.is_nan() || depth <= 0.0 {
                 continue;
             }
-            let (color, off) = mean([&first, &middle, &last]);
+            let (mut color, mut off) = mean([&first, &middle, &last]);
+            if self.shading.is_some() && off[1] > self.share && depth <= THIN {
+                // A normal may turn between three places that look alike.
+                let quarter = |one: &Node, other: &Node| self.node(from, 0.5 * (one.u + other.u));
+                let [before, behind] = [quarter(&first, &middle), quarter(&middle, &last)];
+                let nodes = [&first, &before, &middle, &behind, &last];
+                if let Some(finer) = weighed(&nodes, &[1.0, 4.0, 2.0, 4.0, 1.0]) {
+                    off[0] = apart(&color, &finer);
+                    color = finer;
+                }
+            }
             let is_near = if depth <= THIN { off[0] <= self.share } else { off[1] <= self.share };
             if is_near || halves == MOST_HALVES {
                 let absorbed = -(-depth).exp_m1();
@@ -140,26 +150,32 @@ impl<G: Fn(usize, f64) -> [f64; 3]> Blend<'_, '_, G> {
     }
 }
 
-/// The mean colour of the light that a panel absorbs, how far it is from that of its ends alone, and how far colours are apart.
+/// The mean colour of the light that is absorbed between places of these weights.
+fn weighed(nodes: &[&Node], weights: &[f64]) -> Option<[f64; 3]> {
+    let (mut sum, mut color) = (0.0, [0.0; 3]);
+    for (node, weight) in nodes.iter().zip(weights) {
+        let weight = weight * (nodes[0].depth - node.depth).exp();
+        sum += weight * node.rate;
+        color = [0, 1, 2].map(|k| color[k] + weight * node.color[k]);
+    }
+    (sum > 0.0).then(|| color.map(|c| c / sum))
+}
+
+/// The largest difference of two colours' channels.
+fn apart(a: &[f64; 3], b: &[f64; 3]) -> f64 {
+    (0..3).map(|k| (a[k] - b[k]).abs()).fold(0.0, f64::max)
+}
+
+/// The mean colour of a panel, how far it is from that of its ends alone, and how far colours are apart.
 fn mean(nodes: [&Node; 3]) -> ([f64; 3], [f64; 2]) {
-    let weighed = |weights: [f64; 3]| {
-        let (mut sum, mut color) = (0.0, [0.0; 3]);
-        for (node, weight) in nodes.iter().zip(weights) {
-            let weight = weight * (nodes[0].depth - node.depth).exp();
-            sum += weight * node.rate;
-            color = [0, 1, 2].map(|k| color[k] + weight * node.color[k]);
-        }
-        (sum > 0.0).then(|| color.map(|c| c / sum))
-    };
     let seen = || nodes.iter().filter(|node| node.rate > 0.0).map(|node| node.mean());
     let spread = (0..3).map(|k| {
         let (low, high) = seen().fold((f64::MAX, f64::MIN), |(l, h), c| (l.min(c[k]), h.max(c[k])));
         (high - low).max(0.0)
     });
     let spread = spread.fold(0.0, f64::max);
-    let Some(color) = weighed([1.0, 4.0, 1.0]) else { return ([0.0; 3], [f64::INFINITY; 2]) };
-    let off = weighed([1.0, 0.0, 1.0])
-        .map_or(spread, |ends| (0..3).map(|k| (color[k] - ends[k]).abs()).fold(0.0, f64::max));
+    let Some(color) = weighed(&nodes, &[1.0, 4.0, 1.0]) else { return ([0.0; 3], [f64::INFINITY; 2]) };
+    let off = weighed(&nodes, &[1.0, 0.0, 1.0]).map_or(spread, |ends| apart(&color, &ends));
     (color, [off.min(spread), spread])
 }
 

@@ -13,8 +13,7 @@ pub(crate) struct Source<'f> {
     /// Gradients at the vertices, level-fastest; none where nothing of the field is lit.
     gradients: Gradients,
     layers: usize,
-    /// The values at which something that is shown of the field begins, ends or bends, rising.
-    pub cuts: Vec<f64>,
+    cuts: Vec<f64>,
 }
 
 #[derive(Debug)]
@@ -24,14 +23,20 @@ enum Values<'f> {
 }
 
 impl<'f> Source<'f> {
-    /// Layers are turned round where `falling`.
-    pub fn new(field: &Field<'f>, falling: bool, gradients: Gradients) -> Self {
+    /// Layers are turned round where `falling`; `cuts` are the values at which something that is shown of the field begins,
+    /// ends or bends, rising.
+    pub fn new(field: &Field<'f>, falling: bool, gradients: Gradients, cuts: Vec<f64>) -> Self {
         const RAW: [f64; 2] = [0.0, 1.0];
         let values = match field.samples() {
             Reals::F32(data) => Values::F32(Samples::new(data, field, falling, RAW)),
             Reals::F64(data) => Values::F64(Samples::new(data, field, falling, RAW)),
         };
-        Source { values, gradients, layers: field.shape().layers, cuts: Vec::new() }
+        Source { values, gradients, layers: field.shape().layers, cuts }
+    }
+
+    /// Bytes of what was made for it.
+    pub fn bytes(&self) -> usize {
+        self.gradients.bytes()
     }
 
     /// The values at `layer` over three cells; NaN where one is missing.

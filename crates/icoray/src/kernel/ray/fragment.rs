@@ -33,7 +33,7 @@ pub struct Fragment {
 }
 
 impl Fragment {
-    fn new<T: Real>(t: [f64; 2], light: &Light<T>, brightest: f64) -> Self {
+    pub(crate) fn new<T: Real>(t: [f64; 2], light: &Light<T>, brightest: f64) -> Self {
         let color = light.color.map(|c| c.wide() as f32);
         let absorbed = light.absorbed.wide();
         // What is absorbed dims all that is behind.
@@ -60,7 +60,7 @@ impl Fragment {
     }
 
     /// Whether it adds nothing to a picture.
-    fn is_clear(&self) -> bool {
+    pub(crate) fn is_clear(&self) -> bool {
         self.absorbed == 0.0 && self.error == 0.0 && self.variance == 0.0 && self.color == [0.0; 3]
     }
 }

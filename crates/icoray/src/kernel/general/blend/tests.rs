@@ -48,11 +48,9 @@ fn mixed_media_are_those_of_a_million_steps() {
     let blue = medium(1, &[knot(10.0, [0.0, 0.2, 1.0], 5.0), knot(20.0, [0.0, 0.9, 0.3], 0.0)]);
     for length in [1e-3, 0.7, 30.0, 4e3] {
         for (kappa, eps) in [(0.0, 0.0), (0.25, 0.01), (-0.2, -0.4)] {
-            let (f, g) = (segment(0.1, 0.9, kappa, eps, length), segment(19.0, 11.0, -3.0 * kappa, eps, length));
-            let parts = [
-                Part::new(&red, [f, f], 0.5, 0).unwrap(),
-                Part::new(&blue, [g, g], 0.5, 1).unwrap(),
-            ];
+            let (f, g) =
+                (segment(0.1, 0.9, kappa, eps, length), segment(19.0, 11.0, -3.0 * kappa, eps, length));
+            let parts = [Part::new(&red, [f, f], 0.5, 0).unwrap(), Part::new(&blue, [g, g], 0.5, 1).unwrap()];
             let (color, absorbed) = by_brute_force(&parts, length);
             for share in [1e-2, 1e-4, 1e-7] {
                 let light = blended(&parts, share);

@@ -1,0 +1,30 @@
+//! Where layers lie over each cell.
+
+/// The radii of layers, in planet radii, counted from the innermost.
+#[derive(Debug)]
+pub(crate) enum Levels {
+    /// The same over all cells: 1 / radius of each layer.
+    Concentric(Vec<f64>),
+}
+
+impl Levels {
+    /// Layers of these radii everywhere.
+    pub fn concentric(radius: &[f64]) -> Self {
+        Levels::Concentric(radius.iter().map(|r| 1.0 / r).collect())
+    }
+
+    /// Number of layers.
+    pub fn count(&self) -> usize {
+        match self {
+            Levels::Concentric(inverse) => inverse.len(),
+        }
+    }
+
+    /// 1 / radius of a layer over three cells.
+    #[inline]
+    pub fn inverse(&self, _cells: [u32; 3], layer: usize) -> [f64; 3] {
+        match self {
+            Levels::Concentric(inverse) => [inverse[layer]; 3],
+        }
+    }
+}
