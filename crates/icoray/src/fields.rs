@@ -2,6 +2,7 @@
 
 use crate::error::{Error, ErrorKind, Result};
 use crate::field::Field;
+use crate::scene::{Heights, Scene};
 
 /// Borrowed fields by name.
 ///
@@ -52,9 +53,37 @@ impl<'f> Fields<'f> {
         let found = self.named.iter().find(|(known, _)| known == name);
         found.map(|(_, field)| field).ok_or_else(|| {
             let known: Vec<&str> = self.named.iter().map(|(name, _)| name.as_str()).collect();
-            let known = if known.is_empty() { "only the first field".into() } else { format!("{known:?}") };
+            let known = match &self.unnamed {
+                Some(_) => "only the first field".into(),
+                None => format!("{known:?}"),
+            };
             Error::new(ErrorKind::Scene, format!("the scene shows field {name:?}, and there is {known}"))
         })
+    }
+
+    /// Those that `scene` needs, each by its name, in the order of [`Scene::model_fields`], and the heights where it needs
+    /// these.
+    ///
+    /// # Errors
+    /// As [`Fields::get`]; [`ErrorKind::Field`] where the scene needs heights and there are none.
+    pub(crate) fn needed_by(&self, scene: &Scene) -> Result<Self> {
+        let of = |name: &str| if name == scene.field { self.first(name) } else { self.get(name) };
+        let named = scene.model_fields().into_iter().map(|name| Ok((name.to_owned(), *of(name)?)));
+        let named = named.collect::<Result<_>>()?;
+        let heights = match (scene.scenery.heights, self.heights) {
+            (Heights::Mean, _) => None,
+            (Heights::Native, Some(heights)) => Some(heights),
+            (Heights::Native, None) => {
+                let message = "heights = \"native\", and no heights of cells and layers are given";
+                return Err(Error::new(ErrorKind::Field, message));
+            }
+        };
+        Ok(Fields { named, unnamed: None, heights })
+    }
+
+    /// All fields but the heights, those without a name first.
+    pub(crate) fn each(&self) -> impl Iterator<Item = &Field<'f>> {
+        self.unnamed.iter().chain(self.named.iter().map(|(_, field)| field))
     }
 
     /// Names and fields.

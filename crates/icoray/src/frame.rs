@@ -122,7 +122,7 @@ pub struct FrameReport {
     pub render_s: f64,
     /// Seconds of encoding and disk.
     pub write_s: f64,
-    /// Seconds that copying the field took, where the frame was drawn of a [`Snapshot`](crate::Snapshot) or of
+    /// Seconds that copying the fields took, where the frame was drawn of a [`Snapshot`](crate::Snapshot) or of
     /// [`Columns`](crate::Columns), with what ranks waited for each other; else 0.
     pub copy_s: f64,
     /// Seconds that the caller, which is the model, waited: for the frame before to be drawn, or for room among those that
@@ -165,8 +165,8 @@ pub struct FrameReport {
     pub missing_values: u64,
     /// Bytes that were derived from the field: averages of corner fields, gradients.
     pub derived_bytes: usize,
-    /// Bytes of the field that were copied: 0 but where the frame was drawn of a [`Snapshot`](crate::Snapshot), or of
-    /// [`Columns`](crate::Columns): then those that this rank wrote, which are the field's for each node.
+    /// Bytes of the fields that were copied: 0 but where the frame was drawn of a [`Snapshot`](crate::Snapshot), or of
+    /// [`Columns`](crate::Columns): then those that this rank wrote, which are the fields' for each node.
     pub bytes_copied: u64,
     /// How far pixels may be from the exact integral.
     pub error: ErrorSummary,
