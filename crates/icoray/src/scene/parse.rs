@@ -5,6 +5,7 @@ mod labels;
 mod light;
 mod output;
 mod transfer;
+pub(crate) mod views;
 
 use super::{Adapter, Backend, Precision, Scene, Scenery, Scheme, color};
 use crate::error::{Error, ErrorKind, Result};
@@ -12,6 +13,7 @@ use crate::kernel::piece::Method;
 use serde::Deserialize;
 use std::ops::Range;
 use toml::Spanned;
+use toml::de::DeTable;
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -52,7 +54,21 @@ struct Text<'t> {
     text: &'t str,
 }
 
-impl Text<'_> {
+impl<'t> Text<'t> {
+    /// The text's keys, with their places in it.
+    fn table(&self) -> Result<Spanned<DeTable<'t>>> {
+        DeTable::parse(self.text).map_err(|e| self.refused(&e))
+    }
+
+    /// An error of the TOML reader's.
+    fn refused(&self, e: &toml::de::Error) -> Error {
+        let line = e.span().map_or_else(String::new, |span| {
+            let line = self.line(&span);
+            format!("line {line} ({}): ", self.text.lines().nth(line - 1).unwrap_or("").trim())
+        });
+        Error::new(ErrorKind::Scene, format!("{line}{}", e.message()))
+    }
+
     fn line(&self, span: &Range<usize>) -> usize {
         1 + self.text[..span.start.min(self.text.len())].bytes().filter(|b| *b == b'\n').count()
     }
@@ -136,13 +152,12 @@ fn adapter(source: &Text, raw: &Spanned<toml::Value>) -> Result<Adapter> {
 /// Parses and checks a scene.
 pub(super) fn scene(text: &str) -> Result<Scene> {
     let source = Text { text };
-    let raw: RawScene = toml::from_str(text).map_err(|e| {
-        let line = e.span().map_or_else(String::new, |span| {
-            let line = source.line(&span);
-            format!("line {line} ({}): ", text.lines().nth(line - 1).unwrap_or("").trim())
-        });
-        Error::new(ErrorKind::Scene, format!("{line}{}", e.message()))
-    })?;
+    checked(&source, source.table()?)
+}
+
+/// Checks the keys of a scene.
+fn checked(source: &Text, table: Spanned<DeTable>) -> Result<Scene> {
+    let raw = RawScene::deserialize(toml::Deserializer::from(table)).map_err(|e| source.refused(&e))?;
     let side = |raw, key| source.count(raw, key, 16384, " pixels", 512);
     if raw.field.get_ref().is_empty() {
         return Err(source.bad(raw.field.span(), "field", "an empty name"));
@@ -156,15 +171,15 @@ pub(super) fn scene(text: &str) -> Result<Scene> {
         background: source.color_or_none(raw.background.as_ref(), "background", Some([0.0; 3]))?,
         exaggeration: source.number(raw.exaggeration.as_ref(), "exaggeration", 1e-6, 1e6, 1.0)?,
         core: source.color_or_none(raw.core.as_ref(), "core", Some([0.0225, 0.0225, 0.0225]))?,
-        camera: camera::camera(&source, &raw.camera)?,
+        camera: camera::camera(source, &raw.camera)?,
         transfer: {
-            let (transfer, made_of) = transfer::transfer_function(&source, &raw.transfer)?;
+            let (transfer, made_of) = transfer::transfer_function(source, &raw.transfer)?;
             coloring = made_of;
             transfer
         },
         coloring,
         scenery: Scenery::default(),
-        lighting: raw.light.as_ref().map(|light| light::lighting(&source, light)).transpose()?.flatten(),
+        lighting: raw.light.as_ref().map(|light| light::lighting(source, light)).transpose()?.flatten(),
         method: raw.method,
         tolerance: source.number(
             raw.tolerance.as_ref(),
@@ -181,9 +196,9 @@ pub(super) fn scene(text: &str) -> Result<Scene> {
         precision: raw.precision,
         ranks: raw.ranks,
         backend: raw.backend,
-        device: raw.device.as_ref().map(|device| adapter(&source, device)).transpose()?,
-        labels: raw.labels.as_ref().map(|labels| labels::labels(&source, labels)).transpose()?.flatten(),
-        output: output::output(&source, raw.output.as_ref())?,
+        device: raw.device.as_ref().map(|device| adapter(source, device)).transpose()?,
+        labels: raw.labels.as_ref().map(|labels| labels::labels(source, labels)).transpose()?.flatten(),
+        output: output::output(source, raw.output.as_ref())?,
         field: raw.field.into_inner(),
     })
 }
