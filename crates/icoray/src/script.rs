@@ -200,16 +200,22 @@ impl View {
         self.sweep.count()
     }
 
-    /// The names of the model's fields that its pictures need, each once.
-    pub fn model_fields(&self) -> Vec<String> {
-        let mut names: Vec<String> = Vec::new();
-        let mut scene = self.scene.clone();
+    /// Its scene, once for each field that it sweeps: all that differ in what they need.
+    pub fn scenes(&self) -> impl Iterator<Item = Scene> {
         let swept = self.sweep.fields();
-        for number in 0..swept.len().max(1) {
+        (0..swept.len().max(1)).map(move |number| {
+            let mut scene = self.scene.clone();
             if let Some(field) = swept.get(number) {
                 scene.field.clone_from(field);
             }
-            // Of derived fields it is others that are needed.
+            scene
+        })
+    }
+
+    /// The names of the model's fields that its pictures need, each once.
+    pub fn model_fields(&self) -> Vec<String> {
+        let mut names: Vec<String> = Vec::new();
+        for scene in self.scenes() {
             for name in scene.model_fields() {
                 if !names.iter().any(|known| known == name) {
                     names.push(name.to_owned());

@@ -1,5 +1,6 @@
 //! Pictures and their report on disk.
 
+mod animation;
 mod atomic;
 mod csv;
 mod digits;
@@ -13,6 +14,7 @@ mod series;
 mod template;
 mod writer;
 
+pub use animation::{Animated, write_animation};
 pub use atomic::Existing;
 pub use error_map::{write_error_map, write_error_map_with};
 pub use name::{FrameNames, NameTemplate, Output, Stamp};

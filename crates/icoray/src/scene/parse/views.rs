@@ -24,7 +24,10 @@ const MOST_PICTURES: usize = 100_000;
 fn take<T: DeserializeOwned>(source: &Text, table: &mut DeTable, key: &str) -> Result<Option<Spanned<T>>> {
     let Some(value) = table.remove(key) else { return Ok(None) };
     let span = value.span();
-    let value = T::deserialize(ValueDeserializer::from(value)).map_err(|e| source.refused(&e))?;
+    let value = T::deserialize(ValueDeserializer::from(value)).map_err(|e| match e.span() {
+        Some(_) => source.refused(&e),
+        None => source.bad(span.clone(), key, e.message()),
+    })?;
     Ok(Some(Spanned::new(span, value)))
 }
 
