@@ -94,11 +94,11 @@ fn a_scene_whose_turn_never_comes_draws_nothing_and_says_so() {
 #[test]
 fn a_sweep_becomes_a_cinema_database() {
     let sweep = "[output]\nfile = \"image/{step}_{lon}_{field}.png\"\ncinema = \"q.cdb\"\n\
-                 [sweep]\nfield = [\"theta\", \"rho\"]\nlon = [0, 120.5]\n";
+                 [sweep]\nfield = [\"theta\", \"w\"]\nlon = [0, 120.5]\n";
     let folder = folder(&Made::history(), &(scene("theta", 0.0, 2042.0) + sweep));
     let mut expected = "step,time,field,lon,FILE\n".to_owned();
     for (step, time) in [(0, "0.0"), (1, "86400.0")] {
-        for field in ["theta", "rho"] {
+        for field in ["theta", "w"] {
             for (lon, cell) in [("0", "0.0"), ("120.5", "120.5")] {
                 expected += &format!("{step},{time},{field},{cell},image/{step}_{lon}_{field}.png\n");
             }

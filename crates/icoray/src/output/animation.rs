@@ -79,6 +79,8 @@ pub fn write_animation(path: &Path, pictures: &[PathBuf], fps: f64, existing: Ex
                 return Err(bad(format!("{path}: is {w} x {h} pixels, {wish}")));
             }
             let part = differing(&shown, &next);
+            // Either must fit with what the other is until then.
+            writer.reset_frame_position().map_err(failed)?;
             writer.set_frame_dimension(part.size[0], part.size[1]).map_err(failed)?;
             writer.set_frame_position(part.at[0], part.at[1]).map_err(failed)?;
             writer.write_image_data(&next.cut(part)).map_err(failed)?;
@@ -193,17 +195,17 @@ mod tests {
     #[test]
     fn its_frames_are_the_pictures() {
         let folder = tempfile::tempdir().unwrap();
-        let dots = [[0, 0], [1, 0], [4, 3], [4, 3], [2, 2]];
+        let dots = [[0, 0], [1, 0], [4, 3], [4, 3], [2, 2], [0, 0]];
         let pictures: Vec<PathBuf> =
-            (0..5).map(|i| picture(folder.path(), &format!("{i}.png"), dots[i])).collect();
+            (0..6).map(|i| picture(folder.path(), &format!("{i}.png"), dots[i])).collect();
         let path = folder.path().join("movie.png");
         for (fps, delay) in [(10.0, (1, 10)), (2.5, (400, 1000)), (0.001, (60_000, 60)), (1000.0, (1, 1000))]
         {
             let made = write_animation(&path, &pictures, fps, Existing::Overwrite).unwrap();
             let bytes = path.metadata().unwrap().len();
-            assert_eq!(made, Animated { size: [5, 4], frames: 5, bytes });
+            assert_eq!(made, Animated { size: [5, 4], frames: 6, bytes });
             let frames = frames(&path);
-            assert_eq!(frames.len(), 5);
+            assert_eq!(frames.len(), 6);
             for (frame, picture) in frames.iter().zip(&pictures) {
                 assert_eq!(frame.1, delay);
                 assert_eq!(frame.0, read(picture).unwrap().rgba, "{}", picture.display());

@@ -9,9 +9,10 @@ mod motion;
 mod sweep;
 
 use super::{Scene, Text, checked};
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::output::{NameTemplate, Stamp};
 use crate::script::{Script, View};
+use extras::Names;
 use serde::de::DeserializeOwned;
 use std::collections::HashMap;
 use toml::Spanned;
@@ -51,102 +52,106 @@ pub(crate) fn script(text: &str) -> Result<Script> {
     if list.is_empty() {
         return Err(source.bad(span, "views", format!("an empty list, {wish}")));
     }
-    let mut parsed: Vec<View> = Vec::new();
+    let mut parsed: Vec<(View, Names)> = Vec::new();
     for over in list {
         let span = over.span();
         let DeValue::Table(mut over) = over.into_inner() else { return Err(source.bad(span, "views", wish)) };
-        let name = take::<String>(source, &mut over, "name")?;
-        let name =
-            name.ok_or_else(|| source.bad(span.clone(), "views.name", "is absent, expected a name"))?;
-        if name.get_ref().is_empty() || name.get_ref().contains(char::is_control) {
-            let what = format!("{:?}, expected a name", name.get_ref());
-            return Err(source.bad(name.span(), "views.name", what));
+        let raw = take::<String>(source, &mut over, "name")?;
+        let raw = raw.ok_or_else(|| source.bad(span.clone(), "views.name", "is absent, expected a name"))?;
+        let name = raw.get_ref();
+        let bad = |what: &str| Err(source.bad(raw.span(), "views.name", format!("{name:?}{what}")));
+        if name.is_empty() || name.contains(char::is_control) {
+            return bad(", expected a name");
         }
-        if parsed.iter().any(|view| view.name() == name.get_ref()) {
-            let what = format!("{:?} for a second time, expected distinct names", name.get_ref());
-            return Err(source.bad(name.span(), "views.name", what));
+        if parsed.iter().any(|(view, _)| view.name() == name) {
+            return bad(" for a second time, expected distinct names");
         }
-        let name = name.into_inner();
-        let within = |e: Error| e.within(format!("view {name:?}"));
         let mut table = base.clone();
-        merge::merge(table.get_mut(), over, "");
-        parsed
-            .push(view(source, Some(name.clone()), Spanned::new(span, table.into_inner())).map_err(within)?);
+        merge::merge(table.get_mut(), over);
+        let view = view(source, Some(name.clone()), Spanned::new(span, table.into_inner()));
+        parsed.push(view.map_err(|e| e.within(format!("view {name:?}")))?);
     }
     distinct(source, parsed)
 }
 
-fn view(source: &Text, name: Option<String>, mut table: Spanned<DeTable>) -> Result<View> {
+/// A view of whole keys, and where its files' names stand.
+fn view(source: &Text, name: Option<String>, mut table: Spanned<DeTable>) -> Result<(View, Names)> {
+    let names = extras::names(&table);
     let root = table.get_mut();
     let schedule = extras::schedule(source, root)?;
     let conditions = extras::conditions(source, root)?;
-    let kept = extras::kept(source, root)?;
-    let file = extras::spans_of_names(root);
+    let (cinema, concat) = extras::kept(source, root)?;
     let motion = motion::motion(source, root)?;
     let sweep = sweep::sweep(source, root, &motion)?;
     let mut scene: Scene = checked(source, table)?;
-    if file.picture.is_none() {
-        let mut words: Vec<String> = name.iter().map(|_| "{view}".to_owned()).collect();
-        words.extend(["{field}".to_owned(), "{step:06}".to_owned()]);
+    if names.file.is_none() {
+        let view = name.iter().map(|_| "{view}".to_owned());
+        let always = ["{field}".to_owned(), "{step:06}".to_owned()];
         let swept = sweep.axes.iter().map(|axis| axis.name()).filter(|name| *name != "field");
-        words.extend(swept.map(|name| format!("{name}{{{name}}}")));
+        let swept = swept.map(|name| format!("{name}{{{name}}}"));
+        let words: Vec<String> = view.chain(always).chain(swept).collect();
         scene.output.file = NameTemplate::new(&format!("{}.png", words.join("_")))?;
     }
     let schedule = schedule.with_every(&scene);
-    let view =
-        View { name, schedule, conditions, motion, sweep, cinema: kept.cinema, concat: kept.concat, scene };
+    let view = View { name, schedule, conditions, motion, sweep, cinema, concat, scene };
     let output = &view.scene.output;
-    let names = [
-        ("output.file", file.picture, Some(output.file.template())),
-        ("output.error", file.error, output.error.as_ref().map(NameTemplate::template)),
-        ("output.cinema", kept.cinema_span, view.cinema.as_ref()),
-        ("output.concat", kept.concat_span, view.concat.as_ref().map(|(file, _)| file)),
-    ];
-    for (key, span, template) in names {
-        let (Some(span), Some(template)) = (span, template) else { continue };
-        view.check_words(template).map_err(|e| source.bad(span, key, e.context()))?;
+    for (key, template) in [
+        ("output.file", Some(output.file.template())),
+        ("output.error", output.error.as_ref().map(NameTemplate::template)),
+        ("output.cinema", view.cinema.as_ref()),
+        ("output.concat", view.concat.as_ref().map(|(file, _)| file)),
+    ] {
+        let Some(template) = template else { continue };
+        view.check_words(template).map_err(|e| source.bad(names.span(key), key, e.context()))?;
     }
-    Ok(view)
+    Ok((view, names))
 }
 
 /// The script, unless two pictures of a step would be one file, or two views would mix what is kept of them.
-fn distinct(source: &Text, views: Vec<View>) -> Result<Script> {
+fn distinct(source: &Text, views: Vec<(View, Names)>) -> Result<Script> {
     let stamp = Stamp { date: Some("0001-01-01_00:00:00".into()), ..Stamp::default() };
-    let mut files: HashMap<String, String> = HashMap::new();
-    let mut kept: HashMap<String, (usize, String)> = HashMap::new();
-    let end = source.text.len()..source.text.len();
-    let bad = |key: &str, what: String| source.bad(end.clone(), key, what);
-    for (number, view) in views.iter().enumerate() {
-        for shot in view.shots(&stamp) {
-            let (scene, of) = (&shot.scene, format!("view {:?}", shot.name));
-            let names = scene.output.names(&stamp, &scene.field)?;
-            for (key, file) in [("output.file", Some(names.file)), ("output.error", names.error)] {
+    let mut files: HashMap<String, &View> = HashMap::new();
+    let mut kept: HashMap<String, (&View, String)> = HashMap::new();
+    for (view, names) in &views {
+        let bad = |key: &str, other: &View, what: String| {
+            let of = if std::ptr::eq(view, other) {
+                "two pictures of a sweep".to_owned()
+            } else {
+                format!("views {:?} and {:?}", other.name(), view.name())
+            };
+            source.bad(names.span(key), key, format!("{of} {what} or what is swept in its name"))
+        };
+        for scene in view.shots(&stamp).map(|shot| shot.scene) {
+            let named = scene.output.names(&stamp, &scene.field)?;
+            for (key, file) in [("output.file", Some(named.file)), ("output.error", named.error)] {
                 let Some(file) = file else { continue };
-                if let Some(other) = files.insert(file.clone(), of.clone()) {
-                    let what = format!("{other} and {of} both write {file:?} at one step");
-                    return Err(bad(key, format!("{what}; expected {{view}} or what is swept in its name")));
+                if let Some(other) = files.insert(file.clone(), view) {
+                    return Err(bad(key, other, format!("are {file:?} at one step, expected {{view}}")));
                 }
             }
-            let series = &scene.output.series;
-            let list = series.concat.as_ref().map(|concat| (concat.file.clone(), number.to_string()));
-            let table = series.cinema.as_ref().map(|cinema| {
-                let mut columns: Vec<&str> = cinema.parameters.iter().map(|(name, _)| *name).collect();
-                columns.extend(scene.output.error.as_ref().map(|_| "error"));
-                (cinema.folder.clone(), columns.join(", "))
-            });
-            for (key, text) in [("output.concat", list), ("output.cinema", table)] {
-                let Some((file, kind)) = text else { continue };
-                let known = kept.entry(file.clone()).or_insert((number, kind.clone()));
-                if known.1 != kind {
-                    let other = format!("view {:?}", views[known.0].name());
-                    let wish = if key == "output.concat" { "" } else { " with other columns" };
-                    let what = format!("{other} and {of} both add to {file:?}{wish}");
-                    return Err(bad(key, format!("{what}; expected {{view}} in its name")));
+            for (key, file, kind) in kinds(view, &scene) {
+                let (other, known) = kept.entry(file.clone()).or_insert((view, kind.clone()));
+                if *known != kind {
+                    let wish = if key == "output.cinema" { " with other columns" } else { "" };
+                    return Err(bad(key, other, format!("add to {file:?}{wish}, expected {{view}}")));
                 }
             }
         }
     }
-    Ok(Script::new(views))
+    Ok(Script::new(views.into_iter().map(|(view, _)| view).collect()))
+}
+
+/// What a picture is added to: the key, the file, and what all that is in it have in common.
+fn kinds(view: &View, scene: &Scene) -> Vec<(&'static str, String, String)> {
+    let series = &scene.output.series;
+    let list = series.concat.as_ref();
+    let list = list.map(|concat| ("output.concat", concat.file.clone(), view.name().to_owned()));
+    let table = series.cinema.as_ref().map(|cinema| {
+        let mut columns: Vec<&str> = cinema.parameters.iter().map(|(name, _)| *name).collect();
+        columns.extend(scene.output.error.as_ref().map(|_| "error"));
+        ("output.cinema", cinema.folder.clone(), columns.join(", "))
+    });
+    list.into_iter().chain(table).collect()
 }
 
 #[cfg(test)]

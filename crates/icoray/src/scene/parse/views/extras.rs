@@ -65,33 +65,22 @@ pub fn conditions(source: &Text, root: &mut DeTable) -> Result<Vec<Condition>> {
     texts.iter().map(parse).collect()
 }
 
-/// What `[output]` says of all pictures of a view.
-#[derive(Default)]
-pub struct RawKept {
-    pub cinema: Option<Template>,
-    pub concat: Option<(Template, f64)>,
-    pub cinema_span: Option<Range<usize>>,
-    pub concat_span: Option<Range<usize>>,
-}
+/// What `[output]` says of all pictures of a view: a database, and a list with its pictures per second.
+type Kept = (Option<Template>, Option<(Template, f64)>);
 
-pub fn kept(source: &Text, root: &mut DeTable) -> Result<RawKept> {
-    let Some(output) = section(root, "output") else { return Ok(RawKept::default()) };
-    let cinema = take::<String>(source, output, "cinema")?;
-    let concat = take::<String>(source, output, "concat")?;
-    let fps = take::<f64>(source, output, "fps")?;
-    let named = |raw: &Option<Spanned<String>>, key: &str, ending: &str| {
-        raw.as_ref().map(|raw| template(source, raw, key, ending)).transpose()
+pub fn kept(source: &Text, root: &mut DeTable) -> Result<Kept> {
+    let Some(output) = section(root, "output") else { return Ok((None, None)) };
+    let mut named = |key: &str, ending: &str| -> Result<Option<Template>> {
+        let raw = take::<String>(source, output, key)?;
+        raw.map(|raw| template(source, &raw, &format!("output.{key}"), ending)).transpose()
     };
+    let (cinema, concat) = (named("cinema", ".cdb")?, named("concat", ".ffconcat")?);
+    let fps = take::<f64>(source, output, "fps")?;
     let rate = source.number(fps.as_ref(), "output.fps", 1e-3, 1e3, 25.0)?;
-    if let (Some(fps), None) = (&fps, &concat) {
-        return Err(source.bad(fps.span(), "output.fps", "goes with output.concat"));
+    match (fps, concat) {
+        (Some(fps), None) => Err(source.bad(fps.span(), "output.fps", "goes with output.concat")),
+        (_, concat) => Ok((cinema, concat.map(|template| (template, rate)))),
     }
-    Ok(RawKept {
-        cinema: named(&cinema, "output.cinema", ".cdb")?,
-        concat: named(&concat, "output.concat", ".ffconcat")?.map(|template| (template, rate)),
-        cinema_span: cinema.map(|raw| raw.span()),
-        concat_span: concat.map(|raw| raw.span()),
-    })
 }
 
 /// A name that is the same at every step.
@@ -111,12 +100,26 @@ fn template(source: &Text, raw: &Spanned<String>, key: &str, ending: &str) -> Re
 
 /// Where the names of files stand in the text, if they do.
 pub struct Names {
-    pub picture: Option<Range<usize>>,
-    pub error: Option<Range<usize>>,
+    pub file: Option<Range<usize>>,
+    /// Of others, by their keys.
+    others: Vec<(&'static str, Range<usize>)>,
+    /// The view that they are of.
+    view: Range<usize>,
 }
 
-pub fn spans_of_names(root: &mut DeTable) -> Names {
-    let output = section(root, "output");
-    let span = |key: &str| Some(output.as_ref()?.get(key)?.span());
-    Names { picture: span("file"), error: span("error") }
+impl Names {
+    /// Where the name stands of which `key` is the whole key.
+    pub fn span(&self, key: &str) -> Range<usize> {
+        let other = self.others.iter().find(|(name, _)| key == *name).map(|(_, span)| span);
+        let file = self.file.as_ref().filter(|_| key == "output.file");
+        file.or(other).unwrap_or(&self.view).clone()
+    }
+}
+
+pub fn names(table: &Spanned<DeTable>) -> Names {
+    let output = table.get_ref().get("output").and_then(|output| output.get_ref().as_table());
+    let span = |key: &str| Some(output?.get(key)?.span());
+    let others = [("output.error", "error"), ("output.cinema", "cinema"), ("output.concat", "concat")];
+    let others = others.into_iter().filter_map(|(whole, key)| Some((whole, span(key)?))).collect();
+    Names { file: span("file"), others, view: table.span() }
 }

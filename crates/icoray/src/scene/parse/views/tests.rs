@@ -117,6 +117,23 @@ fn what_goes_instead_of_other_keys_takes_their_place() {
         BASE.replace("map = \"viridis\"", "map = \"viridis\"\nscale = \"symlog\"\nthreshold = 1")
     });
     assert_eq!(shots(&log, 0)[0].coloring.as_ref().unwrap().scale(), crate::scene::Scale::Log);
+    let moving = |keys: &str, over: &str| {
+        let base = BASE.replace("lon = 20.0\nlat = 45.0\ndistance = 3", keys);
+        shots(&format!("{base}[[views]]\nname = \"v\"\n{over}\n"), 2)
+            .iter()
+            .map(|s| s.camera)
+            .collect::<Vec<_>>()
+    };
+    let path = "path = [{ step = 0, lon = 0, lat = 0 }, { step = 2, lon = 8, lat = 9 }]\ndistance = 3";
+    assert_eq!(moving(path, ""), [above(8.0, 9.0, 3.0)]);
+    assert_eq!(moving(path, "camera.lon = 5\ncamera.lat = 6"), [above(5.0, 6.0, 3.0)]);
+    let swept = [above(1.0, 0.0, 3.0), above(2.0, 0.0, 3.0)];
+    assert_eq!(moving(path, "sweep = { lat = [0], lon = [1, 2] }"), swept);
+    let text = BASE.replace("fov = 40\n", "");
+    let base = format!("{text}[sweep]\nlon = [1, 2]\n[[views]]\nname = \"v\"\n");
+    let orbit = shots(&format!("{base}camera.orbit.degrees_per_step = 0\n"), 2);
+    assert_eq!(orbit.len(), 1);
+    assert_eq!(shots(&format!("{base}camera.{}\n", path.replace('\n', "\ncamera.")), 2).len(), 1);
     // A schedule is one, conditions are others.
     let schedule = |over: &str| {
         let base = format!("at_steps = [7]\nwhen = \"max(q) > 1\"\n{BASE}");
@@ -188,12 +205,12 @@ fn errors_name_view_line_and_key() {
         ("[sweep]\nfield = [\"a\", \"\"]", &["line 21, key sweep.field", "\"\""]),
         ("[sweep]", &["line 20, key sweep: nothing"]),
         (
-            "[sweep]\nlon = [1]\n[[views]]\nname = \"a\"\ncamera.eye = [0, 0, 3]",
-            &["view \"a\": line 21, key sweep.lon", "not with eye"],
+            "[[views]]\nname = \"a\"\ncamera.eye = [0, 0, 3]\nsweep.lon = [1]",
+            &["view \"a\": line 23, key sweep.lon", "not with eye"],
         ),
         (
-            "[sweep]\nlon = [1]\n[[views]]\nname = \"a\"\ncamera.orbit.degrees_per_step = 1",
-            &["line 21, key sweep.lon", "orbit"],
+            "[[views]]\nname = \"a\"\ncamera.orbit.degrees_per_step = 1\nsweep.lon = [1]",
+            &["line 23, key sweep.lon", "orbit"],
         ),
         (
             "[output]\nfile = \"{lon}.png\"",
@@ -214,16 +231,19 @@ fn errors_name_view_line_and_key() {
         ),
         (
             &format!("[output]\nfile = \"{{view}}{{step}}.png\"\nerror = \"e{{step}}.png\"\n{two}"),
-            &["key output.error", "e0.png"],
+            &["line 22, key output.error", "e0.png"],
         ),
-        ("[sweep]\nlon = [1, 2]\n[output]\nfile = \"{step}.png\"", &["key output.file", "0.png", "swept"]),
+        (
+            "[sweep]\nlon = [1, 2]\n[output]\nfile = \"{step}.png\"",
+            &["line 23, key output.file: two pictures of a sweep", "0.png", "swept"],
+        ),
         (
             &format!("[output]\nconcat = \"m.ffconcat\"\n{two}"),
             &["key output.concat", "m.ffconcat", "{view}"],
         ),
         (
             &format!("[output]\ncinema = \"m.cdb\"\n{two}sweep.lon = [1]\n"),
-            &["key output.cinema", "m.cdb", "other columns"],
+            &["line 21, key output.cinema", "m.cdb", "other columns"],
         ),
     ] {
         let error = script(&format!("{BASE}{lines}\n")).expect_err(lines);
