@@ -1,6 +1,6 @@
 //! The files that every command reads.
 
-use icoray::{Error, ErrorKind, Layers, Location, Result, Scene};
+use icoray::{Error, ErrorKind, Layers, Location, Result, Script};
 use icoray_netcdf::{FieldInfo, LayerHeights, ModelFile, OwnedField};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -71,12 +71,12 @@ impl Wanted {
 }
 
 /// Reads and checks a scene file.
-pub fn scene(path: &Path) -> Result<Scene> {
+pub fn script(path: &Path) -> Result<Script> {
     let text = std::fs::read_to_string(path).map_err(|e| {
         let context = format!("{}: cannot read the scene: {e}", path.display());
         Error::new(ErrorKind::Io, context)
     })?;
-    Scene::parse(&text).map_err(|e| e.within(path.display()))
+    Script::parse(&text).map_err(|e| e.within(path.display()))
 }
 
 /// Where a field lives, as a word after "at".

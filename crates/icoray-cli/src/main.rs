@@ -1,9 +1,10 @@
 //! icoray on the command line: pictures of files of MPAS and ICON.
 //!
-//! `icoray render` makes pictures, `icoray info` says what a file holds, `icoray plan` what a scene leaves out, `icoray
+//! `icoray render` makes pictures, `icoray animate` one that moves, `icoray info` says what a file holds, `icoray plan` what a scene leaves out, `icoray
 //! devices` which GPUs can draw, `icoray study` measures what the library claims. Results go to stdout; an error is one line on stderr and exit code 1, wrong usage exit code 2.
 #![forbid(unsafe_code)]
 
+mod animate;
 mod failure;
 mod gpu;
 mod info;
@@ -29,6 +30,8 @@ struct Cli {
 enum Command {
     /// Render a field of a file as a scene says
     Render(render::Args),
+    /// Make an animated PNG of pictures
+    Animate(animate::Args),
     /// Say what a file holds: mesh, times, layers, fields
     Info(info::Args),
     /// Say what a scene leaves out for a file
@@ -44,6 +47,7 @@ fn main() -> ExitCode {
     let mut out = io::stdout().lock();
     let done = match Cli::parse().command {
         Command::Render(args) => render::run(&args, &mut out),
+        Command::Animate(args) => animate::run(&args, &mut out),
         Command::Info(args) => info::run(&args, &mut out),
         Command::Plan(args) => plan::run(&args, &mut out),
         Command::Devices => gpu::list().iter().try_for_each(|line| Ok(writeln!(out, "{line}")?)),

@@ -3,7 +3,9 @@
 use crate::failure::Failure;
 use crate::gpu;
 use crate::input::{self, Input, Wanted};
-use icoray::{Plan, Sharing};
+use icoray::output::Stamp;
+use icoray::{Grid, Plan, Renderer, Scene, Sharing, Shot};
+use icoray_netcdf::ModelFile;
 use std::io::Write;
 use std::path::PathBuf;
 
@@ -21,25 +23,43 @@ pub struct Args {
     who: gpu::Who,
 }
 
-/// Prints, a line each, what is not computed or read for the scene.
+/// Prints, a line each, what is not computed or read for each view at the first time; of a sweep for its first picture.
 pub fn run(args: &Args, out: &mut impl Write) -> Result<(), Failure> {
-    let mut scene = input::scene(&args.scene)?;
-    args.who.apply(&mut scene);
+    let mut script = input::script(&args.scene)?;
+    script.scenes_mut().for_each(|scene| args.who.apply(scene));
     let file = args.input.open()?;
     let grid = file.mesh().grid()?;
-    let info = file.field_info(&scene.field)?;
-    let layers = args.wanted.radii(&file.layer_heights(&info.name)?, info)?;
-    let owned = args.wanted.read(&file, info, 0)?;
     // Nothing is drawn.
     let renderer = gpu::renderer(1)?;
-    let plan = Plan::new(&scene, &grid, &layers, &owned.field()?)?;
+    for view in script.views() {
+        let Some(Shot { name, scene }) = view.shots(&Stamp::default()).next() else { continue };
+        if !name.is_empty() {
+            writeln!(out, "view {name}:")?;
+        }
+        say(args, &file, &grid, &renderer, &scene, out)?;
+    }
+    Ok(())
+}
+
+fn say(
+    args: &Args,
+    file: &ModelFile,
+    grid: &Grid,
+    renderer: &Renderer,
+    scene: &Scene,
+    out: &mut impl Write,
+) -> Result<(), Failure> {
+    let info = file.field_info(&scene.field)?;
+    let layers = args.wanted.radii(&file.layer_heights(&info.name)?, info)?;
+    let owned = args.wanted.read(file, info, 0)?;
+    let plan = Plan::new(scene, grid, &layers, &owned.field()?)?;
     if plan.left_out().is_empty() {
         writeln!(out, "nothing is left out")?;
     }
     for part in plan.left_out() {
         writeln!(out, "left out: {part}")?;
     }
-    writeln!(out, "drawn on {}", gpu::would_draw(&renderer, &scene))?;
-    writeln!(out, "several ranks would draw {}", Sharing::new(&scene, None)?)?;
+    writeln!(out, "drawn on {}", gpu::would_draw(renderer, scene))?;
+    writeln!(out, "several ranks would draw {}", Sharing::new(scene, None)?)?;
     Ok(())
 }

@@ -1,7 +1,9 @@
 //! `icoray render`: pictures of some of a file's times, or of all.
 
+mod due;
 mod job;
 mod press;
+mod subject;
 mod target;
 
 use crate::failure::Failure;
@@ -9,16 +11,18 @@ use crate::gpu;
 use crate::input::{self, Input, Wanted};
 use crate::ranks::Ranked;
 use crate::times::Times;
+use due::Series;
 use icoray::output::Existing;
-use icoray::{Error, ErrorKind, Ranks, Renderer, Result, Scene};
-use icoray_netcdf::{FieldInfo, ModelFile};
+use icoray::{Error, ErrorKind, Ranks, Renderer, Result, Scene, Script};
+use icoray_netcdf::ModelFile;
 use indicatif::{ProgressBar, ProgressStyle};
-use job::{Job, notes, stamp};
+use job::Job;
 use press::Press;
 use std::collections::HashMap;
 use std::io::Write;
 use std::path::PathBuf;
 use std::time::Instant;
+use subject::Subjects;
 use target::Target;
 
 /// What `icoray render` is told.
@@ -30,7 +34,8 @@ pub struct Args {
     #[arg(long, value_name = "SCENE.toml")]
     scene: PathBuf,
     /// Time by number from 0, negative from the last (-1); by date (2003-01-01T06; 2003-01 is a whole month); by a range of
-    /// either, without its end (0..10, 2003-01..2003-03, -5..); or "all"
+    /// either, without its end (0..10, 2003-01..2003-03, -5..); or "all". Of ranges and all times those are drawn that are
+    /// the views' turn (every, at_steps, at_times, when), the number of a time being its step; others are drawn by all views
     #[arg(long, value_name = "TIME|A..B|all", default_value = "0", allow_hyphen_values = true)]
     time: Times,
     #[command(flatten)]
@@ -49,7 +54,7 @@ pub struct Args {
     /// Largest error allowed in a channel of a pixel, 0 to 1, instead of the scene's
     #[arg(long, value_name = "E", allow_hyphen_values = true, value_parser = tolerance)]
     tolerance: Option<f64>,
-    /// Map of the picture's errors, instead of the scene's output.error; for one time
+    /// Map of the picture's errors, instead of the scene's output.error; for one picture
     #[arg(long, value_name = "FILE.png")]
     error: Option<PathBuf>,
     /// What is done with pictures of the same name: overwrite replaces each one when the new one is complete; never-modify
@@ -61,7 +66,7 @@ pub struct Args {
 /// [`Existing`], as a word. A command is told its files' names by a person who is there, so it overwrites, as others do;
 /// what a model draws is nobody's to lose, and the library keeps it unless told otherwise.
 #[derive(Clone, Copy, clap::ValueEnum)]
-enum OnExisting {
+pub enum OnExisting {
     /// Keep them, and fail
     NeverModify,
     /// Replace them
@@ -92,37 +97,42 @@ fn tolerance(text: &str) -> std::result::Result<f64, String> {
 }
 
 /// Refuses templates that would let one file replace another of the same run.
-fn expect_distinct(file: &ModelFile, scene: &Scene, times: &[usize]) -> Result<()> {
+fn expect_distinct(series: &Series) -> Result<()> {
     let mut seen = HashMap::new();
-    for &time in times {
-        let names = scene.output.names(&stamp(file, time), &scene.field)?;
-        let named = [("output.file", Some(names.file)), ("output.error", names.error)];
-        for (key, name) in named.into_iter().filter_map(|(key, name)| Some((key, name?))) {
-            if let Some(earlier) = seen.insert(name.clone(), time) {
-                let context = format!(
-                    "{key} names the pictures of times {earlier} and {time} both {name:?}, expected {{step}} or a date in it"
-                );
-                return Err(Error::new(ErrorKind::Scene, context));
+    for &time in &series.times {
+        let stamp = series.stamp(time);
+        for shot in series.scheduled(time).into_iter().flat_map(|view| view.shots(&stamp)) {
+            let names = shot.scene.output.names(&stamp, &shot.scene.field)?;
+            let named = [("output.file", Some(names.file)), ("output.error", names.error)];
+            for (key, name) in named.into_iter().filter_map(|(key, name)| Some((key, name?))) {
+                if let Some(earlier) = seen.insert(name.clone(), time) {
+                    let context = format!(
+                        "{key} names the pictures of times {earlier} and {time} both {name:?}, expected {{step}} or a date in it"
+                    );
+                    return Err(Error::new(ErrorKind::Scene, context));
+                }
             }
         }
     }
     Ok(())
 }
 
-/// The scene, with what the command says instead.
-fn scene(args: &Args) -> Result<Scene> {
-    let mut scene = input::scene(&args.scene)?;
-    if let Some((width, height)) = args.size {
-        (scene.width, scene.height) = (width, height);
+/// The script, with what the command says instead.
+fn script(args: &Args) -> Result<Script> {
+    let mut script = input::script(&args.scene)?;
+    for scene in script.scenes_mut() {
+        if let Some((width, height)) = args.size {
+            (scene.width, scene.height) = (width, height);
+        }
+        if let Some(tolerance) = args.tolerance {
+            scene.tolerance = tolerance;
+        }
+        args.who.apply(scene);
+        if args.error.is_some() {
+            scene.output.error = None;
+        }
     }
-    if let Some(tolerance) = args.tolerance {
-        scene.tolerance = tolerance;
-    }
-    args.who.apply(&mut scene);
-    if args.error.is_some() {
-        scene.output.error = None;
-    }
-    Ok(scene)
+    Ok(script)
 }
 
 /// Renders, writes and prints a block for each picture. Several ranks draw each picture together, and rank 0 writes it.
@@ -134,47 +144,59 @@ pub fn run(args: &Args, out: &mut impl Write) -> std::result::Result<(), Failure
 
 fn render(args: &Args, ranks: &mut Ranks, out: &mut impl Write) -> std::result::Result<(), Failure> {
     let start = Instant::now();
-    let (scene, renderer, file) = ranks.together(open(args))?;
-    let (info, times, target) = ranks.together(choose(args, &scene, &file))?;
-    let press = ranks.is_root().then(|| checked_press(args, &scene, &file, &target, &times)).transpose();
+    let (script, renderer, file) = ranks.together(open(args))?;
+    let (series, target) = ranks.together(choose(args, &script, &file))?;
+    let press = ranks.is_root().then(|| checked_press(args, &series, &target)).transpose();
     let mut press = ranks.together(press)?;
     let mesh = file.mesh();
     let prepared = renderer.run(|| mesh.grid()).and_then(|grid| {
-        let heights = file.layer_heights(&info.name)?;
-        Ok((grid, args.wanted.radii(&heights, info)?, heights))
+        let subjects = Subjects::new(&file, &script, &args.wanted, &grid)?;
+        Ok((grid, subjects))
     });
-    let (grid, layers, heights) = ranks.together(prepared)?;
-    let notes = notes(info, &layers, &grid, &heights);
-    let job = Job {
-        scene: &scene,
-        file: &file,
-        info,
-        wanted: &args.wanted,
-        grid: &grid,
-        layers: &layers,
-        renderer: &renderer,
-        target: &target,
-        notes: &notes,
-        open_s: start.elapsed().as_secs_f64(),
-    };
-    let bar = progress(if ranks.is_root() { times.len() } else { 0 });
+    let (grid, subjects) = ranks.together(prepared)?;
+    let open_s = start.elapsed().as_secs_f64();
+    let job = Job { subjects: &subjects, grid: &grid, renderer: &renderer, target: &target, open_s };
+    let bar = progress(if ranks.is_root() { series.pictures() } else { 0 });
     let mut said = match press {
-        Some(_) => notes.iter().try_for_each(|line| Ok(writeln!(out, "note      {line}")?)),
+        Some(_) => say_notes(&subjects.all_notes(&script), out),
         None => Ok(()),
     };
+    let mut drawn = 0;
     bar.tick();
-    for time in times {
+    for &time in &series.times {
         agree(ranks, said)?;
-        let picture = job.picture(time, ranks)?;
-        said = match (&mut press, picture) {
-            (Some(press), Some((frame, stamp, words))) => say(press.put(frame, stamp, words), &bar, out),
-            _ => Ok(()),
-        };
+        let (due, read) = ranks.together(series.due(time, &renderer, &args.wanted))?;
+        let fields = ranks.together(read.borrowed())?;
+        let (stamp, mut read_s) = (series.stamp(time), read.seconds);
+        bar.set_length(bar.length().unwrap_or(0) - series.given_up(time, &due));
+        said = Ok(());
+        for shot in due.into_iter().flat_map(|view| view.shots(&stamp)) {
+            agree(ranks, said)?;
+            drawn += 1;
+            let picture = job.picture(&shot, &stamp, &fields, std::mem::take(&mut read_s), ranks)?;
+            said = match (&mut press, picture) {
+                (Some(press), Some((frame, words))) => {
+                    say(press.put(frame, shot.scene.output, stamp.clone(), words), &bar, out)
+                }
+                _ => Ok(()),
+            };
+        }
     }
     agree(ranks, said)?;
-    let said = press.map_or(Ok(()), |press| say(press.finish(), &bar, out));
+    let said = match press {
+        Some(_) if drawn == 0 => {
+            Ok(writeln!(out, "note      nothing is drawn: these times are no view's turn")?)
+        }
+        Some(press) => say(press.finish(), &bar, out),
+        None => Ok(()),
+    };
     bar.finish_and_clear();
     agree(ranks, said)
+}
+
+/// Says what is not drawn as the file has it.
+fn say_notes(notes: &[&String], out: &mut impl Write) -> std::result::Result<(), Failure> {
+    notes.iter().try_for_each(|line| Ok(writeln!(out, "note      {line}")?))
 }
 
 /// What rank 0 could not say or write stops all; it knows best why.
@@ -184,40 +206,41 @@ fn agree(ranks: &mut Ranks, said: std::result::Result<(), Failure>) -> std::resu
 }
 
 /// What every rank opens for itself.
-fn open(args: &Args) -> Result<(Scene, Renderer, ModelFile)> {
-    Ok((scene(args)?, gpu::renderer(args.threads)?, args.input.open()?))
+fn open(args: &Args) -> Result<(Script, Renderer, ModelFile)> {
+    Ok((script(args)?, gpu::renderer(args.threads)?, args.input.open()?))
 }
 
 /// What is drawn of the file, and where it goes.
-fn choose<'a>(
-    args: &Args,
-    scene: &Scene,
-    file: &'a ModelFile,
-) -> Result<(&'a FieldInfo, Vec<usize>, Target)> {
-    let info = file.field_info(&scene.field)?;
+fn choose<'a>(args: &Args, script: &'a Script, file: &'a ModelFile) -> Result<(Series<'a>, Target)> {
+    for name in script.model_fields() {
+        file.field_info(&name)?;
+    }
     let times = args.time.of(file.times())?;
-    let target = Target::new(args.output.as_deref(), times.len())?;
-    Ok((info, times, target))
+    let (is_scheduled, seconds) = (args.time.is_series(), file.seconds());
+    let series = Series { script, file, times, is_scheduled, seconds };
+    let target = Target::new(args.output.as_deref(), series.pictures())?;
+    Ok((series, target))
 }
 
 /// A press that can write all pictures, as far as is known before the first ray.
-fn checked_press<'a>(
-    args: &'a Args,
-    scene: &'a Scene,
-    file: &ModelFile,
-    target: &'a Target,
-    times: &[usize],
-) -> Result<Press<'a>> {
+fn checked_press<'a>(args: &'a Args, series: &Series, target: &'a Target) -> Result<Press<'a>> {
     if let Some(map) = &args.error {
-        target::expect_error_map(map, times.len())?;
-        target::expect_apart(map, &target.path(&scene.output, &stamp(file, times[0]), &scene.field)?)?;
+        target::expect_error_map(map, series.pictures())?;
     }
     if let Target::Directory(_) = target {
-        expect_distinct(file, scene, times)?;
+        expect_distinct(series)?;
     }
-    let press = Press::new(target, &scene.output, args.existing.into(), args.error.as_deref())?;
-    for &time in times {
-        press.check(&stamp(file, time), &scene.field)?;
+    let press = Press::new(target, args.existing.into(), args.error.as_deref())?;
+    for &time in &series.times {
+        let stamp = series.stamp(time);
+        let certain = series.scheduled(time).into_iter().filter(|view| !series.is_uncertain(view));
+        for shot in certain.flat_map(|view| view.shots(&stamp)) {
+            let (output, field) = (&shot.scene.output, &shot.scene.field);
+            if let Some(map) = &args.error {
+                target::expect_apart(map, &target.path(output, &stamp, field)?)?;
+            }
+            press.check(output, &stamp, field)?;
+        }
     }
     Ok(press)
 }

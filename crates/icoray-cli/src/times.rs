@@ -87,6 +87,11 @@ fn digits(text: &str, between: char) -> Option<Vec<i64>> {
 }
 
 impl Times {
+    /// Whether a series is meant rather than times by their name: all, or a range.
+    pub fn is_series(&self) -> bool {
+        !matches!(self.meant, Meant::Number(_) | Meant::Date(_))
+    }
+
     /// The numbers of the times that are meant, at least one, of those of a file.
     ///
     /// # Errors
@@ -191,6 +196,15 @@ mod tests {
         }
         let error = "2003-01".parse::<Times>().unwrap().of(&[None]).unwrap_err();
         assert!(error.to_string().contains("have no dates"), "{error}");
+    }
+
+    #[test]
+    fn ranges_are_series() {
+        for (text, expected) in
+            [("3", false), ("2003-01", false), ("all", true), ("3..", true), ("..2003-01", true)]
+        {
+            assert_eq!(text.parse::<Times>().unwrap().is_series(), expected, "{text}");
+        }
     }
 
     #[test]

@@ -177,6 +177,18 @@ impl Clock {
     }
 }
 
+/// Seconds from a day that is the same for all dates to one written as MPAS does, in a calendar by CF's or MPAS's name.
+pub(crate) fn seconds_of(date: &str, calendar: &str) -> Option<f64> {
+    let calendar = match calendar {
+        "gregorian_noleap" => "noleap",
+        "360day" => "360_day",
+        other => other,
+    };
+    let [year, month, day, hour, minute, second] = date_and_time(date)?;
+    let days = Calendar::named(calendar)?.day_of([year, month, day]);
+    Some((days * DAY_S + hour * 3600 + minute * 60 + second) as f64)
+}
+
 /// The calendars' names.
 const NAMES: [&str; 9] = [
     "standard",
@@ -251,6 +263,25 @@ mod tests {
                 last = date;
             }
         }
+    }
+
+    #[test]
+    fn dates_are_as_far_apart_as_their_calendar_says() {
+        let days = |calendar: &str| {
+            let [from, to] =
+                ["2004-02-28_12:00:00", "2004-03-01_12:00:30"].map(|date| seconds_of(date, calendar));
+            Some((to? - from? - 30.0) / 86_400.0)
+        };
+        for (calendar, expected) in [
+            ("gregorian", Some(2.0)),
+            ("gregorian_noleap", Some(1.0)),
+            ("360day", Some(3.0)),
+            ("all_leap", Some(2.0)),
+            ("martian", None),
+        ] {
+            assert_eq!(days(calendar), expected, "{calendar}");
+        }
+        assert_eq!(seconds_of("some day", "standard"), None);
     }
 
     #[test]

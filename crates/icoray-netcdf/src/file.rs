@@ -88,6 +88,12 @@ impl ModelFile {
         &self.times
     }
 
+    /// Seconds from the first record to each, in the calendar that the file names (`calendar` of its time, MPAS's
+    /// `config_calendar_type`), else the standard one; `None` where a record has no readable time.
+    pub fn seconds(&self) -> Option<Vec<f64>> {
+        times::seconds(self.sources.fields(), &self.times)
+    }
+
     /// The variables that can be read as fields, in the file's order: `float` or `double`, over cells or corners and layers,
     /// with or without time.
     pub fn fields(&self) -> &[FieldInfo] {

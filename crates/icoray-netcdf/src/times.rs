@@ -1,6 +1,6 @@
 //! When the records of a file were.
 
-use crate::calendar::Clock;
+use crate::calendar::{Clock, seconds_of};
 use crate::source::{Kind, Source, Variable};
 use icoray::{ErrorKind, Result};
 
@@ -41,6 +41,16 @@ pub(crate) fn dates(source: &Source, count: usize) -> Vec<Option<String>> {
         return vec![None; count];
     };
     (0..count).map(|record| numbers.get(record).and_then(|number| clock.date(*number))).collect()
+}
+
+/// Seconds from the first of these dates to each, in the file's calendar; `None` where a date lacks or is not understood.
+pub(crate) fn seconds(source: &Source, dates: &[Option<String>]) -> Option<Vec<f64>> {
+    let of_times = source.variables().iter().filter(|v| is_time(&v.name));
+    let of_times = of_times.filter_map(|v| source.text_of(&v.name, "calendar").ok()?).next();
+    let of_mpas = || source.text("config_calendar_type").ok()?;
+    let calendar = of_times.or_else(of_mpas).unwrap_or_else(|| "standard".into());
+    let all: Option<Vec<f64>> = dates.iter().map(|date| seconds_of(date.as_ref()?, &calendar)).collect();
+    all.map(|all| all.iter().map(|seconds| seconds - all[0]).collect())
 }
 
 /// What the numbers of a time variable mean: of one over the time records alone that has CF's units of time.

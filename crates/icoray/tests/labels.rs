@@ -99,7 +99,7 @@ fn ranges_that_follow_the_data_are_drawn_and_told() {
     let follows = "map = \"vik\"\ncenter = 0\nrange = { union = [0, 100], hysteresis = 0.5 }\n\
                    opacity = [[0, 0.8], [0.5, 0], [1, 0.8]]";
     let union = scene(follows, "");
-    let output = Output { file: NameTemplate::new("{step}.png").unwrap(), error: None };
+    let output = Output::from(NameTemplate::new("{step}.png").unwrap());
     for (step, most, expected) in [(0, 2.0, 2.0), (1, 3.0, 2.0), (2, 1.0, 2.0), (3, 10.0, 12.0)] {
         let mut frame = sphere.frame(&union, most);
         assert_eq!(frame.report.colors[0].range, [-expected, expected], "step {step}");

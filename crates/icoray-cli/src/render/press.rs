@@ -23,7 +23,6 @@ impl Said {
 /// Writes the pictures of a run, and says each one's words when it is on the disk.
 pub struct Press<'a> {
     place: Place<'a>,
-    names: &'a Output,
     existing: Existing,
     /// Where the map of errors goes, where the command says.
     error_map: Option<&'a Path>,
@@ -39,34 +38,29 @@ enum Place<'a> {
 
 impl<'a> Press<'a> {
     /// A press for a run's pictures.
-    pub fn new(
-        target: &'a Target,
-        names: &'a Output,
-        existing: Existing,
-        error_map: Option<&'a Path>,
-    ) -> Result<Self> {
+    pub fn new(target: &'a Target, existing: Existing, error_map: Option<&'a Path>) -> Result<Self> {
         let place = match target {
             Target::Picture(path) => Place::File(path),
             Target::Directory(directory) => {
                 Place::Directory(Writer::new(WriterOptions { existing, ..WriterOptions::new(directory) })?)
             }
         };
-        Ok(Press { place, names, existing, error_map, waiting: VecDeque::new() })
+        Ok(Press { place, existing, error_map, waiting: VecDeque::new() })
     }
 
     /// Refuses files that cannot be written, before the first ray.
-    pub fn check(&self, stamp: &Stamp, field: &str) -> Result<()> {
+    pub fn check(&self, names: &Output, stamp: &Stamp, field: &str) -> Result<()> {
         if let Some(map) = self.error_map {
             self.existing.check(map)?;
         }
         match &self.place {
             Place::File(path) => self.existing.check(path),
-            Place::Directory(writer) => writer.check(self.names, stamp, field).map(drop),
+            Place::Directory(writer) => writer.check(names, stamp, field).map(drop),
         }
     }
 
     /// Writes the frame or has it written; returns the words of those that are done, and the first failure last.
-    pub fn put(&mut self, mut frame: Frame, stamp: Stamp, said: Said) -> Vec<Result<String>> {
+    pub fn put(&mut self, mut frame: Frame, names: Output, stamp: Stamp, said: Said) -> Vec<Result<String>> {
         let start = Instant::now();
         frame.stamp = stamp.clone();
         if let Err(error) = self.put_error_map(&frame) {
@@ -79,7 +73,7 @@ impl<'a> Press<'a> {
             }
             Place::Directory(writer) => {
                 self.waiting.push_back(said);
-                writer.submit(frame, self.names.clone(), stamp);
+                writer.submit(frame, names, stamp);
                 self.done()
             }
         }

@@ -25,14 +25,14 @@ impl Target {
             _ if is_directory => Ok(Target::Directory(path.to_owned())),
             (Some("png" | "exr"), 1) => Ok(Target::Picture(path.to_owned())),
             (Some("png" | "exr"), _) => Err(bad(format!(
-                "one picture for {pictures} times; expected a directory, the scene's output.file names the pictures"
+                "one name for {pictures} pictures; expected a directory, the scene's output.file names the pictures"
             ))),
             (None, _) => Ok(Target::Directory(path.to_owned())),
             _ => Err(bad("expected a name that ends in .png or .exr, or a directory".into())),
         }
     }
 
-    /// Where the picture of a time goes.
+    /// Where a picture goes.
     pub fn path(&self, names: &Output, stamp: &Stamp, field: &str) -> Result<PathBuf> {
         match self {
             Target::Directory(directory) => Ok(directory.join(names.names(stamp, field)?.file)),
@@ -48,7 +48,7 @@ pub fn expect_error_map(path: &Path, pictures: usize) -> Result<()> {
     }
     if pictures > 1 {
         let what =
-            format!("one map for {pictures} times; expected output.error in the scene to name the maps");
+            format!("one map for {pictures} pictures; expected output.error in the scene to name the maps");
         return Err(bad_map(path, &what));
     }
     Ok(())

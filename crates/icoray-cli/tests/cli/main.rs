@@ -15,3 +15,4 @@ mod real;
 mod refused;
 mod run;
 mod times;
+mod views;

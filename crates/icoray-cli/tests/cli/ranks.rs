@@ -53,6 +53,27 @@ fn ranks_draw_each_picture_of_a_series_together() {
     }
 }
 
+/// All ranks find the same views due, each by what it has read itself.
+#[test]
+fn ranks_draw_the_views_that_are_due_together() {
+    let views = "[output]\ncinema = \"v.cdb\"\n[[views]]\nname = \"mean\"\nwhen = \"mean(theta) > 1020\"\n\
+                 [[views]]\nname = \"other\"\nfield = \"w\"\nat_steps = [0]\ncamera.lat = 0\n";
+    let folder = folder(&Made::history(), &(scene("theta", 0.0, 2080.0) + views));
+    render(folder.path(), &["--time", "all", "-o", "alone", "--threads", "1"]);
+    let Some(output) = on_ranks(2, folder.path(), &["--time", "all", "-o", "of 2", "--threads", "1"]) else {
+        return;
+    };
+    let [said, complaint] = [output.stdout, output.stderr].map(|said| String::from_utf8(said).unwrap());
+    assert!(output.status.success(), "{said}{complaint}");
+    let at = |of: &str, name: &str| fs::read(folder.path().join(of).join("v.cdb").join(name)).unwrap();
+    assert_eq!(said.matches("picture ").count(), 3, "{said}");
+    for name in ["mean_theta_000001.png", "mean_theta_000002.png", "other_w_000000.png", "data.csv"] {
+        assert!(at("of 2", name) == at("alone", name), "{name}");
+    }
+    let data = String::from_utf8(at("alone", "data.csv")).unwrap();
+    assert_eq!(data.lines().count(), 4, "{data}");
+}
+
 #[test]
 fn what_is_wrong_on_any_rank_stops_all_and_is_said_once() {
     let folder = folder(&Made::history(), &scene("theta", 0.0, 42.0));

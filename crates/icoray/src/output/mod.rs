@@ -1,6 +1,8 @@
 //! Pictures and their report on disk.
 
+mod animation;
 mod atomic;
+mod csv;
 mod digits;
 mod error_map;
 mod exr;
@@ -8,14 +10,17 @@ mod name;
 mod outcomes;
 mod png;
 mod report;
+mod series;
 mod template;
 mod writer;
 
+pub use animation::{Animated, write_animation};
 pub use atomic::Existing;
 pub use error_map::{write_error_map, write_error_map_with};
 pub use name::{FrameNames, NameTemplate, Output, Stamp};
 pub use outcomes::{Outcome, Outcomes};
 pub(crate) use png::srgb_byte;
+pub use series::{Cinema, Concat, Series};
 pub(crate) use template::{Template, date};
 pub use writer::{Submitted, WhenFull, Writer, WriterOptions, Written};
 
@@ -52,8 +57,8 @@ pub fn write_picture_with(path: &Path, frame: &Frame, existing: Existing) -> Res
 }
 
 /// Writes `frame` into `directory` under the name that `output` gives, the map of its errors beside it where that has a
-/// name too, and a row to `report.csv` beside the picture. Missing directories are made; files of the same name are
-/// replaced.
+/// name too, a row to `report.csv` beside the picture, and what is kept of the series. Missing directories are made; files
+/// of the same name are replaced.
 ///
 /// # Errors
 /// As [`write_frame_with`].
@@ -90,6 +95,7 @@ pub fn write_frame_with(
     }
     frame.report.write_s = start.elapsed().as_secs_f64();
     report::append(&report::beside(&path), &path, frame).map_err(beside)?;
+    output.series.add(directory, stamp, &path, map.as_deref()).map_err(beside)?;
     Ok(path)
 }
 
@@ -109,7 +115,8 @@ mod tests {
     fn a_frame_leaves_a_picture_an_error_map_and_a_row() {
         let folder = tempfile::tempdir().unwrap();
         let name = |text| NameTemplate::new(text).unwrap();
-        let output = Output { file: name("{field}_{step}.exr"), error: Some(name("errors/{step}.png")) };
+        let error = Some(name("errors/{step}.png"));
+        let output = Output { error, ..name("{field}_{step}.exr").into() };
         let stamp = Stamp { step: 12, ..Stamp::default() };
         let path = write_frame(folder.path(), &output, &stamp, &mut frame()).unwrap();
         assert_eq!(path, folder.path().join("q_12.exr"));

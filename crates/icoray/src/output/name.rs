@@ -1,6 +1,7 @@
 //! File names from a template: MPAS's `$Y-$M-$D_$h.$m.$s`, and `{step:06}`, `{field}`.
 
-use super::template::Template;
+use super::series::{Cinema, Series};
+use super::template::{Template, name_part};
 use crate::error::{Error, ErrorKind, Result};
 
 /// When a frame was: the model's step, its time, and its date where it has one.
@@ -19,8 +20,8 @@ pub struct Stamp {
 pub struct NameTemplate(Template);
 
 impl NameTemplate {
-    /// Parses `template`: `{step}`, `{step:06}` (zero-padded to 6), `{field}`, `$Y $M $D $h $m $s`. It ends in
-    /// `.png` or `.exr`.
+    /// Parses `template`: `{step}`, `{step:06}` (zero-padded to 6), `{field}`, `$Y $M $D $h $m $s`, and `{view}`, `{lon}`,
+    /// `{lat}`, `{distance}`, `{exaggeration}`, which a [`Script`](crate::Script) has values for. It ends in `.png` or `.exr`.
     ///
     /// # Errors
     /// [`ErrorKind::Scene`] names the part that is not understood.
@@ -29,25 +30,43 @@ impl NameTemplate {
             let context = format!("{template:?}: expected a name that ends in .png or .exr");
             return Err(Error::new(ErrorKind::Scene, context));
         }
-        Template::new(template, &["field"]).map(NameTemplate)
+        Template::new(template, &Template::WORDS).map(NameTemplate)
     }
 
     /// The name of a frame.
     ///
     /// # Errors
-    /// [`ErrorKind::Argument`] when the template has a date and `stamp` has none, or one that is not understood.
+    /// [`ErrorKind::Argument`] when the template has a date and `stamp` has none, or one that is not understood;
+    /// [`ErrorKind::Scene`] when it has a word that no script has filled in.
     pub fn name(&self, stamp: &Stamp, field: &str) -> Result<String> {
-        self.0.fill(stamp, |_| field.replace(['/', '\\'], "_"))
+        if let Some(word) = self.0.words().find(|word| *word != "field") {
+            let context =
+                format!("{{{word}}} in a picture's name, and nothing of that name is drawn in turn");
+            return Err(Error::new(ErrorKind::Scene, context));
+        }
+        self.0.fill(stamp, |_| name_part(field))
+    }
+
+    /// With these values for words.
+    #[must_use]
+    pub(crate) fn with(&self, values: &[(&'static str, String)]) -> Self {
+        NameTemplate(self.0.with(values))
+    }
+
+    pub(crate) fn template(&self) -> &Template {
+        &self.0
     }
 }
 
 /// How the files of a frame are named.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Output {
     /// The picture.
     pub file: NameTemplate,
     /// The map of its errors, a PNG; `None` writes none.
     pub error: Option<NameTemplate>,
+    /// What is kept of all pictures beside them.
+    pub series: Series,
 }
 
 /// The names of one frame's files.
@@ -59,8 +78,15 @@ pub struct FrameNames {
     pub error: Option<String>,
 }
 
+impl From<NameTemplate> for Output {
+    /// A picture alone.
+    fn from(file: NameTemplate) -> Self {
+        Output { file, error: None, series: Series::default() }
+    }
+}
+
 impl Output {
-    /// The names of a frame's files.
+    /// The names of a frame's files; those of a Cinema database lie in its folder.
     ///
     /// # Errors
     /// As [`NameTemplate::name`]; [`ErrorKind::Scene`] when both files would have the same name.
@@ -71,7 +97,11 @@ impl Output {
             let what = "output.file and output.error both name it, expected two names";
             return Err(Error::new(ErrorKind::Scene, format!("{file:?}: {what}")));
         }
-        Ok(FrameNames { file, error })
+        let within = |name: String| match &self.series.cinema {
+            Some(Cinema { folder, .. }) => format!("{folder}/{name}"),
+            None => name,
+        };
+        Ok(FrameNames { file: within(file), error: error.map(within) })
     }
 }
 
@@ -94,7 +124,7 @@ mod tests {
     #[test]
     fn a_frame_has_two_names_or_one() {
         let template = |t| NameTemplate::new(t).unwrap();
-        let mut output = Output { file: template("{field}_{step}.png"), error: None };
+        let mut output = Output::from(template("{field}_{step}.png"));
         let stamp = Stamp { step: 3, ..Stamp::default() };
         let names = output.names(&stamp, "q").unwrap();
         assert_eq!(names, FrameNames { file: "q_3.png".into(), error: None });

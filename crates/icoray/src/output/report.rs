@@ -1,6 +1,6 @@
 //! `report.csv`: a line per frame, beside the pictures.
 
-use super::io_error;
+use super::{csv, io_error};
 use crate::error::{Error, ErrorKind, Result};
 use crate::frame::{Colors, Frame};
 use std::fs::{File, OpenOptions};
@@ -72,16 +72,7 @@ fn row(picture: &Path, frame: &Frame) -> String {
         colors,
         r.left_out.join("; "),
     ];
-    cells.map(|cell| quoted(&cell)).join(",")
-}
-
-/// A CSV cell (RFC 4180).
-fn quoted(cell: &str) -> String {
-    if cell.contains([',', '"', '\n', '\r']) {
-        format!("\"{}\"", cell.replace('"', "\"\""))
-    } else {
-        cell.to_string()
-    }
+    cells.map(|cell| csv::quoted(&cell)).join(",")
 }
 
 /// The report of the folder in which `picture` lies.
@@ -253,11 +244,5 @@ mod tests {
         for error in [check(&path).unwrap_err(), append(&path, Path::new("q.png"), &frame).unwrap_err()] {
             assert_eq!(error.kind(), ErrorKind::Io);
         }
-    }
-
-    #[test]
-    fn cells_are_quoted_where_they_must_be() {
-        assert_eq!(quoted("plain"), "plain");
-        assert_eq!(quoted("a, \"b\""), "\"a, \"\"b\"\"\"");
     }
 }

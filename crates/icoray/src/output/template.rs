@@ -22,6 +22,9 @@ enum Part {
 }
 
 impl Template {
+    /// Words of names that a script has values for.
+    pub const WORDS: [&str; 6] = ["field", "view", "lon", "lat", "distance", "exaggeration"];
+
     /// Parses `text`: `{step}`, `{step:06}` (zero-padded to 6), each of `words` in braces, `$Y $M $D $h $m $s`.
     ///
     /// # Errors
@@ -63,6 +66,41 @@ impl Template {
         Ok(Template { parts })
     }
 
+    /// The words that stand in it.
+    pub fn words(&self) -> impl Iterator<Item = &'static str> {
+        self.parts.iter().filter_map(|part| match part {
+            Part::Word(word) => Some(*word),
+            _ => None,
+        })
+    }
+
+    /// Whether it is the same at every step.
+    pub fn is_timeless(&self) -> bool {
+        !self.parts.iter().any(|part| matches!(part, Part::Step { .. } | Part::Date(_)))
+    }
+
+    /// With these values for words, in which no folder begins.
+    #[must_use]
+    pub fn with(&self, values: &[(&'static str, String)]) -> Self {
+        let mut filled = self.clone();
+        for part in &mut filled.parts {
+            let Part::Word(word) = part else { continue };
+            if let Some((_, value)) = values.iter().find(|(name, _)| name == word) {
+                *part = Part::Text(name_part(value));
+            }
+        }
+        filled
+    }
+
+    /// The text of a template that is the same at every step and has values for all words.
+    pub fn plain(&self) -> String {
+        let texts = self.parts.iter().filter_map(|part| match part {
+            Part::Text(text) => Some(text.as_str()),
+            _ => None,
+        });
+        texts.collect()
+    }
+
     /// The text of a stamp; `word` has what stands for the words.
     ///
     /// # Errors
@@ -80,6 +118,11 @@ impl Template {
         }
         Ok(text)
     }
+}
+
+/// A value as a part of one file's name.
+pub(super) fn name_part(value: &str) -> String {
+    value.replace(['/', '\\'], "_")
 }
 
 fn brace(inside: &str, words: &[&'static str]) -> Option<Part> {

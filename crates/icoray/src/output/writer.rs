@@ -8,6 +8,7 @@
 //! which is never held while something is written or waits.
 
 use super::outcomes::{Outcome, Outcomes};
+use super::series::Text;
 use super::{Existing, FrameNames, Output, Stamp, atomic, io_error, report, write_frame_with};
 use crate::error::{Error, ErrorKind, Result};
 use crate::frame::Frame;
@@ -101,6 +102,8 @@ struct State {
     taken: Vec<PathBuf>,
     /// Reports that were found to be ours: looked at once each, since a look may take its time.
     reports: Vec<PathBuf>,
+    /// The same of what is kept of series.
+    texts: Vec<Text>,
     /// Frames that wait or are being written.
     unfinished: usize,
     /// Callers that found the queue full, for tests to know that one of them waits.
@@ -196,7 +199,7 @@ impl Writer {
     ///
     /// # Errors
     /// As [`Output::names`]; [`ErrorKind::Exists`] where a file is there and is not to be modified, or where `report.csv`
-    /// has other columns than this version's; [`ErrorKind::Io`] where a directory has a file's name.
+    /// has other columns than this version's or what is kept of the series is something else; [`ErrorKind::Io`] where a directory has a file's name.
     pub fn check(&self, output: &Output, stamp: &Stamp, field: &str) -> Result<FrameNames> {
         let names = output.names(stamp, field)?;
         let files = self.files(&names);
@@ -213,6 +216,12 @@ impl Writer {
         if !self.shared.lock().reports.contains(&report) {
             report::check(&report)?;
             self.shared.lock().reports.push(report);
+        }
+        for text in output.series.texts(&self.options.directory, output.error.is_some()) {
+            if !self.shared.lock().texts.contains(&text) {
+                text.check()?;
+                self.shared.lock().texts.push(text);
+            }
         }
         Ok(names)
     }

@@ -1,6 +1,6 @@
 //! A pinhole camera.
 
-use glam::{DVec2, DVec3};
+use glam::{DQuat, DVec2, DVec3};
 
 /// A perspective camera; lengths in planet radii, z through the north pole, x through longitude 0.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -37,6 +37,13 @@ impl Camera {
         // The tangent towards north exists at the poles too: there it is the meridian of `lon`.
         let north = DVec3::new(-lat.sin() * lon.cos(), -lat.sin() * lon.sin(), lat.cos());
         Self::look_at((outward * distance).to_array(), [0.0; 3], north.to_array(), fov_deg)
+    }
+
+    /// The same camera, turned eastwards about the planet's axis.
+    pub(crate) fn turned_east(&self, deg: f64) -> Self {
+        let turn = DQuat::from_rotation_z(deg.to_radians());
+        let [eye, forward, right, up] = [self.eye, self.forward, self.right, self.up].map(|v| turn * v);
+        Camera { eye, forward, right, up, half_height: self.half_height }
     }
 
     /// Where the camera is.

@@ -104,6 +104,8 @@ pub use scenery::{
 };
 pub use transfer::{Knot, TransferFunction};
 
+pub(crate) use parse::views::script as parse_script;
+
 use crate::error::Result;
 use crate::kernel::piece::Method;
 use crate::label::Labels;

@@ -14,14 +14,16 @@ mod place;
 mod surface;
 mod text;
 mod transfer;
+pub(crate) mod views;
 mod volume;
 
 use super::{Adapter, Backend, Ground, Heights, Precision, Scene, Scenery, Scheme, Volume};
-use crate::error::{Error, ErrorKind, Result};
+use crate::error::Result;
 use crate::kernel::piece::Method;
 use serde::Deserialize;
 use text::Text;
 use toml::Spanned;
+use toml::de::DeTable;
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -99,17 +101,16 @@ fn each<R, S>(
 /// Parses and checks a scene.
 pub(super) fn scene(text: &str) -> Result<Scene> {
     let source = Text::new(text);
-    let raw: RawScene = toml::from_str(text).map_err(|e| {
-        let line = e.span().map_or_else(String::new, |span| {
-            let line = source.line(&span);
-            format!("line {line} ({}): ", text.lines().nth(line - 1).unwrap_or("").trim())
-        });
-        Error::new(ErrorKind::Scene, format!("{line}{}", e.message()))
-    })?;
+    checked(&source, source.table()?)
+}
+
+/// Checks the keys of a scene.
+fn checked(source: &Text, table: Spanned<DeTable>) -> Result<Scene> {
+    let raw = RawScene::deserialize(toml::Deserializer::from(table)).map_err(|e| source.refused(&e))?;
     let side = |raw, key| source.count(raw, key, 16384, " pixels", 512);
     let [tolerance_min, tolerance_max] = [*Scene::TOLERANCE.start(), *Scene::TOLERANCE.end()];
     let core = source.color_or_none(raw.core.as_ref(), "core", Some([0.0225, 0.0225, 0.0225]))?;
-    let (first, scenery) = shown(source, &raw, core.is_some())?;
+    let (first, scenery) = shown(*source, &raw, core.is_some())?;
     Ok(Scene {
         every: source.count(raw.every.as_ref(), "every", 1_000_000_000, "", 1)?,
         width: side(raw.image.as_ref().map(|i| &i.width), "image.width")?,
@@ -117,12 +118,12 @@ pub(super) fn scene(text: &str) -> Result<Scene> {
         background: source.color_or_none(raw.background.as_ref(), "background", Some([0.0; 3]))?,
         exaggeration: source.number(raw.exaggeration.as_ref(), "exaggeration", 1e-6, 1e6, 1.0)?,
         core,
-        camera: camera::camera(&source, &raw.camera)?,
+        camera: camera::camera(source, &raw.camera)?,
         field: first.field,
         transfer: first.transfer,
         coloring: first.coloring,
         scenery: Scenery { opacity: first.opacity, ..scenery },
-        lighting: raw.light.as_ref().map(|light| light::lighting(&source, light)).transpose()?.flatten(),
+        lighting: raw.light.as_ref().map(|light| light::lighting(source, light)).transpose()?.flatten(),
         method: raw.method,
         tolerance: source.number(
             raw.tolerance.as_ref(),
@@ -139,9 +140,9 @@ pub(super) fn scene(text: &str) -> Result<Scene> {
         precision: raw.precision,
         ranks: raw.ranks,
         backend: raw.backend,
-        device: raw.device.as_ref().map(|device| adapter(&source, device)).transpose()?,
-        labels: raw.labels.as_ref().map(|labels| labels::labels(&source, labels)).transpose()?.flatten(),
-        output: output::output(&source, raw.output.as_ref())?,
+        device: raw.device.as_ref().map(|device| adapter(source, device)).transpose()?,
+        labels: raw.labels.as_ref().map(|labels| labels::labels(source, labels)).transpose()?.flatten(),
+        output: output::output(source, raw.output.as_ref())?,
     })
 }
 

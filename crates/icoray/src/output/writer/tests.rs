@@ -8,7 +8,7 @@ use std::process::Command;
 use std::sync::mpsc::{Receiver, Sender, channel};
 
 fn output() -> Output {
-    Output { file: NameTemplate::new("{field}_{step}.png").unwrap(), error: None }
+    NameTemplate::new("{field}_{step}.png").unwrap().into()
 }
 
 fn stamp(step: i64) -> Stamp {
@@ -133,7 +133,7 @@ fn dropping_it_writes_what_waits() {
 fn one_frames_failure_does_not_stop_the_next() {
     let folder = tempfile::tempdir().unwrap();
     let writer = Writer::new(WriterOptions::new(folder.path().join("new"))).unwrap();
-    let template = |text| Output { file: NameTemplate::new(text).unwrap(), error: None };
+    let template = |text| Output::from(NameTemplate::new(text).unwrap());
     submit(&writer, 1);
     writer.wait();
     fs::create_dir(folder.path().join("new/directory.png")).unwrap();
@@ -233,11 +233,11 @@ fn fill(folder: &Path) {
     let large = Frame { width: 300, height: 300, pixels, error, ..frame() };
     let [picture, both] = ["large.png", "small_{step}.png"].map(|t| NameTemplate::new(t).unwrap());
     submit(&writer, 1);
-    writer.submit(large.clone(), Output { file: picture.clone(), error: None }, stamp(2));
+    writer.submit(large.clone(), picture.clone().into(), stamp(2));
     submit(&writer, 3);
     // The picture itself is small, the map of its errors is not.
     let thin = Frame { pixels: vec![[0.0; 4]; large.pixels.len()], ..large };
-    writer.submit(thin, Output { file: both, error: Some(picture) }, stamp(4));
+    writer.submit(thin, Output { error: Some(picture), ..both.into() }, stamp(4));
     submit(&writer, 5);
     writer.wait();
     let outcomes = writer.take_outcomes();
@@ -265,10 +265,8 @@ fn encoding_starts_no_threads() {
         let before = threads();
         let writer = Writer::new(WriterOptions::new(folder)).unwrap();
         for file in ["{step}.png", "{step}.exr"] {
-            let output = Output {
-                file: NameTemplate::new(file).unwrap(),
-                error: Some(NameTemplate::new("map_{step}.png").unwrap()),
-            };
+            let error = Some(NameTemplate::new("map_{step}.png").unwrap());
+            let output = Output { error, ..NameTemplate::new(file).unwrap().into() };
             let (pixels, error) = (vec![[0.5; 4]; 512 * 512], vec![1e-3; 512 * 512]);
             let step = i64::from(file.ends_with("exr"));
             writer.submit(Frame { width: 512, height: 512, pixels, error, ..frame() }, output, stamp(step));

@@ -23,7 +23,7 @@ pub(super) fn output(source: &Text, raw: Option<&RawOutput>) -> Result<Output> {
         Some(raw) => template(source, raw, "output.file")?,
         None => NameTemplate::new("{field}_{step:06}.png")?,
     };
-    let Some(raw) = error else { return Ok(Output { file, error: None }) };
+    let Some(raw) = error else { return Ok(file.into()) };
     let (text, key) = (raw.get_ref(), "output.error");
     let error = template(source, raw, key)?;
     if !text.ends_with(".png") {
@@ -33,5 +33,5 @@ pub(super) fn output(source: &Text, raw: Option<&RawOutput>) -> Result<Output> {
         let what = "the same as output.file, expected another name";
         return Err(source.bad(raw.span(), key, format!("{text:?}: {what}")));
     }
-    Ok(Output { file, error: Some(error) })
+    Ok(Output { error: Some(error), ..file.into() })
 }

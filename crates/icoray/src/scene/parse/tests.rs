@@ -1,6 +1,7 @@
 //! What a scene file may say, and where its errors point.
 
 use super::*;
+use crate::error::ErrorKind;
 use crate::scene::{ColorRange, Scale, TransferFunction};
 
 mod derived;

@@ -5,6 +5,7 @@ use crate::scene::color;
 use std::fmt::Display;
 use std::ops::Range;
 use toml::Spanned;
+use toml::de::DeTable;
 
 /// The text of a scene file, for saying where in it something stands.
 #[derive(Clone, Copy)]
@@ -22,6 +23,20 @@ impl<'t> Text<'t> {
     /// The same where keys are those of a section, whose name ends in a dot.
     pub fn within(self, section: &'static str) -> Self {
         Text { section, ..self }
+    }
+
+    /// The text's keys, with their places in it.
+    pub fn table(&self) -> Result<Spanned<DeTable<'t>>> {
+        DeTable::parse(self.text).map_err(|e| self.refused(&e))
+    }
+
+    /// An error of the TOML reader's.
+    pub fn refused(&self, e: &toml::de::Error) -> Error {
+        let line = e.span().map_or_else(String::new, |span| {
+            let line = self.line(&span);
+            format!("line {line} ({}): ", self.text.lines().nth(line - 1).unwrap_or("").trim())
+        });
+        Error::new(ErrorKind::Scene, format!("{line}{}", e.message()))
     }
 
     pub fn line(&self, span: &Range<usize>) -> usize {

@@ -1,0 +1,37 @@
+//! `icoray animate`: an animated PNG.
+
+use crate::failure::Failure;
+use crate::render::OnExisting;
+use icoray::output::{Animated, write_animation};
+use std::io::Write;
+use std::path::PathBuf;
+
+/// What `icoray animate` is told.
+#[derive(clap::Args)]
+pub struct Args {
+    /// Pictures (.png), all of one size, in their order
+    #[arg(value_name = "PICTURE.png", required = true)]
+    pictures: Vec<PathBuf>,
+    /// The animation (.png). For other formats give ffmpeg the list that a scene's output.concat names:
+    /// ffmpeg -safe 0 -i list.ffconcat film.mp4
+    #[arg(short, long, value_name = "ANIMATION.png")]
+    output: PathBuf,
+    /// Pictures per second, 0.001 to 1000
+    #[arg(long, value_name = "N", default_value_t = 10.0)]
+    fps: f64,
+    /// What is done with a file of the same name
+    #[arg(long, value_name = "WHAT", value_enum, default_value_t = OnExisting::Overwrite)]
+    existing: OnExisting,
+}
+
+/// Writes the animation and says how large it is.
+pub fn run(args: &Args, out: &mut impl Write) -> Result<(), Failure> {
+    let Animated { size: [width, height], frames, bytes } =
+        write_animation(&args.output, &args.pictures, args.fps, args.existing.into())?;
+    let (path, fps) = (args.output.display(), args.fps);
+    writeln!(
+        out,
+        "animation {path} ({width} x {height}, {frames} pictures, {fps} per second, {bytes} bytes)"
+    )?;
+    Ok(())
+}

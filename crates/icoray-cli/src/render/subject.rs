@@ -1,0 +1,89 @@
+//! What is known of the fields of a script before the first picture.
+
+use crate::input::Wanted;
+use icoray::{Grid, Layers, Location, Result, Scene, Script};
+use icoray_netcdf::{FieldInfo, LayerHeights, ModelFile};
+use std::collections::HashMap;
+
+/// Layers and notes of the scenes of a script.
+pub struct Subjects<'a> {
+    file: &'a ModelFile,
+    /// By the name of the field whose layers they are.
+    layers: HashMap<String, (Layers, Vec<String>)>,
+    /// What is done to fields, by their names.
+    notes: HashMap<String, String>,
+}
+
+/// The model's field whose layers a scene is drawn on: the first one, or the first of which that is made.
+fn lead(scene: &Scene) -> String {
+    scene.model_fields().first().map_or_else(|| scene.field.clone(), |name| (*name).to_owned())
+}
+
+impl<'a> Subjects<'a> {
+    /// Reads the layers of all scenes of the script.
+    pub fn new(file: &'a ModelFile, script: &Script, wanted: &Wanted, grid: &Grid) -> Result<Self> {
+        let mut subjects = Subjects { file, layers: HashMap::new(), notes: HashMap::new() };
+        for name in script.views().iter().flat_map(|view| view.model_fields()) {
+            let info = file.field_info(&name)?;
+            if info.location == Location::Corner {
+                let bytes = grid.cells() * wanted.of(info)?.len() * info.precision.bytes();
+                let note =
+                    format!("{name} lives on corners: averaged to cell centres (derived, {bytes} bytes)");
+                subjects.notes.insert(name, note);
+            }
+        }
+        for scene in script.views().iter().flat_map(|view| view.scenes()) {
+            let lead = lead(&scene);
+            if !subjects.layers.contains_key(&lead) {
+                let info = file.field_info(&lead)?;
+                let heights = file.layer_heights(&lead)?;
+                let layers = wanted.radii(&heights, info)?;
+                subjects.layers.insert(lead, (layers, notes(&heights)));
+            }
+        }
+        Ok(subjects)
+    }
+
+    /// The layers of a scene.
+    pub fn layers(&self, scene: &Scene) -> &Layers {
+        &self.layers[&lead(scene)].0
+    }
+
+    /// What is known of a scene's fields, that of its layers first.
+    pub fn infos(&self, scene: &Scene) -> Result<Vec<&'a FieldInfo>> {
+        scene.model_fields().into_iter().map(|name| self.file.field_info(name)).collect()
+    }
+
+    /// What is not drawn as the file has it.
+    pub fn notes(&self, scene: &Scene) -> impl Iterator<Item = &String> {
+        let of_fields = scene.model_fields().into_iter().filter_map(|name| self.notes.get(name));
+        of_fields.chain(&self.layers[&lead(scene)].1)
+    }
+
+    /// The notes of all scenes, each once.
+    pub fn all_notes(&self, script: &Script) -> Vec<&String> {
+        let mut all: Vec<&String> = Vec::new();
+        for scene in script.views().iter().flat_map(|view| view.scenes()) {
+            for note in self.notes(&scene) {
+                if !all.contains(&note) {
+                    all.push(note);
+                }
+            }
+        }
+        all
+    }
+}
+
+fn notes(heights: &LayerHeights) -> Vec<String> {
+    let mut notes = Vec::new();
+    if let Some(deviation_m) = heights.deviation_m.filter(|deviation| *deviation > 0.0) {
+        notes.push(format!(
+            "concentric mean heights are rendered; columns deviate by up to {deviation_m:.1} m"
+        ));
+    }
+    if heights.is_of_pressure {
+        let name = &heights.variable;
+        notes.push(format!("{name} gives pressures: rendered at the heights of the standard atmosphere"));
+    }
+    notes
+}

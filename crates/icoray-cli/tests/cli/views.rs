@@ -1,0 +1,209 @@
+//! Scene files of several pictures: what is drawn when, what is kept of it, and animations.
+
+use crate::files::{folder, render};
+use crate::made::Made;
+use crate::real::data;
+use crate::run::{fails, has, icoray, prints, says, scene, shows_something};
+use std::collections::HashSet;
+use std::fs;
+use std::path::Path;
+
+/// Views of three fields over the scene of theta, each with its own turn; times are a day apart.
+const VIEWS: &str = r#"
+[output]
+concat = "{view}.ffconcat"
+[[views]]
+name = "theta"
+[[views]]
+name = "w"
+field = "w"
+at_times = [86400]
+image = { width = 48, height = 40 }
+[[views]]
+name = "late"
+field = "rho"
+when = ["max(theta) > 1500", "mean(rho) > 0"]
+[views.camera]
+path = [{ step = 0, lon = 0, lat = 0 }, { step = 2, lon = 90, lat = 10, distance = 4 }]
+"#;
+
+fn read(folder: &Path, name: &str) -> String {
+    fs::read_to_string(folder.join(name)).unwrap_or_else(|e| panic!("{name}: {e}"))
+}
+
+/// The pictures of a folder, in the alphabet's order.
+fn pictures(folder: &Path) -> Vec<String> {
+    let names = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().file_name().into_string().unwrap());
+    let mut names: Vec<String> = names.filter(|name| name.ends_with(".png")).collect();
+    names.sort();
+    names
+}
+
+#[test]
+fn views_of_a_series_are_drawn_when_it_is_their_turn() {
+    let folder = folder(&Made::history(), &(scene("theta", 0.0, 2042.0) + VIEWS));
+    let text = render(folder.path(), &["--time", "all", "-o", "out", "--size", "32x32"]);
+    let at = folder.path().join("out");
+    let expected = [
+        "late_rho_000002.png",
+        "theta_theta_000000.png",
+        "theta_theta_000001.png",
+        "theta_theta_000002.png",
+        "w_w_000001.png",
+    ];
+    assert_eq!(pictures(&at), expected);
+    assert_eq!(text.matches("picture ").count(), 5, "{text}");
+    has(
+        &text,
+        &["picture   out/w_w_000001.png (32 x 32)\nview      w\nfield     w at cells, 5 layers, time 1"],
+    );
+    says(&at.join("late_rho_000002.png"), &[("field", "rho"), ("view", "late"), ("time_s", "172800")]);
+    let list = "ffconcat version 1.0\n\
+                file 'theta_theta_000000.png'\nduration 0.04\n\
+                file 'theta_theta_000001.png'\nduration 0.04\n\
+                file 'theta_theta_000002.png'\nduration 0.04\n";
+    assert_eq!(read(&at, "theta.ffconcat"), list);
+    assert_eq!(read(&at, "late.ffconcat").matches("file ").count(), 1);
+    assert_eq!(read(&at, "report.csv").lines().count(), 6);
+    // A part of the series draws what the whole does, and a time by itself all views.
+    render(folder.path(), &["--time", "1..", "-o", "part", "--size", "32x32"]);
+    let part = folder.path().join("part");
+    assert_eq!(pictures(&part), [expected[0], expected[2], expected[3], expected[4]]);
+    let bytes = |folder: &Path, name: &str| fs::read(folder.join(name)).unwrap();
+    assert!([0, 2, 3, 4].iter().all(|i| bytes(&at, expected[*i]) == bytes(&part, expected[*i])));
+    render(folder.path(), &["--time", "0", "-o", "alone"]);
+    let alone = ["late_rho_000000.png", "theta_theta_000000.png", "w_w_000000.png"];
+    assert_eq!(pictures(&folder.path().join("alone")), alone);
+    shows_something(&folder.path().join("alone/w_w_000000.png"), 48, 40);
+    shows_something(&folder.path().join("alone/late_rho_000000.png"), 96, 96);
+    // Each view by its own plan.
+    let plan = prints(icoray(folder.path()).args(["plan", "made.nc", "--scene", "scene.toml"]));
+    let views: Vec<&str> = plan.lines().filter(|line| line.starts_with("view ")).collect();
+    assert_eq!(views, ["view theta:", "view w:", "view late:"]);
+}
+
+#[test]
+fn a_scene_whose_turn_never_comes_draws_nothing_and_says_so() {
+    for trigger in ["when = \"max(theta) > 9e9\"\n", "every = 5\n", "at_times = [1e9]\n"] {
+        let folder = folder(&Made::history(), &(trigger.to_owned() + &scene("theta", 0.0, 2042.0)));
+        let text = render(folder.path(), &["--time", "1..", "-o", "out"]);
+        assert_eq!(text, "note      nothing is drawn: these times are no view's turn\n", "{trigger}");
+    }
+}
+
+#[test]
+fn a_sweep_becomes_a_cinema_database() {
+    let sweep = "[output]\nfile = \"image/{step}_{lon}_{field}.png\"\ncinema = \"q.cdb\"\n\
+                 [sweep]\nfield = [\"theta\", \"w\"]\nlon = [0, 120.5]\n";
+    let folder = folder(&Made::history(), &(scene("theta", 0.0, 2042.0) + sweep));
+    let mut expected = "step,time,field,lon,FILE\n".to_owned();
+    for (step, time) in [(0, "0.0"), (1, "86400.0")] {
+        for field in ["theta", "w"] {
+            for (lon, cell) in [("0", "0.0"), ("120.5", "120.5")] {
+                expected += &format!("{step},{time},{field},{cell},image/{step}_{lon}_{field}.png\n");
+            }
+        }
+    }
+    for run in 0..2 {
+        let text = render(folder.path(), &["--time", "0..2", "-o", "out", "--size", "24x24"]);
+        assert_eq!(text.matches("picture ").count(), 8, "{text}");
+        assert_eq!(read(folder.path(), "out/q.cdb/data.csv"), expected, "run {run}");
+    }
+    let images = folder.path().join("out/q.cdb/image");
+    assert_eq!(pictures(&images).len(), 8);
+    let distinct: HashSet<Vec<u8>> =
+        pictures(&images).iter().map(|name| image::open(images.join(name)).unwrap().into_bytes()).collect();
+    assert_eq!(distinct.len(), 8, "no two pictures are the same");
+    // What is there is not modified where that is asked for, the database's pictures too.
+    let mut command = icoray(folder.path());
+    command.args(["render", "made.nc", "--scene", "scene.toml", "-o", "out", "--existing", "never-modify"]);
+    fails(&mut command, 1, &["q.cdb/image/0_0_theta.png", "is there already"]);
+    // A database of other parameters is not added to, which is known before the first ray.
+    fs::write(folder.path().join("out/q.cdb/data.csv"), "step,FILE\n").unwrap();
+    let mut command = icoray(folder.path());
+    command.args(["render", "made.nc", "--scene", "scene.toml", "-o", "out"]);
+    fails(&mut command, 1, &["q.cdb/data.csv: its first line is not \"step,time,field,lon,FILE\""]);
+}
+
+#[test]
+fn fields_of_all_views_and_triggers_must_be_there() {
+    let base = scene("theta", 0.0, 42.0);
+    for (more, name) in [
+        ("[[views]]\nname = \"a\"\n[[views]]\nname = \"b\"\nfield = \"thita\"\n", "thita"),
+        ("[[views]]\nname = \"a\"\nwhen = \"max(voticity) > 1\"\n", "voticity"),
+        ("[sweep]\nfield = [\"theta\", \"rhu\"]\n", "rhu"),
+    ] {
+        let folder = folder(&Made::history(), &(base.clone() + more));
+        let mut command = icoray(folder.path());
+        command.args(["render", "made.nc", "--scene", "scene.toml"]);
+        fails(&mut command, 1, &[&format!("there is no field {name}"), "theta, w, vorticity, rho"]);
+        assert_eq!(pictures(folder.path()), [""; 0]);
+    }
+    let several = folder(&Made::history(), &(base + "[sweep]\nlon = [0, 9]\n"));
+    let mut command = icoray(several.path());
+    command.args(["render", "made.nc", "--scene", "scene.toml", "-o", "one.png"]);
+    fails(&mut command, 1, &["-o one.png: one name for 2 pictures; expected a directory"]);
+}
+
+#[test]
+fn pictures_become_an_animation() {
+    let orbit = scene("theta", 0.0, 2042.0).replace("fov = 45", "fov = 45\norbit.degrees_per_step = 30");
+    let folder = folder(&Made::history(), &orbit);
+    render(folder.path(), &["--time", "all", "-o", ".", "--size", "40x30"]);
+    let names = pictures(folder.path());
+    let mut animate = icoray(folder.path());
+    let text = prints(animate.arg("animate").args(&names).args(["-o", "film.png", "--fps", "5"]));
+    let film = folder.path().join("film.png");
+    let bytes = film.metadata().unwrap().len();
+    assert_eq!(text, format!("animation film.png (40 x 30, 3 pictures, 5 per second, {bytes} bytes)\n"));
+    let reader =
+        png::Decoder::new(std::io::BufReader::new(fs::File::open(&film).unwrap())).read_info().unwrap();
+    assert_eq!(reader.info().animation_control.unwrap().num_frames, 3);
+    shows_something(&film, 40, 30);
+    render(folder.path(), &["-o", "large.png"]);
+    let mut animate = icoray(folder.path());
+    animate.arg("animate").args(&names).args(["large.png", "-o", "film2.png"]);
+    let sizes =
+        "large.png: is 96 x 96 pixels, expected all pictures to be as large as theta_000000.png, 40 x 30";
+    fails(&mut animate, 1, &[sizes]);
+    let mut again = icoray(folder.path());
+    again.arg("animate").args(&names).args(["-o", "film.png", "--existing", "never-modify"]);
+    fails(&mut again, 1, &["film.png", "is there already"]);
+}
+
+#[test]
+fn the_baroclinic_wave_from_several_sides() {
+    let Some(file) = data("mpas_jw_10242.nc") else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let views = r#"
+[output]
+cinema = "{view}.cdb"
+[[views]]
+name = "growing"
+field = "vorticity"
+when = "max(vorticity) > 6e-5"
+transfer = { range = [2e-5, 1e-4], opacity = [[2e-5, 0], [1e-4, 0.9]] }
+[[views]]
+name = "around"
+at_steps = [1]
+sweep = { lat = [-60, 0, 60], lon = [0, 180] }
+"#;
+    fs::write(folder.path().join("scene.toml"), scene("theta", 250.0, 400.0) + views).unwrap();
+    let mut render = icoray(folder.path());
+    render.arg("render").arg(&file).args(["--scene", "scene.toml", "--time", "all", "--size", "64x64"]);
+    let text = prints(&mut render);
+    let rows = |view: &str| read(folder.path(), &format!("{view}.cdb/data.csv"));
+    let around = rows("around");
+    assert_eq!(around.lines().count(), 7, "{around}");
+    let last = "around,60.0,180.0,around_theta_000001_lat60_lon180.png";
+    assert!(
+        around.starts_with("step,time,view,lat,lon,FILE\n1,") && around.trim_end().ends_with(last),
+        "{around}"
+    );
+    // The wave grows: the condition does not hold at first, and holds in the end.
+    let growing = rows("growing");
+    let steps: Vec<&str> = growing.lines().skip(1).map(|row| row.split(',').next().unwrap()).collect();
+    assert!(!steps.is_empty() && !steps.contains(&"0"), "{growing}");
+    assert_eq!(text.matches("picture ").count(), 6 + steps.len(), "{text}");
+    shows_something(&folder.path().join("around.cdb/around_theta_000001_lat60_lon180.png"), 64, 64);
+}
