@@ -56,17 +56,13 @@ impl Sight {
 }
 
 impl Spot {
-    /// The surroundings of `sight`; `None` where it is not in front of the eye, or seen edge on to the last digit.
+    /// The surroundings of `sight`; `None` where it is not in front of the eye, or seen edge on, or upright
+    /// to the last digit.
     pub fn new(eye: &Eye, sight: &Sight) -> Option<Self> {
-        /// The cosine between the normal and upwards below which a surface counts as a wall, on which nothing can be drawn.
-        const WALL: f64 = 1e-6;
         let radius = sight.position.length();
         let up = sight.position.try_normalize()?;
         let normal = sight.normal.try_normalize()?;
         let slope = normal.dot(up);
-        if slope.abs() < WALL {
-            return None;
-        }
         // At a pole the meridian of longitude 0 is as good as any.
         let (lon, lat) = (up.y.atan2(up.x), up.z.atan2(up.x.hypot(up.y)));
         let east = DVec3::new(-lon.sin(), lon.cos(), 0.0);
