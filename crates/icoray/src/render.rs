@@ -237,7 +237,7 @@ impl Renderer {
         let setting =
             Setting { renderer: self, device, scene, plan: &plan, grid, part, field: &field, source, start };
         let mut rendered = match (field.samples(), scene.precision) {
-            _ if !scene.scenery.is_plain() => mixed::draw(&setting, ranks, layers, &others),
+            _ if !scene.scenery.is_plain() => mixed::draw(&setting, ranks, layers, &others, fields.heights()),
             (Reals::F32(data), Precision::F32) => draw::<f32, f32>(&setting, ranks, data),
             (Reals::F32(data), Precision::F64) => draw::<f64, f32>(&setting, ranks, data),
             (Reals::F64(data), Precision::F32) => draw::<f32, f64>(&setting, ranks, data),

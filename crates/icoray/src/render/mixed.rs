@@ -5,19 +5,21 @@ use super::prepare::Known;
 use super::work::{Rays, Work, budget};
 use super::{Derived, Rendered, Setting, picture};
 use crate::device::Job;
-use crate::error::Result;
+use crate::error::{Error, ErrorKind, Result};
 use crate::field::Field;
-use crate::gradient::{Gradients, Wanted, gradients};
+use crate::gradient::{self, Gradients, Wanted};
 use crate::grid::Reals;
 use crate::ground::{Ground, Painter};
+use crate::heights;
 use crate::kernel::general::{
     Clips, Coat, Isosurface, Levels, Map, Medium, Sheet, SheetPlace, Source, Tracer, World,
 };
-use crate::kernel::sample::Samples;
+use crate::kernel::sample::{Sample, Samples};
 use crate::layers::Layers;
 use crate::quality::{Lights, Quality};
-use crate::ranks::Ranks;
-use crate::scene::{Level, Paint, Scene, TransferFunction};
+use crate::ranks::{Part, Ranks};
+use crate::scene::{Heights, Level, Paint, Scene, TransferFunction};
+use rayon::prelude::*;
 
 /// Rays through all that a scene shows.
 struct Mixed<'p, 'f> {
@@ -46,12 +48,14 @@ pub(super) fn draw(
     ranks: &mut Ranks,
     layers: &Layers,
     others: &[(&str, Field)],
+    heights: Option<&Field>,
 ) -> Result<Rendered> {
     let Setting { renderer, scene, plan, grid, part, ref field, .. } = *setting;
     let known = match field.samples() {
         Reals::F32(data) => Known::of(setting, ranks, &Samples::new(data, field, plan.falling, [0.0, 1.0])),
         Reals::F64(data) => Known::of(setting, ranks, &Samples::new(data, field, plan.falling, [0.0, 1.0])),
     }?;
+    let terrain = Terrain::new(setting, ranks, layers, heights)?;
     let mut stage = Stage::new(setting, others);
     let (media, isosurfaces) = (stage.media(), stage.isosurfaces());
     let sheets = stage.sheets(layers);
@@ -61,14 +65,14 @@ pub(super) fn draw(
         }
         false => Vec::new(),
     };
-    let sources = stage.sources(ranks, &lit)?;
+    let sources = stage.sources(ranks, &lit, &terrain.levels)?;
     let derived: usize = sources.iter().map(Source::bytes).sum();
     let ground = Ground::new(scene);
     let clip_radius = |height: f64| radius_of(height, scene, layers);
-    let [inner, outer] = [plan.radius[0], plan.radius[plan.radius.len() - 1]];
+    let Terrain { levels, core_radius, outer } = terrain;
     let world = World {
         grid,
-        levels: Levels::concentric(&plan.radius),
+        levels,
         sources,
         media,
         isosurfaces,
@@ -76,14 +80,14 @@ pub(super) fn draw(
         clips: Clips::new(&scene.scenery.clips, clip_radius),
         core: scene.core,
         ground: ground.as_ref(),
-        core_radius: [inner, inner],
+        core_radius,
         outer,
     };
     let none = Derived::of(Gradients::none);
     let job = Job::new(scene, plan, grid, field, &none, known.quality, part.is_some());
     let on_device = OnDevice::new(&setting.device, job);
     let rays = Mixed { setting, world: &world };
-    let work = Work { renderer, scene, plan, radius: [inner, outer], ground: ground.as_ref(), rays };
+    let work = Work { renderer, scene, plan, radius: [core_radius[0], outer], ground: ground.as_ref(), rays };
     let mut rendered = picture::draw(setting, ranks, &known, &work, on_device)?;
     rendered.report_mut().derived_bytes += derived;
     Ok(rendered)
@@ -92,6 +96,58 @@ pub(super) fn draw(
 /// The radius at a height in metres, in planet radii, exaggerated.
 fn radius_of(height_m: f64, scene: &Scene, layers: &Layers) -> f64 {
     1.0 + scene.exaggeration * height_m / layers.planet_radius_m()
+}
+
+/// Where layers lie, and how far in and out they reach.
+struct Terrain<'f> {
+    levels: Levels<'f>,
+    /// Least and greatest radius of the innermost layer.
+    core_radius: [f64; 2],
+    outer: f64,
+}
+
+impl<'f> Terrain<'f> {
+    /// Of `heights` where the scene asks for them. Collective.
+    fn new(
+        setting: &Setting,
+        ranks: &mut Ranks,
+        layers: &Layers,
+        heights: Option<&Field<'f>>,
+    ) -> Result<Self> {
+        let Setting { renderer, scene, plan, grid, part, .. } = *setting;
+        let radius = &plan.radius;
+        let [inner, outer] = [radius[0], radius[radius.len() - 1]];
+        if scene.scenery.heights == Heights::Mean {
+            let levels = Levels::concentric(radius);
+            return Ok(Terrain { levels, core_radius: [inner, inner], outer });
+        }
+        let checked = ranks.attempt(|| {
+            let none = "the scene has heights = \"native\", and no heights of columns are given";
+            let heights = heights.ok_or_else(|| Error::new(ErrorKind::Scene, none))?;
+            let shape = (grid.cells(), radius.len());
+            renderer.run(|| {
+                let heights = heights::Heights::new(heights, layers, shape, scene.exaggeration)?;
+                let lowest = (0..grid.cells() as u32).into_par_iter().map(|cell| heights.radius(cell, 0));
+                // The mean ones stand over cells that are not here.
+                let lowest = lowest
+                    .fold(|| [inner, inner], around)
+                    .reduce(|| [inner, inner], |[a, b], c| [a.min(c[0]), b.max(c[1])]);
+                Ok((heights, lowest))
+            })
+        });
+        let (heights, mut core_radius) = ranks.together(checked)?;
+        let mut bounds = heights.bounds();
+        if part.is_some() {
+            for range in [&mut core_radius, &mut bounds] {
+                *range = Part::whole_range(ranks, (Some(*range), 0))?.0.unwrap_or(*range);
+            }
+        }
+        Ok(Terrain { levels: Levels::Native(heights), core_radius, outer: bounds[1] })
+    }
+}
+
+fn around([low, high]: [f64; 2], value: f64) -> [f64; 2] {
+    [low.min(value), high.max(value)]
 }
 
 /// Fields by number, while it is found out what is asked of each.
@@ -191,7 +247,7 @@ impl<'p, 'f> Stage<'p, 'f> {
     }
 
     /// The fields, with gradients of those that are `lit`. Collective.
-    fn sources(mut self, ranks: &mut Ranks, lit: &[usize]) -> Result<Vec<Source<'f>>> {
+    fn sources(mut self, ranks: &mut Ranks, lit: &[usize], levels: &Levels) -> Result<Vec<Source<'f>>> {
         let Setting { renderer, plan, part, .. } = *self.setting;
         let mut sources = Vec::new();
         for (number, (_, field)) in self.fields.iter().enumerate() {
@@ -205,7 +261,7 @@ impl<'p, 'f> Stage<'p, 'f> {
                 let width = cuts.last().map_or(0.0, |high| high - low);
                 let width = if width > 0.0 { width } else { low.abs().max(1.0) };
                 let computed =
-                    ranks.attempt(|| Ok(renderer.run(|| self.gradients(field, [low, low + width]))));
+                    ranks.attempt(|| Ok(renderer.run(|| self.gradients(field, [low, low + width], levels))));
                 light = ranks.together(computed)?;
                 if let Some(part) = part {
                     let layers = plan.radius.len();
@@ -218,18 +274,27 @@ impl<'p, 'f> Stage<'p, 'f> {
         Ok(sources)
     }
 
-    fn gradients(&self, field: &Field, range: [f64; 2]) -> Gradients {
-        let Setting { plan, grid, .. } = *self.setting;
-        let wanted = Wanted { visible: None, packed: false };
-        let cells = 0..grid.cells();
+    fn gradients(&self, field: &Field, range: [f64; 2], levels: &Levels) -> Gradients {
         match field.samples() {
-            Reals::F32(data) => {
-                let samples = Samples::new(data, field, plan.falling, range);
-                gradients(grid, &plan.radius, &samples, cells, wanted, Gradients::none())
-            }
-            Reals::F64(data) => {
-                let samples = Samples::new(data, field, plan.falling, range);
-                gradients(grid, &plan.radius, &samples, cells, wanted, Gradients::none())
+            Reals::F32(data) => self.gradients_of(data, field, range, levels),
+            Reals::F64(data) => self.gradients_of(data, field, range, levels),
+        }
+    }
+
+    fn gradients_of<S: Sample>(
+        &self,
+        data: &[S],
+        field: &Field,
+        range: [f64; 2],
+        levels: &Levels,
+    ) -> Gradients {
+        let Setting { plan, grid, .. } = *self.setting;
+        let samples = Samples::new(data, field, plan.falling, range);
+        let wanted = Wanted { visible: None, packed: false };
+        match levels {
+            Levels::Native(heights) => gradient::native::gradients(grid, heights, &samples),
+            Levels::Concentric(_) => {
+                gradient::gradients(grid, &plan.radius, &samples, 0..grid.cells(), wanted, Gradients::none())
             }
         }
     }

@@ -38,7 +38,7 @@ use wedge::{Facet, On, Wedge};
 #[derive(Debug)]
 pub(crate) struct World<'f> {
     pub grid: &'f Grid<'f>,
-    pub levels: Levels,
+    pub levels: Levels<'f>,
     pub sources: Vec<Source<'f>>,
     pub media: Vec<Medium>,
     pub isosurfaces: Vec<Isosurface>,
