@@ -67,6 +67,7 @@ pub(super) fn draw(
     };
     let sources = stage.sources(ranks, &lit, &terrain.levels)?;
     let derived: usize = sources.iter().map(Source::bytes).sum();
+    let normals = terrain.normals(setting, ranks, &sheets, known.is_lit())?;
     let ground = Ground::new(scene);
     let clip_radius = |height: f64| radius_of(height, scene, layers);
     let Terrain { levels, core_radius, outer } = terrain;
@@ -78,6 +79,7 @@ pub(super) fn draw(
         isosurfaces,
         sheets,
         clips: Clips::new(&scene.scenery.clips, clip_radius),
+        normals,
         core: scene.core,
         ground: ground.as_ref(),
         core_radius,
@@ -143,6 +145,37 @@ impl<'f> Terrain<'f> {
             }
         }
         Ok(Terrain { levels: Levels::Native(heights), core_radius, outer: bounds[1] })
+    }
+}
+
+impl Terrain<'_> {
+    /// Normals of the ground and of the layers of sheets, where these are not round and light falls on them. Collective.
+    fn normals(
+        &self,
+        setting: &Setting,
+        ranks: &mut Ranks,
+        sheets: &[Sheet],
+        is_lit: bool,
+    ) -> Result<Vec<(usize, Vec<[f32; 3]>)>> {
+        let Setting { renderer, grid, part, .. } = *setting;
+        let (Levels::Native(heights), true) = (&self.levels, is_lit) else { return Ok(Vec::new()) };
+        let mut layers = vec![0];
+        layers.extend(sheets.iter().filter_map(|sheet| match sheet.place {
+            SheetPlace::Layer(layer) if layer > 0 => Some(layer),
+            _ => None,
+        }));
+        layers.dedup();
+        let mut all = Vec::new();
+        for layer in layers {
+            let made = ranks.attempt(|| Ok(renderer.run(|| gradient::native::normals(grid, heights, layer))));
+            let mut normals = ranks.together(made)?;
+            if let Some(part) = part {
+                let row = |cell: u32| cell as usize..cell as usize + 1;
+                part.fill_halo(ranks, normals.as_mut_slice(), |all, cell| &mut all[row(cell)])?;
+            }
+            all.push((layer, normals));
+        }
+        Ok(all)
     }
 }
 

@@ -31,7 +31,7 @@ use crate::grid::Grid;
 use crate::ground::{Ground, Sight};
 use clips::RayClips;
 use frustum::Scratch;
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 use wedge::{Facet, On, Wedge};
 
 /// All that is shown, the same for all rays of a frame.
@@ -44,6 +44,8 @@ pub(crate) struct World<'f> {
     pub isosurfaces: Vec<Isosurface>,
     pub sheets: Vec<Sheet>,
     pub clips: Clips,
+    /// Normals at the vertices of layers that light falls on, where these are not round.
+    pub normals: Vec<(usize, Vec<[f32; 3]>)>,
     /// Linear RGB of the opaque core; `None` lets rays through the hollow core.
     pub core: Option<[f64; 3]>,
     /// What the core looks like where it has more than one colour.
@@ -161,7 +163,7 @@ impl<'r, 'f> Run<'r, 'f> {
     /// Below the lowest layer, from `u` on.
     fn core(&mut self, wedge: &Wedge, lowest: Option<&Facet>, u: f64) -> Flow {
         let position = self.line.position(wedge.distance(u));
-        let normal = lowest.map_or(position, |facet| self.normal(wedge, facet));
+        let normal = lowest.map_or(position, |facet| self.normal(wedge, (0, facet), u, position));
         self.ground(&Sight { position, normal }, Some(wedge.triangle))
     }
 
@@ -175,9 +177,13 @@ impl<'r, 'f> Run<'r, 'f> {
         Flow::Stop
     }
 
-    /// The normal of a facet, outwards.
-    fn normal(&self, wedge: &Wedge, facet: &Facet) -> DVec3 {
-        facet.normal(wedge.cells.map(|cell| self.world.grid.direction(cell)))
+    /// The normal of a layer, outwards, where it is met: concentric ones are as good as round.
+    fn normal(&self, wedge: &Wedge, (layer, facet): (usize, &Facet), u: f64, position: DVec3) -> DVec3 {
+        let known = self.world.normals.iter().find(|(known, _)| *known == layer);
+        let Some((_, normals)) = known else { return position };
+        let [b, c] = facet.weights(wedge, u);
+        let [x, y, z] = wedge.cells.map(|cell| Vec3::from_array(normals[cell as usize]).as_dvec3());
+        x + b * (y - x) + c * (z - x)
     }
 
     /// The part of its colour that a surface shows.
@@ -198,7 +204,8 @@ impl<'r, 'f> Run<'r, 'f> {
         {
             return Flow::On;
         }
-        let sight = Sight { position: self.line.position(t), normal: self.normal(wedge, facet) };
+        let position = self.line.position(t);
+        let sight = Sight { position, normal: self.normal(wedge, (layer, facet), u, position) };
         let body = self.solid(sight.normal);
         for sheet in world.sheets.iter().filter(|sheet| sheet.place == SheetPlace::Layer(layer)) {
             let color = |coat: &Coat| coat.on_layer(&world.sources, world.grid, wedge, (layer, facet), u);
