@@ -169,10 +169,12 @@ fn equal_heights_are_concentric_layers() {
         let mut mean = native.clone();
         mean.scenery.heights = Heights::Mean;
         let (a, b) = (terrain.draw(&native), terrain.draw(&mean));
+        // Normals of the ground are means of facets', which are not quite round.
+        let slack = if native.lighting.is_some() { 5e-4 } else { 1e-5 };
         let mut wrong = 0;
         for i in 0..a.pixels.len() {
             let off = (0..4).map(|k| (a.pixels[i][k] - b.pixels[i][k]).abs()).fold(0.0, f32::max);
-            wrong += usize::from(off > a.error[i] + b.error[i] + 1e-5);
+            wrong += usize::from(off > a.error[i] + b.error[i] + slack);
         }
         let few = if native.lighting.is_some() { 5 } else { 0 };
         assert!(wrong <= few, "{more}: {wrong} pixels");
