@@ -189,7 +189,7 @@ module icoray
   !>   existing       ICORAY_NEVER_MODIFY or ICORAY_OVERWRITE
   !>   on_error       ICORAY_WARN, ICORAY_IGNORE or ICORAY_DISABLE; ierr has the status either way
   !>   disable_after  with ICORAY_DISABLE: failed frames in a row until the context switches itself off; 3
-  !>   async_render   .true.: icoray_execute copies the field that the scene names, and a thread renders the copy
+  !>   async_render   .true.: icoray_execute copies the fields that the scene needs, and a thread renders the copies
   !>   writer_queue   frames that may wait for the thread that writes; 2
   !>   when_full      ICORAY_BLOCK or ICORAY_DROP_OLDEST
   !>   log            a module procedure like icoray_log, for example icoray_log_stderr; no log
@@ -272,11 +272,27 @@ module icoray
   !>   fill_value   marks missing values, in the kind of values; NaN and infinities always do
   !>   grid_name, layers_name   those the field belongs to; the ones without a name
   !> The array is read at each icoray_execute that needs it: once is enough, unless it moves. A shape that fits in no way
-  !> is ICORAY_ERR_FIELD. Or (ctx, name, icoray_array, [ierr]).
+  !> is ICORAY_ERR_FIELD. A scene of several fields needs all of them, over one grid and its layers. Or (ctx, name,
+  !> icoray_array, [ierr]).
   interface icoray_field_set
     procedure :: field_r4_1, field_r4_2, field_r4_3, field_r4_4, field_r8_1, field_r8_2, field_r8_3, field_r8_4
     procedure :: field_struct
   end interface icoray_field_set
+
+  !> Hands over the heights of layers where these differ from column to column, as over mountains or a sea floor, after grid
+  !> and layers:
+  !>   call icoray_heights_set(ctx, values, [ierr], keywords)
+  !>   values       real, rank 1 to 4, any strides and dimensions as of icoray_field_set: metres above the planet's surface,
+  !>                negative below it, of each cell and each layer of icoray_layers_set
+  !>   fill_value   marks missing ones, in the kind of values; a column without heights has the mean ones
+  !>   grid_name, layers_name   those that the heights belong to; the ones without a name
+  !> Only scenes with heights = "native" read them, at each icoray_execute; what is wrong with them is ICORAY_ERR_LAYERS then.
+  !> They replace those before; call icoray_heights_set(ctx, [ierr]) takes these back. Or (ctx, icoray_array, [ierr]).
+  interface icoray_heights_set
+    procedure :: heights_r4_1, heights_r4_2, heights_r4_3, heights_r4_4
+    procedure :: heights_r8_1, heights_r8_2, heights_r8_3, heights_r8_4
+    procedure :: heights_struct, heights_none
+  end interface icoray_heights_set
 
   !> Whether icoray_execute would draw this step, from any field or from the one named; .false. on failure.
   !>   call icoray_wants(ctx, step, time_s, wants, [ierr])   call icoray_wants_field(ctx, name, step, time_s, wants, [ierr])
@@ -302,7 +318,8 @@ module icoray
   end interface icoray_last_error
 
   public :: icoray_open, icoray_open_serial, icoray_grid_set, icoray_part_set, icoray_layers_set, icoray_field_set
-  public :: icoray_field_set_ndarray, icoray_field_describe, icoray_scene_load, icoray_scene_text
+  public :: icoray_field_set_ndarray, icoray_field_describe, icoray_heights_set, icoray_heights_set_ndarray
+  public :: icoray_scene_load, icoray_scene_text
   public :: icoray_wants, icoray_wants_field
   public :: icoray_execute, icoray_wait, icoray_report, icoray_last_error, icoray_close, icoray_version, icoray_log_stderr
   public :: icoray_mesh_create, icoray_mesh_grid, icoray_mesh_tables, icoray_mesh_free
@@ -378,6 +395,18 @@ module icoray
       character(kind=c_char), intent(in) :: units(*)
       integer(c_int32_t) :: status
     end function icoray_field_describe_c
+    function icoray_heights_set_c(ctx, heights) bind(C, name='icoray_heights_set') result(status)
+      import
+      type(c_ptr), value :: ctx
+      type(c_ptr), value :: heights
+      integer(c_int32_t) :: status
+    end function icoray_heights_set_c
+    function icoray_heights_set_ndarray_c(ctx, heights) bind(C, name='icoray_heights_set_ndarray') result(status)
+      import
+      type(c_ptr), value :: ctx
+      type(c_ptr), value :: heights
+      integer(c_int32_t) :: status
+    end function icoray_heights_set_ndarray_c
     function icoray_scene_load_c(ctx, path) bind(C, name='icoray_scene_load') result(status)
       import
       type(c_ptr), value :: ctx
@@ -457,7 +486,7 @@ module icoray
   end interface
   public :: icoray_open_c, icoray_open_serial_c, icoray_close_c, icoray_last_error_c, icoray_version_c, icoray_grid_set_c
   public :: icoray_part_set_c, icoray_layers_set_c, icoray_field_set_c, icoray_field_set_ndarray_c, icoray_scene_load_c
-  public :: icoray_field_describe_c
+  public :: icoray_field_describe_c, icoray_heights_set_c, icoray_heights_set_ndarray_c
   public :: icoray_scene_text_c, icoray_wants_c, icoray_wants_field_c, icoray_execute_c, icoray_wait_c
   public :: icoray_report_c, icoray_log_stderr_c, icoray_mesh_create_c, icoray_mesh_grid_c, icoray_mesh_free_c
 
@@ -1170,20 +1199,7 @@ contains
     character(len=*), intent(in), optional :: grid_name, layers_name
     type(icoray_ndarray) :: array
     character(kind=c_char), allocatable, target :: grid(:), layers(:)
-    integer(c_int64_t) :: element
-    integer :: d
-    element = merge(8, 4, type == ICORAY_F64)
-    do d = 1, v%rank
-      array%extent(d) = v%extent(d)
-      array%stride(d) = v%bytes(d)/element
-      if (array%stride(d)*element == v%bytes(d)) cycle
-      call refuse(ctx, ICORAY_ERR_ARGUMENT, 'field "'//trim(name)//'": dimension '//decimal(int(d, c_int64_t)) &
-        //' steps by '//decimal(v%bytes(d))//' bytes, expected a multiple of '//decimal(element), ierr)
-      return
-    end do
-    array%data = v%first
-    array%rank = int(v%rank, c_int32_t)
-    array%type = int(type, c_int32_t)
+    if (.not. is_laid_out(array, ctx, 'field "'//trim(name)//'"', v, type, ierr)) return
     call put(array%location, location)
     if (present(fill_value)) then
       array%has_fill = 1
@@ -1193,6 +1209,150 @@ contains
     call put_name(array%layers_name, layers, layers_name)
     call icoray_field_set_ndarray(ctx, name, array, ierr)
   end subroutine field_view
+
+  !> Fills in where an array lies, or refuses strides that are no whole elements.
+  function is_laid_out(array, ctx, what, v, type, ierr)
+    type(icoray_ndarray), intent(inout) :: array
+    type(icoray_context), intent(in) :: ctx
+    character(len=*), intent(in) :: what
+    type(view), intent(in) :: v
+    integer, intent(in) :: type
+    integer, intent(out), optional :: ierr
+    logical :: is_laid_out
+    integer(c_int64_t) :: element
+    integer :: d
+    element = merge(8, 4, type == ICORAY_F64)
+    is_laid_out = .true.
+    do d = 1, v%rank
+      array%extent(d) = v%extent(d)
+      array%stride(d) = v%bytes(d)/element
+      if (array%stride(d)*element == v%bytes(d)) cycle
+      call refuse(ctx, ICORAY_ERR_ARGUMENT, what//': dimension '//decimal(int(d, c_int64_t)) &
+        //' steps by '//decimal(v%bytes(d))//' bytes, expected a multiple of '//decimal(element), ierr)
+      is_laid_out = .false.
+      return
+    end do
+    array%data = v%first
+    array%rank = int(v%rank, c_int32_t)
+    array%type = int(type, c_int32_t)
+  end function is_laid_out
+
+  subroutine heights_r4_1(ctx, values, ierr, fill_value, grid_name, layers_name)
+    type(icoray_context), intent(in) :: ctx
+    real(c_float), pointer, intent(in) :: values(:)
+    integer, intent(out), optional :: ierr
+    real(c_float), intent(in), optional :: fill_value
+    character(len=*), intent(in), optional :: grid_name, layers_name
+    real(c_double), allocatable :: fill   ! absent where it is not allocated
+    if (present(fill_value)) fill = real(fill_value, c_double)
+    call heights_view(ctx, view_of(values), ICORAY_F32, ierr, fill, grid_name, layers_name)
+  end subroutine heights_r4_1
+  subroutine heights_r4_2(ctx, values, ierr, fill_value, grid_name, layers_name)
+    type(icoray_context), intent(in) :: ctx
+    real(c_float), pointer, intent(in) :: values(:, :)
+    integer, intent(out), optional :: ierr
+    real(c_float), intent(in), optional :: fill_value
+    character(len=*), intent(in), optional :: grid_name, layers_name
+    real(c_double), allocatable :: fill   ! absent where it is not allocated
+    if (present(fill_value)) fill = real(fill_value, c_double)
+    call heights_view(ctx, view_of(values), ICORAY_F32, ierr, fill, grid_name, layers_name)
+  end subroutine heights_r4_2
+  subroutine heights_r4_3(ctx, values, ierr, fill_value, grid_name, layers_name)
+    type(icoray_context), intent(in) :: ctx
+    real(c_float), pointer, intent(in) :: values(:, :, :)
+    integer, intent(out), optional :: ierr
+    real(c_float), intent(in), optional :: fill_value
+    character(len=*), intent(in), optional :: grid_name, layers_name
+    real(c_double), allocatable :: fill   ! absent where it is not allocated
+    if (present(fill_value)) fill = real(fill_value, c_double)
+    call heights_view(ctx, view_of(values), ICORAY_F32, ierr, fill, grid_name, layers_name)
+  end subroutine heights_r4_3
+  subroutine heights_r4_4(ctx, values, ierr, fill_value, grid_name, layers_name)
+    type(icoray_context), intent(in) :: ctx
+    real(c_float), pointer, intent(in) :: values(:, :, :, :)
+    integer, intent(out), optional :: ierr
+    real(c_float), intent(in), optional :: fill_value
+    character(len=*), intent(in), optional :: grid_name, layers_name
+    real(c_double), allocatable :: fill   ! absent where it is not allocated
+    if (present(fill_value)) fill = real(fill_value, c_double)
+    call heights_view(ctx, view_of(values), ICORAY_F32, ierr, fill, grid_name, layers_name)
+  end subroutine heights_r4_4
+  subroutine heights_r8_1(ctx, values, ierr, fill_value, grid_name, layers_name)
+    type(icoray_context), intent(in) :: ctx
+    real(c_double), pointer, intent(in) :: values(:)
+    integer, intent(out), optional :: ierr
+    real(c_double), intent(in), optional :: fill_value
+    character(len=*), intent(in), optional :: grid_name, layers_name
+    call heights_view(ctx, view_of(values), ICORAY_F64, ierr, fill_value, grid_name, layers_name)
+  end subroutine heights_r8_1
+  subroutine heights_r8_2(ctx, values, ierr, fill_value, grid_name, layers_name)
+    type(icoray_context), intent(in) :: ctx
+    real(c_double), pointer, intent(in) :: values(:, :)
+    integer, intent(out), optional :: ierr
+    real(c_double), intent(in), optional :: fill_value
+    character(len=*), intent(in), optional :: grid_name, layers_name
+    call heights_view(ctx, view_of(values), ICORAY_F64, ierr, fill_value, grid_name, layers_name)
+  end subroutine heights_r8_2
+  subroutine heights_r8_3(ctx, values, ierr, fill_value, grid_name, layers_name)
+    type(icoray_context), intent(in) :: ctx
+    real(c_double), pointer, intent(in) :: values(:, :, :)
+    integer, intent(out), optional :: ierr
+    real(c_double), intent(in), optional :: fill_value
+    character(len=*), intent(in), optional :: grid_name, layers_name
+    call heights_view(ctx, view_of(values), ICORAY_F64, ierr, fill_value, grid_name, layers_name)
+  end subroutine heights_r8_3
+  subroutine heights_r8_4(ctx, values, ierr, fill_value, grid_name, layers_name)
+    type(icoray_context), intent(in) :: ctx
+    real(c_double), pointer, intent(in) :: values(:, :, :, :)
+    integer, intent(out), optional :: ierr
+    real(c_double), intent(in), optional :: fill_value
+    character(len=*), intent(in), optional :: grid_name, layers_name
+    call heights_view(ctx, view_of(values), ICORAY_F64, ierr, fill_value, grid_name, layers_name)
+  end subroutine heights_r8_4
+  subroutine heights_struct(ctx, array, ierr)
+    type(icoray_context), intent(in) :: ctx
+    type(icoray_array), intent(in) :: array
+    integer, intent(out), optional :: ierr
+    type(icoray_array), target :: sized
+    sized = array
+    sized%struct_size = c_sizeof(sized)
+    call done(ctx, icoray_heights_set_c(ctx%handle, c_loc(sized)), ierr)
+  end subroutine heights_struct
+  subroutine heights_none(ctx, ierr)
+    type(icoray_context), intent(in) :: ctx
+    integer, intent(out), optional :: ierr
+    call done(ctx, icoray_heights_set_c(ctx%handle, c_null_ptr), ierr)
+  end subroutine heights_none
+
+  !> As icoray_heights_set, for an array of up to ICORAY_MAX_RANK dimensions that is given by its address.
+  subroutine icoray_heights_set_ndarray(ctx, array, ierr)
+    type(icoray_context), intent(in) :: ctx
+    type(icoray_ndarray), intent(in) :: array
+    integer, intent(out), optional :: ierr
+    type(icoray_ndarray), target :: sized
+    sized = array
+    sized%struct_size = c_sizeof(sized)
+    call done(ctx, icoray_heights_set_ndarray_c(ctx%handle, c_loc(sized)), ierr)
+  end subroutine icoray_heights_set_ndarray
+
+  subroutine heights_view(ctx, v, type, ierr, fill_value, grid_name, layers_name)
+    type(icoray_context), intent(in) :: ctx
+    type(view), intent(in) :: v
+    integer, intent(in) :: type
+    integer, intent(out), optional :: ierr
+    real(c_double), intent(in), optional :: fill_value
+    character(len=*), intent(in), optional :: grid_name, layers_name
+    type(icoray_ndarray) :: array
+    character(kind=c_char), allocatable, target :: grid(:), layers(:)
+    if (.not. is_laid_out(array, ctx, 'heights', v, type, ierr)) return
+    if (present(fill_value)) then
+      array%has_fill = 1
+      array%fill_value = fill_value
+    end if
+    call put_name(array%grid_name, grid, grid_name)
+    call put_name(array%layers_name, layers, layers_name)
+    call icoray_heights_set_ndarray(ctx, array, ierr)
+  end subroutine heights_view
 
   !> Reads the scene from a TOML file (ICORAY_ERR_IO, ICORAY_ERR_SCENE); on failure the one before, if any, stays.
   subroutine icoray_scene_load(ctx, path, ierr)

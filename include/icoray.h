@@ -269,7 +269,7 @@ typedef struct icoray_frame_report {
    */
   double waited_s;
   /**
-   * Of these: copying the field (async_render, or columns that are spread over ranks, with waiting for each other).
+   * Of these: copying the fields (async_render, or columns that are spread over ranks, with waiting for each other).
    */
   double copy_s;
   /**
@@ -313,8 +313,8 @@ typedef struct icoray_frame_report {
    */
   uint64_t missing_values;
   /**
-   * Bytes of input that were copied: 0, or the field's with async_render. Of columns that are spread over ranks: what this
-   * rank wrote to its node's memory, which is the field's of all ranks there.
+   * Bytes of input that were copied: 0, or the fields' with async_render. Of columns that are spread over ranks: what this
+   * rank wrote to its node's memory, which is the fields' of all ranks there.
    */
   uint64_t bytes_copied;
   /**
@@ -752,7 +752,7 @@ typedef struct icoray_config {
    */
   int32_t disable_after;
   /**
-   * Not 0: icoray_execute copies the field that the scene names and returns; a thread renders the copy. One frame at
+   * Not 0: icoray_execute copies the fields that the scene needs and returns; a thread renders the copies. One frame at
    * a time: icoray_execute first waits for the frame before.
    */
   int32_t async_render;
@@ -866,7 +866,7 @@ icoray_status icoray_grid_set(struct icoray_ctx *ctx,
  * On failure what was said before, if anything, stays.
  *
  * From then on each rank draws its own part in whole pictures, and rays are put together of what ranks send each other. Of
- * columns, each node puts the field together, and ranks draw tiles: bitwise the picture of one rank with the whole field.
+ * columns, each node puts the fields together, and ranks draw tiles: bitwise the picture of one rank with the whole fields.
  *
  * Collective over the communicator of icoray_open, with a grid of the same name on all. What fails on one rank is the
  * status of all: ICORAY_ERR_GRID where a cell is owned by two ranks or by none, a number is there twice or not in the grid, or
@@ -890,7 +890,8 @@ icoray_status icoray_layers_set(struct icoray_ctx *ctx, const struct icoray_laye
 /**
  * Hands over a field under a name that scenes use; a field of that name before is replaced. The array is not read
  * now but at each icoray_execute that needs it, so it can be handed over once and change from step to step. A model whose
- * arrays move (time levels that are swapped) calls this before each icoray_execute; it takes no time.
+ * arrays move (time levels that are swapped) calls this before each icoray_execute; it takes no time. A scene of several fields
+ * needs all of them, over one grid and its layers; some may be at centres and others at corners.
  *
  * # Safety
  * `ctx` is open; `name` is NULL or a string; `array` is NULL or filled in as the header says, and its data live until
@@ -911,6 +912,34 @@ icoray_status icoray_field_set(struct icoray_ctx *ctx,
 icoray_status icoray_field_set_ndarray(struct icoray_ctx *ctx,
                                        const char *name,
                                        const struct icoray_ndarray *array);
+
+/**
+ * Hands over the heights of layers where these differ from column to column, as over mountains or a sea floor: metres above the
+ * planet's surface, negative below it, a value for each cell (ICORAY_CENTER) and each layer of icoray_layers, in their order;
+ * of the grid and layers that the array names. Only scenes with heights = "native" read them, at each icoray_execute, as they
+ * are then; others draw with the radii of icoray_layers, and do not touch the array. NULL takes back the heights before, which
+ * these replace.
+ *
+ * In a column heights do not fall on the way up; layers may have no thickness. A column all of whose heights are missing (NaN
+ * or fill_value) has the mean ones. What is wrong is ICORAY_ERR_LAYERS at icoray_execute. A rank of icoray_open with a part of
+ * the grid, or columns of some cells, has heights of the cells of which it has fields.
+ *
+ * # Safety
+ * `ctx` is open; `heights` is NULL or filled in as the header says, and its data live until they are replaced, taken
+ * back or the context closed.
+ */
+icoray_status icoray_heights_set(struct icoray_ctx *ctx,
+                                 const struct icoray_array *heights);
+
+/**
+ * As icoray_heights_set, for an array of which just the dimensions are known, as icoray_field_set_ndarray. Fortran's
+ * icoray_heights_set comes here.
+ *
+ * # Safety
+ * As icoray_heights_set.
+ */
+icoray_status icoray_heights_set_ndarray(struct icoray_ctx *ctx,
+                                         const struct icoray_ndarray *heights);
 
 /**
  * Says what a field is called, for labels in pictures and the text of their files: `long_name` such as "potential

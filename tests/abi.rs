@@ -1,5 +1,7 @@
 //! The C ABI from outside: C programs against `include/icoray.h` and the shared library.
 
+use icoray::output::write_picture;
+use icoray::{Field, Fields, Grid, IcosahedralMesh, Layers, Location, LonLat, Renderer, Scene, Shape};
 use icoray_tests::layout::{LAYOUT, rust_layout};
 use icoray_tests::native::{checked, command, compile, compile_c, is_there, library, root, succeeded, text};
 use std::collections::BTreeMap;
@@ -8,13 +10,15 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use tempfile::TempDir;
 
-const FUNCTIONS: [&str; 22] = [
+const FUNCTIONS: [&str; 24] = [
     "icoray_close",
     "icoray_execute",
     "icoray_field_describe",
     "icoray_field_set",
     "icoray_field_set_ndarray",
     "icoray_grid_set",
+    "icoray_heights_set",
+    "icoray_heights_set_ndarray",
     "icoray_last_error",
     "icoray_layers_set",
     "icoray_log_stderr",
@@ -35,7 +39,7 @@ const FUNCTIONS: [&str; 22] = [
 
 /// The sources of each program in `tests/c`; the first has the program's name.
 const LAYOUT_PROGRAM: [&str; 1] = ["layout"];
-const REFUSALS: [&str; 18] = [
+const REFUSALS: [&str; 19] = [
     "refusals",
     "refusals_calls",
     "refusals_entry",
@@ -44,6 +48,7 @@ const REFUSALS: [&str; 18] = [
     "refusals_files",
     "refusals_good",
     "refusals_grid",
+    "refusals_heights",
     "refusals_late",
     "refusals_log",
     "refusals_names",
@@ -55,11 +60,12 @@ const REFUSALS: [&str; 18] = [
     "refusals_wants",
     "check",
 ];
-const PICTURES: [&str; 10] = [
+const PICTURES: [&str; 11] = [
     "pictures",
     "pictures_background",
     "pictures_common",
     "pictures_contexts",
+    "pictures_fields",
     "pictures_layouts",
     "pictures_names",
     "pictures_ndarrays",
@@ -212,6 +218,49 @@ fn reported(directory: &Path, found: &mut Vec<PathBuf>) {
     found.extend(pictures);
 }
 
+/// Columns of four values, level-fastest.
+fn field(values: &[f32], location: Location) -> Field<'_> {
+    let shape = Shape::level_fastest(values.len() / 4, 4);
+    Field::new(values.into(), shape, location, None).unwrap()
+}
+
+/// The picture of `pictures_fields.c`, drawn without the ABI.
+fn two_fields_in_rust(to: &Path) -> Picture {
+    const RADIUS: [f64; 4] = [6_371_220.0, 6_375_220.0, 6_380_220.0, 6_391_220.0];
+    let mesh = IcosahedralMesh::new(3).unwrap();
+    let tables = mesh.tables();
+    let grid = Grid::new(mesh.tables()).unwrap();
+    let layers = Layers::new(RADIUS.to_vec(), RADIUS[0]).unwrap();
+    let values = |at: &LonLat| -> Vec<f32> {
+        let value = |column: usize, layer: f64| {
+            let [lon, lat] = [at.lon_rad.get(column), at.lat_rad.get(column)];
+            let wave = (3.0 * lon + 0.4 * layer).sin() * lat.cos() + 0.3 * (5.0 * lat).sin();
+            (wave * (1.0 + 0.2 * layer)) as f32
+        };
+        let columns = 0..at.lon_rad.len();
+        columns.flat_map(|column| (0..4).map(move |layer| value(column, f64::from(layer)))).collect()
+    };
+    let (f, v) = (values(&tables.center), values(&tables.corner));
+    let scene = Scene::parse(
+        r#"
+        exaggeration = 40
+        backend = "cpu"
+        image = { width = 64, height = 64 }
+        camera = { lon = 20, lat = 35, distance = 3.2, fov = 45 }
+        [[volumes]]
+        field = "f"
+        transfer = { map = "viridis", range = [-1.5, 1.5], opacity = [[-1.5, 0.8], [0, 0.1], [1.5, 0.9]] }
+        [[volumes]]
+        field = "v"
+        transfer = { map = "magma", range = [-1, 1], opacity = [[-1, 0.0], [0, 0.0], [1, 0.9]] }
+        "#,
+    );
+    let fields = Fields::new([("f", field(&f, Location::Center)), ("v", field(&v, Location::Corner))]);
+    let frame = Renderer::new(1).unwrap().render(&scene.unwrap(), &grid, &layers, fields).unwrap();
+    write_picture(to, &frame).unwrap();
+    Picture::read(to)
+}
+
 /// Layouts, types, numberings, contexts and threads make no difference to a picture; values do.
 #[test]
 fn pictures_depend_on_values_and_nothing_else() {
@@ -233,6 +282,7 @@ fn pictures_depend_on_values_and_nothing_else() {
         ("coarse", 5),
         ("corner", 47),
         ("flat", 1),
+        ("hills", 12),
         ("lit", 44),
         ("litcorner", 2),
         ("midway", 45),
@@ -244,6 +294,7 @@ fn pictures_depend_on_values_and_nothing_else() {
         ("thick", 3),
         ("thick coarse", 3),
         ("turned", 5),
+        ("two", 6),
     ];
     assert_eq!(sizes, expected);
     for members in groups.values() {
@@ -253,6 +304,8 @@ fn pictures_depend_on_values_and_nothing_else() {
             assert!(picture == other, "{} and {}: {distance}", first.display(), path.display());
         }
     }
+    let rust = two_fields_in_rust(&directory.path().join("rust.png"));
+    assert!(groups["two"][0].1 == rust, "two fields: {}", groups["two"][0].1.distance(&rust));
     for (near, members) in &groups {
         let Some(group) = near.strip_prefix("near ") else { continue };
         let distance = members[0].1.distance(&groups[group][0].1);

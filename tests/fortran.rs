@@ -70,25 +70,28 @@ fn what_cannot_be_read_in_place_does_not_compile() {
         return;
     }
     let directory = TempDir::new().unwrap();
-    let program = |attribute: &str, actual: &str| {
+    let program = |call: &str, attribute: &str, actual: &str| {
         let source = directory.path().join("actual.f90");
         let code = format!(
             "program actual\n use icoray\n real(kind(1d0)){attribute} :: q(4, 42)\n \
-             type(icoray_context) :: ctx\n q = 0\n call icoray_field_set(ctx, 'q', {actual})\nend program\n"
+             type(icoray_context) :: ctx\n q = 0\n call {call}{actual})\nend program\n"
         );
         std::fs::write(&source, code).unwrap();
         let mut compile = gfortran(directory.path(), &["-fsyntax-only"]);
         let output = compile.arg(module()).arg(&source).output().unwrap();
         (output.status.success(), text(&output.stderr))
     };
-    for actual in ["q", "q(4:1:-1, :)", "q(:, ::2)", "q(1, :)"] {
-        let (compiles, said) = program(", target", actual);
-        assert!(compiles, "{actual}: {said}");
-        assert!(!program("", actual).0, "{actual} without TARGET compiles");
-    }
-    for actual in ["q + 1", "(q)", "int(q)"] {
-        let (compiles, said) = program(", target", actual);
-        assert!(!compiles && said.contains("icoray_field_set"), "{actual} compiles: {said}");
+    for call in ["icoray_field_set(ctx, 'q', ", "icoray_heights_set(ctx, "] {
+        for actual in ["q", "q(4:1:-1, :)", "q(:, ::2)", "q(1, :)"] {
+            let (compiles, said) = program(call, ", target", actual);
+            assert!(compiles, "{call}{actual}: {said}");
+            assert!(!program(call, "", actual).0, "{call}{actual} without TARGET compiles");
+        }
+        let name = call.split('(').next().unwrap();
+        for actual in ["q + 1", "(q)", "int(q)"] {
+            let (compiles, said) = program(call, ", target", actual);
+            assert!(!compiles && said.contains(name), "{call}{actual} compiles: {said}");
+        }
     }
 }
 

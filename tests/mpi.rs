@@ -127,7 +127,7 @@ fn columns(mpi: &Mpi, runs: &[(usize, &str)]) {
     let at = |name: &str| directory.path().join(name);
     checked(command(&program, directory.path()).arg(at("one")).arg("serial"), "mpi_columns", 15);
     let one = files(&at("one"));
-    assert_eq!(one.len(), 6, "{:?}", one.keys());
+    assert_eq!(one.len(), 8, "{:?}", one.keys());
     let same = |to: &Path| assert!(files(to) == one, "{} has other pictures", to.display());
     for (ranks, node) in runs {
         let to = at(&format!("{ranks}_{node}"));

@@ -13,8 +13,11 @@ static const struct {
     {"f32", "", ""},
     {"f64", "precision = \"f64\"\ncore = \"transparent\"", ""},
     {"lit", "background = \"transparent\"", "[light]\nkind = \"headlight\""},
+    {"two", "heights = \"native\"", ""},
 };
-enum { COUNT = sizeof SCENES / sizeof *SCENES };
+enum { COUNT = sizeof SCENES / sizeof *SCENES, TWO = COUNT - 1 };
+/* What ranks have columns of: two fields, of which the second is in the last scene only, and so are the heights. */
+enum { F, G, HEIGHTS, KINDS_OF_VALUES };
 static const char *const KINDS[PARTITIONS] = {"contiguous", "random", "single_cell", "no_cell"};
 static const char *sharing;
 static int heard;
@@ -22,10 +25,10 @@ static int heard;
 /* What one rank has: its columns, whatever their order. */
 typedef struct {
     icoray_part part;
-    icoray_array array;
+    icoray_array array; /* of the first field; the others lie alike */
     int64_t *cell;
     int32_t *global, *is_owned;
-    float *values;
+    float *values, *all[KINDS_OF_VALUES];
 } Mine;
 
 static void hear(void *user, int32_t level, const char *message)
@@ -45,7 +48,10 @@ static Mine mine_of(const World *w, const int *owner)
     m.cell = calloc(cells, sizeof *m.cell);
     m.global = calloc(cells, sizeof *m.global);
     m.is_owned = calloc(cells, sizeof *m.is_owned);
-    m.values = calloc(cells * (size_t)w->layers, sizeof *m.values);
+    for (int k = 0; k < KINDS_OF_VALUES; k++) {
+        m.all[k] = calloc(cells * (size_t)w->layers, sizeof *m.values);
+    }
+    m.values = m.all[F];
     for (int64_t i = 0; i < w->grid.corners; i++) {
         const int32_t *c = corner_cell + 3 * i;
         int is_near = owner[c[0]] == rank || owner[c[1]] == rank || owner[c[2]] == rank;
@@ -81,34 +87,61 @@ static void end_mine(Mine *m)
     free(m->cell);
     free(m->global);
     free(m->is_owned);
-    free(m->values);
+    for (int k = 0; k < KINDS_OF_VALUES; k++) {
+        free(m->all[k]);
+    }
 }
 
-/* The field as it is at a step; what is in a halo is not read. */
-static float value(const World *w, int64_t cell, int layer, int step)
+/* Fields and heights as they are at a step; what is in a halo is not read. */
+static float value(const World *w, int kind, int64_t cell, int layer, int step)
 {
-    return w->values[cell * w->layers + layer] * (1.0f - 0.25f * (float)step);
+    const float *column = w->values + cell * w->layers;
+    switch (kind) {
+    case F:
+        return column[layer] * (1.0f - 0.25f * (float)step);
+    case G:
+        return -column[w->layers - 1 - layer];
+    default:
+        return 4e3f * (float)layer + 2e3f * (1.0f + column[0]);
+    }
+}
+
+/* Sets the second field and the heights, beside the first field, whose array is alike. */
+static void set_more(icoray_ctx *ctx, icoray_array array, float *const all[KINDS_OF_VALUES])
+{
+    array.data = all[G];
+    OK(icoray_field_set(ctx, "g", &array));
+    array.data = all[HEIGHTS];
+    OK(icoray_heights_set(ctx, &array));
 }
 
 static void compute(const Mine *m, const World *w, int step)
 {
     for (int64_t c = 0; c < m->part.cells; c++) {
         for (int l = 0; l < w->layers; l++) {
-            m->values[c * m->array.column_stride + l * m->array.layer_stride] =
-                m->is_owned[c] ? value(w, m->cell[c], l, step) : NAN;
+            int64_t at = c * m->array.column_stride + l * m->array.layer_stride;
+            for (int k = 0; k < KINDS_OF_VALUES; k++) {
+                m->all[k][at] = m->is_owned[c] ? value(w, k, m->cell[c], l, step) : NAN;
+            }
         }
     }
 }
 
 static void set(icoray_ctx *ctx, int scene)
 {
-    char more[256], text[1024];
-    snprintf(more, sizeof more, "exaggeration = 60\n%s", SCENES[scene].more);
+    static const char one[] =
+        "[transfer]\nmap = \"viridis\"\nrange = [-1.5, 1.5]\nopacity = [[-1.5, 0.8], [0, 0.1], [1.5, 0.9]]\n";
+    static const char two[] =
+        "[[volumes]]\nfield = \"f\"\n[volumes.transfer]\nmap = \"viridis\"\nrange = [-1.5, 1.5]\n"
+        "opacity = [[-1.5, 0.8], [0, 0.1], [1.5, 0.9]]\n[[volumes]]\nfield = \"g\"\n[volumes.transfer]\nmap = \"magma\"\n"
+        "range = [-1, 1]\nopacity = [[-1, 0.0], [0, 0.0], [1, 0.9]]\n";
+    char text[1024];
     snprintf(text, sizeof text,
-             "field = \"f\"\n%s\n[image]\nwidth = 70\nheight = 58\n[camera]\nlon = 20\nlat = 35\ndistance = 3.2\nfov = 45\n"
-             "[transfer]\nmap = \"viridis\"\nrange = [-1.5, 1.5]\nopacity = [[-1.5, 0.8], [0, 0.1], [1.5, 0.9]]\n"
+             "%sexaggeration = 60\n%s\n[image]\nwidth = 70\nheight = 58\n"
+             "[camera]\nlon = 20\nlat = 35\ndistance = 3.2\nfov = 45\n%s"
              "[output]\nfile = \"%s_{step}.exr\"\nerror = \"%s_error_{step}.png\"\n%s\n",
-             more, SCENES[scene].name, SCENES[scene].name, SCENES[scene].light);
+             scene == TWO ? "" : "field = \"f\"\n", SCENES[scene].more, scene == TWO ? two : one, SCENES[scene].name,
+             SCENES[scene].name, SCENES[scene].light);
     OK(icoray_scene_text(ctx, text));
 }
 
@@ -125,14 +158,15 @@ static icoray_ctx *fresh(const char *directory, const World *w)
     return ctx;
 }
 
-/* Each node wrote the field once, in whatever shares. */
-static void check_report(const icoray_frame_report *r, const World *w, double nodes)
+/* Each node wrote every field of the scene once, and heights where it needs them, in whatever shares. */
+static void check_report(const icoray_frame_report *r, const World *w, double nodes, int scene)
 {
+    double values = (double)(w->grid.cells * w->layers), of = scene == TWO ? KINDS_OF_VALUES : 1;
     double copied = (double)r->bytes_copied, all = 0.0;
     MPI_Allreduce(&copied, &all, 1, MPI_DOUBLE, MPI_SUM, MPI_COMM_WORLD);
-    CHECK(all == nodes * (double)(w->grid.cells * w->layers * 4));
+    CHECK(all == nodes * of * values * 4);
     CHECK(r->scheme == ICORAY_TILES && r->ranks == ranks && r->copy_s > 0.0 && r->missing_values == 0);
-    CHECK(r->fragments == 0 && r->bytes_derived == (r->lights != 0 ? (uint64_t)(w->grid.cells * w->layers * 8) : 0));
+    CHECK(r->fragments == 0 && (scene == TWO || r->bytes_derived == (r->lights != 0 ? (uint64_t)values * 8 : 0)));
 }
 
 static void draw(const char *directory, const World *w, int kind, double nodes)
@@ -149,13 +183,14 @@ static void draw(const char *directory, const World *w, int kind, double nodes)
     OK(icoray_part_set(ctx, &mine.part));
     memset(mine.global, 0x55, (size_t)mine.part.cells * 4); /* nothing is kept of it */
     OK(icoray_field_set(ctx, "f", &mine.array));
+    set_more(ctx, mine.array, mine.all);
     for (int step = 0; step < COUNT; step++) {
         icoray_frame_report report;
         set(ctx, step);
         compute(&mine, w, step);
         OK(icoray_execute(ctx, step, 0.0, NULL));
         report = report_of(ctx);
-        check_report(&report, w, nodes);
+        check_report(&report, w, nodes, step);
         CHECK(heard == step + 1);
     }
     heard = 0;
@@ -169,20 +204,29 @@ static void draw_alone(const char *directory, const World *w)
     icoray_config config = plain(directory);
     icoray_ctx *ctx = NULL;
     World now = *w;
-    now.values = calloc((size_t)(w->grid.cells * w->layers), sizeof *now.values);
+    float *all[KINDS_OF_VALUES];
+    for (int k = 0; k < KINDS_OF_VALUES; k++) {
+        all[k] = calloc((size_t)(w->grid.cells * w->layers), sizeof *now.values);
+    }
+    now.values = all[F];
     now.array.data = now.values;
     OK(icoray_open_serial(&config, &ctx));
     fill(ctx, &now);
+    set_more(ctx, now.array, all);
     for (int step = 0; step < COUNT; step++) {
         for (int64_t i = 0; i < w->grid.cells * w->layers; i++) {
-            now.values[i] = value(w, i / w->layers, (int)(i % w->layers), step);
+            for (int k = 0; k < KINDS_OF_VALUES; k++) {
+                all[k][i] = value(w, k, i / w->layers, (int)(i % w->layers), step);
+            }
         }
         set(ctx, step);
         OK(icoray_execute(ctx, step, 0.0, NULL));
         CHECK(report_of(ctx).bytes_copied == 0);
     }
     OK(icoray_close(&ctx));
-    free(now.values);
+    for (int k = 0; k < KINDS_OF_VALUES; k++) {
+        free(all[k]);
+    }
 }
 
 /* What is wrong on the last rank only is the same status on all, and what is right afterwards is drawn. */
@@ -230,6 +274,24 @@ static void refusals(const char *directory, const World *w)
     TOLD(ICORAY_ERR_FIELD, "at corners, expected centres", icoray_execute(ctx, 2, 0.0, NULL));
     OK(icoray_field_set(ctx, "f", &mine.array));
     OK(icoray_execute(ctx, 3, 0.0, NULL));
+
+    /* A second field, and heights, that one rank has otherwise or not at all. */
+    set(ctx, TWO);
+    if (!is_odd) {
+        set_more(ctx, mine.array, mine.all);
+    }
+    TOLD(ICORAY_ERR_FIELD, "the scene's field \"g\" was not given", icoray_execute(ctx, 5, 0.0, NULL));
+    array = mine.array;
+    array.data = mine.all[G];
+    array.has_fill = is_odd;
+    OK(icoray_field_set(ctx, "g", &array));
+    TOLD(ICORAY_ERR_FIELD, "none were given by icoray_heights_set", icoray_execute(ctx, 6, 0.0, NULL));
+    set_more(ctx, mine.array, mine.all);
+    OK(icoray_field_set(ctx, "g", &array));
+    TOLD(ICORAY_ERR_MPI, "has \"g\" with missing values marked by Some(0.0)", icoray_execute(ctx, 7, 0.0, NULL));
+    set_more(ctx, mine.array, mine.all);
+    OK(icoray_execute(ctx, 8, 0.0, NULL));
+    set(ctx, 0);
 
     /* As Fortran gives it: the columns are found among the dimensions. */
     memset(&nd, 0, sizeof nd);

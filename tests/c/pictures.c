@@ -73,6 +73,7 @@ int main(int argc, char **argv)
     by_turns(argv[1]);
     at_once(argv[1]);
     background(argv[1]);
+    fields(argv[1]);
     CHECK(settles_at(before)); /* none is left behind */
 
     OK(icoray_mesh_free(&mesh));

@@ -81,6 +81,9 @@ void names(const char *directory);
 void by_turns(const char *directory);
 void at_once(const char *directory);
 
+/* pictures_fields.c */
+void fields(const char *directory);
+
 /* pictures_background.c */
 void background(const char *directory);
 

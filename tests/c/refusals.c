@@ -54,7 +54,7 @@ FIXED(ICORAY_MAX_RANK, 7);
 static void (*const parts[])(icoray_ctx *) = {
     nulls,    struct_sizes, misaligned, grids,  bad_tables, wide_tables, bad_places, layers,   arrays,
     ndarrays, misfits,      names,      scenes, wants,      times,       dates,      error_maps, messages,
-    grid_parts,
+    grid_parts, heights,
 };
 
 int main(int argc, char **argv)

@@ -89,6 +89,9 @@ void misfits(icoray_ctx *ctx);
 void ndarrays(icoray_ctx *ctx);
 void ndarrays_too_early(void);
 
+/* refusals_heights.c */
+void heights(icoray_ctx *ctx);
+
 /* refusals_names.c */
 void names(icoray_ctx *ctx);
 

@@ -20,6 +20,7 @@ contains
     ctx = opened('refusals')
     call grid_tables(ctx)
     call fields(ctx)
+    call heights(ctx)
     call scenes(ctx)
     call icoray_close(ctx)
     call orders()
@@ -197,6 +198,55 @@ contains
     call icoray_field_set(ctx, 'f', values, ierr, grid_name='', layers_name='')
     call went_well(ctx, ierr, 'empty names are those without a name')
   end subroutine fields
+
+  subroutine heights(ctx)
+    type(icoray_context), intent(in) :: ctx
+    type(icoray_context) :: none
+    type(icoray_array) :: array
+    real(real32), allocatable, target :: values(:, :), wrong(:, :), line(:), blocks(:, :, :), four(:, :, :, :)
+    real(real64), allocatable, target :: line8(:), values8(:, :), blocks8(:, :, :), four8(:, :, :, :)
+    real(real64), pointer :: unset(:, :)
+    integer :: ierr
+    values = at_centers
+    values8 = at_centers
+    line = reshape(values, [nz*cells])
+    line8 = line
+    allocate (wrong(nz + 3, cells), blocks(cells, nz, 1), four(1, nz, 1, cells), source=0.0_real32)
+    allocate (blocks8(cells, nz, 1), four8(1, nz, 1, cells), source=0.0_real64)
+    unset => null()
+    call icoray_heights_set(ctx, wrong, ierr)
+    call refused(ctx, ierr, ICORAY_ERR_FIELD, 'heights: ')
+    call icoray_heights_set(ctx, unset, ierr)
+    call refused(ctx, ierr, ICORAY_ERR_FIELD, 'heights: ')
+    call icoray_heights_set(ctx, values, ierr, layers_name='others')
+    call refused(ctx, ierr, ICORAY_ERR_ARGUMENT, 'heights: no set of layers named "others"')
+    call icoray_heights_set(none, values, ierr)
+    call refused(none, ierr, ICORAY_ERR_NULL, 'ctx is NULL')
+    call icoray_heights_set(none, ierr)
+    call refused(none, ierr, ICORAY_ERR_NULL, 'ctx is NULL')
+    array%location = ICORAY_CORNER
+    call icoray_heights_set(ctx, array, ierr)
+    call refused(ctx, ierr, ICORAY_ERR_ARGUMENT, 'heights: icoray_array.location: ICORAY_CORNER')
+    call icoray_heights_set(ctx, line, ierr)
+    call went_well(ctx, ierr, 'heights in a line')
+    call icoray_heights_set(ctx, line8, ierr, fill_value=-1e30_real64)
+    call went_well(ctx, ierr, 'heights in a line, 64 bits')
+    call icoray_heights_set(ctx, values, ierr, fill_value=-1e30_real32, grid_name='', layers_name='')
+    call went_well(ctx, ierr, 'heights of layers and cells')
+    call icoray_heights_set(ctx, values8(nz:1:-1, :), ierr)
+    call went_well(ctx, ierr, 'heights of layers and cells, 64 bits')
+    call icoray_heights_set(ctx, blocks, ierr)
+    call went_well(ctx, ierr, 'heights in blocks')
+    call icoray_heights_set(ctx, blocks8, ierr)
+    call went_well(ctx, ierr, 'heights in blocks, 64 bits')
+    call icoray_heights_set(ctx, four, ierr)
+    call went_well(ctx, ierr, 'heights of four dimensions')
+    call icoray_heights_set(ctx, four8, ierr)
+    call went_well(ctx, ierr, 'heights of four dimensions, 64 bits')
+    call icoray_heights_set(ctx, ierr)
+    call went_well(ctx, ierr, 'heights taken back')
+    call icoray_heights_set(ctx)
+  end subroutine heights
 
   subroutine scenes(ctx)
     type(icoray_context), intent(in) :: ctx

@@ -4,6 +4,7 @@ use crate::host::FloatingPoint;
 use crate::types::icoray_status;
 use icoray_core::Error;
 use std::cell::RefCell;
+use std::fmt::Display;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Once;
 
@@ -51,9 +52,14 @@ impl Failure {
         Failure { status, message: message.into() }
     }
 
+    /// With what it is about before the sentence.
+    pub fn within(self, what: impl Display) -> Self {
+        Self::new(self.status, format!("{what}: {}", self.message))
+    }
+
     /// With the step whose frame failed.
     pub fn at_step(self, step: i64) -> Self {
-        Self::new(self.status, format!("step {step}: {}", self.message))
+        self.within(format_args!("step {step}"))
     }
 
     /// A pointer that must not be NULL.

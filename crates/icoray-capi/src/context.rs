@@ -1,43 +1,25 @@
 //! What lies behind a handle: what the model has given so far.
 
-use crate::borrow::{self, Versioned, argument, name};
+use crate::borrow::{Versioned, argument};
 use crate::boundary::{Failure, Outcome};
 use crate::drawing::Drawing;
-use crate::types::{icoray_array, icoray_config, icoray_frame_report, icoray_ndarray, icoray_status};
+use crate::types::{
+    ICORAY_CORNER, icoray_array, icoray_config, icoray_frame_report, icoray_ndarray, icoray_status,
+};
 use icoray_core::output::Stamp;
-use icoray_core::{Description, Field, Grid, GridTables, Held, Layers, Location, Ranks, Scene};
-use std::collections::BTreeMap;
-use std::ffi::c_char;
-use std::ptr;
+use icoray_core::{Description, Grid, GridTables, Layers, Ranks, Scene};
 use std::sync::Arc;
 use std::time::Instant;
 
-/// A field as it was given: where its array is, and over which grid and layers.
-struct Given {
-    array: icoray_array,
-    grid: String,
-    layers: String,
-}
-
-// SAFETY: the array is read only inside calls on the context, in which the model keeps it alive and unchanged.
-unsafe impl Send for Given {}
-
+mod inputs;
 mod together;
 
-/// A grid and, where it or its fields are spread over ranks, what this one has of them.
-struct Spread {
-    grid: Arc<Grid<'static>>,
-    held: Option<Arc<Held>>,
-}
+pub(crate) use inputs::Subject;
+use inputs::{Given, Inputs, Spread, known, missing};
 
 /// An open icoray context.
 pub struct Context {
-    /// By name. The tables are borrowed from the model, which keeps them until close or the next grid_set.
-    grids: BTreeMap<String, Spread>,
-    layers: BTreeMap<String, Arc<Layers>>,
-    fields: BTreeMap<String, Given>,
-    /// What fields are called, by their names; also of those that are yet to come.
-    descriptions: BTreeMap<String, Description>,
+    inputs: Inputs,
     scene: Choice,
     drawing: Drawing,
     /// Those who draw together, or this process alone.
@@ -55,23 +37,10 @@ enum Choice {
     Scene(Arc<Scene>),
 }
 
-/// All that one frame is made of.
-pub(crate) struct Subject<'a> {
-    pub scene: Arc<Scene>,
-    pub grid: Arc<Grid<'static>>,
-    pub held: Option<Arc<Held>>,
-    pub layers: Arc<Layers>,
-    pub field: Field<'a>,
-    pub description: Description,
-}
-
 impl Context {
     pub fn new(config: &icoray_config, output_dir: &str, ranks: &Ranks) -> Outcome<Self> {
         Ok(Context {
-            grids: BTreeMap::new(),
-            layers: BTreeMap::new(),
-            fields: BTreeMap::new(),
-            descriptions: BTreeMap::new(),
+            inputs: Inputs::default(),
             scene: Choice::Open,
             drawing: Drawing::new(config, output_dir, ranks)?,
             ranks: Ranks::alone(),
@@ -113,35 +82,36 @@ impl Context {
         // After this call the model may free the tables of the grid before.
         self.drawing.finish_rendering();
         let grid = self.drawing.renderer().run(|| Grid::new(tables))?;
-        self.grids.insert(name.into(), Spread { grid: Arc::new(grid), held: None });
+        self.inputs.grids.insert(name.into(), Spread { grid: Arc::new(grid), held: None });
         Ok(())
     }
 
     pub fn set_layers(&mut self, name: &str, radius_m: &[f64], planet_radius_m: f64) -> Outcome<()> {
         let layers = Layers::new(radius_m.to_vec(), planet_radius_m)?;
-        self.layers.insert(name.into(), Arc::new(layers));
+        self.inputs.layers.insert(name.into(), Arc::new(layers));
         Ok(())
     }
 
     /// `of` names the struct that the model gave.
     pub fn set_field(&mut self, field: &str, array: &icoray_array, of: &str) -> Outcome<()> {
-        let within = |f: Failure| Failure::new(f.status, format!("field {field:?}: {}", f.message));
-        // SAFETY: the caller of icoray_field_set promises an array and two strings.
-        let (columns, (grid, layers)) = unsafe {
-            let columns = borrow::field(array, of).map_err(within)?.shape().columns;
-            (columns, names(array.grid_name, array.layers_name).map_err(within)?)
-        };
-        if columns == 0 && !self.is_shared() {
-            let none = Failure::new(icoray_status::ICORAY_ERR_FIELD, "0 columns, expected at least 1");
-            return Err(within(none));
-        }
+        let is_shared = self.is_shared();
+        let given =
+            Given::new(array, of, is_shared).map_err(|f| f.within(format_args!("field {field:?}")))?;
         if field.is_empty() {
             return Err(argument("name: \"\", expected the name that scenes use".into()));
         }
-        let (grid, layers) = (grid.to_string(), layers.to_string());
-        // The caller's strings need not outlive the call.
-        let array = icoray_array { grid_name: ptr::null(), layers_name: ptr::null(), ..*array };
-        self.fields.insert(field.into(), Given { array, grid, layers });
+        self.inputs.fields.insert(field.into(), given);
+        Ok(())
+    }
+
+    /// Heights of cells and layers; none takes back those before.
+    pub fn set_heights(&mut self, array: Option<&icoray_array>, of: &str) -> Outcome<()> {
+        let is_shared = self.is_shared();
+        let given = array.map(|array| {
+            at_centers(array.location, of)?;
+            Given::new(array, of, is_shared)
+        });
+        self.inputs.heights = given.transpose().map_err(|f| f.within("heights"))?;
         Ok(())
     }
 
@@ -150,30 +120,25 @@ impl Context {
         if field.is_empty() {
             return Err(argument("name: \"\", expected the name that scenes use".into()));
         }
-        self.descriptions.insert(field.into(), description);
+        self.inputs.descriptions.insert(field.into(), description);
         Ok(())
     }
 
     /// Finds the layers and columns among an array's dimensions.
     pub fn set_ndarray(&mut self, field: &str, array: &icoray_ndarray) -> Outcome<()> {
-        let within = |f: Failure| Failure::new(f.status, format!("field {field:?}: {}", f.message));
-        let call = "icoray_field_set_ndarray";
-        // SAFETY: the caller of icoray_field_set_ndarray promises two strings.
-        let (grid, layers) = unsafe { names(array.grid_name, array.layers_name).map_err(within)? };
-        let Spread { grid, held } =
-            known(&self.grids, grid, "grid", call, "icoray_grid_set").map_err(within)?;
-        let layers =
-            known(&self.layers, layers, "set of layers", call, "icoray_layers_set").map_err(within)?;
-        let location = borrow::location(array.location, "icoray_ndarray").map_err(within)?;
-        let columns = match (held.as_deref(), location) {
-            (Some(Held::Columns(columns)), _) => {
-                columns.of_field_at(location).map_err(|e| within(e.into()))?
-            }
-            (_, Location::Center) => grid.cells(),
-            (_, Location::Corner) => grid.triangles(),
-        };
-        let flat = borrow::flat(array, columns, layers.count()).map_err(within)?;
+        let flat = self.inputs.flat(array, "icoray_field_set_ndarray");
+        let flat = flat.map_err(|f| f.within(format_args!("field {field:?}")))?;
         self.set_field(field, &flat, icoray_ndarray::NAME)
+    }
+
+    /// The same of heights.
+    pub fn set_heights_ndarray(&mut self, array: Option<&icoray_ndarray>) -> Outcome<()> {
+        let flat = array.map(|array| {
+            at_centers(array.location, icoray_ndarray::NAME)?;
+            self.inputs.flat(array, "icoray_heights_set_ndarray")
+        });
+        let flat = flat.transpose().map_err(|f| f.within("heights"))?;
+        self.set_heights(flat.as_ref(), icoray_ndarray::NAME)
     }
 
     pub fn set_scene(&mut self, text: &str) -> Outcome<()> {
@@ -190,7 +155,9 @@ impl Context {
         }
         match &self.scene {
             Choice::Scene(scene) => {
-                self.drawing.is_on() && scene.is_due(step) && field.is_none_or(|f| f == scene.field)
+                self.drawing.is_on()
+                    && scene.is_due(step)
+                    && field.is_none_or(|f| scene.model_fields().contains(&f))
             }
             _ => false,
         }
@@ -209,8 +176,8 @@ impl Context {
         let Some(scene) = due(&self.scene, stamp.step)? else {
             return self.drawing.pass();
         };
-        let Context { grids, layers, fields, descriptions, drawing, .. } = self;
-        drawing.draw(stamp, || subject(scene, grids, layers, fields, descriptions))
+        let Context { inputs, drawing, .. } = self;
+        drawing.draw(stamp, || inputs.subject(scene))
     }
 
     /// Waits until all frames are on disk.
@@ -232,6 +199,14 @@ impl Context {
     }
 }
 
+/// Refuses corners, where there are no heights.
+fn at_centers(location: i32, of: &str) -> Outcome<()> {
+    if location == ICORAY_CORNER {
+        return Err(argument(format!("{of}.location: ICORAY_CORNER (1), expected ICORAY_CENTER (0)")));
+    }
+    Ok(())
+}
+
 /// The scene that is drawn of this step, if any.
 fn due(scene: &Choice, step: i64) -> Outcome<Option<Arc<Scene>>> {
     match scene {
@@ -242,68 +217,4 @@ fn due(scene: &Choice, step: i64) -> Outcome<Option<Arc<Scene>>> {
             Err(missing("icoray_execute", "scene", call))
         }
     }
-}
-
-/// Looks up what a scene is drawn from.
-fn subject<'a>(
-    scene: Arc<Scene>,
-    grids: &BTreeMap<String, Spread>,
-    layers: &BTreeMap<String, Arc<Layers>>,
-    fields: &BTreeMap<String, Given>,
-    descriptions: &BTreeMap<String, Description>,
-) -> Outcome<Subject<'a>> {
-    let call = "icoray_execute";
-    if grids.is_empty() {
-        return Err(missing(call, "grid", "icoray_grid_set"));
-    }
-    if layers.is_empty() {
-        return Err(missing(call, "set of layers", "icoray_layers_set"));
-    }
-    let Some(given) = fields.get(&scene.field) else {
-        let known: Vec<&str> = fields.keys().map(String::as_str).collect();
-        let message = format!(
-            "the scene's field {:?} was not given by icoray_field_set; given: {known:?}",
-            scene.field
-        );
-        return Err(Failure::new(icoray_status::ICORAY_ERR_FIELD, message));
-    };
-    let within = |f: Failure| Failure::new(f.status, format!("field {:?}: {}", scene.field, f.message));
-    let Spread { grid, held } = known(grids, &given.grid, "grid", call, "icoray_grid_set").map_err(within)?;
-    let layers =
-        known(layers, &given.layers, "set of layers", call, "icoray_layers_set").map_err(within)?.clone();
-    // SAFETY: the model promises that its arrays live and do not change until icoray_execute returns.
-    let field = unsafe { borrow::field(&given.array, icoray_array::NAME).map_err(within)? };
-    let description = descriptions.get(&scene.field).cloned().unwrap_or_default();
-    Ok(Subject { scene, grid: grid.clone(), held: held.clone(), layers, field, description })
-}
-
-fn missing(came: &str, what: &str, first: &str) -> Failure {
-    let message = format!("{came} came before a {what} was given; call {first} first");
-    Failure::new(icoray_status::ICORAY_ERR_ORDER, message)
-}
-
-/// What was given under `name`.
-fn known<'m, T>(
-    given: &'m BTreeMap<String, T>,
-    name: &str,
-    what: &str,
-    came: &str,
-    first: &str,
-) -> Outcome<&'m T> {
-    if let Some(found) = given.get(name) {
-        return Ok(found);
-    }
-    if given.is_empty() {
-        return Err(missing(came, what, first));
-    }
-    let names: Vec<&str> = given.keys().map(String::as_str).collect();
-    let named = if name.is_empty() { "without a name".into() } else { format!("named {name:?}") };
-    Err(argument(format!("no {what} {named} was given by {first}; given: {names:?}")))
-}
-
-/// # Safety
-/// Both are NULL or strings that live for `'a`.
-unsafe fn names<'a>(grid: *const c_char, layers: *const c_char) -> Outcome<(&'a str, &'a str)> {
-    // SAFETY: passed on.
-    unsafe { Ok((name(grid, "grid_name")?, name(layers, "layers_name")?)) }
 }

@@ -146,19 +146,19 @@ impl Drawing {
     }
 
     fn begin(&mut self, stamp: Stamp, subject: Subject) -> Outcome<()> {
-        // What one process holds is the whole grid and field.
-        let Subject { scene, grid, held: _, layers, field, description } = subject;
+        // What one process holds is the whole grid and fields.
+        let Subject { scene, grid, held: _, layers, fields, description, descriptions } = subject;
         self.devices.is_asked = scene.backend == Backend::Gpu;
         if let Some(background) = &mut self.background {
-            background.submit(Job { scene, grid, layers, stamp, description }, &field)?;
+            background.submit(Job { scene, grid, layers, stamp, description, descriptions }, fields)?;
             // The frame before was waited for; its cost is to be taken before this one's takes its place.
             self.collect();
             return Ok(());
         }
         // Names that are wrong or taken are known before the first ray.
         self.writer.check(&scene.output, &stamp, &scene.field)?;
-        let frame = self.renderer.render(&scene, &grid, &layers, &field)?;
-        self.hand_on(Frame { description, ..frame }, &scene, stamp);
+        let frame = self.renderer.render(&scene, &grid, &layers, fields)?;
+        self.hand_on(Frame { description, descriptions, ..frame }, &scene, stamp);
         Ok(())
     }
 

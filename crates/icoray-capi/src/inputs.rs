@@ -1,4 +1,4 @@
-//! Exported: grid, layers, fields and scene.
+//! Exported: grid, layers, fields, heights and scene.
 
 use crate::borrow::{self, Versioned, name, sized, text};
 use crate::boundary::{Failure, Outcome};
@@ -30,7 +30,7 @@ pub unsafe extern "C" fn icoray_grid_set(ctx: *mut icoray_ctx, grid: *const icor
 /// On failure what was said before, if anything, stays.
 ///
 /// From then on each rank draws its own part in whole pictures, and rays are put together of what ranks send each other. Of
-/// columns, each node puts the field together, and ranks draw tiles: bitwise the picture of one rank with the whole field.
+/// columns, each node puts the fields together, and ranks draw tiles: bitwise the picture of one rank with the whole fields.
 ///
 /// Collective over the communicator of icoray_open, with a grid of the same name on all. What fails on one rank is the
 /// status of all: ICORAY_ERR_GRID where a cell is owned by two ranks or by none, a number is there twice or not in the grid, or
@@ -73,7 +73,8 @@ pub unsafe extern "C" fn icoray_layers_set(
 
 /// Hands over a field under a name that scenes use; a field of that name before is replaced. The array is not read
 /// now but at each icoray_execute that needs it, so it can be handed over once and change from step to step. A model whose
-/// arrays move (time levels that are swapped) calls this before each icoray_execute; it takes no time.
+/// arrays move (time levels that are swapped) calls this before each icoray_execute; it takes no time. A scene of several fields
+/// needs all of them, over one grid and its layers; some may be at centres and others at corners.
 ///
 /// # Safety
 /// `ctx` is open; `name` is NULL or a string; `array` is NULL or filled in as the header says, and its data live until
@@ -110,6 +111,52 @@ pub unsafe extern "C" fn icoray_field_set_ndarray(
         with(ctx, |context| {
             let (name, array) = (text(name, "name")?, sized(array)?);
             context.set_ndarray(name, array)
+        })
+    }
+}
+
+/// Hands over the heights of layers where these differ from column to column, as over mountains or a sea floor: metres above the
+/// planet's surface, negative below it, a value for each cell (ICORAY_CENTER) and each layer of icoray_layers, in their order;
+/// of the grid and layers that the array names. Only scenes with heights = "native" read them, at each icoray_execute, as they
+/// are then; others draw with the radii of icoray_layers, and do not touch the array. NULL takes back the heights before, which
+/// these replace.
+///
+/// In a column heights do not fall on the way up; layers may have no thickness. A column all of whose heights are missing (NaN
+/// or fill_value) has the mean ones. What is wrong is ICORAY_ERR_LAYERS at icoray_execute. A rank of icoray_open with a part of
+/// the grid, or columns of some cells, has heights of the cells of which it has fields.
+///
+/// # Safety
+/// `ctx` is open; `heights` is NULL or filled in as the header says, and its data live until they are replaced, taken
+/// back or the context closed.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn icoray_heights_set(
+    ctx: *mut icoray_ctx,
+    heights: *const icoray_array,
+) -> icoray_status {
+    // SAFETY: passed on.
+    unsafe {
+        with(ctx, |context| {
+            let heights = if heights.is_null() { None } else { Some(sized(heights)?) };
+            context.set_heights(heights, icoray_array::NAME)
+        })
+    }
+}
+
+/// As icoray_heights_set, for an array of which just the dimensions are known, as icoray_field_set_ndarray. Fortran's
+/// icoray_heights_set comes here.
+///
+/// # Safety
+/// As icoray_heights_set.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn icoray_heights_set_ndarray(
+    ctx: *mut icoray_ctx,
+    heights: *const icoray_ndarray,
+) -> icoray_status {
+    // SAFETY: passed on.
+    unsafe {
+        with(ctx, |context| {
+            let heights = if heights.is_null() { None } else { Some(sized(heights)?) };
+            context.set_heights_ndarray(heights)
         })
     }
 }

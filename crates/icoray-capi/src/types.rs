@@ -116,7 +116,7 @@ pub struct icoray_config {
     pub on_error: i32,
     /// With ICORAY_DISABLE: failed frames in a row after which the context switches itself off; 0 is 3.
     pub disable_after: i32,
-    /// Not 0: icoray_execute copies the field that the scene names and returns; a thread renders the copy. One frame at
+    /// Not 0: icoray_execute copies the fields that the scene needs and returns; a thread renders the copies. One frame at
     /// a time: icoray_execute first waits for the frame before.
     pub async_render: i32,
     /// Frames that may wait for the thread that writes, 1 to 1024; 0 is 2.
@@ -322,7 +322,7 @@ pub struct icoray_frame_report {
     pub host_s: f64,
     /// Of these: waiting for a full queue or for the frame before.
     pub waited_s: f64,
-    /// Of these: copying the field (async_render, or columns that are spread over ranks, with waiting for each other).
+    /// Of these: copying the fields (async_render, or columns that are spread over ranks, with waiting for each other).
     pub copy_s: f64,
     /// Value range, averages of corner fields, gradients.
     pub prepare_s: f64,
@@ -344,8 +344,8 @@ pub struct icoray_frame_report {
     pub value_max: f64,
     /// Values that are NaN, infinite or the fill value.
     pub missing_values: u64,
-    /// Bytes of input that were copied: 0, or the field's with async_render. Of columns that are spread over ranks: what this
-    /// rank wrote to its node's memory, which is the field's of all ranks there.
+    /// Bytes of input that were copied: 0, or the fields' with async_render. Of columns that are spread over ranks: what this
+    /// rank wrote to its node's memory, which is the fields' of all ranks there.
     pub bytes_copied: u64,
     /// Bytes that were derived from the field: averages of corner fields, gradients.
     pub bytes_derived: u64,

@@ -3,10 +3,11 @@
 use crate::field::{FieldInfo, OwnedField};
 use crate::floor::Floor;
 use crate::heights::LayerHeights;
+use crate::heights::native::{self, NativeHeights};
 use crate::mesh::{Convention, Mesh};
 use crate::sources::Sources;
 use crate::times;
-use icoray::{ErrorKind, Layers, Result};
+use icoray::{ErrorKind, Grid, Layers, Result};
 use std::ops::Range;
 use std::path::Path;
 use std::sync::OnceLock;
@@ -160,8 +161,8 @@ impl ModelFile {
 
     /// Reads the heights on which a field's layers lie, and how far terrain bends them.
     ///
-    /// Heights that differ between columns are read whole, in blocks. icoray renders concentric layers, so the mean over all
-    /// columns is taken.
+    /// Heights that differ between columns are read whole, in blocks, and their mean over all columns is taken; their own are
+    /// [`ModelFile::native_heights`].
     ///
     /// # Errors
     /// [`ErrorKind::Field`] when there is no such field; [`ErrorKind::Layers`] when no variable gives heights (the sentence
@@ -177,6 +178,27 @@ impl ModelFile {
     /// As [`ModelFile::layer_heights`] and [`Layers::for_field`].
     pub fn layers(&self, field: &str) -> Result<Layers> {
         self.layer_heights(field)?.layers.for_field(self.field_info(field)?.layers)
+    }
+
+    /// What heights of its own each column of a field has, in words; `None` where all columns share the layers' heights, or no
+    /// file tells. Nothing is read of them.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Field`] when there is no such field; [`ErrorKind::Layers`] when the variable that should have the heights is
+    /// of other dimensions.
+    pub fn native_heights_in_words(&self, field: &str) -> Result<Option<String>> {
+        native::describe(&self.sources, &self.mesh, self.field_info(field)?)
+    }
+
+    /// Reads the heights that each column of a field has of its own, at record `time` where they change; those of a file that
+    /// has not the fields, at its first. `grid` is the mesh's. `None` as in [`ModelFile::native_heights_in_words`].
+    ///
+    /// # Errors
+    /// As [`ModelFile::native_heights_in_words`]; [`ErrorKind::Layers`] when there is no such record or a thickness is none;
+    /// [`ErrorKind::Io`] when the file is damaged or cut off.
+    pub fn native_heights(&self, grid: &Grid, field: &str, time: usize) -> Result<Option<NativeHeights>> {
+        let info = self.field_info(field)?;
+        NativeHeights::read(&self.sources, (&self.mesh, grid), info, self.floor()?, time)
     }
 
     /// The sea floor, read once.

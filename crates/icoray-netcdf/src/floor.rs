@@ -36,6 +36,12 @@ impl Floor {
         Ok(Some(Floor { cells, corners }))
     }
 
+    /// Those of the first `layers` of a cell that are water.
+    pub(crate) fn water(&self, cell: usize, layers: usize) -> Range<usize> {
+        let Range { start, end } = self.cells[cell];
+        start.min(layers)..end.min(layers)
+    }
+
     /// Makes NaN of what is no water in `values`, which hold `layers` of the field.
     pub(crate) fn void_outside(
         &self,

@@ -2,6 +2,7 @@
 
 mod axis;
 mod columns;
+pub(crate) mod native;
 mod thickness;
 
 use crate::field::FieldInfo;
@@ -117,15 +118,10 @@ fn of_icon<'a>(sources: &'a Sources, mesh: &Mesh, info: &FieldInfo) -> Result<Fo
             return Ok(Found { source, variable, is_of_pressure, height_m, deviation_m: Some(0.0) });
         }
     }
-    for (source, variable) in ICON_COLUMNS.iter().filter_map(|name| sources.find(name)) {
-        let [.., layers, cells] = variable.dimensions.as_slice() else { continue };
-        let is_real = matches!(variable.kind, Kind::F32 | Kind::F64);
-        let fits = layers.len == info.layers || layers.len == info.layers + 1;
-        if is_real && fits && cells.len == mesh.corners() {
-            let (height_m, deviation_m) = columns::mean(source, variable, false)?;
-            let deviation_m = Some(deviation_m);
-            return Ok(Found { source, variable, is_of_pressure: false, height_m, deviation_m });
-        }
+    if let Some((source, variable)) = icon_columns(sources, mesh, info) {
+        let (height_m, deviation_m) = columns::mean(source, variable, false)?;
+        let deviation_m = Some(deviation_m);
+        return Ok(Found { source, variable, is_of_pressure: false, height_m, deviation_m });
     }
     Err(sources.error(
         ErrorKind::Layers,
@@ -140,6 +136,21 @@ fn of_icon<'a>(sources: &'a Sources, mesh: &Mesh, info: &FieldInfo) -> Result<Fo
             mesh.corners(),
         ),
     ))
+}
+
+/// The variable with the heights of a field's layers over ICON's columns, or of its interfaces.
+fn icon_columns<'a>(
+    sources: &'a Sources,
+    mesh: &Mesh,
+    info: &FieldInfo,
+) -> Option<(&'a Source, &'a Variable)> {
+    let fits = |variable: &Variable| {
+        let [.., layers, cells] = variable.dimensions.as_slice() else { return false };
+        let is_real = matches!(variable.kind, Kind::F32 | Kind::F64);
+        let is_theirs = layers.len == info.layers || layers.len == info.layers + 1;
+        is_real && is_theirs && cells.len == mesh.corners()
+    };
+    ICON_COLUMNS.iter().filter_map(|name| sources.find(name)).find(|(_, variable)| fits(variable))
 }
 
 fn expect(source: &Source, variable: &Variable, dimensions: &[&str]) -> Result<()> {

@@ -48,6 +48,14 @@ impl OwnedReals {
         }
     }
 
+    /// Appends an element, rounded to the array's precision.
+    pub(crate) fn push(&mut self, value: f64) {
+        match self {
+            OwnedReals::F32(v) => v.push(value as f32),
+            OwnedReals::F64(v) => v.push(value),
+        }
+    }
+
     /// Puts NaN at `index`.
     pub(crate) fn void_at(&mut self, index: usize) {
         match self {

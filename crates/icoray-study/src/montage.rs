@@ -75,6 +75,7 @@ pub(crate) fn frame(width: u32, height: u32, pixels: Vec<[f32; 4]>) -> Frame {
         pixels,
         field: String::new(),
         description: Description::default(),
+        descriptions: Vec::new(),
         legend: None,
         notes: Vec::new(),
         stamp: Stamp::default(),

@@ -1,13 +1,13 @@
 //! Frames drawn by a thread of their own, one at a time, while the model computes on.
 //!
-//! The model hands over a copy of the one field that the scene shows ([`Snapshot`]) and goes on; the frame is drawn from
+//! The model hands over a copy of the fields that the scene needs ([`Snapshot`]) and goes on; the frame is drawn from
 //! the copy and passed to the [`Writer`]. No more than one frame is on its way to being drawn: the next one waits for it,
-//! with the model, so that memory is one copy and a model that asks for more pictures than can be drawn is slowed, not
+//! with the model, so that memory is one copy of each field and a model that asks for more pictures than can be drawn is slowed, not
 //! stopped. Tables of the grid are not copied; [`Background::wait`] says when nobody reads them.
 
 use crate::description::Description;
 use crate::error::{Error, ErrorKind, Result};
-use crate::field::Field;
+use crate::fields::Fields;
 use crate::frame::FrameReport;
 use crate::grid::Grid;
 use crate::layers::Layers;
@@ -22,7 +22,7 @@ use std::sync::Arc;
 use std::thread::{Builder, JoinHandle};
 use std::time::Instant;
 
-/// What is to be drawn, but for the field.
+/// What is to be drawn, but for the fields.
 #[derive(Debug, Clone)]
 pub struct Job {
     /// What to draw and how.
@@ -35,6 +35,8 @@ pub struct Job {
     pub stamp: Stamp,
     /// What the field is called.
     pub description: Description,
+    /// What the other fields that are shown are called, by name.
+    pub descriptions: Vec<(String, Description)>,
 }
 
 /// What handing over a frame cost.
@@ -42,7 +44,7 @@ pub struct Job {
 pub struct Accepted {
     /// Seconds spent waiting for the frame before.
     pub waited_s: f64,
-    /// Seconds of copying the field.
+    /// Seconds of copying the fields.
     pub copy_s: f64,
     /// Bytes copied.
     pub bytes_copied: u64,
@@ -119,13 +121,17 @@ impl Background {
         Ok(Background { renderer, writer, jobs, drawn, thread, is_busy: false, spare, outcomes })
     }
 
-    /// Hands over a frame: waits for the frame before, copies `field` on the renderer's threads, and returns; the field may
-    /// then change. What is wrong with the job itself is an error now, and nothing is copied: the frame has no outcome.
+    /// Hands over a frame: waits for the frame before, copies those of `fields` that the scene needs on the renderer's threads,
+    /// and returns; they may then change. What is wrong with the job itself is an error now, and nothing is copied: the frame has no outcome.
     ///
     /// # Errors
-    /// As [`Plan::new`] and [`Writer::check`]; [`ErrorKind::Internal`] when the thread is gone.
-    pub fn submit(&mut self, job: Job, field: &Field) -> Result<Accepted> {
-        Plan::new(&job.scene, &job.grid, &job.layers, field)?;
+    /// As [`Plan::new`] and [`Writer::check`]; as [`Fields::get`] where one is not there, [`ErrorKind::Field`] where the
+    /// scene needs heights and there are none; [`ErrorKind::Internal`] when the thread is gone.
+    pub fn submit<'f>(&mut self, job: Job, fields: impl Into<Fields<'f>>) -> Result<Accepted> {
+        let fields = fields.into().needed_by(&job.scene)?;
+        if let Some(first) = fields.each().next() {
+            Plan::new(&job.scene, &job.grid, &job.layers, first)?;
+        }
         let start = Instant::now();
         let waited_s = if self.is_busy {
             self.wait();
@@ -136,7 +142,7 @@ impl Background {
         // After the wait: names of the frame before are known to the writer only now.
         self.writer.check(&job.scene.output, &job.stamp, &job.scene.field)?;
         let start = Instant::now();
-        self.spare.take(field, &self.renderer);
+        self.spare.take(fields, &self.renderer);
         let copy_s = start.elapsed().as_secs_f64();
         let accepted = Accepted { waited_s, copy_s, bytes_copied: self.spare.bytes() };
         let snapshot = mem::replace(&mut self.spare, Snapshot::empty());
@@ -191,9 +197,9 @@ fn draw(
     snapshot: &Snapshot,
     accepted: Accepted,
 ) -> Result<(FrameReport, Option<Stamp>)> {
-    let Job { scene, grid, layers, stamp, description } = job;
-    let mut frame = renderer.render(&scene, &grid, &layers, &snapshot.field()?)?;
-    frame.description = description;
+    let Job { scene, grid, layers, stamp, description, descriptions } = job;
+    let mut frame = renderer.render(&scene, &grid, &layers, snapshot.fields()?)?;
+    (frame.description, frame.descriptions) = (description, descriptions);
     frame.report.waited_s = accepted.waited_s;
     frame.report.copy_s = accepted.copy_s;
     frame.report.bytes_copied = accepted.bytes_copied;

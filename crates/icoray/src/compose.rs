@@ -7,6 +7,7 @@
 //! fragments themselves, pixel by pixel.
 
 use crate::error::{Error, ErrorKind, Result};
+use crate::ground::{Ground, Sight};
 use crate::kernel::piece::Light;
 use crate::kernel::plane::RayLine;
 use crate::kernel::ray::{Budget, Counts, Fragment};
@@ -20,16 +21,18 @@ const HAIR: f64 = 1e-12;
 
 /// What rays of a frame have in common when they are put together.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Composer {
+pub(crate) struct Composer<'g> {
     /// Radii of the innermost and outermost layer.
     pub radius: [f64; 2],
     /// Linear RGB of the opaque core.
     pub core: Option<[f64; 3]>,
+    /// What the core looks like where it has more than one colour.
+    pub ground: Option<&'g Ground>,
     pub shading: Option<Shading>,
     pub budget: Budget,
 }
 
-impl Composer {
+impl Composer<'_> {
     /// The light along the ray from `eye` towards `dir`; `None` where it misses the shell. `fragments` are sorted on the way.
     pub fn ray(
         &self,
@@ -73,6 +76,8 @@ impl Composer {
             return None;
         }
         let t = line.first_inside(self.radius[0], part)?;
+        let ground = self.ground.map(|ground| ground.color(&Sight::round(line.position(t)), None));
+        let color = ground.unwrap_or(color);
         let body = self.shading.map_or(1.0, |shading| {
             shading.along::<f64>(dir, self.budget.share).solid(line.position(t).normalize_or_zero())
         });
@@ -170,9 +175,10 @@ mod tests {
         Fragment { t, color, absorbed, error: 1e-5, variance: 0.0 }
     }
 
-    const COMPOSER: Composer = Composer {
+    const COMPOSER: Composer<'static> = Composer {
         radius: [1.0, 1.5],
         core: None,
+        ground: None,
         shading: None,
         budget: Budget { share: 5e-4, rest: 5e-4, brightest: 1.0 },
     };
@@ -204,6 +210,25 @@ mod tests {
         assert_eq!(trace(&mut [clear(-1.5, -1.2), facet]), [0.0, 0.0, 1.0], "the gap begins above the core");
         assert_eq!(trace(&mut [clear(-1.5, -0.995), facet]), [0.0, 0.0, 1.0], "and inside it");
         assert!(composer.ray(DVec3::X * 3.0, DVec3::Y, &mut [], &mut Counts::default()).is_none());
+    }
+
+    #[test]
+    fn a_gap_shows_land_and_sea() {
+        let mut scene = crate::Scene::parse(
+            "field = \"q\"\n[image]\nwidth = 9\nheight = 9\n[camera]\nlon = 20\nlat = 10\ndistance = 3\n\
+             [transfer]\nmap = \"viridis\"\nrange = [0, 1]\nopacity = [[0, 0.0], [1, 0.0]]\n",
+        )
+        .unwrap();
+        (scene.scenery.ground.land, scene.scenery.ground.ocean) =
+            (Some([0.0, 1.0, 0.0]), Some([0.0, 0.0, 1.0]));
+        let ground = Ground::new(&scene).unwrap();
+        let composer = Composer { core: scene.core, ground: Some(&ground), ..COMPOSER };
+        let eye = DVec3::from_array(scene.camera.eye());
+        let at = |lon: f64, lat: f64| {
+            let dir = (crate::grid::unit_vector(lon.to_radians(), lat.to_radians()) - eye).normalize();
+            composer.ray(eye, dir, &mut [], &mut Counts::default()).unwrap().color
+        };
+        assert_eq!([at(20.0, 10.0), at(-15.0, 0.0)], [[0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]);
     }
 
     #[test]

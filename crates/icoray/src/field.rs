@@ -201,7 +201,9 @@ fn range_of<S: Sample>(values: &[S], fill: Option<S>) -> Extremes {
     (low, high.iter().fold(f64::NEG_INFINITY, |high, v| high.max(v.wide())), missing)
 }
 
-/// A field at centres that icoray made from one at corners.
+mod moved;
+
+/// A field at centres that icoray made from one at corners, or on other layers.
 #[derive(Debug, Clone)]
 pub struct CenterField {
     values: CenterValues,

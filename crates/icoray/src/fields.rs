@@ -2,6 +2,7 @@
 
 use crate::error::{Error, ErrorKind, Result};
 use crate::field::Field;
+use crate::scene::{Heights, Scene};
 
 /// Borrowed fields by name.
 ///
@@ -10,12 +11,30 @@ use crate::field::Field;
 pub struct Fields<'f> {
     named: Vec<(String, Field<'f>)>,
     unnamed: Option<Field<'f>>,
+    heights: Option<Field<'f>>,
 }
 
 impl<'f> Fields<'f> {
     /// Fields by name; of two with the same name the first counts.
     pub fn new<N: Into<String>>(named: impl IntoIterator<Item = (N, Field<'f>)>) -> Self {
-        Fields { named: named.into_iter().map(|(name, field)| (name.into(), field)).collect(), unnamed: None }
+        let named = named.into_iter().map(|(name, field)| (name.into(), field)).collect();
+        Fields { named, ..Fields::default() }
+    }
+
+    /// The same, with the heights of each column's layers, which scenes ask for by [`Heights::Native`](crate::Heights).
+    ///
+    /// `heights` has one column per cell, at the centres, and as many layers as [`Layers`](crate::Layers), in their order:
+    /// metres above the planet's surface, negative below it. They must not fall on the way up a column; layers may have no
+    /// thickness, as below a sea floor. A column of which all heights are missing has the mean ones of `Layers`. All is
+    /// checked when a frame is drawn.
+    #[must_use]
+    pub fn with_heights(self, heights: Field<'f>) -> Self {
+        Fields { heights: Some(heights), ..self }
+    }
+
+    /// The heights of each column's layers, where they were given.
+    pub fn heights(&self) -> Option<&Field<'f>> {
+        self.heights.as_ref()
     }
 
     /// The field that a scene calls `name`, where it is the scene's first.
@@ -34,19 +53,55 @@ impl<'f> Fields<'f> {
         let found = self.named.iter().find(|(known, _)| known == name);
         found.map(|(_, field)| field).ok_or_else(|| {
             let known: Vec<&str> = self.named.iter().map(|(name, _)| name.as_str()).collect();
-            let known = if known.is_empty() { "only the first field".into() } else { format!("{known:?}") };
+            let known = match &self.unnamed {
+                Some(_) => "only the first field".into(),
+                None => format!("{known:?}"),
+            };
             Error::new(ErrorKind::Scene, format!("the scene shows field {name:?}, and there is {known}"))
         })
+    }
+
+    /// Those that `scene` needs, each by its name, in the order of [`Scene::model_fields`], and the heights where it needs
+    /// these.
+    ///
+    /// # Errors
+    /// As [`Fields::get`]; [`ErrorKind::Field`] where the scene needs heights and there are none.
+    pub(crate) fn needed_by(&self, scene: &Scene) -> Result<Self> {
+        let of = |name: &str| if name == scene.field { self.first(name) } else { self.get(name) };
+        let named = scene.model_fields().into_iter().map(|name| Ok((name.to_owned(), *of(name)?)));
+        let named = named.collect::<Result<_>>()?;
+        let heights = match (scene.scenery.heights, self.heights) {
+            (Heights::Mean, _) => None,
+            (Heights::Native, Some(heights)) => Some(heights),
+            (Heights::Native, None) => {
+                let message = "heights = \"native\", and no heights of cells and layers are given";
+                return Err(Error::new(ErrorKind::Field, message));
+            }
+        };
+        Ok(Fields { named, unnamed: None, heights })
+    }
+
+    /// All fields but the heights, those without a name first.
+    pub(crate) fn each(&self) -> impl Iterator<Item = &Field<'f>> {
+        self.unnamed.iter().chain(self.named.iter().map(|(_, field)| field))
     }
 
     /// Names and fields.
     pub fn iter(&self) -> impl Iterator<Item = (&str, &Field<'f>)> {
         self.named.iter().map(|(name, field)| (name.as_str(), field))
     }
+
+    /// The same with `first` before all others, and the field without a name called `name`.
+    pub(crate) fn behind(&self, first: Vec<(String, Field<'f>)>, name: Option<&str>) -> Self {
+        let unnamed = self.unnamed.iter().zip(name).map(|(field, name)| (name.to_owned(), *field));
+        let named = first.into_iter().chain(unnamed).chain(self.named.iter().cloned()).collect();
+        let unnamed = if name.is_some() { None } else { self.unnamed };
+        Fields { named, unnamed, heights: self.heights }
+    }
 }
 
 impl<'f> From<&Field<'f>> for Fields<'f> {
     fn from(field: &Field<'f>) -> Self {
-        Fields { named: Vec::new(), unnamed: Some(*field) }
+        Fields { unnamed: Some(*field), ..Fields::default() }
     }
 }

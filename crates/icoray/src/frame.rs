@@ -6,6 +6,7 @@ use crate::label::Legend;
 use crate::output::Stamp;
 use crate::plan::Sharing;
 use crate::quality::Quality;
+use crate::scene::{Coloring, Scene};
 use std::fmt;
 
 /// How much a frame's errors are to be relied on.
@@ -87,10 +88,29 @@ pub(crate) fn two_digits_up(value: f64) -> String {
 /// Over which values a colour map went.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Colors {
+    /// Name of the field that it coloured.
+    pub field: String,
     /// First and last value.
     pub range: [f64; 2],
     /// The map, its scale, and how the range came to be this.
     pub how: String,
+}
+
+impl Colors {
+    /// Of each colour map of a scene, in the scene's words and over the range with which it was drawn; once where several
+    /// things are coloured alike.
+    pub(crate) fn of(asked: &Scene, drawn: &Scene) -> Vec<Self> {
+        let mut all: Vec<Self> = Vec::new();
+        for (asked, drawn) in asked.paintings().into_iter().zip(drawn.paintings()) {
+            if let (Some(how), Some(range)) = (asked.coloring, drawn.coloring.and_then(Coloring::fixed)) {
+                let colors = Colors { field: asked.field.to_owned(), range, how: how.describe() };
+                if !all.contains(&colors) {
+                    all.push(colors);
+                }
+            }
+        }
+        all
+    }
 }
 
 /// What a frame cost and what it met.
@@ -102,7 +122,7 @@ pub struct FrameReport {
     pub render_s: f64,
     /// Seconds of encoding and disk.
     pub write_s: f64,
-    /// Seconds that copying the field took, where the frame was drawn of a [`Snapshot`](crate::Snapshot) or of
+    /// Seconds that copying the fields took, where the frame was drawn of a [`Snapshot`](crate::Snapshot) or of
     /// [`Columns`](crate::Columns), with what ranks waited for each other; else 0.
     pub copy_s: f64,
     /// Seconds that the caller, which is the model, waited: for the frame before to be drawn, or for room among those that
@@ -138,14 +158,15 @@ pub struct FrameReport {
     pub counts: Counts,
     /// Least and greatest value of the field, `None` when all are missing.
     pub value_range: Option<[f64; 2]>,
-    /// Over which values colours went, and how they came to be these; `None` where the scene gives knots.
-    pub colors: Option<Colors>,
+    /// Over which values colours went, and how they came to be these: of each colour map in the scene, the first volume's
+    /// first. Where the scene gives knots there is none.
+    pub colors: Vec<Colors>,
     /// Values that are NaN, infinite or the fill value.
     pub missing_values: u64,
     /// Bytes that were derived from the field: averages of corner fields, gradients.
     pub derived_bytes: usize,
-    /// Bytes of the field that were copied: 0 but where the frame was drawn of a [`Snapshot`](crate::Snapshot), or of
-    /// [`Columns`](crate::Columns): then those that this rank wrote, which are the field's for each node.
+    /// Bytes of the fields that were copied: 0 but where the frame was drawn of a [`Snapshot`](crate::Snapshot), or of
+    /// [`Columns`](crate::Columns): then those that this rank wrote, which are the fields' for each node.
     pub bytes_copied: u64,
     /// How far pixels may be from the exact integral.
     pub error: ErrorSummary,
@@ -170,6 +191,8 @@ pub struct Frame {
     pub field: String,
     /// What the field is called; set by who knows it.
     pub description: Description,
+    /// What other fields are called, by their names; set by who knows them.
+    pub descriptions: Vec<(String, Description)>,
     /// What is to be written into the picture.
     pub legend: Option<Box<Legend>>,
     /// Camera and transfer range in words.
@@ -196,17 +219,36 @@ impl Frame {
             ("error".into(), self.report.error.to_string()),
             ("quality".into(), self.report.quality.to_string()),
         ];
-        if let Some(Colors { range: [low, high], how }) = &self.report.colors {
-            lines.push(("colors".into(), how.clone()));
-            lines.push(("color range".into(), format!("{low} to {high}")));
+        if !self.report.colors.is_empty() {
+            lines.push(("colors".into(), self.of_each(|colors| colors.how.clone())));
+            let range = |Colors { range: [low, high], .. }: &Colors| format!("{low} to {high}");
+            lines.push(("color range".into(), self.of_each(range)));
         }
         lines.extend(self.report.device.iter().map(|device| ("drawn on".into(), device.clone())));
         let Description { long_name, units } = &self.description;
         lines.extend(long_name.iter().map(|name| ("long name".into(), name.clone())));
         lines.extend(units.iter().map(|units| ("units".into(), units.clone())));
+        if !self.descriptions.is_empty() {
+            let others = self.descriptions.iter().map(|(name, Description { long_name, units })| {
+                let said = [long_name, units].into_iter().flatten().map(String::as_str);
+                format!("{name}: {}", said.collect::<Vec<_>>().join(", "))
+            });
+            lines.push(("other fields".into(), others.collect::<Vec<_>>().join("; ")));
+        }
         lines.extend(self.stamp.date.iter().map(|date| ("date".into(), date.clone())));
         lines.extend(self.notes.iter().map(|(key, text)| ((*key).to_string(), text.clone())));
         lines
+    }
+
+    /// What `text` says of each colour map, with the names of fields where there are several.
+    pub(crate) fn of_each(&self, text: impl Fn(&Colors) -> String) -> String {
+        match self.report.colors.as_slice() {
+            [one] if one.field == self.field => text(one),
+            several => {
+                let named = several.iter().map(|colors| format!("{}: {}", colors.field, text(colors)));
+                named.collect::<Vec<_>>().join("; ")
+            }
+        }
     }
 }
 
@@ -226,6 +268,7 @@ pub(crate) mod tests {
             error,
             field: "q".into(),
             description: Description::default(),
+            descriptions: Vec::new(),
             legend: None,
             notes: vec![("camera", "far away".into())],
             stamp: Stamp { step: 7, time_s: 60.0, date: None },
@@ -274,6 +317,58 @@ pub(crate) mod tests {
         ] {
             assert_eq!(two_digits_up(value), text);
         }
+    }
+
+    #[test]
+    fn a_frame_says_over_which_values_each_map_went() {
+        let mut frame = frame();
+        let text = |frame: &Frame, key: &str| {
+            let texts = frame.describe();
+            let mut found = texts.iter().filter(|(k, _)| k == key).map(|(_, text)| text.clone());
+            let first = found.next();
+            assert_eq!(found.next(), None, "{key} stands once");
+            first
+        };
+        assert_eq!((text(&frame, "colors"), text(&frame, "other fields")), (None, None));
+        let colors =
+            |field: &str, high: f64| Colors { field: field.into(), range: [-1.0, high], how: "vik".into() };
+        frame.report.colors = vec![colors("q", 2.0)];
+        assert_eq!(text(&frame, "colors").unwrap(), "vik");
+        assert_eq!(text(&frame, "color range").unwrap(), "-1 to 2");
+        frame.report.colors.push(colors("w", 3.5));
+        assert_eq!(text(&frame, "colors").unwrap(), "q: vik; w: vik");
+        assert_eq!(text(&frame, "color range").unwrap(), "q: -1 to 2; w: -1 to 3.5");
+        // One alone that is not the first field's has a name too.
+        frame.report.colors.remove(0);
+        assert_eq!(text(&frame, "color range").unwrap(), "w: -1 to 3.5");
+        let wind = Description { long_name: Some("wind".into()), units: Some("m s-1".into()) };
+        frame.descriptions = vec![("w".into(), wind), ("v".into(), Description::default())];
+        assert_eq!(text(&frame, "other fields").unwrap(), "w: wind, m s-1; v: ");
+    }
+
+    #[test]
+    fn each_map_of_a_scene_is_told_once() {
+        let surface = |layer: u32, more: &str| {
+            format!("[[surfaces]]\nlayer = {layer}\nfield = \"w\"\ntransfer = {{ range = [0, 4]{more} }}\n")
+        };
+        let scene = |range: &str| {
+            let text = format!(
+                "field = \"q\"\n[camera]\nlon = 0\nlat = 0\ndistance = 3\n[transfer]\nrange = {range}\n\
+                 opacity = [[0, 0.5]]\n{}{}{}",
+                surface(0, ""),
+                surface(1, ""),
+                surface(2, ", map = \"vik\"")
+            );
+            Scene::parse(&text).unwrap()
+        };
+        let asked = scene("{ percentile = [0, 100] }");
+        let of = |field: &str, range, how: &str| Colors { field: field.into(), range, how: how.into() };
+        let told = [
+            of("q", [2.0, 3.0], "viridis, linear, percentiles 0 to 100 of the first frame"),
+            of("w", [0.0, 4.0], "viridis, linear, fixed"),
+            of("w", [0.0, 4.0], "vik, linear, fixed"),
+        ];
+        assert_eq!(Colors::of(&asked, &asked.over([2.0, 3.0])), told);
     }
 
     #[test]

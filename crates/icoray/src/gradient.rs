@@ -14,6 +14,7 @@ use rayon::prelude::*;
 use std::ops::Range;
 
 mod kept;
+pub(crate) mod native;
 pub(crate) use kept::Gradients;
 use kept::Kept;
 

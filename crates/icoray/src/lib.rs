@@ -35,6 +35,7 @@
 
 mod background;
 mod compose;
+mod derive;
 mod description;
 pub mod device;
 mod error;
@@ -43,6 +44,8 @@ mod fields;
 mod frame;
 mod gradient;
 mod grid;
+mod ground;
+mod heights;
 mod kernel;
 mod label;
 mod layers;

@@ -11,6 +11,8 @@ use crate::scene::{Scene, Scheme, Source};
 use std::fmt;
 
 mod blocks;
+mod left_out;
+mod levels;
 mod savings;
 pub(crate) use blocks::{Sight, clear_values};
 pub use savings::Savings;
@@ -36,18 +38,12 @@ impl Plan {
     ///
     /// # Errors
     /// [`ErrorKind::Field`] when the field's shape does not fit the grid or the layers; [`ErrorKind::Scene`] when the
-    /// exaggeration turns the shell inside out or the camera sits inside an opaque core.
+    /// exaggeration turns the shell inside out, the camera sits inside an opaque core, or the scene names a layer that is not
+    /// there.
     pub fn new(scene: &Scene, grid: &Grid, layers: &Layers, field: &Field) -> Result<Self> {
-        let shape = field.shape();
         let from_corners = field.location() == Location::Corner;
-        let (place, columns) =
-            if from_corners { ("corner", grid.triangles()) } else { ("cell", grid.cells()) };
-        if shape.columns != columns {
-            let message =
-                format!("{:?}: {} columns, expected {columns}, one per {place}", scene.field, shape.columns);
-            return Err(Error::new(ErrorKind::Field, message));
-        }
-        let layers = layers.for_field(shape.layers).map_err(|e| e.within(format!("{:?}", scene.field)))?;
+        let layers = Self::check(&scene.field, grid, layers, field)?;
+        levels::check(scene, field.shape().layers)?;
         let radius = layers.shell(scene.exaggeration)?;
         let thickness = radius[radius.len() - 1] - radius[0];
         let eye = scene.camera.eye().iter().map(|x| x * x).sum::<f64>().sqrt();
@@ -70,9 +66,26 @@ impl Plan {
                 }
             },
         });
-        let left_out = left_out(scene, grid, shape.layers, from_corners);
+        let left_out = left_out::left_out(scene, grid, field.shape().layers, from_corners);
         let knots = scene.transfer.kernel_knots(thickness);
         Ok(Plan { radius, falling: layers.is_falling(), knots, shading, from_corners, left_out })
+    }
+
+    /// Checks that field `name` fits grid and layers, and gives the layers on which it lies.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Field`] when its shape does not fit.
+    pub(crate) fn check(name: &str, grid: &Grid, layers: &Layers, field: &Field) -> Result<Layers> {
+        let shape = field.shape();
+        let (place, columns) = match field.location() {
+            Location::Corner => ("corner", grid.triangles()),
+            Location::Center => ("cell", grid.cells()),
+        };
+        if shape.columns != columns {
+            let message = format!("{name:?}: {} columns, expected {columns}, one per {place}", shape.columns);
+            return Err(Error::new(ErrorKind::Field, message));
+        }
+        layers.for_field(shape.layers).map_err(|e| e.within(format!("{name:?}")))
     }
 
     /// Takes over the transfer function of a scene whose colours' range was not known before.
@@ -132,19 +145,4 @@ impl fmt::Display for Sharing {
         write!(f, "{scheme}: {}", self.why)?;
         self.gathered.map_or(Ok(()), |gathered| write!(f, ", {gathered}"))
     }
-}
-
-fn left_out(scene: &Scene, grid: &Grid, layers: usize, from_corners: bool) -> Vec<String> {
-    let mut list = Vec::new();
-    if scene.lighting.is_none() {
-        list.push(format!("gradients ({} bytes)", grid.cells() * layers * size_of::<[f32; 3]>()));
-        if !from_corners {
-            list.push("table cell_corner".into());
-        }
-    }
-    list.push("table corner".into());
-    if scene.core.is_some() {
-        list.push("the far side behind the core".into());
-    }
-    list
 }

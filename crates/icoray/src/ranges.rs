@@ -37,10 +37,35 @@ pub(crate) struct Values<'f> {
 }
 
 impl Ranges {
-    /// The scene over the range of this frame; `None` where it says one itself. Collective.
-    pub fn settle(&self, ranks: &mut Ranks, scene: &Scene, values: Values) -> Result<Option<Scene>> {
-        let Some(coloring) = &scene.coloring else { return Ok(None) };
-        let known = self.known(&scene.field, coloring);
+    /// The scene with each of its colour maps over the range of this frame, of the field that `values` has by that name;
+    /// `None` where it says all ranges itself. Collective: all ranks ask for the same fields in the same order.
+    pub fn settle<'v>(
+        &self,
+        ranks: &mut Ranks,
+        scene: &Scene,
+        values: &dyn Fn(&str) -> Result<Values<'v>>,
+    ) -> Result<Option<Scene>> {
+        let mut found: Vec<Known> = Vec::new();
+        scene.over_each(|field, coloring| {
+            // What is coloured alike has one range, found once.
+            if let Some(known) = found.iter().find(|known| known.is_of(field, coloring)) {
+                return Ok(Some(known.range));
+            }
+            let range = self.range_of(ranks, field, coloring, values)?;
+            found.extend(range.map(|range| Known { field: field.into(), coloring: coloring.clone(), range }));
+            Ok(range)
+        })
+    }
+
+    /// The range of this frame; `None` where it is fixed. Collective.
+    fn range_of<'v>(
+        &self,
+        ranks: &mut Ranks,
+        field: &str,
+        coloring: &Coloring,
+        values: &dyn Fn(&str) -> Result<Values<'v>>,
+    ) -> Result<Option<[f64; 2]>> {
+        let known = self.known(field, coloring);
         let (percentile, hysteresis) = match coloring.range() {
             ColorRange::Fixed(_) => return Ok(None),
             ColorRange::Percentile(percentile) => (percentile, None),
@@ -50,21 +75,22 @@ impl Ranges {
         let range = match (known, hysteresis) {
             (Some(known), None) => known,
             (known, _) => {
-                let seen = values.percentiles(ranks, scale, percentile)?;
+                let values = ranks.attempt(|| values(field));
+                let seen = ranks.together(values)?.percentiles(ranks, scale, percentile)?;
                 let range = match (known, seen) {
                     (Some(known), Some(seen)) => widened(scale, known, seen, hysteresis.unwrap_or(0.0)),
                     (Some(known), None) => known,
                     (None, Some(seen)) => seen,
-                    (None, None) => return Ok(Some(scene.over(coloring.unknown()))),
+                    (None, None) => return Ok(Some(coloring.unknown())),
                 };
                 // One value is no range; perhaps the next frame has one.
                 if range[0] < range[1] {
-                    self.keep(&scene.field, coloring, range);
+                    self.keep(field, coloring, range);
                 }
                 range
             }
         };
-        Ok(Some(scene.over(coloring.about_center(apart(scale, range)))))
+        Ok(Some(coloring.about_center(apart(scale, range))))
     }
 
     fn known(&self, field: &str, coloring: &Coloring) -> Option<[f64; 2]> {

@@ -1,26 +1,24 @@
 //! The renderer: a scene's work on a thread pool of its own, and on a device where there is one.
 
-use crate::description::Description;
+use crate::derive::{self, Kept};
 use crate::device::{Device, Devices, Job};
 use crate::error::{Error, ErrorKind, Result};
 use crate::field::{CenterField, Field};
 use crate::fields::Fields;
-use crate::frame::{Colors, ErrorSummary, Frame, FrameReport};
+use crate::frame::{Colors, Frame, FrameReport};
 use crate::gradient::Gradients;
 use crate::grid::{Grid, Reals};
+use crate::ground::Ground;
 use crate::kernel::Real;
 use crate::kernel::column::Shell;
 use crate::kernel::leap::Visible;
 use crate::kernel::sample::{Sample, Samples};
 use crate::kernel::transfer::Spans;
-use crate::label::Legend;
 use crate::layers::Layers;
-use crate::output::Stamp;
 use crate::plan::{Plan, Savings, Sharing};
 use crate::ranges::{Ranges, Values};
-use crate::ranks::{Part, Ranks, Told};
-use crate::raster::{Raster, Tile};
-use crate::scene::{Backend, Coloring, Precision, Scene, Scenery, Scheme};
+use crate::ranks::{Part, Ranks};
+use crate::scene::{Backend, Precision, Scene, Scenery, Scheme};
 use crate::threads::Threads;
 use fearless_simd::Level;
 use std::sync::Arc;
@@ -30,8 +28,11 @@ mod columns;
 mod derived;
 mod device;
 mod devices;
+mod mixed;
 mod parts;
+mod picture;
 mod prepare;
+mod shown;
 mod spare;
 mod unchanged;
 mod work;
@@ -40,10 +41,11 @@ pub(crate) use derived::Derived;
 use device::OnDevice;
 use devices::{Found, One, Opened};
 use prepare::Known;
+use shown::Other;
 use spare::{Source, Spare};
 use unchanged::Last;
 pub(crate) use work::brightest;
-use work::{Work, certainty, notes};
+use work::{Carrying, Plain, Work};
 
 /// A renderer with threads of its own, which have ended when it is dropped, and a device beside them if it is given one.
 #[derive(Debug)]
@@ -55,6 +57,7 @@ pub struct Renderer {
     spare: Spare,
     last: Last,
     ranges: Ranges,
+    derived: Kept,
 }
 
 impl Renderer {
@@ -65,8 +68,8 @@ impl Renderer {
     pub fn new(threads: usize) -> Result<Self> {
         let (devices, savings) = (None, Savings::ALL);
         let (threads, spare, last) = (Threads::new(threads)?, Spare::default(), Last::default());
-        let ranges = Ranges::default();
-        Ok(Renderer { threads, devices, savings, integrates: true, spare, last, ranges })
+        let (ranges, derived) = (Ranges::default(), Kept::default());
+        Ok(Renderer { threads, devices, savings, integrates: true, spare, last, ranges, derived })
     }
 
     /// The same, but leaving out what `savings` say: for measurements.
@@ -182,6 +185,10 @@ impl Renderer {
         given: &Given,
     ) -> Result<Rendered> {
         let Given { grid, part, layers, fields } = *given;
+        let of = derive::Given { scene, fields, grid, part, threads: &self.threads };
+        let made = derive::make(ranks, &self.derived, &of)?;
+        let with_derived = made.as_ref().map(|made| made.fields(fields));
+        let fields = with_derived.as_ref().unwrap_or(fields);
         let field = ranks.attempt(|| fields.first(&scene.field));
         let field = ranks.together(field)?;
         let plan = ranks.attempt(|| {
@@ -213,12 +220,16 @@ impl Renderer {
         }
         let derived = center.as_ref().map_or(0, CenterField::bytes);
         let field = center.as_ref().map_or(*field, CenterField::field);
-        let values = Values { threads: &self.threads, field: &field, part };
-        let settled = self.ranges.settle(ranks, scene, values)?;
-        let how = scene.coloring.as_ref().map(Coloring::describe);
+        let others = self.others(ranks, scene, &Given { part, fields, ..*given })?;
+        let derived = derived + others.iter().map(Other::bytes).sum::<usize>();
+        let others: Vec<(&str, Field)> = others.iter().map(|other| (other.name(), other.field())).collect();
+        let values = |name: &str| {
+            let other = others.iter().find(|(known, _)| *known == name);
+            Ok(Values { threads: &self.threads, field: other.map_or(&field, |(_, other)| other), part })
+        };
+        let settled = self.ranges.settle(ranks, scene, &values)?;
+        let colors = Colors::of(scene, settled.as_ref().unwrap_or(scene));
         let scene = settled.as_ref().unwrap_or(scene);
-        let range = scene.coloring.as_ref().and_then(Coloring::fixed);
-        let colors = range.zip(how).map(|(range, how)| Colors { range, how });
         if settled.is_some() {
             plan.recolor(scene);
         }
@@ -226,6 +237,7 @@ impl Renderer {
         let setting =
             Setting { renderer: self, device, scene, plan: &plan, grid, part, field: &field, source, start };
         let mut rendered = match (field.samples(), scene.precision) {
+            _ if !scene.scenery.is_plain() => mixed::draw(&setting, ranks, layers, &others, fields.heights()),
             (Reals::F32(data), Precision::F32) => draw::<f32, f32>(&setting, ranks, data),
             (Reals::F32(data), Precision::F64) => draw::<f64, f32>(&setting, ranks, data),
             (Reals::F64(data), Precision::F32) => draw::<f32, f64>(&setting, ranks, data),
@@ -241,12 +253,17 @@ impl Renderer {
         if let Some(center) = center {
             self.spare.keep_average(source, center);
         }
+        if let Some(made) = made {
+            report.derived_bytes += made.bytes();
+            self.derived.keep(made);
+        }
         Ok(rendered)
     }
 }
 
 /// What a rank has of a picture that is done.
 #[derive(Debug, Clone, PartialEq)]
+#[expect(clippy::large_enum_variant, reason = "there is one for each picture")]
 pub enum Rendered {
     /// The picture: this is rank 0.
     Here(Frame),
@@ -294,125 +311,60 @@ impl Setting<'_> {
 }
 
 fn draw<T: Real, S: Sample>(setting: &Setting, ranks: &mut Ranks, data: &[S]) -> Result<Rendered> {
-    let Setting { renderer, scene, plan, grid, part, field, start, .. } = *setting;
+    let Setting { renderer, scene, plan, grid, part, field, .. } = *setting;
     let spans = Spans::<T>::new(&plan.knots);
     let shell = Shell::<T>::new(&plan.radius);
     let samples = Samples::new(data, field, plan.falling, spans.range());
     let known = Known::of(setting, ranks, &samples)?;
-    let (Known { value_range, missing_values, quality, deadline }, is_lit) = (&known, known.is_lit());
+    let is_lit = known.is_lit();
     let (sight_key, visible) = prepare::sight(setting, &known, &spans, samples);
     let (light_key, mut gradients) =
         prepare::gradients(setting, &known, samples, spans.range(), (&sight_key, &visible));
     prepare::complete(setting, ranks, &visible, &mut gradients, is_lit)?;
-    let prepare_s = start.elapsed().as_secs_f64();
-    let start = Instant::now();
-    let work = Work {
+    let job = Job::new(scene, plan, grid, field, &gradients, known.quality, part.is_some());
+    let on_device = OnDevice::new(&setting.device, job);
+    let radius = [shell.inner(), shell.outer()];
+    let ground = Ground::new(scene);
+    let ground = ground.as_ref();
+    let (shell, spans) = (&shell, &spans);
+    let plain = Plain {
         renderer,
         scene,
         plan,
         grid,
-        shell: &shell,
-        spans: &spans,
+        shell,
+        spans,
         samples,
         visible: &visible,
         gradients: &gradients,
+        ground,
     };
-    let job = Job::new(scene, plan, grid, field, &gradients, *quality, part.is_some());
-    let mut on_device = OnDevice::new(&setting.device, job);
-    // What others would measure of the same data is not asked for.
-    let deadline = deadline.filter(|_| part.is_some() || ranks.is_root());
-    let mut picked = ranks.attempt(|| {
-        renderer.run(|| {
-            Ok(match is_lit {
-                true => work.pick::<4>(*quality, deadline, &mut on_device),
-                false => work.pick::<1>(*quality, deadline, &mut on_device),
-            })
-        })
-    });
-    if part.is_some() {
-        picked = ranks.agree_on_cheapest(picked);
-    }
-    // Ranks that have different data draw tiles that do not fit each other.
-    let facts = || match part {
-        Some(part) => vec![("has a part of a grid of cells", part.cells().to_string())],
-        None => vec![
-            ("has a grid of cells and corners", format!("{} and {}", grid.cells(), grid.triangles())),
-            ("has a field of range and missing values", format!("{value_range:?} and {missing_values}")),
-        ],
-    };
-    let share = ranks.deal(picked, work.raster(), facts)?;
-    let quality = share.quality;
-    let raster = Raster { step: quality.pixel_step, ..work.raster() };
-    let exchanged = match part {
-        Some(part) if is_lit => Some(work.exchange::<4>(ranks, part, &share, &mut on_device)?),
-        Some(part) => Some(work.exchange::<1>(ranks, part, &share, &mut on_device)?),
-        None => None,
-    };
-    let mine = share.tiles_of(ranks.rank());
-    let fragments = exchanged.as_ref().map(|e| ranks.together(e.tiles(raster, &mine))).transpose()?;
-    let draw = |give: &(dyn Fn(Tile) + Sync)| match (&fragments, is_lit) {
-        (Some(fragments), _) => work.put_together(&quality, raster, fragments, give),
-        (None, true) => work.trace::<4>(&quality, raster, &mine, &mut on_device, give),
-        (None, false) => work.trace::<1>(&quality, raster, &mine, &mut on_device, give),
-    };
-    let traced_s = exchanged.as_ref().map_or(0.0, |exchanged| exchanged.traced_s);
-    let ready_s = start.elapsed().as_secs_f64();
-    let gathered = ranks.gather(&renderer.threads, raster, traced_s, draw);
-    let is_root = ranks.is_root();
-    let (mut picture, mut drawn_s) = (None, 0.0);
-    let told = gathered.and_then(|gathered| {
-        drawn_s = gathered.drawn_s;
-        let (gather_s, balance, bytes_received) =
-            (gathered.gather_s, gathered.balance, gathered.bytes_received);
-        let mut told = Told { gather_s, balance, bytes_received, ..Told::default() };
-        if is_root {
-            let (drawn, counts) = ranks.attempt(|| renderer.run(|| Ok(raster.assemble(&gathered.tiles))))?;
-            let error: Vec<f32> = drawn.iter().map(|p| p.error).collect();
-            told.error = ErrorSummary::of(&error, certainty(scene, &quality));
-            told.counts = counts;
-            picture = Some((drawn, error));
-        }
-        Ok(told)
-    });
-    let told = ranks.conclude(told)?;
-    let mut report = FrameReport {
-        error: told.error,
-        prepare_s,
-        render_s: ready_s + drawn_s - traced_s,
-        counts: told.counts,
-        value_range: *value_range,
-        missing_values: *missing_values,
-        quality,
-        derived_bytes: gradients.known().map_or(0, Gradients::bytes)
-            + visible.known().map_or(0, Visible::bytes),
-        left_out: plan.left_out().to_vec(),
-        tiles: mine.len(),
-        compose_s: if part.is_some() { drawn_s - traced_s } else { 0.0 },
-        gather_s: told.gather_s,
-        balance: told.balance,
-        bytes_received: told.bytes_received,
-        ..FrameReport::default()
-    };
-    on_device.tell(&mut report);
+    let mut rendered = if is_lit {
+        let rays = Carrying::<T, S, 4>(&plain);
+        picture::draw(
+            setting,
+            ranks,
+            &known,
+            &Work { renderer, scene, plan, radius, ground, rays },
+            on_device,
+        )
+    } else {
+        let rays = Carrying::<T, S, 1>(&plain);
+        picture::draw(
+            setting,
+            ranks,
+            &known,
+            &Work { renderer, scene, plan, radius, ground, rays },
+            on_device,
+        )
+    }?;
+    rendered.report_mut().derived_bytes =
+        gradients.known().map_or(0, Gradients::bytes) + visible.known().map_or(0, Visible::bytes);
     if let (Some(key), Some(gradients)) = (light_key, gradients.into_known()) {
         renderer.spare.keep_gradients(key, gradients);
     }
     if let Some(visible) = visible.into_known() {
         renderer.spare.keep_visible(sight_key, visible);
     }
-    let Some((drawn, error)) = picture else {
-        return Ok(Rendered::AtRoot(report));
-    };
-    Ok(Rendered::Here(Frame {
-        width: scene.width,
-        height: scene.height,
-        pixels: drawn.iter().map(|p| p.color).collect(),
-        error,
-        field: scene.field.clone(),
-        description: Description::default(),
-        legend: Legend::of(scene, &plan.radius),
-        notes: notes(scene),
-        stamp: Stamp::default(),
-        report,
-    }))
+    Ok(rendered)
 }

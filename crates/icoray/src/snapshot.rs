@@ -1,19 +1,80 @@
-//! A copy of a field as it is now, so that the model can compute on while the frame is drawn.
+//! Copies of fields as they are now, so that the model can compute on while the frame is drawn.
 //!
 //! It is the one place where icoray copies a model's data, and the reports say how many bytes and seconds that takes.
 
 use crate::error::Result;
 use crate::field::{Field, Location};
+use crate::fields::Fields;
 use crate::grid::Reals;
 use crate::render::Renderer;
 use crate::shape::{Elements, Shape};
 use rayon::prelude::*;
 
-/// An owned copy of a field's values, level-fastest, in the field's own precision and with its fill value and location.
+/// Owned copies of fields, and of the heights of their columns where there are any: level-fastest, in each one's own
+/// precision and with its fill value and location.
 ///
-/// Its memory is used again by the next copy, so that a run of frames of one field allocates once.
-#[derive(Debug, Clone)]
+/// Their memory is used again by the next copies, so that a run of frames of the same fields allocates once.
+#[derive(Debug, Clone, Default)]
 pub struct Snapshot {
+    /// Of the copies, in their order; none of one field without a name.
+    names: Vec<String>,
+    copies: Vec<Copied>,
+    heights: Option<Copied>,
+}
+
+impl Snapshot {
+    /// A snapshot of no field yet, which takes no memory.
+    pub fn empty() -> Self {
+        Snapshot::default()
+    }
+
+    /// Copies of `fields`, made on the renderer's threads.
+    pub fn of<'f>(fields: impl Into<Fields<'f>>, renderer: &Renderer) -> Self {
+        let mut snapshot = Self::empty();
+        snapshot.take(fields, renderer);
+        snapshot
+    }
+
+    /// Copies `fields` in place of what was copied before, on the renderer's threads. Memory is allocated only where a
+    /// field is larger than any before it at its place in the list, or of another precision.
+    pub fn take<'f>(&mut self, fields: impl Into<Fields<'f>>, renderer: &Renderer) {
+        let fields = fields.into();
+        self.names = fields.iter().map(|(name, _)| name.to_owned()).collect();
+        self.copies.resize_with(fields.each().count(), Copied::default);
+        renderer.run(|| {
+            self.copies.iter_mut().zip(fields.each()).for_each(|(copied, field)| copied.take(field));
+            match fields.heights() {
+                Some(heights) => self.heights.get_or_insert_default().take(heights),
+                None => self.heights = None,
+            }
+        });
+    }
+
+    /// The copied fields.
+    ///
+    /// # Errors
+    /// None that can be met: copies have the shapes that they were made with.
+    pub fn fields(&self) -> Result<Fields<'_>> {
+        let copies = self.copies.iter().map(Copied::field).collect::<Result<Vec<_>>>()?;
+        let fields = match copies.first() {
+            Some(unnamed) if self.names.is_empty() => unnamed.into(),
+            _ => Fields::new(self.names.iter().zip(copies)),
+        };
+        Ok(match &self.heights {
+            Some(heights) => fields.with_heights(heights.field()?),
+            None => fields,
+        })
+    }
+
+    /// Bytes that were copied.
+    pub fn bytes(&self) -> u64 {
+        self.copies.iter().chain(&self.heights).map(Copied::bytes).sum()
+    }
+}
+
+/// A copy of one field.
+#[derive(Debug, Clone)]
+struct Copied {
     values: Values,
     columns: usize,
     layers: usize,
@@ -27,10 +88,9 @@ enum Values {
     F64(Vec<f64>),
 }
 
-impl Snapshot {
-    /// A snapshot of no field yet, which takes no memory.
-    pub fn empty() -> Self {
-        Snapshot {
+impl Default for Copied {
+    fn default() -> Self {
+        Copied {
             values: Values::F32(Vec::new()),
             columns: 0,
             layers: 0,
@@ -38,21 +98,14 @@ impl Snapshot {
             fill: None,
         }
     }
+}
 
-    /// A copy of `field`, made on the renderer's threads.
-    pub fn of(field: &Field, renderer: &Renderer) -> Self {
-        let mut snapshot = Self::empty();
-        snapshot.take(field, renderer);
-        snapshot
-    }
-
-    /// Copies `field` in place of what was copied before, on the renderer's threads. Memory is allocated only where the
-    /// field is larger than any before it or of another precision.
-    pub fn take(&mut self, field: &Field, renderer: &Renderer) {
+impl Copied {
+    fn take(&mut self, field: &Field) {
         let (shape, elements) = (*field.shape(), *field.elements());
         (self.columns, self.layers) = (shape.columns, shape.layers);
         (self.location, self.fill) = (field.location(), field.fill());
-        renderer.run(|| match (field.samples(), &mut self.values) {
+        match (field.samples(), &mut self.values) {
             (Reals::F32(from), Values::F32(to)) => copy(from, to, &shape, &elements),
             (Reals::F64(from), Values::F64(to)) => copy(from, to, &shape, &elements),
             (Reals::F32(from), values) => {
@@ -66,14 +119,10 @@ impl Snapshot {
                 let Values::F64(to) = values else { unreachable!("just set") };
                 copy(from, to, &shape, &elements);
             }
-        });
+        }
     }
 
-    /// The copied field.
-    ///
-    /// # Errors
-    /// [`ErrorKind::Field`](crate::ErrorKind::Field) when nothing was copied yet.
-    pub fn field(&self) -> Result<Field<'_>> {
+    fn field(&self) -> Result<Field<'_>> {
         let samples = match &self.values {
             Values::F32(v) => v.as_slice().into(),
             Values::F64(v) => v.as_slice().into(),
@@ -81,8 +130,7 @@ impl Snapshot {
         Field::new(samples, Shape::level_fastest(self.columns, self.layers), self.location, self.fill)
     }
 
-    /// Bytes that were copied.
-    pub fn bytes(&self) -> u64 {
+    fn bytes(&self) -> u64 {
         let bytes = match &self.values {
             Values::F32(v) => size_of_val(v.as_slice()),
             Values::F64(v) => size_of_val(v.as_slice()),
@@ -154,7 +202,8 @@ mod tests {
                 let field = Field::new(samples, shape, Location::Corner, Some(50.0)).unwrap();
                 used.take(&field, &renderer);
                 for snapshot in [&used, &Snapshot::of(&field, &renderer)] {
-                    let copy = snapshot.field().unwrap();
+                    let copied = snapshot.fields().unwrap();
+                    let copy = *copied.first("whatever").unwrap();
                     assert_eq!(*copy.shape(), Shape::level_fastest(COLUMNS, LAYERS));
                     assert_eq!((copy.location(), copy.fill()), (Location::Corner, Some(50.0)));
                     assert_eq!(snapshot.bytes(), (COLUMNS * LAYERS * bytes) as u64);
@@ -173,22 +222,55 @@ mod tests {
         let renderer = Renderer::new(1).unwrap();
         let values: Vec<f32> = (0..LENGTH).map(|i| i as f32).collect();
         let of = |shape| Field::new(values.as_slice().into(), shape, Location::Center, None).unwrap();
-        let place = |snapshot: &Snapshot| match &snapshot.values {
+        let place = |copied: &Copied| match &copied.values {
             Values::F32(v) => (v.as_ptr(), v.capacity()),
             Values::F64(_) => panic!("the precision changed"),
         };
-        let mut snapshot = Snapshot::of(&of(Shape::level_fastest(COLUMNS, LAYERS)), &renderer);
-        let before = place(&snapshot);
+        let places = |snapshot: &Snapshot| -> Vec<_> {
+            snapshot.copies.iter().chain(&snapshot.heights).map(place).collect()
+        };
+        let all = |shape| Fields::new([("a", of(shape)), ("b", of(shape))]).with_heights(of(shape));
+        let mut snapshot = Snapshot::of(all(Shape::level_fastest(COLUMNS, LAYERS)), &renderer);
+        let before = places(&snapshot);
+        assert_eq!(before.len(), 3);
         for shape in shapes().into_iter().chain([Shape::level_fastest(9, 2)]) {
-            snapshot.take(&of(shape), &renderer);
-            assert_eq!(place(&snapshot), before);
+            snapshot.take(all(shape), &renderer);
+            assert_eq!(places(&snapshot), before);
         }
-        assert_eq!(snapshot.bytes(), 9 * 2 * 4);
+        assert_eq!(snapshot.bytes(), 3 * 9 * 2 * 4);
+        // One field's memory stays, that of what is no longer asked for goes.
+        snapshot.take(&of(Shape::level_fastest(5, 2)), &renderer);
+        assert_eq!((places(&snapshot).as_slice(), snapshot.bytes()), (&before[..1], 5 * 2 * 4));
+    }
+
+    #[test]
+    fn fields_keep_their_names_places_and_heights() {
+        let renderer = Renderer::new(2).unwrap();
+        let (wide, narrow) = ([1.0, 2.0, 3.0, f64::NAN], [5.0f32, 6.0, 7.0, 8.0, 9.0, 10.0]);
+        let a = Field::new(wide[..].into(), Shape::level_fastest(2, 2), Location::Center, Some(3.0)).unwrap();
+        let b = Field::new(narrow[..].into(), Shape::cell_fastest(3, 2), Location::Corner, None).unwrap();
+        let mut snapshot = Snapshot::of(Fields::new([("b", b), ("a", a)]).with_heights(a), &renderer);
+        assert_eq!(snapshot.bytes(), 2 * 4 * 8 + 6 * 4);
+        let fields = snapshot.fields().unwrap();
+        assert_eq!(fields.iter().map(|(name, _)| name).collect::<Vec<_>>(), ["b", "a"]);
+        for (copy, field) in [("a", a), ("b", b)].map(|(name, field)| (fields.get(name).unwrap(), field)) {
+            assert_eq!((copy.location(), copy.fill()), (field.location(), field.fill()));
+            assert_eq!(copy.value(1, 0).to_bits(), field.value(1, 0).to_bits());
+        }
+        assert_eq!(fields.heights().map(|heights| heights.value(0, 1)), Some(2.0));
+        assert_eq!(
+            fields.get("c").unwrap_err().context(),
+            "the scene shows field \"c\", and there is [\"b\", \"a\"]"
+        );
+        snapshot.take(Fields::new([("a", a)]), &renderer);
+        assert!(snapshot.fields().unwrap().heights().is_none() && snapshot.bytes() == 4 * 8);
     }
 
     #[test]
     fn nothing_copied_is_no_field() {
-        let error = Snapshot::empty().field().unwrap_err();
-        assert_eq!((error.kind(), Snapshot::empty().bytes()), (crate::ErrorKind::Field, 0));
+        let empty = Snapshot::empty();
+        let error = empty.fields().unwrap().first("q").unwrap_err();
+        assert_eq!((error.kind(), empty.bytes()), (crate::ErrorKind::Scene, 0));
+        assert_eq!(error.context(), "the scene shows field \"q\", and there is []");
     }
 }

@@ -3,8 +3,8 @@
 use glam::DVec3;
 use icoray::ranks::{LocalTeam, local_team};
 use icoray::{
-    ErrorKind, Field, Frame, FrameReport, Grid, GridTables, IcosahedralMesh, Layers, Location, LonLat, Part,
-    Ranks, Rendered, Renderer, Scene, Shape,
+    ErrorKind, Field, Frame, FrameReport, Grid, GridTables, Ground, IcosahedralMesh, Layers, Level, Lines,
+    Location, LonLat, Part, Pattern, Ranks, Rendered, Renderer, Scene, Shape,
 };
 use std::thread;
 
@@ -141,6 +141,23 @@ fn parts_make_the_picture_of_the_whole() {
     println!("largest differences: f64 {:.1e}, f32 {:.1e}", worst[0], worst[1]);
 }
 
+/// The scene with land, sea and lines on its core.
+fn with_ground(mut scene: Scene) -> Scene {
+    scene.scenery.ground = Ground { land: Some([0.1, 0.6, 0.1]), ocean: Some([0.0, 0.1, 0.7]) };
+    let graticule = Pattern::Graticule { spacing_deg: 5.0 };
+    scene.scenery.lines = [graticule, Pattern::Coast]
+        .map(|pattern| Lines {
+            pattern,
+            on: Level::Ground,
+            color: [1.0, 0.9, 0.8],
+            width_px: 1.5,
+            opacity: 0.7,
+            region: None,
+        })
+        .into();
+    scene
+}
+
 /// The mesh's own holes, beside those that each rank's part has: land in an ocean, with the core showing.
 #[test]
 fn holes_of_the_whole_are_holes_of_its_parts() {
@@ -149,6 +166,7 @@ fn holes_of_the_whole_are_holes_of_its_parts() {
         scene(FAR, "f64", "core = \"#804020\""),
         scene(INSIDE, "f64", HOLLOW),
         scene(NEAR, "f64", &format!("core = \"#804020\"{LIT}")),
+        with_ground(scene(NEAR, "f64", &format!("core = \"#804020\"{LIT}"))),
     ];
     let (mut worst, mut drawn) = (0.0f32, 0);
     for (i, (name, stays)) in holes(&mesh).iter().enumerate() {

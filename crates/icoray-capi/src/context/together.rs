@@ -3,7 +3,7 @@
 //! Whatever has gone wrong on a rank, it comes to the agreement at the head of each such call and says so: a context that is
 //! broken or switched off, an argument that is wrong, a field that is missing. So nobody waits for a rank that has returned.
 
-use super::{Choice, Context, Spread, Subject, due, known, subject};
+use super::{Choice, Context, Spread, Subject, due, known};
 use crate::boundary::{Outcome, caught};
 use crate::ranks::agree;
 use icoray_core::output::Stamp;
@@ -30,7 +30,7 @@ impl Context {
         let mine = caught(|| {
             self.refuse_if_poisoned()?;
             let (name, cells) = said()?;
-            let Spread { grid, .. } = known(&self.grids, name, "grid", call, "icoray_grid_set")?;
+            let Spread { grid, .. } = known(&self.inputs.grids, name, "grid", call, "icoray_grid_set")?;
             Ok((name, grid.clone(), cells))
         });
         // Never compared where this rank refuses.
@@ -38,7 +38,7 @@ impl Context {
         let (agreed, _) = agree(&mut self.ranks, mine, call, facts, &[]);
         let (name, grid, cells) = agreed?;
         let held = Held::new(&mut self.ranks, &grid, &cells)?;
-        self.grids.insert(name.into(), Spread { grid, held: Some(Arc::new(held)) });
+        self.inputs.grids.insert(name.into(), Spread { grid, held: Some(Arc::new(held)) });
         Ok(())
     }
 
@@ -64,7 +64,7 @@ impl Context {
         };
         self.drawing.told();
         if let Some(subject) = subject {
-            let drawn = self.drawing.draw_together(&mut self.ranks, stamp, &subject, start);
+            let drawn = self.drawing.draw_together(&mut self.ranks, stamp, subject, start);
             drawn.map_err(|failure| {
                 let failure = failure.at_step(step);
                 self.drawing.fail_together(&failure);
@@ -84,9 +84,9 @@ impl Context {
             return Ok((stamp, None));
         };
         let is_root = self.ranks.is_root();
-        let Context { grids, layers, fields, descriptions, drawing, .. } = self;
+        let Context { inputs, drawing, .. } = self;
         let names = if is_root { drawing.check_names(&scene, &stamp) } else { Ok(()) };
-        let subject = names.and_then(|()| subject(scene, grids, layers, fields, descriptions));
+        let subject = names.and_then(|()| inputs.subject(scene));
         let subject = subject.map_err(|failure| failure.at_step(stamp.step))?;
         Ok((stamp, Some(subject)))
     }

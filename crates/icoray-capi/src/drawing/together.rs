@@ -58,20 +58,22 @@ impl Drawing {
         &mut self,
         ranks: &mut Ranks,
         stamp: Stamp,
-        subject: &Subject,
+        subject: Subject,
         start: Instant,
     ) -> Outcome<()> {
-        let Subject { scene, grid, held, layers, field, description } = subject;
+        let Subject { scene, grid, held, layers, fields, description, descriptions } = subject;
         self.devices.is_asked = scene.backend == Backend::Gpu;
         let draws = &self.renderer;
         let rendered = match held.as_deref() {
-            Some(Held::Columns(columns)) => draws.render_columns(ranks, scene, grid, columns, layers, field),
-            Some(Held::Part(part)) => draws.render_over(ranks, scene, grid, Some(part), layers, field),
-            None => draws.render_over(ranks, scene, grid, None, layers, field),
+            Some(Held::Columns(columns)) => {
+                draws.render_columns(ranks, &scene, &grid, columns, &layers, fields)
+            }
+            Some(Held::Part(part)) => draws.render_over(ranks, &scene, &grid, Some(part), &layers, fields),
+            None => draws.render_over(ranks, &scene, &grid, None, &layers, fields),
         };
         let outcome = rendered.map(|rendered| match rendered {
             Rendered::Here(frame) => {
-                self.hand_on(Frame { description: description.clone(), ..frame }, scene, stamp);
+                self.hand_on(Frame { description, descriptions, ..frame }, &scene, stamp);
             }
             Rendered::AtRoot(report) => {
                 self.devices.tell(&stamp, &report, &self.log);

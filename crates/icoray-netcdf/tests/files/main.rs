@@ -8,6 +8,7 @@ mod made;
 mod made_icon;
 mod made_ocean;
 mod mesh;
+mod native;
 mod ocean;
 mod real;
 mod refused;

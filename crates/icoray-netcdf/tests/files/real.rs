@@ -6,7 +6,7 @@ use icoray_netcdf::{ModelFile, Precision};
 use std::path::{Path, PathBuf};
 
 /// The path of a test file; says so where there is none.
-fn data(name: &str) -> Option<PathBuf> {
+pub fn data(name: &str) -> Option<PathBuf> {
     let folder = std::env::var_os("ICORAY_TEST_DATA")
         .map_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data"), PathBuf::from);
     let path = folder.join(name);

@@ -1,11 +1,12 @@
 //! Frames drawn of copies: the same pictures, and what goes wrong.
 
 use super::*;
-use crate::field::Location;
+use crate::field::{Field, Location};
 use crate::frame::Frame;
 use crate::grid::IcosahedralMesh;
 use crate::output::WriterOptions;
 use crate::shape::Shape;
+use crate::{Derivation, Heights, How, Volume};
 use std::path::Path;
 use std::sync::mpsc::channel;
 
@@ -62,6 +63,7 @@ impl Stage {
             layers: Arc::clone(&self.layers),
             stamp: Stamp { step, ..Stamp::default() },
             description: Description::default(),
+            descriptions: Vec::new(),
         }
     }
 
@@ -177,6 +179,87 @@ fn a_frame_waits_for_the_one_before_and_a_panic_is_an_outcome() {
     assert_eq!(Arc::strong_count(&stage.grid), 1, "a panic gives the tables back too");
     // The copy's memory came back from the thread, from a panic too, and serves the next one.
     assert_eq!(background.spare.bytes(), 8 * values.len() as u64);
+}
+
+/// A scene of three fields, one of them under a derived one, at the heights of their columns.
+fn rich(scene: &Scene) -> Scene {
+    let transfer = scene.transfer.clone();
+    let volume = |field: &str| Volume {
+        field: field.into(),
+        transfer: transfer.clone(),
+        coloring: None,
+        opacity: None,
+    };
+    let mut rich = scene.clone();
+    rich.scenery.derived =
+        vec![Derivation { name: "speed".into(), how: How::Magnitude(vec!["u".into(), "q".into()]) }];
+    rich.scenery.volumes = vec![volume("speed"), volume("t")];
+    rich.scenery.heights = Heights::Native;
+    rich
+}
+
+#[test]
+fn all_that_a_scene_needs_is_copied_and_nothing_else() {
+    let mut stage = Stage::new();
+    stage.scene = Arc::new(rich(&stage.scene));
+    let (renderer, writer) = (Arc::clone(&stage.renderer), Arc::clone(&stage.writer));
+    let (tell, told) = channel();
+    let mut background = Background::with(renderer, writer, move |_, snapshot, accepted| {
+        let fields = snapshot.fields()?;
+        let named = fields.iter().chain(fields.heights().map(|heights| ("heights", heights)));
+        let seen = named.map(|(name, field)| (name.to_owned(), field.location(), field.range().0));
+        tell.send((seen.collect::<Vec<_>>(), accepted.bytes_copied)).unwrap();
+        Ok((FrameReport::default(), None))
+    })
+    .unwrap();
+    let (cells, corners) = (stage.grid.cells(), stage.grid.triangles());
+    for step in 1..=3 {
+        let level = step as f64;
+        let mut center = vec![level; 3 * cells];
+        let mut corner = vec![-level as f32; 3 * corners];
+        let at_centers =
+            Field::new(center.as_slice().into(), Shape::cell_fastest(cells, 3), Location::Center, None);
+        let at_corners =
+            Field::new(corner.as_slice().into(), Shape::level_fastest(corners, 3), Location::Corner, None);
+        let (at_centers, at_corners) = (at_centers.unwrap(), at_corners.unwrap());
+        let fields =
+            Fields::new([("more", at_centers), ("t", at_corners), ("q", at_centers), ("u", at_centers)])
+                .with_heights(at_centers);
+        background.submit(stage.job(step), fields).unwrap();
+        // The model computes on.
+        center.fill(f64::NAN);
+        corner.fill(f32::NAN);
+        let centers = (Location::Center, Some([level; 2]));
+        let expected = [
+            ("q", centers.0, centers.1),
+            ("u", centers.0, centers.1),
+            ("t", Location::Corner, Some([-level; 2])),
+            ("heights", centers.0, centers.1),
+        ];
+        let (seen, bytes) = told.recv().unwrap();
+        assert_eq!(seen, expected.map(|(name, location, range)| (name.to_owned(), location, range)));
+        assert_eq!(bytes, (3 * (3 * cells * 8) + 3 * corners * 4) as u64);
+    }
+}
+
+#[test]
+fn a_field_that_is_not_there_is_known_at_once() {
+    let mut stage = Stage::new();
+    let (values, shape, location) = stage.values(1);
+    let field = Field::new(values.as_slice().into(), shape, location, None).unwrap();
+    stage.scene = Arc::new(rich(&stage.scene));
+    let mut background = stage.background();
+    let mut refused = |fields: Fields| {
+        let error = background.submit(stage.job(1), fields).unwrap_err();
+        (error.kind(), error.context().to_owned())
+    };
+    let two = Fields::new([("q", field), ("t", field)]);
+    let lost = "the scene shows field \"u\", and there is [\"q\", \"t\"]";
+    assert_eq!(refused(two.clone()), (ErrorKind::Scene, lost.into()));
+    let all = || Fields::new(["q", "t", "u"].map(|name| (name, field)));
+    let lost = "heights = \"native\", and no heights of cells and layers are given";
+    assert_eq!(refused(all()), (ErrorKind::Field, lost.into()));
+    assert_eq!(background.spare.bytes(), 0, "nothing is copied of what cannot be drawn");
 }
 
 #[test]

@@ -9,6 +9,7 @@
 
 pub(crate) mod column;
 mod doubt;
+pub(crate) mod general;
 pub(crate) mod leap;
 pub(crate) mod lit;
 pub(crate) mod piece;

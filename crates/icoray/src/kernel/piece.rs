@@ -52,6 +52,16 @@ impl<T: Real> Light<T> {
         Light { color: color.map(|c| c * absorbed), absorbed, error: T::zero(), variance: T::zero() }
     }
 
+    /// The same in double precision.
+    pub fn wide(&self) -> Light<f64> {
+        Light {
+            color: self.color.map(T::wide),
+            absorbed: self.absorbed.wide(),
+            error: self.error.wide(),
+            variance: self.variance.wide(),
+        }
+    }
+
     /// Puts `behind` behind `self` (premultiplied `over`, front to back).
     #[inline]
     pub fn over(&mut self, behind: &Light<T>) {

@@ -46,6 +46,33 @@ impl Block {
         self.put(x, y, width, height, Item::Colors { width, colors });
     }
 
+    /// Puts another block into this one.
+    pub fn block(&mut self, x: i64, y: i64, other: Block) {
+        self.width = self.width.max(x + other.width);
+        self.height = self.height.max(y + other.height);
+        self.items.extend(other.items.into_iter().map(|(dx, dy, item)| (x + dx, y + dy, item)));
+    }
+
+    /// Blocks below each other, `gap` apart; at the right end of each other where `is_right`.
+    pub fn below_each_other(blocks: Vec<Block>, gap: i64, is_right: bool) -> Self {
+        let width = blocks.iter().map(|block| block.width).max().unwrap_or(0);
+        let (mut all, mut y) = (Block::default(), 0);
+        for block in blocks.into_iter().filter(|block| block.width > 0) {
+            let (x, height) = (if is_right { width - block.width } else { 0 }, block.height);
+            all.block(x, y, block);
+            y += height + gap;
+        }
+        all
+    }
+
+    /// The outline of a rectangle.
+    pub fn outline(&mut self, [x, y, width, height]: [i64; 4], line: i64) {
+        self.rule(x, y, width, line);
+        self.rule(x, y + height - line, width, line);
+        self.rule(x, y + line, line, height - 2 * line);
+        self.rule(x + width - line, y + line, line, height - 2 * line);
+    }
+
     /// Lines below each other, none wider than `most`; at the right end of each other where `is_right`.
     pub fn lines(texts: &[String], size: Size, most: i64, is_right: bool) -> Self {
         let masks: Vec<Mask> = texts.iter().map(|text| size.fitting(text, most).line(text)).collect();

@@ -91,6 +91,20 @@ impl Size {
 }
 
 impl Mask {
+    /// Lines below each other, each in the middle.
+    pub fn below_each_other(lines: &[Mask]) -> Self {
+        let width = lines.iter().map(|line| line.width).max().unwrap_or(0);
+        let row = |line: &Mask, y: i64| {
+            let (before, start) = ((width - line.width) / 2, (y * line.width) as usize);
+            let mut row = vec![0.0; width as usize];
+            let ink = &line.ink[start..start + line.width as usize];
+            row[before as usize..before as usize + ink.len()].copy_from_slice(ink);
+            row
+        };
+        let rows = lines.iter().flat_map(|line| (0..line.height).flat_map(move |y| row(line, y)));
+        Mask { width, height: lines.iter().map(|line| line.height).sum(), ink: rows.collect() }
+    }
+
     /// Turned so that it reads upwards.
     pub fn upwards(&self) -> Self {
         let (width, height) = (self.height, self.width);
@@ -143,6 +157,15 @@ mod tests {
         let turned = mask.upwards();
         assert_eq!((turned.width, turned.height), (2, 3));
         assert_eq!(turned.ink, [0.2, 0.6, 0.1, 0.5, 0.0, 1.0]);
+    }
+
+    #[test]
+    fn lines_stand_in_the_middle_below_each_other() {
+        let mask = |width, ink: &[f32]| Mask { width, height: ink.len() as i64 / width, ink: ink.to_vec() };
+        let lines = [mask(3, &[0.1, 0.2, 0.3]), mask(1, &[1.0, 0.5])];
+        let both = mask(3, &[0.1, 0.2, 0.3, 0.0, 1.0, 0.0, 0.0, 0.5, 0.0]);
+        assert_eq!(Mask::below_each_other(&lines), both);
+        assert_eq!(Mask::below_each_other(&lines[..1]), lines[0]);
     }
 
     #[test]

@@ -5,6 +5,8 @@ use crate::description::Description;
 use crate::frame::{Certainty, ErrorSummary};
 use crate::output::Stamp;
 
+mod several;
+
 /// A square planet's picture: the planet is of radius 1, seen from `distance`.
 fn scene(width: u32, height: u32, distance: f64, more: &str) -> Scene {
     let text = format!(
@@ -232,17 +234,18 @@ fn words_come_from_the_file_the_model_or_the_scene() {
         let scene = scene(64, 64, 3.0, more);
         let frame = frame(&scene);
         let legend = frame.legend.as_ref().unwrap();
-        (words::title(&frame, legend), words::caption(&frame, legend, 0), words::notes(&frame, legend))
+        let bar = &bar::Bar::all(&legend.scene)[0];
+        (words::title(&frame, legend), words::caption(&frame, legend, bar, 0), words::notes(&frame, legend))
     };
     let (title, caption, notes) = said("");
     assert_eq!(title, ["day 0 01:00"]);
-    assert_eq!(caption, "temperature (K)");
+    assert_eq!(caption, ["temperature (K)"]);
     assert_eq!(notes, ["vertical × 50", "error ≤ 1.2 × 10⁻³ (estimate)"]);
     let (title, caption, _) = said(
         "title = \"{field}: {name} ({units})\\n\\n{step:04}, {time}, × {exaggeration}\"\nname = \"speed\"\nunits = \"m s-1\"",
     );
     assert_eq!(title, ["theta: speed (m s⁻¹)", "0007, day 0 01:00, × 50"]);
-    assert_eq!(caption, "speed (m s⁻¹)");
+    assert_eq!(caption, ["speed (m s⁻¹)"]);
     // No date is there.
     assert_eq!(said("title = \"$Y\"").0, ["day 0 01:00"]);
 }

@@ -1,33 +1,93 @@
 //! What labels say.
 
 use super::Legend;
+use super::bar::Bar;
 use super::units::{power_of_ten, pretty};
+use crate::description::Description;
 use crate::frame::{Frame, two_digits_up};
 use crate::output::{Stamp, date};
+use crate::scene::Paint;
 
-/// The field's name.
-fn name<'f>(frame: &'f Frame, legend: &'f Legend) -> &'f str {
-    let given = legend.labels.name.as_ref().or(frame.description.long_name.as_ref());
-    given.map_or(&frame.field, String::as_str)
+/// What is known of a field of the scene.
+fn description<'f>(frame: &'f Frame, field: &str) -> Option<&'f Description> {
+    if field == frame.field {
+        return Some(&frame.description);
+    }
+    frame.descriptions.iter().find(|(name, _)| name == field).map(|(_, description)| description)
 }
 
-fn units<'f>(frame: &'f Frame, legend: &'f Legend) -> &'f str {
-    let given = legend.labels.units.as_ref().or(frame.description.units.as_ref());
-    given.map_or("", String::as_str)
+/// A field's name. The scene may give one to the first field.
+pub(super) fn name<'f>(frame: &'f Frame, legend: &'f Legend, field: &'f str) -> &'f str {
+    let given = legend.labels.name.as_deref().filter(|_| field == frame.field);
+    let known = || description(frame, field).and_then(|known| known.long_name.as_deref());
+    given.or_else(known).unwrap_or(field)
 }
 
-/// Name and units of values that the bar shows divided by a power of ten.
-pub(super) fn caption(frame: &Frame, legend: &Legend, exponent: i32) -> String {
-    let name = name(frame, legend);
-    pretty(units(frame, legend), exponent)
-        .map_or_else(|| name.to_owned(), |units| format!("{name} ({units})"))
+/// A field's units, of values divided by a power of ten; the scene may give those of the first field. `None` where nothing
+/// is to be said.
+pub(super) fn units(frame: &Frame, legend: &Legend, field: &str, exponent: i32) -> Option<String> {
+    let given = legend.labels.units.as_deref().filter(|_| field == frame.field);
+    let known = || description(frame, field).and_then(|known| known.units.as_deref());
+    pretty(given.or_else(known).unwrap_or(""), exponent)
+}
+
+/// Name and units of values that a bar shows divided by a power of ten, and below it what tells their opacity.
+pub(super) fn caption(frame: &Frame, legend: &Legend, bar: &Bar, exponent: i32) -> Vec<String> {
+    let name = name(frame, legend, bar.field);
+    let units = units(frame, legend, bar.field, exponent);
+    let first = units.map_or_else(|| name.to_owned(), |units| format!("{name} ({units})"));
+    let by = bar.opacity_by.map(|by| format!("opacity by {}", self::name(frame, legend, by)));
+    [Some(first), by].into_iter().flatten().collect()
+}
+
+/// The isosurfaces of one field.
+pub(super) struct Key {
+    /// The field's name.
+    pub name: String,
+    /// Values with their colours; a surface that is painted by another field has none.
+    pub values: Vec<(String, Option<[f64; 3]>)>,
+    /// The field's units.
+    pub units: Option<String>,
+}
+
+/// Which isosurface has which colour, field by field.
+pub(super) fn keys(frame: &Frame, legend: &Legend) -> Vec<Key> {
+    let mut fields: Vec<&str> = Vec::new();
+    let surfaces = &legend.scene.scenery.isosurfaces;
+    for surface in surfaces {
+        if !fields.contains(&surface.field.as_str()) {
+            fields.push(&surface.field);
+        }
+    }
+    let key = |field: &str| {
+        let values = surfaces.iter().filter(|surface| surface.field == field).map(|surface| {
+            let color = if let Paint::Plain(color) = surface.paint { Some(color) } else { None };
+            (value(surface.value), color)
+        });
+        let (name, units) = (name(frame, legend, field).to_owned(), units(frame, legend, field, 0));
+        Key { name, values: values.collect(), units }
+    };
+    fields.into_iter().map(key).collect()
+}
+
+/// A value as print has it.
+fn value(value: f64) -> String {
+    const PLAIN: std::ops::Range<f64> = 1e-3..1e5;
+    let text =
+        if value == 0.0 || PLAIN.contains(&value.abs()) { value.to_string() } else { format!("{value:e}") };
+    let (digits, power) = text.split_at(text.find('e').unwrap_or(text.len()));
+    match digits {
+        "1" | "-1" if !power.is_empty() => printed(&text).replacen("1 × ", "", 1),
+        _ => printed(&text),
+    }
+    .replacen('-', "−", 1)
 }
 
 /// The title's lines. Where it has a date and the frame has none, the time stands for all of it.
 pub(super) fn title(frame: &Frame, legend: &Legend) -> Vec<String> {
     let word = |word: &str| match word {
-        "name" => name(frame, legend).to_owned(),
-        "units" => pretty(units(frame, legend), 0).unwrap_or_default(),
+        "name" => name(frame, legend, &frame.field).to_owned(),
+        "units" => units(frame, legend, &frame.field, 0).unwrap_or_default(),
         "time" => time(&frame.stamp),
         "exaggeration" => legend.scene.exaggeration.to_string(),
         _ => frame.field.clone(),
@@ -104,5 +164,7 @@ mod tests {
     #[test]
     fn numbers_are_printed_with_powers() {
         assert_eq!(["1.2e-3", "0", "inf"].map(printed), ["1.2 × 10⁻³", "0", "∞"]);
+        let values = [0.0, 250.0, -0.02, 1e-4, -1e-4, 2.5e-4, -3e7, 1e5].map(value);
+        assert_eq!(values, ["0", "250", "−0.02", "10⁻⁴", "−10⁻⁴", "2.5 × 10⁻⁴", "−3 × 10⁷", "10⁵"]);
     }
 }

@@ -2,7 +2,7 @@
 
 use super::{csv, io_error};
 use crate::error::{Error, ErrorKind, Result};
-use crate::frame::Frame;
+use crate::frame::{Colors, Frame};
 use std::fs::{File, OpenOptions};
 use std::io::{self, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
@@ -11,7 +11,8 @@ use std::path::{Path, PathBuf};
 /// channels, 0 to 1 ([`ErrorSummary`](crate::ErrorSummary)); `error_kind` is `bound` or `estimate`; `tiles` and
 /// `compose_s` are those of rank 0; `sharing` is how several ranks shared out the picture, and why; `device` is what traced rays
 /// beside the CPU, on rank 0, `left_to_cpu` why the CPU did instead, all or some; `color_min` and `color_max` are
-/// the values over which the colour map `colors` goes, which also says how they came to be these.
+/// the values over which the colour map `colors` goes, which also says how they came to be these; of several maps they are the
+/// first one's, and `colors` has the ranges of all.
 const HEADER: &str = "step,time_s,date,field,file,prepare_s,render_s,write_s,rays,columns,frusta,void_frusta,value_min,value_max,missing_values,error_max,error_mean,error_p999,error_kind,tolerance,pixel_step,lights,threads,bytes_copied,copy_s,waited_s,bytes_derived,ranks,tiles,balance,gather_s,bytes_received,fragments,fragment_bytes,compose_s,sharing,device,left_to_cpu,upload_s,device_s,bytes_uploaded,color_min,color_max,colors,left_out";
 
 /// The line of a frame whose picture was written to `picture`.
@@ -19,6 +20,11 @@ fn row(picture: &Path, frame: &Frame) -> String {
     let (r, s) = (&frame.report, &frame.stamp);
     let file = picture.file_name().map_or_else(String::new, |f| f.to_string_lossy().into_owned());
     let number = |v: Option<f64>| v.map_or_else(String::new, |v| v.to_string());
+    let colors = match r.colors.len() {
+        0 => String::new(),
+        1 => frame.of_each(|colors| colors.how.clone()),
+        _ => frame.of_each(|Colors { how, range: [low, high], .. }| format!("{how}, {low} to {high}")),
+    };
     let cells = [
         s.step.to_string(),
         s.time_s.to_string(),
@@ -61,9 +67,9 @@ fn row(picture: &Path, frame: &Frame) -> String {
         format!("{:.6}", r.upload_s),
         number(r.device_s),
         r.bytes_uploaded.to_string(),
-        number(r.colors.as_ref().map(|c| c.range[0])),
-        number(r.colors.as_ref().map(|c| c.range[1])),
-        r.colors.as_ref().map_or_else(String::new, |c| c.how.clone()),
+        number(r.colors.first().map(|c| c.range[0])),
+        number(r.colors.first().map(|c| c.range[1])),
+        colors,
         r.left_out.join("; "),
     ];
     cells.map(|cell| csv::quoted(&cell)).join(",")
@@ -130,7 +136,6 @@ pub(super) fn append(path: &Path, picture: &Path, frame: &Frame) -> Result<()> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::frame::Colors;
 
     #[test]
     fn a_row_has_a_cell_for_each_column() {
@@ -143,7 +148,8 @@ mod tests {
         (frame.report.device, frame.report.left_to_cpu) = (Some("GPU".into()), Some("it is lost".into()));
         (frame.report.upload_s, frame.report.device_s) = (0.375, Some(0.75));
         frame.report.bytes_uploaded = 5;
-        frame.report.colors = Some(Colors { range: [-0.25, 1.5], how: "vik; fixed".into() });
+        frame.report.colors =
+            vec![Colors { field: "q".into(), range: [-0.25, 1.5], how: "vik; fixed".into() }];
         let row = row(Path::new("folder/q.png"), &frame);
         let cells: std::collections::HashMap<_, _> = HEADER.split(',').zip(row.split(',')).collect();
         assert_eq!(row.split(',').count(), cells.len());
@@ -175,6 +181,13 @@ mod tests {
         }
         assert_eq!([cells["device"], cells["left_to_cpu"]], ["GPU", "it is lost"]);
         assert_eq!(cells["colors"], "vik; fixed");
+        // Of several maps the first one's range, and in words those of all.
+        frame.report.colors.push(Colors { field: "w".into(), range: [2.0, 3.0], how: "viridis".into() });
+        let several = super::row(Path::new("folder/q.png"), &frame);
+        assert!(
+            several.contains(",-0.25,1.5,\"q: vik; fixed, -0.25 to 1.5; w: viridis, 2 to 3\","),
+            "{several}"
+        );
         assert_eq!([cells["error_kind"], cells["sharing"], cells["left_out"]], ["bound", "", ""]);
     }
 

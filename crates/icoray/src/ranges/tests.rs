@@ -20,8 +20,64 @@ fn settled(ranges: &Ranges, scene: &Scene, values: &[f64]) -> [f64; 2] {
     let shape = Shape::level_fastest(values.len() / 4, 4);
     let field = Field::new(values.into(), shape, Location::Center, Some(-9e33)).unwrap();
     let values = Values { threads: &threads, field: &field, part: None };
-    let settled = ranges.settle(&mut Ranks::alone(), scene, values).unwrap().unwrap();
+    let settled = ranges.settle(&mut Ranks::alone(), scene, &|_| Ok(values)).unwrap().unwrap();
     settled.coloring.unwrap().fixed().unwrap()
+}
+
+/// Each map follows the values of its own field, and what is coloured alike is looked at once.
+#[test]
+fn each_map_of_a_scene_has_the_range_of_its_field() {
+    let surface = |field: &str, range: &str| {
+        format!("[[surfaces]]\nlayer = 0\nfield = \"{field}\"\ntransfer = {{ range = {range} }}\n")
+    };
+    let follows = "{ union = [0, 100], hysteresis = 1 }";
+    let more = [surface("w", follows), surface("w", "[5, 6]"), surface("v", follows), surface("w", follows)];
+    let isosurface = "[[isosurfaces]]\nfield = \"q\"\nvalue = 0\ncolor_by = \"q\"\ntransfer = { range = { percentile = [0, 100] } }\n";
+    let scene = scene(follows, &(more.concat() + isosurface));
+    let threads = Threads::new(1).unwrap();
+    let (ranges, shape) = (Ranges::default(), Shape::level_fastest(1, 2));
+    let settled = |times: f64| {
+        let arrays = ["q", "w", "v"].map(|name| match name {
+            "q" => [1.0 * times, 2.0 * times],
+            "w" => [10.0 * times, 20.0 * times],
+            _ => [f64::NAN; 2],
+        });
+        let fields = arrays
+            .each_ref()
+            .map(|values| Field::new(values.as_slice().into(), shape, Location::Center, None).unwrap());
+        let asked = std::cell::RefCell::new(Vec::new());
+        let values = |name: &str| {
+            asked.borrow_mut().push(name.to_owned());
+            let field = &fields[["q", "w", "v"].iter().position(|known| *known == name).unwrap()];
+            Ok(Values { threads: &threads, field, part: None })
+        };
+        let settled = ranges.settle(&mut Ranks::alone(), &scene, &values).unwrap().unwrap();
+        let found: Vec<_> =
+            settled.paintings().iter().map(|p| p.coloring.unwrap().fixed().unwrap()).collect();
+        for painting in settled.paintings() {
+            assert_eq!(
+                painting.transfer,
+                &painting.coloring.unwrap().transfer(painting.coloring.unwrap().fixed().unwrap())
+            );
+        }
+        (found, asked.into_inner())
+    };
+    let none = [0.0, 1.0];
+    let (found, asked) = settled(1.0);
+    assert_eq!(found, [[1.0, 2.0], [10.0, 20.0], [5.0, 6.0], none, [10.0, 20.0], [1.0, 2.0]]);
+    assert_eq!(asked, ["q", "w", "v", "q"]);
+    // Unions go on, as if each were alone; the percentiles of the first frame stay.
+    let (found, asked) = settled(2.0);
+    assert_eq!(found, [[1.0, 5.0], [10.0, 50.0], [5.0, 6.0], none, [10.0, 50.0], [1.0, 2.0]]);
+    assert_eq!(asked, ["q", "w", "v"]);
+}
+
+#[test]
+fn a_field_that_is_not_there_is_an_error() {
+    let missing = |name: &str| Err(crate::Error::new(crate::ErrorKind::Scene, format!("no {name}")));
+    let scene = scene("{ percentile = [0, 100] }", "");
+    let error = Ranges::default().settle(&mut Ranks::alone(), &scene, &missing).unwrap_err();
+    assert_eq!(error.context(), "no q");
 }
 
 fn close(found: [f64; 2], expected: [f64; 2]) {
@@ -123,7 +179,7 @@ fn a_scene_with_a_range_of_its_own_is_not_touched() {
     let values = Values { threads: &threads, field: &field, part: None };
     for more in ["", "scale = \"symlog\"\nthreshold = 0.1", "center = 0"] {
         let scene = scene("[0, 1]", more);
-        assert_eq!(Ranges::default().settle(&mut Ranks::alone(), &scene, values).unwrap(), None);
+        assert_eq!(Ranges::default().settle(&mut Ranks::alone(), &scene, &|_| Ok(values)).unwrap(), None);
     }
 }
 
@@ -139,7 +195,7 @@ fn parts_find_the_range_of_the_whole() {
     let scene = scene("{ percentile = [2, 97] }", "");
     let alone = Threads::new(2).unwrap();
     let whole = Values { threads: &alone, field: &field, part: None };
-    let expected = Ranges::default().settle(&mut Ranks::alone(), &scene, whole).unwrap();
+    let expected = Ranges::default().settle(&mut Ranks::alone(), &scene, &|_| Ok(whole)).unwrap();
     let found: Vec<Option<Scene>> = std::thread::scope(|scope| {
         let (grid, field, scene) = (&grid, &field, &scene);
         let ranks = local_team(3).into_iter().map(|team| {
@@ -148,7 +204,7 @@ fn parts_find_the_range_of_the_whole() {
                 let part = Part::of_whole(&mut ranks, grid).unwrap();
                 let threads = Threads::new(1).unwrap();
                 let values = Values { threads: &threads, field, part: Some(&part) };
-                Ranges::default().settle(&mut ranks, scene, values).unwrap()
+                Ranges::default().settle(&mut ranks, scene, &|_| Ok(values)).unwrap()
             })
         });
         ranks.collect::<Vec<_>>().into_iter().map(|rank| rank.join().unwrap()).collect()

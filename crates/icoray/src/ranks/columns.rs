@@ -1,14 +1,15 @@
-//! Columns of some cells each, over tables of the whole grid that every rank has: who owns what, and how the field is put
+//! Columns of some cells each, over tables of the whole grid that every rank has: who owns what, and how fields are put
 //! together, once per node.
 //!
 //! Each rank writes its own columns to its node's memory and sends them to one rank of each other node, which writes them
-//! there. So a node has one copy of the field, which is the only one.
+//! there, one field after the other. So a node has one copy of each field, which is the only one.
 
 use super::cells::{Numbered, PartCells};
 use super::words::{Reader, Words};
 use super::{Node, Ranks, bad};
 use crate::error::{Error, ErrorKind, Result};
 use crate::field::{Field, Location};
+use crate::fields::Fields;
 use crate::grid::{Grid, Reals};
 use crate::shape::Shape;
 use bytemuck::Pod;
@@ -28,6 +29,32 @@ pub struct Columns {
     cells: usize,
     /// Own columns of the rank that has most.
     most: usize,
+}
+
+/// A field of which ranks have some columns each, and where the whole of it is put together.
+pub(crate) struct Placed<'f> {
+    /// How a scene calls it; `None` for the heights.
+    pub name: Option<String>,
+    /// This rank's columns.
+    pub field: Field<'f>,
+    /// Where it begins in the node's memory.
+    pub at: usize,
+}
+
+impl Placed<'_> {
+    /// What must be the same on all ranks: else they would write over each other's.
+    pub fn facts(&self) -> [(&'static str, String); 2] {
+        let (name, bits) = (self.called(), 8 * value_bytes(&self.field));
+        let layers = self.field.shape().layers;
+        [
+            ("has", format!("{name} of {layers} layers of {bits} bits")),
+            ("has", format!("{name} with missing values marked by {:?}", self.field.fill())),
+        ]
+    }
+
+    fn called(&self) -> String {
+        self.name.as_ref().map_or("heights".into(), |name| format!("{name:?}"))
+    }
 }
 
 impl Columns {
@@ -62,8 +89,25 @@ impl Columns {
         Err(Error::new(ErrorKind::Field, message))
     }
 
+    /// Where the whole of each field is to be put together, and bytes for all of them, where `fields` have this rank's
+    /// columns.
+    ///
+    /// # Errors
+    /// With the field's name: [`ErrorKind::Field`] where it has other columns.
+    pub(crate) fn places<'f>(&self, grid: &Grid, fields: &Fields<'f>) -> Result<(Vec<Placed<'f>>, usize)> {
+        let (mut places, mut end) = (Vec::new(), 0);
+        let named = fields.iter().map(|(name, field)| (Some(name.to_owned()), *field));
+        for (name, field) in named.chain(fields.heights().map(|heights| (None, *heights))) {
+            let place = Placed { name, field, at: end };
+            let bytes = self.bytes_for(grid, &place.field).map_err(|e| e.within(place.called()))?;
+            end += bytes.next_multiple_of(size_of::<f64>());
+            places.push(place);
+        }
+        Ok((places, end))
+    }
+
     /// Bytes that all columns of the whole grid take, where `field` has this rank's.
-    pub(crate) fn bytes_for(&self, grid: &Grid, field: &Field) -> Result<usize> {
+    fn bytes_for(&self, grid: &Grid, field: &Field) -> Result<usize> {
         let (shape, expected) = (field.shape(), self.of_field_at(field.location())?);
         if shape.columns != expected {
             let message =
@@ -80,10 +124,10 @@ impl Columns {
         Ok(self.cells * column_bytes(field))
     }
 
-    /// Puts the field together in the node's memory, of `field`'s own columns on each rank; returns the bytes that this rank
+    /// Puts a field together in the node's memory, of its own columns on each rank; returns the bytes that this rank
     /// wrote there. Collective, and so is what comes of it, but for a failure that is to be told to the others.
-    pub(crate) fn gather(&self, ranks: &mut Ranks, node: &mut Node, field: &Field) -> Result<u64> {
-        self.gather_by(ranks, node, field, MOST)
+    pub(crate) fn gather(&self, ranks: &mut Ranks, node: &mut Node, place: &Placed) -> Result<u64> {
+        self.gather_by(ranks, node, place, MOST)
     }
 
     /// The same with at most so many bytes sent at once.
@@ -91,15 +135,16 @@ impl Columns {
         &self,
         ranks: &mut Ranks,
         node: &mut Node,
-        field: &Field,
+        place: &Placed,
         most: usize,
     ) -> Result<u64> {
+        let Placed { field, at, .. } = place;
         let width = column_bytes(field);
         let mut columns = 0;
         node.memory.begin()?;
         let mut outcome = ranks.attempt(|| {
             self.visit(field, 0..self.own.len(), |cell, bytes| {
-                node.memory.put(cell as usize * width, bytes);
+                node.memory.put(at + cell as usize * width, bytes);
                 columns += 1;
             });
             Ok(())
@@ -123,7 +168,7 @@ impl Columns {
             }
             for bytes in ranks.exchange(messages)? {
                 let taken = take(&bytes, width, self.cells, |cell, bytes| {
-                    node.memory.put(cell * width, bytes);
+                    node.memory.put(at + cell * width, bytes);
                     columns += 1;
                 });
                 outcome = outcome.and(taken);
@@ -133,11 +178,28 @@ impl Columns {
         outcome.map(|()| (columns * width) as u64)
     }
 
-    /// The whole field, of which `field` has this rank's columns.
-    pub(crate) fn whole<'n>(&self, node: &'n Node, field: &Field) -> Result<Field<'n>> {
+    /// The whole fields, once all are put together.
+    pub(crate) fn wholes<'n>(&self, node: &'n Node, places: &[Placed]) -> Result<Fields<'n>> {
+        let (mut named, mut heights) = (Vec::new(), None);
+        for place in places {
+            let whole = self.whole(node, place)?;
+            match &place.name {
+                Some(name) => named.push((name.as_str(), whole)),
+                None => heights = Some(whole),
+            }
+        }
+        let fields = Fields::new(named);
+        Ok(match heights {
+            Some(heights) => fields.with_heights(heights),
+            None => fields,
+        })
+    }
+
+    /// A whole field.
+    pub(super) fn whole<'n>(&self, node: &'n Node, Placed { field, at, .. }: &Placed) -> Result<Field<'n>> {
         let count = self.cells * field.shape().layers;
         let cut = |e| Error::new(ErrorKind::Internal, format!("the node's memory: {e}"));
-        let bytes = &node.memory.bytes()[..self.cells * column_bytes(field)];
+        let bytes = &node.memory.bytes()[*at..][..self.cells * column_bytes(field)];
         let samples = match field.samples() {
             Reals::F32(_) => Reals::F32(&bytemuck::try_cast_slice(bytes).map_err(cut)?[..count]),
             Reals::F64(_) => Reals::F64(&bytemuck::try_cast_slice(bytes).map_err(cut)?[..count]),
@@ -171,12 +233,15 @@ fn visit_columns<S: Pod>(data: &[S], field: &Field, own: &[(u32, u32)], mut visi
     }
 }
 
-fn column_bytes(field: &Field) -> usize {
-    let size = match field.samples() {
+fn value_bytes(field: &Field) -> usize {
+    match field.samples() {
         Reals::F32(_) => size_of::<f32>(),
         Reals::F64(_) => size_of::<f64>(),
-    };
-    size * field.shape().layers
+    }
+}
+
+fn column_bytes(field: &Field) -> usize {
+    value_bytes(field) * field.shape().layers
 }
 
 /// Hands on the columns of a message, each with its cell before it.

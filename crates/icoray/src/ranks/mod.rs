@@ -27,6 +27,7 @@ pub use agree::{Agreement, Refusal, Word};
 use cells::bad;
 pub use cells::{Owned, PartCells};
 pub use columns::Columns;
+pub(crate) use columns::Placed;
 pub(crate) use gather::{Share, Told};
 pub use held::Held;
 pub use local::{LocalTeam, local_nodes, local_team};

@@ -6,7 +6,8 @@ use crate::frame::Counts;
 use crate::raster::{Pixel, Place, Raster, Tile};
 use crate::threads::Threads;
 use crate::{
-    Field, Frame, FrameReport, Grid, IcosahedralMesh, Layers, Location, Rendered, Renderer, Scene, Shape,
+    Field, Fields, Frame, FrameReport, Grid, IcosahedralMesh, Layers, Location, Rendered, Renderer, Scene,
+    Shape,
 };
 use rayon::prelude::*;
 use std::thread::{self, sleep};
@@ -329,12 +330,27 @@ fn nodes_put_a_field_together_in_rounds() {
             let owned: Vec<i32> = (0..cells).map(|cell| is_own(cell).into()).collect();
             let all = PartCells { global: global.as_slice().into(), owned: Owned::Marked(&owned) };
             let columns = Columns::new(ranks, &grid, &all).unwrap();
+            // Two of them, in other orders, and heights.
+            let backwards: Vec<f32> = world.values.iter().rev().copied().collect();
+            let heights: Vec<f64> = world.values.iter().map(|value| f64::from(*value) + 9.0).collect();
+            let of = |values| Field::new(values, *world.field().shape(), Location::Center, None).unwrap();
+            let fields = Fields::new([("a", world.field()), ("b", of(backwards.as_slice().into()))])
+                .with_heights(of(heights.as_slice().into()));
             for most in [1, 1000, usize::MAX / 2] {
-                let mut node = ranks.take_node(columns.bytes_for(&grid, &world.field()).unwrap()).unwrap();
-                columns.gather_by(ranks, &mut node, &world.field(), most).unwrap();
-                let whole = columns.whole(&node, &world.field()).unwrap();
+                let (places, bytes) = columns.places(&grid, &fields).unwrap();
+                assert_eq!(bytes, 2 * (4 * world.values.len()).next_multiple_of(8) + 8 * world.values.len());
+                let mut node = ranks.take_node(bytes).unwrap();
+                for place in &places {
+                    columns.gather_by(ranks, &mut node, place, most).unwrap();
+                }
+                let whole = columns.wholes(&node, &places).unwrap();
+                let [a, b] = ["a", "b"].map(|name| whole.get(name).unwrap());
+                let last = world.values.len() - 1;
                 for (i, value) in world.values.iter().enumerate() {
-                    assert_eq!(whole.value(i / LAYERS, i % LAYERS), f64::from(*value));
+                    let at = |field: &Field, i: usize| field.value(i / LAYERS, i % LAYERS);
+                    let value = f64::from(*value);
+                    assert_eq!([at(a, i), at(b, last - i)], [value; 2]);
+                    assert_eq!(at(whole.heights().unwrap(), i), value + 9.0);
                 }
                 // Zeros would be seen if the next time did not write all.
                 node.memory.begin().unwrap();

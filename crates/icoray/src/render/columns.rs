@@ -1,47 +1,47 @@
-//! A picture of columns that are spread over ranks: each node puts the field together, and draws as if it had been given so.
+//! A picture of columns that are spread over ranks: each node puts the fields together, and draws as if it had been given
+//! so.
 
 use super::{Given, Rendered, Renderer};
-use crate::error::{Error, Result};
-use crate::field::Field;
-use crate::grid::{Grid, Reals};
+use crate::error::Result;
+use crate::fields::Fields;
+use crate::grid::Grid;
 use crate::layers::Layers;
-use crate::ranks::{Columns, Ranks};
+use crate::ranks::{Columns, Placed, Ranks};
 use crate::scene::Scene;
 use std::time::Instant;
 
 impl Renderer {
     /// Renders `scene` together with the other ranks, as [`Self::render_over`] does where all have the same data: each rank
-    /// gives the whole `grid`, and `field` has the columns that `columns` says, of which those of its own are read.
-    /// Collective. The picture is bitwise that of one process with the whole field.
+    /// gives the whole `grid`, and `fields`, and heights where the scene needs them, have the columns that `columns` says,
+    /// of which those of its own are read. Collective. The picture is bitwise that of one process with the whole fields.
     ///
     /// # Errors
     /// As [`Self::render_over`]; [`ErrorKind::Field`](crate::ErrorKind::Field) where a field lies at corners.
-    pub fn render_columns(
+    pub fn render_columns<'f>(
         &self,
         ranks: &mut Ranks,
         scene: &Scene,
         grid: &Grid,
         columns: &Columns,
         layers: &Layers,
-        field: &Field,
+        fields: impl Into<Fields<'f>>,
     ) -> Result<Rendered> {
         let start = Instant::now();
-        let bytes = ranks.attempt(|| {
-            let named = |e: Error| e.within(format!("{:?}", scene.field));
-            columns.bytes_for(grid, field).map_err(named)
-        });
-        // Else they would write over each other's.
-        let bytes = ranks.of_one_mind(bytes, |_| {
-            let bits = if matches!(field.samples(), Reals::F32(_)) { 32 } else { 64 };
-            let values = format!("{} layers of {bits} bits", field.shape().layers);
-            vec![("has a field of", values), ("has missing values marked by", format!("{:?}", field.fill()))]
-        })?;
+        let fields = fields.into();
+        let places = ranks.attempt(|| columns.places(grid, &fields.needed_by(scene)?));
+        let (places, bytes) =
+            ranks.of_one_mind(places, |(places, _)| places.iter().flat_map(Placed::facts).collect())?;
         let mut node = ranks.take_node(bytes)?;
-        let gathered = columns.gather(ranks, &mut node, field);
-        let whole = gathered.and_then(|copied| Ok((copied, columns.whole(&node, field)?)));
-        let rendered = ranks.together(whole).and_then(|(copied, field)| {
+        let mut gathered = Ok(0);
+        for place in &places {
+            // Where one has failed the others wait for this rank all the same.
+            let copied = columns.gather(ranks, &mut node, place);
+            gathered = gathered.and_then(|sum| Ok(sum + copied?));
+        }
+        let wholes = gathered.and_then(|copied| Ok((copied, columns.wholes(&node, &places)?)));
+        let rendered = ranks.together(wholes).and_then(|(copied, fields)| {
             let copy_s = start.elapsed().as_secs_f64();
-            let given = Given { grid, part: None, layers, fields: &(&field).into() };
+            let given = Given { grid, part: None, layers, fields: &fields };
             let mut rendered = self.render_since(start, ranks, scene, &given)?;
             let report = rendered.report_mut();
             (report.bytes_copied, report.copy_s) = (copied, copy_s);

@@ -172,11 +172,11 @@ fn made(job: &Job, number: u32, rays: &[Traced]) -> Tile {
     let pixel = |ray: &Traced| {
         let Traced { color, absorbed, error, variance, counts: [columns, frusta, void_frusta] } = *ray;
         if error == Traced::MISSED {
-            return shown::<f32>(scene, brightest, None);
+            return shown(scene, brightest, None);
         }
         let [columns, frusta, void_frusta] = [columns, frusta, void_frusta].map(u64::from);
         counts += Counts { rays: 1, columns, frusta, void_frusta, ..Counts::default() };
-        shown(scene, brightest, Some(Light { color, absorbed, error, variance }))
+        shown(scene, brightest, Some(Light { color, absorbed, error, variance }.wide()))
     };
     let pixels = rays.iter().map(pixel).collect();
     Tile { number, seconds: 0.0, counts, pixels }

@@ -3,6 +3,7 @@
 use super::Renderer;
 use crate::device::{Device, Devices, Reason, Wanted};
 use crate::error::Error;
+use crate::ground::Ground;
 use crate::scene::{Backend, Precision, Scene};
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -62,6 +63,12 @@ impl Renderer {
         };
         if scene.precision == Precision::F64 {
             return Err(Some(Reason::new("the scene asks for precision = \"f64\"")));
+        }
+        if !scene.scenery.is_plain() {
+            return Err(Some(Reason::new("the scene shows more than one volume over the ground")));
+        }
+        if Ground::new(scene).is_some() {
+            return Err(Some(Reason::new("the scene has land, sea or lines on its core")));
         }
         let adapter = scene.device.clone();
         let wanted = Wanted { adapter, or_processor: scene.backend == Backend::Gpu, node_rank };

@@ -1,12 +1,10 @@
 //! A picture of parts: each rank traces all rays through its own cells, and each puts rays together in some of the tiles.
 
 use super::device::OnDevice;
-use super::work::{Work, brightest, ray, shown};
+use super::work::{Rays, Work, brightest, ray, shown};
 use crate::compose::{Came, Composer, TileFragments};
 use crate::error::{Error, ErrorKind, Result};
-use crate::kernel::ray::{Budget, Caster, Counts};
-use crate::kernel::real::Real;
-use crate::kernel::sample::Sample;
+use crate::kernel::ray::{Budget, Casts, Counts};
 use crate::quality::{Lights, Quality};
 use crate::ranks::{Part, Ranks, Reader, Share, Words};
 use crate::raster::{Pixel, Raster, Tile};
@@ -51,9 +49,9 @@ impl Exchanged {
     }
 }
 
-impl<T: Real, S: Sample> Work<'_, T, S> {
+impl<R: Rays> Work<'_, R> {
     /// Traces this rank's part of all tiles and exchanges fragments. Collective.
-    pub(super) fn exchange<const N: usize>(
+    pub(super) fn exchange(
         &self,
         ranks: &mut Ranks,
         part: &Part,
@@ -64,7 +62,7 @@ impl<T: Real, S: Sample> Work<'_, T, S> {
         let raster = Raster { step: share.quality.pixel_step, ..self.raster() };
         let traced = ranks.attempt(|| {
             let (tiles, counts) =
-                self.renderer.run(|| self.fragments::<N>(part, &share.quality, raster, on_device));
+                self.renderer.run(|| self.fragments(part, &share.quality, raster, on_device));
             Ok(addressed(ranks, &tiles, &share.owners, counts))
         });
         let traced_s = start.elapsed().as_secs_f64();
@@ -73,7 +71,7 @@ impl<T: Real, S: Sample> Work<'_, T, S> {
     }
 
     /// The fragments of each tile as bytes, and what rays met on the way: the device's, as far as that goes.
-    fn fragments<const N: usize>(
+    fn fragments(
         &self,
         part: &Part,
         quality: &Quality,
@@ -87,10 +85,10 @@ impl<T: Real, S: Sample> Work<'_, T, S> {
             traced[tile as usize].get_or_init(|| (bytes, counts));
         };
         let all: Vec<u32> = (0..raster.tiles()).collect();
-        let own = part.own(self.shell.inner(), self.shell.outer());
+        let own = part.own(self.radius[0], self.radius[1]);
         let left = on_device.fragments(quality, raster, &all, &own, &keep);
         if !left.is_empty() {
-            let caster = Caster { level: None, ..self.caster::<N>(quality) };
+            let caster = self.rays.caster(quality);
             left.par_iter().with_max_len(1).for_each(|tile| {
                 let (mut fragments, mut counts) = (TileFragments::default(), Counts::default());
                 raster.visit(*tile, |x, y, hint| {
@@ -118,8 +116,9 @@ impl<T: Real, S: Sample> Work<'_, T, S> {
         give: &(dyn Fn(Tile) + Sync),
     ) {
         let composer = Composer {
-            radius: [self.shell.inner(), self.shell.outer()],
+            radius: self.radius,
             core: self.scene.core,
+            ground: self.ground,
             shading: self.plan.shading.filter(|_| quality.lights != Lights::Off),
             budget: Budget::new(quality.tolerance, brightest(self.scene)),
         };

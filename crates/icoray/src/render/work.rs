@@ -4,17 +4,18 @@ use super::{Derived, OnDevice, Renderer};
 use crate::frame::{Certainty, Counts};
 use crate::gradient::Gradients;
 use crate::grid::Grid;
+use crate::ground::Ground;
 use crate::kernel::Real;
 use crate::kernel::column::Shell;
 use crate::kernel::leap::Visible;
 use crate::kernel::piece::{Light, Method};
-use crate::kernel::ray::{Budget, Caster, Start};
+use crate::kernel::ray::{Budget, Caster, Casts, Start};
 use crate::kernel::sample::{Sample, Samples};
 use crate::kernel::transfer::Spans;
 use crate::plan::Plan;
 use crate::quality::{Deadline, Lights, Quality};
 use crate::raster::{Pixel, Place, Raster, Tile};
-use crate::scene::{Precision, Scene};
+use crate::scene::{Paint, Precision, Scene};
 use glam::DVec3;
 use rayon::prelude::*;
 
@@ -24,8 +25,31 @@ pub(super) fn asked(scene: &Scene) -> Quality {
     Quality { pixel_step: 1, tolerance: scene.tolerance, lights }
 }
 
-/// All that rays need, prepared.
-pub(super) struct Work<'f, T, S> {
+/// What traces the rays of a picture.
+pub(super) trait Rays: Sync {
+    type Caster<'c>: Casts
+    where
+        Self: 'c;
+    /// Makes what rays are traced with, where that is not done yet.
+    fn get_ready(&self);
+    /// What traces rays at a quality.
+    fn caster(&self, quality: &Quality) -> Self::Caster<'_>;
+}
+
+/// A picture's work: its rays, on the thread pool and on a device.
+pub(super) struct Work<'f, R> {
+    pub renderer: &'f Renderer,
+    pub scene: &'f Scene,
+    pub plan: &'f Plan,
+    /// Radii of the innermost and outermost layer.
+    pub radius: [f64; 2],
+    /// What the core looks like where it has more than one colour.
+    pub ground: Option<&'f Ground>,
+    pub rays: R,
+}
+
+/// Rays through one field alone.
+pub(super) struct Plain<'f, T, S> {
     pub renderer: &'f Renderer,
     pub scene: &'f Scene,
     pub plan: &'f Plan,
@@ -35,16 +59,17 @@ pub(super) struct Work<'f, T, S> {
     pub samples: Samples<'f, S>,
     pub visible: &'f Derived<'f, Visible>,
     pub gradients: &'f Derived<'f, Gradients>,
+    pub ground: Option<&'f Ground>,
 }
 
-impl<T: Real, S: Sample> Work<'_, T, S> {
+impl<R: Rays> Work<'_, R> {
     /// The whole picture's, each pixel traced.
     pub(super) fn raster(&self) -> Raster {
         Raster { width: self.scene.width, height: self.scene.height, step: 1 }
     }
 
     /// The quality that is asked, or the best one that keeps the deadline on whoever draws.
-    pub(super) fn pick<const N: usize>(
+    pub(super) fn pick(
         &self,
         asked: Quality,
         deadline: Option<Deadline>,
@@ -54,17 +79,16 @@ impl<T: Real, S: Sample> Work<'_, T, S> {
         on_device.get_ready(&asked, self.raster());
         if !on_device.is_there() {
             // No probe's time.
-            self.visible.get();
-            self.gradients.get();
+            self.rays.get_ready();
         }
         deadline.pick(asked, self.raster(), on_device.is_there(), |quality, raster| {
             let all: Vec<u32> = (0..raster.tiles()).collect();
-            self.trace::<N>(quality, raster, &all, on_device, &|_| ());
+            self.trace(quality, raster, &all, on_device, &|_| ());
         })
     }
 
     /// Traces tiles of the picture, on the device as far as that goes, each given away when it is done.
-    pub(super) fn trace<const N: usize>(
+    pub(super) fn trace(
         &self,
         quality: &Quality,
         raster: Raster,
@@ -76,60 +100,93 @@ impl<T: Real, S: Sample> Work<'_, T, S> {
         if left.is_empty() {
             return;
         }
-        let caster = self.caster::<N>(quality);
+        let caster = self.rays.caster(quality);
         let draw = |places: &[Place], counts: &mut Counts| {
-            if self.renderer.savings.tiles && passes_by(self.scene, places, caster.outer) {
-                vec![shown::<T>(self.scene, caster.budget.brightest, None); places.len()]
+            if self.renderer.savings.tiles && passes_by(self.scene, places, caster.outer()) {
+                vec![shown(self.scene, caster.budget().brightest, None); places.len()]
             } else {
                 pixels(self.scene, &caster, places, counts)
             }
         };
         raster.trace(&left, draw).for_each(give);
     }
+}
 
-    pub(super) fn caster<const N: usize>(&self, quality: &Quality) -> Caster<'_, T, S, N> {
+/// The same, N values carried along: 1 without light, else 4.
+pub(super) struct Carrying<'p, 'f, T, S, const N: usize>(pub &'p Plain<'f, T, S>);
+
+impl<T: Real, S: Sample, const N: usize> Rays for Carrying<'_, '_, T, S, N> {
+    type Caster<'c>
+        = Caster<'c, T, S, N>
+    where
+        Self: 'c;
+
+    fn get_ready(&self) {
+        self.0.visible.get();
+        self.0.gradients.get();
+    }
+
+    fn caster(&self, quality: &Quality) -> Caster<'_, T, S, N> {
+        let Plain { renderer, scene, plan, grid, shell, spans, samples, visible, gradients, ground } =
+            *self.0;
         let is_lit = quality.lights != Lights::Off;
-        let (savings, visible) = (self.renderer.savings, self.visible.get());
-        let top = if savings.layers { visible.top.max(1) } else { self.shell.layers() - 1 };
-        let mut budget = Budget::new(quality.tolerance, brightest(self.scene));
-        if !savings.ends {
-            // Less than any transmittance.
-            budget.rest = -1.0;
-        }
+        let visible = visible.get();
+        let top = if renderer.savings.layers { visible.top.max(1) } else { shell.layers() - 1 };
         Caster {
-            grid: self.grid,
-            shell: self.shell,
-            spans: self.spans,
-            samples: self.samples,
+            grid,
+            shell,
+            spans,
+            samples,
             visible,
-            outer: self.plan.radius[top],
-            gradients: self.gradients.get(),
-            method: self.scene.method,
-            budget,
-            shading: self.plan.shading.filter(|_| is_lit),
+            outer: plan.radius[top],
+            gradients: gradients.get(),
+            method: scene.method,
+            budget: budget(renderer, scene, quality),
+            shading: plan.shading.filter(|_| is_lit),
             is_coarse: quality.lights == Lights::Coarse,
-            level: self.renderer.vectors().filter(|_| self.scene.method == Method::Exact),
-            integrates: self.renderer.integrates,
-            core: self.scene.core,
+            level: renderer.vectors().filter(|_| scene.method == Method::Exact),
+            integrates: renderer.integrates,
+            core: scene.core,
+            ground,
         }
     }
+}
+
+/// How rays may spend the tolerance.
+pub(super) fn budget(renderer: &Renderer, scene: &Scene, quality: &Quality) -> Budget {
+    let mut budget = Budget::new(quality.tolerance, brightest(scene));
+    if !renderer.savings.ends {
+        // Less than any transmittance.
+        budget.rest = -1.0;
+    }
+    budget
 }
 
 /// The most that a channel can hold behind a ray's end: the brightest of what is in the scene.
 pub(crate) fn brightest(scene: &Scene) -> f64 {
     let most = |colors: &mut dyn Iterator<Item = [f64; 3]>| colors.flatten().fold(0.0, f64::max);
-    let field = most(&mut scene.transfer.knots.iter().map(|k| k.color));
+    let paints = scene.scenery.paints().filter_map(|paint| match paint {
+        Paint::Plain(color) => Some(*color),
+        Paint::Field { .. } => None,
+    });
+    let paintings = scene.paintings();
+    let knots = paintings.iter().flat_map(|painting| &painting.transfer.knots);
+    let field = most(&mut knots.map(|knot| knot.color).chain(paints));
     let lit = scene.lighting.map_or(field, |l| (l.ambient + l.diffuse) * field + l.specular);
-    let core = most(&mut scene.core.into_iter()) * scene.lighting.map_or(1.0, |l| l.ambient + l.diffuse);
+    let ground = scene.scenery.ground;
+    let lines = scene.scenery.lines.iter().map(|lines| lines.color);
+    let solid = scene.core.into_iter().chain(ground.land).chain(ground.ocean).chain(lines);
+    let solid = most(&mut { solid }) * scene.lighting.map_or(1.0, |l| l.ambient + l.diffuse);
     // A transparent picture has an opacity that goes to 1.
     let back = scene.background.map_or(1.0, |back| most(&mut [back].into_iter()));
-    lit.max(core).max(back).max(0.01)
+    lit.max(solid).max(back).max(0.01)
 }
 
 /// Only an unlit integral in f64 is bounded throughout, where each pixel is traced.
 pub(super) fn certainty(scene: &Scene, quality: &Quality) -> Certainty {
     let is_exact = scene.method == Method::Exact && scene.precision == Precision::F64;
-    let is_bound = is_exact && scene.lighting.is_none() && quality.pixel_step == 1;
+    let is_bound =
+        is_exact && scene.lighting.is_none() && quality.pixel_step == 1 && scene.scenery.is_plain();
     if is_bound { Certainty::Bound } else { Certainty::Estimate }
 }
 
@@ -151,19 +208,14 @@ const DEVIATIONS: f64 = 4.0;
 const GEOMETRY: f64 = 1e-9;
 
 /// The light of pixels, over the background.
-fn pixels<T: Real, S: Sample, const N: usize>(
-    scene: &Scene,
-    caster: &Caster<'_, T, S, N>,
-    places: &[Place],
-    counts: &mut Counts,
-) -> Vec<Pixel> {
+fn pixels(scene: &Scene, caster: &impl Casts, places: &[Place], counts: &mut Counts) -> Vec<Pixel> {
     let mut pixels = vec![Pixel::default(); places.len()];
     let rays = places.iter().enumerate().map(|(number, place)| {
         let (eye, dir) = ray(scene, place.x, place.y);
         Start { number, eye, dir, begins_row: place.begins_row }
     });
-    let brightest = caster.budget.brightest;
-    caster.trace_all(rays, counts, |number, light| pixels[number] = shown(scene, brightest, light));
+    let brightest = caster.budget().brightest;
+    caster.cast(rays, counts, |number, light| pixels[number] = shown(scene, brightest, light));
     pixels
 }
 
@@ -192,10 +244,9 @@ pub(super) fn ray(scene: &Scene, x: u32, y: u32) -> (DVec3, DVec3) {
 }
 
 /// What light shows over the background; `None` where the ray misses the shell.
-pub(super) fn shown<T: Real>(scene: &Scene, brightest: f64, met: Option<Light<T>>) -> Pixel {
+pub(super) fn shown(scene: &Scene, brightest: f64, met: Option<Light<f64>>) -> Pixel {
     let light = met.unwrap_or(Light::none());
-    let absorbed = light.absorbed.wide();
-    let color = light.color.map(T::wide);
+    let (color, absorbed) = (light.color, light.absorbed);
     let color = match scene.background {
         None => [color[0], color[1], color[2], absorbed],
         Some(back) => {
@@ -203,10 +254,10 @@ pub(super) fn shown<T: Real>(scene: &Scene, brightest: f64, met: Option<Light<T>
             [r, g, b, 1.0]
         }
     };
-    let rounding = DEVIATIONS * light.variance.wide().sqrt();
+    let rounding = DEVIATIONS * light.variance.sqrt();
     // The picture itself is in f32.
     let stored = color.iter().fold(0.0f64, |most, c| most.max(*c)) * f64::from(f32::EPSILON) / 2.0;
-    let error = if met.is_some() { light.error.wide() + rounding + stored + GEOMETRY } else { 0.0 };
+    let error = if met.is_some() { light.error + rounding + stored + GEOMETRY } else { 0.0 };
     Pixel { color: color.map(|c| c as f32), error: error.min(brightest.max(1.0)) as f32 }
 }
 

@@ -1,6 +1,6 @@
 //! A pinhole camera.
 
-use glam::{DQuat, DVec3};
+use glam::{DQuat, DVec2, DVec3};
 
 /// A perspective camera; lengths in planet radii, z through the north pole, x through longitude 0.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -63,6 +63,25 @@ impl Camera {
         let across = (f64::from(x) + 0.5 - 0.5 * f64::from(width)) * scale;
         let upwards = (0.5 * f64::from(height) - f64::from(y) - 0.5) * scale;
         (self.forward + across * self.right + upwards * self.up).normalize().to_array()
+    }
+
+    /// How a picture of `height` rows shows small steps from `point` on: pixels to the right and upwards per length. `None`
+    /// where the point is not in front of the camera.
+    pub(crate) fn moves<const N: usize>(
+        &self,
+        point: DVec3,
+        steps: [DVec3; N],
+        height: u32,
+    ) -> Option<[DVec2; N]> {
+        let seen = |v: DVec3| (DVec2::new(v.dot(self.right), v.dot(self.up)), v.dot(self.forward));
+        let (place, depth) = seen(point - self.eye);
+        // Pixels per length at the point's depth.
+        let scale = 0.5 * f64::from(height) / (self.half_height * depth);
+        let shown = |step: DVec3| {
+            let (aside, farther) = seen(step);
+            scale * (aside - place * (farther / depth))
+        };
+        (depth > 0.0).then(|| steps.map(shown))
     }
 
     /// Eye and view direction in words, for a picture's text.

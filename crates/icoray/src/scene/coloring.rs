@@ -78,6 +78,12 @@ impl Coloring {
         self.range
     }
 
+    /// Whether values have the same colours as in another, whatever is opaque.
+    pub(crate) fn has_colors_of(&self, other: &Coloring) -> bool {
+        let colors = |c: &Coloring| (c.map.clone(), c.scale, c.range, c.center);
+        colors(self) == colors(other)
+    }
+
     /// The ends of a fixed range, even about the centre where there is one.
     pub fn fixed(&self) -> Option<[f64; 2]> {
         if let ColorRange::Fixed(ends) = self.range { Some(self.about_center(ends)) } else { None }

@@ -1,12 +1,93 @@
 //! What to draw and how: the contents of a scene file.
 //!
-//! A scene is TOML; `examples/scenes/` has annotated ones. Lengths are in planet radii, angles in degrees, colours are
-//! CSS colours (`"#ff8800"`, `"steelblue"`) in sRGB. Unknown keys and bad values are errors with line and key.
+//! A scene is TOML; `examples/scenes/` has annotated ones. Lengths are in planet radii, heights that end in `_m` in metres,
+//! angles in degrees, colours are CSS colours (`"#ff8800"`, `"steelblue"`) in sRGB. Unknown keys and bad values are errors with
+//! line and key.
+//!
+//! A plain scene shows one volume, by `field` and `[transfer]`. All else that a scene may show is below; each list may have
+//! any number of entries, and what is left out costs nothing.
+//!
+//! ```toml
+//! heights = "mean"                # layers are spheres; "native": each column has its own heights
+//!
+//! [camera]
+//! lon = 20
+//! lat = 40
+//! distance = 3
+//!
+//! # In place of field and [transfer]: several volumes. Extinctions add up, colours mix by extinction.
+//! [[volumes]]
+//! field = "vorticity"
+//! [volumes.transfer]              # as [transfer]: knots, or map, range and opacity
+//! map = "vik"
+//! range = { percentile = [1, 99] }
+//! center = 0
+//! opacity = [[0, 0.9], [0.4, 0], [0.6, 0], [1, 0.9]]
+//!
+//! [[volumes]]
+//! field = "temperature"
+//! [volumes.transfer]              # colours alone, as
+//! map = "rdylbu_r"
+//! range = [220, 300]
+//! [volumes.opacity]               # the opacity is that of another field; [opacity] beside field and [transfer]
+//! field = "cloud"
+//! values = [[0, 0.0], [1e-4, 0.5]]
+//! unit_length = 0.02              # planet radii that have the opacity said; else the whole shell
+//!
+//! [[surfaces]]
+//! layer = 3                       # from 0, the innermost; or "top", "bottom"; or height_m = 5000
+//! field = "temperature"           # with transfer, of colours alone; or color = "grey"
+//! transfer = { map = "rdylbu_r", range = [220, 300] }
+//! shading = "cells"               # one colour for each cell; "smooth" by itself
+//! opacity = 0.8                   # of the surface, above 0; 1 by itself
+//!
+//! [[isosurfaces]]
+//! field = "vorticity"
+//! values = [1e-4, 2e-4]           # or value
+//! colors = ["gold", "crimson"]    # one for each; or color; or color_by = "temperature" with transfer
+//! opacity = 0.5
+//!
+//! [[lines]]
+//! pattern = "graticule"           # "cells", "triangles", "coast"
+//! spacing = 15                    # of a graticule; 30 by itself
+//! on = "ground"                   # by itself; or as layer above; or height_m
+//! color = "white"                 # by itself
+//! width = 1.5                     # pixels, 0.1 to 50; 1 by itself
+//! opacity = 0.6
+//! region = { lon = [170, -170], lat = [-30, 30] }     # from west to east, over the date line; either may be left out
+//!
+//! [ground]                        # of the opaque core
+//! land = "#5a6b4a"
+//! ocean = "#22344c"
+//!
+//! [[clip]]
+//! cut = "inside"                  # or "outside": of where all of the following hold, of which one is enough
+//! lon = [0, 90]
+//! lat = [0, 90]
+//! layers = [2, 10]
+//! height_m = [1000, 12000]
+//! half_space = { towards = [45, 45], distance = 0.2 }     # beyond a plane so far from the centre; 0 by itself
+//!
+//! [[derive]]                      # fields made of the model's, or of those above
+//! name = "wind"
+//! magnitude = ["u", "v"]          # of two or three
+//! [[derive]]
+//! name = "shear"
+//! sum = { u = 1, v = -1 }
+//! [[derive]]
+//! name = "anomaly"
+//! anomaly = "wind"
+//! from = "zonal mean"             # over bands of latitude; or "first", the first step that is drawn
+//! band = 5                        # degrees; 2 by itself
+//! ```
+//!
+//! A scene may do without a volume. Its layers are then those of the first field that it shows, or of `field`.
 
 mod backend;
 mod camera;
 mod color;
 mod coloring;
+mod painting;
 mod parse;
 mod scale;
 mod scenery;
@@ -15,6 +96,7 @@ mod transfer;
 pub use backend::{Adapter, Backend};
 pub use camera::Camera;
 pub use coloring::{ColorRange, Coloring};
+pub(crate) use painting::{OpacityOf, Painting};
 pub use scale::Scale;
 pub use scenery::{
     Clip, Derivation, Ground, HalfSpace, Heights, How, Isosurface, Level, Lines, LonLatBox, Opacity, Paint,
@@ -159,19 +241,6 @@ impl Scene {
         if is_empty { Ok(None) } else { Self::parse(text).map(Some) }
     }
 
-    /// The scene with its colour map over a range, whose ends the map's scale admits, the lower first; the same scene where
-    /// knots are given.
-    #[must_use]
-    pub fn over(&self, range: [f64; 2]) -> Self {
-        let mut scene = self.clone();
-        if let Some(coloring) = &mut scene.coloring {
-            scene.transfer = coloring.transfer(range);
-            coloring.range = ColorRange::Fixed(range);
-            coloring.center = None;
-        }
-        scene
-    }
-
     /// The names of the fields that are shown, each once, the first one first; some may be derived.
     pub fn shown_fields(&self) -> Vec<&str> {
         let mut names = vec![self.field.as_str()];
@@ -186,13 +255,15 @@ impl Scene {
     /// The names of the model's fields that the scene needs, each once: those that are shown, and those of which derived
     /// ones are made.
     pub fn model_fields(&self) -> Vec<&str> {
+        let derived = &self.scenery.derived;
         let mut names = Vec::new();
-        let mut todo = self.shown_fields();
+        // Names, and how many of the derived fields each may be one of: those before what is made of it.
+        let mut todo: Vec<(&str, usize)> =
+            self.shown_fields().into_iter().map(|name| (name, derived.len())).collect();
         todo.reverse();
-        while let Some(name) = todo.pop() {
-            match self.scenery.derived.iter().find(|derived| derived.name == name) {
-                // Of those before it only, so that none is made of itself.
-                Some(derived) => todo.extend(derived.how.fields().into_iter().rev()),
+        while let Some((name, count)) = todo.pop() {
+            match derived[..count].iter().rposition(|derived| derived.name == name) {
+                Some(at) => todo.extend(derived[at].how.fields().into_iter().rev().map(|field| (field, at))),
                 None if !names.contains(&name) => names.push(name),
                 None => (),
             }

@@ -1,24 +1,34 @@
 //! From TOML to a checked [`Scene`]: every error names the line and the key.
 
 mod camera;
+mod clip;
+mod derive;
+mod ground;
+mod isosurface;
 mod labels;
 mod light;
+mod lines;
 mod output;
+mod paint;
+mod place;
+mod surface;
+mod text;
 mod transfer;
 pub(crate) mod views;
+mod volume;
 
-use super::{Adapter, Backend, Precision, Scene, Scenery, Scheme, color};
-use crate::error::{Error, ErrorKind, Result};
+use super::{Adapter, Backend, Ground, Heights, Precision, Scene, Scenery, Scheme, Volume};
+use crate::error::Result;
 use crate::kernel::piece::Method;
 use serde::Deserialize;
-use std::ops::Range;
+use text::Text;
 use toml::Spanned;
 use toml::de::DeTable;
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct RawScene {
-    field: Spanned<String>,
+    field: Option<Spanned<String>>,
     every: Option<Spanned<i64>>,
     exaggeration: Option<Spanned<f64>>,
     background: Option<Spanned<String>>,
@@ -36,7 +46,23 @@ struct RawScene {
     device: Option<Spanned<toml::Value>>,
     image: Option<RawImage>,
     camera: Spanned<camera::RawCamera>,
-    transfer: Spanned<transfer::RawTransfer>,
+    transfer: Option<Spanned<transfer::RawTransfer>>,
+    opacity: Option<Spanned<volume::RawOpacity>>,
+    #[serde(default)]
+    volumes: Vec<Spanned<volume::RawVolume>>,
+    #[serde(default)]
+    surfaces: Vec<Spanned<surface::RawSurface>>,
+    #[serde(default)]
+    isosurfaces: Vec<Spanned<isosurface::RawIsosurface>>,
+    #[serde(default)]
+    lines: Vec<Spanned<lines::RawLines>>,
+    ground: Option<Spanned<ground::RawGround>>,
+    #[serde(default)]
+    clip: Vec<Spanned<clip::RawClip>>,
+    #[serde(default)]
+    derive: Vec<Spanned<derive::RawDerivation>>,
+    #[serde(default)]
+    heights: Heights,
     light: Option<Spanned<light::RawLight>>,
     labels: Option<labels::RawLabels>,
     output: Option<output::RawOutput>,
@@ -47,92 +73,6 @@ struct RawScene {
 struct RawImage {
     width: Spanned<i64>,
     height: Spanned<i64>,
-}
-
-/// The text of a scene file, for saying where in it something stands.
-struct Text<'t> {
-    text: &'t str,
-}
-
-impl<'t> Text<'t> {
-    /// The text's keys, with their places in it.
-    fn table(&self) -> Result<Spanned<DeTable<'t>>> {
-        DeTable::parse(self.text).map_err(|e| self.refused(&e))
-    }
-
-    /// An error of the TOML reader's.
-    fn refused(&self, e: &toml::de::Error) -> Error {
-        let line = e.span().map_or_else(String::new, |span| {
-            let line = self.line(&span);
-            format!("line {line} ({}): ", self.text.lines().nth(line - 1).unwrap_or("").trim())
-        });
-        Error::new(ErrorKind::Scene, format!("{line}{}", e.message()))
-    }
-
-    fn line(&self, span: &Range<usize>) -> usize {
-        1 + self.text[..span.start.min(self.text.len())].bytes().filter(|b| *b == b'\n').count()
-    }
-
-    fn bad(&self, span: Range<usize>, key: &str, what: impl std::fmt::Display) -> Error {
-        Error::new(ErrorKind::Scene, format!("line {}, key {key}: {what}", self.line(&span)))
-    }
-
-    /// A number between `low` and `high`, or `default` where the key is absent.
-    fn number(
-        &self,
-        raw: Option<&Spanned<f64>>,
-        key: &str,
-        low: f64,
-        high: f64,
-        default: f64,
-    ) -> Result<f64> {
-        let Some(raw) = raw else { return Ok(default) };
-        let value = *raw.get_ref();
-        if value >= low && value <= high {
-            return Ok(value);
-        }
-        Err(self.bad(raw.span(), key, format!("{value}, expected a number from {low} to {high}")))
-    }
-
-    /// A whole number from 1 to `most`, or `default` where the key is absent; `unit` is put after `most` in an error.
-    fn count(
-        &self,
-        raw: Option<&Spanned<i64>>,
-        key: &str,
-        most: u32,
-        unit: &str,
-        default: u32,
-    ) -> Result<u32> {
-        let Some(raw) = raw else { return Ok(default) };
-        let count = u32::try_from(*raw.get_ref()).ok().filter(|count| (1..=most).contains(count));
-        count.ok_or_else(|| {
-            self.bad(raw.span(), key, format!("{}, expected 1 to {most}{unit}", raw.get_ref()))
-        })
-    }
-
-    fn color(&self, raw: &Spanned<String>, key: &str) -> Result<[f64; 3]> {
-        color::css(raw.get_ref()).ok_or_else(|| {
-            self.bad(
-                raw.span(),
-                key,
-                format!("{:?}, expected an opaque CSS colour such as \"#ff8800\"", raw.get_ref()),
-            )
-        })
-    }
-
-    /// A colour, or `None` for the word "transparent".
-    fn color_or_none(
-        &self,
-        raw: Option<&Spanned<String>>,
-        key: &str,
-        default: Option<[f64; 3]>,
-    ) -> Result<Option<[f64; 3]>> {
-        match raw {
-            None => Ok(default),
-            Some(raw) if raw.get_ref() == "transparent" => Ok(None),
-            Some(raw) => self.color(raw, key).map(Some),
-        }
-    }
 }
 
 /// A GPU's number or a part of its name.
@@ -149,9 +89,18 @@ fn adapter(source: &Text, raw: &Spanned<toml::Value>) -> Result<Adapter> {
     })
 }
 
+/// Reads each of a list of sections.
+fn each<R, S>(
+    source: Text,
+    raw: &[Spanned<R>],
+    read: impl Fn(&Text, &Spanned<R>) -> Result<S>,
+) -> Result<Vec<S>> {
+    raw.iter().map(|raw| read(&source, raw)).collect()
+}
+
 /// Parses and checks a scene.
 pub(super) fn scene(text: &str) -> Result<Scene> {
-    let source = Text { text };
+    let source = Text::new(text);
     checked(&source, source.table()?)
 }
 
@@ -159,26 +108,21 @@ pub(super) fn scene(text: &str) -> Result<Scene> {
 fn checked(source: &Text, table: Spanned<DeTable>) -> Result<Scene> {
     let raw = RawScene::deserialize(toml::Deserializer::from(table)).map_err(|e| source.refused(&e))?;
     let side = |raw, key| source.count(raw, key, 16384, " pixels", 512);
-    if raw.field.get_ref().is_empty() {
-        return Err(source.bad(raw.field.span(), "field", "an empty name"));
-    }
-    let coloring;
     let [tolerance_min, tolerance_max] = [*Scene::TOLERANCE.start(), *Scene::TOLERANCE.end()];
+    let core = source.color_or_none(raw.core.as_ref(), "core", Some([0.0225, 0.0225, 0.0225]))?;
+    let (first, scenery) = shown(*source, &raw, core.is_some())?;
     Ok(Scene {
         every: source.count(raw.every.as_ref(), "every", 1_000_000_000, "", 1)?,
         width: side(raw.image.as_ref().map(|i| &i.width), "image.width")?,
         height: side(raw.image.as_ref().map(|i| &i.height), "image.height")?,
         background: source.color_or_none(raw.background.as_ref(), "background", Some([0.0; 3]))?,
         exaggeration: source.number(raw.exaggeration.as_ref(), "exaggeration", 1e-6, 1e6, 1.0)?,
-        core: source.color_or_none(raw.core.as_ref(), "core", Some([0.0225, 0.0225, 0.0225]))?,
+        core,
         camera: camera::camera(source, &raw.camera)?,
-        transfer: {
-            let (transfer, made_of) = transfer::transfer_function(source, &raw.transfer)?;
-            coloring = made_of;
-            transfer
-        },
-        coloring,
-        scenery: Scenery::default(),
+        field: first.field,
+        transfer: first.transfer,
+        coloring: first.coloring,
+        scenery: Scenery { opacity: first.opacity, ..scenery },
         lighting: raw.light.as_ref().map(|light| light::lighting(source, light)).transpose()?.flatten(),
         method: raw.method,
         tolerance: source.number(
@@ -199,8 +143,32 @@ fn checked(source: &Text, table: Spanned<DeTable>) -> Result<Scene> {
         device: raw.device.as_ref().map(|device| adapter(source, device)).transpose()?,
         labels: raw.labels.as_ref().map(|labels| labels::labels(source, labels)).transpose()?.flatten(),
         output: output::output(source, raw.output.as_ref())?,
-        field: raw.field.into_inner(),
     })
+}
+
+/// The first volume, and what is shown beside it.
+fn shown(source: Text, raw: &RawScene, has_core: bool) -> Result<(Volume, Scenery)> {
+    let mut volumes = volume::volumes(source, raw)?.into_iter();
+    let first = volumes.next();
+    let scenery = Scenery {
+        opacity: None,
+        volumes: volumes.collect(),
+        surfaces: each(source.within("surfaces."), &raw.surfaces, surface::surface)?,
+        isosurfaces: each(source.within("isosurfaces."), &raw.isosurfaces, isosurface::isosurfaces)?.concat(),
+        lines: each(source.within("lines."), &raw.lines, |s, raw| lines::lines(s, raw, has_core))?,
+        ground: match &raw.ground {
+            Some(raw) => ground::ground(source.within("ground."), raw, has_core)?,
+            None => Ground::default(),
+        },
+        clips: each(source.within("clip."), &raw.clip, clip::clip)?,
+        derived: derive::derivations(source.within("derive."), &raw.derive)?,
+        heights: raw.heights,
+    };
+    let first = match first {
+        Some(first) => first,
+        None => volume::none(source, raw, &scenery)?,
+    };
+    Ok((first, scenery))
 }
 
 #[cfg(test)]

@@ -43,21 +43,31 @@ impl Scenery {
             && clips.is_empty()
             && *heights == Heights::Mean
     }
-}
 
-impl Scenery {
-    /// Tells the names of all fields that are shown.
+    /// Tells the names of all fields that are shown: of volumes, of surfaces, of isosurfaces.
     pub(super) fn shown_fields<'s>(&'s self, tell: &mut impl FnMut(&'s str)) {
-        let opacities = self.opacity.iter().chain(self.volumes.iter().filter_map(|v| v.opacity.as_ref()));
-        opacities.for_each(|opacity| tell(&opacity.field));
-        self.volumes.iter().for_each(|volume| tell(&volume.field));
-        self.isosurfaces.iter().for_each(|surface| tell(&surface.field));
-        let paints = self.surfaces.iter().map(|s| &s.paint).chain(self.isosurfaces.iter().map(|s| &s.paint));
-        for paint in paints {
-            if let Paint::Field { field, .. } = paint {
-                tell(field);
-            }
+        self.opacity.iter().for_each(|opacity| tell(&opacity.field));
+        for volume in &self.volumes {
+            tell(&volume.field);
+            volume.opacity.iter().for_each(|opacity| tell(&opacity.field));
         }
+        self.surfaces.iter().filter_map(|surface| surface.paint.field()).for_each(&mut *tell);
+        for surface in &self.isosurfaces {
+            tell(&surface.field);
+            surface.paint.field().into_iter().for_each(&mut *tell);
+        }
+    }
+
+    /// The paints of surfaces, then those of isosurfaces.
+    pub(crate) fn paints(&self) -> impl Iterator<Item = &Paint> {
+        let isosurfaces = self.isosurfaces.iter().map(|surface| &surface.paint);
+        self.surfaces.iter().map(|surface| &surface.paint).chain(isosurfaces)
+    }
+
+    /// The same, to be changed.
+    pub(super) fn paints_mut(&mut self) -> impl Iterator<Item = &mut Paint> {
+        let isosurfaces = self.isosurfaces.iter_mut().map(|surface| &mut surface.paint);
+        self.surfaces.iter_mut().map(|surface| &mut surface.paint).chain(isosurfaces)
     }
 }
 
@@ -98,6 +108,7 @@ pub enum Level {
 
 /// Colours of a surface.
 #[derive(Debug, Clone, PartialEq)]
+#[expect(clippy::large_enum_variant, reason = "a scene has few of them")]
 pub enum Paint {
     /// One linear RGB colour.
     Plain([f64; 3]),
@@ -112,6 +123,16 @@ pub enum Paint {
         /// Whether each cell has one colour, that of its centre; else values are interpolated.
         by_cell: bool,
     },
+}
+
+impl Paint {
+    /// The field that colours, if one does.
+    fn field(&self) -> Option<&str> {
+        match self {
+            Paint::Plain(_) => None,
+            Paint::Field { field, .. } => Some(field),
+        }
+    }
 }
 
 /// A coloured level.
@@ -252,7 +273,8 @@ impl How {
 }
 
 /// Where layers lie.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Deserialize)]
+#[serde(rename_all = "lowercase")]
 pub enum Heights {
     /// Concentric, at the layers' mean heights.
     #[default]

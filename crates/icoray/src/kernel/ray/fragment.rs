@@ -33,7 +33,7 @@ pub struct Fragment {
 }
 
 impl Fragment {
-    fn new<T: Real>(t: [f64; 2], light: &Light<T>, brightest: f64) -> Self {
+    pub(crate) fn new<T: Real>(t: [f64; 2], light: &Light<T>, brightest: f64) -> Self {
         let color = light.color.map(|c| c.wide() as f32);
         let absorbed = light.absorbed.wide();
         // What is absorbed dims all that is behind.
@@ -60,21 +60,17 @@ impl Fragment {
     }
 
     /// Whether it adds nothing to a picture.
-    fn is_clear(&self) -> bool {
+    pub(crate) fn is_clear(&self) -> bool {
         self.absorbed == 0.0 && self.error == 0.0 && self.variance == 0.0 && self.color == [0.0; 3]
     }
 }
 
 impl<T: Real, S: Sample, const N: usize> Caster<'_, T, S, N> {
-    /// Adds the ray's fragments of `part` to `found`, in order along the ray. `eye`, `dir`, `hint` as in [`Self::trace`];
-    /// the ray itself is not counted, as several ranks trace it.
-    ///
-    /// One that shows nothing is left out, but where the core may be met, whom it tells where data are.
-    pub fn fragments(
+    /// As [`Casts::fragments`](super::Casts::fragments).
+    pub(super) fn fragments_of(
         &self,
         part: &Part,
-        eye: DVec3,
-        dir: DVec3,
+        (eye, dir): (DVec3, DVec3),
         hint: &mut u32,
         counts: &mut Counts,
         found: &mut Vec<Fragment>,

@@ -1,7 +1,26 @@
 //! What a scene file may say, and where its errors point.
 
 use super::*;
-use crate::scene::{ColorRange, Scale};
+use crate::error::ErrorKind;
+use crate::scene::{ColorRange, Scale, TransferFunction};
+
+mod derived;
+mod lines;
+mod surfaces;
+mod volumes;
+
+/// A camera, for scenes of a few lines.
+const CAMERA: &str = "[camera]\nlon = 0\nlat = 0\ndistance = 3\n";
+
+/// Each text is refused with an error that has all of its words.
+fn refused(cases: &[(String, &[&str])]) {
+    for (text, words) in cases {
+        let error = scene(text).expect_err(text).to_string();
+        for word in *words {
+            assert!(error.contains(word), "'{word}' is not in '{error}' for\n{text}");
+        }
+    }
+}
 
 const GOOD: &str = r##"field = "theta"
 exaggeration = 30
@@ -47,6 +66,19 @@ fn a_scene_says_who_draws() {
         let scene = scene(&format!("{keys}\n{GOOD}")).unwrap();
         assert_eq!((scene.backend, scene.device), (backend, device), "{keys}");
     }
+}
+
+/// The scene in the documentation, which has a key of each kind.
+#[test]
+fn the_documented_scene_is_one() {
+    let lines = include_str!("../mod.rs").lines().map_while(|line| line.strip_prefix("//!"));
+    let fenced = lines.skip_while(|line| !line.contains("```toml")).skip(1);
+    let text: Vec<&str> = fenced.take_while(|line| !line.contains("```")).collect();
+    let Scenery { opacity, volumes, surfaces, isosurfaces, lines, ground, clips, derived, heights: _ } =
+        scene(&text.join("\n")).unwrap().scenery;
+    let counts = [volumes.len(), surfaces.len(), isosurfaces.len(), lines.len(), clips.len(), derived.len()];
+    assert_eq!((opacity, counts), (None, [1, 1, 2, 1, 1, 3]));
+    assert!(ground.land.is_some() && ground.ocean.is_some() && volumes[0].opacity.is_some());
 }
 
 /// A line of the good scene replaced by another, and what the error must say.

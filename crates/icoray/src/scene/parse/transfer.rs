@@ -34,25 +34,42 @@ struct RawKnot {
     extinction: Option<Spanned<f64>>,
 }
 
+/// What a transfer function gives.
+#[derive(Clone, Copy, PartialEq)]
+pub(super) enum Gives {
+    /// Colours and opacities.
+    All,
+    /// Colours alone, for the opacity is told elsewhere: where, in words.
+    Colors(&'static str),
+}
+
+/// The extinction where none has a meaning: above 0, so that no colour is left out as unseen.
+const MEANINGLESS: f64 = 1.0;
+
 /// The transfer function, and what it is made of where that is a map.
 pub(super) fn transfer_function(
     source: &Text,
     raw: &Spanned<RawTransfer>,
+    gives: Gives,
 ) -> Result<(TransferFunction, Option<Coloring>)> {
     let (span, raw) = (raw.span(), raw.get_ref());
+    if let Gives::Colors(elsewhere) = gives {
+        refuse_opacity(source, raw, elsewhere)?;
+    }
     let unit_length = raw
         .unit_length
         .as_ref()
         .map(|u| source.number(Some(u), "transfer.unit_length", 1e-12, 1e6, 0.0))
         .transpose()?;
     let Some(knots) = &raw.knots else {
-        let coloring = map::coloring(source, raw, span, unit_length)?;
+        let coloring = map::coloring(source, raw, span, unit_length, gives)?;
         // Of a range that is not known yet, until a renderer knows it.
         let transfer = coloring.transfer(coloring.fixed().unwrap_or_else(|| coloring.unknown()));
         return Ok((transfer, Some(coloring)));
     };
     if raw.map.is_some() {
-        return Err(source.bad(span, "transfer", "expected either knots, or map with range and opacity"));
+        let what = format!("expected either knots, or map with {}", map::needs(gives));
+        return Err(source.bad(span, "transfer", what));
     }
     let has_more = [&raw.scale, &raw.opacity_in].iter().any(|key| key.is_some())
         || [&raw.threshold, &raw.center].iter().any(|key| key.is_some());
@@ -62,8 +79,41 @@ pub(super) fn transfer_function(
     }
     let spans = knots.get_ref().iter().map(|k| (k.get_ref().value, k.span()));
     check_rising(source, spans, knots.span(), "transfer.knots")?;
-    let knots = knots.get_ref().iter().map(|k| knot(source, k)).collect::<Result<Vec<Knot>>>()?;
+    let knots = knots.get_ref().iter().map(|k| knot(source, k, gives)).collect::<Result<Vec<Knot>>>()?;
     Ok((TransferFunction { knots, unit_length }, None))
+}
+
+/// Opacities, and what goes with them, where they are told elsewhere.
+fn refuse_opacity(source: &Text, raw: &RawTransfer, elsewhere: &str) -> Result<()> {
+    let strays = [
+        ("transfer.opacity", raw.opacity.as_ref().map(Spanned::span)),
+        ("transfer.opacity_in", raw.opacity_in.as_ref().map(Spanned::span)),
+        ("transfer.unit_length", raw.unit_length.as_ref().map(Spanned::span)),
+    ];
+    let knots = raw.knots.iter().flat_map(|knots| knots.get_ref()).map(Spanned::get_ref);
+    let of_knots = knots.filter_map(|knot| {
+        let opacity = knot.opacity.as_ref().map(|opacity| ("transfer.knots.opacity", Some(opacity.span())));
+        opacity.or(knot.extinction.as_ref().map(|e| ("transfer.knots.extinction", Some(e.span()))))
+    });
+    match strays.into_iter().chain(of_knots).find_map(|(key, span)| Some((key, span?))) {
+        Some((key, span)) => Err(source.bad(span, key, format!("expected colours alone, as {elsewhere}"))),
+        None => Ok(()),
+    }
+}
+
+/// Extinctions by values or places.
+pub(super) fn stops(
+    source: &Text,
+    raw: &Spanned<Vec<Spanned<[f64; 2]>>>,
+    key: &str,
+) -> Result<Vec<(f64, f64)>> {
+    let spans = raw.get_ref().iter().map(|pair| (pair.get_ref()[0], pair.span()));
+    check_rising(source, spans, raw.span(), key)?;
+    let stop = |pair: &Spanned<[f64; 2]>| {
+        let [place, opacity] = *pair.get_ref();
+        Ok((place, opacity_to_extinction(source, opacity, pair.span(), key)?))
+    };
+    raw.get_ref().iter().map(stop).collect()
 }
 
 fn check_rising(
@@ -94,13 +144,14 @@ fn check_rising(
     Ok(())
 }
 
-fn knot(source: &Text, raw: &Spanned<RawKnot>) -> Result<Knot> {
+fn knot(source: &Text, raw: &Spanned<RawKnot>, gives: Gives) -> Result<Knot> {
     let (span, raw) = (raw.span(), raw.get_ref());
     let extinction = match (&raw.opacity, &raw.extinction) {
         (Some(opacity), None) => {
             opacity_to_extinction(source, *opacity.get_ref(), opacity.span(), "transfer.knots.opacity")?
         }
         (None, Some(e)) => source.number(Some(e), "transfer.knots.extinction", 0.0, 1e12, 0.0)?,
+        (None, None) if gives != Gives::All => MEANINGLESS,
         _ => {
             return Err(source.bad(
                 span,

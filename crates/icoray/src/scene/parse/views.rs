@@ -42,7 +42,7 @@ fn section<'t, 's>(table: &'s mut DeTable<'t>, key: &str) -> Option<&'s mut DeTa
 
 /// Parses and checks a script.
 pub(crate) fn script(text: &str) -> Result<Script> {
-    let source = &Text { text };
+    let source = &Text::new(text);
     let mut base = source.table()?;
     let Some(views) = base.get_mut().remove("views") else {
         return distinct(source, vec![view(source, None, base)?]);

@@ -1,6 +1,6 @@
 //! A colour map, its scale, its range and its opacities.
 
-use super::{RawTransfer, Text, check_rising, opacity_to_extinction};
+use super::{Gives, MEANINGLESS, RawTransfer, Text, stops};
 use crate::error::Result;
 use crate::scene::color::{ColorMap, MAPS};
 use crate::scene::{ColorRange, Coloring, Scale};
@@ -12,17 +12,24 @@ const DEFAULT_MAPS: [&str; 2] = ["viridis", "vik"];
 /// The hysteresis of a union that names none.
 const HYSTERESIS: f64 = 0.1;
 
+/// What a map needs beside it.
+pub(super) fn needs(gives: Gives) -> &'static str {
+    if gives == Gives::All { "range and opacity" } else { "range" }
+}
+
 pub(super) fn coloring(
     source: &Text,
     raw: &RawTransfer,
     span: Range<usize>,
     unit_length: Option<f64>,
+    gives: Gives,
 ) -> Result<Coloring> {
     let at = raw.map.as_ref().map_or(span.clone(), Spanned::span);
-    let (Some(ends), Some(opacity)) = (&raw.range, &raw.opacity) else {
+    let (Some(ends), true) = (&raw.range, raw.opacity.is_some() || gives != Gives::All) else {
+        let needs = needs(gives);
         let what = match raw.map {
-            Some(_) => "expected range and opacity beside map",
-            None => "expected either knots, or map with range and opacity",
+            Some(_) => format!("expected {needs} beside map"),
+            None => format!("expected either knots, or map with {needs}"),
         };
         return Err(source.bad(at, if raw.map.is_some() { "transfer.map" } else { "transfer" }, what));
     };
@@ -44,18 +51,20 @@ pub(super) fn coloring(
         return Err(source.bad(ends.span(), "transfer.range", what));
     }
     let center = center(source, raw, scale)?;
-    let is_relative = is_relative(source, raw, range)?;
-    let spans = opacity.get_ref().iter().map(|o| (o.get_ref()[0], o.span()));
-    check_rising(source, spans, opacity.span(), "transfer.opacity")?;
-    let mut extinction = Vec::new();
-    for pair in opacity.get_ref() {
-        let [place, opacity] = *pair.get_ref();
-        if !is_relative && !scale.admits(place) {
-            let what = format!("value {place}, expected a positive one on a log scale");
-            return Err(source.bad(pair.span(), "transfer.opacity", what));
+    let (is_relative, extinction) = match &raw.opacity {
+        Some(opacity) => {
+            let is_relative = is_relative(source, raw, range)?;
+            let extinction = stops(source, opacity, "transfer.opacity")?;
+            if !is_relative
+                && let Some(pair) = opacity.get_ref().iter().find(|p| !scale.admits(p.get_ref()[0]))
+            {
+                let what = format!("value {}, expected a positive one on a log scale", pair.get_ref()[0]);
+                return Err(source.bad(pair.span(), "transfer.opacity", what));
+            }
+            (is_relative, extinction)
         }
-        extinction.push((place, opacity_to_extinction(source, opacity, pair.span(), "transfer.opacity")?));
-    }
+        None => (true, vec![(0.0, MEANINGLESS)]),
+    };
     let (map, name) = match raw.reverse {
         false => (map, name.to_owned()),
         true => (map.reversed(), turned(name)),

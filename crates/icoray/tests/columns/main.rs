@@ -2,10 +2,12 @@
 
 use icoray::ranks::{LocalTeam, local_nodes};
 use icoray::{
-    Error, ErrorKind, Field, Frame, FrameReport, Grid, Held, IcosahedralMesh, Layers, Location, Owned,
-    PartCells, Ranks, Rendered, Renderer, Scene, Shape,
+    Error, ErrorKind, Field, Fields, Frame, FrameReport, Grid, Held, IcosahedralMesh, Layers, Location,
+    Owned, PartCells, Ranks, Rendered, Renderer, Scene, Shape,
 };
 use std::thread;
+
+mod fields;
 
 const LAYERS: usize = 4;
 const FILL: f64 = -9e33;
@@ -126,15 +128,15 @@ fn held(ranks: &mut Ranks, grid: &Grid, local: &Local) -> Result<Held, Error> {
     Held::new(ranks, grid, &cells)
 }
 
-fn render(
+fn render<'f>(
     ranks: &mut Ranks,
     scene: &Scene,
     grid: &Grid,
     held: &Held,
-    field: &Field,
+    fields: impl Into<Fields<'f>>,
 ) -> Result<Rendered, Error> {
     let Held::Columns(columns) = held else { panic!("not columns: {held:?}") };
-    Renderer::new(1)?.render_columns(ranks, scene, grid, columns, &layers(), field)
+    Renderer::new(1)?.render_columns(ranks, scene, grid, columns, &layers(), fields)
 }
 
 fn split(drawn: Vec<Rendered>) -> (Frame, Vec<FrameReport>) {
@@ -339,9 +341,9 @@ fn fields_that_do_not_fit_are_refused_on_all_ranks() {
             Location::Center,
             None,
             ErrorKind::Mpi,
-            "rank 1: has a field of 3 layers of 64 bits, but 4 ",
+            "rank 1: has \"q\" of 3 layers of 64 bits, but \"q\" of 4 ",
         ),
-        (0, 4, false, Location::Center, None, ErrorKind::Mpi, "rank 1: has a field of 4 layers of 32 bits"),
+        (0, 4, false, Location::Center, None, ErrorKind::Mpi, "rank 1: has \"q\" of 4 layers of 32 bits"),
         (
             0,
             4,
@@ -349,7 +351,7 @@ fn fields_that_do_not_fit_are_refused_on_all_ranks() {
             Location::Center,
             Some(7.0),
             ErrorKind::Mpi,
-            "rank 1: has missing values marked by Some(7.0)",
+            "rank 1: has \"q\" with missing values marked by Some(7.0)",
         ),
         (0, 4, true, Location::Corner, None, ErrorKind::Field, "rank 1: \"q\": at corners, expected centres"),
     ];

@@ -1,0 +1,201 @@
+//! What is given to the renderer of what the model has given.
+
+use super::*;
+use crate::types::{ICORAY_CENTER, ICORAY_CORNER, ICORAY_F32, ICORAY_F64};
+use icoray_core::{Derivation, How, IcosahedralMesh, Volume};
+use std::ffi::CString;
+
+const LAYERS: usize = 3;
+
+const SCENE: &str = r##"
+field = "q"
+[image]
+width = 8
+height = 8
+[camera]
+lon = 20
+lat = 30
+distance = 3
+[transfer]
+map = "viridis"
+range = [-1, 1]
+opacity = [[-1, 0.1], [1, 0.9]]
+"##;
+
+/// Grid, layers, and the fields q and t: at centres in 64 bits, at corners in 32.
+struct Model {
+    inputs: Inputs,
+    q: Vec<f64>,
+    t: Vec<f32>,
+    heights: Vec<f64>,
+}
+
+impl Model {
+    fn new() -> Self {
+        let mesh: &'static IcosahedralMesh = Box::leak(Box::new(IcosahedralMesh::new(1).unwrap()));
+        let grid = Arc::new(Grid::new(mesh.tables()).unwrap());
+        let layers = Arc::new(Layers::from_heights(&[0.0, 1e3, 3e3], 6.371e6).unwrap());
+        let (cells, corners) = (grid.cells(), grid.triangles());
+        let mut inputs = Inputs::default();
+        for name in ["", "other"] {
+            inputs.grids.insert(name.into(), Spread { grid: Arc::clone(&grid), held: None });
+            inputs.layers.insert(name.into(), Arc::clone(&layers));
+        }
+        let (q, t) = (vec![1.0; cells * LAYERS], vec![2.0; corners * LAYERS]);
+        let mut model = Model { inputs, q, t, heights: vec![500.0; cells * LAYERS] };
+        model.give("q", &model.centers(&model.q));
+        let corners = icoray_array {
+            data: model.t.as_ptr().cast(),
+            r#type: ICORAY_F32,
+            location: ICORAY_CORNER,
+            columns: corners as i64,
+            ..model.centers(&model.q)
+        };
+        model.give("t", &corners);
+        model
+    }
+
+    fn centers(&self, values: &[f64]) -> icoray_array {
+        icoray_array {
+            struct_size: size_of::<icoray_array>(),
+            data: values.as_ptr().cast(),
+            r#type: ICORAY_F64,
+            location: ICORAY_CENTER,
+            columns: (values.len() / LAYERS) as i64,
+            layers: LAYERS as i64,
+            column_stride: LAYERS as i64,
+            layer_stride: 1,
+            block: 0,
+            block_stride: 0,
+            has_fill: 0,
+            fill_value: 0.0,
+            grid_name: ptr::null(),
+            layers_name: ptr::null(),
+        }
+    }
+
+    fn give(&mut self, name: &str, array: &icoray_array) {
+        let given = Given::new(array, icoray_array::NAME, false).unwrap();
+        self.inputs.fields.insert(name.into(), given);
+    }
+
+    fn set_heights(&mut self, array: icoray_array) {
+        self.inputs.heights = Some(Given::new(&array, icoray_array::NAME, false).unwrap());
+    }
+
+    fn refused(&self, scene: &Scene) -> (icoray_status, String) {
+        let failure = self.inputs.subject(Arc::new(scene.clone())).err().expect("a failure");
+        (failure.status, failure.message)
+    }
+}
+
+/// The scene that shows the fields `others` beside q.
+fn scene(others: &[&str]) -> Scene {
+    let mut scene = Scene::parse(SCENE).unwrap();
+    let volume = |field: &&str| Volume {
+        field: (*field).into(),
+        transfer: scene.transfer.clone(),
+        coloring: None,
+        opacity: None,
+    };
+    scene.scenery.volumes = others.iter().map(volume).collect();
+    scene
+}
+
+fn native(others: &[&str]) -> Scene {
+    let mut scene = scene(others);
+    scene.scenery.heights = Heights::Native;
+    scene
+}
+
+#[test]
+fn a_scene_is_given_its_fields_in_place_and_no_others() {
+    let mut model = Model::new();
+    model.give("more", &model.centers(&model.q));
+    let described = |text: &str| Description { long_name: Some(text.into()), units: None };
+    for name in ["t", "q", "more", "speed"] {
+        model.inputs.descriptions.insert(name.into(), described(name));
+    }
+    let mut speed = scene(&["t", "speed"]);
+    let how = How::Magnitude(vec!["q".into(), "v".into()]);
+    speed.scenery.derived = vec![Derivation { name: "speed".into(), how }];
+    model.give("v", &model.centers(&model.heights));
+    let subject = model.inputs.subject(Arc::new(speed)).unwrap();
+    let names: Vec<&str> = subject.fields.iter().map(|(name, _)| name).collect();
+    assert_eq!(names, ["q", "t", "v"]);
+    let at = |name: &str| match subject.fields.get(name).unwrap().samples() {
+        icoray_core::Reals::F32(values) => values.as_ptr().cast::<u8>(),
+        icoray_core::Reals::F64(values) => values.as_ptr().cast(),
+    };
+    let places = [model.q.as_ptr().cast(), model.t.as_ptr().cast(), model.heights.as_ptr().cast()];
+    assert_eq!(["q", "t", "v"].map(at), places, "read where the model has them");
+    assert_eq!(subject.fields.get("t").unwrap().location(), Location::Corner);
+    assert!(subject.fields.heights().is_none());
+    assert_eq!(subject.description, described("q"));
+    assert_eq!(subject.descriptions, ["t", "speed"].map(|name| (name.to_owned(), described(name))));
+}
+
+#[test]
+fn a_missing_field_is_named_with_all_that_are_needed() {
+    let model = Model::new();
+    let (status, message) = model.refused(&scene(&["t", "w"]));
+    assert_eq!(status, icoray_status::ICORAY_ERR_FIELD);
+    let expected = "the scene's field \"w\" was not given by icoray_field_set; the scene needs [\"q\", \"t\", \"w\"], \
+                    given: [\"q\", \"t\"]";
+    assert_eq!(message, expected);
+    let plain = Scene { field: "w".into(), ..scene(&[]) };
+    let expected = "the scene's field \"w\" was not given by icoray_field_set; given: [\"q\", \"t\"]";
+    assert_eq!(model.refused(&plain), (icoray_status::ICORAY_ERR_FIELD, expected.into()));
+}
+
+#[test]
+fn fields_of_one_scene_are_over_one_grid_and_its_layers() {
+    let mut model = Model::new();
+    let other = CString::new("other").unwrap();
+    let q = model.centers(&model.q);
+    let fit = |what: &str| {
+        let message =
+            format!("field \"r\": {what} \"other\", expected \"\" as of field \"q\" in the same scene");
+        (icoray_status::ICORAY_ERR_FIELD, message)
+    };
+    model.give("r", &icoray_array { grid_name: other.as_ptr(), ..q });
+    assert_eq!(model.refused(&scene(&["r"])), fit("grid"));
+    model.give("r", &icoray_array { layers_name: other.as_ptr(), ..q });
+    assert_eq!(model.refused(&scene(&["r"])), fit("layers"));
+    // Other scenes have nothing to do with it.
+    model.inputs.subject(Arc::new(scene(&["t"]))).unwrap();
+    model.inputs.subject(Arc::new(Scene { field: "r".into(), ..scene(&[]) })).unwrap();
+}
+
+#[test]
+fn heights_are_for_scenes_that_ask_for_them() {
+    let mut model = Model::new();
+    let lost = "heights: the scene has heights = \"native\", and none were given by icoray_heights_set";
+    assert_eq!(model.refused(&native(&["t"])), (icoray_status::ICORAY_ERR_FIELD, lost.into()));
+    model.set_heights(model.centers(&model.heights));
+    let subject = model.inputs.subject(Arc::new(native(&["t"]))).unwrap();
+    let heights = *subject.fields.heights().expect("heights");
+    assert_eq!((heights.value(3, 1), heights.shape().columns), (500.0, model.heights.len() / LAYERS));
+    assert!(model.inputs.subject(Arc::new(scene(&["t"]))).unwrap().fields.heights().is_none());
+}
+
+#[test]
+fn heights_that_do_not_fit_are_refused() {
+    let mut model = Model::new();
+    let good = model.centers(&model.heights);
+    let (layers, cells) = (LAYERS as i64, good.columns);
+    for (columns, layers) in [(cells - 1, layers), (cells, layers - 1), (1, 1)] {
+        model.set_heights(icoray_array { columns, layers, ..good });
+        let message = format!(
+            "heights: {columns} columns of {layers} layers, expected {cells} of {LAYERS}, as many as icoray_layers has"
+        );
+        assert_eq!(model.refused(&native(&[])), (icoray_status::ICORAY_ERR_LAYERS, message));
+        model.inputs.subject(Arc::new(scene(&[]))).unwrap();
+    }
+    let other = CString::new("other").unwrap();
+    model.set_heights(icoray_array { grid_name: other.as_ptr(), ..good });
+    let message = "heights: grid \"other\", expected \"\" as of field \"q\" in the same scene";
+    assert_eq!(model.refused(&native(&[])), (icoray_status::ICORAY_ERR_FIELD, message.into()));
+    model.set_heights(good);
+    model.inputs.subject(Arc::new(native(&[]))).unwrap();
+}

@@ -1,0 +1,73 @@
+"""Writes land.bin: npm pack world-atlas@2.0.2; python land.py land-110m.json > land.bin
+
+The file of world-atlas is TopoJSON of Natural Earth's land at 1:110 million. land.bin has its coast lines as runs of points:
+the number of points (u16), then longitude and latitude of each (i16, in 1/180 degree), all little-endian. Lines are straight
+in longitude and latitude, end at longitudes 180 and -180 where they cross them, and have land on one side. Edges along
+these longitudes, which cut islands in two, are left out: no coast runs there.
+"""
+
+import json
+import struct
+import sys
+
+UNITS = 180
+
+
+def arcs_of(topology):
+    scale, shift = topology["transform"]["scale"], topology["transform"]["translate"]
+    for arc in topology["arcs"]:
+        x = y = 0
+        points = []
+        for dx, dy in arc:
+            x, y = x + dx, y + dy
+            points.append((x * scale[0] + shift[0], y * scale[1] + shift[1]))
+        yield points
+
+
+def rings_of(topology):
+    arcs = list(arcs_of(topology))
+    for geometry in topology["objects"]["land"]["geometries"]:
+        polygons = geometry["arcs"] if geometry["type"] == "MultiPolygon" else [geometry["arcs"]]
+        for ring in (ring for polygon in polygons for ring in polygon):
+            points = []
+            for number in ring:
+                arc = arcs[number] if number >= 0 else arcs[~number][::-1]
+                points += arc[1:] if points else arc
+            yield points
+
+
+def runs_of(ring):
+    """The coast lines of a ring, each within longitudes -180 to 180."""
+    run = []
+    for (lon, lat), (next_lon, next_lat) in zip(ring, ring[1:]):
+        if abs(lon) == abs(next_lon) == 180:
+            yield run
+            run = []
+            continue
+        side = 180 if lon > 0 else -180
+        if abs(lon) == 180:
+            lon = side = 180 if next_lon > 0 else -180
+        if abs(next_lon) == 180:
+            next_lon = side
+        if not run or run[-1] != (lon, lat):
+            yield run
+            run = [(lon, lat)]
+        if abs(next_lon - lon) < 180:
+            run.append((next_lon, next_lat))
+            continue
+        beyond = next_lon + 2 * side
+        at = lat + (next_lat - lat) * (side - lon) / (beyond - lon)
+        yield run + [(side, at)]
+        run = [(-side, at), (next_lon, next_lat)]
+    yield run
+
+
+with open(sys.argv[1]) as file:
+    topology = json.load(file)
+for run in (run for ring in rings_of(topology) for run in runs_of(ring)):
+    points = [(round(UNITS * lon), round(UNITS * lat)) for lon, lat in run]
+    points = [point for i, point in enumerate(points) if i == 0 or point != points[i - 1]]
+    if len(points) > 1:
+        sys.stdout.buffer.write(struct.pack("<H", len(points)))
+        for point in points:
+            sys.stdout.buffer.write(struct.pack("<hh", *point))

@@ -1,0 +1,93 @@
+//! Which derived fields a scene needs, and which of the model's.
+
+use crate::error::{Error, ErrorKind, Result};
+use crate::fields::Fields;
+use crate::scene::{Derivation, Scene};
+use std::fmt;
+
+/// The derivations that a scene needs, each behind those that it is made of.
+#[derive(Debug)]
+pub(super) struct Needed<'s> {
+    pub derivations: Vec<One<'s>>,
+    /// What the field without a name is called, where a derived field is the scene's first.
+    pub unnamed: Option<String>,
+}
+
+/// One of them.
+#[derive(Debug)]
+pub(super) struct One<'s> {
+    pub derivation: &'s Derivation,
+    /// What its inputs are, down to the model's fields: by this they are known again in another scene.
+    pub origin: String,
+}
+
+/// The derivation of `name` among the first `count`: it is made of those before it only.
+fn find(all: &[Derivation], name: &str, count: usize) -> Option<usize> {
+    all[..count].iter().position(|derivation| derivation.name == name)
+}
+
+impl<'s> Needed<'s> {
+    pub fn of(scene: &'s Scene, fields: &Fields) -> Result<Self> {
+        let all = &scene.scenery.derived;
+        let mut is_needed = vec![false; all.len()];
+        let shown = scene.shown_fields().into_iter();
+        shown.filter_map(|name| find(all, name, all.len())).for_each(|at| is_needed[at] = true);
+        for at in (0..all.len()).rev().filter(|at| is_needed[*at]).collect::<Vec<_>>() {
+            need_inputs(all, at, &mut is_needed);
+        }
+        let needed = (0..all.len()).filter(|at| is_needed[*at]);
+        let derivations = needed.map(|at| One { derivation: &all[at], origin: origin(all, at) }).collect();
+        let needed = Needed { derivations, unnamed: first_of_model(scene, fields) };
+        match needed.twice() {
+            None => Ok(needed),
+            Some(name) => {
+                let context = format!("{name:?} is derived twice, expected fields of different names");
+                Err(Error::new(ErrorKind::Scene, context))
+            }
+        }
+    }
+
+    fn twice(&self) -> Option<&'s str> {
+        let names: Vec<&str> = self.derivations.iter().map(|one| one.derivation.name.as_str()).collect();
+        names.iter().enumerate().find(|(i, name)| names[..*i].contains(name)).map(|(_, name)| *name)
+    }
+}
+
+/// Marks what `at` is made of.
+fn need_inputs(all: &[Derivation], at: usize, is_needed: &mut [bool]) {
+    for name in all[at].how.fields() {
+        if let Some(input) = find(all, name, at)
+            && !is_needed[input]
+        {
+            is_needed[input] = true;
+            need_inputs(all, input, is_needed);
+        }
+    }
+}
+
+/// What the inputs of `at` are made of.
+fn origin(all: &[Derivation], at: usize) -> String {
+    let of = |name: &str| match find(all, name, at) {
+        Some(input) => format!("{:?} of [{}]", all[input].how, origin(all, input)),
+        None => format!("{name:?}"),
+    };
+    all[at].how.fields().into_iter().map(of).collect::<Vec<_>>().join(", ")
+}
+
+/// The first field of the model's of which the scene's first one is made, where that is derived: one that is given without a
+/// name is this.
+fn first_of_model(scene: &Scene, fields: &Fields) -> Option<String> {
+    let all = &scene.scenery.derived;
+    let (mut name, mut count) = (scene.field.as_str(), all.len());
+    while let Some(at) = find(all, name, count) {
+        (name, count) = (all[at].how.fields().first().copied()?, at);
+    }
+    (count < all.len() && fields.get(name).is_err()).then(|| name.to_owned())
+}
+
+impl fmt::Display for Needed<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let told = |one: &One| format!("{:?} = {:?}", one.derivation.name, one.derivation.how);
+        f.write_str(&self.derivations.iter().map(told).collect::<Vec<_>>().join(", "))
+    }
+}

@@ -1,0 +1,575 @@
+//! Derived fields of made ones, against what their definitions say, in all layouts, over threads and ranks.
+
+use super::*;
+use crate::grid::IcosahedralMesh;
+use crate::layers::Layers;
+use crate::ranks::local_team;
+use crate::render::Renderer;
+use crate::scene::{Derivation, Opacity};
+use std::thread;
+
+const LAYERS: usize = 3;
+const FILL: f64 = -9999.0;
+
+/// A scene that shows `name` first, of which `derived` are known.
+fn scene(name: &str, derived: &[(&str, How)]) -> Scene {
+    let mut scene = Scene::parse(&format!(
+        "field = {name:?}\n[camera]\nlon = 0\nlat = 0\ndistance = 3\n[transfer]\nrange = [0, 1]\n\
+         opacity = [[0, 0.0], [1, 0.5]]"
+    ))
+    .unwrap();
+    let derived = derived.iter().map(|(name, how)| Derivation { name: (*name).into(), how: how.clone() });
+    scene.scenery.derived = derived.collect();
+    scene
+}
+
+fn names(names: &[&str]) -> Vec<String> {
+    names.iter().map(ToString::to_string).collect()
+}
+
+/// Values of several sizes and signs; some are missing.
+fn value(seed: usize, column: usize, layer: usize) -> f64 {
+    let i = (column * LAYERS + layer) * 7919 + seed * 104_729;
+    match i % 41 {
+        0 => FILL,
+        1 => f64::NAN,
+        2 => f64::INFINITY,
+        k => ((i % 1013) as f64 - 500.0) * 10f64.powi(k as i32 / 8 - 2) + layer as f64,
+    }
+}
+
+/// A made field: its array, of one precision, and its shape.
+struct Array {
+    values: Values,
+    shape: Shape,
+    location: Location,
+}
+
+impl Array {
+    fn new(shape: Shape, is_wide: bool, location: Location, value: impl Fn(usize, usize) -> f64) -> Self {
+        let (_, last) = shape.extent().unwrap();
+        // What lies between columns is nobody's business.
+        let mut values = vec![1e30; last as usize + 1];
+        for (column, layer) in (0..shape.columns).flat_map(|c| (0..shape.layers).map(move |l| (c, l))) {
+            let (inside, block) =
+                if shape.block == 0 { (column, 0) } else { (column % shape.block, column / shape.block) };
+            let at = shape.offset as isize
+                + inside as isize * shape.column_stride
+                + block as isize * shape.block_stride
+                + layer as isize * shape.layer_stride;
+            values[at as usize] = value(column, layer);
+        }
+        let values = match is_wide {
+            true => Values::F64(values),
+            false => Values::F32(values.into_iter().map(|v| v as f32).collect()),
+        };
+        Array { values, shape, location }
+    }
+
+    fn field(&self) -> Field<'_> {
+        let samples = match &self.values {
+            Values::F32(values) => Reals::from(values.as_slice()),
+            Values::F64(values) => values.as_slice().into(),
+        };
+        Field::new(samples, self.shape, self.location, Some(FILL)).unwrap()
+    }
+}
+
+struct World {
+    mesh: IcosahedralMesh,
+    threads: Threads,
+}
+
+impl World {
+    fn new(level: u32, threads: usize) -> Self {
+        World { mesh: IcosahedralMesh::new(level).unwrap(), threads: Threads::new(threads).unwrap() }
+    }
+
+    fn shapes(&self) -> [Shape; 4] {
+        let cells = self.mesh.cells();
+        let padded = Shape { offset: 2, column_stride: 5, ..Shape::level_fastest(cells, LAYERS) };
+        let level_fastest = Shape::level_fastest(cells, LAYERS);
+        [level_fastest, Shape::cell_fastest(cells, LAYERS), Shape::blocked(cells, LAYERS, 32), padded]
+    }
+
+    /// Makes what the scene derives and looks at it.
+    fn make<R>(
+        &self,
+        kept: &Kept,
+        scene: &Scene,
+        fields: &Fields,
+        look: impl FnOnce(&Fields, &Made) -> R,
+    ) -> Result<R> {
+        let grid = Grid::new(self.mesh.tables()).unwrap();
+        let given = Given { scene, fields, grid: &grid, part: None, threads: &self.threads };
+        let made = make(&mut Ranks::alone(), kept, &given)?.expect("there are derived fields");
+        let found = look(&made.fields(fields), &made);
+        kept.keep(made);
+        Ok(found)
+    }
+}
+
+/// Every value of a field as bits: NaN is equal to itself.
+fn bits(field: &Field) -> Vec<u64> {
+    let Shape { columns, layers, .. } = *field.shape();
+    let all = (0..columns).flat_map(|c| (0..layers).map(move |l| (c, l)));
+    all.map(|(column, layer)| field.value(column, layer))
+        .map(|v| if v.is_nan() { 1 } else { v.to_bits() })
+        .collect()
+}
+
+fn rounded(value: f64, is_wide: bool) -> u64 {
+    let value = if is_wide { value } else { f64::from(value as f32) };
+    if value.is_nan() { 1 } else { value.to_bits() }
+}
+
+#[test]
+fn values_are_those_of_the_definition_in_every_layout() {
+    let world = World::new(3, 3);
+    let [flat, layerwise, blocked, padded] = world.shapes();
+    for (shapes, wide) in [
+        ([flat, flat, flat], [false; 3]),
+        ([layerwise, blocked, padded], [false, false, true]),
+        ([blocked, flat, layerwise], [true; 3]),
+    ] {
+        let arrays =
+            [0, 1, 2].map(|i| Array::new(shapes[i], wide[i], Location::Center, |c, l| value(i, c, l)));
+        let fields = Fields::new(["u", "v", "w"].into_iter().zip(arrays.iter().map(Array::field)));
+        let is_wide = wide.contains(&true);
+        let of = |i: usize, (c, l): (usize, usize)| arrays[i].field().value(c, l);
+        let all: Vec<_> = (0..flat.columns).flat_map(|c| (0..LAYERS).map(move |l| (c, l))).collect();
+        let derived = [
+            ("speed", How::Magnitude(names(&["u", "v", "w"]))),
+            ("mixed", How::Combination(vec![(0.5, "u".into()), (-2.0, "v".into()), (3.0, "w".into())])),
+            ("unused", How::Magnitude(names(&["nowhere"]))),
+            ("both", How::Combination(vec![(1.0, "speed".into()), (1.0, "mixed".into())])),
+        ];
+        world
+            .make(&Kept::default(), &scene("both", &derived), &fields, |found, made| {
+                let per_field = all.len() * if is_wide { 8 } else { 4 };
+                assert_eq!((made.fields.len(), made.bytes()), (3, 3 * per_field));
+                let missing = all.iter().filter(|at| (0..3).any(|i| of(i, **at).is_nan())).count();
+                assert!(missing > 100 && missing < all.len() / 2);
+                let [speed, mixed, both] =
+                    ["speed", "mixed", "both"].map(|name| bits(found.get(name).unwrap()));
+                for (i, at) in all.iter().enumerate() {
+                    let [u, v, w] = [0, 1, 2].map(|i| of(i, *at));
+                    let length = rounded((u * u + v * v + w * w).sqrt(), is_wide);
+                    assert_eq!(speed[i], length, "{at:?}");
+                    let sum = rounded(0.5 * u - 2.0 * v + 3.0 * w, is_wide);
+                    assert_eq!(mixed[i], sum, "{at:?}");
+                    let both_now = found.get("speed").unwrap().value(at.0, at.1)
+                        + found.get("mixed").unwrap().value(at.0, at.1);
+                    assert_eq!(both[i], rounded(both_now, is_wide), "{at:?}");
+                }
+                assert!(found.get("unused").is_err());
+                assert_eq!(bits(found.get("u").unwrap()), bits(&arrays[0].field()));
+            })
+            .unwrap();
+    }
+}
+
+/// Lengths whose squares f64 does not have.
+#[test]
+fn long_and_short_vectors_have_a_length() {
+    let world = World::new(0, 1);
+    let sizes = [1e300, 1e-300, 1e155, 1e-155, 1.0, 0.0, 5e-324, 1.7e308];
+    let shape = Shape::level_fastest(12, LAYERS);
+    let size = |c: usize, l: usize| sizes[(c * LAYERS + l) % sizes.len()];
+    let [u, v] = [3.0, -4.0].map(|k| Array::new(shape, true, Location::Center, |c, l| k / 4.0 * size(c, l)));
+    let fields = Fields::new([("u", u.field()), ("v", v.field())]);
+    let length = scene("length", &[("length", How::Magnitude(names(&["u", "v"])))]);
+    world
+        .make(&Kept::default(), &length, &fields, |found, _| {
+            for (c, l) in (0..12).flat_map(|c| (0..LAYERS).map(move |l| (c, l))) {
+                let (found, size) = (found.get("length").unwrap().value(c, l), size(c, l));
+                // The longest is longer than f64 has: the largest number. The shortest has one digit.
+                let expected = if size > 1e308 { f64::MAX } else { 1.25 * size };
+                let expected = if size == 5e-324 { 5e-324 } else { expected };
+                assert!((found - expected).abs() <= 1e-15 * expected, "{found:e}, expected {expected:e}");
+            }
+        })
+        .unwrap();
+}
+
+/// The difference from zonal means by their definition, at the columns that count.
+fn from_means(
+    field: &Field,
+    latitude_rad: &[f64],
+    counts: &dyn Fn(usize) -> bool,
+    band_deg: f64,
+) -> Vec<f64> {
+    let layers = field.shape().layers;
+    let bands = (180.0 / band_deg).ceil() as usize;
+    let width = 180.0 / bands as f64;
+    let latitude = |column: usize| latitude_rad[column].to_degrees() + 90.0;
+    let mut all = Vec::new();
+    for layer in 0..layers {
+        let mean = |band: usize| {
+            let of_band = |c: &usize| ((latitude(*c) / width) as usize).min(bands - 1) == band;
+            let columns = (0..field.shape().columns).filter(|c| counts(*c)).filter(of_band);
+            let values: Vec<f64> = columns.map(|c| field.value(c, layer)).filter(|v| !v.is_nan()).collect();
+            values.iter().sum::<f64>() / values.len() as f64
+        };
+        let means: Vec<f64> = (0..bands).map(mean).collect();
+        let known = |band: usize| {
+            let nearest = |n: usize| [band.checked_sub(n), Some(band + n)].into_iter().flatten();
+            let near = (0..bands).flat_map(nearest);
+            near.filter_map(|b| means.get(b)).find(|mean| !mean.is_nan()).copied().unwrap_or(f64::NAN)
+        };
+        all.push((0..bands).map(known).collect::<Vec<f64>>());
+    }
+    let value = |column: usize, layer: usize| {
+        let at = latitude(column) / width - 0.5;
+        let (below, above) = (at.floor().max(0.0), at.ceil().min(bands as f64 - 1.0));
+        let w = if above > below { at - below } else { 0.0 };
+        let mean = |band: f64| all[layer][band as usize];
+        field.value(column, layer) - (mean(below) * (1.0 - w) + mean(above) * w)
+    };
+    (0..field.shape().columns)
+        .flat_map(|c| (0..layers).map(move |l| (c, l)))
+        .map(|(c, l)| value(c, l))
+        .collect()
+}
+
+fn zonal(band_deg: f64) -> Scene {
+    scene("eddy", &[("eddy", How::FromZonalMean { field: "q".into(), band_deg })])
+}
+
+#[test]
+fn zonal_means_are_those_of_the_definition() {
+    let world = World::new(4, 3);
+    let grid = Grid::new(world.mesh.tables()).unwrap();
+    let triangles = grid.triangles();
+    // At 1 degree many bands of this grid have no cell.
+    for (band_deg, shape) in [(7.0, 0), (180.0, 1), (1.0, 2), (100.0, 3)] {
+        for location in [Location::Center, Location::Corner] {
+            let latitude = match location {
+                Location::Center => &world.mesh.lat_center_rad,
+                Location::Corner => &world.mesh.lat_corner_rad,
+            };
+            let shape = match location {
+                Location::Center => world.shapes()[shape],
+                Location::Corner => Shape::cell_fastest(triangles, LAYERS),
+            };
+            for is_wide in [true, false] {
+                let array = Array::new(shape, is_wide, location, |c, l| value(5, c, l));
+                let expected = from_means(&array.field(), latitude, &|_| true, band_deg);
+                let fields = Fields::new([("q", array.field())]);
+                let made = world.make(&Kept::default(), &zonal(band_deg), &fields, |found, _| {
+                    let eddy = found.get("eddy").unwrap();
+                    assert_eq!(eddy.location(), location);
+                    for (i, expected) in expected.iter().enumerate() {
+                        let value = eddy.value(i / LAYERS, i % LAYERS);
+                        assert_eq!(value.is_nan(), expected.is_nan(), "{band_deg} {i}");
+                        let off = (value - expected).abs();
+                        // Of values up to 500,000.
+                        let limit = if is_wide { 1e-7 } else { 0.05 };
+                        assert!(value.is_nan() || off < limit, "{band_deg} {i}: {value} {expected}");
+                    }
+                });
+                made.unwrap();
+            }
+        }
+    }
+}
+
+/// What is the same all along a parallel is next to nothing when its mean is taken off, also where bands meet.
+#[test]
+fn no_step_is_left_between_bands() {
+    let world = World::new(5, 2);
+    let latitude = &world.mesh.lat_center_rad;
+    let field = Array::new(world.shapes()[0], true, Location::Center, |c, _| 40.0 * latitude[c].sin());
+    let fields = Fields::new([("q", field.field())]);
+    let left = |band_deg| {
+        let scene = zonal(band_deg);
+        let made =
+            world.make(&Kept::default(), &scene, &fields, |found, _| found.get("eddy").unwrap().range().0);
+        made.unwrap().unwrap().into_iter().fold(0.0, |a: f64, b| a.max(b.abs()))
+    };
+    // Half a band's width times the slope would be 1.7 without interpolation.
+    assert!(left(5.0) < 0.6, "{}", left(5.0));
+}
+
+/// Sums of many sizes, whose order would show in their last digits.
+#[test]
+fn threads_and_ranks_change_no_bit() {
+    let world = World::new(4, 1);
+    let grid = Grid::new(world.mesh.tables()).unwrap();
+    for (location, band_deg) in [(Location::Center, 10.0), (Location::Corner, 45.0)] {
+        let columns = if location == Location::Center { grid.cells() } else { grid.triangles() };
+        let shape = Shape::blocked(columns, LAYERS, 24);
+        let make_array = |spoils: &dyn Fn(usize) -> bool| {
+            let value = |c: usize, l: usize| if spoils(c) { 1e12 + c as f64 } else { value(9, c, l) };
+            Array::new(shape, true, location, value)
+        };
+        let whole = make_array(&|_| false);
+        let scene = zonal(band_deg);
+        let alone = |threads: usize| {
+            let world = World { threads: Threads::new(threads).unwrap(), ..World::new(4, 1) };
+            let fields = Fields::new([("q", whole.field())]);
+            world
+                .make(&Kept::default(), &scene, &fields, |found, _| bits(found.get("eddy").unwrap()))
+                .unwrap()
+        };
+        let expected = alone(1);
+        assert_eq!(alone(5), expected);
+        for size in [1, 2, 3] {
+            thread::scope(|scope| {
+                for one in local_team(size) {
+                    let (world, expected, scene, make_array) = (&world, &expected, &scene, &make_array);
+                    scope.spawn(move || {
+                        let mut ranks = Ranks::new(Box::new(one));
+                        let grid = Grid::new(world.mesh.tables()).unwrap();
+                        let part = Part::of_whole(&mut ranks, &grid).unwrap();
+                        let owns = |column: usize| match location {
+                            Location::Center => part.owns(column),
+                            Location::Corner => part.has(column as u32),
+                        };
+                        // Values of others would be seen in the means.
+                        let array = make_array(&|column| !owns(column));
+                        let fields = Fields::new([("q", array.field())]);
+                        let threads = Threads::new(1 + ranks.rank()).unwrap();
+                        let given = Given {
+                            scene,
+                            fields: &fields,
+                            grid: &grid,
+                            part: Some(&part),
+                            threads: &threads,
+                        };
+                        let made = make(&mut ranks, &Kept::default(), &given).unwrap().unwrap();
+                        let found = bits(made.fields(&fields).get("eddy").unwrap());
+                        let own = (0..columns).filter(|c| owns(*c));
+                        for i in own.flat_map(|c| c * LAYERS..(c + 1) * LAYERS) {
+                            assert_eq!(found[i], expected[i], "{size} ranks, {location:?}, value {i}");
+                        }
+                    });
+                }
+            });
+        }
+    }
+}
+
+#[test]
+fn ranks_that_derive_other_fields_are_told() {
+    let world = World::new(2, 1);
+    let array = Array::new(world.shapes()[0], true, Location::Center, |c, l| value(1, c, l));
+    let errors: Vec<String> = thread::scope(|scope| {
+        let spawned = local_team(2).into_iter().map(|one| {
+            let (world, array) = (&world, &array);
+            scope.spawn(move || {
+                let mut ranks = Ranks::new(Box::new(one));
+                let grid = Grid::new(world.mesh.tables()).unwrap();
+                let scene = if ranks.is_root() { zonal(10.0) } else { zonal(20.0) };
+                let fields = Fields::new([("q", array.field())]);
+                let given = Given {
+                    scene: &scene,
+                    fields: &fields,
+                    grid: &grid,
+                    part: None,
+                    threads: &world.threads,
+                };
+                make(&mut ranks, &Kept::default(), &given).unwrap_err().to_string()
+            })
+        });
+        spawned.collect::<Vec<_>>().into_iter().map(|one| one.join().unwrap()).collect()
+    });
+    assert!(errors[0].starts_with("MPI: rank 1: derives \"eddy\" = FromZonalMean"), "{errors:?}");
+    assert_eq!(errors[0], errors[1]);
+}
+
+/// A rank whose field has another number of layers would send other numbers than the rest wait for.
+#[test]
+fn ranks_whose_fields_differ_are_told() {
+    let world = World::new(2, 1);
+    let errors: Vec<String> = thread::scope(|scope| {
+        let spawned = local_team(2).into_iter().map(|one| {
+            let world = &world;
+            scope.spawn(move || {
+                let mut ranks = Ranks::new(Box::new(one));
+                let grid = Grid::new(world.mesh.tables()).unwrap();
+                let part = Part::of_whole(&mut ranks, &grid).unwrap();
+                let shape = Shape::level_fastest(grid.cells(), LAYERS + ranks.rank());
+                let array = Array::new(shape, true, Location::Center, |c, l| value(1, c, l));
+                let (scene, fields) = (zonal(10.0), Fields::new([("q", array.field())]));
+                let (threads, part) = (&world.threads, Some(&part));
+                let given = Given { scene: &scene, fields: &fields, grid: &grid, part, threads };
+                make(&mut ranks, &Kept::default(), &given).unwrap_err().to_string()
+            })
+        });
+        spawned.collect::<Vec<_>>().into_iter().map(|one| one.join().unwrap()).collect()
+    });
+    let expected =
+        "MPI: rank 1: takes means of a field of 4 layers at Center, but 3 layers at Center on rank 0";
+    assert!(errors.iter().all(|error| error.starts_with(expected)), "{errors:?}");
+}
+
+#[test]
+fn first_frames_are_remembered_by_field_and_shape() {
+    let world = World::new(2, 2);
+    let kept = Kept::default();
+    let how = How::FromFirst("q".into());
+    let of_q = scene("change", &[("change", how.clone())]);
+    let at = |step: usize, shape: Shape, is_wide| {
+        let array = Array::new(shape, is_wide, Location::Center, |c, l| value(step, c, l));
+        let fields = Fields::new([("q", array.field())]);
+        let found = world
+            .make(&kept, &of_q, &fields, |found, made| (bits(found.get("change").unwrap()), made.bytes()));
+        (array, found.unwrap())
+    };
+    let shapes = world.shapes();
+    let (first, (zero, bytes)) = at(1, shapes[1], false);
+    let known = |i: usize| !first.field().value(i / LAYERS, i % LAYERS).is_nan();
+    assert!((0..zero.len()).all(|i| zero[i] == u64::from(!known(i))));
+    assert_eq!(bytes, 2 * 4 * zero.len());
+    // Another layout is the same field, and a frame later the first is still the first.
+    for (step, shape) in [(2, shapes[2]), (3, shapes[0])] {
+        let (array, (change, _)) = at(step, shape, false);
+        for (i, change) in change.into_iter().enumerate() {
+            let [now, then] = [&array, &first].map(|a| a.field().value(i / LAYERS, i % LAYERS));
+            assert_eq!(change, rounded(now - then, false), "{step} {i}");
+        }
+    }
+    // One of another shape begins anew, and the other is still known.
+    let fewer = Shape::level_fastest(shapes[0].columns, LAYERS - 1);
+    assert!(at(4, fewer, true).1.0.iter().all(|change| *change <= 1));
+    assert!(at(5, shapes[0], false).1.0.iter().any(|change| *change > 1));
+    // Of the same name, but made of something else.
+    let array = Array::new(shapes[0], false, Location::Center, |c, l| value(8, c, l));
+    let fields = Fields::new([("q", array.field())]);
+    for factor in [2.0, 3.0] {
+        let scaled = ("scaled", How::Combination(vec![(factor, "q".into())]));
+        let scene = scene("change", &[scaled, ("change", How::FromFirst("scaled".into()))]);
+        let made = world.make(&kept, &scene, &fields, |found, _| bits(found.get("change").unwrap()));
+        assert!(made.unwrap().iter().all(|change| *change <= 1));
+    }
+}
+
+#[test]
+fn a_field_without_a_name_is_what_the_first_is_made_of() {
+    let world = World::new(2, 2);
+    let array = Array::new(world.shapes()[0], true, Location::Center, |c, l| value(1, c, l));
+    let twice = ("twice", How::Combination(vec![(2.0, "q".into())]));
+    let four = ("four", How::Combination(vec![(2.0, "twice".into())]));
+    let field = array.field();
+    let unnamed = Fields::from(&field);
+    let shown = scene("four", &[twice.clone(), four.clone()]);
+    let made = world.make(&Kept::default(), &shown, &unnamed, |found, _| bits(found.first("four").unwrap()));
+    let expected = |factor: f64| -> Vec<u64> {
+        let all = (0..array.shape.columns).flat_map(|c| (0..LAYERS).map(move |l| (c, l)));
+        all.map(|(c, l)| rounded(factor * array.field().value(c, l), true)).collect()
+    };
+    assert_eq!(made.unwrap(), expected(4.0));
+    // The scene's first is the field itself, whatever it is called; others are made of fields by name.
+    let mut beside = scene("anything", &[twice]);
+    beside.scenery.opacity = Some(Opacity { field: "twice".into(), transfer: beside.transfer.clone() });
+    let error = world.make(&Kept::default(), &beside, &unnamed, |_, _| ()).unwrap_err();
+    assert!(
+        error.to_string().contains("\"twice\": the scene shows field \"q\", and there is only the first"),
+        "{error}"
+    );
+    let named = Fields::new([("anything", array.field()), ("q", array.field())]);
+    let made = world.make(&Kept::default(), &beside, &named, |found, _| bits(found.get("twice").unwrap()));
+    assert_eq!(made.unwrap(), expected(2.0));
+}
+
+#[test]
+fn what_does_not_fit_is_named() {
+    let world = World::new(2, 1);
+    let cells = world.mesh.cells();
+    let array = |columns, layers, location| {
+        Array::new(Shape::level_fastest(columns, layers), false, location, |c, l| value(1, c, l))
+    };
+    let arrays = [
+        array(cells, 3, Location::Center),
+        array(cells, 4, Location::Center),
+        array(320, 3, Location::Corner),
+        array(cells + 1, 3, Location::Center),
+    ];
+    let fields =
+        Fields::new(["q", "interfaces", "corners", "more"].into_iter().zip(arrays.iter().map(Array::field)));
+    let error = |how: How| {
+        let scene = scene("odd", &[("odd", how)]);
+        world.make(&Kept::default(), &scene, &fields, |_, _| ()).unwrap_err()
+    };
+    for (odd, told) in [
+        ("interfaces", "162 columns of 4 layers at Center, expected 162 columns of 3 layers at Center"),
+        ("corners", "320 columns of 3 layers at Corner, expected 162"),
+        ("more", "163 columns of 3 layers at Center, expected 162"),
+    ] {
+        let error = error(How::Magnitude(names(&["q", odd])));
+        assert_eq!(error.kind(), ErrorKind::Field);
+        let expected = format!("\"odd\": field {odd:?} has {told}");
+        assert!(error.to_string().contains(&expected), "{error}");
+    }
+    let unknown = error(How::FromFirst("odd".into()));
+    assert!(
+        unknown.to_string().contains("\"odd\": the scene shows field \"odd\", and there is"),
+        "{unknown}"
+    );
+    assert!(error(How::Magnitude(Vec::new())).to_string().contains("made of 0 fields"));
+    let mean =
+        |field: &str, band_deg| error(How::FromZonalMean { field: field.into(), band_deg }).to_string();
+    assert!(mean("more", 5.0).contains("163 columns at Center, expected 162: one for each"));
+    for band_deg in [0.0, -1.0, 200.0, f64::NAN] {
+        assert!(mean("q", band_deg).contains(&format!("bands of {band_deg} degrees, expected 0.1 to 180")));
+    }
+    let twice = [("q2", How::FromFirst("q".into())), ("q2", How::FromFirst("interfaces".into()))];
+    // The first counts, and the second is never made.
+    world
+        .make(&Kept::default(), &scene("q2", &twice), &fields, |_, made| assert_eq!(made.fields.len(), 1))
+        .unwrap();
+}
+
+#[test]
+fn memory_is_used_again() {
+    let world = World::new(2, 1);
+    let kept = Kept::default();
+    let place = |scene: &Scene, step: usize, is_wide| {
+        let array = Array::new(world.shapes()[0], is_wide, Location::Center, |c, l| value(step, c, l));
+        let fields = Fields::new([("q", array.field())]);
+        let place = |_: &Fields, made: &Made| match &made.fields[0].values {
+            Values::F32(values) => values.as_ptr().addr(),
+            Values::F64(values) => values.as_ptr().addr(),
+        };
+        world.make(&kept, scene, &fields, place).unwrap()
+    };
+    let other = scene("p", &[("p", How::Combination(vec![(2.0, "q".into())]))]);
+    for is_wide in [false, true] {
+        let first = place(&zonal(10.0), 1, is_wide);
+        assert_eq!(place(&other, 2, is_wide), first);
+        assert_eq!(place(&zonal(10.0), 3, is_wide), first);
+    }
+}
+
+/// A renderer draws derived fields as it draws the same values given as a field, and remembers its first frame.
+#[test]
+fn pictures_of_derived_fields_are_those_of_their_values() {
+    let world = World::new(3, 1);
+    let grid = Grid::new(world.mesh.tables()).unwrap();
+    let layers = Layers::from_heights(&[0.0, 1e4, 3e4], 6.4e6).unwrap();
+    let renderer = Renderer::new(2).unwrap();
+    for (location, columns) in [(Location::Center, grid.cells()), (Location::Corner, grid.triangles())] {
+        let shape = Shape::cell_fastest(columns, LAYERS);
+        let part = |step: usize| move |c: usize, l: usize| ((c * 7 + l * 3 + step * 11) % 100) as f64 / 100.0;
+        for step in 1..4 {
+            let [now, then] = [step, 1].map(|step| Array::new(shape, false, location, part(step)));
+            let change = |c, l| now.field().value(c, l) - then.field().value(c, l);
+            let known = Array::new(shape, false, location, change);
+            let derived = scene("change", &[("change", How::FromFirst("q".into()))]);
+            let plain = Scene { scenery: crate::Scenery::default(), ..derived.clone() };
+            let draw = |scene: &Scene, field: &Field| {
+                let fields = Fields::new([(if scene == &plain { "change" } else { "q" }, *field)]);
+                renderer.render(scene, &grid, &layers, fields).unwrap()
+            };
+            let (found, expected) = (draw(&derived, &now.field()), draw(&plain, &known.field()));
+            assert_eq!(found.pixels, expected.pixels, "{location:?}, step {step}");
+            assert_eq!(found.report.value_range.is_some(), columns > 0);
+            assert!(step == 1 || found.pixels.iter().any(|pixel| *pixel != found.pixels[0]));
+            // The change, and the first frame of each location so far.
+            let more = found.report.derived_bytes - expected.report.derived_bytes;
+            let first = if location == Location::Corner { grid.cells() } else { 0 };
+            assert_eq!(more, 4 * LAYERS * (2 * columns + first));
+        }
+    }
+}

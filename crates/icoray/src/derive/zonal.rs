@@ -1,0 +1,256 @@
+//! Means over the cells of the same latitude.
+//!
+//! The sphere is cut into bands of latitude of equal width, the widest that are no wider than asked for. The mean of a band is
+//! that of the values over its cells, not weighted by area, layer by layer: at the centres, or the corners that are triangles.
+//! Between the middles of bands the mean is interpolated linearly in latitude, so that no step is seen where one ends; towards
+//! the poles it is that of the last band. A band without a value has the mean of the nearest one that has some.
+//!
+//! Values are added up in whole numbers, of the layer's largest value the 2⁻⁶²th part: sums do not depend on the order, and
+//! whichever threads and ranks have added them up, means are the same to the last bit.
+
+use super::run::load;
+use super::{At, Given};
+use crate::error::{Error, ErrorKind, Result};
+use crate::field::{Field, Location};
+use crate::grid::Reals;
+use crate::ranks::{Part, Ranks, Reader, Words};
+use rayon::prelude::*;
+use std::f64::consts::PI;
+
+/// Bands are no narrower than this, degrees.
+const LEAST_DEG: f64 = 0.1;
+/// Columns that are read together.
+const RUN: usize = 32;
+
+/// A field's zonal means.
+#[derive(Debug)]
+pub(super) struct Means<'m> {
+    latitude_rad: Reals<'m>,
+    bands: usize,
+    layers: usize,
+    /// Of each band, southernmost first, the mean of each layer.
+    means: Vec<f64>,
+}
+
+/// Values of a band's layer, added up.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+struct Sum {
+    sum: i128,
+    count: u64,
+}
+
+/// A field's columns that count.
+struct Counted<'c> {
+    given: &'c Given<'c>,
+    field: &'c Field<'c>,
+    latitude_rad: Reals<'c>,
+}
+
+/// How far from the south pole a latitude is, in bands.
+fn place(latitude_rad: f64, bands: usize) -> f64 {
+    (latitude_rad / PI + 0.5) * bands as f64
+}
+
+impl<'m> Means<'m> {
+    /// Of a field over a grid's cells or corners. Collective.
+    pub fn of(ranks: &mut Ranks, given: &'m Given<'m>, field: &'m Field<'m>, band_deg: f64) -> Result<Self> {
+        let counted = ranks.attempt(|| Counted::new(given, field, band_deg));
+        // What is exchanged has as many numbers on all.
+        let (counted, bands) = ranks.of_one_mind(counted, |(counted, _)| {
+            let At { location, layers, .. } = At::of(counted.field);
+            vec![("takes means of a field of", format!("{layers} layers at {location:?}"))]
+        })?;
+        let shared = given.part.is_some();
+        let most = ranks.attempt(|| Ok(given.threads.run(|| counted.most())));
+        let mut most = ranks.together(most)?;
+        if shared {
+            most = greatest(ranks, most)?;
+        }
+        let scale: Vec<f64> = most.into_iter().map(scale).collect();
+        let sums = ranks.attempt(|| Ok(given.threads.run(|| counted.sums(&scale, bands))));
+        let mut sums = ranks.together(sums)?;
+        if shared {
+            sums = added(ranks, sums)?;
+        }
+        let layers = scale.len();
+        let mean = |(i, sum): (usize, &Sum)| match sum.count {
+            0 => f64::NAN,
+            count => sum.sum as f64 / count as f64 / scale[i % layers],
+        };
+        let mut means: Vec<f64> = sums.iter().enumerate().map(mean).collect();
+        (0..layers).for_each(|layer| fill_gaps(&mut means[layer..], layers));
+        Ok(Means { latitude_rad: counted.latitude_rad, bands, layers, means })
+    }
+
+    /// A column's values less the means of its latitude.
+    #[inline(always)]
+    pub fn take_off(&self, column: usize, row: &[f64], to: &mut [f64]) {
+        let place = place(self.latitude_rad.get(column), self.bands) - 0.5;
+        let below = (place as usize).min(self.bands.saturating_sub(2));
+        let above = (below + 1).min(self.bands - 1);
+        let w = (place - below as f64).clamp(0.0, 1.0);
+        let [south, north] = [below, above].map(|band| &self.means[band * self.layers..][..self.layers]);
+        for (((to, value), south), north) in to.iter_mut().zip(row).zip(south).zip(north) {
+            *to = value - (south + w * (north - south));
+        }
+    }
+}
+
+/// Gives bands without a mean that of the nearest one that has one, the southern of two; bands are `step` apart.
+fn fill_gaps(means: &mut [f64], step: usize) {
+    let known: Vec<(usize, f64)> =
+        means.iter().copied().step_by(step).enumerate().filter(|(_, mean)| !mean.is_nan()).collect();
+    for (band, mean) in means.iter_mut().step_by(step).enumerate().filter(|(_, mean)| mean.is_nan()) {
+        let nearest = known.iter().min_by_key(|(other, _)| other.abs_diff(band));
+        *mean = nearest.map_or(f64::NAN, |(_, mean)| *mean);
+    }
+}
+
+/// A power of 2 that makes all numbers up to `most` less than 2⁶².
+fn scale(most: f64) -> f64 {
+    let exponent = (most.to_bits() >> 52) as i64 - 1022;
+    let power = (62 - exponent).min(1023);
+    f64::from_bits(((power + 1023) as u64) << 52)
+}
+
+impl<'c> Counted<'c> {
+    /// The field over its grid, and how many bands there are.
+    fn new(given: &'c Given<'c>, field: &'c Field<'c>, band_deg: f64) -> Result<(Self, usize)> {
+        if !(LEAST_DEG..=180.0).contains(&band_deg) {
+            let context = format!("bands of {band_deg} degrees, expected {LEAST_DEG} to 180");
+            return Err(Error::new(ErrorKind::Scene, context));
+        }
+        let At { location, columns, .. } = At::of(field);
+        let tables = given.grid.tables();
+        let latitude_rad = match location {
+            Location::Center => tables.center.lat_rad,
+            Location::Corner => tables.corner.lat_rad,
+        };
+        if columns != latitude_rad.len() {
+            let context = format!(
+                "{columns} columns at {location:?}, expected {}: one for each of the grid's",
+                latitude_rad.len()
+            );
+            return Err(Error::new(ErrorKind::Field, context));
+        }
+        Ok((Counted { given, field, latitude_rad }, (180.0 / band_deg).ceil() as usize))
+    }
+
+    fn counts(&self, column: usize) -> bool {
+        match (self.field.location(), self.given.part) {
+            (Location::Center, part) => part.is_none_or(|part| part.owns(column)),
+            (Location::Corner, None) => self.given.grid.is_triangle(column as u32),
+            (Location::Corner, Some(part)) => Part::has(part, column as u32),
+        }
+    }
+
+    /// Adds up what `take` makes of columns that count and their values: in as many results as keep the threads busy.
+    fn added<V: Clone + Default + Send + Sync>(
+        &self,
+        size: usize,
+        take: impl Fn(&mut [V], usize, &[f64]) + Sync,
+        add: impl Fn(&mut V, V) + Sync,
+    ) -> Vec<V> {
+        let At { columns, layers, .. } = At::of(self.field);
+        let runs = columns.div_ceil(RUN);
+        let most = runs.div_ceil(4 * self.given.threads.count()).max(8);
+        let nothing = || vec![V::default(); size];
+        let of_run = |(mut all, mut values): (Vec<V>, Vec<f64>), run: usize| {
+            let columns = run * RUN..(run * RUN + RUN).min(columns);
+            load(self.field, columns.clone(), &mut values);
+            for (column, row) in columns.zip(values.chunks_exact(layers)) {
+                if self.counts(column) {
+                    take(&mut all, column, row);
+                }
+            }
+            (all, values)
+        };
+        let both = |mut a: Vec<V>, b: Vec<V>| {
+            a.iter_mut().zip(b).for_each(|(a, b)| add(a, b));
+            a
+        };
+        let runs = (0..runs).into_par_iter().with_min_len(most);
+        runs.fold(|| (nothing(), Vec::new()), of_run).map(|(all, _)| all).reduce(nothing, both)
+    }
+
+    /// The largest of each layer's values, without sign.
+    fn most(&self) -> Vec<f64> {
+        let take = |most: &mut [f64], _: usize, row: &[f64]| {
+            most.iter_mut().zip(row).for_each(|(most, value)| *most = most.max(value.abs()));
+        };
+        self.added(self.field.shape().layers, take, |most: &mut f64, other| *most = most.max(other))
+    }
+
+    /// Sums of each band's layers, times each layer's scale.
+    fn sums(&self, scale: &[f64], bands: usize) -> Vec<Sum> {
+        let layers = scale.len();
+        let take = |sums: &mut [Sum], column: usize, row: &[f64]| {
+            let band = (place(self.latitude_rad.get(column), bands) as usize).min(bands - 1);
+            let sums = &mut sums[band * layers..][..layers];
+            for ((sum, value), scale) in sums.iter_mut().zip(row).zip(scale) {
+                // A missing one becomes 0.
+                sum.sum += i128::from((value * scale) as i64);
+                sum.count += u64::from(!value.is_nan());
+            }
+        };
+        let add = |sum: &mut Sum, other: Sum| {
+            sum.sum += other.sum;
+            sum.count += other.count;
+        };
+        self.added(bands * layers, take, add)
+    }
+}
+
+/// The greatest of all ranks' numbers. Collective.
+fn greatest(ranks: &mut Ranks, mut most: Vec<f64>) -> Result<Vec<f64>> {
+    let mut words = Words::default();
+    most.iter().for_each(|most| {
+        words.put_f64(*most);
+    });
+    for bytes in ranks.share(&words.0)? {
+        let mut reader = Reader(&bytes);
+        for most in &mut most {
+            *most = most.max(reader.get_f64()?);
+        }
+    }
+    Ok(most)
+}
+
+/// Adds up all ranks' sums, of which each adds up some and tells the others. Collective.
+fn added(ranks: &mut Ranks, mine: Vec<Sum>) -> Result<Vec<Sum>> {
+    let share = |rank: usize| rank * mine.len() / ranks.size()..(rank + 1) * mine.len() / ranks.size();
+    let mut own = vec![Sum::default(); share(ranks.rank()).len()];
+    let messages = (0..ranks.size()).map(|rank| put(&mine[share(rank)])).collect();
+    let came = ranks.exchange(messages)?;
+    let mut take = || -> Result<()> {
+        for bytes in &came {
+            for (sum, other) in own.iter_mut().zip(get(bytes)) {
+                let other = other?;
+                sum.sum += other.sum;
+                sum.count += other.count;
+            }
+        }
+        Ok(())
+    };
+    let taken = take();
+    ranks.together(taken)?;
+    let all = ranks.share(&put(&own))?;
+    all.iter().flat_map(|bytes| get(bytes)).collect()
+}
+
+fn put(sums: &[Sum]) -> Vec<u8> {
+    let mut words = Words::default();
+    for Sum { sum, count } in sums {
+        words.put(*sum as u64).put((sum >> 64) as u64).put(*count);
+    }
+    words.0
+}
+
+fn get(bytes: &[u8]) -> impl Iterator<Item = Result<Sum>> + '_ {
+    let mut reader = Reader(bytes);
+    (0..bytes.len() / 24).map(move |_| {
+        let (low, high) = (reader.get()?, reader.get()?);
+        let sum = i128::from(low) | (i128::from(high as i64) << 64);
+        Ok(Sum { sum, count: reader.get()? })
+    })
+}

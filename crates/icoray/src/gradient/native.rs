@@ -1,0 +1,114 @@
+//! Gradients where each column's layers lie at heights of their own.
+//!
+//! As for concentric layers, the three slopes at vertex A of a frustum fix its gradient: along A the change to the next layer,
+//! along `R·B - R·A` and `R·C - R·A`, now with a radius at each vertex, the changes to the neighbours on the same layer.
+
+use super::{Gradients, narrowed};
+use crate::grid::Grid;
+use crate::heights::Heights;
+use crate::kernel::sample::{Sample, Samples};
+use glam::DVec3;
+use rayon::prelude::*;
+
+/// Gradients of the normalised field at all vertices, per planet radius, level-fastest; zero where nothing is known.
+pub(crate) fn gradients<S: Sample>(grid: &Grid, heights: &Heights, samples: &Samples<S>) -> Gradients {
+    let layers = heights.layers();
+    let mut all = vec![[0.0f32; 3]; grid.cells() * layers];
+    all.par_chunks_exact_mut(layers).with_min_len(64).enumerate().for_each(|(cell, row)| {
+        let around = Around { grid, heights, samples, cell: cell as u32 };
+        let fans: Vec<[u32; 2]> = around.fans().collect();
+        for (layer, gradient) in row.iter_mut().enumerate() {
+            *gradient = narrowed(around.mean(&fans, layer));
+        }
+    });
+    Gradients::Whole(all)
+}
+
+/// A cell's column and those around it.
+struct Around<'a, S> {
+    grid: &'a Grid<'a>,
+    heights: &'a Heights<'a>,
+    samples: &'a Samples<'a, S>,
+    cell: u32,
+}
+
+impl<S: Sample> Around<'_, S> {
+    /// The two other cells of each triangle around the cell.
+    fn fans(&self) -> impl Iterator<Item = [u32; 2]> {
+        let triangles = self.grid.corners_of(self.cell).filter(|corner| self.grid.is_triangle(*corner));
+        triangles.map(|triangle| {
+            let cells = self.grid.triangle(triangle);
+            let k = cells.iter().position(|cell| *cell == self.cell).unwrap_or(0);
+            [cells[(k + 1) % 3], cells[(k + 2) % 3]]
+        })
+    }
+
+    fn value(&self, cell: u32, layer: usize) -> f64 {
+        self.samples.get(self.samples.base(cell), layer)
+    }
+
+    /// The mean of the slopes to the layers above and below, as far as they are there.
+    fn radial(&self, layer: usize) -> Option<f64> {
+        let slope = |low: usize, high: usize| {
+            let thickness = self.heights.radius(self.cell, high) - self.heights.radius(self.cell, low);
+            (self.value(self.cell, high) - self.value(self.cell, low)) / thickness
+        };
+        let below = layer.checked_sub(1).map(|below| slope(below, layer));
+        let above = (layer + 1 < self.heights.layers()).then(|| slope(layer, layer + 1));
+        let known: Vec<f64> = below.into_iter().chain(above).filter(|slope| slope.is_finite()).collect();
+        (!known.is_empty()).then(|| known.iter().sum::<f64>() / known.len() as f64)
+    }
+
+    fn mean(&self, fans: &[[u32; 2]], layer: usize) -> DVec3 {
+        let Some(radial) = self.radial(layer) else { return DVec3::ZERO };
+        let place = |cell: u32| self.heights.radius(cell, layer) * self.grid.direction(cell);
+        let (a, value) = (self.grid.direction(self.cell), self.value(self.cell, layer));
+        let own = place(self.cell);
+        let (mut sum, mut count) = (DVec3::ZERO, 0);
+        for others in fans {
+            let [b, c] = others.map(|other| place(other) - own);
+            let [to_b, to_c] = others.map(|other| self.value(other, layer) - value);
+            let volume = a.dot(b.cross(c));
+            let gradient = (radial * b.cross(c) + to_b * c.cross(a) + to_c * a.cross(b)) / volume;
+            if gradient.is_finite() {
+                (sum, count) = (sum + gradient, count + 1);
+            }
+        }
+        if count > 0 { sum / f64::from(count) } else { DVec3::ZERO }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::field::{Field, Location};
+    use crate::grid::IcosahedralMesh;
+    use crate::layers::Layers;
+    use crate::shape::Shape;
+
+    /// Between flat facets a field that is linear in space is told exactly at every vertex, wherever the layers lie.
+    #[test]
+    fn a_linear_field_has_its_slope_everywhere() {
+        const LAYERS: usize = 4;
+        let mesh = IcosahedralMesh::new(3).unwrap();
+        let grid = Grid::new(mesh.tables()).unwrap();
+        let height = |cell: usize, layer: usize| 0.1 * layer as f64 + 0.03 * ((7 * cell) % 11) as f64 / 11.0;
+        let all = || (0..grid.cells()).flat_map(|cell| (0..LAYERS).map(move |layer| (cell, layer)));
+        let heights: Vec<f64> = all().map(|(cell, layer)| height(cell, layer)).collect();
+        let slope = DVec3::new(0.3, -1.1, 0.7);
+        let place = |cell: usize, layer: usize| (1.0 + height(cell, layer)) * grid.direction(cell as u32);
+        let values: Vec<f64> = all().map(|(cell, layer)| slope.dot(place(cell, layer))).collect();
+        let shape = Shape::level_fastest(grid.cells(), LAYERS);
+        let field = |data: &'static [f64]| Field::new(data.into(), shape, Location::Center, None).unwrap();
+        let layers = Layers::from_heights(&[0.0, 0.1, 0.2, 0.3], 1.0).unwrap();
+        let heights = field(heights.leak());
+        let values: &'static [f64] = values.leak();
+        let heights = Heights::new(&heights, &layers, (grid.cells(), LAYERS), 1.0).unwrap();
+        let samples = Samples::new(values, &field(values), false, [0.0, 1.0]);
+        let found = gradients(&grid, &heights, &samples);
+        for i in 0..grid.cells() * LAYERS {
+            let off = DVec3::from_array(found.at(i).map(f64::from)) - slope;
+            assert!(off.length() < 1e-5, "{i}: {off}");
+        }
+    }
+}

@@ -1,0 +1,186 @@
+//! Layers that lie at heights of their own in each column, read in place from the model's array.
+
+use crate::error::{Error, ErrorKind, Result};
+use crate::field::{Field, Location};
+use crate::grid::Reals;
+use crate::layers::Layers;
+use crate::shape::Elements;
+use rayon::prelude::*;
+
+/// The radii of all columns' layers: those on which a field lies, counted from the innermost.
+///
+/// They never fall on the way up a column, whatever the rounding: stretching and averaging are monotone.
+#[derive(Debug, Clone)]
+pub(crate) struct Heights<'f> {
+    samples: Reals<'f>,
+    elements: Elements,
+    fill: Option<f64>,
+    columns: usize,
+    /// Whether the field lies midway between the layers that have heights.
+    is_midway: bool,
+    /// Planet radii per metre of height, exaggeration included.
+    stretch: f64,
+    /// Radii of the field's layers where a column has none.
+    mean: Vec<f64>,
+    bounds: [f64; 2],
+}
+
+/// Where a column's heights begin, see [`Heights::bases`].
+type Base = isize;
+
+/// No column of the array: its layers lie at mean heights.
+const NOWHERE: Base = Base::MIN;
+
+impl<'f> Heights<'f> {
+    /// Checks `heights`, metres above the planet's surface: a column for each of `cells`, as many layers as `layers`, on which
+    /// a field of `field_layers` lies, or midway between which. Parallel.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Layers`] where they have another shape or place, some of a column's heights but not all are missing, heights
+    /// fall on the way up, or a stretched one is not above the planet's centre; as [`Layers::for_field`] and [`Layers::shell`].
+    pub fn new(
+        heights: &Field<'f>,
+        layers: &Layers,
+        (cells, field_layers): (usize, usize),
+        exaggeration: f64,
+    ) -> Result<Self> {
+        let shape = heights.shape();
+        if (shape.columns, shape.layers, heights.location()) != (cells, layers.count(), Location::Center) {
+            let context = format!(
+                "heights: {} columns of {} layers at {:?}, expected {cells} of {} at Center",
+                shape.columns,
+                shape.layers,
+                heights.location(),
+                layers.count()
+            );
+            return Err(Error::new(ErrorKind::Layers, context));
+        }
+        let mean = layers.for_field(field_layers)?.shell(exaggeration)?;
+        let elements = heights.elements();
+        let mut this = Heights {
+            samples: heights.samples(),
+            elements: if layers.is_falling() { elements.upside_down() } else { *elements },
+            fill: heights.fill(),
+            columns: cells,
+            is_midway: field_layers < layers.count(),
+            stretch: exaggeration / layers.planet_radius_m(),
+            bounds: [mean[0], mean[mean.len() - 1]],
+            mean,
+        };
+        let columns = (0..cells).into_par_iter().with_min_len(256);
+        let checked = columns.map(|cell| this.check(cell, layers)).reduce(
+            || Ok(this.bounds),
+            |a, b| {
+                let ([low, high], b) = (a?, b?);
+                Ok([low.min(b[0]), high.max(b[1])])
+            },
+        );
+        this.bounds = checked?;
+        Ok(this)
+    }
+
+    /// The lowest and the highest radius of the field's layers over any column, mean ones included.
+    pub fn bounds(&self) -> [f64; 2] {
+        self.bounds
+    }
+
+    /// Number of the field's layers.
+    pub fn layers(&self) -> usize {
+        self.mean.len()
+    }
+
+    /// Where the columns of three cells begin, for [`Self::radii_at`]; cells that the grid has not, as a void triangle's may
+    /// be, have mean heights.
+    #[inline(always)]
+    pub fn bases(&self, cells: [u32; 3]) -> [Base; 3] {
+        cells.map(|cell| {
+            let cell = cell as usize;
+            if cell < self.columns { self.elements.base(cell) } else { NOWHERE }
+        })
+    }
+
+    /// Radii of the field's `layer` over three columns, in planet radii, stretched.
+    #[inline(always)]
+    pub fn radii_at(&self, bases: [Base; 3], layer: usize) -> [f64; 3] {
+        bases.map(|base| self.radius_at(base, layer))
+    }
+
+    /// [`Self::radii_at`] of three cells.
+    #[inline]
+    pub fn radii(&self, cells: [u32; 3], layer: usize) -> [f64; 3] {
+        self.radii_at(self.bases(cells), layer)
+    }
+
+    /// The radius of the field's `layer` over a cell, in planet radii, stretched.
+    #[inline]
+    pub fn radius(&self, cell: u32, layer: usize) -> f64 {
+        self.radii([cell; 3], layer)[0]
+    }
+
+    #[inline(always)]
+    fn radius_at(&self, base: Base, layer: usize) -> f64 {
+        let height = match (base, self.is_midway) {
+            (NOWHERE, _) => f64::NAN,
+            (base, false) => self.height(base, layer),
+            (base, true) => 0.5 * (self.height(base, layer) + self.height(base, layer + 1)),
+        };
+        if height.is_nan() { self.mean[layer] } else { self.stretched(height) }
+    }
+
+    /// Height in metres of a layer that has one, NaN where it is missing.
+    #[inline(always)]
+    fn height(&self, base: Base, layer: usize) -> f64 {
+        let height = self.samples.get(self.elements.at(base, layer));
+        if Some(height) == self.fill || !height.is_finite() { f64::NAN } else { height }
+    }
+
+    #[inline(always)]
+    fn stretched(&self, height: f64) -> f64 {
+        1.0 + self.stretch * height
+    }
+
+    /// The ends of a column, or what is wrong with it.
+    fn check(&self, cell: usize, layers: &Layers) -> Result<[f64; 2]> {
+        let (count, base) = (layers.count(), self.elements.base(cell));
+        let height = |layer| self.height(base, layer);
+        // Layers are named as they were given.
+        let given = |layer| if layers.is_falling() { count - 1 - layer } else { layer };
+        let bad = |what: String| {
+            Err(Error::new(ErrorKind::Layers, format!("heights: cell {cell} (from 0), {what}")))
+        };
+        if let Some(lost) = (0..count).find(|layer| height(*layer).is_nan()) {
+            return match (0..count).find(|layer| !height(*layer).is_nan()) {
+                None => Ok([self.mean[0], self.mean[self.mean.len() - 1]]),
+                Some(known) => bad(format!(
+                    "layer {}: missing, but {} m at layer {}; expected all heights of a column or none",
+                    given(lost),
+                    height(known),
+                    given(known)
+                )),
+            };
+        }
+        if let Some(l) = (1..count).find(|l| height(*l) < height(l - 1)) {
+            return bad(format!(
+                "layers {} and {}: {} m lies below {} m, expected heights that do not fall from the innermost layer on",
+                given(l),
+                given(l - 1),
+                height(l),
+                height(l - 1)
+            ));
+        }
+        let radius = [0, count - 1].map(|layer| self.stretched(height(layer)));
+        if !(radius[0] > 0.0 && radius[1].is_finite()) {
+            return bad(format!(
+                "heights {} to {} m are {} to {} planet radii when stretched, expected positive ones",
+                height(0),
+                height(count - 1),
+                radius[0],
+                radius[1]
+            ));
+        }
+        Ok([0, self.layers() - 1].map(|layer| self.radius_at(base, layer)))
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,183 @@
+//! Several media along one piece of a ray: extinctions add up, colours mix by extinction.
+//!
+//! On a piece each field is monotone and stays in one span of each of its transfer functions, so that the optical depth from the
+//! piece's start is a sum of closed forms (`piece.rs`). What is left is the mean colour of the light that is absorbed,
+//! `∫ Σσc e^-T / ∫ Σσ e^-T`: a ratio, so that one colour all over comes out as itself, to the digit. Both integrals are taken by
+//! Simpson's rule. How far it is from the rule of the ends alone is what it may be off, where the panel is thin; else, and where that is
+//! too much, the panel is halved, front half first, and what lies behind the last light is left out.
+//! The error is an estimate, not a bound: colours of several fields may mix in ways that three places do not tell.
+
+use super::source::Map;
+use crate::kernel::piece::{Light, bend_factor};
+use crate::kernel::segment::Segment;
+use crate::kernel::shade::RayShading;
+use crate::kernel::transfer::Span;
+
+/// A volume: colour by one field, extinction by the same or another one.
+#[derive(Debug)]
+pub(crate) struct Medium {
+    pub color: Map,
+    pub extinction: Map,
+}
+
+/// A medium on one piece.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Part<'w> {
+    medium: &'w Medium,
+    spans: [&'w Span<f64>; 2],
+    /// Of the colour's and of the extinction's field, over the whole frustum.
+    segments: [Segment<f64>; 2],
+    /// Where the gradients of the extinction's field are.
+    pub slot: usize,
+}
+
+impl<'w> Part<'w> {
+    /// The medium between two places of a frustum, near the middle of which values tell the spans; `None` where it is clear there.
+    pub fn new(medium: &'w Medium, segments: [Segment<f64>; 2], middle: f64, slot: usize) -> Option<Self> {
+        let extinction = medium.extinction.span(segments[1].value(middle));
+        if extinction.is_clear {
+            return None;
+        }
+        let color = medium.color.span(segments[0].value(middle));
+        Some(Part { medium, spans: [color, extinction], segments, slot })
+    }
+
+    fn extinction(&self, u: f64) -> f64 {
+        self.spans[1].extinction(self.medium.extinction.normal(self.segments[1].value(u)))
+    }
+
+    fn color(&self, u: f64) -> [f64; 3] {
+        // Rounding at a knot may reach a little beyond the colours of the span.
+        self.spans[0].color(self.medium.color.normal(self.segments[0].value(u))).map(|c| c.max(0.0))
+    }
+
+    /// Optical depth from `from` to `to`.
+    fn depth(&self, from: f64, to: f64) -> f64 {
+        let whole = &self.segments[1];
+        let part = whole.part((from, whole.value(from)), (to, whole.value(to)));
+        let ends = self.extinction(from) + self.extinction(to);
+        let slope = self.spans[1].extinction_slope() * self.medium.extinction.scale();
+        (part.length * (0.5 * ends + slope * part.kappa * bend_factor(part.eps) / 6.0)).max(0.0)
+    }
+}
+
+/// What media do at a place.
+#[derive(Debug, Clone, Copy)]
+struct Node {
+    u: f64,
+    /// Extinction, and colour times extinction.
+    rate: f64,
+    color: [f64; 3],
+    /// Optical depth from the piece's start.
+    depth: f64,
+}
+
+impl Node {
+    /// Its colour, black where nothing absorbs.
+    fn mean(&self) -> [f64; 3] {
+        if self.rate > 0.0 { self.color.map(|c| c / self.rate) } else { [0.0; 3] }
+    }
+}
+
+/// A piece of a ray in several media.
+pub(super) struct Blend<'p, 'w, G> {
+    pub parts: &'p [Part<'w>],
+    /// Gives the gradient of a field, by its slot, at a place of the frustum.
+    pub gradient: G,
+    pub shading: Option<&'p RayShading<f64>>,
+    /// Error of the colour that is allowed per absorbed light.
+    pub share: f64,
+    /// Transmittance below which what comes behind may be left out.
+    pub rest: f64,
+}
+
+/// A panel is halved no more often: a part in 10¹² of its length.
+const MOST_HALVES: u32 = 40;
+/// Optical depth up to which the rules' difference tells the error.
+const THIN: f64 = 1.5;
+
+impl<G: Fn(usize, f64) -> [f64; 3]> Blend<'_, '_, G> {
+    /// Adds the light of the piece from `from` to `to`.
+    pub fn add(&self, light: &mut Light<f64>, from: f64, to: f64) {
+        let mut panels = vec![(self.node(from, from), self.node(from, to), 0)];
+        while let Some((first, last, halves)) = panels.pop() {
+            let middle = self.node(from, 0.5 * (first.u + last.u));
+            let depth = last.depth - first.depth;
+            // A number that is none would be halved for ever.
+            if depth.is_nan() || depth <= 0.0 {
+                continue;
+            }
+            let (mut color, mut off) = mean([&first, &middle, &last]);
+            if self.shading.is_some() && off[1] > self.share && depth <= THIN {
+                // A normal may turn between three places that look alike.
+                let quarter = |one: &Node, other: &Node| self.node(from, 0.5 * (one.u + other.u));
+                let [before, behind] = [quarter(&first, &middle), quarter(&middle, &last)];
+                let nodes = [&first, &before, &middle, &behind, &last];
+                if let Some(finer) = weighed(&nodes, &[1.0, 4.0, 2.0, 4.0, 1.0]) {
+                    off[0] = apart(&color, &finer);
+                    color = finer;
+                }
+            }
+            let is_near = if depth <= THIN { off[0] <= self.share } else { off[1] <= self.share };
+            if is_near || halves == MOST_HALVES {
+                let absorbed = -(-depth).exp_m1();
+                let error = absorbed * if depth <= THIN { off[0] } else { off[1] };
+                light.over(&Light { error, ..Light::plain(color, absorbed) });
+                if 1.0 - light.absorbed <= self.rest {
+                    return;
+                }
+            } else {
+                panels.push((middle, last, halves + 1));
+                panels.push((first, middle, halves + 1));
+            }
+        }
+    }
+
+    fn node(&self, from: f64, u: f64) -> Node {
+        let mut node = Node { u, rate: 0.0, color: [0.0; 3], depth: 0.0 };
+        for part in self.parts {
+            let rate = part.extinction(u);
+            let mut color = part.color(u);
+            if let Some(shading) = self.shading {
+                let shade = shading.shade((self.gradient)(part.slot, u));
+                color = color.map(|c| c * shade.body + shade.highlight);
+            }
+            node.rate += rate;
+            node.color = [0, 1, 2].map(|k| node.color[k] + rate * color[k]);
+            node.depth += if u > from { part.depth(from, u) } else { 0.0 };
+        }
+        node
+    }
+}
+
+/// The mean colour of the light that is absorbed between places of these weights.
+fn weighed(nodes: &[&Node], weights: &[f64]) -> Option<[f64; 3]> {
+    let (mut sum, mut color) = (0.0, [0.0; 3]);
+    for (node, weight) in nodes.iter().zip(weights) {
+        let weight = weight * (nodes[0].depth - node.depth).exp();
+        sum += weight * node.rate;
+        color = [0, 1, 2].map(|k| color[k] + weight * node.color[k]);
+    }
+    (sum > 0.0).then(|| color.map(|c| c / sum))
+}
+
+/// The largest difference of two colours' channels.
+fn apart(a: &[f64; 3], b: &[f64; 3]) -> f64 {
+    (0..3).map(|k| (a[k] - b[k]).abs()).fold(0.0, f64::max)
+}
+
+/// The mean colour of a panel, how far it is from that of its ends alone, and how far colours are apart.
+fn mean(nodes: [&Node; 3]) -> ([f64; 3], [f64; 2]) {
+    let seen = || nodes.iter().filter(|node| node.rate > 0.0).map(|node| node.mean());
+    let spread = (0..3).map(|k| {
+        let (low, high) = seen().fold((f64::MAX, f64::MIN), |(l, h), c| (l.min(c[k]), h.max(c[k])));
+        (high - low).max(0.0)
+    });
+    let spread = spread.fold(0.0, f64::max);
+    let Some(color) = weighed(&nodes, &[1.0, 4.0, 1.0]) else { return ([0.0; 3], [f64::INFINITY; 2]) };
+    let off = weighed(&nodes, &[1.0, 0.0, 1.0]).map_or(spread, |ends| apart(&color, &ends));
+    (color, [off.min(spread), spread])
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,115 @@
+use super::*;
+use crate::kernel::transfer::KernelKnot;
+use glam::DVec3;
+
+fn knot(value: f64, color: [f64; 3], extinction: f64) -> KernelKnot {
+    KernelKnot { value, color, extinction }
+}
+
+fn medium(source: usize, knots: &[KernelKnot]) -> Medium {
+    Medium { color: Map::new(source, knots), extinction: Map::new(source, knots) }
+}
+
+fn segment(f0: f64, f1: f64, kappa: f64, eps: f64, length: f64) -> Segment<f64> {
+    Segment { f0, f1, kappa, eps, length }
+}
+
+/// The light of parts by a million midpoints, each as exact as its middle.
+fn by_brute_force(parts: &[Part], length: f64) -> ([f64; 3], f64) {
+    const STEPS: usize = 1_000_000;
+    let (mut color, mut depth) = ([0.0; 3], 0.0f64);
+    for i in 0..STEPS {
+        let u = (i as f64 + 0.5) / STEPS as f64;
+        let rate: f64 = parts.iter().map(|part| part.extinction(u)).sum();
+        let step = rate * length / STEPS as f64;
+        if rate == 0.0 {
+            continue;
+        }
+        let absorbed = (-depth).exp() * -(-step).exp_m1();
+        for part in parts {
+            let (share, c) = (part.extinction(u) / rate, part.color(u));
+            color = [0, 1, 2].map(|k| color[k] + absorbed * share * c[k]);
+        }
+        depth += step;
+    }
+    (color, -(-depth).exp_m1())
+}
+
+fn blended(parts: &[Part], share: f64) -> Light<f64> {
+    let gradient = |_: usize, _: f64| [0.0; 3];
+    let mut light = Light::none();
+    Blend { parts, gradient, shading: None, share, rest: 0.0 }.add(&mut light, 0.0, 1.0);
+    light
+}
+
+#[test]
+fn mixed_media_are_those_of_a_million_steps() {
+    let red = medium(0, &[knot(0.0, [1.0, 0.1, 0.0], 0.3), knot(1.0, [0.4, 0.0, 0.2], 3.0)]);
+    let blue = medium(1, &[knot(10.0, [0.0, 0.2, 1.0], 5.0), knot(20.0, [0.0, 0.9, 0.3], 0.0)]);
+    for length in [1e-3, 0.7, 30.0, 4e3] {
+        for (kappa, eps) in [(0.0, 0.0), (0.25, 0.01), (-0.2, -0.4)] {
+            let (f, g) =
+                (segment(0.1, 0.9, kappa, eps, length), segment(19.0, 11.0, -3.0 * kappa, eps, length));
+            let parts = [Part::new(&red, [f, f], 0.5, 0).unwrap(), Part::new(&blue, [g, g], 0.5, 1).unwrap()];
+            let (color, absorbed) = by_brute_force(&parts, length);
+            for share in [1e-2, 1e-4, 1e-7] {
+                let light = blended(&parts, share);
+                // A million steps are no better than that where light ends within few of them.
+                let slack = 1e-9 + 2e-12 * length * length;
+                assert!((light.absorbed - absorbed).abs() < slack, "{length} {kappa}: {}", light.absorbed);
+                let off = (0..3).map(|k| (light.color[k] - color[k]).abs()).fold(0.0, f64::max);
+                assert!(off <= light.error + slack, "{length} {kappa} {share}: {off} and {}", light.error);
+                assert!(light.error <= share * light.absorbed * 1.0001, "{length}: {}", light.error);
+            }
+        }
+    }
+}
+
+#[test]
+fn an_endless_depth_shows_the_colour_at_its_front() {
+    let red = medium(0, &[knot(0.0, [1.0, 0.0, 0.0], 1.0), knot(1.0, [0.0, 0.0, 1.0], 1.0)]);
+    for length in [1e6, 1e9, 1e15] {
+        let f = segment(0.25, 1.0, 0.0, 0.0, length);
+        let parts = [Part::new(&red, [f, f], 0.5, 0).unwrap()];
+        let light = blended(&parts, 1e-4);
+        assert!((light.color[0] - 0.75).abs() < 1e-4 && (light.absorbed - 1.0).abs() < 1e-12, "{light:?}");
+    }
+}
+
+#[test]
+fn one_colour_is_itself_to_the_digit_however_dense() {
+    let grey = medium(0, &[knot(0.0, [0.3; 3], 0.0), knot(1.0, [0.3; 3], 7.0)]);
+    for length in [1e-6, 1.0, 1e4] {
+        let f = segment(0.2, 0.8, 0.1, 0.0, length);
+        let light = blended(&[Part::new(&grey, [f, f], 0.5, 0).unwrap()], 1e-6);
+        assert!((light.color[0] - 0.3 * light.absorbed).abs() <= 1e-15, "{light:?}");
+    }
+}
+
+#[test]
+fn light_follows_the_gradient_of_what_absorbs() {
+    let white = medium(0, &[knot(0.0, [1.0; 3], 2.0), knot(1.0, [1.0; 3], 2.0)]);
+    let f = segment(0.0, 1.0, 0.0, 0.0, 0.1);
+    let shading = crate::kernel::shade::Shading {
+        ambient: 0.2,
+        diffuse: 0.8,
+        specular: 0.0,
+        shininess: 8.0,
+        towards_light: None,
+    };
+    let shading = shading.along::<f64>(DVec3::NEG_X, 1e-6);
+    let parts = [Part::new(&white, [f, f], 0.5, 3).unwrap()];
+    let lit = |gradient: [f64; 3]| {
+        let at = |slot: usize, _: f64| {
+            assert_eq!(slot, 3);
+            gradient
+        };
+        let mut light = Light::none();
+        Blend { parts: &parts, gradient: at, shading: Some(&shading), share: 1e-6, rest: 0.0 }
+            .add(&mut light, 0.0, 1.0);
+        light.color[0] / light.absorbed
+    };
+    assert!((lit([1.0, 0.0, 0.0]) - 1.0).abs() < 1e-12);
+    assert!((lit([0.0, 1.0, 0.0]) - 0.2).abs() < 1e-12);
+    assert!((lit([1.0, 1.0, 0.0]) - (0.2 + 0.8 * 0.5f64.sqrt())).abs() < 1e-12);
+}

@@ -1,0 +1,278 @@
+//! What a ray meets between two layers of a column, in order.
+
+use super::blend::{Blend, Part};
+use super::surfaces::{Coat, SheetPlace};
+use super::wedge::{Facet, On, Place, Wedge};
+use super::{Run, World};
+use crate::ground::Sight;
+use crate::kernel::column::Flow;
+use crate::kernel::piece::Light;
+use crate::kernel::real::lerp;
+use crate::kernel::segment::Segment;
+
+/// What is known of the frustum that a ray is in; memory that is used again for the next.
+#[derive(Debug, Default)]
+pub(super) struct Scratch<'w> {
+    /// Each field's values at the vertices, on the lower and upper facet; empty where they were not read yet.
+    values: [Vec<[f64; 3]>; 2],
+    /// Least and greatest value of each field there; none where one is missing.
+    ranges: Vec<Option<[f64; 2]>>,
+    /// Of the fields that are asked for, along the part of the frustum that is shown.
+    segments: Vec<Option<Segment<f64>>>,
+    /// The places that part it.
+    breaks: Vec<Break>,
+    parts: Vec<Part<'w>>,
+    /// The number of each medium that may be seen.
+    media: Vec<usize>,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Break {
+    u: f64,
+    meets: Option<Meets>,
+}
+
+#[derive(Debug, Clone, Copy)]
+enum Meets {
+    Isosurface(usize),
+    Sheet(usize),
+}
+
+impl Scratch<'_> {
+    /// In a new column.
+    pub fn forget(&mut self) {
+        self.values.iter_mut().for_each(Vec::clear);
+    }
+
+    /// Through a layer: what was above is below, or the other way round.
+    pub fn shift(&mut self, rises: bool) {
+        self.values.swap(0, 1);
+        self.values[usize::from(rises)].clear();
+    }
+
+    fn read(&mut self, world: &World, wedge: &Wedge, gap: usize) {
+        for (layer, values) in [gap - 1, gap].into_iter().zip(&mut self.values) {
+            if values.is_empty() {
+                values.extend(world.sources.iter().map(|source| source.at(wedge.cells, layer)));
+            }
+        }
+        let [lower, upper] = &self.values;
+        self.ranges.clear();
+        self.ranges.extend(lower.iter().zip(upper).map(|(a, b)| {
+            let all = a.iter().chain(b);
+            let known = all.clone().all(|value| value.is_finite());
+            known.then(|| all.fold([f64::MAX, f64::MIN], |[l, h], v| [l.min(*v), h.max(*v)]))
+        }));
+    }
+}
+
+impl<'r> Run<'r, '_> {
+    /// Passes `gap` from one place of the column to another.
+    pub(super) fn gap(
+        &mut self,
+        wedge: &Wedge,
+        (gap, facets): (usize, [&Facet; 2]),
+        [(a, from), (b, to)]: [(f64, On); 2],
+    ) -> Flow {
+        if b <= a {
+            return Flow::On;
+        }
+        self.counts.frusta += 1;
+        let world = self.world;
+        self.scratch.read(world, wedge, gap);
+        let ranges = &self.scratch.ranges;
+        self.scratch.media.clear();
+        self.scratch.media.extend((0..world.media.len()).filter(|&number| {
+            let medium = &world.media[number];
+            let range = ranges[medium.extinction.source].filter(|_| ranges[medium.color.source].is_some());
+            range.is_some_and(|[low, high]| !medium.extinction.is_clear_between(low, high))
+        }));
+        let meets_isosurface = world.isosurfaces.iter().any(|surface| {
+            ranges[surface.source].is_some_and(|[low, high]| low <= surface.value && surface.value <= high)
+        });
+        let has_radii = world.sheets.iter().any(|sheet| matches!(sheet.place, SheetPlace::Radius(_)));
+        if self.scratch.media.is_empty() && !meets_isosurface && !has_radii {
+            self.counts.void_frusta += u64::from(ranges.iter().all(Option::is_none));
+            return Flow::On;
+        }
+        let mut shown = Vec::new();
+        self.clips.parts([gap - 1, gap], [a, b].map(|u| wedge.distance(u)), |part| {
+            shown.push(part);
+            true
+        });
+        for [t0, t1] in shown {
+            let end = |t: f64, (u, on): (f64, On)| {
+                if t == wedge.distance(u) { (u, on) } else { (wedge.fraction(t), On::Between) }
+            };
+            let ends = [end(t0, (a, from)), end(t1, (b, to))];
+            if self.part(wedge, (gap, facets), ends, t1 - t0) == Flow::Stop {
+                return Flow::Stop;
+            }
+        }
+        Flow::On
+    }
+
+    /// The shown part of a frustum between two places of the column, `length` apart.
+    fn part(
+        &mut self,
+        wedge: &Wedge,
+        (gap, facets): (usize, [&Facet; 2]),
+        [(a, from), (b, to)]: [(f64, On); 2],
+        length: f64,
+    ) -> Flow {
+        let place = |u: f64, on: On| Place::new(wedge, facets, u, on);
+        let places = [place(a, from), place(0.5 * (a + b), On::Between), place(b, to)];
+        self.segments(&places, length);
+        self.breaks(wedge, [a, b]);
+        let mut breaks = std::mem::take(&mut self.scratch.breaks);
+        breaks.sort_by(|one, other| one.u.total_cmp(&other.u));
+        let mut done = 0.0;
+        let mut flow = Flow::On;
+        for Break { u, meets } in &breaks {
+            if *u > done {
+                flow = self.piece(wedge, (gap, facets), [a, b], [done, *u]);
+                done = *u;
+            }
+            if let (Flow::On, Some(meets)) = (flow, meets) {
+                flow = self.meet(wedge, (gap, facets), [a, b], (*u, *meets));
+            }
+            if flow == Flow::Stop {
+                break;
+            }
+        }
+        self.scratch.breaks = breaks;
+        flow
+    }
+
+    /// Each field's course between the first and the last of three places, where something of it may be seen.
+    fn segments(&mut self, [start, middle, end]: &[Place; 3], length: f64) {
+        let Scratch { values: [lower, upper], ranges, segments, .. } = &mut self.scratch;
+        let eps = if start.depth > 0.0 { end.depth / start.depth - 1.0 } else { 0.0 };
+        // Where facets meet the value has no limit of its own; near there its course is as good as straight.
+        let eps = if eps.is_finite() { eps.max(-1.0 + 1e-9) } else { 0.0 };
+        segments.clear();
+        segments.extend((0..lower.len()).map(|k| {
+            ranges[k]?;
+            let value = |place: &Place| place.value([&lower[k], &upper[k]]);
+            let [f0, half, f1] = [start, middle, end].map(value);
+            let kappa = (half - 0.5 * (f0 + f1)) * 4.0 * (1.0 + 0.5 * eps);
+            // Of values without any difference rounding makes no bend.
+            let kappa = if f0 == f1 && half == f0 { 0.0 } else { kappa };
+            Some(Segment { f0, f1, kappa, eps, length })
+        }));
+    }
+
+    /// All places between 0 and 1 where a field takes the value of a knot, or a surface is met; and 1.
+    fn breaks(&mut self, wedge: &Wedge, [a, b]: [f64; 2]) {
+        let world = self.world;
+        let Scratch { segments, breaks, .. } = &mut self.scratch;
+        breaks.clear();
+        breaks.push(Break { u: 1.0, meets: None });
+        for (number, (source, segment)) in world.sources.iter().zip(&*segments).enumerate() {
+            let Some(segment) = segment else { continue };
+            let start = (0.0, segment.f0);
+            let end = (1.0, segment.f1);
+            let turn = segment.extremum();
+            let halves = match turn {
+                Some(turn) => [Some((start, turn)), Some((turn, end))],
+                None => [Some((start, end)), None],
+            };
+            for (start, end) in halves.into_iter().flatten() {
+                let part = segment.part(start, end);
+                let at = |value: f64| lerp(start.0, end.0, part.solve(value));
+                let (low, high) = (part.f0.min(part.f1), part.f0.max(part.f1));
+                breaks.extend(
+                    source.cuts_between(low, high).iter().map(|cut| Break { u: at(*cut), meets: None }),
+                );
+                for (k, surface) in world.isosurfaces.iter().enumerate() {
+                    let is_above = |f: f64| f >= surface.value;
+                    if surface.source == number && is_above(part.f0) != is_above(part.f1) {
+                        breaks.push(Break { u: at(surface.value), meets: Some(Meets::Isosurface(k)) });
+                    }
+                }
+            }
+        }
+        for (k, sheet) in world.sheets.iter().enumerate() {
+            let SheetPlace::Radius(radius) = sheet.place else { continue };
+            let facet = Facet::new(wedge, [1.0 / radius; 3]);
+            if let Some(u) = facet.up().or_else(|| facet.down()).filter(|u| *u >= a && *u < b) {
+                breaks.push(Break { u: (u - a) / (b - a), meets: Some(Meets::Sheet(k)) });
+            }
+        }
+    }
+
+    /// The volumes between two neighbouring breaks.
+    fn piece(
+        &mut self,
+        wedge: &Wedge,
+        (gap, facets): (usize, [&Facet; 2]),
+        [a, b]: [f64; 2],
+        [from, to]: [f64; 2],
+    ) -> Flow {
+        let world = self.world;
+        let Scratch { segments, parts, media, .. } = &mut self.scratch;
+        let middle = 0.5 * (from + to);
+        parts.clear();
+        parts.extend(media.iter().filter_map(|&number| {
+            let medium = &world.media[number];
+            let of = |source: usize| segments[source];
+            let courses = [of(medium.color.source)?, of(medium.extinction.source)?];
+            Part::new(medium, courses, middle, medium.extinction.source)
+        }));
+        if parts.is_empty() {
+            return Flow::On;
+        }
+        let gradient = |source: usize, u: f64| {
+            let place = Place::new(wedge, facets, lerp(a, b, u), On::Between);
+            gradient(world, wedge, gap, source, &place)
+        };
+        let (share, rest) = (self.share, self.rest);
+        let blend = Blend { parts, gradient, shading: self.shading.as_ref(), share, rest };
+        blend.add(&mut self.light, from, to);
+        self.passed()
+    }
+
+    /// A surface between two pieces.
+    fn meet(
+        &mut self,
+        wedge: &Wedge,
+        (gap, facets): (usize, [&Facet; 2]),
+        [a, b]: [f64; 2],
+        (u, meets): (f64, Meets),
+    ) -> Flow {
+        let world = self.world;
+        let at = lerp(a, b, u);
+        let segments = &self.scratch.segments;
+        let value = |source: usize| segments[source].map(|segment| segment.value(u));
+        let color = |coat: &Coat| match coat {
+            Coat::Plain(color) => Some(*color),
+            Coat::By { map, .. } => Coat::of_value(map, value(map.source)?),
+        };
+        let light = match meets {
+            Meets::Isosurface(k) => {
+                let surface = &world.isosurfaces[k];
+                let Some(mut color) = color(&surface.coat) else { return Flow::On };
+                if let Some(shading) = &self.shading {
+                    let place = Place::new(wedge, facets, at, On::Between);
+                    let shade = shading.shade(gradient(world, wedge, gap, surface.source, &place));
+                    color = color.map(|c| c * shade.body + shade.highlight);
+                }
+                Light::plain(color, surface.opacity)
+            }
+            Meets::Sheet(k) => {
+                let sight = Sight::round(self.line.position(wedge.distance(at)));
+                let over = (world.grid, wedge.triangle);
+                world.sheets[k].light(self.solid(sight.normal), (&sight, over), color)
+            }
+        };
+        self.light.over(&light);
+        self.passed()
+    }
+}
+
+/// The gradient of a field between the facets of a gap.
+fn gradient(world: &World, wedge: &Wedge, gap: usize, source: usize, place: &Place) -> [f64; 3] {
+    let source = &world.sources[source];
+    let [lower, upper] = [gap - 1, gap].map(|layer| source.gradients_at(wedge.cells, layer));
+    [0, 1, 2].map(|axis| place.value([&lower[axis], &upper[axis]]))
+}

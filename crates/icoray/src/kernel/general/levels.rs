@@ -1,0 +1,36 @@
+//! Where layers lie over each cell.
+
+use crate::heights::Heights;
+
+/// The radii of layers, in planet radii, counted from the innermost.
+#[derive(Debug)]
+pub(crate) enum Levels<'f> {
+    /// The same over all cells: 1 / radius of each layer.
+    Concentric(Vec<f64>),
+    /// Each column's own.
+    Native(Heights<'f>),
+}
+
+impl Levels<'_> {
+    /// Layers of these radii everywhere.
+    pub fn concentric(radius: &[f64]) -> Self {
+        Levels::Concentric(radius.iter().map(|r| 1.0 / r).collect())
+    }
+
+    /// Number of layers.
+    pub fn count(&self) -> usize {
+        match self {
+            Levels::Concentric(inverse) => inverse.len(),
+            Levels::Native(heights) => heights.layers(),
+        }
+    }
+
+    /// 1 / radius of a layer over three cells.
+    #[inline]
+    pub fn inverse(&self, cells: [u32; 3], layer: usize) -> [f64; 3] {
+        match self {
+            Levels::Concentric(inverse) => [inverse[layer]; 3],
+            Levels::Native(heights) => heights.radii(cells, layer).map(|radius| 1.0 / radius),
+        }
+    }
+}

@@ -1,0 +1,219 @@
+//! The general kernel: rays through several volumes, surfaces, lines and cuts, over layers of any shape.
+//!
+//! It walks over the same triangles as the kernel of one field ([`ray`](super::ray)) and interpolates alike, but one ray after the
+//! other, in double precision throughout, and asks of each frustum what of all that is shown can be met there. What a ray
+//! meets inside one is put in order: the places where a field takes the value of a knot or of an isosurface, all of them roots of the
+//! same quadratic (`segment.rs`), part it into pieces, each for [`blend`], with surfaces between them. So volumes and
+//! surfaces hide each other exactly where they lie.
+
+mod blend;
+mod cast;
+mod clips;
+mod frustum;
+mod levels;
+mod source;
+mod surfaces;
+mod wedge;
+
+pub(crate) use blend::Medium;
+pub(crate) use clips::Clips;
+pub(crate) use levels::Levels;
+pub(crate) use source::{Map, Source};
+pub(crate) use surfaces::{Coat, Isosurface, Sheet, SheetPlace};
+
+use super::column::Flow;
+use super::piece::Light;
+use super::plane::RayLine;
+use super::ray::{Budget, Counts};
+use super::shade::{RayShading, Shading};
+use super::walk::Column;
+use crate::grid::Grid;
+use crate::ground::{Ground, Sight};
+use clips::RayClips;
+use frustum::Scratch;
+use glam::DVec3;
+use wedge::{Facet, On, Wedge};
+
+/// All that is shown, the same for all rays of a frame.
+#[derive(Debug)]
+pub(crate) struct World<'f> {
+    pub grid: &'f Grid<'f>,
+    pub levels: Levels<'f>,
+    pub sources: Vec<Source<'f>>,
+    pub media: Vec<Medium>,
+    pub isosurfaces: Vec<Isosurface>,
+    pub sheets: Vec<Sheet>,
+    pub clips: Clips,
+    /// Linear RGB of the opaque core; `None` lets rays through the hollow core.
+    pub core: Option<[f64; 3]>,
+    /// What the core looks like where it has more than one colour.
+    pub ground: Option<&'f Ground>,
+    /// Least and greatest radius of the innermost layer: under holes of the mesh the core is round, of the least.
+    pub core_radius: [f64; 2],
+    /// The greatest radius of all.
+    pub outer: f64,
+}
+
+/// How a picture's rays are traced.
+#[derive(Debug)]
+pub(crate) struct Tracer<'w, 'f> {
+    pub world: &'w World<'f>,
+    pub shading: Option<Shading>,
+    pub budget: Budget,
+}
+
+/// One ray.
+struct Run<'r, 'f> {
+    world: &'r World<'f>,
+    line: RayLine,
+    shading: Option<RayShading<f64>>,
+    /// Whether light comes from the eye: then surfaces are lit on the side that is seen.
+    has_headlight: bool,
+    clips: RayClips<'r>,
+    share: f64,
+    rest: f64,
+    brightest: f64,
+    light: Light<f64>,
+    counts: Counts,
+    scratch: Scratch<'r>,
+}
+
+impl<'r, 'f> Run<'r, 'f> {
+    fn new(tracer: &Tracer<'r, 'f>, line: RayLine, dir: DVec3) -> Self {
+        let share = tracer.budget.share.max(f64::EPSILON);
+        Run {
+            world: tracer.world,
+            line,
+            shading: tracer.shading.map(|shading| shading.along(dir, share)),
+            has_headlight: tracer.shading.is_some_and(|shading| shading.towards_light.is_none()),
+            clips: tracer.world.clips.along(&line),
+            share,
+            rest: tracer.budget.rest,
+            brightest: tracer.budget.brightest,
+            light: Light::none(),
+            counts: Counts { rays: 1, ..Counts::default() },
+            scratch: Scratch::default(),
+        }
+    }
+
+    /// Passes a column over a triangle with data, from the gap `hint` on or near it; gives the gap at its end.
+    fn column(&mut self, column: &Column, triangle: u32, hint: usize) -> (usize, Flow) {
+        self.counts.columns += 1;
+        let wedge = Wedge::new(column, triangle);
+        let levels = &self.world.levels;
+        let facet = |layer: usize| Facet::new(&wedge, levels.inverse(wedge.cells, layer));
+        let top = levels.count();
+        let mut gap = hint;
+        while gap < top && facet(gap).is_below_entry() {
+            gap += 1;
+        }
+        while gap > 0 && !facet(gap - 1).is_below_entry() {
+            gap -= 1;
+        }
+        let mut lower = gap.checked_sub(1).map(facet);
+        let mut upper = (gap < top).then(|| facet(gap));
+        let (mut a, mut from) = (0.0, On::Between);
+        self.scratch.forget();
+        loop {
+            let up = upper.and_then(|facet| facet.up());
+            let down = lower.and_then(|facet| facet.down());
+            let rises = up.is_some_and(|up| down.is_none_or(|down| up <= down));
+            let crossing = if rises { up } else { down };
+            let b = crossing.map_or(1.0, |u| u.max(a));
+            let to = match crossing {
+                Some(_) if rises => On::Upper,
+                Some(_) => On::Lower,
+                None => On::Between,
+            };
+            let flow = match (&lower, &upper) {
+                (None, _) => self.core(&wedge, upper.as_ref(), a),
+                (Some(_), None) => Flow::On,
+                (Some(lower), Some(upper)) => self.gap(&wedge, (gap, [lower, upper]), [(a, from), (b, to)]),
+            };
+            if flow == Flow::Stop || crossing.is_none() {
+                return (gap, flow);
+            }
+            let (layer, met) = if rises { (gap, upper) } else { (gap - 1, lower) };
+            if let Some(met) = met
+                && self.layer(&wedge, (layer, &met), b) == Flow::Stop
+            {
+                return (gap, Flow::Stop);
+            }
+            if rises {
+                gap += 1;
+                (lower, upper) = (upper, (gap < top).then(|| facet(gap)));
+            } else {
+                gap -= 1;
+                (upper, lower) = (lower, gap.checked_sub(1).map(facet));
+            }
+            self.scratch.shift(rises);
+            (a, from) = (b, if rises { On::Lower } else { On::Upper });
+        }
+    }
+
+    /// Over a void triangle nothing is met but the core, which is round there.
+    fn void_column(&mut self, column: &Column) -> Flow {
+        self.counts.columns += 1;
+        let met = self.line.first_inside(self.world.core_radius[0], [column.entry.t, column.exit.t]);
+        met.map_or(Flow::On, |t| self.ground(&Sight::round(self.line.position(t)), None))
+    }
+
+    /// Below the lowest layer, from `u` on.
+    fn core(&mut self, wedge: &Wedge, lowest: Option<&Facet>, u: f64) -> Flow {
+        let position = self.line.position(wedge.distance(u));
+        let normal = lowest.map_or(position, |facet| self.normal(wedge, facet));
+        self.ground(&Sight { position, normal }, Some(wedge.triangle))
+    }
+
+    /// An opaque core ends the ray, a hollow one lets it pass.
+    fn ground(&mut self, sight: &Sight, triangle: Option<u32>) -> Flow {
+        let Some(core) = self.world.core else { return Flow::On };
+        let over = triangle.map(|triangle| (self.world.grid, triangle));
+        let color = self.world.ground.map_or(core, |ground| ground.color(sight, over));
+        let body = self.solid(sight.normal);
+        self.light.over(&Light::plain(color.map(|c| c * body), 1.0));
+        Flow::Stop
+    }
+
+    /// The normal of a facet, outwards.
+    fn normal(&self, wedge: &Wedge, facet: &Facet) -> DVec3 {
+        facet.normal(wedge.cells.map(|cell| self.world.grid.direction(cell)))
+    }
+
+    /// The part of its colour that a surface shows.
+    fn solid(&self, normal: DVec3) -> f64 {
+        let normal = normal.normalize_or_zero();
+        let is_seen_inside = self.has_headlight && normal.dot(self.line.plane.y) > 0.0;
+        self.shading
+            .as_ref()
+            .map_or(1.0, |shading| shading.solid(if is_seen_inside { -normal } else { normal }))
+    }
+
+    /// What lies on a layer that the ray crosses at `u`.
+    fn layer(&mut self, wedge: &Wedge, (layer, facet): (usize, &Facet), u: f64) -> Flow {
+        let world = self.world;
+        let t = wedge.distance(u);
+        if !world.sheets.iter().any(|sheet| sheet.place == SheetPlace::Layer(layer))
+            || !self.clips.shows([layer, layer], t)
+        {
+            return Flow::On;
+        }
+        let sight = Sight { position: self.line.position(t), normal: self.normal(wedge, facet) };
+        let body = self.solid(sight.normal);
+        for sheet in world.sheets.iter().filter(|sheet| sheet.place == SheetPlace::Layer(layer)) {
+            let color = |coat: &Coat| coat.on_layer(&world.sources, world.grid, wedge, (layer, facet), u);
+            self.light.over(&sheet.light(body, (&sight, (world.grid, wedge.triangle)), color));
+        }
+        self.passed()
+    }
+
+    /// Behind something: whether the ray ends there.
+    fn passed(&mut self) -> Flow {
+        let through = 1.0 - self.light.absorbed;
+        if through > self.rest {
+            return Flow::On;
+        }
+        self.light.error += through * self.brightest;
+        Flow::Stop
+    }
+}

@@ -1,0 +1,92 @@
+//! What a scene does not need, in words: what would cost bytes or time.
+
+use crate::grid::Grid;
+use crate::scene::{Ground, Heights, Pattern, Scene};
+
+/// For a scene of a field with `layers` of them; a field at corners is averaged by the table `cell_corner`.
+pub(super) fn left_out(scene: &Scene, grid: &Grid, layers: usize, from_corners: bool) -> Vec<String> {
+    let scenery = &scene.scenery;
+    let (values, is_lit) = (grid.cells() * layers, scene.lighting.is_some());
+    let has_lines = |is: fn(&Pattern) -> bool| scenery.lines.iter().any(|lines| is(&lines.pattern));
+    let has_edges = has_lines(|pattern| *pattern == Pattern::Cells);
+    let has_coasts = has_lines(|pattern| *pattern == Pattern::Coast) || scenery.ground != Ground::default();
+    let has_surfaces = !(scenery.surfaces.is_empty() && scenery.isosurfaces.is_empty());
+    let shown = scene.shown_fields();
+    let has_derived = scenery.derived.iter().any(|derived| shown.contains(&derived.name.as_str()));
+    [
+        (is_lit, format!("gradients ({} bytes)", values * size_of::<[f32; 3]>())),
+        (is_lit || from_corners || has_edges, "table cell_corner".into()),
+        (has_edges, "table corner".into()),
+        (scene.core.is_none(), "the far side behind the core".into()),
+        (scene.model_fields().len() > 1, "other fields".into()),
+        (has_derived, "derived fields".into()),
+        (has_surfaces, "surfaces".into()),
+        (!scenery.lines.is_empty(), "lines".into()),
+        (has_coasts, "table of coasts".into()),
+        (!scenery.clips.is_empty(), "clips".into()),
+        (scenery.heights == Heights::Native, "native heights".into()),
+    ]
+    .into_iter()
+    .filter_map(|(is_needed, what)| (!is_needed).then_some(what))
+    .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::IcosahedralMesh;
+
+    fn left_out_of(text: &str) -> Vec<String> {
+        let camera = "[camera]\nlon = 0\nlat = 0\ndistance = 3\n";
+        let volume = "[transfer]\nrange = [0, 1]\nopacity = [[0, 0.5]]\n";
+        let (top, sections) = text.split_once("\n\n").unwrap_or(("", text));
+        let scene = Scene::parse(&format!("{top}\nfield = \"q\"\n{camera}{volume}{sections}")).unwrap();
+        let mesh = IcosahedralMesh::new(1).unwrap();
+        left_out(&scene, &Grid::new(mesh.tables()).unwrap(), 10, false)
+    }
+
+    #[test]
+    fn what_a_scene_uses_is_not_left_out() {
+        let all = left_out_of("");
+        let gradients = "gradients (5040 bytes)";
+        let words = [
+            gradients,
+            "table cell_corner",
+            "table corner",
+            "the far side behind the core",
+            "other fields",
+            "derived fields",
+            "surfaces",
+            "lines",
+            "table of coasts",
+            "clips",
+            "native heights",
+        ];
+        assert_eq!(all, words);
+        let surface = "[[surfaces]]\nlayer = \"top\"\n";
+        let cells = "[[lines]]\npattern = \"cells\"";
+        for (text, used) in [
+            ("[light]\nkind = \"headlight\"", &[gradients, "table cell_corner"][..]),
+            (cells, &["table cell_corner", "table corner", "lines"]),
+            ("[[lines]]\npattern = \"triangles\"", &["lines"]),
+            ("[[lines]]\npattern = \"coast\"", &["lines", "table of coasts"]),
+            ("[ground]\nland = \"red\"", &["table of coasts"]),
+            ("core = \"transparent\"\n\n", &["the far side behind the core"]),
+            (&format!("{surface}color = \"red\""), &["surfaces"]),
+            (&format!("{surface}field = \"q\"\ntransfer = {{ range = [0, 1] }}"), &["surfaces"]),
+            (
+                &format!("{surface}field = \"w\"\ntransfer = {{ range = [0, 1] }}"),
+                &["other fields", "surfaces"],
+            ),
+            ("[[isosurfaces]]\nfield = \"q\"\nvalue = 0\ncolor = \"red\"", &["surfaces"]),
+            ("[[clip]]\ncut = \"inside\"\nlat = [0, 9]", &["clips"]),
+            ("heights = \"native\"\n\n", &["native heights"]),
+            ("[[derive]]\nname = \"q\"\nsum = { u = 1 }", &["derived fields"]),
+            ("[[derive]]\nname = \"q\"\nsum = { u = 1, v = 1 }", &["other fields", "derived fields"]),
+            ("[[derive]]\nname = \"r\"\nsum = { u = 1, v = 1 }", &[]),
+        ] {
+            let expected: Vec<&str> = words.into_iter().filter(|word| !used.contains(word)).collect();
+            assert_eq!(left_out_of(text), expected, "{text}");
+        }
+    }
+}

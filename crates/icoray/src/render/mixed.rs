@@ -1,0 +1,301 @@
+//! Pictures of several fields, surfaces and cuts: what the general kernel shows, made of a scene.
+
+use super::device::OnDevice;
+use super::prepare::Known;
+use super::work::{Rays, Work, budget};
+use super::{Derived, Rendered, Setting, picture};
+use crate::device::Job;
+use crate::error::{Error, ErrorKind, Result};
+use crate::field::Field;
+use crate::gradient::{self, Gradients, Wanted};
+use crate::grid::Reals;
+use crate::ground::{Ground, Painter};
+use crate::heights;
+use crate::kernel::general::{
+    Clips, Coat, Isosurface, Levels, Map, Medium, Sheet, SheetPlace, Source, Tracer, World,
+};
+use crate::kernel::sample::{Sample, Samples};
+use crate::layers::Layers;
+use crate::quality::{Lights, Quality};
+use crate::ranks::{Part, Ranks};
+use crate::scene::{Heights, Level, Paint, Scene, TransferFunction};
+use rayon::prelude::*;
+
+/// Rays through all that a scene shows.
+struct Mixed<'p, 'f> {
+    setting: &'p Setting<'f>,
+    world: &'p World<'f>,
+}
+
+impl<'f> Rays for Mixed<'_, 'f> {
+    type Caster<'c>
+        = Tracer<'c, 'f>
+    where
+        Self: 'c;
+
+    fn get_ready(&self) {}
+
+    fn caster(&self, quality: &Quality) -> Tracer<'_, 'f> {
+        let Setting { renderer, scene, plan, .. } = *self.setting;
+        let shading = plan.shading.filter(|_| quality.lights != Lights::Off);
+        Tracer { world: self.world, shading, budget: budget(renderer, scene, quality) }
+    }
+}
+
+/// Draws the picture of `setting`, whose scene shows the first field and `others`, by name. Collective.
+pub(super) fn draw(
+    setting: &Setting,
+    ranks: &mut Ranks,
+    layers: &Layers,
+    others: &[(&str, Field)],
+    heights: Option<&Field>,
+) -> Result<Rendered> {
+    let Setting { renderer, scene, plan, grid, part, ref field, .. } = *setting;
+    let known = match field.samples() {
+        Reals::F32(data) => Known::of(setting, ranks, &Samples::new(data, field, plan.falling, [0.0, 1.0])),
+        Reals::F64(data) => Known::of(setting, ranks, &Samples::new(data, field, plan.falling, [0.0, 1.0])),
+    }?;
+    let terrain = Terrain::new(setting, ranks, layers, heights)?;
+    let mut stage = Stage::new(setting, others);
+    let (media, isosurfaces) = (stage.media(), stage.isosurfaces());
+    let sheets = stage.sheets(layers);
+    let lit: Vec<usize> = match known.is_lit() {
+        true => {
+            media.iter().map(|m| m.extinction.source).chain(isosurfaces.iter().map(|s| s.source)).collect()
+        }
+        false => Vec::new(),
+    };
+    let sources = stage.sources(ranks, &lit, &terrain.levels)?;
+    let derived: usize = sources.iter().map(Source::bytes).sum();
+    let ground = Ground::new(scene);
+    let clip_radius = |height: f64| radius_of(height, scene, layers);
+    let Terrain { levels, core_radius, outer } = terrain;
+    let world = World {
+        grid,
+        levels,
+        sources,
+        media,
+        isosurfaces,
+        sheets,
+        clips: Clips::new(&scene.scenery.clips, clip_radius),
+        core: scene.core,
+        ground: ground.as_ref(),
+        core_radius,
+        outer,
+    };
+    let none = Derived::of(Gradients::none);
+    let job = Job::new(scene, plan, grid, field, &none, known.quality, part.is_some());
+    let on_device = OnDevice::new(&setting.device, job);
+    let rays = Mixed { setting, world: &world };
+    let work = Work { renderer, scene, plan, radius: [core_radius[0], outer], ground: ground.as_ref(), rays };
+    let mut rendered = picture::draw(setting, ranks, &known, &work, on_device)?;
+    rendered.report_mut().derived_bytes += derived;
+    Ok(rendered)
+}
+
+/// The radius at a height in metres, in planet radii, exaggerated.
+fn radius_of(height_m: f64, scene: &Scene, layers: &Layers) -> f64 {
+    1.0 + scene.exaggeration * height_m / layers.planet_radius_m()
+}
+
+/// Where layers lie, and how far in and out they reach.
+struct Terrain<'f> {
+    levels: Levels<'f>,
+    /// Least and greatest radius of the innermost layer.
+    core_radius: [f64; 2],
+    outer: f64,
+}
+
+impl<'f> Terrain<'f> {
+    /// Of `heights` where the scene asks for them. Collective.
+    fn new(
+        setting: &Setting,
+        ranks: &mut Ranks,
+        layers: &Layers,
+        heights: Option<&Field<'f>>,
+    ) -> Result<Self> {
+        let Setting { renderer, scene, plan, grid, part, .. } = *setting;
+        let radius = &plan.radius;
+        let [inner, outer] = [radius[0], radius[radius.len() - 1]];
+        if scene.scenery.heights == Heights::Mean {
+            let levels = Levels::concentric(radius);
+            return Ok(Terrain { levels, core_radius: [inner, inner], outer });
+        }
+        let checked = ranks.attempt(|| {
+            let none = "the scene has heights = \"native\", and no heights of columns are given";
+            let heights = heights.ok_or_else(|| Error::new(ErrorKind::Scene, none))?;
+            let shape = (grid.cells(), radius.len());
+            renderer.run(|| {
+                let heights = heights::Heights::new(heights, layers, shape, scene.exaggeration)?;
+                let lowest = (0..grid.cells() as u32).into_par_iter().map(|cell| heights.radius(cell, 0));
+                // The mean ones stand over cells that are not here.
+                let lowest = lowest
+                    .fold(|| [inner, inner], around)
+                    .reduce(|| [inner, inner], |[a, b], c| [a.min(c[0]), b.max(c[1])]);
+                Ok((heights, lowest))
+            })
+        });
+        let (heights, mut core_radius) = ranks.together(checked)?;
+        let mut bounds = heights.bounds();
+        if part.is_some() {
+            for range in [&mut core_radius, &mut bounds] {
+                *range = Part::whole_range(ranks, (Some(*range), 0))?.0.unwrap_or(*range);
+            }
+        }
+        Ok(Terrain { levels: Levels::Native(heights), core_radius, outer: bounds[1] })
+    }
+}
+
+fn around([low, high]: [f64; 2], value: f64) -> [f64; 2] {
+    [low.min(value), high.max(value)]
+}
+
+/// Fields by number, while it is found out what is asked of each.
+struct Stage<'p, 'f> {
+    setting: &'p Setting<'f>,
+    fields: Vec<(&'p str, Field<'f>)>,
+    /// Where something that is shown of each field begins, ends or bends.
+    cuts: Vec<Vec<f64>>,
+    thickness: f64,
+}
+
+impl<'p, 'f> Stage<'p, 'f> {
+    fn new(setting: &'p Setting<'f>, others: &[(&'p str, Field<'f>)]) -> Self {
+        let mut fields = vec![(setting.scene.field.as_str(), *setting.field)];
+        fields.extend_from_slice(others);
+        let radius = &setting.plan.radius;
+        let thickness = radius[radius.len() - 1] - radius[0];
+        Stage { setting, cuts: vec![Vec::new(); fields.len()], fields, thickness }
+    }
+
+    fn number(&self, name: &str) -> usize {
+        self.fields
+            .iter()
+            .position(|(known, _)| *known == name)
+            .expect("all fields that are shown were taken")
+    }
+
+    /// A transfer function's map, at the knots of which rays are cut.
+    fn map(&mut self, field: &str, transfer: &TransferFunction) -> Map {
+        let source = self.number(field);
+        let knots = transfer.kernel_knots(self.thickness);
+        self.cuts[source].extend(knots.iter().map(|knot| knot.value));
+        Map::new(source, &knots)
+    }
+
+    fn media(&mut self) -> Vec<Medium> {
+        let scene = self.setting.scene;
+        let first = (&scene.field, &scene.transfer, &scene.scenery.opacity);
+        let others = scene.scenery.volumes.iter().map(|v| (&v.field, &v.transfer, &v.opacity));
+        let volumes = std::iter::once(first).chain(others);
+        let is_seen = |transfer: &TransferFunction| transfer.knots.iter().any(|knot| knot.extinction > 0.0);
+        volumes
+            .filter(|(_, transfer, opacity)| is_seen(opacity.as_ref().map_or(transfer, |by| &by.transfer)))
+            .map(|(field, transfer, opacity)| {
+                let (by, extinction) =
+                    opacity.as_ref().map_or((field, transfer), |by| (&by.field, &by.transfer));
+                Medium { color: self.map(field, transfer), extinction: self.map(by, extinction) }
+            })
+            .collect()
+    }
+
+    fn coat(&self, paint: &Paint) -> Coat {
+        match paint {
+            Paint::Plain(color) => Coat::Plain(*color),
+            Paint::Field { field, transfer, by_cell, .. } => {
+                // Surfaces ask for single values: rays need not be cut for them.
+                Coat::By { map: Map::new(self.number(field), &transfer.kernel_knots(1.0)), by_cell: *by_cell }
+            }
+        }
+    }
+
+    fn isosurfaces(&mut self) -> Vec<Isosurface> {
+        let surfaces = &self.setting.scene.scenery.isosurfaces;
+        surfaces
+            .iter()
+            .map(|surface| {
+                let source = self.number(&surface.field);
+                self.cuts[source].push(surface.value);
+                let coat = self.coat(&surface.paint);
+                Isosurface { source, value: surface.value, coat, opacity: surface.opacity }
+            })
+            .collect()
+    }
+
+    /// Surfaces and lines by level, in the order in which the scene names levels.
+    fn sheets(&self, layers: &Layers) -> Vec<Sheet> {
+        let Setting { scene, plan, .. } = *self.setting;
+        let scenery = &scene.scenery;
+        let mut all: Vec<Level> = Vec::new();
+        for level in scenery.lines.iter().map(|l| l.on).chain(scenery.surfaces.iter().map(|s| s.at)) {
+            if level != Level::Ground && !all.contains(&level) {
+                all.push(level);
+            }
+        }
+        all.into_iter()
+            .map(|level| {
+                let place = match level {
+                    Level::Layer(layer) => SheetPlace::Layer(layer),
+                    Level::Top | Level::Ground => SheetPlace::Layer(plan.radius.len() - 1),
+                    Level::Height(height) => SheetPlace::Radius(radius_of(height, scene, layers)),
+                };
+                let here = scenery.surfaces.iter().filter(|surface| surface.at == level);
+                let coats = here.map(|s| (self.coat(&s.paint), s.opacity)).collect();
+                Sheet { place, coats, painter: Painter::new(scene, level) }
+            })
+            .collect()
+    }
+
+    /// The fields, with gradients of those that are `lit`. Collective.
+    fn sources(mut self, ranks: &mut Ranks, lit: &[usize], levels: &Levels) -> Result<Vec<Source<'f>>> {
+        let Setting { renderer, plan, part, .. } = *self.setting;
+        let mut sources = Vec::new();
+        for (number, (_, field)) in self.fields.iter().enumerate() {
+            let mut cuts = std::mem::take(&mut self.cuts[number]);
+            cuts.sort_by(f64::total_cmp);
+            cuts.dedup();
+            let mut light = Gradients::none();
+            if lit.contains(&number) {
+                // Ranks give each other gradients: all divide by the same.
+                let low = cuts.first().copied().unwrap_or(0.0);
+                let width = cuts.last().map_or(0.0, |high| high - low);
+                let width = if width > 0.0 { width } else { low.abs().max(1.0) };
+                let computed =
+                    ranks.attempt(|| Ok(renderer.run(|| self.gradients(field, [low, low + width], levels))));
+                light = ranks.together(computed)?;
+                if let Some(part) = part {
+                    let layers = plan.radius.len();
+                    let all = light.whole_mut();
+                    part.fill_halo(ranks, all, |all, cell| &mut all[cell as usize * layers..][..layers])?;
+                }
+            }
+            sources.push(Source::new(field, plan.falling, light, cuts));
+        }
+        Ok(sources)
+    }
+
+    fn gradients(&self, field: &Field, range: [f64; 2], levels: &Levels) -> Gradients {
+        match field.samples() {
+            Reals::F32(data) => self.gradients_of(data, field, range, levels),
+            Reals::F64(data) => self.gradients_of(data, field, range, levels),
+        }
+    }
+
+    fn gradients_of<S: Sample>(
+        &self,
+        data: &[S],
+        field: &Field,
+        range: [f64; 2],
+        levels: &Levels,
+    ) -> Gradients {
+        let Setting { plan, grid, .. } = *self.setting;
+        let samples = Samples::new(data, field, plan.falling, range);
+        let wanted = Wanted { visible: None, packed: false };
+        match levels {
+            Levels::Native(heights) => gradient::native::gradients(grid, heights, &samples),
+            Levels::Concentric(_) => {
+                gradient::gradients(grid, &plan.radius, &samples, 0..grid.cells(), wanted, Gradients::none())
+            }
+        }
+    }
+}

@@ -1,0 +1,117 @@
+//! All that a field's values colour in a scene, in one order: volumes, then surfaces, then isosurfaces.
+
+use super::{ColorRange, Coloring, Opacity, Paint, Scene, TransferFunction};
+use crate::error::Result;
+
+/// Something that a field's values colour.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Painting<'s> {
+    /// Name of the field.
+    pub field: &'s str,
+    /// From values to colours.
+    pub transfer: &'s TransferFunction,
+    /// What the transfer function is made of; `None` where its knots are given.
+    pub coloring: Option<&'s Coloring>,
+    /// Where the opacity is told.
+    pub opacity: OpacityOf<'s>,
+}
+
+/// What tells how opaque a coloured thing is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum OpacityOf<'s> {
+    /// The transfer function.
+    Itself,
+    /// Another field.
+    Other(&'s Opacity),
+    /// A number for all of a surface.
+    Surface,
+}
+
+impl<'s> OpacityOf<'s> {
+    /// Of a volume.
+    fn of(opacity: Option<&'s Opacity>) -> Self {
+        opacity.map_or(OpacityOf::Itself, OpacityOf::Other)
+    }
+}
+
+impl Scene {
+    /// All that is coloured by a field's values, the first volume first.
+    pub(crate) fn paintings(&self) -> Vec<Painting<'_>> {
+        let scenery = &self.scenery;
+        let mut all = vec![Painting {
+            field: &self.field,
+            transfer: &self.transfer,
+            coloring: self.coloring.as_ref(),
+            opacity: OpacityOf::of(scenery.opacity.as_ref()),
+        }];
+        all.extend(scenery.volumes.iter().map(|volume| Painting {
+            field: &volume.field,
+            transfer: &volume.transfer,
+            coloring: volume.coloring.as_ref(),
+            opacity: OpacityOf::of(volume.opacity.as_ref()),
+        }));
+        all.extend(scenery.paints().filter_map(|paint| match paint {
+            Paint::Plain(_) => None,
+            Paint::Field { field, transfer, coloring, by_cell: _ } => {
+                Some(Painting { field, transfer, coloring: coloring.as_ref(), opacity: OpacityOf::Surface })
+            }
+        }));
+        all
+    }
+
+    /// The same, to be changed, in the same order.
+    fn change_paintings(&mut self, mut change: impl FnMut(&mut TransferFunction, &mut Option<Coloring>)) {
+        change(&mut self.transfer, &mut self.coloring);
+        for volume in &mut self.scenery.volumes {
+            change(&mut volume.transfer, &mut volume.coloring);
+        }
+        for paint in self.scenery.paints_mut() {
+            if let Paint::Field { transfer, coloring, .. } = paint {
+                change(transfer, coloring);
+            }
+        }
+    }
+
+    /// The scene with the first volume's colour map over a range, whose ends the map's scale admits, the lower first; the
+    /// same scene where knots are given.
+    #[must_use]
+    pub fn over(&self, range: [f64; 2]) -> Self {
+        let mut scene = self.clone();
+        fix(&mut scene.transfer, &mut scene.coloring, range);
+        scene
+    }
+
+    /// The scene with each of its colour maps over the range that `find` gives for it and its field; `None` where it gives
+    /// none for any.
+    ///
+    /// # Errors
+    /// The first of `find`'s.
+    pub(crate) fn over_each(
+        &self,
+        mut find: impl FnMut(&str, &Coloring) -> Result<Option<[f64; 2]>>,
+    ) -> Result<Option<Self>> {
+        let paintings = self.paintings();
+        let ranges =
+            paintings.iter().map(|p| p.coloring.map_or(Ok(None), |coloring| find(p.field, coloring)));
+        let ranges = ranges.collect::<Result<Vec<_>>>()?;
+        if ranges.iter().all(Option::is_none) {
+            return Ok(None);
+        }
+        let (mut scene, mut ranges) = (self.clone(), ranges.into_iter());
+        scene.change_paintings(|transfer, coloring| {
+            if let Some(range) = ranges.next().flatten() {
+                fix(transfer, coloring, range);
+            }
+        });
+        Ok(Some(scene))
+    }
+}
+
+/// Puts a colour map over a range.
+fn fix(transfer: &mut TransferFunction, coloring: &mut Option<Coloring>, range: [f64; 2]) {
+    if let Some(coloring) = coloring {
+        *transfer = coloring.transfer(range);
+        coloring.range = ColorRange::Fixed(range);
+        coloring.center = None;
+    }
+}

@@ -1,0 +1,48 @@
+//! Coloured layers.
+
+use super::Text;
+use super::paint::{Keys, paint};
+use super::place::{RawLayer, level};
+use super::transfer::RawTransfer;
+use crate::error::Result;
+use crate::scene::Surface;
+use serde::Deserialize;
+use toml::Spanned;
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RawSurface {
+    layer: Option<Spanned<RawLayer>>,
+    height_m: Option<Spanned<f64>>,
+    color: Option<Spanned<String>>,
+    field: Option<Spanned<String>>,
+    transfer: Option<Spanned<RawTransfer>>,
+    shading: Option<Spanned<Shading>>,
+    opacity: Option<Spanned<f64>>,
+}
+
+#[derive(Deserialize, Clone, Copy, PartialEq)]
+#[serde(rename_all = "lowercase")]
+enum Shading {
+    Smooth,
+    Cells,
+}
+
+pub(super) fn surface(source: &Text, raw: &Spanned<RawSurface>) -> Result<Surface> {
+    let (span, raw) = (raw.span(), raw.get_ref());
+    let at = level(source, ("layer", raw.layer.as_ref()), raw.height_m.as_ref())?;
+    let at = at.ok_or_else(|| {
+        let what = "expected layer, a number or \"top\" or \"bottom\", or height_m";
+        source.bad(span.clone(), "layer", what)
+    })?;
+    if let (Some(shading), None) = (&raw.shading, &raw.field) {
+        return Err(source.bad(shading.span(), "shading", "goes with field"));
+    }
+    let keys = Keys {
+        color: raw.color.as_ref(),
+        field: ("field", raw.field.as_ref()),
+        transfer: raw.transfer.as_ref(),
+        by_cell: raw.shading.as_ref().is_some_and(|shading| *shading.get_ref() == Shading::Cells),
+    };
+    Ok(Surface { at, paint: paint(source, span, &keys)?, opacity: source.opacity(raw.opacity.as_ref())? })
+}

@@ -1,0 +1,121 @@
+//! Several fields of columns that are spread over ranks, and heights.
+
+use super::*;
+use icoray::{Heights, Volume};
+
+/// The field t beside q, on layers that lie at heights of their own.
+fn rich_scene() -> Scene {
+    let mut scene = scene("");
+    let transfer = scene.transfer.clone();
+    scene.scenery.volumes = vec![Volume { field: "t".into(), transfer, coloring: None, opacity: None }];
+    scene.scenery.heights = Heights::Native;
+    scene
+}
+
+/// Values of q, of t, and heights of some cells, in a layout each.
+struct Rich([Vec<f64>; 2], Vec<f32>, [Shape; 3]);
+
+impl Rich {
+    fn of(cells: &[usize], layouts: [Layout; 3]) -> Self {
+        let height = |cell: usize, layer: usize| 6e3 * layer as f64 + 2e3 * (0.3 * cell as f64).sin();
+        let [q, t, heights] = layouts;
+        let wide = [q.lay(cells, |c, l| value(c, l, 1)), heights.lay(cells, height)];
+        let t = t.lay(cells, |c, l| value(c, LAYERS - 1 - l, 2) as f32);
+        Rich(wide, t, layouts.map(|layout| layout.shape(cells.len())))
+    }
+
+    fn fields(&self) -> Fields<'_> {
+        let Rich([q, heights], t, shapes) = self;
+        let field = |samples, shape, fill| Field::new(samples, shape, Location::Center, fill).unwrap();
+        let t = field(t.as_slice().into(), shapes[1], Some(f64::from(FILL as f32)));
+        let q = field(q.as_slice().into(), shapes[0], Some(FILL));
+        // In another order than the scene has them, and with one that it does not need.
+        let fields = Fields::new([("t", t), ("unused", q), ("q", q)]);
+        fields.with_heights(field(heights.as_slice().into(), shapes[2], None))
+    }
+}
+
+#[test]
+fn all_fields_and_heights_that_a_scene_needs_are_put_together() {
+    use Layout::{Blocked, CellFastest, LevelFastest};
+    let mesh = IcosahedralMesh::new(3).unwrap();
+    let grid = Grid::new(mesh.tables()).unwrap();
+    let all: Vec<usize> = (0..mesh.cells()).collect();
+    let whole = Rich::of(&all, [LevelFastest; 3]);
+    let whole = Renderer::new(1).unwrap().render(&rich_scene(), &grid, &layers(), whole.fields()).unwrap();
+    for (node_of, layouts) in [
+        (&[0, 0][..], [LevelFastest, CellFastest, Blocked]),
+        (&[0, 1, 0], [CellFastest, Blocked, LevelFastest]),
+        (&[2, 1, 1, 0], [Blocked, LevelFastest, CellFastest]),
+    ] {
+        let locals = locals(&mesh, node_of.len(), &partitions(all.len(), node_of.len())[1]);
+        let (frame, reports) = split(on_each(node_of, |ranks| {
+            let local = &locals[ranks.rank()];
+            let held = held(ranks, &grid, local).unwrap();
+            let rich = Rich::of(&local.cells, layouts);
+            // First one field only, so that the memory has to grow.
+            let plain = scene("");
+            render(ranks, &plain, &grid, &held, rich.fields().get("q").unwrap()).unwrap();
+            render(ranks, &rich_scene(), &grid, &held, rich.fields()).unwrap()
+        }));
+        assert!(bits(&frame) == bits(&whole), "{node_of:?}");
+        for node in node_of {
+            let its = reports.iter().zip(node_of).filter(|(_, of)| *of == node);
+            let bytes: u64 = its.map(|(report, _)| report.bytes_copied).sum();
+            assert_eq!(bytes, (all.len() * LAYERS * (8 + 4 + 8)) as u64, "{node_of:?}");
+        }
+    }
+}
+
+#[test]
+fn every_field_and_heights_are_agreed_on() {
+    let mesh = IcosahedralMesh::new(2).unwrap();
+    let grid = Grid::new(mesh.tables()).unwrap();
+    let locals = locals(&mesh, 3, &partitions(mesh.cells(), 3)[1]);
+    let wide = vec![0.5; 4000];
+    type Damage = for<'f> fn(Field<'f>, Field<'f>) -> Fields<'f>;
+    let cases: [(Damage, ErrorKind, &str); 5] = [
+        (
+            |good, odd| Fields::new([("q", good), ("t", odd)]).with_heights(good),
+            ErrorKind::Mpi,
+            "rank 1: has \"t\" of 3 layers of 64 bits, but \"t\" of 4 layers of 64 bits on rank 0",
+        ),
+        (
+            |good, odd| Fields::new([("q", good), ("t", good)]).with_heights(odd),
+            ErrorKind::Mpi,
+            "rank 1: has heights of 3 layers of 64 bits, but heights of 4 layers",
+        ),
+        (
+            |good, _| Fields::new([("q", good), ("u", good)]).with_heights(good),
+            ErrorKind::Scene,
+            "rank 1: the scene shows field \"t\", and there is [\"q\", \"u\"]",
+        ),
+        (
+            |good, _| Fields::new([("q", good), ("t", good)]),
+            ErrorKind::Field,
+            "rank 1: heights = \"native\", and no heights",
+        ),
+        (
+            |good, odd| Fields::new([("q", odd), ("t", good)]).with_heights(good),
+            ErrorKind::Mpi,
+            "rank 1: has \"q\" of 3 layers",
+        ),
+    ];
+    for (damage, kind, words) in cases {
+        let found = on_each(&[0, 1, 0], |ranks| {
+            let local = &locals[ranks.rank()];
+            let held = held(ranks, &grid, local).unwrap();
+            let of = |layers| {
+                let shape = Shape::level_fastest(local.cells.len(), layers);
+                Field::new(wide.as_slice().into(), shape, Location::Center, None).unwrap()
+            };
+            let (good, odd) = (of(LAYERS), of(LAYERS - 1));
+            let right = Fields::new([("q", good), ("t", good)]).with_heights(good);
+            let fields = if ranks.rank() == 1 { damage(good, odd) } else { right };
+            let error = render(ranks, &rich_scene(), &grid, &held, fields).unwrap_err();
+            (error.kind(), error.context().to_string())
+        });
+        assert!(found.iter().all(|f| *f == found[0] && f.0 == kind), "{found:?}");
+        assert!(found[0].1.starts_with(words), "{}", found[0].1);
+    }
+}

@@ -1,0 +1,121 @@
+/* Several fields in one scene, and layers at heights of their own: drawn in the call and from copies. */
+#include "pictures.h"
+
+#include <math.h>
+
+/* A scene of the fields "f" and "v", at the heights of columns or at the mean ones. */
+static void scene_of_two(icoray_ctx *ctx, const char *group, const char *heights)
+{
+    char text[1024];
+    snprintf(text, sizeof text,
+             "backend = \"cpu\"\nexaggeration = 40\nheights = \"%s\"\n"
+             "[image]\nwidth = %d\nheight = %d\n"
+             "[camera]\nlon = 20\nlat = 35\ndistance = 3.2\nfov = 45\n"
+             "[[volumes]]\nfield = \"f\"\n[volumes.transfer]\nmap = \"viridis\"\nrange = [-1.5, 1.5]\n"
+             "opacity = [[-1.5, 0.8], [0, 0.1], [1.5, 0.9]]\n"
+             "[[volumes]]\nfield = \"v\"\n[volumes.transfer]\nmap = \"magma\"\nrange = [-1, 1]\n"
+             "opacity = [[-1, 0.0], [0, 0.0], [1, 0.9]]\n"
+             "[output]\nfile = \"%s_{step}.png\"\n",
+             heights, pixels, pixels, group);
+    OK(icoray_scene_text(ctx, text));
+}
+
+/* Hills, exact in a float. */
+static double height(int column, int layer)
+{
+    return radius[layer] - PLANET + 1000.0 * floor(4.0 * (1.0 + center_value(column, 0)));
+}
+
+static void raise_hills(Field *f)
+{
+    for (int c = 0; c < cells; c++) {
+        for (int l = 0; l < LAYERS; l++) {
+            int64_t at = c * f->array.column_stride + l * f->array.layer_stride;
+            if (f->array.type == ICORAY_F32) {
+                ((float *)f->memory)[at] = (float)height(c, l);
+            } else {
+                ((double *)f->memory)[at] = height(c, l);
+            }
+        }
+    }
+    memcpy(f->before, f->memory, f->bytes);
+}
+
+static icoray_ctx *opened(const char *directory, const char *name, int in_background)
+{
+    icoray_config config;
+    memset(&config, 0, sizeof config);
+    config.threads = 2;
+    config.async_render = in_background;
+    return context_with(directory, name, config);
+}
+
+/* What is missing is said by name, with all that the scene needs; nothing was drawn. */
+static void refused_fields(const char *directory, const Field *f, const Field *v)
+{
+    icoray_ctx *ctx = opened(directory, "fields/refused", 0);
+    icoray_array other = v->array;
+    OK(icoray_field_set(ctx, "f", &f->array));
+    scene_of_two(ctx, "two", "mean");
+    REFUSED(ctx, ICORAY_ERR_FIELD,
+            "the scene's field \"v\" was not given by icoray_field_set; the scene needs [\"f\", \"v\"], given: [\"f\"]",
+            icoray_execute(ctx, 0, 0.0, NULL));
+    other.grid_name = "other";
+    OK(icoray_field_set(ctx, "v", &other));
+    REFUSED(ctx, ICORAY_ERR_FIELD, "field \"v\": grid \"other\", expected \"\" as of field \"f\"",
+            icoray_execute(ctx, 0, 0.0, NULL));
+    OK(icoray_field_set(ctx, "v", &v->array));
+    scene_of_two(ctx, "hills", "native");
+    REFUSED(ctx, ICORAY_ERR_FIELD, "none were given by icoray_heights_set", icoray_execute(ctx, 0, 0.0, NULL));
+    OK(icoray_close(&ctx));
+}
+
+void fields(const char *directory)
+{
+    enum { F32 = ICORAY_F32, F64 = ICORAY_F64, AT = ICORAY_CENTER, L = LAYERS };
+    size_t n = (size_t)cells * L, m = (size_t)corners * L;
+    Field f[] = {field(F32, AT, L, n, 0, L, 1), field(F32, AT, L, n, 0, 1, cells), blocked(F32, AT, L, 16)};
+    Field v[] = {
+        field(F32, ICORAY_CORNER, L, m, 0, 1, corners),
+        blocked(F32, ICORAY_CORNER, L, 16),
+        field(F32, ICORAY_CORNER, L, m, 0, L, 1),
+    };
+    Field hills[] = {field(F32, AT, L, n, 0, L, 1), field(F64, AT, L, n, 0, 1, cells), field(F64, AT, L, n, 0, L, 1)};
+    for (int i = 0; i < 3; i++) {
+        raise_hills(&hills[i]);
+    }
+    for (int in_background = 0; in_background < 2; in_background++) {
+        icoray_ctx *ctx = opened(directory, in_background ? "fields/background" : "fields/in_the_call", in_background);
+        int step = 100 * in_background, wants = 0;
+        for (int i = 0; i < 3; i++, step += 3) {
+            uint64_t both = bytes_of(&f[i]) + bytes_of(&v[i]);
+            OK(icoray_field_set(ctx, "v", &v[i].array));
+            OK(icoray_heights_set(ctx, &hills[i].array));
+            scene_of_two(ctx, "two", "mean");
+            OK(icoray_wants_field(ctx, "v", step, 0.0, &wants));
+            CHECK(wants == 1);
+            copy_expected = in_background ? both : 0;
+            frame_of(ctx, step, &f[i]);
+            scene_of_two(ctx, "hills", "native");
+            copy_expected = in_background ? both + bytes_of(&hills[i]) : 0;
+            frame(ctx, step + 1);
+            /* Written over as soon as the call has returned, where copies are drawn. */
+            OK(icoray_execute(ctx, step + 2, 0.0, NULL));
+            if (in_background) {
+                scribble(&v[i], 0.5);
+                scribble(&hills[i], 0.0);
+            }
+            OK(icoray_wait(ctx));
+            memcpy(v[i].memory, v[i].before, v[i].bytes);
+            memcpy(hills[i].memory, hills[i].before, hills[i].bytes);
+        }
+        copy_expected = 0;
+        OK(icoray_close(&ctx));
+    }
+    refused_fields(directory, &f[0], &v[0]);
+    for (int i = 0; i < 3; i++) {
+        release(&f[i]);
+        release(&v[i]);
+        release(&hills[i]);
+    }
+}

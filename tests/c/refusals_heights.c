@@ -1,0 +1,154 @@
+/* Heights that are refused, taken back, and left alone by scenes that do not ask for them. */
+#define _POSIX_C_SOURCE 200809L /* mmap */
+
+#include "refusals.h"
+
+#include <fcntl.h>
+#include <math.h>
+#include <sys/mman.h>
+#include <unistd.h>
+
+static icoray_ndarray over(const float *data)
+{
+    icoray_ndarray array;
+    memset(&array, 0, sizeof array);
+    array.struct_size = sizeof array;
+    array.data = data;
+    array.type = ICORAY_F32;
+    array.rank = 2;
+    array.extent[0] = LAYERS, array.stride[0] = 1;
+    array.extent[1] = 42, array.stride[1] = LAYERS;
+    return array;
+}
+
+static void arrays_of_heights(icoray_ctx *ctx)
+{
+#define IN(name) MEMBER(icoray_array, name)
+    static const struct {
+        size_t offset, size;
+        int64_t value;
+        icoray_status status;
+        const char *part;
+    } cases[] = {
+        {IN(struct_size), 8, ICORAY_ERR_STRUCT_SIZE, "icoray_array.struct_size: 8"},
+        {IN(data), 0, ICORAY_ERR_NULL, "heights: icoray_array.data is NULL"},
+        {IN(type), ICORAY_I32, ICORAY_ERR_ARGUMENT, "heights: icoray_array.type: 3"},
+        {IN(location), ICORAY_CORNER, ICORAY_ERR_ARGUMENT,
+         "heights: icoray_array.location: ICORAY_CORNER (1), expected ICORAY_CENTER (0)"},
+        {IN(location), 7, ICORAY_ERR_ARGUMENT, "heights: icoray_array.location: 7"},
+        {IN(columns), 0, ICORAY_ERR_FIELD, "heights: 0 columns"},
+        {IN(columns), -1, ICORAY_ERR_ARGUMENT, "heights: icoray_array.columns: -1"},
+        {IN(layers), 0, ICORAY_ERR_FIELD, "heights: 42 columns of 0 layers"},
+        {IN(column_stride), 0, ICORAY_ERR_ARGUMENT, "heights: icoray_array.column_stride: 0"},
+        {IN(column_stride), INT64_MAX, ICORAY_ERR_ARGUMENT, "heights: icoray_array: the strides"},
+        {IN(block), -1, ICORAY_ERR_ARGUMENT, "heights: icoray_array.block: -1"},
+    };
+#undef IN
+    icoray_array array;
+    for (size_t i = 0; i < COUNT(cases); i++) {
+        trying = cases[i].part;
+        array = good_array;
+        put(&array, cases[i].offset, cases[i].size, cases[i].value);
+        REFUSED(ctx, cases[i].status, cases[i].part, icoray_heights_set(ctx, &array));
+    }
+    trying = "names of heights";
+    array = good_array;
+    array.grid_name = NO_UTF8;
+    REFUSED(ctx, ICORAY_ERR_ARGUMENT, "heights: grid_name", icoray_heights_set(ctx, &array));
+    array = good_array;
+    array.layers_name = NO_UTF8;
+    REFUSED(ctx, ICORAY_ERR_ARGUMENT, "heights: layers_name", icoray_heights_set(ctx, &array));
+    REFUSED(NULL, ICORAY_ERR_NULL, "ctx", icoray_heights_set(NULL, &good_array));
+    REFUSED(NULL, ICORAY_ERR_NULL, "ctx", icoray_heights_set(NULL, NULL));
+    trying = "";
+}
+
+static void ndarrays_of_heights(icoray_ctx *ctx)
+{
+    icoray_ctx *early = opened();
+    icoray_ndarray array = over(values);
+    trying = "heights of which the dimensions are known";
+    REFUSED(early, ICORAY_ERR_ORDER, "icoray_heights_set_ndarray came before a grid",
+            icoray_heights_set_ndarray(early, &array));
+    OK(icoray_heights_set_ndarray(early, NULL));
+    OK(icoray_close(&early));
+    REFUSED(NULL, ICORAY_ERR_NULL, "ctx", icoray_heights_set_ndarray(NULL, &array));
+    OK(icoray_heights_set_ndarray(ctx, &array));
+    array.location = ICORAY_CORNER;
+    REFUSED(ctx, ICORAY_ERR_ARGUMENT, "heights: icoray_ndarray.location: ICORAY_CORNER (1), expected",
+            icoray_heights_set_ndarray(ctx, &array));
+    array = over(values);
+    array.extent[1] = 41;
+    REFUSED(ctx, ICORAY_ERR_FIELD, "heights: ", icoray_heights_set_ndarray(ctx, &array));
+    array = over(NULL);
+    REFUSED(ctx, ICORAY_ERR_NULL, "heights: icoray_ndarray.data", icoray_heights_set_ndarray(ctx, &array));
+    array = over(values);
+    array.grid_name = "no such grid";
+    REFUSED(ctx, ICORAY_ERR_ARGUMENT, "heights: no grid named \"no such grid\"",
+            icoray_heights_set_ndarray(ctx, &array));
+    OK(icoray_heights_set_ndarray(ctx, NULL));
+    OK(icoray_heights_set_ndarray(ctx, NULL)); /* there is nothing more to take back */
+    trying = "";
+}
+
+/* In memory that cannot be read, heights end the process of whoever does. */
+static void left_alone(icoray_ctx *ctx)
+{
+    size_t bytes = (size_t)good_grid.cells * LAYERS * sizeof *values;
+    int zero = open("/dev/zero", O_RDONLY);
+    void *none = mmap(NULL, bytes, PROT_NONE, MAP_PRIVATE, zero, 0);
+    icoray_array array = good_array;
+    CHECK(zero >= 0 && none != MAP_FAILED);
+    array.data = none;
+    OK(icoray_heights_set(ctx, &array));
+    still_draws(ctx);
+    OK(icoray_heights_set(ctx, NULL));
+    CHECK(munmap(none, bytes) == 0 && close(zero) == 0);
+}
+
+/* What scenes with heights = "native" make of them, as they are when a frame is drawn. */
+static void native(icoray_ctx *ctx)
+{
+    static float metres[42 * LAYERS];
+    icoray_array array = good_array, fewer;
+    icoray_ndarray flat = over(metres);
+    for (int i = 0; i < 42 * LAYERS; i++) {
+        metres[i] = 1e5f * (float)(i % LAYERS) + (float)(i % 7);
+    }
+    array.data = metres;
+    OK(icoray_scene_text(ctx, "heights = \"native\"\n" SCENE("f", "4", "native_{step}.png")));
+    REFUSED(ctx, ICORAY_ERR_FIELD, "heights: the scene has heights = \"native\", and none were given by icoray_heights_set",
+            icoray_execute(ctx, 0, 0.0, NULL));
+    OK(icoray_heights_set(ctx, &array));
+    OK(icoray_execute(ctx, 1, 0.0, NULL));
+    fewer = array;
+    fewer.columns--;
+    OK(icoray_heights_set(ctx, &fewer));
+    REFUSED(ctx, ICORAY_ERR_LAYERS, "heights: 41 columns of 3 layers, expected 42 of 3, as many as icoray_layers has",
+            icoray_execute(ctx, 2, 0.0, NULL));
+    fewer = array;
+    fewer.layers--;
+    OK(icoray_heights_set(ctx, &fewer));
+    REFUSED(ctx, ICORAY_ERR_LAYERS, "heights: 42 columns of 2 layers", icoray_execute(ctx, 2, 0.0, NULL));
+    OK(icoray_heights_set_ndarray(ctx, &flat));
+    OK(icoray_execute(ctx, 3, 0.0, NULL));
+    metres[5 * LAYERS + 1] = NAN;
+    REFUSED(ctx, ICORAY_ERR_LAYERS, "heights: cell 5 (from 0), layer 1: missing", icoray_execute(ctx, 4, 0.0, NULL));
+    metres[5 * LAYERS] = metres[5 * LAYERS + 2] = NAN; /* a column without heights has the mean ones */
+    OK(icoray_execute(ctx, 5, 0.0, NULL));
+    metres[9 * LAYERS + 1] = -1e5f;
+    REFUSED(ctx, ICORAY_ERR_LAYERS, "heights: cell 9 (from 0), layers 1 and 0", icoray_execute(ctx, 6, 0.0, NULL));
+    OK(icoray_heights_set(ctx, NULL));
+    REFUSED(ctx, ICORAY_ERR_FIELD, "none were given", icoray_execute(ctx, 7, 0.0, NULL));
+    OK(icoray_wait(ctx));
+    CHECK(is_picture("native_1.png") && is_picture("native_3.png") && is_picture("native_5.png"));
+    OK(icoray_scene_text(ctx, good_scene));
+}
+
+void heights(icoray_ctx *ctx)
+{
+    arrays_of_heights(ctx);
+    ndarrays_of_heights(ctx);
+    left_alone(ctx);
+    native(ctx);
+}
