@@ -2,6 +2,7 @@
 
 use super::device::OnDevice;
 use super::prepare::Known;
+use super::spare::{self, LightKey};
 use super::work::{Rays, Work, budget};
 use super::{Derived, Rendered, Setting, picture};
 use crate::device::Job;
@@ -68,13 +69,14 @@ pub(super) fn draw(
         }
         false => Vec::new(),
     };
+    compare(setting, ranks, others, &terrain)?;
     let visible = renderer.run(|| stage.visible(&media, &isosurfaces, &sheets));
-    let sources = stage.sources(ranks, &lit, &terrain.levels)?;
-    let derived: usize = sources.iter().map(Source::bytes).sum();
+    let (sources, light_keys) = stage.sources(ranks, &lit, &terrain)?;
+    let derived: usize = sources.iter().map(|source| source.gradients().bytes()).sum();
     let normals = terrain.normals(setting, ranks, &sheets, known.is_lit())?;
     let ground = Ground::new(scene);
     let clip_radius = |height: f64| radius_of(height, scene, layers);
-    let Terrain { levels, core_radius, outer } = terrain;
+    let Terrain { levels, core_radius, outer, .. } = terrain;
     // Above the highest layer that is seen there is nothing to pass.
     let seen = match &levels {
         Levels::Concentric(_) if sheets.is_empty() && renderer.savings.layers => {
@@ -104,7 +106,35 @@ pub(super) fn draw(
     let work = Work { renderer, scene, plan, radius: [core_radius[0], outer], ground: ground.as_ref(), rays };
     let mut rendered = picture::draw(setting, ranks, &known, &work, on_device)?;
     rendered.report_mut().derived_bytes += derived;
+    for (key, source) in light_keys.into_iter().zip(world.sources) {
+        if let Some(key) = key {
+            renderer.spare.keep_gradients(key, source.into_gradients());
+        }
+    }
     Ok(rendered)
+}
+
+/// Ranks that have other fields beside the first, or other heights, would draw tiles that do not fit each other. Collective.
+fn compare(setting: &Setting, ranks: &mut Ranks, others: &[(&str, Field)], terrain: &Terrain) -> Result<()> {
+    let Setting { renderer, grid, part, .. } = *setting;
+    if ranks.is_alone() || part.is_some() {
+        return Ok(());
+    }
+    let found = ranks.attempt(|| {
+        let range = |field: &Field| {
+            let source = spare::Source::new(grid, field);
+            renderer.run(|| renderer.spare.range(&source, || field.range()))
+        };
+        Ok(others.iter().map(|(name, field)| (*name, range(field))).collect::<Vec<_>>())
+    });
+    let facts = |found: &Vec<(&str, spare::Range)>| {
+        let told = |(name, (range, missing)): &(&str, spare::Range)| {
+            ("has", format!("{name:?} of range and missing values {range:?} and {missing}"))
+        };
+        let radii = format!("{:?} to {}", terrain.core_radius, terrain.outer);
+        found.iter().map(told).chain([("has layers from and to radii (planet radii)", radii)]).collect()
+    };
+    ranks.of_one_mind(found, facts).map(drop)
 }
 
 /// The radius at a height in metres, in planet radii, exaggerated.
@@ -118,26 +148,23 @@ struct Terrain<'f> {
     /// Least and greatest radius of the innermost layer.
     core_radius: [f64; 2],
     outer: f64,
+    /// What gradients depend on where columns have heights of their own.
+    key: Option<(spare::Source, f64)>,
 }
 
 impl<'f> Terrain<'f> {
     /// Of `heights` where the scene asks for them. Collective.
-    fn new(
-        setting: &Setting,
-        ranks: &mut Ranks,
-        layers: &Layers,
-        heights: Option<&Field<'f>>,
-    ) -> Result<Self> {
+    fn new(setting: &Setting, ranks: &mut Ranks, layers: &Layers, given: Option<&Field<'f>>) -> Result<Self> {
         let Setting { renderer, scene, plan, grid, part, .. } = *setting;
         let radius = &plan.radius;
         let [inner, outer] = [radius[0], radius[radius.len() - 1]];
         if scene.scenery.heights == Heights::Mean {
             let levels = Levels::concentric(radius);
-            return Ok(Terrain { levels, core_radius: [inner, inner], outer });
+            return Ok(Terrain { levels, core_radius: [inner, inner], outer, key: None });
         }
         let checked = ranks.attempt(|| {
             let none = "the scene has heights = \"native\", and no heights of columns are given";
-            let heights = heights.ok_or_else(|| Error::new(ErrorKind::Scene, none))?;
+            let heights = given.ok_or_else(|| Error::new(ErrorKind::Scene, none))?;
             let shape = (grid.cells(), radius.len());
             renderer.run(|| {
                 let heights = heights::Heights::new(heights, layers, shape, scene.exaggeration)?;
@@ -156,7 +183,9 @@ impl<'f> Terrain<'f> {
                 *range = Part::whole_range(ranks, (Some(*range), 0))?.0.unwrap_or(*range);
             }
         }
-        Ok(Terrain { levels: Levels::Native(heights), core_radius, outer: bounds[1] })
+        let stretch = scene.exaggeration / layers.planet_radius_m();
+        let key = given.map(|field| (spare::Source::new(grid, field), stretch));
+        Ok(Terrain { levels: Levels::Native(heights), core_radius, outer: bounds[1], key })
     }
 }
 
@@ -282,7 +311,7 @@ impl<'p, 'f> Stage<'p, 'f> {
                 let place = match level {
                     Level::Layer(layer) => SheetPlace::Layer(layer),
                     Level::Top | Level::Ground => SheetPlace::Layer(plan.radius.len() - 1),
-                    Level::Height(height) => SheetPlace::Radius(radius_of(height, scene, layers)),
+                    Level::Height(height) => self.place_at(radius_of(height, scene, layers)),
                 };
                 let here = scenery.surfaces.iter().filter(|surface| surface.at == level);
                 let coats = here.map(|s| (self.coat(&s.paint), s.opacity)).collect();
@@ -323,23 +352,49 @@ impl<'p, 'f> Stage<'p, 'f> {
         Sight { grid, samples, layers: plan.radius.len(), clear }.visible(Visible::default())
     }
 
-    /// The fields, with gradients of those that are `lit`. Collective.
-    fn sources(mut self, ranks: &mut Ranks, lit: &[usize], levels: &Levels) -> Result<Vec<Source<'f>>> {
-        let Setting { renderer, plan, part, .. } = *self.setting;
-        let mut sources = Vec::new();
+    /// On the layer that lies at this radius, but for rounding, which must not leave a surface a hair above the outermost one,
+    /// where nothing is shown.
+    fn place_at(&self, radius: f64) -> SheetPlace {
+        let Setting { scene, plan, .. } = *self.setting;
+        let layer = plan.radius.iter().position(|r| (r - radius).abs() <= 1e-12 * radius);
+        let layer = layer.filter(|_| scene.scenery.heights == Heights::Mean);
+        layer.map_or(SheetPlace::Radius(radius), SheetPlace::Layer)
+    }
+
+    /// The fields, with gradients of those that are `lit`, and what these are known by. Collective.
+    fn sources(
+        mut self,
+        ranks: &mut Ranks,
+        lit: &[usize],
+        terrain: &Terrain,
+    ) -> Result<(Vec<Source<'f>>, Vec<Option<LightKey>>)> {
+        let Setting { renderer, plan, grid, part, .. } = *self.setting;
+        let (mut sources, mut keys) = (Vec::new(), Vec::new());
         for (number, (_, field)) in self.fields.iter().enumerate() {
             let mut cuts = std::mem::take(&mut self.cuts[number]);
             cuts.sort_by(f64::total_cmp);
             cuts.dedup();
-            let mut light = Gradients::none();
+            let (mut light, mut key) = (Gradients::none(), None);
             if lit.contains(&number) {
                 // Ranks give each other gradients: all divide by the same.
                 let low = cuts.first().copied().unwrap_or(0.0);
                 let width = cuts.last().map_or(0.0, |high| high - low);
                 let width = if width > 0.0 { width } else { low.abs().max(1.0) };
+                let range = [low, low + width];
+                let asked = LightKey {
+                    source: spare::Source::new(grid, field),
+                    falling: plan.falling,
+                    range,
+                    radius: plan.radius.clone(),
+                    packed: false,
+                    sight: None,
+                    heights: terrain.key.clone(),
+                };
+                let compute = |memory| self.gradients(field, range, &terrain.levels, memory);
                 let computed =
-                    ranks.attempt(|| Ok(renderer.run(|| self.gradients(field, [low, low + width], levels))));
+                    ranks.attempt(|| Ok(renderer.run(|| renderer.spare.gradients(&asked, compute))));
                 light = ranks.together(computed)?;
+                key = Some(asked);
                 if let Some(part) = part {
                     let layers = plan.radius.len();
                     let all = light.whole_mut();
@@ -347,14 +402,15 @@ impl<'p, 'f> Stage<'p, 'f> {
                 }
             }
             sources.push(Source::new(field, plan.falling, light, cuts));
+            keys.push(key);
         }
-        Ok(sources)
+        Ok((sources, keys))
     }
 
-    fn gradients(&self, field: &Field, range: [f64; 2], levels: &Levels) -> Gradients {
+    fn gradients(&self, field: &Field, range: [f64; 2], levels: &Levels, memory: Gradients) -> Gradients {
         match field.samples() {
-            Reals::F32(data) => self.gradients_of(data, field, range, levels),
-            Reals::F64(data) => self.gradients_of(data, field, range, levels),
+            Reals::F32(data) => self.gradients_of(data, field, range, levels, memory),
+            Reals::F64(data) => self.gradients_of(data, field, range, levels, memory),
         }
     }
 
@@ -364,14 +420,15 @@ impl<'p, 'f> Stage<'p, 'f> {
         field: &Field,
         range: [f64; 2],
         levels: &Levels,
+        memory: Gradients,
     ) -> Gradients {
         let Setting { plan, grid, .. } = *self.setting;
         let samples = Samples::new(data, field, plan.falling, range);
         let wanted = Wanted { visible: None, packed: false };
         match levels {
-            Levels::Native(heights) => gradient::native::gradients(grid, heights, &samples),
+            Levels::Native(heights) => gradient::native::gradients(grid, heights, &samples, memory),
             Levels::Concentric(_) => {
-                gradient::gradients(grid, &plan.radius, &samples, 0..grid.cells(), wanted, Gradients::none())
+                gradient::gradients(grid, &plan.radius, &samples, 0..grid.cells(), wanted, memory)
             }
         }
     }

@@ -174,7 +174,7 @@ impl<'r> Run<'r, '_> {
     /// All places between 0 and 1 where a field takes the value of a knot, or a surface is met; and 1.
     fn breaks(&mut self, wedge: &Wedge, [a, b]: [f64; 2]) {
         let world = self.world;
-        let Scratch { segments, breaks, .. } = &mut self.scratch;
+        let Scratch { segments, breaks, ranges, .. } = &mut self.scratch;
         breaks.clear();
         breaks.push(Break { u: 1.0, meets: None });
         for (number, (source, segment)) in world.sources.iter().zip(&*segments).enumerate() {
@@ -194,9 +194,13 @@ impl<'r> Run<'r, '_> {
                     source.cuts_between(low, high).iter().map(|cut| Break { u: at(*cut), meets: None }),
                 );
                 for (k, surface) in world.isosurfaces.iter().enumerate() {
-                    let is_above = |f: f64| f >= surface.value;
+                    // Two columns find the value on the side between them to some roundings each: a surface of the
+                    // very value that they have there is not one on one side alone.
+                    let reach = ranges[number].map_or(0.0, |[l, h]| l.abs().max(h.abs()));
+                    let is_above = |f: f64| f >= surface.value - 8.0 * f64::EPSILON * reach;
                     if surface.source == number && is_above(part.f0) != is_above(part.f1) {
-                        breaks.push(Break { u: at(surface.value), meets: Some(Meets::Isosurface(k)) });
+                        let u = at(surface.value.clamp(low, high));
+                        breaks.push(Break { u, meets: Some(Meets::Isosurface(k)) });
                     }
                 }
             }

@@ -34,9 +34,14 @@ impl<'f> Source<'f> {
         Source { values, gradients, layers: field.shape().layers, cuts }
     }
 
-    /// Bytes of what was made for it.
-    pub fn bytes(&self) -> usize {
-        self.gradients.bytes()
+    /// The gradients, which were made for it.
+    pub fn gradients(&self) -> &Gradients {
+        &self.gradients
+    }
+
+    /// The same, to be used again.
+    pub fn into_gradients(self) -> Gradients {
+        self.gradients
     }
 
     /// The values at `layer` over three cells; NaN where one is missing.
