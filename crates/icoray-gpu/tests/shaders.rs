@@ -250,6 +250,7 @@ const LEFT_OUT: [(&str, &[&str]); 12] = [
             "thin_bound",
             "bend_series",
             "halves",
+            "light_wide",
         ],
     ),
     ("lit", &["off"]),

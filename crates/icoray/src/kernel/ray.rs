@@ -15,7 +15,6 @@ use super::walk::{Column, Walk};
 use crate::gradient::Gradients;
 use crate::grid::Grid;
 use crate::ground::{Ground, Sight};
-use crate::ranks::Part;
 use batch::{Batch, Known};
 use fearless_simd::Level;
 use glam::DVec3;
@@ -25,9 +24,11 @@ use queue::Queue;
 mod abreast;
 #[allow(clippy::needless_range_loop, reason = "rows side by side are indexed alike")]
 mod batch;
+mod casts;
 mod counts;
 mod fragment;
 mod queue;
+pub(crate) use casts::Casts;
 pub use counts::Counts;
 pub use fragment::Fragment;
 
@@ -85,65 +86,6 @@ pub(crate) struct Caster<'f, T, S, const N: usize> {
     pub core: Option<[f64; 3]>,
     /// What the core looks like where it has more than one colour.
     pub ground: Option<&'f Ground>,
-}
-
-/// What traces rays, and finds what a part of the cells does to them.
-pub(crate) trait Casts: Sync {
-    /// Outside of this radius nothing is seen.
-    fn outer(&self) -> f64;
-    /// How rays may spend the tolerance.
-    fn budget(&self) -> &Budget;
-    /// Traces rays, in any order, and tells the light of each, premultiplied; `None` where it misses the shell.
-    fn cast(
-        &self,
-        rays: impl Iterator<Item = Start>,
-        counts: &mut Counts,
-        tell: impl FnMut(usize, Option<Light<f64>>),
-    );
-    /// Adds the ray's fragments of `part` to `found`, in order along the ray. The first triangle is searched from `hint`,
-    /// which becomes that triangle. The ray itself is not counted, as several ranks trace it.
-    ///
-    /// One that shows nothing is left out, but where the core may be met, whom it tells where data are.
-    fn fragments(
-        &self,
-        part: &Part,
-        eye: DVec3,
-        dir: DVec3,
-        hint: &mut u32,
-        counts: &mut Counts,
-        found: &mut Vec<Fragment>,
-    );
-}
-
-impl<T: Real, S: Sample, const N: usize> Casts for Caster<'_, T, S, N> {
-    fn outer(&self) -> f64 {
-        self.outer
-    }
-
-    fn budget(&self) -> &Budget {
-        &self.budget
-    }
-
-    fn cast(
-        &self,
-        rays: impl Iterator<Item = Start>,
-        counts: &mut Counts,
-        mut tell: impl FnMut(usize, Option<Light<f64>>),
-    ) {
-        self.trace_all(rays, counts, |number, light| tell(number, light.map(|light| light.wide())));
-    }
-
-    fn fragments(
-        &self,
-        part: &Part,
-        eye: DVec3,
-        dir: DVec3,
-        hint: &mut u32,
-        counts: &mut Counts,
-        found: &mut Vec<Fragment>,
-    ) {
-        self.fragments_of(part, (eye, dir), hint, counts, found);
-    }
 }
 
 impl<'f, T: Real, S: Sample, const N: usize> Caster<'f, T, S, N> {

@@ -67,10 +67,11 @@ impl Fragment {
 
 impl<T: Real, S: Sample, const N: usize> Caster<'_, T, S, N> {
     /// As [`Casts::fragments`](super::Casts::fragments).
-    pub(super) fn fragments_of(
+    pub fn fragments(
         &self,
         part: &Part,
-        (eye, dir): (DVec3, DVec3),
+        eye: DVec3,
+        dir: DVec3,
         hint: &mut u32,
         counts: &mut Counts,
         found: &mut Vec<Fragment>,
