@@ -14,8 +14,12 @@ void scenes(icoray_ctx *ctx)
         {"field = \"f\"\n\n[image\n", "line 3 ([image)"},
         {"field = \"f\"\ncolour = 1\n", "line 2 (colour = 1)"},
         {"field = \"\"\n[camera]\nlon = 0\nlat = 0\ndistance = 3\n[transfer]\nmap = \"viridis\"\n", "line 1"},
-        {"field = \"f\"\n[camera]\nlon = 0\nlat = 95\ndistance = 3\n[transfer]\n", "line 4, key camera.lat: 95"},
-        {"field = \"f\"\nexaggeration = nan\n[camera]\n[transfer]\n", "line 2, key exaggeration: NaN"},
+        {"field = \"f\"\n[camera]\nlon = 0\nlat = 95\ndistance = 3\n[transfer]\nmap = \"viridis\"\nrange = [0, 1]\n"
+         "opacity = [[0, 0.5]]\n",
+         "line 4, key camera.lat: 95"},
+        {"field = \"f\"\nexaggeration = nan\n[camera]\nlon = 0\nlat = 0\ndistance = 3\n[transfer]\nmap = \"viridis\"\n"
+         "range = [0, 1]\nopacity = [[0, 0.5]]\n",
+         "line 2, key exaggeration: NaN"},
         {"field = \"f\"\n[camera]\nlon = 0\nlat = 0\ndistance = 3\n[transfer]\nmap = \"jet\"\nrange = [0, 1]\n"
          "opacity = [[0, 0.5]]\n",
          "line 7, key transfer.map"},

@@ -49,7 +49,8 @@ fn say(
     scene: &Scene,
     out: &mut impl Write,
 ) -> Result<(), Failure> {
-    let info = file.field_info(&scene.field)?;
+    // Of a derived field it is what that is made of that the file has.
+    let info = file.field_info(scene.model_fields().first().unwrap_or(&scene.field.as_str()))?;
     let layers = args.wanted.radii(&file.layer_heights(&info.name)?, info)?;
     let owned = args.wanted.read(file, info, 0)?;
     let plan = Plan::new(scene, grid, &layers, &owned.field()?)?;

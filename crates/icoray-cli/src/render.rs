@@ -58,7 +58,7 @@ pub struct Args {
     #[arg(long, value_name = "FILE.png")]
     error: Option<PathBuf>,
     /// What is done with pictures of the same name: overwrite replaces each one when the new one is complete; never-modify
-    /// keeps them, and the command fails before it draws. report.csv gets a line more either way
+    /// keeps them, and the command fails before it draws. report.csv, and the scene's lists and databases, are added to either way
     #[arg(long, value_name = "WHAT", value_enum, default_value_t = OnExisting::Overwrite)]
     existing: OnExisting,
 }
@@ -168,7 +168,8 @@ fn render(args: &Args, ranks: &mut Ranks, out: &mut impl Write) -> std::result::
         let (due, read) = ranks.together(series.due(time, &renderer, &args.wanted))?;
         let fields = ranks.together(read.borrowed())?;
         let (stamp, mut read_s) = (series.stamp(time), read.seconds);
-        bar.set_length(bar.length().unwrap_or(0) - series.given_up(time, &due));
+        // Where nobody looks at the bar it has no length.
+        bar.set_length(bar.length().unwrap_or(0).saturating_sub(series.given_up(time, &due)));
         said = Ok(());
         for shot in due.into_iter().flat_map(|view| view.shots(&stamp)) {
             agree(ranks, said)?;

@@ -36,8 +36,12 @@ impl Job<'_> {
         let rendered =
             self.renderer.render_over(ranks, scene, self.grid, None, layers, Fields::new(needed))?;
         let Rendered::Here(mut frame) = rendered else { return Ok(None) };
-        if let Some(info) = self.subjects.infos(scene)?.iter().find(|info| info.name == scene.field) {
-            frame.description = info.description.clone();
+        for info in self.subjects.infos(scene)? {
+            if info.name == scene.field {
+                frame.description = info.description.clone();
+            } else {
+                frame.descriptions.push((info.name.clone(), info.description.clone()));
+            }
         }
         frame.notes.extend(self.subjects.notes(scene).map(|note| ("note", note.clone())));
         if !shot.name.is_empty() {

@@ -4,6 +4,7 @@ use crate::input::Wanted;
 use icoray::{Grid, Layers, Location, Result, Scene, Script};
 use icoray_netcdf::{FieldInfo, LayerHeights, ModelFile};
 use std::collections::HashMap;
+use std::collections::hash_map::Entry;
 
 /// Layers and notes of the scenes of a script.
 pub struct Subjects<'a> {
@@ -33,12 +34,10 @@ impl<'a> Subjects<'a> {
             }
         }
         for scene in script.views().iter().flat_map(|view| view.scenes()) {
-            let lead = lead(&scene);
-            if !subjects.layers.contains_key(&lead) {
-                let info = file.field_info(&lead)?;
-                let heights = file.layer_heights(&lead)?;
-                let layers = wanted.radii(&heights, info)?;
-                subjects.layers.insert(lead, (layers, notes(&heights)));
+            if let Entry::Vacant(place) = subjects.layers.entry(lead(&scene)) {
+                let info = file.field_info(place.key())?;
+                let heights = file.layer_heights(place.key())?;
+                place.insert((wanted.radii(&heights, info)?, notes(&heights)));
             }
         }
         Ok(subjects)

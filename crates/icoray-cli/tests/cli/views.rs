@@ -86,8 +86,10 @@ fn views_of_a_series_are_drawn_when_it_is_their_turn() {
 fn a_scene_whose_turn_never_comes_draws_nothing_and_says_so() {
     for trigger in ["when = \"max(theta) > 9e9\"\n", "every = 5\n", "at_times = [1e9]\n"] {
         let folder = folder(&Made::history(), &(trigger.to_owned() + &scene("theta", 0.0, 2042.0)));
-        let text = render(folder.path(), &["--time", "1..", "-o", "out"]);
-        assert_eq!(text, "note      nothing is drawn: these times are no view's turn\n", "{trigger}");
+        for times in ["1..", "2.."] {
+            let text = render(folder.path(), &["--time", times, "-o", "out"]);
+            assert_eq!(text, "note      nothing is drawn: these times are no view's turn\n", "{trigger}");
+        }
     }
 }
 
@@ -143,6 +145,35 @@ fn fields_of_all_views_and_triggers_must_be_there() {
     let mut command = icoray(several.path());
     command.args(["render", "made.nc", "--scene", "scene.toml", "-o", "one.png"]);
     fails(&mut command, 1, &["-o one.png: one name for 2 pictures; expected a directory"]);
+}
+
+/// Two volumes of two fields, and a view of one that is made of them; nothing else of the file is read.
+#[test]
+fn a_scene_of_several_fields_reads_these() {
+    let volume = |field: &str, map: &str| {
+        let transfer = format!("map = \"{map}\"\nrange = [0, 42]\nopacity = [[0, 0.0], [42, 0.8]]\n");
+        format!("[[views.volumes]]\nfield = \"{field}\"\n[views.volumes.transfer]\n{transfer}")
+    };
+    let rest = format!(
+        "[[derive]]\nname = \"both\"\nmagnitude = [\"theta\", \"rho\"]\n[[views]]\nname = \"one\"\n\
+         [[views]]\nname = \"made\"\nfield = \"both\"\n[[views]]\nname = \"two\"\n{}{}",
+        volume("theta", "viridis"),
+        volume("rho", "magma")
+    );
+    let folder = folder(&Made::history(), &(scene("theta", 0.0, 42.0) + &rest));
+    let text = render(folder.path(), &["-o", "out", "--size", "48x48"]);
+    let fields = |view: &str| {
+        let block = text.split("picture ").find(|block| block.contains(&format!("view      {view}\n")));
+        let lines = block.unwrap().lines().filter_map(|line| line.strip_prefix("field     "));
+        lines.map(|line| line.split(' ').next().unwrap()).collect::<Vec<_>>().join(" ")
+    };
+    assert_eq!([fields("two"), fields("one"), fields("made")], ["theta rho", "theta", "theta rho"]);
+    let picture = |name: &str| image::open(folder.path().join("out").join(name)).unwrap().into_bytes();
+    let [two, one, made] =
+        ["two_theta", "one_theta", "made_both"].map(|n| picture(&format!("{n}_000000.png")));
+    assert!(two != one && one != made && two != made);
+    let plan = prints(icoray(folder.path()).args(["plan", "made.nc", "--scene", "scene.toml"]));
+    assert_eq!(plan.matches("drawn on ").count(), 3, "{plan}");
 }
 
 #[test]

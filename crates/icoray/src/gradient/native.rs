@@ -21,15 +21,40 @@ pub(crate) fn gradients<S: Sample>(
     let layers = heights.layers();
     let mut gradients = memory.with_room(grid.cells() * layers, false);
     let rows = gradients.whole_mut().par_chunks_exact_mut(layers).with_min_len(64).enumerate();
-    rows.for_each_init(Vec::new, |fans, (cell, row)| {
+    rows.for_each_init(Vec::new, |around_cell: &mut Vec<[u32; 2]>, (cell, row)| {
         let around = Around { grid, heights, samples, cell: cell as u32 };
-        fans.clear();
-        fans.extend(around.fans());
+        around_cell.clear();
+        around_cell.extend(fans(grid, cell as u32));
         for (layer, gradient) in row.iter_mut().enumerate() {
-            *gradient = narrowed(around.mean(fans, layer));
+            *gradient = narrowed(around.mean(around_cell, layer));
         }
     });
     gradients
+}
+
+/// The direction across a layer at each cell, outwards: the mean of the facets around it, by their area.
+pub(crate) fn normals(grid: &Grid, heights: &Heights, layer: usize) -> Vec<[f32; 3]> {
+    let place = |cell: u32| heights.radius(cell, layer) * grid.direction(cell);
+    let normal = |cell: u32| {
+        let (up, own) = (grid.direction(cell), place(cell));
+        let across = fans(grid, cell).map(|others| {
+            let [b, c] = others.map(|other| place(other) - own);
+            let across = b.cross(c);
+            if across.dot(up) < 0.0 { -across } else { across }
+        });
+        across.sum::<DVec3>().try_normalize().unwrap_or(up).as_vec3().to_array()
+    };
+    (0..grid.cells() as u32).into_par_iter().with_min_len(256).map(normal).collect()
+}
+
+/// The two other cells of each triangle around a cell.
+fn fans<'g>(grid: &'g Grid, cell: u32) -> impl Iterator<Item = [u32; 2]> + 'g {
+    let triangles = grid.corners_of(cell).filter(|corner| grid.is_triangle(*corner));
+    triangles.map(move |triangle| {
+        let cells = grid.triangle(triangle);
+        let k = cells.iter().position(|other| *other == cell).unwrap_or(0);
+        [cells[(k + 1) % 3], cells[(k + 2) % 3]]
+    })
 }
 
 /// A cell's column and those around it.
@@ -41,16 +66,6 @@ struct Around<'a, S> {
 }
 
 impl<S: Sample> Around<'_, S> {
-    /// The two other cells of each triangle around the cell.
-    fn fans(&self) -> impl Iterator<Item = [u32; 2]> {
-        let triangles = self.grid.corners_of(self.cell).filter(|corner| self.grid.is_triangle(*corner));
-        triangles.map(|triangle| {
-            let cells = self.grid.triangle(triangle);
-            let k = cells.iter().position(|cell| *cell == self.cell).unwrap_or(0);
-            [cells[(k + 1) % 3], cells[(k + 2) % 3]]
-        })
-    }
-
     fn value(&self, cell: u32, layer: usize) -> f64 {
         self.samples.get(self.samples.base(cell), layer)
     }

@@ -15,8 +15,11 @@ use crate::heights;
 use crate::kernel::general::{
     Clips, Coat, Isosurface, Levels, Map, Medium, Sheet, SheetPlace, Source, Tracer, World,
 };
+use crate::kernel::leap::Visible;
 use crate::kernel::sample::{Sample, Samples};
+use crate::kernel::transfer::{KernelKnot, Spans};
 use crate::layers::Layers;
+use crate::plan::{Sight, clear_values};
 use crate::quality::{Lights, Quality};
 use crate::ranks::{Part, Ranks};
 use crate::scene::{Heights, Level, Paint, Scene, TransferFunction};
@@ -67,11 +70,20 @@ pub(super) fn draw(
         false => Vec::new(),
     };
     compare(setting, ranks, others, &terrain)?;
+    let visible = renderer.run(|| stage.visible(&media, &isosurfaces, &sheets));
     let (sources, light_keys) = stage.sources(ranks, &lit, &terrain)?;
     let derived: usize = sources.iter().map(|source| source.gradients().bytes()).sum();
+    let normals = terrain.normals(setting, ranks, &sheets, known.is_lit())?;
     let ground = Ground::new(scene);
     let clip_radius = |height: f64| radius_of(height, scene, layers);
     let Terrain { levels, core_radius, outer, .. } = terrain;
+    // Above the highest layer that is seen there is nothing to pass.
+    let seen = match &levels {
+        Levels::Concentric(_) if sheets.is_empty() && renderer.savings.layers => {
+            plan.radius[visible.top.max(1)]
+        }
+        _ => outer,
+    };
     let world = World {
         grid,
         levels,
@@ -80,10 +92,12 @@ pub(super) fn draw(
         isosurfaces,
         sheets,
         clips: Clips::new(&scene.scenery.clips, clip_radius),
+        visible,
+        normals,
         core: scene.core,
         ground: ground.as_ref(),
         core_radius,
-        outer,
+        outer: seen,
     };
     let none = Derived::of(Gradients::none);
     let job = Job::new(scene, plan, grid, field, &none, known.quality, part.is_some());
@@ -175,6 +189,37 @@ impl<'f> Terrain<'f> {
     }
 }
 
+impl Terrain<'_> {
+    /// Normals of the ground and of the layers of sheets, where these are not round and light falls on them. Collective.
+    fn normals(
+        &self,
+        setting: &Setting,
+        ranks: &mut Ranks,
+        sheets: &[Sheet],
+        is_lit: bool,
+    ) -> Result<Vec<(usize, Vec<[f32; 3]>)>> {
+        let Setting { renderer, grid, part, .. } = *setting;
+        let (Levels::Native(heights), true) = (&self.levels, is_lit) else { return Ok(Vec::new()) };
+        let mut layers = vec![0];
+        layers.extend(sheets.iter().filter_map(|sheet| match sheet.place {
+            SheetPlace::Layer(layer) if layer > 0 => Some(layer),
+            _ => None,
+        }));
+        layers.dedup();
+        let mut all = Vec::new();
+        for layer in layers {
+            let made = ranks.attempt(|| Ok(renderer.run(|| gradient::native::normals(grid, heights, layer))));
+            let mut normals = ranks.together(made)?;
+            if let Some(part) = part {
+                let row = |cell: u32| cell as usize..cell as usize + 1;
+                part.fill_halo(ranks, normals.as_mut_slice(), |all, cell| &mut all[row(cell)])?;
+            }
+            all.push((layer, normals));
+        }
+        Ok(all)
+    }
+}
+
 fn around([low, high]: [f64; 2], value: f64) -> [f64; 2] {
     [low.min(value), high.max(value)]
 }
@@ -209,7 +254,7 @@ impl<'p, 'f> Stage<'p, 'f> {
         let source = self.number(field);
         let knots = transfer.kernel_knots(self.thickness);
         self.cuts[source].extend(knots.iter().map(|knot| knot.value));
-        Map::new(source, &knots)
+        Map::new(source, knots)
     }
 
     fn media(&mut self) -> Vec<Medium> {
@@ -233,7 +278,7 @@ impl<'p, 'f> Stage<'p, 'f> {
             Paint::Plain(color) => Coat::Plain(*color),
             Paint::Field { field, transfer, by_cell, .. } => {
                 // Surfaces ask for single values: rays need not be cut for them.
-                Coat::By { map: Map::new(self.number(field), &transfer.kernel_knots(1.0)), by_cell: *by_cell }
+                Coat::By { map: Map::new(self.number(field), transfer.kernel_knots(1.0)), by_cell: *by_cell }
             }
         }
     }
@@ -273,6 +318,38 @@ impl<'p, 'f> Stage<'p, 'f> {
                 Sheet { place, coats, painter: Painter::new(scene, level) }
             })
             .collect()
+    }
+
+    /// Where something of the volumes and isosurfaces can be seen; anywhere where sheets may be met between layers.
+    fn visible(&self, media: &[Medium], isosurfaces: &[Isosurface], sheets: &[Sheet]) -> Visible {
+        let Setting { renderer, plan, grid, .. } = *self.setting;
+        let layers = plan.radius.len();
+        let has_radii = sheets.iter().any(|sheet| matches!(sheet.place, SheetPlace::Radius(_)));
+        if has_radii || !renderer.savings.leaps {
+            return Visible::default().all_in(layers);
+        }
+        let of_media =
+            media.iter().map(|medium| (medium.extinction.source, medium.extinction.knots().to_vec()));
+        let of_surfaces = isosurfaces.iter().map(|surface| {
+            let range = self.fields[surface.source].1.range().0;
+            (surface.source, spike(surface.value, range.unwrap_or([0.0; 2])))
+        });
+        let all = of_media.chain(of_surfaces).map(|(source, knots)| {
+            let field = &self.fields[source].1;
+            match field.samples() {
+                Reals::F32(data) => self.visible_of(data, field, &knots),
+                Reals::F64(data) => self.visible_of(data, field, &knots),
+            }
+        });
+        Visible::joined(all.collect(), layers, grid.triangles())
+    }
+
+    fn visible_of<S: Sample>(&self, data: &[S], field: &Field, knots: &[KernelKnot]) -> Visible {
+        let Setting { plan, grid, .. } = *self.setting;
+        let spans = Spans::<f64>::new(knots);
+        let samples = Samples::new(data, field, plan.falling, spans.range());
+        let clear = clear_values(&spans, &samples, field.range().0);
+        Sight { grid, samples, layers: plan.radius.len(), clear }.visible(Visible::default())
     }
 
     /// On the layer that lies at this radius, but for rounding, which must not leave a surface a hair above the outermost one,
@@ -355,4 +432,11 @@ impl<'p, 'f> Stage<'p, 'f> {
             }
         }
     }
+}
+
+/// A transfer function that is clear but next to `value`, for a field of this range.
+fn spike(value: f64, [low, high]: [f64; 2]) -> Vec<KernelKnot> {
+    let near = if high > low { 1e-6 * (high - low) } else { value.abs().max(1.0) };
+    let knot = |value: f64, extinction: f64| KernelKnot { value, color: [0.0; 3], extinction };
+    vec![knot(value - near, 0.0), knot(value, 1.0), knot(value + near, 0.0)]
 }

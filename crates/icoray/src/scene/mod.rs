@@ -171,7 +171,7 @@ pub struct Scene {
     /// Name of the field that is rendered: of the first volume or, where there is none, of the first thing that is shown.
     pub field: String,
     /// Of the steps that a running model offers, those that are multiples of this are drawn; at least 1. See
-    /// [`Scene::is_due`]. The renderer itself draws what it is told to, and `icoray render` the times that it is told.
+    /// [`Scene::is_due`]. The renderer itself draws what it is told to; `icoray render` takes the times of a file for steps.
     pub every: u32,
     /// Picture width in pixels.
     pub width: u32,

@@ -90,14 +90,6 @@ impl Facet {
         (self.psi[0] >= 1.0 && self.psi[1] < 1.0).then(|| self.root())
     }
 
-    /// The direction across it, outwards, over vertices of these directions.
-    pub fn normal(&self, [a, b, c]: [glam::DVec3; 3]) -> glam::DVec3 {
-        // ψ's gradient, by the dual basis.
-        let [x, y, z] = self.inverse;
-        let volume = a.dot(b.cross(c));
-        (x * b.cross(c) + y * c.cross(a) + z * a.cross(b)) / volume
-    }
-
     fn root(&self) -> f64 {
         ((1.0 - self.psi[0]) / (self.psi[1] - self.psi[0])).clamp(0.0, 1.0)
     }

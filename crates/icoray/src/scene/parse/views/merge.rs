@@ -5,7 +5,9 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 /// What goes instead of what: where a view gives one of the first keys, the second ones of the file do not count for it.
-const INSTEAD: [(&[&str], &[&str]); 13] = [
+const INSTEAD: [(&[&str], &[&str]); 15] = [
+    (&["volumes"], &["field", "transfer", "opacity", "sweep.field"]),
+    (&["field", "transfer", "opacity", "sweep.field"], &["volumes"]),
     (&["every", "at_steps", "at_times"], &["every", "at_steps", "at_times"]),
     (
         &["camera.eye", "camera.target", "camera.up"],

@@ -22,6 +22,10 @@ pub fn sweep(source: &Text, root: &mut DeTable, motion: &Motion) -> Result<Sweep
         if matches!(name.as_str(), "lon" | "lat" | "distance") {
             expect_place(source, root, motion, &name, &list)?;
         }
+        if name == "field" && root.contains_key("volumes") {
+            let what = "goes with field and [transfer] of one volume, not with [[volumes]]";
+            return Err(source.bad(list.span(), "sweep.field", what));
+        }
         fill(root, &name, &list);
         axes.push(axis(source, &name, list)?);
     }

@@ -134,6 +134,24 @@ fn what_goes_instead_of_other_keys_takes_their_place() {
     let orbit = shots(&format!("{base}camera.orbit.degrees_per_step = 0\n"), 2);
     assert_eq!(orbit.len(), 1);
     assert_eq!(shots(&format!("{base}camera.{}\n", path.replace('\n', "\ncamera.")), 2).len(), 1);
+    // Volumes instead of a field with its transfer function, and the other way round.
+    let volume = |field: &str| {
+        format!(
+            "[[views.volumes]]\nfield = \"{field}\"\n[views.volumes.transfer]\n\
+                 knots = [{{ value = 0, color = \"red\", opacity = 0.5 }}]\n"
+        )
+    };
+    let fields = |over: &str| scene(over).shown_fields().join(" ");
+    assert_eq!(fields(&(volume("p") + &volume("q"))), "p q");
+    let short = "field = \"w\"\ntransfer = { map = \"viridis\", range = [0, 1], opacity = [[0, 0.5]] }";
+    let base = BASE.replacen("field = \"theta\"\n", "", 1).split("[transfer]").next().unwrap().to_owned();
+    let base = base + &volume("p").replace("views.", "");
+    let shown: Vec<String> =
+        shots(&format!("{base}[[views]]\nname = \"a\"\n[[views]]\nname = \"b\"\n{short}\n"), 0)
+            .iter()
+            .map(|scene| scene.shown_fields().join(" "))
+            .collect();
+    assert_eq!(shown, ["p", "w"]);
     // A schedule is one, conditions are others.
     let schedule = |over: &str| {
         let base = format!("at_steps = [7]\nwhen = \"max(q) > 1\"\n{BASE}");

@@ -1,0 +1,182 @@
+//! Layers at heights of their own in each column, against brute force: points along rays, each looked up by its definition.
+
+use glam::{DMat3, DVec3};
+use icoray::{
+    Field, Fields, Frame, Grid, Heights, IcosahedralMesh, Layers, Location, Renderer, Scene, Shape,
+};
+
+const LAYERS: usize = 6;
+const EXAGGERATION: f64 = 50.0;
+
+/// Mountains as steep as they come, with layers that follow them and get even upwards; below one place in five the lowest
+/// layers have no thickness, as below a sea floor.
+struct Terrain {
+    mesh: IcosahedralMesh,
+    heights: Vec<f64>,
+    values: Vec<f32>,
+}
+
+impl Terrain {
+    fn new(level: u32) -> Self {
+        let mesh = IcosahedralMesh::new(level).unwrap();
+        let grid = Grid::new(mesh.tables()).unwrap();
+        let (mut heights, mut values) = (Vec::new(), Vec::new());
+        for cell in 0..grid.cells() {
+            let d = grid.direction(cell as u32);
+            let mountain = 2e-3 * f64::from((cell * 7919 % 13) as u32) / 12.0;
+            for layer in 0..LAYERS {
+                let up = layer as f64 / (LAYERS - 1) as f64;
+                let up_here = if cell % 5 == 0 { (up * 1.5 - 0.5).max(0.0) } else { up };
+                heights.push(mountain * (1.0 - up_here) + 4e-3 * up_here);
+                values.push(((4.0 * d.x + 3.0 * up).sin() + (5.0 * d.y * d.z - up).cos()) as f32);
+            }
+        }
+        Terrain { mesh, heights, values }
+    }
+
+    fn draw(&self, scene: &Scene) -> Frame {
+        let grid = Grid::new(self.mesh.tables()).unwrap();
+        let shape = Shape::level_fastest(grid.cells(), LAYERS);
+        let at_center = |data| Field::new(data, shape, Location::Center, None).unwrap();
+        let fields = Fields::new([("f", at_center(self.values.as_slice().into()))]);
+        let fields = fields.with_heights(at_center(self.heights.as_slice().into()));
+        let mean: Vec<f64> = (0..LAYERS).map(|l| 1e-3 + 3e-3 * l as f64 / (LAYERS - 1) as f64).collect();
+        let layers = Layers::from_heights(&mean, 1.0).unwrap();
+        Renderer::new(2).unwrap().render(scene, &grid, &layers, fields).unwrap()
+    }
+
+    /// The value at a point, or nothing above all layers; `None` on or below the ground.
+    fn look_up(&self, grid: &Grid, inverses: &[DMat3], at: DVec3, hint: &mut usize) -> Option<Option<f64>> {
+        let alpha = |triangle: usize| inverses[triangle] * at;
+        let holds = |triangle: usize| alpha(triangle).min_element() >= 0.0;
+        if !holds(*hint) {
+            // On a side rounding may leave a point in neither triangle: that in which it is least outside.
+            let outside = |t: &usize| alpha(*t).min_element();
+            *hint = (0..inverses.len()).max_by(|a, b| outside(a).total_cmp(&outside(b))).unwrap();
+        }
+        let alpha = alpha(*hint).max(DVec3::ZERO).to_array();
+        let cells = grid.triangle(*hint as u32).map(|cell| cell as usize);
+        let radius = |k: usize, layer: usize| 1.0 + EXAGGERATION * self.heights[cells[k] * LAYERS + layer];
+        let psi = |layer: usize| (0..3).map(|k| alpha[k] / radius(k, layer)).sum::<f64>();
+        let on = |layer: usize| {
+            let value = |k: usize| f64::from(self.values[cells[k] * LAYERS + layer]);
+            (0..3).map(|k| alpha[k] / radius(k, layer) * value(k)).sum::<f64>() / psi(layer)
+        };
+        if psi(0) < 1.0 {
+            return None;
+        }
+        let above = (1..LAYERS).find(|layer| psi(*layer) < 1.0);
+        Some(above.map(|above| {
+            // Along the radius facets lie at 1/ψ times the point.
+            let [low, high] = [1.0 / psi(above - 1), 1.0 / psi(above)];
+            let w = (1.0 - low) / (high - low);
+            on(above - 1) + w * (on(above) - on(above - 1))
+        }))
+    }
+}
+
+fn scene(size: u32, more: &str) -> Scene {
+    let mut scene = Scene::parse(&format!(
+        "field = \"f\"\nbackend = \"cpu\"\nbackground = \"transparent\"\nexaggeration = {EXAGGERATION}\ntolerance = 1e-4\n{more}\n\
+         [image]\nwidth = {size}\nheight = {size}\n[camera]\nlon = 20\nlat = 35\ndistance = 3.4\nfov = 45\n\
+         [transfer]\nmap = \"viridis\"\nrange = [-1.2, 1.2]\n\
+         opacity = [[-1.2, 0.9], [-0.4, 0.6], [0.0, 0.0], [0.3, 0.0], [0.5, 0.8]]\n"
+    ))
+    .unwrap();
+    scene.scenery.heights = Heights::Native;
+    scene
+}
+
+#[test]
+fn mountains_and_what_lies_over_them_are_those_of_single_points() {
+    let terrain = Terrain::new(2);
+    let scene = scene(20, "core = \"#405060\"");
+    let frame = terrain.draw(&scene);
+    let grid = Grid::new(terrain.mesh.tables()).unwrap();
+    let inverses: Vec<DMat3> = (0..grid.triangles() as u32)
+        .map(|triangle| {
+            let [a, b, c] = grid.triangle(triangle).map(|cell| grid.direction(cell));
+            DMat3::from_cols(a, b, c).inverse()
+        })
+        .collect();
+    let unit = scene.transfer.unit_length.unwrap_or(EXAGGERATION * 3e-3);
+    let mut off = Vec::new();
+    for (i, pixel) in frame.pixels.iter().enumerate() {
+        let (x, y) = (i as u32 % scene.width, i as u32 / scene.width);
+        let eye = DVec3::from_array(scene.camera.eye());
+        let dir = DVec3::from_array(scene.camera.direction(x, y, scene.width, scene.height));
+        let (mut color, mut through, mut hint) = ([0.0; 3], 1.0f64, 0);
+        const STEP: f64 = 2e-4;
+        let along = -eye.dot(dir);
+        for step in 0..(2.6 / STEP) as usize {
+            let at = eye + (along - 1.3 + (step as f64 + 0.5) * STEP) * dir;
+            if at.length() > 1.25 {
+                continue;
+            }
+            let Some(value) = terrain.look_up(&grid, &inverses, at, &mut hint) else {
+                let core = scene.core.unwrap();
+                color = [0, 1, 2].map(|k| color[k] + through * core[k]);
+                through = 0.0;
+                break;
+            };
+            let Some(value) = value else { continue };
+            let (c, extinction) = scene.transfer.at(value);
+            let opacity = -(-extinction / unit * STEP).exp_m1();
+            color = [0, 1, 2].map(|k| color[k] + through * opacity * c[k]);
+            through *= 1.0 - opacity;
+        }
+        let expected = [color[0], color[1], color[2], 1.0 - through];
+        off.push((0..4).map(|k| (f64::from(pixel[k]) - expected[k]).abs()).fold(0.0, f64::max));
+    }
+    let mean = off.iter().sum::<f64>() / off.len() as f64;
+    let most = off.iter().copied().fold(0.0, f64::max);
+    // Steps end up to one of them behind the ground.
+    assert!(mean < 2e-3 && most < 2e-2, "{mean} in the mean, {most} at most");
+    assert!(frame.pixels.iter().filter(|p| p[3] > 0.999).count() > 50);
+}
+
+#[test]
+fn steep_ground_has_no_cracks() {
+    let terrain = Terrain::new(4);
+    for more in ["core = \"#ffffff\"", "core = \"#ffffff\"\n[light]\nkind = \"headlight\""] {
+        let scene = scene(240, more);
+        let frame = terrain.draw(&scene);
+        let mut within = 0;
+        for (i, pixel) in frame.pixels.iter().enumerate() {
+            let (x, y) = (i as u32 % scene.width, i as u32 / scene.width);
+            let eye = DVec3::from_array(scene.camera.eye());
+            let dir = DVec3::from_array(scene.camera.direction(x, y, scene.width, scene.height));
+            let nearest = (eye - eye.dot(dir) * dir).length();
+            // Facets between vertices on the sphere lie a little inside.
+            if nearest < 0.995 {
+                within += 1;
+                assert!((pixel[3] - 1.0).abs() < 1e-6, "{x} {y}: {pixel:?}");
+            }
+            assert!(pixel.iter().all(|c| c.is_finite()), "{x} {y}: {pixel:?}");
+        }
+        assert!(within > 10_000, "{within}");
+    }
+}
+
+#[test]
+fn equal_heights_are_concentric_layers() {
+    let mut terrain = Terrain::new(3);
+    for (i, height) in terrain.heights.iter_mut().enumerate() {
+        *height = 1e-3 + 3e-3 * (i % LAYERS) as f64 / (LAYERS - 1) as f64;
+    }
+    for more in ["precision = \"f64\"", "precision = \"f64\"\n[light]\nkind = \"headlight\""] {
+        let native = scene(64, more);
+        let mut mean = native.clone();
+        mean.scenery.heights = Heights::Mean;
+        let (a, b) = (terrain.draw(&native), terrain.draw(&mean));
+        // Normals of the ground are means of facets', which are not quite round.
+        let slack = if native.lighting.is_some() { 5e-4 } else { 1e-5 };
+        let mut wrong = 0;
+        for i in 0..a.pixels.len() {
+            let off = (0..4).map(|k| (a.pixels[i][k] - b.pixels[i][k]).abs()).fold(0.0, f32::max);
+            wrong += usize::from(off > a.error[i] + b.error[i] + slack);
+        }
+        let few = if native.lighting.is_some() { 5 } else { 0 };
+        assert!(wrong <= few, "{more}: {wrong} pixels");
+    }
+}
