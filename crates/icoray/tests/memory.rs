@@ -1,6 +1,8 @@
 //! What frames allocate: the second and later frames of a grid nothing that grows with it.
 
-use icoray::{Field, Fields, Grid, Heights, IcosahedralMesh, Layers, Location, Renderer, Scene, Shape};
+use icoray::{
+    Field, Fields, Grid, Heights, IcosahedralMesh, Layers, Location, Renderer, Scene, Shape, Volume,
+};
 use stats_alloc::{INSTRUMENTED_SYSTEM, Region, StatsAlloc};
 use std::alloc::System;
 
@@ -93,11 +95,12 @@ fn later_frames_allocate_nothing_that_grows_with_the_grid() {
 /// Rays of the general kernel allocate some memory in each frustum. Of those through a few pixels it is less than a byte for each
 /// value of the grid, of which the smallest array has four.
 fn general_frames_make_no_array_anew() {
-    let more = "[[volumes]]\nfield = \"g\"\ntransfer = { map = \"magma\", range = [-1, 1], opacity = [[-1, 0.1], [1, 0.3]] }\n\
-                [[isosurfaces]]\nfield = \"h\"\nvalue = 0.3\ncolor = \"red\"\n[light]\nkind = \"headlight\"";
+    let more = "[[isosurfaces]]\nfield = \"h\"\nvalue = 0.3\ncolor = \"red\"\n[light]\nkind = \"headlight\"";
     for heights in ["mean", "native"] {
         let mut scene = scene(more);
         (scene.width, scene.height) = (2, 2);
+        let (field, transfer) = ("g".into(), scene.transfer.clone());
+        scene.scenery.volumes = vec![Volume { field, transfer, coloring: None, opacity: None }];
         scene.scenery.heights = if heights == "mean" { Heights::Mean } else { Heights::Native };
         let (values, bytes) = bytes_of_a_later_general_frame(6, &scene);
         println!("several fields, {heights} heights: {bytes} bytes of {values} values each");
