@@ -54,7 +54,7 @@ pub(super) fn draw(
     others: &[(&str, Field)],
     heights: Option<&Field>,
 ) -> Result<Rendered> {
-    let Setting { renderer, scene, plan, grid, part, ref field, .. } = *setting;
+    let Setting { renderer, scene, plan, grid, part, field, .. } = *setting;
     let known = match field.samples() {
         Reals::F32(data) => Known::of(setting, ranks, &Samples::new(data, field, plan.falling, [0.0, 1.0])),
         Reals::F64(data) => Known::of(setting, ranks, &Samples::new(data, field, plan.falling, [0.0, 1.0])),
