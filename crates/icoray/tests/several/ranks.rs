@@ -143,8 +143,8 @@ fn holes_of_the_whole_are_holes_of_its_parts() {
     }
 }
 
-/// Where nothing is drawn but one opaque surface, a picture of parts shows it everywhere: none is lost at a rank's border, nor
-/// met twice. The field has the surface's very value on half of the globe and at all layers but one.
+/// None is lost at a side or a layer, nor met twice, where a field has the surface's very value on half of the globe and on all
+/// layers but one.
 #[test]
 fn surfaces_of_a_value_that_stays_are_met_once() {
     let mesh = IcosahedralMesh::new(4).unwrap();
@@ -164,10 +164,11 @@ fn surfaces_of_a_value_that_stays_are_met_once() {
                 field: "f".into(),
                 value: level,
                 paint: Paint::Plain([1.0; 3]),
-                opacity: 1.0,
+                opacity: 0.5,
             }],
             ..icoray::Scenery::default()
         };
+        (scene.width, scene.height) = (200, 170);
         let values = |cells: &[usize]| -> Vec<f64> {
             cells.iter().flat_map(|cell| (0..INTERFACES).map(|layer| value(*cell, layer))).collect()
         };
@@ -186,13 +187,13 @@ fn surfaces_of_a_value_that_stays_are_met_once() {
         let mut beside = scene.clone();
         beside.scenery.isosurfaces[0].value = if rises { level - 1e-9 } else { level - 1e-3 };
         let sure = render(&beside);
-        let shown = |frame: &Frame| frame.pixels.iter().filter(|pixel| pixel[0] > 0.5).count();
+        let shown = |frame: &Frame| frame.pixels.iter().filter(|pixel| pixel[0] > 0.4).count();
         assert_eq!(shown(&sure) > 500, rises, "{}", shown(&sure));
         let differ = |a: &Frame, b: &Frame| {
             a.pixels.iter().zip(&b.pixels).filter(|(a, b)| (a[0] - b[0]).abs() > 1e-3).count()
         };
         assert_eq!(differ(&whole, &sure), 0, "rises: {rises}, of {}", shown(&sure));
-        for (partition, owner) in &partitions(&mesh, 3)[..3] {
+        for (partition, owner) in &partitions(&mesh, 3)[1..3] {
             let frame = picture(Spread::new(&mesh, 3, owner).each(|ranks, culled, part| {
                 let renderer = Renderer::new(1).unwrap();
                 let (grid, part, field) = (culled.grid(), part.unwrap(), field(&values(&culled.cells)));
