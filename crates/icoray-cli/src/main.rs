@@ -9,6 +9,7 @@ mod failure;
 mod gpu;
 mod info;
 mod input;
+mod layering;
 mod plan;
 mod ranks;
 mod render;

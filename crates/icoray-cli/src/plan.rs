@@ -3,6 +3,7 @@
 use crate::failure::Failure;
 use crate::gpu;
 use crate::input::{self, Input, Wanted};
+use crate::layering::Layering;
 use icoray::output::Stamp;
 use icoray::{Grid, Plan, Renderer, Scene, Sharing, Shot};
 use icoray_netcdf::ModelFile;
@@ -49,10 +50,11 @@ fn say(
     scene: &Scene,
     out: &mut impl Write,
 ) -> Result<(), Failure> {
-    // Of a derived field it is what that is made of that the file has.
-    let info = file.field_info(scene.model_fields().first().unwrap_or(&scene.field.as_str()))?;
-    let layers = args.wanted.radii(&file.layer_heights(&info.name)?, info)?;
-    let owned = args.wanted.read(file, info, 0)?;
+    let layering = Layering::of(file, scene, &args.wanted)?;
+    let layers = layering.layers(&file.layer_heights(&layering.bearer().name)?)?;
+    let [lead, _] = layering.key();
+    let first = file.field_info(lead)?;
+    let owned = file.read_layers(lead, 0, layering.range(first)?)?;
     let plan = Plan::new(scene, grid, &layers, &owned.field()?)?;
     if plan.left_out().is_empty() {
         writeln!(out, "nothing is left out")?;
