@@ -79,7 +79,7 @@ fn heights_that_change_are_read_at_each_time() {
         made.variables.retain(|v| v.name != "zgrid");
         let thickness = records
             .iter()
-            .flat_map(|t| (0..42 * LAYERS).map(move |i| 200.0 + 150.0 * ((i / LAYERS + 3 * t) % 6) as f32));
+            .flat_map(|t| (0..42 * LAYERS).map(move |i| 200.0 + 150.0 * ((i / LAYERS + t) % 6) as f32));
         made.add("layerThickness", &["Time", "nCells", "nVertLevels"], Values::F32(thickness.collect()));
         made.add("bottomDepth", &["nCells"], Values::F64(vec![2000.0; 42]));
         made
