@@ -89,6 +89,11 @@ fn layers(file: &ModelFile, out: &mut impl Write) -> Result<(), Failure> {
             Err(e) => format!("layers     {e}"),
         };
         writeln!(out, "{text}")?;
+        match file.native_heights_in_words(&info.name) {
+            Ok(Some(own)) => writeln!(out, "           heights = \"native\" in a scene shows {own}")?,
+            Ok(None) => {}
+            Err(e) => writeln!(out, "           {e}")?,
+        }
     }
     Ok(())
 }

@@ -1,7 +1,7 @@
 //! The files that every command reads.
 
-use icoray::{Error, ErrorKind, Layers, Location, Result, Script};
-use icoray_netcdf::{FieldInfo, LayerHeights, ModelFile, OwnedField};
+use icoray::{Error, ErrorKind, Location, Result, Script};
+use icoray_netcdf::{FieldInfo, ModelFile};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
@@ -24,10 +24,11 @@ impl Input {
     }
 }
 
-/// Which of a field's layers are read and drawn.
+/// Which of the first field's layers are read and drawn.
 #[derive(clap::Args)]
 pub struct Wanted {
-    /// Layers that are read and drawn, from 0 and without the last, instead of all; either end may be left out
+    /// Layers that are read and drawn, from 0 and without the last, instead of all; either end may be left out. Those of a
+    /// view's first field; of others that lie on interfaces or between them, those around or between
     #[arg(long, value_name = "A..B", value_parser = layers)]
     layers: Option<(usize, Option<usize>)>,
 }
@@ -58,15 +59,9 @@ impl Wanted {
         Ok(range)
     }
 
-    /// Reads them at one time.
-    pub fn read(&self, file: &ModelFile, info: &FieldInfo, time: usize) -> Result<OwnedField> {
-        file.read_layers(&info.name, time, self.of(info)?)
-    }
-
-    /// Their radii.
-    pub fn radii(&self, heights: &LayerHeights, info: &FieldInfo) -> Result<Layers> {
-        let all = heights.layers.for_field(info.layers)?;
-        Layers::new(all.radius_m()[self.of(info)?].to_vec(), all.planet_radius_m())
+    /// Whether all are.
+    pub fn is_all(&self) -> bool {
+        self.layers.is_none()
     }
 }
 

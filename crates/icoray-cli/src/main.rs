@@ -9,6 +9,7 @@ mod failure;
 mod gpu;
 mod info;
 mod input;
+mod layering;
 mod plan;
 mod ranks;
 mod render;
@@ -34,7 +35,7 @@ enum Command {
     Animate(animate::Args),
     /// Say what a file holds: mesh, times, layers, fields
     Info(info::Args),
-    /// Say what a scene leaves out for a file
+    /// Say what a scene reads of a file and leaves out
     Plan(plan::Args),
     /// List the GPUs that can draw, with the numbers by which scenes choose them
     Devices,

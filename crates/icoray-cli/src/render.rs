@@ -2,6 +2,7 @@
 
 mod due;
 mod job;
+mod own_heights;
 mod press;
 mod subject;
 mod target;
@@ -17,6 +18,7 @@ use icoray::{Error, ErrorKind, Ranks, Renderer, Result, Scene, Script};
 use icoray_netcdf::ModelFile;
 use indicatif::{ProgressBar, ProgressStyle};
 use job::Job;
+use own_heights::OwnHeights;
 use press::Press;
 use std::collections::HashMap;
 use std::io::Write;
@@ -150,7 +152,7 @@ fn render(args: &Args, ranks: &mut Ranks, out: &mut impl Write) -> std::result::
     let mut press = ranks.together(press)?;
     let mesh = file.mesh();
     let prepared = renderer.run(|| mesh.grid()).and_then(|grid| {
-        let subjects = Subjects::new(&file, &script, &args.wanted, &grid)?;
+        let subjects = Subjects::new(&file, &script, &args.wanted, grid.cells())?;
         Ok((grid, subjects))
     });
     let (grid, subjects) = ranks.together(prepared)?;
@@ -158,23 +160,29 @@ fn render(args: &Args, ranks: &mut Ranks, out: &mut impl Write) -> std::result::
     let job = Job { subjects: &subjects, grid: &grid, renderer: &renderer, target: &target, open_s };
     let bar = progress(if ranks.is_root() { series.pictures() } else { 0 });
     let mut said = match press {
-        Some(_) => say_notes(&subjects.all_notes(&script), out),
+        Some(_) => {
+            subjects.all_notes(&script).map_err(Failure::from).and_then(|notes| say_notes(&notes, out))
+        }
         None => Ok(()),
     };
-    let mut drawn = 0;
+    let (mut drawn, mut heights) = (0, OwnHeights::default());
     bar.tick();
     for &time in &series.times {
         agree(ranks, said)?;
-        let (due, read) = ranks.together(series.due(time, &renderer, &args.wanted))?;
+        let (due, read) = ranks.together(series.due(time, &renderer, &subjects))?;
         let fields = ranks.together(read.borrowed())?;
-        let (stamp, mut read_s) = (series.stamp(time), read.seconds);
+        let scenes = due.iter().flat_map(|view| view.scenes());
+        let from = (&file, &grid, &renderer);
+        let heights_s = ranks.together(heights.get_ready(from, &subjects, scenes, time))?;
+        let (stamp, mut read_s) = (series.stamp(time), read.seconds + heights_s);
         // Where nobody looks at the bar it has no length.
         bar.set_length(bar.length().unwrap_or(0).saturating_sub(series.given_up(time, &due)));
         said = Ok(());
         for shot in due.into_iter().flat_map(|view| view.shots(&stamp)) {
             agree(ranks, said)?;
             drawn += 1;
-            let picture = job.picture(&shot, &stamp, &fields, std::mem::take(&mut read_s), ranks)?;
+            let picture =
+                job.picture(&shot, &stamp, (&fields, &heights), std::mem::take(&mut read_s), ranks)?;
             said = match (&mut press, picture) {
                 (Some(press), Some((frame, words))) => {
                     say(press.put(frame, shot.scene.output, stamp.clone(), words), &bar, out)
@@ -196,7 +204,7 @@ fn render(args: &Args, ranks: &mut Ranks, out: &mut impl Write) -> std::result::
 }
 
 /// Says what is not drawn as the file has it.
-fn say_notes(notes: &[&String], out: &mut impl Write) -> std::result::Result<(), Failure> {
+fn say_notes(notes: &[String], out: &mut impl Write) -> std::result::Result<(), Failure> {
     notes.iter().try_for_each(|line| Ok(writeln!(out, "note      {line}")?))
 }
 

@@ -3,7 +3,7 @@
 use crate::field::{FieldInfo, OwnedField};
 use crate::floor::Floor;
 use crate::heights::LayerHeights;
-use crate::heights::native::{self, NativeHeights};
+use crate::heights::native::{self, NativeHeights, NativeInfo};
 use crate::mesh::{Convention, Mesh};
 use crate::sources::Sources;
 use crate::times;
@@ -188,6 +188,14 @@ impl ModelFile {
     /// of other dimensions.
     pub fn native_heights_in_words(&self, field: &str) -> Result<Option<String>> {
         native::describe(&self.sources, &self.mesh, self.field_info(field)?)
+    }
+
+    /// What is known of the heights that each column of a field has of its own. Nothing is read of them.
+    ///
+    /// # Errors
+    /// As [`ModelFile::native_heights_in_words`]; [`ErrorKind::Layers`] where there are none, with what was looked for.
+    pub fn native_info(&self, field: &str) -> Result<NativeInfo> {
+        native::info(&self.sources, &self.mesh, self.field_info(field)?)
     }
 
     /// Reads the heights that each column of a field has of its own, at record `time` where they change; those of a file that

@@ -37,5 +37,5 @@ mod times;
 pub use field::{FieldInfo, OwnedField, Precision};
 pub use file::ModelFile;
 pub use heights::LayerHeights;
-pub use heights::native::NativeHeights;
+pub use heights::native::{NativeHeights, NativeInfo};
 pub use mesh::{Convention, Mesh};

@@ -1,6 +1,6 @@
 //! What is drawn at which of a file's times, and the fields for it.
 
-use crate::input::Wanted;
+use super::subject::{Subject, Subjects};
 use icoray::output::Stamp;
 use icoray::{Field, Renderer, Result, Script, Statistic, View};
 use icoray_netcdf::{ModelFile, OwnedField};
@@ -18,9 +18,12 @@ pub struct Series<'a> {
     pub seconds: Option<Vec<f64>>,
 }
 
+/// A field's name and the ends of its layers.
+pub type Key = (String, [usize; 2]);
+
 /// The fields of one time, each read once.
 pub struct Read {
-    pub fields: BTreeMap<String, OwnedField>,
+    pub fields: BTreeMap<Key, OwnedField>,
     pub seconds: f64,
 }
 
@@ -58,40 +61,45 @@ impl Series<'_> {
     }
 
     /// The views that are drawn at a time, with their fields.
-    pub fn due(&self, time: usize, renderer: &Renderer, wanted: &Wanted) -> Result<(Vec<&View>, Read)> {
+    pub fn due(&self, time: usize, renderer: &Renderer, subjects: &Subjects) -> Result<(Vec<&View>, Read)> {
         let mut read = Read { fields: BTreeMap::new(), seconds: 0.0 };
         let mut due = Vec::new();
         for view in self.scheduled(time) {
             let mut statistic = |field: &str, statistic: Statistic| {
-                let field = read.field(self.file, wanted, field, time)?.field()?;
+                let subject = subjects.of_condition(view, field)?;
+                let field = read.field(self.file, &subject, time)?.field()?;
                 Ok(renderer.run(|| statistic.of(&field)))
             };
             if !self.is_uncertain(view) || view.holds(&mut statistic)? {
                 due.push(view);
             }
         }
-        let needed: Vec<String> = due.iter().flat_map(|view| view.model_fields()).collect();
-        read.fields.retain(|name, _| needed.contains(name));
-        for name in &needed {
-            read.field(self.file, wanted, name, time)?;
+        let mut needed = Vec::new();
+        for scene in due.iter().flat_map(|view| view.scenes()) {
+            needed.extend(subjects.of(&scene)?);
+        }
+        read.fields.retain(|known, _| needed.iter().any(|subject| subject.key() == *known));
+        for subject in &needed {
+            read.field(self.file, subject, time)?;
         }
         Ok((due, read))
     }
 }
 
 impl Read {
-    fn field(&mut self, file: &ModelFile, wanted: &Wanted, name: &str, time: usize) -> Result<&OwnedField> {
-        if !self.fields.contains_key(name) {
+    fn field(&mut self, file: &ModelFile, subject: &Subject, time: usize) -> Result<&OwnedField> {
+        let key = subject.key();
+        if !self.fields.contains_key(&key) {
             let start = Instant::now();
-            let field = wanted.read(file, file.field_info(name)?, time)?;
+            let field = file.read_layers(&subject.info.name, time, subject.range.clone())?;
             self.seconds += start.elapsed().as_secs_f64();
-            self.fields.insert(name.to_owned(), field);
+            self.fields.insert(key.clone(), field);
         }
-        Ok(&self.fields[name])
+        Ok(&self.fields[&key])
     }
 
     /// The fields, borrowed: the same ones for all views, so that what is made of them is made once.
-    pub fn borrowed(&self) -> Result<BTreeMap<&str, Field<'_>>> {
-        self.fields.iter().map(|(name, field)| Ok((name.as_str(), field.field()?))).collect()
+    pub fn borrowed(&self) -> Result<BTreeMap<Key, Field<'_>>> {
+        self.fields.iter().map(|(key, field)| Ok((key.clone(), field.field()?))).collect()
     }
 }

@@ -1,7 +1,9 @@
 //! What the pictures of one run share, and one of them.
 
+use super::due::Key;
+use super::own_heights::OwnHeights;
 use super::press::Said;
-use super::subject::Subjects;
+use super::subject::{Subject, Subjects};
 use super::target::Target;
 use crate::gpu;
 use crate::input;
@@ -20,30 +22,38 @@ pub struct Job<'a> {
 }
 
 impl Job<'_> {
-    /// Draws a shot, together with the other ranks. At rank 0 the frame, and what is to be said of it; `read_s` is the
-    /// seconds that reading took.
+    /// Draws a shot of fields and heights that were read, together with the other ranks. At rank 0 the frame, and what is to be
+    /// said of it; `read_s` is the seconds that reading took.
     pub fn picture(
         &self,
         shot: &Shot,
         stamp: &Stamp,
-        fields: &BTreeMap<&str, Field>,
+        (fields, heights): (&BTreeMap<Key, Field>, &OwnHeights),
         read_s: f64,
         ranks: &mut Ranks,
     ) -> Result<Option<(Frame, Said)>> {
         let scene = &shot.scene;
-        let needed = scene.model_fields().into_iter().filter_map(|name| Some((name, *fields.get(name)?)));
-        let layers = self.subjects.layers(scene);
-        let rendered =
-            self.renderer.render_over(ranks, scene, self.grid, None, layers, Fields::new(needed))?;
+        let subjects = self.subjects.of(scene)?;
+        let needed = subjects.iter().filter_map(|s| Some((s.info.name.as_str(), *fields.get(&s.key())?)));
+        let needed = Fields::new(needed);
+        let needed = match heights.of(self.subjects, scene)? {
+            Some(heights) => needed.with_heights(heights),
+            None => needed,
+        };
+        let layers = self.subjects.layers(scene)?;
+        let rendered = self.renderer.render_over(ranks, scene, self.grid, None, layers, needed)?;
         let Rendered::Here(mut frame) = rendered else { return Ok(None) };
-        for info in self.subjects.infos(scene)? {
+        for Subject { info, .. } in &subjects {
             if info.name == scene.field {
                 frame.description = info.description.clone();
             } else {
                 frame.descriptions.push((info.name.clone(), info.description.clone()));
             }
         }
-        frame.notes.extend(self.subjects.notes(scene).map(|note| ("note", note.clone())));
+        frame.notes.extend(self.subjects.notes(scene)?.into_iter().map(|note| ("note", note)));
+        if let Some(native) = self.subjects.native(scene)? {
+            frame.notes.push(("heights", native.description.clone()));
+        }
         if !shot.name.is_empty() {
             frame.notes.push(("view", shot.name.clone()));
         }
@@ -56,19 +66,22 @@ impl Job<'_> {
         let date = stamp.date.as_deref().unwrap_or("no date");
         let path = self.target.path(&scene.output, stamp, &scene.field)?;
         let (report, counts) = (&frame.report, &frame.report.counts);
-        let (infos, layers) = (self.subjects.infos(scene)?, self.subjects.layers(scene).count());
+        let subjects = self.subjects.of(scene)?;
+        let heights = self.subjects.native(scene)?;
+        let heights =
+            heights.map_or_else(String::new, |native| format!("heights   {}\n", native.description));
         let view = if shot.name.is_empty() { String::new() } else { format!("view      {}\n", shot.name) };
-        let fields: Vec<String> = infos
+        let fields: Vec<String> = subjects
             .iter()
-            .map(|info| {
-                let (name, place) = (&info.name, input::place(info.location));
+            .map(|Subject { info, range }| {
+                let (name, place, layers) = (&info.name, input::place(info.location), range.len());
                 format!("field     {name} at {place}, {layers} layers, time {} ({date})\n", stamp.step)
             })
             .collect();
-        let units = infos.first().and_then(|info| info.description.units.as_deref());
+        let units = subjects.first().and_then(|first| first.info.description.units.as_deref());
         let before = format!(
             "picture   {} ({} x {})\n\
-             {view}{}\
+             {view}{}{heights}\
              range     {}, {} missing\n\
              rays      {}, {} columns, {} frusta ({} void)\n\
              error     {}\n\

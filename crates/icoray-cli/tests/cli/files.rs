@@ -173,7 +173,9 @@ fn corner_fields_and_terrain_are_noted() {
     );
     let picture = folder.path().join("out.png");
     shows_something(&picture, 96, 96);
-    says(&picture, &[("note", "concentric mean heights are rendered; columns deviate by up to 39.0 m")]);
+    let note = "concentric mean heights are rendered; columns deviate by up to 39.0 m (heights = \"native\" in the scene \
+                shows each column's own)";
+    says(&picture, &[("note", note)]);
 }
 
 #[test]
@@ -203,6 +205,7 @@ fn info_lists_what_the_file_holds() {
             "0: 2013-10-25_00:00:00, 1: 2013-10-26_00:00:00, 2: 2013-10-27_00:00:00",
             "4 between 5 interfaces (zgrid): from 0.0 m to 9000.0 m, 100.0 to 7500.0 m apart",
             "5 on heights (zgrid): from 0.0 m to 9000.0 m",
+            "heights = \"native\" in a scene shows zgrid of each column\n",
             "Potential temperature",
         ],
     );
@@ -233,7 +236,10 @@ fn plan_says_what_is_left_out() {
     let dark = scene("theta", 0.0, 42.0).replace("\"headlight\"", "\"none\"");
     let folder = folder(&Made::history(), &dark);
     let text = prints(icoray(folder.path()).args(["plan", "made.nc", "--scene", "scene.toml"]));
-    has(&text, &["left out: gradients (", "left out: table corner\n"]);
+    let bytes = 42 * 4 * 4;
+    let read = format!("read: theta at cells, 4 layers ({bytes} bytes each time)\n");
+    has(&text, &[&read, "left out: gradients (", "left out: table corner\n", "left out: native heights\n"]);
+    assert_eq!(text.matches("read: ").count(), 1, "{text}");
 }
 
 #[test]

@@ -7,6 +7,7 @@ mod made_icon;
 
 mod files;
 mod gpu;
+mod heights;
 mod icon;
 mod ocean;
 #[cfg(feature = "mpi")]

@@ -1,6 +1,7 @@
 //! `icoray render` on several ranks of MPI: one picture, which one rank writes, byte by byte that of a process alone.
 
 use crate::files::{folder, render};
+use crate::heights::{hills, native, two};
 use crate::made::Made;
 use crate::run::{has, scene};
 use std::fs;
@@ -72,6 +73,21 @@ fn ranks_draw_the_views_that_are_due_together() {
     }
     let data = String::from_utf8(at("alone", "data.csv")).unwrap();
     assert_eq!(data.lines().count(), 4, "{data}");
+}
+
+#[test]
+fn ranks_draw_native_heights_and_several_fields_together() {
+    let folder = folder(&hills(), &native(&two("w", "theta")));
+    render(folder.path(), &["--time", "0..2", "-o", "alone", "--size", "64x64", "--threads", "1"]);
+    let more = ["--time", "0..2", "-o", "of 2", "--size", "64x64", "--threads", "1"];
+    let Some(output) = on_ranks(2, folder.path(), &more) else { return };
+    let [said, complaint] = [output.stdout, output.stderr].map(|said| String::from_utf8(said).unwrap());
+    assert!(output.status.success(), "{said}{complaint}");
+    has(&said, &["heights   zgrid of each column\n", "(2 ranks of 1 threads)"]);
+    for time in 0..2 {
+        let bytes = |of: &str| fs::read(folder.path().join(of).join(format!("w_{time:06}.png"))).unwrap();
+        assert!(bytes("of 2") == bytes("alone"), "time {time}");
+    }
 }
 
 #[test]

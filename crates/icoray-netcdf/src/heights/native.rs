@@ -1,11 +1,11 @@
 //! Heights of each column's layers, for pictures that show them.
 
 use super::thickness::{self, Columns};
-use super::{LayerHeights, axis, expect, icon_columns};
+use super::{ICON_COLUMNS, LayerHeights, axis, expect, icon_columns};
 use crate::field::{FieldInfo, OwnedField};
 use crate::floor::Floor;
 use crate::mesh::{Convention, Mesh};
-use crate::source::{Source, Variable};
+use crate::source::{Kind, Source, Variable};
 use crate::sources::Sources;
 use crate::times::is_time;
 use icoray::{CenterField, Error, ErrorKind, Field, Grid, Layers, Location, Result, Shape};
@@ -28,6 +28,17 @@ enum Stored {
     AsRead(OwnedField),
     Averaged(CenterField),
     AddedUp(Columns),
+}
+
+/// What is known of the heights of each column before they are read.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct NativeInfo {
+    /// What they are made of, in words: "zgrid of each column".
+    pub description: String,
+    /// Whether each time has its own.
+    pub time_dependent: bool,
+    /// Bytes of the variable that is read for one time.
+    pub bytes: usize,
 }
 
 /// Where a file has them.
@@ -56,14 +67,59 @@ impl<'a> Found<'a> {
         Ok(thickness::of_now(sources).map(|(source, variable)| Found::Thicknesses(source, variable)))
     }
 
+    /// Of a field's layers.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Layers`] where there are none, with what was looked for.
+    fn expected(sources: &'a Sources, mesh: &Mesh, info: &FieldInfo) -> Result<Self> {
+        Self::of(sources, mesh, info)?.ok_or_else(|| {
+            let (name, layers) = (&info.name, info.layers);
+            let looked_for = match mesh.convention() {
+                Convention::Mpas => format!(
+                    "zgrid(nCells, nVertLevelsP1), and {}(nCells, nVertLevels), at times or not",
+                    thickness::NAMES_NOW.join(", ")
+                ),
+                Convention::Icon => format!(
+                    "{} over {layers} or {} layers and {} cells, where no coordinate {dimension}({dimension}) gives heights \
+                     or pressures that all columns share",
+                    ICON_COLUMNS.join(", "),
+                    layers + 1,
+                    mesh.corners(),
+                    dimension = info.layer_dimension
+                ),
+            };
+            let context = format!(
+                "{name} has no native heights: no file has those of each column; looked for {looked_for}"
+            );
+            sources.error(ErrorKind::Layers, context)
+        })
+    }
+
+    fn time_dependent(self, sources: &Sources) -> bool {
+        match self {
+            Found::Heights(source, variable) => changes(sources, source, variable),
+            Found::Thicknesses(source, variable) => {
+                changes(sources, source, variable) || thickness::start_changes(sources)
+            }
+        }
+    }
+
+    fn info(self, sources: &Sources, mesh: &Mesh) -> NativeInfo {
+        let (Found::Heights(_, variable) | Found::Thicknesses(_, variable)) = self;
+        let of_one_time = variable.dimensions.iter().filter(|dimension| !is_time(&dimension.name));
+        let values = of_one_time.fold(1usize, |values, dimension| values.saturating_mul(dimension.len));
+        let bytes = if variable.kind == Kind::F32 { 4 } else { 8 };
+        NativeInfo {
+            description: self.description(sources, mesh),
+            time_dependent: self.time_dependent(sources),
+            bytes: values.saturating_mul(bytes),
+        }
+    }
+
     fn description(self, sources: &Sources, mesh: &Mesh) -> String {
         let (Found::Heights(_, variable) | Found::Thicknesses(_, variable)) = self;
         let name = &variable.name;
-        let at_times = if variable.dimensions.first().is_some_and(|d| is_time(&d.name)) {
-            ", those of each time"
-        } else {
-            ""
-        };
+        let at_times = if self.time_dependent(sources) { ", those of each time" } else { "" };
         match (self, mesh.convention()) {
             (Found::Heights(..), Convention::Mpas) => format!("{name} of each column{at_times}"),
             (Found::Heights(..), Convention::Icon) => {
@@ -79,6 +135,14 @@ impl<'a> Found<'a> {
 /// What is found of them for a field, in words.
 pub(crate) fn describe(sources: &Sources, mesh: &Mesh, info: &FieldInfo) -> Result<Option<String>> {
     Ok(Found::of(sources, mesh, info)?.map(|found| found.description(sources, mesh)))
+}
+
+/// What is known of them before they are read.
+///
+/// # Errors
+/// As [`Found::expected`].
+pub(crate) fn info(sources: &Sources, mesh: &Mesh, info: &FieldInfo) -> Result<NativeInfo> {
+    Ok(Found::expected(sources, mesh, info)?.info(sources, mesh))
 }
 
 impl NativeHeights {
@@ -186,6 +250,11 @@ fn reached(count: usize, info: &FieldInfo, layers: Range<usize>) -> Result<Range
         return bad(format!("layers {layers:?}, expected some of 0..{}", info.layers));
     }
     Ok(layers.start..layers.end + more)
+}
+
+/// Whether a variable has one record for each of the fields' times.
+pub(super) fn changes(sources: &Sources, source: &Source, variable: &Variable) -> bool {
+    std::ptr::eq(source, sources.fields()) && variable.dimensions.first().is_some_and(|d| is_time(&d.name))
 }
 
 /// Which record of a variable is that of a field's `time`.

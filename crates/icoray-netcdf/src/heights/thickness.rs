@@ -5,7 +5,7 @@
 //! its thicknesses, added up.
 
 use super::columns::Spread;
-use super::native::record;
+use super::native::{changes, record};
 use crate::floor::Floor;
 use crate::reals::OwnedReals;
 use crate::source::{Kind, Source, Variable};
@@ -18,7 +18,9 @@ use std::ops::Range;
 pub(super) const NAMES: [&str; 3] = ["restingThickness", "layerThickness", "timeMonthly_avg_layerThickness"];
 
 /// The same, those of the time that is drawn first.
-const NAMES_NOW: [&str; 3] = ["layerThickness", "timeMonthly_avg_layerThickness", "restingThickness"];
+pub(super) const NAMES_NOW: [&str; 3] =
+    ["layerThickness", "timeMonthly_avg_layerThickness", "restingThickness"];
+
 /// Height of the sea surface, metres.
 const SURFACES: [&str; 2] = ["ssh", "timeMonthly_avg_ssh"];
 
@@ -44,6 +46,13 @@ pub(super) fn start(sources: &Sources) -> String {
     }
     let surface = SURFACES.iter().find(|name| sources.find(name).is_some());
     surface.map_or("down from the sphere".into(), |name| format!("down from the sea surface ({name})"))
+}
+
+/// Whether each time has another place from where interfaces are added up.
+pub(super) fn start_changes(sources: &Sources) -> bool {
+    let surface = || SURFACES.iter().find_map(|name| sources.find(name));
+    sources.find("bottomDepth").is_none()
+        && surface().is_some_and(|(source, variable)| changes(sources, source, variable))
 }
 
 /// The interfaces of each column, from the sea surface down.

@@ -29,7 +29,10 @@ fn heights_of_mpas_are_those_of_zgrid() {
     let file = ModelFile::open(&path).unwrap();
     let words = file.native_heights_in_words("theta").unwrap();
     assert_eq!(words.as_deref(), Some("zgrid of each column"));
+    let info = file.native_info("theta").unwrap();
+    assert_eq!((info.description.as_str(), info.time_dependent), ("zgrid of each column", false));
     let heights = read(&file, "theta", 2);
+    assert_eq!(heights.bytes(), info.bytes);
     assert_eq!((heights.description(), heights.bytes()), ("zgrid of each column", 4 * zgrid.len()));
     assert!(matches!(heights.all().unwrap().samples(), Reals::F32(_)));
     // Layers of theta lie between interfaces, those of w on them.
@@ -121,7 +124,7 @@ fn without_a_depth_heights_are_counted_from_the_sea_surface() {
     let ssh = (0..RECORDS * 42).map(|i| (i / 42) as f64 + 0.01 * (i % 42) as f64);
     made.add("ssh", &["Time", "nCells"], Values::F64(ssh.collect()));
     let (told, file, _folder) = words(&made);
-    assert!(told.ends_with("down from the sea surface (ssh)"), "{told}");
+    assert!(told.ends_with("down from the sea surface (ssh), those of each time"), "{told}");
     expect_columns(&file, 2, |cell| 2.0 + 0.01 * cell as f64);
     // Without a sea floor columns end where layers have no thickness; below an ice shelf the first ones have none.
     made.remove("maxLevelCell");
@@ -166,6 +169,9 @@ fn heights_over_triangles_are_averaged() {
     let file = ModelFile::open(&path).unwrap();
     let grid = file.mesh().grid().unwrap();
     assert_eq!(file.native_heights_in_words("ta").unwrap(), None);
+    let error = file.native_info("ta").unwrap_err();
+    let parts = ["made.nc: ta has no native heights", "looked for z_ifc, ", " and 80 cells", "lev(lev)"];
+    expect(&error, ErrorKind::Layers, &parts);
     assert!(file.native_heights(&grid, "ta", 0).unwrap().is_none());
 
     made.variable("lev").attributes.clear();

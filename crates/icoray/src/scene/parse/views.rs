@@ -9,7 +9,7 @@ mod motion;
 mod sweep;
 
 use super::{Scene, Text, checked};
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::output::{NameTemplate, Stamp};
 use crate::script::{Script, View};
 use extras::Names;
@@ -30,6 +30,26 @@ fn take<T: DeserializeOwned>(source: &Text, table: &mut DeTable, key: &str) -> R
         None => source.bad(span.clone(), key, e.message()),
     })?;
     Ok(Some(Spanned::new(span, value)))
+}
+
+/// Lists of keys in the sentence about an unknown one, and the same with the keys that are taken before those of a scene.
+const LISTS: [[&str; 2]; 3] = [
+    [
+        "one of `field`, `every`, ",
+        "one of `views`, `field`, `every`, `at_steps`, `at_times`, `when`, `sweep`, ",
+    ],
+    [
+        "one of `lon`, `lat`, `distance`, `altitude`, `eye`, ",
+        "one of `orbit`, `path`, `lon`, `lat`, `distance`, `altitude`, `eye`, ",
+    ],
+    ["expected `file` or `error`", "expected one of `file`, `error`, `cinema`, `concat`, `fps`"],
+];
+
+/// The error about a scene's keys, with all keys that might stand there.
+fn with_all_keys(error: &Error) -> Error {
+    let context =
+        LISTS.iter().fold(error.context().to_owned(), |text, [from, to]| text.replacen(from, to, 1));
+    Error::new(error.kind(), context)
 }
 
 /// A table of a table, where there is one.
@@ -83,7 +103,7 @@ fn view(source: &Text, name: Option<String>, mut table: Spanned<DeTable>) -> Res
     let (cinema, concat) = extras::kept(source, root)?;
     let motion = motion::motion(source, root)?;
     let sweep = sweep::sweep(source, root, &motion)?;
-    let mut scene: Scene = checked(source, table)?;
+    let mut scene: Scene = checked(source, table).map_err(|e| with_all_keys(&e))?;
     if names.file.is_none() {
         let view = name.iter().map(|_| "{view}".to_owned());
         let always = ["{field}".to_owned(), "{step:06}".to_owned()];

@@ -169,6 +169,26 @@ fn what_goes_instead_of_other_keys_takes_their_place() {
 
 /// Lines after the base, whose last one is 19, and what the error must say.
 #[test]
+fn unknown_keys_are_told_all_that_there_are() {
+    let before = |key: &str, stray: &str| BASE.replacen(key, &format!("{stray}\n{key}"), 1);
+    for (text, keys) in [
+        (
+            before("every", "evry = 2"),
+            &["`views`", "`at_steps`", "`at_times`", "`when`", "`sweep`", "`heights`"][..],
+        ),
+        (before("fov", "orbits = 2"), &["`orbit`", "`path`", "`lon`", "`up`"]),
+        (format!("{BASE}[output]\nmovie = 2\n"), &["`file`", "`error`", "`cinema`", "`concat`", "`fps`"]),
+        (format!("{BASE}[[volumes]]\nname = 2\n"), &["`field`", "`transfer`"]),
+    ] {
+        let error = script(&text).unwrap_err();
+        let (unknown, list) = error.context().split_once("expected ").unwrap();
+        assert!(unknown.contains("unknown field"), "{error}");
+        assert!(keys.iter().all(|key| list.matches(key).count() == 1), "{error}");
+        assert_eq!(list.contains("`when`"), keys.contains(&"`when`"), "{error}");
+    }
+}
+
+#[test]
 fn errors_name_view_line_and_key() {
     let two = "[[views]]\nname = \"a\"\n[[views]]\nname = \"b\"\n";
     for (lines, words) in [

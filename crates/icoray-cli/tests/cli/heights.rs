@@ -1,0 +1,234 @@
+//! Heights that each column has of its own, and fields that lie on different layers.
+
+use crate::files::{folder, render};
+use crate::made::{HEIGHT_M, LAYERS, Made, RECORDS, Values};
+use crate::real::data;
+use crate::run::{fails, has, icoray, prints, says, scene, shows_something};
+use std::fs;
+use std::ops::Range;
+use std::path::Path;
+
+/// The same scene with native heights.
+pub fn native(scene: &str) -> String {
+    format!("heights = \"native\"\n{scene}")
+}
+
+/// Two volumes of the made fields, of which the first is `first`.
+pub fn two(first: &str, second: &str) -> String {
+    let volume = |field: &str, map: &str| {
+        format!(
+            "[[volumes]]\nfield = \"{field}\"\n[volumes.transfer]\nmap = \"{map}\"\nrange = [0, 42]\n\
+             opacity = [[0, 0.0], [42, 0.8]]\n"
+        )
+    };
+    let plain = scene("theta", 0.0, 42.0);
+    let (_, view) = plain.split_once('\n').unwrap();
+    let (view, _) = view.split_once("[transfer]").unwrap();
+    format!("{view}{}{}", volume(first, "viridis"), volume(second, "magma"))
+}
+
+fn pixels(path: &Path) -> Vec<u8> {
+    image::open(path).unwrap_or_else(|e| panic!("{}: {e}", path.display())).to_rgb8().into_raw()
+}
+
+/// The mean difference of two pictures' bytes, and the greatest.
+fn apart(one: &Path, other: &Path) -> (f64, u8) {
+    let (one, other) = (pixels(one), pixels(other));
+    assert_eq!(one.len(), other.len());
+    let each = || one.iter().zip(&other).map(|(a, b)| a.abs_diff(*b));
+    (each().map(f64::from).sum::<f64>() / one.len() as f64, each().max().unwrap())
+}
+
+/// Heights that rise from column to column.
+pub fn hills() -> Made {
+    let mut made = Made::history();
+    let Values::F32(zgrid) = &mut made.variable("zgrid").values else { panic!("zgrid is f32") };
+    zgrid.iter_mut().enumerate().for_each(|(i, z)| *z += 100.0 * (i / (LAYERS + 1) % 7) as f32);
+    made
+}
+
+#[test]
+fn native_heights_are_read_where_a_view_asks_for_them() {
+    let views =
+        "[[views]]\nname = \"mean\"\n[[views]]\nname = \"own\"\nheights = \"native\"\nat_steps = [1]\n";
+    let steep = scene("theta", 1000.0, 1042.0).replace("exaggeration = 50", "exaggeration = 400");
+    let folder = folder(&hills(), &(steep + views));
+    let text = render(folder.path(), &["--time", "all", "-o", "out", "--size", "48x48"]);
+    let line = "heights   zgrid of each column\n";
+    let own = "view      own\nfield     theta at cells, 4 layers, time 1 (2013-10-26_00:00:00)\n";
+    has(&text, &[&format!("{own}{line}")]);
+    assert_eq!(text.matches(line).count(), 1, "{text}");
+    let at = |name: &str| folder.path().join("out").join(name);
+    says(&at("own_theta_000001.png"), &[("heights", "zgrid of each column")]);
+    let (mean, _) = apart(&at("own_theta_000001.png"), &at("mean_theta_000001.png"));
+    assert!(mean > 0.5, "{mean}");
+    // Each view by its own plan.
+    let plan = prints(icoray(folder.path()).args(["plan", "made.nc", "--scene", "scene.toml"]));
+    let (of_mean, of_own) = plan.split_once("view own:\n").unwrap();
+    let bytes = 42 * (LAYERS + 1) * 4;
+    has(of_mean, &["left out: native heights\n"]);
+    has(of_own, &[&format!("read: zgrid of each column ({bytes} bytes once)\n")]);
+    assert!(!of_mean.contains("zgrid") && !of_own.contains("native heights"), "{plan}");
+}
+
+/// Heights that change are those of each time: as where they are the only ones. Their means do not change.
+#[test]
+fn heights_that_change_are_read_at_each_time() {
+    let ocean = |records: &[usize]| {
+        let mut made = Made::history();
+        made.variables.retain(|v| v.name != "zgrid");
+        let thickness = records
+            .iter()
+            .flat_map(|t| (0..42 * LAYERS).map(move |i| 200.0 + 150.0 * ((i / LAYERS + t) % 6) as f32));
+        made.add("layerThickness", &["Time", "nCells", "nVertLevels"], Values::F32(thickness.collect()));
+        made.add("bottomDepth", &["nCells"], Values::F64(vec![2000.0; 42]));
+        made
+    };
+    assert_eq!(RECORDS, 3);
+    let flat = scene("theta", 2000.0, 2042.0).replace("exaggeration = 50", "exaggeration = 400");
+    let series = folder(&ocean(&[0, 1, 2]), &native(&flat));
+    render(series.path(), &["--time", "all", "-o", ".", "--size", "32x32"]);
+    let same = folder(&ocean(&[2, 2, 2]), &native(&flat));
+    render(same.path(), &["--time", "2", "-o", ".", "--size", "32x32"]);
+    let first = folder(&ocean(&[0, 0, 0]), &native(&flat));
+    render(first.path(), &["--time", "2", "-o", ".", "--size", "32x32"]);
+    let at = |folder: &tempfile::TempDir| pixels(&folder.path().join("theta_000002.png"));
+    assert!(at(&series) == at(&same), "heights are those of the time");
+    assert!(at(&series) != at(&first), "they change");
+    let plan = prints(icoray(series.path()).args(["plan", "made.nc", "--scene", "scene.toml"]));
+    has(
+        &plan,
+        &[
+            "read: layerThickness of each column added up from the sea floor (bottomDepth), those of each time (672 bytes each time)\n",
+        ],
+    );
+}
+
+#[test]
+fn heights_that_a_file_has_not_are_said_before_the_first_ray() {
+    let mut made = Made::history();
+    made.variables.retain(|v| v.name != "zgrid");
+    made.add("refBottomDepth", &["nVertLevels"], Values::F64(vec![10.0, 20.0, 30.0, 40.0]));
+    let folder = folder(&made, &native(&scene("theta", 0.0, 42.0)));
+    for command in ["render", "plan"] {
+        let mut command_of = icoray(folder.path());
+        command_of.args([command, "made.nc", "--scene", "scene.toml"]);
+        let looked_for = "looked for zgrid(nCells, nVertLevelsP1), and layerThickness";
+        fails(&mut command_of, 1, &["made.nc: theta has no native heights", looked_for]);
+    }
+    assert!(!folder.path().join("theta_000000.png").exists());
+}
+
+/// theta lies between the interfaces on which w lies: whichever comes first gives its layers, and ranges of these are those of
+/// the same heights.
+#[test]
+fn fields_on_different_layers_are_drawn_together() {
+    for (first, second, layers, counts) in
+        [("theta", "w", "1..3", [2, 3]), ("w", "theta", "1..4", [3, 2]), ("w", "theta", "0..", [5, 4])]
+    {
+        for heights in ["mean", "native"] {
+            let folder = folder(&hills(), &format!("heights = \"{heights}\"\n{}", two(first, second)));
+            let text = render(folder.path(), &["--layers", layers, "-o", "out.png", "--size", "48x48"]);
+            let field = |name: &str, count: usize| format!("field     {name} at cells, {count} layers");
+            has(
+                &text,
+                &[
+                    &field(first, counts[0]),
+                    &field(second, counts[1]),
+                    &format!("{second} lies on other layers than {first}: interpolated to these in height"),
+                ],
+            );
+            shows_something(&folder.path().join("out.png"), 48, 48);
+        }
+    }
+    let folder = folder(&hills(), &two("w", "theta"));
+    let mut command = icoray(folder.path());
+    command.args(["render", "made.nc", "--scene", "scene.toml", "--layers", "1..3"]);
+    let parts = ["--layers: 1..3 are layers of w", "theta has 1 between them, expected at least 2"];
+    fails(&mut command, 1, &parts);
+}
+
+/// Fields of one volume each are those that a person would have moved by hand, over all layers and over some.
+#[test]
+fn fields_are_moved_between_levels_and_interfaces() {
+    let middle = |level: usize| 0.5 * (HEIGHT_M[level] + HEIGHT_M[level + 1]);
+    let wave = |column: usize| 5.0 * (column % 7) as f64;
+    let theta = |column: usize, level: usize| wave(column) + 9.0 * level as f64;
+    let w = |column: usize, height: f64| wave(column + 3) + 0.003 * height;
+    // theta at interfaces, of which the levels around are `levels`: beyond these there is nothing to interpolate.
+    let between = |column: usize, interface: usize, levels: Range<usize>| {
+        if interface <= levels.start {
+            return theta(column, levels.start);
+        }
+        if interface >= levels.end {
+            return theta(column, levels.end - 1);
+        }
+        let [low, high] = [middle(interface - 1), middle(interface)];
+        let part = (HEIGHT_M[interface] - low) / (high - low);
+        (1.0 - part) * theta(column, interface - 1) + part * theta(column, interface)
+    };
+    for (first, second, layers, levels) in [
+        ("theta", "w", "0..", 0..LAYERS),
+        ("theta", "w", "1..3", 1..3),
+        ("w", "theta", "0..", 0..LAYERS),
+        ("w", "theta", "1..4", 1..3),
+    ] {
+        let mut made = Made::history();
+        let fill = |layers: usize, value: &dyn Fn(usize, usize) -> f64| {
+            let each = (0..RECORDS * 42 * layers).map(|i| value(i / layers % 42, i % layers));
+            Values::F64(each.collect())
+        };
+        made.variable("theta").values = fill(LAYERS, &theta);
+        made.variable("w").values = fill(LAYERS + 1, &|column, i| w(column, HEIGHT_M[i]));
+        made.add(
+            "w_moved",
+            &["Time", "nCells", "nVertLevels"],
+            fill(LAYERS, &|column, l| w(column, middle(l))),
+        );
+        let moved = fill(LAYERS + 1, &|column, i| between(column, i, levels.clone()));
+        made.add("theta_moved", &["Time", "nCells", "nVertLevelsP1"], moved);
+        let folder = folder(&made, &two(first, second));
+        let by_hand = two(first, &format!("{second}_moved"));
+        fs::write(folder.path().join("by_hand.toml"), by_hand).unwrap();
+        render(folder.path(), &["--layers", layers, "-o", "out.png"]);
+        let mut command = icoray(folder.path());
+        command.args([
+            "render",
+            "made.nc",
+            "--scene",
+            "by_hand.toml",
+            "--layers",
+            layers,
+            "-o",
+            "by_hand.png",
+        ]);
+        let text = prints(&mut command);
+        assert!(!text.contains("interpolated"), "{text}");
+        let (mean, most) = apart(&folder.path().join("out.png"), &folder.path().join("by_hand.png"));
+        assert!(most <= 1 && mean < 0.01, "{first} {second} {layers}: {mean} {most}");
+        shows_something(&folder.path().join("out.png"), 96, 96);
+    }
+}
+
+/// Terrain is where the baroclinic wave's surface is not flat; its heights stretched show it.
+#[test]
+fn terrain_of_the_baroclinic_wave() {
+    let Some(file) = data("mpas_jw_10242.nc") else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let plain = scene("theta", 250.0, 400.0).replace("exaggeration = 50", "exaggeration = 150");
+    let at = |name: &str| folder.path().join(name);
+    fs::write(at("mean.toml"), &plain).unwrap();
+    fs::write(at("native.toml"), native(&plain)).unwrap();
+    for name in ["mean", "native"] {
+        let mut render = icoray(folder.path());
+        render.arg("render").arg(&file).args(["--scene", &format!("{name}.toml"), "--layers", "0..8"]);
+        let text = prints(render.args(["--size", "64x64", "-o", &format!("{name}.png")]));
+        assert_eq!(text.contains("concentric mean heights"), name == "mean", "{text}");
+        assert_eq!(text.contains("heights   zgrid of each column\n"), name == "native", "{text}");
+        let mut plan = icoray(folder.path());
+        let plan = prints(plan.arg("plan").arg(&file).args(["--scene", &format!("{name}.toml")]));
+        assert_eq!(plan.contains("read: zgrid of each column"), name == "native", "{plan}");
+    }
+    let (mean, most) = apart(&at("mean.png"), &at("native.png"));
+    assert!(mean > 0.05 && most > 3, "{mean} {most}");
+}
