@@ -165,8 +165,8 @@ fn render(args: &Args, ranks: &mut Ranks, out: &mut impl Write) -> std::result::
     bar.tick();
     for &time in &series.times {
         agree(ranks, said)?;
-        let (due, read) = ranks.together(series.due(time, &renderer, &args.wanted))?;
-        let fields = ranks.together(read.borrowed())?;
+        let (due, read) = ranks.together(series.due(time, &renderer, &grid, &args.wanted))?;
+        let inputs = ranks.together(read.borrowed(&file, &args.wanted))?;
         let (stamp, mut read_s) = (series.stamp(time), read.seconds);
         // Where nobody looks at the bar it has no length.
         bar.set_length(bar.length().unwrap_or(0).saturating_sub(series.given_up(time, &due)));
@@ -174,7 +174,7 @@ fn render(args: &Args, ranks: &mut Ranks, out: &mut impl Write) -> std::result::
         for shot in due.into_iter().flat_map(|view| view.shots(&stamp)) {
             agree(ranks, said)?;
             drawn += 1;
-            let picture = job.picture(&shot, &stamp, &fields, std::mem::take(&mut read_s), ranks)?;
+            let picture = job.picture(&shot, &stamp, &inputs, std::mem::take(&mut read_s), ranks)?;
             said = match (&mut press, picture) {
                 (Some(press), Some((frame, words))) => {
                     say(press.put(frame, shot.scene.output, stamp.clone(), words), &bar, out)

@@ -1,9 +1,10 @@
 //! What is drawn at which of a file's times, and the fields for it.
 
+use super::subject::{is_native, lead};
 use crate::input::Wanted;
 use icoray::output::Stamp;
-use icoray::{Field, Renderer, Result, Script, Statistic, View};
-use icoray_netcdf::{ModelFile, OwnedField};
+use icoray::{Field, Fields, Grid, Renderer, Result, Scene, Script, Statistic, View};
+use icoray_netcdf::{ModelFile, NativeHeights, OwnedField};
 use std::collections::BTreeMap;
 use std::time::Instant;
 
@@ -18,10 +19,18 @@ pub struct Series<'a> {
     pub seconds: Option<Vec<f64>>,
 }
 
-/// The fields of one time, each read once.
+/// The fields of one time, each read once, and the heights of their columns where a view asks for them.
 pub struct Read {
-    pub fields: BTreeMap<String, OwnedField>,
+    fields: BTreeMap<String, OwnedField>,
+    /// By the field whose layers they are of.
+    heights: BTreeMap<String, NativeHeights>,
     pub seconds: f64,
+}
+
+/// The same, borrowed.
+pub struct Inputs<'r> {
+    fields: BTreeMap<&'r str, Field<'r>>,
+    heights: BTreeMap<&'r str, Field<'r>>,
 }
 
 impl Series<'_> {
@@ -58,8 +67,14 @@ impl Series<'_> {
     }
 
     /// The views that are drawn at a time, with their fields.
-    pub fn due(&self, time: usize, renderer: &Renderer, wanted: &Wanted) -> Result<(Vec<&View>, Read)> {
-        let mut read = Read { fields: BTreeMap::new(), seconds: 0.0 };
+    pub fn due(
+        &self,
+        time: usize,
+        renderer: &Renderer,
+        grid: &Grid,
+        wanted: &Wanted,
+    ) -> Result<(Vec<&View>, Read)> {
+        let mut read = Read { fields: BTreeMap::new(), heights: BTreeMap::new(), seconds: 0.0 };
         let mut due = Vec::new();
         for view in self.scheduled(time) {
             let mut statistic = |field: &str, statistic: Statistic| {
@@ -74,6 +89,9 @@ impl Series<'_> {
         read.fields.retain(|name, _| needed.contains(name));
         for name in &needed {
             read.field(self.file, wanted, name, time)?;
+        }
+        for scene in due.iter().flat_map(|view| view.scenes()).filter(is_native) {
+            read.heights(self.file, grid, &lead(&scene), time)?;
         }
         Ok((due, read))
     }
@@ -90,8 +108,36 @@ impl Read {
         Ok(&self.fields[name])
     }
 
+    fn heights(&mut self, file: &ModelFile, grid: &Grid, name: &str, time: usize) -> Result<()> {
+        if self.heights.contains_key(name) {
+            return Ok(());
+        }
+        let start = Instant::now();
+        // A file without them was refused before anything was read.
+        self.heights.extend(file.native_heights(grid, name, time)?.map(|heights| (name.to_owned(), heights)));
+        self.seconds += start.elapsed().as_secs_f64();
+        Ok(())
+    }
+
     /// The fields, borrowed: the same ones for all views, so that what is made of them is made once.
-    pub fn borrowed(&self) -> Result<BTreeMap<&str, Field<'_>>> {
-        self.fields.iter().map(|(name, field)| Ok((name.as_str(), field.field()?))).collect()
+    pub fn borrowed(&self, file: &ModelFile, wanted: &Wanted) -> Result<Inputs<'_>> {
+        let fields = self.fields.iter().map(|(name, field)| Ok((name.as_str(), field.field()?)));
+        let heights = self.heights.iter().map(|(name, heights)| {
+            let info = file.field_info(name)?;
+            Ok((name.as_str(), heights.over(info, wanted.of(info)?)?))
+        });
+        Ok(Inputs { fields: fields.collect::<Result<_>>()?, heights: heights.collect::<Result<_>>()? })
+    }
+}
+
+impl<'r> Inputs<'r> {
+    /// What a scene is drawn of.
+    pub fn of(&self, scene: &Scene) -> Fields<'r> {
+        let needed = scene.model_fields().into_iter();
+        let fields = Fields::new(needed.filter_map(|name| Some((name, *self.fields.get(name)?))));
+        match self.heights.get(lead(scene).as_str()) {
+            Some(heights) if is_native(scene) => fields.with_heights(*heights),
+            _ => fields,
+        }
     }
 }

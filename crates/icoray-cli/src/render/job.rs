@@ -1,13 +1,13 @@
 //! What the pictures of one run share, and one of them.
 
+use super::due::Inputs;
 use super::press::Said;
 use super::subject::Subjects;
 use super::target::Target;
 use crate::gpu;
 use crate::input;
 use icoray::output::Stamp;
-use icoray::{Field, Fields, Frame, Grid, Ranks, Rendered, Renderer, Result, Shot};
-use std::collections::BTreeMap;
+use icoray::{Frame, Grid, Ranks, Rendered, Renderer, Result, Shot};
 
 /// All that the pictures of one run share.
 pub struct Job<'a> {
@@ -26,15 +26,13 @@ impl Job<'_> {
         &self,
         shot: &Shot,
         stamp: &Stamp,
-        fields: &BTreeMap<&str, Field>,
+        inputs: &Inputs,
         read_s: f64,
         ranks: &mut Ranks,
     ) -> Result<Option<(Frame, Said)>> {
         let scene = &shot.scene;
-        let needed = scene.model_fields().into_iter().filter_map(|name| Some((name, *fields.get(name)?)));
         let layers = self.subjects.layers(scene);
-        let rendered =
-            self.renderer.render_over(ranks, scene, self.grid, None, layers, Fields::new(needed))?;
+        let rendered = self.renderer.render_over(ranks, scene, self.grid, None, layers, inputs.of(scene))?;
         let Rendered::Here(mut frame) = rendered else { return Ok(None) };
         for info in self.subjects.infos(scene)? {
             if info.name == scene.field {

@@ -1,7 +1,7 @@
 //! What is known of the fields of a script before the first picture.
 
 use crate::input::Wanted;
-use icoray::{Grid, Layers, Location, Result, Scene, Script};
+use icoray::{Error, ErrorKind, Grid, Heights, Layers, Location, Result, Scene, Script};
 use icoray_netcdf::{FieldInfo, LayerHeights, ModelFile};
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
@@ -9,15 +9,25 @@ use std::collections::hash_map::Entry;
 /// Layers and notes of the scenes of a script.
 pub struct Subjects<'a> {
     file: &'a ModelFile,
-    /// By the name of the field whose layers they are.
-    layers: HashMap<String, (Layers, Vec<String>)>,
+    /// By the name of the field whose layers they are, and whether columns have heights of their own.
+    layers: HashMap<(String, bool), (Layers, Vec<String>)>,
     /// What is done to fields, by their names.
     notes: HashMap<String, String>,
 }
 
 /// The model's field whose layers a scene is drawn on: the first one, or the first of which that is made.
-fn lead(scene: &Scene) -> String {
+pub fn lead(scene: &Scene) -> String {
     scene.model_fields().first().map_or_else(|| scene.field.clone(), |name| (*name).to_owned())
+}
+
+/// Whether columns have heights of their own.
+pub fn is_native(scene: &Scene) -> bool {
+    scene.scenery.heights == Heights::Native
+}
+
+/// What the layers of a scene are known by.
+fn key(scene: &Scene) -> (String, bool) {
+    (lead(scene), is_native(scene))
 }
 
 impl<'a> Subjects<'a> {
@@ -34,10 +44,15 @@ impl<'a> Subjects<'a> {
             }
         }
         for scene in script.views().iter().flat_map(|view| view.scenes()) {
-            if let Entry::Vacant(place) = subjects.layers.entry(lead(&scene)) {
-                let info = file.field_info(place.key())?;
-                let heights = file.layer_heights(place.key())?;
-                place.insert((wanted.radii(&heights, info)?, notes(&heights)));
+            if let Entry::Vacant(place) = subjects.layers.entry(key(&scene)) {
+                let info = file.field_info(&place.key().0)?;
+                let heights = file.layer_heights(&info.name)?;
+                place.insert(if is_native(&scene) {
+                    let note = format!("columns have heights of their own: {}", native(file, info)?);
+                    (heights.layers_over(info, wanted.of(info)?)?, vec![note])
+                } else {
+                    (wanted.radii(&heights, info)?, notes(&heights))
+                });
             }
         }
         Ok(subjects)
@@ -45,7 +60,7 @@ impl<'a> Subjects<'a> {
 
     /// The layers of a scene.
     pub fn layers(&self, scene: &Scene) -> &Layers {
-        &self.layers[&lead(scene)].0
+        &self.layers[&key(scene)].0
     }
 
     /// What is known of a scene's fields, that of its layers first.
@@ -56,7 +71,7 @@ impl<'a> Subjects<'a> {
     /// What is not drawn as the file has it.
     pub fn notes(&self, scene: &Scene) -> impl Iterator<Item = &String> {
         let of_fields = scene.model_fields().into_iter().filter_map(|name| self.notes.get(name));
-        of_fields.chain(&self.layers[&lead(scene)].1)
+        of_fields.chain(&self.layers[&key(scene)].1)
     }
 
     /// The notes of all scenes, each once.
@@ -71,6 +86,18 @@ impl<'a> Subjects<'a> {
         }
         all
     }
+}
+
+/// What heights of its own each column has.
+fn native(file: &ModelFile, info: &FieldInfo) -> Result<String> {
+    file.native_heights_in_words(&info.name)?.ok_or_else(|| {
+        let context = format!(
+            "heights = \"native\": the file has no heights of the columns of {}, expected zgrid, layerThickness or heights over \
+             its layers and cells",
+            info.name
+        );
+        Error::new(ErrorKind::Layers, context)
+    })
 }
 
 fn notes(heights: &LayerHeights) -> Vec<String> {
