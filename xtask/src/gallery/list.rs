@@ -136,17 +136,27 @@ pub const GALLERY: &[Entry] = &[
         pictures: &[picture("terrain.png", "terrain.png", "height of the ground")],
     },
     Entry {
-        title: "Many pictures of one file",
+        title: "All times of a file",
         scene: "growth.toml",
         subject: wave("all"),
-        seen: "Days 0, 6 and 9 over the pole with the same colours, and on day 9 a round trip that a Cinema viewer reads.",
+        seen: "The lowest layer's potential temperature above the pole, its colours the same on days 0, 6 and 9: the wave is not seen at \
+               first, then bends the front between cold and warm air, then rolls it up.",
         pictures: &[
-            picture("growth_pole_01-01.png", "growth_pole_01-01.png", "day 0"),
-            picture("growth_pole_01-07.png", "growth_pole_01-07.png", "day 6"),
-            picture("growth_pole_01-10.png", "growth_pole_01-10.png", "day 9"),
-            picture("growth.cdb/growth_round_100.png", "growth_round_100.png", "from 100°E"),
-            picture("growth.cdb/growth_round_190.png", "growth_round_190.png", "from 190°E"),
-            picture("growth.cdb/growth_round_280.png", "growth_round_280.png", "from 280°E"),
+            picture("growth_01-01.png", "growth_01-01.png", "day 0"),
+            picture("growth_01-07.png", "growth_01-07.png", "day 6"),
+            picture("growth_01-10.png", "growth_01-10.png", "day 9"),
+        ],
+    },
+    Entry {
+        title: "Several views",
+        scene: "jw_views.toml",
+        subject: wave("all"),
+        seen: "A camera that goes along a path, one that goes round the planet, and, as the vortices are strong, six sides of the polar \
+               air for a Cinema viewer; here one picture of each.",
+        pictures: &[
+            picture("storms_000002.png", "views_storms.png", "path, day 9"),
+            picture("around_000002.png", "views_around.png", "orbit, day 9"),
+            picture("theta.cdb/2_70_190.png", "views_sides.png", "one of six sides"),
         ],
     },
     Entry {

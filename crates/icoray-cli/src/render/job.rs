@@ -54,7 +54,7 @@ impl Job<'_> {
         let date = stamp.date.as_deref().unwrap_or("no date");
         let path = self.target.path(&scene.output, stamp, &scene.field)?;
         let (report, counts) = (&frame.report, &frame.report.counts);
-        let (infos, layers) = (self.subjects.infos(scene)?, self.subjects.layers(scene).count());
+        let (infos, layers) = (self.subjects.infos(scene)?, self.subjects.count(scene));
         let view = if shot.name.is_empty() { String::new() } else { format!("view      {}\n", shot.name) };
         let fields: Vec<String> = infos
             .iter()

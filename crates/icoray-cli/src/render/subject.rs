@@ -6,11 +6,20 @@ use icoray_netcdf::{FieldInfo, LayerHeights, ModelFile};
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
 
+/// The layers of a field.
+struct Stack {
+    /// Heights have one more where the field's values lie between them.
+    layers: Layers,
+    /// How many the field has.
+    count: usize,
+    notes: Vec<String>,
+}
+
 /// Layers and notes of the scenes of a script.
 pub struct Subjects<'a> {
     file: &'a ModelFile,
     /// By the name of the field whose layers they are, and whether columns have heights of their own.
-    layers: HashMap<(String, bool), (Layers, Vec<String>)>,
+    layers: HashMap<(String, bool), Stack>,
     /// What is done to fields, by their names.
     notes: HashMap<String, String>,
 }
@@ -47,11 +56,13 @@ impl<'a> Subjects<'a> {
             if let Entry::Vacant(place) = subjects.layers.entry(key(&scene)) {
                 let info = file.field_info(&place.key().0)?;
                 let heights = file.layer_heights(&info.name)?;
+                let wanted_layers = wanted.of(info)?;
+                let count = wanted_layers.len();
                 place.insert(if is_native(&scene) {
                     let note = format!("columns have heights of their own: {}", native(file, info)?);
-                    (heights.layers_over(info, wanted.of(info)?)?, vec![note])
+                    Stack { layers: heights.layers_over(info, wanted_layers)?, count, notes: vec![note] }
                 } else {
-                    (wanted.radii(&heights, info)?, notes(&heights))
+                    Stack { layers: wanted.radii(&heights, info)?, count, notes: notes(&heights) }
                 });
             }
         }
@@ -60,7 +71,12 @@ impl<'a> Subjects<'a> {
 
     /// The layers of a scene.
     pub fn layers(&self, scene: &Scene) -> &Layers {
-        &self.layers[&key(scene)].0
+        &self.layers[&key(scene)].layers
+    }
+
+    /// How many layers its fields have.
+    pub fn count(&self, scene: &Scene) -> usize {
+        self.layers[&key(scene)].count
     }
 
     /// What is known of a scene's fields, that of its layers first.
@@ -71,7 +87,7 @@ impl<'a> Subjects<'a> {
     /// What is not drawn as the file has it.
     pub fn notes(&self, scene: &Scene) -> impl Iterator<Item = &String> {
         let of_fields = scene.model_fields().into_iter().filter_map(|name| self.notes.get(name));
-        of_fields.chain(&self.layers[&key(scene)].1)
+        of_fields.chain(&self.layers[&key(scene)].notes)
     }
 
     /// The notes of all scenes, each once.

@@ -246,3 +246,49 @@ fn a_reader_that_goes_away_is_no_error() {
     let output = child.wait_with_output().unwrap();
     assert!(output.status.success() && output.stderr.is_empty(), "{output:?}");
 }
+
+#[test]
+fn columns_have_heights_of_their_own_where_the_scene_asks() {
+    let mut made = Made::history();
+    let Values::F32(zgrid) = &mut made.variable("zgrid").values else { panic!("zgrid is f32") };
+    // Each second column is lifted by 8 km, all of it.
+    let levels = zgrid.len() / 42;
+    zgrid.chunks_mut(levels).step_by(2).flatten().for_each(|height| *height += 8e3);
+    let native = format!("heights = \"native\"\n{}", scene("theta", 0.0, 42.0));
+    let folder = folder(&made, &native);
+    fs::write(folder.path().join("mean.toml"), scene("theta", 0.0, 42.0)).unwrap();
+    let text = render(folder.path(), &["-o", "native.png"]);
+    has(
+        &text,
+        &["note      columns have heights of their own: zgrid of each column", "theta at cells, 4 layers"],
+    );
+    let mean =
+        prints(icoray(folder.path()).args(["render", "made.nc", "--scene", "mean.toml", "-o", "mean.png"]));
+    has(&mean, &["note      concentric mean heights are rendered; columns deviate by up to "]);
+    let pixels = |name: &str| image::open(folder.path().join(name)).unwrap().to_rgb8();
+    let differ = |a: &str, b: &str| {
+        let (a, b) = (pixels(a), pixels(b));
+        a.pixels()
+            .zip(b.pixels())
+            .filter(|(a, b)| a.0.iter().zip(b.0).any(|(a, b)| a.abs_diff(b) > 3))
+            .count()
+    };
+    assert!(differ("native.png", "mean.png") > 1000, "{} pixels", differ("native.png", "mean.png"));
+    // Some layers alone have their own part of the heights.
+    let text = render(folder.path(), &["-o", "some.png", "--layers", "1..3"]);
+    has(&text, &["theta at cells, 2 layers"]);
+    assert!(differ("native.png", "some.png") > 1000, "{} pixels", differ("native.png", "some.png"));
+}
+
+#[test]
+fn level_columns_of_their_own_are_drawn_as_mean_ones() {
+    let native = format!("heights = \"native\"\n{}", scene("theta", 0.0, 42.0));
+    let folder = folder(&Made::history(), &native);
+    fs::write(folder.path().join("mean.toml"), scene("theta", 0.0, 42.0)).unwrap();
+    render(folder.path(), &["-o", "native.png"]);
+    prints(icoray(folder.path()).args(["render", "made.nc", "--scene", "mean.toml", "-o", "mean.png"]));
+    let pixels = |name: &str| image::open(folder.path().join(name)).unwrap().to_rgb8().into_raw();
+    let (native, mean) = (pixels("native.png"), pixels("mean.png"));
+    let most = native.iter().zip(&mean).map(|(a, b)| a.abs_diff(*b)).max();
+    assert!(most <= Some(2), "{most:?} of 255");
+}
