@@ -118,13 +118,16 @@ impl Studio<'_> {
         let drawn = Pictures::new(self.out.join(entry.scene.trim_end_matches(".toml")), "");
         drawn.prepare()?;
         self.make(entry, drawn.folder(), step)?;
-        let csv = fs::read_to_string(drawn.report()).map_err(Error::while_doing(drawn.report().display()))?;
         fs::create_dir_all(folder).map_err(Error::while_doing(folder.display()))?;
         let keep = |picture: &list::Picture| {
             let (from, to) = (drawn.folder().join(picture.drawn), folder.join(picture.file));
             check_picture(&from)?;
             fs::copy(&from, &to).map_err(Error::while_doing(to.display()))?;
-            Numbers::of(&csv, picture.drawn)
+            // Each folder has its report; a database is a folder.
+            let report = from.with_file_name("report.csv");
+            let csv = fs::read_to_string(&report).map_err(Error::while_doing(report.display()))?;
+            let name = picture.drawn.rsplit('/').next().unwrap_or_default();
+            Numbers::of(&csv, name)
         };
         entry.pictures.iter().map(keep).collect()
     }
