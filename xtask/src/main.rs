@@ -1,4 +1,4 @@
-//! Installs what is missing, runs the demo and the tests, installs the C library.
+//! Installs what is missing, runs the demo and the tests, draws the gallery, installs the C library.
 //!
 //! `cargo xtask demo` and `cargo xtask test` are the project's two entry points on a fresh machine, and
 //! `cargo xtask install` is that of a model that is to link the library.
@@ -9,6 +9,7 @@ mod check;
 mod demo;
 mod elf;
 mod error;
+mod gallery;
 mod install;
 mod libclang;
 mod link;
@@ -51,6 +52,7 @@ fn run(invocation: Invocation) -> Result<(), Error> {
             Ok(())
         }
         Invocation::Demo(options) => demo::run(&Workspace::find()?, &options),
+        Invocation::Gallery(options) => gallery::run(&Workspace::find()?, &options),
         Invocation::Install(options) => install::run(&Workspace::find()?, &options),
         Invocation::Test(options) => check::run(&Workspace::find()?, &options),
     }

@@ -8,7 +8,7 @@ use crate::error::Error;
 
 /// What `--help` prints.
 pub const USAGE: &str = "\
-Usage: cargo xtask <demo|test|install> [options]
+Usage: cargo xtask <demo|gallery|test|install> [options]
 
 demo  Builds the C library and the tracer model of examples/c, runs the model
       with pictures taken in situ, and says where the pictures are and what
@@ -22,6 +22,13 @@ demo  Builds the C library and the tracer model of examples/c, runs the model
   --backend WHO  who draws: auto, cpu or gpu, in place of what the scenes say
   --no-install   install nothing; say what is missing instead
   Size and scene are the tracer's.
+
+gallery  Draws the example scenes of the files in ../shared/data, and of the
+      models of the demo, into examples/gallery, and writes its page. What there
+      is no file for is left as it is, and named.
+  --profile NAME how to build: release, dev       [default: release]
+  --no-install   install nothing; say what is missing instead
+  ICORAY_TEST_DATA=DIR   in the environment: where the files are
 
 test  Checks formatting, lints, tests, documentation, the C example, and that
       programs in C, C++ and Fortran link the installed library; fails at the
@@ -47,6 +54,9 @@ root) and the Rust components they lack with rustup, and say which.";
 /// What a scene's `backend` may be.
 const BACKENDS: [&str; 3] = ["auto", "cpu", "gpu"];
 
+/// Cargo's profiles that the gallery may be drawn with.
+const PROFILES: [&str; 2] = ["release", "dev"];
+
 /// One call of this program.
 #[derive(Debug, PartialEq)]
 pub enum Invocation {
@@ -54,6 +64,8 @@ pub enum Invocation {
     Help,
     /// Run the demo.
     Demo(DemoOptions),
+    /// Draw the gallery.
+    Gallery(GalleryOptions),
     /// Run the checks.
     Test(TestOptions),
     /// Install the C library.
@@ -84,6 +96,15 @@ pub struct Size {
     pub layers: u32,
     /// Simulated days.
     pub days: f64,
+}
+
+/// Options of `gallery`.
+#[derive(Debug, PartialEq)]
+pub struct GalleryOptions {
+    /// Cargo's profile to build with.
+    pub profile: &'static str,
+    /// Whether missing packages may be installed.
+    pub install: bool,
 }
 
 /// Options of `test`.
@@ -118,6 +139,7 @@ pub fn parse(arguments: impl IntoIterator<Item = OsString>) -> Result<Invocation
     };
     match subcommand.to_str() {
         Some("demo") => parse_demo(arguments),
+        Some("gallery") => parse_gallery(arguments),
         Some("test") => parse_test(arguments),
         Some("install") => parse_install(arguments),
         Some("help" | "--help" | "-h") => Ok(Invocation::Help),
@@ -154,6 +176,19 @@ fn parse_demo(mut arguments: Arguments) -> Result<Invocation, Error> {
         return Err(Error::Usage("--days must be a positive number".into()));
     }
     Ok(Invocation::Demo(options))
+}
+
+fn parse_gallery(mut arguments: Arguments) -> Result<Invocation, Error> {
+    let mut options = GalleryOptions { profile: "release", install: true };
+    while let Some(option) = arguments.next_option()? {
+        match option.name.as_str() {
+            "--profile" => options.profile = arguments.one_of(option, &PROFILES)?,
+            "--no-install" => options.install = !option.given()?,
+            "--help" | "-h" => return Ok(Invocation::Help),
+            _ => return Err(option.unknown("gallery")),
+        }
+    }
+    Ok(Invocation::Gallery(options))
 }
 
 fn parse_test(mut arguments: Arguments) -> Result<Invocation, Error> {
@@ -318,6 +353,15 @@ mod tests {
             parse_words("test --fast --no-install"),
             Ok(Invocation::Test(TestOptions { fast: true, install: false }))
         );
+    }
+
+    #[test]
+    fn gallery_is_built_for_release_unless_told() {
+        let expected = GalleryOptions { profile: "release", install: true };
+        assert_eq!(parse_words("gallery"), Ok(Invocation::Gallery(expected)));
+        let expected = GalleryOptions { profile: "dev", install: false };
+        assert_eq!(parse_words("gallery --profile=dev --no-install"), Ok(Invocation::Gallery(expected)));
+        assert_eq!(complaint("gallery --profile fast"), "--profile must be one of release, dev, not 'fast'");
     }
 
     #[test]

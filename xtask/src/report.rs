@@ -141,9 +141,7 @@ impl Frames {
     /// Reads `report.csv`: a header, and then a line per frame.
     pub fn read(csv: &str) -> Self {
         const PARTS: [&str; 3] = ["prepare_s", "render_s", "write_s"];
-        let mut lines = csv.lines().filter(|line| !line.trim().is_empty()).map(fields);
-        let header = lines.next().unwrap_or_default();
-        let rows: Vec<Vec<String>> = lines.collect();
+        let Table { header, rows } = Table::read(csv);
         let columns: Vec<usize> =
             (0..header.len()).filter(|&at| PARTS.contains(&header[at].as_str())).collect();
         let cells = rows.iter().flat_map(|row| columns.iter().map(|&column| row.get(column)));
@@ -155,6 +153,27 @@ impl Frames {
             errors: Errors::read(&header, &rows),
             ranks: Ranks::read(&header, &rows),
         }
+    }
+}
+
+/// A report's cells by the names of its columns.
+pub struct Table {
+    header: Vec<String>,
+    rows: Vec<Vec<String>>,
+}
+
+impl Table {
+    /// Reads `report.csv`.
+    pub fn read(csv: &str) -> Self {
+        let mut lines = csv.lines().filter(|line| !line.trim().is_empty()).map(fields);
+        Self { header: lines.next().unwrap_or_default(), rows: lines.collect() }
+    }
+
+    /// The number in a column, of the last row that has a word in another.
+    pub fn number(&self, key: &str, word: &str, name: &str) -> Option<f64> {
+        let (key, name) = (column(&self.header, key)?, column(&self.header, name)?);
+        let row = self.rows.iter().rev().find(|row| row.get(key).is_some_and(|cell| cell == word))?;
+        number(row.get(name)?)
     }
 }
 

@@ -21,7 +21,8 @@ pub const SCENE: &str = "examples/scenes/shallow_water.toml";
 pub const PREFIX: &str = "vorticity_";
 
 /// Half a minute or so on two cores: few layers, and 270 steps to the day, each of which has its picture.
-const SIZE: [&str; 10] = ["--level", "5", "--layers", "4", "--days", "5", "--dt", "320", "--every", "270"];
+pub const SIZE: [&str; 10] =
+    ["--level", "5", "--layers", "4", "--days", "5", "--dt", "320", "--every", "270"];
 
 /// A shallow-water model that was or is to be built.
 pub struct ShallowWater<'a> {

@@ -33,6 +33,12 @@ fn spelled(units: &str) -> String {
     if units.contains(" since ") {
         return units.to_owned();
     }
+    // Two words for one unit, as MPAS-Ocean writes it.
+    if let Some((degrees, "Celsius" | "celsius" | "C")) = units.split_once(' ')
+        && ["degrees", "degree", "deg"].contains(&degrees)
+    {
+        return "°C".into();
+    }
     let plain = units.replace("**", "^");
     let factors = plain.split([' ', '*', '·']).filter(|factor| !factor.is_empty());
     factors.map(factor).collect::<Vec<_>>().join(" ")
@@ -94,6 +100,8 @@ mod tests {
             ("m1", "m"),
             ("K", "K"),
             ("degC", "°C"),
+            ("degrees Celsius", "°C"),
+            ("deg C", "°C"),
             ("degrees_north", "°N"),
             ("mol CO2 m-2", "mol CO2 m⁻²"),
             ("1e-5 s-1", "1e-5 s⁻¹"),
