@@ -1,0 +1,100 @@
+//! Where layers lie: everywhere alike, or at the heights of each column.
+
+use crate::error::{Error, ErrorKind, Result};
+use crate::field::Field;
+use crate::gradient;
+use crate::heights;
+use crate::kernel::general::{Levels, Sheet, SheetPlace};
+use crate::layers::Layers;
+use crate::ranks::{Part, Ranks};
+use crate::render::{Setting, spare};
+use crate::scene::Heights;
+use rayon::prelude::*;
+
+/// Where layers lie, and how far in and out they reach.
+pub(super) struct Terrain<'f> {
+    pub levels: Levels<'f>,
+    /// Least and greatest radius of the innermost layer.
+    pub core_radius: [f64; 2],
+    pub outer: f64,
+    /// What gradients depend on where columns have heights of their own.
+    pub key: Option<(spare::Source, f64)>,
+}
+
+impl<'f> Terrain<'f> {
+    /// Of `heights` where the scene asks for them. Collective.
+    pub fn new(
+        setting: &Setting,
+        ranks: &mut Ranks,
+        layers: &Layers,
+        given: Option<&Field<'f>>,
+    ) -> Result<Self> {
+        let Setting { renderer, scene, plan, grid, part, .. } = *setting;
+        let radius = &plan.radius;
+        let [inner, outer] = [radius[0], radius[radius.len() - 1]];
+        if scene.scenery.heights == Heights::Mean {
+            let levels = Levels::concentric(radius);
+            return Ok(Terrain { levels, core_radius: [inner, inner], outer, key: None });
+        }
+        let checked = ranks.attempt(|| {
+            let none = "the scene has heights = \"native\", and no heights of columns are given";
+            let heights = given.ok_or_else(|| Error::new(ErrorKind::Scene, none))?;
+            let shape = (grid.cells(), radius.len());
+            renderer.run(|| {
+                let heights = heights::Heights::new(heights, layers, shape, scene.exaggeration)?;
+                let lowest = (0..grid.cells() as u32).into_par_iter().map(|cell| heights.radius(cell, 0));
+                // The mean ones stand over cells that are not here.
+                let lowest = lowest
+                    .fold(|| [inner, inner], around)
+                    .reduce(|| [inner, inner], |[a, b], c| [a.min(c[0]), b.max(c[1])]);
+                Ok((heights, lowest))
+            })
+        });
+        let (heights, mut core_radius) = ranks.together(checked)?;
+        let mut bounds = heights.bounds();
+        if part.is_some() {
+            for range in [&mut core_radius, &mut bounds] {
+                *range = Part::whole_range(ranks, (Some(*range), 0))?.0.unwrap_or(*range);
+            }
+        }
+        let stretch = scene.exaggeration / layers.planet_radius_m();
+        let key = given.map(|field| (spare::Source::new(grid, field), stretch));
+        Ok(Terrain { levels: Levels::Native(heights), core_radius, outer: bounds[1], key })
+    }
+}
+
+impl Terrain<'_> {
+    /// Normals of the ground and of the layers of sheets, where these are not round and light falls on them. Collective.
+    pub fn normals(
+        &self,
+        setting: &Setting,
+        ranks: &mut Ranks,
+        sheets: &[Sheet],
+        is_lit: bool,
+    ) -> Result<Vec<(usize, Vec<[f32; 3]>)>> {
+        let Setting { renderer, grid, part, .. } = *setting;
+        let (Levels::Native(heights), true) = (&self.levels, is_lit) else { return Ok(Vec::new()) };
+        let mut layers = vec![0];
+        layers.extend(sheets.iter().filter_map(|sheet| match sheet.place {
+            SheetPlace::Layer(layer) if layer > 0 => Some(layer),
+            _ => None,
+        }));
+        layers.sort_unstable();
+        layers.dedup();
+        let mut all = Vec::new();
+        for layer in layers {
+            let made = ranks.attempt(|| Ok(renderer.run(|| gradient::native::normals(grid, heights, layer))));
+            let mut normals = ranks.together(made)?;
+            if let Some(part) = part {
+                let row = |cell: u32| cell as usize..cell as usize + 1;
+                part.fill_halo(ranks, normals.as_mut_slice(), |all, cell| &mut all[row(cell)])?;
+            }
+            all.push((layer, normals));
+        }
+        Ok(all)
+    }
+}
+
+fn around([low, high]: [f64; 2], value: f64) -> [f64; 2] {
+    [low.min(value), high.max(value)]
+}
