@@ -270,6 +270,7 @@ const LEFT_OUT: [(&str, &[&str]); 12] = [
             "vertex",
             "leaps",
             "column",
+            "ground",
             "enter",
             "whole",
             "passed",

@@ -281,7 +281,7 @@ impl<T: Real, S: Sample, const N: usize> Ray<'_, '_, T, S, N> {
     fn core(&mut self, t: f64) -> Flow {
         let Some(mut color) = self.caster.core else { return Flow::On };
         if let Some(ground) = self.caster.ground {
-            color = ground.color(&Sight::round(self.line.position(t)), None);
+            color = self.ground(ground, t);
         }
         let body = match &self.shading {
             Some(shading) => shading.solid(self.line.position(t).normalize_or_zero()),
@@ -289,6 +289,12 @@ impl<T: Real, S: Sample, const N: usize> Ray<'_, '_, T, S, N> {
         };
         self.light.over(&Light::plain(color.map(|c| T::of(c) * body), T::one()));
         Flow::Stop
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn ground(&self, ground: &Ground, t: f64) -> [f64; 3] {
+        ground.color(&Sight::round(self.line.position(t)), None)
     }
 
     /// Adds the light of one frustum, of which the ray passes `length`.
