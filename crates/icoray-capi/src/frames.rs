@@ -69,7 +69,7 @@ unsafe fn wanted(
             finite(time_s)?;
             // SAFETY: as above.
             let wants = wants.as_mut().ok_or_else(|| Failure::null("wants"))?;
-            *wants = context.wants(name, step).into();
+            *wants = context.wants(name, &Stamp { step, time_s, date: None }).into();
             Ok(())
         })
     }

@@ -409,4 +409,6 @@ pub struct icoray_frame_report {
     pub device_s: f64,
     /// Bytes that were uploaded to the GPU.
     pub bytes_uploaded: u64,
+    /// Pictures that the call of icoray_execute drew.
+    pub frames: u64,
 }

@@ -64,6 +64,7 @@ impl Stage {
             stamp: Stamp { step, ..Stamp::default() },
             description: Description::default(),
             descriptions: Vec::new(),
+            notes: Vec::new(),
         }
     }
 
