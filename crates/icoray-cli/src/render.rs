@@ -58,7 +58,7 @@ pub struct Args {
     #[arg(long, value_name = "FILE.png")]
     error: Option<PathBuf>,
     /// What is done with pictures of the same name: overwrite replaces each one when the new one is complete; never-modify
-    /// keeps them, and the command fails before it draws. report.csv gets a line more either way
+    /// keeps them, and the command fails before it draws. report.csv, and the scene's lists and databases, are added to either way
     #[arg(long, value_name = "WHAT", value_enum, default_value_t = OnExisting::Overwrite)]
     existing: OnExisting,
 }

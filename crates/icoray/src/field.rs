@@ -43,8 +43,7 @@ impl<'a> Field<'a> {
     /// [`ErrorKind::Field`] when the shape has no layer or reaches outside the array, or when 32 bits cannot number its
     /// blocked columns.
     pub fn new(samples: Reals<'a>, shape: Shape, location: Location, fill: Option<f64>) -> Result<Self> {
-        static NEXT: AtomicU64 = AtomicU64::new(0);
-        let number = NEXT.fetch_add(1, Ordering::Relaxed);
+        let number = next_number();
         let bad = |context| Err(Error::new(ErrorKind::Field, context));
         if shape.columns == 0 && shape.layers > 0 {
             let shape = Shape::level_fastest(0, shape.layers);
@@ -159,6 +158,12 @@ impl<'a> Field<'a> {
     }
 }
 
+/// A number that no field has had.
+fn next_number() -> u64 {
+    static NEXT: AtomicU64 = AtomicU64::new(0);
+    NEXT.fetch_add(1, Ordering::Relaxed)
+}
+
 /// Least and greatest value, and how many are missing.
 type Extremes = (f64, f64, u64);
 
@@ -208,6 +213,8 @@ mod moved;
 pub struct CenterField {
     values: CenterValues,
     shape: Shape,
+    /// That of the field that it is: the same as long as no value changes.
+    number: u64,
 }
 
 #[derive(Debug, Clone)]
@@ -240,17 +247,12 @@ impl CenterField {
                 ),
             ));
         }
-        let values = match (field.samples(), memory.map(|average| average.values)) {
-            (Reals::F32(_), Some(CenterValues::F32(memory))) => {
-                CenterValues::F32(average(grid, field, memory, |v| v as f32))
-            }
-            (Reals::F64(_), Some(CenterValues::F64(memory))) => {
-                CenterValues::F64(average(grid, field, memory, |v| v))
-            }
-            (Reals::F32(_), _) => CenterValues::F32(average(grid, field, Vec::new(), |v| v as f32)),
-            (Reals::F64(_), _) => CenterValues::F64(average(grid, field, Vec::new(), |v| v)),
+        let values = match CenterValues::room_for(field, memory) {
+            CenterValues::F32(memory) => CenterValues::F32(average(grid, field, memory, |v| v as f32)),
+            CenterValues::F64(memory) => CenterValues::F64(average(grid, field, memory, |v| v)),
         };
-        Ok(CenterField { values, shape: Shape::level_fastest(grid.cells(), shape.layers) })
+        let shape = Shape::level_fastest(grid.cells(), shape.layers);
+        Ok(CenterField { values, shape, number: next_number() })
     }
 
     /// The averaged field, borrowed.
@@ -259,12 +261,14 @@ impl CenterField {
             CenterValues::F32(v) => v.as_slice().into(),
             CenterValues::F64(v) => v.as_slice().into(),
         };
-        Field::new(samples, self.shape, Location::Center, None).expect("the values were made for this shape")
+        let field = Field::new(samples, self.shape, Location::Center, None);
+        Field { number: self.number, ..field.expect("the values were made for this shape") }
     }
 
     /// Takes the averages of halo cells, some of whose corners are not here, from the ranks that own them. Collective.
     pub(crate) fn fill_halo(&mut self, ranks: &mut Ranks, part: &Part) -> Result<()> {
         let layers = self.shape.layers;
+        self.number = next_number();
         let row = |cell: u32| cell as usize * layers..(cell as usize + 1) * layers;
         match &mut self.values {
             CenterValues::F32(values) => part.fill_halo(ranks, values, |values, cell| &mut values[row(cell)]),
@@ -281,6 +285,25 @@ impl CenterField {
     }
 }
 
+impl CenterValues {
+    /// As precise as `field`, in memory if that is.
+    fn room_for(field: &Field, memory: Option<CenterField>) -> Self {
+        match (field.samples(), memory.map(|made| made.values)) {
+            (Reals::F32(_), Some(CenterValues::F32(memory))) => CenterValues::F32(memory),
+            (Reals::F64(_), Some(CenterValues::F64(memory))) => CenterValues::F64(memory),
+            (Reals::F32(_), _) => CenterValues::F32(Vec::new()),
+            (Reals::F64(_), _) => CenterValues::F64(Vec::new()),
+        }
+    }
+}
+
+/// `count` values in this memory, with whatever stood there.
+fn resized<S: Copy + Default>(mut memory: Vec<S>, count: usize) -> Vec<S> {
+    memory.reserve_exact(count.saturating_sub(memory.len()));
+    memory.resize(count, S::default());
+    memory
+}
+
 fn average<S: Copy + Default + Send>(
     grid: &Grid,
     field: &Field,
@@ -289,9 +312,7 @@ fn average<S: Copy + Default + Send>(
 ) -> Vec<S> {
     let layers = field.shape().layers;
     let elements = field.elements();
-    let mut values = memory;
-    values.reserve_exact((grid.cells() * layers).saturating_sub(values.len()));
-    values.resize(grid.cells() * layers, S::default());
+    let mut values = resized(memory, grid.cells() * layers);
     let columns = values.par_chunks_exact_mut(layers).with_min_len(256).enumerate();
     columns.for_each_init(Vec::new, |around, (cell, column)| {
         // Corners and blocks are looked up once per cell, not once per value.

@@ -221,9 +221,9 @@ impl Renderer {
         }
         let derived = center.as_ref().map_or(0, CenterField::bytes);
         let field = center.as_ref().map_or(*field, CenterField::field);
-        let others = self.others(ranks, scene, &Given { part, fields, ..*given })?;
-        let derived = derived + others.iter().map(Other::bytes).sum::<usize>();
-        let others: Vec<(&str, Field)> = others.iter().map(|other| (other.name(), other.field())).collect();
+        let beside = self.others(ranks, scene, &Given { part, fields, ..*given })?;
+        let derived = derived + beside.iter().map(Other::bytes).sum::<usize>();
+        let others: Vec<(&str, Field)> = beside.iter().map(|other| (other.name(), other.field())).collect();
         let values = |name: &str| {
             let other = others.iter().find(|(known, _)| *known == name);
             Ok(Values { threads: &self.threads, field: other.map_or(&field, |(_, other)| other), part })
@@ -254,6 +254,7 @@ impl Renderer {
         if let Some(center) = center {
             self.spare.keep_average(source, center);
         }
+        beside.into_iter().for_each(|other| other.leave(&self.spare, grid));
         if let Some(made) = made {
             report.derived_bytes += made.bytes();
             self.derived.keep(made);

@@ -1,6 +1,6 @@
 //! What frames allocate: the second and later frames of a grid nothing that grows with it.
 
-use icoray::{Field, Grid, IcosahedralMesh, Layers, Location, Renderer, Scene, Shape};
+use icoray::{Field, Fields, Grid, Heights, IcosahedralMesh, Layers, Location, Renderer, Scene, Shape};
 use stats_alloc::{INSTRUMENTED_SYSTEM, Region, StatsAlloc};
 use std::alloc::System;
 
@@ -40,9 +40,42 @@ fn bytes_of_a_later_frame(level: u32, scene: &Scene, location: Location) -> usiz
     region.change().bytes_allocated
 }
 
+/// Cells and layers, and the bytes that the third frame allocates of two volumes and a layer: of a field at corners on the layers,
+/// of others on interfaces, at centres and at corners, in their own precision each.
+fn bytes_of_a_later_general_frame(level: u32, scene: &Scene) -> (usize, usize) {
+    let mesh = IcosahedralMesh::new(level).unwrap();
+    let grid = Grid::new(mesh.tables()).unwrap();
+    let heights: Vec<f64> = (0..=LAYERS).map(|k| 1000.0 * k as f64).collect();
+    let layers = Layers::from_heights(&heights, 6_371_000.0).unwrap();
+    let wave = |count: usize| (0..count).map(|i| (i as f64 * 1e-3).sin());
+    let (cells, corners) = (grid.cells(), grid.triangles());
+    let f: Vec<f32> = wave(corners * LAYERS).map(|value| value as f32).collect();
+    let g: Vec<f64> = wave(cells * (LAYERS + 1)).collect();
+    let h: Vec<f32> = wave(corners * (LAYERS + 1)).map(|value| value as f32).collect();
+    let lifted: Vec<f64> = (0..cells).flat_map(|_| heights.clone()).collect();
+    let renderer = Renderer::new(1).unwrap();
+    let draw = || {
+        let field = |samples, columns, layers, location| {
+            Field::new(samples, Shape::level_fastest(columns, layers), location, None).unwrap()
+        };
+        let f = field(f.as_slice().into(), corners, LAYERS, Location::Corner);
+        let g = field(g.as_slice().into(), cells, LAYERS + 1, Location::Center);
+        let h = field(h.as_slice().into(), corners, LAYERS + 1, Location::Corner);
+        let lifted = field(lifted.as_slice().into(), cells, LAYERS + 1, Location::Center);
+        let fields = Fields::new([("f", f), ("g", g), ("h", h)]).with_heights(lifted);
+        renderer.render(scene, &grid, &layers, fields).unwrap();
+    };
+    draw();
+    draw();
+    let region = Region::new(ALLOCATOR);
+    draw();
+    (cells * LAYERS, region.change().bytes_allocated)
+}
+
 /// One test alone in its process, as the allocator counts for all threads.
 #[test]
 fn later_frames_allocate_nothing_that_grows_with_the_grid() {
+    general_frames_make_no_array_anew();
     let lit = "[light]\nkind = \"headlight\"";
     for (name, rest, location) in [
         ("unlit", "", Location::Center),
@@ -54,5 +87,20 @@ fn later_frames_allocate_nothing_that_grows_with_the_grid() {
         println!("{name}: {small} bytes with 642 cells, {large} with 40,962");
         // Of 40,320 cells more, not a byte each.
         assert!(large < small + 20_000, "{name}: {small} and {large} bytes");
+    }
+}
+
+/// Rays of the general kernel allocate some memory in each frustum. Of those through a few pixels it is less than a byte for each
+/// value of the grid, of which the smallest array has four.
+fn general_frames_make_no_array_anew() {
+    let more = "[[volumes]]\nfield = \"g\"\ntransfer = { map = \"magma\", range = [-1, 1], opacity = [[-1, 0.1], [1, 0.3]] }\n\
+                [[isosurfaces]]\nfield = \"h\"\nvalue = 0.3\ncolor = \"red\"\n[light]\nkind = \"headlight\"";
+    for heights in ["mean", "native"] {
+        let mut scene = scene(more);
+        (scene.width, scene.height) = (2, 2);
+        scene.scenery.heights = if heights == "mean" { Heights::Mean } else { Heights::Native };
+        let (values, bytes) = bytes_of_a_later_general_frame(6, &scene);
+        println!("several fields, {heights} heights: {bytes} bytes of {values} values each");
+        assert!(bytes < values, "{heights} heights: {bytes} bytes of {values} values each");
     }
 }

@@ -1,6 +1,6 @@
 //! A field brought to other layers than its own: one at interfaces beside one midway between them.
 
-use super::{CenterField, CenterValues, Field, Location, Reals, Shape};
+use super::{CenterField, CenterValues, Field, Location, Shape, next_number, resized};
 use rayon::prelude::*;
 
 /// A layer between two others, or one of them.
@@ -12,16 +12,17 @@ struct Between {
 
 impl CenterField {
     /// The values of `field`, whose layers lie at the radii `own`, at the radii `wanted`: straight between the two layers around
-    /// each, or those of the nearest one beyond the last. Both rise, or both fall. Missing where one of the two is.
-    pub(crate) fn moved(field: &Field, own: &[f64], wanted: &[f64]) -> Self {
+    /// each, or those of the nearest one beyond the last. Both rise, or both fall. Missing where one of the two is. In the
+    /// memory of another field.
+    pub(crate) fn moved_in(field: &Field, own: &[f64], wanted: &[f64], memory: Option<Self>) -> Self {
         let between: Vec<Between> = wanted.iter().map(|radius| bracket(own, *radius)).collect();
         let shape = Shape::level_fastest(field.shape().columns, wanted.len());
-        let values = match field.samples() {
-            Reals::F32(_) => CenterValues::F32(filled(field, &between, |v| v as f32)),
-            Reals::F64(_) => CenterValues::F64(filled(field, &between, |v| v)),
+        let values = match CenterValues::room_for(field, memory) {
+            CenterValues::F32(memory) => CenterValues::F32(filled(field, &between, memory, |v| v as f32)),
+            CenterValues::F64(memory) => CenterValues::F64(filled(field, &between, memory, |v| v)),
         };
         debug_assert_eq!(field.location(), Location::Center);
-        CenterField { values, shape }
+        CenterField { values, shape, number: next_number() }
     }
 }
 
@@ -36,9 +37,10 @@ fn bracket(own: &[f64], radius: f64) -> Between {
 fn filled<S: Copy + Default + Send>(
     field: &Field,
     between: &[Between],
+    memory: Vec<S>,
     narrow: impl Fn(f64) -> S + Sync,
 ) -> Vec<S> {
-    let mut values = vec![S::default(); field.shape().columns * between.len()];
+    let mut values = resized(memory, field.shape().columns * between.len());
     let columns = values.par_chunks_exact_mut(between.len()).with_min_len(256).enumerate();
     columns.for_each(|(column, values)| {
         for (value, Between { layers, weight }) in values.iter_mut().zip(between) {
@@ -63,11 +65,11 @@ mod tests {
         let values = [0.0f64, 2.0, 6.0, 10.0, f64::NAN, 30.0];
         let field =
             Field::new(values.as_slice().into(), Shape::level_fastest(2, 3), Location::Center, None).unwrap();
-        let between = CenterField::moved(&field, &[1.0, 2.0, 4.0], &[1.5, 3.0]);
+        let between = CenterField::moved_in(&field, &[1.0, 2.0, 4.0], &[1.5, 3.0], None);
         let of = |column| [0, 1].map(|layer| between.field().value(column, layer));
         assert_eq!(of(0), [1.0, 4.0]);
         assert!(of(1).iter().all(|value| value.is_nan()));
-        let out = CenterField::moved(&between.field(), &[1.5, 3.0], &[1.0, 2.0, 4.0]);
+        let out = CenterField::moved_in(&between.field(), &[1.5, 3.0], &[1.0, 2.0, 4.0], None);
         assert_eq!([0, 1, 2].map(|layer| out.field().value(0, layer)), [1.0, 2.0, 4.0]);
     }
 
@@ -80,7 +82,7 @@ mod tests {
             None,
         )
         .unwrap();
-        let between = CenterField::moved(&field, &[4.0, 2.0, 1.0], &[3.0, 1.5]);
+        let between = CenterField::moved_in(&field, &[4.0, 2.0, 1.0], &[3.0, 1.5], None);
         assert_eq!([0, 1].map(|layer| between.field().value(0, layer)), [4.0, 1.0]);
     }
 }

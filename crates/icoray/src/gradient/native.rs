@@ -10,18 +10,26 @@ use crate::kernel::sample::{Sample, Samples};
 use glam::DVec3;
 use rayon::prelude::*;
 
-/// Gradients of the normalised field at all vertices, per planet radius, level-fastest; zero where nothing is known.
-pub(crate) fn gradients<S: Sample>(grid: &Grid, heights: &Heights, samples: &Samples<S>) -> Gradients {
+/// Gradients of the normalised field at all vertices, per planet radius, level-fastest; zero where nothing is known. In
+/// `memory`.
+pub(crate) fn gradients<S: Sample>(
+    grid: &Grid,
+    heights: &Heights,
+    samples: &Samples<S>,
+    memory: Gradients,
+) -> Gradients {
     let layers = heights.layers();
-    let mut all = vec![[0.0f32; 3]; grid.cells() * layers];
-    all.par_chunks_exact_mut(layers).with_min_len(64).enumerate().for_each(|(cell, row)| {
+    let mut gradients = memory.with_room(grid.cells() * layers, false);
+    let rows = gradients.whole_mut().par_chunks_exact_mut(layers).with_min_len(64).enumerate();
+    rows.for_each_init(Vec::new, |around_cell: &mut Vec<[u32; 2]>, (cell, row)| {
         let around = Around { grid, heights, samples, cell: cell as u32 };
-        let fans: Vec<[u32; 2]> = fans(grid, cell as u32).collect();
+        around_cell.clear();
+        around_cell.extend(fans(grid, cell as u32));
         for (layer, gradient) in row.iter_mut().enumerate() {
-            *gradient = narrowed(around.mean(&fans, layer));
+            *gradient = narrowed(around.mean(around_cell, layer));
         }
     });
-    Gradients::Whole(all)
+    gradients
 }
 
 /// The direction across a layer at each cell, outwards: the mean of the facets around it, by their area.
@@ -70,8 +78,9 @@ impl<S: Sample> Around<'_, S> {
         };
         let below = layer.checked_sub(1).map(|below| slope(below, layer));
         let above = (layer + 1 < self.heights.layers()).then(|| slope(layer, layer + 1));
-        let known: Vec<f64> = below.into_iter().chain(above).filter(|slope| slope.is_finite()).collect();
-        (!known.is_empty()).then(|| known.iter().sum::<f64>() / known.len() as f64)
+        let known = below.into_iter().chain(above).filter(|slope| slope.is_finite());
+        let (sum, count) = known.fold((0.0, 0), |(sum, count), slope| (sum + slope, count + 1));
+        (count > 0).then(|| sum / f64::from(count))
     }
 
     fn mean(&self, fans: &[[u32; 2]], layer: usize) -> DVec3 {
@@ -120,7 +129,7 @@ mod tests {
         let values: &'static [f64] = values.leak();
         let heights = Heights::new(&heights, &layers, (grid.cells(), LAYERS), 1.0).unwrap();
         let samples = Samples::new(values, &field(values), false, [0.0, 1.0]);
-        let found = gradients(&grid, &heights, &samples);
+        let found = gradients(&grid, &heights, &samples, Gradients::none());
         for i in 0..grid.cells() * LAYERS {
             let off = DVec3::from_array(found.at(i).map(f64::from)) - slope;
             assert!(off.length() < 1e-5, "{i}: {off}");

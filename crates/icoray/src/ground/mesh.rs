@@ -6,7 +6,8 @@ use crate::grid::{Grid, unit_vector};
 use glam::{DVec2, DVec3};
 
 /// The part of the pixel that edges of Voronoi cells cover over `triangle`: those that begin at its corner and, where a
-/// corner lies outside of its triangle, at those of its neighbours. Holes have none.
+/// corner lies outside of its triangle, at those of its neighbours. Holes have none; beside one, the edge that leads into it
+/// runs across the side of which it is the bisector.
 pub(super) fn cells(grid: &Grid, triangle: u32, spot: &Spot, pen: Pen) -> f64 {
     let shown = if grid.is_triangle(triangle) { pen.shows(gap(&sides(grid, triangle, spot))) } else { 0.0 };
     if shown == 0.0 {
@@ -14,7 +15,17 @@ pub(super) fn cells(grid: &Grid, triangle: u32, spot: &Spot, pen: Pen) -> f64 {
     }
     let here = corner(grid, triangle);
     let mut nearest = f64::INFINITY;
-    for beyond in neighbours(grid, triangle) {
+    for k in 0..3 {
+        let beyond = grid.across(triangle, k);
+        if !grid.is_triangle(beyond) {
+            let [a, b, c] = [0, 1, 2].map(|j| grid.direction(grid.triangle(triangle)[(k + j) % 3]));
+            let side = b.cross(c).normalize();
+            let height = side.dot(here);
+            if height * side.dot(a) > 0.0 {
+                nearest = nearest.min(spot.distance(here, here - 2.0 * height * side));
+            }
+            continue;
+        }
         let there = corner(grid, beyond);
         nearest = nearest.min(spot.distance(here, there));
         for next in neighbours(grid, beyond).filter(|next| *next != triangle) {

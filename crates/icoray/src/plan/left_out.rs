@@ -1,6 +1,7 @@
 //! What a scene does not need, in words: what would cost bytes or time.
 
 use crate::grid::Grid;
+use crate::kernel::piece::Method;
 use crate::scene::{Ground, Heights, Pattern, Scene};
 
 /// For a scene of a field with `layers` of them; a field at corners is averaged by the table `cell_corner`.
@@ -25,6 +26,10 @@ pub(super) fn left_out(scene: &Scene, grid: &Grid, layers: usize, from_corners: 
         (has_coasts, "table of coasts".into()),
         (!scenery.clips.is_empty(), "clips".into()),
         (scenery.heights == Heights::Native, "native heights".into()),
+        (
+            scene.method == Method::Exact || scenery.is_plain(),
+            "method \"paper\", which is for one volume alone".into(),
+        ),
     ]
     .into_iter()
     .filter_map(|(is_needed, what)| (!is_needed).then_some(what))
@@ -81,6 +86,7 @@ mod tests {
             ("[[isosurfaces]]\nfield = \"q\"\nvalue = 0\ncolor = \"red\"", &["surfaces"]),
             ("[[clip]]\ncut = \"inside\"\nlat = [0, 9]", &["clips"]),
             ("heights = \"native\"\n\n", &["native heights"]),
+            ("method = \"paper\"\n\n", &[]),
             ("[[derive]]\nname = \"q\"\nsum = { u = 1 }", &["derived fields"]),
             ("[[derive]]\nname = \"q\"\nsum = { u = 1, v = 1 }", &["other fields", "derived fields"]),
             ("[[derive]]\nname = \"r\"\nsum = { u = 1, v = 1 }", &[]),
@@ -88,5 +94,7 @@ mod tests {
             let expected: Vec<&str> = words.into_iter().filter(|word| !used.contains(word)).collect();
             assert_eq!(left_out_of(text), expected, "{text}");
         }
+        let paper = left_out_of("method = \"paper\"\nheights = \"native\"\n\n");
+        assert_eq!(paper.last().unwrap(), "method \"paper\", which is for one volume alone");
     }
 }

@@ -65,7 +65,9 @@ impl Renderer {
             return Err(Some(Reason::new("the scene asks for precision = \"f64\"")));
         }
         if !scene.scenery.is_plain() {
-            return Err(Some(Reason::new("the scene shows more than one volume over the ground")));
+            return Err(Some(Reason::new(
+                "the scene shows more than one volume between concentric layers, or cuts it",
+            )));
         }
         if Ground::new(scene).is_some() {
             return Err(Some(Reason::new("the scene has land, sea or lines on its core")));

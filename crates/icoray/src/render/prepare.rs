@@ -105,6 +105,7 @@ pub(super) fn gradients<'f, S: Sample>(
         radius: plan.radius.clone(),
         packed,
         sight: visible.map(|_| sight.clone()),
+        heights: None,
     };
     if !known.is_lit() {
         return (None, Derived::of(Gradients::none));

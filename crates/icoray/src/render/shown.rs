@@ -1,8 +1,10 @@
 //! The fields that a scene shows, all at cell centres and on the layers of the first.
 
+use super::spare::{MovedKey, Source, Spare};
 use super::{Given, Renderer};
 use crate::error::Result;
 use crate::field::{CenterField, Field, Location};
+use crate::grid::{Grid, Reals};
 use crate::plan::Plan;
 use crate::ranks::Ranks;
 use crate::scene::Scene;
@@ -11,8 +13,10 @@ use crate::scene::Scene;
 pub(super) struct Other<'f> {
     name: String,
     given: Field<'f>,
-    /// What it was made into, where it was given at corners or on other layers.
-    made: Option<CenterField>,
+    /// What it is at the centres, where it was given at corners.
+    average: Option<CenterField>,
+    /// What it is on the layers of the first, where it has others.
+    moved: Option<(MovedKey, CenterField)>,
 }
 
 impl Other<'_> {
@@ -20,13 +24,28 @@ impl Other<'_> {
         &self.name
     }
 
+    fn center(&self) -> Field<'_> {
+        self.average.as_ref().map_or(self.given, CenterField::field)
+    }
+
     pub fn field(&self) -> Field<'_> {
-        self.made.as_ref().map_or(self.given, CenterField::field)
+        self.moved.as_ref().map_or_else(|| self.center(), |(_, moved)| moved.field())
     }
 
     /// Bytes that were made.
     pub fn bytes(&self) -> usize {
-        self.made.as_ref().map_or(0, CenterField::bytes)
+        let moved = self.moved.as_ref().map(|(_, moved)| moved);
+        self.average.iter().chain(moved).map(CenterField::bytes).sum()
+    }
+
+    /// Leaves what was made to the next frame.
+    pub fn leave(self, spare: &Spare, grid: &Grid) {
+        if let Some(average) = self.average {
+            spare.keep_average(Source::new(grid, &self.given), average);
+        }
+        if let Some((key, moved)) = self.moved {
+            spare.keep_moved(key, moved);
+        }
     }
 }
 
@@ -39,34 +58,42 @@ impl Renderer {
         given: &Given<'f>,
     ) -> Result<Vec<Other<'f>>> {
         let Given { grid, part, layers, fields } = *given;
+        let first = fields.first(&scene.field)?.shape().layers;
         let mut others = Vec::new();
         for name in scene.shown_fields().into_iter().skip(1) {
             let found = ranks.attempt(|| {
-                let field = *fields.get(name)?;
-                Plan::check(name, grid, layers, &field)?;
-                let average = || CenterField::average(grid, &field);
-                let made = (field.location() == Location::Corner).then(|| self.run(average)).transpose()?;
-                Ok(Other { name: name.to_owned(), given: field, made })
+                let given = *fields.get(name)?;
+                Plan::check(name, grid, layers, &given)?;
+                let average = || self.spare.average(&Source::new(grid, &given), grid, &given);
+                let average =
+                    (given.location() == Location::Corner).then(|| self.run(average)).transpose()?;
+                Ok(Other { name: name.to_owned(), given, average, moved: None })
             });
             // Ranks whose fields lie elsewhere would wait for each other's halos for ever.
-            let mut other = ranks.of_one_mind(found, |other| {
-                let place = if other.made.is_some() { "corners" } else { "centres" };
-                vec![("has a field at", place.into())]
-            })?;
-            if let (Some(part), Some(made)) = (part, &mut other.made) {
-                made.fill_halo(ranks, part)?;
+            let mut other = ranks.of_one_mind(found, |other| vec![("has", described(name, &other.given))])?;
+            if let (Some(part), Some(average)) = (part, &mut other.average) {
+                average.fill_halo(ranks, part)?;
             }
-            let first = fields.first(&scene.field)?.shape().layers;
-            let count = other.field().shape().layers;
+            let count = other.given.shape().layers;
             if count != first {
                 let moved = ranks.attempt(|| {
                     let [own, wanted] = [layers.for_field(count)?, layers.for_field(first)?];
-                    Ok(self.run(|| CenterField::moved(&other.field(), own.radius_m(), wanted.radius_m())))
+                    let [own, wanted] = [&own, &wanted].map(|layers| layers.radius_m().to_vec());
+                    let key = MovedKey { source: Source::new(grid, &other.center()), own, wanted };
+                    let make = |memory| CenterField::moved_in(&other.center(), &key.own, &key.wanted, memory);
+                    let moved = self.run(|| self.spare.moved(&key, make));
+                    Ok((key, moved))
                 });
-                other.made = Some(ranks.together(moved)?);
+                other.moved = Some(ranks.together(moved)?);
             }
             others.push(other);
         }
         Ok(others)
     }
+}
+
+fn described(name: &str, field: &Field) -> String {
+    let bits = if matches!(field.samples(), Reals::F32(_)) { 32 } else { 64 };
+    let place = if field.location() == Location::Corner { "corners" } else { "centres" };
+    format!("{name:?} of {} layers of {bits} bits at {place}", field.shape().layers)
 }

@@ -48,36 +48,55 @@ pub(super) struct LightKey {
     pub packed: bool,
     /// The blocks in which they were wanted; all where it is `None`.
     pub sight: Option<SightKey>,
+    /// Heights of layers where columns have their own, and planet radii per metre of height.
+    pub heights: Option<(Source, f64)>,
 }
 
-/// Something, and what it was made of: else memory.
+/// What a field on other layers than its own depends on.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct MovedKey {
+    pub source: Source,
+    /// Radii of the field's layers.
+    pub own: Vec<f64>,
+    /// Radii of those to which it was brought.
+    pub wanted: Vec<f64>,
+}
+
+/// Things of one kind, and what each was made of. As many as frames had of them at once; the one that was taken back first
+/// comes first.
 #[derive(Debug)]
-struct Slot<K, V> {
-    key: Option<K>,
-    value: V,
+struct Shelf<K, V>(Vec<(K, V)>);
+
+impl<K, V> Default for Shelf<K, V> {
+    fn default() -> Self {
+        Shelf(Vec::new())
+    }
 }
 
-impl<K: PartialEq, V> Slot<K, V> {
-    /// Takes what is there, and whether it is what is made of `key`.
-    fn take(&mut self, key: &K, nothing: V) -> (bool, V) {
-        let is_it = self.key.take().is_some_and(|known| known == *key);
-        (is_it, std::mem::replace(&mut self.value, nothing))
+impl<K: PartialEq, V> Shelf<K, V> {
+    /// Takes what was made of `key`, or else the first for its memory, and whether it is what is sought. Where a frame asks for
+    /// several in the same order as the last, that is what was in the place of the one that is new.
+    fn take(&mut self, key: &K) -> (bool, Option<V>) {
+        let found = self.0.iter().position(|(known, _)| known == key);
+        let is_there = !self.0.is_empty();
+        (found.is_some(), is_there.then(|| self.0.remove(found.unwrap_or(0)).1))
     }
 
     fn keep(&mut self, key: K, value: V) {
-        *self = Slot { key: Some(key), value };
+        self.0.push((key, value));
     }
 }
 
 /// Least and greatest value, and how many are missing.
 pub(super) type Range = (Option<[f64; 2]>, u64);
 
-#[derive(Debug)]
+#[derive(Debug, Default)]
 struct Kept {
-    range: Slot<Source, Range>,
-    average: Slot<Source, Option<CenterField>>,
-    visible: Slot<SightKey, Visible>,
-    gradients: Slot<LightKey, Gradients>,
+    range: Shelf<Source, Range>,
+    average: Shelf<Source, CenterField>,
+    moved: Shelf<MovedKey, CenterField>,
+    visible: Shelf<SightKey, Visible>,
+    gradients: Shelf<LightKey, Gradients>,
 }
 
 /// What no frame is using. Of frames that are drawn at once all but one find nothing here.
@@ -90,13 +109,7 @@ pub(super) struct Spare {
 
 impl Default for Spare {
     fn default() -> Self {
-        let kept = Kept {
-            range: Slot { key: None, value: (None, 0) },
-            average: Slot { key: None, value: None },
-            visible: Slot { key: None, value: Visible::default() },
-            gradients: Slot { key: None, value: Gradients::none() },
-        };
-        Spare { kept: Mutex::new(kept), reuses: true }
+        Spare { kept: Mutex::default(), reuses: true }
     }
 }
 
@@ -112,15 +125,15 @@ impl Spare {
 
     /// The range of the field, by `find` unless it is known.
     pub fn range(&self, source: &Source, find: impl FnOnce() -> Range) -> Range {
-        let (is_it, known) = self.kept().range.take(source, (None, 0));
-        let range = if is_it && self.reuses { known } else { find() };
+        let (is_it, known) = self.kept().range.take(source);
+        let range = known.filter(|_| is_it && self.reuses).unwrap_or_else(find);
         self.kept().range.keep(source.clone(), range);
         range
     }
 
     /// A field at corners, averaged to the centres.
     pub fn average(&self, source: &Source, grid: &Grid, field: &Field) -> Result<CenterField> {
-        let (is_it, known) = self.kept().average.take(source, None);
+        let (is_it, known) = self.kept().average.take(source);
         match known {
             Some(known) if is_it && self.reuses => Ok(known),
             memory => CenterField::average_in(grid, field, memory),
@@ -129,12 +142,31 @@ impl Spare {
 
     /// Takes an average back.
     pub fn keep_average(&self, source: Source, average: CenterField) {
-        self.kept().average.keep(source, Some(average));
+        self.kept().average.keep(source, average);
+    }
+
+    /// A field on other layers than its own, by `make` in the memory that it is given, unless it is known.
+    pub fn moved(
+        &self,
+        key: &MovedKey,
+        make: impl FnOnce(Option<CenterField>) -> CenterField,
+    ) -> CenterField {
+        let (is_it, known) = self.kept().moved.take(key);
+        match known {
+            Some(known) if is_it && self.reuses => known,
+            memory => make(memory),
+        }
+    }
+
+    /// Takes it back.
+    pub fn keep_moved(&self, key: MovedKey, moved: CenterField) {
+        self.kept().moved.keep(key, moved);
     }
 
     /// What can be seen, by `find` in the memory that it is given, unless it is known.
     pub fn visible(&self, key: &SightKey, find: impl FnOnce(Visible) -> Visible) -> Visible {
-        let (is_it, known) = self.kept().visible.take(key, Visible::default());
+        let (is_it, known) = self.kept().visible.take(key);
+        let known = known.unwrap_or_default();
         if is_it && self.reuses { known } else { find(known) }
     }
 
@@ -145,7 +177,8 @@ impl Spare {
 
     /// Gradients, by `compute` in the memory that it is given, unless they are known.
     pub fn gradients(&self, key: &LightKey, compute: impl FnOnce(Gradients) -> Gradients) -> Gradients {
-        let (is_it, known) = self.kept().gradients.take(key, Gradients::none());
+        let (is_it, known) = self.kept().gradients.take(key);
+        let known = known.unwrap_or_else(Gradients::none);
         if is_it && self.reuses { known } else { compute(known) }
     }
 

@@ -194,7 +194,8 @@ pub struct Scene {
     pub scenery: Scenery,
     /// The light; `None` shows the transfer function's colours as they are.
     pub lighting: Option<Lighting>,
-    /// How pieces are integrated.
+    /// How pieces are integrated. Scenes that show more than one volume between concentric layers, or cut it
+    /// ([`Scenery::is_plain`]), are integrated to the tolerance whatever it is, and say so ([`Plan::left_out`](crate::Plan::left_out)).
     pub method: Method,
     /// Largest error allowed in a channel of a premultiplied pixel, 0 to 1; [`Method::Exact`] spends no more than it needs.
     pub tolerance: f64,
@@ -204,7 +205,7 @@ pub struct Scene {
     /// light that is not cut where the gradient turns, then fewer traced pixels; where gradients alone would take half of
     /// the time, no light. [`Quality`](crate::Quality) says what it was.
     pub time_budget_ms: Option<f64>,
-    /// Precision of the inner loop.
+    /// Precision of the inner loop; scenes that are not plain ([`Scenery::is_plain`]) have double precision throughout.
     pub precision: Precision,
     /// How several ranks share out the picture.
     pub ranks: Scheme,

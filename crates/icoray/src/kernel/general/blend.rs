@@ -79,6 +79,14 @@ impl Node {
     }
 }
 
+/// A part of a piece between two places, and how often the piece was halved for it.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Panel {
+    first: Node,
+    last: Node,
+    halves: u32,
+}
+
 /// A piece of a ray in several media.
 pub(super) struct Blend<'p, 'w, G> {
     pub parts: &'p [Part<'w>],
@@ -98,9 +106,12 @@ const THIN: f64 = 1.5;
 
 impl<G: Fn(usize, f64) -> [f64; 3]> Blend<'_, '_, G> {
     /// Adds the light of the piece from `from` to `to`.
-    pub fn add(&self, light: &mut Light<f64>, from: f64, to: f64) {
-        let mut panels = vec![(self.node(from, from), self.node(from, to), 0)];
-        while let Some((first, last, halves)) = panels.pop() {
+    ///
+    /// `panels` is memory.
+    pub fn add(&self, light: &mut Light<f64>, from: f64, to: f64, panels: &mut Vec<Panel>) {
+        panels.clear();
+        panels.push(Panel { first: self.node(from, from), last: self.node(from, to), halves: 0 });
+        while let Some(Panel { first, last, halves }) = panels.pop() {
             let middle = self.node(from, 0.5 * (first.u + last.u));
             let depth = last.depth - first.depth;
             // A number that is none would be halved for ever.
@@ -127,8 +138,8 @@ impl<G: Fn(usize, f64) -> [f64; 3]> Blend<'_, '_, G> {
                     return;
                 }
             } else {
-                panels.push((middle, last, halves + 1));
-                panels.push((first, middle, halves + 1));
+                panels.push(Panel { first: middle, last, halves: halves + 1 });
+                panels.push(Panel { first, last: middle, halves: halves + 1 });
             }
         }
     }

@@ -105,6 +105,11 @@ impl Cut {
 }
 
 impl RayClips<'_> {
+    /// Whether nothing is cut.
+    pub fn is_empty(&self) -> bool {
+        self.cuts.is_empty()
+    }
+
     /// Whether what lies at `t` between or on layers is shown.
     pub fn shows(&self, layers: [usize; 2], t: f64) -> bool {
         self.cuts.iter().zip(&self.inside).all(|(cut, stretches)| {
@@ -115,10 +120,6 @@ impl RayClips<'_> {
 
     /// Tells the shown parts between `t[0]` and `t[1]`, in order, until `tell` says to end.
     pub fn parts(&self, layers: [usize; 2], [from, to]: [f64; 2], mut tell: impl FnMut([f64; 2]) -> bool) {
-        if self.cuts.is_empty() {
-            tell([from, to]);
-            return;
-        }
         let mut bounds = vec![from, to];
         bounds.extend(self.inside.iter().flatten().flatten().filter(|t| **t > from && **t < to));
         bounds.sort_by(f64::total_cmp);

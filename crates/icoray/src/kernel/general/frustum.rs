@@ -1,6 +1,6 @@
 //! What a ray meets between two layers of a column, in order.
 
-use super::blend::{Blend, Part};
+use super::blend::{Blend, Panel, Part};
 use super::surfaces::{Coat, SheetPlace};
 use super::wedge::{Facet, On, Place, Wedge};
 use super::{Run, World};
@@ -24,6 +24,9 @@ pub(super) struct Scratch<'w> {
     parts: Vec<Part<'w>>,
     /// The number of each medium that may be seen.
     media: Vec<usize>,
+    /// The gradients of each field at the vertices of the lower and upper facet, where they were asked for.
+    gradients: Vec<Option<[[[f64; 3]; 3]; 2]>>,
+    panels: Vec<Panel>,
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -95,6 +98,12 @@ impl<'r> Run<'r, '_> {
             self.counts.void_frusta += u64::from(ranges.iter().all(Option::is_none));
             return Flow::On;
         }
+        self.scratch.gradients.clear();
+        self.scratch.gradients.resize(world.sources.len(), None);
+        if self.clips.is_empty() {
+            let length = wedge.distance(b) - wedge.distance(a);
+            return self.part(wedge, (gap, facets), [(a, from), (b, to)], length);
+        }
         let mut shown = Vec::new();
         self.clips.parts([gap - 1, gap], [a, b].map(|u| wedge.distance(u)), |part| {
             shown.push(part);
@@ -165,7 +174,7 @@ impl<'r> Run<'r, '_> {
     /// All places between 0 and 1 where a field takes the value of a knot, or a surface is met; and 1.
     fn breaks(&mut self, wedge: &Wedge, [a, b]: [f64; 2]) {
         let world = self.world;
-        let Scratch { segments, breaks, .. } = &mut self.scratch;
+        let Scratch { segments, breaks, ranges, .. } = &mut self.scratch;
         breaks.clear();
         breaks.push(Break { u: 1.0, meets: None });
         for (number, (source, segment)) in world.sources.iter().zip(&*segments).enumerate() {
@@ -185,9 +194,13 @@ impl<'r> Run<'r, '_> {
                     source.cuts_between(low, high).iter().map(|cut| Break { u: at(*cut), meets: None }),
                 );
                 for (k, surface) in world.isosurfaces.iter().enumerate() {
-                    let is_above = |f: f64| f >= surface.value;
+                    // Two columns find the value on the side between them to some roundings each: a surface of the
+                    // very value that they have there is not one on one side alone.
+                    let reach = ranges[number].map_or(0.0, |[l, h]| l.abs().max(h.abs()));
+                    let is_above = |f: f64| f >= surface.value - 8.0 * f64::EPSILON * reach;
                     if surface.source == number && is_above(part.f0) != is_above(part.f1) {
-                        breaks.push(Break { u: at(surface.value), meets: Some(Meets::Isosurface(k)) });
+                        let u = at(surface.value.clamp(low, high));
+                        breaks.push(Break { u, meets: Some(Meets::Isosurface(k)) });
                     }
                 }
             }
@@ -210,7 +223,7 @@ impl<'r> Run<'r, '_> {
         [from, to]: [f64; 2],
     ) -> Flow {
         let world = self.world;
-        let Scratch { segments, parts, media, .. } = &mut self.scratch;
+        let Scratch { segments, parts, media, gradients, panels, .. } = &mut self.scratch;
         let middle = 0.5 * (from + to);
         parts.clear();
         parts.extend(media.iter().filter_map(|&number| {
@@ -222,13 +235,18 @@ impl<'r> Run<'r, '_> {
         if parts.is_empty() {
             return Flow::On;
         }
+        if self.shading.is_some() {
+            for part in &*parts {
+                gradients[part.slot].get_or_insert_with(|| at_vertices(world, wedge, gap, part.slot));
+            }
+        }
         let gradient = |source: usize, u: f64| {
             let place = Place::new(wedge, facets, lerp(a, b, u), On::Between);
-            gradient(world, wedge, gap, source, &place)
+            gradients[source].map_or([0.0; 3], |known| mixed(&known, &place))
         };
         let (share, rest) = (self.share, self.rest);
         let blend = Blend { parts, gradient, shading: self.shading.as_ref(), share, rest };
-        blend.add(&mut self.light, from, to);
+        blend.add(&mut self.light, from, to, panels);
         self.passed()
     }
 
@@ -254,7 +272,7 @@ impl<'r> Run<'r, '_> {
                 let Some(mut color) = color(&surface.coat) else { return Flow::On };
                 if let Some(shading) = &self.shading {
                     let place = Place::new(wedge, facets, at, On::Between);
-                    let shade = shading.shade(gradient(world, wedge, gap, surface.source, &place));
+                    let shade = shading.shade(mixed(&at_vertices(world, wedge, gap, surface.source), &place));
                     color = color.map(|c| c * shade.body + shade.highlight);
                 }
                 Light::plain(color, surface.opacity)
@@ -270,9 +288,12 @@ impl<'r> Run<'r, '_> {
     }
 }
 
-/// The gradient of a field between the facets of a gap.
-fn gradient(world: &World, wedge: &Wedge, gap: usize, source: usize, place: &Place) -> [f64; 3] {
-    let source = &world.sources[source];
-    let [lower, upper] = [gap - 1, gap].map(|layer| source.gradients_at(wedge.cells, layer));
+/// The gradients of a field at the vertices of the facets of a gap, by facet and axis.
+fn at_vertices(world: &World, wedge: &Wedge, gap: usize, source: usize) -> [[[f64; 3]; 3]; 2] {
+    [gap - 1, gap].map(|layer| world.sources[source].gradients_at(wedge.cells, layer))
+}
+
+/// The gradient at a place between them.
+fn mixed([lower, upper]: &[[[f64; 3]; 3]; 2], place: &Place) -> [f64; 3] {
     [0, 1, 2].map(|axis| place.value([&lower[axis], &upper[axis]]))
 }

@@ -22,6 +22,7 @@ pub(crate) use source::{Map, Source};
 pub(crate) use surfaces::{Coat, Isosurface, Sheet, SheetPlace};
 
 use super::column::Flow;
+use super::leap::Visible;
 use super::piece::Light;
 use super::plane::RayLine;
 use super::ray::{Budget, Counts};
@@ -44,6 +45,8 @@ pub(crate) struct World<'f> {
     pub isosurfaces: Vec<Isosurface>,
     pub sheets: Vec<Sheet>,
     pub clips: Clips,
+    /// Where something of the volumes and isosurfaces can be seen.
+    pub visible: Visible,
     /// Normals at the vertices of layers that light falls on, where these are not round.
     pub normals: Vec<(usize, Vec<[f32; 3]>)>,
     /// Linear RGB of the opaque core; `None` lets rays through the hollow core.
@@ -101,17 +104,16 @@ impl<'r, 'f> Run<'r, 'f> {
     /// Passes a column over a triangle with data, from the gap `hint` on or near it; gives the gap at its end.
     fn column(&mut self, column: &Column, triangle: u32, hint: usize) -> (usize, Flow) {
         self.counts.columns += 1;
+        let world = self.world;
         let wedge = Wedge::new(column, triangle);
-        let levels = &self.world.levels;
+        let levels = &world.levels;
         let facet = |layer: usize| Facet::new(&wedge, levels.inverse(wedge.cells, layer));
+        let blocks = world.visible.over(triangle);
+        if blocks == 0 && world.sheets.is_empty() {
+            return (hint, self.clear_column(&wedge, &facet(0)));
+        }
         let top = levels.count();
-        let mut gap = hint;
-        while gap < top && facet(gap).is_below_entry() {
-            gap += 1;
-        }
-        while gap > 0 && !facet(gap - 1).is_below_entry() {
-            gap -= 1;
-        }
+        let mut gap = gap_at(hint, top, |layer| facet(layer).is_below_entry());
         let mut lower = gap.checked_sub(1).map(facet);
         let mut upper = (gap < top).then(|| facet(gap));
         let (mut a, mut from) = (0.0, On::Between);
@@ -151,6 +153,12 @@ impl<'r, 'f> Run<'r, 'f> {
             self.scratch.shift(rises);
             (a, from) = (b, if rises { On::Lower } else { On::Upper });
         }
+    }
+
+    /// Over a triangle above which nothing is seen.
+    fn clear_column(&mut self, wedge: &Wedge, lowest: &Facet) -> Flow {
+        let met = if lowest.is_below_entry() { lowest.down() } else { Some(0.0) };
+        met.map_or(Flow::On, |u| self.core(wedge, Some(lowest), u))
     }
 
     /// Over a void triangle nothing is met but the core, which is round there.
@@ -223,4 +231,18 @@ impl<'r, 'f> Run<'r, 'f> {
         self.light.error += through * self.brightest;
         Flow::Stop
     }
+}
+
+/// The number of layers that the ray enters a column above, searched from `hint` on.
+fn gap_at(hint: usize, layers: usize, is_below: impl Fn(usize) -> bool) -> usize {
+    let hint = hint.min(layers);
+    if (hint == 0 || is_below(hint - 1)) && (hint == layers || !is_below(hint)) {
+        return hint;
+    }
+    let (mut low, mut high) = (0, layers);
+    while low < high {
+        let middle = (low + high) / 2;
+        if is_below(middle) { low = middle + 1 } else { high = middle }
+    }
+    low
 }

@@ -34,9 +34,14 @@ impl<'f> Source<'f> {
         Source { values, gradients, layers: field.shape().layers, cuts }
     }
 
-    /// Bytes of what was made for it.
-    pub fn bytes(&self) -> usize {
-        self.gradients.bytes()
+    /// The gradients, which were made for it.
+    pub fn gradients(&self) -> &Gradients {
+        &self.gradients
+    }
+
+    /// The same, to be used again.
+    pub fn into_gradients(self) -> Gradients {
+        self.gradients
     }
 
     /// The values at `layer` over three cells; NaN where one is missing.
@@ -68,15 +73,21 @@ pub(crate) struct Map {
     /// The number of the source.
     pub source: usize,
     spans: Spans<f64>,
+    knots: Vec<KernelKnot>,
     shift: f64,
     scale: f64,
 }
 
 impl Map {
-    pub fn new(source: usize, knots: &[KernelKnot]) -> Self {
-        let spans = Spans::new(knots);
+    pub fn new(source: usize, knots: Vec<KernelKnot>) -> Self {
+        let spans = Spans::new(&knots);
         let [low, high] = spans.range();
-        Map { source, spans, shift: low, scale: 1.0 / (high - low) }
+        Map { source, spans, knots, shift: low, scale: 1.0 / (high - low) }
+    }
+
+    /// What it is made of.
+    pub fn knots(&self) -> &[KernelKnot] {
+        &self.knots
     }
 
     /// What extinction per planet radius means here, where differences of values are meant.

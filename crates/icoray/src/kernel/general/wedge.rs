@@ -147,7 +147,8 @@ impl Place {
     pub fn value(&self, [lower, upper]: [&[f64; 3]; 2]) -> f64 {
         let [below, above] = [(lower, self.on[0]), (upper, self.on[1])]
             .map(|(g, [b, c])| g[0] + (b * (g[1] - g[0]) + c * (g[2] - g[0])));
-        below + self.w * (above - below)
+        // On the upper facet it is what the next frustum finds on its lower one, to the bit.
+        if self.w == 1.0 { above } else { below + self.w * (above - below) }
     }
 }
 

@@ -7,7 +7,7 @@ fn knot(value: f64, color: [f64; 3], extinction: f64) -> KernelKnot {
 }
 
 fn medium(source: usize, knots: &[KernelKnot]) -> Medium {
-    Medium { color: Map::new(source, knots), extinction: Map::new(source, knots) }
+    Medium { color: Map::new(source, knots.to_vec()), extinction: Map::new(source, knots.to_vec()) }
 }
 
 fn segment(f0: f64, f1: f64, kappa: f64, eps: f64, length: f64) -> Segment<f64> {
@@ -38,7 +38,7 @@ fn by_brute_force(parts: &[Part], length: f64) -> ([f64; 3], f64) {
 fn blended(parts: &[Part], share: f64) -> Light<f64> {
     let gradient = |_: usize, _: f64| [0.0; 3];
     let mut light = Light::none();
-    Blend { parts, gradient, shading: None, share, rest: 0.0 }.add(&mut light, 0.0, 1.0);
+    Blend { parts, gradient, shading: None, share, rest: 0.0 }.add(&mut light, 0.0, 1.0, &mut Vec::new());
     light
 }
 
@@ -105,8 +105,12 @@ fn light_follows_the_gradient_of_what_absorbs() {
             gradient
         };
         let mut light = Light::none();
-        Blend { parts: &parts, gradient: at, shading: Some(&shading), share: 1e-6, rest: 0.0 }
-            .add(&mut light, 0.0, 1.0);
+        Blend { parts: &parts, gradient: at, shading: Some(&shading), share: 1e-6, rest: 0.0 }.add(
+            &mut light,
+            0.0,
+            1.0,
+            &mut Vec::new(),
+        );
         light.color[0] / light.absorbed
     };
     assert!((lit([1.0, 0.0, 0.0]) - 1.0).abs() < 1e-12);
