@@ -21,7 +21,7 @@ static const char *const ONCE =
     "[[views]]\nname = \"once\"\nfield = \"g\"\nwhen = [\"mean(w) > 5.5\", \"mean(w) < 6.5\", \"max(w) >= 12\"]\n";
 /* Due at the first step of 250 s or later, which is 5. */
 static const char *const SIDES =
-    "[[views]]\nname = \"sides\"\nat_times = [250]\nsweep = { lat = [20, 70], lon = [70, 190, 310] }\n"
+    "[[views]]\nname = \"sides\"\nat_times = [250]\nsweep = { lat = [20, 70], lon = [70, 160, 310] }\n"
     "output = { cinema = \"sides.cdb\", file = \"{step}_{lat}_{lon}.png\" }\n";
 
 /* Fields over the mesh, level-fastest: drawn, drawn by one view, looked at by its conditions. */
@@ -156,11 +156,11 @@ static void refused_scripts(const char *directory)
     static const struct {
         const char *text, *part;
     } cases[] = {
-        {"[[views]]\nname = \"a\"\nevery = 0\n", "line 12, key every: 0"},
+        {"[[views]]\nname = \"a\"\nevery = 0\n", "view \"a\": line 14, key every: 0"},
         {"[[views]]\nname = \"a\"\nwhen = \"most(w) > 1\"\n", "expected min, max or mean"},
-        {"[[views]]\nname = \"a\"\ncolour = 1\n", "line 12"},
+        {"[[views]]\nname = \"a\"\ncolour = 1\n", "line 14"},
         {"[[views]]\nname = \"a\"\n[[views]]\nname = \"a\"\n", "\"a\""},
-        {"[[views]]\nname = \"a\"\ncamera.lat = 95\n", "line 12, key camera.lat: 95"},
+        {"[[views]]\nname = \"a\"\ncamera.lat = 95\n", "view \"a\": line 14, key camera.lat: 95"},
     };
     icoray_ctx *ctx = opened_at(directory, "refused", 0);
     const char *parts[] = {HEAD, TURNS};

@@ -10,16 +10,12 @@ use crate::ranks::agree;
 use crate::types::icoray_status;
 use icoray_core::output::Stamp;
 use icoray_core::{Script, Shot, Statistic, Summary, View};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 use std::time::Instant;
 
 /// What is known of fields in this step.
 type Summaries = BTreeMap<String, Summary>;
-
-/// The first failure of a call, which is its status.
-#[derive(Default)]
-struct First(Option<Failure>);
 
 impl Context {
     /// Draws the pictures that are due, with the other ranks where there are any.
@@ -54,7 +50,7 @@ impl Context {
         let before = self.before.replace(stamp.clone());
         let scheduled = script.map(|script| script.scheduled(stamp, before.as_ref()).collect::<Vec<_>>());
         let scheduled = scheduled.unwrap_or_default();
-        let (mut first, mut known, mut copied) = (First::default(), Summaries::new(), Vec::new());
+        let (mut first, mut known, mut copied) = (None, Summaries::new(), Vec::new());
         for view in &scheduled {
             match self.holds(view, &scheduled, &mut known, stamp) {
                 Ok(false) => continue,
@@ -73,7 +69,7 @@ impl Context {
         for failure in self.drawing.hand_over(copied, stamp)? {
             self.picture_failed(failure, &mut first)?;
         }
-        first.0.map_or(Ok(()), Err)
+        first.map_or(Ok(()), Err)
     }
 
     /// Whether all conditions of a view hold: on all ranks or on none. A field is read once for all of the `scheduled` views.
@@ -88,8 +84,8 @@ impl Context {
             return Ok(true);
         }
         let named = |failure: Failure| failure.of_picture(view.name(), stamp.step);
-        let fields = view.conditions().iter().map(|condition| condition.field());
-        let unknown = fields.filter(|field| !known.contains_key(*field));
+        let fields: BTreeSet<&str> = view.conditions().iter().map(|condition| condition.field()).collect();
+        let unknown = fields.into_iter().filter(|field| !known.contains_key(*field));
         let mine = caught(|| unknown.map(|field| self.inputs.measured(field)).collect::<Outcome<Vec<_>>>());
         for Measured { name, field, held } in self.of_one_mind(mine.map_err(named), view.name())? {
             let asked = asked(scheduled, &name);
@@ -136,19 +132,16 @@ impl Context {
         agreed
     }
 
-    /// Counts a failure, and goes on unless icoray itself failed.
-    fn picture_failed(&mut self, failure: Failure, first: &mut First) -> Outcome<()> {
+    /// Counts a failure, which is the call's where it is the `first`, and goes on unless icoray itself failed.
+    fn picture_failed(&mut self, failure: Failure, first: &mut Option<Failure>) -> Outcome<()> {
         self.drawing.picture_failed(&failure);
         let is_bug = failure.status == icoray_status::ICORAY_ERR_INTERNAL;
-        let other = match &mut first.0 {
-            none @ None => none.replace(failure),
-            Some(first) if is_bug => Some(std::mem::replace(first, failure)),
-            Some(_) => Some(failure),
-        };
+        // A bug ends the context, and is told before all else.
+        let other = if first.is_none() || is_bug { first.replace(failure) } else { Some(failure) };
         if let Some(other) = other.filter(|_| self.ranks.is_root()) {
             self.drawing.log_failure(&other);
         }
-        if is_bug { first.0.take().map_or(Ok(()), Err) } else { Ok(()) }
+        if is_bug { first.take().map_or(Ok(()), Err) } else { Ok(()) }
     }
 }
 
