@@ -181,6 +181,7 @@ module icoray
     integer(c_int32_t) :: drawn_on = 0
     real(c_double) :: upload_s = 0, device_s = 0
     integer(c_int64_t) :: bytes_uploaded = 0
+    integer(c_int64_t) :: frames = 0            !< of the call; host_s, waited_s, copy_s, bytes_copied are of all of them
   end type icoray_frame_report
 
   !> Opens a context without MPI: call icoray_open_serial(ctx, [ierr], keywords) or (ctx, icoray_config, [ierr]).
@@ -189,7 +190,7 @@ module icoray
   !>   existing       ICORAY_NEVER_MODIFY or ICORAY_OVERWRITE
   !>   on_error       ICORAY_WARN, ICORAY_IGNORE or ICORAY_DISABLE; ierr has the status either way
   !>   disable_after  with ICORAY_DISABLE: failed frames in a row until the context switches itself off; 3
-  !>   async_render   .true.: icoray_execute copies the fields that the scene needs, and a thread renders the copies
+  !>   async_render   .true.: icoray_execute copies the fields that the pictures need, and a thread renders the copies
   !>   writer_queue   frames that may wait for the thread that writes; 2
   !>   when_full      ICORAY_BLOCK or ICORAY_DROP_OLDEST
   !>   log            a module procedure like icoray_log, for example icoray_log_stderr; no log
@@ -294,7 +295,8 @@ module icoray
     procedure :: heights_struct, heights_none
   end interface icoray_heights_set
 
-  !> Whether icoray_execute would draw this step, from any field or from the one named; .false. on failure.
+  !> Whether icoray_execute may draw a picture of this step, from any field or from the one named (for a picture or for a
+  !> condition, which is not looked at here); .false. on failure.
   !>   call icoray_wants(ctx, step, time_s, wants, [ierr])   call icoray_wants_field(ctx, name, step, time_s, wants, [ierr])
   interface icoray_wants
     procedure :: wants_i4, wants_i8
@@ -303,8 +305,9 @@ module icoray
     procedure :: wants_field_i4, wants_field_i8
   end interface icoray_wants_field
 
-  !> Renders the scene from the fields as they are now; a thread writes the picture. Steps that are not multiples of the
-  !> scene's `every` are left out. A picture that could not be written is told by the next call.
+  !> Renders the scene, of all its views those that are due, from the fields as they are now; a thread writes the pictures.
+  !> Called for each step, or at least where icoray_wants says .true. Where one of several pictures fails the others are
+  !> drawn all the same, and ierr is the first failure's. A picture that could not be written is told by the next call.
   !>   call icoray_execute(ctx, step, time_s, [ierr])   call icoray_execute(ctx, step, time_s, date, [ierr])
   !> date: 'YYYY-MM-DD_hh:mm:ss', needed only where an output name of the scene has one.
   interface icoray_execute
@@ -1354,7 +1357,8 @@ contains
     call icoray_heights_set_ndarray(ctx, array, ierr)
   end subroutine heights_view
 
-  !> Reads the scene from a TOML file (ICORAY_ERR_IO, ICORAY_ERR_SCENE); on failure the one before, if any, stays.
+  !> Reads the scene, of one picture or of several views, from a TOML file (ICORAY_ERR_IO, ICORAY_ERR_SCENE); on failure the
+  !> one before, if any, stays.
   subroutine icoray_scene_load(ctx, path, ierr)
     type(icoray_context), intent(in) :: ctx
     character(len=*), intent(in) :: path

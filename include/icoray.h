@@ -242,6 +242,9 @@ typedef struct icoray_mesh icoray_mesh;
 /**
  * What the last rendered frame cost and how exact it is, and the counts of all frames so far. Seconds are wall clock.
  *
+ * Where one call of icoray_execute drew several frames, host_s, waited_s, copy_s and bytes_copied are of all of them together,
+ * `frames` says how many they are, and all else is the last one's.
+ *
  * With async_render this is the frame that was finished last; icoray_wait waits for the one in the works.
  *
  * Errors are how far a channel of a pixel may be from the exact integral along the pixel's ray: of premultiplied linear
@@ -261,11 +264,11 @@ typedef struct icoray_frame_report {
    */
   double time_s;
   /**
-   * What the frame cost the model: icoray_execute from its call to its return.
+   * What the frames of the call cost the model: icoray_execute from its call to its return.
    */
   double host_s;
   /**
-   * Of these: waiting for a full queue or for the frame before.
+   * Of these: waiting for a full queue or for the frames before.
    */
   double waited_s;
   /**
@@ -435,6 +438,10 @@ typedef struct icoray_frame_report {
    * Bytes that were uploaded to the GPU.
    */
   uint64_t bytes_uploaded;
+  /**
+   * Frames that the call of icoray_execute drew, of which this is the last one.
+   */
+  uint64_t frames;
 } icoray_frame_report;
 
 /**
@@ -752,8 +759,8 @@ typedef struct icoray_config {
    */
   int32_t disable_after;
   /**
-   * Not 0: icoray_execute copies the fields that the scene needs and returns; a thread renders the copies. One frame at
-   * a time: icoray_execute first waits for the frame before.
+   * Not 0: icoray_execute copies the fields that the pictures of the step need, each once, and returns; a thread renders
+   * the copies. One step at a time: icoray_execute first waits for the frames before.
    */
   int32_t async_render;
   /**
@@ -783,8 +790,10 @@ extern "C" {
 #endif // __cplusplus
 
 /**
- * Whether icoray_execute would draw this step: *wants becomes 1 or 0. For a model to ask before it computes a costly
- * diagnostic. Takes no time. Not collective; between two calls of icoray_execute or icoray_wait the answer is the same on
+ * Whether icoray_execute may draw a picture of this step: *wants becomes 1 or 0. For a model to ask before it computes a
+ * costly diagnostic. Takes no time and reads no field: where it is a view's turn and the view has a condition (`when`) the
+ * answer is 1, and icoray_execute draws it or not. Times of a scene (`at_times`) are reached by the first step that
+ * icoray_execute is called for at them or later. Not collective; between two calls of icoray_execute or icoray_wait the answer is the same on
  * all ranks that have the same scene.
  *
  * # Safety
@@ -796,7 +805,8 @@ icoray_status icoray_wants(struct icoray_ctx *ctx,
                            int32_t *wants);
 
 /**
- * As icoray_wants, for one field: *wants becomes 1 where icoray_execute would draw this step from the field `name`.
+ * As icoray_wants, for one field: *wants becomes 1 where icoray_execute may read the field `name` at this step, for a
+ * picture or for a condition on it.
  *
  * # Safety
  * `ctx` is open; `name` is NULL or a string; `wants` is NULL or can be written.
@@ -809,15 +819,23 @@ icoray_status icoray_wants_field(struct icoray_ctx *ctx,
 
 /**
  * Renders the scene from the fields as they are now; a thread writes the picture, the map of its errors where the scene
- * names one (output.error), and a line of report.csv. Steps that are not multiples of the scene's `every` are left out.
+ * names one (output.error), and a line of report.csv. Of a scene of several views ([[views]]) it draws all pictures that are
+ * due, one after the other, each under its own name: those whose turn it is (`every`, `at_steps`, `at_times`; a scene without
+ * any is drawn at each step) and whose conditions hold (`when`: a field that several of them read is read once). It is called
+ * for each step, or at least for those that icoray_wants says 1 of; others are left out.
  * iso_datetime ("YYYY-MM-DD_hh:mm:ss" or with a T between) may be NULL unless an output name of the scene has a date.
+ *
+ * Where one of several pictures fails the others are drawn all the same: the status and message are the first failure's,
+ * with step and view, and the log has all of them.
  *
  * A picture that could not be written, which shows after the call, is told by the next call of icoray_execute (which has
  * drawn its own frame all the same), icoray_wait or icoray_close. One of the two comes before the program ends: frames
  * that are not on disk by then are lost.
  *
  * Collective over the communicator of icoray_open, for each step, drawn or not: ranks tell each other that they are ready
- * (a few bytes), each draws its tiles or its part of the grid, and the picture is at rank 0, whose context writes it. What fails on one rank is the
+ * (a few bytes), each draws its tiles or its part of the grid, and the picture is at rank 0, whose context writes it, with
+ * what is kept of a series of pictures. Conditions are on the values of all ranks, each once, and decided alike on all. Of
+ * columns that are spread over ranks the fields are put together once for each picture. What fails on one rank is the
  * status of all, with that rank's number in the message; ranks with different steps, scenes or fields are
  * ICORAY_ERR_MPI.
  *
@@ -840,7 +858,7 @@ icoray_status icoray_execute(struct icoray_ctx *ctx,
 icoray_status icoray_wait(struct icoray_ctx *ctx);
 
 /**
- * What the last frame cost and how exact it is. report->struct_size is set before the call. Of this rank alone, not
+ * What the last frame cost and how exact it is, or the frames of the last call that drew any. report->struct_size is set before the call. Of this rank alone, not
  * collective.
  *
  * # Safety
@@ -955,8 +973,9 @@ icoray_status icoray_field_describe(struct icoray_ctx *ctx,
                                     const char *units);
 
 /**
- * Reads the scene from a TOML file; a file of comments and blanks draws nothing. On failure the scene before, if any,
- * stays.
+ * Reads the scene from a TOML file, of one picture or of several views, with all that says when they are drawn and how
+ * their cameras move; a file of comments and blanks draws nothing. On failure (ICORAY_ERR_SCENE, with line and key) the scene
+ * before, if any, stays.
  *
  * # Safety
  * `ctx` is open; `path` is NULL or a string.
@@ -965,7 +984,7 @@ icoray_status icoray_scene_load(struct icoray_ctx *ctx,
                                 const char *path);
 
 /**
- * Reads the scene from TOML text; text of comments and blanks draws nothing.
+ * As icoray_scene_load, from TOML text; text of comments and blanks draws nothing.
  *
  * # Safety
  * `ctx` is open; `toml` is NULL or a string.

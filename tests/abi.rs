@@ -74,6 +74,8 @@ const PICTURES: [&str; 11] = [
     "check",
 ];
 
+const VIEWS: [&str; 3] = ["views", "pictures_common", "check"];
+
 #[test]
 fn c_and_cpp_see_the_structs_as_rust_does() {
     let directory = TempDir::new().unwrap();
@@ -319,6 +321,77 @@ fn pictures_depend_on_values_and_nothing_else() {
             let distance = picture.distance(&others[0].1);
             assert!(distance > 0.5, "{group} and {other}: {distance}");
         }
+    }
+}
+
+/// The files of a directory, its report left out, with those of directories in it.
+fn names_in(directory: &Path) -> Vec<String> {
+    let mut names = Vec::new();
+    for entry in std::fs::read_dir(directory).unwrap() {
+        let path = entry.unwrap().path();
+        let name = path.file_name().unwrap().to_str().unwrap().to_owned();
+        if path.is_dir() {
+            names.extend(names_in(&path).iter().map(|inner| format!("{name}/{inner}")));
+        } else if name != "report.csv" {
+            names.push(name);
+        }
+    }
+    names.sort();
+    names
+}
+
+/// Views at their own steps, under their own names, with what is kept of a series; drawn in the call or of copies.
+#[test]
+fn all_views_of_a_scene_file_are_drawn() {
+    let directory = TempDir::new().unwrap();
+    let program = compile_c(&VIEWS, directory.path());
+    checked(command(program, directory.path()).arg(directory.path()), "views", 300);
+    let at = |run: &str| directory.path().join(run);
+    let mut expected = vec!["once_6.png".to_owned(), "sides.cdb/data.csv".into(), "two.ffconcat".into()];
+    expected.extend([0, 2, 4, 6].map(|step| format!("two_{step}.png")));
+    expected.extend([0, 3, 6].map(|step| format!("around_{step}.png")));
+    let places = [20, 70].map(|lat| [70, 160, 310].map(|lon| (lat, lon))).concat();
+    expected.extend(places.iter().map(|(lat, lon)| format!("sides.cdb/5_{lat}_{lon}.png")));
+    expected.sort();
+    for run in ["call", "background"] {
+        assert_eq!(names_in(&at(run)), expected, "{run}");
+        let table = std::fs::read_to_string(at(run).join("sides.cdb/data.csv")).unwrap();
+        let mut rows = table.lines().map(|row| row.split(',').map(str::to_owned).collect::<Vec<_>>());
+        let head = rows.next().unwrap();
+        let column = |name: &str| head.iter().position(|h| h == name).unwrap();
+        let rows: Vec<_> = rows.collect();
+        let said: Vec<_> = rows
+            .iter()
+            .map(|row| ["step", "time", "lat", "lon", "FILE"].map(|name| row[column(name)].clone()))
+            .collect();
+        let listed = |(lat, lon): &(i32, i32)| {
+            let file = format!("5_{lat}_{lon}.png");
+            ["5".into(), "300.0".into(), format!("{lat}.0"), format!("{lon}.0"), file]
+        };
+        assert_eq!(said, places.iter().map(listed).collect::<Vec<[String; 5]>>(), "{table}");
+        let list = std::fs::read_to_string(at(run).join("two.ffconcat")).unwrap();
+        assert_eq!(list.matches("file ").count(), 4, "{list}");
+    }
+    let read = |name: &str| Picture::read(&at("call").join(name));
+    for name in expected.iter().filter(|name| name.ends_with(".png")) {
+        let (drawn, copied) = (read(name), Picture::read(&at("background").join(name)));
+        assert!(drawn == copied, "{name}: {}", drawn.distance(&copied));
+        assert!(drawn.colors() > 50, "{name}");
+    }
+    // The camera that stands still, and the one that goes about.
+    assert!(read("two_0.png") == read("two_4.png") && read("two_0.png") == read("around_0.png"));
+    for (one, other) in [
+        ("around_0.png", "around_3.png"),
+        ("around_3.png", "around_6.png"),
+        ("sides.cdb/5_20_70.png", "sides.cdb/5_70_70.png"),
+        ("sides.cdb/5_20_70.png", "sides.cdb/5_20_160.png"),
+    ] {
+        let distance = read(one).distance(&read(other));
+        assert!(distance > 0.5, "{one} and {other}: {distance}");
+    }
+    for run in ["bad_call", "bad_background"] {
+        let drawn = ["fine_9.png", "good_9.png", "new_9.png", "other_10.png"];
+        assert_eq!(names_in(&at(run)), drawn, "{run}");
     }
 }
 

@@ -21,7 +21,7 @@ const STRICT: [&str; 7] = [
 ];
 
 /// The sources of the program in `tests/fortran`, each after those it uses.
-const PICTURES: [&str; 6] = ["check", "model", "layouts", "grids", "refusals", "pictures"];
+const PICTURES: [&str; 7] = ["check", "model", "layouts", "grids", "refusals", "scripts", "pictures"];
 
 fn module() -> PathBuf {
     root().join("include/icoray.f90")
@@ -253,7 +253,9 @@ fn pictures_depend_on_values_and_nothing_else() {
         ("corner", 3),
         ("missing", 2),
         ("negative", 2),
+        ("once", 1),
         ("plain", 34),
+        ("still", 3),
         ("year_0001", 2),
     ];
     assert_eq!(sizes, expected);

@@ -11,7 +11,9 @@ fn files(directory: &Path) -> BTreeMap<String, Vec<u8>> {
     let entries = std::fs::read_dir(directory).unwrap().map(|entry| entry.unwrap().path());
     let named = entries.map(|path| (path.file_name().unwrap().to_string_lossy().into_owned(), path));
     let kept = named.filter(|(name, _)| name != "report.csv");
-    kept.map(|(name, path)| (name, std::fs::read(path).unwrap())).collect()
+    // Of a directory in it only the name.
+    let read = |path: &Path| if path.is_dir() { Vec::new() } else { std::fs::read(path).unwrap() };
+    kept.map(|(name, path)| (name, read(&path))).collect()
 }
 
 /// How many ranks each line of a report says, and whether any says that bytes were received.
@@ -165,6 +167,40 @@ fn columns(mpi: &Mpi, runs: &[(usize, &str)]) {
     };
     checked(run.env(name, value), "mpi_columns", 20);
     same(&to.join("contiguous"));
+}
+
+#[test]
+fn views_of_a_grid_in_parts_are_decided_alike_on_all() {
+    if !FIRST.is_there() {
+        return;
+    }
+    let directory = TempDir::new().unwrap();
+    let program = FIRST.compile((FIRST.library)(), "mpi_views", directory.path());
+    for ranks in [2, 3] {
+        let to = directory.path().join(ranks.to_string());
+        std::fs::create_dir(&to).unwrap();
+        checked(FIRST.on_ranks(ranks, &program, directory.path()).arg(&to), "mpi_views", 50);
+        for kind in ["contiguous", "random"] {
+            let names: Vec<String> = files(&to.join(kind)).into_keys().collect();
+            let expected = [
+                "fine_20.png",
+                "good_20.png",
+                "high_1.png",
+                "low_4.png",
+                "mean_3.png",
+                "sides.cdb",
+                "two.ffconcat",
+                "two_0.png",
+                "two_2.png",
+                "two_4.png",
+            ];
+            assert_eq!(names, expected, "{ranks} ranks, {kind}");
+            let table = std::fs::read_to_string(to.join(kind).join("sides.cdb/data.csv")).unwrap();
+            assert_eq!(table.lines().count(), 3, "{table}");
+            let list = std::fs::read_to_string(to.join(kind).join("two.ffconcat")).unwrap();
+            assert_eq!(list.matches("file ").count(), 3, "{list}");
+        }
+    }
 }
 
 #[test]

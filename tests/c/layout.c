@@ -137,6 +137,7 @@ int main(void)
     MEMBER(icoray_frame_report, upload_s);
     MEMBER(icoray_frame_report, device_s);
     MEMBER(icoray_frame_report, bytes_uploaded);
+    MEMBER(icoray_frame_report, frames);
 
     STRUCT(icoray_status);
     NUMBER(ICORAY_OK);

@@ -94,7 +94,8 @@ static void before_execute(int odd)
     if (!is_odd) {
         set_scene(ctx, 48, "");
     }
-    TOLD(ICORAY_ERR_ORDER, "rank 0: ", icoray_execute(ctx, step + 1, 0.0, NULL));
+    /* What is to be drawn is asked first, before what it is drawn of. */
+    TOLD(ICORAY_ERR_ORDER, text, icoray_execute(ctx, step + 1, 0.0, NULL));
     set_scene(ctx, 48, "");
     set_layers(ctx, w.layers);
     OK(icoray_field_set(ctx, "f", &w.array));

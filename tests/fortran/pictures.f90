@@ -8,6 +8,7 @@ program pictures
   use layouts
   use grids
   use refusals
+  use scripts
   implicit none
   call start_model()
   call expect(index(icoray_version(), '.') > 0, 'icoray_version')
@@ -15,6 +16,7 @@ program pictures
   call draw_corners()
   call draw_named()
   call draw_grids()
+  call draw_scripts()
   call refuse_all()
   call end_model()
   call verdict('pictures')

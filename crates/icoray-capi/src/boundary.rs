@@ -62,6 +62,12 @@ impl Failure {
         self.within(format_args!("step {step}"))
     }
 
+    /// With the step, and the view where that has a name, whose frame failed.
+    pub fn of_picture(self, view: &str, step: i64) -> Self {
+        let failure = if view.is_empty() { self } else { self.within(format_args!("view {view:?}")) };
+        failure.at_step(step)
+    }
+
     /// A pointer that must not be NULL.
     pub fn null(what: &str) -> Self {
         Self::new(icoray_status::ICORAY_ERR_NULL, format!("{what} is NULL"))

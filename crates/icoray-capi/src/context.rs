@@ -7,10 +7,10 @@ use crate::types::{
     ICORAY_CORNER, icoray_array, icoray_config, icoray_frame_report, icoray_ndarray, icoray_status,
 };
 use icoray_core::output::Stamp;
-use icoray_core::{Description, Grid, GridTables, Layers, Ranks, Scene};
+use icoray_core::{Description, Grid, GridTables, Layers, Ranks, Script, View};
 use std::sync::Arc;
-use std::time::Instant;
 
+mod execute;
 mod inputs;
 mod together;
 
@@ -21,6 +21,8 @@ use inputs::{Given, Inputs, Spread, known, missing};
 pub struct Context {
     inputs: Inputs,
     scene: Choice,
+    /// The step that icoray_execute had before.
+    before: Option<Stamp>,
     drawing: Drawing,
     /// Those who draw together, or this process alone.
     ranks: Ranks,
@@ -34,7 +36,7 @@ enum Choice {
     Open,
     /// An empty one was.
     Nothing,
-    Scene(Arc<Scene>),
+    Script(Arc<Script>),
 }
 
 impl Context {
@@ -42,6 +44,7 @@ impl Context {
         Ok(Context {
             inputs: Inputs::default(),
             scene: Choice::Open,
+            before: None,
             drawing: Drawing::new(config, output_dir, ranks)?,
             ranks: Ranks::alone(),
             poison: None,
@@ -142,42 +145,20 @@ impl Context {
     }
 
     pub fn set_scene(&mut self, text: &str) -> Outcome<()> {
-        self.scene = Scene::parse_optional(text)?.map_or(Choice::Nothing, |s| Choice::Scene(Arc::new(s)));
+        self.scene = Script::parse_optional(text)?.map_or(Choice::Nothing, |s| Choice::Script(Arc::new(s)));
         Ok(())
     }
 
-    /// Whether a frame of this step would be drawn, from `field` where one is named.
-    pub fn wants(&mut self, field: Option<&str>, step: i64) -> bool {
+    /// Whether a picture of this step may be drawn, by a view that reads `field` where one is named.
+    pub fn wants(&mut self, field: Option<&str>, now: &Stamp) -> bool {
         // Frames that have failed by now may have switched the context off. Where there are several ranks, all hear of that in
         // the next call that they make together, and say the same until then.
         if !self.is_shared() {
             self.drawing.collect();
         }
-        match &self.scene {
-            Choice::Scene(scene) => {
-                self.drawing.is_on()
-                    && scene.is_due(step)
-                    && field.is_none_or(|f| scene.model_fields().contains(&f))
-            }
-            _ => false,
-        }
-    }
-
-    /// Draws the scene, where this step is due, with the other ranks where there are any.
-    pub fn execute(&mut self, stamp: Outcome<Stamp>) -> Outcome<()> {
-        let start = Instant::now();
-        let outcome = if self.is_shared() { self.execute_together(stamp) } else { self.draw(stamp) };
-        self.drawing.spent(start.elapsed().as_secs_f64());
-        outcome
-    }
-
-    fn draw(&mut self, stamp: Outcome<Stamp>) -> Outcome<()> {
-        let stamp = stamp?;
-        let Some(scene) = due(&self.scene, stamp.step)? else {
-            return self.drawing.pass();
-        };
-        let Context { inputs, drawing, .. } = self;
-        drawing.draw(stamp, || inputs.subject(scene))
+        let Choice::Script(script) = &self.scene else { return false };
+        let mut scheduled = script.scheduled(now, self.before.as_ref());
+        self.drawing.is_on() && scheduled.any(|view| field.is_none_or(|field| reads(view, field)))
     }
 
     /// Waits until all frames are on disk.
@@ -207,14 +188,8 @@ fn at_centers(location: i32, of: &str) -> Outcome<()> {
     Ok(())
 }
 
-/// The scene that is drawn of this step, if any.
-fn due(scene: &Choice, step: i64) -> Outcome<Option<Arc<Scene>>> {
-    match scene {
-        Choice::Scene(scene) if scene.is_due(step) => Ok(Some(scene.clone())),
-        Choice::Scene(_) | Choice::Nothing => Ok(None),
-        Choice::Open => {
-            let call = "icoray_scene_load or icoray_scene_text";
-            Err(missing("icoray_execute", "scene", call))
-        }
-    }
+/// Whether a view draws a field or has a condition on it.
+fn reads(view: &View, field: &str) -> bool {
+    let is_condition = view.conditions().iter().any(|condition| condition.field() == field);
+    is_condition || view.model_fields().iter().any(|name| name == field)
 }

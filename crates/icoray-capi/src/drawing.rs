@@ -5,27 +5,18 @@ use crate::boundary::{Failure, Outcome};
 use crate::context::Subject;
 use crate::host::without_signals;
 use crate::log::{Level, Log};
-use crate::memory;
 use crate::policy::Policy;
-use crate::types::{
-    ICORAY_ALONE, ICORAY_BLOCK, ICORAY_CPU, ICORAY_DROP_OLDEST, ICORAY_FRAGMENTS, ICORAY_GPU,
-    ICORAY_GPU_AND_CPU, ICORAY_NEVER_MODIFY, ICORAY_OVERWRITE, ICORAY_TILES, icoray_config,
-    icoray_frame_report, icoray_status,
-};
-use icoray_core::output::{Existing, Stamp, WhenFull, Writer, WriterOptions};
-use icoray_core::{
-    Backend, Background, Certainty, Error, Frame, FrameReport, Job, Lights, Ranks, Renderer, Scene, Scheme,
-};
+use crate::types::{icoray_config, icoray_frame_report, icoray_status};
+use icoray_core::output::{Stamp, Writer};
+use icoray_core::{Backend, Background, Error, Fields, Frame, FrameReport, Job, Ranks, Renderer, Scene};
 use std::sync::Arc;
-use std::time::Instant;
 
 mod devices;
+mod options;
+mod report;
 mod together;
 
 use devices::Devices;
-
-/// Frames that wait for the writer, where the config names no number.
-const QUEUE: usize = 2;
 
 /// The threads of a context, and the frames that they have.
 pub(crate) struct Drawing {
@@ -41,9 +32,22 @@ pub(crate) struct Drawing {
     /// The first failure that no call has told of.
     untold: Option<Failure>,
     last: Option<(Stamp, FrameReport)>,
-    /// The frame that the background draws, and what handing it over cost the model.
+    /// Of the call whose frame that is.
+    call: Call,
+    /// Whether the call has yet to draw its first frame.
+    is_new_call: bool,
+    /// The step that the background draws, and what handing it over cost the model.
     handed_over: Option<(i64, f64)>,
     totals: Totals,
+}
+
+/// Of the frames that one call has drawn.
+#[derive(Debug, Clone, Copy, Default)]
+struct Call {
+    frames: u64,
+    waited_s: f64,
+    copy_s: f64,
+    bytes_copied: u64,
 }
 
 /// Of all frames so far.
@@ -60,12 +64,21 @@ struct Totals {
     last_write_s: f64,
 }
 
+impl Call {
+    fn add(&mut self, report: &FrameReport) {
+        self.frames += 1;
+        self.waited_s += report.waited_s;
+        self.copy_s += report.copy_s;
+        self.bytes_copied += report.bytes_copied;
+    }
+}
+
 impl Drawing {
     pub fn new(config: &icoray_config, output_dir: &str, ranks: &Ranks) -> Outcome<Self> {
         let threads = usize::try_from(config.threads).ok().filter(|n| *n <= 4096).ok_or_else(|| {
             argument(format!("icoray_config.threads: {}, expected 0 to 4096", config.threads))
         })?;
-        let options = writer_options(config, output_dir)?;
+        let options = options::of_writer(config, output_dir)?;
         let policy = Policy::new(config, ranks.is_root())?;
         if config.async_render != 0 && !ranks.is_alone() {
             let message = "icoray_config.async_render with several ranks: not supported yet, set it to 0";
@@ -96,6 +109,8 @@ impl Drawing {
             devices: Devices::default(),
             untold,
             last,
+            call: Call::default(),
+            is_new_call: false,
             handed_over,
             totals,
         })
@@ -105,72 +120,109 @@ impl Drawing {
         &self.renderer
     }
 
-    /// Counts the model's time.
-    pub fn spent(&mut self, seconds: f64) {
-        self.totals.host_s += seconds;
-    }
-
     /// Whether frames are still drawn.
     pub fn is_on(&self) -> bool {
         self.is_on_for_all.unwrap_or(self.policy.is_on())
     }
 
-    /// A step without a frame: tells only of frames before.
-    pub fn pass(&mut self) -> Outcome<()> {
-        self.collect();
-        self.policy.refuse_if_off()?;
-        self.tell()
+    pub fn refuse_if_off(&self) -> Outcome<()> {
+        self.policy.refuse_if_off()
     }
 
-    /// Draws a frame of what `subject` finds, and queues it to be written.
-    pub fn draw<'a>(&mut self, stamp: Stamp, subject: impl FnOnce() -> Outcome<Subject<'a>>) -> Outcome<()> {
-        let start = Instant::now();
-        self.collect();
-        self.policy.refuse_if_off()?;
-        let step = stamp.step;
-        let drawn = subject().and_then(|subject| self.begin(stamp, subject));
-        let host_s = start.elapsed().as_secs_f64();
-        match drawn {
-            Ok(()) if self.background.is_some() => self.handed_over = Some((step, host_s)),
-            Ok(()) => self.totals.last_host_s = host_s,
-            Err(failure) => {
-                let failure = failure.at_step(step);
-                // Nothing was drawn, as the user asked for.
-                if failure.status != icoray_status::ICORAY_ERR_EXISTS {
-                    self.fail(&failure);
-                }
-                return Err(failure);
-            }
-        }
-        self.tell()
+    /// Whether a thread draws while the model goes on.
+    pub fn is_in_background(&self) -> bool {
+        self.background.is_some()
     }
 
-    fn begin(&mut self, stamp: Stamp, subject: Subject) -> Outcome<()> {
-        // What one process holds is the whole grid and fields.
-        let Subject { scene, grid, held: _, layers, fields, description, descriptions } = subject;
-        self.devices.is_asked = scene.backend == Backend::Gpu;
-        if let Some(background) = &mut self.background {
-            background.submit(Job { scene, grid, layers, stamp, description, descriptions }, fields)?;
-            // The frame before was waited for; its cost is to be taken before this one's takes its place.
-            self.collect();
-            return Ok(());
+    /// The model has called for the frames of a step.
+    pub fn begin_call(&mut self) {
+        self.is_new_call = true;
+    }
+
+    /// The call returns after so many seconds.
+    pub fn end_call(&mut self, host_s: f64) {
+        self.totals.host_s += host_s;
+        match &mut self.handed_over {
+            Some((_, seconds)) if self.background.is_some() && !self.is_new_call => *seconds = host_s,
+            _ if !self.is_new_call => self.totals.last_host_s = host_s,
+            _ => {}
         }
-        // Names that are wrong or taken are known before the first ray.
-        self.writer.check(&scene.output, &stamp, &scene.field)?;
-        let frame = self.renderer.render(&scene, &grid, &layers, fields)?;
-        self.hand_on(Frame { description, descriptions, ..frame }, &scene, stamp);
+    }
+
+    /// Whether a frame's files may be made. Only who writes need ask.
+    pub fn check_names(&self, scene: &Scene, stamp: &Stamp) -> Outcome<()> {
+        self.writer.check(&scene.output, stamp, &scene.field)?;
         Ok(())
     }
 
+    /// Draws a frame, or what is this rank's of it, and queues it to be written.
+    pub fn draw(&mut self, ranks: &mut Ranks, stamp: &Stamp, subject: Subject) -> Outcome<()> {
+        self.devices.is_asked = subject.scene.backend == Backend::Gpu;
+        if !ranks.is_alone() {
+            return self.draw_together(ranks, stamp, subject);
+        }
+        // What one process holds is the whole grid and fields.
+        let Subject { view, scene, grid, held: _, layers, fields, description, descriptions } = subject;
+        let mut frame = self.renderer.render(&scene, &grid, &layers, fields)?;
+        (frame.description, frame.descriptions) = (description, descriptions);
+        frame.notes.extend(notes(view));
+        self.hand_on(frame, &scene, stamp);
+        Ok(())
+    }
+
+    /// Hands the frames of a step to the background, if any; what is wrong with some of them keeps none of the others.
+    pub fn hand_over(&mut self, subjects: Vec<Subject>, stamp: &Stamp) -> Outcome<Vec<Failure>> {
+        let (Some(background), false) = (&mut self.background, subjects.is_empty()) else {
+            return Ok(Vec::new());
+        };
+        self.devices.is_asked = subjects.iter().any(|subject| subject.scene.backend == Backend::Gpu);
+        let (mut jobs, mut views, mut all) = (Vec::new(), Vec::new(), Fields::default());
+        for Subject { view, scene, grid, held: _, layers, fields, description, descriptions } in subjects {
+            all = all.with(fields);
+            views.push(view.clone());
+            let (stamp, notes) = (stamp.clone(), notes(view).into_iter().collect());
+            jobs.push(Job { scene, grid, layers, stamp, description, descriptions, notes });
+        }
+        let (count, mut refused) = (jobs.len(), Vec::new());
+        let accepted = background.submit_all(jobs, all, &mut refused);
+        // The frames before were waited for; their cost is to be taken before these ones' takes its place.
+        self.collect();
+        if refused.len() < count {
+            accepted.map_err(|error| Failure::from(error).at_step(stamp.step))?;
+            (self.handed_over, self.is_new_call) = (Some((stamp.step, 0.0)), false);
+        }
+        let failures = refused.into_iter();
+        Ok(failures
+            .map(|(number, error)| Failure::from(error).of_picture(&views[number], stamp.step))
+            .collect())
+    }
+
+    /// A picture of this call failed. That a file is not to be modified is as the user asked for.
+    pub fn picture_failed(&mut self, failure: &Failure) {
+        use icoray_status::{ICORAY_ERR_DISABLED, ICORAY_ERR_EXISTS};
+        if ![ICORAY_ERR_DISABLED, ICORAY_ERR_EXISTS].contains(&failure.status) {
+            self.fail(failure);
+        }
+    }
+
     /// A frame that is drawn goes to the writer.
-    fn hand_on(&mut self, frame: Frame, scene: &Scene, stamp: Stamp) {
+    fn hand_on(&mut self, frame: Frame, scene: &Scene, stamp: &Stamp) {
         let mut report = frame.report.clone();
-        self.devices.tell(&stamp, &report, &self.log);
-        self.describe(&stamp, &report);
+        self.devices.tell(stamp, &report, &self.log);
+        self.describe(stamp, &report);
         let submitted = self.writer.submit(frame, scene.output.clone(), stamp.clone());
         report.waited_s = submitted.waited_s;
         self.drop_frame(submitted.dropped.as_ref());
-        self.last = Some((stamp, report));
+        self.drew(stamp, report);
+    }
+
+    /// A frame of this call is drawn.
+    fn drew(&mut self, stamp: &Stamp, report: FrameReport) {
+        if std::mem::take(&mut self.is_new_call) {
+            self.call = Call::default();
+        }
+        self.call.add(&report);
+        self.last = Some((stamp.clone(), report));
     }
 
     /// Takes in what became of the frames of before.
@@ -197,17 +249,23 @@ impl Drawing {
         }
         if let Some(background) = &mut self.background {
             let drawn = background.take_outcomes();
+            self.totals.failed += drawn.more_failed;
             for drawn in drawn.kept {
                 self.drop_frame(drawn.dropped.as_ref());
+                if drawn.is_first {
+                    self.call = Call::default();
+                }
                 match drawn.result {
                     Ok(report) => {
                         self.devices.tell(&drawn.stamp, &report, &self.log);
                         self.describe(&drawn.stamp, &report);
+                        self.call.add(&report);
                         self.last = Some((drawn.stamp, report));
                     }
                     Err(error) => self.fail_late(&drawn.stamp, error),
                 }
             }
+            self.call.frames += drawn.more_done;
         }
         let is_last = |step: i64| self.last.as_ref().is_some_and(|(stamp, _)| stamp.step == step);
         if let Some((_, host_s)) = self.handed_over.take_if(|(step, _)| is_last(*step)) {
@@ -256,7 +314,7 @@ impl Drawing {
     }
 
     /// The failure that is due to be told.
-    fn tell(&mut self) -> Outcome<()> {
+    pub fn tell(&mut self) -> Outcome<()> {
         self.untold.take().map_or(Ok(()), Err)
     }
 
@@ -283,99 +341,11 @@ impl Drawing {
         self.collect();
         let none = || Failure::new(icoray_status::ICORAY_ERR_ORDER, "no frame has been rendered yet");
         let (stamp, report) = self.last.as_ref().ok_or_else(none)?;
-        Ok(crossing(stamp, report, &self.totals))
+        Ok(report::crossing(stamp, report, &self.call, &self.totals))
     }
 }
 
-fn writer_options(config: &icoray_config, output_dir: &str) -> Outcome<WriterOptions> {
-    let existing = match config.existing {
-        ICORAY_NEVER_MODIFY => Existing::NeverModify,
-        ICORAY_OVERWRITE => Existing::Overwrite,
-        other => {
-            return Err(argument(format!(
-                "icoray_config.existing: {other}, expected ICORAY_NEVER_MODIFY (0) or ICORAY_OVERWRITE (1)"
-            )));
-        }
-    };
-    let when_full = match config.when_full {
-        ICORAY_BLOCK => WhenFull::Block,
-        ICORAY_DROP_OLDEST => WhenFull::DropOldest,
-        other => {
-            return Err(argument(format!(
-                "icoray_config.when_full: {other}, expected ICORAY_BLOCK (0) or ICORAY_DROP_OLDEST (1)"
-            )));
-        }
-    };
-    let queue = match config.writer_queue {
-        0 => QUEUE,
-        n @ 1..=1024 => n as usize,
-        other => {
-            return Err(argument(format!("icoray_config.writer_queue: {other}, expected 0 to 1024")));
-        }
-    };
-    Ok(WriterOptions { existing, when_full, queue, ..WriterOptions::new(output_dir) })
-}
-
-/// The report as it crosses the boundary.
-fn crossing(stamp: &Stamp, r: &FrameReport, totals: &Totals) -> icoray_frame_report {
-    let [value_min, value_max] = r.value_range.unwrap_or([f64::NAN; 2]);
-    icoray_frame_report {
-        struct_size: size_of::<icoray_frame_report>(),
-        step: stamp.step,
-        time_s: stamp.time_s,
-        host_s: totals.last_host_s,
-        waited_s: r.waited_s,
-        copy_s: r.copy_s,
-        prepare_s: r.prepare_s,
-        render_s: r.render_s,
-        write_s: totals.last_write_s,
-        rays: r.counts.rays,
-        columns: r.counts.columns,
-        frusta: r.counts.frusta,
-        void_frusta: r.counts.void_frusta,
-        value_min,
-        value_max,
-        missing_values: r.missing_values,
-        bytes_copied: r.bytes_copied,
-        bytes_derived: r.derived_bytes as u64,
-        bytes_peak: memory::peak(),
-        error_max: r.error.max,
-        error_mean: r.error.mean,
-        error_p999: r.error.p999,
-        tolerance: r.quality.tolerance,
-        error_is_bound: (r.error.certainty == Certainty::Bound).into(),
-        pixel_step: r.quality.pixel_step as i32,
-        lights: match r.quality.lights {
-            Lights::Off => 0,
-            Lights::Coarse => 1,
-            Lights::Full => 2,
-        },
-        threads: r.threads as i32,
-        ranks: r.ranks as i32,
-        tiles: r.tiles as i32,
-        gather_s: r.gather_s,
-        balance: r.balance,
-        bytes_received: r.bytes_received,
-        scheme: match r.sharing.map(|sharing| sharing.scheme) {
-            None => ICORAY_ALONE,
-            Some(Scheme::Fragments) => ICORAY_FRAGMENTS,
-            Some(Scheme::Auto | Scheme::Tiles) => ICORAY_TILES,
-        },
-        fragments: r.counts.fragments,
-        fragment_bytes: r.counts.fragment_bytes,
-        compose_s: r.compose_s,
-        drawn_on: match (&r.device, &r.left_to_cpu) {
-            (None, _) => ICORAY_CPU,
-            (Some(_), None) => ICORAY_GPU,
-            (Some(_), Some(_)) => ICORAY_GPU_AND_CPU,
-        },
-        upload_s: r.upload_s,
-        device_s: r.device_s.unwrap_or(f64::NAN),
-        bytes_uploaded: r.bytes_uploaded,
-        frames_written: totals.written,
-        frames_failed: totals.failed,
-        frames_dropped: totals.dropped,
-        host_total_s: totals.host_s,
-        write_total_s: totals.write_s,
-    }
+/// What else a picture's file says.
+fn notes(view: String) -> Option<(&'static str, String)> {
+    (!view.is_empty()).then_some(("view", view))
 }

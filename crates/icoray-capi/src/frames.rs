@@ -15,8 +15,10 @@ fn finite(time_s: f64) -> Outcome<()> {
     }
 }
 
-/// Whether icoray_execute would draw this step: *wants becomes 1 or 0. For a model to ask before it computes a costly
-/// diagnostic. Takes no time. Not collective; between two calls of icoray_execute or icoray_wait the answer is the same on
+/// Whether icoray_execute may draw a picture of this step: *wants becomes 1 or 0. For a model to ask before it computes a
+/// costly diagnostic. Takes no time and reads no field: where it is a view's turn and the view has a condition (`when`) the
+/// answer is 1, and icoray_execute draws it or not. Times of a scene (`at_times`) are reached by the first step that
+/// icoray_execute is called for at them or later. Not collective; between two calls of icoray_execute or icoray_wait the answer is the same on
 /// all ranks that have the same scene.
 ///
 /// # Safety
@@ -32,7 +34,8 @@ pub unsafe extern "C" fn icoray_wants(
     unsafe { wanted(ctx, None, step, time_s, wants) }
 }
 
-/// As icoray_wants, for one field: *wants becomes 1 where icoray_execute would draw this step from the field `name`.
+/// As icoray_wants, for one field: *wants becomes 1 where icoray_execute may read the field `name` at this step, for a
+/// picture or for a condition on it.
 ///
 /// # Safety
 /// `ctx` is open; `name` is NULL or a string; `wants` is NULL or can be written.
@@ -69,22 +72,30 @@ unsafe fn wanted(
             finite(time_s)?;
             // SAFETY: as above.
             let wants = wants.as_mut().ok_or_else(|| Failure::null("wants"))?;
-            *wants = context.wants(name, step).into();
+            *wants = context.wants(name, &Stamp { step, time_s, date: None }).into();
             Ok(())
         })
     }
 }
 
 /// Renders the scene from the fields as they are now; a thread writes the picture, the map of its errors where the scene
-/// names one (output.error), and a line of report.csv. Steps that are not multiples of the scene's `every` are left out.
+/// names one (output.error), and a line of report.csv. Of a scene of several views ([[views]]) it draws all pictures that are
+/// due, one after the other, each under its own name: those whose turn it is (`every`, `at_steps`, `at_times`; a scene without
+/// any is drawn at each step) and whose conditions hold (`when`: a field that several of them read is read once). It is called
+/// for each step, or at least for those that icoray_wants says 1 of; others are left out.
 /// iso_datetime ("YYYY-MM-DD_hh:mm:ss" or with a T between) may be NULL unless an output name of the scene has a date.
+///
+/// Where one of several pictures fails the others are drawn all the same: the status and message are the first failure's,
+/// with step and view, and the log has all of them.
 ///
 /// A picture that could not be written, which shows after the call, is told by the next call of icoray_execute (which has
 /// drawn its own frame all the same), icoray_wait or icoray_close. One of the two comes before the program ends: frames
 /// that are not on disk by then are lost.
 ///
 /// Collective over the communicator of icoray_open, for each step, drawn or not: ranks tell each other that they are ready
-/// (a few bytes), each draws its tiles or its part of the grid, and the picture is at rank 0, whose context writes it. What fails on one rank is the
+/// (a few bytes), each draws its tiles or its part of the grid, and the picture is at rank 0, whose context writes it, with
+/// what is kept of a series of pictures. Conditions are on the values of all ranks, each once, and decided alike on all. Of
+/// columns that are spread over ranks the fields are put together once for each picture. What fails on one rank is the
 /// status of all, with that rank's number in the message; ranks with different steps, scenes or fields are
 /// ICORAY_ERR_MPI.
 ///
@@ -126,7 +137,7 @@ pub unsafe extern "C" fn icoray_wait(ctx: *mut icoray_ctx) -> icoray_status {
     unsafe { with_all(ctx, |context| context.wait()) }
 }
 
-/// What the last frame cost and how exact it is. report->struct_size is set before the call. Of this rank alone, not
+/// What the last frame cost and how exact it is, or the frames of the last call that drew any. report->struct_size is set before the call. Of this rank alone, not
 /// collective.
 ///
 /// # Safety

@@ -188,8 +188,9 @@ pub unsafe extern "C" fn icoray_field_describe(
     }
 }
 
-/// Reads the scene from a TOML file; a file of comments and blanks draws nothing. On failure the scene before, if any,
-/// stays.
+/// Reads the scene from a TOML file, of one picture or of several views, with all that says when they are drawn and how
+/// their cameras move; a file of comments and blanks draws nothing. On failure (ICORAY_ERR_SCENE, with line and key) the scene
+/// before, if any, stays.
 ///
 /// # Safety
 /// `ctx` is open; `path` is NULL or a string.
@@ -207,7 +208,7 @@ pub unsafe extern "C" fn icoray_scene_load(ctx: *mut icoray_ctx, path: *const c_
     }
 }
 
-/// Reads the scene from TOML text; text of comments and blanks draws nothing.
+/// As icoray_scene_load, from TOML text; text of comments and blanks draws nothing.
 ///
 /// # Safety
 /// `ctx` is open; `toml` is NULL or a string.

@@ -116,8 +116,8 @@ pub struct icoray_config {
     pub on_error: i32,
     /// With ICORAY_DISABLE: failed frames in a row after which the context switches itself off; 0 is 3.
     pub disable_after: i32,
-    /// Not 0: icoray_execute copies the fields that the scene needs and returns; a thread renders the copies. One frame at
-    /// a time: icoray_execute first waits for the frame before.
+    /// Not 0: icoray_execute copies the fields that the pictures of the step need, each once, and returns; a thread renders
+    /// the copies. One step at a time: icoray_execute first waits for the frames before.
     pub async_render: i32,
     /// Frames that may wait for the thread that writes, 1 to 1024; 0 is 2.
     pub writer_queue: i32,
@@ -305,6 +305,9 @@ pub struct icoray_ndarray {
 
 /// What the last rendered frame cost and how exact it is, and the counts of all frames so far. Seconds are wall clock.
 ///
+/// Where one call of icoray_execute drew several frames, host_s, waited_s, copy_s and bytes_copied are of all of them together,
+/// `frames` says how many they are, and all else is the last one's.
+///
 /// With async_render this is the frame that was finished last; icoray_wait waits for the one in the works.
 ///
 /// Errors are how far a channel of a pixel may be from the exact integral along the pixel's ray: of premultiplied linear
@@ -318,9 +321,9 @@ pub struct icoray_frame_report {
     pub step: i64,
     /// Time given to icoray_execute.
     pub time_s: f64,
-    /// What the frame cost the model: icoray_execute from its call to its return.
+    /// What the frames of the call cost the model: icoray_execute from its call to its return.
     pub host_s: f64,
-    /// Of these: waiting for a full queue or for the frame before.
+    /// Of these: waiting for a full queue or for the frames before.
     pub waited_s: f64,
     /// Of these: copying the fields (async_render, or columns that are spread over ranks, with waiting for each other).
     pub copy_s: f64,
@@ -409,4 +412,6 @@ pub struct icoray_frame_report {
     pub device_s: f64,
     /// Bytes that were uploaded to the GPU.
     pub bytes_uploaded: u64,
+    /// Frames that the call of icoray_execute drew, of which this is the last one.
+    pub frames: u64,
 }

@@ -81,6 +81,18 @@ impl<'f> Fields<'f> {
         Ok(Fields { named, unnamed: None, heights })
     }
 
+    /// With `others` behind, but for those whose names are there and heights that are.
+    #[must_use]
+    pub fn with(mut self, others: Self) -> Self {
+        let is_new = |all: &[(String, Field)], name: &str| !all.iter().any(|(known, _)| known == name);
+        for (name, field) in others.named {
+            if is_new(&self.named, &name) {
+                self.named.push((name, field));
+            }
+        }
+        Fields { heights: self.heights.or(others.heights), ..self }
+    }
+
     /// All fields but the heights, those without a name first.
     pub(crate) fn each(&self) -> impl Iterator<Item = &Field<'f>> {
         self.unnamed.iter().chain(self.named.iter().map(|(_, field)| field))

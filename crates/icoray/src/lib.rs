@@ -84,7 +84,7 @@ pub use scene::{
     Isosurface, Knot, Level, Lighting, Lines, LonLatBox, Opacity, Paint, Pattern, Precision, Scale, Scene,
     Scenery, Scheme, Source, Surface, TransferFunction, Volume,
 };
-pub use script::{Condition, Script, Shot, Statistic, View};
+pub use script::{Condition, Script, Shot, Statistic, Summary, View};
 pub use shape::Shape;
 pub use snapshot::Snapshot;
 pub use traverse::{Frustum, Stretch, Traversal};

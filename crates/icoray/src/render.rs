@@ -34,6 +34,7 @@ mod picture;
 mod prepare;
 mod shown;
 mod spare;
+mod summary;
 mod unchanged;
 mod work;
 

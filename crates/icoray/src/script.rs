@@ -7,12 +7,14 @@ mod condition;
 mod motion;
 mod path;
 mod schedule;
+mod summary;
 mod sweep;
 
 pub use condition::{Condition, Statistic};
 pub(crate) use motion::{Clock, Motion, Orbit};
 pub(crate) use path::{Key, Path};
 pub(crate) use schedule::Schedule;
+pub use summary::Summary;
 pub(crate) use sweep::{Axis, Place, Sweep};
 
 use crate::error::{Error, ErrorKind, Result};

@@ -3,7 +3,7 @@
 use crate::borrow::{self, Versioned, argument, name};
 use crate::boundary::{Failure, Outcome};
 use crate::types::{icoray_array, icoray_ndarray, icoray_status};
-use icoray_core::{Description, Field, Fields, Grid, Heights, Held, Layers, Location, Scene};
+use icoray_core::{Description, Field, Fields, Grid, Heights, Held, Layers, Location, Scene, Shot};
 use std::collections::BTreeMap;
 use std::ffi::c_char;
 use std::ptr;
@@ -40,6 +40,8 @@ pub(super) struct Inputs {
 
 /// All that one frame is made of.
 pub(crate) struct Subject<'a> {
+    /// Name of its view; empty where it has none.
+    pub view: String,
     pub scene: Arc<Scene>,
     pub grid: Arc<Grid<'static>>,
     pub held: Option<Arc<Held>>,
@@ -50,6 +52,13 @@ pub(crate) struct Subject<'a> {
     pub description: Description,
     /// Of the others that have one.
     pub descriptions: Vec<(String, Description)>,
+}
+
+/// A field of which a condition asks, and what this rank has of it.
+pub(super) struct Measured<'a> {
+    pub name: String,
+    pub field: Field<'a>,
+    pub held: Option<Arc<Held>>,
 }
 
 impl Given {
@@ -104,9 +113,25 @@ impl Inputs {
         borrow::flat(array, columns, layers.count())
     }
 
-    /// Looks up what a scene is drawn from.
-    pub fn subject<'a>(&self, scene: Arc<Scene>) -> Outcome<Subject<'a>> {
+    /// Looks up the field of a condition.
+    pub fn measured<'a>(&self, name: &str) -> Outcome<Measured<'a>> {
         let call = "icoray_execute";
+        let given = self.fields.get(name).ok_or_else(|| self.not_given("when: field", name, ""))?;
+        let within = |f: Failure| f.within(format_args!("field {name:?}"));
+        let spread = known(&self.grids, &given.grid, "grid", call, "icoray_grid_set").map_err(within)?;
+        let field = given.field().map_err(within)?;
+        Ok(Measured { name: name.to_owned(), field, held: spread.held.clone() })
+    }
+
+    fn not_given(&self, what: &str, name: &str, needs: &str) -> Failure {
+        let known: Vec<&str> = self.fields.keys().map(String::as_str).collect();
+        let message = format!("{what} {name:?} was not given by icoray_field_set; {needs}given: {known:?}");
+        Failure::new(icoray_status::ICORAY_ERR_FIELD, message)
+    }
+
+    /// Looks up what a picture is drawn from.
+    pub fn subject<'a>(&self, shot: Shot) -> Outcome<Subject<'a>> {
+        let (call, view, scene) = ("icoray_execute", shot.name, Arc::new(shot.scene));
         if self.grids.is_empty() {
             return Err(missing(call, "grid", "icoray_grid_set"));
         }
@@ -133,7 +158,7 @@ impl Inputs {
         let others = scene.shown_fields().into_iter().skip(1);
         let descriptions = others.filter_map(|name| Some((name.to_owned(), described(name)?))).collect();
         let (grid, held, layers) = (spread.grid.clone(), spread.held.clone(), layers.clone());
-        Ok(Subject { scene, grid, held, layers, fields, description, descriptions })
+        Ok(Subject { view, scene, grid, held, layers, fields, description, descriptions })
     }
 
     /// The fields that a scene is made of, at least one.
@@ -142,13 +167,7 @@ impl Inputs {
         let needs = if names.len() > 1 { format!("the scene needs {names:?}, ") } else { String::new() };
         let given = |name: &&'s str| {
             let found = self.fields.get(*name).map(|given| (*name, given));
-            found.ok_or_else(|| {
-                let known: Vec<&str> = self.fields.keys().map(String::as_str).collect();
-                let message = format!(
-                    "the scene's field {name:?} was not given by icoray_field_set; {needs}given: {known:?}"
-                );
-                Failure::new(icoray_status::ICORAY_ERR_FIELD, message)
-            })
+            found.ok_or_else(|| self.not_given("the scene's field", name, &needs))
         };
         names.iter().map(given).collect()
     }

@@ -3,14 +3,13 @@
 //! Whatever has gone wrong on a rank, it comes to the agreement at the head of each such call and says so: a context that is
 //! broken or switched off, an argument that is wrong, a field that is missing. So nobody waits for a rank that has returned.
 
-use super::{Choice, Context, Spread, Subject, due, known};
+use super::{Choice, Context, Spread, known};
 use crate::boundary::{Outcome, caught};
 use crate::ranks::agree;
 use icoray_core::output::Stamp;
-use icoray_core::{Held, PartCells, Ranks};
+use icoray_core::{Held, PartCells, Ranks, Script};
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::sync::Arc;
-use std::time::Instant;
 
 impl Context {
     /// Whether other ranks make some of the calls together with this one.
@@ -43,52 +42,35 @@ impl Context {
     }
 
     pub(super) fn execute_together(&mut self, stamp: Outcome<Stamp>) -> Outcome<()> {
-        let start = Instant::now();
         let what = ("scene", self.scene.fingerprint());
         let facts = match &stamp {
             Ok(stamp) => vec![("step", stamp.step.to_string()), ("time_s", stamp.time_s.to_string()), what],
             // Never compared: this rank refuses.
             Err(_) => vec![what],
         };
-        let step = stamp.as_ref().map_or(0, |stamp| stamp.step);
         let mine = caught(|| self.ready(stamp));
         let value = self.drawing.said();
         let (agreed, said) = agree(&mut self.ranks, mine, "icoray_execute", facts, &value);
         let untold = self.drawing.heard(&said);
-        let (stamp, subject) = match agreed {
+        let (stamp, script) = match agreed {
             Ok(ready) => ready,
             Err(failure) => {
-                self.drawing.fail_together(&failure);
+                self.drawing.picture_failed(&failure);
                 return Err(failure);
             }
         };
+        self.draw_step(script.as_deref(), &stamp)?;
         self.drawing.told();
-        if let Some(subject) = subject {
-            let drawn = self.drawing.draw_together(&mut self.ranks, stamp, subject, start);
-            drawn.map_err(|failure| {
-                let failure = failure.at_step(step);
-                self.drawing.fail_together(&failure);
-                failure
-            })?;
-        }
         untold.map_or(Ok(()), Err)
     }
 
-    /// What this rank draws of, or why it cannot.
-    fn ready<'a>(&mut self, stamp: Outcome<Stamp>) -> Outcome<(Stamp, Option<Subject<'a>>)> {
+    /// What is drawn when, or why this rank cannot.
+    fn ready(&mut self, stamp: Outcome<Stamp>) -> Outcome<(Stamp, Option<Arc<Script>>)> {
         self.refuse_if_poisoned()?;
         let stamp = stamp?;
         self.drawing.collect();
         self.drawing.refuse_if_off()?;
-        let Some(scene) = due(&self.scene, stamp.step)? else {
-            return Ok((stamp, None));
-        };
-        let is_root = self.ranks.is_root();
-        let Context { inputs, drawing, .. } = self;
-        let names = if is_root { drawing.check_names(&scene, &stamp) } else { Ok(()) };
-        let subject = names.and_then(|()| inputs.subject(scene));
-        let subject = subject.map_err(|failure| failure.at_step(stamp.step))?;
-        Ok((stamp, Some(subject)))
+        Ok((stamp, self.script()?))
     }
 
     pub(super) fn wait_together(&mut self) -> Outcome<()> {
@@ -123,11 +105,12 @@ impl Choice {
         match self {
             Choice::Open => "that was not given".into(),
             Choice::Nothing => "that is empty".into(),
-            Choice::Scene(scene) => {
+            Choice::Script(script) => {
                 // The hasher has the same keys in every process, and all ranks run the same library.
                 let mut hasher = DefaultHasher::new();
-                format!("{scene:?}").hash(&mut hasher);
-                format!("{:?} with hash {:016x}", scene.field, hasher.finish())
+                format!("{script:?}").hash(&mut hasher);
+                let fields = script.model_fields();
+                format!("{:?} with hash {:016x}", fields.join(", "), hasher.finish())
             }
         }
     }

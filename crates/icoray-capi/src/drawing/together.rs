@@ -1,25 +1,14 @@
 //! Frames that several ranks draw: rank 0 has the writer's news and the say whether frames are still drawn.
 
-use super::Drawing;
+use super::{Drawing, notes};
 use crate::boundary::{Failure, Outcome};
 use crate::context::Subject;
 use crate::ranks::Said;
 use crate::types::icoray_status;
 use icoray_core::output::Stamp;
-use icoray_core::{Backend, Frame, Held, Ranks, Rendered, Scene};
-use std::time::Instant;
+use icoray_core::{Held, Ranks, Rendered};
 
 impl Drawing {
-    pub fn refuse_if_off(&self) -> Outcome<()> {
-        self.policy.refuse_if_off()
-    }
-
-    /// Whether the frame's files may be made, known before the first ray. Only who writes need ask.
-    pub fn check_names(&self, scene: &Scene, stamp: &Stamp) -> Outcome<()> {
-        self.writer.check(&scene.output, stamp, &scene.field)?;
-        Ok(())
-    }
-
     /// What rank 0 tells the others: whether frames are still drawn, and the failure of a frame before.
     pub fn said(&self) -> Vec<u8> {
         let mut said = vec![u8::from(self.policy.is_on())];
@@ -44,25 +33,14 @@ impl Drawing {
         self.untold = None;
     }
 
-    /// A call that failed on all.
-    pub fn fail_together(&mut self, failure: &Failure) {
-        use icoray_status::{ICORAY_ERR_DISABLED, ICORAY_ERR_EXISTS};
-        if ![ICORAY_ERR_DISABLED, ICORAY_ERR_EXISTS].contains(&failure.status) {
-            self.fail(failure);
-        }
-    }
-
-    /// Draws what is this rank's of a frame whose call came at `start`; rank 0 hands it to the writer. The outcome is the same
-    /// on all.
-    pub fn draw_together(
+    /// Draws what is this rank's of a frame. The outcome is the same on all.
+    pub(super) fn draw_together(
         &mut self,
         ranks: &mut Ranks,
-        stamp: Stamp,
+        stamp: &Stamp,
         subject: Subject,
-        start: Instant,
     ) -> Outcome<()> {
-        let Subject { scene, grid, held, layers, fields, description, descriptions } = subject;
-        self.devices.is_asked = scene.backend == Backend::Gpu;
+        let Subject { view, scene, grid, held, layers, fields, description, descriptions } = subject;
         let draws = &self.renderer;
         let rendered = match held.as_deref() {
             Some(Held::Columns(columns)) => {
@@ -71,20 +49,18 @@ impl Drawing {
             Some(Held::Part(part)) => draws.render_over(ranks, &scene, &grid, Some(part), &layers, fields),
             None => draws.render_over(ranks, &scene, &grid, None, &layers, fields),
         };
-        let outcome = rendered.map(|rendered| match rendered {
-            Rendered::Here(frame) => {
-                self.hand_on(Frame { description, descriptions, ..frame }, &scene, stamp);
+        match rendered? {
+            Rendered::Here(mut frame) => {
+                (frame.description, frame.descriptions) = (description, descriptions);
+                frame.notes.extend(notes(view));
+                self.hand_on(frame, &scene, stamp);
             }
             Rendered::AtRoot(report) => {
-                self.devices.tell(&stamp, &report, &self.log);
-                self.describe(&stamp, &report);
-                self.last = Some((stamp, report));
+                self.devices.tell(stamp, &report, &self.log);
+                self.describe(stamp, &report);
+                self.drew(stamp, report);
             }
-        });
-        let host_s = start.elapsed().as_secs_f64();
-        if outcome.is_ok() {
-            self.totals.last_host_s = host_s;
         }
-        Ok(outcome?)
+        Ok(())
     }
 }

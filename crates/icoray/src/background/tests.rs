@@ -64,6 +64,7 @@ impl Stage {
             stamp: Stamp { step, ..Stamp::default() },
             description: Description::default(),
             descriptions: Vec::new(),
+            notes: Vec::new(),
         }
     }
 
@@ -287,4 +288,37 @@ fn a_writer_that_drops_frames_is_heard_of() {
     background.submit(stage.job(8), &field).unwrap();
     background.wait();
     assert_eq!(background.take_outcomes().kept[0].dropped.as_ref().unwrap().step, 7);
+}
+
+/// Fields of a step are copied once for all of its frames, and what is wrong with one keeps no other from being drawn.
+#[test]
+fn frames_of_a_step_are_drawn_of_one_copy() {
+    let stage = Stage::new();
+    let (values, shape, location) = stage.values(1);
+    let field = Field::new(values.as_slice().into(), shape, location, None).unwrap();
+    let fields = || Fields::new(["q", "t", "u", "more"].map(|name| (name, field)));
+    let job = |shown: &str, file: &str| {
+        let mut scene = (*stage.scene).clone();
+        scene.field = shown.into();
+        scene.output.file = Scene::parse(&SCENE.replace("{step}", file)).unwrap().output.file;
+        Job { scene: Arc::new(scene), ..stage.job(5) }
+    };
+    let mut background = stage.background();
+    let jobs = vec![job("q", "a"), job("lost", "b"), job("t", "c"), job("q", "d")];
+    let mut refused = Vec::new();
+    let accepted = background.submit_all(jobs, fields(), &mut refused).unwrap();
+    assert_eq!(accepted.bytes_copied, 2 * 8 * values.len() as u64);
+    assert_eq!((refused.len(), refused[0].0, refused[0].1.kind()), (1, 1, ErrorKind::Scene));
+    background.wait();
+    stage.writer.wait();
+    for (file, there) in [("a", true), ("b", false), ("c", true), ("d", true)] {
+        assert_eq!(stage.folder.path().join(format!("{file}.exr")).is_file(), there, "{file}");
+    }
+    let drawn = background.take_outcomes().kept;
+    let said: Vec<_> = drawn.iter().map(|d| (d.is_first, d.result.as_ref().unwrap().bytes_copied)).collect();
+    assert_eq!(said, [(true, accepted.bytes_copied), (false, 0), (false, 0)]);
+    // Names of the step before are taken; nothing is copied where nothing is left.
+    let mut refused = Vec::new();
+    let accepted = background.submit_all(vec![job("q", "a")], fields(), &mut refused).unwrap();
+    assert_eq!((accepted.bytes_copied, refused[0].1.kind()), (0, ErrorKind::Exists));
 }

@@ -89,6 +89,13 @@ impl Columns {
         Err(Error::new(ErrorKind::Field, message))
     }
 
+    /// Of each column that a field of this rank has, whether it is its own.
+    pub(crate) fn owned(&self) -> Vec<bool> {
+        let mut owned = vec![false; self.count];
+        self.own.iter().for_each(|(column, _)| owned[*column as usize] = true);
+        owned
+    }
+
     /// Where the whole of each field is to be put together, and bytes for all of them, where `fields` have this rank's
     /// columns.
     ///

@@ -2,7 +2,8 @@
 
 use super::words::{Reader, Words};
 use super::{Columns, Part, PartCells, Ranks, bad};
-use crate::error::Result;
+use crate::error::{Error, ErrorKind, Result};
+use crate::field::{Field, Location};
 use crate::grid::Grid;
 
 /// What a rank has of a grid and of the fields over it, of the same kind on all ranks.
@@ -46,5 +47,29 @@ impl Held {
             )));
         }
         Ok(Held::Columns(Columns::new(ranks, grid, cells)?))
+    }
+
+    /// Tells the columns of a field that are this rank's own, of which each is one rank's only.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Field`](crate::ErrorKind::Field) where the field has other columns than this rank.
+    pub(crate) fn own_columns<'s>(&'s self, field: &Field) -> Result<Box<dyn Fn(usize) -> bool + Sync + 's>> {
+        let (location, columns) = (field.location(), field.shape().columns);
+        let refuse_others = |expected: usize| {
+            let message = format!("{columns} columns, expected {expected}, one for each cell");
+            if columns == expected { Ok(()) } else { Err(Error::new(ErrorKind::Field, message)) }
+        };
+        match (self, location) {
+            (Held::Part(part), Location::Corner) => Ok(Box::new(|column| part.has(column as u32))),
+            (Held::Part(part), Location::Center) => {
+                refuse_others(part.columns())?;
+                Ok(Box::new(|column| part.owns(column)))
+            }
+            (Held::Columns(held), location) => {
+                refuse_others(held.of_field_at(location)?)?;
+                let owns = held.owned();
+                Ok(Box::new(move |column| owns[column]))
+            }
+        }
     }
 }

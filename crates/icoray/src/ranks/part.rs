@@ -140,6 +140,11 @@ impl Part {
         self.owns_cell[cell]
     }
 
+    /// Cells of this rank, its halo's among them.
+    pub(crate) fn columns(&self) -> usize {
+        self.owns_cell.len()
+    }
+
     /// Whether a triangle is this rank's own; any number will do.
     #[inline]
     pub(crate) fn has(&self, triangle: u32) -> bool {

@@ -1,5 +1,6 @@
 //! Conditions on fields, such as `max(vorticity) > 1e-4`.
 
+use super::Summary;
 use crate::field::Field;
 use std::fmt;
 
@@ -20,25 +21,8 @@ const STATISTICS: [(&str, Statistic); 3] =
 impl Statistic {
     /// Of the values that are there; `None` where all are missing. The same to the last bit wherever it is computed.
     pub fn of(self, field: &Field) -> Option<f64> {
-        let end = |which: usize| field.range().0.map(|range| range[which]);
-        match self {
-            Statistic::Min => end(0),
-            Statistic::Max => end(1),
-            Statistic::Mean => mean(field),
-        }
+        Summary::of(field, None, &[self]).get(self)
     }
-}
-
-fn mean(field: &Field) -> Option<f64> {
-    let shape = field.shape();
-    let (mut sum, mut count) = (0.0, 0u64);
-    for column in 0..shape.columns {
-        let known = (0..shape.layers).map(|layer| field.value(column, layer)).filter(|v| !v.is_nan());
-        // Column by column, so that few roundings are as large as the whole sum's.
-        let (of_column, values) = known.fold((0.0, 0), |(sum, n), value| (sum + value, n + 1));
-        (sum, count) = (sum + of_column, count + values);
-    }
-    (count > 0).then(|| sum / count as f64)
 }
 
 impl fmt::Display for Statistic {

@@ -22,6 +22,10 @@ range = [-1, 1]
 opacity = [[-1, 0.1], [1, 0.9]]
 "##;
 
+fn shot(scene: Scene) -> Shot {
+    Shot { name: String::new(), scene }
+}
+
 /// Grid, layers, and the fields q and t: at centres in 64 bits, at corners in 32.
 struct Model {
     inputs: Inputs,
@@ -84,7 +88,7 @@ impl Model {
     }
 
     fn refused(&self, scene: &Scene) -> (icoray_status, String) {
-        let failure = self.inputs.subject(Arc::new(scene.clone())).err().expect("a failure");
+        let failure = self.inputs.subject(shot(scene.clone())).err().expect("a failure");
         (failure.status, failure.message)
     }
 }
@@ -120,7 +124,7 @@ fn a_scene_is_given_its_fields_in_place_and_no_others() {
     let how = How::Magnitude(vec!["q".into(), "v".into()]);
     speed.scenery.derived = vec![Derivation { name: "speed".into(), how }];
     model.give("v", &model.centers(&model.heights));
-    let subject = model.inputs.subject(Arc::new(speed)).unwrap();
+    let subject = model.inputs.subject(shot(speed)).unwrap();
     let names: Vec<&str> = subject.fields.iter().map(|(name, _)| name).collect();
     assert_eq!(names, ["q", "t", "v"]);
     let at = |name: &str| match subject.fields.get(name).unwrap().samples() {
@@ -163,8 +167,8 @@ fn fields_of_one_scene_are_over_one_grid_and_its_layers() {
     model.give("r", &icoray_array { layers_name: other.as_ptr(), ..q });
     assert_eq!(model.refused(&scene(&["r"])), fit("layers"));
     // Other scenes have nothing to do with it.
-    model.inputs.subject(Arc::new(scene(&["t"]))).unwrap();
-    model.inputs.subject(Arc::new(Scene { field: "r".into(), ..scene(&[]) })).unwrap();
+    model.inputs.subject(shot(scene(&["t"]))).unwrap();
+    model.inputs.subject(shot(Scene { field: "r".into(), ..scene(&[]) })).unwrap();
 }
 
 #[test]
@@ -173,10 +177,10 @@ fn heights_are_for_scenes_that_ask_for_them() {
     let lost = "heights: the scene has heights = \"native\", and none were given by icoray_heights_set";
     assert_eq!(model.refused(&native(&["t"])), (icoray_status::ICORAY_ERR_FIELD, lost.into()));
     model.set_heights(model.centers(&model.heights));
-    let subject = model.inputs.subject(Arc::new(native(&["t"]))).unwrap();
+    let subject = model.inputs.subject(shot(native(&["t"]))).unwrap();
     let heights = *subject.fields.heights().expect("heights");
     assert_eq!((heights.value(3, 1), heights.shape().columns), (500.0, model.heights.len() / LAYERS));
-    assert!(model.inputs.subject(Arc::new(scene(&["t"]))).unwrap().fields.heights().is_none());
+    assert!(model.inputs.subject(shot(scene(&["t"]))).unwrap().fields.heights().is_none());
 }
 
 #[test]
@@ -190,12 +194,12 @@ fn heights_that_do_not_fit_are_refused() {
             "heights: {columns} columns of {layers} layers, expected {cells} of {LAYERS}, as many as icoray_layers has"
         );
         assert_eq!(model.refused(&native(&[])), (icoray_status::ICORAY_ERR_LAYERS, message));
-        model.inputs.subject(Arc::new(scene(&[]))).unwrap();
+        model.inputs.subject(shot(scene(&[]))).unwrap();
     }
     let other = CString::new("other").unwrap();
     model.set_heights(icoray_array { grid_name: other.as_ptr(), ..good });
     let message = "heights: grid \"other\", expected \"\" as of field \"q\" in the same scene";
     assert_eq!(model.refused(&native(&[])), (icoray_status::ICORAY_ERR_FIELD, message.into()));
     model.set_heights(good);
-    model.inputs.subject(Arc::new(native(&[]))).unwrap();
+    model.inputs.subject(shot(native(&[]))).unwrap();
 }

@@ -1,0 +1,75 @@
+//! What the model hears of frames.
+
+use super::{Call, Totals};
+use crate::memory;
+use crate::types::{
+    ICORAY_ALONE, ICORAY_CPU, ICORAY_FRAGMENTS, ICORAY_GPU, ICORAY_GPU_AND_CPU, ICORAY_TILES,
+    icoray_frame_report,
+};
+use icoray_core::output::Stamp;
+use icoray_core::{Certainty, FrameReport, Lights, Scheme};
+
+/// The report as it crosses the boundary.
+pub(super) fn crossing(stamp: &Stamp, r: &FrameReport, call: &Call, totals: &Totals) -> icoray_frame_report {
+    let [value_min, value_max] = r.value_range.unwrap_or([f64::NAN; 2]);
+    icoray_frame_report {
+        struct_size: size_of::<icoray_frame_report>(),
+        step: stamp.step,
+        time_s: stamp.time_s,
+        host_s: totals.last_host_s,
+        waited_s: call.waited_s,
+        copy_s: call.copy_s,
+        prepare_s: r.prepare_s,
+        render_s: r.render_s,
+        write_s: totals.last_write_s,
+        rays: r.counts.rays,
+        columns: r.counts.columns,
+        frusta: r.counts.frusta,
+        void_frusta: r.counts.void_frusta,
+        value_min,
+        value_max,
+        missing_values: r.missing_values,
+        bytes_copied: call.bytes_copied,
+        bytes_derived: r.derived_bytes as u64,
+        bytes_peak: memory::peak(),
+        error_max: r.error.max,
+        error_mean: r.error.mean,
+        error_p999: r.error.p999,
+        tolerance: r.quality.tolerance,
+        error_is_bound: (r.error.certainty == Certainty::Bound).into(),
+        pixel_step: r.quality.pixel_step as i32,
+        lights: match r.quality.lights {
+            Lights::Off => 0,
+            Lights::Coarse => 1,
+            Lights::Full => 2,
+        },
+        threads: r.threads as i32,
+        ranks: r.ranks as i32,
+        tiles: r.tiles as i32,
+        gather_s: r.gather_s,
+        balance: r.balance,
+        bytes_received: r.bytes_received,
+        scheme: match r.sharing.map(|sharing| sharing.scheme) {
+            None => ICORAY_ALONE,
+            Some(Scheme::Fragments) => ICORAY_FRAGMENTS,
+            Some(Scheme::Auto | Scheme::Tiles) => ICORAY_TILES,
+        },
+        fragments: r.counts.fragments,
+        fragment_bytes: r.counts.fragment_bytes,
+        compose_s: r.compose_s,
+        drawn_on: match (&r.device, &r.left_to_cpu) {
+            (None, _) => ICORAY_CPU,
+            (Some(_), None) => ICORAY_GPU,
+            (Some(_), Some(_)) => ICORAY_GPU_AND_CPU,
+        },
+        upload_s: r.upload_s,
+        device_s: r.device_s.unwrap_or(f64::NAN),
+        bytes_uploaded: r.bytes_uploaded,
+        frames: call.frames,
+        frames_written: totals.written,
+        frames_failed: totals.failed,
+        frames_dropped: totals.dropped,
+        host_total_s: totals.host_s,
+        write_total_s: totals.write_s,
+    }
+}

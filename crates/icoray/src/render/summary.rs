@@ -1,0 +1,148 @@
+//! What conditions ask of a field, on the renderer's threads and over all ranks.
+
+use super::Renderer;
+use crate::error::Result;
+use crate::field::Field;
+use crate::ranks::{Held, Ranks};
+use crate::script::{Statistic, Summary};
+
+impl Renderer {
+    /// The statistics of a field that `asked` has, the same on all ranks to the last bit, so that what they decide by them
+    /// is too. Of a field of which each rank has what `held` says, they are over the values of all ranks, each once; of one
+    /// that every rank has whole they are rank 0's. Collective.
+    ///
+    /// # Errors
+    /// The same on all ranks: [`ErrorKind::Field`](crate::ErrorKind::Field) where a field has not the columns that its rank
+    /// has; [`ErrorKind::Mpi`](crate::ErrorKind::Mpi) when the transport fails.
+    pub fn summary(
+        &self,
+        ranks: &mut Ranks,
+        field: &Field,
+        held: Option<&Held>,
+        asked: &[Statistic],
+    ) -> Result<Summary> {
+        let mine = ranks.attempt(|| {
+            let own = held.map(|held| held.own_columns(field)).transpose()?;
+            Ok(self.run(|| Summary::of(field, own.as_deref().map(|own| own as _), asked)))
+        });
+        let mine = ranks.together(mine)?;
+        Summary::of_all(&ranks.share(&mine.words(held.is_some()).0)?)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::field::Location;
+    use crate::ranks::{Owned, Part, PartCells, local_team};
+    use crate::shape::Shape;
+    use crate::{ErrorKind, Grid, IcosahedralMesh};
+    use std::thread;
+
+    const ASKED: [Statistic; 3] = [Statistic::Min, Statistic::Max, Statistic::Mean];
+    const LAYERS: usize = 3;
+
+    /// What each of some ranks makes of its columns; each has a part or some columns of a field, or the whole of it.
+    fn over(
+        ranks: usize,
+        make: impl Fn(&mut Ranks, &Grid) -> Result<Summary> + Sync,
+    ) -> Vec<Result<Summary>> {
+        let mesh = IcosahedralMesh::new(2).unwrap();
+        let grid = Grid::new(mesh.tables()).unwrap();
+        thread::scope(|scope| {
+            let one = |team| scope.spawn(|| make(&mut Ranks::new(Box::new(team)), &grid));
+            let all: Vec<_> = local_team(ranks).into_iter().map(one).collect();
+            all.into_iter().map(|one| one.join().unwrap()).collect()
+        })
+    }
+
+    /// A rank's number in each of its own columns, and what must not count in the others.
+    fn values(columns: usize, rank: usize, is_own: impl Fn(usize) -> bool) -> Vec<f32> {
+        let value = |column| if is_own(column) { rank as f32 } else { 1e9 };
+        (0..columns * LAYERS).map(|at| value(at / LAYERS)).collect()
+    }
+
+    fn summary_of(ranks: &mut Ranks, values: &[f32], at: Location, held: Option<&Held>) -> Result<Summary> {
+        let shape = Shape::level_fastest(values.len() / LAYERS, LAYERS);
+        let field = Field::new(values.into(), shape, at, None).unwrap();
+        Renderer::new(1).unwrap().summary(ranks, &field, held, &ASKED)
+    }
+
+    fn numbers(summaries: Vec<Result<Summary>>) -> [f64; 3] {
+        let all: Vec<Summary> = summaries.into_iter().map(Result::unwrap).collect();
+        assert!(all.iter().all(|summary| *summary == all[0]), "the same on all ranks");
+        ASKED.map(|statistic| all[0].get(statistic).unwrap())
+    }
+
+    #[test]
+    fn values_count_once_whoever_has_them() {
+        for location in [Location::Center, Location::Corner] {
+            let found = over(3, |ranks, grid| {
+                let part = Part::of_whole(ranks, grid).unwrap();
+                let (columns, number) = match location {
+                    Location::Center => (grid.cells(), ranks.rank()),
+                    Location::Corner => (grid.triangles(), ranks.rank()),
+                };
+                let values = values(columns, number, |column| match location {
+                    Location::Center => part.owns(column),
+                    Location::Corner => part.has(column as u32),
+                });
+                summary_of(ranks, &values, location, Some(&Held::Part(part)))
+            });
+            let [low, high, mean] = numbers(found);
+            assert_eq!((low, high), (0.0, 2.0));
+            assert!(mean > 0.5 && mean < 1.1, "{location:?}: {mean}");
+        }
+    }
+
+    #[test]
+    fn columns_count_where_they_are_own() {
+        let found = over(2, |ranks, grid| {
+            // All but one of the columns on rank 0, with one that is not its own, and that one on rank 1.
+            let (rank, cells) = (ranks.rank(), grid.cells() as i64);
+            let global: Vec<i64> = if rank == 0 { (0..cells).collect() } else { vec![4] };
+            let marks: Vec<i32> = global.iter().map(|cell| ((*cell == 4) == (rank == 1)).into()).collect();
+            let said = PartCells { global: global.as_slice().into(), owned: Owned::Marked(&marks) };
+            let held = Held::new(ranks, grid, &said).unwrap();
+            assert!(matches!(held, Held::Columns(_)));
+            let values = values(global.len(), 7 * rank, |column| marks[column] == 1);
+            summary_of(ranks, &values, Location::Center, Some(&held))
+        });
+        let cells = 10.0 * 16.0 + 2.0;
+        assert_eq!(numbers(found), [0.0, 7.0, 7.0 / cells]);
+    }
+
+    #[test]
+    fn what_all_have_is_what_rank_0_has() {
+        // Whatever others have: all go on together.
+        let found = over(3, |ranks, _| {
+            let values = values(4, ranks.rank() + 1, |_| true);
+            summary_of(ranks, &values, Location::Center, None)
+        });
+        assert_eq!(numbers(found), [1.0; 3]);
+    }
+
+    #[test]
+    fn a_field_that_does_not_fit_on_one_rank_is_refused_on_all() {
+        let found = over(3, |ranks, grid| {
+            let part = Part::of_whole(ranks, grid).unwrap();
+            let columns = grid.cells() - ranks.rank() / 2;
+            let values = values(columns, 1, |_| true);
+            summary_of(ranks, &values, Location::Center, Some(&Held::Part(part)))
+        });
+        for error in found.into_iter().map(Result::unwrap_err) {
+            assert_eq!(error.kind(), ErrorKind::Field);
+            assert_eq!(error.context(), "rank 2: 161 columns, expected 162, one for each cell");
+        }
+    }
+
+    #[test]
+    fn missing_values_do_not_count() {
+        let mut ranks = Ranks::alone();
+        let nothing = summary_of(&mut ranks, &[f32::NAN; 6], Location::Center, None).unwrap();
+        assert_eq!(ASKED.map(|statistic| nothing.get(statistic)), [None; 3]);
+        let some = [f32::NAN, 2.0, 4.0, f32::INFINITY, -3.0, f32::NAN];
+        let some = summary_of(&mut ranks, &some, Location::Center, None).unwrap();
+        assert_eq!(ASKED.map(|statistic| some.get(statistic)), [Some(-3.0), Some(4.0), Some(1.0)]);
+    }
+}
