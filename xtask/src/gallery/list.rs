@@ -50,7 +50,7 @@ const fn wave(time: &'static str) -> Subject {
 
 /// Of scenes whose own pictures are larger than the page needs.
 const SMALL_WAVE: Subject =
-    Subject::File { name: "mpas_jw_10242.nc", time: "2", options: &["--size", "480x360"] };
+    Subject::File { name: "mpas_jw_10242.nc", time: "2", options: &["--size", "420x315"] };
 
 /// All scenes: those of the method's paper first.
 pub const GALLERY: &[Entry] = &[
@@ -128,8 +128,8 @@ pub const GALLERY: &[Entry] = &[
         title: "A cut",
         scene: "cut_away.toml",
         subject: wave("2"),
-        seen: "A quarter of the north is cut away below 18 km: layers of equal potential temperature rise from the tropics over the \
-               cold air at the pole.",
+        seen: "The lowest 18 km without a quarter of the north: surfaces of equal potential temperature rise from the tropics over the cold \
+               air at the pole.",
         pictures: &[picture("cut_away_0000-01-10.png", "cut_away.png", "potential temperature, cut")],
     },
     Entry {
@@ -182,11 +182,8 @@ pub const GALLERY: &[Entry] = &[
         title: "A simulation in C that draws itself",
         scene: "tracer.toml",
         subject: Subject::Tracer,
-        seen: "Two bells of a tracer, which the deformational flow carries around the planet and draws out into ribbons; the model is examples/c.",
-        pictures: &[
-            picture("tracer_000118.png", "tracer_day_1.png", "mixing ratio, day 1"),
-            picture("tracer_000472.png", "tracer_day_4.png", "mixing ratio, day 4"),
-        ],
+        seen: "Day 4 of two bells of a tracer, which the deformational flow carries around the planet and draws out into ribbons; the model is examples/c.",
+        pictures: &[picture("tracer_000472.png", "tracer.png", "mixing ratio")],
     },
     Entry {
         title: "A simulation in Fortran that draws itself",
