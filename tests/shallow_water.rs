@@ -77,7 +77,7 @@ fn it_has_the_same_bits(alone: &Path, together: &Path, directory: &Path) {
 fn it_draws_the_same_pictures(alone: &Path, together: &Path, directory: &Path) {
     let scene = std::fs::read_to_string(root().join("examples/scenes/shallow_water.toml")).unwrap();
     // What labels say of errors is no matter of pixels.
-    let scene = scene.replace("720", "120").replace("[labels]", "[labels]\nerror = false");
+    let scene = scene.replace("560", "120").replace("[labels]", "[labels]\nerror = false");
     let scene = format!("tolerance = 1e-5\n{scene}");
     std::fs::write(directory.join("scene.toml"), scene).unwrap();
     let options =

@@ -135,13 +135,9 @@ impl Studio<'_> {
     fn make(&self, entry: &Entry, out: &Path, step: &mut Step) -> Result<(), Error> {
         let scene = self.workspace.root().join("examples/scenes").join(entry.scene);
         match entry.subject {
-            Subject::File { name, time, layers } => {
+            Subject::File { name, time, options } => {
                 let mut render = self.render(&scene, out);
-                render.arg(self.data.join(name)).args(["--time", time]);
-                if !layers.is_empty() {
-                    render.args(["--layers", layers]);
-                }
-                step.quiet(&mut render)
+                step.quiet(render.arg(self.data.join(name)).args(["--time", time]).args(options))
             }
             Subject::MadeOcean => {
                 let mesh = self.data.join(list::OCEAN_MESH);
@@ -173,9 +169,9 @@ impl Entry {
     fn command(&self) -> String {
         let scene = format!("examples/scenes/{}", self.scene);
         match self.subject {
-            Subject::File { name, time, layers } => {
-                let layers = if layers.is_empty() { String::new() } else { format!(" --layers {layers}") };
-                format!("icoray render {name} --scene {scene} --time {time}{layers}")
+            Subject::File { name, time, options } => {
+                let more = options.iter().fold(String::new(), |text, word| text + " " + word);
+                format!("icoray render {name} --scene {scene} --time {time}{more}")
             }
             Subject::MadeOcean => {
                 format!("icoray render ocean.nc --mesh {} --scene {scene}", list::OCEAN_MESH)

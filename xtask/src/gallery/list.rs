@@ -15,8 +15,8 @@ pub struct Entry {
 
 /// What a scene is drawn of.
 pub enum Subject {
-    /// Times of a real file; layers as `--layers` has them, or all where it is empty.
-    File { name: &'static str, time: &'static str, layers: &'static str },
+    /// Some times of a real file, with further options.
+    File { name: &'static str, time: &'static str, options: &'static [&'static str] },
     /// The ocean that is made on a real mesh, for there is no real file small enough.
     MadeOcean,
     /// The model of `examples/c`.
@@ -42,11 +42,15 @@ const fn picture(drawn: &'static str, file: &'static str, what: &'static str) ->
 pub const OCEAN_MESH: &str = "spherical_grid_500km_landculled.nc";
 
 /// The tracer's size: pictures each half day.
-pub const TRACER: Size = Size { level: 5, layers: 30, days: 5.0 };
+pub const TRACER: Size = Size { level: 5, layers: 30, days: 4.0 };
 
 const fn wave(time: &'static str) -> Subject {
-    Subject::File { name: "mpas_jw_10242.nc", time, layers: "" }
+    Subject::File { name: "mpas_jw_10242.nc", time, options: &[] }
 }
+
+/// Of scenes whose own pictures are larger than the page needs.
+const SMALL_WAVE: Subject =
+    Subject::File { name: "mpas_jw_10242.nc", time: "2", options: &["--size", "420x315"] };
 
 /// All scenes: those of the method's paper first.
 pub const GALLERY: &[Entry] = &[
@@ -60,7 +64,7 @@ pub const GALLERY: &[Entry] = &[
     Entry {
         title: "A close-up of it",
         scene: "jw_vorticity.toml",
-        subject: wave("2"),
+        subject: SMALL_WAVE,
         seen: "Two cyclones with the bands of vorticity along their cold fronts, seen from the south, lit from the eye.",
         pictures: &[picture("vorticity_0000-01-10.png", "jw_vorticity.png", "relative vorticity")],
     },
@@ -109,14 +113,14 @@ pub const GALLERY: &[Entry] = &[
     Entry {
         title: "Shells of potential temperature",
         scene: "jw_theta.toml",
-        subject: wave("2"),
+        subject: SMALL_WAVE,
         seen: "Three isentropes as thin shells of a volume: cold air breaks out to the south behind the fronts.",
         pictures: &[picture("theta_0000-01-10.png", "jw_theta.png", "potential temperature")],
     },
     Entry {
         title: "Rising and sinking air",
         scene: "jw_w.toml",
-        subject: wave("2"),
+        subject: SMALL_WAVE,
         seen: "Air rises (red) along the fronts and sinks (blue) behind them.",
         pictures: &[picture("w_0000-01-10.png", "jw_w.png", "vertical velocity")],
     },
@@ -124,14 +128,14 @@ pub const GALLERY: &[Entry] = &[
         title: "A cut",
         scene: "cut_away.toml",
         subject: wave("2"),
-        seen: "A quarter of the north is cut away below 18 km: layers of equal potential temperature rise from the tropics over the \
-               cold air at the pole.",
+        seen: "The lowest 18 km without a quarter of the north: surfaces of equal potential temperature rise from the tropics over the cold \
+               air at the pole.",
         pictures: &[picture("cut_away_0000-01-10.png", "cut_away.png", "potential temperature, cut")],
     },
     Entry {
         title: "Heights of columns",
         scene: "terrain.toml",
-        subject: Subject::File { name: "mpas_jw_10242.nc", time: "2", layers: "0..2" },
+        subject: Subject::File { name: "mpas_jw_10242.nc", time: "2", options: &["--layers", "0..2"] },
         seen: "The ground at each column's own height, times 2000: in this test case it falls towards the poles, in balance with the jets.",
         pictures: &[picture("terrain.png", "terrain.png", "height of the ground")],
     },
@@ -152,9 +156,8 @@ pub const GALLERY: &[Entry] = &[
         scene: "jw_views.toml",
         subject: wave("all"),
         seen: "A camera that goes along a path, one that goes round the planet, and, as the vortices are strong, six sides of the polar \
-               air for a Cinema viewer; here one picture of each.",
+               air for a Cinema viewer; here one of the orbit and one of the sides.",
         pictures: &[
-            picture("storms_000002.png", "views_storms.png", "path, day 9"),
             picture("around_000002.png", "views_around.png", "orbit, day 9"),
             picture("theta.cdb/2_70_190.png", "views_sides.png", "one of six sides"),
         ],
@@ -162,7 +165,7 @@ pub const GALLERY: &[Entry] = &[
     Entry {
         title: "ICON",
         scene: "icon.toml",
-        subject: Subject::File { name: "psyplot_icon_test.nc", time: "0", layers: "" },
+        subject: Subject::File { name: "psyplot_icon_test.nc", time: "0", options: &[] },
         seen: "Temperature between 1000 and 850 hPa in January 1979, with coasts: summer in southern Africa, frost in the north.",
         pictures: &[picture("icon_t2m_1979-01-31.png", "icon.png", "temperature")],
     },
@@ -179,8 +182,8 @@ pub const GALLERY: &[Entry] = &[
         title: "A simulation in C that draws itself",
         scene: "tracer.toml",
         subject: Subject::Tracer,
-        seen: "Two bells of a tracer after a day and a half, drawn out by the deformational flow; the model is examples/c.",
-        pictures: &[picture("tracer_000036.png", "tracer.png", "mixing ratio")],
+        seen: "Day 4 of two bells of a tracer, which the deformational flow carries around the planet and draws out into ribbons; the model is examples/c.",
+        pictures: &[picture("tracer_000472.png", "tracer.png", "mixing ratio")],
     },
     Entry {
         title: "A simulation in Fortran that draws itself",
