@@ -42,13 +42,18 @@ impl<'w> Part<'w> {
         Some(Part { medium, spans: [color, extinction], segments, slot })
     }
 
-    fn extinction(&self, u: f64) -> f64 {
-        self.spans[1].extinction(self.medium.extinction.normal(self.segments[1].value(u)))
+    /// Extinction and colour.
+    fn at(&self, u: f64) -> (f64, [f64; 3]) {
+        let Medium { color, extinction } = self.medium;
+        let value = self.segments[1].value(u);
+        let other = if color.source == extinction.source { value } else { self.segments[0].value(u) };
+        // Rounding at a knot may reach a little beyond the colours of the span.
+        let color = self.spans[0].color(color.normal(other)).map(|c| c.max(0.0));
+        (self.spans[1].extinction(extinction.normal(value)), color)
     }
 
-    fn color(&self, u: f64) -> [f64; 3] {
-        // Rounding at a knot may reach a little beyond the colours of the span.
-        self.spans[0].color(self.medium.color.normal(self.segments[0].value(u))).map(|c| c.max(0.0))
+    fn extinction(&self, u: f64) -> f64 {
+        self.spans[1].extinction(self.medium.extinction.normal(self.segments[1].value(u)))
     }
 
     /// Optical depth from `from` to `to`.
@@ -147,8 +152,7 @@ impl<G: Fn(usize, f64) -> [f64; 3]> Blend<'_, '_, G> {
     fn node(&self, from: f64, u: f64) -> Node {
         let mut node = Node { u, rate: 0.0, color: [0.0; 3], depth: 0.0 };
         for part in self.parts {
-            let rate = part.extinction(u);
-            let mut color = part.color(u);
+            let (rate, mut color) = part.at(u);
             if let Some(shading) = self.shading {
                 let shade = shading.shade((self.gradient)(part.slot, u));
                 color = color.map(|c| c * shade.body + shade.highlight);

@@ -24,9 +24,37 @@ pub(super) struct Scratch<'w> {
     parts: Vec<Part<'w>>,
     /// The number of each medium that may be seen.
     media: Vec<usize>,
-    /// The gradients of each field at the vertices of the lower and upper facet, where they were asked for.
-    gradients: Vec<Option<[[[f64; 3]; 3]; 2]>>,
+    /// The courses of each field's gradient along it, axis by axis, where they were asked for.
+    gradients: Vec<Option<[Segment<f64>; 3]>>,
     panels: Vec<Panel>,
+}
+
+/// A ray's way through a frustum, or a part of it: its start, middle and end.
+struct Way {
+    places: [Place; 3],
+    /// The relative change of a value's denominator.
+    eps: f64,
+    length: f64,
+}
+
+impl Way {
+    fn new(places: [Place; 3], length: f64) -> Self {
+        let [start, _, end] = &places;
+        let eps = if start.depth > 0.0 { end.depth / start.depth - 1.0 } else { 0.0 };
+        // Where facets meet the value has no limit of its own; near there its course is as good as straight.
+        let eps = if eps.is_finite() { eps.max(-1.0 + 1e-9) } else { 0.0 };
+        Way { places, eps, length }
+    }
+
+    /// The course of what has these values at the vertices of the lower and upper facet.
+    fn course(&self, vertices: [&[f64; 3]; 2]) -> Segment<f64> {
+        let Way { ref places, eps, length } = *self;
+        let [f0, half, f1] = [&places[0], &places[1], &places[2]].map(|place| place.value(vertices));
+        let kappa = (half - 0.5 * (f0 + f1)) * 4.0 * (1.0 + 0.5 * eps);
+        // Of values without any difference rounding makes no bend.
+        let kappa = if f0 == f1 && half == f0 { 0.0 } else { kappa };
+        Segment { f0, f1, kappa, eps, length }
+    }
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -98,8 +126,6 @@ impl<'r> Run<'r, '_> {
             self.counts.void_frusta += u64::from(ranges.iter().all(Option::is_none));
             return Flow::On;
         }
-        self.scratch.gradients.clear();
-        self.scratch.gradients.resize(world.sources.len(), None);
         if self.clips.is_empty() {
             let length = wedge.distance(b) - wedge.distance(a);
             return self.part(wedge, (gap, facets), [(a, from), (b, to)], length);
@@ -130,8 +156,8 @@ impl<'r> Run<'r, '_> {
         length: f64,
     ) -> Flow {
         let place = |u: f64, on: On| Place::new(wedge, facets, u, on);
-        let places = [place(a, from), place(0.5 * (a + b), On::Between), place(b, to)];
-        self.segments(&places, length);
+        let way = Way::new([place(a, from), place(0.5 * (a + b), On::Between), place(b, to)], length);
+        self.segments(&way);
         self.breaks(wedge, [a, b]);
         let mut breaks = std::mem::take(&mut self.scratch.breaks);
         breaks.sort_by(|one, other| one.u.total_cmp(&other.u));
@@ -139,7 +165,7 @@ impl<'r> Run<'r, '_> {
         let mut flow = Flow::On;
         for Break { u, meets } in &breaks {
             if *u > done {
-                flow = self.piece(wedge, (gap, facets), [a, b], [done, *u]);
+                flow = self.piece(wedge, gap, &way, [done, *u]);
                 done = *u;
             }
             if let (Flow::On, Some(meets)) = (flow, meets) {
@@ -153,22 +179,13 @@ impl<'r> Run<'r, '_> {
         flow
     }
 
-    /// Each field's course between the first and the last of three places, where something of it may be seen.
-    fn segments(&mut self, [start, middle, end]: &[Place; 3], length: f64) {
-        let Scratch { values: [lower, upper], ranges, segments, .. } = &mut self.scratch;
-        let eps = if start.depth > 0.0 { end.depth / start.depth - 1.0 } else { 0.0 };
-        // Where facets meet the value has no limit of its own; near there its course is as good as straight.
-        let eps = if eps.is_finite() { eps.max(-1.0 + 1e-9) } else { 0.0 };
+    /// Each field's course along the way, where something of it may be seen; gradients are not known yet.
+    fn segments(&mut self, way: &Way) {
+        let Scratch { values: [lower, upper], ranges, segments, gradients, .. } = &mut self.scratch;
         segments.clear();
-        segments.extend((0..lower.len()).map(|k| {
-            ranges[k]?;
-            let value = |place: &Place| place.value([&lower[k], &upper[k]]);
-            let [f0, half, f1] = [start, middle, end].map(value);
-            let kappa = (half - 0.5 * (f0 + f1)) * 4.0 * (1.0 + 0.5 * eps);
-            // Of values without any difference rounding makes no bend.
-            let kappa = if f0 == f1 && half == f0 { 0.0 } else { kappa };
-            Some(Segment { f0, f1, kappa, eps, length })
-        }));
+        segments.extend((0..lower.len()).map(|k| ranges[k].map(|_| way.course([&lower[k], &upper[k]]))));
+        gradients.clear();
+        gradients.resize(lower.len(), None);
     }
 
     /// All places between 0 and 1 where a field takes the value of a knot, or a surface is met; and 1.
@@ -215,13 +232,7 @@ impl<'r> Run<'r, '_> {
     }
 
     /// The volumes between two neighbouring breaks.
-    fn piece(
-        &mut self,
-        wedge: &Wedge,
-        (gap, facets): (usize, [&Facet; 2]),
-        [a, b]: [f64; 2],
-        [from, to]: [f64; 2],
-    ) -> Flow {
+    fn piece(&mut self, wedge: &Wedge, gap: usize, way: &Way, [from, to]: [f64; 2]) -> Flow {
         let world = self.world;
         let Scratch { segments, parts, media, gradients, panels, .. } = &mut self.scratch;
         let middle = 0.5 * (from + to);
@@ -237,12 +248,16 @@ impl<'r> Run<'r, '_> {
         }
         if self.shading.is_some() {
             for part in &*parts {
-                gradients[part.slot].get_or_insert_with(|| at_vertices(world, wedge, gap, part.slot));
+                gradients[part.slot].get_or_insert_with(|| {
+                    let [lower, upper] = at_vertices(world, wedge, gap, part.slot);
+                    [0, 1, 2].map(|axis| way.course([&lower[axis], &upper[axis]]))
+                });
             }
         }
         let gradient = |source: usize, u: f64| {
-            let place = Place::new(wedge, facets, lerp(a, b, u), On::Between);
-            gradients[source].map_or([0.0; 3], |known| mixed(&known, &place))
+            let bend = u * (1.0 - u) / (1.0 + way.eps * u);
+            let at = |axis: &Segment<f64>| axis.f0 + (axis.f1 - axis.f0) * u + axis.kappa * bend;
+            gradients[source].as_ref().map_or([0.0; 3], |[x, y, z]| [at(x), at(y), at(z)])
         };
         let (share, rest) = (self.share, self.rest);
         let blend = Blend { parts, gradient, shading: self.shading.as_ref(), share, rest };

@@ -27,7 +27,7 @@ fn by_brute_force(parts: &[Part], length: f64) -> ([f64; 3], f64) {
         }
         let absorbed = (-depth).exp() * -(-step).exp_m1();
         for part in parts {
-            let (share, c) = (part.extinction(u) / rate, part.color(u));
+            let (share, c) = (part.extinction(u) / rate, part.at(u).1);
             color = [0, 1, 2].map(|k| color[k] + absorbed * share * c[k]);
         }
         depth += step;
