@@ -38,19 +38,6 @@ impl Visible {
         Visible { shift: Self::shift(layers), top: layers - 1, ..self }
     }
 
-    /// What can be seen of any of several fields, over the same triangles and layers; nothing of none.
-    pub fn joined(all: Vec<Self>, layers: usize, triangles: usize) -> Self {
-        if all.iter().any(Self::is_all) {
-            return Visible::default().all_in(layers);
-        }
-        let mut blocks = vec![0; triangles];
-        for visible in &all {
-            blocks.iter_mut().zip(&visible.blocks).for_each(|(all, one)| *all |= one);
-        }
-        let top = all.iter().map(|visible| visible.top).max().unwrap_or(0);
-        Visible { blocks, top, ..Visible::default().all_in(layers) }
-    }
-
     /// Whether that is all there is.
     pub fn is_all(&self) -> bool {
         self.blocks.is_empty()

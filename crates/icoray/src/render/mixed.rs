@@ -68,7 +68,8 @@ pub(super) fn draw(
         false => Vec::new(),
     };
     compare(setting, ranks, others, &terrain)?;
-    let visible = renderer.run(|| stage.visible(&media, &isosurfaces, &sheets));
+    let (sight_keys, visible) = renderer.run(|| stage.visible(&media, &isosurfaces, &sheets));
+    let top = visible.iter().map(|visible| visible.top).max().unwrap_or(0);
     let (sources, light_keys) = stage.sources(ranks, &lit, &terrain)?;
     let derived: usize = sources.iter().map(|source| source.gradients().bytes()).sum();
     let normals = terrain.normals(setting, ranks, &sheets, known.is_lit())?;
@@ -77,9 +78,7 @@ pub(super) fn draw(
     let Terrain { levels, core_radius, outer, .. } = terrain;
     // Above the highest layer that is seen there is nothing to pass.
     let seen = match &levels {
-        Levels::Concentric(_) if sheets.is_empty() && renderer.savings.layers => {
-            plan.radius[visible.top.max(1)]
-        }
+        Levels::Concentric(_) if sheets.is_empty() && renderer.savings.layers => plan.radius[top.max(1)],
         _ => outer,
     };
     let world = World {
@@ -104,6 +103,9 @@ pub(super) fn draw(
     let work = Work { renderer, scene, plan, radius: [core_radius[0], outer], ground: ground.as_ref(), rays };
     let mut rendered = picture::draw(setting, ranks, &known, &work, on_device)?;
     rendered.report_mut().derived_bytes += derived;
+    for (key, visible) in sight_keys.into_iter().zip(world.visible) {
+        renderer.spare.keep_visible(key, visible);
+    }
     for (key, source) in light_keys.into_iter().zip(world.sources) {
         if let Some(key) = key {
             renderer.spare.keep_gradients(key, source.into_gradients());

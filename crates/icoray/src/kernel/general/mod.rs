@@ -45,8 +45,8 @@ pub(crate) struct World<'f> {
     pub isosurfaces: Vec<Isosurface>,
     pub sheets: Vec<Sheet>,
     pub clips: Clips,
-    /// Where something of the volumes and isosurfaces can be seen.
-    pub visible: Visible,
+    /// Where each of the volumes and isosurfaces can be seen; one of all there is where more may be met.
+    pub visible: Vec<Visible>,
     /// Normals at the vertices of layers that light falls on, where these are not round.
     pub normals: Vec<(usize, Vec<[f32; 3]>)>,
     /// Linear RGB of the opaque core; `None` lets rays through the hollow core.
@@ -57,6 +57,13 @@ pub(crate) struct World<'f> {
     pub core_radius: [f64; 2],
     /// The greatest radius of all.
     pub outer: f64,
+}
+
+impl World<'_> {
+    /// Whether `gap` can be seen by these blocks, which are of the same gaps for all that is shown.
+    fn shows(&self, blocks: u32, gap: usize) -> bool {
+        self.visible.first().is_some_and(|visible| visible.shows(blocks, gap))
+    }
 }
 
 /// How a picture's rays are traced.
@@ -108,7 +115,7 @@ impl<'r, 'f> Run<'r, 'f> {
         let wedge = Wedge::new(column, triangle);
         let levels = &world.levels;
         let facet = |layer: usize| Facet::new(&wedge, levels.inverse(wedge.cells, layer));
-        let blocks = world.visible.over(triangle);
+        let blocks = world.visible.iter().fold(0, |all, visible| all | visible.over(triangle));
         if blocks == 0 && world.sheets.is_empty() {
             return (hint, self.clear_column(&wedge, &facet(0)));
         }
@@ -132,6 +139,7 @@ impl<'r, 'f> Run<'r, 'f> {
             let flow = match (&lower, &upper) {
                 (None, _) => self.core(&wedge, upper.as_ref(), a),
                 (Some(_), None) => Flow::On,
+                (Some(_), Some(_)) if !world.shows(blocks, gap) => Flow::On,
                 (Some(lower), Some(upper)) => self.gap(&wedge, (gap, [lower, upper]), [(a, from), (b, to)]),
             };
             if flow == Flow::Stop || crossing.is_none() {

@@ -15,7 +15,7 @@ use crate::layers::Layers;
 use crate::plan::{Sight, clear_values};
 use crate::ranks::Ranks;
 use crate::render::Setting;
-use crate::render::spare::{self, LightKey};
+use crate::render::spare::{self, LightKey, SightKey};
 use crate::scene::{Heights, Level, Paint, TransferFunction};
 
 /// Fields by number, while it is found out what is asked of each.
@@ -114,36 +114,48 @@ impl<'p, 'f> Stage<'p, 'f> {
             .collect()
     }
 
-    /// Where something of the volumes and isosurfaces can be seen; anywhere where sheets may be met between layers.
-    pub fn visible(&self, media: &[Medium], isosurfaces: &[Isosurface], sheets: &[Sheet]) -> Visible {
-        let Setting { renderer, plan, grid, .. } = *self.setting;
-        let layers = plan.radius.len();
+    /// Where each of the volumes and isosurfaces can be seen, and what that is known by; all there is, without a key, where sheets
+    /// may be met between layers.
+    pub fn visible(
+        &self,
+        media: &[Medium],
+        isosurfaces: &[Isosurface],
+        sheets: &[Sheet],
+    ) -> (Vec<SightKey>, Vec<Visible>) {
+        let Setting { renderer, plan, .. } = *self.setting;
         let has_radii = sheets.iter().any(|sheet| matches!(sheet.place, SheetPlace::Radius(_)));
         if has_radii || !renderer.savings.leaps {
-            return Visible::default().all_in(layers);
+            return (Vec::new(), vec![Visible::default().all_in(plan.radius.len())]);
         }
         let of_media =
             media.iter().map(|medium| (medium.extinction.source, medium.extinction.knots().to_vec()));
-        let of_surfaces = isosurfaces.iter().map(|surface| {
-            let range = self.fields[surface.source].1.range().0;
-            (surface.source, spike(surface.value, range.unwrap_or([0.0; 2])))
+        let of_surfaces =
+            isosurfaces.iter().map(|s| (s.source, spike(s.value, self.range(s.source).unwrap_or([0.0; 2]))));
+        let all = of_media.chain(of_surfaces).map(|(source, knots)| match self.fields[source].1.samples() {
+            Reals::F32(data) => self.visible_of(data, source, &knots),
+            Reals::F64(data) => self.visible_of(data, source, &knots),
         });
-        let all = of_media.chain(of_surfaces).map(|(source, knots)| {
-            let field = &self.fields[source].1;
-            match field.samples() {
-                Reals::F32(data) => self.visible_of(data, field, &knots),
-                Reals::F64(data) => self.visible_of(data, field, &knots),
-            }
-        });
-        Visible::joined(all.collect(), layers, grid.triangles())
+        all.unzip()
     }
 
-    fn visible_of<S: Sample>(&self, data: &[S], field: &Field, knots: &[KernelKnot]) -> Visible {
-        let Setting { plan, grid, .. } = *self.setting;
+    /// Least and greatest value of a field.
+    fn range(&self, source: usize) -> Option<[f64; 2]> {
+        let Setting { renderer, grid, .. } = *self.setting;
+        let field = &self.fields[source].1;
+        renderer.spare.range(&spare::Source::new(grid, field), || field.range()).0
+    }
+
+    fn visible_of<S: Sample>(&self, data: &[S], source: usize, knots: &[KernelKnot]) -> (SightKey, Visible) {
+        let Setting { renderer, plan, grid, .. } = *self.setting;
+        let field = &self.fields[source].1;
         let spans = Spans::<f64>::new(knots);
         let samples = Samples::new(data, field, plan.falling, spans.range());
-        let clear = clear_values(&spans, &samples, field.range().0);
-        Sight { grid, samples, layers: plan.radius.len(), clear }.visible(Visible::default())
+        let clear = clear_values(&spans, &samples, self.range(source));
+        let bits = clear.iter().map(|range| range.map(|value| value.wide().to_bits())).collect();
+        let key = SightKey { source: spare::Source::new(grid, field), falling: plan.falling, clear: bits };
+        let sight = Sight { grid, samples, layers: plan.radius.len(), clear };
+        let visible = renderer.spare.visible(&key, |memory| sight.visible(memory));
+        (key, visible)
     }
 
     /// On the layer that lies at this radius, but for rounding, which must not leave a surface a hair above the outermost one,
