@@ -32,8 +32,13 @@ pub(crate) fn gradients<S: Sample>(
     gradients
 }
 
-/// The direction across a layer at each cell, outwards: the mean of the facets around it, by their area.
-pub(crate) fn normals(grid: &Grid, heights: &Heights, layer: usize) -> Vec<[f32; 3]> {
+/// The direction across a layer at each cell, outwards: the mean of the facets around it, by their area. In `memory`.
+pub(crate) fn normals(
+    grid: &Grid,
+    heights: &Heights,
+    layer: usize,
+    mut memory: Vec<[f32; 3]>,
+) -> Vec<[f32; 3]> {
     let place = |cell: u32| heights.radius(cell, layer) * grid.direction(cell);
     let normal = |cell: u32| {
         let (up, own) = (grid.direction(cell), place(cell));
@@ -44,7 +49,8 @@ pub(crate) fn normals(grid: &Grid, heights: &Heights, layer: usize) -> Vec<[f32;
         });
         across.sum::<DVec3>().try_normalize().unwrap_or(up).as_vec3().to_array()
     };
-    (0..grid.cells() as u32).into_par_iter().with_min_len(256).map(normal).collect()
+    (0..grid.cells() as u32).into_par_iter().with_min_len(256).map(normal).collect_into_vec(&mut memory);
+    memory
 }
 
 /// The two other cells of each triangle around a cell.

@@ -73,6 +73,8 @@ pub(super) fn draw(
     let (sources, light_keys) = stage.sources(ranks, &lit, &terrain)?;
     let derived: usize = sources.iter().map(|source| source.gradients().bytes()).sum();
     let normals = terrain.normals(setting, ranks, &sheets, known.is_lit())?;
+    let (normal_keys, normals): (Vec<_>, Vec<_>) = normals.into_iter().unzip();
+    let normals = normal_keys.iter().map(|key| key.layer[0]).zip(normals).collect();
     let ground = Ground::new(scene);
     let clip_radius = |height: f64| radius_of(height, scene, layers);
     let Terrain { levels, core_radius, outer, .. } = terrain;
@@ -103,6 +105,9 @@ pub(super) fn draw(
     let work = Work { renderer, scene, plan, radius: [core_radius[0], outer], ground: ground.as_ref(), rays };
     let mut rendered = picture::draw(setting, ranks, &known, &work, on_device)?;
     rendered.report_mut().derived_bytes += derived;
+    for (key, (_, normals)) in normal_keys.into_iter().zip(world.normals) {
+        renderer.spare.keep_normals(key, normals);
+    }
     for (key, visible) in sight_keys.into_iter().zip(world.visible) {
         renderer.spare.keep_visible(key, visible);
     }

@@ -62,6 +62,15 @@ pub(super) struct MovedKey {
     pub wanted: Vec<f64>,
 }
 
+/// What the normals of a layer depend on.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct NormalKey {
+    /// Heights of layers, and planet radii per metre of height.
+    pub heights: (Source, f64),
+    /// The layer, of how many that the field has.
+    pub layer: [usize; 2],
+}
+
 /// Things of one kind, and what each was made of. As many as frames had of them at once; the one that was taken back first
 /// comes first.
 #[derive(Debug)]
@@ -97,6 +106,7 @@ struct Kept {
     moved: Shelf<MovedKey, CenterField>,
     visible: Shelf<SightKey, Visible>,
     gradients: Shelf<LightKey, Gradients>,
+    normals: Shelf<NormalKey, Vec<[f32; 3]>>,
 }
 
 /// What no frame is using. Of frames that are drawn at once all but one find nothing here.
@@ -180,6 +190,22 @@ impl Spare {
         let (is_it, known) = self.kept().gradients.take(key);
         let known = known.unwrap_or_else(Gradients::none);
         if is_it && self.reuses { known } else { compute(known) }
+    }
+
+    /// Normals of a layer, by `compute` in the memory that it is given, unless they are known.
+    pub fn normals(
+        &self,
+        key: &NormalKey,
+        compute: impl FnOnce(Vec<[f32; 3]>) -> Vec<[f32; 3]>,
+    ) -> Vec<[f32; 3]> {
+        let (is_it, known) = self.kept().normals.take(key);
+        let known = known.unwrap_or_default();
+        if is_it && self.reuses { known } else { compute(known) }
+    }
+
+    /// Takes them back.
+    pub fn keep_normals(&self, key: NormalKey, normals: Vec<[f32; 3]>) {
+        self.kept().normals.keep(key, normals);
     }
 
     /// Takes them back.

@@ -7,7 +7,8 @@ use crate::heights;
 use crate::kernel::general::{Levels, Sheet, SheetPlace};
 use crate::layers::Layers;
 use crate::ranks::{Part, Ranks};
-use crate::render::{Setting, spare};
+use crate::render::Setting;
+use crate::render::spare::{self, NormalKey};
 use crate::scene::Heights;
 use rayon::prelude::*;
 
@@ -71,9 +72,11 @@ impl Terrain<'_> {
         ranks: &mut Ranks,
         sheets: &[Sheet],
         is_lit: bool,
-    ) -> Result<Vec<(usize, Vec<[f32; 3]>)>> {
+    ) -> Result<Vec<(NormalKey, Vec<[f32; 3]>)>> {
         let Setting { renderer, grid, part, .. } = *setting;
-        let (Levels::Native(heights), true) = (&self.levels, is_lit) else { return Ok(Vec::new()) };
+        let (Levels::Native(heights), Some(key), true) = (&self.levels, &self.key, is_lit) else {
+            return Ok(Vec::new());
+        };
         let mut layers = vec![0];
         layers.extend(sheets.iter().filter_map(|sheet| match sheet.place {
             SheetPlace::Layer(layer) if layer > 0 => Some(layer),
@@ -83,13 +86,15 @@ impl Terrain<'_> {
         layers.dedup();
         let mut all = Vec::new();
         for layer in layers {
-            let made = ranks.attempt(|| Ok(renderer.run(|| gradient::native::normals(grid, heights, layer))));
+            let key = NormalKey { heights: key.clone(), layer: [layer, heights.layers()] };
+            let compute = |memory| gradient::native::normals(grid, heights, layer, memory);
+            let made = ranks.attempt(|| Ok(renderer.run(|| renderer.spare.normals(&key, compute))));
             let mut normals = ranks.together(made)?;
             if let Some(part) = part {
                 let row = |cell: u32| cell as usize..cell as usize + 1;
                 part.fill_halo(ranks, normals.as_mut_slice(), |all, cell| &mut all[row(cell)])?;
             }
-            all.push((layer, normals));
+            all.push((key, normals));
         }
         Ok(all)
     }
