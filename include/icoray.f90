@@ -1,25 +1,27 @@
-!> icoray: in-situ ray casting of geodesic grids. The Fortran interface; icoray.h is the C ABI below it.
+!> icoray: in-situ ray casting of geodesic grids. The Fortran module, on top of the C interface in icoray.h.
 !>
-!> Five calls: icoray_open_serial, icoray_grid_set + icoray_layers_set, icoray_field_set, icoray_scene_load, then
-!> icoray_execute each step; at the end icoray_close. Compile this file with the model and link libicoray.
+!> Call icoray_open_serial, icoray_grid_set, icoray_layers_set, icoray_field_set and icoray_scene_load once,
+!> icoray_execute at each step, and icoray_close at the end. Compile this file with the model and link libicoray.
 !>
-!> ERRORS. Every subroutine has an optional ierr: ICORAY_OK (0), or the ICORAY_ERR_ number of what went wrong, whose
-!> sentence icoray_last_error has. Without ierr a failure is kept for icoray_last_error. Nothing stops or prints.
-!> Right after the mandatory arguments ierr can be given by position; what follows it is given by keyword.
+!> ERRORS. Every subroutine has an optional ierr: ICORAY_OK (0), or an ICORAY_ERR_ number, whose message
+!> icoray_last_error returns. Without ierr a failure is silent, and its message is kept for icoray_last_error. No
+!> procedure stops or prints. ierr can be passed by position directly after the mandatory arguments; arguments after it
+!> are passed by keyword.
 !>
-!> MEMORY. Tables and fields are read where they lie, never copied and never written, until they are replaced or the
-!> context is closed. Their dummies are pointers with intent(in): an actual argument is the array itself or a section of
-!> it by triplets (2::2, not by a vector of subscripts), and has the TARGET or POINTER attribute: where the compiler finds
-!> no specific subroutine, TARGET is missing or the kinds differ. To pass a component of an array of structures, point at it first (p => cell%q) and pass p: gfortran 12
-!> passes the wrong address for cell%q itself. All the rest (names, radii, paths) is copied by the call.
+!> MEMORY. Tables and fields are read in place, never copied and never written, until they are replaced or the context
+!> is closed. Their dummy arguments are pointers with intent(in): the actual argument is an array, or a section of it by
+!> triplets (2::2, not by a vector subscript), and has the attribute TARGET or POINTER. If the compiler finds no
+!> specific subroutine, TARGET is missing or the kinds differ. To pass a component of an array of structures, associate
+!> a pointer with it first (p => cell%q) and pass p: gfortran 12 passes a wrong address for cell%q itself. Everything
+!> else (names, radii, paths) is copied by the call.
 !>
-!> KINDS. Reals of fields and coordinates are 32 or 64 bits, tables of indices too; times and radii are 64 bits. All
-!> other integers and logicals are of the default kind. Trailing blanks of strings do not count.
+!> KINDS. Reals of fields and coordinates have 32 or 64 bits, as have index tables; times and radii have 64 bits. All
+!> other integers and logicals are of the default kind. Trailing blanks of strings are ignored.
 !>
-!> PICTURES are written by a thread of their own: those that are not on disk when the program ends are lost, so icoray_close
-!> or icoray_wait comes before stop. After icoray_close the copies of an icoray_context are not to be used.
+!> PICTURES are written by a separate thread. Call icoray_close or icoray_wait before the program ends: pictures that
+!> are not on disk by then are lost. After icoray_close the copies of an icoray_context must not be used.
 !>
-!> One context is in one call at a time (ICORAY_ERR_BUSY); different contexts are independent.
+!> One call at a time is made on a context (else ICORAY_ERR_BUSY); different contexts are independent.
 !> Fortran 2018 without extensions. Apache-2.0 OR MIT.
 module icoray
   use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_double, c_f_pointer, c_float, c_funloc, c_funptr, &
@@ -27,38 +29,38 @@ module icoray
   implicit none
   private
 
-  ! What a call says (ierr).
+  ! Status of a call (ierr).
   integer, parameter, public :: &
-    ICORAY_OK = 0, &                !< all went well
-    ICORAY_ERR_NULL = 1, &          !< a pointer that must be associated is not; a context or mesh that is not open
-    ICORAY_ERR_STRUCT_SIZE = 2, &   !< this file and the library are of different versions
-    ICORAY_ERR_ARGUMENT = 3, &      !< a number, string or shape is out of its range
-    ICORAY_ERR_GRID = 4, &          !< a table contradicts itself or another; the message has table, row and value
-    ICORAY_ERR_UNSUPPORTED = 5, &   !< the grid is right but of a kind that is not rendered (none that can be set here)
-    ICORAY_ERR_LAYERS = 6, &        !< radii are not strictly monotone, positive and finite
-    ICORAY_ERR_FIELD = 7, &         !< a field is missing, or its shape does not fit grid and layers
-    ICORAY_ERR_SCENE = 8, &         !< the scene is wrong; the message has line and key
-    ICORAY_ERR_ORDER = 9, &         !< a call came before what it needs
+    ICORAY_OK = 0, &                !< success
+    ICORAY_ERR_NULL = 1, &          !< an argument is not associated, or a context or mesh is not open
+    ICORAY_ERR_STRUCT_SIZE = 2, &   !< this file and the library have different versions
+    ICORAY_ERR_ARGUMENT = 3, &      !< a number, string or shape is out of range
+    ICORAY_ERR_GRID = 4, &          !< a table contradicts itself or another; the message names table, row and value
+    ICORAY_ERR_UNSUPPORTED = 5, &   !< MPI in a library without it or for another one; async_render over ranks
+    ICORAY_ERR_LAYERS = 6, &        !< radii are not positive, finite and strictly monotone; wrong heights
+    ICORAY_ERR_FIELD = 7, &         !< a field is missing, or its shape does not fit the grid and layers
+    ICORAY_ERR_SCENE = 8, &         !< the scene is wrong; the message names line and key
+    ICORAY_ERR_ORDER = 9, &         !< a call that must come before this one is missing
     ICORAY_ERR_IO = 10, &           !< a file could not be read or written
-    ICORAY_ERR_INTERNAL = 11, &     !< a bug in icoray; only icoray_last_error and icoray_close are left
-    ICORAY_ERR_EXISTS = 12, &       !< a picture of that name is there (ICORAY_NEVER_MODIFY); nothing was rendered
+    ICORAY_ERR_INTERNAL = 11, &     !< a bug in icoray; only icoray_last_error and icoray_close work now
+    ICORAY_ERR_EXISTS = 12, &       !< the picture exists (ICORAY_NEVER_MODIFY); nothing was rendered
     ICORAY_ERR_DISABLED = 13, &     !< the context has switched itself off after too many failures (ICORAY_DISABLE)
-    ICORAY_ERR_BUSY = 14, &         !< another thread, or the log procedure, is in a call on this context
+    ICORAY_ERR_BUSY = 14, &         !< another thread is in a call on this context, or its log procedure called it
     ICORAY_ERR_FORKED = 15, &       !< the context was opened before this process was forked
-    ICORAY_ERR_MPI = 16             !< MPI is not initialised or has failed, or ranks differ in call, step, scene or data
+    ICORAY_ERR_MPI = 16             !< MPI is not initialised or failed, or ranks differ in call, step, scene or data
   integer, parameter, public :: &
     ICORAY_F32 = 1, ICORAY_F64 = 2, &           !< icoray_array%type, icoray_grid%real_type
     ICORAY_I32 = 3, ICORAY_I64 = 4, &           !< icoray_grid%index_type, icoray_part%index_type
-    ICORAY_CENTER = 0, ICORAY_CORNER = 1, &     !< location: values at cell centres, or at corners (averaged)
-    ICORAY_ALONE = 0, ICORAY_TILES = 1, ICORAY_FRAGMENTS = 2, &   !< icoray_frame_report%scheme: how ranks shared it
-    ICORAY_CPU = 0, ICORAY_GPU = 1, ICORAY_GPU_AND_CPU = 2, &     !< icoray_frame_report%drawn_on: who traced rays
-    ICORAY_NEVER_MODIFY = 0, ICORAY_OVERWRITE = 1, &              !< existing: pictures that are there already
+    ICORAY_CENTER = 0, ICORAY_CORNER = 1, &     !< location: values at cell centres, or at corners (averaged to centres)
+    ICORAY_ALONE = 0, ICORAY_TILES = 1, ICORAY_FRAGMENTS = 2, &   !< icoray_frame_report%scheme: how ranks share it
+    ICORAY_CPU = 0, ICORAY_GPU = 1, ICORAY_GPU_AND_CPU = 2, &     !< icoray_frame_report%drawn_on: what traced the rays
+    ICORAY_NEVER_MODIFY = 0, ICORAY_OVERWRITE = 1, &              !< existing: keep or replace existing pictures
     ICORAY_WARN = 0, ICORAY_IGNORE = 1, ICORAY_DISABLE = 2, &     !< on_error: log, do not log, or switch off
     ICORAY_BLOCK = 0, ICORAY_DROP_OLDEST = 1, &                   !< when_full: wait, or drop the oldest frame
     ICORAY_LOG_OFF = 0, ICORAY_LOG_ERROR = 1, ICORAY_LOG_WARN = 2, ICORAY_LOG_INFO = 3, ICORAY_LOG_DEBUG = 4, &
-    ICORAY_MAX_RANK = 7                         !< most dimensions of an icoray_ndarray
+    ICORAY_MAX_RANK = 7                         !< maximum number of dimensions of an icoray_ndarray
 
-  !> Takes the log, one line per call, during a call on the context; it must not call icoray on that context.
+  !> Log procedure: receives one line per call, during a call on the context. It must not call icoray on that context.
   abstract interface
     subroutine icoray_log(level, message)
       integer, intent(in) :: level              !< ICORAY_LOG_ERROR to ICORAY_LOG_DEBUG
@@ -67,13 +69,13 @@ module icoray
   end interface
   public :: icoray_log
 
-  !> What this module keeps of a context: the log procedure, and a refusal that did not come from the library.
+  !> State of a context in this module: the log procedure, and the message of an error found by this module.
   type :: own_part
     procedure(icoray_log), pointer, nopass :: log => null()
     character(len=240) :: refusal = ''
   end type own_part
 
-  !> An open context; handle is its icoray_ctx pointer, for the functions in _c. A copy is the same context.
+  !> An open context; handle is its icoray_ctx pointer, for the functions ending in _c. A copy is the same context.
   type, public :: icoray_context
     type(c_ptr) :: handle = c_null_ptr
     type(own_part), pointer, private :: own => null()
@@ -84,7 +86,7 @@ module icoray
     type(c_ptr) :: handle = c_null_ptr
   end type icoray_mesh
 
-  !> The tables of a generated mesh, which live until icoray_mesh_free. Radians; numbers begin at index_base.
+  !> The tables of a generated mesh, valid until icoray_mesh_free. Coordinates are radians; indices begin at index_base.
   type, public :: icoray_grid_tables
     real(c_double), pointer :: lon_center(:) => null(), lat_center(:) => null()     !< (cells)
     real(c_double), pointer :: lon_corner(:) => null(), lat_corner(:) => null()     !< (corners)
@@ -94,19 +96,19 @@ module icoray
     integer :: index_base = 0
   end type icoray_grid_tables
 
-  ! The structs of icoray.h, which describes each member. Here struct_size need not be set but for functions in _c.
+  ! The structs of icoray.h, which documents each member. struct_size must be set only for the functions ending in _c.
 
-  !> How a context is opened.
+  !> Settings of a context.
   type, bind(C), public :: icoray_config
     integer(c_size_t) :: struct_size = 0
     type(c_ptr) :: output_dir = c_null_ptr
     integer(c_int32_t) :: threads = 0, existing = 0, on_error = 0, disable_after = 0
     integer(c_int32_t) :: async_render = 0, writer_queue = 0, when_full = 0, log_level = 0
-    type(c_funptr) :: log = c_null_funptr       !< shaped like icoray_log_stderr_c
+    type(c_funptr) :: log = c_null_funptr       !< a procedure with the interface of icoray_log_stderr_c
     type(c_ptr) :: log_user = c_null_ptr
   end type icoray_config
 
-  !> The six tables of a grid, as addresses.
+  !> The tables of a grid, as addresses.
   type, bind(C), public :: icoray_grid
     integer(c_size_t) :: struct_size = 0
     integer(c_int64_t) :: cells = 0, corners = 0, edges = 0
@@ -119,7 +121,7 @@ module icoray
     type(c_ptr) :: edge_corner = c_null_ptr, name = c_null_ptr
   end type icoray_grid
 
-  !> Which cells of a grid are this rank's own, as addresses.
+  !> The cells of a grid that belong to this rank, as addresses.
   type, bind(C), public :: icoray_part
     integer(c_size_t) :: struct_size = 0
     type(c_ptr) :: grid = c_null_ptr
@@ -130,7 +132,7 @@ module icoray
     type(c_ptr) :: is_owned = c_null_ptr
   end type icoray_part
 
-  !> Layers.
+  !> Radii of layers.
   type, bind(C), public :: icoray_layers
     integer(c_size_t) :: struct_size = 0
     integer(c_int64_t) :: count = 0
@@ -139,7 +141,7 @@ module icoray
     type(c_ptr) :: name = c_null_ptr
   end type icoray_layers
 
-  !> A field, as an address, numbers of columns and layers, and strides in elements.
+  !> A field: address, numbers of columns and layers, strides in elements.
   type, bind(C), public :: icoray_array
     integer(c_size_t) :: struct_size = 0
     type(c_ptr) :: data = c_null_ptr
@@ -150,7 +152,7 @@ module icoray
     type(c_ptr) :: grid_name = c_null_ptr, layers_name = c_null_ptr
   end type icoray_array
 
-  !> A field, as an address and the extents and strides of its dimensions.
+  !> A field: address, extents and strides of its dimensions.
   type, bind(C), public :: icoray_ndarray
     integer(c_size_t) :: struct_size = 0
     type(c_ptr) :: data = c_null_ptr
@@ -160,7 +162,7 @@ module icoray
     type(c_ptr) :: grid_name = c_null_ptr, layers_name = c_null_ptr
   end type icoray_ndarray
 
-  !> What the last frame cost and how exact it is, and the counts of all frames so far. Seconds are wall clock.
+  !> Cost and error of the last rendered frame, and counts of all frames so far. Seconds are wall-clock time.
   type, bind(C), public :: icoray_frame_report
     integer(c_size_t) :: struct_size = 0
     integer(c_int64_t) :: step = 0
@@ -181,123 +183,129 @@ module icoray
     integer(c_int32_t) :: drawn_on = 0
     real(c_double) :: upload_s = 0, device_s = 0
     integer(c_int64_t) :: bytes_uploaded = 0
-    integer(c_int64_t) :: frames = 0            !< of the call; host_s, waited_s, copy_s, bytes_copied are of all of them
+    integer(c_int64_t) :: frames = 0            !< of the call; host_s, waited_s, copy_s and bytes_copied are sums
   end type icoray_frame_report
 
-  !> Opens a context without MPI: call icoray_open_serial(ctx, [ierr], keywords) or (ctx, icoray_config, [ierr]).
-  !>   output_dir     directory of the pictures and report.csv, made when missing; the working directory
-  !>   threads        that render; as many as the affinity mask allows
-  !>   existing       ICORAY_NEVER_MODIFY or ICORAY_OVERWRITE
-  !>   on_error       ICORAY_WARN, ICORAY_IGNORE or ICORAY_DISABLE; ierr has the status either way
-  !>   disable_after  with ICORAY_DISABLE: failed frames in a row until the context switches itself off; 3
+  !> Opens a context for one process, without MPI.
+  !>   call icoray_open_serial(ctx, [ierr], keywords)   or   call icoray_open_serial(ctx, icoray_config, [ierr])
+  !>   output_dir     directory of the pictures and of report.csv, created if missing; default: the working directory
+  !>   threads        number of rendering threads; default: the processors in the affinity mask
+  !>   existing       ICORAY_NEVER_MODIFY (default) or ICORAY_OVERWRITE
+  !>   on_error       ICORAY_WARN (default), ICORAY_IGNORE or ICORAY_DISABLE; ierr has the status in all cases
+  !>   disable_after  with ICORAY_DISABLE: consecutive failed frames until the context switches itself off; default 3
   !>   async_render   .true.: icoray_execute copies the fields that the pictures need, and a thread renders the copies
-  !>   writer_queue   frames that may wait for the thread that writes; 2
-  !>   when_full      ICORAY_BLOCK or ICORAY_DROP_OLDEST
-  !>   log            a module procedure like icoray_log, for example icoray_log_stderr; no log
-  !>   log_level      ICORAY_LOG_OFF to ICORAY_LOG_DEBUG; ICORAY_LOG_WARN
-  !> On failure icoray_last_error(message), without ctx, says why. A context that is open is not opened again
-  !> (ICORAY_ERR_ORDER).
+  !>   writer_queue   number of frames that may wait for the writing thread; default 2
+  !>   when_full      ICORAY_BLOCK (default) or ICORAY_DROP_OLDEST
+  !>   log            a module procedure with the interface icoray_log, such as icoray_log_stderr; default: no log
+  !>   log_level      ICORAY_LOG_OFF to ICORAY_LOG_DEBUG; default ICORAY_LOG_WARN
+  !> On failure icoray_last_error(message), without ctx, returns the message. A context that is already open is not
+  !> opened again (ICORAY_ERR_ORDER).
   interface icoray_open_serial
     procedure :: open_serial, open_config
   end interface icoray_open_serial
 
-  !> Opens a context over the ranks of an MPI communicator, which draw each picture together: call icoray_open(ctx, comm,
-  !> [ierr], keywords) or (ctx, comm, icoray_config, [ierr]), keywords as of icoray_open_serial.
-  !>   comm   an integer: MPI_COMM_WORLD%MPI_VAL of mpi_f08, MPI_COMM_WORLD of mpi. Duplicated, and freed by icoray_close
-  !> Each rank has the whole grid and field and draws tiles, or has its part of them, or the whole grid and columns of its
-  !> own cells (icoray_part_set); the picture is at
-  !> rank 0, and so are output_dir, existing and disable_after. icoray_open, icoray_part_set, icoray_execute, icoray_wait
-  !> and icoray_close are collective: all ranks make them in the same order and get the same ierr. MPI is
-  !> initialised before and finalised after. ICORAY_ERR_UNSUPPORTED where the library was built without MPI, and for
-  !> async_render.
+  !> Opens a context over the ranks of an MPI communicator, which render each picture together.
+  !>   call icoray_open(ctx, comm, [ierr], keywords)   or   call icoray_open(ctx, comm, icoray_config, [ierr])
+  !>   comm      an integer: MPI_COMM_WORLD%MPI_VAL of mpi_f08, MPI_COMM_WORLD of mpi. It is duplicated, and the
+  !> duplicate
+  !>             is freed by icoray_close
+  !>   keywords  those of icoray_open_serial; output_dir, existing and disable_after are used at rank 0
+  !> Each rank has the whole grid and field, or its part of them, or the whole grid and columns of its own cells
+  !> (icoray_part_set). The picture is written at rank 0. icoray_open, icoray_part_set, icoray_execute, icoray_wait and
+  !> icoray_close are collective: all ranks call them in the same order and get the same ierr. MPI is initialised before
+  !> and finalised after. ICORAY_ERR_UNSUPPORTED if the library was built without MPI, and for async_render.
   interface icoray_open
     procedure :: open_i4, open_i8, open_config_i4, open_config_i8
   end interface icoray_open
 
-  !> Hands over the grid; it is checked whole. All real and all index arrays are of one kind each, and contiguous
-  !> (ICORAY_ERR_ARGUMENT names the table that is not). Rows may be in any order and wind either way.
+  !> Sets a grid: checks all its tables and borrows them. All real arrays are of one kind, all index arrays are of one
+  !> kind, and all are contiguous (ICORAY_ERR_ARGUMENT names the table that is not). The entries of a row may be in any
+  !> order and orientation. ICORAY_ERR_GRID if tables contradict each other; the previous grid then stays in effect.
   !>   call icoray_grid_set(ctx, lon_center, lat_center, lon_corner, lat_corner, cell_corner, corner_cell, &
   !>                        corner_edge, edge_corner, [ierr], keywords)
   !>   lon_center(cells), lat_center(cells)      radians (MPAS lonCell, latCell)
   !>   lon_corner(corners), lat_corner(corners)  radians (lonVertex, latVertex)
   !>   cell_corner(row, cells)                   corners of each cell; row is 6 or more (verticesOnCell)
-  !>   corner_cell(3, corners)                   the cells at each corner (cellsOnVertex)
-  !>   corner_edge(3, corners)                   the edges at each corner (edgesOnVertex)
-  !>   edge_corner(2, edges)                     the corners of each edge (verticesOnEdge)
-  !>   index_base                                number of the first cell, corner and edge: 1, or 0
-  !>   cell_corner_count(cells)                  entries of cell_corner that count (nEdgesOnCell); without it a cell
-  !>                                             with fewer corners repeats one of them
-  !>   cells, corners, edges                     how many there are; the sizes of lon_center, lon_corner and
-  !>                                             edge_corner. To be given where arrays are longer, as MPAS's are
-  !>   name                                      for contexts with several grids
+  !>   corner_cell(3, corners)                   cells at each corner (cellsOnVertex)
+  !>   corner_edge(3, corners)                   edges at each corner (edgesOnVertex)
+  !>   edge_corner(2, edges)                     corners of each edge (verticesOnEdge)
+  !>   index_base                                number of the first cell, corner and edge: 1 (default) or 0
+  !>   cell_corner_count(cells)                  number of valid entries in each column of cell_corner (nEdgesOnCell);
+  !>                                             without it a cell with fewer corners repeats one of them
+  !>   cells, corners, edges                     numbers of cells, corners and edges; default: the sizes of lon_center,
+  !>                                             lon_corner and edge_corner. Required where arrays are longer, as in
+  !> MPAS
+  !>   name                                      name of the grid, for contexts with several grids
   !> Or (ctx, icoray_mesh, [ierr], name), or (ctx, icoray_grid, [ierr]).
   interface icoray_grid_set
     procedure :: grid_r4_i4, grid_r4_i8, grid_r8_i4, grid_r8_i8, grid_mesh, grid_struct
   end interface icoray_grid_set
 
-  !> Says which cells of a grid are this rank's own, where ranks have parts of it: after icoray_grid_set of that grid, and
-  !> again after each one. Collective, with the same ierr on all. A rank may have no cells: arrays of size 0.
-  !> Where cell_global has a row for each cell of the grid, on all ranks, the tables are the rank's part: own cells and a
-  !> halo of all cells that share a corner with these, with local numbers; beyond it neighbours are missing, as beside a
-  !> hole. Fields have values in the halo too, as after the model's exchange; of fields at corners those at the corners of
-  !> own cells do.
-  !> Where it has not on any rank, the tables are the whole grid's on all, and cell_global has rows there. Fields are at
-  !> centres, with a column for each row of cell_global, and come after this call; of columns only own ones are read. Each
-  !> node puts them together once per frame, in memory that its ranks share (bytes_copied).
+  !> Declares which cells of a grid belong to this rank, where ranks have parts of the grid, or the whole grid and some
+  !> columns of the fields. It is called after each icoray_grid_set of that grid, collectively, with the same ierr on
+  !> all ranks. A rank may have no cells: arrays of size 0.
   !>   call icoray_part_set(ctx, cell_global, [ierr], owned=n, [grid='name'])
   !>   call icoray_part_set(ctx, cell_global, [ierr], is_owned=mask, [grid='name'])
-  !>   cell_global(cells)  number of each cell in the whole grid, from index_base (MPAS indexToCellID); of parts with gaps, if any
-  !>   owned               the first so many cells are own (MPAS nCellsSolve)
-  !>   is_owned(cells)     logical, or integer(int32) that is not 0 where a cell is own; as long as cell_global
-  !>   grid                name of the grid; the one without a name
+  !>   cell_global(cells)  global number of each cell, from index_base (MPAS indexToCellID); for parts, gaps are allowed
+  !>   owned               number of own cells, which come first (MPAS nCellsSolve)
+  !>   is_owned(cells)     logical, or integer(int32) that is nonzero where a cell is own; as long as cell_global
+  !>   grid                name of the grid; default: the unnamed grid
+  !> Parts: if cell_global has a row for each cell of the grid, on all ranks, the tables are the rank's part: its own
+  !> cells and a halo of all cells that share a corner with them, with local numbers. Neighbours beyond the halo are
+  !> marked as missing. Fields at centres have values in the halo; fields at corners have values at the corners of own
+  !> cells. Columns: otherwise the tables are the whole grid's on all ranks, and cell_global holds rows of them. Fields
+  !> are at centres, have a column for each row of cell_global, and are set after this call; only own columns are read.
+  !> Each node assembles them once per frame, in memory that its ranks share (bytes_copied).
   !> These arrays are read during the call only, and need no TARGET. Or (ctx, icoray_part, [ierr]).
   interface icoray_part_set
     procedure :: part_first_i4, part_first_i8, part_mask_i4, part_mask_i8, part_marks_i4, part_marks_i8, part_struct
   end interface icoray_part_set
 
-  !> Hands over the layers: call icoray_layers_set(ctx, radius_m, planet_radius_m, [ierr], name), copied.
-  !>   radius_m(:)      metres from the planet's centre, strictly rising or falling, in the order of the fields' layers,
-  !>                    at least 2 (ICORAY_ERR_LAYERS); a field with one layer fewer lies midway between them
-  !>   planet_radius_m  metres: vertical exaggeration stretches heights above it
+  !> Sets the radii of layers, which are copied: call icoray_layers_set(ctx, radius_m, planet_radius_m, [ierr], name)
+  !>   radius_m(:)      metres from the planet's centre, at least 2, positive, strictly rising or falling, in the order
+  !> of
+  !>                    the fields' layers (else ICORAY_ERR_LAYERS); a field with one layer fewer is midway between them
+  !>   planet_radius_m  radius of the planet's surface in metres; exaggeration stretches heights above it
   !> Or (ctx, icoray_layers, [ierr]).
   interface icoray_layers_set
     procedure :: layers_r4, layers_r8, layers_struct
   end interface icoray_layers_set
 
-  !> Hands over a field under the name that scenes use, after grid and layers:
+  !> Sets a field under the name that scenes use, after the grid and layers:
   !>   call icoray_field_set(ctx, name, values, [ierr], keywords)
   !>   values       real, rank 1 to 4, any strides. Which dimension holds the layers and which the columns is found from
   !>                their numbers: (layers, cells), (cells, layers), (nproma, layers, blocks) with a last block that may
-  !>                be partly filled, (layers*cells); dimensions of extent 1 do not count, that of cells may be longer
-  !>   location     ICORAY_CENTER, or ICORAY_CORNER for values at corners
+  !>                be partly filled, (layers*cells). Dimensions of extent 1 are ignored; that of cells may be longer
+  !>   location     ICORAY_CENTER (default), or ICORAY_CORNER for values at corners
   !>   fill_value   marks missing values, in the kind of values; NaN and infinities always do
-  !>   grid_name, layers_name   those the field belongs to; the ones without a name
-  !> The array is read at each icoray_execute that needs it: once is enough, unless it moves. A shape that fits in no way
-  !> is ICORAY_ERR_FIELD. A scene of several fields needs all of them, over one grid and its layers. Or (ctx, name,
-  !> icoray_array, [ierr]).
+  !>   grid_name, layers_name   grid and layers of the field; default: the unnamed ones
+  !> The array is read at each icoray_execute that needs it: one call is enough, unless the array moves.
+  !> ICORAY_ERR_FIELD if the shape fits in no way. A scene of several fields needs all of them, on the same grid and
+  !> layers. Or (ctx, name, icoray_array, [ierr]).
   interface icoray_field_set
     procedure :: field_r4_1, field_r4_2, field_r4_3, field_r4_4, field_r8_1, field_r8_2, field_r8_3, field_r8_4
     procedure :: field_struct
   end interface icoray_field_set
 
-  !> Hands over the heights of layers where these differ from column to column, as over mountains or a sea floor, after grid
-  !> and layers:
+  !> Sets the heights of layers that differ from column to column (terrain, a sea floor), after the grid and layers:
   !>   call icoray_heights_set(ctx, values, [ierr], keywords)
-  !>   values       real, rank 1 to 4, any strides and dimensions as of icoray_field_set: metres above the planet's surface,
-  !>                negative below it, of each cell and each layer of icoray_layers_set
-  !>   fill_value   marks missing ones, in the kind of values; a column without heights has the mean ones
-  !>   grid_name, layers_name   those that the heights belong to; the ones without a name
-  !> Only scenes with heights = "native" read them, at each icoray_execute; what is wrong with them is ICORAY_ERR_LAYERS then.
-  !> They replace those before; call icoray_heights_set(ctx, [ierr]) takes these back. Or (ctx, icoray_array, [ierr]).
+  !>   values       real, dimensions as in icoray_field_set: metres above the planet's surface, negative below it, of
+  !> each
+  !>                cell and each layer of icoray_layers_set
+  !>   fill_value   marks missing heights, in the kind of values; a column without heights has the mean heights
+  !>   grid_name, layers_name   grid and layers of the heights; default: the unnamed ones
+  !> Scenes with heights = "native" read them at each icoray_execute, which returns ICORAY_ERR_LAYERS if they are wrong.
+  !> They replace earlier ones; call icoray_heights_set(ctx, [ierr]) removes them. Or (ctx, icoray_array, [ierr]).
   interface icoray_heights_set
     procedure :: heights_r4_1, heights_r4_2, heights_r4_3, heights_r4_4
     procedure :: heights_r8_1, heights_r8_2, heights_r8_3, heights_r8_4
     procedure :: heights_struct, heights_none
   end interface icoray_heights_set
 
-  !> Whether icoray_execute may draw a picture of this step, from any field or from the one named (for a picture or for a
-  !> condition, which is not looked at here); .false. on failure.
-  !>   call icoray_wants(ctx, step, time_s, wants, [ierr])   call icoray_wants_field(ctx, name, step, time_s, wants, [ierr])
+  !> Sets wants to .true. if icoray_execute may draw a picture at this step, from any field or from the named one.
+  !> Conditions of a scene are not evaluated here; a field that one of them needs counts as wanted. .false. on failure.
+  !>   call icoray_wants(ctx, step, time_s, wants, [ierr])   call icoray_wants_field(ctx, name, step, time_s, wants,
+  !> [ierr])
   interface icoray_wants
     procedure :: wants_i4, wants_i8
   end interface icoray_wants
@@ -305,17 +313,22 @@ module icoray
     procedure :: wants_field_i4, wants_field_i8
   end interface icoray_wants_field
 
-  !> Renders the scene, of all its views those that are due, from the fields as they are now; a thread writes the pictures.
-  !> Called for each step, or at least where icoray_wants says .true. Where one of several pictures fails the others are
-  !> drawn all the same, and ierr is the first failure's. A picture that could not be written is told by the next call.
+  !> Renders all pictures that are due at this step from the fields as they are now; a thread writes them. It is called
+  !> at each step, or at least where icoray_wants returns .true. If one of several pictures fails, the others are drawn
+  !> nevertheless, and ierr is that of the first failure. A picture that could not be written is reported by the next
+  !> call.
   !>   call icoray_execute(ctx, step, time_s, [ierr])   call icoray_execute(ctx, step, time_s, date, [ierr])
-  !> date: 'YYYY-MM-DD_hh:mm:ss', needed only where an output name of the scene has one.
+  !>   step     the model's step
+  !>   time_s   model time in seconds
+  !>   date     'YYYY-MM-DD_hh:mm:ss', required only if an output name of the scene contains a date
   interface icoray_execute
     procedure :: execute_i4, execute_i8, execute_date_i4, execute_date_i8
   end interface icoray_execute
 
-  !> The last failed call's message, cut to len(message): call icoray_last_error(ctx, message, [ierr]). Without ctx that
-  !> of this thread's last call that the library refused, for icoray_open_serial, icoray_mesh_create and icoray_close.
+  !> Returns the message of the last failed call on a context, truncated to len(message):
+  !>   call icoray_last_error(ctx, message, [ierr])   or, for the calls that have no open context,   (message, [ierr])
+  !> Without ctx the message is that of this thread's last failed call: of icoray_open, icoray_open_serial,
+  !> icoray_mesh_create or icoray_close.
   interface icoray_last_error
     procedure :: last_error_ctx, last_error_thread
   end interface icoray_last_error
@@ -327,7 +340,7 @@ module icoray
   public :: icoray_execute, icoray_wait, icoray_report, icoray_last_error, icoray_close, icoray_version, icoray_log_stderr
   public :: icoray_mesh_create, icoray_mesh_grid, icoray_mesh_tables, icoray_mesh_free
 
-  ! The functions of icoray.h as they are: strings end in c_null_char, struct_size is set.
+  ! The functions of icoray.h: strings end in c_null_char, and the caller sets struct_size.
   interface
     function icoray_open_serial_c(config, ctx) bind(C, name='icoray_open_serial') result(status)
       import
@@ -493,12 +506,12 @@ module icoray
   public :: icoray_scene_text_c, icoray_wants_c, icoray_wants_field_c, icoray_execute_c, icoray_wait_c
   public :: icoray_report_c, icoray_log_stderr_c, icoray_mesh_create_c, icoray_mesh_grid_c, icoray_mesh_free_c
 
-  !> Where an array lies: what a descriptor knows, found from the addresses of its elements.
+  !> Layout of an array: what a descriptor contains, found from the addresses of its elements.
   type :: view
     type(c_ptr) :: first = c_null_ptr           !< the first element; null where there is none
     integer :: rank = 0                         !< 0 where there is no array
     logical :: is_set = .false.                 !< whether it is associated; an array without elements is too
-    integer(c_int64_t) :: extent(4) = 0, bytes(4) = 0   !< of each dimension: its size, and how far its indices lie apart
+    integer(c_int64_t) :: extent(4) = 0, bytes(4) = 0   !< of each dimension: extent, and bytes between indices
   end type view
   interface view_of
     procedure :: view_r4_1, view_r4_2, view_r4_3, view_r4_4, view_r8_1, view_r8_2, view_r8_3, view_r8_4
@@ -545,7 +558,7 @@ contains
       writer_queue, when_full, log_level, log, int(comm, c_int32_t))
   end subroutine open_i8
 
-  !> Without comm: serial.
+  !> Opens a context; without comm for one process.
   subroutine open_keywords(ctx, ierr, output_dir, threads, existing, on_error, disable_after, async_render, &
       writer_queue, when_full, log_level, log, comm)
     type(icoray_context), intent(inout) :: ctx
@@ -640,7 +653,7 @@ contains
     call done(ctx, status, ierr)
   end subroutine open_with
 
-  !> Whether ctx is open already, which is refused: the context would be lost.
+  !> Whether ctx is already open; opening it again would lose the context.
   function is_open(ctx, ierr) result(open)
     type(icoray_context), intent(in) :: ctx
     integer, intent(out), optional :: ierr
@@ -649,9 +662,9 @@ contains
     if (open) call refuse(ctx, ICORAY_ERR_ORDER, 'the context is open already; call icoray_close first', ierr)
   end function is_open
 
-  !> Finishes what icoray_execute has begun, closes the context and gives every borrowed array back; a context that is
-  !> not open is fine. A status other than ICORAY_ERR_BUSY is that of a frame that no call has told of; the context is
-  !> closed all the same, and icoray_last_error(message) says why.
+  !> Waits for all frames, closes the context and ends the borrow of all arrays; a context that is not open is allowed.
+  !> A status other than ICORAY_ERR_BUSY is that of a frame whose failure no call has returned; the context is closed
+  !> all the same, and icoray_last_error(message) returns the message.
   subroutine icoray_close(ctx, ierr)
     type(icoray_context), intent(inout) :: ctx
     integer, intent(out), optional :: ierr
@@ -697,13 +710,13 @@ contains
     if (present(ierr)) ierr = int(status)
   end subroutine message_of
 
-  !> The library's version, 'major.minor.patch'.
+  !> Returns the library's version, 'major.minor.patch'.
   function icoray_version() result(version)
     character(len=:), allocatable :: version
     version = f_text(icoray_version_c())
   end function icoray_version
 
-  !> A log procedure that writes lines like 'icoray: warning: ...' to standard error.
+  !> A log procedure that writes lines such as 'icoray: warning: ...' to standard error.
   subroutine icoray_log_stderr(level, message)
     integer, intent(in) :: level
     character(len=*), intent(in) :: message
@@ -712,7 +725,7 @@ contains
     call icoray_log_stderr_c(c_null_ptr, int(level, c_int32_t), c_loc(line))
   end subroutine icoray_log_stderr
 
-  !> From the library's log to the Fortran procedure; user is the context's own part.
+  !> Passes a line of the library's log to the Fortran procedure; user is the context's state in this module.
   subroutine relay(user, level, message) bind(C, name='')
     type(c_ptr), value :: user
     integer(c_int32_t), value :: level
@@ -722,7 +735,7 @@ contains
     call own%log(int(level), f_text(message))
   end subroutine relay
 
-  !> Makes the icosahedral mesh of 10*4**level + 2 cells, level 0 to 12 (ICORAY_ERR_ARGUMENT).
+  !> Creates the icosahedral mesh with 10*4**level + 2 cells, level 0 to 12 (else ICORAY_ERR_ARGUMENT).
   subroutine icoray_mesh_create(level, mesh, ierr)
     integer, intent(in) :: level
     type(icoray_mesh), intent(inout) :: mesh
@@ -733,7 +746,7 @@ contains
     if (present(ierr)) ierr = int(status)
   end subroutine icoray_mesh_create
 
-  !> Frees a mesh that no context uses any more; one that was not made is fine.
+  !> Frees a mesh that no context uses any more; a mesh that was not created is allowed.
   subroutine icoray_mesh_free(mesh, ierr)
     type(icoray_mesh), intent(inout) :: mesh
     integer, intent(out), optional :: ierr
@@ -742,7 +755,7 @@ contains
     if (present(ierr)) ierr = int(status)
   end subroutine icoray_mesh_free
 
-  !> The sizes and tables of a mesh as addresses, which live until icoray_mesh_free.
+  !> Returns the sizes and tables of a mesh as addresses, valid until icoray_mesh_free.
   subroutine icoray_mesh_grid(mesh, grid, ierr)
     type(icoray_mesh), intent(in) :: mesh
     type(icoray_grid), intent(out) :: grid
@@ -753,7 +766,7 @@ contains
     if (present(ierr)) ierr = int(status)
   end subroutine icoray_mesh_grid
 
-  !> The tables of a mesh as arrays, which live until icoray_mesh_free; none is associated on failure.
+  !> Returns the tables of a mesh as arrays, valid until icoray_mesh_free; none is associated on failure.
   subroutine icoray_mesh_tables(mesh, tables, ierr)
     type(icoray_mesh), intent(in) :: mesh
     type(icoray_grid_tables), intent(out) :: tables
@@ -868,8 +881,8 @@ contains
     call done(ctx, icoray_grid_set_c(ctx%handle, sized), ierr)
   end subroutine grid_struct
 
-  !> Checks what the library cannot see, the shapes of the tables, and passes their addresses on. The views are those of
-  !> the arrays in the order of icoray_grid_set, and at the end cell_corner_count, of rank 0 where it is absent.
+  !> Checks the shapes of the tables, which the library cannot see, and passes their addresses on. The views are those
+  !> of the arrays in the order of icoray_grid_set, followed by cell_corner_count, of rank 0 if absent.
   subroutine set_views(ctx, v, real_type, index_type, ierr, index_base, cells, corners, edges, name)
     type(icoray_context), intent(in) :: ctx
     type(view), intent(in) :: v(9)
@@ -1003,8 +1016,8 @@ contains
     call part_struct(ctx, part, ierr)
   end subroutine part_first
 
-  !> Lengths that differ become one that no array has, which the library refuses on all ranks: a refusal here would leave
-  !> the others waiting.
+  !> Different lengths are passed as a length that no array has, which the library refuses on all ranks: an error in
+  !> this module would leave the other ranks waiting.
   subroutine part_marks(ctx, index_type, cell_global, is_owned, ierr, grid)
     type(icoray_context), intent(in) :: ctx
     integer, intent(in) :: index_type
@@ -1170,7 +1183,7 @@ contains
     call done(ctx, icoray_field_set_c(ctx%handle, c_text(name), sized), ierr)
   end subroutine field_struct
 
-  !> As icoray_field_set, for an array of up to ICORAY_MAX_RANK dimensions that is given by its address.
+  !> As icoray_field_set, for an array of up to ICORAY_MAX_RANK dimensions given by its address.
   subroutine icoray_field_set_ndarray(ctx, name, array, ierr)
     type(icoray_context), intent(in) :: ctx
     character(len=*), intent(in) :: name
@@ -1182,8 +1195,8 @@ contains
     call done(ctx, icoray_field_set_ndarray_c(ctx%handle, c_text(name), sized), ierr)
   end subroutine icoray_field_set_ndarray
 
-  !> What a field is called, for labels in pictures: its name for people, and its units such as 'm s-1'; blank where there is
-  !> none. For the field of that name, given before or after.
+  !> Sets the long name and the units (such as 'm s-1') of a field for labels in pictures; either may be blank. They
+  !> apply to the field of that name, set before or later.
   subroutine icoray_field_describe(ctx, name, long_name, units, ierr)
     type(icoray_context), intent(in) :: ctx
     character(len=*), intent(in) :: name, long_name, units
@@ -1213,7 +1226,7 @@ contains
     call icoray_field_set_ndarray(ctx, name, array, ierr)
   end subroutine field_view
 
-  !> Fills in where an array lies, or refuses strides that are no whole elements.
+  !> Fills in the layout of an array, or reports strides that are not whole elements.
   function is_laid_out(array, ctx, what, v, type, ierr)
     type(icoray_ndarray), intent(inout) :: array
     type(icoray_context), intent(in) :: ctx
@@ -1327,7 +1340,7 @@ contains
     call done(ctx, icoray_heights_set_c(ctx%handle, c_null_ptr), ierr)
   end subroutine heights_none
 
-  !> As icoray_heights_set, for an array of up to ICORAY_MAX_RANK dimensions that is given by its address.
+  !> As icoray_heights_set, for an array of up to ICORAY_MAX_RANK dimensions given by its address.
   subroutine icoray_heights_set_ndarray(ctx, array, ierr)
     type(icoray_context), intent(in) :: ctx
     type(icoray_ndarray), intent(in) :: array
@@ -1357,8 +1370,8 @@ contains
     call icoray_heights_set_ndarray(ctx, array, ierr)
   end subroutine heights_view
 
-  !> Reads the scene, of one picture or of several views, from a TOML file (ICORAY_ERR_IO, ICORAY_ERR_SCENE); on failure the
-  !> one before, if any, stays.
+  !> Loads the scene, one picture or several views, from a TOML file (ICORAY_ERR_IO, ICORAY_ERR_SCENE); on failure the
+  !> previous scene, if any, stays in effect.
   subroutine icoray_scene_load(ctx, path, ierr)
     type(icoray_context), intent(in) :: ctx
     character(len=*), intent(in) :: path
@@ -1366,7 +1379,7 @@ contains
     call done(ctx, icoray_scene_load_c(ctx%handle, c_text(path)), ierr)
   end subroutine icoray_scene_load
 
-  !> Reads the scene from TOML text, whose lines end in new_line('a'); text of comments and blanks draws nothing.
+  !> Loads the scene from TOML text with lines that end in new_line('a'); text that has only comments draws nothing.
   subroutine icoray_scene_text(ctx, toml, ierr)
     type(icoray_context), intent(in) :: ctx
     character(len=*), intent(in) :: toml
@@ -1448,14 +1461,14 @@ contains
     call done(ctx, icoray_execute_c(ctx%handle, step, time_s, c_loc(text)), ierr)
   end subroutine execute_date_i8
 
-  !> Waits until all frames are on disk, and says of the first that failed and that no call has told of.
+  !> Waits until all frames are on disk; ierr is that of the first failed frame that no call has returned yet.
   subroutine icoray_wait(ctx, ierr)
     type(icoray_context), intent(in) :: ctx
     integer, intent(out), optional :: ierr
     call done(ctx, icoray_wait_c(ctx%handle), ierr)
   end subroutine icoray_wait
 
-  !> What the last frame cost and how exact it is; ICORAY_ERR_ORDER before the first one.
+  !> Returns cost and error of the last rendered frame; ICORAY_ERR_ORDER before the first one.
   subroutine icoray_report(ctx, report, ierr)
     type(icoray_context), intent(in) :: ctx
     type(icoray_frame_report), intent(out) :: report
@@ -1464,7 +1477,7 @@ contains
     call done(ctx, icoray_report_c(ctx%handle, report), ierr)
   end subroutine icoray_report
 
-  !> Ends a call on a context: what the library refused comes after what this module has.
+  !> Ends a call on a context: an error of the library replaces that of this module.
   subroutine done(ctx, status, ierr)
     type(icoray_context), intent(in) :: ctx
     integer(c_int32_t), intent(in) :: status
@@ -1473,7 +1486,7 @@ contains
     if (present(ierr)) ierr = int(status)
   end subroutine done
 
-  !> Ends a call that this module refuses.
+  !> Ends a call with an error found by this module.
   subroutine refuse(ctx, status, message, ierr)
     type(icoray_context), intent(in) :: ctx
     integer, intent(in) :: status
@@ -1483,14 +1496,14 @@ contains
     if (present(ierr)) ierr = status
   end subroutine refuse
 
-  !> Sets a member where a number is given.
+  !> Sets a member if the number is present.
   subroutine put(member, number)
     integer(c_int32_t), intent(inout) :: member
     integer, intent(in), optional :: number
     if (present(number)) member = int(number, c_int32_t)
   end subroutine put
 
-  !> Sets a member to a name, kept in text, where one is given.
+  !> Sets a member to a name, which is kept in text, if present.
   subroutine put_name(member, text, name)
     type(c_ptr), intent(inout) :: member
     character(kind=c_char), allocatable, target, intent(out) :: text(:)
@@ -1530,8 +1543,8 @@ contains
     text = trim(wide)
   end function decimal
 
-  !> Starts the view of an array that is associated: l and u become the first and, where there is one, second index of
-  !> each dimension. Whether there are elements at all.
+  !> Starts the view of an associated array: l and u become the first and, if there is one, the second index of each
+  !> dimension. Returns whether there are elements.
   function has_elements(v, lower, upper, l, u) result(some)
     type(view), intent(inout) :: v
     integer(c_int64_t), intent(in) :: lower(:), upper(:)
@@ -1544,7 +1557,7 @@ contains
     u = min(lower + 1, upper)
   end function has_elements
 
-  !> Ends a view: the elements are the first one and the second one along each dimension.
+  !> Ends a view, given the first element and the second element along each dimension.
   subroutine locate(v, elements)
     type(view), intent(inout) :: v
     type(c_ptr), intent(in) :: elements(:)

@@ -1,11 +1,10 @@
 //! The C ABI from outside: C programs against `include/icoray.h` and the shared library.
 
-use icoray::output::write_picture;
-use icoray::{Field, Fields, Grid, IcosahedralMesh, Layers, Location, LonLat, Renderer, Scene, Shape};
+mod pictures;
+
+use icoray_test_support::{Need, has_tool, runs, runs_long, skip_because};
 use icoray_tests::layout::{LAYOUT, rust_layout};
-use icoray_tests::native::{checked, command, compile, compile_c, is_there, library, root, succeeded, text};
-use std::collections::BTreeMap;
-use std::ffi::OsStr;
+use icoray_tests::native::{checked, command, compile, compile_c, library, root, succeeded, text};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use tempfile::TempDir;
@@ -76,34 +75,48 @@ const PICTURES: [&str; 11] = [
 
 const VIEWS: [&str; 3] = ["views", "pictures_common", "check"];
 
-#[test]
-fn c_and_cpp_see_the_structs_as_rust_does() {
+/// Compiles a program of `tests/c` as C++.
+fn compile_cpp(sources: &[&str]) -> PathBuf {
+    compile("c++", &["-std=c++11", "-x", "c++"], sources)
+}
+
+/// Fails unless `program` prints the version and Rust's layout of the structs.
+fn sees_the_structs_as_rust_does(program: &Path) {
     let directory = TempDir::new().unwrap();
-    let mut layouts = vec![("Rust", rust_layout())];
-    let mut seen = |language: &'static str, program: &Path| {
-        let output = succeeded(&mut command(program, directory.path()));
-        let printed = text(&output.stdout);
-        let (version, layout) = printed.split_once('\n').unwrap();
-        assert_eq!(version, concat!("version ", env!("CARGO_PKG_VERSION")));
-        assert_eq!(text(&output.stderr), "");
-        layouts.push((language, layout.to_string()));
-    };
-    seen("C", &compile_c(&LAYOUT_PROGRAM, directory.path()));
-    if is_there("c++") {
-        seen("C++", &compile("c++", &["-std=c++11", "-x", "c++"], &LAYOUT_PROGRAM, directory.path()));
-    }
-    if cfg!(target_pointer_width = "64") {
-        layouts.insert(0, ("the ABI", LAYOUT.to_string()));
-    }
-    for pair in layouts.windows(2) {
-        let [(one, a), (other, b)] = pair else { unreachable!() };
-        let first = a.lines().zip(b.lines()).find(|(a, b)| a != b);
-        assert!(a == b, "{one} and {other} differ: {first:?}");
+    let output = succeeded(&mut command(program, directory.path()));
+    let printed = text(&output.stdout);
+    let (version, layout) = printed.split_once('\n').unwrap();
+    assert_eq!(version, concat!("version ", env!("CARGO_PKG_VERSION")));
+    assert_eq!(text(&output.stderr), "");
+    is_layout_of_rust(layout);
+}
+
+fn is_layout_of_rust(layout: &str) {
+    let rust = rust_layout();
+    let first = rust.lines().zip(layout.lines()).find(|(a, b)| a != b);
+    assert!(rust == layout, "they differ from Rust: {first:?}");
+}
+
+#[test]
+#[cfg(target_pointer_width = "64")]
+fn the_structs_are_those_of_earlier_versions() {
+    is_layout_of_rust(LAYOUT);
+}
+
+#[test]
+fn c_sees_the_structs_as_rust_does() {
+    sees_the_structs_as_rust_does(&compile_c(&LAYOUT_PROGRAM));
+}
+
+#[test]
+fn cpp_sees_the_structs_as_rust_does() {
+    if has_tool(Need::Cxx, "c++") {
+        sees_the_structs_as_rust_does(&compile_cpp(&LAYOUT_PROGRAM));
     }
 }
 
 #[test]
-fn the_library_exports_its_functions_and_nothing_else() {
+fn the_header_declares_the_functions() {
     let header = std::fs::read_to_string(root().join("include/icoray.h")).unwrap();
     // A prototype is the only place where a name is followed by a bracket and not preceded by a comment's star.
     let code =
@@ -115,7 +128,11 @@ fn the_library_exports_its_functions_and_nothing_else() {
         .collect();
     declared.sort_unstable();
     assert_eq!(declared, FUNCTIONS);
-    if !is_there("nm") {
+}
+
+#[test]
+fn the_library_exports_its_functions_and_nothing_else() {
+    if !has_tool(Need::Binutils, "nm") {
         return;
     }
     let output = succeeded(Command::new("nm").args(["-D", "--defined-only"]).arg(library()));
@@ -128,276 +145,24 @@ fn the_library_exports_its_functions_and_nothing_else() {
 #[test]
 fn what_is_wrong_is_refused() {
     let directory = TempDir::new().unwrap();
-    let program = compile_c(&REFUSALS, directory.path());
+    let program = compile_c(&REFUSALS);
     checked(command(program, directory.path()).arg(directory.path()), "refusals", 3000);
-    if is_there("c++") {
-        // What C++ makes of the enum and the macros; pictures of the other program are not to be modified.
-        let directory = TempDir::new().unwrap();
-        let program = compile("c++", &["-std=c++11", "-x", "c++"], &REFUSALS, directory.path());
-        checked(command(program, directory.path()).arg(directory.path()), "refusals", 3000);
-    }
 }
 
-/// The pixels of a picture, and its size.
-#[derive(PartialEq)]
-struct Picture {
-    size: (u32, u32),
-    pixels: Vec<u8>,
-}
-
-impl Picture {
-    fn read(path: &Path) -> Self {
-        let file = std::io::BufReader::new(std::fs::File::open(path).unwrap());
-        let mut reader = png::Decoder::new(file).read_info().unwrap();
-        let mut pixels = vec![0; reader.output_buffer_size().unwrap()];
-        let info = reader.next_frame(&mut pixels).unwrap();
-        assert_eq!(info.color_type, png::ColorType::Rgba);
-        Picture { size: (info.width, info.height), pixels }
-    }
-
-    /// Number of different colours.
-    fn colors(&self) -> usize {
-        self.pixels.chunks_exact(4).collect::<std::collections::BTreeSet<_>>().len()
-    }
-
-    /// Mean difference of the bytes.
-    fn distance(&self, other: &Self) -> f64 {
-        assert_eq!(self.size, other.size);
-        let sum: u64 = self.pixels.iter().zip(&other.pixels).map(|(a, b)| u64::from(a.abs_diff(*b))).sum();
-        sum as f64 / self.pixels.len() as f64
-    }
-}
-
-/// The cells of a line of CSV, of which one may be quoted.
-fn cells(line: &str) -> Vec<String> {
-    let parts = line.split('"').enumerate();
-    // A comma outside of quotes is an end, one inside is text.
-    let marked = parts.map(|(i, part)| if i % 2 == 0 { part.replace(',', "\0") } else { part.to_string() });
-    marked.collect::<String>().split('\0').map(str::to_string).collect()
-}
-
-/// Every directory below `directory` that has a report, with its pictures; the report must list just these.
-fn reported(directory: &Path, found: &mut Vec<PathBuf>) {
-    let mut pictures = Vec::new();
-    for entry in std::fs::read_dir(directory).unwrap() {
-        let path = entry.unwrap().path();
-        if path.is_dir() {
-            reported(&path, found);
-        } else if path.extension() == Some(OsStr::new("png")) {
-            pictures.push(path);
-        }
-    }
-    if pictures.is_empty() {
+/// What C++ makes of the enum and the macros.
+#[test]
+fn what_is_wrong_is_refused_in_cpp() {
+    if !has_tool(Need::Cxx, "c++") {
         return;
     }
-    let report = std::fs::read_to_string(directory.join("report.csv")).unwrap();
-    let mut rows = report.lines().map(cells);
-    let header = rows.next().unwrap();
-    let column = |name: &str| header.iter().position(|h| h == name).unwrap();
-    let (file, step, field) = (column("file"), column("step"), column("field"));
-    let mut listed = Vec::new();
-    for row in rows {
-        assert_eq!(row.len(), header.len(), "{row:?}");
-        assert!(["f", "g", "corner", "thick f", "thick g", "flat g"].contains(&&*row[field]), "{row:?}");
-        assert!(row[file].ends_with(&format!("_{}.png", row[step])), "{row:?}");
-        let number = |name: &str| row[column(name)].parse::<f64>().unwrap();
-        let [max, mean, p999] = ["error_max", "error_mean", "error_p999"].map(number);
-        assert!(0.0 < mean && mean <= max && 0.0 < p999 && p999 <= max && max <= 1e-3, "{row:?}");
-        assert!(["bound", "estimate"].contains(&&*row[column("error_kind")]), "{row:?}");
-        assert_eq!((number("tolerance"), number("pixel_step")), (1e-3, 1.0));
-        assert!(["off", "full"].contains(&&*row[column("lights")]), "{row:?}");
-        assert_eq!(["ranks", "balance", "gather_s", "bytes_received"].map(number), [1.0, 1.0, 0.0, 0.0]);
-        assert!(number("tiles") >= 1.0, "{row:?}");
-        let may_copy = directory
-            .components()
-            .any(|c| ["background", "at_once"].map(OsStr::new).contains(&c.as_os_str()));
-        assert!(may_copy || number("bytes_copied") == 0.0, "{row:?}");
-        listed.push(directory.join(&row[file]));
-    }
-    listed.sort();
-    pictures.sort();
-    assert_eq!(listed, pictures, "{}", directory.display());
-    found.extend(pictures);
-}
-
-/// Columns of four values, level-fastest.
-fn field(values: &[f32], location: Location) -> Field<'_> {
-    let shape = Shape::level_fastest(values.len() / 4, 4);
-    Field::new(values.into(), shape, location, None).unwrap()
-}
-
-/// The picture of `pictures_fields.c`, drawn without the ABI.
-fn two_fields_in_rust(to: &Path) -> Picture {
-    const RADIUS: [f64; 4] = [6_371_220.0, 6_375_220.0, 6_380_220.0, 6_391_220.0];
-    let mesh = IcosahedralMesh::new(3).unwrap();
-    let tables = mesh.tables();
-    let grid = Grid::new(mesh.tables()).unwrap();
-    let layers = Layers::new(RADIUS.to_vec(), RADIUS[0]).unwrap();
-    let values = |at: &LonLat| -> Vec<f32> {
-        let value = |column: usize, layer: f64| {
-            let [lon, lat] = [at.lon_rad.get(column), at.lat_rad.get(column)];
-            let wave = (3.0 * lon + 0.4 * layer).sin() * lat.cos() + 0.3 * (5.0 * lat).sin();
-            (wave * (1.0 + 0.2 * layer)) as f32
-        };
-        let columns = 0..at.lon_rad.len();
-        columns.flat_map(|column| (0..4).map(move |layer| value(column, f64::from(layer)))).collect()
-    };
-    let (f, v) = (values(&tables.center), values(&tables.corner));
-    let scene = Scene::parse(
-        r#"
-        exaggeration = 40
-        backend = "cpu"
-        image = { width = 64, height = 64 }
-        camera = { lon = 20, lat = 35, distance = 3.2, fov = 45 }
-        [[volumes]]
-        field = "f"
-        transfer = { map = "viridis", range = [-1.5, 1.5], opacity = [[-1.5, 0.8], [0, 0.1], [1.5, 0.9]] }
-        [[volumes]]
-        field = "v"
-        transfer = { map = "magma", range = [-1, 1], opacity = [[-1, 0.0], [0, 0.0], [1, 0.9]] }
-        "#,
-    );
-    let fields = Fields::new([("f", field(&f, Location::Center)), ("v", field(&v, Location::Corner))]);
-    let frame = Renderer::new(1).unwrap().render(&scene.unwrap(), &grid, &layers, fields).unwrap();
-    write_picture(to, &frame).unwrap();
-    Picture::read(to)
-}
-
-/// Layouts, types, numberings, contexts and threads make no difference to a picture; values do.
-#[test]
-fn pictures_depend_on_values_and_nothing_else() {
     let directory = TempDir::new().unwrap();
-    let program = compile_c(&PICTURES, directory.path());
-    checked(command(program, directory.path()).arg("out").args(["3", "64"]), "pictures", 3000);
-    let mut paths = Vec::new();
-    reported(&directory.path().join("out"), &mut paths);
-    let mut groups: BTreeMap<String, Vec<(PathBuf, Picture)>> = BTreeMap::new();
-    for path in paths {
-        let picture = Picture::read(&path);
-        assert_eq!(picture.size, (64, 64));
-        let name = path.file_stem().unwrap().to_str().unwrap();
-        let (group, _) = name.rsplit_once('_').unwrap();
-        groups.entry(group.to_string()).or_default().push((path, picture));
-    }
-    let sizes: Vec<_> = groups.iter().map(|(group, members)| (group.as_str(), members.len())).collect();
-    let expected = [
-        ("coarse", 5),
-        ("corner", 47),
-        ("flat", 1),
-        ("hills", 12),
-        ("lit", 44),
-        ("litcorner", 2),
-        ("midway", 45),
-        ("missing", 4),
-        ("near corner", 1),
-        ("near plain", 1),
-        ("nothing", 1),
-        ("plain", 115),
-        ("thick", 3),
-        ("thick coarse", 3),
-        ("turned", 5),
-        ("two", 6),
-    ];
-    assert_eq!(sizes, expected);
-    for members in groups.values() {
-        let (first, picture) = &members[0];
-        for (path, other) in &members[1..] {
-            let distance = picture.distance(other);
-            assert!(picture == other, "{} and {}: {distance}", first.display(), path.display());
-        }
-    }
-    let rust = two_fields_in_rust(&directory.path().join("rust.png"));
-    assert!(groups["two"][0].1 == rust, "two fields: {}", groups["two"][0].1.distance(&rust));
-    for (near, members) in &groups {
-        let Some(group) = near.strip_prefix("near ") else { continue };
-        let distance = members[0].1.distance(&groups[group][0].1);
-        assert!(distance < 0.05, "{near}: {distance}");
-    }
-    let mut different = groups.iter().filter(|(group, _)| !group.starts_with("near "));
-    while let Some((group, members)) = different.next() {
-        let picture = &members[0].1;
-        assert!(group == "nothing" || picture.colors() > 50, "{group}: {} colours", picture.colors());
-        for (other, others) in different.clone() {
-            let distance = picture.distance(&others[0].1);
-            assert!(distance > 0.5, "{group} and {other}: {distance}");
-        }
-    }
-}
-
-/// The files of a directory, its report left out, with those of directories in it.
-fn names_in(directory: &Path) -> Vec<String> {
-    let mut names = Vec::new();
-    for entry in std::fs::read_dir(directory).unwrap() {
-        let path = entry.unwrap().path();
-        let name = path.file_name().unwrap().to_str().unwrap().to_owned();
-        if path.is_dir() {
-            names.extend(names_in(&path).iter().map(|inner| format!("{name}/{inner}")));
-        } else if name != "report.csv" {
-            names.push(name);
-        }
-    }
-    names.sort();
-    names
-}
-
-/// Views at their own steps, under their own names, with what is kept of a series; drawn in the call or of copies.
-#[test]
-fn all_views_of_a_scene_file_are_drawn() {
-    let directory = TempDir::new().unwrap();
-    let program = compile_c(&VIEWS, directory.path());
-    checked(command(program, directory.path()).arg(directory.path()), "views", 300);
-    let at = |run: &str| directory.path().join(run);
-    let mut expected = vec!["once_6.png".to_owned(), "sides.cdb/data.csv".into(), "two.ffconcat".into()];
-    expected.extend([0, 2, 4, 6].map(|step| format!("two_{step}.png")));
-    expected.extend([0, 3, 6].map(|step| format!("around_{step}.png")));
-    let places = [20, 70].map(|lat| [70, 160, 310].map(|lon| (lat, lon))).concat();
-    expected.extend(places.iter().map(|(lat, lon)| format!("sides.cdb/5_{lat}_{lon}.png")));
-    expected.sort();
-    for run in ["call", "background"] {
-        assert_eq!(names_in(&at(run)), expected, "{run}");
-        let table = std::fs::read_to_string(at(run).join("sides.cdb/data.csv")).unwrap();
-        let mut rows = table.lines().map(|row| row.split(',').map(str::to_owned).collect::<Vec<_>>());
-        let head = rows.next().unwrap();
-        let column = |name: &str| head.iter().position(|h| h == name).unwrap();
-        let rows: Vec<_> = rows.collect();
-        let said: Vec<_> = rows
-            .iter()
-            .map(|row| ["step", "time", "lat", "lon", "FILE"].map(|name| row[column(name)].clone()))
-            .collect();
-        let listed = |(lat, lon): &(i32, i32)| {
-            let file = format!("5_{lat}_{lon}.png");
-            ["5".into(), "300.0".into(), format!("{lat}.0"), format!("{lon}.0"), file]
-        };
-        assert_eq!(said, places.iter().map(listed).collect::<Vec<[String; 5]>>(), "{table}");
-        let list = std::fs::read_to_string(at(run).join("two.ffconcat")).unwrap();
-        assert_eq!(list.matches("file ").count(), 4, "{list}");
-    }
-    let read = |name: &str| Picture::read(&at("call").join(name));
-    for name in expected.iter().filter(|name| name.ends_with(".png")) {
-        let (drawn, copied) = (read(name), Picture::read(&at("background").join(name)));
-        assert!(drawn == copied, "{name}: {}", drawn.distance(&copied));
-        assert!(drawn.colors() > 50, "{name}");
-    }
-    // The camera that stands still, and the one that goes about.
-    assert!(read("two_0.png") == read("two_4.png") && read("two_0.png") == read("around_0.png"));
-    for (one, other) in [
-        ("around_0.png", "around_3.png"),
-        ("around_3.png", "around_6.png"),
-        ("sides.cdb/5_20_70.png", "sides.cdb/5_70_70.png"),
-        ("sides.cdb/5_20_70.png", "sides.cdb/5_20_160.png"),
-    ] {
-        let distance = read(one).distance(&read(other));
-        assert!(distance > 0.5, "{one} and {other}: {distance}");
-    }
-    for run in ["bad_call", "bad_background"] {
-        let drawn = ["fine_9.png", "good_9.png", "new_9.png", "other_10.png"];
-        assert_eq!(names_in(&at(run)), drawn, "{run}");
-    }
+    let program = compile_cpp(&REFUSALS);
+    checked(command(program, directory.path()).arg(directory.path()), "refusals", 3000);
 }
 
 #[test]
 fn no_memory_is_misused_or_lost() {
-    if !is_there("valgrind") {
+    if !runs_long() || !has_tool(Need::Valgrind, "valgrind") {
         return;
     }
     let valgrind = |directory: &Path| {
@@ -407,13 +172,12 @@ fn no_memory_is_misused_or_lost() {
         command
     };
     let directory = TempDir::new().unwrap();
-    let probe = compile_c(&LAYOUT_PROGRAM, directory.path());
-    if !valgrind(directory.path()).arg(probe).output().unwrap().status.success() {
-        println!("skipped: valgrind cannot run the simplest program here");
-        return;
+    let probe = compile_c(&LAYOUT_PROGRAM);
+    if !runs(valgrind(directory.path()).arg(probe)) {
+        return skip_because(Need::Valgrind, "it cannot run the simplest program");
     }
-    let refusals = compile_c(&REFUSALS, directory.path());
+    let refusals = compile_c(&REFUSALS);
     checked(valgrind(directory.path()).arg(refusals).arg(directory.path()), "refusals", 3000);
-    let pictures = compile_c(&PICTURES, directory.path());
+    let pictures = compile_c(&PICTURES);
     checked(valgrind(directory.path()).arg(pictures).arg("out").args(["1", "16"]), "pictures", 3000);
 }

@@ -1,8 +1,9 @@
 //! The Fortran module from outside: `include/icoray.f90` against the header, the library's layout and pictures.
 
+use icoray_test_support::{Need, has_tool, runs_long};
 use icoray_tests::interface::Interface;
 use icoray_tests::layout::{LAYOUT, rust_layout};
-use icoray_tests::native::{checked, command, is_there, library, root, succeeded, text};
+use icoray_tests::native::{checked, command, library, root, succeeded, text};
 use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
@@ -53,7 +54,7 @@ fn compile_pictures(options: &[&str], directory: &Path) -> PathBuf {
 
 #[test]
 fn the_module_is_standard_fortran() {
-    if !is_there("gfortran") {
+    if !has_tool(Need::Fortran, "gfortran") {
         return;
     }
     let directory = TempDir::new().unwrap();
@@ -66,7 +67,7 @@ fn the_module_is_standard_fortran() {
 /// An array without TARGET could be a copy that is gone when icoray reads it; so the compiler must refuse it.
 #[test]
 fn what_cannot_be_read_in_place_does_not_compile() {
-    if !is_there("gfortran") {
+    if !has_tool(Need::Fortran, "gfortran") {
         return;
     }
     let directory = TempDir::new().unwrap();
@@ -98,7 +99,7 @@ fn what_cannot_be_read_in_place_does_not_compile() {
 /// Own cells are said in one way: what says nothing, or says it twice, is refused before a rank could be the only one to.
 #[test]
 fn own_cells_are_said_in_one_way() {
-    if !is_there("gfortran") {
+    if !has_tool(Need::Fortran, "gfortran") {
         return;
     }
     let directory = TempDir::new().unwrap();
@@ -205,7 +206,7 @@ fn layout_program() -> String {
 
 #[test]
 fn fortran_sees_the_structs_as_rust_does() {
-    if !is_there("gfortran") {
+    if !has_tool(Need::Fortran, "gfortran") {
         return;
     }
     let directory = TempDir::new().unwrap();
@@ -239,7 +240,7 @@ fn pictures(directory: &Path) -> BTreeMap<String, Vec<(PathBuf, image::RgbaImage
 /// Layouts, kinds and numberings make no difference to a picture; values do. Refusals are checked by the program.
 #[test]
 fn pictures_depend_on_values_and_nothing_else() {
-    if !is_there("gfortran") {
+    if !has_tool(Need::Fortran, "gfortran") {
         return;
     }
     let directory = TempDir::new().unwrap();
@@ -276,7 +277,7 @@ fn pictures_depend_on_values_and_nothing_else() {
 /// The example compiles and draws, from the code that the README shows.
 #[test]
 fn the_example_draws_its_pictures() {
-    if !is_there("gfortran") {
+    if !has_tool(Need::Fortran, "gfortran") {
         return;
     }
     let directory = TempDir::new().unwrap();
@@ -292,7 +293,7 @@ fn the_example_draws_its_pictures() {
 
 #[test]
 fn no_memory_is_misused_or_lost() {
-    if !is_there("gfortran") || !is_there("valgrind") {
+    if !runs_long() || !has_tool(Need::Fortran, "gfortran") || !has_tool(Need::Valgrind, "valgrind") {
         return;
     }
     let directory = TempDir::new().unwrap();

@@ -1,8 +1,9 @@
 //! The library never harms its host: what is the model's is left as it was, and what goes wrong is a status.
 //!
 //! Programs in C that do what models do, one for each of the things that could be harmed; what they cannot have here
-//! (a file system that is full, another user) is skipped with a line that says so.
+//! (a file system that is full, another user) is skipped.
 
+use icoray_test_support::{Need, count, runs, skip};
 use icoray_tests::native::{checked, command, compile, compile_c, succeeded, text};
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -25,7 +26,7 @@ struct Program {
 impl Program {
     fn new(name: &'static str) -> Self {
         let directory = directory();
-        let path = compile_c(&[name, "host_common", "check"], directory.path());
+        let path = compile_c(&[name, "host_common", "check"]);
         Program { name, directory, path }
     }
 
@@ -96,13 +97,12 @@ fn a_full_disk_costs_the_pictures_that_it_has_no_room_for() {
     let disk = program.at().join("disk");
     std::fs::create_dir(&disk).unwrap();
     let mount = "mount -t tmpfs -o size=200k none disk";
-    let mounts = command("unshare", program.at()).args(["-m", "sh", "-c", mount]).output();
-    if !mounts.is_ok_and(|o| o.status.success()) {
-        println!("skipped: cannot mount a small file system here");
-        return;
+    if !runs(command("unshare", program.at()).args(["-m", "sh", "-c", mount])) {
+        return skip(Need::Mount);
     }
-    let script = format!("{mount} && exec ./host_writer disk full");
-    checked(command("unshare", program.at()).args(["-m", "sh", "-c", &script]), program.name, 30);
+    let script = format!("{mount} && exec \"$0\" disk full");
+    let mut run = command("unshare", program.at());
+    checked(run.args(["-m", "sh", "-c", &script]).arg(&program.path), program.name, 30);
 }
 
 #[test]
@@ -122,16 +122,16 @@ fn a_picture_is_never_seen_in_part() {
     Program::new("host_writer").checks(&["watched"], 100);
 }
 
+/// Ten thousand frames in the long run.
 #[test]
-fn ten_thousand_frames_take_no_more_memory() {
-    Program::new("host_steps").checks(&[], 100);
+fn many_frames_take_no_more_memory() {
+    Program::new("host_steps").checks(&[count("1000", "10000")], 50);
 }
 
 #[test]
 fn a_frame_allocates_no_more_for_larger_fields() {
     if !cfg!(all(target_os = "linux", target_env = "gnu")) {
-        println!("skipped: needs the allocator of glibc");
-        return;
+        return skip(Need::Glibc);
     }
     Program::new("host_memory").checks(&[], 500);
 }
@@ -148,14 +148,11 @@ fn sanitizers_find_nothing() {
     std::fs::write(directory.path().join("probe.c"), "int main(void) { return 0; }\n").unwrap();
     let mut probe = command("cc", directory.path());
     probe.args(options).args(["probe.c", "-o", "probe"]);
-    let works = probe.output().is_ok_and(|o| o.status.success())
-        && command("./probe", directory.path()).output().is_ok_and(|o| o.status.success());
-    if !works {
-        println!("skipped: no sanitizers, or none that run here");
-        return;
+    if !runs(&mut probe) || !runs(&mut command("./probe", directory.path())) {
+        return skip(Need::Sanitizers);
     }
     let sanitized = |name: &'static str, arguments: &[&str]| {
-        let program = compile("cc", &options, &[name, "host_common", "check"], directory.path());
+        let program = compile("cc", &options, &[name, "host_common", "check"]);
         let output_dir = directory.path().join(format!("{name} {}", arguments.concat()));
         std::fs::create_dir(&output_dir).unwrap();
         let mut command = command(program, directory.path());

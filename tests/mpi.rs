@@ -1,6 +1,7 @@
 //! Several ranks under mpirun: C and Fortran programs against the library that was built with MPI.
 
-use icoray_tests::native::{checked, command, is_there, library, mpi_library, root, succeeded, text};
+use icoray_test_support::{Need, has_tool, runs, skip};
+use icoray_tests::native::{checked, command, library, mpi_library, root, succeeded, text};
 use icoray_tests::ranks::{FIRST, MPICH, Mpi};
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -36,7 +37,7 @@ fn pictures_of_several_ranks_are_those_of_one_to_the_byte() {
 
 fn pictures(mpi: &Mpi, sizes: &[usize]) {
     let directory = TempDir::new().unwrap();
-    let program = mpi.compile((mpi.library)(), "mpi_pictures", directory.path());
+    let program = mpi.compile((mpi.library)(), "mpi_pictures");
     let at = |name: &str| directory.path().join(name);
     let alone =
         checked(command(&program, directory.path()).arg(at("one")).arg("serial"), "mpi_pictures", 150);
@@ -87,7 +88,7 @@ fn pictures_of_a_grid_in_parts_are_those_of_the_whole() {
 
 fn parts(mpi: &Mpi, sizes: &[usize]) {
     let directory = TempDir::new().unwrap();
-    let program = mpi.compile((mpi.library)(), "mpi_parts", directory.path());
+    let program = mpi.compile((mpi.library)(), "mpi_parts");
     let at = |name: &str| directory.path().join(name);
     checked(command(&program, directory.path()).arg(at("one")).arg("serial"), "mpi_parts", 50);
     let whole = files(&at("one/whole"));
@@ -125,7 +126,7 @@ fn pictures_of_columns_over_whole_tables_are_those_of_the_whole_to_the_byte() {
 /// On so many ranks, each with how many of them make a node; none is said where all do.
 fn columns(mpi: &Mpi, runs: &[(usize, &str)]) {
     let directory = TempDir::new().unwrap();
-    let program = mpi.compile((mpi.library)(), "mpi_columns", directory.path());
+    let program = mpi.compile((mpi.library)(), "mpi_columns");
     let at = |name: &str| directory.path().join(name);
     checked(command(&program, directory.path()).arg(at("one")).arg("serial"), "mpi_columns", 15);
     let one = files(&at("one"));
@@ -141,32 +142,42 @@ fn columns(mpi: &Mpi, runs: &[(usize, &str)]) {
         checked(run.arg(&to), "mpi_columns", 100);
         ["contiguous", "random", "single_cell", "no_cell"].iter().for_each(|kind| same(&to.join(kind)));
     }
-    // A node without memory to share, where this user may make one. Open MPI itself is to do without, too; MPICH makes its
-    // window elsewhere than where room is looked for then, so that only its pages tell.
+}
+
+#[test]
+fn columns_are_put_together_where_a_node_has_no_memory_to_share() {
+    if FIRST.is_there() {
+        columns_without_shared_memory(&FIRST);
+    }
+}
+
+/// In a mount namespace with another `/dev/shm`, where this user may make one. Open MPI itself is to do without, too; MPICH
+/// makes its window elsewhere than where room is looked for then, so that only its pages tell.
+fn columns_without_shared_memory(mpi: &Mpi) {
+    let directory = TempDir::new().unwrap();
     let small = |options: &str| {
         let mut run = command("unshare", directory.path());
         let mount = "mount -t tmpfs -o size=64m none /dev/shm";
         run.args(options.split(' ')).args(["sh", "-c", &format!("{mount} && exec \"$@\""), "sh"]);
         run
     };
-    let Some(options) = ["-m", "-rm"]
-        .into_iter()
-        .find(|options| small(options).arg("true").output().is_ok_and(|output| output.status.success()))
-    else {
-        return println!("skipped: no other /dev/shm");
+    let Some(options) = ["-m", "-rm"].into_iter().find(|options| runs(small(options).arg("true"))) else {
+        return skip(Need::Mount);
     };
-    let to = at("small");
-    std::fs::create_dir(&to).unwrap();
+    let program = mpi.compile((mpi.library)(), "mpi_columns");
+    let at = |name: &str| directory.path().join(name);
+    checked(command(&program, directory.path()).arg(at("one")).arg("serial"), "mpi_columns", 15);
+    std::fs::create_dir(at("small")).unwrap();
     let inner = mpi.on_ranks(3, &program, directory.path());
     let mut run = small(options);
-    run.arg(inner.get_program()).args(inner.get_args()).arg(&to).arg("small");
+    run.arg(inner.get_program()).args(inner.get_args()).arg(at("small")).arg("small");
     let (name, value) = if mpi.is_open_mpi() {
         ("OMPI_MCA_btl", "self,tcp")
     } else {
         ("OMPI_MCA_osc_sm_backing_directory", "/")
     };
     checked(run.env(name, value), "mpi_columns", 20);
-    same(&to.join("contiguous"));
+    assert!(files(&at("small/contiguous")) == files(&at("one")), "the pictures differ");
 }
 
 #[test]
@@ -175,7 +186,7 @@ fn views_of_a_grid_in_parts_are_decided_alike_on_all() {
         return;
     }
     let directory = TempDir::new().unwrap();
-    let program = FIRST.compile((FIRST.library)(), "mpi_views", directory.path());
+    let program = FIRST.compile((FIRST.library)(), "mpi_views");
     for ranks in [2, 3] {
         let to = directory.path().join(ranks.to_string());
         std::fs::create_dir(&to).unwrap();
@@ -212,7 +223,7 @@ fn what_fails_on_one_rank_fails_on_all() {
 
 fn refusals(mpi: &Mpi) {
     let directory = TempDir::new().unwrap();
-    let program = mpi.compile((mpi.library)(), "mpi_refusals", directory.path());
+    let program = mpi.compile((mpi.library)(), "mpi_refusals");
     for ranks in [2, 3, 4] {
         let to = directory.path().join(ranks.to_string());
         std::fs::create_dir(&to).unwrap();
@@ -230,7 +241,7 @@ fn a_part_that_is_wrong_on_one_rank_is_refused_on_all() {
 
 fn wrong_parts(mpi: &Mpi, sizes: &[usize]) {
     let directory = TempDir::new().unwrap();
-    let program = mpi.compile((mpi.library)(), "mpi_parts_refusals", directory.path());
+    let program = mpi.compile((mpi.library)(), "mpi_parts_refusals");
     for &ranks in sizes {
         let to = directory.path().join(ranks.to_string());
         std::fs::create_dir(&to).unwrap();
@@ -248,12 +259,10 @@ fn a_full_disk_at_rank_0_is_told_on_all() {
     let disk = directory.path().join("disk");
     std::fs::create_dir(&disk).unwrap();
     let mount = "mount -t tmpfs -o size=200k none disk";
-    let mounts = command("unshare", directory.path()).args(["-m", "sh", "-c", mount]).output();
-    if !mounts.is_ok_and(|o| o.status.success()) {
-        println!("skipped: cannot mount a small file system here");
-        return;
+    if !runs(command("unshare", directory.path()).args(["-m", "sh", "-c", mount])) {
+        return skip(Need::Mount);
     }
-    let program = FIRST.compile((FIRST.library)(), "mpi_parts_refusals", directory.path());
+    let program = FIRST.compile((FIRST.library)(), "mpi_parts_refusals");
     let mut inner = FIRST.on_ranks(2, &program, directory.path());
     inner.args(["disk", "full"]);
     let mut outer = command("unshare", directory.path());
@@ -270,6 +279,7 @@ fn mpich_does_the_same() {
         parts(&MPICH, &[3]);
         wrong_parts(&MPICH, &[3]);
         columns(&MPICH, &[(3, ""), (4, "2")]);
+        columns_without_shared_memory(&MPICH);
     }
 }
 
@@ -281,7 +291,7 @@ fn a_host_of_another_mpi_is_refused() {
     }
     for (host, other) in [(&FIRST, &MPICH), (&MPICH, &FIRST)] {
         let directory = TempDir::new().unwrap();
-        let program = host.compile((other.library)(), "mpi_other", directory.path());
+        let program = host.compile((other.library)(), "mpi_other");
         for ranks in [1, 2] {
             let to = directory.path().join(ranks.to_string());
             checked(host.on_ranks(ranks, &program, directory.path()).arg(to), "mpi_other", 5);
@@ -295,13 +305,13 @@ fn before_mpi_and_after_it_there_are_answers() {
         return;
     }
     let directory = TempDir::new().unwrap();
-    let program = FIRST.compile(mpi_library(), "mpi_ends", directory.path());
+    let program = FIRST.compile(mpi_library(), "mpi_ends");
     for ranks in [1, 2] {
         let to = directory.path().join(ranks.to_string());
         checked(FIRST.on_ranks(ranks, &program, directory.path()).arg(&to), "mpi_ends", 15);
         assert!(to.join("frame_0.png").is_file());
     }
-    let program = FIRST.compile(library(), "mpi_ends", directory.path());
+    let program = FIRST.compile(library(), "mpi_ends");
     checked(
         FIRST.on_ranks(1, &program, directory.path()).arg(directory.path()).arg("without"),
         "mpi_ends",
@@ -312,7 +322,7 @@ fn before_mpi_and_after_it_there_are_answers() {
 /// With `mpi_f08` and with the integers of `mpi`: the world's ranks, and a part of them.
 #[test]
 fn fortran_hands_its_communicators_over() {
-    if !FIRST.is_there() || !is_there("mpifort") {
+    if !FIRST.is_there() || !has_tool(Need::Fortran, "mpifort") {
         return;
     }
     let directory = TempDir::new().unwrap();

@@ -1,6 +1,7 @@
 //! The Fortran model over ranks: it has the bits of one process, on however many ranks and however its cells are dealt.
 
-use icoray_tests::native::{command, is_there, library, mpi_library, root, succeeded, text};
+use icoray_test_support::{Need, has_tool};
+use icoray_tests::native::{command, library, mpi_library, root, succeeded, text};
 use icoray_tests::ranks::FIRST;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -40,7 +41,8 @@ const SIZE: [&str; 6] = ["--level", "3", "--layers", "3", "--lloyd", "10"];
 
 #[test]
 fn the_model_is_the_same_on_any_number_of_ranks() {
-    if !FIRST.is_there() || !is_there("mpifort") || !is_there("gfortran") || !is_there("make") {
+    let has_compilers = || has_tool(Need::Fortran, "mpifort") && has_tool(Need::Fortran, "gfortran");
+    if !FIRST.is_there() || !has_compilers() || !has_tool(Need::Make, "make") {
         return;
     }
     let directory = TempDir::new().unwrap();

@@ -1,7 +1,7 @@
 /*
- * A long run: host_steps <directory>
+ * A long run: host_steps <directory> <frames>
  *
- * Ten thousand frames, with fields, scenes and grids given anew, take no more memory at the end than near the start.
+ * Many frames, with fields, scenes and grids given anew, take no more memory at the end than near the start.
  */
 #define _GNU_SOURCE
 
@@ -9,7 +9,6 @@
 
 #include <unistd.h>
 
-#define STEPS 10000
 #define WARM 500
 #define MOST_KB 1024
 
@@ -34,7 +33,7 @@ static long resident_kb(void)
     return kb;
 }
 
-static void run(const char *directory, const World *w, int async)
+static void run(const char *directory, const World *w, int steps, int async)
 {
     double start = now_s();
     long before = 0;
@@ -43,7 +42,7 @@ static void run(const char *directory, const World *w, int async)
     config.async_render = async;
     config.threads = 1;
     icoray_ctx *ctx = opened(&config, w, 16);
-    for (int step = 0; step < STEPS; step++) {
+    for (int step = 0; step < steps; step++) {
         if (step == WARM) {
             OK(icoray_wait(ctx));
             before = resident_kb();
@@ -67,20 +66,21 @@ static void run(const char *directory, const World *w, int async)
     icoray_wait(ctx);
     long growth = resident_kb() - before;
     CHECK(before > 0 && growth < MOST_KB);
-    CHECK(report_of(ctx).frames_written >= STEPS);
+    CHECK(report_of(ctx).frames_written >= (uint64_t)steps);
     icoray_close(&ctx);
-    note("%s: %d steps in %.1f s, resident memory grew by %ld KiB from %ld", async ? "async" : "sync", STEPS,
+    note("%s: %d steps in %.1f s, resident memory grew by %ld KiB from %ld", async ? "async" : "sync", steps,
          now_s() - start, growth, before);
 }
 
 int main(int argc, char **argv)
 {
-    if (argc != 2) {
+    int steps = argc == 3 ? atoi(argv[2]) : 0;
+    if (steps <= WARM) {
         return EXIT_FAILURE;
     }
     World w = world(1, HOST_LAYERS);
-    run(argv[1], &w, 0);
-    run(argv[1], &w, 1);
+    run(argv[1], &w, steps, 0);
+    run(argv[1], &w, steps, 1);
     /* The look can fail. */
     long before = resident_kb();
     volatile char *lost = malloc(16 << 20);

@@ -174,7 +174,6 @@ static Heard logged(const char *directory, const World *w, int async, int on_err
         INSIDE(heard, icoray_execute(ctx, step, 0.0, NULL));
     }
     INSIDE(heard, icoray_wait(ctx));
-    rest_ms(20); /* a thread of the library's would have time to speak */
     FAILS(heard, icoray_scene_text(ctx, "nothing"));
     FAILS(heard, icoray_execute(ctx, 1, 0.0, NULL));
     CHECK(remove(path_of(name, "report.csv")) == 0);

@@ -367,9 +367,9 @@ int main(int argc, char **argv)
         take_all();
     }
     MPI_Barrier(MPI_COMM_WORLD);
-    sharing = is_small     ? "(tiles: every rank has the whole grid, the field is put together once per rank, as nodes"
+    sharing = is_small     ? "(tiles: every rank has the whole grid, the field is assembled once per rank, as nodes"
               : ranks == 1 ? "(fragments: each rank has its part"
-                           : "(tiles: every rank has the whole grid, the field is put together once per node)";
+                           : "(tiles: every rank has the whole grid, the field is assembled once per node)";
     for (int kind = 0; kind < (is_small ? 1 : PARTITIONS); kind++) {
         draw(argv[1], &w, kind, is_small ? ranks : count_nodes());
     }

@@ -266,7 +266,7 @@ static void inside(int odd)
     TOLD(ICORAY_ERR_INTERNAL, text, icoray_execute(ctx, step + 1, 0.0, NULL));
     memcpy(table, kept, bytes);
     free(kept);
-    TOLD(ICORAY_ERR_INTERNAL, "takes no more calls", icoray_part_set(ctx, &mine.part));
+    TOLD(ICORAY_ERR_INTERNAL, "accepts no more calls", icoray_part_set(ctx, &mine.part));
     OK(icoray_close(&ctx));
 }
 

@@ -68,7 +68,7 @@ static void ndarrays_of_heights(icoray_ctx *ctx)
     icoray_ctx *early = opened();
     icoray_ndarray array = over(values);
     trying = "heights of which the dimensions are known";
-    REFUSED(early, ICORAY_ERR_ORDER, "icoray_heights_set_ndarray came before a grid",
+    REFUSED(early, ICORAY_ERR_ORDER, "icoray_heights_set_ndarray was called before a grid",
             icoray_heights_set_ndarray(early, &array));
     OK(icoray_heights_set_ndarray(early, NULL));
     OK(icoray_close(&early));

@@ -4,6 +4,7 @@ pub mod interface;
 pub mod layout;
 pub mod layouts;
 pub mod native;
+pub mod programs;
 pub mod ranks;
 
 use icoray::{Frame, Scene};

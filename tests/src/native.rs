@@ -1,6 +1,7 @@
-//! Programs in C against the library as a model has it: built, compiled and run.
+//! Programs in C against the library as a model has it: compiled and run.
 
-use std::ffi::{OsStr, OsString};
+use crate::programs::Program;
+use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use std::sync::LazyLock;
@@ -10,60 +11,44 @@ pub fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
 }
 
-/// Tests run after Cargo has let go of its lock, so it can be run again from here.
-static LIBRARY: LazyLock<PathBuf> = LazyLock::new(|| built("icoray-capi", "icoray", |_| ()));
-
-/// The library with MPI, under another name: one of the same name would be built in the other's place by turns.
-static MPI_LIBRARY: LazyLock<PathBuf> = LazyLock::new(|| built("icoray-capi-mpi", "icoray_mpi_test", |_| ()));
-
-/// The same for MPICH where `mpicc` is another MPI's. Cargo does not see that the compiler is another one, so all of it is
-/// built in a directory of its own.
-static MPICH_LIBRARY: LazyLock<PathBuf> = LazyLock::new(|| {
-    built("icoray-capi-mpi", "icoray_mpi_test", |build| {
-        // Where this test itself was built, in a subdirectory.
-        let target = std::env::current_exe().ok().and_then(|exe| Some(exe.ancestors().nth(3)?.join("mpich")));
-        build.env("MPICC", "mpicc.mpich").arg("--target-dir").arg(target.unwrap_or("target/mpich".into()));
-    })
-});
-
-/// Builds a package, as `how` says more of it; the path of its shared library.
-fn built(package: &str, library: &str, how: impl FnOnce(&mut Command)) -> PathBuf {
-    let cargo = std::env::var_os("CARGO").unwrap_or_else(|| env!("CARGO").into());
-    let mut build = Command::new(cargo);
-    build.args(["build", "--quiet", "--package", package, "--message-format=json-render-diagnostics"]);
-    if !cfg!(debug_assertions) {
-        build.arg("--release");
-    }
-    how(&mut build);
-    let output = succeeded(build.current_dir(root()));
-    let name = format!("/{}{library}{}", std::env::consts::DLL_PREFIX, std::env::consts::DLL_SUFFIX);
-    let messages = text(&output.stdout);
-    let built = messages.split('"').find(|word| word.ends_with(&name));
-    PathBuf::from(built.unwrap_or_else(|| panic!("cargo built no {name}:\n{messages}")))
+/// A shared library that cargo has built beside this test program, as a dependency of this package.
+fn beside_tests(name: &str) -> PathBuf {
+    let library = format!("{}{name}{}", std::env::consts::DLL_PREFIX, std::env::consts::DLL_SUFFIX);
+    let path = std::env::current_exe().unwrap().with_file_name(library);
+    assert!(path.is_file(), "{} is missing: cargo builds it with this package's tests", path.display());
+    path
 }
 
-/// The shared library, built.
+/// The shared library.
 ///
 /// # Panics
-/// When it cannot be built.
+/// When it is missing.
 pub fn library() -> &'static Path {
+    static LIBRARY: LazyLock<PathBuf> = LazyLock::new(|| beside_tests("icoray_test"));
     &LIBRARY
 }
 
-/// The shared library with MPI, built.
+/// The shared library with MPI, which the feature `mpi` builds.
 ///
 /// # Panics
-/// When it cannot be built.
+/// When it is missing.
 pub fn mpi_library() -> &'static Path {
-    &MPI_LIBRARY
+    static LIBRARY: LazyLock<PathBuf> = LazyLock::new(|| beside_tests("icoray_mpi_test"));
+    &LIBRARY
 }
 
-/// The shared library for MPICH, built.
+/// The shared library for MPICH where `mpicc` is another MPI's: the one that ICORAY_MPICH_LIBRARY names.
 ///
 /// # Panics
-/// When it cannot be built.
+/// When the variable is not set.
 pub fn mpich_library() -> &'static Path {
-    &MPICH_LIBRARY
+    static LIBRARY: LazyLock<PathBuf> = LazyLock::new(|| {
+        let named = std::env::var_os("ICORAY_MPICH_LIBRARY");
+        named
+            .expect("ICORAY_MPICH_LIBRARY names the library for MPICH; `cargo xtask test --all` builds it")
+            .into()
+    });
+    &LIBRARY
 }
 
 /// What a program printed.
@@ -87,53 +72,20 @@ pub fn succeeded(command: &mut Command) -> Output {
     output
 }
 
-/// Whether a tool is installed that a test can do without; says so where it is not.
-pub fn is_there(tool: &str) -> bool {
-    let there = Command::new(tool).arg("--version").output().is_ok_and(|o| o.status.success());
-    if !there {
-        println!("skipped: no {tool}");
-    }
-    there
-}
-
-/// Compiles a program of `tests/c`, named as the first of its sources, into `directory`, with warnings as errors.
+/// Compiles a program of `tests/c`, named as the first of its sources, with warnings as errors.
 ///
 /// # Panics
 /// When it does not compile.
-pub fn compile(compiler: &str, options: &[&str], sources: &[&str], directory: &Path) -> PathBuf {
-    compile_with(library(), compiler, options, sources, directory)
-}
-
-/// [`compile`] with a certain build of the library.
-///
-/// # Panics
-/// When it does not compile.
-pub fn compile_with(
-    library: &Path,
-    compiler: &str,
-    options: &[&str],
-    sources: &[&str],
-    directory: &Path,
-) -> PathBuf {
-    let to = directory.join(sources[0]);
-    let mut rpath = OsString::from("-Wl,-rpath,");
-    rpath.push(library.parent().unwrap_or(Path::new(".")));
-    let mut command = Command::new(compiler);
-    command.args(options).args(["-O1", "-Wall", "-Wextra", "-Werror", "-pedantic"]);
-    command.arg("-I").arg(root().join("include"));
-    command.args(sources.iter().map(|source| root().join("tests/c").join(source).with_extension("c")));
-    // After the sources, so that -x does not make it a source too.
-    command.args(["-x", "none"]).arg(library).arg(rpath).args(["-lm", "-lpthread", "-ldl", "-o"]).arg(&to);
-    succeeded(&mut command);
-    to
+pub fn compile(compiler: &str, options: &[&str], sources: &[&str]) -> PathBuf {
+    Program { library: library(), compiler, options, sources }.path()
 }
 
 /// [`compile`] in C99.
 ///
 /// # Panics
 /// When it does not compile.
-pub fn compile_c(sources: &[&str], directory: &Path) -> PathBuf {
-    compile("cc", &["-std=c99"], sources, directory)
+pub fn compile_c(sources: &[&str]) -> PathBuf {
+    compile("cc", &["-std=c99"], sources)
 }
 
 /// A command in `directory`, without the search path that Cargo gives to tests: it would come before the program's

@@ -1,6 +1,8 @@
 //! Programs on several ranks of MPI.
 
-use crate::native::{command, compile_with, is_there, mpi_library, mpich_library, succeeded, text};
+use crate::native::{command, mpi_library, mpich_library, succeeded, text};
+use crate::programs::Program;
+use icoray_test_support::{Need, has_tool, runs_long, skip};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -11,28 +13,37 @@ const HANGS: &str = "150";
 pub struct Mpi {
     compiler: &'static str,
     run: &'static str,
-    /// Builds that library.
+    /// What a test lacks where it is not there.
+    need: Need,
+    /// That library.
     pub library: fn() -> &'static Path,
 }
 
 /// The one that is found first.
-pub static FIRST: Mpi = Mpi { compiler: "mpicc", run: "mpirun", library: mpi_library };
+pub static FIRST: Mpi = Mpi { compiler: "mpicc", run: "mpirun", need: Need::Mpi, library: mpi_library };
 /// Debian's other one, beside Open MPI.
-pub static MPICH: Mpi = Mpi { compiler: "mpicc.mpich", run: "mpirun.mpich", library: mpich_library };
+pub static MPICH: Mpi =
+    Mpi { compiler: "mpicc.mpich", run: "mpirun.mpich", need: Need::Mpich, library: mpich_library };
 
 impl Mpi {
-    /// Whether it is installed; says so where it is not.
+    /// Whether it is installed and this package was built for it. If not, skips the test. MPICH is for the long run.
     pub fn is_there(&self) -> bool {
-        is_there(self.run) && is_there(self.compiler)
+        if !cfg!(feature = "mpi") {
+            skip(Need::Long);
+            return false;
+        }
+        let is_asked_for = self.need != Need::Mpich || runs_long();
+        is_asked_for && has_tool(self.need, self.run) && has_tool(self.need, self.compiler)
     }
 
     /// A program of `tests/c` with what the others share, compiled against `library`.
     ///
     /// # Panics
     /// When it does not compile.
-    pub fn compile(&self, library: &Path, name: &str, directory: &Path) -> PathBuf {
-        let sources = [name, "mpi_common", "mpi_cut", "host_common", "check"];
-        compile_with(library, self.compiler, &["-std=c99", "-Wno-long-long"], &sources, directory)
+    pub fn compile(&self, library: &Path, name: &str) -> PathBuf {
+        let sources = &[name, "mpi_common", "mpi_cut", "host_common", "check"];
+        let options = &["-std=c99", "-Wno-long-long"];
+        Program { library, compiler: self.compiler, options, sources }.path()
     }
 
     /// A program on so many ranks, more than there are processors if need be, stopped where it hangs.

@@ -2,13 +2,23 @@
 
 use std::fmt;
 
+/// Number of lines of details that [`Error::brief`] shows.
+const BRIEF: usize = 5;
+
 /// Why a subcommand ended early.
 #[derive(Debug, PartialEq)]
 pub enum Error {
     /// The arguments make no sense; the usage is shown beside the message.
     Usage(String),
-    /// Anything else: a command that failed, a file that cannot be read.
+    /// Anything else: a file that cannot be read, a picture that is missing.
     Failed(String),
+    /// A failure with many lines behind it: the output of a command, a list of packages.
+    Detailed {
+        /// What failed, and what to do if that is known.
+        sentence: String,
+        /// The lines behind it.
+        details: String,
+    },
 }
 
 impl Error {
@@ -16,12 +26,49 @@ impl Error {
     pub fn while_doing<E: fmt::Display>(what: impl fmt::Display) -> impl FnOnce(E) -> Error {
         move |cause| Error::Failed(format!("{what}: {cause}"))
     }
+
+    /// The first sentence, and the last few lines of the details, indented.
+    pub fn brief(&self) -> String {
+        let (sentence, details) = match self {
+            Error::Usage(message) | Error::Failed(message) => {
+                message.split_once('\n').unwrap_or((message.as_str(), ""))
+            }
+            Error::Detailed { sentence, details } => (sentence.as_str(), details.as_str()),
+        };
+        let mut text = sentence.to_owned();
+        for line in last_lines(details, BRIEF) {
+            text += "\n    ";
+            text += line.trim_start();
+        }
+        text
+    }
+}
+
+/// The last `count` lines that are not blank.
+pub fn last_lines(text: &str, count: usize) -> Vec<&str> {
+    let lines: Vec<_> = text.lines().map(str::trim_end).filter(|line| !line.is_empty()).collect();
+    lines[lines.len().saturating_sub(count)..].to_vec()
 }
 
 impl fmt::Display for Error {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Error::Usage(message) | Error::Failed(message) => f.write_str(message),
+            Error::Detailed { sentence, details } if details.is_empty() => f.write_str(sentence),
+            Error::Detailed { sentence, details } => write!(f, "{sentence}\n{details}"),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_brief_error_has_the_sentence_and_the_last_lines() {
+        let details = (1..=9).map(|i| format!("  line {i}\n\n")).collect::<String>();
+        let error = Error::Detailed { sentence: "make failed".into(), details };
+        assert_eq!(error.brief(), "make failed\n    line 5\n    line 6\n    line 7\n    line 8\n    line 9");
+        assert_eq!(Error::Failed("no file".into()).brief(), "no file");
     }
 }

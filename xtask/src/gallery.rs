@@ -9,13 +9,15 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use crate::error::Error;
+use crate::host::Host;
+use crate::mpi::Mpi;
 use crate::options::{GalleryOptions, Size};
 use crate::pictures::{Pictures, check_picture};
 use crate::requirements;
 use crate::shallow_water::{self, ShallowWater};
 use crate::step::{Step, Steps, say};
 use crate::system;
-use crate::tracer::{Linkage, Tracer};
+use crate::tracer::Tracer;
 use crate::workspace::Workspace;
 use list::{Entry, GALLERY, Subject};
 use page::{Numbers, Page};
@@ -23,18 +25,18 @@ use page::{Numbers, Page};
 const FOLDER: &str = "examples/gallery";
 const RANKS: usize = 2;
 
-/// What the pictures are made with.
+/// Paths and settings of a gallery.
 struct Studio<'a> {
     workspace: &'a Workspace,
     profile: &'a str,
-    /// Where real files are.
+    /// Directory of the data files.
     data: PathBuf,
-    /// Where all is drawn: models make more pictures than the page shows.
+    /// Directory of all pictures: models make more than the page shows.
     out: PathBuf,
-    with_mpi: bool,
+    mpi: Option<Mpi>,
 }
 
-/// Draws what there are files for, and writes the page. What cannot be drawn keeps its pictures and what the page says.
+/// Renders the scenes whose files are there, and writes the page. Other scenes keep their pictures and their part of the page.
 pub fn run(workspace: &Workspace, options: &GalleryOptions) -> Result<(), Error> {
     let folder = workspace.root().join(FOLDER);
     let named = env::var_os("ICORAY_TEST_DATA").filter(|named| !named.is_empty());
@@ -42,19 +44,24 @@ pub fn run(workspace: &Workspace, options: &GalleryOptions) -> Result<(), Error>
         .map_or_else(|| workspace.root().join("../shared/data"), |named| workspace.given(named.as_ref()));
     let out = workspace.root().join("out/gallery");
     let mut steps = Steps::new(GALLERY.len() + 3);
-    let with_mpi = steps.run("looking for system packages", |step| {
+    let mpi = steps.run("looking for system packages", |step| {
         system::provide(requirements::FOR_TEST, options.install, step)?;
-        Ok(system::provide_for("the shallow-water model", requirements::FOR_DEMO_MPI, options.install, step))
+        let found =
+            system::provide(requirements::FOR_DEMO_MPI, options.install, step).and_then(|()| find_mpi());
+        if let Err(error) = &found {
+            step.note(&format!("the shallow-water model is left out: {}", error.brief()));
+        }
+        Ok(found.ok())
     })?;
-    let studio = Studio { workspace, profile: options.profile, data, out, with_mpi };
-    steps.run("building icoray", |step| step.quiet(&mut studio.build()))?;
+    let studio = Studio { workspace, profile: options.profile, data, out, mpi };
+    steps.run("building icoray", |step| studio.build(step))?;
     steps.run("building the models", |step| studio.build_models(step))?;
     let mut page = Page::read(&folder.join("README.md"));
     let mut skipped = Vec::new();
     for entry in GALLERY {
         steps.run(&format!("drawing {}", entry.scene), |step| match studio.lacking(entry) {
             Some(lacking) => {
-                step.note(&format!("left out, for want of {lacking}"));
+                step.note(&format!("left out: {lacking} is missing"));
                 skipped.push(entry.scene);
                 Ok(())
             }
@@ -65,22 +72,26 @@ pub fn run(workspace: &Workspace, options: &GalleryOptions) -> Result<(), Error>
         })?;
     }
     page.write(&folder.join("README.md"))?;
-    say(&format!("\nthe page:\n  {}", workspace.shown(&folder.join("README.md"))));
+    say(&format!("\npage:\n  {}", workspace.shown(&folder.join("README.md"))));
     if !skipped.is_empty() {
-        say(&format!("left as they were:\n  {}", skipped.join("\n  ")));
+        say(&format!("pictures of an earlier run were kept:\n  {}", skipped.join("\n  ")));
     }
     Ok(())
 }
 
+fn find_mpi() -> Result<Mpi, Error> {
+    Mpi::find(&Host::here()?).map_err(|lack| Error::Failed(lack.why))
+}
+
 impl Studio<'_> {
-    fn build(&self) -> Command {
+    fn build(&self, step: &mut Step) -> Result<(), Error> {
         let mut cargo = self.workspace.cargo(["build", "--profile", self.profile]);
         cargo.args(["--package", "icoray-cli", "--package", "icoray-capi"]);
-        if self.with_mpi {
-            // The compiler that Fortran's programs are linked with.
-            cargo.args(["--package", shallow_water::LIBRARY_PACKAGE]).env_remove("MPICC");
+        if let Some(model) = self.shallow_water() {
+            model.forget_other_mpi(step)?;
+            model.tell(cargo.args(["--package", shallow_water::LIBRARY_PACKAGE]), &Host::here()?)?;
         }
-        cargo
+        step.quiet(&mut cargo)
     }
 
     /// Cargo's name for the folder of the profile's products.
@@ -89,24 +100,25 @@ impl Studio<'_> {
     }
 
     fn tracer(&self) -> Tracer<'_> {
-        Tracer::new(self.workspace, self.products(), Linkage::Shared)
+        Tracer::new(self.workspace, self.products())
     }
 
-    fn shallow_water(&self) -> ShallowWater<'_> {
-        ShallowWater::new(self.workspace, self.products())
+    /// The model over MPI, where there is what it needs.
+    fn shallow_water(&self) -> Option<ShallowWater<'_>> {
+        self.mpi.as_ref().map(|mpi| ShallowWater::new(self.workspace, self.profile, mpi))
     }
 
     fn build_models(&self, step: &mut Step) -> Result<(), Error> {
         step.quiet(&mut self.tracer().compile())?;
-        if self.with_mpi { step.quiet(&mut self.shallow_water().compile()) } else { Ok(()) }
+        self.shallow_water().map_or(Ok(()), |model| step.quiet(&mut model.compile()))
     }
 
-    /// What is not there of that which the pictures are made of.
+    /// What an entry needs and is missing.
     fn lacking(&self, entry: &Entry) -> Option<String> {
         let file = match entry.subject {
             Subject::File { name, .. } => name,
             Subject::MadeOcean => list::OCEAN_MESH,
-            Subject::ShallowWater if !self.with_mpi => return Some("MPI and gfortran".into()),
+            Subject::ShallowWater if self.mpi.is_none() => return Some("a working MPI with Fortran".into()),
             Subject::Tracer | Subject::ShallowWater => return None,
         };
         let path = self.data.join(file);
@@ -145,7 +157,10 @@ impl Studio<'_> {
                 step.quiet(self.render(&scene, out).arg(out.join("ocean.nc")).arg("--mesh").arg(mesh))
             }
             Subject::Tracer => step.quiet(&mut self.tracer().run(list::TRACER, &scene, out)?),
-            Subject::ShallowWater => step.quiet(&mut self.shallow_water().run(RANKS, &scene, out)?),
+            Subject::ShallowWater => match self.shallow_water() {
+                Some(model) => step.quiet(&mut model.run(RANKS, &scene, out)?),
+                None => Err(Error::Failed("there is no MPI".into())),
+            },
         }
     }
 

@@ -8,14 +8,17 @@ use std::env;
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use crate::disk;
 use crate::elf::{self, Shared};
 use crate::error::Error;
+use crate::host::Host;
+use crate::libclang;
 use crate::options::InstallOptions;
 use crate::requirements;
 use crate::step::{Step, Steps, say};
 use crate::system;
 use crate::workspace::Workspace;
-use place::Content;
+use place::{Content, Item};
 
 /// The version of the whole workspace.
 pub const VERSION: &str = env!("CARGO_PKG_VERSION");
@@ -24,6 +27,8 @@ pub const VERSION: &str = env!("CARGO_PKG_VERSION");
 pub const SONAME: &str = "libicoray.so.0.1";
 /// The cargo profile, in the workspace's `Cargo.toml`.
 const PROFILE: &str = "dist";
+/// Megabytes that the build takes.
+const SPACE: u64 = 1000;
 /// The Fortran module's source, below the workspace's root.
 const FORTRAN: &str = "include/icoray.f90";
 
@@ -67,7 +72,12 @@ pub fn run(workspace: &Workspace, options: &InstallOptions) -> Result<(), Error>
         system::provide(needed, options.install, step)
     })?;
     // Found out now rather than after the build.
-    layout.prepare()?;
+    layout.check()?;
+    disk::has_space(
+        &workspace.products(PROFILE),
+        SPACE,
+        "free some, or let CARGO_TARGET_DIR name a directory on another disk",
+    )?;
     let built = steps.run("building the library", |step| build(workspace, options.mpi, options.gpu, step))?;
     let installed = steps.run("installing", |_| install(workspace, &built, &layout))?;
     say("");
@@ -98,9 +108,12 @@ pub fn build(workspace: &Workspace, mpi: bool, gpu: bool, step: &mut Step) -> Re
         step.quiet(&mut workspace.cargo(["clean", "--package", "mpi-sys", "--profile", PROFILE]))?;
     }
     let mut cargo = workspace.cargo(["rustc", "--package", "icoray-capi", "--lib", "--profile", PROFILE]);
-    cargo.args(mpi.then_some("--features=mpi")).args((!gpu).then_some("--no-default-features")).arg("--");
+    cargo.args(mpi.then_some("--features=mpi")).args((!gpu).then_some("--no-default-features"));
+    if mpi {
+        libclang::tell(&mut cargo, &Host::here()?)?;
+    }
     // Only here: the libraries in target/debug and target/release are found by the names that they have there.
-    step.quiet(cargo.arg("-C").arg(format!("link-arg=-Wl,-soname,{SONAME}")))?;
+    step.quiet(cargo.args(["--", "-C"]).arg(format!("link-arg=-Wl,-soname,{SONAME}")))?;
     let products = workspace.products(PROFILE);
     let shared = products.join("libicoray.so");
     let functions = functions(workspace)?;
@@ -129,29 +142,28 @@ pub fn functions(workspace: &Workspace) -> Result<Vec<String>, Error> {
 
 /// Puts everything in its place.
 pub fn install(workspace: &Workspace, built: &Built, layout: &Layout) -> Result<Installed, Error> {
-    layout.prepare()?;
     let (header, fortran) = (workspace.root().join("include/icoray.h"), workspace.root().join(FORTRAN));
     let text = |template| Content::Text(template::filled(template, &layout.libdir, VERSION));
     let library = shared_name(VERSION);
     let lib = |name: &str| layout.libdir.join(name);
-    let contents = [
-        (lib(&library), Content::File(&built.shared), 0o755),
-        // The links after what they lead to.
-        (lib(SONAME), Content::Link(&library), 0),
-        (lib("libicoray.so"), Content::Link(SONAME), 0),
-        (lib("libicoray.a"), Content::File(&built.archive), 0o644),
-        (PathBuf::from("include/icoray.h"), Content::File(&header), 0o644),
-        (PathBuf::from(FORTRAN), Content::File(&fortran), 0o644),
-        (lib("pkgconfig/icoray.pc"), text(template::PKG_CONFIG), 0o644),
-        (lib("pkgconfig/icoray-static.pc"), text(template::PKG_CONFIG_STATIC), 0o644),
-        (lib("cmake/icoray/icorayConfig.cmake"), text(template::CMAKE), 0o644),
-        (lib("cmake/icoray/icorayConfigVersion.cmake"), text(template::CMAKE_VERSION), 0o644),
-    ];
     let root = layout.root();
+    let item = |path: PathBuf, content, mode| Item { path: root.join(path), content, mode };
+    let items = [
+        item(lib(&library), Content::File(&built.shared), 0o755),
+        // The links after what they lead to.
+        item(lib(SONAME), Content::Link(&library), 0),
+        item(lib("libicoray.so"), Content::Link(SONAME), 0),
+        item(lib("libicoray.a"), Content::File(&built.archive), 0o644),
+        item(PathBuf::from("include/icoray.h"), Content::File(&header), 0o644),
+        item(PathBuf::from(FORTRAN), Content::File(&fortran), 0o644),
+        item(lib("pkgconfig/icoray.pc"), text(template::PKG_CONFIG), 0o644),
+        item(lib("pkgconfig/icoray-static.pc"), text(template::PKG_CONFIG_STATIC), 0o644),
+        item(lib("cmake/icoray/icorayConfig.cmake"), text(template::CMAKE), 0o644),
+        item(lib("cmake/icoray/icorayConfigVersion.cmake"), text(template::CMAKE_VERSION), 0o644),
+    ];
+    place::place(&items)?;
     let mut files = Vec::new();
-    for (path, content, mode) in contents {
-        let path = root.join(path);
-        place::place(&path, &content, mode)?;
+    for Item { path, content, .. } in items {
         let what = match content {
             Content::Link(target) => format!("-> {target}"),
             _ => kilobytes(fs::metadata(&path).map_err(Error::while_doing(path.display()))?.len()),
@@ -173,11 +185,11 @@ impl Layout {
         }
     }
 
-    /// Makes the directories.
-    fn prepare(&self) -> Result<(), Error> {
+    /// Fails where files could not be put in their places.
+    fn check(&self) -> Result<(), Error> {
         let lib = &self.libdir;
         let directories = [lib.clone(), lib.join("pkgconfig"), lib.join("cmake/icoray"), "include".into()];
-        directories.iter().try_for_each(|directory| place::prepare(&self.root().join(directory)))
+        directories.iter().try_for_each(|directory| place::check(&self.root().join(directory)))
     }
 }
 

@@ -70,6 +70,21 @@ static WAYS: &[Way] = &[
         programs: &[("./two_rusts", Static)],
     },
     Way {
+        title: "C, the tracer model, shared and static",
+        sources: &["examples/c", "examples/scenes/tracer.toml"],
+        build: "rm minimal.c && options='-std=c99 -O2 -Wall -Wextra -Werror -pedantic' && \
+                cc $options *.c -o shared $(pkg-config --cflags --libs icoray) -lm && \
+                cc $options *.c -o static $(pkg-config --cflags --libs icoray-static)",
+        programs: &[
+            (
+                "LD_LIBRARY_PATH=$(pkg-config --variable=libdir icoray) ./shared --level 3 --layers 8 --days 1 \
+                 --scene tracer.toml --out pictures",
+                Shared,
+            ),
+            ("./static --level 3 --layers 8 --days 1 --scene tracer.toml --out pictures", Static),
+        ],
+    },
+    Way {
         title: "C++",
         sources: &["tests/link/minimal.cpp"],
         build: "c++ -std=c++11 -Wall -Wextra -Werror -pedantic minimal.cpp -o minimal \

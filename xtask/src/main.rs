@@ -5,14 +5,20 @@
 //! This crate has no dependencies, so that it builds in about a second and needs nothing but the
 //! Rust toolchain and a linker to get started.
 
+mod apt;
+mod book;
 mod check;
 mod demo;
+mod diagnosis;
+mod disk;
 mod elf;
 mod error;
 mod gallery;
+mod host;
 mod install;
 mod libclang;
 mod link;
+mod mpi;
 mod options;
 mod pictures;
 mod report;
@@ -33,7 +39,7 @@ use workspace::Workspace;
 fn main() -> ExitCode {
     let arguments = std::env::args_os().skip(1);
     match options::parse(arguments).and_then(run) {
-        Ok(()) => ExitCode::SUCCESS,
+        Ok(code) => code,
         Err(error @ Error::Usage(_)) => {
             step::complain(&format!("error: {error}\n\n{USAGE}"));
             ExitCode::from(2)
@@ -45,15 +51,13 @@ fn main() -> ExitCode {
     }
 }
 
-fn run(invocation: Invocation) -> Result<(), Error> {
+fn run(invocation: Invocation) -> Result<ExitCode, Error> {
     match invocation {
-        Invocation::Help => {
-            say(USAGE);
-            Ok(())
-        }
-        Invocation::Demo(options) => demo::run(&Workspace::find()?, &options),
-        Invocation::Gallery(options) => gallery::run(&Workspace::find()?, &options),
-        Invocation::Install(options) => install::run(&Workspace::find()?, &options),
-        Invocation::Test(options) => check::run(&Workspace::find()?, &options),
+        Invocation::Help => say(USAGE),
+        Invocation::Demo(options) => demo::run(&Workspace::find()?, &options)?,
+        Invocation::Gallery(options) => gallery::run(&Workspace::find()?, &options)?,
+        Invocation::Install(options) => install::run(&Workspace::find()?, &options)?,
+        Invocation::Test(options) => return check::run(&Workspace::find()?, &options),
     }
+    Ok(ExitCode::SUCCESS)
 }

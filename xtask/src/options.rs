@@ -10,46 +10,55 @@ use crate::error::Error;
 pub const USAGE: &str = "\
 Usage: cargo xtask <demo|gallery|test|install> [options]
 
-demo  Builds the C library and the tracer model of examples/c, runs the model
-      with pictures taken in situ, and says where the pictures are and what
-      they cost. Then the same with the shallow-water model of examples/fortran
-      on two ranks of MPI; without MPI, gfortran or libclang it is left out.
+demo  Builds the C library and the tracer model of examples/c, runs the model,
+      which renders itself, and prints where the pictures are and what they
+      cost. Then the same with the shallow-water model of examples/fortran on
+      two ranks of MPI. If that cannot be built or run, it is left out with the
+      reason, and the demo still succeeds.
   --out DIR      where the pictures go            [default: out/demo]
   --level N      refinement level of the grid     [default: 5]
   --layers N     vertical layers of the model     [default: 30]
   --days X       simulated days                   [default: 12]
   --scene FILE   what the pictures show           [default: examples/scenes/tracer.toml]
-  --backend WHO  who draws: auto, cpu or gpu, in place of what the scenes say
+  --backend WHO  what renders: cpu, gpu, or auto (a GPU if there is one); with
+                 auto or gpu the library is built with GPUs
   --no-install   install nothing; say what is missing instead
-  Size and scene are the tracer's.
+  --level, --layers, --days and --scene are for the tracer model.
 
-gallery  Draws the example scenes of the files in ../shared/data, and of the
-      models of the demo, into examples/gallery, and writes its page. What there
-      is no file for is left as it is, and named.
-  --profile NAME how to build: release, dev       [default: release]
+gallery  Renders the example scenes of the files in ../shared/data and of the
+      models of the demo into examples/gallery, and writes its page. Pictures
+      whose file is missing are kept, and their scenes are listed.
+  --profile NAME cargo's profile: release, dev    [default: release]
   --no-install   install nothing; say what is missing instead
   ICORAY_TEST_DATA=DIR   in the environment: where the files are
 
-test  Checks formatting, lints, tests, documentation, the C example, and that
-      programs in C, C++ and Fortran link the installed library; fails at the
-      end if any of them failed.
-  --fast         leave out all after the tests
+test  Checks formatting, lints, and the tests of everything but GPU and MPI;
+      fails at the end if any of them failed. The last lines say how many tests
+      were skipped, by cause, and: N passed, N failed, N skipped.
+  --all          also GPU and MPI, valgrind, long counts (10,000,000 rays, 60,000
+                 damaged grids, 10,000 frames), documentation, and programs in C,
+                 C++ and Fortran that link the installed library
   --no-install   install nothing; say what is missing instead
+  ICORAY_REQUIRE=LIST   in the environment: fail tests that would be skipped for
+                 want of these, separated by commas: all, or some of long, gpu,
+                 mpi, mpich, fortran, c++, make, binutils, sanitizers, valgrind,
+                 counters, mount, glibc, memory, data
+  ICORAY_TEST_DATA=DIR   in the environment: where the files of models are
 
 install  Builds the C library for Linux and installs it: shared and static
       library, header, Fortran module's source, files for pkg-config and CMake.
-      What is there is replaced in one step, under programs that run. All of it
-      may be moved elsewhere, as a whole.
+      Nothing is replaced before all is built; running programs keep the files
+      that they opened. The installed tree may be moved as a whole.
   --prefix DIR   where to install                 [default: /usr/local]
-  --libdir DIR   the libraries' place in it, such as lib64   [default: lib]
-  --mpi          with icoray_open over several ranks, for the MPI of `mpicc`,
-                 or of the compiler that MPICC in the environment names
+  --libdir DIR   the libraries' directory in it, such as lib64   [default: lib]
+  --mpi          with icoray_open over several ranks, for the MPI of `mpicc`
+                 or of the compiler that the environment variable MPICC names
   --no-gpu       without GPUs, for a smaller library
   --no-install   install no packages; say what is missing instead
   DESTDIR=DIR    in the environment: put everything below DIR, for packagers
 
-All install the Debian packages they lack with apt-get (through sudo where not
-root) and the Rust components they lack with rustup, and say which.";
+All of them install missing Debian packages with apt-get (as root or by sudo)
+and missing Rust components with rustup, and print which.";
 
 /// What a scene's `backend` may be.
 const BACKENDS: [&str; 3] = ["auto", "cpu", "gpu"];
@@ -79,7 +88,7 @@ pub struct DemoOptions {
     pub out: Option<PathBuf>,
     /// The scene to draw; the example's own where none is given.
     pub scene: Option<PathBuf>,
-    /// Who draws; what the scenes say where none is given.
+    /// What renders; without it, what the scenes say.
     pub backend: Option<&'static str>,
     /// The size of the simulation.
     pub size: Size,
@@ -110,8 +119,8 @@ pub struct GalleryOptions {
 /// Options of `test`.
 #[derive(Debug, PartialEq)]
 pub struct TestOptions {
-    /// Whether to leave out what takes long and seldom fails.
-    pub fast: bool,
+    /// Whether to run all that there is.
+    pub all: bool,
     /// Whether missing packages may be installed.
     pub install: bool,
 }
@@ -131,7 +140,7 @@ pub struct InstallOptions {
     pub install: bool,
 }
 
-/// Makes sense of the arguments after the program's name.
+/// Parses the arguments after the program's name.
 pub fn parse(arguments: impl IntoIterator<Item = OsString>) -> Result<Invocation, Error> {
     let mut arguments = Arguments { rest: arguments.into_iter().collect::<Vec<_>>().into_iter() };
     let Some(subcommand) = arguments.rest.next() else {
@@ -192,10 +201,10 @@ fn parse_gallery(mut arguments: Arguments) -> Result<Invocation, Error> {
 }
 
 fn parse_test(mut arguments: Arguments) -> Result<Invocation, Error> {
-    let mut options = TestOptions { fast: false, install: true };
+    let mut options = TestOptions { all: false, install: true };
     while let Some(option) = arguments.next_option()? {
         match option.name.as_str() {
-            "--fast" => options.fast = option.given()?,
+            "--all" => options.all = option.given()?,
             "--no-install" => options.install = !option.given()?,
             "--help" | "-h" => return Ok(Invocation::Help),
             _ => return Err(option.unknown("test")),
@@ -205,7 +214,7 @@ fn parse_test(mut arguments: Arguments) -> Result<Invocation, Error> {
 }
 
 fn parse_install(mut arguments: Arguments) -> Result<Invocation, Error> {
-    // The prefix that `make install` has had for ever.
+    // The usual prefix of `make install`.
     let mut options = InstallOptions {
         prefix: "/usr/local".into(),
         libdir: "lib".into(),
@@ -348,10 +357,10 @@ mod tests {
 
     #[test]
     fn test_takes_flags() {
-        assert_eq!(parse_words("test"), Ok(Invocation::Test(TestOptions { fast: false, install: true })));
+        assert_eq!(parse_words("test"), Ok(Invocation::Test(TestOptions { all: false, install: true })));
         assert_eq!(
-            parse_words("test --fast --no-install"),
-            Ok(Invocation::Test(TestOptions { fast: true, install: false }))
+            parse_words("test --all --no-install"),
+            Ok(Invocation::Test(TestOptions { all: true, install: false }))
         );
     }
 
@@ -389,7 +398,7 @@ mod tests {
 
     #[test]
     fn help_is_found_wherever_it_stands() {
-        for line in ["--help", "-h", "help", "demo --help", "test --fast -h", "install -h"] {
+        for line in ["--help", "-h", "help", "demo --help", "test --all -h", "install -h"] {
             assert_eq!(parse_words(line), Ok(Invocation::Help), "{line}");
         }
     }
@@ -398,7 +407,7 @@ mod tests {
     fn nonsense_is_refused_by_name() {
         assert_eq!(complaint(""), "a subcommand is missing");
         assert_eq!(complaint("dmeo"), "unknown subcommand 'dmeo'");
-        assert_eq!(complaint("demo --fast"), "demo has no option '--fast'");
+        assert_eq!(complaint("demo --all"), "demo has no option '--all'");
         assert_eq!(complaint("test here"), "test has no option 'here'");
         assert_eq!(complaint("demo --level"), "--level needs a value");
         assert_eq!(complaint("demo --out="), "--out needs a value");
@@ -415,6 +424,6 @@ mod tests {
             complaint("demo --backend vulkan"),
             "--backend must be one of auto, cpu, gpu, not 'vulkan'"
         );
-        assert_eq!(complaint("test --fast=yes"), "--fast takes no value");
+        assert_eq!(complaint("test --all=yes"), "--all takes no value");
     }
 }

@@ -9,6 +9,9 @@ use crate::error::Error;
 use crate::report::Frames;
 use crate::workspace::Workspace;
 
+/// The package that makes contact sheets.
+pub const SHEET_PACKAGE: &str = "contact-sheet";
+
 /// The folder that a model draws into.
 pub struct Pictures {
     folder: PathBuf,
@@ -70,9 +73,14 @@ impl Pictures {
         Ok(Frames::read(&csv))
     }
 
-    /// The command that makes the sheet, with an example of the core's in this profile's products.
+    /// The first picture, once it exists. Pictures appear under their names when they are complete.
+    pub fn first(&self) -> Option<PathBuf> {
+        self.there().ok()?.into_iter().next()
+    }
+
+    /// The command that makes the sheet, with the program of the package [`SHEET_PACKAGE`] in this profile's products.
     pub fn make_sheet(&self, workspace: &Workspace, profile: &str) -> Command {
-        let mut command = workspace.command(workspace.products(profile).join("examples/contact_sheet"));
+        let mut command = workspace.command(workspace.products(profile).join("contact_sheet"));
         command.arg(&self.folder).arg(self.prefix).arg(self.sheet());
         command
     }
@@ -95,7 +103,11 @@ impl Pictures {
 /// Fails unless the file is a PNG that was written to its end.
 pub fn check_picture(path: &Path) -> Result<(), Error> {
     let bytes = fs::read(path).map_err(Error::while_doing(path.display()))?;
-    if is_png(&bytes) { Ok(()) } else { Err(Error::Failed(format!("{} is not a whole PNG", path.display()))) }
+    if is_png(&bytes) {
+        Ok(())
+    } else {
+        Err(Error::Failed(format!("{} is not a complete PNG", path.display())))
+    }
 }
 
 fn is_png(bytes: &[u8]) -> bool {
@@ -136,6 +148,7 @@ mod tests {
         for name in files {
             fs::write(out.join(name), "").unwrap();
         }
+        assert_eq!(pictures.first(), Some(out.join("tracer_0000.png")));
         assert_eq!(pictures.taken().unwrap(), [out.join("tracer_0000.png"), out.join("tracer_0001.png")]);
         pictures.prepare().unwrap();
         let left: Vec<_> = fs::read_dir(&out).unwrap().map(|entry| entry.unwrap().file_name()).collect();

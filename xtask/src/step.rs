@@ -1,4 +1,6 @@
 //! Steps with progress: `[2/5] building the library ... 12.3 s`.
+//!
+//! A terminal also shows the last line that a command printed and the seconds so far.
 
 use std::fmt::Write as _;
 use std::io::{self, BufRead, BufReader, IsTerminal, Read, Write as _};
@@ -7,7 +9,8 @@ use std::sync::mpsc::{self, RecvTimeoutError};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use crate::error::Error;
+use crate::diagnosis::diagnose;
+use crate::error::{Error, last_lines};
 
 /// Prints a line. A reader that went away (`| head`) is no reason to stop, let alone to panic.
 pub fn say(line: &str) {
@@ -32,9 +35,9 @@ impl Steps {
         Self { done: 0, total, started: Instant::now() }
     }
 
-    /// So many of those to come will not be run.
-    pub fn leave_out(&mut self, count: usize) {
-        self.total -= count;
+    /// When the sequence began.
+    pub fn started(&self) -> Instant {
+        self.started
     }
 
     /// Seconds since the sequence began.
@@ -74,43 +77,60 @@ pub struct Step {
 impl Step {
     /// Runs a command whose output matters only if it fails; the error then carries it.
     ///
-    /// A terminal shows the latest line of the output, so that one sees it move.
+    /// A terminal shows the latest line of the output.
     pub fn quiet(&mut self, command: &mut Command) -> Result<(), Error> {
+        self.quiet_noting(command, |_| None)
+    }
+
+    /// As [`Step::quiet`]; prints what `note` makes of a line of the output.
+    pub fn quiet_noting(
+        &mut self,
+        command: &mut Command,
+        mut note: impl FnMut(&str) -> Option<String>,
+    ) -> Result<(), Error> {
         let mut output = String::new();
-        let status = lines_of(command, Stdio::piped(), |line| match line {
-            Some(line) => {
+        let status = lines_of(command, |line| match line {
+            Some(Line::Output(line) | Line::Error(line)) => {
+                if let Some(text) = note(&line) {
+                    self.note(&text);
+                }
                 // Writing to a string cannot fail.
                 let _ = writeln!(output, "{line}");
             }
             None => self.refresh(output.lines().next_back().unwrap_or_default()),
         })?;
-        if status.success() {
-            return Ok(());
-        }
-        let cause = failure(command, status);
-        let output = output.trim_end();
-        let gap = if output.is_empty() { "" } else { "\n" };
-        Err(Error::Failed(format!("{cause}{gap}{output}")))
+        if status.success() { Ok(()) } else { Err(failure(command, status, &output)) }
     }
 
     /// Runs a command whose output is for the user to see as it comes.
     pub fn streamed(&mut self, command: &mut Command) -> Result<(), Error> {
         self.break_line();
         let status = command.status().map_err(Error::while_doing(name(command)))?;
-        if status.success() { Ok(()) } else { Err(Error::Failed(failure(command, status))) }
+        if status.success() { Ok(()) } else { Err(failure(command, status, "")) }
     }
 
-    /// As [`Step::streamed`], and returns the lines of the standard output.
-    pub fn echoed(&mut self, command: &mut Command) -> Result<Vec<String>, Error> {
+    /// As [`Step::streamed`], and returns the lines of the standard output; calls `look` a few times per second and at the end.
+    pub fn echoed(&mut self, command: &mut Command, mut look: impl FnMut()) -> Result<Vec<String>, Error> {
         self.break_line();
         let mut lines = Vec::new();
-        let status = lines_of(command, Stdio::inherit(), |line| {
-            if let Some(line) = line {
+        let mut errors = Vec::new();
+        let status = lines_of(command, |line| match line {
+            Some(Line::Output(line)) => {
                 say(&line);
                 lines.push(line);
             }
+            Some(Line::Error(line)) => {
+                complain(&line);
+                errors.push(line);
+            }
+            None => look(),
         })?;
-        if status.success() { Ok(lines) } else { Err(Error::Failed(failure(command, status))) }
+        look();
+        if status.success() {
+            Ok(lines)
+        } else {
+            Err(failure(command, status, &last_lines(&errors.join("\n"), 5).join("\n")))
+        }
     }
 
     /// Prints a line within the step.
@@ -155,24 +175,28 @@ fn print(text: &str) {
     let _ = stdout.write_all(text.as_bytes()).and_then(|()| stdout.flush());
 }
 
-/// Runs a command and hands on each line it prints, and `None` now and then while it runs.
-fn lines_of(
-    command: &mut Command,
-    stderr: Stdio,
-    mut take: impl FnMut(Option<String>),
-) -> Result<ExitStatus, Error> {
+/// A line that a command prints.
+enum Line {
+    /// To standard output.
+    Output(String),
+    /// To standard error.
+    Error(String),
+}
+
+/// Runs a command and hands on each line it prints, and `None` a few times per second while it runs.
+fn lines_of(command: &mut Command, mut take: impl FnMut(Option<Line>)) -> Result<ExitStatus, Error> {
     let mut child = command
         .stdin(Stdio::null())
         .stdout(Stdio::piped())
-        .stderr(stderr)
+        .stderr(Stdio::piped())
         .spawn()
         .map_err(Error::while_doing(name(command)))?;
     let (sender, receiver) = mpsc::channel();
     if let Some(stdout) = child.stdout.take() {
-        send_lines(stdout, sender.clone());
+        send_lines(stdout, Line::Output, sender.clone());
     }
     if let Some(stderr) = child.stderr.take() {
-        send_lines(stderr, sender.clone());
+        send_lines(stderr, Line::Error, sender.clone());
     }
     // The channel must close when the last reader ends.
     drop(sender);
@@ -194,13 +218,13 @@ fn lines_of(
 
 /// Reads in a thread of its own, so that a command which fills one pipe while the other is being
 /// read does not stall.
-fn send_lines(pipe: impl Read + Send + 'static, sender: mpsc::Sender<String>) {
+fn send_lines(pipe: impl Read + Send + 'static, kind: fn(String) -> Line, sender: mpsc::Sender<Line>) {
     thread::spawn(move || {
         let mut pipe = BufReader::new(pipe);
         let mut line = Vec::new();
         while matches!(pipe.read_until(b'\n', &mut line), Ok(1..)) {
             let text = String::from_utf8_lossy(&line);
-            if sender.send(text.trim_end_matches(['\r', '\n']).to_owned()).is_err() {
+            if sender.send(kind(text.trim_end_matches(['\r', '\n']).to_owned())).is_err() {
                 break;
             }
             line.clear();
@@ -212,13 +236,19 @@ fn name(command: &Command) -> String {
     command.get_program().display().to_string()
 }
 
-fn failure(command: &Command, status: ExitStatus) -> String {
+/// The error of a command: what it means where that is known, or else the command and all that it printed.
+fn failure(command: &Command, status: ExitStatus, output: &str) -> Error {
+    if let Some(sentence) = diagnose(output) {
+        let details: Vec<_> = last_lines(output, 5).into_iter().map(|line| format!("    {line}")).collect();
+        return Error::Detailed { sentence: sentence.into(), details: details.join("\n") };
+    }
     let mut line = name(command);
     for argument in command.get_args() {
         line.push(' ');
         line.push_str(&argument.to_string_lossy());
     }
-    format!("{line}\nended with {status}")
+    let details = output.trim_end().to_owned();
+    Error::Detailed { sentence: format!("`{line}` ended with {status}"), details }
 }
 
 #[cfg(test)]
@@ -244,9 +274,32 @@ mod tests {
     }
 
     #[test]
-    fn echoed_lines_are_returned() {
-        let lines = step().echoed(&mut shell("echo one; printf two")).unwrap();
+    fn a_known_failure_is_told_in_a_sentence() {
+        let script = "{ seq 20; echo 'cc: error: No space left on device'; } >&2; exit 1";
+        let message = step().quiet(&mut shell(script)).unwrap_err().to_string();
+        assert!(message.starts_with("no space is left on the disk: "), "{message}");
+        assert!(message.contains("No space left on device") && message.lines().count() == 6, "{message}");
+    }
+
+    #[test]
+    fn echoed_lines_are_returned_and_looked_at() {
+        let mut looks = 0;
+        let lines = step().echoed(&mut shell("echo one; printf two; echo three >&2"), || looks += 1).unwrap();
         assert_eq!(lines, ["one", "two"]);
+        assert!(looks >= 1);
+        let error = step().echoed(&mut shell("echo one; echo bad >&2; exit 1"), || {}).unwrap_err();
+        assert!(error.brief().ends_with("exit status: 1\n    bad"), "{error}");
+    }
+
+    #[test]
+    fn lines_are_noted_as_they_come() {
+        let mut seen = Vec::new();
+        let note = |line: &str| {
+            seen.push(line.to_owned());
+            None
+        };
+        assert_eq!(step().quiet_noting(&mut shell("echo one; echo two"), note), Ok(()));
+        assert_eq!(seen, ["one", "two"]);
     }
 
     #[test]

@@ -1,179 +1,206 @@
 //! Installs what the subcommands need and the machine lacks.
 
 use std::ffi::OsStr;
-use std::fs;
+use std::io::{self, IsTerminal};
 use std::process::{Command, Stdio};
 
+use crate::apt;
 use crate::error::Error;
+use crate::host::Host;
 use crate::requirements::{Requirement, Source};
 use crate::step::Step;
 
 /// Sees to it that everything in `needed` is there, installing what is not if `install` allows.
 pub fn provide(needed: &[&Requirement], install: bool, step: &mut Step) -> Result<(), Error> {
-    let lacking = missing(needed, |requirement| (requirement.present)());
-    if lacking.is_empty() {
-        return Ok(());
+    let host = Host::here()?;
+    let mut tried = Vec::new();
+    loop {
+        let missing = missing(needed, &host);
+        if missing.is_empty() {
+            return Ok(());
+        }
+        // What is installed may show that something else is missing too.
+        if packages(&missing).iter().all(|package| tried.contains(package)) {
+            return Err(still_unusable(&missing));
+        }
+        let machine = Machine::examine();
+        if !install || !machine.can_install(&missing) {
+            return Err(refusal(&missing, &machine, install));
+        }
+        for package in packages(&missing) {
+            if let Some(first) = missing.iter().find(|missing| missing.package == package) {
+                step.note(&format!("installing {}", first.described()));
+            }
+        }
+        let apt = packages_from(Source::Apt, &missing);
+        if !apt.is_empty() {
+            machine.unlock(&missing, step)?;
+            apt::install(&apt, machine.root, step)?;
+        }
+        let components = packages_from(Source::Rustup, &missing);
+        if !components.is_empty() {
+            step.quiet(Command::new("rustup").args(["component", "add"]).args(&components))?;
+        }
+        tried.extend(packages(&missing));
     }
-    let machine = Machine::examine();
-    if !install || !machine.can_install(&lacking) {
-        return Err(Error::Failed(refusal(&lacking, &machine, install)));
-    }
-    for requirement in &lacking {
-        step.note(&format!("installing: {}", requirement.described()));
-    }
-    let packages = packages_from(Source::Apt, &lacking);
-    if !packages.is_empty() {
-        apt_install(&packages, &machine, step)?;
-    }
-    let components = packages_from(Source::Rustup, &lacking);
-    if !components.is_empty() {
-        step.streamed(&mut command(&rustup_add(&components)))?;
-    }
-    let lacking = missing(&lacking, |requirement| (requirement.present)());
-    if lacking.is_empty() {
-        return Ok(());
-    }
-    let list = described(&lacking);
-    Err(Error::Failed(format!("installed, but still not usable:\n{list}")))
 }
 
-/// As [`provide`], for what can be done without: where it is not to be had, says so in a line and is false.
-pub fn provide_for(what: &str, needed: &[&Requirement], install: bool, step: &mut Step) -> bool {
-    // What went wrong shows in what is missing afterwards.
-    let _ = provide(needed, install, step);
-    let lacking = missing(needed, |requirement| (requirement.present)());
-    if !lacking.is_empty() {
-        let packages = packages_from(Source::Apt, &lacking).join(", ");
-        step.note(&format!("left out: {what}, for want of {packages}"));
-    }
-    lacking.is_empty()
+/// Something that is needed and not there.
+#[derive(Debug)]
+struct Missing<'a> {
+    requirement: &'a Requirement,
+    /// The package to install.
+    package: &'static str,
+    why: String,
 }
 
-/// Whether root runs this.
-pub fn is_root() -> bool {
-    output("id", ["-u"]).is_some_and(|id| id == "0")
-}
-
-/// Those of `needed` that `present` does not find.
-fn missing<'a>(needed: &[&'a Requirement], present: impl Fn(&Requirement) -> bool) -> Vec<&'a Requirement> {
-    needed.iter().copied().filter(|requirement| !present(requirement)).collect()
-}
-
-impl Requirement {
+impl Missing<'_> {
     fn described(&self) -> String {
-        format!("{} ({})", self.package, self.purpose)
+        format!("{} ({})", self.package, self.requirement.purpose)
     }
 }
 
-fn described(requirements: &[&Requirement]) -> String {
-    let lines: Vec<_> = requirements.iter().map(|r| format!("  {}", r.described())).collect();
-    lines.join("\n")
+/// Those of `needed` that do not work.
+fn missing<'a>(needed: &[&'a Requirement], host: &Host) -> Vec<Missing<'a>> {
+    let check = |requirement: &&'a Requirement| {
+        let lack = (requirement.check)(host).err()?;
+        let package = lack.package.unwrap_or(requirement.package);
+        Some(Missing { requirement, package, why: lack.why })
+    };
+    needed.iter().filter_map(check).collect()
 }
 
-fn packages_from(source: Source, requirements: &[&Requirement]) -> Vec<&'static str> {
-    requirements.iter().filter(|r| r.source == source).map(|r| r.package).collect()
+/// The packages of `missing`, each once.
+fn packages(missing: &[Missing]) -> Vec<&'static str> {
+    let mut packages: Vec<_> = missing.iter().map(|missing| missing.package).collect();
+    let mut known = Vec::new();
+    packages.retain(|package| {
+        !known.contains(package) && {
+            known.push(*package);
+            true
+        }
+    });
+    packages
+}
+
+fn packages_from(source: Source, missing: &[Missing]) -> Vec<&'static str> {
+    let all = missing.iter().filter(|missing| missing.requirement.source == source);
+    let mut packages: Vec<_> = all.map(|missing| missing.package).collect();
+    packages.dedup();
+    packages
 }
 
 /// What installing can make use of.
 #[derive(Debug, Clone, Copy)]
 struct Machine {
     root: bool,
-    sudo: bool,
+    sudo: Sudo,
     apt: bool,
     rustup: bool,
+}
+
+/// What sudo does for this user.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Sudo {
+    /// It asks for no password.
+    Free,
+    /// It asks for a password, and there is a terminal to ask on.
+    Asks,
+    /// It is not there, or would ask where nobody answers.
+    No,
 }
 
 impl Machine {
     fn examine() -> Self {
         Self {
             root: is_root(),
-            sudo: succeeds("sudo", ["-V"]),
+            sudo: if succeeds("sudo", ["-n", "true"]) {
+                Sudo::Free
+            } else if io::stdin().is_terminal() && succeeds("sudo", ["-V"]) {
+                Sudo::Asks
+            } else {
+                Sudo::No
+            },
             apt: succeeds("apt-get", ["--version"]),
             rustup: succeeds("rustup", ["--version"]),
         }
     }
 
-    fn can_install(&self, lacking: &[&Requirement]) -> bool {
-        lacking.iter().all(|requirement| match requirement.source {
-            Source::Apt => self.apt && (self.root || self.sudo),
+    fn can_install(&self, missing: &[Missing]) -> bool {
+        missing.iter().all(|missing| match missing.requirement.source {
+            Source::Apt => self.apt && (self.root || self.sudo != Sudo::No),
             Source::Rustup => self.rustup,
         })
     }
 
-    /// An apt-get command; without a user at hand to ask, and with the rights it takes.
-    fn apt_get(&self, arguments: &[&str]) -> Vec<String> {
-        let sudo: &[&str] = if self.root { &[] } else { &["sudo"] };
-        // `env` because sudo hands on no variables.
-        let start = ["env", "DEBIAN_FRONTEND=noninteractive", "apt-get"];
-        sudo.iter().chain(&start).chain(arguments).map(|&word| word.to_owned()).collect()
+    /// Lets sudo ask for the password, if it must.
+    fn unlock(&self, missing: &[Missing], step: &mut Step) -> Result<(), Error> {
+        if self.root || self.sudo != Sudo::Asks {
+            return Ok(());
+        }
+        step.note("sudo may ask for your password, to install these packages:");
+        step.streamed(Command::new("sudo").arg("-v"))
+            .map_err(|_| refusal(missing, &Self { sudo: Sudo::No, ..*self }, true))
     }
 }
 
-fn apt_install(packages: &[&str], machine: &Machine, step: &mut Step) -> Result<(), Error> {
-    let install: Vec<_> =
-        ["install", "-y", "--no-install-recommends"].iter().chain(packages).copied().collect();
-    let install = machine.apt_get(&install);
-    if have_package_lists() && step.streamed(&mut command(&install)).is_ok() {
-        return Ok(());
-    }
-    step.note("updating the package lists, which are absent or out of date");
-    step.streamed(&mut command(&machine.apt_get(&["update"])))?;
-    step.streamed(&mut command(&install))
-}
-
-/// Whether apt-get was ever updated here; images of Debian come without the lists.
-fn have_package_lists() -> bool {
-    let Ok(entries) = fs::read_dir("/var/lib/apt/lists") else {
-        return false;
-    };
-    entries.flatten().any(|entry| entry.file_name().to_string_lossy().contains("_Packages"))
-}
-
-fn rustup_add(components: &[&str]) -> Vec<String> {
-    ["rustup", "component", "add"].iter().chain(components).map(|&word| word.to_owned()).collect()
-}
-
-/// Says what lacks, why it is not being installed, and what to type instead.
-fn refusal(lacking: &[&Requirement], machine: &Machine, install: bool) -> String {
-    let mut text = format!("missing on this machine:\n{}", described(lacking));
-    let packages = packages_from(Source::Apt, lacking);
-    let components = packages_from(Source::Rustup, lacking);
-    if install {
-        if !packages.is_empty() && !machine.apt {
-            text += "\nnot installed, for want of apt-get";
-        } else if !packages.is_empty() && !machine.root && !machine.sudo {
-            text += "\nnot installed, for want of root's rights and of sudo";
-        }
-        if !components.is_empty() && !machine.rustup {
-            text += "\nnot installed, for want of rustup";
-        }
+/// The sentence that tells what is missing, why it is not installed, and what to type; with the reasons as details.
+fn refusal(missing: &[Missing], machine: &Machine, install: bool) -> Error {
+    let names = listed(&packages(missing));
+    let apt = packages_from(Source::Apt, missing);
+    let components = packages_from(Source::Rustup, missing);
+    let why = if !install {
+        " missing, and --no-install forbids installing"
+    } else if !apt.is_empty() && !machine.apt {
+        " missing, and there is no apt-get to install them with"
+    } else if !apt.is_empty() && !machine.root && machine.sudo == Sudo::No {
+        " missing, and installing takes root's rights"
     } else {
-        text += "\nnot installed, because of --no-install";
-    }
-    text += "\nto install:";
-    if !packages.is_empty() {
-        let packages = packages.join(" ");
-        text += match (machine.apt, machine.root, machine.sudo) {
-            (true, false, true) => "\n  sudo apt-get install -y --no-install-recommends ",
-            (true, true, _) => "\n  apt-get install -y --no-install-recommends ",
-            (true, false, false) => "\n  (as root) apt-get install -y --no-install-recommends ",
-            (false, ..) => "\n  this system's counterparts of Debian's packages ",
+        " missing, and there is no rustup to install them with"
+    };
+    let mut commands = Vec::new();
+    if !apt.is_empty() {
+        let start = match (machine.apt, machine.root) {
+            (true, true) => "run `apt-get install -y --no-install-recommends ",
+            (true, false) => "run `sudo apt-get install -y --no-install-recommends ",
+            (false, _) => "install this system's counterparts of Debian's packages `",
         };
-        text += &packages;
+        commands.push(format!("{start}{}`", apt.join(" ")));
     }
     if !components.is_empty() {
-        text += "\n  ";
-        text += &rustup_add(&components).join(" ");
+        commands.push(format!("run `rustup component add {}`", components.join(" ")));
     }
-    text
+    let verb = if packages(missing).len() == 1 { "is" } else { "are" };
+    Error::Detailed {
+        sentence: format!("{names} {verb}{why}: {}", commands.join(" and ")),
+        details: reasons(missing),
+    }
 }
 
-fn command(words: &[String]) -> Command {
-    let mut words = words.iter();
-    // Every command line made here starts with a program.
-    let mut command = Command::new(words.next().map_or("", String::as_str));
-    command.args(words);
-    command
+fn still_unusable(missing: &[Missing]) -> Error {
+    let names = listed(&packages(missing));
+    let sentence = format!("{names} cannot be used although installed, for the reasons below");
+    Error::Detailed { sentence, details: reasons(missing) }
+}
+
+/// A line for each requirement.
+fn reasons(missing: &[Missing]) -> String {
+    let line = |missing: &Missing| format!("  {}: {}", missing.described(), missing.why);
+    missing.iter().map(line).collect::<Vec<_>>().join("\n")
+}
+
+/// `a`, `a and b`, `a, b and c`.
+fn listed(names: &[&str]) -> String {
+    match names {
+        [] => String::new(),
+        [name] => (*name).into(),
+        [names @ .., last] => format!("{} and {last}", names.join(", ")),
+    }
+}
+
+/// Whether root runs this.
+pub fn is_root() -> bool {
+    output("id", ["-u"]).is_some_and(|id| id == "0")
 }
 
 /// Whether a program is there and succeeds.
@@ -194,26 +221,30 @@ pub fn output<'a>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::requirements::{CLIPPY, FOR_DEMO, FOR_DEMO_MPI, FOR_TEST, NETCDF};
+    use crate::host::fake;
+    use crate::requirements::{CLIPPY, FOR_DEMO, FOR_DEMO_MPI, FOR_FILES, FOR_TEST, FOR_TEST_ALL, NETCDF};
 
-    const ROOT: Machine = Machine { root: true, sudo: false, apt: true, rustup: true };
+    const ROOT: Machine = Machine { root: true, sudo: Sudo::No, apt: true, rustup: true };
+    const USER: Machine = Machine { root: false, ..ROOT };
 
-    fn names(requirements: &[&Requirement]) -> Vec<&'static str> {
-        requirements.iter().map(|requirement| requirement.package).collect()
+    /// All of `needed`, as missing on a bare machine.
+    fn on_a_bare_machine<'a>(needed: &[&'a Requirement]) -> Vec<Missing<'a>> {
+        let machine = fake::Machine::bare("system");
+        let host = machine.host();
+        let absent = |requirement: &&'a Requirement| match requirement.source {
+            Source::Apt => missing(&[*requirement], &host).into_iter().next(),
+            // These are asked of this machine's cargo.
+            Source::Rustup => {
+                Some(Missing { requirement, package: requirement.package, why: "no such command".into() })
+            }
+        };
+        needed.iter().filter_map(absent).collect()
     }
 
     #[test]
-    fn only_what_is_not_found_is_missing() {
-        let bare = missing(FOR_TEST, |_| false);
-        assert_eq!(names(&bare), names(FOR_TEST));
-        assert!(missing(FOR_TEST, |_| true).is_empty());
-        let some = missing(FOR_TEST, |requirement| requirement.package != "libnetcdf-dev");
-        assert_eq!(names(&some), ["libnetcdf-dev"]);
-    }
-
-    #[test]
-    fn packages_are_told_apart_by_source() {
-        let packages = [
+    fn packages_are_told_apart_by_source_and_named_once() {
+        let all = on_a_bare_machine(FOR_TEST_ALL);
+        let expected = [
             "gcc",
             "libc6-dev",
             "g++",
@@ -225,55 +256,59 @@ mod tests {
             "mesa-vulkan-drivers",
             "libnetcdf-dev",
             "libopenmpi-dev",
-            "openmpi-bin",
+            "libmpich-dev",
+            "mpich",
             "libclang-dev",
         ];
-        assert_eq!(packages_from(Source::Apt, FOR_TEST), packages);
-        assert_eq!(packages_from(Source::Rustup, FOR_TEST), ["rustfmt", "clippy"]);
-        assert!(packages_from(Source::Rustup, FOR_DEMO).is_empty());
-        // No package twice: apt-get is told of each, and so is whoever reads what was left out.
-        let over_mpi = packages_from(Source::Apt, FOR_DEMO_MPI);
-        assert_eq!(over_mpi, ["gfortran", "make", "libopenmpi-dev", "openmpi-bin", "libclang-dev"]);
+        assert_eq!(packages_from(Source::Apt, &all), expected);
+        assert_eq!(packages_from(Source::Rustup, &all), ["rustfmt", "clippy"]);
+        let by_default = packages_from(Source::Apt, &on_a_bare_machine(FOR_TEST));
+        assert_eq!(by_default, ["gcc", "libc6-dev"]);
+        assert_eq!(packages(&on_a_bare_machine(FOR_FILES)), ["pkg-config", "libnetcdf-dev"]);
+        assert_eq!(packages(&on_a_bare_machine(FOR_DEMO)), ["gcc", "libc6-dev"]);
+        let over_mpi = packages(&on_a_bare_machine(FOR_DEMO_MPI));
+        assert_eq!(over_mpi, ["gfortran", "make", "libopenmpi-dev", "libclang-dev"]);
     }
 
     #[test]
     fn installing_takes_the_means_of_each_source() {
-        assert!(ROOT.can_install(FOR_TEST));
-        assert!(Machine { root: false, sudo: true, ..ROOT }.can_install(FOR_TEST));
-        assert!(!Machine { root: false, ..ROOT }.can_install(FOR_TEST));
-        assert!(!Machine { apt: false, ..ROOT }.can_install(FOR_TEST));
+        let all = on_a_bare_machine(FOR_TEST);
+        assert!(ROOT.can_install(&all));
+        assert!(Machine { sudo: Sudo::Free, ..USER }.can_install(&all));
+        assert!(Machine { sudo: Sudo::Asks, ..USER }.can_install(&all));
+        assert!(!USER.can_install(&all));
+        assert!(!Machine { apt: false, ..ROOT }.can_install(&all));
         let without_rustup = Machine { rustup: false, ..ROOT };
-        assert!(!without_rustup.can_install(FOR_TEST));
-        assert!(without_rustup.can_install(FOR_DEMO));
+        assert!(!without_rustup.can_install(&all));
+        assert!(without_rustup.can_install(&on_a_bare_machine(FOR_DEMO)));
     }
 
     #[test]
-    fn apt_get_goes_through_sudo_where_not_root() {
-        let expected = "env DEBIAN_FRONTEND=noninteractive apt-get update";
-        assert_eq!(ROOT.apt_get(&["update"]).join(" "), expected);
-        let user = Machine { root: false, sudo: true, ..ROOT };
-        assert_eq!(user.apt_get(&["update"]).join(" "), format!("sudo {expected}"));
-    }
-
-    #[test]
-    fn a_refusal_says_what_lacks_why_and_what_to_type() {
-        let user = Machine { root: false, sudo: true, ..ROOT };
+    fn a_refusal_says_what_is_missing_why_and_what_to_type() {
+        let sentence = |needed: &[&Requirement], machine: Machine, install| {
+            refusal(&on_a_bare_machine(needed), &machine, install).brief().lines().next().unwrap().to_owned()
+        };
+        let error = refusal(&on_a_bare_machine(&[&NETCDF, &CLIPPY]), &USER, false);
         assert_eq!(
-            refusal(&[&NETCDF, &CLIPPY], &user, false),
-            "missing on this machine:\n  \
-             libnetcdf-dev (NetCDF library: reads model files)\n  \
-             clippy (lints)\n\
-             not installed, because of --no-install\n\
-             to install:\n  \
-             sudo apt-get install -y --no-install-recommends libnetcdf-dev\n  \
-             rustup component add clippy"
+            error.to_string(),
+            "libnetcdf-dev and clippy are missing, and --no-install forbids installing: \
+             run `sudo apt-get install -y --no-install-recommends libnetcdf-dev` and run `rustup component add clippy`\n  \
+             libnetcdf-dev (NetCDF library: reads model files): no program nc-config\n  \
+             clippy (lints): no such command"
         );
-        let without_sudo = refusal(&[&NETCDF], &Machine { root: false, ..ROOT }, true);
-        assert!(without_sudo.contains("root's rights and of sudo"), "{without_sudo}");
-        assert!(without_sudo.contains("(as root) apt-get install"), "{without_sudo}");
-        let other_system = refusal(&[&NETCDF], &Machine { apt: false, ..ROOT }, true);
-        assert!(other_system.contains("for want of apt-get"), "{other_system}");
-        assert!(other_system.contains("counterparts of Debian's packages libnetcdf-dev"));
+        assert_eq!(
+            sentence(&[&NETCDF], USER, true),
+            "libnetcdf-dev is missing, and installing takes root's rights: \
+             run `sudo apt-get install -y --no-install-recommends libnetcdf-dev`"
+        );
+        let other_system = sentence(&[&NETCDF], Machine { apt: false, ..ROOT }, true);
+        assert!(other_system.contains("no apt-get"), "{other_system}");
+        assert!(
+            other_system.ends_with("counterparts of Debian's packages `libnetcdf-dev`"),
+            "{other_system}"
+        );
+        let no_rustup = sentence(&[&CLIPPY], Machine { rustup: false, ..ROOT }, true);
+        assert!(no_rustup.contains("no rustup"), "{no_rustup}");
     }
 
     #[test]

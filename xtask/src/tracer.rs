@@ -7,15 +7,6 @@ use crate::error::Error;
 use crate::options::Size;
 use crate::workspace::Workspace;
 
-/// How a model is linked with the library.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Linkage {
-    /// With the shared library, which is found again where it was built.
-    Shared,
-    /// With the static library and what Rust's standard library needs.
-    Static,
-}
-
 /// The model's files.
 const SOURCES: [&str; 6] = [
     "examples/c/tracer.c",
@@ -26,7 +17,7 @@ const SOURCES: [&str; 6] = [
     "examples/c/winds.c",
 ];
 
-/// What its pictures show, below the workspace's root.
+/// Its scene, below the workspace's root.
 pub const SCENE: &str = "examples/scenes/tracer.toml";
 
 /// How the names of its pictures begin.
@@ -36,20 +27,16 @@ pub const PREFIX: &str = "tracer_";
 pub struct Tracer<'a> {
     workspace: &'a Workspace,
     products: PathBuf,
-    linkage: Linkage,
 }
 
 impl<'a> Tracer<'a> {
-    /// The tracer linked with the library of a build profile.
-    pub fn new(workspace: &'a Workspace, profile: &str, linkage: Linkage) -> Self {
-        Self { workspace, products: workspace.products(profile), linkage }
+    /// The tracer linked with the shared library of a build profile, which is found again where it was built.
+    pub fn new(workspace: &'a Workspace, profile: &str) -> Self {
+        Self { workspace, products: workspace.products(profile) }
     }
 
     fn program(&self) -> PathBuf {
-        self.products.join(match self.linkage {
-            Linkage::Shared => "tracer",
-            Linkage::Static => "tracer-static",
-        })
+        self.products.join("tracer")
     }
 
     /// The command that compiles it.
@@ -58,19 +45,11 @@ impl<'a> Tracer<'a> {
         // Warnings are errors: the header must be clean in the strictest of users' builds.
         cc.args(["-std=c99", "-O2", "-Wall", "-Wextra", "-Werror", "-pedantic", "-Iinclude"]);
         cc.args(SOURCES).arg("-o").arg(self.program());
-        match self.linkage {
-            Linkage::Shared => {
-                let mut search = std::ffi::OsString::from("-L");
-                search.push(&self.products);
-                let mut rpath = std::ffi::OsString::from("-Wl,-rpath,");
-                rpath.push(&self.products);
-                cc.arg(search).args(["-licoray", "-lm"]).arg(rpath);
-            }
-            Linkage::Static => {
-                cc.arg(self.products.join("libicoray.a"));
-                cc.args(["-lgcc_s", "-lutil", "-lrt", "-lpthread", "-lm", "-ldl", "-lc"]);
-            }
-        }
+        let mut search = std::ffi::OsString::from("-L");
+        search.push(&self.products);
+        let mut rpath = std::ffi::OsString::from("-Wl,-rpath,");
+        rpath.push(&self.products);
+        cc.arg(search).args(["-licoray", "-lm"]).arg(rpath);
         cc
     }
 

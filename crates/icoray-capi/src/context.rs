@@ -53,7 +53,7 @@ impl Context {
 
     pub fn refuse_if_poisoned(&self) -> Outcome<()> {
         let Some(poison) = &self.poison else { return Ok(()) };
-        let message = format!("the context failed before and takes no more calls ({poison})");
+        let message = format!("the context failed earlier and accepts no more calls ({poison})");
         Err(Failure::new(icoray_status::ICORAY_ERR_INTERNAL, message))
     }
 

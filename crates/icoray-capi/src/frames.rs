@@ -15,14 +15,14 @@ fn finite(time_s: f64) -> Outcome<()> {
     }
 }
 
-/// Whether icoray_execute may draw a picture of this step: *wants becomes 1 or 0. For a model to ask before it computes a
-/// costly diagnostic. Takes no time and reads no field: where it is a view's turn and the view has a condition (`when`) the
-/// answer is 1, and icoray_execute draws it or not. Times of a scene (`at_times`) are reached by the first step that
-/// icoray_execute is called for at them or later. Not collective; between two calls of icoray_execute or icoray_wait the answer is the same on
-/// all ranks that have the same scene.
+/// Sets *wants to 1 if icoray_execute may draw a picture at this step, else to 0, so that a model can skip a costly
+/// diagnostic. It reads no field: for a view that is due and has a condition (`when`) the answer is 1, and
+/// icoray_execute decides. A time of a scene (`at_times`) is due at the first icoray_execute at or after that time.
+/// The call is local; between two calls of icoray_execute or icoray_wait the answer is the same on all ranks that
+/// have the same scene.
 ///
 /// # Safety
-/// `ctx` is open; `wants` is NULL or can be written.
+/// `ctx` is open; `wants` is NULL or writable.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn icoray_wants(
     ctx: *mut icoray_ctx,
@@ -34,11 +34,11 @@ pub unsafe extern "C" fn icoray_wants(
     unsafe { wanted(ctx, None, step, time_s, wants) }
 }
 
-/// As icoray_wants, for one field: *wants becomes 1 where icoray_execute may read the field `name` at this step, for a
-/// picture or for a condition on it.
+/// Sets *wants to 1 if icoray_execute may read the field `name` at this step, for a picture or for a condition, else
+/// to 0.
 ///
 /// # Safety
-/// `ctx` is open; `name` is NULL or a string; `wants` is NULL or can be written.
+/// `ctx` is open; `name` is NULL or a string; `wants` is NULL or writable.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn icoray_wants_field(
     ctx: *mut icoray_ctx,
@@ -78,30 +78,31 @@ unsafe fn wanted(
     }
 }
 
-/// Renders the scene from the fields as they are now; a thread writes the picture, the map of its errors where the scene
-/// names one (output.error), and a line of report.csv. Of a scene of several views ([[views]]) it draws all pictures that are
-/// due, one after the other, each under its own name: those whose turn it is (`every`, `at_steps`, `at_times`; a scene without
-/// any is drawn at each step) and whose conditions hold (`when`: a field that several of them read is read once). It is called
-/// for each step, or at least for those that icoray_wants says 1 of; others are left out.
-/// iso_datetime ("YYYY-MM-DD_hh:mm:ss" or with a T between) may be NULL unless an output name of the scene has a date.
+/// Renders all pictures that are due at this step from the fields as they are now. A thread then writes each picture,
+/// its map of errors if the scene has one (output.error), and a line of report.csv. A model calls this at each step,
+/// or at least at those for which icoray_wants answers 1.
 ///
-/// Where one of several pictures fails the others are drawn all the same: the status and message are the first failure's,
-/// with step and view, and the log has all of them.
+/// - `step`: the model's step; views with `every` or `at_steps` refer to it.
+/// - `time_s`: model time in seconds; views with `at_times` refer to it.
+/// - `iso_datetime`: "YYYY-MM-DD_hh:mm:ss", or with a T in between; may be NULL unless an output name of the scene
+///   contains a date.
 ///
-/// A picture that could not be written, which shows after the call, is told by the next call of icoray_execute (which has
-/// drawn its own frame all the same), icoray_wait or icoray_close. One of the two comes before the program ends: frames
+/// A scene with several [[views]] draws those whose trigger (`every`, `at_steps`, `at_times`; without any, each step)
+/// and conditions (`when`) hold. If one of several pictures fails, the others are drawn nevertheless; status and
+/// message are those of the first failure, with step and view, and the log has all of them.
+///
+/// A picture that could not be written is reported by the next call of icoray_execute (which has rendered its own
+/// frame nevertheless), icoray_wait or icoray_close. Call icoray_wait or icoray_close before the program ends: frames
 /// that are not on disk by then are lost.
 ///
-/// Collective over the communicator of icoray_open, for each step, drawn or not: ranks tell each other that they are ready
-/// (a few bytes), each draws its tiles or its part of the grid, and the picture is at rank 0, whose context writes it, with
-/// what is kept of a series of pictures. Conditions are on the values of all ranks, each once, and decided alike on all. Of
-/// columns that are spread over ranks the fields are put together once for each picture. What fails on one rank is the
-/// status of all, with that rank's number in the message; ranks with different steps, scenes or fields are
-/// ICORAY_ERR_MPI.
+/// Collective over the communicator of icoray_open, at each step, drawn or not: ranks exchange some hundred bytes,
+/// and each renders its tiles or its part of the grid. Rank 0 gathers and writes the picture. Conditions use the
+/// values of all ranks. A failure on one rank is the status of all ranks, with that rank's number in the message;
+/// ranks with different steps, scenes or fields get ICORAY_ERR_MPI.
 ///
 /// # Safety
-/// `ctx` is open; all borrowed tables and arrays are alive and unchanged until the call returns; `iso_datetime` is NULL
-/// or a string.
+/// `ctx` is open; all borrowed tables and arrays are alive and unchanged until the call returns; `iso_datetime` is
+/// NULL or a string.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn icoray_execute(
     ctx: *mut icoray_ctx,
@@ -126,8 +127,8 @@ pub unsafe extern "C" fn icoray_execute(
     }
 }
 
-/// Waits until all frames are on disk. Where any failed since a call last told of one, the status and message are the first
-/// one's; the log has all of them. Collective over the communicator of icoray_open.
+/// Waits until all frames are on disk. If frames have failed since the last call that returned a failure, status and
+/// message are those of the first one; the log has all of them. Collective over the communicator of icoray_open.
 ///
 /// # Safety
 /// `ctx` is open.
@@ -137,11 +138,11 @@ pub unsafe extern "C" fn icoray_wait(ctx: *mut icoray_ctx) -> icoray_status {
     unsafe { with_all(ctx, |context| context.wait()) }
 }
 
-/// What the last frame cost and how exact it is, or the frames of the last call that drew any. report->struct_size is set before the call. Of this rank alone, not
-/// collective.
+/// Fills *report with cost and error of the last rendered frame. The caller sets report->struct_size before the call.
+/// The call is local and reports on this rank.
 ///
 /// # Safety
-/// `ctx` is open; `report` is NULL or points to an icoray_frame_report that can be written.
+/// `ctx` is open; `report` is NULL or points to a writable icoray_frame_report.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn icoray_report(
     ctx: *mut icoray_ctx,

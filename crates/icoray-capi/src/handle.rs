@@ -206,7 +206,7 @@ mod tests {
             assert_eq!(icoray_report(ctx, &mut report), ICORAY_ERR_INTERNAL);
             let first = "internal error: a broken promise";
             assert_eq!(message(ctx), first, "the first failure is the one to know");
-            assert!(message(ptr::null()).contains("takes no more calls"));
+            assert!(message(ptr::null()).contains("accepts no more calls"));
 
             assert_eq!(icoray_scene_text(other, ptr::null()), ICORAY_ERR_NULL, "another context goes on");
         }

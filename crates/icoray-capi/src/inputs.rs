@@ -7,12 +7,15 @@ use crate::types::{icoray_array, icoray_grid, icoray_layers, icoray_ndarray, ico
 use icoray_core::Description;
 use std::ffi::c_char;
 
-/// Hands over a grid's tables, which are checked whole; they are borrowed until icoray_close or the next icoray_grid_set
-/// of that name. On failure the grid before, if any, stays, and so does its part (icoray_part_set). Waits for frames that
-/// still read that one. A rank of icoray_open may have no cells, corners and edges, and tables that are NULL.
+/// Sets a grid: checks all its tables and borrows them until icoray_close or the next icoray_grid_set of the same
+/// name. It first waits for frames that still read the previous grid. A rank of icoray_open may have no cells,
+/// corners and edges; its tables may then be NULL.
+///
+/// On failure (ICORAY_ERR_GRID names table, row and value) the previous grid of that name, if any, and its
+/// icoray_part stay in effect.
 ///
 /// # Safety
-/// `ctx` is open; `grid` is NULL or filled in as the header says.
+/// `ctx` is open; `grid` is NULL or points to an initialised icoray_grid.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn icoray_grid_set(ctx: *mut icoray_ctx, grid: *const icoray_grid) -> icoray_status {
     // SAFETY: passed on.
@@ -25,20 +28,21 @@ pub unsafe extern "C" fn icoray_grid_set(ctx: *mut icoray_ctx, grid: *const icor
     }
 }
 
-/// Says which cells of a grid are this rank's own, where ranks have parts of it, or the whole grid and columns of some cells
-/// each (icoray_part); after icoray_grid_set of that grid, and again after each one (ICORAY_ERR_ORDER where no grid was given).
-/// On failure what was said before, if anything, stays.
+/// Declares which cells of a grid belong to this rank, where ranks have parts of the grid, or the whole grid and some
+/// columns of the fields (icoray_part). It is called after icoray_grid_set of that grid, and again after each further
+/// one (ICORAY_ERR_ORDER if no grid was set). The tables of `part` are read during the call only.
 ///
-/// From then on each rank draws its own part in whole pictures, and rays are put together of what ranks send each other. Of
-/// columns, each node puts the fields together, and ranks draw tiles: bitwise the picture of one rank with the whole fields.
+/// With parts, each rank renders its cells in the whole picture, and the fragments of rays are exchanged and
+/// composed. With columns, each node assembles the fields, and ranks render tiles: bitwise the picture of one rank
+/// with the whole fields.
 ///
-/// Collective over the communicator of icoray_open, with a grid of the same name on all. What fails on one rank is the
-/// status of all: ICORAY_ERR_GRID where a cell is owned by two ranks or by none, a number is there twice or not in the grid, or
-/// a halo is narrower than one cell. One process alone owns every cell, in the order of its tables, and draws as without this
-/// call.
+/// Collective over the communicator of icoray_open, with a grid of the same name on all ranks. A failure on one rank
+/// is the status of all ranks: ICORAY_ERR_GRID if a cell is owned by two ranks or by none, a number occurs twice or
+/// is not in the grid, or a halo is narrower than one cell. On failure the previous part, if any, stays in effect. A
+/// single process owns every cell, in the order of its tables, and renders as without this call.
 ///
 /// # Safety
-/// `ctx` is open; `part` is NULL or filled in as the header says.
+/// `ctx` is open; `part` is NULL or points to an initialised icoray_part.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn icoray_part_set(ctx: *mut icoray_ctx, part: *const icoray_part) -> icoray_status {
     // SAFETY: passed on.
@@ -52,10 +56,11 @@ pub unsafe extern "C" fn icoray_part_set(ctx: *mut icoray_ctx, part: *const icor
     }
 }
 
-/// Hands over the layers' radii, which are copied.
+/// Sets the radii of layers, which are copied. ICORAY_ERR_LAYERS if they are not positive, finite and strictly
+/// monotone.
 ///
 /// # Safety
-/// `ctx` is open; `layers` is NULL or filled in as the header says.
+/// `ctx` is open; `layers` is NULL or points to an initialised icoray_layers.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn icoray_layers_set(
     ctx: *mut icoray_ctx,
@@ -71,14 +76,15 @@ pub unsafe extern "C" fn icoray_layers_set(
     }
 }
 
-/// Hands over a field under a name that scenes use; a field of that name before is replaced. The array is not read
-/// now but at each icoray_execute that needs it, so it can be handed over once and change from step to step. A model whose
-/// arrays move (time levels that are swapped) calls this before each icoray_execute; it takes no time. A scene of several fields
-/// needs all of them, over one grid and its layers; some may be at centres and others at corners.
+/// Sets a field under the name that scenes use; it replaces a field of the same name. The array is borrowed: it is
+/// read at each icoray_execute that needs it, so that one call suffices for an array whose values change. A model
+/// whose arrays move (time levels that are swapped) calls this before each icoray_execute; the call stores the
+/// description only. A scene of several fields needs all of them, on the same grid and layers; some may be at centres
+/// and others at corners.
 ///
 /// # Safety
-/// `ctx` is open; `name` is NULL or a string; `array` is NULL or filled in as the header says, and its data live until
-/// the field is replaced or the context closed.
+/// `ctx` is open; `name` is NULL or a string; `array` is NULL or points to an initialised icoray_array, whose data
+/// live until the field is replaced or the context is closed.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn icoray_field_set(
     ctx: *mut icoray_ctx,
@@ -94,9 +100,9 @@ pub unsafe extern "C" fn icoray_field_set(
     }
 }
 
-/// As icoray_field_set, for an array of which just the dimensions are known: which of them are layers and which columns
-/// is found from grid and layers, which come first (ICORAY_ERR_ORDER); so does icoray_part_set where ranks have the whole grid.
-/// Fortran's icoray_field_set comes here.
+/// As icoray_field_set, for an array given by its dimensions: which of them are layers and which are columns is found
+/// from the grid and layers, which must be set before (ICORAY_ERR_ORDER), as must icoray_part_set where ranks have
+/// the whole grid and some columns. The Fortran procedure icoray_field_set calls this function.
 ///
 /// # Safety
 /// As icoray_field_set.
@@ -115,19 +121,20 @@ pub unsafe extern "C" fn icoray_field_set_ndarray(
     }
 }
 
-/// Hands over the heights of layers where these differ from column to column, as over mountains or a sea floor: metres above the
-/// planet's surface, negative below it, a value for each cell (ICORAY_CENTER) and each layer of icoray_layers, in their order;
-/// of the grid and layers that the array names. Only scenes with heights = "native" read them, at each icoray_execute, as they
-/// are then; others draw with the radii of icoray_layers, and do not touch the array. NULL takes back the heights before, which
-/// these replace.
+/// Sets the heights of layers that differ from column to column (terrain, a sea floor): metres above the planet's
+/// surface, negative below it, one value for each cell (ICORAY_CENTER) and each layer of icoray_layers, in their
+/// order, for the grid and layers that the array names. The array is borrowed and replaces earlier heights; NULL
+/// removes them. Scenes with heights = "native" read it at each icoray_execute; other scenes use the radii of
+/// icoray_layers and do not read it.
 ///
-/// In a column heights do not fall on the way up; layers may have no thickness. A column all of whose heights are missing (NaN
-/// or fill_value) has the mean ones. What is wrong is ICORAY_ERR_LAYERS at icoray_execute. A rank of icoray_open with a part of
-/// the grid, or columns of some cells, has heights of the cells of which it has fields.
+/// From the innermost layer outwards, the heights of a column must not decrease; equal heights are allowed. A column
+/// whose heights are all missing (NaN or fill_value) has the mean heights. Wrong heights are ICORAY_ERR_LAYERS at
+/// icoray_execute. On a rank with a part of the grid, or with some columns, the array has the same cells as the
+/// rank's fields.
 ///
 /// # Safety
-/// `ctx` is open; `heights` is NULL or filled in as the header says, and its data live until they are replaced, taken
-/// back or the context closed.
+/// `ctx` is open; `heights` is NULL or points to an initialised icoray_array, whose data live until they are replaced
+/// or removed or the context is closed.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn icoray_heights_set(
     ctx: *mut icoray_ctx,
@@ -142,8 +149,8 @@ pub unsafe extern "C" fn icoray_heights_set(
     }
 }
 
-/// As icoray_heights_set, for an array of which just the dimensions are known, as icoray_field_set_ndarray. Fortran's
-/// icoray_heights_set comes here.
+/// As icoray_heights_set, for an array given by its dimensions, as in icoray_field_set_ndarray. The Fortran procedure
+/// icoray_heights_set calls this function.
 ///
 /// # Safety
 /// As icoray_heights_set.
@@ -161,9 +168,9 @@ pub unsafe extern "C" fn icoray_heights_set_ndarray(
     }
 }
 
-/// Says what a field is called, for labels in pictures and the text of their files: `long_name` such as "potential
-/// temperature" and `units` such as "m s-1" (CF conventions), NULL or blank where there is none. It holds for the field of that name,
-/// given before or after, until the next such call. The strings are copied.
+/// Sets the long name (such as "potential temperature") and the units (such as "m s-1", CF conventions) of a field,
+/// for labels in pictures and for the text in their files. Either may be NULL or blank. They apply to the field of
+/// that name, set before or later, until the next such call. The strings are copied.
 ///
 /// # Safety
 /// `ctx` is open; `name`, `long_name` and `units` are NULL or strings.
@@ -188,9 +195,9 @@ pub unsafe extern "C" fn icoray_field_describe(
     }
 }
 
-/// Reads the scene from a TOML file, of one picture or of several views, with all that says when they are drawn and how
-/// their cameras move; a file of comments and blanks draws nothing. On failure (ICORAY_ERR_SCENE, with line and key) the scene
-/// before, if any, stays.
+/// Loads the scene from a TOML file: one picture or several views, with their triggers and camera motions. A file
+/// that has only comments draws nothing. On failure (ICORAY_ERR_SCENE names line and key; ICORAY_ERR_IO) the previous
+/// scene, if any, stays in effect.
 ///
 /// # Safety
 /// `ctx` is open; `path` is NULL or a string.
@@ -208,7 +215,7 @@ pub unsafe extern "C" fn icoray_scene_load(ctx: *mut icoray_ctx, path: *const c_
     }
 }
 
-/// As icoray_scene_load, from TOML text; text of comments and blanks draws nothing.
+/// As icoray_scene_load, from TOML text.
 ///
 /// # Safety
 /// `ctx` is open; `toml` is NULL or a string.

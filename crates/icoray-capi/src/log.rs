@@ -51,7 +51,7 @@ impl Log {
     }
 }
 
-/// A log callback that writes "icoray: warning: ..." lines to stderr. For icoray_config.log.
+/// A log callback for icoray_config.log that writes lines such as "icoray: warning: ..." to stderr.
 ///
 /// # Safety
 /// `message` is NULL or a string.

@@ -11,10 +11,11 @@ use std::ptr;
 /// A generated mesh that owns its tables.
 pub struct icoray_mesh(IcosahedralMesh);
 
-/// Makes the icosahedral mesh of 10*4^level + 2 cells, level 0 to 12. Freed by icoray_mesh_free.
+/// Creates the icosahedral mesh with 10*4^level + 2 cells, level 0 to 12, and stores it in *mesh; icoray_mesh_free
+/// frees it.
 ///
 /// # Safety
-/// `mesh` is NULL or points to a pointer that can be written.
+/// `mesh` is NULL or points to a writable pointer.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn icoray_mesh_create(level: i32, mesh: *mut *mut icoray_mesh) -> icoray_status {
     status(&guarded(|| {
@@ -38,11 +39,11 @@ pub unsafe extern "C" fn icoray_mesh_create(level: i32, mesh: *mut *mut icoray_m
     }))
 }
 
-/// Fills grid with the mesh's sizes and tables (doubles, numbered from 0), which live until icoray_mesh_free.
-/// grid->struct_size is set before the call.
+/// Fills *grid with the sizes and tables of the mesh (coordinates in double, indices from 0). The tables live until
+/// icoray_mesh_free. The caller sets grid->struct_size before the call.
 ///
 /// # Safety
-/// `mesh` comes from icoray_mesh_create; `grid` is NULL or points to an icoray_grid that can be written.
+/// `mesh` comes from icoray_mesh_create; `grid` is NULL or points to a writable icoray_grid.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn icoray_mesh_grid(mesh: *const icoray_mesh, grid: *mut icoray_grid) -> icoray_status {
     status(&guarded(|| {
@@ -79,10 +80,10 @@ pub unsafe extern "C" fn icoray_mesh_grid(mesh: *const icoray_mesh, grid: *mut i
     }))
 }
 
-/// Frees the mesh and sets *mesh to NULL; a NULL mesh is fine.
+/// Frees the mesh and sets *mesh to NULL. A NULL mesh is allowed. No context may still use the mesh's tables.
 ///
 /// # Safety
-/// `mesh` is NULL or points to NULL or to a mesh from icoray_mesh_create that no context uses any more.
+/// `mesh` is NULL, or points to NULL or to a mesh from icoray_mesh_create that no context uses any more.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn icoray_mesh_free(mesh: *mut *mut icoray_mesh) -> icoray_status {
     status(&guarded(|| {

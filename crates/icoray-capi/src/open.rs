@@ -10,16 +10,17 @@ use icoray_core::Ranks;
 use std::ffi::c_char;
 use std::ptr;
 
-/// The library's version, "major.minor.patch"; never NULL, never freed.
+/// Returns the library's version, "major.minor.patch": a string that is never NULL and never freed.
 #[unsafe(no_mangle)]
 pub extern "C" fn icoray_version() -> *const c_char {
     concat!(env!("CARGO_PKG_VERSION"), "\0").as_ptr().cast()
 }
 
-/// Opens a context without MPI. On failure *ctx is NULL and icoray_last_error(NULL, ...) has the message.
+/// Opens a context for one process, without MPI, and stores it in *ctx; icoray_close closes it. On failure *ctx is
+/// NULL, and icoray_last_error(NULL, ...) returns the message.
 ///
 /// # Safety
-/// `config` is NULL or a filled-in icoray_config; `ctx` is NULL or points to a pointer that can be written.
+/// `config` is NULL or points to an initialised icoray_config; `ctx` is NULL or points to a writable pointer.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn icoray_open_serial(
     config: *const icoray_config,
@@ -36,23 +37,26 @@ pub unsafe extern "C" fn icoray_open_serial(
     }))
 }
 
-/// Opens a context over the ranks of an MPI communicator, which draw each picture together; it is at rank 0, in the
-/// output_dir of rank 0's config. Every rank has the whole grid and the whole field, and draws some of the tiles; or each
-/// has its part of them, or the whole grid and its own columns of the field, and says so by icoray_part_set.
+/// Opens a context over the ranks of an MPI communicator, which render each picture together. The picture is written
+/// at rank 0, to the output_dir of rank 0's config. Either every rank has the whole grid and field, or each has its
+/// part of both, or each has the whole grid and some columns of the field; the latter two are declared by
+/// icoray_part_set.
 ///
-/// What ranks of a node need together is in memory that they share. The environment's ICORAY_NODE_RANKS says how many ranks do
-/// at most, where a node is better taken for several; 1 shares nothing.
+/// fortran_comm is MPI_Comm_c2f(comm). It is duplicated, and the duplicate is freed by icoray_close. The model
+/// initialises MPI before, at any thread level, and finalises it after icoray_close.
 ///
-/// fortran_comm is MPI_Comm_c2f(comm); it is duplicated, and freed by icoray_close. The model initialises MPI before, at any
-/// thread level, and finalises it after icoray_close. icoray_open, icoray_part_set, icoray_execute, icoray_wait and
-/// icoray_close are collective over it: all ranks make them in the same order, whatever calls have failed before, and get
-/// the same status. The other calls are each rank's own. MPI is only called in collective calls, on their thread. async_render is not
-/// supported with it. A library that was built without MPI says ICORAY_ERR_UNSUPPORTED.
+/// icoray_open, icoray_part_set, icoray_execute, icoray_wait and icoray_close are collective: all ranks call them in
+/// the same order, whatever calls have failed before, and get the same status. All other calls are local. MPI is
+/// called only inside collective calls, on their thread.
 ///
-/// On failure *ctx is NULL and icoray_last_error(NULL, ...) has the message.
+/// Ranks of a node share memory for data that all of them need. The environment variable ICORAY_NODE_RANKS limits how
+/// many ranks share it; with 1, none do. async_render is not supported.
+///
+/// On failure *ctx is NULL, and icoray_last_error(NULL, ...) returns the message: ICORAY_ERR_UNSUPPORTED if the
+/// library was built without MPI or for another MPI, ICORAY_ERR_MPI if MPI is not initialised or fails.
 ///
 /// # Safety
-/// `config` is NULL or a filled-in icoray_config; `ctx` is NULL or points to a pointer that can be written.
+/// `config` is NULL or points to an initialised icoray_config; `ctx` is NULL or points to a writable pointer.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn icoray_open(
     config: *const icoray_config,
@@ -104,9 +108,10 @@ unsafe fn configured(config: *const icoray_config, ranks: &Ranks) -> Outcome<Con
     Context::new(config, output_dir, ranks)
 }
 
-/// Copies the last failed call's message into buf, cut to len - 1 bytes and ended by NUL: that of the context, or of this
-/// thread's last failed call where the context did not let that in (ICORAY_ERR_BUSY, ICORAY_ERR_FORKED). With ctx NULL: that
-/// of this thread's last failed call, of any context or none. May be called while a call on the context is under way.
+/// Copies the message of the last failed call on the context into buf, truncated to len - 1 bytes and terminated by
+/// NUL. If that call was refused before it entered the context (ICORAY_ERR_BUSY, ICORAY_ERR_FORKED), or if ctx is
+/// NULL, it copies the message of this thread's last failed call. It may be called while another call on the context
+/// is in progress.
 ///
 /// # Safety
 /// `ctx` is NULL or open; `buf` is NULL or has room for `len` bytes.
@@ -134,17 +139,18 @@ pub unsafe extern "C" fn icoray_last_error(
     icoray_status::ICORAY_OK
 }
 
-/// Finishes what icoray_execute has begun, closes the context, sets *ctx to NULL and gives every borrowed array back; a
-/// NULL *ctx is fine. A status other than ICORAY_OK and ICORAY_ERR_BUSY, with its message in icoray_last_error(NULL,
-/// ...), is that of a frame that failed and that no call has told of; the context is closed all the same. After a fork
-/// the child's copy is let go without a word.
+/// Waits for all frames, closes the context, sets *ctx to NULL, and ends the borrow of all tables and arrays. A NULL
+/// *ctx is allowed. In a forked child process it only discards the child's copy.
 ///
-/// Collective over the communicator of icoray_open, which is freed. Where some ranks close while others make another
-/// collective call, all are told ICORAY_ERR_MPI and the others can only close, each by itself. After MPI_Finalize, too, it
-/// is this rank's own call, and MPI is left alone.
+/// A status other than ICORAY_OK and ICORAY_ERR_BUSY is that of a frame that failed and that no call has returned
+/// yet, with its message in icoray_last_error(NULL, ...); the context is closed all the same.
+///
+/// Collective over the communicator of icoray_open. If some ranks call icoray_close while others are in another
+/// collective call, all get ICORAY_ERR_MPI, and the others can only close, each by itself. After MPI_Finalize the
+/// call is local and does not call MPI.
 ///
 /// # Safety
-/// `ctx` is NULL or points to NULL or to an open context that no other thread uses afterwards.
+/// `ctx` is NULL, or points to NULL or to an open context that no other thread uses from now on.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn icoray_close(ctx: *mut *mut icoray_ctx) -> icoray_status {
     let mut refused = 0;

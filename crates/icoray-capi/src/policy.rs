@@ -72,7 +72,7 @@ impl Policy {
         }
         self.in_a_row += 1;
         if self.most.is_some_and(|most| self.in_a_row >= most) {
-            log.say(Level::Error, &format!("{} failures in a row: icoray draws no more", self.in_a_row));
+            log.say(Level::Error, &format!("{} failures in a row: icoray is switched off", self.in_a_row));
             self.off = Some(failure.message.clone());
         }
     }

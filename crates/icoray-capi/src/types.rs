@@ -3,43 +3,43 @@
 
 use std::ffi::{c_char, c_void};
 
-/// What a call says. Numbers are fixed for ever; new ones are added at the end.
+/// Status of a call. Numbers never change; new ones are added at the end.
 #[repr(i32)]
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum icoray_status {
-    /// All went well.
+    /// Success.
     ICORAY_OK = 0,
     /// A pointer that must not be NULL is NULL.
     ICORAY_ERR_NULL = 1,
-    /// A struct_size is not the size of the struct in this library's header.
+    /// struct_size differs from the size of the struct in this library's header.
     ICORAY_ERR_STRUCT_SIZE = 2,
-    /// A number or string is out of its range.
+    /// A number or string is out of range.
     ICORAY_ERR_ARGUMENT = 3,
-    /// A grid table contradicts itself or another; the message names table, row and value.
+    /// A grid table contradicts itself or another table; the message names table, row and value.
     ICORAY_ERR_GRID = 4,
-    /// The grid is right but of a kind that is not rendered (none that can be set here).
+    /// Not supported: MPI in a library built without it or for another MPI, or async_render over several ranks.
     ICORAY_ERR_UNSUPPORTED = 5,
-    /// Layer radii are not strictly monotone, positive and finite.
+    /// Layer radii are not positive, finite and strictly monotone, or heights of columns are wrong.
     ICORAY_ERR_LAYERS = 6,
-    /// A field is missing, or its shape does not fit grid and layers.
+    /// A field is missing, or its shape does not fit the grid and layers.
     ICORAY_ERR_FIELD = 7,
-    /// The scene is wrong; the message names line and key.
+    /// The scene is wrong; the message names the line and key.
     ICORAY_ERR_SCENE = 8,
-    /// A call came before what it needs.
+    /// A call that must come before this one is missing.
     ICORAY_ERR_ORDER = 9,
     /// A file could not be read or written.
     ICORAY_ERR_IO = 10,
-    /// A bug in icoray. The context takes no more calls but icoray_last_error and icoray_close.
+    /// A bug in icoray. The context accepts only icoray_last_error and icoray_close from now on.
     ICORAY_ERR_INTERNAL = 11,
-    /// A picture of that name is there and is not replaced (icoray_config.existing); nothing was rendered.
+    /// The picture exists and is not replaced (icoray_config.existing). Nothing was rendered.
     ICORAY_ERR_EXISTS = 12,
     /// The context has switched itself off after too many failures (icoray_config.on_error).
     ICORAY_ERR_DISABLED = 13,
     /// Another thread is in a call on this context, or the context's log callback called it.
     ICORAY_ERR_BUSY = 14,
-    /// The context was opened before this process was forked: its threads are in the other process.
+    /// The context was opened before this process was forked; its threads exist only in the parent process.
     ICORAY_ERR_FORKED = 15,
-    /// MPI is not initialised or has failed, or ranks that draw one picture differ in call, step, scene or data.
+    /// MPI is not initialised or has failed, or ranks differ in call, step, scene or data.
     ICORAY_ERR_MPI = 16,
 }
 
@@ -53,40 +53,41 @@ pub const ICORAY_I32: i32 = 3;
 pub const ICORAY_I64: i32 = 4;
 /// icoray_array.location: values at cell centres.
 pub const ICORAY_CENTER: i32 = 0;
-/// icoray_array.location: values at cell corners; averaged to centres before rendering.
+/// icoray_array.location: values at cell corners; they are averaged to centres before rendering.
 pub const ICORAY_CORNER: i32 = 1;
 
-/// icoray_frame_report.scheme: one process drew.
+/// icoray_frame_report.scheme: one process rendered the picture.
 pub const ICORAY_ALONE: i32 = 0;
-/// icoray_frame_report.scheme: every rank has the whole grid and drew tiles of its own.
+/// icoray_frame_report.scheme: each rank rendered tiles of the picture.
 pub const ICORAY_TILES: i32 = 1;
-/// icoray_frame_report.scheme: each rank drew its own part of the grid, and rays were put together of what ranks had.
+/// icoray_frame_report.scheme: each rank rendered its part of the grid, and the fragments of rays were composed.
 pub const ICORAY_FRAGMENTS: i32 = 2;
 
 /// icoray_frame_report.drawn_on: the CPU traced this rank's rays.
 pub const ICORAY_CPU: i32 = 0;
-/// icoray_frame_report.drawn_on: a GPU did.
+/// icoray_frame_report.drawn_on: a GPU traced this rank's rays.
 pub const ICORAY_GPU: i32 = 1;
-/// icoray_frame_report.drawn_on: a GPU did, and left some to the CPU.
+/// icoray_frame_report.drawn_on: a GPU traced this rank's rays, except some that the CPU traced.
 pub const ICORAY_GPU_AND_CPU: i32 = 2;
 
-/// icoray_config.existing: a picture that is there is not replaced; icoray_execute says ICORAY_ERR_EXISTS.
+/// icoray_config.existing: existing pictures are kept; icoray_execute returns ICORAY_ERR_EXISTS.
 pub const ICORAY_NEVER_MODIFY: i32 = 0;
-/// icoray_config.existing: a picture of the same name is replaced.
+/// icoray_config.existing: existing pictures are replaced.
 pub const ICORAY_OVERWRITE: i32 = 1;
 /// icoray_config.on_error: a failure is a status, a message and a warning in the log.
 pub const ICORAY_WARN: i32 = 0;
-/// icoray_config.on_error: a failure is a status and a message, and is not logged.
+/// icoray_config.on_error: a failure is a status and a message, without a log line.
 pub const ICORAY_IGNORE: i32 = 1;
-/// icoray_config.on_error: as ICORAY_WARN; after disable_after failed frames in a row the context switches itself off.
+/// icoray_config.on_error: as ICORAY_WARN; after disable_after failed frames in a row the context switches itself
+/// off.
 pub const ICORAY_DISABLE: i32 = 2;
 /// icoray_config.when_full: icoray_execute waits until the writer has taken a frame.
 pub const ICORAY_BLOCK: i32 = 0;
-/// icoray_config.when_full: the oldest frame that waits for the writer is dropped, counted and logged.
+/// icoray_config.when_full: the oldest waiting frame is dropped, counted and logged.
 pub const ICORAY_DROP_OLDEST: i32 = 1;
-/// icoray_config.log_level: nothing.
+/// icoray_config.log_level: no messages.
 pub const ICORAY_LOG_OFF: i32 = 0;
-/// icoray_config.log_level: what switches the context off.
+/// icoray_config.log_level: errors that switch the context off.
 pub const ICORAY_LOG_ERROR: i32 = 1;
 /// icoray_config.log_level: also frames that failed or were dropped.
 pub const ICORAY_LOG_WARN: i32 = 2;
@@ -95,46 +96,53 @@ pub const ICORAY_LOG_INFO: i32 = 3;
 /// icoray_config.log_level: also what each frame left out, and how ranks shared it.
 pub const ICORAY_LOG_DEBUG: i32 = 4;
 
-/// Takes the log: one line without its end, valid until the callback returns. Called only inside a call on the context,
-/// on the caller's thread. It must not throw, longjmp or call icoray on that context (which says ICORAY_ERR_BUSY).
+/// Log callback. `message` is one line without a newline, valid until the callback returns; `level` is
+/// ICORAY_LOG_ERROR to ICORAY_LOG_DEBUG; `user` is icoray_config.log_user. It is called only inside calls on the
+/// context, on the caller's thread. It must not throw, longjmp, or call icoray on that context (ICORAY_ERR_BUSY).
 pub type icoray_log_fn = Option<unsafe extern "C" fn(user: *mut c_void, level: i32, message: *const c_char)>;
 
-/// How a context is opened. All zero but struct_size is a good choice.
+/// Settings of a context. All members may be 0 or NULL except struct_size.
 #[repr(C)]
 #[derive(Debug, Clone, Copy)]
 pub struct icoray_config {
     /// sizeof(icoray_config)
     pub struct_size: usize,
-    /// Directory of the pictures and report.csv, made when missing; NULL is the working directory.
+    /// Directory of the pictures and of report.csv; created if missing. NULL is the working directory. Copied.
     pub output_dir: *const c_char,
-    /// Threads that render; 0 is as many as the affinity mask allows. All threads of icoray's, the writer's too, keep the
-    /// mask of the thread that opens the context: with one core in it they take turns with the model.
+    /// Number of rendering threads; 0 is the number of processors in the affinity mask. All threads of icoray,
+    /// including the writer, inherit the mask of the thread that opens the context: with one processor in it they
+    /// compete with the model.
     pub threads: i32,
-    /// Pictures that are there already: ICORAY_NEVER_MODIFY or ICORAY_OVERWRITE.
+    /// Existing pictures: ICORAY_NEVER_MODIFY or ICORAY_OVERWRITE.
     pub existing: i32,
-    /// Frames that fail: ICORAY_WARN, ICORAY_IGNORE or ICORAY_DISABLE. The status is returned either way.
+    /// Failed frames: ICORAY_WARN, ICORAY_IGNORE or ICORAY_DISABLE. The status is returned in all cases.
     pub on_error: i32,
-    /// With ICORAY_DISABLE: failed frames in a row after which the context switches itself off; 0 is 3.
+    /// With ICORAY_DISABLE: number of consecutive failed frames after which the context switches itself off; 0 is
+    /// 3.
     pub disable_after: i32,
-    /// Not 0: icoray_execute copies the fields that the pictures of the step need, each once, and returns; a thread renders
-    /// the copies. One step at a time: icoray_execute first waits for the frames before.
+    /// Nonzero: icoray_execute copies the fields that the step's pictures need, each once, and returns; a thread
+    /// renders from the copies. Only one step is in progress: icoray_execute first waits for the frames of the step
+    /// before.
     pub async_render: i32,
-    /// Frames that may wait for the thread that writes, 1 to 1024; 0 is 2.
+    /// Number of frames that may wait for the writing thread, 1 to 1024; 0 is 2.
     pub writer_queue: i32,
-    /// When that many wait: ICORAY_BLOCK or ICORAY_DROP_OLDEST.
+    /// If that many frames wait: ICORAY_BLOCK or ICORAY_DROP_OLDEST.
     pub when_full: i32,
-    /// The most talkative level that is logged, ICORAY_LOG_OFF to ICORAY_LOG_DEBUG.
+    /// Most detailed level that is logged, ICORAY_LOG_OFF to ICORAY_LOG_DEBUG.
     pub log_level: i32,
-    /// Takes the log; NULL logs nothing. icoray_log_stderr is one.
+    /// Log callback; NULL disables the log. icoray_log_stderr is one.
     pub log: icoray_log_fn,
-    /// Passed to log.
+    /// First argument of the log callback.
     pub log_user: *mut c_void,
 }
 
-/// The six tables of a geodesic grid, borrowed until icoray_close or the next icoray_grid_set of the same name.
+/// The tables of a geodesic grid. They are borrowed until icoray_close or the next icoray_grid_set of the same name,
+/// and must not change in that time.
 ///
-/// Index tables are row-major and number cells, corners and edges from index_base. Rows may be in any order and wind
-/// either way. A triangle of the dual mesh is a corner with its three cells.
+/// Index tables are row-major and number cells, corners and edges from index_base. The entries of a row may be in any
+/// order and orientation. Each corner with its three cells is a triangle of the dual mesh, over which values are
+/// interpolated. The mesh may have holes or cover a part of the sphere: a missing cell in corner_cell, edge in
+/// corner_edge or corner in edge_corner and cell_corner is index_base - 1, -1, or one past the last number.
 #[repr(C)]
 #[derive(Debug, Clone, Copy)]
 pub struct icoray_grid {
@@ -146,68 +154,70 @@ pub struct icoray_grid {
     pub corners: i64,
     /// Number of edges.
     pub edges: i64,
-    /// 0 or 1: the number of the first cell, corner and edge.
+    /// Number of the first cell, corner and edge: 0 or 1.
     pub index_base: i32,
-    /// ICORAY_F32 or ICORAY_F64, for the four coordinate arrays.
+    /// Type of the four coordinate arrays: ICORAY_F32 or ICORAY_F64.
     pub real_type: i32,
-    /// ICORAY_I32 or ICORAY_I64, for the tables of indices.
+    /// Type of the index tables: ICORAY_I32 or ICORAY_I64.
     pub index_type: i32,
-    /// Longitudes of the cell centres, radians (MPAS lonCell).
+    /// Longitudes of the cell centres: cells values, radians (MPAS lonCell).
     pub lon_center_rad: *const c_void,
-    /// Latitudes of the cell centres, radians (MPAS latCell).
+    /// Latitudes of the cell centres: cells values, radians (MPAS latCell).
     pub lat_center_rad: *const c_void,
-    /// Longitudes of the corners, radians (MPAS lonVertex).
+    /// Longitudes of the corners: corners values, radians (MPAS lonVertex).
     pub lon_corner_rad: *const c_void,
-    /// Latitudes of the corners, radians (MPAS latVertex).
+    /// Latitudes of the corners: corners values, radians (MPAS latVertex).
     pub lat_corner_rad: *const c_void,
     /// Corners of each cell: cells x cell_corner_row (MPAS verticesOnCell).
     pub cell_corner: *const c_void,
     /// Row length of cell_corner: 6, or MPAS's maxEdges.
     pub cell_corner_row: i64,
-    /// How many entries of each cell_corner row count (MPAS nEdgesOnCell); NULL where a cell with fewer corners repeats
-    /// one of them.
+    /// Number of valid entries in each row of cell_corner: cells values of index_type (MPAS nEdgesOnCell). NULL if
+    /// a cell with fewer corners repeats one of them.
     pub cell_corner_count: *const c_void,
-    /// The three cells at each corner: corners x 3 (MPAS cellsOnVertex).
+    /// Cells at each corner: corners x 3 (MPAS cellsOnVertex).
     pub corner_cell: *const c_void,
-    /// The three edges at each corner: corners x 3 (MPAS edgesOnVertex).
+    /// Edges at each corner: corners x 3 (MPAS edgesOnVertex).
     pub corner_edge: *const c_void,
-    /// The two corners of each edge: edges x 2 (MPAS verticesOnEdge).
+    /// Corners of each edge: edges x 2 (MPAS verticesOnEdge).
     pub edge_corner: *const c_void,
-    /// Name, for contexts with several grids; NULL is the grid of fields that name none. Copied.
+    /// Name of the grid, for contexts with several grids; NULL is the unnamed grid. Copied.
     pub name: *const c_char,
 }
 
-/// Which cells of a grid are this rank's own, where the grid or its fields are spread over the ranks of icoray_open. Read
-/// during the call only. Every cell is own on just one rank.
+/// The cells of a grid that belong to this rank, where the grid or its fields are distributed over the ranks of
+/// icoray_open. Read during the call only. Every cell is owned by exactly one rank.
 ///
-/// Where `cells` is the number of the grid's cells on all ranks, each rank's icoray_grid is its part: own cells and a halo of
-/// all cells that share a corner with these, with local numbers; what lies beyond is marked as missing, as beside a hole. Fields
-/// have values in the halo too, as after the model's exchange; of fields at corners those at the corners of own cells do.
+/// If `cells` equals the number of cells of the icoray_grid on all ranks, that grid is the rank's part: its own
+/// cells and a halo of all cells that share a corner with them, with local numbers. Neighbours beyond the halo are
+/// marked as missing. Fields at centres have values in the halo; fields at corners have values at the corners of
+/// own cells.
 ///
-/// Where it is another number on any rank, icoray_grid is the whole grid on all, and cell_global has rows of its tables. Fields
-/// are at centres (ICORAY_ERR_FIELD), with a column for each of this rank's cells, of which only own ones are read: a halo is
-/// not needed. They are put together in memory that the ranks of a node share, once per frame (bytes_copied).
+/// If it differs on any rank, icoray_grid is the whole grid on all ranks, and cell_global holds rows of its tables.
+/// Fields are at centres (else ICORAY_ERR_FIELD) and have a column for each of the `cells` cells, of which only own
+/// ones are read; a halo is not needed. The columns are assembled once per frame in memory shared by the ranks of a
+/// node (bytes_copied).
 #[repr(C)]
 #[derive(Debug, Clone, Copy)]
 pub struct icoray_part {
     /// sizeof(icoray_part)
     pub struct_size: usize,
-    /// Name of the grid, which icoray_grid_set was given before; NULL is the one without a name.
+    /// Name of the grid, set before by icoray_grid_set; NULL is the unnamed grid.
     pub grid: *const c_char,
-    /// Number of rows below: the cells of which this rank has columns.
+    /// Number of cells of this rank: rows of cell_global and is_owned.
     pub cells: i64,
-    /// ICORAY_I32 or ICORAY_I64, for cell_global.
+    /// Type of cell_global: ICORAY_I32 or ICORAY_I64.
     pub index_type: i32,
-    /// Number of each cell in the whole grid (MPAS indexToCellID), counted from the grid's index_base; of parts there may be
-    /// gaps.
+    /// Global number of each cell (MPAS indexToCellID), counted from the grid's index_base. For parts, numbers may
+    /// have gaps.
     pub cell_global: *const c_void,
-    /// The first so many cells are own (MPAS nCellsSolve); not read where is_owned is not NULL.
+    /// Number of own cells, which come first (MPAS nCellsSolve). Ignored if is_owned is not NULL.
     pub owned_cells: i64,
-    /// For each cell: not 0 where it is own. NULL where these are the first owned_cells.
+    /// For each cell: nonzero if it is own. NULL if the first owned_cells cells are own.
     pub is_owned: *const i32,
 }
 
-/// Layers, copied by the call.
+/// Radii of the layers. Copied by the call.
 #[repr(C)]
 #[derive(Debug, Clone, Copy)]
 pub struct icoray_layers {
@@ -215,29 +225,33 @@ pub struct icoray_layers {
     pub struct_size: usize,
     /// Number of radii, at least 2.
     pub count: i64,
-    /// Radii from the planet's centre in metres, strictly rising or strictly falling, in the order of the fields'
-    /// layers. A field with one layer fewer lies midway between them.
+    /// Radii from the planet's centre: count values, metres, positive, strictly rising or strictly falling, in the
+    /// order of the fields' layers. A field with count - 1 layers is midway between them.
     pub radius_m: *const f64,
-    /// Radius of the planet's surface in metres: vertical exaggeration stretches heights above it.
+    /// Radius of the planet's surface, metres, above 0. Exaggeration stretches heights above it.
     pub planet_radius_m: f64,
-    /// Name, for contexts with several sets of layers; NULL is the set of fields that name none. Copied.
+    /// Name of the layers, for contexts with several sets; NULL is the unnamed set. Copied.
     pub name: *const c_char,
 }
 
-/// A field: with block 0, value (column, layer) is element column*column_stride + layer*layer_stride of data. Borrowed:
-/// read during icoray_execute, so the array must live until it is replaced or the context is closed.
+/// A field with strides. With block = 0, value (column, layer) is element column*column_stride + layer*layer_stride
+/// of data. The data are borrowed: they are read during icoray_execute, and must live until the field is replaced
+/// or the context is closed. No other thread may write to them during icoray_execute.
 ///
-/// Level-fastest (MPAS): column_stride = layers, layer_stride = 1. Cell-fastest: column_stride = 1, layer_stride =
-/// columns. Blocked, Fortran's (nproma, layers, blocks) (ICON, NICAM): block = nproma, column_stride = 1, layer_stride =
-/// nproma, block_stride = nproma*layers. Padded rows have a longer column_stride; an array with more columns than the grid
-/// (MPAS's nCells + 1) is read up to columns. All elements from the lowest to the highest lie in one allocation, and no
-/// other thread writes to it during icoray_execute.
+/// | layout | column_stride | layer_stride | block | block_stride |
+/// |---|---|---|---|---|
+/// | level-fastest (MPAS) | layers | 1 | 0 | |
+/// | cell-fastest | 1 | columns | 0 | |
+/// | Fortran's (nproma, layers, blocks) (ICON, NICAM) | 1 | nproma | nproma | nproma*layers |
+///
+/// Padded rows have a longer column_stride. An array with more columns than the grid (MPAS's nCells + 1) is read up
+/// to `columns`. All elements between the lowest and the highest belong to one allocation.
 #[repr(C)]
 #[derive(Debug, Clone, Copy)]
 pub struct icoray_array {
     /// sizeof(icoray_array)
     pub struct_size: usize,
-    /// Value (0, 0).
+    /// Element (0, 0).
     pub data: *const c_void,
     /// ICORAY_F32 or ICORAY_F64.
     pub r#type: i32,
@@ -245,43 +259,45 @@ pub struct icoray_array {
     pub location: i32,
     /// Number of columns: cells of the grid, or corners for ICORAY_CORNER.
     pub columns: i64,
-    /// Number of layers, at least 2: count of icoray_layers, or one fewer.
+    /// Number of layers, at least 2: count of icoray_layers, or count - 1.
     pub layers: i64,
-    /// Elements from a column to the next; may be negative.
+    /// Elements from one column to the next; may be negative.
     pub column_stride: i64,
-    /// Elements from a layer to the next; may be negative, and 0 where all layers show the values of one.
+    /// Elements from one layer to the next; may be negative, or 0 if all layers have the same values.
     pub layer_stride: i64,
-    /// Columns per block; 0 where columns are not in blocks. Then value (column, layer) is element (column %
-    /// block)*column_stride + (column / block)*block_stride + layer*layer_stride; the last block may be partly filled.
+    /// Columns per block; 0 if columns are not in blocks. Otherwise value (column, layer) is element (column %
+    /// block)*column_stride + (column / block)*block_stride + layer*layer_stride. The last block may be partly
+    /// filled.
     pub block: i64,
-    /// Elements from a block to the next; may be negative.
+    /// Elements from one block to the next; may be negative.
     pub block_stride: i64,
-    /// Not 0: fill_value marks missing values. NaN and infinities always do.
+    /// Nonzero: fill_value marks missing values. NaN and infinities always do.
     pub has_fill: i32,
-    /// The value that marks missing values.
+    /// Value that marks missing values.
     pub fill_value: f64,
-    /// Name of the field's grid; NULL is the one without a name. Copied.
+    /// Name of the field's grid; NULL is the unnamed grid. Copied.
     pub grid_name: *const c_char,
-    /// Name of the field's layers; NULL is those without a name. Copied.
+    /// Name of the field's layers; NULL is the unnamed set. Copied.
     pub layers_name: *const c_char,
 }
 
-/// Most dimensions of an icoray_ndarray.
+/// Maximum number of dimensions of an icoray_ndarray.
 pub const ICORAY_MAX_RANK: usize = 7;
 
-/// A field as an array of up to seven dimensions; which of them are layers and which columns is found from the numbers of
-/// layers and of cells or corners, so grid and layers come first.
+/// A field as an array of up to seven dimensions. Which dimension holds the layers and which the columns is found
+/// from the numbers of layers and of cells or corners, so the grid and layers must be set before.
 ///
-/// Dimensions of extent 1 do not count. Of two, one holds the layers and one the columns, in either order; of three, one
-/// holds the layers and the other two, in order, the columns of a block and the blocks. Where several readings fit, the
-/// layers are the dimension that has just as many as icoray_layers, else one fewer; of these the second of three, or the
-/// first. The dimension of columns may be longer than the grid has.
+/// Dimensions of extent 1 are ignored. Of two dimensions, one holds the layers and the other the columns, in either
+/// order. Of three, one holds the layers and the other two, in order, the columns of a block and the blocks. If
+/// several readings fit, the layers are the dimension with as many entries as icoray_layers, else one fewer; among
+/// these the second of three, or the first. The dimension of columns may be longer than the grid has cells or
+/// corners.
 #[repr(C)]
 #[derive(Debug, Clone, Copy)]
 pub struct icoray_ndarray {
     /// sizeof(icoray_ndarray)
     pub struct_size: usize,
-    /// The first element: all indices 0.
+    /// First element: all indices 0.
     pub data: *const c_void,
     /// ICORAY_F32 or ICORAY_F64.
     pub r#type: i32,
@@ -289,129 +305,129 @@ pub struct icoray_ndarray {
     pub location: i32,
     /// Number of dimensions, 1 to 7.
     pub rank: i32,
-    /// Not 0: fill_value marks missing values. NaN and infinities always do.
+    /// Nonzero: fill_value marks missing values. NaN and infinities always do.
     pub has_fill: i32,
-    /// The value that marks missing values.
+    /// Value that marks missing values.
     pub fill_value: f64,
-    /// Size of each dimension.
+    /// Extent of each dimension.
     pub extent: [i64; ICORAY_MAX_RANK],
     /// Elements from one index to the next in each dimension; may be negative.
     pub stride: [i64; ICORAY_MAX_RANK],
-    /// Name of the field's grid; NULL is the one without a name. Copied.
+    /// Name of the field's grid; NULL is the unnamed grid. Copied.
     pub grid_name: *const c_char,
-    /// Name of the field's layers; NULL is those without a name. Copied.
+    /// Name of the field's layers; NULL is the unnamed set. Copied.
     pub layers_name: *const c_char,
 }
 
-/// What the last rendered frame cost and how exact it is, and the counts of all frames so far. Seconds are wall clock.
+/// Cost and error of the last rendered frame, and counts of all frames so far. Seconds are wall-clock time.
 ///
-/// Where one call of icoray_execute drew several frames, host_s, waited_s, copy_s and bytes_copied are of all of them together,
-/// `frames` says how many they are, and all else is the last one's.
+/// If one call of icoray_execute rendered several frames, host_s, waited_s, copy_s and bytes_copied are sums over
+/// them, `frames` is their number, and all other members are of the last one. With async_render the report is of
+/// the frame that was finished last; icoray_wait waits for the one in progress.
 ///
-/// With async_render this is the frame that was finished last; icoray_wait waits for the one in the works.
-///
-/// Errors are how far a channel of a pixel may be from the exact integral along the pixel's ray: of premultiplied linear
-/// channels, 0 to 1, the largest of each pixel. What the interpolation between cells and layers itself is off is not in them.
+/// The error of a pixel is the largest error of its channels (premultiplied, linear, 0 to 1) against the exact
+/// integral of the interpolated field along its ray. It does not include the error of the interpolation between
+/// cells and layers.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, Default)]
 pub struct icoray_frame_report {
     /// sizeof(icoray_frame_report)
     pub struct_size: usize,
-    /// Step given to icoray_execute.
+    /// Step passed to icoray_execute.
     pub step: i64,
-    /// Time given to icoray_execute.
+    /// Time passed to icoray_execute, seconds.
     pub time_s: f64,
-    /// What the frames of the call cost the model: icoray_execute from its call to its return.
+    /// Seconds that the call of icoray_execute took.
     pub host_s: f64,
-    /// Of these: waiting for a full queue or for the frames before.
+    /// Part of host_s: waiting for a full queue or for earlier frames.
     pub waited_s: f64,
-    /// Of these: copying the fields (async_render, or columns that are spread over ranks, with waiting for each other).
+    /// Part of host_s: copying fields (async_render; columns distributed over ranks, including waiting for other
+    /// ranks).
     pub copy_s: f64,
-    /// Value range, averages of corner fields, gradients.
+    /// Seconds for value range, averages of corner fields, and gradients.
     pub prepare_s: f64,
-    /// Rays.
+    /// Seconds for tracing rays.
     pub render_s: f64,
-    /// Encoding and disk of the frame that was written last, on a thread of its own.
+    /// Seconds for encoding and writing the frame that was written last, on the writing thread.
     pub write_s: f64,
-    /// Rays that met the shell.
+    /// Rays that meet the shell.
     pub rays: u64,
-    /// Columns that they walked over.
+    /// Columns that these rays cross.
     pub columns: u64,
-    /// Frusta that they crossed.
+    /// Frusta that these rays cross and read.
     pub frusta: u64,
-    /// Frusta among these that a missing value made void.
+    /// Frusta among these that are empty because of a missing value.
     pub void_frusta: u64,
-    /// Least value of the field; NaN when all are missing.
+    /// Smallest value of the field; NaN if all values are missing.
     pub value_min: f64,
-    /// Greatest value of the field; NaN when all are missing.
+    /// Largest value of the field; NaN if all values are missing.
     pub value_max: f64,
-    /// Values that are NaN, infinite or the fill value.
+    /// Number of values that are NaN, infinite or equal to fill_value.
     pub missing_values: u64,
-    /// Bytes of input that were copied: 0, or the fields' with async_render. Of columns that are spread over ranks: what this
-    /// rank wrote to its node's memory, which is the fields' of all ranks there.
+    /// Bytes of input that were copied: 0, or those of the fields with async_render. For columns distributed over
+    /// ranks: bytes that this rank wrote to the memory of its node.
     pub bytes_copied: u64,
-    /// Bytes that were derived from the field: averages of corner fields, gradients.
+    /// Bytes derived from the field: averages of corner fields, gradients.
     pub bytes_derived: u64,
-    /// The most memory that icoray has held at once in this process, bytes, by all contexts and meshes; without what ranks of a
-    /// node share.
+    /// Largest number of bytes that icoray has held at once in this process, over all contexts and meshes; without
+    /// memory that the ranks of a node share.
     pub bytes_peak: u64,
     /// Largest error of a pixel.
     pub error_max: f64,
-    /// Mean error of the pixels whose error is above 0; 0 where there is none.
+    /// Mean error of the pixels with an error above 0; 0 if there are none.
     pub error_mean: f64,
-    /// 99.9th percentile of the errors above 0; 0 where there is none.
+    /// 99.9th percentile of the errors above 0; 0 if there are none.
     pub error_p999: f64,
-    /// The largest error that was allowed in a traced pixel: the scene's tolerance, or more to stay inside its
-    /// time_budget_ms.
+    /// Largest error allowed in a traced pixel: the scene's tolerance, or a larger one to keep its time_budget_ms.
     pub tolerance: f64,
-    /// 1 where the errors are bounds (unlit, in f64), 0 where they are estimates.
+    /// 1 if the errors are bounds (unlit, f64), 0 if they are estimates.
     pub error_is_bound: i32,
-    /// Each how many-th pixel was traced, in both directions, those between being interpolated: 1, or more to stay inside
+    /// Every how many pixels one is traced, in both directions, the others being interpolated: 1, or more to keep
     /// the scene's time_budget_ms.
     pub pixel_step: i32,
-    /// Light: 0 off, 1 coarse (to stay inside the time budget), 2 full.
+    /// Light: 0 off, 1 coarse (to keep the time budget), 2 full.
     pub lights: i32,
-    /// Threads that rendered.
+    /// Number of rendering threads.
     pub threads: i32,
-    /// Frames on disk so far.
+    /// Frames written so far.
     pub frames_written: u64,
-    /// Frames that could not be rendered or written so far; those that nobody rendered for ICORAY_ERR_EXISTS do not count.
+    /// Frames so far that could not be rendered or written; without those refused with ICORAY_ERR_EXISTS.
     pub frames_failed: u64,
-    /// Frames that a full queue dropped so far (ICORAY_DROP_OLDEST).
+    /// Frames dropped so far because the queue was full (ICORAY_DROP_OLDEST).
     pub frames_dropped: u64,
-    /// Seconds of the model inside icoray_execute so far.
+    /// Seconds inside icoray_execute so far.
     pub host_total_s: f64,
-    /// Seconds of encoding and disk so far.
+    /// Seconds for encoding and writing so far.
     pub write_total_s: f64,
-    /// Ranks that drew the frame: 1, or those of icoray_open. With several, errors, rays, columns, frusta, values, fragments,
-    /// gather_s, balance and bytes_received are of the whole picture and the same on all; other seconds and bytes, threads
-    /// and tiles are this rank's; frames are written, and what becomes of files is counted, at rank 0.
+    /// Number of ranks that rendered the frame: 1, or those of icoray_open. With several, errors, rays, columns,
+    /// frusta, values, fragments, gather_s, balance and bytes_received are of the whole picture and equal on all
+    /// ranks; other seconds and bytes, threads and tiles are of this rank; files are written and counted at rank 0.
     pub ranks: i32,
-    /// Tiles of the picture that this rank drew, or put together of fragments.
+    /// Tiles of the picture that this rank rendered, or composed of fragments.
     pub tiles: i32,
-    /// Seconds in which rank 0 waited for the other ranks' tiles and took them in.
+    /// Seconds in which rank 0 waited for and received tiles of the other ranks.
     pub gather_s: f64,
-    /// How even ranks were loaded: the mean of the seconds that they drew, divided by the most; 1 is even.
+    /// Load balance: mean over maximum of the seconds that ranks rendered; 1 is even.
     pub balance: f64,
     /// Bytes of tiles that rank 0 received.
     pub bytes_received: u64,
     /// How ranks shared the picture: ICORAY_ALONE, ICORAY_TILES or ICORAY_FRAGMENTS.
     pub scheme: i32,
-    /// Fragments that rays were put together of (ICORAY_FRAGMENTS), of all ranks.
+    /// Fragments of which rays were composed (ICORAY_FRAGMENTS), of all ranks.
     pub fragments: u64,
-    /// Bytes of these that ranks sent each other.
+    /// Bytes of fragments that ranks sent each other.
     pub fragment_bytes: u64,
-    /// Seconds in which this rank put rays together of fragments.
+    /// Seconds in which this rank composed rays of fragments.
     pub compose_s: f64,
-    /// Who traced this rank's rays: ICORAY_CPU, ICORAY_GPU, or ICORAY_GPU_AND_CPU where a GPU left some to the CPU. The log says
-    /// which GPU it was and why the CPU drew, each thing once.
+    /// What traced this rank's rays: ICORAY_CPU, ICORAY_GPU, or ICORAY_GPU_AND_CPU. The log names the GPU and the
+    /// reason for using the CPU, each once.
     pub drawn_on: i32,
-    /// Seconds of render_s until rays could begin on the GPU: preparing what is uploaded, and uploading.
+    /// Part of render_s before rays could start on the GPU: preparing and uploading data, seconds.
     pub upload_s: f64,
-    /// Seconds of rays by the GPU's clock; NaN where there is none.
+    /// Seconds for rays by the GPU's clock; NaN if there is none.
     pub device_s: f64,
-    /// Bytes that were uploaded to the GPU.
+    /// Bytes uploaded to the GPU.
     pub bytes_uploaded: u64,
-    /// Frames that the call of icoray_execute drew, of which this is the last one.
+    /// Number of frames that the call of icoray_execute rendered; this report is of the last one.
     pub frames: u64,
 }

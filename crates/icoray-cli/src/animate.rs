@@ -3,6 +3,7 @@
 use crate::failure::Failure;
 use crate::render::OnExisting;
 use icoray::output::{Animated, write_animation};
+use icoray_progress::Progress;
 use std::io::Write;
 use std::path::PathBuf;
 
@@ -26,8 +27,11 @@ pub struct Args {
 
 /// Writes the animation and says how large it is.
 pub fn run(args: &Args, out: &mut impl Write) -> Result<(), Failure> {
+    let progress = Progress::new();
+    progress.stage(format!("encoding {} pictures", args.pictures.len()));
     let Animated { size: [width, height], frames, bytes } =
         write_animation(&args.output, &args.pictures, args.fps, args.existing.into())?;
+    progress.finish();
     let (path, fps) = (args.output.display(), args.fps);
     writeln!(
         out,

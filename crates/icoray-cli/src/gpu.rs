@@ -28,15 +28,26 @@ enum Backend {
 impl Who {
     /// Puts what the command says into the scene.
     pub fn apply(&self, scene: &mut Scene) {
-        match self.backend {
-            Some(Backend::Auto) => scene.backend = icoray::Backend::Auto,
-            Some(Backend::Cpu) => scene.backend = icoray::Backend::Cpu,
-            Some(Backend::Gpu) => scene.backend = icoray::Backend::Gpu,
-            None => {}
+        if let Some(backend) = self.backend() {
+            scene.backend = backend;
         }
         if self.device.is_some() {
             scene.device.clone_from(&self.device);
         }
+    }
+
+    /// Who draws, where the command says so.
+    pub fn backend(&self) -> Option<icoray::Backend> {
+        self.backend.map(|word| match word {
+            Backend::Auto => icoray::Backend::Auto,
+            Backend::Cpu => icoray::Backend::Cpu,
+            Backend::Gpu => icoray::Backend::Gpu,
+        })
+    }
+
+    /// Which GPU, where the command says so.
+    pub fn device(&self) -> Option<&Adapter> {
+        self.device.as_ref()
     }
 }
 
@@ -70,7 +81,7 @@ pub fn would_draw(renderer: &Renderer, scene: &Scene) -> String {
 #[cfg(feature = "gpu")]
 pub fn list() -> Vec<String> {
     let listed = match icoray_gpu::list() {
-        Ok([]) => return vec!["no Vulkan adapter is here".into()],
+        Ok([]) => return vec!["no Vulkan adapter was found".into()],
         Ok(listed) => listed,
         Err(reason) => return vec![reason.to_string()],
     };

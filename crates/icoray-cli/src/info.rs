@@ -4,6 +4,7 @@ use crate::failure::Failure;
 use crate::input::{self, Input};
 use icoray::{GridTables, Indices, Reals};
 use icoray_netcdf::{LayerHeights, ModelFile};
+use icoray_progress::Progress;
 use std::collections::{BTreeMap, BTreeSet};
 use std::io::Write;
 
@@ -23,7 +24,16 @@ pub struct Args {
 /// Prints mesh, times, layers and fields. A grid that does not pass the check, or layers that are missing, are said and
 /// stop nothing.
 pub fn run(args: &Args, out: &mut impl Write) -> Result<(), Failure> {
+    let progress = Progress::new();
+    progress.stage(format!("reading {}", args.input.file.display()));
     let file = args.input.open()?;
+    let mut text = Vec::new();
+    describe(args, &file, &progress, &mut text)?;
+    progress.finish();
+    Ok(out.write_all(&text)?)
+}
+
+fn describe(args: &Args, file: &ModelFile, progress: &Progress, out: &mut impl Write) -> Result<(), Failure> {
     let mesh = file.mesh();
     let tables = mesh.tables();
     let [cells, corners, edges] = [tables.cells(), tables.corners(), tables.edges()];
@@ -35,6 +45,7 @@ pub fn run(args: &Args, out: &mut impl Write) -> Result<(), Failure> {
     writeln!(out, "cells      {}", polygons(&tables))?;
     writeln!(out, "radius     {} m", file.sphere_radius_m())?;
     writeln!(out, "positions  {}", precision(&tables))?;
+    progress.stage("checking the grid");
     match mesh.grid() {
         Ok(grid) => match grid.void_triangles() {
             0 => writeln!(out, "grid       passes the check")?,
@@ -42,9 +53,10 @@ pub fn run(args: &Args, out: &mut impl Write) -> Result<(), Failure> {
         },
         Err(e) => writeln!(out, "grid       {e}")?,
     }
-    times(&file, out)?;
-    layers(&file, out)?;
-    fields(&file, args.ranges, out)
+    times(file, out)?;
+    progress.stage("reading layers");
+    layers(file, out)?;
+    fields(file, args.ranges.then_some(progress), out)
 }
 
 /// How many cells there are of each number of corners.
@@ -124,7 +136,8 @@ fn heights_in_words(heights: &LayerHeights, layers: usize) -> String {
     text
 }
 
-fn fields(file: &ModelFile, ranges: bool, out: &mut impl Write) -> Result<(), Failure> {
+/// The table of fields; where `ranges` shows progress, with the least and the greatest value of each.
+fn fields(file: &ModelFile, ranges: Option<&Progress>, out: &mut impl Write) -> Result<(), Failure> {
     if file.fields().is_empty() {
         writeln!(out, "fields     none")?;
         return Ok(());
@@ -142,7 +155,8 @@ fn fields(file: &ModelFile, ranges: bool, out: &mut impl Write) -> Result<(), Fa
             text(&info.description.units),
             text(&info.description.long_name),
         ]);
-        if ranges {
+        if let Some(progress) = ranges {
+            progress.stage(format!("reading {}", info.name));
             let read = file.read_field(&info.name, last);
             let range = read.and_then(|owned| Ok(owned.field()?.range()));
             values.push(match range {
@@ -163,7 +177,7 @@ fn fields(file: &ModelFile, ranges: bool, out: &mut impl Write) -> Result<(), Fa
             line += &format!("{text:width$}  ");
         }
         line += &row[5];
-        if ranges {
+        if ranges.is_some() {
             let fill = wide.unwrap_or(0) - row[5].chars().count();
             line += &format!("{:fill$}  {}", "", values[i]);
         }

@@ -59,6 +59,12 @@ impl Wanted {
         Ok(range)
     }
 
+    /// As the command has it, where it does.
+    pub fn text(&self) -> Option<String> {
+        let (from, to) = self.layers?;
+        Some(format!("{from}..{}", to.map_or_else(String::new, |to| to.to_string())))
+    }
+
     /// Whether all are.
     pub fn is_all(&self) -> bool {
         self.layers.is_none()

@@ -1,18 +1,22 @@
 //! icoray on the command line: pictures of files of MPAS and ICON.
 //!
-//! `icoray render` makes pictures, `icoray animate` one that moves, `icoray info` says what a file holds, `icoray plan` what a scene leaves out, `icoray
-//! devices` which GPUs can draw, `icoray study` measures what the library claims. Results go to stdout; an error is one line on stderr and exit code 1, wrong usage exit code 2.
+//! `icoray render` makes pictures, `icoray animate` one that moves, `icoray info` says what a file holds, `icoray plan` what a
+//! scene reads and leaves out, `icoray devices` which GPUs can draw. Results go to stdout, progress to stderr where that is a
+//! terminal; an error is one line on stderr and exit code 1, wrong usage exit code 2.
 #![forbid(unsafe_code)]
 
 mod animate;
+mod drawn;
 mod failure;
 mod gpu;
 mod info;
 mod input;
 mod layering;
+mod look;
 mod plan;
 mod ranks;
 mod render;
+mod suggested;
 mod times;
 
 use clap::{Parser, Subcommand};
@@ -29,19 +33,25 @@ struct Cli {
 
 #[derive(Subcommand)]
 enum Command {
-    /// Render a field of a file as a scene says
+    /// Render a field of a file, as a scene says or as one that is suggested
     Render(render::Args),
     /// Make an animated PNG of pictures
     Animate(animate::Args),
     /// Say what a file holds: mesh, times, layers, fields
     Info(info::Args),
     /// Say what a scene reads of a file and leaves out
-    Plan(plan::Args),
+    ///
+    /// Takes the options of `icoray render` and draws nothing: -o names the picture that is told, --save-scene writes the
+    /// suggested scene, --error has no effect.
+    Plan(render::Args),
     /// List the GPUs that can draw, with the numbers by which scenes choose them
     Devices,
-    /// Measure what icoray claims
-    #[command(subcommand)]
-    Study(icoray_study::Study),
+    /// A program of its own
+    #[command(hide = true)]
+    Study {
+        #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
+        words: Vec<String>,
+    },
 }
 
 fn main() -> ExitCode {
@@ -52,7 +62,7 @@ fn main() -> ExitCode {
         Command::Info(args) => info::run(&args, &mut out),
         Command::Plan(args) => plan::run(&args, &mut out),
         Command::Devices => gpu::list().iter().try_for_each(|line| Ok(writeln!(out, "{line}")?)),
-        Command::Study(study) => study.run(&mut out).map_err(Into::into),
+        Command::Study { words } => return no_study(&words),
     };
     match done.and_then(|()| Ok(out.flush()?)) {
         Ok(()) => ExitCode::SUCCESS,
@@ -64,4 +74,13 @@ fn main() -> ExitCode {
             ExitCode::FAILURE
         }
     }
+}
+
+/// Says which program has the studies.
+fn no_study(words: &[String]) -> ExitCode {
+    let words = words.join(" ");
+    let program = format!("icoray-study {words}");
+    // Nothing is left to be done where stderr is closed too.
+    let _ = writeln!(io::stderr(), "icoray: the studies are a program of their own: {}", program.trim_end());
+    ExitCode::from(2)
 }

@@ -1,56 +1,51 @@
 //! `icoray plan`: what a scene reads and leaves out.
 
+use crate::drawn::{Opened, Scenes};
 use crate::failure::Failure;
 use crate::gpu;
-use crate::input::{self, Input, Wanted};
+use crate::input;
 use crate::layering::Layering;
-use icoray::output::Stamp;
+use crate::render::Args;
 use icoray::{Condition, Grid, Heights, Plan, Scene, Sharing, Shot, View};
 use icoray_netcdf::ModelFile;
+use icoray_progress::Progress;
 use std::collections::HashSet;
 use std::io::Write;
-use std::path::PathBuf;
 
-/// What `icoray plan` is told.
-#[derive(clap::Args)]
-pub struct Args {
-    #[command(flatten)]
-    input: Input,
-    /// What to draw and how
-    #[arg(long, value_name = "SCENE.toml")]
-    scene: PathBuf,
-    #[command(flatten)]
-    wanted: Wanted,
-    #[command(flatten)]
-    who: gpu::Who,
-}
-
-/// Prints for each view, a line each, what is read and what is not computed or read at the first time; of a sweep for the
-/// first picture of each field.
+/// Prints for each view, a line each, what is read and what is not computed or read at the first of the times; of a sweep for
+/// the first picture of each field.
 pub fn run(args: &Args, out: &mut impl Write) -> Result<(), Failure> {
-    let mut script = input::script(&args.scene)?;
-    script.scenes_mut().for_each(|scene| args.who.apply(scene));
-    let file = args.input.open()?;
-    let grid = file.mesh().grid()?;
-    // Nothing is drawn.
-    let renderer = gpu::renderer(1)?;
+    let progress = Progress::new();
+    let opened = args.drawn.open(&progress)?;
+    let Opened { renderer, file, .. } = &opened;
+    let Scenes { script, grid, suggested } = opened.scenes(&args.drawn, &progress)?;
+    let (series, target) = args.written.choose(&script, &opened)?;
+    progress.stage("checking the grid and looking at fields");
+    let grid = renderer.run(|| grid.map_or_else(|| file.mesh().grid(), Ok))?;
+    progress.suspend(|| args.save_scene(suggested.as_ref(), out))?;
+    let time = series.times[0];
+    let stamp = series.stamp(time);
     for view in script.views() {
         let mut fields = HashSet::new();
-        for Shot { name, scene } in view.shots(&Stamp::default()) {
+        for Shot { name, scene } in view.shots(&stamp) {
             if !fields.insert(scene.field.clone()) {
                 continue;
             }
+            let layering = Layering::of(file, &scene, &args.drawn.wanted)?;
+            let mut text = Vec::new();
             let swept = view.scenes().nth(1).map(|_| format!("field {}", scene.field));
             let title: Vec<String> =
                 (!name.is_empty()).then(|| format!("view {name}")).into_iter().chain(swept).collect();
             if !title.is_empty() {
-                writeln!(out, "{}:", title.join(", "))?;
+                writeln!(text, "{}:", title.join(", "))?;
             }
-            let layering = Layering::of(&file, &scene, &args.wanted)?;
-            read(&file, view, &scene, &layering, out)?;
-            left_out(&file, &grid, &scene, &layering, out)?;
-            writeln!(out, "drawn on {}", gpu::would_draw(&renderer, &scene))?;
-            writeln!(out, "several ranks would draw {}", Sharing::new(&scene, None)?)?;
+            read(file, view, &scene, &layering, &mut text)?;
+            left_out(file, &grid, &scene, (&layering, time), &mut text)?;
+            writeln!(text, "drawn on {}", gpu::would_draw(renderer, &scene))?;
+            writeln!(text, "several ranks would draw {}", Sharing::new(&scene, None)?)?;
+            let path = target.path(&scene.output, &stamp, &scene.field)?;
+            writeln!(text, "picture: {} ({} x {}), time {time}", path.display(), scene.width, scene.height)?;
+            progress.suspend(|| out.write_all(&text))?;
         }
     }
     Ok(())
@@ -87,7 +82,7 @@ fn left_out(
     file: &ModelFile,
     grid: &Grid,
     scene: &Scene,
-    layering: &Layering,
+    (layering, time): (&Layering, usize),
     out: &mut impl Write,
 ) -> Result<(), Failure> {
     let layers = layering.layers(&file.layer_heights(&layering.bearer().name)?)?;
@@ -97,7 +92,7 @@ fn left_out(
     }
     // Of a derived field it is what that is made of that the file has.
     let [first, _] = layering.key();
-    let owned = file.read_layers(first, 0, layering.range(file.field_info(first)?)?)?;
+    let owned = file.read_layers(first, time, layering.range(file.field_info(first)?)?)?;
     let plan = Plan::new(scene, grid, &layers, &owned.field()?)?;
     if plan.left_out().is_empty() {
         writeln!(out, "nothing is left out")?;

@@ -7,16 +7,14 @@ mod press;
 mod subject;
 mod target;
 
+use crate::drawn::{Drawn, Opened, Scenes};
 use crate::failure::Failure;
-use crate::gpu;
-use crate::input::{self, Input, Wanted};
 use crate::ranks::Ranked;
-use crate::times::Times;
+use crate::suggested::Suggested;
 use due::Series;
 use icoray::output::Existing;
-use icoray::{Error, ErrorKind, Ranks, Renderer, Result, Scene, Script};
-use icoray_netcdf::ModelFile;
-use indicatif::{ProgressBar, ProgressStyle};
+use icoray::{Error, ErrorKind, Ranks, Result, Script};
+use icoray_progress::Progress;
 use job::Job;
 use own_heights::OwnHeights;
 use press::Press;
@@ -31,31 +29,17 @@ use target::Target;
 #[derive(clap::Args)]
 pub struct Args {
     #[command(flatten)]
-    input: Input,
-    /// What to draw and how
-    #[arg(long, value_name = "SCENE.toml")]
-    scene: PathBuf,
-    /// Time by number from 0, negative from the last (-1); by date (2003-01-01T06; 2003-01 is a whole month); by a range of
-    /// either, without its end (0..10, 2003-01..2003-03, -5..); or "all". Of ranges and all times those are drawn that are
-    /// the views' turn (every, at_steps, at_times, when), the number of a time being its step; others are drawn by all views
-    #[arg(long, value_name = "TIME|A..B|all", default_value = "0", allow_hyphen_values = true)]
-    time: Times,
+    pub drawn: Drawn,
     #[command(flatten)]
-    wanted: Wanted,
+    pub written: Written,
+}
+
+/// Where pictures go, and how.
+#[derive(clap::Args)]
+pub struct Written {
     /// Picture (.png or .exr), or the directory for pictures named by the scene and for report.csv [default: .]
     #[arg(short, long, value_name = "PICTURE|DIR")]
     output: Option<PathBuf>,
-    /// Number of threads; 0 is as many as there are cores to use
-    #[arg(long, value_name = "N", default_value_t = 0)]
-    threads: usize,
-    #[command(flatten)]
-    who: gpu::Who,
-    /// Picture size in pixels, instead of the scene's
-    #[arg(long, value_name = "WxH", value_parser = size)]
-    size: Option<(u32, u32)>,
-    /// Largest error allowed in a channel of a pixel, 0 to 1, instead of the scene's
-    #[arg(long, value_name = "E", allow_hyphen_values = true, value_parser = tolerance)]
-    tolerance: Option<f64>,
     /// Map of the picture's errors, instead of the scene's output.error; for one picture
     #[arg(long, value_name = "FILE.png")]
     error: Option<PathBuf>,
@@ -84,20 +68,6 @@ impl From<OnExisting> for Existing {
     }
 }
 
-fn size(text: &str) -> std::result::Result<(u32, u32), String> {
-    let side = |t: &str| t.parse().ok().filter(|s| (1..=16384).contains(s));
-    let sides = text.split_once('x');
-    sides
-        .and_then(|(w, h)| Some((side(w)?, side(h)?)))
-        .ok_or_else(|| "expected WxH with sides of 1 to 16384 pixels, such as 640x480".to_owned())
-}
-
-fn tolerance(text: &str) -> std::result::Result<f64, String> {
-    let (low, high) = (Scene::TOLERANCE.start(), Scene::TOLERANCE.end());
-    let tolerance = text.parse().ok().filter(|t| Scene::TOLERANCE.contains(t));
-    tolerance.ok_or_else(|| format!("expected a number from {low:e} to {high}"))
-}
-
 /// Refuses templates that would let one file replace another of the same run.
 fn expect_distinct(series: &Series) -> Result<()> {
     let mut seen = HashMap::new();
@@ -119,24 +89,6 @@ fn expect_distinct(series: &Series) -> Result<()> {
     Ok(())
 }
 
-/// The script, with what the command says instead.
-fn script(args: &Args) -> Result<Script> {
-    let mut script = input::script(&args.scene)?;
-    for scene in script.scenes_mut() {
-        if let Some((width, height)) = args.size {
-            (scene.width, scene.height) = (width, height);
-        }
-        if let Some(tolerance) = args.tolerance {
-            scene.tolerance = tolerance;
-        }
-        args.who.apply(scene);
-        if args.error.is_some() {
-            scene.output.error = None;
-        }
-    }
-    Ok(script)
-}
-
 /// Renders, writes and prints a block for each picture. Several ranks draw each picture together, and rank 0 writes it.
 pub fn run(args: &Args, out: &mut impl Write) -> std::result::Result<(), Failure> {
     let mut ranked = Ranked::new()?;
@@ -146,60 +98,71 @@ pub fn run(args: &Args, out: &mut impl Write) -> std::result::Result<(), Failure
 
 fn render(args: &Args, ranks: &mut Ranks, out: &mut impl Write) -> std::result::Result<(), Failure> {
     let start = Instant::now();
-    let (script, renderer, file) = ranks.together(open(args))?;
-    let (series, target) = ranks.together(choose(args, &script, &file))?;
-    let press = ranks.is_root().then(|| checked_press(args, &series, &target)).transpose();
+    let progress = if ranks.is_root() { Progress::new() } else { Progress::hidden() };
+    let opened = ranks.together(args.drawn.open(&progress))?;
+    let Opened { renderer, file, .. } = &opened;
+    let Scenes { mut script, grid, suggested } = ranks.together(opened.scenes(&args.drawn, &progress))?;
+    if args.written.error.is_some() {
+        script.scenes_mut().for_each(|scene| scene.output.error = None);
+    }
+    let (series, target) = ranks.together(args.written.choose(&script, &opened))?;
+    let press = ranks.is_root().then(|| args.written.press(&series, &target)).transpose();
     let mut press = ranks.together(press)?;
-    let mesh = file.mesh();
-    let prepared = renderer.run(|| mesh.grid()).and_then(|grid| {
-        let subjects = Subjects::new(&file, &script, &args.wanted, grid.cells())?;
+    progress.stage("checking the grid and reading layers");
+    let prepared = renderer.run(|| {
+        let grid = grid.map_or_else(|| file.mesh().grid(), Ok)?;
+        let subjects = Subjects::new(file, &script, &args.drawn.wanted, grid.cells())?;
         Ok((grid, subjects))
     });
     let (grid, subjects) = ranks.together(prepared)?;
     let open_s = start.elapsed().as_secs_f64();
-    let job = Job { subjects: &subjects, grid: &grid, renderer: &renderer, target: &target, open_s };
-    let bar = progress(if ranks.is_root() { series.pictures() } else { 0 });
+    let job = Job { subjects: &subjects, grid: &grid, renderer, target: &target, open_s };
+    let pictures = series.pictures();
+    progress.pictures(pictures);
     let mut said = match press {
-        Some(_) => {
-            subjects.all_notes(&script).map_err(Failure::from).and_then(|notes| say_notes(&notes, out))
-        }
+        Some(_) => progress.suspend(|| {
+            args.save_scene(suggested.as_ref(), out)?;
+            say_notes(&subjects.all_notes(&script)?, out)
+        }),
         None => Ok(()),
     };
     let (mut drawn, mut heights) = (0, OwnHeights::default());
-    bar.tick();
     for &time in &series.times {
         agree(ranks, said)?;
-        let (due, read) = ranks.together(series.due(time, &renderer, &subjects))?;
+        progress.stage(format!("reading time {time}"));
+        let (due, read) = ranks.together(series.due(time, renderer, &subjects))?;
         let fields = ranks.together(read.borrowed())?;
         let scenes = due.iter().flat_map(|view| view.scenes());
-        let from = (&file, &grid, &renderer);
+        let from = (file, &grid, renderer);
         let heights_s = ranks.together(heights.get_ready(from, &subjects, scenes, time))?;
         let (stamp, mut read_s) = (series.stamp(time), read.seconds + heights_s);
-        // Where nobody looks at the bar it has no length.
-        bar.set_length(bar.length().unwrap_or(0).saturating_sub(series.given_up(time, &due)));
+        progress.fewer_pictures(series.given_up(time, &due));
         said = Ok(());
         for shot in due.into_iter().flat_map(|view| view.shots(&stamp)) {
             agree(ranks, said)?;
             drawn += 1;
+            progress.stage(format!("drawing picture {drawn} of {pictures}"));
             let picture =
                 job.picture(&shot, &stamp, (&fields, &heights), std::mem::take(&mut read_s), ranks)?;
+            progress.drawn(drawn);
             said = match (&mut press, picture) {
                 (Some(press), Some((frame, words))) => {
-                    say(press.put(frame, shot.scene.output, stamp.clone(), words), &bar, out)
+                    say(press.put(frame, shot.scene.output, stamp.clone(), words), &progress, out)
                 }
                 _ => Ok(()),
             };
         }
     }
     agree(ranks, said)?;
+    progress.stage("writing");
     let said = match press {
         Some(_) if drawn == 0 => {
             Ok(writeln!(out, "note      nothing is drawn: these times are no view's turn")?)
         }
-        Some(press) => say(press.finish(), &bar, out),
+        Some(press) => say(press.finish(), &progress, out),
         None => Ok(()),
     };
-    bar.finish_and_clear();
+    progress.finish();
     agree(ranks, said)
 }
 
@@ -214,65 +177,71 @@ fn agree(ranks: &mut Ranks, said: std::result::Result<(), Failure>) -> std::resu
     said.and(told.map_err(Failure::from))
 }
 
-/// What every rank opens for itself.
-fn open(args: &Args) -> Result<(Script, Renderer, ModelFile)> {
-    Ok((script(args)?, gpu::renderer(args.threads)?, args.input.open()?))
-}
-
-/// What is drawn of the file, and where it goes.
-fn choose<'a>(args: &Args, script: &'a Script, file: &'a ModelFile) -> Result<(Series<'a>, Target)> {
-    for name in script.model_fields() {
-        file.field_info(&name)?;
-    }
-    let times = args.time.of(file.times())?;
-    let (is_scheduled, seconds) = (args.time.is_series(), file.seconds());
-    let series = Series { script, file, times, is_scheduled, seconds };
-    let target = Target::new(args.output.as_deref(), series.pictures())?;
-    Ok((series, target))
-}
-
-/// A press that can write all pictures, as far as is known before the first ray.
-fn checked_press<'a>(args: &'a Args, series: &Series, target: &'a Target) -> Result<Press<'a>> {
-    if let Some(map) = &args.error {
-        target::expect_error_map(map, series.pictures())?;
-    }
-    if let Target::Directory(_) = target {
-        expect_distinct(series)?;
-    }
-    let press = Press::new(target, args.existing.into(), args.error.as_deref())?;
-    for &time in &series.times {
-        let stamp = series.stamp(time);
-        let certain = series.scheduled(time).into_iter().filter(|view| !series.is_uncertain(view));
-        for shot in certain.flat_map(|view| view.shots(&stamp)) {
-            let (output, field) = (&shot.scene.output, &shot.scene.field);
-            if let Some(map) = &args.error {
-                target::expect_apart(map, &target.path(output, &stamp, field)?)?;
+impl Args {
+    /// Says which scene was suggested, and writes it where the command says so.
+    pub fn save_scene(
+        &self,
+        suggested: Option<&Suggested>,
+        out: &mut impl Write,
+    ) -> std::result::Result<(), Failure> {
+        let Some(suggested) = suggested else { return Ok(()) };
+        let saved = match &self.drawn.look.save_scene {
+            Some(path) => {
+                suggested.save(path, self.written.existing.into())?;
+                format!("; saved as {}", path.display())
             }
-            press.check(output, &stamp, field)?;
-        }
+            None => String::new(),
+        };
+        Ok(writeln!(out, "scene     {}{saved}", suggested.said)?)
     }
-    Ok(press)
+}
+
+impl Written {
+    /// What is drawn of the file, and where it goes.
+    pub fn choose<'a>(&self, script: &'a Script, opened: &'a Opened) -> Result<(Series<'a>, Target)> {
+        let Opened { file, times, is_series, .. } = opened;
+        for name in script.model_fields() {
+            file.field_info(&name)?;
+        }
+        let (times, is_scheduled, seconds) = (times.clone(), *is_series, file.seconds());
+        let series = Series { script, file, times, is_scheduled, seconds };
+        let target = Target::new(self.output.as_deref(), series.pictures())?;
+        Ok((series, target))
+    }
+
+    /// A press that can write all pictures, as far as is known before the first ray.
+    fn press<'a>(&'a self, series: &Series, target: &'a Target) -> Result<Press<'a>> {
+        if let Some(map) = &self.error {
+            target::expect_error_map(map, series.pictures())?;
+        }
+        if let Target::Directory(_) = target {
+            expect_distinct(series)?;
+        }
+        let press = Press::new(target, self.existing.into(), self.error.as_deref())?;
+        for &time in &series.times {
+            let stamp = series.stamp(time);
+            let certain = series.scheduled(time).into_iter().filter(|view| !series.is_uncertain(view));
+            for shot in certain.flat_map(|view| view.shots(&stamp)) {
+                let (output, field) = (&shot.scene.output, &shot.scene.field);
+                if let Some(map) = &self.error {
+                    target::expect_apart(map, &target.path(output, &stamp, field)?)?;
+                }
+                press.check(output, &stamp, field)?;
+            }
+        }
+        Ok(press)
+    }
 }
 
 /// Prints the blocks of pictures that are on the disk, up to the first one that could not be written.
 fn say(
     blocks: Vec<Result<String>>,
-    bar: &ProgressBar,
+    progress: &Progress,
     out: &mut impl Write,
 ) -> std::result::Result<(), Failure> {
     for block in blocks {
         let block = block?;
-        bar.suspend(|| writeln!(out, "{block}"))?;
-        bar.inc(1);
+        progress.suspend(|| writeln!(out, "{block}"))?;
     }
     Ok(())
-}
-
-/// A bar on stderr where that is a terminal and there is more than one picture.
-fn progress(pictures: usize) -> ProgressBar {
-    if pictures < 2 {
-        return ProgressBar::hidden();
-    }
-    let style = ProgressStyle::with_template("{bar:40} {pos}/{len} pictures, {eta} left");
-    ProgressBar::new(pictures as u64).with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
 }

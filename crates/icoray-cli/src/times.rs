@@ -1,14 +1,16 @@
 //! Which of a file's times are meant: by number, by date, or by a range of either.
 
 use icoray::{Error, ErrorKind, Result};
+use std::borrow::Cow;
 use std::cmp::Ordering;
+use std::fmt;
 use std::ops::Range;
 use std::str::FromStr;
 
 /// Some of a file's times, as a person says them.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Times {
-    text: String,
+    text: Cow<'static, str>,
     meant: Meant,
 }
 
@@ -34,7 +36,13 @@ impl FromStr for Times {
     type Err = &'static str;
 
     fn from_str(text: &str) -> std::result::Result<Self, Self::Err> {
-        Ok(Times { text: text.into(), meant: meant(text).ok_or(EXPECTED)? })
+        Ok(Times { text: text.to_owned().into(), meant: meant(text).ok_or(EXPECTED)? })
+    }
+}
+
+impl fmt::Display for Times {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.text)
     }
 }
 
@@ -87,6 +95,11 @@ fn digits(text: &str, between: char) -> Option<Vec<i64>> {
 }
 
 impl Times {
+    /// The first time.
+    pub const FIRST: Self = Times { text: Cow::Borrowed("0"), meant: Meant::Number(0) };
+    /// The last time.
+    pub const LAST: Self = Times { text: Cow::Borrowed("-1"), meant: Meant::Number(-1) };
+
     /// Whether a series is meant rather than times by their name: all, or a range.
     pub fn is_series(&self) -> bool {
         !matches!(self.meant, Meant::Number(_) | Meant::Date(_))

@@ -87,13 +87,13 @@ fn choose(all: &[Listed], wanted: &Wanted) -> Result<usize, Reason> {
             Some(Adapter::Name(part)) if !all.is_empty() => {
                 format!("no adapter is named {part:?} of {:?}", names())
             }
-            _ => "no Vulkan adapter is here".into(),
+            _ => "no Vulkan adapter was found".into(),
         });
     };
     let fastest: Vec<_> = fitting.into_iter().filter(|(_, one)| one.kind == kind).collect();
     let (number, one) = fastest[wanted.node_rank % fastest.len()];
     if kind == Kind::Processor && !wanted.or_processor {
-        return because(format!("{} is a processor itself, which backend = \"gpu\" takes", one.name));
+        return because(format!("{} is a processor, which only backend = \"gpu\" uses", one.name));
     }
     Ok(number)
 }
@@ -113,7 +113,7 @@ fn open(wanted: &Wanted, most: Most) -> Result<Gpu, Reason> {
     let number = choose(listed, wanted)?;
     match adapters()?.get(number).filter(|adapter| Listed::of(adapter) == listed[number]) {
         Some(adapter) => Gpu::open(adapter, most),
-        None => because(format!("{} is here no more", listed[number].name)),
+        None => because(format!("{} is no longer available", listed[number].name)),
     }
 }
 

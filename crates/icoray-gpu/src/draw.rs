@@ -70,7 +70,7 @@ impl Gpu {
         if tiles == 0 {
             return Ok(());
         }
-        because(format!("rays have lost their way on {}, or their loops were cut short", self.described()))
+        because(format!("the walk of rays failed on {}, or its driver ended loops early", self.described()))
     }
 }
 

@@ -210,13 +210,15 @@ impl Gpu {
 mod tests {
     use crate::Gpu;
     use icoray::{Field, Grid, IcosahedralMesh, Layers, Location, Renderer, Scene, Shape};
+    use icoray_test_support::{Need, skip_because};
     use std::sync::Arc;
 
     /// The picture of a device that is lost comes from the CPU, now and later.
     #[test]
     fn a_lost_device_is_a_reason() {
-        let Ok(gpu) = Gpu::new(None).map(Arc::new).inspect_err(|e| eprintln!("skipped: {e}")) else {
-            return;
+        let gpu = match Gpu::new(None) {
+            Ok(gpu) => Arc::new(gpu),
+            Err(reason) => return skip_because(Need::Gpu, reason),
         };
         let tables = IcosahedralMesh::new(2).unwrap();
         let grid = Grid::new(tables.tables()).unwrap();

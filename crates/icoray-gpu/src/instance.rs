@@ -42,7 +42,7 @@ pub(crate) fn instance() -> Result<wgpu::Instance, Reason> {
     };
     // SAFETY: what the callback takes away is looked at where a surface is made only, and none is.
     let instance = unsafe { vulkan::Instance::init_with_callback(&descriptor, Some(Box::new(no_displays))) };
-    let instance = instance.or_else(|_| because("no Vulkan adapter is here"))?;
+    let instance = instance.or_else(|_| because("no Vulkan adapter was found"))?;
     // SAFETY: the instance was just made, of the kind that it says.
     Ok(unsafe { wgpu::Instance::from_hal::<Vulkan>(instance) })
 }

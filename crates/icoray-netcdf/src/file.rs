@@ -1,5 +1,6 @@
 //! An open file, with what it lacks in others.
 
+use crate::choice;
 use crate::field::{FieldInfo, OwnedField};
 use crate::floor::Floor;
 use crate::heights::LayerHeights;
@@ -15,11 +16,24 @@ use std::sync::OnceLock;
 /// Earth's radius in ICON, metres, for files that do not tell.
 const ICON_RADIUS_M: f64 = 6_371_229.0;
 
-/// A model's file, opened: the mesh tables are in memory; fields, of the times and layers asked for, and heights are read
+/// An open model file. The mesh tables are in memory; fields, of the times and layers asked for, and heights are read
 /// on demand.
 ///
-/// The NetCDF library takes one call at a time, in the whole process; reading from several threads gains nothing. Damaged
-/// classic files give errors; for damaged NetCDF-4 files that holds as far as the HDF5 library is proof against them.
+/// The NetCDF library accepts one call at a time in the whole process; reading from several threads gains nothing.
+/// Damaged classic files give errors; for damaged NetCDF-4 files that depends on the HDF5 library.
+///
+/// ```no_run
+/// use icoray_netcdf::ModelFile;
+///
+/// let file = ModelFile::open("mpas_jw_10242.nc")?;
+/// for field in file.fields() {
+///     println!("{}: {} layers", field.name, field.layers);
+/// }
+/// let grid = file.mesh().grid()?;
+/// let values = file.read_field("theta", 0)?;
+/// let layers = file.layers("theta")?;
+/// # Ok::<(), icoray::Error>(())
+/// ```
 #[derive(Debug)]
 pub struct ModelFile {
     sources: Sources,
@@ -98,6 +112,12 @@ impl ModelFile {
     /// with or without time.
     pub fn fields(&self) -> &[FieldInfo] {
         &self.fields
+    }
+
+    /// The fields that are worth showing, the likeliest first: those of at least 2 layers that change with time, in the file's
+    /// order, then the others. Heights, thicknesses, base states and weights of the vertical grid are left out.
+    pub fn likely_fields(&self) -> Vec<&FieldInfo> {
+        choice::likely(&self.fields)
     }
 
     /// What is known of the field `name`.

@@ -21,6 +21,7 @@
 //! ```
 
 mod calendar;
+mod choice;
 mod classic;
 mod field;
 mod file;

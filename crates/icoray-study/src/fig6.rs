@@ -5,7 +5,7 @@
 //! neighbouring cells), 2.4e-4 of the radius at n = 5. It is largest where rays graze a layer.
 
 use crate::sphere::Sphere;
-use crate::{look, say};
+use crate::{look, progress, say};
 use glam::DVec3;
 use icoray::output::{Stamp, write_picture};
 use icoray::{Error, ErrorKind, Frame, Method, Renderer, Result, Scene};
@@ -171,12 +171,14 @@ pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
             options.layers, options.level, options.size, options.size
         ),
     )?;
+    let bar = progress(4, "fig6");
     for (name, method, lit) in [
         ("lit", Method::Exact, true),
         ("unlit", Method::Exact, false),
         ("lit_paper", Method::Paper, true),
         ("unlit_paper", Method::Paper, false),
     ] {
+        bar.set_message(name);
         let (mut frame, truth, distance) = compare(options, method, lit)?;
         frame.stamp = Stamp::default();
         write_picture(&directory.join(format!("fig6_{name}.png")), &frame)?;
@@ -185,14 +187,14 @@ pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
             &directory.join(format!("fig6_{name}_difference_x20.png")),
             &amplified(&frame, &truth),
         )?;
-        say(
-            out,
-            &format!(
-                "{name:>12}: RMSE {:.2e}, maximum {:.2e} ({:.2e} off the core's limb), rendered in {:.3} s",
-                distance.rmse, distance.max, distance.max_off_limb, frame.report.render_s
-            ),
-        )?;
+        let line = format!(
+            "{name:>12}: RMSE {:.2e}, maximum {:.2e} ({:.2e} off the core's limb), rendered in {:.3} s",
+            distance.rmse, distance.max, distance.max_off_limb, frame.report.render_s
+        );
+        bar.suspend(|| say(out, &line))?;
+        bar.inc(1);
     }
+    bar.finish_and_clear();
     say(out, &format!("pictures in {}", directory.display()))?;
     Ok(())
 }

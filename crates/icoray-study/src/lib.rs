@@ -1,4 +1,4 @@
-//! What icoray claims, measured: `icoray study NAME`.
+//! What icoray claims, measured: the program `icoray-study NAME`.
 //!
 //! [`mod@error`] error against run time of all methods, [`fig6`] the paper's radial field against its ground truth,
 //! [`fig8`] and [`fig9`] its comparisons with other interpolations, [`orders`] orders of convergence, [`mod@plan`] what each
@@ -35,7 +35,7 @@ pub mod stability;
 pub mod vtk;
 
 use icoray::{Error, ErrorKind};
-use indicatif::{ProgressBar, ProgressStyle};
+use icoray_progress::steps as progress;
 use std::io::Write;
 use std::path::Path;
 
@@ -53,13 +53,6 @@ fn io_error(path: &Path, e: impl std::fmt::Display) -> Error {
 /// Makes a directory for results.
 fn make_directory(path: &Path) -> icoray::Result<()> {
     std::fs::create_dir_all(path).map_err(|e| io_error(path, e))
-}
-
-/// A bar on stderr, where that is a terminal, that says what runs now.
-fn progress(length: usize, name: &str) -> ProgressBar {
-    let style = ProgressStyle::with_template("{prefix}: {bar:30} {pos}/{len}, {eta} left, now {msg}");
-    let style = style.unwrap_or_else(|_| ProgressStyle::default_bar());
-    ProgressBar::new(length as u64).with_style(style).with_prefix(name.to_owned())
 }
 
 /// A step along a ray from the command line.

@@ -3,8 +3,8 @@
 
 use crate::methods::{Job, Method};
 use crate::oracle::Oracle;
-use crate::say;
 use crate::sphere::Sphere;
+use crate::{progress, say};
 use glam::DVec3;
 use icoray::{Precision, Renderer, Result, Scene};
 use std::io::Write;
@@ -246,17 +246,25 @@ pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
             options.level, options.layers, options.step
         ),
     )?;
+    const IN_MESH: [Kind; 2] = [Kind::Smooth, Kind::Kinks];
+    let bar = progress(Kind::ALL.len() + IN_MESH.len(), "orders");
+    bar.set_message("steps");
     for kind in Kind::ALL {
         let list = in_step(options, kind)?;
-        tell(out, &list)?;
+        bar.suspend(|| tell(out, &list))?;
+        bar.inc(1);
         table += &lines("step", &list);
     }
-    say(out, &format!("against the oracle on the same mesh, 1 to {} bisections", options.levels))?;
-    for kind in [Kind::Smooth, Kind::Kinks] {
+    bar.set_message("meshes");
+    let line = format!("against the oracle on the same mesh, 1 to {} bisections", options.levels);
+    bar.suspend(|| say(out, &line))?;
+    for kind in IN_MESH {
         let list = in_mesh(options, kind)?;
-        tell(out, &list)?;
+        bar.suspend(|| tell(out, &list))?;
+        bar.inc(1);
         table += &lines("mesh", &list);
     }
+    bar.finish_and_clear();
     if let Some(path) = &options.csv {
         std::fs::write(path, table)
             .map_err(|e| icoray::Error::new(icoray::ErrorKind::Io, format!("{}: {e}", path.display())))?;

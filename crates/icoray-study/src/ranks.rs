@@ -6,7 +6,7 @@
 use crate::csv_file::CsvFile;
 use crate::scenes::multi_scale;
 use crate::sphere::{self, Sphere};
-use crate::{make_directory, say};
+use crate::{make_directory, progress, say};
 use icoray::ranks::local_team;
 use icoray::{Error, ErrorKind, FrameReport, Grid, Part, Ranks, Rendered, Renderer, Result, Scene};
 use rayon::prelude::*;
@@ -142,17 +142,22 @@ pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
         ),
     )?;
     let mut table = Table { size, csv, alone: vec![None; scenes.len()], out };
+    let bar = progress(options.sharing.len() * options.ranks.len() + 1, "ranks");
     for &sharing in &options.sharing {
         for &ranks in &options.ranks {
+            bar.set_message(format!("{ranks} ranks"));
             let parts = sharing.partition().map(|partition| Local::all(&sphere, partition, ranks));
             let world = World::new(&sphere, parts.as_deref(), &scenes, options.frames)?;
             for (scene, frame) in world.frames(ranks)?.into_iter().enumerate() {
-                table.row(multi_scale::TRANSFERS[scene].0, scene, sharing, &frame)?;
+                bar.suspend(|| table.row(multi_scale::TRANSFERS[scene].0, scene, sharing, &frame))?;
             }
+            bar.inc(1);
         }
     }
+    bar.set_message("2 ranks at once");
     let world = World::new(&sphere, None, &scenes, options.frames)?;
     let (one, two) = (world.wall_s(1)?, world.wall_s(2)?);
+    bar.finish_and_clear();
     for ((name, _), (one, two)) in multi_scale::TRANSFERS.iter().zip(one.into_iter().zip(two)) {
         let ratio = one / two;
         say(

@@ -4,7 +4,7 @@ use crate::io_error;
 use icoray::{Error, ErrorKind, Result};
 use std::path::Path;
 
-/// Replaces what stands between the marks of a study in a file: `<!-- icoray study NAME -->` and `<!-- end -->`.
+/// Replaces what stands between the marks of a study in a file: `<!-- icoray-study NAME -->` and `<!-- end -->`.
 ///
 /// # Errors
 /// [`ErrorKind::Io`] where the file cannot be read or written; [`ErrorKind::Argument`] where it has no marks.
@@ -20,7 +20,7 @@ pub(crate) fn put(path: &Path, study: &str, text: &str) -> Result<()> {
 const END: &str = "<!-- end -->\n";
 
 fn begin(study: &str) -> String {
-    format!("<!-- icoray study {study} -->\n")
+    format!("<!-- icoray-study {study} -->\n")
 }
 
 fn replaced(old: &str, study: &str, text: &str) -> Option<String> {
@@ -51,7 +51,7 @@ mod tests {
         std::fs::write(&path, "nothing").unwrap();
         let error = put(&path, "speed", "").unwrap_err().to_string();
         assert!(
-            error.contains("expected a line <!-- icoray study speed --> and behind it <!-- end -->"),
+            error.contains("expected a line <!-- icoray-study speed --> and behind it <!-- end -->"),
             "{error}"
         );
     }

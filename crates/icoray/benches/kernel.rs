@@ -1,4 +1,4 @@
-//! The kernel piece by piece, on one thread: `cargo bench -p icoray`. Whole frames are `icoray study speed`'s.
+//! The kernel piece by piece, on one thread: `cargo bench -p icoray`. Whole frames are `icoray-study speed`'s.
 //!
 //! Rates are of columns, frusta, pieces, values and cells.
 

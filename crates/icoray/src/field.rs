@@ -24,7 +24,19 @@ pub enum Location {
 
 /// A scalar field over a borrowed array.
 ///
-/// Values that are NaN, infinite or equal to `fill` are missing: every frustum that touches one is void and adds nothing.
+/// Values that are NaN, infinite or equal to `fill` are missing: a frustum with a missing value is empty.
+///
+/// ```
+/// use icoray::{Field, Location, Shape};
+///
+/// // Two columns of three layers; -999 marks a missing value.
+/// let values = [1.0, 2.0, 3.0, 4.0, -999.0, 6.0f32];
+/// let shape = Shape::level_fastest(2, 3);
+/// let field = Field::new(values.as_slice().into(), shape, Location::Center, Some(-999.0))?;
+/// assert_eq!(field.value(1, 2), 6.0);
+/// assert_eq!(field.range(), (Some([1.0, 6.0]), 1));
+/// # Ok::<(), icoray::Error>(())
+/// ```
 #[derive(Debug, Clone, Copy)]
 pub struct Field<'a> {
     samples: Reals<'a>,

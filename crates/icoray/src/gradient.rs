@@ -6,6 +6,7 @@
 //! (10 at a pentagon, half of that on the innermost and outermost layer) is the mean over the triangles with the mean of
 //! the two radial slopes. Frusta with a missing value are left out of the mean, and beside a hole there are fewer of them.
 
+use crate::array::MapInline;
 use crate::grid::Grid;
 use crate::kernel::leap::Visible;
 use crate::kernel::sample::{Sample, Samples};
@@ -48,9 +49,9 @@ impl Ring {
                 .position(|&c| c == cell)
                 .expect("the grid's check found the cell at its corners");
             let others = [cells[(k + 1) % 3], cells[(k + 2) % 3]];
-            let [b, c] = others.map(|o| grid.direction(o) - a);
+            let [b, c] = others.map_inline(|o| grid.direction(o) - a);
             let volume = a.dot(b.cross(c));
-            let others = others.map(|o| {
+            let others = others.map_inline(|o| {
                 self.neighbours.iter().position(|&n| n == o).unwrap_or_else(|| {
                     self.neighbours.push(o);
                     self.neighbours.len() - 1
@@ -206,7 +207,7 @@ impl<'r> Columns<'r> {
     /// The mean over all incident frusta, as if no value were missing.
     fn means(&mut self, ring: &Ring, wanted: &Range<usize>) {
         let layers = self.radius.len();
-        let [x, y, z] = self.mean.each_mut().map(|mean| &mut mean[wanted.clone()]);
+        let [x, y, z] = self.mean.each_mut().map_inline(|mean| &mut mean[wanted.clone()]);
         for (i, layer) in wanted.clone().enumerate() {
             let slope = |gap: usize| (self.own[gap + 1] - self.own[gap]) * self.inverse_gap[gap];
             let slope = match layer {
@@ -246,7 +247,7 @@ impl<'r> Columns<'r> {
         let next = [layer.checked_sub(1), (layer + 1 < layers).then_some(layer + 1)];
         let (mut sum, mut count) = (DVec3::ZERO, 0.0);
         for fan in &ring.fans {
-            let [b, c] = fan.others.map(|o| value(o, layer) - self.own[layer]);
+            let [b, c] = fan.others.map_inline(|o| value(o, layer) - self.own[layer]);
             let flat = (b * fan.along[0] + c * fan.along[1]) * self.inverse_radius[layer];
             for beyond in next.into_iter().flatten() {
                 let slope = (self.own[beyond] - self.own[layer]) / (self.radius[beyond] - self.radius[layer]);

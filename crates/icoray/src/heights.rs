@@ -1,5 +1,6 @@
 //! Layers that lie at heights of their own in each column, read in place from the model's array.
 
+use crate::array::MapInline;
 use crate::error::{Error, ErrorKind, Result};
 use crate::field::{Field, Location};
 use crate::grid::Reals;
@@ -102,7 +103,7 @@ impl<'f> Heights<'f> {
     /// Radii of the field's `layer` over three columns, in planet radii, stretched.
     #[inline(always)]
     pub fn radii_at(&self, bases: [Base; 3], layer: usize) -> [f64; 3] {
-        bases.map(|base| self.radius_at(base, layer))
+        bases.map_inline(|base| self.radius_at(base, layer))
     }
 
     /// [`Self::radii_at`] of three cells.

@@ -2,7 +2,18 @@
 
 use crate::error::{Error, ErrorKind, Result};
 
-/// The radii on which a field's layers lie.
+/// The radii of a field's layers.
+///
+/// ```
+/// use icoray::Layers;
+///
+/// // Interfaces of a model's layers, surface first, in metres above a sphere with the Earth's radius.
+/// let interfaces = Layers::from_heights(&[0.0, 500.0, 2e3, 12e3], 6.371e6)?;
+/// let levels = interfaces.midpoints()?;
+/// assert_eq!((interfaces.count(), levels.count()), (4, 3));
+/// assert_eq!(levels.radius_m()[0], 6.371e6 + 250.0);
+/// # Ok::<(), icoray::Error>(())
+/// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct Layers {
     radius_m: Vec<f64>,

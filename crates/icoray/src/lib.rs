@@ -33,6 +33,7 @@
 //! ```
 #![forbid(unsafe_code)]
 
+mod array;
 mod background;
 mod compose;
 mod derive;
@@ -61,6 +62,7 @@ mod scene;
 mod script;
 mod shape;
 mod snapshot;
+pub mod suggest;
 mod threads;
 mod traverse;
 

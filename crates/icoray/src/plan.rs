@@ -131,9 +131,9 @@ impl Sharing {
     /// The same of a field that was put together in each node's memory, or in each rank's own, as none could be shared.
     pub(crate) fn of_gathered(self, is_refused: bool) -> Self {
         let gathered = if is_refused {
-            "the field is put together once per rank, as nodes cannot share memory"
+            "the field is assembled once per rank, as nodes cannot share memory"
         } else {
-            "the field is put together once per node"
+            "the field is assembled once per node"
         };
         Sharing { gathered: Some(gathered), ..self }
     }

@@ -12,7 +12,8 @@ use crate::ground::Ground;
 use crate::kernel::Real;
 use crate::kernel::column::Shell;
 use crate::kernel::leap::Visible;
-use crate::kernel::sample::{Sample, Samples};
+use crate::kernel::ray::packets;
+use crate::kernel::sample::{AnySamples, Sample, Samples};
 use crate::kernel::transfer::Spans;
 use crate::layers::Layers;
 use crate::plan::{Plan, Savings, Sharing};
@@ -32,6 +33,7 @@ mod mixed;
 mod parts;
 mod picture;
 mod prepare;
+mod progress;
 mod shown;
 mod spare;
 mod summary;
@@ -42,19 +44,44 @@ pub(crate) use derived::Derived;
 use device::OnDevice;
 use devices::{Found, One, Opened};
 use prepare::Known;
+use progress::Progress;
 use shown::Other;
 use spare::{Source, Spare};
 use unchanged::Last;
 pub(crate) use work::brightest;
-use work::{Carrying, Plain, Work};
+use work::{Carrying, Plain, Rays, Work};
 
-/// A renderer with threads of its own, which have ended when it is dropped, and a device beside them if it is given one.
+/// A renderer with its own threads, which end when it is dropped, and optionally a device.
+///
+/// ```
+/// use icoray::{Field, Grid, IcosahedralMesh, Layers, Location, Renderer, Scene, Shape};
+///
+/// let mesh = IcosahedralMesh::new(2)?;
+/// let grid = Grid::new(mesh.tables())?;
+/// let layers = Layers::from_heights(&[0.0, 1e6], 6.371e6)?;
+/// let values = vec![1.0f32; 2 * grid.cells()];
+/// let shape = Shape::cell_fastest(grid.cells(), 2);
+/// let field = Field::new(values.as_slice().into(), shape, Location::Center, None)?;
+/// let scene = Scene::parse(
+///     "field = 'one'
+///      image = { width = 8, height = 8 }
+///      camera = { lon = 0, lat = 0, distance = 3 }
+///      transfer = { map = 'viridis', range = [0, 2], opacity = [[0, 0.5], [2, 0.5]] }",
+/// )?;
+/// let renderer = Renderer::new(1)?;
+/// let frame = renderer.render(&scene, &grid, &layers, &field)?;
+/// // Premultiplied linear RGBA, row by row from the top left.
+/// assert_eq!((frame.width, frame.height, frame.pixels.len()), (8, 8, 64));
+/// assert!(f64::from(frame.error[0]) <= 1e-3);
+/// # Ok::<(), icoray::Error>(())
+/// ```
 #[derive(Debug)]
 pub struct Renderer {
     threads: Threads,
     devices: Option<Opened>,
     savings: Savings,
     integrates: bool,
+    progress: Option<Progress>,
     spare: Spare,
     last: Last,
     ranges: Ranges,
@@ -70,7 +97,17 @@ impl Renderer {
         let (devices, savings) = (None, Savings::ALL);
         let (threads, spare, last) = (Threads::new(threads)?, Spare::default(), Last::default());
         let (ranges, derived) = (Ranges::default(), Kept::default());
-        Ok(Renderer { threads, devices, savings, integrates: true, spare, last, ranges, derived })
+        Ok(Renderer {
+            threads,
+            devices,
+            savings,
+            integrates: true,
+            progress: None,
+            spare,
+            last,
+            ranges,
+            derived,
+        })
     }
 
     /// The same, but leaving out what `savings` say: for measurements.
@@ -87,9 +124,9 @@ impl Renderer {
         Renderer { integrates: false, ..self }
     }
 
-    /// The machine's vectors, where frusta are integrated in them.
+    /// The machine's vector instructions, where rays are traced in packets.
     fn vectors(&self) -> Option<Level> {
-        self.savings.lanes.then(Level::new)
+        self.savings.lanes.then(packets).flatten()
     }
 
     /// The same renderer with devices, which trace what they can of scenes that ask for it ([`Scene::backend`]).
@@ -102,6 +139,22 @@ impl Renderer {
     #[must_use]
     pub fn with_device(self, device: Arc<dyn Device>) -> Self {
         self.with_devices(Arc::new(One(device)))
+    }
+
+    /// The same renderer, which calls `report(finished, total)` after each tile of a picture that this process draws, from the
+    /// thread that drew it. `total` is the number of these tiles. The calls of one picture come in no order, and none comes for
+    /// probes of a time budget.
+    ///
+    /// ```
+    /// use std::sync::Arc;
+    ///
+    /// let renderer = icoray::Renderer::new(1)?
+    ///     .with_progress(Arc::new(|finished, total| eprintln!("{finished} of {total} tiles")));
+    /// # Ok::<(), icoray::Error>(())
+    /// ```
+    #[must_use]
+    pub fn with_progress(self, report: Arc<dyn Fn(usize, usize) + Send + Sync>) -> Self {
+        Renderer { progress: Some(Progress(report)), ..self }
     }
 
     /// Number of threads.
@@ -336,30 +389,15 @@ fn draw<T: Real, S: Sample>(setting: &Setting, ranks: &mut Ranks, data: &[S]) ->
         grid,
         shell,
         spans,
-        samples,
+        samples: AnySamples::new(field, plan.falling, spans.range()),
         visible: &visible,
         gradients: &gradients,
         ground,
     };
-    let mut rendered = if is_lit {
-        let rays = Carrying::<T, S, 4>(&plain);
-        picture::draw(
-            setting,
-            ranks,
-            &known,
-            &Work { renderer, scene, plan, radius, ground, rays },
-            on_device,
-        )
-    } else {
-        let rays = Carrying::<T, S, 1>(&plain);
-        picture::draw(
-            setting,
-            ranks,
-            &known,
-            &Work { renderer, scene, plan, radius, ground, rays },
-            on_device,
-        )
-    }?;
+    let (lit, unlit) = (Carrying::<T, 4>(&plain), Carrying::<T, 1>(&plain));
+    let rays: &dyn Rays = if is_lit { &lit } else { &unlit };
+    let work = Work { renderer, scene, plan, radius, ground, rays };
+    let mut rendered = picture::draw(setting, ranks, &known, &work, on_device)?;
     rendered.report_mut().derived_bytes =
         gradients.known().map_or(0, Gradients::bytes) + visible.known().map_or(0, Visible::bytes);
     if let (Some(key), Some(gradients)) = (light_key, gradients.into_known()) {

@@ -3,6 +3,7 @@
 //! A [`Scene`] is one picture. A [`Script`] says, step by step, which pictures are due; it remembers nothing, so that it
 //! says the same to every rank and after every restart.
 
+mod aim;
 mod condition;
 mod motion;
 mod path;
@@ -64,7 +65,28 @@ pub struct Shot {
 }
 
 impl Script {
-    /// Reads the text of a scene file.
+    /// Parses a script from the text of a scene file.
+    ///
+    /// ```
+    /// use icoray::{Script, output::Stamp};
+    ///
+    /// let script = Script::parse(
+    ///     "field = 'theta'
+    ///      camera = { lon = 0, lat = 45, distance = 3 }
+    ///      transfer = { map = 'plasma', range = [300, 400], opacity = [[300, 0], [400, 0.9]] }
+    ///      [[views]]
+    ///      name = 'seldom'
+    ///      every = 10
+    ///      [[views]]
+    ///      name = 'warm'
+    ///      when = 'max(theta) > 390'",
+    /// )?;
+    /// let now = Stamp { step: 5, ..Stamp::default() };
+    /// let shots = script.due(&now, None, &mut |_field, _statistic| Ok(Some(395.0)))?;
+    /// assert_eq!(shots.len(), 1);
+    /// assert_eq!(shots[0].name, "warm");
+    /// # Ok::<(), icoray::Error>(())
+    /// ```
     ///
     /// # Errors
     /// [`ErrorKind::Scene`] with the view, the line, the key, the value and what was expected.

@@ -12,11 +12,29 @@
 //! `element = offset + (column % block)·column_stride + (column / block)·block_stride + layer·layer_stride`. Elements that
 //! this does not reach, such as those behind ICON's npromz in the last block, are never read.
 
-/// How value (column, layer) is found in a borrowed array: element
-/// `offset + (column % block)·column_stride + (column / block)·block_stride + layer·layer_stride`, where columns are
+use crate::array::MapInline;
+
+/// The layout of a field in a borrowed array. Value (column, layer) is element
+/// `offset + (column % block)·column_stride + (column / block)·block_stride + layer·layer_stride` where columns are
 /// blocked, or else `offset + column·column_stride + layer·layer_stride`.
 ///
 /// Strides count elements and may be negative.
+///
+/// ```
+/// use icoray::{Field, Location, Shape};
+///
+/// // ICON's (nproma, nlev, nblks) with 2 columns per block: 3 columns of 2 layers, the last block partly filled.
+/// let values = [0.0, 10.0, 1.0, 11.0, 20.0, f64::NAN, 21.0, f64::NAN];
+/// let field = Field::new(values.as_slice().into(), Shape::blocked(3, 2, 2), Location::Center, None)?;
+/// assert_eq!((field.value(1, 0), field.value(2, 1)), (10.0, 21.0));
+///
+/// // The same values with the top layer first, read from the innermost layer on.
+/// let rows = [1.0, 0.0, 11.0, 10.0, 21.0, 20.0];
+/// let turned = Shape { offset: 1, layer_stride: -1, ..Shape::level_fastest(3, 2) };
+/// let field = Field::new(rows.as_slice().into(), turned, Location::Center, None)?;
+/// assert_eq!((field.value(1, 0), field.value(2, 1)), (10.0, 21.0));
+/// # Ok::<(), icoray::Error>(())
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Shape {
     /// Number of columns: cells, or corners for a field at corners.
@@ -89,7 +107,7 @@ impl Shape {
 impl Shape {
     /// The first and the last element, where those between are all values too, each once.
     pub(crate) fn packed(&self) -> Option<(usize, usize)> {
-        let [column, layer] = [self.column_stride, self.layer_stride].map(isize::unsigned_abs);
+        let [column, layer] = [self.column_stride, self.layer_stride].map_inline(isize::unsigned_abs);
         let is_packed = (layer == 1 && column == self.layers) || (column == 1 && layer == self.columns);
         let (low, high) = self.extent().filter(|_| is_packed && self.block == 0)?;
         Some((usize::try_from(low).ok()?, usize::try_from(high).ok()?))
@@ -142,16 +160,19 @@ impl Elements {
     /// Where the values of `column` begin, for [`Self::at`].
     #[inline(always)]
     pub fn base(&self, column: usize) -> isize {
-        self.bases([column])[0]
+        if self.reciprocal == 0 {
+            return self.offset + column as isize * self.column_stride;
+        }
+        self.blocked_base(column)
     }
 
-    /// [`Self::base`] of several columns.
+    /// [`Self::base`] of three columns.
     #[inline(always)]
-    pub fn bases<const N: usize>(&self, columns: [usize; N]) -> [isize; N] {
+    pub fn bases(&self, columns: [usize; 3]) -> [isize; 3] {
         if self.reciprocal == 0 {
-            return columns.map(|column| self.offset + column as isize * self.column_stride);
+            return columns.map_inline(|column| self.offset + column as isize * self.column_stride);
         }
-        columns.map(|column| self.blocked_base(column))
+        columns.map_inline(|column| self.blocked_base(column))
     }
 
     /// Apart, so that the loops that read arrays without blocks keep their registers.

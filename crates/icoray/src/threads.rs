@@ -57,9 +57,12 @@ impl Threads {
 
     /// Runs `work` on the threads.
     pub fn run<R: Send>(&self, work: impl FnOnce() -> R + Send) -> R {
-        match &self.pool {
-            Some(pool) => pool.install(work),
-            None => work(),
+        let Some(pool) = &self.pool else { return work() };
+        let (mut work, mut result) = (Some(work), None);
+        install(pool, &mut || result = work.take().map(|work| work()));
+        match result {
+            Some(result) => result,
+            None => unreachable!("the pool returns when the work is done"),
         }
     }
 
@@ -75,6 +78,11 @@ impl Threads {
             beside()
         })
     }
+}
+
+/// Runs `work` on a thread of the pool: compiled once, not for each type of work.
+fn install(pool: &ThreadPool, work: &mut (dyn FnMut() + Send)) {
+    pool.install(work);
 }
 
 impl Drop for Threads {

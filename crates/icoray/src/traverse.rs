@@ -1,5 +1,6 @@
 //! A ray's way through the mesh, frustum by frustum, for whoever wants to integrate something else along it.
 
+use crate::array::MapInline;
 use crate::error::{Error, ErrorKind, Result};
 use crate::grid::Grid;
 use crate::kernel::column::{Chord, Flow, Shell, Station, Visit, cross};
@@ -9,8 +10,31 @@ use crate::kernel::walk::{Column, Walk};
 use glam::DVec3;
 use std::ops::ControlFlow;
 
-/// A grid with layers that rays are sent through. The walk is the renderer's own: no ray is lost, no frustum is passed
+/// A grid with layers that rays are sent through. The walk is the renderer's: no ray is lost, no frustum is visited
 /// twice, and the stretches of a ray join without a gap.
+///
+/// ```
+/// use glam::DVec3;
+/// use icoray::{Grid, IcosahedralMesh, Stretch, Traversal};
+/// use std::ops::ControlFlow;
+///
+/// let mesh = IcosahedralMesh::new(3)?;
+/// let grid = Grid::new(mesh.tables())?;
+/// let traversal = Traversal::new(&grid, &[1.0, 1.1, 1.2])?;
+/// // The length of a ray's way through the shell, down to the core.
+/// let (mut hint, mut length) = (0, 0.0);
+/// let eye = DVec3::new(3.0, 0.1, 0.2);
+/// traversal.ray(eye, -eye.normalize(), &mut hint, |stretch| match stretch {
+///     Stretch::Frustum(frustum) => {
+///         length += frustum.t[1] - frustum.t[0];
+///         ControlFlow::Continue(())
+///     }
+///     Stretch::Core { .. } => ControlFlow::Break(()),
+/// });
+/// // Facets lie a little below the spheres.
+/// assert!((length - 0.2).abs() < 0.01, "{length}");
+/// # Ok::<(), icoray::Error>(())
+/// ```
 #[derive(Debug)]
 pub struct Traversal<'g> {
     grid: &'g Grid<'g>,
@@ -111,7 +135,7 @@ impl<V: FnMut(&Stretch) -> ControlFlow<()>> Teller<'_, V> {
 
     fn alpha(&self, at: &Station<f64>) -> [f64; 3] {
         let (entry, exit) = (&self.column.entry.weight, &self.column.exit.weight);
-        let [b, c] = [0, 1].map(|k| at.rho * lerp(entry[k], exit[k], at.tau));
+        let [b, c] = [0, 1].map_inline(|k| at.rho * lerp(entry[k], exit[k], at.tau));
         [at.rho - b - c, b, c]
     }
 
@@ -128,7 +152,7 @@ impl<V: FnMut(&Stretch) -> ControlFlow<()>> Visit<f64, 0> for Teller<'_, V> {
 
     #[inline]
     fn frustum(&mut self, layer: usize, ends: [&Station<f64>; 2], _: [&Chord<f64, 0>; 2], _: f64) -> Flow {
-        let (t, alpha) = (ends.map(|s| self.distance(s)), ends.map(|s| self.alpha(s)));
+        let (t, alpha) = (ends.map_inline(|s| self.distance(s)), ends.map_inline(|s| self.alpha(s)));
         self.tell(&Stretch::Frustum(Frustum { cells: self.column.cells, layer, t, alpha }))
     }
 

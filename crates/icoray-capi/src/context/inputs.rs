@@ -204,7 +204,7 @@ impl Inputs {
 }
 
 pub(super) fn missing(came: &str, what: &str, first: &str) -> Failure {
-    let message = format!("{came} came before a {what} was given; call {first} first");
+    let message = format!("{came} was called before a {what} was set; call {first} first");
     Failure::new(icoray_status::ICORAY_ERR_ORDER, message)
 }
 

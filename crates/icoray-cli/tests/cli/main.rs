@@ -10,10 +10,12 @@ mod gpu;
 mod heights;
 mod icon;
 mod ocean;
+mod progress;
 #[cfg(feature = "mpi")]
 mod ranks;
 mod real;
 mod refused;
 mod run;
+mod suggested;
 mod times;
 mod views;

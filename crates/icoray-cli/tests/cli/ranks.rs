@@ -4,14 +4,14 @@ use crate::files::{folder, render};
 use crate::heights::{hills, native, two};
 use crate::made::Made;
 use crate::run::{has, scene};
+use icoray_test_support::{Need, has_tool};
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
 
-/// Runs `icoray render` on so many ranks; `None`, which is said, where there is no mpirun.
+/// Runs `icoray render` on so many ranks. If there is no mpirun, skips the test.
 fn on_ranks(ranks: usize, folder: &Path, more: &[&str]) -> Option<Output> {
-    if Command::new("mpirun").arg("--version").output().is_err() {
-        println!("skipped: no mpirun");
+    if !has_tool(Need::Mpi, "mpirun") {
         return None;
     }
     let mut run = Command::new("timeout");

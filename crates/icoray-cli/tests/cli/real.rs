@@ -1,20 +1,10 @@
-//! Real files, where they are: in the folder that `ICORAY_TEST_DATA` names, or in `shared/data` beside the repository.
+//! Real files, where the test data are there.
 
 use crate::run::{fails, has, icoray, prints, says, scene, shows_something, software};
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
-/// The path of a test file; says so where there is none.
-pub fn data(name: &str) -> Option<PathBuf> {
-    let folder = std::env::var_os("ICORAY_TEST_DATA")
-        .map_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data"), PathBuf::from);
-    let path = folder.join(name);
-    if !path.is_file() {
-        eprintln!("skipped: no {}", path.display());
-        return None;
-    }
-    Some(path)
-}
+pub use icoray_test_support::data_file as data;
 
 #[test]
 fn fields_of_the_baroclinic_wave_are_rendered() {

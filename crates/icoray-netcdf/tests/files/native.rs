@@ -3,10 +3,10 @@
 use crate::made::{LAYERS, Made, RECORDS, Values};
 use crate::made_icon::{self, Angles};
 use crate::made_ocean::levels;
-use crate::real::data;
 use crate::refused::expect;
 use icoray::{CenterField, ErrorKind, Field, Location, Reals, Shape};
 use icoray_netcdf::{ModelFile, NativeHeights};
+use icoray_test_support::data_file;
 use netcdf::Options;
 
 fn read(file: &ModelFile, field: &str, time: usize) -> NativeHeights {
@@ -199,9 +199,7 @@ fn heights_over_triangles_are_averaged() {
 /// A model's own file, whose columns differ by some hundred metres.
 #[test]
 fn heights_of_the_jablonowski_williamson_wave() {
-    let Some(path) = data("mpas_jw_10242.nc") else {
-        return;
-    };
+    let Some(path) = data_file("mpas_jw_10242.nc") else { return };
     let file = ModelFile::open(path).unwrap();
     let means = file.layer_heights("theta").unwrap();
     let heights = read(&file, "theta", 2);

@@ -1,27 +1,13 @@
-//! Real files, where they are: in the folder that `ICORAY_TEST_DATA` names, or in `shared/data` beside the repository.
+//! Real files, where the test data are there.
 
 use crate::refused::expect;
 use icoray::{CenterField, ErrorKind, Location};
 use icoray_netcdf::{ModelFile, Precision};
-use std::path::{Path, PathBuf};
-
-/// The path of a test file; says so where there is none.
-pub fn data(name: &str) -> Option<PathBuf> {
-    let folder = std::env::var_os("ICORAY_TEST_DATA")
-        .map_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data"), PathBuf::from);
-    let path = folder.join(name);
-    if !path.is_file() {
-        eprintln!("skipped: no {}", path.display());
-        return None;
-    }
-    Some(path)
-}
+use icoray_test_support::data_file;
 
 #[test]
 fn jablonowski_williamson_wave() {
-    let Some(path) = data("mpas_jw_10242.nc") else {
-        return;
-    };
+    let Some(path) = data_file("mpas_jw_10242.nc") else { return };
     let file = ModelFile::open(path).unwrap();
     let grid = file.mesh().grid().unwrap();
     assert_eq!((grid.cells(), grid.triangles(), file.mesh().edges()), (10242, 20480, 30720));
@@ -65,9 +51,7 @@ fn jablonowski_williamson_wave() {
 
 #[test]
 fn a_cut_off_history_is_an_error() {
-    let Some(path) = data("mpas_jw_10242.nc") else {
-        return;
-    };
+    let Some(path) = data_file("mpas_jw_10242.nc") else { return };
     let folder = tempfile::tempdir().unwrap();
     let cut = folder.path().join("cut.nc");
     let whole = std::fs::read(path).unwrap();
@@ -82,9 +66,7 @@ fn a_cut_off_history_is_an_error() {
 
 #[test]
 fn a_bare_mesh_on_the_unit_sphere() {
-    let Some(path) = data("mesh.QU.1920km.151026.nc") else {
-        return;
-    };
+    let Some(path) = data_file("mesh.QU.1920km.151026.nc") else { return };
     let file = ModelFile::open(path).unwrap();
     assert_eq!(file.mesh().grid().unwrap().cells(), 162);
     assert_eq!((file.sphere_radius_m(), file.fields().len(), file.times()), (1.0, 0, &[None][..]));
@@ -95,9 +77,7 @@ fn a_bare_mesh_on_the_unit_sphere() {
 /// An ocean without land, as MPAS-Tools cull it: 0 for cells in cellsOnVertex and for edges in edgesOnVertex.
 #[test]
 fn an_ocean_has_holes() {
-    let Some(path) = data("spherical_grid_500km_landculled.nc") else {
-        return;
-    };
+    let Some(path) = data_file("spherical_grid_500km_landculled.nc") else { return };
     let file = ModelFile::open(path).unwrap();
     let grid = file.mesh().grid().unwrap();
     assert_eq!((grid.cells(), grid.triangles(), file.mesh().max_edges()), (1735, 3924, 8));
@@ -114,9 +94,7 @@ fn an_ocean_has_holes() {
 /// ICON without tables: the points of triangles are matched, also where bounds differ in the last digits and at the poles.
 #[test]
 fn triangles_of_icon_are_rebuilt_from_their_bounds() {
-    let Some(path) = data("psyplot_icon_test.nc") else {
-        return;
-    };
+    let Some(path) = data_file("psyplot_icon_test.nc") else { return };
     let file = ModelFile::open(path).unwrap();
     let grid = file.mesh().grid().unwrap();
     assert_eq!((grid.cells(), grid.triangles(), file.mesh().edges()), (2562, 5120, 7680));
@@ -155,7 +133,6 @@ fn triangles_of_icon_are_rebuilt_from_their_bounds() {
 
 #[test]
 fn meshes_that_are_not_rendered_are_refused() {
-    if let Some(path) = data("favba_planar_mesh.nc") {
-        expect(&ModelFile::open(path).unwrap_err(), ErrorKind::Unsupported, &["on_a_sphere is NO"]);
-    }
+    let Some(path) = data_file("favba_planar_mesh.nc") else { return };
+    expect(&ModelFile::open(path).unwrap_err(), ErrorKind::Unsupported, &["on_a_sphere is NO"]);
 }

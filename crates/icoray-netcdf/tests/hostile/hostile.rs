@@ -7,6 +7,7 @@ use crate::changed::formats;
 use crate::made::{Made, RECORDS};
 use crate::made_icon::Angles;
 use icoray_netcdf::ModelFile;
+use icoray_test_support::count;
 use std::fs::File;
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -175,7 +176,7 @@ fn damaged_files_end_in_a_result() {
     if let Ok(folder) = std::env::var(FOLDER) {
         return read_in_child(&folder);
     }
-    let count: usize = std::env::var("ICORAY_TEST_HOSTILE_COUNT").map_or(200, |count| count.parse().unwrap());
+    let count: usize = count(60, 200);
     for (made, seed) in files().iter().zip([88_172_645_463_325_252, 7, 1_234_567]) {
         for (format, options) in formats() {
             let (_folder, path): (_, PathBuf) = made.write(options);

@@ -4,7 +4,7 @@ use super::sweep::Run;
 use crate::compare::{BoundCheck, Comparison, median};
 use crate::methods::{Job, Method, Picture};
 use icoray::{Renderer, Result, Scene};
-use indicatif::ProgressBar;
+use icoray_progress::Bar;
 use std::time::Instant;
 
 /// What a run cost and how far it was off.
@@ -59,7 +59,7 @@ pub fn measure(
     ladders: &[Vec<Run>],
     effort: Effort,
     renderer: &Renderer,
-    bar: &ProgressBar,
+    bar: &Bar,
 ) -> Result<Vec<Measured>> {
     let mut all: Vec<Measured> = Vec::new();
     let mut longest_s = effort.longest_s;

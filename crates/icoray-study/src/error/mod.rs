@@ -17,7 +17,7 @@ use crate::scenes::{self, Detail, Stage, StudyScene, World, data_directory};
 use crate::{io_error, make_directory, progress, say};
 use icoray::output::write_picture;
 use icoray::{Error, ErrorKind, Renderer, Result};
-use indicatif::ProgressBar;
+use icoray_progress::Bar;
 use measure::{Effort, Measured};
 use std::io::Write;
 use std::path::PathBuf;
@@ -112,7 +112,7 @@ struct Study<'a> {
     renderer: Renderer,
     all_threads: &'a Renderer,
     table: CsvFile,
-    bar: ProgressBar,
+    bar: Bar,
     scenes: usize,
     begun: usize,
     verdicts: String,

@@ -178,7 +178,7 @@ pub(super) fn markdown(all: &[Vec<Row>], grid: &str, name: &str, stage: &Stage) 
     let mut text = format!(
         "Milliseconds for a frame of {grid}, 16 knots, f32, on {name}: by the device's clock, from end to end with upload and \
          readback in brackets, and on the CPU's {} thread(s):\n\n\
-         | `icoray study gpu` | | | dense | lobes | thin shell | opaque |\n|---|---|---|---|---|---|---|\n\
+         | `icoray-study gpu` | | | dense | lobes | thin shell | opaque |\n|---|---|---|---|---|---|---|\n\
          | the paper, one GTX 580, 512 × 512, its four fields | unlit | | 494 | 783 | 755 | 689 |\n",
         stage.cpu.threads()
     );

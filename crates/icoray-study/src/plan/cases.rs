@@ -42,7 +42,7 @@ pub(super) fn named(names: &[String]) -> Result<Vec<Case>> {
     Ok(CASES.into_iter().filter(is_named).collect())
 }
 
-/// One of the scenes of `study speed`.
+/// One of the scenes of `icoray-study speed`.
 fn of_speed(size: u32, number: usize, light: &str) -> Result<Scene> {
     multi_scale::scene(size, TRANSFERS[number].1, "", light)
 }

@@ -104,7 +104,7 @@ impl Counter {
         let mut command = self.0.command(&program()?);
         let [size, tolerance] = [options.counted.to_string(), setting.tolerance.to_string()];
         let (frames, light) = (frames.to_string(), setting.light.name());
-        command.args(["study", "speed", "--bare", "--pixels", "192", "--threads", "1", "--sizes", &size]);
+        command.args(["speed", "--bare", "--pixels", "192", "--threads", "1", "--sizes", &size]);
         command.args(["--transfers", setting.case.name, "--lights", light, "--tolerance", &tolerance]);
         command.args(["--method", &options.method, "--precision", &options.precision, "--frames", &frames]);
         let output = command.output();

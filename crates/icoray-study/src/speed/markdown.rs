@@ -96,7 +96,7 @@ impl Measured<'_> {
             options.method
         );
         let names = self.names(false);
-        Self::head(&mut text, "`icoray study speed`", &names);
+        Self::head(&mut text, "`icoray-study speed`", &names);
         for size in self.sizes() {
             for light in &options.lights {
                 for tolerance in &options.tolerance {

@@ -16,7 +16,7 @@ pub mod truth;
 #[cfg(test)]
 mod tests;
 
-use crate::say;
+use crate::{progress, say};
 use cases::Ground;
 use icoray::{Error, ErrorKind, Grid, IcosahedralMesh, Renderer, Result};
 use measure::Row;
@@ -70,11 +70,15 @@ pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
     }
     let only = options.only.as_deref().unwrap_or("");
     let mut rows = Vec::new();
+    let bar = progress(levels.len(), "stability");
     for level in levels {
+        bar.set_message(format!("n = {level}"));
         let more = suite(&renderer, &[level], only)?;
-        say(out, &format!("n = {level}: {} cases", more.len()))?;
+        bar.suspend(|| say(out, &format!("n = {level}: {} cases", more.len())))?;
+        bar.inc(1);
         rows.extend(more);
     }
+    bar.finish_and_clear();
     let page = table::page(&rows);
     say(out, &format!("\n{page}"))?;
     let Some(directory) = &options.out else { return Ok(()) };

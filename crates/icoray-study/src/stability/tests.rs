@@ -140,7 +140,7 @@ fn stability_page_lists_the_cases() {
             let line = format!("| {} | {} |", case.name, case.scene.width * case.scene.height);
             assert!(
                 page.contains(&line),
-                "{path} lacks {line}; icoray study stability --large --out writes it anew"
+                "{path} lacks {line}; icoray-study stability --large --out writes it anew"
             );
         }
     }

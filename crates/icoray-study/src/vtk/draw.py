@@ -1,4 +1,4 @@
-"""One of VTK's volume renderers on explicit wedges or tetrahedra, for `icoray study vtk`.
+"""One of VTK's volume renderers on explicit wedges or tetrahedra, for `icoray-study vtk`.
 
     draw.py DIRECTORY RENDERER THREADS FRAMES MEMORY_BYTES PICTURE
 

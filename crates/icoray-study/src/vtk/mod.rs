@@ -61,7 +61,7 @@ pub struct Options {
     /// Directory for VTK's environment, vtk.csv, vtk.md and the pictures.
     #[arg(long, default_value = "out/vtk")]
     pub out: PathBuf,
-    /// A file in which the tables take the place of those between its lines `<!-- icoray study vtk -->` and `<!-- end -->`.
+    /// A file in which the tables take the place of those between its lines `<!-- icoray-study vtk -->` and `<!-- end -->`.
     #[arg(long)]
     pub readme: Option<PathBuf>,
 }

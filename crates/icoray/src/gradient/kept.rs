@@ -1,5 +1,7 @@
 //! Gradients as they are kept from vertex to ray.
 
+use crate::array::MapInline;
+
 /// Gradients at the vertices, a row of layers per cell.
 #[derive(Debug)]
 pub(crate) enum Gradients {
@@ -106,7 +108,7 @@ impl Kept for Packed {
             let rounded = (g * units).clamp(-MOST, MOST) + ROUNDS;
             u64::from(rounded.to_bits().wrapping_sub(ROUNDS.to_bits())) & MASK
         };
-        let [x, y, z] = gradient.map(number);
+        let [x, y, z] = gradient.map_inline(number);
         Packed(x | y << BITS | z << (2 * BITS) | u64::from(exponent) << (3 * BITS))
     }
 }
@@ -116,7 +118,7 @@ impl Packed {
     fn unpack(self) -> [f32; 3] {
         const TOP: u32 = u64::BITS - BITS;
         let unit = f32::from_bits(((self.0 >> (3 * BITS)) as u32) << 23);
-        [TOP, TOP - BITS, TOP - 2 * BITS].map(|shift| ((self.0 << shift) as i64 >> TOP) as f32 * unit)
+        [TOP, TOP - BITS, TOP - 2 * BITS].map_inline(|shift| ((self.0 << shift) as i64 >> TOP) as f32 * unit)
     }
 }
 

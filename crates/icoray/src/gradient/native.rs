@@ -4,6 +4,7 @@
 //! along `R·B - R·A` and `R·C - R·A`, now with a radius at each vertex, the changes to the neighbours on the same layer.
 
 use super::{Gradients, narrowed};
+use crate::array::MapInline;
 use crate::grid::Grid;
 use crate::heights::Heights;
 use crate::kernel::sample::{Sample, Samples};
@@ -43,7 +44,7 @@ pub(crate) fn normals(
     let normal = |cell: u32| {
         let (up, own) = (grid.direction(cell), place(cell));
         let across = fans(grid, cell).map(|others| {
-            let [b, c] = others.map(|other| place(other) - own);
+            let [b, c] = others.map_inline(|other| place(other) - own);
             let across = b.cross(c);
             if across.dot(up) < 0.0 { -across } else { across }
         });
@@ -96,8 +97,8 @@ impl<S: Sample> Around<'_, S> {
         let own = place(self.cell);
         let (mut sum, mut count) = (DVec3::ZERO, 0);
         for others in fans {
-            let [b, c] = others.map(|other| place(other) - own);
-            let [to_b, to_c] = others.map(|other| self.value(other, layer) - value);
+            let [b, c] = others.map_inline(|other| place(other) - own);
+            let [to_b, to_c] = others.map_inline(|other| self.value(other, layer) - value);
             let volume = a.dot(b.cross(c));
             let gradient = (radial * b.cross(c) + to_b * c.cross(a) + to_c * a.cross(b)) / volume;
             if gradient.is_finite() {

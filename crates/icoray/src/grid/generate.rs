@@ -14,6 +14,16 @@ use std::f64::consts::{PI, TAU};
 pub const MAX_LEVEL: u32 = 12;
 
 /// A generated mesh that owns its six tables, numbered from 0.
+///
+/// ```
+/// use icoray::IcosahedralMesh;
+///
+/// let mesh = IcosahedralMesh::new(4)?;
+/// assert_eq!(mesh.cells(), 10 * 4usize.pow(4) + 2);
+/// // Three cells around each corner.
+/// assert_eq!(mesh.corner_cell.len(), 3 * mesh.lon_corner_rad.len());
+/// # Ok::<(), icoray::Error>(())
+/// ```
 #[derive(Debug, Clone)]
 pub struct IcosahedralMesh {
     /// Longitude of each cell centre, radians in [0, 2π).

@@ -20,6 +20,7 @@ pub(crate) use check::unit_vector;
 pub use generate::{IcosahedralMesh, MAX_LEVEL};
 pub use tables::{GridTables, Indices, LonLat, Reals};
 
+use crate::array::MapInline;
 use crate::error::Result;
 use closure::Closure;
 use glam::DVec3;
@@ -28,6 +29,20 @@ use seats::Seats;
 use std::sync::{Arc, Weak};
 
 /// A checked geodesic grid over borrowed tables.
+///
+/// ```
+/// use icoray::{ErrorKind, Grid, IcosahedralMesh};
+///
+/// let mut mesh = IcosahedralMesh::new(3)?;
+/// let grid = Grid::new(mesh.tables())?;
+/// assert_eq!((grid.cells(), grid.triangles()), (642, 1280));
+///
+/// // Wrong tables are an error that names table, row and value.
+/// mesh.corner_cell[7] = 642;
+/// let error = Grid::new(mesh.tables()).unwrap_err();
+/// assert_eq!(error.kind(), ErrorKind::Grid);
+/// # Ok::<(), icoray::Error>(())
+/// ```
 #[derive(Debug)]
 pub struct Grid<'a> {
     tables: GridTables<'a>,
@@ -132,7 +147,7 @@ impl<'a> Grid<'a> {
             return self.void(triangle).cells;
         };
         // The check found every entry within the table's rows, which 32 bits can number.
-        row.map(|cell| (cell - base) as u32)
+        row.map_inline(|cell| (cell - base) as u32)
     }
 
     #[cold]
@@ -205,11 +220,11 @@ fn beyond(tables: &GridTables, seats: &[Seats], closure: &Closure) -> Vec<[u32; 
             seats => seats.side_opposite(k),
         };
         let edge = (tables.corner_edge.get(3 * triangle + column) - base) as usize;
-        let [a, b] = tables.edge_corner.row(edge).map(|corner| (corner - base) as u32);
+        let [a, b] = tables.edge_corner.row(edge).map_inline(|corner| (corner - base) as u32);
         // The side's two triangles and this one, of which one stands twice: what is left is the other.
         a ^ b ^ number
     };
-    let rows = |triangle: usize| [0, 1, 2].map(|k| across(triangle, k));
+    let rows = |triangle: usize| [0, 1, 2].map_inline(|k| across(triangle, k));
     let void = closure.void().par_iter().map(|void| void.beyond);
     (0..seats.len()).into_par_iter().map(rows).chain(void).collect()
 }

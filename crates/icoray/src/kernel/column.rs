@@ -9,6 +9,7 @@
 use super::lit::Course;
 use super::real::{Real, lerp};
 use super::walk::Column;
+use crate::array::MapInline;
 
 pub(crate) mod passages;
 
@@ -30,6 +31,7 @@ const DRAWERS: usize = 4;
 
 impl<T: Real> Shell<T> {
     /// `radius` in planet radii, rising.
+    #[inline]
     pub fn new(radius: &[f64]) -> Self {
         let inverse = radius.windows(2).map(|w| T::of(1.0 / (w[1] - w[0]))).collect();
         let curvature = radius.iter().map(|r| 1.0 / r).collect();
@@ -43,16 +45,19 @@ impl<T: Real> Shell<T> {
     }
 
     /// The outermost radius.
+    #[inline]
     pub fn outer(&self) -> f64 {
         self.radius[self.radius.len() - 1]
     }
 
     /// The innermost radius, of the core.
+    #[inline]
     pub fn inner(&self) -> f64 {
         self.radius[0]
     }
 
     /// Number of layers.
+    #[inline]
     pub fn layers(&self) -> usize {
         self.radius.len()
     }
@@ -275,7 +280,7 @@ pub(crate) fn cross<T: Real, const N: usize>(
         if gap > 0 && gap < top && !visitor.leaps(gap) {
             let first = near.unwrap_or_else(|| visitor.chord(crossed.behind));
             let second = visitor.chord(crossed.ahead);
-            let [at_a, at_b] = passage.places(shell, &crossed).map(|w| first.mix(second, w));
+            let [at_a, at_b] = passage.places(shell, &crossed).map_inline(|w| first.mix(second, w));
             let eps = passage.eps(&crossed);
             if visitor.frustum(gap - 1, [&passage.a, &crossed.b], [&at_a, &at_b], eps) == Flow::Stop {
                 return (gap, Flow::Stop);

@@ -7,6 +7,7 @@ use super::piece::Light;
 use super::real::Real;
 use super::segment::Segment;
 use super::transfer::Span;
+use crate::array::MapInline;
 
 /// Extinction and colour at a value.
 #[derive(Debug, Clone, Copy)]
@@ -17,15 +18,16 @@ pub(super) struct Medium<T> {
 
 impl<T: Real> Medium<T> {
     /// Of `span` at value `f`.
+    #[inline]
     pub fn at(span: &Span<T>, f: T) -> Self {
         Medium { extinction: span.extinction(f), color: span.color(f) }
     }
 
     /// The largest difference of a channel between light that both emit.
+    #[inline]
     fn paints_apart(&self, other: &Self) -> T {
-        let channels = self.color.iter().zip(&other.color);
-        let apart = channels.fold(T::zero(), |most, (a, b)| most.max((*a - *b).abs()));
-        self.extinction.min(other.extinction) * apart
+        let [r, g, b] = [0, 1, 2].map_inline(|k| (self.color[k] - other.color[k]).abs());
+        self.extinction.min(other.extinction) * r.max(g).max(b)
     }
 }
 
@@ -58,16 +60,19 @@ pub(super) struct Doubt<T> {
 
 impl<T: Real> Doubt<T> {
     /// For a segment that starts in `start`.
+    #[inline]
     pub fn new(segment: &Segment<T>, start: Medium<T>) -> Self {
         let ends = [segment.f0, segment.f1];
         Doubt { length: segment.length, ends, reach: segment.reach(), start, last: None }
     }
 
+    #[inline]
     fn rise(&self) -> T {
         (self.ends[1] - self.ends[0]).abs()
     }
 
     /// A cut, told after the piece behind it was added to `light`, of which `absorbed` had been absorbed before.
+    #[inline]
     pub fn cut(&mut self, light: &mut Light<T>, absorbed: T, piece: Cut<T>) {
         let unit = T::of(2.0 * T::ROUNDING);
         let knot = unit * self.length * piece.value.abs() / (unit + self.rise());
@@ -90,12 +95,14 @@ impl<T: Real> Doubt<T> {
 
     /// By which part a narrow piece at `value` may be longer or shorter: most near an end at which f turns, where it
     /// runs flat.
+    #[inline]
     fn stretch(&self, value: T) -> T {
         let near = (value - self.ends[0]).abs().min((value - self.ends[1]).abs());
         T::of(2.0) * self.reach / (self.reach + near)
     }
 
     /// The segment's end, in the medium `end`.
+    #[inline]
     pub fn shift(&self, light: &mut Light<T>, end: &Medium<T>) {
         let shift = self.length * self.reach / (self.reach + self.rise());
         self.moved(light, light.absorbed, shift, [&self.start, end]);
@@ -103,6 +110,7 @@ impl<T: Real> Doubt<T> {
 
     /// `length` of the segment lies in the one medium rather than in the other. Where extinction rises, what is moved is
     /// hidden by the denser piece behind.
+    #[inline]
     fn moved(&self, light: &mut Light<T>, absorbed: T, length: T, [before, behind]: [&Medium<T>; 2]) {
         let rises = behind.extinction > before.extinction;
         let through = T::one() - if rises { light.absorbed } else { absorbed };

@@ -7,6 +7,7 @@
 
 use super::real::Real;
 use super::transfer::Spans;
+use crate::array::MapInline;
 use crate::grid::Grid;
 use std::ops::Range;
 
@@ -28,17 +29,20 @@ pub(crate) struct Visible {
 
 impl Visible {
     /// How gaps between so many layers are joined.
+    #[inline]
     pub fn shift(layers: usize) -> u32 {
         (0..).find(|shift| layers.saturating_sub(2) >> shift < MOST_BLOCKS).unwrap_or(0)
     }
 
     /// All that there is between so many layers, in this memory.
+    #[inline]
     pub fn all_in(mut self, layers: usize) -> Self {
         self.blocks.clear();
         Visible { shift: Self::shift(layers), top: layers - 1, ..self }
     }
 
     /// Whether that is all there is.
+    #[inline]
     pub fn is_all(&self) -> bool {
         self.blocks.is_empty()
     }
@@ -56,6 +60,7 @@ impl Visible {
     }
 
     /// The layers over a cell that bound what can be seen, out of so many.
+    #[inline]
     pub fn layers_over(&self, grid: &Grid, cell: u32, layers: usize) -> Range<usize> {
         if self.is_all() {
             return 0..layers;
@@ -70,6 +75,7 @@ impl Visible {
     }
 
     /// Bytes that it takes.
+    #[inline]
     pub fn bytes(&self) -> usize {
         4 * (self.blocks.capacity() + self.columns.capacity())
     }
@@ -77,6 +83,7 @@ impl Visible {
 
 /// The widest parts of a transfer function that are clear, at most so many, in normalised values: those that hold some of the
 /// field's, which are `within`. Each is narrowed by more than rounding may do to means of the field's values.
+#[inline]
 pub(crate) fn clear_ranges<T: Real>(spans: &Spans<T>, within: [f64; 2], most: usize) -> Vec<[f64; 2]> {
     let largest = within[0].abs().max(within[1].abs()).min(T::LARGEST);
     let margin = 64.0 * T::ROUNDING * (1.0 + largest);
@@ -99,8 +106,9 @@ pub(crate) fn clear_ranges<T: Real>(spans: &Spans<T>, within: [f64; 2], most: us
 
 /// Values that are clear although values beside them are not: knots without extinction, among those `within` the field's range.
 /// Two of one value make a step, on which a constant counts as above.
+#[inline]
 pub(crate) fn clear_knots<T: Real>(spans: &Spans<T>, within: [f64; 2], most: usize) -> Vec<T> {
-    let (all, [low, high]) = (spans.all(), within.map(T::of));
+    let (all, [low, high]) = (spans.all(), within.map_inline(T::of));
     let mut knots: Vec<T> = Vec::new();
     for pair in all.windows(2) {
         let value = pair[1].low;

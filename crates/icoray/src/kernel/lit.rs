@@ -7,6 +7,7 @@ use super::real::{Real, lerp};
 use super::segment::Segment;
 use super::shade::{RayShading, Shade};
 use super::transfer::Span;
+use crate::array::MapInline;
 
 /// Value and gradient along a whole frustum: each component runs as a [`Segment`]'s value does.
 pub(crate) struct Course<T, const N: usize> {
@@ -82,11 +83,13 @@ impl<T: Real, const N: usize> Lit<'_, T, N> {
 
     /// The light of `piece`, `range` of the course, cut as often as its share asks for but `cuts` times at most, one cut
     /// inside the other.
+    #[inline]
     pub fn light(&self, piece: &Segment<T>, range: [T; 2], cuts: u32) -> Light<T> {
-        let ends = range.map(|u| self.shade(u));
+        let ends = range.map_inline(|u| self.shade(u));
         self.part(piece, range, [&ends[0], &ends[1]], cuts, None)
     }
 
+    #[inline]
     fn shade(&self, u: T) -> Shade<T> {
         self.shading.shade(self.course.gradient(u))
     }
@@ -94,6 +97,7 @@ impl<T: Real, const N: usize> Lit<'_, T, N> {
     /// The light of a part with the shades `ends`: under the mean of three shades where these tell that it is near enough,
     /// or where all that light could change is no more than `enough`, a small part of the whole piece's share; else of its
     /// two halves.
+    #[inline]
     fn part(
         &self,
         piece: &Segment<T>,

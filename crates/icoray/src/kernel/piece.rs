@@ -17,6 +17,7 @@
 use super::real::Real;
 use super::segment::Segment;
 use super::transfer::Span;
+use crate::array::MapInline;
 
 /// How a piece is integrated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Deserialize)]
@@ -42,6 +43,7 @@ pub(crate) struct Light<T> {
 
 impl<T: Real> Light<T> {
     /// No light, nothing absorbed.
+    #[inline]
     pub fn none() -> Self {
         Light { color: [T::zero(); 3], absorbed: T::zero(), error: T::zero(), variance: T::zero() }
     }
@@ -49,13 +51,14 @@ impl<T: Real> Light<T> {
     /// Light of one colour, without error.
     #[inline]
     pub fn plain(color: [T; 3], absorbed: T) -> Self {
-        Light { color: color.map(|c| c * absorbed), absorbed, error: T::zero(), variance: T::zero() }
+        Light { color: color.map_inline(|c| c * absorbed), absorbed, error: T::zero(), variance: T::zero() }
     }
 
     /// The same in double precision.
+    #[inline]
     pub fn wide(&self) -> Light<f64> {
         Light {
-            color: self.color.map(T::wide),
+            color: self.color.map_inline(T::wide),
             absorbed: self.absorbed.wide(),
             error: self.error.wide(),
             variance: self.variance.wide(),
@@ -151,7 +154,7 @@ impl<'p, T: Real> Terms<'p, T> {
     #[inline(always)]
     fn light(&self, absorbed: T, weight: T, error: T) -> Light<T> {
         let (c1, s) = (self.span.color(self.piece.f1), self.span.color_slope());
-        let color = [0, 1, 2].map(|k| c1[k] * absorbed - s[k] * weight);
+        let color = [0, 1, 2].map_inline(|k| c1[k] * absorbed - s[k] * weight);
         Light { color, absorbed, error, variance: T::zero() }
     }
 
@@ -252,6 +255,7 @@ fn thin_bound<T: Real>(terms: &Terms<'_, T>, absorbed: T) -> T {
 }
 
 /// A piece for which [`thin`] is not enough.
+#[inline]
 fn dense<T: Real>(terms: &Terms<'_, T>, absorbed: T, allowance: &Allowance<T>) -> Light<T> {
     let (half, two, steepest) = (T::of(0.5), T::of(2.0), terms.span.steepest());
     // A surface of the colour at its start: even where T rises as u³ all light stays in the first 4e-5 of the piece.
@@ -354,6 +358,7 @@ fn gauss_error<T: Real>(terms: &Terms<'_, T>) -> T {
 }
 
 /// A piece in `count` panels of equal length, front to back, each by [`gauss`].
+#[inline]
 fn panels<T: Real>(terms: &Terms<'_, T>, count: usize, allowance: &Allowance<T>) -> Light<T> {
     let (piece, steepest) = (terms.piece, terms.span.steepest());
     let mut light = Light::none();
@@ -376,6 +381,7 @@ fn panels<T: Real>(terms: &Terms<'_, T>, count: usize, allowance: &Allowance<T>)
 
 /// A piece so dense that panels of equal length would be wasted behind its opaque front: the front half first, and
 /// the back half only where light still comes through.
+#[inline]
 fn halves<T: Real>(terms: &Terms<'_, T>, allowance: &Allowance<T>) -> Light<T> {
     let (piece, span, half) = (terms.piece, terms.span, T::of(0.5));
     let middle = (half, piece.value(half));

@@ -31,6 +31,7 @@ pub(crate) struct Point {
 }
 
 impl Point {
+    #[inline]
     pub fn new(x: f64, y: f64) -> Self {
         Point { x, y }
     }
@@ -63,6 +64,7 @@ impl Seen {
 
 impl Plane {
     /// The plane of the great circle from `from` towards `to` (unit vectors, neither equal nor opposite).
+    #[inline]
     pub fn through(from: DVec3, to: DVec3) -> Option<Self> {
         let q = from.cross(to).try_normalize()?;
         Some(Plane { x: from, y: q.cross(from).normalize(), q })
@@ -73,6 +75,7 @@ impl Plane {
         Seen { cell, x: direction.dot(self.x), y: direction.dot(self.y), q: direction.dot(self.q) }
     }
 
+    #[inline]
     pub fn point(&self, direction: DVec3) -> Point {
         Point::new(direction.dot(self.x), direction.dot(self.y))
     }
@@ -97,6 +100,7 @@ impl RayLine {
     /// The part of the ray from `eye` along the unit vector `dir` inside the sphere of radius `outer`, if any.
     ///
     /// A line through the centre has no plane of its own; any plane through it gives the same values.
+    #[inline]
     pub fn new(eye: DVec3, dir: DVec3, outer: f64) -> Option<Self> {
         let along = eye.dot(dir);
         let closest = eye - along * dir;
@@ -128,6 +132,7 @@ impl RayLine {
     /// Where between the distances `from` and `to` the line is first inside the sphere of `radius`, if it is.
     ///
     /// A part without length has no place inside.
+    #[inline]
     pub fn first_inside(&self, radius: f64, [from, to]: [f64; 2]) -> Option<f64> {
         let half = (radius - self.b) * (radius + self.b);
         let half = (half > 0.0).then(|| half.sqrt())?;
@@ -136,6 +141,7 @@ impl RayLine {
     }
 
     /// The same in space.
+    #[inline]
     pub fn position(&self, t: f64) -> DVec3 {
         self.b * self.plane.x + t * self.plane.y
     }

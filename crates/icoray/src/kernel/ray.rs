@@ -7,11 +7,12 @@ use super::lit::{Course, Lit};
 use super::piece::{Allowance, Light, Method, integrate};
 use super::plane::RayLine;
 use super::real::{Real, lerp};
-use super::sample::{Sample, Samples};
+use super::sample::AnySamples;
 use super::segment::Segment;
 use super::shade::{RayShading, Shading};
 use super::transfer::Spans;
 use super::walk::{Column, Walk};
+use crate::array::{MapInline, partition_point};
 use crate::gradient::Gradients;
 use crate::grid::Grid;
 use crate::ground::{Ground, Sight};
@@ -28,9 +29,11 @@ mod casts;
 mod counts;
 mod fragment;
 mod queue;
+pub(crate) use abreast::packets;
 pub(crate) use casts::Casts;
 pub use counts::Counts;
 pub use fragment::Fragment;
+pub(crate) use fragment::Runs;
 
 /// How a ray may spend the scene's tolerance: one half on the colour of pieces, one on what an early end leaves out.
 #[derive(Debug, Clone, Copy)]
@@ -45,6 +48,7 @@ pub(crate) struct Budget {
 
 impl Budget {
     /// For a picture in which no channel can be brighter than `brightest`.
+    #[inline]
     pub fn new(tolerance: f64, brightest: f64) -> Self {
         Budget { share: 0.5 * tolerance, rest: 0.5 * tolerance / brightest, brightest }
     }
@@ -62,11 +66,11 @@ pub(crate) struct Start {
 }
 
 /// Everything that is the same for all rays of a frame. N = 1 renders unlit, N = 4 carries gradients along.
-pub(crate) struct Caster<'f, T, S, const N: usize> {
+pub(crate) struct Caster<'f, T, const N: usize> {
     pub grid: &'f Grid<'f>,
     pub shell: &'f Shell<T>,
     pub spans: &'f Spans<T>,
-    pub samples: Samples<'f, S>,
+    pub samples: AnySamples<'f>,
     /// Where something can be seen.
     pub visible: &'f Visible,
     /// From where inwards something can be seen.
@@ -78,7 +82,7 @@ pub(crate) struct Caster<'f, T, S, const N: usize> {
     pub shading: Option<Shading>,
     /// When set, light is not cut where the gradient turns.
     pub is_coarse: bool,
-    /// Where frusta are integrated several at a time: the machine's vectors.
+    /// The machine's vector instructions, where rays are traced in packets.
     pub level: Option<Level>,
     /// Whether frusta that were gathered are integrated: not where the walk alone is measured.
     pub integrates: bool,
@@ -88,17 +92,20 @@ pub(crate) struct Caster<'f, T, S, const N: usize> {
     pub ground: Option<&'f Ground>,
 }
 
-impl<'f, T: Real, S: Sample, const N: usize> Caster<'f, T, S, N> {
+impl<'f, T: Real, const N: usize> Caster<'f, T, N> {
     /// Traces rays, in any order, and tells the light of each, premultiplied; `None` where it misses the shell.
+    #[inline]
     pub fn trace_all<'r>(
         &'r self,
-        rays: impl Iterator<Item = Start>,
+        rays: &mut dyn Iterator<Item = Start>,
         counts: &mut Counts,
-        mut tell: impl FnMut(usize, Option<Light<T>>),
+        tell: &mut dyn FnMut(usize, Option<Light<T>>),
     ) where
         'f: 'r,
     {
-        if let Some(level) = self.level {
+        if T::HAS_PACKETS
+            && let Some(level) = self.level
+        {
             return self.trace_abreast(level, rays, counts, tell);
         }
         let mut queue = Queue::new(self, rays);
@@ -111,7 +118,8 @@ impl<'f, T: Real, S: Sample, const N: usize> Caster<'f, T, S, N> {
     }
 
     /// A ray that has met nothing yet.
-    fn ray<'r>(&'r self, line: RayLine, dir: DVec3) -> Ray<'r, 'f, T, S, N> {
+    #[inline]
+    fn ray<'r>(&'r self, line: RayLine, dir: DVec3) -> Ray<'r, 'f, T, N> {
         // Less than the last digit cannot be asked for.
         let share = self.budget.share.max(T::ROUNDING);
         Ray {
@@ -141,8 +149,8 @@ impl<'f, T: Real, S: Sample, const N: usize> Caster<'f, T, S, N> {
     }
 }
 
-struct Ray<'r, 'f, T, S, const N: usize> {
-    caster: &'r Caster<'f, T, S, N>,
+struct Ray<'r, 'f, T, const N: usize> {
+    caster: &'r Caster<'f, T, N>,
     line: RayLine,
     shading: Option<RayShading<T>>,
     share: T,
@@ -154,8 +162,8 @@ struct Ray<'r, 'f, T, S, const N: usize> {
 }
 
 /// A ray inside one column.
-struct Pass<'p, 'r, 'f, T, S, const N: usize> {
-    ray: &'p mut Ray<'r, 'f, T, S, N>,
+struct Pass<'p, 'r, 'f, T, const N: usize> {
+    ray: &'p mut Ray<'r, 'f, T, N>,
     column: &'p Column,
     /// The blocks in which something can be seen.
     blocks: u32,
@@ -166,7 +174,7 @@ struct Pass<'p, 'r, 'f, T, S, const N: usize> {
     length: f64,
 }
 
-impl<T: Real, S: Sample, const N: usize> Visit<T, N> for Pass<'_, '_, '_, T, S, N> {
+impl<T: Real, const N: usize> Visit<T, N> for Pass<'_, '_, '_, T, N> {
     #[inline(always)]
     fn chord(&self, layer: usize) -> Chord<T, N> {
         let (caster, cells, base) = (self.ray.caster, &self.column.cells, &self.base);
@@ -195,6 +203,7 @@ impl<T: Real, S: Sample, const N: usize> Visit<T, N> for Pass<'_, '_, '_, T, S, 
         leaps
     }
 
+    #[inline]
     fn core(&mut self, a: &Station<T>) -> Flow {
         self.ray.core(lerp(self.column.entry.t, self.column.exit.t, a.u))
     }
@@ -202,8 +211,9 @@ impl<T: Real, S: Sample, const N: usize> Visit<T, N> for Pass<'_, '_, '_, T, S, 
 
 // Columns and their frusta are inlined by force: where two loops meet them, the compiler would call them instead, which
 // costs a frame 5 to 15 %.
-impl<T: Real, S: Sample, const N: usize> Ray<'_, '_, T, S, N> {
+impl<T: Real, const N: usize> Ray<'_, '_, T, N> {
     /// Walks over all columns, until the ray ends.
+    #[inline]
     fn pass(&mut self, mut walk: Walk) {
         let mut gap = None;
         let has_void = self.caster.grid.void_triangles() > 0;
@@ -228,7 +238,7 @@ impl<T: Real, S: Sample, const N: usize> Ray<'_, '_, T, S, N> {
 
     /// Adds the light of frustum number `n` of a batch.
     #[inline(always)]
-    fn meet(&mut self, batch: &Batch<T, S, N>, n: usize) -> Flow {
+    fn meet(&mut self, batch: &Batch<T, N>, n: usize) -> Flow {
         if batch.is_fresh(n) {
             self.span = None;
         }
@@ -251,7 +261,7 @@ impl<T: Real, S: Sample, const N: usize> Ray<'_, '_, T, S, N> {
     }
 
     #[inline(never)]
-    fn odd(&mut self, batch: &Batch<T, S, N>, n: usize) -> Flow {
+    fn odd(&mut self, batch: &Batch<T, N>, n: usize) -> Flow {
         let (course, length) = batch.course(n, self.caster);
         self.frustum(&course, length)
     }
@@ -261,7 +271,7 @@ impl<T: Real, S: Sample, const N: usize> Ray<'_, '_, T, S, N> {
         self.counts.columns += 1;
         let (entry, exit) = (&column.entry, &column.exit);
         let base = self.caster.samples.bases(column.cells);
-        let weight = [entry, exit].map(|end| [T::of(end.weight[0]), T::of(end.weight[1])]);
+        let weight = [entry, exit].map_inline(|end| [T::of(end.weight[0]), T::of(end.weight[1])]);
         let shell = self.caster.shell;
         let mut pass = Pass { ray: self, column, blocks, base, weight, length: exit.t - entry.t };
         cross(shell, column, gap, &mut pass)
@@ -278,6 +288,7 @@ impl<T: Real, S: Sample, const N: usize> Ray<'_, '_, T, S, N> {
     }
 
     /// An opaque core ends the ray, a hollow one lets it pass.
+    #[inline]
     fn core(&mut self, t: f64) -> Flow {
         let Some(mut color) = self.caster.core else { return Flow::On };
         if let Some(ground) = self.caster.ground {
@@ -287,7 +298,7 @@ impl<T: Real, S: Sample, const N: usize> Ray<'_, '_, T, S, N> {
             Some(shading) => shading.solid(self.line.position(t).normalize_or_zero()),
             None => T::one(),
         };
-        self.light.over(&Light::plain(color.map(|c| T::of(c) * body), T::one()));
+        self.light.over(&Light::plain(color.map_inline(|c| T::of(c) * body), T::one()));
         Flow::Stop
     }
 
@@ -448,6 +459,7 @@ impl<T: Real, S: Sample, const N: usize> Ray<'_, '_, T, S, N> {
     }
 
     /// A segment that ends or turns as close to a step as rounding reaches may lie beyond it there.
+    #[inline]
     fn near_steps(&mut self, segment: &Segment<T>) {
         let steep = (segment.f1 - segment.f0).abs() + segment.kappa.abs();
         if steep == T::zero() {
@@ -463,7 +475,7 @@ impl<T: Real, S: Sample, const N: usize> Ray<'_, '_, T, S, N> {
         let turn = segment.extremum().map(|(_, f)| (f, root));
         let steps = self.caster.spans.steps();
         for (extreme, part) in ends.into_iter().chain(turn) {
-            let first = steps.partition_point(|step| step.value < extreme - reach);
+            let first = partition_point(steps, |step| step.value < extreme - reach);
             for step in steps[first..].iter().take_while(|step| step.value <= extreme + reach) {
                 let through = T::one() - self.light.absorbed;
                 let beyond = (segment.length * part * step.extinction).absorbed_by();

@@ -1,7 +1,9 @@
 //! Reading the model's array: its layout, normalisation to the transfer function's range, missing values.
 
 use super::real::Real;
+use crate::array::MapInline;
 use crate::field::Field;
+use crate::grid::Reals;
 use crate::shape::Elements;
 
 mod clear;
@@ -13,6 +15,7 @@ pub(crate) trait Sample: Copy + PartialOrd + Send + Sync + 'static {
     /// The finite number nearest to `value`.
     fn near(value: f64) -> Self;
     /// The number that is `value`, if there is one.
+    #[inline]
     fn exact(value: f64) -> Option<Self> {
         Some(Self::near(value)).filter(|near| near.wide() == value)
     }
@@ -28,14 +31,17 @@ impl Sample for f32 {
         f64::from(self)
     }
 
+    #[inline]
     fn near(value: f64) -> Self {
         value.clamp(Self::MIN.into(), Self::MAX.into()) as Self
     }
 
+    #[inline]
     fn next_up(self) -> Self {
         self.next_up()
     }
 
+    #[inline]
     fn next_down(self) -> Self {
         self.next_down()
     }
@@ -47,23 +53,25 @@ impl Sample for f64 {
         self
     }
 
+    #[inline]
     fn near(value: f64) -> Self {
         value.clamp(Self::MIN, Self::MAX)
     }
 
+    #[inline]
     fn next_up(self) -> Self {
         self.next_up()
     }
 
+    #[inline]
     fn next_down(self) -> Self {
         self.next_down()
     }
 }
 
-/// A field in the model's memory, seen as normalised values on layers that rise.
+/// Where the values of a field lie in its array, and how they become normalised values on layers that rise.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Samples<'a, S> {
-    data: &'a [S],
+struct Reading {
     elements: Elements,
     has_fill: bool,
     fill: f64,
@@ -71,37 +79,61 @@ pub(crate) struct Samples<'a, S> {
     scale: f64,
 }
 
+impl Reading {
+    fn new(field: &Field, falling: bool, range: [f64; 2]) -> Self {
+        let elements = if falling { field.elements().upside_down() } else { *field.elements() };
+        let (has_fill, fill) = (field.fill().is_some(), field.fill().unwrap_or(f64::NAN));
+        Reading { elements, has_fill, fill, shift: range[0], scale: 1.0 / (range[1] - range[0]) }
+    }
+
+    /// A value, normalised in f64: a field of 1e30, or of 1e6 + 1, keeps its digits in an f32 kernel. NaN where it is missing.
+    #[inline(always)]
+    fn normal<T: Real>(&self, value: f64) -> T {
+        let (normal, is_usual) = self.usual(value);
+        if is_usual { normal } else { T::of(self.rare(value, T::LARGEST)) }
+    }
+
+    /// The same without a branch, and whether it is right: the value is neither missing nor beyond all bounds.
+    #[inline(always)]
+    fn usual<T: Real>(&self, value: f64) -> (T, bool) {
+        let normalised = (value - self.shift) * self.scale;
+        let is_fill = self.has_fill & (value == self.fill);
+        (T::of(normalised), (normalised.abs() <= T::LARGEST) & !is_fill)
+    }
+
+    #[cold]
+    fn rare(&self, value: f64, largest: f64) -> f64 {
+        if value == self.fill || !value.is_finite() {
+            return f64::NAN;
+        }
+        ((value - self.shift) * self.scale).clamp(-largest, largest)
+    }
+}
+
+/// A field in the model's memory, seen as normalised values on layers that rise.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Samples<'a, S> {
+    data: &'a [S],
+    reading: Reading,
+}
+
 impl<'a, S: Sample> Samples<'a, S> {
     /// `data` is the field's array; values become `(value - range[0]) / (range[1] - range[0])`. Layers are turned round
     /// where the field's first one is the outermost.
     pub fn new(data: &'a [S], field: &Field, falling: bool, range: [f64; 2]) -> Self {
-        let elements = if falling { field.elements().upside_down() } else { *field.elements() };
-        let (has_fill, fill) = (field.fill().is_some(), field.fill().unwrap_or(f64::NAN));
-        Samples { data, elements, has_fill, fill, shift: range[0], scale: 1.0 / (range[1] - range[0]) }
+        Samples { data, reading: Reading::new(field, falling, range) }
     }
 
     /// Where the values over `cell` begin, for [`Self::get`].
     #[inline(always)]
     pub fn base(&self, cell: u32) -> isize {
-        self.elements.base(cell as usize)
-    }
-
-    /// [`Self::base`] of three cells, which asks once whether columns are blocked.
-    #[inline(always)]
-    pub fn bases(&self, cells: [u32; 3]) -> [isize; 3] {
-        self.elements.bases(cells.map(|cell| cell as usize))
+        self.reading.elements.base(cell as usize)
     }
 
     /// Where the sample at `layer` is, for [`Self::at`].
     #[inline(always)]
     pub fn element(&self, base: isize, layer: usize) -> usize {
-        self.elements.at(base, layer)
-    }
-
-    /// Elements from one layer to the next.
-    #[inline(always)]
-    pub fn layer_stride(&self) -> isize {
-        self.elements.layer_stride()
+        self.reading.elements.at(base, layer)
     }
 
     /// The sample of that element.
@@ -116,27 +148,68 @@ impl<'a, S: Sample> Samples<'a, S> {
         self.normal(self.at(self.element(base, layer)))
     }
 
-    /// A sample, normalised in f64: a field of 1e30, or of 1e6 + 1, keeps its digits in an f32 kernel.
+    /// A sample, normalised; NaN where it is missing.
     #[inline(always)]
     pub fn normal<T: Real>(&self, sample: S) -> T {
-        let (value, is_usual) = self.usual(sample);
-        if is_usual { value } else { T::of(self.rare(sample.wide(), T::LARGEST)) }
+        self.reading.normal(sample.wide())
+    }
+}
+
+/// [`Samples`] of either type: rays read through it, as their kernel is large, and is compiled once for both types.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct AnySamples<'a> {
+    data: Reals<'a>,
+    reading: Reading,
+}
+
+impl<'a> AnySamples<'a> {
+    /// As [`Samples::new`], of the array of `field`.
+    pub fn new(field: &Field<'a>, falling: bool, range: [f64; 2]) -> Self {
+        AnySamples { data: field.samples(), reading: Reading::new(field, falling, range) }
     }
 
-    /// The same without a branch, and whether it is right: the sample is neither missing nor beyond all bounds.
+    /// Where the values over three cells begin, for [`Self::get`].
     #[inline(always)]
-    pub fn usual<T: Real>(&self, sample: S) -> (T, bool) {
-        let value = sample.wide();
-        let normalised = (value - self.shift) * self.scale;
-        let is_fill = self.has_fill & (value == self.fill);
-        (T::of(normalised), (normalised.abs() <= T::LARGEST) & !is_fill)
+    pub fn bases(&self, cells: [u32; 3]) -> [isize; 3] {
+        self.reading.elements.bases(cells.map_inline(|cell| cell as usize))
     }
 
-    #[cold]
-    fn rare(&self, value: f64, largest: f64) -> f64 {
-        if value == self.fill || !value.is_finite() {
-            return f64::NAN;
+    /// Where the sample at `layer` is, for [`Self::at`].
+    #[inline(always)]
+    pub fn element(&self, base: isize, layer: usize) -> usize {
+        self.reading.elements.at(base, layer)
+    }
+
+    /// Elements from one layer to the next.
+    #[inline(always)]
+    pub fn layer_stride(&self) -> isize {
+        self.reading.elements.layer_stride()
+    }
+
+    /// The value of that element.
+    #[inline(always)]
+    pub fn at(&self, element: usize) -> f64 {
+        match self.data {
+            Reals::F32(data) => data[element].into(),
+            Reals::F64(data) => data[element],
         }
-        ((value - self.shift) * self.scale).clamp(-largest, largest)
+    }
+
+    /// The normalised value at `layer` (counted from the innermost) over the cell of `base`; NaN where it is missing.
+    #[inline(always)]
+    pub fn get<T: Real>(&self, base: isize, layer: usize) -> T {
+        self.normal(self.at(self.element(base, layer)))
+    }
+
+    /// A value, normalised; NaN where it is missing.
+    #[inline(always)]
+    pub fn normal<T: Real>(&self, value: f64) -> T {
+        self.reading.normal(value)
+    }
+
+    /// The same without a branch, and whether it is right: the value is neither missing nor beyond all bounds.
+    #[inline(always)]
+    pub fn usual<T: Real>(&self, value: f64) -> (T, bool) {
+        self.reading.usual(value)
     }
 }

@@ -2,6 +2,7 @@
 
 use super::piece::Light;
 use super::real::Real;
+use crate::array::MapInline;
 use glam::DVec3;
 
 /// How strongly a surface answers to light, and from where it comes.
@@ -43,6 +44,7 @@ pub(crate) struct Shade<T> {
 
 impl Shading {
     /// For rays along `dir`, highlights right to `share`.
+    #[inline]
     pub fn along<T: Real>(&self, dir: DVec3, share: f64) -> RayShading<T> {
         let light = self.towards_light.unwrap_or(-dir);
         // The light straight behind leaves no half-way direction; none then gives no highlight.
@@ -53,8 +55,8 @@ impl Shading {
             diffuse: T::of(self.diffuse),
             specular: T::of(self.specular),
             shininess: T::of(self.shininess),
-            light: light.to_array().map(T::of),
-            halfway: halfway.to_array().map(T::of),
+            light: light.to_array().map_inline(T::of),
+            halfway: halfway.to_array().map_inline(T::of),
             sharpness: T::of(self.shininess.max(4.0)),
             blind: T::of(blind),
             dull: T::of(self.dull(blind)),
@@ -134,8 +136,9 @@ impl<T: Real> RayShading<T> {
     }
 
     /// Light on an opaque surface with the outward normal `normal`, on its outer side only.
+    #[inline]
     pub fn solid(&self, normal: DVec3) -> T {
-        let facing = normal.to_array().map(T::of);
+        let facing = normal.to_array().map_inline(T::of);
         let cosine = (0..3).fold(T::zero(), |sum, k| sum + facing[k] * self.light[k]);
         self.ambient + self.diffuse * cosine.max(T::zero())
     }

@@ -2,6 +2,7 @@
 
 use super::real::Real;
 use super::segment::Segment;
+use crate::array::{MapInline, partition_point};
 use fearless_simd::Simd;
 
 /// A knot of the transfer function in the units of the kernel.
@@ -144,6 +145,7 @@ pub(crate) struct Spans<T> {
 
 impl<T: Real> Spans<T> {
     /// `knots` rise; two may share a value, which makes a step there (a value exactly on it counts as above).
+    #[inline]
     pub fn new(knots: &[KernelKnot]) -> Self {
         let (first, last) = (knots[0], knots[knots.len() - 1]);
         // All knots on one value leave no range to normalise to; the value's own size serves then.
@@ -178,6 +180,7 @@ impl<T: Real> Spans<T> {
     }
 
     /// The values that normalise to 0 and 1.
+    #[inline]
     pub fn range(&self) -> [f64; 2] {
         self.range
     }
@@ -189,6 +192,7 @@ impl<T: Real> Spans<T> {
     }
 
     /// All spans, rising.
+    #[inline]
     pub fn all(&self) -> &[Span<T>] {
         &self.spans
     }
@@ -261,8 +265,9 @@ impl<T: Real> Spans<T> {
     }
 
     /// The span of value `f`: the upper one when f lies on a knot.
+    #[inline]
     pub fn find(&self, f: T) -> usize {
-        self.spans.partition_point(|s| s.low <= f).max(1) - 1
+        partition_point(&self.spans, |s| s.low <= f).max(1) - 1
     }
 }
 
@@ -279,6 +284,7 @@ const NARROW: f64 = 2000.0;
 const REACH: f64 = 8.0;
 
 /// The steps between `spans`: values at which extinction or colour changes within rounding's reach.
+#[inline]
 fn steps<T: Real>(spans: &[Span<T>]) -> Vec<Step<T>> {
     let mut steps = Vec::new();
     for (k, span) in spans.iter().enumerate() {
@@ -288,22 +294,23 @@ fn steps<T: Real>(spans: &[Span<T>]) -> Vec<Step<T>> {
             steps.push(Step { value: span.low, extinction: below.max(above).max(span.extinction) });
         } else if span.high - span.low < T::of(NARROW * T::ROUNDING) {
             let extinction = span.extinction_slope.abs() * T::of(REACH * T::ROUNDING);
-            steps.extend([span.low, span.high].map(|value| Step { value, extinction }));
+            steps.extend([span.low, span.high].map_inline(|value| Step { value, extinction }));
         }
     }
     steps
 }
 
+#[inline]
 fn span<T: Real>(low: T, high: T, anchor: T, a: &KernelKnot, b: &KernelKnot, width: T) -> Span<T> {
     let slope = |a: f64, b: f64| T::of(b - a) / width;
-    let color_slope = [0, 1, 2].map(|k| slope(a.color[k], b.color[k]));
+    let color_slope = [0, 1, 2].map_inline(|k| slope(a.color[k], b.color[k]));
     Span {
         low,
         high,
         anchor,
         extinction: T::of(a.extinction),
         extinction_slope: slope(a.extinction, b.extinction),
-        color: a.color.map(T::of),
+        color: a.color.map_inline(T::of),
         color_slope,
         steepest: color_slope.iter().fold(T::zero(), |most, s| most.max(s.abs())),
         brightest: T::of(a.color.iter().chain(&b.color).fold(0.0, |most, c| most.max(*c))),

@@ -42,6 +42,7 @@ impl Crossing {
 
 impl<'g, 'a> Contour<'g, 'a> {
     /// The circle inside `triangle`, or `None` when all three vertices lie on one side of it.
+    #[inline]
     fn inside(grid: &'g Grid<'a>, plane: Plane, triangle: u32) -> Option<Self> {
         let cells = grid.triangle(triangle);
         let see = |cell| plane.see(cell, grid.direction(cell));
@@ -56,6 +57,7 @@ impl<'g, 'a> Contour<'g, 'a> {
     }
 
     /// The circle at `triangle` or, when rounding puts it just outside, in the nearest triangle around.
+    #[inline]
     fn near(grid: &'g Grid<'a>, plane: Plane, triangle: u32) -> Self {
         if let Some(contour) = Self::inside(grid, plane, triangle) {
             return contour;
@@ -125,6 +127,7 @@ impl<'g, 'a> Contour<'g, 'a> {
         }
     }
 
+    #[inline]
     fn backward(&mut self) {
         let new = self.cross(self.apex.cell);
         if new.is_left() {
@@ -140,6 +143,7 @@ impl<'g, 'a> Contour<'g, 'a> {
 /// The triangle that holds `target`, found by walking the great circle from the middle of the triangle `from`.
 ///
 /// Any number will do for `from`, also that of a row that is no triangle.
+#[inline]
 pub(crate) fn locate(grid: &Grid, from: u32, target: DVec3) -> u32 {
     let middle = |t: u32| grid.triangle(t).iter().map(|&c| grid.direction(c)).sum::<DVec3>().normalize();
     let mut from = grid.standing(from);
@@ -155,6 +159,7 @@ pub(crate) fn locate(grid: &Grid, from: u32, target: DVec3) -> u32 {
     locate_short(grid, from, start, target)
 }
 
+#[inline]
 fn locate_short(grid: &Grid, from: u32, middle: DVec3, target: DVec3) -> u32 {
     let Some(plane) = Plane::through(middle, target) else {
         return from;
@@ -191,6 +196,7 @@ pub(crate) struct Column {
 }
 
 impl Column {
+    #[inline]
     fn new(cells: [u32; 3], entry: End, exit: End) -> Self {
         Column { cells, entry, exit, curvature: 1.0 / entry.rho, scale: 1.0 / (exit.rho - entry.rho) }
     }
@@ -214,6 +220,7 @@ struct Place {
 
 impl Place {
     /// The point between this place and `other` that lies in the direction of `to`.
+    #[inline]
     fn clip(self, other: Place, to: Point) -> Place {
         let (before, after) = (to.cross(self.point), to.cross(other.point));
         let whole = before - after;
@@ -225,6 +232,7 @@ impl Place {
 
 impl<'g, 'a> Walk<'g, 'a> {
     /// Finds the ray's first column, searching from the triangle `hint`. Any hint will do; a near one is faster.
+    #[inline]
     pub fn new(grid: &'g Grid<'a>, line: RayLine, hint: u32) -> Self {
         let triangle = locate(grid, hint, line.position(line.start).normalize());
         let mut contour = Contour::near(grid, line.plane, triangle);
@@ -244,6 +252,7 @@ impl<'g, 'a> Walk<'g, 'a> {
     }
 
     /// The triangle that the next column lies over.
+    #[inline]
     pub fn triangle(&self) -> u32 {
         self.contour.triangle
     }

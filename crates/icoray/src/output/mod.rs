@@ -32,8 +32,33 @@ fn io_error(path: &Path, what: &str, error: impl std::fmt::Display) -> Error {
     Error::new(ErrorKind::Io, format!("{}: {what}: {error}", path.display()))
 }
 
-/// Writes `frame` to `path`, as PNG (8-bit sRGB, with text, and the labels that its scene asks for) or EXR (linear, exact floats, with the error of each pixel as
-/// a fifth channel, `error`) by its ending. A file of that name is replaced when the new one is complete.
+/// Writes `frame` to `path`: as PNG (8-bit sRGB, with text, and with the labels of its scene) or as EXR (linear, exact
+/// floats, with the error of each pixel as a fifth channel, `error`), depending on the ending. An existing file is
+/// replaced when the new one is complete.
+///
+/// ```
+/// # use icoray::{Field, Grid, IcosahedralMesh, Layers, Location, Renderer, Scene, Shape};
+/// # let mesh = IcosahedralMesh::new(2)?;
+/// # let grid = Grid::new(mesh.tables())?;
+/// # let layers = Layers::from_heights(&[0.0, 1e6], 6.371e6)?;
+/// # let values = vec![1.0f32; 2 * grid.cells()];
+/// # let shape = Shape::cell_fastest(grid.cells(), 2);
+/// # let field = Field::new(values.as_slice().into(), shape, Location::Center, None)?;
+/// # let scene = Scene::parse(
+/// #     "field = 'one'
+/// #      image = { width = 8, height = 8 }
+/// #      camera = { lon = 0, lat = 0, distance = 3 }
+/// #      transfer = { map = 'viridis', range = [0, 2], opacity = [[0, 0.5], [2, 0.5]] }",
+/// # )?;
+/// let frame = Renderer::new(1)?.render(&scene, &grid, &layers, &field)?;
+/// let folder = std::env::temp_dir().join(format!("icoray-doc-{}", std::process::id()));
+/// std::fs::create_dir_all(&folder).unwrap();
+/// icoray::output::write_picture(&folder.join("picture.png"), &frame)?;
+/// icoray::output::write_picture(&folder.join("picture.exr"), &frame)?;
+/// assert_eq!(std::fs::read_dir(&folder).unwrap().count(), 2);
+/// # std::fs::remove_dir_all(&folder).unwrap();
+/// # Ok::<(), icoray::Error>(())
+/// ```
 ///
 /// # Errors
 /// [`ErrorKind::Io`] names the path; [`ErrorKind::Argument`] an ending that is neither.

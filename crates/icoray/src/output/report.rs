@@ -236,10 +236,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("report.csv");
         // Opened, it would wait for somebody at its other end.
-        if !std::process::Command::new("mkfifo").arg(&path).status().is_ok_and(|s| s.success()) {
-            println!("skipped: no mkfifo");
-            return;
-        }
+        assert!(std::process::Command::new("mkfifo").arg(&path).status().unwrap().success());
         let frame = crate::frame::tests::frame();
         for error in [check(&path).unwrap_err(), append(&path, Path::new("q.png"), &frame).unwrap_err()] {
             assert_eq!(error.kind(), ErrorKind::Io);

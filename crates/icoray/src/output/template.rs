@@ -47,7 +47,7 @@ impl Template {
                     (Part::Date(place.ok_or_else(wish)?), 2)
                 }
                 b'{' => {
-                    let end = rest.find('}').ok_or_else(|| bad("a { without its }".into()))?;
+                    let end = rest.find('}').ok_or_else(|| bad("a { without a closing }".into()))?;
                     let wish = || {
                         let last =
                             words.iter().map(|word| format!("{{{word}}}")).collect::<Vec<_>>().join(" or ");
@@ -55,7 +55,7 @@ impl Template {
                     };
                     (brace(&rest[1..end], words).ok_or_else(wish)?, end + 1)
                 }
-                _ => return Err(bad("a } without its {".into())),
+                _ => return Err(bad("a } without an opening {".into())),
             };
             parts.push(part);
             rest = &rest[used..];

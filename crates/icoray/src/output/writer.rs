@@ -77,7 +77,33 @@ pub struct Submitted {
     pub dropped: Option<Stamp>,
 }
 
-/// A thread that writes pictures, with its queue. Dropping it writes what waits, which may take its time.
+/// A thread that writes pictures, with its queue. Dropping it writes the frames that are still in the queue.
+///
+/// ```
+/// # use icoray::{Field, Grid, IcosahedralMesh, Layers, Location, Renderer, Scene, Shape};
+/// # let mesh = IcosahedralMesh::new(2)?;
+/// # let grid = Grid::new(mesh.tables())?;
+/// # let layers = Layers::from_heights(&[0.0, 1e6], 6.371e6)?;
+/// # let values = vec![1.0f32; 2 * grid.cells()];
+/// # let shape = Shape::cell_fastest(grid.cells(), 2);
+/// # let field = Field::new(values.as_slice().into(), shape, Location::Center, None)?;
+/// # let scene = Scene::parse(
+/// #     "field = 'one'
+/// #      image = { width = 8, height = 8 }
+/// #      camera = { lon = 0, lat = 0, distance = 3 }
+/// #      transfer = { map = 'viridis', range = [0, 2], opacity = [[0, 0.5], [2, 0.5]] }",
+/// # )?;
+/// use icoray::output::{Stamp, Writer, WriterOptions};
+///
+/// let frame = Renderer::new(1)?.render(&scene, &grid, &layers, &field)?;
+/// let folder = std::env::temp_dir().join(format!("icoray-doc-writer-{}", std::process::id()));
+/// let writer = Writer::new(WriterOptions::new(&folder))?;
+/// writer.submit(frame, scene.output.clone(), Stamp { step: 7, ..Stamp::default() });
+/// writer.wait();
+/// assert!(folder.join("one_000007.png").is_file() && folder.join("report.csv").is_file());
+/// # std::fs::remove_dir_all(&folder).unwrap();
+/// # Ok::<(), icoray::Error>(())
+/// ```
 #[derive(Debug)]
 pub struct Writer {
     options: WriterOptions,

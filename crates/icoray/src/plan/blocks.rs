@@ -1,5 +1,6 @@
 //! What of a field can be seen at all, found by reading it once before the first ray.
 
+use crate::array::MapInline;
 use crate::grid::Grid;
 use crate::kernel::Real;
 use crate::kernel::leap::{Visible, clear_knots, clear_ranges};
@@ -34,7 +35,7 @@ pub(crate) fn clear_values<T: Real, S: Sample>(
     range: Option<[f64; 2]>,
 ) -> Vec<Stored<S>> {
     let [low, high] = spans.range();
-    let Some(within) = range.map(|range| range.map(|value| (value - low) / (high - low))) else {
+    let Some(within) = range.map(|range| range.map_inline(|value| (value - low) / (high - low))) else {
         return Vec::new();
     };
     let ranges =
@@ -121,7 +122,7 @@ fn blocks_over<const R: usize>(grid: &Grid, triangle: u32, columns: &[[u32; R]])
     if !grid.is_triangle(triangle) {
         return 0;
     }
-    let [a, b, c] = grid.triangle(triangle).map(|cell| columns[cell as usize]);
+    let [a, b, c] = grid.triangle(triangle).map_inline(|cell| columns[cell as usize]);
     (0..R).fold(u32::MAX, |all, r| all & (a[r] | b[r] | c[r]))
 }
 

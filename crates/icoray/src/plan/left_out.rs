@@ -28,7 +28,7 @@ pub(super) fn left_out(scene: &Scene, grid: &Grid, layers: usize, from_corners: 
         (scenery.heights == Heights::Native, "native heights".into()),
         (
             scene.method == Method::Exact || scenery.is_plain(),
-            "method \"paper\", which is for one volume alone".into(),
+            "method \"paper\", which supports a single volume only".into(),
         ),
     ]
     .into_iter()
@@ -95,6 +95,6 @@ mod tests {
             assert_eq!(left_out_of(text), expected, "{text}");
         }
         let paper = left_out_of("method = \"paper\"\nheights = \"native\"\n\n");
-        assert_eq!(paper.last().unwrap(), "method \"paper\", which is for one volume alone");
+        assert_eq!(paper.last().unwrap(), "method \"paper\", which supports a single volume only");
     }
 }

@@ -54,7 +54,8 @@ impl Ranks {
     /// [`ErrorKind::Mpi`] when the transport fails.
     pub fn agree(&mut self, mine: &Word) -> Result<Agreement> {
         if let Some(rank) = self.left {
-            let message = format!("rank {rank} has left, so no picture can be drawn together any more");
+            let message =
+                format!("rank {rank} has closed its context, so no picture can be drawn over all ranks");
             return Err(Error::new(ErrorKind::Mpi, message));
         }
         let Some(team) = &mut self.team else {

@@ -62,7 +62,9 @@ pub(super) fn read(bytes: &[u8], rank: usize, raster: Raster) -> Result<Sent> {
             let kind = ErrorKind::of_number(reader.get()? as i32);
             Ok(Sent::End(Err(Error::new(kind, reader.get_text()?))))
         }
-        other => Err(Error::new(ErrorKind::Mpi, format!("rank {rank} sent {other}, which says nothing"))),
+        other => {
+            Err(Error::new(ErrorKind::Mpi, format!("rank {rank} sent {other}, which is no kind of message")))
+        }
     }
 }
 

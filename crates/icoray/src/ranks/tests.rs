@@ -10,8 +10,10 @@ use crate::{
     Shape,
 };
 use rayon::prelude::*;
-use std::thread::{self, sleep};
-use std::time::Duration;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering::SeqCst};
+use std::thread;
+use std::time::{Duration, Instant};
 
 const LAYERS: usize = 3;
 
@@ -190,7 +192,7 @@ fn a_panic_on_one_rank_is_everybodys_error() {
                 // In the middle: some tiles have been given away by then, and some of others are still to come.
                 let pixel = |&Place { x, y, .. }: &Place| {
                     assert!(!(spoils && rank == odd && x + y > 40), "out of bounds");
-                    sleep(Duration::from_micros(2));
+                    thread::yield_now();
                     Pixel { color: [x as f32, y as f32, 0.0, 1.0], error: 0.0 }
                 };
                 let draw = |places: &[Place], _: &mut Counts| places.iter().map(pixel).collect();
@@ -214,24 +216,76 @@ fn a_panic_on_one_rank_is_everybodys_error() {
 #[test]
 fn tiles_are_on_their_way_while_others_are_drawn() {
     let raster = Raster { width: 20, height: 4, step: 1 };
-    on_each(2, |ranks| {
+    let taken = Arc::new(AtomicUsize::new(0));
+    let counted = |team| Counted { team, taken: taken.clone() };
+    let draw = |team: LocalTeam| {
+        let ranks = &mut Ranks::new(Box::new(counted(team)));
         let rank = ranks.rank();
         let threads = Threads::new(1).unwrap();
         let tile = |number: u32| {
             let pixels = vec![Pixel::default(); raster.pixels_of(number)];
             Tile { number, seconds: 0.0, counts: Counts::default(), pixels }
         };
-        let slow = Duration::from_millis(300);
+        // Rank 1 sends its tiles and a message that they are all.
+        let messages = (0..raster.tiles()).filter(|number| number % 2 == 1).count() + 1;
+        let deadline = Instant::now() + Duration::from_secs(60);
         let gathered = ranks.gather(&threads, raster, 0.0, |give| {
             (0..raster.tiles()).filter(|number| *number as usize % 2 == rank).for_each(|n| give(tile(n)));
-            // Rank 0 draws on for long.
-            sleep(if rank == 0 { slow } else { Duration::ZERO });
+            // Rank 0 draws until it has received all of rank 1's messages.
+            while rank == 0 && taken.load(SeqCst) < messages {
+                assert!(Instant::now() < deadline, "no message is received while tiles are drawn");
+                thread::yield_now();
+            }
         });
-        let gathered = gathered.unwrap();
-        assert!(rank == 1 || gathered.gather_s < slow.as_secs_f64() / 10.0, "{gathered:?}");
-        assert_eq!(gathered.drawn_s > 0.29, rank == 0);
+        assert_eq!(gathered.unwrap().tiles.len(), if rank == 0 { raster.tiles() as usize } else { 0 });
         ranks.conclude(Ok(Told::default())).unwrap();
+    };
+    thread::scope(|scope| {
+        let ranks = local_team(2).into_iter().map(|one| scope.spawn(|| draw(one)));
+        ranks.collect::<Vec<_>>().into_iter().for_each(|rank| rank.join().unwrap());
     });
+}
+
+/// A team that counts the messages that rank 0 has received.
+struct Counted {
+    team: LocalTeam,
+    taken: Arc<AtomicUsize>,
+}
+
+impl Team for Counted {
+    fn rank(&self) -> usize {
+        self.team.rank()
+    }
+
+    fn size(&self) -> usize {
+        self.team.size()
+    }
+
+    fn share(&mut self, mine: &[u8]) -> Result<Vec<Vec<u8>>> {
+        self.team.share(mine)
+    }
+
+    fn broadcast(&mut self, mine: Vec<u8>) -> Result<Vec<u8>> {
+        self.team.broadcast(mine)
+    }
+
+    fn send(&mut self, bytes: Vec<u8>) -> Result<()> {
+        self.team.send(bytes)
+    }
+
+    fn is_sent(&mut self) -> Result<bool> {
+        self.team.is_sent()
+    }
+
+    fn try_receive(&mut self) -> Result<Option<(usize, Vec<u8>)>> {
+        let received = self.team.try_receive()?;
+        self.taken.fetch_add(usize::from(received.is_some()), SeqCst);
+        Ok(received)
+    }
+
+    fn exchange(&mut self, mine: Vec<Vec<u8>>) -> Result<Vec<Vec<u8>>> {
+        self.team.exchange(mine)
+    }
 }
 
 #[test]

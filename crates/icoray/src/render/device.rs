@@ -113,8 +113,7 @@ impl<'f> OnDevice<'f> {
         (report.upload_s, report.device_s, report.bytes_uploaded) = (upload_s, device_s, bytes_uploaded);
         report.device = self.drew;
         if let (Some(device), 2..) = (&mut report.device, passes) {
-            *device +=
-                &format!(", in {passes} passes, as it has no room for all that rays read of the field");
+            *device += &format!(", in {passes} passes, as the values that rays read exceed its memory");
         } else if unread_bytes > 0 {
             report.left_out.push(format!("{unread_bytes} of {field_bytes} bytes of the field on the device"));
         }

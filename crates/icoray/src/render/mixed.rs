@@ -12,6 +12,7 @@ use crate::gradient::Gradients;
 use crate::grid::Reals;
 use crate::ground::Ground;
 use crate::kernel::general::{Clips, Levels, Tracer, World};
+use crate::kernel::ray::Casts;
 use crate::kernel::sample::Samples;
 use crate::layers::Layers;
 use crate::quality::{Lights, Quality};
@@ -29,18 +30,13 @@ struct Mixed<'p, 'f> {
     world: &'p World<'f>,
 }
 
-impl<'f> Rays for Mixed<'_, 'f> {
-    type Caster<'c>
-        = Tracer<'c, 'f>
-    where
-        Self: 'c;
-
+impl Rays for Mixed<'_, '_> {
     fn get_ready(&self) {}
 
-    fn caster(&self, quality: &Quality) -> Tracer<'_, 'f> {
+    fn caster(&self, quality: &Quality) -> Box<dyn Casts + '_> {
         let Setting { renderer, scene, plan, .. } = *self.setting;
         let shading = plan.shading.filter(|_| quality.lights != Lights::Off);
-        Tracer { world: self.world, shading, budget: budget(renderer, scene, quality) }
+        Box::new(Tracer { world: self.world, shading, budget: budget(renderer, scene, quality) })
     }
 }
 
@@ -101,7 +97,7 @@ pub(super) fn draw(
     let none = Derived::of(Gradients::none);
     let job = Job::new(scene, plan, grid, field, &none, known.quality, part.is_some());
     let on_device = OnDevice::new(&setting.device, job);
-    let rays = Mixed { setting, world: &world };
+    let rays = &Mixed { setting, world: &world };
     let work = Work { renderer, scene, plan, radius: [core_radius[0], outer], ground: ground.as_ref(), rays };
     let mut rendered = picture::draw(setting, ranks, &known, &work, on_device)?;
     rendered.report_mut().derived_bytes += derived;

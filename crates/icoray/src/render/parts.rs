@@ -1,10 +1,10 @@
 //! A picture of parts: each rank traces all rays through its own cells, and each puts rays together in some of the tiles.
 
 use super::device::OnDevice;
-use super::work::{Rays, Work, brightest, ray, shown};
+use super::work::{Work, brightest, ray, shown};
 use crate::compose::{Came, Composer, TileFragments};
 use crate::error::{Error, ErrorKind, Result};
-use crate::kernel::ray::{Budget, Casts, Counts};
+use crate::kernel::ray::{Budget, Counts};
 use crate::quality::{Lights, Quality};
 use crate::ranks::{Part, Ranks, Reader, Share, Words};
 use crate::raster::{Pixel, Raster, Tile};
@@ -49,7 +49,7 @@ impl Exchanged {
     }
 }
 
-impl<R: Rays> Work<'_, R> {
+impl Work<'_> {
     /// Traces this rank's part of all tiles and exchanges fragments. Collective.
     pub(super) fn exchange(
         &self,

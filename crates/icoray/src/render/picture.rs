@@ -2,7 +2,8 @@
 
 use super::device::OnDevice;
 use super::prepare::Known;
-use super::work::{Rays, Work, certainty, notes};
+use super::progress::reported;
+use super::work::{Work, certainty, notes};
 use super::{Rendered, Setting};
 use crate::description::Description;
 use crate::error::Result;
@@ -14,11 +15,11 @@ use crate::raster::{Raster, Tile};
 use std::time::Instant;
 
 /// Draws the picture of `work`. Collective. The report's `derived_bytes` are left to whoever knows them.
-pub(super) fn draw<R: Rays>(
+pub(super) fn draw(
     setting: &Setting,
     ranks: &mut Ranks,
     known: &Known,
-    work: &Work<R>,
+    work: &Work,
     mut on_device: OnDevice,
 ) -> Result<Rendered> {
     let Setting { renderer, scene, plan, grid, part, start, .. } = *setting;
@@ -45,9 +46,11 @@ pub(super) fn draw<R: Rays>(
     let exchanged = part.map(|part| work.exchange(ranks, part, &share, &mut on_device)).transpose()?;
     let mine = share.tiles_of(ranks.rank());
     let fragments = exchanged.as_ref().map(|e| ranks.together(e.tiles(raster, &mine))).transpose()?;
-    let trace = |give: &(dyn Fn(Tile) + Sync)| match &fragments {
-        Some(fragments) => work.put_together(&quality, raster, fragments, give),
-        None => work.trace(&quality, raster, &mine, &mut on_device, give),
+    let trace = |give: &(dyn Fn(Tile) + Sync)| {
+        reported(renderer.progress.as_ref(), mine.len(), give, |give| match &fragments {
+            Some(fragments) => work.put_together(&quality, raster, fragments, give),
+            None => work.trace(&quality, raster, &mine, &mut on_device, give),
+        });
     };
     let traced_s = exchanged.as_ref().map_or(0.0, |exchanged| exchanged.traced_s);
     let ready_s = start.elapsed().as_secs_f64();

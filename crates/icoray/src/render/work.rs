@@ -10,7 +10,7 @@ use crate::kernel::column::Shell;
 use crate::kernel::leap::Visible;
 use crate::kernel::piece::{Light, Method};
 use crate::kernel::ray::{Budget, Caster, Casts, Start};
-use crate::kernel::sample::{Sample, Samples};
+use crate::kernel::sample::AnySamples;
 use crate::kernel::transfer::Spans;
 use crate::plan::Plan;
 use crate::quality::{Deadline, Lights, Quality};
@@ -27,17 +27,14 @@ pub(super) fn asked(scene: &Scene) -> Quality {
 
 /// What traces the rays of a picture.
 pub(super) trait Rays: Sync {
-    type Caster<'c>: Casts
-    where
-        Self: 'c;
     /// Makes what rays are traced with, where that is not done yet.
     fn get_ready(&self);
     /// What traces rays at a quality.
-    fn caster(&self, quality: &Quality) -> Self::Caster<'_>;
+    fn caster(&self, quality: &Quality) -> Box<dyn Casts + '_>;
 }
 
 /// A picture's work: its rays, on the thread pool and on a device.
-pub(super) struct Work<'f, R> {
+pub(super) struct Work<'f> {
     pub renderer: &'f Renderer,
     pub scene: &'f Scene,
     pub plan: &'f Plan,
@@ -45,24 +42,24 @@ pub(super) struct Work<'f, R> {
     pub radius: [f64; 2],
     /// What the core looks like where it has more than one colour.
     pub ground: Option<&'f Ground>,
-    pub rays: R,
+    pub rays: &'f dyn Rays,
 }
 
 /// Rays through one field alone.
-pub(super) struct Plain<'f, T, S> {
+pub(super) struct Plain<'f, T> {
     pub renderer: &'f Renderer,
     pub scene: &'f Scene,
     pub plan: &'f Plan,
     pub grid: &'f Grid<'f>,
     pub shell: &'f Shell<T>,
     pub spans: &'f Spans<T>,
-    pub samples: Samples<'f, S>,
+    pub samples: AnySamples<'f>,
     pub visible: &'f Derived<'f, Visible>,
     pub gradients: &'f Derived<'f, Gradients>,
     pub ground: Option<&'f Ground>,
 }
 
-impl<R: Rays> Work<'_, R> {
+impl Work<'_> {
     /// The whole picture's, each pixel traced.
     pub(super) fn raster(&self) -> Raster {
         Raster { width: self.scene.width, height: self.scene.height, step: 1 }
@@ -105,7 +102,7 @@ impl<R: Rays> Work<'_, R> {
             if self.renderer.savings.tiles && passes_by(self.scene, places, caster.outer()) {
                 vec![shown(self.scene, caster.budget().brightest, None); places.len()]
             } else {
-                pixels(self.scene, &caster, places, counts)
+                pixels(self.scene, &*caster, places, counts)
             }
         };
         raster.trace(&left, draw).for_each(give);
@@ -113,26 +110,21 @@ impl<R: Rays> Work<'_, R> {
 }
 
 /// The same, N values carried along: 1 without light, else 4.
-pub(super) struct Carrying<'p, 'f, T, S, const N: usize>(pub &'p Plain<'f, T, S>);
+pub(super) struct Carrying<'p, 'f, T, const N: usize>(pub &'p Plain<'f, T>);
 
-impl<T: Real, S: Sample, const N: usize> Rays for Carrying<'_, '_, T, S, N> {
-    type Caster<'c>
-        = Caster<'c, T, S, N>
-    where
-        Self: 'c;
-
+impl<T: Real, const N: usize> Rays for Carrying<'_, '_, T, N> {
     fn get_ready(&self) {
         self.0.visible.get();
         self.0.gradients.get();
     }
 
-    fn caster(&self, quality: &Quality) -> Caster<'_, T, S, N> {
+    fn caster(&self, quality: &Quality) -> Box<dyn Casts + '_> {
         let Plain { renderer, scene, plan, grid, shell, spans, samples, visible, gradients, ground } =
             *self.0;
         let is_lit = quality.lights != Lights::Off;
         let visible = visible.get();
         let top = if renderer.savings.layers { visible.top.max(1) } else { shell.layers() - 1 };
-        Caster {
+        Box::new(Caster::<T, N> {
             grid,
             shell,
             spans,
@@ -148,7 +140,7 @@ impl<T: Real, S: Sample, const N: usize> Rays for Carrying<'_, '_, T, S, N> {
             integrates: renderer.integrates,
             core: scene.core,
             ground,
-        }
+        })
     }
 }
 
@@ -208,14 +200,14 @@ const DEVIATIONS: f64 = 4.0;
 const GEOMETRY: f64 = 1e-9;
 
 /// The light of pixels, over the background.
-fn pixels(scene: &Scene, caster: &impl Casts, places: &[Place], counts: &mut Counts) -> Vec<Pixel> {
+fn pixels(scene: &Scene, caster: &dyn Casts, places: &[Place], counts: &mut Counts) -> Vec<Pixel> {
     let mut pixels = vec![Pixel::default(); places.len()];
-    let rays = places.iter().enumerate().map(|(number, place)| {
+    let mut rays = places.iter().enumerate().map(|(number, place)| {
         let (eye, dir) = ray(scene, place.x, place.y);
         Start { number, eye, dir, begins_row: place.begins_row }
     });
     let brightest = caster.budget().brightest;
-    caster.cast(rays, counts, |number, light| pixels[number] = shown(scene, brightest, light));
+    caster.cast(&mut rays, counts, &mut |number, light| pixels[number] = shown(scene, brightest, light));
     pixels
 }
 

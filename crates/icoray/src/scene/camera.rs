@@ -39,6 +39,15 @@ impl Camera {
         Self::look_at((outward * distance).to_array(), [0.0; 3], north.to_array(), fov_deg)
     }
 
+    /// Longitude and latitude below the camera in degrees, its distance from the planet's centre, and its field of view in
+    /// degrees: what [`Camera::above`] takes.
+    pub(crate) fn place(&self) -> [f64; 4] {
+        let DVec3 { x, y, z } = self.eye;
+        let distance = self.eye.length();
+        let lat = if distance > 0.0 { (z / distance).clamp(-1.0, 1.0).asin() } else { 0.0 };
+        [y.atan2(x).to_degrees(), lat.to_degrees(), distance, 2.0 * self.half_height.atan().to_degrees()]
+    }
+
     /// The same camera, turned eastwards about the planet's axis.
     pub(crate) fn turned_east(&self, deg: f64) -> Self {
         let turn = DQuat::from_rotation_z(deg.to_radians());

@@ -106,6 +106,16 @@ pub use transfer::{Knot, TransferFunction};
 
 pub(crate) use parse::views::script as parse_script;
 
+/// Whether there is a colour map of this name.
+pub(crate) fn is_color_map(name: &str) -> bool {
+    color::ColorMap::named(name).is_some()
+}
+
+/// Names of the colour maps.
+pub(crate) fn color_maps() -> &'static str {
+    &color::MAPS
+}
+
 use crate::error::Result;
 use crate::kernel::piece::Method;
 use crate::label::Labels;
@@ -225,7 +235,24 @@ impl Scene {
     /// The tolerance of a scene that names none.
     pub const DEFAULT_TOLERANCE: f64 = 1e-3;
 
-    /// Reads a scene from the text of a scene file.
+    /// Parses a scene from the text of a scene file.
+    ///
+    /// ```
+    /// use icoray::Scene;
+    ///
+    /// let text = "field = 'theta'
+    ///             camera = { lon = 190, lat = 45, distance = 2.6 }
+    ///             [transfer]
+    ///             map = 'plasma'
+    ///             range = [300, 400]
+    ///             opacity = [[300, 0], [400, 0.9]]";
+    /// let scene = Scene::parse(text)?;
+    /// assert_eq!((scene.field.as_str(), scene.width), ("theta", 512));
+    ///
+    /// let error = Scene::parse(&text.replace("[300, 400]", "[400, 300]")).unwrap_err();
+    /// assert!(error.to_string().contains("line 5, key transfer.range"), "{error}");
+    /// # Ok::<(), icoray::Error>(())
+    /// ```
     ///
     /// # Errors
     /// [`ErrorKind::Scene`](crate::ErrorKind::Scene) with the line, the key, the value and what was expected.

@@ -2,6 +2,7 @@
 //! it has.
 
 use super::Shell;
+use crate::array::MapInline;
 use crate::kernel::real::Real;
 use crate::kernel::walk::pack::{Columns, HALF, LANES, Row, lanes};
 use fearless_simd::{Simd, f64x8, mask64x8, prelude::*, u32x16};
@@ -67,7 +68,7 @@ impl<'c, T: Real> Passages<'c, T> {
     /// Bits of the rays that leave their gaps through a layer.
     #[inline(always)]
     pub fn passing<V: Simd>(&self, simd: V) -> u32 {
-        let [gap, out] = [&self.gap, &self.out].map(|row| u32x16::from_slice(simd, row));
+        let [gap, out] = [&self.gap, &self.out].map_inline(|row| u32x16::from_slice(simd, row));
         gap.simd_ne(out).to_bitmask() as u32
     }
 

@@ -8,6 +8,7 @@
 //! The error is an estimate, not a bound: colours of several fields may mix in ways that three places do not tell.
 
 use super::source::Map;
+use crate::array::MapInline;
 use crate::kernel::piece::{Light, bend_factor};
 use crate::kernel::segment::Segment;
 use crate::kernel::shade::RayShading;
@@ -33,6 +34,7 @@ pub(super) struct Part<'w> {
 
 impl<'w> Part<'w> {
     /// The medium between two places of a frustum, near the middle of which values tell the spans; `None` where it is clear there.
+    #[inline]
     pub fn new(medium: &'w Medium, segments: [Segment<f64>; 2], middle: f64, slot: usize) -> Option<Self> {
         let extinction = medium.extinction.span(segments[1].value(middle));
         if extinction.is_clear {
@@ -43,20 +45,23 @@ impl<'w> Part<'w> {
     }
 
     /// Extinction and colour.
+    #[inline]
     fn at(&self, u: f64) -> (f64, [f64; 3]) {
         let Medium { color, extinction } = self.medium;
         let value = self.segments[1].value(u);
         let other = if color.source == extinction.source { value } else { self.segments[0].value(u) };
         // Rounding at a knot may reach a little beyond the colours of the span.
-        let color = self.spans[0].color(color.normal(other)).map(|c| c.max(0.0));
+        let color = self.spans[0].color(color.normal(other)).map_inline(|c| c.max(0.0));
         (self.spans[1].extinction(extinction.normal(value)), color)
     }
 
+    #[inline]
     fn extinction(&self, u: f64) -> f64 {
         self.spans[1].extinction(self.medium.extinction.normal(self.segments[1].value(u)))
     }
 
     /// Optical depth from `from` to `to`.
+    #[inline]
     fn depth(&self, from: f64, to: f64) -> f64 {
         let whole = &self.segments[1];
         let part = whole.part((from, whole.value(from)), (to, whole.value(to)));
@@ -79,8 +84,9 @@ struct Node {
 
 impl Node {
     /// Its colour, black where nothing absorbs.
+    #[inline]
     fn mean(&self) -> [f64; 3] {
-        if self.rate > 0.0 { self.color.map(|c| c / self.rate) } else { [0.0; 3] }
+        if self.rate > 0.0 { self.color.map_inline(|c| c / self.rate) } else { [0.0; 3] }
     }
 }
 
@@ -113,6 +119,7 @@ impl<G: Fn(usize, f64) -> [f64; 3]> Blend<'_, '_, G> {
     /// Adds the light of the piece from `from` to `to`.
     ///
     /// `panels` is memory.
+    #[inline]
     pub fn add(&self, light: &mut Light<f64>, from: f64, to: f64, panels: &mut Vec<Panel>) {
         panels.clear();
         panels.push(Panel { first: self.node(from, from), last: self.node(from, to), halves: 0 });
@@ -149,16 +156,17 @@ impl<G: Fn(usize, f64) -> [f64; 3]> Blend<'_, '_, G> {
         }
     }
 
+    #[inline]
     fn node(&self, from: f64, u: f64) -> Node {
         let mut node = Node { u, rate: 0.0, color: [0.0; 3], depth: 0.0 };
         for part in self.parts {
             let (rate, mut color) = part.at(u);
             if let Some(shading) = self.shading {
                 let shade = shading.shade((self.gradient)(part.slot, u));
-                color = color.map(|c| c * shade.body + shade.highlight);
+                color = color.map_inline(|c| c * shade.body + shade.highlight);
             }
             node.rate += rate;
-            node.color = [0, 1, 2].map(|k| node.color[k] + rate * color[k]);
+            node.color = [0, 1, 2].map_inline(|k| node.color[k] + rate * color[k]);
             node.depth += if u > from { part.depth(from, u) } else { 0.0 };
         }
         node
@@ -166,29 +174,37 @@ impl<G: Fn(usize, f64) -> [f64; 3]> Blend<'_, '_, G> {
 }
 
 /// The mean colour of the light that is absorbed between places of these weights.
+#[inline]
 fn weighed(nodes: &[&Node], weights: &[f64]) -> Option<[f64; 3]> {
     let (mut sum, mut color) = (0.0, [0.0; 3]);
     for (node, weight) in nodes.iter().zip(weights) {
         let weight = weight * (nodes[0].depth - node.depth).exp();
         sum += weight * node.rate;
-        color = [0, 1, 2].map(|k| color[k] + weight * node.color[k]);
+        color = [0, 1, 2].map_inline(|k| color[k] + weight * node.color[k]);
     }
-    (sum > 0.0).then(|| color.map(|c| c / sum))
+    (sum > 0.0).then(|| color.map_inline(|c| c / sum))
 }
 
 /// The largest difference of two colours' channels.
+#[inline]
 fn apart(a: &[f64; 3], b: &[f64; 3]) -> f64 {
-    (0..3).map(|k| (a[k] - b[k]).abs()).fold(0.0, f64::max)
+    let [r, g, b] = [0, 1, 2].map_inline(|k| (a[k] - b[k]).abs());
+    r.max(g).max(b)
 }
 
 /// The mean colour of a panel, how far it is from that of its ends alone, and how far colours are apart.
+#[inline]
 fn mean(nodes: [&Node; 3]) -> ([f64; 3], [f64; 2]) {
-    let seen = || nodes.iter().filter(|node| node.rate > 0.0).map(|node| node.mean());
-    let spread = (0..3).map(|k| {
-        let (low, high) = seen().fold((f64::MAX, f64::MIN), |(l, h), c| (l.min(c[k]), h.max(c[k])));
-        (high - low).max(0.0)
-    });
-    let spread = spread.fold(0.0, f64::max);
+    let (mut low, mut high) = ([f64::MAX; 3], [f64::MIN; 3]);
+    for node in nodes {
+        if node.rate > 0.0 {
+            let color = node.mean();
+            low = [0, 1, 2].map_inline(|k| low[k].min(color[k]));
+            high = [0, 1, 2].map_inline(|k| high[k].max(color[k]));
+        }
+    }
+    let [r, g, b] = [0, 1, 2].map_inline(|k| high[k] - low[k]);
+    let spread = r.max(g).max(b).max(0.0);
     let Some(color) = weighed(&nodes, &[1.0, 4.0, 1.0]) else { return ([0.0; 3], [f64::INFINITY; 2]) };
     let off = weighed(&nodes, &[1.0, 0.0, 1.0]).map_or(spread, |ends| apart(&color, &ends));
     (color, [off.min(spread), spread])

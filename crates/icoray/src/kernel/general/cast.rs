@@ -4,25 +4,28 @@ use super::{Run, Tracer};
 use crate::kernel::column::Flow;
 use crate::kernel::piece::Light;
 use crate::kernel::plane::RayLine;
-use crate::kernel::ray::{Budget, Casts, Counts, Fragment, Start};
+use crate::kernel::ray::{Budget, Casts, Counts, Fragment, Runs, Start};
 use crate::kernel::walk::Walk;
 use crate::ranks::Part;
 use glam::DVec3;
 
 impl Casts for Tracer<'_, '_> {
+    #[inline]
     fn outer(&self) -> f64 {
         self.world.outer
     }
 
+    #[inline]
     fn budget(&self) -> &Budget {
         &self.budget
     }
 
+    #[inline]
     fn cast(
         &self,
-        rays: impl Iterator<Item = Start>,
+        rays: &mut dyn Iterator<Item = Start>,
         counts: &mut Counts,
-        mut tell: impl FnMut(usize, Option<Light<f64>>),
+        tell: &mut dyn FnMut(usize, Option<Light<f64>>),
     ) {
         let (mut hint, mut row_hint) = (0, 0);
         for Start { number, eye, dir, begins_row } in rays {
@@ -33,6 +36,7 @@ impl Casts for Tracer<'_, '_> {
         }
     }
 
+    #[inline]
     fn fragments(
         &self,
         part: &Part,
@@ -44,48 +48,38 @@ impl Casts for Tracer<'_, '_> {
     ) {
         let world = self.world;
         let Some(line) = RayLine::new(eye, dir, world.outer) else { return };
-        let [inner, highest] = world.core_radius;
-        if !part.is_near(&line, inner, world.outer) {
+        if !part.is_near(&line, world.core_radius[0], world.outer) {
             return;
         }
-        let whole = [line.start, line.end];
-        let core = |radius: f64| line.first_inside(radius, whole).filter(|_| world.core.is_some());
-        let near_core = core(highest);
-        let behind_core = core(inner * part.lowest_facet()).unwrap_or(f64::INFINITY);
+        let is_solid = world.core.is_some();
+        let mut runs = Runs::new(part, &line, world.core_radius, is_solid, self.budget.brightest, found);
         let mut walk = Walk::new(world.grid, line, *hint);
         *hint = walk.triangle();
         let mut run = Run::new(self, line, dir);
         run.counts.rays = 0;
-        let mut stretch: Option<[f64; 2]> = None;
         let mut gap = 0;
         loop {
             let triangle = walk.triangle();
             let is_own = part.has(triangle);
             let column = walk.next_column();
-            if let (Some(t), None) = (stretch, column.filter(|_| is_own)) {
-                let fragment = Fragment::new(t, &run.light, self.budget.brightest);
-                if !fragment.is_clear() || near_core.is_some_and(|core| core <= t[1]) {
-                    found.push(fragment);
-                }
+            if column.filter(|_| is_own).is_none() && runs.close(&run.light) {
                 // What is all but gone has ended the ray.
                 run.rest /= 1.0 - run.light.absorbed;
-                (run.light, stretch) = (Light::none(), None);
+                run.light = Light::none();
             }
             let Some(column) = column else { break };
             if !is_own {
                 run.counts.columns += 1;
-                if column.exit.t > behind_core {
+                if runs.is_behind_core(&column) {
                     break;
                 }
                 continue;
             }
             let (next, flow) = run.column(&column, triangle, gap);
             gap = next;
-            stretch = Some([stretch.map_or(column.entry.t, |[from, _]| from), column.exit.t]);
+            runs.pass(&column);
             if flow == Flow::Stop {
-                let ended =
-                    |t: [f64; 2]| Fragment::new([t[0], f64::INFINITY], &run.light, self.budget.brightest);
-                found.extend(stretch.map(ended));
+                runs.end(&run.light);
                 break;
             }
         }
@@ -95,6 +89,7 @@ impl Casts for Tracer<'_, '_> {
 
 impl Tracer<'_, '_> {
     /// The light along one ray; `None` where it misses everything.
+    #[inline]
     fn trace(&self, eye: DVec3, dir: DVec3, hint: &mut u32, counts: &mut Counts) -> Option<Light<f64>> {
         let line = RayLine::new(eye, dir, self.world.outer)?;
         let mut walk = Walk::new(self.world.grid, line, *hint);

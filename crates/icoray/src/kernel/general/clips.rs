@@ -1,6 +1,7 @@
 //! What is cut away: for each ray the stretches that lie inside of each cut, found from all places where the ray may pass one of
 //! its bounds. Which side of them a stretch lies on is asked of its middle, never of a rounded root.
 
+use crate::array::MapInline;
 use crate::kernel::plane::RayLine;
 use crate::scene::{Clip, LonLatBox};
 use glam::DVec3;
@@ -29,14 +30,15 @@ pub(super) struct RayClips<'c> {
 
 impl Clips {
     /// `radius_of` makes of heights in metres radii in planet radii, exaggerated.
+    #[inline]
     pub fn new(clips: &[Clip], radius_of: impl Fn(f64) -> f64) -> Self {
         let cut = |clip: &Clip| Cut {
             cuts_inside: clip.cuts_inside,
             region: clip.region,
             layers: clip.layers,
-            shell: clip.height_m.map(|ends| ends.map(&radius_of)),
+            shell: clip.height_m.map(|ends| ends.map_inline(&radius_of)),
             beyond: clip.half_space.map(|half| {
-                let [lon, lat] = half.towards_deg.map(f64::to_radians);
+                let [lon, lat] = half.towards_deg.map_inline(f64::to_radians);
                 (crate::grid::unit_vector(lon, lat), half.distance)
             }),
         };
@@ -44,12 +46,14 @@ impl Clips {
     }
 
     /// What the ray passes of each cut.
+    #[inline]
     pub(super) fn along(&self, line: &RayLine) -> RayClips<'_> {
         RayClips { cuts: &self.0, inside: self.0.iter().map(|cut| cut.stretches(line)).collect() }
     }
 }
 
 impl Cut {
+    #[inline]
     fn stretches(&self, line: &RayLine) -> Vec<[f64; 2]> {
         let mut bounds = vec![line.start, line.end];
         self.bounds(line, &mut |t| {
@@ -63,6 +67,7 @@ impl Cut {
     }
 
     /// All places where the ray may pass a bound.
+    #[inline]
     fn bounds(&self, line: &RayLine, tell: &mut impl FnMut(f64)) {
         let (x, y) = (line.b * line.plane.x, line.plane.y);
         if let Some((towards, distance)) = self.beyond {
@@ -76,11 +81,11 @@ impl Cut {
             }
         }
         let Some(region) = self.region else { return };
-        for lon in region.lon_deg.map(f64::to_radians) {
+        for lon in region.lon_deg.map_inline(f64::to_radians) {
             let normal = DVec3::new(-lon.sin(), lon.cos(), 0.0);
             tell(-normal.dot(x) / normal.dot(y));
         }
-        for lat in region.lat_deg.map(f64::to_radians) {
+        for lat in region.lat_deg.map_inline(f64::to_radians) {
             // z² = sin²·(b² + t²), of which one root may lie on the other hemisphere.
             let s2 = lat.sin() * lat.sin();
             let (a, half_b, c) = (y.z * y.z - s2, x.z * y.z, x.z * x.z - s2 * line.b * line.b);
@@ -92,6 +97,7 @@ impl Cut {
     }
 
     /// Whether a point lies inside, layers apart.
+    #[inline]
     fn holds(&self, at: DVec3) -> bool {
         let r = at.length();
         self.beyond.is_none_or(|(towards, distance)| towards.dot(at) > distance)
@@ -99,6 +105,7 @@ impl Cut {
             && self.region.is_none_or(|region| region.holds(at))
     }
 
+    #[inline]
     fn has_layers(&self, [lowest, highest]: [usize; 2]) -> bool {
         self.layers.is_none_or(|[from, to]| lowest >= from && highest <= to)
     }
@@ -106,11 +113,13 @@ impl Cut {
 
 impl RayClips<'_> {
     /// Whether nothing is cut.
+    #[inline]
     pub fn is_empty(&self) -> bool {
         self.cuts.is_empty()
     }
 
     /// Whether what lies at `t` between or on layers is shown.
+    #[inline]
     pub fn shows(&self, layers: [usize; 2], t: f64) -> bool {
         self.cuts.iter().zip(&self.inside).all(|(cut, stretches)| {
             let is_inside = cut.has_layers(layers) && stretches.iter().any(|[a, b]| t >= *a && t <= *b);
@@ -119,6 +128,7 @@ impl RayClips<'_> {
     }
 
     /// Tells the shown parts between `t[0]` and `t[1]`, in order, until `tell` says to end.
+    #[inline]
     pub fn parts(&self, layers: [usize; 2], [from, to]: [f64; 2], mut tell: impl FnMut([f64; 2]) -> bool) {
         let mut bounds = vec![from, to];
         bounds.extend(self.inside.iter().flatten().flatten().filter(|t| **t > from && **t < to));
@@ -134,6 +144,7 @@ impl RayClips<'_> {
 
 impl LonLatBox {
     /// Whether the direction of a point lies in the box.
+    #[inline]
     pub(crate) fn holds(&self, at: DVec3) -> bool {
         let lat = at.z.atan2(at.x.hypot(at.y)).to_degrees();
         let east = (at.y.atan2(at.x).to_degrees() - self.lon_deg[0]).rem_euclid(360.0);

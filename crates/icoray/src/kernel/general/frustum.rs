@@ -4,6 +4,7 @@ use super::blend::{Blend, Panel, Part};
 use super::surfaces::{Coat, SheetPlace};
 use super::wedge::{Facet, On, Place, Wedge};
 use super::{Run, World};
+use crate::array::MapInline;
 use crate::ground::Sight;
 use crate::kernel::column::Flow;
 use crate::kernel::piece::Light;
@@ -38,6 +39,7 @@ struct Way {
 }
 
 impl Way {
+    #[inline]
     fn new(places: [Place; 3], length: f64) -> Self {
         let [start, _, end] = &places;
         let eps = if start.depth > 0.0 { end.depth / start.depth - 1.0 } else { 0.0 };
@@ -47,9 +49,10 @@ impl Way {
     }
 
     /// The course of what has these values at the vertices of the lower and upper facet.
+    #[inline]
     fn course(&self, vertices: [&[f64; 3]; 2]) -> Segment<f64> {
         let Way { ref places, eps, length } = *self;
-        let [f0, half, f1] = [&places[0], &places[1], &places[2]].map(|place| place.value(vertices));
+        let [f0, half, f1] = [&places[0], &places[1], &places[2]].map_inline(|place| place.value(vertices));
         let kappa = (half - 0.5 * (f0 + f1)) * 4.0 * (1.0 + 0.5 * eps);
         // Of values without any difference rounding makes no bend.
         let kappa = if f0 == f1 && half == f0 { 0.0 } else { kappa };
@@ -71,34 +74,44 @@ enum Meets {
 
 impl Scratch<'_> {
     /// In a new column.
+    #[inline]
     pub fn forget(&mut self) {
         self.values.iter_mut().for_each(Vec::clear);
     }
 
     /// Through a layer: what was above is below, or the other way round.
+    #[inline]
     pub fn shift(&mut self, rises: bool) {
         self.values.swap(0, 1);
         self.values[usize::from(rises)].clear();
     }
 
+    #[inline]
     fn read(&mut self, world: &World, wedge: &Wedge, gap: usize) {
         for (layer, values) in [gap - 1, gap].into_iter().zip(&mut self.values) {
             if values.is_empty() {
-                values.extend(world.sources.iter().map(|source| source.at(wedge.cells, layer)));
+                for source in &world.sources {
+                    values.push(source.at(wedge.cells, layer));
+                }
             }
         }
         let [lower, upper] = &self.values;
         self.ranges.clear();
-        self.ranges.extend(lower.iter().zip(upper).map(|(a, b)| {
-            let all = a.iter().chain(b);
-            let known = all.clone().all(|value| value.is_finite());
-            known.then(|| all.fold([f64::MAX, f64::MIN], |[l, h], v| [l.min(*v), h.max(*v)]))
-        }));
+        for k in 0..lower.len() {
+            let (a, b) = (&lower[k], &upper[k]);
+            let [a0, a1, a2] = *a;
+            let [b0, b1, b2] = *b;
+            let is_known = a.iter().all(|value| value.is_finite()) && b.iter().all(|value| value.is_finite());
+            let low = a0.min(a1).min(a2).min(b0.min(b1).min(b2));
+            let high = a0.max(a1).max(a2).max(b0.max(b1).max(b2));
+            self.ranges.push(is_known.then_some([low, high]));
+        }
     }
 }
 
 impl<'r> Run<'r, '_> {
     /// Passes `gap` from one place of the column to another.
+    #[inline]
     pub(super) fn gap(
         &mut self,
         wedge: &Wedge,
@@ -131,7 +144,7 @@ impl<'r> Run<'r, '_> {
             return self.part(wedge, (gap, facets), [(a, from), (b, to)], length);
         }
         let mut shown = Vec::new();
-        self.clips.parts([gap - 1, gap], [a, b].map(|u| wedge.distance(u)), |part| {
+        self.clips.parts([gap - 1, gap], [a, b].map_inline(|u| wedge.distance(u)), |part| {
             shown.push(part);
             true
         });
@@ -148,6 +161,7 @@ impl<'r> Run<'r, '_> {
     }
 
     /// The shown part of a frustum between two places of the column, `length` apart.
+    #[inline]
     fn part(
         &mut self,
         wedge: &Wedge,
@@ -180,15 +194,19 @@ impl<'r> Run<'r, '_> {
     }
 
     /// Each field's course along the way, where something of it may be seen; gradients are not known yet.
+    #[inline]
     fn segments(&mut self, way: &Way) {
         let Scratch { values: [lower, upper], ranges, segments, gradients, .. } = &mut self.scratch;
         segments.clear();
-        segments.extend((0..lower.len()).map(|k| ranges[k].map(|_| way.course([&lower[k], &upper[k]]))));
+        for k in 0..lower.len() {
+            segments.push(ranges[k].map(|_| way.course([&lower[k], &upper[k]])));
+        }
         gradients.clear();
         gradients.resize(lower.len(), None);
     }
 
     /// All places between 0 and 1 where a field takes the value of a knot, or a surface is met; and 1.
+    #[inline]
     fn breaks(&mut self, wedge: &Wedge, [a, b]: [f64; 2]) {
         let world = self.world;
         let Scratch { segments, breaks, ranges, .. } = &mut self.scratch;
@@ -207,9 +225,9 @@ impl<'r> Run<'r, '_> {
                 let part = segment.part(start, end);
                 let at = |value: f64| lerp(start.0, end.0, part.solve(value));
                 let (low, high) = (part.f0.min(part.f1), part.f0.max(part.f1));
-                breaks.extend(
-                    source.cuts_between(low, high).iter().map(|cut| Break { u: at(*cut), meets: None }),
-                );
+                for cut in source.cuts_between(low, high) {
+                    breaks.push(Break { u: at(*cut), meets: None });
+                }
                 for (k, surface) in world.isosurfaces.iter().enumerate() {
                     // Two columns find the value on the side between them to some roundings each: a surface of the
                     // very value that they have there is not one on one side alone.
@@ -232,6 +250,7 @@ impl<'r> Run<'r, '_> {
     }
 
     /// The volumes between two neighbouring breaks.
+    #[inline]
     fn piece(&mut self, wedge: &Wedge, gap: usize, way: &Way, [from, to]: [f64; 2]) -> Flow {
         let world = self.world;
         let Scratch { segments, parts, media, gradients, panels, .. } = &mut self.scratch;
@@ -250,7 +269,7 @@ impl<'r> Run<'r, '_> {
             for part in &*parts {
                 gradients[part.slot].get_or_insert_with(|| {
                     let [lower, upper] = at_vertices(world, wedge, gap, part.slot);
-                    [0, 1, 2].map(|axis| way.course([&lower[axis], &upper[axis]]))
+                    [0, 1, 2].map_inline(|axis| way.course([&lower[axis], &upper[axis]]))
                 });
             }
         }
@@ -266,6 +285,7 @@ impl<'r> Run<'r, '_> {
     }
 
     /// A surface between two pieces.
+    #[inline]
     fn meet(
         &mut self,
         wedge: &Wedge,
@@ -288,7 +308,7 @@ impl<'r> Run<'r, '_> {
                 if let Some(shading) = &self.shading {
                     let place = Place::new(wedge, facets, at, On::Between);
                     let shade = shading.shade(mixed(&at_vertices(world, wedge, gap, surface.source), &place));
-                    color = color.map(|c| c * shade.body + shade.highlight);
+                    color = color.map_inline(|c| c * shade.body + shade.highlight);
                 }
                 Light::plain(color, surface.opacity)
             }
@@ -304,11 +324,13 @@ impl<'r> Run<'r, '_> {
 }
 
 /// The gradients of a field at the vertices of the facets of a gap, by facet and axis.
+#[inline]
 fn at_vertices(world: &World, wedge: &Wedge, gap: usize, source: usize) -> [[[f64; 3]; 3]; 2] {
-    [gap - 1, gap].map(|layer| world.sources[source].gradients_at(wedge.cells, layer))
+    [gap - 1, gap].map_inline(|layer| world.sources[source].gradients_at(wedge.cells, layer))
 }
 
 /// The gradient at a place between them.
+#[inline]
 fn mixed([lower, upper]: &[[[f64; 3]; 3]; 2], place: &Place) -> [f64; 3] {
-    [0, 1, 2].map(|axis| place.value([&lower[axis], &upper[axis]]))
+    [0, 1, 2].map_inline(|axis| place.value([&lower[axis], &upper[axis]]))
 }

@@ -1,5 +1,6 @@
 //! Where layers lie over each cell.
 
+use crate::array::MapInline;
 use crate::heights::Heights;
 
 /// The radii of layers, in planet radii, counted from the innermost.
@@ -13,11 +14,13 @@ pub(crate) enum Levels<'f> {
 
 impl Levels<'_> {
     /// Layers of these radii everywhere.
+    #[inline]
     pub fn concentric(radius: &[f64]) -> Self {
         Levels::Concentric(radius.iter().map(|r| 1.0 / r).collect())
     }
 
     /// Number of layers.
+    #[inline]
     pub fn count(&self) -> usize {
         match self {
             Levels::Concentric(inverse) => inverse.len(),
@@ -30,7 +33,7 @@ impl Levels<'_> {
     pub fn inverse(&self, cells: [u32; 3], layer: usize) -> [f64; 3] {
         match self {
             Levels::Concentric(inverse) => [inverse[layer]; 3],
-            Levels::Native(heights) => heights.radii(cells, layer).map(|radius| 1.0 / radius),
+            Levels::Native(heights) => heights.radii(cells, layer).map_inline(|radius| 1.0 / radius),
         }
     }
 }

@@ -28,6 +28,7 @@ use super::plane::RayLine;
 use super::ray::{Budget, Counts};
 use super::shade::{RayShading, Shading};
 use super::walk::Column;
+use crate::array::MapInline;
 use crate::grid::Grid;
 use crate::ground::{Ground, Sight};
 use clips::RayClips;
@@ -61,6 +62,7 @@ pub(crate) struct World<'f> {
 
 impl World<'_> {
     /// Whether `gap` can be seen by these blocks, which are of the same gaps for all that is shown.
+    #[inline]
     fn shows(&self, blocks: u32, gap: usize) -> bool {
         self.visible.first().is_some_and(|visible| visible.shows(blocks, gap))
     }
@@ -91,6 +93,7 @@ struct Run<'r, 'f> {
 }
 
 impl<'r, 'f> Run<'r, 'f> {
+    #[inline]
     fn new(tracer: &Tracer<'r, 'f>, line: RayLine, dir: DVec3) -> Self {
         let share = tracer.budget.share.max(f64::EPSILON);
         Run {
@@ -109,6 +112,7 @@ impl<'r, 'f> Run<'r, 'f> {
     }
 
     /// Passes a column over a triangle with data, from the gap `hint` on or near it; gives the gap at its end.
+    #[inline]
     fn column(&mut self, column: &Column, triangle: u32, hint: usize) -> (usize, Flow) {
         self.counts.columns += 1;
         let world = self.world;
@@ -164,12 +168,14 @@ impl<'r, 'f> Run<'r, 'f> {
     }
 
     /// Over a triangle above which nothing is seen.
+    #[inline]
     fn clear_column(&mut self, wedge: &Wedge, lowest: &Facet) -> Flow {
         let met = if lowest.is_below_entry() { lowest.down() } else { Some(0.0) };
         met.map_or(Flow::On, |u| self.core(wedge, Some(lowest), u))
     }
 
     /// Over a void triangle nothing is met but the core, which is round there.
+    #[inline]
     fn void_column(&mut self, column: &Column) -> Flow {
         self.counts.columns += 1;
         let met = self.line.first_inside(self.world.core_radius[0], [column.entry.t, column.exit.t]);
@@ -177,6 +183,7 @@ impl<'r, 'f> Run<'r, 'f> {
     }
 
     /// Below the lowest layer, from `u` on.
+    #[inline]
     fn core(&mut self, wedge: &Wedge, lowest: Option<&Facet>, u: f64) -> Flow {
         let position = self.line.position(wedge.distance(u));
         let normal = lowest.map_or(position, |facet| self.normal(wedge, (0, facet), u, position));
@@ -184,25 +191,28 @@ impl<'r, 'f> Run<'r, 'f> {
     }
 
     /// An opaque core ends the ray, a hollow one lets it pass.
+    #[inline]
     fn ground(&mut self, sight: &Sight, triangle: Option<u32>) -> Flow {
         let Some(core) = self.world.core else { return Flow::On };
         let over = triangle.map(|triangle| (self.world.grid, triangle));
         let color = self.world.ground.map_or(core, |ground| ground.color(sight, over));
         let body = self.solid(sight.normal);
-        self.light.over(&Light::plain(color.map(|c| c * body), 1.0));
+        self.light.over(&Light::plain(color.map_inline(|c| c * body), 1.0));
         Flow::Stop
     }
 
     /// The normal of a layer, outwards, where it is met: concentric ones are as good as round.
+    #[inline]
     fn normal(&self, wedge: &Wedge, (layer, facet): (usize, &Facet), u: f64, position: DVec3) -> DVec3 {
         let known = self.world.normals.iter().find(|(known, _)| *known == layer);
         let Some((_, normals)) = known else { return position };
         let [b, c] = facet.weights(wedge, u);
-        let [x, y, z] = wedge.cells.map(|cell| Vec3::from_array(normals[cell as usize]).as_dvec3());
+        let [x, y, z] = wedge.cells.map_inline(|cell| Vec3::from_array(normals[cell as usize]).as_dvec3());
         x + b * (y - x) + c * (z - x)
     }
 
     /// The part of its colour that a surface shows.
+    #[inline]
     fn solid(&self, normal: DVec3) -> f64 {
         let normal = normal.normalize_or_zero();
         let is_seen_inside = self.has_headlight && normal.dot(self.line.plane.y) > 0.0;
@@ -212,6 +222,7 @@ impl<'r, 'f> Run<'r, 'f> {
     }
 
     /// What lies on a layer that the ray crosses at `u`.
+    #[inline]
     fn layer(&mut self, wedge: &Wedge, (layer, facet): (usize, &Facet), u: f64) -> Flow {
         let world = self.world;
         let t = wedge.distance(u);
@@ -231,6 +242,7 @@ impl<'r, 'f> Run<'r, 'f> {
     }
 
     /// Behind something: whether the ray ends there.
+    #[inline]
     fn passed(&mut self) -> Flow {
         let through = 1.0 - self.light.absorbed;
         if through > self.rest {
@@ -242,6 +254,7 @@ impl<'r, 'f> Run<'r, 'f> {
 }
 
 /// The number of layers that the ray enters a column above, searched from `hint` on.
+#[inline]
 fn gap_at(hint: usize, layers: usize, is_below: impl Fn(usize) -> bool) -> usize {
     let hint = hint.min(layers);
     if (hint == 0 || is_below(hint - 1)) && (hint == layers || !is_below(hint)) {

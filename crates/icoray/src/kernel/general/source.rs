@@ -1,45 +1,39 @@
 //! A field as the general kernel reads it: raw values in double precision, from whatever the model stores.
 
+use crate::array::{MapInline, partition_point};
 use crate::field::Field;
 use crate::gradient::Gradients;
-use crate::grid::Reals;
-use crate::kernel::sample::Samples;
+use crate::kernel::sample::AnySamples;
 use crate::kernel::transfer::{KernelKnot, Span, Spans};
 
 /// A field's values and, where light asks for them, its gradients.
 #[derive(Debug)]
 pub(crate) struct Source<'f> {
-    values: Values<'f>,
+    values: AnySamples<'f>,
     /// Gradients at the vertices, level-fastest; none where nothing of the field is lit.
     gradients: Gradients,
     layers: usize,
     cuts: Vec<f64>,
 }
 
-#[derive(Debug)]
-enum Values<'f> {
-    F32(Samples<'f, f32>),
-    F64(Samples<'f, f64>),
-}
-
 impl<'f> Source<'f> {
     /// Layers are turned round where `falling`; `cuts` are the values at which something that is shown of the field begins,
     /// ends or bends, rising.
+    #[inline]
     pub fn new(field: &Field<'f>, falling: bool, gradients: Gradients, cuts: Vec<f64>) -> Self {
         const RAW: [f64; 2] = [0.0, 1.0];
-        let values = match field.samples() {
-            Reals::F32(data) => Values::F32(Samples::new(data, field, falling, RAW)),
-            Reals::F64(data) => Values::F64(Samples::new(data, field, falling, RAW)),
-        };
+        let values = AnySamples::new(field, falling, RAW);
         Source { values, gradients, layers: field.shape().layers, cuts }
     }
 
     /// The gradients, which were made for it.
+    #[inline]
     pub fn gradients(&self) -> &Gradients {
         &self.gradients
     }
 
     /// The same, to be used again.
+    #[inline]
     pub fn into_gradients(self) -> Gradients {
         self.gradients
     }
@@ -47,22 +41,21 @@ impl<'f> Source<'f> {
     /// The values at `layer` over three cells; NaN where one is missing.
     #[inline]
     pub fn at(&self, cells: [u32; 3], layer: usize) -> [f64; 3] {
-        match &self.values {
-            Values::F32(samples) => samples.bases(cells).map(|base| samples.get(base, layer)),
-            Values::F64(samples) => samples.bases(cells).map(|base| samples.get(base, layer)),
-        }
+        self.values.bases(cells).map_inline(|base| self.values.get(base, layer))
     }
 
     /// The gradients there, a row for each axis.
+    #[inline]
     pub fn gradients_at(&self, cells: [u32; 3], layer: usize) -> [[f64; 3]; 3] {
-        let [a, b, c] = cells.map(|cell| self.gradients.at(cell as usize * self.layers + layer));
-        [0, 1, 2].map(|axis| [a, b, c].map(|gradient| f64::from(gradient[axis])))
+        let [a, b, c] = cells.map_inline(|cell| self.gradients.at(cell as usize * self.layers + layer));
+        [0, 1, 2].map_inline(|axis| [a, b, c].map_inline(|gradient| f64::from(gradient[axis])))
     }
 
     /// The cuts strictly between two values.
+    #[inline]
     pub fn cuts_between(&self, low: f64, high: f64) -> &[f64] {
-        let from = self.cuts.partition_point(|cut| *cut <= low);
-        let to = self.cuts.partition_point(|cut| *cut < high);
+        let from = partition_point(&self.cuts, |cut| *cut <= low);
+        let to = partition_point(&self.cuts, |cut| *cut < high);
         &self.cuts[from..to.max(from)]
     }
 }
@@ -79,6 +72,7 @@ pub(crate) struct Map {
 }
 
 impl Map {
+    #[inline]
     pub fn new(source: usize, knots: Vec<KernelKnot>) -> Self {
         let spans = Spans::new(&knots);
         let [low, high] = spans.range();
@@ -86,11 +80,13 @@ impl Map {
     }
 
     /// What it is made of.
+    #[inline]
     pub fn knots(&self) -> &[KernelKnot] {
         &self.knots
     }
 
     /// What extinction per planet radius means here, where differences of values are meant.
+    #[inline]
     pub fn scale(&self) -> f64 {
         self.scale
     }
@@ -108,6 +104,7 @@ impl Map {
     }
 
     /// Whether no value from `low` to `high` has any extinction.
+    #[inline]
     pub fn is_clear_between(&self, low: f64, high: f64) -> bool {
         let (low, high) = (self.normal(low), self.normal(high));
         if low == high {
@@ -115,7 +112,7 @@ impl Map {
             return span.is_clear || span.extinction(low) == 0.0;
         }
         let all = self.spans.all();
-        let first = all.partition_point(|span| span.high < low);
+        let first = partition_point(all, |span| span.high < low);
         all[first..].iter().take_while(|span| span.low <= high).all(|span| {
             // Beyond their ends the outer two go on for ever.
             span.is_clear || span.high <= low || span.low >= high

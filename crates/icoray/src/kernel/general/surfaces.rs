@@ -2,6 +2,7 @@
 
 use super::source::{Map, Source};
 use super::wedge::{Facet, Wedge};
+use crate::array::MapInline;
 use crate::grid::Grid;
 use crate::ground::{Painter, Sight};
 use crate::kernel::piece::Light;
@@ -15,12 +16,14 @@ pub(crate) enum Coat {
 
 impl Coat {
     /// The colour of a value of the field that it shows; `None` where that is missing.
+    #[inline]
     pub(super) fn of_value(map: &Map, value: f64) -> Option<[f64; 3]> {
-        let color = || map.span(value).color(map.normal(value)).map(|c| c.max(0.0));
+        let color = || map.span(value).color(map.normal(value)).map_inline(|c| c.max(0.0));
         value.is_finite().then(color)
     }
 
     /// The colour on a facet of a layer at `u`.
+    #[inline]
     pub(super) fn on_layer(
         &self,
         sources: &[Source],
@@ -75,6 +78,7 @@ pub(crate) enum SheetPlace {
 
 impl Sheet {
     /// The light of the sheet where a ray meets it, lit by `body`: of lines, then of coats, whose colours `color` gives.
+    #[inline]
     pub(super) fn light(
         &self,
         body: f64,
@@ -84,11 +88,14 @@ impl Sheet {
         let mut light = Light::none();
         if let Some(painter) = &self.painter {
             let [r, g, b, opacity] = painter.paint(sight, Some(over));
-            light.over(&Light { color: [r, g, b].map(|c| c * body), ..Light::plain([0.0; 3], opacity) });
+            light.over(&Light {
+                color: [r, g, b].map_inline(|c| c * body),
+                ..Light::plain([0.0; 3], opacity)
+            });
         }
         for (coat, opacity) in &self.coats {
             if let Some(color) = color(coat) {
-                light.over(&Light::plain(color.map(|c| c * body), *opacity));
+                light.over(&Light::plain(color.map_inline(|c| c * body), *opacity));
             }
         }
         light

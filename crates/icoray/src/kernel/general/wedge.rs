@@ -10,6 +10,7 @@
 //! `((1 - ψ')·N + (ψ - 1)·N')/(ψ - ψ')` with N linear: a quadratic over a linear function, as in Eq. 3 of the paper, which is the
 //! case of equal radii.
 
+use crate::array::MapInline;
 use crate::kernel::real::lerp;
 use crate::kernel::walk::Column;
 
@@ -25,9 +26,10 @@ pub(super) struct Wedge {
 }
 
 impl Wedge {
+    #[inline]
     pub fn new(column: &Column, triangle: u32) -> Self {
         let Column { cells, entry, exit, .. } = column;
-        let alpha = [entry, exit].map(|end| {
+        let alpha = [entry, exit].map_inline(|end| {
             let [b, c] = end.weight;
             [end.rho * (1.0 - b - c).max(0.0), end.rho * b, end.rho * c]
         });
@@ -35,25 +37,29 @@ impl Wedge {
     }
 
     /// The distance at the fraction `u` of the column.
+    #[inline]
     pub fn distance(&self, u: f64) -> f64 {
         lerp(self.t[0], self.t[1], u)
     }
 
     /// The fraction of the column at a distance.
+    #[inline]
     pub fn fraction(&self, t: f64) -> f64 {
         let length = self.t[1] - self.t[0];
         if length > 0.0 { ((t - self.t[0]) / length).clamp(0.0, 1.0) } else { 0.0 }
     }
 
+    #[inline]
     fn alpha(&self, u: f64) -> [f64; 3] {
         let [a, b] = &self.alpha;
         [lerp(a[0], b[0], u), lerp(a[1], b[1], u), lerp(a[2], b[2], u)]
     }
 
     /// The vertex whose direction is nearest to that of the place at `u`: the Voronoi cell that it lies in.
+    #[inline]
     pub fn nearest(&self, u: f64, direction: impl Fn(u32) -> glam::DVec3) -> usize {
         let alpha = self.alpha(u);
-        let vertices = self.cells.map(direction);
+        let vertices = self.cells.map_inline(direction);
         let at = alpha[0] * vertices[0] + alpha[1] * vertices[1] + alpha[2] * vertices[2];
         let near = |k: usize| at.dot(vertices[k]);
         (0..3).max_by(|&a, &b| near(a).total_cmp(&near(b))).unwrap_or(0)
@@ -70,39 +76,46 @@ pub(super) struct Facet {
 }
 
 impl Facet {
+    #[inline]
     pub fn new(wedge: &Wedge, inverse: [f64; 3]) -> Self {
-        let psi = wedge.alpha.map(|alpha| dot(&alpha, &inverse));
+        let psi = wedge.alpha.map_inline(|alpha| dot(&alpha, &inverse));
         Facet { inverse, psi }
     }
 
     /// Whether the ray enters the column on or above it.
+    #[inline]
     pub fn is_below_entry(&self) -> bool {
         self.psi[0] >= 1.0
     }
 
     /// Where the ray comes up through it.
+    #[inline]
     pub fn up(&self) -> Option<f64> {
         (self.psi[0] < 1.0 && self.psi[1] >= 1.0).then(|| self.root())
     }
 
     /// Where the ray goes down through it.
+    #[inline]
     pub fn down(&self) -> Option<f64> {
         (self.psi[0] >= 1.0 && self.psi[1] < 1.0).then(|| self.root())
     }
 
+    #[inline]
     fn root(&self) -> f64 {
         ((1.0 - self.psi[0]) / (self.psi[1] - self.psi[0])).clamp(0.0, 1.0)
     }
 
     /// The weights of the second and third vertex at `u`, on the facet.
+    #[inline]
     pub fn weights(&self, wedge: &Wedge, u: f64) -> [f64; 2] {
         let alpha = wedge.alpha(u);
-        let [_, b, c] = [0, 1, 2].map(|k| alpha[k] * self.inverse[k]);
+        let [_, b, c] = [0, 1, 2].map_inline(|k| alpha[k] * self.inverse[k]);
         let psi = dot(&alpha, &self.inverse);
         [b / psi, c / psi]
     }
 }
 
+#[inline]
 fn dot(a: &[f64; 3], b: &[f64; 3]) -> f64 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
@@ -127,9 +140,10 @@ pub(super) enum On {
 }
 
 impl Place {
+    #[inline]
     pub fn new(wedge: &Wedge, [lower, upper]: [&Facet; 2], u: f64, on: On) -> Self {
         let alpha = wedge.alpha(u);
-        let psi = [lower, upper].map(|facet| dot(&alpha, &facet.inverse));
+        let psi = [lower, upper].map_inline(|facet| dot(&alpha, &facet.inverse));
         let depth = psi[0] - psi[1];
         let w = match on {
             On::Lower => 0.0,
@@ -138,7 +152,7 @@ impl Place {
             On::Between if depth <= 0.0 => 0.5,
             On::Between => (psi[1] * (psi[0] - 1.0) / depth).clamp(0.0, 1.0),
         };
-        let weights = |facet: &Facet, psi: f64| [1, 2].map(|k| alpha[k] * facet.inverse[k] / psi);
+        let weights = |facet: &Facet, psi: f64| [1, 2].map_inline(|k| alpha[k] * facet.inverse[k] / psi);
         Place { on: [weights(lower, psi[0]), weights(upper, psi[1])], w, depth }
     }
 
@@ -146,7 +160,7 @@ impl Place {
     #[inline]
     pub fn value(&self, [lower, upper]: [&[f64; 3]; 2]) -> f64 {
         let [below, above] = [(lower, self.on[0]), (upper, self.on[1])]
-            .map(|(g, [b, c])| g[0] + (b * (g[1] - g[0]) + c * (g[2] - g[0])));
+            .map_inline(|(g, [b, c])| g[0] + (b * (g[1] - g[0]) + c * (g[2] - g[0])));
         // On the upper facet it is what the next frustum finds on its lower one, to the bit.
         if self.w == 1.0 { above } else { below + self.w * (above - below) }
     }

@@ -4,23 +4,38 @@
 use super::batch::Batch;
 use super::queue::Queue;
 use super::{Caster, Counts, Flow, Light, Ray, Start};
+use crate::array::MapInline;
 use crate::kernel::column::passages::{Passages, Ways};
 use crate::kernel::real::{Real, lerp};
-use crate::kernel::sample::Sample;
 use crate::kernel::walk::pack::{Columns, LANES, Pack, Row, lanes};
-use fearless_simd::{Level, Simd, dispatch, prelude::*, u32x16};
+use fearless_simd::{Level, Simd, prelude::*, u32x16};
+
+/// The machine's vector instructions, where packets of rays are compiled for them: AVX2 (processors since 2013), AVX-512, NEON.
+/// On other processors rays are traced one after the other, with the same pictures.
+#[inline]
+pub(crate) fn packets() -> Option<Level> {
+    let level = Level::new();
+    match level {
+        #[cfg(target_arch = "x86_64")]
+        Level::Avx512(_) | Level::Avx2(_) => Some(level),
+        #[cfg(target_arch = "aarch64")]
+        Level::Neon(_) => Some(level),
+        _ => None,
+    }
+}
 
 /// So many rays may have ended before their frusta are integrated and others take their lanes.
 const MOST_WAITING: u32 = 4;
 
-impl<'f, T: Real, S: Sample, const N: usize> Caster<'f, T, S, N> {
+impl<'f, T: Real, const N: usize> Caster<'f, T, N> {
     /// Traces rays side by side, bit for bit as one after the other.
+    #[inline]
     pub(super) fn trace_abreast<'r>(
         &'r self,
         level: Level,
-        rays: impl Iterator<Item = Start>,
+        rays: &mut dyn Iterator<Item = Start>,
         counts: &mut Counts,
-        mut tell: impl FnMut(usize, Option<Light<T>>),
+        tell: &mut dyn FnMut(usize, Option<Light<T>>),
     ) where
         'f: 'r,
     {
@@ -39,7 +54,7 @@ impl<'f, T: Real, S: Sample, const N: usize> Caster<'f, T, S, N> {
             if abreast.walking | abreast.waiting == 0 {
                 break;
             }
-            dispatch!(level, simd => abreast.go_on(simd));
+            abreast.go_on_with(level);
             for lane in lanes(std::mem::take(&mut abreast.done)) {
                 if let Some((number, ray)) = abreast.rays[lane].take() {
                     *counts += ray.counts;
@@ -53,10 +68,10 @@ impl<'f, T: Real, S: Sample, const N: usize> Caster<'f, T, S, N> {
 
 /// Rays side by side. Those in `walking` go on, those in `waiting` have ended but for what is in the batch, those that are
 /// `done` have their light.
-struct Abreast<'r, 'f, T, S, const N: usize> {
-    caster: &'r Caster<'f, T, S, N>,
+struct Abreast<'r, 'f, T, const N: usize> {
+    caster: &'r Caster<'f, T, N>,
     pack: Pack<'r, 'f>,
-    rays: Row<Option<(usize, Ray<'r, 'f, T, S, N>)>>,
+    rays: Row<Option<(usize, Ray<'r, 'f, T, N>)>>,
     walking: u32,
     waiting: u32,
     done: u32,
@@ -68,11 +83,12 @@ struct Abreast<'r, 'f, T, S, const N: usize> {
     columns: u64,
     /// Where those that wait have met the core.
     core: Row<Option<f64>>,
-    batch: Batch<T, S, N>,
+    batch: Batch<T, N>,
 }
 
-impl<'r, 'f, T: Real, S: Sample, const N: usize> Abreast<'r, 'f, T, S, N> {
-    fn new(caster: &'r Caster<'f, T, S, N>) -> Self {
+impl<'r, 'f, T: Real, const N: usize> Abreast<'r, 'f, T, N> {
+    #[inline]
+    fn new(caster: &'r Caster<'f, T, N>) -> Self {
         Abreast {
             caster,
             pack: Pack::new(caster.grid),
@@ -89,7 +105,8 @@ impl<'r, 'f, T: Real, S: Sample, const N: usize> Abreast<'r, 'f, T, S, N> {
     }
 
     /// Puts a ray whose walk is in the pack into a lane.
-    fn put(&mut self, lane: usize, number: usize, ray: Ray<'r, 'f, T, S, N>) {
+    #[inline]
+    fn put(&mut self, lane: usize, number: usize, ray: Ray<'r, 'f, T, N>) {
         if let Some(shading) = ray.shading.as_ref().filter(|_| N == 4) {
             self.batch.light_lane(lane, shading);
         }
@@ -98,6 +115,29 @@ impl<'r, 'f, T: Real, S: Sample, const N: usize> Abreast<'r, 'f, T, S, N> {
         self.fresh &= !(1 << lane);
         self.gap[lane] = self.caster.shell.gap(self.pack.height(lane)) as u32;
         self.core[lane] = None;
+    }
+
+    /// [`Self::go_on`] with the machine's instructions, of which [`packets`] named the level.
+    #[inline]
+    fn go_on_with(&mut self, level: Level) {
+        match level {
+            #[cfg(target_arch = "x86_64")]
+            Level::Avx512(simd) => simd.vectorize(
+                #[inline(always)]
+                || self.go_on(simd),
+            ),
+            #[cfg(target_arch = "x86_64")]
+            Level::Avx2(simd) => simd.vectorize(
+                #[inline(always)]
+                || self.go_on(simd),
+            ),
+            #[cfg(target_arch = "aarch64")]
+            Level::Neon(simd) => simd.vectorize(
+                #[inline(always)]
+                || self.go_on(simd),
+            ),
+            _ => unreachable!("packets are traced at the levels of `packets` only"),
+        }
     }
 
     /// Goes on until some rays are done.
@@ -173,7 +213,7 @@ impl<'r, 'f, T: Real, S: Sample, const N: usize> Abreast<'r, 'f, T, S, N> {
     #[inline(always)]
     fn to_read<V: Simd>(&self, simd: V, out: &Row<u32>, blocks: &Row<u32>) -> u32 {
         let all = |number: u32| u32x16::splat(simd, number);
-        let [gap, out, blocks] = [&self.gap, out, blocks].map(|row| u32x16::from_slice(simd, row));
+        let [gap, out, blocks] = [&self.gap, out, blocks].map_inline(|row| u32x16::from_slice(simd, row));
         let (low, high) = (gap.min(out), gap.max(out));
         let block = |gap: u32x16<V>| ((gap - all(1)) >> self.caster.visible.shift).min(all(31));
         let between = (all(u32::MAX) << block(low)) & (all(u32::MAX) >> (all(31) - block(high)));
@@ -226,7 +266,7 @@ impl<'r, 'f, T: Real, S: Sample, const N: usize> Abreast<'r, 'f, T, S, N> {
         }
         let mut base = [[0; 3]; LANES];
         for lane in lanes(active) {
-            base[lane] = caster.samples.bases([0, 1, 2].map(|k| columns.cells[k][lane]));
+            base[lane] = caster.samples.bases([0, 1, 2].map_inline(|k| columns.cells[k][lane]));
         }
         let mut passages = Passages::<T>::new(simd, columns, &self.gap, out);
         loop {
@@ -262,13 +302,13 @@ impl<'r, 'f, T: Real, S: Sample, const N: usize> Abreast<'r, 'f, T, S, N> {
     #[inline(always)]
     fn look<V: Simd>(&self, simd: V, gap: &Row<u32>, blocks: &Row<u32>) -> (u32, u32, u32) {
         let all = |number: u32| u32x16::splat(simd, number);
-        let [gap, blocks] = [gap, blocks].map(|row| u32x16::from_slice(simd, row));
+        let [gap, blocks] = [gap, blocks].map_inline(|row| u32x16::from_slice(simd, row));
         // Gap 0 wraps to more than there are.
         let below = gap - all(1);
         let is_inside = below.simd_lt(all(self.caster.shell.layers() as u32 - 1));
         let block = (below >> self.caster.visible.shift) & all(31);
         let shown = ((blocks >> block) & all(1)).simd_ne(all(0));
-        let bits = [gap.simd_eq(all(0)), is_inside, shown].map(|mask| mask.to_bitmask() as u32);
+        let bits = [gap.simd_eq(all(0)), is_inside, shown].map_inline(|mask| mask.to_bitmask() as u32);
         (bits[0], bits[1], bits[2])
     }
 

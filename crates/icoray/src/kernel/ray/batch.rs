@@ -5,11 +5,12 @@
 //! cheapest rule of integration is worth it; what it is not near enough for is left to the ray.
 
 use super::Caster;
+use crate::array::MapInline;
 use crate::kernel::column::Chord;
 use crate::kernel::lit::Course;
 use crate::kernel::piece::{Light, ThinPiece};
 use crate::kernel::real::Real;
-use crate::kernel::sample::{Sample, Samples};
+use crate::kernel::sample::AnySamples;
 use crate::kernel::segment::Segment;
 use crate::kernel::transfer::{NUMBERS, Span, Spans};
 use crate::kernel::walk::pack::{LANES, Row, lanes};
@@ -29,8 +30,9 @@ type Rows<X> = [Row<X>; PASSES];
 
 /// What is read of a frustum: the samples at the three vertices on the layer behind and on that ahead, whose and which these
 /// are, and whether the ray has leapt since its last frustum.
-pub(super) type Read<S> = ([S; 6], [u32; 3], [u32; 2], bool);
+pub(super) type Read = ([f64; 6], [u32; 3], [u32; 2], bool);
 
+#[inline]
 fn rows<X: Copy>(value: X) -> Rows<X> {
     [[value; LANES]; PASSES]
 }
@@ -50,13 +52,13 @@ pub(in crate::kernel::ray) enum Known {
 
 /// Frusta side by side. Where there is no light (N = 1) it is not kept whose the samples are.
 #[derive(Debug)]
-pub(super) struct Batch<T, S, const N: usize> {
+pub(super) struct Batch<T, const N: usize> {
     count: usize,
     /// Error that is allowed per absorbed light.
     share: T,
     lane: Rows<u8>,
     /// On the layer behind, and on that ahead.
-    samples: [Rows<S>; 6],
+    samples: [Rows<f64>; 6],
     cells: Rows<[u32; 3]>,
     layers: Rows<[u32; 2]>,
     is_fresh: Rows<bool>,
@@ -75,14 +77,15 @@ pub(super) struct Batch<T, S, const N: usize> {
     lights: Option<Box<Lights<T>>>,
 }
 
-impl<T: Real, S: Sample, const N: usize> Batch<T, S, N> {
+impl<T: Real, const N: usize> Batch<T, N> {
+    #[inline]
     pub fn new(share: T) -> Self {
         let zero = rows(T::zero());
         Batch {
             count: 0,
             share,
             lane: rows(0),
-            samples: [rows(S::near(0.0)); 6],
+            samples: [rows(0.0); 6],
             cells: rows([0; 3]),
             layers: rows([0; 2]),
             is_fresh: rows(false),
@@ -104,6 +107,7 @@ impl<T: Real, S: Sample, const N: usize> Batch<T, S, N> {
     }
 
     /// Forgets all frusta.
+    #[inline]
     pub fn clear(&mut self) {
         self.count = 0;
     }
@@ -116,7 +120,7 @@ impl<T: Real, S: Sample, const N: usize> Batch<T, S, N> {
 
     /// Adds a frustum of each lane whose bit is set. Must not be full.
     #[inline(always)]
-    pub fn push<V: Simd>(&mut self, simd: V, bits: u32, way: [&Row<T>; 10], read: impl Fn(usize) -> Read<S>) {
+    pub fn push<V: Simd>(&mut self, simd: V, bits: u32, way: [&Row<T>; 10], read: impl Fn(usize) -> Read) {
         let count = self.count;
         for (rows, row) in self.way.iter_mut().zip(way) {
             let free = &mut rows.as_flattened_mut()[count..count + 2 * LANES];
@@ -183,14 +187,17 @@ impl<T: Real, S: Sample, const N: usize> Batch<T, S, N> {
     }
 
     /// Value, and gradient where there is light, along frustum number `n`, and its length.
-    pub fn course(&self, n: usize, caster: &Caster<'_, T, S, N>) -> (Course<T, N>, T) {
+    #[inline]
+    pub fn course(&self, n: usize, caster: &Caster<'_, T, N>) -> (Course<T, N>, T) {
         let (pass, i) = (n / LANES, n % LANES);
         if self.is_usual[pass][i] {
             return (self.usual_course(pass, i), self.way[9][pass][i]);
         }
-        let [a, b, c, d, e, f] = self.samples.each_ref().map(|row| caster.samples.normal(row[pass][i]));
+        let [a, b, c, d, e, f] =
+            self.samples.each_ref().map_inline(|row| caster.samples.normal(row[pass][i]));
         let (cells, layers) = (self.cells[pass][i], self.layers[pass][i]);
-        let [w0, w1, w2, w3, t0, t1, p0, p1, eps, length] = self.way.each_ref().map(|row| row[pass][i]);
+        let [w0, w1, w2, w3, t0, t1, p0, p1, eps, length] =
+            self.way.each_ref().map_inline(|row| row[pass][i]);
         let chord = |values: [T; 3], layer: u32| {
             let vertex = |k: usize| caster.vertex(cells[k], values[k], layer as usize);
             Chord::over([vertex(0), vertex(1), vertex(2)], &[[w0, w1], [w2, w3]])
@@ -202,7 +209,7 @@ impl<T: Real, S: Sample, const N: usize> Batch<T, S, N> {
 
     /// Interpolates all frusta, and integrates those that are thin.
     #[inline(always)]
-    pub fn integrate<V: Simd>(&mut self, simd: V, caster: &Caster<'_, T, S, N>) {
+    pub fn integrate<V: Simd>(&mut self, simd: V, caster: &Caster<'_, T, N>) {
         let mut left = [0; PASSES];
         for pass in 0..self.count.div_ceil(LANES).min(PASSES) {
             let is_usual = self.interpolate(pass, &caster.samples);
@@ -231,9 +238,9 @@ impl<T: Real, S: Sample, const N: usize> Batch<T, S, N> {
 
     /// Whether what was read is neither missing nor beyond all bounds.
     #[inline(always)]
-    fn interpolate(&mut self, pass: usize, samples: &Samples<S>) -> [bool; LANES] {
-        let read = self.samples.each_ref().map(|row| &row[pass]);
-        let way = self.way.each_ref().map(|row| &row[pass]);
+    fn interpolate(&mut self, pass: usize, samples: &AnySamples) -> [bool; LANES] {
+        let read = self.samples.each_ref().map_inline(|row| &row[pass]);
+        let way = self.way.each_ref().map_inline(|row| &row[pass]);
         let mut value = [[T::zero(); LANES]; 3];
         let mut is_usual = [true; LANES];
         for i in 0..LANES {
@@ -262,7 +269,7 @@ impl<T: Real, S: Sample, const N: usize> Batch<T, S, N> {
         spans: &Spans<T>,
         medium: &mut Medium<T>,
     ) -> [bool; LANES] {
-        let [f0, f1, kappa] = self.value.each_ref().map(|row| &row[pass]);
+        let [f0, f1, kappa] = self.value.each_ref().map_inline(|row| &row[pass]);
         let (eps, length) = (&self.way[8][pass], &self.way[9][pass]);
         let segment =
             |i: usize| Segment { f0: f0[i], f1: f1[i], kappa: kappa[i], eps: eps[i], length: length[i] };

@@ -3,7 +3,6 @@
 use super::{Budget, Caster, Counts, Fragment, Start};
 use crate::kernel::piece::Light;
 use crate::kernel::real::Real;
-use crate::kernel::sample::Sample;
 use crate::ranks::Part;
 use glam::DVec3;
 
@@ -16,9 +15,9 @@ pub(crate) trait Casts: Sync {
     /// Traces rays, in any order, and tells the light of each, premultiplied; `None` where it misses the shell.
     fn cast(
         &self,
-        rays: impl Iterator<Item = Start>,
+        rays: &mut dyn Iterator<Item = Start>,
         counts: &mut Counts,
-        tell: impl FnMut(usize, Option<Light<f64>>),
+        tell: &mut dyn FnMut(usize, Option<Light<f64>>),
     );
     /// Adds the ray's fragments of `part` to `found`, in order along the ray. The first triangle is searched from `hint`,
     /// which becomes that triangle. The ray itself is not counted, as several ranks trace it.
@@ -35,24 +34,30 @@ pub(crate) trait Casts: Sync {
     );
 }
 
-impl<T: Real, S: Sample, const N: usize> Casts for Caster<'_, T, S, N> {
+impl<T: Real, const N: usize> Casts for Caster<'_, T, N> {
+    #[inline]
     fn outer(&self) -> f64 {
         self.outer
     }
 
+    #[inline]
     fn budget(&self) -> &Budget {
         &self.budget
     }
 
+    #[inline]
     fn cast(
         &self,
-        rays: impl Iterator<Item = Start>,
+        rays: &mut dyn Iterator<Item = Start>,
         counts: &mut Counts,
-        mut tell: impl FnMut(usize, Option<Light<f64>>),
+        tell: &mut dyn FnMut(usize, Option<Light<f64>>),
     ) {
-        self.trace_all(rays, counts, |number, light| tell(number, light.map(|light| light.wide())));
+        self.trace_all(rays, counts, &mut |number, light: Option<Light<T>>| {
+            tell(number, light.map(|light| light.wide()));
+        });
     }
 
+    #[inline]
     fn fragments(
         &self,
         part: &Part,

@@ -19,12 +19,14 @@ pub struct Counts {
 
 impl Counts {
     /// All of them, in order.
+    #[inline]
     pub(crate) fn numbers(&self) -> [u64; 6] {
         let Counts { rays, columns, frusta, void_frusta, fragments, fragment_bytes } = *self;
         [rays, columns, frusta, void_frusta, fragments, fragment_bytes]
     }
 
     /// What [`Self::numbers`] gave.
+    #[inline]
     pub(crate) fn of_numbers(
         [rays, columns, frusta, void_frusta, fragments, fragment_bytes]: [u64; 6],
     ) -> Self {
@@ -33,6 +35,7 @@ impl Counts {
 }
 
 impl std::ops::AddAssign for Counts {
+    #[inline]
     fn add_assign(&mut self, other: Self) {
         let (mine, others) = (self.numbers(), other.numbers());
         *self = Counts::of_numbers(std::array::from_fn(|i| mine[i] + others[i]));

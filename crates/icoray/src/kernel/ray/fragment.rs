@@ -9,10 +9,10 @@
 //! is looked for.
 
 use super::{Caster, Counts, Flow, Light};
+use crate::array::MapInline;
 use crate::kernel::plane::RayLine;
 use crate::kernel::real::Real;
-use crate::kernel::sample::Sample;
-use crate::kernel::walk::Walk;
+use crate::kernel::walk::{Column, Walk};
 use crate::ranks::Part;
 use glam::DVec3;
 
@@ -33,8 +33,9 @@ pub struct Fragment {
 }
 
 impl Fragment {
-    pub(crate) fn new<T: Real>(t: [f64; 2], light: &Light<T>, brightest: f64) -> Self {
-        let color = light.color.map(|c| c.wide() as f32);
+    #[inline]
+    fn new<T: Real>(t: [f64; 2], light: &Light<T>, brightest: f64) -> Self {
+        let color = light.color.map_inline(|c| c.wide() as f32);
         let absorbed = light.absorbed.wide();
         // What is absorbed dims all that is behind.
         let most = color.iter().fold(absorbed * brightest, |most, c| most.max(f64::from(*c)));
@@ -50,9 +51,10 @@ impl Fragment {
     }
 
     /// The light, to be composed.
+    #[inline]
     pub(crate) fn light(&self) -> Light<f64> {
         Light {
-            color: self.color.map(f64::from),
+            color: self.color.map_inline(f64::from),
             absorbed: self.absorbed.into(),
             error: self.error.into(),
             variance: self.variance.into(),
@@ -60,13 +62,72 @@ impl Fragment {
     }
 
     /// Whether it adds nothing to a picture.
-    pub(crate) fn is_clear(&self) -> bool {
+    #[inline]
+    fn is_clear(&self) -> bool {
         self.absorbed == 0.0 && self.error == 0.0 && self.variance == 0.0 && self.color == [0.0; 3]
     }
 }
 
-impl<T: Real, S: Sample, const N: usize> Caster<'_, T, S, N> {
+/// A ray's fragments while it is traced: runs of a rank's own columns.
+pub(crate) struct Runs<'r> {
+    found: &'r mut Vec<Fragment>,
+    brightest: f64,
+    /// Where the core may be met at the earliest, and behind where it must have been.
+    core: [f64; 2],
+    run: Option<[f64; 2]>,
+}
+
+impl<'r> Runs<'r> {
+    /// Of a ray that meets an opaque core, if `is_solid`, below a layer whose radius lies between `radius`.
+    #[inline]
+    pub fn new(
+        part: &Part,
+        line: &RayLine,
+        radius: [f64; 2],
+        is_solid: bool,
+        brightest: f64,
+        found: &'r mut Vec<Fragment>,
+    ) -> Self {
+        let core = |radius: f64| line.first_inside(radius, [line.start, line.end]).filter(|_| is_solid);
+        let core =
+            [radius[1], radius[0] * part.lowest_facet()].map_inline(|r| core(r).unwrap_or(f64::INFINITY));
+        Runs { found, brightest, core, run: None }
+    }
+
+    /// The ray passes an own column.
+    #[inline]
+    pub fn pass(&mut self, column: &Column) {
+        self.run = Some([self.run.map_or(column.entry.t, |[from, _]| from), column.exit.t]);
+    }
+
+    /// The ray is not over own columns any more: whether it was, and `light` is of a run that ends.
+    #[inline]
+    pub fn close<T: Real>(&mut self, light: &Light<T>) -> bool {
+        let Some(t) = self.run.take() else { return false };
+        let fragment = Fragment::new(t, light, self.brightest);
+        if !fragment.is_clear() || self.core[0] <= t[1] {
+            self.found.push(fragment);
+        }
+        true
+    }
+
+    /// The ray has ended in its run.
+    #[inline]
+    pub fn end<T: Real>(&mut self, light: &Light<T>) {
+        let endless = |t: [f64; 2]| Fragment::new([t[0], f64::INFINITY], light, self.brightest);
+        self.found.extend(self.run.take().map(endless));
+    }
+
+    /// Whether a column lies behind where the core must have been met.
+    #[inline]
+    pub fn is_behind_core(&self, column: &Column) -> bool {
+        column.exit.t > self.core[1]
+    }
+}
+
+impl<T: Real, const N: usize> Caster<'_, T, N> {
     /// As [`Casts::fragments`](super::Casts::fragments).
+    #[inline]
     pub fn fragments(
         &self,
         part: &Part,
@@ -77,52 +138,42 @@ impl<T: Real, S: Sample, const N: usize> Caster<'_, T, S, N> {
         found: &mut Vec<Fragment>,
     ) {
         let Some(line) = RayLine::new(eye, dir, self.shell.outer()) else { return };
-        if !part.is_near(&line, self.shell.inner(), self.shell.outer()) {
+        let inner = self.shell.inner();
+        if !part.is_near(&line, inner, self.shell.outer()) {
             return;
         }
-        let whole = [line.start, line.end];
-        let is_solid = self.core.is_some();
-        let core = |radius: f64| line.first_inside(radius, whole).filter(|_| is_solid);
-        let near_core = core(self.shell.inner());
-        let behind_core = core(self.shell.inner() * part.lowest_facet()).unwrap_or(f64::INFINITY);
+        let mut runs =
+            Runs::new(part, &line, [inner, inner], self.core.is_some(), self.budget.brightest, found);
         let mut walk = Walk::new(self.grid, line, *hint);
         *hint = walk.triangle();
         let mut ray = self.ray(line, dir);
         ray.counts.rays = 0;
         let mut gap = None;
-        let mut run: Option<[f64; 2]> = None;
         loop {
             let is_own = part.has(walk.triangle());
             let blocks = self.visible.over(walk.triangle());
             let column = walk.next_column();
-            let own = column.filter(|_| is_own);
-            if let (Some(t), None) = (run, own) {
-                let fragment = Fragment::new(t, &ray.light, self.budget.brightest);
-                if !fragment.is_clear() || near_core.is_some_and(|core| core <= t[1]) {
-                    found.push(fragment);
-                }
+            if column.filter(|_| is_own).is_none() && runs.close(&ray.light) {
                 let passed = T::one() - ray.light.absorbed;
                 // What is all but gone has ended the ray.
                 ray.rest = ray.rest / passed;
                 ray.light = Light::none();
                 ray.span = None;
-                (run, gap) = (None, None);
+                gap = None;
             }
             let Some(column) = column else { break };
             if !is_own {
                 ray.counts.columns += 1;
-                if column.exit.t > behind_core {
+                if runs.is_behind_core(&column) {
                     break;
                 }
                 continue;
             }
             let start = gap.unwrap_or_else(|| self.shell.gap(column.entry.rho));
             let (next, flow) = ray.column(&column, start, blocks);
-            run = Some([run.map_or(column.entry.t, |[from, _]| from), column.exit.t]);
+            runs.pass(&column);
             if flow == Flow::Stop {
-                found.extend(
-                    run.map(|t| Fragment::new([t[0], f64::INFINITY], &ray.light, self.budget.brightest)),
-                );
+                runs.end(&ray.light);
                 break;
             }
             gap = Some(next);

@@ -13,6 +13,7 @@ pub(crate) type Stored<S> = [S; 2];
 impl<S: Sample> Samples<'_, S> {
     /// For each of `ranges` and each of the `cells.len()` columns from `first` on: the `bits` of all layers whose value is
     /// missing or outside, joined.
+    #[inline]
     pub fn outside<const R: usize>(
         &self,
         level: Level,
@@ -33,14 +34,14 @@ impl<S: Sample> Samples<'_, S> {
         cells: &mut [[u32; R]],
     ) {
         let tests = ranges.map(|range| Test { range, fill: self.fill_beside(range) });
-        let stride = self.elements.layer_stride();
+        let stride = self.reading.elements.layer_stride();
         if stride.unsigned_abs() == 1 {
             // In the array's own order.
             let turned: Vec<u32> = bits.iter().rev().copied().collect();
             let bits = if stride > 0 { bits } else { &turned };
             for (i, cell) in cells.iter_mut().enumerate() {
-                let base = self.elements.base(first + i);
-                let start = self.elements.at(base, if stride > 0 { 0 } else { bits.len() - 1 });
+                let base = self.reading.elements.base(first + i);
+                let start = self.reading.elements.at(base, if stride > 0 { 0 } else { bits.len() - 1 });
                 *cell = joined(&self.data[start..start + bits.len()], bits, &tests);
             }
             return;
@@ -50,7 +51,7 @@ impl<S: Sample> Samples<'_, S> {
             let (base, count) = self.run(first + done, (cells.len() - done).min(SIDE));
             let mut all = [[0u32; SIDE]; R];
             for (layer, bit) in bits.iter().enumerate() {
-                let start = self.elements.at(base, layer);
+                let start = self.reading.elements.at(base, layer);
                 let values = &self.data[start..start + count];
                 for (all, test) in all.iter_mut().zip(&tests) {
                     all.iter_mut().zip(values).for_each(|(all, value)| *all |= test.bit(*value, *bit));
@@ -63,18 +64,21 @@ impl<S: Sample> Samples<'_, S> {
     }
 
     /// Where the values over column `first` begin, and how many columns, of no more than `most`, lie side by side there.
+    #[inline]
     fn run(&self, first: usize, most: usize) -> (isize, usize) {
-        let base = self.elements.base(first);
-        let apart = |i: &usize| self.elements.base(first + i) != base + *i as isize;
+        let base = self.reading.elements.base(first);
+        let apart = |i: &usize| self.reading.elements.base(first + i) != base + *i as isize;
         (base, (1..most).find(apart).unwrap_or(most))
     }
 
     /// The mark of missing values as the array has it, or a number outside the range where it has none.
+    #[inline]
     fn fill_beside(&self, [low, _]: Stored<S>) -> S {
-        S::exact(self.fill).filter(|_| self.has_fill).unwrap_or(low.next_down())
+        S::exact(self.reading.fill).filter(|_| self.reading.has_fill).unwrap_or(low.next_down())
     }
 
     /// The values that normalise to inside `range`, ends not counted; `None` where there are none.
+    #[inline]
     pub fn stored(&self, [low, high]: [f64; 2]) -> Option<Stored<S>> {
         // Rounding puts it off by a few numbers at most.
         let first = std::iter::successors(Some(self.raw(low)), |v| Some(v.next_up())).take(16);
@@ -85,6 +89,7 @@ impl<S: Sample> Samples<'_, S> {
     }
 
     /// The value that the kernel has as `value`, alone.
+    #[inline]
     pub fn stored_at<T: Real>(&self, value: T) -> Option<Stored<S>> {
         let raw = self.raw(value.wide());
         [raw.next_down(), raw, raw.next_up()]
@@ -93,12 +98,14 @@ impl<S: Sample> Samples<'_, S> {
             .map(|v| [v; 2])
     }
 
+    #[inline]
     fn normalised(&self, value: S) -> f64 {
-        (value.wide() - self.shift) * self.scale
+        (value.wide() - self.reading.shift) * self.reading.scale
     }
 
+    #[inline]
     fn raw(&self, normal: f64) -> S {
-        S::near(normal / self.scale + self.shift)
+        S::near(normal / self.reading.scale + self.reading.shift)
     }
 }
 

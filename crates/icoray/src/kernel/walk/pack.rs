@@ -40,6 +40,7 @@ struct Vertices {
 impl Vertices {
     const NONE: Self = Vertices { cell: [0; LANES], x: [0.0; LANES], y: [0.0; LANES], q: [0.0; LANES] };
 
+    #[inline]
     fn set(&mut self, lane: usize, seen: &Seen) {
         let Seen { cell, x, y, q } = *seen;
         (self.cell[lane], self.x[lane], self.y[lane], self.q[lane]) = (cell, x, y, q);
@@ -57,6 +58,7 @@ pub(crate) struct Ends {
 impl Ends {
     const NONE: Self = Ends { t: [0.0; LANES], rho: [0.0; LANES], weight: [[0.0; LANES]; 2] };
 
+    #[inline]
     fn set(&mut self, lane: usize, end: End) {
         (self.t[lane], self.rho[lane]) = (end.t, end.rho);
         (self.weight[0][lane], self.weight[1][lane]) = (end.weight[0], end.weight[1]);
@@ -101,6 +103,7 @@ pub(crate) struct Pack<'g, 'a> {
 
 impl<'g, 'a> Pack<'g, 'a> {
     /// A pack without rays.
+    #[inline]
     pub fn new(grid: &'g Grid<'a>) -> Self {
         let plane = Plane { x: DVec3::X, y: DVec3::Y, q: DVec3::Z };
         let zero = [0.0; LANES];
@@ -122,6 +125,7 @@ impl<'g, 'a> Pack<'g, 'a> {
     }
 
     /// Puts the ray of `walk` into a lane.
+    #[inline]
     pub fn set(&mut self, lane: usize, walk: &Walk) {
         let Walk { contour: Contour { triangle, cells, left, right, apex, .. }, line, from, last: (t, rho) } =
             walk;
@@ -140,11 +144,13 @@ impl<'g, 'a> Pack<'g, 'a> {
     }
 
     /// The ray in a lane.
+    #[inline]
     pub fn line(&self, lane: usize) -> &RayLine {
         &self.lines[lane]
     }
 
     /// The height at which the ray in a lane enters its next column.
+    #[inline]
     pub fn height(&self, lane: usize) -> f64 {
         self.entry.rho[lane]
     }

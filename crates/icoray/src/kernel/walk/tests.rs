@@ -1,10 +1,11 @@
-//! No ray is lost, none loops: random rays by the million and rays aimed at everything that could go wrong.
+//! No ray is lost, none loops: random rays and rays aimed at everything that could go wrong.
 
 use super::*;
 use crate::grid::{GridTables, IcosahedralMesh, LonLat};
+use icoray_test_support::count;
 use rayon::prelude::*;
 
-#[path = "../../../tests/culled/mod.rs"]
+#[path = "../../../tests/suite/culled/mod.rs"]
 mod culled;
 
 const OUTER: f64 = 1.1;
@@ -97,16 +98,17 @@ fn uneven(level: u32) -> (IcosahedralMesh, Vec<f32>, Vec<f32>) {
     (mesh, lon, lat)
 }
 
+/// Ten million rays in the long run.
 #[test]
-fn ten_million_random_rays_are_walked_to_their_end() {
+fn random_rays_are_walked_to_their_end() {
     let (mesh, lon, lat) = uneven(3);
     let center = LonLat { lon_rad: lon.as_slice().into(), lat_rad: lat.as_slice().into() };
     let uneven = Grid::new(GridTables { center, ..mesh.tables() }).unwrap();
     let fine = IcosahedralMesh::new(5).unwrap();
     let fine = Grid::new(fine.tables()).unwrap();
-    const RAYS: u64 = 10_000_000;
+    let rays: u64 = count(200_000, 10_000_000);
     const BLOCK: u64 = 10_000;
-    let columns: usize = (0..RAYS / BLOCK)
+    let columns: usize = (0..rays / BLOCK)
         .into_par_iter()
         .map(|block| {
             let grid = if block % 8 == 0 { &fine } else { &uneven };
@@ -125,17 +127,17 @@ fn ten_million_random_rays_are_walked_to_their_end() {
             columns
         })
         .sum();
-    assert!(columns > RAYS as usize, "only {columns} columns: the rays missed");
+    assert!(columns > rays as usize, "only {columns} columns: the rays missed");
 }
 
-/// Over holes of all kinds, from inside the shell above them too, into and out of data, to and from void triangles.
+/// A million rays in the long run. Over holes of all kinds, from inside the shell above them too, into and out of data, to and from void triangles.
 #[test]
-fn a_million_random_rays_are_walked_over_holes() {
+fn random_rays_are_walked_over_holes() {
     let (mut mesh, lon, lat) = uneven(3);
     (mesh.lon_center_rad, mesh.lat_center_rad) =
         (lon.iter().map(|v| f64::from(*v)).collect(), lat.iter().map(|v| f64::from(*v)).collect());
     let even = IcosahedralMesh::new(4).unwrap();
-    const RAYS: u64 = 40_000;
+    let each: u64 = count(2_000, 40_000);
     let meshes = culled::holes(&mesh).into_iter().map(|hole| (hole, &mesh));
     let meshes = meshes.chain(culled::holes(&even).into_iter().map(|hole| (hole, &even)));
     let mut rays = 0;
@@ -143,7 +145,7 @@ fn a_million_random_rays_are_walked_over_holes() {
         let culled = culled::Culled::new(mesh, &stays, culled::Style::Corners, culled::Mark::BeforeFirst, 1);
         let grid = culled.grid();
         let all = grid.triangles() + grid.void_triangles();
-        let walked: usize = (0..RAYS)
+        let walked: usize = (0..each)
             .into_par_iter()
             .map(|ray| {
                 let mut random = Random(ray);
@@ -155,7 +157,7 @@ fn a_million_random_rays_are_walked_over_holes() {
                     .unwrap_or_else(|e| panic!("{name}, ray {ray}: {e}"))
             })
             .sum();
-        assert!(walked > RAYS as usize, "{name}: only {walked} columns");
+        assert!(walked > each as usize, "{name}: only {walked} columns");
         // At every vertex, synthetic ones and those of the rim too, and along every side.
         let there = (0..all as u32).filter(|&t| grid.is_triangle(t) || grid.is_void(t));
         there.collect::<Vec<_>>().par_iter().for_each(|&t| {
@@ -168,9 +170,9 @@ fn a_million_random_rays_are_walked_over_holes() {
             }
             must_walk(&grid, a * 1.02, (b - a).normalize(), t);
         });
-        rays += RAYS;
+        rays += each;
     }
-    assert!(rays > 1_000_000, "{rays}");
+    assert!(rays > count(50_000, 1_000_000), "{rays}");
 }
 
 #[test]

@@ -3,6 +3,7 @@
 use super::*;
 use crate::frame::tests::frame;
 use crate::output::NameTemplate;
+use icoray_test_support::{Need, skip_because};
 use std::fs;
 use std::process::Command;
 use std::sync::mpsc::{Receiver, Sender, channel};
@@ -219,7 +220,7 @@ fn a_full_disk_fails_its_frame_and_leaves_nothing() {
         Some(0) => assert!(said.contains("1 passed"), "{said}"),
         // What the test harness ends with when a test fails.
         Some(101) => panic!("{said}"),
-        _ => println!("skipped: a small file system cannot be mounted here: {said}"),
+        _ => skip_because(Need::Mount, said),
     }
 }
 

@@ -60,7 +60,7 @@ fn derivation(source: &Text, raw: &Spanned<RawDerivation>) -> Result<Derivation>
     let strays =
         [("from", raw.from.as_ref().map(Spanned::span)), ("band", raw.band.as_ref().map(Spanned::span))];
     match strays.into_iter().find_map(|(key, span)| Some((key, span?))) {
-        Some((key, span)) => Err(source.bad(span, key, "goes with anomaly")),
+        Some((key, span)) => Err(source.bad(span, key, "is valid only with anomaly")),
         None => Ok(Derivation { name, how }),
     }
 }
@@ -107,7 +107,7 @@ fn anomaly(source: &Text, raw: &RawDerivation, field: &Spanned<String>) -> Resul
         }
         (Reference::First, None) => Ok(How::FromFirst(name)),
         (Reference::First, Some(band)) => {
-            Err(source.bad(band.span(), "band", "goes with from = \"zonal mean\""))
+            Err(source.bad(band.span(), "band", "is valid only with from = \"zonal mean\""))
         }
     }
 }

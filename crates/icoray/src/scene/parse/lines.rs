@@ -46,7 +46,7 @@ pub(super) fn lines(source: &Text, raw: &Spanned<RawLines>, has_core: bool) -> R
         },
     };
     if let (Some(stray), false) = (&raw.spacing, matches!(pattern, Pattern::Graticule { .. })) {
-        return Err(source.bad(stray.span(), "spacing", "goes with pattern = \"graticule\""));
+        return Err(source.bad(stray.span(), "spacing", "is valid only with pattern = \"graticule\""));
     }
     Ok(Lines {
         pattern,

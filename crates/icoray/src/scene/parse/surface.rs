@@ -36,7 +36,7 @@ pub(super) fn surface(source: &Text, raw: &Spanned<RawSurface>) -> Result<Surfac
         source.bad(span.clone(), "layer", what)
     })?;
     if let (Some(shading), None) = (&raw.shading, &raw.field) {
-        return Err(source.bad(shading.span(), "shading", "goes with field"));
+        return Err(source.bad(shading.span(), "shading", "is valid only with field"));
     }
     let keys = Keys {
         color: raw.color.as_ref(),

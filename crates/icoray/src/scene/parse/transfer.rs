@@ -74,7 +74,7 @@ pub(super) fn transfer_function(
     let has_more = [&raw.scale, &raw.opacity_in].iter().any(|key| key.is_some())
         || [&raw.threshold, &raw.center].iter().any(|key| key.is_some());
     if raw.range.is_some() || raw.opacity.is_some() || raw.reverse || has_more {
-        let what = "range, scale, center, opacity and reverse go with map, not with knots";
+        let what = "range, scale, center, opacity and reverse are valid only with map, not with knots";
         return Err(source.bad(span, "transfer", what));
     }
     let spans = knots.get_ref().iter().map(|k| (k.get_ref().value, k.span()));

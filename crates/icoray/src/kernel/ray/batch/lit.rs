@@ -9,7 +9,6 @@ use crate::kernel::lit::{Course, Shades, Spread, off};
 use crate::kernel::piece::{Light, ThinPiece};
 use crate::kernel::ray::Caster;
 use crate::kernel::real::Real;
-use crate::kernel::sample::Sample;
 use crate::kernel::segment::Segment;
 use crate::kernel::shade::{RayShading, Shade};
 use crate::kernel::transfer::Span;
@@ -47,8 +46,9 @@ impl<T: Real> Lights<T> {
 /// A gradient of each frustum.
 type Vectors<T> = [Row<T>; 3];
 
-impl<T: Real, S: Sample, const N: usize> Batch<T, S, N> {
+impl<T: Real, const N: usize> Batch<T, N> {
     /// Makes known how the ray of a lane is lit. Must be told before its first frustum.
+    #[inline]
     pub fn light_lane(&mut self, lane: usize, shading: &RayShading<T>) {
         let none = || {
             let zero = T::zero();
@@ -65,6 +65,7 @@ impl<T: Real, S: Sample, const N: usize> Batch<T, S, N> {
     }
 
     /// Value, and gradient where there is light, along frustum `i` of a pass, which is usual and not clear.
+    #[inline]
     pub fn usual_course(&self, pass: usize, i: usize) -> Course<T, N> {
         let piece = self.piece(pass, i);
         let of = |value: T, which: usize| {
@@ -92,7 +93,7 @@ impl<T: Real, S: Sample, const N: usize> Batch<T, S, N> {
         &mut self,
         simd: V,
         pass: usize,
-        caster: &Caster<'_, T, S, N>,
+        caster: &Caster<'_, T, N>,
         medium: &Medium<T>,
     ) -> u32 {
         let courses = self.courses(pass, &self.gradients(pass, caster));
@@ -130,7 +131,7 @@ impl<T: Real, S: Sample, const N: usize> Batch<T, S, N> {
     ///
     /// [`Lit`]: crate::kernel::lit::Lit
     #[inline(always)]
-    pub(super) fn halve<V: Simd>(&mut self, simd: V, caster: &Caster<'_, T, S, N>, left: &[u32; PASSES]) {
+    pub(super) fn halve<V: Simd>(&mut self, simd: V, caster: &Caster<'_, T, N>, left: &[u32; PASSES]) {
         let (mut some, mut count) = ([0; LANES], 0);
         for (pass, bits) in left.iter().enumerate() {
             for i in lanes(*bits) {
@@ -152,7 +153,7 @@ impl<T: Real, S: Sample, const N: usize> Batch<T, S, N> {
     fn halve_some<V: Simd>(
         &mut self,
         simd: V,
-        caster: &Caster<'_, T, S, N>,
+        caster: &Caster<'_, T, N>,
         some: &[usize; LANES],
         count: usize,
     ) {
@@ -208,7 +209,7 @@ impl<T: Real, S: Sample, const N: usize> Batch<T, S, N> {
 
     /// The gradients at the six vertices, of the frusta that are usual and not clear.
     #[inline(always)]
-    fn gradients(&self, pass: usize, caster: &Caster<'_, T, S, N>) -> [Vectors<T>; 6] {
+    fn gradients(&self, pass: usize, caster: &Caster<'_, T, N>) -> [Vectors<T>; 6] {
         let layers = caster.shell.layers();
         let mut gradients = [[[T::zero(); LANES]; 3]; 6];
         for i in 0..LANES {

@@ -89,7 +89,7 @@ fn scale(source: &Text, raw: &RawTransfer) -> Result<Scale> {
             };
             Ok(Scale::SymLog { threshold: source.number(Some(threshold), key, 1e-300, 1e300, 0.0)? })
         }
-        (_, Some(stray)) => Err(source.bad(stray.span(), key, "goes with scale = \"symlog\"")),
+        (_, Some(stray)) => Err(source.bad(stray.span(), key, "is valid only with scale = \"symlog\"")),
         (None | Some("linear"), None) => Ok(Scale::Linear),
         (Some("log"), None) => Ok(Scale::Log),
         (Some(other), None) => {

@@ -78,7 +78,7 @@ pub fn kept(source: &Text, root: &mut DeTable) -> Result<Kept> {
     let fps = take::<f64>(source, output, "fps")?;
     let rate = source.number(fps.as_ref(), "output.fps", 1e-3, 1e3, 25.0)?;
     match (fps, concat) {
-        (Some(fps), None) => Err(source.bad(fps.span(), "output.fps", "goes with output.concat")),
+        (Some(fps), None) => Err(source.bad(fps.span(), "output.fps", "is valid only with output.concat")),
         (_, concat) => Ok((cinema, concat.map(|template| (template, rate)))),
     }
 }

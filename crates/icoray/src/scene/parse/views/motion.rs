@@ -39,7 +39,7 @@ pub fn motion(source: &Text, root: &mut DeTable) -> Result<Motion> {
         (Some(orbit), None) => Ok(Motion::Orbit(self::orbit(source, &orbit)?)),
         (None, Some(span)) => path(source, camera, span).map(Motion::Path),
         (Some(_), Some(span)) => {
-            Err(source.bad(span, "camera.path", "goes without camera.orbit, expected one of them"))
+            Err(source.bad(span, "camera.path", "is not valid with camera.orbit, expected one of them"))
         }
     }
 }

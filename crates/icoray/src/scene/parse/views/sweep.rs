@@ -23,7 +23,7 @@ pub fn sweep(source: &Text, root: &mut DeTable, motion: &Motion) -> Result<Sweep
             expect_place(source, root, motion, &name, &list)?;
         }
         if name == "field" && root.contains_key("volumes") {
-            let what = "goes with field and [transfer] of one volume, not with [[volumes]]";
+            let what = "is valid only with field and [transfer] of one volume, not with [[volumes]]";
             return Err(source.bad(list.span(), "sweep.field", what));
         }
         fill(root, &name, &list);
@@ -55,11 +55,11 @@ fn expect_place(
 ) -> Result<()> {
     let bad = |what: &str| Err(source.bad(list.span(), &format!("sweep.{name}"), what));
     if section(root, "camera").is_some_and(|camera| camera.contains_key("eye")) {
-        return bad("goes with a camera above a place (lon, lat), not with eye");
+        return bad("is valid only with a camera above a place (lon, lat), not with eye");
     }
     match motion {
-        Motion::Path(_) => bad("goes without camera.path, which places the camera"),
-        Motion::Orbit(_) if name == "lon" => bad("goes without camera.orbit, which turns the camera"),
+        Motion::Path(_) => bad("is not valid with camera.path, which places the camera"),
+        Motion::Orbit(_) if name == "lon" => bad("is not valid with camera.orbit, which turns the camera"),
         _ => Ok(()),
     }
 }

@@ -261,7 +261,7 @@ fn errors_name_view_line_and_key() {
         ("[output]\nconcat = \"a.txt\"", &["line 21, key output.concat", ".ffconcat"]),
         ("[output]\nconcat = \"{step}.ffconcat\"", &["line 21, key output.concat", "neither step nor date"]),
         ("[output]\ncinema = \"a\"", &["line 21, key output.cinema", ".cdb"]),
-        ("[output]\nfps = 10", &["line 21, key output.fps", "goes with output.concat"]),
+        ("[output]\nfps = 10", &["line 21, key output.fps", "is valid only with output.concat"]),
         ("[output]\nfps = 0\nconcat = \"a.ffconcat\"", &["line 21, key output.fps: 0,"]),
         (
             &format!("[output]\nfile = \"{{step}}.png\"\n{two}"),

@@ -1,0 +1,219 @@
+//! Files that are drawn without a scene, and scenes that are changed by options.
+
+use crate::files::folder;
+use crate::made::{Made, Values};
+use crate::real::data;
+use crate::run::{fails, has, icoray, prints, says, scene, shows_something};
+use netcdf::Options;
+use std::fs;
+use std::path::Path;
+use tempfile::TempDir;
+
+/// A folder with `made.nc` alone.
+fn lone() -> TempDir {
+    let (folder, _) = Made::history().write(Options::_64BIT_OFFSET);
+    folder
+}
+
+fn render(folder: &Path, more: &[&str]) -> String {
+    prints(icoray(folder).args(["render", "made.nc", "--size", "96x72"]).args(more))
+}
+
+#[test]
+fn a_file_alone_is_drawn() {
+    let folder = lone();
+    let text = render(folder.path(), &[]);
+    has(
+        &text,
+        &[
+            "scene     suggested for theta, the first field with layers; --field takes also w, vorticity, rho\n",
+            // The last time.
+            "picture   theta_000002.png (96 x 72)",
+            "time 2 (2013-10-27_00:00:00)",
+        ],
+    );
+    shows_something(&folder.path().join("theta_000002.png"), 96, 72);
+    let text = render(folder.path(), &["--field", "vorticity", "--time", "0"]);
+    has(&text, &["scene     suggested for vorticity\n", "picture   vorticity_000000.png", "time 0"]);
+}
+
+#[test]
+fn the_saved_scene_draws_the_same_picture() {
+    let folder = lone();
+    let bytes = |name: &str| fs::read(folder.path().join(name)).unwrap();
+    for more in [
+        &[][..],
+        &["--field", "w", "--time", "1", "--lon", "-120.5", "--lat", "-30", "--distance", "3.25"],
+        &["--field", "vorticity", "--exaggeration", "33", "--colormap", "plasma", "--range", "2000..2050"],
+        &["--surface", "1", "--tolerance", "1e-5", "--backend", "cpu"],
+        &["--layers", "1..4", "--time", "all"],
+    ] {
+        for (first, second) in [("a.png", "b.png"), ("a.exr", "b.exr")] {
+            let to = |name: &'static str| if more.contains(&"all") { "pictures" } else { name };
+            let text =
+                render(folder.path(), &[more, &["--save-scene", "my scene.toml", "-o", to(first)]].concat());
+            has(&text, &["; saved as my scene.toml\n"]);
+            let pictures = |name: &str| match more.contains(&"all") {
+                true => [0, 1, 2].map(|time| bytes(&format!("pictures/theta_{time:06}.png"))).concat(),
+                false => bytes(name),
+            };
+            let drawn = pictures(first);
+            // The command in the first line of the saved scene.
+            let saved = fs::read_to_string(folder.path().join("my scene.toml")).unwrap();
+            let command = saved.lines().next().unwrap().strip_prefix("# icoray render made.nc ").unwrap();
+            let command = command.replace("'my scene.toml'", "my_scene");
+            let words =
+                command.split(' ').map(|word| if word == "my_scene" { "my scene.toml" } else { word });
+            let mut again = icoray(folder.path());
+            prints(again.args(["render", "made.nc", "-o", to(second)]).args(words));
+            assert!(drawn == pictures(second), "{more:?}: {second} differs");
+        }
+    }
+}
+
+#[test]
+fn options_change_the_camera_and_the_heights_of_a_scene() {
+    let given = scene("theta", 0.0, 42.0);
+    let folder = folder(&Made::history(), &given);
+    let edited = given.replace("lon = 190", "lon = -35").replace("lat = 45", "lat = 10");
+    let edited =
+        edited.replace("distance = 3", "distance = 4").replace("exaggeration = 50", "exaggeration = 20");
+    fs::write(folder.path().join("edited.toml"), edited).unwrap();
+    let draw = |scene: &str, more: &[&str], to: &str| {
+        prints(icoray(folder.path()).args(["render", "made.nc", "--scene", scene, "-o", to]).args(more));
+        fs::read(folder.path().join(to)).unwrap()
+    };
+    let options = ["--lon", "-35", "--lat", "10", "--distance", "4", "--exaggeration", "20"];
+    let changed = draw("scene.toml", &options, "changed.exr");
+    assert!(changed == draw("edited.toml", &[], "edited.exr"), "the pictures differ");
+    assert!(changed != draw("scene.toml", &[], "plain.exr"), "the options change nothing");
+}
+
+#[test]
+fn bad_values_are_named_with_what_was_expected() {
+    let folder = lone();
+    let refused = |more: &[&str], code: i32, parts: &[&str]| {
+        fails(icoray(folder.path()).args(["render", "made.nc"]).args(more), code, parts);
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1, "{more:?} left a file");
+    };
+    refused(&["--lat", "95"], 2, &["--lat", "95", "expected a number from -90 to 90"]);
+    refused(&["--lon", "west"], 2, &["--lon", "west", "expected a number from -360 to 360"]);
+    refused(&["--distance", "0"], 2, &["--distance", "'0'", "expected a number from"]);
+    refused(&["--exaggeration", "-3"], 2, &["--exaggeration", "-3", "expected a number from"]);
+    refused(&["--range", "3..1"], 2, &["--range", "3..1", "the lower first"]);
+    refused(&["--colormap", "jet2"], 2, &["--colormap", "jet2", "viridis"]);
+    refused(&["--surface", "-1"], 2, &["--surface", "-1", "from 0, the innermost"]);
+    refused(&["--surface", "4"], 1, &["surface on layer 4, expected 0 to 3"]);
+    refused(&["--field", "thita"], 1, &["--field thita", "there is no field thita", "theta, w"]);
+    refused(&["--save-scene", "no/where.toml"], 1, &["--save-scene no/where.toml"]);
+    for option in [["--field", "w"], ["--colormap", "vik"], ["--range", "0..1"], ["--save-scene", "s.toml"]] {
+        let all = [&["--scene", "scene.toml"], &option[..]].concat();
+        refused(&all, 2, &[option[0], "cannot be used with", "--scene"]);
+    }
+}
+
+#[test]
+fn scenes_whose_camera_moves_are_not_aimed() {
+    let moving = scene("theta", 0.0, 42.0) + "[sweep]\nlon = [0, 90]\n";
+    let folder = folder(&Made::history(), &moving);
+    let mut command = icoray(folder.path());
+    command.args(["render", "made.nc", "--scene", "scene.toml", "--lat", "3"]);
+    fails(&mut command, 1, &["--lon, --lat, --distance: sweep places the camera"]);
+}
+
+#[test]
+fn saved_scenes_are_kept_where_files_are_to_stay() {
+    let folder = lone();
+    fs::write(folder.path().join("mine.toml"), "mine").unwrap();
+    let mut command = icoray(folder.path());
+    command.args(["render", "made.nc", "--save-scene", "mine.toml", "--existing", "never-modify"]);
+    fails(&mut command, 1, &["--save-scene", "mine.toml", "is there already"]);
+    assert_eq!(fs::read_to_string(folder.path().join("mine.toml")).unwrap(), "mine");
+}
+
+#[test]
+fn files_without_a_field_say_what_to_do() {
+    let (folder, _) = Made::mesh(false).write(Options::_64BIT_OFFSET);
+    let parts =
+        ["made.nc: a mesh without a field that has layers", "icoray render HISTORY.nc --mesh made.nc"];
+    fails(icoray(folder.path()).args(["render", "made.nc"]), 1, &parts);
+    let mut made = Made::history();
+    made.variables.retain(|v| !["theta", "w", "vorticity", "rho"].contains(&v.name));
+    let (folder, _) = made.write(Options::_64BIT_OFFSET);
+    let parts = ["no variable looks like a physical field", "--field NAME with one of zgrid"];
+    fails(icoray(folder.path()).args(["render", "made.nc"]), 1, &parts);
+}
+
+#[test]
+fn a_field_without_values_is_an_error_and_a_constant_one_is_drawn() {
+    let mut made = Made::history();
+    match &mut made.variable("theta").values {
+        Values::F32(values) => values.fill(f32::NAN),
+        _ => panic!("theta is in single precision"),
+    }
+    match &mut made.variable("w").values {
+        Values::F64(values) => values.fill(0.0),
+        _ => panic!("w is in double precision"),
+    }
+    let (folder, _) = made.write(Options::_64BIT_OFFSET);
+    fails(icoray(folder.path()).args(["render", "made.nc"]), 1, &["theta: all values are missing"]);
+    has(&render(folder.path(), &["--field", "w"]), &["picture   w_000002.png"]);
+}
+
+#[test]
+fn plan_takes_what_render_takes() {
+    let folder = folder(&Made::history(), &scene("theta", 0.0, 42.0));
+    let all = "--time 1 --layers 0..3 --threads 1 --backend cpu --size 64x48 --tolerance 1e-2 -o out.png --error map.png \
+               --existing never-modify --lon 10 --lat 20 --distance 3 --exaggeration 40";
+    let with_scene = format!("{all} --scene scene.toml");
+    let without = format!("{all} --field w --colormap vik --range 0..2000 --surface top");
+    for words in [&with_scene, &without] {
+        let words: Vec<&str> = words.split_whitespace().collect();
+        let text = prints(icoray(folder.path()).arg("plan").arg("made.nc").args(&words));
+        has(&text, &["read: ", "left out: ", "picture: out.png (64 x 48), time 1\n"]);
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 2, "plan draws nothing");
+        prints(icoray(folder.path()).arg("render").arg("made.nc").args(&words));
+        fs::remove_file(folder.path().join("out.png")).unwrap();
+        fs::remove_file(folder.path().join("map.png")).unwrap();
+    }
+    let mut plan = icoray(folder.path());
+    let text = prints(plan.args(["plan", "made.nc", "--save-scene", "saved.toml"]));
+    has(&text, &["scene     suggested for theta", "saved as saved.toml", "picture: theta_000002.png"]);
+    assert!(folder.path().join("saved.toml").exists());
+}
+
+#[test]
+fn studies_are_elsewhere() {
+    let folder = lone();
+    let mut command = icoray(folder.path());
+    let hint = "icoray: the studies are a program of their own: icoray-study speed --quick\n";
+    fails(command.args(["study", "speed", "--quick"]), 2, &[hint]);
+}
+
+#[test]
+fn real_files_are_drawn_without_a_scene() {
+    let folder = tempfile::tempdir().unwrap();
+    for (name, fields) in
+        [("mpas_jw_10242.nc", ["theta", "w", "vorticity"]), ("psyplot_icon_test.nc", ["t2m", "u", "v"])]
+    {
+        let Some(file) = data(name) else { continue };
+        for (i, field) in fields.iter().enumerate() {
+            let mut render = icoray(folder.path());
+            render.arg("render").arg(&file).args(["--size", "120x90", "-o", "out.png"]);
+            if i > 0 {
+                render.args(["--field", field]);
+            }
+            has(&prints(&mut render), &[&format!("suggested for {field}")]);
+            shows_something(&folder.path().join("out.png"), 120, 90);
+            says(&folder.path().join("out.png"), &[("field", field)]);
+        }
+    }
+    for (name, part) in [
+        ("favba_planar_mesh.nc", "on_a_sphere is NO"),
+        ("mesh.QU.1920km.151026.nc", "a mesh without a field that has layers"),
+        ("spherical_grid_500km_landculled.nc", "a mesh without a field that has layers"),
+    ] {
+        let Some(file) = data(name) else { continue };
+        fails(icoray(folder.path()).arg("render").arg(&file), 1, &[name, part]);
+    }
+}

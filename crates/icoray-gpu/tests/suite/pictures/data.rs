@@ -1,0 +1,273 @@
+//! How a field comes onto the device: in pages, in passes, without what no ray reads, once. None of it shows in a picture.
+
+use super::common::*;
+use icoray::{Field, Frame, Grid, IcosahedralMesh, Layers, Location, Renderer, Scene, Shape};
+use icoray_gpu::{Gpu, Most};
+use std::sync::{Arc, Mutex};
+
+/// A device of which no more is used.
+fn limited(binding: Option<u64>, field: Option<u64>) -> Renderer {
+    let gpu = Gpu::with_most(None, Most { binding, field }).unwrap();
+    Renderer::new(2).unwrap().with_device(Arc::new(gpu))
+}
+
+fn assert_same(one: &Frame, other: &Frame, name: &str) {
+    assert_eq!((&one.report.left_to_cpu, &other.report.left_to_cpu), (&None, &None), "{name}");
+    assert!(one.report.device.is_some() && other.report.device.is_some(), "{name}");
+    assert!(one.pixels == other.pixels && one.error == other.error, "{name}");
+    assert_eq!(one.report.counts, other.report.counts, "{name}");
+}
+
+/// How many of how many bytes of the field were not uploaded.
+fn unread(frame: &Frame) -> Option<(u64, u64)> {
+    let line =
+        frame.report.left_out.iter().find(|line| line.ends_with("bytes of the field on the device"))?;
+    let mut words = line.split(' ');
+    Some((words.next()?.parse().unwrap(), words.nth(1)?.parse().unwrap()))
+}
+
+/// The same values in both layouts and precisions.
+struct Values {
+    level_fastest: Vec<f32>,
+    cell_fastest: Vec<f64>,
+    layers: usize,
+}
+
+impl Values {
+    fn new(cells: usize, layers: usize, value: impl Fn(usize, usize) -> f32) -> Self {
+        let value = &value;
+        let level_fastest = (0..cells).flat_map(|c| (0..layers).map(move |l| value(c, l))).collect();
+        let cell_fastest =
+            (0..layers).flat_map(|l| (0..cells).map(move |c| f64::from(value(c, l)))).collect();
+        Values { level_fastest, cell_fastest, layers }
+    }
+
+    fn fields(&self) -> [Field<'_>; 2] {
+        let cells = self.level_fastest.len() / self.layers;
+        let wide = Shape::cell_fastest(cells, self.layers);
+        let narrow = Shape::level_fastest(cells, self.layers);
+        [
+            Field::new(self.level_fastest.as_slice().into(), narrow, Location::Center, None).unwrap(),
+            Field::new(self.cell_fastest.as_slice().into(), wide, Location::Center, None).unwrap(),
+        ]
+    }
+}
+
+fn planet(level: u32, layers: usize) -> (IcosahedralMesh, Layers) {
+    let heights: Vec<f64> = (0..layers).map(|k| 20e3 * k as f64 / layers as f64).collect();
+    (IcosahedralMesh::new(level).unwrap(), Layers::from_heights(&heights, EARTH_M).unwrap())
+}
+
+/// A piece of the planet.
+const CLOSE: &str = "lon = 50\nlat = 40\ndistance = 1.6\nfov = 20";
+const CORES: [&str; 2] = ["exaggeration = 60\ncore = \"gray\"", "exaggeration = 60\ncore = \"transparent\""];
+
+/// Pages of a quarter of a megabyte, which the grid's tables just fit: up to nine of them.
+#[test]
+fn pages_do_not_show() {
+    let Some(gpu) = gpu() else { return };
+    let (whole, paged) = (renderer(&gpu), limited(Some(256 << 10), None));
+    let (tables, layers) = planet(5, 52);
+    let grid = Grid::new(tables.tables()).unwrap();
+    let values = Values::new(grid.cells(), 52, |c, l| wave(grid.direction(c as u32), l, 52) as f32);
+    for (i, field) in values.fields().iter().enumerate() {
+        for rest in CORES {
+            for where_ in [FAR, INSIDE, CLOSE] {
+                let scene = scene(where_, SMOOTH, rest);
+                let one = whole.render(&scene, &grid, &layers, field).unwrap();
+                let other = paged.render(&scene, &grid, &layers, field).unwrap();
+                assert_same(&one, &other, &format!("field {i}, {rest}, {where_}"));
+                assert_eq!(unread(&one), None);
+                // Who looks from afar at a planet with a core does not see all of it, and off the picture lies the rest.
+                if rest == CORES[0] && where_ == FAR || where_ == CLOSE {
+                    let (unread, all) = unread(&other).unwrap();
+                    assert_eq!(all, 4 * 52 * grid.cells() as u64);
+                    assert!(unread > all / 3 && unread < all, "{unread} of {all}");
+                }
+            }
+        }
+    }
+}
+
+/// Gradients lie in pages of their own.
+#[test]
+fn pages_of_gradients_do_not_show() {
+    let Some(gpu) = gpu() else { return };
+    let (paged, in_passes) = (limited(Some(256 << 10), None), limited(None, Some(2 << 20)));
+    let (tables, layers) = planet(5, 20);
+    let grid = Grid::new(tables.tables()).unwrap();
+    let values = Values::new(grid.cells(), 20, |c, l| wave(grid.direction(c as u32), l, 20) as f32);
+    let transfer =
+        format!("{SMOOTH}\n[light]\nkind = \"headlight\"\nambient = 0.3\ndiffuse = 0.6\nspecular = 0.3");
+    for (field, rest) in values.fields().iter().zip(CORES) {
+        let scene = scene(FAR, &transfer, rest);
+        let one = renderer(&gpu).render(&scene, &grid, &layers, field).unwrap();
+        for other in [&paged, &in_passes] {
+            assert_same(&one, &other.render(&scene, &grid, &layers, field).unwrap(), rest);
+        }
+    }
+}
+
+#[test]
+fn passes_do_not_show_and_are_told() {
+    let Some(gpu) = gpu() else { return };
+    let (tables, layers) = planet(4, 20);
+    let grid = Grid::new(tables.tables()).unwrap();
+    let values = Values::new(grid.cells(), 20, |c, l| wave(grid.direction(c as u32), l, 20) as f32);
+    let all = 4 * 20 * grid.cells() as u64;
+    let in_passes = limited(None, Some(all / 4));
+    for (i, field) in values.fields().iter().enumerate() {
+        for rest in CORES {
+            let scene = scene(FAR, SMOOTH, rest);
+            let one = renderer(&gpu).render(&scene, &grid, &layers, field).unwrap();
+            assert!(!one.report.device.as_ref().unwrap().contains("passes"));
+            let other = in_passes.render(&scene, &grid, &layers, field).unwrap();
+            assert_same(&one, &other, &format!("field {i}, {rest}"));
+            let device = other.report.device.unwrap();
+            assert!(device.contains("passes") && device.contains("exceed its memory"), "{device}");
+        }
+    }
+    // Not even what a single tile needs.
+    let frame =
+        limited(None, Some(all / 1000)).render(&scene(FAR, SMOOTH, ""), &grid, &layers, &values.fields()[0]);
+    let reason = frame.unwrap().report.left_to_cpu.unwrap();
+    assert!(reason.contains("bytes of the field, expected at most"), "{reason}");
+}
+
+/// Layers at both ends in which nothing is to be seen are not uploaded. One value behind the core, which no ray reads, has them
+/// uploaded all the same.
+#[test]
+fn clear_layers_are_not_uploaded() {
+    let Some(gpu) = gpu() else { return };
+    let renderer = renderer(&gpu);
+    let (tables, layers) = planet(3, 12);
+    let grid = Grid::new(tables.tables()).unwrap();
+    let clear = "knots = [ { value = -0.8, color = \"blue\", extinction = 0 }, { value = -0.2, color = \"white\", extinction = 9 }, \
+                 { value = 0.3, color = \"yellow\", extinction = 1 }, { value = 0.3, color = \"red\", extinction = 0 } ]";
+    let scene_of_clear = scene(FAR, clear, CORES[0]);
+    // Values below -0.8 and above 0.3 are clear: layers 0 to 3, and 8 to 11, of which 3 and 8 are read.
+    let value = |cell: usize, layer: usize| match layer {
+        0..=3 => -2.0 + 0.1 * wave(grid.direction(cell as u32), layer, 12) as f32,
+        8.. => 2.0 + 0.1 * wave(grid.direction(cell as u32), layer, 12) as f32,
+        _ => wave(grid.direction(cell as u32), layer, 12) as f32,
+    };
+    let eye = glam::DVec3::from_array(scene_of_clear.camera.eye()).normalize();
+    let behind = (0..grid.cells()).min_by_key(|&c| (1e6 * grid.direction(c as u32).dot(eye)) as i64).unwrap();
+    let stained = |cell: usize, layer: usize| match layer {
+        0 | 11 if cell == behind => 0.0,
+        _ => value(cell, layer),
+    };
+    let (clean, stained) = (Values::new(grid.cells(), 12, value), Values::new(grid.cells(), 12, stained));
+    for (one, other) in clean.fields().iter().zip(&stained.fields()) {
+        let one = renderer.render(&scene_of_clear, &grid, &layers, one).unwrap();
+        let other = renderer.render(&scene_of_clear, &grid, &layers, other).unwrap();
+        assert_same(&one, &other, "clear layers");
+        let column = 4 * grid.cells() as u64;
+        assert_eq!((unread(&one), unread(&other)), (Some((6 * column, 12 * column)), None));
+        assert!(one.pixels.iter().any(|pixel| pixel[0] > 0.0));
+    }
+    // Gradients are computed of a layer more.
+    let lit = scene(FAR, &format!("{clear}\n[light]\nkind = \"headlight\""), CORES[0]);
+    let [one, other] =
+        [&clean, &stained].map(|of| renderer.render(&lit, &grid, &layers, &of.fields()[0]).unwrap());
+    assert_same(&one, &other, "clear layers, lit");
+    assert_eq!(unread(&one).map(|(unread, _)| unread), Some(4 * 4 * grid.cells() as u64));
+    // The same field and range under a function in which all layers are seen.
+    let seen = scene(FAR, &clear.replace("extinction = 0", "extinction = 2"), CORES[0]);
+    let field = &clean.fields()[0];
+    renderer.render(&scene_of_clear, &grid, &layers, field).unwrap();
+    let one = renderer.render(&seen, &grid, &layers, field).unwrap();
+    assert_same(&one, &limited(None, None).render(&seen, &grid, &layers, field).unwrap(), "seen after clear");
+    assert_eq!(unread(&one), None);
+}
+
+/// A second frame finds the memory of the first.
+#[test]
+fn later_frames_ask_for_no_memory() {
+    let Some(gpu) = gpu() else { return };
+    drop(gpu);
+    let gpu = Arc::new(Gpu::with_most(None, Most { binding: Some(256 << 10), field: None }).unwrap());
+    let renderer = renderer(&gpu);
+    let (tables, layers) = planet(5, 30);
+    let grid = Grid::new(tables.tables()).unwrap();
+    let mut made = Vec::new();
+    for step in 0..5 {
+        let value = |c: usize, l: usize| wave(grid.direction(c as u32), l + step, 30) as f32;
+        let values = Values::new(grid.cells(), 30, value);
+        let frame =
+            renderer.render(&scene(FAR, SMOOTH, CORES[0]), &grid, &layers, &values.fields()[step % 2]);
+        let report = frame.unwrap().report;
+        assert!(
+            report.device.is_some() && report.bytes_uploaded > 4 * 30 * grid.cells() as u64 / 4,
+            "{report:?}"
+        );
+        made.push(gpu.buffers_made());
+    }
+    assert!(made[0] > 0 && made.iter().all(|&n| n == made[0]), "{made:?}");
+}
+
+/// Scenes of one field share it on the device. Another borrow of the same memory is another field, since the model may have
+/// written to it in between.
+#[test]
+fn a_field_is_uploaded_once_and_never_taken_for_another() {
+    let Some(gpu) = gpu() else { return };
+    drop(gpu);
+    let renderer = limited(None, None);
+    let (tables, layers) = planet(4, 20);
+    let grid = Grid::new(tables.tables()).unwrap();
+    let shape = Shape::level_fastest(grid.cells(), 20);
+    let all = 4 * 20 * grid.cells() as u64;
+    let draw = |scene: &Scene, field: &Field| renderer.render(scene, &grid, &layers, field).unwrap();
+    let mut values: Vec<f32> =
+        Values::new(grid.cells(), 20, |c, l| wave(grid.direction(c as u32), l, 20) as f32).level_fastest;
+    let far = scene(FAR, SMOOTH, CORES[0]);
+    let before = {
+        let field = Field::new(values.as_slice().into(), shape, Location::Center, None).unwrap();
+        let first = draw(&far, &field);
+        assert!(first.report.bytes_uploaded > all);
+        for other in [scene(POLE, SMOOTH, CORES[1]), far.clone()] {
+            assert!(draw(&other, &field.clone()).report.bytes_uploaded < all);
+        }
+        // Normalised to another range.
+        assert!(draw(&scene(FAR, RAMP, CORES[0]), &field).report.bytes_uploaded > all);
+        first
+    };
+    values.iter_mut().for_each(|value| *value = -*value);
+    let field = Field::new(values.as_slice().into(), shape, Location::Center, None).unwrap();
+    let after = draw(&far, &field);
+    assert!(after.report.bytes_uploaded > all && after.pixels != before.pixels);
+    let fresh = limited(None, None).render(&far, &grid, &layers, &field).unwrap();
+    assert_same(&after, &fresh, "written anew");
+}
+
+/// Several threads draw different fields at once on one device, in pages: what they draw is what one draws alone.
+#[test]
+fn threads_share_a_device() {
+    let Some(_) = gpu() else { return };
+    let (tables, layers) = planet(4, 20);
+    let grid = Grid::new(tables.tables()).unwrap();
+    let (one_by_one, at_once) = (Mutex::new(limited(None, None)), limited(Some(64 << 10), None));
+    // Each from elsewhere, every other one under a light of its own.
+    let scene = |thread: usize, step: usize| {
+        let camera = format!("lon = {}\nlat = 25\ndistance = 3.2\nfov = 45", 80 * thread + 30 * step);
+        let light = format!("{SMOOTH}\n[light]\nkind = \"sun\"\nlon = {}\nlat = 10", 70 * thread);
+        scene(&camera, if step.is_multiple_of(2) { &light } else { SMOOTH }, CORES[0])
+    };
+    let draw = |renderer: &Renderer, thread: usize, step: usize| {
+        let value = |c: usize, l: usize| wave(grid.direction(c as u32), l + 5 * thread + step, 20) as f32;
+        let values = Values::new(grid.cells(), 20, value);
+        renderer.render(&scene(thread, step), &grid, &layers, &values.fields()[step / 2 % 2]).unwrap()
+    };
+    std::thread::scope(|scope| {
+        for thread in 0..4 {
+            let (draw, at_once, one_by_one) = (&draw, &at_once, &one_by_one);
+            scope.spawn(move || {
+                let frames: Vec<Frame> = (0..4).map(|step| draw(at_once, thread, step)).collect();
+                for (step, frame) in frames.iter().enumerate() {
+                    let alone = draw(&one_by_one.lock().unwrap(), thread, step);
+                    assert_same(frame, &alone, &format!("thread {thread}, step {step}"));
+                }
+            });
+        }
+    });
+}

@@ -1,0 +1,229 @@
+//! Spheres that are spread over ranks, some of which trace on the GPU: the picture that is put together is the whole sphere's.
+
+use super::common::*;
+use crate::culled::{Culled, Mark, Style, holes};
+use crate::spread::{NOBODY, Spread, partitions};
+use icoray::{Counts, Field, Frame, FrameReport, IcosahedralMesh, Layers, Location, Rendered, Scene, Shape};
+use icoray_gpu::{Gpu, Most};
+use std::sync::Arc;
+
+/// A piece of the planet.
+const CLOSE: &str = "lon = 50\nlat = 40\ndistance = 1.6\nfov = 20";
+const HEAD: &str = "[light]\nkind = \"headlight\"";
+const SUN: &str = "[light]\nkind = \"sun\"\nlon = 75\nlat = 40\nspecular = 0.5";
+const CORE: &str = "exaggeration = 60\ncore = \"gray\"\ntolerance = 1e-6";
+const HOLLOW: &str = "exaggeration = 60\ncore = \"transparent\"\nbackground = \"white\"\ntolerance = 1e-6";
+
+fn layers(count: usize) -> Layers {
+    let heights: Vec<f64> = (0..count).map(|k| 20e3 * k as f64 / (count - 1) as f64).collect();
+    Layers::from_heights(&heights, EARTH_M).unwrap()
+}
+
+/// Draws a scene of a mesh whose cells lie with ranks; those that `has_gpu` says it of trace on the GPU.
+fn draw(
+    gpu: &Arc<Gpu>,
+    spread: &Spread,
+    mesh: &IcosahedralMesh,
+    scene: &Scene,
+    (values, count): (&[f32], usize),
+    has_gpu: impl Fn(usize) -> bool + Sync,
+) -> (Frame, Vec<FrameReport>) {
+    let layers = layers(count);
+    assert_eq!(values.len(), mesh.cells() * count);
+    let drawn = spread.each(|ranks, culled, part| {
+        let (part, grid) = (part.unwrap(), culled.grid());
+        let cells = culled.cells.len();
+        // Ranks differ in the order of their arrays too.
+        let (shape, here): (Shape, Vec<f32>) = if ranks.rank() % 2 == 0 {
+            let here = culled.cells.iter().flat_map(|cell| &values[cell * count..][..count]);
+            (Shape::level_fastest(cells, count), here.copied().collect())
+        } else {
+            let layer = |layer| culled.cells.iter().map(move |cell| values[cell * count + layer]);
+            (Shape::cell_fastest(cells, count), (0..count).flat_map(layer).collect())
+        };
+        let field = Field::new(here.as_slice().into(), shape, Location::Center, None).unwrap();
+        let renderer = if has_gpu(ranks.rank()) { renderer(gpu) } else { cpu(1) };
+        renderer.render_over(ranks, scene, &grid, Some(&part), &layers, &field).unwrap()
+    });
+    let (mut frame, mut reports) = (None, Vec::new());
+    for drawn in drawn {
+        match drawn {
+            Rendered::Here(here) => {
+                reports.push(here.report.clone());
+                frame = Some(here);
+            }
+            Rendered::AtRoot(report) => reports.push(report),
+        }
+    }
+    (frame.unwrap(), reports)
+}
+
+/// The whole sphere's picture on the CPU, of cells that stay.
+fn whole(mesh: &IcosahedralMesh, stays: &[bool], scene: &Scene, (values, count): (&[f32], usize)) -> Frame {
+    let layers = layers(count);
+    let culled = Culled::new(mesh, stays, Style::Corners, Mark::BeforeFirst, 1);
+    let here: Vec<f32> =
+        culled.cells.iter().flat_map(|cell| &values[cell * count..][..count]).copied().collect();
+    let shape = Shape::level_fastest(culled.cells.len(), count);
+    let field = Field::new(here.as_slice().into(), shape, Location::Center, None).unwrap();
+    cpu(1).render(scene, &culled.grid(), &layers, &field).unwrap()
+}
+
+/// Compares the picture of ranks with that of the whole, and what ranks say of who drew.
+fn check(
+    name: &str,
+    (frame, reports): &(Frame, Vec<FrameReport>),
+    expected: &Frame,
+    has_gpu: impl Fn(usize) -> bool,
+) {
+    let (rmse, max) = apart(frame, expected);
+    println!("{name}: rmse {rmse:.1e}, max {max:.1e}, {:?}", frame.report.counts);
+    for (rank, report) in reports.iter().enumerate() {
+        assert_eq!(report.left_to_cpu, None, "{name}, rank {rank}");
+        assert_eq!(report.device.is_some(), has_gpu(rank), "{name}, rank {rank}");
+    }
+    assert!(rmse <= RMSE && max <= MAX, "{name}: rmse {rmse:e}, max {max:e}");
+    assert_eq!(frame.report.counts.rays, expected.report.counts.rays, "{name}");
+    let off = |i: usize| {
+        let pair = frame.pixels[i].iter().zip(&expected.pixels[i]);
+        pair.map(|(a, b)| (a - b).abs()).fold(0.0, f32::max)
+    };
+    for i in 0..frame.pixels.len() {
+        let admitted = frame.error[i] + expected.error[i];
+        assert!(off(i) <= admitted, "{name}, pixel {i}: {:e} off, admitted {admitted:e}", off(i));
+    }
+}
+
+#[test]
+fn parts_make_the_picture_of_the_whole() {
+    let Some(gpu) = gpu() else { return };
+    let sphere = Sphere::new(4, &THICK_M);
+    let mesh = &sphere.tables;
+    let values = (sphere.values.as_slice(), THICK_M.len());
+    let stays = vec![true; mesh.cells()];
+    let scenes = [
+        ("core", scene(FAR, RAMP, CORE)),
+        ("hollow", scene(FAR, SMOOTH, HOLLOW)),
+        ("inside", scene(INSIDE, SMOOTH, HOLLOW)),
+        ("steps", scene(RADIAL, STEPS, CORE)),
+        ("dense", scene(FAR, DENSE, CORE)),
+        ("headlight", scene(FAR, &format!("{RAMP}\n{HEAD}"), &CORE.replace("1e-6", "1e-4"))),
+        ("sun", scene(INSIDE, &format!("{SMOOTH}\n{SUN}"), &HOLLOW.replace("1e-6", "1e-4"))),
+    ];
+    for (i, (name, scene)) in scenes.iter().enumerate() {
+        let expected = whole(mesh, &stays, scene, values);
+        let ranks = 2 + i % 3;
+        for (k, (partition, owner)) in partitions(mesh, ranks).iter().enumerate() {
+            let spread = Spread::new(mesh, ranks, owner);
+            // Every second time only every second rank.
+            let has_gpu = |rank: usize| (i + k) % 2 == 0 || rank % 2 == k / 2;
+            let drawn = draw(&gpu, &spread, mesh, scene, values, has_gpu);
+            check(&format!("{name}, {partition} on {ranks} ranks"), &drawn, &expected, has_gpu);
+        }
+    }
+}
+
+#[test]
+fn holes_of_the_whole_are_holes_of_its_parts() {
+    let Some(gpu) = gpu() else { return };
+    let sphere = Sphere::new(3, &THICK_M);
+    let mesh = &sphere.tables;
+    let values = (sphere.values.as_slice(), THICK_M.len());
+    let scenes = [
+        scene(FAR, RAMP, CORE),
+        scene(INSIDE, SMOOTH, HOLLOW),
+        scene(FAR, &format!("{SMOOTH}\n{SUN}"), &CORE.replace("1e-6", "1e-4")),
+    ];
+    for (i, (hole, stays)) in holes(mesh).iter().enumerate() {
+        let scene = &scenes[i % 3];
+        let expected = whole(mesh, stays, scene, values);
+        let ranks = 2 + i % 3;
+        let (partition, mut owner) = partitions(mesh, ranks).swap_remove(i % 3);
+        let gone = owner.iter_mut().zip(stays).filter(|(_, stays)| !**stays);
+        gone.for_each(|(owner, _)| *owner = NOBODY);
+        let spread = Spread::new(mesh, ranks, &owner);
+        let has_gpu = |rank: usize| i % 2 == 0 || rank > 0;
+        let drawn = draw(&gpu, &spread, mesh, scene, values, has_gpu);
+        check(&format!("{hole}, {partition} on {ranks} ranks, scene {}", i % 3), &drawn, &expected, has_gpu);
+    }
+}
+
+/// Of rays that end early, and of runs that show nothing: as many fragments as the CPU has, which meet and admit as much.
+#[test]
+fn fragments_are_those_of_the_cpu() {
+    let Some(gpu) = gpu() else { return };
+    let (sphere, coarse) = (Sphere::new(4, &THICK_M), Sphere::new(2, &THICK_M));
+    let loose = |rest: &str| rest.replace("1e-6", "1e-2");
+    for (name, sphere, scene) in [
+        ("dense, core", &sphere, scene(FAR, DENSE, &loose(CORE))),
+        ("ramp, hollow", &sphere, scene(INSIDE, RAMP, &loose(HOLLOW))),
+        ("ramp, core", &sphere, scene(FAR, RAMP, &loose(CORE))),
+        // Of facets that lie deep below the core's sphere, with next to nothing to be seen above.
+        ("spike, core", &coarse, scene(FAR, SPIKE, CORE)),
+        ("steps, paper", &sphere, scene(FAR, STEPS, &format!("{}\nmethod = \"paper\"", loose(HOLLOW)))),
+        ("lit", &sphere, scene(FAR, &format!("{RAMP}\n{SUN}"), &CORE.replace("1e-6", "1e-3"))),
+    ] {
+        let (mesh, values) = (&sphere.tables, (sphere.values.as_slice(), THICK_M.len()));
+        for (partition, owner) in partitions(mesh, 3) {
+            let name = format!("{name}, {partition}");
+            let spread = Spread::new(mesh, 3, &owner);
+            let (alone, _) = draw(&gpu, &spread, mesh, &scene, values, |_| false);
+            let drawn = draw(&gpu, &spread, mesh, &scene, values, |_| true);
+            check(&name, &drawn, &alone, |_| true);
+            let [ours, theirs] = [&drawn.0.report, &alone.report];
+            let numbers = |counts: Counts| [counts.columns, counts.frusta, counts.fragments];
+            for (ours, theirs) in numbers(ours.counts).into_iter().zip(numbers(theirs.counts)) {
+                let allowed = 5.0 + 0.001 * theirs as f64;
+                assert!(ours.abs_diff(theirs) as f64 <= allowed, "{name}: {ours}, expected about {theirs}");
+            }
+            let (ours, theirs) = (ours.error.mean, theirs.error.mean);
+            assert!(
+                (ours - theirs).abs() <= 0.005 * theirs + 1e-7,
+                "{name}: {ours:e}, expected about {theirs:e}"
+            );
+        }
+    }
+}
+
+/// A part's field in pages, and that of a close view with what its rays read; of a lit scene, whose gradients are uploaded.
+#[test]
+fn parts_in_pages_do_not_show() {
+    let Some(_) = gpu() else { return };
+    let count = 16;
+    let sphere = Sphere::new(5, &std::array::from_fn::<f64, 16, _>(|k| 1e3 * k as f64));
+    let mesh = &sphere.tables;
+    let values = (sphere.values.as_slice(), count);
+    let limited = |binding, field| Arc::new(Gpu::with_most(None, Most { binding, field }).unwrap());
+    let (_, owner) = partitions(mesh, 2).swap_remove(1);
+    let spread = Spread::new(mesh, 2, &owner);
+    let stays = vec![true; mesh.cells()];
+    let loose = CORE.replace("1e-6", "1e-4");
+    let paged = limited(Some(256 << 10), None);
+    for (name, scene) in [
+        ("far", scene(FAR, &format!("{RAMP}\n{SUN}"), &loose)),
+        ("close", scene(CLOSE, &format!("{SMOOTH}\n{HEAD}"), &loose)),
+        ("in time", scene(FAR, SMOOTH, &format!("{CORE}\ntime_budget_ms = 3600000"))),
+    ] {
+        let expected = whole(mesh, &stays, &scene, values);
+        let drawn = draw(&paged, &spread, mesh, &scene, values, |_| true);
+        check(name, &drawn, &expected, |_| true);
+        let is_unread = |line: &String| line.ends_with("bytes of the field on the device");
+        assert!(drawn.1.iter().flat_map(|report| &report.left_out).any(is_unread), "{name}: {:?}", drawn.1);
+        // No room for all of it at once: the CPU traces what it would have.
+        let small = limited(None, Some(1000));
+        let (frame, reports) = draw(&small, &spread, mesh, &scene, values, |_| true);
+        let (rmse, max) = apart(&frame, &expected);
+        assert!(rmse <= RMSE && max <= MAX, "{name}: rmse {rmse:e}, max {max:e}");
+        let is_left = |report: &FrameReport| {
+            let is_left =
+                report.left_to_cpu.as_ref().is_some_and(|reason| reason.contains("expected at most"));
+            assert_eq!(is_left, report.device.is_none(), "{name}: {report:?}");
+            is_left
+        };
+        // The close view's cells are one rank's.
+        assert_eq!(
+            reports.iter().filter(|report| is_left(report)).count(),
+            if name == "close" { 1 } else { 2 }
+        );
+    }
+}

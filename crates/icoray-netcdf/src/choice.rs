@@ -1,0 +1,97 @@
+//! Which of a file's variables look like physical fields.
+
+use crate::field::FieldInfo;
+
+/// Variables of heights, thicknesses and the vertical grid, in lower case.
+const OF_GRID: [&str; 29] = [
+    "zgrid",
+    "zz",
+    "zxu",
+    "zb",
+    "zb3",
+    "fzm",
+    "fzp",
+    "rdzw",
+    "rdzu",
+    "dzu",
+    "dss",
+    "z_ifc",
+    "z_mc",
+    "zghalf",
+    "zg",
+    "zfull",
+    "hhl",
+    "hsurf",
+    "geometric_height",
+    "ddqz_z_full",
+    "ddqz_z_half",
+    "height",
+    "altitude",
+    "depth",
+    "layerthickness",
+    "restingthickness",
+    "zmid",
+    "ztop",
+    "deriv_two",
+];
+/// Ends of names of base states, which have no weather.
+const BASE: [&str; 2] = ["_base", "_ref"];
+/// Words of long names, in lower case, that tell geometry; beside units of length.
+const GEOMETRY: [&str; 5] = ["height", "altitude", "thickness", "depth", "elevation"];
+/// Units of length.
+const LENGTH: [&str; 4] = ["m", "meter", "meters", "metres"];
+
+/// The fields of `all` that look like physical ones, the likeliest first.
+pub(crate) fn likely(all: &[FieldInfo]) -> Vec<&FieldInfo> {
+    let (changing, constant): (Vec<_>, Vec<_>) =
+        all.iter().filter(|info| is_physical(info)).partition(|info| info.time_dependent);
+    changing.into_iter().chain(constant).collect()
+}
+
+fn is_physical(info: &FieldInfo) -> bool {
+    let name = info.name.to_ascii_lowercase();
+    let lower = |text: &Option<String>| text.as_deref().unwrap_or("").to_ascii_lowercase();
+    let (long_name, units) = (lower(&info.description.long_name), lower(&info.description.units));
+    let is_length = LENGTH.contains(&units.as_str());
+    let is_of_grid = OF_GRID.contains(&name.as_str()) || BASE.iter().any(|end| name.ends_with(end));
+    let is_geometry = is_length && GEOMETRY.iter().any(|word| long_name.contains(word));
+    info.layers > 1 && !is_of_grid && !is_geometry
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::field::Precision;
+    use icoray::{Description, Location};
+
+    fn info(name: &str, layers: usize, time_dependent: bool, words: [&str; 2]) -> FieldInfo {
+        let [long_name, units] = words.map(|word| Some(word.to_owned()));
+        FieldInfo {
+            name: name.into(),
+            location: Location::Center,
+            columns: 42,
+            layers,
+            precision: Precision::F32,
+            time_dependent,
+            description: Description { long_name, units },
+            layer_dimension: "nVertLevels".into(),
+            is_level_fastest: true,
+        }
+    }
+
+    #[test]
+    fn physical_fields_that_change_come_first() {
+        let all = [
+            info("zgrid", 27, false, ["Geometric height of layer interfaces", "m"]),
+            info("rho_base", 26, false, ["Base state density", "kg m^{-3}"]),
+            info("tracer", 26, false, ["", ""]),
+            info("single", 1, true, ["", ""]),
+            info("gh", 26, true, ["geopotential height", "m"]),
+            info("layerThickness", 26, true, ["", "m"]),
+            info("theta", 26, true, ["Potential temperature", "K"]),
+            info("w", 27, true, ["Vertical velocity", "m s^{-1}"]),
+        ];
+        let names: Vec<&str> = likely(&all).iter().map(|info| info.name.as_str()).collect();
+        assert_eq!(names, ["theta", "w", "tracer"]);
+    }
+}

@@ -1,0 +1,175 @@
+//! The studies run to their end on small grids and leave what they promise.
+
+use icoray_study::Study;
+use std::collections::HashMap;
+use std::path::Path;
+
+/// Arguments as on the command line.
+#[derive(clap::Parser)]
+struct Line {
+    #[command(subcommand)]
+    study: Study,
+}
+
+/// Runs a study with its results in `directory`; returns what it printed.
+fn run(words: &[&str], directory: &Path) -> String {
+    let line = ["study"].iter().chain(words).copied();
+    let line = line.chain(["--out", directory.to_str().unwrap()]);
+    // Some have fields that need no file.
+    let data: &[&str] = if ["ranks", "speed"].contains(&words[0]) { &[] } else { &["--data", "/nowhere"] };
+    let line = line.chain(data.iter().copied());
+    let mut out = Vec::new();
+    <Line as clap::Parser>::try_parse_from(line).unwrap().study.run(&mut out).unwrap();
+    String::from_utf8(out).unwrap()
+}
+
+fn rows(path: &Path) -> Vec<HashMap<String, String>> {
+    csv::Reader::from_path(path).unwrap().deserialize().map(Result::unwrap).collect()
+}
+
+fn is_chart(path: &Path, words: &[&str]) -> bool {
+    let text = std::fs::read_to_string(path).unwrap();
+    text.starts_with("<svg") && text.contains("<polyline") && words.iter().all(|w| text.contains(w))
+}
+
+#[test]
+fn error_leaves_a_table_charts_and_a_verdict() {
+    let directory = tempfile::tempdir().unwrap();
+    let at = |name: &str| directory.path().join(name);
+    let printed = run(&["error", "--quick", "--size", "24", "--repeats", "2"], directory.path());
+    let rows = rows(&at("error.csv"));
+    let scenes = ["radial", "low_lobes", "stiff_step"];
+    // Three rungs of each ladder but the paper's method, which has one.
+    assert_eq!(rows.len(), scenes.len() * (8 * 3 + 1));
+    for row in &rows {
+        assert!(scenes.contains(&row["scene"].as_str()), "{row:?}");
+        for key in ["seconds_median", "seconds_min", "rmse", "max_error", "samples"] {
+            assert!(row[key].parse::<f64>().unwrap() >= 0.0, "{key} of {row:?}");
+        }
+        assert_eq!(row["repeats"], "2");
+        if row["method"].starts_with("exact") {
+            assert!(row["violations"].parse::<usize>().is_ok(), "{row:?}");
+        }
+    }
+    for scene in scenes {
+        assert!(is_chart(&at(&format!("{scene}_rmse.svg")), &["exact", "mean value", "RMSE"]));
+        assert!(is_chart(&at(&format!("{scene}_max.svg")), &["exact", "paper", "largest"]));
+        assert!(printed.contains(&format!("{scene}, RMSE against the oracle: ")), "{printed}");
+    }
+    let verdict = std::fs::read_to_string(at("verdict.txt")).unwrap();
+    assert!(printed.contains(verdict.trim()) && verdict.contains(" of 6 curves"), "{verdict}");
+}
+
+#[test]
+fn lit_scenes_have_fewer_methods_and_absent_files_are_told() {
+    let directory = tempfile::tempdir().unwrap();
+    let words = ["error", "--quick", "--size", "16", "--repeats", "1", "--scenes", "radial_lit,jw_theta*"];
+    let printed = run(&words, directory.path());
+    assert!(printed.contains("jw_theta, jw_theta_lit skipped: no file in /nowhere"), "{printed}");
+    let rows = rows(&directory.path().join("error.csv"));
+    assert_eq!(rows.len(), 3 * 3 + 1);
+}
+
+#[test]
+fn fig8_draws_a_montage() {
+    let directory = tempfile::tempdir().unwrap();
+    let words = ["fig8", "--quick", "--repeats", "1", "--step", "0.02"];
+    let printed = run(&words, directory.path());
+    assert!(printed.contains("jw_vorticity skipped"), "{printed}");
+    let rows = rows(&directory.path().join("fig8.csv"));
+    assert_eq!(rows.len(), 7);
+    assert_eq!(rows.iter().filter(|row| row["equal"] == "time").count(), 4);
+    assert!(std::fs::metadata(directory.path().join("fig8_low_thin.png")).unwrap().len() > 2000);
+}
+
+#[test]
+fn fig9_has_a_rate_for_each_method_and_step() {
+    let directory = tempfile::tempdir().unwrap();
+    let words = ["fig9", "--quick", "--repeats", "1", "--scenes", "low_lobes", "--steps", "0.02,0.01"];
+    let printed = run(&words, directory.path());
+    assert!(printed.contains("wedges gain"), "{printed}");
+    let rows = rows(&directory.path().join("fig9.csv"));
+    assert_eq!(rows.len(), 6);
+    assert!(rows.iter().all(|row| row["frames_per_s"].parse::<f64>().unwrap() > 0.0));
+    assert!(is_chart(
+        &directory.path().join("fig9_low_lobes.svg"),
+        &["wedges", "tetrahedra", "planet radius"]
+    ));
+}
+
+#[test]
+fn ranks_share_out_by_tiles_and_by_parts() {
+    let directory = tempfile::tempdir().unwrap();
+    let words = "ranks --level 4 --layers 4 --size 40 --ranks 1,3 --frames 1".split(' ');
+    let printed = run(&words.collect::<Vec<_>>(), directory.path());
+    assert!(printed.contains("2 ranks at once"), "{printed}");
+    let rows = rows(&directory.path().join("ranks.csv"));
+    assert_eq!(rows.len(), 4 * 3 * 2);
+    for row in &rows {
+        let number = |key: &str| row[key].parse::<f64>().unwrap();
+        let (is_parts, is_one) = (row["sharing"] != "tiles", row["ranks"] == "1");
+        assert!(number("busiest_s") > 0.0 && (0.0..=1.0).contains(&number("balance")), "{row:?}");
+        assert_eq!(number("fragments_per_pixel") > 0.0, is_parts, "{row:?}");
+        assert_eq!(number("sent_bytes_per_rank") > 0.0, !is_one, "{row:?}");
+        assert_eq!(number("rank_0_received_bytes") > 0.0, !is_one, "{row:?}");
+        assert_eq!(number("compose_s") > 0.0, is_parts, "{row:?}");
+        assert!(number("least_tiles") <= number("most_tiles"), "{row:?}");
+    }
+    let fragments = |sharing: &str| {
+        let of = rows.iter().filter(|row| row["sharing"] == sharing && row["ranks"] == "3");
+        of.map(|row| row["fragments_per_pixel"].parse::<f64>().unwrap()).sum::<f64>()
+    };
+    assert!(fragments("random") > 2.0 * fragments("patches"), "random cells cut rays into more pieces");
+}
+
+#[test]
+fn speed_measures_each_scene_on_each_number_of_threads_and_fills_in_a_readme() {
+    let directory = tempfile::tempdir().unwrap();
+    let at = |name: &str| directory.path().join(name);
+    std::fs::write(at("README.md"), "a\n<!-- icoray-study speed -->\nold\n<!-- end -->\nb\n").unwrap();
+    let readme = at("README.md");
+    let words =
+        ["speed", "--sizes", "3x5,2x9", "--pixels", "32", "--frames", "2", "--uncounted", "--tables", "1"];
+    let words = [&words[..], &["--readme", readme.to_str().unwrap()]].concat();
+    let printed = run(&words, directory.path());
+    let rows = rows(&at("speed.csv"));
+    // Four transfer functions, lit or not, two tolerances, and the walk alone; one thread and two.
+    assert_eq!(rows.len(), 2 * (4 * 2 * 2 + 1) * 2);
+    for row in &rows {
+        let number = |key: &str| row[key].parse::<f64>().unwrap();
+        assert!(
+            number("frame_least_s") > 0.0 && number("frame_least_s") <= number("frame_median_s"),
+            "{row:?}"
+        );
+        assert!(number("prepare_s") + number("render_s") <= number("frame_least_s") + 1e-5, "{row:?}");
+        assert!(number("frusta_crossed") >= number("frusta_read") && number("frusta_read") > 0.0, "{row:?}");
+        assert!(
+            number("bytes_read") > 12.0 * number("frusta_read") && number("bandwidth_percent") > 0.0,
+            "{row:?}"
+        );
+    }
+    let find = |transfer: &str, threads: &str| {
+        let is = |row: &&HashMap<String, String>| {
+            row["transfer"] == transfer && row["threads"] == threads && row["light"] == "unlit"
+        };
+        rows.iter().find(is).unwrap().clone()
+    };
+    // No ray ends early where nothing is integrated, and dense has nothing to leap over.
+    let (walk, dense, opaque) = (find("walk", "1"), find("dense", "1"), find("opaque", "1"));
+    assert_eq!(walk["frusta_read"], dense["frusta_read"]);
+    assert!(
+        opaque["frusta_crossed"].parse::<u64>().unwrap() < dense["frusta_crossed"].parse::<u64>().unwrap()
+    );
+    assert_eq!(find("thin", "1")["frusta_read"], find("thin", "2")["frusta_read"]);
+    let text = std::fs::read_to_string(at("speed.md")).unwrap();
+    assert!(text.contains("| `icoray-study speed` | dense | lobes | thin shell | opaque |"), "{text}");
+    assert!(
+        text.contains("| 642 cells × 5 layers, lit, tolerance 1e-2 |") && printed.contains(&text),
+        "{text}"
+    );
+    assert!(text.contains("\n| 1 | 42 | "), "{text}");
+    let readme = std::fs::read_to_string(readme).unwrap();
+    let expected = format!("a\n<!-- icoray-study speed -->\n{text}<!-- end -->\nb\n");
+    assert_eq!(readme, expected);
+    assert!(at("2x9_opaque_lit_1e-3.png").exists());
+}

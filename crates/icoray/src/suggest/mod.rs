@@ -1,0 +1,168 @@
+//! A first scene for a field, made from its values and layers.
+//!
+//! [`scene`] returns the commented text of a scene file. A caller parses this text as any other scene, so that what is drawn at
+//! once and what is drawn from the saved text are the same picture.
+//!
+//! The field decides how it is shown:
+//!
+//! - **Both signs** (the 1st and the 99th percentile have different signs and similar magnitudes): a diverging colour map about 0,
+//!   opaque in the tails of the magnitude, clear around 0.
+//! - **Stratified** (layer means explain most of the variance, as of potential temperature or density): three thin shells, at
+//!   values that the lowest layer has too, so that the edges of the shells are seen.
+//! - **One tail** (one end of the distribution is much longer, as of humidity or a tracer): opaque towards that end.
+//! - **Otherwise**: opaque at both ends, translucent in the middle.
+//!
+//! Each value counts the same, so that layers count most where the model has many of them. The camera faces the side on which the field
+//! differs most from its zonal mean, at a distance that shows the whole planet.
+//!
+//! ```
+//! use icoray::{Field, Grid, IcosahedralMesh, Layers, Location, Scene, Shape, suggest};
+//!
+//! let mesh = IcosahedralMesh::new(3)?;
+//! let grid = Grid::new(mesh.tables())?;
+//! let layers = Layers::from_heights(&[0.0, 5e3, 10e3], 6.371e6)?;
+//! let values: Vec<f32> = (0..grid.cells() * 3).map(|i| (0.37 * i as f32).sin()).collect();
+//! let field = Field::new(values.as_slice().into(), Shape::level_fastest(grid.cells(), 3), Location::Center, None)?;
+//! let options = suggest::Options { size: Some((320, 240)), ..Default::default() };
+//! let text = suggest::scene("w", &grid, &layers, &field, &options)?;
+//! let scene = Scene::parse(&text)?;
+//! assert_eq!((scene.field.as_str(), scene.width), ("w", 320));
+//! # Ok::<(), icoray::Error>(())
+//! ```
+
+mod aim;
+mod look;
+mod numbers;
+mod shells;
+mod survey;
+#[cfg(test)]
+mod tests;
+mod text;
+
+use crate::error::{Error, ErrorKind, Result};
+use crate::field::{CenterField, Field, Location};
+use crate::grid::Grid;
+use crate::layers::Layers;
+use crate::scene::{Adapter, Backend, Level};
+use aim::Aim;
+use look::Look;
+use survey::Survey;
+
+/// Part of the planet's radius that the exaggerated shell is thick, about.
+const THICKNESS: f64 = 0.1;
+/// Full vertical angle of the camera, degrees.
+const FOV_DEG: f64 = 30.0;
+/// Part of the picture's height that the planet fills.
+const FILLED: f64 = 0.86;
+
+/// What the caller decides; what is `None` is suggested.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Options {
+    /// Longitude below the camera, degrees, -360 to 360.
+    pub lon_deg: Option<f64>,
+    /// Latitude below the camera, degrees, -90 to 90.
+    pub lat_deg: Option<f64>,
+    /// Distance of the camera from the planet's centre, planet radii.
+    pub distance: Option<f64>,
+    /// Factor on heights.
+    pub exaggeration: Option<f64>,
+    /// Name of the colour map.
+    pub color_map: Option<String>,
+    /// Values at the ends of the colour map, the lower first.
+    pub range: Option<[f64; 2]>,
+    /// Show the values on this level as an opaque surface instead of a volume.
+    pub surface: Option<Level>,
+    /// Width and height of the picture, pixels.
+    pub size: Option<(u32, u32)>,
+    /// Largest error of a channel ([`Scene::tolerance`](crate::Scene::tolerance)).
+    pub tolerance: Option<f64>,
+    /// Who traces rays.
+    pub backend: Option<Backend>,
+    /// Which of several GPUs.
+    pub device: Option<Adapter>,
+    /// Lines for the comment at the top of the text, such as the command that draws it.
+    pub head: Vec<String>,
+}
+
+/// The text of a scene file that shows `field`, which a scene calls `name`.
+///
+/// # Errors
+/// [`ErrorKind::Field`] where no value is there, or columns or layers do not fit `grid` and `layers`;
+/// [`ErrorKind::Argument`] for an option that is out of range, or an unknown colour map.
+pub fn scene(name: &str, grid: &Grid, layers: &Layers, field: &Field, options: &Options) -> Result<String> {
+    options.check()?;
+    let layers = layers.for_field(field.shape().layers)?;
+    let average = match field.location() {
+        Location::Corner => Some(CenterField::average(grid, field)?),
+        Location::Center => None,
+    };
+    let field = average.as_ref().map_or(*field, CenterField::field);
+    if field.shape().columns != grid.cells() {
+        let context = format!("{name}: {} columns, expected {}", field.shape().columns, grid.cells());
+        return Err(Error::new(ErrorKind::Field, context));
+    }
+    let shown = options.surface.map(|level| nearest_layer(&layers, level)).transpose()?;
+    let survey = Survey::new(&layers, &field, shown);
+    let survey = survey.ok_or_else(|| {
+        Error::new(ErrorKind::Field, format!("{name}: all values are missing, expected some to draw"))
+    })?;
+    let exaggeration = options.exaggeration.unwrap_or_else(|| exaggeration(&layers));
+    let look = Look::new(&survey, exaggeration, options);
+    let aim = Aim::new(grid, &survey);
+    Ok(text::Suggested { name, layers: &layers, exaggeration, look, aim, options }.text())
+}
+
+impl Options {
+    fn check(&self) -> Result<()> {
+        let bad = |what: String| Err(Error::new(ErrorKind::Argument, what));
+        if let Some(map) = &self.color_map {
+            check_color_map(map)?;
+        }
+        match self.range {
+            Some([low, high]) if !(low < high && low.is_finite() && high.is_finite()) => {
+                bad(format!("range {low} to {high}, expected two finite numbers, the lower first"))
+            }
+            _ => Ok(()),
+        }
+    }
+}
+
+/// Fails for a name that no colour map has.
+///
+/// # Errors
+/// [`ErrorKind::Argument`] with the names that there are.
+pub fn check_color_map(name: &str) -> Result<()> {
+    if crate::scene::is_color_map(name) {
+        return Ok(());
+    }
+    let maps = crate::scene::color_maps();
+    let context = format!("colour map {name:?}, expected one of {maps}, or one with _r behind it");
+    Err(Error::new(ErrorKind::Argument, context))
+}
+
+/// A number that makes the shell about [`THICKNESS`] thick.
+fn exaggeration(layers: &Layers) -> f64 {
+    let radius = layers.radius_m();
+    let thickness = (radius[0] - radius[radius.len() - 1]).abs() / layers.planet_radius_m();
+    numbers::round(THICKNESS / thickness).max(1.0)
+}
+
+/// The number of the field's layer at or nearest to a level, in the field's order.
+fn nearest_layer(layers: &Layers, level: Level) -> Result<usize> {
+    let count = layers.count();
+    let from_inside = match level {
+        Level::Ground => 0,
+        Level::Top => count - 1,
+        Level::Layer(number) if number < count => number,
+        Level::Layer(number) => {
+            let context = format!("surface on layer {number}, expected 0 to {}, the outermost", count - 1);
+            return Err(Error::new(ErrorKind::Argument, context));
+        }
+        Level::Height(height_m) => {
+            let off = |layer: usize| (layers.radius_m()[layer] - layers.planet_radius_m() - height_m).abs();
+            let nearest = (0..count).min_by(|a, b| off(*a).total_cmp(&off(*b)));
+            return Ok(nearest.unwrap_or(0));
+        }
+    };
+    Ok(if layers.is_falling() { count - 1 - from_inside } else { from_inside })
+}

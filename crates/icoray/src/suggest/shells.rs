@@ -1,0 +1,77 @@
+//! Which surfaces of equal value of a stratified field are shown.
+
+use super::survey::Survey;
+
+/// Shares of the outermost or innermost layer that the shown surfaces cut off, percent, the smallest dome first.
+const SHARES: [f64; 3] = [22.0, 36.0, 50.0];
+/// Part of the columns that meet a surface which is shown.
+const LEAST_MET: f64 = 0.02;
+
+/// A surface on which the field has one value.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Shell {
+    pub value: f64,
+    /// Mean change of the value per planet radius across it.
+    pub gradient: f64,
+}
+
+/// Surfaces that end at the ground, or of an ocean at the sea surface, so that their edges are seen: domes of the lowest values
+/// there where values rise away from it, and of the highest where they fall. The smallest dome first.
+pub(super) fn shells(survey: &Survey) -> Vec<Shell> {
+    let path = from_boundary(survey);
+    let (mut rises, mut ends) = (0.0, Vec::new());
+    for column in survey.columns() {
+        let mut values =
+            path.iter().map(|layer| survey.value(column, *layer)).filter(|value| !value.is_nan());
+        let Some(end) = values.next() else { continue };
+        // A few layers away: an inversion at the ground does not count.
+        let inner = values.take(path.len() / 4 + 1).last().unwrap_or(end);
+        rises += (inner - end).signum();
+        ends.push(end);
+    }
+    ends.sort_unstable_by(f64::total_cmp);
+    let value = |share: f64| {
+        let share = if rises >= 0.0 { share } else { 100.0 - share };
+        ends[(share / 100.0 * (ends.len() - 1) as f64).round() as usize]
+    };
+    let mut shells: Vec<Shell> =
+        SHARES.iter().filter_map(|share| Shell::at(survey, &path, value(*share))).collect();
+    shells.dedup_by(|b, a| a.value == b.value);
+    shells
+}
+
+/// The layers' numbers from the ground upwards, or of an ocean from the sea surface downwards.
+fn from_boundary(survey: &Survey) -> Vec<usize> {
+    let height = &survey.height;
+    let mut layers: Vec<usize> = (0..height.len()).collect();
+    layers.sort_by(|a, b| height[*a].total_cmp(&height[*b]));
+    if height.iter().sum::<f64>() < 0.0 {
+        layers.reverse();
+    }
+    layers
+}
+
+impl Shell {
+    /// The surface of `value`; `None` where too few columns meet it.
+    fn at(survey: &Survey, path: &[usize], value: f64) -> Option<Self> {
+        let (mut met, mut columns, mut gradient) = (0.0, 0.0, 0.0);
+        for column in survey.columns() {
+            columns += 1.0;
+            if let Some(slope) = slope(survey, path, column, value) {
+                met += 1.0;
+                gradient += slope;
+            }
+        }
+        (met > LEAST_MET * columns).then(|| Shell { value, gradient: gradient / met })
+    }
+}
+
+/// The value's change with height where a column first has `value`.
+fn slope(survey: &Survey, path: &[usize], column: usize, value: f64) -> Option<f64> {
+    path.windows(2).find_map(|pair| {
+        let [one, other] = [pair[0], pair[1]].map(|layer| survey.value(column, layer));
+        let is_between = (one - value) * (other - value) <= 0.0 && one != other;
+        let distance = survey.height[pair[0]] - survey.height[pair[1]];
+        is_between.then(|| ((one - other) / distance).abs())
+    })
+}

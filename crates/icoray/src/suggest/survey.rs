@@ -1,0 +1,96 @@
+//! What the values of a field are like: percentiles, and how much of the variance lies between layers.
+
+use crate::field::Field;
+use crate::layers::Layers;
+
+/// Values that are looked at, at most; of larger fields each k-th column is.
+const MOST: usize = 1 << 20;
+
+/// A field, looked at once. Each value counts the same: layers count most where the model has many of them.
+pub(super) struct Survey<'f> {
+    field: &'f Field<'f>,
+    /// Height of each of the field's layers over the planet's surface, planet radii.
+    pub height: Vec<f64>,
+    /// Numbers of the layers that are shown.
+    pub shown: Vec<usize>,
+    /// Each how many-th column is looked at.
+    step: usize,
+    /// Values, rising; at least one.
+    sorted: Vec<f64>,
+    /// Part of the variance that the means of the layers explain, 0 to 1.
+    pub stratified: f64,
+}
+
+impl<'f> Survey<'f> {
+    /// Looks at all layers, or at one; `None` where all its values are missing.
+    pub fn new(layers: &Layers, field: &'f Field<'f>, only: Option<usize>) -> Option<Self> {
+        let planet = layers.planet_radius_m();
+        let height: Vec<f64> = layers.radius_m().iter().map(|radius| radius / planet - 1.0).collect();
+        let shown = only.map_or_else(|| (0..height.len()).collect(), |layer| vec![layer]);
+        let shape = field.shape();
+        let step = (shape.columns * shape.layers).div_ceil(MOST).max(1);
+        let mut survey = Survey { field, height, shown, step, sorted: Vec::new(), stratified: 0.0 };
+        let mut sorted = Vec::new();
+        survey.each(|_, _, value| sorted.push(value));
+        sorted.sort_unstable_by(f64::total_cmp);
+        survey.sorted = sorted;
+        survey.stratified = survey.stratification();
+        (!survey.sorted.is_empty()).then_some(survey)
+    }
+
+    /// The columns that are looked at.
+    pub fn columns(&self) -> impl Iterator<Item = usize> + use<> {
+        (0..self.field.shape().columns).step_by(self.step)
+    }
+
+    /// The value of a column on a layer, NaN where it is missing.
+    pub fn value(&self, column: usize, layer: usize) -> f64 {
+        self.field.value(column, layer)
+    }
+
+    /// Calls `take(column, layer, value)` for each value that is there.
+    pub fn each(&self, mut take: impl FnMut(usize, usize, f64)) {
+        for column in self.columns() {
+            for &layer in &self.shown {
+                let value = self.value(column, layer);
+                if !value.is_nan() {
+                    take(column, layer, value);
+                }
+            }
+        }
+    }
+
+    /// The value below which `percent` of all are.
+    pub fn percentile(&self, percent: f64) -> f64 {
+        of(&self.sorted, percent)
+    }
+
+    /// The same of the magnitudes.
+    pub fn percentiles_of_magnitude<const N: usize>(&self, percents: [f64; N]) -> [f64; N] {
+        let mut magnitudes: Vec<f64> = self.sorted.iter().map(|value| value.abs()).collect();
+        magnitudes.sort_unstable_by(f64::total_cmp);
+        percents.map(|percent| of(&magnitudes, percent))
+    }
+
+    fn stratification(&self) -> f64 {
+        let mut layers = vec![[0.0; 2]; self.height.len()];
+        self.each(|_, layer, value| {
+            let [number, sum] = &mut layers[layer];
+            (*number, *sum) = (*number + 1.0, *sum + value);
+        });
+        let (mut total, mut sum) = (0.0, 0.0);
+        layers.iter().for_each(|[number, of_layer]| (total, sum) = (total + number, sum + of_layer));
+        let mean = sum / total;
+        let between = |[number, sum]: &[f64; 2]| {
+            if *number > 0.0 { number * (sum / number - mean).powi(2) } else { 0.0 }
+        };
+        let between: f64 = layers.iter().map(between).sum();
+        let all: f64 = self.sorted.iter().map(|value| (value - mean).powi(2)).sum();
+        if all > 0.0 { between / all } else { 0.0 }
+    }
+}
+
+/// A percentile of values that rise.
+fn of(sorted: &[f64], percent: f64) -> f64 {
+    sorted[(percent / 100.0 * (sorted.len() - 1) as f64).round() as usize]
+}

@@ -1,0 +1,150 @@
+//! Scenes for made fields: what is taken of each kind of distribution, and that the text says what was asked for.
+
+use super::*;
+use crate::scene::{ColorRange, Pattern, Scene};
+use crate::{IcosahedralMesh, Shape};
+
+const HEIGHT_M: [f64; 6] = [0.0, 2e3, 4e3, 8e3, 12e3, 20e3];
+const EARTH_M: f64 = 6.371e6;
+
+/// The text for values of longitude, latitude (radians) and height (m).
+fn text_for(value: impl Fn(f64, f64, f64) -> f64, options: &Options) -> Result<String> {
+    let mesh = IcosahedralMesh::new(4).unwrap();
+    let grid = Grid::new(mesh.tables()).unwrap();
+    let at = |cell: usize| (mesh.lon_center_rad[cell], mesh.lat_center_rad[cell]);
+    let values: Vec<f64> = (0..grid.cells())
+        .flat_map(|cell| HEIGHT_M.map(|height| value(at(cell).0, at(cell).1, height)))
+        .collect();
+    let shape = Shape::level_fastest(grid.cells(), HEIGHT_M.len());
+    let field = Field::new(values.as_slice().into(), shape, Location::Center, None).unwrap();
+    let layers = Layers::from_heights(&HEIGHT_M, EARTH_M).unwrap();
+    scene("q", &grid, &layers, &field, options)
+}
+
+fn scene_for(value: impl Fn(f64, f64, f64) -> f64, options: &Options) -> Scene {
+    let text = text_for(value, options).unwrap();
+    Scene::parse(&text).unwrap_or_else(|e| panic!("{e}\n{text}"))
+}
+
+/// A wave in the northern half about a longitude, with both signs.
+fn wave(lon: f64, lat: f64, _: f64) -> f64 {
+    let about = (lon - 2.0).sin().hypot(1.0 - (lon - 2.0).cos());
+    1e-5 * (8.0 * lon).sin() * (-4.0 * (about.powi(2) + (lat - 0.7).powi(2))).exp()
+}
+
+#[test]
+fn both_signs_have_a_diverging_map_about_0_and_are_clear_there() {
+    let scene = scene_for(wave, &Options::default());
+    let [low, high] = scene.transfer.range();
+    assert!(low == -high && scene.transfer.at(0.0).1 == 0.0 && scene.transfer.at(high).1 > 1.0);
+    assert!(scene.coloring.unwrap().describe().starts_with("vik"));
+    // The camera is over the wave: 115°E 40°N.
+    let [lon, lat, ..] = scene.camera.place();
+    assert!((lon - 115.0).abs() < 11.0 && (lat - 40.0).abs() < 11.0, "{lon} {lat}");
+}
+
+#[test]
+fn the_shell_is_a_tenth_of_the_planet_and_all_of_it_is_in_the_picture() {
+    let scene = scene_for(wave, &Options::default());
+    assert_eq!(scene.exaggeration, 30.0);
+    let outer = 1.0 + 30.0 * HEIGHT_M[5] / EARTH_M;
+    let [.., distance, fov] = scene.camera.place();
+    let half = (outer / distance).asin().to_degrees();
+    assert!(half < 0.5 * fov && half > 0.4 * fov, "{half}");
+}
+
+#[test]
+fn stratified_fields_are_shells_that_end_at_the_ground() {
+    let theta = |_: f64, lat: f64, height: f64| 300.0 - 40.0 * lat.sin().powi(2) + 4e-3 * height;
+    let scene = scene_for(theta, &Options::default());
+    let knots = &scene.transfer.knots;
+    let peaks = knots.windows(3).filter(|w| w[1].extinction > w[0].extinction.max(w[2].extinction)).count();
+    assert!((2..=3).contains(&peaks), "{knots:?}");
+    // Clear between the shells and beyond them.
+    assert!(scene.transfer.at(200.0).1 == 0.0 && scene.transfer.at(500.0).1 == 0.0);
+    assert!(knots.iter().filter(|knot| knot.extinction == 0.0).count() >= 2 * peaks);
+}
+
+#[test]
+fn a_long_tail_is_shown_alone() {
+    let humid =
+        |lon: f64, lat: f64, height: f64| (4.0 * (lon.sin() * lat.cos())).exp() * (1.3 - 3e-5 * height);
+    for (sign, kind) in [(1.0, "upper tail"), (-1.0, "lower tail")] {
+        let value = |lon: f64, lat: f64, height: f64| 100.0 + sign * humid(lon, lat, height);
+        let text = text_for(value, &Options::default()).unwrap();
+        assert!(text.contains(kind), "{text}");
+        let scene = Scene::parse(&text).unwrap();
+        let [low, high] = scene.transfer.range();
+        let opaque = if sign > 0.0 { [low, high] } else { [high, low] };
+        assert!(scene.transfer.at(opaque[0]).1 == 0.0 && scene.transfer.at(opaque[1]).1 > 1.0);
+    }
+}
+
+#[test]
+fn other_fields_are_seen_throughout() {
+    let scene = scene_for(|lon, lat, _| 280.0 + 20.0 * lat.sin() + 5.0 * lon.sin(), &Options::default());
+    let [low, high] = scene.transfer.range();
+    let least = (0..=20).map(|i| scene.transfer.at(low + 0.05 * f64::from(i) * (high - low)).1);
+    assert!(least.fold(f64::INFINITY, f64::min) > 0.3 && scene.lighting.is_none());
+    assert!(scene.scenery.lines.iter().all(|lines| lines.on == Level::Top));
+}
+
+#[test]
+fn what_is_asked_for_is_in_the_text() {
+    let options = Options {
+        lon_deg: Some(-60.0),
+        lat_deg: Some(12.5),
+        distance: Some(3.0),
+        exaggeration: Some(7.0),
+        color_map: Some("plasma_r".into()),
+        range: Some([-2e-6, 4e-6]),
+        surface: None,
+        size: Some((33, 21)),
+        tolerance: Some(1e-5),
+        backend: Some(Backend::Cpu),
+        device: Some(Adapter::Name("a \"b\"".into())),
+        head: vec!["one\ntwo".into()],
+    };
+    let text = text_for(wave, &options).unwrap();
+    assert!(text.starts_with("# one two\n"), "{text}");
+    let scene = Scene::parse(&text).unwrap();
+    let [lon, lat, distance, _] = scene.camera.place();
+    assert!((lon + 60.0).abs() < 1e-9 && (lat - 12.5).abs() < 1e-9 && (distance - 3.0).abs() < 1e-9);
+    assert_eq!((scene.exaggeration, scene.width, scene.height, scene.tolerance), (7.0, 33, 21, 1e-5));
+    let coloring = scene.coloring.unwrap();
+    assert_eq!(coloring.range(), ColorRange::Fixed([-2e-6, 4e-6]));
+    assert!(coloring.describe().starts_with("plasma_r"));
+    assert_eq!((scene.backend, scene.device), (Backend::Cpu, options.device));
+}
+
+#[test]
+fn surfaces_are_coloured_by_their_own_layer() {
+    for (level, expected) in [(Level::Top, Level::Top), (Level::Layer(2), Level::Layer(2))] {
+        let options = Options { surface: Some(level), ..Options::default() };
+        let scene = scene_for(|lon, lat, height| height + lat.cos() * lon.sin(), &options);
+        assert_eq!(scene.scenery.surfaces.len(), 1);
+        assert_eq!(scene.scenery.surfaces[0].at, expected);
+        // Behind the volume, which is clear.
+        let paintings = scene.paintings();
+        let [low, high] = paintings[1].coloring.unwrap().fixed().unwrap();
+        assert!(high - low < 2.2 && scene.scenery.lines.iter().any(|lines| lines.pattern == Pattern::Coast));
+    }
+    let options = Options { surface: Some(Level::Layer(6)), ..Options::default() };
+    let error = text_for(wave, &options).unwrap_err();
+    assert!(error.context().contains("surface on layer 6, expected 0 to 5"), "{error}");
+}
+
+#[test]
+fn what_cannot_be_shown_is_an_error() {
+    let error = text_for(|_, _, _| f64::NAN, &Options::default()).unwrap_err();
+    assert!(error.kind() == ErrorKind::Field && error.context().contains("all values are missing"));
+    for options in [
+        Options { color_map: Some("jet2".into()), ..Options::default() },
+        Options { range: Some([1.0, 1.0]), ..Options::default() },
+    ] {
+        assert_eq!(text_for(wave, &options).unwrap_err().kind(), ErrorKind::Argument);
+    }
+    // A constant field is drawn.
+    let scene = scene_for(|_, _, _| 7.0, &Options::default());
+    assert!(scene.transfer.at(7.0).1 > 0.0);
+}

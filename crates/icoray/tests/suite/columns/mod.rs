@@ -1,0 +1,375 @@
+//! Columns that are spread over ranks, each of which has the whole grid's tables: bitwise the picture of the whole field.
+
+use icoray::ranks::{LocalTeam, local_nodes};
+use icoray::{
+    Error, ErrorKind, Field, Fields, Frame, FrameReport, Grid, Held, IcosahedralMesh, Layers, Location,
+    Owned, PartCells, Ranks, Rendered, Renderer, Scene, Shape,
+};
+use std::thread;
+
+mod fields;
+
+const LAYERS: usize = 4;
+const FILL: f64 = -9e33;
+
+/// What a rank has: columns in an order of its own, and what it says of them.
+#[derive(Clone)]
+struct Local {
+    /// The cell of each column.
+    cells: Vec<usize>,
+    global: Vec<i64>,
+    owned: Vec<i32>,
+}
+
+/// Evenly spread numbers below `most`, the same in each run.
+fn chance(i: usize, most: usize) -> usize {
+    let z = (i as u64 + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+    let z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    ((z ^ (z >> 27)) >> 20) as usize % most
+}
+
+/// Each rank's columns; those of odd ranks have a halo, mixed with their own, those of even ones begin with their own.
+fn locals(mesh: &IcosahedralMesh, ranks: usize, owner: &[usize]) -> Vec<Local> {
+    let local = |rank: usize| {
+        let mut has: Vec<bool> = owner.iter().map(|owner| *owner == rank).collect();
+        for row in mesh.corner_cell.chunks_exact(3).filter(|_| rank % 2 == 1) {
+            if row.iter().any(|cell| owner[*cell as usize] == rank) {
+                row.iter().for_each(|cell| has[*cell as usize] = true);
+            }
+        }
+        let mut cells: Vec<usize> = (0..owner.len()).filter(|cell| has[*cell]).collect();
+        cells.sort_by_key(|cell| chance(*cell, 1 << 30));
+        let owned = cells.iter().map(|cell| i32::from(owner[*cell] == rank)).collect();
+        let global = cells.iter().map(|cell| *cell as i64).collect();
+        Local { cells, global, owned }
+    };
+    (0..ranks).map(local).collect()
+}
+
+fn partitions(cells: usize, ranks: usize) -> [Vec<usize>; 3] {
+    [
+        (0..cells).map(|cell| cell * ranks / cells).collect(),
+        (0..cells).map(|cell| chance(cell, ranks)).collect(),
+        // The first has nothing where there are others, the last a single cell.
+        (0..cells)
+            .map(|cell| if cell == 77 { ranks - 1 } else { (ranks - 1).min(1 + cell % ranks / 2) })
+            .collect(),
+    ]
+}
+
+/// How a rank's values lie in memory.
+#[derive(Debug, Clone, Copy)]
+enum Layout {
+    LevelFastest,
+    CellFastest,
+    Blocked,
+}
+
+impl Layout {
+    fn shape(self, columns: usize) -> Shape {
+        match self {
+            Layout::LevelFastest => Shape::level_fastest(columns, LAYERS),
+            Layout::CellFastest => Shape::cell_fastest(columns, LAYERS),
+            Layout::Blocked => Shape::blocked(columns, LAYERS, 8),
+        }
+    }
+
+    /// The values of some cells, as they lie; `value` is of a cell and a layer.
+    fn lay<S: Copy + Default>(self, cells: &[usize], value: impl Fn(usize, usize) -> S) -> Vec<S> {
+        let shape = self.shape(cells.len());
+        let (_, high) = shape.extent().unwrap_or((0, -1));
+        let mut values = vec![S::default(); (high + 1) as usize];
+        for (column, cell) in cells.iter().enumerate() {
+            let (inside, block) =
+                if shape.block == 0 { (column, 0) } else { (column % shape.block, column / shape.block) };
+            let first = inside * shape.column_stride as usize + block * shape.block_stride as usize;
+            for layer in 0..LAYERS {
+                values[first + layer * shape.layer_stride as usize] = value(*cell, layer);
+            }
+        }
+        values
+    }
+}
+
+fn value(cell: usize, layer: usize, step: usize) -> f64 {
+    if chance(cell, 31) == step { FILL } else { (0.37 * (cell + 50 * step) as f64).sin() + layer as f64 }
+}
+
+fn layers() -> Layers {
+    Layers::from_heights(&[0.0, 5e3, 12e3, 20e3], 6371e3).unwrap()
+}
+
+fn scene(rest: &str) -> Scene {
+    Scene::parse(&format!(
+        "field = \"q\"\nexaggeration = 60\n{rest}\n[image]\nwidth = 61\nheight = 50\n\
+         [camera]\nlon = 20\nlat = 35\ndistance = 3.2\nfov = 45\n\
+         [transfer]\nmap = \"viridis\"\nrange = [-1, 4]\nopacity = [[-1, 0.8], [0, 0.1], [4, 0.9]]\n"
+    ))
+    .unwrap()
+}
+
+fn bits(frame: &Frame) -> Vec<[u32; 5]> {
+    let pixels = frame.pixels.iter().zip(&frame.error);
+    pixels.map(|([r, g, b, a], e)| [r, g, b, a, e].map(|value| value.to_bits())).collect()
+}
+
+/// What `work` makes of each rank.
+fn on_each<R: Send>(node_of: &[usize], work: impl Fn(&mut Ranks) -> R + Sync) -> Vec<R> {
+    let work = &work;
+    thread::scope(|scope| {
+        let rank = |team: LocalTeam| scope.spawn(move || work(&mut Ranks::new(Box::new(team))));
+        let threads: Vec<_> = local_nodes(node_of).into_iter().map(rank).collect();
+        threads.into_iter().map(|thread| thread.join().unwrap()).collect()
+    })
+}
+
+fn held(ranks: &mut Ranks, grid: &Grid, local: &Local) -> Result<Held, Error> {
+    let cells = PartCells { global: local.global.as_slice().into(), owned: Owned::Marked(&local.owned) };
+    Held::new(ranks, grid, &cells)
+}
+
+fn render<'f>(
+    ranks: &mut Ranks,
+    scene: &Scene,
+    grid: &Grid,
+    held: &Held,
+    fields: impl Into<Fields<'f>>,
+) -> Result<Rendered, Error> {
+    let Held::Columns(columns) = held else { panic!("not columns: {held:?}") };
+    Renderer::new(1)?.render_columns(ranks, scene, grid, columns, &layers(), fields)
+}
+
+fn split(drawn: Vec<Rendered>) -> (Frame, Vec<FrameReport>) {
+    let (mut frame, mut reports) = (None, Vec::new());
+    for drawn in drawn {
+        match drawn {
+            Rendered::Here(here) => {
+                reports.push(here.report.clone());
+                assert!(frame.replace(here).is_none());
+            }
+            Rendered::AtRoot(report) => reports.push(report),
+        }
+    }
+    (frame.unwrap(), reports)
+}
+
+/// In 32 and 64 bits by turns: the memory grows, and is then more than what is asked for.
+#[test]
+fn columns_make_the_very_picture_of_the_whole() {
+    let mesh = IcosahedralMesh::new(3).unwrap();
+    let grid = Grid::new(mesh.tables()).unwrap();
+    let all: Vec<usize> = (0..mesh.cells()).collect();
+    let scenes = [
+        scene(""),
+        scene("precision = \"f64\"\n[light]\nkind = \"headlight\""),
+        scene("ranks = \"tiles\"\ncore = \"transparent\""),
+    ];
+    let whole: Vec<Frame> = (0..scenes.len())
+        .map(|step| {
+            let narrow = Layout::LevelFastest.lay(&all, |c, l| value(c, l, step) as f32);
+            let wide = Layout::LevelFastest.lay(&all, |c, l| value(c, l, step));
+            let shape = Shape::level_fastest(all.len(), LAYERS);
+            let fill = if step == 1 { FILL } else { f64::from(FILL as f32) };
+            let samples = if step == 1 { wide.as_slice().into() } else { narrow.as_slice().into() };
+            let field = Field::new(samples, shape, Location::Center, Some(fill)).unwrap();
+            Renderer::new(1).unwrap().render(&scenes[step], &grid, &layers(), &field).unwrap()
+        })
+        .collect();
+    assert!(whole.iter().all(|frame| frame.report.missing_values > 0));
+    let nodes: [&[usize]; 8] = [
+        &[0, 0],
+        &[0, 1],
+        &[0, 0, 0],
+        &[0, 1, 0],
+        &[0, 1, 1, 0],
+        &[0, 1, 2, 3],
+        &[0, 0, 0, 0, 0, 0, 0, 0],
+        &[2, 1, 1, 0, 0, 1, 0, 1],
+    ];
+    for (i, node_of) in nodes.into_iter().enumerate() {
+        for (k, owner) in partitions(all.len(), node_of.len()).iter().enumerate() {
+            let locals = locals(&mesh, node_of.len(), owner);
+            let layout = [Layout::LevelFastest, Layout::CellFastest, Layout::Blocked][(i + k) % 3];
+            let drawn = on_each(node_of, |ranks| {
+                let local = &locals[ranks.rank()];
+                let grid = Grid::new(mesh.tables()).unwrap();
+                let held = held(ranks, &grid, local).unwrap();
+                let shape = layout.shape(local.cells.len());
+                // What is in a halo is not read.
+                let own =
+                    |c: usize| local.owned[local.cells.iter().position(|cell| *cell == c).unwrap()] == 1;
+                let value = |c, l, step| if own(c) { value(c, l, step) } else { 1e30 };
+                [0, 1, 2].map(|step| {
+                    let narrow = layout.lay(&local.cells, |c, l| value(c, l, step) as f32);
+                    let wide = layout.lay(&local.cells, |c, l| value(c, l, step));
+                    let fill = if step == 1 { FILL } else { f64::from(FILL as f32) };
+                    let samples = if step == 1 { wide.as_slice().into() } else { narrow.as_slice().into() };
+                    let field = Field::new(samples, shape, Location::Center, Some(fill)).unwrap();
+                    render(ranks, &scenes[step], &grid, &held, &field).unwrap()
+                })
+            });
+            let mut steps = [Vec::new(), Vec::new(), Vec::new()];
+            drawn.into_iter().flat_map(|drawn| drawn.into_iter().enumerate()).for_each(|(step, drawn)| {
+                steps[step].push(drawn);
+            });
+            for (step, drawn) in steps.into_iter().enumerate() {
+                let (frame, reports) = split(drawn);
+                let trying = format!("nodes {node_of:?}, partition {k}, {layout:?}, step {step}");
+                assert!(bits(&frame) == bits(&whole[step]), "{trying}");
+                let size = if step == 1 { 8 } else { 4 };
+                for node in node_of {
+                    let its = reports.iter().zip(node_of).filter(|(_, of)| *of == node);
+                    let bytes: u64 = its.map(|(report, _)| report.bytes_copied).sum();
+                    assert_eq!(bytes, (all.len() * LAYERS * size) as u64, "{trying}");
+                }
+                for report in &reports {
+                    assert!(report.copy_s > 0.0 && report.prepare_s >= 0.0, "{trying}");
+                    assert_eq!(report.value_range, whole[step].report.value_range);
+                    let sharing = report.sharing.unwrap().to_string();
+                    let expected =
+                        "tiles: every rank has the whole grid, the field is assembled once per node";
+                    assert_eq!(sharing, expected);
+                }
+            }
+        }
+    }
+}
+
+/// Fragments of what nodes have put together are as near as those of any part.
+#[test]
+fn a_scene_may_ask_for_fragments_of_columns() {
+    let mesh = IcosahedralMesh::new(3).unwrap();
+    let grid = Grid::new(mesh.tables()).unwrap();
+    let all: Vec<usize> = (0..mesh.cells()).collect();
+    let asked = |scheme: &str| scene(&format!("precision = \"f64\"\ntolerance = 1e-8\nranks = \"{scheme}\""));
+    let shape = Shape::level_fastest(all.len(), LAYERS);
+    let values = Layout::LevelFastest.lay(&all, |c, l| value(c, l, 99));
+    let field = Field::new(values.as_slice().into(), shape, Location::Center, None).unwrap();
+    let whole = Renderer::new(1).unwrap().render(&asked("auto"), &grid, &layers(), &field).unwrap();
+    let locals = locals(&mesh, 3, &partitions(all.len(), 3)[1]);
+    let (frame, reports) = split(on_each(&[0, 1, 0], |ranks| {
+        let local = &locals[ranks.rank()];
+        let held = held(ranks, &grid, local).unwrap();
+        let values = Layout::LevelFastest.lay(&local.cells, |c, l| value(c, l, 99));
+        let shape = Shape::level_fastest(local.cells.len(), LAYERS);
+        let field = Field::new(values.as_slice().into(), shape, Location::Center, None).unwrap();
+        render(ranks, &asked("fragments"), &grid, &held, &field).unwrap()
+    }));
+    assert!(reports[0].counts.fragments > 0);
+    let channels = frame.pixels.iter().flatten().zip(whole.pixels.iter().flatten());
+    assert!(channels.map(|(a, b)| (a - b).abs()).fold(0.0, f32::max) <= 1e-6);
+}
+
+/// The tables are the part's own only where that fits on all ranks.
+#[test]
+fn what_tables_are_is_agreed_on() {
+    let mesh = IcosahedralMesh::new(2).unwrap();
+    let grid = Grid::new(mesh.tables()).unwrap();
+    let cells = mesh.cells();
+    let kinds = |locals: Vec<Local>| {
+        on_each(&vec![0; locals.len()], |ranks| match held(ranks, &grid, &locals[ranks.rank()]).unwrap() {
+            Held::Part(_) => "part",
+            Held::Columns(_) => "columns",
+        })
+    };
+    let all = Local { cells: Vec::new(), global: (0..cells as i64).collect(), owned: vec![1; cells] };
+    let none = Local { cells: Vec::new(), global: Vec::new(), owned: Vec::new() };
+    assert_eq!(kinds(vec![all.clone()]), ["part"]);
+    assert_eq!(kinds(vec![none.clone(), all.clone()]), ["columns"; 2]);
+    let halo =
+        |own: bool| Local { owned: (0..cells).map(|c| i32::from((c < 9) == own)).collect(), ..all.clone() };
+    assert_eq!(kinds(vec![halo(true), halo(false), none.clone()]), ["columns"; 3]);
+    assert_eq!(kinds(vec![halo(true), halo(false)]), ["part"; 2]);
+}
+
+/// Whatever does not fit on one rank is the same error on all, and what fits is agreed on afterwards.
+#[test]
+fn columns_that_do_not_fit_are_refused_on_all_ranks() {
+    let mesh = IcosahedralMesh::new(2).unwrap();
+    let grid = Grid::new(mesh.tables()).unwrap();
+    let owner = &partitions(mesh.cells(), 3)[0];
+    type Damage = fn(&mut Local);
+    let cases: [(Damage, &str); 7] = [
+        (
+            |l| l.global[4] = 162,
+            "rank 1: cell_global row 4: 162, expected 0 to 161, a row of the grid's tables",
+        ),
+        (|l| l.global[5] = -1, "rank 1: cell_global row 5: -1, expected 0 to 161, a row"),
+        (|l| l.global[5] = l.global[2], "rank 1: cell_global rows 2 and 5: both "),
+        (|l| l.owned.fill(1), "is owned by ranks "),
+        (|l| l.owned.fill(0), "of the whole grid is owned by no rank"),
+        (|l| l.owned.truncate(3), "rank 1: is_owned: 3 rows, expected "),
+        (|l| (l.global, l.owned) = (Vec::new(), Vec::new()), "of the whole grid is owned by no rank"),
+    ];
+    for (damage, words) in cases {
+        let mut locals = locals(&mesh, 3, owner);
+        damage(&mut locals[1]);
+        let right = self::locals(&mesh, 3, owner);
+        let found = on_each(&[0, 1, 0], |ranks| {
+            let error = held(ranks, &grid, &locals[ranks.rank()]).unwrap_err();
+            held(ranks, &grid, &right[ranks.rank()]).unwrap();
+            (error.kind(), error.to_string())
+        });
+        assert!(found.iter().all(|f| *f == found[0] && f.0 == ErrorKind::Grid), "{found:?}");
+        assert!(found[0].1.contains(words), "{}", found[0].1);
+    }
+    // Tables of two grids.
+    let other = IcosahedralMesh::new(1).unwrap();
+    let locals = locals(&mesh, 3, owner);
+    let found = on_each(&[0, 1, 0], |ranks| {
+        let tables = if ranks.rank() == 2 { other.tables() } else { mesh.tables() };
+        held(ranks, &Grid::new(tables).unwrap(), &locals[ranks.rank()]).unwrap_err().to_string()
+    });
+    assert!(found.iter().all(|f| *f == found[0]), "{found:?}");
+    let words = "or the whole grid on all ranks, which has 162 cells on rank 0 and 42 on rank 2";
+    assert!(found[0].contains(words), "{}", found[0]);
+}
+
+#[test]
+fn fields_that_do_not_fit_are_refused_on_all_ranks() {
+    let mesh = IcosahedralMesh::new(2).unwrap();
+    let grid = Grid::new(mesh.tables()).unwrap();
+    let locals = locals(&mesh, 3, &partitions(mesh.cells(), 3)[1]);
+    let (narrow, wide) = (vec![0.5f32; 4000], vec![0.5; 4000]);
+    // Of the odd rank: more columns, of how many layers, wide, where, and how missing values are marked.
+    let cases = [
+        (1, 4, true, Location::Center, None, ErrorKind::Field, "rank 1: \"q\": "),
+        (
+            0,
+            3,
+            true,
+            Location::Center,
+            None,
+            ErrorKind::Mpi,
+            "rank 1: has \"q\" of 3 layers of 64 bits, but \"q\" of 4 ",
+        ),
+        (0, 4, false, Location::Center, None, ErrorKind::Mpi, "rank 1: has \"q\" of 4 layers of 32 bits"),
+        (
+            0,
+            4,
+            true,
+            Location::Center,
+            Some(7.0),
+            ErrorKind::Mpi,
+            "rank 1: has \"q\" with missing values marked by Some(7.0)",
+        ),
+        (0, 4, true, Location::Corner, None, ErrorKind::Field, "rank 1: \"q\": at corners, expected centres"),
+    ];
+    for (more, layers, is_wide, location, fill, kind, words) in cases {
+        let found = on_each(&[0, 1, 0], |ranks| {
+            let local = &locals[ranks.rank()];
+            let held = held(ranks, &grid, local).unwrap();
+            let good = Shape::level_fastest(local.cells.len(), LAYERS);
+            let good = Field::new(wide.as_slice().into(), good, Location::Center, None).unwrap();
+            let shape = Shape::level_fastest(local.cells.len() + more, layers);
+            let samples = if is_wide { wide.as_slice().into() } else { narrow.as_slice().into() };
+            let odd = Field::new(samples, shape, location, fill).unwrap();
+            let field = if ranks.rank() == 1 { &odd } else { &good };
+            let error = render(ranks, &scene(""), &grid, &held, field).unwrap_err();
+            render(ranks, &scene(""), &grid, &held, &good).unwrap();
+            (error.kind(), error.context().to_string())
+        });
+        assert!(found.iter().all(|f| *f == found[0] && f.0 == kind), "{found:?}");
+        assert!(found[0].1.starts_with(words), "{}", found[0].1);
+    }
+}

@@ -1,0 +1,411 @@
+//! Meshes with holes: they are closed, and drawn as the whole mesh is drawn where their cells' values are missing.
+//!
+//! That whole mesh is an oracle with no void triangle in it: a frustum with a missing value adds nothing.
+
+use glam::DVec3;
+use icoray::{
+    CenterField, ErrorKind, Field, Grid, IcosahedralMesh, Layers, Location, Renderer, Scene, Shape, Stretch,
+    Traversal,
+};
+use std::f64::consts::TAU;
+use std::ops::ControlFlow;
+
+use crate::culled::{Culled, Hole, Mark, Style, holes, towards};
+
+const LAYERS: usize = 4;
+const HEIGHT_M: [f64; LAYERS] = [0.0, 5e3, 12e3, 20e3];
+const STYLES: [(Style, Mark, i32); 4] = [
+    (Style::Corners, Mark::BeforeFirst, 1),
+    (Style::Triangles, Mark::BeforeFirst, 0),
+    (Style::Corners, Mark::BehindLast, 0),
+    (Style::Triangles, Mark::MinusOne, 1),
+];
+
+/// A value at each layer over each direction, level-fastest.
+fn values(at: impl Iterator<Item = DVec3>) -> Vec<f64> {
+    let value = |p: DVec3, layer: usize| (3.0 * p.x).sin() * (4.0 * p.y).cos() + p.z + 0.3 * layer as f64;
+    at.flat_map(|p| (0..LAYERS).map(move |layer| value(p, layer))).collect()
+}
+
+fn directions(lon_rad: &[f64], lat_rad: &[f64]) -> impl Iterator<Item = DVec3> {
+    lon_rad.iter().zip(lat_rad).map(|(lon, lat)| towards(lon.to_degrees(), lat.to_degrees()))
+}
+
+fn scene(camera: &str, rest: &str) -> Scene {
+    let (rest, light) = rest.split_once('|').unwrap_or((rest, ""));
+    Scene::parse(&format!(
+        "field = \"f\"\nexaggeration = 60\ntolerance = 1e-4\n{rest}\n[image]\nwidth = 48\nheight = 40\n\
+         [camera]\n{camera}\n[transfer]\nmap = \"viridis\"\nrange = [-1.5, 2.5]\n\
+         opacity = [[-1.5, 0.5], [0, 0.05], [0.4, 0.8], [2.5, 0.3]]\n{light}\n"
+    ))
+    .unwrap()
+}
+
+const FAR: [&str; 3] = [
+    "lon = 20\nlat = 35\ndistance = 3.2\nfov = 45",
+    "lon = -100\nlat = -60\ndistance = 1.9\nfov = 60",
+    "lon = 25\nlat = 89.999\ndistance = 1.4\nfov = 90",
+];
+/// Inside the shell, which ends at 1.19 radii.
+const INSIDE: &str = "lon = 26\nlat = 33\ndistance = 1.1\nfov = 110";
+
+/// The most that two pictures differ by in a channel.
+fn difference(one: &[[f32; 4]], other: &[[f32; 4]]) -> f32 {
+    let channels = one.iter().flatten().zip(other.iter().flatten());
+    channels.map(|(a, b)| (a - b).abs()).fold(0.0, f32::max)
+}
+
+/// Every side leads to a triangle that leads back, whose vertices are the same two.
+fn assert_closed(grid: &Grid, name: &str) {
+    let all = 0..(grid.triangles() + grid.void_triangles()) as u32;
+    let mut sides = 0;
+    for t in all.filter(|&t| grid.is_triangle(t) || grid.is_void(t)) {
+        let wound = |t: u32| {
+            let [a, b, c] = grid.triangle(t);
+            if grid.is_clockwise(t) { [a, c, b] } else { [a, b, c] }
+        };
+        let v = grid.triangle(t);
+        for k in 0..3 {
+            let other = grid.across(t, k);
+            assert!(grid.is_triangle(other) || grid.is_void(other), "{name}: {t} leads to {other}");
+            assert!((0..3).any(|j| grid.across(other, j) == t), "{name}: {other} does not lead back to {t}");
+            let ends = [v[(k + 1) % 3], v[(k + 2) % 3]];
+            let runs = |t: u32, from: u32, to: u32| {
+                (0..3).any(|i| wound(t)[i] == from && wound(t)[(i + 1) % 3] == to)
+            };
+            let there = runs(t, ends[0], ends[1]);
+            let (from, to) = if there { (ends[0], ends[1]) } else { (ends[1], ends[0]) };
+            assert!(runs(t, from, to) && runs(other, to, from), "{name}: side {k} of {t} and {other}");
+            sides += 1;
+        }
+        let [a, b, c] = wound(t).map(|cell| grid.direction(cell));
+        assert!(a.dot(b.cross(c)) > -1e-15, "{name}: {t} is turned round");
+    }
+    // Every vertex that is used has one ring of triangles: V - E + F = 2.
+    let used: std::collections::HashSet<u32> = (0..(grid.triangles() + grid.void_triangles()) as u32)
+        .filter(|&t| grid.is_triangle(t) || grid.is_void(t))
+        .flat_map(|t| grid.triangle(t))
+        .collect();
+    assert_eq!(used.len() as i64 - sides / 2 + sides / 3, 2, "{name}");
+}
+
+fn each_hole(level: u32, mut f: impl FnMut(&IcosahedralMesh, &Hole, &Culled)) {
+    let mesh = IcosahedralMesh::new(level).unwrap();
+    for (i, hole) in holes(&mesh).iter().enumerate() {
+        for k in 0..2 {
+            let (style, mark, base) = STYLES[(2 * i + k + i / 2) % 4];
+            f(&mesh, hole, &Culled::new(&mesh, &hole.1, style, mark, base));
+        }
+    }
+}
+
+#[test]
+fn holes_of_all_kinds_are_closed() {
+    for level in [0, 1, 2, 3, 4] {
+        each_hole(level, |mesh, (name, stays), culled| {
+            if culled.cells.is_empty() {
+                return;
+            }
+            let name = format!("{name}, level {level}");
+            let grid = culled.grid();
+            assert_closed(&grid, &name);
+            assert_eq!(grid.cells(), culled.cells.len(), "{name}");
+            assert_eq!(grid.triangles(), culled.corners.len(), "{name}");
+            let whole = mesh.corner_cell.chunks_exact(3).filter(|row| row.iter().all(|&c| stays[c as usize]));
+            let there = (0..grid.triangles() as u32).filter(|&t| grid.is_triangle(t));
+            assert_eq!(there.count(), whole.count(), "{name}");
+            assert_eq!(grid.void_triangles() > 0, stays.contains(&false), "{name}");
+        });
+    }
+}
+
+/// Five degrees of a fine mesh, and all but them.
+#[test]
+fn small_caps_are_closed() {
+    let mesh = IcosahedralMesh::new(6).unwrap();
+    let at: Vec<DVec3> = directions(&mesh.lon_center_rad, &mesh.lat_center_rad).collect();
+    for center in [towards(7.0, 46.0), DVec3::Z, DVec3::NEG_Z, DVec3::X] {
+        let inside: Vec<bool> = at.iter().map(|p| p.angle_between(center) < 5f64.to_radians()).collect();
+        let outside: Vec<bool> = inside.iter().map(|i| !i).collect();
+        for (style, mark, base) in STYLES {
+            for stays in [&inside, &outside] {
+                let culled = Culled::new(&mesh, stays, style, mark, base);
+                assert_closed(&culled.grid(), &format!("{center} {style:?}"));
+            }
+        }
+    }
+}
+
+/// The same picture as of the whole mesh with no values at the cells that are missing.
+#[test]
+fn a_hole_looks_like_missing_values() {
+    let renderer = Renderer::new(2).unwrap();
+    let layers = Layers::from_heights(&HEIGHT_M, 6371e3).unwrap();
+    // An opaque core is made of facets, which differ between a hole and data.
+    let scene = |camera, rest| scene(camera, &format!("core = \"transparent\"\nprecision = {rest}"));
+    let scenes = [
+        (scene(FAR[0], "\"f64\""), 0.0f32),
+        (scene(FAR[1], "\"f64\"\nmethod = \"paper\""), 0.0f32),
+        (scene(FAR[2], "\"f32\""), 0.0f32),
+        (scene(INSIDE, "\"f64\""), 0.0f32),
+        // Gradients beside a hole are summed in another order.
+        (scene(FAR[0], "\"f64\"|[light]\nkind = \"headlight\""), 1e-6),
+    ];
+    let (mut drawn, mut differing, mut worst) = (0, 0, 0.0f32);
+    each_hole(3, |mesh, (name, stays), culled| {
+        let whole = Grid::new(mesh.tables()).unwrap();
+        let mut all = values(directions(&mesh.lon_center_rad, &mesh.lat_center_rad));
+        let shape = Shape::level_fastest(culled.cells.len(), LAYERS);
+        let kept: Vec<f64> =
+            culled.cells.iter().flat_map(|&c| all[c * LAYERS..(c + 1) * LAYERS].to_vec()).collect();
+        for (values, _) in all.chunks_exact_mut(LAYERS).zip(stays).filter(|(_, stays)| !**stays) {
+            values.fill(f64::NAN);
+        }
+        let grid = culled.grid();
+        let field = Field::new(kept.as_slice().into(), shape, Location::Center, None).unwrap();
+        let masked = Shape::level_fastest(mesh.cells(), LAYERS);
+        let masked = Field::new(all.as_slice().into(), masked, Location::Center, None).unwrap();
+        for (i, (scene, allowed)) in scenes.iter().enumerate() {
+            let one = renderer.render(scene, &grid, &layers, &field).unwrap();
+            let other = renderer.render(scene, &whole, &layers, &masked).unwrap();
+            let off = difference(&one.pixels, &other.pixels);
+            differing += usize::from(off > 0.0 && *allowed == 0.0);
+            worst = if *allowed == 0.0 { worst.max(off) } else { worst };
+            assert!(off <= *allowed, "{name}, scene {i}: {off:e}");
+            assert_eq!(one.report.value_range, other.report.value_range, "{name}, scene {i}");
+            assert_eq!(one.report.missing_values, 0, "{name}");
+            let visible = |p: &&[f32; 4]| p[3] > 0.0;
+            drawn += one.pixels.iter().filter(visible).count();
+        }
+    });
+    println!("{differing} unlit pictures differ in any bit, by {worst:e} at most");
+    assert!(drawn > 30_000, "{drawn} pixels with something in them");
+}
+
+/// A pixel whose ray meets no triangle that is missing is the whole mesh's, bit for bit.
+#[test]
+fn what_is_there_is_drawn_as_in_the_whole_mesh() {
+    let renderer = Renderer::new(2).unwrap();
+    let layers = Layers::from_heights(&HEIGHT_M, 6371e3).unwrap();
+    let (mut same, mut meeting) = (0, 0);
+    for (precision, camera) in [("f64", FAR[0]), ("f32", FAR[1]), ("f32", FAR[2]), ("f64", INSIDE)] {
+        let scene = scene(camera, &format!("precision = \"{precision}\""));
+        each_hole(3, |mesh, (name, stays), culled| {
+            let whole = Grid::new(mesh.tables()).unwrap();
+            let all = values(directions(&mesh.lon_center_rad, &mesh.lat_center_rad));
+            let kept: Vec<f64> =
+                culled.cells.iter().flat_map(|&c| all[c * LAYERS..(c + 1) * LAYERS].to_vec()).collect();
+            let grid = culled.grid();
+            let draw = |grid: &Grid, values: &[f64]| {
+                let shape = Shape::level_fastest(grid.cells(), LAYERS);
+                let field = Field::new(values.into(), shape, Location::Center, None).unwrap();
+                renderer.render(&scene, grid, &layers, &field).unwrap().pixels
+            };
+            let (one, other) = (draw(&grid, &kept), draw(&whole, &all));
+            let radius: Vec<f64> = HEIGHT_M.iter().map(|h| 1.0 + 60.0 * h / 6371e3).collect();
+            let traversal = Traversal::new(&whole, &radius).unwrap();
+            let eye = DVec3::from_array(scene.camera.eye());
+            for y in 0..scene.height {
+                for x in 0..scene.width {
+                    let dir = DVec3::from_array(scene.camera.direction(x, y, scene.width, scene.height));
+                    let mut meets = false;
+                    traversal.ray(eye, dir, &mut 0, |stretch| {
+                        if let Stretch::Frustum(f) = stretch {
+                            meets |= f.cells.iter().any(|&cell| !stays[cell as usize]);
+                        }
+                        ControlFlow::Continue(())
+                    });
+                    let i = (y * scene.width + x) as usize;
+                    if meets {
+                        meeting += 1;
+                    } else {
+                        same += 1;
+                        let off = difference(&one[i..=i], &other[i..=i]);
+                        assert!(off == 0.0, "{name}: {off:e} at {x}, {y}: {:?} {:?}", one[i], other[i]);
+                    }
+                }
+            }
+        });
+    }
+    assert!(same > 50_000 && meeting > 20_000, "{same} {meeting}");
+}
+
+/// A field at corners: each cell has the mean over those of its corners that are in the table.
+#[test]
+fn corners_that_are_there_are_averaged() {
+    each_hole(2, |mesh, (name, _), culled| {
+        let grid = culled.grid();
+        let at = |corner: usize| (1.7 * corner as f64).sin();
+        let there: Vec<f64> = culled.corners.iter().map(|&corner| at(corner)).collect();
+        if there.is_empty() {
+            return;
+        }
+        let shape = Shape::level_fastest(there.len(), 1);
+        let field = Field::new(there.as_slice().into(), shape, Location::Corner, None).unwrap();
+        let centers = CenterField::average(&grid, &field).unwrap();
+        for (i, &cell) in culled.cells.iter().enumerate() {
+            let names = |corner: &&usize| mesh.corner_cell[3 * **corner..][..3].contains(&(cell as i32));
+            let around: Vec<f64> = culled.corners.iter().filter(names).map(|&corner| at(corner)).collect();
+            let mean = around.iter().sum::<f64>() / around.len() as f64;
+            let found = centers.field().value(i, 0);
+            let fine = if around.is_empty() { found.is_nan() } else { (found - mean).abs() < 1e-12 };
+            assert!(fine, "{name}, cell {cell}: {found}, expected {mean}");
+        }
+    });
+}
+
+/// The core under a hole is as round as the core under data.
+#[test]
+fn the_core_shows_through_holes() {
+    let renderer = Renderer::new(2).unwrap();
+    let layers = Layers::from_heights(&HEIGHT_M, 6371e3).unwrap();
+    let scene = scene(FAR[0], "core = \"#ff0000\"\nprecision = \"f64\"");
+    let eye = DVec3::from_array(scene.camera.eye());
+    each_hole(3, |_, (name, _), culled| {
+        let grid = culled.grid();
+        let clear = vec![f64::NAN; grid.cells() * LAYERS];
+        let shape = Shape::level_fastest(grid.cells(), LAYERS);
+        let field = Field::new(clear.as_slice().into(), shape, Location::Center, None).unwrap();
+        let frame = renderer.render(&scene, &grid, &layers, &field).unwrap();
+        for (i, pixel) in (0u32..).zip(&frame.pixels) {
+            let dir = scene.camera.direction(i % scene.width, i / scene.width, scene.width, scene.height);
+            let dir = DVec3::from_array(dir);
+            let closest = (eye - eye.dot(dir) * dir).length();
+            // Facets of a mesh of this level dip 0.9 % below their sphere in their middle.
+            if closest < 0.99 {
+                assert!(pixel[0] > 0.99, "{name}: no core {closest} from the centre: {pixel:?}");
+            } else if closest > 1.0 {
+                assert_eq!(pixel[0], 0.0, "{name}: core {closest} from the centre");
+            }
+        }
+    });
+}
+
+/// A hole is one by all tables: what only looks like one is refused, with the rows that disagree.
+#[test]
+fn holes_are_no_excuse() {
+    type Damage = fn(&mut Culled, usize, usize);
+    let cases: &[(&str, Damage, &[&str])] = &[
+        // `t` is a triangle beside the hole, `rim` its side there as an edge.
+        (
+            "the rim's corner names a stranger",
+            |m, _, rim| beyond(m, rim)[0] = 3,
+            &["cells in common", "expected 2"],
+        ),
+        (
+            "one more cell is marked",
+            |m, t, _| m.corner_cell[3 * t + 1] = -1,
+            &["corner_cell row", "and [", "-1", "expected 2"],
+        ),
+        (
+            "a triangle's edge is marked",
+            |m, t, _| m.corner_edge[3 * t] = -1,
+            &["corner_edge row", "column 0: -1", "expected 0 to"],
+        ),
+        (
+            "the rim's edge forgets its triangle",
+            |m, t, rim| {
+                let ends = &mut m.edge_corner[2 * rim..2 * rim + 2];
+                ends.iter_mut().for_each(|end| *end = if *end == t as i32 { -1 } else { *end });
+            },
+            &["edge_corner row", "-1", "expected two corners"],
+        ),
+        (
+            "an inner edge ends at nothing for one of its triangles",
+            |m, t, _| {
+                let inner = inner_edge(m, t);
+                let ends = &mut m.edge_corner[2 * inner..2 * inner + 2];
+                ends.iter_mut().for_each(|end| *end = if *end == t as i32 { *end } else { -1 });
+            },
+            &["edge_corner row", "-1", "expected two corners"],
+        ),
+        (
+            "a cell forgets a corner",
+            |m, t, _| {
+                let cell = m.corner_cell[3 * t] as usize;
+                let row = &mut m.cell_corner[6 * cell..6 * cell + 6];
+                row.iter_mut().for_each(|corner| *corner = if *corner == t as i32 { -1 } else { *corner });
+            },
+            &["cell_corner row", "different corners", "expected the"],
+        ),
+        (
+            "a number that is no mark",
+            |m, _, rim| *beyond(m, rim).iter_mut().find(|cell| **cell < 0).unwrap() = -7,
+            &["corner_cell row", ": -7, expected 0 to"],
+        ),
+    ];
+    let mesh = IcosahedralMesh::new(3).unwrap();
+    let stays: Vec<bool> = (0..mesh.cells()).map(|cell| cell % 50 != 20).collect();
+    let right = Culled::new(&mesh, &stays, Style::Corners, Mark::MinusOne, 0);
+    let is_there = |t: &usize| right.corner_cell[3 * t..3 * t + 3].iter().all(|&cell| cell >= 0);
+    let rim_of = |t: usize| {
+        let edges = right.corner_edge[3 * t..3 * t + 3].iter().map(|&edge| edge as usize);
+        edges
+            .into_iter()
+            .find(|&edge| right.edge_corner[2 * edge..][..2].iter().any(|&c| !is_there(&(c as usize))))
+    };
+    let triangles = 0..right.corners.len();
+    let (t, rim) = triangles.filter(is_there).find_map(|t| Some((t, rim_of(t)?))).unwrap();
+    right.grid();
+    for (name, damage, words) in cases {
+        let mut damaged = right.clone();
+        damage(&mut damaged, t, rim);
+        let error = Grid::new(damaged.tables()).expect_err(name);
+        assert_eq!(error.kind(), ErrorKind::Grid, "{name}: {error}");
+        for word in *words {
+            assert!(error.to_string().contains(word), "{name}: '{word}' is not in '{error}'");
+        }
+    }
+}
+
+/// The cells of the corner at the end of a rim edge that is no triangle.
+fn beyond(m: &mut Culled, rim: usize) -> &mut [i32] {
+    let ends = &m.edge_corner[2 * rim..2 * rim + 2];
+    let row = ends.iter().map(|&c| 3 * c as usize).find(|&c| m.corner_cell[c..c + 3].contains(&-1)).unwrap();
+    &mut m.corner_cell[row..row + 3]
+}
+
+/// An edge of the triangle that another triangle has too.
+fn inner_edge(m: &Culled, t: usize) -> usize {
+    let is_whole = |c: i32| !m.corner_cell[3 * c as usize..][..3].contains(&-1);
+    let edges = m.corner_edge[3 * t..3 * t + 3].iter().map(|&edge| edge as usize);
+    edges.into_iter().find(|&edge| m.edge_corner[2 * edge..][..2].iter().all(|&c| is_whole(c))).unwrap()
+}
+
+/// Two patches that lie over each other agree with all tables, and cannot be closed.
+#[test]
+fn patches_that_overlap_are_refused() {
+    let mesh = IcosahedralMesh::new(3).unwrap();
+    let at: Vec<DVec3> = directions(&mesh.lon_center_rad, &mesh.lat_center_rad).collect();
+    let near = |p: &DVec3, lon: f64| p.angle_between(towards(lon, 10.0)) < 0.4;
+    let stays: Vec<bool> = at.iter().map(|p| near(p, 0.0) || near(p, 90.0)).collect();
+    let mut culled = Culled::new(&mesh, &stays, Style::Triangles, Mark::MinusOne, 0);
+    culled.grid();
+    for (shift, inside) in
+        [(TAU / 4.0, "in each other's place"), (1.4, "all"), (1.1, "half"), (0.85, "a little")]
+    {
+        let mut moved = culled.clone();
+        for (lon, &cell) in moved.lon_lat[0].iter_mut().zip(&culled.cells) {
+            if near(&at[cell], 90.0) {
+                *lon -= shift;
+            }
+        }
+        let error = Grid::new(moved.tables()).expect_err(inside);
+        assert_eq!(error.kind(), ErrorKind::Grid, "{inside}: {error}");
+        let message = error.to_string();
+        let names = message.contains("overlap") && message.contains("corner_cell row");
+        assert!(names || message.contains("center rows"), "{inside}: {message}");
+    }
+    // One within the other, rims apart.
+    let stays: Vec<bool> =
+        at.iter().map(|p| near(p, 0.0) || p.angle_between(towards(90.0, 10.0)) < 0.15).collect();
+    let mut nested = Culled::new(&mesh, &stays, Style::Corners, Mark::BeforeFirst, 1);
+    for (lon, &cell) in nested.lon_lat[0].iter_mut().zip(&nested.cells) {
+        *lon -= if near(&at[cell], 90.0) { 1.53 } else { 0.0 };
+    }
+    let message = Grid::new(nested.tables()).unwrap_err().to_string();
+    assert!(message.contains("corner_cell rows") && message.contains("overlap"), "{message}");
+    // Both turned together lie apart.
+    culled.lon_lat[0].iter_mut().for_each(|lon| *lon -= 0.3);
+    culled.grid();
+}

@@ -1,0 +1,20 @@
+//! The tests of the library from outside, in one program.
+
+mod columns;
+mod corruption;
+mod culled;
+mod device;
+mod grid;
+mod holes;
+mod labels;
+mod mixed;
+mod parts;
+mod savings;
+mod several;
+mod spread;
+mod terrain;
+mod traverse;
+mod walking;
+
+// For `culled`, which other crates and the library's own tests include too.
+use icoray::{Grid, GridTables, IcosahedralMesh, LonLat};

@@ -1,0 +1,208 @@
+//! Scenes of several fields, surfaces, lines, cuts, derived fields and native heights: over ranks and in every mode of the renderer.
+
+use icoray::{
+    Clip, Derivation, Field, Fields, Frame, Grid, Ground, Heights, How, IcosahedralMesh, Isosurface, Knot,
+    Layers, Level, Lines, Location, LonLatBox, Paint, Pattern, Renderer, Scene, Shape, Surface,
+    TransferFunction, Volume,
+};
+
+mod modes;
+mod ranks;
+
+/// Layers of the first field, which lie midway between interfaces.
+const LAYERS: usize = 4;
+const INTERFACES: usize = LAYERS + 1;
+const HEIGHT_M: [f64; INTERFACES] = [0.0, 3e3, 8e3, 14e3, 20e3];
+
+fn layers() -> Layers {
+    Layers::from_heights(&HEIGHT_M, 6371e3).unwrap()
+}
+
+/// What a model has in one step over some cells and corners of a mesh, level-fastest.
+struct Model {
+    cells: usize,
+    /// Midway between the interfaces.
+    f: Vec<f32>,
+    /// At the centres, on the interfaces.
+    g: Vec<f64>,
+    /// On the interfaces.
+    h: Vec<f32>,
+    heights: Vec<f64>,
+    /// Where f and h are.
+    location: Location,
+}
+
+impl Model {
+    /// Over these cells and corners of `mesh`; f and h lie at the corners, or at the centres too.
+    fn new(
+        mesh: &IcosahedralMesh,
+        step: usize,
+        (cells, corners): (&[usize], &[usize]),
+        location: Location,
+    ) -> Self {
+        let centers = crate::spread::directions(&mesh.lon_center_rad, &mesh.lat_center_rad);
+        let triangles = crate::spread::directions(&mesh.lon_corner_rad, &mesh.lat_corner_rad);
+        let phase = 0.4 * step as f64;
+        let wave = |p: glam::DVec3, layer: usize, tilt: f64| {
+            (4.0 * p.x + phase).sin() * (3.0 * p.y - tilt).cos() + p.z * tilt - 0.25 * layer as f64
+        };
+        let at = |rows: &[usize], at: &[glam::DVec3], count: usize, tilt: f64| -> Vec<f64> {
+            rows.iter().flat_map(|row| (0..count).map(|layer| wave(at[*row], layer, tilt))).collect()
+        };
+        let (rows, places) = match location {
+            Location::Corner => (corners, &triangles),
+            Location::Center => (cells, &centers),
+        };
+        let narrow = |values: Vec<f64>| values.into_iter().map(|value| value as f32).collect();
+        let lift = |cell: &usize| 2e3 * (9.0 * centers[*cell].x).sin() * (7.0 * centers[*cell].z).cos();
+        let heights = cells.iter().flat_map(|cell| HEIGHT_M.map(|height| height + lift(cell)));
+        Model {
+            cells: cells.len(),
+            f: narrow(at(rows, places, LAYERS, 0.3)),
+            g: at(cells, &centers, INTERFACES, 1.1),
+            h: narrow(at(rows, places, INTERFACES, 0.7)),
+            heights: heights.collect(),
+            location,
+        }
+    }
+
+    /// Over all of the mesh.
+    fn whole(mesh: &IcosahedralMesh, step: usize, location: Location) -> Self {
+        let all = |count: usize| -> Vec<usize> { (0..count).collect() };
+        let (cells, corners) = (all(mesh.cells()), all(mesh.lon_corner_rad.len()));
+        Model::new(mesh, step, (&cells, &corners), location)
+    }
+
+    fn fields(&self) -> Fields<'_> {
+        let narrow = |values: &'_ [f32], layers: usize| {
+            let shape = Shape::level_fastest(values.len() / layers, layers);
+            (shape, self.location)
+        };
+        let (f, h) = (narrow(&self.f, LAYERS), narrow(&self.h, INTERFACES));
+        let f = Field::new(self.f.as_slice().into(), f.0, f.1, None).unwrap();
+        let h = Field::new(self.h.as_slice().into(), h.0, h.1, None).unwrap();
+        let wide = |values| {
+            let shape = Shape::level_fastest(self.cells, INTERFACES);
+            Field::new(values, shape, Location::Center, None).unwrap()
+        };
+        let g = wide(self.g.as_slice().into());
+        Fields::new([("h", h), ("f", f), ("g", g)]).with_heights(wide(self.heights.as_slice().into()))
+    }
+}
+
+fn knot(value: f64, color: [f64; 3], extinction: f64) -> Knot {
+    Knot { value, color, extinction }
+}
+
+fn transfer(knots: &[Knot]) -> TransferFunction {
+    TransferFunction { knots: knots.to_vec(), unit_length: None }
+}
+
+/// Red to yellow, denser towards the ends.
+fn warm() -> TransferFunction {
+    let ends = [knot(-2.0, [0.8, 0.1, 0.0], 1.5), knot(2.0, [1.0, 0.8, 0.1], 2.5)];
+    transfer(&[ends[0], knot(-0.6, [0.9, 0.3, 0.0], 0.0), knot(0.2, [0.9, 0.5, 0.0], 0.3), ends[1]])
+}
+
+const FAR: &str = "lon = 20\nlat = 35\ndistance = 3.2\nfov = 45";
+const NEAR: &str = "lon = -100\nlat = -60\ndistance = 1.9\nfov = 60";
+const LIT: &str = "[light]\nkind = \"headlight\"";
+
+/// Two volumes, an isosurface, a coloured top with lines, a cut, land and sea; f lies at corners or centres, g and h on one layer
+/// more.
+fn scene(camera: &str, keys: &str, tables: &str) -> Scene {
+    let mut scene = Scene::parse(&format!(
+        "field = \"f\"\nexaggeration = 60\nprecision = \"f64\"\n{keys}\n[image]\nwidth = 56\nheight = 48\n[camera]\n{camera}\n\
+         [transfer]\nmap = \"viridis\"\nrange = [-1.5, 1]\nopacity = [[-1.5, 0.5], [-0.5, 0.0], [0, 0.05], [1, 0.4]]\n{tables}\n"
+    ))
+    .unwrap();
+    let scenery = &mut scene.scenery;
+    scenery.volumes = vec![Volume { field: "g".into(), transfer: warm(), coloring: None, opacity: None }];
+    scenery.isosurfaces = vec![Isosurface {
+        field: "h".into(),
+        value: -0.3,
+        paint: Paint::Plain([0.2, 0.4, 1.0]),
+        opacity: 0.5,
+    }];
+    let paint = |field: &str, by_cell| Paint::Field {
+        field: field.into(),
+        transfer: warm(),
+        coloring: None,
+        by_cell,
+    };
+    scenery.surfaces = vec![
+        Surface { at: Level::Top, paint: paint("g", true), opacity: 0.3 },
+        Surface { at: Level::Layer(1), paint: paint("h", false), opacity: 0.4 },
+    ];
+    let lines = |pattern, on| {
+        let (color, width_px, opacity) = ([1.0, 0.9, 0.8], 1.2, 0.6);
+        Lines { pattern, on, color, width_px, opacity, region: None }
+    };
+    scenery.lines = vec![
+        lines(Pattern::Cells, Level::Top),
+        lines(Pattern::Graticule { spacing_deg: 10.0 }, Level::Top),
+        lines(Pattern::Coast, Level::Ground),
+    ];
+    let region = LonLatBox { lon_deg: [0.0, 50.0], lat_deg: [10.0, 60.0] };
+    scenery.clips = vec![Clip {
+        cuts_inside: true,
+        region: Some(region),
+        layers: None,
+        height_m: None,
+        half_space: None,
+    }];
+    scenery.ground = Ground { land: Some([0.1, 0.6, 0.1]), ocean: Some([0.0, 0.1, 0.7]) };
+    scene
+}
+
+/// The same of derived fields: how g differs from its zonal mean, and f from its first step.
+fn of_derived(mut scene: Scene) -> Scene {
+    let how = [How::FromZonalMean { field: "g".into(), band_deg: 7.0 }, How::FromFirst("f".into())];
+    let names = ["anomaly", "change"];
+    let derive = |(name, how): (&str, How)| Derivation { name: name.into(), how };
+    scene.scenery.derived = names.into_iter().zip(how).map(derive).collect();
+    scene.scenery.volumes[0].field = "anomaly".into();
+    scene.field = "change".into();
+    scene
+}
+
+/// Scenes with their names. Tolerances are far above what fragments lose in single precision.
+fn scenes() -> Vec<(&'static str, Scene)> {
+    let keys = "tolerance = 1e-4";
+    let native = |mut scene: Scene| {
+        scene.scenery.heights = Heights::Native;
+        scene
+    };
+    let hollow = |mut scene: Scene| {
+        (scene.core, scene.scenery.ground) = (None, Ground::default());
+        scene.scenery.lines.retain(|lines| lines.on != Level::Ground);
+        scene
+    };
+    vec![
+        ("unlit", scene(FAR, keys, "")),
+        ("lit", scene(NEAR, keys, LIT)),
+        ("hollow", hollow(scene(NEAR, keys, LIT))),
+        ("derived", of_derived(scene(FAR, keys, ""))),
+        ("native", native(scene(NEAR, keys, ""))),
+        ("native, hollow and derived", hollow(native(of_derived(scene(FAR, keys, LIT))))),
+    ]
+}
+
+/// The second of two frames, of the steps 0 and 1.
+fn draw(renderer: &Renderer, grid: &Grid, scene: &Scene, steps: &[Model; 2]) -> Frame {
+    let frames = [0, 1].map(|step| renderer.render(scene, grid, &layers(), steps[step].fields()).unwrap());
+    let [_, second] = frames;
+    second
+}
+
+fn bits(frame: &Frame) -> Vec<[u32; 5]> {
+    let pixels = frame.pixels.iter().zip(&frame.error);
+    pixels.map(|([r, g, b, a], e)| [r, g, b, a, e].map(|value| value.to_bits())).collect()
+}
+
+/// Pixels that differ by more than their errors allow and `slack`, and the largest difference.
+fn beyond(a: &Frame, b: &Frame, slack: f32) -> (usize, f32) {
+    let off = |i: usize| (0..4).map(|k| (a.pixels[i][k] - b.pixels[i][k]).abs()).fold(0.0, f32::max);
+    let wrong = (0..a.pixels.len()).filter(|i| off(*i) > a.error[*i] + b.error[*i] + slack).count();
+    (wrong, (0..a.pixels.len()).map(off).fold(0.0, f32::max))
+}

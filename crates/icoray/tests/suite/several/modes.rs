@@ -1,0 +1,181 @@
+//! In every mode of the renderer.
+
+use super::*;
+use icoray::device::{Device, Devices, Reason, Wanted};
+use icoray::{Certainty, Lights, Method, Precision, Savings};
+use std::sync::Arc;
+
+struct World {
+    mesh: IcosahedralMesh,
+    steps: [Model; 2],
+}
+
+impl World {
+    fn new() -> Self {
+        let mesh = IcosahedralMesh::new(3).unwrap();
+        let steps = [0, 1].map(|step| Model::whole(&mesh, step, Location::Corner));
+        World { mesh, steps }
+    }
+
+    fn draw(&self, renderer: Renderer, scene: &Scene) -> Frame {
+        draw(&renderer, &Grid::new(self.mesh.tables()).unwrap(), scene, &self.steps)
+    }
+}
+
+fn renderer() -> Renderer {
+    Renderer::new(2).unwrap()
+}
+
+#[test]
+fn threads_change_no_bit() {
+    let world = World::new();
+    for (name, scene) in scenes() {
+        let [one, two, four] = [1, 2, 4].map(|threads| world.draw(Renderer::new(threads).unwrap(), &scene));
+        assert!(bits(&one) == bits(&two) && bits(&one) == bits(&four), "{name}");
+    }
+}
+
+/// Everything is in double precision and to the tolerance, and what asks for something else is told so.
+#[test]
+fn precision_and_method_are_those_of_one_volume() {
+    let world = World::new();
+    let scene = scene(FAR, "", LIT);
+    let expected = world.draw(renderer(), &scene);
+    assert_eq!(expected.report.error.certainty, Certainty::Estimate);
+    let single = world.draw(renderer(), &Scene { precision: Precision::F32, ..scene.clone() });
+    assert!(bits(&single) == bits(&expected));
+    assert_eq!(single.report.left_out, expected.report.left_out);
+    let paper = world.draw(renderer(), &Scene { method: Method::Paper, ..scene });
+    assert!(bits(&paper) == bits(&expected));
+    let mut left_out = expected.report.left_out;
+    left_out.push("method \"paper\", which supports a single volume only".into());
+    assert_eq!(paper.report.left_out, left_out);
+}
+
+#[test]
+fn a_time_budget_is_kept_and_one_that_is_large_changes_nothing() {
+    let world = World::new();
+    let mut scene = scene(NEAR, "", LIT);
+    let asked = world.draw(renderer(), &scene);
+    scene.time_budget_ms = Some(1e7);
+    let unhurried = world.draw(renderer(), &scene);
+    assert!(bits(&unhurried) == bits(&asked));
+    assert_eq!(unhurried.report.quality, asked.report.quality);
+    scene.time_budget_ms = Some(1e-3);
+    let hurried = world.draw(renderer(), &scene);
+    let quality = hurried.report.quality;
+    assert!(quality.lights == Lights::Off && quality.pixel_step == 32 && quality.tolerance >= 1e-2);
+    // As far as gradients go: none were made for it.
+    let cells = world.mesh.cells();
+    assert_eq!(hurried.report.derived_bytes, asked.report.derived_bytes - 3 * cells * LAYERS * 12);
+    let off = hurried.pixels.iter().zip(&asked.pixels).map(|(a, b)| (a[3] - b[3]).abs());
+    assert!(off.fold(0.0, f32::max) < 0.5, "opaque where the globe is, clear where it is not");
+}
+
+#[derive(Debug)]
+struct NotAsked;
+
+impl Devices for NotAsked {
+    fn open(&self, _: &Wanted) -> Result<Arc<dyn Device>, Reason> {
+        panic!("the scene cannot be drawn by it")
+    }
+}
+
+#[test]
+fn the_cpu_draws_and_says_why() {
+    let world = World::new();
+    let scene = scene(FAR, "backend = \"gpu\"", "");
+    let scene = Scene { precision: Precision::F32, ..scene };
+    let frame = world.draw(renderer().with_devices(Arc::new(NotAsked)), &scene);
+    let why = "the scene shows more than one volume between concentric layers, or cuts it";
+    assert_eq!(frame.report.left_to_cpu.as_deref(), Some(why));
+    assert_eq!(frame.report.device, None);
+}
+
+#[test]
+fn savings_change_nothing_beyond_errors() {
+    let world = World::new();
+    for (name, scene) in scenes() {
+        let all = world.draw(renderer(), &scene);
+        let none = Savings { ends: true, ..Savings::NONE };
+        assert!(bits(&world.draw(renderer().with_savings(none), &scene)) == bits(&all), "{name}");
+        let (wrong, most) = beyond(&world.draw(renderer().with_savings(Savings::NONE), &scene), &all, 0.0);
+        assert_eq!(wrong, 0, "{name}: {most:e} at most");
+    }
+}
+
+/// Of the same fields everything is the same the second time, whether or not it is made anew, and after other pictures.
+#[test]
+fn what_is_kept_of_fields_changes_no_bit() {
+    let world = World::new();
+    let grid = Grid::new(world.mesh.tables()).unwrap();
+    let renderer = renderer();
+    let all = scenes();
+    let fresh: Vec<Frame> = all
+        .iter()
+        .map(|(_, scene)| {
+            Renderer::new(1).unwrap().render(scene, &grid, &layers(), world.steps[1].fields()).unwrap()
+        })
+        .collect();
+    // One borrow of each field for all frames.
+    let fields = world.steps[1].fields();
+    for _ in 0..2 {
+        for ((name, scene), expected) in all.iter().zip(&fresh) {
+            let frame = renderer.render(scene, &grid, &layers(), fields.clone()).unwrap();
+            assert!(bits(&frame) == bits(expected), "{name}");
+            assert_eq!(frame.report.derived_bytes, expected.report.derived_bytes, "{name}");
+        }
+    }
+}
+
+/// Bytes of what was made are those of the averages, of the fields on other layers and of gradients of what is lit.
+#[test]
+fn derived_bytes_are_counted() {
+    let world = World::new();
+    let values = world.mesh.cells() * LAYERS;
+    let interfaces = world.mesh.cells() * INTERFACES;
+    // f and h are averaged, g and h moved.
+    let made = 4 * values + 4 * interfaces + 8 * values + 4 * values;
+    let unlit = world.draw(renderer(), &scene(FAR, "", ""));
+    assert_eq!(unlit.report.derived_bytes, made);
+    let lit = world.draw(renderer(), &scene(FAR, "", LIT));
+    assert_eq!(lit.report.derived_bytes, made + 3 * 12 * values);
+}
+
+/// A scene of one field looks at no other, nor at heights: those that would be refused change nothing.
+#[test]
+fn a_plain_scene_looks_at_one_field_alone() {
+    let world = World::new();
+    let grid = Grid::new(world.mesh.tables()).unwrap();
+    let mut scene = scene(FAR, "", LIT);
+    scene.scenery = icoray::Scenery::default();
+    let fields = world.steps[0].fields();
+    let f = *fields.get("f").unwrap();
+    let wrong =
+        Field::new([f64::NAN; 3].as_slice().into(), Shape::level_fastest(1, 3), Location::Center, None);
+    let wrong = wrong.unwrap();
+    let alone = renderer().render(&scene, &grid, &layers(), &f).unwrap();
+    let draw = |scene: &Scene| {
+        let all = Fields::new([("f", f), ("g", wrong), ("h", wrong)]).with_heights(wrong);
+        renderer().render(scene, &grid, &layers(), all)
+    };
+    let among = draw(&scene).unwrap();
+    assert!(bits(&among) == bits(&alone));
+    assert_eq!(among.report.derived_bytes, alone.report.derived_bytes);
+    for what in
+        ["other fields", "derived fields", "surfaces", "lines", "table of coasts", "clips", "native heights"]
+    {
+        assert!(among.report.left_out.iter().any(|left| left == what), "{what}");
+    }
+    // What is derived and not shown is not made either.
+    scene.scenery.derived =
+        vec![Derivation { name: "unused".into(), how: How::Magnitude(vec!["g".into(), "h".into()]) }];
+    assert!(bits(&draw(&scene).unwrap()) == bits(&alone));
+    // They are looked at where they are shown.
+    scene.scenery.heights = Heights::Native;
+    assert!(draw(&scene).unwrap_err().to_string().contains("heights: 1 columns of 3 layers"));
+    scene.scenery.heights = Heights::Mean;
+    scene.scenery.volumes =
+        vec![Volume { field: "g".into(), transfer: warm(), coloring: None, opacity: None }];
+    assert!(draw(&scene).unwrap_err().to_string().contains("\"g\": 1 columns"));
+}

@@ -1,0 +1,332 @@
+//! Over several ranks: the picture of one process.
+
+use super::*;
+use crate::culled::{Culled, Mark, Style, holes};
+use crate::spread::{NOBODY, Spread, chance, partitions};
+use icoray::ranks::{LocalTeam, local_team};
+use icoray::{Error, ErrorKind, Held, Owned, Part, PartCells, Ranks, Rendered};
+use std::thread;
+
+/// What `work` makes of each of so many ranks.
+fn on_each<R: Send>(ranks: usize, work: impl Fn(&mut Ranks) -> R + Sync) -> Vec<R> {
+    let work = &work;
+    thread::scope(|scope| {
+        let rank = |team: LocalTeam| scope.spawn(move || work(&mut Ranks::new(Box::new(team))));
+        let threads: Vec<_> = local_team(ranks).into_iter().map(rank).collect();
+        threads.into_iter().map(|thread| thread.join().unwrap()).collect()
+    })
+}
+
+/// The picture, which one of the ranks has, and what derived fields took on each.
+fn picture(drawn: Vec<Rendered>) -> Frame {
+    let mut frames = drawn.into_iter().filter_map(|drawn| match drawn {
+        Rendered::Here(frame) => Some(frame),
+        Rendered::AtRoot(_) => None,
+    });
+    let frame = frames.next().unwrap();
+    assert!(frames.next().is_none());
+    frame
+}
+
+/// The second of two frames on this rank.
+fn second(mut render: impl FnMut(usize) -> Result<Rendered, Error>) -> Rendered {
+    let [_, second] = [0, 1].map(|step| render(step).unwrap());
+    second
+}
+
+#[test]
+fn tiles_are_bitwise_those_of_one_process() {
+    let mesh = IcosahedralMesh::new(3).unwrap();
+    let steps = [0, 1].map(|step| Model::whole(&mesh, step, Location::Corner));
+    let grid = Grid::new(mesh.tables()).unwrap();
+    for (name, scene) in scenes() {
+        let expected = draw(&Renderer::new(2).unwrap(), &grid, &scene, &steps);
+        for count in [1, 2, 3] {
+            let drawn = on_each(count, |ranks| {
+                let grid = Grid::new(mesh.tables()).unwrap();
+                let renderer = Renderer::new(1).unwrap();
+                second(|step| {
+                    renderer.render_over(ranks, &scene, &grid, None, &layers(), steps[step].fields())
+                })
+            });
+            let frame = picture(drawn);
+            assert!(bits(&frame) == bits(&expected), "{name} on {count} ranks");
+            assert_eq!(frame.report.derived_bytes, expected.report.derived_bytes, "{name}");
+        }
+    }
+}
+
+#[test]
+fn columns_are_bitwise_those_of_one_process() {
+    let mesh = IcosahedralMesh::new(3).unwrap();
+    let steps = [0, 1].map(|step| Model::whole(&mesh, step, Location::Center));
+    let grid = Grid::new(mesh.tables()).unwrap();
+    for (name, scene) in scenes() {
+        let expected = draw(&Renderer::new(2).unwrap(), &grid, &scene, &steps);
+        for count in [2, 3] {
+            let drawn = on_each(count, |ranks| {
+                let grid = Grid::new(mesh.tables()).unwrap();
+                let mine: Vec<usize> =
+                    (0..mesh.cells()).filter(|cell| chance(*cell, count) == ranks.rank()).collect();
+                let global: Vec<i64> = mine.iter().map(|cell| *cell as i64).collect();
+                let owned = vec![1; mine.len()];
+                let cells = PartCells { global: global.as_slice().into(), owned: Owned::Marked(&owned) };
+                let Held::Columns(columns) = Held::new(ranks, &grid, &cells).unwrap() else {
+                    panic!("not columns")
+                };
+                let own = [0, 1].map(|step| Model::new(&mesh, step, (&mine, &[]), Location::Center));
+                let renderer = Renderer::new(1).unwrap();
+                second(|step| {
+                    renderer.render_columns(ranks, &scene, &grid, &columns, &layers(), own[step].fields())
+                })
+            });
+            assert!(bits(&picture(drawn)) == bits(&expected), "{name} on {count} ranks");
+        }
+    }
+}
+
+/// Whether so few pixels are beyond their errors, and so little, that it may be lines which reach over a rank's border by a part of
+/// their width, of cells that this rank has nothing of.
+fn is_near((wrong, most): (usize, f32)) -> bool {
+    wrong <= 3 && most < 0.05
+}
+
+/// What ranks with parts make of a scene.
+fn of_parts(spread: &Spread, mesh: &IcosahedralMesh, scene: &Scene, location: Location) -> Frame {
+    picture(spread.each(|ranks, culled, part| {
+        let (grid, part) = (culled.grid(), part.unwrap());
+        let rows = (&culled.cells[..], &culled.corners[..]);
+        let own = [0, 1].map(|step| Model::new(mesh, step, rows, location));
+        let renderer = Renderer::new(1).unwrap();
+        second(|step| renderer.render_over(ranks, scene, &grid, Some(&part), &layers(), own[step].fields()))
+    }))
+}
+
+#[test]
+fn parts_are_within_errors_of_one_process() {
+    let mesh = IcosahedralMesh::new(3).unwrap();
+    let steps = [0, 1].map(|step| Model::whole(&mesh, step, Location::Corner));
+    let grid = Grid::new(mesh.tables()).unwrap();
+    for (i, (name, scene)) in scenes().into_iter().enumerate() {
+        let expected = draw(&Renderer::new(2).unwrap(), &grid, &scene, &steps);
+        for ranks in [1, 2, 3] {
+            let partitions = partitions(&mesh, ranks);
+            for (partition, owner) in [&partitions[i % 3], &partitions[(i + ranks) % 3]] {
+                let frame = of_parts(&Spread::new(&mesh, ranks, owner), &mesh, &scene, Location::Corner);
+                let (wrong, most) = beyond(&frame, &expected, 1e-6);
+                println!("{name}, {partition} on {ranks}: {wrong} beyond, {most:e} at most");
+                assert!(is_near((wrong, most)), "{name}, {partition} on {ranks}: {wrong}, {most:e}");
+            }
+        }
+    }
+}
+
+/// The mesh's own holes beside those that parts have.
+#[test]
+fn holes_of_the_whole_are_holes_of_its_parts() {
+    let mesh = IcosahedralMesh::new(3).unwrap();
+    let scenes = scenes();
+    for (i, (hole, stays)) in holes(&mesh).iter().enumerate() {
+        let culled = Culled::new(&mesh, stays, Style::Corners, Mark::BeforeFirst, 1);
+        let rows = (&culled.cells[..], &culled.corners[..]);
+        // Of corners in a hole only some styles of culling keep the values.
+        let steps = [0, 1].map(|step| Model::new(&mesh, step, rows, Location::Center));
+        let (name, scene) = &scenes[i % scenes.len()];
+        let expected = draw(&Renderer::new(2).unwrap(), &culled.grid(), scene, &steps);
+        let ranks = 2 + i % 2;
+        let (partition, mut owner) = partitions(&mesh, ranks).swap_remove(i % 3);
+        (owner.iter_mut().zip(stays)).filter(|(_, stays)| !**stays).for_each(|(owner, _)| *owner = NOBODY);
+        let frame = of_parts(&Spread::new(&mesh, ranks, &owner), &mesh, scene, Location::Center);
+        let (wrong, most) = beyond(&frame, &expected, 1e-6);
+        println!("{hole}, {name}, {partition} on {ranks}: {wrong} beyond, {most:e} at most");
+        assert!(is_near((wrong, most)), "{hole}, {name}, {partition} on {ranks}: {wrong}, {most:e}");
+    }
+}
+
+/// None is lost at a side or a layer, nor met twice, where a field has the surface's very value on half of the globe and on all
+/// layers but one.
+#[test]
+fn surfaces_of_a_value_that_stays_are_met_once() {
+    let mesh = IcosahedralMesh::new(4).unwrap();
+    let at = crate::spread::directions(&mesh.lon_center_rad, &mesh.lat_center_rad);
+    // No binary fraction: weights that add up to 1 bring it back but for rounding.
+    let level = 0.7;
+    for rises in [true, false] {
+        let value = |cell: usize, layer: usize| {
+            let off = if at[cell].x > 0.1 && layer > 0 { 0.0 } else { 0.31 + 0.1 * at[cell].y.abs() };
+            if rises { level - off } else { level + off }
+        };
+        let mut scene = scene("lon = 70\nlat = 35\ndistance = 3.2\nfov = 45", "core = \"black\"", "");
+        scene.transfer = transfer(&[knot(0.0, [0.0; 3], 0.0)]);
+        scene.coloring = None;
+        scene.scenery = icoray::Scenery {
+            isosurfaces: vec![Isosurface {
+                field: "f".into(),
+                value: level,
+                paint: Paint::Plain([1.0; 3]),
+                opacity: 0.5,
+            }],
+            ..icoray::Scenery::default()
+        };
+        (scene.width, scene.height) = (200, 170);
+        let values = |cells: &[usize]| -> Vec<f64> {
+            cells.iter().flat_map(|cell| (0..INTERFACES).map(|layer| value(*cell, layer))).collect()
+        };
+        let field = |values: &[f64]| -> Field<'static> {
+            let values: &'static [f64] = values.to_vec().leak();
+            let shape = Shape::level_fastest(values.len() / INTERFACES, INTERFACES);
+            Field::new(values.into(), shape, Location::Center, None).unwrap()
+        };
+        let all: Vec<usize> = (0..mesh.cells()).collect();
+        let grid = Grid::new(mesh.tables()).unwrap();
+        let render = |scene: &Scene| {
+            Renderer::new(2).unwrap().render(scene, &grid, &layers(), &field(&values(&all))).unwrap()
+        };
+        let whole = render(&scene);
+        // A little off the value that stays there is no doubt.
+        let mut beside = scene.clone();
+        beside.scenery.isosurfaces[0].value = if rises { level - 1e-9 } else { level - 1e-3 };
+        let sure = render(&beside);
+        let shown = |frame: &Frame| frame.pixels.iter().filter(|pixel| pixel[0] > 0.4).count();
+        assert_eq!(shown(&sure) > 500, rises, "{}", shown(&sure));
+        let differ = |a: &Frame, b: &Frame| {
+            a.pixels.iter().zip(&b.pixels).filter(|(a, b)| (a[0] - b[0]).abs() > 1e-3).count()
+        };
+        assert_eq!(differ(&whole, &sure), 0, "rises: {rises}, of {}", shown(&sure));
+        for (partition, owner) in &partitions(&mesh, 3)[1..3] {
+            let frame = picture(Spread::new(&mesh, 3, owner).each(|ranks, culled, part| {
+                let renderer = Renderer::new(1).unwrap();
+                let (grid, part, field) = (culled.grid(), part.unwrap(), field(&values(&culled.cells)));
+                renderer.render_over(ranks, &scene, &grid, Some(&part), &layers(), &field).unwrap()
+            }));
+            assert_eq!(differ(&frame, &sure), 0, "rises: {rises}, {partition}");
+        }
+    }
+}
+
+/// Whatever a rank's further fields or heights are, all ranks hear of it, and of the same.
+#[test]
+fn one_rank_with_bad_data_is_everybodys_error() {
+    let mesh = IcosahedralMesh::new(2).unwrap();
+    type Damage = for<'m> fn(Fields<'m>, &'m Model) -> Fields<'m>;
+    fn field(values: &[f64], columns: usize, layers: usize, location: Location) -> Field<'_> {
+        Field::new(values.into(), Shape::level_fastest(columns, layers), location, None).unwrap()
+    }
+    fn with<'m>(of: Fields<'m>, name: &str, field: Option<Field<'m>>) -> Fields<'m> {
+        let named = of.iter().filter(|(known, _)| *known != name).map(|(known, field)| (known, *field));
+        let fields: Vec<(&str, Field)> = named.chain(field.map(|field| (name, field))).collect();
+        let heights = *of.heights().unwrap();
+        Fields::new(fields).with_heights(heights)
+    }
+    let cases: [(&str, Damage, ErrorKind, &str); 9] = [
+        ("none", |of, _| with(of, "g", None), ErrorKind::Scene, "rank 1: the scene shows field \"g\""),
+        (
+            "columns",
+            |of, m| with(of, "g", Some(field(&m.g, m.cells - 1, INTERFACES, Location::Center))),
+            ErrorKind::Field,
+            "rank 1: \"g\": ",
+        ),
+        (
+            "layers",
+            |of, m| with(of, "g", Some(field(&m.g, m.cells, LAYERS, Location::Center))),
+            ErrorKind::Mpi,
+            "rank 1: has \"g\" of 4 layers of 64 bits at centres, but \"g\" of 5 layers of 64 bits at centres on rank 0",
+        ),
+        (
+            "too few layers",
+            |of, m| with(of, "g", Some(field(&m.g, m.cells, 2, Location::Center))),
+            ErrorKind::Field,
+            "rank 1: \"g\": ",
+        ),
+        (
+            "place",
+            |of, m| with(of, "h", Some(field(&m.g, m.cells, INTERFACES, Location::Center))),
+            ErrorKind::Mpi,
+            "rank 1: has \"h\" of 5 layers of 64 bits at centres, but \"h\" of 5 layers of 32 bits at corners",
+        ),
+        (
+            "bits",
+            |of, m| {
+                let wide: &'static [f64] = vec![0.5; m.h.len()].leak();
+                let corners = m.h.len() / INTERFACES;
+                with(of, "h", Some(field(wide, corners, INTERFACES, Location::Corner)))
+            },
+            ErrorKind::Mpi,
+            "rank 1: has \"h\" of 5 layers of 64 bits at corners, but \"h\" of 5 layers of 32 bits",
+        ),
+        (
+            "no heights",
+            |of, _| Fields::new(of.iter().map(|(name, field)| (name, *field))),
+            ErrorKind::Scene,
+            "rank 1: the scene has heights = \"native\"",
+        ),
+        (
+            "heights of another shape",
+            |of, m| of.with_heights(field(&m.heights, m.cells, LAYERS, Location::Center)),
+            ErrorKind::Layers,
+            "rank 1: heights: ",
+        ),
+        (
+            "heights that fall",
+            |of, m| of.with_heights(field(&m.g, m.cells, INTERFACES, Location::Center)),
+            ErrorKind::Layers,
+            "rank 1: heights: cell 0",
+        ),
+    ];
+    let mut scene = scene(FAR, "", "");
+    scene.scenery.heights = Heights::Native;
+    let owner: Vec<usize> = (0..mesh.cells()).map(|cell| cell % 3).collect();
+    let spread = Spread::new(&mesh, 3, &owner);
+    for (name, damage, kind, words) in cases {
+        let render = |ranks: &mut Ranks, grid: &Grid, part: Option<&Part>, model: &Model| {
+            let fields = model.fields();
+            let fields = if ranks.rank() == 1 { damage(fields, model) } else { fields };
+            let renderer = Renderer::new(1).unwrap();
+            let error = renderer.render_over(ranks, &scene, grid, part, &layers(), fields).unwrap_err();
+            // Still of one mind about what comes next.
+            renderer.render_over(ranks, &scene, grid, part, &layers(), model.fields()).unwrap();
+            (error.kind(), error.context().to_string())
+        };
+        let tiles = on_each(3, |ranks| {
+            let model = Model::whole(&mesh, 0, Location::Corner);
+            render(ranks, &Grid::new(mesh.tables()).unwrap(), None, &model)
+        });
+        let parts = spread.each(|ranks, culled, part| {
+            let rows = (&culled.cells[..], &culled.corners[..]);
+            let model = Model::new(&mesh, 0, rows, Location::Corner);
+            render(ranks, &culled.grid(), Some(&part.unwrap()), &model)
+        });
+        for found in [tiles, parts] {
+            assert!(found.iter().all(|f| *f == found[0] && f.0 == kind), "{name}: {found:?}");
+            assert!(found[0].1.starts_with(words), "{name}: {}", found[0].1);
+        }
+    }
+}
+
+/// Ranks that draw tiles have the same values of all fields, and the same heights.
+#[test]
+fn other_values_beside_the_first_field_are_noticed() {
+    let mesh = IcosahedralMesh::new(2).unwrap();
+    let mut scene = scene(FAR, "", "");
+    scene.scenery.heights = Heights::Native;
+    type Change = fn(&mut Model);
+    let cases: [(Change, &str); 2] = [
+        (|model| model.g[3] = 99.0, "rank 1: has \"g\" of range and missing values"),
+        (|model| model.heights[INTERFACES - 1] = 9e4, "rank 1: has layers from and to radii"),
+    ];
+    for (change, words) in cases {
+        let found = on_each(2, |ranks| {
+            let mut model = Model::whole(&mesh, 0, Location::Corner);
+            if ranks.rank() == 1 {
+                change(&mut model);
+            }
+            let grid = Grid::new(mesh.tables()).unwrap();
+            let renderer = Renderer::new(1).unwrap();
+            let drawn = renderer.render_over(ranks, &scene, &grid, None, &layers(), model.fields());
+            let error = drawn.unwrap_err();
+            (error.kind(), error.context().to_string())
+        });
+        assert!(found.iter().all(|f| *f == found[0] && f.0 == ErrorKind::Mpi), "{found:?}");
+        assert!(found[0].1.starts_with(words), "{}", found[0].1);
+    }
+}

@@ -1,0 +1,98 @@
+//! Programs in C of `tests/c`, each compiled once: again only when a source, a header or the library has changed.
+
+use crate::native::{root, succeeded};
+use std::collections::BTreeMap;
+use std::ffi::OsString;
+use std::fmt::Write;
+use std::fs;
+use std::hash::{DefaultHasher, Hash, Hasher};
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
+
+/// A program to compile, named as the first of its sources.
+pub struct Program<'a> {
+    /// The shared library that it links.
+    pub library: &'a Path,
+    /// The compiler's name.
+    pub compiler: &'a str,
+    /// The compiler's options besides warnings, which are errors.
+    pub options: &'a [&'a str],
+    /// Files of `tests/c`, without `.c`.
+    pub sources: &'a [&'a str],
+}
+
+/// Programs of this process, by their directories: tests that need the same one at the same time wait for each other.
+static COMPILED: Mutex<BTreeMap<PathBuf, Arc<OnceLock<()>>>> = Mutex::new(BTreeMap::new());
+
+impl Program<'_> {
+    /// The path of the program, compiled if need be.
+    ///
+    /// # Panics
+    /// When it does not compile.
+    pub fn path(&self) -> PathBuf {
+        let mut command = self.command();
+        let mut hasher = DefaultHasher::new();
+        format!("{command:?}").hash(&mut hasher);
+        let directory = target().join("tmp/programs").join(format!("{:016x}", hasher.finish()));
+        let program = directory.join(self.sources[0]);
+        let mut compiled = COMPILED.lock().unwrap_or_else(PoisonError::into_inner);
+        let once = compiled.entry(directory.clone()).or_default().clone();
+        drop(compiled);
+        once.get_or_init(|| self.compile(&mut command, &directory, &program));
+        program
+    }
+
+    /// Compiles the program unless its directory says that it was made of the same files.
+    fn compile(&self, command: &mut Command, directory: &Path, program: &Path) {
+        let (stamp, inputs) = (directory.join("inputs"), self.inputs());
+        if program.is_file() && fs::read_to_string(&stamp).is_ok_and(|made_of| made_of == inputs) {
+            return;
+        }
+        fs::create_dir_all(directory).unwrap();
+        // Under another name first: another process may be running the old one, or compile it too.
+        let new = directory.join(format!("new-{}", std::process::id()));
+        succeeded(command.arg("-o").arg(&new));
+        fs::rename(&new, program).unwrap();
+        fs::write(stamp, inputs).unwrap();
+    }
+
+    /// The compiler's command but for its output.
+    fn command(&self) -> Command {
+        let mut rpath = OsString::from("-Wl,-rpath,");
+        rpath.push(self.library.parent().unwrap_or(Path::new(".")));
+        let mut command = Command::new(self.compiler);
+        command.args(self.options).args(["-O1", "-Wall", "-Wextra", "-Werror", "-pedantic"]);
+        command.arg("-I").arg(root().join("include")).args(self.source_paths());
+        // After the sources, so that -x does not make it a source too.
+        command.args(["-x", "none"]).arg(self.library).arg(rpath).args(["-lm", "-lpthread", "-ldl"]);
+        command
+    }
+
+    fn source_paths(&self) -> impl Iterator<Item = PathBuf> {
+        self.sources.iter().map(|source| root().join("tests/c").join(source).with_extension("c"))
+    }
+
+    /// Each file that the program is made of, with its size and the time of its last change.
+    fn inputs(&self) -> String {
+        let mut files: Vec<PathBuf> = self.source_paths().collect();
+        let entries = fs::read_dir(root().join("tests/c")).unwrap().map(|entry| entry.unwrap().path());
+        files.extend(entries.filter(|path| path.extension().is_some_and(|extension| extension == "h")));
+        files.extend([root().join("include/icoray.h"), self.library.to_owned()]);
+        files.sort();
+        let mut text = String::new();
+        for file in files {
+            let metadata = fs::metadata(&file).unwrap_or_else(|e| panic!("{}: {e}", file.display()));
+            let (size, changed) = (metadata.len(), metadata.modified().unwrap());
+            writeln!(text, "{} {size} {changed:?}", file.display()).unwrap();
+        }
+        text
+    }
+}
+
+/// Cargo's directory of build products.
+fn target() -> PathBuf {
+    let exe = std::env::current_exe().unwrap();
+    // TARGET/PROFILE/deps/PROGRAM
+    exe.ancestors().nth(3).expect("tests run where cargo has built them").to_owned()
+}

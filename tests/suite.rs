@@ -1,0 +1,13 @@
+//! Tests across crates, in one program: pictures against references, the C ABI, Fortran, MPI.
+
+mod abi;
+mod errors;
+mod fortran;
+#[cfg(feature = "gpu")]
+mod gpu;
+mod host;
+mod layouts;
+mod mpi;
+mod pictures;
+mod shallow_water;
+mod tracer;

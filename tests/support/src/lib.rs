@@ -1,0 +1,226 @@
+//! Support for icoray's tests: skips that are counted, test data, short and long counts. It has no dependencies.
+//!
+//! Environment variables; `cargo xtask test` sets the first two:
+//!
+//! | variable | meaning |
+//! |---|---|
+//! | `ICORAY_TESTS` | `all`: long counts, and the tests that only `cargo xtask test --all` runs |
+//! | `ICORAY_SKIPPED` | file to which each skip appends the line `BINARY TEST CAUSE`, separated by tabs |
+//! | `ICORAY_REQUIRE` | comma-separated [names](Need::name), or `all`: a skip for want of one of these fails its test |
+//! | `ICORAY_TEST_DATA` | folder of the data files; `../shared/data` beside the repository if unset |
+
+mod need;
+
+pub use need::Need;
+
+use std::fmt::Display;
+use std::fs::OpenOptions;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+/// Reports that the calling test, or the rest of it, does not run because `need` is not met. The test then returns.
+///
+/// # Panics
+/// When `ICORAY_REQUIRE` names the need, or a name that no need has; when the list of skips cannot be written.
+pub fn skip(need: Need) {
+    skip_because(need, "");
+}
+
+/// [`skip`] with details, such as the message of the library that looked for a device.
+///
+/// # Panics
+/// As [`skip`].
+pub fn skip_because(need: Need, details: impl Display) {
+    let details = details.to_string();
+    let gap = if details.is_empty() { "" } else { ": " };
+    let cause = need.cause();
+    let list = std::env::var("ICORAY_REQUIRE").unwrap_or_default();
+    let required = need::required(&list).unwrap_or_else(|error| panic!("ICORAY_REQUIRE: {error}"));
+    assert!(!required.contains(&need), "{cause}{gap}{details}, and ICORAY_REQUIRE has `{}`", need.name());
+    println!("skipped: {cause}{gap}{details}");
+    if let Some(list) = std::env::var_os("ICORAY_SKIPPED") {
+        append(Path::new(&list), cause);
+    }
+}
+
+/// Appends a skip of the running test to the list, in one write: tests of several threads share it.
+fn append(list: &Path, cause: &str) {
+    let binary = std::env::current_exe().ok();
+    let binary = binary.as_deref().and_then(Path::file_stem).unwrap_or_default();
+    // The test harness names each test's thread after the test.
+    let thread = std::thread::current();
+    let line = format!("{}\t{}\t{cause}\n", binary.display(), thread.name().unwrap_or("unknown"));
+    let file = OpenOptions::new().create(true).append(true).open(list);
+    let written = file.and_then(|mut file| file.write_all(line.as_bytes()));
+    written.unwrap_or_else(|error| panic!("{}: {error}", list.display()));
+}
+
+/// Whether the program `tool` is installed, that is, `tool --version` succeeds. If not, skips for `need`.
+///
+/// # Panics
+/// As [`skip`].
+pub fn has_tool(need: Need, tool: &str) -> bool {
+    let is_there = runs(Command::new(tool).arg("--version"));
+    if !is_there {
+        skip_because(need, format_args!("`{tool} --version` fails"));
+    }
+    is_there
+}
+
+/// Whether a command can be run and succeeds; its output is dropped.
+pub fn runs(command: &mut Command) -> bool {
+    command.output().is_ok_and(|output| output.status.success())
+}
+
+/// The path of the data file `name`. If it is not there, skips for [`Need::Data`].
+///
+/// # Panics
+/// As [`skip`].
+pub fn data_file(name: &str) -> Option<PathBuf> {
+    let beside = || Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data");
+    let path = std::env::var_os("ICORAY_TEST_DATA").map_or_else(beside, PathBuf::from).join(name);
+    if path.is_file() {
+        return Some(path);
+    }
+    skip_because(Need::Data, path.display());
+    None
+}
+
+/// Whether this is the long run, `cargo xtask test --all`.
+///
+/// # Panics
+/// When `ICORAY_TESTS` has another value than `all`.
+pub fn is_long() -> bool {
+    match std::env::var("ICORAY_TESTS").as_deref() {
+        Err(_) | Ok("") => false,
+        Ok("all") => true,
+        Ok(other) => panic!("ICORAY_TESTS is {other:?}; known is `all`"),
+    }
+}
+
+/// `long` in the long run, else `short`: how many rays, files or frames a test takes.
+///
+/// # Panics
+/// As [`is_long`].
+pub fn count<T>(short: T, long: T) -> T {
+    if is_long() { long } else { short }
+}
+
+/// Whether this is the long run. If not, skips for [`Need::Long`].
+///
+/// # Panics
+/// As [`skip`] and [`is_long`].
+pub fn runs_long() -> bool {
+    let is_long = is_long();
+    if !is_long {
+        skip(Need::Long);
+    }
+    is_long
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::process::{Output, Stdio};
+
+    /// Runs the test `child` of this file in a process of its own, with these variables and no others of ours.
+    fn in_child(child: &str, variables: &[(&str, &str)]) -> Output {
+        let mut command = Command::new(std::env::current_exe().unwrap());
+        for variable in ["ICORAY_TESTS", "ICORAY_SKIPPED", "ICORAY_REQUIRE", "ICORAY_TEST_DATA"] {
+            command.env_remove(variable);
+        }
+        command.args(["--exact", &format!("tests::{child}"), "--nocapture"]).env(CHILD, "");
+        command.envs(variables.iter().copied()).stdin(Stdio::null()).output().unwrap()
+    }
+
+    const CHILD: &str = "ICORAY_TEST_SUPPORT_CHILD";
+
+    fn is_child() -> bool {
+        std::env::var_os(CHILD).is_some()
+    }
+
+    fn text(bytes: &[u8]) -> String {
+        String::from_utf8_lossy(bytes).into_owned()
+    }
+
+    #[test]
+    fn a_skip_is_printed_and_listed() {
+        if is_child() {
+            return skip_because(Need::Gpu, "no driver");
+        }
+        let list = std::env::temp_dir().join(format!("icoray-skips-{}", std::process::id()));
+        for _ in 0..2 {
+            let variables = [("ICORAY_SKIPPED", list.to_str().unwrap()), ("ICORAY_REQUIRE", "mpi,data")];
+            let output = in_child("a_skip_is_printed_and_listed", &variables);
+            assert!(output.status.success(), "{}", text(&output.stderr));
+            assert!(text(&output.stdout).contains("skipped: no Vulkan adapter: no driver\n"));
+        }
+        let listed = std::fs::read_to_string(&list).unwrap();
+        std::fs::remove_file(&list).unwrap();
+        let lines: Vec<Vec<&str>> = listed.lines().map(|line| line.split('\t').collect()).collect();
+        assert_eq!(lines.len(), 2, "{listed}");
+        for line in lines {
+            assert!(line[0].starts_with("icoray_test_support-"), "{listed}");
+            assert_eq!(line[1..], ["tests::a_skip_is_printed_and_listed", "no Vulkan adapter"]);
+        }
+    }
+
+    #[test]
+    fn a_skip_fails_where_its_need_is_required() {
+        if is_child() {
+            return skip_because(Need::Gpu, "no driver");
+        }
+        let name = "a_skip_fails_where_its_need_is_required";
+        for (list, expected) in [
+            ("mpi,gpu", "no Vulkan adapter: no driver, and ICORAY_REQUIRE has `gpu`"),
+            ("all", "no Vulkan adapter: no driver, and ICORAY_REQUIRE has `gpu`"),
+            ("vulkan", "ICORAY_REQUIRE: unknown name `vulkan`; known are "),
+        ] {
+            let output = in_child(name, &[("ICORAY_REQUIRE", list)]);
+            let said = text(&output.stdout) + &text(&output.stderr);
+            assert!(!output.status.success() && said.contains(expected), "{list}: {said}");
+        }
+    }
+
+    #[test]
+    fn counts_are_long_only_in_the_long_run() {
+        if is_child() {
+            return println!("count {}", count(1, 100));
+        }
+        for (value, expected) in [("", "count 1\n"), ("all", "count 100\n")] {
+            let output = in_child("counts_are_long_only_in_the_long_run", &[("ICORAY_TESTS", value)]);
+            assert!(text(&output.stdout).contains(expected), "{value}");
+        }
+        assert!(
+            !in_child("counts_are_long_only_in_the_long_run", &[("ICORAY_TESTS", "long")]).status.success()
+        );
+    }
+
+    #[test]
+    fn data_files_are_found_in_the_named_folder() {
+        if is_child() {
+            return println!("file {:?}", data_file("Cargo.toml"));
+        }
+        let name = "data_files_are_found_in_the_named_folder";
+        let found = in_child(name, &[("ICORAY_TEST_DATA", env!("CARGO_MANIFEST_DIR"))]);
+        assert!(text(&found.stdout).contains("Cargo.toml\")"), "{}", text(&found.stdout));
+        let gone = in_child(name, &[("ICORAY_TEST_DATA", "/nowhere")]);
+        let said = text(&gone.stdout);
+        assert!(
+            said.contains("skipped: no test data: /nowhere/Cargo.toml\n") && said.contains("file None"),
+            "{said}"
+        );
+    }
+
+    #[test]
+    fn a_missing_tool_is_a_skip() {
+        if is_child() {
+            return println!("there {}", has_tool(Need::Valgrind, "icoray-no-such-tool"));
+        }
+        let output = in_child("a_missing_tool_is_a_skip", &[]);
+        let said = text(&output.stdout);
+        assert!(said.contains("skipped: no valgrind: `icoray-no-such-tool --version` fails\n"), "{said}");
+        assert!(said.contains("there false"), "{said}");
+    }
+}

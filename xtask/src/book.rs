@@ -1,0 +1,110 @@
+//! Checks the documentation: the README and the book in `docs`.
+//!
+//! [`check_links`] checks relative links and anchors, and compares code with the files that it is taken from.
+//! [`build`] builds the book with mdBook. [`run_commands`] runs the blocks marked `sh`, from the text of the pages.
+//! Scenes in the pages are parsed by `crates/icoray/tests/docs.rs`.
+
+mod commands;
+mod html;
+mod links;
+mod markdown;
+mod snippets;
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use crate::error::Error;
+use crate::step::Step;
+use crate::workspace::Workspace;
+use markdown::Page;
+
+pub use commands::run as run_commands;
+pub use html::build;
+
+/// The folder of the book's pages, below the workspace's root.
+const PAGES: &str = "docs/src";
+/// The page that lists the others.
+const SUMMARY: &str = "docs/src/SUMMARY.md";
+
+/// Pages outside the book whose links are checked; their code is not.
+const OTHERS: [&str; 4] = [
+    "ARCHITECTURE.md",
+    "CHANGELOG.md",
+    "examples/gallery/README.md",
+    "examples/fortran/shallow_water/README.md",
+];
+
+/// Checks that relative links and anchors exist, and that code in the README and the book is that of the files it names.
+///
+/// # Errors
+/// All faults, each with page and line.
+pub fn check_links(workspace: &Workspace, step: &mut Step) -> Result<(), Error> {
+    let book = book(workspace.root())?;
+    let others = OTHERS.iter().map(|path| page(workspace.root(), path)).collect::<Result<Vec<_>, _>>()?;
+    let pages: Vec<&Page> = book.iter().chain(&others).collect();
+    let mut faults = links::faults(workspace.root(), &pages);
+    faults.extend(links::unlisted(workspace.root(), &book)?);
+    for page in &book {
+        faults.extend(snippets::faults(workspace.root(), page));
+    }
+    if faults.is_empty() {
+        let count: usize = pages.iter().map(|page| page.links.len()).sum();
+        step.note(&format!("{count} links on {} pages", pages.len()));
+        return Ok(());
+    }
+    Err(Error::Failed(faults.join("\n")))
+}
+
+/// The README, the summary and the pages that it lists, in this order.
+fn book(root: &Path) -> Result<Vec<Page>, Error> {
+    let summary = page(root, SUMMARY)?;
+    let listed: Vec<String> = summary.links.iter().map(|link| format!("{PAGES}/{}", link.target)).collect();
+    let mut pages = vec![page(root, "README.md")?, summary];
+    // A listed page that is missing is a fault of the summary's link.
+    for path in listed.iter().filter(|path| root.join(path).is_file()) {
+        pages.push(page(root, path)?);
+    }
+    Ok(pages)
+}
+
+fn page(root: &Path, path: &str) -> Result<Page, Error> {
+    let text = fs::read_to_string(root.join(path)).map_err(Error::while_doing(path))?;
+    Ok(Page::parse(path, &text))
+}
+
+/// All Markdown files below a folder.
+fn markdown_files(folder: &Path) -> Result<Vec<PathBuf>, Error> {
+    let mut files = Vec::new();
+    let entries = fs::read_dir(folder).map_err(Error::while_doing(folder.display()))?;
+    for entry in entries {
+        let path = entry.map_err(Error::while_doing(folder.display()))?.path();
+        if path.is_dir() {
+            files.extend(markdown_files(&path)?);
+        } else if path.extension().is_some_and(|ending| ending == "md") {
+            files.push(path);
+        }
+    }
+    files.sort();
+    Ok(files)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::step::Steps;
+
+    #[test]
+    fn links_and_code_of_the_pages_are_sound() {
+        let workspace = Workspace::find().unwrap();
+        let checked = Steps::new(1).run("links", |step| check_links(&workspace, step));
+        assert_eq!(checked, Ok(()));
+    }
+
+    #[test]
+    fn the_readme_is_short() {
+        let readme = fs::read_to_string(Workspace::find().unwrap().root().join("README.md")).unwrap();
+        assert!(readme.lines().count() <= 150);
+        let long = readme.lines().find(|line| line.chars().count() > 120);
+        assert_eq!(long, None);
+    }
+}

@@ -1,0 +1,171 @@
+//! Runs the commands of the README and the book, from the text of their `sh` blocks.
+//!
+//! The blocks of a page are one script of bash, in a folder of their own with copies of `examples`, links to the data files,
+//! and a home of its own. The folder is inside the workspace, so that cargo finds the workspace and its builds from there.
+//! Words behind `sh` say when a block is run: `slow` in the long run only, `needs=a,b` where the machine has a and b.
+
+mod needs;
+mod scratch;
+
+use std::collections::BTreeMap;
+use std::env;
+use std::fmt::Write as _;
+use std::fs;
+use std::path::Path;
+
+use super::markdown::{Fence, Page};
+use crate::error::Error;
+use crate::step::Step;
+use crate::workspace::Workspace;
+use scratch::Scratch;
+
+/// The word of blocks that are run in the long run only.
+const SLOW: &str = "slow";
+
+/// The script of a page, in the page's folder.
+const SCRIPT: &str = "commands.sh";
+
+/// What every script begins with. The test of this project does not run itself; its options are still checked.
+const PRELUDE: &str = r#"set -euo pipefail
+trap 'echo "the command that failed is in the block at $block" >&2' ERR
+cargo() {
+    if [ "${1-} ${2-}" = "xtask test" ]; then command cargo "$@" --help >/dev/null; else command cargo "$@"; fi
+}
+"#;
+
+/// A fault of the words behind `sh`: an unknown word, or one that the commands need and that is missing.
+pub fn attribute_fault(fence: &Fence) -> Option<String> {
+    let fault = |word: &String| match word.split_once('=') {
+        None if word == SLOW => None,
+        Some(("needs", list)) => {
+            let unknown = list.split(',').find(|need| !needs::is_known(need))?;
+            Some(format!("needs={unknown}, expected one of {}", needs::known()))
+        }
+        _ => Some(format!("{word}, expected slow or needs=...")),
+    };
+    let unknown = fence.attributes.iter().find_map(fault);
+    let is_slow = || fence.attributes.iter().any(|word| word == SLOW);
+    let missing = if fence.text.contains("cargo ") && !is_slow() {
+        Some("it calls cargo, which may build for minutes; expected ```sh slow")
+    } else if fence.text.contains(".nc ") && !needs_of(fence).any(|need| need == "data") {
+        Some("it reads a data file; expected ```sh needs=data")
+    } else {
+        None
+    };
+    unknown.or_else(|| missing.map(str::to_owned))
+}
+
+/// Runs the commands: all of them, or those that are not marked as slow. `skip` is told of needs that are not met, and of how
+/// many blocks have them.
+///
+/// # Errors
+/// The failures of all pages, with the output of the commands; a need that `ICORAY_REQUIRE` names and the machine lacks.
+pub fn run(
+    workspace: &Workspace,
+    step: &mut Step,
+    all: bool,
+    mut skip: impl FnMut(&str, usize),
+) -> Result<(), Error> {
+    let required = env::var("ICORAY_REQUIRE").unwrap_or_default();
+    let mut tally = Tally::default();
+    let mut scripts = Vec::new();
+    for page in &super::book(workspace.root())? {
+        scripts.extend(script(page, &mut tally, all, |need| needs::is_met(workspace, need)));
+    }
+    if let Some(lacking) = tally.lacking.keys().find(|need| required.split(',').any(|word| word == **need)) {
+        return Err(Error::Failed(format!("ICORAY_REQUIRE names {lacking}, and the machine lacks it")));
+    }
+    tally.lacking.iter().for_each(|(need, count)| skip(need, *count));
+    // The tests, which run before, have built the command; another selection of features would compile it once more.
+    if !scripts.is_empty() && !workspace.products("debug").join("icoray").is_file() {
+        step.quiet(&mut workspace.cargo(["build", "--package", "icoray-cli", "--no-default-features"]))?;
+    }
+    let scratch = Scratch::new(workspace)?;
+    let mut failures = Vec::new();
+    for (path, script) in &scripts {
+        let folder = scratch.page(Path::new(path))?;
+        let file = folder.join(SCRIPT);
+        fs::write(&file, format!("{PRELUDE}{script}")).map_err(Error::while_doing(file.display()))?;
+        if let Err(failure) = step.quiet(scratch.bash(&folder, all).arg(SCRIPT)) {
+            failures.push(format!("{path}: {failure}"));
+        }
+    }
+    step.note(&tally.summary());
+    if failures.is_empty() { Ok(()) } else { Err(Error::Failed(failures.join("\n"))) }
+}
+
+/// How many blocks are run, and why others are not.
+#[derive(Default)]
+struct Tally {
+    run: usize,
+    slow: usize,
+    lacking: BTreeMap<String, usize>,
+}
+
+impl Tally {
+    fn summary(&self) -> String {
+        let skipped: usize = self.lacking.values().sum();
+        let mut line = format!("{} blocks of commands run, {skipped} skipped", self.run);
+        for (need, count) in &self.lacking {
+            // Writing to a string cannot fail.
+            let _ = write!(line, ", {count} without {need}");
+        }
+        if self.slow > 0 {
+            let _ = write!(line, "; {} more with --all", self.slow);
+        }
+        line
+    }
+}
+
+/// The script of a page's blocks, with the page's path; `None` where there is nothing to run.
+fn script(page: &Page, tally: &mut Tally, all: bool, has: impl Fn(&str) -> bool) -> Option<(String, String)> {
+    let mut script = String::new();
+    for fence in page.fences.iter().filter(|fence| fence.language == "sh") {
+        if !all && fence.attributes.iter().any(|word| word == SLOW) {
+            tally.slow += 1;
+        } else if let Some(lacking) = needs_of(fence).find(|need| !has(need)) {
+            *tally.lacking.entry(lacking.to_owned()).or_default() += 1;
+        } else {
+            tally.run += 1;
+            let _ = write!(script, "block={}:{}\n{}", page.path, fence.line, fence.text);
+        }
+    }
+    (!script.is_empty()).then(|| (page.path.clone(), script))
+}
+
+fn needs_of(fence: &Fence) -> impl Iterator<Item = &str> {
+    let lists = fence.attributes.iter().filter_map(|word| word.strip_prefix("needs="));
+    lists.flat_map(|list| list.split(','))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const PAGE: &str =
+        "```sh\necho 1\n```\n```text\nrm -r /\n```\n```sh slow\necho 2\n```\n```sh needs=mpi\necho 3\n```\n";
+
+    fn scripted(all: bool, has: bool) -> (String, String) {
+        let mut tally = Tally::default();
+        let script = script(&Page::parse("p.md", PAGE), &mut tally, all, |_| has);
+        (script.unwrap().1, tally.summary())
+    }
+
+    #[test]
+    fn blocks_are_run_in_order_where_the_machine_has_what_they_need() {
+        let (script, summary) = scripted(true, true);
+        assert_eq!(script, "block=p.md:1\necho 1\nblock=p.md:7\necho 2\nblock=p.md:10\necho 3\n");
+        assert_eq!(summary, "3 blocks of commands run, 0 skipped");
+        let (script, summary) = scripted(false, false);
+        assert_eq!(script, "block=p.md:1\necho 1\n");
+        assert_eq!(summary, "1 blocks of commands run, 1 skipped, 1 without mpi; 1 more with --all");
+    }
+
+    #[test]
+    fn a_failing_command_is_named_by_its_block() {
+        let script = format!("{PRELUDE}block=p.md:7\nfalse | true\necho not reached\n");
+        let output = std::process::Command::new("bash").args(["-c", &script]).output().unwrap();
+        assert!(!output.status.success() && output.stdout.is_empty(), "{output:?}");
+        assert!(String::from_utf8_lossy(&output.stderr).contains("p.md:7"), "{output:?}");
+    }
+}

@@ -1,0 +1,48 @@
+//! What blocks of commands need of the machine.
+
+use std::env;
+use std::path::PathBuf;
+
+use crate::host::Host;
+use crate::requirements;
+use crate::workspace::Workspace;
+
+/// Names that blocks use, and the Debian packages behind them. `data` is the data files too, and what reads them.
+const NEEDS: [(&str, &[&str]); 5] = [
+    ("data", &["libnetcdf-dev", "pkg-config"]),
+    ("gfortran", &["gfortran"]),
+    ("gpu", &["mesa-vulkan-drivers"]),
+    ("mpi", &["libopenmpi-dev", "openmpi-bin", "libclang-dev"]),
+    ("pkg-config", &["pkg-config"]),
+];
+
+/// The file that `FILE.nc` in a page stands for.
+pub const FILE: &str = "mpas_jw_10242.nc";
+
+/// Whether a name is in the list.
+pub fn is_known(need: &str) -> bool {
+    NEEDS.iter().any(|(name, _)| *name == need)
+}
+
+/// The names.
+pub fn known() -> String {
+    NEEDS.map(|(name, _)| name).join(", ")
+}
+
+/// Whether the machine has it.
+pub fn is_met(workspace: &Workspace, need: &str) -> bool {
+    if need == "data" && !data(workspace).join(FILE).is_file() {
+        return false;
+    }
+    let packages = NEEDS.iter().find(|(name, _)| *name == need).map_or(&[][..], |(_, packages)| packages);
+    // Some packages are required for several purposes, each with a test of its own.
+    let Ok(host) = Host::here() else { return false };
+    let mut tests = requirements::FOR_TEST_ALL.iter().filter(|known| packages.contains(&known.package));
+    tests.all(|known| (known.check)(&host).is_ok())
+}
+
+/// The folder of the data files: what `ICORAY_TEST_DATA` names, or `../shared/data`.
+pub fn data(workspace: &Workspace) -> PathBuf {
+    let named = env::var_os("ICORAY_TEST_DATA").filter(|named| !named.is_empty());
+    named.map_or_else(|| workspace.root().join("../shared/data"), |named| workspace.given(named.as_ref()))
+}

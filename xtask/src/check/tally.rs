@@ -1,0 +1,127 @@
+//! Counts tests: passed, failed, and skipped by cause.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+/// What became of the tests of several steps. A step that runs no tests counts as one.
+#[derive(Debug, Default, PartialEq)]
+pub struct Tally {
+    passed: usize,
+    failed: usize,
+    /// By cause.
+    skipped: BTreeMap<String, usize>,
+}
+
+impl Tally {
+    /// One check that passed or failed as a whole.
+    pub fn add_whole(&mut self, has_passed: bool) {
+        self.passed += usize::from(has_passed);
+        self.failed += usize::from(!has_passed);
+    }
+
+    /// Tests that were not run, for one cause.
+    pub fn add_skipped(&mut self, cause: &str, count: usize) {
+        *self.skipped.entry(cause.into()).or_default() += count;
+    }
+
+    /// Test programs: the `lines` that they printed, the `skips` that they listed, and whether the command that ran them
+    /// succeeded. A command that fails without a failed test (the tests do not compile, a program was killed) counts as one
+    /// that failed.
+    pub fn add_tests(&mut self, lines: &[String], skips: &str, has_succeeded: bool) {
+        let mut failed = 0;
+        for line in lines {
+            let Some(counts) = line.strip_prefix("test result: ") else { continue };
+            self.passed += count_before(counts, " passed");
+            failed += count_before(counts, " failed");
+            let ignored = count_before(counts, " ignored");
+            if ignored > 0 {
+                *self.skipped.entry("ignored".into()).or_default() += ignored;
+            }
+        }
+        self.failed += if has_succeeded { failed } else { failed.max(1) };
+        self.add_skips(skips);
+    }
+
+    /// Lines `BINARY TEST CAUSE`, separated by tabs. Test harnesses count a skipped test as passed; a test that says twice that
+    /// it is skipped counts once, with its first cause.
+    fn add_skips(&mut self, skips: &str) {
+        let mut seen = BTreeSet::new();
+        for line in skips.lines() {
+            let Some((test, cause)) = line.rsplit_once('\t') else { continue };
+            if seen.insert(test) {
+                *self.skipped.entry(cause.into()).or_default() += 1;
+                self.passed = self.passed.saturating_sub(1);
+            }
+        }
+    }
+
+    /// A line per cause, the most frequent first, and the totals: `N passed, N failed, N skipped`.
+    pub fn lines(&self) -> Vec<String> {
+        let mut causes: Vec<_> = self.skipped.iter().collect();
+        causes.sort_by_key(|(_, count)| std::cmp::Reverse(**count));
+        let mut lines: Vec<_> =
+            causes.iter().map(|(cause, count)| format!("{count} skipped: {cause}")).collect();
+        let skipped: usize = self.skipped.values().sum();
+        lines.push(format!("{} passed, {} failed, {skipped} skipped", self.passed, self.failed));
+        lines
+    }
+}
+
+/// The number before a word, of a text such as `ok. 12 passed; 0 failed;`. 0 if there is none.
+fn count_before(text: &str, word: &str) -> usize {
+    let before = text.split(word).next().filter(|before| before.len() < text.len()).unwrap_or_default();
+    let digits = before.rsplit(|c: char| !c.is_ascii_digit()).next().unwrap_or_default();
+    digits.parse().unwrap_or(0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn lines(text: &str) -> Vec<String> {
+        text.lines().map(str::to_owned).collect()
+    }
+
+    const TWO_PROGRAMS: &str = "\
+running 3 tests
+test a ... ok
+test result: ok. 3 passed; 0 failed; 0 ignored; 0 measured; 2 filtered out; finished in 1.20s
+     Running tests/suite.rs
+test result: FAILED. 10 passed; 2 failed; 1 ignored; 0 measured; 0 filtered out; finished in 0.01s";
+
+    #[test]
+    fn results_of_programs_are_summed() {
+        let mut tally = Tally::default();
+        tally.add_tests(&lines(TWO_PROGRAMS), "", false);
+        assert_eq!(tally.lines(), ["1 skipped: ignored", "13 passed, 2 failed, 1 skipped"]);
+    }
+
+    #[test]
+    fn skipped_tests_are_no_passed_ones() {
+        let mut tally = Tally::default();
+        let result = "test result: ok. 10 passed; 0 failed; 0 ignored; 0 measured; 0 filtered out";
+        let skips = "suite-1\ta\tno gfortran\nsuite-1\tb\tonly with --all\nsuite-1\ta\tno valgrind\n\
+                     other-2\ta\tonly with --all\n";
+        tally.add_tests(&lines(result), skips, true);
+        let expected =
+            ["2 skipped: only with --all", "1 skipped: no gfortran", "7 passed, 0 failed, 3 skipped"];
+        assert_eq!(tally.lines(), expected);
+    }
+
+    #[test]
+    fn a_command_that_fails_without_a_failed_test_counts() {
+        let mut tally = Tally::default();
+        tally.add_tests(&[], "", false);
+        tally.add_tests(&lines("test result: ok. 4 passed; 0 failed; 0 ignored"), "", false);
+        assert_eq!(tally.lines(), ["4 passed, 2 failed, 0 skipped"]);
+    }
+
+    #[test]
+    fn other_checks_count_one_each() {
+        let mut tally = Tally::default();
+        tally.add_whole(true);
+        tally.add_whole(false);
+        assert_eq!(tally.lines(), ["1 passed, 1 failed, 0 skipped"]);
+        tally.add_skipped("no data", 3);
+        assert_eq!(tally.lines(), ["3 skipped: no data", "1 passed, 1 failed, 3 skipped"]);
+    }
+}
