@@ -292,6 +292,10 @@ const LEFT_OUT: [(&str, &[&str]); 12] = [
             "exact",
             "next_up",
             "next_down",
+            "reading_new",
+            "reading_normal",
+            "reading_usual",
+            "reading_rare",
             "samples_new",
             "samples_bases",
             "samples_element",
@@ -299,7 +303,6 @@ const LEFT_OUT: [(&str, &[&str]); 12] = [
             "samples_at",
             "samples_normal",
             "samples_usual",
-            "samples_rare",
         ],
     ),
     // Part of their callers.
@@ -362,7 +365,8 @@ fn rust_names(text: &str) -> Vec<String> {
             prefix = if PLAIN.contains(&name.as_str()) {
                 String::new()
             } else {
-                format!("{}_", snake.trim_start_matches('_'))
+                // Samples of any type are read as samples of one type are.
+                format!("{}_", snake.trim_start_matches('_').trim_start_matches("any_"))
             };
         }
         let bare = line
