@@ -1,6 +1,6 @@
 !> icoray: in-situ ray casting of geodesic grids. The Fortran module, on top of the C interface in icoray.h.
 !>
-!> Call icoray_open_serial, icoray_grid_set, icoray_layers_set, icoray_field_set and icoray_scene_load once,
+!> Call icoray_open_serial, icoray_grid_set, icoray_layers_set and icoray_scene_load once, icoray_field_set and
 !> icoray_execute at each step, and icoray_close at the end. Compile this file with the model and link libicoray.
 !>
 !> ERRORS. Every subroutine has an optional ierr: ICORAY_OK (0), or an ICORAY_ERR_ number, whose message
@@ -15,7 +15,7 @@
 !> a pointer with it first (p => cell%q) and pass p: gfortran 12 passes a wrong address for cell%q itself. Everything
 !> else (names, radii, paths) is copied by the call.
 !>
-!> KINDS. Reals of fields and coordinates have 32 or 64 bits, as have index tables; times and radii have 64 bits. All
+!> KINDS. Reals of fields and coordinates have 32 or 64 bits, as have index tables, times and radii of layers. All
 !> other integers and logicals are of the default kind. Trailing blanks of strings are ignored.
 !>
 !> PICTURES are written by a separate thread. Call icoray_close or icoray_wait before the program ends: pictures that
@@ -36,7 +36,7 @@ module icoray
     ICORAY_ERR_STRUCT_SIZE = 2, &   !< this file and the library have different versions
     ICORAY_ERR_ARGUMENT = 3, &      !< a number, string or shape is out of range
     ICORAY_ERR_GRID = 4, &          !< a table contradicts itself or another; the message names table, row and value
-    ICORAY_ERR_UNSUPPORTED = 5, &   !< MPI in a library without it or for another one; async_render over ranks
+    ICORAY_ERR_UNSUPPORTED = 5, &   !< MPI in a library without it or for another one
     ICORAY_ERR_LAYERS = 6, &        !< radii are not positive, finite and strictly monotone; wrong heights
     ICORAY_ERR_FIELD = 7, &         !< a field is missing, or its shape does not fit the grid and layers
     ICORAY_ERR_SCENE = 8, &         !< the scene is wrong; the message names line and key
@@ -69,10 +69,9 @@ module icoray
   end interface
   public :: icoray_log
 
-  !> State of a context in this module: the log procedure, and the message of an error found by this module.
+  !> State of a context in this module: the log procedure.
   type :: own_part
     procedure(icoray_log), pointer, nopass :: log => null()
-    character(len=240) :: refusal = ''
   end type own_part
 
   !> An open context; handle is its icoray_ctx pointer, for the functions ending in _c. A copy is the same context.
@@ -184,16 +183,21 @@ module icoray
     real(c_double) :: upload_s = 0, device_s = 0
     integer(c_int64_t) :: bytes_uploaded = 0
     integer(c_int64_t) :: frames = 0            !< of the call; host_s, waited_s, copy_s and bytes_copied are sums
+    integer(c_int64_t) :: edge_pixels = 0
+    integer(c_int64_t) :: pixels_over_tolerance = 0
   end type icoray_frame_report
 
-  !> Opens a context for one process, without MPI.
+  !> Opens a context for one process, without MPI. In a job of several MPI ranks rank 0 logs a warning, once.
   !>   call icoray_open_serial(ctx, [ierr], keywords)   or   call icoray_open_serial(ctx, icoray_config, [ierr])
-  !>   output_dir     directory of the pictures and of report.csv, created if missing; default: the working directory
-  !>   threads        number of rendering threads; default: the processors in the affinity mask
+  !>   output_dir     directory of the pictures and of report.csv, created if missing; default: the working directory.
+  !>                  ICORAY_ERR_IO if it cannot be written to or created (icoray_open: by rank 0)
+  !>   threads        number of rendering threads; default: the processors in the affinity mask, divided by the ranks of
+  !>                  the node that may run on some of them
   !>   existing       ICORAY_NEVER_MODIFY (default) or ICORAY_OVERWRITE
   !>   on_error       ICORAY_WARN (default), ICORAY_IGNORE or ICORAY_DISABLE; ierr has the status in all cases
   !>   disable_after  with ICORAY_DISABLE: consecutive failed frames until the context switches itself off; default 3
-  !>   async_render   .true.: icoray_execute copies the fields that the pictures need, and a thread renders the copies
+  !>   async_render   .true.: icoray_execute copies the fields that the pictures need, and a thread renders the copies;
+  !>                  over ranks the same on all
   !>   writer_queue   number of frames that may wait for the writing thread; default 2
   !>   when_full      ICORAY_BLOCK (default) or ICORAY_DROP_OLDEST
   !>   log            a module procedure with the interface icoray_log, such as icoray_log_stderr; default: no log
@@ -211,9 +215,11 @@ module icoray
   !>             is freed by icoray_close
   !>   keywords  those of icoray_open_serial; output_dir, existing and disable_after are used at rank 0
   !> Each rank has the whole grid and field, or its part of them, or the whole grid and columns of its own cells
-  !> (icoray_part_set). The picture is written at rank 0. icoray_open, icoray_part_set, icoray_execute, icoray_wait and
-  !> icoray_close are collective: all ranks call them in the same order and get the same ierr. MPI is initialised before
-  !> and finalised after. ICORAY_ERR_UNSUPPORTED if the library was built without MPI, and for async_render.
+  !> (icoray_part_set). The picture is written at rank 0. icoray_open, icoray_part_set, icoray_scene_load,
+  !> icoray_scene_text, icoray_execute, icoray_wait and icoray_close are collective: all ranks call them in the same
+  !> order, whatever calls have failed before, and get the same ierr. All other calls are local. MPI is initialised
+  !> before and finalised after. ICORAY_ERR_UNSUPPORTED if the library was built without MPI. With async_render each call
+  !> on ctx moves messages between ranks on, and icoray_grid_set is collective too.
   interface icoray_open
     procedure :: open_i4, open_i8, open_config_i4, open_config_i8
   end interface icoray_open
@@ -252,10 +258,11 @@ module icoray
   !>   grid                name of the grid; default: the unnamed grid
   !> Parts: if cell_global has a row for each cell of the grid, on all ranks, the tables are the rank's part: its own
   !> cells and a halo of all cells that share a corner with them, with local numbers. Neighbours beyond the halo are
-  !> marked as missing. Fields at centres have values in the halo; fields at corners have values at the corners of own
-  !> cells. Columns: otherwise the tables are the whole grid's on all ranks, and cell_global holds rows of them. Fields
-  !> are at centres, have a column for each row of cell_global, and are set after this call; only own columns are read.
-  !> Each node assembles them once per frame, in memory that its ranks share (bytes_copied).
+  !> marked as missing. Fields at centres have a column for each of these cells, of which own ones are read; fields at
+  !> corners have a column for each corner, and those whose first cell in corner_cell is own are read: halos of fields
+  !> need no exchange before. Columns: otherwise the tables are the whole grid's on all ranks, and cell_global holds rows
+  !> of them. Fields are at centres, have a column for each row of cell_global, and are set after this call; only own
+  !> columns are read. Each node assembles fields once per frame, in memory that its ranks share (bytes_copied).
   !> These arrays are read during the call only, and need no TARGET. Or (ctx, icoray_part, [ierr]).
   interface icoray_part_set
     procedure :: part_first_i4, part_first_i8, part_mask_i4, part_mask_i8, part_marks_i4, part_marks_i8, part_struct
@@ -275,11 +282,14 @@ module icoray
   !>   call icoray_field_set(ctx, name, values, [ierr], keywords)
   !>   values       real, rank 1 to 4, any strides. Which dimension holds the layers and which the columns is found from
   !>                their numbers: (layers, cells), (cells, layers), (nproma, layers, blocks) with a last block that may
-  !>                be partly filled, (layers*cells). Dimensions of extent 1 are ignored; that of cells may be longer
+  !>                be partly filled, (layers*cells). Dimensions of extent 1 are ignored. That of cells may be longer by
+  !>                at most 64, as MPAS's nCells + 1, but not as long as the grid has corners or edges, or one longer:
+  !>                ICORAY_ERR_FIELD says what it looks like
   !>   location     ICORAY_CENTER (default), or ICORAY_CORNER for values at corners
   !>   fill_value   marks missing values, in the kind of values; NaN and infinities always do
   !>   grid_name, layers_name   grid and layers of the field; default: the unnamed ones
-  !> The array is read at each icoray_execute that needs it: one call is enough, unless the array moves.
+  !> The call stores where the array is, and icoray_execute reads it. It belongs into the time loop, before
+  !> icoray_execute: models swap time levels, and a pointer that is given once shows the step before at every odd step.
   !> ICORAY_ERR_FIELD if the shape fits in no way. A scene of several fields needs all of them, on the same grid and
   !> layers. Or (ctx, name, icoray_array, [ierr]).
   interface icoray_field_set
@@ -303,14 +313,17 @@ module icoray
   end interface icoray_heights_set
 
   !> Sets wants to .true. if icoray_execute may draw a picture at this step, from any field or from the named one.
-  !> Conditions of a scene are not evaluated here; a field that one of them needs counts as wanted. .false. on failure.
+  !> Conditions of a scene are not evaluated here; a field that one of them needs counts as wanted. Local, without
+  !> communication; on all ranks that give the same step and time_s the answer is the same, whatever calls have failed
+  !> on some of them, so that all call icoray_execute or none. If time_s is not finite, the step alone decides
+  !> (ICORAY_ERR_ARGUMENT); wants is .false. after other failures. time_s has 32 or 64 bits.
   !>   call icoray_wants(ctx, step, time_s, wants, [ierr])   call icoray_wants_field(ctx, name, step, time_s, wants,
   !> [ierr])
   interface icoray_wants
-    procedure :: wants_i4, wants_i8
+    procedure :: wants_i4, wants_i8, wants_i4_r4, wants_i8_r4
   end interface icoray_wants
   interface icoray_wants_field
-    procedure :: wants_field_i4, wants_field_i8
+    procedure :: wants_field_i4, wants_field_i8, wants_field_i4_r4, wants_field_i8_r4
   end interface icoray_wants_field
 
   !> Renders all pictures that are due at this step from the fields as they are now; a thread writes them. It is called
@@ -319,13 +332,15 @@ module icoray
   !> call.
   !>   call icoray_execute(ctx, step, time_s, [ierr])   call icoray_execute(ctx, step, time_s, date, [ierr])
   !>   step     the model's step
-  !>   time_s   model time in seconds
-  !>   date     'YYYY-MM-DD_hh:mm:ss', required only if an output name of the scene contains a date
+  !>   time_s   model time in seconds, in 32 or 64 bits
+  !>   date     'YYYY-MM-DD_hh:mm:ss', required only if an output name of the scene contains a date. Pictures for which
+  !>            the scene has no output.file then have date and step in their names, and a restarted run draws new files
   interface icoray_execute
     procedure :: execute_i4, execute_i8, execute_date_i4, execute_date_i8
+    procedure :: execute_i4_r4, execute_i8_r4, execute_date_i4_r4, execute_date_i8_r4
   end interface icoray_execute
 
-  !> Returns the message of the last failed call on a context, truncated to len(message):
+  !> Returns the message of the last failed call on a context, at most 400 characters, truncated to len(message):
   !>   call icoray_last_error(ctx, message, [ierr])   or, for the calls that have no open context,   (message, [ierr])
   !> Without ctx the message is that of this thread's last failed call: of icoray_open, icoray_open_serial,
   !> icoray_mesh_create or icoray_close.
@@ -403,6 +418,15 @@ module icoray
       type(icoray_ndarray), intent(in) :: array
       integer(c_int32_t) :: status
     end function icoray_field_set_ndarray_c
+    function icoray_refuse_c(ctx, call, name, status, message) bind(C, name='icoray_refuse') result(returned)
+      import
+      type(c_ptr), value :: ctx
+      character(kind=c_char), intent(in) :: call(*)
+      character(kind=c_char), intent(in) :: name(*)
+      integer(c_int32_t), value :: status
+      character(kind=c_char), intent(in) :: message(*)
+      integer(c_int32_t) :: returned
+    end function icoray_refuse_c
     function icoray_field_describe_c(ctx, name, long_name, units) bind(C, name='icoray_field_describe') result(status)
       import
       type(c_ptr), value :: ctx
@@ -650,7 +674,7 @@ contains
     else
       deallocate (unused)
     end if
-    call done(ctx, status, ierr)
+    call done(status, ierr)
   end subroutine open_with
 
   !> Whether ctx is already open; opening it again would lose the context.
@@ -659,7 +683,8 @@ contains
     integer, intent(out), optional :: ierr
     logical :: open
     open = c_associated(ctx%handle)
-    if (open) call refuse(ctx, ICORAY_ERR_ORDER, 'the context is open already; call icoray_close first', ierr)
+    if (open) call refuse(ctx, 'icoray_open', '', ICORAY_ERR_ORDER, &
+      'the context is open already; call icoray_close first', ierr)
   end function is_open
 
   !> Waits for all frames, closes the context and ends the borrow of all arrays; a context that is not open is allowed.
@@ -670,7 +695,7 @@ contains
     integer, intent(out), optional :: ierr
     integer(c_int32_t) :: status
     status = icoray_close_c(ctx%handle)
-    call done(ctx, status, ierr)
+    call done(status, ierr)
     if (associated(ctx%own) .and. .not. c_associated(ctx%handle)) deallocate (ctx%own)
   end subroutine icoray_close
 
@@ -678,13 +703,7 @@ contains
     type(icoray_context), intent(in) :: ctx
     character(len=*), intent(out) :: message
     integer, intent(out), optional :: ierr
-    message = ''
-    if (associated(ctx%own)) message = ctx%own%refusal
-    if (message /= '') then
-      if (present(ierr)) ierr = ICORAY_OK
-    else
-      call message_of(ctx%handle, message, ierr)
-    end if
+    call message_of(ctx%handle, message, ierr)
   end subroutine last_error_ctx
 
   subroutine last_error_thread(message, ierr)
@@ -859,12 +878,12 @@ contains
     character(len=*), intent(in), optional :: name
     type(icoray_grid) :: grid
     character(kind=c_char), allocatable, target :: c_name(:)
-    character(len=240) :: message
+    character(len=400) :: message
     integer :: status
     call icoray_mesh_grid(mesh, grid, status)
     if (status /= ICORAY_OK) then
       call message_of(c_null_ptr, message)
-      call refuse(ctx, status, message, ierr)
+      call refuse(ctx, 'icoray_grid_set', given_name(name), status, message, ierr)
       return
     end if
     call put_name(grid%name, c_name, name)
@@ -878,7 +897,7 @@ contains
     type(icoray_grid) :: sized
     sized = grid
     sized%struct_size = c_sizeof(sized)
-    call done(ctx, icoray_grid_set_c(ctx%handle, sized), ierr)
+    call done(icoray_grid_set_c(ctx%handle, sized), ierr)
   end subroutine grid_struct
 
   !> Checks the shapes of the tables, which the library cannot see, and passes their addresses on. The views are those
@@ -905,17 +924,17 @@ contains
     do i = 1, 9
       if (v(i)%rank == 0 .or. .not. c_associated(ctx%handle)) cycle
       if (.not. v(i)%is_set) then
-        call refuse(ctx, ICORAY_ERR_NULL, trim(table(i))//' is not associated', ierr)
+        call refuse(ctx, 'icoray_grid_set', given_name(name), ICORAY_ERR_NULL, trim(table(i))//' is not associated', ierr)
         return
       end if
       if (rows(i) /= 0 .and. v(i)%extent(1) /= rows(i)) then
-        call refuse(ctx, ICORAY_ERR_ARGUMENT, trim(table(i))//': rows of '//decimal(v(i)%extent(1))//', expected ' &
-          //decimal(int(rows(i), c_int64_t)), ierr)
+        call refuse(ctx, 'icoray_grid_set', given_name(name), ICORAY_ERR_ARGUMENT, trim(table(i))//': columns of ' &
+          //decimal(v(i)%extent(1))//', expected '//decimal(int(rows(i), c_int64_t)), ierr)
         return
       end if
       if (v(i)%extent(v(i)%rank) < n(counts(i))) then
-        call refuse(ctx, ICORAY_ERR_ARGUMENT, trim(table(i))//': '//decimal(v(i)%extent(v(i)%rank)) &
-          //' entries or rows, expected at least '//decimal(n(counts(i))), ierr)
+        call refuse(ctx, 'icoray_grid_set', given_name(name), ICORAY_ERR_ARGUMENT, trim(table(i))//': ' &
+          //decimal(v(i)%extent(v(i)%rank))//' entries or columns, expected at least '//decimal(n(counts(i))), ierr)
         return
       end if
       if (.not. c_associated(v(i)%first)) cycle   ! no element, so no address either
@@ -923,8 +942,9 @@ contains
       do d = 1, v(i)%rank
         whole = v(i)%bytes(d)
         if (v(i)%extent(d) > 1 .and. whole /= apart) then
-          call refuse(ctx, ICORAY_ERR_ARGUMENT, trim(table(i))//': not contiguous, dimension '//decimal(int(d, &
-            c_int64_t))//' steps by '//decimal(whole)//' bytes, expected '//decimal(apart), ierr)
+          call refuse(ctx, 'icoray_grid_set', given_name(name), ICORAY_ERR_ARGUMENT, trim(table(i)) &
+            //': not contiguous, dimension '//decimal(int(d, c_int64_t))//' steps by '//decimal(whole) &
+            //' bytes, expected '//decimal(apart), ierr)
           return
         end if
         apart = apart*v(i)%extent(d)
@@ -1046,7 +1066,7 @@ contains
     type(icoray_part) :: sized
     sized = part
     sized%struct_size = c_sizeof(sized)
-    call done(ctx, icoray_part_set_c(ctx%handle, sized), ierr)
+    call done(icoray_part_set_c(ctx%handle, sized), ierr)
   end subroutine part_struct
 
   subroutine layers_r4(ctx, radius_m, planet_radius_m, ierr, name)
@@ -1080,7 +1100,7 @@ contains
     type(icoray_layers) :: sized
     sized = layers
     sized%struct_size = c_sizeof(sized)
-    call done(ctx, icoray_layers_set_c(ctx%handle, sized), ierr)
+    call done(icoray_layers_set_c(ctx%handle, sized), ierr)
   end subroutine layers_struct
 
   subroutine field_r4_1(ctx, name, values, ierr, location, fill_value, grid_name, layers_name)
@@ -1180,7 +1200,7 @@ contains
     type(icoray_array) :: sized
     sized = array
     sized%struct_size = c_sizeof(sized)
-    call done(ctx, icoray_field_set_c(ctx%handle, c_text(name), sized), ierr)
+    call done(icoray_field_set_c(ctx%handle, c_text(name), sized), ierr)
   end subroutine field_struct
 
   !> As icoray_field_set, for an array of up to ICORAY_MAX_RANK dimensions given by its address.
@@ -1192,7 +1212,7 @@ contains
     type(icoray_ndarray) :: sized
     sized = array
     sized%struct_size = c_sizeof(sized)
-    call done(ctx, icoray_field_set_ndarray_c(ctx%handle, c_text(name), sized), ierr)
+    call done(icoray_field_set_ndarray_c(ctx%handle, c_text(name), sized), ierr)
   end subroutine icoray_field_set_ndarray
 
   !> Sets the long name and the units (such as 'm s-1') of a field for labels in pictures; either may be blank. They
@@ -1201,7 +1221,7 @@ contains
     type(icoray_context), intent(in) :: ctx
     character(len=*), intent(in) :: name, long_name, units
     integer, intent(out), optional :: ierr
-    call done(ctx, icoray_field_describe_c(ctx%handle, c_text(name), c_text(long_name), c_text(units)), ierr)
+    call done(icoray_field_describe_c(ctx%handle, c_text(name), c_text(long_name), c_text(units)), ierr)
   end subroutine icoray_field_describe
 
   subroutine field_view(ctx, name, v, type, ierr, location, fill_value, grid_name, layers_name)
@@ -1215,7 +1235,7 @@ contains
     character(len=*), intent(in), optional :: grid_name, layers_name
     type(icoray_ndarray) :: array
     character(kind=c_char), allocatable, target :: grid(:), layers(:)
-    if (.not. is_laid_out(array, ctx, 'field "'//trim(name)//'"', v, type, ierr)) return
+    if (.not. is_laid_out(array, ctx, 'icoray_field_set', name, v, type, ierr)) return
     call put(array%location, location)
     if (present(fill_value)) then
       array%has_fill = 1
@@ -1227,10 +1247,10 @@ contains
   end subroutine field_view
 
   !> Fills in the layout of an array, or reports strides that are not whole elements.
-  function is_laid_out(array, ctx, what, v, type, ierr)
+  function is_laid_out(array, ctx, of_call, name, v, type, ierr)
     type(icoray_ndarray), intent(inout) :: array
     type(icoray_context), intent(in) :: ctx
-    character(len=*), intent(in) :: what
+    character(len=*), intent(in) :: of_call, name
     type(view), intent(in) :: v
     integer, intent(in) :: type
     integer, intent(out), optional :: ierr
@@ -1243,7 +1263,7 @@ contains
       array%extent(d) = v%extent(d)
       array%stride(d) = v%bytes(d)/element
       if (array%stride(d)*element == v%bytes(d)) cycle
-      call refuse(ctx, ICORAY_ERR_ARGUMENT, what//': dimension '//decimal(int(d, c_int64_t)) &
+      call refuse(ctx, of_call, name, ICORAY_ERR_ARGUMENT, 'dimension '//decimal(int(d, c_int64_t)) &
         //' steps by '//decimal(v%bytes(d))//' bytes, expected a multiple of '//decimal(element), ierr)
       is_laid_out = .false.
       return
@@ -1332,12 +1352,12 @@ contains
     type(icoray_array), target :: sized
     sized = array
     sized%struct_size = c_sizeof(sized)
-    call done(ctx, icoray_heights_set_c(ctx%handle, c_loc(sized)), ierr)
+    call done(icoray_heights_set_c(ctx%handle, c_loc(sized)), ierr)
   end subroutine heights_struct
   subroutine heights_none(ctx, ierr)
     type(icoray_context), intent(in) :: ctx
     integer, intent(out), optional :: ierr
-    call done(ctx, icoray_heights_set_c(ctx%handle, c_null_ptr), ierr)
+    call done(icoray_heights_set_c(ctx%handle, c_null_ptr), ierr)
   end subroutine heights_none
 
   !> As icoray_heights_set, for an array of up to ICORAY_MAX_RANK dimensions given by its address.
@@ -1348,7 +1368,7 @@ contains
     type(icoray_ndarray), target :: sized
     sized = array
     sized%struct_size = c_sizeof(sized)
-    call done(ctx, icoray_heights_set_ndarray_c(ctx%handle, c_loc(sized)), ierr)
+    call done(icoray_heights_set_ndarray_c(ctx%handle, c_loc(sized)), ierr)
   end subroutine icoray_heights_set_ndarray
 
   subroutine heights_view(ctx, v, type, ierr, fill_value, grid_name, layers_name)
@@ -1360,7 +1380,7 @@ contains
     character(len=*), intent(in), optional :: grid_name, layers_name
     type(icoray_ndarray) :: array
     character(kind=c_char), allocatable, target :: grid(:), layers(:)
-    if (.not. is_laid_out(array, ctx, 'heights', v, type, ierr)) return
+    if (.not. is_laid_out(array, ctx, 'icoray_heights_set', '', v, type, ierr)) return
     if (present(fill_value)) then
       array%has_fill = 1
       array%fill_value = fill_value
@@ -1371,20 +1391,22 @@ contains
   end subroutine heights_view
 
   !> Loads the scene, one picture or several views, from a TOML file (ICORAY_ERR_IO, ICORAY_ERR_SCENE); on failure the
-  !> previous scene, if any, stays in effect.
+  !> previous scene, if any, stays in effect. Collective over the ranks of icoray_open: rank 0 reads its file and sends
+  !> the text to the others, whose paths are not read.
   subroutine icoray_scene_load(ctx, path, ierr)
     type(icoray_context), intent(in) :: ctx
     character(len=*), intent(in) :: path
     integer, intent(out), optional :: ierr
-    call done(ctx, icoray_scene_load_c(ctx%handle, c_text(path)), ierr)
+    call done(icoray_scene_load_c(ctx%handle, c_text(path)), ierr)
   end subroutine icoray_scene_load
 
   !> Loads the scene from TOML text with lines that end in new_line('a'); text that has only comments draws nothing.
+  !> Collective over the ranks of icoray_open, which all use the text of rank 0.
   subroutine icoray_scene_text(ctx, toml, ierr)
     type(icoray_context), intent(in) :: ctx
     character(len=*), intent(in) :: toml
     integer, intent(out), optional :: ierr
-    call done(ctx, icoray_scene_text_c(ctx%handle, c_text(toml)), ierr)
+    call done(icoray_scene_text_c(ctx%handle, c_text(toml)), ierr)
   end subroutine icoray_scene_text
 
   subroutine wants_i4(ctx, step, time_s, wants, ierr)
@@ -1403,9 +1425,25 @@ contains
     integer, intent(out), optional :: ierr
     integer(c_int32_t) :: yes, status
     status = icoray_wants_c(ctx%handle, step, time_s, yes)
-    wants = status == ICORAY_OK .and. yes /= 0
-    call done(ctx, status, ierr)
+    wants = yes /= 0
+    call done(status, ierr)
   end subroutine wants_i8
+  subroutine wants_i4_r4(ctx, step, time_s, wants, ierr)
+    type(icoray_context), intent(in) :: ctx
+    integer(c_int32_t), intent(in) :: step
+    real(c_float), intent(in) :: time_s
+    logical, intent(out) :: wants
+    integer, intent(out), optional :: ierr
+    call wants_i8(ctx, int(step, c_int64_t), real(time_s, c_double), wants, ierr)
+  end subroutine wants_i4_r4
+  subroutine wants_i8_r4(ctx, step, time_s, wants, ierr)
+    type(icoray_context), intent(in) :: ctx
+    integer(c_int64_t), intent(in) :: step
+    real(c_float), intent(in) :: time_s
+    logical, intent(out) :: wants
+    integer, intent(out), optional :: ierr
+    call wants_i8(ctx, int(step, c_int64_t), real(time_s, c_double), wants, ierr)
+  end subroutine wants_i8_r4
   subroutine wants_field_i4(ctx, name, step, time_s, wants, ierr)
     type(icoray_context), intent(in) :: ctx
     character(len=*), intent(in) :: name
@@ -1424,9 +1462,27 @@ contains
     integer, intent(out), optional :: ierr
     integer(c_int32_t) :: yes, status
     status = icoray_wants_field_c(ctx%handle, c_text(name), step, time_s, yes)
-    wants = status == ICORAY_OK .and. yes /= 0
-    call done(ctx, status, ierr)
+    wants = yes /= 0
+    call done(status, ierr)
   end subroutine wants_field_i8
+  subroutine wants_field_i4_r4(ctx, name, step, time_s, wants, ierr)
+    type(icoray_context), intent(in) :: ctx
+    character(len=*), intent(in) :: name
+    integer(c_int32_t), intent(in) :: step
+    real(c_float), intent(in) :: time_s
+    logical, intent(out) :: wants
+    integer, intent(out), optional :: ierr
+    call wants_field_i8(ctx, name, int(step, c_int64_t), real(time_s, c_double), wants, ierr)
+  end subroutine wants_field_i4_r4
+  subroutine wants_field_i8_r4(ctx, name, step, time_s, wants, ierr)
+    type(icoray_context), intent(in) :: ctx
+    character(len=*), intent(in) :: name
+    integer(c_int64_t), intent(in) :: step
+    real(c_float), intent(in) :: time_s
+    logical, intent(out) :: wants
+    integer, intent(out), optional :: ierr
+    call wants_field_i8(ctx, name, int(step, c_int64_t), real(time_s, c_double), wants, ierr)
+  end subroutine wants_field_i8_r4
 
   subroutine execute_i4(ctx, step, time_s, ierr)
     type(icoray_context), intent(in) :: ctx
@@ -1440,8 +1496,22 @@ contains
     integer(c_int64_t), intent(in) :: step
     real(c_double), intent(in) :: time_s
     integer, intent(out), optional :: ierr
-    call done(ctx, icoray_execute_c(ctx%handle, step, time_s, c_null_ptr), ierr)
+    call done(icoray_execute_c(ctx%handle, step, time_s, c_null_ptr), ierr)
   end subroutine execute_i8
+  subroutine execute_i4_r4(ctx, step, time_s, ierr)
+    type(icoray_context), intent(in) :: ctx
+    integer(c_int32_t), intent(in) :: step
+    real(c_float), intent(in) :: time_s
+    integer, intent(out), optional :: ierr
+    call execute_i8(ctx, int(step, c_int64_t), real(time_s, c_double), ierr)
+  end subroutine execute_i4_r4
+  subroutine execute_i8_r4(ctx, step, time_s, ierr)
+    type(icoray_context), intent(in) :: ctx
+    integer(c_int64_t), intent(in) :: step
+    real(c_float), intent(in) :: time_s
+    integer, intent(out), optional :: ierr
+    call execute_i8(ctx, int(step, c_int64_t), real(time_s, c_double), ierr)
+  end subroutine execute_i8_r4
   subroutine execute_date_i4(ctx, step, time_s, date, ierr)
     type(icoray_context), intent(in) :: ctx
     integer(c_int32_t), intent(in) :: step
@@ -1458,14 +1528,30 @@ contains
     integer, intent(out), optional :: ierr
     character(kind=c_char), target :: text(len_trim(date) + 1)
     text = c_text(date)
-    call done(ctx, icoray_execute_c(ctx%handle, step, time_s, c_loc(text)), ierr)
+    call done(icoray_execute_c(ctx%handle, step, time_s, c_loc(text)), ierr)
   end subroutine execute_date_i8
+  subroutine execute_date_i4_r4(ctx, step, time_s, date, ierr)
+    type(icoray_context), intent(in) :: ctx
+    integer(c_int32_t), intent(in) :: step
+    real(c_float), intent(in) :: time_s
+    character(len=*), intent(in) :: date
+    integer, intent(out), optional :: ierr
+    call execute_date_i8(ctx, int(step, c_int64_t), real(time_s, c_double), date, ierr)
+  end subroutine execute_date_i4_r4
+  subroutine execute_date_i8_r4(ctx, step, time_s, date, ierr)
+    type(icoray_context), intent(in) :: ctx
+    integer(c_int64_t), intent(in) :: step
+    real(c_float), intent(in) :: time_s
+    character(len=*), intent(in) :: date
+    integer, intent(out), optional :: ierr
+    call execute_date_i8(ctx, int(step, c_int64_t), real(time_s, c_double), date, ierr)
+  end subroutine execute_date_i8_r4
 
   !> Waits until all frames are on disk; ierr is that of the first failed frame that no call has returned yet.
   subroutine icoray_wait(ctx, ierr)
     type(icoray_context), intent(in) :: ctx
     integer, intent(out), optional :: ierr
-    call done(ctx, icoray_wait_c(ctx%handle), ierr)
+    call done(icoray_wait_c(ctx%handle), ierr)
   end subroutine icoray_wait
 
   !> Returns cost and error of the last rendered frame; ICORAY_ERR_ORDER before the first one.
@@ -1474,27 +1560,33 @@ contains
     type(icoray_frame_report), intent(out) :: report
     integer, intent(out), optional :: ierr
     report%struct_size = c_sizeof(report)
-    call done(ctx, icoray_report_c(ctx%handle, report), ierr)
+    call done(icoray_report_c(ctx%handle, report), ierr)
   end subroutine icoray_report
 
-  !> Ends a call on a context: an error of the library replaces that of this module.
-  subroutine done(ctx, status, ierr)
-    type(icoray_context), intent(in) :: ctx
+  !> Ends a call with its status.
+  subroutine done(status, ierr)
     integer(c_int32_t), intent(in) :: status
     integer, intent(out), optional :: ierr
-    if (associated(ctx%own) .and. status /= ICORAY_OK) ctx%own%refusal = ''
     if (present(ierr)) ierr = int(status)
   end subroutine done
 
-  !> Ends a call with an error found by this module.
-  subroutine refuse(ctx, status, message, ierr)
+  !> Ends a call with an error found by this module, which the library keeps and logs as its own.
+  subroutine refuse(ctx, of_call, name, status, message, ierr)
     type(icoray_context), intent(in) :: ctx
+    character(len=*), intent(in) :: of_call, name
     integer, intent(in) :: status
     character(len=*), intent(in) :: message
     integer, intent(out), optional :: ierr
-    if (associated(ctx%own)) ctx%own%refusal = message
-    if (present(ierr)) ierr = status
+    call done(icoray_refuse_c(ctx%handle, c_text(of_call), c_text(name), int(status, c_int32_t), c_text(message)), ierr)
   end subroutine refuse
+
+  !> A name that may be absent, which is the empty one.
+  function given_name(name) result(given)
+    character(len=*), intent(in), optional :: name
+    character(len=:), allocatable :: given
+    given = ''
+    if (present(name)) given = trim(name)
+  end function given_name
 
   !> Sets a member if the number is present.
   subroutine put(member, number)

@@ -65,7 +65,7 @@
 #define ICORAY_TILES 1
 
 /**
- * icoray_frame_report.scheme: each rank rendered its part of the grid, and the fragments of rays were composed.
+ * icoray_frame_report.scheme: each node rendered its part of the grid, and the fragments of rays were composed.
  */
 #define ICORAY_FRAGMENTS 2
 
@@ -179,7 +179,7 @@ enum icoray_status
    */
   ICORAY_ERR_GRID = 4,
   /**
-   * Not supported: MPI in a library built without it or for another MPI, or async_render over several ranks.
+   * Not supported: MPI in a library built without it or for another MPI.
    */
   ICORAY_ERR_UNSUPPORTED = 5,
   /**
@@ -278,7 +278,7 @@ typedef struct icoray_frame_report {
    */
   double waited_s;
   /**
-   * Part of host_s: copying fields (async_render; columns distributed over ranks, including waiting for other
+   * Part of host_s: copying fields (async_render; fields distributed over ranks, including waiting for other
    * ranks).
    */
   double copy_s;
@@ -328,7 +328,8 @@ typedef struct icoray_frame_report {
    */
   uint64_t bytes_copied;
   /**
-   * Bytes derived from the field: averages of corner fields, gradients.
+   * Bytes derived from the field: averages of corner fields, gradients. With parts, also the tables of the mesh that
+   * the ranks of this node have together.
    */
   uint64_t bytes_derived;
   /**
@@ -448,6 +449,15 @@ typedef struct icoray_frame_report {
    * Number of frames that the call of icoray_execute rendered; this report is of the last one.
    */
   uint64_t frames;
+  /**
+   * Number of pixels with the edge of a surface in them, each drawn as the mean of 8 rays; 0 with antialias =
+   * false in the scene. rays and the numbers after it include the rays of these pixels.
+   */
+  uint64_t edge_pixels;
+  /**
+   * Number of pixels of the picture whose error is above `tolerance`. The log warns of them once per view.
+   */
+  uint64_t pixels_over_tolerance;
 } icoray_frame_report;
 
 /**
@@ -541,13 +551,16 @@ typedef struct icoray_grid {
  *
  * If `cells` equals the number of cells of the icoray_grid on all ranks, that grid is the rank's part: its own
  * cells and a halo of all cells that share a corner with them, with local numbers. Neighbours beyond the halo are
- * marked as missing. Fields at centres have values in the halo; fields at corners have values at the corners of
- * own cells.
+ * marked as missing. Fields at centres have a column for each of these cells, of which own ones are read; fields at
+ * corners have a column for each corner, and those whose first cell in corner_cell is own are read. What stands in a
+ * halo is not read: halos of fields need no exchange before icoray_execute.
  *
  * If it differs on any rank, icoray_grid is the whole grid on all ranks, and cell_global holds rows of its tables.
  * Fields are at centres (else ICORAY_ERR_FIELD) and have a column for each of the `cells` cells, of which only own
- * ones are read; a halo is not needed. The columns are assembled once per frame in memory shared by the ranks of a
- * node (bytes_copied).
+ * ones are read; a halo is not needed.
+ *
+ * Columns are assembled once per frame in memory shared by the ranks of a node (bytes_copied). With one rank nothing
+ * is copied.
  */
 typedef struct icoray_part {
   /**
@@ -640,7 +653,8 @@ typedef struct icoray_array {
    */
   int32_t location;
   /**
-   * Number of columns: cells of the grid, or corners for ICORAY_CORNER.
+   * Number of columns: cells of the grid, or corners for ICORAY_CORNER; another number is refused by icoray_execute,
+   * which says what it looks like.
    */
   int64_t columns;
   /**
@@ -690,8 +704,13 @@ typedef struct icoray_array {
  * Dimensions of extent 1 are ignored. Of two dimensions, one holds the layers and the other the columns, in either
  * order. Of three, one holds the layers and the other two, in order, the columns of a block and the blocks. If
  * several readings fit, the layers are the dimension with as many entries as icoray_layers, else one fewer; among
- * these the second of three, or the first. The dimension of columns may be longer than the grid has cells or
- * corners.
+ * these the second of three, or the first.
+ *
+ * The dimension of columns may be longer than the grid has cells (or corners) by padding of at most 64, such as the
+ * one column more of MPAS's arrays. A dimension that is as long as the grid has corners or edges (or cells, for a
+ * field at corners), or one longer, is refused with what it looks like, as is more padding: pass a section of the
+ * array, and give the columns of a halo to icoray_grid and icoray_part too. The only block of an array
+ * (nproma, layers, 1) may be longer by any number of columns.
  */
 typedef struct icoray_ndarray {
   /**
@@ -756,13 +775,15 @@ typedef struct icoray_config {
    */
   size_t struct_size;
   /**
-   * Directory of the pictures and of report.csv; created if missing. NULL is the working directory. Copied.
+   * Directory of the pictures and of report.csv; created if missing. NULL is the working directory. Copied. Opening
+   * a context fails (ICORAY_ERR_IO) if pictures could not be written there; it leaves nothing there.
    */
   const char *output_dir;
   /**
-   * Number of rendering threads; 0 is the number of processors in the affinity mask. All threads of icoray,
-   * including the writer, inherit the mask of the thread that opens the context: with one processor in it they
-   * compete with the model.
+   * Number of rendering threads; 0 is the number of processors in the affinity mask of the thread that opens the
+   * context, divided by the number of ranks of icoray_open on this node whose masks share a processor with it, at
+   * least 1. All threads of icoray, including the writer, inherit the mask: with one processor in it they compete
+   * with the model.
    */
   int32_t threads;
   /**
@@ -781,7 +802,7 @@ typedef struct icoray_config {
   /**
    * Nonzero: icoray_execute copies the fields that the step's pictures need, each once, and returns; a thread
    * renders from the copies. Only one step is in progress: icoray_execute first waits for the frames of the step
-   * before.
+   * before. Over several ranks it must be the same on all; icoray_open says how their messages are moved on.
    */
   int32_t async_render;
   /**
@@ -814,8 +835,12 @@ extern "C" {
  * Sets *wants to 1 if icoray_execute may draw a picture at this step, else to 0, so that a model can skip a costly
  * diagnostic. It reads no field: for a view that is due and has a condition (`when`) the answer is 1, and
  * icoray_execute decides. A time of a scene (`at_times`) is due at the first icoray_execute at or after that time.
- * The call is local; between two calls of icoray_execute or icoray_wait the answer is the same on all ranks that
- * have the same scene.
+ *
+ * The call is local and without communication. On all ranks of icoray_open that give the same step and time_s the
+ * answer is the same, whatever calls have failed on some of them: it depends only on the arguments and on what
+ * collective calls have agreed on (the scene, the last icoray_execute, whether the context is switched off). All ranks
+ * therefore reach or skip `if (wants) icoray_execute` together. With a time_s that is not finite
+ * (ICORAY_ERR_ARGUMENT) *wants is what the step alone says; after other failures it is 0.
  *
  * # Safety
  * `ctx` is open; `wants` is NULL or writable.
@@ -827,7 +852,7 @@ icoray_status icoray_wants(struct icoray_ctx *ctx,
 
 /**
  * Sets *wants to 1 if icoray_execute may read the field `name` at this step, for a picture or for a condition, else
- * to 0.
+ * to 0: to compute that field only where it is needed. Whether icoray_execute is called is decided by icoray_wants.
  *
  * # Safety
  * `ctx` is open; `name` is NULL or a string; `wants` is NULL or writable.
@@ -845,8 +870,9 @@ icoray_status icoray_wants_field(struct icoray_ctx *ctx,
  *
  * - `step`: the model's step; views with `every` or `at_steps` refer to it.
  * - `time_s`: model time in seconds; views with `at_times` refer to it.
- * - `iso_datetime`: "YYYY-MM-DD_hh:mm:ss", or with a T in between; may be NULL unless an output name of the scene
- *   contains a date.
+ * - `iso_datetime`: "YYYY-MM-DD_hh:mm:ss", or with a T in between; may be NULL or blank unless an output name of the
+ *   scene contains a date. With a date, pictures for which the scene has no output.file are named by date and step
+ *   ("theta_2026-11-21_06.00.00_000042.png"), so that a restarted run, whose steps may begin again, draws new files.
  *
  * A scene with several [[views]] draws those whose trigger (`every`, `at_steps`, `at_times`; without any, each step)
  * and conditions (`when`) hold. If one of several pictures fails, the others are drawn nevertheless; status and
@@ -856,10 +882,10 @@ icoray_status icoray_wants_field(struct icoray_ctx *ctx,
  * frame nevertheless), icoray_wait or icoray_close. Call icoray_wait or icoray_close before the program ends: frames
  * that are not on disk by then are lost.
  *
- * Collective over the communicator of icoray_open, at each step, drawn or not: ranks exchange some hundred bytes,
- * and each renders its tiles or its part of the grid. Rank 0 gathers and writes the picture. Conditions use the
- * values of all ranks. A failure on one rank is the status of all ranks, with that rank's number in the message;
- * ranks with different steps, scenes or fields get ICORAY_ERR_MPI.
+ * Collective over the communicator of icoray_open, at each step for which it is called, drawn or not: ranks exchange
+ * some hundred bytes, and each renders its tiles or its part of the grid. Rank 0 gathers and writes the picture.
+ * Conditions use the values of all ranks. A failure on one rank is the status of all ranks, with that rank's number in
+ * the message; ranks with different steps or fields get ICORAY_ERR_MPI.
  *
  * # Safety
  * `ctx` is open; all borrowed tables and arrays are alive and unchanged until the call returns; `iso_datetime` is
@@ -891,8 +917,11 @@ icoray_status icoray_report(struct icoray_ctx *ctx,
 
 /**
  * Sets a grid: checks all its tables and borrows them until icoray_close or the next icoray_grid_set of the same
- * name. It first waits for frames that still read the previous grid. A rank of icoray_open may have no cells,
- * corners and edges; its tables may then be NULL.
+ * name. A rank of icoray_open may have no cells, corners and edges; its tables may then be NULL.
+ *
+ * It first waits for frames that are rendered in the background (async_render), as these may read the previous grid.
+ * Over several ranks that is collective: with async_render all ranks call icoray_grid_set at the same place among
+ * their collective calls.
  *
  * On failure (ICORAY_ERR_GRID names table, row and value) the previous grid of that name, if any, and its
  * icoray_part stay in effect.
@@ -908,9 +937,10 @@ icoray_status icoray_grid_set(struct icoray_ctx *ctx,
  * columns of the fields (icoray_part). It is called after icoray_grid_set of that grid, and again after each further
  * one (ICORAY_ERR_ORDER if no grid was set). The tables of `part` are read during the call only.
  *
- * With parts, each rank renders its cells in the whole picture, and the fragments of rays are exchanged and
- * composed. With columns, each node assembles the fields, and ranks render tiles: bitwise the picture of one rank
- * with the whole fields.
+ * Each node assembles the fields, and with parts the grid, which takes memory for the tables of the node's cells on
+ * each rank. If there is one node, or with columns, ranks render tiles: bitwise the picture of one rank with the whole
+ * grid and fields. With parts on several nodes, each node renders its cells in the whole picture, and the fragments
+ * of rays are exchanged and composed.
  *
  * Collective over the communicator of icoray_open, with a grid of the same name on all ranks. A failure on one rank
  * is the status of all ranks: ICORAY_ERR_GRID if a cell is owned by two ranks or by none, a number occurs twice or
@@ -933,11 +963,12 @@ icoray_status icoray_part_set(struct icoray_ctx *ctx,
 icoray_status icoray_layers_set(struct icoray_ctx *ctx, const struct icoray_layers *layers);
 
 /**
- * Sets a field under the name that scenes use; it replaces a field of the same name. The array is borrowed: it is
- * read at each icoray_execute that needs it, so that one call suffices for an array whose values change. A model
- * whose arrays move (time levels that are swapped) calls this before each icoray_execute; the call stores the
- * description only. A scene of several fields needs all of them, on the same grid and layers; some may be at centres
- * and others at corners.
+ * Sets a field under the name that scenes use; it replaces a field of the same name. The array is borrowed and read at
+ * each icoray_execute that needs it; the call itself stores the description only. It belongs into the time loop,
+ * before icoray_execute: models swap time levels, and a pointer that is given once shows the step before at every odd
+ * step. Where values change at every second or third step only and the array was not given anew, the log has a
+ * warning, once for a field. A scene of several fields needs all of them, on the same grid and layers; some may be at
+ * centres and others at corners.
  *
  * # Safety
  * `ctx` is open; `name` is NULL or a string; `array` is NULL or points to an initialised icoray_array, whose data
@@ -989,6 +1020,24 @@ icoray_status icoray_heights_set_ndarray(struct icoray_ctx *ctx,
                                          const struct icoray_ndarray *heights);
 
 /**
+ * Records that a binding of another language has refused what the model gave to `call`, before it called this
+ * library: the message is that of the context's last failed call and is logged, and an icoray_execute that lacks what
+ * was refused says why. The Fortran module calls this function. Returns `status`, or ICORAY_ERR_ARGUMENT if that is
+ * none of ICORAY_ERR_NULL, ICORAY_ERR_ARGUMENT and ICORAY_ERR_ORDER.
+ *
+ * - `call`: the name of the function, such as "icoray_field_set".
+ * - `name`: the name of the grid, layers or field; NULL or "" if it has none.
+ *
+ * # Safety
+ * `ctx` is open; `call`, `name` and `message` are NULL or strings.
+ */
+icoray_status icoray_refuse(struct icoray_ctx *ctx,
+                            const char *call,
+                            const char *name,
+                            int32_t status,
+                            const char *message);
+
+/**
  * Sets the long name (such as "potential temperature") and the units (such as "m s-1", CF conventions) of a field,
  * for labels in pictures and for the text in their files. Either may be NULL or blank. They apply to the field of
  * that name, set before or later, until the next such call. The strings are copied.
@@ -1003,8 +1052,12 @@ icoray_status icoray_field_describe(struct icoray_ctx *ctx,
 
 /**
  * Loads the scene from a TOML file: one picture or several views, with their triggers and camera motions. A file
- * that has only comments draws nothing. On failure (ICORAY_ERR_SCENE names line and key; ICORAY_ERR_IO) the previous
- * scene, if any, stays in effect.
+ * that has only comments draws nothing. On failure (ICORAY_ERR_SCENE names line and key; ICORAY_ERR_IO if the file
+ * cannot be read, or pictures of that name or in that folder could not be written) the previous scene, if any, stays
+ * in effect.
+ *
+ * Collective over the communicator of icoray_open. Rank 0 reads its file and sends the text to the other ranks, whose
+ * paths are not read; NULL is refused on every rank. A failure on one rank is the status of all ranks.
  *
  * # Safety
  * `ctx` is open; `path` is NULL or a string.
@@ -1013,7 +1066,7 @@ icoray_status icoray_scene_load(struct icoray_ctx *ctx,
                                 const char *path);
 
 /**
- * As icoray_scene_load, from TOML text.
+ * As icoray_scene_load, from TOML text. Collective: all ranks use the text of rank 0.
  *
  * # Safety
  * `ctx` is open; `toml` is NULL or a string.
@@ -1063,7 +1116,10 @@ const char *icoray_version(void);
 
 /**
  * Opens a context for one process, without MPI, and stores it in *ctx; icoray_close closes it. On failure *ctx is
- * NULL, and icoray_last_error(NULL, ...) returns the message.
+ * NULL, and icoray_last_error(NULL, ...) returns the message. ICORAY_ERR_IO if pictures could not be written in
+ * output_dir, or if it is missing and could not be created.
+ *
+ * In a job of several MPI ranks each process with such a context draws pictures of its own; rank 0 logs a warning, once.
  *
  * # Safety
  * `config` is NULL or points to an initialised icoray_config; `ctx` is NULL or points to a writable pointer.
@@ -1080,15 +1136,23 @@ icoray_status icoray_open_serial(const struct icoray_config *config,
  * fortran_comm is MPI_Comm_c2f(comm). It is duplicated, and the duplicate is freed by icoray_close. The model
  * initialises MPI before, at any thread level, and finalises it after icoray_close.
  *
- * icoray_open, icoray_part_set, icoray_execute, icoray_wait and icoray_close are collective: all ranks call them in
- * the same order, whatever calls have failed before, and get the same status. All other calls are local. MPI is
- * called only inside collective calls, on their thread.
+ * icoray_open, icoray_part_set, icoray_scene_load, icoray_scene_text, icoray_execute, icoray_wait and icoray_close are
+ * collective: all ranks call them in the same order, whatever calls have failed before, and get the same status. All
+ * other calls are local, and their failures differ from rank to rank: the next icoray_execute that needs what failed
+ * has the status on all ranks. icoray_wants is local with the same answer on all ranks. MPI is called only inside
+ * collective calls, on their thread, and with async_render in every call on the thread that opened the context.
+ *
+ * With async_render (the same on all ranks) icoray_execute copies the fields and returns; a thread of each rank renders.
+ * Calls of MPI remain the model's: each call on the context moves messages between the threads on, half a
+ * millisecond at most, and waits for nobody; icoray_wait, icoray_close, and an icoray_execute that draws while the
+ * frame before is not finished, wait until it is on all ranks.
  *
  * Ranks of a node share memory for data that all of them need. The environment variable ICORAY_NODE_RANKS limits how
- * many ranks share it; with 1, none do. async_render is not supported.
+ * many ranks share it; with 1, none do.
  *
  * On failure *ctx is NULL, and icoray_last_error(NULL, ...) returns the message: ICORAY_ERR_UNSUPPORTED if the
- * library was built without MPI or for another MPI, ICORAY_ERR_MPI if MPI is not initialised or fails.
+ * library was built without MPI or for another MPI, ICORAY_ERR_MPI if MPI is not initialised or fails, ICORAY_ERR_IO
+ * if rank 0 could not write pictures in its output_dir.
  *
  * # Safety
  * `config` is NULL or points to an initialised icoray_config; `ctx` is NULL or points to a writable pointer.
@@ -1099,9 +1163,9 @@ icoray_status icoray_open(const struct icoray_config *config,
 
 /**
  * Copies the message of the last failed call on the context into buf, truncated to len - 1 bytes and terminated by
- * NUL. If that call was refused before it entered the context (ICORAY_ERR_BUSY, ICORAY_ERR_FORKED), or if ctx is
- * NULL, it copies the message of this thread's last failed call. It may be called while another call on the context
- * is in progress.
+ * NUL. Messages and lines of the log have at most 400 bytes: long names, paths and lists are shortened. If that call
+ * was refused before it entered the context (ICORAY_ERR_BUSY, ICORAY_ERR_FORKED), or if ctx is NULL, it copies the
+ * message of this thread's last failed call. It may be called while another call on the context is in progress.
  *
  * # Safety
  * `ctx` is NULL or open; `buf` is NULL or has room for `len` bytes.

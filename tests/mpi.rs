@@ -82,11 +82,13 @@ fn difference(one: &Path, other: &Path) -> f32 {
 #[test]
 fn pictures_of_a_grid_in_parts_are_those_of_the_whole() {
     if FIRST.is_there() {
-        parts(&FIRST, &[1, 2, 3, 4, 8]);
+        parts(&FIRST, &[(1, ""), (2, ""), (3, ""), (4, ""), (8, ""), (3, "1"), (4, "2"), (5, "2")]);
     }
 }
 
-fn parts(mpi: &Mpi, sizes: &[usize]) {
+/// On so many ranks, each with how many of them make a node; none is said where all do: then pictures are the same to the byte,
+/// unless the scene asks for fragments. Halos have no values.
+fn parts(mpi: &Mpi, runs: &[(usize, &str)]) {
     let directory = TempDir::new().unwrap();
     let program = mpi.compile((mpi.library)(), "mpi_parts");
     let at = |name: &str| directory.path().join(name);
@@ -94,21 +96,32 @@ fn parts(mpi: &Mpi, sizes: &[usize]) {
     let whole = files(&at("one/whole"));
     assert_eq!(whole.len(), 6, "{:?}", whole.keys());
     assert!(whole == files(&at("one/part")), "one process draws another picture of a part that has all");
-    for &ranks in sizes {
-        let to = at(&ranks.to_string());
+    for &(ranks, node) in runs {
+        let to = at(&format!("{ranks}_{node}"));
         std::fs::create_dir(&to).unwrap();
         let kinds = if ranks == 1 { 1 } else { 4 };
-        checked(mpi.on_ranks(ranks, &program, directory.path()).arg(&to), "mpi_parts", 50 * kinds);
+        let mut run = mpi.on_ranks(ranks, &program, directory.path());
+        if !node.is_empty() {
+            run.env("ICORAY_NODE_RANKS", node);
+        }
+        checked(run.arg(&to), "mpi_parts", 50 * kinds);
         let mut worst = [0.0f32; 2];
         for kind in ["contiguous", "random", "single_cell", "no_cell"].into_iter().take(kinds as usize) {
             for name in whole.keys() {
                 let off = difference(&to.join(kind).join(name), &at("one/whole").join(name));
                 let (limit, of) = if name.starts_with("f64") { (1e-6, 0) } else { (1e-5, 1) };
-                assert!(off <= limit, "{ranks} ranks, {kind}, {name}: {off:e}");
+                let is_same = node.is_empty() && name != "f32_inside.exr";
+                assert!(
+                    off <= if is_same { 0.0 } else { limit },
+                    "{ranks} ranks, {node}, {kind}, {name}: {off:e}"
+                );
                 worst[of] = worst[of].max(off);
             }
         }
-        println!("{ranks} ranks, largest differences: f64 {:.1e}, f32 {:.1e}", worst[0], worst[1]);
+        println!(
+            "{ranks} ranks, {node} on a node, largest differences: f64 {:.1e}, f32 {:.1e}",
+            worst[0], worst[1]
+        );
     }
     // Other pictures do differ.
     let names: Vec<&String> = whole.keys().collect();
@@ -141,6 +154,32 @@ fn columns(mpi: &Mpi, runs: &[(usize, &str)]) {
         }
         checked(run.arg(&to), "mpi_columns", 100);
         ["contiguous", "random", "single_cell", "no_cell"].iter().for_each(|kind| same(&to.join(kind)));
+    }
+}
+
+#[test]
+fn pictures_in_the_background_are_those_of_the_call_to_the_byte() {
+    if FIRST.is_there() {
+        background(&FIRST, &[(1, ""), (2, ""), (4, ""), (4, "2")]);
+    }
+}
+
+/// On so many ranks, each with how many of them make a node; none is said where all do.
+fn background(mpi: &Mpi, runs: &[(usize, &str)]) {
+    let program = mpi.compile((mpi.library)(), "mpi_async");
+    for (ranks, node) in runs {
+        let directory = TempDir::new().unwrap();
+        let mut run = mpi.on_ranks(*ranks, &program, directory.path());
+        if !node.is_empty() {
+            run.env("ICORAY_NODE_RANKS", node);
+        }
+        checked(run.arg(directory.path()), "mpi_async", 100);
+        for kind in ["whole", "columns", "parts"] {
+            let [called, beside] =
+                ["sync", "async"].map(|way| files(&directory.path().join(format!("{kind}_{way}"))));
+            assert_eq!(called.len(), 5, "{:?}", called.keys());
+            assert!(called == beside, "{kind} on {ranks} ranks, nodes of {node:?}: other pictures");
+        }
     }
 }
 
@@ -232,6 +271,41 @@ fn refusals(mpi: &Mpi) {
     }
 }
 
+/// A model that draws where `icoray_wants` says so comes to its end, whichever call fails on whichever rank.
+#[test]
+fn no_failure_of_one_rank_leaves_others_waiting() {
+    if FIRST.is_there() {
+        failures(&FIRST, &[2, 4]);
+    }
+}
+
+fn failures(mpi: &Mpi, sizes: &[usize]) {
+    let directory = TempDir::new().unwrap();
+    let program = mpi.compile((mpi.library)(), "mpi_failures");
+    for &ranks in sizes {
+        for call in [
+            "none",
+            "open",
+            "grid_set",
+            "layers_set",
+            "field_set",
+            "part_set",
+            "scene_load",
+            "scene_text",
+            "describe",
+            "wants",
+            "wants_field",
+            "execute",
+            "wait",
+            "close",
+        ] {
+            let to = directory.path().join(format!("{ranks}_{call}"));
+            std::fs::create_dir(&to).unwrap();
+            checked(mpi.on_ranks(ranks, &program, directory.path()).arg(&to).arg(call), "mpi_failures", 10);
+        }
+    }
+}
+
 #[test]
 fn a_part_that_is_wrong_on_one_rank_is_refused_on_all() {
     if FIRST.is_there() {
@@ -276,9 +350,11 @@ fn mpich_does_the_same() {
     if MPICH.is_there() {
         pictures(&MPICH, &[2, 3, 4]);
         refusals(&MPICH);
-        parts(&MPICH, &[3]);
+        parts(&MPICH, &[(3, ""), (3, "1")]);
         wrong_parts(&MPICH, &[3]);
+        failures(&MPICH, &[2]);
         columns(&MPICH, &[(3, ""), (4, "2")]);
+        background(&MPICH, &[(2, ""), (4, "2")]);
         columns_without_shared_memory(&MPICH);
     }
 }
@@ -317,6 +393,22 @@ fn before_mpi_and_after_it_there_are_answers() {
         "mpi_ends",
         3,
     );
+}
+
+/// As MPI says in a library with it, and as the launcher says in one without.
+#[test]
+fn a_context_of_one_process_among_ranks_is_pointed_out() {
+    if !FIRST.is_there() {
+        return;
+    }
+    let directory = TempDir::new().unwrap();
+    for library in [mpi_library(), library()] {
+        let program = FIRST.compile(library, "mpi_serial");
+        for ranks in [1, 2] {
+            let mut run = FIRST.on_ranks(ranks, &program, directory.path());
+            checked(run.arg(directory.path()), "mpi_serial", 6);
+        }
+    }
 }
 
 /// With `mpi_f08` and with the integers of `mpi`: the world's ranks, and a part of them.

@@ -7,6 +7,7 @@ mod fortran;
 mod gpu;
 mod host;
 mod layouts;
+mod mpas;
 mod mpi;
 mod pictures;
 mod shallow_water;

@@ -55,7 +55,7 @@ int main(void)
         radius[k] = RADIUS + 1000.0 + 2000.0 * k;
     }
 
-    /* 1 to 4, once: nothing is copied but the radii, so grid and q must live until icoray_close. */
+    /* 1 to 3, once: nothing is copied but the radii, so the grid's tables must live until icoray_close. */
     icoray_config config = {.struct_size = sizeof config, .output_dir = "pictures"};
     icoray_layers layers = {
         .struct_size = sizeof layers, .count = LAYERS, .radius_m = radius, .planet_radius_m = RADIUS};
@@ -64,7 +64,6 @@ int main(void)
     check(NULL, icoray_open_serial(&config, &ctx));
     check(ctx, icoray_grid_set(ctx, &grid));
     check(ctx, icoray_layers_set(ctx, &layers));
-    check(ctx, icoray_field_set(ctx, "q", &array));
     check(ctx, icoray_scene_text(ctx, SCENE));
 
     for (int step = 0; step <= STEPS; step++) {
@@ -76,8 +75,10 @@ int main(void)
                 q[i * LAYERS + k] = exp(20.0 * (cosine - 1.0) - 0.1 * k);
             }
         }
-        /* 5: ... and every now and then the scene is drawn from its arrays as they stand. */
+        /* 4 and 5: ... and every now and then the scene is drawn from its arrays as they stand. The field is given in the
+         * loop: models swap time levels, and a pointer that is given once shows the step before at every odd step. */
         if (step % 4 == 0) {
+            check(ctx, icoray_field_set(ctx, "q", &array));
             check(ctx, icoray_execute(ctx, step, 3600.0 * step, NULL));
         }
     }

@@ -38,6 +38,7 @@
 
 typedef struct {
     icoray_ctx *ctx; /* NULL after a failure: the simulation goes on without pictures */
+    icoray_array q;  /* where the tracer is */
     int taken, failed;
     char trouble[1100];            /* why a call failed on this rank; empty if none did */
     double seconds;                /* wall-clock time inside icoray */
@@ -81,7 +82,7 @@ static void settle(Pictures *pictures)
     (void)icoray_close(&pictures->ctx);
 }
 
-/* Once, before the time loop: hands over the mesh, the layers and the tracer, and reads the scene. */
+/* Once, before the time loop: hands over the mesh and the layers, and reads the scene. */
 static Pictures pictures_open(const icoray_grid *grid, const Mesh *mesh, const State *s, const Options *options)
 {
     Pictures pictures = {0};
@@ -98,32 +99,38 @@ static Pictures pictures_open(const icoray_grid *grid, const Mesh *mesh, const S
     layers.radius_m = mesh->radius;
     layers.planet_radius_m = RADIUS;
 
-    icoray_array q = {0};
-    q.struct_size = sizeof q;
-    q.data = s->q; /* the model's own array, read anew at each icoray_execute */
-    q.type = ICORAY_F64;
-    q.location = ICORAY_CENTER;
-    q.columns = mesh->cells;
-    q.layers = mesh->layers;
-    q.column_stride = mesh->layers;
-    q.layer_stride = 1;
+    icoray_array *q = &pictures.q;
+    q->struct_size = sizeof *q;
+    q->data = s->q; /* the model's own array, read anew at each icoray_execute */
+    q->type = ICORAY_F64;
+    q->location = ICORAY_CENTER;
+    q->columns = mesh->cells;
+    q->layers = mesh->layers;
+    q->column_stride = mesh->layers;
+    q->layer_stride = 1;
 
     (void)(succeeded(&pictures, ranks_open(&config, &pictures.ctx), "icoray_open") &&
            succeeded(&pictures, icoray_grid_set(pictures.ctx, grid), "icoray_grid_set") &&
-           succeeded(&pictures, icoray_layers_set(pictures.ctx, &layers), "icoray_layers_set") &&
-           succeeded(&pictures, icoray_field_set(pictures.ctx, "q", &q), "icoray_field_set") &&
-           succeeded(&pictures, icoray_scene_load(pictures.ctx, options->scene), "icoray_scene_load"));
-    settle(&pictures);
+           succeeded(&pictures, icoray_layers_set(pictures.ctx, &layers), "icoray_layers_set"));
+    settle(&pictures); /* what failed on one rank is known to all before the next call that all make together */
+    if (pictures.ctx != NULL) {
+        (void)succeeded(&pictures, icoray_scene_load(pictures.ctx, options->scene), "icoray_scene_load");
+        settle(&pictures);
+    }
     pictures.seconds = wall_clock() - start;
     return pictures;
 }
 
-/* Every k steps: draws the scene from the arrays as they are now. Returns the seconds that it took. */
+/* Every k steps: hands over the tracer and draws the scene from the arrays as they are now. Returns the seconds that it took. */
 static double pictures_draw(Pictures *pictures, long step, double time, const char *date)
 {
     icoray_frame_report frame = {0};
     double start = wall_clock();
     frame.struct_size = sizeof frame;
+    if (pictures->ctx != NULL) {
+        /* Here, as models swap time levels: a pointer that is given once shows the step before at every odd step. */
+        (void)succeeded(pictures, icoray_field_set(pictures->ctx, "q", &pictures->q), "icoray_field_set");
+    }
     if (pictures->ctx != NULL &&
         succeeded(pictures, icoray_execute(pictures->ctx, step, time, date), "icoray_execute") &&
         succeeded(pictures, icoray_report(pictures->ctx, &frame), "icoray_report")) {

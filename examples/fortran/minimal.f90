@@ -38,8 +38,6 @@ program minimal
   call report_error(ierr)
   call icoray_layers_set(ctx, radius_m, planet_m, ierr)
   call report_error(ierr)
-  call icoray_field_set(ctx, 'wave', wave, ierr)
-  call report_error(ierr)
   call icoray_scene_text(ctx, scene, ierr)   ! or icoray_scene_load(ctx, 'scene.toml', ierr)
   call report_error(ierr)
 
@@ -49,6 +47,9 @@ program minimal
     end do
     call icoray_wants(ctx, step, step*step_s, wants)   ! before a costly diagnostic
     if (.not. wants) cycle
+    ! In the loop: models swap time levels, and a pointer that is given once shows the step before at every odd step.
+    call icoray_field_set(ctx, 'wave', wave, ierr)
+    call report_error(ierr)
     call icoray_execute(ctx, step, step*step_s, ierr)
     call report_error(ierr)
     call icoray_report(ctx, report)

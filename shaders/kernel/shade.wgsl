@@ -84,13 +84,28 @@ struct ShadeDoubt {
 }
 
 fn ray_shading_doubt(s: RayShading, a: Shade, m: Shade, b: Shade, skew: f32) -> ShadeDoubt {
-    let turn = max(turn2(a.normal, m.normal), turn2(m.normal, b.normal));
     let at_a = vec2f(a.body, a.highlight);
     let at_m = vec2f(m.body, m.highlight);
     let at_b = vec2f(b.body, b.highlight);
     let bend = abs(at_a - at_m - at_m + at_b);
     let off = skew * (abs(at_b - at_a) + bend) + 0.2 * bend;
-    return ShadeDoubt(off + vec2f(0.0, s.blind), turn * s.sharpness <= 0.5);
+    let turned = ray_shading_turned(s, a, m, b);
+    return ShadeDoubt(off + turned.off + vec2f(0.0, s.blind), turned.is_there);
+}
+
+fn ray_shading_turned(s: RayShading, a: Shade, m: Shade, b: Shade) -> ShadeDoubt {
+    let turn = max(max(turn2(a.normal, m.normal), turn2(m.normal, b.normal)), 0.0);
+    let bend = (4.0 / 81.0) * turn;
+    let highest = max(max(a.highlight, m.highlight), b.highlight) + 0.05 * s.specular;
+    let body = s.diffuse * (bend + kink(m.normal, s.light, turn));
+    let blunt = select(0.0, s.specular * kink(m.normal, s.halfway, turn), s.shininess < 2.0);
+    return ShadeDoubt(vec2f(body, bend * s.sharpness * highest + blunt), turn * s.sharpness <= 0.5);
+}
+
+// What the kink of |n·d| may do where the normal turns by the root of `turn`.
+fn kink(normal: vec3f, direction: vec3f, turn: f32) -> f32 {
+    let across = dot(normal, direction);
+    return select(0.0, (1.0 / 6.0) * sqrt(turn), across * across < turn);
 }
 
 fn ray_shading_apply(s: RayShading, light: Light, mean: vec2f, off: f32) -> Light {

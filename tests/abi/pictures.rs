@@ -76,6 +76,7 @@ fn reported(directory: &Path, found: &mut Vec<PathBuf>) {
         assert!(0.0 < mean && mean <= max && 0.0 < p999 && p999 <= max && max <= 1e-3, "{row:?}");
         assert!(["bound", "estimate"].contains(&&*row[column("error_kind")]), "{row:?}");
         assert_eq!((number("tolerance"), number("pixel_step")), (1e-3, 1.0));
+        assert_eq!(number("over_tolerance"), 0.0);
         assert!(["off", "full"].contains(&&*row[column("lights")]), "{row:?}");
         assert_eq!(["ranks", "balance", "gather_s", "bytes_received"].map(number), [1.0, 1.0, 0.0, 0.0]);
         assert!(number("tiles") >= 1.0, "{row:?}");

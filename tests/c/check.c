@@ -4,6 +4,9 @@
 #define MARK "provoked_by_the_test"
 #define LEVEL_MARK "-76543"
 
+/* Models print messages into lines of theirs: no message and no line of the log is longer. */
+#define MAX_MESSAGE 400
+
 static int checks, failures;
 const char *trying = "";
 
@@ -38,7 +41,10 @@ void went_well(icoray_status status, const char *what, Place at)
 void provoke(icoray_ctx *ctx)
 {
     if (ctx != NULL) {
-        icoray_scene_text(ctx, MARK);
+        icoray_array none; /* a call that each rank makes alone */
+        memset(&none, 0, sizeof none);
+        none.struct_size = sizeof none;
+        icoray_field_set(ctx, MARK, &none);
     } else {
         icoray_mesh *none;
         icoray_mesh_create(atoi(LEVEL_MARK), &none);
@@ -61,6 +67,7 @@ void refused(icoray_status status, icoray_status expected, const icoray_ctx *ctx
         return;
     }
     good = part[0] != '\0' && strstr(message, part) != NULL && strcmp(message, thread_message) == 0 &&
+           strlen(message) <= MAX_MESSAGE &&
            strstr(message, MARK) == NULL && strstr(message, LEVEL_MARK) == NULL;
     check(good, "the message", at);
     if (!good) {

@@ -120,7 +120,8 @@ static void calls(const char *directory, const World *w, int async)
     set_scene(ctx, 32, "");
     OK(icoray_scene_text(second, "field = \"f\"\n[image]\nwidth = 8\nheight = 8\n[camera]\nlon = 0\nlat = 0\ndistance = 3\n"
                                  "[transfer]\nmap = \"viridis\"\nrange = [0, 1]\nopacity = [[0, 0], [1, 0.5]]\n"
-                                 "[output]\nfile = \"frame_1.png/under_a_file_{step}.png\"\n"));
+                                 "[output]\nfile = \"late/{step}.png\"\n"));
+    CHECK(symlink("nowhere", path_of(path_of(name, "second"), "late")) == 0);
     icoray_status late = icoray_execute(second, 9, 0.0, NULL);
     CHECK(late == ICORAY_OK || late == ICORAY_ERR_IO);
     CHECK((icoray_wait(second) == ICORAY_ERR_IO) == (late == ICORAY_OK));

@@ -110,14 +110,27 @@ static int denied_as_user(const char *directory, const World *w)
     if (geteuid() == 0 && (setgid(65534) != 0 || setuid(65534) != 0)) {
         return 0;
     }
+    char mine[1024];
     icoray_config config = plain(path_of(directory, "closed"));
-    icoray_ctx *ctx = opened(&config, w, 16);
-    fails(ctx, 10, "ermission denied", "closed");
-    OK(icoray_close(&ctx));
+    icoray_ctx *ctx = NULL;
+    REFUSED(NULL, ICORAY_ERR_IO, "ermission denied", icoray_open_serial(&config, &ctx));
     config.output_dir = path_of(directory, "closed/further");
+    REFUSED(NULL, ICORAY_ERR_IO, "closed/further: cannot make pictures", icoray_open_serial(&config, &ctx));
+    CHECK(ctx == NULL);
+
+    /* By the scene's names; and closed after all was well. */
+    snprintf(mine, sizeof mine, "%s", path_of(directory, "open/mine"));
+    CHECK(mkdir(mine, 0755) == 0);
+    config.output_dir = mine;
     ctx = opened(&config, w, 16);
-    fails(ctx, 10, "ermission denied", "further");
+    REFUSED(ctx, ICORAY_ERR_IO, "ermission denied",
+            icoray_scene_text(ctx, "field = \"f\"\n[camera]\nlon = 0\nlat = 0\ndistance = 3\n"
+                                   "[transfer]\nmap = \"viridis\"\nrange = [0, 1]\nopacity = [[0, 0], [1, 0.5]]\n"
+                                   "[output]\nfile = \"../../closed/{step}.png\"\n"));
+    CHECK(chmod(mine, 0555) == 0);
+    fails(ctx, 10, "ermission denied", "open/mine");
     OK(icoray_close(&ctx));
+    CHECK(rmdir(mine) == 0);
     return 1;
 }
 
@@ -125,6 +138,7 @@ static void denied(const char *directory, const World *w)
 {
     CHECK(mkdir(path_of(directory, "closed"), 0555) == 0 && chmod(directory, 0755) == 0);
     CHECK(chmod(path_of(directory, "closed"), 0555) == 0);
+    CHECK(mkdir(path_of(directory, "open"), 0777) == 0 && chmod(path_of(directory, "open"), 0777) == 0);
     fflush(stdout);
     pid_t child = fork();
     if (child == 0) {

@@ -138,6 +138,8 @@ int main(void)
     MEMBER(icoray_frame_report, device_s);
     MEMBER(icoray_frame_report, bytes_uploaded);
     MEMBER(icoray_frame_report, frames);
+    MEMBER(icoray_frame_report, edge_pixels);
+    MEMBER(icoray_frame_report, pixels_over_tolerance);
 
     STRUCT(icoray_status);
     NUMBER(ICORAY_OK);

@@ -368,7 +368,7 @@ int main(int argc, char **argv)
     }
     MPI_Barrier(MPI_COMM_WORLD);
     sharing = is_small     ? "(tiles: every rank has the whole grid, the field is assembled once per rank, as nodes"
-              : ranks == 1 ? "(fragments: each rank has its part"
+              : ranks == 1 ? "(tiles: every rank has the whole grid)"
                            : "(tiles: every rank has the whole grid, the field is assembled once per node)";
     for (int kind = 0; kind < (is_small ? 1 : PARTITIONS); kind++) {
         draw(argv[1], &w, kind, is_small ? ranks : count_nodes());

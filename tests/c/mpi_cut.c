@@ -119,7 +119,7 @@ Cut cut(const World *w, const int *owner, int mine, int has_halo)
     const int32_t *corner_cell = g->corner_cell, *edge_corner = g->edge_corner;
     size_t cells = (size_t)g->cells, corners = (size_t)g->corners, edges = (size_t)g->edges;
     char *is_own = calloc(cells, 1), *stays = calloc(cells, 1);
-    char *is_near = calloc(corners, 1), *corner_stays = calloc(corners, 1), *edge_stays = calloc(edges, 1);
+    char *is_near = calloc(corners, 1), *is_first_own = calloc(corners, 1), *corner_stays = calloc(corners, 1), *edge_stays = calloc(edges, 1);
     float *at_corners = corner_values(w);
     int is_first = rank % 2 == 0;
     Kept cell, corner, edge;
@@ -130,6 +130,7 @@ Cut cut(const World *w, const int *owner, int mine, int has_halo)
     }
     for (size_t i = 0; i < 3 * corners; i++) {
         is_near[i / 3] |= is_own[corner_cell[i]];
+        is_first_own[i / 3] |= i % 3 == 0 && is_own[corner_cell[i]];
     }
     for (size_t i = 0; i < 3 * corners && has_halo; i++) {
         stays[corner_cell[i]] |= is_near[i / 3];
@@ -162,8 +163,8 @@ Cut cut(const World *w, const int *owner, int mine, int has_halo)
     c.grid.corner_edge = table(&c, g->corner_edge, 3, &corner, &edge);
     c.grid.edge_corner = table(&c, g->edge_corner, 2, &edge, &corner);
     say(&c, &cell, is_own, is_first);
-    c.center = columns(&c, w, w->values, &cell, stays);
-    c.corner = columns(&c, w, at_corners, &corner, is_near);
+    c.center = columns(&c, w, w->values, &cell, is_own);
+    c.corner = columns(&c, w, at_corners, &corner, is_first_own);
     c.corner.location = ICORAY_CORNER;
     forget(&cell);
     forget(&corner);
@@ -171,6 +172,7 @@ Cut cut(const World *w, const int *owner, int mine, int has_halo)
     free(is_own);
     free(stays);
     free(is_near);
+    free(is_first_own);
     free(corner_stays);
     free(edge_stays);
     free(at_corners);

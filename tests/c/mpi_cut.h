@@ -8,7 +8,7 @@
 typedef struct {
     icoray_grid grid;
     icoray_part part;
-    icoray_array center, corner; /* fields; at corners of no own cell not a number */
+    icoray_array center, corner; /* fields; not a number but in own cells and in corners whose first cell is own */
     void *kept[16];              /* what the structs point at */
     int count;
 } Cut;

@@ -22,11 +22,14 @@ static const struct {
 static const char *const KINDS[PARTITIONS] = {"contiguous", "random", "single_cell", "no_cell"};
 
 static int heard;
+/* Ranks that share memory; 0 for all. */
+static int node_ranks;
 
 static void hear(void *user, int32_t level, const char *message)
 {
     (void)user;
-    heard += level == ICORAY_LOG_DEBUG && strstr(message, "over ranks (fragments: each rank has its part") != NULL;
+    heard += level == ICORAY_LOG_DEBUG && strstr(message, "over ranks (") != NULL
+             && (ranks == 1 || strstr(message, "its ranks' parts and the field are assembled once per node") != NULL);
 }
 
 static void set(icoray_ctx *ctx, size_t scene)
@@ -43,11 +46,21 @@ static void set(icoray_ctx *ctx, size_t scene)
 }
 
 /* What the report says is of the whole picture. */
-static void check_report(const icoray_frame_report *r, const World *w, int of, const char *field)
+static void check_report(const icoray_frame_report *r, const World *w, size_t scene)
 {
+    const char *field = SCENES[scene].field;
+    int is_forced = strstr(SCENES[scene].more, "ranks") != NULL;
+    int has_fragments = is_forced || (node_ranks > 0 && node_ranks < ranks);
+    int64_t copied = r->bytes_copied, all = 0, one = w->grid.cells * w->layers * (int64_t)sizeof(float);
     double same[6], roots[6];
-    CHECK(r->ranks == of && r->scheme == ICORAY_FRAGMENTS && r->rays > 0 && r->bytes_copied == 0);
-    CHECK(r->fragments >= 1 && (r->fragment_bytes > 0) == (of > 1) && r->compose_s >= 0.0);
+    CHECK(r->ranks == ranks && r->scheme == (has_fragments ? ICORAY_FRAGMENTS : ICORAY_TILES) && r->rays > 0);
+    CHECK((r->fragments > 0) == has_fragments && (r->fragment_bytes > 0) == (has_fragments && ranks > 1));
+    CHECK(r->compose_s >= 0.0 && (ranks > 1 || copied == 0));
+    MPI_Allreduce(&copied, &all, 1, MPI_INT64_T, MPI_SUM, MPI_COMM_WORLD);
+    if (ranks > 1 && strcmp(field, "f") == 0) {
+        /* Once per node, with what nodes have of each other. */
+        CHECK(node_ranks > 0 ? all > one : all == one);
+    }
     CHECK(r->missing_values == 0 && r->void_frusta == 0 && r->error_max > 0.0);
     same[0] = (double)r->rays;
     same[1] = (double)r->fragments;
@@ -88,13 +101,14 @@ static void draw(const char *directory, const World *w, int kind)
     OK(icoray_part_set(ctx, &mine.part));
     memset((void *)(uintptr_t)mine.part.cell_global, 0x55, (size_t)mine.part.cells * 4); /* nothing is kept of it */
     heard = 0;
+    node_ranks = getenv("ICORAY_NODE_RANKS") != NULL ? atoi(getenv("ICORAY_NODE_RANKS")) : 0;
     for (size_t i = 0; i < sizeof SCENES / sizeof *SCENES; i++) {
         icoray_frame_report report;
         set(ctx, i);
         OK(icoray_execute(ctx, (int64_t)i, 0.0, NULL));
         CHECK(heard == (int)i + 1);
         report = report_of(ctx);
-        check_report(&report, w, ranks, SCENES[i].field);
+        check_report(&report, w, i);
         if (rank == 0 && i == 0) {
             printf("note: %s: %d ranks, %d rays of %d fragments, %.1f kB\n", KINDS[kind], ranks, (int)report.rays,
                    (int)report.fragments, (double)report.fragment_bytes / 1e3);
@@ -139,7 +153,7 @@ static void draw_alone(const char *directory, const World *w, int has_part)
         OK(icoray_execute(ctx, (int64_t)i, 0.0, NULL));
         report = report_of(ctx);
         CHECK(report.ranks == 1 && report.scheme == ICORAY_ALONE);
-        CHECK(report.fragment_bytes == 0 && (report.fragments > 0) == (strstr(SCENES[i].more, "ranks") != NULL));
+        CHECK(report.bytes_copied == 0 && report.fragment_bytes == 0 && (report.fragments > 0) == (strstr(SCENES[i].more, "ranks") != NULL));
     }
     OK(icoray_close(&ctx));
     free(values);

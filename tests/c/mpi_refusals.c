@@ -32,6 +32,7 @@ static void at_execute(int odd)
 {
     icoray_ctx *ctx = fresh();
     char text[64];
+    int32_t wants = 0;
     int is_odd = rank == odd;
     icoray_array other = w.array;
     snprintf(text, sizeof text, "rank %d: ", odd);
@@ -46,22 +47,18 @@ static void at_execute(int odd)
     good(ctx);
     TOLD(ICORAY_ERR_MPI, "call", is_odd ? icoray_wait(ctx) : icoray_execute(ctx, step + 1, 0.0, NULL));
     good(ctx);
-    if (is_odd) {
-        set_scene(ctx, 49, "");
-    }
-    TOLD(ICORAY_ERR_MPI, "scene", icoray_execute(ctx, step + 1, 0.0, NULL));
-    set_scene(ctx, 48, "# the same, but for what nobody sees");
-    good(ctx);
 
-    /* A scene that is wrong on one rank leaves it with the one before. */
-    set_scene(ctx, 48, is_odd ? "" : "tolerance = 0.01");
-    if (is_odd) {
-        CHECK(icoray_scene_text(ctx, "field = 1") == ICORAY_ERR_SCENE);
-    }
-    TOLD(ICORAY_ERR_MPI, "scene", icoray_execute(ctx, step + 1, 0.0, NULL));
-    set_scene(ctx, 48, is_odd ? "every = 1000" : "");
-    TOLD(ICORAY_ERR_MPI, "scene", icoray_execute(ctx, step + 1, 0.0, NULL));
-    set_scene(ctx, 48, "");
+    /* The scene is rank 0's on all; one that is refused leaves all with the one before. */
+    set_scene(ctx, 48 + rank, rank == 0 ? "" : "every = 1000");
+    OK(icoray_wants(ctx, step + 1, 0.0, &wants));
+    CHECK(wants == 1);
+    good(ctx);
+    TOLD(ICORAY_ERR_SCENE, "rank 0: ", icoray_scene_text(ctx, rank == 0 ? "field = 1" : ""));
+    TOLD(ICORAY_ERR_NULL, text, icoray_scene_text(ctx, is_odd ? NULL : ""));
+    TOLD(ICORAY_ERR_NULL, text, icoray_scene_load(ctx, is_odd ? NULL : "/dev/null"));
+    TOLD(ICORAY_ERR_IO, "rank 0: nowhere/0: cannot read", icoray_scene_load(ctx, rank == 0 ? "nowhere/0" : ""));
+    good(ctx);
+    TOLD(ICORAY_ERR_MPI, "call", is_odd ? icoray_scene_text(ctx, "") : icoray_execute(ctx, step + 1, 0.0, NULL));
     good(ctx);
 
     /* Other data: their shape, and their values. */
@@ -91,11 +88,8 @@ static void before_execute(int odd)
     snprintf(text, sizeof text, "rank %d: ", odd);
     config = plain(directory);
     OK(icoray_open(&config, (int32_t)MPI_Comm_c2f(MPI_COMM_WORLD), &ctx));
-    if (!is_odd) {
-        set_scene(ctx, 48, "");
-    }
     /* What is to be drawn is asked first, before what it is drawn of. */
-    TOLD(ICORAY_ERR_ORDER, text, icoray_execute(ctx, step + 1, 0.0, NULL));
+    TOLD(ICORAY_ERR_ORDER, "rank 0: ", icoray_execute(ctx, step + 1, 0.0, NULL));
     set_scene(ctx, 48, "");
     set_layers(ctx, w.layers);
     OK(icoray_field_set(ctx, "f", &w.array));
@@ -137,7 +131,7 @@ static void at_open(int odd)
     TOLD(ICORAY_ERR_ARGUMENT, text, icoray_open(&config, comm, &ctx));
     config.threads = 1;
     config.async_render = is_odd;
-    TOLD(ICORAY_ERR_UNSUPPORTED, text, icoray_open(&config, comm, &ctx));
+    TOLD(ICORAY_ERR_MPI, "async_render", icoray_open(&config, comm, &ctx));
     CHECK(ctx == NULL);
 }
 
@@ -174,7 +168,7 @@ static void leaves(int odd)
     icoray_ctx *ctx = fresh();
     good(ctx);
     if (rank == odd) {
-        CHECK(icoray_scene_text(ctx, "field = 1") == ICORAY_ERR_SCENE);
+        CHECK(icoray_layers_set(ctx, NULL) == ICORAY_ERR_NULL);
     }
     TOLD(ICORAY_ERR_MPI, "call", rank == odd ? icoray_close(&ctx) : icoray_execute(ctx, step + 1, 0.0, NULL));
     if (rank != odd) {
@@ -198,6 +192,23 @@ static void await_failures(icoray_ctx *ctx, uint64_t count)
     MPI_Barrier(MPI_COMM_WORLD);
 }
 
+#define SCENE(file)                                                                                  \
+    "field = \"f\"\n[camera]\nlon = 20\nlat = 35\ndistance = 3\n[transfer]\nmap = \"viridis\"\n"       \
+    "range = [-1.5, 1.5]\nopacity = [[-1.5, 0.8], [1.5, 0.9]]\n[output]\nfile = \"" file "\"\n"
+
+/* Where rank 0 cannot write, no rank opens a context; where another could not, it does not matter. */
+static void refused_at_once(const char *late, const char *link)
+{
+    icoray_config config = plain(rank == 0 ? late : directory);
+    icoray_ctx *ctx = NULL;
+    int32_t comm = (int32_t)MPI_Comm_c2f(MPI_COMM_WORLD);
+    TOLD(ICORAY_ERR_IO, "rank 0: ", icoray_open(&config, comm, &ctx));
+    CHECK(ctx == NULL);
+    config = plain(rank == 0 ? directory : link);
+    OK(icoray_open(&config, comm, &ctx));
+    OK(icoray_close(&ctx));
+}
+
 /* A directory at rank 0 that cannot be made: told on all ranks by the next call of each kind, once. */
 static void at_the_disk(void)
 {
@@ -207,15 +218,18 @@ static void at_the_disk(void)
     int32_t wants = 0;
     snprintf(path, sizeof path, "%s/late", directory);
     snprintf(late, sizeof late, "%s/pictures", path);
-    if (rank == 0) {
-        CHECK(symlink("nowhere/at/all", path) == 0);
-    }
-    MPI_Barrier(MPI_COMM_WORLD);
     memset(&config, 0, sizeof config);
     config.on_error = ICORAY_DISABLE;
     config.disable_after = 4;
     ctx = together(MPI_COMM_WORLD, late, &w, config);
     set_scene(ctx, 48, "every = 10\n");
+    if (rank == 0) {
+        CHECK(symlink("nowhere/at/all", path) == 0);
+    }
+    MPI_Barrier(MPI_COMM_WORLD);
+    /* Looked at when a context is opened or a scene is loaded, at rank 0 alone. */
+    refused_at_once(late, path);
+    TOLD(ICORAY_ERR_IO, "rank 0: ", icoray_scene_text(ctx, SCENE("never.png")));
     OK(icoray_execute(ctx, 10, 0.0, NULL));
     TOLD(ICORAY_ERR_IO, "step 10: ", icoray_wait(ctx));
     OK(icoray_wait(ctx));

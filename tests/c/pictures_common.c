@@ -181,6 +181,7 @@ icoray_frame_report frame(icoray_ctx *ctx, int step)
     CHECK(report.rays > 0 && report.columns >= report.rays && report.frusta >= report.columns);
     CHECK(report.error_mean > 0.0 && report.error_mean <= report.error_max && report.error_max <= 1e-3);
     CHECK(report.error_p999 > 0.0 && report.error_p999 <= report.error_max && report.tolerance == 1e-3);
+    CHECK(report.pixels_over_tolerance == 0);
     CHECK(report.error_is_bound == 0 || report.error_is_bound == 1);
     CHECK(report.pixel_step == 1 && (report.lights == 0 || report.lights == 2));
     CHECK(report.prepare_s >= 0.0 && report.render_s > 0.0 && report.write_s > 0.0);

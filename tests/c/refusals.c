@@ -75,6 +75,8 @@ int main(int argc, char **argv)
         still_draws(ctx);
     }
     openings();
+    restarts();
+    time_levels();
     existing();
     overwritten();
     in_the_way();
@@ -85,6 +87,8 @@ int main(int argc, char **argv)
     busy();
     forked();
     logged();
+    long_messages();
+    given_and_refused();
     standard_error();
     still_draws(ctx);
     OK(icoray_close(&ctx));

@@ -92,6 +92,10 @@ void ndarrays_too_early(void);
 /* refusals_heights.c */
 void heights(icoray_ctx *ctx);
 
+/* refusals_long.c */
+void long_messages(void);
+void given_and_refused(void);
+
 /* refusals_names.c */
 void names(icoray_ctx *ctx);
 
@@ -106,6 +110,7 @@ void wants(icoray_ctx *ctx);
 void order(void);
 void times(icoray_ctx *ctx);
 void dates(icoray_ctx *ctx);
+void restarts(void);
 void error_maps(icoray_ctx *ctx);
 
 /* refusals_files.c */
@@ -124,6 +129,9 @@ void switched_off(void);
 /* refusals_entry.c */
 void busy(void);
 void forked(void);
+
+/* refusals_levels.c */
+void time_levels(void);
 
 /* refusals_log.c */
 void logged(void);

@@ -66,11 +66,13 @@ void times(icoray_ctx *ctx)
 void dates(icoray_ctx *ctx)
 {
     static const char *const wrong[] = {
-        "",          "yesterday",  "2026-01-01", "a-b-c_d:e:f", "2026-01-01_00:00:00:00", "2026-01-01_00:00:",
+        "0",         "yesterday",  "2026-01-01", "a-b-c_d:e:f", "2026-01-01_00:00:00:00", "2026-01-01_00:00:",
         "-1-1-1_:::", "2026/01/01_00:00:00", "../2026-01-01_00:00:00", "2026-01-01_00:00:0/",
     };
     OK(icoray_scene_text(ctx, SCENE("f", "4", "d_$Y-$M-$D_$h.$m.$s.png")));
     REFUSED(ctx, ICORAY_ERR_ARGUMENT, "date is absent", icoray_execute(ctx, 0, 0.0, NULL));
+    REFUSED(ctx, ICORAY_ERR_ARGUMENT, "date is absent", icoray_execute(ctx, 0, 0.0, ""));
+    REFUSED(ctx, ICORAY_ERR_ARGUMENT, "date is absent", icoray_execute(ctx, 0, 0.0, "  "));
     for (size_t i = 0; i < COUNT(wrong); i++) {
         char words[64];
         snprintf(words, sizeof words, "date \"%s\"", wrong[i]);
@@ -90,6 +92,33 @@ void dates(icoray_ctx *ctx)
     REFUSED(ctx, ICORAY_ERR_ARGUMENT, "iso_datetime", icoray_execute(ctx, 0, 0.0, NO_UTF8));
     OK(icoray_execute(ctx, 0, 0.0, "yesterday")); /* not needed, so not looked at */
     OK(icoray_wait(ctx));
+}
+
+/* Pictures that the scene does not name: those of a run that begins its steps again have another date. */
+void restarts(void)
+{
+    static const char nameless[] = "field = \"f\"\nbackend = \"cpu\"\n[image]\nwidth = 16\nheight = 16\n"
+                                   "[camera]\nlon = 10\nlat = 40\ndistance = 4\n"
+                                   "[transfer]\nmap = \"viridis\"\nrange = [0, 2]\nopacity = [[0, 0.1], [2, 0.9]]\n";
+    char path[1024];
+    icoray_config config = good_config;
+    config.output_dir = path_of(path, sizeof path, "restarts");
+    for (int run = 0; run < 2; run++) {
+        icoray_ctx *ctx = filled_with(&config);
+        OK(icoray_scene_text(ctx, nameless));
+        REFUSED(ctx, ICORAY_ERR_ARGUMENT, "date \"yesterday\"", icoray_execute(ctx, 3, 0.0, "yesterday"));
+        OK(icoray_execute(ctx, 3, 0.0, run == 0 ? "2026-11-22_06:00:00" : "2026-11-23T06:00:00"));
+        if (run == 0) {
+            OK(icoray_execute(ctx, 3, 0.0, " "));
+        } else {
+            REFUSED(ctx, ICORAY_ERR_EXISTS, "f_000003.png", icoray_execute(ctx, 3, 0.0, NULL));
+            REFUSED(ctx, ICORAY_ERR_EXISTS, "f_2026-11-22_06.00.00_000003.png",
+                    icoray_execute(ctx, 3, 0.0, "2026-11-22_06:00:00"));
+        }
+        OK(icoray_close(&ctx));
+    }
+    CHECK(is_picture("restarts/f_2026-11-22_06.00.00_000003.png") && is_picture("restarts/f_000003.png"));
+    CHECK(is_picture("restarts/f_2026-11-23_06.00.00_000003.png"));
 }
 
 /* A second picture, of the errors: it has a name of its own, which is known to be good before the first ray. */

@@ -7,6 +7,8 @@
 #include <unistd.h>
 
 #define THERE "somebody's picture\n"
+#define LONG                                                                                                           \
+    "xxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxx"
 
 static int made(const char *name, const char *text)
 {
@@ -106,12 +108,22 @@ void in_the_way(void)
         {"way/g.png\"\nerror = \"way/f.png", "way/f.png: cannot write the file", ICORAY_ERR_IO},
         {"way/other/f.png", "way/other/report.csv: its first line", ICORAY_ERR_EXISTS},
         {"way/taken/f.png", "way/taken/report.csv: cannot write the report", ICORAY_ERR_IO},
-        {"way/file/f.png", "way/file", ICORAY_ERR_IO},
     };
+    /* Known when the scene is loaded: what no step could be drawn to. */
+    static const struct {
+        const char *file, *part;
+    } never[] = {
+        {"way/file/f.png", "way/file/f.png: cannot write"},
+        {"way/file/{step}/f.png", "way/file/0/f.png: cannot write the file"},
+        {"way/f.png\"\nerror = \"way/link/m.png", "way/link/m.png: cannot write to the folder"},
+        {"way/" LONG LONG LONG "{step}.png", "too long"},
+    };
+    char link[1024];
     static const int32_t policies[] = {ICORAY_NEVER_MODIFY, ICORAY_OVERWRITE};
     CHECK(made_directory("way") && made_directory("way/f.png") && made_directory("way/other"));
     CHECK(made("way/other/report.csv", THERE) && made_directory("way/taken"));
     CHECK(made_directory("way/taken/report.csv") && made("way/file", THERE));
+    CHECK(symlink("nowhere", path_of(link, sizeof link, "way/link")) == 0);
     for (size_t p = 0; p < COUNT(policies); p++) {
         icoray_config config = good_config;
         icoray_ctx *ctx;
@@ -127,6 +139,13 @@ void in_the_way(void)
             OK(icoray_wait(ctx)); /* it was told */
             failed += cases[i].status != ICORAY_ERR_EXISTS;
         }
+        for (size_t i = 0; i < COUNT(never); i++) {
+            char text[1024];
+            trying = never[i].part;
+            snprintf(text, sizeof text, SCENE("f", "4", "%s"), never[i].file);
+            OK(icoray_scene_text(ctx, good_scene));
+            REFUSED(ctx, ICORAY_ERR_IO, never[i].part, icoray_scene_text(ctx, text));
+        }
         trying = "";
         CHECK(!file_exists("way/g.png") && !file_exists("way/other/f.png") && !file_exists("way/taken/f.png"));
         CHECK(file_is("way/other/report.csv", THERE) && file_is("way/file", THERE));
@@ -137,16 +156,20 @@ void in_the_way(void)
     }
 }
 
-/* An output directory that cannot be made: a file is in its place. */
+/* An output directory that cannot be made: a file is in its place, when the context is opened or later. */
 void blocked(void)
 {
     char path[1024];
     icoray_config config = good_config;
-    icoray_ctx *ctx;
+    icoray_ctx *ctx = NULL;
     path_of(path, sizeof path, "blocked");
     CHECK(write_file(path, THERE));
     config.output_dir = path;
+    REFUSED(NULL, ICORAY_ERR_IO, "blocked: cannot make pictures", icoray_open_serial(&config, &ctx));
+    CHECK(ctx == NULL && file_is("blocked", THERE) && remove(path) == 0);
     ctx = filled_with(&config);
+    CHECK(!file_exists("blocked")); /* nothing is made before the first picture */
+    CHECK(write_file(path, THERE));
     REFUSED(ctx, ICORAY_ERR_IO, path, icoray_execute(ctx, 1, 0.0, NULL));
     REFUSED(ctx, ICORAY_ERR_IO, path, icoray_execute(ctx, 2, 0.0, NULL));
     REFUSED(ctx, ICORAY_ERR_NULL, "icoray_grid", icoray_grid_set(ctx, NULL));

@@ -133,11 +133,11 @@ static void native(icoray_ctx *ctx)
     OK(icoray_heights_set_ndarray(ctx, &flat));
     OK(icoray_execute(ctx, 3, 0.0, NULL));
     metres[5 * LAYERS + 1] = NAN;
-    REFUSED(ctx, ICORAY_ERR_LAYERS, "heights: cell 5 (from 0), layer 1: missing", icoray_execute(ctx, 4, 0.0, NULL));
+    REFUSED(ctx, ICORAY_ERR_LAYERS, "heights: cell 5 (counted from 0), layer 2 of 3: missing", icoray_execute(ctx, 4, 0.0, NULL));
     metres[5 * LAYERS] = metres[5 * LAYERS + 2] = NAN; /* a column without heights has the mean ones */
     OK(icoray_execute(ctx, 5, 0.0, NULL));
     metres[9 * LAYERS + 1] = -1e5f;
-    REFUSED(ctx, ICORAY_ERR_LAYERS, "heights: cell 9 (from 0), layers 1 and 0", icoray_execute(ctx, 6, 0.0, NULL));
+    REFUSED(ctx, ICORAY_ERR_LAYERS, "heights: cell 9 (counted from 0), layers 2 and 1 of 3", icoray_execute(ctx, 6, 0.0, NULL));
     OK(icoray_heights_set(ctx, NULL));
     REFUSED(ctx, ICORAY_ERR_FIELD, "none were given", icoray_execute(ctx, 7, 0.0, NULL));
     OK(icoray_wait(ctx));

@@ -22,6 +22,14 @@ static void broken(int is_broken)
     }
 }
 
+/* Loads a scene into that directory, which is looked at then and must not be broken yet. */
+static void load_late(icoray_ctx *ctx, const char *text)
+{
+    broken(0);
+    OK(icoray_scene_text(ctx, text));
+    broken(1);
+}
+
 /* Waits, without a call that tells, until that many frames have failed. */
 static void fails(icoray_ctx *ctx, uint64_t count)
 {
@@ -44,7 +52,7 @@ static void told_by_each_call(int is_async)
     broken(1);
 
     /* By icoray_wait, once. */
-    OK(icoray_scene_text(ctx, LATE));
+    load_late(ctx, LATE);
     OK(icoray_execute(ctx, first, 0.0, NULL));
     snprintf(name, sizeof name, "step %d: ", (int)first);
     REFUSED(ctx, ICORAY_ERR_IO, name, icoray_wait(ctx));
@@ -65,10 +73,10 @@ static void told_by_each_call(int is_async)
     CHECK(report.frames_failed == 2 && report.frames_written == 1 && report.step == first + 2);
 
     /* By an icoray_execute that draws nothing. */
-    OK(icoray_scene_text(ctx, LATE));
+    load_late(ctx, LATE);
     OK(icoray_execute(ctx, first + 3, 0.0, NULL));
     fails(ctx, 3);
-    OK(icoray_scene_text(ctx, "every = 7\n" LATE));
+    load_late(ctx, "every = 7\n" LATE);
     REFUSED(ctx, ICORAY_ERR_IO, "late/pictures", icoray_execute(ctx, 8, 0.0, NULL));
     OK(icoray_execute(ctx, 9, 0.0, NULL));
     OK(icoray_execute(ctx, 14 + 7 * first, 0.0, NULL));
@@ -78,7 +86,7 @@ static void told_by_each_call(int is_async)
     OK(icoray_execute(ctx, 11, 0.0, NULL));
 
     /* Not in place of what the call itself has to say, but after it. */
-    OK(icoray_scene_text(ctx, LATE));
+    load_late(ctx, LATE);
     OK(icoray_execute(ctx, first + 4, 0.0, NULL));
     fails(ctx, 5);
     OK(icoray_scene_text(ctx, SCENE("q", "4", "q.png")));
@@ -87,7 +95,7 @@ static void told_by_each_call(int is_async)
     REFUSED(ctx, ICORAY_ERR_IO, name, icoray_wait(ctx));
 
     /* Of several, the first. */
-    OK(icoray_scene_text(ctx, LATE));
+    load_late(ctx, LATE);
     OK(icoray_execute(ctx, first + 5, 0.0, NULL));
     icoray_execute(ctx, first + 6, 0.0, NULL); /* may tell of the one before, or not yet */
     icoray_wait(ctx);
@@ -112,14 +120,16 @@ static void told_by_close(int is_async)
     config.async_render = is_async;
     ctx = filled_with(&config);
     path_of(path, sizeof path, "closed");
-    CHECK(symlink("nowhere/at/all", path) == 0);
     OK(icoray_scene_text(ctx, SCENE("f", "4", "closed/pictures/{step}.png")));
+    CHECK(symlink("nowhere/at/all", path) == 0);
     OK(icoray_execute(ctx, 77, 0.0, NULL));
     REFUSED(NULL, ICORAY_ERR_IO, "step 77: ", icoray_close(&ctx));
     CHECK(ctx == NULL);
     OK(icoray_close(&ctx));
     ctx = filled_with(&config);
+    CHECK(unlink(path) == 0);
     OK(icoray_scene_text(ctx, SCENE("f", "4", "closed/pictures/{step}.png")));
+    CHECK(symlink("nowhere/at/all", path) == 0);
     OK(icoray_execute(ctx, 78, 0.0, NULL));
     REFUSED(ctx, ICORAY_ERR_IO, "step 78: ", icoray_wait(ctx));
     OK(icoray_close(&ctx)); /* it was told */

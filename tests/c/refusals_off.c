@@ -90,8 +90,8 @@ static void late(int is_async)
     config.disable_after = 2;
     config.async_render = is_async;
     ctx = filled_with(&config);
-    CHECK(symlink("nowhere/at/all", path_of(path, sizeof path, "off_late")) == 0);
     OK(icoray_scene_text(ctx, SCENE("f", "4", "off_late/pictures/{step}.png")));
+    CHECK(symlink("nowhere/at/all", path_of(path, sizeof path, "off_late")) == 0);
     OK(icoray_execute(ctx, 1, 0.0, NULL));
     REFUSED(ctx, ICORAY_ERR_IO, "step 1: ", icoray_wait(ctx));
     OK(icoray_execute(ctx, 2, 0.0, NULL));

@@ -8,8 +8,8 @@ void scenes(icoray_ctx *ctx)
     static const struct {
         const char *text, *part;
     } cases[] = {
-        {"tolerance = 0.1\n", "field"},
-        {"# nothing but an empty table\n[image]\n", "field"},
+        {"tolerance = 0.9\n", "line 1, key tolerance: 0.9"},
+        {"background = \"none\"\n", "did you mean \"transparent\"?"},
         {"field = 3\n", "line 1 (field = 3)"},
         {"field = \"f\"\n\n[image\n", "line 3 ([image)"},
         {"field = \"f\"\ncolour = 1\n", "line 2 (colour = 1)"},
@@ -117,6 +117,14 @@ void empty_scenes(void)
     CHECK(report_of(ctx).frames_written == 1 && report_of(ctx).frames_failed == 0);
     OK(icoray_scene_text(ctx, good_scene));
     still_draws(ctx);
+    /* A scene that names no field shows the one that was set first. */
+    OK(icoray_scene_text(ctx, "image = { width = 16, height = 16 }\n[output]\nfile = \"first_{field}.png\"\n"));
+    OK(icoray_wants_field(ctx, "f", 0, 0.0, &f));
+    OK(icoray_wants_field(ctx, "another", 0, 0.0, &any));
+    CHECK(f == 1 && any == 0);
+    OK(icoray_execute(ctx, 0, 0.0, NULL));
+    OK(icoray_wait(ctx));
+    CHECK(file_exists("first_f.png"));
     OK(icoray_close(&ctx));
     trying = "";
 }

@@ -90,27 +90,27 @@ void bad_tables(icoray_ctx *ctx)
         icoray_status status;
         const char *part;
     } cases[] = {
-        {CORNER_CELL, 10, -1, ICORAY_ERR_GRID, "and 3: ["},
+        {CORNER_CELL, 10, -1, ICORAY_ERR_GRID, "and corner_cell[3] (MPAS cellsOnVertex, ICON vertex_of_cell): ["},
         {CORNER_CELL, 10, cells, ICORAY_ERR_GRID, ", 42, "},
-        {CORNER_CELL, 10, -2, ICORAY_ERR_GRID, "corner_cell row 3, column 1: -2"},
-        {CORNER_CELL, 10, cells + 1, ICORAY_ERR_GRID, "corner_cell row 3, column 1: 43"},
-        {CORNER_CELL, 10, INT32_MAX, ICORAY_ERR_GRID, "corner_cell row 3, column 1: 2147483647"},
-        {CORNER_CELL, 10, INT32_MIN, ICORAY_ERR_GRID, "corner_cell row 3, column 1: -2147483648"},
+        {CORNER_CELL, 10, -2, ICORAY_ERR_GRID, "corner_cell[3][1] (MPAS cellsOnVertex, ICON vertex_of_cell): -2"},
+        {CORNER_CELL, 10, cells + 1, ICORAY_ERR_GRID, "corner_cell[3][1] (MPAS cellsOnVertex, ICON vertex_of_cell): 43"},
+        {CORNER_CELL, 10, INT32_MAX, ICORAY_ERR_GRID, "corner_cell[3][1] (MPAS cellsOnVertex, ICON vertex_of_cell): 2147483647"},
+        {CORNER_CELL, 10, INT32_MIN, ICORAY_ERR_GRID, "corner_cell[3][1] (MPAS cellsOnVertex, ICON vertex_of_cell): -2147483648"},
         {CORNER_CELL, 1, entry(CORNER_CELL, 0), ICORAY_ERR_GRID, "three different cells"},
-        {CORNER_CELL, 10, (entry(CORNER_CELL, 10) + 20) % cells, ICORAY_ERR_GRID, "corner_cell row"},
-        {CORNER_EDGE, 7, edges, ICORAY_ERR_GRID, "corner_edge row 2, column 1: 120"},
-        {CORNER_EDGE, 7, -1, ICORAY_ERR_GRID, "corner_edge row 2, column 1: -1"},
-        {CORNER_EDGE, 7, entry(CORNER_EDGE, 6), ICORAY_ERR_GRID, "corner_edge row 2"},
-        {CORNER_EDGE, 7, (entry(CORNER_EDGE, 7) + 60) % edges, ICORAY_ERR_GRID, "corner_edge row 2"},
-        {EDGE_CORNER, 5, corners, ICORAY_ERR_GRID, "edge_corner row 2: ["},
-        {EDGE_CORNER, 5, corners + 1, ICORAY_ERR_GRID, "edge_corner row 2, column 1: 81"},
-        {EDGE_CORNER, 5, INT32_MIN, ICORAY_ERR_GRID, "edge_corner row 2, column 1"},
-        {EDGE_CORNER, 5, entry(EDGE_CORNER, 4), ICORAY_ERR_GRID, "edge_corner row 2"},
-        {CELL_CORNER, 122, corners, ICORAY_ERR_GRID, "cell_corner row 20, column 2: 80"},
-        {CELL_CORNER, 122, INT32_MIN, ICORAY_ERR_GRID, "cell_corner row 20, column 2"},
-        {CELL_CORNER_COUNT, 3, 7, ICORAY_ERR_GRID, "cell_corner_count row 3: 7"},
-        {CELL_CORNER_COUNT, 3, 2, ICORAY_ERR_GRID, "cell_corner_count row 3: 2"},
-        {CELL_CORNER_COUNT, 3, INT32_MIN, ICORAY_ERR_GRID, "cell_corner_count row 3"},
+        {CORNER_CELL, 10, (entry(CORNER_CELL, 10) + 20) % cells, ICORAY_ERR_GRID, "corner_cell["},
+        {CORNER_EDGE, 7, edges, ICORAY_ERR_GRID, "corner_edge[2][1] (MPAS edgesOnVertex, ICON edge_of_cell): 120"},
+        {CORNER_EDGE, 7, -1, ICORAY_ERR_GRID, "corner_edge[2][1] (MPAS edgesOnVertex, ICON edge_of_cell): -1"},
+        {CORNER_EDGE, 7, entry(CORNER_EDGE, 6), ICORAY_ERR_GRID, "corner_edge[2]"},
+        {CORNER_EDGE, 7, (entry(CORNER_EDGE, 7) + 60) % edges, ICORAY_ERR_GRID, "corner_edge[2]"},
+        {EDGE_CORNER, 5, corners, ICORAY_ERR_GRID, "edge_corner[2] (MPAS verticesOnEdge, ICON adjacent_cell_of_edge): ["},
+        {EDGE_CORNER, 5, corners + 1, ICORAY_ERR_GRID, "edge_corner[2][1] (MPAS verticesOnEdge, ICON adjacent_cell_of_edge): 81"},
+        {EDGE_CORNER, 5, INT32_MIN, ICORAY_ERR_GRID, "edge_corner[2][1]"},
+        {EDGE_CORNER, 5, entry(EDGE_CORNER, 4), ICORAY_ERR_GRID, "edge_corner[2]"},
+        {CELL_CORNER, 122, corners, ICORAY_ERR_GRID, "cell_corner[20][2] (MPAS verticesOnCell, ICON cells_of_vertex): 80"},
+        {CELL_CORNER, 122, INT32_MIN, ICORAY_ERR_GRID, "cell_corner[20][2]"},
+        {CELL_CORNER_COUNT, 3, 7, ICORAY_ERR_GRID, "cell_corner_count[3] (MPAS nEdgesOnCell): 7"},
+        {CELL_CORNER_COUNT, 3, 2, ICORAY_ERR_GRID, "cell_corner_count[3] (MPAS nEdgesOnCell): 2"},
+        {CELL_CORNER_COUNT, 3, INT32_MIN, ICORAY_ERR_GRID, "cell_corner_count[3]"},
     };
     for (size_t width = 0; width < COUNT(widths); width++) {
         Copy copy = copied(widths[width]);
@@ -135,12 +135,14 @@ void wide_tables(icoray_ctx *ctx)
     static const int64_t ends[] = {INT64_MAX, INT64_MIN, (int64_t)INT32_MAX + 1, (int64_t)INT32_MIN - 1, 4294967295};
     static const struct {
         int table;
-        const char *name;
+        const char *name, *models;
         int64_t row_length;
     } tables[TABLES] = {
-        {CELL_CORNER, "cell_corner", 6}, {CELL_CORNER_COUNT, "cell_corner_count", 1},
-        {CORNER_CELL, "corner_cell", 3}, {CORNER_EDGE, "corner_edge", 3},
-        {EDGE_CORNER, "edge_corner", 2},
+        {CELL_CORNER, "cell_corner", "MPAS verticesOnCell, ICON cells_of_vertex", 6},
+        {CELL_CORNER_COUNT, "cell_corner_count", "MPAS nEdgesOnCell", 1},
+        {CORNER_CELL, "corner_cell", "MPAS cellsOnVertex, ICON vertex_of_cell", 3},
+        {CORNER_EDGE, "corner_edge", "MPAS edgesOnVertex, ICON edge_of_cell", 3},
+        {EDGE_CORNER, "edge_corner", "MPAS verticesOnEdge, ICON adjacent_cell_of_edge", 2},
     };
     Copy copy = copied(ICORAY_I64);
     for (size_t t = 0; t < COUNT(tables); t++) {
@@ -149,12 +151,13 @@ void wide_tables(icoray_ctx *ctx)
             int64_t at = i % 2 == 0 ? last : last / 2;
             int64_t value = i < COUNT(beyond) ? entry(tables[t].table, at) + beyond[i] : ends[i - COUNT(beyond)];
             long long row = at / tables[t].row_length, column = at % tables[t].row_length;
-            char words[128];
+            char words[160];
             if (tables[t].row_length == 1) {
-                snprintf(words, sizeof words, "%s row %lld: %lld, expected", tables[t].name, row, (long long)value);
+                snprintf(words, sizeof words, "%s[%lld] (%s): %lld, expected", tables[t].name, row, tables[t].models,
+                         (long long)value);
             } else {
-                snprintf(words, sizeof words, "%s row %lld, column %lld: %lld, expected", tables[t].name, row,
-                         column, (long long)value);
+                snprintf(words, sizeof words, "%s[%lld][%lld] (%s): %lld, expected", tables[t].name, row, column,
+                         tables[t].models, (long long)value);
             }
             trying = words;
             set_entry(&copy, tables[t].table, at, value);
@@ -177,9 +180,9 @@ void bad_places(icoray_ctx *ctx)
         double value;
         const char *part;
     } places[] = {
-        {0, 7, NAN, "center row 7"},       {0, 7, INFINITY, "center row 7"}, {1, 7, 2.0, "center row 7"},
-        {1, 7, -INFINITY, "center row 7"}, {2, 5, NAN, "corner row 5"},      {2, 5, 360.0, "corner row 5"},
-        {3, 5, NAN, "corner row 5"},       {3, 5, -90.0, "corner row 5"},
+        {0, 7, NAN, "center[7] (MPAS"},       {0, 7, INFINITY, "center[7] (MPAS"}, {1, 7, 2.0, "center[7] (MPAS"},
+        {1, 7, -INFINITY, "center[7] (MPAS"}, {2, 5, NAN, "corner[5] (MPAS"},      {2, 5, 360.0, "corner[5] (MPAS"},
+        {3, 5, NAN, "corner[5] (MPAS"},       {3, 5, -90.0, "corner[5] (MPAS"},
     };
     for (size_t i = 0; i < COUNT(places); i++) {
         const void **arrays[4];

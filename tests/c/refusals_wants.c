@@ -53,7 +53,7 @@ void wants(icoray_ctx *ctx)
     due(ctx);
     OK(icoray_scene_text(ctx, good_scene));
 
-    /* *wants is 0 after any failure. */
+    /* *wants is 0 after a failure. */
 #define WRONG(context, status, part, call)          \
     do {                                            \
         answer = 7;                                 \
@@ -64,11 +64,19 @@ void wants(icoray_ctx *ctx)
     WRONG(NULL, ICORAY_ERR_NULL, "ctx", icoray_wants_field(NULL, "f", 0, 0.0, &answer));
     WRONG(ctx, ICORAY_ERR_NULL, "name", icoray_wants_field(ctx, NULL, 0, 0.0, &answer));
     WRONG(ctx, ICORAY_ERR_ARGUMENT, "name", icoray_wants_field(ctx, NO_UTF8, 0, 0.0, &answer));
-    for (size_t i = 0; i < COUNT(times); i++) {
-        WRONG(ctx, ICORAY_ERR_ARGUMENT, "time_s", icoray_wants(ctx, 0, times[i], &answer));
-        WRONG(ctx, ICORAY_ERR_ARGUMENT, "time_s", icoray_wants_field(ctx, "f", 0, times[i], &answer));
-    }
 #undef WRONG
+    /* Without a time the step alone decides, so that icoray_execute has the failure too. */
+    for (size_t i = 0; i < COUNT(times); i++) {
+        OK(icoray_scene_text(ctx, "every = 5\nat_times = [0, 100]\n" SCENE("f", "4", "x.png")));
+        for (int32_t step = 4; step < 6; step++) {
+            answer = 7;
+            REFUSED(ctx, ICORAY_ERR_ARGUMENT, "time_s", icoray_wants(ctx, step, times[i], &answer));
+            CHECK(answer == (step == 5));
+            REFUSED(ctx, ICORAY_ERR_ARGUMENT, "time_s", icoray_wants_field(ctx, "f", step, times[i], &answer));
+            CHECK(answer == (step == 5));
+        }
+    }
+    OK(icoray_scene_text(ctx, good_scene));
     REFUSED(ctx, ICORAY_ERR_NULL, "wants", icoray_wants(ctx, 0, 0.0, NULL));
     REFUSED(ctx, ICORAY_ERR_NULL, "wants", icoray_wants_field(ctx, "f", 0, 0.0, NULL));
 

@@ -3,7 +3,7 @@ module refusals
   use icoray
   use check
   use model
-  use, intrinsic :: ieee_arithmetic, only: ieee_positive_inf, ieee_value
+  use, intrinsic :: ieee_arithmetic, only: ieee_positive_inf, ieee_quiet_nan, ieee_value
   use, intrinsic :: iso_fortran_env, only: int32, int64, real32, real64
   implicit none
   private
@@ -118,7 +118,7 @@ contains
     type(icoray_context), intent(in) :: ctx
     real(real64), allocatable, target :: lon(:), lat(:)
     real(real64), pointer :: unset(:)
-    integer(int32), allocatable, target :: cv(:, :), cc(:, :), ce(:, :), ev(:, :), few(:)
+    integer(int32), allocatable, target :: cv(:, :), cc(:, :), ce(:, :), ev(:, :), few(:), from_1(:, :)
     character(len=12) :: count, fewer
     integer :: ierr
     lon = tables%lon_center
@@ -138,12 +138,12 @@ contains
       call icoray_grid_set(ctx, lon, lon, t%lon_corner, t%lat_corner, cv(:5, :), t%corner_cell, ce, ev, ierr, 0)
       call refused(ctx, ierr, ICORAY_ERR_ARGUMENT, 'cell_corner: not contiguous, dimension 2 steps by 24 bytes, expected 20')
       call icoray_grid_set(ctx, lon, lon, t%lon_corner, t%lat_corner, cv, cc, ce, ev, ierr, 0)
-      call refused(ctx, ierr, ICORAY_ERR_ARGUMENT, 'corner_cell: rows of ')
+      call refused(ctx, ierr, ICORAY_ERR_ARGUMENT, 'corner_cell: columns of ')
       call icoray_grid_set(ctx, lon, lon(:cells - 1), t%lon_corner, t%lat_corner, cv, t%corner_cell, ce, ev, ierr, 0)
-      call refused(ctx, ierr, ICORAY_ERR_ARGUMENT, 'lat_center: '//trim(fewer)//' entries or rows, expected at least ' &
+      call refused(ctx, ierr, ICORAY_ERR_ARGUMENT, 'lat_center: '//trim(fewer)//' entries or columns, expected at least ' &
         //trim(count))
       call icoray_grid_set(ctx, lon, lon, t%lon_corner, t%lat_corner, cv, t%corner_cell, ce, ev, ierr, 0, few)
-      call refused(ctx, ierr, ICORAY_ERR_ARGUMENT, 'cell_corner_count: 2 entries or rows, expected at least '//trim(count))
+      call refused(ctx, ierr, ICORAY_ERR_ARGUMENT, 'cell_corner_count: 2 entries or columns, expected at least '//trim(count))
       call icoray_grid_set(ctx, lon, lon, t%lon_corner, t%lat_corner, cv, t%corner_cell, ce, ev, ierr, 0, cells=777777)
       call refused(ctx, ierr, ICORAY_ERR_ARGUMENT, '777777')
       call icoray_grid_set(ctx, lon, lon, t%lon_corner, t%lat_corner, cv, t%corner_cell, ce, ev, ierr, 0, edges=-8)
@@ -153,6 +153,14 @@ contains
       ! Numbered from 0, said to begin at 1.
       call icoray_grid_set(ctx, t%lon_center, t%lat_center, t%lon_corner, t%lat_corner, cv, t%corner_cell, ce, ev, ierr)
       call expect(ierr == ICORAY_ERR_GRID, 'the wrong index base')
+      ! Places in tables that count from 1 are written as Fortran writes them.
+      from_1 = t%corner_cell + 1_int32
+      from_1(2, 5) = 99999_int32
+      cv = cv + 1_int32
+      ce = ce + 1_int32
+      ev = ev + 1_int32
+      call icoray_grid_set(ctx, lon, t%lat_center, t%lon_corner, t%lat_corner, cv, from_1, ce, ev, ierr)
+      call refused(ctx, ierr, ICORAY_ERR_GRID, 'corner_cell(2, 5) (MPAS cellsOnVertex, ICON vertex_of_cell): 99999, expected 1 to ')
       unset => null()
       call icoray_grid_set(ctx, unset, lon, t%lon_corner, t%lat_corner, cv, t%corner_cell, ce, ev, ierr, 0)
       call refused(ctx, ierr, ICORAY_ERR_NULL, 'lon_center is not associated')
@@ -168,7 +176,7 @@ contains
 
   subroutine fields(ctx)
     type(icoray_context), intent(in) :: ctx
-    real(real32), allocatable, target :: values(:, :), wrong(:, :), empty(:, :), three(:, :, :)
+    real(real32), allocatable, target :: values(:, :), wrong(:, :), empty(:, :), three(:, :, :), corners(:, :)
     real(real64), pointer :: unset(:, :)
     integer :: ierr
     values = at_centers
@@ -189,6 +197,13 @@ contains
     call refused(ctx, ierr, ICORAY_ERR_FIELD, '5')
     call icoray_field_set(ctx, 'f', values, ierr, location=ICORAY_CORNER)
     call refused(ctx, ierr, ICORAY_ERR_FIELD, 'field "f"')
+    allocate (corners(nz, size(tables%lon_corner) + 1), source=0.0_real32)
+    call icoray_field_set(ctx, 'f', corners(:, :size(tables%lon_corner)), ierr)
+    call refused(ctx, ierr, ICORAY_ERR_FIELD, 'columns are the grid''s corners: set location = ICORAY_CORNER')
+    call icoray_field_set(ctx, 'f', corners, ierr)
+    call refused(ctx, ierr, ICORAY_ERR_FIELD, 'columns are the grid''s corners: set location = ICORAY_CORNER')
+    call icoray_field_set(ctx, 'f', corners, ierr, location=ICORAY_CORNER)
+    call went_well(ctx, ierr, 'corners and one more')
     call icoray_field_set(ctx, 'f', values, ierr, location=9)
     call refused(ctx, ierr, ICORAY_ERR_ARGUMENT, '9')
     call icoray_field_set(ctx, 'f', values, ierr, grid_name='other')
@@ -264,6 +279,25 @@ contains
     call expect(ierr == ICORAY_OK .and. wants, 'step 6 of every third')
     call icoray_wants_field(ctx, 'g', 6, 0.0_real64, wants, ierr)
     call expect(ierr == ICORAY_OK .and. .not. wants, 'another field')
+    ! Times of 32 bits.
+    call icoray_wants(ctx, 6, 0.0_real32, wants, ierr)
+    call expect(ierr == ICORAY_OK .and. wants, 'a time of 32 bits')
+    call icoray_wants(ctx, 4_int64, 0.0_real32, wants)
+    call expect(.not. wants, 'a time of 32 bits, a step of 64')
+    call icoray_wants_field(ctx, 'f', 6, 0.0_real32, wants)
+    call expect(wants, 'a field at a time of 32 bits')
+    call icoray_wants_field(ctx, 'f', 4_int64, 0.0_real32, wants, ierr)
+    call expect(ierr == ICORAY_OK .and. .not. wants, 'a field at a time of 32 bits, a step of 64')
+    call icoray_wants(ctx, 6, ieee_value(1.0_real32, ieee_quiet_nan), wants, ierr)
+    call expect(ierr == ICORAY_ERR_ARGUMENT .and. wants, 'no time: the step decides')
+    call icoray_execute(ctx, 6, ieee_value(1.0_real32, ieee_positive_inf), ierr)
+    call refused(ctx, ierr, ICORAY_ERR_ARGUMENT, 'time_s')
+    call icoray_execute(ctx, 6_int64, ieee_value(1.0_real32, ieee_positive_inf), '2026-11-22_00:00:00', ierr)
+    call refused(ctx, ierr, ICORAY_ERR_ARGUMENT, 'time_s')
+    call icoray_execute(ctx, 4, 240.0_real32, '2026-11-22_00:00:00', ierr)
+    call went_well(ctx, ierr, 'a step that is not drawn, with a date')
+    call icoray_execute(ctx, 5_int64, 300.0_real32, ierr)
+    call went_well(ctx, ierr, 'a step that is not drawn')
     call icoray_execute(ctx, 6, ieee_value(1.0_real64, ieee_positive_inf), ierr)
     call refused(ctx, ierr, ICORAY_ERR_ARGUMENT, 'time_s')
   end subroutine scenes
@@ -273,6 +307,7 @@ contains
     type(icoray_context) :: ctx
     type(icoray_frame_report) :: report
     real(real32), allocatable, target :: values(:, :)
+    real(real64), allocatable, target :: lon(:)
     integer :: ierr
     values = at_centers
     call icoray_open_serial(ctx, ierr, output_dir=directory//'/orders', threads=1, on_error=ICORAY_WARN, log=take_log)
@@ -288,6 +323,16 @@ contains
     call icoray_execute(ctx, 1, 0.0_real64)
     call refused(ctx, ICORAY_OK, ICORAY_OK, 'icoray_grid_set')
     call expect(lines == 1 .and. level_seen == ICORAY_LOG_WARN .and. index(line_seen, 'icoray_grid_set') > 0, 'the log')
+    ! What this module refuses is logged, and remembered by the library.
+    lon = [tables%lon_center, tables%lon_center]
+    associate (t => tables)
+      call icoray_grid_set(ctx, lon(2::2), t%lat_center, t%lon_corner, t%lat_corner, t%cell_corner, t%corner_cell, &
+        t%corner_edge, t%edge_corner, ierr, 0)
+    end associate
+    call refused(ctx, ierr, ICORAY_ERR_ARGUMENT, 'lon_center: not contiguous')
+    call expect(lines == 2 .and. index(line_seen, 'lon_center: not contiguous') > 0, 'the log of a refusal')
+    call icoray_execute(ctx, 2, 0.0_real64, ierr)
+    call refused(ctx, ierr, ICORAY_ERR_ORDER, 'grid was refused by icoray_grid_set: lon_center: not contiguous, dimension 1')
     call icoray_close(ctx)
   end subroutine orders
 

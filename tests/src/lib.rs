@@ -36,14 +36,14 @@ pub fn difference(a: &[[f32; 4]], b: &[[f32; 4]]) -> Difference {
     }
 }
 
-/// A scene from a template: `camera` and `rest` are TOML lines, tolerance 1e-7, knots rise from clear to dense.
+/// A scene from a template: `camera` and `rest` are TOML lines, one ray per pixel, tolerance 1e-7, knots rise from clear to dense.
 ///
 /// # Panics
 /// When the text is no scene.
 pub fn scene(size: u32, camera: &str, transfer: &str, rest: &str) -> Scene {
     let background = if rest.contains("background") { "" } else { "background = \"transparent\"\n" };
     let text = format!(
-        "field = \"f\"\n{background}tolerance = 1e-7\n{rest}\n[image]\nwidth = {size}\nheight = {size}\n\
+        "field = \"f\"\nantialias = false\n{background}tolerance = 1e-7\n{rest}\n[image]\nwidth = {size}\nheight = {size}\n\
          [camera]\n{camera}\n[transfer]\n{transfer}\n"
     );
     Scene::parse(&text).unwrap_or_else(|e| panic!("{e}\n{text}"))

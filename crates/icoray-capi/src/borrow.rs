@@ -6,7 +6,9 @@ use crate::types::{
     icoray_array, icoray_config, icoray_frame_report, icoray_grid, icoray_layers, icoray_ndarray,
     icoray_part, icoray_status,
 };
-use icoray_core::{Dimension, Field, GridTables, Indices, Location, LonLat, Owned, PartCells, Reals, Shape};
+use icoray_core::{
+    ColumnCount, Dimension, Field, GridTables, Indices, Location, LonLat, Owned, PartCells, Reals, Shape,
+};
 use std::ffi::{CStr, c_char, c_void};
 
 pub(crate) fn argument(message: String) -> Failure {
@@ -246,8 +248,8 @@ pub(crate) fn location(value: i32, of: &str) -> Outcome<Location> {
     }
 }
 
-/// The array that an array of many dimensions is, over a grid with `columns` cells or corners and on `layers` layers.
-pub(crate) fn flat(array: &icoray_ndarray, columns: usize, layers: usize) -> Outcome<icoray_array> {
+/// The array that an array of many dimensions is, which has the columns that are `expected` and `layers` layers.
+pub(crate) fn flat(array: &icoray_ndarray, expected: &ColumnCount, layers: usize) -> Outcome<icoray_array> {
     let rank =
         usize::try_from(array.rank).ok().filter(|r| (1..=ICORAY_MAX_RANK).contains(r)).ok_or_else(|| {
             argument(format!("icoray_ndarray.rank: {}, expected 1 to {ICORAY_MAX_RANK}", array.rank))
@@ -258,7 +260,7 @@ pub(crate) fn flat(array: &icoray_ndarray, columns: usize, layers: usize) -> Out
             stride: stride(array.stride[d], &format!("icoray_ndarray.stride[{d}]"))?,
         })
     });
-    let shape = Shape::of_dimensions(&dimensions.collect::<Outcome<Vec<_>>>()?, columns, layers)?;
+    let shape = Shape::of_dimensions(&dimensions.collect::<Outcome<Vec<_>>>()?, expected, layers)?;
     Ok(icoray_array {
         struct_size: size_of::<icoray_array>(),
         data: array.data,

@@ -1,6 +1,7 @@
 //! Statuses, messages and panics at the boundary: nothing unwinds into the model and nothing prints.
 
 use crate::host::FloatingPoint;
+use crate::message::fitted;
 use crate::types::icoray_status;
 use icoray_core::Error;
 use std::cell::RefCell;
@@ -139,7 +140,7 @@ pub(crate) fn guarded(call: impl FnOnce() -> Outcome<()>) -> Outcome<()> {
         // A model's thread may call from its own destructors, after this thread's message is gone.
         let _ = LAST.try_with(|last| {
             let mut last = last.borrow_mut();
-            last.message.clone_from(&failure.message);
+            last.message = fitted(&failure.message).into_owned();
             last.refused_by = 0;
         });
     }

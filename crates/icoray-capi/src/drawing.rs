@@ -8,27 +8,39 @@ use crate::log::{Level, Log};
 use crate::policy::Policy;
 use crate::types::{icoray_config, icoray_frame_report, icoray_status};
 use icoray_core::output::{Stamp, Writer};
-use icoray_core::{Backend, Background, Error, Fields, Frame, FrameReport, Job, Ranks, Renderer, Scene};
+use icoray_core::{
+    Backend, Background, Error, Fields, Frame, FrameReport, Job, Ranks, Renderer, Scene, Script,
+};
 use std::sync::Arc;
+use std::thread::{ThreadId, current};
 
 mod devices;
+mod errors;
 mod options;
 mod report;
 mod together;
 
 use devices::Devices;
+use errors::Errors;
 
 /// The threads of a context, and the frames that they have.
 pub(crate) struct Drawing {
     renderer: Arc<Renderer>,
     writer: Arc<Writer>,
-    /// Draws while the model goes on, where the config says so.
+    /// The thread that opened the context: MPI may be called there.
+    home: ThreadId,
+    /// Whether the config says that frames are drawn while the model goes on.
+    is_async: bool,
+    /// Does that; over several ranks once they have joined.
     background: Option<Background>,
     policy: Policy,
+    /// Whether this process has the writer's news: it is rank 0.
+    is_root: bool,
     /// With several ranks: what they last agreed on.
     is_on_for_all: Option<bool>,
     log: Log,
     devices: Devices,
+    errors: Errors,
     /// The first failure that no call has told of.
     untold: Option<Failure>,
     last: Option<(Stamp, FrameReport)>,
@@ -74,16 +86,14 @@ impl Call {
 }
 
 impl Drawing {
-    pub fn new(config: &icoray_config, output_dir: &str, ranks: &Ranks) -> Outcome<Self> {
-        let threads = usize::try_from(config.threads).ok().filter(|n| *n <= 4096).ok_or_else(|| {
+    /// `threads` is the number of threads where the config has none.
+    pub fn new(config: &icoray_config, output_dir: &str, ranks: &Ranks, threads: usize) -> Outcome<Self> {
+        let asked = usize::try_from(config.threads).ok().filter(|n| *n <= 4096).ok_or_else(|| {
             argument(format!("icoray_config.threads: {}, expected 0 to 4096", config.threads))
         })?;
+        let threads = if asked == 0 { threads } else { asked };
         let options = options::of_writer(config, output_dir)?;
         let policy = Policy::new(config, ranks.is_root())?;
-        if config.async_render != 0 && !ranks.is_alone() {
-            let message = "icoray_config.async_render with several ranks: not supported yet, set it to 0";
-            return Err(Failure::new(icoray_status::ICORAY_ERR_UNSUPPORTED, message));
-        }
         if !Log::LEVELS.contains(&config.log_level) {
             return Err(argument(format!("icoray_config.log_level: {}, expected 0 to 4", config.log_level)));
         }
@@ -94,7 +104,8 @@ impl Drawing {
             let renderer = renderer.with_devices(Arc::new(icoray_gpu::Gpus));
             let renderer = Arc::new(renderer);
             let writer = Arc::new(Writer::new(options)?);
-            let draws = (config.async_render != 0).then(|| Background::new(renderer.clone(), writer.clone()));
+            let is_begun = config.async_render != 0 && ranks.is_alone();
+            let draws = is_begun.then(|| Background::new(renderer.clone(), writer.clone()));
             Ok((renderer, writer, draws.transpose()?))
         })?;
         let (untold, last, handed_over, totals) = (None, None, None, Totals::default());
@@ -102,11 +113,15 @@ impl Drawing {
         Ok(Drawing {
             renderer,
             writer,
+            home: current().id(),
+            is_async: config.async_render != 0,
             background,
             policy,
+            is_root: ranks.is_root(),
             is_on_for_all,
             log,
             devices: Devices::default(),
+            errors: Errors::default(),
             untold,
             last,
             call: Call::default(),
@@ -127,6 +142,39 @@ impl Drawing {
 
     pub fn refuse_if_off(&self) -> Outcome<()> {
         self.policy.refuse_if_off()
+    }
+
+    /// Whether the log takes warnings.
+    pub fn is_warned(&self) -> bool {
+        self.log.takes(Level::Warn)
+    }
+
+    pub fn warn(&self, message: &str) {
+        self.log.say(Level::Warn, message);
+    }
+
+    /// Refuses a directory in which no picture could be written. Only who writes need ask.
+    pub fn check_directory(&self) -> Outcome<()> {
+        Ok(self.writer.check_directory()?)
+    }
+
+    /// Refuses names that no picture could have, by those of each view's first one. Only who writes need ask.
+    pub fn check_folders(&self, script: &Script) -> Outcome<()> {
+        let stamp = Stamp { date: Some("0001-01-01_00:00:00".into()), ..Stamp::default() };
+        for shot in script.views().iter().filter_map(|view| view.shots(&stamp).next()) {
+            let checked = self.writer.check_folders(&shot.scene.output, &stamp, &shot.scene.field);
+            let named = |failure: Failure| match shot.name.as_str() {
+                "" => failure,
+                name => failure.within(format_args!("view {name:?}")),
+            };
+            checked.map_err(|error| named(error.into()))?;
+        }
+        Ok(())
+    }
+
+    /// Whether frames are to be drawn while the model goes on.
+    pub fn is_async(&self) -> bool {
+        self.is_async
     }
 
     /// Whether a thread draws while the model goes on.
@@ -171,20 +219,26 @@ impl Drawing {
     }
 
     /// Hands the frames of a step to the background, if any; what is wrong with some of them keeps none of the others.
-    pub fn hand_over(&mut self, subjects: Vec<Subject>, stamp: &Stamp) -> Outcome<Vec<Failure>> {
+    /// Collective.
+    pub fn hand_over(
+        &mut self,
+        ranks: &mut Ranks,
+        subjects: Vec<Subject>,
+        stamp: &Stamp,
+    ) -> Outcome<Vec<Failure>> {
         let (Some(background), false) = (&mut self.background, subjects.is_empty()) else {
             return Ok(Vec::new());
         };
         self.devices.is_asked = subjects.iter().any(|subject| subject.scene.backend == Backend::Gpu);
         let (mut jobs, mut views, mut all) = (Vec::new(), Vec::new(), Fields::default());
-        for Subject { view, scene, grid, held: _, layers, fields, description, descriptions } in subjects {
+        for Subject { view, scene, grid, held, layers, fields, description, descriptions } in subjects {
             all = all.with(fields);
             views.push(view.clone());
             let (stamp, notes) = (stamp.clone(), notes(view).into_iter().collect());
-            jobs.push(Job { scene, grid, layers, stamp, description, descriptions, notes });
+            jobs.push(Job { scene, grid, held, layers, stamp, description, descriptions, notes });
         }
         let (count, mut refused) = (jobs.len(), Vec::new());
-        let accepted = background.submit_all(jobs, all, &mut refused);
+        let accepted = background.submit_all(ranks, jobs, all, &mut refused);
         // The frames before were waited for; their cost is to be taken before these ones' takes its place.
         self.collect();
         if refused.len() < count {
@@ -209,6 +263,8 @@ impl Drawing {
     fn hand_on(&mut self, frame: Frame, scene: &Scene, stamp: &Stamp) {
         let mut report = frame.report.clone();
         self.devices.tell(stamp, &report, &self.log);
+        let view = frame.notes.iter().find(|(key, _)| *key == "view").map(|(_, view)| view.as_str());
+        self.errors.tell(view, stamp, &report, &self.log);
         self.describe(stamp, &report);
         let submitted = self.writer.submit(frame, scene.output.clone(), stamp.clone());
         report.waited_s = submitted.waited_s;
@@ -258,9 +314,14 @@ impl Drawing {
                 match drawn.result {
                     Ok(report) => {
                         self.devices.tell(&drawn.stamp, &report, &self.log);
+                        self.errors.tell(drawn.view.as_deref(), &drawn.stamp, &report, &self.log);
                         self.describe(&drawn.stamp, &report);
                         self.call.add(&report);
                         self.last = Some((drawn.stamp, report));
+                    }
+                    // Rank 0 tells all of it.
+                    Err(error) if drawn.is_of_all && !self.is_root => {
+                        self.fail(&Failure::from(error).at_step(drawn.stamp.step));
                     }
                     Err(error) => self.fail_late(&drawn.stamp, error),
                 }

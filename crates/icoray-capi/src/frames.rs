@@ -2,7 +2,7 @@
 
 use crate::borrow::{argument, check_struct, text};
 use crate::boundary::{Failure, Outcome};
-use crate::handle::{icoray_ctx, with, with_all};
+use crate::handle::{icoray_ctx, with, with_all, with_answer};
 use crate::types::{icoray_frame_report, icoray_status};
 use icoray_core::output::Stamp;
 use std::ffi::c_char;
@@ -18,8 +18,12 @@ fn finite(time_s: f64) -> Outcome<()> {
 /// Sets *wants to 1 if icoray_execute may draw a picture at this step, else to 0, so that a model can skip a costly
 /// diagnostic. It reads no field: for a view that is due and has a condition (`when`) the answer is 1, and
 /// icoray_execute decides. A time of a scene (`at_times`) is due at the first icoray_execute at or after that time.
-/// The call is local; between two calls of icoray_execute or icoray_wait the answer is the same on all ranks that
-/// have the same scene.
+///
+/// The call is local and without communication. On all ranks of icoray_open that give the same step and time_s the
+/// answer is the same, whatever calls have failed on some of them: it depends only on the arguments and on what
+/// collective calls have agreed on (the scene, the last icoray_execute, whether the context is switched off). All ranks
+/// therefore reach or skip `if (wants) icoray_execute` together. With a time_s that is not finite
+/// (ICORAY_ERR_ARGUMENT) *wants is what the step alone says; after other failures it is 0.
 ///
 /// # Safety
 /// `ctx` is open; `wants` is NULL or writable.
@@ -35,7 +39,7 @@ pub unsafe extern "C" fn icoray_wants(
 }
 
 /// Sets *wants to 1 if icoray_execute may read the field `name` at this step, for a picture or for a condition, else
-/// to 0.
+/// to 0: to compute that field only where it is needed. Whether icoray_execute is called is decided by icoray_wants.
 ///
 /// # Safety
 /// `ctx` is open; `name` is NULL or a string; `wants` is NULL or writable.
@@ -60,20 +64,23 @@ unsafe fn wanted(
     time_s: f64,
     wants: *mut i32,
 ) -> icoray_status {
-    // SAFETY: NULL or can be written; a model that does not look at the status computes nothing.
+    // SAFETY: NULL or can be written.
     if let Some(wants) = unsafe { wants.as_mut() } {
         *wants = 0;
     }
     // SAFETY: passed on.
     unsafe {
-        with(ctx, |context| {
+        with_answer(ctx, |context| {
             // SAFETY: passed on.
             let name = name.map(|name| text(name, "name")).transpose()?;
-            finite(time_s)?;
+            let is_time = finite(time_s);
+            // No time of a scene is reached by NaN, so that the step decides.
+            let time_s = if is_time.is_ok() { time_s } else { f64::NAN };
+            let answer = context.wants(name, &Stamp { step, time_s, date: None });
             // SAFETY: as above.
             let wants = wants.as_mut().ok_or_else(|| Failure::null("wants"))?;
-            *wants = context.wants(name, &Stamp { step, time_s, date: None }).into();
-            Ok(())
+            *wants = answer.into();
+            is_time
         })
     }
 }
@@ -84,8 +91,9 @@ unsafe fn wanted(
 ///
 /// - `step`: the model's step; views with `every` or `at_steps` refer to it.
 /// - `time_s`: model time in seconds; views with `at_times` refer to it.
-/// - `iso_datetime`: "YYYY-MM-DD_hh:mm:ss", or with a T in between; may be NULL unless an output name of the scene
-///   contains a date.
+/// - `iso_datetime`: "YYYY-MM-DD_hh:mm:ss", or with a T in between; may be NULL or blank unless an output name of the
+///   scene contains a date. With a date, pictures for which the scene has no output.file are named by date and step
+///   ("theta_2026-11-21_06.00.00_000042.png"), so that a restarted run, whose steps may begin again, draws new files.
 ///
 /// A scene with several [[views]] draws those whose trigger (`every`, `at_steps`, `at_times`; without any, each step)
 /// and conditions (`when`) hold. If one of several pictures fails, the others are drawn nevertheless; status and
@@ -95,10 +103,10 @@ unsafe fn wanted(
 /// frame nevertheless), icoray_wait or icoray_close. Call icoray_wait or icoray_close before the program ends: frames
 /// that are not on disk by then are lost.
 ///
-/// Collective over the communicator of icoray_open, at each step, drawn or not: ranks exchange some hundred bytes,
-/// and each renders its tiles or its part of the grid. Rank 0 gathers and writes the picture. Conditions use the
-/// values of all ranks. A failure on one rank is the status of all ranks, with that rank's number in the message;
-/// ranks with different steps, scenes or fields get ICORAY_ERR_MPI.
+/// Collective over the communicator of icoray_open, at each step for which it is called, drawn or not: ranks exchange
+/// some hundred bytes, and each renders its tiles or its part of the grid. Rank 0 gathers and writes the picture.
+/// Conditions use the values of all ranks. A failure on one rank is the status of all ranks, with that rank's number in
+/// the message; ranks with different steps or fields get ICORAY_ERR_MPI.
 ///
 /// # Safety
 /// `ctx` is open; all borrowed tables and arrays are alive and unchanged until the call returns; `iso_datetime` is
@@ -114,11 +122,9 @@ pub unsafe extern "C" fn icoray_execute(
     unsafe {
         with_all(ctx, |context| {
             let stamp = || {
-                let date = if iso_datetime.is_null() {
-                    None
-                } else {
-                    Some(text(iso_datetime, "iso_datetime")?.to_string())
-                };
+                let date =
+                    if iso_datetime.is_null() { "" } else { text(iso_datetime, "iso_datetime")?.trim() };
+                let date = (!date.is_empty()).then(|| date.to_owned());
                 finite(time_s)?;
                 Ok(Stamp { step, time_s, date })
             };

@@ -2,9 +2,43 @@
 
 use crate::boundary::{Failure, Outcome, caught, guarded, last_refusal, refused_by, status};
 use crate::context::Context;
+use crate::message::fitted;
 use crate::types::icoray_status;
+use std::cell::RefCell;
+use std::ops::{Deref, DerefMut};
 use std::ptr;
 use std::sync::{Mutex, MutexGuard, PoisonError, TryLockError};
+
+thread_local! {
+    /// The addresses of the contexts in whose calls this thread is.
+    static ENTERED: RefCell<Vec<usize>> = const { RefCell::new(Vec::new()) };
+}
+
+/// A context, for the caller that is in it.
+pub struct Entry<'a> {
+    context: MutexGuard<'a, Context>,
+}
+
+impl Drop for Entry<'_> {
+    fn drop(&mut self) {
+        // Calls return in the opposite order.
+        let _ = ENTERED.try_with(|entered| entered.borrow_mut().pop());
+    }
+}
+
+impl Deref for Entry<'_> {
+    type Target = Context;
+
+    fn deref(&self) -> &Context {
+        &self.context
+    }
+}
+
+impl DerefMut for Entry<'_> {
+    fn deref_mut(&mut self) -> &mut Context {
+        &mut self.context
+    }
+}
 
 /// An open context.
 #[expect(non_camel_case_types, reason = "the name is C's")]
@@ -12,6 +46,8 @@ pub struct icoray_ctx {
     /// The process that opened it and has its threads.
     process: u32,
     context: Mutex<Context>,
+    /// Whether other ranks make some of the calls together with this one.
+    is_shared: bool,
     /// The last failure's message, which can be read while a call is under way.
     message: Mutex<String>,
 }
@@ -20,6 +56,7 @@ impl icoray_ctx {
     pub fn new(context: Context) -> Self {
         icoray_ctx {
             process: std::process::id(),
+            is_shared: context.is_shared(),
             context: Mutex::new(context),
             message: Mutex::new(String::new()),
         }
@@ -42,7 +79,8 @@ impl icoray_ctx {
     ) -> Outcome<()> {
         caught(|| call(context)).inspect_err(|failure| {
             tell(context, failure);
-            self.message.lock().unwrap_or_else(PoisonError::into_inner).clone_from(&failure.message);
+            let mut message = self.message.lock().unwrap_or_else(PoisonError::into_inner);
+            *message = fitted(&failure.message).into_owned();
         })
     }
 
@@ -53,7 +91,29 @@ impl icoray_ctx {
     }
 
     /// The context, for one caller at a time.
-    pub fn enter(&self) -> Outcome<MutexGuard<'_, Context>> {
+    pub fn enter(&self) -> Outcome<Entry<'_>> {
+        self.enter_by(|context| match context.try_lock() {
+            Ok(context) => Some(context),
+            // A panic is caught while the lock is held, and poisons the context itself.
+            Err(TryLockError::Poisoned(context)) => Some(context.into_inner()),
+            Err(TryLockError::WouldBlock) => None,
+        })
+    }
+
+    /// The same for calls that other ranks make too: it waits for a call of another thread, which would otherwise keep this
+    /// rank alone from the call.
+    pub fn enter_with_others(&self) -> Outcome<Entry<'_>> {
+        let is_within = || ENTERED.try_with(|entered| entered.borrow().contains(&ptr::from_ref(self).addr()));
+        if !self.is_shared || self.is_forked() || is_within().unwrap_or(true) {
+            return self.enter();
+        }
+        self.enter_by(|context| Some(context.lock().unwrap_or_else(PoisonError::into_inner)))
+    }
+
+    fn enter_by<'a>(
+        &'a self,
+        lock: impl FnOnce(&'a Mutex<Context>) -> Option<MutexGuard<'a, Context>>,
+    ) -> Outcome<Entry<'a>> {
         if self.is_forked() {
             let message = format!(
                 "the context was opened by process {}, of which this one ({}) was forked; open one here",
@@ -62,16 +122,13 @@ impl icoray_ctx {
             );
             return Err(Failure::new(icoray_status::ICORAY_ERR_FORKED, message));
         }
-        match self.context.try_lock() {
-            Ok(context) => Ok(context),
-            // A panic is caught while the lock is held, and poisons the context itself.
-            Err(TryLockError::Poisoned(context)) => Ok(context.into_inner()),
-            Err(TryLockError::WouldBlock) => {
-                let message = "another call on this context has not returned yet (from another thread, or from this \
-                               one's log callback)";
-                Err(Failure::new(icoray_status::ICORAY_ERR_BUSY, message))
-            }
-        }
+        let Some(context) = lock(&self.context) else {
+            let message = "another call on this context has not returned yet (from another thread, or from this \
+                           one's log callback)";
+            return Err(Failure::new(icoray_status::ICORAY_ERR_BUSY, message));
+        };
+        let _ = ENTERED.try_with(|entered| entered.borrow_mut().push(ptr::from_ref(self).addr()));
+        Ok(Entry { context })
     }
 }
 
@@ -86,8 +143,47 @@ pub(crate) unsafe fn with(
 ) -> icoray_status {
     // SAFETY: passed on.
     unsafe {
-        entered(ctx, |ctx, context| {
+        entered(ctx, icoray_ctx::enter, |ctx, context| {
             context.refuse_if_poisoned()?;
+            ctx.run(context, Context::failed, call)
+        })
+    }
+}
+
+/// As [`with`], for a call before which frames that ranks render in the background come to an end. That is collective,
+/// whatever is wrong with the context or the call on some ranks.
+///
+/// # Safety
+/// As [`with`].
+pub(crate) unsafe fn with_frames_finished(
+    ctx: *const icoray_ctx,
+    name: &'static str,
+    call: impl FnOnce(&mut Context) -> Outcome<()>,
+) -> icoray_status {
+    // SAFETY: passed on.
+    unsafe {
+        entered(ctx, icoray_ctx::enter_with_others, |ctx, context| {
+            let finished = ctx.run(context, Context::failed_for_all, |context| context.finish_frames(name));
+            context.refuse_if_poisoned()?;
+            finished?;
+            ctx.run(context, Context::failed, call)
+        })
+    }
+}
+
+/// As [`with`], for calls whose answer is the same on all ranks though they do not communicate: only what all have agreed on
+/// is refused.
+///
+/// # Safety
+/// As [`with`].
+pub(crate) unsafe fn with_answer(
+    ctx: *const icoray_ctx,
+    call: impl FnOnce(&mut Context) -> Outcome<()>,
+) -> icoray_status {
+    // SAFETY: passed on.
+    unsafe {
+        entered(ctx, icoray_ctx::enter_with_others, |ctx, context| {
+            context.refuse_if_over()?;
             ctx.run(context, Context::failed, call)
         })
     }
@@ -104,7 +200,7 @@ pub(crate) unsafe fn with_all(
 ) -> icoray_status {
     // SAFETY: passed on.
     unsafe {
-        entered(ctx, |ctx, context| {
+        entered(ctx, icoray_ctx::enter_with_others, |ctx, context| {
             if !context.is_shared() {
                 context.refuse_if_poisoned()?;
             }
@@ -113,19 +209,21 @@ pub(crate) unsafe fn with_all(
     }
 }
 
-/// Enters a context, and keeps for this thread that it was refused.
+/// Enters a context by `enter`, and keeps for this thread that it was refused.
 ///
 /// # Safety
 /// As [`with`].
 unsafe fn entered(
     ctx: *const icoray_ctx,
+    enter: impl FnOnce(&icoray_ctx) -> Outcome<Entry<'_>>,
     call: impl FnOnce(&icoray_ctx, &mut Context) -> Outcome<()>,
 ) -> icoray_status {
     let mut is_refused = false;
     let outcome = guarded(|| {
         // SAFETY: the caller promises an open context.
         let ctx = unsafe { ctx.as_ref() }.ok_or_else(|| Failure::null("ctx"))?;
-        let mut context = ctx.enter().inspect_err(|_| is_refused = true)?;
+        let mut context = enter(ctx).inspect_err(|_| is_refused = true)?;
+        context.pump();
         call(ctx, &mut context)
     });
     if is_refused {

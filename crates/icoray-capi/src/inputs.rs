@@ -1,15 +1,19 @@
 //! Exported: grid, layers, fields, heights and scene.
 
-use crate::borrow::{self, Versioned, name, sized, text};
+use crate::borrow::{self, name, sized, text};
 use crate::boundary::{Failure, Outcome};
-use crate::handle::{icoray_ctx, with, with_all};
+use crate::context::SceneSource;
+use crate::handle::{icoray_ctx, with, with_all, with_frames_finished};
 use crate::types::{icoray_array, icoray_grid, icoray_layers, icoray_ndarray, icoray_part, icoray_status};
 use icoray_core::Description;
 use std::ffi::c_char;
 
 /// Sets a grid: checks all its tables and borrows them until icoray_close or the next icoray_grid_set of the same
-/// name. It first waits for frames that still read the previous grid. A rank of icoray_open may have no cells,
-/// corners and edges; its tables may then be NULL.
+/// name. A rank of icoray_open may have no cells, corners and edges; its tables may then be NULL.
+///
+/// It first waits for frames that are rendered in the background (async_render), as these may read the previous grid.
+/// Over several ranks that is collective: with async_render all ranks call icoray_grid_set at the same place among
+/// their collective calls.
 ///
 /// On failure (ICORAY_ERR_GRID names table, row and value) the previous grid of that name, if any, and its
 /// icoray_part stay in effect.
@@ -20,10 +24,10 @@ use std::ffi::c_char;
 pub unsafe extern "C" fn icoray_grid_set(ctx: *mut icoray_ctx, grid: *const icoray_grid) -> icoray_status {
     // SAFETY: passed on.
     unsafe {
-        with(ctx, |context| {
+        with_frames_finished(ctx, "icoray_grid_set", |context| {
             let grid = sized(grid)?;
             let name = name(grid.name, "icoray_grid.name")?;
-            context.set_grid(name, borrow::tables(grid)?)
+            context.set_grid(name, borrow::tables(grid))
         })
     }
 }
@@ -32,9 +36,10 @@ pub unsafe extern "C" fn icoray_grid_set(ctx: *mut icoray_ctx, grid: *const icor
 /// columns of the fields (icoray_part). It is called after icoray_grid_set of that grid, and again after each further
 /// one (ICORAY_ERR_ORDER if no grid was set). The tables of `part` are read during the call only.
 ///
-/// With parts, each rank renders its cells in the whole picture, and the fragments of rays are exchanged and
-/// composed. With columns, each node assembles the fields, and ranks render tiles: bitwise the picture of one rank
-/// with the whole fields.
+/// Each node assembles the fields, and with parts the grid, which takes memory for the tables of the node's cells on
+/// each rank. If there is one node, or with columns, ranks render tiles: bitwise the picture of one rank with the whole
+/// grid and fields. With parts on several nodes, each node renders its cells in the whole picture, and the fragments
+/// of rays are exchanged and composed.
 ///
 /// Collective over the communicator of icoray_open, with a grid of the same name on all ranks. A failure on one rank
 /// is the status of all ranks: ICORAY_ERR_GRID if a cell is owned by two ranks or by none, a number occurs twice or
@@ -71,16 +76,17 @@ pub unsafe extern "C" fn icoray_layers_set(
         with(ctx, |context| {
             let layers = sized(layers)?;
             let name = name(layers.name, "icoray_layers.name")?;
-            context.set_layers(name, borrow::radii(layers.radius_m, layers.count)?, layers.planet_radius_m)
+            context.set_layers(name, borrow::radii(layers.radius_m, layers.count), layers.planet_radius_m)
         })
     }
 }
 
-/// Sets a field under the name that scenes use; it replaces a field of the same name. The array is borrowed: it is
-/// read at each icoray_execute that needs it, so that one call suffices for an array whose values change. A model
-/// whose arrays move (time levels that are swapped) calls this before each icoray_execute; the call stores the
-/// description only. A scene of several fields needs all of them, on the same grid and layers; some may be at centres
-/// and others at corners.
+/// Sets a field under the name that scenes use; it replaces a field of the same name. The array is borrowed and read at
+/// each icoray_execute that needs it; the call itself stores the description only. It belongs into the time loop,
+/// before icoray_execute: models swap time levels, and a pointer that is given once shows the step before at every odd
+/// step. Where values change at every second or third step only and the array was not given anew, the log has a
+/// warning, once for a field. A scene of several fields needs all of them, on the same grid and layers; some may be at
+/// centres and others at corners.
 ///
 /// # Safety
 /// `ctx` is open; `name` is NULL or a string; `array` is NULL or points to an initialised icoray_array, whose data
@@ -92,12 +98,7 @@ pub unsafe extern "C" fn icoray_field_set(
     array: *const icoray_array,
 ) -> icoray_status {
     // SAFETY: passed on.
-    unsafe {
-        with(ctx, |context| {
-            let (name, array) = (text(name, "name")?, sized(array)?);
-            context.set_field(name, array, icoray_array::NAME)
-        })
-    }
+    unsafe { with(ctx, |context| context.set_field(text(name, "name")?, sized(array))) }
 }
 
 /// As icoray_field_set, for an array given by its dimensions: which of them are layers and which are columns is found
@@ -113,12 +114,7 @@ pub unsafe extern "C" fn icoray_field_set_ndarray(
     array: *const icoray_ndarray,
 ) -> icoray_status {
     // SAFETY: passed on.
-    unsafe {
-        with(ctx, |context| {
-            let (name, array) = (text(name, "name")?, sized(array)?);
-            context.set_ndarray(name, array)
-        })
-    }
+    unsafe { with(ctx, |context| context.set_ndarray(text(name, "name")?, sized(array))) }
 }
 
 /// Sets the heights of layers that differ from column to column (terrain, a sea floor): metres above the planet's
@@ -143,8 +139,7 @@ pub unsafe extern "C" fn icoray_heights_set(
     // SAFETY: passed on.
     unsafe {
         with(ctx, |context| {
-            let heights = if heights.is_null() { None } else { Some(sized(heights)?) };
-            context.set_heights(heights, icoray_array::NAME)
+            context.set_heights(if heights.is_null() { Ok(None) } else { sized(heights).map(Some) })
         })
     }
 }
@@ -162,8 +157,37 @@ pub unsafe extern "C" fn icoray_heights_set_ndarray(
     // SAFETY: passed on.
     unsafe {
         with(ctx, |context| {
-            let heights = if heights.is_null() { None } else { Some(sized(heights)?) };
-            context.set_heights_ndarray(heights)
+            context.set_heights_ndarray(if heights.is_null() { Ok(None) } else { sized(heights).map(Some) })
+        })
+    }
+}
+
+/// Records that a binding of another language has refused what the model gave to `call`, before it called this
+/// library: the message is that of the context's last failed call and is logged, and an icoray_execute that lacks what
+/// was refused says why. The Fortran module calls this function. Returns `status`, or ICORAY_ERR_ARGUMENT if that is
+/// none of ICORAY_ERR_NULL, ICORAY_ERR_ARGUMENT and ICORAY_ERR_ORDER.
+///
+/// - `call`: the name of the function, such as "icoray_field_set".
+/// - `name`: the name of the grid, layers or field; NULL or "" if it has none.
+///
+/// # Safety
+/// `ctx` is open; `call`, `name` and `message` are NULL or strings.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn icoray_refuse(
+    ctx: *mut icoray_ctx,
+    call: *const c_char,
+    name: *const c_char,
+    status: i32,
+    message: *const c_char,
+) -> icoray_status {
+    use icoray_status::{ICORAY_ERR_ARGUMENT, ICORAY_ERR_NULL, ICORAY_ERR_ORDER};
+    let known = [ICORAY_ERR_NULL, ICORAY_ERR_ORDER].into_iter().find(|known| *known as i32 == status);
+    let status = known.unwrap_or(ICORAY_ERR_ARGUMENT);
+    // SAFETY: passed on.
+    unsafe {
+        with(ctx, |context| {
+            let (call, name) = (text(call, "call")?, borrow::name(name, "name")?);
+            context.refuse(call, name, Failure::new(status, text(message, "message")?))
         })
     }
 }
@@ -196,8 +220,12 @@ pub unsafe extern "C" fn icoray_field_describe(
 }
 
 /// Loads the scene from a TOML file: one picture or several views, with their triggers and camera motions. A file
-/// that has only comments draws nothing. On failure (ICORAY_ERR_SCENE names line and key; ICORAY_ERR_IO) the previous
-/// scene, if any, stays in effect.
+/// that has only comments draws nothing. On failure (ICORAY_ERR_SCENE names line and key; ICORAY_ERR_IO if the file
+/// cannot be read, or pictures of that name or in that folder could not be written) the previous scene, if any, stays
+/// in effect.
+///
+/// Collective over the communicator of icoray_open. Rank 0 reads its file and sends the text to the other ranks, whose
+/// paths are not read; NULL is refused on every rank. A failure on one rank is the status of all ranks.
 ///
 /// # Safety
 /// `ctx` is open; `path` is NULL or a string.
@@ -205,22 +233,22 @@ pub unsafe extern "C" fn icoray_field_describe(
 pub unsafe extern "C" fn icoray_scene_load(ctx: *mut icoray_ctx, path: *const c_char) -> icoray_status {
     // SAFETY: passed on.
     unsafe {
-        with(ctx, |context| {
-            let path = text(path, "path")?;
-            let unread =
-                |e| Failure::new(icoray_status::ICORAY_ERR_IO, format!("{path}: cannot read the scene: {e}"));
-            let scene = std::fs::read_to_string(path).map_err(unread)?;
-            context.set_scene(&scene).map_err(|f| Failure::new(f.status, format!("{path}: {}", f.message)))
+        with_all(ctx, |context| {
+            context.set_scene("icoray_scene_load", || Ok(SceneSource::File(text(path, "path")?)))
         })
     }
 }
 
-/// As icoray_scene_load, from TOML text.
+/// As icoray_scene_load, from TOML text. Collective: all ranks use the text of rank 0.
 ///
 /// # Safety
 /// `ctx` is open; `toml` is NULL or a string.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn icoray_scene_text(ctx: *mut icoray_ctx, toml: *const c_char) -> icoray_status {
     // SAFETY: passed on.
-    unsafe { with(ctx, |context| context.set_scene(text(toml, "toml")?)) }
+    unsafe {
+        with_all(ctx, |context| {
+            context.set_scene("icoray_scene_text", || Ok(SceneSource::Text(text(toml, "toml")?)))
+        })
+    }
 }

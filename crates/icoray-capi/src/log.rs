@@ -1,6 +1,7 @@
 //! The log: lines for the host's callback, on the host's thread, and for nobody where it gave none.
 
 use crate::host::as_caller;
+use crate::message::fitted;
 use crate::types::{
     ICORAY_LOG_DEBUG, ICORAY_LOG_ERROR, ICORAY_LOG_INFO, ICORAY_LOG_OFF, ICORAY_LOG_WARN, icoray_log_fn,
 };
@@ -43,7 +44,7 @@ impl Log {
             return;
         }
         // A NUL inside would cut the line; messages quote user data, which may hold one.
-        let line = CString::new(message.replace('\0', "\u{fffd}")).unwrap_or_default();
+        let line = CString::new(fitted(&message.replace('\0', "\u{fffd}")).as_bytes()).unwrap_or_default();
         if let Some(callback) = self.callback {
             // SAFETY: the host promises a callback that takes a string for the time of the call.
             as_caller(|| unsafe { callback(self.user, level as i32, line.as_ptr()) });

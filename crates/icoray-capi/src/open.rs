@@ -4,8 +4,8 @@ use crate::borrow::{sized, text};
 use crate::boundary::{Failure, Outcome, caught, guarded, last_message, refused_by, status};
 use crate::context::Context;
 use crate::handle::icoray_ctx;
-use crate::ranks;
 use crate::types::{icoray_config, icoray_status};
+use crate::{job, processors, ranks};
 use icoray_core::Ranks;
 use std::ffi::c_char;
 use std::ptr;
@@ -17,7 +17,10 @@ pub extern "C" fn icoray_version() -> *const c_char {
 }
 
 /// Opens a context for one process, without MPI, and stores it in *ctx; icoray_close closes it. On failure *ctx is
-/// NULL, and icoray_last_error(NULL, ...) returns the message.
+/// NULL, and icoray_last_error(NULL, ...) returns the message. ICORAY_ERR_IO if pictures could not be written in
+/// output_dir, or if it is missing and could not be created.
+///
+/// In a job of several MPI ranks each process with such a context draws pictures of its own; rank 0 logs a warning, once.
 ///
 /// # Safety
 /// `config` is NULL or points to an initialised icoray_config; `ctx` is NULL or points to a writable pointer.
@@ -30,7 +33,10 @@ pub unsafe extern "C" fn icoray_open_serial(
         // SAFETY: passed on.
         unsafe {
             cleared(ctx)?;
-            let context = configured(config, &Ranks::alone())?;
+            let mut alone = Ranks::alone();
+            let threads = processors::share(&mut alone)?;
+            let context = configured(config, &alone, threads)?;
+            job::warn_of_ranks(|message| context.warn(message));
             ctx.write(Box::into_raw(Box::new(icoray_ctx::new(context))));
         }
         Ok(())
@@ -45,15 +51,23 @@ pub unsafe extern "C" fn icoray_open_serial(
 /// fortran_comm is MPI_Comm_c2f(comm). It is duplicated, and the duplicate is freed by icoray_close. The model
 /// initialises MPI before, at any thread level, and finalises it after icoray_close.
 ///
-/// icoray_open, icoray_part_set, icoray_execute, icoray_wait and icoray_close are collective: all ranks call them in
-/// the same order, whatever calls have failed before, and get the same status. All other calls are local. MPI is
-/// called only inside collective calls, on their thread.
+/// icoray_open, icoray_part_set, icoray_scene_load, icoray_scene_text, icoray_execute, icoray_wait and icoray_close are
+/// collective: all ranks call them in the same order, whatever calls have failed before, and get the same status. All
+/// other calls are local, and their failures differ from rank to rank: the next icoray_execute that needs what failed
+/// has the status on all ranks. icoray_wants is local with the same answer on all ranks. MPI is called only inside
+/// collective calls, on their thread, and with async_render in every call on the thread that opened the context.
+///
+/// With async_render (the same on all ranks) icoray_execute copies the fields and returns; a thread of each rank renders.
+/// Calls of MPI remain the model's: each call on the context moves messages between the threads on, half a
+/// millisecond at most, and waits for nobody; icoray_wait, icoray_close, and an icoray_execute that draws while the
+/// frame before is not finished, wait until it is on all ranks.
 ///
 /// Ranks of a node share memory for data that all of them need. The environment variable ICORAY_NODE_RANKS limits how
-/// many ranks share it; with 1, none do. async_render is not supported.
+/// many ranks share it; with 1, none do.
 ///
 /// On failure *ctx is NULL, and icoray_last_error(NULL, ...) returns the message: ICORAY_ERR_UNSUPPORTED if the
-/// library was built without MPI or for another MPI, ICORAY_ERR_MPI if MPI is not initialised or fails.
+/// library was built without MPI or for another MPI, ICORAY_ERR_MPI if MPI is not initialised or fails, ICORAY_ERR_IO
+/// if rank 0 could not write pictures in its output_dir.
 ///
 /// # Safety
 /// `config` is NULL or points to an initialised icoray_config; `ctx` is NULL or points to a writable pointer.
@@ -67,12 +81,15 @@ pub unsafe extern "C" fn icoray_open(
         // SAFETY: passed on.
         let writable = unsafe { cleared(ctx) };
         let mut ranks = ranks::of_communicator(fortran_comm)?;
+        let threads = processors::share(&mut ranks);
         // What is wrong here is told to the others, who are here too.
         // SAFETY: passed on.
-        let mine = caught(|| writable.and_then(|()| unsafe { configured(config, &ranks) }));
-        let (context, _) = ranks::agree(&mut ranks, mine, "icoray_open", Vec::new(), &[]);
+        let mine = caught(|| writable.and_then(|()| unsafe { configured(config, &ranks, threads?) }));
+        // Never compared where this rank refuses.
+        let facts = mine.as_ref().map_or_else(|_| Vec::new(), Context::facts);
+        let (context, _) = ranks::agree(&mut ranks, mine, "icoray_open", facts, &[]);
         let mut context = context?;
-        context.join(ranks);
+        context.join(ranks)?;
         // SAFETY: not NULL, as all ranks have agreed; the caller promises that it can be written.
         unsafe { ctx.write(Box::into_raw(Box::new(icoray_ctx::new(context)))) };
         Ok(())
@@ -96,7 +113,7 @@ unsafe fn cleared(ctx: *mut *mut icoray_ctx) -> Outcome<()> {
 
 /// # Safety
 /// `config` is NULL or a filled-in icoray_config.
-unsafe fn configured(config: *const icoray_config, ranks: &Ranks) -> Outcome<Context> {
+unsafe fn configured(config: *const icoray_config, ranks: &Ranks, threads: usize) -> Outcome<Context> {
     // SAFETY: passed on.
     let config = unsafe { sized(config)? };
     let output_dir = if config.output_dir.is_null() {
@@ -105,13 +122,13 @@ unsafe fn configured(config: *const icoray_config, ranks: &Ranks) -> Outcome<Con
         // SAFETY: passed on.
         unsafe { text(config.output_dir, "icoray_config.output_dir")? }
     };
-    Context::new(config, output_dir, ranks)
+    Context::new(config, output_dir, ranks, threads)
 }
 
 /// Copies the message of the last failed call on the context into buf, truncated to len - 1 bytes and terminated by
-/// NUL. If that call was refused before it entered the context (ICORAY_ERR_BUSY, ICORAY_ERR_FORKED), or if ctx is
-/// NULL, it copies the message of this thread's last failed call. It may be called while another call on the context
-/// is in progress.
+/// NUL. Messages and lines of the log have at most 400 bytes: long names, paths and lists are shortened. If that call
+/// was refused before it entered the context (ICORAY_ERR_BUSY, ICORAY_ERR_FORKED), or if ctx is NULL, it copies the
+/// message of this thread's last failed call. It may be called while another call on the context is in progress.
 ///
 /// # Safety
 /// `ctx` is NULL or open; `buf` is NULL or has room for `len` bytes.
@@ -170,7 +187,7 @@ pub unsafe extern "C" fn icoray_close(ctx: *mut *mut icoray_ctx) -> icoray_statu
             unsafe { ctx.write(ptr::null_mut()) };
             return Ok(());
         }
-        let outcome = match handle.enter() {
+        let outcome = match handle.enter_with_others() {
             // Closed all the same, so a panic goes no further than this; the log hears of a failure as of any other.
             Ok(mut context) => handle.run(&mut context, Context::failed_for_all, Context::finish),
             Err(busy) => {

@@ -17,7 +17,7 @@ pub enum icoray_status {
     ICORAY_ERR_ARGUMENT = 3,
     /// A grid table contradicts itself or another table; the message names table, row and value.
     ICORAY_ERR_GRID = 4,
-    /// Not supported: MPI in a library built without it or for another MPI, or async_render over several ranks.
+    /// Not supported: MPI in a library built without it or for another MPI.
     ICORAY_ERR_UNSUPPORTED = 5,
     /// Layer radii are not positive, finite and strictly monotone, or heights of columns are wrong.
     ICORAY_ERR_LAYERS = 6,
@@ -60,7 +60,7 @@ pub const ICORAY_CORNER: i32 = 1;
 pub const ICORAY_ALONE: i32 = 0;
 /// icoray_frame_report.scheme: each rank rendered tiles of the picture.
 pub const ICORAY_TILES: i32 = 1;
-/// icoray_frame_report.scheme: each rank rendered its part of the grid, and the fragments of rays were composed.
+/// icoray_frame_report.scheme: each node rendered its part of the grid, and the fragments of rays were composed.
 pub const ICORAY_FRAGMENTS: i32 = 2;
 
 /// icoray_frame_report.drawn_on: the CPU traced this rank's rays.
@@ -107,11 +107,13 @@ pub type icoray_log_fn = Option<unsafe extern "C" fn(user: *mut c_void, level: i
 pub struct icoray_config {
     /// sizeof(icoray_config)
     pub struct_size: usize,
-    /// Directory of the pictures and of report.csv; created if missing. NULL is the working directory. Copied.
+    /// Directory of the pictures and of report.csv; created if missing. NULL is the working directory. Copied. Opening
+    /// a context fails (ICORAY_ERR_IO) if pictures could not be written there; it leaves nothing there.
     pub output_dir: *const c_char,
-    /// Number of rendering threads; 0 is the number of processors in the affinity mask. All threads of icoray,
-    /// including the writer, inherit the mask of the thread that opens the context: with one processor in it they
-    /// compete with the model.
+    /// Number of rendering threads; 0 is the number of processors in the affinity mask of the thread that opens the
+    /// context, divided by the number of ranks of icoray_open on this node whose masks share a processor with it, at
+    /// least 1. All threads of icoray, including the writer, inherit the mask: with one processor in it they compete
+    /// with the model.
     pub threads: i32,
     /// Existing pictures: ICORAY_NEVER_MODIFY or ICORAY_OVERWRITE.
     pub existing: i32,
@@ -122,7 +124,7 @@ pub struct icoray_config {
     pub disable_after: i32,
     /// Nonzero: icoray_execute copies the fields that the step's pictures need, each once, and returns; a thread
     /// renders from the copies. Only one step is in progress: icoray_execute first waits for the frames of the step
-    /// before.
+    /// before. Over several ranks it must be the same on all; icoray_open says how their messages are moved on.
     pub async_render: i32,
     /// Number of frames that may wait for the writing thread, 1 to 1024; 0 is 2.
     pub writer_queue: i32,
@@ -190,13 +192,16 @@ pub struct icoray_grid {
 ///
 /// If `cells` equals the number of cells of the icoray_grid on all ranks, that grid is the rank's part: its own
 /// cells and a halo of all cells that share a corner with them, with local numbers. Neighbours beyond the halo are
-/// marked as missing. Fields at centres have values in the halo; fields at corners have values at the corners of
-/// own cells.
+/// marked as missing. Fields at centres have a column for each of these cells, of which own ones are read; fields at
+/// corners have a column for each corner, and those whose first cell in corner_cell is own are read. What stands in a
+/// halo is not read: halos of fields need no exchange before icoray_execute.
 ///
 /// If it differs on any rank, icoray_grid is the whole grid on all ranks, and cell_global holds rows of its tables.
 /// Fields are at centres (else ICORAY_ERR_FIELD) and have a column for each of the `cells` cells, of which only own
-/// ones are read; a halo is not needed. The columns are assembled once per frame in memory shared by the ranks of a
-/// node (bytes_copied).
+/// ones are read; a halo is not needed.
+///
+/// Columns are assembled once per frame in memory shared by the ranks of a node (bytes_copied). With one rank nothing
+/// is copied.
 #[repr(C)]
 #[derive(Debug, Clone, Copy)]
 pub struct icoray_part {
@@ -257,7 +262,8 @@ pub struct icoray_array {
     pub r#type: i32,
     /// ICORAY_CENTER or ICORAY_CORNER.
     pub location: i32,
-    /// Number of columns: cells of the grid, or corners for ICORAY_CORNER.
+    /// Number of columns: cells of the grid, or corners for ICORAY_CORNER; another number is refused by icoray_execute,
+    /// which says what it looks like.
     pub columns: i64,
     /// Number of layers, at least 2: count of icoray_layers, or count - 1.
     pub layers: i64,
@@ -290,8 +296,13 @@ pub const ICORAY_MAX_RANK: usize = 7;
 /// Dimensions of extent 1 are ignored. Of two dimensions, one holds the layers and the other the columns, in either
 /// order. Of three, one holds the layers and the other two, in order, the columns of a block and the blocks. If
 /// several readings fit, the layers are the dimension with as many entries as icoray_layers, else one fewer; among
-/// these the second of three, or the first. The dimension of columns may be longer than the grid has cells or
-/// corners.
+/// these the second of three, or the first.
+///
+/// The dimension of columns may be longer than the grid has cells (or corners) by padding of at most 64, such as the
+/// one column more of MPAS's arrays. A dimension that is as long as the grid has corners or edges (or cells, for a
+/// field at corners), or one longer, is refused with what it looks like, as is more padding: pass a section of the
+/// array, and give the columns of a halo to icoray_grid and icoray_part too. The only block of an array
+/// (nproma, layers, 1) may be longer by any number of columns.
 #[repr(C)]
 #[derive(Debug, Clone, Copy)]
 pub struct icoray_ndarray {
@@ -341,7 +352,7 @@ pub struct icoray_frame_report {
     pub host_s: f64,
     /// Part of host_s: waiting for a full queue or for earlier frames.
     pub waited_s: f64,
-    /// Part of host_s: copying fields (async_render; columns distributed over ranks, including waiting for other
+    /// Part of host_s: copying fields (async_render; fields distributed over ranks, including waiting for other
     /// ranks).
     pub copy_s: f64,
     /// Seconds for value range, averages of corner fields, and gradients.
@@ -367,7 +378,8 @@ pub struct icoray_frame_report {
     /// Bytes of input that were copied: 0, or those of the fields with async_render. For columns distributed over
     /// ranks: bytes that this rank wrote to the memory of its node.
     pub bytes_copied: u64,
-    /// Bytes derived from the field: averages of corner fields, gradients.
+    /// Bytes derived from the field: averages of corner fields, gradients. With parts, also the tables of the mesh that
+    /// the ranks of this node have together.
     pub bytes_derived: u64,
     /// Largest number of bytes that icoray has held at once in this process, over all contexts and meshes; without
     /// memory that the ranks of a node share.
@@ -430,4 +442,9 @@ pub struct icoray_frame_report {
     pub bytes_uploaded: u64,
     /// Number of frames that the call of icoray_execute rendered; this report is of the last one.
     pub frames: u64,
+    /// Number of pixels with the edge of a surface in them, each drawn as the mean of 8 rays; 0 with antialias =
+    /// false in the scene. rays and the numbers after it include the rays of these pixels.
+    pub edge_pixels: u64,
+    /// Number of pixels of the picture whose error is above `tolerance`. The log warns of them once per view.
+    pub pixels_over_tolerance: u64,
 }

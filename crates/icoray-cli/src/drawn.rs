@@ -3,11 +3,12 @@
 use crate::gpu;
 use crate::input::{self, Input, Wanted};
 use crate::look::Look;
-use crate::suggested::Suggested;
+use crate::suggested::{self, Suggested};
 use crate::times::Times;
 use icoray::{Grid, Renderer, Result, Scene, Script};
-use icoray_netcdf::ModelFile;
+use icoray_netcdf::{FieldInfo, ModelFile};
 use icoray_progress::Progress;
+use std::path::Path;
 
 /// What is drawn.
 #[derive(clap::Args)]
@@ -72,9 +73,12 @@ pub struct Scenes<'f> {
 }
 
 impl Drawn {
-    /// Reads the scene file, where there is one, and opens the model's.
-    pub fn open(&self, progress: &Progress) -> Result<Opened> {
-        let given = self.look.scene.as_deref().map(input::script).transpose()?;
+    /// Reads the scene file, where there is one, and opens the model's; `None` where the scene has no keys.
+    pub fn open(&self, progress: &Progress) -> Result<Option<Opened>> {
+        let given = match self.look.scene.as_deref().map(input::script).transpose()? {
+            Some(None) => return Ok(None),
+            given => given.flatten(),
+        };
         progress.stage(format!("reading {}", self.input.file.display()));
         let renderer = gpu::renderer(self.threads)?.with_progress(progress.tiles());
         let file = self.input.open()?;
@@ -84,7 +88,13 @@ impl Drawn {
             None => &Times::LAST,
         };
         let (times, is_series) = (time.of(file.times())?, time.is_series());
-        Ok(Opened { renderer, file, times, is_series, given })
+        Ok(Some(Opened { renderer, file, times, is_series, given }))
+    }
+
+    /// What is said where the scene has no keys.
+    pub fn nothing(&self) -> String {
+        let scene = self.look.scene.as_deref().unwrap_or(Path::new(""));
+        format!("note      nothing is drawn: {} has no keys", scene.display())
     }
 }
 
@@ -96,6 +106,10 @@ impl Opened {
             let script = Script::parse(&suggested.text).map_err(|e| e.within("the suggested scene"))?;
             return Ok(Scenes { script, grid: Some(grid), suggested: Some(suggested) });
         };
+        if script.lacks_field() {
+            script.name_first_field(&suggested::first_field(&self.file)?.name);
+        }
+        script.show_as_surfaces(|name| self.file.field_info(name).is_ok_and(FieldInfo::is_2d));
         drawn.look.apply(&mut script)?;
         for scene in script.scenes_mut() {
             if let Some((width, height)) = drawn.size {

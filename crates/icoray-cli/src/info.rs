@@ -3,7 +3,7 @@
 use crate::failure::Failure;
 use crate::input::{self, Input};
 use icoray::{GridTables, Indices, Reals};
-use icoray_netcdf::{LayerHeights, ModelFile};
+use icoray_netcdf::{FieldInfo, LayerHeights, ModelFile};
 use icoray_progress::Progress;
 use std::collections::{BTreeMap, BTreeSet};
 use std::io::Write;
@@ -95,7 +95,8 @@ fn times(file: &ModelFile, out: &mut impl Write) -> Result<(), Failure> {
 /// The layers of all fields, each kind once.
 fn layers(file: &ModelFile, out: &mut impl Write) -> Result<(), Failure> {
     let mut said = BTreeSet::new();
-    for info in file.fields().iter().filter(|info| said.insert((&info.layer_dimension, info.layers))) {
+    let layered = file.fields().iter().filter(|info| !info.is_2d());
+    for info in layered.filter(|info| said.insert((&info.layer_dimension, info.layers))) {
         let text = match file.layer_heights(&info.name) {
             Ok(heights) => heights_in_words(&heights, info.layers),
             Err(e) => format!("layers     {e}"),
@@ -106,6 +107,9 @@ fn layers(file: &ModelFile, out: &mut impl Write) -> Result<(), Failure> {
             Ok(None) => {}
             Err(e) => writeln!(out, "           {e}")?,
         }
+    }
+    if file.fields().iter().any(FieldInfo::is_2d) {
+        writeln!(out, "layers     1: a 2D field, shown as a surface on the sphere")?;
     }
     Ok(())
 }

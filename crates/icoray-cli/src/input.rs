@@ -43,9 +43,13 @@ fn layers(text: &str) -> std::result::Result<(usize, Option<usize>), String> {
 }
 
 impl Wanted {
-    /// Those of the field's layers.
+    /// Those of the field's layers; of a 2D field those of the shell that shows it.
     pub fn of(&self, info: &FieldInfo) -> Result<Range<usize>> {
-        let Some((from, to)) = self.layers else { return Ok(0..info.layers) };
+        let Some((from, to)) = self.layers else { return Ok(info.all_layers()) };
+        if info.is_2d() {
+            let context = format!("--layers: {} is a 2D field, expected a field with layers", info.name);
+            return Err(Error::new(ErrorKind::Argument, context));
+        }
         let range = from..to.unwrap_or(info.layers);
         if range.len() < 2 || range.end > info.layers {
             let context = format!(
@@ -71,13 +75,13 @@ impl Wanted {
     }
 }
 
-/// Reads and checks a scene file.
-pub fn script(path: &Path) -> Result<Script> {
+/// Reads and checks a scene file; `None` where it has no keys and draws nothing.
+pub fn script(path: &Path) -> Result<Option<Script>> {
     let text = std::fs::read_to_string(path).map_err(|e| {
         let context = format!("{}: cannot read the scene: {e}", path.display());
         Error::new(ErrorKind::Io, context)
     })?;
-    Script::parse(&text).map_err(|e| e.within(path.display()))
+    Script::parse_optional(&text).map_err(|e| e.within(path.display()))
 }
 
 /// Where a field lives, as a word after "at".

@@ -9,8 +9,8 @@ pub struct Look {
     /// What to draw and how; without it a scene is suggested for one field of the file
     #[arg(long, value_name = "SCENE.toml")]
     pub scene: Option<PathBuf>,
-    /// Field to draw, instead of the first one that looks like a physical field (of 2 layers at least, no heights or other
-    /// variables of the grid; those that change with time first)
+    /// Field to draw, instead of the first one that looks like a physical field (no heights or other variables of the grid;
+    /// those that have layers first, then those that change with time). A 2D field is drawn as a surface
     #[arg(long, value_name = "NAME", conflicts_with = "scene")]
     pub field: Option<String>,
     /// Longitude below the camera, degrees; also instead of the scene's. The camera then looks at the planet's centre

@@ -16,7 +16,9 @@ use std::io::Write;
 /// the first picture of each field.
 pub fn run(args: &Args, out: &mut impl Write) -> Result<(), Failure> {
     let progress = Progress::new();
-    let opened = args.drawn.open(&progress)?;
+    let Some(opened) = args.drawn.open(&progress)? else {
+        return Ok(writeln!(out, "{}", args.drawn.nothing())?);
+    };
     let Opened { renderer, file, .. } = &opened;
     let Scenes { script, grid, suggested } = opened.scenes(&args.drawn, &progress)?;
     let (series, target) = args.written.choose(&script, &opened)?;
@@ -64,7 +66,9 @@ fn read(
     let mut known = HashSet::new();
     for name in drawn.iter().copied().chain(asked).filter(|name| known.insert(*name)) {
         let info = file.field_info(name)?;
-        let (place, layers) = (input::place(info.location), layering.range(info)?.len());
+        // A 2D field is read once for all layers.
+        let layers = if info.is_2d() { 1 } else { layering.range(info)?.len() };
+        let place = input::place(info.location);
         let bytes = info.columns * layers * info.precision.bytes();
         let when = if drawn.contains(&name) { "" } else { ", for when" };
         writeln!(out, "read: {name} at {place}, {layers} layers ({bytes} bytes each time{when})")?;

@@ -99,7 +99,12 @@ pub fn run(args: &Args, out: &mut impl Write) -> std::result::Result<(), Failure
 fn render(args: &Args, ranks: &mut Ranks, out: &mut impl Write) -> std::result::Result<(), Failure> {
     let start = Instant::now();
     let progress = if ranks.is_root() { Progress::new() } else { Progress::hidden() };
-    let opened = ranks.together(args.drawn.open(&progress))?;
+    let Some(opened) = ranks.together(args.drawn.open(&progress))? else {
+        if ranks.is_root() {
+            writeln!(out, "{}", args.drawn.nothing())?;
+        }
+        return Ok(());
+    };
     let Opened { renderer, file, .. } = &opened;
     let Scenes { mut script, grid, suggested } = ranks.together(opened.scenes(&args.drawn, &progress))?;
     if args.written.error.is_some() {

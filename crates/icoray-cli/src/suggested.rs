@@ -2,7 +2,7 @@
 
 use crate::drawn::{Drawn, Opened};
 use icoray::output::Existing;
-use icoray::{Error, ErrorKind, Grid, Result, suggest};
+use icoray::{Error, ErrorKind, Grid, Level, Result, suggest};
 use icoray_netcdf::{FieldInfo, ModelFile};
 use icoray_progress::Progress;
 use std::fs;
@@ -26,7 +26,7 @@ impl Suggested {
         let others = file.likely_fields();
         let info = match &drawn.look.field {
             Some(name) => file.field_info(name).map_err(|e| e.within(format!("--field {name}")))?,
-            None => others.first().copied().ok_or_else(|| no_field(file))?,
+            None => first_field(file)?,
         };
         let name = &info.name;
         progress.stage("checking the grid");
@@ -37,7 +37,7 @@ impl Suggested {
         let read = file.read_layers(name, time, range.clone())?;
         let layers = file.layer_heights(name)?.layers_over(info, range)?;
         progress.stage(format!("looking at {name}"));
-        let options = options(drawn, opened, time);
+        let options = options(drawn, opened, info, time)?;
         let field = read.field()?;
         let text = opened.renderer.run(|| suggest::scene(name, &grid, &layers, &field, &options))?;
         let said = said(drawn, info, &others);
@@ -52,18 +52,23 @@ impl Suggested {
     }
 }
 
+/// The field that is drawn where none is named: the likeliest physical one.
+pub fn first_field(file: &ModelFile) -> Result<&FieldInfo> {
+    file.likely_fields().first().copied().ok_or_else(|| no_field(file))
+}
+
 /// The file has a mesh alone, or nothing that is drawn.
 fn no_field(file: &ModelFile) -> Error {
     let path = file.path().display();
     let context = match file.fields() {
         [] => format!(
-            "{path}: a mesh without a field that has layers, expected a history or output file: \
-             icoray render HISTORY.nc --mesh {path}"
+            "{path}: a mesh without a field, expected a history or output file: icoray render HISTORY.nc --mesh {path}"
         ),
         fields => {
             let names: Vec<&str> = fields.iter().map(|info| info.name.as_str()).collect();
             format!(
-                "{path}: no variable looks like a physical field, expected --field NAME with one of {}",
+                "{path}: no variable looks like a physical field, expected --field NAME with one of {}, or a history or output \
+                 file: icoray render HISTORY.nc --mesh {path}",
                 names.join(", ")
             )
         }
@@ -71,23 +76,31 @@ fn no_field(file: &ModelFile) -> Error {
     Error::new(ErrorKind::Field, context)
 }
 
-/// What the command decides.
-fn options(drawn: &Drawn, opened: &Opened, time: usize) -> suggest::Options {
+/// What the command decides. A 2D field is a surface, true to scale.
+fn options(drawn: &Drawn, opened: &Opened, info: &FieldInfo, time: usize) -> Result<suggest::Options> {
     let look = &drawn.look;
-    suggest::Options {
+    let (surface, exaggeration) = match (info.is_2d(), look.surface) {
+        (false, surface) => (surface, look.exaggeration),
+        (true, Some(Level::Layer(layer @ 1..))) => {
+            let context = format!("--surface {layer}: {} is a 2D field, expected 0", info.name);
+            return Err(Error::new(ErrorKind::Argument, context));
+        }
+        (true, _) => (Some(Level::Layer(0)), Some(look.exaggeration.unwrap_or(1.0))),
+    };
+    Ok(suggest::Options {
         lon_deg: look.lon,
         lat_deg: look.lat,
         distance: look.distance,
-        exaggeration: look.exaggeration,
+        exaggeration,
         color_map: look.colormap.clone(),
         range: look.range,
-        surface: look.surface,
+        surface,
         size: drawn.size,
         tolerance: drawn.tolerance,
         backend: drawn.who.backend(),
         device: drawn.who.device().cloned(),
         head: vec![command(drawn, opened, time)],
-    }
+    })
 }
 
 /// The command that draws the scene once it is saved.
@@ -121,7 +134,11 @@ fn said(drawn: &Drawn, info: &FieldInfo, others: &[&FieldInfo]) -> String {
     if drawn.look.field.is_some() {
         return text;
     }
-    text += ", the first field with layers";
+    text += if info.is_2d() {
+        ", the first 2D field, as none has layers"
+    } else {
+        ", the first field with layers"
+    };
     let names: Vec<&str> =
         others.iter().map(|other| other.name.as_str()).filter(|name| *name != info.name).collect();
     if names.is_empty() {

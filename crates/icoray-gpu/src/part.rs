@@ -9,7 +9,7 @@ use crate::light;
 use crate::scene::{Picture, Variant};
 use crate::store::Lent;
 use crate::times::Times;
-use icoray::device::{ENDLESS, Fragment, Fragments, Own, Passed, Reason, Rect};
+use icoray::device::{ENDLESS, Fragment, Fragments, Own, Passed, Reason, Rect, Signature};
 use rayon::prelude::*;
 use std::cell::RefCell;
 use wgpu::BufferBindingType::{self, Storage, Uniform};
@@ -237,5 +237,12 @@ fn entry(fragment: &layout::Fragment) -> f64 {
 fn wide(fragment: &layout::Fragment) -> Fragment {
     let layout::Fragment { exit_hi, exit_lo, red, green, blue, absorbed, error, variance, .. } = *fragment;
     let exit = if exit_hi == ENDLESS { f64::INFINITY } else { f64::from(exit_hi) + f64::from(exit_lo) };
-    Fragment { t: [entry(fragment), exit], color: [red, green, blue], absorbed, error, variance }
+    Fragment {
+        t: [entry(fragment), exit],
+        color: [red, green, blue],
+        absorbed,
+        error,
+        variance,
+        surfaces: Signature::default(),
+    }
 }

@@ -1,7 +1,8 @@
 //! Bytes between ranks.
 
 use crate::host::{MpiTeam, check, failed, is_finalized};
-use icoray::ranks::NodeShare;
+use crate::messages::Messages;
+use icoray::ranks::{NodeShare, PointToPoint};
 use icoray::{Result, Team};
 use mpi::ffi;
 use std::ffi::c_int;
@@ -83,23 +84,35 @@ impl Team for MpiTeam {
     }
 
     fn send(&mut self, bytes: Vec<u8>) -> Result<()> {
-        self.post(bytes)
+        self.post.send(self.comm, 0, bytes)
     }
 
     fn is_sent(&mut self) -> Result<bool> {
-        self.is_posted()
+        self.post.is_sent()
     }
 
     fn try_receive(&mut self) -> Result<Option<(usize, Vec<u8>)>> {
-        self.try_take()
+        self.post.try_take(self.comm)
     }
 
     fn exchange(&mut self, mine: Vec<Vec<u8>>) -> Result<Vec<Vec<u8>>> {
         self.exchange_in_parts(mine, MOST)
     }
 
+    fn point_to_point(&mut self) -> Result<Box<dyn PointToPoint>> {
+        Ok(Box::new(Messages::new(self)?))
+    }
+
     fn node_rank(&mut self) -> Result<usize> {
         self.rank_on_host()
+    }
+
+    fn node_leader(&mut self) -> Result<usize> {
+        self.first_on_host()
+    }
+
+    fn memory_leader(&mut self) -> Result<usize> {
+        self.leader()
     }
 
     fn node(&mut self, bytes: usize) -> Result<NodeShare> {

@@ -73,6 +73,22 @@ impl MpiTeam {
     }
 }
 
+/// This process's number in MPI's world and the world's size; `None` where MPI does not run, or may not be called here.
+pub fn place_in_world() -> Option<[usize; 2]> {
+    if !has(ffi::MPI_Initialized) || is_finalized() {
+        return None;
+    }
+    refuse_other_mpi().and_then(|()| refuse_other_thread()).ok()?;
+    let (mut rank, mut size) = (0, 1);
+    // SAFETY: MPI runs, and it is the one that this was built for; the numbers are written.
+    unsafe {
+        let world = ffi::RSMPI_COMM_WORLD;
+        check("MPI_Comm_rank", ffi::MPI_Comm_rank(world, &mut rank)).ok()?;
+        check("MPI_Comm_size", ffi::MPI_Comm_size(world, &mut size)).ok()?;
+    }
+    Some([rank as usize, size as usize])
+}
+
 /// Whether the host has finalised MPI, after which no rank can be reached any more.
 pub(crate) fn is_finalized() -> bool {
     has(ffi::MPI_Finalized)

@@ -10,11 +10,12 @@
 mod bytes;
 mod exchange;
 mod host;
+mod messages;
 mod post;
 #[cfg(test)]
 mod tests;
 mod window;
 mod world;
 
-pub use host::MpiTeam;
+pub use host::{MpiTeam, place_in_world};
 pub use world::World;

@@ -163,3 +163,60 @@ fn ranks_of_a_node_share_memory() {
         assert_eq!((node.leader, node.is_refused), (rank / 2 * 2, false));
     });
 }
+
+#[test]
+fn ranks_of_one_host_have_one_leader() {
+    on_ranks(&[1, 3], "ranks_of_one_host_have_one_leader", |team| {
+        assert_eq!((team.node_leader().unwrap(), team.node_rank().unwrap()), (0, team.rank()));
+    });
+}
+
+/// Messages of any rank for any other, small ones and such as MPI does not send before the other side takes them, and a
+/// meeting at which ranks arrive one after the other.
+#[test]
+fn messages_go_between_all_ranks_while_nobody_waits() {
+    on_ranks(&[1, 2, 4], "messages_go_between_all_ranks_while_nobody_waits", |team| {
+        const MESSAGES: usize = 40;
+        let letter = |from: usize, to: usize, i: usize| {
+            vec![(7 * from + 3 * to + i) as u8; if i.is_multiple_of(9) { 300_000 } else { i }]
+        };
+        let (rank, size) = (team.rank(), team.size());
+        let now = || {
+            let since = std::time::UNIX_EPOCH.elapsed().unwrap();
+            since.as_nanos() as u64
+        };
+        let others = || (0..size).filter(|other| *other != rank);
+        let mut messages = team.point_to_point().unwrap();
+        assert_eq!((messages.rank(), messages.size(), messages.is_gone()), (rank, size, false));
+        for round in 0..3 {
+            for (i, to) in (0..MESSAGES).flat_map(|i| others().map(move |to| (i, to))) {
+                messages.send(to, letter(rank, to, i + round)).unwrap();
+            }
+            let mut next = vec![0; size];
+            while others().any(|from| next[from] < MESSAGES) {
+                let Some((from, bytes)) = messages.try_receive().unwrap() else {
+                    messages.is_sent().unwrap();
+                    continue;
+                };
+                assert!(bytes == letter(from, rank, next[from] + round), "message {} of {from}", next[from]);
+                next[from] += 1;
+            }
+            while !messages.is_sent().unwrap() {}
+            // The last one keeps the others from going on.
+            if rank == size - 1 {
+                std::thread::sleep(std::time::Duration::from_millis(50));
+            }
+            let arrived = now();
+            while !messages.try_meet().unwrap() {}
+            let left = now();
+            for other in team.share(&arrived.to_le_bytes()).unwrap() {
+                assert!(left >= u64::from_le_bytes(other.try_into().unwrap()), "rank {rank} left early");
+            }
+        }
+        assert!(messages.try_receive().unwrap().is_none());
+        // They are apart from the team's.
+        assert_eq!(team.share(&[rank as u8]).unwrap().concat().len(), size);
+        team.give_up();
+        assert!(messages.is_gone());
+    });
+}

@@ -45,9 +45,21 @@ impl MpiTeam {
         })
     }
 
+    /// The first of those that share memory with this rank. Collective.
+    pub(crate) fn leader(&self) -> Result<usize> {
+        let [leader, _] = self.node_group()?.broadcast([self.rank as u64, 0])?;
+        Ok(leader as usize)
+    }
+
     /// This rank's number on its host. Collective.
     pub(crate) fn rank_on_host(&self) -> Result<usize> {
         Ok(self.host_group()?.rank)
+    }
+
+    /// The number of the first rank on this one's host. Collective.
+    pub(crate) fn first_on_host(&self) -> Result<usize> {
+        let [first, _] = self.host_group()?.broadcast([self.rank as u64, 0])?;
+        Ok(first as usize)
     }
 
     /// Those that share memory with this rank.

@@ -2,8 +2,8 @@
 
 use crate::field::FieldInfo;
 
-/// Variables of heights, thicknesses and the vertical grid, in lower case.
-const OF_GRID: [&str; 29] = [
+/// Variables of heights, thicknesses, the vertical grid and the mesh, in lower case.
+const OF_GRID: [&str; 47] = [
     "zgrid",
     "zz",
     "zxu",
@@ -33,6 +33,24 @@ const OF_GRID: [&str; 29] = [
     "zmid",
     "ztop",
     "deriv_two",
+    "areacell",
+    "areatriangle",
+    "meshdensity",
+    "cellquality",
+    "gridspacing",
+    "trianglequality",
+    "triangleanglequality",
+    "nominalmindc",
+    "fcell",
+    "fvertex",
+    "angleedge",
+    "cell_area",
+    "cell_area_p",
+    "dual_area",
+    "dual_area_p",
+    "cell_elevation",
+    "area",
+    "cell_quality",
 ];
 /// Ends of names of base states, which have no weather.
 const BASE: [&str; 2] = ["_base", "_ref"];
@@ -43,9 +61,9 @@ const LENGTH: [&str; 4] = ["m", "meter", "meters", "metres"];
 
 /// The fields of `all` that look like physical ones, the likeliest first.
 pub(crate) fn likely(all: &[FieldInfo]) -> Vec<&FieldInfo> {
-    let (changing, constant): (Vec<_>, Vec<_>) =
-        all.iter().filter(|info| is_physical(info)).partition(|info| info.time_dependent);
-    changing.into_iter().chain(constant).collect()
+    let mut fields: Vec<&FieldInfo> = all.iter().filter(|info| is_physical(info)).collect();
+    fields.sort_by_key(|info| (info.is_2d(), !info.time_dependent));
+    fields
 }
 
 fn is_physical(info: &FieldInfo) -> bool {
@@ -55,7 +73,8 @@ fn is_physical(info: &FieldInfo) -> bool {
     let is_length = LENGTH.contains(&units.as_str());
     let is_of_grid = OF_GRID.contains(&name.as_str()) || BASE.iter().any(|end| name.ends_with(end));
     let is_geometry = is_length && GEOMETRY.iter().any(|word| long_name.contains(word));
-    info.layers > 1 && !is_of_grid && !is_geometry
+    // A height of each column, such as the sea surface's or the topography's, is worth showing.
+    !is_of_grid && (info.is_2d() || !is_geometry)
 }
 
 #[cfg(test)]
@@ -85,13 +104,15 @@ mod tests {
             info("zgrid", 27, false, ["Geometric height of layer interfaces", "m"]),
             info("rho_base", 26, false, ["Base state density", "kg m^{-3}"]),
             info("tracer", 26, false, ["", ""]),
-            info("single", 1, true, ["", ""]),
+            info("areaCell", 1, false, ["", "m^2"]),
+            info("ter", 1, false, ["terrain height", "m"]),
+            info("ssh", 1, true, ["sea surface height", "m"]),
             info("gh", 26, true, ["geopotential height", "m"]),
             info("layerThickness", 26, true, ["", "m"]),
             info("theta", 26, true, ["Potential temperature", "K"]),
             info("w", 27, true, ["Vertical velocity", "m s^{-1}"]),
         ];
         let names: Vec<&str> = likely(&all).iter().map(|info| info.name.as_str()).collect();
-        assert_eq!(names, ["theta", "w", "tracer"]);
+        assert_eq!(names, ["theta", "w", "tracer", "ssh", "ter"]);
     }
 }

@@ -1,8 +1,8 @@
-//! The layered fields of a file.
+//! The fields of a file: over columns and layers, or 2D ones over columns alone.
 
-use crate::floor::Floor;
 use crate::mesh::{Convention, Mesh};
 use crate::reals::OwnedReals;
+use crate::sea::Sea;
 use crate::source::{Dimension, Kind, Source, Variable};
 use crate::times::is_time;
 use icoray::{Description, Error, ErrorKind, Field, Location, Reals, Result, Shape};
@@ -11,6 +11,33 @@ use std::ops::Range;
 
 /// What the NetCDF library leaves where nothing was written (`NC_FILL_FLOAT` and `NC_FILL_DOUBLE`, the same number).
 const UNWRITTEN: f64 = 9.969_209_968_386_869e36;
+
+/// Layers of the shell that shows a 2D field, which has the same value on all of them.
+const SHELL_LAYERS: usize = 2;
+
+/// The positions of a mesh, which are no fields: names in MPAS's and ICON's files.
+const POSITIONS: [&str; 20] = [
+    "lonCell",
+    "latCell",
+    "xCell",
+    "yCell",
+    "zCell",
+    "lonVertex",
+    "latVertex",
+    "xVertex",
+    "yVertex",
+    "zVertex",
+    "clon",
+    "clat",
+    "vlon",
+    "vlat",
+    "lon",
+    "lat",
+    "lon_cell_centre",
+    "lat_cell_centre",
+    "longitude_vertices",
+    "latitude_vertices",
+];
 
 /// Dimensions of ICON's tables: points, edges and neighbours of a triangle or a point, ends of an interval.
 const OF_TABLES: [&str; 8] = ["nv", "ne", "nc", "no", "nvertex", "vertices", "bnds", "nb2"];
@@ -52,7 +79,7 @@ pub struct FieldInfo {
     pub location: Location,
     /// Number of columns: the mesh's cells or corners.
     pub columns: usize,
-    /// Number of layers.
+    /// Number of layers; 1 of a 2D field ([`FieldInfo::is_2d`]).
     pub layers: usize,
     /// How the values are stored; of integers that are packed, how they are kept.
     pub precision: Precision,
@@ -60,35 +87,23 @@ pub struct FieldInfo {
     pub time_dependent: bool,
     /// The attributes `long_name` and `units`.
     pub description: Description,
-    /// Name of the dimension of layers.
+    /// Name of the dimension of layers; empty where the variable has none.
     pub layer_dimension: String,
     /// Whether layers are the fastest dimension, as in MPAS's files, or columns are, as in ICON's.
     pub(crate) is_level_fastest: bool,
 }
 
 impl FieldInfo {
-    /// Describes `variable`, `None` when it is not a layered field on the mesh.
+    /// Describes `variable`, `None` when it is not a field on the mesh.
     pub(crate) fn of(source: &Source, variable: &Variable, mesh: &Mesh) -> Result<Option<Self>> {
-        let (time_dependent, [one, two]) = match variable.dimensions.as_slice() {
-            [time, one, two] if is_time(&time.name) => (true, [one, two]),
-            [one, two] => (false, [one, two]),
-            _ => return Ok(None),
+        let (time_dependent, dimensions) = match variable.dimensions.as_slice() {
+            [time, rest @ ..] if is_time(&time.name) => (true, rest),
+            all => (false, all),
         };
-        let place = |column: &Dimension| location(mesh, column);
-        let (location, column, layer, is_level_fastest) = match (place(one), place(two)) {
-            (Some(location), None) => (location, one, two, true),
-            (None, Some(location)) => (location, two, one, false),
-            _ => return Ok(None),
-        };
-        let is_layered = match mesh.convention() {
-            Convention::Mpas => layer.name.starts_with("nVertLevels") && layer.len > 0,
-            Convention::Icon => {
-                layer.len > 1 && !is_time(&layer.name) && !OF_TABLES.contains(&layer.name.as_str())
-            }
-        };
-        if !is_layered || column.len == 0 {
+        let Some(axes) = Axes::of(mesh, dimensions).filter(|_| !POSITIONS.contains(&variable.name.as_str()))
+        else {
             return Ok(None);
-        }
+        };
         let precision = match variable.kind {
             Kind::F32 => Precision::F32,
             Kind::F64 => Precision::F64,
@@ -97,18 +112,30 @@ impl FieldInfo {
         };
         Ok(Some(FieldInfo {
             name: variable.name.clone(),
-            location,
-            columns: column.len,
-            layers: layer.len,
+            location: axes.location,
+            columns: axes.column.len,
+            layers: axes.layer.map_or(1, |layer| layer.len),
             precision,
             time_dependent,
             description: Description {
                 long_name: source.text_of(&variable.name, "long_name")?,
                 units: source.text_of(&variable.name, "units")?,
             },
-            layer_dimension: layer.name.clone(),
-            is_level_fastest,
+            layer_dimension: axes.layer.map_or_else(String::new, |layer| layer.name.clone()),
+            is_level_fastest: axes.is_level_fastest,
         }))
+    }
+
+    /// Whether the field has one value in each column, as surface pressure and sea surface height have. Such a field is shown
+    /// as a surface, and read with the same value on all the layers that are asked for.
+    pub fn is_2d(&self) -> bool {
+        self.layers == 1
+    }
+
+    /// The layers that [`ModelFile::read_field`](crate::ModelFile::read_field) reads: all; of a 2D field those of a thin shell,
+    /// 2.
+    pub fn all_layers(&self) -> Range<usize> {
+        if self.is_2d() { 0..SHELL_LAYERS } else { 0..self.layers }
     }
 
     /// Bytes that one time record takes in memory.
@@ -116,13 +143,47 @@ impl FieldInfo {
         self.columns.saturating_mul(self.layers).saturating_mul(self.precision.bytes())
     }
 
-    /// How an array with `layers` of the layers lies in memory.
+    /// How an array with `layers` of the layers lies in memory. All layers of a 2D field are the same values.
     fn shape(&self, layers: usize) -> Shape {
-        if self.is_level_fastest {
+        if self.is_2d() {
+            Shape { layer_stride: 0, ..Shape::cell_fastest(self.columns, layers) }
+        } else if self.is_level_fastest {
             Shape::level_fastest(self.columns, layers)
         } else {
             Shape::cell_fastest(self.columns, layers)
         }
+    }
+}
+
+/// The dimensions of a field behind that of time.
+struct Axes<'a> {
+    location: Location,
+    column: &'a Dimension,
+    layer: Option<&'a Dimension>,
+    is_level_fastest: bool,
+}
+
+impl<'a> Axes<'a> {
+    /// `None` where the dimensions are not columns of the mesh, with layers or without.
+    fn of(mesh: &Mesh, dimensions: &'a [Dimension]) -> Option<Self> {
+        let place = |column: &Dimension| location(mesh, column).filter(|_| column.len > 0);
+        let (location, column, layer, is_level_fastest) = match dimensions {
+            [only] => (place(only)?, only, None, true),
+            [one, two] => match (place(one), place(two)) {
+                (Some(location), None) => (location, one, Some(two), true),
+                (None, Some(location)) => (location, two, Some(one), false),
+                _ => return None,
+            },
+            _ => return None,
+        };
+        let is_layer = |layer: &Dimension| match mesh.convention() {
+            Convention::Mpas => layer.name.starts_with("nVertLevels"),
+            Convention::Icon | Convention::Cf => {
+                !is_time(&layer.name) && !OF_TABLES.contains(&layer.name.as_str())
+            }
+        };
+        let is_layered = layer.is_none_or(|layer| layer.len > 0 && is_layer(layer));
+        is_layered.then_some(Axes { location, column, layer, is_level_fastest })
     }
 }
 
@@ -141,8 +202,54 @@ fn location(mesh: &Mesh, dimension: &Dimension) -> Option<Location> {
         (Convention::Mpas, "nCells") => Some(Location::Center),
         (Convention::Mpas, "nVertices") => Some(Location::Corner),
         (Convention::Icon, _) if dimension.len == mesh.corners() => Some(Location::Corner),
-        (Convention::Icon, _) if dimension.len == mesh.cells() => Some(Location::Center),
+        (Convention::Icon | Convention::Cf, _) if dimension.len == mesh.cells() => Some(Location::Center),
         _ => None,
+    }
+}
+
+/// Where `layers` of record `time` begin in the variable, and how many entries there are along each dimension.
+fn block(info: &FieldInfo, time: usize, layers: Range<usize>) -> (Vec<usize>, Vec<usize>) {
+    let (mut start, mut count) = (vec![0], vec![info.columns]);
+    if !info.layer_dimension.is_empty() {
+        let stored = if info.is_2d() { 0..1 } else { layers };
+        let at = usize::from(info.is_level_fastest);
+        start.insert(at, stored.start);
+        count.insert(at, stored.len());
+    }
+    if info.time_dependent {
+        start.insert(0, time);
+        count.insert(0, 1);
+    }
+    (start, count)
+}
+
+/// The values that a variable's `valid_range`, `valid_min` and `valid_max` admit, as CF conventions 1.11, §2.5.1, have them.
+struct Valid {
+    ends: [f64; 2],
+    /// Whether the ends are of values as they are stored, as CF §8.1 wants of packed ones. The NetCDF Users Guide lets real
+    /// ends of packed integers be of unpacked values.
+    is_of_stored: bool,
+}
+
+impl Valid {
+    fn of(source: &Source, variable: &Variable) -> Result<Self> {
+        let name = &variable.name;
+        let (mut ends, mut is_real) = ([f64::NEG_INFINITY, f64::INFINITY], false);
+        for (attribute, which) in [("valid_range", [0, 1]), ("valid_min", [0, 0]), ("valid_max", [1, 1])] {
+            let numbers = source.numbers_of(name, attribute)?;
+            is_real |= !numbers.is_empty() && source.is_real_of(name, attribute)?;
+            for (end, number) in which.into_iter().zip(numbers) {
+                ends[end] = if end == 0 { ends[0].max(number) } else { ends[1].min(number) };
+            }
+        }
+        Ok(Valid { ends, is_of_stored: variable.kind != Kind::Integer || !is_real })
+    }
+
+    /// Puts NaN for what lies outside, where `applies`.
+    fn void_outside(&self, values: &mut OwnedReals, applies: bool) {
+        if applies && self.ends != [f64::NEG_INFINITY, f64::INFINITY] {
+            values.void_outside(self.ends.map(|end| values.rounded(end)));
+        }
     }
 }
 
@@ -156,27 +263,19 @@ pub struct OwnedField {
 }
 
 impl OwnedField {
-    /// Reads `layers` of record `time` of the variable that `info` describes.
+    /// Reads `layers` of record `time` of the variable that `info` describes; of a 2D field its values, for as many layers.
     pub(crate) fn read(
         source: &Source,
         info: &FieldInfo,
         time: usize,
         layers: Range<usize>,
-        floor: Option<&Floor>,
+        sea: Option<&Sea>,
     ) -> Result<Self> {
         let name = &info.name;
         let variable = source
             .variable(name)
             .ok_or_else(|| source.error(ErrorKind::Field, format_args!("{name} is missing")))?;
-        let (mut start, mut count) = (vec![0, layers.start], vec![info.columns, layers.len()]);
-        if !info.is_level_fastest {
-            start.reverse();
-            count.reverse();
-        }
-        if info.time_dependent {
-            start.insert(0, time);
-            count.insert(0, 1);
-        }
+        let (start, count) = block(info, time, layers.clone());
         let mut values = source.reals(variable, &start, &count)?;
         let mut marks = source.numbers_of(name, "_FillValue")?;
         if marks.is_empty() {
@@ -193,14 +292,17 @@ impl OwnedField {
         {
             values.void(mark);
         }
+        let valid = Valid::of(source, variable)?;
+        valid.void_outside(&mut values, valid.is_of_stored);
         if let Some([scale, offset]) = packing(source, name)? {
             values.void(fill);
             values.each(|value| scale * value + offset);
+            valid.void_outside(&mut values, !valid.is_of_stored);
             fill = f64::NAN;
         }
         let shape = info.shape(layers.len());
-        if let Some(floor) = floor {
-            floor.void_outside(info, &shape, layers, &mut values);
+        if let Some(sea) = sea {
+            sea.void_dry(info, &shape, layers, &mut values);
         }
         Ok(OwnedField { info: FieldInfo { layers: shape.layers, ..info.clone() }, shape, values, fill })
     }
@@ -225,8 +327,8 @@ impl OwnedField {
     }
 
     /// The value that marks a missing sample: the attribute `_FillValue`, or else what the NetCDF library leaves where
-    /// nothing was written. Values equal to `missing_value`, those
-    /// below the sea floor, and missing ones among packed values are NaN.
+    /// nothing was written. Values equal to `missing_value`, those outside `valid_range`, `valid_min` and `valid_max`, those
+    /// below the sea floor or on land, and missing ones among packed values are NaN.
     pub fn fill(&self) -> f64 {
         self.fill
     }

@@ -2,10 +2,10 @@
 
 use crate::choice;
 use crate::field::{FieldInfo, OwnedField};
-use crate::floor::Floor;
 use crate::heights::LayerHeights;
 use crate::heights::native::{self, NativeHeights, NativeInfo};
 use crate::mesh::{Convention, Mesh};
+use crate::sea::Sea;
 use crate::sources::Sources;
 use crate::times;
 use icoray::{ErrorKind, Grid, Layers, Result};
@@ -13,7 +13,7 @@ use std::ops::Range;
 use std::path::Path;
 use std::sync::OnceLock;
 
-/// Earth's radius in ICON, metres, for files that do not tell.
+/// Earth's radius in ICON and DYNAMICO, metres, for files that do not tell.
 const ICON_RADIUS_M: f64 = 6_371_229.0;
 
 /// An open model file. The mesh tables are in memory; fields, of the times and layers asked for, and heights are read
@@ -42,7 +42,7 @@ pub struct ModelFile {
     times: Vec<Option<String>>,
     records: usize,
     fields: Vec<FieldInfo>,
-    floor: OnceLock<Option<Floor>>,
+    sea: OnceLock<Option<Sea>>,
 }
 
 impl ModelFile {
@@ -74,7 +74,7 @@ impl ModelFile {
         let fields = source.variables().iter();
         let fields =
             fields.filter_map(|v| FieldInfo::of(source, v, &mesh).transpose()).collect::<Result<_>>()?;
-        Ok(ModelFile { sources, mesh, sphere_radius_m, times, records, fields, floor: OnceLock::new() })
+        Ok(ModelFile { sources, mesh, sphere_radius_m, times, records, fields, sea: OnceLock::new() })
     }
 
     /// The path of the fields' file, as given.
@@ -87,7 +87,7 @@ impl ModelFile {
         &self.mesh
     }
 
-    /// The sphere's radius (`sphere_radius`); that of ICON's Earth where an ICON file does not tell.
+    /// The sphere's radius (`sphere_radius`); that of ICON's Earth where a file of ICON or of CF polygons does not tell.
     ///
     /// # Units
     /// Metres; 1 in a mesh on the unit sphere.
@@ -108,14 +108,15 @@ impl ModelFile {
         times::seconds(self.sources.fields(), &self.times)
     }
 
-    /// The variables that can be read as fields, in the file's order: `float` or `double`, over cells or corners and layers,
-    /// with or without time.
+    /// The variables that can be read as fields, in the file's order: `float`, `double` or packed integers, over cells or
+    /// corners, with or without layers and time. Positions of the mesh are none.
     pub fn fields(&self) -> &[FieldInfo] {
         &self.fields
     }
 
     /// The fields that are worth showing, the likeliest first: those of at least 2 layers that change with time, in the file's
-    /// order, then the others. Heights, thicknesses, base states and weights of the vertical grid are left out.
+    /// order, then others with layers, then 2D fields in the same way. Heights, thicknesses, base states, weights of the
+    /// vertical grid, and areas and qualities of the mesh are left out.
     pub fn likely_fields(&self) -> Vec<&FieldInfo> {
         choice::likely(&self.fields)
     }
@@ -129,9 +130,17 @@ impl ModelFile {
             return Ok(info);
         }
         let expected = match self.mesh.convention() {
-            Convention::Mpas => "(Time, nCells or nVertices, nVertLevels or nVertLevelsP1)".to_owned(),
-            Convention::Icon => {
-                format!("(time, layers, {} triangles or {} points)", self.mesh.corners(), self.mesh.cells())
+            Convention::Mpas => {
+                "(Time, nCells or nVertices, nVertLevels or nVertLevelsP1), without time or layers too"
+                    .to_owned()
+            }
+            Convention::Icon => format!(
+                "(time, layers, {} triangles or {} points), without time or layers too",
+                self.mesh.corners(),
+                self.mesh.cells()
+            ),
+            Convention::Cf => {
+                format!("(time, layers, {} cells), without time or layers too", self.mesh.cells())
             }
         };
         let source = self.sources.fields();
@@ -147,16 +156,20 @@ impl ModelFile {
     }
 
     /// Reads record `time` (from 0) of the field `name`, and nothing else. A field that does not depend on time reads the
-    /// same at every `time` that [`ModelFile::times`] has. Values below MPAS-Ocean's sea floor (`maxLevelCell`) are missing.
+    /// same at every `time` that [`ModelFile::times`] has. A 2D field has its values on each of 2 layers.
+    ///
+    /// Missing are values that equal `_FillValue` or `missing_value`, those outside `valid_range`, `valid_min` and
+    /// `valid_max`, those below MPAS-Ocean's sea floor (`maxLevelCell`), and those of ICON-O's land (`wet_c` is 0).
     ///
     /// # Errors
     /// [`ErrorKind::Field`] when there is no such field or record; [`ErrorKind::Io`] when the file is damaged or cut off.
     pub fn read_field(&self, name: &str, time: usize) -> Result<OwnedField> {
-        let layers = self.field_info(name)?.layers;
-        self.read_layers(name, time, 0..layers)
+        let layers = self.field_info(name)?.all_layers();
+        self.read_layers(name, time, layers)
     }
 
-    /// Reads some of the layers, counted from 0, as [`ModelFile::read_field`] does all.
+    /// Reads some of the layers, counted from 0, as [`ModelFile::read_field`] does all. A 2D field has the same values on any
+    /// layers, so that it can be shown with a field that has these.
     ///
     /// # Errors
     /// As [`ModelFile::read_field`]; also [`ErrorKind::Field`] when the field has not all these layers, or these are none.
@@ -173,10 +186,10 @@ impl ModelFile {
             };
             return Err(bad(format!("time index {time}, {expected}")));
         }
-        if layers.is_empty() || layers.end > info.layers {
+        if layers.is_empty() || layers.end > info.layers && !info.is_2d() {
             return Err(bad(format!("layers {layers:?}, expected some of 0..{}", info.layers)));
         }
-        OwnedField::read(self.sources.fields(), info, time, layers, self.floor()?)
+        OwnedField::read(self.sources.fields(), info, time, layers, self.sea()?)
     }
 
     /// Reads the heights on which a field's layers lie, and how far terrain bends them.
@@ -192,12 +205,12 @@ impl ModelFile {
         LayerHeights::read(&self.sources, &self.mesh, self.field_info(field)?, self.sphere_radius_m)
     }
 
-    /// The heights of [`ModelFile::layer_heights`] as the field's radii.
+    /// The heights of [`ModelFile::layer_heights`] as the field's radii; of a 2D field those of a thin shell.
     ///
     /// # Errors
     /// As [`ModelFile::layer_heights`] and [`Layers::for_field`].
     pub fn layers(&self, field: &str) -> Result<Layers> {
-        self.layer_heights(field)?.layers.for_field(self.field_info(field)?.layers)
+        self.layer_heights(field)?.layers.for_field(self.field_info(field)?.all_layers().len())
     }
 
     /// What heights of its own each column of a field has, in words; `None` where all columns share the layers' heights, or no
@@ -226,19 +239,16 @@ impl ModelFile {
     /// [`ErrorKind::Io`] when the file is damaged or cut off.
     pub fn native_heights(&self, grid: &Grid, field: &str, time: usize) -> Result<Option<NativeHeights>> {
         let info = self.field_info(field)?;
-        NativeHeights::read(&self.sources, (&self.mesh, grid), info, self.floor()?, time)
+        NativeHeights::read(&self.sources, (&self.mesh, grid), info, self.sea()?.and_then(Sea::floor), time)
     }
 
-    /// The sea floor, read once.
-    fn floor(&self) -> Result<Option<&Floor>> {
-        if let Some(known) = self.floor.get() {
+    /// What is water, read once.
+    fn sea(&self) -> Result<Option<&Sea>> {
+        if let Some(known) = self.sea.get() {
             return Ok(known.as_ref());
         }
-        let floor = match self.mesh.convention() {
-            Convention::Mpas => Floor::read(&self.sources, &self.mesh)?,
-            Convention::Icon => None,
-        };
-        Ok(self.floor.get_or_init(|| floor).as_ref())
+        let sea = Sea::read(&self.sources, &self.mesh)?;
+        Ok(self.sea.get_or_init(|| sea).as_ref())
     }
 }
 
@@ -247,6 +257,7 @@ fn expect_one_mesh(sources: &Sources, mesh: &Mesh) -> Result<()> {
     let dimensions: &[(&str, usize)] = match mesh.convention() {
         Convention::Mpas => &[("nCells", mesh.cells()), ("nVertices", mesh.corners())],
         Convention::Icon => &[("ncells", mesh.corners()), ("cell", mesh.corners())],
+        Convention::Cf => &[("ncells", mesh.cells()), ("cell", mesh.cells())],
     };
     for source in sources.all() {
         for &(dimension, expected) in dimensions {
@@ -269,7 +280,7 @@ fn radius(sources: &Sources, convention: Convention) -> Result<f64> {
             let context = format!("sphere_radius: {r}, expected a positive number");
             Err(sources.fields().error(ErrorKind::Grid, context))
         }
-        (None, Convention::Icon) => Ok(ICON_RADIUS_M),
+        (None, Convention::Icon | Convention::Cf) => Ok(ICON_RADIUS_M),
         (None, Convention::Mpas) => {
             let context = "attribute sphere_radius is missing, expected a radius in metres";
             Err(sources.error(ErrorKind::Grid, context))

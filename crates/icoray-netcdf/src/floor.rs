@@ -3,6 +3,7 @@
 use crate::field::FieldInfo;
 use crate::mesh::Mesh;
 use crate::reals::OwnedReals;
+use crate::sea::void;
 use crate::source::{Kind, Source};
 use crate::sources::Sources;
 use icoray::{ErrorKind, Location, Result, Shape};
@@ -43,7 +44,7 @@ impl Floor {
     }
 
     /// Makes NaN of what is no water in `values`, which hold `layers` of the field.
-    pub(crate) fn void_outside(
+    pub(crate) fn void_dry(
         &self,
         info: &FieldInfo,
         shape: &Shape,
@@ -57,12 +58,14 @@ impl Floor {
             Location::Corner => &self.corners,
         };
         for (column, water) in columns.iter().enumerate() {
-            let end = if water.is_empty() { water.start } else { water.end + interface };
-            for (layer, _) in layers.clone().enumerate().filter(|(_, of)| !(water.start..end).contains(of)) {
-                let at = shape.offset as isize
-                    + column as isize * shape.column_stride
-                    + layer as isize * shape.layer_stride;
-                values.void_at(at as usize);
+            let wet = match water.is_empty() {
+                true => 0..0,
+                // A 2D field lies on the water, beneath ice shelves too.
+                false if info.is_2d() => 0..1,
+                false => water.start..water.end + interface,
+            };
+            for (place, _) in layers.clone().enumerate().filter(|(_, layer)| !wet.contains(layer)) {
+                void(shape, column, place, values);
             }
         }
     }

@@ -14,13 +14,18 @@ use icoray::{ErrorKind, Layers, Result};
 /// ICON's variables of heights over columns: of interfaces, then of full levels.
 const ICON_COLUMNS: [&str; 7] = ["z_ifc", "zghalf", "HHL", "z_mc", "zg", "zfull", "geometric_height"];
 
+/// Thickness of the shell that shows a 2D field, in radii of the sphere.
+const SHELL: f64 = 1e-3;
+
 /// Where a field's layers lie.
+///
+/// A 2D field lies on the sphere: on the inner layer of a shell of a thousandth of the radius.
 ///
 /// In MPAS these are the interfaces, one more than `nVertLevels`, where fields over `nVertLevelsP1` lie; fields over
 /// `nVertLevels` lie midway between them ([`Layers::for_field`]). In ICON they are the field's own layers, or interfaces.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LayerHeights {
-    /// The variable that the heights are from.
+    /// The variable that the heights are from; `sphere` of a 2D field.
     pub variable: String,
     /// Whether they are those of the standard atmosphere for pressures that the variable gives.
     pub is_of_pressure: bool,
@@ -50,9 +55,12 @@ impl LayerHeights {
         info: &FieldInfo,
         sphere_radius_m: f64,
     ) -> Result<Self> {
+        if info.is_2d() {
+            return Self::of_shell(sphere_radius_m);
+        }
         let found = match mesh.convention() {
             Convention::Mpas => of_mpas(sources)?,
-            Convention::Icon => of_icon(sources, mesh, info)?,
+            Convention::Icon | Convention::Cf => of_icon(sources, mesh, info)?,
         };
         let (source, name, height_m) = (found.source, &found.variable.name, found.height_m);
         if let Some(i) = height_m.iter().position(|h| !h.is_finite() || h.abs() >= sphere_radius_m) {
@@ -72,6 +80,19 @@ impl LayerHeights {
             is_of_pressure: found.is_of_pressure,
             height_m,
             deviation_m: found.deviation_m,
+            layers,
+        })
+    }
+
+    /// Of a 2D field.
+    fn of_shell(sphere_radius_m: f64) -> Result<Self> {
+        let height_m = vec![0.0, SHELL * sphere_radius_m];
+        let layers = Layers::from_heights(&height_m, sphere_radius_m)?;
+        Ok(LayerHeights {
+            variable: "sphere".into(),
+            is_of_pressure: false,
+            height_m,
+            deviation_m: None,
             layers,
         })
     }
@@ -133,9 +154,14 @@ fn of_icon<'a>(sources: &'a Sources, mesh: &Mesh, info: &FieldInfo) -> Result<Fo
             ICON_COLUMNS.join(", "),
             info.layers,
             info.layers + 1,
-            mesh.corners(),
+            columns_of(mesh),
         ),
     ))
+}
+
+/// How many columns have heights of their own: ICON's triangles, other models' cells.
+fn columns_of(mesh: &Mesh) -> usize {
+    if mesh.convention() == Convention::Icon { mesh.corners() } else { mesh.cells() }
 }
 
 /// The variable with the heights of a field's layers over ICON's columns, or of its interfaces.
@@ -148,7 +174,7 @@ fn icon_columns<'a>(
         let [.., layers, cells] = variable.dimensions.as_slice() else { return false };
         let is_real = matches!(variable.kind, Kind::F32 | Kind::F64);
         let is_theirs = layers.len == info.layers || layers.len == info.layers + 1;
-        is_real && is_theirs && cells.len == mesh.corners()
+        is_real && is_theirs && cells.len == columns_of(mesh)
     };
     ICON_COLUMNS.iter().filter_map(|name| sources.find(name)).find(|(_, variable)| fits(variable))
 }

@@ -1,9 +1,11 @@
 //! The mesh tables of a file, whatever model wrote it.
 
+mod angles;
+mod cf;
 mod icon;
 mod mpas;
 mod points;
-mod triangles;
+mod polygons;
 
 use crate::reals::OwnedReals;
 use crate::source::{Kind, Source, Variable};
@@ -19,6 +21,9 @@ pub enum Convention {
     Mpas,
     /// ICON: triangles, which are the corners of the hexagons around their points; fields at corners or, rarely, at cells.
     Icon,
+    /// Polygons with their bounds over one dimension, as the CF conventions 1.11, §7.1, have them and DYNAMICO writes them;
+    /// fields at cells.
+    Cf,
 }
 
 impl fmt::Display for Convention {
@@ -26,14 +31,17 @@ impl fmt::Display for Convention {
         f.pad(match self {
             Convention::Mpas => "MPAS",
             Convention::Icon => "ICON",
+            Convention::Cf => "CF polygons",
         })
     }
 }
 
 /// The tables that icoray reads of a mesh, owned.
 ///
-/// Of MPAS as the file stores them, numbered from 1. Of ICON `corner_cell` is `vertex_of_cell`, or is rebuilt from the
-/// triangles' bounds where the file has no tables, and all others are made of it, numbered from 0.
+/// Of MPAS as the file stores them, numbered from 1; those that lack are made of the others where these determine them. Of
+/// ICON `corner_cell` is `vertex_of_cell`, or is rebuilt from the triangles' bounds where the file has no tables, and all
+/// others are made of it, numbered from 0. Of polygons with bounds, points in one place are one corner, and all is made of
+/// the polygons' corners, numbered from 0.
 #[derive(Debug, Clone)]
 pub struct Mesh {
     path: PathBuf,
@@ -71,10 +79,14 @@ impl Mesh {
         if icon::is_in(sources) {
             return icon::read(sources);
         }
+        if cf::is_in(sources) {
+            return cf::read(sources);
+        }
         Err(sources.error(
             ErrorKind::Grid,
             "no mesh is known: looked for MPAS's (dimension nCells, variables lonCell, verticesOnCell and more) and for ICON's \
-             (variable vertex_of_cell, or clon with its bounds); it may be in another file, such as the run's grid file",
+             (variable vertex_of_cell, or clon_bnds or clon_vertices) and for polygons with bounds (lon_bnds(cell, 6)); it may \
+             be in another file, such as the run's grid file",
         ))
     }
 
@@ -111,7 +123,7 @@ impl Mesh {
         self.tables().cells()
     }
 
-    /// Number of corners: MPAS's `nVertices`, ICON's triangles.
+    /// Number of corners: MPAS's `nVertices`, ICON's triangles, the points of polygons.
     pub fn corners(&self) -> usize {
         self.tables().corners()
     }

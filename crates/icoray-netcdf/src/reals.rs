@@ -40,6 +40,17 @@ impl OwnedReals {
         }
     }
 
+    /// Puts NaN wherever a value lies below the first of `ends` or above the second.
+    pub(crate) fn void_outside(&mut self, [low, high]: [f64; 2]) {
+        let is_outside = |x: f64| x < low || x > high;
+        match self {
+            OwnedReals::F32(v) => {
+                v.iter_mut().filter(|x| is_outside(f64::from(**x))).for_each(|x| *x = f32::NAN);
+            }
+            OwnedReals::F64(v) => v.iter_mut().filter(|x| is_outside(**x)).for_each(|x| *x = f64::NAN),
+        }
+    }
+
     /// Changes every element, in f64.
     pub(crate) fn each(&mut self, change: impl Fn(f64) -> f64) {
         match self {

@@ -116,6 +116,12 @@ impl Source {
         self.variables.iter().find(|v| v.name == name)
     }
 
+    /// The variable of that name.
+    pub(crate) fn expect(&self, name: &str) -> Result<&Variable> {
+        self.variable(name)
+            .ok_or_else(|| self.error(ErrorKind::Grid, format_args!("variable {name} is missing")))
+    }
+
     /// Length of a dimension, `None` when there is none of that name.
     pub(crate) fn dimension_len(&self, name: &str) -> Result<Option<usize>> {
         guarded(&self.path, format_args!("dimension {name}"), || Ok(self.file.dimension_len(name)))
@@ -134,6 +140,13 @@ impl Source {
     /// An attribute of a variable that holds text, without the padding.
     pub(crate) fn text_of(&self, variable: &str, attribute: &str) -> Result<Option<String>> {
         self.local(variable, attribute).map(|value| value.and_then(text))
+    }
+
+    /// Whether an attribute of a variable is of `float` or `double`.
+    pub(crate) fn is_real_of(&self, variable: &str, attribute: &str) -> Result<bool> {
+        use AttributeValue::{Double, Doubles, Float, Floats};
+        let value = self.local(variable, attribute)?;
+        Ok(matches!(value, Some(Float(_) | Floats(_) | Double(_) | Doubles(_))))
     }
 
     /// The numbers of an attribute of a variable; none when it is absent.
@@ -300,7 +313,12 @@ fn numbers(value: AttributeValue) -> Vec<f64> {
     match value {
         AttributeValue::Floats(v) => v.into_iter().map(f64::from).collect(),
         AttributeValue::Doubles(v) => v,
+        AttributeValue::Schars(v) => v.into_iter().map(f64::from).collect(),
+        AttributeValue::Uchars(v) => v.into_iter().map(f64::from).collect(),
+        AttributeValue::Shorts(v) => v.into_iter().map(f64::from).collect(),
+        AttributeValue::Ushorts(v) => v.into_iter().map(f64::from).collect(),
         AttributeValue::Ints(v) => v.into_iter().map(f64::from).collect(),
+        AttributeValue::Uints(v) => v.into_iter().map(f64::from).collect(),
         one => f64::try_from(one).map(|v| vec![v]).unwrap_or_default(),
     }
 }

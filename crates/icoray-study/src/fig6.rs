@@ -55,6 +55,7 @@ pub(crate) fn scene(size: u32, lit: bool) -> Result<Scene> {
     Scene::parse(&format!(
         r##"field = "distance to the centre"
 precision = "f64"
+antialias = false
 core = "#26303a"
 [image]
 width = {size}

@@ -125,7 +125,7 @@ fn field(p: DVec3) -> f64 {
 
 fn scene(kind: Kind, size: u32) -> Result<Scene> {
     Scene::parse(&format!(
-        "field = \"smooth\"\nprecision = \"f64\"\nbackground = \"transparent\"\ncore = \"transparent\"\n[image]\nwidth = {size}\n\
+        "field = \"smooth\"\nprecision = \"f64\"\nantialias = false\nbackground = \"transparent\"\ncore = \"transparent\"\n[image]\nwidth = {size}\n\
          height = {size}\n[camera]\nlon = 25\nlat = 20\ndistance = 3.6\nfov = 42\n[transfer]\nunit_length = 0.15\nknots = [ {} ]",
         kind.knots()
     ))

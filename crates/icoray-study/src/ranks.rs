@@ -7,8 +7,8 @@ use crate::csv_file::CsvFile;
 use crate::scenes::multi_scale;
 use crate::sphere::{self, Sphere};
 use crate::{make_directory, progress, say};
-use icoray::ranks::local_team;
-use icoray::{Error, ErrorKind, FrameReport, Grid, Part, Ranks, Rendered, Renderer, Result, Scene};
+use icoray::ranks::local_nodes;
+use icoray::{Error, ErrorKind, FrameReport, Grid, Held, Ranks, Rendered, Renderer, Result, Scene};
 use rayon::prelude::*;
 use spread::{Local, Partition};
 use std::io::Write;
@@ -36,8 +36,11 @@ pub struct Options {
     #[arg(long, value_delimiter = ',', default_values_t = [1, 2, 4, 8, 16, 32, 64])]
     pub ranks: Vec<usize>,
     /// How they share it out.
-    #[arg(long, value_delimiter = ',', value_enum, default_values_t = [Sharing::Tiles, Sharing::Patches, Sharing::Random])]
+    #[arg(long, value_delimiter = ',', value_enum, default_values_t = [Sharing::Tiles, Sharing::Patches, Sharing::Rows, Sharing::Random])]
     pub sharing: Vec<Sharing>,
+    /// Ranks of a node, which put their parts together; 0 for all of them.
+    #[arg(long, default_value_t = 0)]
+    pub node_ranks: usize,
     /// Frames behind the first, whose costs the second is dealt by; the one whose busiest rank took least is reported.
     #[arg(long, default_value_t = 3)]
     pub frames: usize,
@@ -53,6 +56,8 @@ pub enum Sharing {
     Tiles,
     /// By data: compact patches of cells.
     Patches,
+    /// By data: stretches of the cells in the order of the mesh.
+    Rows,
     /// By data: each cell anywhere.
     Random,
 }
@@ -62,6 +67,7 @@ impl Sharing {
         match self {
             Sharing::Tiles => None,
             Sharing::Patches => Some(Partition::Patches),
+            Sharing::Rows => Some(Partition::Rows),
             Sharing::Random => Some(Partition::Random),
         }
     }
@@ -70,12 +76,13 @@ impl Sharing {
         match self {
             Sharing::Tiles => "tiles",
             Sharing::Patches => "patches",
+            Sharing::Rows => "rows",
             Sharing::Random => "random",
         }
     }
 }
 
-const COLUMNS: [&str; 14] = [
+const COLUMNS: [&str; 16] = [
     "transfer",
     "sharing",
     "ranks",
@@ -90,6 +97,8 @@ const COLUMNS: [&str; 14] = [
     "sent_bytes_per_pixel",
     "rank_0_received_bytes",
     "compose_s",
+    "copied_bytes_per_rank",
+    "copy_s",
 ];
 
 /// Draws and prints a line per transfer function, sharing and number of ranks.
@@ -109,7 +118,8 @@ pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
             "{cells} cells x {} layers, {size} x {size} pixels, f32; ranks are threads of one process that compute one after the\n\
              other, on {processors} processors: seconds are of a rank's own work, range of the field included, without a network. Of {}\n\
              frames after the first, the one whose busiest rank took least. Balance: mean over most of the seconds that ranks drew.\n\
-             tiles: all ranks have all data; patches, random: each has its cells and a halo, in Morton order or anywhere.",
+             tiles: all ranks have all data; patches, rows, random: each has its cells and a halo, in Morton order, in the mesh's or\n\
+             anywhere. Ranks of a node put their parts together: KiB that each writes for it, and the seconds of the slowest.",
             options.layers, options.frames,
         ),
     )?;
@@ -125,7 +135,7 @@ pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
     say(
         out,
         &format!(
-            "{:>8} {:>8} {:>5} {:>9} {:>7} {:>7} {:>10} {:>11} {:>11} {:>11} {:>11} {:>13} {:>9}",
+            "{:>8} {:>8} {:>5} {:>9} {:>7} {:>7} {:>10} {:>11} {:>11} {:>11} {:>11} {:>13} {:>9} {:>10} {:>7}",
             "transfer",
             "sharing",
             "ranks",
@@ -138,7 +148,9 @@ pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
             "KiB s./rank",
             "bytes/pixel",
             "KiB at rank 0",
-            "compose s"
+            "compose s",
+            "KiB c./rank",
+            "copy s"
         ),
     )?;
     let mut table = Table { size, csv, alone: vec![None; scenes.len()], out };
@@ -147,7 +159,7 @@ pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
         for &ranks in &options.ranks {
             bar.set_message(format!("{ranks} ranks"));
             let parts = sharing.partition().map(|partition| Local::all(&sphere, partition, ranks));
-            let world = World::new(&sphere, parts.as_deref(), &scenes, options.frames)?;
+            let world = World::new(&sphere, parts.as_deref(), &scenes, (options.frames, options.node_ranks))?;
             for (scene, frame) in world.frames(ranks)?.into_iter().enumerate() {
                 bar.suspend(|| table.row(multi_scale::TRANSFERS[scene].0, scene, sharing, &frame))?;
             }
@@ -155,7 +167,7 @@ pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
         }
     }
     bar.set_message("2 ranks at once");
-    let world = World::new(&sphere, None, &scenes, options.frames)?;
+    let world = World::new(&sphere, None, &scenes, (options.frames, 0))?;
     let (one, two) = (world.wall_s(1)?, world.wall_s(2)?);
     bar.finish_and_clear();
     for ((name, _), (one, two)) in multi_scale::TRANSFERS.iter().zip(one.into_iter().zip(two)) {
@@ -190,6 +202,8 @@ struct World<'w> {
     scenes: &'w [Scene],
     /// Of each scene.
     frames: usize,
+    /// Ranks of a node; 0 for all.
+    node_ranks: usize,
 }
 
 impl<'w> World<'w> {
@@ -197,18 +211,24 @@ impl<'w> World<'w> {
         sphere: &'w Sphere,
         parts: Option<&'w [Local]>,
         scenes: &'w [Scene],
-        frames: usize,
+        (frames, node_ranks): (usize, usize),
     ) -> Result<Self> {
         let grids = match parts {
             None => vec![sphere.grid()?],
             Some(parts) => parts.par_iter().map(Local::grid).collect::<Result<_>>()?,
         };
-        Ok(World { sphere, parts, grids, scenes, frames: 1 + frames.max(1) })
+        Ok(World { sphere, parts, grids, scenes, frames: 1 + frames.max(1), node_ranks })
+    }
+
+    /// The node of each rank.
+    fn node_of(&self, ranks: usize) -> Vec<usize> {
+        let most = if self.node_ranks == 0 { ranks } else { self.node_ranks };
+        (0..ranks).map(|rank| rank / most).collect()
     }
 
     /// Of each scene the least disturbed frame behind the first: what each rank did.
     fn frames(&self, ranks: usize) -> Result<Vec<Vec<Did>>> {
-        let of_ranks = on_threads(InTurn::team(ranks), |mut team| {
+        let of_ranks = on_threads(InTurn::team(&self.node_of(ranks)), |mut team| {
             let busy = team.begin();
             let mut before = 0.0;
             self.rank(Ranks::new(Box::new(team)), |report| {
@@ -229,7 +249,7 @@ impl<'w> World<'w> {
 
     /// Of each scene the least seconds of a frame of ranks that compute at once, each on one thread.
     fn wall_s(&self, ranks: usize) -> Result<Vec<f64>> {
-        let of_ranks = on_threads(local_team(ranks), |team| {
+        let of_ranks = on_threads(local_nodes(&self.node_of(ranks)), |team| {
             let mut start = Instant::now();
             self.rank(Ranks::new(Box::new(team)), |_| {
                 std::mem::replace(&mut start, Instant::now()).elapsed().as_secs_f64()
@@ -245,12 +265,12 @@ impl<'w> World<'w> {
         let local = self.parts.map(|parts| &parts[ranks.rank()]);
         let grid = &self.grids[if local.is_some() { ranks.rank() } else { 0 }];
         let field = local.map_or_else(|| self.sphere.field(), Local::field)?;
-        let part = local.map(|local| Part::new(&mut ranks, grid, &local.cells())).transpose()?;
+        let held = local.map(|local| Held::new(&mut ranks, grid, &local.cells())).transpose()?;
         let mut told = Vec::new();
         for scene in self.scenes.iter().flat_map(|scene| std::iter::repeat_n(scene, self.frames)) {
             let layers = &self.sphere.layers;
             told.push(tell(
-                match renderer.render_over(&mut ranks, scene, grid, part.as_ref(), layers, &field)? {
+                match renderer.render_held(&mut ranks, scene, grid, held.as_ref(), layers, &field)? {
                     Rendered::Here(frame) => frame.report,
                     Rendered::AtRoot(report) => report,
                 },
@@ -295,8 +315,10 @@ impl Table<'_> {
         let tiles = || frame.iter().map(|did| did.report.tiles);
         let (least, most) = (tiles().min().unwrap_or(0), tiles().max().unwrap_or(0));
         let compose_s = frame.iter().fold(0.0, |most: f64, did| most.max(did.report.compose_s));
+        let copied: f64 = frame.iter().map(|did| did.report.bytes_copied as f64).sum();
+        let copy_s = frame.iter().fold(0.0, |most: f64, did| most.max(did.report.copy_s));
         let line = format!(
-            "{transfer:>8} {sharing:>8} {ranks:>5} {busiest_s:>9.3} {:>7} {balance:>7.3} {:>10} {:>11.0} {:>11.2} {:>11.0} {:>11.1} {:>13.0} {compose_s:>9.3}",
+            "{transfer:>8} {sharing:>8} {ranks:>5} {busiest_s:>9.3} {:>7} {balance:>7.3} {:>10} {:>11.0} {:>11.2} {:>11.0} {:>11.1} {:>13.0} {compose_s:>9.3} {:>10.0} {copy_s:>7.3}",
             speedup.map_or_else(String::new, |speedup| format!("{speedup:.2}")),
             format!("{least}-{most}"),
             fragments / each,
@@ -304,6 +326,7 @@ impl Table<'_> {
             sent / each / 1024.0,
             sent / pixels,
             received / 1024.0,
+            copied / each / 1024.0,
         );
         say(self.out, &line)?;
         let Some(csv) = &mut self.csv else { return Ok(()) };
@@ -311,7 +334,7 @@ impl Table<'_> {
         let mut cells = vec![transfer.to_owned(), sharing.to_owned(), ranks.to_string()];
         cells.extend([busiest_s.to_string(), speedup]);
         let numbers = [balance, least as f64, most as f64, fragments / each, fragments / pixels];
-        let of_bytes = [sent / each, sent / pixels, received, compose_s];
+        let of_bytes = [sent / each, sent / pixels, received, compose_s, copied / each, copy_s];
         cells.extend(numbers.iter().chain(&of_bytes).map(f64::to_string));
         csv.row(&cells)
     }

@@ -4,6 +4,9 @@
 //! from the copy, in their order, and passed to the [`Writer`]. No more than one step is on its way to being drawn: the next
 //! one waits for it, with the model, so that memory is one copy of each field and a model that asks for more pictures than can be drawn is slowed, not
 //! stopped. Tables of the grid are not copied; [`Background::wait`] says when nobody reads them.
+//!
+//! Several ranks render a frame together in the background too ([`Background::over`]). Their threads do not touch the
+//! transport: the model's thread moves messages on, in each call.
 
 use crate::description::Description;
 use crate::error::{Error, ErrorKind, Result};
@@ -12,15 +15,18 @@ use crate::frame::FrameReport;
 use crate::grid::Grid;
 use crate::layers::Layers;
 use crate::output::{Outcome, Outcomes, Stamp, Writer};
-use crate::plan::Plan;
-use crate::render::Renderer;
+use crate::ranks::{Held, MessagePump, Ranks, pumped};
+use crate::render::{Rendered, Renderer};
 use crate::scene::Scene;
-use crate::snapshot::Snapshot;
-use crossbeam_channel::{Receiver, Sender, bounded};
+use crossbeam_channel::{Receiver, Sender, TryRecvError, bounded};
 use std::mem;
 use std::sync::Arc;
 use std::thread::{Builder, JoinHandle};
 use std::time::Instant;
+
+mod copies;
+
+use copies::{Copies, check_gathered, needed};
 
 /// What is to be drawn, but for the fields.
 #[derive(Debug, Clone)]
@@ -29,6 +35,8 @@ pub struct Job {
     pub scene: Arc<Scene>,
     /// The grid.
     pub grid: Arc<Grid<'static>>,
+    /// What this rank has of the grid, where ranks have parts of it or columns of the fields.
+    pub held: Option<Arc<Held>>,
     /// The layers.
     pub layers: Arc<Layers>,
     /// When it is.
@@ -57,6 +65,8 @@ pub struct Accepted {
 pub struct Drawn {
     /// Which frame it was.
     pub stamp: Stamp,
+    /// The note `view` of its job.
+    pub view: Option<String>,
     /// Whether it is the first one of those that were handed over together.
     pub is_first: bool,
     /// What it cost and met, or why it was not drawn. `write_s` is 0: it has yet to be written, and what comes of that is
@@ -64,6 +74,9 @@ pub struct Drawn {
     pub result: Result<FrameReport>,
     /// The frame that the writer dropped for this one.
     pub dropped: Option<Stamp>,
+    /// Whether all ranks have the same result or the same error. What only this rank has is a panic outside of the phases
+    /// of a frame, of which others hear as of a frame that was broken off.
+    pub is_of_all: bool,
 }
 
 impl Outcome for Drawn {
@@ -73,20 +86,26 @@ impl Outcome for Drawn {
 }
 
 /// The jobs of a step, what they are drawn from, and what handing them over cost.
-type Step = (Vec<Job>, Snapshot, Accepted);
+type Step = (Vec<Job>, Copies, Accepted);
 
-/// A thread that draws. Dropping it finishes the frames that are being drawn.
+/// A thread that draws. Dropping it finishes the frames that are being drawn; those of several ranks fail, so that over
+/// ranks [`Self::wait`] comes first.
 #[derive(Debug)]
 pub struct Background {
     renderer: Arc<Renderer>,
     writer: Arc<Writer>,
     /// `None` only while it is dropped, which ends the thread.
     jobs: Option<Sender<Step>>,
-    drawn: Receiver<(Vec<Drawn>, Snapshot)>,
+    drawn: Receiver<(Vec<Drawn>, Copies)>,
     thread: Option<JoinHandle<()>>,
+    /// Whether the thread has a step.
     is_busy: bool,
-    /// The last snapshot's memory, while no frame is drawn from it.
-    spare: Snapshot,
+    /// Moves messages on, where several ranks draw.
+    pump: Option<MessagePump>,
+    /// Whether a step was handed over that was not waited for: the same on all ranks.
+    is_under_way: bool,
+    /// The last copies' memory, while no frame is drawn from it.
+    spare: Copies,
     outcomes: Outcomes<Drawn>,
 }
 
@@ -96,43 +115,74 @@ impl Background {
     /// # Errors
     /// [`ErrorKind::Io`] when the thread cannot be made.
     pub fn new(renderer: Arc<Renderer>, writer: Arc<Writer>) -> Result<Self> {
+        Self::over(&mut Ranks::alone(), renderer, writer)
+    }
+
+    /// The same for ranks that render frames together; rank 0 passes them to its `writer`. Collective.
+    ///
+    /// # Errors
+    /// The same on all ranks: [`ErrorKind::Io`] when a thread cannot be made, [`ErrorKind::Unsupported`] where the ranks'
+    /// team has no messages of its own for this, [`ErrorKind::Mpi`] when the transport fails.
+    pub fn over(ranks: &mut Ranks, renderer: Arc<Renderer>, writer: Arc<Writer>) -> Result<Self> {
         let (with, to) = (Arc::clone(&renderer), Arc::clone(&writer));
-        Self::with(renderer, writer, move |job, snapshot, accepted| draw(&with, &to, job, snapshot, accepted))
+        let draw = move |ranks: &mut Ranks, job: Job, copies: &Copies, accepted| {
+            draw(&with, ranks, &to, job, copies, accepted)
+        };
+        let (others, pump) = match ranks.point_to_point()? {
+            Some(messages) => {
+                let (team, pump) = pumped(messages, ranks.node_rank()?);
+                (Ranks::new(Box::new(team)), Some(pump))
+            }
+            None => (Ranks::alone(), None),
+        };
+        let made = Self::with(renderer, writer, others, pump, draw);
+        ranks.together(made)
     }
 
     /// A thread that does `draw` with each frame.
     fn with(
         renderer: Arc<Renderer>,
         writer: Arc<Writer>,
-        mut draw: impl FnMut(Job, &Snapshot, Accepted) -> Result<(FrameReport, Option<Stamp>)> + Send + 'static,
+        mut ranks: Ranks,
+        pump: Option<MessagePump>,
+        mut draw: impl FnMut(&mut Ranks, Job, &Copies, Accepted) -> Result<(FrameReport, Option<Stamp>)>
+        + Send
+        + 'static,
     ) -> Result<Self> {
         let (jobs, todo) = bounded::<Step>(1);
         let (done, drawn) = bounded(1);
         let work = move || {
-            for (jobs, snapshot, accepted) in todo {
+            for (jobs, copies, accepted) in todo {
                 // Costs are said once, by the first frame that is drawn.
                 let (mut cost, mut all) = (accepted, Vec::with_capacity(jobs.len()));
                 for job in jobs {
-                    let stamp = job.stamp.clone();
-                    let (result, dropped) = match Error::of_panics(|| draw(job, &snapshot, cost)) {
-                        Ok((report, dropped)) => (Ok(report), dropped),
-                        Err(e) => (Err(e), None),
-                    };
-                    if result.is_ok() {
+                    let is_first = all.is_empty();
+                    let drawn =
+                        attempt(&mut ranks, job, is_first, |ranks, job| draw(ranks, job, &copies, cost));
+                    if drawn.result.is_ok() {
                         cost = Accepted::default();
                     }
-                    all.push(Drawn { stamp, is_first: all.is_empty(), result, dropped });
+                    all.push(drawn);
                 }
                 // Nobody listens any more while the other end is being dropped.
-                let _ = done.send((all, snapshot));
+                let _ = done.send((all, copies));
             }
         };
         let thread = Builder::new().name("icoray-draw".into()).spawn(work);
         let thread =
             thread.map_err(|e| Error::new(ErrorKind::Io, format!("cannot make the drawing thread: {e}")))?;
-        let (spare, outcomes) = (Snapshot::empty(), Outcomes::default());
-        let (jobs, thread) = (Some(jobs), Some(thread));
-        Ok(Background { renderer, writer, jobs, drawn, thread, is_busy: false, spare, outcomes })
+        Ok(Background {
+            renderer,
+            writer,
+            jobs: Some(jobs),
+            drawn,
+            thread: Some(thread),
+            is_busy: false,
+            pump,
+            is_under_way: false,
+            spare: Copies::default(),
+            outcomes: Outcomes::default(),
+        })
     }
 
     /// Hands over a frame, as [`Self::submit_all`] does.
@@ -141,7 +191,7 @@ impl Background {
     /// What is wrong with the job.
     pub fn submit<'f>(&mut self, job: Job, fields: impl Into<Fields<'f>>) -> Result<Accepted> {
         let mut refused = Vec::new();
-        let accepted = self.submit_all(vec![job], fields, &mut refused)?;
+        let accepted = self.submit_all(&mut Ranks::alone(), vec![job], fields, &mut refused)?;
         refused.pop().map_or(Ok(accepted), |(_, error)| Err(error))
     }
 
@@ -149,68 +199,104 @@ impl Background {
     /// renderer's threads, each once, and returns; they may then change. What is wrong with a job itself goes to `refused`
     /// now, with the job's number: that frame is left out and has no outcome. Nothing is copied where none is left.
     ///
-    /// [`Plan::new`], [`Writer::check`] and [`Fields::get`] say what can be wrong; [`ErrorKind::Field`] where a scene needs
-    /// heights and there are none.
+    /// `ranks` are those of [`Self::over`], all of which hand over the same jobs together: collective, and so is what is
+    /// refused.
+    ///
+    /// [`Plan::new`](crate::Plan::new), [`Writer::check`] and [`Fields::get`] say what can be wrong; [`ErrorKind::Field`]
+    /// where a scene needs heights and there are none.
     ///
     /// # Errors
-    /// [`ErrorKind::Internal`] when the thread is gone.
+    /// [`ErrorKind::Internal`] when the thread is gone; [`ErrorKind::Mpi`] when ranks cannot be reached.
     pub fn submit_all<'f>(
         &mut self,
+        ranks: &mut Ranks,
         jobs: Vec<Job>,
         fields: impl Into<Fields<'f>>,
         refused: &mut Vec<(usize, Error)>,
     ) -> Result<Accepted> {
-        let (fields, mut needed, mut good) = (fields.into(), Fields::default(), Vec::new());
-        for (number, job) in jobs.into_iter().enumerate() {
-            match checked(&job, &fields) {
-                Ok(its) => good.push((number, job, its)),
-                Err(error) => refused.push((number, error)),
-            }
-        }
+        let fields = fields.into();
+        let mut good = Good::new(jobs.into_iter().map(|job| (job, Fields::default())).collect());
+        good.keep(ranks, refused, |job, its| {
+            *its = needed(job, &fields)?;
+            Ok(())
+        });
         let start = Instant::now();
-        let waited_s = if self.is_busy && !good.is_empty() {
+        let waited_s = if self.is_under_way && !good.jobs.is_empty() {
             self.wait();
             start.elapsed().as_secs_f64()
         } else {
             0.0
         };
-        let mut jobs: Vec<Job> = Vec::new();
-        for (number, job, its) in good {
+        let (writer, writes) = (&self.writer, ranks.is_root());
+        good.keep(ranks, refused, |job, _| {
             // After the wait: names of the frames before are known to the writer only now.
-            match self.writer.check(&job.scene.output, &job.stamp, &job.scene.field) {
-                Ok(_) => {
-                    needed = needed.with(its);
-                    jobs.push(job);
-                }
-                Err(error) => refused.push((number, error)),
+            if writes {
+                writer.check(&job.scene.output, &job.stamp, &job.scene.field)?;
             }
-        }
-        refused.sort_by_key(|(number, _)| *number);
-        if jobs.is_empty() {
+            Ok(())
+        });
+        if good.jobs.is_empty() {
+            refused.sort_by_key(|(number, _)| *number);
             return Ok(Accepted { waited_s, ..Accepted::default() });
         }
         let start = Instant::now();
-        self.spare.take(needed, &self.renderer);
+        self.spare.take(ranks, &self.renderer, &good.jobs)?;
         let copy_s = start.elapsed().as_secs_f64();
         let accepted = Accepted { waited_s, copy_s, bytes_copied: self.spare.bytes() };
-        let snapshot = mem::replace(&mut self.spare, Snapshot::empty());
-        let sent = self.jobs.as_ref().is_some_and(|all| all.send((jobs, snapshot, accepted)).is_ok());
-        self.is_busy = sent;
-        if sent { Ok(accepted) } else { Err(Error::new(ErrorKind::Internal, "the drawing thread is gone")) }
+        let copies = &self.spare;
+        good.keep(ranks, refused, |job, _| check_gathered(job, copies));
+        refused.sort_by_key(|(number, _)| *number);
+        self.hand_over(ranks, good.jobs.into_iter().map(|(job, _)| job).collect(), accepted)
+    }
+
+    /// Gives the thread a step, where it is there on all ranks.
+    fn hand_over(&mut self, ranks: &mut Ranks, jobs: Vec<Job>, accepted: Accepted) -> Result<Accepted> {
+        let gone = || Error::new(ErrorKind::Internal, "the drawing thread is gone");
+        let is_there = self.thread.as_ref().is_some_and(|thread| !thread.is_finished());
+        ranks.together(if is_there { Ok(()) } else { Err(gone()) })?;
+        if jobs.is_empty() {
+            return Ok(accepted);
+        }
+        let step = (jobs, mem::take(&mut self.spare), accepted);
+        self.is_busy = self.jobs.as_ref().is_some_and(|all| all.send(step).is_ok());
+        self.is_under_way = self.is_busy;
+        if self.is_busy { Ok(accepted) } else { Err(gone()) }
+    }
+
+    /// Moves messages between ranks on, where frames are being drawn: takes half a millisecond at most, and waits for
+    /// nobody. Not collective. Frames come to an end the sooner the more often it is called on all ranks.
+    pub fn pump(&mut self) {
+        if let (Some(pump), true) = (&mut self.pump, self.is_under_way) {
+            pump.pump();
+        }
+    }
+
+    /// Whether frames were handed over that were not waited for: the same on all ranks.
+    pub fn is_under_way(&self) -> bool {
+        self.is_under_way
     }
 
     /// What became of frames since this was asked last, those that are drawn.
     pub fn take_outcomes(&mut self) -> Outcomes<Drawn> {
-        if let Ok(drawn) = self.drawn.try_recv() {
-            self.keep(drawn);
+        if self.is_busy {
+            self.look();
         }
         mem::take(&mut self.outcomes)
     }
 
     /// Waits until nothing is being drawn and all frames are with the writer: then grid, layers and renderer are not in use.
-    /// They may yet have to be written ([`Writer::wait`]).
+    /// They may yet have to be written ([`Writer::wait`]). Collective, unless ranks can be reached no more: then frames that
+    /// need them fail.
     pub fn wait(&mut self) {
-        if !self.is_busy {
+        if !mem::take(&mut self.is_under_way) {
+            return;
+        }
+        if let Some(mut pump) = self.pump.take() {
+            pump.finish(|| {
+                self.look();
+                !self.is_busy
+            });
+            self.pump = Some(pump);
             return;
         }
         match self.drawn.recv() {
@@ -220,16 +306,29 @@ impl Background {
         }
     }
 
-    fn keep(&mut self, (drawn, snapshot): (Vec<Drawn>, Snapshot)) {
+    /// Takes in a step that is drawn.
+    fn look(&mut self) {
+        match self.drawn.try_recv() {
+            Ok(drawn) => self.keep(drawn),
+            Err(TryRecvError::Disconnected) => self.is_busy = false,
+            Err(TryRecvError::Empty) => {}
+        }
+    }
+
+    fn keep(&mut self, (drawn, copies): (Vec<Drawn>, Copies)) {
         drawn.into_iter().for_each(|drawn| self.outcomes.push(drawn));
-        self.spare = snapshot;
+        self.spare = copies;
         self.is_busy = false;
+        // Others may yet have to hear of this rank.
+        self.is_under_way &= self.pump.is_some();
     }
 }
 
 impl Drop for Background {
     fn drop(&mut self) {
         self.jobs = None;
+        // Nobody moves its messages any more.
+        self.pump.iter_mut().for_each(MessagePump::cut);
         if let Some(thread) = self.thread.take() {
             // Panics are outcomes; there is nobody left to tell of another one.
             let _ = thread.join();
@@ -237,34 +336,103 @@ impl Drop for Background {
     }
 }
 
-/// The fields that a job needs, where it can be drawn of `fields`.
-fn checked<'f>(job: &Job, fields: &Fields<'f>) -> Result<Fields<'f>> {
-    let needed = fields.needed_by(&job.scene)?;
-    if let Some(first) = needed.each().next() {
-        Plan::new(&job.scene, &job.grid, &job.layers, first)?;
-    }
-    Ok(needed)
+/// Jobs that can be drawn, each with its number and the fields that it needs.
+struct Good<'f> {
+    numbers: Vec<usize>,
+    jobs: Vec<(Job, Fields<'f>)>,
 }
 
-/// Draws a frame and passes it on; returns its report and the frame that was dropped for it.
+impl<'f> Good<'f> {
+    fn new(jobs: Vec<(Job, Fields<'f>)>) -> Self {
+        Good { numbers: (0..jobs.len()).collect(), jobs }
+    }
+
+    /// Keeps the jobs of which `check` finds nothing wrong on any rank. Collective.
+    fn keep(
+        &mut self,
+        ranks: &mut Ranks,
+        refused: &mut Vec<(usize, Error)>,
+        mut check: impl FnMut(&Job, &mut Fields<'f>) -> Result<()>,
+    ) {
+        let jobs = mem::take(&mut self.numbers).into_iter().zip(mem::take(&mut self.jobs));
+        for (number, (job, mut fields)) in jobs {
+            let mine = ranks.attempt(|| check(&job, &mut fields));
+            match ranks.together(mine) {
+                Ok(()) => {
+                    self.numbers.push(number);
+                    self.jobs.push((job, fields));
+                }
+                Err(error) => refused.push((number, error)),
+            }
+        }
+    }
+}
+
+/// Does `draw` with a job. Where it ends by an error the other ranks hear of it.
+fn attempt(
+    ranks: &mut Ranks,
+    job: Job,
+    is_first: bool,
+    draw: impl FnOnce(&mut Ranks, Job) -> Result<(FrameReport, Option<Stamp>)>,
+) -> Drawn {
+    let (stamp, mut has_panicked) = (job.stamp.clone(), true);
+    let view = job.notes.iter().find(|(key, _)| *key == "view").map(|(_, view)| view.clone());
+    ranks.begin_frame();
+    let drawn = Error::of_panics(|| {
+        let drawn = draw(ranks, job);
+        has_panicked = false;
+        drawn
+    });
+    let (result, dropped) = match drawn {
+        Ok((report, dropped)) => (Ok(report), dropped),
+        Err(error) => {
+            let (rank, size) = (ranks.rank(), ranks.size());
+            ranks.break_off(&if has_panicked { error.clone().of_rank(rank, size) } else { error.clone() });
+            (Err(error), None)
+        }
+    };
+    Drawn { stamp, view, is_first, result, dropped, is_of_all: !has_panicked }
+}
+
+/// Draws a frame, or what is this rank's of it, and passes it on; returns its report and the frame that was dropped for it.
 fn draw(
     renderer: &Renderer,
+    ranks: &mut Ranks,
     writer: &Writer,
     job: Job,
-    snapshot: &Snapshot,
+    copies: &Copies,
     accepted: Accepted,
 ) -> Result<(FrameReport, Option<Stamp>)> {
-    let Job { scene, grid, layers, stamp, description, descriptions, notes } = job;
-    let fields = snapshot.fields()?.needed_by(&scene)?;
-    let mut frame = renderer.render(&scene, &grid, &layers, fields)?;
+    let rendered = render(renderer, ranks, &job, copies)?;
+    let Job { scene, stamp, description, descriptions, notes, .. } = job;
+    let cost = |mut report: FrameReport| {
+        report.waited_s = accepted.waited_s;
+        report.copy_s = accepted.copy_s;
+        report.bytes_copied = accepted.bytes_copied;
+        report
+    };
+    let mut frame = match rendered {
+        Rendered::Here(frame) => frame,
+        Rendered::AtRoot(report) => return Ok((cost(report), None)),
+    };
     (frame.description, frame.descriptions) = (description, descriptions);
     frame.notes.extend(notes);
-    frame.report.waited_s = accepted.waited_s;
-    frame.report.copy_s = accepted.copy_s;
-    frame.report.bytes_copied = accepted.bytes_copied;
+    frame.report = cost(frame.report);
     let report = frame.report.clone();
     let submitted = writer.submit_unseen(frame, scene.output.clone(), stamp);
     Ok((report, submitted.dropped))
+}
+
+fn render(renderer: &Renderer, ranks: &mut Ranks, job: &Job, copies: &Copies) -> Result<Rendered> {
+    let Job { scene, grid, layers, .. } = job;
+    if let Some(gathered) = copies.gathered(job) {
+        return renderer.render_gathered(Instant::now(), ranks, scene, (grid, layers), gathered);
+    }
+    let fields = copies.fields()?.needed_by(scene)?;
+    if ranks.is_alone() {
+        return renderer.render(scene, grid, layers, fields).map(Rendered::Here);
+    }
+    renderer.render_over(ranks, scene, grid, None, layers, fields)
 }
 
 #[cfg(test)]

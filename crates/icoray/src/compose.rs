@@ -3,8 +3,8 @@
 //! Fragments of one ray do not overlap, and where one run ends the next begins, to the bit. What no fragment covers is a
 //! hole of the whole mesh, under which the core is round.
 //!
-//! As bytes a tile is its number of fragments and, where there are any, how many each of its pixels has (2 bytes) and the
-//! fragments themselves, pixel by pixel.
+//! As bytes a tile is its number of fragments and, where there are any, how many each of its rays has (2 bytes) and the
+//! fragments themselves, ray by ray; behind them, where any has met a surface, the surfaces of each fragment (8 bytes).
 
 use crate::error::{Error, ErrorKind, Result};
 use crate::ground::{Ground, Sight};
@@ -12,10 +12,16 @@ use crate::kernel::piece::Light;
 use crate::kernel::plane::RayLine;
 use crate::kernel::ray::{Budget, Counts, Fragment};
 use crate::kernel::shade::Shading;
+use crate::kernel::signature::{Boundary, FromEye, Signature};
 use glam::DVec3;
+use std::iter;
 
 /// Bytes of a fragment.
 const BYTES: usize = 40;
+/// Bytes of a fragment's surfaces.
+const SURFACES: usize = 8;
+/// The bit of the number of fragments that says that their surfaces follow.
+const HAS_SURFACES: u64 = 1 << 63;
 /// Gaps between fragments shorter than this, in planet radii, are rounding.
 const HAIR: f64 = 1e-12;
 
@@ -33,44 +39,55 @@ pub(crate) struct Composer<'g> {
 }
 
 impl Composer<'_> {
-    /// The light along the ray from `eye` towards `dir`; `None` where it misses the shell. `fragments` are sorted on the way.
+    /// The light along the ray from `eye` towards `dir`, and the surfaces that it meets; `None` where it misses the shell.
+    /// `fragments` are sorted on the way.
     pub fn ray(
         &self,
         eye: DVec3,
         dir: DVec3,
         fragments: &mut [Fragment],
         counts: &mut Counts,
-    ) -> Option<Light<f64>> {
+    ) -> Option<(Light<f64>, Signature)> {
         let line = RayLine::new(eye, dir, self.radius[1])?;
         counts.rays += 1;
         counts.fragments += fragments.len() as u64;
         fragments.sort_by(|a, b| a.t[0].total_cmp(&b.t[0]));
-        let mut light = Light::none();
+        let (mut light, mut surfaces) = (Light::none(), Signature::default());
+        let meet_core = |surfaces: &mut Signature, absorbed: f64, t: f64| {
+            if self.budget.sees_behind(absorbed) {
+                surfaces.meet(Boundary::Core, FromEye::new(eye, dir).distance(t));
+            }
+        };
         let mut reached = line.start;
         for fragment in fragments {
-            if let Some(core) = self.core_between(&line, dir, [reached, fragment.t[0]]) {
+            if let Some((t, core)) = self.core_between(&line, dir, [reached, fragment.t[0]]) {
+                meet_core(&mut surfaces, light.absorbed, t);
                 light.over(&core);
-                return Some(light);
+                return Some((light, surfaces));
+            }
+            if self.budget.sees_behind(light.absorbed) {
+                surfaces.then(&fragment.surfaces);
             }
             light.over(&fragment.light());
             if fragment.t[1] == f64::INFINITY {
-                return Some(light);
+                return Some((light, surfaces));
             }
             let through = 1.0 - light.absorbed;
             if through <= self.budget.rest {
                 light.error += through * self.budget.brightest;
-                return Some(light);
+                return Some((light, surfaces));
             }
             reached = reached.max(fragment.t[1]);
         }
-        if let Some(core) = self.core_between(&line, dir, [reached, line.end]) {
+        if let Some((t, core)) = self.core_between(&line, dir, [reached, line.end]) {
+            meet_core(&mut surfaces, light.absorbed, t);
             light.over(&core);
         }
-        Some(light)
+        Some((light, surfaces))
     }
 
-    /// The core, if a part of the ray without data meets it.
-    fn core_between(&self, line: &RayLine, dir: DVec3, part: [f64; 2]) -> Option<Light<f64>> {
+    /// The core and where it is met, if a part of the ray without data meets it.
+    fn core_between(&self, line: &RayLine, dir: DVec3, part: [f64; 2]) -> Option<(f64, Light<f64>)> {
         let color = self.core?;
         if part[1] - part[0] <= HAIR {
             return None;
@@ -81,24 +98,24 @@ impl Composer<'_> {
         let body = self.shading.map_or(1.0, |shading| {
             shading.along::<f64>(dir, self.budget.share).solid(line.position(t).normalize_or_zero())
         });
-        Some(Light::plain(color.map(|c| c * body), 1.0))
+        Some((t, Light::plain(color.map(|c| c * body), 1.0)))
     }
 }
 
 /// Fragments of a tile's pixels.
 #[derive(Debug, Default)]
 pub(crate) struct TileFragments {
-    /// How many each pixel has, row by row.
+    /// How many each ray has.
     counts: Vec<u16>,
     all: Vec<Fragment>,
 }
 
 impl TileFragments {
-    /// Adds a pixel with what `trace` finds.
+    /// Adds a ray with what `trace` finds.
     ///
     /// # Panics
-    /// When a pixel has more fragments than 16 bits count.
-    pub fn pixel(&mut self, trace: impl FnOnce(&mut Vec<Fragment>)) {
+    /// When a ray has more fragments than 16 bits count.
+    pub fn ray(&mut self, trace: impl FnOnce(&mut Vec<Fragment>)) {
         let before = self.all.len();
         trace(&mut self.all);
         let count = u16::try_from(self.all.len() - before);
@@ -107,7 +124,9 @@ impl TileFragments {
 
     /// Appends the tile as bytes.
     pub fn put(&self, bytes: &mut Vec<u8>) {
-        bytes.extend_from_slice(&(self.all.len() as u64).to_le_bytes());
+        let has_surfaces = self.all.iter().any(|fragment| fragment.surfaces != Signature::default());
+        let head = self.all.len() as u64 | if has_surfaces { HAS_SURFACES } else { 0 };
+        bytes.extend_from_slice(&head.to_le_bytes());
         if self.all.is_empty() {
             return;
         }
@@ -119,6 +138,8 @@ impl TileFragments {
                 bytes.extend_from_slice(&value.to_le_bytes());
             }
         }
+        let surfaces = self.all.iter().filter(|_| has_surfaces).flat_map(|f| f.surfaces.values());
+        surfaces.for_each(|value| bytes.extend_from_slice(&value.to_le_bytes()));
     }
 }
 
@@ -127,44 +148,55 @@ impl TileFragments {
 pub(crate) struct Came<'b> {
     counts: &'b [[u8; 2]],
     fragments: &'b [[u8; BYTES]],
+    /// Of each fragment, or none where no fragment has any.
+    surfaces: &'b [[u8; SURFACES]],
 }
 
 impl<'b> Came<'b> {
-    /// Takes a tile of `pixels` from the front of `bytes`.
-    pub fn take(bytes: &mut &'b [u8], pixels: usize) -> Result<Self> {
+    /// Takes a tile of so many rays from the front of `bytes`.
+    pub fn take(bytes: &mut &'b [u8], rays: usize) -> Result<Self> {
         let cut = || Error::new(ErrorKind::Mpi, "a tile's fragments are cut short");
         let mut next = |count: usize| -> Result<&'b [u8]> {
             let (taken, rest) = bytes.split_at_checked(count).ok_or_else(cut)?;
             *bytes = rest;
             Ok(taken)
         };
-        let count = next(8)?.first_chunk::<8>().map_or(0, |count| u64::from_le_bytes(*count));
+        let head = next(8)?.first_chunk::<8>().map_or(0, |head| u64::from_le_bytes(*head));
+        let (count, has_surfaces) = (head & !HAS_SURFACES, head & HAS_SURFACES != 0);
         if count == 0 {
             return Ok(Came::default());
         }
-        let counts = next(2 * pixels)?.as_chunks().0;
+        let counts = next(2 * rays)?.as_chunks().0;
         let length =
             usize::try_from(count).ok().and_then(|count| count.checked_mul(BYTES)).ok_or_else(cut)?;
         let fragments = next(length)?.as_chunks().0;
         let told: usize = counts.iter().map(|count| usize::from(u16::from_le_bytes(*count))).sum();
-        if told == fragments.len() { Ok(Came { counts, fragments }) } else { Err(cut()) }
+        if told != fragments.len() {
+            return Err(cut());
+        }
+        let surfaces = if has_surfaces { next(SURFACES * told)?.as_chunks().0 } else { &[] };
+        Ok(Came { counts, fragments, surfaces })
     }
 
-    /// Adds the fragments of `pixel` to `found`, which are the next that have not been taken.
-    pub fn pixel(&mut self, pixel: usize, found: &mut Vec<Fragment>) {
-        let count = self.counts.get(pixel).map_or(0, |count| usize::from(u16::from_le_bytes(*count)));
+    /// Adds the fragments of ray number `ray` to `found`, which are the next that have not been taken.
+    pub fn ray(&mut self, ray: usize, found: &mut Vec<Fragment>) {
+        let count = self.counts.get(ray).map_or(0, |count| usize::from(u16::from_le_bytes(*count)));
         let (mine, rest) = self.fragments.split_at(count);
-        self.fragments = rest;
-        found.extend(mine.iter().map(read));
+        let (surfaces, others) = self.surfaces.split_at(count.min(self.surfaces.len()));
+        (self.fragments, self.surfaces) = (rest, others);
+        let surfaces = surfaces.iter().map(Some).chain(iter::repeat(None));
+        found.extend(mine.iter().zip(surfaces).map(|(fragment, surfaces)| read(fragment, surfaces)));
     }
 }
 
-fn read(bytes: &[u8; BYTES]) -> Fragment {
+fn read(bytes: &[u8; BYTES], surfaces: Option<&[u8; SURFACES]>) -> Fragment {
     let (t, values) = bytes.split_at(16);
     let t = [0, 1].map(|i| f64::from_le_bytes(t.as_chunks().0[i]));
     let [r, g, b, absorbed, error, variance] =
         [0, 1, 2, 3, 4, 5].map(|i| f32::from_le_bytes(values.as_chunks().0[i]));
-    Fragment { t, color: [r, g, b], absorbed, error, variance }
+    let values = |bytes: &[u8; SURFACES]| [0, 1].map(|i| f32::from_le_bytes(bytes.as_chunks().0[i]));
+    let surfaces = surfaces.map_or(Signature::default(), |bytes| Signature::of_values(values(bytes)));
+    Fragment { t, color: [r, g, b], absorbed, error, variance, surfaces }
 }
 
 #[cfg(test)]
@@ -172,7 +204,7 @@ mod tests {
     use super::*;
 
     fn fragment(t: [f64; 2], color: [f32; 3], absorbed: f32) -> Fragment {
-        Fragment { t, color, absorbed, error: 1e-5, variance: 0.0 }
+        Fragment { t, color, absorbed, error: 1e-5, variance: 0.0, surfaces: Signature::default() }
     }
 
     const COMPOSER: Composer<'static> = Composer {
@@ -189,7 +221,7 @@ mod tests {
             (fragment([-1.0, -0.9], [0.5, 0.0, 0.0], 0.5), fragment([0.2, 0.3], [0.0, 1.0, 0.0], 1.0));
         for mut order in [[red, green], [green, red]] {
             let mut counts = Counts::default();
-            let light = COMPOSER.ray(DVec3::X * 3.0, DVec3::NEG_X, &mut order, &mut counts).unwrap();
+            let (light, _) = COMPOSER.ray(DVec3::X * 3.0, DVec3::NEG_X, &mut order, &mut counts).unwrap();
             assert_eq!((light.color, light.absorbed), ([0.5, 0.5, 0.0], 1.0));
             assert!((light.error - 1.5e-5).abs() < 1e-10, "{}", light.error);
             assert_eq!((counts.rays, counts.fragments), (1, 2));
@@ -200,7 +232,7 @@ mod tests {
     fn a_gap_shows_the_core_and_data_hide_it() {
         let composer = Composer { core: Some([0.0, 0.0, 1.0]), ..COMPOSER };
         let trace = |fragments: &mut [Fragment]| {
-            composer.ray(DVec3::X * 3.0, DVec3::NEG_X, fragments, &mut Counts::default()).unwrap().color
+            composer.ray(DVec3::X * 3.0, DVec3::NEG_X, fragments, &mut Counts::default()).unwrap().0.color
         };
         assert_eq!(trace(&mut []), [0.0, 0.0, 1.0]);
         // Data from the top to a little below the core's sphere, where their facets are, and a fragment from there on.
@@ -226,7 +258,7 @@ mod tests {
         let eye = DVec3::from_array(scene.camera.eye());
         let at = |lon: f64, lat: f64| {
             let dir = (crate::grid::unit_vector(lon.to_radians(), lat.to_radians()) - eye).normalize();
-            composer.ray(eye, dir, &mut [], &mut Counts::default()).unwrap().color
+            composer.ray(eye, dir, &mut [], &mut Counts::default()).unwrap().0.color
         };
         assert_eq!([at(20.0, 10.0), at(-15.0, 0.0)], [[0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]);
     }
@@ -238,7 +270,7 @@ mod tests {
         let last =
             Fragment { error: 2e-4, ..fragment([-1.3, f64::INFINITY], [0.0, 0.9998, 0.0], 1.0 - 2e-4) };
         let behind = fragment([-1.2, -1.0], [1.0, 0.0, 0.0], 1.0);
-        let light = COMPOSER
+        let (light, _) = COMPOSER
             .ray(DVec3::X * 3.0, DVec3::NEG_X, &mut [behind, last, front], &mut Counts::default())
             .unwrap();
         assert!((light.error - 1e-4).abs() < 1e-9, "{}", light.error);
@@ -252,10 +284,10 @@ mod tests {
         });
         let mut bytes = Vec::new();
         let mut tile = TileFragments::default();
-        found.iter().for_each(|pixel| tile.pixel(|all| all.extend(pixel)));
+        found.iter().for_each(|pixel| tile.ray(|all| all.extend(pixel)));
         tile.put(&mut bytes);
         let mut empty = TileFragments::default();
-        (0..3).for_each(|_| empty.pixel(|_| ()));
+        (0..3).for_each(|_| empty.ray(|_| ()));
         empty.put(&mut bytes);
         assert_eq!(bytes.len(), 8 + 3 * 2 + 4 * BYTES + 8);
         let mut rest = bytes.as_slice();
@@ -263,7 +295,7 @@ mod tests {
             let mut came = Came::take(&mut rest, 3).unwrap();
             for (pixel, expected) in expected.iter().enumerate() {
                 let mut found = Vec::new();
-                came.pixel(pixel, &mut found);
+                came.ray(pixel, &mut found);
                 assert_eq!(found, *expected);
             }
         }

@@ -37,12 +37,14 @@ impl<'f> Fields<'f> {
         self.heights.as_ref()
     }
 
-    /// The field that a scene calls `name`, where it is the scene's first.
+    /// The field that a scene calls `name`, where it is the scene's first; a scene without a name means the first of all.
     ///
     /// # Errors
     /// As [`Fields::get`].
     pub fn first(&self, name: &str) -> Result<&Field<'f>> {
-        self.unnamed.as_ref().map_or_else(|| self.get(name), Ok)
+        let first = self.named.first().filter(|_| name.is_empty());
+        let first = self.unnamed.as_ref().or(first.map(|(_, field)| field));
+        first.map_or_else(|| self.get(name), Ok)
     }
 
     /// The field called `name`.

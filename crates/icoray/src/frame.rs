@@ -35,7 +35,7 @@ impl fmt::Display for Certainty {
 /// flat triangles and straight interpolation between cells stand for the field is not in it.
 ///
 /// Mean and percentile are over the pixels whose error is above 0: empty space around the planet, which cannot be wrong,
-/// does not make a picture look better than it is. All three are 0 where no pixel has an error.
+/// does not make a picture look better than it is. All are 0 where no pixel has an error.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct ErrorSummary {
     /// Largest over the picture.
@@ -44,13 +44,15 @@ pub struct ErrorSummary {
     pub mean: f64,
     /// 99.9th percentile over these pixels: no more than one in a thousand has a larger error.
     pub p999: f64,
+    /// Number of pixels whose error is above the tolerance.
+    pub over: u64,
     /// Bound or estimate.
     pub certainty: Certainty,
 }
 
 impl ErrorSummary {
-    /// Sums up `error`, one per pixel. An error that is not a number counts as infinite.
-    pub fn of(error: &[f32], certainty: Certainty) -> Self {
+    /// Sums up `error`, one per pixel, of a picture drawn to `tolerance`. An error that is not a number counts as infinite.
+    pub fn of(error: &[f32], certainty: Certainty, tolerance: f64) -> Self {
         let known = error.iter().map(|e| if e.is_nan() { f32::INFINITY } else { *e });
         let mut error: Vec<f32> = known.filter(|e| *e > 0.0).collect();
         let count = error.len();
@@ -58,17 +60,29 @@ impl ErrorSummary {
             return ErrorSummary { certainty, ..ErrorSummary::default() };
         }
         let sum: f64 = error.iter().map(|e| f64::from(*e)).sum();
+        let over = error.iter().filter(|e| **e > tolerance as f32).count() as u64;
         // The least of the errors that a part of 0.999 or more do not exceed; counted down, which needs no rounding.
         let (_, p999, above) = error.select_nth_unstable_by(count - 1 - count / 1000, f32::total_cmp);
         let max = above.iter().fold(*p999, |max, e| max.max(*e));
-        ErrorSummary { max: f64::from(max), mean: sum / count as f64, p999: f64::from(*p999), certainty }
+        ErrorSummary {
+            max: f64::from(max),
+            mean: sum / count as f64,
+            p999: f64::from(*p999),
+            over,
+            certainty,
+        }
     }
 }
 
 impl fmt::Display for ErrorSummary {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let [max, mean, p999] = [self.max, self.mean, self.p999].map(two_digits_up);
-        write!(f, "at most {max}, mean {mean}, 99.9% below {p999} ({})", self.certainty)
+        write!(f, "at most {max}, mean {mean}, 99.9% below {p999} ({})", self.certainty)?;
+        match self.over {
+            0 => Ok(()),
+            1 => f.write_str("; above the tolerance in 1 pixel"),
+            over => write!(f, "; above the tolerance in {over} pixels"),
+        }
     }
 }
 
@@ -154,7 +168,10 @@ pub struct FrameReport {
     pub device_s: Option<f64>,
     /// Bytes that were uploaded.
     pub bytes_uploaded: u64,
-    /// Rays, columns, frusta.
+    /// Pixels with the edge of a surface in them, each of which shows the mean of 8 rays in place of its first
+    /// ([`Scene::antialias`]).
+    pub edge_pixels: u64,
+    /// Rays, columns, frusta; also of the rays of [`Self::edge_pixels`].
     pub counts: Counts,
     /// Least and greatest value of the field, `None` when all are missing.
     pub value_range: Option<[f64; 2]>,
@@ -163,7 +180,8 @@ pub struct FrameReport {
     pub colors: Vec<Colors>,
     /// Values that are NaN, infinite or the fill value.
     pub missing_values: u64,
-    /// Bytes that were derived from the field: averages of corner fields, gradients.
+    /// Bytes that were derived from the field: averages of corner fields, gradients; and of the tables that this rank has of its
+    /// node's mesh ([`Columns::table_bytes`](crate::Columns::table_bytes)).
     pub derived_bytes: usize,
     /// Bytes of the fields that were copied: 0 but where the frame was drawn of a [`Snapshot`](crate::Snapshot), or of
     /// [`Columns`](crate::Columns): then those that this rank wrote, which are the fields' for each node.
@@ -260,7 +278,7 @@ pub(crate) mod tests {
     pub(crate) fn frame() -> Frame {
         let error = vec![1e-3, 0.0, 0.0, 0.0, 2.5e-6, 0.0];
         let pixels = (0..6).map(|i| [0.01 * i as f32, 0.3, 1.0 / 3.0, 0.5]).collect();
-        let summary = ErrorSummary::of(&error, Certainty::Bound);
+        let summary = ErrorSummary::of(&error, Certainty::Bound, 2e-3);
         Frame {
             width: 3,
             height: 2,
@@ -285,20 +303,25 @@ pub(crate) mod tests {
         let mut error = vec![0.0; 500];
         error.extend((1..=2000).rev().map(|i| i as f32));
         error.extend([0.0; 7]);
-        let summary = ErrorSummary::of(&error, Certainty::Bound);
-        let expected = ErrorSummary { max: 2000.0, mean: 1000.5, p999: 1998.0, certainty: Certainty::Bound };
-        assert_eq!(summary, expected);
-        let few = ErrorSummary::of(&[0.0, 3.0, 1.0, 2.0], Certainty::Estimate);
+        let certainty = Certainty::Bound;
+        let summary = ErrorSummary::of(&error, certainty, 1990.0);
+        assert_eq!(summary, ErrorSummary { max: 2000.0, mean: 1000.5, p999: 1998.0, over: 10, certainty });
+        assert!(summary.to_string().ends_with("(bound); above the tolerance in 10 pixels"), "{summary}");
+        let few = ErrorSummary::of(&[0.0, 3.0, 1.0, 2.0], Certainty::Estimate, 3.0);
+        assert_eq!(few.over, 0);
+        assert!(few.to_string().ends_with("(estimate)"), "{few}");
         assert_eq!((few.max, few.mean, few.p999, few.certainty), (3.0, 2.0, 3.0, Certainty::Estimate));
     }
 
     #[test]
     fn no_errors_sum_up_to_0_and_bad_ones_are_not_lost() {
         for none in [&[][..], &[0.0; 5]] {
-            let summary = ErrorSummary::of(none, Certainty::Bound);
+            let summary = ErrorSummary::of(none, Certainty::Bound, 1e-3);
             assert_eq!(summary, ErrorSummary { certainty: Certainty::Bound, ..ErrorSummary::default() });
         }
-        assert_eq!(ErrorSummary::of(&[f32::NAN, 1e-3], Certainty::Bound).max, f64::INFINITY);
+        let bad = ErrorSummary::of(&[f32::NAN, 1e-3], Certainty::Bound, 1e-3);
+        assert_eq!((bad.max, bad.over), (f64::INFINITY, 1));
+        assert!(bad.to_string().ends_with("above the tolerance in 1 pixel"), "{bad}");
     }
 
     #[test]

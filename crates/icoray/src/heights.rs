@@ -26,6 +26,27 @@ pub(crate) struct Heights<'f> {
     bounds: [f64; 2],
 }
 
+/// The cells of a grid.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Cells<'g> {
+    /// How many there are.
+    pub count: usize,
+    /// The number of the first, in the grid's tables.
+    pub first: i32,
+    /// Numbers in the whole grid, where the model knows cells by those; else none.
+    pub numbers: &'g [i64],
+}
+
+impl Cells<'_> {
+    /// A cell as the model knows it.
+    fn name(&self, cell: usize) -> String {
+        match self.numbers.get(cell) {
+            Some(number) => format!("cell {number} of the whole grid"),
+            None => format!("cell {} (counted from {})", cell as i64 + i64::from(self.first), self.first),
+        }
+    }
+}
+
 /// Where a column's heights begin, see [`Heights::bases`].
 type Base = isize;
 
@@ -33,8 +54,8 @@ type Base = isize;
 const NOWHERE: Base = Base::MIN;
 
 impl<'f> Heights<'f> {
-    /// Checks `heights`, metres above the planet's surface: a column for each of `cells`, as many layers as `layers`, on which
-    /// a field of `field_layers` lies, or midway between which. Parallel.
+    /// Checks `heights`, metres above the planet's surface: a column for each of `cells`, as many layers as `layers`, on
+    /// which a field of `field_layers` lies, or midway between which. Parallel.
     ///
     /// # Errors
     /// [`ErrorKind::Layers`] where they have another shape or place, some of a column's heights but not all are missing, heights
@@ -42,10 +63,11 @@ impl<'f> Heights<'f> {
     pub fn new(
         heights: &Field<'f>,
         layers: &Layers,
-        (cells, field_layers): (usize, usize),
+        of: Cells,
+        field_layers: usize,
         exaggeration: f64,
     ) -> Result<Self> {
-        let shape = heights.shape();
+        let (shape, cells) = (heights.shape(), of.count);
         if (shape.columns, shape.layers, heights.location()) != (cells, layers.count(), Location::Center) {
             let context = format!(
                 "heights: {} columns of {} layers at {:?}, expected {cells} of {} at Center",
@@ -69,7 +91,7 @@ impl<'f> Heights<'f> {
             mean,
         };
         let columns = (0..cells).into_par_iter().with_min_len(256);
-        let checked = columns.map(|cell| this.check(cell, layers)).reduce(
+        let checked = columns.map(|cell| this.check(cell, &of, layers)).reduce(
             || Ok(this.bounds),
             |a, b| {
                 let ([low, high], b) = (a?, b?);
@@ -141,19 +163,20 @@ impl<'f> Heights<'f> {
     }
 
     /// The ends of a column, or what is wrong with it.
-    fn check(&self, cell: usize, layers: &Layers) -> Result<[f64; 2]> {
+    fn check(&self, cell: usize, of: &Cells, layers: &Layers) -> Result<[f64; 2]> {
         let (count, base) = (layers.count(), self.elements.base(cell));
         let height = |layer| self.height(base, layer);
-        // Layers are named as they were given.
-        let given = |layer| if layers.is_falling() { count - 1 - layer } else { layer };
+        // Layers are named in the order in which they were given, counted from 1.
+        let given = |layer| if layers.is_falling() { count - layer } else { layer + 1 };
         let bad = |what: String| {
-            Err(Error::new(ErrorKind::Layers, format!("heights: cell {cell} (from 0), {what}")))
+            let message = format!("heights: {}, {what}", of.name(cell));
+            Err(Error::new(ErrorKind::Layers, message))
         };
         if let Some(lost) = (0..count).find(|layer| height(*layer).is_nan()) {
             return match (0..count).find(|layer| !height(*layer).is_nan()) {
                 None => Ok([self.mean[0], self.mean[self.mean.len() - 1]]),
                 Some(known) => bad(format!(
-                    "layer {}: missing, but {} m at layer {}; expected all heights of a column or none",
+                    "layer {} of {count}: missing, but {} m at layer {}; expected all heights of a column or none",
                     given(lost),
                     height(known),
                     given(known)
@@ -162,7 +185,7 @@ impl<'f> Heights<'f> {
         }
         if let Some(l) = (1..count).find(|l| height(*l) < height(l - 1)) {
             return bad(format!(
-                "layers {} and {}: {} m lies below {} m, expected heights that do not fall from the innermost layer on",
+                "layers {} and {} of {count}: {} m lies below {} m, expected heights that do not fall from the innermost layer on",
                 given(l),
                 given(l - 1),
                 height(l),
@@ -171,12 +194,13 @@ impl<'f> Heights<'f> {
         }
         let radius = [0, count - 1].map(|layer| self.stretched(height(layer)));
         if !(radius[0] > 0.0 && radius[1].is_finite()) {
+            let planet_m = layers.planet_radius_m();
+            let [low, high] = [height(0), height(count - 1)];
             return bad(format!(
-                "heights {} to {} m are {} to {} planet radii when stretched, expected positive ones",
-                height(0),
-                height(count - 1),
-                radius[0],
-                radius[1]
+                "heights {low} to {high} m are stretched to {} to {} m, expected heights above the planet's centre at \
+                 -{planet_m} m",
+                self.stretch * planet_m * low,
+                self.stretch * planet_m * high
             ));
         }
         Ok([0, self.layers() - 1].map(|layer| self.radius_at(base, layer)))

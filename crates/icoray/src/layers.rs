@@ -1,6 +1,7 @@
 //! Layer radii and the shell that a scene makes of them.
 
 use crate::error::{Error, ErrorKind, Result};
+use std::hash::{DefaultHasher, Hash, Hasher};
 
 /// The radii of a field's layers.
 ///
@@ -28,8 +29,11 @@ impl Layers {
     /// Metres, or any one unit for both arguments. Rendering is in planet radii.
     ///
     /// # Errors
-    /// [`ErrorKind::Layers`] names the first layer that is not finite, not positive or not strictly monotone.
+    /// [`ErrorKind::Layers`] names the first layer that is not finite, not positive or not strictly monotone, counted
+    /// from 1; also for heights in place of radii: those that begin below a hundredth of the planet's radius and end
+    /// below half of it.
     pub fn new(radius_m: Vec<f64>, planet_radius_m: f64) -> Result<Self> {
+        let count = radius_m.len();
         let bad = |context| Err(Error::new(ErrorKind::Layers, context));
         if !(planet_radius_m.is_finite() && planet_radius_m > 0.0) {
             return bad(format!("planet radius {planet_radius_m}, expected a positive number"));
@@ -38,16 +42,28 @@ impl Layers {
             return bad(format!("{} layers, expected at least 2", radius_m.len()));
         }
         if let Some(l) = radius_m.iter().position(|r| !(r.is_finite() && *r > 0.0)) {
-            return bad(format!("layer {l}: radius {}, expected a positive number", radius_m[l]));
+            return bad(format!(
+                "layer {} of {count}: radius {}, expected a positive number: radii are from the planet's centre",
+                l + 1,
+                radius_m[l]
+            ));
         }
         let rising = radius_m[1] > radius_m[0];
         if let Some(l) = radius_m.windows(2).position(|w| w[0] == w[1] || (w[1] > w[0]) != rising) {
             return bad(format!(
-                "layers {l} and {}: radii {} and {}, expected strictly {} as between layers 0 and 1",
+                "layers {} and {} of {count}: radii {} and {}, expected strictly {} as between the first two",
                 l + 1,
+                l + 2,
                 radius_m[l],
                 radius_m[l + 1],
                 if rising { "rising" } else { "falling" }
+            ));
+        }
+        let [first, last] = [radius_m[0], radius_m[count - 1]];
+        if first.min(last) < 0.01 * planet_radius_m && first.max(last) < 0.5 * planet_radius_m {
+            return bad(format!(
+                "radii {first} to {last}, expected radii from the planet's centre, whose surface is at {planet_radius_m}: \
+                 add that to heights"
             ));
         }
         Ok(Layers { radius_m, planet_radius_m })
@@ -74,6 +90,23 @@ impl Layers {
     /// The planet's radius.
     pub fn planet_radius_m(&self) -> f64 {
         self.planet_radius_m
+    }
+
+    /// The lowest and the highest height over the planet's surface.
+    fn height_range(&self) -> [f64; 2] {
+        let [a, b] = [self.radius_m[0], self.radius_m[self.count() - 1]].map(|r| r - self.planet_radius_m);
+        [a.min(b), a.max(b)]
+    }
+
+    /// Number and radii in words, other words for other radii.
+    pub(crate) fn told(&self) -> String {
+        let mut hasher = DefaultHasher::new();
+        self.radius_m
+            .iter()
+            .chain([&self.planet_radius_m])
+            .for_each(|radius| radius.to_bits().hash(&mut hasher));
+        let [low, high] = self.height_range();
+        format!("{}, at heights {low} to {high} m (hash {:016x})", self.count(), hasher.finish())
     }
 
     /// The layers midway between these: where full levels lie when these are the interfaces.
@@ -118,12 +151,15 @@ impl Layers {
         let fine =
             shell[0] > 0.0 && shell.windows(2).all(|w| w[0] < w[1]) && shell.iter().all(|r| r.is_finite());
         if !fine {
+            let [low, high] = self.height_range();
             return Err(Error::new(
                 ErrorKind::Scene,
                 format!(
-                    "exaggeration {exaggeration}: the stretched layers run from {} to {} planet radii, expected positive and rising",
-                    shell[0],
-                    shell[shell.len() - 1]
+                    "exaggeration {exaggeration}: heights {low} to {high} m are stretched to {} to {} m, expected layers \
+                     that stay apart, above the planet's centre at {} m",
+                    exaggeration * low,
+                    exaggeration * high,
+                    -self.planet_radius_m
                 ),
             ));
         }
@@ -139,16 +175,29 @@ mod tests {
     fn bad_radii_are_named() {
         for (radii, part) in [
             (vec![1.0], "1 layers"),
-            (vec![1.0, f64::NAN, 3.0], "layer 1"),
-            (vec![1.0, 2.0, 2.0], "layers 1 and 2"),
+            (vec![1.0, f64::NAN, 3.0], "layer 2 of 3"),
+            (vec![1.0, 2.0, 2.0], "layers 2 and 3 of 3"),
             (vec![1.0, 2.0, 1.5], "strictly rising"),
             (vec![3.0, 2.0, 2.5], "strictly falling"),
-            (vec![-1.0, 2.0], "layer 0"),
+            (vec![-1.0, 2.0], "layer 1 of 2: radius -1"),
+            (vec![0.0, 2.0], "radii are from the planet's centre"),
+            (vec![0.005, 0.1], "expected radii from the planet's centre"),
+            (vec![0.4, 0.001], "add that to heights"),
         ] {
             let error = Layers::new(radii, 1.0).unwrap_err();
             assert!(error.to_string().contains(part), "{error}");
         }
         assert!(Layers::new(vec![1.0, 2.0], 0.0).is_err());
+        // The inner half of a planet, and heights that reach beyond half of a small one's radius.
+        assert!(Layers::new(vec![0.02, 0.3], 1.0).is_ok() && Layers::new(vec![0.005, 0.6], 1.0).is_ok());
+    }
+
+    #[test]
+    fn a_stretch_beyond_the_centre_is_told_in_metres() {
+        let layers = Layers::from_heights(&[-11e3, 0.0], 6.371e6).unwrap();
+        let error = layers.shell(600.0).unwrap_err().to_string();
+        let said = "exaggeration 600: heights -11000 to 0 m are stretched to -6600000 to 0 m";
+        assert!(error.contains(said) && error.contains("centre at -6371000 m"), "{error}");
     }
 
     #[test]

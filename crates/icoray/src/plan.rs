@@ -6,6 +6,7 @@ use crate::grid::Grid;
 use crate::kernel::shade::Shading;
 use crate::kernel::transfer::KernelKnot;
 use crate::layers::Layers;
+use crate::layout::ColumnCount;
 use crate::ranks::Part;
 use crate::scene::{Scene, Scheme, Source};
 use std::fmt;
@@ -39,10 +40,11 @@ impl Plan {
     /// # Errors
     /// [`ErrorKind::Field`] when the field's shape does not fit the grid or the layers; [`ErrorKind::Scene`] when the
     /// exaggeration turns the shell inside out, the camera sits inside an opaque core, or the scene names a layer that is not
-    /// there.
+    /// there or a value that the kernels cannot hold.
     pub fn new(scene: &Scene, grid: &Grid, layers: &Layers, field: &Field) -> Result<Self> {
         let from_corners = field.location() == Location::Corner;
         let layers = Self::check(&scene.field, grid, layers, field)?;
+        scene.check_values()?;
         levels::check(scene, field.shape().layers)?;
         let radius = layers.shell(scene.exaggeration)?;
         let thickness = radius[radius.len() - 1] - radius[0];
@@ -77,13 +79,10 @@ impl Plan {
     /// [`ErrorKind::Field`] when its shape does not fit.
     pub(crate) fn check(name: &str, grid: &Grid, layers: &Layers, field: &Field) -> Result<Layers> {
         let shape = field.shape();
-        let (place, columns) = match field.location() {
-            Location::Corner => ("corner", grid.triangles()),
-            Location::Center => ("cell", grid.cells()),
-        };
-        if shape.columns != columns {
-            let message = format!("{name:?}: {} columns, expected {columns}, one per {place}", shape.columns);
-            return Err(Error::new(ErrorKind::Field, message));
+        let place = if field.location() == Location::Corner { "per corner" } else { "per cell" };
+        let expected = ColumnCount::new(grid, field.location());
+        if shape.columns != expected.columns {
+            return Err(expected.error(shape.columns, place).within(format!("{name:?}")));
         }
         layers.for_field(shape.layers).map_err(|e| e.within(format!("{name:?}")))
     }
@@ -116,11 +115,15 @@ impl Sharing {
     /// [`ErrorKind::Scene`] where tiles are asked for and ranks have parts only.
     pub fn new(scene: &Scene, part: Option<&Part>) -> Result<Self> {
         let (scheme, why) = match (scene.ranks, part) {
-            (Scheme::Tiles, Some(_)) => {
-                let message = "key ranks: \"tiles\", but each rank has a part of the grid only, so no rank can draw a tile \
-                               alone; expected \"auto\" or \"fragments\"";
+            (Scheme::Tiles, Some(part)) => {
+                let each = if part.is_of_node() { "node" } else { "rank" };
+                let message = format!(
+                    "key ranks: \"tiles\", but each {each} has a part of the grid only, so no rank can draw a tile alone; \
+                     expected \"auto\" or \"fragments\""
+                );
                 return Err(Error::new(ErrorKind::Scene, message));
             }
+            (_, Some(part)) if part.is_of_node() => (Scheme::Fragments, "each node has its part of the grid"),
             (_, Some(_)) => (Scheme::Fragments, "each rank has its part of the grid"),
             (Scheme::Fragments, None) => (Scheme::Fragments, "asked for; every rank has the whole grid"),
             (Scheme::Auto | Scheme::Tiles, None) => (Scheme::Tiles, "every rank has the whole grid"),
@@ -128,12 +131,14 @@ impl Sharing {
         Ok(Sharing { scheme, why, gathered: None })
     }
 
-    /// The same of a field that was put together in each node's memory, or in each rank's own, as none could be shared.
-    pub(crate) fn of_gathered(self, is_refused: bool) -> Self {
-        let gathered = if is_refused {
-            "the field is assembled once per rank, as nodes cannot share memory"
-        } else {
-            "the field is assembled once per node"
+    /// The same of a field that was put together in each node's memory, or in each rank's own, as none could be shared; with
+    /// the grid, if ranks have parts of it.
+    pub(crate) fn of_gathered(self, has_parts: bool, is_refused: bool) -> Self {
+        let gathered = match (has_parts, is_refused) {
+            (false, false) => "the field is assembled once per node",
+            (false, true) => "the field is assembled once per rank, as nodes cannot share memory",
+            (true, false) => "its ranks' parts and the field are assembled once per node",
+            (true, true) => "parts and the field are assembled once per rank, as nodes cannot share memory",
         };
         Sharing { gathered: Some(gathered), ..self }
     }

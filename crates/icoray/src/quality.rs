@@ -89,6 +89,11 @@ impl Deadline {
         MARGIN * (self.seconds - self.start.elapsed().as_secs_f64()).max(0.0)
     }
 
+    /// Whether there is time for something that takes so many seconds.
+    pub fn has_time_for(&self, seconds: f64) -> bool {
+        seconds <= self.left()
+    }
+
     /// Whether there is time for gradients, of which a part `part` is computed by `sample` to see what they cost.
     pub fn has_time_for_gradients(&self, part: f64, sample: impl FnOnce()) -> bool {
         let start = Instant::now();

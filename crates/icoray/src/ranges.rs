@@ -196,7 +196,7 @@ impl Values<'_> {
 
     /// The values of a cell's column that the scale admits.
     fn column(&self, scale: Scale, column: usize, mut give: impl FnMut(f64)) {
-        if self.part.is_none_or(|part| part.owns(column)) {
+        if self.part.is_none_or(|part| part.tells(column)) {
             let values = (0..self.field.shape().layers).map(|layer| self.field.value(column, layer));
             values.filter(|value| scale.admits(*value)).for_each(&mut give);
         }

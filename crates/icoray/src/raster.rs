@@ -2,6 +2,7 @@
 
 use crate::device::Rect;
 use crate::kernel::ray::Counts;
+use crate::kernel::signature::Signature;
 use rayon::prelude::*;
 use std::time::Instant;
 
@@ -13,15 +14,74 @@ const TILE: u32 = 16;
 pub(crate) struct Pixel {
     pub color: [f32; 4],
     pub error: f32,
+    /// The surfaces that its ray met, where the scene has several.
+    pub surfaces: Signature,
 }
 
-/// Where a pixel is.
+/// Where a ray goes through the picture.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Place {
-    pub x: u32,
-    pub y: u32,
+    /// Pixels to the right and downwards from the picture's upper left corner.
+    pub at: [f64; 2],
     /// Whether it is the first of its row in a tile.
     pub begins_row: bool,
+}
+
+impl Place {
+    /// The middle of a pixel.
+    pub fn middle(x: u32, y: u32, begins_row: bool) -> Self {
+        Place { at: [x, y].map(|at| f64::from(at) + 0.5), begins_row }
+    }
+}
+
+/// Rays in tiles, which are numbered from 0: the same whoever traces them.
+pub(crate) trait Tiling: Sync {
+    /// How many tiles there are.
+    fn tiles(&self) -> u32;
+
+    /// How many pixels a tile has.
+    fn pixels_of(&self, tile: u32) -> usize;
+
+    /// How many rays each pixel has.
+    fn rays_per_pixel(&self) -> usize;
+
+    /// Tells a tile's rays, pixel by pixel.
+    fn places(&self, tile: u32, tell: &mut dyn FnMut(Place));
+
+    /// A tile's pixels, made of what its rays show.
+    fn resolve(&self, rays: Vec<Pixel>) -> Vec<Pixel>;
+
+    /// The raster whose tiles these are, if they are a raster's.
+    fn raster(&self) -> Option<Raster>;
+}
+
+/// Traces tiles, dealt to threads one by one, when the iterator is run: `draw` gives what rays show at a tile's places.
+///
+/// Each starts its search afresh, so that pictures are the same whatever the threads and whoever draws a tile.
+pub(crate) fn trace<'a>(
+    tiling: &'a dyn Tiling,
+    tiles: &'a [u32],
+    draw: impl Fn(&[Place], &mut Counts) -> Vec<Pixel> + Sync + Send + 'a,
+) -> impl ParallelIterator<Item = Tile> + 'a {
+    let trace = move |number: &u32| {
+        let start = Instant::now();
+        let mut counts = Counts::default();
+        let mut places = Vec::with_capacity(tiling.pixels_of(*number) * tiling.rays_per_pixel());
+        tiling.places(*number, &mut |place| places.push(place));
+        let pixels = tiling.resolve(draw(&places, &mut counts));
+        Tile { number: *number, seconds: start.elapsed().as_secs_f64(), counts, pixels }
+    };
+    tiles.par_iter().with_max_len(1).map(trace)
+}
+
+/// Visits a tile's rays in order, each with the hint that the one before it has left.
+pub(crate) fn visit(tiling: &dyn Tiling, tile: u32, mut ray: impl FnMut([f64; 2], &mut u32)) {
+    let (mut hint, mut row_hint) = (0, 0);
+    tiling.places(tile, &mut |place| {
+        hint = if place.begins_row { row_hint } else { hint };
+        ray(place.at, &mut hint);
+        row_hint = if place.begins_row { hint } else { row_hint };
+    });
 }
 
 /// A rectangle of traced pixels.
@@ -69,11 +129,6 @@ impl Raster {
         self.nodes()[0].div_ceil(self.side())
     }
 
-    /// How many tiles there are, numbered row by row: the same whoever draws them.
-    pub fn tiles(&self) -> u32 {
-        self.tiles_across() * self.nodes()[1].div_ceil(self.side())
-    }
-
     /// The first and the end of a tile's traced columns and rows.
     fn extent(&self, tile: u32) -> [[u32; 2]; 2] {
         let (side, tiles_across) = (self.side(), self.tiles_across());
@@ -86,52 +141,6 @@ impl Raster {
     pub fn rect(&self, tile: u32) -> Rect {
         let [[left, right], [top, bottom]] = self.extent(tile);
         Rect { left, top, width: right - left, height: bottom - top }
-    }
-
-    /// How many these are.
-    pub fn pixels_of(&self, tile: u32) -> usize {
-        self.rect(tile).pixels()
-    }
-
-    /// Traces tiles, dealt to threads one by one, when the iterator is run: `draw` gives the pixels at a tile's places.
-    ///
-    /// Each starts its search afresh, so that pictures are the same whatever the threads and whoever draws a tile.
-    pub fn trace<'a>(
-        &'a self,
-        tiles: &'a [u32],
-        draw: impl Fn(&[Place], &mut Counts) -> Vec<Pixel> + Sync + Send + 'a,
-    ) -> impl ParallelIterator<Item = Tile> + 'a {
-        let trace = move |number: &u32| {
-            let start = Instant::now();
-            let mut counts = Counts::default();
-            let mut places = Vec::with_capacity(self.pixels_of(*number));
-            self.places(*number, |place| places.push(place));
-            let pixels = draw(&places, &mut counts);
-            Tile { number: *number, seconds: start.elapsed().as_secs_f64(), counts, pixels }
-        };
-        tiles.par_iter().with_max_len(1).map(trace)
-    }
-
-    /// A tile's traced pixels, row by row.
-    fn places(&self, tile: u32, mut visit: impl FnMut(Place)) {
-        let place = |node: u32, side: u32| (node * self.step).min(side - 1);
-        let [[x0, x1], [y0, y1]] = self.extent(tile);
-        for y in y0..y1 {
-            for x in x0..x1 {
-                let begins_row = x == x0;
-                visit(Place { x: place(x, self.width), y: place(y, self.height), begins_row });
-            }
-        }
-    }
-
-    /// Visits a tile's traced pixels row by row, each with the hint that the one before it has left.
-    pub fn visit(&self, tile: u32, mut pixel: impl FnMut(u32, u32, &mut u32)) {
-        let (mut hint, mut row_hint) = (0, 0);
-        self.places(tile, |place| {
-            hint = if place.begins_row { row_hint } else { hint };
-            pixel(place.x, place.y, &mut hint);
-            row_hint = if place.begins_row { hint } else { row_hint };
-        });
     }
 
     /// The picture of all tiles, in whatever order they are, with the pixels between filled in: rows from the top.
@@ -163,7 +172,7 @@ impl Raster {
         draw: impl Fn(&[Place], &mut Counts) -> Vec<Pixel> + Sync + Send,
     ) -> (Vec<Pixel>, Counts) {
         let all: Vec<u32> = (0..self.tiles()).collect();
-        self.assemble(&self.trace(&all, draw).collect::<Vec<_>>())
+        self.assemble(&trace(self, &all, draw).collect::<Vec<_>>())
     }
 
     /// All pixels, bilinear between traced ones. Between, a pixel may be as far off as the four around it differ, beside
@@ -196,6 +205,38 @@ impl Raster {
     }
 }
 
+impl Tiling for Raster {
+    fn tiles(&self) -> u32 {
+        self.tiles_across() * self.nodes()[1].div_ceil(self.side())
+    }
+
+    fn pixels_of(&self, tile: u32) -> usize {
+        self.rect(tile).pixels()
+    }
+
+    fn rays_per_pixel(&self) -> usize {
+        1
+    }
+
+    fn places(&self, tile: u32, tell: &mut dyn FnMut(Place)) {
+        let pixel = |node: u32, side: u32| (node * self.step).min(side - 1);
+        let [[x0, x1], [y0, y1]] = self.extent(tile);
+        for y in y0..y1 {
+            for x in x0..x1 {
+                tell(Place::middle(pixel(x, self.width), pixel(y, self.height), x == x0));
+            }
+        }
+    }
+
+    fn resolve(&self, rays: Vec<Pixel>) -> Vec<Pixel> {
+        rays
+    }
+
+    fn raster(&self) -> Option<Raster> {
+        Some(*self)
+    }
+}
+
 /// The bilinear mean of four traced pixels.
 fn mean(around: &[Pixel; 4], u: f32, v: f32) -> Pixel {
     let weight = [(1.0 - u) * (1.0 - v), u * (1.0 - v), (1.0 - u) * v, u * v];
@@ -218,7 +259,10 @@ mod tests {
     /// A picture that is bilinear in x and y, so that filling it in is exact.
     fn pixels(places: &[Place], counts: &mut Counts) -> Vec<Pixel> {
         counts.rays += places.len() as u64;
-        let pixel = |p: &Place| Pixel { color: [p.x as f32, p.y as f32, 2.0, 0.5], error: 0.25 };
+        let pixel = |p: &Place| {
+            let [x, y] = p.at.map(|at| (at - 0.5) as f32);
+            Pixel { color: [x, y, 2.0, 0.5], error: 0.25, ..Pixel::default() }
+        };
         places.iter().map(pixel).collect()
     }
 
@@ -261,7 +305,7 @@ mod tests {
             let (whole, counts) = raster.draw(pixels);
             let of =
                 |rank: u32| (0..raster.tiles()).rev().filter(|tile| tile % 3 == rank).collect::<Vec<_>>();
-            let parts = [2, 0, 1].map(|rank| raster.trace(&of(rank), pixels).collect::<Vec<_>>());
+            let parts = [2, 0, 1].map(|rank| trace(&raster, &of(rank), pixels).collect::<Vec<_>>());
             let tiles = parts.concat();
             assert!(tiles.iter().all(|tile| tile.pixels.len() == raster.pixels_of(tile.number)));
             assert_eq!(raster.assemble(&tiles), (whole, counts));
@@ -272,6 +316,6 @@ mod tests {
     #[should_panic(expected = "a tile is missing")]
     fn a_picture_with_a_tile_missing_is_none() {
         let raster = Raster { width: 97, height: 61, step: 1 };
-        raster.assemble(&raster.trace(&[0, 1], pixels).collect::<Vec<_>>());
+        raster.assemble(&trace(&raster, &[0, 1], pixels).collect::<Vec<_>>());
     }
 }

@@ -2,6 +2,7 @@
 
 use crate::derive::{self, Kept};
 use crate::device::{Device, Devices, Job};
+use crate::edges::Edges;
 use crate::error::{Error, ErrorKind, Result};
 use crate::field::{CenterField, Field};
 use crate::fields::Fields;
@@ -34,6 +35,7 @@ mod parts;
 mod picture;
 mod prepare;
 mod progress;
+mod round;
 mod shown;
 mod spare;
 mod summary;
@@ -48,7 +50,7 @@ use progress::Progress;
 use shown::Other;
 use spare::{Source, Spare};
 use unchanged::Last;
-pub(crate) use work::brightest;
+pub(crate) use work::allowed;
 use work::{Carrying, Plain, Rays, Work};
 
 /// A renderer with its own threads, which end when it is dropped, and optionally a device.
@@ -143,7 +145,7 @@ impl Renderer {
 
     /// The same renderer, which calls `report(finished, total)` after each tile of a picture that this process draws, from the
     /// thread that drew it. `total` is the number of these tiles. The calls of one picture come in no order, and none comes for
-    /// probes of a time budget.
+    /// probes of a time budget and for pixels at edges, which are traced again after the last tile.
     ///
     /// ```
     /// use std::sync::Arc;
@@ -255,7 +257,15 @@ impl Renderer {
             let place = if plan.from_corners { "corners" } else { "centres" };
             vec![
                 ("draws", sharing.to_string()),
-                ("has layers of radii (planet radii)", format!("{:?}", plan.radius)),
+                (
+                    "has layers",
+                    format!(
+                        "{}, {} of the field, exaggeration {}",
+                        layers.told(),
+                        plan.radius.len(),
+                        scene.exaggeration
+                    ),
+                ),
                 ("has a field at", place.into()),
                 ("has a scene with backend", format!("{:?}", scene.backend)),
             ]
@@ -285,6 +295,7 @@ impl Renderer {
         let colors = Colors::of(scene, settled.as_ref().unwrap_or(scene));
         let scene = settled.as_ref().unwrap_or(scene);
         if settled.is_some() {
+            scene.check_values()?;
             plan.recolor(scene);
         }
         let device = self.find_device(ranks, scene)?;
@@ -365,6 +376,13 @@ impl Setting<'_> {
     }
 }
 
+/// Least and greatest radius of the facets of a layer of `radius`, where edges are anti-aliased.
+fn facets(setting: &Setting, radius: f64) -> Option<[f64; 2]> {
+    let Setting { renderer, scene, grid, part, .. } = *setting;
+    let lowest = || part.map_or_else(|| renderer.run(|| grid.lowest_facet()), Part::lowest_facet);
+    scene.antialias.then(|| [radius * lowest(), radius])
+}
+
 fn draw<T: Real, S: Sample>(setting: &Setting, ranks: &mut Ranks, data: &[S]) -> Result<Rendered> {
     let Setting { renderer, scene, plan, grid, part, field, .. } = *setting;
     let spans = Spans::<T>::new(&plan.knots);
@@ -396,7 +414,9 @@ fn draw<T: Real, S: Sample>(setting: &Setting, ranks: &mut Ranks, data: &[S]) ->
     };
     let (lit, unlit) = (Carrying::<T, 4>(&plain), Carrying::<T, 1>(&plain));
     let rays: &dyn Rays = if is_lit { &lit } else { &unlit };
-    let work = Work { renderer, scene, plan, radius, ground, rays };
+    let [core, top] = radius.map(|radius| facets(setting, radius));
+    let edges = Edges::new(scene, core.filter(|_| scene.core.is_some()), top, false);
+    let work = Work { renderer, scene, plan, radius, ground, rays, edges };
     let mut rendered = picture::draw(setting, ranks, &known, &work, on_device)?;
     rendered.report_mut().derived_bytes =
         gradients.known().map_or(0, Gradients::bytes) + visible.known().map_or(0, Visible::bytes);

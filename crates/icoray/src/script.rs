@@ -19,7 +19,7 @@ pub use summary::Summary;
 pub(crate) use sweep::{Axis, Place, Sweep};
 
 use crate::error::{Error, ErrorKind, Result};
-use crate::output::{Cinema, Concat, Series, Stamp, Template};
+use crate::output::{Cinema, Concat, NameTemplate, Series, Stamp, Template};
 use crate::scene::Scene;
 
 /// All that a scene file asks for.
@@ -53,6 +53,8 @@ pub struct View {
     /// Names of what is kept beside the pictures, with placeholders.
     pub(crate) cinema: Option<Template>,
     pub(crate) concat: Option<(Template, f64)>,
+    /// Whether the file names its pictures.
+    pub(crate) has_file: bool,
 }
 
 /// A picture that is due.
@@ -107,6 +109,37 @@ impl Script {
         Script { views }
     }
 
+    /// Puts the date, where a stamp has one, before the step into the names of pictures that the scene file leaves to icoray:
+    /// for models, whose step numbers may begin again when they are restarted.
+    ///
+    /// ```
+    /// use icoray::{Script, output::Stamp};
+    ///
+    /// let mut script = Script::parse(
+    ///     "field = 'theta'
+    ///      camera = { lon = 0, lat = 45, distance = 3 }
+    ///      transfer = { map = 'plasma', range = [300, 400], opacity = [[300, 0], [400, 0.9]] }",
+    /// )?;
+    /// script.name_by_date()?;
+    /// let names = |date: Option<&str>| {
+    ///     let stamp = Stamp { step: 5, date: date.map(String::from), ..Stamp::default() };
+    ///     let shot = script.views()[0].shots(&stamp).next().unwrap();
+    ///     shot.scene.output.names(&stamp, &shot.scene.field)
+    /// };
+    /// assert_eq!(names(Some("2026-11-22_06:00:00"))?.file, "theta_2026-11-22_06.00.00_000005.png");
+    /// assert_eq!(names(None)?.file, "theta_000005.png");
+    /// # Ok::<(), icoray::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// None that a parsed script could have.
+    pub fn name_by_date(&mut self) -> Result<()> {
+        for view in self.views.iter_mut().filter(|view| !view.has_file) {
+            view.scene.output.file = view.default_file("{when}")?;
+        }
+        Ok(())
+    }
+
     /// The views, in the order of the file; at least one.
     pub fn views(&self) -> &[View] {
         &self.views
@@ -115,6 +148,23 @@ impl Script {
     /// The views' scenes, to change what they have in common.
     pub fn scenes_mut(&mut self) -> impl Iterator<Item = &mut Scene> {
         self.views.iter_mut().map(|view| &mut view.scene)
+    }
+
+    /// Whether a view shows a field that the script does not name: the first one that there is.
+    pub fn lacks_field(&self) -> bool {
+        self.views.iter().any(|view| view.scene.shown_fields().contains(&""))
+    }
+
+    /// Gives these fields the name `first`, as [`Scene::name_first_field`] does.
+    pub fn name_first_field(&mut self, first: &str) {
+        self.scenes_mut().for_each(|scene| scene.name_first_field(first));
+    }
+
+    /// Shows the first volume of each view as a surface where `is_2d` says that its field has one value per column, as
+    /// [`Scene::show_as_surface`] does; views that sweep fields stay.
+    pub fn show_as_surfaces(&mut self, is_2d: impl Fn(&str) -> bool) {
+        let views = self.views.iter_mut().filter(|view| view.sweep.fields().is_empty());
+        views.filter(|view| is_2d(&view.scene.field)).for_each(|view| view.scene.show_as_surface());
     }
 
     /// The views whose turn the step is but for their conditions. `before` is the step that was offered before it, and
@@ -180,6 +230,7 @@ impl From<Scene> for Script {
             sweep: Sweep::default(),
             cinema: None,
             concat: None,
+            has_file: true,
         }])
     }
 }
@@ -263,6 +314,16 @@ impl View {
             concat: self.concat.as_ref().map(|(file, fps)| Concat { file: named(file), fps: *fps }),
             cinema: self.cinema.as_ref().map(|folder| Cinema { folder: named(folder), parameters }),
         };
+    }
+
+    /// The name of pictures that the file leaves to icoray, with a placeholder for the step.
+    pub(crate) fn default_file(&self, moment: &str) -> Result<NameTemplate> {
+        let view = self.name.iter().map(|_| "{view}".to_owned());
+        let always = ["{field}".to_owned(), moment.to_owned()];
+        let swept = self.sweep.axes.iter().map(|axis| axis.name()).filter(|name| *name != "field");
+        let swept = swept.map(|name| format!("{name}{{{name}}}"));
+        let words: Vec<String> = view.chain(always).chain(swept).collect();
+        NameTemplate::new(&format!("{}.png", words.join("_")))
     }
 
     /// Refuses placeholders that stand for nothing here, and names that two pictures of a step would share.

@@ -59,6 +59,7 @@ program shallow_water
    real(wp) :: shortest  ! distance of neighbouring centres, m
    real(wp) :: dt, began, simulation, shown(2), off(2)
    integer(ik) :: step, steps, every
+   logical :: wanted
    integer :: k, shown_day
 
    call ranks_start()
@@ -74,18 +75,20 @@ program shallow_water
    call plan_steps()
 
    call print_head()
-   if (opt%pictures) call pictures_open(shots, grid, part%cell, cells%cells_in(0), level_radius, radius, state%h, vorticity, &
-                                        opt%scene, opt%out, opt%threads, opt%beside)
+   if (opt%pictures) call pictures_open(shots, grid, part%cell, cells%cells_in(0), level_radius, radius, opt%scene, opt%out, &
+                                        opt%threads, opt%beside)
    simulation = 0.0_wp
    shown = 0.0_wp
    shown_day = -1
    step = 0
    do
       associate (time => real(step, wp)*dt)
-         if (opt%pictures .and. (modulo(step, every) == 0 .or. step == steps)) then
-            if (pictures_wanted(shots, step, time)) then
+         if (opt%pictures) then
+            ! Asked at each step: with --async, ranks move the messages of pictures on in each call.
+            wanted = pictures_wanted(shots, step, time)
+            if (wanted .and. (modulo(step, every) == 0 .or. step == steps)) then
                call vorticity_at_corners(opt%layers, cells, ops, state%u, vorticity)
-               call pictures_draw(shots, step, time, date_of(time))
+               call pictures_draw(shots, state%h, vorticity, step, time, date_of(time))
             end if
          end if
          if (int((time + 0.5_wp*dt)/day) > shown_day .or. step == steps) call print_line(time)

@@ -27,14 +27,12 @@ module pictures
 contains
 
    !> Tables and fields must be targets that stay where they are until `pictures_close`.
-   subroutine pictures_open(p, t, cell_number, own_cells, level_radius, planet_radius, height, vorticity, scene, out, threads, &
-                            beside)
+   subroutine pictures_open(p, t, cell_number, own_cells, level_radius, planet_radius, scene, out, threads, beside)
       type(pictures_type), intent(inout) :: p
       type(grid_tables), intent(in), target :: t
       integer(ip), intent(in) :: cell_number(:)  !< of each cell in the whole mesh
       integer, intent(in) :: own_cells           !< the first so many are this rank's own
       real(wp), intent(in) :: level_radius(:), planet_radius             !< m
-      real(wp), intent(in), target, contiguous :: height(:, :), vorticity(:, :)  !< (layers, cells), (layers, corners)
       character(*), intent(in) :: scene, out
       integer, intent(in) :: threads
       logical, intent(in) :: beside  !< drawn from a copy of the field, beside the simulation
@@ -55,13 +53,12 @@ contains
       call check(p, ierr, 'icoray_grid_set')
       if (p%open) call icoray_layers_set(p%context, level_radius, planet_radius, ierr)
       call check(p, ierr, 'icoray_layers_set')
-      if (p%open) call icoray_field_set(p%context, 'height', height, ierr)
-      call check(p, ierr, 'icoray_field_set')
-      if (p%open) call icoray_field_set(p%context, 'vorticity', vorticity, ierr, location=ICORAY_CORNER)
-      call check(p, ierr, 'icoray_field_set')
-      if (p%open) call icoray_scene_load(p%context, scene, ierr)
-      call check(p, ierr, 'icoray_scene_load')
       call settle(p)  ! so far a rank may have failed alone
+      if (p%open) then
+         call icoray_scene_load(p%context, scene, ierr)
+         call check(p, ierr, 'icoray_scene_load')
+         call settle(p)
+      end if
       if (p%open .and. rank_count > 1) then
          call icoray_part_set(p%context, cell_number, ierr, owned=own_cells)
          call check(p, ierr, 'icoray_part_set')
@@ -76,12 +73,10 @@ contains
       integer(ik), intent(in) :: step
       real(wp), intent(in) :: time  !< s
       real(wp) :: start
-      integer :: ierr
 
       start = clock()
       if (p%open) then
-         call icoray_wants(p%context, step, time, wanted, ierr)
-         if (ierr /= ICORAY_OK) wanted = .true.  ! so that icoray_execute tells what is wrong
+         call icoray_wants(p%context, step, time, wanted)
       end if
       p%asked = p%asked + 1
       p%asking = p%asking + clock() - start
@@ -89,9 +84,11 @@ contains
       if (.not. p%open) wanted = .true.  ! so that what is missing is counted
    end function pictures_wanted
 
-   !> Draws the scene from the arrays as they are now.
-   subroutine pictures_draw(p, step, time, date)
+   !> Draws the scene from the arrays as they are now. They are handed over here: models swap time levels, and a pointer that
+   !> is given once shows the step before at every odd step.
+   subroutine pictures_draw(p, height, vorticity, step, time, date)
       type(pictures_type), intent(inout) :: p
+      real(wp), intent(in), target, contiguous :: height(:, :), vorticity(:, :)  !< (layers, cells), (layers, corners)
       integer(ik), intent(in) :: step
       real(wp), intent(in) :: time  !< s
       character(*), intent(in) :: date
@@ -100,6 +97,9 @@ contains
 
       start = clock()
       if (p%open) then
+         ! What fails here on one rank fails in icoray_execute on all.
+         call icoray_field_set(p%context, 'height', height)
+         call icoray_field_set(p%context, 'vorticity', vorticity, location=ICORAY_CORNER)
          call icoray_execute(p%context, step, time, date, ierr)
          call check(p, ierr, 'icoray_execute')
          call settle(p)

@@ -4,9 +4,8 @@
 //! a script remembers nothing, and the numbers that conditions ask for are the same on all.
 
 use super::inputs::{Measured, Subject};
-use super::{Choice, Context, missing};
+use super::{Choice, Context, levels, missing};
 use crate::boundary::{Failure, Outcome, caught};
-use crate::ranks::agree;
 use crate::types::icoray_status;
 use icoray_core::output::Stamp;
 use icoray_core::{Script, Shot, Statistic, Summary, View};
@@ -32,16 +31,54 @@ impl Context {
         let script = self.script()?;
         self.drawing.collect();
         self.drawing.refuse_if_off()?;
+        self.point_out_old_levels(script.as_deref(), &stamp);
         self.draw_step(script.as_deref(), &stamp)?;
         self.drawing.tell()
+    }
+
+    /// The script with the name of the field that was set first where it names none.
+    fn named(&self, script: &Arc<Script>) -> Arc<Script> {
+        match &self.inputs.first {
+            Some(first) if script.lacks_field() => {
+                let mut named = Script::clone(script);
+                named.name_first_field(first);
+                Arc::new(named)
+            }
+            _ => script.clone(),
+        }
     }
 
     /// What is to be drawn in the course of time, if anything.
     pub(super) fn script(&self) -> Outcome<Option<Arc<Script>>> {
         match &self.scene {
-            Choice::Script(script) => Ok(Some(script.clone())),
+            Choice::Script(script) => Ok(Some(self.named(script))),
             Choice::Nothing => Ok(None),
             Choice::Open => Err(missing("icoray_execute", "scene", "icoray_scene_load or icoray_scene_text")),
+        }
+    }
+
+    /// Tells the log of fields that look like old time levels: at rank 0, of what that has.
+    pub(super) fn point_out_old_levels(&mut self, script: Option<&Script>, stamp: &Stamp) {
+        if !(self.ranks.is_root() && self.drawing.is_warned()) {
+            return;
+        }
+        let views = script.map(|script| script.scheduled(stamp, self.before.as_ref()).collect::<Vec<_>>());
+        let read = views.unwrap_or_default().into_iter().flat_map(|view| {
+            let conditions = view.conditions().iter().map(|condition| condition.field().to_owned());
+            view.model_fields().into_iter().chain(conditions)
+        });
+        let hash = |name: String| {
+            let field = self.inputs.fields.get(&name)?.field().ok()?;
+            Some((name, levels::hash(&field)?))
+        };
+        let hashes: Vec<_> = read.collect::<BTreeSet<_>>().into_iter().filter_map(hash).collect();
+        for (name, levels) in self.levels.step(stamp.step, &hashes) {
+            self.drawing.warn(&format!(
+                "step {}: the values of field {name:?} change only at every {} step; a model that swaps time levels calls \
+                 icoray_field_set before each icoray_execute",
+                stamp.step,
+                if levels == 2 { "second" } else { "third" }
+            ));
         }
     }
 
@@ -66,7 +103,7 @@ impl Context {
                 }
             }
         }
-        for failure in self.drawing.hand_over(copied, stamp)? {
+        for failure in self.drawing.hand_over(&mut self.ranks, copied, stamp)? {
             self.picture_failed(failure, &mut first)?;
         }
         first.map_or(Ok(()), Err)
@@ -87,7 +124,9 @@ impl Context {
         let fields: BTreeSet<&str> = view.conditions().iter().map(|condition| condition.field()).collect();
         let unknown = fields.into_iter().filter(|field| !known.contains_key(*field));
         let mine = caught(|| unknown.map(|field| self.inputs.measured(field)).collect::<Outcome<Vec<_>>>());
-        for Measured { name, field, held } in self.of_one_mind(mine.map_err(named), view.name())? {
+        for Measured { name, field, held } in
+            self.of_one_mind(mine.map_err(named), view.name(), Vec::new())?
+        {
             let asked = asked(scheduled, &name);
             let renderer = self.drawing.renderer();
             let summary = renderer.summary(&mut self.ranks, &field, held.as_deref(), &asked);
@@ -111,9 +150,14 @@ impl Context {
                 // Names that are wrong or taken are known before the first ray.
                 drawing.check_names(&shot.scene, stamp)?;
             }
-            inputs.subject(shot)
+            let subject = inputs.subject(shot)?;
+            if ranks.size() > 1 {
+                subject.check_whole()?;
+            }
+            Ok(subject)
         });
-        let subject = self.of_one_mind(mine.map_err(named), &name)?;
+        let facts = mine.iter().map(Subject::grid_fact).collect();
+        let subject = self.of_one_mind(mine.map_err(named), &name, facts)?;
         if self.drawing.is_in_background() {
             copied.push(subject);
             return Ok(());
@@ -121,19 +165,26 @@ impl Context {
         self.drawing.draw(&mut self.ranks, stamp, subject).map_err(named)
     }
 
-    /// What went well everywhere. Collective.
-    fn of_one_mind<T>(&mut self, mine: Outcome<T>, view: &str) -> Outcome<T> {
+    /// What went well everywhere, where all draw the same view and `facts` are the same. Collective.
+    fn of_one_mind<T>(
+        &mut self,
+        mine: Outcome<T>,
+        view: &str,
+        facts: Vec<(&'static str, String)>,
+    ) -> Outcome<T> {
         if !self.is_shared() {
             return mine;
         }
-        let facts = vec![("draws view", format!("{view:?}"))];
-        let (agreed, said) = agree(&mut self.ranks, mine, "icoray_execute", facts, &self.drawing.said());
+        let facts = [("draws view", format!("{view:?}"))].into_iter().chain(facts).collect();
+        let value = self.drawing.said();
+        let (agreed, said) = self.agree(mine, "icoray_execute", facts, &value);
         self.drawing.heard(&said);
         agreed
     }
 
     /// Counts a failure, which is the call's where it is the `first`, and goes on unless icoray itself failed.
     fn picture_failed(&mut self, failure: Failure, first: &mut Option<Failure>) -> Outcome<()> {
+        self.failed_on_all(&failure);
         self.drawing.picture_failed(&failure);
         let is_bug = failure.status == icoray_status::ICORAY_ERR_INTERNAL;
         // A bug ends the context, and is told before all else.

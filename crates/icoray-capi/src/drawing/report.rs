@@ -66,6 +66,8 @@ pub(super) fn crossing(stamp: &Stamp, r: &FrameReport, call: &Call, totals: &Tot
         device_s: r.device_s.unwrap_or(f64::NAN),
         bytes_uploaded: r.bytes_uploaded,
         frames: call.frames,
+        edge_pixels: r.edge_pixels,
+        pixels_over_tolerance: r.error.over,
         frames_written: totals.written,
         frames_failed: totals.failed,
         frames_dropped: totals.dropped,

@@ -3,10 +3,12 @@
 use super::{Drawing, notes};
 use crate::boundary::{Failure, Outcome};
 use crate::context::Subject;
+use crate::host::without_signals;
 use crate::ranks::Said;
 use crate::types::icoray_status;
 use icoray_core::output::Stamp;
-use icoray_core::{Held, Ranks, Rendered};
+use icoray_core::{Background, Ranks, Rendered};
+use std::thread::current;
 
 impl Drawing {
     /// What rank 0 tells the others: whether frames are still drawn, and the failure of a frame before.
@@ -28,9 +30,37 @@ impl Drawing {
         Some(Failure::new(status, String::from_utf8_lossy(message)))
     }
 
-    /// The failure of a frame before is told by this call.
+    /// The failure of a frame before that rank 0 has is told by this call.
     pub fn told(&mut self) {
-        self.untold = None;
+        if self.is_root {
+            self.untold = None;
+        }
+    }
+
+    /// The failure of a frame before of which only this rank knows.
+    pub fn tell_of_this_rank(&mut self) -> Outcome<()> {
+        if self.is_root { Ok(()) } else { self.tell() }
+    }
+
+    /// The ranks that draw with this one. Collective.
+    pub fn join(&mut self, ranks: &mut Ranks) -> Outcome<()> {
+        if self.is_async && self.background.is_none() {
+            let (renderer, writer) = (self.renderer.clone(), self.writer.clone());
+            self.background = Some(without_signals(|| Background::over(ranks, renderer, writer))?);
+        }
+        Ok(())
+    }
+
+    /// Moves messages of frames in the background on, where the transport may be called on this thread.
+    pub fn pump(&mut self) {
+        if let Some(background) = self.background.as_mut().filter(|_| current().id() == self.home) {
+            background.pump();
+        }
+    }
+
+    /// Whether frames were handed to the background that were not waited for: the same on all ranks.
+    pub fn is_under_way(&self) -> bool {
+        self.background.as_ref().is_some_and(Background::is_under_way)
     }
 
     /// Draws what is this rank's of a frame. The outcome is the same on all.
@@ -42,13 +72,7 @@ impl Drawing {
     ) -> Outcome<()> {
         let Subject { view, scene, grid, held, layers, fields, description, descriptions } = subject;
         let draws = &self.renderer;
-        let rendered = match held.as_deref() {
-            Some(Held::Columns(columns)) => {
-                draws.render_columns(ranks, &scene, &grid, columns, &layers, fields)
-            }
-            Some(Held::Part(part)) => draws.render_over(ranks, &scene, &grid, Some(part), &layers, fields),
-            None => draws.render_over(ranks, &scene, &grid, None, &layers, fields),
-        };
+        let rendered = draws.render_held(ranks, &scene, &grid, held.as_deref(), &layers, fields);
         match rendered? {
             Rendered::Here(mut frame) => {
                 (frame.description, frame.descriptions) = (description, descriptions);

@@ -74,8 +74,9 @@ impl Job<'_> {
         let fields: Vec<String> = subjects
             .iter()
             .map(|Subject { info, range }| {
-                let (name, place, layers) = (&info.name, input::place(info.location), range.len());
-                format!("field     {name} at {place}, {layers} layers, time {} ({date})\n", stamp.step)
+                let (name, place) = (&info.name, input::place(info.location));
+                let layers = if info.is_2d() { "2D".into() } else { format!("{} layers", range.len()) };
+                format!("field     {name} at {place}, {layers}, time {} ({date})\n", stamp.step)
             })
             .collect();
         let units = subjects.first().and_then(|first| first.info.description.units.as_deref());

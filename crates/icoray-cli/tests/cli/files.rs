@@ -69,7 +69,10 @@ fn the_command_may_set_the_tolerance_and_name_the_map_of_errors() {
     render(folder.path(), &["--time", "all", "-o", "all"]);
     assert!(["all/e0.png", "all/e2.png", "all/theta_000002.png"].into_iter().all(is_there));
     let report = fs::read_to_string(folder.path().join("all/report.csv")).unwrap();
-    has(&report, &["error_max,error_mean,error_p999,error_kind,tolerance,pixel_step,lights,threads,"]);
+    has(
+        &report,
+        &["error_max,error_mean,error_p999,error_kind,tolerance,over_tolerance,pixel_step,lights,threads,"],
+    );
 }
 
 #[test]

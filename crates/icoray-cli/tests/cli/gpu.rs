@@ -9,7 +9,7 @@ use std::path::Path;
 /// An unlit scene, with keys before it.
 fn unlit(keys: &str) -> String {
     let lit = scene("theta", 0.0, 42.0);
-    format!("{keys}\n{}", lit.split_once("[light]").unwrap().0)
+    format!("antialias = false\n{keys}\n{}", lit.split_once("[light]").unwrap().0)
 }
 
 /// The adapters. If there are none, skips the test.

@@ -17,5 +17,6 @@ mod real;
 mod refused;
 mod run;
 mod suggested;
+mod surfaces;
 mod times;
 mod views;

@@ -99,7 +99,7 @@ fn meshes_that_are_not_rendered_are_refused() {
     fs::write(folder.path().join("scene.toml"), scene("theta", 0.0, 1.0)).unwrap();
     for (name, part) in [
         ("favba_planar_mesh.nc", "on_a_sphere is NO"),
-        ("mesh.QU.1920km.151026.nc", "fields in the file: none"),
+        ("mesh.QU.1920km.151026.nc", "fields in the file: areaCell"),
     ] {
         let Some(file) = data(name) else { continue };
         let mut render = icoray(folder.path());

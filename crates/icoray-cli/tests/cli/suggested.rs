@@ -26,7 +26,7 @@ fn a_file_alone_is_drawn() {
     has(
         &text,
         &[
-            "scene     suggested for theta, the first field with layers; --field takes also w, vorticity, rho\n",
+            "scene     suggested for theta, the first field with layers; --field takes also w, vorticity, rho, surface_pressure\n",
             // The last time.
             "picture   theta_000002.png (96 x 72)",
             "time 2 (2013-10-27_00:00:00)",
@@ -135,10 +135,10 @@ fn saved_scenes_are_kept_where_files_are_to_stay() {
 fn files_without_a_field_say_what_to_do() {
     let (folder, _) = Made::mesh(false).write(Options::_64BIT_OFFSET);
     let parts =
-        ["made.nc: a mesh without a field that has layers", "icoray render HISTORY.nc --mesh made.nc"];
+        ["made.nc: a mesh without a field, expected a history", "icoray render HISTORY.nc --mesh made.nc"];
     fails(icoray(folder.path()).args(["render", "made.nc"]), 1, &parts);
     let mut made = Made::history();
-    made.variables.retain(|v| !["theta", "w", "vorticity", "rho"].contains(&v.name));
+    made.variables.retain(|v| !["theta", "w", "vorticity", "rho", "surface_pressure"].contains(&v.name));
     let (folder, _) = made.write(Options::_64BIT_OFFSET);
     let parts = ["no variable looks like a physical field", "--field NAME with one of zgrid"];
     fails(icoray(folder.path()).args(["render", "made.nc"]), 1, &parts);
@@ -210,8 +210,11 @@ fn real_files_are_drawn_without_a_scene() {
     }
     for (name, part) in [
         ("favba_planar_mesh.nc", "on_a_sphere is NO"),
-        ("mesh.QU.1920km.151026.nc", "a mesh without a field that has layers"),
-        ("spherical_grid_500km_landculled.nc", "a mesh without a field that has layers"),
+        (
+            "mesh.QU.1920km.151026.nc",
+            "no variable looks like a physical field, expected --field NAME with one of areaCell",
+        ),
+        ("spherical_grid_500km_landculled.nc", "icoray render HISTORY.nc --mesh"),
     ] {
         let Some(file) = data(name) else { continue };
         fails(icoray(folder.path()).arg("render").arg(&file), 1, &[name, part]);

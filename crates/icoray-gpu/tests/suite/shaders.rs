@@ -261,6 +261,7 @@ const LEFT_OUT: [(&str, &[&str]); 12] = [
         "ray",
         &[
             "budget_new",
+            "budget_sees_behind",
             "trace_all",
             "ray",
             "pass",

@@ -1,7 +1,7 @@
 //! Heights of each column's layers, for pictures that show them.
 
 use super::thickness::{self, Columns};
-use super::{ICON_COLUMNS, LayerHeights, axis, expect, icon_columns};
+use super::{ICON_COLUMNS, LayerHeights, axis, columns_of, expect, icon_columns};
 use crate::field::{FieldInfo, OwnedField};
 use crate::floor::Floor;
 use crate::mesh::{Convention, Mesh};
@@ -51,7 +51,10 @@ enum Found<'a> {
 impl<'a> Found<'a> {
     /// Of a field's layers; `None` where all columns share the layers' heights, or no file tells.
     fn of(sources: &'a Sources, mesh: &Mesh, info: &FieldInfo) -> Result<Option<Self>> {
-        if mesh.convention() == Convention::Icon {
+        if info.is_2d() {
+            return Ok(None);
+        }
+        if mesh.convention() != Convention::Mpas {
             for source in sources.all() {
                 let Some(variable) = source.variable(&info.layer_dimension) else { continue };
                 if axis::heights(source, variable, info.layers)?.is_some() {
@@ -74,17 +77,21 @@ impl<'a> Found<'a> {
     fn expected(sources: &'a Sources, mesh: &Mesh, info: &FieldInfo) -> Result<Self> {
         Self::of(sources, mesh, info)?.ok_or_else(|| {
             let (name, layers) = (&info.name, info.layers);
+            if info.is_2d() {
+                let context = format!("{name} has no native heights: it is a 2D field, which lies on the sphere");
+                return sources.error(ErrorKind::Layers, context);
+            }
             let looked_for = match mesh.convention() {
                 Convention::Mpas => format!(
                     "zgrid(nCells, nVertLevelsP1), and {}(nCells, nVertLevels), at times or not",
                     thickness::NAMES_NOW.join(", ")
                 ),
-                Convention::Icon => format!(
+                Convention::Icon | Convention::Cf => format!(
                     "{} over {layers} or {} layers and {} cells, where no coordinate {dimension}({dimension}) gives heights \
                      or pressures that all columns share",
                     ICON_COLUMNS.join(", "),
                     layers + 1,
-                    mesh.corners(),
+                    columns_of(mesh),
                     dimension = info.layer_dimension
                 ),
             };
@@ -121,7 +128,9 @@ impl<'a> Found<'a> {
         let name = &variable.name;
         let at_times = if self.time_dependent(sources) { ", those of each time" } else { "" };
         match (self, mesh.convention()) {
-            (Found::Heights(..), Convention::Mpas) => format!("{name} of each column{at_times}"),
+            (Found::Heights(..), Convention::Mpas | Convention::Cf) => {
+                format!("{name} of each column{at_times}")
+            }
             (Found::Heights(..), Convention::Icon) => {
                 format!("{name} of each triangle, averaged to cells{at_times}")
             }
@@ -235,6 +244,9 @@ impl LayerHeights {
 
 /// Of `count` layers that have heights, those that `layers` of a field need.
 fn reached(count: usize, info: &FieldInfo, layers: Range<usize>) -> Result<Range<usize>> {
+    if info.is_2d() {
+        return Ok(0..count);
+    }
     let bad = |what: String| Err(Error::new(ErrorKind::Field, format!("{}: {what}", info.name)));
     let more = match count.checked_sub(info.layers) {
         Some(more @ 0..=1) => more,

@@ -101,4 +101,31 @@ impl Made {
         made.last().attributes = vec![("units", "K".into()), ("long_name", "Temperature".into())];
         made
     }
+
+    /// A file of DYNAMICO: hexagons and pentagons with their points, `ta` on pressures and `ps`.
+    pub fn dynamico(angles: Angles) -> Self {
+        let mesh = mesh(2);
+        let mut made = Made {
+            dimensions: vec![("cell", mesh.cells()), ("nvertex", 6), ("lev", LAYERS), ("time", 0)],
+            attributes: vec![("Conventions", "CF-1.6".into())],
+            variables: Vec::new(),
+        };
+        made.angles("lon", &["cell"], angles, &mesh.lon_center_rad);
+        made.angles("lat", &["cell"], angles, &mesh.lat_center_rad);
+        for (name, of) in [("lon", &mesh.lon_corner_rad), ("lat", &mesh.lat_corner_rad)] {
+            let bounds = if name == "lon" { "lon_bnds" } else { "lat_bnds" };
+            made.variable(name).attributes.push(("bounds", bounds.into()));
+            let values: Vec<f64> = mesh.cell_corner.iter().map(|corner| of[*corner as usize]).collect();
+            made.angles(bounds, &["cell", "nvertex"], angles, &values);
+        }
+        made.add("lev", &["lev"], Values::F64(vec![100_000.0, 85_000.0, 50_000.0]));
+        made.last().attributes = vec![("units", "Pa".into())];
+        let cells = mesh.cells();
+        let records = (0..RECORDS).flat_map(|t| (0..LAYERS).map(move |l| (t, l)));
+        let ta = records.flat_map(|(t, l)| (0..cells).map(move |c| value(t, c, l) as f32)).collect();
+        made.add("ta", &["time", "lev", "cell"], Values::F32(ta));
+        let ps = (0..RECORDS).flat_map(|t| (0..cells).map(move |c| value(t, c, 0) as f32)).collect();
+        made.add("ps", &["time", "cell"], Values::F32(ps));
+        made
+    }
 }

@@ -2,8 +2,10 @@
 
 mod asked;
 mod changed;
+mod completed;
 mod damaged;
 mod icon;
+mod icon_sea;
 mod made;
 mod made_icon;
 mod made_ocean;
@@ -12,3 +14,5 @@ mod native;
 mod ocean;
 mod real;
 mod refused;
+mod two_d;
+mod valid;

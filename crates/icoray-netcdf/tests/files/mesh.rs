@@ -40,7 +40,7 @@ fn fields_are_listed_with_what_a_user_asks_first() {
     let (_folder, path) = Made::history().write(Options::NETCDF4);
     let file = ModelFile::open(&path).unwrap();
     let names: Vec<&str> = file.fields().iter().map(|f| f.name.as_str()).collect();
-    assert_eq!(names, ["zgrid", "theta", "w", "vorticity", "rho"]);
+    assert_eq!(names, ["zgrid", "theta", "w", "vorticity", "rho", "surface_pressure"]);
     let theta = file.field_info("theta").unwrap();
     assert_eq!(
         (theta.description.units.as_deref(), theta.description.long_name.as_deref()),

@@ -1,9 +1,11 @@
 //! Real files, where the test data are there.
 
+use crate::made::{Made, Values};
 use crate::refused::expect;
 use icoray::{CenterField, ErrorKind, Location};
 use icoray_netcdf::{ModelFile, Precision};
 use icoray_test_support::data_file;
+use netcdf::Options;
 
 #[test]
 fn jablonowski_williamson_wave() {
@@ -26,7 +28,7 @@ fn jablonowski_williamson_wave() {
     assert_eq!(of("theta"), (Location::Center, 26, Precision::F32, true));
     assert_eq!(of("w"), (Location::Center, 27, Precision::F32, true));
     assert_eq!(of("vorticity"), (Location::Corner, 26, Precision::F32, true));
-    for info in file.fields() {
+    for info in file.fields().iter().filter(|info| !info.is_2d()) {
         heights.layers.for_field(info.layers).unwrap();
     }
 
@@ -69,9 +71,10 @@ fn a_bare_mesh_on_the_unit_sphere() {
     let Some(path) = data_file("mesh.QU.1920km.151026.nc") else { return };
     let file = ModelFile::open(path).unwrap();
     assert_eq!(file.mesh().grid().unwrap().cells(), 162);
-    assert_eq!((file.sphere_radius_m(), file.fields().len(), file.times()), (1.0, 0, &[None][..]));
-    expect(&file.layers("theta").unwrap_err(), ErrorKind::Field, &["fields in the file: none"]);
-    expect(&file.read_field("theta", 0).unwrap_err(), ErrorKind::Field, &["fields in the file: none"]);
+    assert_eq!((file.sphere_radius_m(), file.times()), (1.0, &[None][..]));
+    // Areas and qualities of the mesh are fields, but none that is likely to be meant.
+    assert!(file.fields().iter().all(icoray_netcdf::FieldInfo::is_2d) && file.likely_fields().is_empty());
+    expect(&file.layers("theta").unwrap_err(), ErrorKind::Field, &["fields in the file: areaCell"]);
 }
 
 /// An ocean without land, as MPAS-Tools cull it: 0 for cells in cellsOnVertex and for edges in edgesOnVertex.
@@ -87,6 +90,42 @@ fn an_ocean_has_holes() {
     for cell in 0..1735 {
         for corner in grid.corners_of(cell).filter(|&corner| grid.is_triangle(corner)) {
             assert!(grid.triangle(corner).contains(&cell));
+        }
+    }
+}
+
+/// Without the tables of corners and edges the ocean has the same triangles.
+#[test]
+fn a_part_of_the_oceans_tables_is_enough() {
+    let Some(path) = data_file("spherical_grid_500km_landculled.nc") else { return };
+    let file = ModelFile::open(path).unwrap();
+    let tables = file.mesh().tables();
+    let mut made = Made {
+        dimensions: vec![("nCells", tables.cells()), ("nVertices", tables.corners()), ("maxEdges", 8)],
+        attributes: vec![("sphere_radius", 1.0.into())],
+        variables: Vec::new(),
+    };
+    let angles = |reals: icoray::Reals| Values::F64((0..reals.len()).map(|i| reals.get(i)).collect());
+    let index = |indices: icoray::Indices| Values::I32(indices.iter().map(|i| i as i32).collect());
+    made.add("lonCell", &["nCells"], angles(tables.center.lon_rad));
+    made.add("latCell", &["nCells"], angles(tables.center.lat_rad));
+    made.add("lonVertex", &["nVertices"], angles(tables.corner.lon_rad));
+    made.add("latVertex", &["nVertices"], angles(tables.corner.lat_rad));
+    made.add("nEdgesOnCell", &["nCells"], index(tables.cell_corner_count.unwrap()));
+    made.add("verticesOnCell", &["nCells", "maxEdges"], index(tables.cell_corner));
+    let (_folder, path) = made.write(Options::NETCDF4);
+    let part = ModelFile::open(&path).unwrap();
+    let (grid, expected) = (part.mesh().grid().unwrap(), file.mesh().grid().unwrap());
+    assert_eq!(grid.void_triangles(), expected.void_triangles());
+    for corner in 0..3924 {
+        assert_eq!(grid.is_triangle(corner), expected.is_triangle(corner), "{corner}");
+        if expected.is_triangle(corner) {
+            let [found, known] = [&grid, &expected].map(|grid| {
+                let mut cells = grid.triangle(corner);
+                cells.sort_unstable();
+                cells
+            });
+            assert_eq!(found, known, "{corner}");
         }
     }
 }

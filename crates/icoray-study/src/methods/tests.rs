@@ -8,7 +8,7 @@ knots = [ { value = -1.1, color = "#2040ff", opacity = 0.4 }, { value = 1.1, col
 
 fn scene(rest: &str) -> Scene {
     Scene::parse(&format!(
-        "field = \"f\"\nbackground = \"transparent\"\ncore = \"transparent\"\n[image]\nwidth = 32\nheight = 32\n\
+        "field = \"f\"\nantialias = false\nbackground = \"transparent\"\ncore = \"transparent\"\n[image]\nwidth = 32\nheight = 32\n\
          [camera]\nlon = 20\nlat = 35\ndistance = 3.5\nfov = 40\n[transfer]\n{KNOTS}\n{rest}"
     ))
     .unwrap()

@@ -17,7 +17,7 @@ knots = [ { value = -0.3, color = "red", extinction = 0.2 }, { value = -0.3, col
 
 fn scene(size: u32, transfer: &str, rest: &str) -> Scene {
     Scene::parse(&format!(
-        "field = \"f\"\n{rest}\n[image]\nwidth = {size}\nheight = {size}\n[camera]\nlon = 20\nlat = 35\ndistance = 3.5\n\
+        "field = \"f\"\nantialias = false\n{rest}\n[image]\nwidth = {size}\nheight = {size}\n[camera]\nlon = 20\nlat = 35\ndistance = 3.5\n\
          fov = 40\n[transfer]\n{transfer}"
     ))
     .unwrap()

@@ -59,7 +59,7 @@ fn low_cloud(p: DVec3) -> f64 {
 
 fn of_cloud(size: u32, light: &str) -> Result<Scene> {
     Scene::parse(&format!(
-        "field = \"cloud water\"\n[image]\nwidth = {size}\nheight = {size}\n\
+        "field = \"cloud water\"\nantialias = false\n[image]\nwidth = {size}\nheight = {size}\n\
          [camera]\nlon = 30\nlat = 25\ndistance = 3.2\nfov = 45\n\
          [transfer]\nknots = [ {{ value = 0, color = \"white\", extinction = 0 }}, {{ value = 1, color = \"white\", extinction = 200 }} ]\n{light}\n"
     ))

@@ -13,6 +13,8 @@ const MISSING: i32 = -1;
 pub(super) enum Partition {
     /// Stretches of a space-filling (Morton) order: compact patches.
     Patches,
+    /// Stretches of the mesh's own order.
+    Rows,
     /// Each cell anywhere.
     Random,
 }
@@ -22,6 +24,7 @@ impl Partition {
     pub fn owners(self, mesh: &IcosahedralMesh, ranks: usize) -> Vec<usize> {
         let key = |cell: usize| match self {
             Partition::Patches => morton(mesh.lon_center_rad[cell], mesh.lat_center_rad[cell]),
+            Partition::Rows => cell as u64,
             Partition::Random => mixed(cell as u64),
         };
         let mut order: Vec<usize> = (0..mesh.cells()).collect();

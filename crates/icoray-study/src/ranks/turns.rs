@@ -4,7 +4,7 @@
 //! it has come and nobody waits in his turn.
 
 use icoray::Result;
-use icoray::ranks::{LocalTeam, Team, local_team};
+use icoray::ranks::{LocalTeam, NodeMemory, NodeShare, Team, local_nodes};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
@@ -36,33 +36,52 @@ impl Busy {
 #[derive(Debug)]
 pub(super) struct InTurn {
     team: LocalTeam,
+    turns: Arc<Mutex<Turns>>,
+}
+
+/// A rank's turns.
+#[derive(Debug)]
+struct Turns {
     table: Arc<Table>,
+    /// Number of ranks.
+    size: u64,
     turn: u64,
     since: Instant,
     busy: Busy,
 }
 
 impl InTurn {
-    /// A team, each to be moved to a thread of its own and begun there.
-    pub fn team(size: usize) -> Vec<Self> {
-        let table = Arc::new(Table { now: Mutex::new(0), changed: Condvar::new() });
-        let turn = |team: &LocalTeam| (size - 1 - team.rank()) as u64;
-        let rank = |team: LocalTeam| InTurn {
-            turn: turn(&team),
-            team,
-            table: Arc::clone(&table),
-            since: Instant::now(),
-            busy: Busy::default(),
+    /// A team on nodes, each to be moved to a thread of its own and begun there; `node_of` has a number for each rank.
+    pub fn team(node_of: &[usize]) -> Vec<Self> {
+        let (table, size) =
+            (Arc::new(Table { now: Mutex::new(0), changed: Condvar::new() }), node_of.len() as u64);
+        let rank = |team: LocalTeam| {
+            let turn = size - 1 - team.rank() as u64;
+            let (table, since, busy) = (Arc::clone(&table), Instant::now(), Busy::default());
+            InTurn { team, turns: Arc::new(Mutex::new(Turns { table, size, turn, since, busy })) }
         };
-        local_team(size).into_iter().map(rank).collect()
+        local_nodes(node_of).into_iter().map(rank).collect()
     }
 
     /// Waits for the rank's first turn.
     pub fn begin(&mut self) -> Busy {
-        self.wait();
-        self.busy.clone()
+        let mut turns = turns(&self.turns);
+        turns.wait();
+        turns.busy.clone()
     }
 
+    /// Makes a call in which ranks wait for each other.
+    fn aside<R>(&mut self, call: impl FnOnce(&mut LocalTeam) -> R) -> R {
+        turns(&self.turns).aside(|| call(&mut self.team))
+    }
+}
+
+/// Only the rank's own thread takes them.
+fn turns(of: &Mutex<Turns>) -> MutexGuard<'_, Turns> {
+    of.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+impl Turns {
     fn wait(&mut self) {
         let now = self.table.now();
         let turn = self.turn;
@@ -71,11 +90,11 @@ impl InTurn {
     }
 
     /// Makes a call in which ranks wait for each other.
-    fn aside<R>(&mut self, call: impl FnOnce(&mut LocalTeam) -> R) -> R {
+    fn aside<R>(&mut self, call: impl FnOnce() -> R) -> R {
         *self.busy.0.lock().unwrap_or_else(PoisonError::into_inner) += self.since.elapsed();
         self.pass(self.turn + 1);
-        let result = call(&mut self.team);
-        self.turn += self.team.size() as u64;
+        let result = call();
+        self.turn += self.size;
         self.wait();
         result
     }
@@ -90,7 +109,31 @@ impl InTurn {
 impl Drop for InTurn {
     /// Nobody waits for one who has left.
     fn drop(&mut self) {
-        self.pass(u64::MAX);
+        turns(&self.turns).pass(u64::MAX);
+    }
+}
+
+/// Memory of a node whose ranks compute in their turns.
+struct InTurnMemory {
+    memory: Box<dyn NodeMemory>,
+    turns: Arc<Mutex<Turns>>,
+}
+
+impl NodeMemory for InTurnMemory {
+    fn begin(&mut self) -> Result<()> {
+        turns(&self.turns).aside(|| self.memory.begin())
+    }
+
+    fn put(&mut self, at: usize, bytes: &[u8]) {
+        self.memory.put(at, bytes);
+    }
+
+    fn settle(&mut self) -> Result<()> {
+        turns(&self.turns).aside(|| self.memory.settle())
+    }
+
+    fn bytes(&self) -> &[u8] {
+        self.memory.bytes()
     }
 }
 
@@ -126,6 +169,16 @@ impl Team for InTurn {
     fn exchange(&mut self, mine: Vec<Vec<u8>>) -> Result<Vec<Vec<u8>>> {
         self.aside(|team| team.exchange(mine))
     }
+
+    fn memory_leader(&mut self) -> Result<usize> {
+        self.team.memory_leader()
+    }
+
+    fn node(&mut self, bytes: usize) -> Result<NodeShare> {
+        let share = self.team.node(bytes)?;
+        let memory = InTurnMemory { memory: share.memory, turns: Arc::clone(&self.turns) };
+        Ok(NodeShare { memory: Box::new(memory), ..share })
+    }
 }
 
 #[cfg(test)]
@@ -138,7 +191,7 @@ mod tests {
     fn one_rank_at_a_time_computes_and_rank_0_last() {
         let (order, at_work) = (Mutex::new(Vec::new()), AtomicUsize::new(0));
         thread::scope(|scope| {
-            for mut rank in InTurn::team(4) {
+            for mut rank in InTurn::team(&[0; 4]) {
                 let (order, at_work) = (&order, &at_work);
                 scope.spawn(move || {
                     let busy = rank.begin();

@@ -20,14 +20,14 @@ pub struct StudyScene {
     pub name: String,
     /// Grid, layers and field.
     pub world: World,
-    /// Camera, transfer function and light, in the default precision.
+    /// Camera, transfer function and light, in the default precision; one ray per pixel, as others draw.
     pub scene: Scene,
 }
 
 impl StudyScene {
     fn new(name: impl Into<String>, world: World, scene: Scene) -> Self {
         let mut scene = scene;
-        scene.precision = Precision::default();
+        (scene.precision, scene.antialias) = (Precision::default(), false);
         StudyScene { name: name.into(), world, scene }
     }
 

@@ -28,7 +28,7 @@ pub(crate) fn scene(size: u32, opacity: Opacity, rest: &str, light: &str) -> Res
         );
     }
     Scene::parse(&format!(
-        "field = \"multi-scale\"\n{rest}\n[image]\nwidth = {size}\nheight = {size}\n\
+        "field = \"multi-scale\"\nantialias = false\n{rest}\n[image]\nwidth = {size}\nheight = {size}\n\
          [camera]\nlon = 30\nlat = 25\ndistance = 3.2\nfov = 45\n[transfer]\nknots = [\n{knots}]\n{light}\n"
     ))
 }

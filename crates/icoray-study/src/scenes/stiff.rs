@@ -84,7 +84,7 @@ fn knots() -> String {
 /// The scene of a transfer function.
 pub(crate) fn scene(size: u32, knots: Knots) -> Result<Scene> {
     Scene::parse(&format!(
-        "field = \"multi-scale\"\n[image]\nwidth = {size}\nheight = {size}\n\
+        "field = \"multi-scale\"\nantialias = false\n[image]\nwidth = {size}\nheight = {size}\n\
          [camera]\nlon = 30\nlat = 25\ndistance = 3.2\nfov = 45\n[transfer]\nunit_length = 1\nknots = [\n{}]\n",
         knots()
     ))

@@ -13,7 +13,7 @@ use std::collections::HashSet;
 
 fn scene(knots: &str) -> Scene {
     let text = format!(
-        "field = \"f\"\nbackground = \"transparent\"\ncore = \"transparent\"\n[camera]\nlon = 20\nlat = 35\ndistance = 3\n\
+        "field = \"f\"\nantialias = false\nbackground = \"transparent\"\ncore = \"transparent\"\n[camera]\nlon = 20\nlat = 35\ndistance = 3\n\
          [transfer]\nunit_length = 1\nknots = [ {knots} ]"
     );
     Scene::parse(&text).unwrap()

@@ -29,7 +29,7 @@ fn scene(camera: &str, core: &str, precision: &str, size: [u32; 2]) -> Scene {
     let tolerance = if precision == "f64" { 1e-9 } else { 1e-6 };
     let [width, height] = size;
     Scene::parse(&format!(
-        "field = \"f\"\nbackground = \"transparent\"\ncore = \"{core}\"\ntolerance = {tolerance}\nprecision = \"{precision}\"\n\
+        "field = \"f\"\nantialias = false\nbackground = \"transparent\"\ncore = \"{core}\"\ntolerance = {tolerance}\nprecision = \"{precision}\"\n\
          [image]\nwidth = {width}\nheight = {height}\n[camera]\n{camera}\n\
          [transfer]\nmap = \"viridis\"\nrange = [-2, 2]\nopacity = [[-2, 0.6], [0, 0.05], [0.5, 0.9], [2, 0.4]]\n"
     ))

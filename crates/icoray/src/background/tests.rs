@@ -28,6 +28,8 @@ opacity = [[-1, 0.1], [1, 0.9]]
 file = "{step}.exr"
 "##;
 
+mod ranks;
+
 /// All that frames need, with a grid that lives for ever as a model's does.
 struct Stage {
     renderer: Arc<Renderer>,
@@ -60,6 +62,7 @@ impl Stage {
         Job {
             scene: Arc::clone(&self.scene),
             grid: Arc::clone(&self.grid),
+            held: None,
             layers: Arc::clone(&self.layers),
             stamp: Stamp { step, ..Stamp::default() },
             description: Description::default(),
@@ -153,15 +156,16 @@ fn a_frame_waits_for_the_one_before_and_a_panic_is_an_outcome() {
     let stage = Stage::new();
     let (renderer, writer) = (Arc::clone(&stage.renderer), Arc::clone(&stage.writer));
     let (gate, passed) = channel::<()>();
-    let mut background = Background::with(renderer, writer, move |job, snapshot, _| {
-        passed.recv().unwrap();
-        match job.stamp.step {
-            1 => panic!("bad luck"),
-            2 => Err(Error::new(ErrorKind::Field, "no luck")),
-            _ => Ok((FrameReport { missing_values: snapshot.bytes(), ..FrameReport::default() }, None)),
-        }
-    })
-    .unwrap();
+    let mut background =
+        Background::with(renderer, writer, Ranks::alone(), None, move |_, job, copies, _| {
+            passed.recv().unwrap();
+            match job.stamp.step {
+                1 => panic!("bad luck"),
+                2 => Err(Error::new(ErrorKind::Field, "no luck")),
+                _ => Ok((FrameReport { missing_values: copies.bytes(), ..FrameReport::default() }, None)),
+            }
+        })
+        .unwrap();
     let (values, shape, location) = stage.values(1);
     let field = Field::new(values.as_slice().into(), shape, location, None).unwrap();
     assert_eq!(background.submit(stage.job(1), &field).unwrap().waited_s, 0.0);
@@ -205,14 +209,15 @@ fn all_that_a_scene_needs_is_copied_and_nothing_else() {
     stage.scene = Arc::new(rich(&stage.scene));
     let (renderer, writer) = (Arc::clone(&stage.renderer), Arc::clone(&stage.writer));
     let (tell, told) = channel();
-    let mut background = Background::with(renderer, writer, move |_, snapshot, accepted| {
-        let fields = snapshot.fields()?;
-        let named = fields.iter().chain(fields.heights().map(|heights| ("heights", heights)));
-        let seen = named.map(|(name, field)| (name.to_owned(), field.location(), field.range().0));
-        tell.send((seen.collect::<Vec<_>>(), accepted.bytes_copied)).unwrap();
-        Ok((FrameReport::default(), None))
-    })
-    .unwrap();
+    let mut background =
+        Background::with(renderer, writer, Ranks::alone(), None, move |_, _, copies, accepted| {
+            let fields = copies.fields()?;
+            let named = fields.iter().chain(fields.heights().map(|heights| ("heights", heights)));
+            let seen = named.map(|(name, field)| (name.to_owned(), field.location(), field.range().0));
+            tell.send((seen.collect::<Vec<_>>(), accepted.bytes_copied)).unwrap();
+            Ok((FrameReport::default(), None))
+        })
+        .unwrap();
     let (cells, corners) = (stage.grid.cells(), stage.grid.triangles());
     for step in 1..=3 {
         let level = step as f64;
@@ -281,7 +286,7 @@ fn a_writer_that_drops_frames_is_heard_of() {
     let (values, shape, location) = stage.values(1);
     let field = Field::new(values.as_slice().into(), shape, location, None).unwrap();
     let (renderer, writer) = (Arc::clone(&stage.renderer), Arc::clone(&stage.writer));
-    let mut background = Background::with(renderer, writer, |job, _, _| {
+    let mut background = Background::with(renderer, writer, Ranks::alone(), None, |_, job, _, _| {
         Ok((FrameReport::default(), Some(Stamp { step: job.stamp.step - 1, ..Stamp::default() })))
     })
     .unwrap();
@@ -306,7 +311,7 @@ fn frames_of_a_step_are_drawn_of_one_copy() {
     let mut background = stage.background();
     let jobs = vec![job("q", "a"), job("lost", "b"), job("t", "c"), job("q", "d")];
     let mut refused = Vec::new();
-    let accepted = background.submit_all(jobs, fields(), &mut refused).unwrap();
+    let accepted = background.submit_all(&mut Ranks::alone(), jobs, fields(), &mut refused).unwrap();
     assert_eq!(accepted.bytes_copied, 2 * 8 * values.len() as u64);
     assert_eq!((refused.len(), refused[0].0, refused[0].1.kind()), (1, 1, ErrorKind::Scene));
     background.wait();
@@ -319,6 +324,7 @@ fn frames_of_a_step_are_drawn_of_one_copy() {
     assert_eq!(said, [(true, accepted.bytes_copied), (false, 0), (false, 0)]);
     // Names of the step before are taken; nothing is copied where nothing is left.
     let mut refused = Vec::new();
-    let accepted = background.submit_all(vec![job("q", "a")], fields(), &mut refused).unwrap();
+    let accepted =
+        background.submit_all(&mut Ranks::alone(), vec![job("q", "a")], fields(), &mut refused).unwrap();
     assert_eq!((accepted.bytes_copied, refused[0].1.kind()), (0, ErrorKind::Exists));
 }

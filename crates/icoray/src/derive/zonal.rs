@@ -138,9 +138,9 @@ impl<'c> Counted<'c> {
 
     fn counts(&self, column: usize) -> bool {
         match (self.field.location(), self.given.part) {
-            (Location::Center, part) => part.is_none_or(|part| part.owns(column)),
+            (Location::Center, part) => part.is_none_or(|part| part.tells(column)),
             (Location::Corner, None) => self.given.grid.is_triangle(column as u32),
-            (Location::Corner, Some(part)) => Part::has(part, column as u32),
+            (Location::Corner, Some(part)) => Part::tells_triangle(part, column as u32),
         }
     }
 

@@ -5,13 +5,12 @@ use crate::field::Field;
 use crate::gradient::Gradients;
 use crate::grid::{Grid, Reals};
 use crate::kernel::Real;
-use crate::kernel::ray::Budget;
 use crate::kernel::sample::{Sample, Samples};
 use crate::kernel::transfer;
 use crate::plan::Plan;
 use crate::quality::Quality;
 use crate::raster::Raster;
-use crate::render::{Derived, brightest};
+use crate::render::{Derived, allowed};
 use crate::scene::Scene;
 use std::ops::Range;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -160,7 +159,7 @@ impl<'f> Job<'f> {
 
     /// What rays may spend.
     pub fn allowed(&self) -> Allowed {
-        let budget = Budget::new(self.quality.tolerance, brightest(self.scene));
+        let budget = allowed(self.scene, &self.quality);
         let share = budget.share.max(f32::ROUNDING) as f32;
         Allowed { share, rest: budget.rest as f32, brightest: budget.brightest as f32 }
     }

@@ -11,6 +11,7 @@ pub mod mirror;
 mod tables;
 
 pub use crate::kernel::ray::Fragment;
+pub use crate::kernel::signature::Signature;
 pub use job::{Content, Job, Rect};
 pub use light::Shading;
 pub use tables::{Allowed, Span, Tables, locate};

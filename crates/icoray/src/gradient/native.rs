@@ -134,7 +134,14 @@ mod tests {
         let layers = Layers::from_heights(&[0.0, 0.1, 0.2, 0.3], 1.0).unwrap();
         let heights = field(heights.leak());
         let values: &'static [f64] = values.leak();
-        let heights = Heights::new(&heights, &layers, (grid.cells(), LAYERS), 1.0).unwrap();
+        let heights = Heights::new(
+            &heights,
+            &layers,
+            crate::heights::Cells { count: grid.cells(), first: 0, numbers: &[] },
+            LAYERS,
+            1.0,
+        )
+        .unwrap();
         let samples = Samples::new(values, &field(values), false, [0.0, 1.0]);
         let found = gradients(&grid, &heights, &samples, Gradients::none());
         for i in 0..grid.cells() * LAYERS {

@@ -7,6 +7,7 @@
 //! the number of threads.
 
 use super::closure::Closure;
+use super::place::{entry, item, named, named_entry, named_row, row as row_of, rows};
 use super::seats::Seats;
 use super::tables::{GridTables, Indices, LonLat};
 use crate::error::{Error, ErrorKind, Result};
@@ -29,7 +30,7 @@ fn expect_len(table: &str, len: usize, rows: usize, row: usize) -> Result<()> {
     if len as u128 == expected {
         return Ok(());
     }
-    Err(bad(format!("{table}: {len} entries, expected {expected} ({rows} rows of {row})")))
+    Err(bad(format!("{}: {len} entries, expected {expected} ({rows} rows of {row})", named(table))))
 }
 
 /// Every table has the length that the numbers of cells, corners and edges ask for, and V - E + F = 2 where nothing is
@@ -45,7 +46,8 @@ pub(super) fn sizes(t: &GridTables) -> Result<bool> {
     expect_len("center latitude", t.center.lat_rad.len(), cells, 1)?;
     expect_len("corner latitude", t.corner.lat_rad.len(), corners, 1)?;
     if t.cell_corner_row < 3 {
-        return Err(bad(format!("cell_corner: row length {}, expected at least 3", t.cell_corner_row)));
+        let table = named("cell_corner");
+        return Err(bad(format!("{table}: row length {}, expected at least 3", t.cell_corner_row)));
     }
     expect_len("cell_corner", t.cell_corner.len(), cells, t.cell_corner_row)?;
     if let Some(count) = t.cell_corner_count {
@@ -55,7 +57,7 @@ pub(super) fn sizes(t: &GridTables) -> Result<bool> {
     expect_len("corner_edge", t.corner_edge.len(), corners, 3)?;
     expect_len("edge_corner", t.edge_corner.len(), edges, 2)?;
     if i32::try_from(edges + 1).is_err() {
-        return Err(bad(format!("edge_corner: {edges} edges, expected fewer than 2^31")));
+        return Err(bad(format!("{}: {edges} edges, expected fewer than 2^31", named("edge_corner"))));
     }
     let misses = |table: Indices, limit: usize| {
         let all = (0..table.len()).into_par_iter().with_min_len(1 << 16);
@@ -99,21 +101,21 @@ fn first_error<E: Send>(
     }
 }
 
-fn position_error(table: &str, at: &LonLat, i: usize, base: i32) -> Option<Error> {
+fn position_error(t: &GridTables, table: &str, at: &LonLat, i: usize) -> Option<Error> {
     let (lon, lat) = (at.lon_rad.get(i), at.lat_rad.get(i));
     // A little slack: π/2 and 2π rounded to f32 lie above the real ones.
     let fine = lon.abs() <= TAU + 1e-6 && lat.abs() <= FRAC_PI_2 + 1e-6;
     (!fine).then(|| {
         bad(format!(
-            "{table} row {}: longitude {lon}, latitude {lat}, expected radians in [-2π, 2π] and [-π/2, π/2]",
-            i as i64 + i64::from(base)
+            "{}: longitude {lon}, latitude {lat}, expected radians in [-2π, 2π] and [-π/2, π/2]",
+            item(t, table, i)
         ))
     })
 }
 
 /// Checks the cell centres and gives their unit vectors.
 pub(super) fn directions(t: &GridTables) -> Result<Vec<[f64; 3]>> {
-    first_error(t.cells(), |i| position_error("center", &t.center, i, t.index_base))?;
+    first_error(t.cells(), |i| position_error(t, "center", &t.center, i))?;
     let rows = (0..t.cells()).into_par_iter().with_min_len(4096);
     Ok(rows.map(|i| unit_vector(t.center.lon_rad.get(i), t.center.lat_rad.get(i)).to_array()).collect())
 }
@@ -126,7 +128,7 @@ pub(crate) fn unit_vector(lon_rad: f64, lat_rad: f64) -> DVec3 {
 
 /// Checks the corners' coordinates.
 pub(super) fn corner_positions(t: &GridTables) -> Result<()> {
-    first_error(t.corners(), |i| position_error("corner", &t.corner, i, t.index_base))
+    first_error(t.corners(), |i| position_error(t, "corner", &t.corner, i))
 }
 
 /// Every index names a row that exists, or what is missing where the mesh may have holes.
@@ -147,8 +149,8 @@ pub(super) fn indices(t: &GridTables, has_hole: bool) -> Result<()> {
             };
             let column = (0..used(r)).find(is_wrong)?;
             Some(bad(format!(
-                "{name} row {}, column {column}: {}, expected {} to {}",
-                r as i64 + base,
+                "{}: {}, expected {} to {}",
+                named_entry(t, name, r, column),
                 table.get(r * row + column),
                 base,
                 range.end - 1
@@ -160,8 +162,8 @@ pub(super) fn indices(t: &GridTables, has_hole: bool) -> Result<()> {
         first_error(count.len(), |r| {
             (!range.contains(&count.get(r))).then(|| {
                 bad(format!(
-                    "cell_corner_count row {}: {}, expected 3 to {}",
-                    r as i64 + base,
+                    "{}: {}, expected 3 to {}",
+                    item(t, "cell_corner_count", r),
                     count.get(r),
                     t.cell_corner_row
                 ))
@@ -202,8 +204,8 @@ fn seats_of(t: &GridTables, direction: &[[f64; 3]], has_hole: bool, r: usize) ->
     let cells: [usize; 3] = row(t, t.corner_cell, r);
     if cells[0] == cells[1] || cells[1] == cells[2] || cells[2] == cells[0] {
         return Err(bad(format!(
-            "corner_cell row {}: {:?}, expected three different cells",
-            number(r),
+            "{}: {:?}, expected three different cells",
+            named_row(t, "corner_cell", r),
             cells.map(number)
         )));
     }
@@ -212,10 +214,10 @@ fn seats_of(t: &GridTables, direction: &[[f64; 3]], has_hole: bool, r: usize) ->
         let ends: [i64; 2] = t.edge_corner.row(edge);
         if ends[0] == ends[1] || !ends.contains(&number(r)) {
             return Err(bad(format!(
-                "edge_corner row {}: {ends:?}, expected two corners, one of them {} (corner_edge row {}, column {column} names this edge)",
-                number(edge),
+                "{}: {ends:?}, expected two corners, one of them {} ({} names this edge)",
+                named_row(t, "edge_corner", edge),
                 number(r),
-                number(r)
+                entry(t, "corner_edge", r, column)
             )));
         }
         let other = if ends[0] == number(r) { ends[1] } else { ends[0] };
@@ -228,9 +230,8 @@ fn seats_of(t: &GridTables, direction: &[[f64; 3]], has_hole: bool, r: usize) ->
         let apart: Vec<usize> = (0..3).filter(|&k| !beyond.contains(&number(cells[k]))).collect();
         let &[k] = apart.as_slice() else {
             return Err(bad(format!(
-                "corner_cell rows {} and {}: {:?} and {beyond:?}, {} cells in common, expected 2 (edge {} joins these corners)",
-                number(r),
-                number(other),
+                "{}: {:?} and {beyond:?}, {} cells in common, expected 2 (edge {} joins these corners)",
+                rows(t, "corner_cell", r, other),
                 cells.map(number),
                 3 - apart.len(),
                 number(edge)
@@ -239,8 +240,8 @@ fn seats_of(t: &GridTables, direction: &[[f64; 3]], has_hole: bool, r: usize) ->
         let place = if !has_hole || is_triangle(t, other) { column } else { Seats::RIM };
         if place == column && !t.corner_edge.row::<3>(other).contains(&number(edge)) {
             return Err(bad(format!(
-                "corner_edge row {}: {:?}, expected edge {} too, which leads there from corner {}",
-                number(other),
+                "{}: {:?}, expected edge {} too, which leads there from corner {}",
+                named_row(t, "corner_edge", other),
                 t.corner_edge.row::<3>(other),
                 number(edge),
                 number(r)
@@ -248,8 +249,8 @@ fn seats_of(t: &GridTables, direction: &[[f64; 3]], has_hole: bool, r: usize) ->
         }
         if opposite[k].replace(place).is_some() {
             return Err(bad(format!(
-                "corner_edge row {}: column {column} and one before both lie opposite cell {}, expected one side per cell",
-                number(r),
+                "{}: this edge and one before it lie opposite cell {}, expected one side per cell",
+                named_entry(t, "corner_edge", r, column),
                 number(cells[k])
             )));
         }
@@ -259,8 +260,8 @@ fn seats_of(t: &GridTables, direction: &[[f64; 3]], has_hole: bool, r: usize) ->
     let longest = (b - a).length_squared().max((c - b).length_squared()).max((a - c).length_squared());
     if det.abs() <= SLIVER * longest {
         return Err(bad(format!(
-            "corner_cell row {}: the centres of cells {:?} span no area",
-            number(r),
+            "{}: the centres of cells {:?} span no area",
+            named_row(t, "corner_cell", r),
             cells.map(number)
         )));
     }
@@ -284,19 +285,20 @@ pub(super) fn cells(t: &GridTables) -> Result<()> {
         let is_apart = |column: &usize| is_there(column) && !cells_at(*column).contains(&number(r));
         if let Some(column) = (0..used).find(is_apart) {
             return Some(bad(format!(
-                "cell_corner row {}, column {column}: corner {}, whose corner_cell row is {:?}, expected one that names the \
-                 cell",
-                number(r),
+                "{}: corner {}, where {} is {:?}, expected one that names cell {}",
+                named_entry(t, "cell_corner", r, column),
                 corner(column),
-                cells_at(column)
+                row_of(t, "corner_cell", (corner(column) - i64::from(t.index_base)) as usize),
+                cells_at(column),
+                number(r)
             )));
         }
         let is_new = |&i: &usize| is_there(&i) && (0..i).all(|j| corner(j) != corner(i));
         let distinct = (0..used).filter(is_new).count();
         (distinct != around[r] as usize).then(|| {
             bad(format!(
-                "cell_corner row {}: {distinct} different corners, expected the {} whose corner_cell rows name the cell",
-                number(r),
+                "{}: {distinct} different corners, expected the {} whose corner_cell rows name the cell",
+                named_row(t, "cell_corner", r),
                 around[r]
             ))
         })
@@ -329,8 +331,9 @@ pub(super) fn folds(t: &GridTables, seats: &[Seats]) -> Result<()> {
             let folded = (0..3).any(|k| runs(other, v[k], v[(k + 1) % 3]));
             folded.then(|| {
                 bad(format!(
-                    "corner_cell rows {} and {}: the triangles lie on the same side of edge {}, expected a surface without folds",
-                    number(r), number(other), number(edge)
+                    "{}: the triangles lie on the same side of edge {}, expected a surface without folds",
+                    rows(t, "corner_cell", r, other),
+                    number(edge)
                 ))
             })
         })

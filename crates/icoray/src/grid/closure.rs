@@ -18,6 +18,7 @@
 
 use super::check::number_of;
 use super::patchwork::{Clash, Patchwork};
+use super::place::{named_row, rows};
 use super::seats::Seats;
 use super::tables::GridTables;
 use crate::error::{Error, ErrorKind, Result};
@@ -125,18 +126,17 @@ pub(super) fn close(t: &GridTables, direction: &mut Vec<[f64; 3]>, seats: &[Seat
         Some(Trouble::Cells(a, b)) => Error::new(
             ErrorKind::Grid,
             format!(
-                "center rows {} and {}: the same place {:?}, expected cells apart from each other",
-                number_of(t, a),
-                number_of(t, b),
+                "{}: the same place {:?}, expected cells apart from each other",
+                rows(t, "center", a as usize, b as usize),
                 direction[a as usize]
             ),
         ),
         Some(Trouble::Side(i, cell)) => Error::new(
             ErrorKind::Grid,
             format!(
-                "corner_cell row {}: the side between cells {} and {} runs through the triangles at cell {}, \
-                 expected triangles that do not overlap",
-                number_of(t, sides[i].triangle),
+                "{}: the side between cells {} and {} runs through the triangles at cell {}, expected triangles that \
+                 do not overlap",
+                named_row(t, "corner_cell", sides[i].triangle as usize),
                 number_of(t, sides[i].from),
                 number_of(t, sides[i].to),
                 number_of(t, cell)
@@ -313,10 +313,9 @@ fn overlap(t: &GridTables, a: &Side, b: &Side) -> Error {
     Error::new(
         ErrorKind::Grid,
         format!(
-            "corner_cell rows {} and {}: other triangles lie over the side between cells {} and {}, beyond which a cell or \
+            "{}: other triangles lie over the side between cells {} and {}, beyond which a cell or \
              corner is missing; expected triangles that do not overlap",
-            number_of(t, a.triangle),
-            number_of(t, b.triangle),
+            rows(t, "corner_cell", a.triangle as usize, b.triangle as usize),
             number_of(t, a.from),
             number_of(t, a.to)
         ),
@@ -327,10 +326,9 @@ fn unjoined(t: &GridTables, a: &Side, b: &Side) -> Error {
     Error::new(
         ErrorKind::Grid,
         format!(
-            "corner_cell rows {} and {}: both have a side between cells {} and {} beyond which a cell or corner is missing; \
+            "{}: both have a side between cells {} and {} beyond which a cell or corner is missing; \
              expected an edge that joins the two",
-            number_of(t, a.triangle),
-            number_of(t, b.triangle),
+            rows(t, "corner_cell", a.triangle as usize, b.triangle as usize),
             number_of(t, a.from),
             number_of(t, a.to)
         ),

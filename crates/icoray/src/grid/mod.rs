@@ -12,13 +12,18 @@
 mod check;
 mod closure;
 mod generate;
+mod owned;
 mod patchwork;
+mod place;
 mod seats;
 mod tables;
+mod triangles;
 
 pub(crate) use check::unit_vector;
 pub use generate::{IcosahedralMesh, MAX_LEVEL};
+pub(crate) use owned::{OwnedGrid, OwnedTables};
 pub use tables::{GridTables, Indices, LonLat, Reals};
+pub use triangles::Connectivity;
 
 use crate::array::MapInline;
 use crate::error::Result;
@@ -26,7 +31,7 @@ use closure::Closure;
 use glam::DVec3;
 use rayon::prelude::*;
 use seats::Seats;
-use std::sync::{Arc, Weak};
+use std::sync::{Arc, OnceLock, Weak};
 
 /// A checked geodesic grid over borrowed tables.
 ///
@@ -54,6 +59,10 @@ pub struct Grid<'a> {
     closure: Closure,
     /// A triangle that is there.
     start: u32,
+    /// Of each cell, the number by which the model knows it; none where that is its row.
+    cell_number: &'a [i64],
+    /// What [`Self::lowest_facet`] found.
+    lowest_facet: OnceLock<f64>,
     life: Arc<()>,
 }
 
@@ -78,7 +87,25 @@ impl<'a> Grid<'a> {
         check::covers(&tables, &direction, &seats, &closure)?;
         let start = seats.iter().position(|seats| seats.is_triangle()).unwrap_or(seats.len()) as u32;
         let beyond = beyond(&tables, &seats, &closure);
-        Ok(Grid { tables, direction, seats, beyond, closure, start, life: Arc::default() })
+        let lowest_facet = OnceLock::new();
+        let cell_number = &[];
+        Ok(Grid {
+            tables,
+            direction,
+            seats,
+            beyond,
+            closure,
+            start,
+            cell_number,
+            lowest_facet,
+            life: Arc::default(),
+        })
+    }
+
+    /// Of each cell, its number in the whole grid as the model gave it, where ranks of a node have put their parts together;
+    /// else none.
+    pub(crate) fn cell_numbers(&self) -> &[i64] {
+        self.cell_number
     }
 
     /// The tables as given.
@@ -174,6 +201,19 @@ impl<'a> Grid<'a> {
     #[inline]
     pub(crate) fn standing(&self, hint: u32) -> u32 {
         if self.is_triangle(hint) || self.is_void(hint) { hint } else { self.start }
+    }
+
+    /// Height of the lowest place of all triangles over a unit sphere, found when it is first asked for.
+    pub(crate) fn lowest_facet(&self) -> f64 {
+        let height = |triangle: u32| {
+            let [a, b, c] = self.triangle(triangle).map_inline(|cell| self.direction(cell));
+            let normal = (b - a).cross(c - a);
+            a.dot(normal).abs() / normal.length()
+        };
+        *self.lowest_facet.get_or_init(|| {
+            let triangles = (0..self.triangles() as u32).into_par_iter().filter(|t| self.is_triangle(*t));
+            triangles.map(height).reduce(|| 1.0, f64::min)
+        })
     }
 
     pub(crate) fn directions(&self) -> &[[f64; 3]] {

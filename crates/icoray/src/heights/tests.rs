@@ -5,6 +5,7 @@ use crate::shape::Shape;
 
 const PLANET_M: f64 = 6.4e6;
 const CELLS: usize = 1000;
+const CELLS_FROM_1: Cells = Cells { count: CELLS, first: 1, numbers: &[] };
 const LAYERS: usize = 4;
 
 fn layers(falling: bool) -> Layers {
@@ -59,7 +60,7 @@ fn radii_are_those_of_the_definition_in_every_layout() {
             for count in [LAYERS, LAYERS - 1] {
                 let mean = layers.for_field(count).unwrap().shell(exaggeration).unwrap();
                 let heights =
-                    Heights::new(&field(samples, shape), &layers, (CELLS, count), exaggeration).unwrap();
+                    Heights::new(&field(samples, shape), &layers, CELLS_FROM_1, count, exaggeration).unwrap();
                 let expected = |cell: usize, layer: usize| {
                     if cell == 77 || cell >= CELLS {
                         return mean[layer];
@@ -93,7 +94,7 @@ fn error(falling: bool, exaggeration: f64, change: impl Fn(&mut [f64])) -> Strin
     let mut values = laid_out(&shape, falling, |_, _| false);
     change(&mut values);
     let field = field(values.as_slice().into(), shape);
-    let error = Heights::new(&field, &layers(falling), (CELLS, LAYERS), exaggeration).unwrap_err();
+    let error = Heights::new(&field, &layers(falling), CELLS_FROM_1, LAYERS, exaggeration).unwrap_err();
     assert_eq!(error.kind(), ErrorKind::Layers);
     error.to_string()
 }
@@ -104,15 +105,24 @@ fn bad_heights_are_named_by_the_first_cell_and_the_layer_as_given() {
         values[4 * 700] = 1e5;
         values[4 * 500 + 2] = -1e5;
     });
-    assert!(text.contains("cell 500 (from 0), layers 2 and 1: -100000 m lies below"), "{text}");
+    assert!(text.contains("cell 501 (counted from 1), layers 3 and 2 of 4: -100000 m lies below"), "{text}");
     let text = error(true, 1.0, |values| values[4 * 500 + 1] = -1e5);
-    assert!(text.contains("cell 500 (from 0), layers 1 and 2: -100000 m lies below"), "{text}");
+    assert!(text.contains("cell 501 (counted from 1), layers 2 and 3 of 4: -100000 m lies below"), "{text}");
     for mark in [f64::NAN, f64::INFINITY, -9999.0] {
         let text = error(true, 1.0, |values| values[4 * 3 + 1] = mark);
-        assert!(text.contains("cell 3 (from 0), layer 1: missing, but"), "{text}");
+        assert!(text.contains("cell 4 (counted from 1), layer 2 of 4: missing, but"), "{text}");
     }
     let text = error(false, 50.0, |values| values[4 * 9] = -2e5);
-    assert!(text.contains("cell 9 (from 0), heights -200000 to") && text.contains("-0.5625 to"), "{text}");
+    assert!(text.contains("cell 10 (counted from 1), heights -200000 to"), "{text}");
+    assert!(text.contains("are stretched to -10000000 to"), "{text}");
+}
+
+#[test]
+fn cells_that_have_numbers_are_named_by_them() {
+    let numbers: Vec<i64> = (0..CELLS as i64).map(|cell| 7 * cell + 3).collect();
+    let numbered = Cells { numbers: &numbers, ..CELLS_FROM_1 };
+    assert_eq!(numbered.name(500), "cell 3503 of the whole grid");
+    assert_eq!(CELLS_FROM_1.name(500), "cell 501 (counted from 1)");
 }
 
 #[test]
@@ -125,13 +135,13 @@ fn another_shape_or_place_is_refused_with_what_was_expected() {
         (Shape::level_fastest(CELLS, LAYERS), Location::Corner),
     ] {
         let field = Field::new(values.as_slice().into(), shape, place, None).unwrap();
-        let error = Heights::new(&field, &layers(false), (CELLS, LAYERS), 1.0).unwrap_err();
+        let error = Heights::new(&field, &layers(false), CELLS_FROM_1, LAYERS, 1.0).unwrap_err();
         let expected =
             format!("{} columns of {} layers at {place:?}, expected 1000 of 4", shape.columns, shape.layers);
         assert!(error.to_string().contains(&expected), "{error}");
     }
     let field = field(values[..CELLS * LAYERS].into(), Shape::level_fastest(CELLS, LAYERS));
-    let heights = |count| Heights::new(&field, &layers(false), (CELLS, count), 1.0);
+    let heights = |count| Heights::new(&field, &layers(false), CELLS_FROM_1, count, 1.0);
     assert_eq!(heights(LAYERS - 2).unwrap_err().kind(), ErrorKind::Field);
     assert_eq!(heights(LAYERS).unwrap().radius(5, 3), 1.0, "no thickness at all");
 }

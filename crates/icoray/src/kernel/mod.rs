@@ -19,6 +19,7 @@ pub(crate) mod real;
 pub(crate) mod sample;
 pub(crate) mod segment;
 pub(crate) mod shade;
+pub(crate) mod signature;
 pub(crate) mod transfer;
 pub(crate) mod walk;
 

@@ -13,17 +13,15 @@ pub(super) struct Block {
 
 #[derive(Debug, Clone)]
 enum Item {
-    Text(Mask),
+    Text {
+        mask: Mask,
+        /// Where it is not that of the other text.
+        ink: Option<[u8; 3]>,
+    },
     /// A rectangle of ink.
-    Rule {
-        width: i64,
-        height: i64,
-    },
+    Rule { width: i64, height: i64 },
     /// Rows of colours.
-    Colors {
-        width: i64,
-        colors: Vec<[u8; 3]>,
-    },
+    Colors { width: i64, colors: Vec<[u8; 3]> },
 }
 
 impl Block {
@@ -34,7 +32,7 @@ impl Block {
     }
 
     pub fn text(&mut self, x: i64, y: i64, mask: Mask) {
-        self.put(x, y, mask.width, mask.height, Item::Text(mask));
+        self.put(x, y, mask.width, mask.height, Item::Text { mask, ink: None });
     }
 
     pub fn rule(&mut self, x: i64, y: i64, width: i64, height: i64) {
@@ -86,6 +84,15 @@ impl Block {
         block
     }
 
+    /// The same with its last text in another ink.
+    pub fn with_last_in(mut self, other: [u8; 3]) -> Self {
+        let texts = self.items.iter_mut().rev();
+        let last =
+            texts.filter_map(|(_, _, item)| if let Item::Text { ink, .. } = item { Some(ink) } else { None });
+        last.take(1).for_each(|ink| *ink = Some(other));
+        self
+    }
+
     /// Where it is when its upper left corner is at (`x`, `y`).
     pub fn rect(&self, x: i64, y: i64) -> Rect {
         Rect { x, y, width: self.width, height: self.height }
@@ -95,7 +102,7 @@ impl Block {
         for (x, y, item) in &self.items {
             let (x, y) = (left + x, top + y);
             match item {
-                Item::Text(mask) => canvas.stamp(x, y, mask, ink),
+                Item::Text { mask, ink: own } => canvas.stamp(x, y, mask, own.unwrap_or(ink)),
                 Item::Rule { width, height } => {
                     canvas.fill(Rect { x, y, width: *width, height: *height }, ink, 1.0);
                 }

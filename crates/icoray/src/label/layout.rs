@@ -57,6 +57,8 @@ struct Page<'f> {
     width: i64,
     height: i64,
     ink: [u8; 3],
+    /// Of an error above the tolerance.
+    warning: [u8; 3],
     paper: [u8; 3],
 }
 
@@ -99,8 +101,16 @@ impl<'f> Page<'f> {
         let auto = if is_dark { [0.9; 3] } else { [0.01; 3] };
         let [ink, paper] =
             [legend.labels.color.unwrap_or(auto), back].map(|c| c.map(|v| srgb_byte(v as f32)));
+        // Orange, or red where the text is dark.
+        let warning = if is_dark { [255, 150, 0] } else { [190, 0, 0] };
         let (title, notes, margin) = (size(1.15), size(0.8), pixels(0.8));
-        Page { frame, legend, sizes, title, notes, margin, width, height, ink, paper }
+        Page { frame, legend, sizes, title, notes, margin, width, height, ink, warning, paper }
+    }
+
+    /// A block of notes, whose last one is in another colour where it tells an error above the tolerance.
+    fn notes(&self, notes: &[String], most: i64, is_right: bool) -> Block {
+        let block = Block::lines(notes, self.notes, most, is_right);
+        if words::is_over(self.frame, self.legend) { block.with_last_in(self.warning) } else { block }
     }
 
     fn em(&self) -> f64 {
@@ -220,7 +230,7 @@ impl<'f> Page<'f> {
         let is_right = side != Place::Right;
         let most = (width - 3 * margin) / 2;
         let mut blocks = self.keys(most);
-        blocks.push(Block::lines(&notes, self.notes, most, is_right));
+        blocks.push(self.notes(&notes, most, is_right));
         let notes = Block::below_each_other(blocks, margin / 4, is_right);
         let x = if is_right { width - margin - notes.width } else { margin };
         let y = if side == Place::Bottom { margin } else { height - margin - notes.height };
@@ -299,7 +309,7 @@ impl<'f> Page<'f> {
         let Page { width, height, margin, .. } = *self;
         let notes = words::notes(self.frame, self.legend).join(" · ");
         let notes: Vec<String> = Some(notes).filter(|text| !text.is_empty()).into_iter().collect();
-        let notes = Block::lines(&notes, self.notes, (width - 3 * margin) / 2, true);
+        let notes = self.notes(&notes, (width - 3 * margin) / 2, true);
         let title = words::title(self.frame, self.legend);
         let title = Block::lines(&title, self.title, width - 3 * margin - notes.width, false);
         let bars = self.bars();

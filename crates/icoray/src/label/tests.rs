@@ -37,11 +37,14 @@ fn frame(scene: &Scene) -> Frame {
 
 /// The frame's picture on black with its labels.
 fn drawn(scene: &Scene) -> Canvas {
-    let frame = frame(scene);
+    labelled(&frame(scene))
+}
+
+fn labelled(frame: &Frame) -> Canvas {
     let rgba = frame.pixels.iter().flat_map(|_| [0, 0, 0, 255]).collect();
     let mut canvas = Canvas { width: frame.width, height: frame.height, rgba };
     if let Some(legend) = &frame.legend {
-        draw(&mut canvas, &frame, legend);
+        draw(&mut canvas, frame, legend);
     }
     canvas
 }
@@ -248,4 +251,19 @@ fn words_come_from_the_file_the_model_or_the_scene() {
     assert_eq!(caption, ["speed (m s⁻¹)"]);
     // No date is there.
     assert_eq!(said("title = \"$Y\"").0, ["day 0 01:00"]);
+}
+
+#[test]
+fn an_error_above_the_tolerance_has_another_colour() {
+    let is_orange = |[r, g, b]: [u8; 3]| r > 90 && g < r && b < 30;
+    for place in ["right", "bottom", "left", "below"] {
+        let scene = scene(300, 300, 3.0, &format!("place = \"{place}\"\nbar = false"));
+        let mut frame = frame(&scene);
+        let seen = |frame: &Frame| count(&labelled(frame), [0.0, 1.0], [0.0, 1.0], is_orange);
+        assert_eq!(seen(&frame), 0, "{place}");
+        (frame.report.error.over, frame.report.quality.tolerance) = (12, 1e-3);
+        assert!(seen(&frame) > 50, "{place}");
+        let notes = words::notes(&frame, frame.legend.as_ref().unwrap());
+        assert_eq!(notes.last().unwrap(), "error ≤ 1.2 × 10⁻³ (estimate), above 0.001 in 12 px");
+    }
 }

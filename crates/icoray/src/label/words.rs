@@ -117,6 +117,11 @@ fn time(stamp: &Stamp) -> String {
     format!("day {days} {hours:02}:{minutes:02}{seconds}").replace('-', "−")
 }
 
+/// Whether a note tells an error above the tolerance; it is the last one.
+pub(super) fn is_over(frame: &Frame, legend: &Legend) -> bool {
+    legend.labels.error_note && frame.report.error.over > 0
+}
+
 /// How the picture is to be read: exaggeration, and how far it may be off.
 pub(super) fn notes(frame: &Frame, legend: &Legend) -> Vec<String> {
     let mut notes = Vec::new();
@@ -125,7 +130,11 @@ pub(super) fn notes(frame: &Frame, legend: &Legend) -> Vec<String> {
     }
     if legend.labels.error_note {
         let error = &frame.report.error;
-        notes.push(format!("error ≤ {} ({})", printed(&two_digits_up(error.max)), error.certainty));
+        let mut note = format!("error ≤ {} ({})", printed(&two_digits_up(error.max)), error.certainty);
+        if is_over(frame, legend) {
+            note += &format!(", above {} in {} px", value(frame.report.quality.tolerance), error.over);
+        }
+        notes.push(note);
     }
     notes
 }

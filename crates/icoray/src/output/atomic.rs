@@ -118,7 +118,7 @@ fn rename_new(file: tempfile::NamedTempFile, path: &Path) -> io::Result<File> {
 }
 
 /// What the system said, without the temporary file's name that the crate adds, which would only confuse.
-fn cause(error: &io::Error) -> String {
+pub(super) fn cause(error: &io::Error) -> String {
     let text = error.to_string();
     text.split_once(" at path ").map_or(text.as_str(), |(cause, _)| cause).to_owned()
 }

@@ -6,6 +6,7 @@ mod csv;
 mod digits;
 mod error_map;
 mod exr;
+mod folder;
 mod name;
 mod outcomes;
 mod png;

@@ -20,8 +20,9 @@ pub struct Stamp {
 pub struct NameTemplate(Template);
 
 impl NameTemplate {
-    /// Parses `template`: `{step}`, `{step:06}` (zero-padded to 6), `{field}`, `$Y $M $D $h $m $s`, and `{view}`, `{lon}`,
-    /// `{lat}`, `{distance}`, `{exaggeration}`, which a [`Script`](crate::Script) has values for. It ends in `.png` or `.exr`.
+    /// Parses `template`: `{step}`, `{step:06}` (zero-padded to 6), `{when}` (date and step, or the step where there is no
+    /// date), `{field}`, `$Y $M $D $h $m $s`, and `{view}`, `{lon}`, `{lat}`, `{distance}`, `{exaggeration}`, which a
+    /// [`Script`](crate::Script) has values for. It ends in `.png` or `.exr`.
     ///
     /// # Errors
     /// [`ErrorKind::Scene`] names the part that is not understood.
@@ -91,12 +92,18 @@ impl Output {
     /// # Errors
     /// As [`NameTemplate::name`]; [`ErrorKind::Scene`] when both files would have the same name.
     pub fn names(&self, stamp: &Stamp, field: &str) -> Result<FrameNames> {
+        let names = self.names_of_any(stamp, field)?;
+        if names.error.as_ref() == Some(&names.file) {
+            let what = "output.file and output.error both name it, expected two names";
+            return Err(Error::new(ErrorKind::Scene, format!("{:?}: {what}", names.file)));
+        }
+        Ok(names)
+    }
+
+    /// The names of a frame that stands for others: it does not matter whether both are the same at its step.
+    pub(super) fn names_of_any(&self, stamp: &Stamp, field: &str) -> Result<FrameNames> {
         let file = self.file.name(stamp, field)?;
         let error = self.error.as_ref().map(|error| error.name(stamp, field)).transpose()?;
-        if error.as_ref() == Some(&file) {
-            let what = "output.file and output.error both name it, expected two names";
-            return Err(Error::new(ErrorKind::Scene, format!("{file:?}: {what}")));
-        }
         let within = |name: String| match &self.series.cinema {
             Some(Cinema { folder, .. }) => format!("{folder}/{name}"),
             None => name,
@@ -117,6 +124,9 @@ mod tests {
         assert_eq!(name("x{step}.exr"), "x42.exr");
         assert_eq!(name("v.$Y-$M-$D_$h.$m.$s.png"), "v.0000-01-07_06.30.00.png");
         assert_eq!(name("plain.png"), "plain.png");
+        assert_eq!(name("{field}_{when}.png"), "a_b_0000-01-07_06.30.00_000042.png");
+        let dateless = Stamp { date: None, ..stamp.clone() };
+        assert_eq!(NameTemplate::new("{when}.png").unwrap().name(&dateless, "f").unwrap(), "000042.png");
         let iso = Stamp { date: Some("2026-11-21T01:02:03Z".into()), ..stamp.clone() };
         assert_eq!(NameTemplate::new("$Y$s.png").unwrap().name(&iso, "f").unwrap(), "202603.png");
     }
@@ -140,10 +150,11 @@ mod tests {
         for bad in ["x.jpg", "{stp}.png", "{step:6}.png", "{step.png", "}.png", "$Q.png", "{step:099}.png"] {
             assert_eq!(NameTemplate::new(bad).unwrap_err().kind(), ErrorKind::Scene, "{bad}");
         }
-        let dated = NameTemplate::new("$Y.png").unwrap();
+        let [dated, when] = ["$Y.png", "{when}.png"].map(|text| NameTemplate::new(text).unwrap());
         for date in [None, Some("yesterday"), Some("2026-01-01"), Some("a-b-c_d:e:f")] {
             let stamp = Stamp { date: date.map(String::from), ..Stamp::default() };
             assert_eq!(dated.name(&stamp, "f").unwrap_err().kind(), ErrorKind::Argument, "{date:?}");
+            assert_eq!(when.name(&stamp, "f").is_err(), date.is_some(), "{date:?}");
         }
     }
 }

@@ -8,12 +8,14 @@ use std::io::{self, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
 /// The columns of `report.csv`, in order. Seconds are wall clock; errors and tolerance are of premultiplied linear
-/// channels, 0 to 1 ([`ErrorSummary`](crate::ErrorSummary)); `error_kind` is `bound` or `estimate`; `tiles` and
+/// channels, 0 to 1 ([`ErrorSummary`](crate::ErrorSummary)); `error_kind` is `bound` or `estimate`; `over_tolerance`
+/// counts the pixels whose error is above `tolerance`; `tiles` and
 /// `compose_s` are those of rank 0; `sharing` is how several ranks shared out the picture, and why; `device` is what traced rays
 /// beside the CPU, on rank 0, `left_to_cpu` why the CPU did instead, all or some; `color_min` and `color_max` are
 /// the values over which the colour map `colors` goes, which also says how they came to be these; of several maps they are the
-/// first one's, and `colors` has the ranges of all.
-const HEADER: &str = "step,time_s,date,field,file,prepare_s,render_s,write_s,rays,columns,frusta,void_frusta,value_min,value_max,missing_values,error_max,error_mean,error_p999,error_kind,tolerance,pixel_step,lights,threads,bytes_copied,copy_s,waited_s,bytes_derived,ranks,tiles,balance,gather_s,bytes_received,fragments,fragment_bytes,compose_s,sharing,device,left_to_cpu,upload_s,device_s,bytes_uploaded,color_min,color_max,colors,left_out";
+/// first one's, and `colors` has the ranges of all; `edge_pixels` are those with the edge of a surface in them, which show the
+/// mean of 8 rays each, and `rays` and what follows count these too.
+const HEADER: &str = "step,time_s,date,field,file,prepare_s,render_s,write_s,rays,columns,frusta,void_frusta,value_min,value_max,missing_values,error_max,error_mean,error_p999,error_kind,tolerance,over_tolerance,pixel_step,lights,threads,bytes_copied,copy_s,waited_s,bytes_derived,ranks,tiles,balance,gather_s,bytes_received,fragments,fragment_bytes,compose_s,sharing,device,left_to_cpu,upload_s,device_s,bytes_uploaded,color_min,color_max,colors,edge_pixels,left_out";
 
 /// The line of a frame whose picture was written to `picture`.
 fn row(picture: &Path, frame: &Frame) -> String {
@@ -46,6 +48,7 @@ fn row(picture: &Path, frame: &Frame) -> String {
         format!("{:e}", r.error.p999),
         r.error.certainty.to_string(),
         r.quality.tolerance.to_string(),
+        r.error.over.to_string(),
         r.quality.pixel_step.to_string(),
         r.quality.lights.to_string(),
         r.threads.to_string(),
@@ -70,6 +73,7 @@ fn row(picture: &Path, frame: &Frame) -> String {
         number(r.colors.first().map(|c| c.range[0])),
         number(r.colors.first().map(|c| c.range[1])),
         colors,
+        r.edge_pixels.to_string(),
         r.left_out.join("; "),
     ];
     cells.map(|cell| csv::quoted(&cell)).join(",")
@@ -148,6 +152,7 @@ mod tests {
         (frame.report.device, frame.report.left_to_cpu) = (Some("GPU".into()), Some("it is lost".into()));
         (frame.report.upload_s, frame.report.device_s) = (0.375, Some(0.75));
         frame.report.bytes_uploaded = 5;
+        frame.report.error.over = 6;
         frame.report.colors =
             vec![Colors { field: "q".into(), range: [-0.25, 1.5], how: "vik; fixed".into() }];
         let row = row(Path::new("folder/q.png"), &frame);
@@ -159,6 +164,7 @@ mod tests {
             ("error_mean", (f64::from(1e-3f32) + f64::from(2.5e-6f32)) / 2.0),
             ("error_p999", f64::from(1e-3f32)),
             ("tolerance", 2e-3),
+            ("over_tolerance", 6.0),
             ("threads", 3.0),
             ("bytes_copied", 4096.0),
             ("copy_s", 0.25),

@@ -15,6 +15,8 @@ enum Part {
     Step {
         width: usize,
     },
+    /// The date where there is one, and the step.
+    When,
     /// A word in braces other than the step.
     Word(&'static str),
     /// Index into the six numbers of a date.
@@ -25,7 +27,7 @@ impl Template {
     /// Words of names that a script has values for.
     pub const WORDS: [&str; 6] = ["field", "view", "lon", "lat", "distance", "exaggeration"];
 
-    /// Parses `text`: `{step}`, `{step:06}` (zero-padded to 6), each of `words` in braces, `$Y $M $D $h $m $s`.
+    /// Parses `text`: `{step}`, `{step:06}` (zero-padded to 6), `{when}`, each of `words` in braces, `$Y $M $D $h $m $s`.
     ///
     /// # Errors
     /// [`ErrorKind::Scene`] names the part that is not understood.
@@ -51,7 +53,7 @@ impl Template {
                     let wish = || {
                         let last =
                             words.iter().map(|word| format!("{{{word}}}")).collect::<Vec<_>>().join(" or ");
-                        bad(format!("{}, expected {{step}}, {{step:06}} or {last}", &rest[..=end]))
+                        bad(format!("{}, expected {{step}}, {{step:06}}, {{when}} or {last}", &rest[..=end]))
                     };
                     (brace(&rest[1..end], words).ok_or_else(wish)?, end + 1)
                 }
@@ -76,7 +78,7 @@ impl Template {
 
     /// Whether it is the same at every step.
     pub fn is_timeless(&self) -> bool {
-        !self.parts.iter().any(|part| matches!(part, Part::Step { .. } | Part::Date(_)))
+        !self.parts.iter().any(|part| matches!(part, Part::Step { .. } | Part::When | Part::Date(_)))
     }
 
     /// With these values for words, in which no folder begins.
@@ -112,12 +114,23 @@ impl Template {
                 Part::Text(plain) => text += plain,
                 // Zero-padding puts a minus sign before the zeros.
                 Part::Step { width } => text += &format!("{:0width$}", stamp.step),
+                Part::When => text += &when(stamp)?,
                 Part::Word(name) => text += &word(name),
                 Part::Date(place) => text += date(stamp)?[*place],
             }
         }
         Ok(text)
     }
+}
+
+/// The step with six digits, after the date where the stamp has one.
+fn when(stamp: &Stamp) -> Result<String> {
+    let step = format!("{:06}", stamp.step);
+    if stamp.date.is_none() {
+        return Ok(step);
+    }
+    let [year, month, day, hour, minute, second] = date(stamp)?;
+    Ok(format!("{year}-{month}-{day}_{hour}.{minute}.{second}_{step}"))
 }
 
 /// A value as a part of one file's name.
@@ -128,6 +141,7 @@ pub(super) fn name_part(value: &str) -> String {
 fn brace(inside: &str, words: &[&'static str]) -> Option<Part> {
     match inside.split_once(':') {
         None if inside == "step" => Some(Part::Step { width: 0 }),
+        None if inside == "when" => Some(Part::When),
         None => words.iter().find(|word| **word == inside).map(|word| Part::Word(word)),
         Some(("step", width)) => {
             let width = width.strip_prefix('0')?.parse().ok().filter(|w| (1..=20).contains(w))?;

@@ -9,7 +9,7 @@
 
 use super::outcomes::{Outcome, Outcomes};
 use super::series::Text;
-use super::{Existing, FrameNames, Output, Stamp, atomic, io_error, report, write_frame_with};
+use super::{Existing, FrameNames, Output, Stamp, atomic, folder, io_error, report, write_frame_with};
 use crate::error::{Error, ErrorKind, Result};
 use crate::frame::Frame;
 use crossbeam_channel::{Receiver, Select, Sender, TrySendError, bounded};
@@ -218,6 +218,25 @@ impl Writer {
     /// How it writes; the directory is absolute.
     pub fn options(&self) -> &WriterOptions {
         &self.options
+    }
+
+    /// Refuses a directory in which nothing could be written, or which could not be made: so that it is known before the run.
+    /// Leaves nothing behind.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Io`] names the directory and what is in the way.
+    pub fn check_directory(&self) -> Result<()> {
+        folder::check_folder(&self.options.directory)
+    }
+
+    /// Refuses names that could not be written at any step, by those of one frame: names that are too long, or in folders
+    /// that cannot be made. Files that are there do not count. Leaves nothing behind.
+    ///
+    /// # Errors
+    /// As [`NameTemplate::name`](super::NameTemplate::name); [`ErrorKind::Io`] names the file and what is in the way.
+    pub fn check_folders(&self, output: &Output, stamp: &Stamp, field: &str) -> Result<()> {
+        let names = output.names_of_any(stamp, field)?;
+        self.files(&names).iter().try_for_each(|file| folder::check_file(file))
     }
 
     /// The names of a frame's files, relative to the directory, after a look whether they can be written: so that it is

@@ -1,60 +1,84 @@
-//! Columns of some cells each, over tables of the whole grid that every rank has: who owns what, and how fields are put
-//! together, once per node.
+//! Fields of which each rank has some columns: how they are put together, once per node.
 //!
-//! Each rank writes its own columns to its node's memory and sends them to one rank of each other node, which writes them
-//! there, one field after the other. So a node has one copy of each field, which is the only one.
+//! Where every rank has the tables of the whole grid, so has the field that a node puts together. Where ranks have parts, it
+//! has the columns of the node's mesh: own ones and, around them, those of other nodes. Each rank writes its own columns to
+//! its node's memory and sends those that other nodes need to one rank of each, which writes them there, one field after the
+//! other. A node has one copy of each field. Columns that are not a rank's own are not read.
 
 use super::cells::{Numbered, PartCells};
+use super::mesh::{NodeMesh, Numbers};
+use super::nodes::Nodes;
+use super::part::Agreed;
+use super::supply::Supply;
 use super::words::{Reader, Words};
-use super::{Node, Ranks, bad};
+use super::{Node, NodeFields, Part, Ranks, Stored, bad};
 use crate::error::{Error, ErrorKind, Result};
 use crate::field::{Field, Location};
 use crate::fields::Fields;
-use crate::grid::{Grid, Reals};
-use crate::shape::Shape;
+use crate::grid::{Grid, OwnedGrid, Reals};
+use crate::layout::ColumnCount;
 use bytemuck::Pod;
-use std::ops::Range;
+use std::sync::Arc;
+use std::time::Instant;
 
 /// The most bytes that a rank sends at once, to all nodes together, unless a single column for each has more.
 const MOST: usize = 64 << 20;
 
-/// Which columns of the whole grid's fields a rank has, agreed on by all ranks.
+/// Which columns of fields a rank has, agreed on by all ranks.
 #[derive(Debug, Clone)]
 pub struct Columns {
-    /// Own columns, as they stand here, with their cells in the whole grid.
-    own: Vec<(u32, u32)>,
-    /// Columns that the fields of this rank have.
-    count: usize,
-    /// Cells of the whole grid.
+    center: Supply,
+    /// `None` where ranks have the whole grid's tables.
+    corner: Option<Supply>,
+    /// Cells of this rank's tables.
     cells: usize,
-    /// Own columns of the rank that has most.
-    most: usize,
+    /// Ranks with the same mesh.
+    nodes: Nodes,
+    /// What is drawn where ranks have parts; `None` where they have the whole grid's tables.
+    node_grid: Option<Arc<NodeGrid>>,
+}
+
+/// The grid that the ranks of a node have together.
+#[derive(Debug)]
+pub(crate) struct NodeGrid {
+    grid: OwnedGrid,
+    /// Which of it is the node's own, where there are other nodes.
+    pub part: Option<Part>,
+}
+
+impl NodeGrid {
+    pub fn grid(&self) -> &Grid<'_> {
+        self.grid.grid()
+    }
+
+    /// Bytes of its tables and of what is derived from them.
+    pub fn bytes(&self) -> usize {
+        self.grid.bytes()
+    }
 }
 
 /// A field of which ranks have some columns each, and where the whole of it is put together.
-pub(crate) struct Placed<'f> {
-    /// How a scene calls it; `None` for the heights.
-    pub name: Option<String>,
+pub(super) struct Placed<'f> {
     /// This rank's columns.
     pub field: Field<'f>,
-    /// Where it begins in the node's memory.
-    pub at: usize,
+    /// The whole.
+    pub whole: Stored,
 }
 
 impl Placed<'_> {
     /// What must be the same on all ranks: else they would write over each other's.
-    pub fn facts(&self) -> [(&'static str, String); 2] {
-        let (name, bits) = (self.called(), 8 * value_bytes(&self.field));
-        let layers = self.field.shape().layers;
+    fn facts(&self) -> [(&'static str, String); 2] {
+        let (name, bits) = (called(&self.whole.name), if self.whole.is_f64 { 64 } else { 32 });
         [
-            ("has", format!("{name} of {layers} layers of {bits} bits")),
-            ("has", format!("{name} with missing values marked by {:?}", self.field.fill())),
+            ("has", format!("{name} of {} layers of {bits} bits", self.whole.layers)),
+            ("has", format!("{name} with missing values marked by {:?}", self.whole.fill)),
         ]
     }
+}
 
-    fn called(&self) -> String {
-        self.name.as_ref().map_or("heights".into(), |name| format!("{name:?}"))
-    }
+/// How messages call a field, or the heights.
+fn called(name: &Option<String>) -> String {
+    name.as_ref().map_or("heights".into(), |name| format!("{name:?}"))
 }
 
 impl Columns {
@@ -69,75 +93,143 @@ impl Columns {
         });
         let own = ranks.together(numbers)?;
         refuse_other_owners(ranks, &own, all, base)?;
-        let mut most = 0;
-        for bytes in ranks.share(&Words::default().put(own.len() as u64).0)? {
-            most = most.max(Reader(&bytes).get()? as usize);
-        }
-        Ok(Columns { own, count: cells.global.len(), cells: all, most })
+        let center = Supply::of_whole(ranks, cells.global.len(), all, own)?;
+        Ok(Columns { center, corner: None, cells: all, nodes: Nodes::one(ranks), node_grid: None })
+    }
+
+    /// The same where each rank has the tables of its part, `cells` with a row for each cell of `grid`: puts the parts of each
+    /// node together. Collective.
+    pub(super) fn of_parts(ranks: &mut Ranks, grid: &Grid, cells: &PartCells) -> Result<Self> {
+        let Agreed { global, owner, .. } = Agreed::new(ranks, grid, cells)?;
+        let nodes = Nodes::find(ranks)?;
+        let numbers = Numbers { grid, global: &global, owner: &owner, rank: ranks.rank() };
+        let mesh = NodeMesh::new(ranks, &numbers, &nodes)?;
+        let [center, corner] = Supply::of_parts(ranks, &numbers, &mesh, &nodes)?;
+        let part = if nodes.is_one() { None } else { Some(Part::of_node(ranks, &mesh, &nodes)?) };
+        let node_grid = Some(Arc::new(NodeGrid { grid: mesh.grid, part }));
+        Ok(Columns { center, corner: Some(corner), cells: grid.cells(), nodes, node_grid })
+    }
+
+    /// Bytes of the tables that this rank made for its node's mesh: 0 where ranks have the whole grid's.
+    pub fn table_bytes(&self) -> usize {
+        self.node_grid.as_ref().map_or(0, |node| node.bytes())
     }
 
     /// Columns that a field of this rank has.
     ///
     /// # Errors
-    /// [`ErrorKind::Field`] where it is not at centres.
+    /// [`ErrorKind::Field`] where it is at corners, and ranks have the whole grid's tables.
     pub fn of_field_at(&self, location: Location) -> Result<usize> {
-        if location == Location::Center {
-            return Ok(self.count);
+        self.supply(location).map(|supply| supply.count)
+    }
+
+    fn supply(&self, location: Location) -> Result<&Supply> {
+        match (location, &self.corner) {
+            (Location::Center, _) => Ok(&self.center),
+            (Location::Corner, Some(corner)) => Ok(corner),
+            (Location::Corner, None) => {
+                let message = "at corners, expected centres: ranks have the whole grid's tables and columns of some cells each; \
+                               fields at corners are drawn where each rank has its own part's tables";
+                Err(Error::new(ErrorKind::Field, message))
+            }
         }
-        let message = "at corners, expected centres: ranks have the whole grid's tables and columns of some cells each; \
-                       fields at corners are drawn where each rank has its own part's tables";
-        Err(Error::new(ErrorKind::Field, message))
     }
 
     /// Of each column that a field of this rank has, whether it is its own.
-    pub(crate) fn owned(&self) -> Vec<bool> {
-        let mut owned = vec![false; self.count];
-        self.own.iter().for_each(|(column, _)| owned[*column as usize] = true);
-        owned
-    }
-
-    /// Where the whole of each field is to be put together, and bytes for all of them, where `fields` have this rank's
-    /// columns.
     ///
     /// # Errors
-    /// With the field's name: [`ErrorKind::Field`] where it has other columns.
-    pub(crate) fn places<'f>(&self, grid: &Grid, fields: &Fields<'f>) -> Result<(Vec<Placed<'f>>, usize)> {
-        let (mut places, mut end) = (Vec::new(), 0);
-        let named = fields.iter().map(|(name, field)| (Some(name.to_owned()), *field));
-        for (name, field) in named.chain(fields.heights().map(|heights| (None, *heights))) {
-            let place = Placed { name, field, at: end };
-            let bytes = self.bytes_for(grid, &place.field).map_err(|e| e.within(place.called()))?;
-            end += bytes.next_multiple_of(size_of::<f64>());
-            places.push(place);
-        }
-        Ok((places, end))
-    }
-
-    /// Bytes that all columns of the whole grid take, where `field` has this rank's.
-    fn bytes_for(&self, grid: &Grid, field: &Field) -> Result<usize> {
-        let (shape, expected) = (field.shape(), self.of_field_at(field.location())?);
-        if shape.columns != expected {
-            let message =
-                format!("{} columns, expected {expected}, one per row of cell_global", shape.columns);
+    /// [`ErrorKind::Field`] where the field has other columns.
+    pub(super) fn owned(&self, field: &Field) -> Result<Vec<bool>> {
+        let (columns, expected) = (field.shape().columns, self.of_field_at(field.location())?);
+        if columns != expected {
+            let message = format!("{columns} columns, expected {expected}, as many as this rank has");
             return Err(Error::new(ErrorKind::Field, message));
         }
-        if grid.cells() != self.cells {
-            return Err(bad(format!(
-                "{} cells, expected {}, of which ranks have agreed",
-                grid.cells(),
-                self.cells
-            )));
+        Ok(self.supply(field.location())?.owned())
+    }
+
+    /// Puts `fields`, which have this rank's columns, together in the node's memory. Collective, and so is what comes of
+    /// it. The memory is handed back by [`NodeFields::leave`].
+    ///
+    /// # Errors
+    /// The same on all ranks: the error of `fields` on any of them, [`ErrorKind::Field`] with the field's name where it has
+    /// other columns, and [`ErrorKind::Mpi`] where ranks have different fields or the transport fails.
+    pub(crate) fn gather<'f>(
+        &self,
+        ranks: &mut Ranks,
+        grid: &Grid,
+        fields: impl FnOnce() -> Result<Fields<'f>>,
+    ) -> Result<NodeFields> {
+        let start = Instant::now();
+        let places = ranks.attempt(|| self.places(grid, &fields()?));
+        let (places, bytes) =
+            ranks.of_one_mind(places, |(places, _)| places.iter().flat_map(Placed::facts).collect())?;
+        let mut node = ranks.take_node(bytes)?;
+        let mut copied = Ok(0);
+        for place in &places {
+            // Where one has failed the others wait for this rank all the same.
+            let bytes = self.gather_by(ranks, &mut node, place, MOST);
+            copied = copied.and_then(|sum| Ok(sum + bytes?));
         }
-        Ok(self.cells * column_bytes(field))
+        match ranks.together(copied) {
+            Ok(bytes_copied) => {
+                let (stored, copy_s) =
+                    (places.into_iter().map(|place| place.whole).collect(), start.elapsed());
+                let copy_s = copy_s.as_secs_f64();
+                Ok(NodeFields { node, grid: self.node_grid.clone(), stored, bytes_copied, copy_s })
+            }
+            Err(error) => {
+                ranks.keep_node(node);
+                Err(error)
+            }
+        }
     }
 
-    /// Puts a field together in the node's memory, of its own columns on each rank; returns the bytes that this rank
-    /// wrote there. Collective, and so is what comes of it, but for a failure that is to be told to the others.
-    pub(crate) fn gather(&self, ranks: &mut Ranks, node: &mut Node, place: &Placed) -> Result<u64> {
-        self.gather_by(ranks, node, place, MOST)
+    /// Where the whole of each field is to be put together, and bytes for all of them on whichever node: as many on all ranks.
+    pub(super) fn places<'f>(&self, grid: &Grid, fields: &Fields<'f>) -> Result<(Vec<Placed<'f>>, usize)> {
+        if grid.cells() != self.cells {
+            let message =
+                format!("{} cells, expected {}, of which ranks have agreed", grid.cells(), self.cells);
+            return Err(bad(message));
+        }
+        let (mut places, mut end, mut bytes) = (Vec::new(), 0, 0);
+        let named = fields.iter().map(|(name, field)| (Some(name.to_owned()), *field));
+        for (name, field) in named.chain(fields.heights().map(|heights| (None, *heights))) {
+            self.check_columns(grid, &field).map_err(|e| e.within(called(&name)))?;
+            let whole = Stored {
+                name,
+                at: end,
+                columns: self.supply(field.location())?.rows,
+                layers: field.shape().layers,
+                location: field.location(),
+                is_f64: matches!(field.samples(), Reals::F64(_)),
+                fill: field.fill(),
+            };
+            end = whole.end().next_multiple_of(size_of::<f64>());
+            let most = self.supply(field.location())?.most_rows() * whole.width();
+            bytes += most.next_multiple_of(size_of::<f64>());
+            places.push(Placed { field, whole });
+        }
+        Ok((places, bytes))
     }
 
-    /// The same with at most so many bytes sent at once.
+    /// Refuses a field that has other columns than this rank.
+    fn check_columns(&self, grid: &Grid, field: &Field) -> Result<()> {
+        let (shape, columns) = (field.shape(), self.of_field_at(field.location())?);
+        if shape.columns == columns {
+            return Ok(());
+        }
+        let each = match field.location() {
+            Location::Center => "per row of cell_global",
+            Location::Corner => "per corner",
+        };
+        let expected = ColumnCount { columns, ..ColumnCount::new(grid, field.location()) };
+        Err(expected.error(shape.columns, each))
+    }
+
+    /// Puts a field together, of its own columns on each rank, with at most so many bytes sent at once; returns the bytes
+    /// that this rank wrote to the node's memory. Collective, and so is what comes of it, but for a failure that is to be
+    /// told to the others.
     pub(super) fn gather_by(
         &self,
         ranks: &mut Ranks,
@@ -145,37 +237,31 @@ impl Columns {
         place: &Placed,
         most: usize,
     ) -> Result<u64> {
-        let Placed { field, at, .. } = place;
-        let width = column_bytes(field);
+        let (field, at, width) = (&place.field, place.whole.at, place.whole.width());
+        let supply = self.supply(field.location())?;
         let mut columns = 0;
         node.memory.begin()?;
         let mut outcome = ranks.attempt(|| {
-            self.visit(field, 0..self.own.len(), |cell, bytes| {
-                node.memory.put(at + cell as usize * width, bytes);
+            visit(field, &supply.own, |row, bytes| {
+                node.memory.put(at + row as usize * width, bytes);
                 columns += 1;
             });
             Ok(())
         });
         let at_once = (most / (width + 8) / ranks.size()).max(1);
-        let rounds = if ranks.size() > 1 { self.most.div_ceil(at_once) } else { 0 };
+        let sends_own = self.node_grid.is_none() || node.is_refused;
+        let rounds = if ranks.size() > 1 { supply.most(sends_own).div_ceil(at_once) } else { 0 };
         for round in 0..rounds {
             // Where something has failed the others wait for this rank all the same.
-            let message = ranks.attempt(|| {
-                let range = |k: usize| (k * at_once).min(self.own.len());
-                let mut words = Words::default();
-                self.visit(field, range(round)..range(round + 1), |cell, bytes| {
-                    words.put(cell.into()).put_raw(bytes);
-                });
-                Ok(words.0)
+            let messages =
+                ranks.attempt(|| Ok(self.messages(ranks.size(), node, place, round * at_once, at_once)));
+            let messages = messages.unwrap_or_else(|error| {
+                outcome = std::mem::replace(&mut outcome, Ok(())).and(Err(error));
+                vec![Vec::new(); ranks.size()]
             });
-            let mut messages = vec![Vec::new(); ranks.size()];
-            match message {
-                Ok(message) => node.partners.iter().for_each(|to| messages[*to].clone_from(&message)),
-                Err(error) => outcome = outcome.and(Err(error)),
-            }
             for bytes in ranks.exchange(messages)? {
-                let taken = take(&bytes, width, self.cells, |cell, bytes| {
-                    node.memory.put(at + cell * width, bytes);
+                let taken = take(&bytes, width, supply.rows, |row, bytes| {
+                    node.memory.put(at + row * width, bytes);
                     columns += 1;
                 });
                 outcome = outcome.and(taken);
@@ -185,42 +271,42 @@ impl Columns {
         outcome.map(|()| (columns * width) as u64)
     }
 
-    /// The whole fields, once all are put together.
-    pub(crate) fn wholes<'n>(&self, node: &'n Node, places: &[Placed]) -> Result<Fields<'n>> {
-        let (mut named, mut heights) = (Vec::new(), None);
-        for place in places {
-            let whole = self.whole(node, place)?;
-            match &place.name {
-                Some(name) => named.push((name.as_str(), whole)),
-                None => heights = Some(whole),
+    /// For each rank, `count` of the columns that it takes in for its node, from the one number `first` on.
+    fn messages(
+        &self,
+        ranks: usize,
+        node: &Node,
+        place: &Placed,
+        first: usize,
+        count: usize,
+    ) -> Vec<Vec<u8>> {
+        let supply = self.supply(place.field.location()).expect("the field was placed");
+        let mut messages = vec![Vec::new(); ranks];
+        let mut same: Option<(usize, usize)> = None;
+        for to in &node.partners {
+            let rows = supply.for_rank(&self.nodes, *to);
+            // Nodes with the same mesh are sent the same.
+            if let Some((_, other)) = same.filter(|(leader, _)| *leader == self.nodes.leader_of(*to)) {
+                messages[*to] = messages[other].clone();
+                continue;
             }
+            let range = |k: usize| k.min(rows.len());
+            let mut words = Words::default();
+            visit(&place.field, &rows[range(first)..range(first + count)], |row, bytes| {
+                words.put(row.into()).put_raw(bytes);
+            });
+            messages[*to] = words.0;
+            same = Some((self.nodes.leader_of(*to), *to));
         }
-        let fields = Fields::new(named);
-        Ok(match heights {
-            Some(heights) => fields.with_heights(heights),
-            None => fields,
-        })
+        messages
     }
+}
 
-    /// A whole field.
-    pub(super) fn whole<'n>(&self, node: &'n Node, Placed { field, at, .. }: &Placed) -> Result<Field<'n>> {
-        let count = self.cells * field.shape().layers;
-        let cut = |e| Error::new(ErrorKind::Internal, format!("the node's memory: {e}"));
-        let bytes = &node.memory.bytes()[*at..][..self.cells * column_bytes(field)];
-        let samples = match field.samples() {
-            Reals::F32(_) => Reals::F32(&bytemuck::try_cast_slice(bytes).map_err(cut)?[..count]),
-            Reals::F64(_) => Reals::F64(&bytemuck::try_cast_slice(bytes).map_err(cut)?[..count]),
-        };
-        let shape = Shape::level_fastest(self.cells, field.shape().layers);
-        Field::new(samples, shape, Location::Center, field.fill())
-    }
-
-    /// The cells and values of some own columns, layer by layer.
-    fn visit(&self, field: &Field, own: Range<usize>, visit: impl FnMut(u32, &[u8])) {
-        match field.samples() {
-            Reals::F32(data) => visit_columns(data, field, &self.own[own], visit),
-            Reals::F64(data) => visit_columns(data, field, &self.own[own], visit),
-        }
+/// The rows and values of some columns, layer by layer.
+fn visit(field: &Field, columns: &[(u32, u32)], visit: impl FnMut(u32, &[u8])) {
+    match field.samples() {
+        Reals::F32(data) => visit_columns(data, field, columns, visit),
+        Reals::F64(data) => visit_columns(data, field, columns, visit),
     }
 }
 
@@ -240,26 +326,15 @@ fn visit_columns<S: Pod>(data: &[S], field: &Field, own: &[(u32, u32)], mut visi
     }
 }
 
-fn value_bytes(field: &Field) -> usize {
-    match field.samples() {
-        Reals::F32(_) => size_of::<f32>(),
-        Reals::F64(_) => size_of::<f64>(),
-    }
-}
-
-fn column_bytes(field: &Field) -> usize {
-    value_bytes(field) * field.shape().layers
-}
-
-/// Hands on the columns of a message, each with its cell before it.
-fn take(bytes: &[u8], width: usize, cells: usize, mut column: impl FnMut(usize, &[u8])) -> Result<()> {
+/// Hands on the columns of a message, each with its row before it.
+fn take(bytes: &[u8], width: usize, rows: usize, mut column: impl FnMut(usize, &[u8])) -> Result<()> {
     let mut reader = Reader(bytes);
     while !reader.0.is_empty() {
-        let cell = reader.get()? as usize;
-        if cell >= cells {
-            return Err(Error::new(ErrorKind::Mpi, format!("a column of cell {cell} of {cells}")));
+        let row = reader.get()? as usize;
+        if row >= rows {
+            return Err(Error::new(ErrorKind::Mpi, format!("a column of row {row} of {rows}")));
         }
-        column(cell, reader.get_raw(width)?);
+        column(row, reader.get_raw(width)?);
     }
     Ok(())
 }

@@ -4,23 +4,23 @@
 //! has the least to do so far; tiles off the globe cost next to nothing and fill up. The first frame's tiles are dealt in
 //! the order of their distance from the middle of the picture: a globe there is about as dear all around.
 
-use crate::raster::Raster;
+use crate::raster::{Raster, Tiling};
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
 /// Seconds of each tile of a raster.
 #[derive(Debug, Clone)]
-pub(super) struct Costs {
+pub(crate) struct Costs {
     raster: Raster,
     seconds: Vec<f64>,
 }
 
 impl Costs {
-    pub fn new(raster: Raster) -> Self {
+    pub(crate) fn new(raster: Raster) -> Self {
         Costs { raster, seconds: vec![0.0; raster.tiles() as usize] }
     }
 
-    pub fn set(&mut self, tile: u32, seconds: f64) {
+    pub(crate) fn set(&mut self, tile: u32, seconds: f64) {
         // None that a broken clock or message would make of them.
         self.seconds[tile as usize] = seconds.max(0.0);
     }

@@ -3,11 +3,11 @@
 use super::deal::{Costs, deal};
 use super::packed::{self, Sent};
 use super::words::{Reader, Words};
-use super::{Ranks, Team};
+use super::{NAP, Ranks, Team};
 use crate::error::{Error, ErrorKind, Result};
 use crate::frame::{Certainty, Counts, ErrorSummary};
 use crate::quality::{Lights, Quality};
-use crate::raster::{Raster, Tile};
+use crate::raster::{Raster, Tile, Tiling};
 use crate::threads::Threads;
 use crossbeam_channel::{Receiver, RecvTimeoutError, unbounded};
 use std::thread::sleep;
@@ -15,8 +15,6 @@ use std::time::{Duration, Instant};
 
 /// How long the calling thread waits for a tile of its own before it looks after messages again.
 const TICK: Duration = Duration::from_millis(1);
-/// The same where nothing is left to draw: short, and yet no loop that keeps a processor busy.
-const NAP: Duration = Duration::from_micros(50);
 
 /// What this rank is to draw, and in which quality all draw.
 #[derive(Debug)]
@@ -123,13 +121,30 @@ impl Ranks {
         Ok(Share { quality, owners })
     }
 
+    /// The tiles in which each of the ranks that have a part together traces its rays, by their order; those of a raster by
+    /// what they took in the last frame.
+    pub(crate) fn deal_part(&self, tiling: &dyn Tiling, ranks: usize) -> Vec<Vec<u32>> {
+        let owners = match tiling.raster() {
+            Some(raster) => deal(raster, ranks, self.part_costs.as_ref()),
+            None => (0..tiling.tiles()).map(|tile| tile % ranks as u32).collect(),
+        };
+        let mut tiles = vec![Vec::new(); ranks];
+        (0..).zip(owners).for_each(|(tile, owner)| tiles[owner as usize].push(tile));
+        tiles
+    }
+
+    /// Keeps what tiles of the part took for the next frame: the same on all ranks that have it together.
+    pub(crate) fn keep_part_costs(&mut self, costs: Costs) {
+        self.part_costs = Some(costs);
+    }
+
     /// Has `draw` draw this rank's tiles on `threads`, and brings each to rank 0 as soon as it is given. There, a failure of
     /// any rank is the result; elsewhere the result is of sending only, and what came of it is told by [`Self::conclude`].
     /// `earlier_s` are seconds that this rank has drawn before.
     pub(crate) fn gather(
         &mut self,
         threads: &Threads,
-        raster: Raster,
+        tiling: &dyn Tiling,
         earlier_s: f64,
         draw: impl FnOnce(&(dyn Fn(Tile) + Sync)) + Send,
     ) -> Result<Gathered> {
@@ -156,46 +171,65 @@ impl Ranks {
             }
             return Ok(Gathered { drawn_s, ..Gathered::default() });
         }
-        let mut parts = Parts::new(team.size(), raster);
+        let mut parts = Parts::new(team.size(), tiling);
         threads.run_beside(on_threads, || parts.take(&mut **team, &drawn))?;
         let waiting = Instant::now();
         let drawn_s = *outcome.as_ref().unwrap_or(&0.0);
         parts.of[0].outcome = outcome.map(Some);
         while !parts.are_whole() {
-            sleep(NAP);
+            team.wait()?;
             parts.take_all(&mut **team)?;
         }
         let gather_s = waiting.elapsed().as_secs_f64();
         let Parts { of, bytes_received, .. } = parts;
         let (ranks, mut sum, mut most) = (of.len(), 0.0, 0.0f64);
-        let mut tiles = Vec::with_capacity(raster.tiles() as usize);
-        let mut costs = Costs::new(raster);
+        let mut tiles = Vec::with_capacity(tiling.tiles() as usize);
+        let mut costs = tiling.raster().map(Costs::new);
         // In order of rank, so that of several failures the lowest rank's is told.
         for (rank, part) in of.into_iter().enumerate() {
             let seconds = part.outcome.map_err(|e| e.of_rank(rank, ranks))?.unwrap_or(0.0);
             (sum, most) = (sum + seconds, most.max(seconds));
-            part.tiles.iter().for_each(|tile| costs.set(tile.number, tile.seconds));
+            if let Some(costs) = &mut costs {
+                part.tiles.iter().for_each(|tile| costs.set(tile.number, tile.seconds));
+            }
             tiles.extend(part.tiles);
         }
-        self.costs = Some(costs);
+        if costs.is_some() {
+            self.costs = costs;
+        }
         let balance = if most > 0.0 { sum / ranks as f64 / most } else { 1.0 };
         Ok(Gathered { tiles, drawn_s, gather_s, balance, bytes_received })
     }
 
     /// Rank 0's outcome of a frame becomes everybody's. That of other ranks matters only where the transport has failed.
     pub(crate) fn conclude(&mut self, mine: Result<Told>) -> Result<Told> {
+        if self.team.is_none() {
+            return mine;
+        }
+        let said = mine.map(|told| {
+            let mut words = Words::default();
+            words.put(u64::from(told.error.certainty == Certainty::Bound));
+            words.put_counts(&told.counts).put(told.bytes_received).put(told.error.over);
+            let error = &told.error;
+            for number in [error.max, error.mean, error.p999, told.gather_s, told.balance] {
+                words.put_f64(number);
+            }
+            words.0
+        });
+        heard(&mut Reader(&self.hear_root(said)?))
+    }
+
+    /// What rank 0 has to say, or its error, becomes everybody's; what others bring matters only where the transport has failed. No
+    /// rank but 0 sends anything, so that tiles of others may still be on their way.
+    pub(crate) fn hear_root(&mut self, mine: Result<Vec<u8>>) -> Result<Vec<u8>> {
         let Some(team) = &mut self.team else {
             return mine;
         };
         let mut words = Words::default();
         match &mine {
-            Ok(told) => {
-                words.put(0).put(u64::from(told.error.certainty == Certainty::Bound));
-                words.put_counts(&told.counts).put(told.bytes_received);
-                let error = &told.error;
-                for number in [error.max, error.mean, error.p999, told.gather_s, told.balance] {
-                    words.put_f64(number);
-                }
+            Ok(said) => {
+                words.put(0);
+                words.0.extend_from_slice(said);
             }
             Err(e) => {
                 words.put(e.kind().number() as u64).put_bytes(e.context().as_bytes());
@@ -204,11 +238,8 @@ impl Ranks {
         let said = team.broadcast(words.0)?;
         let mut reader = Reader(&said);
         match reader.get()? {
-            0 => {
-                // What this rank itself could not send is its own error, if rank 0 has not heard of it.
-                mine?;
-                heard(&mut reader)
-            }
+            // What this rank itself could not send is its own error, if rank 0 has not heard of it.
+            0 => mine.map(|_| reader.0.to_vec()),
             number => Err(Error::new(ErrorKind::of_number(number as i32), reader.get_text()?)),
         }
     }
@@ -227,8 +258,8 @@ fn send(team: &mut dyn Team, drawn: &Receiver<Tile>) -> Result<()> {
 }
 
 /// What rank 0 has of each rank.
-struct Parts {
-    raster: Raster,
+struct Parts<'t> {
+    tiling: &'t dyn Tiling,
     of: Vec<Part>,
     bytes_received: u64,
 }
@@ -241,11 +272,11 @@ struct Part {
     has_ended: bool,
 }
 
-impl Parts {
-    fn new(ranks: usize, raster: Raster) -> Self {
+impl<'t> Parts<'t> {
+    fn new(ranks: usize, tiling: &'t dyn Tiling) -> Self {
         // Rank 0 itself sends nothing.
         let part = |rank| Part { tiles: Vec::new(), outcome: Ok(None), has_ended: rank == 0 };
-        Parts { raster, of: (0..ranks).map(part).collect(), bytes_received: 0 }
+        Parts { tiling, of: (0..ranks).map(part).collect(), bytes_received: 0 }
     }
 
     /// Takes in tiles of this rank while they are drawn, and what comes from others meanwhile.
@@ -265,7 +296,7 @@ impl Parts {
         while let Some((rank, bytes)) = team.try_receive()? {
             self.bytes_received += bytes.len() as u64;
             let part = &mut self.of[rank];
-            match packed::read(&bytes, rank, self.raster) {
+            match packed::read(&bytes, rank, self.tiling) {
                 Ok(Sent::Tile(tile)) => part.tiles.push(tile),
                 Ok(Sent::End(outcome)) => {
                     part.has_ended = true;
@@ -287,9 +318,9 @@ impl Parts {
 fn heard(reader: &mut Reader) -> Result<Told> {
     let certainty = if reader.get()? == 1 { Certainty::Bound } else { Certainty::Estimate };
     let counts = reader.get_counts()?;
-    let bytes_received = reader.get()?;
+    let [bytes_received, over] = [reader.get()?, reader.get()?];
     let [max, mean, p999] = [reader.get_f64()?, reader.get_f64()?, reader.get_f64()?];
-    let error = ErrorSummary { max, mean, p999, certainty };
+    let error = ErrorSummary { max, mean, p999, over, certainty };
     Ok(Told { error, counts, gather_s: reader.get_f64()?, balance: reader.get_f64()?, bytes_received })
 }
 

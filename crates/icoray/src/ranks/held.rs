@@ -1,18 +1,19 @@
 //! What each rank has of a grid that is not whole everywhere, told apart by what the model says of its cells.
 
+use super::part::Agreed;
 use super::words::{Reader, Words};
-use super::{Columns, Part, PartCells, Ranks, bad};
-use crate::error::{Error, ErrorKind, Result};
-use crate::field::{Field, Location};
+use super::{Columns, PartCells, Ranks, bad};
+use crate::error::Result;
+use crate::field::Field;
 use crate::grid::Grid;
 
 /// What a rank has of a grid and of the fields over it, of the same kind on all ranks.
 #[derive(Debug, Clone)]
 pub enum Held {
-    /// Tables and columns of its part: own cells and a halo.
-    Part(Part),
-    /// The tables of the whole grid, and columns of its own cells and perhaps others.
-    Columns(Columns),
+    /// The whole grid, and whole fields: there is one rank.
+    Whole,
+    /// Columns of fields, over the tables of its part or over those of the whole grid.
+    Columns(Box<Columns>),
 }
 
 impl Held {
@@ -21,11 +22,17 @@ impl Held {
     /// Where `cells` has a row for each cell of the grid on all ranks, the tables are those of its part, row by row. Else the
     /// tables are those of the whole grid on all ranks, and the numbers of cells are rows there.
     ///
+    /// Ranks of a node put the tables of their parts together, each in memory of its own ([`Columns::table_bytes`]).
+    ///
     /// # Errors
     /// The same on all ranks: [`ErrorKind::Grid`](crate::ErrorKind::Grid) where numbers or marks do not fit the grid, a cell
-    /// is owned by two ranks or by none, a halo is too narrow, or ranks that must have the whole grid have not;
-    /// [`ErrorKind::Mpi`](crate::ErrorKind::Mpi) when the transport fails.
+    /// is owned by two ranks or by none, a halo is too narrow, parts do not fit each other, or ranks that must have the whole
+    /// grid have not; [`ErrorKind::Mpi`](crate::ErrorKind::Mpi) when the transport fails.
     pub fn new(ranks: &mut Ranks, grid: &Grid, cells: &PartCells) -> Result<Self> {
+        if ranks.size() == 1 {
+            // Its cells are all there are, in the order of its tables.
+            return Agreed::new(ranks, grid, cells).map(|_| Held::Whole);
+        }
         let mut words = Words::default();
         words.put(cells.global.len() as u64).put(grid.cells() as u64);
         let mut said = Vec::with_capacity(ranks.size());
@@ -33,10 +40,8 @@ impl Held {
             let mut reader = Reader(&bytes);
             said.push((reader.get()?, reader.get()?));
         }
-        // One process has all cells either way.
-        let odd = said.iter().position(|(rows, cells)| rows != cells).filter(|_| said.len() > 1);
-        let Some(odd) = odd else {
-            return Ok(Held::Part(Part::new(ranks, grid, cells)?));
+        let Some(odd) = said.iter().position(|(rows, cells)| rows != cells) else {
+            return Columns::of_parts(ranks, grid, cells).map(|columns| Held::Columns(Box::new(columns)));
         };
         let ((rows, all), (_, first)) = (said[odd], said[0]);
         if let Some(other) = said.iter().position(|(_, cells)| *cells != first) {
@@ -46,30 +51,17 @@ impl Held {
                 said[other].1
             )));
         }
-        Ok(Held::Columns(Columns::new(ranks, grid, cells)?))
+        Columns::new(ranks, grid, cells).map(|columns| Held::Columns(Box::new(columns)))
     }
 
-    /// Tells the columns of a field that are this rank's own, of which each is one rank's only.
+    /// Of each column of a field, whether it is this rank's own; each column is one rank's only.
     ///
     /// # Errors
     /// [`ErrorKind::Field`](crate::ErrorKind::Field) where the field has other columns than this rank.
-    pub(crate) fn own_columns<'s>(&'s self, field: &Field) -> Result<Box<dyn Fn(usize) -> bool + Sync + 's>> {
-        let (location, columns) = (field.location(), field.shape().columns);
-        let refuse_others = |expected: usize| {
-            let message = format!("{columns} columns, expected {expected}, one for each cell");
-            if columns == expected { Ok(()) } else { Err(Error::new(ErrorKind::Field, message)) }
-        };
-        match (self, location) {
-            (Held::Part(part), Location::Corner) => Ok(Box::new(|column| part.has(column as u32))),
-            (Held::Part(part), Location::Center) => {
-                refuse_others(part.columns())?;
-                Ok(Box::new(|column| part.owns(column)))
-            }
-            (Held::Columns(held), location) => {
-                refuse_others(held.of_field_at(location)?)?;
-                let owns = held.owned();
-                Ok(Box::new(move |column| owns[column]))
-            }
+    pub(crate) fn own_columns(&self, field: &Field) -> Result<Vec<bool>> {
+        match self {
+            Held::Whole => Ok(vec![true; field.shape().columns]),
+            Held::Columns(columns) => columns.owned(field),
         }
     }
 }

@@ -1,22 +1,29 @@
 //! Ranks that are threads of one process: for tests, and to study what ranks would do where there is no MPI.
 
-use super::{NodeMemory, NodeShare, Team};
+use super::tree::{Link, Message, Tree};
+use super::{NodeMemory, NodeShare, PointToPoint, Team};
 use crate::error::{Error, ErrorKind, Result};
 use crossbeam_channel::{Receiver, Sender, unbounded};
+use std::sync::atomic::{AtomicUsize, Ordering::SeqCst};
 use std::sync::{Arc, Barrier, Mutex, PoisonError};
 
 /// One rank of a [`local_team`].
 #[derive(Debug)]
 pub struct LocalTeam {
-    rank: usize,
-    /// To each rank, oneself included.
-    to: Vec<Sender<(usize, Vec<u8>)>>,
-    from: Receiver<(usize, Vec<u8>)>,
-    /// What came before its turn: ranks run ahead of each other.
-    early: Vec<(usize, Vec<u8>)>,
+    tree: Tree<Channels>,
+    /// Until it is asked for.
+    beside: Option<LocalMessages>,
     node: Arc<LocalNode>,
     /// Among those of its node.
     node_rank: usize,
+}
+
+/// To and from each rank, oneself included.
+#[derive(Debug)]
+struct Channels {
+    rank: usize,
+    to: Vec<Sender<Message>>,
+    from: Receiver<Message>,
 }
 
 /// What threads of a node share.
@@ -36,7 +43,8 @@ pub fn local_team(size: usize) -> Vec<LocalTeam> {
 pub fn local_nodes(node_of: &[usize]) -> Vec<LocalTeam> {
     let mut nodes: Vec<Arc<LocalNode>> = Vec::new();
     let (to, from): (Vec<_>, Vec<_>) = node_of.iter().map(|_| unbounded()).unzip();
-    let team = from.into_iter().enumerate().map(|(rank, from)| {
+    let beside = local_messages(node_of.len());
+    let team = from.into_iter().zip(beside).enumerate().map(|(rank, (from, beside))| {
         let known = nodes.iter().find(|node| node_of[node.leader] == node_of[rank]).cloned();
         let node = known.unwrap_or_else(|| {
             let ranks = node_of.iter().filter(|node| **node == node_of[rank]).count();
@@ -45,33 +53,17 @@ pub fn local_nodes(node_of: &[usize]) -> Vec<LocalTeam> {
             nodes[nodes.len() - 1].clone()
         });
         let node_rank = node_of[..rank].iter().filter(|node| **node == node_of[rank]).count();
-        LocalTeam { rank, node_rank, to: to.clone(), from, early: Vec::new(), node }
+        let tree = Tree::new(Channels { rank, to: to.clone(), from });
+        LocalTeam { tree, beside: Some(beside), node_rank, node }
     });
     team.collect()
 }
 
-impl LocalTeam {
-    fn post(&self, to: usize, bytes: Vec<u8>) -> Result<()> {
-        let sent = self.to[to].send((self.rank, bytes));
-        sent.map_err(|_| Error::new(ErrorKind::Mpi, format!("rank {to} is gone")))
-    }
-
-    /// The next message of a rank.
-    fn receive(&mut self, of: usize) -> Result<Vec<u8>> {
-        if let Some(at) = self.early.iter().position(|(rank, _)| *rank == of) {
-            return Ok(self.early.remove(at).1);
-        }
-        loop {
-            let came = self.from.recv().map_err(|_| Error::new(ErrorKind::Mpi, "all ranks are gone"))?;
-            if came.0 == of {
-                return Ok(came.1);
-            }
-            self.early.push(came);
-        }
-    }
+fn gone(of: &str) -> Error {
+    Error::new(ErrorKind::Mpi, format!("{of} is gone"))
 }
 
-impl Team for LocalTeam {
+impl Link for Channels {
     fn rank(&self) -> usize {
         self.rank
     }
@@ -80,25 +72,39 @@ impl Team for LocalTeam {
         self.to.len()
     }
 
+    fn post(&mut self, to: usize, call: u64, body: Result<Vec<u8>>) -> Result<()> {
+        let sent = self.to[to].send(Message { from: self.rank, call, body });
+        sent.map_err(|_| gone(&format!("rank {to}")))
+    }
+
+    fn next(&mut self) -> Result<Message> {
+        self.from.recv().map_err(|_| gone("every rank"))
+    }
+
+    fn try_next(&mut self) -> Result<Option<Message>> {
+        Ok(self.from.try_recv().ok())
+    }
+}
+
+impl Team for LocalTeam {
+    fn rank(&self) -> usize {
+        self.tree.link.rank
+    }
+
+    fn size(&self) -> usize {
+        self.tree.link.to.len()
+    }
+
     fn share(&mut self, mine: &[u8]) -> Result<Vec<Vec<u8>>> {
-        for rank in 0..self.size() {
-            self.post(rank, mine.to_vec())?;
-        }
-        (0..self.size()).map(|rank| self.receive(rank)).collect()
+        self.tree.share(mine)
     }
 
     fn broadcast(&mut self, mine: Vec<u8>) -> Result<Vec<u8>> {
-        if self.rank == 0 {
-            for rank in 1..self.size() {
-                self.post(rank, mine.clone())?;
-            }
-            return Ok(mine);
-        }
-        self.receive(0)
+        self.tree.broadcast(mine)
     }
 
     fn send(&mut self, bytes: Vec<u8>) -> Result<()> {
-        self.post(0, bytes)
+        self.tree.send(bytes)
     }
 
     fn is_sent(&mut self) -> Result<bool> {
@@ -106,19 +112,28 @@ impl Team for LocalTeam {
     }
 
     fn try_receive(&mut self) -> Result<Option<(usize, Vec<u8>)>> {
-        Ok(if self.early.is_empty() { self.from.try_recv().ok() } else { Some(self.early.remove(0)) })
+        self.tree.try_receive()
     }
 
     fn exchange(&mut self, mine: Vec<Vec<u8>>) -> Result<Vec<Vec<u8>>> {
-        assert_eq!(mine.len(), self.size(), "bytes for each rank");
-        for (rank, bytes) in mine.into_iter().enumerate() {
-            self.post(rank, bytes)?;
-        }
-        (0..self.size()).map(|rank| self.receive(rank)).collect()
+        self.tree.exchange(mine)
+    }
+
+    fn point_to_point(&mut self) -> Result<Box<dyn PointToPoint>> {
+        let taken = self.beside.take().ok_or_else(|| gone("what was taken once"))?;
+        Ok(Box::new(taken))
     }
 
     fn node_rank(&mut self) -> Result<usize> {
         Ok(self.node_rank)
+    }
+
+    fn node_leader(&mut self) -> Result<usize> {
+        Ok(self.node.leader)
+    }
+
+    fn memory_leader(&mut self) -> Result<usize> {
+        Ok(self.node.leader)
     }
 
     fn node(&mut self, bytes: usize) -> Result<NodeShare> {
@@ -160,5 +175,62 @@ impl NodeMemory for LocalMemory {
 
     fn bytes(&self) -> &[u8] {
         bytemuck::cast_slice(&self.seen)
+    }
+}
+
+/// Messages between threads.
+#[derive(Debug)]
+struct LocalMessages {
+    rank: usize,
+    to: Vec<Sender<(usize, Vec<u8>)>>,
+    from: Receiver<(usize, Vec<u8>)>,
+    meeting: Arc<AtomicUsize>,
+    /// What the meeting will have counted when all are at the one at which this rank is.
+    awaited: Option<usize>,
+    meetings: usize,
+}
+
+fn local_messages(size: usize) -> Vec<LocalMessages> {
+    let (to, from): (Vec<_>, Vec<_>) = (0..size).map(|_| unbounded()).unzip();
+    let meeting = Arc::default();
+    let one = |(rank, from)| {
+        let (to, meeting) = (to.clone(), Arc::clone(&meeting));
+        LocalMessages { rank, to, from, meeting, awaited: None, meetings: 0 }
+    };
+    from.into_iter().enumerate().map(one).collect()
+}
+
+impl PointToPoint for LocalMessages {
+    fn rank(&self) -> usize {
+        self.rank
+    }
+
+    fn size(&self) -> usize {
+        self.to.len()
+    }
+
+    fn send(&mut self, to: usize, bytes: Vec<u8>) -> Result<()> {
+        self.to[to].send((self.rank, bytes)).map_err(|_| gone(&format!("rank {to}")))
+    }
+
+    fn is_sent(&mut self) -> Result<bool> {
+        Ok(true)
+    }
+
+    fn try_receive(&mut self) -> Result<Option<(usize, Vec<u8>)>> {
+        Ok(self.from.try_recv().ok())
+    }
+
+    fn try_meet(&mut self) -> Result<bool> {
+        let awaited = *self.awaited.get_or_insert_with(|| {
+            self.meeting.fetch_add(1, SeqCst);
+            self.meetings += 1;
+            self.meetings * self.to.len()
+        });
+        let have_met = self.meeting.load(SeqCst) >= awaited;
+        if have_met {
+            self.awaited = None;
+        }
+        Ok(have_met)
     }
 }

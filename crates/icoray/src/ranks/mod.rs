@@ -1,5 +1,6 @@
-//! Several processes, the ranks, draw one picture: each some of its tiles, over data that every one of them has, or a
-//! whole picture of its [`Part`]. Of data of which ranks have some [`Columns`] each, every node makes itself a copy.
+//! Several processes, the ranks, draw one picture: each some of its tiles, over data that every one of them has, or, over
+//! several nodes, of a whole picture of its node's [`Part`]. Of data of which ranks have some [`Columns`] each, every node
+//! makes itself a copy, and a mesh of the parts of its ranks.
 //!
 //! A [`Team`] carries bytes between ranks; what they say is decided here, and is the same over MPI and between threads
 //! ([`local_team`]). The rule that keeps anybody from waiting for ever: ranks talk in phases that each of them enters,
@@ -7,7 +8,8 @@
 //!
 //! 1. [`Ranks::agree`]: is everybody ready, of one mind, and what does rank 0 say? Again where rank 0 has decided more.
 //! 2. Tiles go to rank 0 as they are drawn, in whatever order, and behind them whether their rank has drawn all of them.
-//! 3. Rank 0 tells all what came of it.
+//! 3. Rank 0 tells all what came of it: which pixels have edges in them, for a second round of these, and in the end that all
+//!    is done.
 //!
 //! Only the thread that calls talks; the renderer's threads never do, and draw on meanwhile.
 
@@ -18,33 +20,43 @@ mod deal;
 mod gather;
 mod held;
 mod local;
+mod mesh;
 mod node;
+mod node_fields;
+mod nodes;
 mod packed;
 mod part;
+mod pump;
+mod supply;
+mod tree;
 mod words;
 
 pub use agree::{Agreement, Refusal, Word};
 use cells::bad;
 pub use cells::{Owned, PartCells};
 pub use columns::Columns;
-pub(crate) use columns::Placed;
 pub(crate) use gather::{Share, Told};
 pub use held::Held;
 pub use local::{LocalTeam, local_nodes, local_team};
 pub(crate) use node::Node;
 pub use node::{NodeMemory, NodeShare};
+pub(crate) use node_fields::{NodeFields, Stored};
 pub use part::Part;
+pub use pump::PointToPoint;
+pub(crate) use pump::{MessagePump, pumped};
 pub(crate) use words::{Reader, Words};
 
-use crate::error::{Error, Result};
-use deal::Costs;
+use crate::error::{Error, ErrorKind, Result};
+pub(crate) use deal::Costs;
 use std::fmt;
+use std::thread::sleep;
+use std::time::Duration;
 
 /// What carries bytes between ranks. `share`, `broadcast` and `exchange` are collective: every rank calls the same ones in the
 /// same order. Between two of them ranks may send to rank 0, which has to receive all of it before the next.
 ///
 /// # Errors
-/// Of every method: [`ErrorKind::Mpi`](crate::ErrorKind::Mpi) when the transport itself fails. Then ranks may no longer be
+/// Of every method: [`ErrorKind::Mpi`] when the transport itself fails. Then ranks may no longer be
 /// in step, and the team is of no more use.
 pub trait Team: Send {
     /// This process's number, from 0.
@@ -81,6 +93,13 @@ pub trait Team: Send {
     #[expect(clippy::missing_errors_doc, reason = "the trait has them")]
     fn try_receive(&mut self) -> Result<Option<(usize, Vec<u8>)>>;
 
+    /// At rank 0, with nothing else to do: returns when there may be bytes to receive, or a little later.
+    #[expect(clippy::missing_errors_doc, reason = "the trait has them")]
+    fn wait(&mut self) -> Result<()> {
+        sleep(NAP);
+        Ok(())
+    }
+
     /// Hands `mine[j]` to rank `j` and returns what each rank has for this one, in order of rank. What is for oneself is
     /// handed back as it is.
     ///
@@ -95,24 +114,57 @@ pub trait Team: Send {
         Ok(self.rank())
     }
 
+    /// The number of the first rank of this one's node. Collective. By itself a team takes all to be on one node.
+    #[expect(clippy::missing_errors_doc, reason = "the trait has them")]
+    fn node_leader(&mut self) -> Result<usize> {
+        Ok(0)
+    }
+
+    /// The lowest of the ranks that share memory with this one, of [`Self::node`]. Collective. By itself a team takes none to
+    /// share.
+    #[expect(clippy::missing_errors_doc, reason = "the trait has them")]
+    fn memory_leader(&mut self) -> Result<usize> {
+        Ok(self.rank())
+    }
+
     /// Memory of so many bytes for each node, as many on all ranks. Where none can be shared, each rank has its own.
     /// Collective; so is dropping it, unless ranks are gone or the team was given up.
     #[expect(clippy::missing_errors_doc, reason = "the trait has them")]
     fn node(&mut self, bytes: usize) -> Result<NodeShare> {
         Ok(NodeShare::alone(self.rank(), bytes))
     }
+
+    /// Messages between the same ranks, apart from those of this team. Collective; so is dropping them, unless ranks are
+    /// gone or the team was given up. By itself a team has none: [`ErrorKind::Unsupported`].
+    #[expect(clippy::missing_errors_doc, reason = "the trait has them")]
+    fn point_to_point(&mut self) -> Result<Box<dyn PointToPoint>> {
+        Err(Error::new(ErrorKind::Unsupported, "these ranks cannot render in the background"))
+    }
+
+    /// A frame begins: messages of a frame that ended early are dropped. Not collective. Only for teams whose ranks hear of
+    /// it when one of them leaves a frame ([`Self::break_off`]).
+    fn begin_frame(&mut self) {}
+
+    /// This rank's frame has ended by `error`, which other ranks may not know; their calls fail until the next frame. Not
+    /// collective.
+    fn break_off(&mut self, _error: &Error) {}
 }
+
+/// How long a rank sleeps that waits for messages: short, and yet no loop that keeps a processor busy.
+const NAP: Duration = Duration::from_micros(50);
 
 /// The ranks that draw together, and what the last frame taught about its tiles.
 pub struct Ranks {
-    /// Memory of this rank's node, once it was needed. Dropped before the team that gave it.
-    node: Option<Node>,
+    /// Memory of this rank's node that no frame uses, in the same order on all ranks. Dropped before the team that gave it.
+    nodes: Vec<Node>,
     /// `None` is one process alone.
     team: Option<Box<dyn Team>>,
     /// A rank that has left while others stayed, after which nobody talks any more.
     left: Option<usize>,
     /// At rank 0: of the last frame.
     costs: Option<Costs>,
+    /// Of the last frame's rays through the part that this rank's node has.
+    part_costs: Option<Costs>,
     /// Once it was needed.
     node_rank: Option<usize>,
 }
@@ -120,12 +172,19 @@ pub struct Ranks {
 impl Ranks {
     /// One process that draws alone: nothing is sent, and panics are not caught.
     pub fn alone() -> Self {
-        Ranks { node: None, team: None, left: None, costs: None, node_rank: Some(0) }
+        Ranks { nodes: Vec::new(), team: None, left: None, costs: None, part_costs: None, node_rank: Some(0) }
     }
 
     /// Those of a team.
     pub fn new(team: Box<dyn Team>) -> Self {
-        Ranks { node: None, team: Some(team), left: None, costs: None, node_rank: None }
+        Ranks {
+            nodes: Vec::new(),
+            team: Some(team),
+            left: None,
+            costs: None,
+            part_costs: None,
+            node_rank: None,
+        }
     }
 
     /// This process's number, from 0.
@@ -162,6 +221,44 @@ impl Ranks {
         Ok(self.node_rank.unwrap_or(0))
     }
 
+    /// How many ranks of this node, this one included, may run on some of the processors of `mask`, a bit for each; an empty
+    /// mask stands for all of them. Collective.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Mpi`] when the transport fails.
+    pub fn sharing_processors(&mut self, mask: &[u8]) -> Result<usize> {
+        let Some(team) = &mut self.team else { return Ok(1) };
+        let mine = team.node_leader();
+        let leader = self.together(mine)?;
+        let mut words = Words::default();
+        words.put(leader as u64).put_bytes(mask);
+        let each = self.share(&words.0)?;
+        let mut count = 0;
+        for other in &each {
+            let mut reader = Reader(other);
+            let is_here = reader.get()? == leader as u64;
+            count += usize::from(is_here && overlap(mask, reader.get_bytes()?));
+        }
+        Ok(count)
+    }
+
+    /// Messages between the same ranks, apart from all others; `None` for one process alone. Collective.
+    pub(crate) fn point_to_point(&mut self) -> Result<Option<Box<dyn PointToPoint>>> {
+        let Some(team) = &mut self.team else { return Ok(None) };
+        let made = team.point_to_point();
+        self.together(made).map(Some)
+    }
+
+    /// A frame begins that other ranks may leave early ([`Team::begin_frame`]).
+    pub(crate) fn begin_frame(&mut self) {
+        self.team.iter_mut().for_each(|team| team.begin_frame());
+    }
+
+    /// Tells the others that this rank's frame has ended by `error` ([`Team::break_off`]).
+    pub(crate) fn break_off(&mut self, error: &Error) {
+        self.team.iter_mut().for_each(|team| team.break_off(error));
+    }
+
     /// Every rank's bytes, in order of rank. Collective.
     pub(crate) fn share(&mut self, mine: &[u8]) -> Result<Vec<Vec<u8>>> {
         match &mut self.team {
@@ -182,6 +279,11 @@ impl Ranks {
     pub(crate) fn attempt<R>(&self, work: impl FnOnce() -> Result<R>) -> Result<R> {
         if self.team.is_some() { Error::of_panics(work) } else { work() }
     }
+}
+
+/// Whether two masks have a processor in common.
+fn overlap(one: &[u8], other: &[u8]) -> bool {
+    one.is_empty() || other.is_empty() || one.iter().zip(other).any(|(a, b)| a & b != 0)
 }
 
 impl fmt::Debug for Ranks {

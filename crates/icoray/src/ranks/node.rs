@@ -112,11 +112,12 @@ impl Ranks {
     /// The memory of this rank's node, of at least so many bytes, as many on all ranks; to be handed back to
     /// [`Self::keep_node`], for the next frame. Collective.
     pub(crate) fn take_node(&mut self, bytes: usize) -> Result<Node> {
-        if let Some(node) = self.node.take_if(|node| node.bytes >= bytes) {
-            return Ok(node);
+        let kept = self.nodes.iter().enumerate().filter(|(_, node)| node.bytes >= bytes);
+        if let Some((at, _)) = kept.min_by_key(|(_, node)| node.bytes) {
+            return Ok(self.nodes.remove(at));
         }
         // What is too small goes before the next one comes.
-        self.node = None;
+        self.nodes.clear();
         let rank = self.rank();
         let made = match &mut self.team {
             Some(team) => team.node(bytes),
@@ -143,6 +144,6 @@ impl Ranks {
 
     /// Keeps the memory for the next frame.
     pub(crate) fn keep_node(&mut self, node: Node) {
-        self.node = Some(node);
+        self.nodes.push(node);
     }
 }

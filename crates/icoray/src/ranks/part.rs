@@ -3,15 +3,19 @@
 //! Each rank has a grid of its own cells and a halo, with local numbers. A triangle belongs to the rank that owns its cell of
 //! the lowest global number: a partition of all triangles, each of which its owner has whole where the halo is one cell wide.
 //!
+//! Ranks of a node may have a part together: each of them has all of its grid and fields, and they share what is done of it.
+//!
 //! Gradients and averages of halo cells, whose neighbours a rank may not have, come from their owners.
 
 mod owners;
 
 use super::Ranks;
 use super::cells::{Owned, PartCells};
+use super::mesh::NodeMesh;
+use super::nodes::Nodes;
 use super::words::{Reader, Words};
 use crate::device::Own;
-use crate::error::Result;
+use crate::error::{Error, ErrorKind, Result};
 use crate::grid::Grid;
 use crate::kernel::plane::RayLine;
 use glam::DVec3;
@@ -36,6 +40,34 @@ pub struct Part {
     covered: f64,
     cells: u64,
     ranks: usize,
+    /// The ranks that have this part together, rising, and this rank's place among them.
+    mates: Vec<usize>,
+    place: usize,
+    is_of_node: bool,
+}
+
+/// What ranks with parts have agreed on.
+pub(super) struct Agreed {
+    /// Of each cell, its number in the whole grid, counted from 0.
+    pub global: Vec<u64>,
+    /// Of each cell, the rank that owns it.
+    pub owner: Vec<u32>,
+    owns_cell: Vec<bool>,
+    owns_triangle: Vec<bool>,
+    sends: CellsOfRanks,
+    receives: CellsOfRanks,
+}
+
+impl Agreed {
+    /// Agrees on whose each cell is. Collective; `grid` is this rank's own.
+    pub fn new(ranks: &mut Ranks, grid: &Grid, cells: &PartCells) -> Result<Self> {
+        let local = ranks.attempt(|| Local::new(grid, cells, ranks.size()));
+        let local = ranks.together(local)?;
+        let owner = local.find_owners(ranks)?;
+        let (sends, receives) = local.find_partners(ranks, grid, &owner)?;
+        let Local { global, owns_cell, owns_triangle, .. } = local;
+        Ok(Agreed { global, owner, owns_cell, owns_triangle, sends, receives })
+    }
 }
 
 /// What is carried from rank to rank.
@@ -88,20 +120,48 @@ impl Part {
     /// The same on all ranks: [`ErrorKind::Grid`](crate::ErrorKind::Grid) where numbers or marks do not fit the grid, a cell is owned by two ranks or
     /// by none, or a halo is too narrow; [`ErrorKind::Mpi`](crate::ErrorKind::Mpi) when the transport fails.
     pub fn new(ranks: &mut Ranks, grid: &Grid, cells: &PartCells) -> Result<Self> {
-        let local = ranks.attempt(|| Local::new(grid, cells, ranks.size()));
-        let local = ranks.together(local)?;
-        let owners = local.find_owners(ranks)?;
-        let (sends, receives) = local.find_partners(ranks, grid, &owners)?;
+        let Agreed { owns_cell, owns_triangle, sends, receives, .. } = Agreed::new(ranks, grid, cells)?;
         let mut part = Part {
-            cap: cap(grid, &local.owns_triangle),
-            owns_cell: local.owns_cell,
-            owns_triangle: local.owns_triangle,
+            cap: cap(grid, &owns_triangle),
+            owns_cell,
+            owns_triangle,
             sends,
             receives,
             lowest_facet: 1.0,
             covered: 0.0,
             cells: 0,
             ranks: ranks.size(),
+            mates: vec![ranks.rank()],
+            place: 0,
+            is_of_node: false,
+        };
+        part.add_up(ranks, grid)?;
+        Ok(part)
+    }
+
+    /// The part that the ranks of a node have together. Collective.
+    pub(super) fn of_node(ranks: &mut Ranks, mesh: &NodeMesh, nodes: &Nodes) -> Result<Self> {
+        let (grid, rank) = (mesh.grid(), ranks.rank());
+        let owns_cell: Vec<bool> = mesh.owner.iter().map(|owner| nodes.is_mate(*owner as usize)).collect();
+        // Cells are in the order of their numbers.
+        let lowest = |triangle: u32| grid.triangle(triangle).into_iter().min().unwrap_or(0);
+        let owns = |triangle: u32| grid.is_triangle(triangle) && owns_cell[lowest(triangle) as usize];
+        let owns_triangle: Vec<bool> = (0..grid.triangles() as u32).map(owns).collect();
+        let (sends, receives) = node_partners(ranks, mesh, nodes)?;
+        let mates = nodes.mates();
+        let mut part = Part {
+            cap: cap(grid, &owns_triangle),
+            owns_cell,
+            owns_triangle,
+            sends,
+            receives,
+            lowest_facet: 1.0,
+            covered: 0.0,
+            cells: 0,
+            ranks: ranks.size(),
+            place: mates.iter().position(|mate| *mate == rank).unwrap_or(0),
+            mates,
+            is_of_node: true,
         };
         part.add_up(ranks, grid)?;
         Ok(part)
@@ -135,17 +195,37 @@ impl Part {
         self.ranks
     }
 
-    /// Whether a cell is this rank's own.
+    /// The ranks that have this part together, rising.
+    pub(crate) fn mates(&self) -> &[usize] {
+        &self.mates
+    }
+
+    /// This rank's place among them.
+    pub(crate) fn place(&self) -> usize {
+        self.place
+    }
+
+    /// Whether it is that of a node, not of a rank.
+    pub(crate) fn is_of_node(&self) -> bool {
+        self.is_of_node
+    }
+
+    /// Whether this rank tells of a cell where ranks add up what they know of all: each cell is told of once.
+    pub(crate) fn tells(&self, cell: usize) -> bool {
+        self.owns_cell[cell] && cell % self.mates.len() == self.place
+    }
+
+    /// The same of a triangle; any number will do.
+    pub(crate) fn tells_triangle(&self, triangle: u32) -> bool {
+        self.has(triangle) && triangle as usize % self.mates.len() == self.place
+    }
+
+    /// Whether a cell is this part's own.
     pub fn owns(&self, cell: usize) -> bool {
         self.owns_cell[cell]
     }
 
-    /// Cells of this rank, its halo's among them.
-    pub(crate) fn columns(&self) -> usize {
-        self.owns_cell.len()
-    }
-
-    /// Whether a triangle is this rank's own; any number will do.
+    /// Whether a triangle is this part's own; any number will do.
     #[inline]
     pub(crate) fn has(&self, triangle: u32) -> bool {
         self.owns_triangle.get(triangle as usize).is_some_and(|is_own| *is_own)
@@ -244,7 +324,11 @@ impl Part {
     }
 
     fn add_up(&mut self, ranks: &mut Ranks, grid: &Grid) -> Result<()> {
-        let mine = self.extent(grid);
+        let mine = if self.place == 0 {
+            self.extent(grid)
+        } else {
+            Extent { lowest_facet: 1.0, area: 0.0, cells: 0 }
+        };
         let mut words = Words::default();
         words.put_f64(mine.lowest_facet).put_f64(mine.area).put(mine.cells);
         let mut area = 0.0;
@@ -270,6 +354,33 @@ impl Part {
         }
         extent
     }
+}
+
+/// Which own cells each rank of another node is sent values of, and which cells' values come from there: each rank exchanges
+/// with its partner on each other node. Collective.
+fn node_partners(ranks: &mut Ranks, mesh: &NodeMesh, nodes: &Nodes) -> Result<(CellsOfRanks, CellsOfRanks)> {
+    let size = ranks.size();
+    let (mut wishes, mut receives) = (vec![Words::default(); size], vec![Vec::new(); size]);
+    let partners: Vec<usize> = nodes.partners().collect();
+    let partner_of = |owner: u32| {
+        let leader = nodes.leader_of(owner as usize);
+        partners.iter().copied().find(|partner| nodes.leader_of(*partner) == leader)
+    };
+    for (row, owner) in (0u32..).zip(&mesh.owner).filter(|(_, owner)| !nodes.is_mate(**owner as usize)) {
+        if let Some(partner) = partner_of(*owner) {
+            wishes[partner].put(mesh.global[row as usize]);
+            receives[partner].push(row);
+        }
+    }
+    let came = ranks.exchange(wishes.into_iter().map(|words| words.0).collect())?;
+    let row = |cell: &[u8; 8]| {
+        let cell = u64::from_le_bytes(*cell);
+        mesh.row(cell)
+            .ok_or_else(|| Error::new(ErrorKind::Internal, format!("cell {cell} is not on this node")))
+    };
+    let sends =
+        ranks.attempt(|| came.iter().map(|cells| cells.as_chunks().0.iter().map(row).collect()).collect());
+    Ok((ranks.together(sends)?, receives))
 }
 
 /// The cap around own triangles.

@@ -3,7 +3,7 @@
 use super::*;
 use crate::error::ErrorKind;
 use crate::frame::Counts;
-use crate::raster::{Pixel, Place, Raster, Tile};
+use crate::raster::{Pixel, Place, Raster, Tile, Tiling, trace};
 use crate::threads::Threads;
 use crate::{
     Field, Fields, Frame, FrameReport, Grid, IcosahedralMesh, Layers, Location, Rendered, Renderer, Scene,
@@ -190,14 +190,14 @@ fn a_panic_on_one_rank_is_everybodys_error() {
             let mut frame = |spoils: bool| {
                 let mine: Vec<u32> = all.iter().copied().filter(|tile| *tile as usize % 3 == rank).collect();
                 // In the middle: some tiles have been given away by then, and some of others are still to come.
-                let pixel = |&Place { x, y, .. }: &Place| {
-                    assert!(!(spoils && rank == odd && x + y > 40), "out of bounds");
+                let pixel = |&Place { at: [x, y], .. }: &Place| {
+                    assert!(!(spoils && rank == odd && x + y > 41.0), "out of bounds");
                     thread::yield_now();
-                    Pixel { color: [x as f32, y as f32, 0.0, 1.0], error: 0.0 }
+                    Pixel { color: [x as f32, y as f32, 0.0, 1.0], ..Pixel::default() }
                 };
                 let draw = |places: &[Place], _: &mut Counts| places.iter().map(pixel).collect();
                 let gathered =
-                    ranks.gather(&threads, raster, 0.0, |give| raster.trace(&mine, draw).for_each(give));
+                    ranks.gather(&threads, &raster, 0.0, |give| trace(&raster, &mine, draw).for_each(give));
                 let told = gathered.map(|gathered| {
                     assert_eq!(gathered.tiles.len(), if rank == 0 { all.len() } else { 0 });
                     Told::default()
@@ -229,7 +229,7 @@ fn tiles_are_on_their_way_while_others_are_drawn() {
         // Rank 1 sends its tiles and a message that they are all.
         let messages = (0..raster.tiles()).filter(|number| number % 2 == 1).count() + 1;
         let deadline = Instant::now() + Duration::from_secs(60);
-        let gathered = ranks.gather(&threads, raster, 0.0, |give| {
+        let gathered = ranks.gather(&threads, &raster, 0.0, |give| {
             (0..raster.tiles()).filter(|number| *number as usize % 2 == rank).for_each(|n| give(tile(n)));
             // Rank 0 draws until it has received all of rank 1's messages.
             while rank == 0 && taken.load(SeqCst) < messages {
@@ -297,7 +297,7 @@ fn what_cannot_be_read_is_an_error_and_no_hang() {
             if ranks.rank() == 2 {
                 ranks.team.as_mut().unwrap().send(odd.to_vec()).unwrap();
             }
-            let told = ranks.gather(&threads, raster, 0.0, |_| ()).map(|_| Told::default());
+            let told = ranks.gather(&threads, &raster, 0.0, |_| ()).map(|_| Told::default());
             ranks.conclude(told).unwrap_err().to_string()
         });
         assert!(outcomes.iter().all(|e| *e == outcomes[0] && e.starts_with("MPI: rank 2: ")), "{outcomes:?}");
@@ -397,7 +397,9 @@ fn nodes_put_a_field_together_in_rounds() {
                 for place in &places {
                     columns.gather_by(ranks, &mut node, place, most).unwrap();
                 }
-                let whole = columns.wholes(&node, &places).unwrap();
+                let stored = places.into_iter().map(|place| place.whole).collect();
+                let gathered = NodeFields { node, grid: None, stored, bytes_copied: 0, copy_s: 0.0 };
+                let whole = gathered.fields().unwrap();
                 let [a, b] = ["a", "b"].map(|name| whole.get(name).unwrap());
                 let last = world.values.len() - 1;
                 for (i, value) in world.values.iter().enumerate() {
@@ -407,6 +409,7 @@ fn nodes_put_a_field_together_in_rounds() {
                     assert_eq!(at(whole.heights().unwrap(), i), value + 9.0);
                 }
                 // Zeros would be seen if the next time did not write all.
+                let mut node = gathered.node;
                 node.memory.begin().unwrap();
                 node.memory.put(0, &vec![0; if rank == 0 { 1000 } else { 0 }]);
                 node.memory.settle().unwrap();
@@ -414,4 +417,18 @@ fn nodes_put_a_field_together_in_rounds() {
             }
         });
     }
+}
+
+#[test]
+fn processors_are_shared_by_the_ranks_of_a_node_whose_masks_overlap() {
+    let sharing = |node_of: &[usize], masks: &[&[u8]]| {
+        on_nodes(node_of, |ranks| ranks.sharing_processors(masks[ranks.rank()]).unwrap())
+    };
+    let (low, high, all) = (&[0x0f, 0][..], &[0xf0, 0][..], &[0xff, 0xff][..]);
+    assert_eq!(sharing(&[0, 0, 0], &[all, all, all]), [3, 3, 3]);
+    assert_eq!(sharing(&[0, 0, 0], &[low, high, low]), [2, 1, 2]);
+    assert_eq!(sharing(&[0, 0, 0], &[low, high, all]), [2, 2, 3]);
+    assert_eq!(sharing(&[0, 1, 0, 1], &[all, all, all, low]), [2, 2, 2, 2]);
+    assert_eq!(sharing(&[0, 0], &[low, &[]]), [2, 2]);
+    assert_eq!(Ranks::alone().sharing_processors(all).unwrap(), 1);
 }

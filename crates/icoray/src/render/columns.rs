@@ -6,7 +6,7 @@ use crate::error::Result;
 use crate::fields::Fields;
 use crate::grid::Grid;
 use crate::layers::Layers;
-use crate::ranks::{Columns, Placed, Ranks};
+use crate::ranks::{Columns, Held, NodeFields, Ranks};
 use crate::scene::Scene;
 use std::time::Instant;
 
@@ -28,28 +28,53 @@ impl Renderer {
     ) -> Result<Rendered> {
         let start = Instant::now();
         let fields = fields.into();
-        let places = ranks.attempt(|| columns.places(grid, &fields.needed_by(scene)?));
-        let (places, bytes) =
-            ranks.of_one_mind(places, |(places, _)| places.iter().flat_map(Placed::facts).collect())?;
-        let mut node = ranks.take_node(bytes)?;
-        let mut gathered = Ok(0);
-        for place in &places {
-            // Where one has failed the others wait for this rank all the same.
-            let copied = columns.gather(ranks, &mut node, place);
-            gathered = gathered.and_then(|sum| Ok(sum + copied?));
-        }
-        let wholes = gathered.and_then(|copied| Ok((copied, columns.wholes(&node, &places)?)));
-        let rendered = ranks.together(wholes).and_then(|(copied, fields)| {
-            let copy_s = start.elapsed().as_secs_f64();
-            let given = Given { grid, part: None, layers, fields: &fields };
-            let mut rendered = self.render_since(start, ranks, scene, &given)?;
+        let gathered = columns.gather(ranks, grid, || fields.needed_by(scene))?;
+        let mut rendered = self.render_gathered(start, ranks, scene, (grid, layers), &gathered);
+        if let Ok(rendered) = &mut rendered {
             let report = rendered.report_mut();
-            (report.bytes_copied, report.copy_s) = (copied, copy_s);
-            report.prepare_s -= copy_s;
-            report.sharing = report.sharing.map(|sharing| sharing.of_gathered(node.is_refused));
-            Ok(rendered)
-        });
-        ranks.keep_node(node);
+            (report.bytes_copied, report.copy_s) = (gathered.bytes_copied, gathered.copy_s);
+            report.prepare_s -= gathered.copy_s;
+            report.derived_bytes += gathered.table_bytes();
+        }
+        gathered.leave(ranks);
         rendered
+    }
+
+    /// Renders `scene` together with the other ranks, of which each has what `held` says: [`Self::render_columns`], or
+    /// [`Self::render_over`] of a whole grid and whole fields. Collective.
+    ///
+    /// # Errors
+    /// As these.
+    pub fn render_held<'f>(
+        &self,
+        ranks: &mut Ranks,
+        scene: &Scene,
+        grid: &Grid,
+        held: Option<&Held>,
+        layers: &Layers,
+        fields: impl Into<Fields<'f>>,
+    ) -> Result<Rendered> {
+        match held {
+            Some(Held::Columns(columns)) => self.render_columns(ranks, scene, grid, columns, layers, fields),
+            Some(Held::Whole) | None => self.render_over(ranks, scene, grid, None, layers, fields),
+        }
+    }
+
+    /// Renders `scene` of fields that nodes have put together, as a frame that was begun at `start`. Collective.
+    pub(crate) fn render_gathered(
+        &self,
+        start: Instant,
+        ranks: &mut Ranks,
+        scene: &Scene,
+        (grid, layers): (&Grid, &Layers),
+        gathered: &NodeFields,
+    ) -> Result<Rendered> {
+        let fields = ranks.together(gathered.fields().and_then(|fields| fields.needed_by(scene)))?;
+        let given = Given { grid: gathered.grid(grid), part: gathered.part(), layers, fields: &fields };
+        let mut rendered = self.render_since(start, ranks, scene, &given)?;
+        let report = rendered.report_mut();
+        report.sharing =
+            report.sharing.map(|sharing| sharing.of_gathered(gathered.grid.is_some(), gathered.is_refused()));
+        Ok(rendered)
     }
 }

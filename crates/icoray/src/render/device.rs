@@ -144,7 +144,7 @@ fn put_together(job: &Job, band: &Fragments) -> Vec<(TileFragments, Counts)> {
             let [columns, frusta, void_frusta] = ray.counts.map(u64::from);
             counts += Counts { columns, frusta, void_frusta, ..Counts::default() };
             let (of_ray, others) = rest.split_at(ray.fragments as usize);
-            fragments.pixel(|all| all.extend_from_slice(of_ray));
+            fragments.ray(|all| all.extend_from_slice(of_ray));
             rest = others;
         }
         (fragments, counts)

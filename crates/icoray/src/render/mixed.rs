@@ -4,8 +4,9 @@ use super::device::OnDevice;
 use super::prepare::Known;
 use super::spare;
 use super::work::{Rays, Work, budget};
-use super::{Derived, Rendered, Setting, picture};
+use super::{Derived, Rendered, Setting, facets, picture};
 use crate::device::Job;
+use crate::edges::Edges;
 use crate::error::Result;
 use crate::field::Field;
 use crate::gradient::Gradients;
@@ -63,7 +64,7 @@ pub(super) fn draw(
         }
         false => Vec::new(),
     };
-    compare(setting, ranks, others, &terrain)?;
+    compare(setting, ranks, layers, others, &terrain)?;
     let (sight_keys, visible) = renderer.run(|| stage.visible(&media, &isosurfaces, &sheets));
     let top = visible.iter().map(|visible| visible.top).max().unwrap_or(0);
     let (sources, light_keys) = stage.sources(ranks, &lit, &terrain)?;
@@ -98,7 +99,15 @@ pub(super) fn draw(
     let job = Job::new(scene, plan, grid, field, &none, known.quality, part.is_some());
     let on_device = OnDevice::new(&setting.device, job);
     let rays = &Mixed { setting, world: &world };
-    let work = Work { renderer, scene, plan, radius: [core_radius[0], outer], ground: ground.as_ref(), rays };
+    let has_surfaces = scene.core.is_some()
+        || !world.sheets.is_empty()
+        || !world.isosurfaces.is_empty()
+        || !world.clips.is_empty();
+    let is_round = matches!(world.levels, Levels::Concentric(_));
+    let top = facets(setting, outer).filter(|_| is_round);
+    let edges = Edges::new(scene, None, top, has_surfaces);
+    let (radius, ground) = ([core_radius[0], outer], ground.as_ref());
+    let work = Work { renderer, scene, plan, radius, ground, rays, edges };
     let mut rendered = picture::draw(setting, ranks, &known, &work, on_device)?;
     rendered.report_mut().derived_bytes += derived;
     for (key, (_, normals)) in normal_keys.into_iter().zip(world.normals) {
@@ -116,8 +125,14 @@ pub(super) fn draw(
 }
 
 /// Ranks that have other fields beside the first, or other heights, would draw tiles that do not fit each other. Collective.
-fn compare(setting: &Setting, ranks: &mut Ranks, others: &[(&str, Field)], terrain: &Terrain) -> Result<()> {
-    let Setting { renderer, grid, part, .. } = *setting;
+fn compare(
+    setting: &Setting,
+    ranks: &mut Ranks,
+    layers: &Layers,
+    others: &[(&str, Field)],
+    terrain: &Terrain,
+) -> Result<()> {
+    let Setting { renderer, scene, grid, part, .. } = *setting;
     if ranks.is_alone() || part.is_some() {
         return Ok(());
     }
@@ -132,8 +147,10 @@ fn compare(setting: &Setting, ranks: &mut Ranks, others: &[(&str, Field)], terra
         let told = |(name, (range, missing)): &(&str, spare::Range)| {
             ("has", format!("{name:?} of range and missing values {range:?} and {missing}"))
         };
-        let radii = format!("{:?} to {}", terrain.core_radius, terrain.outer);
-        found.iter().map(told).chain([("has layers from and to radii (planet radii)", radii)]).collect()
+        let metres = |radius: f64| (radius - 1.0) / scene.exaggeration * layers.planet_radius_m();
+        let [low, high] = terrain.core_radius.map(metres);
+        let heights = format!("{low} to {high} m, at most {} m", metres(terrain.outer));
+        found.iter().map(told).chain([("has heights of the lowest and highest layers", heights)]).collect()
     };
     ranks.of_one_mind(found, facts).map(drop)
 }

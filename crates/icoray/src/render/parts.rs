@@ -1,13 +1,14 @@
-//! A picture of parts: each rank traces all rays through its own cells, and each puts rays together in some of the tiles.
+//! A picture of parts: rays are traced through each part by the ranks that have it, each of which takes some tiles, and each
+//! rank puts rays together in some of the tiles.
 
 use super::device::OnDevice;
-use super::work::{Work, brightest, ray, shown};
+use super::work::{Work, allowed, ray, shown};
 use crate::compose::{Came, Composer, TileFragments};
 use crate::error::{Error, ErrorKind, Result};
-use crate::kernel::ray::{Budget, Counts};
+use crate::kernel::ray::Counts;
 use crate::quality::{Lights, Quality};
-use crate::ranks::{Part, Ranks, Reader, Share, Words};
-use crate::raster::{Pixel, Raster, Tile};
+use crate::ranks::{Costs, Part, Ranks, Reader, Share, Words};
+use crate::raster::{Pixel, Raster, Tile, Tiling, visit};
 use rayon::prelude::*;
 use std::sync::OnceLock;
 use std::time::Instant;
@@ -28,18 +29,19 @@ pub(super) struct Fragments<'e> {
 
 impl Exchanged {
     /// Finds this rank's tiles, `mine`, in what came.
-    pub fn tiles(&self, raster: Raster, mine: &[u32]) -> Result<Fragments<'_>> {
+    pub fn tiles(&self, tiling: &dyn Tiling, mine: &[u32]) -> Result<Fragments<'_>> {
         let mut readers = Vec::with_capacity(self.came.len());
         let mut met = Counts::default();
         for bytes in &self.came {
             let mut reader = Reader(bytes);
+            reader.get_bytes()?;
             met += reader.get_counts()?;
             readers.push(reader.0);
         }
         let mut tiles = Vec::with_capacity(mine.len());
         for tile in mine {
-            let pixels = raster.pixels_of(*tile);
-            let of_ranks = readers.iter_mut().map(|bytes| Came::take(bytes, pixels));
+            let rays = tiling.pixels_of(*tile) * tiling.rays_per_pixel();
+            let of_ranks = readers.iter_mut().map(|bytes| Came::take(bytes, rays));
             tiles.push((*tile, of_ranks.collect::<Result<Vec<_>>>()?));
         }
         if let Some(rank) = readers.iter().position(|rest| !rest.is_empty()) {
@@ -56,62 +58,84 @@ impl Work<'_> {
         ranks: &mut Ranks,
         part: &Part,
         share: &Share,
+        tiling: &dyn Tiling,
         on_device: &mut OnDevice,
     ) -> Result<Exchanged> {
         let start = Instant::now();
-        let raster = Raster { step: share.quality.pixel_step, ..self.raster() };
+        let tiles = ranks.deal_part(tiling, part.mates().len());
         let traced = ranks.attempt(|| {
-            let (tiles, counts) =
-                self.renderer.run(|| self.fragments(part, &share.quality, raster, on_device));
-            Ok(addressed(ranks, &tiles, &share.owners, counts))
+            let mine = &tiles[part.place()];
+            let traced = self.renderer.run(|| self.fragments(part, &share.quality, tiling, mine, on_device));
+            Ok(addressed(ranks, part, &traced, mine, &share.owners))
         });
         let traced_s = start.elapsed().as_secs_f64();
         let messages = ranks.together(traced)?;
-        Ok(Exchanged { came: ranks.exchange(messages)?, traced_s })
+        let came = ranks.exchange(messages)?;
+        if let Some(raster) = tiling.raster() {
+            let costs = costs(raster, part, &tiles, &came);
+            let costs = ranks.together(costs)?;
+            ranks.keep_part_costs(costs);
+        }
+        Ok(Exchanged { came, traced_s })
     }
 
-    /// The fragments of each tile as bytes, and what rays met on the way: the device's, as far as that goes.
+    /// The fragments of each tile as bytes, of which only those of `tiles` have any: of a raster the device's, as far as that
+    /// goes.
     fn fragments(
         &self,
         part: &Part,
         quality: &Quality,
-        raster: Raster,
+        tiling: &dyn Tiling,
+        tiles: &[u32],
         on_device: &mut OnDevice,
-    ) -> (Vec<Vec<u8>>, Counts) {
-        let traced: Vec<OnceLock<(Vec<u8>, Counts)>> = (0..raster.tiles()).map(|_| OnceLock::new()).collect();
-        let keep = |tile: u32, fragments: &TileFragments, counts: Counts| {
+    ) -> Traced {
+        let traced: Vec<OnceLock<(Vec<u8>, Counts, f32)>> =
+            (0..tiling.tiles()).map(|_| OnceLock::new()).collect();
+        let keep = |tile: u32, fragments: &TileFragments, counts: Counts, seconds: f32| {
             let mut bytes = Vec::new();
             fragments.put(&mut bytes);
-            traced[tile as usize].get_or_init(|| (bytes, counts));
+            traced[tile as usize].get_or_init(|| (bytes, counts, seconds));
         };
-        let all: Vec<u32> = (0..raster.tiles()).collect();
         let own = part.own(self.radius[0], self.radius[1]);
-        let left = on_device.fragments(quality, raster, &all, &own, &keep);
+        // What a device takes for a tile is not known.
+        let of_device =
+            |tile: u32, fragments: &TileFragments, counts: Counts| keep(tile, fragments, counts, 0.0);
+        let left = match tiling.raster() {
+            Some(raster) => on_device.fragments(quality, raster, tiles, &own, &of_device),
+            None => tiles.to_vec(),
+        };
         if !left.is_empty() {
             let caster = self.rays.caster(quality);
             left.par_iter().with_max_len(1).for_each(|tile| {
+                let start = Instant::now();
                 let (mut fragments, mut counts) = (TileFragments::default(), Counts::default());
-                raster.visit(*tile, |x, y, hint| {
-                    let (eye, dir) = ray(self.scene, x, y);
-                    fragments.pixel(|found| caster.fragments(part, eye, dir, hint, &mut counts, found));
+                visit(tiling, *tile, |at, hint| {
+                    let (eye, dir) = ray(self.scene, at);
+                    fragments.ray(|found| caster.fragments(part, eye, dir, hint, &mut counts, found));
                 });
-                keep(*tile, &fragments, counts);
+                keep(*tile, &fragments, counts, start.elapsed().as_secs_f32());
             });
         }
-        let mut counts = Counts::default();
-        let tiles = traced.into_iter().map(|tile| {
-            let (bytes, of_tile) = tile.into_inner().unwrap_or_default();
-            counts += of_tile;
-            bytes
-        });
-        (tiles.collect(), counts)
+        let none = || {
+            let mut bytes = Vec::new();
+            TileFragments::default().put(&mut bytes);
+            (bytes, Counts::default(), 0.0)
+        };
+        let mut all = Traced::default();
+        for tile in traced {
+            let (bytes, counts, seconds) = tile.into_inner().unwrap_or_else(none);
+            all.counts += counts;
+            all.tiles.push(bytes);
+            all.seconds.push(seconds);
+        }
+        all
     }
 
     /// Puts rays of this rank's tiles together, each tile given away when it is done.
     pub(super) fn put_together(
         &self,
         quality: &Quality,
-        raster: Raster,
+        tiling: &dyn Tiling,
         fragments: &Fragments,
         give: &(dyn Fn(Tile) + Sync),
     ) {
@@ -120,10 +144,10 @@ impl Work<'_> {
             core: self.scene.core,
             ground: self.ground,
             shading: self.plan.shading.filter(|_| quality.lights != Lights::Off),
-            budget: Budget::new(quality.tolerance, brightest(self.scene)),
+            budget: allowed(self.scene, quality),
         };
         fragments.tiles.par_iter().with_max_len(1).enumerate().for_each(|(i, (number, came))| {
-            let mut tile = self.tile(&composer, raster, *number, &mut came.clone());
+            let mut tile = self.tile(&composer, tiling, *number, &mut came.clone());
             if i == 0 {
                 tile.counts += fragments.met;
             }
@@ -131,34 +155,65 @@ impl Work<'_> {
         });
     }
 
-    fn tile(&self, composer: &Composer, raster: Raster, number: u32, came: &mut [Came]) -> Tile {
+    fn tile(&self, composer: &Composer, tiling: &dyn Tiling, number: u32, came: &mut [Came]) -> Tile {
         let start = Instant::now();
         let mut counts = Counts::default();
-        let mut pixels: Vec<Pixel> = Vec::with_capacity(raster.pixels_of(number));
+        let mut rays: Vec<Pixel> = Vec::with_capacity(tiling.pixels_of(number) * tiling.rays_per_pixel());
         let mut fragments = Vec::new();
-        raster.visit(number, |x, y, _| {
+        visit(tiling, number, |at, _| {
             fragments.clear();
-            came.iter_mut().for_each(|came| came.pixel(pixels.len(), &mut fragments));
-            let (eye, dir) = ray(self.scene, x, y);
-            let light = composer.ray(eye, dir, &mut fragments, &mut counts);
-            pixels.push(shown(self.scene, composer.budget.brightest, light));
+            came.iter_mut().for_each(|came| came.ray(rays.len(), &mut fragments));
+            let (eye, dir) = ray(self.scene, at);
+            let (light, surfaces) = composer.ray(eye, dir, &mut fragments, &mut counts).unzip();
+            let pixel = shown(self.scene, composer.budget.brightest, light);
+            rays.push(Pixel { surfaces: surfaces.unwrap_or_default(), ..pixel });
         });
+        let pixels = tiling.resolve(rays);
         Tile { number, seconds: start.elapsed().as_secs_f64(), counts, pixels }
     }
 }
 
-/// What is sent to each rank: what rays met, which only rank 0 is told, and the rank's tiles.
-fn addressed(ranks: &Ranks, tiles: &[Vec<u8>], owners: &[u32], mut counts: Counts) -> Vec<Vec<u8>> {
+/// What a rank has traced of its part.
+#[derive(Debug, Default)]
+struct Traced {
+    /// Of each tile, its fragments as bytes.
+    tiles: Vec<Vec<u8>>,
+    /// Of each tile, the seconds that it took.
+    seconds: Vec<f32>,
+    /// What rays met.
+    counts: Counts,
+}
+
+/// What is sent to each rank: the seconds that tiles took, which those with the same part are told; what rays met, which only
+/// rank 0 is told; and the rank's tiles.
+fn addressed(ranks: &Ranks, part: &Part, traced: &Traced, mine: &[u32], owners: &[u32]) -> Vec<Vec<u8>> {
     let mut bodies = vec![Vec::new(); ranks.size()];
-    for (tile, owner) in tiles.iter().zip(owners) {
+    for (tile, owner) in traced.tiles.iter().zip(owners) {
         bodies[*owner as usize].extend_from_slice(tile);
     }
     let others = bodies.iter().enumerate().filter(|(rank, _)| *rank != ranks.rank());
+    let mut counts = traced.counts;
     counts.fragment_bytes = others.map(|(_, bytes)| bytes.len() as u64).sum();
+    let seconds: Vec<u8> =
+        mine.iter().flat_map(|tile| traced.seconds[*tile as usize].to_le_bytes()).collect();
     let head = |rank: usize| {
         let mut words = Words::default();
+        words.put_bytes(if part.mates().contains(&rank) { &seconds } else { &[] });
         words.put_counts(&if rank == 0 { counts } else { Counts::default() });
         words.0
     };
     bodies.into_iter().enumerate().map(|(rank, body)| [head(rank), body].concat()).collect()
+}
+
+/// The seconds that the tiles of a part took, where each of the ranks that have it traced some of `tiles`.
+fn costs(raster: Raster, part: &Part, tiles: &[Vec<u32>], came: &[Vec<u8>]) -> Result<Costs> {
+    let mut costs = Costs::new(raster);
+    for (mate, tiles) in part.mates().iter().zip(tiles) {
+        let mut seconds = Reader(&came[*mate]);
+        let mut seconds = Reader(seconds.get_bytes()?);
+        for tile in tiles {
+            costs.set(*tile, seconds.get_f32()?.into());
+        }
+    }
+    Ok(costs)
 }

@@ -2,7 +2,7 @@
 
 use super::device::OnDevice;
 use super::prepare::Known;
-use super::progress::reported;
+use super::round::{Cost, Rounds};
 use super::work::{Work, certainty, notes};
 use super::{Rendered, Setting};
 use crate::description::Description;
@@ -11,7 +11,7 @@ use crate::frame::{ErrorSummary, Frame, FrameReport};
 use crate::label::Legend;
 use crate::output::Stamp;
 use crate::ranks::{Ranks, Told};
-use crate::raster::{Raster, Tile};
+use crate::raster::Raster;
 use std::time::Instant;
 
 /// Draws the picture of `work`. Collective. The report's `derived_bytes` are left to whoever knows them.
@@ -43,46 +43,36 @@ pub(super) fn draw(
     let share = ranks.deal(picked, work.raster(), facts)?;
     let quality = share.quality;
     let raster = Raster { step: quality.pixel_step, ..work.raster() };
-    let exchanged = part.map(|part| work.exchange(ranks, part, &share, &mut on_device)).transpose()?;
-    let mine = share.tiles_of(ranks.rank());
-    let fragments = exchanged.as_ref().map(|e| ranks.together(e.tiles(raster, &mine))).transpose()?;
-    let trace = |give: &(dyn Fn(Tile) + Sync)| {
-        reported(renderer.progress.as_ref(), mine.len(), give, |give| match &fragments {
-            Some(fragments) => work.put_together(&quality, raster, fragments, give),
-            None => work.trace(&quality, raster, &mine, &mut on_device, give),
-        });
-    };
-    let traced_s = exchanged.as_ref().map_or(0.0, |exchanged| exchanged.traced_s);
-    let ready_s = start.elapsed().as_secs_f64();
-    let gathered = ranks.gather(&renderer.threads, raster, traced_s, trace);
-    let is_root = ranks.is_root();
-    let (mut picture, mut drawn_s) = (None, 0.0);
-    let told = gathered.and_then(|gathered| {
-        drawn_s = gathered.drawn_s;
-        let (gather_s, balance, bytes_received) =
-            (gathered.gather_s, gathered.balance, gathered.bytes_received);
+    let picked_s = start.elapsed().as_secs_f64();
+    let mut rounds = Rounds { setting, work, on_device: &mut on_device, cost: Cost::default() };
+    let drawn = rounds.whole(ranks, raster, &share)?;
+    let (edge_pixels, drawn) = rounds.edges(ranks, raster, quality, deadline, drawn)?;
+    let cost = rounds.cost;
+    let mut picture = None;
+    let told = drawn.map(|drawn| {
+        let Cost { gather_s, balance, bytes_received, .. } = cost;
         let mut told = Told { gather_s, balance, bytes_received, ..Told::default() };
-        if is_root {
-            let (drawn, counts) = ranks.attempt(|| renderer.run(|| Ok(raster.assemble(&gathered.tiles))))?;
+        if let Some((drawn, counts)) = drawn {
             let error: Vec<f32> = drawn.iter().map(|p| p.error).collect();
-            told.error = ErrorSummary::of(&error, certainty(scene, &quality));
+            told.error = ErrorSummary::of(&error, certainty(scene, &quality), quality.tolerance);
             told.counts = counts;
             picture = Some((drawn, error));
         }
-        Ok(told)
+        told
     });
     let told = ranks.conclude(told)?;
     let mut report = FrameReport {
         error: told.error,
         prepare_s,
-        render_s: ready_s + drawn_s - traced_s,
+        render_s: picked_s + cost.render_s,
         counts: told.counts,
         value_range: *value_range,
         missing_values: *missing_values,
         quality,
         left_out: plan.left_out().to_vec(),
-        tiles: mine.len(),
-        compose_s: if part.is_some() { drawn_s - traced_s } else { 0.0 },
+        tiles: share.tiles_of(ranks.rank()).len(),
+        edge_pixels,
+        compose_s: cost.compose_s,
         gather_s: told.gather_s,
         balance: told.balance,
         bytes_received: told.bytes_received,

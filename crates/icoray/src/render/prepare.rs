@@ -31,7 +31,7 @@ impl Known {
         let range = ranks.attempt(|| {
             renderer.run(|| {
                 Ok(match part {
-                    Some(part) => field.range_over(Some(&|cell| part.owns(cell))),
+                    Some(part) => field.range_over(Some(&|cell| part.tells(cell))),
                     None => renderer.spare.range(&setting.source, || field.range()),
                 })
             })
@@ -41,8 +41,9 @@ impl Known {
             range = Part::whole_range(ranks, range)?;
         }
         let (value_range, missing_values) = range;
-        // Rays through parts are not shared out: each rank traces all of them.
-        let deadline = Deadline::of(scene, start, if part.is_some() { 1 } else { ranks.size() });
+        // Ranks with a part together share out the rays through it; those with other parts trace the same ones.
+        let sharers = part.map_or(ranks.size(), |part| part.mates().len());
+        let deadline = Deadline::of(scene, start, sharers);
         let mut quality = asked(scene);
         if let (Some(deadline), true) = (deadline, plan.shading.is_some()) {
             let some = || {

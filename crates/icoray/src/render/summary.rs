@@ -23,7 +23,8 @@ impl Renderer {
     ) -> Result<Summary> {
         let mine = ranks.attempt(|| {
             let own = held.map(|held| held.own_columns(field)).transpose()?;
-            Ok(self.run(|| Summary::of(field, own.as_deref().map(|own| own as _), asked)))
+            let is_own = own.as_ref().map(|own| |column: usize| own[column]);
+            Ok(self.run(|| Summary::of(field, is_own.as_ref().map(|is_own| is_own as _), asked)))
         });
         let mine = ranks.together(mine)?;
         Summary::of_all(&ranks.share(&mine.words(held.is_some()).0)?)
@@ -34,7 +35,7 @@ impl Renderer {
 mod tests {
     use super::*;
     use crate::field::Location;
-    use crate::ranks::{Owned, Part, PartCells, local_team};
+    use crate::ranks::{Owned, PartCells, local_team};
     use crate::shape::Shape;
     use crate::{ErrorKind, Grid, IcosahedralMesh};
     use std::thread;
@@ -65,6 +66,15 @@ mod tests {
         Renderer::new(1).unwrap().summary(ranks, &field, held, &ASKED)
     }
 
+    /// Parts of the whole grid, of stretches of its cells.
+    fn parts(ranks: &mut Ranks, grid: &Grid) -> Held {
+        let global: Vec<i64> = (0..grid.cells() as i64).collect();
+        let is_own = |cell: usize| cell * ranks.size() / grid.cells() == ranks.rank();
+        let marks: Vec<i32> = (0..grid.cells()).map(|cell| is_own(cell).into()).collect();
+        let said = PartCells { global: global.as_slice().into(), owned: Owned::Marked(&marks) };
+        Held::new(ranks, grid, &said).unwrap()
+    }
+
     fn numbers(summaries: Vec<Result<Summary>>) -> [f64; 3] {
         let all: Vec<Summary> = summaries.into_iter().map(Result::unwrap).collect();
         assert!(all.iter().all(|summary| *summary == all[0]), "the same on all ranks");
@@ -75,17 +85,18 @@ mod tests {
     fn values_count_once_whoever_has_them() {
         for location in [Location::Center, Location::Corner] {
             let found = over(3, |ranks, grid| {
-                let part = Part::of_whole(ranks, grid).unwrap();
+                let held = parts(ranks, grid);
                 let (columns, number) = match location {
                     Location::Center => (grid.cells(), ranks.rank()),
                     Location::Corner => (grid.triangles(), ranks.rank()),
                 };
-                let values = values(columns, number, |column| match location {
-                    Location::Center => part.owns(column),
-                    Location::Corner => part.has(column as u32),
-                });
+                let zeros = vec![0.0f32; columns];
+                let shape = Shape::level_fastest(columns, 1);
+                let zeros = Field::new(zeros.as_slice().into(), shape, location, None).unwrap();
+                let is_own = held.own_columns(&zeros).unwrap();
+                let values = values(columns, number, |column| is_own[column]);
                 let own = values.iter().filter(|value| **value < 1e9).count();
-                ([own, own * number], summary_of(ranks, &values, location, Some(&Held::Part(part))))
+                ([own, own * number], summary_of(ranks, &values, location, Some(&held)))
             });
             let (sums, found): (Vec<_>, Vec<_>) = found.into_iter().unzip();
             let [count, sum] =
@@ -126,14 +137,14 @@ mod tests {
     #[test]
     fn a_field_that_does_not_fit_on_one_rank_is_refused_on_all() {
         let found = over(3, |ranks, grid| {
-            let part = Part::of_whole(ranks, grid).unwrap();
+            let held = parts(ranks, grid);
             let columns = grid.cells() - ranks.rank() / 2;
             let values = values(columns, 1, |_| true);
-            summary_of(ranks, &values, Location::Center, Some(&Held::Part(part)))
+            summary_of(ranks, &values, Location::Center, Some(&held))
         });
         for error in found.into_iter().map(Result::unwrap_err) {
             assert_eq!(error.kind(), ErrorKind::Field);
-            assert_eq!(error.context(), "rank 2: 161 columns, expected 162, one for each cell");
+            assert_eq!(error.context(), "rank 2: 161 columns, expected 162, as many as this rank has");
         }
     }
 

@@ -1,6 +1,7 @@
 //! What rays of a frame have in common, and what a pixel shows.
 
 use super::{Derived, OnDevice, Renderer};
+use crate::edges::Edges;
 use crate::frame::{Certainty, Counts};
 use crate::gradient::Gradients;
 use crate::grid::Grid;
@@ -11,10 +12,11 @@ use crate::kernel::leap::Visible;
 use crate::kernel::piece::{Light, Method};
 use crate::kernel::ray::{Budget, Caster, Casts, Start};
 use crate::kernel::sample::AnySamples;
+use crate::kernel::signature::Signature;
 use crate::kernel::transfer::Spans;
 use crate::plan::Plan;
 use crate::quality::{Deadline, Lights, Quality};
-use crate::raster::{Pixel, Place, Raster, Tile};
+use crate::raster::{self, Pixel, Place, Raster, Tile, Tiling};
 use crate::scene::{Paint, Precision, Scene};
 use glam::DVec3;
 use rayon::prelude::*;
@@ -43,6 +45,8 @@ pub(super) struct Work<'f> {
     /// What the core looks like where it has more than one colour.
     pub ground: Option<&'f Ground>,
     pub rays: &'f dyn Rays,
+    /// Which pixels may have an edge in them.
+    pub edges: Edges,
 }
 
 /// Rays through one field alone.
@@ -80,32 +84,39 @@ impl Work<'_> {
         }
         deadline.pick(asked, self.raster(), on_device.is_there(), |quality, raster| {
             let all: Vec<u32> = (0..raster.tiles()).collect();
-            self.trace(quality, raster, &all, on_device, &|_| ());
+            self.trace(quality, &raster, &all, on_device, &|_| ());
         })
     }
 
-    /// Traces tiles of the picture, on the device as far as that goes, each given away when it is done.
+    /// Traces tiles, those of a raster on the device as far as that goes, each given away when it is done.
     pub(super) fn trace(
         &self,
         quality: &Quality,
-        raster: Raster,
+        tiling: &dyn Tiling,
         tiles: &[u32],
         on_device: &mut OnDevice,
         give: &(dyn Fn(Tile) + Sync),
     ) {
-        let left = on_device.trace(quality, raster, tiles, give);
+        let raster = tiling.raster();
+        let left = match raster {
+            Some(raster) => on_device.trace(quality, raster, tiles, give),
+            None => tiles.to_vec(),
+        };
         if left.is_empty() {
             return;
         }
         let caster = self.rays.caster(quality);
         let draw = |places: &[Place], counts: &mut Counts| {
-            if self.renderer.savings.tiles && passes_by(self.scene, places, caster.outer()) {
+            if raster.is_some()
+                && self.renderer.savings.tiles
+                && passes_by(self.scene, places, caster.outer())
+            {
                 vec![shown(self.scene, caster.budget().brightest, None); places.len()]
             } else {
                 pixels(self.scene, &*caster, places, counts)
             }
         };
-        raster.trace(&left, draw).for_each(give);
+        raster::trace(tiling, &left, draw).for_each(give);
     }
 }
 
@@ -146,12 +157,20 @@ impl<T: Real, const N: usize> Rays for Carrying<'_, '_, T, N> {
 
 /// How rays may spend the tolerance.
 pub(super) fn budget(renderer: &Renderer, scene: &Scene, quality: &Quality) -> Budget {
-    let mut budget = Budget::new(quality.tolerance, brightest(scene));
+    let mut budget = allowed(scene, quality);
     if !renderer.savings.ends {
         // Less than any transmittance.
         budget.rest = -1.0;
     }
     budget
+}
+
+/// How rays may spend the tolerance where they end as early as they may.
+pub(crate) fn allowed(scene: &Scene, quality: &Quality) -> Budget {
+    // The general kernel has one error of both.
+    let is_apart = quality.lights != Lights::Off && scene.scenery.is_plain();
+    let lit = scene.lighting.filter(|_| is_apart).map(|light| light.ambient + light.diffuse);
+    Budget::new(quality.tolerance, brightest(scene), lit)
 }
 
 /// The most that a channel can hold behind a ray's end: the brightest of what is in the scene.
@@ -203,11 +222,13 @@ const GEOMETRY: f64 = 1e-9;
 fn pixels(scene: &Scene, caster: &dyn Casts, places: &[Place], counts: &mut Counts) -> Vec<Pixel> {
     let mut pixels = vec![Pixel::default(); places.len()];
     let mut rays = places.iter().enumerate().map(|(number, place)| {
-        let (eye, dir) = ray(scene, place.x, place.y);
+        let (eye, dir) = ray(scene, place.at);
         Start { number, eye, dir, begins_row: place.begins_row }
     });
     let brightest = caster.budget().brightest;
-    caster.cast(&mut rays, counts, &mut |number, light| pixels[number] = shown(scene, brightest, light));
+    caster.cast(&mut rays, counts, &mut |number, light, surfaces| {
+        pixels[number] = Pixel { surfaces, ..shown(scene, brightest, light) };
+    });
     pixels
 }
 
@@ -217,8 +238,9 @@ fn passes_by(scene: &Scene, places: &[Place], radius: f64) -> bool {
     /// More than rounding does to an angle.
     const SLACK: f64 = 1e-6;
     let (Some(first), Some(last)) = (places.first(), places.last()) else { return true };
-    let corners = [(first.x, first.y), (last.x, first.y), (first.x, last.y), (last.x, last.y)];
-    let dirs = corners.map(|(x, y)| ray(scene, x, y).1);
+    let ([left, top], [right, bottom]) = (first.at, last.at);
+    let corners = [[left, top], [right, top], [left, bottom], [right, bottom]];
+    let dirs = corners.map(|at| ray(scene, at).1);
     let eye = DVec3::from_array(scene.camera.eye());
     if eye.length() <= radius {
         return false;
@@ -229,9 +251,9 @@ fn passes_by(scene: &Scene, places: &[Place], radius: f64) -> bool {
     axis.angle_between(-eye) > half + globe + SLACK
 }
 
-/// The ray of a pixel: the eye and a unit vector.
-pub(super) fn ray(scene: &Scene, x: u32, y: u32) -> (DVec3, DVec3) {
-    let dir = scene.camera.direction(x, y, scene.width, scene.height);
+/// The ray through a place of the picture, in pixels from its upper left corner: the eye and a unit vector.
+pub(super) fn ray(scene: &Scene, at: [f64; 2]) -> (DVec3, DVec3) {
+    let dir = scene.camera.direction_at(at, scene.width, scene.height);
     (DVec3::from_array(scene.camera.eye()), DVec3::from_array(dir))
 }
 
@@ -250,7 +272,8 @@ pub(super) fn shown(scene: &Scene, brightest: f64, met: Option<Light<f64>>) -> P
     // The picture itself is in f32.
     let stored = color.iter().fold(0.0f64, |most, c| most.max(*c)) * f64::from(f32::EPSILON) / 2.0;
     let error = if met.is_some() { light.error + rounding + stored + GEOMETRY } else { 0.0 };
-    Pixel { color: color.map(|c| c as f32), error: error.min(brightest.max(1.0)) as f32 }
+    let error = error.min(brightest.max(1.0)) as f32;
+    Pixel { color: color.map(|c| c as f32), error, surfaces: Signature::default() }
 }
 
 #[cfg(test)]
@@ -279,13 +302,13 @@ mod tests {
                 let raster = Raster { width, height, step: 1 };
                 let all: Vec<u32> = (0..raster.tiles()).collect();
                 let draw = |places: &[Place], counts: &mut Counts| {
-                    let rays = places.iter().map(|place| ray(&scene, place.x, place.y));
+                    let rays = places.iter().map(|place| ray(&scene, place.at));
                     let hits = rays.filter(|(eye, dir)| RayLine::new(*eye, *dir, 1.1).is_some()).count();
                     counts.columns = u64::from(hits == 0);
                     counts.frusta = u64::from(passes_by(&scene, places, 1.1));
                     vec![Pixel::default(); places.len()]
                 };
-                for tile in raster.trace(&all, draw).collect::<Vec<_>>() {
+                for tile in raster::trace(&raster, &all, draw).collect::<Vec<_>>() {
                     assert!(tile.counts.frusta <= tile.counts.columns, "{camera}: tile {}", tile.number);
                     (beside, passed) = (beside + tile.counts.columns, passed + tile.counts.frusta);
                 }

@@ -68,10 +68,20 @@ impl Camera {
     /// Unit vector through the middle of pixel (`x`, `y`), counted from the upper left, of a picture of
     /// `width` × `height` square pixels.
     pub fn direction(&self, x: u32, y: u32, width: u32, height: u32) -> [f64; 3] {
-        let scale = 2.0 * self.half_height / f64::from(height);
-        let across = (f64::from(x) + 0.5 - 0.5 * f64::from(width)) * scale;
-        let upwards = (0.5 * f64::from(height) - f64::from(y) - 0.5) * scale;
+        self.direction_at([x, y].map(|at| f64::from(at) + 0.5), width, height)
+    }
+
+    /// [`Self::direction`] through the place so many pixels to the right and downwards from the picture's upper left corner.
+    pub(crate) fn direction_at(&self, [x, y]: [f64; 2], width: u32, height: u32) -> [f64; 3] {
+        let scale = self.pixel_width(height);
+        let across = (x - 0.5 * f64::from(width)) * scale;
+        let upwards = (0.5 * f64::from(height) - y) * scale;
         (self.forward + across * self.right + upwards * self.up).normalize().to_array()
+    }
+
+    /// Width of a pixel of a picture of `height` rows at distance 1 in the middle of the picture, where it is widest.
+    pub(crate) fn pixel_width(&self, height: u32) -> f64 {
+        2.0 * self.half_height / f64::from(height)
     }
 
     /// How a picture of `height` rows shows small steps from `point` on: pixels to the right and upwards per length. `None`

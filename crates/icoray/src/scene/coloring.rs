@@ -1,6 +1,7 @@
 //! A colour map over a range of values, with opacities: what a transfer function is made of, once the range is known.
 
 use super::color::ColorMap;
+use super::transfer::extinction_of;
 use super::{Knot, Scale, TransferFunction};
 use std::fmt;
 
@@ -37,6 +38,18 @@ impl fmt::Display for ColorRange {
             }
         }
     }
+}
+
+/// Opacities along the range where none are given: rising with the value, or about a centre clear there.
+const DEFAULT_OPACITY: [&[(f64, f64)]; 2] =
+    [&[(0.0, 0.0), (1.0, 0.9)], &[(0.0, 0.9), (0.5, 0.0), (1.0, 0.9)]];
+/// The extinction where none has a meaning: above 0, so that no colour is left out as unseen.
+pub(super) const MEANINGLESS: f64 = 1.0;
+
+/// The extinctions along the range where none are given.
+pub(super) fn default_extinction(has_center: bool) -> Vec<Stop> {
+    let stops = DEFAULT_OPACITY[usize::from(has_center)].iter();
+    stops.map(|(part, opacity)| (*part, extinction_of(*opacity))).collect()
 }
 
 /// The extinction at a place: a value, or a part of the range.
@@ -76,6 +89,17 @@ impl Coloring {
     /// Over which values the map goes, as the scene says.
     pub fn range(&self) -> ColorRange {
         self.range
+    }
+
+    /// Whether the scene gives no opacity.
+    pub(super) fn has_default_opacity(&self) -> bool {
+        let default = default_extinction(self.center.is_some());
+        self.is_relative && self.unit_length.is_none() && self.extinction == default
+    }
+
+    /// The same colours for a surface, which has an opacity of its own.
+    pub(super) fn without_opacity(self) -> Self {
+        Coloring { is_relative: true, extinction: vec![(0.0, MEANINGLESS)], unit_length: None, ..self }
     }
 
     /// Whether values have the same colours as in another, whatever is opaque.

@@ -92,6 +92,7 @@ mod parse;
 mod scale;
 mod scenery;
 mod transfer;
+mod values;
 
 pub use backend::{Adapter, Backend};
 pub use camera::Camera;
@@ -179,6 +180,7 @@ pub struct Lighting {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Scene {
     /// Name of the field that is rendered: of the first volume or, where there is none, of the first thing that is shown.
+    /// Empty where the scene names none, for the first of the fields that a renderer is given ([`Scene::name_first_field`]).
     pub field: String,
     /// Of the steps that a running model offers, those that are multiples of this are drawn; at least 1. See
     /// [`Scene::is_due`]. The renderer itself draws what it is told to; `icoray render` takes the times of a file for steps.
@@ -209,6 +211,9 @@ pub struct Scene {
     pub method: Method,
     /// Largest error allowed in a channel of a premultiplied pixel, 0 to 1; [`Method::Exact`] spends no more than it needs.
     pub tolerance: f64,
+    /// Whether pixels with the edge of a surface in them show the mean of several rays, where every pixel is traced; else each
+    /// pixel is one ray.
+    pub antialias: bool,
     /// Milliseconds that a frame may take, from the field's pointers to its pixels; `None` is as long as it takes.
     ///
     /// Within it the renderer picks, from what a few rays are measured to cost: first a looser tolerance (up to 1e-2), then
@@ -267,6 +272,31 @@ impl Scene {
     pub fn parse_optional(text: &str) -> Result<Option<Self>> {
         let is_empty = toml::from_str::<toml::Table>(text).is_ok_and(|table| table.is_empty());
         if is_empty { Ok(None) } else { Self::parse(text).map(Some) }
+    }
+
+    /// Gives the field that the scene shows without naming it the name `first`; nothing changes where it names all.
+    pub fn name_first_field(&mut self, first: &str) {
+        let mut rename = |name: &mut String| {
+            if name.is_empty() {
+                first.clone_into(name);
+            }
+        };
+        rename(&mut self.field);
+        self.scenery.rename_fields(&mut rename);
+    }
+
+    /// Shows the first volume as an opaque surface on the innermost layer, with the same colours, where the scene gives it no
+    /// opacity. For fields of one value per column, which have no inside.
+    pub fn show_as_surface(&mut self) {
+        let has_own_opacity = self.scenery.opacity.is_some();
+        let is_to_change = |coloring: &mut Coloring| !has_own_opacity && coloring.has_default_opacity();
+        let Some(coloring) = self.coloring.take_if(is_to_change) else { return };
+        let coloring = coloring.without_opacity();
+        let transfer = coloring.transfer(coloring.fixed().unwrap_or_else(|| coloring.unknown()));
+        let paint =
+            Paint::Field { field: self.field.clone(), transfer, coloring: Some(coloring), by_cell: false };
+        self.scenery.surfaces.insert(0, Surface { at: Level::Layer(0), paint, opacity: 1.0 });
+        self.transfer = TransferFunction::clear();
     }
 
     /// The names of the fields that are shown, each once, the first one first; some may be derived.

@@ -4,6 +4,7 @@ mod camera;
 mod clip;
 mod derive;
 mod ground;
+pub(crate) mod hint;
 mod isosurface;
 mod labels;
 mod light;
@@ -18,7 +19,7 @@ pub(crate) mod views;
 mod volume;
 
 use super::{Adapter, Backend, Ground, Heights, Precision, Scene, Scenery, Scheme, Volume};
-use crate::error::Result;
+use crate::error::{Error, ErrorKind, Result};
 use crate::kernel::piece::Method;
 use serde::Deserialize;
 use text::Text;
@@ -36,6 +37,7 @@ struct RawScene {
     #[serde(default)]
     method: Method,
     tolerance: Option<Spanned<f64>>,
+    antialias: Option<bool>,
     time_budget_ms: Option<Spanned<f64>>,
     #[serde(default)]
     precision: Precision,
@@ -45,7 +47,7 @@ struct RawScene {
     backend: Backend,
     device: Option<Spanned<toml::Value>>,
     image: Option<RawImage>,
-    camera: Spanned<camera::RawCamera>,
+    camera: Option<Spanned<camera::RawCamera>>,
     transfer: Option<Spanned<transfer::RawTransfer>>,
     opacity: Option<Spanned<volume::RawOpacity>>,
     #[serde(default)]
@@ -71,8 +73,8 @@ struct RawScene {
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct RawImage {
-    width: Spanned<i64>,
-    height: Spanned<i64>,
+    width: Option<Spanned<i64>>,
+    height: Option<Spanned<i64>>,
 }
 
 /// A GPU's number or a part of its name.
@@ -84,7 +86,7 @@ fn adapter(source: &Text, raw: &Spanned<toml::Value>) -> Result<Adapter> {
         _ => None,
     };
     adapter.ok_or_else(|| {
-        let value = raw.get_ref();
+        let value = text::shown(raw.get_ref());
         source.bad(raw.span(), "device", format!("{value}, expected a number from 0 or a part of a name"))
     })
 }
@@ -101,7 +103,17 @@ fn each<R, S>(
 /// Parses and checks a scene.
 pub(super) fn scene(text: &str) -> Result<Scene> {
     let source = Text::new(text);
-    checked(&source, source.table()?)
+    let table = source.table()?;
+    expect_keys(table.get_ref())?;
+    checked(&source, table).map_err(|e| hint::with_hint(&e))
+}
+
+/// Refuses a scene without any key, which draws nothing.
+fn expect_keys(table: &DeTable) -> Result<()> {
+    if !table.is_empty() {
+        return Ok(());
+    }
+    Err(Error::new(ErrorKind::Scene, "the scene has no keys: nothing is drawn"))
 }
 
 /// Checks the keys of a scene.
@@ -111,14 +123,14 @@ fn checked(source: &Text, table: Spanned<DeTable>) -> Result<Scene> {
     let [tolerance_min, tolerance_max] = [*Scene::TOLERANCE.start(), *Scene::TOLERANCE.end()];
     let core = source.color_or_none(raw.core.as_ref(), "core", Some([0.0225, 0.0225, 0.0225]))?;
     let (first, scenery) = shown(*source, &raw, core.is_some())?;
-    Ok(Scene {
+    let mut scene = Scene {
         every: source.count(raw.every.as_ref(), "every", 1_000_000_000, "", 1)?,
-        width: side(raw.image.as_ref().map(|i| &i.width), "image.width")?,
-        height: side(raw.image.as_ref().map(|i| &i.height), "image.height")?,
+        width: side(raw.image.as_ref().and_then(|i| i.width.as_ref()), "image.width")?,
+        height: side(raw.image.as_ref().and_then(|i| i.height.as_ref()), "image.height")?,
         background: source.color_or_none(raw.background.as_ref(), "background", Some([0.0; 3]))?,
         exaggeration: source.number(raw.exaggeration.as_ref(), "exaggeration", 1e-6, 1e6, 1.0)?,
         core,
-        camera: camera::camera(source, &raw.camera)?,
+        camera: camera::camera(source, raw.camera.as_ref())?,
         field: first.field,
         transfer: first.transfer,
         coloring: first.coloring,
@@ -132,6 +144,7 @@ fn checked(source: &Text, table: Spanned<DeTable>) -> Result<Scene> {
             tolerance_max,
             Scene::DEFAULT_TOLERANCE,
         )?,
+        antialias: raw.antialias.unwrap_or(true),
         time_budget_ms: raw
             .time_budget_ms
             .as_ref()
@@ -143,7 +156,10 @@ fn checked(source: &Text, table: Spanned<DeTable>) -> Result<Scene> {
         device: raw.device.as_ref().map(|device| adapter(source, device)).transpose()?,
         labels: raw.labels.as_ref().map(|labels| labels::labels(source, labels)).transpose()?.flatten(),
         output: output::output(source, raw.output.as_ref())?,
-    })
+    };
+    let first = scene.field.clone();
+    scene.name_first_field(&first);
+    Ok(scene)
 }
 
 /// The first volume, and what is shown beside it.

@@ -58,6 +58,21 @@ impl Scenery {
         }
     }
 
+    /// Changes the names of fields that are shown.
+    pub(super) fn rename_fields(&mut self, rename: &mut impl FnMut(&mut String)) {
+        self.opacity.iter_mut().for_each(|opacity| rename(&mut opacity.field));
+        for volume in &mut self.volumes {
+            rename(&mut volume.field);
+            volume.opacity.iter_mut().for_each(|opacity| rename(&mut opacity.field));
+        }
+        self.isosurfaces.iter_mut().for_each(|surface| rename(&mut surface.field));
+        for paint in self.paints_mut() {
+            if let Paint::Field { field, .. } = paint {
+                rename(field);
+            }
+        }
+    }
+
     /// The paints of surfaces, then those of isosurfaces.
     pub(crate) fn paints(&self) -> impl Iterator<Item = &Paint> {
         let isosurfaces = self.isosurfaces.iter().map(|surface| &surface.paint);

@@ -32,6 +32,12 @@ pub(super) fn extinction_of(opacity: f64) -> f64 {
 }
 
 impl TransferFunction {
+    /// Of a volume that is not to be seen.
+    pub(super) fn clear() -> Self {
+        let clear = Knot { value: 0.0, color: [0.0; 3], extinction: 0.0 };
+        TransferFunction { knots: vec![clear], unit_length: None }
+    }
+
     /// Linear RGB, not premultiplied, and extinction at a value.
     pub fn at(&self, value: f64) -> ([f64; 3], f64) {
         let above = self.knots.partition_point(|knot| knot.value <= value);

@@ -20,6 +20,8 @@ pub(super) enum Kind {
     LowerTail,
     /// Both ends, and a little of what is between.
     Whole,
+    /// All values, on a surface.
+    Surface,
 }
 
 /// Colour map, range and opacities.
@@ -77,7 +79,10 @@ impl Peak {
 
 impl Look {
     pub fn new(survey: &Survey, exaggeration: f64, options: &Options) -> Self {
-        let (kind, shells) = kind(survey);
+        let (kind, shells) = match (kind(survey), options.surface) {
+            ((Kind::UpperTail | Kind::LowerTail | Kind::Whole, _), Some(_)) => (Kind::Surface, Vec::new()),
+            (found, _) => found,
+        };
         let map = options.color_map.clone().unwrap_or_else(|| kind.map().to_owned());
         let mut look =
             Look { kind, map, range: [0.0; 2], opacity: Vec::new(), unit_length: UNIT_LENGTH, step: 0.0 };
@@ -94,6 +99,7 @@ impl Look {
                 look.ends(p(0.2), p(50.0));
                 look.opacity = vec![(p(0.5), 0.9), (p(10.0), 0.25), (p(40.0), 0.0)];
             }
+            Kind::Surface => look.ends(p(0.5), p(99.5)),
             Kind::Whole => {
                 look.ends(p(0.5), p(99.5));
                 look.opacity = vec![(p(1.0), 0.9), (p(30.0), 0.5), (p(70.0), 0.5), (p(99.0), 0.9)];
@@ -181,6 +187,7 @@ impl Kind {
             Kind::Stratified => "stratified: thin shells, domes that end at the ground",
             Kind::UpperTail => "a long upper tail: the highest values",
             Kind::LowerTail => "a long lower tail: the lowest values",
+            Kind::Surface => "all values",
             Kind::Whole => "no long tail: dense at both ends, translucent between",
         }
     }

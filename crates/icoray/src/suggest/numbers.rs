@@ -21,21 +21,10 @@ fn scaled(whole: f64, exponent: i32) -> f64 {
     if exponent < 0 { whole / 10f64.powi(-exponent) } else { whole * 10f64.powi(exponent) }
 }
 
-/// The shortest decimal text that is read as this number.
-pub(super) fn text(value: f64) -> String {
-    let size = value.abs();
-    if value == 0.0 {
-        "0".into()
-    } else if (1e-3..1e7).contains(&size) {
-        value.to_string()
-    } else {
-        format!("{value:e}")
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::numbers::text;
 
     #[test]
     fn numbers_are_short() {

@@ -122,6 +122,10 @@ fn surfaces_are_coloured_by_their_own_layer() {
     for (level, expected) in [(Level::Top, Level::Top), (Level::Layer(2), Level::Layer(2))] {
         let options = Options { surface: Some(level), ..Options::default() };
         let scene = scene_for(|lon, lat, height| height + lat.cos() * lon.sin(), &options);
+        // A long tail is no reason to leave out the other end.
+        let tail = scene_for(|lon, lat, _| 9.0 - 8.0 * (lat.cos() * lon.sin()).powi(8), &options);
+        let [low, high] = tail.paintings()[1].coloring.unwrap().fixed().unwrap();
+        assert!(low < 2.0 && high > 8.9, "{low} to {high}");
         assert_eq!(scene.scenery.surfaces.len(), 1);
         assert_eq!(scene.scenery.surfaces[0].at, expected);
         // Behind the volume, which is clear.

@@ -2,9 +2,10 @@
 
 use super::aim::Aim;
 use super::look::{Kind, Look};
-use super::numbers::{text as number, to_step};
+use super::numbers::to_step;
 use super::{FILLED, FOV_DEG, Options};
 use crate::layers::Layers;
+use crate::numbers::text as number;
 use crate::scene::{Adapter, Backend, Level};
 use std::fmt::Write;
 

@@ -104,41 +104,41 @@ fn damage_is_named() {
         (
             |m| m.corner_cell[31] = 9999,
             ErrorKind::Grid,
-            &["corner_cell row 10", "column 1", "9999", "0 to 161"],
+            &["corner_cell[10][1] (MPAS cellsOnVertex, ICON vertex_of_cell)", "9999", "0 to 161"],
         ),
-        (|m| m.corner_edge[30] = -5, ErrorKind::Grid, &["corner_edge row 10", "-5", "0 to 479"]),
-        (|m| m.edge_corner[7] = 321, ErrorKind::Grid, &["edge_corner row 3", "321", "0 to 319"]),
+        (|m| m.corner_edge[30] = -5, ErrorKind::Grid, &["corner_edge[10]", "-5", "0 to 479"]),
+        (|m| m.edge_corner[7] = 321, ErrorKind::Grid, &["edge_corner[3]", "321", "0 to 319"]),
         // Marks of what is missing, where by the other tables nothing is.
-        (|m| m.edge_corner[7] = 320, ErrorKind::Grid, &["edge_corner row 3: [10, 320]", "one of them 25"]),
-        (|m| m.edge_corner[7] = -1, ErrorKind::Grid, &["edge_corner row 3: [10, -1]", "one of them 25"]),
-        (|m| m.corner_edge[30] = -1, ErrorKind::Grid, &["corner_edge row 10", "-1", "0 to 479"]),
-        (|m| m.cell_corner[600] = -1, ErrorKind::Grid, &["cell_corner row 100", "-1", "0 to 319"]),
-        (|m| m.cell_corner[600] = 1 << 30, ErrorKind::Grid, &["cell_corner row 100", "1073741824"]),
+        (|m| m.edge_corner[7] = 320, ErrorKind::Grid, &["edge_corner[3]", "[10, 320]", "one of them 25"]),
+        (|m| m.edge_corner[7] = -1, ErrorKind::Grid, &["edge_corner[3]", "[10, -1]", "one of them 25"]),
+        (|m| m.corner_edge[30] = -1, ErrorKind::Grid, &["corner_edge[10]", "-1", "0 to 479"]),
+        (|m| m.cell_corner[600] = -1, ErrorKind::Grid, &["cell_corner[100]", "-1", "0 to 319"]),
+        (|m| m.cell_corner[600] = 1 << 30, ErrorKind::Grid, &["cell_corner[100]", "1073741824"]),
         (
             |m| m.corner_cell[30] = -1,
             ErrorKind::Grid,
-            &["corner_cell rows", "and 10", "and [-1, ", "expected 2"],
+            &["corner_cell[", "and corner_cell[10] (MPAS", "and [-1, ", "expected 2"],
         ),
         (
             |m| m.corner_cell[32] = 162,
             ErrorKind::Grid,
-            &["corner_cell rows", "and 10", ", 162], ", "expected 2"],
+            &["corner_cell[", "and corner_cell[10]", ", 162], ", "expected 2"],
         ),
         (
             |m| m.corner_cell[31] = m.corner_cell[30],
             ErrorKind::Grid,
-            &["corner_cell row 10", "three different cells"],
+            &["corner_cell[10]", "three different cells"],
         ),
-        (|m| m.corner_edge.swap(30, 60), ErrorKind::Grid, &["edge_corner row", "corner_edge row 10"]),
+        (|m| m.corner_edge.swap(30, 60), ErrorKind::Grid, &["edge_corner[", "corner_edge[10]"]),
         (
             |m| m.corner_edge[31] = m.corner_edge[30],
             ErrorKind::Grid,
-            &["corner_edge row 10", "one side per cell"],
+            &["corner_edge[10]", "one side per cell"],
         ),
-        (|m| m.edge_corner[6] = m.edge_corner[7], ErrorKind::Grid, &["edge_corner row 3"]),
-        (|m| m.lon_center_rad[5] = f64::NAN, ErrorKind::Grid, &["center row 5", "NaN"]),
-        (|m| m.lat_center_rad[6] = 45.0, ErrorKind::Grid, &["center row 6", "45", "radians"]),
-        (|m| m.lat_corner_rad[7] = f64::INFINITY, ErrorKind::Grid, &["corner row 7", "inf"]),
+        (|m| m.edge_corner[6] = m.edge_corner[7], ErrorKind::Grid, &["edge_corner[3]"]),
+        (|m| m.lon_center_rad[5] = f64::NAN, ErrorKind::Grid, &["center[5]", "NaN"]),
+        (|m| m.lat_center_rad[6] = 45.0, ErrorKind::Grid, &["center[6]", "45", "radians"]),
+        (|m| m.lat_corner_rad[7] = f64::INFINITY, ErrorKind::Grid, &["corner[7]", "inf"]),
         (
             |m| m.lon_center_rad.truncate(161),
             ErrorKind::Grid,
@@ -149,7 +149,11 @@ fn damage_is_named() {
             ErrorKind::Grid,
             &["162 cells - 479 edges + 320 corners", "expected 2"],
         ),
-        (|m| m.corner_edge.truncate(957), ErrorKind::Grid, &["corner_edge: 957 entries, expected 960"]),
+        (
+            |m| m.corner_edge.truncate(957),
+            ErrorKind::Grid,
+            &["corner_edge (MPAS edgesOnVertex, ICON edge_of_cell): 957 entries, expected 960"],
+        ),
         (
             |m| {
                 let (a, b) = (m.corner_cell[30] as usize, m.corner_cell[31] as usize);
@@ -162,13 +166,13 @@ fn damage_is_named() {
         (
             |m| m.cell_corner.fill(0),
             ErrorKind::Grid,
-            &["cell_corner row 0", "1 different corners", "expected the 5"],
+            &["cell_corner[0]", "1 different corners", "expected the 5"],
         ),
-        (|m| m.cell_corner[601] = 319, ErrorKind::Grid, &["cell_corner row 100, column 1", "corner 319"]),
+        (|m| m.cell_corner[601] = 319, ErrorKind::Grid, &["cell_corner[100][1]", "corner 319"]),
         (
             |m| m.cell_corner[600] = m.cell_corner[601],
             ErrorKind::Grid,
-            &["cell_corner row 100", "5 different corners", "6"],
+            &["cell_corner[100]", "5 different corners", "6"],
         ),
         (
             // One centre moved to the far side of the sphere: its triangles fold over.
@@ -228,7 +232,8 @@ fn wide_numbers_are_not_wrapped() {
         };
         for (k, name) in names.into_iter().enumerate() {
             let columns = [6, 3, 3, 2][k];
-            let row = format!("{name} row {}, column 1", 10 + base);
+            let row =
+                [format!("{name}[10][1] (MPAS "), format!("{name}(2, 11) (MPAS ")][base as usize].clone();
             for wrong in [(1 << 32) + 5, -(1 << 32) + 5, i64::MAX, i64::MIN] {
                 let mut damaged = right.clone();
                 damaged[k][10 * columns + 1] = wrong;
@@ -240,12 +245,12 @@ fn wide_numbers_are_not_wrapped() {
             let mut damaged = right.clone();
             damaged[1][31] = mark;
             let error = grid(&damaged, None).unwrap_err();
-            let row = format!("and {}: ", 10 + base);
-            refused(error, ErrorKind::Grid, ["corner_cell rows", &row, &format!(", {mark}, ")]);
+            let row = ["and corner_cell[10] (", "and corner_cell(:, 11) ("][base as usize];
+            refused(error, ErrorKind::Grid, ["corner_cell", row, &format!(", {mark}, ")]);
         }
         let mut count = [6; 162];
         count[7] = (1 << 32) + 6;
-        let row = format!("cell_corner_count row {}", 7 + base);
-        refused(grid(&right, Some(&count)).unwrap_err(), ErrorKind::Grid, [&row, "4294967302", "3 to 6"]);
+        let row = ["cell_corner_count[7] (MPAS nEdgesOnCell)", "cell_corner_count(8) (MPAS"][base as usize];
+        refused(grid(&right, Some(&count)).unwrap_err(), ErrorKind::Grid, [row, "4294967302", "3 to 6"]);
     }
 }

@@ -53,7 +53,7 @@ fn layers() -> Layers {
 
 fn scene(more: &str) -> Scene {
     Scene::parse(&format!(
-        "field = \"f\"\nbackend = \"cpu\"\nprecision = \"f64\"\nbackground = \"transparent\"\n{more}\n\
+        "field = \"f\"\nbackend = \"cpu\"\nantialias = false\nprecision = \"f64\"\nbackground = \"transparent\"\n{more}\n\
          [image]\nwidth = 96\nheight = 96\n[camera]\nlon = 20\nlat = 35\ndistance = 3.2\nfov = 42\n\
          [transfer]\nmap = \"viridis\"\nrange = [-1.2, 1.2]\nopacity = [[-1.2, 0.9], [-0.4, 0.5], [0.2, 0.0], [0.5, 0.8]]\n"
     ))

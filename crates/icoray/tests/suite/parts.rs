@@ -80,7 +80,7 @@ fn scene(camera: &str, precision: &str, rest: &str) -> Scene {
     let tolerance =
         if rest.contains("tolerance") { String::new() } else { format!("tolerance = {tolerance}") };
     Scene::parse(&format!(
-        "field = \"f\"\nexaggeration = 60\nprecision = \"{precision}\"\n{tolerance}\n{rest}\n[image]\nwidth = 64\nheight = 56\n\
+        "field = \"f\"\nantialias = false\nexaggeration = 60\nprecision = \"{precision}\"\n{tolerance}\n{rest}\n[image]\nwidth = 64\nheight = 56\n\
          [camera]\n{camera}\n[transfer]\nmap = \"viridis\"\nrange = [-1.5, 2.5]\n\
          opacity = [[-1.5, 0.5], [0, 0.05], [0.4, 0.8], [2.5, 0.3]]\n{light}\n"
     ))

@@ -77,7 +77,7 @@ impl Terrain {
 
 fn scene(size: u32, more: &str) -> Scene {
     let mut scene = Scene::parse(&format!(
-        "field = \"f\"\nbackend = \"cpu\"\nbackground = \"transparent\"\nexaggeration = {EXAGGERATION}\ntolerance = 1e-4\n{more}\n\
+        "field = \"f\"\nantialias = false\nbackend = \"cpu\"\nbackground = \"transparent\"\nexaggeration = {EXAGGERATION}\ntolerance = 1e-4\n{more}\n\
          [image]\nwidth = {size}\nheight = {size}\n[camera]\nlon = 20\nlat = 35\ndistance = 3.4\nfov = 45\n\
          [transfer]\nmap = \"viridis\"\nrange = [-1.2, 1.2]\n\
          opacity = [[-1.2, 0.9], [-0.4, 0.6], [0.0, 0.0], [0.3, 0.0], [0.5, 0.8]]\n"

@@ -12,7 +12,7 @@ fn without_integrals_rays_meet_all_frusta_and_bring_no_light() {
     let field = Field::new(values.as_slice().into(), shape, Location::Center, None).unwrap();
     let scene = |opacity: f64| {
         let text = format!(
-            "field = \"f\"\ncore = \"transparent\"\nbackground = \"transparent\"\n[image]\nwidth = 32\nheight = 24\n[camera]\nlon = 10\nlat = 40\ndistance = 3\n[transfer]\n\
+            "field = \"f\"\nantialias = false\ncore = \"transparent\"\nbackground = \"transparent\"\n[image]\nwidth = 32\nheight = 24\n[camera]\nlon = 10\nlat = 40\ndistance = 3\n[transfer]\n\
              map = \"viridis\"\nrange = [0, 16]\nopacity = [[0, {opacity}], [16, {opacity}]]"
         );
         Scene::parse(&text).unwrap()

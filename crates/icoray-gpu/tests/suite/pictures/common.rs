@@ -91,7 +91,7 @@ impl Sphere {
 
 pub fn scene(camera: &str, transfer: &str, rest: &str) -> Scene {
     let text = format!(
-        "field = \"f\"\n{rest}\n[image]\nwidth = 72\nheight = 60\n[camera]\n{camera}\n[transfer]\n{transfer}\n"
+        "field = \"f\"\nantialias = false\n{rest}\n[image]\nwidth = 72\nheight = 60\n[camera]\n{camera}\n[transfer]\n{transfer}\n"
     );
     Scene::parse(&text).unwrap_or_else(|e| panic!("{e}\n{text}"))
 }

@@ -53,6 +53,7 @@ pub struct Ground<'g> {
 
 const PLAIN: &str = r##"
 field = "f"
+antialias = false
 background = "transparent"
 core = "#405060"
 [camera]

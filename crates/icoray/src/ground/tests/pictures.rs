@@ -2,8 +2,9 @@
 
 use super::*;
 use crate::device::{Band, Device, Job, Reason, Spent};
+use crate::quality::Quality;
 use crate::ranks::{Ranks, local_team};
-use crate::render::brightest;
+use crate::render::allowed;
 use crate::scene::{Backend, Scheme};
 use crate::{Field, Frame, Layers, Location, Rendered, Renderer, Savings, Shape};
 use std::sync::Arc;
@@ -78,7 +79,7 @@ fn land_and_sea_are_shown_through_a_clear_shell_by_whoever_draws() {
 
 #[test]
 fn the_coast_is_smooth() {
-    let scene = earth(97);
+    let scene = Scene { antialias: false, ..earth(97) };
     let frame = draw(&scene, plainly, 1);
     // Red is a measure of land: nothing but that lies between.
     let between = frame.pixels.iter().filter(|p| p[3] == 1.0 && p[0] > 0.01 && p[0] < 0.49);
@@ -133,6 +134,7 @@ fn a_scene_of_one_color_has_no_ground() {
 
 #[test]
 fn the_brightest_that_lies_behind_is_known() {
+    let brightest = |scene: &Scene| allowed(scene, &Quality::default()).brightest;
     let mut scene = earth(9);
     scene.background = Some([0.0; 3]);
     assert!(brightest(&scene) < 2.0);

@@ -5,13 +5,15 @@
 //! `∫ Σσc e^-T / ∫ Σσ e^-T`: a ratio, so that one colour all over comes out as itself, to the digit. Both integrals are taken by
 //! Simpson's rule. How far it is from the rule of the ends alone is what it may be off, where the panel is thin; else, and where that is
 //! too much, the panel is halved, front half first, and what lies behind the last light is left out.
+//! Under light, what a normal may do between the three places is added, by the rule of the kernel of one field
+//! ([`RayShading::turned`]); where that is too much, five places are asked before the panel is halved.
 //! The error is an estimate, not a bound: colours of several fields may mix in ways that three places do not tell.
 
 use super::source::Map;
 use crate::array::MapInline;
 use crate::kernel::piece::{Light, bend_factor};
 use crate::kernel::segment::Segment;
-use crate::kernel::shade::RayShading;
+use crate::kernel::shade::{RayShading, Shade};
 use crate::kernel::transfer::Span;
 
 /// A volume: colour by one field, extinction by the same or another one.
@@ -80,6 +82,8 @@ struct Node {
     color: [f64; 3],
     /// Optical depth from the piece's start.
     depth: f64,
+    /// Where in [`Memory`] what each part shows begins, under light.
+    lit: usize,
 }
 
 impl Node {
@@ -90,12 +94,29 @@ impl Node {
     }
 }
 
+/// What a part shows at a place under light.
+#[derive(Debug, Clone, Copy)]
+struct LitPart {
+    extinction: f64,
+    shade: Shade<f64>,
+}
+
 /// A part of a piece between two places, and how often the piece was halved for it.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Panel {
+struct Panel {
     first: Node,
+    /// Where it is known already.
+    middle: Option<Node>,
     last: Node,
     halves: u32,
+}
+
+/// Memory that is used again for the next piece.
+#[derive(Debug, Default)]
+pub(super) struct Memory {
+    panels: Vec<Panel>,
+    /// Of each node, what each part shows.
+    lit: Vec<LitPart>,
 }
 
 /// A piece of a ray in several media.
@@ -117,59 +138,91 @@ const THIN: f64 = 1.5;
 
 impl<G: Fn(usize, f64) -> [f64; 3]> Blend<'_, '_, G> {
     /// Adds the light of the piece from `from` to `to`.
-    ///
-    /// `panels` is memory.
     #[inline]
-    pub fn add(&self, light: &mut Light<f64>, from: f64, to: f64, panels: &mut Vec<Panel>) {
+    pub fn add(&self, light: &mut Light<f64>, from: f64, to: f64, memory: &mut Memory) {
+        let Memory { panels, lit } = memory;
         panels.clear();
-        panels.push(Panel { first: self.node(from, from), last: self.node(from, to), halves: 0 });
-        while let Some(Panel { first, last, halves }) = panels.pop() {
-            let middle = self.node(from, 0.5 * (first.u + last.u));
+        lit.clear();
+        let (first, last) = (self.node(from, from, lit), self.node(from, to, lit));
+        panels.push(Panel { first, middle: None, last, halves: 0 });
+        while let Some(Panel { first, middle, last, halves }) = panels.pop() {
+            let halfway = |one: &Node, other: &Node| 0.5 * (one.u + other.u);
+            let middle = middle.unwrap_or_else(|| self.node(from, halfway(&first, &last), lit));
             let depth = last.depth - first.depth;
             // A number that is none would be halved for ever.
             if depth.is_nan() || depth <= 0.0 {
                 continue;
             }
-            let (mut color, mut off) = mean([&first, &middle, &last]);
-            if self.shading.is_some() && off[1] > self.share && depth <= THIN {
-                // A normal may turn between three places that look alike.
-                let quarter = |one: &Node, other: &Node| self.node(from, 0.5 * (one.u + other.u));
-                let [before, behind] = [quarter(&first, &middle), quarter(&middle, &last)];
-                let nodes = [&first, &before, &middle, &behind, &last];
-                if let Some(finer) = weighed(&nodes, &[1.0, 4.0, 2.0, 4.0, 1.0]) {
-                    off[0] = apart(&color, &finer);
+            let is_thin = depth <= THIN;
+            let (mut color, [rule, spread]) = mean([&first, &middle, &last]);
+            let turned = self.turned(lit, [&first, &middle, &last]);
+            // Between their places colours may be farther apart than at these, by what a chord misses: 81/32 of what the rule does,
+            // and half a kink.
+            let mut off = if is_thin { rule + turned } else { spread + 3.0 * turned };
+            let mut quarters = None;
+            if self.shading.is_some() && is_thin && off > self.share {
+                let before = self.node(from, halfway(&first, &middle), lit);
+                let behind = self.node(from, halfway(&middle, &last), lit);
+                if let Some((finer, nearer)) = self.by_five(lit, [&first, &before, &middle, &behind, &last]) {
+                    off = apart(&color, &finer) + nearer;
                     color = finer;
                 }
+                quarters = Some([before, behind]);
             }
-            let is_near = if depth <= THIN { off[0] <= self.share } else { off[1] <= self.share };
-            if is_near || halves == MOST_HALVES {
+            if off <= self.share || halves == MOST_HALVES {
                 let absorbed = -(-depth).exp_m1();
-                let error = absorbed * if depth <= THIN { off[0] } else { off[1] };
-                light.over(&Light { error, ..Light::plain(color, absorbed) });
+                light.over(&Light { error: absorbed * off, ..Light::plain(color, absorbed) });
                 if 1.0 - light.absorbed <= self.rest {
                     return;
                 }
             } else {
-                panels.push(Panel { first: middle, last, halves: halves + 1 });
-                panels.push(Panel { first, last: middle, halves: halves + 1 });
+                let [before, behind] = quarters.map_or([None; 2], |nodes| nodes.map_inline(Some));
+                panels.push(Panel { first: middle, middle: behind, last, halves: halves + 1 });
+                panels.push(Panel { first, middle: before, last: middle, halves: halves + 1 });
             }
         }
     }
 
     #[inline]
-    fn node(&self, from: f64, u: f64) -> Node {
-        let mut node = Node { u, rate: 0.0, color: [0.0; 3], depth: 0.0 };
+    fn node(&self, from: f64, u: f64, lit: &mut Vec<LitPart>) -> Node {
+        let mut node = Node { u, rate: 0.0, color: [0.0; 3], depth: 0.0, lit: lit.len() };
         for part in self.parts {
             let (rate, mut color) = part.at(u);
             if let Some(shading) = self.shading {
                 let shade = shading.shade((self.gradient)(part.slot, u));
                 color = color.map_inline(|c| c * shade.body + shade.highlight);
+                lit.push(LitPart { extinction: rate, shade });
             }
             node.rate += rate;
             node.color = [0, 1, 2].map_inline(|k| node.color[k] + rate * color[k]);
             node.depth += if u > from { part.depth(from, u) } else { 0.0 };
         }
         node
+    }
+
+    /// The mean colour by five places, and how far it may be off because of what normals do in between.
+    #[inline]
+    fn by_five(&self, lit: &[LitPart], nodes: [&Node; 5]) -> Option<([f64; 3], f64)> {
+        let color = weighed(&nodes, &[1.0, 4.0, 2.0, 4.0, 1.0])?;
+        let [a, b, c, d, e] = nodes;
+        Some((color, self.turned(lit, [a, b, c]).max(self.turned(lit, [c, d, e]))))
+    }
+
+    /// How far the mean colour may be off because of what normals do between the start, middle and end of a panel.
+    #[inline]
+    fn turned(&self, lit: &[LitPart], nodes: [&Node; 3]) -> f64 {
+        let Some(shading) = self.shading else { return 0.0 };
+        let mut off = 0.0;
+        for (k, part) in self.parts.iter().enumerate() {
+            let [a, m, b] = nodes.map_inline(|node| &lit[node.lit + k]);
+            let share =
+                |part: &LitPart, node: &Node| if node.rate > 0.0 { part.extinction / node.rate } else { 0.0 };
+            let share = share(a, nodes[0]).max(share(m, nodes[1])).max(share(b, nodes[2]));
+            let turned = shading.turned(&a.shade, &m.shade, &b.shade);
+            let (body, highlight) = turned.unwrap_or_else(|| shading.range());
+            off += share * (part.spans[0].brightest() * body + highlight);
+        }
+        off
     }
 }
 

@@ -5,6 +5,7 @@ use crate::kernel::column::Flow;
 use crate::kernel::piece::Light;
 use crate::kernel::plane::RayLine;
 use crate::kernel::ray::{Budget, Casts, Counts, Fragment, Runs, Start};
+use crate::kernel::signature::Signature;
 use crate::kernel::walk::Walk;
 use crate::ranks::Part;
 use glam::DVec3;
@@ -25,14 +26,15 @@ impl Casts for Tracer<'_, '_> {
         &self,
         rays: &mut dyn Iterator<Item = Start>,
         counts: &mut Counts,
-        tell: &mut dyn FnMut(usize, Option<Light<f64>>),
+        tell: &mut dyn FnMut(usize, Option<Light<f64>>, Signature),
     ) {
         let (mut hint, mut row_hint) = (0, 0);
         for Start { number, eye, dir, begins_row } in rays {
             hint = if begins_row { row_hint } else { hint };
-            let light = self.trace(eye, dir, &mut hint, counts);
+            let met = self.trace(eye, dir, &mut hint, counts);
             row_hint = if begins_row { hint } else { row_hint };
-            tell(number, light);
+            let (light, surfaces) = met.unzip();
+            tell(number, light, surfaces.unwrap_or_default());
         }
     }
 
@@ -55,17 +57,18 @@ impl Casts for Tracer<'_, '_> {
         let mut runs = Runs::new(part, &line, world.core_radius, is_solid, self.budget.brightest, found);
         let mut walk = Walk::new(world.grid, line, *hint);
         *hint = walk.triangle();
-        let mut run = Run::new(self, line, dir);
+        let mut run = Run::new(self, line, eye, dir);
         run.counts.rays = 0;
         let mut gap = 0;
         loop {
             let triangle = walk.triangle();
             let is_own = part.has(triangle);
             let column = walk.next_column();
-            if column.filter(|_| is_own).is_none() && runs.close(&run.light) {
+            if column.filter(|_| is_own).is_none() && runs.close(&run.light, run.surfaces) {
                 // What is all but gone has ended the ray.
                 run.rest /= 1.0 - run.light.absorbed;
-                run.light = Light::none();
+                (run.light, run.surfaces) = (Light::none(), Signature::default());
+                run.is_cut = false;
             }
             let Some(column) = column else { break };
             if !is_own {
@@ -79,7 +82,7 @@ impl Casts for Tracer<'_, '_> {
             gap = next;
             runs.pass(&column);
             if flow == Flow::Stop {
-                runs.end(&run.light);
+                runs.end(&run.light, run.surfaces);
                 break;
             }
         }
@@ -88,13 +91,19 @@ impl Casts for Tracer<'_, '_> {
 }
 
 impl Tracer<'_, '_> {
-    /// The light along one ray; `None` where it misses everything.
+    /// The light along one ray, and the surfaces that it meets; `None` where it misses everything.
     #[inline]
-    fn trace(&self, eye: DVec3, dir: DVec3, hint: &mut u32, counts: &mut Counts) -> Option<Light<f64>> {
+    fn trace(
+        &self,
+        eye: DVec3,
+        dir: DVec3,
+        hint: &mut u32,
+        counts: &mut Counts,
+    ) -> Option<(Light<f64>, Signature)> {
         let line = RayLine::new(eye, dir, self.world.outer)?;
         let mut walk = Walk::new(self.world.grid, line, *hint);
         *hint = walk.triangle();
-        let mut run = Run::new(self, line, dir);
+        let mut run = Run::new(self, line, eye, dir);
         let mut gap = 0;
         loop {
             let (triangle, is_void) = (walk.triangle(), walk.is_void());
@@ -111,6 +120,6 @@ impl Tracer<'_, '_> {
             }
         }
         *counts += run.counts;
-        Some(run.light)
+        Some((run.light, run.surfaces))
     }
 }

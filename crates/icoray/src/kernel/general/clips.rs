@@ -45,6 +45,12 @@ impl Clips {
         Clips(clips.iter().map(cut).collect())
     }
 
+    /// Whether nothing is cut.
+    #[inline]
+    pub fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+
     /// What the ray passes of each cut.
     #[inline]
     pub(super) fn along(&self, line: &RayLine) -> RayClips<'_> {

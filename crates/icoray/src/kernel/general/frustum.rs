@@ -1,6 +1,6 @@
 //! What a ray meets between two layers of a column, in order.
 
-use super::blend::{Blend, Panel, Part};
+use super::blend::{Blend, Memory, Part};
 use super::surfaces::{Coat, SheetPlace};
 use super::wedge::{Facet, On, Place, Wedge};
 use super::{Run, World};
@@ -10,6 +10,7 @@ use crate::kernel::column::Flow;
 use crate::kernel::piece::Light;
 use crate::kernel::real::lerp;
 use crate::kernel::segment::Segment;
+use crate::kernel::signature::Boundary;
 
 /// What is known of the frustum that a ray is in; memory that is used again for the next.
 #[derive(Debug, Default)]
@@ -27,7 +28,7 @@ pub(super) struct Scratch<'w> {
     media: Vec<usize>,
     /// The courses of each field's gradient along it, axis by axis, where they were asked for.
     gradients: Vec<Option<[Segment<f64>; 3]>>,
-    panels: Vec<Panel>,
+    blend: Memory,
 }
 
 /// A ray's way through a frustum, or a part of it: its start, middle and end.
@@ -143,12 +144,17 @@ impl<'r> Run<'r, '_> {
             let length = wedge.distance(b) - wedge.distance(a);
             return self.part(wedge, (gap, facets), [(a, from), (b, to)], length);
         }
-        let mut shown = Vec::new();
-        self.clips.parts([gap - 1, gap], [a, b].map_inline(|u| wedge.distance(u)), |part| {
+        let (mut shown, ends) = (Vec::new(), [a, b].map_inline(|u| wedge.distance(u)));
+        self.clips.parts([gap - 1, gap], ends, |part| {
             shown.push(part);
             true
         });
+        let mut reached = ends[0];
         for [t0, t1] in shown {
+            if (self.is_cut || t0 > reached) && !self.scratch.media.is_empty() {
+                self.meets(Boundary::CutFace, t0);
+            }
+            (reached, self.is_cut) = (t1, false);
             let end = |t: f64, (u, on): (f64, On)| {
                 if t == wedge.distance(u) { (u, on) } else { (wedge.fraction(t), On::Between) }
             };
@@ -157,6 +163,7 @@ impl<'r> Run<'r, '_> {
                 return Flow::Stop;
             }
         }
+        self.is_cut |= reached < ends[1];
         Flow::On
     }
 
@@ -253,7 +260,7 @@ impl<'r> Run<'r, '_> {
     #[inline]
     fn piece(&mut self, wedge: &Wedge, gap: usize, way: &Way, [from, to]: [f64; 2]) -> Flow {
         let world = self.world;
-        let Scratch { segments, parts, media, gradients, panels, .. } = &mut self.scratch;
+        let Scratch { segments, parts, media, gradients, blend: memory, .. } = &mut self.scratch;
         let middle = 0.5 * (from + to);
         parts.clear();
         parts.extend(media.iter().filter_map(|&number| {
@@ -280,7 +287,7 @@ impl<'r> Run<'r, '_> {
         };
         let (share, rest) = (self.share, self.rest);
         let blend = Blend { parts, gradient, shading: self.shading.as_ref(), share, rest };
-        blend.add(&mut self.light, from, to, panels);
+        blend.add(&mut self.light, from, to, memory);
         self.passed()
     }
 
@@ -301,7 +308,8 @@ impl<'r> Run<'r, '_> {
             Coat::Plain(color) => Some(*color),
             Coat::By { map, .. } => Coat::of_value(map, value(map.source)?),
         };
-        let light = match meets {
+        let t = wedge.distance(at);
+        match meets {
             Meets::Isosurface(k) => {
                 let surface = &world.isosurfaces[k];
                 let Some(mut color) = color(&surface.coat) else { return Flow::On };
@@ -310,15 +318,16 @@ impl<'r> Run<'r, '_> {
                     let shade = shading.shade(mixed(&at_vertices(world, wedge, gap, surface.source), &place));
                     color = color.map_inline(|c| c * shade.body + shade.highlight);
                 }
-                Light::plain(color, surface.opacity)
+                self.meets(Boundary::Isosurface(k), t);
+                self.light.over(&Light::plain(color, surface.opacity));
             }
             Meets::Sheet(k) => {
-                let sight = Sight::round(self.line.position(wedge.distance(at)));
+                let sight = Sight::round(self.line.position(t));
                 let over = (world.grid, wedge.triangle);
-                world.sheets[k].light(self.solid(sight.normal), (&sight, over), color)
+                let met = world.sheets[k].light(self.solid(sight.normal), (&sight, over), color);
+                self.sheet(k, met, t);
             }
-        };
-        self.light.over(&light);
+        }
         self.passed()
     }
 }

@@ -27,6 +27,7 @@ use super::piece::Light;
 use super::plane::RayLine;
 use super::ray::{Budget, Counts};
 use super::shade::{RayShading, Shading};
+use super::signature::{Boundary, FromEye, Signature};
 use super::walk::Column;
 use crate::array::MapInline;
 use crate::grid::Grid;
@@ -84,28 +85,37 @@ struct Run<'r, 'f> {
     /// Whether light comes from the eye: then surfaces are lit on the side that is seen.
     has_headlight: bool,
     clips: RayClips<'r>,
+    budget: Budget,
     share: f64,
     rest: f64,
-    brightest: f64,
     light: Light<f64>,
+    /// The surfaces that the ray has met and that are seen.
+    surfaces: Signature,
+    from_eye: FromEye,
+    /// Whether the ray was last seen in what is cut away.
+    is_cut: bool,
     counts: Counts,
     scratch: Scratch<'r>,
 }
 
 impl<'r, 'f> Run<'r, 'f> {
     #[inline]
-    fn new(tracer: &Tracer<'r, 'f>, line: RayLine, dir: DVec3) -> Self {
+    fn new(tracer: &Tracer<'r, 'f>, line: RayLine, eye: DVec3, dir: DVec3) -> Self {
         let share = tracer.budget.share.max(f64::EPSILON);
         Run {
             world: tracer.world,
             line,
-            shading: tracer.shading.map(|shading| shading.along(dir, share)),
+            // Of isosurfaces nothing else would tell what is left out of a highlight.
+            shading: tracer.shading.map(|shading| shading.along(dir, 0.0)),
             has_headlight: tracer.shading.is_some_and(|shading| shading.towards_light.is_none()),
             clips: tracer.world.clips.along(&line),
+            budget: tracer.budget,
             share,
             rest: tracer.budget.rest,
-            brightest: tracer.budget.brightest,
             light: Light::none(),
+            surfaces: Signature::default(),
+            from_eye: FromEye::new(eye, dir),
+            is_cut: false,
             counts: Counts { rays: 1, ..Counts::default() },
             scratch: Scratch::default(),
         }
@@ -179,21 +189,31 @@ impl<'r, 'f> Run<'r, 'f> {
     fn void_column(&mut self, column: &Column) -> Flow {
         self.counts.columns += 1;
         let met = self.line.first_inside(self.world.core_radius[0], [column.entry.t, column.exit.t]);
-        met.map_or(Flow::On, |t| self.ground(&Sight::round(self.line.position(t)), None))
+        met.map_or(Flow::On, |t| self.ground(t, &Sight::round(self.line.position(t)), None))
     }
 
     /// Below the lowest layer, from `u` on.
     #[inline]
     fn core(&mut self, wedge: &Wedge, lowest: Option<&Facet>, u: f64) -> Flow {
-        let position = self.line.position(wedge.distance(u));
+        let t = wedge.distance(u);
+        let position = self.line.position(t);
         let normal = lowest.map_or(position, |facet| self.normal(wedge, (0, facet), u, position));
-        self.ground(&Sight { position, normal }, Some(wedge.triangle))
+        self.ground(t, &Sight { position, normal }, Some(wedge.triangle))
+    }
+
+    /// The ray meets a boundary at `t`.
+    #[inline]
+    fn meets(&mut self, boundary: Boundary, t: f64) {
+        if self.budget.sees_behind(self.light.absorbed) {
+            self.surfaces.meet(boundary, self.from_eye.distance(t));
+        }
     }
 
     /// An opaque core ends the ray, a hollow one lets it pass.
     #[inline]
-    fn ground(&mut self, sight: &Sight, triangle: Option<u32>) -> Flow {
+    fn ground(&mut self, t: f64, sight: &Sight, triangle: Option<u32>) -> Flow {
         let Some(core) = self.world.core else { return Flow::On };
+        self.meets(Boundary::Core, t);
         let over = triangle.map(|triangle| (self.world.grid, triangle));
         let color = self.world.ground.map_or(core, |ground| ground.color(sight, over));
         let body = self.solid(sight.normal);
@@ -234,11 +254,24 @@ impl<'r, 'f> Run<'r, 'f> {
         let position = self.line.position(t);
         let sight = Sight { position, normal: self.normal(wedge, (layer, facet), u, position) };
         let body = self.solid(sight.normal);
-        for sheet in world.sheets.iter().filter(|sheet| sheet.place == SheetPlace::Layer(layer)) {
-            let color = |coat: &Coat| coat.on_layer(&world.sources, world.grid, wedge, (layer, facet), u);
-            self.light.over(&sheet.light(body, (&sight, (world.grid, wedge.triangle)), color));
+        for (k, sheet) in world.sheets.iter().enumerate() {
+            if sheet.place == SheetPlace::Layer(layer) {
+                let color = |coat: &Coat| coat.on_layer(&world.sources, world.grid, wedge, (layer, facet), u);
+                let met = sheet.light(body, (&sight, (world.grid, wedge.triangle)), color);
+                self.sheet(k, met, t);
+            }
         }
         self.passed()
+    }
+
+    /// The light of sheet `k`, met at `t`, and the coats that are painted there.
+    #[inline]
+    fn sheet(&mut self, k: usize, (light, coats): (Light<f64>, u32), t: f64) {
+        // Lines are smooth by themselves.
+        if coats != 0 {
+            self.meets(Boundary::Sheet(k, coats), t);
+        }
+        self.light.over(&light);
     }
 
     /// Behind something: whether the ray ends there.
@@ -248,7 +281,7 @@ impl<'r, 'f> Run<'r, 'f> {
         if through > self.rest {
             return Flow::On;
         }
-        self.light.error += through * self.brightest;
+        self.light.error += through * self.budget.brightest;
         Flow::Stop
     }
 }

@@ -77,15 +77,16 @@ pub(crate) enum SheetPlace {
 }
 
 impl Sheet {
-    /// The light of the sheet where a ray meets it, lit by `body`: of lines, then of coats, whose colours `color` gives.
+    /// The light of the sheet where a ray meets it, lit by `body`: of lines, then of coats, whose colours `color` gives; and the
+    /// bits of the coats that are painted there.
     #[inline]
     pub(super) fn light(
         &self,
         body: f64,
         (sight, over): (&Sight, (&Grid, u32)),
         color: impl Fn(&Coat) -> Option<[f64; 3]>,
-    ) -> Light<f64> {
-        let mut light = Light::none();
+    ) -> (Light<f64>, u32) {
+        let (mut light, mut painted) = (Light::none(), 0);
         if let Some(painter) = &self.painter {
             let [r, g, b, opacity] = painter.paint(sight, Some(over));
             light.over(&Light {
@@ -93,11 +94,12 @@ impl Sheet {
                 ..Light::plain([0.0; 3], opacity)
             });
         }
-        for (coat, opacity) in &self.coats {
+        for (number, (coat, opacity)) in (0u32..).zip(&self.coats) {
             if let Some(color) = color(coat) {
+                painted |= 1u32.rotate_left(number);
                 light.over(&Light::plain(color.map_inline(|c| c * body), *opacity));
             }
         }
-        light
+        (light, painted)
     }
 }

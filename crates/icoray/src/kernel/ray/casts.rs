@@ -3,6 +3,7 @@
 use super::{Budget, Caster, Counts, Fragment, Start};
 use crate::kernel::piece::Light;
 use crate::kernel::real::Real;
+use crate::kernel::signature::Signature;
 use crate::ranks::Part;
 use glam::DVec3;
 
@@ -12,12 +13,13 @@ pub(crate) trait Casts: Sync {
     fn outer(&self) -> f64;
     /// How rays may spend the tolerance.
     fn budget(&self) -> &Budget;
-    /// Traces rays, in any order, and tells the light of each, premultiplied; `None` where it misses the shell.
+    /// Traces rays, in any order, and tells the light of each, premultiplied; `None` where it misses the shell. The signature is
+    /// that of the surfaces that it meets, and empty of rays through one field alone.
     fn cast(
         &self,
         rays: &mut dyn Iterator<Item = Start>,
         counts: &mut Counts,
-        tell: &mut dyn FnMut(usize, Option<Light<f64>>),
+        tell: &mut dyn FnMut(usize, Option<Light<f64>>, Signature),
     );
     /// Adds the ray's fragments of `part` to `found`, in order along the ray. The first triangle is searched from `hint`,
     /// which becomes that triangle. The ray itself is not counted, as several ranks trace it.
@@ -50,10 +52,10 @@ impl<T: Real, const N: usize> Casts for Caster<'_, T, N> {
         &self,
         rays: &mut dyn Iterator<Item = Start>,
         counts: &mut Counts,
-        tell: &mut dyn FnMut(usize, Option<Light<f64>>),
+        tell: &mut dyn FnMut(usize, Option<Light<f64>>, Signature),
     ) {
         self.trace_all(rays, counts, &mut |number, light: Option<Light<T>>| {
-            tell(number, light.map(|light| light.wide()));
+            tell(number, light.map(|light| light.wide()), Signature::default());
         });
     }
 

@@ -12,6 +12,7 @@ use super::{Caster, Counts, Flow, Light};
 use crate::array::MapInline;
 use crate::kernel::plane::RayLine;
 use crate::kernel::real::Real;
+use crate::kernel::signature::Signature;
 use crate::kernel::walk::{Column, Walk};
 use crate::ranks::Part;
 use glam::DVec3;
@@ -30,11 +31,13 @@ pub struct Fragment {
     pub error: f32,
     /// Variance of rounding.
     pub variance: f32,
+    /// The surfaces that the ray met in it: none of rays through one field alone.
+    pub surfaces: Signature,
 }
 
 impl Fragment {
     #[inline]
-    fn new<T: Real>(t: [f64; 2], light: &Light<T>, brightest: f64) -> Self {
+    fn new<T: Real>(t: [f64; 2], light: &Light<T>, surfaces: Signature, brightest: f64) -> Self {
         let color = light.color.map_inline(|c| c.wide() as f32);
         let absorbed = light.absorbed.wide();
         // What is absorbed dims all that is behind.
@@ -47,6 +50,7 @@ impl Fragment {
             absorbed: absorbed as f32,
             error: (light.error.wide() + stored) as f32,
             variance: light.variance.wide() as f32,
+            surfaces,
         }
     }
 
@@ -64,7 +68,11 @@ impl Fragment {
     /// Whether it adds nothing to a picture.
     #[inline]
     fn is_clear(&self) -> bool {
-        self.absorbed == 0.0 && self.error == 0.0 && self.variance == 0.0 && self.color == [0.0; 3]
+        self.absorbed == 0.0
+            && self.error == 0.0
+            && self.variance == 0.0
+            && self.color == [0.0; 3]
+            && self.surfaces == Signature::default()
     }
 }
 
@@ -100,11 +108,11 @@ impl<'r> Runs<'r> {
         self.run = Some([self.run.map_or(column.entry.t, |[from, _]| from), column.exit.t]);
     }
 
-    /// The ray is not over own columns any more: whether it was, and `light` is of a run that ends.
+    /// The ray is not over own columns any more: whether it was, and `light` and `surfaces` are of a run that ends.
     #[inline]
-    pub fn close<T: Real>(&mut self, light: &Light<T>) -> bool {
+    pub fn close<T: Real>(&mut self, light: &Light<T>, surfaces: Signature) -> bool {
         let Some(t) = self.run.take() else { return false };
-        let fragment = Fragment::new(t, light, self.brightest);
+        let fragment = Fragment::new(t, light, surfaces, self.brightest);
         if !fragment.is_clear() || self.core[0] <= t[1] {
             self.found.push(fragment);
         }
@@ -113,8 +121,8 @@ impl<'r> Runs<'r> {
 
     /// The ray has ended in its run.
     #[inline]
-    pub fn end<T: Real>(&mut self, light: &Light<T>) {
-        let endless = |t: [f64; 2]| Fragment::new([t[0], f64::INFINITY], light, self.brightest);
+    pub fn end<T: Real>(&mut self, light: &Light<T>, surfaces: Signature) {
+        let endless = |t: [f64; 2]| Fragment::new([t[0], f64::INFINITY], light, surfaces, self.brightest);
         self.found.extend(self.run.take().map(endless));
     }
 
@@ -153,7 +161,7 @@ impl<T: Real, const N: usize> Caster<'_, T, N> {
             let is_own = part.has(walk.triangle());
             let blocks = self.visible.over(walk.triangle());
             let column = walk.next_column();
-            if column.filter(|_| is_own).is_none() && runs.close(&ray.light) {
+            if column.filter(|_| is_own).is_none() && runs.close(&ray.light, Signature::default()) {
                 let passed = T::one() - ray.light.absorbed;
                 // What is all but gone has ended the ray.
                 ray.rest = ray.rest / passed;
@@ -173,7 +181,7 @@ impl<T: Real, const N: usize> Caster<'_, T, N> {
             let (next, flow) = ray.column(&column, start, blocks);
             runs.pass(&column);
             if flow == Flow::Stop {
-                runs.end(&ray.light);
+                runs.end(&ray.light, Signature::default());
                 break;
             }
             gap = Some(next);

@@ -14,7 +14,7 @@ use std::collections::HashMap;
 /// A part before its neighbours are known.
 pub(super) struct Local {
     /// Counted from 0.
-    global: Vec<u64>,
+    pub global: Vec<u64>,
     pub owns_cell: Vec<bool>,
     pub owns_triangle: Vec<bool>,
     ranks: usize,

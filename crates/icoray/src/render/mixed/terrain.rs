@@ -40,9 +40,14 @@ impl<'f> Terrain<'f> {
         let checked = ranks.attempt(|| {
             let none = "the scene has heights = \"native\", and no heights of columns are given";
             let heights = given.ok_or_else(|| Error::new(ErrorKind::Scene, none))?;
-            let shape = (grid.cells(), radius.len());
+            let cells = heights::Cells {
+                count: grid.cells(),
+                first: grid.tables().index_base,
+                numbers: grid.cell_numbers(),
+            };
             renderer.run(|| {
-                let heights = heights::Heights::new(heights, layers, shape, scene.exaggeration)?;
+                let heights =
+                    heights::Heights::new(heights, layers, cells, radius.len(), scene.exaggeration)?;
                 let lowest = (0..grid.cells() as u32).into_par_iter().map(|cell| heights.radius(cell, 0));
                 // The mean ones stand over cells that are not here.
                 let lowest = lowest

@@ -3,6 +3,7 @@
 use super::Text;
 use super::place::{layers, lon_lat_box};
 use crate::error::Result;
+use crate::numbers;
 use crate::scene::{Clip, HalfSpace};
 use serde::Deserialize;
 use toml::Spanned;
@@ -10,17 +11,19 @@ use toml::Spanned;
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct RawClip {
+    #[serde(default)]
     cut: Cut,
     lon: Option<Spanned<[f64; 2]>>,
     lat: Option<Spanned<[f64; 2]>>,
     layers: Option<Spanned<[i64; 2]>>,
     height_m: Option<Spanned<[f64; 2]>>,
-    half_space: Option<RawHalfSpace>,
+    half_space: Option<Spanned<RawHalfSpace>>,
 }
 
-#[derive(Deserialize, Clone, Copy, PartialEq)]
+#[derive(Deserialize, Clone, Copy, PartialEq, Default)]
 #[serde(rename_all = "lowercase")]
 enum Cut {
+    #[default]
     Inside,
     Outside,
 }
@@ -28,7 +31,7 @@ enum Cut {
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct RawHalfSpace {
-    towards: Spanned<[f64; 2]>,
+    towards: Option<Spanned<[f64; 2]>>,
     distance: Option<Spanned<f64>>,
 }
 
@@ -49,12 +52,16 @@ pub(super) fn clip(source: &Text, raw: &Spanned<RawClip>) -> Result<Clip> {
     Ok(clip)
 }
 
-fn half_space(source: &Text, raw: &RawHalfSpace) -> Result<HalfSpace> {
-    let [lon, lat] = *raw.towards.get_ref();
+fn half_space(source: &Text, raw: &Spanned<RawHalfSpace>) -> Result<HalfSpace> {
+    let (span, raw) = (raw.span(), raw.get_ref());
+    let Some(towards) = &raw.towards else {
+        return Err(source.bad(span, "half_space.towards", "is absent, expected longitude and latitude"));
+    };
+    let [lon, lat] = *towards.get_ref();
     if !((-360.0..=360.0).contains(&lon) && (-90.0..=90.0).contains(&lat)) {
-        let what =
-            format!("[{lon}, {lat}], expected longitude and latitude, from -360 to 360 and from -90 to 90");
-        return Err(source.bad(raw.towards.span(), "half_space.towards", what));
+        let found = numbers::list(&[lon, lat]);
+        let what = format!("{found}, expected longitude and latitude, from -360 to 360 and from -90 to 90");
+        return Err(source.bad(towards.span(), "half_space.towards", what));
     }
     let distance = source.number(raw.distance.as_ref(), "half_space.distance", -1e6, 1e6, 0.0)?;
     Ok(HalfSpace { towards_deg: [lon, lat], distance })

@@ -10,7 +10,7 @@ use toml::Spanned;
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct RawDerivation {
-    name: Spanned<String>,
+    name: Option<Spanned<String>>,
     magnitude: Option<Spanned<Vec<Spanned<String>>>>,
     sum: Option<Spanned<BTreeMap<String, Spanned<f64>>>>,
     anomaly: Option<Spanned<String>>,
@@ -28,10 +28,15 @@ enum Reference {
 
 /// All of them. Each may be made of those above it, none of itself or of those below it.
 pub(super) fn derivations(source: Text, raw: &[Spanned<RawDerivation>]) -> Result<Vec<Derivation>> {
-    let names: Vec<&str> = raw.iter().map(|raw| raw.get_ref().name.get_ref().as_str()).collect();
+    let named = raw.iter().map(|raw| {
+        let name = raw.get_ref().name.as_ref();
+        name.ok_or_else(|| source.bad(raw.span(), "name", "is absent, expected a name"))
+    });
+    let spans = named.collect::<Result<Vec<_>>>()?;
+    let names: Vec<&str> = spans.iter().map(|name| name.get_ref().as_str()).collect();
     let derived = |(i, raw): (usize, &Spanned<RawDerivation>)| {
-        let derived = derivation(&source, raw)?;
-        let bad = |what| Err(source.bad(raw.get_ref().name.span(), "name", what));
+        let derived = derivation(&source, spans[i], raw)?;
+        let bad = |what| Err(source.bad(spans[i].span(), "name", what));
         if names[..i].contains(&names[i]) {
             return bad(format!("{:?} is derived above already, expected another name", names[i]));
         }
@@ -48,9 +53,9 @@ pub(super) fn derivations(source: Text, raw: &[Spanned<RawDerivation>]) -> Resul
     raw.iter().enumerate().map(derived).collect()
 }
 
-fn derivation(source: &Text, raw: &Spanned<RawDerivation>) -> Result<Derivation> {
+fn derivation(source: &Text, name: &Spanned<String>, raw: &Spanned<RawDerivation>) -> Result<Derivation> {
     let (span, raw) = (raw.span(), raw.get_ref());
-    let name = source.name(&raw.name, "name")?;
+    let name = source.name(name, "name")?;
     let how = match (&raw.magnitude, &raw.sum, &raw.anomaly) {
         (Some(fields), None, None) => magnitude(source, fields)?,
         (None, Some(terms), None) => sum(source, terms)?,

@@ -12,7 +12,7 @@ use toml::Spanned;
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct RawIsosurface {
-    field: Spanned<String>,
+    field: Option<Spanned<String>>,
     value: Option<Spanned<f64>>,
     values: Option<Spanned<Vec<Spanned<f64>>>>,
     color: Option<Spanned<String>>,
@@ -25,9 +25,9 @@ pub(super) struct RawIsosurface {
 /// One for each value.
 pub(super) fn isosurfaces(source: &Text, raw: &Spanned<RawIsosurface>) -> Result<Vec<Isosurface>> {
     let (span, raw) = (raw.span(), raw.get_ref());
-    let field = source.name(&raw.field, "field")?;
+    let field = source.name_or_first(raw.field.as_ref(), "field")?;
     let values = values(source, raw, span.clone())?;
-    let paints = paints(source, raw, span, values.len())?;
+    let paints = paints(source, raw, (span, &field), values.len())?;
     let opacity = source.opacity(raw.opacity.as_ref())?;
     let isosurface = |(value, paint)| Isosurface { field: field.clone(), value, paint, opacity };
     Ok(values.into_iter().zip(paints).map(isosurface).collect())
@@ -35,9 +35,9 @@ pub(super) fn isosurfaces(source: &Text, raw: &Spanned<RawIsosurface>) -> Result
 
 fn values(source: &Text, raw: &RawIsosurface, span: Range<usize>) -> Result<Vec<f64>> {
     match (&raw.value, &raw.values) {
-        (Some(value), None) => Ok(vec![source.finite(value, "value")?]),
+        (Some(value), None) => Ok(vec![source.value(value, "value")?]),
         (None, Some(values)) if !values.get_ref().is_empty() => {
-            values.get_ref().iter().map(|value| source.finite(value, "values")).collect()
+            values.get_ref().iter().map(|value| source.value(value, "values")).collect()
         }
         (None, Some(none)) => Err(source.bad(none.span(), "values", "no values, expected at least one")),
         _ => Err(source.bad(span, "value", "expected either value or values")),
@@ -45,11 +45,17 @@ fn values(source: &Text, raw: &RawIsosurface, span: Range<usize>) -> Result<Vec<
 }
 
 /// As many as there are values.
-fn paints(source: &Text, raw: &RawIsosurface, span: Range<usize>, count: usize) -> Result<Vec<Paint>> {
+fn paints(
+    source: &Text,
+    raw: &RawIsosurface,
+    (span, field): (Range<usize>, &str),
+    count: usize,
+) -> Result<Vec<Paint>> {
     let Some(colors) = &raw.colors else {
         let keys = Keys {
             color: raw.color.as_ref(),
             field: ("color_by", raw.color_by.as_ref()),
+            otherwise: field,
             transfer: raw.transfer.as_ref(),
             by_cell: false,
         };

@@ -29,10 +29,7 @@ pub(super) fn labels(source: &Text, raw: &RawLabels) -> Result<Option<Labels>> {
         Some(title) => Labels::title(title.get_ref())
             .map_err(|e| source.bad(title.span(), "labels.title", e.context()))?,
     };
-    let color = match &raw.color {
-        Some(color) if color.get_ref() != "auto" => Some(source.color(color, "labels.color")?),
-        _ => None,
-    };
+    let color = source.color_or_auto(raw.color.as_ref(), "labels.color")?;
     let labels = Labels {
         title,
         name: raw.name.clone(),

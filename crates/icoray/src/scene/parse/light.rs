@@ -9,7 +9,7 @@ use toml::Spanned;
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct RawLight {
-    kind: Spanned<String>,
+    kind: Option<Spanned<String>>,
     lon: Option<Spanned<f64>>,
     lat: Option<Spanned<f64>>,
     ambient: Option<Spanned<f64>>,
@@ -28,20 +28,19 @@ pub(super) fn lighting(source: &Text, raw: &Spanned<RawLight>) -> Result<Option<
         (None, None) => None,
         _ => return Err(source.bad(span, "light", "expected both lon and lat, or neither")),
     };
-    let kind = match (raw.kind.get_ref().as_str(), place) {
+    let headlight = Spanned::new(span.clone(), "headlight".to_owned());
+    let word = raw.kind.as_ref().unwrap_or(&headlight);
+    let kind = match (word.get_ref().as_str(), place) {
         ("none", None) => return Ok(None),
         ("headlight", None) => Source::Headlight,
         ("sun", Some((lon_deg, lat_deg))) => Source::Sun { lon_deg, lat_deg },
         ("sun", None) => {
-            return Err(source.bad(raw.kind.span(), "light.kind", "a sun needs lon and lat"));
+            return Err(source.bad(word.span(), "light.kind", "a sun needs lon and lat"));
         }
         ("none" | "headlight", Some(_)) => {
             return Err(source.bad(span, "light", "lon and lat go with kind = \"sun\""));
         }
-        (other, _) => {
-            let wish = "expected \"headlight\", \"sun\" or \"none\"";
-            return Err(source.bad(raw.kind.span(), "light.kind", format!("{other:?}, {wish}")));
-        }
+        _ => return Err(source.unknown_word(word, "light.kind", &["headlight", "sun", "none"])),
     };
     Ok(Some(Lighting {
         source: kind,

@@ -10,6 +10,7 @@ use toml::Spanned;
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct RawLines {
+    #[serde(default)]
     pattern: Word,
     on: Option<Spanned<RawLayer>>,
     height_m: Option<Spanned<f64>>,
@@ -20,11 +21,12 @@ pub(super) struct RawLines {
     region: Option<Spanned<RawRegion>>,
 }
 
-#[derive(Deserialize, Clone, Copy)]
+#[derive(Deserialize, Clone, Copy, Default)]
 #[serde(rename_all = "lowercase")]
 enum Word {
     Cells,
     Triangles,
+    #[default]
     Graticule,
     Coast,
 }

@@ -12,23 +12,29 @@ pub(super) struct Keys<'r> {
     pub color: Option<&'r Spanned<String>>,
     /// The field, and what its key is called.
     pub field: (&'static str, Option<&'r Spanned<String>>),
+    /// The field where that key is absent; "" is the scene's first one.
+    pub otherwise: &'r str,
     pub transfer: Option<&'r Spanned<RawTransfer>>,
     pub by_cell: bool,
 }
 
-/// The paint of a section that stands at `span`.
+/// The paint of a section that stands at `span`: of a colour, or of a field's values.
 pub(super) fn paint(source: &Text, span: Range<usize>, keys: &Keys) -> Result<Paint> {
-    match (keys.color, keys.field, keys.transfer) {
-        (Some(color), (_, None), None) => Ok(Paint::Plain(source.color(color, "color")?)),
-        (None, (key, Some(field)), Some(transfer)) => {
-            let gives = Gives::Colors("a surface has an opacity of its own");
-            let (transfer, coloring) = transfer_function(source, transfer, gives)?;
-            let field = source.name(field, key)?;
-            Ok(Paint::Field { field, transfer, coloring, by_cell: keys.by_cell })
+    let (key, field) = keys.field;
+    match keys.color {
+        Some(color) if field.is_none() && keys.transfer.is_none() => {
+            Ok(Paint::Plain(source.color(color, "color")?))
         }
-        (color, (key, _), _) => {
-            let what = format!("expected either color, or {key} and a table transfer");
-            Err(source.bad(color.map_or(span, Spanned::span), "color", what))
+        Some(color) => {
+            let what = format!("expected either color, or {key} and transfer, not both");
+            Err(source.bad(color.span(), "color", what))
+        }
+        None => {
+            let gives = Gives::Colors("a surface has an opacity of its own");
+            let absent = Spanned::new(span, RawTransfer::default());
+            let (transfer, coloring) = transfer_function(source, keys.transfer.unwrap_or(&absent), gives)?;
+            let field = field.map_or(Ok(keys.otherwise.to_owned()), |field| source.name(field, key))?;
+            Ok(Paint::Field { field, transfer, coloring, by_cell: keys.by_cell })
         }
     }
 }

@@ -2,6 +2,7 @@
 
 use super::Text;
 use crate::error::Result;
+use crate::numbers;
 use crate::scene::{Level, LonLatBox};
 use serde::Deserialize;
 use toml::Spanned;
@@ -105,7 +106,7 @@ fn longitudes(source: &Text, raw: &Spanned<[f64; 2]>, key: &str) -> Result<[f64;
         return Ok([west, end]);
     }
     let wish = "expected western and eastern end, from -360 to 720 and at most 360 apart";
-    Err(source.bad(raw.span(), key, format!("[{west}, {east}], {wish}")))
+    Err(source.bad(raw.span(), key, format!("{}, {wish}", numbers::list(&[west, east]))))
 }
 
 fn latitudes(source: &Text, raw: &Spanned<[f64; 2]>, key: &str) -> Result<[f64; 2]> {
@@ -113,6 +114,7 @@ fn latitudes(source: &Text, raw: &Spanned<[f64; 2]>, key: &str) -> Result<[f64; 
     if -90.0 <= south && south < north && north <= 90.0 {
         return Ok([south, north]);
     }
-    let what = format!("[{south}, {north}], expected southern and northern end, from -90 to 90");
+    let found = numbers::list(&[south, north]);
+    let what = format!("{found}, expected southern and northern end, from -90 to 90");
     Err(source.bad(raw.span(), key, what))
 }

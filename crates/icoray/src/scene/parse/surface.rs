@@ -5,7 +5,7 @@ use super::paint::{Keys, paint};
 use super::place::{RawLayer, level};
 use super::transfer::RawTransfer;
 use crate::error::Result;
-use crate::scene::Surface;
+use crate::scene::{Level, Surface};
 use serde::Deserialize;
 use toml::Spanned;
 
@@ -30,17 +30,14 @@ enum Shading {
 
 pub(super) fn surface(source: &Text, raw: &Spanned<RawSurface>) -> Result<Surface> {
     let (span, raw) = (raw.span(), raw.get_ref());
-    let at = level(source, ("layer", raw.layer.as_ref()), raw.height_m.as_ref())?;
-    let at = at.ok_or_else(|| {
-        let what = "expected layer, a number or \"top\" or \"bottom\", or height_m";
-        source.bad(span.clone(), "layer", what)
-    })?;
-    if let (Some(shading), None) = (&raw.shading, &raw.field) {
-        return Err(source.bad(shading.span(), "shading", "is valid only with field"));
+    let at = level(source, ("layer", raw.layer.as_ref()), raw.height_m.as_ref())?.unwrap_or(Level::Layer(0));
+    if let (Some(shading), Some(_)) = (&raw.shading, &raw.color) {
+        return Err(source.bad(shading.span(), "shading", "is valid only with field, not with color"));
     }
     let keys = Keys {
         color: raw.color.as_ref(),
         field: ("field", raw.field.as_ref()),
+        otherwise: "",
         transfer: raw.transfer.as_ref(),
         by_cell: raw.shading.as_ref().is_some_and(|shading| *shading.get_ref() == Shading::Cells),
     };

@@ -1,11 +1,18 @@
 //! Keys and values with their places in a scene file.
 
+use super::hint;
 use crate::error::{Error, ErrorKind, Result};
-use crate::scene::color;
+use crate::numbers;
+use crate::scene::{color, values};
 use std::fmt::Display;
 use std::ops::Range;
 use toml::Spanned;
 use toml::de::DeTable;
+
+/// The word for no colour.
+const TRANSPARENT: &str = "transparent";
+/// Words that people write for it.
+const NOTHING: [&str; 8] = ["none", "no", "off", "null", "nothing", "clear", "empty", "hollow"];
 
 /// The text of a scene file, for saying where in it something stands.
 #[derive(Clone, Copy)]
@@ -13,6 +20,17 @@ pub(super) struct Text<'t> {
     text: &'t str,
     /// What stands before the keys, such as `volumes.`
     section: &'static str,
+}
+
+/// A value as it stands in a message.
+pub(super) fn shown(value: &toml::Value) -> String {
+    match value {
+        toml::Value::Float(number) => numbers::text(*number),
+        toml::Value::Array(values) => {
+            format!("[{}]", values.iter().map(shown).collect::<Vec<_>>().join(", "))
+        }
+        other => other.to_string(),
+    }
 }
 
 impl<'t> Text<'t> {
@@ -64,7 +82,10 @@ impl<'t> Text<'t> {
         if value >= low && value <= high {
             return Ok(value);
         }
-        Err(self.bad(raw.span(), key, format!("{value}, expected a number from {low} to {high}")))
+        Err(self.bad(raw.span(), key, {
+            let [value, low, high] = [value, low, high].map(numbers::text);
+            format!("{value}, expected a number from {low} to {high}")
+        }))
     }
 
     /// A whole number from 1 to `most`, or `default` where the key is absent; `unit` is put after `most` in an error.
@@ -86,14 +107,27 @@ impl<'t> Text<'t> {
     /// A number that is neither infinite nor NaN.
     pub fn finite(&self, raw: &Spanned<f64>, key: &str) -> Result<f64> {
         let value = *raw.get_ref();
-        let bad = || self.bad(raw.span(), key, format!("{value}, expected a finite number"));
+        let bad = || self.bad(raw.span(), key, format!("{}, expected a finite number", numbers::text(value)));
         if value.is_finite() { Ok(value) } else { Err(bad()) }
+    }
+
+    /// A field's value, finite and such that kernels hold it.
+    pub fn value(&self, raw: &Spanned<f64>, key: &str) -> Result<f64> {
+        let value = self.finite(raw, key)?;
+        self.held(value, raw.span(), key)
+    }
+
+    /// The value, where kernels hold it.
+    pub fn held(&self, value: f64, span: Range<usize>, key: &str) -> Result<f64> {
+        let bad = || self.bad(span, key, format!("{}, {}", numbers::text(value), values::WISH));
+        if values::is_held(value) { Ok(value) } else { Err(bad()) }
     }
 
     /// Two finite numbers, the lower first.
     pub fn range(&self, raw: &Spanned<[f64; 2]>, key: &str) -> Result<[f64; 2]> {
         let [low, high] = *raw.get_ref();
-        let what = || format!("[{low}, {high}], expected two finite numbers, the lower first");
+        let what =
+            || format!("{}, expected two finite numbers, the lower first", numbers::list(&[low, high]));
         if low < high && low.is_finite() && high.is_finite() {
             return Ok([low, high]);
         }
@@ -107,7 +141,11 @@ impl<'t> Text<'t> {
         if value > 0.0 && value <= 1.0 {
             return Ok(value);
         }
-        Err(self.bad(raw.span(), "opacity", format!("{value}, expected above 0 and at most 1")))
+        Err(self.bad(
+            raw.span(),
+            "opacity",
+            format!("{}, expected above 0 and at most 1", numbers::text(value)),
+        ))
     }
 
     /// The name of a field.
@@ -116,14 +154,45 @@ impl<'t> Text<'t> {
         if name.is_empty() { Err(self.bad(raw.span(), key, "an empty name")) } else { Ok(name.clone()) }
     }
 
+    /// The name of a field, or "" for the scene's first one where the key is absent.
+    pub fn name_or_first(&self, raw: Option<&Spanned<String>>, key: &str) -> Result<String> {
+        raw.map_or(Ok(String::new()), |raw| self.name(raw, key))
+    }
+
     pub fn color(&self, raw: &Spanned<String>, key: &str) -> Result<[f64; 3]> {
-        color::css(raw.get_ref()).ok_or_else(|| {
-            self.bad(
-                raw.span(),
-                key,
-                format!("{:?}, expected an opaque CSS colour such as \"#ff8800\"", raw.get_ref()),
-            )
+        self.color_or_word(raw, key, "")
+    }
+
+    /// A colour, which has not been the `word` that may stand in its place; "" is none.
+    fn color_or_word(&self, raw: &Spanned<String>, key: &str, word: &str) -> Result<[f64; 3]> {
+        let text = raw.get_ref();
+        color::css(text).ok_or_else(|| {
+            let (or, hint) = match word {
+                "" => (String::new(), String::new()),
+                word if word == TRANSPARENT && NOTHING.contains(&text.to_lowercase().as_str()) => {
+                    (format!(", or {word:?}"), format!("; did you mean {word:?}?"))
+                }
+                word => (format!(", or {word:?}"), hint::meant(text, &[word])),
+            };
+            let what = format!("{text:?}, expected an opaque CSS colour such as \"#ff8800\"{or}{hint}");
+            self.bad(raw.span(), key, what)
         })
+    }
+
+    /// A colour, or `None` for the word "auto".
+    pub fn color_or_auto(&self, raw: Option<&Spanned<String>>, key: &str) -> Result<Option<[f64; 3]>> {
+        let given = raw.filter(|raw| raw.get_ref() != "auto");
+        given.map(|raw| self.color_or_word(raw, key, "auto")).transpose()
+    }
+
+    /// That a word is none of those that are expected.
+    pub fn unknown_word(&self, raw: &Spanned<String>, key: &str, words: &[&str]) -> Error {
+        let found = raw.get_ref();
+        let quoted: Vec<String> = words.iter().map(|word| format!("{word:?}")).collect();
+        let (last, others) =
+            quoted.split_last().map_or(("", &[][..]), |(last, others)| (last.as_str(), others));
+        let hint = hint::meant(found, words);
+        self.bad(raw.span(), key, format!("{found:?}, expected {} or {last}{hint}", others.join(", ")))
     }
 
     /// A colour, or `None` for the word "transparent".
@@ -135,8 +204,8 @@ impl<'t> Text<'t> {
     ) -> Result<Option<[f64; 3]>> {
         match raw {
             None => Ok(default),
-            Some(raw) if raw.get_ref() == "transparent" => Ok(None),
-            Some(raw) => self.color(raw, key).map(Some),
+            Some(raw) if raw.get_ref() == TRANSPARENT => Ok(None),
+            Some(raw) => self.color_or_word(raw, key, TRANSPARENT).map(Some),
         }
     }
 }

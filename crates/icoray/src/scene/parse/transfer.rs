@@ -2,6 +2,8 @@
 
 use super::Text;
 use crate::error::Result;
+use crate::numbers;
+use crate::scene::coloring::MEANINGLESS;
 use crate::scene::{Coloring, Knot, TransferFunction, transfer};
 use serde::Deserialize;
 use std::ops::Range;
@@ -9,7 +11,7 @@ use toml::Spanned;
 
 mod map;
 
-#[derive(Deserialize)]
+#[derive(Deserialize, Default)]
 #[serde(deny_unknown_fields)]
 pub(super) struct RawTransfer {
     unit_length: Option<Spanned<f64>>,
@@ -28,8 +30,8 @@ pub(super) struct RawTransfer {
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct RawKnot {
-    value: f64,
-    color: Spanned<String>,
+    value: Option<Spanned<f64>>,
+    color: Option<Spanned<String>>,
     opacity: Option<Spanned<f64>>,
     extinction: Option<Spanned<f64>>,
 }
@@ -42,9 +44,6 @@ pub(super) enum Gives {
     /// Colours alone, for the opacity is told elsewhere: where, in words.
     Colors(&'static str),
 }
-
-/// The extinction where none has a meaning: above 0, so that no colour is left out as unseen.
-const MEANINGLESS: f64 = 1.0;
 
 /// The transfer function, and what it is made of where that is a map.
 pub(super) fn transfer_function(
@@ -68,8 +67,7 @@ pub(super) fn transfer_function(
         return Ok((transfer, Some(coloring)));
     };
     if raw.map.is_some() {
-        let what = format!("expected either knots, or map with {}", map::needs(gives));
-        return Err(source.bad(span, "transfer", what));
+        return Err(source.bad(span, "transfer", "expected either knots or map, not both"));
     }
     let has_more = [&raw.scale, &raw.opacity_in].iter().any(|key| key.is_some())
         || [&raw.threshold, &raw.center].iter().any(|key| key.is_some());
@@ -77,9 +75,11 @@ pub(super) fn transfer_function(
         let what = "range, scale, center, opacity and reverse are valid only with map, not with knots";
         return Err(source.bad(span, "transfer", what));
     }
-    let spans = knots.get_ref().iter().map(|k| (k.get_ref().value, k.span()));
-    check_rising(source, spans, knots.span(), "transfer.knots")?;
-    let knots = knots.get_ref().iter().map(|k| knot(source, k, gives)).collect::<Result<Vec<Knot>>>()?;
+    let span = knots.span();
+    let raw = knots.get_ref();
+    let knots = raw.iter().map(|k| knot(source, k, gives)).collect::<Result<Vec<Knot>>>()?;
+    let values = knots.iter().zip(raw).map(|(knot, raw)| (knot.value, raw.span()));
+    check_rising(source, values, span, "transfer.knots")?;
     Ok((TransferFunction { knots, unit_length }, None))
 }
 
@@ -127,7 +127,14 @@ fn check_rising(
         return Err(source.bad(whole, key, format!("{} knots, expected 1 to 4096", values.len())));
     }
     if let Some((v, span)) = values.iter().find(|(v, _)| !v.is_finite()) {
-        return Err(source.bad(span.clone(), key, format!("value {v}, expected a finite number")));
+        return Err(source.bad(
+            span.clone(),
+            key,
+            format!("value {}, expected a finite number", numbers::text(*v)),
+        ));
+    }
+    for (value, span) in &values {
+        source.held(*value, span.clone(), key)?;
     }
     for (i, pair) in values.windows(2).enumerate() {
         let falls = pair[1].0 < pair[0].0;
@@ -137,7 +144,7 @@ fn check_rising(
             return Err(source.bad(
                 pair[1].1.clone(),
                 key,
-                format!("{} after {}, expected {wish}", pair[1].0, pair[0].0),
+                format!("{} after {}, expected {wish}", numbers::text(pair[1].0), numbers::text(pair[0].0)),
             ));
         }
     }
@@ -146,6 +153,9 @@ fn check_rising(
 
 fn knot(source: &Text, raw: &Spanned<RawKnot>, gives: Gives) -> Result<Knot> {
     let (span, raw) = (raw.span(), raw.get_ref());
+    let (Some(value), Some(color)) = (&raw.value, &raw.color) else {
+        return Err(source.bad(span, "transfer.knots", "expected value and color in each knot"));
+    };
     let extinction = match (&raw.opacity, &raw.extinction) {
         (Some(opacity), None) => {
             opacity_to_extinction(source, *opacity.get_ref(), opacity.span(), "transfer.knots.opacity")?
@@ -160,7 +170,7 @@ fn knot(source: &Text, raw: &Spanned<RawKnot>, gives: Gives) -> Result<Knot> {
             ));
         }
     };
-    Ok(Knot { value: raw.value, color: source.color(&raw.color, "transfer.knots.color")?, extinction })
+    Ok(Knot { value: *value.get_ref(), color: source.color(color, "transfer.knots.color")?, extinction })
 }
 
 fn opacity_to_extinction(source: &Text, opacity: f64, span: Range<usize>, key: &str) -> Result<f64> {
@@ -169,5 +179,5 @@ fn opacity_to_extinction(source: &Text, opacity: f64, span: Range<usize>, key: &
     }
     let wish =
         "expected 0 or more and less than 1 (1 would need endless extinction; knots take extinction instead)";
-    Err(source.bad(span, key, format!("opacity {opacity}, {wish}")))
+    Err(source.bad(span, key, format!("opacity {}, {wish}", numbers::text(opacity))))
 }

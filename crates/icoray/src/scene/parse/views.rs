@@ -8,7 +8,8 @@ mod merge;
 mod motion;
 mod sweep;
 
-use super::{Scene, Text, checked};
+use super::hint::with_hint;
+use super::{Scene, Text, checked, expect_keys};
 use crate::error::{Error, Result};
 use crate::output::{NameTemplate, Stamp};
 use crate::script::{Script, View};
@@ -62,8 +63,13 @@ fn section<'t, 's>(table: &'s mut DeTable<'t>, key: &str) -> Option<&'s mut DeTa
 
 /// Parses and checks a script.
 pub(crate) fn script(text: &str) -> Result<Script> {
+    unhinted(text).map_err(|e| with_hint(&e))
+}
+
+fn unhinted(text: &str) -> Result<Script> {
     let source = &Text::new(text);
     let mut base = source.table()?;
+    expect_keys(base.get_ref())?;
     let Some(views) = base.get_mut().remove("views") else {
         return distinct(source, vec![view(source, None, base)?]);
     };
@@ -103,17 +109,13 @@ fn view(source: &Text, name: Option<String>, mut table: Spanned<DeTable>) -> Res
     let (cinema, concat) = extras::kept(source, root)?;
     let motion = motion::motion(source, root)?;
     let sweep = sweep::sweep(source, root, &motion)?;
-    let mut scene: Scene = checked(source, table).map_err(|e| with_all_keys(&e))?;
-    if names.file.is_none() {
-        let view = name.iter().map(|_| "{view}".to_owned());
-        let always = ["{field}".to_owned(), "{step:06}".to_owned()];
-        let swept = sweep.axes.iter().map(|axis| axis.name()).filter(|name| *name != "field");
-        let swept = swept.map(|name| format!("{name}{{{name}}}"));
-        let words: Vec<String> = view.chain(always).chain(swept).collect();
-        scene.output.file = NameTemplate::new(&format!("{}.png", words.join("_")))?;
-    }
+    let scene: Scene = checked(source, table).map_err(|e| with_all_keys(&e))?;
     let schedule = schedule.with_every(&scene);
-    let view = View { name, schedule, conditions, motion, sweep, cinema, concat, scene };
+    let has_file = names.file.is_some();
+    let mut view = View { name, schedule, conditions, motion, sweep, cinema, concat, scene, has_file };
+    if !has_file {
+        view.scene.output.file = view.default_file("{step:06}")?;
+    }
     let output = &view.scene.output;
     for (key, template) in [
         ("output.file", Some(output.file.template())),

@@ -3,7 +3,7 @@
 use super::transfer::{Gives, RawTransfer, stops, transfer_function};
 use super::{RawScene, Text};
 use crate::error::Result;
-use crate::scene::{Ground, Knot, Opacity, Scenery, TransferFunction, Volume};
+use crate::scene::{Knot, Opacity, Scenery, TransferFunction, Volume};
 use serde::Deserialize;
 use std::ops::Range;
 use toml::Spanned;
@@ -11,16 +11,16 @@ use toml::Spanned;
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct RawVolume {
-    field: Spanned<String>,
-    transfer: Spanned<RawTransfer>,
+    field: Option<Spanned<String>>,
+    transfer: Option<Spanned<RawTransfer>>,
     opacity: Option<Spanned<RawOpacity>>,
 }
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct RawOpacity {
-    field: Spanned<String>,
-    values: Spanned<Vec<Spanned<[f64; 2]>>>,
+    field: Option<Spanned<String>>,
+    values: Option<Spanned<Vec<Spanned<[f64; 2]>>>>,
     unit_length: Option<Spanned<f64>>,
 }
 
@@ -40,75 +40,63 @@ pub(super) fn volumes(source: Text, raw: &RawScene) -> Result<Vec<Volume>> {
     }
     let source = source.within("volumes.");
     let volume = |raw: &Spanned<RawVolume>| {
-        let RawVolume { field, transfer, opacity } = raw.get_ref();
-        volume(&source, field, transfer, opacity.as_ref())
+        let (span, RawVolume { field, transfer, opacity }) = (raw.span(), raw.get_ref());
+        volume(&source, span, (field.as_ref(), transfer.as_ref(), opacity.as_ref()))
     };
     raw.volumes.iter().map(volume).collect()
 }
 
-/// The volume of a scene that has one.
+/// The volume of a scene that has one: by its keys, or because nothing else is shown.
 fn short(source: Text, raw: &RawScene) -> Result<Vec<Volume>> {
-    match (&raw.field, &raw.transfer, &raw.opacity) {
-        (Some(field), Some(transfer), opacity) => {
-            Ok(vec![volume(&source, field, transfer, opacity.as_ref())?])
-        }
-        (None, Some(transfer), _) => Err(source.bad(transfer.span(), "transfer", "expected field beside it")),
-        (_, None, Some(opacity)) => {
-            Err(source.bad(opacity.span(), "opacity", "expected field and [transfer] beside it"))
-        }
-        (_, None, None) => Ok(Vec::new()),
+    let keys = (raw.field.as_ref(), raw.transfer.as_ref(), raw.opacity.as_ref());
+    let has_more = !(raw.surfaces.is_empty() && raw.isosurfaces.is_empty() && raw.lines.is_empty())
+        || raw.ground.is_some();
+    match keys {
+        (_, None, None) if has_more => Ok(Vec::new()),
+        keys => Ok(vec![volume(&source, 0..0, keys)?]),
     }
 }
 
-fn volume(
-    source: &Text,
-    field: &Spanned<String>,
-    transfer: &Spanned<RawTransfer>,
-    opacity: Option<&Spanned<RawOpacity>>,
-) -> Result<Volume> {
-    let field = source.name(field, "field")?;
+/// The keys of a volume.
+type Keys<'r> =
+    (Option<&'r Spanned<String>>, Option<&'r Spanned<RawTransfer>>, Option<&'r Spanned<RawOpacity>>);
+
+fn volume(source: &Text, span: Range<usize>, (field, transfer, opacity): Keys) -> Result<Volume> {
+    let field = source.name_or_first(field, "field")?;
     let gives = opacity.map_or(Gives::All, |_| Gives::Colors("the opacity is that of another field"));
-    let (transfer, coloring) = transfer_function(source, transfer, gives)?;
-    let opacity = opacity.map(|raw| self::opacity(source, raw.get_ref())).transpose()?;
+    let absent = Spanned::new(span, RawTransfer::default());
+    let (transfer, coloring) = transfer_function(source, transfer.unwrap_or(&absent), gives)?;
+    let opacity = opacity.map(|raw| self::opacity(source, raw, &field)).transpose()?;
     Ok(Volume { field, transfer, coloring, opacity })
 }
 
-fn opacity(source: &Text, raw: &RawOpacity) -> Result<Opacity> {
+/// The opacity of a volume of `field`, which is the opacity's too where it names none.
+fn opacity(source: &Text, raw: &Spanned<RawOpacity>, field: &str) -> Result<Opacity> {
+    let (span, raw) = (raw.span(), raw.get_ref());
     let unit_length = raw.unit_length.as_ref();
     let unit_length =
         unit_length.map(|u| source.number(Some(u), "opacity.unit_length", 1e-12, 1e6, 0.0)).transpose()?;
-    let stops = stops(source, &raw.values, "opacity.values")?;
+    let Some(values) = &raw.values else {
+        return Err(source.bad(span, "opacity.values", "is absent, expected pairs [value, opacity]"));
+    };
+    let stops = stops(source, values, "opacity.values")?;
     let knots = stops.into_iter().map(|(value, extinction)| Knot { value, color: [0.0; 3], extinction });
     let transfer = TransferFunction { knots: knots.collect(), unit_length };
-    Ok(Opacity { field: source.name(&raw.field, "opacity.field")?, transfer })
+    let named = raw.field.as_ref().map(|field| source.name(field, "opacity.field")).transpose()?;
+    Ok(Opacity { field: named.unwrap_or_else(|| field.to_owned()), transfer })
 }
 
-/// What stands for the first volume where there is none: the first field that is shown, clear.
+/// What stands for the first volume where there is none: the scene's field or the first that is shown, clear.
 pub(super) fn none(source: Text, raw: &RawScene, scenery: &Scenery) -> Result<Volume> {
-    let shows = !(scenery.surfaces.is_empty() && scenery.isosurfaces.is_empty() && scenery.lines.is_empty())
-        || scenery.ground != Ground::default();
     let field = match &raw.field {
-        Some(field) if shows => source.name(field, "field")?,
-        Some(field) => {
-            let what =
-                "expected [transfer] beside it, or [[surfaces]], [[isosurfaces]], [[lines]] or [ground]";
-            return Err(source.bad(field.span(), "field", what));
-        }
-        None => first_shown(scenery).ok_or_else(|| {
-            let what = match shows {
-                true => "expected field, whose layers count where no field is shown",
-                false => "expected field and [transfer], or [[volumes]], [[surfaces]] or [[isosurfaces]]",
-            };
-            source.bad(0..0, "field", what)
-        })?,
+        Some(field) => source.name(field, "field")?,
+        None => first_shown(scenery).unwrap_or_default(),
     };
-    let clear = Knot { value: 0.0, color: [0.0; 3], extinction: 0.0 };
-    let transfer = TransferFunction { knots: vec![clear], unit_length: None };
-    Ok(Volume { field, transfer, coloring: None, opacity: None })
+    Ok(Volume { field, transfer: TransferFunction::clear(), coloring: None, opacity: None })
 }
 
 fn first_shown(scenery: &Scenery) -> Option<String> {
     let mut first = None;
-    scenery.shown_fields(&mut |field| first = first.or(Some(field)));
+    scenery.shown_fields(&mut |field| first = first.or((!field.is_empty()).then_some(field)));
     first.map(str::to_owned)
 }

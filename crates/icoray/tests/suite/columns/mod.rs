@@ -268,18 +268,19 @@ fn what_tables_are_is_agreed_on() {
     let cells = mesh.cells();
     let kinds = |locals: Vec<Local>| {
         on_each(&vec![0; locals.len()], |ranks| match held(ranks, &grid, &locals[ranks.rank()]).unwrap() {
-            Held::Part(_) => "part",
+            Held::Whole => "whole",
+            Held::Columns(columns) if columns.table_bytes() > 0 => "parts",
             Held::Columns(_) => "columns",
         })
     };
     let all = Local { cells: Vec::new(), global: (0..cells as i64).collect(), owned: vec![1; cells] };
     let none = Local { cells: Vec::new(), global: Vec::new(), owned: Vec::new() };
-    assert_eq!(kinds(vec![all.clone()]), ["part"]);
+    assert_eq!(kinds(vec![all.clone()]), ["whole"]);
     assert_eq!(kinds(vec![none.clone(), all.clone()]), ["columns"; 2]);
     let halo =
         |own: bool| Local { owned: (0..cells).map(|c| i32::from((c < 9) == own)).collect(), ..all.clone() };
     assert_eq!(kinds(vec![halo(true), halo(false), none.clone()]), ["columns"; 3]);
-    assert_eq!(kinds(vec![halo(true), halo(false)]), ["part"; 2]);
+    assert_eq!(kinds(vec![halo(true), halo(false)]), ["parts"; 2]);
 }
 
 /// Whatever does not fit on one rank is the same error on all, and what fits is agreed on afterwards.

@@ -137,7 +137,7 @@ fn scene(keys: &str) -> Scene {
 fn scene_with(keys: &str, tables: &str) -> Scene {
     let (width, height) = SIZE;
     Scene::parse(&format!(
-        "field = \"q\"\nexaggeration = 40\n{keys}\n{tables}\n[image]\nwidth = {width}\nheight = {height}\n\
+        "field = \"q\"\nantialias = false\nexaggeration = 40\n{keys}\n{tables}\n[image]\nwidth = {width}\nheight = {height}\n\
          [camera]\nlon = 20\nlat = 35\ndistance = 3.2\nfov = 45\n\
          [transfer]\nmap = \"viridis\"\nrange = [-1, 3]\nopacity = [[-1, 0.8], [0, 0.1], [3, 0.9]]\n"
     ))

@@ -1,7 +1,9 @@
 //! Fragments that a device traces some tiles of: whatever it gives or keeps, the CPU traces the rest.
 
 use super::{Manner, Painter, World, count_painted, painted, scene};
-use icoray::device::{Band, Device, Fragment, Fragments, Job, Own, Passed, Reason, Rect, Spent, Traced};
+use icoray::device::{
+    Band, Device, Fragment, Fragments, Job, Own, Passed, Reason, Rect, Signature, Spent, Traced,
+};
 use icoray::ranks::local_team;
 use icoray::{Frame, FrameReport, Ranks, Rendered, Renderer};
 use std::sync::Arc;
@@ -29,7 +31,14 @@ impl Device for PartPainter {
             let passed = rays.iter().map(|ray| Passed { counts: ray.counts, fragments: 1 });
             let fragment = |ray: &Traced| {
                 let Traced { color, absorbed, error, variance, .. } = *ray;
-                Fragment { t: [-1e3, f64::INFINITY], color, absorbed, error, variance }
+                Fragment {
+                    t: [-1e3, f64::INFINITY],
+                    color,
+                    absorbed,
+                    error,
+                    variance,
+                    surfaces: Signature::default(),
+                }
             };
             (passed.collect::<Vec<_>>(), rays.iter().map(fragment).collect::<Vec<_>>())
         };

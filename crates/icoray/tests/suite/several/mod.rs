@@ -7,6 +7,7 @@ use icoray::{
 };
 
 mod modes;
+mod nodes;
 mod ranks;
 
 /// Layers of the first field, which lie midway between interfaces.
@@ -71,6 +72,31 @@ impl Model {
         let all = |count: usize| -> Vec<usize> { (0..count).collect() };
         let (cells, corners) = (all(mesh.cells()), all(mesh.lon_corner_rad.len()));
         Model::new(mesh, step, (&cells, &corners), location)
+    }
+
+    /// Puts NaN wherever a column is not that of `rank`: at centres those of its cells, at corners those whose first cell is
+    /// one of them.
+    fn spoil(
+        &mut self,
+        mesh: &IcosahedralMesh,
+        (cells, corners): (&[usize], &[usize]),
+        location: Location,
+        owner: impl Fn(usize) -> usize,
+        rank: usize,
+    ) {
+        let first = |corner: &usize| owner(mesh.corner_cell[3 * corner] as usize);
+        let owners: Vec<usize> = match location {
+            Location::Corner => corners.iter().map(first).collect(),
+            Location::Center => cells.iter().map(|cell| owner(*cell)).collect(),
+        };
+        for (column, _) in owners.iter().enumerate().filter(|(_, owner)| **owner != rank) {
+            self.f[column * LAYERS..][..LAYERS].fill(f32::NAN);
+            self.h[column * INTERFACES..][..INTERFACES].fill(f32::NAN);
+        }
+        for (column, _) in cells.iter().enumerate().filter(|(_, cell)| owner(**cell) != rank) {
+            self.g[column * INTERFACES..][..INTERFACES].fill(f64::NAN);
+            self.heights[column * INTERFACES..][..INTERFACES].fill(f64::NAN);
+        }
     }
 
     fn fields(&self) -> Fields<'_> {

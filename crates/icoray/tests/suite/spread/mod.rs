@@ -6,8 +6,8 @@
 
 use super::culled::{Culled, Mark, Style, towards};
 use glam::DVec3;
-use icoray::ranks::{LocalTeam, local_team};
-use icoray::{IcosahedralMesh, Owned, Part, PartCells, Ranks};
+use icoray::ranks::{LocalTeam, local_nodes, local_team};
+use icoray::{Grid, Held, IcosahedralMesh, Owned, Part, PartCells, Ranks};
 use std::thread;
 
 /// A mesh of which each cell has an owner.
@@ -41,6 +41,32 @@ impl Spread {
         Spread { owned: owned.collect(), global: global.collect(), parts }
     }
 
+    /// What `work` makes of each rank's grid and of what it holds, on nodes.
+    pub fn on_nodes<R: Send>(
+        &self,
+        node_of: &[usize],
+        work: impl Fn(&mut Ranks, &Culled, &Grid, Result<Held, icoray::Error>) -> R + Sync,
+    ) -> Vec<R> {
+        thread::scope(|scope| {
+            let rank = |(rank, team): (usize, LocalTeam)| {
+                let work = &work;
+                scope.spawn(move || {
+                    let mut ranks = Ranks::new(Box::new(team));
+                    let grid = self.parts[rank].grid();
+                    let held = Held::new(&mut ranks, &grid, &self.cells(rank));
+                    work(&mut ranks, &self.parts[rank], &grid, held)
+                })
+            };
+            let threads: Vec<_> = local_nodes(node_of).into_iter().enumerate().map(rank).collect();
+            threads.into_iter().map(|thread| thread.join().unwrap()).collect()
+        })
+    }
+
+    /// What a rank says of its cells.
+    fn cells(&self, rank: usize) -> PartCells<'_> {
+        PartCells { global: self.global[rank].as_slice().into(), owned: Owned::Marked(&self.owned[rank]) }
+    }
+
     /// What `work` makes of each rank's grid and part.
     pub fn each<R: Send>(
         &self,
@@ -54,11 +80,7 @@ impl Spread {
                     let mut ranks = Ranks::new(Box::new(team));
                     let culled = &self.parts[rank];
                     let grid = culled.grid();
-                    let cells = PartCells {
-                        global: self.global[rank].as_slice().into(),
-                        owned: Owned::Marked(&self.owned[rank]),
-                    };
-                    let part = Part::new(&mut ranks, &grid, &cells);
+                    let part = Part::new(&mut ranks, &grid, &self.cells(rank));
                     work(&mut ranks, culled, part)
                 })
             };

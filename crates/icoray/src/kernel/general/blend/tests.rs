@@ -38,7 +38,12 @@ fn by_brute_force(parts: &[Part], length: f64) -> ([f64; 3], f64) {
 fn blended(parts: &[Part], share: f64) -> Light<f64> {
     let gradient = |_: usize, _: f64| [0.0; 3];
     let mut light = Light::none();
-    Blend { parts, gradient, shading: None, share, rest: 0.0 }.add(&mut light, 0.0, 1.0, &mut Vec::new());
+    Blend { parts, gradient, shading: None, share, rest: 0.0 }.add(
+        &mut light,
+        0.0,
+        1.0,
+        &mut Memory::default(),
+    );
     light
 }
 
@@ -109,11 +114,97 @@ fn light_follows_the_gradient_of_what_absorbs() {
             &mut light,
             0.0,
             1.0,
-            &mut Vec::new(),
+            &mut Memory::default(),
         );
         light.color[0] / light.absorbed
     };
     assert!((lit([1.0, 0.0, 0.0]) - 1.0).abs() < 1e-12);
     assert!((lit([0.0, 1.0, 0.0]) - 0.2).abs() < 1e-12);
     assert!((lit([1.0, 1.0, 0.0]) - (0.2 + 0.8 * 0.5f64.sqrt())).abs() < 1e-12);
+}
+
+/// A random course of a gradient, as along a frustum: it turns a little, or round and round.
+fn gradient_course(next: &mut impl FnMut() -> f64, eps: f64) -> [Segment<f64>; 3] {
+    let turn = 10f64.powf(-2.5 + 3.5 * next());
+    [(); 3].map(|()| {
+        let base = 2.0 * next() - 1.0;
+        let mut swing = || turn * (2.0 * next() - 1.0);
+        segment(base + swing(), base + swing(), swing(), eps, 1.0)
+    })
+}
+
+fn direction(next: &mut impl FnMut() -> f64) -> DVec3 {
+    let mut axis = || 2.0 * next() - 1.0;
+    DVec3::new(axis(), axis(), axis()).normalize()
+}
+
+/// The light of lit parts by midpoints.
+fn lit_by_brute_force(
+    parts: &[Part],
+    gradient: impl Fn(usize, f64) -> [f64; 3],
+    shading: &RayShading<f64>,
+    length: f64,
+) -> [f64; 3] {
+    const STEPS: usize = 4000;
+    let (mut color, mut depth) = ([0.0; 3], 0.0f64);
+    for i in 0..STEPS {
+        let u = (i as f64 + 0.5) / STEPS as f64;
+        let rate: f64 = parts.iter().map(|part| part.extinction(u)).sum();
+        let step = rate * length / STEPS as f64;
+        let absorbed = (-depth).exp() * -(-step).exp_m1();
+        for part in parts {
+            let (share, c) = (part.extinction(u) / rate, part.at(u).1);
+            let shade = shading.shade(gradient(part.slot, u));
+            color = [0, 1, 2].map(|k| color[k] + absorbed * share * (c[k] * shade.body + shade.highlight));
+        }
+        depth += step;
+    }
+    color
+}
+
+#[test]
+fn light_on_normals_that_turn_is_that_of_fine_steps() {
+    let red = medium(0, &[knot(0.0, [1.0, 0.1, 0.0], 0.3), knot(1.0, [0.4, 0.0, 0.2], 3.0)]);
+    let blue = medium(1, &[knot(10.0, [0.0, 0.2, 1.0], 5.0), knot(20.0, [0.0, 0.9, 0.3], 1.0)]);
+    let mut state = 0x9e37_79b9_7f4a_7c15_u64;
+    let mut next = || {
+        state ^= state << 13;
+        state ^= state >> 7;
+        state ^= state << 17;
+        (state >> 11) as f64 / (1u64 << 53) as f64
+    };
+    let mut beyond = Vec::new();
+    let cases = icoray_test_support::count(600, 20_000);
+    for case in 0..cases {
+        let eps = [0.0, 0.01, -0.3, 0.8][case % 4];
+        let length = [0.05, 0.5, 3.0][case / 4 % 3];
+        let courses = [gradient_course(&mut next, eps), gradient_course(&mut next, eps)];
+        let shading = crate::kernel::shade::Shading {
+            ambient: 0.3,
+            diffuse: 0.7,
+            specular: [0.0, 0.3, 1.0][case / 12 % 3],
+            shininess: [1.0, 8.0, 32.0, 100.0][case / 36 % 4],
+            towards_light: (case / 144 % 3 > 0).then(|| direction(&mut next)),
+        };
+        let shading = shading.along::<f64>(direction(&mut next), 0.0);
+        let gradient = |slot: usize, u: f64| courses[slot].map(|axis| axis.value(u));
+        let (f, g) = (segment(0.1, 0.9, 0.2, eps, length), segment(19.0, 11.0, -0.5, eps, length));
+        let both = [Part::new(&red, [f, f], 0.5, 0).unwrap(), Part::new(&blue, [g, g], 0.5, 1).unwrap()];
+        let parts = &both[..1 + case % 2];
+        let exact = lit_by_brute_force(parts, gradient, &shading, length);
+        for share in [5e-3, 5e-4, 5e-5] {
+            let mut light = Light::none();
+            let blend = Blend { parts, gradient, shading: Some(&shading), share, rest: 0.0 };
+            blend.add(&mut light, 0.0, 1.0, &mut Memory::default());
+            let off = (0..3).map(|k| (light.color[k] - exact[k]).abs()).fold(0.0, f64::max);
+            // The steps' own error.
+            if off > light.error + 3e-6 {
+                beyond.push(format!("{case}, {share}: {off} off, {} told", light.error));
+                assert!(off <= 3.0 * light.error + 3e-6, "{case}, {share}: {off} off, {} told", light.error);
+            }
+            assert!(light.error <= 1.0001 * share * light.absorbed, "{case}, {share}: {} told", light.error);
+        }
+    }
+    // The rule is an estimate: gradients at random are harder than those of a field.
+    assert!(beyond.len() * 10_000 <= 3 * cases, "{}:\n{}", beyond.len(), beyond.join("\n"));
 }

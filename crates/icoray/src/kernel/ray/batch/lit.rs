@@ -112,7 +112,7 @@ impl<T: Real, const N: usize> Batch<T, N> {
             let (piece, span) = (self.piece(pass, i), span_of(medium, i));
             let shades = [&shade_of(&shades[0], i), &shade_of(&shades[1], i), &shade_of(&shades[2], i)];
             let spread = Spread::of(&piece, &span);
-            let off = off(&common, shades, &span, &spread);
+            let off = off(&lit_along(&common, &directions, i), shades, &span, &spread);
             let mean = RayShading::mean(shades[0], shades[1], shades[2], spread.centre);
             put(&mut lit, i, &common.apply(self.light_at(pass, i), mean, off));
             is_near[i] = off <= self.share;
@@ -189,7 +189,8 @@ impl<T: Real, const N: usize> Batch<T, N> {
             let (a, b, c) = (&shade_of(a, j), &shade_of(b, j), &shade_of(c, j));
             let (d, e) = (&shade_of(d, j), &shade_of(e, j));
             let span = span_of(&medium, j);
-            let halves = Halves::new(&piece, &span, &common, self.share);
+            let shading = lit_along(&common, &directions, j);
+            let halves = Halves::new(&piece, &span, &shading, self.share);
             let (mut light, front_near) = halves.light(false, [a, b, c]);
             let (behind, back_near) = halves.light(true, [c, d, e]);
             front[j] = light.absorbed;
@@ -303,19 +304,28 @@ fn shades_at<T: Real>(
     [from, to, kappa]: &[Vectors<T>; 3],
     eps: &Row<T>,
     common: &RayShading<T>,
-    [x, y, z, hx, hy, hz]: &[Row<T>; 6],
+    directions: &[Row<T>; 6],
 ) -> [Row<T>; 5] {
     let mut shades = [[T::zero(); LANES]; 5];
     for i in 0..LANES {
         let of = |rows: &Vectors<T>| [T::zero(), rows[0][i], rows[1][i], rows[2][i]];
         let course = Course { from: of(from), to: of(to), kappa: of(kappa), eps: eps[i] };
-        let (light, halfway) = ([x[i], y[i], z[i]], [hx[i], hy[i], hz[i]]);
-        let shading = RayShading { light, halfway, ..*common };
+        let shading = lit_along(common, directions, i);
         let Shade { body, highlight, normal } = shading.shade(course.gradient(u));
         [shades[0][i], shades[1][i]] = [body, highlight];
         [shades[2][i], shades[3][i], shades[4][i]] = normal;
     }
     shades
+}
+
+/// How the ray of frustum `i` is lit, from its directions towards the light and half-way to the eye.
+#[inline(always)]
+fn lit_along<T: Real>(
+    common: &RayShading<T>,
+    [x, y, z, hx, hy, hz]: &[Row<T>; 6],
+    i: usize,
+) -> RayShading<T> {
+    RayShading { light: [x[i], y[i], z[i]], halfway: [hx[i], hy[i], hz[i]], ..*common }
 }
 
 #[inline(always)]

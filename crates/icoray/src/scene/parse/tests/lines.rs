@@ -112,7 +112,6 @@ fn bad_lines_are_named() {
     let coast = |keys: &str| of(&format!("pattern = \"coast\"\n{keys}"));
     let hollow = |keys: &str| format!("core = \"transparent\"\n{}", coast(keys));
     refused(&[
-        (of("color = \"red\""), &["line 6", "pattern"]),
         (of("pattern = \"coasts\""), &["line 7", "coasts", "graticule"]),
         (coast("on = \"sea\""), &["line 8", "key lines.on: \"sea\"", "\"ground\", \"top\", \"bottom\""]),
         (coast("on = -2"), &["line 8", "key lines.on: -2"]),
@@ -152,7 +151,6 @@ fn bad_ground_and_clips_are_named() {
             format!("core = \"transparent\"\n{}", ground("land = \"red\"")),
             &["line 7", "key ground:", "opaque core"],
         ),
-        (clip("lon = [0, 1]"), &["line 8", "cut"]),
         (clip("cut = \"in\""), &["line 9", "in", "outside"]),
         (inside(""), &["line 8", "key clip:", "half_space"]),
         (inside("lon = [5, 5]"), &["line 10", "key clip.lon:"]),

@@ -81,16 +81,10 @@ fn what_lacks_or_is_too_much_is_named() {
     };
     let top = |line: &str, rest: &str| format!("{line}\n{CAMERA}{rest}");
     refused(&[
-        (top("field = \"q\"", ""), &["line 1", "key field:", "[transfer]", "[[surfaces]]"]),
-        (CAMERA.into(), &["line 1", "key field:", "[[volumes]]"]),
-        (format!("{CAMERA}[[lines]]\npattern = \"coast\"\n"), &["line 1", "key field:", "layers"]),
-        (format!("{CAMERA}[transfer]\n{TRANSFER}"), &["line 5", "key transfer:", "field"]),
-        (top("field = \"q\"", &by.replace("volumes.", "")), &["line 6", "key opacity:", "[transfer]"]),
         (top("field = \"q\"", &list), &["line 1", "key field:", "not both"]),
         (format!("{CAMERA}{list}[transfer]\n{TRANSFER}"), &["line 11", "key transfer:", "not both"]),
         (format!("{CAMERA}{list}{}", by.replace("volumes.", "")), &["line 11", "key opacity:", "not both"]),
         (format!("{CAMERA}{}", list.replace("\"q\"", "\"\"")), &["line 6", "key volumes.field:", "empty"]),
-        (format!("{CAMERA}[[volumes]]\nfield = \"q\"\n"), &["line 5", "transfer"]),
         (
             format!("{CAMERA}{list}").replace("[250, 400]", "[400, 250]"),
             &["line 9", "key volumes.transfer.range:", "400"],
@@ -113,11 +107,6 @@ fn what_lacks_or_is_too_much_is_named() {
             &["line 8", "key volumes.transfer.knots.extinction:", "another field"],
         ),
         (format!("{CAMERA}{}", knots("")), &["line 8", "key volumes.transfer.knots:", "either opacity"]),
-        (format!("{CAMERA}{colors}"), &["line 8", "key volumes.transfer.map:", "range and opacity"]),
-        (
-            format!("{CAMERA}{colors}{by}").replace("range = [0, 1]\n", ""),
-            &["line 8", "key volumes.transfer.map:", "expected range beside"],
-        ),
         (
             format!("{CAMERA}{colors}{by}").replace("[2, 0.5]", "[-2, 0.5]"),
             &["line 12", "key volumes.opacity.values:", "-2 after 0", "rise"],
@@ -136,6 +125,10 @@ fn what_lacks_or_is_too_much_is_named() {
         ),
         (format!("{CAMERA}{colors}{by}").replace("\"w\"", "\"\""), &["line 11", "opacity.field:", "empty"]),
         (format!("{CAMERA}{colors}{by}scale = \"log\"\n"), &["line 13", "scale", "unknown field"]),
+        (
+            format!("{CAMERA}{colors}{by}").replace("values = [[0, 0.0], [2, 0.5]]\n", ""),
+            &["line 10", "key volumes.opacity.values:", "pairs [value, opacity]"],
+        ),
         (format!("{CAMERA}{list}[[volume]]\n"), &["line 11", "volume", "unknown field"]),
     ]);
 }

@@ -3,6 +3,7 @@
 use super::{section, take};
 use crate::error::Result;
 use crate::scene::parse::Text;
+use crate::scene::parse::camera::{FOV_DEG, PLACE_DEG, whole_planet};
 use crate::script::{Clock, Key, Motion, Orbit, Path};
 use serde::Deserialize;
 use std::ops::Range;
@@ -23,8 +24,8 @@ struct RawOrbit {
 struct RawKey {
     step: Option<Spanned<i64>>,
     time: Option<Spanned<f64>>,
-    lon: Spanned<f64>,
-    lat: Spanned<f64>,
+    lon: Option<Spanned<f64>>,
+    lat: Option<Spanned<f64>>,
     distance: Option<Spanned<f64>>,
     altitude: Option<Spanned<f64>>,
     fov: Option<Spanned<f64>>,
@@ -81,7 +82,7 @@ fn path(source: &Text, camera: &mut DeTable, span: Range<usize>) -> Result<Path>
             number(camera, "distance")?.as_ref(),
             number(camera, "altitude")?.as_ref(),
         )?,
-        fov_deg: source.number(number(camera, "fov")?.as_ref(), "camera.fov", 1e-3, 179.0, 30.0)?,
+        fov_deg: source.number(number(camera, "fov")?.as_ref(), "camera.fov", 1e-3, 179.0, FOV_DEG)?,
     };
     let raw =
         take::<Vec<Spanned<RawKey>>>(source, camera, "path")?.map(Spanned::into_inner).unwrap_or_default();
@@ -129,14 +130,13 @@ fn key(source: &Text, raw: &Spanned<RawKey>, clock: Clock, instead: &Else) -> Re
     if raw.distance.is_some() && raw.altitude.is_some() {
         return Err(bad("expected either distance or altitude"));
     }
+    let fov_deg = source.number(raw.fov.as_ref(), "camera.path", 1e-3, 179.0, instead.fov_deg)?;
     let own = distance(source, raw.distance.as_ref(), raw.altitude.as_ref())?;
     Ok(Key {
         at,
-        lon_deg: source.number(Some(&raw.lon), "camera.path", -360.0, 360.0, 0.0)?,
-        lat_deg: source.number(Some(&raw.lat), "camera.path", -90.0, 90.0, 0.0)?,
-        distance: own
-            .or(instead.distance)
-            .ok_or_else(|| bad("expected distance or altitude, in each key or for all in camera"))?,
-        fov_deg: source.number(raw.fov.as_ref(), "camera.path", 1e-3, 179.0, instead.fov_deg)?,
+        lon_deg: source.number(raw.lon.as_ref(), "camera.path", -360.0, 360.0, PLACE_DEG[0])?,
+        lat_deg: source.number(raw.lat.as_ref(), "camera.path", -90.0, 90.0, PLACE_DEG[1])?,
+        distance: own.or(instead.distance).unwrap_or_else(|| whole_planet(fov_deg)),
+        fov_deg,
     })
 }

@@ -3,12 +3,13 @@
 use super::{MOST_PICTURES, section, take};
 use crate::error::Result;
 use crate::scene::parse::Text;
+use crate::scene::parse::camera::{FOV_DEG, PLACE_DEG, whole_planet};
 use crate::script::{Axis, Motion, Place, Sweep};
 use serde::Deserialize;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue, ValueDeserializer};
 
-/// What is swept. The scene's own camera and field get the first values of lists where they are not given.
+/// What is swept. The scene's own camera, exaggeration and field get the first values of lists where they are not given.
 pub fn sweep(source: &Text, root: &mut DeTable, motion: &Motion) -> Result<Sweep> {
     let Some(raw) = root.remove("sweep") else { return Ok(Sweep::default()) };
     let span = raw.span();
@@ -117,13 +118,12 @@ fn place(source: &Text, root: &mut DeTable) -> Result<Place> {
         let raw = take::<Spanned<f64>>(source, &mut camera, key)?.map(Spanned::into_inner);
         raw.map(|raw| source.number(Some(&raw), &format!("camera.{key}"), low, high, 0.0)).transpose()
     };
-    let distance = number("distance", 1e-6, 1e6)?;
-    let altitude = number("altitude", -0.999_999, 1e6)?;
+    let (distance, altitude) = (number("distance", 1e-6, 1e6)?, number("altitude", -0.999_999, 1e6)?);
+    let fov_deg = number("fov", 1e-3, 179.0)?.unwrap_or(FOV_DEG);
     Ok(Place {
-        lon_deg: number("lon", -360.0, 360.0)?.unwrap_or(0.0),
-        lat_deg: number("lat", -90.0, 90.0)?.unwrap_or(0.0),
-        // What lacks is the camera's error, which is told when it is checked.
-        distance: distance.or(altitude.map(|altitude| 1.0 + altitude)).unwrap_or(1.0),
-        fov_deg: number("fov", 1e-3, 179.0)?.unwrap_or(30.0),
+        lon_deg: number("lon", -360.0, 360.0)?.unwrap_or(PLACE_DEG[0]),
+        lat_deg: number("lat", -90.0, 90.0)?.unwrap_or(PLACE_DEG[1]),
+        distance: distance.or(altitude.map(|a| 1.0 + a)).unwrap_or_else(|| whole_planet(fov_deg)),
+        fov_deg,
     })
 }

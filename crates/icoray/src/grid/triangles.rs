@@ -1,23 +1,40 @@
 //! A mesh's tables of corners and edges, made of its triangles alone.
 
-use icoray::{Error, ErrorKind, Result};
+use crate::error::{Error, ErrorKind, Result};
 
 /// What stands where a neighbour is missing, in tables that number from 0.
 const NONE: i32 = -1;
 
-/// The tables of [`icoray::GridTables`] that follow from `corner_cell`; numbered from 0.
+/// The tables of [`GridTables`](super::GridTables) that follow from `corner_cell`; numbered from 0, and -1 where a neighbour
+/// is missing.
 #[derive(Debug, PartialEq)]
-pub(crate) struct Connectivity {
-    pub(crate) corner_edge: Vec<i32>,
-    pub(crate) edge_corner: Vec<i32>,
-    pub(crate) cell_corner: Vec<i32>,
-    pub(crate) cell_corner_row: usize,
-    pub(crate) cell_corner_count: Vec<i32>,
+pub struct Connectivity {
+    /// As [`GridTables::corner_edge`](super::GridTables::corner_edge): column k is the side opposite the cell in column k of
+    /// `corner_cell`.
+    pub corner_edge: Vec<i32>,
+    /// As [`GridTables::edge_corner`](super::GridTables::edge_corner).
+    pub edge_corner: Vec<i32>,
+    /// As [`GridTables::cell_corner`](super::GridTables::cell_corner), in order around each cell.
+    pub cell_corner: Vec<i32>,
+    /// As [`GridTables::cell_corner_row`](super::GridTables::cell_corner_row).
+    pub cell_corner_row: usize,
+    /// As [`GridTables::cell_corner_count`](super::GridTables::cell_corner_count).
+    pub cell_corner_count: Vec<i32>,
 }
 
-/// Finds the edges and each cell's corners, which are in order around it; `corner_cell` has rows of three cells, numbered
-/// from 0. A side without a triangle beyond is the rim of a mesh with holes.
-pub(crate) fn connect(corner_cell: &[i32], cells: usize) -> Result<Connectivity> {
+impl Connectivity {
+    /// Finds the edges and each cell's corners; `corner_cell` has rows of three cells, numbered from 0. A side without a
+    /// triangle beyond is the rim of a mesh with holes.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Grid`] names a row that has not three different cells from 0 to `cells` - 1, and a side that more than two
+    /// triangles have.
+    pub fn new(corner_cell: &[i32], cells: usize) -> Result<Self> {
+        connect(corner_cell, cells)
+    }
+}
+
+fn connect(corner_cell: &[i32], cells: usize) -> Result<Connectivity> {
     let around = Around::new(corner_cell, cells)?;
     let mut corner_edge = vec![NONE; corner_cell.len()];
     let mut edge_corner = Vec::with_capacity(corner_cell.len());
@@ -136,7 +153,7 @@ fn turn(corner_cell: &[i32], cell: i32, around: &[i32], place: &mut [i32]) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use icoray::{Grid, GridTables, IcosahedralMesh};
+    use crate::grid::{Grid, GridTables, IcosahedralMesh};
 
     fn grid_of<'a>(
         mesh: &'a IcosahedralMesh,

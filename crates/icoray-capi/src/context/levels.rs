@@ -1,0 +1,174 @@
+//! Fields whose array is an old time level: models that swap pointers and have given one of them once.
+//!
+//! With two time levels such an array changes at every second step, and with three at every third, while the model's state
+//! changes at each. A field is pointed out, once, when its values have done so at successive steps: once around while another
+//! field of the pictures changed at the steps at which this one stayed, else twice around. Fields that never change, that
+//! change at each step, that change now and then, or that are given anew for each picture, are not.
+
+use icoray_core::Field;
+use std::collections::BTreeMap;
+use std::hash::{DefaultHasher, Hash, Hasher};
+
+/// Values of a field that are compared, at most.
+const SAMPLES: usize = 1024;
+
+/// Time levels that models have.
+const LEVELS: [usize; 2] = [2, 3];
+
+/// What the fields of pictures had at the steps before.
+#[derive(Debug, Default)]
+pub(super) struct TimeLevels {
+    step: Option<i64>,
+    fields: BTreeMap<String, Track>,
+}
+
+#[derive(Debug, Default)]
+struct Track {
+    /// Of the values at the last step.
+    hash: u64,
+    /// Whether the array was given after that.
+    is_new: bool,
+    is_told: bool,
+    /// The last steps, each the one after the other.
+    events: Vec<Event>,
+}
+
+/// What happened from one step to the next.
+#[derive(Debug, Clone, Copy)]
+struct Event {
+    has_changed: bool,
+    /// Whether another field has.
+    others_changed: bool,
+}
+
+impl TimeLevels {
+    /// The model has given the field's array, maybe another one.
+    pub fn given(&mut self, name: &str) {
+        if let Some(track) = self.fields.get_mut(name) {
+            track.is_new = true;
+        }
+    }
+
+    /// Takes the hashes of the fields that a step's pictures read; returns the names of those that look like old time levels,
+    /// each once, with the number of steps at which one of them changes.
+    pub fn step(&mut self, step: i64, hashes: &[(String, u64)]) -> Vec<(String, usize)> {
+        let is_next = self.step.is_some_and(|before| before.checked_add(1) == Some(step));
+        self.step = Some(step);
+        let has_changed =
+            |(name, hash): &(String, u64)| self.fields.get(name).map(|track| track.hash != *hash);
+        let changes: Vec<Option<bool>> = hashes.iter().map(has_changed).collect();
+        let changed = changes.iter().filter(|change| **change == Some(true)).count();
+        let mut found = Vec::new();
+        for ((name, hash), change) in hashes.iter().zip(changes) {
+            let track = self.fields.entry(name.clone()).or_default();
+            track.hash = *hash;
+            let Some(has_changed) = change.filter(|_| is_next && !track.is_new) else {
+                track.events.clear();
+                track.is_new = false;
+                continue;
+            };
+            let others_changed = changed > usize::from(has_changed);
+            track.events.push(Event { has_changed, others_changed });
+            let levels = LEVELS.into_iter().find(|levels| is_old_level(&track.events, *levels));
+            if let (Some(levels), false) = (levels, track.is_told) {
+                track.is_told = true;
+                found.push((name.clone(), levels));
+            }
+            let most = 2 * LEVELS[1] + 1;
+            track.events.drain(..track.events.len().saturating_sub(most));
+        }
+        // A field that these pictures do not read has no step before the next.
+        for (name, track) in &mut self.fields {
+            track.is_new |= hashes.iter().all(|(read, _)| read != name);
+        }
+        found
+    }
+}
+
+/// Whether values changed at every `levels`-th step only.
+fn is_old_level(events: &[Event], levels: usize) -> bool {
+    let around = |times: usize| {
+        let last = events.len().checked_sub(times * levels + 1).map(|from| &events[from..]);
+        last.filter(|last| last.iter().enumerate().all(|(i, event)| event.has_changed == (i % levels == 0)))
+    };
+    let others_changed =
+        |last: &[Event]| last.iter().filter(|event| !event.has_changed).all(|event| event.others_changed);
+    around(1).is_some_and(others_changed) || around(2).is_some()
+}
+
+/// A hash of some of a field's values; `None` where it has none.
+pub(super) fn hash(field: &Field) -> Option<u64> {
+    let shape = field.shape();
+    let count = shape.columns * shape.layers;
+    if count == 0 {
+        return None;
+    }
+    let samples = count.min(SAMPLES);
+    let mut hasher = DefaultHasher::new();
+    for i in 0..samples {
+        let at = (i as u128 * count as u128 / samples as u128) as usize;
+        field.value(at % shape.columns, at / shape.columns).to_bits().hash(&mut hasher);
+    }
+    Some(hasher.finish())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Which fields are pointed out, and when: of each step the values, and whether the arrays are given anew.
+    fn told(steps: impl Iterator<Item = (i64, Vec<(&'static str, u64, bool)>)>) -> Vec<(i64, String, usize)> {
+        let mut levels = TimeLevels::default();
+        let mut told = Vec::new();
+        for (step, fields) in steps {
+            for (name, _, is_given) in &fields {
+                if *is_given {
+                    levels.given(name);
+                }
+            }
+            let hashes: Vec<_> = fields.iter().map(|(name, hash, _)| ((*name).to_owned(), *hash)).collect();
+            told.extend(levels.step(step, &hashes).into_iter().map(|(name, of)| (step, name, of)));
+        }
+        told
+    }
+
+    /// The step whose values one of so many time levels has.
+    fn level(step: i64, levels: i64) -> u64 {
+        (step / levels * levels) as u64
+    }
+
+    #[test]
+    fn a_level_that_was_given_once_is_pointed_out_once() {
+        let two = told((0..20).map(|s| (s, vec![("a", level(s, 2), false), ("b", s as u64, false)])));
+        assert_eq!(two, [(4, "a".to_owned(), 2)]);
+        let three = told((0..20).map(|s| (s, vec![("a", level(s, 3), false), ("b", s as u64, true)])));
+        assert_eq!(three, [(6, "a".to_owned(), 3)]);
+        // Without another field, or with all of them in step, after twice around.
+        let alone = told((0..20).map(|s| (s, vec![("a", level(s, 2), false)])));
+        assert_eq!(alone, [(6, "a".to_owned(), 2)]);
+        let both = told((1..20).map(|s| (s, vec![("a", level(s, 2), false), ("b", level(s, 2), false)])));
+        assert_eq!(both, [(6, "a".to_owned(), 2), (6, "b".to_owned(), 2)]);
+    }
+
+    #[test]
+    fn what_is_right_is_not_pointed_out() {
+        let quiet = |value: fn(i64) -> u64, is_given: bool| {
+            let steps = (0..40).map(|s| (s, vec![("a", value(s), is_given), ("b", s as u64, false)]));
+            assert_eq!(told(steps), []);
+        };
+        quiet(|_| 7, false);
+        quiet(|s| s as u64, false);
+        quiet(|s| s as u64, true);
+        // Radiation, and what a model really computes at every second step and gives each time.
+        quiet(|s| level(s, 10), false);
+        quiet(|s| level(s, 2), true);
+        // Seen now and then: nothing can be said of the steps between.
+        let seldom = (0..40).map(|s| (10 * s, vec![("a", level(s, 2), false), ("b", s as u64, false)]));
+        assert_eq!(told(seldom), []);
+        let at_times = |s: i64| {
+            let a = (s % 3 != 2).then_some(("a", level(s, 2), false));
+            (s, a.into_iter().chain([("b", s as u64, false)]).collect())
+        };
+        assert_eq!(told((0..40).map(at_times)), []);
+    }
+}

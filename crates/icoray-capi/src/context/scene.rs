@@ -1,0 +1,71 @@
+//! The scene, which is the same on all ranks: the file or text of rank 0.
+
+use super::{Choice, Context};
+use crate::boundary::{Failure, Outcome, caught};
+use crate::types::icoray_status;
+use icoray_core::Script;
+use std::sync::Arc;
+
+/// Where a scene comes from.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum SceneSource<'a> {
+    /// The path of a file.
+    File(&'a str),
+    Text(&'a str),
+}
+
+impl SceneSource<'_> {
+    fn read(self) -> Outcome<String> {
+        match self {
+            SceneSource::Text(text) => Ok(text.to_owned()),
+            SceneSource::File(path) => std::fs::read_to_string(path).map_err(|e| {
+                let message = format!("{path}: cannot read the scene: {e}");
+                Failure::new(icoray_status::ICORAY_ERR_IO, message)
+            }),
+        }
+    }
+
+    /// A failure of its text, with the file where there is one.
+    fn failure(self, failure: Failure) -> Failure {
+        match self {
+            SceneSource::Text(_) => failure,
+            SceneSource::File(path) => failure.within(path),
+        }
+    }
+}
+
+impl Context {
+    /// Sets the scene that `given` names on rank 0. Collective: other ranks say only whether their arguments are good, and the
+    /// scene before stays on all where the call fails on one.
+    pub fn set_scene<'a>(
+        &mut self,
+        call: &'static str,
+        given: impl FnOnce() -> Outcome<SceneSource<'a>>,
+    ) -> Outcome<()> {
+        let is_root = self.ranks.is_root();
+        let mine = caught(|| {
+            self.refuse_if_poisoned()?;
+            let source = given()?;
+            Ok((source, if is_root { source.read()? } else { String::new() }))
+        });
+        let value = mine.as_ref().map_or_else(|_| Vec::new(), |(_, text)| text.clone().into_bytes());
+        let (agreed, said) = self.agree(mine, call, Vec::new(), &value);
+        let (source, _) = agreed?;
+        let mine = caught(|| self.parsed(&said.0).map_err(|failure| source.failure(failure)));
+        let (agreed, _) = self.agree(mine, call, Vec::new(), &[]);
+        self.scene = agreed?;
+        Ok(())
+    }
+
+    /// What the text of a scene asks for. Rank 0, which writes the pictures, looks whether it could.
+    fn parsed(&self, text: &[u8]) -> Outcome<Choice> {
+        let Some(mut script) = Script::parse_optional(&String::from_utf8_lossy(text))? else {
+            return Ok(Choice::Nothing);
+        };
+        script.name_by_date()?;
+        if self.ranks.is_root() {
+            self.drawing.check_folders(&script)?;
+        }
+        Ok(Choice::Script(Arc::new(script)))
+    }
+}

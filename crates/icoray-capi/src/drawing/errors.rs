@@ -1,0 +1,82 @@
+//! What the log hears of pictures whose errors are above their tolerance: once of each view.
+
+use crate::log::{Level, Log};
+use icoray_core::FrameReport;
+use icoray_core::output::Stamp;
+use std::collections::BTreeSet;
+
+/// Views of which it was told.
+#[derive(Debug, Default)]
+pub(super) struct Errors {
+    told: BTreeSet<String>,
+}
+
+/// After as many views all are told of again: a host that makes up names without end must not fill the memory.
+const MOST: usize = 1000;
+
+impl Errors {
+    /// Tells the log of a picture in which pixels have an error above the tolerance, if it is the first one of its view.
+    pub fn tell(&mut self, view: Option<&str>, stamp: &Stamp, report: &FrameReport, log: &Log) {
+        let error = &report.error;
+        if error.over == 0 || self.told.contains(view.unwrap_or_default()) {
+            return;
+        }
+        if self.told.len() == MOST {
+            self.told.clear();
+        }
+        self.told.insert(view.unwrap_or_default().to_owned());
+        let step = stamp.step;
+        let of = view.map_or_else(String::new, |view| format!(", view {view:?}"));
+        let (pixels, kind) = (if error.over == 1 { "pixel has" } else { "pixels have" }, error.certainty);
+        let (over, max, tolerance) = (error.over, error.max, report.quality.tolerance);
+        let line = format!(
+            "step {step}{of}: {over} {pixels} an error above the tolerance {tolerance:e}, at most {max:.1e} ({kind}); \
+             later pictures: over_tolerance in report.csv"
+        );
+        log.say(Level::Warn, &line);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use icoray_core::{ErrorSummary, Quality};
+    use std::ffi::{CStr, c_char, c_void};
+
+    /// Keeps lines in the vector that `user` points to.
+    unsafe extern "C" fn keep(user: *mut c_void, level: i32, message: *const c_char) {
+        // SAFETY: the test gives a vector, and the log a string.
+        let (lines, line) = unsafe { (&mut *user.cast::<Vec<(i32, String)>>(), CStr::from_ptr(message)) };
+        lines.push((level, line.to_string_lossy().into_owned()));
+    }
+
+    #[test]
+    fn errors_above_the_tolerance_are_told_once_for_each_view() {
+        let mut lines: Vec<(i32, String)> = Vec::new();
+        let log = Log::new(Some(keep), (&raw mut lines).cast(), Level::Warn as i32);
+        let mut errors = Errors::default();
+        let stamp = |step| Stamp { step, time_s: 0.0, date: None };
+        let report = |over| FrameReport {
+            error: ErrorSummary { max: 1.6e-3, over, ..ErrorSummary::default() },
+            quality: Quality { tolerance: 1e-3, ..Quality::default() },
+            ..FrameReport::default()
+        };
+        for (step, view, over) in [
+            (1, None, 0),
+            (2, None, 7),
+            (3, None, 9),
+            (4, Some("north"), 1),
+            (5, Some("north"), 3),
+            (6, Some("b"), 0),
+        ] {
+            errors.tell(view, &stamp(step), &report(over), &log);
+        }
+        let warn = Level::Warn as i32;
+        let more = "at most 1.6e-3 (estimate); later pictures: over_tolerance in report.csv";
+        let expected = [
+            (warn, format!("step 2: 7 pixels have an error above the tolerance 1e-3, {more}")),
+            (warn, format!("step 4, view \"north\": 1 pixel has an error above the tolerance 1e-3, {more}")),
+        ];
+        assert_eq!(lines, expected);
+    }
+}

@@ -1,0 +1,165 @@
+//! 2D fields, which are drawn as surfaces, and scenes that say little.
+
+use crate::files::{folder, render};
+use crate::made::Made;
+use crate::run::{fails, has, icoray, prints, says, scene, shows_something};
+use netcdf::Options;
+use std::fs;
+use std::path::Path;
+
+/// A history whose only field is surface pressure.
+fn flat() -> Made {
+    let mut made = Made::history();
+    without(&mut made, &["theta", "w", "vorticity", "rho", "zgrid", "levels"]);
+    made
+}
+
+fn without(made: &mut Made, names: &[&str]) {
+    made.variables.retain(|variable| !names.contains(&variable.name));
+}
+
+fn plain(folder: &Path, more: &[&str]) -> String {
+    prints(icoray(folder).args(["render", "made.nc", "--size", "96x72"]).args(more))
+}
+
+#[test]
+fn a_file_of_2d_fields_is_drawn_alone() {
+    let (folder, _) = flat().write(Options::_64BIT_OFFSET);
+    let text = plain(folder.path(), &["--save-scene", "s.toml"]);
+    has(
+        &text,
+        &[
+            "scene     suggested for surface_pressure, the first 2D field, as none has layers; saved as s.toml\n",
+            "picture   surface_pressure_000002.png (96 x 72)",
+            "field     surface_pressure at cells, 2D, time 2",
+            "range     2000 to 2041, 0 missing",
+        ],
+    );
+    let picture = folder.path().join("surface_pressure_000002.png");
+    shows_something(&picture, 96, 72);
+    says(&picture, &[("field", "surface_pressure")]);
+    let drawn = fs::read(&picture).unwrap();
+    plain(folder.path(), &["--scene", "s.toml", "--time", "2"]);
+    assert!(fs::read(&picture).unwrap() == drawn, "the saved scene draws another picture");
+    let text = prints(icoray(folder.path()).args(["info", "made.nc", "--ranges"]));
+    has(&text, &["layers     1: a 2D field, shown as a surface on the sphere", "2000 to 2041"]);
+    let line = text.lines().find(|line| line.starts_with("surface_pressure ")).unwrap();
+    assert_eq!(line.split_whitespace().collect::<Vec<_>>()[..4], ["surface_pressure", "cells", "1", "f32"]);
+}
+
+/// The middle pixel of a picture without labels, linear.
+fn middle(path: &Path) -> [f32; 4] {
+    let picture = image::open(path).unwrap().to_rgba32f();
+    picture.get_pixel(picture.width() / 2, picture.height() / 2).0
+}
+
+#[test]
+fn a_surface_has_the_colour_of_its_value() {
+    let (folder, _) = flat().write(Options::_64BIT_OFFSET);
+    // All values are below the range or above it: the first or the last colour, unshaded and opaque.
+    for (range, color) in [("5000..6000", [0.058, 0.0, 0.089]), ("0..100", [0.982, 0.799, 0.018])] {
+        let options = ["--colormap", "viridis", "--range", range, "--lon", "7", "--lat", "11", "-o", "a.exr"];
+        plain(folder.path(), &options);
+        let [r, g, b, alpha] = middle(&folder.path().join("a.exr"));
+        let is_near = [r, g, b].iter().zip(color).all(|(a, b)| (a - b).abs() < 0.01);
+        assert!(is_near && alpha == 1.0, "{range}: {:?}", [r, g, b, alpha]);
+    }
+}
+
+#[test]
+fn a_2d_field_is_chosen_by_name_and_has_no_layers_to_choose() {
+    let (folder, _) = Made::history().write(Options::_64BIT_OFFSET);
+    let text = plain(folder.path(), &["--field", "surface_pressure", "--surface", "top", "--time", "0"]);
+    has(&text, &["suggested for surface_pressure\n", "surface_pressure at cells, 2D, time 0"]);
+    let text = prints(icoray(folder.path()).args(["plan", "made.nc", "--field", "surface_pressure"]));
+    has(&text, &["read: surface_pressure at cells, 1 layers (168 bytes each time)"]);
+    let mut command = icoray(folder.path());
+    command.args(["render", "made.nc", "--field", "surface_pressure", "--surface", "1"]);
+    fails(&mut command, 1, &["--surface 1: surface_pressure is a 2D field, expected 0"]);
+    let mut command = icoray(folder.path());
+    command.args(["render", "made.nc", "--field", "surface_pressure", "--layers", "0..2"]);
+    fails(&mut command, 1, &["--layers: surface_pressure is a 2D field, expected a field with layers"]);
+}
+
+#[test]
+fn a_2d_field_lies_under_a_volume_or_an_isosurface() {
+    let on_ground = "[[surfaces]]\nfield = \"surface_pressure\"\n";
+    let volume = scene("theta", 0.0, 42.0).replace("0.9]]", "0.2]]").replace("\"headlight\"", "\"none\"");
+    let folder = folder(&Made::history(), &volume);
+    let draw = |text: &str, more: &[&str], to: &str| {
+        fs::write(folder.path().join("scene.toml"), text).unwrap();
+        let said = render(folder.path(), &[more, &["-o", to]].concat());
+        (said, fs::read(folder.path().join(to)).unwrap())
+    };
+    let (_, without) = draw(&volume, &[], "a.exr");
+    let (said, with) = draw(&format!("{volume}{on_ground}"), &[], "b.exr");
+    has(&said, &["theta at cells, 4 layers", "surface_pressure at cells, 2D"]);
+    assert!(without != with, "the surface is not seen");
+    // The layers are those of the field that has some, whichever is named first.
+    let isosurface = "[[isosurfaces]]\nfield = \"theta\"\nvalue = 20\ncolor = \"red\"\n";
+    let (said, _) = draw(&format!("{on_ground}{isosurface}"), &["--layers", "1..4"], "c.exr");
+    has(&said, &["theta at cells, 3 layers", "surface_pressure at cells, 2D"]);
+    // On interfaces as well.
+    draw(&format!("[[surfaces]]\nlayer = \"top\"\nfield = \"w\"\n{on_ground}{isosurface}"), &[], "d.exr");
+}
+
+#[test]
+fn scenes_that_say_little_show_the_first_field() {
+    let folder = folder(&Made::history(), "image = { width = 96, height = 72 }\n");
+    let text = render(folder.path(), &[]);
+    has(&text, &["picture   theta_000000.png (96 x 72)", "theta at cells, 4 layers"]);
+    shows_something(&folder.path().join("theta_000000.png"), 96, 72);
+    fs::write(
+        folder.path().join("scene.toml"),
+        "image.width = 96\n[[views]]\nname = \"a\"\n[[views]]\nname = \"b\"\nfield = \"w\"\n",
+    )
+    .unwrap();
+    has(
+        &render(folder.path(), &["-o", "."]),
+        &["picture   ./a_theta_000000.png", "picture   ./b_w_000000.png"],
+    );
+}
+
+#[test]
+fn scenes_that_say_little_show_2d_fields_as_surfaces() {
+    let size = "[image]\nwidth = 96\nheight = 72\n";
+    let folder = folder(&flat(), size);
+    let draw = |text: &str| {
+        fs::write(folder.path().join("scene.toml"), format!("{text}{size}")).unwrap();
+        render(folder.path(), &["-o", "out.exr"]);
+        fs::read(folder.path().join("out.exr")).unwrap()
+    };
+    let surface = draw("field = \"surface_pressure\"\n[[surfaces]]\n");
+    for text in ["", "field = \"surface_pressure\"\n", "[transfer]\nmap = \"viridis\"\n"] {
+        assert!(draw(text) == surface, "{text:?} draws another picture");
+    }
+    assert!(draw("[transfer]\nopacity = [[0, 0], [1, 0.5]]\n") != surface, "an opacity makes a film of it");
+}
+
+#[test]
+fn a_scene_of_comments_draws_nothing() {
+    let folder = folder(&Made::history(), "# nothing today\n");
+    for command in ["render", "plan"] {
+        let text = prints(icoray(folder.path()).args([command, "made.nc", "--scene", "scene.toml"]));
+        assert_eq!(text, "note      nothing is drawn: scene.toml has no keys\n");
+    }
+    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 2, "no picture");
+}
+
+#[test]
+fn meshes_are_completed_and_hexagons_with_bounds_drawn() {
+    let mut made = Made::history();
+    without(&mut made, &["cellsOnVertex", "edgesOnVertex", "verticesOnEdge"]);
+    let whole = folder(&Made::history(), &scene("theta", 0.0, 42.0));
+    let part = folder(&made, &scene("theta", 0.0, 42.0));
+    let pictures = [&whole, &part].map(|folder| {
+        render(folder.path(), &["-o", "out.png"]);
+        image::open(folder.path().join("out.png")).unwrap().to_rgba8()
+    });
+    let apart = pictures[0].iter().zip(pictures[1].iter()).map(|(a, b)| a.abs_diff(*b)).max();
+    assert!(apart <= Some(1), "{apart:?}");
+    let (folder, _) = Made::dynamico(crate::made_icon::Angles::Degrees).write(Options::NETCDF4);
+    has(&plain(folder.path(), &[]), &["suggested for ta", "--field takes also ps"]);
+    let text = prints(icoray(folder.path()).args(["info", "made.nc"]));
+    has(&text, &["mesh       CF polygons: 162 cells, 320 corners, 480 edges", "passes the check"]);
+}

@@ -1,0 +1,237 @@
+//! A mesh's tables, made of each cell's corners alone.
+
+use icoray::{Error, ErrorKind, Result};
+use std::collections::HashMap;
+
+/// What stands where a neighbour is missing, in tables that number from 0.
+pub(super) const NONE: i32 = -1;
+
+/// Each cell's corners, in order around it and numbered from 0, in rows of one length.
+#[derive(Debug)]
+pub(super) struct Polygons {
+    pub corners: Vec<i32>,
+    pub row: usize,
+    /// How many entries of each row count.
+    pub count: Vec<i32>,
+}
+
+impl Polygons {
+    /// Of rows in which a corner may stand several times: further entries of a corner, and negative ones, are left out.
+    pub fn of_rows(rows: &[i32], row: usize) -> Self {
+        let row = row.max(1);
+        let (mut corners, mut count) = (Vec::with_capacity(rows.len()), Vec::new());
+        for entries in rows.chunks_exact(row) {
+            let start = corners.len();
+            for &corner in entries.iter().filter(|corner| **corner >= 0) {
+                if !corners[start..].contains(&corner) {
+                    corners.push(corner);
+                }
+            }
+            count.push((corners.len() - start) as i32);
+            corners.resize(start + row, NONE);
+        }
+        Polygons { corners, row, count }
+    }
+
+    /// The corners of each cell.
+    fn each(&self) -> impl Iterator<Item = &[i32]> {
+        self.corners.chunks_exact(self.row).zip(&self.count).map(|(row, count)| &row[..*count as usize])
+    }
+
+    /// The cells around each corner, 3 for each, of which those that are missing are marked.
+    pub fn corner_cells(&self, corners: usize) -> Result<Vec<i32>> {
+        let mut table = vec![NONE; 3 * corners];
+        for (cell, around) in self.each().enumerate() {
+            for &corner in around {
+                let place =
+                    places(&mut table, corner, corners).map_err(|e| e.within(format!("cell {cell}")))?;
+                let Some(free) = place.iter_mut().find(|entry| **entry == NONE) else {
+                    let what = format!(
+                        "corner {corner} has more than 3 cells, the fourth is cell {cell}: only meshes whose corners each \
+                         join 3 cells are rendered"
+                    );
+                    return Err(Error::new(ErrorKind::Unsupported, what));
+                };
+                *free = cell as i32;
+            }
+        }
+        Ok(table)
+    }
+
+    /// The edges of each corner, 3 for each, and the two corners of each edge: each side of a cell is one.
+    pub fn edges(&self, corners: usize) -> Result<(Vec<i32>, Vec<i32>)> {
+        let (mut corner_edge, mut edge_corner) = (vec![NONE; 3 * corners], Vec::new());
+        let mut known: HashMap<[i32; 2], i32> = HashMap::new();
+        for around in self.each() {
+            for (k, &one) in around.iter().enumerate() {
+                let other = around[(k + 1) % around.len()];
+                let number = (edge_corner.len() / 2) as i32;
+                if *known.entry([one.min(other), one.max(other)]).or_insert(number) != number {
+                    continue;
+                }
+                edge_corner.extend([one, other]);
+                for corner in [one, other] {
+                    put_edge(&mut corner_edge, corner, number, corners)?;
+                }
+            }
+        }
+        Ok((corner_edge, edge_corner))
+    }
+
+    /// Each cell's corners, put in order by the edges between them.
+    pub fn of_edges(corner_cell: &[i32], edge_corner: &[i32], cells: usize) -> Result<Self> {
+        let mut around: Vec<Vec<i32>> = vec![Vec::new(); cells];
+        for (i, &cell) in corner_cell.iter().enumerate() {
+            if let Some(corners) = usize::try_from(cell).ok().and_then(|cell| around.get_mut(cell)) {
+                corners.push((i / 3) as i32);
+            }
+        }
+        let mut beside: HashMap<i32, Vec<i32>> = HashMap::new();
+        for pair in edge_corner.chunks_exact(2).filter(|pair| pair[0] >= 0 && pair[1] >= 0) {
+            beside.entry(pair[0]).or_default().push(pair[1]);
+            beside.entry(pair[1]).or_default().push(pair[0]);
+        }
+        let row = around.iter().map(Vec::len).max().unwrap_or(0).max(3);
+        let (mut corners, mut count) = (Vec::with_capacity(cells * row), Vec::with_capacity(cells));
+        for (cell, mut left) in around.into_iter().enumerate() {
+            count.push(left.len() as i32);
+            let start = corners.len();
+            while !left.is_empty() {
+                let last = corners[start..].last();
+                let near = last.and_then(|last| beside.get(last));
+                let next = left.iter().position(|corner| near.is_some_and(|near| near.contains(corner)));
+                if next.is_none() && last.is_some() {
+                    let what = format!("the corners of cell {cell} are not joined by edges to a polygon");
+                    return Err(Error::new(ErrorKind::Grid, what));
+                }
+                corners.push(left.swap_remove(next.unwrap_or(0)));
+            }
+            corners.resize(start + row, NONE);
+        }
+        Ok(Polygons { corners, row, count })
+    }
+}
+
+/// The two corners of each edge, of the edges of each corner.
+pub(super) fn ends_of_edges(corner_edge: &[i32]) -> Result<Vec<i32>> {
+    let edges = corner_edge.iter().max().map_or(0, |most| most + 1).max(0) as usize;
+    if edges > corner_edge.len() {
+        let what = format!("edge {}, expected 0 to {}", edges - 1, corner_edge.len() as i64 - 1);
+        return Err(Error::new(ErrorKind::Grid, what));
+    }
+    let mut table = vec![NONE; 2 * edges];
+    for (i, &edge) in corner_edge.iter().enumerate().filter(|(_, edge)| **edge >= 0) {
+        let ends = &mut table[2 * edge as usize..2 * edge as usize + 2];
+        let Some(free) = ends.iter_mut().find(|end| **end == NONE) else {
+            return Err(Error::new(ErrorKind::Grid, format!("edge {edge} has more than two corners")));
+        };
+        *free = (i / 3) as i32;
+    }
+    Ok(table)
+}
+
+/// The edges of each corner, of the two corners of each edge.
+pub(super) fn edges_of_corners(edge_corner: &[i32], corners: usize) -> Result<Vec<i32>> {
+    let mut table = vec![NONE; 3 * corners];
+    for (i, &corner) in edge_corner.iter().enumerate().filter(|(_, corner)| **corner >= 0) {
+        put_edge(&mut table, corner, (i / 2) as i32, corners)?;
+    }
+    Ok(table)
+}
+
+/// The cells around each corner, of the cells beside each edge.
+pub(super) fn cells_of_corners(edge_corner: &[i32], edge_cell: &[i32], corners: usize) -> Result<Vec<i32>> {
+    let mut table = vec![NONE; 3 * corners];
+    for (ends, cells) in edge_corner.chunks_exact(2).zip(edge_cell.chunks_exact(2)) {
+        for (&corner, &cell) in ends.iter().flat_map(|corner| cells.iter().map(move |cell| (corner, cell))) {
+            if corner < 0 || cell < 0 {
+                continue;
+            }
+            let place = places(&mut table, corner, corners)?;
+            if place.contains(&cell) {
+                continue;
+            }
+            let Some(free) = place.iter_mut().find(|entry| **entry == NONE) else {
+                return Err(Error::new(
+                    ErrorKind::Unsupported,
+                    format!("corner {corner} has more than 3 cells"),
+                ));
+            };
+            *free = cell;
+        }
+    }
+    Ok(table)
+}
+
+fn put_edge(corner_edge: &mut [i32], corner: i32, edge: i32, corners: usize) -> Result<()> {
+    let place = places(corner_edge, corner, corners)?;
+    let Some(free) = place.iter_mut().find(|entry| **entry == NONE) else {
+        return Err(Error::new(ErrorKind::Unsupported, format!("corner {corner} has more than 3 edges")));
+    };
+    *free = edge;
+    Ok(())
+}
+
+/// The three entries of a corner.
+fn places(table: &mut [i32], corner: i32, corners: usize) -> Result<&mut [i32]> {
+    let start = usize::try_from(corner).ok().filter(|corner| *corner < corners).map(|corner| 3 * corner);
+    match start {
+        Some(start) => Ok(&mut table[start..start + 3]),
+        None => {
+            let what = format!("corner {corner}, expected 0 to {}", corners as i64 - 1);
+            Err(Error::new(ErrorKind::Grid, what))
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use icoray::{Grid, GridTables, IcosahedralMesh};
+
+    fn check(
+        mesh: &IcosahedralMesh,
+        of: &Polygons,
+        corner_cell: &[i32],
+        corner_edge: &[i32],
+        edge_corner: &[i32],
+    ) {
+        let tables = GridTables {
+            corner_cell: corner_cell.into(),
+            cell_corner: of.corners.as_slice().into(),
+            cell_corner_row: of.row,
+            cell_corner_count: Some(of.count.as_slice().into()),
+            corner_edge: corner_edge.into(),
+            edge_corner: edge_corner.into(),
+            ..mesh.tables()
+        };
+        let grid = Grid::new(tables).unwrap();
+        assert_eq!((grid.void_triangles(), edge_corner.len()), (0, mesh.edge_corner.len()));
+    }
+
+    #[test]
+    fn corners_of_cells_give_all_tables() {
+        let mesh = IcosahedralMesh::new(3).unwrap();
+        let (corners, cells) = (mesh.corner_cell.len() / 3, mesh.cells());
+        let of = Polygons::of_rows(&mesh.cell_corner, 6);
+        assert_eq!(of.count.iter().filter(|count| **count == 5).count(), 12);
+        let corner_cell = of.corner_cells(corners).unwrap();
+        let (corner_edge, edge_corner) = of.edges(corners).unwrap();
+        check(&mesh, &of, &corner_cell, &corner_edge, &edge_corner);
+        // And back.
+        let again = Polygons::of_edges(&corner_cell, &edge_corner, cells).unwrap();
+        check(&mesh, &again, &corner_cell, &corner_edge, &edge_corner);
+        let ends = ends_of_edges(&corner_edge).unwrap();
+        let edges = edges_of_corners(&ends, corners).unwrap();
+        check(&mesh, &of, &corner_cell, &edges, &ends);
+    }
+
+    #[test]
+    fn corners_of_four_cells_are_refused() {
+        let of = Polygons::of_rows(&[0, 1, 2, 0, 2, 3, 0, 3, 4, 0, 4, 5], 3);
+        let error = of.corner_cells(6).unwrap_err();
+        assert!(error.to_string().contains("corner 0 has more than 3 cells"), "{error}");
+        let error = Polygons::of_rows(&[0, 1, 7], 3).corner_cells(6).unwrap_err();
+        assert!(error.to_string().contains("corner 7, expected 0 to 5"), "{error}");
+    }
+}

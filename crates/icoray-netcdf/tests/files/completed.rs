@@ -1,0 +1,251 @@
+//! Meshes whose tables are made of others.
+
+use crate::made::{Made, Values};
+use crate::made_icon::{Angles, LAYERS};
+use crate::refused::expect;
+use icoray::{ErrorKind, Grid, IcosahedralMesh, Location};
+use icoray_netcdf::{Convention, ModelFile};
+use netcdf::Options;
+
+/// The cells of each triangle, sorted, by the triangle's number.
+fn triangles(grid: &Grid) -> Vec<[u32; 3]> {
+    let of = |t| {
+        let mut cells = grid.triangle(t);
+        cells.sort_unstable();
+        cells
+    };
+    (0..grid.triangles() as u32).map(of).collect()
+}
+
+fn open(made: &Made) -> icoray::Result<ModelFile> {
+    let (_folder, path) = made.write(Options::NETCDF4);
+    ModelFile::open(&path)
+}
+
+/// A mesh with the cells on either side of each edge, too.
+fn mesh() -> Made {
+    let mut made = Made::mesh(false);
+    let mesh = IcosahedralMesh::new(1).unwrap();
+    let shared = mesh.edge_corner.chunks_exact(2).flat_map(|ends| {
+        let [one, other] = [ends[0], ends[1]].map(|c| &mesh.corner_cell[3 * c as usize..3 * c as usize + 3]);
+        one.iter().filter(|cell| other.contains(cell)).map(|cell| cell + 1).collect::<Vec<_>>()
+    });
+    made.add("cellsOnEdge", &["nEdges", "TWO"], Values::I32(shared.collect()));
+    made
+}
+
+#[test]
+fn tables_that_others_determine_are_made() {
+    let whole = open(&mesh()).unwrap();
+    let expected = triangles(&whole.mesh().grid().unwrap());
+    for lacking in [
+        &["cellsOnVertex"][..],
+        &["verticesOnCell"],
+        &["nEdgesOnCell"],
+        &["edgesOnVertex"],
+        &["verticesOnEdge"],
+        &["verticesOnCell", "nEdgesOnCell"],
+        &["edgesOnVertex", "verticesOnEdge"],
+        &["cellsOnVertex", "edgesOnVertex", "verticesOnEdge", "cellsOnEdge"],
+        &["cellsOnVertex", "verticesOnCell", "nEdgesOnCell", "edgesOnVertex"],
+        &["cellsOnVertex", "verticesOnCell", "verticesOnEdge"],
+        &["verticesOnCell", "nEdgesOnCell", "edgesOnVertex", "verticesOnEdge", "cellsOnEdge"],
+    ] {
+        let mut made = mesh();
+        lacking.iter().for_each(|name| made.remove(name));
+        let file = open(&made).unwrap_or_else(|e| panic!("{lacking:?}: {e}"));
+        let grid = file.mesh().grid().unwrap_or_else(|e| panic!("{lacking:?}: {e}"));
+        assert_eq!(triangles(&grid), expected, "{lacking:?}");
+        assert_eq!((grid.void_triangles(), file.mesh().edges()), (0, 120), "{lacking:?}");
+    }
+}
+
+#[test]
+fn tables_that_nothing_determines_are_named() {
+    for lacking in [
+        &["cellsOnVertex", "verticesOnCell", "cellsOnEdge"][..],
+        &["cellsOnVertex", "verticesOnCell", "verticesOnEdge", "edgesOnVertex"],
+    ] {
+        let mut made = mesh();
+        lacking.iter().for_each(|name| made.remove(name));
+        let error = open(&made).unwrap_err();
+        expect(&error, ErrorKind::Grid, &["made.nc", "cellsOnVertex is missing", "another file"]);
+    }
+    let mut made = mesh();
+    made.remove("cellsOnVertex");
+    let Values::I32(table) = &mut made.variable("verticesOnCell").values else { panic!("an index table") };
+    table[9] = 81;
+    expect(&open(&made).unwrap_err(), ErrorKind::Grid, &["cell 1: corner 80, expected 0 to 79"]);
+    let mut made = mesh();
+    made.remove("verticesOnEdge");
+    let Values::I32(table) = &mut made.variable("edgesOnVertex").values else { panic!("an index table") };
+    table[9] = i32::MAX;
+    expect(&open(&made).unwrap_err(), ErrorKind::Grid, &["made.nc", "edge 2147483646, expected 0 to 239"]);
+}
+
+#[test]
+fn positions_may_be_cartesian() {
+    let expected = open(&mesh()).unwrap();
+    let mut made = mesh();
+    let of = |made: &mut Made, name: &str| match &made.variable(name).values {
+        Values::F64(values) => values.clone(),
+        _ => panic!("{name} is f64"),
+    };
+    for (of_cells, names) in [
+        (["lonCell", "latCell"], ["xCell", "yCell", "zCell"]),
+        (["lonVertex", "latVertex"], ["xVertex", "yVertex", "zVertex"]),
+    ] {
+        let [lon, lat] = of_cells.map(|name| of(&mut made, name));
+        let dimension = if names[0] == "xCell" { "nCells" } else { "nVertices" };
+        let radius = 6_371_229.0;
+        let places = [
+            (0..lon.len()).map(|i| radius * lat[i].cos() * lon[i].cos()).collect(),
+            (0..lon.len()).map(|i| radius * lat[i].cos() * lon[i].sin()).collect(),
+            (0..lon.len()).map(|i| radius * lat[i].sin()).collect::<Vec<f64>>(),
+        ];
+        names.into_iter().zip(places).for_each(|(name, x)| made.add(name, &[dimension], Values::F64(x)));
+        of_cells.iter().for_each(|name| made.remove(name));
+    }
+    let file = open(&made).unwrap();
+    file.mesh().grid().unwrap();
+    let [found, expected] = [&file, &expected].map(|file| file.mesh().tables().corner);
+    for i in 0..80 {
+        assert!((found.lat_rad.get(i) - expected.lat_rad.get(i)).abs() < 1e-12, "{i}");
+        assert!((found.lon_rad.get(i).cos() - expected.lon_rad.get(i).cos()).abs() < 1e-12, "{i}");
+    }
+}
+
+/// An ocean: of every seventh cell nothing is left, nor corners and edges that no other cell has.
+#[test]
+fn corners_of_cells_tell_where_holes_are() {
+    let mesh = IcosahedralMesh::new(3).unwrap();
+    let kept: Vec<usize> = (0..mesh.cells()).filter(|cell| cell % 7 != 0).collect();
+    let mut number = vec![0i32; mesh.lon_corner_rad.len()];
+    let (mut corners, mut rows, mut count) = (Vec::new(), Vec::new(), Vec::new());
+    for &cell in &kept {
+        let mut row: Vec<i32> = Vec::new();
+        for &corner in &mesh.cell_corner[6 * cell..6 * cell + 6] {
+            let corner = corner as usize;
+            if number[corner] == 0 {
+                corners.push(corner);
+                number[corner] = corners.len() as i32;
+            }
+            if !row.contains(&number[corner]) {
+                row.push(number[corner]);
+            }
+        }
+        count.push(row.len() as i32);
+        row.resize(6, 0);
+        rows.extend(row);
+    }
+    let whole = |corner: &&usize| (0..3).all(|k| mesh.corner_cell[3 * **corner + k] % 7 != 0);
+    let expected = corners.iter().filter(whole).count();
+    let at = |angles: &[f64], of: &[usize]| Values::F64(of.iter().map(|i| angles[*i]).collect());
+    let mut made = Made {
+        dimensions: vec![("nCells", kept.len()), ("nVertices", corners.len()), ("maxEdges", 6)],
+        attributes: vec![("sphere_radius", 6_371_229.0.into())],
+        variables: Vec::new(),
+    };
+    made.add("lonCell", &["nCells"], at(&mesh.lon_center_rad, &kept));
+    made.add("latCell", &["nCells"], at(&mesh.lat_center_rad, &kept));
+    made.add("lonVertex", &["nVertices"], at(&mesh.lon_corner_rad, &corners));
+    made.add("latVertex", &["nVertices"], at(&mesh.lat_corner_rad, &corners));
+    made.add("nEdgesOnCell", &["nCells"], Values::I32(count));
+    made.add("verticesOnCell", &["nCells", "maxEdges"], Values::I32(rows));
+    let file = open(&made).unwrap();
+    let grid = file.mesh().grid().unwrap();
+    let there = (0..grid.triangles() as u32).filter(|t| grid.is_triangle(*t)).count();
+    assert_eq!((grid.cells(), grid.triangles(), there), (kept.len(), corners.len(), expected));
+    assert!(grid.void_triangles() > 50, "{}", grid.void_triangles());
+}
+
+/// extpar's files have points of triangles and no middles.
+#[test]
+fn points_of_triangles_are_enough() {
+    let whole = open(&Made::icon_data(Angles::Radians)).unwrap();
+    let mut made = Made::icon_data(Angles::Radians);
+    for name in ["clon", "clat"] {
+        made.remove(name);
+    }
+    for (old, new) in [("clon_bnds", "clon_vertices"), ("clat_bnds", "clat_vertices")] {
+        made.variable(old).attributes = vec![("units", "radian".into())];
+        made.variable(old).name = new;
+    }
+    made.dimensions.push(("cell", 80));
+    made.add("topography_c", &["ncells"], Values::F32((0..80).map(|i| i as f32).collect()));
+    let file = open(&made).unwrap();
+    let (grid, expected) = (file.mesh().grid().unwrap(), whole.mesh().grid().unwrap());
+    assert_eq!((triangles(&grid), file.mesh().convention()), (triangles(&expected), Convention::Icon));
+    assert_eq!(file.likely_fields()[0].name, "ta");
+    assert!(file.field_info("topography_c").unwrap().is_2d());
+    // The middles are as far from each of their points.
+    let tables = file.mesh().tables();
+    let direction = |at: icoray::LonLat, i: usize| {
+        let (lon, lat) = (at.lon_rad.get(i), at.lat_rad.get(i));
+        [lat.cos() * lon.cos(), lat.cos() * lon.sin(), lat.sin()]
+    };
+    for triangle in 0..80 {
+        let middle = direction(tables.corner, triangle);
+        let cosines = grid.triangle(triangle as u32).map(|cell| {
+            let point = direction(tables.center, cell as usize);
+            (0..3).map(|k| middle[k] * point[k]).sum::<f64>()
+        });
+        assert!(cosines.iter().all(|c| *c > 0.8 && (c - cosines[0]).abs() < 1e-7), "{cosines:?}");
+    }
+}
+
+#[test]
+fn hexagons_with_bounds_are_a_mesh() {
+    for angles in [Angles::Radians, Angles::Degrees, Angles::Degrees32] {
+        for has_middles in [true, false] {
+            let mut made = Made::dynamico(angles);
+            if !has_middles {
+                made.remove("lon");
+                made.remove("lat");
+            }
+            let (_folder, path) = made.write(Options::NETCDF4);
+            let file = ModelFile::open(&path).unwrap();
+            assert_eq!(file.mesh().convention(), Convention::Cf);
+            let grid = file.mesh().grid().unwrap();
+            assert_eq!((grid.cells(), grid.triangles(), file.mesh().edges()), (162, 320, 480));
+            assert_eq!(grid.void_triangles(), 0);
+            let info = file.field_info("ta").unwrap();
+            assert_eq!((info.location, info.columns, info.layers), (Location::Center, 162, LAYERS));
+            assert!(file.layer_heights("ta").unwrap().is_of_pressure);
+            assert!(file.field_info("ps").unwrap().is_2d());
+            assert_eq!(file.read_field("ta", 1).unwrap().field().unwrap().value(5, 1), 1005.125);
+            let names: Vec<&str> = file.fields().iter().map(|info| info.name.as_str()).collect();
+            assert_eq!(names, ["ta", "ps"]);
+        }
+    }
+}
+
+#[test]
+fn polygons_that_are_none_are_named() {
+    let mut made = Made::dynamico(Angles::Degrees);
+    let Values::F64(bounds) = &mut made.variable("lat_bnds").values else { panic!("bounds are f64") };
+    bounds[13] = f64::NAN;
+    let error = open(&made).unwrap_err();
+    expect(&error, ErrorKind::Grid, &["the bounds of cell 2 are", "NaN", "three different points"]);
+    // Squares meet four at a point.
+    let mut made =
+        Made { dimensions: vec![("cell", 4), ("nv", 4)], attributes: Vec::new(), variables: Vec::new() };
+    let corner = |c: i32| [(0, 0), (1, 0), (1, 1), (0, 1)].map(|(x, y)| (x + c % 2, y + c / 2));
+    let squares: Vec<(i32, i32)> = (0..4).flat_map(corner).collect();
+    made.add(
+        "lon_bnds",
+        &["cell", "nv"],
+        Values::F64(squares.iter().map(|(x, _)| f64::from(20 * x)).collect()),
+    );
+    made.add(
+        "lat_bnds",
+        &["cell", "nv"],
+        Values::F64(squares.iter().map(|(_, y)| f64::from(20 * y)).collect()),
+    );
+    let error = open(&made).unwrap_err();
+    expect(
+        &error,
+        ErrorKind::Unsupported,
+        &["has more than 3 cells", "only meshes whose corners each join 3 cells"],
+    );
+}

@@ -1,0 +1,108 @@
+//! Copies of the fields of a step, of which its frames are rendered.
+
+use super::Job;
+use crate::error::Result;
+use crate::fields::Fields;
+use crate::plan::Plan;
+use crate::ranks::{Columns, Held, NodeFields, Ranks};
+use crate::render::Renderer;
+use crate::snapshot::Snapshot;
+use std::fmt;
+use std::mem::take;
+use std::sync::Arc;
+
+/// Copies of this rank's fields, and fields that the ranks of a node have put together of their columns.
+#[derive(Default)]
+pub(super) struct Copies {
+    own: Snapshot,
+    gathered: Vec<(Arc<Held>, NodeFields)>,
+}
+
+impl Copies {
+    /// Copies what the jobs need in place of what was copied before, each field once. Collective.
+    ///
+    /// # Errors
+    /// The same on all ranks, as of [`Columns::gather`].
+    pub fn take(&mut self, ranks: &mut Ranks, renderer: &Renderer, jobs: &[(Job, Fields)]) -> Result<()> {
+        for (_, gathered) in take(&mut self.gathered) {
+            gathered.leave(ranks);
+        }
+        let mut own = Fields::default();
+        let mut spread: Vec<(&Job, &Arc<Held>, &Columns, Fields)> = Vec::new();
+        for (job, needed) in jobs {
+            let Some((held, columns)) = columns(job) else {
+                own = own.with(needed.clone());
+                continue;
+            };
+            match spread.iter_mut().find(|(_, known, ..)| Arc::ptr_eq(known, held)) {
+                Some((.., fields)) => *fields = take(fields).with(needed.clone()),
+                None => spread.push((job, held, columns, needed.clone())),
+            }
+        }
+        let copied = ranks.attempt(|| {
+            self.own.take(own, renderer);
+            Ok(())
+        });
+        ranks.together(copied)?;
+        for (job, held, columns, fields) in spread {
+            let gathered = columns.gather(ranks, &job.grid, || Ok(fields))?;
+            self.gathered.push((held.clone(), gathered));
+        }
+        Ok(())
+    }
+
+    /// What was put together for a job; `None` where it is rendered of this rank's own copies.
+    pub fn gathered(&self, job: &Job) -> Option<&NodeFields> {
+        let (held, _) = columns(job)?;
+        self.gathered.iter().find(|(known, _)| Arc::ptr_eq(known, held)).map(|(_, gathered)| gathered)
+    }
+
+    /// This rank's own copies.
+    ///
+    /// # Errors
+    /// None that can be met: copies have the shapes that they were made with.
+    pub fn fields(&self) -> Result<Fields<'_>> {
+        self.own.fields()
+    }
+
+    /// Bytes that this rank has copied.
+    pub fn bytes(&self) -> u64 {
+        let gathered = self.gathered.iter().map(|(_, gathered)| gathered.bytes_copied);
+        self.own.bytes() + gathered.sum::<u64>()
+    }
+}
+
+impl fmt::Debug for Copies {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "copies of {} bytes", self.bytes())
+    }
+}
+
+/// The columns of a job's grid that this rank has, where it has not the whole grid.
+fn columns(job: &Job) -> Option<(&Arc<Held>, &Columns)> {
+    match job.held.as_ref() {
+        Some(held) => match &**held {
+            Held::Columns(columns) => Some((held, columns)),
+            Held::Whole => None,
+        },
+        None => None,
+    }
+}
+
+/// The fields that a job needs, where it can be rendered of `fields`. Where ranks have columns, that is known once they are
+/// put together.
+pub(super) fn needed<'f>(job: &Job, fields: &Fields<'f>) -> Result<Fields<'f>> {
+    let needed = fields.needed_by(&job.scene)?;
+    if let (Some(first), None) = (needed.each().next(), columns(job)) {
+        Plan::new(&job.scene, &job.grid, &job.layers, first)?;
+    }
+    Ok(needed)
+}
+
+/// Refuses what cannot be rendered of the columns that were put together.
+pub(super) fn check_gathered(job: &Job, copies: &Copies) -> Result<()> {
+    let Some(gathered) = copies.gathered(job) else { return Ok(()) };
+    let fields = gathered.fields()?;
+    let first = fields.first(&job.scene.field)?;
+    Plan::new(&job.scene, gathered.grid(&job.grid), &job.layers, first).map(drop)
+}

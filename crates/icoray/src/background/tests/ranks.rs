@@ -1,0 +1,226 @@
+//! Frames that ranks draw together in the background, between calls in which the model moves messages on.
+
+use super::*;
+use crate::ranks::{LocalTeam, Owned, PartCells, Team, local_nodes};
+use std::sync::Barrier;
+use std::thread::scope;
+
+/// What ranks have of the stage's grid and field.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Spread {
+    /// All of it on each.
+    Whole,
+    /// The whole grid, and every so many columns of the field.
+    Columns,
+}
+
+/// One rank of a model.
+struct Rank<'s> {
+    stage: &'s Stage,
+    ranks: Ranks,
+    background: Background,
+    spread: Spread,
+    held: Option<Arc<Held>>,
+    cells: Vec<usize>,
+    /// The model's own communication.
+    model: &'s Barrier,
+}
+
+impl<'s> Rank<'s> {
+    fn new(stage: &'s Stage, team: LocalTeam, spread: Spread, model: &'s Barrier) -> Self {
+        let mut ranks = Ranks::new(Box::new(team));
+        let (rank, size) = (ranks.rank(), ranks.size());
+        let renderer = Arc::new(Renderer::new(1).unwrap());
+        let background = Background::over(&mut ranks, renderer, stage.writer.clone()).unwrap();
+        let is_mine = |cell: &usize| spread == Spread::Whole || cell % size == rank;
+        let cells: Vec<usize> = (0..stage.grid.cells()).filter(is_mine).collect();
+        let held = (spread == Spread::Columns).then(|| {
+            let global: Vec<i64> = cells.iter().map(|cell| *cell as i64).collect();
+            let owned = vec![1; cells.len()];
+            let cells = PartCells { global: global.as_slice().into(), owned: Owned::Marked(&owned) };
+            Arc::new(Held::new(&mut ranks, &stage.grid, &cells).unwrap())
+        });
+        Rank { stage, ranks, background, spread, held, cells, model }
+    }
+
+    fn job(&self, step: i64) -> Job {
+        Job { held: self.held.clone(), ..self.stage.job(step) }
+    }
+
+    /// Hands a step over and spoils the model's memory.
+    fn submit(&mut self, job: Job) -> Result<Accepted> {
+        let mut values = values(job.stamp.step, &self.cells);
+        let shape = Shape::level_fastest(self.cells.len(), 3);
+        let field = Field::new(values.as_slice().into(), shape, Location::Center, None).unwrap();
+        let (mut refused, fields) = (Vec::new(), Fields::new([("q", field)]));
+        let accepted = self.background.submit_all(&mut self.ranks, vec![job], fields, &mut refused);
+        values.fill(f64::NAN);
+        refused.pop().map_or(accepted, |(_, error)| Err(error))
+    }
+
+    /// A step of the model: ranks meet in it, and each moves messages on at another time.
+    fn compute(&mut self) {
+        self.model.wait();
+        std::thread::sleep(std::time::Duration::from_micros(300 * self.ranks.rank() as u64));
+        self.background.pump();
+        self.model.wait();
+    }
+
+    fn outcomes(&mut self) -> Vec<Drawn> {
+        self.background.wait();
+        self.background.take_outcomes().kept
+    }
+}
+
+fn values(step: i64, cells: &[usize]) -> Vec<f64> {
+    let layers = |cell: &usize| (3 * cell..3 * cell + 3).map(|i| (i as f64 * 0.01 * step as f64).sin());
+    cells.iter().flat_map(layers).collect()
+}
+
+/// What `model` makes of each rank; ranks with the same number are on one node.
+fn on_each<R: Send>(
+    stage: &Stage,
+    nodes: &[usize],
+    spread: Spread,
+    model: impl Fn(&mut Rank) -> R + Sync,
+) -> Vec<R> {
+    let (model, barrier) = (&model, &Barrier::new(nodes.len()));
+    scope(|scope| {
+        let rank = |team| scope.spawn(move || model(&mut Rank::new(stage, team, spread, barrier)));
+        let threads: Vec<_> = local_nodes(nodes).into_iter().map(rank).collect();
+        threads.into_iter().map(|thread| thread.join().unwrap()).collect()
+    })
+}
+
+#[test]
+fn pictures_of_ranks_are_those_of_one_process() {
+    for (nodes, spread) in [
+        (&[0][..], Spread::Whole),
+        (&[0, 0], Spread::Whole),
+        (&[0, 0, 0, 0], Spread::Whole),
+        (&[0, 0], Spread::Columns),
+        (&[0, 0, 1, 1], Spread::Columns),
+    ] {
+        let stage = Stage::new();
+        let all: Vec<usize> = (0..stage.grid.cells()).collect();
+        let reports = on_each(&stage, nodes, spread, |rank| {
+            for step in 1..=4 {
+                let accepted = rank.submit(rank.job(step)).unwrap();
+                assert!(accepted.bytes_copied >= 24 * rank.cells.len() as u64, "{accepted:?}");
+                assert!(rank.spread == Spread::Columns || accepted.bytes_copied == 24 * all.len() as u64);
+                assert!(rank.background.is_under_way());
+                // The second frame comes to an end by the model's steps, others in the next call.
+                (0..if step == 2 { 100 } else { 2 }).for_each(|_| rank.compute());
+            }
+            let drawn = rank.outcomes();
+            assert!(!rank.background.is_under_way());
+            drawn.into_iter().map(|drawn| drawn.result.unwrap()).collect::<Vec<_>>()
+        });
+        stage.writer.wait();
+        assert_eq!(stage.writer.take_outcomes().errors().count(), 0);
+        for step in 1..=4 {
+            let values = values(step, &all);
+            let shape = Shape::level_fastest(all.len(), 3);
+            let field = Field::new(values.as_slice().into(), shape, Location::Center, None).unwrap();
+            let expected = stage.draw(&field);
+            let drawn = read(&stage.folder.path().join(format!("{step}.exr")));
+            assert!(drawn == expected.pixels, "step {step}, {spread:?} on {nodes:?}");
+            for reports in &reports {
+                let report = &reports[step as usize - 1];
+                assert_eq!((report.ranks, report.threads), (nodes.len(), 1));
+                assert_eq!(report.counts.rays, expected.report.counts.rays);
+            }
+        }
+    }
+}
+
+/// The background of a rank that fails at some steps: before a frame, within one, and in a phase of one.
+fn failing(team: &mut LocalTeam, stage: &Stage) -> Background {
+    let (pumped, pump) = pumped(team.point_to_point().unwrap(), 0);
+    let (renderer, writer) = (Arc::new(Renderer::new(1).unwrap()), stage.writer.clone());
+    let (with, to) = (renderer.clone(), writer.clone());
+    let fail = move |ranks: &mut Ranks, job: Job, copies: &Copies, cost| {
+        match (job.stamp.step, ranks.rank()) {
+            (1, 2) => panic!("before the frame"),
+            (2, 1) => panic!("within the frame of {}", ranks.share(&[1])?.len()),
+            (2, _) => drop(ranks.share(&[0])?),
+            (3, rank) => {
+                let mine = ranks.attempt(|| {
+                    assert!(rank != 1, "a phase");
+                    Ok(())
+                });
+                ranks.together(mine)?;
+            }
+            _ => {}
+        }
+        draw(&with, ranks, &to, job, copies, cost)
+    };
+    Background::with(renderer, writer, Ranks::new(Box::new(pumped)), Some(pump), fail).unwrap()
+}
+
+/// A panic in a phase is the failure of all; one outside of any ends the frame on the others too. Frames behind it are drawn.
+#[test]
+fn what_fails_on_one_rank_ends_the_frame_on_all() {
+    let (stage, model) = (&Stage::new(), &Barrier::new(3));
+    let on_rank = |mut team: LocalTeam| {
+        let background = failing(&mut team, stage);
+        let ranks = Ranks::new(Box::new(team));
+        let cells = (0..stage.grid.cells()).collect();
+        let mut rank = Rank { stage, ranks, background, spread: Spread::Whole, held: None, cells, model };
+        for step in 1..=4 {
+            rank.submit(rank.job(step)).unwrap();
+            rank.compute();
+        }
+        let told = |drawn: Drawn| match drawn.result {
+            Ok(_) => "drawn".to_string(),
+            Err(error) => format!("{error}{}", if drawn.is_of_all { "" } else { ", alone" }),
+        };
+        rank.outcomes().into_iter().map(told).collect::<Vec<_>>()
+    };
+    let said: Vec<_> = scope(|scope| {
+        let threads: Vec<_> = local_nodes(&[0; 3]).into_iter().map(|t| scope.spawn(|| on_rank(t))).collect();
+        threads.into_iter().map(|thread| thread.join().unwrap()).collect()
+    });
+    for (rank, said) in said.into_iter().enumerate() {
+        let told = |by: usize, text: &str| match by == rank {
+            true => format!("internal error: {text}, alone"),
+            false => format!("internal error: rank {by}: {text}"),
+        };
+        let of_all = "internal error: rank 1: a phase".to_string();
+        let expected =
+            [told(2, "before the frame"), told(1, "within the frame of 3"), of_all, "drawn".into()];
+        assert_eq!(said, expected, "rank {rank}");
+    }
+    stage.writer.wait();
+    assert!(stage.folder.path().join("4.exr").is_file() && !stage.folder.path().join("2.exr").exists());
+}
+
+/// What is wrong with a job on one rank only is refused on all, and so is a name that rank 0 may not write.
+#[test]
+fn what_is_wrong_on_one_rank_is_refused_on_all() {
+    let stage = Stage::new();
+    let said = on_each(&stage, &[0, 0], Spread::Whole, |rank| {
+        rank.submit(rank.job(1)).unwrap();
+        let taken = rank.submit(rank.job(1)).unwrap_err();
+        let few = Arc::new(Layers::from_heights(&[0.0, 1e4], 6.371e6).unwrap());
+        let is_odd = rank.ranks.rank() == 1;
+        let job = rank.job(2);
+        let odd = rank.submit(if is_odd { Job { layers: few, ..job } } else { job }).unwrap_err();
+        rank.submit(rank.job(3)).unwrap();
+        let steps: Vec<_> = rank.outcomes().iter().map(|drawn| drawn.stamp.step).collect();
+        assert_eq!(steps, [1, 3]);
+        assert_eq!(taken.kind(), ErrorKind::Exists);
+        [taken.to_string(), odd.to_string()]
+    });
+    assert_eq!(said[0], said[1]);
+    assert!(said[0][1].contains("rank 1: "), "{said:?}");
+}
+
+/// Without a call that moves messages on a frame of several ranks is not drawn, and nobody waits for it.
+#[test]
+fn dropping_it_ends_a_frame_of_several_ranks() {
+    let stage = Stage::new();
+    on_each(&stage, &[0, 0], Spread::Whole, |rank| rank.submit(rank.job(1)).unwrap());
+    stage.writer.wait();
+    assert!(!stage.folder.path().join("1.exr").exists());
+}

@@ -1,0 +1,239 @@
+//! Anti-aliasing of edges: a pixel with the edge of a surface in it shows the mean of [`RAYS`] rays in place of one.
+//!
+//! Edge pixels are found in the finished picture of one ray per pixel: those that the silhouette of a sphere passes through, and,
+//! where more is shown than one volume and a core, those next to a pixel whose ray meets other surfaces, or the same at
+//! another depth ([`Signature`]). A pixel that differs from its neighbours by no more than the tolerance stays as it is. So edge
+//! pixels depend on the picture alone: not on tiles, threads, ranks or devices.
+
+use crate::frame::Counts;
+use crate::kernel::signature::Signature;
+use crate::raster::{Pixel, Place, Raster, Tile, Tiling};
+use crate::scene::Scene;
+use glam::DVec3;
+use rayon::prelude::*;
+use std::f64::consts::SQRT_2;
+
+/// Rays of an edge pixel.
+pub(crate) const RAYS: usize = 8;
+/// Where these go through it: sixteenths of its side from its middle. No two share a row or a column, so that upright and level
+/// edges are resolved to an eighth.
+const PATTERN: [[i8; 2]; RAYS] = [[1, -3], [-1, 3], [5, 1], [-3, -5], [-5, 5], [-7, -1], [3, 7], [7, -7]];
+/// Edge pixels of a tile, which has about as many rays as one of a raster.
+const TILE: usize = 32;
+/// A surface's depth has a step where it is off that of a plane by more than this many times a pixel's width.
+const STEP: f64 = 4.0;
+/// The top of the shell has an edge where pixels differ by more than this: thin matter fades out there by itself.
+const JAG: f64 = 1.0 / 32.0;
+/// Pixels of a row that are ruled out together.
+const RUN: u32 = 16;
+
+/// The silhouette of a sphere, or of the facets of a layer.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Silhouette {
+    /// Least and greatest radius.
+    pub radius: [f64; 2],
+    /// It is an edge where pixels differ by more than this.
+    pub contrast: f64,
+}
+
+/// Which pixels may have an edge in them; the default is none.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub(crate) struct Edges {
+    silhouettes: Vec<Silhouette>,
+    surfaces: bool,
+}
+
+impl Edges {
+    /// Those through which the silhouette of a `core` of these radii may pass, or where matter is dense up to the top, that of the
+    /// `shell`; and with `surfaces` those next to a pixel whose ray meets other surfaces. None where the scene asks for one
+    /// ray per pixel.
+    pub fn new(scene: &Scene, core: Option<[f64; 2]>, shell: Option<[f64; 2]>, surfaces: bool) -> Self {
+        if !scene.antialias {
+            return Edges::default();
+        }
+        let core = core.map(|radius| Silhouette { radius, contrast: 0.0 });
+        let shell = shell.map(|radius| Silhouette { radius, contrast: JAG });
+        Edges { silhouettes: core.into_iter().chain(shell).collect(), surfaces }
+    }
+
+    /// Whether there are none.
+    pub fn is_none(&self) -> bool {
+        self.silhouettes.is_empty() && !self.surfaces
+    }
+
+    /// The edge pixels of a picture that was drawn to `tolerance`.
+    pub fn find(&self, scene: &Scene, tolerance: f64, picture: &[Pixel]) -> EdgePixels {
+        let view = View { scene, pixel: scene.camera.pixel_width(scene.height), picture };
+        let may_show = |silhouette: &Silhouette, x: u32, y: u32, pixels: u32| {
+            view.may_show_limb(silhouette.radius, x, y, pixels)
+        };
+        let is_edge = |x: u32, y: u32| {
+            let contrast = |least: f64| view.has_contrast(x, y, tolerance.max(least));
+            self.surfaces && view.has_step(x, y) && contrast(0.0)
+                || self.silhouettes.iter().any(|of| may_show(of, x, y, 1) && contrast(of.contrast))
+        };
+        let row = |y: u32| {
+            let may_have_edge = move |x: &u32| {
+                self.surfaces || self.silhouettes.iter().any(|of| may_show(of, x + RUN / 2, y, RUN))
+            };
+            let runs = (0..scene.width).step_by(RUN as usize).filter(may_have_edge);
+            let xs = runs.flat_map(|x| x..(x + RUN).min(scene.width));
+            xs.filter(move |x| is_edge(*x, y)).map(move |x| y * scene.width + x).collect::<Vec<_>>()
+        };
+        let pixels = (0..scene.height).into_par_iter().flat_map_iter(row).collect();
+        EdgePixels { width: scene.width, pixels }
+    }
+}
+
+/// A picture of one ray per pixel.
+#[derive(Clone, Copy)]
+struct View<'v> {
+    scene: &'v Scene,
+    /// Width of a pixel at distance 1, in the middle of the picture: nowhere is it wider.
+    pixel: f64,
+    picture: &'v [Pixel],
+}
+
+impl View<'_> {
+    fn at(&self, x: u32, y: u32) -> &Pixel {
+        &self.picture[y as usize * self.scene.width as usize + x as usize]
+    }
+
+    /// The pixels before and behind a pixel in its row and in its column, where they are.
+    fn beside(&self, x: u32, y: u32) -> [[Option<&Pixel>; 2]; 2] {
+        let Scene { width, height, .. } = *self.scene;
+        let [left, up] = [x.checked_sub(1).map(|x| (x, y)), y.checked_sub(1).map(|y| (x, y))];
+        let [right, down] = [(x + 1 < width).then_some((x + 1, y)), (y + 1 < height).then_some((x, y + 1))];
+        [[left, right], [up, down]].map(|pair| pair.map(|place| place.map(|(x, y)| self.at(x, y))))
+    }
+
+    /// Whether the silhouette of a core between these radii may pass within half of `pixels` of a pixel's middle, on both axes.
+    fn may_show_limb(&self, [low, high]: [f64; 2], x: u32, y: u32, pixels: u32) -> bool {
+        let Scene { camera, width, height, .. } = self.scene;
+        let eye = DVec3::from_array(camera.eye());
+        let middle = Place::middle(x, y, false);
+        let dir = DVec3::from_array(camera.direction_at(middle.at, *width, *height));
+        // A ray that is turned by an angle passes the centre nearer or farther by the angle times the distance, at most.
+        let reach = 0.5 * SQRT_2 * f64::from(pixels) * self.pixel * eye.length();
+        let along = -eye.dot(dir);
+        let b = (eye + along * dir).length();
+        along + reach > 0.0 && b + reach >= low && b - reach <= high
+    }
+
+    /// Whether a pixel's ray meets other surfaces than its neighbours', or the same at another depth.
+    fn has_step(&self, x: u32, y: u32) -> bool {
+        let most = (STEP * self.pixel) as f32;
+        let mine = &self.at(x, y).surfaces;
+        let differs = |other: &Signature| !mine.is_alike(other);
+        self.beside(x, y).iter().any(|pair| match pair.map(|pixel| pixel.map(|pixel| &pixel.surfaces)) {
+            [Some(before), Some(behind)] => {
+                differs(before) || differs(behind) || mine.bend(before, behind) > most
+            }
+            [before, behind] => before.or(behind).is_some_and(differs),
+        })
+    }
+
+    /// Whether a pixel differs from one beside it by more than `tolerance`.
+    fn has_contrast(&self, x: u32, y: u32, tolerance: f64) -> bool {
+        let mine = self.at(x, y).color;
+        let differs = |other: &Pixel| {
+            mine.iter().zip(other.color).any(|(mine, other)| f64::from((mine - other).abs()) > tolerance)
+        };
+        self.beside(x, y).iter().flatten().flatten().any(|other| differs(other))
+    }
+}
+
+/// Pixels that show the mean of several rays.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct EdgePixels {
+    width: u32,
+    /// Their numbers in the picture, rising.
+    pixels: Vec<u32>,
+}
+
+impl EdgePixels {
+    /// How many.
+    pub fn count(&self) -> usize {
+        self.pixels.len()
+    }
+
+    /// Their numbers as bytes.
+    pub fn bytes(&self) -> Vec<u8> {
+        self.pixels.iter().flat_map(|pixel| pixel.to_le_bytes()).collect()
+    }
+
+    /// What [`Self::bytes`] gave of a picture of this raster.
+    pub fn of_bytes(bytes: &[u8], raster: Raster) -> Self {
+        let pixels = bytes.as_chunks().0.iter().map(|pixel| u32::from_le_bytes(*pixel)).collect();
+        EdgePixels { width: raster.width, pixels }
+    }
+
+    /// A tile's.
+    fn of_tile(&self, tile: u32) -> &[u32] {
+        let start = tile as usize * TILE;
+        &self.pixels[start..(start + TILE).min(self.pixels.len())]
+    }
+
+    /// Puts the pixels of all tiles into the picture, and adds up what their rays met.
+    ///
+    /// # Panics
+    /// When a tile is missing or there twice.
+    pub fn replace(&self, tiles: &[Tile], picture: &mut [Pixel]) -> Counts {
+        let mut is_there = vec![false; self.tiles() as usize];
+        let mut counts = Counts::default();
+        for Tile { number, counts: of_tile, pixels, .. } in tiles {
+            assert!(!std::mem::replace(&mut is_there[*number as usize], true), "tile {number} came twice");
+            counts += *of_tile;
+            for (at, pixel) in self.of_tile(*number).iter().zip(pixels) {
+                picture[*at as usize] = *pixel;
+            }
+        }
+        assert!(is_there.iter().all(|there| *there), "a tile is missing");
+        counts
+    }
+}
+
+impl Tiling for EdgePixels {
+    fn tiles(&self) -> u32 {
+        self.pixels.len().div_ceil(TILE) as u32
+    }
+
+    fn pixels_of(&self, tile: u32) -> usize {
+        self.of_tile(tile).len()
+    }
+
+    fn rays_per_pixel(&self) -> usize {
+        RAYS
+    }
+
+    fn places(&self, tile: u32, tell: &mut dyn FnMut(Place)) {
+        for pixel in self.of_tile(tile) {
+            let middle = Place::middle(pixel % self.width, pixel / self.width, true);
+            for (number, offset) in PATTERN.iter().enumerate() {
+                let at = [0, 1].map(|axis| middle.at[axis] + f64::from(offset[axis]) / 16.0);
+                tell(Place { at, begins_row: number == 0 });
+            }
+        }
+    }
+
+    fn resolve(&self, rays: Vec<Pixel>) -> Vec<Pixel> {
+        rays.chunks_exact(RAYS).map(mean).collect()
+    }
+
+    fn raster(&self) -> Option<Raster> {
+        None
+    }
+}
+
+/// The mean of rays, which is off by no more than the mean of what they are, and by its rounding.
+fn mean(rays: &[Pixel]) -> Pixel {
+    let mean_of = |value: &dyn Fn(&Pixel) -> f32| {
+        rays.iter().map(|ray| f64::from(value(ray))).sum::<f64>() / rays.len() as f64
+    };
+    let color = [0, 1, 2, 3].map(|k| mean_of(&|ray| ray.color[k]) as f32);
+    let error = mean_of(&|ray| ray.error);
+    let largest = color.iter().fold(0.0f32, |most, c| most.max(*c));
+    // A pixel that no ray has anything to tell of is exact.
+    let stored = if error > 0.0 { 0.5 * f64::from(f32::EPSILON) * f64::from(largest) } else { 0.0 };
+    Pixel { color, error: (error + stored) as f32, surfaces: Signature::default() }
+}

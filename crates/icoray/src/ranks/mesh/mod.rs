@@ -1,0 +1,147 @@
+//! The mesh that the ranks of a node have together: their own cells and, around them, cells of other nodes.
+//!
+//! It is made of what each rank tells of its part. Cells are in the order of their numbers in the whole grid, and rows of
+//! tables have the order that they have on the rank that owns the cell: what is summed up over them has the bits that it has
+//! in the whole grid.
+
+mod piece;
+
+use super::nodes::Nodes;
+use super::{Ranks, bad};
+use crate::error::{Error, ErrorKind, Result};
+use crate::grid::{Connectivity, Grid, OwnedGrid, OwnedTables};
+use crate::threads::Threads;
+pub(super) use piece::{Corner, CornerKey, Numbers};
+use piece::{Told, ToldCell, read};
+
+/// What stands where a neighbour is missing, in tables that number from 0.
+const MISSING: i32 = -1;
+
+/// A node's mesh.
+#[derive(Debug)]
+pub(super) struct NodeMesh {
+    pub grid: OwnedGrid,
+    /// Of each cell, its number in the whole grid, rising.
+    pub global: Vec<u64>,
+    /// Of each cell, the rank that owns it.
+    pub owner: Vec<u32>,
+    /// Of each corner, what all ranks know it by.
+    pub corners: Vec<Corner>,
+    /// Of each of the first corners, those with own cells of the node, the rank that told of it.
+    pub teller: Vec<u32>,
+}
+
+impl NodeMesh {
+    /// Puts the parts of this rank's node together. Collective.
+    pub fn new(ranks: &mut Ranks, numbers: &Numbers, nodes: &Nodes) -> Result<Self> {
+        let told = ranks.attempt(|| Ok(numbers.tell(nodes)));
+        let told = ranks.together(told)?;
+        let mut messages = vec![Vec::new(); ranks.size()];
+        nodes.mates().into_iter().for_each(|mate| messages[mate].clone_from(&told));
+        drop(told);
+        let came = ranks.exchange(messages)?;
+        let base = i64::from(numbers.grid.tables().index_base);
+        let mesh = ranks.attempt(|| Self::of(&came, base));
+        ranks.together(mesh)
+    }
+
+    fn of(came: &[Vec<u8>], base: i64) -> Result<Self> {
+        let mut told = Told::default();
+        let told_by = came.iter().enumerate().filter(|(_, bytes)| !bytes.is_empty());
+        told_by.into_iter().try_for_each(|(rank, bytes)| read(rank, bytes, &mut told))?;
+        let Told { mut cells, corners, mut beyond } = told;
+        cells.sort_by_key(|cell: &ToldCell| cell.global);
+        // Several ranks tell of what is of other nodes.
+        cells.dedup_by_key(|cell| cell.global);
+        beyond.sort_by_key(Corner::key);
+        beyond.dedup_by_key(|corner| corner.key());
+        let (corners, teller): (Vec<Corner>, Vec<u32>) = corners.into_iter().unzip();
+        let corners = [corners, beyond].concat();
+        let global: Vec<u64> = cells.iter().map(|cell| cell.global).collect();
+        let cell_number = global.iter().map(|number| *number as i64 + base).collect();
+        let tables = OwnedTables { cell_number, ..tables(&cells, &global, &corners)? };
+        // The caller's threads are its own, and no pool of the process's is to be started.
+        let grid = Threads::new(1)?.run(|| OwnedGrid::new(tables))?;
+        Ok(NodeMesh { grid, owner: cells.iter().map(|cell| cell.owner).collect(), global, corners, teller })
+    }
+
+    /// The row of a cell of the whole grid.
+    pub fn row(&self, global: u64) -> Option<u32> {
+        self.global.binary_search(&global).ok().map(|row| row as u32)
+    }
+
+    /// The rank that has the values of fields at a corner if it has the corner: the owner of its first cell.
+    pub fn supplier(&self, corner: &Corner) -> Option<usize> {
+        let row = self.row(corner.first()?)?;
+        Some(self.owner[row as usize] as usize)
+    }
+
+    pub fn grid(&self) -> &Grid<'_> {
+        self.grid.grid()
+    }
+}
+
+fn tables(cells: &[ToldCell], global: &[u64], corners: &[Corner]) -> Result<OwnedTables> {
+    let row = |cell: u64| {
+        let row = global.binary_search(&cell);
+        row.map_err(|_| Error::new(ErrorKind::Mpi, format!("cell {cell} of a corner was not told")))
+    };
+    let mut corner_cell = Vec::with_capacity(3 * corners.len());
+    for corner in corners {
+        for cell in corner.cells() {
+            corner_cell.push(cell.map(row).transpose()?.map_or(MISSING, |row| row as i32));
+        }
+    }
+    if i32::try_from(global.len().max(corner_cell.len())).is_err() {
+        return Err(bad(format!(
+            "{} cells on one node, expected fewer than 2^31 sides of triangles",
+            global.len()
+        )));
+    }
+    let mut connectivity = connect(&corner_cell, corners, global.len())?;
+    set_corners(&mut connectivity, &corner_cell, cells, corners);
+    let places = |k: usize| cells.iter().map(|cell| cell.place[k]).collect();
+    let corner_places = |k: usize| corners.iter().map(|corner| corner.place[k]).collect();
+    Ok(OwnedTables {
+        center: [places(0), places(1)],
+        corner: [corner_places(0), corner_places(1)],
+        corner_cell,
+        connectivity,
+        cell_number: Vec::new(),
+    })
+}
+
+/// Joins the corners that are triangles.
+fn connect(corner_cell: &[i32], corners: &[Corner], cells: usize) -> Result<Connectivity> {
+    let rows: Vec<usize> = (0..corners.len()).filter(|row| corners[*row].is_triangle()).collect();
+    let triangles: Vec<i32> =
+        rows.iter().flat_map(|row| &corner_cell[3 * row..3 * row + 3]).copied().collect();
+    let mut of = Connectivity::new(&triangles, cells)?;
+    let mut corner_edge = vec![MISSING; corner_cell.len()];
+    for (row, edges) in rows.iter().zip(of.corner_edge.chunks_exact(3)) {
+        corner_edge[3 * row..3 * row + 3].copy_from_slice(edges);
+    }
+    of.corner_edge = corner_edge;
+    of.edge_corner.iter_mut().filter(|t| **t != MISSING).for_each(|t| *t = rows[*t as usize] as i32);
+    Ok(of)
+}
+
+/// Gives each cell all of its corners, in the order in which its owner has them.
+fn set_corners(to: &mut Connectivity, corner_cell: &[i32], cells: &[ToldCell], corners: &[Corner]) {
+    let mut around = vec![Vec::new(); cells.len()];
+    for (i, cell) in corner_cell.iter().enumerate().filter(|(_, cell)| **cell != MISSING) {
+        around[*cell as usize].push((i / 3) as i32);
+    }
+    let row = around.iter().map(Vec::len).max().unwrap_or(0).max(3);
+    let mut table = vec![MISSING; row * cells.len()];
+    for ((cell, around), place) in cells.iter().zip(&mut around).zip(table.chunks_exact_mut(row)) {
+        around.sort_by_key(|corner| corners[*corner as usize].key());
+        for (k, place) in place.iter_mut().enumerate().take(around.len()) {
+            // Cells of other nodes have some of their corners here, in whatever order.
+            let at = if cell.order.len() == around.len() { usize::from(cell.order[k]) } else { k };
+            *place = around.get(at).copied().unwrap_or(MISSING);
+        }
+    }
+    to.cell_corner_count = around.iter().map(|around| around.len().max(3) as i32).collect();
+    (to.cell_corner, to.cell_corner_row) = (table, row);
+}

@@ -1,0 +1,106 @@
+//! Whole fields in the memory of a node.
+
+use super::columns::NodeGrid;
+use super::{Node, Part, Ranks};
+use crate::error::{Error, ErrorKind, Result};
+use crate::field::{Field, Location};
+use crate::fields::Fields;
+use crate::grid::{Grid, Reals};
+use crate::shape::Shape;
+use std::sync::Arc;
+
+/// A field's place in a node's memory and its form there: level-fastest.
+#[derive(Debug, Clone)]
+pub(crate) struct Stored {
+    /// The name that scenes use; `None` for the heights.
+    pub name: Option<String>,
+    /// Offset in bytes, a multiple of 8.
+    pub at: usize,
+    pub columns: usize,
+    pub layers: usize,
+    pub location: Location,
+    pub is_f64: bool,
+    pub fill: Option<f64>,
+}
+
+impl Stored {
+    /// Bytes of a column.
+    pub fn width(&self) -> usize {
+        self.layers * if self.is_f64 { size_of::<f64>() } else { size_of::<f32>() }
+    }
+
+    /// Offset of the first byte behind it.
+    pub fn end(&self) -> usize {
+        self.at + self.columns * self.width()
+    }
+
+    fn field<'n>(&self, bytes: &'n [u8]) -> Result<Field<'n>> {
+        let cut = |e| Error::new(ErrorKind::Internal, format!("the node's memory: {e}"));
+        let bytes = &bytes[self.at..self.end()];
+        let samples = if self.is_f64 {
+            Reals::F64(bytemuck::try_cast_slice(bytes).map_err(cut)?)
+        } else {
+            Reals::F32(bytemuck::try_cast_slice(bytes).map_err(cut)?)
+        };
+        Field::new(samples, Shape::level_fastest(self.columns, self.layers), self.location, self.fill)
+    }
+}
+
+/// Whole fields, and heights where there are any, that the ranks of a node have put together in its memory.
+pub(crate) struct NodeFields {
+    pub node: Node,
+    /// The grid that they lie on where ranks have parts.
+    pub grid: Option<Arc<NodeGrid>>,
+    pub stored: Vec<Stored>,
+    /// Bytes that this rank wrote.
+    pub bytes_copied: u64,
+    /// Seconds that putting them together took.
+    pub copy_s: f64,
+}
+
+impl NodeFields {
+    /// The fields.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Internal`] where the memory is not aligned.
+    pub fn fields(&self) -> Result<Fields<'_>> {
+        let (mut named, mut heights) = (Vec::new(), None);
+        for stored in &self.stored {
+            let field = stored.field(self.node.memory.bytes())?;
+            match &stored.name {
+                Some(name) => named.push((name.as_str(), field)),
+                None => heights = Some(field),
+            }
+        }
+        let fields = Fields::new(named);
+        Ok(match heights {
+            Some(heights) => fields.with_heights(heights),
+            None => fields,
+        })
+    }
+
+    /// The grid that they lie on: the node's, or `given` where ranks have the whole one.
+    pub fn grid<'g>(&'g self, given: &'g Grid<'g>) -> &'g Grid<'g> {
+        self.grid.as_ref().map_or(given, |node| node.grid())
+    }
+
+    /// What of the grid is the node's own, where there are other nodes with parts.
+    pub fn part(&self) -> Option<&Part> {
+        self.grid.as_ref()?.part.as_ref()
+    }
+
+    /// Bytes of the tables that this rank has of its node's mesh.
+    pub fn table_bytes(&self) -> usize {
+        self.grid.as_ref().map_or(0, |node| node.bytes())
+    }
+
+    /// Whether some ranks have memory of their own where they should share.
+    pub fn is_refused(&self) -> bool {
+        self.node.is_refused
+    }
+
+    /// Hands the memory back for the next frame.
+    pub fn leave(self, ranks: &mut Ranks) {
+        ranks.keep_node(self.node);
+    }
+}

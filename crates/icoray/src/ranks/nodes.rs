@@ -1,0 +1,73 @@
+//! Which ranks share memory.
+
+use super::Ranks;
+use super::words::{Reader, Words};
+use crate::error::Result;
+
+/// Nodes: groups of ranks that share memory, each known by its lowest rank, its leader.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct Nodes {
+    /// Of each rank.
+    leader: Vec<usize>,
+    rank: usize,
+}
+
+impl Nodes {
+    /// Asks all ranks. Collective.
+    pub fn find(ranks: &mut Ranks) -> Result<Self> {
+        let mine = match &mut ranks.team {
+            Some(team) => team.memory_leader(),
+            None => Ok(0),
+        };
+        let mine = ranks.together(mine)?;
+        let said = ranks.share(&Words::default().put(mine as u64).0)?;
+        let leader = said.iter().map(|bytes| Ok(Reader(bytes).get()? as usize)).collect::<Result<_>>()?;
+        Ok(Nodes { leader, rank: ranks.rank() })
+    }
+
+    /// All ranks as one node, whether they share memory or not.
+    pub fn one(ranks: &Ranks) -> Self {
+        Nodes { leader: vec![0; ranks.size()], rank: ranks.rank() }
+    }
+
+    /// The leader of a rank's node.
+    pub fn leader_of(&self, rank: usize) -> usize {
+        self.leader[rank]
+    }
+
+    /// Whether a rank is on this one's node.
+    pub fn is_mate(&self, rank: usize) -> bool {
+        self.leader[rank] == self.leader[self.rank]
+    }
+
+    pub fn is_leader(&self) -> bool {
+        self.leader[self.rank] == self.rank
+    }
+
+    /// The ranks of a node, rising.
+    pub fn members(&self, leader: usize) -> impl Iterator<Item = usize> + '_ {
+        self.leader.iter().enumerate().filter(move |(_, its)| **its == leader).map(|(rank, _)| rank)
+    }
+
+    /// The ranks of this one's node, rising.
+    pub fn mates(&self) -> Vec<usize> {
+        self.members(self.leader[self.rank]).collect()
+    }
+
+    /// Whether all ranks are on one node.
+    pub fn is_one(&self) -> bool {
+        self.leader.iter().all(|leader| *leader == self.leader[0])
+    }
+
+    /// One rank of each other node, which exchanges data with this one; the ranks of a node have different ones, as far as
+    /// there are as many.
+    pub fn partners(&self) -> impl Iterator<Item = usize> + '_ {
+        let own = self.leader[self.rank];
+        let leaders = (0..self.leader.len()).filter(move |rank| self.leader[*rank] == *rank && *rank != own);
+        let place = self.members(own).take_while(|mate| *mate < self.rank).count();
+        leaders.map(move |leader| {
+            let all: Vec<usize> = self.members(leader).collect();
+            all[place % all.len()]
+        })
+    }
+}

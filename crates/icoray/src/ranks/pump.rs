@@ -1,0 +1,342 @@
+//! Ranks whose collective calls are made on another thread than their messages.
+//!
+//! A [`PumpedTeam`] is the team of a thread that may not touch the transport (MPI allows it to one thread only). Its
+//! messages lie in a channel until the thread that owns the transport moves them on, by calls of [`MessagePump::pump`]
+//! that return at once; those that arrive go back through another channel.
+
+use super::Team;
+use super::tree::{Link, Message, Tree};
+use super::words::{Reader, Words};
+use crate::error::{Error, ErrorKind, Result};
+use crossbeam_channel::{Receiver, Sender, TryRecvError, unbounded};
+use std::collections::BTreeMap;
+use std::thread::{sleep, yield_now};
+use std::time::{Duration, Instant};
+
+/// The most bytes of a message that are sent at once: transports count in 32 bits.
+const MOST: usize = 1 << 30;
+/// Behind the bytes of each message: the number of its call, and one of the three below.
+const TRAILER: usize = size_of::<u64>() + 1;
+/// The message ends here.
+const END: u8 = 0;
+/// The message goes on in the sender's next one.
+const MORE: u8 = 1;
+/// The sender's frame has ended by the error that this message says.
+const BROKEN: u8 = 2;
+
+/// The longest time that [`MessagePump::pump`] takes.
+const LONGEST: Duration = Duration::from_micros(500);
+/// The time without any message after which it returns.
+const QUIET: Duration = Duration::from_micros(100);
+/// How long [`MessagePump::finish`] sleeps where nothing moves.
+const NAP: Duration = Duration::from_micros(50);
+
+/// Bytes with the rank that they are for, or that they are from.
+type Addressed = (usize, Vec<u8>);
+
+/// Messages between ranks, in calls that return at once. Those of one rank for another one arrive in their order.
+///
+/// # Errors
+/// Of every method: [`ErrorKind::Mpi`] when the transport itself fails. Then this is of no more use.
+pub trait PointToPoint: Send {
+    /// This process's number, from 0.
+    fn rank(&self) -> usize;
+
+    /// Number of processes, at least 1.
+    fn size(&self) -> usize;
+
+    /// Whether ranks can be reached no more. Not collective.
+    fn is_gone(&self) -> bool {
+        false
+    }
+
+    /// Begins to send a message of at most 2^31 - 1 bytes to another rank.
+    #[expect(clippy::missing_errors_doc, reason = "the trait has them")]
+    fn send(&mut self, to: usize, bytes: Vec<u8>) -> Result<()>;
+
+    /// Moves on what this rank is sending; whether all of it has gone.
+    #[expect(clippy::missing_errors_doc, reason = "the trait has them")]
+    fn is_sent(&mut self) -> Result<bool>;
+
+    /// A message that has arrived, with the number of the rank that sent it.
+    #[expect(clippy::missing_errors_doc, reason = "the trait has them")]
+    fn try_receive(&mut self) -> Result<Option<(usize, Vec<u8>)>>;
+
+    /// Whether all ranks have called this since it last returned true. It is called again until it does.
+    #[expect(clippy::missing_errors_doc, reason = "the trait has them")]
+    fn try_meet(&mut self) -> Result<bool>;
+}
+
+/// A team for another thread, and the pump that moves its messages over `transport`. `node_rank` is this process's number
+/// on its node.
+pub(crate) fn pumped(transport: Box<dyn PointToPoint>, node_rank: usize) -> (PumpedTeam, MessagePump) {
+    let ((outbox, to_send), (inbox, received)) = (unbounded(), unbounded());
+    let (rank, size) = (transport.rank(), transport.size());
+    let mailbox = Mailbox { rank, size, outbox, inbox: received, begun: BTreeMap::new(), most: MOST };
+    let pump = MessagePump { transport, to_send, inbox: Some(inbox) };
+    (PumpedTeam { tree: Tree::new(mailbox), node_rank }, pump)
+}
+
+fn gone() -> Error {
+    Error::new(ErrorKind::Mpi, "ranks cannot be reached any more")
+}
+
+/// The transport's end of the channels.
+pub(crate) struct MessagePump {
+    transport: Box<dyn PointToPoint>,
+    to_send: Receiver<Addressed>,
+    /// `None` once ranks cannot be reached any more.
+    inbox: Option<Sender<Result<Addressed>>>,
+}
+
+impl MessagePump {
+    /// Moves messages on for as long as some arrive shortly one after the other, half a millisecond at most.
+    pub fn pump(&mut self) {
+        let start = Instant::now();
+        let mut last = None;
+        loop {
+            if self.turn() {
+                last = Some(Instant::now());
+            }
+            let is_quiet = last.is_none_or(|last| last.elapsed() > QUIET);
+            if is_quiet || start.elapsed() > LONGEST {
+                return;
+            }
+            yield_now();
+        }
+    }
+
+    /// Moves messages on until `is_done` on all ranks. Collective. Where ranks cannot be reached any more it returns once
+    /// it is done on this one.
+    pub fn finish(&mut self, mut is_done: impl FnMut() -> bool) {
+        let mut done = false;
+        loop {
+            // What was sent before it was done is moved on after.
+            done = done || is_done();
+            let has_moved = self.turn();
+            let have_met = done && self.meet();
+            if have_met {
+                return;
+            }
+            if !has_moved {
+                sleep(NAP);
+            }
+        }
+    }
+
+    /// Lets all messages go: calls of the team fail from now on.
+    pub fn cut(&mut self) {
+        self.inbox = None;
+        self.to_send = crossbeam_channel::never();
+    }
+
+    fn meet(&mut self) -> bool {
+        if self.inbox.is_none() {
+            return true;
+        }
+        let met = self.transport.is_sent().and_then(|is_sent| Ok(is_sent && self.transport.try_meet()?));
+        met.unwrap_or_else(|error| self.fail(error))
+    }
+
+    /// Moves messages on; whether there were any.
+    fn turn(&mut self) -> bool {
+        let Some(inbox) = &self.inbox else { return false };
+        let turned = turn(&mut *self.transport, &self.to_send, inbox);
+        turned.unwrap_or_else(|error| self.fail(error))
+    }
+
+    fn fail(&mut self, error: Error) -> bool {
+        if let Some(inbox) = &self.inbox {
+            // Nobody may listen any more.
+            let _ = inbox.send(Err(error));
+        }
+        self.cut();
+        false
+    }
+}
+
+impl std::fmt::Debug for MessagePump {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "pump of rank {} of {}", self.transport.rank(), self.transport.size())
+    }
+}
+
+fn turn(
+    transport: &mut dyn PointToPoint,
+    to_send: &Receiver<Addressed>,
+    inbox: &Sender<Result<Addressed>>,
+) -> Result<bool> {
+    if transport.is_gone() {
+        return Err(gone());
+    }
+    let mut has_moved = false;
+    for (to, bytes) in to_send.try_iter() {
+        transport.send(to, bytes)?;
+        has_moved = true;
+    }
+    transport.is_sent()?;
+    while let Some(message) = transport.try_receive()? {
+        // The team may be gone, of which whoever waits for it hears.
+        let _ = inbox.send(Ok(message));
+        has_moved = true;
+    }
+    Ok(has_moved)
+}
+
+/// The team's end of the channels.
+#[derive(Debug)]
+struct Mailbox {
+    rank: usize,
+    size: usize,
+    outbox: Sender<Addressed>,
+    inbox: Receiver<Result<Addressed>>,
+    /// Messages of which some has arrived, by sender.
+    begun: BTreeMap<usize, Vec<u8>>,
+    most: usize,
+}
+
+impl Mailbox {
+    fn post_piece(&self, to: usize, mut bytes: Vec<u8>, call: u64, kind: u8) -> Result<()> {
+        bytes.extend_from_slice(&call.to_le_bytes());
+        bytes.push(kind);
+        self.outbox.send((to, bytes)).map_err(|_| gone())
+    }
+
+    /// The message that ends with these bytes.
+    fn read(&mut self, (from, mut bytes): Addressed) -> Result<Option<Message>> {
+        let cut = || Error::new(ErrorKind::Mpi, format!("a message of rank {from} is shorter than it says"));
+        let length = bytes.len().checked_sub(TRAILER).ok_or_else(cut)?;
+        let mut reader = Reader(&bytes[length..]);
+        let (call, kind) = (reader.get()?, bytes[bytes.len() - 1]);
+        bytes.truncate(length);
+        let bytes = match self.begun.remove(&from) {
+            Some(begun) => [begun, bytes].concat(),
+            None => bytes,
+        };
+        let body = match kind {
+            MORE => {
+                self.begun.insert(from, bytes);
+                return Ok(None);
+            }
+            BROKEN => Err(error(&bytes)?),
+            _ => Ok(bytes),
+        };
+        Ok(Some(Message { from, call, body }))
+    }
+}
+
+fn error(bytes: &[u8]) -> Result<Error> {
+    let mut reader = Reader(bytes);
+    let number = reader.get()?;
+    Ok(Error::new(ErrorKind::of_number(number as i32), reader.get_text()?))
+}
+
+impl Link for Mailbox {
+    fn rank(&self) -> usize {
+        self.rank
+    }
+
+    fn size(&self) -> usize {
+        self.size
+    }
+
+    fn post(&mut self, to: usize, call: u64, body: Result<Vec<u8>>) -> Result<()> {
+        let (mut bytes, kind) = match body {
+            Ok(bytes) => (bytes, END),
+            Err(error) => {
+                let mut words = Words::default();
+                words.put(error.kind().number() as u64).put_bytes(error.context().as_bytes());
+                (words.0, BROKEN)
+            }
+        };
+        while bytes.len() > self.most {
+            let rest = bytes.split_off(self.most);
+            self.post_piece(to, bytes, call, MORE)?;
+            bytes = rest;
+        }
+        self.post_piece(to, bytes, call, kind)
+    }
+
+    fn next(&mut self) -> Result<Message> {
+        loop {
+            let piece = self.inbox.recv().map_err(|_| gone())??;
+            if let Some(message) = self.read(piece)? {
+                return Ok(message);
+            }
+        }
+    }
+
+    fn try_next(&mut self) -> Result<Option<Message>> {
+        loop {
+            match self.inbox.try_recv() {
+                Ok(piece) => {
+                    if let Some(message) = self.read(piece?)? {
+                        return Ok(Some(message));
+                    }
+                }
+                Err(TryRecvError::Empty) => return Ok(None),
+                Err(TryRecvError::Disconnected) => return Err(gone()),
+            }
+        }
+    }
+}
+
+/// A team whose messages a [`MessagePump`] moves.
+#[derive(Debug)]
+pub(crate) struct PumpedTeam {
+    tree: Tree<Mailbox>,
+    node_rank: usize,
+}
+
+impl Team for PumpedTeam {
+    fn rank(&self) -> usize {
+        self.tree.link.rank
+    }
+
+    fn size(&self) -> usize {
+        self.tree.link.size
+    }
+
+    fn share(&mut self, mine: &[u8]) -> Result<Vec<Vec<u8>>> {
+        self.tree.share(mine)
+    }
+
+    fn broadcast(&mut self, mine: Vec<u8>) -> Result<Vec<u8>> {
+        self.tree.broadcast(mine)
+    }
+
+    fn send(&mut self, bytes: Vec<u8>) -> Result<()> {
+        self.tree.send(bytes)
+    }
+
+    fn is_sent(&mut self) -> Result<bool> {
+        Ok(true)
+    }
+
+    fn try_receive(&mut self) -> Result<Option<Addressed>> {
+        self.tree.try_receive()
+    }
+
+    fn wait(&mut self) -> Result<()> {
+        self.tree.wait()
+    }
+
+    fn exchange(&mut self, mine: Vec<Vec<u8>>) -> Result<Vec<Vec<u8>>> {
+        self.tree.exchange(mine)
+    }
+
+    fn node_rank(&mut self) -> Result<usize> {
+        Ok(self.node_rank)
+    }
+
+    fn begin_frame(&mut self) {
+        self.tree.begin_frame();
+    }
+
+    fn break_off(&mut self, error: &Error) {
+        self.tree.break_off(error);
+    }
+}
+
+#[cfg(test)]
+mod tests;

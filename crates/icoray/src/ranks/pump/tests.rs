@@ -1,0 +1,136 @@
+//! Collective calls on one thread, their messages on another.
+
+use super::*;
+use crate::ranks::{Ranks, local_team};
+use std::sync::atomic::{AtomicBool, Ordering::SeqCst};
+use std::thread;
+
+/// What `work` makes of each rank's team, while the rank's own thread moves messages, now and then.
+fn on_pumped<R: Send>(size: usize, work: impl Fn(&mut PumpedTeam) -> R + Sync) -> Vec<R> {
+    let work = &work;
+    thread::scope(|scope| {
+        let rank = |mut team: crate::ranks::LocalTeam| {
+            scope.spawn(move || {
+                let (mut pumped, mut pump) = pumped(team.point_to_point().unwrap(), team.rank());
+                // Few children and short pieces, so that few ranks and bytes have many of them.
+                pumped.tree = pumped.tree.with_fan_out(2);
+                pumped.tree.link.most = 100;
+                let is_done = AtomicBool::new(false);
+                thread::scope(|scope| {
+                    let worker = scope.spawn(|| {
+                        let made = work(&mut pumped);
+                        is_done.store(true, SeqCst);
+                        made
+                    });
+                    for _ in 0..3 {
+                        sleep(Duration::from_millis(1));
+                        pump.pump();
+                    }
+                    pump.finish(|| is_done.load(SeqCst));
+                    worker.join().unwrap()
+                })
+            })
+        };
+        let threads: Vec<_> = local_team(size).into_iter().map(rank).collect();
+        threads.into_iter().map(|thread| thread.join().unwrap()).collect()
+    })
+}
+
+/// Bytes that say from whom they are, for whom and when; none for some.
+fn letter(round: usize, from: usize, to: usize) -> Vec<u8> {
+    let length = (37 * (from + 1) * (round + to)) % 450;
+    (0..length).map(|i| (i + 50 * from + 7 * to + round) as u8).collect()
+}
+
+#[test]
+fn collective_calls_are_those_of_any_team() {
+    for size in [1, 2, 3, 7, 12] {
+        on_pumped(size, |team| {
+            let rank = team.rank();
+            for round in 0..4 {
+                let shared = team.share(&letter(round, rank, 0)).unwrap();
+                assert_eq!(shared, (0..size).map(|of| letter(round, of, 0)).collect::<Vec<_>>());
+                let for_all = (0..size).map(|to| letter(round, rank, to)).collect();
+                let came = team.exchange(for_all).unwrap();
+                assert_eq!(came, (0..size).map(|from| letter(round, from, rank)).collect::<Vec<_>>());
+                if rank == 0 {
+                    let mut next = vec![0; size];
+                    while next[1..].iter().any(|next| *next < 5) {
+                        match team.try_receive().unwrap() {
+                            Some((of, bytes)) => {
+                                assert_eq!(bytes, letter(next[of], of, round));
+                                next[of] += 1;
+                            }
+                            None => team.wait().unwrap(),
+                        }
+                    }
+                } else {
+                    (0..5).for_each(|i| team.send(letter(i, rank, round)).unwrap());
+                    assert!(team.is_sent().unwrap());
+                }
+                assert_eq!(team.broadcast(letter(round, rank, 1)).unwrap(), letter(round, 0, 1));
+            }
+        });
+    }
+}
+
+/// A rank that leaves a frame by an error ends it on all, at whichever call they are, and the next frame is as if nothing had
+/// been.
+#[test]
+fn a_frame_that_one_rank_leaves_ends_on_all() {
+    for (size, odd) in [(2, 1), (7, 0), (7, 3), (7, 6)] {
+        let said = on_pumped(size, |team| {
+            let rank = team.rank();
+            let mut frame = |is_left: bool| {
+                team.begin_frame();
+                let drawn = team.share(&[rank as u8]).and_then(|shared| {
+                    if is_left && rank == odd {
+                        return Err(Error::new(ErrorKind::Field, "out of luck"));
+                    }
+                    let came = team.exchange(vec![vec![rank as u8]; size])?;
+                    let last = team.broadcast(vec![9])?;
+                    Ok((shared, came, last))
+                });
+                drawn.inspect_err(|error| team.break_off(error))
+            };
+            let all: Vec<Vec<u8>> = (0..size).map(|rank| vec![rank as u8]).collect();
+            [false, true, false, true, false].map(|is_left| {
+                let drawn = frame(is_left);
+                if !is_left {
+                    assert_eq!(drawn.as_ref().unwrap(), &(all.clone(), all.clone(), vec![9]));
+                }
+                drawn.err().map(|error| error.to_string())
+            })
+        });
+        let bad = Some("bad field: out of luck".to_string());
+        for (rank, said) in said.into_iter().enumerate() {
+            assert_eq!(said, [None, bad.clone(), None, bad.clone(), None], "rank {rank} of {size}");
+        }
+    }
+}
+
+#[test]
+fn calls_fail_once_messages_are_cut_off() {
+    let mut teams = local_team(2);
+    let (mut team, mut pump) = pumped(teams[0].point_to_point().unwrap(), 0);
+    let waiting = thread::spawn(move || {
+        let error = team.share(&[1]).unwrap_err();
+        (error.kind(), team.broadcast(vec![2]).unwrap_err().kind())
+    });
+    pump.pump();
+    pump.cut();
+    pump.pump();
+    assert_eq!(waiting.join().unwrap(), (ErrorKind::Mpi, ErrorKind::Mpi));
+    let mut has_asked = false;
+    pump.finish(|| std::mem::replace(&mut has_asked, true));
+    assert!(has_asked, "it ends when this rank is done, whatever others do");
+}
+
+#[test]
+fn a_team_without_messages_of_its_own_says_so() {
+    assert!(Ranks::alone().point_to_point().unwrap().is_none());
+    let mut ranks = Ranks::new(Box::new(local_team(1).remove(0)));
+    assert!(ranks.point_to_point().unwrap().is_some());
+    let error = ranks.point_to_point().map(drop).unwrap_err();
+    assert_eq!(error.kind(), ErrorKind::Mpi);
+}

@@ -1,0 +1,235 @@
+//! Collective calls made of messages from one rank to another.
+//!
+//! Ranks form a tree, rank 0 at its root, in which each has up to [`FAN_OUT`] children: with up to 33 ranks all of them
+//! exchange messages with rank 0, and no rank sends more than a few at any number. Each message bears the number of its
+//! call, as ranks run ahead of each other.
+//!
+//! Calls belong to frames. A rank whose frame has ended by an error tells its parent and children, who pass it on: so
+//! nobody waits for a rank that has left a frame, and the next frame begins afresh ([`Tree::begin_frame`]).
+
+use super::words::{Reader, Words};
+use crate::error::{Error, ErrorKind, Result};
+use std::mem::take;
+
+/// The most children of a rank.
+const FAN_OUT: usize = 32;
+
+/// A call's number has the number of its frame above these bits.
+const FRAME: u32 = 32;
+
+/// What a rank sends another one.
+#[derive(Debug)]
+pub(super) struct Message {
+    pub from: usize,
+    /// Number of its collective call, or of the last one before it.
+    pub call: u64,
+    /// Bytes, or the error by which the sender's frame has ended.
+    pub body: Result<Vec<u8>>,
+}
+
+/// Carries messages. Those of one rank for another one arrive in their order.
+pub(super) trait Link {
+    fn rank(&self) -> usize;
+
+    fn size(&self) -> usize;
+
+    /// Sends a message; waits for nobody.
+    fn post(&mut self, to: usize, call: u64, body: Result<Vec<u8>>) -> Result<()>;
+
+    /// The next message. Waits for it.
+    fn next(&mut self) -> Result<Message>;
+
+    /// The next message, if there is one.
+    fn try_next(&mut self) -> Result<Option<Message>>;
+}
+
+/// Collective calls over a link.
+#[derive(Debug)]
+pub(super) struct Tree<L> {
+    pub link: L,
+    fan_out: usize,
+    /// Number of the last collective call.
+    call: u64,
+    /// Messages that arrived before their turn.
+    early: Vec<Message>,
+    /// The error by which another rank's frame has ended, if it is this one's too.
+    broken: Option<Error>,
+}
+
+impl<L: Link> Tree<L> {
+    pub fn new(link: L) -> Self {
+        Tree { link, fan_out: FAN_OUT, call: 0, early: Vec::new(), broken: None }
+    }
+
+    fn parent(&self) -> Option<usize> {
+        self.link.rank().checked_sub(1).map(|before| before / self.fan_out)
+    }
+
+    fn children(&self) -> std::ops::Range<usize> {
+        let first = self.link.rank() * self.fan_out + 1;
+        first.min(self.link.size())..(first + self.fan_out).min(self.link.size())
+    }
+
+    /// Every rank's bytes, in order of rank.
+    pub fn share(&mut self, mine: &[u8]) -> Result<Vec<Vec<u8>>> {
+        self.call += 1;
+        let mut words = Words::default();
+        words.put(self.link.rank() as u64).put_bytes(mine);
+        for child in self.children() {
+            words.put_raw(&self.receive(child)?);
+        }
+        let all = self.hand_up(words.0)?;
+        let all = self.broadcast(all)?;
+        let mut reader = Reader(&all);
+        let mut shared = vec![Vec::new(); self.link.size()];
+        while !reader.0.is_empty() {
+            let rank = reader.get()?;
+            let of_rank = shared.get_mut(rank as usize);
+            let of_rank =
+                of_rank.ok_or_else(|| Error::new(ErrorKind::Mpi, format!("a message of rank {rank}")))?;
+            *of_rank = reader.get_bytes()?.to_vec();
+        }
+        Ok(shared)
+    }
+
+    /// Sends what the ranks below and this one have to the parent; the root keeps it.
+    fn hand_up(&mut self, bytes: Vec<u8>) -> Result<Vec<u8>> {
+        match self.parent() {
+            Some(parent) => self.link.post(parent, self.call, Ok(bytes)).map(|()| Vec::new()),
+            None => Ok(bytes),
+        }
+    }
+
+    /// Rank 0's bytes.
+    pub fn broadcast(&mut self, mine: Vec<u8>) -> Result<Vec<u8>> {
+        self.call += 1;
+        let bytes = match self.parent() {
+            Some(parent) => self.receive(parent)?,
+            None => mine,
+        };
+        for child in self.children() {
+            self.link.post(child, self.call, Ok(bytes.clone()))?;
+        }
+        Ok(bytes)
+    }
+
+    /// Hands `mine[j]` to rank `j`. Only what is not empty is sent: the ranks agree first on how many send to each.
+    ///
+    /// # Panics
+    /// When `mine` has not as many entries as there are ranks.
+    pub fn exchange(&mut self, mut mine: Vec<Vec<u8>>) -> Result<Vec<Vec<u8>>> {
+        let (rank, size) = (self.link.rank(), self.link.size());
+        assert_eq!(mine.len(), size, "bytes for each rank");
+        let own = take(&mut mine[rank]);
+        let senders = self.count_senders(&mine)?;
+        self.call += 1;
+        for (to, bytes) in mine.into_iter().enumerate().filter(|(_, bytes)| !bytes.is_empty()) {
+            self.link.post(to, self.call, Ok(bytes))?;
+        }
+        let mut theirs = vec![Vec::new(); size];
+        for _ in 0..senders {
+            let (from, bytes) = self.next_where(|_| true)?;
+            theirs[from] = bytes;
+        }
+        theirs[rank] = own;
+        Ok(theirs)
+    }
+
+    /// Number of ranks that have something for this one.
+    fn count_senders(&mut self, mine: &[Vec<u8>]) -> Result<u64> {
+        self.call += 1;
+        let mut counts: Vec<u64> = mine.iter().map(|bytes| u64::from(!bytes.is_empty())).collect();
+        for child in self.children() {
+            let bytes = self.receive(child)?;
+            let mut reader = Reader(&bytes);
+            for count in &mut counts {
+                *count += reader.get()?;
+            }
+        }
+        let sums = self.hand_up(counts.into_iter().flat_map(u64::to_le_bytes).collect())?;
+        let sums = self.broadcast(sums)?;
+        Reader(sums.get(self.link.rank() * size_of::<u64>()..).unwrap_or_default()).get()
+    }
+
+    /// Sends bytes to rank 0.
+    pub fn send(&mut self, bytes: Vec<u8>) -> Result<()> {
+        self.link.post(0, self.call, Ok(bytes))
+    }
+
+    /// Bytes that were sent since the last collective call.
+    pub fn try_receive(&mut self) -> Result<Option<(usize, Vec<u8>)>> {
+        while let Some(message) = self.link.try_next()? {
+            self.keep(message);
+        }
+        self.take_where(|_| true)
+    }
+
+    /// Waits until there are bytes to receive.
+    pub fn wait(&mut self) -> Result<()> {
+        while self.broken.is_none() && !self.early.iter().any(|message| message.call == self.call) {
+            let message = self.link.next()?;
+            self.keep(message);
+        }
+        Ok(())
+    }
+
+    /// A frame begins: messages of those before are dropped.
+    pub fn begin_frame(&mut self) {
+        let frame = (self.call >> FRAME) + 1;
+        (self.call, self.broken) = (frame << FRAME, None);
+        take(&mut self.early).into_iter().for_each(|message| self.keep(message));
+    }
+
+    /// This rank's frame has ended by `error`, which others may not know.
+    pub fn break_off(&mut self, error: &Error) {
+        for neighbour in self.parent().into_iter().chain(self.children()) {
+            // Where nobody can be reached nobody waits either.
+            let _ = self.link.post(neighbour, self.call, Err(error.clone()));
+        }
+    }
+
+    /// The bytes that `of` sends in this call.
+    fn receive(&mut self, of: usize) -> Result<Vec<u8>> {
+        self.next_where(|from| from == of).map(|(_, bytes)| bytes)
+    }
+
+    fn next_where(&mut self, is_wanted: impl Fn(usize) -> bool) -> Result<(usize, Vec<u8>)> {
+        loop {
+            if let Some(found) = self.take_where(&is_wanted)? {
+                return Ok(found);
+            }
+            let message = self.link.next()?;
+            self.keep(message);
+        }
+    }
+
+    /// What has arrived of this call.
+    fn take_where(&mut self, is_wanted: impl Fn(usize) -> bool) -> Result<Option<(usize, Vec<u8>)>> {
+        if let Some(error) = &self.broken {
+            return Err(error.clone());
+        }
+        let is_it = |message: &Message| message.call == self.call && is_wanted(message.from);
+        let Some(at) = self.early.iter().position(is_it) else {
+            return Ok(None);
+        };
+        let Message { from, body, .. } = self.early.remove(at);
+        Ok(Some((from, body?)))
+    }
+
+    fn keep(&mut self, message: Message) {
+        let [its, mine] = [message.call, self.call].map(|call| call >> FRAME);
+        match message.body {
+            _ if its < mine => {}
+            Err(error) if its == mine => self.broken = self.broken.take().or(Some(error)),
+            body => self.early.push(Message { body, ..message }),
+        }
+    }
+}
+
+#[cfg(test)]
+impl<L> Tree<L> {
+    /// The same tree with fewer children for each, so that few ranks have many levels.
+    pub fn with_fan_out(self, fan_out: usize) -> Self {
+        Tree { fan_out, ..self }
+    }
+}

@@ -1,0 +1,138 @@
+//! A round of a picture: tiles that are shared out among ranks, traced and gathered. A picture has one, and one more of the pixels at
+//! edges where there are any.
+
+use super::Setting;
+use super::device::OnDevice;
+use super::progress::{Progress, reported};
+use super::work::Work;
+use crate::edges::{self, EdgePixels};
+use crate::error::Result;
+use crate::frame::Counts;
+use crate::quality::{Deadline, Quality};
+use crate::ranks::{Ranks, Share};
+use crate::raster::{Pixel, Raster, Tile, Tiling};
+use std::time::Instant;
+
+/// A picture's pixels, and what its rays met.
+pub(super) type Drawn = (Vec<Pixel>, Counts);
+
+/// What rounds cost on this rank.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Cost {
+    /// Seconds until all was traced.
+    pub render_s: f64,
+    /// Seconds in which rays were put together of fragments.
+    pub compose_s: f64,
+    /// Seconds in which rank 0 waited for others.
+    pub gather_s: f64,
+    /// How even ranks were loaded.
+    pub balance: f64,
+    /// Bytes that rank 0 received.
+    pub bytes_received: u64,
+}
+
+/// How the rounds of a picture are drawn.
+pub(super) struct Rounds<'p, 'f, 'w, 'd> {
+    pub setting: &'p Setting<'f>,
+    pub work: &'p Work<'w>,
+    pub on_device: &'p mut OnDevice<'d>,
+    pub cost: Cost,
+}
+
+impl Rounds<'_, '_, '_, '_> {
+    /// Traces the tiles of `tiling`, told to `progress`. What came of it is to be agreed on: at rank 0 all tiles, or why there are not.
+    /// Collective.
+    ///
+    /// # Errors
+    /// The same on all ranks.
+    fn trace(
+        &mut self,
+        ranks: &mut Ranks,
+        tiling: &dyn Tiling,
+        share: &Share,
+        progress: Option<&Progress>,
+    ) -> Result<Result<Vec<Tile>>> {
+        let Setting { renderer, part, .. } = *self.setting;
+        let (work, on_device) = (self.work, &mut *self.on_device);
+        let start = Instant::now();
+        let exchanged = part.map(|part| work.exchange(ranks, part, share, tiling, on_device)).transpose()?;
+        let mine = share.tiles_of(ranks.rank());
+        let fragments = exchanged.as_ref().map(|e| ranks.together(e.tiles(tiling, &mine))).transpose()?;
+        let trace = |give: &(dyn Fn(Tile) + Sync)| {
+            reported(progress, mine.len(), give, |give| match &fragments {
+                Some(fragments) => work.put_together(&share.quality, tiling, fragments, give),
+                None => work.trace(&share.quality, tiling, &mine, on_device, give),
+            });
+        };
+        let traced_s = exchanged.as_ref().map_or(0.0, |exchanged| exchanged.traced_s);
+        let ready_s = start.elapsed().as_secs_f64();
+        let gathered = ranks.gather(&renderer.threads, tiling, traced_s, trace);
+        Ok(gathered.map(|gathered| {
+            let cost = &mut self.cost;
+            cost.render_s += ready_s + gathered.drawn_s - traced_s;
+            cost.compose_s += if part.is_some() { gathered.drawn_s - traced_s } else { 0.0 };
+            cost.gather_s += gathered.gather_s;
+            cost.bytes_received += gathered.bytes_received;
+            if tiling.raster().is_some() {
+                cost.balance = gathered.balance;
+            }
+            gathered.tiles
+        }))
+    }
+
+    /// Draws the whole picture, with one ray for each pixel of the raster. Collective, and as [`Self::trace`].
+    pub fn whole(
+        &mut self,
+        ranks: &mut Ranks,
+        raster: Raster,
+        share: &Share,
+    ) -> Result<Result<Option<Drawn>>> {
+        let renderer = self.setting.renderer;
+        let tiles = self.trace(ranks, &raster, share, renderer.progress.as_ref())?;
+        let is_root = ranks.is_root();
+        let assemble = |tiles: Vec<Tile>| {
+            is_root.then(|| ranks.attempt(|| renderer.run(|| Ok(raster.assemble(&tiles))))).transpose()
+        };
+        Ok(tiles.and_then(assemble))
+    }
+
+    /// Draws the pixels at edges again, with several rays each, where the scene and the time left allow it, and says how many they
+    /// are. Collective, and as [`Self::trace`].
+    pub fn edges(
+        &mut self,
+        ranks: &mut Ranks,
+        raster: Raster,
+        quality: Quality,
+        deadline: Option<Deadline>,
+        drawn: Result<Option<Drawn>>,
+    ) -> Result<(u64, Result<Option<Drawn>>)> {
+        let Setting { renderer, scene, .. } = *self.setting;
+        if self.work.edges.is_none() || quality.pixel_step > 1 {
+            return Ok((0, drawn));
+        }
+        let render_s = self.cost.render_s;
+        let found = drawn.as_ref().map_err(Clone::clone).and_then(|drawn| match drawn {
+            Some((picture, _)) => ranks.attempt(|| {
+                let find = || self.work.edges.find(scene, quality.tolerance, picture);
+                let found = renderer.run(find);
+                let rays = (found.count() * edges::RAYS) as f64 / picture.len() as f64;
+                let has_time = deadline.is_none_or(|deadline| deadline.has_time_for(render_s * rays));
+                Ok(if has_time { found.bytes() } else { Vec::new() })
+            }),
+            None => Ok(Vec::new()),
+        });
+        let found = EdgePixels::of_bytes(&ranks.hear_root(found)?, raster);
+        if found.count() == 0 {
+            return Ok((0, drawn));
+        }
+        // Neighbours among the tiles are about as dear.
+        let owners = (0..found.tiles()).map(|tile| tile % ranks.size() as u32).collect();
+        let tiles = self.trace(ranks, &found, &Share { quality, owners }, None)?;
+        let replace = |(mut picture, mut counts): Drawn, tiles: &[Tile]| {
+            counts += ranks.attempt(|| Ok(found.replace(tiles, &mut picture)))?;
+            Ok((picture, counts))
+        };
+        let drawn = tiles.and_then(|tiles| drawn?.map(|drawn| replace(drawn, &tiles)).transpose());
+        Ok((found.count() as u64, drawn))
+    }
+}

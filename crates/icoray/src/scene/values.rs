@@ -1,0 +1,104 @@
+//! Values of fields that a scene names: those that the kernels' arithmetic holds.
+
+use super::Scene;
+use crate::error::{Error, ErrorKind, Result};
+use crate::numbers;
+use std::ops::RangeInclusive;
+
+/// Magnitudes of values other than 0 of which squares, and squares of differences in the last digit, are normal numbers.
+pub(super) const MAGNITUDES: RangeInclusive<f64> = 1e-130..=1e150;
+/// What is expected of a value.
+pub(super) const WISH: &str = "expected 0 or a magnitude from 1e-130 to 1e150";
+
+/// Whether kernels can tell where a field takes this value.
+pub(super) fn is_held(value: f64) -> bool {
+    value == 0.0 || MAGNITUDES.contains(&value.abs())
+}
+
+impl Scene {
+    /// Checks the values of all transfer functions, whose range may come from a field, and of isosurfaces.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Scene`] where kernels cannot hold one.
+    pub(crate) fn check_values(&self) -> Result<()> {
+        let scenery = &self.scenery;
+        let refuse = |value: f64, field: &str, what: &str| {
+            let message = format!("{what} {} of {field:?}, {WISH}", numbers::text(value));
+            Err(Error::new(ErrorKind::Scene, message))
+        };
+        let others = scenery.volumes.iter().filter_map(|volume| volume.opacity.as_ref());
+        let opacities = scenery.opacity.iter().chain(others).map(|by| (by.field.as_str(), &by.transfer));
+        let colors = self.paintings().into_iter().map(|painting| (painting.field, painting.transfer));
+        for (field, transfer) in colors.chain(opacities) {
+            if let Some(knot) = transfer.knots.iter().find(|knot| !is_held(knot.value)) {
+                return refuse(knot.value, field, "the transfer function's value");
+            }
+        }
+        let unheld = scenery.isosurfaces.iter().find(|surface| !is_held(surface.value));
+        unheld.map_or(Ok(()), |surface| refuse(surface.value, &surface.field, "the isosurface's value"))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn parsed(transfer: &str, more: &str) -> Result<Scene> {
+        Scene::parse(&format!(
+            "field = \"f\"\n[camera]\nlon = 0\nlat = 0\ndistance = 3\n[transfer]\n{transfer}\n{more}"
+        ))
+    }
+
+    fn knots(values: [&str; 2]) -> String {
+        let knot = |value: &str| format!("{{ value = {value}, color = \"red\", opacity = 0.5 }}");
+        format!("knots = [{}]", values.map(knot).join(", "))
+    }
+
+    fn isosurface(value: &str) -> String {
+        format!("[[isosurfaces]]\nfield = \"f\"\nvalue = {value}\ncolor = \"red\"")
+    }
+
+    #[test]
+    fn values_that_the_kernels_hold_are_taken() {
+        for ends in [["-1e150", "1e150"], ["0.0", "1e-130"], ["-1e-130", "-0.0"], ["1e-130", "1e-130"]] {
+            let scene = parsed(&knots(ends), &isosurface(ends[1])).unwrap();
+            scene.check_values().unwrap();
+        }
+    }
+
+    #[test]
+    fn values_that_they_do_not_hold_are_refused_with_their_key() {
+        for value in ["1e151", "1.7e308", "1e-131", "5e-324"] {
+            let map = "map = \"viridis\"\nopacity = [[0, 0.5], [1, 0.5]]\n";
+            let stops = format!("map = \"viridis\"\nrange = [0, 1]\nopacity = [[0, 0.5], [{value}, 0.5]]");
+            for (key, scene) in [
+                ("transfer.knots", parsed(&knots(["-1.0", value]).replace("-1.0", &format!("-{value}")), "")),
+                ("transfer.knots", parsed(&knots(["0.0", value]), "")),
+                ("transfer.range", parsed(&format!("{map}range = [0, {value}]"), "")),
+                ("transfer.center", parsed(&format!("{map}range = [-1, 1]\ncenter = {value}"), "")),
+                ("transfer.opacity", parsed(&stops, "")),
+                ("isosurfaces.value", parsed(&knots(["0.0", "1.0"]), &isosurface(value))),
+                ("isosurfaces.value", parsed(&knots(["0.0", "1.0"]), &isosurface(&format!("-{value}")))),
+            ] {
+                let text = scene.unwrap_err().to_string();
+                assert!(text.contains(&format!("key {key}")) && text.contains(WISH), "{value}: {text}");
+            }
+        }
+    }
+
+    #[test]
+    fn values_of_scenes_that_were_not_parsed_are_checked_too() {
+        let scene = parsed(&knots(["0.0", "1.0"]), &isosurface("0.5")).unwrap();
+        let mut high = scene.clone();
+        high.transfer.knots[1].value = 1e200;
+        let mut small = scene;
+        small.scenery.isosurfaces[0].value = -1e-200;
+        for (scene, value) in
+            [(high, "function's value 1e200 of \"f\""), (small, "isosurface's value -1e-200")]
+        {
+            let error = scene.check_values().unwrap_err();
+            assert_eq!(error.kind(), ErrorKind::Scene);
+            assert!(error.context().contains(value) && error.context().contains(WISH), "{error}");
+        }
+    }
+}

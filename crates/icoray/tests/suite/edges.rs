@@ -1,0 +1,259 @@
+//! Pixels with the edge of a surface in them, against pictures of many more rays.
+
+use icoray::ranks::{LocalTeam, local_team};
+use icoray::{
+    Certainty, Field, Fields, Frame, Grid, IcosahedralMesh, Layers, Location, Ranks, Rendered, Renderer,
+    Scene, Shape,
+};
+use std::thread;
+
+const LAYERS: usize = 5;
+const SIDE: u32 = 96;
+
+/// A grid, and a field that rises towards a place on the equator and with height.
+struct Data {
+    mesh: IcosahedralMesh,
+    values: Vec<f32>,
+}
+
+impl Data {
+    fn new(level: u32) -> Self {
+        let mesh = IcosahedralMesh::new(level).unwrap();
+        let grid = Grid::new(mesh.tables()).unwrap();
+        let value = |cell: usize, layer: usize| grid.direction(cell as u32).x + 0.1 * layer as f64;
+        let all = |cell| (0..LAYERS).map(move |layer| value(cell, layer) as f32);
+        let values = (0..grid.cells()).flat_map(all).collect();
+        Data { mesh, values }
+    }
+
+    /// Draws over `ranks` with so many threads each, of a grid that all have whole.
+    fn draw_over(&self, scene: &Scene, ranks: &mut Ranks, threads: usize) -> Rendered {
+        let grid = Grid::new(self.mesh.tables()).unwrap();
+        let shape = Shape::level_fastest(grid.cells(), LAYERS);
+        let field = Field::new(self.values.as_slice().into(), shape, Location::Center, None).unwrap();
+        let fields = Fields::new([("f", field)]);
+        let renderer = Renderer::new(threads).unwrap();
+        renderer.render_over(ranks, scene, &grid, None, &layers(), fields).unwrap()
+    }
+
+    fn draw(&self, scene: &Scene) -> Frame {
+        here(vec![self.draw_over(scene, &mut Ranks::alone(), 2)])
+    }
+
+    fn draw_on(&self, scene: &Scene, ranks: usize) -> Frame {
+        let drawn = thread::scope(|scope| {
+            let rank =
+                |team: LocalTeam| scope.spawn(|| self.draw_over(scene, &mut Ranks::new(Box::new(team)), 1));
+            let all: Vec<_> = local_team(ranks).into_iter().map(rank).collect();
+            all.into_iter().map(|rank| rank.join().unwrap()).collect()
+        });
+        here(drawn)
+    }
+}
+
+/// The picture; what other ranks are told of its edges is the same.
+fn here(drawn: Vec<Rendered>) -> Frame {
+    let (mut frame, mut told) = (None, Vec::new());
+    for drawn in drawn {
+        match drawn {
+            Rendered::Here(here) => {
+                told.push(here.report.edge_pixels);
+                frame = Some(here);
+            }
+            Rendered::AtRoot(report) => told.push(report.edge_pixels),
+        }
+    }
+    assert!(told.iter().all(|edge_pixels| *edge_pixels == told[0]));
+    frame.unwrap()
+}
+
+fn layers() -> Layers {
+    let heights: Vec<f64> = (0..LAYERS).map(|layer| 0.05 * layer as f64).collect();
+    Layers::from_heights(&heights, 1.0).unwrap()
+}
+
+const CLEAR: &str = "[transfer]\nmap = \"viridis\"\nrange = [-1, 1.2]\nopacity = [[0, 0.0]]\n";
+const DENSE: &str = "[transfer]\nmap = \"viridis\"\nrange = [-1, 1.2]\nopacity = [[-1, 0.9], [1.2, 0.9]]\nunit_length = 0.002\n";
+const LIT: &str = "[light]\nkind = \"headlight\"\n";
+const DOME: &str = "[[isosurfaces]]\nfield = \"f\"\nvalue = 0.8\ncolor = \"crimson\"\n";
+const LAYER: &str = "[[surfaces]]\nlayer = 4\ncolor = \"gold\"\nopacity = 0.5\n";
+const CUT: &str = "[[clip]]\ncut = \"inside\"\nlon = [0, 90]\nlat = [0, 90]\n";
+
+/// A white core in front of black, `side` pixels wide.
+fn scene(side: u32, antialias: bool, keys: &str, tables: &str) -> Scene {
+    let text = format!(
+        "field = \"f\"\nbackend = \"cpu\"\nprecision = \"f64\"\ncore = \"white\"\nantialias = {antialias}\n{keys}\n\
+         [image]\nwidth = {side}\nheight = {side}\n[camera]\nlon = 50\nlat = 20\ndistance = 3.6\nfov = 40\n{tables}"
+    );
+    Scene::parse(&text.replace("core = \"white\"\nantialias = false\ncore", "antialias = false\ncore"))
+        .unwrap()
+}
+
+/// What is shown, by name.
+fn shown() -> Vec<(&'static str, String)> {
+    vec![
+        ("core", CLEAR.into()),
+        (
+            "core in the kernel of several fields",
+            format!("{CLEAR}[[lines]]\npattern = \"cells\"\nopacity = 1e-6\n"),
+        ),
+        ("isosurface on the ground", format!("{CLEAR}{DOME}")),
+        ("lit isosurface under a layer", format!("{CLEAR}{DOME}{LAYER}{LIT}")),
+        ("cut isosurface", format!("{CLEAR}{DOME}{CUT}")),
+        ("cut volume", format!("{DENSE}{CUT}")),
+        ("cut layer", format!("{CLEAR}{LAYER}{CUT}")),
+    ]
+}
+
+/// The mean of `many` × `many` pixels for each.
+fn averaged(fine: &Frame, many: u32) -> Vec<[f64; 4]> {
+    let side = fine.width / many;
+    let mut all = vec![[0.0; 4]; (side * side) as usize];
+    for (at, pixel) in (0..).zip(&fine.pixels) {
+        let (x, y) = (at % fine.width / many, at / fine.width / many);
+        for (sum, value) in all[(y * side + x) as usize].iter_mut().zip(pixel) {
+            *sum += f64::from(*value) / f64::from(many * many);
+        }
+    }
+    all
+}
+
+/// The sum of how far pixels are from others.
+fn distance(frame: &Frame, exact: &[[f64; 4]]) -> f64 {
+    let off = |(a, b): (&[f32; 4], &[f64; 4])| {
+        a.iter().zip(b).map(|(a, b)| (f64::from(*a) - b).abs()).fold(0.0, f64::max)
+    };
+    frame.pixels.iter().zip(exact).map(off).sum()
+}
+
+fn bits(frame: &Frame) -> Vec<[u32; 5]> {
+    let pixel = |([r, g, b, a], error): (&[f32; 4], &f32)| [r, g, b, a, error].map(|value| value.to_bits());
+    frame.pixels.iter().zip(&frame.error).map(pixel).collect()
+}
+
+#[test]
+fn edges_are_a_quarter_as_far_off_at_most_and_few_pixels_have_more_rays() {
+    let data = Data::new(5);
+    for (name, tables) in shown() {
+        let exact = averaged(&data.draw(&scene(8 * SIDE, true, "", &tables)), 8);
+        let [rough, smooth, large] = [(SIDE, false), (SIDE, true), (2 * SIDE, true)]
+            .map(|(side, antialias)| data.draw(&scene(side, antialias, "", &tables)));
+        let [before, after] = [&rough, &smooth].map(|frame| distance(frame, &exact));
+        assert!(before > 4.0 * after, "{name}: {before} and {after} off");
+        let edge_pixels = smooth.report.edge_pixels;
+        let changed = bits(&rough).iter().zip(bits(&smooth)).filter(|(a, b)| **a != *b).count() as u64;
+        assert!(changed > 0 && changed <= edge_pixels, "{name}: {changed} of {edge_pixels}");
+        assert_eq!(rough.report.edge_pixels, 0);
+        assert!(
+            edge_pixels < 2000 && large.report.edge_pixels < edge_pixels * 9 / 4,
+            "{name}: {edge_pixels}"
+        );
+        let rays = [&smooth, &rough].map(|frame| frame.report.counts.rays);
+        assert!(rays[0] > rays[1] && rays[0] <= rays[1] + 8 * edge_pixels, "{name}: {rays:?}");
+    }
+}
+
+#[test]
+fn the_silhouette_of_the_core_covers_what_a_sphere_does() {
+    let data = Data::new(6);
+    let camera = scene(SIDE, true, "", CLEAR).camera;
+    // The part of a pixel from which the unit sphere is met, by rays of a fine raster.
+    let covered = |x: u32, y: u32| {
+        let meets = |i: u32| {
+            let at = [32 * x + i % 32, 32 * y + i / 32];
+            let (eye, dir) = (camera.eye(), camera.direction(at[0], at[1], 32 * SIDE, 32 * SIDE));
+            let [eye2, along] = [(0, 0), (0, 1)]
+                .map(|(a, b)| (0..3).map(|k| [eye, dir][a][k] * [eye, dir][b][k]).sum::<f64>());
+            eye2 - along * along < 1.0
+        };
+        f64::from((0..1024).filter(|i| meets(*i)).count() as u32) / 1024.0
+    };
+    let exact: Vec<f64> = (0..SIDE * SIDE).map(|i| covered(i % SIDE, i / SIDE)).collect();
+    let mean_error = |antialias: bool| {
+        let frame = data.draw(&scene(SIDE, antialias, "", CLEAR));
+        let at_edge = exact.iter().zip(&frame.pixels).filter(|(exact, _)| **exact > 0.0 && **exact < 1.0);
+        let off: Vec<f64> = at_edge.map(|(exact, pixel)| (f64::from(pixel[0]) - exact).abs()).collect();
+        off.iter().sum::<f64>() / off.len() as f64
+    };
+    let [rough, smooth] = [false, true].map(mean_error);
+    assert!(rough > 4.0 * smooth && smooth < 0.045, "{rough} and {smooth}");
+}
+
+#[test]
+fn pictures_are_the_same_on_any_threads_and_ranks() {
+    let data = Data::new(3);
+    for (name, tables) in shown() {
+        let scene = scene(SIDE, true, "", &tables);
+        let expected = data.draw(&scene);
+        assert!(expected.report.edge_pixels > 100, "{name}");
+        for threads in [1, 8] {
+            let frame = here(vec![data.draw_over(&scene, &mut Ranks::alone(), threads)]);
+            assert!(bits(&frame) == bits(&expected), "{name} on {threads} threads");
+        }
+        for ranks in [2, 4] {
+            let frame = data.draw_on(&scene, ranks);
+            assert!(bits(&frame) == bits(&expected), "{name} on {ranks} ranks");
+            assert_eq!(frame.report.edge_pixels, expected.report.edge_pixels, "{name}");
+            assert_eq!(frame.report.counts.rays, expected.report.counts.rays, "{name}");
+        }
+    }
+}
+
+#[test]
+fn fragments_have_the_same_edges() {
+    let data = Data::new(3);
+    for (name, tables) in shown() {
+        let tables = &tables;
+        let [whole, pieces] = ["tiles", "fragments"]
+            .map(|ranks| scene(SIDE, true, &format!("tolerance = 1e-6\nranks = \"{ranks}\""), tables));
+        let expected = data.draw(&whole);
+        for ranks in [2, 3] {
+            let frame = data.draw_on(&pieces, ranks);
+            let [mine, others] = [&frame, &expected].map(|frame| frame.report.edge_pixels);
+            let is_near = |i: usize| {
+                let most = frame.error[i] + expected.error[i];
+                frame.pixels[i].iter().zip(expected.pixels[i]).all(|(a, b)| (a - b).abs() <= most)
+            };
+            let off = (0..frame.pixels.len()).filter(|i| !is_near(*i)).count();
+            // Of surfaces that are all but hidden ranks do not know what is in front, on other ranks.
+            let few = if name == "cut volume" { 5 } else { 0 };
+            assert!(
+                mine.abs_diff(others) <= few && off as u64 <= few,
+                "{name} on {ranks}: {mine}, {others}, {off}"
+            );
+        }
+    }
+}
+
+#[test]
+fn errors_of_edges_are_bounds_too() {
+    let data = Data::new(3);
+    let haze =
+        "[transfer]\nmap = \"viridis\"\nrange = [-1, 1.2]\nopacity = [[-1, 0.2], [0.3, 0.1], [1.2, 0.4]]\n";
+    let [exact, loose] = ["1e-9", "1e-3"]
+        .map(|tolerance| data.draw(&scene(SIDE, true, &format!("tolerance = {tolerance}"), haze)));
+    assert_eq!(exact.report.edge_pixels, loose.report.edge_pixels);
+    assert_eq!(loose.report.error.certainty, Certainty::Bound);
+    assert!(loose.report.error.max <= 1.01e-3);
+    for (i, pixel) in loose.pixels.iter().enumerate() {
+        let most = exact.error[i] + loose.error[i];
+        assert!(pixel.iter().zip(exact.pixels[i]).all(|(a, b)| (a - b).abs() <= most), "pixel {i}");
+    }
+}
+
+#[test]
+fn what_has_no_edge_has_one_ray_per_pixel() {
+    let data = Data::new(3);
+    let haze = "[transfer]\nmap = \"viridis\"\nrange = [-1, 1.2]\nopacity = [[-1, 0.01], [1.2, 0.01]]\n";
+    // Lines are smooth by themselves.
+    for lines in ["", "[[lines]]\npattern = \"cells\"\non = 2\n"] {
+        let tables = format!("{haze}{lines}");
+        let mut scene = scene(SIDE, true, "", &tables);
+        scene.core = None;
+        assert_eq!(data.draw(&scene).report.edge_pixels, 0);
+    }
+    let hurried = data.draw(&scene(SIDE, true, "time_budget_ms = 1", CLEAR));
+    assert_eq!(hurried.report.edge_pixels, 0);
+    let patient = scene(SIDE, true, "time_budget_ms = 1e9", CLEAR);
+    assert!(data.draw(&patient).report.edge_pixels > 0);
+}

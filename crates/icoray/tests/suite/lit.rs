@@ -1,0 +1,200 @@
+//! Lit volumes beside surfaces, isosurfaces, other volumes and cuts, and over layers at heights of their own: no pixel is
+//! farther from the same picture at a far finer tolerance than the two tell, and none is over its tolerance.
+
+use icoray::{
+    Field, Fields, Frame, Grid, IcosahedralMesh, Layers, Location, Precision, Renderer, Scene, Shape,
+};
+use icoray_test_support as support;
+
+const LAYERS: usize = 7;
+const FINEST: f64 = 1e-7;
+
+/// Two fields, with extrema inside of columns, and heights, level-fastest.
+struct Data {
+    mesh: IcosahedralMesh,
+    values: [Vec<f32>; 2],
+    heights: Vec<f64>,
+}
+
+impl Data {
+    fn new(level: u32) -> Self {
+        let mesh = IcosahedralMesh::new(level).unwrap();
+        let grid = Grid::new(mesh.tables()).unwrap();
+        let columns = || (0..grid.cells()).flat_map(|cell| (0..LAYERS).map(move |layer| (cell, layer)));
+        let up = |layer: usize| layer as f64 / (LAYERS - 1) as f64;
+        let wave = |phase: f64| {
+            let value = |(cell, layer): (usize, usize)| {
+                let d = grid.direction(cell as u32);
+                let across = (6.0 * d.x + phase).sin() * (5.0 * d.y - phase).cos();
+                (across + 0.7 * (9.0 * up(layer) + 4.0 * d.z + phase).sin()) as f32
+            };
+            columns().map(value).collect()
+        };
+        let height = |(cell, layer): (usize, usize)| {
+            let mountain = 0.03 * (1.0 + (8.0 * grid.direction(cell as u32).y).sin());
+            mountain * (1.0 - up(layer)) + 0.15 * up(layer)
+        };
+        let (values, heights) = ([wave(0.3), wave(1.9)], columns().map(height).collect());
+        Data { mesh, values, heights }
+    }
+
+    fn draw(&self, scene: &Scene) -> Frame {
+        let grid = Grid::new(self.mesh.tables()).unwrap();
+        let shape = Shape::level_fastest(grid.cells(), LAYERS);
+        let field = |values| Field::new(values, shape, Location::Center, None).unwrap();
+        let [f, g] = self.values.each_ref().map(|values| field(values.as_slice().into()));
+        let fields = Fields::new([("f", f), ("g", g)]).with_heights(field(self.heights.as_slice().into()));
+        let heights: Vec<f64> = (0..LAYERS).map(|layer| 0.15 * layer as f64 / (LAYERS - 1) as f64).collect();
+        let layers = Layers::from_heights(&heights, 1.0).unwrap();
+        Renderer::new(2).unwrap().render(scene, &grid, &layers, fields).unwrap()
+    }
+}
+
+/// What is shown beside the volume of `f`.
+const BESIDE: [(&str, &str); 7] = [
+    ("nothing", ""),
+    ("surface", "[[surfaces]]\nlayer = 2\ncolor = \"#805030\"\nopacity = 0.5\n"),
+    ("isosurface", "[[isosurfaces]]\nfield = \"g\"\nvalue = 0.2\ncolor = \"orange\"\nopacity = 0.5\n"),
+    (
+        "two volumes",
+        "[[volumes]]\nfield = \"g\"\n[volumes.transfer]\nknots = [{ value = -0.5, color = \"white\", opacity = 0.0 }, \
+         { value = 1.0, color = \"red\", opacity = 0.9 }]\n",
+    ),
+    ("cut", "[[clip]]\ncut = \"inside\"\nlon = [0.0, 30.0]\nlat = [0.0, 60.0]\n"),
+    ("native heights", ""),
+    (
+        "isosurfaces alone",
+        "[[isosurfaces]]\nfield = \"f\"\nvalues = [-0.4, 0.5]\ncolors = [\"teal\", \"gold\"]\nopacity = 0.7\n",
+    ),
+];
+
+const TRANSFERS: [(&str, &str); 2] = [
+    (
+        "smooth",
+        "map = \"viridis\"\nrange = [-1.2, 1.2]\nopacity = [[-1.2, 0.9], [-0.4, 0.5], [0.2, 0.0], [0.5, 0.8]]\n",
+    ),
+    (
+        "steps",
+        "knots = [{ value = -0.8, color = \"blue\", opacity = 0.9 }, { value = -0.2, color = \"blue\", opacity = 0.9 }, \
+         { value = -0.2, color = \"white\", opacity = 0.0 }, { value = 0.4, color = \"white\", opacity = 0.0 }, \
+         { value = 0.4, color = \"yellow\", opacity = 0.6 }, { value = 1.0, color = \"red\", opacity = 0.99 }]\n",
+    ),
+];
+
+const CAMERAS: [&str; 3] =
+    ["distance = 3.2\nfov = 42", "distance = 1.4\nfov = 60", "distance = 8.0\nfov = 17"];
+
+const LIGHTS: [&str; 3] = [
+    "kind = \"headlight\"\n",
+    "kind = \"sun\"\nlon = 80\nlat = 10\nspecular = 0.6\nshininess = 100\n",
+    "kind = \"sun\"\nlon = -20\nlat = 50\nspecular = 0.4\nshininess = 1\n",
+];
+
+fn scene(size: u32, beside: &str, transfer: &str, camera: &str, light: &str) -> Scene {
+    let heights = if beside == "native heights" { "native" } else { "mean" };
+    let (_, section) = BESIDE.iter().find(|(name, _)| *name == beside).unwrap();
+    let (field, volume) = match beside {
+        "isosurfaces alone" => ("", String::new()),
+        "two volumes" => ("", format!("[[volumes]]\nfield = \"f\"\n[volumes.transfer]\n{transfer}")),
+        _ => ("field = \"f\"", format!("[transfer]\n{transfer}")),
+    };
+    // Which pixels have the edge of a surface in them may depend on where rays end, and so on the tolerance.
+    let text = format!(
+        "{field}\nheights = \"{heights}\"\nbackend = \"cpu\"\nantialias = false\nprecision = \"f64\"\nbackground = \"transparent\"\n\
+         core = \"#304050\"\n{volume}{section}[image]\nwidth = {size}\nheight = {size}\n\
+         [camera]\nlon = 20\nlat = 35\n{camera}\n[light]\n{light}"
+    );
+    Scene::parse(&text).unwrap_or_else(|error| panic!("{error}:\n{text}"))
+}
+
+/// How many pixels are farther from `fine` than both tell, how many than the tolerance, and how many tell more than it.
+fn wrong(frame: &Frame, fine: &Frame, tolerance: f64) -> [usize; 3] {
+    let mut wrong = [0; 3];
+    for (i, (p, q)) in frame.pixels.iter().zip(&fine.pixels).enumerate() {
+        let off = (0..4).map(|k| (p[k] - q[k]).abs()).fold(0.0, f32::max);
+        // Pixels are stored in f32.
+        let slack = fine.error[i] + f32::EPSILON;
+        wrong[0] += usize::from(off > frame.error[i] + slack);
+        wrong[1] += usize::from(off > tolerance as f32 + slack);
+        wrong[2] += usize::from(frame.error[i] > 1.000_1 * tolerance as f32 + f32::EPSILON);
+    }
+    wrong
+}
+
+#[test]
+fn no_lit_pixel_is_farther_off_than_it_tells() {
+    let data = Data::new(3);
+    let (size, all) = support::count((28, false), (28, true));
+    let mut failures = Vec::new();
+    let mut pixels = 0;
+    for (i, (beside, _)) in BESIDE.iter().enumerate().skip(1) {
+        for (j, (name, transfer)) in TRANSFERS.iter().enumerate() {
+            for (k, camera) in CAMERAS.iter().enumerate() {
+                for (l, light) in LIGHTS.iter().enumerate() {
+                    // The short run takes each pair of them once.
+                    if !all && (k != (i + j) % 3 || l != (i + 2 * j) % 3) {
+                        continue;
+                    }
+                    let mut scene = scene(size, beside, transfer, camera, light);
+                    scene.tolerance = FINEST;
+                    let fine = data.draw(&scene);
+                    for tolerance in [1e-2, 1e-3, 1e-4, 1e-5] {
+                        scene.tolerance = tolerance;
+                        let frame = data.draw(&scene);
+                        pixels += frame.pixels.len();
+                        let wrong = wrong(&frame, &fine, tolerance);
+                        if wrong != [0; 3] {
+                            failures.push(format!(
+                                "{beside}, {name}, {camera:?}, {light:?}, {tolerance}: {wrong:?}"
+                            ));
+                        }
+                    }
+                }
+            }
+        }
+    }
+    assert!(
+        failures.is_empty(),
+        "of {pixels} pixels some are beyond what they tell, beyond the tolerance, and told to be so:\n{}",
+        failures.join("\n")
+    );
+}
+
+#[test]
+fn a_lit_volume_alone_tells_no_error_above_its_tolerance() {
+    let data = Data::new(3);
+    let size = support::count(40, 160);
+    for precision in [Precision::F64, Precision::F32] {
+        for (name, transfer) in TRANSFERS {
+            // Beside steps rounding in f32 is told, too.
+            if precision == Precision::F32 && name == "steps" {
+                continue;
+            }
+            for (light, camera) in LIGHTS.iter().zip(CAMERAS) {
+                let mut scene = scene(size, "nothing", transfer, camera, light);
+                scene.precision = precision;
+                for tolerance in [1e-2, 1e-3] {
+                    scene.tolerance = tolerance;
+                    let error = data.draw(&scene).report.error;
+                    assert!(
+                        error.max > 0.01 * tolerance,
+                        "{name} {light:?} {precision:?} {tolerance}: {error}"
+                    );
+                    assert_eq!(error.over, 0, "{name} {light:?} {precision:?} {tolerance}: {error}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn pixels_that_rounding_puts_above_the_tolerance_are_counted() {
+    let mut scene = scene(24, "nothing", TRANSFERS[1].1, CAMERAS[0], LIGHTS[0]);
+    (scene.precision, scene.lighting, scene.tolerance) = (Precision::F32, None, 1e-6);
+    let frame = Data::new(3).draw(&scene);
+    let over = frame.error.iter().filter(|error| **error > 1e-6).count();
+    assert!(over > 0, "{}", frame.report.error);
+    assert_eq!(frame.report.error.over, over as u64);
+    let text = frame.report.error.to_string();
+    assert!(text.ends_with(&format!("above the tolerance in {over} pixels")), "{text}");
+}

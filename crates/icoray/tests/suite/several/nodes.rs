@@ -1,0 +1,135 @@
+//! Parts over ranks of one node and of several: the picture of one process, whatever stands in halos.
+
+use super::ranks::{picture, second};
+use super::*;
+use crate::culled::{Culled, Mark, Style, holes};
+use crate::spread::{NOBODY, Spread, partitions};
+use icoray::{FrameReport, Held, Rendered};
+
+/// What ranks make of the second of two frames. All that is not a rank's own is not a number.
+fn of_nodes(
+    spread: &Spread,
+    (mesh, owner): (&IcosahedralMesh, &[usize]),
+    scene: &Scene,
+    location: Location,
+    node_of: &[usize],
+) -> (Frame, Vec<FrameReport>) {
+    let drawn = spread.on_nodes(node_of, |ranks, culled, grid, held| {
+        let Held::Columns(columns) = held.unwrap() else { panic!("there are several ranks") };
+        let rows = (&culled.cells[..], &culled.corners[..]);
+        let own = [0, 1].map(|step| {
+            let mut model = Model::new(mesh, step, rows, location);
+            model.spoil(mesh, rows, location, |cell| owner[cell], ranks.rank());
+            model
+        });
+        let renderer = Renderer::new(1).unwrap();
+        second(|step| renderer.render_columns(ranks, scene, grid, &columns, &layers(), own[step].fields()))
+    });
+    let report = |drawn: &Rendered| match drawn {
+        Rendered::Here(frame) => frame.report.clone(),
+        Rendered::AtRoot(report) => report.clone(),
+    };
+    let reports = drawn.iter().map(report).collect();
+    (picture(drawn), reports)
+}
+
+#[test]
+fn parts_of_one_node_are_bitwise_one_process() {
+    let mesh = IcosahedralMesh::new(3).unwrap();
+    let grid = Grid::new(mesh.tables()).unwrap();
+    for location in [Location::Center, Location::Corner] {
+        let steps = [0, 1].map(|step| Model::whole(&mesh, step, location));
+        for (i, (name, scene)) in scenes().into_iter().enumerate() {
+            let expected = draw(&Renderer::new(2).unwrap(), &grid, &scene, &steps);
+            let ranks = 2 + i % 3;
+            for (partition, owner) in partitions(&mesh, ranks) {
+                let spread = Spread::new(&mesh, ranks, &owner);
+                let node_of = vec![0; ranks];
+                let (frame, reports) = of_nodes(&spread, (&mesh, &owner), &scene, location, &node_of);
+                let trying = format!("{name}, {location:?}, {partition} on {ranks}");
+                assert!(bits(&frame) == bits(&expected), "{trying}");
+                assert_eq!(frame.report.missing_values, expected.report.missing_values, "{trying}");
+                assert_eq!(frame.report.value_range, expected.report.value_range, "{trying}");
+                assert!(reports.iter().map(|report| report.bytes_copied).sum::<u64>() > 0, "{trying}");
+                let sharing = "tiles: every rank has the whole grid, its ranks' parts and the field are assembled once per node";
+                assert_eq!(frame.report.sharing.unwrap().to_string(), sharing, "{trying}");
+            }
+        }
+    }
+}
+
+/// The mesh's own holes beside those that parts have; of corners beside a hole some are no triangles.
+#[test]
+fn holes_of_the_whole_are_bitwise_those_of_its_parts() {
+    let mesh = IcosahedralMesh::new(3).unwrap();
+    let scenes = scenes();
+    for (i, (hole, stays)) in holes(&mesh).iter().enumerate() {
+        let culled = Culled::new(&mesh, stays, Style::Corners, Mark::BeforeFirst, 1);
+        let rows = (&culled.cells[..], &culled.corners[..]);
+        let steps = [0, 1].map(|step| Model::new(&mesh, step, rows, Location::Center));
+        let (name, scene) = &scenes[i % scenes.len()];
+        let expected = draw(&Renderer::new(2).unwrap(), &culled.grid(), scene, &steps);
+        let ranks = 2 + i % 2;
+        for (partition, mut owner) in partitions(&mesh, ranks) {
+            (owner.iter_mut().zip(stays))
+                .filter(|(_, stays)| !**stays)
+                .for_each(|(owner, _)| *owner = NOBODY);
+            let spread = Spread::new(&mesh, ranks, &owner);
+            let (frame, _) = of_nodes(&spread, (&mesh, &owner), scene, Location::Center, &vec![0; ranks]);
+            assert!(bits(&frame) == bits(&expected), "{hole}, {name}, {partition} on {ranks}");
+        }
+    }
+}
+
+#[test]
+fn parts_of_several_nodes_are_within_errors_of_one_process() {
+    let mesh = IcosahedralMesh::new(3).unwrap();
+    let grid = Grid::new(mesh.tables()).unwrap();
+    let nodes: [&[usize]; 5] = [&[0, 1], &[0, 1, 0], &[0, 1, 2], &[0, 1, 1, 0], &[2, 0, 2, 1, 2]];
+    for location in [Location::Center, Location::Corner] {
+        let steps = [0, 1].map(|step| Model::whole(&mesh, step, location));
+        for (i, (name, scene)) in scenes().into_iter().enumerate() {
+            // Lines that reach over a border would be smoothed on one side of it.
+            let scene = Scene { antialias: false, ..scene };
+            let expected = draw(&Renderer::new(2).unwrap(), &grid, &scene, &steps);
+            for (k, node_of) in nodes.into_iter().enumerate() {
+                let (partition, owner) = partitions(&mesh, node_of.len()).swap_remove((i + k) % 4);
+                let spread = Spread::new(&mesh, node_of.len(), &owner);
+                let (frame, _) = of_nodes(&spread, (&mesh, &owner), &scene, location, node_of);
+                let (wrong, most) = beyond(&frame, &expected, 1e-6);
+                let trying =
+                    format!("{name}, {location:?}, {partition} on {node_of:?}: {wrong} beyond, {most:e}");
+                println!("{trying}");
+                // Lines reach over a node's border by a part of their width.
+                assert!(wrong <= 4 && most < 0.05, "{trying}");
+                assert_eq!(frame.report.missing_values, expected.report.missing_values, "{trying}");
+                assert_eq!(frame.report.value_range, expected.report.value_range, "{trying}");
+                let sharing = "fragments: each node has its part of the grid, its ranks' parts and the field are assembled once per node";
+                assert_eq!(frame.report.sharing.unwrap().to_string(), sharing, "{trying}");
+            }
+        }
+    }
+}
+
+/// Rays that cross several nodes end where each of these says, and those of the whole grid where all of it says.
+#[test]
+fn pictures_of_several_nodes_differ_by_less_than_the_tolerance() {
+    let mesh = IcosahedralMesh::new(4).unwrap();
+    let grid = Grid::new(mesh.tables()).unwrap();
+    let steps = [0, 1].map(|step| Model::whole(&mesh, step, Location::Center));
+    for tolerance in [1e-2, 1e-3, 1e-4, 1e-5, 1e-6] {
+        let mut scene = scene(NEAR, &format!("tolerance = {tolerance}"), "");
+        scene.scenery = icoray::Scenery::default();
+        for knot in &mut scene.transfer.knots {
+            knot.extinction *= 10.0;
+        }
+        let expected = draw(&Renderer::new(2).unwrap(), &grid, &scene, &steps);
+        for (partition, owner) in partitions(&mesh, 4) {
+            let spread = Spread::new(&mesh, 4, &owner);
+            let (frame, _) = of_nodes(&spread, (&mesh, &owner), &scene, Location::Center, &[0, 1, 2, 3]);
+            let (_, most) = beyond(&frame, &expected, 0.0);
+            println!("tolerance {tolerance:e}, {partition}: {most:.1e}");
+            assert!(f64::from(most) <= tolerance + 1e-6, "tolerance {tolerance:e}, {partition}: {most:e}");
+        }
+    }
+}

@@ -1,0 +1,255 @@
+/*
+ * Pictures that ranks draw in the background, and the same ones drawn within icoray_execute, of a grid and field that every
+ * rank has, of columns over whole tables and of parts: mpi_async DIRECTORY. Files of DIRECTORY/KIND_async and
+ * DIRECTORY/KIND_sync are to be the same. And what happens to frames in the background where something fails or ends.
+ */
+#include "mpi_cut.h"
+
+enum { WHOLE, COLUMNS, PARTS, KINDS };
+static const char *const NAMES[KINDS] = {"whole", "columns", "parts"};
+enum { STEPS = 9, PIXELS = 90 };
+
+/* A model: what this rank has of the world, and its field as it was at the start. */
+typedef struct {
+    World w;
+    int *owner;
+    Cut cut;
+    icoray_array array;
+    icoray_part part;
+    int32_t *global;
+    float *values, *start;
+    size_t count;
+    int kind;
+} Model;
+
+static Model model(int kind)
+{
+    Model m;
+    memset(&m, 0, sizeof m);
+    m.kind = kind;
+    m.w = world(5, 5);
+    m.owner = partition(&m.w, CONTIGUOUS, ranks);
+    m.array = m.w.array;
+    if (kind == PARTS) {
+        m.cut = cut(&m.w, m.owner, rank, 1);
+        m.array = m.cut.center;
+        m.part = m.cut.part;
+    } else if (kind == COLUMNS) {
+        float *mine = calloc((size_t)(m.w.grid.cells * m.w.layers), sizeof *mine);
+        m.global = calloc((size_t)m.w.grid.cells, sizeof *m.global);
+        m.part.struct_size = sizeof m.part;
+        m.part.index_type = ICORAY_I32;
+        for (int64_t c = 0; c < m.w.grid.cells; c++) {
+            if (m.owner[c] == rank) {
+                memcpy(mine + m.part.cells * m.w.layers, m.w.values + c * m.w.layers, (size_t)m.w.layers * sizeof *mine);
+                m.global[m.part.cells++] = (int32_t)c + m.w.grid.index_base;
+            }
+        }
+        m.part.owned_cells = m.part.cells;
+        m.part.cell_global = m.global;
+        m.array.columns = m.part.cells;
+        m.array.data = mine;
+    }
+    m.values = (float *)(uintptr_t)m.array.data;
+    m.count = (size_t)(m.array.columns * m.array.column_stride);
+    m.start = calloc(m.count + 1, sizeof *m.start);
+    memcpy(m.start, m.values, m.count * sizeof *m.start);
+    return m;
+}
+
+static void end_model(Model *m)
+{
+    if (m->kind == PARTS) {
+        end_cut(&m->cut);
+    }
+    if (m->kind == COLUMNS) {
+        free(m->values);
+    }
+    free(m->global);
+    free(m->start);
+    free(m->owner);
+    end_world(&m->w);
+}
+
+static void give_grid(icoray_ctx *ctx, const Model *m)
+{
+    OK(icoray_grid_set(ctx, m->kind == PARTS ? &m->cut.grid : &m->w.grid));
+    if (m->kind != WHOLE) {
+        OK(icoray_part_set(ctx, &m->part));
+    }
+}
+
+static icoray_ctx *open_model(const Model *m, const char *directory, int async)
+{
+    icoray_config config = plain(directory);
+    icoray_ctx *ctx = NULL;
+    config.threads = 1;
+    config.async_render = async;
+    OK(icoray_open(&config, (int32_t)MPI_Comm_c2f(MPI_COMM_WORLD), &ctx));
+    give_grid(ctx, m);
+    set_layers(ctx, m->w.layers);
+    OK(icoray_field_set(ctx, "f", &m->array));
+    set_scene(ctx, PIXELS, "every = 2");
+    return ctx;
+}
+
+/* The field at a step, made with messages of the model's own, while ranks are at different places. */
+static void compute(Model *m, int step)
+{
+    double mine = 1.0, all = 0.0;
+    int left = 0, right = (rank + 1) % ranks, from = (rank + ranks - 1) % ranks;
+    MPI_Allreduce(&mine, &all, 1, MPI_DOUBLE, MPI_SUM, MPI_COMM_WORLD);
+    CHECK(all == (double)ranks);
+    rest_ms(1 + rank);
+    MPI_Sendrecv(&rank, 1, MPI_INT, right, 77, &left, 1, MPI_INT, from, 77, MPI_COMM_WORLD, MPI_STATUS_IGNORE);
+    CHECK(left == from);
+    for (size_t i = 0; i < m->count; i++) {
+        m->values[i] = m->start[i] * (1.0f - 0.1f * (float)step);
+    }
+}
+
+/* What the model computes next goes over what was drawn. */
+static void spoil(Model *m)
+{
+    for (size_t i = 0; i < m->count; i++) {
+        m->values[i] = 1e30f;
+    }
+    MPI_Barrier(MPI_COMM_WORLD);
+}
+
+static void run(const char *directory, int kind, int async)
+{
+    char name[64];
+    icoray_ctx *ctx;
+    icoray_frame_report report;
+    Model m = model(kind);
+    snprintf(name, sizeof name, "%s_%s", NAMES[kind], async ? "async" : "sync");
+    trying = name;
+    ctx = open_model(&m, path_of(directory, name), async);
+    for (int step = 0; step < STEPS; step++) {
+        int32_t wants = -1;
+        compute(&m, step);
+        OK(icoray_field_set(ctx, "f", &m.array));
+        OK(icoray_wants(ctx, step, 60.0 * step, &wants));
+        CHECK(wants == (step % 2 == 0));
+        if (wants) {
+            OK(icoray_execute(ctx, step, 60.0 * step, NULL));
+        }
+        spoil(&m);
+        if (step == 5) { /* A frame of before is finished first, and its tables may go. */
+            icoray_grid wrong = m.w.grid;
+            wrong.struct_size = 1;
+            if (rank == ranks - 1) {
+                REFUSED(ctx, ICORAY_ERR_STRUCT_SIZE, "struct_size", icoray_grid_set(ctx, &wrong));
+            } else {
+                OK(icoray_grid_set(ctx, m.kind == PARTS ? &m.cut.grid : &m.w.grid));
+            }
+            give_grid(ctx, &m);
+        }
+        if (step == 6) {
+            OK(icoray_wait(ctx));
+            report = report_of(ctx);
+            CHECK(report.step == 6 && report.ranks == ranks && report.frames == 1);
+            CHECK(report.frames_failed == 0 && (rank > 0 || report.frames_written == 4));
+            CHECK(!async || (report.bytes_copied > 0 && report.copy_s > 0.0));
+            CHECK(report.host_s > 0.0 && report.balance > 0.0 && report.tiles >= 0);
+        }
+    }
+    OK(icoray_close(&ctx)); /* of the last frame nobody has waited */
+    end_model(&m);
+}
+
+/* Heights that are wrong on the last rank are found while the frame is drawn. */
+static void fail_late(const char *directory)
+{
+    Model m = model(WHOLE);
+    icoray_ctx *ctx = open_model(&m, path_of(directory, "late"), 1);
+    size_t cells = (size_t)m.w.grid.cells, layers = (size_t)m.w.layers;
+    float *heights = calloc(cells * layers, sizeof *heights);
+    icoray_array array = m.array;
+    icoray_status status;
+    trying = "late";
+    for (size_t i = 0; i < cells * layers; i++) {
+        size_t layer = i % layers;
+        heights[i] = 5e3f * (float)(rank == ranks - 1 && i / layers == 7 ? layers - layer : layer + 1);
+    }
+    array.data = heights;
+    OK(icoray_heights_set(ctx, &array));
+    set_scene(ctx, PIXELS, "heights = \"native\"");
+    OK(icoray_execute(ctx, 0, 0.0, NULL));
+    spoil(&m);
+    compute(&m, 0);
+    set_scene(ctx, PIXELS, "");
+    /* The next frame is drawn nevertheless; the failure is told once, by whichever call comes after it. */
+    said_before();
+    status = icoray_execute(ctx, 1, 60.0, NULL);
+    if (status == ICORAY_OK) {
+        TOLD(ICORAY_ERR_LAYERS, "step 0", icoray_wait(ctx));
+    } else {
+        told_all(status, ICORAY_ERR_LAYERS, "step 0", "icoray_execute", HERE);
+        OK(icoray_wait(ctx));
+    }
+    OK(icoray_execute(ctx, 2, 120.0, NULL));
+    OK(icoray_wait(ctx));
+    CHECK(rank > 0 || report_of(ctx).frames_written == 2);
+    CHECK(report_of(ctx).frames_failed == 1);
+    OK(icoray_close(&ctx));
+    free(heights);
+    end_model(&m);
+}
+
+/* Ranks that differ in async_render, and one that closes while others go on. */
+static void part_ways(const char *directory)
+{
+    Model m = model(WHOLE);
+    icoray_config config = plain(path_of(directory, "ways"));
+    icoray_ctx *ctx = NULL;
+    icoray_status status;
+    trying = "ways";
+    if (ranks > 1) {
+        config.async_render = rank == 1;
+        TOLD(ICORAY_ERR_MPI, "async_render", icoray_open(&config, (int32_t)MPI_Comm_c2f(MPI_COMM_WORLD), &ctx));
+        CHECK(ctx == NULL);
+    }
+    ctx = open_model(&m, path_of(directory, "ways"), 1);
+    OK(icoray_execute(ctx, 0, 0.0, NULL));
+    if (ranks > 1) {
+        status = rank == 1 ? icoray_close(&ctx) : icoray_execute(ctx, 2, 0.0, NULL);
+        CHECK(status == ICORAY_ERR_MPI);
+    }
+    status = icoray_close(&ctx);
+    CHECK(ctx == NULL && (status == ICORAY_OK || status == ICORAY_ERR_MPI));
+    end_model(&m);
+}
+
+int main(int argc, char **argv)
+{
+    Model m;
+    icoray_ctx *ctx;
+    int failed;
+    begin(&argc, &argv);
+    for (int kind = 0; kind < KINDS; kind++) {
+        run(argv[1], kind, 0);
+        run(argv[1], kind, 1);
+    }
+    fail_late(argv[1]);
+    part_ways(argv[1]);
+
+    /* MPI ends before the context is closed. */
+    trying = "finalised";
+    m = model(WHOLE);
+    ctx = open_model(&m, path_of(argv[1], "finalised"), 1);
+    OK(icoray_execute(ctx, 0, 0.0, NULL));
+    failed = failed_checks();
+    MPI_Allreduce(MPI_IN_PLACE, &failed, 1, MPI_INT, MPI_SUM, MPI_COMM_WORLD);
+    MPI_Finalize();
+    {
+        icoray_status status = icoray_close(&ctx);
+        CHECK(ctx == NULL && (status == ICORAY_OK || status == ICORAY_ERR_MPI));
+    }
+    end_model(&m);
+    if (rank == 0) {
+        verdict("mpi_async");
+    }
+    return failed == 0 && failed_checks() == 0 ? EXIT_SUCCESS : EXIT_FAILURE;
+}

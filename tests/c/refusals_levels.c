@@ -1,0 +1,103 @@
+/* Models that swap time levels, and the warning for those that gave one of them once. */
+#include "refusals.h"
+
+#define STEPS 9
+
+/* How a model gives the field that has time levels. */
+enum { ONCE, ONCE_OF_THREE, AT_EACH_STEP, IN_PLACE, WAYS };
+
+typedef struct {
+    int pointed_out, other;
+    char last[512];
+} Lines;
+
+static void counts(void *user, int32_t level, const char *message)
+{
+    Lines *lines = (Lines *)user;
+    if (strstr(message, "icoray_field_set before each icoray_execute") != NULL) {
+        lines->pointed_out += level == ICORAY_LOG_WARN;
+        snprintf(lines->last, sizeof lines->last, "%s", message);
+    } else {
+        lines->other++;
+    }
+}
+
+/* A field of values that differ from step to step. */
+static void compute(float *level, int step)
+{
+    for (int64_t i = 0; i < good_array.columns * LAYERS; i++) {
+        level[i] = (float)step + 0.001f * (float)(i % 100);
+    }
+}
+
+/*
+ * Draws "f", which has time levels but where it is computed in place, and "g": the same at all steps, or another one at
+ * each. Returns how often "f" or "g" was pointed out.
+ */
+static Lines run(int way, int is_static)
+{
+    size_t bytes = (size_t)good_array.columns * LAYERS * sizeof(float);
+    int levels = way == IN_PLACE ? 1 : way == ONCE_OF_THREE ? 3 : 2;
+    float *level[3], *g = (float *)malloc(bytes);
+    char text[1024];
+    Lines lines;
+    icoray_config config = good_config;
+    icoray_array array = good_array;
+    icoray_ctx *ctx;
+    memset(&lines, 0, sizeof lines);
+    config.log = counts;
+    config.log_user = &lines;
+    config.log_level = ICORAY_LOG_WARN;
+    ctx = filled_with(&config);
+    array.type = ICORAY_F32;
+    array.column_stride = LAYERS;
+    array.layer_stride = 1;
+    array.layers = LAYERS;
+    array.block = array.block_stride = 0;
+    for (int i = 0; i < levels; i++) {
+        level[i] = (float *)malloc(bytes);
+        compute(level[i], 0);
+    }
+    compute(g, 0);
+    array.data = g;
+    OK(icoray_field_set(ctx, "g", &array));
+    array.data = level[0];
+    OK(icoray_field_set(ctx, "f", &array));
+    snprintf(text, sizeof text,
+             SCENE("f", "4", "levels_{view}_%d_%d_{step}.png") "[[views]]\nname = \"f\"\n"
+             "[[views]]\nname = \"g\"\nfield = \"g\"\n", way, is_static);
+    OK(icoray_scene_text(ctx, text));
+    for (int step = 1; step <= STEPS; step++) {
+        compute(level[step % levels], step);
+        if (!is_static) {
+            compute(g, 2 * step);
+        }
+        if (way == AT_EACH_STEP) {
+            array.data = level[step % levels];
+            OK(icoray_field_set(ctx, "f", &array));
+        }
+        OK(icoray_execute(ctx, step, 60.0 * step, NULL));
+    }
+    OK(icoray_close(&ctx));
+    for (int i = 0; i < levels; i++) {
+        free(level[i]);
+    }
+    free(g);
+    CHECK(lines.other == 0);
+    return lines;
+}
+
+void time_levels(void)
+{
+    for (int is_static = 0; is_static < 2; is_static++) {
+        Lines lines = run(ONCE, is_static);
+        trying = is_static ? "beside a static field" : "beside a field that changes";
+        CHECK(lines.pointed_out == 1 && strstr(lines.last, "\"f\" change only at every second step") != NULL);
+        CHECK(strstr(lines.last, is_static ? "step 6: " : "step 4: ") != NULL);
+        CHECK(run(AT_EACH_STEP, is_static).pointed_out == 0);
+        CHECK(run(IN_PLACE, is_static).pointed_out == 0);
+        lines = run(ONCE_OF_THREE, is_static);
+        CHECK(lines.pointed_out == 1 && strstr(lines.last, "every third step") != NULL);
+        trying = "";
+    }
+}
