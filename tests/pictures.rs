@@ -320,7 +320,8 @@ fn pictures_do_not_depend_on_threads() {
 fn scales_and_steps_hold_in_f32() {
     let base = Sphere::new(3, 10, [1.0, 1.2], multi_scale).unwrap();
     let grid = base.grid().unwrap();
-    for (scale, offset) in [(1.0, 0.0), (1e30, 0.0), (1e-30, 0.0), (1.0, 1e6), (1e140, -1e141)] {
+    for (scale, offset) in [(1.0, 0.0), (1e30, 0.0), (1e-30, 0.0), (1.0, 1e6), (1e280, -1e281), (1e-280, 0.0)]
+    {
         let values: Vec<f64> = base.values.iter().map(|v| f64::from(*v) * scale + offset).collect();
         let field = Field::new(
             values.as_slice().into(),

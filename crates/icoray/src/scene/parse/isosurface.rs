@@ -4,6 +4,7 @@ use super::Text;
 use super::paint::{Keys, paint};
 use super::transfer::RawTransfer;
 use crate::error::Result;
+use crate::scene::values::SQUARED;
 use crate::scene::{Isosurface, Paint};
 use serde::Deserialize;
 use std::ops::Range;
@@ -35,9 +36,9 @@ pub(super) fn isosurfaces(source: &Text, raw: &Spanned<RawIsosurface>) -> Result
 
 fn values(source: &Text, raw: &RawIsosurface, span: Range<usize>) -> Result<Vec<f64>> {
     match (&raw.value, &raw.values) {
-        (Some(value), None) => Ok(vec![source.value(value, "value")?]),
+        (Some(value), None) => Ok(vec![source.value(value, "value", &SQUARED)?]),
         (None, Some(values)) if !values.get_ref().is_empty() => {
-            values.get_ref().iter().map(|value| source.value(value, "values")).collect()
+            values.get_ref().iter().map(|value| source.value(value, "values", &SQUARED)).collect()
         }
         (None, Some(none)) => Err(source.bad(none.span(), "values", "no values, expected at least one")),
         _ => Err(source.bad(span, "value", "expected either value or values")),

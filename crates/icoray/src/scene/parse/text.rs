@@ -3,7 +3,8 @@
 use super::hint;
 use crate::error::{Error, ErrorKind, Result};
 use crate::numbers;
-use crate::scene::{color, values};
+use crate::scene::color;
+use crate::scene::values::Magnitudes;
 use std::fmt::Display;
 use std::ops::Range;
 use toml::Spanned;
@@ -111,16 +112,16 @@ impl<'t> Text<'t> {
         if value.is_finite() { Ok(value) } else { Err(bad()) }
     }
 
-    /// A field's value, finite and such that kernels hold it.
-    pub fn value(&self, raw: &Spanned<f64>, key: &str) -> Result<f64> {
+    /// A field's value, finite and of a magnitude that kernels hold.
+    pub fn value(&self, raw: &Spanned<f64>, key: &str, magnitudes: &Magnitudes) -> Result<f64> {
         let value = self.finite(raw, key)?;
-        self.held(value, raw.span(), key)
+        self.held(value, raw.span(), key, magnitudes)
     }
 
-    /// The value, where kernels hold it.
-    pub fn held(&self, value: f64, span: Range<usize>, key: &str) -> Result<f64> {
-        let bad = || self.bad(span, key, format!("{}, {}", numbers::text(value), values::WISH));
-        if values::is_held(value) { Ok(value) } else { Err(bad()) }
+    /// The value, if it is of a magnitude that kernels hold.
+    pub fn held(&self, value: f64, span: Range<usize>, key: &str, magnitudes: &Magnitudes) -> Result<f64> {
+        let bad = || self.bad(span, key, format!("{}, {}", numbers::text(value), magnitudes.wish));
+        if magnitudes.hold(value) { Ok(value) } else { Err(bad()) }
     }
 
     /// Two finite numbers, the lower first.

@@ -4,6 +4,7 @@ use super::Text;
 use crate::error::Result;
 use crate::numbers;
 use crate::scene::coloring::MEANINGLESS;
+use crate::scene::values::PLAIN;
 use crate::scene::{Coloring, Knot, TransferFunction, transfer};
 use serde::Deserialize;
 use std::ops::Range;
@@ -134,7 +135,7 @@ fn check_rising(
         ));
     }
     for (value, span) in &values {
-        source.held(*value, span.clone(), key)?;
+        source.held(*value, span.clone(), key, &PLAIN)?;
     }
     for (i, pair) in values.windows(2).enumerate() {
         let falls = pair[1].0 < pair[0].0;

@@ -7,6 +7,7 @@ use crate::scene::color::{ColorMap, MAPS};
 use crate::scene::coloring::{MEANINGLESS, default_extinction};
 use crate::scene::parse::hint;
 use crate::scene::parse::text::shown;
+use crate::scene::values::PLAIN;
 use crate::scene::{ColorRange, Coloring, Scale};
 use std::ops::Range;
 use toml::{Spanned, Value};
@@ -88,7 +89,7 @@ fn scale(source: &Text, raw: &RawTransfer) -> Result<Scale> {
                     "\"symlog\" needs threshold, the value on either side of 0 up to which it is linear";
                 return Err(source.bad(span, "transfer.scale", what));
             };
-            let value = source.value(threshold, key)?;
+            let value = source.value(threshold, key, &PLAIN)?;
             if value <= 0.0 {
                 return Err(source.bad(
                     threshold.span(),
@@ -111,7 +112,7 @@ fn scale(source: &Text, raw: &RawTransfer) -> Result<Scale> {
 
 fn center(source: &Text, raw: &RawTransfer, scale: Scale) -> Result<Option<f64>> {
     let Some(center) = &raw.center else { return Ok(None) };
-    let value = source.value(center, "transfer.center")?;
+    let value = source.value(center, "transfer.center", &PLAIN)?;
     if scale.admits(value) {
         return Ok(Some(value));
     }
@@ -154,7 +155,7 @@ fn any_range(source: &Text, raw: &Spanned<Value>) -> Result<ColorRange> {
             "expected two finite numbers, the lower first, { percentile = [1, 99] } or { union = [1, 99] }";
         let ends = ends.ok_or_else(|| bad(format!("{}, {wish}", shown(raw.get_ref()))))?;
         for end in ends {
-            source.held(end, raw.span(), key)?;
+            source.held(end, raw.span(), key, &PLAIN)?;
         }
         return Ok(ColorRange::Fixed(ends));
     };
