@@ -67,7 +67,8 @@ fn main() -> ExitCode {
     match done.and_then(|()| Ok(out.flush()?)) {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) if failure.is_closed_pipe() => ExitCode::SUCCESS,
-        Err(failure::Failure::SaidElsewhere) => ExitCode::FAILURE,
+        // A launcher ends all ranks as soon as one has failed: only the rank that prints the error fails, so that none ends it before.
+        Err(failure::Failure::SaidElsewhere) => ExitCode::SUCCESS,
         Err(failure) => {
             // Nothing is left to be done where stderr is closed too.
             let _ = writeln!(io::stderr(), "icoray: error: {failure}");
