@@ -21,7 +21,7 @@ const NONE: u32 = 0xffffffffu;
 @group(2) @binding(2) var<storage, read> cells_of_columns: array<u32>;
 // As gradients.wgsl reads them.
 @group(2) @binding(3) var<storage, read_write> gradients_out: array<f32>;
-// What f32 leaves of values, in 16 bits each, two in a word: a value's last digits, in pages as the field's.
+// Remainders of the values beyond f32, in 16 bits each, two in a word: a value's last digits, in pages as the field's.
 #each @group(3) @binding(PAGE) var<storage, read> rests_PAGE: array<u32>;
 
 const LARGEST: f32 = 1e15;

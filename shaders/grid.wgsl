@@ -29,17 +29,17 @@ struct RimSide {
 @group(0) @binding(2) var<storage, read> corner_cell: array<i32>;
 @group(0) @binding(3) var<storage, read> corner_edge: array<i32>;
 @group(0) @binding(4) var<storage, read> edge_corner: array<i32>;
-// Four of `Seats` in a word, the first one lowest.
-@group(0) @binding(5) var<storage, read> seats: array<u32>;
+// Four of `TriangleOrientation` in a word, the first one lowest.
+@group(0) @binding(5) var<storage, read> orientations: array<u32>;
 @group(0) @binding(6) var<storage, read> voids: array<Void>;
 @group(0) @binding(7) var<storage, read> rim: array<RimSide>;
 
-const SEATS_CLOCKWISE: u32 = 64u;
-const SEATS_ABSENT: u32 = 128u;
-const SEATS_RIM: u32 = 3u;
+const ORIENTATION_CLOCKWISE: u32 = 64u;
+const ORIENTATION_ABSENT: u32 = 128u;
+const ORIENTATION_RIM: u32 = 3u;
 
-fn grid_seats(triangle: u32) -> u32 {
-    return (seats[triangle >> 2u] >> (8u * (triangle & 3u))) & 255u;
+fn grid_orientation(triangle: u32) -> u32 {
+    return (orientations[triangle >> 2u] >> (8u * (triangle & 3u))) & 255u;
 }
 
 fn grid_is_void(triangle: u32) -> bool {
@@ -64,8 +64,8 @@ fn grid_across(triangle: u32, k: u32) -> u32 {
     if grid_is_void(triangle) {
         return voids[triangle - params.triangles].beyond[k];
     }
-    let column = (grid_seats(triangle) >> (2u * k)) & 3u;
-    if HAS_VOID && column == SEATS_RIM {
+    let column = (grid_orientation(triangle) >> (2u * k)) & 3u;
+    if HAS_VOID && column == ORIENTATION_RIM {
         return grid_over_the_rim(triangle, k);
     }
     let edge = u32(corner_edge[3u * triangle + column] - params.index_base);
@@ -90,14 +90,14 @@ fn grid_over_the_rim(triangle: u32, k: u32) -> u32 {
 }
 
 fn grid_is_clockwise(triangle: u32) -> bool {
-    return !grid_is_void(triangle) && (grid_seats(triangle) & SEATS_CLOCKWISE) != 0u;
+    return !grid_is_void(triangle) && (grid_orientation(triangle) & ORIENTATION_CLOCKWISE) != 0u;
 }
 
 fn grid_standing(hint: u32) -> u32 {
     if grid_is_void(hint) {
         return hint;
     }
-    if hint < params.triangles && (grid_seats(hint) & SEATS_ABSENT) == 0u {
+    if hint < params.triangles && (grid_orientation(hint) & ORIENTATION_ABSENT) == 0u {
         return hint;
     }
     return params.start;

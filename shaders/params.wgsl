@@ -1,4 +1,4 @@
-// What all rays of a picture share. Mirrored by icoray-gpu/src/layout.rs; directions and lengths are in double-float.
+// Parameters of all rays of a picture. Mirrored by icoray-gpu/src/layout.rs; directions and lengths are in double-float.
 
 struct Params {
     eye_hi: vec3f,
@@ -21,7 +21,7 @@ struct Params {
     zero: u32,
     up_lo: vec3f,
     // A ray that takes more steps from triangle to triangle has lost its way.
-    most_steps: u32,
+    max_steps: u32,
     // With FEW_KNOTS where the spans behind the first begin, and ENDLESS behind the last.
     knots: vec4f,
     // Linear RGB of the core.
@@ -36,8 +36,8 @@ struct Params {
     column_stride: u32,
     layer_stride: u32,
     // The tolerance's parts: `Budget` of kernel/ray.rs.
-    share: f32,
-    rest: f32,
+    color_tolerance: f32,
+    min_transmittance: f32,
     brightest: f32,
     // A triangle that is there.
     start: u32,
@@ -50,12 +50,12 @@ struct Params {
 
 @group(0) @binding(0) var<uniform> params: Params;
 
-// What a scene does not need is not in its shader.
+// Code that a scene does not need is not in its shader.
 override IS_EXACT: bool = true;
 override HAS_CORE: bool = true;
 override HAS_VOID: bool = true;
 override HAS_STEPS: bool = true;
-// Of at most five spans, which are found by comparing with `params.knots`.
+// With at most five spans, the span is found by comparing with `params.knots`.
 override FEW_KNOTS: bool = false;
 override IS_LIT: bool = true;
 // Whether rays are traced through a part of the cells.

@@ -3,7 +3,7 @@
 #import pieces
 #import kernel/ray/fragment
 
-// What a ray met, and how many fragments it has; with LOST where it has lost its way.
+// The boundaries that a ray met, and its number of fragments; LOST where the walk failed.
 struct Passed {
     columns: u32,
     frusta: u32,

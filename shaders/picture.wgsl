@@ -3,12 +3,12 @@
 #import pieces
 #import kernel/ray
 
-// What a ray gives: `Traced` of icoray/src/device. `error` is MISSED or LOST where there is no light to speak of.
+// Result of a ray: `Traced` of icoray/src/device. `error` is MISSED or LOST where the ray has no light.
 struct Pixel {
     red: f32,
     green: f32,
     blue: f32,
-    absorbed: f32,
+    alpha: f32,
     error: f32,
     variance: f32,
     columns: u32,
@@ -42,7 +42,7 @@ fn picture(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) id
         light.color.x,
         light.color.y,
         light.color.z,
-        light.absorbed,
+        light.alpha,
         error,
         light.variance,
         traced.ray.columns,

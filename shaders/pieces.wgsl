@@ -2,7 +2,7 @@
 #import params
 #import kernel/wide
 
-// What a workgroup traces: a piece of a tile, in steps of traced pixels.
+// The work of one workgroup: a piece of a tile, in steps of traced pixels.
 struct Piece {
     left: u32,
     top: u32,

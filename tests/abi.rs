@@ -7,76 +7,50 @@ use icoray_tests::layout::{LAYOUT, rust_layout};
 use icoray_tests::native::{checked, command, compile, compile_c, library, root, succeeded, text};
 use std::path::{Path, PathBuf};
 use std::process::Command;
+use std::sync::LazyLock;
 use tempfile::TempDir;
 
-const FUNCTIONS: [&str; 25] = [
-    "icoray_close",
-    "icoray_execute",
-    "icoray_field_describe",
-    "icoray_field_set",
-    "icoray_field_set_ndarray",
-    "icoray_grid_set",
-    "icoray_heights_set",
-    "icoray_heights_set_ndarray",
-    "icoray_last_error",
-    "icoray_layers_set",
-    "icoray_log_stderr",
-    "icoray_mesh_create",
-    "icoray_mesh_free",
-    "icoray_mesh_grid",
-    "icoray_open",
-    "icoray_open_serial",
-    "icoray_part_set",
-    "icoray_refuse",
-    "icoray_report",
-    "icoray_scene_load",
-    "icoray_scene_text",
-    "icoray_version",
-    "icoray_wait",
-    "icoray_wants",
-    "icoray_wants_field",
-];
-
-/// The sources of each program in `tests/c`; the first has the program's name.
-const LAYOUT_PROGRAM: [&str; 1] = ["layout"];
-const REFUSALS: [&str; 21] = [
-    "refusals",
-    "refusals_calls",
-    "refusals_entry",
-    "refusals_execute",
-    "refusals_fields",
-    "refusals_files",
-    "refusals_good",
-    "refusals_grid",
-    "refusals_heights",
-    "refusals_late",
-    "refusals_levels",
-    "refusals_log",
-    "refusals_long",
-    "refusals_names",
-    "refusals_ndarrays",
-    "refusals_off",
-    "refusals_parts",
-    "refusals_scene",
-    "refusals_tables",
-    "refusals_wants",
-    "check",
-];
-const PICTURES: [&str; 11] = [
-    "pictures",
-    "pictures_background",
-    "pictures_common",
-    "pictures_contexts",
-    "pictures_fields",
-    "pictures_layouts",
-    "pictures_names",
-    "pictures_ndarrays",
-    "pictures_tables",
-    "pictures_values",
-    "check",
-];
-
+/// The functions without `icoray_`, in the order of the alphabet.
+const FUNCTIONS: &str = "close execute field_describe field_set field_set_ndarray grid_set heights_set \
+    heights_set_ndarray last_error layers_set log_stderr mesh_create mesh_free mesh_grid open \
+    open_serial part_set refuse report scene_load scene_text version wait wants wants_field";
 const VIEWS: [&str; 3] = ["views", "pictures_common", "check"];
+
+/// Path without `.c` of a program that prints, for each line of `layout.txt`, what the C compiler makes of that name.
+static LAYOUT_PROGRAM: LazyLock<String> = LazyLock::new(|| {
+    let print = |line: &str| {
+        let name = line.split_once(' ').unwrap().0;
+        let number = match name.split_once('.') {
+            Some((of, member)) => format!("offsetof({of}, {member})"),
+            None if name.starts_with("ICORAY_") => name.into(),
+            None => format!("sizeof({name})"),
+        };
+        format!("printf(\"{name} %d\\n\", (int)({number}));\n")
+    };
+    let code = format!(
+        "#include <icoray.h>\n#include <stddef.h>\n#include <stdio.h>\nint main(void)\n{{\n\
+         printf(\"version %s\\n\", icoray_version());\n{}return 0;\n}}\n",
+        LAYOUT.lines().map(print).collect::<String>()
+    );
+    let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join("layout");
+    std::fs::write(path.with_extension("c"), code).unwrap();
+    path.to_str().unwrap().into()
+});
+
+fn functions() -> Vec<String> {
+    FUNCTIONS.split(' ').map(|name| format!("icoray_{name}")).collect()
+}
+
+/// Compiles the program of the files of `tests/c` whose names begin with `name`, and of `check`.
+fn compile_all(name: &str, compile: fn(&[&str]) -> PathBuf) -> PathBuf {
+    let files = std::fs::read_dir(root().join("tests/c")).unwrap();
+    let names = files.map(|file| file.unwrap().file_name().into_string().unwrap());
+    let stems = names.filter_map(|name| name.strip_suffix(".c").map(str::to_owned));
+    let mut stems: Vec<String> = stems.filter(|stem| stem.starts_with(name)).collect();
+    stems.sort();
+    let sources: Vec<&str> = stems.iter().map(String::as_str).chain(["check"]).collect();
+    compile(&sources)
+}
 
 /// Compiles a program of `tests/c` as C++.
 fn compile_cpp(sources: &[&str]) -> PathBuf {
@@ -108,13 +82,13 @@ fn the_structs_are_those_of_earlier_versions() {
 
 #[test]
 fn c_sees_the_structs_as_rust_does() {
-    sees_the_structs_as_rust_does(&compile_c(&LAYOUT_PROGRAM));
+    sees_the_structs_as_rust_does(&compile_c(&[&LAYOUT_PROGRAM]));
 }
 
 #[test]
 fn cpp_sees_the_structs_as_rust_does() {
     if has_tool(Need::Cxx, "c++") {
-        sees_the_structs_as_rust_does(&compile_cpp(&LAYOUT_PROGRAM));
+        sees_the_structs_as_rust_does(&compile_cpp(&[&LAYOUT_PROGRAM]));
     }
 }
 
@@ -130,7 +104,7 @@ fn the_header_declares_the_functions() {
         .filter(|name| name.starts_with("icoray_"))
         .collect();
     declared.sort_unstable();
-    assert_eq!(declared, FUNCTIONS);
+    assert_eq!(declared, functions());
 }
 
 #[test]
@@ -142,13 +116,13 @@ fn the_library_exports_its_functions_and_nothing_else() {
     let symbols = text(&output.stdout);
     let mut exported: Vec<&str> = symbols.lines().filter_map(|l| l.split_whitespace().last()).collect();
     exported.sort_unstable();
-    assert_eq!(exported, FUNCTIONS);
+    assert_eq!(exported, functions());
 }
 
 #[test]
 fn what_is_wrong_is_refused() {
     let directory = TempDir::new().unwrap();
-    let program = compile_c(&REFUSALS);
+    let program = compile_all("refusals", compile_c);
     checked(command(program, directory.path()).arg(directory.path()), "refusals", 3000);
 }
 
@@ -159,7 +133,7 @@ fn what_is_wrong_is_refused_in_cpp() {
         return;
     }
     let directory = TempDir::new().unwrap();
-    let program = compile_cpp(&REFUSALS);
+    let program = compile_all("refusals", compile_cpp);
     checked(command(program, directory.path()).arg(directory.path()), "refusals", 3000);
 }
 
@@ -179,12 +153,12 @@ fn no_memory_is_misused_or_lost() {
         command.args(["--show-leak-kinds=definite", "--errors-for-leak-kinds=definite"]);
         command
     };
-    let probe = compile_c(&LAYOUT_PROGRAM);
+    let probe = compile_c(&[&LAYOUT_PROGRAM]);
     if !runs(valgrind(directory.path()).arg(probe)) {
         return skip_because(Need::Valgrind, "it cannot run the simplest program");
     }
-    let refusals = compile_c(&REFUSALS);
+    let refusals = compile_all("refusals", compile_c);
     checked(valgrind(directory.path()).arg(refusals).arg(directory.path()), "refusals", 3000);
-    let pictures = compile_c(&PICTURES);
+    let pictures = compile_all("pictures", compile_c);
     checked(valgrind(directory.path()).arg(pictures).arg("out").args(["1", "16"]), "pictures", 3000);
 }

@@ -144,13 +144,13 @@ fn a_time_budget_is_kept_by_a_coarser_frame() {
     scene.time_budget_ms = Some(1e9);
     let same = renderer.render(&scene, &grid, &sphere.layers, &field).unwrap();
     assert!(same.pixels == whole.pixels && same.report.quality == whole.report.quality);
-    let seconds = whole.report.prepare_s + whole.report.render_s;
+    let seconds = whole.report.timing.prepare_s + whole.report.timing.render_s;
     scene.time_budget_ms = Some(1000.0 * seconds / 30.0);
     let short = renderer.render(&scene, &grid, &sphere.layers, &field).unwrap();
     let quality = short.report.quality;
     println!(
         "{seconds:.3} s whole; {quality}: {:.3} s, {}",
-        short.report.prepare_s + short.report.render_s,
+        short.report.timing.prepare_s + short.report.timing.render_s,
         short.report.error
     );
     assert!(

@@ -11,15 +11,8 @@ use std::process::Command;
 use tempfile::TempDir;
 
 /// Standard Fortran without a warning.
-const STRICT: [&str; 7] = [
-    "-std=f2018",
-    "-Wall",
-    "-Wextra",
-    "-Werror",
-    "-Wimplicit-interface",
-    "-Wimplicit-procedure",
-    "-Wcharacter-truncation",
-];
+const STRICT: &str =
+    "-std=f2018 -Wall -Wextra -Werror -Wimplicit-interface -Wimplicit-procedure -Wcharacter-truncation";
 
 /// The sources of the program in `tests/fortran`, each after those it uses.
 const PICTURES: [&str; 7] = ["check", "model", "layouts", "grids", "refusals", "scripts", "pictures"];
@@ -28,9 +21,23 @@ fn module() -> PathBuf {
     root().join("include/icoray.f90")
 }
 
+/// A directory for a test that needs the Fortran compiler. If there is none, skips the test.
+fn directory() -> Option<TempDir> {
+    has_tool(Need::Fortran, "gfortran").then(|| TempDir::new().unwrap())
+}
+
+/// Whether a program compiles with the module, and what the compiler says.
+fn compiles(code: &str, directory: &Path) -> (bool, String) {
+    let source = directory.join("checked.f90");
+    std::fs::write(&source, code).unwrap();
+    let mut compile = gfortran(directory, &["-fsyntax-only", "-Wno-unused"]);
+    let output = compile.arg(module()).arg(&source).output().unwrap();
+    (output.status.success(), text(&output.stderr))
+}
+
 fn gfortran(directory: &Path, options: &[&str]) -> Command {
     let mut command = Command::new("gfortran");
-    command.args(STRICT).args(options).arg("-J").arg(directory).current_dir(directory);
+    command.args(STRICT.split(' ')).args(options).arg("-J").arg(directory).current_dir(directory);
     command
 }
 
@@ -54,10 +61,7 @@ fn compile_pictures(options: &[&str], directory: &Path) -> PathBuf {
 
 #[test]
 fn the_module_is_standard_fortran() {
-    if !has_tool(Need::Fortran, "gfortran") {
-        return;
-    }
-    let directory = TempDir::new().unwrap();
+    let Some(directory) = directory() else { return };
     for options in [["-O0", "-fcheck=all"], ["-O3", "-fopenmp"], ["-fdefault-integer-8", "-fdefault-real-8"]]
     {
         succeeded(gfortran(directory.path(), &options).args(["-c", "-o", "icoray.o"]).arg(module()));
@@ -67,20 +71,13 @@ fn the_module_is_standard_fortran() {
 /// An array without TARGET could be a copy that is gone when icoray reads it; so the compiler must refuse it.
 #[test]
 fn what_cannot_be_read_in_place_does_not_compile() {
-    if !has_tool(Need::Fortran, "gfortran") {
-        return;
-    }
-    let directory = TempDir::new().unwrap();
+    let Some(directory) = directory() else { return };
     let program = |call: &str, attribute: &str, actual: &str| {
-        let source = directory.path().join("actual.f90");
         let code = format!(
             "program actual\n use icoray\n real(kind(1d0)){attribute} :: q(4, 42)\n \
              type(icoray_context) :: ctx\n q = 0\n call {call}{actual})\nend program\n"
         );
-        std::fs::write(&source, code).unwrap();
-        let mut compile = gfortran(directory.path(), &["-fsyntax-only"]);
-        let output = compile.arg(module()).arg(&source).output().unwrap();
-        (output.status.success(), text(&output.stderr))
+        compiles(&code, directory.path())
     };
     for call in ["icoray_field_set(ctx, 'q', ", "icoray_heights_set(ctx, "] {
         for actual in ["q", "q(4:1:-1, :)", "q(:, ::2)", "q(1, :)"] {
@@ -99,11 +96,7 @@ fn what_cannot_be_read_in_place_does_not_compile() {
 /// Own cells are said in one way: what says nothing, or says it twice, is refused before a rank could be the only one to.
 #[test]
 fn own_cells_are_said_in_one_way() {
-    if !has_tool(Need::Fortran, "gfortran") {
-        return;
-    }
-    let directory = TempDir::new().unwrap();
-    let source = directory.path().join("part.f90");
+    let Some(directory) = directory() else { return };
     for (arguments, is_good) in [
         ("n, ierr, owned=4", true),
         ("n, owned=4, grid='g'", true),
@@ -122,11 +115,8 @@ fn own_cells_are_said_in_one_way() {
              type(icoray_context) :: ctx\n type(icoray_part) :: part\n \
              call icoray_part_set(ctx, {arguments})\nend program\n"
         );
-        std::fs::write(&source, code).unwrap();
-        let mut compile = gfortran(directory.path(), &["-fsyntax-only", "-Wno-unused"]);
-        let output = compile.arg(module()).arg(&source).output().unwrap();
-        let said = text(&output.stderr);
-        assert_eq!(output.status.success(), is_good, "{arguments}: {said}");
+        let (compiles, said) = compiles(&code, directory.path());
+        assert_eq!(compiles, is_good, "{arguments}: {said}");
         assert!(is_good || said.contains("icoray_part_set"), "{arguments}: {said}");
     }
 }
@@ -206,10 +196,7 @@ fn layout_program() -> String {
 
 #[test]
 fn fortran_sees_the_structs_as_rust_does() {
-    if !has_tool(Need::Fortran, "gfortran") {
-        return;
-    }
-    let directory = TempDir::new().unwrap();
+    let Some(directory) = directory() else { return };
     let source = directory.path().join("layout.f90");
     std::fs::write(&source, layout_program()).unwrap();
     let program = compile(&[source], &["-O0"], directory.path());
@@ -240,10 +227,7 @@ fn pictures(directory: &Path) -> BTreeMap<String, Vec<(PathBuf, image::RgbaImage
 /// Layouts, kinds and numberings make no difference to a picture; values do. Refusals are checked by the program.
 #[test]
 fn pictures_depend_on_values_and_nothing_else() {
-    if !has_tool(Need::Fortran, "gfortran") {
-        return;
-    }
-    let directory = TempDir::new().unwrap();
+    let Some(directory) = directory() else { return };
     let program = compile_pictures(&["-O1", "-fcheck=all"], directory.path());
     checked(command(program, directory.path()).arg("out").args(["3", "64"]), "pictures", 400);
     let groups = pictures(&directory.path().join("out"));
@@ -277,10 +261,7 @@ fn pictures_depend_on_values_and_nothing_else() {
 /// The example compiles and draws, from the code that the README shows.
 #[test]
 fn the_example_draws_its_pictures() {
-    if !has_tool(Need::Fortran, "gfortran") {
-        return;
-    }
-    let directory = TempDir::new().unwrap();
+    let Some(directory) = directory() else { return };
     let example = root().join("examples/fortran/minimal.f90");
     let program = compile(&[example], &["-O2"], directory.path());
     let output = succeeded(&mut command(program, directory.path()));

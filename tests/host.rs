@@ -54,14 +54,26 @@ impl Program {
     }
 }
 
-#[test]
-fn floating_point_is_left_as_it_is() {
-    Program::new("host_floats").checks(&[], 1000);
+/// Tests that run a program with arguments behind its directory, and expect so many checks at least.
+macro_rules! programs {
+    ($($(#[$doc:meta])* $test:ident: $program:literal $arguments:tt, $least:literal;)*) => {$(
+        $(#[$doc])*
+        #[test]
+        fn $test() {
+            Program::new($program).checks(&$arguments, $least);
+        }
+    )*};
 }
 
-#[test]
-fn signals_are_the_hosts() {
-    Program::new("host_signals").checks(&[], 100);
+programs! {
+    floating_point_is_left_as_it_is: "host_floats" [], 1000;
+    signals_are_the_hosts: "host_signals" [], 100;
+    forked_processes_get_answers: "host_fork" [], 60;
+    threads_and_the_log_keep_apart: "host_threads" [], 400;
+    a_slow_writer_drops_what_it_may_drop: "host_writer" ["slow"], 100;
+    a_picture_is_never_seen_in_part: "host_writer" ["watched"], 100;
+    /// Ten thousand frames in the long run.
+    many_frames_take_no_more_memory: "host_steps" [count("1000", "10000")], 50;
 }
 
 #[test]
@@ -78,16 +90,6 @@ fn only_log_stderr_prints() {
     let stderr = text(&output.stderr);
     assert!(stderr.starts_with("icoray: warning: bad scene: ") && stderr.lines().count() == 1, "{stderr}");
     assert_eq!(text(&output.stdout), "host_process: 3 checks, 0 failed\n");
-}
-
-#[test]
-fn forked_processes_get_answers() {
-    Program::new("host_fork").checks(&[], 60);
-}
-
-#[test]
-fn threads_and_the_log_keep_apart() {
-    Program::new("host_threads").checks(&[], 400);
 }
 
 /// In a small file system of its own, which nobody else sees and which goes with the program.
@@ -110,22 +112,6 @@ fn a_directory_that_cannot_be_written_to_or_is_gone_is_a_status() {
     let program = Program::new("host_writer");
     program.checks(&["gone"], 50);
     program.checks(&["denied"], 5);
-}
-
-#[test]
-fn a_slow_writer_drops_what_it_may_drop() {
-    Program::new("host_writer").checks(&["slow"], 100);
-}
-
-#[test]
-fn a_picture_is_never_seen_in_part() {
-    Program::new("host_writer").checks(&["watched"], 100);
-}
-
-/// Ten thousand frames in the long run.
-#[test]
-fn many_frames_take_no_more_memory() {
-    Program::new("host_steps").checks(&[count("1000", "10000")], 50);
 }
 
 #[test]

@@ -12,16 +12,8 @@ fn compile(options: &[&str], directory: &Path) -> PathBuf {
     let mut rpath = std::ffi::OsString::from("-Wl,-rpath,");
     rpath.push(mpi_library().parent().unwrap());
     let mut compile = command("mpifort", directory);
-    compile.args([
-        "-std=f2018",
-        "-Wall",
-        "-Wextra",
-        "-Werror",
-        "-O1",
-        "-fcheck=all,no-array-temps",
-        "-cpp",
-        "-ffree-form",
-    ]);
+    let options_of_all = "-std=f2018 -Wall -Wextra -Werror -O1 -fcheck=all,no-array-temps -cpp -ffree-form";
+    compile.args(options_of_all.split(' '));
     // gfortran 12 warns of arrays that an assignment allocates.
     compile.args(["-Wno-uninitialized", "-Wno-maybe-uninitialized", "-J"]).arg(directory).args(options);
     compile.args(["include/icoray.f90", "tests/fortran/mpas/mpas_double.f90"].map(|file| root().join(file)));
@@ -65,20 +57,10 @@ fn the_hook_draws_what_whole_arrays_show() {
     succeeded(command(&program, &direct).arg("direct"));
     let expected = pictures(&direct);
     let names: Vec<&str> = expected.iter().map(|(name, _)| name.as_str()).collect();
-    assert_eq!(
-        names,
-        [
-            "theta_2000-01-01_00.00.00.png",
-            "theta_2000-01-01_12.00.00.png",
-            "theta_2000-01-02_00.00.00.png",
-            "theta_2000-01-02_12.00.00.png",
-            "vorticity_2000-01-02_00.00.00.png",
-            "w_2000-01-01_00.00.00.png",
-            "w_2000-01-01_12.00.00.png",
-            "w_2000-01-02_00.00.00.png",
-            "w_2000-01-02_12.00.00.png",
-        ]
-    );
+    let all = |field: &str| {
+        ["01_00", "01_12", "02_00", "02_12"].map(|at| format!("{field}_2000-01-{at}.00.00.png"))
+    };
+    assert_eq!(names, [&all("theta")[..], &["vorticity_2000-01-02_00.00.00.png".into()], &all("w")].concat());
     for ranks in [1, 2] {
         let run = prepared(directory, &ranks.to_string());
         let output = succeeded(FIRST.on_ranks(ranks, &program, &run).arg("hook"));

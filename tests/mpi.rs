@@ -4,7 +4,8 @@ use icoray_test_support::{Need, has_tool, runs, skip};
 use icoray_tests::native::{checked, command, library, mpi_library, root, succeeded, text};
 use icoray_tests::ranks::{FIRST, MPICH, Mpi};
 use std::collections::BTreeMap;
-use std::path::Path;
+use std::path::{Path, PathBuf};
+use std::process::Command;
 use tempfile::TempDir;
 
 /// The files of a directory but its report, whose lines have seconds.
@@ -28,24 +29,88 @@ fn reported(directory: &Path) -> (Vec<String>, bool) {
     (column("ranks"), column("bytes_received").iter().any(|bytes| bytes != "0"))
 }
 
-#[test]
-fn pictures_of_several_ranks_are_those_of_one_to_the_byte() {
-    if FIRST.is_there() {
-        pictures(&FIRST, &[1, 2, 3, 4, 8]);
+/// A program of `tests/c` with an MPI, and the directory of its pictures.
+struct Run<'a> {
+    mpi: &'a Mpi,
+    name: &'static str,
+    program: PathBuf,
+    directory: TempDir,
+}
+
+impl<'a> Run<'a> {
+    fn new(mpi: &'a Mpi, name: &'static str) -> Self {
+        Run::against((mpi.library)(), mpi, name)
+    }
+
+    fn against(library: &Path, mpi: &'a Mpi, name: &'static str) -> Self {
+        Run { mpi, name, program: mpi.compile(library, name), directory: TempDir::new().unwrap() }
+    }
+
+    fn at(&self, name: &str) -> PathBuf {
+        self.directory.path().join(name)
+    }
+
+    /// Runs it in one process without MPI, with pictures in `one`.
+    fn alone(&self, least: u32) -> Vec<String> {
+        let mut run = command(&self.program, self.directory.path());
+        checked(run.arg(self.at("one")).arg("serial"), self.name, least)
+    }
+
+    /// The command that runs it on `ranks`, each node with `node` of them (all if empty), with pictures in `to`.
+    fn on(&self, ranks: usize, node: &str, to: &str) -> Command {
+        std::fs::create_dir_all(self.at(to)).unwrap();
+        let mut run = self.mpi.on_ranks(ranks, &self.program, self.directory.path());
+        if !node.is_empty() {
+            run.env("ICORAY_NODE_RANKS", node);
+        }
+        run.arg(self.at(to));
+        run
+    }
+
+    /// Runs that command with more arguments.
+    fn checks(&self, ranks: usize, node: &str, to: &str, more: &[&str], least: u32) -> Vec<String> {
+        checked(self.on(ranks, node, to).args(more), self.name, least)
     }
 }
 
+const KINDS: [&str; 4] = ["contiguous", "random", "single_cell", "no_cell"];
+
+/// Tests with the MPI that is found first; skipped where there is none.
+macro_rules! first {
+    ($($(#[$doc:meta])* $name:ident: $run:expr;)*) => {$(
+        $(#[$doc])*
+        #[test]
+        fn $name() {
+            if FIRST.is_there() {
+                $run;
+            }
+        }
+    )*};
+}
+
+first! {
+    pictures_of_several_ranks_are_those_of_one_to_the_byte: pictures(&FIRST, &[1, 2, 3, 4, 8]);
+    pictures_of_a_grid_in_parts_are_those_of_the_whole:
+        parts(&FIRST, &[(1, ""), (2, ""), (3, ""), (4, ""), (8, ""), (3, "1"), (4, "2"), (5, "2")]);
+    pictures_of_columns_over_whole_tables_are_those_of_the_whole_to_the_byte:
+        columns(&FIRST, &[(2, ""), (3, ""), (4, ""), (8, ""), (4, "2"), (8, "3"), (3, "1")]);
+    pictures_in_the_background_are_those_of_the_call_to_the_byte:
+        background(&FIRST, &[(1, ""), (2, ""), (4, ""), (4, "2")]);
+    columns_are_put_together_where_a_node_has_no_memory_to_share: columns_without_shared_memory(&FIRST);
+    what_fails_on_one_rank_fails_on_all: refusals(&FIRST);
+    /// A model that draws where `icoray_wants` says so comes to its end, whichever call fails on whichever rank.
+    no_failure_of_one_rank_leaves_others_waiting: failures(&FIRST, &[2, 4]);
+    a_part_that_is_wrong_on_one_rank_is_refused_on_all: wrong_parts(&FIRST, &[2, 3, 4]);
+}
+
 fn pictures(mpi: &Mpi, sizes: &[usize]) {
-    let directory = TempDir::new().unwrap();
-    let program = mpi.compile((mpi.library)(), "mpi_pictures");
-    let at = |name: &str| directory.path().join(name);
-    let alone =
-        checked(command(&program, directory.path()).arg(at("one")).arg("serial"), "mpi_pictures", 150);
-    let one = files(&at("one"));
+    let run = Run::new(mpi, "mpi_pictures");
+    let alone = run.alone(150);
+    let one = files(&run.at("one"));
     assert_eq!(one.len(), 6 * 3 + 2 * 3, "{:?}", one.keys());
     for &ranks in sizes {
-        let to = at(&ranks.to_string());
-        let notes = checked(mpi.on_ranks(ranks, &program, directory.path()).arg(&to), "mpi_pictures", 150);
+        let to = run.at(&ranks.to_string());
+        let notes = run.checks(ranks, "", &ranks.to_string(), &[], 150);
         // Where time is short all leave out as many pixels as may be, unless the machine was too fast for that.
         let is_coarsest = |note: &String| !note.contains("short: ") || note.contains("one of 32 ");
         let is_same = alone.iter().chain(&notes).all(is_coarsest);
@@ -79,36 +144,23 @@ fn difference(one: &Path, other: &Path) -> f32 {
     channels.map(|(a, b)| (a - b).abs()).fold(0.0, f32::max)
 }
 
-#[test]
-fn pictures_of_a_grid_in_parts_are_those_of_the_whole() {
-    if FIRST.is_there() {
-        parts(&FIRST, &[(1, ""), (2, ""), (3, ""), (4, ""), (8, ""), (3, "1"), (4, "2"), (5, "2")]);
-    }
-}
-
 /// On so many ranks, each with how many of them make a node; none is said where all do: then pictures are the same to the byte,
 /// unless the scene asks for fragments. Halos have no values.
 fn parts(mpi: &Mpi, runs: &[(usize, &str)]) {
-    let directory = TempDir::new().unwrap();
-    let program = mpi.compile((mpi.library)(), "mpi_parts");
-    let at = |name: &str| directory.path().join(name);
-    checked(command(&program, directory.path()).arg(at("one")).arg("serial"), "mpi_parts", 50);
-    let whole = files(&at("one/whole"));
+    let run = Run::new(mpi, "mpi_parts");
+    run.alone(50);
+    let whole = files(&run.at("one/whole"));
     assert_eq!(whole.len(), 6, "{:?}", whole.keys());
-    assert!(whole == files(&at("one/part")), "one process draws another picture of a part that has all");
+    assert!(whole == files(&run.at("one/part")), "one process draws another picture of a part that has all");
     for &(ranks, node) in runs {
-        let to = at(&format!("{ranks}_{node}"));
-        std::fs::create_dir(&to).unwrap();
+        let name = format!("{ranks}_{node}");
         let kinds = if ranks == 1 { 1 } else { 4 };
-        let mut run = mpi.on_ranks(ranks, &program, directory.path());
-        if !node.is_empty() {
-            run.env("ICORAY_NODE_RANKS", node);
-        }
-        checked(run.arg(&to), "mpi_parts", 50 * kinds);
+        run.checks(ranks, node, &name, &[], 50 * kinds);
+        let to = run.at(&name);
         let mut worst = [0.0f32; 2];
-        for kind in ["contiguous", "random", "single_cell", "no_cell"].into_iter().take(kinds as usize) {
+        for kind in KINDS.into_iter().take(kinds as usize) {
             for name in whole.keys() {
-                let off = difference(&to.join(kind).join(name), &at("one/whole").join(name));
+                let off = difference(&to.join(kind).join(name), &run.at("one/whole").join(name));
                 let (limit, of) = if name.starts_with("f64") { (1e-6, 0) } else { (1e-5, 1) };
                 let is_same = node.is_empty() && name != "f32_inside.exr";
                 assert!(
@@ -125,83 +177,45 @@ fn parts(mpi: &Mpi, runs: &[(usize, &str)]) {
     }
     // Other pictures do differ.
     let names: Vec<&String> = whole.keys().collect();
-    let [one, other] = [0, 2].map(|i| at("one/whole").join(names[i]));
+    let [one, other] = [0, 2].map(|i| run.at("one/whole").join(names[i]));
     assert!(difference(&one, &other) > 0.01);
-}
-
-#[test]
-fn pictures_of_columns_over_whole_tables_are_those_of_the_whole_to_the_byte() {
-    if FIRST.is_there() {
-        columns(&FIRST, &[(2, ""), (3, ""), (4, ""), (8, ""), (4, "2"), (8, "3"), (3, "1")]);
-    }
 }
 
 /// On so many ranks, each with how many of them make a node; none is said where all do.
 fn columns(mpi: &Mpi, runs: &[(usize, &str)]) {
-    let directory = TempDir::new().unwrap();
-    let program = mpi.compile((mpi.library)(), "mpi_columns");
-    let at = |name: &str| directory.path().join(name);
-    checked(command(&program, directory.path()).arg(at("one")).arg("serial"), "mpi_columns", 15);
-    let one = files(&at("one"));
+    let run = Run::new(mpi, "mpi_columns");
+    run.alone(15);
+    let one = files(&run.at("one"));
     assert_eq!(one.len(), 8, "{:?}", one.keys());
     let same = |to: &Path| assert!(files(to) == one, "{} has other pictures", to.display());
-    for (ranks, node) in runs {
-        let to = at(&format!("{ranks}_{node}"));
-        std::fs::create_dir(&to).unwrap();
-        let mut run = mpi.on_ranks(*ranks, &program, directory.path());
-        if !node.is_empty() {
-            run.env("ICORAY_NODE_RANKS", node);
-        }
-        checked(run.arg(&to), "mpi_columns", 100);
-        ["contiguous", "random", "single_cell", "no_cell"].iter().for_each(|kind| same(&to.join(kind)));
-    }
-}
-
-#[test]
-fn pictures_in_the_background_are_those_of_the_call_to_the_byte() {
-    if FIRST.is_there() {
-        background(&FIRST, &[(1, ""), (2, ""), (4, ""), (4, "2")]);
+    for &(ranks, node) in runs {
+        let name = format!("{ranks}_{node}");
+        run.checks(ranks, node, &name, &[], 100);
+        KINDS.iter().for_each(|kind| same(&run.at(&name).join(kind)));
     }
 }
 
 /// On so many ranks, each with how many of them make a node; none is said where all do.
 fn background(mpi: &Mpi, runs: &[(usize, &str)]) {
-    let program = mpi.compile((mpi.library)(), "mpi_async");
-    for (ranks, node) in runs {
-        let directory = TempDir::new().unwrap();
-        let run = || {
-            let mut run = mpi.on_ranks(*ranks, &program, directory.path());
-            if !node.is_empty() {
-                run.env("ICORAY_NODE_RANKS", node);
-            }
-            run.arg(directory.path());
-            run
-        };
-        checked(&mut run(), "mpi_async", 100);
+    for &(ranks, node) in runs {
+        let run = Run::new(mpi, "mpi_async");
+        run.checks(ranks, node, "", &[], 100);
         // Messages are on their way when these end, of which UCX under MPICH warns.
-        checked(run().arg("apart").env("UCX_LOG_LEVEL", "error"), "mpi_async", 20);
+        checked(run.on(ranks, node, "").arg("apart").env("UCX_LOG_LEVEL", "error"), "mpi_async", 20);
         for kind in ["whole", "columns", "parts"] {
-            let [called, beside] =
-                ["sync", "async"].map(|way| files(&directory.path().join(format!("{kind}_{way}"))));
+            let [called, beside] = ["sync", "async"].map(|way| files(&run.at(&format!("{kind}_{way}"))));
             assert_eq!(called.len(), 5, "{:?}", called.keys());
             assert!(called == beside, "{kind} on {ranks} ranks, nodes of {node:?}: other pictures");
         }
     }
 }
 
-#[test]
-fn columns_are_put_together_where_a_node_has_no_memory_to_share() {
-    if FIRST.is_there() {
-        columns_without_shared_memory(&FIRST);
-    }
-}
-
 /// In a mount namespace with another `/dev/shm`, where this user may make one. Open MPI itself is to do without, too; MPICH
 /// makes its window elsewhere than where room is looked for then, so that only its pages tell.
 fn columns_without_shared_memory(mpi: &Mpi) {
-    let directory = TempDir::new().unwrap();
+    let run = Run::new(mpi, "mpi_columns");
     let small = |options: &str| {
-        let mut run = command("unshare", directory.path());
+        let mut run = command("unshare", run.directory.path());
         let mount = "mount -t tmpfs -o size=64m none /dev/shm";
         run.args(options.split(' ')).args(["sh", "-c", &format!("{mount} && exec \"$@\""), "sh"]);
         run
@@ -209,20 +223,17 @@ fn columns_without_shared_memory(mpi: &Mpi) {
     let Some(options) = ["-m", "-rm"].into_iter().find(|options| runs(small(options).arg("true"))) else {
         return skip(Need::Mount);
     };
-    let program = mpi.compile((mpi.library)(), "mpi_columns");
-    let at = |name: &str| directory.path().join(name);
-    checked(command(&program, directory.path()).arg(at("one")).arg("serial"), "mpi_columns", 15);
-    std::fs::create_dir(at("small")).unwrap();
-    let inner = mpi.on_ranks(3, &program, directory.path());
-    let mut run = small(options);
-    run.arg(inner.get_program()).args(inner.get_args()).arg(at("small")).arg("small");
+    run.alone(15);
+    let inner = run.on(3, "", "small");
+    let mut outer = small(options);
+    outer.arg(inner.get_program()).args(inner.get_args()).arg("small");
     let (name, value) = if mpi.is_open_mpi() {
         ("OMPI_MCA_btl", "self,tcp")
     } else {
         ("OMPI_MCA_osc_sm_backing_directory", "/")
     };
-    checked(run.env(name, value), "mpi_columns", 20);
-    assert!(files(&at("small/contiguous")) == files(&at("one")), "the pictures differ");
+    checked(outer.env(name, value), run.name, 20);
+    assert!(files(&run.at("small/contiguous")) == files(&run.at("one")), "the pictures differ");
 }
 
 #[test]
@@ -230,27 +241,15 @@ fn views_of_a_grid_in_parts_are_decided_alike_on_all() {
     if !FIRST.is_there() {
         return;
     }
-    let directory = TempDir::new().unwrap();
-    let program = FIRST.compile((FIRST.library)(), "mpi_views");
+    let run = Run::new(&FIRST, "mpi_views");
     for ranks in [2, 3] {
-        let to = directory.path().join(ranks.to_string());
-        std::fs::create_dir(&to).unwrap();
-        checked(FIRST.on_ranks(ranks, &program, directory.path()).arg(&to), "mpi_views", 50);
+        let to = run.at(&ranks.to_string());
+        run.checks(ranks, "", &ranks.to_string(), &[], 50);
         for kind in ["contiguous", "random"] {
             let names: Vec<String> = files(&to.join(kind)).into_keys().collect();
-            let expected = [
-                "fine_20.png",
-                "good_20.png",
-                "high_1.png",
-                "low_4.png",
-                "mean_3.png",
-                "sides.cdb",
-                "two.ffconcat",
-                "two_0.png",
-                "two_2.png",
-                "two_4.png",
-            ];
-            assert_eq!(names, expected, "{ranks} ranks, {kind}");
+            let expected = "fine_20.png good_20.png high_1.png low_4.png mean_3.png sides.cdb \
+                            two.ffconcat two_0.png two_2.png two_4.png";
+            assert_eq!(names.join(" "), expected, "{ranks} ranks, {kind}");
             let table = std::fs::read_to_string(to.join(kind).join("sides.cdb/data.csv")).unwrap();
             assert_eq!(table.lines().count(), 3, "{table}");
             let list = std::fs::read_to_string(to.join(kind).join("two.ffconcat")).unwrap();
@@ -259,73 +258,30 @@ fn views_of_a_grid_in_parts_are_decided_alike_on_all() {
     }
 }
 
-#[test]
-fn what_fails_on_one_rank_fails_on_all() {
-    if FIRST.is_there() {
-        refusals(&FIRST);
-    }
-}
-
 fn refusals(mpi: &Mpi) {
-    let directory = TempDir::new().unwrap();
-    let program = mpi.compile((mpi.library)(), "mpi_refusals");
+    let run = Run::new(mpi, "mpi_refusals");
     for ranks in [2, 3, 4] {
-        let to = directory.path().join(ranks.to_string());
-        std::fs::create_dir(&to).unwrap();
-        checked(mpi.on_ranks(ranks, &program, directory.path()).arg(&to), "mpi_refusals", 250);
+        run.checks(ranks, "", &ranks.to_string(), &[], 250);
+        let to = run.at(&ranks.to_string());
         assert!(to.join("half_0/frame_1.png").is_file() && to.join("half_1/frame_2.png").is_file());
     }
 }
 
-/// A model that draws where `icoray_wants` says so comes to its end, whichever call fails on whichever rank.
-#[test]
-fn no_failure_of_one_rank_leaves_others_waiting() {
-    if FIRST.is_there() {
-        failures(&FIRST, &[2, 4]);
-    }
-}
-
 fn failures(mpi: &Mpi, sizes: &[usize]) {
-    let directory = TempDir::new().unwrap();
-    let program = mpi.compile((mpi.library)(), "mpi_failures");
+    const CALLS: &str = "none open grid_set layers_set field_set part_set scene_load scene_text describe wants \
+                         wants_field execute wait close";
+    let run = Run::new(mpi, "mpi_failures");
     for &ranks in sizes {
-        for call in [
-            "none",
-            "open",
-            "grid_set",
-            "layers_set",
-            "field_set",
-            "part_set",
-            "scene_load",
-            "scene_text",
-            "describe",
-            "wants",
-            "wants_field",
-            "execute",
-            "wait",
-            "close",
-        ] {
-            let to = directory.path().join(format!("{ranks}_{call}"));
-            std::fs::create_dir(&to).unwrap();
-            checked(mpi.on_ranks(ranks, &program, directory.path()).arg(&to).arg(call), "mpi_failures", 10);
+        for call in CALLS.split(' ') {
+            run.checks(ranks, "", &format!("{ranks}_{call}"), &[call], 10);
         }
     }
 }
 
-#[test]
-fn a_part_that_is_wrong_on_one_rank_is_refused_on_all() {
-    if FIRST.is_there() {
-        wrong_parts(&FIRST, &[2, 3, 4]);
-    }
-}
-
 fn wrong_parts(mpi: &Mpi, sizes: &[usize]) {
-    let directory = TempDir::new().unwrap();
-    let program = mpi.compile((mpi.library)(), "mpi_parts_refusals");
+    let run = Run::new(mpi, "mpi_parts_refusals");
     for &ranks in sizes {
-        let to = directory.path().join(ranks.to_string());
-        std::fs::create_dir(&to).unwrap();
-        checked(mpi.on_ranks(ranks, &program, directory.path()).arg(&to), "mpi_parts_refusals", 350);
+        run.checks(ranks, "", &ranks.to_string(), &[], 350);
     }
 }
 
@@ -335,19 +291,16 @@ fn a_full_disk_at_rank_0_is_told_on_all() {
     if !FIRST.is_there() {
         return;
     }
-    let directory = TempDir::new().unwrap();
-    let disk = directory.path().join("disk");
-    std::fs::create_dir(&disk).unwrap();
+    let run = Run::new(&FIRST, "mpi_parts_refusals");
+    std::fs::create_dir(run.at("disk")).unwrap();
     let mount = "mount -t tmpfs -o size=200k none disk";
-    if !runs(command("unshare", directory.path()).args(["-m", "sh", "-c", mount])) {
+    if !runs(command("unshare", run.directory.path()).args(["-m", "sh", "-c", mount])) {
         return skip(Need::Mount);
     }
-    let program = FIRST.compile((FIRST.library)(), "mpi_parts_refusals");
-    let mut inner = FIRST.on_ranks(2, &program, directory.path());
-    inner.args(["disk", "full"]);
-    let mut outer = command("unshare", directory.path());
+    let inner = FIRST.on_ranks(2, &run.program, run.directory.path());
+    let mut outer = command("unshare", run.directory.path());
     outer.args(["-m", "sh", "-c", &format!("{mount} && exec \"$@\""), "sh"]);
-    outer.arg(inner.get_program()).args(inner.get_args());
+    outer.arg(inner.get_program()).args(inner.get_args()).args(["disk", "full"]);
     checked(&mut outer, "mpi_parts_refusals", 25);
 }
 
@@ -372,11 +325,9 @@ fn a_host_of_another_mpi_is_refused() {
         return;
     }
     for (host, other) in [(&FIRST, &MPICH), (&MPICH, &FIRST)] {
-        let directory = TempDir::new().unwrap();
-        let program = host.compile((other.library)(), "mpi_other");
+        let run = Run::against((other.library)(), host, "mpi_other");
         for ranks in [1, 2] {
-            let to = directory.path().join(ranks.to_string());
-            checked(host.on_ranks(ranks, &program, directory.path()).arg(to), "mpi_other", 5);
+            run.checks(ranks, "", &ranks.to_string(), &[], 5);
         }
     }
 }
@@ -386,19 +337,12 @@ fn before_mpi_and_after_it_there_are_answers() {
     if !FIRST.is_there() {
         return;
     }
-    let directory = TempDir::new().unwrap();
-    let program = FIRST.compile(mpi_library(), "mpi_ends");
+    let run = Run::new(&FIRST, "mpi_ends");
     for ranks in [1, 2] {
-        let to = directory.path().join(ranks.to_string());
-        checked(FIRST.on_ranks(ranks, &program, directory.path()).arg(&to), "mpi_ends", 15);
-        assert!(to.join("frame_0.png").is_file());
+        run.checks(ranks, "", &ranks.to_string(), &[], 15);
+        assert!(run.at(&ranks.to_string()).join("frame_0.png").is_file());
     }
-    let program = FIRST.compile(library(), "mpi_ends");
-    checked(
-        FIRST.on_ranks(1, &program, directory.path()).arg(directory.path()).arg("without"),
-        "mpi_ends",
-        3,
-    );
+    Run::against(library(), &FIRST, "mpi_ends").checks(1, "", "", &["without"], 3);
 }
 
 /// As MPI says in a library with it, and as the launcher says in one without.
@@ -407,12 +351,10 @@ fn a_context_of_one_process_among_ranks_is_pointed_out() {
     if !FIRST.is_there() {
         return;
     }
-    let directory = TempDir::new().unwrap();
     for library in [mpi_library(), library()] {
-        let program = FIRST.compile(library, "mpi_serial");
+        let run = Run::against(library, &FIRST, "mpi_serial");
         for ranks in [1, 2] {
-            let mut run = FIRST.on_ranks(ranks, &program, directory.path());
-            checked(run.arg(directory.path()), "mpi_serial", 6);
+            run.checks(ranks, "", "", &[], 6);
         }
     }
 }

@@ -373,7 +373,7 @@ fn thin_layers_on_a_real_earth_hold_in_f32() {
     let limb = "eye = [1.02, 0, 0]\ntarget = [0.9804, 0, 0.1971]\nup = [1, 0, 0]\nfov = 1";
     for camera in [FAR, limb] {
         let mut scene = scene(96, camera, KNOTS, "precision = \"f64\"");
-        scene.transfer.unit_length = None;
+        scene.volumes[0].transfer.unit_length = None;
         let double = render(&scene, &grid, &layers, &field);
         scene.precision = Precision::F32;
         let single = render(&scene, &grid, &layers, &field);

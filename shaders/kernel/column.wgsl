@@ -86,7 +86,7 @@ fn chord_at(chord: Chord, tau: f32) -> f32 {
     return lerp(chord.entry, chord.exit, tau);
 }
 
-struct Station {
+struct RayPoint {
     u: f32,
     tau: f32,
     rho: Wide,

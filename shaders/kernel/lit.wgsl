@@ -2,54 +2,54 @@
 #import kernel/shade
 
 // The gradient along a whole frustum; the value beside it is the frustum's segment.
-struct Course {
+struct FrustumInterpolant {
     from_: vec3f,
     to: vec3f,
     kappa: vec3f,
     eps: f32,
 }
 
-fn course_gradient(course: Course, u: f32) -> vec3f {
-    let bent = u * (1.0 - u) / (1.0 + course.eps * u);
-    return course.from_ + u * (course.to - course.from_) + bent * course.kappa;
+fn frustum_interpolant_gradient(interpolant: FrustumInterpolant, u: f32) -> vec3f {
+    let bent = u * (1.0 - u) / (1.0 + interpolant.eps * u);
+    return interpolant.from_ + u * (interpolant.to - interpolant.from_) + bent * interpolant.kappa;
 }
 
-struct Spread {
+struct LightSpread {
     centre: f32,
-    doubt: f32,
+    error_bound: f32,
 }
 
 const LEAST: f32 = 1.1754944e-38;
 
-fn spread_of(piece: Segment, span: Span) -> Spread {
+fn light_spread_of(piece: Segment, span: Span) -> LightSpread {
     let from_ = span_extinction(span, piece.f0);
     let to = span_extinction(span, piece.f1);
     let sum = from_ + to + LEAST;
-    // All that is dense is as doubtful as can be, which spares the square of what is denser still.
+    // Depths beyond 1e3 have the largest spread already; the limit keeps their squares finite.
     let depth = min(piece.length * max(from_, to), 1e3);
     let centre = (1.0 / 6.0) * ((to - from_) / sum - 0.5 * min(depth, 1.0));
     let bent = min(abs(span.extinction_slope * piece.kappa) / sum, 1e3);
     let plain = span.steepest * abs(piece.f1 - piece.f0) / (span.brightest + LEAST);
-    return Spread(centre, min(0.2 * (depth * depth + bent + 0.5 * min(plain, 1e3)), 0.5));
+    return LightSpread(centre, min(0.2 * (depth * depth + bent + 0.5 * min(plain, 1e3)), 0.5));
 }
 
 struct Lit {
-    allowance: Allowance,
+    budget: ErrorBudget,
     shading: RayShading,
     span: Span,
-    course: Course,
+    interpolant: FrustumInterpolant,
 }
 
 // Most of `lighting.most_cuts`.
-const MOST_CUTS: u32 = 20u;
+const MAX_CUTS: u32 = 20u;
 
-// Of each level, the light of the last front half. Not in the function, where it would be zeroed for each piece.
-var<private> fronts: array<Light, MOST_CUTS + 1u>;
+// The light of the last front half of each level. Outside the function, which would zero it for each piece.
+var<private> fronts: array<Radiance, MAX_CUTS + 1u>;
 
 // `part` of the piece or, where that asks for it, of its halves one after the other: number `index` of 2^level. Their light
 // is added up in pairs, as there: a sum of thousands one by one would lose what is less than a last digit.
-fn lit_light(lit: Lit, piece: Segment, range: vec2f, cuts: u32) -> Light {
-    var light: Light;
+fn lit_light(lit: Lit, piece: Segment, range: vec2f, cuts: u32) -> Radiance {
+    var light: Radiance;
     var level = 0u;
     var index = 0u;
     var from_ = vec2f(0.0, piece.f0);
@@ -70,7 +70,7 @@ fn lit_light(lit: Lit, piece: Segment, range: vec2f, cuts: u32) -> Light {
         let outcome = lit_part(lit, part, front, middle, back, level == cuts, enough);
         if !outcome.is_done {
             if level == 0u {
-                enough = 0.03 * lit.allowance.share * absorbed_by(0.5 * lit_depth(lit, piece));
+                enough = 0.03 * lit.budget.color_tolerance * absorbed_by(0.5 * lit_depth(lit, piece));
             }
             level++;
             index *= 2u;
@@ -82,9 +82,9 @@ fn lit_light(lit: Lit, piece: Segment, range: vec2f, cuts: u32) -> Light {
         while level > 0u {
             if (index & 1u) == 1u {
                 var whole = fronts[level];
-                light_over(&whole, light);
+                radiance_over(&whole, light);
                 light = whole;
-            } else if (1.0 - light.absorbed) * lit.allowance.through > lit.allowance.rest {
+            } else if (1.0 - light.alpha) * lit.budget.transmittance > lit.budget.min_transmittance {
                 break;
             }
             level--;
@@ -103,7 +103,7 @@ fn lit_light(lit: Lit, piece: Segment, range: vec2f, cuts: u32) -> Light {
 }
 
 fn lit_shade(lit: Lit, u: f32) -> Shade {
-    return ray_shading_shade(lit.shading, course_gradient(lit.course, u));
+    return ray_shading_shade(lit.shading, frustum_interpolant_gradient(lit.interpolant, u));
 }
 
 // A part's light, if it needs not be cut. `enough` is below 0 for a whole piece.
@@ -116,15 +116,15 @@ fn lit_part(
     is_last: bool,
     enough: f32,
 ) -> Outcome {
-    let spread = spread_of(part, lit.span);
-    let doubt = ray_shading_doubt(lit.shading, front, middle, back, spread.doubt);
-    let apart = select(vec2f(lit.shading.diffuse, lit.shading.specular), doubt.off, doubt.is_there);
+    let spread = light_spread_of(part, lit.span);
+    let error_bound = ray_shading_error_bound(lit.shading, front, middle, back, spread.error_bound);
+    let apart = select(vec2f(lit.shading.diffuse, lit.shading.specular), error_bound.off, error_bound.is_there);
     let off = lit.span.brightest * apart.x + apart.y;
-    let is_near = off <= lit.allowance.share || off * lit_depth(lit, part) <= enough;
+    let is_near = off <= lit.budget.color_tolerance || off * lit_depth(lit, part) <= enough;
     if !(is_near || is_last) {
-        return Outcome(light_none(), false);
+        return Outcome(radiance_none(), false);
     }
-    let light = integrate(part, lit.span, lit.allowance);
+    let light = integrate(part, lit.span, lit.budget);
     let mean = ray_shading_mean(front, middle, back, spread.centre);
     return Outcome(ray_shading_apply(lit.shading, light, mean, off), true);
 }

@@ -2,45 +2,45 @@
 #import params
 #import kernel/transfer
 
-struct Light {
+struct Radiance {
     color: vec3f,
-    absorbed: f32,
+    alpha: f32,
     error: f32,
     variance: f32,
 }
 
-fn light_none() -> Light {
-    return Light(vec3f(0.0), 0.0, 0.0, 0.0);
+fn radiance_none() -> Radiance {
+    return Radiance(vec3f(0.0), 0.0, 0.0, 0.0);
 }
 
-fn light_plain(color: vec3f, absorbed: f32) -> Light {
-    return Light(color * absorbed, absorbed, 0.0, 0.0);
+fn radiance_plain(color: vec3f, alpha: f32) -> Radiance {
+    return Radiance(color * alpha, alpha, 0.0, 0.0);
 }
 
-fn light_over(light: ptr<function, Light>, behind: Light) {
-    let through = 1.0 - (*light).absorbed;
+fn radiance_over(light: ptr<function, Radiance>, behind: Radiance) {
+    let through = 1.0 - (*light).alpha;
     (*light).color += through * behind.color;
-    (*light).absorbed += through * behind.absorbed;
+    (*light).alpha += through * behind.alpha;
     (*light).error += through * behind.error;
     (*light).variance += through * through * behind.variance;
 }
 
-struct Allowance {
-    share: f32,
-    rest: f32,
-    through: f32,
+struct ErrorBudget {
+    color_tolerance: f32,
+    min_transmittance: f32,
+    transmittance: f32,
     reach: f32,
 }
 
-fn integrate(piece: Segment, span: Span, allowance: Allowance) -> Light {
+fn integrate(piece: Segment, span: Span, budget: ErrorBudget) -> Radiance {
     let terms = terms_new(piece, span);
-    var light: Light;
+    var light: Radiance;
     if IS_EXACT {
-        light = exact(terms, allowance);
+        light = exact(terms, budget);
     } else {
         light = linear(terms);
     }
-    light.variance += terms_variance(terms, light.absorbed, allowance.reach);
+    light.variance += terms_variance(terms, light.alpha, budget.reach);
     return light;
 }
 
@@ -68,50 +68,50 @@ fn terms_bend_of_depth(terms: Terms) -> f32 {
     return terms.piece.length * abs(terms.slope) * terms.steep;
 }
 
-fn terms_light(terms: Terms, absorbed: f32, weight: f32, error: f32) -> Light {
-    let color = span_color(terms.span, terms.piece.f1) * absorbed - terms.span.color_slope * weight;
-    return Light(color, absorbed, error, 0.0);
+fn terms_light(terms: Terms, alpha: f32, weight: f32, error: f32) -> Radiance {
+    let color = span_color(terms.span, terms.piece.f1) * alpha - terms.span.color_slope * weight;
+    return Radiance(color, alpha, error, 0.0);
 }
 
-fn terms_skew(terms: Terms, absorbed: f32) -> f32 {
+fn terms_skew(terms: Terms, alpha: f32) -> f32 {
     let eps = terms.piece.eps;
     var far = 1.0;
     if eps < -0.04 {
         far = 1.0 / (1.0 + eps);
     }
     let bent = far * abs(terms.bend) * abs(eps);
-    return bent * (0.05 * absorbed + (1.0 / 60.0) * terms_bend_of_depth(terms));
+    return bent * (0.05 * alpha + (1.0 / 60.0) * terms_bend_of_depth(terms));
 }
 
-fn terms_variance(terms: Terms, absorbed: f32, reach: f32) -> f32 {
-    let thicker = terms.piece.length * abs(terms.slope) * (1.0 - absorbed);
-    let change = thicker + terms.span.steepest * absorbed;
-    let off = min(reach * change + ROUNDING * absorbed, 1.0);
+fn terms_variance(terms: Terms, alpha: f32, reach: f32) -> f32 {
+    let thicker = terms.piece.length * abs(terms.slope) * (1.0 - alpha);
+    let change = thicker + terms.span.steepest * alpha;
+    let off = min(reach * change + ROUNDING * alpha, 1.0);
     return off * off;
 }
 
-fn linear(terms: Terms) -> Light {
+fn linear(terms: Terms) -> Radiance {
     let depth = terms.piece.length * 0.5 * (terms.ends.x + terms.ends.y);
-    let absorbed = absorbed_by(depth);
+    let alpha = absorbed_by(depth);
     let left_out = terms.piece.length * abs(terms.slope * terms.bend) * (1.0 / 6.0);
-    let skew = abs(terms.rise) * (terms_bend_of_depth(terms) + depth * absorbed) * (1.0 / 12.0);
-    let painted = skew + abs(terms.bend) * absorbed * (1.0 / 6.0);
+    let skew = abs(terms.rise) * (terms_bend_of_depth(terms) + depth * alpha) * (1.0 / 12.0);
+    let painted = skew + abs(terms.bend) * alpha * (1.0 / 6.0);
     let error = left_out + terms.span.steepest * painted;
-    return terms_light(terms, absorbed, 0.5 * terms.rise * absorbed, min(error, 1.0));
+    return terms_light(terms, alpha, 0.5 * terms.rise * alpha, min(error, 1.0));
 }
 
-const MOST_PANELS: f32 = 32.0;
+const MAX_PANELS: f32 = 32.0;
 const THIN: f32 = 0.5;
 // Halvings inside each other. What is left is some 1e-8 of the piece, whose colours are its first one's.
-const MOST_HALVINGS: u32 = 24u;
+const MAX_HALVINGS: u32 = 24u;
 
 // `whole` of the piece or, where that asks for it, of its halves one after the other: number `index` of 2^level.
-fn exact(terms: Terms, allowance: Allowance) -> Light {
-    var light = light_none();
+fn exact(terms: Terms, budget: ErrorBudget) -> Radiance {
+    var light = radiance_none();
     var level = 0u;
     var index = 0u;
     var from_ = vec2f(0.0, terms.piece.f0);
-    var behind = allowance;
+    var behind = budget;
     loop {
         var part = terms;
         var to = vec2f(1.0, terms.piece.f1);
@@ -122,20 +122,20 @@ fn exact(terms: Terms, allowance: Allowance) -> Light {
             }
             part = terms_new(segment_part(terms.piece, from_, to), terms.span);
         }
-        let outcome = whole(part, behind, level == MOST_HALVINGS);
+        let outcome = whole(part, behind, level == MAX_HALVINGS);
         if !outcome.is_done {
             level++;
             index *= 2u;
             continue;
         }
-        light_over(&light, outcome.light);
-        behind.through = (1.0 - light.absorbed) * allowance.through;
+        radiance_over(&light, outcome.light);
+        behind.transmittance = (1.0 - light.alpha) * budget.transmittance;
         // Behind a back half its parent is done too.
         while level > 0u && (index & 1u) == 1u {
             level--;
             index /= 2u;
         }
-        if level == 0u || behind.through <= allowance.rest {
+        if level == 0u || behind.transmittance <= budget.min_transmittance {
             break;
         }
         index++;
@@ -146,49 +146,49 @@ fn exact(terms: Terms, allowance: Allowance) -> Light {
 
 // A piece's light, if it needs not be halved.
 struct Outcome {
-    light: Light,
+    light: Radiance,
     is_done: bool,
 }
 
-fn whole(terms: Terms, allowance: Allowance, is_last: bool) -> Outcome {
-    let absorbed = absorbed_by(terms.depth);
+fn whole(terms: Terms, budget: ErrorBudget, is_last: bool) -> Outcome {
+    let alpha = absorbed_by(terms.depth);
     let steepest = terms.span.steepest;
     if steepest * terms.steep == 0.0 {
-        return Outcome(light_plain(span_color(terms.span, terms.piece.f0), absorbed), true);
+        return Outcome(radiance_plain(span_color(terms.span, terms.piece.f0), alpha), true);
     }
     if terms.depth < THIN {
-        let error = steepest * (thin_error(terms) + terms_skew(terms, absorbed));
-        if error <= allowance.share * absorbed {
-            return Outcome(terms_light(terms, absorbed, thin(terms), error), true);
+        let error = steepest * (thin_error(terms) + terms_skew(terms, alpha));
+        if error <= budget.color_tolerance * alpha {
+            return Outcome(terms_light(terms, alpha, thin(terms), error), true);
         }
     }
-    return dense(terms, absorbed, allowance, is_last);
+    return dense(terms, alpha, budget, is_last);
 }
 
-fn dense(terms: Terms, absorbed: f32, allowance: Allowance, is_last: bool) -> Outcome {
+fn dense(terms: Terms, alpha: f32, budget: ErrorBudget, is_last: bool) -> Outcome {
     let steepest = terms.span.steepest;
     if !(terms.depth <= SURFACE) {
-        var light = light_plain(span_color(terms.span, terms.piece.f0), 1.0);
+        var light = radiance_plain(span_color(terms.span, terms.piece.f0), 1.0);
         light.error = 4e-5 * steepest * terms.steep;
         return Outcome(light, true);
     }
-    let share = allowance.share * absorbed;
+    let color_tolerance = budget.color_tolerance * alpha;
     let bound = steepest * gauss_error(terms);
-    let skew = steepest * terms_skew(terms, absorbed);
-    let is_near = bound + skew <= share;
+    let skew = steepest * terms_skew(terms, alpha);
+    let is_near = bound + skew <= color_tolerance;
     let change = steepest * terms.steep;
-    if !is_near && (0.5 * change <= allowance.share || is_last) {
-        let error = 0.5 * change * absorbed;
-        return Outcome(terms_light(terms, absorbed, 0.5 * terms.rise * absorbed, error), true);
+    if !is_near && (0.5 * change <= budget.color_tolerance || is_last) {
+        let error = 0.5 * change * alpha;
+        return Outcome(terms_light(terms, alpha, 0.5 * terms.rise * alpha, error), true);
     }
     var wanted = 1.0;
     if !is_near {
-        wanted = max(ceil(max(sqrt(sqrt(2.0 * bound / share)), sqrt(2.0 * skew / share))), 2.0);
+        wanted = max(ceil(max(sqrt(sqrt(2.0 * bound / color_tolerance)), sqrt(2.0 * skew / color_tolerance))), 2.0);
     }
-    if wanted <= MOST_PANELS {
-        return Outcome(panels(terms, u32(wanted), allowance), true);
+    if wanted <= MAX_PANELS {
+        return Outcome(panels(terms, u32(wanted), budget), true);
     }
-    return Outcome(light_none(), false);
+    return Outcome(radiance_none(), false);
 }
 
 // The closed form cancels, in f32 more than it gives, where ε is neither near 0 nor large; there 8-point Gauss, whose
@@ -259,10 +259,10 @@ fn gauss_error(terms: Terms) -> f32 {
 }
 
 // Here a single panel goes the same way, so that a shader has the rule once.
-fn panels(terms: Terms, count: u32, allowance: Allowance) -> Light {
+fn panels(terms: Terms, count: u32, budget: ErrorBudget) -> Radiance {
     let piece = terms.piece;
     let steepest = terms.span.steepest;
-    var light = light_none();
+    var light = radiance_none();
     var from_ = vec2f(0.0, piece.f0);
     for (var i = 1u; i <= count; i++) {
         let u = f32(i) / f32(count);
@@ -274,10 +274,10 @@ fn panels(terms: Terms, count: u32, allowance: Allowance) -> Light {
         if count > 1u {
             panel = terms_new(segment_part(piece, from_, to), terms.span);
         }
-        let absorbed = absorbed_by(panel.depth);
-        let error = steepest * (gauss_error(panel) + terms_skew(panel, absorbed));
-        light_over(&light, terms_light(panel, absorbed, gauss(panel), error));
-        if (1.0 - light.absorbed) * allowance.through <= allowance.rest {
+        let alpha = absorbed_by(panel.depth);
+        let error = steepest * (gauss_error(panel) + terms_skew(panel, alpha));
+        radiance_over(&light, terms_light(panel, alpha, gauss(panel), error));
+        if (1.0 - light.alpha) * budget.transmittance <= budget.min_transmittance {
             break;
         }
         from_ = to;

@@ -8,7 +8,7 @@ struct Plane {
 }
 
 // A vertex of the mesh seen in a plane: its x, y and q.
-struct Seen {
+struct PlaneVertex {
     cell: u32,
     at: Wide3,
 }
@@ -33,26 +33,26 @@ fn point_lerp(a: Point, b: Point, w: Wide) -> Point {
     );
 }
 
-fn seen_is_left(seen: Seen) -> bool {
+fn plane_vertex_is_left(seen: PlaneVertex) -> bool {
     return seen.at.hi.z >= 0.0;
 }
 
-fn seen_point(seen: Seen) -> Point {
+fn plane_vertex_point(seen: PlaneVertex) -> Point {
     return Point(Wide(seen.at.hi.x, seen.at.lo.x), Wide(seen.at.hi.y, seen.at.lo.y));
 }
 
-fn seen_q(seen: Seen) -> Wide {
+fn plane_vertex_q(seen: PlaneVertex) -> Wide {
     return Wide(seen.at.hi.z, seen.at.lo.z);
 }
 
 // A length that is nothing on any planet but whose square is still a number.
-const HAIR: f32 = 1e-15;
+const TINY: f32 = 1e-15;
 
 // The plane of the great circle from `from_` towards `to`; where these are equal or opposite, q is 0.
 fn plane_through(from_: Wide3, to: Wide3) -> Plane {
     let upwards = wide3_cross(from_, to);
     let long = wide3_length(upwards);
-    if long.hi < HAIR {
+    if long.hi < TINY {
         let none = Wide3(vec3f(0.0), vec3f(0.0));
         return Plane(from_, none, none);
     }
@@ -60,7 +60,7 @@ fn plane_through(from_: Wide3, to: Wide3) -> Plane {
     return Plane(from_, wide3_normalize(wide3_cross(q, from_)), q);
 }
 
-fn plane_see(plane: Plane, cell: u32, direction: Wide3) -> Seen {
+fn plane_see(plane: Plane, cell: u32, direction: Wide3) -> PlaneVertex {
     // The three dot products side by side.
     let x = wide3_mul(
         Wide3(vec3f(direction.hi.x), vec3f(direction.lo.x)),
@@ -83,7 +83,7 @@ fn plane_see(plane: Plane, cell: u32, direction: Wide3) -> Seen {
             vec3f(plane.x.lo.z, plane.y.lo.z, plane.q.lo.z),
         ),
     );
-    return Seen(cell, wide3_add(wide3_add(x, y), z));
+    return PlaneVertex(cell, wide3_add(wide3_add(x, y), z));
 }
 
 fn plane_point(plane: Plane, direction: Wide3) -> Point {
@@ -115,7 +115,7 @@ fn any_orthonormal_vector(v: Wide3) -> Wide3 {
     return wide3_normalize(wide3_cross(v, Wide3(axis, vec3f(0.0))));
 }
 
-// What of `x` is upright on the unit vector `dir`.
+// The component of `x` perpendicular to the unit vector `dir`.
 fn upright(x: Wide3, dir: Wide3) -> Wide3 {
     return wide3_add(x, wide3_neg(wide3_scale(dir, wide3_dot(x, dir))));
 }
@@ -131,14 +131,14 @@ fn ray_line_new(eye: Wide3, dir: Wide3, outer: Wide) -> RayLine {
     }
     line.end = wide_sqrt(half);
     line.start = wide_max(wide3_dot(eye, dir), wide_neg(line.end));
-    if max(line.b.hi, abs(line.start.hi)) < HAIR {
-        line.start = wide(HAIR);
+    if max(line.b.hi, abs(line.start.hi)) < TINY {
+        line.start = wide(TINY);
     }
     line.is_there = wide_less(line.start, line.end);
     var x = any_orthonormal_vector(dir);
-    if line.b.hi > HAIR {
+    if line.b.hi > TINY {
         let straight = upright(wide3_scale(closest, wide_div(wide(1.0), line.b)), dir);
-        if wide3_length(straight).hi > HAIR {
+        if wide3_length(straight).hi > TINY {
             x = wide3_normalize(upright(wide3_normalize(straight), dir));
         }
     }

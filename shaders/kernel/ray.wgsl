@@ -4,7 +4,7 @@
 // `monotone` and `frustum` is called from one place only, since drivers inline every call.
 #import params
 #import kernel/column
-#import kernel/doubt
+#import kernel/roundoff
 #import kernel/lit
 #import gradients
 
@@ -15,29 +15,29 @@ struct Ray {
     columns: u32,
     frusta: u32,
     void_frusta: u32,
-    // Where IN_PARTS: see `ray_rest`.
-    rest: f32,
+    // Where IN_PARTS: see `ray_min_transmittance`.
+    min_transmittance: f32,
     // Where the scene is lit.
     shading: RayShading,
 }
 
 // The transmittance at which the ray ends, which fragments before have had their part of.
-fn ray_rest(ray: ptr<function, Ray>) -> f32 {
+fn ray_min_transmittance(ray: ptr<function, Ray>) -> f32 {
     if IN_PARTS {
-        return (*ray).rest;
+        return (*ray).min_transmittance;
     }
-    return params.rest;
+    return params.min_transmittance;
 }
 
-// Light that comes along a ray, and what the ray met.
+// Radiance that comes along a ray, and what the ray met.
 struct Traced {
-    light: Light,
+    light: Radiance,
     ray: Ray,
     is_met: bool,
 }
 
 fn trace(eye: Wide3, dir: Wide3, hint: u32) -> Traced {
-    var light = light_none();
+    var light = radiance_none();
     var ray: Ray;
     if IS_LIT {
         ray.shading = shading_along(lighting, dir);
@@ -72,7 +72,7 @@ fn trace(eye: Wide3, dir: Wide3, hint: u32) -> Traced {
 // Visits the gaps that the ray passes in `column`; true where the ray ends.
 fn cross(
     ray: ptr<function, Ray>,
-    light: ptr<function, Light>,
+    light: ptr<function, Radiance>,
     line: RayLine,
     column: Column,
     gap: ptr<function, u32>,
@@ -85,14 +85,14 @@ fn cross(
     let scale = select(0.0, 1.0 / rise, rise != 0.0);
     let length = wide_apart(column.exit.t, column.entry.t);
     let bases = samples_bases(column.cells);
-    var a = Station(0.0, 0.0, entry, 1.0 / entry.hi);
+    var a = RayPoint(0.0, 0.0, entry, 1.0 / entry.hi);
     var near: Chord;
     var has_near = false;
     var is_first = true;
     loop {
         let behind = select(*gap, *gap - 1u, rising);
         let ahead = select(*gap - 1u, *gap, rising);
-        var b = Station(1.0, 1.0, exit, 0.0);
+        var b = RayPoint(1.0, 1.0, exit, 0.0);
         var passes = false;
         if ahead < top {
             let radius = shell_radius(ahead);
@@ -101,7 +101,7 @@ fn cross(
             if passes {
                 let u = clamp(wide_apart(radius, entry) * scale, 0.0, 1.0);
                 let curvature = shell[ahead].curvature;
-                b = Station(u, clamp(u * exit.hi * curvature, 0.0, 1.0), radius, curvature);
+                b = RayPoint(u, clamp(u * exit.hi * curvature, 0.0, 1.0), radius, curvature);
             }
         }
         if *gap > 0u && *gap < top {
@@ -133,11 +133,11 @@ fn cross(
                 let kappa = (b.tau - a.tau) * ((slope_a - slope_b) + eps * slope_a);
                 let segment =
                     Segment(chord_at(at_a, a.tau), chord_at(at_b, b.tau), kappa, eps, length * part);
-                var course: Course;
+                var interpolant: FrustumInterpolant;
                 if IS_LIT {
-                    course = course_over(at_a, at_b, a.tau, b.tau, eps);
+                    interpolant = frustum_interpolant_over(at_a, at_b, a.tau, b.tau, eps);
                 }
-                if frustum(ray, light, segment, course) {
+                if frustum(ray, light, segment, interpolant) {
                     return true;
                 }
             }
@@ -180,10 +180,10 @@ fn chord(column: Column, bases: array<Base, 3>, layer: u32) -> Chord {
 }
 
 // The gradient from `a` to `b`, beside the value.
-fn course_over(at_a: Chord, at_b: Chord, tau_a: f32, tau_b: f32, eps: f32) -> Course {
+fn frustum_interpolant_over(at_a: Chord, at_b: Chord, tau_a: f32, tau_b: f32, eps: f32) -> FrustumInterpolant {
     let slope_a = at_a.exit_gradient - at_a.entry_gradient;
     let slope_b = at_b.exit_gradient - at_b.entry_gradient;
-    return Course(
+    return FrustumInterpolant(
         lerp3(at_a.entry_gradient, at_a.exit_gradient, tau_a),
         lerp3(at_b.entry_gradient, at_b.exit_gradient, tau_b),
         (tau_b - tau_a) * ((slope_a - slope_b) + eps * slope_a),
@@ -191,25 +191,25 @@ fn course_over(at_a: Chord, at_b: Chord, tau_a: f32, tau_b: f32, eps: f32) -> Co
     );
 }
 
-fn void_column(ray: ptr<function, Ray>, light: ptr<function, Light>, line: RayLine, column: Column) -> bool {
+fn void_column(ray: ptr<function, Ray>, light: ptr<function, Radiance>, line: RayLine, column: Column) -> bool {
     (*ray).is_in_span = false;
     let met = ray_line_first_inside(line, shell_inner(), column.entry.t, column.exit.t);
     return met.is_there && core(ray, light, line, met.t);
 }
 
 // True where the core ends the ray.
-fn core(ray: ptr<function, Ray>, light: ptr<function, Light>, line: RayLine, t: Wide) -> bool {
+fn core(ray: ptr<function, Ray>, light: ptr<function, Radiance>, line: RayLine, t: Wide) -> bool {
     if HAS_CORE {
         var body = 1.0;
         if IS_LIT {
             body = ray_shading_solid((*ray).shading, normalize(ray_line_position(line, t).hi));
         }
-        light_over(light, light_plain(params.core * body, 1.0));
+        radiance_over(light, radiance_plain(params.core * body, 1.0));
     }
     return HAS_CORE;
 }
 
-fn frustum(ray: ptr<function, Ray>, light: ptr<function, Light>, segment: Segment, course: Course) -> bool {
+fn frustum(ray: ptr<function, Ray>, light: ptr<function, Radiance>, segment: Segment, interpolant: FrustumInterpolant) -> bool {
     (*ray).frusta++;
     let is_constant = segment.f0 == segment.f1 && segment.kappa == 0.0;
     var k = 0u;
@@ -234,15 +234,15 @@ fn frustum(ray: ptr<function, Ray>, light: ptr<function, Light>, segment: Segmen
             part = segment_part(segment, select(start, middle, is_behind), select(middle, end, is_behind));
             range = select(vec2f(0.0, turn.u), vec2f(turn.u, 1.0), is_behind);
         }
-        k = monotone(ray, light, part, k, course, range, is_whole);
+        k = monotone(ray, light, part, k, interpolant, range, is_whole);
     }
     (*ray).span = k;
     (*ray).is_in_span = true;
     if HAS_STEPS {
         near_steps(light, segment);
     }
-    let through = 1.0 - (*light).absorbed;
-    if through > ray_rest(ray) * 1.001 + 2.0 * ROUNDING {
+    let through = 1.0 - (*light).alpha;
+    if through > ray_min_transmittance(ray) * 1.001 + 2.0 * ROUNDING {
         return false;
     }
     (*light).error += through * params.brightest;
@@ -252,10 +252,10 @@ fn frustum(ray: ptr<function, Ray>, light: ptr<function, Light>, segment: Segmen
 // `is_whole` segments stay in their span, and need not be monotone.
 fn monotone(
     ray: ptr<function, Ray>,
-    light: ptr<function, Light>,
+    light: ptr<function, Radiance>,
     segment: Segment,
     first: u32,
-    course: Course,
+    interpolant: FrustumInterpolant,
     range: vec2f,
     is_whole: bool,
 ) -> u32 {
@@ -263,7 +263,7 @@ fn monotone(
     let f0 = segment.f0;
     let f1 = segment.f1;
     let is_inside = is_whole || (min(f0, f1) >= spans[k].low && max(f0, f1) <= spans[k].high);
-    var doubt = doubt_new(segment, medium_at(spans[k], f0));
+    var roundoff = roundoff_new(segment, medium_sample_at(spans[k], f0));
     let rising = f1 >= f0;
     var rest = segment;
     var from_ = range.x;
@@ -277,7 +277,7 @@ fn monotone(
         }
         let to = lerp(from_, range.y, end.x);
         if end.x > 0.0 {
-            let before = (*light).absorbed;
+            let before = (*light).alpha;
             let f = vec2f(rest.f0, end.y);
             var part = rest;
             if !is_last {
@@ -285,17 +285,17 @@ fn monotone(
             }
             let is_between = rest.f0 != f0 && !is_last;
             let reach = select(segment_reach(segment), between(f), is_between);
-            piece(ray, light, part, span, course, vec2f(from_, to), reach);
+            piece(ray, light, part, span, interpolant, vec2f(from_, to), reach);
             if !is_inside {
-                let mean = medium_at(span, 0.5 * (f.x + f.y));
+                let mean = medium_sample_at(span, 0.5 * (f.x + f.y));
                 let change = span.steepest * abs(f.y - f.x);
-                let cut = Cut(f.x, part.length, mean, change, span_is_narrow(span));
-                doubt_cut(&doubt, light, before, cut);
+                let cut = KnotCrossing(f.x, part.length, mean, change, span_is_narrow(span));
+                roundoff_cut(&roundoff, light, before, cut);
             }
         }
         if is_last {
             if !is_inside {
-                doubt_shift(&doubt, light, medium_at(span, f1));
+                roundoff_shift(&roundoff, light, medium_sample_at(span, f1));
             }
             break;
         }
@@ -308,30 +308,30 @@ fn monotone(
 
 fn piece(
     ray: ptr<function, Ray>,
-    light: ptr<function, Light>,
+    light: ptr<function, Radiance>,
     segment: Segment,
     span: Span,
-    course: Course,
+    interpolant: FrustumInterpolant,
     range: vec2f,
     reach: f32,
 ) {
-    let through = 1.0 - (*light).absorbed;
-    if span_is_clear_in(span, segment) || through <= ray_rest(ray) {
+    let through = 1.0 - (*light).alpha;
+    if span_is_clear_in(span, segment) || through <= ray_min_transmittance(ray) {
         return;
     }
-    let allowance = Allowance(params.share, ray_rest(ray), through, reach);
-    var behind: Light;
+    let budget = ErrorBudget(params.color_tolerance, ray_min_transmittance(ray), through, reach);
+    var behind: Radiance;
     if IS_LIT {
-        behind = lit_light(Lit(allowance, (*ray).shading, span, course), segment, range, lighting.most_cuts);
+        behind = lit_light(Lit(budget, (*ray).shading, span, interpolant), segment, range, lighting.max_cuts);
     } else {
-        behind = integrate(segment, span, allowance);
+        behind = integrate(segment, span, budget);
     }
-    light_over(light, behind);
-    let off = 0.5 * ROUNDING * (*light).absorbed;
+    radiance_over(light, behind);
+    let off = 0.5 * ROUNDING * (*light).alpha;
     (*light).variance += off * off;
 }
 
-fn near_steps(light: ptr<function, Light>, segment: Segment) {
+fn near_steps(light: ptr<function, Radiance>, segment: Segment) {
     let steep = abs(segment.f1 - segment.f0) + abs(segment.kappa);
     if steep == 0.0 {
         return;
@@ -352,7 +352,7 @@ fn near_steps(light: ptr<function, Light>, segment: Segment) {
         for (var j = 0u; j < params.steps && steps[j].value <= extreme + reach; j++) {
             if steps[j].value >= extreme - reach {
                 let beyond = absorbed_by(segment.length * part * steps[j].extinction);
-                (*light).error += (1.0 - (*light).absorbed) * beyond;
+                (*light).error += (1.0 - (*light).alpha) * beyond;
             }
         }
     }

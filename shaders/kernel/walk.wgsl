@@ -13,16 +13,16 @@ var<private> steps_taken: u32 = 0u;
 // Counts a step; false where there were too many.
 fn may_step() -> bool {
     steps_taken++;
-    is_lost = is_lost || steps_taken > params.most_steps;
+    is_lost = is_lost || steps_taken > params.max_steps;
     return !is_lost;
 }
 
 struct Contour {
     triangle: u32,
     cells: vec3u,
-    left: Seen,
-    right: Seen,
-    apex: Seen,
+    left: PlaneVertex,
+    right: PlaneVertex,
+    apex: PlaneVertex,
 }
 
 struct Crossing {
@@ -30,15 +30,15 @@ struct Crossing {
     w: Wide,
 }
 
-fn crossing_between(left: Seen, right: Seen) -> Crossing {
-    let w = wide_div(seen_q(left), wide_sub(seen_q(left), seen_q(right)));
-    return Crossing(point_lerp(seen_point(left), seen_point(right), w), w);
+fn crossing_between(left: PlaneVertex, right: PlaneVertex) -> Crossing {
+    let w = wide_div(plane_vertex_q(left), wide_sub(plane_vertex_q(left), plane_vertex_q(right)));
+    return Crossing(point_lerp(plane_vertex_point(left), plane_vertex_point(right), w), w);
 }
 
 // Whether the circle passes `triangle`; then `contour` is there.
 fn contour_inside(plane: Plane, triangle: u32, contour: ptr<function, Contour>) -> bool {
     let cells = grid_triangle(triangle);
-    var seen: array<Seen, 3>;
+    var seen: array<PlaneVertex, 3>;
     for (var k = 0u; k < 3u; k++) {
         seen[k] = plane_see(plane, cells[k], grid_direction(cells[k]));
     }
@@ -49,7 +49,7 @@ fn contour_inside(plane: Plane, triangle: u32, contour: ptr<function, Contour>) 
     }
     for (var k = 0u; k < 3u; k++) {
         let right = (k + 1u) % 3u;
-        if seen_is_left(seen[k]) && !seen_is_left(seen[right]) {
+        if plane_vertex_is_left(seen[k]) && !plane_vertex_is_left(seen[right]) {
             *contour = Contour(triangle, cells, seen[k], seen[right], seen[(k + 2u) % 3u]);
             return true;
         }
@@ -90,7 +90,7 @@ fn contour_entry(contour: ptr<function, Contour>) -> Crossing {
 }
 
 fn contour_exit(contour: ptr<function, Contour>) -> Crossing {
-    if seen_is_left((*contour).apex) {
+    if plane_vertex_is_left((*contour).apex) {
         return crossing_between((*contour).apex, (*contour).right);
     }
     return crossing_between((*contour).left, (*contour).apex);
@@ -100,7 +100,7 @@ fn contour_column_of(cells: vec3u, cell: u32) -> u32 {
     return select(select(2u, 1u, cells.y == cell), 0u, cells.x == cell);
 }
 
-fn contour_cross(plane: Plane, contour: ptr<function, Contour>, behind: u32) -> Seen {
+fn contour_cross(plane: Plane, contour: ptr<function, Contour>, behind: u32) -> PlaneVertex {
     let cells = (*contour).cells;
     let kept = cells.x + cells.y + cells.z - behind;
     let triangle = grid_across((*contour).triangle, contour_column_of(cells, behind));
@@ -113,7 +113,7 @@ fn contour_cross(plane: Plane, contour: ptr<function, Contour>, behind: u32) -> 
 
 fn contour_forward(plane: Plane, contour: ptr<function, Contour>) {
     let apex = (*contour).apex;
-    let is_left = seen_is_left(apex);
+    let is_left = plane_vertex_is_left(apex);
     let behind = select((*contour).right.cell, (*contour).left.cell, is_left);
     let new_apex = contour_cross(plane, contour, behind);
     if is_left {
@@ -126,7 +126,7 @@ fn contour_forward(plane: Plane, contour: ptr<function, Contour>) {
 
 fn contour_backward(plane: Plane, contour: ptr<function, Contour>) {
     let new_seen = contour_cross(plane, contour, (*contour).apex.cell);
-    if seen_is_left(new_seen) {
+    if plane_vertex_is_left(new_seen) {
         (*contour).apex = (*contour).left;
         (*contour).left = new_seen;
     } else {
@@ -178,7 +178,7 @@ fn locate_short(from_: u32, middle: Wide3, target_: Wide3) -> u32 {
 }
 
 // One end of a ray's way through a column. Weights are those of the column's second and third vertex.
-struct End {
+struct ColumnEnd {
     t: Wide,
     rho: Wide,
     weight: vec2f,
@@ -186,19 +186,19 @@ struct End {
 
 struct Column {
     cells: vec3u,
-    entry: End,
-    exit: End,
+    entry: ColumnEnd,
+    exit: ColumnEnd,
 }
 
 struct Walk {
     contour: Contour,
-    from_: Place,
+    from_: ContourPoint,
     last_t: Wide,
     last_rho: Wide,
     is_over: bool,
 }
 
-struct Place {
+struct ContourPoint {
     point: Point,
     weight: vec2f,
 }
@@ -215,29 +215,29 @@ fn walk_new(line: RayLine, hint: u32) -> Walk {
     }
     let entry = contour_entry(&contour);
     let place = walk_clip(
-        Place(entry.point, vec2f(entry.w.hi, 0.0)),
+        ContourPoint(entry.point, vec2f(entry.w.hi, 0.0)),
         walk_exit_place(&contour, contour_exit(&contour)),
         start,
     );
     return Walk(contour, place, line.start, height(start, place.point), is_lost);
 }
 
-fn walk_exit_place(contour: ptr<function, Contour>, crossing: Crossing) -> Place {
+fn walk_exit_place(contour: ptr<function, Contour>, crossing: Crossing) -> ContourPoint {
     let w = crossing.w.hi;
-    if seen_is_left((*contour).apex) {
-        return Place(crossing.point, vec2f(w, 1.0 - w));
+    if plane_vertex_is_left((*contour).apex) {
+        return ContourPoint(crossing.point, vec2f(w, 1.0 - w));
     }
-    return Place(crossing.point, vec2f(0.0, w));
+    return ContourPoint(crossing.point, vec2f(0.0, w));
 }
 
-fn walk_clip(a: Place, b: Place, to: Point) -> Place {
+fn walk_clip(a: ContourPoint, b: ContourPoint, to: Point) -> ContourPoint {
     let before = point_cross(to, a.point);
     let whole = wide_sub(before, point_cross(to, b.point));
     var w = wide(0.0);
     if whole.hi < 0.0 {
         w = wide_min(wide_max(wide_div(before, whole), wide(0.0)), wide(1.0));
     }
-    return Place(point_lerp(a.point, b.point, w), a.weight + w.hi * (b.weight - a.weight));
+    return ContourPoint(point_lerp(a.point, b.point, w), a.weight + w.hi * (b.weight - a.weight));
 }
 
 // The next column; the walk is over with the ray's last one.
@@ -252,15 +252,15 @@ fn walk_next_column(walk: ptr<function, Walk>, line: RayLine) -> Column {
     if is_last {
         exit_place = walk_clip(entry_place, exit_place, end);
     } else {
-        // What is not the last lies ahead, where x is positive.
+        // Every boundary but the last lies ahead, where x is positive.
         let there = wide_div(wide_mul(line.b, exit_place.point.y), exit_place.point.x);
         t1 = wide_min(wide_max(there, (*walk).last_t), line.end);
     }
     let rho1 = height(ray_line_at(line, t1), exit_place.point);
     let column = Column(
         vec3u(contour.left.cell, contour.right.cell, contour.apex.cell),
-        End((*walk).last_t, (*walk).last_rho, entry_place.weight),
-        End(t1, rho1, exit_place.weight),
+        ColumnEnd((*walk).last_t, (*walk).last_rho, entry_place.weight),
+        ColumnEnd(t1, rho1, exit_place.weight),
     );
     (*walk).last_t = t1;
     (*walk).last_rho = rho1;
@@ -268,7 +268,7 @@ fn walk_next_column(walk: ptr<function, Walk>, line: RayLine) -> Column {
     if !(*walk).is_over {
         contour_forward(line.plane, &contour);
         (*walk).contour = contour;
-        (*walk).from_ = Place(crossing.point, vec2f(crossing.w.hi, 0.0));
+        (*walk).from_ = ContourPoint(crossing.point, vec2f(crossing.w.hi, 0.0));
     }
     return column;
 }

@@ -1,6 +1,6 @@
 //! Pictures that C programs draw, against each other and against Rust's.
 
-use super::{PICTURES, VIEWS};
+use super::{VIEWS, compile_all};
 use icoray::output::write_picture;
 use icoray::{Field, Fields, Grid, IcosahedralMesh, Layers, Location, LonLat, Renderer, Scene, Shape};
 use icoray_tests::native::{checked, command, compile_c};
@@ -139,7 +139,7 @@ fn two_fields_in_rust(to: &Path) -> Picture {
 #[test]
 fn pictures_depend_on_values_and_nothing_else() {
     let directory = TempDir::new().unwrap();
-    let program = compile_c(&PICTURES);
+    let program = compile_all("pictures", compile_c);
     checked(command(program, directory.path()).arg("out").args(["3", "64"]), "pictures", 3000);
     let mut paths = Vec::new();
     reported(&directory.path().join("out"), &mut paths);

@@ -1,10 +1,16 @@
+#define _POSIX_C_SOURCE 200809L /* nanosleep, opendir */
+
 #include "check.h"
 
-/* What no message of interest has, with a context and without: see provoke(). */
+#include <dirent.h>
+#include <stdarg.h>
+#include <time.h>
+
+/* Words that only the messages of provoke() contain: with a context, and without. */
 #define MARK "provoked_by_the_test"
 #define LEVEL_MARK "-76543"
 
-/* Models print messages into lines of theirs: no message and no line of the log is longer. */
+/* The longest message or log line, in bytes: models print messages into lines of their own. */
 #define MAX_MESSAGE 400
 
 static int checks, failures;
@@ -41,7 +47,7 @@ void went_well(icoray_status status, const char *what, Place at)
 void provoke(icoray_ctx *ctx)
 {
     if (ctx != NULL) {
-        icoray_array none; /* a call that each rank makes alone */
+        icoray_array none; /* not a collective call */
         memset(&none, 0, sizeof none);
         none.struct_size = sizeof none;
         icoray_field_set(ctx, MARK, &none);
@@ -67,8 +73,7 @@ void refused(icoray_status status, icoray_status expected, const icoray_ctx *ctx
         return;
     }
     good = part[0] != '\0' && strstr(message, part) != NULL && strcmp(message, thread_message) == 0 &&
-           strlen(message) <= MAX_MESSAGE &&
-           strstr(message, MARK) == NULL && strstr(message, LEVEL_MARK) == NULL;
+           strlen(message) <= MAX_MESSAGE && strstr(message, MARK) == NULL && strstr(message, LEVEL_MARK) == NULL;
     check(good, "the message", at);
     if (!good) {
         printf("  '%s' and '%s', expected both to say '%s'\n", message, thread_message, part);
@@ -84,4 +89,93 @@ int verdict(const char *program)
 {
     printf("%s: %d checks, %d failed\n", program, checks, failures);
     return failures == 0 && checks > 0 ? EXIT_SUCCESS : EXIT_FAILURE;
+}
+
+icoray_frame_report report_of(icoray_ctx *ctx)
+{
+    icoray_frame_report report = {sizeof report};
+    OK(icoray_report(ctx, &report));
+    return report;
+}
+
+const char *text_of(const char *format, ...)
+{
+    static char texts[64][2048];
+    static int next;
+    va_list values;
+    next = (next + 1) % 64;
+    va_start(values, format);
+    vsnprintf(texts[next], sizeof texts[next], format, values);
+    va_end(values);
+    return texts[next];
+}
+
+const char *path_of(const char *directory, const char *name)
+{
+    return text_of("%s/%s", directory, name);
+}
+
+void set_real(void *array, int32_t type, int64_t at, double value)
+{
+    if (type == ICORAY_F32) {
+        ((float *)array)[at] = (float)value;
+    } else {
+        ((double *)array)[at] = value;
+    }
+}
+
+void set_index(void *table, int32_t type, int64_t at, int64_t value)
+{
+    if (type == ICORAY_I32) {
+        ((int32_t *)table)[at] = (int32_t)value;
+    } else {
+        ((int64_t *)table)[at] = value;
+    }
+}
+
+int entries(const char *directory, const char *part)
+{
+    int count = 0;
+    DIR *open = opendir(directory);
+    if (open == NULL) {
+        return -1;
+    }
+    for (struct dirent *entry; (entry = readdir(open)) != NULL;) {
+        int is_self = strcmp(entry->d_name, ".") == 0 || strcmp(entry->d_name, "..") == 0;
+        count += !is_self && strstr(entry->d_name, part) != NULL;
+    }
+    closedir(open);
+    return count;
+}
+
+int threads_now(void)
+{
+    return entries("/proc/self/task", "");
+}
+
+void rest_ms(int ms)
+{
+    struct timespec rest;
+    rest.tv_sec = ms / 1000;
+    rest.tv_nsec = ms % 1000 * 1000000L;
+    nanosleep(&rest, NULL);
+}
+
+int settles_at(int threads)
+{
+    for (int i = 0; i < 5000 && threads_now() != threads; i++) {
+        rest_ms(1);
+    }
+    int now = threads_now();
+    return now == threads || now == -1;
+}
+
+void *allocate(size_t count, size_t size)
+{
+    void *memory = calloc(count, size);
+    if (memory == NULL) {
+        printf("out of memory\n");
+        exit(EXIT_FAILURE);
+    }
+    return memory;
 }

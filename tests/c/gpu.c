@@ -27,14 +27,7 @@ static const char *const KINDS[] = {"", "light = { kind = \"headlight\" }\n", "t
 
 static void set(icoray_ctx *ctx, const char *keys, int kind)
 {
-    char text[1024];
-    snprintf(text, sizeof text,
-             "field = \"f\"\nexaggeration = 40\n%s\n%s\n[image]\nwidth = 130\nheight = 97\n"
-             "[camera]\nlon = 20\nlat = 35\ndistance = 3.2\nfov = 45\n"
-             "[transfer]\nmap = \"viridis\"\nrange = [-1.5, 1.5]\nopacity = [[-1.5, 0.8], [0, 0.1], [1.5, 0.9]]\n"
-             "[output]\nfile = \"%d_{step}.exr\"\n",
-             keys, KINDS[kind], kind);
-    OK(icoray_scene_text(ctx, text));
+    set_view(ctx, text_of("%s\n%s", keys, KINDS[kind]), 130, 97, text_of("[output]\nfile = \"%d_{step}.exr\"\n", kind));
 }
 
 /* All kinds of scenes, twice each; the last report. */
@@ -42,7 +35,7 @@ static icoray_frame_report draw(icoray_ctx *ctx, const char *keys)
 {
     icoray_frame_report report = {0};
     int64_t step = 0;
-    for (int kind = 0; kind < (int)(sizeof KINDS / sizeof *KINDS); kind++) {
+    for (int kind = 0; kind < (int)COUNT(KINDS); kind++) {
         set(ctx, keys, kind);
         for (int i = 0; i < 2; i++, step++) {
             OK(icoray_execute(ctx, step, 0.0, NULL));
@@ -59,15 +52,11 @@ static icoray_frame_report draw(icoray_ctx *ctx, const char *keys)
 static icoray_frame_report drawn(const char *directory, const char *name, const char *keys, const World *w, int is_async,
                                  Lines *lines)
 {
-    icoray_config config = plain(path_of(directory, name));
     icoray_frame_report report;
     icoray_ctx *ctx;
     memset(lines, 0, sizeof *lines);
-    config.threads = 2;
-    config.async_render = is_async;
-    config.log = listen;
-    config.log_user = lines;
-    config.log_level = ICORAY_LOG_DEBUG;
+    icoray_config config = CONFIG(.output_dir = path_of(directory, name), .threads = 2, .async_render = is_async,
+                                  .log = listen, .log_user = lines, .log_level = ICORAY_LOG_DEBUG);
     ctx = opened(&config, w, 16);
     report = draw(ctx, keys);
     OK(icoray_close(&ctx));
@@ -121,10 +110,8 @@ int main(int argc, char **argv)
         drawn(directory, "again", "backend = \"gpu\"\n", &w, 0, &lines);
         if (i == 0) {
             CHECK(remove(path_of(directory, "again/report.csv")) == 0);
-            for (int k = 0; k < 2 * (int)(sizeof KINDS / sizeof *KINDS); k++) {
-                char name[32];
-                snprintf(name, sizeof name, "again/%d_%d.exr", k / 2, k);
-                CHECK(remove(path_of(directory, name)) == 0);
+            for (int k = 0; k < 2 * (int)COUNT(KINDS); k++) {
+                CHECK(remove(text_of("%s/again/%d_%d.exr", directory, k / 2, k)) == 0);
             }
         }
     }

@@ -2,7 +2,6 @@
 
 #include "host.h"
 
-#include <dirent.h>
 #include <math.h>
 #include <stdarg.h>
 #include <sys/stat.h>
@@ -12,9 +11,7 @@
 
 World world(int level, int layers)
 {
-    World w;
-    memset(&w, 0, sizeof w);
-    w.layers = layers;
+    World w = {.layers = layers};
     OK(icoray_mesh_create(level, &w.mesh));
     w.grid.struct_size = sizeof w.grid;
     OK(icoray_mesh_grid(w.mesh, &w.grid));
@@ -45,39 +42,30 @@ void end_world(World *w)
 
 icoray_config plain(const char *directory)
 {
-    icoray_config config;
-    memset(&config, 0, sizeof config);
-    config.struct_size = sizeof config;
-    config.output_dir = directory;
+    icoray_config config = {.struct_size = sizeof config, .output_dir = directory};
     return config;
 }
 
 void set_layers(icoray_ctx *ctx, int layers)
 {
-    icoray_layers given;
     double *radius = calloc((size_t)layers, sizeof *radius);
     for (int l = 0; l < layers; l++) {
         radius[l] = PLANET + 20e3 * l / (layers - 1);
     }
-    memset(&given, 0, sizeof given);
-    given.struct_size = sizeof given;
-    given.count = layers;
-    given.radius_m = radius;
-    given.planet_radius_m = PLANET;
+    icoray_layers given = {.struct_size = sizeof given, .count = layers, .radius_m = radius, .planet_radius_m = PLANET};
     OK(icoray_layers_set(ctx, &given));
     free(radius);
 }
 
-void set_scene(icoray_ctx *ctx, int pixels, const char *more)
+void set_view(icoray_ctx *ctx, const char *keys, int width, int height, const char *rest)
 {
-    char text[1024];
-    snprintf(text, sizeof text,
-             "field = \"f\"\nexaggeration = 40\n%s\n[image]\nwidth = %d\nheight = %d\n"
-             "[camera]\nlon = 20\nlat = 35\ndistance = 3.2\nfov = 45\n"
-             "[transfer]\nmap = \"viridis\"\nrange = [-1.5, 1.5]\nopacity = [[-1.5, 0.8], [0, 0.1], [1.5, 0.9]]\n"
-             "[output]\nfile = \"frame_{step}.png\"\n",
-             more, pixels, pixels);
-    OK(icoray_scene_text(ctx, text));
+    OK(icoray_scene_text(ctx, text_of("field = \"f\"\nexaggeration = 40\n%s\n[image]\nwidth = %d\nheight = %d\n"
+                                      VIEW "%s", keys, width, height, rest)));
+}
+
+void set_scene(icoray_ctx *ctx, int pixels, const char *keys)
+{
+    set_view(ctx, keys, pixels, pixels, "[output]\nfile = \"frame_{step}.png\"\n");
 }
 
 icoray_ctx *opened(const icoray_config *config, const World *w, int pixels)
@@ -94,46 +82,9 @@ icoray_ctx *opened(const icoray_config *config, const World *w, int pixels)
     return ctx;
 }
 
-icoray_frame_report report_of(icoray_ctx *ctx)
-{
-    icoray_frame_report report;
-    memset(&report, 0, sizeof report);
-    report.struct_size = sizeof report;
-    OK(icoray_report(ctx, &report));
-    return report;
-}
-
-int entries(const char *directory, const char *part)
-{
-    int count = 0;
-    DIR *open = opendir(directory);
-    if (open == NULL) {
-        return -1;
-    }
-    for (struct dirent *entry; (entry = readdir(open)) != NULL;) {
-        int is_self = strcmp(entry->d_name, ".") == 0 || strcmp(entry->d_name, "..") == 0;
-        count += !is_self && strstr(entry->d_name, part) != NULL;
-    }
-    closedir(open);
-    return count;
-}
-
-int threads_now(void)
-{
-    return entries("/proc/self/task", "");
-}
-
 int open_files(void)
 {
     return entries("/proc/self/fd", "");
-}
-
-void rest_ms(int ms)
-{
-    struct timespec rest;
-    rest.tv_sec = ms / 1000;
-    rest.tv_nsec = ms % 1000 * 1000000L;
-    nanosleep(&rest, NULL);
 }
 
 double now_s(void)
@@ -141,23 +92,6 @@ double now_s(void)
     struct timespec now;
     clock_gettime(CLOCK_MONOTONIC, &now);
     return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
-}
-
-int settles_at(int threads)
-{
-    for (int i = 0; i < 1000 && threads_now() != threads; i++) {
-        rest_ms(1);
-    }
-    return threads_now() == threads;
-}
-
-const char *path_of(const char *directory, const char *name)
-{
-    static char paths[4][1024];
-    static int next;
-    next = (next + 1) % 4;
-    snprintf(paths[next], sizeof paths[next], "%s/%s", directory, name);
-    return paths[next];
 }
 
 int is_file(const char *path)

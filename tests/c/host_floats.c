@@ -1,8 +1,8 @@
 /*
  * The host's floating-point environment: host_floats <directory>
  *
- * Whatever rounding, flushing, traps and raised flags a model runs with, each call leaves them as they were, draws the
- * same picture, and takes no trap, on the library's threads neither.
+ * With any rounding mode, flushing, traps and raised flags of the model, each call restores them, draws the same
+ * picture, and raises no trap, also on the library's threads.
  */
 #define _GNU_SOURCE /* feenableexcept */
 
@@ -28,11 +28,7 @@ typedef struct {
 
 static Floats floats(void)
 {
-    Floats now;
-    memset(&now, 0, sizeof now);
-    now.rounding = fegetround();
-    now.flags = fetestexcept(FE_ALL_EXCEPT);
-    now.traps = fegetexcept();
+    Floats now = {.rounding = fegetround(), .flags = fetestexcept(FE_ALL_EXCEPT), .traps = fegetexcept()};
 #ifdef __SSE__
     now.sse = _mm_getcsr();
 #endif
@@ -86,26 +82,20 @@ static void set(const Setting *to)
     }
 }
 
-/* One call between two looks; checks come later, for they might do arithmetic of their own. */
+/* Compares the environment before and after a call; the checks follow, as they may do arithmetic themselves. */
 static Floats before;
-#define KEEPS(call)                                                                                          \
+#define KEEPS_AND(call, is_expected)                                                                         \
     do {                                                                                                     \
         before = floats();                                                                                   \
         icoray_status status = (call);                                                                       \
         Floats after = floats();                                                                             \
         check(same(before, after), "floating-point environment after " #call, HERE);                         \
-        went_well(status, #call, HERE);                                                                      \
+        is_expected;                                                                                         \
     } while (0)
-#define KEEPS_FAILING(call)                                                                                  \
-    do {                                                                                                     \
-        before = floats();                                                                                   \
-        icoray_status status = (call);                                                                       \
-        Floats after = floats();                                                                             \
-        check(same(before, after), "floating-point environment after " #call, HERE);                         \
-        CHECK(status != ICORAY_OK);                                                                          \
-    } while (0)
+#define KEEPS(call) KEEPS_AND(call, went_well(status, #call, HERE))
+#define KEEPS_FAILING(call) KEEPS_AND(call, CHECK(status != ICORAY_OK))
 
-/* The look can fail: an inexact sum shows, and a trap is one. */
+/* Checks that floats() sees a change: of flags by an inexact quotient, and of each setting; and that traps work. */
 static void looks(void)
 {
     volatile double third = 3.0;
@@ -140,31 +130,19 @@ static void looks(void)
 
 static void draw(const char *directory, const World *w, const Setting *setting, int async, int kind)
 {
-    char name[256], text[512];
+    const char *name = text_of("%s/%d%d_%s", directory, kind, async, setting->name);
+    char text[512];
     icoray_ctx *ctx = NULL;
     icoray_mesh *mesh = NULL, *none = NULL;
-    icoray_grid grid;
+    icoray_grid grid = {sizeof grid};
     int32_t wants = 0;
-    snprintf(name, sizeof name, "%s/%d%d_%s", directory, kind, async, setting->name);
-    icoray_config config = plain(name);
-    config.async_render = async;
-    config.threads = 2;
-    icoray_layers layers;
+    icoray_config config = CONFIG(.output_dir = name, .async_render = async, .threads = 2);
     double radius[HOST_LAYERS] = {6371e3, 6376e3, 6383e3, 6391e3};
-    memset(&layers, 0, sizeof layers);
-    layers.struct_size = sizeof layers;
-    layers.count = HOST_LAYERS;
-    layers.radius_m = radius;
-    layers.planet_radius_m = 6371e3;
-    memset(&grid, 0, sizeof grid);
-    grid.struct_size = sizeof grid;
-    icoray_frame_report report;
-    memset(&report, 0, sizeof report);
-    report.struct_size = sizeof report;
-    const char *scene = "field = \"f\"\nexaggeration = 40\n[image]\nwidth = 24\nheight = 24\n[camera]\nlon = 20\n"
-                        "lat = 35\ndistance = 3.2\nfov = 45\n[transfer]\nmap = \"viridis\"\nrange = [-1.5, 1.5]\n"
-                        "opacity = [[-1.5, 0.8], [0, 0.1], [1.5, 0.9]]\n[light]\nkind = \"headlight\"\n"
-                        "[output]\nfile = \"frame_{step}.png\"\n";
+    icoray_layers layers = {.struct_size = sizeof layers, .count = HOST_LAYERS, .radius_m = radius,
+                            .planet_radius_m = 6371e3};
+    icoray_frame_report report = {sizeof report};
+    const char *scene = "field = \"f\"\nexaggeration = 40\n[image]\nwidth = 24\nheight = 24\n" VIEW
+                        "[light]\nkind = \"headlight\"\n[output]\nfile = \"frame_{step}.png\"\n";
 
     set(setting);
     KEEPS(icoray_open_serial(&config, &ctx));
@@ -190,11 +168,10 @@ static void draw(const char *directory, const World *w, const Setting *setting, 
     OK(icoray_mesh_free(&mesh));
 
     CHECK(wants == 1 && report.rays > 0 && report.frames_written == 3);
-    snprintf(text, sizeof text, "%s/%d0_default", directory, kind);
-    CHECK(same_files(path_of(text, "frame_2.png"), path_of(name, "frame_2.png")));
+    CHECK(same_files(text_of("%s/%d0_default/frame_2.png", directory, kind), path_of(name, "frame_2.png")));
 }
 
-/* Fields that computing with raises every flag: NaN, infinities, denormals, numbers whose sums overflow. */
+/* Values that raise every flag in arithmetic: NaN, infinities, denormals, numbers whose sums overflow. */
 static void spoil(World *w, int kind)
 {
     static const float odd[] = {1e-42f, 3.4e38f, -3.4e38f, 1e-38f};

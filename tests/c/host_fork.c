@@ -1,8 +1,8 @@
 /*
  * Processes that were forked: host_fork <directory>
  *
- * The child of a process with an open context, whatever its threads are doing, gets an answer to each call at once, can
- * close it, and can open its own; the parent's frames come out as if nothing had been.
+ * In the child of a process with an open context, whatever its threads do, each call returns at once; the child can
+ * close that context and open its own. The parent's frames are not affected.
  */
 #define _GNU_SOURCE
 
@@ -12,11 +12,11 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-/* Big enough to be at work when the child looks. */
+/* Large enough for the frame to be in progress when the child runs. */
 #define BIG 300
 #define WIDE 1600
 
-/* A check of the child's, whose count is not the parent's. */
+/* Counts failed checks of the child, which the parent's count does not include. */
 static int bad;
 
 static void in_child(int good, const char *what, Place at)
@@ -30,20 +30,14 @@ static void in_child(int good, const char *what, Place at)
 #define CHECK(condition) in_child((condition), #condition, HERE)
 #define OK(call) in_child((call) == ICORAY_OK, #call, HERE)
 
-/* How many of its checks failed. */
+/* The child's calls; returns the number of its failed checks. */
 static int child(icoray_ctx *ctx, const World *w, const char *directory, int busy)
 {
     char message[512] = "";
     int32_t wants = 1;
-    icoray_layers layers;
-    icoray_ndarray array;
-    icoray_frame_report report;
-    memset(&layers, 0, sizeof layers);
-    layers.struct_size = sizeof layers;
-    memset(&array, 0, sizeof array);
-    array.struct_size = sizeof array;
-    memset(&report, 0, sizeof report);
-    report.struct_size = sizeof report;
+    icoray_layers layers = {sizeof layers};
+    icoray_ndarray array = {sizeof array};
+    icoray_frame_report report = {sizeof report};
     /* It was at work when it was forked. */
     CHECK(!busy || !is_file(path_of(directory, "frame_1.png")));
     alarm(60);
@@ -65,13 +59,11 @@ static int child(icoray_ctx *ctx, const World *w, const char *directory, int bus
     CHECK(ctx == NULL);
     CHECK(now_s() - start < 1.0);
 
-    icoray_config config = plain(path_of(directory, "child"));
-    config.existing = ICORAY_OVERWRITE;
+    icoray_config config = CONFIG(.output_dir = path_of(directory, "child"), .existing = ICORAY_OVERWRITE);
     for (int async = 0; async < 2; async++) {
         config.async_render = async;
         ctx = opened(&config, w, 24);
-        OK(icoray_execute(ctx, async, 0.0, NULL));
-        OK(icoray_wait(ctx));
+        DRAW(ctx, async, 0.0, NULL);
         OK(icoray_close(&ctx));
     }
     CHECK(same_files(path_of(config.output_dir, "frame_0.png"), path_of(directory, "frame_0.png")));
@@ -100,14 +92,10 @@ static const Case cases[] = {
 
 static void fork_in(const char *directory, const Case *c, const World *w)
 {
-    char name[256];
-    snprintf(name, sizeof name, "%s/%s", directory, c->name);
-    icoray_config config = plain(name);
-    config.async_render = c->async;
-    config.threads = 2;
+    const char *name = path_of(directory, c->name);
+    icoray_config config = CONFIG(.output_dir = name, .async_render = c->async, .threads = 2);
     icoray_ctx *ctx = opened(&config, w, 24);
-    OK(icoray_execute(ctx, 0, 0.0, NULL));
-    OK(icoray_wait(ctx));
+    DRAW(ctx, 0, 0.0, NULL);
     if (c->pixels != 24) {
         set_scene(ctx, c->pixels, c->more);
     }

@@ -104,30 +104,20 @@ typedef struct {
 /* An array that is not counted: it is the host's. */
 static Data data(const icoray_grid *grid, enum layout layout, int layers, int type, int location)
 {
-    Data d;
     int64_t columns = location == ICORAY_CORNER ? grid->corners : grid->cells, block = 16;
     int64_t blocks = (columns + block - 1) / block, row = layout == PADDED ? layers + 5 : layers;
     size_t elements = (size_t)(layout == BLOCKED ? blocks * block * layers : columns * row);
-    memset(&d, 0, sizeof d);
-    d.memory = __libc_calloc(elements, type == ICORAY_F32 ? 4 : 8);
+    Data d = {.memory = __libc_calloc(elements, type == ICORAY_F32 ? 4 : 8)};
     for (size_t i = 0; i < elements; i++) {
         double value = sin(0.01 * (double)i);
-        if (type == ICORAY_F32) {
-            ((float *)d.memory)[i] = (float)value;
-        } else {
-            ((double *)d.memory)[i] = value;
-        }
+        set_real(d.memory, type, (int64_t)i, value);
     }
-    d.array.struct_size = sizeof d.array;
-    d.array.data = d.memory;
-    d.array.type = type;
-    d.array.location = location;
-    d.array.columns = columns;
-    d.array.layers = layers;
-    d.array.column_stride = layout == LEVEL_FASTEST || layout == PADDED ? row : 1;
-    d.array.layer_stride = layout == LEVEL_FASTEST || layout == PADDED ? 1 : layout == BLOCKED ? block : columns;
-    d.array.block = layout == BLOCKED ? block : 0;
-    d.array.block_stride = layout == BLOCKED ? block * layers : 0;
+    int has_rows = layout == LEVEL_FASTEST || layout == PADDED;
+    d.array = (icoray_array){.struct_size = sizeof d.array, .data = d.memory, .type = type, .location = location,
+                             .columns = columns, .layers = layers, .column_stride = has_rows ? row : 1,
+                             .layer_stride = has_rows ? 1 : layout == BLOCKED ? block : columns,
+                             .block = layout == BLOCKED ? block : 0,
+                             .block_stride = layout == BLOCKED ? block * layers : 0};
     return d;
 }
 
@@ -140,27 +130,19 @@ typedef struct {
 static Use use(const char *directory, const World *w, enum layout layout, int layers, int type, int location, int async,
                const char *light)
 {
-    Use u;
+    Use u = {0};
     Data d = data(&w->grid, layout, layers, type, location);
     World seen = *w;
     seen.array = d.array;
     seen.layers = layers;
-    memset(&u, 0, sizeof u);
-    icoray_config config = plain(directory);
-    config.existing = ICORAY_OVERWRITE;
-    config.threads = 1;
-    config.async_render = async;
+    icoray_config config = CONFIG(.output_dir = directory, .existing = ICORAY_OVERWRITE, .threads = 1,
+                                  .async_render = async);
     icoray_ctx *ctx = opened(&config, &seen, PIXELS);
-    set_scene(ctx, PIXELS, "tolerance = 1e-2\nbackend = \"cpu\"");
-    if (light[0] != '\0') {
-        char text[1024];
-        snprintf(text, sizeof text,
-                 "field = \"f\"\nbackend = \"cpu\"\nexaggeration = 40\n[image]\nwidth = %d\nheight = %d\n[camera]\nlon = 20\nlat = 35\n"
-                 "distance = 3.2\nfov = 45\n[transfer]\nmap = \"viridis\"\nrange = [-1.5, 1.5]\n"
-                 "opacity = [[-1.5, 0.8], [0, 0.1], [1.5, 0.9]]\n[light]\nkind = \"%s\"\n"
-                 "[output]\nfile = \"frame_{step}.png\"\n",
-                 PIXELS, PIXELS, light);
-        OK(icoray_scene_text(ctx, text));
+    if (light[0] == '\0') {
+        set_scene(ctx, PIXELS, "tolerance = 1e-2\nbackend = \"cpu\"");
+    } else {
+        const char *rest = text_of("[light]\nkind = \"%s\"\n[output]\nfile = \"frame_{step}.png\"\n", light);
+        set_view(ctx, "backend = \"cpu\"", PIXELS, PIXELS, rest);
     }
     for (int i = 0; i < FRAMES; i++) {
         total = largest = 0;

@@ -1,8 +1,8 @@
 /*
  * What else is the host's: host_process <directory> [loud]
  *
- * Affinity, environment, directory, umask, locale, open files and threads are after the calls what they were before, and
- * nothing is printed; the test sees to the latter. `loud` fails with icoray_log_stderr, which alone may print.
+ * The calls do not change affinity, environment, directory, umask, locale, open files and threads, and print nothing,
+ * which the Rust test checks. `loud` fails with icoray_log_stderr, the only function that prints.
  */
 #define _GNU_SOURCE /* sched_getaffinity */
 
@@ -51,7 +51,7 @@ static Process before, after;
 
 #define UNCHANGED() (look(&after), CHECK(same(&before, &after)))
 
-/* The look can fail. */
+/* Checks that look() sees changes. */
 static void looks(void)
 {
     look(&before);
@@ -93,11 +93,9 @@ static int threads_inside(const cpu_set_t *mask)
 /* Frames that are drawn, refused and failed, and all that may leave something behind. */
 static void calls(const char *directory, const World *w, int async)
 {
-    char name[512];
+    const char *name = text_of("%s/%d", directory, async);
     icoray_ctx *ctx, *second;
-    snprintf(name, sizeof name, "%s/%d", directory, async);
-    icoray_config config = plain(name);
-    config.async_render = async;
+    icoray_config config = CONFIG(.output_dir = name, .async_render = async);
     look(&before);
     ctx = opened(&config, w, 32);
     UNCHANGED();
@@ -163,9 +161,7 @@ static void affinity(const char *directory, const World *w)
     CHECK(sched_setaffinity(0, sizeof one, &one) == 0);
     CHECK(threads_of(directory, "one", w) == 1);
     look(&before);
-    icoray_config config = plain(path_of(directory, "three"));
-    config.threads = 3;
-    config.async_render = 1;
+    icoray_config config = CONFIG(.output_dir = path_of(directory, "three"), .threads = 3, .async_render = 1);
     icoray_ctx *ctx = opened(&config, w, 16);
     OK(icoray_execute(ctx, 0, 0.0, NULL));
     CHECK(threads_inside(&one) == before.threads + 5);
@@ -180,9 +176,7 @@ static void affinity(const char *directory, const World *w)
 
 static int loud(const char *directory)
 {
-    icoray_config config = plain(directory);
-    config.log = icoray_log_stderr;
-    config.log_level = ICORAY_LOG_WARN;
+    icoray_config config = CONFIG(.output_dir = directory, .log = icoray_log_stderr, .log_level = ICORAY_LOG_WARN);
     icoray_ctx *ctx = NULL;
     OK(icoray_open_serial(&config, &ctx));
     CHECK(icoray_scene_text(ctx, "nothing") == ICORAY_ERR_SCENE);

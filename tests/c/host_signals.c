@@ -1,7 +1,7 @@
 /*
  * The host's signals: host_signals <directory>
  *
- * No handler and no mask changes, and what is sent to the process is handled on the host's threads and on no other.
+ * Handlers and masks do not change, and signals sent to the process are handled on the host's threads only.
  */
 #define _GNU_SOURCE /* SYS_gettid */
 
@@ -24,8 +24,7 @@ typedef struct {
 
 static Signals look(void)
 {
-    Signals now;
-    memset(&now, 0, sizeof now);
+    Signals now = {0};
     for (int s = 1; s <= SIGNALS; s++) {
         sigaction(s, NULL, &now.actions[s]);
     }
@@ -136,14 +135,11 @@ static int has_library_threads(int expected)
 
 static void draw(const char *directory, const World *w, int async)
 {
-    char name[256];
+    const char *name = text_of("%s/%d", directory, async);
     volatile int is_done = 0;
     int step = 0;
     Signals before = look(), after;
-    snprintf(name, sizeof name, "%s/%d", directory, async);
-    icoray_config config = plain(name);
-    config.async_render = async;
-    config.threads = 2;
+    icoray_config config = CONFIG(.output_dir = name, .async_render = async, .threads = 2);
     handled = 0;
     icoray_ctx *ctx = opened(&config, w, 64);
     after = look();

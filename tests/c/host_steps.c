@@ -37,10 +37,8 @@ static void run(const char *directory, const World *w, int steps, int async)
 {
     double start = now_s();
     long before = 0;
-    icoray_config config = plain(path_of(directory, async ? "async" : "sync"));
-    config.existing = ICORAY_OVERWRITE;
-    config.async_render = async;
-    config.threads = 1;
+    icoray_config config = CONFIG(.output_dir = path_of(directory, async ? "async" : "sync"),
+                                  .existing = ICORAY_OVERWRITE, .async_render = async, .threads = 1);
     icoray_ctx *ctx = opened(&config, w, 16);
     for (int step = 0; step < steps; step++) {
         if (step == WARM) {

@@ -1,8 +1,8 @@
 /*
  * Threads of the host's, and its log: host_threads <directory>
  *
- * Of two threads in one context one is in a call and the other is told so; contexts do not disturb each other; the log is
- * told on the thread that calls, and may not call back.
+ * If two threads use one context, one call at a time is served and the other returns ICORAY_ERR_BUSY; contexts are
+ * independent; the log callback runs on the calling thread, and may not call back.
  */
 #define _GNU_SOURCE
 
@@ -27,9 +27,7 @@ static void *contend(void *data)
     double start = now_s();
     while (work->well < FRAMES && now_s() - start < 60.0) {
         icoray_status statuses[3];
-        icoray_frame_report report;
-        memset(&report, 0, sizeof report);
-        report.struct_size = sizeof report;
+        icoray_frame_report report = {sizeof report};
         statuses[0] = icoray_field_set(work->ctx, "f", &work->w->array);
         statuses[1] = icoray_execute(work->ctx, work->first + work->well, 0.0, NULL);
         statuses[2] = icoray_report(work->ctx, &report);
@@ -49,18 +47,10 @@ static void *contend(void *data)
 static void one_context(const char *directory, const World *w, int async)
 {
     const char *name = path_of(directory, async ? "async" : "sync");
-    icoray_config config = plain(name);
-    config.async_render = async;
-    config.threads = 2;
+    icoray_config config = CONFIG(.output_dir = name, .async_render = async, .threads = 2);
     icoray_ctx *ctx = opened(&config, w, 96);
-    Work work[2];
+    Work work[2] = {{.ctx = ctx, .w = w}, {.ctx = ctx, .w = w, .first = 1000}};
     pthread_t thread;
-    memset(work, 0, sizeof work);
-    for (int i = 0; i < 2; i++) {
-        work[i].ctx = ctx;
-        work[i].w = w;
-        work[i].first = 1000 * i;
-    }
     CHECK(pthread_create(&thread, NULL, contend, &work[1]) == 0);
     contend(&work[0]);
     pthread_join(thread, NULL);
@@ -89,15 +79,12 @@ static void *alone(void *data)
 
 static void own_contexts(const char *directory, const World *w)
 {
-    static char names[5][256];
     Work work[5];
     pthread_t threads[5];
     memset(work, 0, sizeof work);
     for (int i = 0; i < 5; i++) {
-        snprintf(names[i], sizeof names[i], "%s/own%d", directory, i);
-        icoray_config config = plain(names[i]);
-        config.threads = 1 + i % 2;
-        config.async_render = i % 3 == 1;
+        const char *name = text_of("%s/own%d", directory, i);
+        icoray_config config = CONFIG(.output_dir = name, .threads = 1 + i % 2, .async_render = i % 3 == 1);
         work[i].ctx = opened(&config, w, 64);
     }
     alone(&work[4]);
@@ -108,9 +95,8 @@ static void own_contexts(const char *directory, const World *w)
         pthread_join(threads[i], NULL);
         CHECK(work[i].other == 0);
         for (int step = 0; step < 10; step++) {
-            char file[32];
-            snprintf(file, sizeof file, "frame_%d.png", step);
-            CHECK(same_files(path_of(names[i], file), path_of(names[4], file)));
+            CHECK(same_files(text_of("%s/own%d/frame_%d.png", directory, i, step),
+                             text_of("%s/own4/frame_%d.png", directory, step)));
         }
     }
 }
@@ -153,18 +139,10 @@ static void hear(void *user, int32_t level, const char *message)
 /* Frames, failures of all kinds, and what the log hears of them. */
 static Heard logged(const char *directory, const World *w, int async, int on_error, int level)
 {
-    char name[256];
-    Heard heard;
-    snprintf(name, sizeof name, "%s/log%d%d%d", directory, async, on_error, level);
-    memset(&heard, 0, sizeof heard);
-    heard.caller = pthread_self();
-    heard.w = w;
-    icoray_config config = plain(name);
-    config.async_render = async;
-    config.on_error = on_error;
-    config.log = hear;
-    config.log_user = &heard;
-    config.log_level = level;
+    const char *name = text_of("%s/log%d%d%d", directory, async, on_error, level);
+    Heard heard = {.caller = pthread_self(), .w = w};
+    icoray_config config = CONFIG(.output_dir = name, .async_render = async, .on_error = on_error, .log = hear,
+                                  .log_user = &heard, .log_level = level);
     heard.is_inside = 1;
     icoray_ctx *ctx = opened(&config, w, 24);
     set_scene(ctx, 24, "backend = \"cpu\"");
@@ -188,8 +166,7 @@ static Heard logged(const char *directory, const World *w, int async, int on_err
     INSIDE(heard, icoray_execute(ctx, 4, 0.0, NULL));
     FAILS(heard, icoray_close(&ctx));
     CHECK(ctx == NULL);
-    CHECK(heard.lines[ICORAY_LOG_WARN] ==
-          warnings + (on_error == ICORAY_WARN && level >= ICORAY_LOG_WARN));
+    CHECK(heard.lines[ICORAY_LOG_WARN] == warnings + (on_error == ICORAY_WARN && level >= ICORAY_LOG_WARN));
     CHECK(heard.elsewhere == 0 && heard.outside == 0 && heard.odd == 0 && heard.refused == heard.asked);
     CHECK(heard.lines[0] == 0);
     return heard;

@@ -1,8 +1,8 @@
 /*
  * A writer in trouble: host_writer <directory> <trouble>
  *
- * Each trouble is a status and a message at a later call, keeps no other frame from being tried, and leaves no file
- * behind that is not whole. `full` needs a small file system at <directory>.
+ * Each failure is a status and a message of a later call; other frames are still written, and no incomplete file is
+ * left. `full` needs a small file system at <directory>.
  */
 #define _GNU_SOURCE
 
@@ -35,22 +35,18 @@ static const char *message_of(icoray_ctx *ctx)
 /* Each of the frames fails, which shows when it has been waited for or at the next call. */
 static void fails(icoray_ctx *ctx, int step, const char *part, const char *path)
 {
-    char word[32];
-    snprintf(word, sizeof word, "step %d: ", step);
     OK(icoray_execute(ctx, step, 0.0, NULL));
     CHECK(icoray_wait(ctx) == ICORAY_ERR_IO);
-    CHECK(strstr(message_of(ctx), word) != NULL && strstr(message_of(ctx), part) != NULL &&
-          strstr(message_of(ctx), path) != NULL);
+    CHECK(strstr(message_of(ctx), text_of("step %d: ", step)) != NULL);
+    CHECK(strstr(message_of(ctx), part) != NULL && strstr(message_of(ctx), path) != NULL);
     OK(icoray_wait(ctx)); /* told once */
     OK(icoray_execute(ctx, step + 1, 0.0, NULL));
     for (int i = 0; i < 5000 && report_of(ctx).frames_failed % 2 != 0; i++) {
         rest_ms(1);
     }
     /* The next call tells, and draws its own frame all the same. */
-    icoray_status status = icoray_execute(ctx, step + 2, 0.0, NULL);
-    CHECK(status == ICORAY_ERR_IO);
-    snprintf(word, sizeof word, "step %d: ", step + 1);
-    CHECK(strstr(message_of(ctx), word) != NULL);
+    CHECK(icoray_execute(ctx, step + 2, 0.0, NULL) == ICORAY_ERR_IO);
+    CHECK(strstr(message_of(ctx), text_of("step %d: ", step + 1)) != NULL);
     CHECK(report_of(ctx).step == step + 2);
     CHECK(icoray_wait(ctx) == ICORAY_ERR_IO);
     OK(icoray_execute(ctx, step + 3, 0.0, NULL));
@@ -60,23 +56,18 @@ static void fails(icoray_ctx *ctx, int step, const char *part, const char *path)
 
 static void well(icoray_ctx *ctx, const char *directory, int step)
 {
-    char name[32];
     uint64_t written = report_of(ctx).frames_written;
-    OK(icoray_execute(ctx, step, 0.0, NULL));
-    OK(icoray_wait(ctx));
+    DRAW(ctx, step, 0.0, NULL);
     CHECK(report_of(ctx).frames_written == written + 1);
-    snprintf(name, sizeof name, "frame_%d.png", step);
-    CHECK(is_whole_png(path_of(directory, name)));
+    CHECK(is_whole_png(text_of("%s/frame_%d.png", directory, step)));
 }
 
 static void full(const char *directory, const World *w)
 {
     static char nothing[4096];
-    icoray_config config = plain(directory);
-    config.existing = ICORAY_OVERWRITE;
+    icoray_config config = CONFIG(.output_dir = directory, .existing = ICORAY_OVERWRITE);
     icoray_ctx *ctx = opened(&config, w, 64);
-    OK(icoray_execute(ctx, 0, 0.0, NULL));
-    OK(icoray_wait(ctx));
+    DRAW(ctx, 0, 0.0, NULL);
     int filler = open(path_of(directory, "filler"), O_CREAT | O_WRONLY, 0600);
     for (int i = 0; i < 4096 && write(filler, nothing, sizeof nothing) > 0; i++) {
     }
@@ -110,20 +101,19 @@ static int denied_as_user(const char *directory, const World *w)
     if (geteuid() == 0 && (setgid(65534) != 0 || setuid(65534) != 0)) {
         return 0;
     }
-    char mine[1024];
+    const char *mine = path_of(directory, "open/mine");
     icoray_config config = plain(path_of(directory, "closed"));
     icoray_ctx *ctx = NULL;
-    REFUSED(NULL, ICORAY_ERR_IO, "ermission denied", icoray_open_serial(&config, &ctx));
+    REFUSED(NULL, IO, "ermission denied", icoray_open_serial(&config, &ctx));
     config.output_dir = path_of(directory, "closed/further");
-    REFUSED(NULL, ICORAY_ERR_IO, "closed/further: cannot make pictures", icoray_open_serial(&config, &ctx));
+    REFUSED(NULL, IO, "closed/further: cannot make pictures", icoray_open_serial(&config, &ctx));
     CHECK(ctx == NULL);
 
     /* By the scene's names; and closed after all was well. */
-    snprintf(mine, sizeof mine, "%s", path_of(directory, "open/mine"));
     CHECK(mkdir(mine, 0755) == 0);
     config.output_dir = mine;
     ctx = opened(&config, w, 16);
-    REFUSED(ctx, ICORAY_ERR_IO, "ermission denied",
+    REFUSED(ctx, IO, "ermission denied",
             icoray_scene_text(ctx, "field = \"f\"\n[camera]\nlon = 0\nlat = 0\ndistance = 3\n"
                                    "[transfer]\nmap = \"viridis\"\nrange = [0, 1]\nopacity = [[0, 0], [1, 0.5]]\n"
                                    "[output]\nfile = \"../../closed/{step}.png\"\n"));
@@ -159,13 +149,10 @@ static void denied(const char *directory, const World *w)
 /* The directory goes, and something else takes its place. */
 static void gone(const char *directory, const World *w)
 {
-    const char *name = path_of(directory, "gone");
-    char at[1024];
-    snprintf(at, sizeof at, "%s", name);
+    const char *at = path_of(directory, "gone");
     icoray_config config = plain(at);
     icoray_ctx *ctx = opened(&config, w, 16);
-    OK(icoray_execute(ctx, 0, 0.0, NULL));
-    OK(icoray_wait(ctx));
+    DRAW(ctx, 0, 0.0, NULL);
     CHECK(remove(path_of(at, "frame_0.png")) == 0 && remove(path_of(at, "report.csv")) == 0);
     CHECK(rmdir(at) == 0);
     well(ctx, at, 1); /* made anew */
@@ -198,7 +185,7 @@ static void *spin(void *data)
     return data;
 }
 
-/* Leaves the library's writer what a busy processor leaves over. */
+/* Slows the library's writer down: it shares a processor with a busy thread, at idle priority. */
 static pthread_t slowed(void)
 {
     pthread_t spinner;
@@ -243,10 +230,8 @@ static void drops(const char *directory, const World *w, int async)
 {
     const char *name = path_of(directory, async ? "async" : "sync");
     uint64_t frames = 60;
-    icoray_config config = plain(name);
-    config.async_render = async;
-    config.when_full = ICORAY_DROP_OLDEST;
-    config.writer_queue = 1;
+    icoray_config config = CONFIG(.output_dir = name, .async_render = async, .when_full = ICORAY_DROP_OLDEST,
+                                  .writer_queue = 1);
     icoray_ctx *ctx = opened(&config, w, 300);
     /* Nothing in view: drawn at once, and encoded as slowly as any. */
     OK(icoray_scene_text(ctx, "field = \"f\"\n[image]\nwidth = 300\nheight = 300\n[camera]\neye = [9, 0, 0]\n"
@@ -274,7 +259,7 @@ static void drops(const char *directory, const World *w, int async)
 }
 
 typedef struct {
-    char path[1024];
+    const char *path;
     volatile int is_done;
     int whole, partial, missing;
 } Reader;
@@ -294,19 +279,16 @@ static void *look(void *data)
     return NULL;
 }
 
-/* Somebody looks at the picture while it is replaced. */
+/* Another thread reads the picture while it is replaced. */
 static void watched(const char *directory, const World *w)
 {
     const char *name = path_of(directory, "watched");
-    Reader reader;
+    Reader reader = {0};
     pthread_t thread;
-    memset(&reader, 0, sizeof reader);
-    icoray_config config = plain(name);
-    config.existing = ICORAY_OVERWRITE;
+    icoray_config config = CONFIG(.output_dir = name, .existing = ICORAY_OVERWRITE);
     icoray_ctx *ctx = opened(&config, w, 64);
-    snprintf(reader.path, sizeof reader.path, "%s/frame_7.png", name);
-    OK(icoray_execute(ctx, 7, 0.0, NULL));
-    OK(icoray_wait(ctx));
+    reader.path = path_of(name, "frame_7.png");
+    DRAW(ctx, 7, 0.0, NULL);
     CHECK(pthread_create(&thread, NULL, look, &reader) == 0);
     for (int i = 0; i < 300; i++) {
         OK(icoray_execute(ctx, 7, i, NULL));

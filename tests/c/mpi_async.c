@@ -25,10 +25,7 @@ typedef struct {
 
 static Model model(int kind)
 {
-    Model m;
-    memset(&m, 0, sizeof m);
-    m.kind = kind;
-    m.w = world(5, 5);
+    Model m = {.kind = kind, .w = world(5, 5)};
     m.owner = partition(&m.w, CONTIGUOUS, ranks);
     m.array = m.w.array;
     if (kind == PARTS) {
@@ -82,11 +79,8 @@ static void give_grid(icoray_ctx *ctx, const Model *m)
 
 static icoray_ctx *open_model(const Model *m, const char *directory, int async)
 {
-    icoray_config config = plain(directory);
-    icoray_ctx *ctx = NULL;
-    config.threads = 1;
-    config.async_render = async;
-    OK(icoray_open(&config, (int32_t)MPI_Comm_c2f(MPI_COMM_WORLD), &ctx));
+    icoray_config config = CONFIG(.output_dir = directory, .threads = 1, .async_render = async);
+    icoray_ctx *ctx = opened_by_all(&config);
     give_grid(ctx, m);
     set_layers(ctx, m->w.layers);
     OK(icoray_field_set(ctx, "f", &m->array));
@@ -120,13 +114,11 @@ static void spoil(Model *m)
 
 static void run(const char *directory, int kind, int async)
 {
-    char name[64];
-    icoray_ctx *ctx;
+    const char *name = text_of("%s_%s", NAMES[kind], async ? "async" : "sync");
     icoray_frame_report report;
     Model m = model(kind);
-    snprintf(name, sizeof name, "%s_%s", NAMES[kind], async ? "async" : "sync");
+    icoray_ctx *ctx = open_model(&m, path_of(directory, name), async);
     trying = name;
-    ctx = open_model(&m, path_of(directory, name), async);
     for (int step = 0; step < STEPS; step++) {
         int32_t wants = -1;
         compute(&m, step);
@@ -141,7 +133,7 @@ static void run(const char *directory, int kind, int async)
             icoray_grid wrong = m.w.grid;
             wrong.struct_size = 1;
             if (rank == ranks - 1) {
-                REFUSED(ctx, ICORAY_ERR_STRUCT_SIZE, "struct_size", icoray_grid_set(ctx, &wrong));
+                REFUSED(ctx, STRUCT_SIZE, "struct_size", icoray_grid_set(ctx, &wrong));
             } else {
                 OK(icoray_grid_set(ctx, m.kind == PARTS ? &m.cut.grid : &m.w.grid));
             }
@@ -185,13 +177,12 @@ static void fail_late(const char *directory)
     said_before();
     status = icoray_execute(ctx, 1, 60.0, NULL);
     if (status == ICORAY_OK) {
-        TOLD(ICORAY_ERR_LAYERS, "step 0", icoray_wait(ctx));
+        TOLD(LAYERS, "step 0", icoray_wait(ctx));
     } else {
         told_all(status, ICORAY_ERR_LAYERS, "step 0", "icoray_execute", HERE);
         OK(icoray_wait(ctx));
     }
-    OK(icoray_execute(ctx, 2, 120.0, NULL));
-    OK(icoray_wait(ctx));
+    DRAW(ctx, 2, 120.0, NULL);
     CHECK(rank > 0 || report_of(ctx).frames_written == 2);
     CHECK(report_of(ctx).frames_failed == 1);
     OK(icoray_close(&ctx));
@@ -209,7 +200,7 @@ static void part_ways(const char *directory)
     trying = "ways";
     if (ranks > 1) {
         config.async_render = rank == 1;
-        TOLD(ICORAY_ERR_MPI, "async_render", icoray_open(&config, (int32_t)MPI_Comm_c2f(MPI_COMM_WORLD), &ctx));
+        TOLD(MPI, "async_render", icoray_open(&config, EVERYONE, &ctx));
         CHECK(ctx == NULL);
     }
     ctx = open_model(&m, path_of(directory, "ways"), 1);

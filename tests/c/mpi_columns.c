@@ -15,7 +15,7 @@ static const struct {
     {"lit", "background = \"transparent\"", "[light]\nkind = \"headlight\""},
     {"two", "heights = \"native\"", ""},
 };
-enum { COUNT = sizeof SCENES / sizeof *SCENES, TWO = COUNT - 1 };
+enum { FRAMES = COUNT(SCENES), TWO = FRAMES - 1 };
 /* What ranks have columns of: two fields, of which the second is in the last scene only, and so are the heights. */
 enum { F, G, HEIGHTS, KINDS_OF_VALUES };
 static const char *const KINDS[PARTITIONS] = {"contiguous", "random", "single_cell", "no_cell"};
@@ -43,8 +43,7 @@ static Mine mine_of(const World *w, const int *owner)
     const int32_t *corner_cell = w->grid.corner_cell;
     size_t cells = (size_t)w->grid.cells;
     char *has = calloc(cells, 1);
-    Mine m;
-    memset(&m, 0, sizeof m);
+    Mine m = {0};
     m.cell = calloc(cells, sizeof *m.cell);
     m.global = calloc(cells, sizeof *m.global);
     m.is_owned = calloc(cells, sizeof *m.is_owned);
@@ -129,30 +128,22 @@ static void compute(const Mine *m, const World *w, int step)
 
 static void set(icoray_ctx *ctx, int scene)
 {
-    static const char one[] =
-        "[transfer]\nmap = \"viridis\"\nrange = [-1.5, 1.5]\nopacity = [[-1.5, 0.8], [0, 0.1], [1.5, 0.9]]\n";
+    static const char one[] = "[transfer]\n" VIRIDIS;
     static const char two[] =
-        "[[volumes]]\nfield = \"f\"\n[volumes.transfer]\nmap = \"viridis\"\nrange = [-1.5, 1.5]\n"
-        "opacity = [[-1.5, 0.8], [0, 0.1], [1.5, 0.9]]\n[[volumes]]\nfield = \"g\"\n[volumes.transfer]\nmap = \"magma\"\n"
-        "range = [-1, 1]\nopacity = [[-1, 0.0], [0, 0.0], [1, 0.9]]\n";
-    char text[1024];
-    snprintf(text, sizeof text,
-             "%sexaggeration = 60\n%s\n[image]\nwidth = 70\nheight = 58\n"
-             "[camera]\nlon = 20\nlat = 35\ndistance = 3.2\nfov = 45\n%s"
-             "[output]\nfile = \"%s_{step}.exr\"\nerror = \"%s_error_{step}.png\"\n%s\n",
-             scene == TWO ? "" : "field = \"f\"\n", SCENES[scene].more, scene == TWO ? two : one, SCENES[scene].name,
-             SCENES[scene].name, SCENES[scene].light);
-    OK(icoray_scene_text(ctx, text));
+        "[[volumes]]\nfield = \"f\"\n[volumes.transfer]\n" VIRIDIS "[[volumes]]\nfield = \"g\"\n[volumes.transfer]\n"
+        "map = \"magma\"\nrange = [-1, 1]\nopacity = [[-1, 0.0], [0, 0.0], [1, 0.9]]\n";
+    OK(icoray_scene_text(ctx, text_of(
+        "%sexaggeration = 60\n%s\n[image]\nwidth = 70\nheight = 58\n" CAMERA "%s"
+        "[output]\nfile = \"%s_{step}.exr\"\nerror = \"%s_error_{step}.png\"\n%s\n",
+        scene == TWO ? "" : "field = \"f\"\n", SCENES[scene].more, scene == TWO ? two : one, SCENES[scene].name,
+        SCENES[scene].name, SCENES[scene].light)));
 }
 
 static icoray_ctx *fresh(const char *directory, const World *w)
 {
-    icoray_config config = plain(directory);
-    icoray_ctx *ctx = NULL;
-    config.threads = 1 + rank % 2;
-    config.log = hear;
-    config.log_level = ICORAY_LOG_DEBUG;
-    OK(icoray_open(&config, (int32_t)MPI_Comm_c2f(MPI_COMM_WORLD), &ctx));
+    icoray_config config = CONFIG(.output_dir = directory, .threads = 1 + rank % 2, .log = hear,
+                                  .log_level = ICORAY_LOG_DEBUG);
+    icoray_ctx *ctx = opened_by_all(&config);
     OK(icoray_grid_set(ctx, &w->grid));
     set_layers(ctx, w->layers);
     return ctx;
@@ -184,7 +175,7 @@ static void draw(const char *directory, const World *w, int kind, double nodes)
     memset(mine.global, 0x55, (size_t)mine.part.cells * 4); /* nothing is kept of it */
     OK(icoray_field_set(ctx, "f", &mine.array));
     set_more(ctx, mine.array, mine.all);
-    for (int step = 0; step < COUNT; step++) {
+    for (int step = 0; step < FRAMES; step++) {
         icoray_frame_report report;
         set(ctx, step);
         compute(&mine, w, step);
@@ -213,7 +204,7 @@ static void draw_alone(const char *directory, const World *w)
     OK(icoray_open_serial(&config, &ctx));
     fill(ctx, &now);
     set_more(ctx, now.array, all);
-    for (int step = 0; step < COUNT; step++) {
+    for (int step = 0; step < FRAMES; step++) {
         for (int64_t i = 0; i < w->grid.cells * w->layers; i++) {
             for (int k = 0; k < KINDS_OF_VALUES; k++) {
                 all[k][i] = value(w, k, i / w->layers, (int)(i % w->layers), step);
@@ -238,28 +229,26 @@ static void refusals(const char *directory, const World *w)
     icoray_ctx *ctx = fresh(directory, w);
     icoray_part part = mine.part;
     icoray_array array = mine.array, corner = mine.array;
-    icoray_ndarray nd;
-    char text[64];
+    const char *text = by_rank(odd);
     int32_t kept = mine.global[0];
-    snprintf(text, sizeof text, "rank %d: ", odd);
     if (is_odd) {
         mine.global[0] = (int32_t)w->grid.cells + w->grid.index_base;
     }
-    TOLD(ICORAY_ERR_GRID, "a row of the grid's tables", icoray_part_set(ctx, &part));
+    TOLD(GRID, "a row of the grid's tables", icoray_part_set(ctx, &part));
     if (is_odd) {
         mine.global[0] = w->grid.index_base - 1;
     }
-    TOLD(ICORAY_ERR_GRID, text, icoray_part_set(ctx, &part));
+    TOLD(GRID, text, icoray_part_set(ctx, &part));
     mine.global[0] = kept;
     part.is_owned = is_odd ? NULL : mine.is_owned;
-    TOLD(ICORAY_ERR_GRID, "is owned by no rank", icoray_part_set(ctx, &part));
+    TOLD(GRID, "is owned by no rank", icoray_part_set(ctx, &part));
     part.owned_cells = part.cells + 1;
-    TOLD(ICORAY_ERR_GRID, text, icoray_part_set(ctx, &part));
+    TOLD(GRID, text, icoray_part_set(ctx, &part));
     part.is_owned = mine.is_owned;
     if (is_odd) {
         mine.global[0] = 0; /* the first rank's */
     }
-    TOLD(ICORAY_ERR_GRID, "cell 0 is owned by ranks 0 and", icoray_part_set(ctx, &part));
+    TOLD(GRID, "cell 0 is owned by ranks 0 and", icoray_part_set(ctx, &part));
     mine.global[0] = kept;
     OK(icoray_part_set(ctx, &part));
 
@@ -268,10 +257,10 @@ static void refusals(const char *directory, const World *w)
     set(ctx, 0);
     array.columns -= is_odd;
     OK(icoray_field_set(ctx, "f", &array));
-    TOLD(ICORAY_ERR_FIELD, text, icoray_execute(ctx, 1, 0.0, NULL));
+    TOLD(FIELD, text, icoray_execute(ctx, 1, 0.0, NULL));
     corner.location = ICORAY_CORNER;
     OK(icoray_field_set(ctx, "f", is_odd ? &corner : &mine.array));
-    TOLD(ICORAY_ERR_FIELD, "at corners, expected centres", icoray_execute(ctx, 2, 0.0, NULL));
+    TOLD(FIELD, "at corners, expected centres", icoray_execute(ctx, 2, 0.0, NULL));
     OK(icoray_field_set(ctx, "f", &mine.array));
     OK(icoray_execute(ctx, 3, 0.0, NULL));
 
@@ -280,25 +269,21 @@ static void refusals(const char *directory, const World *w)
     if (!is_odd) {
         set_more(ctx, mine.array, mine.all);
     }
-    TOLD(ICORAY_ERR_FIELD, "the scene's field \"g\" was not given", icoray_execute(ctx, 5, 0.0, NULL));
+    TOLD(FIELD, "the scene's field \"g\" was not given", icoray_execute(ctx, 5, 0.0, NULL));
     array = mine.array;
     array.data = mine.all[G];
     array.has_fill = is_odd;
     OK(icoray_field_set(ctx, "g", &array));
-    TOLD(ICORAY_ERR_FIELD, "none were given by icoray_heights_set", icoray_execute(ctx, 6, 0.0, NULL));
+    TOLD(FIELD, "none were given by icoray_heights_set", icoray_execute(ctx, 6, 0.0, NULL));
     set_more(ctx, mine.array, mine.all);
     OK(icoray_field_set(ctx, "g", &array));
-    TOLD(ICORAY_ERR_MPI, "has \"g\" with missing values marked by Some(0.0)", icoray_execute(ctx, 7, 0.0, NULL));
+    TOLD(MPI, "has \"g\" with missing values marked by Some(0.0)", icoray_execute(ctx, 7, 0.0, NULL));
     set_more(ctx, mine.array, mine.all);
     OK(icoray_execute(ctx, 8, 0.0, NULL));
     set(ctx, 0);
 
     /* As Fortran gives it: the columns are found among the dimensions. */
-    memset(&nd, 0, sizeof nd);
-    nd.struct_size = sizeof nd;
-    nd.data = mine.values;
-    nd.type = ICORAY_F32;
-    nd.rank = 2;
+    icoray_ndarray nd = {.struct_size = sizeof nd, .data = mine.values, .type = ICORAY_F32, .rank = 2};
     nd.extent[0] = w->layers;
     nd.extent[1] = mine.part.cells;
     nd.stride[0] = mine.array.layer_stride;
@@ -306,7 +291,7 @@ static void refusals(const char *directory, const World *w)
     OK(icoray_field_set_ndarray(ctx, "f", &nd));
     OK(icoray_execute(ctx, 4, 0.0, NULL));
     nd.location = ICORAY_CORNER;
-    REFUSED(ctx, ICORAY_ERR_FIELD, "at corners, expected centres", icoray_field_set_ndarray(ctx, "f", &nd));
+    REFUSED(ctx, FIELD, "at corners, expected centres", icoray_field_set_ndarray(ctx, "f", &nd));
     OK(icoray_close(&ctx));
     end_mine(&mine);
     free(owner);
@@ -323,7 +308,7 @@ static void leaves(const char *directory, const World *w)
     compute(&mine, w, 0);
     set(ctx, 0);
     OK(icoray_execute(ctx, 100, 0.0, NULL));
-    TOLD(ICORAY_ERR_MPI, "call", rank == 0 ? icoray_close(&ctx) : icoray_execute(ctx, 101, 0.0, NULL));
+    TOLD(MPI, "call", rank == 0 ? icoray_close(&ctx) : icoray_execute(ctx, 101, 0.0, NULL));
     if (rank != 0) {
         OK(icoray_close(&ctx));
     }

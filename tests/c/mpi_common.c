@@ -31,6 +31,30 @@ icoray_ctx *together(MPI_Comm comm, const char *directory, const World *w, icora
     return ctx;
 }
 
+icoray_ctx *alone(const char *directory, const World *w)
+{
+    icoray_config config = plain(directory);
+    icoray_ctx *ctx = NULL;
+    OK(icoray_open_serial(&config, &ctx));
+    fill(ctx, w);
+    return ctx;
+}
+
+icoray_ctx *opened_by_all(const icoray_config *config)
+{
+    icoray_ctx *ctx = NULL;
+    OK(icoray_open(config, EVERYONE, &ctx));
+    return ctx;
+}
+
+int is_same_on_all(int value)
+{
+    int least = value, most = value;
+    MPI_Allreduce(MPI_IN_PLACE, &least, 1, MPI_INT, MPI_MIN, MPI_COMM_WORLD);
+    MPI_Allreduce(MPI_IN_PLACE, &most, 1, MPI_INT, MPI_MAX, MPI_COMM_WORLD);
+    return least == most;
+}
+
 void fill(icoray_ctx *ctx, const World *w)
 {
     OK(icoray_grid_set(ctx, &w->grid));
@@ -46,17 +70,34 @@ void said_before(void)
 
 void told_all(icoray_status status, icoray_status expected, const char *part, const char *what, Place at)
 {
-    char mine[512], roots[512];
-    int least = (int)status, most = (int)status;
-    memset(mine, 0, sizeof mine);
+    char mine[512] = "", roots[512];
     icoray_last_error(NULL, mine, sizeof mine);
     memcpy(roots, mine, sizeof roots);
     MPI_Bcast(roots, sizeof roots, MPI_CHAR, 0, MPI_COMM_WORLD);
-    MPI_Allreduce(MPI_IN_PLACE, &least, 1, MPI_INT, MPI_MIN, MPI_COMM_WORLD);
-    MPI_Allreduce(MPI_IN_PLACE, &most, 1, MPI_INT, MPI_MAX, MPI_COMM_WORLD);
-    check(least == (int)expected && most == (int)expected, what, at);
-    check(strstr(mine, part) != NULL && strcmp(mine, roots) == 0, "the message", at);
-    if (status != expected || strstr(mine, part) == NULL || strcmp(mine, roots) != 0) {
+    int is_told = strstr(mine, part) != NULL && strcmp(mine, roots) == 0;
+    check(is_same_on_all((int)status) && status == expected, what, at);
+    check(is_told, "the message", at);
+    if (status != expected || !is_told) {
         printf("  rank %d: %d, expected %d with '%s': %s\n", rank, (int)status, (int)expected, part, mine);
     }
+}
+
+const char *by_rank(int odd)
+{
+    return text_of("rank %d: ", odd);
+}
+
+icoray_status execute_spoilt(icoray_ctx *ctx, const icoray_grid *grid, int64_t step, int is_here)
+{
+    size_t bytes = 3 * (size_t)grid->corners * (grid->index_type == ICORAY_I64 ? 8 : 4);
+    void *table = (void *)(uintptr_t)grid->corner_cell, *kept = allocate(bytes + 1, 1);
+    icoray_status status;
+    memcpy(kept, table, bytes);
+    if (is_here) {
+        memset(table, 0x3f, bytes);
+    }
+    status = icoray_execute(ctx, step, 60.0 * (double)step, NULL);
+    memcpy(table, kept, bytes);
+    free(kept);
+    return status;
 }

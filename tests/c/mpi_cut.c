@@ -49,16 +49,11 @@ static void forget(Kept *k)
 static const void *table(Cut *c, const void *whole, int width, const Kept *rows, const Kept *entries)
 {
     const int32_t *from = whole;
-    int is_wide = c->grid.index_type == ICORAY_I64;
     size_t count = (size_t)rows->count * (size_t)width;
-    void *to = keep(c, count, is_wide ? 8 : 4);
+    void *to = keep(c, count, c->grid.index_type == ICORAY_I64 ? 8 : 4);
     for (size_t i = 0; i < count; i++) {
         int64_t number = entries->number[from[rows->row[i / (size_t)width] * width + (int64_t)(i % (size_t)width)]];
-        if (is_wide) {
-            ((int64_t *)to)[i] = number;
-        } else {
-            ((int32_t *)to)[i] = (int32_t)number;
-        }
+        set_index(to, c->grid.index_type, (int64_t)i, number);
     }
     return to;
 }
@@ -99,11 +94,7 @@ static void say(Cut *c, const Kept *cells, const char *is_own, int is_first)
     c->part.cell_global = global;
     for (int64_t i = 0; i < cells->count; i++) {
         int64_t number = 7 * cells->row[i] + 3 + c->grid.index_base; /* with gaps */
-        if (c->grid.index_type == ICORAY_I64) {
-            ((int64_t *)global)[i] = number;
-        } else {
-            ((int32_t *)global)[i] = (int32_t)number;
-        }
+        set_index(global, c->grid.index_type, i, number);
         marks[i] = is_own[cells->row[i]] ? -7 : 0;
         c->part.owned_cells += is_first && is_own[cells->row[i]];
     }
@@ -123,8 +114,6 @@ Cut cut(const World *w, const int *owner, int mine, int has_halo)
     float *at_corners = corner_values(w);
     int is_first = rank % 2 == 0;
     Kept cell, corner, edge;
-    Cut c;
-    memset(&c, 0, sizeof c);
     for (size_t i = 0; i < cells; i++) {
         is_own[i] = stays[i] = owner[i] == mine;
     }
@@ -145,7 +134,7 @@ Cut cut(const World *w, const int *owner, int mine, int has_halo)
             edge_stays[i] |= a[k / 3] == b[k % 3] && stays[a[k / 3]];
         }
     }
-    c.grid = *g;
+    Cut c = {.grid = *g};
     c.grid.index_base = rank % 4 == 1 ? 0 : 1;
     c.grid.index_type = rank % 4 < 2 ? ICORAY_I32 : ICORAY_I64;
     cell = numbers(stays, is_first ? is_own : NULL, g->cells, c.grid.index_base);

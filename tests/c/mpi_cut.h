@@ -1,4 +1,4 @@
-/* What each rank has of a mesh that is spread over ranks, cut out of the whole one. */
+/* The part that a rank has of a mesh distributed over ranks, cut out of the whole mesh. */
 #ifndef MPI_CUT_H
 #define MPI_CUT_H
 

@@ -70,14 +70,18 @@ static int fails(const char *call, int how)
     return rank == odd && failures[failing].how == how && strcmp(failures[failing].call, call) == 0;
 }
 
+/* Whether the call is to fail on all ranks: another thread's call is in its way for a while only. */
+static int fails_on_all(const char *call)
+{
+    return strcmp(failures[failing].call, call) == 0 && failures[failing].how != BUSY;
+}
+
 /* The status of a call that all ranks make: it is the same on all. */
 static icoray_status same(icoray_status status, const char *what)
 {
-    int least = (int)status, most = (int)status;
-    MPI_Allreduce(MPI_IN_PLACE, &least, 1, MPI_INT, MPI_MIN, MPI_COMM_WORLD);
-    MPI_Allreduce(MPI_IN_PLACE, &most, 1, MPI_INT, MPI_MAX, MPI_COMM_WORLD);
-    CHECK(least == most);
-    if (least != most) {
+    int is_same = is_same_on_all((int)status);
+    CHECK(is_same);
+    if (!is_same) {
         printf("  %s, rank %d: %d\n", what, rank, (int)status);
     }
     return status;
@@ -91,9 +95,7 @@ static int is_inside, is_slow;
 
 static void slow_log(void *user, int32_t level, const char *message)
 {
-    (void)user;
-    (void)level;
-    (void)message;
+    (void)user, (void)level, (void)message;
     if (!is_slow) {
         return;
     }
@@ -111,7 +113,7 @@ static void *stay(void *ctx)
     return NULL;
 }
 
-/* Begins the other thread's call where this one is to meet it. */
+/* Starts the other thread's call if `call` is to find the context busy. */
 static int meets(icoray_ctx *ctx, const char *call)
 {
     if (!fails(call, BUSY)) {
@@ -145,27 +147,24 @@ static void leave(int has_met)
 
 static icoray_ctx *open_all(void)
 {
-    icoray_config config = plain(directory);
     icoray_ctx *ctx = NULL;
     icoray_status status;
-    config.threads = fails("open", BAD_VALUE) ? -1 : 1;
+    icoray_config config = CONFIG(.output_dir = directory, .threads = fails("open", BAD_VALUE) ? -1 : 1);
     config.struct_size -= (size_t)fails("open", BAD_STRUCT);
     config.existing = ICORAY_OVERWRITE;
     config.log = slow_log;
     config.log_level = ICORAY_LOG_WARN;
-    status = icoray_open(&config, (int32_t)MPI_Comm_c2f(MPI_COMM_WORLD), fails("open", NO_POINTER) ? NULL : &ctx);
+    status = icoray_open(&config, EVERYONE, fails("open", NO_POINTER) ? NULL : &ctx);
     same(status, "open");
     CHECK((status == ICORAY_OK) == (ctx != NULL));
-    CHECK((status == ICORAY_OK) == (strcmp(failures[failing].call, "open") != 0));
+    CHECK((status == ICORAY_OK) == !fails_on_all("open"));
     return ctx;
 }
 
 static void set_grid(icoray_ctx *ctx)
 {
     icoray_grid grid = has_parts ? mine.grid : w.grid;
-    icoray_layers layers;
-    memset(&layers, 0, sizeof layers);
-    layers.struct_size = sizeof layers;
+    icoray_layers layers = {sizeof layers};
     grid.edges -= fails("grid_set", BAD_VALUE);
     CHECK((icoray_grid_set(ctx, fails("grid_set", NO_POINTER) ? NULL : &grid) == ICORAY_OK) ==
           !(fails("grid_set", BAD_VALUE) || fails("grid_set", NO_POINTER)));
@@ -184,23 +183,19 @@ static void set_part(icoray_ctx *ctx)
     icoray_status status;
     part.cells = fails("part_set", BAD_VALUE) ? -1 : part.cells;
     TOGETHER(status, ctx, "part_set", icoray_part_set(ctx, fails("part_set", NO_POINTER) ? NULL : &part));
-    if (strcmp(failures[failing].call, "part_set") == 0 && failures[failing].how != BUSY) {
-        CHECK(status != ICORAY_OK);
-    }
+    CHECK(!fails_on_all("part_set") || status != ICORAY_OK);
 }
 
 /* Every other step; by the file of rank 0, the only one that there is. */
 static void load(icoray_ctx *ctx)
 {
-    char path[1024];
+    const char *path = path_of(directory, fails("scene_load", BAD_TEXT) ? "bad.toml" : "scene.toml");
     icoray_status status;
-    snprintf(path, sizeof path, "%s/%s", directory, fails("scene_load", BAD_TEXT) ? "bad.toml" : "scene.toml");
     if (rank != 0 || fails("scene_load", NO_FILE)) {
-        snprintf(path, sizeof path, "nowhere/of/rank_%d.toml", rank);
+        path = text_of("nowhere/of/rank_%d.toml", rank);
     }
     TOGETHER(status, ctx, "scene_load", icoray_scene_load(ctx, fails("scene_load", NO_POINTER) ? NULL : path));
-    CHECK((status == ICORAY_OK) ==
-          (strcmp(failures[failing].call, "scene_load") != 0 || failures[failing].how == BUSY));
+    CHECK((status == ICORAY_OK) == !fails_on_all("scene_load"));
 }
 
 /* The scene for every step, in place of that of the file; it stays where this fails. */
@@ -209,8 +204,7 @@ static void change_scene(icoray_ctx *ctx)
     const char *text = fails("scene_text", BAD_TEXT) ? "field = 1" : rank == 0 ? SCENE("1") : "";
     icoray_status status;
     TOGETHER(status, ctx, "scene_text", icoray_scene_text(ctx, fails("scene_text", NO_POINTER) ? NULL : text));
-    CHECK((status == ICORAY_OK) ==
-          (strcmp(failures[failing].call, "scene_text") != 0 || failures[failing].how == BUSY));
+    CHECK((status == ICORAY_OK) == !fails_on_all("scene_text"));
 }
 
 static void set_field(icoray_ctx *ctx, int step)
@@ -222,25 +216,10 @@ static void set_field(icoray_ctx *ctx, int step)
     icoray_field_set(ctx, "f", is_here && fails("field_set", NO_POINTER) ? NULL : &array);
 }
 
-/* Draws with tables that the model has spoilt: a bug on this rank, which ends the context of all. */
-static icoray_status spoilt(icoray_ctx *ctx, int step)
-{
-    const icoray_grid *grid = has_parts ? &mine.grid : &w.grid;
-    size_t bytes = 3 * (size_t)grid->corners * (grid->index_type == ICORAY_I64 ? 8 : 4);
-    void *table = (void *)(uintptr_t)grid->corner_cell, *kept = malloc(bytes);
-    icoray_status status;
-    memcpy(kept, table, bytes);
-    memset(table, 0x3f, bytes);
-    status = icoray_execute(ctx, step, 60.0 * step, NULL);
-    memcpy(table, kept, bytes);
-    free(kept);
-    return status;
-}
-
 /* One step: the pictures that have gone well, and whether any was wanted. */
 static int one_step(icoray_ctx *ctx, int step, int *wanted)
 {
-    int is_here = step == AT, least, most, has_met;
+    int is_here = step == AT, has_met;
     double time = 60.0 * step;
     int32_t wants = 0, field = 0;
     icoray_status status;
@@ -249,16 +228,13 @@ static int one_step(icoray_ctx *ctx, int step, int *wanted)
     has_met = is_here && meets(ctx, "wants");
     icoray_wants(ctx, step, is_here && fails("wants", BAD_VALUE) ? NAN : time, &wants);
     leave(has_met);
-    least = most = (int)wants;
-    MPI_Allreduce(MPI_IN_PLACE, &least, 1, MPI_INT, MPI_MIN, MPI_COMM_WORLD);
-    MPI_Allreduce(MPI_IN_PLACE, &most, 1, MPI_INT, MPI_MAX, MPI_COMM_WORLD);
-    CHECK(least == most);
+    CHECK(is_same_on_all((int)wants));
     if (!wants) {
         return 0;
     }
     ++*wanted;
     if (is_here && fails("execute", SPOILT)) {
-        return same(spoilt(ctx, step), "execute") == ICORAY_OK;
+        return same(execute_spoilt(ctx, has_parts ? &mine.grid : &w.grid, step, 1), "execute") == ICORAY_OK;
     }
     has_met = is_here && meets(ctx, "execute");
     status = icoray_execute(ctx, step, is_here && fails("execute", BAD_VALUE) ? NAN : time,
@@ -308,11 +284,8 @@ static void run_model(void)
 static void write_scenes(void)
 {
     static const char *const texts[][2] = {{"scene.toml", SCENE("2")}, {"bad.toml", "field = 1\n"}};
-    char path[1024];
     for (int i = 0; rank == 0 && i < 2; i++) {
-        FILE *file;
-        snprintf(path, sizeof path, "%s/%s", directory, texts[i][0]);
-        file = fopen(path, "w");
+        FILE *file = fopen(path_of(directory, texts[i][0]), "w");
         CHECK(file != NULL && fputs(texts[i][1], file) >= 0 && fclose(file) == 0);
     }
     MPI_Barrier(MPI_COMM_WORLD);
@@ -320,7 +293,6 @@ static void write_scenes(void)
 
 int main(int argc, char **argv)
 {
-    char what[128];
     int *owner, tried = 0;
     begin(&argc, &argv);
     directory = argv[1];
@@ -328,15 +300,14 @@ int main(int argc, char **argv)
     w = world(3, 4);
     owner = partition(&w, CONTIGUOUS, ranks);
     mine = cut(&w, owner, rank, 1);
-    for (failing = 0; failing < (int)(sizeof failures / sizeof *failures); failing++) {
+    for (failing = 0; failing < (int)COUNT(failures); failing++) {
         if (strcmp(failures[failing].call, argv[2]) != 0) {
             continue;
         }
         for (odd = 0; odd < (failures[failing].only_root ? 1 : ranks); odd++) {
             for (has_parts = strcmp(argv[2], "part_set") == 0; has_parts < 2; has_parts++) {
-                snprintf(what, sizeof what, "%s fails (%d) on rank %d, %s", argv[2], failures[failing].how, odd,
-                         has_parts ? "parts" : "whole");
-                trying = what;
+                trying = text_of("%s fails (%d) on rank %d, %s", argv[2], failures[failing].how, odd,
+                                 has_parts ? "parts" : "whole");
                 run_model();
                 tried++;
             }

@@ -8,14 +8,8 @@
 
 static void set(icoray_ctx *ctx, const char *backend, const char *name, const char *keys)
 {
-    char text[1024];
-    snprintf(text, sizeof text,
-             "field = \"f\"\nbackend = \"%s\"\nexaggeration = 40\n%s\n[image]\nwidth = 157\nheight = 101\n"
-             "[camera]\nlon = 20\nlat = 35\ndistance = 3.2\nfov = 45\n"
-             "[transfer]\nmap = \"viridis\"\nrange = [-1.5, 1.5]\nopacity = [[-1.5, 0.8], [0, 0.1], [1.5, 0.9]]\n"
-             "[output]\nfile = \"%s_{step}.exr\"\n",
-             backend, keys, name);
-    OK(icoray_scene_text(ctx, text));
+    set_view(ctx, text_of("backend = \"%s\"\n%s", backend, keys), 157, 101,
+             text_of("[output]\nfile = \"%s_{step}.exr\"\n", name));
 }
 
 /* Thrice: dealt blindly, and by what tiles cost. */
@@ -40,28 +34,19 @@ int main(int argc, char **argv)
     const char *directory = argc > 2 ? argv[1] : "", *backend = argc > 2 ? argv[2] : "cpu";
     const char *way = argc > 3 ? argv[3] : "";
     int drawn_on = strcmp(backend, "gpu") == 0 ? ICORAY_GPU : ICORAY_CPU;
-    icoray_config config;
-    icoray_ctx *ctx = NULL;
+    int is_serial = strcmp(way, "serial") == 0;
     World w = world(5, 6);
-    if (strcmp(way, "serial") == 0) {
-        config = plain(directory);
-        OK(icoray_open_serial(&config, &ctx));
-        fill(ctx, &w);
-        draw(ctx, backend, drawn_on);
-        OK(icoray_close(&ctx));
-        end_world(&w);
-        return verdict("mpi_gpu");
+    if (!is_serial) {
+        begin(&argc, &argv);
     }
-    begin(&argc, &argv);
     if (strcmp(way, "mixed") == 0 && rank == ranks - 1) {
         setenv("VK_DRIVER_FILES", "/none.json", 1);
         setenv("VK_ICD_FILENAMES", "/none.json", 1);
         drawn_on = ICORAY_CPU;
     }
-    memset(&config, 0, sizeof config);
-    ctx = together(MPI_COMM_WORLD, directory, &w, config);
+    icoray_ctx *ctx = is_serial ? alone(directory, &w) : together(MPI_COMM_WORLD, directory, &w, (icoray_config){0});
     draw(ctx, backend, drawn_on);
     OK(icoray_close(&ctx));
     end_world(&w);
-    return end("mpi_gpu");
+    return is_serial ? verdict("mpi_gpu") : end("mpi_gpu");
 }

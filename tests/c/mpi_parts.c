@@ -34,15 +34,13 @@ static void hear(void *user, int32_t level, const char *message)
 
 static void set(icoray_ctx *ctx, size_t scene)
 {
-    char text[1024];
     int is_wide = strncmp(SCENES[scene].name, "f64", 3) == 0;
-    snprintf(text, sizeof text,
-             "field = \"%s\"\nexaggeration = 60\nprecision = \"%.3s\"\ntolerance = %s\n%s\n[image]\nwidth = 34\n"
-             "height = 28\n[camera]\n%s\n[transfer]\nmap = \"viridis\"\nrange = [-1.5, 1.5]\n"
-             "opacity = [[-1.5, 0.5], [-0.2, 0.05], [0.2, 0.8], [1.5, 0.3]]\n[output]\nfile = \"%s.exr\"\n%s\n",
-             SCENES[scene].field, SCENES[scene].name, is_wide ? "1e-7" : "1e-6", SCENES[scene].more,
-             SCENES[scene].camera, SCENES[scene].name, SCENES[scene].light);
-    OK(icoray_scene_text(ctx, text));
+    OK(icoray_scene_text(ctx, text_of(
+        "field = \"%s\"\nexaggeration = 60\nprecision = \"%.3s\"\ntolerance = %s\n%s\n[image]\nwidth = 34\n"
+        "height = 28\n[camera]\n%s\n[transfer]\nmap = \"viridis\"\nrange = [-1.5, 1.5]\n"
+        "opacity = [[-1.5, 0.5], [-0.2, 0.05], [0.2, 0.8], [1.5, 0.3]]\n[output]\nfile = \"%s.exr\"\n%s\n",
+        SCENES[scene].field, SCENES[scene].name, is_wide ? "1e-7" : "1e-6", SCENES[scene].more,
+        SCENES[scene].camera, SCENES[scene].name, SCENES[scene].light)));
 }
 
 /* What the report says is of the whole picture. */
@@ -84,7 +82,6 @@ static void check_report(const icoray_frame_report *r, const World *w, size_t sc
 static void draw(const char *directory, const World *w, int kind)
 {
     icoray_config config;
-    icoray_ctx *ctx = NULL;
     int *owner = partition(w, kind, ranks);
     Cut mine;
     if (owner == NULL) {
@@ -96,7 +93,7 @@ static void draw(const char *directory, const World *w, int kind)
     config.threads = 1 + rank % 2;
     config.log = hear;
     config.log_level = ICORAY_LOG_DEBUG;
-    OK(icoray_open(&config, (int32_t)MPI_Comm_c2f(MPI_COMM_WORLD), &ctx));
+    icoray_ctx *ctx = opened_by_all(&config);
     fill_cut(ctx, &mine, w->layers);
     OK(icoray_part_set(ctx, &mine.part));
     memset((void *)(uintptr_t)mine.part.cell_global, 0x55, (size_t)mine.part.cells * 4); /* nothing is kept of it */
@@ -122,12 +119,9 @@ static void draw(const char *directory, const World *w, int kind)
 /* Of the whole grid, and the same where it is called a part that has all. */
 static void draw_alone(const char *directory, const World *w, int has_part)
 {
-    icoray_config config = plain(path_of(directory, has_part ? "part" : "whole"));
-    icoray_ctx *ctx = NULL;
     icoray_array corner = w->array;
     float *values = corner_values(w);
-    OK(icoray_open_serial(&config, &ctx));
-    fill(ctx, w);
+    icoray_ctx *ctx = alone(path_of(directory, has_part ? "part" : "whole"), w);
     corner.data = values;
     corner.location = ICORAY_CORNER;
     corner.columns = w->grid.corners;
@@ -140,10 +134,10 @@ static void draw_alone(const char *directory, const World *w, int has_part)
         OK(icoray_part_set(ctx, &part));
         /* Nothing is owned twice or by nobody here either. */
         part.owned_cells--;
-        REFUSED(ctx, ICORAY_ERR_GRID, "owned by no rank", icoray_part_set(ctx, &part));
+        REFUSED(ctx, GRID, "owned by no rank", icoray_part_set(ctx, &part));
         part.owned_cells++;
         number[1] = number[0];
-        REFUSED(ctx, ICORAY_ERR_GRID, "expected different numbers", icoray_part_set(ctx, &part));
+        REFUSED(ctx, GRID, "expected different numbers", icoray_part_set(ctx, &part));
         end_cut(&all);
         free(owner);
     }

@@ -20,15 +20,9 @@ static const Case CASES[] = {
 
 static void set(icoray_ctx *ctx, const Case *c)
 {
-    char text[1024];
     int is_top = strncmp(c->more, "[", 1) != 0;
-    snprintf(text, sizeof text,
-             "field = \"f\"\nexaggeration = 40\n%s\n[image]\nwidth = %d\nheight = %d\n"
-             "[camera]\nlon = 20\nlat = 35\ndistance = 3.2\nfov = 45\n"
-             "[transfer]\nmap = \"viridis\"\nrange = [-1.5, 1.5]\nopacity = [[-1.5, 0.8], [0, 0.1], [1.5, 0.9]]\n"
-             "[output]\nfile = \"%s\"\n%s",
-             is_top ? c->more : "", c->width, c->height, c->file, is_top ? "" : c->more);
-    OK(icoray_scene_text(ctx, text));
+    const char *rest = text_of("[output]\nfile = \"%s\"\n%s", c->file, is_top ? "" : c->more);
+    set_view(ctx, is_top ? c->more : "", c->width, c->height, rest);
 }
 
 /* Frames of all cases, thrice: dealt blindly, and by what tiles cost. */
@@ -78,27 +72,15 @@ static void draw(icoray_ctx *ctx, int of)
 
 int main(int argc, char **argv)
 {
-    icoray_config config;
-    icoray_ctx *ctx = NULL;
-    World w;
     int is_serial = argc > 2 && strcmp(argv[2], "serial") == 0;
-    memset(&config, 0, sizeof config);
-    if (is_serial) {
-        w = world(5, 6);
-        config = plain(argv[1]);
-        OK(icoray_open_serial(&config, &ctx));
-        fill(ctx, &w);
-        draw(ctx, 1);
-        OK(icoray_close(&ctx));
-        end_world(&w);
-        return verdict("mpi_pictures");
+    if (!is_serial) {
+        begin(&argc, &argv);
     }
-    begin(&argc, &argv);
-    w = world(5, 6);
-    ctx = together(MPI_COMM_WORLD, argv[1], &w, config);
-    draw(ctx, ranks);
+    World w = world(5, 6);
+    icoray_ctx *ctx = is_serial ? alone(argv[1], &w) : together(MPI_COMM_WORLD, argv[1], &w, (icoray_config){0});
+    draw(ctx, is_serial ? 1 : ranks);
     OK(icoray_close(&ctx));
     CHECK(ctx == NULL);
     end_world(&w);
-    return end("mpi_pictures");
+    return is_serial ? verdict("mpi_pictures") : end("mpi_pictures");
 }

@@ -11,10 +11,8 @@ static void counts(void *user, int32_t level, const char *message)
 
 static void open_and_close(const char *directory, int expected)
 {
-    icoray_config config = plain(directory);
     icoray_ctx *ctx = NULL;
-    config.log = counts;
-    config.log_level = ICORAY_LOG_WARN;
+    icoray_config config = CONFIG(.output_dir = directory, .log = counts, .log_level = ICORAY_LOG_WARN);
     OK(icoray_open_serial(&config, &ctx));
     OK(icoray_close(&ctx));
     CHECK(warnings == expected);

@@ -54,15 +54,14 @@ static int *owned_of(const Cut *mine)
 /* A field that one rank lacks fails one view on all, and no other view. */
 static void lost(icoray_ctx *ctx, const icoray_array *w)
 {
-    char text[2048];
-    snprintf(text, sizeof text, "%.*s%s", (int)(strstr(SCENE, "[[views]]") - SCENE), SCENE,
-             "[[views]]\nname = \"lost\"\nwhen = \"max(u) > 0\"\n[[views]]\nname = \"good\"\n"
-             "[[views]]\nname = \"bad\"\nfield = \"u\"\n[[views]]\nname = \"fine\"\n");
+    const char *text = text_of("%.*s%s", (int)(strstr(SCENE, "[[views]]") - SCENE), SCENE,
+                               "[[views]]\nname = \"lost\"\nwhen = \"max(u) > 0\"\n[[views]]\nname = \"good\"\n"
+                               "[[views]]\nname = \"bad\"\nfield = \"u\"\n[[views]]\nname = \"fine\"\n");
     if (rank == 0) {
         OK(icoray_field_set(ctx, "u", w));
     }
     OK(icoray_scene_text(ctx, text));
-    TOLD(ICORAY_ERR_FIELD, "rank 1: step 20: view \"lost\": when: field \"u\" was not given by icoray_field_set",
+    TOLD(FIELD, "rank 1: step 20: view \"lost\": when: field \"u\" was not given by icoray_field_set",
          icoray_execute(ctx, 20, 0.0, NULL));
     CHECK(report_of(ctx).frames == 2 && report_of(ctx).frames_failed == 2);
 }
@@ -71,7 +70,6 @@ static void draw(const char *directory, const World *w, int kind)
 {
     int *owner = partition(w, kind, ranks), *owned;
     icoray_config config = plain(path_of(directory, kind == RANDOM ? "random" : "contiguous"));
-    icoray_ctx *ctx = NULL;
     icoray_array array;
     float *values;
     uint64_t drawn = 0;
@@ -80,13 +78,7 @@ static void draw(const char *directory, const World *w, int kind)
     values = calloc((size_t)(mine.center.columns * w->layers) + 1, sizeof *values);
     array = mine.center;
     array.data = values;
-    array.type = ICORAY_F32;
-    array.column_stride = w->layers;
-    array.layer_stride = 1;
-    array.block = 0;
-    array.block_stride = 0;
-    array.has_fill = 0;
-    OK(icoray_open(&config, (int32_t)MPI_Comm_c2f(MPI_COMM_WORLD), &ctx));
+    icoray_ctx *ctx = opened_by_all(&config);
     fill_cut(ctx, &mine, w->layers);
     OK(icoray_part_set(ctx, &mine.part));
     OK(icoray_field_set(ctx, "w", &array));

@@ -1,4 +1,4 @@
-/* What the parts of the pictures share: a mesh, fields on it, and contexts that draw them. */
+/* Used by the pictures_*.c files: a mesh, fields on it, and contexts that draw them. */
 #ifndef PICTURES_H
 #define PICTURES_H
 
@@ -15,13 +15,13 @@ extern const double radius[LAYERS];
 /* What frame() expects of a report: bytes copied, which are 0 but where a thread draws, and failures so far. */
 extern uint64_t copy_expected, failures_expected;
 
-/* Zeroed memory, which there must be. */
-void *allocate(size_t count, size_t size);
+/* Makes the mesh of this level. */
+void make_mesh(int level);
 
 /* The tests' field at a cell's center, exact in a float. */
 float center_value(int column, int layer);
 
-/* An array of the tests, in the middle of other values that must not be seen. */
+/* An array between other values, which must not affect a picture. */
 typedef struct {
     void *memory, *before;
     size_t bytes;
@@ -39,11 +39,13 @@ Field field(int type, int location, int layers, size_t elements, size_t first, i
             int64_t layer_stride);
 Field blocked(int type, int location, int layers, int64_t block);
 
-/* Gives every element this value. */
+/* Gives one element this value, or every one. */
+void put(Field *f, int64_t at, double value);
 void scribble(Field *f, double value);
 
-/* Frees a field's array, to which the library has not written. */
+/* Frees the arrays of fields, and checks that the library has not written to them. */
 void release(Field *f);
+void release_all(Field *fields, int count);
 
 /* Bytes of its values. */
 uint64_t bytes_of(const Field *f);
@@ -58,33 +60,11 @@ void scene(icoray_ctx *ctx, const char *group, const char *light);
 void scene_of(icoray_ctx *ctx, const char *name, const char *group, const char *light);
 icoray_frame_report frame(icoray_ctx *ctx, int step);
 icoray_frame_report frame_of(icoray_ctx *ctx, int step, const Field *f);
+/* A scene and its frame. */
+icoray_frame_report picture(icoray_ctx *ctx, const char *group, const char *light, int step, const Field *f);
 
-/* pictures_layouts.c */
-void layouts(const char *directory);
-
-/* pictures_ndarrays.c */
-void ndarrays(const char *directory);
-
-/* pictures_values.c */
-void in_place(const char *directory);
-void swapped(const char *directory);
-void missing(const char *directory);
-void places(const char *directory);
-
-/* pictures_tables.c */
-void tables(const char *directory);
-
-/* pictures_names.c */
-void names(const char *directory);
-
-/* pictures_contexts.c */
-void by_turns(const char *directory);
-void at_once(const char *directory);
-
-/* pictures_fields.c */
-void fields(const char *directory);
-
-/* pictures_background.c */
-void background(const char *directory);
+/* What is drawn: see the files pictures_*.c. */
+typedef void Part(const char *directory);
+Part layouts, ndarrays, in_place, swapped, missing, places, tables, names, by_turns, at_once, fields, background;
 
 #endif

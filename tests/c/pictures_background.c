@@ -3,26 +3,20 @@
 
 static icoray_ctx *opened(const char *directory, const char *name, int with_threads)
 {
-    icoray_config config;
-    memset(&config, 0, sizeof config);
-    config.threads = with_threads;
-    config.async_render = 1;
+    icoray_config config = {.threads = with_threads, .async_render = 1};
     return context_with(directory, name, config);
 }
 
 /* Executes, and has the model write over the field as soon as that has returned. */
 static void overtaken(icoray_ctx *ctx, int step, const char *group, const char *light, Field *f)
 {
-    icoray_frame_report report;
     memcpy(f->memory, f->before, f->bytes);
     scene(ctx, group, light);
     OK(icoray_field_set(ctx, "f", &f->array));
     OK(icoray_execute(ctx, step, 60.0 * step, NULL));
     scribble(f, 0.25);
     OK(icoray_wait(ctx));
-    memset(&report, 0, sizeof report);
-    report.struct_size = sizeof report;
-    OK(icoray_report(ctx, &report));
+    icoray_frame_report report = report_of(ctx);
     CHECK(report.step == step && report.bytes_copied == bytes_of(f) && report.copy_s > 0.0);
     CHECK(report.value_min < -0.5 && report.value_max > 0.5); /* as they were */
     memcpy(f->memory, f->before, f->bytes);
@@ -40,15 +34,12 @@ void background(const char *directory)
         field(F64, AT, L, (size_t)cells * (L + 3), 2, L + 3, 1),
         field(F32, AT, L, n, n - 1, -L, -1),
         field(F64, AT, L, n, (size_t)cells * (L - 1), 1, -cells),
-        blocked(F32, AT, L, 16),
-        blocked(F64, AT, L, 16),
-        blocked(F32, AT, L, cells + 5),
+        blocked(F32, AT, L, 16), blocked(F64, AT, L, 16), blocked(F32, AT, L, cells + 5),
     };
-    int count = (int)(sizeof fields / sizeof fields[0]), step = 0;
+    int count = (int)COUNT(fields), step = 0;
     Field corner = field(F32, ICORAY_CORNER, L, m, 0, 1, corners);
     Field corner_blocks = blocked(F32, ICORAY_CORNER, L, 16);
     Field midway = field(F32, AT, L - 1, (size_t)cells * (L - 1), 0, L - 1, 1);
-    icoray_frame_report report;
 
     /* In every layout, and from one to the other. */
     icoray_ctx *ctx = opened(directory, "background", 2);
@@ -83,9 +74,7 @@ void background(const char *directory)
         scribble(now, -0.75);
     }
     OK(icoray_wait(ctx));
-    memset(&report, 0, sizeof report);
-    report.struct_size = sizeof report;
-    OK(icoray_report(ctx, &report));
+    icoray_frame_report report = report_of(ctx);
     CHECK(report.frames_written == 12 && report.frames_failed == 0 && report.step == 11);
     CHECK(report.bytes_copied == bytes_of(&fields[11 % count]));
     OK(icoray_close(&ctx));
@@ -96,17 +85,13 @@ void background(const char *directory)
     /* As without: frame() looks at the whole report. */
     ctx = opened(directory, "background/report", 1);
     copy_expected = bytes_of(&fields[0]);
-    scene(ctx, "plain", "none");
-    frame_of(ctx, 0, &fields[0]);
+    picture(ctx, "plain", "none", 0, &fields[0]);
     copy_expected = bytes_of(&fields[1]);
-    scene(ctx, "lit", "headlight");
-    CHECK(frame_of(ctx, 1, &fields[1]).bytes_derived == n * 8);
+    CHECK(picture(ctx, "lit", "headlight", 1, &fields[1]).bytes_derived == n * 8);
     copy_expected = 0;
     OK(icoray_close(&ctx));
 
-    for (int i = 0; i < count; i++) {
-        release(&fields[i]);
-    }
+    release_all(fields, count);
     release(&corner);
     release(&corner_blocks);
     release(&midway);

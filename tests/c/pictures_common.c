@@ -9,14 +9,13 @@ int cells, corners, pixels;
 uint64_t copy_expected, failures_expected;
 const double radius[LAYERS] = {PLANET, PLANET + 4e3, PLANET + 9e3, PLANET + 20e3};
 
-void *allocate(size_t count, size_t size)
+void make_mesh(int level)
 {
-    void *memory = calloc(count, size);
-    if (memory == NULL) {
-        printf("out of memory\n");
-        exit(EXIT_FAILURE);
-    }
-    return memory;
+    OK(icoray_mesh_create(level, &mesh));
+    grid.struct_size = sizeof grid;
+    OK(icoray_mesh_grid(mesh, &grid));
+    cells = (int)grid.cells;
+    corners = (int)grid.corners;
 }
 
 /* The tests' field, exact in a float. */
@@ -33,13 +32,9 @@ float center_value(int column, int layer)
     return value_at(&grid, ICORAY_CENTER, column, layer);
 }
 
-static void put(Field *f, int64_t at, double value)
+void put(Field *f, int64_t at, double value)
 {
-    if (f->array.type == ICORAY_F32) {
-        ((float *)f->memory)[at] = (float)value;
-    } else {
-        ((double *)f->memory)[at] = value;
-    }
+    set_real(f->memory, f->array.type, at, value);
 }
 
 void scribble(Field *f, double value)
@@ -52,13 +47,9 @@ void scribble(Field *f, double value)
 
 Field filled(const icoray_grid *on, icoray_array shape, size_t elements, size_t first)
 {
-    Field f;
     size_t size = shape.type == ICORAY_F32 ? sizeof(float) : sizeof(double);
-    memset(&f, 0, sizeof f);
-    f.bytes = elements * size;
-    f.memory = allocate(elements, size);
-    f.before = allocate(elements, size);
-    f.array = shape;
+    Field f = {.bytes = elements * size, .memory = allocate(elements, size), .before = allocate(elements, size),
+               .array = shape};
     f.array.struct_size = sizeof f.array;
     f.array.data = (char *)f.memory + first * size;
     f.array.columns = shape.location == ICORAY_CORNER ? on->corners : on->cells;
@@ -77,13 +68,8 @@ Field filled(const icoray_grid *on, icoray_array shape, size_t elements, size_t 
 
 icoray_array shaped(int type, int location, int layers, int64_t column_stride, int64_t layer_stride)
 {
-    icoray_array shape;
-    memset(&shape, 0, sizeof shape);
-    shape.type = type;
-    shape.location = location;
-    shape.layers = layers;
-    shape.column_stride = column_stride;
-    shape.layer_stride = layer_stride;
+    icoray_array shape = {.type = type, .location = location, .layers = layers, .column_stride = column_stride,
+                          .layer_stride = layer_stride};
     return shape;
 }
 
@@ -109,11 +95,16 @@ void release(Field *f)
     free(f->before);
 }
 
+void release_all(Field *fields, int count)
+{
+    for (int i = 0; i < count; i++) {
+        release(&fields[i]);
+    }
+}
+
 icoray_ctx *context(const char *directory, const char *name, int with_threads)
 {
-    icoray_config config;
-    memset(&config, 0, sizeof config);
-    config.threads = with_threads;
+    icoray_config config = {.threads = with_threads};
     return context_with(directory, name, config);
 }
 
@@ -134,13 +125,8 @@ icoray_ctx *context_with(const char *directory, const char *name, icoray_config 
 
 icoray_layers layers_of(const double *radius_m, const char *name)
 {
-    icoray_layers layers;
-    memset(&layers, 0, sizeof layers);
-    layers.struct_size = sizeof layers;
-    layers.count = LAYERS;
-    layers.radius_m = radius_m;
-    layers.planet_radius_m = PLANET;
-    layers.name = name;
+    icoray_layers layers = {.struct_size = sizeof layers, .count = LAYERS, .radius_m = radius_m,
+                            .planet_radius_m = PLANET, .name = name};
     return layers;
 }
 
@@ -151,15 +137,10 @@ void scene(icoray_ctx *ctx, const char *group, const char *light)
 
 void scene_of(icoray_ctx *ctx, const char *name, const char *group, const char *light)
 {
-    char text[1024];
-    snprintf(text, sizeof text,
-             "field = \"%s\"\nbackend = \"cpu\"\nexaggeration = 40\n"
-             "[image]\nwidth = %d\nheight = %d\n"
-             "[camera]\nlon = 20\nlat = 35\ndistance = 3.2\nfov = 45\n"
-             "[transfer]\nmap = \"viridis\"\nrange = [-1.5, 1.5]\nopacity = [[-1.5, 0.8], [0, 0.1], [1.5, 0.9]]\n"
-             "[light]\nkind = \"%s\"\n[output]\nfile = \"%s_{step}.png\"\n",
-             name, pixels, pixels, light, group);
-    OK(icoray_scene_text(ctx, text));
+    OK(icoray_scene_text(ctx, text_of("field = \"%s\"\nbackend = \"cpu\"\nexaggeration = 40\n"
+                                      "[image]\nwidth = %d\nheight = %d\n"
+                                      VIEW "[light]\nkind = \"%s\"\n[output]\nfile = \"%s_{step}.png\"\n",
+                                      name, pixels, pixels, light, group)));
 }
 
 uint64_t bytes_of(const Field *f)
@@ -170,12 +151,8 @@ uint64_t bytes_of(const Field *f)
 
 icoray_frame_report frame(icoray_ctx *ctx, int step)
 {
-    icoray_frame_report report;
-    memset(&report, 0, sizeof report);
-    report.struct_size = sizeof report;
-    OK(icoray_execute(ctx, step, 60.0 * step, NULL));
-    OK(icoray_wait(ctx));
-    OK(icoray_report(ctx, &report));
+    DRAW(ctx, step, 60.0 * step, NULL);
+    icoray_frame_report report = report_of(ctx);
     CHECK(report.struct_size == sizeof report);
     CHECK(report.step == step && report.time_s == 60.0 * step);
     CHECK(report.rays > 0 && report.columns >= report.rays && report.frusta >= report.columns);
@@ -196,4 +173,10 @@ icoray_frame_report frame_of(icoray_ctx *ctx, int step, const Field *f)
 {
     OK(icoray_field_set(ctx, "f", &f->array));
     return frame(ctx, step);
+}
+
+icoray_frame_report picture(icoray_ctx *ctx, const char *group, const char *light, int step, const Field *f)
+{
+    scene(ctx, group, light);
+    return frame_of(ctx, step, f);
 }

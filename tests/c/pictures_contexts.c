@@ -9,16 +9,13 @@ void by_turns(const char *directory)
     icoray_ctx *a = context(directory, "turns/a", 1), *b = context(directory, "turns/b", 3);
     Field f = field(ICORAY_F32, ICORAY_CENTER, LAYERS, (size_t)cells * LAYERS, 0, LAYERS, 1);
     Field g = field(ICORAY_F32, ICORAY_CORNER, LAYERS, (size_t)corners * LAYERS, 0, 1, corners);
-    icoray_frame_report report;
-    memset(&report, 0, sizeof report);
-    report.struct_size = sizeof report;
     scene(a, "plain", "none");
     scene(b, "corner", "none");
     frame_of(a, 0, &f);
     frame_of(b, 10, &g);
     frame(a, 1);
     frame(b, 11);
-    OK(icoray_report(a, &report));
+    icoray_frame_report report = report_of(a);
     CHECK(report.step == 1 && report.bytes_derived == 0);
     OK(icoray_close(&a));
     frame(b, 12);
@@ -50,17 +47,15 @@ static void *work(void *data)
 /* Several contexts on as many threads, some of which draw in the background, two into one directory. */
 void at_once(const char *directory)
 {
-    enum { COUNT = 4 };
-    static const char *const places[COUNT] = {"at_once/a", "at_once/b", "at_once/both", "at_once/both"};
-    static const char *const wrong[COUNT] = {"no such file, one", "no such file, two", "no, three", "no, four"};
-    Work works[COUNT];
-    pthread_t thread[COUNT];
+    enum { CONTEXTS = 4 };
+    static const char *const places[CONTEXTS] = {"at_once/a", "at_once/b", "at_once/both", "at_once/both"};
+    static const char *const wrong[CONTEXTS] = {"no such file, one", "no such file, two", "no, three", "no, four"};
+    Work works[CONTEXTS];
+    pthread_t thread[CONTEXTS];
     Field f = field(ICORAY_F32, ICORAY_CENTER, LAYERS, (size_t)cells * LAYERS, 0, LAYERS, 1);
     Field g = field(ICORAY_F32, ICORAY_CORNER, LAYERS, (size_t)corners * LAYERS, 0, LAYERS, 1);
-    for (int i = 0; i < COUNT; i++) {
-        icoray_config config;
-        memset(&config, 0, sizeof config);
-        config.threads = 1;
+    for (int i = 0; i < CONTEXTS; i++) {
+        icoray_config config = {.threads = 1};
         config.async_render = i % 3; /* the middle ones */
         works[i].ctx = context_with(directory, places[i], config);
         works[i].wrong = wrong[i];
@@ -68,10 +63,10 @@ void at_once(const char *directory)
         scene(works[i].ctx, i % 2 == 0 ? "plain" : "corner", "none");
         OK(icoray_field_set(works[i].ctx, "f", i % 2 == 0 ? &f.array : &g.array)); /* arrays may be shared */
     }
-    for (int i = 0; i < COUNT; i++) {
+    for (int i = 0; i < CONTEXTS; i++) {
         CHECK(pthread_create(&thread[i], NULL, work, &works[i]) == 0);
     }
-    for (int i = 0; i < COUNT; i++) {
+    for (int i = 0; i < CONTEXTS; i++) {
         CHECK(pthread_join(thread[i], NULL) == 0);
         CHECK(works[i].failed == 0);
         OK(icoray_close(&works[i].ctx));

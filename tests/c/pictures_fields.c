@@ -6,18 +6,15 @@
 /* A scene of the fields "f" and "v", at the heights of columns or at the mean ones. */
 static void scene_of_two(icoray_ctx *ctx, const char *group, const char *heights)
 {
-    char text[1024];
-    snprintf(text, sizeof text,
-             "backend = \"cpu\"\nexaggeration = 40\nheights = \"%s\"\n"
-             "[image]\nwidth = %d\nheight = %d\n"
-             "[camera]\nlon = 20\nlat = 35\ndistance = 3.2\nfov = 45\n"
-             "[[volumes]]\nfield = \"f\"\n[volumes.transfer]\nmap = \"viridis\"\nrange = [-1.5, 1.5]\n"
-             "opacity = [[-1.5, 0.8], [0, 0.1], [1.5, 0.9]]\n"
-             "[[volumes]]\nfield = \"v\"\n[volumes.transfer]\nmap = \"magma\"\nrange = [-1, 1]\n"
-             "opacity = [[-1, 0.0], [0, 0.0], [1, 0.9]]\n"
-             "[output]\nfile = \"%s_{step}.png\"\n",
-             heights, pixels, pixels, group);
-    OK(icoray_scene_text(ctx, text));
+    OK(icoray_scene_text(ctx, text_of(
+        "backend = \"cpu\"\nexaggeration = 40\nheights = \"%s\"\n"
+        "[image]\nwidth = %d\nheight = %d\n"
+        CAMERA
+        "[[volumes]]\nfield = \"f\"\n[volumes.transfer]\n" VIRIDIS
+        "[[volumes]]\nfield = \"v\"\n[volumes.transfer]\nmap = \"magma\"\nrange = [-1, 1]\n"
+        "opacity = [[-1, 0.0], [0, 0.0], [1, 0.9]]\n"
+        "[output]\nfile = \"%s_{step}.png\"\n",
+        heights, pixels, pixels, group)));
 }
 
 /* Hills, exact in a float. */
@@ -31,11 +28,7 @@ static void raise_hills(Field *f)
     for (int c = 0; c < cells; c++) {
         for (int l = 0; l < LAYERS; l++) {
             int64_t at = c * f->array.column_stride + l * f->array.layer_stride;
-            if (f->array.type == ICORAY_F32) {
-                ((float *)f->memory)[at] = (float)height(c, l);
-            } else {
-                ((double *)f->memory)[at] = height(c, l);
-            }
+            put(f, at, height(c, l));
         }
     }
     memcpy(f->before, f->memory, f->bytes);
@@ -43,10 +36,7 @@ static void raise_hills(Field *f)
 
 static icoray_ctx *opened(const char *directory, const char *name, int in_background)
 {
-    icoray_config config;
-    memset(&config, 0, sizeof config);
-    config.threads = 2;
-    config.async_render = in_background;
+    icoray_config config = {.threads = 2, .async_render = in_background};
     return context_with(directory, name, config);
 }
 
@@ -57,16 +47,16 @@ static void refused_fields(const char *directory, const Field *f, const Field *v
     icoray_array other = v->array;
     OK(icoray_field_set(ctx, "f", &f->array));
     scene_of_two(ctx, "two", "mean");
-    REFUSED(ctx, ICORAY_ERR_FIELD,
+    REFUSED(ctx, FIELD,
             "the scene's field \"v\" was not given by icoray_field_set; the scene needs [\"f\", \"v\"], given: [\"f\"]",
             icoray_execute(ctx, 0, 0.0, NULL));
     other.grid_name = "other";
     OK(icoray_field_set(ctx, "v", &other));
-    REFUSED(ctx, ICORAY_ERR_FIELD, "field \"v\": grid \"other\", expected \"\" as of field \"f\"",
+    REFUSED(ctx, FIELD, "field \"v\": grid \"other\", expected \"\" as of field \"f\"",
             icoray_execute(ctx, 0, 0.0, NULL));
     OK(icoray_field_set(ctx, "v", &v->array));
     scene_of_two(ctx, "hills", "native");
-    REFUSED(ctx, ICORAY_ERR_FIELD, "none were given by icoray_heights_set", icoray_execute(ctx, 0, 0.0, NULL));
+    REFUSED(ctx, FIELD, "none were given by icoray_heights_set", icoray_execute(ctx, 0, 0.0, NULL));
     OK(icoray_close(&ctx));
 }
 
@@ -77,8 +67,7 @@ void fields(const char *directory)
     Field f[] = {field(F32, AT, L, n, 0, L, 1), field(F32, AT, L, n, 0, 1, cells), blocked(F32, AT, L, 16)};
     Field v[] = {
         field(F32, ICORAY_CORNER, L, m, 0, 1, corners),
-        blocked(F32, ICORAY_CORNER, L, 16),
-        field(F32, ICORAY_CORNER, L, m, 0, L, 1),
+        blocked(F32, ICORAY_CORNER, L, 16), field(F32, ICORAY_CORNER, L, m, 0, L, 1),
     };
     Field hills[] = {field(F32, AT, L, n, 0, L, 1), field(F64, AT, L, n, 0, 1, cells), field(F64, AT, L, n, 0, L, 1)};
     for (int i = 0; i < 3; i++) {
@@ -113,9 +102,7 @@ void fields(const char *directory)
         OK(icoray_close(&ctx));
     }
     refused_fields(directory, &f[0], &v[0]);
-    for (int i = 0; i < 3; i++) {
-        release(&f[i]);
-        release(&v[i]);
-        release(&hills[i]);
-    }
+    release_all(f, 3);
+    release_all(v, 3);
+    release_all(hills, 3);
 }

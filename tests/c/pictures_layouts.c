@@ -53,7 +53,7 @@ void layouts(const char *directory)
         filled(&grid, backward_blocks(F32), (size_t)(cells + 32) * L * 2 + 1, (size_t)(cells + 16) * L * 2),
         filled(&grid, backward_blocks(F64), (size_t)(cells + 32) * L * 2 + 1, (size_t)(cells + 16) * L * 2),
     };
-    int count = (int)(sizeof fields / sizeof fields[0]);
+    int count = (int)COUNT(fields);
     icoray_ctx *ctx = context(directory, "layouts", 2);
     float low = 1e30f, high = -1e30f;
     for (int c = 0; c < cells; c++) {
@@ -64,13 +64,11 @@ void layouts(const char *directory)
     }
     for (int i = 0; i < count; i++) {
         icoray_frame_report report;
-        scene(ctx, "plain", "none");
-        report = frame_of(ctx, i, &fields[i]);
+        report = picture(ctx, "plain", "none", i, &fields[i]);
         CHECK(report.value_min == low && report.value_max == high);
         CHECK(report.missing_values == 0 && report.void_frusta == 0);
         CHECK(report.bytes_derived == 0);
-        scene(ctx, "lit", "headlight");
-        report = frame_of(ctx, i, &fields[i]);
+        report = picture(ctx, "lit", "headlight", i, &fields[i]);
         CHECK(report.bytes_derived == n * 8); /* gradients, packed */
     }
 
@@ -80,13 +78,9 @@ void layouts(const char *directory)
     Field *first = &fields[0];
     first->array.data = (float *)first->memory + LAYERS - 1;
     first->array.layer_stride = -1;
-    scene(ctx, "plain", "none");
-    frame_of(ctx, count, first);
-    scene(ctx, "lit", "headlight");
-    frame_of(ctx, count, first);
+    picture(ctx, "plain", "none", count, first);
+    picture(ctx, "lit", "headlight", count, first);
 
     OK(icoray_close(&ctx));
-    for (int i = 0; i < count; i++) {
-        release(&fields[i]);
-    }
+    release_all(fields, count);
 }

@@ -5,13 +5,18 @@ static const double thick[LAYERS] = {PLANET, PLANET + 8e3, PLANET + 18e3, PLANET
 
 void names(const char *directory)
 {
+    static const struct {
+        const char *field, *group, *light;
+    } scenes[] = {
+        {"g", "coarse", "none"},     {"f", "plain", "none"},       {"thick g", "thick coarse", "none"},
+        {"corner", "corner", "none"}, {"thick f", "thick", "none"}, {"flat g", "coarse", "none"},
+        {"f", "lit", "headlight"},
+    };
     icoray_mesh *coarse_mesh = NULL;
-    icoray_grid coarse;
+    icoray_grid coarse = {sizeof coarse};
     icoray_layers layers = layers_of(thick, NULL);
     icoray_ctx *ctx;
     int level = 0;
-    memset(&coarse, 0, sizeof coarse);
-    coarse.struct_size = sizeof coarse;
     while (10 * ((int64_t)1 << 2 * (level + 1)) + 2 < cells) {
         level++;
     }
@@ -26,21 +31,17 @@ void names(const char *directory)
     /* Each by itself, without names. */
     ctx = context(directory, "names/alone", 2);
     OK(icoray_grid_set(ctx, &coarse));
-    scene(ctx, "coarse", "none");
-    frame_of(ctx, 0, &g);
+    picture(ctx, "coarse", "none", 0, &g);
     OK(icoray_layers_set(ctx, &layers));
-    scene(ctx, "thick coarse", "none");
-    frame_of(ctx, 1, &g);
+    picture(ctx, "thick coarse", "none", 1, &g);
     OK(icoray_grid_set(ctx, &grid));
-    scene(ctx, "thick", "none");
-    frame_of(ctx, 2, &f);
+    picture(ctx, "thick", "none", 2, &f);
     OK(icoray_close(&ctx));
 
     /* All in one context, with names that last no longer than the calls; a scene of each after the other, twice. */
     ctx = context(directory, "names/together", 2);
     for (int again = 0; again < 2; again++) {
         char grid_name[] = "coarse", layers_name[] = "thick";
-        int step = 10 * again;
         icoray_grid named = coarse;
         icoray_array array;
         named.name = grid_name;
@@ -58,12 +59,7 @@ void names(const char *directory)
         array.layers_name = layers_name;
         OK(icoray_field_set(ctx, "thick f", &array));
         {
-            icoray_ndarray flat;
-            memset(&flat, 0, sizeof flat);
-            flat.struct_size = sizeof flat;
-            flat.data = g.array.data;
-            flat.type = g.array.type;
-            flat.rank = 2;
+            icoray_ndarray flat = {.struct_size = sizeof flat, .data = g.array.data, .type = g.array.type, .rank = 2};
             flat.extent[0] = LAYERS, flat.stride[0] = 1;
             flat.extent[1] = coarse.cells, flat.stride[1] = LAYERS;
             flat.grid_name = grid_name;
@@ -71,20 +67,10 @@ void names(const char *directory)
         }
         memset(grid_name, 'x', sizeof grid_name - 1);
         memset(layers_name, 'x', sizeof layers_name - 1);
-        scene_of(ctx, "g", "coarse", "none");
-        frame(ctx, step + 1);
-        scene_of(ctx, "f", "plain", "none");
-        frame(ctx, step + 2);
-        scene_of(ctx, "thick g", "thick coarse", "none");
-        frame(ctx, step + 3);
-        scene_of(ctx, "corner", "corner", "none");
-        frame(ctx, step + 4);
-        scene_of(ctx, "thick f", "thick", "none");
-        frame(ctx, step + 5);
-        scene_of(ctx, "flat g", "coarse", "none");
-        frame(ctx, step + 6);
-        scene_of(ctx, "f", "lit", "headlight");
-        frame(ctx, step + 7);
+        for (int i = 0; i < (int)COUNT(scenes); i++) {
+            scene_of(ctx, scenes[i].field, scenes[i].group, scenes[i].light);
+            frame(ctx, 10 * again + 1 + i);
+        }
     }
     OK(icoray_close(&ctx));
     OK(icoray_mesh_free(&coarse_mesh));

@@ -4,9 +4,7 @@
 /* The array of a field, with these dimensions. */
 static icoray_ndarray ndarray(const Field *f, int rank, const int64_t *extent, const int64_t *stride)
 {
-    icoray_ndarray array;
-    memset(&array, 0, sizeof array);
-    array.struct_size = sizeof array;
+    icoray_ndarray array = {sizeof array};
     array.data = f->array.data;
     array.type = f->array.type;
     array.location = f->array.location;

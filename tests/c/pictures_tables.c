@@ -6,12 +6,7 @@ static void *renumbered(const void *table, int64_t entries, int width, int more)
 {
     void *copy = allocate((size_t)entries, width == ICORAY_I32 ? sizeof(int32_t) : sizeof(int64_t));
     for (int64_t i = 0; i < entries; i++) {
-        int32_t number = ((const int32_t *)table)[i] + more;
-        if (width == ICORAY_I32) {
-            ((int32_t *)copy)[i] = number;
-        } else {
-            ((int64_t *)copy)[i] = number;
-        }
+        set_index(copy, width, i, ((const int32_t *)table)[i] + more);
     }
     return copy;
 }
@@ -66,19 +61,15 @@ static void numbered(const char *directory)
         other.corner_edge = tables[3];
         other.edge_corner = tables[4];
         OK(icoray_grid_set(ctx, &other));
-        scene(ctx, "plain", "none");
-        frame_of(ctx, k, &f);
-        scene(ctx, "lit", "headlight");
-        frame_of(ctx, k, &f);
-        scene(ctx, "corner", "none");
-        frame_of(ctx, k, &corner);
+        picture(ctx, "plain", "none", k, &f);
+        picture(ctx, "lit", "headlight", k, &f);
+        picture(ctx, "corner", "none", k, &corner);
         OK(icoray_grid_set(ctx, &grid)); /* gives the tables back */
         for (int i = 0; i < 5; i++) {
             free(tables[i]);
         }
     }
-    scene(ctx, "plain", "none");
-    frame_of(ctx, 8, &f);
+    picture(ctx, "plain", "none", 8, &f);
     OK(icoray_close(&ctx));
     free(rows);
     free(count);
@@ -109,8 +100,7 @@ static void single(const char *directory)
     other.lon_center_rad = to[0], other.lat_center_rad = to[1];
     other.lon_corner_rad = to[2], other.lat_corner_rad = to[3];
     OK(icoray_grid_set(ctx, &other));
-    scene(ctx, "near plain", "none");
-    frame_of(ctx, 4, &f);
+    picture(ctx, "near plain", "none", 4, &f);
     OK(icoray_close(&ctx));
     free(position);
     release(&f);

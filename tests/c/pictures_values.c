@@ -14,16 +14,13 @@ void in_place(const char *directory)
     float *values = (float *)f.memory;
     icoray_frame_report report;
 
-    scene(ctx, "plain", "none");
-    frame_of(ctx, 0, &f);
+    picture(ctx, "plain", "none", 0, &f);
     for (int i = 0; i < cells * LAYERS; i++) {
         values[i] = -values[i];
     }
     scene(ctx, "turned", "none");
     frame(ctx, 1);
-    for (int i = 0; i < cells * LAYERS; i++) {
-        values[i] = 0.5f;
-    }
+    scribble(&f, 0.5);
     values[7] = 77.0f;
     scene(ctx, "flat", "none");
     report = frame(ctx, 2);
@@ -36,9 +33,9 @@ void in_place(const char *directory)
     icoray_grid bad = grid;
     icoray_array far = f.array;
     bad.edge_corner = grid.corner_cell;
-    REFUSED(ctx, ICORAY_ERR_GRID, "edge_corner", icoray_grid_set(ctx, &bad));
+    REFUSED(ctx, GRID, "edge_corner", icoray_grid_set(ctx, &bad));
     far.column_stride = INT64_MAX;
-    REFUSED(ctx, ICORAY_ERR_ARGUMENT, "strides", icoray_field_set(ctx, "f", &far));
+    REFUSED(ctx, ARGUMENT, "strides", icoray_field_set(ctx, "f", &far));
     frame(ctx, 4);
 
     OK(icoray_close(&ctx));
@@ -60,13 +57,10 @@ void swapped(const char *directory)
     memcpy(levels[1].before, levels[1].memory, levels[1].bytes);
     for (int step = 0; step < 8; step++) {
         int now = step % 4 == 3 ? 1 : step % 4;
-        scene(ctx, now == 1 ? "turned" : "plain", "none");
-        frame_of(ctx, step, &levels[now]);
+        picture(ctx, now == 1 ? "turned" : "plain", "none", step, &levels[now]);
     }
     OK(icoray_close(&ctx));
-    for (int i = 0; i < 3; i++) {
-        release(&levels[i]);
-    }
+    release_all(levels, 3);
 }
 
 /* Missing values: by NaN, by infinity, and by the mark, which an array of floats holds rounded to a float. */
@@ -81,11 +75,7 @@ void missing(const char *directory)
         uint64_t marked = 0;
         for (int i = 0; i < cells * LAYERS; i += 5, marked++) {
             double mark = step == 0 ? NAN : step == 1 ? -INFINITY : UNDEFINED;
-            if (type == ICORAY_F32) {
-                ((float *)f.memory)[i] = (float)mark;
-            } else {
-                ((double *)f.memory)[i] = mark;
-            }
+            put(&f, i, mark);
         }
         memcpy(f.before, f.memory, f.bytes);
         f.array.has_fill = step >= 2;
@@ -100,9 +90,7 @@ void missing(const char *directory)
     }
     /* Nothing but missing values. */
     Field f = field(ICORAY_F64, ICORAY_CENTER, LAYERS, (size_t)cells * LAYERS, 0, LAYERS, 1);
-    for (int i = 0; i < cells * LAYERS; i++) {
-        ((double *)f.memory)[i] = NAN;
-    }
+    scribble(&f, NAN);
     memcpy(f.before, f.memory, f.bytes);
     scene(ctx, "nothing", "headlight");
     icoray_frame_report report = frame_of(ctx, 9, &f);
@@ -125,16 +113,13 @@ void places(const char *directory)
     Field midblocks = blocked(ICORAY_F64, ICORAY_CENTER, LAYERS - 1, 16);
     uint64_t averages = (uint64_t)cells * LAYERS;
 
-    scene(ctx, "corner", "none");
-    CHECK(frame_of(ctx, 0, &level).bytes_derived == averages * sizeof(float));
+    CHECK(picture(ctx, "corner", "none", 0, &level).bytes_derived == averages * sizeof(float));
     CHECK(frame_of(ctx, 1, &cell).bytes_derived == averages * sizeof(float));
     CHECK(frame_of(ctx, 5, &blocks).bytes_derived == averages * sizeof(float));
-    scene(ctx, "litcorner", "headlight");
-    CHECK(frame_of(ctx, 2, &level).bytes_derived == averages * (sizeof(float) + 8));
+    CHECK(picture(ctx, "litcorner", "headlight", 2, &level).bytes_derived == averages * (sizeof(float) + 8));
     scene(ctx, "near corner", "none"); /* the averages are rounded less */
     CHECK(frame_of(ctx, 3, &wide).bytes_derived == averages * sizeof(double));
-    scene(ctx, "midway", "none");
-    CHECK(frame_of(ctx, 4, &midway).bytes_derived == 0);
+    CHECK(picture(ctx, "midway", "none", 4, &midway).bytes_derived == 0);
     CHECK(frame_of(ctx, 6, &midblocks).bytes_derived == 0);
 
     OK(icoray_close(&ctx));

@@ -6,33 +6,31 @@ void nulls(icoray_ctx *ctx)
     icoray_ctx *none = NULL;
     icoray_mesh *no_mesh = NULL;
     icoray_grid grid = good_grid;
-    icoray_frame_report report;
+    icoray_frame_report report = {sizeof report};
     char buffer[4] = "abc";
-    memset(&report, 0, sizeof report);
-    report.struct_size = sizeof report;
 
-    REFUSED(NULL, ICORAY_ERR_NULL, "ctx", icoray_open_serial(&good_config, NULL));
-    REFUSED(NULL, ICORAY_ERR_NULL, "icoray_config", icoray_open_serial(NULL, &none));
-    REFUSED(NULL, ICORAY_ERR_NULL, "ctx", icoray_grid_set(NULL, &good_grid));
-    REFUSED(ctx, ICORAY_ERR_NULL, "icoray_grid", icoray_grid_set(ctx, NULL));
-    REFUSED(NULL, ICORAY_ERR_NULL, "ctx", icoray_layers_set(NULL, &good_layers));
-    REFUSED(ctx, ICORAY_ERR_NULL, "icoray_layers", icoray_layers_set(ctx, NULL));
-    REFUSED(NULL, ICORAY_ERR_NULL, "ctx", icoray_field_set(NULL, "f", &good_array));
-    REFUSED(ctx, ICORAY_ERR_NULL, "name", icoray_field_set(ctx, NULL, &good_array));
-    REFUSED(ctx, ICORAY_ERR_NULL, "icoray_array", icoray_field_set(ctx, "f", NULL));
-    REFUSED(NULL, ICORAY_ERR_NULL, "ctx", icoray_scene_load(NULL, "scene.toml"));
-    REFUSED(ctx, ICORAY_ERR_NULL, "path", icoray_scene_load(ctx, NULL));
-    REFUSED(NULL, ICORAY_ERR_NULL, "ctx", icoray_scene_text(NULL, good_scene));
-    REFUSED(ctx, ICORAY_ERR_NULL, "toml", icoray_scene_text(ctx, NULL));
-    REFUSED(NULL, ICORAY_ERR_NULL, "ctx", icoray_execute(NULL, 0, 0.0, NULL));
-    REFUSED(NULL, ICORAY_ERR_NULL, "ctx", icoray_report(NULL, &report));
-    REFUSED(ctx, ICORAY_ERR_NULL, "icoray_frame_report", icoray_report(ctx, NULL));
-    REFUSED(NULL, ICORAY_ERR_NULL, "ctx", icoray_wait(NULL));
-    REFUSED(NULL, ICORAY_ERR_NULL, "ctx", icoray_close(NULL));
-    REFUSED(NULL, ICORAY_ERR_NULL, "mesh", icoray_mesh_create(1, NULL));
-    REFUSED(NULL, ICORAY_ERR_NULL, "mesh", icoray_mesh_grid(NULL, &grid));
-    REFUSED(NULL, ICORAY_ERR_NULL, "icoray_grid", icoray_mesh_grid(mesh, NULL));
-    REFUSED(NULL, ICORAY_ERR_NULL, "mesh", icoray_mesh_free(NULL));
+    REFUSED(NULL, NULL, "ctx", icoray_open_serial(&good_config, NULL));
+    REFUSED(NULL, NULL, "icoray_config", icoray_open_serial(NULL, &none));
+    REFUSED(NULL, NULL, "ctx", icoray_grid_set(NULL, &good_grid));
+    REFUSED(ctx, NULL, "icoray_grid", icoray_grid_set(ctx, NULL));
+    REFUSED(NULL, NULL, "ctx", icoray_layers_set(NULL, &good_layers));
+    REFUSED(ctx, NULL, "icoray_layers", icoray_layers_set(ctx, NULL));
+    REFUSED(NULL, NULL, "ctx", icoray_field_set(NULL, "f", &good_array));
+    REFUSED(ctx, NULL, "name", icoray_field_set(ctx, NULL, &good_array));
+    REFUSED(ctx, NULL, "icoray_array", icoray_field_set(ctx, "f", NULL));
+    REFUSED(NULL, NULL, "ctx", icoray_scene_load(NULL, "scene.toml"));
+    REFUSED(ctx, NULL, "path", icoray_scene_load(ctx, NULL));
+    REFUSED(NULL, NULL, "ctx", icoray_scene_text(NULL, good_scene));
+    REFUSED(ctx, NULL, "toml", icoray_scene_text(ctx, NULL));
+    REFUSED(NULL, NULL, "ctx", icoray_execute(NULL, 0, 0.0, NULL));
+    REFUSED(NULL, NULL, "ctx", icoray_report(NULL, &report));
+    REFUSED(ctx, NULL, "icoray_frame_report", icoray_report(ctx, NULL));
+    REFUSED(NULL, NULL, "ctx", icoray_wait(NULL));
+    REFUSED(NULL, NULL, "ctx", icoray_close(NULL));
+    REFUSED(NULL, NULL, "mesh", icoray_mesh_create(1, NULL));
+    REFUSED(NULL, NULL, "mesh", icoray_mesh_grid(NULL, &grid));
+    REFUSED(NULL, NULL, "icoray_grid", icoray_mesh_grid(mesh, NULL));
+    REFUSED(NULL, NULL, "mesh", icoray_mesh_free(NULL));
 
     icoray_log_stderr(NULL, ICORAY_LOG_ERROR, NULL); /* has nothing to say */
 
@@ -55,61 +53,33 @@ void nulls(icoray_ctx *ctx)
     OK(icoray_mesh_free(&no_mesh));
 }
 
+/* Checks a call with `value`, which is `good` but for its struct_size, for each wrong size; and a condition after it. */
+#define EACH_WRONG_SIZE(type, good, context, call, condition)                                                          \
+    for (size_t k = 0; k < 6; k++) {                                                                                   \
+        const size_t sizes[] = {0, 1, sizeof(type) - 1, sizeof(type) + 1, sizeof(type) + 8, SIZE_MAX};                 \
+        type value = good;                                                                                             \
+        value.struct_size = sizes[k];                                                                                  \
+        trying = text_of(#type ".struct_size: %zu, expected %zu", sizes[k], sizeof(type));                             \
+        REFUSED(context, STRUCT_SIZE, trying, call);                                                                   \
+        CHECK(condition);                                                                                              \
+        trying = "";                                                                                                   \
+    }
+
 void struct_sizes(icoray_ctx *ctx)
 {
-    static const struct {
-        const char *name;
-        size_t size;
-    } structs[] = {
-        {"icoray_config", sizeof(icoray_config)}, {"icoray_grid", sizeof(icoray_grid)},
-        {"icoray_layers", sizeof(icoray_layers)}, {"icoray_array", sizeof(icoray_array)},
-        {"icoray_ndarray", sizeof(icoray_ndarray)}, {"icoray_frame_report", sizeof(icoray_frame_report)},
-    };
-    for (size_t i = 0; i < COUNT(structs); i++) {
-        size_t sizes[] = {0, 1, structs[i].size - 1, structs[i].size + 1, structs[i].size + 8, SIZE_MAX};
-        for (size_t k = 0; k < COUNT(sizes); k++) {
-            icoray_config config = good_config;
-            icoray_grid grid = good_grid, zeroed;
-            icoray_layers layers = good_layers;
-            icoray_array array = good_array;
-            icoray_ndarray ndarray;
-            icoray_frame_report report;
-            icoray_ctx *none = ctx;
-            char words[64];
-            memset(&report, 0, sizeof report);
-            memset(&zeroed, 0, sizeof zeroed);
-            memset(&ndarray, 0, sizeof ndarray);
-            config.struct_size = grid.struct_size = layers.struct_size = sizes[k];
-            ndarray.struct_size = array.struct_size = report.struct_size = zeroed.struct_size = sizes[k];
-            snprintf(words, sizeof words, "%s.struct_size: %lu, expected %lu", structs[i].name,
-                     (unsigned long)sizes[k], (unsigned long)structs[i].size);
-            trying = words;
-            switch (i) {
-            case 0:
-                REFUSED(NULL, ICORAY_ERR_STRUCT_SIZE, words, icoray_open_serial(&config, &none));
-                CHECK(none == NULL);
-                break;
-            case 1:
-                REFUSED(ctx, ICORAY_ERR_STRUCT_SIZE, words, icoray_grid_set(ctx, &grid));
-                REFUSED(NULL, ICORAY_ERR_STRUCT_SIZE, words, icoray_mesh_grid(mesh, &zeroed));
-                CHECK(zeroed.struct_size == sizes[k] && zeroed.cells == 0 && zeroed.edge_corner == NULL);
-                break;
-            case 2:
-                REFUSED(ctx, ICORAY_ERR_STRUCT_SIZE, words, icoray_layers_set(ctx, &layers));
-                break;
-            case 3:
-                REFUSED(ctx, ICORAY_ERR_STRUCT_SIZE, words, icoray_field_set(ctx, "f", &array));
-                break;
-            case 4:
-                REFUSED(ctx, ICORAY_ERR_STRUCT_SIZE, words, icoray_field_set_ndarray(ctx, "f", &ndarray));
-                break;
-            default:
-                REFUSED(ctx, ICORAY_ERR_STRUCT_SIZE, words, icoray_report(ctx, &report));
-                CHECK(report.struct_size == sizes[k] && report.rays == 0);
-            }
-        }
-    }
-    trying = "";
+    const icoray_grid no_grid = {0};
+    const icoray_ndarray no_ndarray = {0};
+    const icoray_frame_report no_report = {0};
+    icoray_ctx *none = ctx;
+    EACH_WRONG_SIZE(icoray_config, good_config, NULL, icoray_open_serial(&value, &none), none == NULL);
+    EACH_WRONG_SIZE(icoray_grid, good_grid, ctx, icoray_grid_set(ctx, &value), value.cells == good_grid.cells);
+    EACH_WRONG_SIZE(icoray_grid, no_grid, NULL, icoray_mesh_grid(mesh, &value),
+                    value.struct_size == sizes[k] && value.cells == 0 && value.edge_corner == NULL);
+    EACH_WRONG_SIZE(icoray_layers, good_layers, ctx, icoray_layers_set(ctx, &value), value.count == LAYERS);
+    EACH_WRONG_SIZE(icoray_array, good_array, ctx, icoray_field_set(ctx, "f", &value), value.layers == LAYERS);
+    EACH_WRONG_SIZE(icoray_ndarray, no_ndarray, ctx, icoray_field_set_ndarray(ctx, "f", &value), value.rank == 0);
+    EACH_WRONG_SIZE(icoray_frame_report, no_report, ctx, icoray_report(ctx, &value),
+                    value.struct_size == sizes[k] && value.rays == 0);
 }
 
 /* A struct where none can lie, as where a byte buffer is taken for one. */
@@ -118,16 +88,14 @@ void misaligned(icoray_ctx *ctx)
     static double room[64]; /* more than any struct takes */
     char *aside = (char *)room + 1;
     icoray_ctx *none = ctx;
-    REFUSED(NULL, ICORAY_ERR_ARGUMENT, "icoray_config: 0x", icoray_open_serial((icoray_config *)(void *)aside, &none));
+    REFUSED(NULL, ARGUMENT, "icoray_config: 0x", icoray_open_serial((icoray_config *)(void *)aside, &none));
     CHECK(none == NULL);
-    REFUSED(ctx, ICORAY_ERR_ARGUMENT, "icoray_grid: 0x", icoray_grid_set(ctx, (icoray_grid *)(void *)aside));
-    REFUSED(ctx, ICORAY_ERR_ARGUMENT, "icoray_layers: 0x", icoray_layers_set(ctx, (icoray_layers *)(void *)aside));
-    REFUSED(ctx, ICORAY_ERR_ARGUMENT, "icoray_array: 0x", icoray_field_set(ctx, "f", (icoray_array *)(void *)aside));
-    REFUSED(ctx, ICORAY_ERR_ARGUMENT, "icoray_ndarray: 0x",
-            icoray_field_set_ndarray(ctx, "f", (icoray_ndarray *)(void *)aside));
-    REFUSED(ctx, ICORAY_ERR_ARGUMENT, "icoray_frame_report: 0x",
-            icoray_report(ctx, (icoray_frame_report *)(void *)aside));
-    REFUSED(NULL, ICORAY_ERR_ARGUMENT, "icoray_grid: 0x", icoray_mesh_grid(mesh, (icoray_grid *)(void *)aside));
+    REFUSED(ctx, ARGUMENT, "icoray_grid: 0x", icoray_grid_set(ctx, (icoray_grid *)(void *)aside));
+    REFUSED(ctx, ARGUMENT, "icoray_layers: 0x", icoray_layers_set(ctx, (icoray_layers *)(void *)aside));
+    REFUSED(ctx, ARGUMENT, "icoray_array: 0x", icoray_field_set(ctx, "f", (icoray_array *)(void *)aside));
+    REFUSED(ctx, ARGUMENT, "icoray_ndarray: 0x", icoray_field_set_ndarray(ctx, "f", (icoray_ndarray *)(void *)aside));
+    REFUSED(ctx, ARGUMENT, "icoray_frame_report: 0x", icoray_report(ctx, (icoray_frame_report *)(void *)aside));
+    REFUSED(NULL, ARGUMENT, "icoray_grid: 0x", icoray_mesh_grid(mesh, (icoray_grid *)(void *)aside));
 }
 
 /* Every member of the config, in and out of its range. */
@@ -154,13 +122,11 @@ void openings(void)
     icoray_ctx *ctx;
     for (size_t i = 0; i < COUNT(members); i++) {
         for (size_t k = 0; k < 4; k++) {
-            char words[96];
-            snprintf(words, sizeof words, "%s: %d, expected", members[i].name, (int)members[i].wrong[k]);
-            trying = words;
+            trying = text_of("%s: %d, expected", members[i].name, (int)members[i].wrong[k]);
             config = good_config;
             put(&config, members[i].offset, members[i].size, members[i].wrong[k]);
             ctx = (icoray_ctx *)&config;
-            REFUSED(NULL, ICORAY_ERR_ARGUMENT, words, icoray_open_serial(&config, &ctx));
+            REFUSED(NULL, ARGUMENT, trying, icoray_open_serial(&config, &ctx));
             CHECK(ctx == NULL);
             put(&config, members[i].offset, members[i].size, members[i].right[k]);
             OK(icoray_open_serial(&config, &ctx));
@@ -171,7 +137,7 @@ void openings(void)
     config = good_config;
     config.on_error = ICORAY_WARN;
     config.disable_after = -1;
-    REFUSED(NULL, ICORAY_ERR_ARGUMENT, "disable_after", icoray_open_serial(&config, &ctx));
+    REFUSED(NULL, ARGUMENT, "disable_after", icoray_open_serial(&config, &ctx));
     trying = "async_render";
     for (size_t i = 0; i < COUNT(truths); i++) {
         config = good_config;
@@ -184,11 +150,11 @@ void openings(void)
     config = good_config;
     config.output_dir = NO_UTF8;
     ctx = (icoray_ctx *)&config;
-    REFUSED(NULL, ICORAY_ERR_ARGUMENT, "icoray_config.output_dir", icoray_open_serial(&config, &ctx));
+    REFUSED(NULL, ARGUMENT, "icoray_config.output_dir", icoray_open_serial(&config, &ctx));
     CHECK(ctx == NULL);
     for (size_t i = 0; i < COUNT(levels); i++) {
         icoray_mesh *none = mesh;
-        REFUSED(NULL, ICORAY_ERR_ARGUMENT, "level", icoray_mesh_create(levels[i], &none));
+        REFUSED(NULL, ARGUMENT, "level", icoray_mesh_create(levels[i], &none));
         CHECK(none == NULL);
     }
 }

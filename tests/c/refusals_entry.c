@@ -1,4 +1,4 @@
-/* Who may not enter a context: the log callback that was called from inside it, another thread, a forked process. */
+/* Callers that a context refuses: its own log callback, another thread during a call, and a forked process. */
 #define _POSIX_C_SOURCE 200809L /* kill */
 
 #include "refusals.h"
@@ -11,15 +11,13 @@
 /* Every call on a context says this, in words with this part. */
 static void all_say(icoray_ctx *ctx, icoray_status status, const char *part)
 {
-    icoray_ndarray ndarray;
-    icoray_frame_report report;
+    icoray_ndarray ndarray = {0};
+    icoray_frame_report report = {0};
     int32_t any = 7, f = 7;
-    memset(&ndarray, 0, sizeof ndarray);
-    memset(&report, 0, sizeof report);
     ndarray.struct_size = sizeof ndarray;
     report.struct_size = sizeof report;
     /* Messages are the thread's: the context, whose own are kept, was not entered. */
-#define SAYS(call) REFUSED(NULL, status, part, call)
+#define SAYS(call) REFUSED_AS(NULL, status, part, call)
     SAYS(icoray_grid_set(ctx, &good_grid));
     SAYS(icoray_layers_set(ctx, &good_layers));
     SAYS(icoray_field_set(ctx, "f", &good_array));
@@ -57,7 +55,7 @@ static void calls_back(void *user, int32_t level, const char *message)
     }
     CHECK(level == ICORAY_LOG_WARN && strstr(message, "icoray_grid is NULL") != NULL);
     all_say(caller->ctx, ICORAY_ERR_BUSY, "has not returned");
-    REFUSED(NULL, ICORAY_ERR_BUSY, "has not returned", icoray_close(&caller->ctx));
+    REFUSED(NULL, BUSY, "has not returned", icoray_close(&caller->ctx));
     CHECK(caller->ctx == still);
     CHECK(pthread_create(&thread, NULL, from_a_thread, caller) == 0 && pthread_join(thread, NULL) == 0);
     still_draws(caller->other);
@@ -69,10 +67,7 @@ void busy(void)
     Caller caller;
     caller.lines = 0;
     caller.other = filled();
-    config.log = calls_back;
-    config.log_user = &caller;
-    config.log_level = ICORAY_LOG_WARN;
-    caller.ctx = filled_with(&config);
+    caller.ctx = filled_logging(config, calls_back, &caller, ICORAY_LOG_WARN);
     CHECK(icoray_grid_set(caller.ctx, NULL) == ICORAY_ERR_NULL);
     CHECK(caller.lines == 1);
     still_draws(caller.ctx);
@@ -100,15 +95,12 @@ static int child_of_a_fork(icoray_ctx *inherited)
 
 void forked(void)
 {
-    icoray_config config = good_config;
     for (int is_async = 0; is_async < 2; is_async++) {
         icoray_ctx *ctx;
         pid_t child;
         int ends[2], failed = -1;
-        char path[1024];
-        config.async_render = is_async;
         expected_copy = is_async ? (uint64_t)good_grid.cells * LAYERS * sizeof *values : 0;
-        ctx = filled_with(&config);
+        ctx = filled_async(is_async);
         still_draws(ctx);
         fflush(stdout);
         CHECK(pipe(ends) == 0);
@@ -125,7 +117,7 @@ void forked(void)
         CHECK(read(ends[0], &failed, sizeof failed) == sizeof failed && failed == 0);
         CHECK(child > 0 && kill(child, SIGKILL) == 0 && waitpid(child, NULL, 0) == child);
         CHECK(close(ends[0]) == 0);
-        CHECK(is_picture("forked.png") && remove(path_of(path, sizeof path, "forked.png")) == 0);
+        CHECK(is_picture("forked.png") && remove(in_output("forked.png")) == 0);
         still_draws(ctx);
         OK(icoray_close(&ctx));
     }

@@ -39,17 +39,15 @@ void layers(icoray_ctx *ctx)
         layers.count = cases[i].count;
         layers.radius_m = cases[i].radius;
         layers.planet_radius_m = cases[i].planet;
-        REFUSED(ctx, cases[i].status, cases[i].part, icoray_layers_set(ctx, &layers));
+        REFUSED_AS(ctx, cases[i].status, cases[i].part, icoray_layers_set(ctx, &layers));
     }
     trying = "";
     layers = good_layers;
     layers.radius_m = NULL;
-    REFUSED(ctx, ICORAY_ERR_NULL, "icoray_layers.radius_m", icoray_layers_set(ctx, &layers));
+    REFUSED(ctx, NULL, "icoray_layers.radius_m", icoray_layers_set(ctx, &layers));
     layers.radius_m = (const double *)((const char *)radius + 1);
-    REFUSED(ctx, ICORAY_ERR_ARGUMENT, "icoray_layers.radius_m", icoray_layers_set(ctx, &layers));
-    layers = good_layers;
-    layers.name = NO_UTF8;
-    REFUSED(ctx, ICORAY_ERR_ARGUMENT, "icoray_layers.name", icoray_layers_set(ctx, &layers));
+    REFUSED(ctx, ARGUMENT, "icoray_layers.radius_m", icoray_layers_set(ctx, &layers));
+    REFUSED_WITH(layers, name, NO_UTF8, ARGUMENT, "icoray_layers.name", icoray_layers_set(ctx, &layers));
 }
 
 void arrays(icoray_ctx *ctx)
@@ -112,8 +110,8 @@ void arrays(icoray_ctx *ctx)
         array.block = cases[i].block;
         array.block_stride = cases[i].block * LAYERS;
         put(&array, cases[i].offset, cases[i].size, cases[i].value);
-        REFUSED(ctx, cases[i].status, cases[i].part, icoray_field_set(ctx, "f", &array));
-        REFUSED(ctx, cases[i].status, "field \"f\"", icoray_field_set(ctx, "f", &array));
+        REFUSED_AS(ctx, cases[i].status, cases[i].part, icoray_field_set(ctx, "f", &array));
+        REFUSED_AS(ctx, cases[i].status, "field \"f\"", icoray_field_set(ctx, "f", &array));
     }
     trying = "blocks that do";
     for (size_t i = 0; i < COUNT(blocks); i++) {
@@ -135,26 +133,22 @@ void arrays(icoray_ctx *ctx)
     array.columns += 1;
     array.column_stride = array.layer_stride = array.block_stride = 1;
     array.block = 8;
-    REFUSED(ctx, ICORAY_ERR_FIELD, "4294967297 columns in blocks", icoray_field_set(ctx, "f", &array));
-    array = good_array;
-    array.grid_name = NO_UTF8;
-    REFUSED(ctx, ICORAY_ERR_ARGUMENT, "grid_name", icoray_field_set(ctx, "f", &array));
-    array = good_array;
-    array.layers_name = NO_UTF8;
-    REFUSED(ctx, ICORAY_ERR_ARGUMENT, "layers_name", icoray_field_set(ctx, "f", &array));
+    REFUSED(ctx, FIELD, "4294967297 columns in blocks", icoray_field_set(ctx, "f", &array));
+    REFUSED_WITH(array, grid_name, NO_UTF8, ARGUMENT, "grid_name", icoray_field_set(ctx, "f", &array));
+    REFUSED_WITH(array, layers_name, NO_UTF8, ARGUMENT, "layers_name", icoray_field_set(ctx, "f", &array));
     /* One reaches far down, the other far up: each is within bounds, the whole is not. */
     array = good_array;
     array.columns = array.layers = 2;
     array.column_stride = -((int64_t)1 << 59);
     array.layer_stride = (int64_t)1 << 59;
     array.type = ICORAY_F64;
-    REFUSED(ctx, ICORAY_ERR_ARGUMENT, "address space", icoray_field_set(ctx, "f", &array));
+    REFUSED(ctx, ARGUMENT, "address space", icoray_field_set(ctx, "f", &array));
     array = good_array;
     array.data = NULL;
-    REFUSED(ctx, ICORAY_ERR_NULL, "icoray_array.data", icoray_field_set(ctx, "f", &array));
+    REFUSED(ctx, NULL, "icoray_array.data", icoray_field_set(ctx, "f", &array));
     array.data = (const char *)values + 2;
-    REFUSED(ctx, ICORAY_ERR_ARGUMENT, "not aligned", icoray_field_set(ctx, "f", &array));
-    REFUSED(ctx, ICORAY_ERR_ARGUMENT, "UTF-8", icoray_field_set(ctx, NO_UTF8, &good_array));
+    REFUSED(ctx, ARGUMENT, "not aligned", icoray_field_set(ctx, "f", &array));
+    REFUSED(ctx, ARGUMENT, "UTF-8", icoray_field_set(ctx, NO_UTF8, &good_array));
 }
 
 /* Fields that are right by themselves and do not fit grid, layers or scene. */
@@ -185,13 +179,13 @@ void misfits(icoray_ctx *ctx)
         array.layers = cases[i].layers;
         array.column_stride = cases[i].layers;
         OK(icoray_field_set(ctx, "f", &array));
-        REFUSED(ctx, ICORAY_ERR_FIELD, cases[i].part, icoray_execute(ctx, 0, 0.0, NULL));
+        NOT_DRAWN(ctx, FIELD, cases[i].part);
     }
     trying = "";
     OK(icoray_field_set(ctx, "f", &good_array));
     /* More layers than the field, handed over after it. */
     two.count = 2;
     OK(icoray_layers_set(ctx, &two));
-    REFUSED(ctx, ICORAY_ERR_FIELD, "3 layers, expected 2", icoray_execute(ctx, 0, 0.0, NULL));
+    NOT_DRAWN(ctx, FIELD, "3 layers, expected 2");
     OK(icoray_layers_set(ctx, &good_layers));
 }

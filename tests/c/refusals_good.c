@@ -1,4 +1,4 @@
-/* The good things that the refusals spoil. */
+/* The valid structs, of which the refusals make one member invalid, and what is looked up in files. */
 #include "refusals.h"
 
 icoray_mesh *mesh;
@@ -12,10 +12,9 @@ const char *directory;
 uint64_t expected_copy;
 const char good_scene[] = SCENE("f", "4", "{field}_{step}.png");
 
-char *path_of(char *buffer, size_t size, const char *name)
+const char *in_output(const char *name)
 {
-    snprintf(buffer, size, "%s/%s", directory, name);
-    return buffer;
+    return path_of(directory, name);
 }
 
 int write_file(const char *path, const char *text)
@@ -28,52 +27,41 @@ int write_file(const char *path, const char *text)
     return fclose(file) == 0;
 }
 
+/* How many bytes of a file were read, at most `room`, or -1 where there is none. */
+static int read_file(const char *name, char *there, size_t room)
+{
+    FILE *file = fopen(in_output(name), "rb");
+    int read = file == NULL ? -1 : (int)fread(there, 1, room, file);
+    if (file != NULL) {
+        fclose(file);
+    }
+    return read;
+}
+
 int file_exists(const char *name)
 {
-    return file_is(name, NULL);
+    char any;
+    return read_file(name, &any, 1) >= 0;
 }
 
 int file_is(const char *name, const char *text)
 {
-    char path[1024], there[256];
-    size_t size = text == NULL ? 0 : strlen(text), read;
-    FILE *file = fopen(path_of(path, sizeof path, name), "rb");
-    if (file == NULL) {
-        return 0;
-    }
-    read = fread(there, 1, sizeof there, file);
-    fclose(file);
-    return text == NULL || (read == size && memcmp(there, text, size) == 0);
+    char there[256];
+    return read_file(name, there, sizeof there) == (int)strlen(text) && memcmp(there, text, strlen(text)) == 0;
 }
 
 int is_picture(const char *name)
 {
-    static const unsigned char signature[] = {0x89, 'P', 'N', 'G', '\r', '\n', 0x1a, '\n'};
-    char path[1024];
-    unsigned char there[sizeof signature];
-    FILE *file = fopen(path_of(path, sizeof path, name), "rb");
-    size_t read;
-    if (file == NULL) {
-        return 0;
-    }
-    read = fread(there, 1, sizeof there, file);
-    fclose(file);
-    return read == sizeof there && memcmp(there, signature, sizeof there) == 0;
+    char there[8];
+    return read_file(name, there, sizeof there) == 8 && memcmp(there, "\x89PNG\r\n\x1a\n", 8) == 0;
 }
 
 int says(const char *name, const char *words)
 {
-    char path[1024];
     static char there[1 << 16];
-    size_t read, size = strlen(words);
-    FILE *file = fopen(path_of(path, sizeof path, name), "rb");
-    if (file == NULL) {
-        return 0;
-    }
-    read = fread(there, 1, sizeof there, file);
-    fclose(file);
-    for (size_t at = 0; at + size <= read; at++) {
-        if (memcmp(there + at, words, size) == 0) {
+    int read = read_file(name, there, sizeof there), size = (int)strlen(words);
+    for (int at = 0; at + size <= read; at++) {
+        if (memcmp(there + at, words, strlen(words)) == 0) {
             return 1;
         }
     }
@@ -91,11 +79,7 @@ void prepare(const char *output_dir)
     good_layers.radius_m = radius;
     good_layers.planet_radius_m = 6.4e6;
     /* More than the good field has: arrays with padding reach farther. */
-    values = (float *)malloc(200 * LAYERS * sizeof *values);
-    if (values == NULL) {
-        printf("out of memory\n");
-        exit(EXIT_FAILURE);
-    }
+    values = (float *)allocate(200 * LAYERS, sizeof *values);
     for (int i = 0; i < 200 * LAYERS; i++) {
         values[i] = 0.5f * (float)(i % 5);
     }
@@ -116,15 +100,6 @@ void clean_up(void)
 {
     OK(icoray_mesh_free(&mesh));
     free(values);
-}
-
-icoray_frame_report report_of(icoray_ctx *ctx)
-{
-    icoray_frame_report report;
-    memset(&report, 0, sizeof report);
-    report.struct_size = sizeof report;
-    OK(icoray_report(ctx, &report));
-    return report;
 }
 
 void put(void *structure, size_t offset, size_t size, int64_t value)
@@ -156,6 +131,21 @@ icoray_ctx *filled_with(const icoray_config *config)
     return ctx;
 }
 
+icoray_ctx *filled_async(int is_async)
+{
+    icoray_config config = good_config;
+    config.async_render = is_async;
+    return filled_with(&config);
+}
+
+icoray_ctx *filled_logging(icoray_config config, icoray_log_fn log, void *user, int32_t level)
+{
+    config.log = log;
+    config.log_user = user;
+    config.log_level = level;
+    return filled_with(&config);
+}
+
 void still_draws(icoray_ctx *ctx)
 {
     static uint64_t frusta;
@@ -163,8 +153,7 @@ void still_draws(icoray_ctx *ctx)
     icoray_frame_report report;
     trying = "drawing after what was refused";
     step++;
-    OK(icoray_execute(ctx, step, 0.0, NULL));
-    OK(icoray_wait(ctx));
+    DRAW(ctx, step, 0.0, NULL);
     report = report_of(ctx);
     CHECK(report.step == step && report.bytes_copied == expected_copy);
     CHECK(report.frusta > 0 && report.value_min == 0.0 && report.value_max == 2.0);

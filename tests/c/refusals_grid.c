@@ -13,9 +13,17 @@ void grids(icoray_ctx *ctx)
 #undef TABLE
     static const int64_t impossible[] = {-1, INT64_MIN, INT64_MAX, (int64_t)1 << 40};
     static const int64_t zero = 0;
-    static const int32_t reals[] = {0, ICORAY_I32, ICORAY_I64, -1, INT32_MIN, INT32_MAX};
-    static const int32_t indices[] = {0, ICORAY_F32, ICORAY_F64, 5, -1, INT32_MIN, INT32_MAX};
-    static const int32_t bases[] = {-1, 2, INT32_MIN, INT32_MAX};
+    static const struct {
+        const char *words;
+        size_t offset, size;
+        int32_t wrong[7];
+    } codes[] = {
+        {"icoray_grid.real_type: %d, expected ICORAY_F32", MEMBER(icoray_grid, real_type),
+         {0, ICORAY_I32, ICORAY_I64, -1, INT32_MIN, INT32_MAX, 5}},
+        {"icoray_grid.index_type: %d, expected ICORAY_I32", MEMBER(icoray_grid, index_type),
+         {0, ICORAY_F32, ICORAY_F64, 5, -1, INT32_MIN, INT32_MAX}},
+        {"index_base: %d", MEMBER(icoray_grid, index_base), {-1, 2, INT32_MIN, INT32_MAX, 3, -2, 7}},
+    };
     const char *const no_table = NULL;
     icoray_grid grid;
     for (size_t i = 0; i < COUNT(tables); i++) {
@@ -23,61 +31,41 @@ void grids(icoray_ctx *ctx)
         trying = tables[i].name;
         grid = good_grid;
         memcpy((char *)&grid + tables[i].offset, &no_table, sizeof no_table);
-        REFUSED(ctx, ICORAY_ERR_NULL, tables[i].name, icoray_grid_set(ctx, &grid));
+        REFUSED(ctx, NULL, tables[i].name, icoray_grid_set(ctx, &grid));
         memcpy(&aside, (const char *)&good_grid + tables[i].offset, sizeof aside);
         aside += 1;
         memcpy((char *)&grid + tables[i].offset, &aside, sizeof aside);
-        REFUSED(ctx, ICORAY_ERR_ARGUMENT, tables[i].name, icoray_grid_set(ctx, &grid));
+        REFUSED(ctx, ARGUMENT, tables[i].name, icoray_grid_set(ctx, &grid));
     }
     for (size_t i = 0; i < COUNT(counts); i++) {
         trying = counts[i].name;
         grid = good_grid;
         for (size_t k = 0; k < COUNT(impossible); k++) {
             memcpy((char *)&grid + counts[i].offset, &impossible[k], sizeof impossible[k]);
-            REFUSED(ctx, ICORAY_ERR_ARGUMENT, counts[i].name, icoray_grid_set(ctx, &grid));
+            REFUSED(ctx, ARGUMENT, counts[i].name, icoray_grid_set(ctx, &grid));
         }
         memcpy((char *)&grid + counts[i].offset, &zero, sizeof zero);
-        REFUSED(ctx, ICORAY_ERR_GRID, "expected", icoray_grid_set(ctx, &grid));
+        REFUSED(ctx, GRID, "expected", icoray_grid_set(ctx, &grid));
     }
     trying = "";
-    for (size_t i = 0; i < COUNT(reals); i++) {
-        char words[64];
-        snprintf(words, sizeof words, "icoray_grid.real_type: %d, expected ICORAY_F32", (int)reals[i]);
-        trying = words;
-        grid = good_grid;
-        grid.real_type = reals[i];
-        REFUSED(ctx, ICORAY_ERR_ARGUMENT, words, icoray_grid_set(ctx, &grid));
-    }
-    for (size_t i = 0; i < COUNT(indices); i++) {
-        char words[64];
-        snprintf(words, sizeof words, "icoray_grid.index_type: %d, expected ICORAY_I32", (int)indices[i]);
-        trying = words;
-        grid = good_grid;
-        grid.index_type = indices[i];
-        REFUSED(ctx, ICORAY_ERR_ARGUMENT, words, icoray_grid_set(ctx, &grid));
-    }
-    for (size_t i = 0; i < COUNT(bases); i++) {
-        char words[64];
-        snprintf(words, sizeof words, "index_base: %d", (int)bases[i]);
-        trying = words;
-        grid = good_grid;
-        grid.index_base = bases[i];
-        REFUSED(ctx, ICORAY_ERR_ARGUMENT, words, icoray_grid_set(ctx, &grid));
+    for (size_t i = 0; i < COUNT(codes); i++) {
+        for (size_t k = 0; k < 7; k++) {
+            trying = text_of(codes[i].words, (int)codes[i].wrong[k]);
+            grid = good_grid;
+            put(&grid, codes[i].offset, codes[i].size, codes[i].wrong[k]);
+            REFUSED(ctx, ARGUMENT, trying, icoray_grid_set(ctx, &grid));
+        }
     }
     trying = "";
-    grid = good_grid;
-    grid.name = NO_UTF8;
-    REFUSED(ctx, ICORAY_ERR_ARGUMENT, "icoray_grid.name", icoray_grid_set(ctx, &grid));
+    REFUSED_WITH(grid, name, NO_UTF8, ARGUMENT, "icoray_grid.name", icoray_grid_set(ctx, &grid));
     /* 32-bit tables that are said to hold 64 bits are not aligned so, or hold other numbers. */
     grid = good_grid;
     grid.index_type = ICORAY_I64;
     grid.cell_corner = (const char *)good_grid.cell_corner + 4;
-    REFUSED(ctx, ICORAY_ERR_ARGUMENT, "icoray_grid.cell_corner", icoray_grid_set(ctx, &grid));
+    REFUSED(ctx, ARGUMENT, "icoray_grid.cell_corner", icoray_grid_set(ctx, &grid));
     memset(&grid, 0, sizeof grid);
     grid.struct_size = sizeof grid;
-    REFUSED(ctx, ICORAY_ERR_ARGUMENT, "icoray_grid", icoray_grid_set(ctx, &grid));
+    REFUSED(ctx, ARGUMENT, "icoray_grid", icoray_grid_set(ctx, &grid));
     /* Numbered from 0 and said to be from 1: cell 0 looks like a hole's mark. */
-    grid = good_grid;
-    grid.index_base = 1;
-    REFUSED(ctx, ICORAY_ERR_GRID, "expected 1 to 120", icoray_grid_set(ctx, &grid));
+    REFUSED_WITH(grid, index_base, 1, GRID, "expected 1 to 120", icoray_grid_set(ctx, &grid));
 }

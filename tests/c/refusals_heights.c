@@ -10,9 +10,7 @@
 
 static icoray_ndarray over(const float *data)
 {
-    icoray_ndarray array;
-    memset(&array, 0, sizeof array);
-    array.struct_size = sizeof array;
+    icoray_ndarray array = {sizeof array};
     array.data = data;
     array.type = ICORAY_F32;
     array.rank = 2;
@@ -49,17 +47,13 @@ static void arrays_of_heights(icoray_ctx *ctx)
         trying = cases[i].part;
         array = good_array;
         put(&array, cases[i].offset, cases[i].size, cases[i].value);
-        REFUSED(ctx, cases[i].status, cases[i].part, icoray_heights_set(ctx, &array));
+        REFUSED_AS(ctx, cases[i].status, cases[i].part, icoray_heights_set(ctx, &array));
     }
     trying = "names of heights";
-    array = good_array;
-    array.grid_name = NO_UTF8;
-    REFUSED(ctx, ICORAY_ERR_ARGUMENT, "heights: grid_name", icoray_heights_set(ctx, &array));
-    array = good_array;
-    array.layers_name = NO_UTF8;
-    REFUSED(ctx, ICORAY_ERR_ARGUMENT, "heights: layers_name", icoray_heights_set(ctx, &array));
-    REFUSED(NULL, ICORAY_ERR_NULL, "ctx", icoray_heights_set(NULL, &good_array));
-    REFUSED(NULL, ICORAY_ERR_NULL, "ctx", icoray_heights_set(NULL, NULL));
+    REFUSED_WITH(array, grid_name, NO_UTF8, ARGUMENT, "heights: grid_name", icoray_heights_set(ctx, &array));
+    REFUSED_WITH(array, layers_name, NO_UTF8, ARGUMENT, "heights: layers_name", icoray_heights_set(ctx, &array));
+    REFUSED(NULL, NULL, "ctx", icoray_heights_set(NULL, &good_array));
+    REFUSED(NULL, NULL, "ctx", icoray_heights_set(NULL, NULL));
     trying = "";
 }
 
@@ -68,24 +62,23 @@ static void ndarrays_of_heights(icoray_ctx *ctx)
     icoray_ctx *early = opened();
     icoray_ndarray array = over(values);
     trying = "heights of which the dimensions are known";
-    REFUSED(early, ICORAY_ERR_ORDER, "icoray_heights_set_ndarray was called before a grid",
+    REFUSED(early, ORDER, "icoray_heights_set_ndarray was called before a grid",
             icoray_heights_set_ndarray(early, &array));
     OK(icoray_heights_set_ndarray(early, NULL));
     OK(icoray_close(&early));
-    REFUSED(NULL, ICORAY_ERR_NULL, "ctx", icoray_heights_set_ndarray(NULL, &array));
+    REFUSED(NULL, NULL, "ctx", icoray_heights_set_ndarray(NULL, &array));
     OK(icoray_heights_set_ndarray(ctx, &array));
     array.location = ICORAY_CORNER;
-    REFUSED(ctx, ICORAY_ERR_ARGUMENT, "heights: icoray_ndarray.location: ICORAY_CORNER (1), expected",
+    REFUSED(ctx, ARGUMENT, "heights: icoray_ndarray.location: ICORAY_CORNER (1), expected",
             icoray_heights_set_ndarray(ctx, &array));
     array = over(values);
     array.extent[1] = 41;
-    REFUSED(ctx, ICORAY_ERR_FIELD, "heights: ", icoray_heights_set_ndarray(ctx, &array));
+    REFUSED(ctx, FIELD, "heights: ", icoray_heights_set_ndarray(ctx, &array));
     array = over(NULL);
-    REFUSED(ctx, ICORAY_ERR_NULL, "heights: icoray_ndarray.data", icoray_heights_set_ndarray(ctx, &array));
+    REFUSED(ctx, NULL, "heights: icoray_ndarray.data", icoray_heights_set_ndarray(ctx, &array));
     array = over(values);
     array.grid_name = "no such grid";
-    REFUSED(ctx, ICORAY_ERR_ARGUMENT, "heights: no grid named \"no such grid\"",
-            icoray_heights_set_ndarray(ctx, &array));
+    REFUSED(ctx, ARGUMENT, "heights: no grid named \"no such grid\"", icoray_heights_set_ndarray(ctx, &array));
     OK(icoray_heights_set_ndarray(ctx, NULL));
     OK(icoray_heights_set_ndarray(ctx, NULL)); /* there is nothing more to take back */
     trying = "";
@@ -117,29 +110,27 @@ static void native(icoray_ctx *ctx)
     }
     array.data = metres;
     OK(icoray_scene_text(ctx, "heights = \"native\"\n" SCENE("f", "4", "native_{step}.png")));
-    REFUSED(ctx, ICORAY_ERR_FIELD, "heights: the scene has heights = \"native\", and none were given by icoray_heights_set",
-            icoray_execute(ctx, 0, 0.0, NULL));
+    NOT_DRAWN(ctx, FIELD, "heights: the scene has heights = \"native\", and none were given by icoray_heights_set");
     OK(icoray_heights_set(ctx, &array));
     OK(icoray_execute(ctx, 1, 0.0, NULL));
     fewer = array;
     fewer.columns--;
     OK(icoray_heights_set(ctx, &fewer));
-    REFUSED(ctx, ICORAY_ERR_LAYERS, "heights: 41 columns of 3 layers, expected 42 of 3, as many as icoray_layers has",
-            icoray_execute(ctx, 2, 0.0, NULL));
+    NOT_DRAWN(ctx, LAYERS, "heights: 41 columns of 3 layers, expected 42 of 3, as many as icoray_layers has");
     fewer = array;
     fewer.layers--;
     OK(icoray_heights_set(ctx, &fewer));
-    REFUSED(ctx, ICORAY_ERR_LAYERS, "heights: 42 columns of 2 layers", icoray_execute(ctx, 2, 0.0, NULL));
+    NOT_DRAWN(ctx, LAYERS, "heights: 42 columns of 2 layers");
     OK(icoray_heights_set_ndarray(ctx, &flat));
     OK(icoray_execute(ctx, 3, 0.0, NULL));
     metres[5 * LAYERS + 1] = NAN;
-    REFUSED(ctx, ICORAY_ERR_LAYERS, "heights: cell 5 (counted from 0), layer 2 of 3: missing", icoray_execute(ctx, 4, 0.0, NULL));
+    NOT_DRAWN(ctx, LAYERS, "heights: cell 5 (counted from 0), layer 2 of 3: missing");
     metres[5 * LAYERS] = metres[5 * LAYERS + 2] = NAN; /* a column without heights has the mean ones */
     OK(icoray_execute(ctx, 5, 0.0, NULL));
     metres[9 * LAYERS + 1] = -1e5f;
-    REFUSED(ctx, ICORAY_ERR_LAYERS, "heights: cell 9 (counted from 0), layers 2 and 1 of 3", icoray_execute(ctx, 6, 0.0, NULL));
+    NOT_DRAWN(ctx, LAYERS, "heights: cell 9 (counted from 0), layers 2 and 1 of 3");
     OK(icoray_heights_set(ctx, NULL));
-    REFUSED(ctx, ICORAY_ERR_FIELD, "none were given", icoray_execute(ctx, 7, 0.0, NULL));
+    NOT_DRAWN(ctx, FIELD, "none were given");
     OK(icoray_wait(ctx));
     CHECK(is_picture("native_1.png") && is_picture("native_3.png") && is_picture("native_5.png"));
     OK(icoray_scene_text(ctx, good_scene));

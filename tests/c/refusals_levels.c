@@ -38,24 +38,12 @@ static Lines run(int way, int is_static)
 {
     size_t bytes = (size_t)good_array.columns * LAYERS * sizeof(float);
     int levels = way == IN_PLACE ? 1 : way == ONCE_OF_THREE ? 3 : 2;
-    float *level[3], *g = (float *)malloc(bytes);
-    char text[1024];
-    Lines lines;
-    icoray_config config = good_config;
+    float *level[3], *g = (float *)allocate(1, bytes);
+    Lines lines = {0};
     icoray_array array = good_array;
-    icoray_ctx *ctx;
-    memset(&lines, 0, sizeof lines);
-    config.log = counts;
-    config.log_user = &lines;
-    config.log_level = ICORAY_LOG_WARN;
-    ctx = filled_with(&config);
-    array.type = ICORAY_F32;
-    array.column_stride = LAYERS;
-    array.layer_stride = 1;
-    array.layers = LAYERS;
-    array.block = array.block_stride = 0;
+    icoray_ctx *ctx = filled_logging(good_config, counts, &lines, ICORAY_LOG_WARN);
     for (int i = 0; i < levels; i++) {
-        level[i] = (float *)malloc(bytes);
+        level[i] = (float *)allocate(1, bytes);
         compute(level[i], 0);
     }
     compute(g, 0);
@@ -63,10 +51,8 @@ static Lines run(int way, int is_static)
     OK(icoray_field_set(ctx, "g", &array));
     array.data = level[0];
     OK(icoray_field_set(ctx, "f", &array));
-    snprintf(text, sizeof text,
-             SCENE("f", "4", "levels_{view}_%d_%d_{step}.png") "[[views]]\nname = \"f\"\n"
-             "[[views]]\nname = \"g\"\nfield = \"g\"\n", way, is_static);
-    OK(icoray_scene_text(ctx, text));
+    OK(icoray_scene_text(ctx, text_of(SCENE("f", "4", "levels_{view}_%d_%d_{step}.png") "[[views]]\nname = \"f\"\n"
+                                      "[[views]]\nname = \"g\"\nfield = \"g\"\n", way, is_static)));
     for (int step = 1; step <= STEPS; step++) {
         compute(level[step % levels], step);
         if (!is_static) {

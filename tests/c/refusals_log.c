@@ -28,23 +28,18 @@ static void story(int32_t on_error, int32_t level)
 {
     icoray_config config = good_config;
     icoray_ctx *ctx;
-    Lines lines;
+    Lines lines = {0};
     int off = on_error == ICORAY_DISABLE;
     int warns = on_error == ICORAY_IGNORE || level < ICORAY_LOG_WARN ? 0 : 4;
-    memset(&lines, 0, sizeof lines);
     config.on_error = on_error;
     config.disable_after = 2;
-    config.log_level = level;
-    config.log = counts;
-    config.log_user = &lines;
-    ctx = filled_with(&config);
+    ctx = filled_logging(config, counts, &lines, level);
     CHECK(icoray_grid_set(ctx, NULL) == ICORAY_ERR_NULL);
     still_draws(ctx);
     OK(icoray_scene_text(ctx, SCENE("q", "4", "q.png")));
-    CHECK(icoray_execute(ctx, 1, 0.0, NULL) == ICORAY_ERR_FIELD);
-    CHECK(icoray_execute(ctx, 2, 0.0, NULL) == ICORAY_ERR_FIELD);
-    CHECK(icoray_execute(ctx, 3, 0.0, NULL) == (off ? ICORAY_ERR_DISABLED : ICORAY_ERR_FIELD));
-    CHECK(icoray_execute(ctx, 4, 0.0, NULL) == (off ? ICORAY_ERR_DISABLED : ICORAY_ERR_FIELD));
+    for (int step = 1; step <= 4; step++) {
+        CHECK(icoray_execute(ctx, step, 0.0, NULL) == (off && step > 2 ? ICORAY_ERR_DISABLED : ICORAY_ERR_FIELD));
+    }
     OK(icoray_close(&ctx));
     CHECK(lines.others == 0 && lines.lines[0] == 0);
     CHECK(lines.lines[ICORAY_LOG_ERROR] == (off && level >= ICORAY_LOG_ERROR));
@@ -63,26 +58,17 @@ static void late(int by_close, int32_t on_error)
 {
     icoray_config config = good_config;
     icoray_ctx *ctx;
-    Lines lines;
-    char path[1024];
-    memset(&lines, 0, sizeof lines);
+    Lines lines = {0};
     config.on_error = on_error;
-    config.log_level = ICORAY_LOG_DEBUG;
-    config.log = counts;
-    config.log_user = &lines;
-    ctx = filled_with(&config);
+    ctx = filled_logging(config, counts, &lines, ICORAY_LOG_DEBUG);
     OK(icoray_scene_text(ctx, SCENE("f", "4", "log_late/pictures/{step}.png")));
-    CHECK(symlink("nowhere/at/all", path_of(path, sizeof path, "log_late")) == 0);
+    CHECK(symlink("nowhere/at/all", in_output("log_late")) == 0);
     OK(icoray_execute(ctx, 1, 0.0, NULL));
-    if (!by_close) {
-        CHECK(icoray_wait(ctx) == ICORAY_ERR_IO);
-        OK(icoray_close(&ctx));
-    } else {
-        CHECK(icoray_close(&ctx) == ICORAY_ERR_IO);
-    }
+    CHECK(by_close || icoray_wait(ctx) == ICORAY_ERR_IO);
+    CHECK(icoray_close(&ctx) == (by_close ? ICORAY_ERR_IO : ICORAY_OK));
     CHECK(lines.lines[ICORAY_LOG_WARN] == (on_error != ICORAY_IGNORE) && lines.lines[ICORAY_LOG_INFO] == 0);
     CHECK(on_error == ICORAY_IGNORE || strstr(lines.last[ICORAY_LOG_WARN], "log_late/pictures") != NULL);
-    CHECK(unlink(path) == 0);
+    CHECK(unlink(in_output("log_late")) == 0);
 }
 
 void logged(void)
@@ -90,12 +76,8 @@ void logged(void)
     for (int32_t on_error = ICORAY_WARN; on_error <= ICORAY_DISABLE; on_error++) {
         late(0, on_error);
         late(1, on_error);
-    }
-    for (int32_t on_error = ICORAY_WARN; on_error <= ICORAY_DISABLE; on_error++) {
         for (int32_t level = ICORAY_LOG_OFF; level <= ICORAY_LOG_DEBUG; level++) {
-            char words[64];
-            snprintf(words, sizeof words, "on_error %d, level %d", (int)on_error, (int)level);
-            trying = words;
+            trying = text_of("on_error %d, level %d", (int)on_error, (int)level);
             story(on_error, level);
             trying = "";
         }
@@ -107,8 +89,7 @@ void standard_error(void)
 {
     icoray_config config = good_config;
     icoray_ctx *ctx = NULL;
-    char path[1024];
-    FILE *file = fopen(path_of(path, sizeof path, "stderr.txt"), "wb");
+    FILE *file = fopen(in_output("stderr.txt"), "wb");
     int kept = dup(2);
     CHECK(file != NULL && kept >= 0 && dup2(fileno(file), 2) == 2);
     icoray_log_stderr(NULL, ICORAY_LOG_ERROR, "an error");

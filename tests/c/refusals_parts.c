@@ -31,11 +31,9 @@ void grid_parts(icoray_ctx *ctx)
         {IN(is_owned), &aside, ICORAY_ERR_ARGUMENT, "icoray_part.is_owned"},
     };
 #undef IN
-    icoray_part good, part;
-    icoray_grid no_cells;
+    icoray_part good = {sizeof good}, part;
+    icoray_grid no_cells = {sizeof no_cells};
     icoray_ctx *fresh = opened();
-    memset(&good, 0, sizeof good);
-    good.struct_size = sizeof good;
     good.cells = good.owned_cells = COUNT(global);
     good.index_type = ICORAY_I32;
     good.cell_global = global;
@@ -44,19 +42,19 @@ void grid_parts(icoray_ctx *ctx)
         marks[i] = 1;
     }
     trying = "parts";
-    REFUSED(NULL, ICORAY_ERR_NULL, "ctx", icoray_part_set(NULL, &good));
-    REFUSED(ctx, ICORAY_ERR_NULL, "icoray_part", icoray_part_set(ctx, NULL));
-    REFUSED(ctx, ICORAY_ERR_ARGUMENT, "not aligned", icoray_part_set(ctx, (icoray_part *)(void *)((char *)&part + 1)));
+    REFUSED(NULL, NULL, "ctx", icoray_part_set(NULL, &good));
+    REFUSED(ctx, NULL, "icoray_part", icoray_part_set(ctx, NULL));
+    REFUSED(ctx, ARGUMENT, "not aligned", icoray_part_set(ctx, (icoray_part *)(void *)((char *)&part + 1)));
     part = good;
     part.struct_size--;
-    REFUSED(ctx, ICORAY_ERR_STRUCT_SIZE, "icoray_part.struct_size", icoray_part_set(ctx, &part));
-    REFUSED(fresh, ICORAY_ERR_ORDER, "icoray_grid_set", icoray_part_set(fresh, &good));
+    REFUSED(ctx, STRUCT_SIZE, "icoray_part.struct_size", icoray_part_set(ctx, &part));
+    REFUSED(fresh, ORDER, "icoray_grid_set", icoray_part_set(fresh, &good));
     OK(icoray_close(&fresh));
     for (size_t i = 0; i < COUNT(cases); i++) {
         trying = cases[i].part;
         part = good;
         memcpy((char *)&part + cases[i].offset, cases[i].value, cases[i].size);
-        REFUSED(ctx, cases[i].status, cases[i].part, icoray_part_set(ctx, &part));
+        REFUSED_AS(ctx, cases[i].status, cases[i].part, icoray_part_set(ctx, &part));
     }
     trying = "marks";
     part = good;
@@ -65,19 +63,16 @@ void grid_parts(icoray_ctx *ctx)
     OK(icoray_part_set(ctx, &part));
     still_draws(ctx);
     marks[7] = 0;
-    REFUSED(ctx, ICORAY_ERR_GRID, "cell 35 is in the halo of rank 0, but owned by no rank",
-            icoray_part_set(ctx, &part));
+    REFUSED(ctx, GRID, "cell 35 is in the halo of rank 0, but owned by no rank", icoray_part_set(ctx, &part));
     global[9] = global[4];
-    REFUSED(ctx, ICORAY_ERR_GRID, "rows 4 and 9: both 20", icoray_part_set(ctx, &good));
+    REFUSED(ctx, GRID, "rows 4 and 9: both 20", icoray_part_set(ctx, &good));
     global[9] = -1;
-    REFUSED(ctx, ICORAY_ERR_GRID, "row 9: -1, expected 0 or more", icoray_part_set(ctx, &good));
+    REFUSED(ctx, GRID, "row 9: -1, expected 0 or more", icoray_part_set(ctx, &good));
 
     /* Only one of several ranks can be without cells. */
     trying = "no cells";
-    memset(&no_cells, 0, sizeof no_cells);
-    no_cells.struct_size = sizeof no_cells;
     no_cells.real_type = ICORAY_F32;
     no_cells.index_type = ICORAY_I64;
     no_cells.cell_corner_row = 6;
-    REFUSED(ctx, ICORAY_ERR_GRID, "0 cells, expected at least 1", icoray_grid_set(ctx, &no_cells));
+    REFUSED(ctx, GRID, "0 cells, expected at least 1", icoray_grid_set(ctx, &no_cells));
 }

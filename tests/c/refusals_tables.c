@@ -5,16 +5,6 @@
 
 enum { CELL_CORNER, CELL_CORNER_COUNT, CORNER_CELL, CORNER_EDGE, EDGE_CORNER, TABLES };
 
-static void *memory(size_t bytes)
-{
-    void *there = malloc(bytes);
-    if (there == NULL) {
-        printf("out of memory\n");
-        exit(EXIT_FAILURE);
-    }
-    return there;
-}
-
 static int64_t entries_of(int table)
 {
     switch (table) {
@@ -45,11 +35,7 @@ typedef struct {
 
 static void set_entry(Copy *copy, int table, int64_t at, int64_t value)
 {
-    if (copy->grid.index_type == ICORAY_I32) {
-        ((int32_t *)copy->table[table])[at] = (int32_t)value;
-    } else {
-        ((int64_t *)copy->table[table])[at] = value;
-    }
+    set_index(copy->table[table], copy->grid.index_type, at, value);
 }
 
 static Copy copied(int32_t index_type)
@@ -59,7 +45,7 @@ static Copy copied(int32_t index_type)
     copy.grid.index_type = index_type;
     for (int table = 0; table < TABLES; table++) {
         int64_t entries = entries_of(table);
-        copy.table[table] = memory((size_t)entries * (index_type == ICORAY_I32 ? 4 : 8));
+        copy.table[table] = allocate((size_t)entries, index_type == ICORAY_I32 ? 4 : 8);
         for (int64_t i = 0; i < entries; i++) {
             set_entry(&copy, table, i, entry(table, i));
         }
@@ -87,37 +73,36 @@ void bad_tables(icoray_ctx *ctx)
     const struct {
         int table;
         int64_t entry, value;
-        icoray_status status;
         const char *part;
     } cases[] = {
-        {CORNER_CELL, 10, -1, ICORAY_ERR_GRID, "and corner_cell[3] (MPAS cellsOnVertex, ICON vertex_of_cell): ["},
-        {CORNER_CELL, 10, cells, ICORAY_ERR_GRID, ", 42, "},
-        {CORNER_CELL, 10, -2, ICORAY_ERR_GRID, "corner_cell[3][1] (MPAS cellsOnVertex, ICON vertex_of_cell): -2"},
-        {CORNER_CELL, 10, cells + 1, ICORAY_ERR_GRID, "corner_cell[3][1] (MPAS cellsOnVertex, ICON vertex_of_cell): 43"},
-        {CORNER_CELL, 10, INT32_MAX, ICORAY_ERR_GRID, "corner_cell[3][1] (MPAS cellsOnVertex, ICON vertex_of_cell): 2147483647"},
-        {CORNER_CELL, 10, INT32_MIN, ICORAY_ERR_GRID, "corner_cell[3][1] (MPAS cellsOnVertex, ICON vertex_of_cell): -2147483648"},
-        {CORNER_CELL, 1, entry(CORNER_CELL, 0), ICORAY_ERR_GRID, "three different cells"},
-        {CORNER_CELL, 10, (entry(CORNER_CELL, 10) + 20) % cells, ICORAY_ERR_GRID, "corner_cell["},
-        {CORNER_EDGE, 7, edges, ICORAY_ERR_GRID, "corner_edge[2][1] (MPAS edgesOnVertex, ICON edge_of_cell): 120"},
-        {CORNER_EDGE, 7, -1, ICORAY_ERR_GRID, "corner_edge[2][1] (MPAS edgesOnVertex, ICON edge_of_cell): -1"},
-        {CORNER_EDGE, 7, entry(CORNER_EDGE, 6), ICORAY_ERR_GRID, "corner_edge[2]"},
-        {CORNER_EDGE, 7, (entry(CORNER_EDGE, 7) + 60) % edges, ICORAY_ERR_GRID, "corner_edge[2]"},
-        {EDGE_CORNER, 5, corners, ICORAY_ERR_GRID, "edge_corner[2] (MPAS verticesOnEdge, ICON adjacent_cell_of_edge): ["},
-        {EDGE_CORNER, 5, corners + 1, ICORAY_ERR_GRID, "edge_corner[2][1] (MPAS verticesOnEdge, ICON adjacent_cell_of_edge): 81"},
-        {EDGE_CORNER, 5, INT32_MIN, ICORAY_ERR_GRID, "edge_corner[2][1]"},
-        {EDGE_CORNER, 5, entry(EDGE_CORNER, 4), ICORAY_ERR_GRID, "edge_corner[2]"},
-        {CELL_CORNER, 122, corners, ICORAY_ERR_GRID, "cell_corner[20][2] (MPAS verticesOnCell, ICON cells_of_vertex): 80"},
-        {CELL_CORNER, 122, INT32_MIN, ICORAY_ERR_GRID, "cell_corner[20][2]"},
-        {CELL_CORNER_COUNT, 3, 7, ICORAY_ERR_GRID, "cell_corner_count[3] (MPAS nEdgesOnCell): 7"},
-        {CELL_CORNER_COUNT, 3, 2, ICORAY_ERR_GRID, "cell_corner_count[3] (MPAS nEdgesOnCell): 2"},
-        {CELL_CORNER_COUNT, 3, INT32_MIN, ICORAY_ERR_GRID, "cell_corner_count[3]"},
+        {CORNER_CELL, 10, -1, "and corner_cell[3] (MPAS cellsOnVertex, ICON vertex_of_cell): ["},
+        {CORNER_CELL, 10, cells, ", 42, "},
+        {CORNER_CELL, 10, -2, "corner_cell[3][1] (MPAS cellsOnVertex, ICON vertex_of_cell): -2"},
+        {CORNER_CELL, 10, cells + 1, "corner_cell[3][1] (MPAS cellsOnVertex, ICON vertex_of_cell): 43"},
+        {CORNER_CELL, 10, INT32_MAX, "corner_cell[3][1] (MPAS cellsOnVertex, ICON vertex_of_cell): 2147483647"},
+        {CORNER_CELL, 10, INT32_MIN, "corner_cell[3][1] (MPAS cellsOnVertex, ICON vertex_of_cell): -2147483648"},
+        {CORNER_CELL, 1, entry(CORNER_CELL, 0), "three different cells"},
+        {CORNER_CELL, 10, (entry(CORNER_CELL, 10) + 20) % cells, "corner_cell["},
+        {CORNER_EDGE, 7, edges, "corner_edge[2][1] (MPAS edgesOnVertex, ICON edge_of_cell): 120"},
+        {CORNER_EDGE, 7, -1, "corner_edge[2][1] (MPAS edgesOnVertex, ICON edge_of_cell): -1"},
+        {CORNER_EDGE, 7, entry(CORNER_EDGE, 6), "corner_edge[2]"},
+        {CORNER_EDGE, 7, (entry(CORNER_EDGE, 7) + 60) % edges, "corner_edge[2]"},
+        {EDGE_CORNER, 5, corners, "edge_corner[2] (MPAS verticesOnEdge, ICON adjacent_cell_of_edge): ["},
+        {EDGE_CORNER, 5, corners + 1, "edge_corner[2][1] (MPAS verticesOnEdge, ICON adjacent_cell_of_edge): 81"},
+        {EDGE_CORNER, 5, INT32_MIN, "edge_corner[2][1]"},
+        {EDGE_CORNER, 5, entry(EDGE_CORNER, 4), "edge_corner[2]"},
+        {CELL_CORNER, 122, corners, "cell_corner[20][2] (MPAS verticesOnCell, ICON cells_of_vertex): 80"},
+        {CELL_CORNER, 122, INT32_MIN, "cell_corner[20][2]"},
+        {CELL_CORNER_COUNT, 3, 7, "cell_corner_count[3] (MPAS nEdgesOnCell): 7"},
+        {CELL_CORNER_COUNT, 3, 2, "cell_corner_count[3] (MPAS nEdgesOnCell): 2"},
+        {CELL_CORNER_COUNT, 3, INT32_MIN, "cell_corner_count[3]"},
     };
     for (size_t width = 0; width < COUNT(widths); width++) {
         Copy copy = copied(widths[width]);
         for (size_t i = 0; i < COUNT(cases); i++) {
             trying = cases[i].part;
             set_entry(&copy, cases[i].table, cases[i].entry, cases[i].value);
-            REFUSED(ctx, cases[i].status, cases[i].part, icoray_grid_set(ctx, &copy.grid));
+            REFUSED(ctx, GRID, cases[i].part, icoray_grid_set(ctx, &copy.grid));
             set_entry(&copy, cases[i].table, cases[i].entry, entry(cases[i].table, cases[i].entry));
         }
         /* The tables were right but for those entries. */
@@ -151,17 +136,11 @@ void wide_tables(icoray_ctx *ctx)
             int64_t at = i % 2 == 0 ? last : last / 2;
             int64_t value = i < COUNT(beyond) ? entry(tables[t].table, at) + beyond[i] : ends[i - COUNT(beyond)];
             long long row = at / tables[t].row_length, column = at % tables[t].row_length;
-            char words[160];
-            if (tables[t].row_length == 1) {
-                snprintf(words, sizeof words, "%s[%lld] (%s): %lld, expected", tables[t].name, row, tables[t].models,
-                         (long long)value);
-            } else {
-                snprintf(words, sizeof words, "%s[%lld][%lld] (%s): %lld, expected", tables[t].name, row, column,
-                         tables[t].models, (long long)value);
-            }
-            trying = words;
+            const char *which = tables[t].row_length == 1 ? "" : text_of("[%lld]", column);
+            trying = text_of("%s[%lld]%s (%s): %lld, expected", tables[t].name, row, which, tables[t].models,
+                             (long long)value);
             set_entry(&copy, tables[t].table, at, value);
-            REFUSED(ctx, ICORAY_ERR_GRID, words, icoray_grid_set(ctx, &copy.grid));
+            REFUSED(ctx, GRID, trying, icoray_grid_set(ctx, &copy.grid));
             set_entry(&copy, tables[t].table, at, entry(tables[t].table, at));
         }
     }
@@ -188,15 +167,14 @@ void bad_places(icoray_ctx *ctx)
         const void **arrays[4];
         icoray_grid other = good_grid;
         size_t rows = (size_t)(places[i].array < 2 ? good_grid.cells : good_grid.corners);
-        double *copy = (double *)memory(rows * sizeof *copy);
+        double *copy = (double *)allocate(rows, sizeof *copy);
         arrays[0] = &other.lon_center_rad, arrays[1] = &other.lat_center_rad;
         arrays[2] = &other.lon_corner_rad, arrays[3] = &other.lat_corner_rad;
         trying = places[i].part;
         memcpy(copy, *arrays[places[i].array], rows * sizeof *copy);
         copy[places[i].row] = places[i].value;
         *arrays[places[i].array] = copy;
-        REFUSED(ctx, ICORAY_ERR_GRID, places[i].part, icoray_grid_set(ctx, &other));
+        REFUSED(ctx, GRID, places[i].part, icoray_grid_set(ctx, &other));
         free(copy);
     }
-    trying = "";
 }

@@ -27,15 +27,6 @@ static const char *const SIDES =
 /* Fields over the mesh, level-fastest: drawn, drawn by one view, looked at by its conditions. */
 static Field f, g, w;
 
-static void set(icoray_ctx *ctx, const char *const *parts, int count)
-{
-    char text[4096] = "";
-    for (int i = 0; i < count; i++) {
-        strcat(text, parts[i]);
-    }
-    OK(icoray_scene_text(ctx, text));
-}
-
 static int asked(icoray_ctx *ctx, const char *name, int step)
 {
     int32_t answer = 7;
@@ -56,12 +47,8 @@ static void set_step(int step)
 
 static icoray_ctx *opened_at(const char *directory, const char *name, int in_background)
 {
-    icoray_config config;
-    icoray_ctx *ctx;
-    memset(&config, 0, sizeof config);
-    config.threads = 2;
-    config.async_render = in_background;
-    ctx = context_with(directory, name, config);
+    icoray_config config = {.threads = 2, .async_render = in_background};
+    icoray_ctx *ctx = context_with(directory, name, config);
     OK(icoray_field_set(ctx, "f", &f.array));
     OK(icoray_field_set(ctx, "g", &g.array));
     OK(icoray_field_set(ctx, "w", &w.array));
@@ -70,20 +57,15 @@ static icoray_ctx *opened_at(const char *directory, const char *name, int in_bac
 
 static icoray_frame_report waited_for(icoray_ctx *ctx)
 {
-    icoray_frame_report report;
-    memset(&report, 0, sizeof report);
-    report.struct_size = sizeof report;
     OK(icoray_wait(ctx));
-    OK(icoray_report(ctx, &report));
-    return report;
+    return report_of(ctx);
 }
 
 static void run(const char *directory, int in_background)
 {
-    const char *parts[] = {HEAD, TURNS, ONCE, SIDES};
     icoray_ctx *ctx = opened_at(directory, in_background ? "background" : "call", in_background);
     uint64_t drawn = 0;
-    set(ctx, parts, 4);
+    OK(icoray_scene_text(ctx, text_of("%s%s%s%s", HEAD, TURNS, ONCE, SIDES)));
     for (int step = 0; step < STEPS; step++) {
         int two = step % 2 == 0, around = step % 3 == 0, once = step == 6, sides = step == 5 ? 6 : 0;
         int count = two + around + once + sides;
@@ -110,7 +92,7 @@ static void run(const char *directory, int in_background)
         memcpy(g.memory, g.before, g.bytes);
     }
     /* Only what has a turn of its own, which is known without a look at the fields. */
-    set(ctx, parts, 2);
+    OK(icoray_scene_text(ctx, text_of("%s%s", HEAD, TURNS)));
     for (int step = 100; step < 112; step++) {
         int due = step % 2 == 0 || step % 3 == 0;
         CHECK(asked(ctx, NULL, step) == due && asked(ctx, "f", step) == due && asked(ctx, "w", step) == 0);
@@ -121,29 +103,27 @@ static void run(const char *directory, int in_background)
 /* What is wrong with one view keeps no other from being drawn; the first failure is told. */
 static void failures(const char *directory, int in_background)
 {
-    const char *parts[] = {
-        HEAD,
+    static const char parts[] =
         "[[views]]\nname = \"good\"\n[[views]]\nname = \"bad\"\nfield = \"q\"\n[[views]]\nname = \"within\"\n"
-        "camera.distance = 0.5\n[[views]]\nname = \"fine\"\n",
-    };
-    const char *conditions[] = {
-        HEAD, "[[views]]\nname = \"lost\"\nwhen = \"max(q) > 1\"\n[[views]]\nname = \"other\"\nwhen = \"min(w) > 1\"\n"};
-    const char *taken[] = {HEAD, "[[views]]\nname = \"good\"\n[[views]]\nname = \"new\"\n"};
+        "camera.distance = 0.5\n[[views]]\nname = \"fine\"\n";
+    static const char conditions[] =
+        "[[views]]\nname = \"lost\"\nwhen = \"max(q) > 1\"\n[[views]]\nname = \"other\"\nwhen = \"min(w) > 1\"\n";
+    static const char taken[] = "[[views]]\nname = \"good\"\n[[views]]\nname = \"new\"\n";
     icoray_ctx *ctx = opened_at(directory, in_background ? "bad_background" : "bad_call", in_background);
     icoray_frame_report report;
-    set(ctx, parts, 2);
-    REFUSED(ctx, ICORAY_ERR_FIELD, "step 9: view \"bad\": the scene's field \"q\" was not given by icoray_field_set",
+    OK(icoray_scene_text(ctx, text_of("%s%s", HEAD, parts)));
+    REFUSED(ctx, FIELD, "step 9: view \"bad\": the scene's field \"q\" was not given by icoray_field_set",
             icoray_execute(ctx, 9, 0.0, NULL));
     report = waited_for(ctx);
     CHECK(report.frames == 2 && report.frames_written == 2 && report.frames_failed == 2);
     /* Files that are there are the user's wish, and no failures. */
-    set(ctx, taken, 2);
-    REFUSED(ctx, ICORAY_ERR_EXISTS, "step 9: view \"good\": ", icoray_execute(ctx, 9, 0.0, NULL));
+    OK(icoray_scene_text(ctx, text_of("%s%s", HEAD, taken)));
+    REFUSED(ctx, EXISTS, "step 9: view \"good\": ", icoray_execute(ctx, 9, 0.0, NULL));
     report = waited_for(ctx);
     CHECK(report.frames == 1 && report.frames_written == 3 && report.frames_failed == 2);
     set_step(3);
-    set(ctx, conditions, 2);
-    REFUSED(ctx, ICORAY_ERR_FIELD, "step 10: view \"lost\": when: field \"q\" was not given by icoray_field_set",
+    OK(icoray_scene_text(ctx, text_of("%s%s", HEAD, conditions)));
+    REFUSED(ctx, FIELD, "step 10: view \"lost\": when: field \"q\" was not given by icoray_field_set",
             icoray_execute(ctx, 10, 0.0, NULL));
     report = waited_for(ctx);
     CHECK(report.frames == 1 && report.frames_written == 4 && report.frames_failed == 3);
@@ -163,13 +143,10 @@ static void refused_scripts(const char *directory)
         {"[[views]]\nname = \"a\"\ncamera.lat = 95\n", "view \"a\": line 14, key camera.lat: 95"},
     };
     icoray_ctx *ctx = opened_at(directory, "refused", 0);
-    const char *parts[] = {HEAD, TURNS};
-    set(ctx, parts, 2);
+    OK(icoray_scene_text(ctx, text_of("%s%s", HEAD, TURNS)));
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
-        char text[2048];
         trying = cases[i].text;
-        snprintf(text, sizeof text, "%s%s", HEAD, cases[i].text);
-        REFUSED(ctx, ICORAY_ERR_SCENE, cases[i].part, icoray_scene_text(ctx, text));
+        REFUSED(ctx, SCENE, cases[i].part, icoray_scene_text(ctx, text_of("%s%s", HEAD, trying)));
         CHECK(asked(ctx, NULL, 2) == 1 && asked(ctx, NULL, 1) == 0);
     }
     trying = "";
@@ -180,11 +157,7 @@ int main(int argc, char **argv)
 {
     size_t n;
     CHECK(argc == 2);
-    OK(icoray_mesh_create(3, &mesh));
-    grid.struct_size = sizeof grid;
-    OK(icoray_mesh_grid(mesh, &grid));
-    cells = (int)grid.cells;
-    corners = (int)grid.corners;
+    make_mesh(3);
     n = (size_t)cells * LAYERS;
     f = field(ICORAY_F32, ICORAY_CENTER, LAYERS, n, 0, LAYERS, 1);
     g = field(ICORAY_F64, ICORAY_CENTER, LAYERS, n, 0, 1, cells);

@@ -1,34 +1,35 @@
 //! Installing Debian's packages with apt-get.
 
-use std::fs;
+use std::path::Path;
 use std::process::Command;
 use std::thread;
 use std::time::{Duration, Instant};
 
 use crate::diagnosis;
 use crate::error::Error;
+use crate::files;
 use crate::step::Step;
 
 /// How long to wait for another program that holds apt's lock.
 const PATIENCE: Duration = Duration::from_secs(60);
 /// Time between two attempts.
 const PAUSE: Duration = Duration::from_secs(1);
-/// How apt-get reports that it waits.
+/// The start of the line by which apt-get reports that it waits.
 const WAITING: &str = "Waiting for cache lock";
 
-/// An apt-get command that asks nothing; as root, or through sudo, which then asks for no password either.
-pub fn command(root: bool, arguments: &[&str]) -> Vec<String> {
+/// The words of an apt-get command that asks nothing; without root's rights through sudo, which then asks for no
+/// password.
+fn words<'a>(root: bool, arguments: &[&'a str]) -> Vec<&'a str> {
     let sudo: &[&str] = if root { &[] } else { &["sudo", "-n"] };
-    // `env` because sudo hands on no variables.
-    let start = ["env", "DEBIAN_FRONTEND=noninteractive", "apt-get"];
-    sudo.iter().chain(&start).chain(arguments).map(|&word| word.to_owned()).collect()
+    // `env` because sudo passes no variables on.
+    [sudo, &["env", "DEBIAN_FRONTEND=noninteractive", "apt-get"], arguments].concat()
 }
 
 /// Installs packages; updates the package lists first where they are absent or out of date.
 pub fn install(packages: &[&str], root: bool, step: &mut Step) -> Result<(), Error> {
     let timeout = format!("DPkg::Lock::Timeout={}", PATIENCE.as_secs());
     let options = ["install", "-y", "--no-install-recommends", "-o", &timeout];
-    let install = command(root, &options.iter().chain(packages).copied().collect::<Vec<_>>());
+    let install = words(root, &[&options, packages].concat());
     if have_package_lists() {
         match run(&install, step) {
             Err(error) if !is_final(&error) => {}
@@ -37,28 +38,28 @@ pub fn install(packages: &[&str], root: bool, step: &mut Step) -> Result<(), Err
     }
     step.note("updating the package lists, which are absent or out of date");
     // Without the option a failed download of the lists is a warning.
-    let update = command(root, &["update", "-o", "APT::Update::Error-Mode=any"]);
+    let update = words(root, &["update", "-o", "APT::Update::Error-Mode=any"]);
     patiently(PATIENCE, PAUSE, step, |step| run(&update, step))?;
     run(&install, step)
 }
 
-/// Whether new package lists would not help.
+/// Whether the failure does not come from old package lists.
 fn is_final(error: &Error) -> bool {
     let text = error.to_string();
     diagnosis::is_locked(&text) || diagnosis::is_offline(&text)
 }
 
-fn run(words: &[String], step: &mut Step) -> Result<(), Error> {
-    let mut command = Command::new(&words[0]);
+fn run(words: &[&str], step: &mut Step) -> Result<(), Error> {
+    let mut command = Command::new(words[0]);
     command.args(&words[1..]);
     let mut noted = false;
-    step.quiet_noting(&mut command, |line| {
+    step.quiet_noting(command, |line| {
         let first = line.contains(WAITING) && !std::mem::replace(&mut noted, true);
         first.then(|| waiting(PATIENCE))
     })
 }
 
-/// Runs `work` again while apt's lock is held: updating the lists does not wait for it by itself.
+/// Repeats `work` while another program holds apt's lock: `apt-get update` does not wait for it.
 fn patiently(
     patience: Duration,
     pause: Duration,
@@ -85,12 +86,9 @@ fn waiting(patience: Duration) -> String {
     format!("another program uses apt: waiting up to {} s for it to end", patience.as_secs())
 }
 
-/// Whether apt-get was ever updated here; images of Debian come without the lists.
+/// Whether there are package lists; images of Debian come without them.
 fn have_package_lists() -> bool {
-    let Ok(entries) = fs::read_dir("/var/lib/apt/lists") else {
-        return false;
-    };
-    entries.flatten().any(|entry| entry.file_name().to_string_lossy().contains("_Packages"))
+    !files::fitting(Path::new("/var/lib/apt/lists"), "*_Packages*").is_empty()
 }
 
 #[cfg(test)]
@@ -110,8 +108,8 @@ mod tests {
     #[test]
     fn apt_get_goes_through_sudo_where_not_root_and_never_asks() {
         let expected = "env DEBIAN_FRONTEND=noninteractive apt-get update";
-        assert_eq!(command(true, &["update"]).join(" "), expected);
-        assert_eq!(command(false, &["update"]).join(" "), format!("sudo -n {expected}"));
+        assert_eq!(words(true, &["update"]).join(" "), expected);
+        assert_eq!(words(false, &["update"]).join(" "), format!("sudo -n {expected}"));
     }
 
     #[test]

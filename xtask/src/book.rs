@@ -11,7 +11,7 @@ mod markdown;
 mod snippets;
 
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use crate::error::Error;
 use crate::step::Step;
@@ -35,18 +35,19 @@ const OTHERS: [&str; 5] = [
     "examples/fortran/shallow_water/README.md",
 ];
 
-/// Checks that relative links and anchors exist, and that code in the README and the book is that of the files it names.
+/// Checks that relative links and anchors exist, and that code in the README and the book is that of the files it
+/// names.
 ///
 /// # Errors
 /// All faults, each with page and line.
 pub fn check_links(workspace: &Workspace, step: &mut Step) -> Result<(), Error> {
-    let book = book(workspace.root())?;
-    let others = OTHERS.iter().map(|path| page(workspace.root(), path)).collect::<Result<Vec<_>, _>>()?;
+    let book = book(&workspace.root)?;
+    let others = OTHERS.iter().map(|path| page(&workspace.root, path)).collect::<Result<Vec<_>, _>>()?;
     let pages: Vec<&Page> = book.iter().chain(&others).collect();
-    let mut faults = links::faults(workspace.root(), &pages);
-    faults.extend(links::unlisted(workspace.root(), &book)?);
+    let mut faults = links::faults(&workspace.root, &pages);
+    faults.extend(links::unlisted(&workspace.root, &book));
     for page in &book {
-        faults.extend(snippets::faults(workspace.root(), page));
+        faults.extend(snippets::faults(&workspace.root, page));
     }
     if faults.is_empty() {
         let count: usize = pages.iter().map(|page| page.links.len()).sum();
@@ -73,22 +74,6 @@ fn page(root: &Path, path: &str) -> Result<Page, Error> {
     Ok(Page::parse(path, &text))
 }
 
-/// All Markdown files below a folder.
-fn markdown_files(folder: &Path) -> Result<Vec<PathBuf>, Error> {
-    let mut files = Vec::new();
-    let entries = fs::read_dir(folder).map_err(Error::while_doing(folder.display()))?;
-    for entry in entries {
-        let path = entry.map_err(Error::while_doing(folder.display()))?.path();
-        if path.is_dir() {
-            files.extend(markdown_files(&path)?);
-        } else if path.extension().is_some_and(|ending| ending == "md") {
-            files.push(path);
-        }
-    }
-    files.sort();
-    Ok(files)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -103,7 +88,7 @@ mod tests {
 
     #[test]
     fn the_readme_is_short() {
-        let readme = fs::read_to_string(Workspace::find().unwrap().root().join("README.md")).unwrap();
+        let readme = fs::read_to_string(Workspace::find().unwrap().root.join("README.md")).unwrap();
         assert!(readme.lines().count() <= 150);
         let long = readme.lines().find(|line| line.chars().count() > 120);
         assert_eq!(long, None);

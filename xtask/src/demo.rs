@@ -1,11 +1,12 @@
-//! `cargo xtask demo`: simulations that take their own pictures.
+//! `cargo xtask demo`: simulations that render themselves.
 //!
-//! The first model is in C and needs nothing but a C compiler. The second is in Fortran, on ranks of MPI; whatever it lacks, it is
-//! left out, and the demo has succeeded with the pictures of the first.
+//! The first model is in C and needs only a C compiler. The second is in Fortran, on ranks of MPI; if it cannot be
+//! built or run, it is left out, and the demo still succeeds.
 
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::Command;
+
+use xshell::Cmd;
 
 use crate::disk;
 use crate::error::Error;
@@ -16,12 +17,12 @@ use crate::pictures::{Pictures, SHEET_PACKAGE};
 use crate::report::Summary;
 use crate::requirements;
 use crate::shallow_water::{self, ShallowWater};
-use crate::step::{Step, Steps, say};
+use crate::step::{Steps, print_line};
 use crate::system;
 use crate::tracer::{self, Tracer};
 use crate::workspace::Workspace;
 
-/// As many pictures as are listed one by one; of more, the first and the last.
+/// Up to so many pictures are all listed; of more, the first and the last.
 const LISTED: usize = 30;
 const PROFILE: &str = "release";
 /// Steps of each model.
@@ -31,25 +32,23 @@ const RANKS: usize = 2;
 const SPACE: u64 = 600;
 
 /// Runs the demo.
-pub fn run(workspace: &Workspace, options: &DemoOptions) -> Result<(), Error> {
-    let demo = Demo::new(workspace, options)?;
+pub fn run(workspace: &Workspace, options: &DemoOptions, install: bool) -> Result<(), Error> {
+    let demo = Demo::new(workspace, options, install)?;
     let mut steps = Steps::new(2 * STEPS);
     demo.tracer(&mut steps)?;
-    say("");
+    print_line("");
     if let Err(error) = demo.shallow_water(&mut steps) {
-        say(&left_out(&error));
+        let cause = error.brief();
+        print_line(&format!("\nleft out: the shallow-water model on {RANKS} ranks of MPI, because {cause}"));
     }
     Ok(())
-}
-
-/// The sentence about the second model, with the last lines of the cause.
-fn left_out(error: &Error) -> String {
-    format!("\nleft out: the shallow-water model on {RANKS} ranks of MPI, because {}", error.brief())
 }
 
 struct Demo<'a> {
     workspace: &'a Workspace,
     options: &'a DemoOptions,
+    /// Whether missing packages may be installed.
+    install: bool,
     out: PathBuf,
     /// The tracer's scene.
     scene: PathBuf,
@@ -58,96 +57,83 @@ struct Demo<'a> {
 }
 
 impl<'a> Demo<'a> {
-    /// Finds out before the build what would stop it.
-    fn new(workspace: &'a Workspace, options: &'a DemoOptions) -> Result<Self, Error> {
-        let out = match &options.out {
-            Some(out) => workspace.given(out),
-            None => workspace.root().join("out/demo"),
+    /// Checks before the build that the scene can be read, and that files can be written.
+    fn new(workspace: &'a Workspace, options: &'a DemoOptions, install: bool) -> Result<Self, Error> {
+        let path = |given: &Option<PathBuf>, default: &str| {
+            given.as_ref().map_or_else(|| workspace.root.join(default), |path| workspace.given(path))
         };
-        let scene = match &options.scene {
-            Some(scene) => workspace.given(scene),
-            None => workspace.root().join(tracer::SCENE),
-        };
+        let (out, scene) = (path(&options.out, "out/demo"), path(&options.scene, tracer::SCENE));
         let text = fs::read_to_string(&scene)
             .map_err(Error::while_doing(format!("cannot read the scene file {}", scene.display())))?;
         let gpu = wants_gpu(options.backend, &text);
         let products = workspace.products(PROFILE);
         disk::writable(&out, "--out DIR takes another directory for the pictures")?;
         disk::writable(&products, "let CARGO_TARGET_DIR name a directory that can be written")?;
-        disk::has_space(
-            &products,
-            SPACE,
-            "free some, or let CARGO_TARGET_DIR name a directory on another disk",
-        )?;
-        Ok(Self { workspace, options, out, scene, gpu })
+        disk::has_space(&products, SPACE)?;
+        Ok(Self { workspace, options, install, out, scene, gpu })
     }
 
     /// The first model.
     fn tracer(&self, steps: &mut Steps) -> Result<(), Error> {
         let workspace = self.workspace;
-        let (model, pictures) =
-            (Tracer::new(workspace, PROFILE), Pictures::new(self.out.clone(), tracer::PREFIX));
+        let model = Tracer::new(workspace, PROFILE);
+        let pictures = Pictures::new(workspace, self.out.clone(), tracer::PREFIX);
         steps.run("looking for a C compiler", |step| {
-            system::provide(requirements::FOR_DEMO, self.options.install, step)
+            system::provide(requirements::FOR_DEMO, self.install, step)
         })?;
-        steps.run("building the library", |step| step.quiet(&mut self.library()))?;
-        steps.run("building the tracer model", |step| step.quiet(&mut model.compile()))?;
-        let start = steps.started();
+        steps.run("building the library", |step| step.quiet(self.library()))?;
+        steps.run("building the tracer model", |step| step.quiet(model.compile()))?;
+        let start = steps.started;
         let lines = steps.run("running the tracer model", |step| {
             let scene = self.with_backend(&self.scene)?;
             pictures.prepare()?;
-            let mut run = model.run(self.options.size, &scene, &self.out)?;
-            let mut told = false;
-            step.echoed(&mut run, || {
-                if let Some(first) = pictures.first().filter(|_| !told) {
+            let mut first = None;
+            step.echoed(model.run(self.options.size, &scene, &self.out)?, || {
+                if first.is_none()
+                    && let Some(picture) = pictures.first()
+                {
                     let seconds = start.elapsed().as_secs_f64();
-                    say(&format!("first picture after {seconds:.1} s: {}", workspace.shown(&first)));
-                    told = true;
+                    let picture = first.insert(picture);
+                    print_line(&format!("first picture after {seconds:.1} s: {}", workspace.shown(picture)));
                 }
             })
         })?;
         show(workspace, steps, &pictures, &lines)
     }
 
-    /// The second model, with all that it needs.
+    /// The second model, from its packages on.
     fn shallow_water(&self, steps: &mut Steps) -> Result<(), Error> {
         let workspace = self.workspace;
         let title = format!("looking for Fortran and MPI, for a model on {RANKS} ranks");
-        let (host, mpi) = steps.run(&title, |step| self.provide_mpi(step))?;
-        let model = ShallowWater::new(workspace, PROFILE, &mpi);
-        let pictures = Pictures::new(self.out.join("shallow_water"), shallow_water::PREFIX);
-        steps.run("building the library with MPI", |step| {
-            model.forget_other_mpi(step)?;
-            let mut cargo = model.library(self.gpu);
-            model.tell(&mut cargo, &host)?;
-            step.quiet(&mut cargo)
+        let (host, mpi) = steps.run(&title, |step| {
+            system::provide(requirements::FOR_DEMO_MPI, self.install, step)?;
+            let host = Host::here()?;
+            let mpi = Mpi::find(&host)?;
+            Ok((host, mpi))
         })?;
-        steps.run("building the shallow-water model", |step| step.quiet(&mut model.compile()))?;
+        let model = ShallowWater::new(workspace, PROFILE, &mpi);
+        let pictures = Pictures::new(workspace, self.out.join("shallow_water"), shallow_water::PREFIX);
+        steps.run("building the library with MPI", |step| {
+            model.remove_other_mpi(step)?;
+            step.quiet(model.with_mpi(model.library(self.gpu), &host)?)
+        })?;
+        steps.run("building the shallow-water model", |step| step.quiet(model.compile()))?;
         let title = format!("running the shallow-water model on {RANKS} ranks of MPI");
         let lines = steps.run(&title, |step| {
-            let scene = self.with_backend(&workspace.root().join(shallow_water::SCENE))?;
+            let scene = self.with_backend(&workspace.root.join(shallow_water::SCENE))?;
             pictures.prepare()?;
-            step.echoed(&mut model.run(RANKS, &scene, pictures.folder())?, || {})
+            step.echoed(model.run(RANKS, &scene, &pictures.folder)?, || {})
         })?;
         show(workspace, steps, &pictures, &lines)
     }
 
-    fn provide_mpi(&self, step: &mut Step) -> Result<(Host, Mpi), Error> {
-        system::provide(requirements::FOR_DEMO_MPI, self.options.install, step)?;
-        let host = Host::here()?;
-        let mpi = Mpi::find(&host).map_err(|lack| Error::Failed(lack.why))?;
-        Ok((host, mpi))
-    }
-
     /// The C library, and the program that makes contact sheets.
     ///
-    /// The second model's library shares the core with this one. Cargo compiles it once if all that it depends on has the same
-    /// features in both calls; see `contact_sheet/Cargo.toml` and the test below.
-    fn library(&self) -> Command {
-        let mut cargo = self.workspace.cargo(["build", "--profile", PROFILE]);
-        cargo.args(["--package", "icoray-capi", "--package", SHEET_PACKAGE]);
-        cargo.args((!self.gpu).then_some("--no-default-features"));
-        cargo
+    /// The second model's library shares the core with this one. Cargo compiles the core once if its dependencies have
+    /// the same features in both calls; see `contact_sheet/Cargo.toml` and the test below.
+    fn library(&self) -> Cmd<'a> {
+        let cargo = self.workspace.cargo(["build", "--profile", PROFILE, "--package", "icoray-capi"]);
+        cargo.args(["--package", SHEET_PACKAGE]).args((!self.gpu).then_some("--no-default-features"))
     }
 
     /// A scene, or a copy of it with the backend of the options.
@@ -156,8 +142,8 @@ impl<'a> Demo<'a> {
             return Ok(scene.to_owned());
         };
         let copy = self.workspace.products(PROFILE).join(name);
-        let text = fs::read_to_string(scene).map_err(Error::while_doing(scene.display()))?;
-        fs::write(&copy, replaced(&text, backend)).map_err(Error::while_doing(copy.display()))?;
+        let text = self.workspace.shell.read_file(scene)?;
+        self.workspace.shell.write_file(&copy, replaced(&text, backend))?;
         Ok(copy)
     }
 }
@@ -167,7 +153,7 @@ fn sets_backend(line: &str) -> bool {
     line.split_once('=').is_some_and(|(key, _)| key.trim() == "backend")
 }
 
-/// Whether a scene is to be drawn on a GPU: because the options say so, or else the scene itself.
+/// Whether a scene is rendered on a GPU: by the options, or else by the scene.
 fn wants_gpu(backend: Option<&str>, scene: &str) -> bool {
     match backend {
         Some(backend) => backend != "cpu",
@@ -175,13 +161,13 @@ fn wants_gpu(backend: Option<&str>, scene: &str) -> bool {
     }
 }
 
-/// The scene with `backend`, in place of its own.
+/// The scene with another backend.
 fn replaced(scene: &str, backend: &str) -> String {
     let rest: Vec<&str> = scene.lines().filter(|line| !sets_backend(line)).collect();
     format!("backend = \"{backend}\"\n{}\n", rest.join("\n"))
 }
 
-/// Makes the contact sheet, and says where the pictures are, what they cost, and how far they may be off.
+/// Makes the contact sheet; prints the paths of the pictures, their cost and their errors.
 fn show(
     workspace: &Workspace,
     steps: &mut Steps,
@@ -189,29 +175,23 @@ fn show(
     lines: &[String],
 ) -> Result<(), Error> {
     let taken = pictures.taken()?;
-    steps.run("making the contact sheet", |step| step.quiet(&mut pictures.make_sheet(workspace, PROFILE)))?;
+    steps.run("making the contact sheet", |step| step.quiet(pictures.make_sheet(PROFILE)))?;
     let frames = pictures.frames()?;
     let summary = Summary::find(lines).or_from(&frames);
-    say(&format!("\npictures ({}):", taken.len()));
-    if let [first, .., last] = taken.as_slice()
-        && taken.len() > LISTED
-    {
-        say(&format!("  {}", workspace.shown(first)));
-        say("  ...");
-        say(&format!("  {}", workspace.shown(last)));
-    } else {
-        for picture in &taken {
-            say(&format!("  {}", workspace.shown(picture)));
-        }
+    print_line(&format!("\npictures ({}):", taken.len()));
+    let mut listed: Vec<_> = taken.iter().map(|picture| workspace.shown(picture)).collect();
+    if listed.len() > LISTED {
+        listed.splice(1..listed.len() - 1, ["...".to_owned()]);
     }
-    say(&format!("contact sheet:\n  {}", workspace.shown(&pictures.sheet())));
-    say(&format!("report, a line per picture:\n  {}", workspace.shown(&pictures.report())));
-    say(&format!("\n{}", summary.table()));
+    listed.iter().for_each(|picture| print_line(&format!("  {picture}")));
+    print_line(&format!("contact sheet:\n  {}", workspace.shown(&pictures.sheet())));
+    print_line(&format!("report, a line per picture:\n  {}", workspace.shown(&pictures.report())));
+    print_line(&format!("\n{}", summary.table()));
     if let Some(errors) = frames.errors {
-        say(&format!("\n{}", errors.sentence()));
+        print_line(&format!("\n{}", errors.sentence()));
     }
     if let Some(ranks) = frames.ranks.filter(|ranks| ranks.count > 1) {
-        say(&ranks.sentence());
+        print_line(&ranks.sentence());
     }
     Ok(())
 }
@@ -219,6 +199,7 @@ fn show(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::process::Command;
 
     #[test]
     fn a_backend_takes_the_place_of_the_scenes() {
@@ -237,27 +218,14 @@ mod tests {
         assert!(!wants_gpu(Some("cpu"), "backend = \"gpu\""));
     }
 
-    #[test]
-    fn what_is_left_out_is_told_with_its_cause() {
-        let details = (1..=20).map(|i| format!("line {i}\n")).collect();
-        let error = Error::Detailed { sentence: "`cargo build` ended with exit status: 101".into(), details };
-        let told = left_out(&error);
-        assert_eq!(told.trim_start().lines().count(), 6, "{told}");
-        assert!(
-            told.contains("2 ranks of MPI, because `cargo build` ended with")
-                && told.ends_with("    line 20"),
-            "{told}"
-        );
-    }
-
-    /// What a cargo command would build of the core and of all below it: packages with their features.
+    /// The core's dependencies in a cargo command: packages with their features.
     fn core_with_features(command: &Command) -> Vec<String> {
         let mut tree = Command::new(crate::workspace::cargo());
         tree.args(["tree", "--locked", "--edges", "normal,build", "--prefix", "depth", "--no-dedupe"]);
         tree.args(["--format", " {p} {f}"]).current_dir(env!("CARGO_MANIFEST_DIR"));
         let mut words = command.get_args().skip(1);
         while let Some(word) = words.next() {
-            // There is no profile to a tree.
+            // `cargo tree` has no profiles.
             if word == "--profile" {
                 words.next();
             } else {
@@ -283,12 +251,12 @@ mod tests {
         let (cc, fortran, run) = ("mpicc".into(), "mpifort".into(), "mpirun".into());
         let mpi = Mpi { cc, fortran, run, options: Vec::new(), library: String::new() };
         for gpu in [false, true] {
-            let size = crate::options::Size { level: 3, layers: 2, days: 1.0 };
-            let options = DemoOptions { out: None, scene: None, backend: None, size, install: false };
-            let demo =
-                Demo { workspace: &workspace, options: &options, out: "".into(), scene: "".into(), gpu };
-            let first = core_with_features(&demo.library());
-            let second = core_with_features(&ShallowWater::new(&workspace, PROFILE, &mpi).library(gpu));
+            let options = DemoOptions::default();
+            let (out, scene) = ("".into(), "".into());
+            let demo = Demo { workspace: &workspace, options: &options, install: false, out, scene, gpu };
+            let first = core_with_features(&demo.library().into());
+            let second =
+                core_with_features(&ShallowWater::new(&workspace, PROFILE, &mpi).library(gpu).into());
             assert!(first.len() > 50 && first.iter().any(|line| line.starts_with("syn v2")), "{first:#?}");
             assert_eq!(first, second);
         }

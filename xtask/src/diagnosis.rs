@@ -1,59 +1,52 @@
-//! What a machine lacks, recognised in the output of cargo, compilers and apt-get.
+//! Known causes of failures, recognised in the output of cargo, compilers and apt-get.
 
 use crate::error::last_lines;
 
-/// Number of last lines that are searched: what ends a command stands there.
+/// Number of last lines that are searched: they have the error that ended the command.
 const SEARCHED: usize = 60;
 
-/// A cause with the words by which it is recognised.
-struct Cause {
-    /// Any of these in a line.
-    words: &'static [&'static str],
-    /// What it is and what to do.
-    sentence: &'static str,
-}
-
-/// The first that fits counts: a full disk also makes downloads fail.
-static CAUSES: &[Cause] = &[
-    Cause {
-        words: &["No space left on device", "(os error 28)", "You don't have enough free space in"],
-        sentence: "no space is left on the disk: free some, or let CARGO_TARGET_DIR name a directory on another disk",
-    },
-    Cause {
-        words: &["Read-only file system", "(os error 30)"],
-        sentence: "a directory is read-only: let CARGO_TARGET_DIR name a directory that can be written, \
-                   and --out one for pictures",
-    },
-    Cause {
-        words: &[
+/// Known causes: texts of which one is in a line of the output, and a sentence with the cause and what to do. The first
+/// that fits counts: a full disk also makes downloads fail.
+static CAUSES: &[(&[&str], &str)] = &[
+    (
+        &["No space left on device", "(os error 28)", "You don't have enough free space in"],
+        "no space is left on the disk: free some, or let CARGO_TARGET_DIR name a directory on another disk",
+    ),
+    (
+        &["Read-only file system", "(os error 30)"],
+        "a directory is read-only: let CARGO_TARGET_DIR name a directory that can be written, \
+         and --out one for pictures",
+    ),
+    (
+        &[
             "Could not get lock",
             "Unable to acquire the dpkg frontend lock",
             "Unable to lock directory",
             "is another process using it?",
         ],
-        sentence: "another program uses apt: wait until it has ended (`ps -e | grep -E 'apt|dpkg'` shows it), \
-                   then run this command again",
-    },
-    Cause {
-        words: &["dpkg was interrupted"],
-        sentence: "an earlier installation was interrupted: run `dpkg --configure -a` as root, then this command again",
-    },
-    Cause {
-        words: &[
+        "another program uses apt: wait until it has ended (`ps -e | grep -E 'apt|dpkg'` shows it), \
+         then run this command again",
+    ),
+    (
+        &["dpkg was interrupted"],
+        "an earlier installation was interrupted: run `dpkg --configure -a` as root, then this command again",
+    ),
+    (
+        &[
             "Temporary failure resolving",
             "Could not connect to",
             "Unable to connect to",
             "Cannot initiate the connection",
         ],
-        sentence: "apt-get cannot reach its archive: check the network and the proxy, then run this command again",
-    },
-    Cause {
-        words: &["Unable to locate package", "has no installation candidate"],
-        sentence: "the package lists of this system do not have a package: add Debian's main archive to \
-                   /etc/apt/sources.list, or install its counterpart by hand",
-    },
-    Cause {
-        words: &[
+        "apt-get cannot reach its archive: check the network and the proxy, then run this command again",
+    ),
+    (
+        &["Unable to locate package", "has no installation candidate"],
+        "the package lists of this system do not have a package: add Debian's main archive to \
+         /etc/apt/sources.list, or install its counterpart by hand",
+    ),
+    (
+        &[
             "failed to download",
             "download of config.json failed",
             "Could not resolve host",
@@ -61,30 +54,30 @@ static CAUSES: &[Cause] = &[
             "spurious network error",
             "attempting to make an HTTP request",
         ],
-        sentence: "cargo cannot download crates: check the network and the proxy (HTTPS_PROXY), then run this command \
-                   again; `cargo fetch` downloads all, after which no network is needed",
-    },
-    Cause {
-        words: &["is not supported by the following package", "requires rustc"],
-        sentence: "this Rust is too old: run `rustup update`, then this command again",
-    },
-    Cause {
-        words: &["signal: 9, SIGKILL", "Killed signal terminated program", "memory allocation of"],
-        sentence: "the system ended a compiler, mostly for want of memory: close other programs, or set \
-                   CARGO_BUILD_JOBS=1, then run this command again",
-    },
-    Cause {
-        words: &["Permission denied", "(os error 13)", "are you root?"],
-        sentence: "a file or directory may not be written: let CARGO_TARGET_DIR name a directory of your own, \
-                   and --out one for pictures",
-    },
+        "cargo cannot download crates: check the network and the proxy (HTTPS_PROXY), then run this command \
+         again; `cargo fetch` downloads all, after which no network is needed",
+    ),
+    (
+        &["is not supported by the following package", "requires rustc"],
+        "this Rust is too old: run `rustup update`, then this command again",
+    ),
+    (
+        &["signal: 9, SIGKILL", "Killed signal terminated program", "memory allocation of"],
+        "the system ended a compiler, mostly for want of memory: close other programs, or set \
+         CARGO_BUILD_JOBS=1, then run this command again",
+    ),
+    (
+        &["Permission denied", "(os error 13)", "are you root?"],
+        "a file or directory may not be written: let CARGO_TARGET_DIR name a directory of your own, \
+         and --out one for pictures",
+    ),
 ];
 
 /// The cause of a failure with this output, and what to do, if it is known.
 pub fn diagnose(output: &str) -> Option<&'static str> {
     let lines = last_lines(output, SEARCHED);
-    let fits = |cause: &&Cause| cause.words.iter().any(|words| lines.iter().any(|line| line.contains(words)));
-    CAUSES.iter().find(fits).map(|cause| cause.sentence)
+    let contains = |text: &&str| lines.iter().any(|line| line.contains(text));
+    CAUSES.iter().find(|(texts, _)| texts.iter().any(contains)).map(|(_, sentence)| *sentence)
 }
 
 /// Whether apt-get failed because another program holds its lock.

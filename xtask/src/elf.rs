@@ -1,4 +1,4 @@
-//! What a library shows to those that link it, as binutils tell it.
+//! Symbols and properties of libraries, read with the binutils.
 
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -6,33 +6,33 @@ use std::process::Command;
 
 use crate::error::Error;
 
-/// Libraries that a shared library may need: those of any C program, and the unwinder.
+/// Libraries that an installed shared library may need: those of any C program, and the unwinder.
 const SYSTEM: [&str; 6] = ["libc.so.", "libm.so.", "libgcc_s.so.", "libpthread.so.", "libdl.so.", "ld-linux"];
 
-/// Libraries that one with MPI needs besides: Open MPI's, or MPICH's and its kin's.
+/// The MPI libraries that one with MPI needs: Open MPI's, or that of MPICH and its derivatives.
 const MPI: [&str; 2] = ["libmpi.so.", "libmpich.so."];
 
 /// A shared library's dynamic section and segments.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Shared {
-    /// The name that programs linked with it look for.
+    /// The name by which programs find it at run time.
     pub soname: Option<String>,
-    /// The libraries that it looks for.
+    /// The libraries that it depends on.
     pub needed: Vec<String>,
-    /// Places where it looks first: RPATH and RUNPATH.
-    pub search: Vec<String>,
+    /// RPATH and RUNPATH.
+    search: Vec<String>,
     /// Whether it makes the stack of the program that loads it executable.
-    pub executable_stack: bool,
+    executable_stack: bool,
 }
 
 impl Shared {
-    /// Looks into a file.
+    /// Reads a file.
     pub fn read(library: &Path) -> Result<Self, Error> {
         Ok(Self::parse(&printed("readelf", &["-dlW"], library)?))
     }
 
     fn parse(text: &str) -> Self {
-        // A library that does not say what stack it wants gets an executable one.
+        // The stack is executable unless the library has a header that says otherwise.
         let mut shared = Self { executable_stack: true, ..Self::default() };
         for line in text.lines() {
             let bracketed = || Some(line.split_once('[')?.1.split_once(']')?.0.to_owned());
@@ -49,7 +49,7 @@ impl Shared {
         shared
     }
 
-    /// Says what would be wrong with it as an installed library of this name, with MPI or without.
+    /// The faults that it has as an installed library of this name, with MPI or without.
     pub fn complaints(&self, soname: &str, mpi: bool) -> Vec<String> {
         let mut complaints = Vec::new();
         if self.soname.as_deref() != Some(soname) {
@@ -74,7 +74,7 @@ impl Shared {
     }
 }
 
-/// The names that a library defines for others; with `-D` in `options`, those of a shared library.
+/// The global names that a library defines; `-D` in `options` is for shared libraries.
 pub fn defined(library: &Path, options: &[&str]) -> Result<Vec<String>, Error> {
     let options: Vec<_> = ["-g", "--defined-only"].iter().chain(options).copied().collect();
     Ok(names(&printed("nm", &options, library)?))
@@ -83,23 +83,24 @@ pub fn defined(library: &Path, options: &[&str]) -> Result<Vec<String>, Error> {
 /// The third words of nm's lines; headings of an archive's members have one.
 fn names(text: &str) -> Vec<String> {
     let name = |line: &str| line.split_whitespace().nth(2).map(str::to_owned);
-    text.lines().filter_map(name).collect::<BTreeSet<_>>().into_iter().collect()
+    distinct(text.lines().filter_map(name))
 }
 
 /// The functions that a C header declares.
 pub fn declared(header: &str) -> Vec<String> {
-    // A prototype is the only place where a name is followed by a bracket outside of comments, whose lines have a star.
+    // Outside of comments, whose lines start with a star, only the name of a prototype is followed by a bracket.
     let code = header.lines().filter(|line| !line.trim_start().starts_with(['*', '/']));
     let before_bracket = code.filter_map(|line| line.split_once('(').map(|(before, _)| before));
     let name = before_bracket.filter_map(|before| before.rsplit([' ', '*']).next());
-    name.filter(|name| name.starts_with("icoray_"))
-        .map(str::to_owned)
-        .collect::<BTreeSet<_>>()
-        .into_iter()
-        .collect()
+    distinct(name.filter(|name| name.starts_with("icoray_")).map(str::to_owned))
 }
 
-/// Fails unless both lists have the same names, none of them twice.
+/// The names in order, each once.
+fn distinct(names: impl Iterator<Item = String>) -> Vec<String> {
+    names.collect::<BTreeSet<_>>().into_iter().collect()
+}
+
+/// Fails unless both lists have the same names.
 pub fn same_names(what: &str, found: &[String], expected: &[String]) -> Result<(), Error> {
     let lacking: Vec<_> = expected.iter().filter(|name| !found.contains(name)).collect();
     let surplus: Vec<_> = found.iter().filter(|name| !expected.contains(name)).collect();
@@ -115,7 +116,7 @@ pub fn same_names(what: &str, found: &[String], expected: &[String]) -> Result<(
 
 fn printed(program: &str, options: &[&str], file: &Path) -> Result<String, Error> {
     let mut command = Command::new(program);
-    // Its words are translated otherwise.
+    // Without translations.
     let output = command.env("LC_ALL", "C").args(options).arg(file).output();
     let output = output.map_err(Error::while_doing(program))?;
     if !output.status.success() {

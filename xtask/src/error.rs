@@ -1,4 +1,4 @@
-//! What can go wrong, told apart by the exit code it leads to.
+//! Errors of the subcommands.
 
 use std::fmt;
 
@@ -8,21 +8,17 @@ const BRIEF: usize = 5;
 /// Why a subcommand ended early.
 #[derive(Debug, PartialEq)]
 pub enum Error {
-    /// The arguments make no sense; the usage is shown beside the message.
+    /// Wrong arguments: the usage is printed too, and the exit code is 2.
     Usage(String),
     /// Anything else: a file that cannot be read, a picture that is missing.
     Failed(String),
-    /// A failure with many lines behind it: the output of a command, a list of packages.
-    Detailed {
-        /// What failed, and what to do if that is known.
-        sentence: String,
-        /// The lines behind it.
-        details: String,
-    },
+    /// A sentence on what failed, and what to do if that is known; and lines of details: the output of a command, or a
+    /// reason per package.
+    Detailed { sentence: String, details: String },
 }
 
 impl Error {
-    /// For use with `map_err`: says what was being done when `cause` came up.
+    /// For `map_err`: puts `what` was done, or with which file, before the cause.
     pub fn while_doing<E: fmt::Display>(what: impl fmt::Display) -> impl FnOnce(E) -> Error {
         move |cause| Error::Failed(format!("{what}: {cause}"))
     }
@@ -35,12 +31,8 @@ impl Error {
             }
             Error::Detailed { sentence, details } => (sentence.as_str(), details.as_str()),
         };
-        let mut text = sentence.to_owned();
-        for line in last_lines(details, BRIEF) {
-            text += "\n    ";
-            text += line.trim_start();
-        }
-        text
+        let lines = last_lines(details, BRIEF).into_iter().map(|line| format!("\n    {}", line.trim_start()));
+        sentence.to_owned() + &lines.collect::<String>()
     }
 }
 
@@ -48,6 +40,12 @@ impl Error {
 pub fn last_lines(text: &str, count: usize) -> Vec<&str> {
     let lines: Vec<_> = text.lines().map(str::trim_end).filter(|line| !line.is_empty()).collect();
     lines[lines.len().saturating_sub(count)..].to_vec()
+}
+
+impl From<xshell::Error> for Error {
+    fn from(error: xshell::Error) -> Self {
+        Error::Failed(error.to_string())
+    }
 }
 
 impl fmt::Display for Error {

@@ -1,5 +1,5 @@
-//! The machine as the probes of [`crate::requirements`] see it: programs on a search path, environment variables, and files below
-//! a root. Tests build such machines in temporary directories.
+//! The machine that the checks of [`crate::requirements`] examine: programs on a search path, environment variables,
+//! and files below a root. Tests make such machines in temporary directories.
 
 use std::collections::BTreeMap;
 use std::env;
@@ -8,38 +8,40 @@ use std::fs::{self, File};
 use std::io;
 use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
-use std::process::{self, Command, Stdio};
+use std::process::{Command, ExitStatus, Stdio};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;
 use std::time::{Duration, Instant};
 
+use xshell::{Shell, TempDir};
+
 use crate::error::{Error, last_lines};
 
-/// A probe that runs longer has failed. Compilers and `mpirun` take a second or two.
+/// A program that runs longer has failed. Compilers and `mpirun` take a second or two.
 const TIME_LIMIT: Duration = Duration::from_secs(60);
 
-/// Time between two looks at a program that runs.
+/// Interval at which a running program is polled.
 const PAUSE: Duration = Duration::from_millis(5);
-/// Bytes that the programs of the probes take, and more.
-const ROOM: usize = 1 << 20;
+/// Free bytes that must be there for temporary files: more than the compiled programs take.
+const SPACE: usize = 1 << 20;
 
-/// A machine to be probed.
+/// A machine to be examined.
 pub struct Host {
     /// Directory that stands for `/` where files are looked for.
     root: PathBuf,
     path: OsString,
     variables: BTreeMap<String, OsString>,
-    /// Holds what the probes compile; removed at the end.
-    scratch: PathBuf,
+    /// Holds the compiled programs.
+    scratch: TempDir,
     /// Number of files in `scratch` so far.
     count: AtomicUsize,
 }
 
-/// A text that a probe compiles or reads.
+/// A source file for a compiler.
+#[derive(Debug)]
 pub struct Probe {
-    /// The name of its file, whose ending tells the language.
+    /// The name of the file; its ending is that of the language.
     pub name: &'static str,
-    /// Its text.
     pub text: &'static str,
 }
 
@@ -52,21 +54,23 @@ impl Host {
     }
 
     /// A machine with the files below `root`, the programs of `path` and these environment variables.
+    ///
+    /// # Errors
+    /// If temporary files cannot be written.
     pub fn new(root: PathBuf, path: OsString, variables: BTreeMap<String, OsString>) -> Result<Self, Error> {
-        static COUNT: AtomicUsize = AtomicUsize::new(0);
-        let name = format!("icoray-probe-{}-{}", process::id(), COUNT.fetch_add(1, Ordering::Relaxed));
-        let scratch = env::temp_dir().join(name);
-        let room = scratch.join("room");
-        let written = fs::create_dir_all(&scratch).and_then(|()| fs::write(&room, [0; ROOM]));
-        if let Err(cause) = written.and_then(|()| fs::remove_file(&room)) {
-            let _ = fs::remove_dir_all(&scratch);
-            let place = env::temp_dir();
-            let advice = "let TMPDIR name a directory with free space that can be written";
-            return Err(Error::Failed(format!(
-                "cannot write temporary files to {}: {cause}; {advice}",
-                place.display()
-            )));
-        }
+        let shell = Shell::new()?;
+        let scratch = shell.create_temp_dir().and_then(|scratch| {
+            let file = scratch.path().join("space");
+            shell.write_file(&file, [0; SPACE]).and_then(|()| shell.remove_path(&file)).map(|()| scratch)
+        });
+        let scratch = scratch.map_err(|cause| {
+            let directory = env::temp_dir();
+            Error::Failed(format!(
+                "cannot write temporary files to {}: {cause}; \
+                 let TMPDIR name a directory with free space that can be written",
+                directory.display()
+            ))
+        })?;
         Ok(Self { root, path, variables, scratch, count: AtomicUsize::new(0) })
     }
 
@@ -75,10 +79,10 @@ impl Host {
         self.variables.get(name).map(OsString::as_os_str).filter(|value| !value.is_empty())
     }
 
-    /// Where the file with this absolute path lies.
+    /// The path below the root of the file with this absolute path.
     pub fn file(&self, path: impl AsRef<Path>) -> PathBuf {
         let path = path.as_ref();
-        // Paths of this machine's own, such as those that programs print, may already be below the root.
+        // Paths that programs print may already be below the root.
         if path.starts_with(&self.root) {
             return path.to_path_buf();
         }
@@ -90,19 +94,17 @@ impl Host {
         env::split_paths(&self.path).collect()
     }
 
-    /// The file of a program; names without a slash are looked for on the search path.
+    /// The file of a program; names without a slash are searched on the search path.
     pub fn program(&self, name: impl AsRef<Path>) -> Option<PathBuf> {
         let name = name.as_ref();
         if name.components().count() > 1 {
             return is_program(name).then(|| name.to_path_buf());
         }
-        self.program_directories()
-            .into_iter()
-            .map(|directory| directory.join(name))
-            .find(|file| is_program(file))
+        let mut files = self.program_directories().into_iter().map(|directory| directory.join(name));
+        files.find(|file| is_program(file))
     }
 
-    /// Runs a program; returns what it wrote to standard output, or else in one line why it failed.
+    /// Runs a program; returns its standard output, or else the cause of its failure in one line.
     pub fn run<A: AsRef<OsStr>>(
         &self,
         program: impl AsRef<Path>,
@@ -113,23 +115,19 @@ impl Host {
         let (stdout, stderr) = (self.scratch_file("stdout"), self.scratch_file("stderr"));
         let create = |path: &Path| File::create(path).map_err(|cause| format!("{}: {cause}", path.display()));
         let mut command = Command::new(file);
-        command.args(arguments).current_dir(&self.scratch).env("PATH", &self.path).env("LC_ALL", "C");
+        command.args(arguments).current_dir(self.scratch.path()).env("PATH", &self.path).env("LC_ALL", "C");
         command.stdin(Stdio::null()).stdout(create(&stdout)?).stderr(create(&stderr)?);
-        let status = self.wait(command, &name)?;
+        let status = wait(command, &name)?;
         let text = |path| String::from_utf8_lossy(&fs::read(path).unwrap_or_default()).into_owned();
-        let printed = text(&stdout);
+        let (printed, errors) = (text(&stdout), text(&stderr));
         if status.success() {
             return Ok(printed);
         }
-        let errors = text(&stderr);
         let cause = cause(&errors).or_else(|| cause(&printed));
-        Err(match cause {
-            Some(line) => format!("{name}: {line}"),
-            None => format!("{name} ended with {status}"),
-        })
+        Err(cause.map_or_else(|| format!("{name} ended with {status}"), |line| format!("{name}: {line}")))
     }
 
-    /// Compiles and links a program; returns its file, or else in one line why that failed.
+    /// Compiles and links a program; returns its file, or else the cause of the failure in one line.
     pub fn build<A: AsRef<OsStr>>(
         &self,
         compiler: impl AsRef<Path>,
@@ -152,46 +150,38 @@ impl Host {
     }
 
     fn scratch_file(&self, name: &str) -> PathBuf {
-        self.scratch.join(format!("{}-{name}", self.count.fetch_add(1, Ordering::Relaxed)))
+        self.scratch.path().join(format!("{}-{name}", self.count.fetch_add(1, Ordering::Relaxed)))
     }
+}
 
-    fn wait(&self, mut command: Command, name: &str) -> Result<process::ExitStatus, String> {
-        let failed = |cause| format!("{name}: {cause}");
-        let started = Instant::now();
-        let mut child = loop {
-            match command.spawn() {
-                // A program that was just written is busy while a process that another thread starts has its file open.
-                Err(cause)
-                    if cause.kind() == io::ErrorKind::ExecutableFileBusy
-                        && started.elapsed() < TIME_LIMIT =>
-                {
-                    thread::sleep(PAUSE);
-                }
-                result => break result.map_err(failed)?,
+/// Runs a command until it ends or the time limit is over.
+fn wait(mut command: Command, name: &str) -> Result<ExitStatus, String> {
+    let failed = |cause| format!("{name}: {cause}");
+    let started = Instant::now();
+    let mut child = loop {
+        match command.spawn() {
+            // A program that was just written is busy while a process that another thread starts has its file open.
+            Err(cause)
+                if cause.kind() == io::ErrorKind::ExecutableFileBusy && started.elapsed() < TIME_LIMIT =>
+            {
+                thread::sleep(PAUSE);
             }
-        };
-        loop {
-            if let Some(status) = child.try_wait().map_err(failed)? {
-                return Ok(status);
-            }
-            if started.elapsed() > TIME_LIMIT {
-                // It may just have ended.
-                let _ = child.kill();
-                let _ = child.wait();
-                return Err(format!("{name} did not end within {} s", TIME_LIMIT.as_secs()));
-            }
-            thread::sleep(PAUSE);
+            result => break result.map_err(failed)?,
         }
+    };
+    while started.elapsed() <= TIME_LIMIT {
+        if let Some(status) = child.try_wait().map_err(failed)? {
+            return Ok(status);
+        }
+        thread::sleep(PAUSE);
     }
+    // An error means that it has just ended.
+    let _ = child.kill();
+    let _ = child.wait();
+    Err(format!("{name} did not end within {} s", TIME_LIMIT.as_secs()))
 }
 
-impl Drop for Host {
-    fn drop(&mut self) {
-        let _ = fs::remove_dir_all(&self.scratch);
-    }
-}
-
-/// The line of a program's output that tells why it failed: the first that has "error", or else the last.
+/// The line of a program's output that has the cause of its failure: the first with "error", or else the last.
 fn cause(output: &str) -> Option<&str> {
     let lines = last_lines(output, usize::MAX);
     let error = lines.iter().find(|line| line.to_lowercase().contains("error"));
@@ -208,19 +198,19 @@ pub mod fake {
 
     use super::*;
 
-    /// A machine in a temporary directory, which is removed at the end.
+    /// A machine in a temporary directory.
     pub struct Machine {
         pub root: PathBuf,
         pub variables: BTreeMap<String, OsString>,
+        _directory: TempDir,
     }
 
     impl Machine {
-        /// A machine without anything but a shell.
-        pub fn bare(name: &str) -> Self {
-            let root = env::temp_dir().join(format!("icoray-machine-{name}-{}", process::id()));
-            let _ = fs::remove_dir_all(&root);
-            fs::create_dir_all(root.join("usr/bin")).unwrap();
-            Self { root, variables: BTreeMap::new() }
+        /// A machine without any program; scripts run by this system's shell.
+        pub fn bare() -> Self {
+            let directory = Shell::new().unwrap().create_temp_dir().unwrap();
+            let root = directory.path().to_path_buf();
+            Self { root, variables: BTreeMap::new(), _directory: directory }
         }
 
         pub fn host(&self) -> Host {
@@ -247,12 +237,6 @@ pub mod fake {
             self.program(name, &format!("exec {name} \"$@\""));
         }
     }
-
-    impl Drop for Machine {
-        fn drop(&mut self) {
-            let _ = fs::remove_dir_all(&self.root);
-        }
-    }
 }
 
 #[cfg(test)]
@@ -264,7 +248,7 @@ mod tests {
 
     #[test]
     fn programs_are_found_on_the_search_path_only() {
-        let machine = Machine::bare("path");
+        let machine = Machine::bare();
         machine.program("speak", "echo \"$1\"");
         machine.add("/usr/bin/file");
         let host = machine.host();
@@ -276,7 +260,7 @@ mod tests {
 
     #[test]
     fn a_failure_is_told_in_one_line() {
-        let machine = Machine::bare("failure");
+        let machine = Machine::bare();
         machine.program(
             "cc",
             "echo 'x.c: In function main:'; echo 'x.c:1: error: no y' >&2; echo done >&2; exit 1",
@@ -289,7 +273,7 @@ mod tests {
 
     #[test]
     fn paths_are_below_the_root_and_variables_are_the_machines() {
-        let mut machine = Machine::bare("files");
+        let mut machine = Machine::bare();
         machine.variables.insert("SET".into(), "value".into());
         machine.variables.insert("EMPTY".into(), "".into());
         let file = machine.add("/usr/lib/x");

@@ -1,10 +1,9 @@
-//! `cargo xtask install`: the C library, where models find it.
+//! `cargo xtask install`: builds and installs the C library.
 
 mod archive;
 mod place;
 mod template;
 
-use std::env;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -15,15 +14,15 @@ use crate::host::Host;
 use crate::libclang;
 use crate::options::InstallOptions;
 use crate::requirements;
-use crate::step::{Step, Steps, say};
+use crate::step::{Step, Steps, print_line};
 use crate::system;
-use crate::workspace::Workspace;
+use crate::workspace::{Workspace, variable};
 use place::{Content, Item};
 
 /// The version of the whole workspace.
 pub const VERSION: &str = env!("CARGO_PKG_VERSION");
-/// The name that programs look for at run time. Its number changes when a program that was compiled before could no
-/// longer run: with each 0.x, as it is for Rust and for CMake's version file.
+/// The name by which programs find the library at run time. Its number changes when programs must be compiled anew:
+/// with each 0.x, as in Rust and in CMake's version file.
 pub const SONAME: &str = "libicoray.so.0.1";
 /// The cargo profile, in the workspace's `Cargo.toml`.
 const PROFILE: &str = "dist";
@@ -32,62 +31,56 @@ const SPACE: u64 = 1000;
 /// The Fortran module's source, below the workspace's root.
 const FORTRAN: &str = "include/icoray.f90";
 
-/// The shared library's file.
+/// The file name of the shared library.
 fn shared_name(version: &str) -> String {
     format!("libicoray.so.{version}")
 }
 
-/// Where things go.
+/// The directories of an installation.
 pub struct Layout {
-    /// The prefix as programs will know it.
+    /// The prefix at run time.
     pub prefix: PathBuf,
-    /// The libraries' place below the prefix.
+    /// The libraries' directory, relative to the prefix.
     pub libdir: PathBuf,
-    /// Stands before the prefix while packages are made.
+    /// Put before the prefix while packages are made.
     pub destdir: Option<PathBuf>,
 }
 
-/// What was installed.
+/// An installed library.
 pub struct Installed {
-    /// Each file with its size, or what it links to.
+    /// Each file with its size, or with the target of a link.
     pub files: Vec<(PathBuf, String)>,
     /// The shared library.
     pub shared: PathBuf,
-    /// What it says of itself.
+    /// The properties of the shared library.
     pub properties: Shared,
 }
 
-/// Installs, and says what.
-pub fn run(workspace: &Workspace, options: &InstallOptions) -> Result<(), Error> {
+/// Builds and installs the library; prints the installed files.
+pub fn run(workspace: &Workspace, options: &InstallOptions, may_install: bool) -> Result<(), Error> {
     let layout = Layout {
         prefix: workspace.given(&options.prefix),
         libdir: options.libdir.clone(),
-        destdir: env::var_os("DESTDIR")
-            .filter(|dir| !dir.is_empty())
-            .map(|dir| workspace.given(Path::new(&dir))),
+        destdir: variable("DESTDIR").map(|directory| workspace.given(directory)),
     };
     let mut steps = Steps::new(3);
     steps.run("looking for system packages", |step| {
         let needed = if options.mpi { requirements::FOR_INSTALL_MPI } else { requirements::FOR_INSTALL };
-        system::provide(needed, options.install, step)
+        system::provide(needed, may_install, step)
     })?;
-    // Found out now rather than after the build.
+    // Before the build, which takes minutes.
     layout.check()?;
-    disk::has_space(
-        &workspace.products(PROFILE),
-        SPACE,
-        "free some, or let CARGO_TARGET_DIR name a directory on another disk",
-    )?;
+    disk::has_space(&workspace.products(PROFILE), SPACE)?;
     let built = steps.run("building the library", |step| build(workspace, options.mpi, options.gpu, step))?;
     let installed = steps.run("installing", |_| install(workspace, &built, &layout))?;
-    say("");
+    print_line("");
     let width = installed.files.iter().map(|(path, _)| path.as_os_str().len()).max().unwrap_or_default();
     for (path, what) in &installed.files {
-        say(&format!("{:<width$}  {what:>10}", path.display()));
+        print_line(&format!("{:<width$}  {what:>10}", path.display()));
     }
     let Shared { soname, needed, .. } = &installed.properties;
-    say(&format!("\n{} needs {}", soname.as_deref().unwrap_or_default(), needed.join(", ")));
-    say(&format!(
+    print_line(&format!("\n{} needs {}", soname.as_deref().unwrap_or_default(), needed.join(", ")));
+    print_line(&format!(
         "\nto link with it:\n  export PKG_CONFIG_PATH={}\n  {} model.c $(pkg-config --cflags --libs icoray)",
         layout.prefix.join(&layout.libdir).join("pkgconfig").display(),
         if options.mpi { "mpicc" } else { "cc" }
@@ -95,7 +88,7 @@ pub fn run(workspace: &Workspace, options: &InstallOptions) -> Result<(), Error>
     Ok(())
 }
 
-/// The libraries as built, before they are installed.
+/// The built libraries.
 pub struct Built {
     shared: PathBuf,
     archive: PathBuf,
@@ -104,15 +97,15 @@ pub struct Built {
 /// Builds both libraries, with MPI or without, and with GPUs or without.
 pub fn build(workspace: &Workspace, mpi: bool, gpu: bool, step: &mut Step) -> Result<Built, Error> {
     if mpi {
-        // Cargo does not see that there is another MPI than before.
-        step.quiet(&mut workspace.cargo(["clean", "--package", "mpi-sys", "--profile", PROFILE]))?;
+        // Cargo does not notice another MPI than that of an earlier build.
+        step.quiet(workspace.cargo(["clean", "--package", "mpi-sys", "--profile", PROFILE]))?;
     }
     let mut cargo = workspace.cargo(["rustc", "--package", "icoray-capi", "--lib", "--profile", PROFILE]);
-    cargo.args(mpi.then_some("--features=mpi")).args((!gpu).then_some("--no-default-features"));
+    cargo = cargo.args(mpi.then_some("--features=mpi")).args((!gpu).then_some("--no-default-features"));
     if mpi {
-        libclang::tell(&mut cargo, &Host::here()?)?;
+        cargo = cargo.envs(libclang::variable(&Host::here()?)?);
     }
-    // Only here: the libraries in target/debug and target/release are found by the names that they have there.
+    // Not in other profiles: programs find the libraries in target/debug and target/release by their file names.
     step.quiet(cargo.args(["--", "-C"]).arg(format!("link-arg=-Wl,-soname,{SONAME}")))?;
     let products = workspace.products(PROFILE);
     let shared = products.join("libicoray.so");
@@ -124,7 +117,7 @@ pub fn build(workspace: &Workspace, mpi: bool, gpu: bool, step: &mut Step) -> Re
     Ok(Built { shared, archive })
 }
 
-/// Fails where a shared library is not as an installed one should be.
+/// Fails if a shared library has properties that an installed one must not have.
 pub fn refuse_faults(library: &Path, properties: &Shared, mpi: bool) -> Result<(), Error> {
     let complaints = properties.complaints(SONAME, mpi);
     if complaints.is_empty() {
@@ -135,14 +128,12 @@ pub fn refuse_faults(library: &Path, properties: &Shared, mpi: bool) -> Result<(
 
 /// The functions that the header declares.
 pub fn functions(workspace: &Workspace) -> Result<Vec<String>, Error> {
-    let header = workspace.root().join("include/icoray.h");
-    let text = fs::read_to_string(&header).map_err(Error::while_doing(header.display()))?;
-    Ok(elf::declared(&text))
+    Ok(elf::declared(&workspace.shell.read_file("include/icoray.h")?))
 }
 
-/// Puts everything in its place.
+/// Installs the libraries and the files that belong to them.
 pub fn install(workspace: &Workspace, built: &Built, layout: &Layout) -> Result<Installed, Error> {
-    let (header, fortran) = (workspace.root().join("include/icoray.h"), workspace.root().join(FORTRAN));
+    let (header, fortran) = (workspace.root.join("include/icoray.h"), workspace.root.join(FORTRAN));
     let text = |template| Content::Text(template::filled(template, &layout.libdir, VERSION));
     let library = shared_name(VERSION);
     let lib = |name: &str| layout.libdir.join(name);
@@ -150,7 +141,7 @@ pub fn install(workspace: &Workspace, built: &Built, layout: &Layout) -> Result<
     let item = |path: PathBuf, content, mode| Item { path: root.join(path), content, mode };
     let items = [
         item(lib(&library), Content::File(&built.shared), 0o755),
-        // The links after what they lead to.
+        // Links follow their targets.
         item(lib(SONAME), Content::Link(&library), 0),
         item(lib("libicoray.so"), Content::Link(SONAME), 0),
         item(lib("libicoray.a"), Content::File(&built.archive), 0o644),
@@ -176,20 +167,21 @@ pub fn install(workspace: &Workspace, built: &Built, layout: &Layout) -> Result<
 }
 
 impl Layout {
-    /// The prefix where it is now.
+    /// The prefix at the time of installation.
     pub fn root(&self) -> PathBuf {
         match &self.destdir {
-            // Joined as it is, an absolute prefix would be all that is left.
+            // Joining an absolute prefix would drop DESTDIR.
             Some(destdir) => destdir.join(self.prefix.strip_prefix("/").unwrap_or(&self.prefix)),
             None => self.prefix.clone(),
         }
     }
 
-    /// Fails where files could not be put in their places.
+    /// Fails if files cannot be written to the directories.
     fn check(&self) -> Result<(), Error> {
         let lib = &self.libdir;
         let directories = [lib.clone(), lib.join("pkgconfig"), lib.join("cmake/icoray"), "include".into()];
-        directories.iter().try_for_each(|directory| place::check(&self.root().join(directory)))
+        let advice = "--prefix takes another place, such as \"$HOME/.local\"";
+        directories.iter().try_for_each(|directory| disk::writable(&self.root().join(directory), advice))
     }
 }
 

@@ -1,16 +1,17 @@
-//! Installs the library as a package would be, and uses it as a model would: in C, C++ and Fortran, shared and static,
-//! through pkg-config, make and CMake; a whole model among them.
+//! Installs the library as a package does, and links programs with it as models do: in C, C++ and Fortran, shared and
+//! static, with pkg-config, make and CMake.
 //!
-//! Everything is installed below another directory than the prefix says, so what does not find its parts from where it
-//! lies itself does not work. The command lines are those of the README.
+//! The installation is moved away from its prefix, so it works only if its files find each other by relative paths. The
+//! command lines are those of the README.
 
-use std::ffi::OsStr;
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::Command;
+
+use xshell::cmd;
 
 use crate::elf;
 use crate::error::Error;
+use crate::files;
 use crate::install::{self, Layout, SONAME};
 use crate::pictures::check_picture;
 use crate::step::Step;
@@ -19,11 +20,11 @@ use crate::workspace::Workspace;
 /// A way to build programs.
 struct Way {
     title: &'static str,
-    /// The sources below the workspace's root, files and whole directories; they are copied to an empty directory.
+    /// Patterns of the sources below the workspace's root; they are copied to an empty directory.
     sources: &'static [&'static str],
-    /// What the shell does in that directory.
+    /// The shell commands that build, in that directory.
     build: &'static str,
-    /// How each program is run, and which library is in it.
+    /// The shell commands that run the programs, each with the library that is linked.
     programs: &'static [(&'static str, Linkage)],
 }
 
@@ -71,7 +72,7 @@ static WAYS: &[Way] = &[
     },
     Way {
         title: "C, the tracer model, shared and static",
-        sources: &["examples/c", "examples/scenes/tracer.toml"],
+        sources: &["examples/c/*", "examples/scenes/tracer.toml"],
         build: "rm minimal.c && options='-std=c99 -O2 -Wall -Wextra -Werror -pedantic' && \
                 cc $options *.c -o shared $(pkg-config --cflags --libs icoray) -lm && \
                 cc $options *.c -o static $(pkg-config --cflags --libs icoray-static)",
@@ -99,7 +100,7 @@ static WAYS: &[Way] = &[
     },
     Way {
         title: "Fortran, the shallow-water model",
-        sources: &["examples/fortran/shallow_water", "examples/scenes/shallow_water.toml"],
+        sources: &["examples/fortran/shallow_water/*", "examples/scenes/shallow_water.toml"],
         build: "make -j2 && LD_LIBRARY_PATH=$(pkg-config --variable=libdir icoray) build/shallow_water --self-test --level 3",
         programs: &[(
             "LD_LIBRARY_PATH=$(pkg-config --variable=libdir icoray) build/shallow_water --level 3 --layers 4 \
@@ -120,50 +121,43 @@ static WAYS: &[Way] = &[
     },
 ];
 
-/// Versions that a CMake project may ask for, and whether it is to get the library.
+/// Versions that a CMake project requests, and whether it is to find the library.
 const VERSIONS: [(&str, bool); 6] =
     [("", true), ("0.1", true), ("0.1.99", false), ("0.2", false), ("1.0", false), ("0.0.9", false)];
 
 /// The check.
 pub fn check(workspace: &Workspace, step: &mut Step) -> Result<(), Error> {
     let scratch = workspace.products("tmp").join("link");
-    if scratch.exists() {
-        fs::remove_dir_all(&scratch).map_err(Error::while_doing(scratch.display()))?;
-    }
+    workspace.shell.remove_path(&scratch)?;
     let layout =
         Layout { prefix: "/opt/icoray".into(), libdir: "lib".into(), destdir: Some(scratch.join("a place")) };
     let built = install::build(workspace, false, true, step)?;
     let installed = install::install(workspace, &built, &layout)?;
-    check_library(workspace, &installed.shared, &installed.properties)?;
+    let exported = elf::defined(&installed.shared, &["-D"])?;
+    elf::same_names("the installed library exports", &exported, &install::functions(workspace)?)?;
+    install::refuse_faults(&installed.shared, &installed.properties, false)?;
     let binary = |(path, what): &(PathBuf, String)| {
-        let name = path.file_name().unwrap_or_default().display();
-        (path.parent()?.ends_with("lib") && !what.starts_with("->")).then(|| format!("{name}: {what}"))
+        let is_library = path.parent()?.ends_with("lib") && !what.starts_with("->");
+        is_library.then(|| format!("{}: {what}", files::name(path)))
     };
     step.note(&installed.files.iter().filter_map(binary).collect::<Vec<_>>().join(", "));
 
-    // The shell's words end at blanks; pkg-config's answers are for it.
+    // Not below "a place": the shell splits the flags that pkg-config prints at blanks.
     let root = scratch.join("prefix");
     fs::rename(layout.root(), &root).map_err(Error::while_doing(root.display()))?;
     let shell = Shell { workspace, root, scratch };
     for way in WAYS {
-        shell.build(way, step).and_then(|()| shell.run(way, step)).map_err(of(way))?;
+        shell.check(way, step).map_err(of(way))?;
     }
     shell.check_versions(step)?;
     shell.check_without_library(step)
-}
-
-/// Looks at the installed shared library; the build has compared the symbols.
-fn check_library(workspace: &Workspace, library: &Path, properties: &elf::Shared) -> Result<(), Error> {
-    let functions = install::functions(workspace)?;
-    elf::same_names("the installed library exports", &elf::defined(library, &["-D"])?, &functions)?;
-    install::refuse_faults(library, properties, false)
 }
 
 fn of(way: &Way) -> impl FnOnce(Error) -> Error {
     |error| Error::Failed(format!("{}: {error}", way.title))
 }
 
-/// A user at work with the installed library.
+/// A shell that uses the installed library.
 struct Shell<'a> {
     workspace: &'a Workspace,
     root: PathBuf,
@@ -175,53 +169,51 @@ impl Shell<'_> {
         self.scratch.join(way.title.replace([',', ' ', '+'], "_"))
     }
 
-    /// A shell that knows of the prefix and of nothing else: a search path of cargo's would have other builds.
-    fn command(&self, script: &str, directory: &Path) -> Command {
-        let mut shell = self.workspace.command("sh");
-        shell.args(["-e", "-c", script]).current_dir(directory);
-        shell.env_remove("LD_LIBRARY_PATH").env_remove("MAKEFLAGS").env_remove("DESTDIR");
-        shell.env("PKG_CONFIG_PATH", self.root.join("lib/pkgconfig")).env("CMAKE_PREFIX_PATH", &self.root);
-        shell
+    /// Runs a script in a directory. The library search path that cargo sets would have other builds of the library.
+    fn run(&self, script: &str, directory: &Path, step: &mut Step) -> Result<(), Error> {
+        let sh = &self.workspace.shell;
+        let _in = sh.push_dir(directory);
+        let shell = cmd!(sh, "sh -e -c {script}");
+        let shell = shell.env_remove("LD_LIBRARY_PATH").env_remove("MAKEFLAGS").env_remove("DESTDIR");
+        let shell = shell.env("PKG_CONFIG_PATH", self.root.join("lib/pkgconfig"));
+        step.quiet(shell.env("CMAKE_PREFIX_PATH", &self.root))
     }
 
-    fn build(&self, way: &Way, step: &mut Step) -> Result<(), Error> {
+    /// Copies the files that fit a pattern in the workspace.
+    fn copy(&self, pattern: &str, directory: &Path) -> Result<(), Error> {
+        let sh = &self.workspace.shell;
+        sh.create_dir(directory)?;
+        let files = files::fitting(&self.workspace.root, pattern);
+        Ok(files.iter().filter(|path| path.is_file()).try_for_each(|file| sh.copy_file(file, directory))?)
+    }
+
+    /// Builds the programs, and runs each.
+    fn check(&self, way: &Way, step: &mut Step) -> Result<(), Error> {
         let directory = self.directory(way);
-        for source in way.sources {
-            for source in files(&self.workspace.root().join(source))? {
-                copy(&source, &directory.join(source.file_name().unwrap_or_default()))?;
-            }
-        }
-        step.quiet(&mut self.command(way.build, &directory))
-    }
-
-    /// Runs the way's programs, each of which must leave pictures.
-    fn run(&self, way: &Way, step: &mut Step) -> Result<(), Error> {
+        way.sources.iter().try_for_each(|source| self.copy(source, &directory))?;
+        self.run(way.build, &directory, step)?;
         way.programs.iter().try_for_each(|(program, _)| self.draw(way, program, step))
     }
 
+    /// Runs a program, which must write pictures.
     fn draw(&self, way: &Way, program: &str, step: &mut Step) -> Result<(), Error> {
         let directory = self.directory(way);
-        for picture in pictures(&directory)? {
-            fs::remove_file(&picture).map_err(Error::while_doing(picture.display()))?;
-        }
-        step.quiet(&mut self.command(program, &directory))?;
-        let pictures = pictures(&directory)?;
+        pictures(&directory).iter().try_for_each(|picture| self.workspace.shell.remove_path(picture))?;
+        self.run(program, &directory, step)?;
+        let pictures = pictures(&directory);
         if pictures.is_empty() {
             return Err(Error::Failed(format!("{program} left no picture in {}", directory.display())));
         }
         pictures.iter().try_for_each(|picture| check_picture(picture))
     }
 
-    /// A project gets the library if it asks for a version that it is.
+    /// Checks that a project finds the library if and only if it requests a compatible version.
     fn check_versions(&self, step: &mut Step) -> Result<(), Error> {
         let directory = self.scratch.join("version");
-        copy(
-            &self.workspace.root().join("tests/link/version/CMakeLists.txt"),
-            &directory.join("CMakeLists.txt"),
-        )?;
+        self.copy("tests/link/version/CMakeLists.txt", &directory)?;
         for (version, suits) in VERSIONS {
             let script = format!("cmake -B 'build{version}' -DWANTED={version}");
-            let found = step.quiet(&mut self.command(&script, &directory));
+            let found = self.run(&script, &directory, step);
             if found.is_ok() != suits {
                 let cause = found.err().map_or("it is found".into(), |error| error.to_string());
                 return Err(Error::Failed(format!("CMake, asked for icoray '{version}': {cause}")));
@@ -230,8 +222,8 @@ impl Shell<'_> {
         Ok(())
     }
 
-    /// Without the shared library the programs that were linked with it do not run, and the others do: otherwise all
-    /// of them have found some other library, or the static ones are not.
+    /// Checks that without the shared library the programs that were linked with it do not run, and the others do:
+    /// otherwise the former use another library, or the latter are not static.
     fn check_without_library(&self, step: &mut Step) -> Result<(), Error> {
         let (here, gone) = (self.root.join("lib").join(SONAME), self.root.join("gone"));
         fs::rename(&here, &gone).map_err(Error::while_doing(here.display()))?;
@@ -254,33 +246,7 @@ impl Shell<'_> {
     }
 }
 
-/// The files that a source is: itself, or those in it.
-fn files(source: &Path) -> Result<Vec<PathBuf>, Error> {
-    if !source.is_dir() {
-        return Ok(vec![source.to_path_buf()]);
-    }
-    let entries = fs::read_dir(source).map_err(Error::while_doing(source.display()))?;
-    Ok(entries.flatten().map(|entry| entry.path()).filter(|path| path.is_file()).collect())
-}
-
-fn copy(from: &Path, to: &Path) -> Result<(), Error> {
-    let directory = to.parent().unwrap_or(to);
-    fs::create_dir_all(directory)
-        .and_then(|()| fs::copy(from, to))
-        .map(drop)
-        .map_err(|cause| Error::Failed(format!("{} to {}: {cause}", from.display(), to.display())))
-}
-
-/// The pictures in a directory and in `pictures` below it.
-fn pictures(directory: &Path) -> Result<Vec<PathBuf>, Error> {
-    let mut found = Vec::new();
-    for directory in [directory.to_path_buf(), directory.join("pictures")] {
-        if !directory.is_dir() {
-            continue;
-        }
-        let entries = fs::read_dir(&directory).map_err(Error::while_doing(directory.display()))?;
-        found.extend(entries.flatten().map(|entry| entry.path()));
-    }
-    found.retain(|path| path.extension() == Some(OsStr::new("png")));
-    Ok(found)
+/// The pictures in a directory and in its subdirectory `pictures`.
+fn pictures(directory: &Path) -> Vec<PathBuf> {
+    ["*.png", "pictures/*.png"].iter().flat_map(|pattern| files::fitting(directory, pattern)).collect()
 }

@@ -1,9 +1,8 @@
-//! Installs what is missing, runs the demo and the tests, draws the gallery, installs the C library.
+//! Installs missing packages, runs the demo and the tests, draws the gallery, installs the C library.
 //!
-//! `cargo xtask demo` and `cargo xtask test` are the project's two entry points on a fresh machine, and
-//! `cargo xtask install` is that of a model that is to link the library.
-//! This crate has no dependencies, so that it builds in about a second and needs nothing but the
-//! Rust toolchain and a linker to get started.
+//! `cargo xtask demo` and `cargo xtask test` are the entry points on a fresh machine; `cargo xtask install` installs the
+//! library for models that link it. The few dependencies have no dependencies of their own, so this crate builds in
+//! seconds with nothing but the Rust toolchain and a linker.
 
 mod apt;
 mod book;
@@ -13,6 +12,7 @@ mod diagnosis;
 mod disk;
 mod elf;
 mod error;
+mod files;
 mod gallery;
 mod host;
 mod install;
@@ -32,32 +32,36 @@ mod workspace;
 use std::process::ExitCode;
 
 use error::Error;
-use options::{Invocation, USAGE};
-use step::say;
+use options::{Invocation, Subcommand, USAGE};
+use step::{print_error, print_line};
 use workspace::Workspace;
 
 fn main() -> ExitCode {
-    let arguments = std::env::args_os().skip(1);
-    match options::parse(arguments).and_then(run) {
+    match options::parse(std::env::args_os().skip(1)).and_then(run) {
         Ok(code) => code,
         Err(error @ Error::Usage(_)) => {
-            step::complain(&format!("error: {error}\n\n{USAGE}"));
+            print_error(&format!("error: {error}\n\n{USAGE}"));
             ExitCode::from(2)
         }
         Err(error) => {
-            step::complain(&format!("error: {error}"));
+            print_error(&format!("error: {error}"));
             ExitCode::FAILURE
         }
     }
 }
 
-fn run(invocation: Invocation) -> Result<ExitCode, Error> {
-    match invocation {
-        Invocation::Help => say(USAGE),
-        Invocation::Demo(options) => demo::run(&Workspace::find()?, &options)?,
-        Invocation::Gallery(options) => gallery::run(&Workspace::find()?, &options)?,
-        Invocation::Install(options) => install::run(&Workspace::find()?, &options)?,
-        Invocation::Test(options) => return check::run(&Workspace::find()?, &options),
+fn run(Invocation { subcommand, install }: Invocation) -> Result<ExitCode, Error> {
+    if subcommand == Subcommand::Help {
+        print_line(USAGE);
+        return Ok(ExitCode::SUCCESS);
+    }
+    let workspace = Workspace::find()?;
+    match subcommand {
+        Subcommand::Help => {}
+        Subcommand::Demo(options) => demo::run(&workspace, &options, install)?,
+        Subcommand::Gallery { profile } => gallery::run(&workspace, profile, install)?,
+        Subcommand::Install(options) => install::run(&workspace, &options, install)?,
+        Subcommand::Test { all } => return check::run(&workspace, all, install),
     }
     Ok(ExitCode::SUCCESS)
 }

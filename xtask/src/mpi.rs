@@ -1,7 +1,7 @@
 //! One MPI for everything: the C compiler that rsmpi is built for, the Fortran compiler of the model, and the launcher.
 //!
-//! A machine may have Open MPI and MPICH, and Debian chooses `mpicc` and `mpirun` apart from each other. Small programs are
-//! compiled and run here: they tell which library they are linked with, and how many ranks they were started as.
+//! A machine may have Open MPI and MPICH, and Debian selects `mpicc` and `mpirun` independently. Small programs are
+//! compiled and run here: they print which library they are linked with, and the number of their ranks.
 
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use crate::host::{Host, Probe};
 use crate::requirements::Lack;
 
-/// Endings that tell one MPI's programs from those of another; without one, the machine's default.
+/// Endings of the names of one MPI's programs; programs without one are the machine's default.
 const ENDINGS: [&str; 3] = ["", ".openmpi", ".mpich"];
 
 static C: Probe = Probe { name: "mpi.c", text: include_str!("probes/mpi.c") };
@@ -24,9 +24,9 @@ pub struct Mpi {
     pub fortran: PathBuf,
     /// Starts programs on several ranks.
     pub run: PathBuf,
-    /// What `run` must be told for any number of ranks to run anywhere.
+    /// The options with which `run` starts any number of ranks on any machine.
     pub options: Vec<&'static str>,
-    /// What the library says of itself.
+    /// Name and version, as the library returns them.
     pub library: String,
 }
 
@@ -51,7 +51,7 @@ impl Compiled {
         let name = host.variable("MPICC").unwrap_or(OsStr::new("mpicc"));
         let compiler = host.program(name).ok_or_else(|| format!("no program {}", name.display()));
         let found = compiler.and_then(|compiler| {
-            // rsmpi reads the library's place from this.
+            // rsmpi reads the directory of the library from this.
             let shown = host.run(&compiler, ["-show"])?;
             if !shown.contains("-l") {
                 return Err(format!("{} -show names no library", compiler.display()));
@@ -77,56 +77,48 @@ pub fn check_c(host: &Host) -> Result<(), Lack> {
     Compiled::by_c(host).map(drop)
 }
 
-/// Fails unless Fortran programs can be compiled with the MPI of the C compiler.
-pub fn check_fortran(host: &Host) -> Result<(), Lack> {
-    fortran(host).map(drop)
-}
-
-/// Fails unless programs can be run on two ranks of the MPI of the C compiler.
-pub fn check_run(host: &Host) -> Result<(), Lack> {
-    launcher(host).map(drop)
-}
-
-/// The Fortran compiler of the C compiler's MPI. Not just any: the library's programs are for GNU's Fortran, whose module files no
-/// other compiler reads.
-fn fortran(host: &Host) -> Result<PathBuf, Lack> {
+/// The Fortran compiler of the C compiler's MPI. It must be GNU's: no other compiler reads the module files of the
+/// library.
+pub fn fortran(host: &Host) -> Result<PathBuf, Lack> {
     let c = Compiled::by_c(host)?;
-    let mut causes = Vec::new();
-    for compiler in named(host, &c.compiler, &["mpifort"]) {
-        match gnu_fortran(host, &compiler) {
-            Ok(found) if found.library == c.library => return Ok(compiler),
-            Ok(found) => causes.push(other(&compiler, &found.library, &c)),
-            Err(cause) => causes.push(cause),
+    let package = if c.is_mpich() { "libmpich-dev" } else { "libopenmpi-dev" };
+    first_program(host, &c, &["mpifort"], package, |compiler| {
+        if !host.run(compiler, ["--version"])?.contains("GNU Fortran") {
+            return Err(format!("{} is not GNU Fortran", compiler.display()));
         }
-    }
-    let why = causes.into_iter().next().unwrap_or_else(|| "no program mpifort".into());
-    Err(Lack::of(why).from(if c.is_mpich() { "libmpich-dev" } else { "libopenmpi-dev" }))
-}
-
-fn gnu_fortran(host: &Host, compiler: &Path) -> Result<Compiled, String> {
-    if !host.run(compiler, ["--version"])?.contains("GNU Fortran") {
-        return Err(format!("{} is not GNU Fortran", compiler.display()));
-    }
-    Compiled::new(host, compiler.to_path_buf(), &FORTRAN)
+        let fortran = Compiled::new(host, compiler.to_path_buf(), &FORTRAN)?;
+        if fortran.library == c.library { Ok(()) } else { Err(other(compiler, &fortran.library, &c)) }
+    })
 }
 
 /// The launcher of the C compiler's MPI: the first that starts a program as two ranks of one communicator.
-fn launcher(host: &Host) -> Result<PathBuf, Lack> {
+pub fn launcher(host: &Host) -> Result<PathBuf, Lack> {
     let c = Compiled::by_c(host)?;
-    let mut causes = Vec::new();
-    for run in named(host, &c.compiler, &["mpirun", "mpiexec"]) {
-        let mut words = vec![OsStr::new("-n"), OsStr::new("2")];
+    let package = if c.is_mpich() { "mpich" } else { "openmpi-bin" };
+    first_program(host, &c, &["mpirun", "mpiexec"], package, |run| {
         let options = options(host, &c.library);
-        words.extend(options.iter().map(OsStr::new));
-        words.push(c.program.as_os_str());
-        match host.run(&run, words) {
-            Ok(printed) if printed.matches("size 2\n").count() == 2 => return Ok(run),
-            Ok(_) => causes.push(other(&run, "another MPI", &c)),
-            Err(cause) => causes.push(cause),
-        }
+        let words = ["-n", "2"].iter().chain(&options).map(OsStr::new);
+        let printed = host.run(run, words.chain([c.program.as_os_str()]))?;
+        if printed.matches("size 2\n").count() == 2 { Ok(()) } else { Err(other(run, "another MPI", &c)) }
+    })
+}
+
+/// The first program of these names that passes a check; or else the first cause, and the package to install.
+fn first_program(
+    host: &Host,
+    c: &Compiled,
+    names: &[&str],
+    package: &'static str,
+    check: impl Fn(&Path) -> Result<(), String>,
+) -> Result<PathBuf, Lack> {
+    let mut first_cause = None;
+    for program in named(host, &c.compiler, names) {
+        match check(&program) {
+            Ok(()) => return Ok(program),
+            Err(cause) => first_cause.get_or_insert(cause),
+        };
     }
-    let why = causes.into_iter().next().unwrap_or_else(|| "no program mpirun".into());
-    Err(Lack::of(why).from(if c.is_mpich() { "mpich" } else { "openmpi-bin" }))
+    Err(Lack::of(first_cause.unwrap_or_else(|| format!("no program {}", names[0]))).from(package))
 }
 
 fn other(program: &Path, library: &str, c: &Compiled) -> String {
@@ -148,21 +140,21 @@ fn named(host: &Host, compiler: &Path, names: &[&str]) -> Vec<PathBuf> {
     found
 }
 
-/// The package to install where there is no C compiler for MPI: that of the launcher which is there.
+/// The package to install where there is no C compiler for MPI: MPICH's where its launcher is installed.
 fn package(host: &Host) -> &'static str {
     let launcher = host.run("mpirun", ["--version"]).unwrap_or_default();
     if launcher.contains("HYDRA") { "libmpich-dev" } else { "libopenmpi-dev" }
 }
 
-/// What the launcher of this library must be told; MPICH's needs nothing.
+/// The options that the launcher of this library needs; MPICH's needs none.
 fn options(host: &Host, library: &str) -> Vec<&'static str> {
     if !library.contains("Open MPI") {
         return Vec::new();
     }
     let mut options = vec!["--oversubscribe", "--bind-to", "none"];
-    // A waiting rank yields its processor, on machines with fewer processors than ranks.
+    // Waiting ranks yield their processor, on machines with fewer processors than ranks.
     options.extend(["--mca", "mpi_yield_when_idle", "1"]);
-    // In containers ranks may not read each other's memory, and each would print a warning.
+    // In containers ranks cannot read each other's memory, and without the option each prints a warning.
     options.extend(["--mca", "btl_vader_single_copy_mechanism", "none"]);
     if host.run("id", ["-u"]).is_ok_and(|id| id.trim() == "0") {
         options.push("--allow-run-as-root");
@@ -178,13 +170,14 @@ mod tests {
     const OPEN_MPI: &str = "Open MPI v4.1.4, package: Debian OpenMPI";
     const MPICH: &str = "MPICH Version:\t4.0.2";
 
-    fn machine(name: &str) -> Machine {
-        let machine = Machine::bare(&format!("mpi-{name}"));
+    fn machine() -> Machine {
+        let machine = Machine::bare();
         machine.own_program("id");
         machine
     }
 
-    /// Adds a compiler whose programs are scripts: they print the library and the number of ranks that its launcher sets.
+    /// Adds a compiler whose programs are scripts: they print the library and the number of ranks that its launcher
+    /// sets.
     fn add_compiler(machine: &Machine, name: &str, library: &str) {
         let ranks = variable(library);
         machine.program(
@@ -227,14 +220,14 @@ mod tests {
 
     #[test]
     fn a_bare_machine_lacks_open_mpi() {
-        let machine = machine("bare");
+        let machine = machine();
         assert_eq!(check_c(&machine.host()), Err(Lack::of("no program mpicc").from("libopenmpi-dev")));
     }
 
     #[test]
     fn each_mpi_alone_is_found() {
-        for (name, library) in [("open-mpi", OPEN_MPI), ("mpich", MPICH)] {
-            let machine = machine(name);
+        for library in [OPEN_MPI, MPICH] {
+            let machine = machine();
             add_all(&machine, "", library);
             let mpi = Mpi::find(&machine.host()).unwrap();
             assert_eq!(names(&mpi), ["mpicc", "mpifort", "mpirun"]);
@@ -245,10 +238,10 @@ mod tests {
 
     #[test]
     fn of_two_the_parts_of_one_are_taken() {
-        let machine = machine("both");
+        let machine = machine();
         add_all(&machine, ".openmpi", OPEN_MPI);
         add_all(&machine, ".mpich", MPICH);
-        // As update-alternatives may have left them.
+        // A mixture that update-alternatives allows.
         add_compiler(&machine, "mpicc", MPICH);
         add_compiler(&machine, "mpifort", OPEN_MPI);
         add_launcher(&machine, "mpirun", OPEN_MPI);
@@ -259,27 +252,27 @@ mod tests {
 
     #[test]
     fn what_lacks_of_an_mpi_comes_from_its_packages() {
-        let machine = machine("parts");
+        let machine = machine();
         add_compiler(&machine, "mpicc", MPICH);
-        assert_eq!(check_fortran(&machine.host()), Err(Lack::of("no program mpifort").from("libmpich-dev")));
-        assert_eq!(check_run(&machine.host()), Err(Lack::of("no program mpirun").from("mpich")));
+        assert_eq!(fortran(&machine.host()), Err(Lack::of("no program mpifort").from("libmpich-dev")));
+        assert_eq!(launcher(&machine.host()), Err(Lack::of("no program mpirun").from("mpich")));
         add_compiler(&machine, "mpifort", OPEN_MPI);
         add_launcher(&machine, "mpirun", OPEN_MPI);
-        let lack = check_fortran(&machine.host()).unwrap_err();
+        let lack = fortran(&machine.host()).unwrap_err();
         assert!(lack.why.contains("mpifort is of Open MPI v4.1.4"), "{lack:?}");
-        assert_eq!(check_run(&machine.host()).unwrap_err().package, Some("mpich"));
+        assert_eq!(launcher(&machine.host()).unwrap_err().package, Some("mpich"));
     }
 
     #[test]
     fn a_launcher_that_is_there_decides_what_is_installed() {
-        let machine = machine("launcher");
+        let machine = machine();
         add_launcher(&machine, "mpirun", MPICH);
         assert_eq!(check_c(&machine.host()).unwrap_err().package, Some("libmpich-dev"));
     }
 
     #[test]
     fn a_wrapper_without_its_compiler_does_not_do() {
-        let machine = machine("wrapper");
+        let machine = machine();
         machine.program(
             "mpicc",
             "[ $1 = -show ] && echo gcc -lmpi || { echo 'error: gcc not found' >&2; exit 1; }",
@@ -292,7 +285,7 @@ mod tests {
 
     #[test]
     fn the_compiler_that_mpicc_names_brings_its_own() {
-        let mut machine = machine("named");
+        let mut machine = machine();
         add_all(&machine, "", OPEN_MPI);
         let bin = machine.root.join("opt/bin");
         std::fs::create_dir_all(&bin).unwrap();

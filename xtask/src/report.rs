@@ -1,22 +1,21 @@
-//! What the tracer model says about its run: the summary line, and the report of its frames.
+//! Reads what a model reports of its run: the summary line, and `report.csv` with a line per frame.
 
-/// The last line of the tracer, `summary steps=576 frames=25 simulation_s=21.3 ...`.
-///
-/// Whatever the line lacks, or says in a way not understood, is absent here.
+/// The last line of a model, `summary steps=576 frames=25 simulation_s=21.3 ...`. Values that the line lacks, or that
+/// cannot be read, are `None`.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Summary {
-    /// Time steps of the simulation.
-    pub steps: Option<u64>,
-    /// Pictures that were taken.
-    pub frames: Option<u64>,
-    /// Seconds spent simulating.
-    pub simulation: Option<f64>,
-    /// Seconds spent on the pictures.
-    pub visualization: Option<f64>,
+    /// Number of time steps.
+    steps: Option<u64>,
+    /// Number of pictures.
+    frames: Option<u64>,
+    /// Seconds of the simulation.
+    simulation: Option<f64>,
+    /// Seconds of the pictures.
+    visualization: Option<f64>,
 }
 
 impl Summary {
-    /// Finds the summary among the lines that the tracer printed.
+    /// Finds the summary among the lines that a model printed.
     pub fn find(lines: &[String]) -> Self {
         let mut summary = Self::default();
         let line = lines.iter().rev().find_map(|line| line.strip_prefix("summary "));
@@ -33,7 +32,7 @@ impl Summary {
         summary
     }
 
-    /// The summary with what it lacks taken from the report of the frames.
+    /// The summary; values that it lacks are those of the report of the frames.
     pub fn or_from(self, frames: &Frames) -> Self {
         Self {
             frames: self.frames.or(Some(frames.count)),
@@ -42,55 +41,61 @@ impl Summary {
         }
     }
 
-    /// A table of the seconds spent, in all, per time step and per picture.
+    /// A table of the seconds, in all, per time step and per picture.
     pub fn table(&self) -> String {
-        let mut lines = vec![format!("{:<24}{:>12}{:>16}", "seconds", "simulation", "visualization")];
-        let mut row = |title: String, divisor: f64| {
-            let cell = |total: Option<f64>| match total {
-                Some(total) => format!("{:.4}", total / divisor),
-                None => "unknown".into(),
+        let mut rows = vec![("in all".to_owned(), 1)];
+        rows.extend(self.steps.map(|steps| (format!("per step ({steps})"), steps)));
+        rows.extend(self.frames.map(|frames| (format!("per picture ({frames})"), frames)));
+        let row = |(title, divisor): &(String, u64)| {
+            let cell = |total: Option<f64>| {
+                total.map_or("unknown".into(), |total| format!("{:.4}", total / *divisor as f64))
             };
-            let (simulation, visualization) = (cell(self.simulation), cell(self.visualization));
-            lines.push(format!("{title:<24}{simulation:>12}{visualization:>16}"));
+            format!("\n{title:<24}{:>12}{:>16}", cell(self.simulation), cell(self.visualization))
         };
-        row("in all".into(), 1.0);
-        if let Some(steps) = self.steps.filter(|&steps| steps > 0) {
-            row(format!("per step ({steps})"), steps as f64);
-        }
-        if let Some(frames) = self.frames.filter(|&frames| frames > 0) {
-            row(format!("per picture ({frames})"), frames as f64);
-        }
-        lines.join("\n")
+        let head = format!("{:<24}{:>12}{:>16}", "seconds", "simulation", "visualization");
+        head + &rows.iter().filter(|row| row.1 > 0).map(row).collect::<String>()
     }
 }
 
-/// The report of the frames, in short.
+/// The report of all frames. Values that it lacks, or that cannot be read, are `None`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Frames {
-    /// How many frames there are.
-    pub count: u64,
-    /// Seconds spent on all of them; absent where the report does not say.
-    pub visualization: Option<f64>,
-    /// How far their pixels may be off; absent where the report does not say.
+    count: u64,
+    /// Seconds of all frames.
+    visualization: Option<f64>,
     pub errors: Option<Errors>,
-    /// Who drew them; absent where the report does not say.
     pub ranks: Option<Ranks>,
+}
+
+impl Frames {
+    /// Reads the text of `report.csv`.
+    pub fn read(csv: &str) -> Self {
+        let table = Table::read(csv);
+        let parts = ["prepare_s", "render_s", "write_s"].into_iter().filter(|name| table.has(name));
+        // One number that cannot be read makes the sum wrong.
+        let seconds: Option<Vec<f64>> = parts.map(|name| Some(table.numbers(name)?.iter().sum())).collect();
+        Self {
+            count: table.rows.len() as u64,
+            visualization: seconds.filter(|seconds| !seconds.is_empty()).map(|seconds| seconds.iter().sum()),
+            errors: Errors::read(&table),
+            ranks: Ranks::read(&table),
+        }
+    }
 }
 
 /// How ranks shared the work.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Ranks {
-    /// The most that drew a frame.
+    /// Largest number of ranks that rendered a frame.
     pub count: u64,
-    /// Mean over the frames of how even they were loaded; 1 is even.
+    /// Mean of the frames' load balance; 1 is even.
     balance: f64,
 }
 
 impl Ranks {
-    fn read(header: &[String], rows: &[Vec<String>]) -> Option<Self> {
-        let counts = numbers(header, rows, "ranks")?.into_iter().map(|count| count as u64);
-        let balances = numbers(header, rows, "balance")?;
-        Some(Self { count: counts.max()?, balance: balances.iter().sum::<f64>() / rows.len() as f64 })
+    fn read(table: &Table) -> Option<Self> {
+        let count = largest(&table.numbers("ranks")?)? as u64;
+        Some(Self { count, balance: mean(&table.numbers("balance")?) })
     }
 
     /// The ranks in a sentence.
@@ -99,12 +104,11 @@ impl Ranks {
     }
 }
 
-/// How far the pixels of all frames may be off.
+/// Errors of the pixels of all frames.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Errors {
-    /// Largest of a pixel.
     max: f64,
-    /// Mean over the frames of their means.
+    /// Mean of the frames' means.
     mean: f64,
     /// Largest 99.9th percentile of a frame.
     p999: f64,
@@ -113,16 +117,12 @@ pub struct Errors {
 }
 
 impl Errors {
-    /// Reads the columns of errors; nothing where one is missing, or a number cannot be read.
-    fn read(header: &[String], rows: &[Vec<String>]) -> Option<Self> {
-        let numbers = |name: &str| numbers(header, rows, name);
-        let kind = column(header, "error_kind")?;
-        let largest = |numbers: Vec<f64>| numbers.into_iter().reduce(f64::max);
+    fn read(table: &Table) -> Option<Self> {
         Some(Self {
-            max: largest(numbers("error_max")?)?,
-            mean: numbers("error_mean")?.iter().sum::<f64>() / rows.len() as f64,
-            p999: largest(numbers("error_p999")?)?,
-            bound: rows.iter().all(|row| row.get(kind).is_some_and(|kind| kind == "bound")),
+            max: largest(&table.numbers("error_max")?)?,
+            mean: mean(&table.numbers("error_mean")?),
+            p999: largest(&table.numbers("error_p999")?)?,
+            bound: table.column("error_kind")?.iter().all(|kind| *kind == Some("bound")),
         })
     }
 
@@ -137,78 +137,68 @@ impl Errors {
     }
 }
 
-impl Frames {
-    /// Reads `report.csv`: a header, and then a line per frame.
-    pub fn read(csv: &str) -> Self {
-        const PARTS: [&str; 3] = ["prepare_s", "render_s", "write_s"];
-        let Table { header, rows } = Table::read(csv);
-        let columns: Vec<usize> =
-            (0..header.len()).filter(|&at| PARTS.contains(&header[at].as_str())).collect();
-        let cells = rows.iter().flat_map(|row| columns.iter().map(|&column| row.get(column)));
-        // One number that cannot be read makes the sum wrong, and no sum is better.
-        let visualization: Option<f64> = cells.map(|cell| number(cell?)).sum();
-        Self {
-            count: rows.len() as u64,
-            visualization: visualization.filter(|_| !columns.is_empty()),
-            errors: Errors::read(&header, &rows),
-            ranks: Ranks::read(&header, &rows),
-        }
-    }
-}
-
-/// A report's cells by the names of its columns.
+/// The cells of a report by the names of its columns.
 pub struct Table {
     header: Vec<String>,
     rows: Vec<Vec<String>>,
 }
 
 impl Table {
-    /// Reads `report.csv`.
+    /// Reads the text of `report.csv`: a header, and a line per frame.
     pub fn read(csv: &str) -> Self {
         let mut lines = csv.lines().filter(|line| !line.trim().is_empty()).map(fields);
         Self { header: lines.next().unwrap_or_default(), rows: lines.collect() }
     }
 
-    /// The number in a column, of the last row that has a word in another.
-    pub fn number(&self, key: &str, word: &str, name: &str) -> Option<f64> {
-        let (key, name) = (column(&self.header, key)?, column(&self.header, name)?);
-        let row = self.rows.iter().rev().find(|row| row.get(key).is_some_and(|cell| cell == word))?;
-        number(row.get(name)?)
+    /// The number in the column `name` of the last row with the text `value` in the column `key`.
+    pub fn number(&self, key: &str, value: &str, name: &str) -> Option<f64> {
+        let row = self.column(key)?.iter().rposition(|cell| *cell == Some(value))?;
+        number(self.column(name)?[row]?)
+    }
+
+    fn has(&self, name: &str) -> bool {
+        self.header.iter().any(|head| head == name)
+    }
+
+    /// A column; `None` for the cells of rows that are too short.
+    fn column(&self, name: &str) -> Option<Vec<Option<&str>>> {
+        let column = self.header.iter().position(|head| head == name)?;
+        Some(self.rows.iter().map(|row| row.get(column).map(String::as_str)).collect())
+    }
+
+    /// A column of numbers; `None` where one of them cannot be read.
+    fn numbers(&self, name: &str) -> Option<Vec<f64>> {
+        self.column(name)?.into_iter().map(|cell| number(cell?)).collect()
     }
 }
 
-fn column(header: &[String], name: &str) -> Option<usize> {
-    header.iter().position(|head| head == name)
+fn largest(numbers: &[f64]) -> Option<f64> {
+    numbers.iter().copied().reduce(f64::max)
 }
 
-/// A column of numbers; nothing where it is missing, or one of them cannot be read.
-fn numbers(header: &[String], rows: &[Vec<String>], name: &str) -> Option<Vec<f64>> {
-    let column = column(header, name)?;
-    rows.iter().map(|row| number(row.get(column)?)).collect()
+fn mean(numbers: &[f64]) -> f64 {
+    numbers.iter().sum::<f64>() / numbers.len() as f64
 }
 
 fn number(text: &str) -> Option<f64> {
     text.parse().ok().filter(|number: &f64| number.is_finite())
 }
 
-/// The fields of one line of CSV, which may be quoted, as the names of pictures might be.
+/// The fields of a line of CSV; names of pictures may be quoted.
 fn fields(line: &str) -> Vec<String> {
-    let mut fields = vec![String::new()];
+    let mut fields = vec![];
+    let mut field = String::new();
     let mut quoted = false;
     let mut characters = line.chars().peekable();
     while let Some(character) = characters.next() {
-        // There is always a last field: the vector starts with one and only grows.
-        let last = fields.len() - 1;
         match character {
-            '"' if quoted && characters.peek() == Some(&'"') => {
-                characters.next();
-                fields[last].push('"');
-            }
+            '"' if quoted && characters.next_if_eq(&'"').is_some() => field.push('"'),
             '"' => quoted = !quoted,
-            ',' if !quoted => fields.push(String::new()),
-            _ => fields[last].push(character),
+            ',' if !quoted => fields.push(std::mem::take(&mut field)),
+            _ => field.push(character),
         }
     }
+    fields.push(field);
     fields.iter().map(|field| field.trim().to_owned()).collect()
 }
 
@@ -216,38 +206,40 @@ fn fields(line: &str) -> Vec<String> {
 mod tests {
     use super::*;
 
-    fn lines(text: &str) -> Vec<String> {
-        text.lines().map(str::to_owned).collect()
+    fn frames(count: u64, visualization: Option<f64>) -> Frames {
+        Frames { count, visualization, errors: None, ranks: None }
     }
 
     #[test]
-    fn the_summary_line_is_found() {
-        let output = lines(
-            "frame 0\nframe 1\nsummary steps=576 frames=25 simulation_s=21.3 \
-             visualization_s=3.1 mass_drift=1.2e-15 pictures_failed=0\n",
-        );
-        let expected =
-            Summary { steps: Some(576), frames: Some(25), simulation: Some(21.3), visualization: Some(3.1) };
-        assert_eq!(Summary::find(&output), expected);
+    fn the_summary_has_what_the_line_has() {
+        let summary =
+            |steps, frames, simulation, visualization| Summary { steps, frames, simulation, visualization };
+        let line = "frame 0\nframe 1\nsummary steps=576 frames=25 simulation_s=21.3 visualization_s=3.1 \
+                    mass_drift=1.2e-15 pictures_failed=0\n";
+        for (text, expected) in [
+            (line, summary(Some(576), Some(25), Some(21.3), Some(3.1))),
+            ("frame 0\nframe 1", Summary::default()),
+            ("", Summary::default()),
+            ("summary steps=many frames=2 simulation_s=nan rest", summary(None, Some(2), None, None)),
+        ] {
+            let lines: Vec<_> = text.lines().map(str::to_owned).collect();
+            assert_eq!(Summary::find(&lines), expected, "{text}");
+        }
     }
 
     #[test]
-    fn a_summary_may_be_absent_or_odd() {
-        assert_eq!(Summary::find(&lines("frame 0\nframe 1")), Summary::default());
-        assert_eq!(Summary::find(&[]), Summary::default());
-        let odd = Summary::find(&lines("summary steps=many frames=2 simulation_s=nan rest"));
-        assert_eq!(odd, Summary { frames: Some(2), ..Summary::default() });
-    }
-
-    #[test]
-    fn the_report_adds_up() {
-        let csv = "frame,picture,write_s,prepare_s,samples,render_s\n\
-                   0,\"a, \"\"b\"\".png\",0.25,0.5,100,1\n\
-                   1,c.png,0.25,0,100,1\r\n";
-        assert_eq!(
-            Frames::read(csv),
-            Frames { count: 2, visualization: Some(3.0), errors: None, ranks: None }
-        );
+    fn the_seconds_of_the_frames_are_summed_where_all_can_be_read() {
+        let whole = "frame,picture,write_s,prepare_s,samples,render_s\n\
+                     0,\"a, \"\"b\"\".png\",0.25,0.5,100,1\n\
+                     1,c.png,0.25,0,100,1\r\n";
+        for (csv, expected) in [
+            (whole, frames(2, Some(3.0))),
+            ("", frames(0, None)),
+            ("frame\n0\n1\n", frames(2, None)),
+            ("frame,render_s\n0,1.5\n1", frames(2, None)),
+        ] {
+            assert_eq!(Frames::read(csv), expected, "{csv}");
+        }
     }
 
     #[test]
@@ -279,36 +271,17 @@ mod tests {
     }
 
     #[test]
-    fn a_report_may_be_empty_or_odd() {
-        assert_eq!(Frames::read(""), Frames { count: 0, visualization: None, errors: None, ranks: None });
+    fn the_table_has_what_the_summary_or_the_report_has() {
+        let summary = Summary { steps: Some(100), simulation: Some(20.0), ..Summary::default() };
+        let filled = summary.or_from(&frames(4, Some(2.0)));
         assert_eq!(
-            Frames::read("frame\n0\n1\n"),
-            Frames { count: 2, visualization: None, errors: None, ranks: None }
-        );
-        let cut_short = Frames::read("frame,render_s\n0,1.5\n1");
-        assert_eq!(cut_short, Frames { count: 2, visualization: None, errors: None, ranks: None });
-    }
-
-    #[test]
-    fn the_report_fills_in_for_the_summary() {
-        let frames = Frames { count: 4, visualization: Some(2.0), errors: None, ranks: None };
-        let filled = Summary::default().or_from(&frames);
-        assert_eq!((filled.frames, filled.visualization), (Some(4), Some(2.0)));
-        let summary = Summary { visualization: Some(3.0), ..Summary::default() };
-        assert_eq!(summary.or_from(&frames).visualization, Some(3.0));
-    }
-
-    #[test]
-    fn the_table_shows_what_is_known() {
-        let summary =
-            Summary { steps: Some(100), frames: Some(4), simulation: Some(20.0), visualization: Some(2.0) };
-        assert_eq!(
-            summary.table(),
+            filled.table(),
             "seconds                   simulation   visualization\n\
              in all                       20.0000          2.0000\n\
              per step (100)                0.2000          0.0200\n\
              per picture (4)               5.0000          0.5000"
         );
+        assert_eq!(filled.or_from(&frames(5, Some(3.0))), filled);
         assert!(Summary::default().table().contains("unknown"));
     }
 }

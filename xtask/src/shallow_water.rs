@@ -1,9 +1,10 @@
-//! The shallow-water model of `examples/fortran` over ranks of MPI: building it and running it.
+//! Builds and runs the shallow-water model of `examples/fortran` over ranks of MPI.
 
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::Command;
 use std::thread;
+
+use xshell::{Cmd, cmd};
 
 use crate::error::Error;
 use crate::host::Host;
@@ -12,23 +13,23 @@ use crate::mpi::Mpi;
 use crate::step::Step;
 use crate::workspace::Workspace;
 
-/// The package of the C library with MPI: the sources of icoray-capi under another name, so that neither library overwrites the
-/// other and cargo compiles the crates below them once.
+/// The package of the C library with MPI: the sources of icoray-capi under another name, so that neither library
+/// overwrites the other and cargo compiles the crates below them once.
 pub const LIBRARY_PACKAGE: &str = "icoray-capi-mpi";
 const LIBRARY: &str = "icoray_mpi_test";
 const FOLDER: &str = "examples/fortran/shallow_water";
 
-/// Its scene, below the workspace's root.
+/// The model's scene, below the workspace's root.
 pub const SCENE: &str = "examples/scenes/shallow_water.toml";
 
-/// How the names of its pictures begin.
+/// The start of the names of its pictures.
 pub const PREFIX: &str = "vorticity_";
 
-/// Half a minute or so on two cores: few layers, and 270 steps to the day, each of which has its picture.
+/// A run of about half a minute on two cores: few layers, and a picture after each day of 270 steps.
 pub const SIZE: [&str; 10] =
     ["--level", "5", "--layers", "4", "--days", "5", "--dt", "320", "--every", "270"];
 
-/// A shallow-water model that was or is to be built.
+/// The model, linked with the library of a build profile.
 pub struct ShallowWater<'a> {
     workspace: &'a Workspace,
     mpi: &'a Mpi,
@@ -38,67 +39,61 @@ pub struct ShallowWater<'a> {
 }
 
 impl<'a> ShallowWater<'a> {
-    /// The model linked with the library of a build profile.
     pub fn new(workspace: &'a Workspace, profile: &'a str, mpi: &'a Mpi) -> Self {
-        let products = workspace.products(if profile == "dev" { "debug" } else { profile });
-        Self { workspace, mpi, profile, products }
+        Self { workspace, mpi, profile, products: workspace.products(profile) }
     }
 
     fn folder(&self) -> PathBuf {
         self.products.join("shallow_water")
     }
 
-    /// The command that builds its library, with GPUs or without; what it takes to find MPI is left to [`ShallowWater::tell`].
-    pub fn library(&self, gpu: bool) -> Command {
-        let mut cargo = self.workspace.cargo(["build", "--profile", self.profile]);
-        cargo.args(["--package", LIBRARY_PACKAGE, "--no-default-features", "--features"]);
-        cargo.arg(if gpu { "mpi,gpu" } else { "mpi" });
-        cargo
+    /// The command that builds its library, with GPUs or without; [`ShallowWater::with_mpi`] adds the MPI.
+    pub fn library(&self, gpu: bool) -> Cmd<'a> {
+        let features = if gpu { "mpi,gpu" } else { "mpi" };
+        let cargo = self.workspace.cargo(["build", "--profile", self.profile, "--package", LIBRARY_PACKAGE]);
+        cargo.args(["--no-default-features", "--features", features])
     }
 
-    /// Lets a command of cargo's build for this MPI.
-    pub fn tell(&self, cargo: &mut Command, host: &Host) -> Result<(), Error> {
+    /// A cargo command that builds with this MPI.
+    pub fn with_mpi<'c>(&self, cargo: Cmd<'c>, host: &Host) -> Result<Cmd<'c>, Error> {
         // rsmpi prefers these to MPICC.
-        cargo.env_remove("MPI_PKG_CONFIG").env_remove("CRAY_MPICH_DIR").env("MPICC", &self.mpi.cc);
-        libclang::tell(cargo, host)
+        let cargo =
+            cargo.env_remove("MPI_PKG_CONFIG").env_remove("CRAY_MPICH_DIR").env("MPICC", &self.mpi.cc);
+        Ok(cargo.envs(libclang::variable(host)?))
     }
 
-    /// Removes what was built for another MPI, which neither cargo nor make notice.
-    pub fn forget_other_mpi(&self, step: &mut Step) -> Result<(), Error> {
+    /// Removes builds with another MPI, which neither cargo nor make notice.
+    pub fn remove_other_mpi(&self, step: &mut Step) -> Result<(), Error> {
         let record = self.products.join("shallow_water.mpi");
         let current = format!("{}\n{}\n", self.mpi.cc.display(), self.mpi.library);
         if fs::read_to_string(&record).is_ok_and(|built| built == current) {
             return Ok(());
         }
-        step.quiet(&mut self.workspace.cargo(["clean", "--package", "mpi-sys", "--profile", self.profile]))?;
-        if self.folder().exists() {
-            fs::remove_dir_all(self.folder()).map_err(Error::while_doing(self.folder().display()))?;
-        }
-        fs::write(&record, current).map_err(Error::while_doing(record.display()))
+        step.quiet(self.workspace.cargo(["clean", "--package", "mpi-sys", "--profile", self.profile]))?;
+        self.workspace.shell.remove_path(self.folder())?;
+        Ok(self.workspace.shell.write_file(&record, current)?)
     }
 
-    /// The command that compiles it, against the source tree.
-    pub fn compile(&self) -> Command {
-        let setting = |name: &str, value: String| format!("{name}={value}");
-        let products = self.products.display();
-        let mut make = self.workspace.command("make");
-        make.args(["-j2", "-C", FOLDER, "MPI=1"]).env_remove("MAKEFLAGS");
-        make.arg(setting("FC", self.mpi.fortran.display().to_string()));
-        make.arg(setting("BUILD", self.folder().display().to_string()));
-        let module = self.workspace.root().join("include/icoray.f90");
-        make.arg(setting("ICORAY_SOURCE", module.display().to_string()));
-        make.arg(setting("ICORAY_LIB", format!("-L{products} -l{LIBRARY} -Wl,-rpath,{products}")));
-        make
+    /// The command that compiles it, with the Fortran module of the source tree.
+    pub fn compile(&self) -> Cmd<'a> {
+        let (folder, products, fortran) = (self.folder(), &self.products, &self.mpi.fortran);
+        let module = self.workspace.root.join("include/icoray.f90");
+        let sh = &self.workspace.shell;
+        let make = cmd!(
+            sh,
+            "make -j2 -C {FOLDER} MPI=1 FC={fortran} BUILD={folder} ICORAY_SOURCE={module}
+             'ICORAY_LIB=-L'{products}' -l'{LIBRARY}' -Wl,-rpath,'{products}"
+        );
+        make.env_remove("MAKEFLAGS")
     }
 
     /// The command that runs it on so many ranks, each with its part of the mesh.
-    pub fn run(&self, ranks: usize, scene: &Path, out: &Path) -> Result<Command, Error> {
-        let mut run = self.workspace.linked(&self.mpi.run, &self.products)?;
-        run.args(["-n", &ranks.to_string()]).args(&self.mpi.options);
-        run.arg(self.folder().join("shallow_water")).args(SIZE);
+    pub fn run(&self, ranks: usize, scene: &Path, out: &Path) -> Result<Cmd<'a>, Error> {
         let processors = thread::available_parallelism().map_or(1, usize::from);
-        run.args(["--threads", &(processors / ranks).max(1).to_string()]);
-        run.arg("--scene").arg(scene).arg("--out").arg(out);
-        Ok(run)
+        let threads = (processors / ranks).max(1).to_string();
+        let run = self.workspace.linked(&self.mpi.run, &self.products)?;
+        let run = run.args(["-n", &ranks.to_string()]).args(&self.mpi.options);
+        let run = run.arg(self.folder().join("shallow_water")).args(SIZE).args(["--threads", &threads]);
+        Ok(run.arg("--scene").arg(scene).arg("--out").arg(out))
     }
 }

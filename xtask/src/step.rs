@@ -2,8 +2,8 @@
 //!
 //! A terminal also shows the last line that a command printed and the seconds so far.
 
-use std::fmt::Write as _;
-use std::io::{self, BufRead, BufReader, IsTerminal, Read, Write as _};
+use std::ffi::OsStr;
+use std::io::{self, BufRead, BufReader, IsTerminal, Read, Write};
 use std::process::{Command, ExitStatus, Stdio};
 use std::sync::mpsc::{self, RecvTimeoutError};
 use std::thread;
@@ -12,13 +12,13 @@ use std::time::{Duration, Instant};
 use crate::diagnosis::diagnose;
 use crate::error::{Error, last_lines};
 
-/// Prints a line. A reader that went away (`| head`) is no reason to stop, let alone to panic.
-pub fn say(line: &str) {
+/// Prints a line. A closed pipe (`| head`) is ignored, where `println!` would panic.
+pub fn print_line(line: &str) {
     let _ = writeln!(io::stdout(), "{line}");
 }
 
-/// Prints a line to standard error, on the same terms.
-pub fn complain(line: &str) {
+/// Prints a line to standard error; a closed pipe is ignored.
+pub fn print_error(line: &str) {
     let _ = writeln!(io::stderr(), "{line}");
 }
 
@@ -26,7 +26,7 @@ pub fn complain(line: &str) {
 pub struct Steps {
     done: usize,
     total: usize,
-    started: Instant,
+    pub started: Instant,
 }
 
 impl Steps {
@@ -35,17 +35,7 @@ impl Steps {
         Self { done: 0, total, started: Instant::now() }
     }
 
-    /// When the sequence began.
-    pub fn started(&self) -> Instant {
-        self.started
-    }
-
-    /// Seconds since the sequence began.
-    pub fn seconds(&self) -> f64 {
-        self.started.elapsed().as_secs_f64()
-    }
-
-    /// Runs the next step: announces it, and says how it ended and how long it took.
+    /// Runs the next step; prints its title before and its time after it.
     pub fn run<T>(
         &mut self,
         title: &str,
@@ -69,83 +59,86 @@ impl Steps {
 pub struct Step {
     heading: String,
     started: Instant,
-    /// Whether the cursor still stands behind the heading, that is, nothing else was printed.
+    /// Whether the cursor is still on the line of the heading.
     line_open: bool,
     terminal: bool,
 }
 
 impl Step {
-    /// Runs a command whose output matters only if it fails; the error then carries it.
-    ///
-    /// A terminal shows the latest line of the output.
-    pub fn quiet(&mut self, command: &mut Command) -> Result<(), Error> {
+    /// Runs a command without its output, which the error has if the command fails. A terminal shows the latest line.
+    pub fn quiet(&mut self, command: impl Into<Command>) -> Result<(), Error> {
         self.quiet_noting(command, |_| None)
     }
 
-    /// As [`Step::quiet`]; prints what `note` makes of a line of the output.
+    /// As [`Step::quiet`]; prints the text that `note` returns for a line of the output.
     pub fn quiet_noting(
         &mut self,
-        command: &mut Command,
+        command: impl Into<Command>,
         mut note: impl FnMut(&str) -> Option<String>,
     ) -> Result<(), Error> {
+        let mut command = command.into();
         let mut output = String::new();
-        let status = lines_of(command, |line| match line {
+        let status = lines_of(&mut command, |line| match line {
             Some(Line::Output(line) | Line::Error(line)) => {
                 if let Some(text) = note(&line) {
                     self.note(&text);
                 }
-                // Writing to a string cannot fail.
-                let _ = writeln!(output, "{line}");
+                output += &line;
+                output.push('\n');
             }
             None => self.refresh(output.lines().next_back().unwrap_or_default()),
         })?;
-        if status.success() { Ok(()) } else { Err(failure(command, status, &output)) }
+        if status.success() { Ok(()) } else { Err(failure(&command, status, &output)) }
     }
 
-    /// Runs a command whose output is for the user to see as it comes.
-    pub fn streamed(&mut self, command: &mut Command) -> Result<(), Error> {
+    /// Runs a command that may use the terminal.
+    pub fn interactive(&mut self, command: &mut Command) -> Result<(), Error> {
         self.break_line();
         let status = command.status().map_err(Error::while_doing(name(command)))?;
         if status.success() { Ok(()) } else { Err(failure(command, status, "")) }
     }
 
-    /// As [`Step::streamed`], and returns the lines of the standard output; calls `look` a few times per second and at the end.
-    pub fn echoed(&mut self, command: &mut Command, mut look: impl FnMut()) -> Result<Vec<String>, Error> {
+    /// Runs a command and prints its output as it comes; returns the lines of the standard output. Calls `poll` a few
+    /// times per second and at the end.
+    pub fn echoed(
+        &mut self,
+        command: impl Into<Command>,
+        mut poll: impl FnMut(),
+    ) -> Result<Vec<String>, Error> {
+        let mut command = command.into();
         self.break_line();
-        let mut lines = Vec::new();
-        let mut errors = Vec::new();
-        let status = lines_of(command, |line| match line {
+        let (mut lines, mut errors) = (Vec::new(), Vec::new());
+        let status = lines_of(&mut command, |line| match line {
             Some(Line::Output(line)) => {
-                say(&line);
+                print_line(&line);
                 lines.push(line);
             }
             Some(Line::Error(line)) => {
-                complain(&line);
+                print_error(&line);
                 errors.push(line);
             }
-            None => look(),
+            None => poll(),
         })?;
-        look();
+        poll();
         if status.success() {
-            Ok(lines)
-        } else {
-            Err(failure(command, status, &last_lines(&errors.join("\n"), 5).join("\n")))
+            return Ok(lines);
         }
+        Err(failure(&command, status, &last_lines(&errors.join("\n"), 5).join("\n")))
     }
 
     /// Prints a line within the step.
     pub fn note(&mut self, line: &str) {
         self.break_line();
-        say(line);
+        print_line(line);
     }
 
-    /// Rewrites the heading's line with the time so far and what is going on.
+    /// Rewrites the line of the heading with the time so far and the latest line of the command.
     fn refresh(&self, activity: &str) {
         if self.terminal && self.line_open {
             let seconds = self.started.elapsed().as_secs();
             let line = format!("{} ... {seconds} s  {}", self.heading, activity.trim());
-            // A line that wraps could not be rewritten, and any terminal has 80 columns; control
-            // characters (colours) would count as columns and might be cut in half.
+            // A line that wraps could not be rewritten, and any terminal has 80 columns. Colours are left out: their
+            // control characters would count as columns and might be cut in half.
             let line: String = line.chars().filter(|c| !c.is_control()).take(79).collect();
             print(&format!("\r\x1b[K{line}"));
         }
@@ -153,7 +146,7 @@ impl Step {
 
     fn break_line(&mut self) {
         if self.line_open {
-            say(&self.rewound());
+            print_line(&self.rewound());
             self.line_open = false;
         }
     }
@@ -161,10 +154,10 @@ impl Step {
     fn close(&self, outcome: &str) {
         let seconds = self.started.elapsed().as_secs_f64();
         let start = if self.line_open { self.rewound() } else { format!("{} ...", self.heading) };
-        say(&format!("{start} {outcome}{seconds:.1} s"));
+        print_line(&format!("{start} {outcome}{seconds:.1} s"));
     }
 
-    /// What takes the cursor behind the bare heading: nothing, unless a terminal shows more.
+    /// The text that moves a terminal's cursor behind the heading, and removes what follows.
     fn rewound(&self) -> String {
         if self.terminal { format!("\r\x1b[K{} ...", self.heading) } else { String::new() }
     }
@@ -183,7 +176,7 @@ enum Line {
     Error(String),
 }
 
-/// Runs a command and hands on each line it prints, and `None` a few times per second while it runs.
+/// Runs a command; passes each line that it prints to `take`, and `None` a few times per second while it runs.
 fn lines_of(command: &mut Command, mut take: impl FnMut(Option<Line>)) -> Result<ExitStatus, Error> {
     let mut child = command
         .stdin(Stdio::null())
@@ -192,14 +185,11 @@ fn lines_of(command: &mut Command, mut take: impl FnMut(Option<Line>)) -> Result
         .spawn()
         .map_err(Error::while_doing(name(command)))?;
     let (sender, receiver) = mpsc::channel();
-    if let Some(stdout) = child.stdout.take() {
+    if let Some((stdout, stderr)) = child.stdout.take().zip(child.stderr.take()) {
         send_lines(stdout, Line::Output, sender.clone());
+        // The channel closes when the last reader ends.
+        send_lines(stderr, Line::Error, sender);
     }
-    if let Some(stderr) = child.stderr.take() {
-        send_lines(stderr, Line::Error, sender.clone());
-    }
-    // The channel must close when the last reader ends.
-    drop(sender);
     let pause = Duration::from_millis(250);
     let mut refreshed = Instant::now();
     loop {
@@ -216,8 +206,7 @@ fn lines_of(command: &mut Command, mut take: impl FnMut(Option<Line>)) -> Result
     child.wait().map_err(Error::while_doing(name(command)))
 }
 
-/// Reads in a thread of its own, so that a command which fills one pipe while the other is being
-/// read does not stall.
+/// Reads a pipe in a thread of its own, so that a command never stalls on a full pipe while the other is read.
 fn send_lines(pipe: impl Read + Send + 'static, kind: fn(String) -> Line, sender: mpsc::Sender<Line>) {
     thread::spawn(move || {
         let mut pipe = BufReader::new(pipe);
@@ -236,19 +225,16 @@ fn name(command: &Command) -> String {
     command.get_program().display().to_string()
 }
 
-/// The error of a command: what it means where that is known, or else the command and all that it printed.
+/// The error of a command that failed: its cause if that is known, or else the command and all that it printed.
 fn failure(command: &Command, status: ExitStatus, output: &str) -> Error {
     if let Some(sentence) = diagnose(output) {
         let details: Vec<_> = last_lines(output, 5).into_iter().map(|line| format!("    {line}")).collect();
         return Error::Detailed { sentence: sentence.into(), details: details.join("\n") };
     }
-    let mut line = name(command);
-    for argument in command.get_args() {
-        line.push(' ');
-        line.push_str(&argument.to_string_lossy());
-    }
-    let details = output.trim_end().to_owned();
-    Error::Detailed { sentence: format!("`{line}` ended with {status}"), details }
+    let words: Vec<_> =
+        [command.get_program()].into_iter().chain(command.get_args()).map(OsStr::to_string_lossy).collect();
+    let sentence = format!("`{}` ended with {status}", words.join(" "));
+    Error::Detailed { sentence, details: output.trim_end().to_owned() }
 }
 
 #[cfg(test)]
@@ -266,39 +252,33 @@ mod tests {
     }
 
     #[test]
-    fn a_quiet_failure_carries_the_output() {
-        let error = step().quiet(&mut shell("echo one; echo two >&2; exit 3")).unwrap_err();
+    fn a_failure_has_the_output_or_its_known_cause() {
+        let error = step().quiet(shell("echo one; echo two >&2; exit 3")).unwrap_err();
         let message = error.to_string();
         assert!(message.contains("exit status: 3"), "{message}");
         assert!(message.contains("\none") && message.contains("\ntwo"), "{message}");
-    }
-
-    #[test]
-    fn a_known_failure_is_told_in_a_sentence() {
         let script = "{ seq 20; echo 'cc: error: No space left on device'; } >&2; exit 1";
-        let message = step().quiet(&mut shell(script)).unwrap_err().to_string();
+        let message = step().quiet(shell(script)).unwrap_err().to_string();
         assert!(message.starts_with("no space is left on the disk: "), "{message}");
         assert!(message.contains("No space left on device") && message.lines().count() == 6, "{message}");
+        let error = step().quiet(Command::new("/nonexistent/program")).unwrap_err();
+        assert!(error.to_string().starts_with("/nonexistent/program: "), "{error}");
     }
 
     #[test]
-    fn echoed_lines_are_returned_and_looked_at() {
-        let mut looks = 0;
-        let lines = step().echoed(&mut shell("echo one; printf two; echo three >&2"), || looks += 1).unwrap();
+    fn lines_are_returned_and_noted_as_they_come() {
+        let mut polls = 0;
+        let lines = step().echoed(shell("echo one; printf two; echo three >&2"), || polls += 1).unwrap();
         assert_eq!(lines, ["one", "two"]);
-        assert!(looks >= 1);
-        let error = step().echoed(&mut shell("echo one; echo bad >&2; exit 1"), || {}).unwrap_err();
+        assert!(polls >= 1);
+        let error = step().echoed(shell("echo one; echo bad >&2; exit 1"), || {}).unwrap_err();
         assert!(error.brief().ends_with("exit status: 1\n    bad"), "{error}");
-    }
-
-    #[test]
-    fn lines_are_noted_as_they_come() {
         let mut seen = Vec::new();
         let note = |line: &str| {
             seen.push(line.to_owned());
             None
         };
-        assert_eq!(step().quiet_noting(&mut shell("echo one; echo two"), note), Ok(()));
+        assert_eq!(step().quiet_noting(shell("echo one; echo two"), note), Ok(()));
         assert_eq!(seen, ["one", "two"]);
     }
 
@@ -308,12 +288,6 @@ mod tests {
             echo aaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaa
             echo bbbbbbbbbbbbbbbbbbbbbbbbbbbbbbbb >&2
             i=$((i + 1)); done";
-        assert_eq!(step().quiet(&mut shell(script)), Ok(()));
-    }
-
-    #[test]
-    fn a_missing_program_is_an_error() {
-        let error = step().quiet(&mut Command::new("/nonexistent/program")).unwrap_err();
-        assert!(error.to_string().starts_with("/nonexistent/program: "), "{error}");
+        assert_eq!(step().quiet(shell(script)), Ok(()));
     }
 }

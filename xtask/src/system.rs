@@ -10,7 +10,11 @@ use crate::host::Host;
 use crate::requirements::{Requirement, Source};
 use crate::step::Step;
 
-/// Sees to it that everything in `needed` is there, installing what is not if `install` allows.
+/// Installs what of `needed` does not work, if `install` allows it.
+///
+/// # Errors
+/// What is missing and what to type, if it cannot be installed; what still does not work after its package was
+/// installed.
 pub fn provide(needed: &[&Requirement], install: bool, step: &mut Step) -> Result<(), Error> {
     let host = Host::here()?;
     let mut tried = Vec::new();
@@ -19,18 +23,19 @@ pub fn provide(needed: &[&Requirement], install: bool, step: &mut Step) -> Resul
         if missing.is_empty() {
             return Ok(());
         }
-        // What is installed may show that something else is missing too.
+        // A package that was just installed may need another one.
         if packages(&missing).iter().all(|package| tried.contains(package)) {
-            return Err(still_unusable(&missing));
+            let names = listed(&packages(&missing));
+            let sentence = format!("{names} cannot be used although installed, for the reasons below");
+            return Err(Error::Detailed { sentence, details: reasons(&missing) });
         }
         let machine = Machine::examine();
         if !install || !machine.can_install(&missing) {
             return Err(refusal(&missing, &machine, install));
         }
         for package in packages(&missing) {
-            if let Some(first) = missing.iter().find(|missing| missing.package == package) {
-                step.note(&format!("installing {}", first.described()));
-            }
+            let first = missing.iter().find(|missing| missing.package == package);
+            first.inspect(|missing| step.note(&format!("installing {}", missing.described())));
         }
         let apt = packages_from(Source::Apt, &missing);
         if !apt.is_empty() {
@@ -39,7 +44,9 @@ pub fn provide(needed: &[&Requirement], install: bool, step: &mut Step) -> Resul
         }
         let components = packages_from(Source::Rustup, &missing);
         if !components.is_empty() {
-            step.quiet(Command::new("rustup").args(["component", "add"]).args(&components))?;
+            let mut rustup = Command::new("rustup");
+            rustup.args(["component", "add"]).args(&components);
+            step.quiet(rustup)?;
         }
         tried.extend(packages(&missing));
     }
@@ -63,7 +70,7 @@ impl Missing<'_> {
 /// Those of `needed` that do not work.
 fn missing<'a>(needed: &[&'a Requirement], host: &Host) -> Vec<Missing<'a>> {
     let check = |requirement: &&'a Requirement| {
-        let lack = (requirement.check)(host).err()?;
+        let lack = requirement.check(host).err()?;
         let package = lack.package.unwrap_or(requirement.package);
         Some(Missing { requirement, package, why: lack.why })
     };
@@ -72,25 +79,22 @@ fn missing<'a>(needed: &[&'a Requirement], host: &Host) -> Vec<Missing<'a>> {
 
 /// The packages of `missing`, each once.
 fn packages(missing: &[Missing]) -> Vec<&'static str> {
-    let mut packages: Vec<_> = missing.iter().map(|missing| missing.package).collect();
-    let mut known = Vec::new();
-    packages.retain(|package| {
-        !known.contains(package) && {
-            known.push(*package);
-            true
+    let mut packages = Vec::new();
+    for Missing { package, .. } in missing {
+        if !packages.contains(package) {
+            packages.push(*package);
         }
-    });
+    }
     packages
 }
 
 fn packages_from(source: Source, missing: &[Missing]) -> Vec<&'static str> {
-    let all = missing.iter().filter(|missing| missing.requirement.source == source);
-    let mut packages: Vec<_> = all.map(|missing| missing.package).collect();
-    packages.dedup();
-    packages
+    let is_from =
+        |package: &&str| missing.iter().any(|m| m.package == *package && m.requirement.source == source);
+    packages(missing).into_iter().filter(is_from).collect()
 }
 
-/// What installing can make use of.
+/// The means of installing packages.
 #[derive(Debug, Clone, Copy)]
 struct Machine {
     root: bool,
@@ -99,21 +103,21 @@ struct Machine {
     rustup: bool,
 }
 
-/// What sudo does for this user.
+/// Whether sudo works for this user.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Sudo {
     /// It asks for no password.
     Free,
     /// It asks for a password, and there is a terminal to ask on.
     Asks,
-    /// It is not there, or would ask where nobody answers.
+    /// It is not there, or asks for a password and there is no terminal.
     No,
 }
 
 impl Machine {
     fn examine() -> Self {
         Self {
-            root: is_root(),
+            root: output("id", ["-u"]).is_some_and(|id| id == "0"),
             sudo: if succeeds("sudo", ["-n", "true"]) {
                 Sudo::Free
             } else if io::stdin().is_terminal() && succeeds("sudo", ["-V"]) {
@@ -133,18 +137,18 @@ impl Machine {
         })
     }
 
-    /// Lets sudo ask for the password, if it must.
+    /// Lets sudo ask for the password if it needs one.
     fn unlock(&self, missing: &[Missing], step: &mut Step) -> Result<(), Error> {
         if self.root || self.sudo != Sudo::Asks {
             return Ok(());
         }
         step.note("sudo may ask for your password, to install these packages:");
-        step.streamed(Command::new("sudo").arg("-v"))
+        step.interactive(Command::new("sudo").arg("-v"))
             .map_err(|_| refusal(missing, &Self { sudo: Sudo::No, ..*self }, true))
     }
 }
 
-/// The sentence that tells what is missing, why it is not installed, and what to type; with the reasons as details.
+/// An error that says what is missing, why it is not installed, and what to type; with a reason per requirement.
 fn refusal(missing: &[Missing], machine: &Machine, install: bool) -> Error {
     let names = listed(&packages(missing));
     let apt = packages_from(Source::Apt, missing);
@@ -177,12 +181,6 @@ fn refusal(missing: &[Missing], machine: &Machine, install: bool) -> Error {
     }
 }
 
-fn still_unusable(missing: &[Missing]) -> Error {
-    let names = listed(&packages(missing));
-    let sentence = format!("{names} cannot be used although installed, for the reasons below");
-    Error::Detailed { sentence, details: reasons(missing) }
-}
-
 /// A line for each requirement.
 fn reasons(missing: &[Missing]) -> String {
     let line = |missing: &Missing| format!("  {}: {}", missing.described(), missing.why);
@@ -198,17 +196,12 @@ fn listed(names: &[&str]) -> String {
     }
 }
 
-/// Whether root runs this.
-pub fn is_root() -> bool {
-    output("id", ["-u"]).is_some_and(|id| id == "0")
-}
-
-/// Whether a program is there and succeeds.
+/// Whether a program exists and succeeds.
 pub fn succeeds<'a>(program: impl AsRef<OsStr>, arguments: impl IntoIterator<Item = &'a str>) -> bool {
     output(program, arguments).is_some()
 }
 
-/// The trimmed standard output of a program, if it is there and succeeds.
+/// The trimmed standard output of a program, if it exists and succeeds.
 pub fn output<'a>(
     program: impl AsRef<OsStr>,
     arguments: impl IntoIterator<Item = &'a str>,
@@ -227,40 +220,28 @@ mod tests {
     const ROOT: Machine = Machine { root: true, sudo: Sudo::No, apt: true, rustup: true };
     const USER: Machine = Machine { root: false, ..ROOT };
 
-    /// All of `needed`, as missing on a bare machine.
+    /// All of `needed`, which a bare machine lacks.
     fn on_a_bare_machine<'a>(needed: &[&'a Requirement]) -> Vec<Missing<'a>> {
-        let machine = fake::Machine::bare("system");
+        let machine = fake::Machine::bare();
         let host = machine.host();
         let absent = |requirement: &&'a Requirement| match requirement.source {
-            Source::Apt => missing(&[*requirement], &host).into_iter().next(),
-            // These are asked of this machine's cargo.
+            Source::Apt => missing(&[*requirement], &host).remove(0),
+            // Their checks run this machine's cargo.
             Source::Rustup => {
-                Some(Missing { requirement, package: requirement.package, why: "no such command".into() })
+                Missing { requirement, package: requirement.package, why: "no such command".into() }
             }
         };
-        needed.iter().filter_map(absent).collect()
+        needed.iter().map(absent).collect()
     }
 
     #[test]
     fn packages_are_told_apart_by_source_and_named_once() {
         let all = on_a_bare_machine(FOR_TEST_ALL);
-        let expected = [
-            "gcc",
-            "libc6-dev",
-            "g++",
-            "gfortran",
-            "make",
-            "cmake",
-            "pkg-config",
-            "valgrind",
-            "mesa-vulkan-drivers",
-            "libnetcdf-dev",
-            "libopenmpi-dev",
-            "libmpich-dev",
-            "mpich",
-            "libclang-dev",
-        ];
-        assert_eq!(packages_from(Source::Apt, &all), expected);
+        assert_eq!(
+            packages_from(Source::Apt, &all).join(" "),
+            "gcc libc6-dev g++ gfortran make cmake pkg-config valgrind mesa-vulkan-drivers libnetcdf-dev \
+             libopenmpi-dev libmpich-dev mpich libclang-dev"
+        );
         assert_eq!(packages_from(Source::Rustup, &all), ["rustfmt", "clippy"]);
         let by_default = packages_from(Source::Apt, &on_a_bare_machine(FOR_TEST));
         assert_eq!(by_default, ["gcc", "libc6-dev"]);

@@ -1,36 +1,29 @@
-//! The tracer model of `examples/c`: building it and running it.
+//! Builds and runs the tracer model of `examples/c`.
 
 use std::path::{Path, PathBuf};
-use std::process::Command;
+
+use xshell::{Cmd, cmd};
 
 use crate::error::Error;
 use crate::options::Size;
 use crate::workspace::Workspace;
 
-/// The model's files.
-const SOURCES: [&str; 6] = [
-    "examples/c/tracer.c",
-    "examples/c/mesh.c",
-    "examples/c/options.c",
-    "examples/c/ranks.c",
-    "examples/c/transport.c",
-    "examples/c/winds.c",
-];
+/// The model's files, in `examples/c`.
+const SOURCES: [&str; 6] = ["tracer.c", "mesh.c", "options.c", "ranks.c", "transport.c", "winds.c"];
 
-/// Its scene, below the workspace's root.
+/// The model's scene, below the workspace's root.
 pub const SCENE: &str = "examples/scenes/tracer.toml";
 
-/// How the names of its pictures begin.
+/// The start of the names of its pictures.
 pub const PREFIX: &str = "tracer_";
 
-/// A tracer model that was or is to be built.
+/// The model, linked with the shared library of a build profile.
 pub struct Tracer<'a> {
     workspace: &'a Workspace,
     products: PathBuf,
 }
 
 impl<'a> Tracer<'a> {
-    /// The tracer linked with the shared library of a build profile, which is found again where it was built.
     pub fn new(workspace: &'a Workspace, profile: &str) -> Self {
         Self { workspace, products: workspace.products(profile) }
     }
@@ -39,27 +32,23 @@ impl<'a> Tracer<'a> {
         self.products.join("tracer")
     }
 
-    /// The command that compiles it.
-    pub fn compile(&self) -> Command {
-        let mut cc = self.workspace.command("cc");
-        // Warnings are errors: the header must be clean in the strictest of users' builds.
-        cc.args(["-std=c99", "-O2", "-Wall", "-Wextra", "-Werror", "-pedantic", "-Iinclude"]);
-        cc.args(SOURCES).arg("-o").arg(self.program());
-        let mut search = std::ffi::OsString::from("-L");
-        search.push(&self.products);
-        let mut rpath = std::ffi::OsString::from("-Wl,-rpath,");
-        rpath.push(&self.products);
-        cc.arg(search).args(["-licoray", "-lm"]).arg(rpath);
-        cc
+    /// The command that compiles it. Warnings are errors: the header must be clean in the strictest builds.
+    pub fn compile(&self) -> Cmd<'a> {
+        let (program, products) = (self.program(), &self.products);
+        let sources = SOURCES.map(|source| format!("examples/c/{source}"));
+        let sh = &self.workspace.shell;
+        cmd!(
+            sh,
+            "cc -std=c99 -O2 -Wall -Wextra -Werror -pedantic -Iinclude {sources...} -o {program}
+             -L{products} -licoray -lm -Wl,-rpath,{products}"
+        )
     }
 
     /// The command that runs it.
-    pub fn run(&self, size: Size, scene: &Path, out: &Path) -> Result<Command, Error> {
-        let mut tracer = self.workspace.linked(self.program(), &self.products)?;
-        tracer.args(["--level", &size.level.to_string()]);
-        tracer.args(["--layers", &size.layers.to_string()]);
-        tracer.args(["--days", &size.days.to_string()]);
-        tracer.arg("--scene").arg(scene).arg("--out").arg(out);
-        Ok(tracer)
+    pub fn run(&self, size: Size, scene: &Path, out: &Path) -> Result<Cmd<'a>, Error> {
+        let [level, layers, days] = [size.level.to_string(), size.layers.to_string(), size.days.to_string()];
+        let tracer = self.workspace.linked(self.program(), &self.products)?;
+        let tracer = tracer.args(["--level", &level, "--layers", &layers, "--days", &days, "--scene"]);
+        Ok(tracer.arg(scene).arg("--out").arg(out))
     }
 }

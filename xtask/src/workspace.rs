@@ -1,94 +1,85 @@
-//! Where things lie: the sources, the build products, and the user.
+//! Paths of the sources, the build products and the user, and commands that run there.
 
 use std::env;
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
-use std::process::Command;
+
+use xshell::{Cmd, Shell};
 
 use crate::error::Error;
 
-/// The places that the subcommands work with; all paths are absolute.
+/// The paths that the subcommands work with; all are absolute.
 pub struct Workspace {
-    root: PathBuf,
+    /// The directory that holds the workspace's `Cargo.toml`.
+    pub root: PathBuf,
+    /// A shell in the root.
+    pub shell: Shell,
     /// Holds a directory per build profile.
     products: PathBuf,
+    /// The user's current directory.
     here: PathBuf,
 }
 
 impl Workspace {
     /// Finds the workspace that this program was built from.
     pub fn find() -> Result<Self, Error> {
-        let here = env::current_dir().map_err(Error::while_doing("the current directory"))?;
-        // Cargo sets the variable for `cargo run`; the path from the build serves a program that
-        // was started by hand.
-        let crate_dir = env::var_os("CARGO_MANIFEST_DIR")
-            .map_or_else(|| PathBuf::from(env!("CARGO_MANIFEST_DIR")), PathBuf::from);
-        let root = crate_dir
-            .parent()
-            .filter(|root| root.join("Cargo.toml").is_file())
-            .ok_or_else(|| Error::Failed(format!("no workspace above {}", crate_dir.display())))?
-            .to_path_buf();
-        // Cargo puts this program where it puts everything else, whatever moved that place: a
-        // variable, a configuration file, a target triple.
+        let shell = Shell::new()?;
+        let here = shell.current_dir();
+        // `cargo run` sets the variable; a program that was started without cargo takes the path known at compile time.
+        let crate_dir = env::var_os("CARGO_MANIFEST_DIR").unwrap_or(env!("CARGO_MANIFEST_DIR").into());
+        let root = Path::new(&crate_dir).parent().filter(|root| root.join("Cargo.toml").is_file());
+        let root =
+            root.ok_or_else(|| Error::Failed(format!("no workspace above {}", crate_dir.display())))?;
+        // The directory of this program is that of all builds, whether a variable, a configuration file or a target
+        // triple has set it.
         let program = env::current_exe().map_err(Error::while_doing("this program's path"))?;
-        let products = program
-            .ancestors()
-            .nth(2)
-            .ok_or_else(|| Error::Failed(format!("no build directory: {}", program.display())))?
-            .to_path_buf();
-        Ok(Self { root, products, here })
+        let products = program.ancestors().nth(2);
+        let no_products = || Error::Failed(format!("no build directory: {}", program.display()));
+        let products = products.ok_or_else(no_products)?.to_path_buf();
+        shell.change_dir(root);
+        // Cargo would take a relative target directory as relative to the root.
+        for name in ["CARGO_TARGET_DIR", "CARGO_BUILD_TARGET_DIR"] {
+            if let Some(target) = variable(name) {
+                shell.set_var(name, here.join(target));
+            }
+        }
+        Ok(Self { root: root.to_path_buf(), shell, products, here })
     }
 
-    /// The directory that holds the workspace's `Cargo.toml`.
-    pub fn root(&self) -> &Path {
-        &self.root
-    }
-
-    /// Where cargo puts what it builds: `release`, or `debug` for the dev profile.
+    /// The directory where cargo puts what it builds: `release`, or `debug` for the dev profile.
     pub fn products(&self, profile: &str) -> PathBuf {
-        self.products.join(profile)
+        self.products.join(if profile == "dev" { "debug" } else { profile })
     }
 
-    /// A path the user gave, which is relative to where the user is.
-    pub fn given(&self, path: &Path) -> PathBuf {
+    /// The absolute path of a path that the user gave.
+    pub fn given(&self, path: impl AsRef<Path>) -> PathBuf {
         self.here.join(path)
     }
 
-    /// A path as the user would write it.
+    /// A path as the user would write it: relative to the user's directory where it is below that.
     pub fn shown(&self, path: &Path) -> String {
         path.strip_prefix(&self.here).unwrap_or(path).display().to_string()
     }
 
-    /// A command that runs in the workspace's root.
-    pub fn command(&self, program: impl Into<OsString>) -> Command {
-        let mut command = Command::new(program.into());
-        command.current_dir(&self.root);
-        // A relative target directory means one below where the user is, not below the root.
-        for name in ["CARGO_TARGET_DIR", "CARGO_BUILD_TARGET_DIR"] {
-            if let Some(target) = env::var_os(name).filter(|target| !target.is_empty()) {
-                command.env(name, self.here.join(target));
-            }
-        }
-        command
+    /// The directory of the data files: that of `ICORAY_TEST_DATA`, or `../shared/data`.
+    pub fn data(&self) -> PathBuf {
+        variable("ICORAY_TEST_DATA").map_or_else(|| self.root.join("../shared/data"), |path| self.given(path))
     }
 
-    /// A command that runs a program which is linked with a library of `products`.
-    pub fn linked(&self, program: impl Into<OsString>, products: &Path) -> Result<Command, Error> {
-        let mut command = self.command(program);
-        // Cargo runs this program with its own directories on the search path, which comes before the program's: without
-        // this, it would take a library left there by the tests.
+    /// A command that runs a program linked with a library of `products`.
+    ///
+    /// Cargo puts its own directories first on this program's library search path, and a library left there by the
+    /// tests would be found before that of `products`.
+    pub fn linked(&self, program: impl AsRef<Path>, products: &Path) -> Result<Cmd<'_>, Error> {
         let inherited = env::var_os("LD_LIBRARY_PATH").unwrap_or_default();
         let paths = [products.to_path_buf()].into_iter().chain(env::split_paths(&inherited));
         let paths = env::join_paths(paths).map_err(Error::while_doing("LD_LIBRARY_PATH"))?;
-        command.env("LD_LIBRARY_PATH", paths);
-        Ok(command)
+        Ok(self.shell.cmd(program).env("LD_LIBRARY_PATH", paths))
     }
 
     /// A cargo command on this workspace.
-    pub fn cargo<'a>(&self, arguments: impl IntoIterator<Item = &'a str>) -> Command {
-        let mut command = self.command(cargo());
-        command.args(arguments);
-        command
+    pub fn cargo<'a>(&self, arguments: impl IntoIterator<Item = &'a str>) -> Cmd<'_> {
+        self.shell.cmd(cargo()).args(arguments)
     }
 }
 
@@ -97,27 +88,31 @@ pub fn cargo() -> OsString {
     env::var_os("CARGO").unwrap_or_else(|| "cargo".into())
 }
 
+/// The value of an environment variable that is set and not empty.
+pub fn variable(name: &str) -> Option<OsString> {
+    env::var_os(name).filter(|value| !value.is_empty())
+}
+
+/// Whether `ICORAY_REQUIRE` names a thing: its absence is then an error.
+pub fn is_required(name: &str) -> bool {
+    env::var("ICORAY_REQUIRE").unwrap_or_default().split(',').any(|word| word == name)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
     fn paths_are_taken_and_shown_as_the_user_writes_them() {
-        let workspace = Workspace {
-            root: "/src/icoray".into(),
-            products: "/src/icoray/target".into(),
-            here: "/src".into(),
-        };
-        assert_eq!(workspace.given(Path::new("out")), Path::new("/src/out"));
-        assert_eq!(workspace.given(Path::new("/elsewhere/out")), Path::new("/elsewhere/out"));
+        let mut workspace = Workspace::find().unwrap();
+        assert!(workspace.root.join("xtask/Cargo.toml").is_file());
+        workspace.here = "/src".into();
+        assert_eq!(workspace.given("out"), Path::new("/src/out"));
+        assert_eq!(workspace.given("/elsewhere/out"), Path::new("/elsewhere/out"));
         assert_eq!(workspace.shown(Path::new("/src/icoray/out")), "icoray/out");
         assert_eq!(workspace.shown(Path::new("/elsewhere/out")), "/elsewhere/out");
-        assert_eq!(workspace.products("debug"), Path::new("/src/icoray/target/debug"));
-    }
-
-    #[test]
-    fn the_workspace_is_found() {
-        let workspace = Workspace::find().unwrap();
-        assert!(workspace.root().join("xtask/Cargo.toml").is_file());
+        workspace.products = "/src/icoray/target".into();
+        assert_eq!(workspace.products("dev"), Path::new("/src/icoray/target/debug"));
+        assert_eq!(workspace.products("release"), Path::new("/src/icoray/target/release"));
     }
 }

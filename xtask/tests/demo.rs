@@ -1,15 +1,16 @@
-//! `cargo xtask demo` on machines that lack things: what the second model lacks never fails the demo.
+//! `cargo xtask demo` on machines without some software: a lack of the second model never fails the demo.
 //!
-//! Cargo, the tracer and MPI are shell scripts here; the C compiler of the probes is this machine's.
+//! Cargo, the tracer and MPI are shell scripts here; the C compiler is this machine's.
 
-use std::env;
 use std::fs;
 use std::os::unix::fs::PermissionsExt;
-use std::path::{Path, PathBuf};
-use std::process::{self, Command, Stdio};
+use std::path::PathBuf;
+use std::process::{Command, Stdio};
 use std::sync::Mutex;
 
-/// A cargo that "builds" what it is asked for. FAIL names a package that it cannot build.
+use xshell::{Shell, TempDir, cmd};
+
+/// A cargo that pretends to build. FAIL names a package that it fails to build.
 const CARGO: &str = r#"
 echo "cargo $*" >>"$PLACE/log"
 case "$*" in *"$FAIL"*) for i in 1 2 3 4 5 6 7 8 9; do echo "line $i" >&2; done; exit 101;; esac
@@ -18,7 +19,7 @@ printf '#!/bin/sh\n: >"$3"\n' >"$PLACE/target/release/contact_sheet"
 chmod +x "$PLACE/target/release/contact_sheet"
 "#;
 
-/// A C compiler that makes a script of the tracer, and programs of all else.
+/// A C compiler that makes a script for the tracer, and programs of other sources.
 const CC: &str = r#"
 echo "cc $*" >>"$PLACE/log"
 case "$*" in *-licoray*) ;; *) exec cc "$@";; esac
@@ -48,57 +49,60 @@ for program; do :; done
 export RANKS=2; "$program"; "$program"
 "#;
 
-/// Held while programs are written and started: one that a test has just written is busy while another test starts a process.
+/// Locked while programs are written and started: a program that was just written is busy while another test starts a
+/// process.
 static STARTING: Mutex<()> = Mutex::new(());
 
-/// A machine in a directory of its own.
+/// A machine in a temporary directory.
 struct Machine {
-    place: PathBuf,
+    directory: TempDir,
+    sh: Shell,
 }
 
 impl Machine {
-    /// A machine with cargo and a C compiler, and nothing else.
-    fn bare(name: &str) -> Self {
+    /// A machine with cargo and a C compiler only.
+    fn bare() -> Self {
         let _starting = STARTING.lock();
-        let place = env::temp_dir().join(format!("icoray-demo-{name}-{}", process::id()));
-        let _ = fs::remove_dir_all(&place);
-        fs::create_dir_all(place.join("target/debug")).unwrap();
-        fs::create_dir_all(place.join("bin")).unwrap();
-        fs::copy(env!("CARGO_BIN_EXE_xtask"), place.join("target/debug/xtask")).unwrap();
-        let machine = Self { place };
+        let sh = Shell::new().unwrap();
+        let machine = Self { directory: sh.create_temp_dir().unwrap(), sh };
+        let programs = machine.sh.create_dir(machine.file("target/debug")).unwrap();
+        machine.sh.copy_file(env!("CARGO_BIN_EXE_xtask"), programs).unwrap();
         machine.add("cargo", CARGO);
         machine.add("cc", CC);
         machine
     }
 
-    /// The same with what the second model needs.
-    fn complete(name: &str) -> Self {
-        let machine = Self::bare(name);
+    /// The same with the software that the second model needs.
+    fn complete() -> Self {
+        let machine = Self::bare();
         let _starting = STARTING.lock();
         for compiler in ["gfortran", "mpicc", "mpifort"] {
             machine.add(compiler, COMPILER);
         }
         machine.add("mpirun", MPIRUN);
         machine.add("make", "echo \"make $*\" >>\"$PLACE/log\"");
-        let stub = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/probes/libclang_stub.c");
-        let mut cc = Command::new("cc");
-        cc.args(["-shared", "-fPIC", "-o"]).arg(machine.place.join("libclang.so")).arg(stub);
-        assert!(cc.status().unwrap().success());
+        let (library, stub) = (machine.file("libclang.so"), "src/probes/libclang_stub.c");
+        machine.sh.change_dir(env!("CARGO_MANIFEST_DIR"));
+        cmd!(machine.sh, "cc -shared -fPIC -o {library} {stub}").quiet().run().unwrap();
         machine
     }
 
+    fn file(&self, path: &str) -> PathBuf {
+        self.directory.path().join(path)
+    }
+
     fn add(&self, name: &str, script: &str) {
-        let file = self.place.join("bin").join(name);
-        fs::write(&file, format!("#!/bin/sh\nPATH=/usr/bin:/bin\n{script}")).unwrap();
+        let file = self.file("bin").join(name);
+        self.sh.write_file(&file, format!("#!/bin/sh\nPATH=/usr/bin:/bin\n{script}")).unwrap();
         fs::set_permissions(&file, fs::Permissions::from_mode(0o755)).unwrap();
     }
 
-    /// Runs the demo; returns whether it succeeded, and what it printed to standard output and error.
+    /// Runs the demo; returns whether it succeeded, its standard output and its standard error.
     fn demo(&self, fail: &str) -> (bool, String, String) {
-        let mut demo = Command::new(self.place.join("target/debug/xtask"));
-        demo.args(["demo", "--no-install", "--out", "pictures"]).current_dir(&self.place);
-        demo.env("PATH", self.place.join("bin")).env("PLACE", &self.place).env("FAIL", fail);
-        demo.env("CARGO", self.place.join("bin/cargo")).env("LIBCLANG_PATH", self.place.join("libclang.so"));
+        let mut demo = Command::new(self.file("target/debug/xtask"));
+        demo.args(["demo", "--no-install", "--out", "pictures"]).current_dir(self.directory.path());
+        demo.env("PATH", self.file("bin")).env("PLACE", self.directory.path()).env("FAIL", fail);
+        demo.env("CARGO", self.file("bin/cargo")).env("LIBCLANG_PATH", self.file("libclang.so"));
         demo.env_remove("MPICC").env_remove("LD_LIBRARY_PATH");
         demo.stdout(Stdio::piped()).stderr(Stdio::piped());
         let child = {
@@ -112,22 +116,16 @@ impl Machine {
 
     /// The programs that ran, in order.
     fn log(&self) -> String {
-        fs::read_to_string(self.place.join("log")).unwrap()
+        self.sh.read_file(self.file("log")).unwrap()
     }
 }
 
-impl Drop for Machine {
-    fn drop(&mut self) {
-        let _ = fs::remove_dir_all(&self.place);
-    }
-}
-
-/// The lines from the one that tells what is left out.
+/// The lines from the one that says what is left out.
 fn left_out(printed: &str) -> Vec<&str> {
     printed.lines().skip_while(|line| !line.starts_with("left out: ")).collect()
 }
 
-/// Fails unless the first model's pictures are told.
+/// Fails unless the output names the first model's pictures.
 fn assert_first_model(printed: &str) {
     assert!(printed.contains("first picture after "), "{printed}");
     assert!(printed.contains(" s: pictures/tracer_000000.png\n"), "{printed}");
@@ -136,7 +134,7 @@ fn assert_first_model(printed: &str) {
 
 #[test]
 fn a_c_compiler_is_enough() {
-    let machine = Machine::bare("bare");
+    let machine = Machine::bare();
     let (succeeded, printed, errors) = machine.demo("nothing");
     assert!(succeeded, "{printed}{errors}");
     assert_first_model(&printed);
@@ -149,7 +147,7 @@ fn a_c_compiler_is_enough() {
 
 #[test]
 fn the_first_model_runs_before_anything_of_the_second() {
-    let machine = Machine::complete("order");
+    let machine = Machine::complete();
     let (succeeded, printed, errors) = machine.demo("icoray-capi-mpi");
     assert!(succeeded, "{printed}{errors}");
     assert_first_model(&printed);
@@ -174,7 +172,7 @@ fn the_first_model_runs_before_anything_of_the_second() {
 
 #[test]
 fn what_fails_later_is_left_out_too() {
-    let machine = Machine::complete("later");
+    let machine = Machine::complete();
     // make builds nothing, so there is nothing to run.
     let (succeeded, printed, errors) = machine.demo("nothing");
     assert!(succeeded, "{printed}{errors}");
@@ -184,7 +182,7 @@ fn what_fails_later_is_left_out_too() {
 
 #[test]
 fn a_failure_of_the_first_model_is_one() {
-    let machine = Machine::complete("first");
+    let machine = Machine::complete();
     let (succeeded, printed, errors) = machine.demo("contact-sheet");
     assert!(!succeeded && left_out(&printed).is_empty(), "{printed}");
     assert!(errors.contains("ended with exit status: 101\nline 1\n"), "{errors}");

@@ -1,4 +1,4 @@
-//! From the caller's pointers to slices and strings: every assumption about foreign memory stands here.
+//! Converts the caller's pointers to slices and strings; all assumptions about foreign memory are here.
 
 use crate::boundary::{Failure, Outcome};
 use crate::types::{
@@ -13,6 +13,11 @@ use std::ffi::{CStr, c_char, c_void};
 
 pub(crate) fn argument(message: String) -> Failure {
     Failure::new(icoray_status::ICORAY_ERR_ARGUMENT, message)
+}
+
+/// The failure of a member of icoray_config.
+pub(crate) fn config_error(member: &str, value: i32, expected: &str) -> Failure {
+    argument(format!("icoray_config.{member}: {value}, expected {expected}"))
 }
 
 /// A struct that begins with its size.
@@ -37,7 +42,7 @@ versioned!(
     icoray_frame_report
 );
 
-/// Borrows a caller's struct after looking at its size.
+/// Borrows a caller's struct after checking its size.
 ///
 /// # Safety
 /// `pointer` is NULL or points to a readable `size_t` followed by as many bytes as that number says.
@@ -48,7 +53,7 @@ pub(crate) unsafe fn sized<'a, T: Versioned>(pointer: *const T) -> Outcome<&'a T
     Ok(unsafe { &*pointer })
 }
 
-/// Refuses no struct, one that lies where none can, and one of another size than this library's.
+/// Fails for NULL, a misaligned pointer, and a struct of another size than this library's.
 ///
 /// # Safety
 /// As [`sized`].
@@ -89,7 +94,7 @@ pub(crate) unsafe fn text<'a>(pointer: *const c_char, what: &str) -> Outcome<&'a
     text.to_str().map_err(|_| argument(format!("{what}: {text:?} is not UTF-8")))
 }
 
-/// Borrows a name that may be NULL, which is the empty one.
+/// Borrows a name; NULL is the empty name.
 ///
 /// # Safety
 /// As [`text`].
@@ -108,7 +113,7 @@ fn count(value: i64, what: &str) -> Outcome<usize> {
         .ok_or_else(|| argument(format!("{what}: {value}, expected 0 to {MAX_COUNT}")))
 }
 
-/// Of no elements the pointer does not matter: a rank without cells has no tables.
+/// Borrows an array. The pointer is not checked if `len` is 0: a rank without cells has no tables.
 ///
 /// # Safety
 /// `pointer` is NULL or points to `len` elements that live, unchanged, for `'a`.
@@ -204,7 +209,7 @@ pub(crate) unsafe fn tables<'a>(grid: &icoray_grid) -> Outcome<GridTables<'a>> {
     }
 }
 
-/// What a model says of its part of a grid.
+/// The cells of a part of a grid.
 ///
 /// # Safety
 /// Every pointer in `part` is NULL or points to `part.cells` elements, which live unchanged for `'a`.
@@ -237,7 +242,7 @@ fn stride(value: i64, what: &str) -> Outcome<isize> {
     isize::try_from(value).map_err(|_| argument(format!("{what}: {value} is too large")))
 }
 
-/// Where values live.
+/// The location of values.
 pub(crate) fn location(value: i32, of: &str) -> Outcome<Location> {
     match value {
         ICORAY_CENTER => Ok(Location::Center),
@@ -248,7 +253,7 @@ pub(crate) fn location(value: i32, of: &str) -> Outcome<Location> {
     }
 }
 
-/// The array that an array of many dimensions is, which has the columns that are `expected` and `layers` layers.
+/// Converts an array with named dimensions to one with the `expected` columns and `layers` layers.
 pub(crate) fn flat(array: &icoray_ndarray, expected: &ColumnCount, layers: usize) -> Outcome<icoray_array> {
     let rank =
         usize::try_from(array.rank).ok().filter(|r| (1..=ICORAY_MAX_RANK).contains(r)).ok_or_else(|| {
@@ -279,7 +284,7 @@ pub(crate) fn flat(array: &icoray_ndarray, expected: &ColumnCount, layers: usize
     })
 }
 
-/// A field, as the array stands now; `of` names the struct that the model gave.
+/// Borrows an array as a field; `of` is the C struct's name in messages.
 ///
 /// # Safety
 /// `array.data` is NULL or points to value (0, 0) of an array that holds every element that columns, layers and strides
@@ -295,7 +300,7 @@ pub(crate) unsafe fn field<'a>(array: &icoray_array, of: &str) -> Outcome<Field<
         block: count(array.block, &member("block"))?,
         block_stride: stride(array.block_stride, &member("block_stride"))?,
     };
-    // Forgotten strides would draw one value everywhere. Layers may share theirs: a field of the surface, seen as a shell.
+    // Columns of stride 0 are an error: all would have one value. Layers may have stride 0: a 2D field shown as a shell.
     let blocks = if shape.block == 0 { 1 } else { shape.columns.div_ceil(shape.block) };
     let inside = if shape.block == 0 { shape.columns } else { shape.block };
     for (name, value, count) in
@@ -316,7 +321,7 @@ pub(crate) unsafe fn field<'a>(array: &icoray_array, of: &str) -> Outcome<Field<
     if array.data.is_null() {
         return Err(Failure::null(&member("data")));
     }
-    // Rust's slice begins at the lowest element that is reached, which negative strides put before `data`.
+    // The slice begins at the lowest element, which lies before `data` for negative strides.
     let Some((low, high)) = shape.extent() else {
         let message =
             format!("{} columns of {} layers, expected at least one of each", shape.columns, shape.layers);

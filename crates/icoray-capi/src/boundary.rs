@@ -34,7 +34,7 @@ impl icoray_status {
         ]
     };
 
-    /// That of a number, which another rank sent.
+    /// The status of a number that another rank sent.
     pub fn of_number(number: i32) -> Self {
         let found = Self::ALL.into_iter().find(|status| *status as i32 == number);
         found.unwrap_or(icoray_status::ICORAY_ERR_INTERNAL)
@@ -53,17 +53,17 @@ impl Failure {
         Failure { status, message: message.into() }
     }
 
-    /// With what it is about before the sentence.
+    /// Prefixes the message with its subject.
     pub fn within(self, what: impl Display) -> Self {
         Self::new(self.status, format!("{what}: {}", self.message))
     }
 
-    /// With the step whose frame failed.
+    /// Prefixes the message with the step.
     pub fn at_step(self, step: i64) -> Self {
         self.within(format_args!("step {step}"))
     }
 
-    /// With the step, and the view where that has a name, whose frame failed.
+    /// Prefixes the message with the step and, if it has a name, the view.
     pub fn of_picture(self, view: &str, step: i64) -> Self {
         let failure = if view.is_empty() { self } else { self.within(format_args!("view {view:?}")) };
         failure.at_step(step)
@@ -84,10 +84,10 @@ impl From<Error> for Failure {
 /// Result of a call before it becomes a status.
 pub(crate) type Outcome<T> = Result<T, Failure>;
 
-/// A thread's last failure, for calls that have no context to keep it.
+/// The last failure of a thread, for calls without a context.
 struct Last {
     message: String,
-    /// The address of the context that did not let the call in, where that was the failure.
+    /// Address of the context that refused the call, if that was the failure.
     refused_by: usize,
 }
 
@@ -95,12 +95,12 @@ thread_local! {
     static LAST: RefCell<Last> = const { RefCell::new(Last { message: String::new(), refused_by: 0 }) };
 }
 
-/// This thread's last message; none while the thread is being torn down.
+/// This thread's last message; none while the thread ends.
 pub(crate) fn last_message() -> String {
     LAST.try_with(|last| last.borrow().message.clone()).unwrap_or_default()
 }
 
-/// This thread's last message, if the context at `address` did not let its last failed call in.
+/// This thread's last message, if the context at `address` refused its last failed call.
 pub(crate) fn last_refusal(address: usize) -> Option<String> {
     LAST.try_with(|last| {
         let last = last.borrow();
@@ -110,15 +110,15 @@ pub(crate) fn last_refusal(address: usize) -> Option<String> {
     .flatten()
 }
 
-/// Keeps which context did not let this thread's last failed call in; 0 for none.
+/// Stores the address of the context that refused this thread's last failed call; 0 for none.
 pub(crate) fn refused_by(address: usize) {
     let _ = LAST.try_with(|last| last.borrow_mut().refused_by = address);
 }
 
 /// Runs `call` and turns a panic into a failure.
 pub(crate) fn caught<T>(call: impl FnOnce() -> Outcome<T>) -> Outcome<T> {
-    // Rust prints a panic's message by itself; a library in someone's model must not. The library has its own copy
-    // of the standard library, so the hook is nobody else's.
+    // Rust's default hook prints the message of a panic, which a library must not. The library has its own copy of the standard
+    // library, so replacing the hook affects no other code.
     static QUIET: Once = Once::new();
     QUIET.call_once(|| std::panic::set_hook(Box::new(|_| {})));
     catch_unwind(AssertUnwindSafe(call)).unwrap_or_else(|payload| {
@@ -137,7 +137,7 @@ pub(crate) fn guarded(call: impl FnOnce() -> Outcome<()>) -> Outcome<()> {
     let _floating_point = FloatingPoint::set_default();
     let outcome = caught(call);
     if let Err(failure) = &outcome {
-        // A model's thread may call from its own destructors, after this thread's message is gone.
+        // Destructors of the model's thread may call after this thread-local was destroyed.
         let _ = LAST.try_with(|last| {
             let mut last = last.borrow_mut();
             last.message = fitted(&failure.message).into_owned();
@@ -157,7 +157,7 @@ pub(crate) mod tests {
     use super::*;
     use std::process::Command;
 
-    /// Lets failing assertions say why, which the quiet hook would keep from them.
+    /// Restores the printing of failed assertions, which the hook suppresses.
     pub(crate) fn loud() {
         guarded(|| Ok(())).unwrap();
         drop(std::panic::take_hook());
@@ -166,7 +166,7 @@ pub(crate) mod tests {
     /// Set in the process that panics on behalf of [`a_panic_becomes_a_status_and_prints_nothing`].
     const CHILD: &str = "ICORAY_TEST_PANICS";
 
-    /// In a process of its own, whose stderr can be looked at and where no other test takes the quiet hook away.
+    /// In its own process, whose stderr is captured and where no other test replaces the hook.
     #[test]
     fn a_panic_becomes_a_status_and_prints_nothing() {
         if std::env::var_os(CHILD).is_some() {

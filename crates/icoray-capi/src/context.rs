@@ -1,4 +1,4 @@
-//! What lies behind a handle: what the model has given so far.
+//! The context behind a handle: inputs, scene, frames in progress, ranks.
 
 use crate::borrow::{Versioned, argument};
 use crate::boundary::{Failure, Outcome};
@@ -10,15 +10,14 @@ use icoray_core::output::Stamp;
 use icoray_core::{Description, Grid, GridTables, Layers, Ranks, Script, View};
 use std::sync::Arc;
 
+mod collective;
 mod execute;
 mod inputs;
 mod levels;
 mod refusals;
 mod scene;
-mod together;
 
-pub(crate) use inputs::Subject;
-use inputs::{Given, Inputs, Spread, missing};
+use inputs::{ArrayInput, GridInput, Inputs, missing};
 use levels::TimeLevels;
 use refusals::Input;
 pub(crate) use scene::SceneSource;
@@ -26,25 +25,25 @@ pub(crate) use scene::SceneSource;
 /// An open icoray context.
 pub struct Context {
     inputs: Inputs,
-    scene: Choice,
-    /// The step that icoray_execute had before.
+    scene: SceneChoice,
+    /// The stamp of the previous icoray_execute.
     before: Option<Stamp>,
-    /// What was seen of fields at the steps before.
+    /// Detects fields whose array holds an old time level.
     levels: TimeLevels,
     drawing: Drawing,
-    /// Those who draw together, or this process alone.
+    /// The ranks that render together, or this process alone.
     ranks: Ranks,
-    /// Why icoray itself failed, if it did: its state can no longer be trusted.
+    /// Message of the internal error after which the state of the context is not trusted.
     poison: Option<String>,
-    /// With several ranks: whether all of them have agreed that icoray itself failed on one of them.
+    /// With several ranks: whether all have agreed that one of them had an internal error.
     is_over: bool,
 }
 
-/// What to draw.
-enum Choice {
-    /// No scene was given yet.
+/// The scene of a context.
+enum SceneChoice {
+    /// Not set yet.
     Open,
-    /// An empty one was.
+    /// A scene without keys: nothing is rendered.
     Nothing,
     Script(Arc<Script>),
 }
@@ -58,7 +57,7 @@ impl Context {
         }
         Ok(Context {
             inputs: Inputs::default(),
-            scene: Choice::Open,
+            scene: SceneChoice::Open,
             before: None,
             levels: TimeLevels::default(),
             drawing,
@@ -68,8 +67,8 @@ impl Context {
         })
     }
 
-    /// Refuses a broken context in calls whose answer must be the same on all ranks: a failure of this rank alone does not
-    /// count before all have heard of it.
+    /// Fails on a poisoned context in calls whose answer must be equal on all ranks: an error of this rank counts only after
+    /// all ranks have agreed on it.
     pub fn refuse_if_over(&self) -> Outcome<()> {
         if self.is_shared() && !self.is_over { Ok(()) } else { self.refuse_if_poisoned() }
     }
@@ -80,18 +79,18 @@ impl Context {
         Err(Failure::new(icoray_status::ICORAY_ERR_INTERNAL, message))
     }
 
-    /// Tells the log what is not wrong but hardly meant.
+    /// Logs a warning.
     pub fn warn(&self, message: &str) {
         self.drawing.warn(message);
     }
 
-    /// A call failed.
+    /// Logs the failure of a call, and poisons the context after an internal error.
     pub fn failed(&mut self, failure: &Failure) {
         self.drawing.log_failure(failure);
         self.keep(failure);
     }
 
-    /// A call failed on all ranks, with one failure: one of them logs it.
+    /// As [`Self::failed`] for a failure that all ranks have: rank 0 logs it.
     pub fn failed_for_all(&mut self, failure: &Failure) {
         if self.ranks.is_root() {
             self.drawing.log_failure(failure);
@@ -105,7 +104,8 @@ impl Context {
         }
     }
 
-    /// Checks the tables, while no frame reads those before; the grid before stays where they are wrong, and its part goes with it.
+    /// Checks and sets the tables while no frame reads the previous ones. The previous grid stays if they are wrong; a new one
+    /// has no part.
     pub fn set_grid(&mut self, name: &str, tables: Outcome<GridTables<'static>>) -> Outcome<()> {
         let outcome = tables.and_then(|tables| self.take_grid(name, tables));
         self.inputs.refusals.keep(Input::Grid, name, outcome)
@@ -116,7 +116,7 @@ impl Context {
             return Err(Failure::new(icoray_status::ICORAY_ERR_GRID, "0 cells, expected at least 1"));
         }
         let grid = self.drawing.renderer().run(|| Grid::new(tables))?;
-        self.inputs.grids.insert(name.into(), Spread { grid: Arc::new(grid), held: None });
+        self.inputs.grids.insert(name.into(), GridInput { grid: Arc::new(grid), held: None });
         Ok(())
     }
 
@@ -129,7 +129,7 @@ impl Context {
 
     pub fn set_field(&mut self, field: &str, array: Outcome<&icoray_array>) -> Outcome<()> {
         let is_shared = self.is_shared();
-        let given = array.and_then(|array| Given::new(array, icoray_array::NAME, is_shared));
+        let given = array.and_then(|array| ArrayInput::new(array, icoray_array::NAME, is_shared));
         self.take_field(field, given)
     }
 
@@ -137,11 +137,11 @@ impl Context {
     pub fn set_ndarray(&mut self, field: &str, array: Outcome<&icoray_ndarray>) -> Outcome<()> {
         let is_shared = self.is_shared();
         let flat = array.and_then(|array| self.inputs.flat(array, "icoray_field_set_ndarray"));
-        let given = flat.and_then(|flat| Given::new(&flat, icoray_ndarray::NAME, is_shared));
+        let given = flat.and_then(|flat| ArrayInput::new(&flat, icoray_ndarray::NAME, is_shared));
         self.take_field(field, given)
     }
 
-    fn take_field(&mut self, field: &str, given: Outcome<Given>) -> Outcome<()> {
+    fn take_field(&mut self, field: &str, given: Outcome<ArrayInput>) -> Outcome<()> {
         let kept = self.inputs.refusals.keep(Input::Field, field, given);
         let given = kept.map_err(|f| f.within(format_args!("field {field:?}")))?;
         if field.is_empty() {
@@ -153,41 +153,35 @@ impl Context {
         Ok(())
     }
 
-    /// Heights of cells and layers; none takes back those before.
+    /// Sets the heights of cells and layers; `None` removes them.
     pub fn set_heights(&mut self, array: Outcome<Option<&icoray_array>>) -> Outcome<()> {
-        let is_shared = self.is_shared();
-        let of = icoray_array::NAME;
-        let given = array.and_then(|array| {
-            let given = array.map(|array| {
-                at_centers(array.location, of)?;
-                Given::new(array, of, is_shared)
-            });
-            given.transpose()
-        });
-        self.take_heights(given)
+        self.take_heights(array, |context, array| {
+            at_centers(array.location, icoray_array::NAME)?;
+            ArrayInput::new(array, icoray_array::NAME, context.is_shared())
+        })
     }
 
-    /// The same of an array of many dimensions.
+    /// As [`Self::set_heights`], for an array with named dimensions.
     pub fn set_heights_ndarray(&mut self, array: Outcome<Option<&icoray_ndarray>>) -> Outcome<()> {
-        let is_shared = self.is_shared();
-        let of = icoray_ndarray::NAME;
-        let given = array.and_then(|array| {
-            let given = array.map(|array| {
-                at_centers(array.location, of)?;
-                Given::new(&self.inputs.flat(array, "icoray_heights_set_ndarray")?, of, is_shared)
-            });
-            given.transpose()
-        });
-        self.take_heights(given)
+        self.take_heights(array, |context, array| {
+            at_centers(array.location, icoray_ndarray::NAME)?;
+            let flat = context.inputs.flat(array, "icoray_heights_set_ndarray")?;
+            ArrayInput::new(&flat, icoray_ndarray::NAME, context.is_shared())
+        })
     }
 
-    fn take_heights(&mut self, given: Outcome<Option<Given>>) -> Outcome<()> {
+    fn take_heights<A>(
+        &mut self,
+        array: Outcome<Option<&A>>,
+        convert: impl FnOnce(&Self, &A) -> Outcome<ArrayInput>,
+    ) -> Outcome<()> {
+        let given = array.and_then(|array| array.map(|array| convert(self, array)).transpose());
         let kept = self.inputs.refusals.keep(Input::Heights, "", given);
         self.inputs.heights = kept.map_err(|f| f.within("heights"))?;
         Ok(())
     }
 
-    /// A binding has refused what the model gave to `call` under `name`.
+    /// Records that a language binding refused the input `name` of the C function `call`.
     pub fn refuse(&mut self, call: &str, name: &str, failure: Failure) -> Outcome<()> {
         let Some(input) = Input::of_call(call) else { return Err(failure) };
         self.inputs.refusals.keep(input, name, Err(failure)).map_err(|f| match input {
@@ -197,7 +191,7 @@ impl Context {
         })
     }
 
-    /// Says what a field is called, whether it was given yet or not.
+    /// Sets long name and units of a field, which may be set later.
     pub fn describe_field(&mut self, field: &str, description: Description) -> Outcome<()> {
         if field.is_empty() {
             return Err(argument("name: \"\", expected the name that scenes use".into()));
@@ -206,15 +200,15 @@ impl Context {
         Ok(())
     }
 
-    /// Whether a picture of this step may be drawn, by a view that reads `field` where one is named. What the answer is made of
-    /// changes only in calls that all ranks make together: the script, the step before, and whether frames are drawn.
+    /// Whether a view that reads `field` (any view if `None`) may be rendered at this step. The answer depends on the script, the
+    /// previous step and whether the context is on, which change in collective calls only.
     pub fn wants(&mut self, field: Option<&str>, now: &Stamp) -> bool {
         // Frames that have failed by now may have switched the context off. Where there are several ranks, all hear of that in
         // the next call that they make together, and say the same until then.
         if !self.is_shared() {
             self.drawing.collect();
         }
-        let Choice::Script(script) = &self.scene else { return false };
+        let SceneChoice::Script(script) = &self.scene else { return false };
         let mut scheduled = script.scheduled(now, self.before.as_ref());
         let first = self.inputs.first.as_deref();
         self.drawing.is_on() && scheduled.any(|view| field.is_none_or(|field| reads(view, field, first)))
@@ -222,19 +216,19 @@ impl Context {
 
     /// Waits until all frames are on disk.
     pub fn wait(&mut self) -> Outcome<()> {
-        if self.is_shared() { self.wait_together() } else { self.drawing.finish() }
+        if self.is_shared() { self.wait_collective() } else { self.drawing.finish() }
     }
 
-    /// Waits, for the last time, and says nothing where the context has said before that it is broken.
+    /// Waits before close; returns no error if a call has already reported that the context is poisoned.
     pub fn finish(&mut self) -> Outcome<()> {
         if self.is_shared() {
-            return self.finish_together();
+            return self.finish_collective();
         }
         let outcome = self.drawing.finish();
         if self.poison.is_some() { Ok(()) } else { outcome }
     }
 
-    /// Moves messages of frames that ranks render in the background. Every call does: frames come to an end so.
+    /// Progresses the messages of frames that ranks render in the background. Every call does, so that frames complete.
     pub fn pump(&mut self) {
         self.drawing.pump();
     }
@@ -244,7 +238,7 @@ impl Context {
     }
 }
 
-/// Refuses corners, where there are no heights.
+/// Checks that heights are at cell centres.
 fn at_centers(location: i32, of: &str) -> Outcome<()> {
     if location == ICORAY_CORNER {
         return Err(argument(format!("{of}.location: ICORAY_CORNER (1), expected ICORAY_CENTER (0)")));
@@ -252,8 +246,8 @@ fn at_centers(location: i32, of: &str) -> Outcome<()> {
     Ok(())
 }
 
-/// Whether a view draws a field or has a condition on it. A field that the view does not name is the `first` that was set, and
-/// may be any as long as none was.
+/// Whether a view renders a field or has a condition on it. A view without a field name reads the `first` field that was set, or
+/// any while none is set.
 fn reads(view: &View, field: &str, first: Option<&str>) -> bool {
     let is_condition = view.conditions().iter().any(|condition| condition.field() == field);
     let is_meant =

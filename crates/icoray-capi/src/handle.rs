@@ -1,4 +1,4 @@
-//! What a model holds: an opaque handle, and who may enter it.
+//! The opaque handle of a context, and its locking.
 
 use crate::boundary::{Failure, Outcome, caught, guarded, last_refusal, refused_by, status};
 use crate::context::Context;
@@ -10,11 +10,11 @@ use std::ptr;
 use std::sync::{Mutex, MutexGuard, PoisonError, TryLockError};
 
 thread_local! {
-    /// The addresses of the contexts in whose calls this thread is.
+    /// Addresses of the contexts of which this thread is in a call.
     static ENTERED: RefCell<Vec<usize>> = const { RefCell::new(Vec::new()) };
 }
 
-/// A context, for the caller that is in it.
+/// A locked context.
 pub struct Entry<'a> {
     context: MutexGuard<'a, Context>,
 }
@@ -43,12 +43,12 @@ impl DerefMut for Entry<'_> {
 /// An open context.
 #[expect(non_camel_case_types, reason = "the name is C's")]
 pub struct icoray_ctx {
-    /// The process that opened it and has its threads.
+    /// Id of the process that opened it.
     process: u32,
     context: Mutex<Context>,
-    /// Whether other ranks make some of the calls together with this one.
+    /// Whether some calls are collective over several ranks.
     is_shared: bool,
-    /// The last failure's message, which can be read while a call is under way.
+    /// Message of the last failure; it can be read during a call.
     message: Mutex<String>,
 }
 
@@ -62,7 +62,7 @@ impl icoray_ctx {
         }
     }
 
-    /// The message of the last failed call, or of this thread's, where that was not let in.
+    /// The message of the last failed call, or of this thread's if that was refused entry.
     pub fn message(&self) -> String {
         last_refusal(ptr::from_ref(self).addr()).unwrap_or_else(|| {
             let none = || String::new();
@@ -70,27 +70,27 @@ impl icoray_ctx {
         })
     }
 
-    /// Runs a call, and keeps its failure, which `tell` tells the context.
+    /// Runs a call; stores the message of its failure and passes it to `on_failure`.
     pub fn run(
         &self,
         context: &mut Context,
-        tell: impl FnOnce(&mut Context, &Failure),
+        on_failure: impl FnOnce(&mut Context, &Failure),
         call: impl FnOnce(&mut Context) -> Outcome<()>,
     ) -> Outcome<()> {
         caught(|| call(context)).inspect_err(|failure| {
-            tell(context, failure);
+            on_failure(context, failure);
             let mut message = self.message.lock().unwrap_or_else(PoisonError::into_inner);
             *message = fitted(&failure.message).into_owned();
         })
     }
 
-    /// Whether a fork came between. Asked before any lock is touched: one that another thread held while forking would be
-    /// held for ever.
+    /// Whether this process is a fork of the one that opened the context. Checked before locking: a lock that another thread held
+    /// during the fork is never released.
     pub fn is_forked(&self) -> bool {
         self.process != std::process::id()
     }
 
-    /// The context, for one caller at a time.
+    /// Locks the context; fails if another call holds it.
     pub fn enter(&self) -> Outcome<Entry<'_>> {
         self.enter_by(|context| match context.try_lock() {
             Ok(context) => Some(context),
@@ -100,8 +100,8 @@ impl icoray_ctx {
         })
     }
 
-    /// The same for calls that other ranks make too: it waits for a call of another thread, which would otherwise keep this
-    /// rank alone from the call.
+    /// As [`Self::enter`] for collective calls: waits for a call of another thread, as failing on this rank alone would block the
+    /// others.
     pub fn enter_with_others(&self) -> Outcome<Entry<'_>> {
         let is_within = || ENTERED.try_with(|entered| entered.borrow().contains(&ptr::from_ref(self).addr()));
         if !self.is_shared || self.is_forked() || is_within().unwrap_or(true) {
@@ -132,8 +132,8 @@ impl icoray_ctx {
     }
 }
 
-/// Runs a call on a context: refuses NULL, a forked, a busy and a poisoned one, keeps the message, poisons on a bug of our
-/// own.
+/// Runs a call on a context: refuses NULL and a forked, busy or poisoned context, stores the message of a failure, and poisons
+/// the context after an internal error.
 ///
 /// # Safety
 /// `ctx` is NULL or comes from icoray_open or icoray_open_serial and is open.
@@ -150,8 +150,7 @@ pub(crate) unsafe fn with(
     }
 }
 
-/// As [`with`], for a call before which frames that ranks render in the background come to an end. That is collective,
-/// whatever is wrong with the context or the call on some ranks.
+/// As [`with`], for a call that first waits for frames in the background. The wait is collective, whatever fails on some ranks.
 ///
 /// # Safety
 /// As [`with`].
@@ -171,8 +170,8 @@ pub(crate) unsafe fn with_frames_finished(
     }
 }
 
-/// As [`with`], for calls whose answer is the same on all ranks though they do not communicate: only what all have agreed on
-/// is refused.
+/// As [`with`], for calls whose answer is equal on all ranks without communication: fails only after errors that all ranks have
+/// agreed on.
 ///
 /// # Safety
 /// As [`with`].
@@ -189,8 +188,7 @@ pub(crate) unsafe fn with_answer(
     }
 }
 
-/// As [`with`], for calls that all ranks make together: one whose context is broken says so to the others, who would
-/// wait for it.
+/// As [`with`], for collective calls: a rank with a poisoned context takes part in the agreement, so that no rank waits for it.
 ///
 /// # Safety
 /// As [`with`].
@@ -209,7 +207,7 @@ pub(crate) unsafe fn with_all(
     }
 }
 
-/// Enters a context by `enter`, and keeps for this thread that it was refused.
+/// Enters a context by `enter`; stores for this thread if that was refused.
 ///
 /// # Safety
 /// As [`with`].
@@ -343,8 +341,8 @@ mod tests {
             assert!(message(ctx).contains("has not returned"), "this thread's last failure on it");
             let ctx = &*ctx;
             std::thread::scope(|other| {
-                let heard = other.spawn(|| ctx.message()).join();
-                assert_eq!(heard.unwrap(), "", "the context itself has not failed");
+                let message = other.spawn(|| ctx.message()).join();
+                assert_eq!(message.unwrap(), "", "the context itself has not failed");
             });
         }
         // SAFETY: an open context and a string.

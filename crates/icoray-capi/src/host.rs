@@ -1,22 +1,20 @@
-//! What is the host's and must be left as it was: floating-point state, signal masks, processes.
+//! The host's floating-point state and signal mask, which calls restore.
 //!
-//! Models run with floating-point traps (`-ffpe-trap=invalid,overflow`), with denormals flushed to zero, and print at
-//! their end which exception flags were raised. icoray computes with NaN as a matter of course, so every call sets the
-//! default state and puts the caller's back, flags and all; threads that a call starts inherit the default. Signals that
-//! are meant for the model must not be handled on a thread of icoray's, so these threads block them; those that a thread
-//! raises itself, by touching a page that a checkpointer watches, reach the model's handlers as ever.
+//! Models run with floating-point traps (`-ffpe-trap=invalid,overflow`), flush denormals to zero, and print raised exception flags
+//! at their end. icoray computes with NaN, so every call sets the default state and restores the caller's, including flags; threads
+//! that a call starts inherit the default. These threads block signals that are sent to the process, as the model handles them;
+//! signals that a thread raises itself, such as page faults that a checkpointer handles, are not blocked.
 
 use std::cell::Cell;
 
 thread_local! {
-    /// The state of the caller whose call this thread is in.
+    /// State of the caller of the current call.
     static CALLER: Cell<State> = const { Cell::new(State::DEFAULT) };
 }
 
-/// The default floating-point state (IEC 60559: round to nearest, no traps, no flushing) until this is dropped, which puts
-/// the caller's back.
+/// Sets the default floating-point state (IEC 60559: round to nearest, no traps, no flushing); drop restores the caller's.
 pub(crate) struct FloatingPoint {
-    /// The state of the caller around this one: a log callback may call in turn.
+    /// State of the outer caller: a log callback may call icoray.
     outer: State,
 }
 
@@ -34,7 +32,7 @@ impl Drop for FloatingPoint {
     }
 }
 
-/// Runs the caller's own code in the caller's state, and keeps what that code makes of it.
+/// Runs code of the caller in the caller's state, and stores the state that it leaves.
 pub(crate) fn as_caller<R>(code: impl FnOnce() -> R) -> R {
     let own = State::read();
     CALLER.get().write();
@@ -44,7 +42,7 @@ pub(crate) fn as_caller<R>(code: impl FnOnce() -> R) -> R {
     result
 }
 
-/// The control and status register of SSE, which all of Rust's arithmetic goes through; x87's is never touched.
+/// The control and status register of SSE, which Rust's arithmetic uses; that of x87 is not changed.
 #[cfg(target_arch = "x86_64")]
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct State(u32);
@@ -99,7 +97,7 @@ impl State {
     }
 }
 
-/// Elsewhere the state is left as it is.
+/// On other architectures the state is not changed.
 #[cfg(not(any(target_arch = "x86_64", target_arch = "aarch64")))]
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct State;
@@ -115,11 +113,10 @@ impl State {
     fn write(self) {}
 }
 
-/// Runs `start` with signals blocked on this thread, so that the threads that it starts never handle one that is sent to
-/// the process.
+/// Runs `start` with signals blocked on this thread; threads that it starts inherit the mask.
 #[cfg(unix)]
 pub(crate) fn without_signals<R>(start: impl FnOnce() -> R) -> R {
-    /// Puts the mask back, also where `start` panics.
+    /// Restores the mask, also if `start` panics.
     struct Mask(libc::sigset_t);
 
     impl Drop for Mask {
@@ -134,7 +131,7 @@ pub(crate) fn without_signals<R>(start: impl FnOnce() -> R) -> R {
     // SAFETY: both are filled in by the calls that get them; SIG_SETMASK is a valid `how`, so the call cannot fail.
     let mask = unsafe {
         libc::sigfillset(all.as_mut_ptr());
-        // Raised by what a thread does, and handled by it or deadly.
+        // Synchronous signals, which are not blocked.
         for own in [libc::SIGSEGV, libc::SIGBUS, libc::SIGFPE, libc::SIGILL, libc::SIGTRAP, libc::SIGSYS] {
             libc::sigdelset(all.as_mut_ptr(), own);
         }

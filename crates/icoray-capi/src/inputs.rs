@@ -208,12 +208,14 @@ pub unsafe extern "C" fn icoray_field_describe(
     // SAFETY: passed on.
     unsafe {
         with(ctx, |context| {
-            let said = |from: *const c_char, what| -> Outcome<Option<String>> {
-                let said = if from.is_null() { "" } else { text(from, what)?.trim() };
-                Ok((!said.is_empty()).then(|| said.to_owned()))
+            let optional_text = |from: *const c_char, what| -> Outcome<Option<String>> {
+                let optional_text = if from.is_null() { "" } else { text(from, what)?.trim() };
+                Ok((!optional_text.is_empty()).then(|| optional_text.to_owned()))
             };
-            let description =
-                Description { long_name: said(long_name, "long_name")?, units: said(units, "units")? };
+            let description = Description {
+                long_name: optional_text(long_name, "long_name")?,
+                units: optional_text(units, "units")?,
+            };
             context.describe_field(text(name, "name")?, description)
         })
     }

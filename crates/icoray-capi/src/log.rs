@@ -1,4 +1,4 @@
-//! The log: lines for the host's callback, on the host's thread, and for nobody where it gave none.
+//! The log: lines for the host's callback, on the host's thread.
 
 use crate::host::as_caller;
 use crate::message::fitted;
@@ -8,7 +8,7 @@ use crate::types::{
 use std::ffi::{CStr, CString, c_char, c_void};
 use std::io::Write;
 
-/// How important a line is; the numbers are the ABI's.
+/// Severity of a line; the numbers are the ABI's.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Level {
     Error = ICORAY_LOG_ERROR as isize,
@@ -17,11 +17,11 @@ pub(crate) enum Level {
     Debug = ICORAY_LOG_DEBUG as isize,
 }
 
-/// Where lines go.
+/// The callback of the host.
 pub(crate) struct Log {
     callback: icoray_log_fn,
     user: *mut c_void,
-    most: i32,
+    max_level: i32,
 }
 
 // SAFETY: `user` is only passed on, to the callback, inside calls on the context, on the thread that makes the call.
@@ -30,13 +30,13 @@ unsafe impl Send for Log {}
 impl Log {
     pub const LEVELS: std::ops::RangeInclusive<i32> = ICORAY_LOG_OFF..=ICORAY_LOG_DEBUG;
 
-    pub fn new(callback: icoray_log_fn, user: *mut c_void, most: i32) -> Self {
-        Log { callback, user, most }
+    pub fn new(callback: icoray_log_fn, user: *mut c_void, max_level: i32) -> Self {
+        Log { callback, user, max_level }
     }
 
-    /// Whether a line of `level` goes anywhere: for lines that take work to make.
+    /// Whether lines of `level` are logged: for lines that are costly to build.
     pub fn takes(&self, level: Level) -> bool {
-        self.callback.is_some() && level as i32 <= self.most
+        self.callback.is_some() && level as i32 <= self.max_level
     }
 
     pub fn say(&self, level: Level, message: &str) {

@@ -1,17 +1,17 @@
-//! How much memory icoray holds: the system's allocator with two counters.
+//! The system's allocator with two counters of icoray's memory.
 //!
-//! All of the library's memory goes through here, the host's does not: this library has its own copy of Rust's standard
-//! library. Two relaxed atomic additions per allocation, of which the rays make none.
+//! It serves this library only, which has its own copy of Rust's standard library, not the host. An allocation costs two relaxed
+//! atomic additions; rays do not allocate.
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 
-/// Bytes that are allocated now.
+/// Currently allocated bytes.
 static HELD: AtomicUsize = AtomicUsize::new(0);
-/// The most there have been at once.
+/// Peak of the allocated bytes.
 static PEAK: AtomicUsize = AtomicUsize::new(0);
 
-/// The most memory that icoray has held at once, bytes.
+/// Peak of the memory that icoray has allocated, bytes.
 pub(crate) fn peak() -> u64 {
     PEAK.load(Relaxed) as u64
 }
@@ -21,7 +21,7 @@ struct Counted;
 impl Counted {
     fn grew(by: usize) {
         let held = HELD.fetch_add(by, Relaxed) + by;
-        // Mostly a read: the peak is seldom a new one.
+        // Usually only a read, as new peaks are rare.
         if held > PEAK.load(Relaxed) {
             PEAK.fetch_max(held, Relaxed);
         }

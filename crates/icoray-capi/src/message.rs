@@ -1,10 +1,10 @@
-//! How long a message may be: models print them into lines of their own, some of which have 512 characters.
+//! Shortens messages: models print them into lines of their own, some of which have 512 characters.
 
 use std::borrow::Cow;
 
-/// Most bytes of a message that leaves icoray, as a status's message or as a line of the log.
+/// Maximum bytes of the message of a status or of a log line.
 pub(crate) const MAX_BYTES: usize = 400;
-/// Most bytes of one word, such as a path or a name, in a message that is too long.
+/// Maximum bytes of one word, such as a path or a name, in a message that is too long.
 const MAX_WORD: usize = 80;
 /// Of a message that is still too long, the bytes at its head: the call, step, view and field.
 const HEAD: usize = 230;

@@ -5,7 +5,7 @@ use crate::boundary::{Failure, Outcome, caught, guarded, last_message, refused_b
 use crate::context::Context;
 use crate::handle::icoray_ctx;
 use crate::types::{icoray_config, icoray_status};
-use crate::{job, processors, ranks};
+use crate::{launcher, processors, ranks};
 use icoray_core::Ranks;
 use std::ffi::c_char;
 use std::ptr;
@@ -36,7 +36,7 @@ pub unsafe extern "C" fn icoray_open_serial(
             let mut alone = Ranks::alone();
             let threads = processors::share(&mut alone)?;
             let context = configured(config, &alone, threads)?;
-            job::warn_of_ranks(|message| context.warn(message));
+            launcher::warn_of_ranks(|message| context.warn(message));
             ctx.write(Box::into_raw(Box::new(icoray_ctx::new(context))));
         }
         Ok(())
@@ -82,10 +82,10 @@ pub unsafe extern "C" fn icoray_open(
         let writable = unsafe { cleared(ctx) };
         let mut ranks = ranks::of_communicator(fortran_comm)?;
         let threads = processors::share(&mut ranks);
-        // What is wrong here is told to the others, who are here too.
+        // The agreement sends a failure of this rank to the others.
         // SAFETY: passed on.
         let mine = caught(|| writable.and_then(|()| unsafe { configured(config, &ranks, threads?) }));
-        // Never compared where this rank refuses.
+        // Facts are not compared if this rank fails.
         let facts = mine.as_ref().map_or_else(|_| Vec::new(), Context::facts);
         let (context, _) = ranks::agree(&mut ranks, mine, "icoray_open", facts, &[]);
         let mut context = context?;

@@ -1,52 +1,50 @@
-//! When enough has failed: how failures are logged, counted and answered.
+//! `on_error` of the config: how failed frames are logged and counted, and when the context is disabled.
 
-use crate::borrow::argument;
+use crate::borrow::config_error;
 use crate::boundary::{Failure, Outcome};
 use crate::log::{Level, Log};
 use crate::types::{ICORAY_DISABLE, ICORAY_IGNORE, ICORAY_WARN, icoray_config, icoray_status};
 
-/// Failed frames in a row that switch a context off, where the config names no number.
+/// Default number of failures in a row that disable a context.
 const DISABLE_AFTER: u64 = 3;
 
-/// What failures of frames lead to.
+/// Counts failures of frames.
 pub(crate) struct Policy {
     is_logged: bool,
-    /// Failures in a row that switch off; `None` never does.
-    most: Option<u64>,
+    /// Number of failures in a row that disable; `None` for never.
+    max_failures: Option<u64>,
     in_a_row: u64,
-    /// The last failure before the context was switched off.
-    off: Option<String>,
+    /// Message of the failure that disabled the context.
+    last_failure: Option<String>,
 }
 
 impl Policy {
-    /// Where several ranks draw one picture, rank 0's decides for all, since only rank 0 hears what becomes of files; that of
-    /// the others, which are no `judge`, never switches off.
-    pub fn new(config: &icoray_config, is_judge: bool) -> Outcome<Self> {
+    /// With several ranks only rank 0 decides, as it alone has the outcomes of files; the policy of other ranks never disables.
+    pub fn new(config: &icoray_config, decides: bool) -> Outcome<Self> {
         let after = config.disable_after;
         if after < 0 {
-            return Err(argument(format!("icoray_config.disable_after: {after}, expected 0 or more")));
+            return Err(config_error("disable_after", after, "0 or more"));
         }
-        let most = match config.on_error {
+        let max_failures = match config.on_error {
             ICORAY_WARN | ICORAY_IGNORE => None,
             ICORAY_DISABLE if after == 0 => Some(DISABLE_AFTER),
             ICORAY_DISABLE => Some(after as u64),
             other => {
-                return Err(argument(format!(
-                    "icoray_config.on_error: {other}, expected ICORAY_WARN (0), ICORAY_IGNORE (1) or ICORAY_DISABLE (2)"
-                )));
+                let expected = "ICORAY_WARN (0), ICORAY_IGNORE (1) or ICORAY_DISABLE (2)";
+                return Err(config_error("on_error", other, expected));
             }
         };
-        let most = most.filter(|_| is_judge);
-        Ok(Policy { is_logged: config.on_error != ICORAY_IGNORE, most, in_a_row: 0, off: None })
+        let (max_failures, is_logged) = (max_failures.filter(|_| decides), config.on_error != ICORAY_IGNORE);
+        Ok(Policy { is_logged, max_failures, in_a_row: 0, last_failure: None })
     }
 
     pub fn is_on(&self) -> bool {
-        self.off.is_none()
+        self.last_failure.is_none()
     }
 
-    /// Refuses where the context has switched itself off.
+    /// Fails if the context is disabled.
     pub fn refuse_if_off(&self) -> Outcome<()> {
-        let Some(last) = &self.off else { return Ok(()) };
+        let Some(last) = &self.last_failure else { return Ok(()) };
         let message =
             format!("icoray is off after {} failures in a row; the last was: {last}", self.in_a_row);
         Err(Failure::new(icoray_status::ICORAY_ERR_DISABLED, message))
@@ -58,22 +56,22 @@ impl Policy {
         }
     }
 
-    /// Tells the log of a failure, where failures are logged. That the context is off was logged when it went off.
+    /// Logs a failure unless the config ignores failures. That the context is disabled was logged when it happened.
     pub fn log_failure(&self, failure: &Failure, log: &Log) {
         if self.is_logged && failure.status != icoray_status::ICORAY_ERR_DISABLED {
             log.say(Level::Warn, &failure.message);
         }
     }
 
-    /// A frame failed. A picture that is not to be modified is the user's choice, and does not count.
+    /// Counts a failed frame. Existing files that must not be modified do not count.
     pub fn failed(&mut self, failure: &Failure, log: &Log) {
         if !self.is_on() || failure.status == icoray_status::ICORAY_ERR_EXISTS {
             return;
         }
         self.in_a_row += 1;
-        if self.most.is_some_and(|most| self.in_a_row >= most) {
+        if self.max_failures.is_some_and(|max_failures| self.in_a_row >= max_failures) {
             log.say(Level::Error, &format!("{} failures in a row: icoray is switched off", self.in_a_row));
-            self.off = Some(failure.message.clone());
+            self.last_failure = Some(failure.message.clone());
         }
     }
 }

@@ -1,12 +1,11 @@
-//! The threads of a context whose config names no number: this rank's share of the processors.
+//! The default number of threads: this rank's share of the processors.
 
 use crate::boundary::Outcome;
 use icoray_core::Ranks;
 use std::num::NonZero;
 use std::thread::available_parallelism;
 
-/// The processors that this thread may run on, divided by the ranks of the node that may run on some of them: at least 1.
-/// Collective.
+/// The processors that this thread may run on, divided by the number of ranks of the node that share them; at least 1. Collective.
 pub(crate) fn share(ranks: &mut Ranks) -> Outcome<usize> {
     let sharing = ranks.sharing_processors(&mask())?;
     // Beside the mask this knows the limits of containers.

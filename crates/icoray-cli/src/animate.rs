@@ -1,7 +1,7 @@
 //! `icoray animate`: an animated PNG.
 
-use crate::failure::Failure;
-use crate::render::OnExisting;
+use crate::failure::CommandResult;
+use crate::render::ExistingFiles;
 use icoray::output::{Animated, write_animation};
 use icoray_progress::Progress;
 use std::io::Write;
@@ -21,12 +21,12 @@ pub struct Args {
     #[arg(long, value_name = "N", default_value_t = 10.0)]
     fps: f64,
     /// What is done with a file of the same name
-    #[arg(long, value_name = "WHAT", value_enum, default_value_t = OnExisting::Overwrite)]
-    existing: OnExisting,
+    #[arg(long, value_name = "WHAT", value_enum, default_value_t = ExistingFiles::Overwrite)]
+    existing: ExistingFiles,
 }
 
-/// Writes the animation and says how large it is.
-pub fn run(args: &Args, out: &mut impl Write) -> Result<(), Failure> {
+/// Writes the animation and prints its size.
+pub fn run(args: &Args, out: &mut impl Write) -> CommandResult {
     let progress = Progress::new();
     progress.stage(format!("encoding {} pictures", args.pictures.len()));
     let Animated { size: [width, height], frames, bytes } =

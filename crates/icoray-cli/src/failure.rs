@@ -1,25 +1,28 @@
-//! Why a command stopped.
+//! Errors of commands.
 
 use std::fmt;
 use std::io;
 
+/// The result of a command.
+pub type CommandResult<T = ()> = Result<T, Failure>;
+
 /// An error of the library, or of writing to stdout.
 pub enum Failure {
-    /// The library's.
+    /// An error of the library.
     Icoray(icoray::Error),
-    /// What came of writing to stdout.
+    /// Writing to stdout failed.
     Stdout(io::Error),
-    /// What rank 0 says.
-    SaidElsewhere,
+    /// The error is reported by rank 0.
+    ReportedByRoot,
 }
 
 impl Failure {
-    /// Whether the reader of stdout went away, as `head` does: it has all that it wants.
+    /// Whether the reader of stdout has closed it, as `head` does.
     pub fn is_closed_pipe(&self) -> bool {
         matches!(self, Failure::Stdout(e) if e.kind() == io::ErrorKind::BrokenPipe)
     }
 
-    /// The error that other ranks hear of.
+    /// The error as sent to other ranks.
     pub fn to_error(&self) -> icoray::Error {
         match self {
             Failure::Icoray(e) => e.clone(),
@@ -33,7 +36,7 @@ impl fmt::Display for Failure {
         match self {
             Failure::Icoray(e) => e.fmt(f),
             Failure::Stdout(e) => write!(f, "cannot write to stdout: {e}"),
-            Failure::SaidElsewhere => f.write_str("said by rank 0"),
+            Failure::ReportedByRoot => f.write_str("said by rank 0"),
         }
     }
 }

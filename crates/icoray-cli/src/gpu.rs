@@ -1,11 +1,11 @@
-//! GPUs, where this was built with them.
+//! Options for the device that renders, and the list of GPUs.
 
-use icoray::device::Reason;
+use icoray::device::FallbackReason;
 use icoray::{Adapter, Renderer, Result, Scene};
 
 /// Who draws, where the command says so.
 #[derive(clap::Args)]
-pub struct Who {
+pub struct DeviceOptions {
     /// Who draws, instead of the scene's backend
     #[arg(long, value_name = "WHO", value_enum)]
     backend: Option<Backend>,
@@ -14,7 +14,7 @@ pub struct Who {
     device: Option<Adapter>,
 }
 
-/// [`icoray::Backend`], as a word.
+/// [`icoray::Backend`] as an option.
 #[derive(Clone, Copy, clap::ValueEnum)]
 enum Backend {
     /// A GPU where there is a real one, else the CPU
@@ -25,8 +25,8 @@ enum Backend {
     Gpu,
 }
 
-impl Who {
-    /// Puts what the command says into the scene.
+impl DeviceOptions {
+    /// Overrides backend and device of the scene.
     pub fn apply(&self, scene: &mut Scene) {
         if let Some(backend) = self.backend() {
             scene.backend = backend;
@@ -36,7 +36,7 @@ impl Who {
         }
     }
 
-    /// Who draws, where the command says so.
+    /// The backend, if given.
     pub fn backend(&self) -> Option<icoray::Backend> {
         self.backend.map(|word| match word {
             Backend::Auto => icoray::Backend::Auto,
@@ -45,13 +45,13 @@ impl Who {
         })
     }
 
-    /// Which GPU, where the command says so.
+    /// The device, if given.
     pub fn device(&self) -> Option<&Adapter> {
         self.device.as_ref()
     }
 }
 
-/// A renderer with the machine's GPUs.
+/// A renderer that may use the GPUs of the machine.
 pub fn renderer(threads: usize) -> Result<Renderer> {
     let renderer = Renderer::new(threads)?;
     #[cfg(feature = "gpu")]
@@ -59,7 +59,7 @@ pub fn renderer(threads: usize) -> Result<Renderer> {
     Ok(renderer)
 }
 
-/// Who drew, in words: `device`, or the CPU for a reason, or both.
+/// Describes who rendered: `device`, or the CPU with the reason, or both.
 pub fn drawn_on(device: Option<&str>, left_to_cpu: Option<&str>) -> String {
     match (device, left_to_cpu) {
         (None, None) => "the CPU".into(),
@@ -69,15 +69,15 @@ pub fn drawn_on(device: Option<&str>, left_to_cpu: Option<&str>) -> String {
     }
 }
 
-/// Who would draw a scene, in words.
+/// Describes who would render a scene.
 pub fn would_draw(renderer: &Renderer, scene: &Scene) -> String {
     match renderer.device_for(scene, 0) {
         Ok(device) => drawn_on(Some(&device.name()), None),
-        Err(reason) => drawn_on(None, reason.as_ref().map(Reason::to_string).as_deref()),
+        Err(reason) => drawn_on(None, reason.as_ref().map(FallbackReason::to_string).as_deref()),
     }
 }
 
-/// Lines that say which GPUs there are.
+/// One line for each GPU.
 #[cfg(feature = "gpu")]
 pub fn list() -> Vec<String> {
     let listed = match icoray_gpu::list() {
@@ -91,7 +91,7 @@ pub fn list() -> Vec<String> {
     listed.iter().enumerate().map(line).collect()
 }
 
-/// That it was built without them.
+/// A line that this build has no GPU support.
 #[cfg(not(feature = "gpu"))]
 pub fn list() -> Vec<String> {
     vec!["this icoray was built without the GPU".into()]

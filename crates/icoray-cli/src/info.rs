@@ -1,6 +1,6 @@
 //! `icoray info`: what a file holds.
 
-use crate::failure::Failure;
+use crate::failure::CommandResult;
 use crate::input::{self, Input};
 use icoray::{GridTables, Indices, Reals};
 use icoray_netcdf::{FieldInfo, LayerHeights, ModelFile};
@@ -8,8 +8,8 @@ use icoray_progress::Progress;
 use std::collections::{BTreeMap, BTreeSet};
 use std::io::Write;
 
-/// More times than this are shown by the first and the last.
-const MOST_TIMES: usize = 12;
+/// Maximum number of times that are all printed; of more only the first and last are.
+const MAX_TIMES: usize = 12;
 
 /// What `icoray info` is told.
 #[derive(clap::Args)]
@@ -21,9 +21,8 @@ pub struct Args {
     ranges: bool,
 }
 
-/// Prints mesh, times, layers and fields. A grid that does not pass the check, or layers that are missing, are said and
-/// stop nothing.
-pub fn run(args: &Args, out: &mut impl Write) -> Result<(), Failure> {
+/// Prints mesh, times, layers and fields. A failed check of the grid and missing layers are printed, not returned.
+pub fn run(args: &Args, out: &mut impl Write) -> CommandResult {
     let progress = Progress::new();
     progress.stage(format!("reading {}", args.input.file.display()));
     let file = args.input.open()?;
@@ -33,7 +32,7 @@ pub fn run(args: &Args, out: &mut impl Write) -> Result<(), Failure> {
     Ok(out.write_all(&text)?)
 }
 
-fn describe(args: &Args, file: &ModelFile, progress: &Progress, out: &mut impl Write) -> Result<(), Failure> {
+fn describe(args: &Args, file: &ModelFile, progress: &Progress, out: &mut impl Write) -> CommandResult {
     let mesh = file.mesh();
     let tables = mesh.tables();
     let [cells, corners, edges] = [tables.cells(), tables.corners(), tables.edges()];
@@ -59,7 +58,7 @@ fn describe(args: &Args, file: &ModelFile, progress: &Progress, out: &mut impl W
     fields(file, args.ranges.then_some(progress), out)
 }
 
-/// How many cells there are of each number of corners.
+/// Number of cells by number of corners.
 fn polygons(tables: &GridTables) -> String {
     let mut kinds = BTreeMap::new();
     for count in tables.cell_corner_count.iter().flat_map(Indices::iter) {
@@ -77,13 +76,13 @@ fn precision(tables: &GridTables) -> &'static str {
     }
 }
 
-fn times(file: &ModelFile, out: &mut impl Write) -> Result<(), Failure> {
+fn times(file: &ModelFile, out: &mut impl Write) -> CommandResult {
     let times = file.times();
     let name = |i: usize| {
         let date = times[i].as_deref().unwrap_or("without a date");
         format!("{i}: {date}")
     };
-    let shown = if times.len() <= MOST_TIMES {
+    let shown = if times.len() <= MAX_TIMES {
         (0..times.len()).map(name).collect::<Vec<_>>().join(", ")
     } else {
         format!("{}, ..., {}", name(0), name(times.len() - 1))
@@ -93,10 +92,10 @@ fn times(file: &ModelFile, out: &mut impl Write) -> Result<(), Failure> {
 }
 
 /// The layers of all fields, each kind once.
-fn layers(file: &ModelFile, out: &mut impl Write) -> Result<(), Failure> {
-    let mut said = BTreeSet::new();
+fn layers(file: &ModelFile, out: &mut impl Write) -> CommandResult {
+    let mut listed = BTreeSet::new();
     let layered = file.fields().iter().filter(|info| !info.is_2d());
-    for info in layered.filter(|info| said.insert((&info.layer_dimension, info.layers))) {
+    for info in layered.filter(|info| listed.insert((&info.layer_dimension, info.layers))) {
         let text = match file.layer_heights(&info.name) {
             Ok(heights) => heights_in_words(&heights, info.layers),
             Err(e) => format!("layers     {e}"),
@@ -140,52 +139,43 @@ fn heights_in_words(heights: &LayerHeights, layers: usize) -> String {
     text
 }
 
-/// The table of fields; where `ranges` shows progress, with the least and the greatest value of each.
-fn fields(file: &ModelFile, ranges: Option<&Progress>, out: &mut impl Write) -> Result<(), Failure> {
+/// Prints the table of fields; with `ranges` (which shows progress) also the minimum and maximum of each.
+fn fields(file: &ModelFile, ranges: Option<&Progress>, out: &mut impl Write) -> CommandResult {
     if file.fields().is_empty() {
         writeln!(out, "fields     none")?;
         return Ok(());
     }
     let last = file.times().len() - 1;
-    let mut table = vec![["field", "at", "layers", "type", "units", "what it is"].map(String::from)];
-    let mut values = vec!["range at the last time".to_owned()];
+    let mut heads = vec!["field", "at", "layers", "type", "units", "what it is"];
+    heads.extend(ranges.map(|_| "range at the last time"));
+    let mut table = vec![heads.into_iter().map(String::from).collect::<Vec<_>>()];
     for info in file.fields() {
         let text = |t: &Option<String>| t.clone().unwrap_or_else(|| "-".to_owned());
-        table.push([
+        let mut row = vec![
             info.name.clone(),
             input::place(info.location).to_owned(),
             info.layers.to_string(),
             info.precision.to_string(),
             text(&info.description.units),
             text(&info.description.long_name),
-        ]);
+        ];
         if let Some(progress) = ranges {
             progress.stage(format!("reading {}", info.name));
             let read = file.read_field(&info.name, last);
             let range = read.and_then(|owned| Ok(owned.field()?.range()));
-            values.push(match range {
+            row.push(match range {
                 Ok((range, 0)) => input::range(range, None),
                 Ok((range, n)) => format!("{} ({n} missing)", input::range(range, None)),
                 Err(e) => e.to_string(),
             });
         }
+        table.push(row);
     }
-    let width: [usize; 5] = std::array::from_fn(|column| {
-        let lengths = table.iter().map(|row| row[column].chars().count());
-        lengths.max().unwrap_or(0)
-    });
-    let wide = table.iter().map(|row| row[5].chars().count()).max();
-    for (i, row) in table.iter().enumerate() {
-        let mut line = String::new();
-        for (text, width) in row.iter().zip(width) {
-            line += &format!("{text:width$}  ");
-        }
-        line += &row[5];
-        if ranges.is_some() {
-            let fill = wide.unwrap_or(0) - row[5].chars().count();
-            line += &format!("{:fill$}  {}", "", values[i]);
-        }
-        writeln!(out, "{}", line.trim_end())?;
+    let width = |column: usize| table.iter().map(|row| row[column].chars().count()).max().unwrap_or(0);
+    let widths: Vec<usize> = (0..table[0].len()).map(width).collect();
+    for row in &table {
+        let cells = row.iter().zip(&widths).map(|(text, &width)| format!("{text:width$}"));
+        writeln!(out, "{}", cells.collect::<Vec<_>>().join("  ").trim_end())?;
     }
     Ok(())
 }

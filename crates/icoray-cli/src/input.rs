@@ -18,7 +18,7 @@ pub struct Input {
 }
 
 impl Input {
-    /// Opens the file, or all.
+    /// Opens all files.
     pub fn open(&self) -> Result<ModelFile> {
         ModelFile::open_with(&self.file, &self.mesh)
     }
@@ -26,7 +26,7 @@ impl Input {
 
 /// Which of the first field's layers are read and drawn.
 #[derive(clap::Args)]
-pub struct Wanted {
+pub struct LayerSelection {
     /// Layers that are read and drawn, from 0 and without the last, instead of all; either end may be left out. Those of a
     /// view's first field; of others that lie on interfaces or between them, those around or between
     #[arg(long, value_name = "A..B", value_parser = layers)]
@@ -42,8 +42,8 @@ fn layers(text: &str) -> std::result::Result<(usize, Option<usize>), String> {
     ends.ok_or_else(|| "expected a range of layers such as 0..20 or 5..".to_owned())
 }
 
-impl Wanted {
-    /// Those of the field's layers; of a 2D field those of the shell that shows it.
+impl LayerSelection {
+    /// The selected layers of a field; of a 2D field those of the shell that shows it.
     pub fn of(&self, info: &FieldInfo) -> Result<Range<usize>> {
         let Some((from, to)) = self.layers else { return Ok(info.all_layers()) };
         if info.is_2d() {
@@ -63,13 +63,13 @@ impl Wanted {
         Ok(range)
     }
 
-    /// As the command has it, where it does.
+    /// The option's value, if given.
     pub fn text(&self) -> Option<String> {
         let (from, to) = self.layers?;
         Some(format!("{from}..{}", to.map_or_else(String::new, |to| to.to_string())))
     }
 
-    /// Whether all are.
+    /// Whether all layers are selected.
     pub fn is_all(&self) -> bool {
         self.layers.is_none()
     }
@@ -84,7 +84,7 @@ pub fn script(path: &Path) -> Result<Option<Script>> {
     Script::parse_optional(&text).map_err(|e| e.within(path.display()))
 }
 
-/// Where a field lives, as a word after "at".
+/// The location of a field as a word after "at".
 pub fn place(location: Location) -> &'static str {
     match location {
         Location::Center => "cells",
@@ -92,7 +92,7 @@ pub fn place(location: Location) -> &'static str {
     }
 }
 
-/// Least and greatest value in words, with the unit where it is known.
+/// Formats minimum and maximum, with units if known.
 pub fn range(range: Option<[f64; 2]>, units: Option<&str>) -> String {
     let units = units.map_or_else(String::new, |u| format!(" {u}"));
     range.map_or_else(

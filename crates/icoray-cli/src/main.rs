@@ -6,16 +6,16 @@
 #![forbid(unsafe_code)]
 
 mod animate;
-mod drawn;
 mod failure;
 mod gpu;
 mod info;
 mod input;
 mod layering;
-mod look;
 mod plan;
 mod ranks;
 mod render;
+mod scene_options;
+mod selection;
 mod suggested;
 mod times;
 
@@ -67,8 +67,8 @@ fn main() -> ExitCode {
     match done.and_then(|()| Ok(out.flush()?)) {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) if failure.is_closed_pipe() => ExitCode::SUCCESS,
-        // A launcher ends all ranks as soon as one has failed: only the rank that prints the error fails, so that none ends it before.
-        Err(failure::Failure::SaidElsewhere) => ExitCode::SUCCESS,
+        // A launcher ends all ranks as soon as one has failed, so only the rank that prints the error returns a failure.
+        Err(failure::Failure::ReportedByRoot) => ExitCode::SUCCESS,
         Err(failure) => {
             // Nothing is left to be done where stderr is closed too.
             let _ = writeln!(io::stderr(), "icoray: error: {failure}");

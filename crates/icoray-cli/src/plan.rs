@@ -1,27 +1,27 @@
-//! `icoray plan`: what a scene reads and leaves out.
+//! `icoray plan`: prints what a scene reads and leaves out.
 
-use crate::drawn::{Opened, Scenes};
-use crate::failure::Failure;
+use crate::failure::CommandResult;
 use crate::gpu;
 use crate::input;
 use crate::layering::Layering;
 use crate::render::Args;
-use icoray::{Condition, Grid, Heights, Plan, Scene, Sharing, Shot, View};
+use crate::selection::Opened;
+use crate::suggested::Scenes;
+use icoray::{Condition, Grid, Heights, Plan, Scene, Shot, View};
 use icoray_netcdf::ModelFile;
 use icoray_progress::Progress;
 use std::collections::HashSet;
 use std::io::Write;
 
-/// Prints for each view, a line each, what is read and what is not computed or read at the first of the times; of a sweep for
-/// the first picture of each field.
-pub fn run(args: &Args, out: &mut impl Write) -> Result<(), Failure> {
+/// Prints for each view what is read and what is left out at the first time; of a sweep, for the first picture of each field.
+pub fn run(args: &Args, out: &mut impl Write) -> CommandResult {
     let progress = Progress::new();
-    let Some(opened) = args.drawn.open(&progress)? else {
-        return Ok(writeln!(out, "{}", args.drawn.nothing())?);
+    let Some(opened) = args.selection.open(&progress)? else {
+        return Ok(writeln!(out, "{}", args.selection.nothing())?);
     };
     let Opened { renderer, file, .. } = &opened;
-    let Scenes { script, grid, suggested } = opened.scenes(&args.drawn, &progress)?;
-    let (series, target) = args.written.choose(&script, &opened)?;
+    let Scenes { script, grid, suggested } = opened.scenes(&args.selection, &progress)?;
+    let (series, target) = args.output_options.choose(&script, &opened)?;
     progress.stage("checking the grid and looking at fields");
     let grid = renderer.run(|| grid.map_or_else(|| file.mesh().grid(), Ok))?;
     progress.suspend(|| args.save_scene(suggested.as_ref(), out))?;
@@ -30,12 +30,12 @@ pub fn run(args: &Args, out: &mut impl Write) -> Result<(), Failure> {
     for view in script.views() {
         let mut fields = HashSet::new();
         for Shot { name, scene } in view.shots(&stamp) {
-            if !fields.insert(scene.field.clone()) {
+            if !fields.insert(scene.field().to_owned()) {
                 continue;
             }
-            let layering = Layering::of(file, &scene, &args.drawn.wanted)?;
+            let layering = Layering::of(file, &scene, &args.selection.layers_wanted)?;
             let mut text = Vec::new();
-            let swept = view.scenes().nth(1).map(|_| format!("field {}", scene.field));
+            let swept = view.scenes().nth(1).map(|_| format!("field {}", scene.field()));
             let title: Vec<String> =
                 (!name.is_empty()).then(|| format!("view {name}")).into_iter().chain(swept).collect();
             if !title.is_empty() {
@@ -44,8 +44,8 @@ pub fn run(args: &Args, out: &mut impl Write) -> Result<(), Failure> {
             read(file, view, &scene, &layering, &mut text)?;
             left_out(file, &grid, &scene, (&layering, time), &mut text)?;
             writeln!(text, "drawn on {}", gpu::would_draw(renderer, &scene))?;
-            writeln!(text, "several ranks would draw {}", Sharing::new(&scene, None)?)?;
-            let path = target.path(&scene.output, &stamp, &scene.field)?;
+            writeln!(text, "several ranks would draw {}", Plan::sharing(&scene, None)?)?;
+            let path = target.path(&scene.output, &stamp, scene.field())?;
             writeln!(text, "picture: {} ({} x {}), time {time}", path.display(), scene.width, scene.height)?;
             progress.suspend(|| out.write_all(&text))?;
         }
@@ -53,14 +53,14 @@ pub fn run(args: &Args, out: &mut impl Write) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Says which variables are read, and how much of them.
+/// Prints the variables that are read, with their sizes.
 fn read(
     file: &ModelFile,
     view: &View,
     scene: &Scene,
     layering: &Layering,
     out: &mut impl Write,
-) -> Result<(), Failure> {
+) -> CommandResult {
     let drawn = scene.model_fields();
     let asked = view.conditions().iter().map(Condition::field);
     let mut known = HashSet::new();
@@ -74,27 +74,27 @@ fn read(
         writeln!(out, "read: {name} at {place}, {layers} layers ({bytes} bytes each time{when})")?;
     }
     if scene.scenery.heights == Heights::Native {
-        let own = file.native_info(&layering.bearer().name)?;
+        let own = file.native_info(&layering.height_field().name)?;
         let each = if own.time_dependent { "each time" } else { "once" };
         writeln!(out, "read: {} ({} bytes {each})", own.description, own.bytes)?;
     }
     Ok(())
 }
 
-/// Says what is left out, and checks that the scene's fields fit its layers.
+/// Prints what is left out, after checking that the fields fit the layers.
 fn left_out(
     file: &ModelFile,
     grid: &Grid,
     scene: &Scene,
     (layering, time): (&Layering, usize),
     out: &mut impl Write,
-) -> Result<(), Failure> {
-    let layers = layering.layers(&file.layer_heights(&layering.bearer().name)?)?;
+) -> CommandResult {
+    let layers = layering.layers(&file.layer_heights(&layering.height_field().name)?)?;
     for name in scene.model_fields() {
         let count = layering.range(file.field_info(name)?)?.len();
         layers.for_field(count).map_err(|e| e.within(format!("{name:?}")))?;
     }
-    // Of a derived field it is what that is made of that the file has.
+    // For a derived field this is the first field of the file that it is computed from.
     let [first, _] = layering.key();
     let owned = file.read_layers(first, time, layering.range(file.field_info(first)?)?)?;
     let plan = Plan::new(scene, grid, &layers, &owned.field()?)?;

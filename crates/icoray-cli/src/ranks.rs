@@ -1,26 +1,26 @@
-//! Who draws together: this process alone, or the ranks that mpirun started.
+//! The ranks that render together: this process alone, or those that mpirun started.
 
-use crate::failure::Failure;
+use crate::failure::{CommandResult, Failure};
 use icoray::{Ranks, Result};
 
-/// The ranks of this run, which is over when this is dropped.
-pub struct Ranked {
+/// The ranks of this run; MPI is finalised on drop.
+pub struct RankTeam {
     // Dropped before MPI is finalised.
     ranks: Ranks,
     #[cfg(feature = "mpi")]
     _world: icoray_mpi::World,
 }
 
-impl Ranked {
-    /// All that mpirun started, or this process alone.
+impl RankTeam {
+    /// All ranks that mpirun started, or this process alone.
     #[cfg(feature = "mpi")]
     pub fn new() -> Result<Self> {
         let (world, team) = icoray_mpi::World::new()?;
         let ranks = if icoray::Team::size(&team) > 1 { Ranks::new(Box::new(team)) } else { Ranks::alone() };
-        Ok(Ranked { ranks, _world: world })
+        Ok(RankTeam { ranks, _world: world })
     }
 
-    /// This process alone. Several, which would all write the same pictures, are refused.
+    /// This process alone. Fails in a job of several ranks, which would all write the same pictures.
     #[cfg(not(feature = "mpi"))]
     pub fn new() -> Result<Self> {
         // Of Open MPI, and of MPICH and its kin.
@@ -33,16 +33,16 @@ impl Ranked {
             );
             return Err(icoray::Error::new(icoray::ErrorKind::Unsupported, context));
         }
-        Ok(Ranked { ranks: Ranks::alone() })
+        Ok(RankTeam { ranks: Ranks::alone() })
     }
 
-    /// Them, to draw with.
+    /// The ranks to render with.
     pub fn ranks(&mut self) -> &mut Ranks {
         &mut self.ranks
     }
 
-    /// What this rank says of what came of the run: ranks fail together, and rank 0 says why.
-    pub fn outcome<T>(self, done: std::result::Result<T, Failure>) -> std::result::Result<T, Failure> {
-        done.map_err(|failure| if self.ranks.is_root() { failure } else { Failure::SaidElsewhere })
+    /// The outcome of this rank: all ranks fail together, and rank 0 reports the error.
+    pub fn outcome<T>(self, done: CommandResult<T>) -> CommandResult<T> {
+        done.map_err(|failure| if self.ranks.is_root() { failure } else { Failure::ReportedByRoot })
     }
 }

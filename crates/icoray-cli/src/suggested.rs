@@ -1,30 +1,34 @@
-//! A scene for a file of which the command names none.
+//! The scenes to render: those of the scene file, or a suggested one.
 
-use crate::drawn::{Drawn, Opened};
+use crate::selection::{Opened, Selection};
 use icoray::output::Existing;
-use icoray::{Error, ErrorKind, Grid, Level, Result, suggest};
+use icoray::{Error, ErrorKind, Grid, Level, Result, Script, suggest};
 use icoray_netcdf::{FieldInfo, ModelFile};
 use icoray_progress::Progress;
 use std::fs;
 use std::path::Path;
 
-/// Other fields that are named at most.
+/// Maximum number of other fields that are named.
 const NAMED: usize = 8;
 
-/// The text of a scene, and what is said of it.
+/// The text of a suggested scene, and a summary.
 pub struct Suggested {
-    /// What a scene file would hold.
+    /// The content of a scene file.
     pub text: String,
-    /// Which field it is of, and which others there are.
-    pub said: String,
+    /// The field of the scene, and the other fields of the file.
+    pub summary: String,
 }
 
 impl Suggested {
-    /// Suggests a scene for the field and the last of the times that the command means; it takes the grid, too.
-    pub fn new<'f>(drawn: &Drawn, opened: &'f Opened, progress: &Progress) -> Result<(Self, Grid<'f>)> {
+    /// Suggests a scene for the selected field at the last selected time; also returns the grid.
+    pub fn new<'f>(
+        selection: &Selection,
+        opened: &'f Opened,
+        progress: &Progress,
+    ) -> Result<(Self, Grid<'f>)> {
         let file = &opened.file;
         let others = file.likely_fields();
-        let info = match &drawn.look.field {
+        let info = match &selection.scene_options.field {
             Some(name) => file.field_info(name).map_err(|e| e.within(format!("--field {name}")))?,
             None => first_field(file)?,
         };
@@ -32,16 +36,16 @@ impl Suggested {
         progress.stage("checking the grid");
         let grid = opened.renderer.run(|| file.mesh().grid())?;
         let time = opened.times[opened.times.len() - 1];
-        let range = drawn.wanted.of(info)?;
+        let range = selection.layers_wanted.of(info)?;
         progress.stage(format!("reading {name}"));
         let read = file.read_layers(name, time, range.clone())?;
         let layers = file.layer_heights(name)?.layers_over(info, range)?;
         progress.stage(format!("looking at {name}"));
-        let options = options(drawn, opened, info, time)?;
+        let options = options(selection, opened, info, time)?;
         let field = read.field()?;
         let text = opened.renderer.run(|| suggest::scene(name, &grid, &layers, &field, &options))?;
-        let said = said(drawn, info, &others);
-        Ok((Suggested { text, said }, grid))
+        let summary = summary(selection, info, &others);
+        Ok((Suggested { text, summary }, grid))
     }
 
     /// Writes the text to a file.
@@ -52,12 +56,12 @@ impl Suggested {
     }
 }
 
-/// The field that is drawn where none is named: the likeliest physical one.
+/// The default field: the first of [`ModelFile::likely_fields`].
 pub fn first_field(file: &ModelFile) -> Result<&FieldInfo> {
     file.likely_fields().first().copied().ok_or_else(|| no_field(file))
 }
 
-/// The file has a mesh alone, or nothing that is drawn.
+/// The error for a file without fields, or without likely ones.
 fn no_field(file: &ModelFile) -> Error {
     let path = file.path().display();
     let context = match file.fields() {
@@ -76,50 +80,55 @@ fn no_field(file: &ModelFile) -> Error {
     Error::new(ErrorKind::Field, context)
 }
 
-/// What the command decides. A 2D field is a surface, true to scale.
-fn options(drawn: &Drawn, opened: &Opened, info: &FieldInfo, time: usize) -> Result<suggest::Options> {
-    let look = &drawn.look;
-    let (surface, exaggeration) = match (info.is_2d(), look.surface) {
-        (false, surface) => (surface, look.exaggeration),
+/// Options of the suggestion from the command line. A 2D field is a surface without exaggeration.
+fn options(
+    selection: &Selection,
+    opened: &Opened,
+    info: &FieldInfo,
+    time: usize,
+) -> Result<suggest::Options> {
+    let scene_options = &selection.scene_options;
+    let (surface, exaggeration) = match (info.is_2d(), scene_options.surface) {
+        (false, surface) => (surface, scene_options.exaggeration),
         (true, Some(Level::Layer(layer @ 1..))) => {
             let context = format!("--surface {layer}: {} is a 2D field, expected 0", info.name);
             return Err(Error::new(ErrorKind::Argument, context));
         }
-        (true, _) => (Some(Level::Layer(0)), Some(look.exaggeration.unwrap_or(1.0))),
+        (true, _) => (Some(Level::Layer(0)), Some(scene_options.exaggeration.unwrap_or(1.0))),
     };
     Ok(suggest::Options {
-        lon_deg: look.lon,
-        lat_deg: look.lat,
-        distance: look.distance,
+        lon_deg: scene_options.lon,
+        lat_deg: scene_options.lat,
+        distance: scene_options.distance,
         exaggeration,
-        color_map: look.colormap.clone(),
-        range: look.range,
+        color_map: scene_options.colormap.clone(),
+        range: scene_options.range,
         surface,
-        size: drawn.size,
-        tolerance: drawn.tolerance,
-        backend: drawn.who.backend(),
-        device: drawn.who.device().cloned(),
-        head: vec![command(drawn, opened, time)],
+        size: selection.size,
+        tolerance: selection.tolerance,
+        backend: selection.device_options.backend(),
+        device: selection.device_options.device().cloned(),
+        head: vec![command(selection, opened, time)],
     })
 }
 
-/// The command that draws the scene once it is saved.
-fn command(drawn: &Drawn, opened: &Opened, time: usize) -> String {
+/// The command line that renders the saved scene.
+fn command(selection: &Selection, opened: &Opened, time: usize) -> String {
     let mut words = vec!["icoray".into(), "render".into(), word(&opened.file.path().to_string_lossy())];
-    for mesh in &drawn.input.mesh {
+    for mesh in &selection.input.mesh {
         words.extend(["--mesh".into(), word(&mesh.to_string_lossy())]);
     }
-    let saved = drawn.look.save_scene.as_deref().unwrap_or(Path::new("scene.toml"));
+    let saved = selection.scene_options.save_scene.as_deref().unwrap_or(Path::new("scene.toml"));
     words.extend(["--scene".into(), word(&saved.to_string_lossy())]);
-    let time = drawn.time.as_ref().map_or_else(|| time.to_string(), ToString::to_string);
+    let time = selection.time.as_ref().map_or_else(|| time.to_string(), ToString::to_string);
     words.extend(["--time".into(), word(&time)]);
-    if let Some(layers) = drawn.wanted.text() {
+    if let Some(layers) = selection.layers_wanted.text() {
         words.extend(["--layers".into(), layers]);
     }
     words.join(" ")
 }
 
-/// A word as a shell takes it.
+/// Quotes a word for a shell if necessary.
 fn word(text: &str) -> String {
     let is_plain = |c: char| c.is_alphanumeric() || "/._-+:,=@%".contains(c);
     if !text.is_empty() && text.chars().all(is_plain) {
@@ -128,10 +137,10 @@ fn word(text: &str) -> String {
     format!("'{}'", text.replace('\'', "'\\''"))
 }
 
-/// The field, why it is that one, and what else there is.
-fn said(drawn: &Drawn, info: &FieldInfo, others: &[&FieldInfo]) -> String {
+/// The field, the reason for it, and the other fields.
+fn summary(selection: &Selection, info: &FieldInfo, others: &[&FieldInfo]) -> String {
     let mut text = format!("suggested for {}", info.name);
-    if drawn.look.field.is_some() {
+    if selection.scene_options.field.is_some() {
         return text;
     }
     text += if info.is_2d() {
@@ -148,6 +157,41 @@ fn said(drawn: &Drawn, info: &FieldInfo, others: &[&FieldInfo]) -> String {
     let named = names[..names.len() - more].join(", ");
     let more = if more > 0 { format!(" and {more} more") } else { String::new() };
     text + &format!("; --field takes also {named}{more}")
+}
+
+/// The scenes to render.
+pub struct Scenes<'f> {
+    pub script: Script,
+    /// The file's grid, if it was needed to suggest the scene.
+    pub grid: Option<Grid<'f>>,
+    /// The suggestion, if no scene was given.
+    pub suggested: Option<Suggested>,
+}
+
+impl Opened {
+    /// The scenes of the scene file with the overrides of the command line, or a suggested scene.
+    pub fn scenes(&self, selection: &Selection, progress: &Progress) -> Result<Scenes<'_>> {
+        let Some(mut script) = self.given.clone() else {
+            let (suggested, grid) = Suggested::new(selection, self, progress)?;
+            let script = Script::parse(&suggested.text).map_err(|e| e.within("the suggested scene"))?;
+            return Ok(Scenes { script, grid: Some(grid), suggested: Some(suggested) });
+        };
+        if script.lacks_field() {
+            script.name_first_field(&first_field(&self.file)?.name);
+        }
+        script.show_as_surfaces(|name| self.file.field_info(name).is_ok_and(FieldInfo::is_2d));
+        selection.scene_options.apply(&mut script)?;
+        for scene in script.scenes_mut() {
+            if let Some((width, height)) = selection.size {
+                (scene.width, scene.height) = (width, height);
+            }
+            if let Some(tolerance) = selection.tolerance {
+                scene.tolerance = tolerance;
+            }
+            selection.device_options.apply(scene);
+        }
+        Ok(Scenes { script, grid: None, suggested: None })
+    }
 }
 
 #[cfg(test)]

@@ -1,4 +1,4 @@
-//! Which of a file's times are meant: by number, by date, or by a range of either.
+//! Selection of a file's times: by number, by date, or by a range of either.
 
 use icoray::{Error, ErrorKind, Result};
 use std::borrow::Cow;
@@ -7,15 +7,15 @@ use std::fmt;
 use std::ops::Range;
 use std::str::FromStr;
 
-/// Some of a file's times, as a person says them.
+/// A selection of times, as given on the command line.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Times {
     text: Cow<'static, str>,
-    meant: Meant,
+    selector: TimeSelector,
 }
 
 #[derive(Debug, Clone, PartialEq)]
-enum Meant {
+enum TimeSelector {
     All,
     /// From 0; negative from the last.
     Number(i64),
@@ -24,11 +24,11 @@ enum Meant {
     Dates(Option<Date>, Option<Date>),
 }
 
-/// Year and month at least, of `2003-01-01T06:00:00`: all times within are meant.
+/// A prefix of `2003-01-01T06:00:00` with at least year and month: selects all times within.
 #[derive(Debug, Clone, PartialEq)]
 struct Date(Vec<i64>);
 
-/// What is understood, for the sentence that says that something was not.
+/// The expected syntax, for error messages.
 const EXPECTED: &str = "expected a number, a date such as 2003-01-01T06 or 2003-01, a range such as 0..10 or \
                         2003-01..2003-03 (which ends before the second), or \"all\"";
 
@@ -36,7 +36,7 @@ impl FromStr for Times {
     type Err = &'static str;
 
     fn from_str(text: &str) -> std::result::Result<Self, Self::Err> {
-        Ok(Times { text: text.to_owned().into(), meant: meant(text).ok_or(EXPECTED)? })
+        Ok(Times { text: text.to_owned().into(), selector: selector(text).ok_or(EXPECTED)? })
     }
 }
 
@@ -46,21 +46,21 @@ impl fmt::Display for Times {
     }
 }
 
-fn meant(text: &str) -> Option<Meant> {
+fn selector(text: &str) -> Option<TimeSelector> {
     if text == "all" {
-        return Some(Meant::All);
+        return Some(TimeSelector::All);
     }
     let Some((from, to)) = text.split_once("..") else {
-        let number = text.parse().ok().map(Meant::Number);
-        return number.or_else(|| Date::new(text).map(Meant::Date));
+        let number = text.parse().ok().map(TimeSelector::Number);
+        return number.or_else(|| Date::new(text).map(TimeSelector::Date));
     };
     if let (Some(from), Some(to)) = (end(from, |t| t.parse().ok()), end(to, |t| t.parse().ok())) {
-        return Some(Meant::Numbers(from, to));
+        return Some(TimeSelector::Numbers(from, to));
     }
-    Some(Meant::Dates(end(from, Date::new)?, end(to, Date::new)?))
+    Some(TimeSelector::Dates(end(from, Date::new)?, end(to, Date::new)?))
 }
 
-/// An end of a range, which may be left out.
+/// Parses an end of a range, which may be empty.
 fn end<T>(text: &str, read: impl Fn(&str) -> Option<T>) -> Option<Option<T>> {
     if text.is_empty() { Some(None) } else { read(text).map(Some) }
 }
@@ -80,7 +80,7 @@ impl Date {
         (fits && numbers.len() <= 6).then_some(Date(numbers))
     }
 
-    /// How a time lies to this date: `Equal` where it is within.
+    /// Compares a time with this date; `Equal` if it is within.
     fn order_of(&self, time: &[i64]) -> Ordering {
         time[..self.0.len().min(time.len())].cmp(&self.0)
     }
@@ -96,19 +96,19 @@ fn digits(text: &str, between: char) -> Option<Vec<i64>> {
 
 impl Times {
     /// The first time.
-    pub const FIRST: Self = Times { text: Cow::Borrowed("0"), meant: Meant::Number(0) };
+    pub const FIRST: Self = Times { text: Cow::Borrowed("0"), selector: TimeSelector::Number(0) };
     /// The last time.
-    pub const LAST: Self = Times { text: Cow::Borrowed("-1"), meant: Meant::Number(-1) };
+    pub const LAST: Self = Times { text: Cow::Borrowed("-1"), selector: TimeSelector::Number(-1) };
 
-    /// Whether a series is meant rather than times by their name: all, or a range.
+    /// Whether the selection is a series: all times, or a range.
     pub fn is_series(&self) -> bool {
-        !matches!(self.meant, Meant::Number(_) | Meant::Date(_))
+        !matches!(self.selector, TimeSelector::Number(_) | TimeSelector::Date(_))
     }
 
-    /// The numbers of the times that are meant, at least one, of those of a file.
+    /// The numbers of the selected times of a file, at least one.
     ///
     /// # Errors
-    /// [`ErrorKind::Argument`] where none is meant, or a number that the file has not.
+    /// [`ErrorKind::Argument`] if none is selected, or a number that the file does not have.
     pub fn of(&self, times: &[Option<String>]) -> Result<Vec<usize>> {
         let within = |keeps: &dyn Fn(&[i64]) -> bool| {
             let dates =
@@ -116,15 +116,15 @@ impl Times {
             let found: Vec<usize> = dates.filter(|(_, date)| keeps(&date.0)).map(|(i, _)| i).collect();
             if found.is_empty() { Err(self.none_of(times)) } else { Ok(found) }
         };
-        match &self.meant {
-            Meant::All => Ok((0..times.len()).collect()),
-            Meant::Number(number) => {
+        match &self.selector {
+            TimeSelector::All => Ok((0..times.len()).collect()),
+            TimeSelector::Number(number) => {
                 let end = number.checked_add(1).filter(|&end| end != 0);
                 self.numbers(Some(*number), end, times.len()).map(Iterator::collect)
             }
-            Meant::Numbers(from, to) => self.numbers(*from, *to, times.len()).map(Iterator::collect),
-            Meant::Date(date) => within(&|time| date.order_of(time).is_eq()),
-            Meant::Dates(from, to) => within(&|time| {
+            TimeSelector::Numbers(from, to) => self.numbers(*from, *to, times.len()).map(Iterator::collect),
+            TimeSelector::Date(date) => within(&|time| date.order_of(time).is_eq()),
+            TimeSelector::Dates(from, to) => within(&|time| {
                 from.as_ref().is_none_or(|from| from.order_of(time).is_ge())
                     && to.as_ref().is_none_or(|to| to.order_of(time).is_lt())
             }),
@@ -132,13 +132,13 @@ impl Times {
     }
 
     fn numbers(&self, from: Option<i64>, to: Option<i64>, count: usize) -> Result<Range<usize>> {
-        let most = i64::try_from(count).unwrap_or(i64::MAX);
+        let max = i64::try_from(count).unwrap_or(i64::MAX);
         let place =
-            |number: i64| usize::try_from(if number < 0 { number.saturating_add(most) } else { number }).ok();
-        let range = place(from.unwrap_or(0)).zip(place(to.unwrap_or(most)));
+            |number: i64| usize::try_from(if number < 0 { number.saturating_add(max) } else { number }).ok();
+        let range = place(from.unwrap_or(0)).zip(place(to.unwrap_or(max)));
         match range {
             Some((from, to)) if from < to && to <= count => Ok(from..to),
-            _ => Err(self.error(format!("expected {} to {}, the file's times", -most, most - 1))),
+            _ => Err(self.error(format!("expected {} to {}, the file's times", -max, max - 1))),
         }
     }
 

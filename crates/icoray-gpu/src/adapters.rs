@@ -1,22 +1,21 @@
-//! Which of a machine's adapters draws.
+//! The adapters of this machine, and the choice of one.
 
-use crate::gpu::{Gpu, Most, because};
 use crate::instance::instance;
 use icoray::Adapter;
-use icoray::device::{Device, Devices, Reason, Wanted};
+use icoray::device::{DeviceRequest, FallbackReason};
 use std::fmt;
-use std::sync::{Arc, OnceLock};
+use std::sync::OnceLock;
 
-/// Kinds of adapters, the fastest first.
+/// The kind of an adapter. Faster kinds compare as less.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Kind {
-    /// A GPU with memory of its own.
+    /// A GPU with its own memory.
     Discrete,
     /// A GPU that shares the processor's memory.
     Integrated,
-    /// A part of a GPU, or of another machine's.
+    /// A virtual GPU.
     Virtual,
-    /// A processor that acts as a GPU, which is no faster than the CPU renderer.
+    /// A CPU driver such as lavapipe, which is no faster than the CPU renderer.
     Processor,
 }
 
@@ -34,11 +33,11 @@ impl fmt::Display for Kind {
 /// An adapter of this machine.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Listed {
-    /// Its name.
+    /// Name.
     pub name: String,
-    /// Its driver's name and version.
+    /// Name and version of the driver.
     pub driver: String,
-    /// What it is.
+    /// Kind.
     pub kind: Kind,
 }
 
@@ -58,20 +57,21 @@ impl Listed {
 /// The adapters of this machine, in the order of their numbers.
 ///
 /// # Errors
-/// A [`Reason`] where there is no Vulkan.
-pub fn list() -> Result<&'static [Listed], Reason> {
-    // Looked for once in a process: it takes a tenth of a second, and loads every driver.
-    static LISTED: OnceLock<Result<Vec<Listed>, Reason>> = OnceLock::new();
+/// A [`FallbackReason`] if there is no Vulkan.
+pub fn list() -> Result<&'static [Listed], FallbackReason> {
+    // Once per process: enumeration takes about 0.1 s and loads every driver.
+    static LISTED: OnceLock<Result<Vec<Listed>, FallbackReason>> = OnceLock::new();
     let listed = LISTED.get_or_init(|| Ok(adapters()?.iter().map(Listed::of).collect()));
     listed.as_deref().map_err(Clone::clone)
 }
 
-fn adapters() -> Result<Vec<wgpu::Adapter>, Reason> {
+fn adapters() -> Result<Vec<wgpu::Adapter>, FallbackReason> {
     Ok(pollster::block_on(instance()?.enumerate_adapters(wgpu::Backends::VULKAN)))
 }
 
-/// The number of the adapter that is wanted: of those that fit one of the fastest kind, another for each rank of the node.
-fn choose(all: &[Listed], wanted: &Wanted) -> Result<usize, Reason> {
+/// The number of the adapter that is wanted: among those that fit, one of the fastest kind. The ranks of a node take
+/// them in turn.
+fn choose(all: &[Listed], wanted: &DeviceRequest) -> Result<usize, FallbackReason> {
     let names = || all.iter().map(|one| one.name.as_str()).collect::<Vec<_>>();
     let fits = |(number, one): &(usize, &Listed)| match &wanted.adapter {
         None => true,
@@ -80,7 +80,7 @@ fn choose(all: &[Listed], wanted: &Wanted) -> Result<usize, Reason> {
     };
     let fitting: Vec<_> = all.iter().enumerate().filter(fits).collect();
     let Some(kind) = fitting.iter().map(|(_, one)| one.kind).min() else {
-        return because(match &wanted.adapter {
+        return Err(FallbackReason::new(match &wanted.adapter {
             Some(Adapter::Number(number)) if !all.is_empty() => {
                 format!("no adapter has the number {number} of {:?}", names())
             }
@@ -88,51 +88,23 @@ fn choose(all: &[Listed], wanted: &Wanted) -> Result<usize, Reason> {
                 format!("no adapter is named {part:?} of {:?}", names())
             }
             _ => "no Vulkan adapter was found".into(),
-        });
+        }));
     };
     let fastest: Vec<_> = fitting.into_iter().filter(|(_, one)| one.kind == kind).collect();
     let (number, one) = fastest[wanted.node_rank % fastest.len()];
     if kind == Kind::Processor && !wanted.or_processor {
-        return because(format!("{} is a processor, which only backend = \"gpu\" uses", one.name));
+        let reason = format!("{} is a processor, which only backend = \"gpu\" uses", one.name);
+        return Err(FallbackReason::new(reason));
     }
     Ok(number)
 }
 
-/// The GPUs of this machine, for a renderer.
-#[derive(Debug, Clone, Copy, Default)]
-pub struct Gpus;
-
-impl Devices for Gpus {
-    fn open(&self, wanted: &Wanted) -> Result<Arc<dyn Device>, Reason> {
-        Ok(Arc::new(open(wanted, Most::default())?))
-    }
-}
-
-fn open(wanted: &Wanted, most: Most) -> Result<Gpu, Reason> {
+/// Finds the adapter that is wanted.
+pub(crate) fn find(wanted: &DeviceRequest) -> Result<wgpu::Adapter, FallbackReason> {
     let listed = list()?;
     let number = choose(listed, wanted)?;
-    match adapters()?.get(number).filter(|adapter| Listed::of(adapter) == listed[number]) {
-        Some(adapter) => Gpu::open(adapter, most),
-        None => because(format!("{} is no longer available", listed[number].name)),
-    }
-}
-
-impl Gpu {
-    /// Opens the adapter, or the fastest one, be it a processor that acts as a GPU.
-    ///
-    /// # Errors
-    /// A [`Reason`] where there is no such adapter, or it cannot do what the kernel needs.
-    pub fn new(adapter: Option<Adapter>) -> Result<Self, Reason> {
-        Self::with_most(adapter, Most::default())
-    }
-
-    /// [`Self::new`], but no more than `most` of it is used.
-    ///
-    /// # Errors
-    /// As [`Self::new`].
-    pub fn with_most(adapter: Option<Adapter>, most: Most) -> Result<Self, Reason> {
-        open(&Wanted { adapter, or_processor: true, node_rank: 0 }, most)
-    }
+    let adapter = adapters()?.into_iter().nth(number).filter(|adapter| Listed::of(adapter) == listed[number]);
+    adapter.ok_or_else(|| FallbackReason::new(format!("{} is no longer available", listed[number].name)))
 }
 
 #[cfg(test)]
@@ -146,12 +118,12 @@ mod tests {
             .collect()
     }
 
-    fn wanted(adapter: Option<Adapter>, node_rank: usize) -> Wanted {
-        Wanted { adapter, or_processor: false, node_rank }
+    fn wanted(adapter: Option<Adapter>, node_rank: usize) -> DeviceRequest {
+        DeviceRequest { adapter, or_processor: false, node_rank }
     }
 
     #[test]
-    fn ranks_of_a_node_go_to_the_fastest_in_turn() {
+    fn ranks_of_a_node_take_the_fastest_adapters_in_turn() {
         let node = listed(&[
             ("llvmpipe", Kind::Processor),
             ("NVIDIA H100", Kind::Discrete),
@@ -169,15 +141,15 @@ mod tests {
     }
 
     #[test]
-    fn processors_are_taken_where_they_are_asked_for() {
+    fn processors_are_used_on_request_only() {
         let node = listed(&[("llvmpipe", Kind::Processor)]);
         let reason = choose(&node, &wanted(None, 0)).unwrap_err().to_string();
         assert!(reason.contains("llvmpipe is a processor"), "{reason}");
-        assert_eq!(choose(&node, &Wanted { or_processor: true, ..wanted(None, 3) }), Ok(0));
+        assert_eq!(choose(&node, &DeviceRequest { or_processor: true, ..wanted(None, 3) }), Ok(0));
     }
 
     #[test]
-    fn what_is_not_there_is_said() {
+    fn missing_adapters_are_reported() {
         let node = listed(&[("A", Kind::Discrete)]);
         for (adapters, adapter, words) in [
             (&node[..0], None, "no Vulkan adapter"),

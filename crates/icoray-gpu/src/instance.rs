@@ -1,20 +1,20 @@
-//! Vulkan without windows.
+//! The Vulkan instance, without extensions for windows.
 
-use crate::gpu::because;
-use icoray::device::Reason;
+use icoray::device::FallbackReason;
 use std::ffi::CStr;
 use wgpu::hal::vulkan;
 use wgpu::hal::{InstanceDescriptor, api::Vulkan};
 
-/// What wgpu asks for on top, so that windows could be drawn on. Where they are asked for, Mesa looks for a display, which may be
-/// at the other end of a network, and libwayland prints an error where there is none.
-const DISPLAYS: [&CStr; 3] = [c"VK_KHR_xlib_surface", c"VK_KHR_xcb_surface", c"VK_KHR_wayland_surface"];
+/// Window-system extensions, which wgpu requests by default. With them Mesa connects to a display, possibly over a
+/// network, and libwayland prints an error if there is none.
+const WINDOW_EXTENSIONS: [&CStr; 3] =
+    [c"VK_KHR_xlib_surface", c"VK_KHR_xcb_surface", c"VK_KHR_wayland_surface"];
 
-/// Whether the program has a dynamic linker, without which drivers cannot be loaded: glibc would try, and may crash.
+/// Whether the program has a dynamic linker. Without one drivers cannot be loaded: glibc tries to, and may crash.
 #[cfg(target_os = "linux")]
 #[allow(unsafe_code)]
 fn has_dynamic_linker() -> bool {
-    // SAFETY: asks for a number, the address of the dynamic linker that the kernel has loaded.
+    // SAFETY: reads a number, the address of the dynamic linker that the kernel has loaded.
     unsafe { libc::getauxval(libc::AT_BASE) != 0 }
 }
 
@@ -23,11 +23,14 @@ fn has_dynamic_linker() -> bool {
     true
 }
 
-/// Vulkan, if it is here.
+/// Opens Vulkan.
+///
+/// # Errors
+/// A [`FallbackReason`] if there is no Vulkan loader, or the program cannot load drivers.
 #[allow(unsafe_code)]
-pub(crate) fn instance() -> Result<wgpu::Instance, Reason> {
+pub(crate) fn instance() -> Result<wgpu::Instance, FallbackReason> {
     if !has_dynamic_linker() {
-        return because("the program is wholly static, and can load no drivers");
+        return Err(FallbackReason::new("the program is wholly static, and can load no drivers"));
     }
     let descriptor = InstanceDescriptor {
         name: "icoray",
@@ -37,12 +40,13 @@ pub(crate) fn instance() -> Result<wgpu::Instance, Reason> {
         telemetry: None,
         display: None,
     };
-    let no_displays = |args: vulkan::CreateInstanceCallbackArgs| {
-        args.extensions.retain(|extension| !DISPLAYS.contains(extension));
+    let without_windows = |args: vulkan::CreateInstanceCallbackArgs| {
+        args.extensions.retain(|extension| !WINDOW_EXTENSIONS.contains(extension));
     };
-    // SAFETY: what the callback takes away is looked at where a surface is made only, and none is.
-    let instance = unsafe { vulkan::Instance::init_with_callback(&descriptor, Some(Box::new(no_displays))) };
-    let instance = instance.or_else(|_| because("no Vulkan adapter was found"))?;
-    // SAFETY: the instance was just made, of the kind that it says.
+    // SAFETY: wgpu uses the removed extensions to create surfaces only, and this crate creates none.
+    let instance =
+        unsafe { vulkan::Instance::init_with_callback(&descriptor, Some(Box::new(without_windows))) };
+    let instance = instance.map_err(|_| FallbackReason::new("no Vulkan adapter was found"))?;
+    // SAFETY: the instance was created above, by the Vulkan backend.
     Ok(unsafe { wgpu::Instance::from_hal::<Vulkan>(instance) })
 }

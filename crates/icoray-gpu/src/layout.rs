@@ -1,8 +1,10 @@
-//! What lies in the shaders' buffers, byte by byte: the structs of `shaders/` of the same names. A test compares.
+//! The structs in the shaders' buffers. Each has the name, members and offsets of its twin in `shaders/`; a test
+//! compares them.
+#![allow(missing_docs)]
 
 use bytemuck::{Pod, Zeroable};
 
-/// Splits a double into the two halves of the shaders' `Wide`.
+/// Splits a double into the high and the low half of the shaders' `Wide`.
 pub fn halves(x: f64) -> [f32; 2] {
     let hi = x as f32;
     [hi, (x - f64::from(hi)) as f32]
@@ -15,7 +17,6 @@ pub fn halves3(v: [f64; 3]) -> [[f32; 3]; 2] {
 }
 
 /// See `shaders/params.wgsl`.
-#[allow(missing_docs)]
 #[derive(Debug, Clone, Copy, Default, Pod, Zeroable)]
 #[repr(C)]
 pub struct Params {
@@ -34,7 +35,7 @@ pub struct Params {
     pub up_hi: [f32; 3],
     pub zero: u32,
     pub up_lo: [f32; 3],
-    pub most_steps: u32,
+    pub max_steps: u32,
     pub knots: [f32; 4],
     pub core: [f32; 3],
     pub layers: u32,
@@ -45,8 +46,8 @@ pub struct Params {
     pub steps: u32,
     pub column_stride: u32,
     pub layer_stride: u32,
-    pub share: f32,
-    pub rest: f32,
+    pub color_tolerance: f32,
+    pub min_transmittance: f32,
     pub brightest: f32,
     pub start: u32,
     pub page_columns: u32,
@@ -56,7 +57,6 @@ pub struct Params {
 }
 
 /// See `shaders/kernel/transfer.wgsl`.
-#[allow(missing_docs)]
 #[derive(Debug, Clone, Copy, Default, Pod, Zeroable)]
 #[repr(C)]
 pub struct Span {
@@ -75,7 +75,7 @@ pub struct Span {
 
 impl From<&icoray::device::Span> for Span {
     fn from(span: &icoray::device::Span) -> Self {
-        // What f32 does not hold, a shader need not: a value as far out, or an extinction as large, is as good.
+        // Shaders need finite numbers. Larger ones would have the same effect.
         let finite = |x: f32| x.clamp(-1e37, 1e37);
         Span {
             low: span.low.max(-icoray::device::ENDLESS),
@@ -94,7 +94,6 @@ impl From<&icoray::device::Span> for Span {
 }
 
 /// See `shaders/kernel/transfer.wgsl`.
-#[allow(missing_docs)]
 #[derive(Debug, Clone, Copy, Default, Pod, Zeroable)]
 #[repr(C)]
 pub struct Step {
@@ -103,7 +102,6 @@ pub struct Step {
 }
 
 /// See `shaders/kernel/column.wgsl`.
-#[allow(missing_docs)]
 #[derive(Debug, Clone, Copy, Default, Pod, Zeroable)]
 #[repr(C)]
 pub struct ShellLayer {
@@ -114,7 +112,6 @@ pub struct ShellLayer {
 }
 
 /// See `shaders/kernel/shade.wgsl`.
-#[allow(missing_docs)]
 #[derive(Debug, Clone, Copy, Default, Pod, Zeroable)]
 #[repr(C)]
 pub struct Shading {
@@ -128,12 +125,11 @@ pub struct Shading {
     pub blind: f32,
     pub dull: f32,
     pub is_headlight: u32,
-    pub most_cuts: u32,
+    pub max_cuts: u32,
     pub padding: u32,
 }
 
 /// See `shaders/gradient.wgsl`.
-#[allow(missing_docs)]
 #[derive(Debug, Clone, Copy, Default, Pod, Zeroable)]
 #[repr(C)]
 pub struct Around {
@@ -143,7 +139,6 @@ pub struct Around {
 }
 
 /// See `shaders/pieces.wgsl`.
-#[allow(missing_docs)]
 #[derive(Debug, Clone, Copy, Default, Pod, Zeroable)]
 #[repr(C)]
 pub struct Piece {
@@ -157,14 +152,13 @@ pub struct Piece {
 }
 
 /// See `shaders/picture.wgsl`.
-#[allow(missing_docs)]
 #[derive(Debug, Clone, Copy, Default, Pod, Zeroable)]
 #[repr(C)]
 pub struct Pixel {
     pub red: f32,
     pub green: f32,
     pub blue: f32,
-    pub absorbed: f32,
+    pub alpha: f32,
     pub error: f32,
     pub variance: f32,
     pub columns: u32,
@@ -173,14 +167,13 @@ pub struct Pixel {
 }
 
 impl Pixel {
-    /// The error of a ray that missed the shell.
+    /// `error` of a ray that missed the shell.
     pub const MISSED: f32 = icoray::device::Traced::MISSED;
-    /// The error of a ray that lost its way.
+    /// `error` of a ray whose walk failed.
     pub const LOST: f32 = -2.0;
 }
 
 /// See `shaders/kernel/ray/fragment.wgsl`.
-#[allow(missing_docs)]
 #[derive(Debug, Clone, Copy, Default, Pod, Zeroable)]
 #[repr(C)]
 pub struct Part {
@@ -188,12 +181,11 @@ pub struct Part {
     pub reach: f32,
     pub lowest_hi: f32,
     pub lowest_lo: f32,
-    pub most: u32,
+    pub max_fragments: u32,
     pub padding: u32,
 }
 
 /// See `shaders/kernel/ray/fragment.wgsl`.
-#[allow(missing_docs)]
 #[derive(Debug, Clone, Copy, Default, Pod, Zeroable)]
 #[repr(C)]
 pub struct Fragment {
@@ -205,13 +197,12 @@ pub struct Fragment {
     pub red: f32,
     pub green: f32,
     pub blue: f32,
-    pub absorbed: f32,
+    pub alpha: f32,
     pub error: f32,
     pub variance: f32,
 }
 
 /// See `shaders/parts.wgsl`.
-#[allow(missing_docs)]
 #[derive(Debug, Clone, Copy, Default, Pod, Zeroable)]
 #[repr(C)]
 pub struct Passed {
@@ -222,6 +213,6 @@ pub struct Passed {
 }
 
 impl Passed {
-    /// Beside the fragments of a ray that lost its way.
+    /// Bit of `fragments` that marks a ray whose walk failed.
     pub const LOST: u32 = 1 << 31;
 }

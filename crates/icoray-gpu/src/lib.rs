@@ -1,9 +1,9 @@
-//! The kernel of icoray on the GPU, through wgpu: compute shaders in `shaders/`, of which `shaders/kernel/X.wgsl` mirrors
-//! `crates/icoray/src/kernel/X.rs` function by function. The explanations stand in the Rust files.
+//! icoray's kernel on the GPU, through wgpu. The compute shader `shaders/kernel/X.wgsl` mirrors
+//! `crates/icoray-kernel/src/X.rs` function by function; the Rust files explain the algorithms.
 //!
-//! A [`Gpu`] is a [`Device`](icoray::device::Device) for a [`Renderer`](icoray::Renderer): scenes in `f32`, with the CPU
-//! renderer's errors and counts. Whatever else a scene asks for, and whatever a device cannot hold or does, is a
-//! [`Reason`](icoray::device::Reason) to draw on the CPU instead: nothing here panics for want of a GPU.
+//! A [`Gpu`] is a [`Device`](icoray::device::Device) of a [`Renderer`](icoray::Renderer). It draws scenes in `f32`,
+//! with the errors and counts of the CPU renderer. The CPU draws scenes that the shaders do not support or that do not
+//! fit on the device; a [`FallbackReason`](icoray::device::FallbackReason) says why. Nothing panics if there is no GPU.
 //!
 //! ```no_run
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -14,34 +14,39 @@
 //!
 //! let renderer = icoray::Renderer::new(0)?.with_devices(Arc::new(Gpus));
 //! let frame = renderer.render(&scene, &grid, &layers, &field)?;
-//! println!("drawn by {}", frame.report.device.as_deref().unwrap_or("the CPU"));
+//! println!("drawn by {}", frame.report.device.name.as_deref().unwrap_or("the CPU"));
 //! # Ok(())
 //! # }
 //! ```
 #![deny(unsafe_code)]
 
 mod adapters;
-mod band;
-mod draw;
+mod bands;
+mod bindings;
+mod context;
+mod culling;
+mod device_field;
+mod field_store;
 mod gpu;
 mod gradient;
-mod groups;
-mod held;
 mod instance;
 pub mod layout;
-mod light;
 mod mesh;
-mod part;
+mod passes;
 mod peaks;
+mod picture;
+mod pieces;
+mod pipelines;
+mod pool;
+mod ray_entry_cache;
 mod readback;
-mod scene;
-mod select;
 pub mod shader;
 mod staging;
-mod starts;
-mod store;
-mod times;
+mod timestamps;
+mod trace_fragments;
+mod trace_pixels;
+mod visible_layers;
 
-pub use adapters::{Gpus, Kind, Listed, list};
-pub use gpu::{Gpu, Most};
+pub use adapters::{Kind, Listed, list};
+pub use gpu::{Gpu, Gpus, MemoryLimits};
 pub use peaks::Peaks;

@@ -1,85 +1,117 @@
-//! A grid on the device: its tables as they are, in 32 bits, uploaded once.
+//! Grids on the device: their tables in 32 bits, otherwise as the model has them, uploaded once.
 
-use crate::gpu::Gpu;
-use crate::gradient::Corners;
+use crate::context::Context;
+use crate::culling::Culling;
 use crate::layout::halves;
-use crate::select::{Reach, Views};
-use icoray::device::{Reason, Tables};
+use icoray::device::{FallbackReason, Tables};
 use icoray::{Grid, Indices};
+use rayon::prelude::*;
 use std::borrow::Cow;
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError, Weak};
 
-/// A grid's tables on a device.
+/// In place of a triangle behind a cell's last one: `NONE` of `shaders/gradient.wgsl`.
+const NONE: u32 = u32::MAX;
+
+/// The tables of a grid on a device.
 #[derive(Debug)]
-pub(crate) struct Mesh {
+pub(crate) struct DeviceMesh {
+    /// A triangle that exists.
     pub start: u32,
     pub rim_sides: u32,
     /// Bindings 1 to 7.
     pub buffers: [wgpu::Buffer; 7],
-    /// Of grids that a lit scene is drawn of.
-    pub corners: OnceLock<Corners>,
-    pub reach: Reach,
-    pub views: Views,
+    pub culling: Culling,
+    cell_triangles: OnceLock<CellTriangles>,
 }
 
-/// The grids whose tables are on a device, as long as they live.
+/// The triangles with data around each cell.
+#[derive(Debug)]
+pub(crate) struct CellTriangles {
+    /// Entries per cell.
+    pub row: u32,
+    /// One row per cell, filled up with [`NONE`].
+    pub buffer: wgpu::Buffer,
+}
+
+/// The grids whose tables are on a device; an entry ends with its grid.
 #[derive(Debug, Default)]
-pub(crate) struct Meshes(Mutex<Vec<(Weak<()>, Arc<Mesh>)>>);
+pub(crate) struct MeshCache(Mutex<Vec<(Weak<()>, Arc<DeviceMesh>)>>);
 
-impl Meshes {
-    fn known(&self) -> MutexGuard<'_, Vec<(Weak<()>, Arc<Mesh>)>> {
-        let mut known = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        known.retain(|(life, _)| life.strong_count() > 0);
-        known
+impl MeshCache {
+    fn alive(&self) -> MutexGuard<'_, Vec<(Weak<()>, Arc<DeviceMesh>)>> {
+        let mut cached = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        cached.retain(|(life, _)| life.strong_count() > 0);
+        cached
     }
-}
 
-impl Gpu {
-    /// The tables of `grid`, and how many bytes were uploaded for it: none where they are there.
-    pub(crate) fn mesh(&self, grid: &Grid) -> Result<(Arc<Mesh>, u64), Reason> {
-        let life = grid.life();
-        let found = self.meshes.known().iter().find(|(known, _)| known.ptr_eq(&life)).cloned();
+    /// The tables of `grid`, and the number of bytes uploaded: 0 if they were cached.
+    pub fn get(&self, ctx: &Context, grid: &Grid) -> Result<(Arc<DeviceMesh>, u64), FallbackReason> {
+        let life = grid.lifetime_token();
+        let found = self.alive().iter().find(|(known, _)| known.ptr_eq(&life)).cloned();
         if let Some((_, mesh)) = found {
             return Ok((mesh, 0));
         }
-        let mesh = Arc::new(self.upload_mesh(grid)?);
+        let mesh = Arc::new(DeviceMesh::upload(ctx, grid)?);
         let bytes = mesh.buffers.iter().map(wgpu::Buffer::size).sum();
-        self.meshes.known().push((life, Arc::clone(&mesh)));
+        self.alive().push((life, Arc::clone(&mesh)));
         Ok((mesh, bytes))
     }
+}
 
-    fn upload_mesh(&self, grid: &Grid) -> Result<Mesh, Reason> {
+impl DeviceMesh {
+    fn upload(ctx: &Context, grid: &Grid) -> Result<Self, FallbackReason> {
         let tables = Tables::of(grid);
         let split = |direction: &[f64; 3]| {
             let [x, y, z] = direction.map(halves);
             [x[0], y[0], z[0], x[1], y[1], z[1]]
         };
         let directions: Vec<[f32; 6]> = tables.directions.iter().map(split).collect();
-        let mut seats = tables.seats;
-        seats.resize(seats.len().next_multiple_of(4), 0);
-        let given = grid.tables();
+        let mut orientations = tables.orientations;
+        orientations.resize(orientations.len().next_multiple_of(4), 0);
+        let model = grid.tables();
         let buffers = [
-            self.upload("directions of cells", &directions)?,
-            self.upload("table corner_cell", &narrow(&given.corner_cell))?,
-            self.upload("table corner_edge", &narrow(&given.corner_edge))?,
-            self.upload("table edge_corner", &narrow(&given.edge_corner))?,
-            self.upload("seats of triangles", &seats)?,
-            self.upload("void triangles", &tables.void)?,
-            self.upload("sides of rims", &tables.rim)?,
+            ctx.storage("directions of cells", &directions)?,
+            ctx.storage("table corner_cell", &narrow(&model.corner_cell))?,
+            ctx.storage("table corner_edge", &narrow(&model.corner_edge))?,
+            ctx.storage("table edge_corner", &narrow(&model.edge_corner))?,
+            ctx.storage("orientations of triangles", &orientations)?,
+            ctx.storage("void triangles", &tables.void)?,
+            ctx.storage("sides of rims", &tables.rim)?,
         ];
-        Ok(Mesh {
+        Ok(DeviceMesh {
             start: tables.start,
             rim_sides: tables.rim.len() as u32,
             buffers,
-            reach: Reach::new(grid),
-            corners: OnceLock::new(),
-            views: Views::default(),
+            culling: Culling::new(grid),
+            cell_triangles: OnceLock::new(),
         })
+    }
+
+    /// The triangles around each cell of `grid`, and the number of bytes uploaded: 0 if they were on the device.
+    pub fn cell_triangles(
+        &self,
+        ctx: &Context,
+        grid: &Grid,
+    ) -> Result<(&CellTriangles, u64), FallbackReason> {
+        if let Some(known) = self.cell_triangles.get() {
+            return Ok((known, 0));
+        }
+        let triangles = |cell: u32| grid.corners_of(cell).filter(|&corner| grid.is_triangle(corner));
+        let cells = grid.cells() as u32;
+        let row = (0..cells).into_par_iter().map(|cell| triangles(cell).count()).max().unwrap_or(0).max(1);
+        let mut rows = vec![NONE; grid.cells() * row];
+        rows.par_chunks_exact_mut(row).zip(0..cells).for_each(|(places, cell)| {
+            places.iter_mut().zip(triangles(cell)).for_each(|(place, triangle)| *place = triangle);
+        });
+        let buffer = ctx.storage("triangles around cells", &rows)?;
+        let bytes = buffer.size();
+        // The thread of another picture may have set it meanwhile.
+        Ok((self.cell_triangles.get_or_init(|| CellTriangles { row: row as u32, buffer }), bytes))
     }
 }
 
-/// The table in 32 bits. The grid's check found numbers that mean something within them; a mark of what is missing is never
-/// followed, so that it may become any.
+/// A table in 32 bits. Checked grids have no index that does not fit; a mark of a missing entry may become any number,
+/// because shaders do not follow it.
 fn narrow<'t>(table: &Indices<'t>) -> Cow<'t, [i32]> {
     match table {
         Indices::I32(rows) => Cow::Borrowed(rows),

@@ -1,52 +1,52 @@
-//! What comes back from the device, while it is at work on what follows.
+//! Copies of device buffers to the host, which overlap with the execution of later commands.
 
-use crate::gpu::Gpu;
-use crate::store::Lent;
-use icoray::device::Reason;
+use crate::context::Context;
+use crate::pool::PooledBuffer;
+use icoray::device::FallbackReason;
+use std::fmt::Display;
 use std::sync::mpsc::{Receiver, channel};
 use wgpu::BufferUsages;
 
-/// Bytes on their way.
-pub(crate) struct Flight {
-    back: Lent,
+/// A submitted copy.
+pub(crate) struct Readback {
+    buffer: PooledBuffer,
     bytes: usize,
     submission: wgpu::SubmissionIndex,
     mapped: Receiver<Result<(), wgpu::BufferAsyncError>>,
 }
 
-impl Gpu {
-    /// Submits commands, and behind them a copy of the first `bytes` of `buffer` to the host.
-    pub(crate) fn submit(
-        &self,
+impl Readback {
+    /// Submits `commands`, followed by a copy of the first `bytes` bytes of `source` to the host.
+    pub fn submit(
+        ctx: &Context,
         mut commands: wgpu::CommandEncoder,
-        buffer: &wgpu::Buffer,
+        source: &wgpu::Buffer,
         bytes: usize,
-    ) -> Result<Flight, Reason> {
-        let back = self.lend("back", bytes, BufferUsages::MAP_READ | BufferUsages::COPY_DST)?;
-        let (told, mapped) = channel();
-        let submission = self.watched(|| {
-            commands.copy_buffer_to_buffer(buffer, 0, &back, 0, bytes as u64);
-            let submission = self.queue.submit([commands.finish()]);
-            back.map_async(wgpu::MapMode::Read, .., move |is| drop(told.send(is)));
+    ) -> Result<Self, FallbackReason> {
+        let buffer = ctx.pooled("back", bytes, BufferUsages::MAP_READ | BufferUsages::COPY_DST)?;
+        let (sender, mapped) = channel();
+        let submission = ctx.scoped(|| {
+            commands.copy_buffer_to_buffer(source, 0, &buffer, 0, bytes as u64);
+            let submission = ctx.queue.submit([commands.finish()]);
+            buffer.map_async(wgpu::MapMode::Read, .., move |result| drop(sender.send(result)));
             submission
         })?;
-        Ok(Flight { back, bytes, submission, mapped })
+        Ok(Readback { buffer, bytes, submission, mapped })
     }
 
-    /// Waits for bytes and gives them to `read`.
-    pub(crate) fn land<R>(&self, flight: Flight, read: impl FnOnce(&[u8]) -> R) -> Result<R, Reason> {
-        let Flight { back, bytes, submission, mapped } = flight;
-        let broken =
-            |e: &dyn std::fmt::Display| Reason::new(format!("reading from {}: {e}", self.described()));
+    /// Waits for the copy and passes its bytes to `read`.
+    pub fn wait<R>(self, ctx: &Context, read: impl FnOnce(&[u8]) -> R) -> Result<R, FallbackReason> {
+        let Readback { buffer, bytes, submission, mapped } = self;
+        let failed = |e: &dyn Display| FallbackReason::new(format!("reading from {}: {e}", ctx.name()));
         let wait = wgpu::PollType::Wait { submission_index: Some(submission), timeout: None };
-        let waited = self.device.poll(wait);
-        self.untroubled()?;
-        waited.map_err(|e| broken(&e))?;
-        mapped.recv().map_err(|e| broken(&e))?.map_err(|e| broken(&e))?;
-        let view = back.get_mapped_range(..bytes as u64).map_err(|e| broken(&e))?;
-        let read = read(&view);
+        let waited = ctx.device.poll(wait);
+        ctx.check()?;
+        waited.map_err(|e| failed(&e))?;
+        mapped.recv().map_err(|e| failed(&e))?.map_err(|e| failed(&e))?;
+        let view = buffer.get_mapped_range(..bytes as u64).map_err(|e| failed(&e))?;
+        let result = read(&view);
         drop(view);
-        back.unmap();
-        Ok(read)
+        buffer.unmap();
+        Ok(result)
     }
 }

@@ -1,57 +1,42 @@
-//! The shaders' sources, and how one is put together of those that it imports.
+//! The sources of the shaders, and their preprocessor.
 //!
-//! A line `#import NAME` in `shaders/` asks for `shaders/NAME.wgsl`, once and before the rest of the file. Nothing more is
-//! needed: WGSL does not mind the order of declarations. What follows `#each` at the beginning of a line stands there once for
-//! each page of the field, with the page's number in place of PAGE.
+//! A line `#import NAME` includes `shaders/NAME.wgsl` before the rest of the file, once per shader. A line `#each TEXT`
+//! is replaced by one line TEXT per page of the field, with the number of the page in place of PAGE.
 
-/// Every file in `shaders/`, by its name there.
-pub const SOURCES: [(&str, &str); 24] = [
-    ("gradient", include_str!("../../../shaders/gradient.wgsl")),
-    ("gradients", include_str!("../../../shaders/gradients.wgsl")),
-    ("grid", include_str!("../../../shaders/grid.wgsl")),
-    ("pages", include_str!("../../../shaders/pages.wgsl")),
-    ("params", include_str!("../../../shaders/params.wgsl")),
-    ("parts", include_str!("../../../shaders/parts.wgsl")),
-    ("picture", include_str!("../../../shaders/picture.wgsl")),
-    ("pieces", include_str!("../../../shaders/pieces.wgsl")),
-    ("kernel/column", include_str!("../../../shaders/kernel/column.wgsl")),
-    ("kernel/doubt", include_str!("../../../shaders/kernel/doubt.wgsl")),
-    ("kernel/lit", include_str!("../../../shaders/kernel/lit.wgsl")),
-    ("kernel/piece", include_str!("../../../shaders/kernel/piece.wgsl")),
-    ("kernel/plane", include_str!("../../../shaders/kernel/plane.wgsl")),
-    ("kernel/ray", include_str!("../../../shaders/kernel/ray.wgsl")),
-    ("kernel/ray/fragment", include_str!("../../../shaders/kernel/ray/fragment.wgsl")),
-    ("kernel/real", include_str!("../../../shaders/kernel/real.wgsl")),
-    ("kernel/sample", include_str!("../../../shaders/kernel/sample.wgsl")),
-    ("kernel/segment", include_str!("../../../shaders/kernel/segment.wgsl")),
-    ("kernel/shade", include_str!("../../../shaders/kernel/shade.wgsl")),
-    ("kernel/transfer", include_str!("../../../shaders/kernel/transfer.wgsl")),
-    ("kernel/walk", include_str!("../../../shaders/kernel/walk.wgsl")),
-    ("kernel/wide", include_str!("../../../shaders/kernel/wide.wgsl")),
-    ("measure/multiply", include_str!("../../../shaders/measure/multiply.wgsl")),
-    ("measure/stream", include_str!("../../../shaders/measure/stream.wgsl")),
-];
+macro_rules! sources {
+    ($($name:literal)*) => {
+        [$(($name, include_str!(concat!("../../../shaders/", $name, ".wgsl")))),*]
+    };
+}
 
-/// The source named `name` with all that it imports, for a field of one page.
+/// All files in `shaders/`: name and text.
+pub const SOURCES: [(&str, &str); 24] = sources! {
+    "gradient" "gradients" "grid" "pages" "params" "parts" "picture" "pieces" "kernel/column"
+    "kernel/roundoff" "kernel/lit" "kernel/piece" "kernel/plane" "kernel/ray" "kernel/ray/fragment"
+    "kernel/real" "kernel/sample" "kernel/segment" "kernel/shade" "kernel/transfer" "kernel/walk"
+    "kernel/wide" "measure/multiply" "measure/stream"
+};
+
+/// The shader `name` with its imports, for a field of one page.
 ///
 /// # Panics
-/// When there is no such source.
+/// If there is no such shader.
 pub fn compose(name: &str) -> String {
     compose_for(name, 1)
 }
 
-/// The source named `name` with all that it imports, for a field of `pages` pages.
+/// The shader `name` with its imports, for a field of `pages` pages.
 ///
 /// # Panics
-/// When there is no such source.
+/// If there is no such shader.
 pub fn compose_for(name: &str, pages: usize) -> String {
     expand_for(&format!("#import {name}"), pages)
 }
 
-/// `text` with all that it imports, for a field of one page.
+/// `text` with its imports, for a field of one page.
 ///
 /// # Panics
-/// When it imports what is not there.
+/// If it imports a shader that does not exist.
 pub fn expand(text: &str) -> String {
     expand_for(text, 1)
 }

@@ -1,24 +1,21 @@
-//! The host's MPI: whether it is there, and a communicator of one's own in it.
+//! A team over a communicator of the host's MPI, and checks that MPI may be called.
 
-use crate::post::Post;
+use crate::communicator::{Communicator, flag, is_finalized};
+use crate::error::{check, failed};
+use crate::queue::MessageQueue;
 use icoray::{Error, ErrorKind, Result};
 use mpi::ffi;
-use std::ffi::{c_char, c_int};
+use std::ffi::c_char;
 use std::mem::size_of;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 
-/// The ranks of a communicator, which is duplicated when this is made and freed when it is dropped. Both are collective.
+/// The ranks of a communicator, which is duplicated on creation and freed on drop. Both are collective.
 ///
-/// Where MPI has been finalised before, or a rank has left before the others, dropping leaves it alone.
+/// If MPI was finalised, or a rank has left before the others, drop does not free it.
 #[derive(Debug)]
 pub struct MpiTeam {
-    pub(crate) comm: ffi::MPI_Comm,
-    pub(crate) rank: usize,
-    pub(crate) size: usize,
-    /// Not to be freed, nor what was made of it: that is collective, and a rank has left.
-    pub(crate) is_given_up: Arc<AtomicBool>,
-    pub(crate) post: Post,
+    pub(crate) comm: Communicator,
+    pub(crate) queue: MessageQueue,
 }
 
 // SAFETY: a handle, which MPI lets any thread hold. Calls with it are made by the thread that makes calls on the host's
@@ -35,7 +32,7 @@ impl MpiTeam {
     /// this was built for.
     pub fn new(fortran_comm: i32) -> Result<Self> {
         refuse_other_mpi()?;
-        if !has(ffi::MPI_Initialized) {
+        if !flag(ffi::MPI_Initialized) {
             return Err(failed("MPI is not initialised; call MPI_Init before icoray_open".into()));
         }
         if is_finalized() {
@@ -57,25 +54,14 @@ impl MpiTeam {
         if inter != 0 {
             return Err(failed("the communicator is between two groups; expected one of one group".into()));
         }
-        let mut comm = null;
-        // SAFETY: as above; the handle is written.
-        check("MPI_Comm_dup", unsafe { ffi::MPI_Comm_dup(given, &mut comm) })?;
-        let mut team = MpiTeam { comm, rank: 0, size: 1, is_given_up: Arc::default(), post: Post::default() };
-        let (mut rank, mut size) = (0, 1);
-        // SAFETY: the communicator is ours now, so its errors may be ours too; the numbers are written.
-        unsafe {
-            check("MPI_Comm_set_errhandler", ffi::MPI_Comm_set_errhandler(comm, ffi::RSMPI_ERRORS_RETURN))?;
-            check("MPI_Comm_rank", ffi::MPI_Comm_rank(comm, &mut rank))?;
-            check("MPI_Comm_size", ffi::MPI_Comm_size(comm, &mut size))?;
-        }
-        (team.rank, team.size) = (rank as usize, size as usize);
-        Ok(team)
+        let comm = Communicator::duplicate(given, Arc::default())?;
+        Ok(MpiTeam { comm, queue: MessageQueue::default() })
     }
 }
 
-/// This process's number in MPI's world and the world's size; `None` where MPI does not run, or may not be called here.
-pub fn place_in_world() -> Option<[usize; 2]> {
-    if !has(ffi::MPI_Initialized) || is_finalized() {
+/// Rank and size of this process in MPI_COMM_WORLD; `None` if MPI is not initialised or may not be called on this thread.
+pub fn rank_in_world() -> Option<[usize; 2]> {
+    if !flag(ffi::MPI_Initialized) || is_finalized() {
         return None;
     }
     refuse_other_mpi().and_then(|()| refuse_other_thread()).ok()?;
@@ -87,28 +73,6 @@ pub fn place_in_world() -> Option<[usize; 2]> {
         check("MPI_Comm_size", ffi::MPI_Comm_size(world, &mut size)).ok()?;
     }
     Some([rank as usize, size as usize])
-}
-
-/// Whether the host has finalised MPI, after which no rank can be reached any more.
-pub(crate) fn is_finalized() -> bool {
-    has(ffi::MPI_Finalized)
-}
-
-impl Drop for MpiTeam {
-    fn drop(&mut self) {
-        if !self.is_given_up.load(Relaxed) && !is_finalized() {
-            // SAFETY: the communicator is ours, and MPI has not been finalised. Nobody is left to tell of a failure.
-            unsafe { ffi::MPI_Comm_free(&mut self.comm) };
-        }
-    }
-}
-
-/// What MPI_Initialized or MPI_Finalized says; they may be called at any time.
-fn has(ask: unsafe extern "C" fn(*mut c_int) -> c_int) -> bool {
-    let mut flag = 0;
-    // SAFETY: one of the two, each of which writes a number.
-    unsafe { ask(&mut flag) };
-    flag != 0
 }
 
 /// Handles are pointers in Open MPI and integers in MPICH and its kin: a build for one must not take the other's.
@@ -143,21 +107,4 @@ fn refuse_other_thread() -> Result<()> {
         }
     }
     Ok(())
-}
-
-pub(crate) fn failed(message: String) -> Error {
-    Error::new(ErrorKind::Mpi, message)
-}
-
-/// MPI's error as ours, with its own words.
-pub(crate) fn check(call: &str, code: c_int) -> Result<()> {
-    if code == ffi::MPI_SUCCESS as c_int {
-        return Ok(());
-    }
-    let mut text = [0u8; 1024];
-    let mut length = 0;
-    // SAFETY: longer than MPI_MAX_ERROR_STRING of either MPI; a code that is none of MPI's is an error of this call.
-    unsafe { ffi::MPI_Error_string(code, text.as_mut_ptr().cast::<c_char>(), &mut length) };
-    let text = String::from_utf8_lossy(&text[..usize::try_from(length).unwrap_or(0).min(text.len())]);
-    Err(failed(format!("{call} failed with {code}: {text}")))
 }

@@ -1,21 +1,23 @@
-//! Ranks of MPI: a communicator of the host's, over which [`icoray::ranks`] talk.
+//! MPI as transport of [`icoray::ranks`], over a communicator of the host.
 //!
-//! The host has initialised MPI, at whatever thread level, and finalises it; here MPI is only called on the thread that
-//! calls. The communicator comes as Fortran's integer, which every language can give, and is duplicated, so that no message
-//! of the host's is taken for one of these. MPI's failures become errors: on the duplicate they do not end the process.
+//! The host initialises MPI, at any thread level, and finalises it; this crate calls MPI only on the caller's thread. The
+//! communicator is given as Fortran's integer, which every language has, and duplicated, so that messages of the host are not
+//! received here. Failures of MPI become errors: on the duplicate they do not end the process.
 //!
-//! A build is for one MPI. What stands in for handles differs between Open MPI and MPICH, so a host that runs the other one
-//! is refused before any handle is touched.
+//! A build is for one MPI. Handles of Open MPI and MPICH have different types, so a host that runs the other one is refused
+//! before any handle is used.
 
-mod bytes;
+mod channel;
+mod communicator;
+mod error;
 mod exchange;
 mod host;
-mod messages;
-mod post;
+mod queue;
+mod team;
 #[cfg(test)]
 mod tests;
 mod window;
 mod world;
 
-pub use host::{MpiTeam, place_in_world};
+pub use host::{MpiTeam, rank_in_world};
 pub use world::World;

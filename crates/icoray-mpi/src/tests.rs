@@ -32,9 +32,9 @@ fn on_ranks(sizes: &[usize], test: &str, work: fn(&mut MpiTeam)) {
         }
         run.arg(std::env::current_exe().unwrap()).args([&format!("tests::{test}"), "--exact"]);
         let output = run.output().unwrap();
-        let said = [output.stdout, output.stderr].map(|said| String::from_utf8_lossy(&said).into_owned());
-        let passed = said[0].matches("1 passed").count();
-        assert!(output.status.success() && passed == *size, "{run:?}\n{}{}", said[0], said[1]);
+        let text = [output.stdout, output.stderr].map(|text| String::from_utf8_lossy(&text).into_owned());
+        let passed = text[0].matches("1 passed").count();
+        assert!(output.status.success() && passed == *size, "{run:?}\n{}{}", text[0], text[1]);
     }
 }
 
@@ -58,11 +58,15 @@ fn each_rank_has_something_for_each() {
         };
         let (rank, size) = (team.rank(), team.size());
         // Nothing at all, less than a message, whole ones, and more than MPI sends without waiting for the other side.
-        for (length, most) in [(0, 10), (3, 10), (10, 10), (11, 1), (70_001, 4096), (3_000_000, 1 << 30)] {
+        for (length, max_bytes) in [(0, 10), (3, 10), (10, 10), (11, 1), (70_001, 4096), (3_000_000, 1 << 30)]
+        {
             let mine = (0..size).map(|to| letter(length, rank, to)).collect();
-            let came = team.exchange_in_parts(mine, most).unwrap();
-            for (from, came) in came.iter().enumerate() {
-                assert!(*came == letter(length, from, rank), "{length} of {from} for {rank} by {most}");
+            let received = team.exchange_in_parts(mine, max_bytes).unwrap();
+            for (from, received) in received.iter().enumerate() {
+                assert!(
+                    *received == letter(length, from, rank),
+                    "{length} of {from} for {rank} by {max_bytes}"
+                );
             }
         }
         assert_eq!(team.exchange(vec![vec![rank as u8]; size]).unwrap().concat().len(), size);
@@ -111,16 +115,16 @@ fn lengths_may_need_more_than_32_bits() {
         let (rank, other) = (team.rank(), 1 - team.rank());
         let mut mine = vec![Vec::new(); 2];
         mine[other] = (0..lengths[other]).map(|i| (i / 1000 + rank) as u8).collect();
-        let came = team.exchange(mine).unwrap();
-        assert_eq!((came[rank].len(), came[other].len()), (0, lengths[rank]));
-        assert!(came[other].iter().enumerate().all(|(i, byte)| *byte == (i / 1000 + other) as u8));
+        let received = team.exchange(mine).unwrap();
+        assert_eq!((received[rank].len(), received[other].len()), (0, lengths[rank]));
+        assert!(received[other].iter().enumerate().all(|(i, byte)| *byte == (i / 1000 + other) as u8));
     });
 }
 
 /// Whether so many GB of memory are free. If not, skips the test.
 fn has_memory(gigabytes: u64) -> bool {
-    let told = std::fs::read_to_string("/proc/meminfo").unwrap();
-    let available = told.lines().find_map(|line| line.strip_prefix("MemAvailable:")).unwrap();
+    let meminfo = std::fs::read_to_string("/proc/meminfo").unwrap();
+    let available = meminfo.lines().find_map(|line| line.strip_prefix("MemAvailable:")).unwrap();
     let kilobytes: u64 = available.trim().trim_end_matches(" kB").parse().unwrap();
     let is_enough = kilobytes / 1_000_000 >= gigabytes;
     if !is_enough {

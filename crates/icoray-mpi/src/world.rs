@@ -1,20 +1,20 @@
-//! MPI itself, for a program that is no guest of a host that has it.
+//! Initialises MPI, for programs without a host that does.
 
 use crate::MpiTeam;
-use crate::host::failed;
+use crate::error::failed;
 use icoray::Result;
 use mpi::Threading;
 use mpi::environment::Universe;
 use mpi::ffi;
 use mpi::traits::AsRaw;
 
-/// MPI, initialised by this program and finalised when this is dropped; teams have to be dropped before.
+/// MPI, initialised by this program and finalised on drop; teams must be dropped before.
 pub struct World {
     _universe: Universe,
 }
 
 impl World {
-    /// Initialises MPI, for calls on this thread, and gives the team of all ranks that were started. Collective.
+    /// Initialises MPI, for calls on this thread, and returns the team of all ranks. Collective.
     ///
     /// # Errors
     /// [`ErrorKind::Mpi`](icoray::ErrorKind::Mpi) where MPI was initialised before; as [`MpiTeam::new`].

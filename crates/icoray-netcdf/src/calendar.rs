@@ -7,17 +7,17 @@
 const DAY_S: i64 = 86_400;
 /// The first day of the Gregorian calendar, 1582-10-15.
 const REFORM: i64 = -141_427;
-/// No model's date is farther from the epoch: a million years.
+/// Maximum distance of dates from the epoch: a million years.
 const MAX_DAYS: f64 = 366e6;
 
-/// How many days months have.
+/// Lengths of months and years.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Calendar {
+pub(crate) enum Calendar {
     /// Julian up to 1582-10-04, Gregorian from 1582-10-15: CF's `standard`.
     Mixed,
     Gregorian,
     Julian,
-    /// Every year has so many days in February.
+    /// All years have equal length.
     Equal {
         february: i64,
     },
@@ -38,12 +38,13 @@ impl Calendar {
         })
     }
 
-    fn day_of(self, [year, month, day]: [i64; 3]) -> i64 {
+    fn day_of(self, date: [i64; 3]) -> i64 {
+        let [year, month, day] = date;
         match self {
-            Calendar::Gregorian => gregorian_day(year, month, day),
-            Calendar::Julian => julian_day(year, month, day),
-            Calendar::Mixed if gregorian_day(year, month, day) >= REFORM => gregorian_day(year, month, day),
-            Calendar::Mixed => julian_day(year, month, day),
+            Calendar::Gregorian => GREGORIAN.day_of(date),
+            Calendar::Julian => JULIAN.day_of(date),
+            Calendar::Mixed if GREGORIAN.day_of(date) >= REFORM => GREGORIAN.day_of(date),
+            Calendar::Mixed => JULIAN.day_of(date),
             Calendar::Equal { february } => {
                 let months: i64 = (1..month).map(|m| days_in(m, february)).sum();
                 year * (337 + february) + months + day - 1
@@ -54,10 +55,10 @@ impl Calendar {
 
     fn date_of(self, days: i64) -> [i64; 3] {
         match self {
-            Calendar::Gregorian => gregorian_date(days),
-            Calendar::Julian => julian_date(days),
-            Calendar::Mixed if days >= REFORM => gregorian_date(days),
-            Calendar::Mixed => julian_date(days),
+            Calendar::Gregorian => GREGORIAN.date_of(days),
+            Calendar::Julian => JULIAN.date_of(days),
+            Calendar::Mixed if days >= REFORM => GREGORIAN.date_of(days),
+            Calendar::Mixed => JULIAN.date_of(days),
             Calendar::Equal { february } => {
                 let length = 337 + february;
                 let (mut month, mut day) = (1, days.rem_euclid(length));
@@ -83,50 +84,47 @@ fn days_in(month: i64, february: i64) -> i64 {
     }
 }
 
-/// Years that begin in March, months from it: leap days are a year's last then.
-fn from_march(year: i64, month: i64, day: i64) -> (i64, i64) {
-    let year = if month <= 2 { year - 1 } else { year };
-    (year, (153 * ((month + 9) % 12) + 2) / 5 + day - 1)
+/// Leap years that recur in cycles of `years` with `days`, of which the first begins `epoch` days before 1970-01-01.
+struct Cycle {
+    years: i64,
+    days: i64,
+    epoch: i64,
 }
 
-fn from_january(year: i64, day_of_year: i64) -> [i64; 3] {
-    let month = (5 * day_of_year + 2) / 153;
-    let day = day_of_year - (153 * month + 2) / 5 + 1;
-    let month = if month < 10 { month + 3 } else { month - 9 };
-    [if month <= 2 { year + 1 } else { year }, month, day]
+const GREGORIAN: Cycle = Cycle { years: 400, days: 146_097, epoch: 719_468 };
+const JULIAN: Cycle = Cycle { years: 4, days: 1461, epoch: 719_470 };
+
+/// Days of the first `years` of a cycle; a Julian cycle has no centuries.
+fn days_of(years: i64) -> i64 {
+    365 * years + years / 4 - years / 100
 }
 
-fn gregorian_day(year: i64, month: i64, day: i64) -> i64 {
-    let (year, day_of_year) = from_march(year, month, day);
-    let (era, year) = (year.div_euclid(400), year.rem_euclid(400));
-    era * 146_097 + year * 365 + year / 4 - year / 100 + day_of_year - 719_468
+/// Years begin in March, so that leap days are the last of a year.
+impl Cycle {
+    fn day_of(&self, [year, month, day]: [i64; 3]) -> i64 {
+        let year = if month <= 2 { year - 1 } else { year };
+        let day_of_year = (153 * ((month + 9) % 12) + 2) / 5 + day - 1;
+        let (cycle, year) = (year.div_euclid(self.years), year.rem_euclid(self.years));
+        cycle * self.days + days_of(year) + day_of_year - self.epoch
+    }
+
+    fn date_of(&self, days: i64) -> [i64; 3] {
+        let days = days + self.epoch;
+        let (cycle, day) = (days.div_euclid(self.days), days.rem_euclid(self.days));
+        let year = (day - day / 1460 + day / 36_524 - day / 146_096) / 365;
+        let day_of_year = day - days_of(year);
+        let month = (5 * day_of_year + 2) / 153;
+        let day = day_of_year - (153 * month + 2) / 5 + 1;
+        let (year, month) = (year + cycle * self.years, if month < 10 { month + 3 } else { month - 9 });
+        [if month <= 2 { year + 1 } else { year }, month, day]
+    }
 }
 
-fn gregorian_date(days: i64) -> [i64; 3] {
-    let days = days + 719_468;
-    let (era, day) = (days.div_euclid(146_097), days.rem_euclid(146_097));
-    let year = (day - day / 1460 + day / 36_524 - day / 146_096) / 365;
-    from_january(year + era * 400, day - (365 * year + year / 4 - year / 100))
-}
-
-fn julian_day(year: i64, month: i64, day: i64) -> i64 {
-    let (year, day_of_year) = from_march(year, month, day);
-    let (era, year) = (year.div_euclid(4), year.rem_euclid(4));
-    era * 1461 + year * 365 + day_of_year - 719_470
-}
-
-fn julian_date(days: i64) -> [i64; 3] {
-    let days = days + 719_470;
-    let (era, day) = (days.div_euclid(1461), days.rem_euclid(1461));
-    let year = (day - day / 1460) / 365;
-    from_january(year + era * 4, day - 365 * year)
-}
-
-/// What the numbers of a time variable mean.
+/// Meaning of the numbers of a time variable.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum Clock {
-    /// So many units since a date.
-    Since { calendar: &'static str, unit_s: f64, epoch_s: i64 },
+    /// Units since a date.
+    Since { calendar: Calendar, unit_s: f64, epoch_s: i64 },
     /// `day as %Y%m%d.%f`: digits of the date, and the day's fraction, as the CDO write them.
     Digits,
 }
@@ -138,7 +136,7 @@ impl Clock {
         if units.trim() == "day as %Y%m%d.%f" {
             return Some(Clock::Digits);
         }
-        let name = NAMES.iter().find(|name| name.eq_ignore_ascii_case(calendar.unwrap_or("standard")))?;
+        let calendar = Calendar::named(calendar.unwrap_or("standard"))?;
         let (unit, since) = units.split_once(" since ")?;
         let unit_s = match unit.trim().to_ascii_lowercase().as_str() {
             "days" | "day" | "d" => 86_400.0,
@@ -148,12 +146,12 @@ impl Clock {
             _ => return None,
         };
         let [year, month, day, hour, minute, second] = date_and_time(since)?;
-        let days = Calendar::named(name)?.day_of([year, month, day]);
+        let days = calendar.day_of([year, month, day]);
         let epoch_s = days * DAY_S + hour * 3600 + minute * 60 + second;
-        Some(Clock::Since { calendar: name, unit_s, epoch_s })
+        Some(Clock::Since { calendar, unit_s, epoch_s })
     }
 
-    /// The date that `number` stands for, `YYYY-MM-DD_hh:mm:ss` as MPAS writes it; `None` where it stands for none.
+    /// The date of `number` as `YYYY-MM-DD_hh:mm:ss`; `None` if it is not a date.
     pub(crate) fn date(&self, number: f64) -> Option<String> {
         let (date, second) = match self {
             Clock::Digits => {
@@ -167,7 +165,7 @@ impl Clock {
                 let seconds = number * unit_s;
                 let is_near = seconds.abs() <= MAX_DAYS * DAY_S as f64;
                 let seconds = is_near.then(|| seconds.round() as i64 + epoch_s)?;
-                let date = Calendar::named(calendar)?.date_of(seconds.div_euclid(DAY_S));
+                let date = calendar.date_of(seconds.div_euclid(DAY_S));
                 (date, seconds.rem_euclid(DAY_S))
             }
         };
@@ -188,19 +186,6 @@ pub(crate) fn seconds_of(date: &str, calendar: &str) -> Option<f64> {
     let days = Calendar::named(calendar)?.day_of([year, month, day]);
     Some((days * DAY_S + hour * 3600 + minute * 60 + second) as f64)
 }
-
-/// The calendars' names.
-const NAMES: [&str; 9] = [
-    "standard",
-    "gregorian",
-    "proleptic_gregorian",
-    "julian",
-    "noleap",
-    "365_day",
-    "all_leap",
-    "366_day",
-    "360_day",
-];
 
 /// Year to second of `1979-01-01 06:00:00.0 UTC` and its like; a zone other than UTC is not understood.
 fn date_and_time(text: &str) -> Option<[i64; 6]> {
@@ -254,7 +239,8 @@ mod tests {
 
     #[test]
     fn days_and_dates_are_inverse_in_every_calendar() {
-        for calendar in NAMES.map(|name| Calendar::named(name).unwrap()) {
+        for name in ["standard", "proleptic_gregorian", "julian", "noleap", "all_leap", "360_day"] {
+            let calendar = Calendar::named(name).unwrap();
             let mut last = calendar.date_of(-800_001);
             for days in -800_000..800_000 {
                 let date = calendar.date_of(days);

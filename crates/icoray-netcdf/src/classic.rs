@@ -21,13 +21,13 @@ const ATTRIBUTES: u32 = 12;
 /// Where the variables of a classic file lie.
 #[derive(Debug)]
 pub(crate) struct ClassicLayout {
-    variables: HashMap<String, Place>,
+    variables: HashMap<String, Extent>,
     record_bytes: u64,
 }
 
 /// The bytes of one variable, or of its first record.
 #[derive(Debug)]
-struct Place {
+struct Extent {
     begin: u64,
     bytes: u64,
     is_record: bool,
@@ -100,7 +100,7 @@ impl Header {
                 records.push(bytes);
                 record_bytes = record_bytes.saturating_add(padded(bytes));
             }
-            variables.insert(name, Place { begin, bytes, is_record });
+            variables.insert(name, Extent { begin, bytes, is_record });
         }
         // A lone record variable is packed without padding.
         if let [only] = records[..] {

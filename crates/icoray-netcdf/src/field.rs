@@ -1,48 +1,27 @@
 //! The fields of a file: over columns and layers, or 2D ones over columns alone.
 
 use crate::mesh::{Convention, Mesh};
-use crate::reals::OwnedReals;
-use crate::sea::Sea;
-use crate::source::{Dimension, Kind, Source, Variable};
-use crate::times::is_time;
-use icoray::{Description, Error, ErrorKind, Field, Location, Reals, Result, Shape};
+use crate::nc_file::{Dimension, Kind, NcFile, Variable};
+use crate::reals::ChangeReals;
+use icoray::{Description, Error, ErrorKind, Field, Location, OwnedReals, Reals, Result, Shape};
 use std::fmt;
 use std::ops::Range;
 
-/// What the NetCDF library leaves where nothing was written (`NC_FILL_FLOAT` and `NC_FILL_DOUBLE`, the same number).
+/// NetCDF's default fill value (`NC_FILL_FLOAT` and `NC_FILL_DOUBLE`, the same number).
 const UNWRITTEN: f64 = 9.969_209_968_386_869e36;
 
-/// Layers of the shell that shows a 2D field, which has the same value on all of them.
+/// Layers of the shell of a 2D field, which has equal values on them.
 const SHELL_LAYERS: usize = 2;
 
-/// The positions of a mesh, which are no fields: names in MPAS's and ICON's files.
-const POSITIONS: [&str; 20] = [
-    "lonCell",
-    "latCell",
-    "xCell",
-    "yCell",
-    "zCell",
-    "lonVertex",
-    "latVertex",
-    "xVertex",
-    "yVertex",
-    "zVertex",
-    "clon",
-    "clat",
-    "vlon",
-    "vlat",
-    "lon",
-    "lat",
-    "lon_cell_centre",
-    "lat_cell_centre",
-    "longitude_vertices",
-    "latitude_vertices",
-];
+/// Positions of the mesh in files of MPAS and ICON, which are no fields; with blanks between.
+const POSITIONS: &str = "\
+    lonCell latCell xCell yCell zCell lonVertex latVertex xVertex yVertex zVertex clon clat vlon vlat lon lat \
+    lon_cell_centre lat_cell_centre longitude_vertices latitude_vertices";
 
 /// Dimensions of ICON's tables: points, edges and neighbours of a triangle or a point, ends of an interval.
 const OF_TABLES: [&str; 8] = ["nv", "ne", "nc", "no", "nvertex", "vertices", "bnds", "nb2"];
 
-/// How a variable's values are stored, and kept in memory.
+/// Precision of a variable in the file and in memory.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Precision {
     /// Single precision, 4 bytes (NetCDF `float`).
@@ -95,15 +74,10 @@ pub struct FieldInfo {
 
 impl FieldInfo {
     /// Describes `variable`, `None` when it is not a field on the mesh.
-    pub(crate) fn of(source: &Source, variable: &Variable, mesh: &Mesh) -> Result<Option<Self>> {
-        let (time_dependent, dimensions) = match variable.dimensions.as_slice() {
-            [time, rest @ ..] if is_time(&time.name) => (true, rest),
-            all => (false, all),
-        };
-        let Some(axes) = Axes::of(mesh, dimensions).filter(|_| !POSITIONS.contains(&variable.name.as_str()))
-        else {
-            return Ok(None);
-        };
+    pub(crate) fn of(source: &NcFile, variable: &Variable, mesh: &Mesh) -> Result<Option<Self>> {
+        let dimensions = variable.after_time();
+        let is_position = POSITIONS.split(' ').any(|name| name == variable.name);
+        let Some(axes) = Axes::of(mesh, dimensions).filter(|_| !is_position) else { return Ok(None) };
         let precision = match variable.kind {
             Kind::F32 => Precision::F32,
             Kind::F64 => Precision::F64,
@@ -116,7 +90,7 @@ impl FieldInfo {
             columns: axes.column.len,
             layers: axes.layer.map_or(1, |layer| layer.len),
             precision,
-            time_dependent,
+            time_dependent: dimensions.len() < variable.dimensions.len(),
             description: Description {
                 long_name: source.text_of(&variable.name, "long_name")?,
                 units: source.text_of(&variable.name, "units")?,
@@ -155,7 +129,7 @@ impl FieldInfo {
     }
 }
 
-/// The dimensions of a field behind that of time.
+/// The dimensions of a field after time.
 struct Axes<'a> {
     location: Location,
     column: &'a Dimension,
@@ -179,7 +153,7 @@ impl<'a> Axes<'a> {
         let is_layer = |layer: &Dimension| match mesh.convention() {
             Convention::Mpas => layer.name.starts_with("nVertLevels"),
             Convention::Icon | Convention::Cf => {
-                !is_time(&layer.name) && !OF_TABLES.contains(&layer.name.as_str())
+                !layer.is_time() && !OF_TABLES.contains(&layer.name.as_str())
             }
         };
         let is_layered = layer.is_none_or(|layer| layer.len > 0 && is_layer(layer));
@@ -188,15 +162,14 @@ impl<'a> Axes<'a> {
 }
 
 /// Factor and offset of values that are stored packed, as CF conventions 1.11, §8.1, have them.
-fn packing(source: &Source, name: &str) -> Result<Option<[f64; 2]>> {
+fn packing(source: &NcFile, name: &str) -> Result<Option<[f64; 2]>> {
     let first = |attribute: &str| Ok(source.numbers_of(name, attribute)?.first().copied());
     let (scale, offset) = (first("scale_factor")?, first("add_offset")?);
     let is_packed = scale.is_some() || offset.is_some();
     Ok(is_packed.then(|| [scale.unwrap_or(1.0), offset.unwrap_or(0.0)]))
 }
 
-/// Where a dimension's values live on the mesh: by its name in MPAS's files, by its length in ICON's, whose dimensions bear
-/// several names.
+/// Location of a dimension on the mesh: by name in MPAS's files, by length in ICON's, whose dimensions have various names.
 fn location(mesh: &Mesh, dimension: &Dimension) -> Option<Location> {
     match (mesh.convention(), dimension.name.as_str()) {
         (Convention::Mpas, "nCells") => Some(Location::Center),
@@ -207,7 +180,7 @@ fn location(mesh: &Mesh, dimension: &Dimension) -> Option<Location> {
     }
 }
 
-/// Where `layers` of record `time` begin in the variable, and how many entries there are along each dimension.
+/// Start and count of `layers` of record `time` along each dimension of the variable.
 fn block(info: &FieldInfo, time: usize, layers: Range<usize>) -> (Vec<usize>, Vec<usize>) {
     let (mut start, mut count) = (vec![0], vec![info.columns]);
     if !info.layer_dimension.is_empty() {
@@ -232,7 +205,7 @@ struct Valid {
 }
 
 impl Valid {
-    fn of(source: &Source, variable: &Variable) -> Result<Self> {
+    fn of(source: &NcFile, variable: &Variable) -> Result<Self> {
         let name = &variable.name;
         let (mut ends, mut is_real) = ([f64::NEG_INFINITY, f64::INFINITY], false);
         for (attribute, which) in [("valid_range", [0, 1]), ("valid_min", [0, 0]), ("valid_max", [1, 1])] {
@@ -246,9 +219,10 @@ impl Valid {
     }
 
     /// Puts NaN for what lies outside, where `applies`.
-    fn void_outside(&self, values: &mut OwnedReals, applies: bool) {
+    fn mask_outside(&self, values: &mut OwnedReals, applies: bool) {
         if applies && self.ends != [f64::NEG_INFINITY, f64::INFINITY] {
-            values.void_outside(self.ends.map(|end| values.rounded(end)));
+            let [low, high] = self.ends.map(|end| values.rounded(end));
+            values.mask(|value| value < low || value > high);
         }
     }
 }
@@ -257,20 +231,14 @@ impl Valid {
 #[derive(Debug, Clone)]
 pub struct OwnedField {
     info: FieldInfo,
-    shape: Shape,
-    values: OwnedReals,
+    pub(crate) shape: Shape,
+    pub(crate) values: OwnedReals,
     fill: f64,
 }
 
 impl OwnedField {
     /// Reads `layers` of record `time` of the variable that `info` describes; of a 2D field its values, for as many layers.
-    pub(crate) fn read(
-        source: &Source,
-        info: &FieldInfo,
-        time: usize,
-        layers: Range<usize>,
-        sea: Option<&Sea>,
-    ) -> Result<Self> {
+    pub(crate) fn read(source: &NcFile, info: &FieldInfo, time: usize, layers: Range<usize>) -> Result<Self> {
         let name = &info.name;
         let variable = source
             .variable(name)
@@ -284,26 +252,21 @@ impl OwnedField {
         let mut fill = values.rounded(marks[0]);
         // A field has one mark; further ones become NaN, which is missing as well.
         marks.extend(source.numbers_of(name, "missing_value")?);
-        for mark in marks
-            .into_iter()
-            .map(|mark| values.rounded(mark))
-            .filter(|mark| *mark != fill)
-            .collect::<Vec<_>>()
-        {
-            values.void(mark);
+        for mark in marks {
+            let mark = values.rounded(mark);
+            if mark != fill {
+                values.mask(|value| value == mark);
+            }
         }
         let valid = Valid::of(source, variable)?;
-        valid.void_outside(&mut values, valid.is_of_stored);
+        valid.mask_outside(&mut values, valid.is_of_stored);
         if let Some([scale, offset]) = packing(source, name)? {
-            values.void(fill);
+            values.mask(|value| value == fill);
             values.each(|value| scale * value + offset);
-            valid.void_outside(&mut values, !valid.is_of_stored);
+            valid.mask_outside(&mut values, !valid.is_of_stored);
             fill = f64::NAN;
         }
         let shape = info.shape(layers.len());
-        if let Some(sea) = sea {
-            sea.void_dry(info, &shape, layers, &mut values);
-        }
         Ok(OwnedField { info: FieldInfo { layers: shape.layers, ..info.clone() }, shape, values, fill })
     }
 

@@ -1,12 +1,12 @@
 //! An open file, with what it lacks in others.
 
-use crate::choice;
 use crate::field::{FieldInfo, OwnedField};
 use crate::heights::LayerHeights;
 use crate::heights::native::{self, NativeHeights, NativeInfo};
-use crate::mesh::{Convention, Mesh};
+use crate::likely_fields::likely_fields;
+use crate::mesh::{self, Convention, Mesh};
+use crate::nc_files::NcFiles;
 use crate::sea::Sea;
-use crate::sources::Sources;
 use crate::times;
 use icoray::{ErrorKind, Grid, Layers, Result};
 use std::ops::Range;
@@ -36,7 +36,7 @@ const ICON_RADIUS_M: f64 = 6_371_229.0;
 /// ```
 #[derive(Debug)]
 pub struct ModelFile {
-    sources: Sources,
+    sources: NcFiles,
     mesh: Mesh,
     sphere_radius_m: f64,
     times: Vec<Option<String>>,
@@ -64,8 +64,8 @@ impl ModelFile {
     /// # Errors
     /// As [`ModelFile::open`]; also [`ErrorKind::Grid`] when a file is of another mesh, of more or fewer cells.
     pub fn open_with(path: impl AsRef<Path>, others: &[impl AsRef<Path>]) -> Result<Self> {
-        let sources = Sources::open(path.as_ref(), others)?;
-        let mesh = Mesh::read(&sources)?;
+        let sources = NcFiles::open(path.as_ref(), others)?;
+        let mesh = mesh::read(&sources)?;
         expect_one_mesh(&sources, &mesh)?;
         let sphere_radius_m = radius(&sources, mesh.convention())?;
         let source = sources.fields();
@@ -118,7 +118,7 @@ impl ModelFile {
     /// order, then others with layers, then 2D fields in the same way. Heights, thicknesses, base states, weights of the
     /// vertical grid, and areas and qualities of the mesh are left out.
     pub fn likely_fields(&self) -> Vec<&FieldInfo> {
-        choice::likely(&self.fields)
+        likely_fields(&self.fields)
     }
 
     /// What is known of the field `name`.
@@ -189,7 +189,12 @@ impl ModelFile {
         if layers.is_empty() || layers.end > info.layers && !info.is_2d() {
             return Err(bad(format!("layers {layers:?}, expected some of 0..{}", info.layers)));
         }
-        OwnedField::read(self.sources.fields(), info, time, layers, self.sea()?)
+        let sea = self.sea()?;
+        let mut field = OwnedField::read(self.sources.fields(), info, time, layers.clone())?;
+        if let Some(sea) = sea {
+            sea.mask_dry(info, layers, &mut field);
+        }
+        Ok(field)
     }
 
     /// Reads the heights on which a field's layers lie, and how far terrain bends them.
@@ -242,7 +247,7 @@ impl ModelFile {
         NativeHeights::read(&self.sources, (&self.mesh, grid), info, self.sea()?.and_then(Sea::floor), time)
     }
 
-    /// What is water, read once.
+    /// The water mask, read once.
     fn sea(&self) -> Result<Option<&Sea>> {
         if let Some(known) = self.sea.get() {
             return Ok(known.as_ref());
@@ -252,8 +257,8 @@ impl ModelFile {
     }
 }
 
-/// All files are of the mesh that was read.
-fn expect_one_mesh(sources: &Sources, mesh: &Mesh) -> Result<()> {
+/// Checks that all files are of the mesh that was read.
+fn expect_one_mesh(sources: &NcFiles, mesh: &Mesh) -> Result<()> {
     let dimensions: &[(&str, usize)] = match mesh.convention() {
         Convention::Mpas => &[("nCells", mesh.cells()), ("nVertices", mesh.corners())],
         Convention::Icon => &[("ncells", mesh.corners()), ("cell", mesh.corners())],
@@ -273,7 +278,7 @@ fn expect_one_mesh(sources: &Sources, mesh: &Mesh) -> Result<()> {
     Ok(())
 }
 
-fn radius(sources: &Sources, convention: Convention) -> Result<f64> {
+fn radius(sources: &NcFiles, convention: Convention) -> Result<f64> {
     match (sources.number("sphere_radius")?, convention) {
         (Some(r), _) if r.is_finite() && r > 0.0 => Ok(r),
         (Some(r), _) => {

@@ -1,15 +1,13 @@
-//! Where the ocean is: below the sea floor, and above ice shelves, MPAS-Ocean's arrays hold what is no water.
+//! The water of MPAS-Ocean: arrays also hold values below the sea floor and above ice shelves.
 
 use crate::field::FieldInfo;
 use crate::mesh::Mesh;
-use crate::reals::OwnedReals;
-use crate::sea::void;
-use crate::source::{Kind, Source};
-use crate::sources::Sources;
-use icoray::{ErrorKind, Location, Result, Shape};
+use crate::nc_file::{Kind, NcFile};
+use crate::nc_files::NcFiles;
+use icoray::{ErrorKind, Location, Result};
 use std::ops::Range;
 
-/// Which layers of each column are water, counted from 0.
+/// The layers of each column that are water, counted from 0.
 #[derive(Debug)]
 pub(crate) struct Floor {
     cells: Vec<Range<usize>>,
@@ -19,8 +17,8 @@ pub(crate) struct Floor {
 }
 
 impl Floor {
-    /// Reads `maxLevelCell`, and `minLevelCell` where it is there; `None` where there is no sea floor.
-    pub(crate) fn read(sources: &Sources, mesh: &Mesh) -> Result<Option<Self>> {
+    /// Reads `maxLevelCell` and, if present, `minLevelCell`; `None` if there is no sea floor.
+    pub(crate) fn read(sources: &NcFiles, mesh: &Mesh) -> Result<Option<Self>> {
         let Some(last) = levels(sources, mesh, "maxLevelCell")? else {
             return Ok(None);
         };
@@ -37,42 +35,27 @@ impl Floor {
         Ok(Some(Floor { cells, corners }))
     }
 
-    /// Those of the first `layers` of a cell that are water.
+    /// The layers of a cell that are water, of the first `layers`.
     pub(crate) fn water(&self, cell: usize, layers: usize) -> Range<usize> {
         let Range { start, end } = self.cells[cell];
         start.min(layers)..end.min(layers)
     }
 
-    /// Makes NaN of what is no water in `values`, which hold `layers` of the field.
-    pub(crate) fn void_dry(
-        &self,
-        info: &FieldInfo,
-        shape: &Shape,
-        layers: Range<usize>,
-        values: &mut OwnedReals,
-    ) {
-        // Interfaces are one more than layers.
-        let interface = usize::from(info.layer_dimension == "nVertLevelsP1");
-        let columns = match info.location {
-            Location::Center => &self.cells,
-            Location::Corner => &self.corners,
+    /// Whether a field's layer is not water.
+    pub(crate) fn is_dry(&self, info: &FieldInfo, column: usize, layer: usize) -> bool {
+        let water = match info.location {
+            Location::Center => &self.cells[column],
+            Location::Corner => &self.corners[column],
         };
-        for (column, water) in columns.iter().enumerate() {
-            let wet = match water.is_empty() {
-                true => 0..0,
-                // A 2D field lies on the water, beneath ice shelves too.
-                false if info.is_2d() => 0..1,
-                false => water.start..water.end + interface,
-            };
-            for (place, _) in layers.clone().enumerate().filter(|(_, layer)| !wet.contains(layer)) {
-                void(shape, column, place, values);
-            }
-        }
+        // Interfaces are one more than layers. A 2D field lies on the water, beneath ice shelves too.
+        let interface = usize::from(info.layer_dimension == "nVertLevelsP1");
+        let wet = if info.is_2d() { 0..1 } else { water.start..water.end + interface };
+        water.is_empty() || !wet.contains(&layer)
     }
 }
 
-/// A number of a level for each cell, from 0 (none) to all.
-fn levels(sources: &Sources, mesh: &Mesh, name: &str) -> Result<Option<Vec<usize>>> {
+/// A level number for each cell, from 0 (none).
+fn levels(sources: &NcFiles, mesh: &Mesh, name: &str) -> Result<Option<Vec<usize>>> {
     let Some((source, variable)) = sources.find(name) else {
         return Ok(None);
     };
@@ -80,23 +63,23 @@ fn levels(sources: &Sources, mesh: &Mesh, name: &str) -> Result<Option<Vec<usize
         let context = format!("variable {variable}, expected {name}(nCells) of integer");
         return Err(source.error(ErrorKind::Field, context));
     }
-    let most = most_levels(sources)?;
+    let max = most_levels(sources)?;
     let numbers = source.all_integers(variable)?;
     if numbers.len() != mesh.cells() {
         let context = format!("variable {variable}, expected {} cells as in the mesh", mesh.cells());
         return Err(source.error(ErrorKind::Field, context));
     }
     let checked = numbers.iter().enumerate().map(|(cell, &number)| {
-        usize::try_from(number).ok().filter(|&level| level <= most).ok_or_else(|| {
-            let context = format!("{name} of cell {} is {number}, expected 0 to {most}", cell + 1);
+        usize::try_from(number).ok().filter(|&level| level <= max).ok_or_else(|| {
+            let context = format!("{name} of cell {} is {number}, expected 0 to {max}", cell + 1);
             source.error(ErrorKind::Field, context)
         })
     });
     checked.collect::<Result<_>>().map(Some)
 }
 
-fn most_levels(sources: &Sources) -> Result<usize> {
-    let known = |source: &Source| source.dimension_len("nVertLevels");
+fn most_levels(sources: &NcFiles) -> Result<usize> {
+    let known = |source: &NcFile| source.dimension_len("nVertLevels");
     for source in sources.all() {
         if let Some(levels) = known(source)? {
             return Ok(levels);

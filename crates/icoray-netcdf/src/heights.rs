@@ -7,14 +7,14 @@ mod thickness;
 
 use crate::field::FieldInfo;
 use crate::mesh::{Convention, Mesh};
-use crate::source::{Kind, Source, Variable};
-use crate::sources::Sources;
+use crate::nc_file::{NcFile, Variable};
+use crate::nc_files::NcFiles;
 use icoray::{ErrorKind, Layers, Result};
 
 /// ICON's variables of heights over columns: of interfaces, then of full levels.
 const ICON_COLUMNS: [&str; 7] = ["z_ifc", "zghalf", "HHL", "z_mc", "zg", "zfull", "geometric_height"];
 
-/// Thickness of the shell that shows a 2D field, in radii of the sphere.
+/// Thickness of the shell of a 2D field, in radii of the sphere.
 const SHELL: f64 = 1e-3;
 
 /// Where a field's layers lie.
@@ -38,19 +38,26 @@ pub struct LayerHeights {
     pub layers: Layers,
 }
 
-/// Heights as found, before they are radii.
-struct Found<'a> {
-    source: &'a Source,
+/// Heights of a variable, before they become radii.
+struct ReadHeights<'a> {
+    source: &'a NcFile,
     variable: &'a Variable,
     is_of_pressure: bool,
     height_m: Vec<f64>,
     deviation_m: Option<f64>,
 }
 
+impl<'a> ReadHeights<'a> {
+    /// Heights in metres, of a variable that gives no pressures.
+    fn new((source, variable): (&'a NcFile, &'a Variable), (height_m, deviation_m): columns::Means) -> Self {
+        ReadHeights { source, variable, is_of_pressure: false, height_m, deviation_m }
+    }
+}
+
 impl LayerHeights {
     /// Finds and reads the heights of a field's layers.
     pub(crate) fn read(
-        sources: &Sources,
+        sources: &NcFiles,
         mesh: &Mesh,
         info: &FieldInfo,
         sphere_radius_m: f64,
@@ -75,53 +82,33 @@ impl LayerHeights {
         }
         let layers = Layers::from_heights(&height_m, sphere_radius_m)
             .map_err(|e| e.within(name).within(source.path().display()))?;
-        Ok(LayerHeights {
-            variable: name.clone(),
-            is_of_pressure: found.is_of_pressure,
-            height_m,
-            deviation_m: found.deviation_m,
-            layers,
-        })
+        let (variable, is_of_pressure, deviation_m) = (name.clone(), found.is_of_pressure, found.deviation_m);
+        Ok(LayerHeights { variable, is_of_pressure, height_m, deviation_m, layers })
     }
 
-    /// Of a 2D field.
+    /// The shell of a 2D field.
     fn of_shell(sphere_radius_m: f64) -> Result<Self> {
         let height_m = vec![0.0, SHELL * sphere_radius_m];
         let layers = Layers::from_heights(&height_m, sphere_radius_m)?;
-        Ok(LayerHeights {
-            variable: "sphere".into(),
-            is_of_pressure: false,
-            height_m,
-            deviation_m: None,
-            layers,
-        })
+        let variable = "sphere".into();
+        Ok(LayerHeights { variable, is_of_pressure: false, height_m, deviation_m: None, layers })
     }
 }
 
 /// Interfaces of MPAS-Atmosphere, or of MPAS-Ocean: from the depths that all columns share, or else from thicknesses.
-fn of_mpas(sources: &Sources) -> Result<Found<'_>> {
+fn of_mpas(sources: &NcFiles) -> Result<ReadHeights<'_>> {
     if let Some((source, variable)) = sources.find("zgrid") {
         expect(source, variable, &["nCells", "nVertLevelsP1"])?;
-        let (height_m, deviation_m) = columns::mean(source, variable, true)?;
-        return Ok(Found {
-            source,
-            variable,
-            is_of_pressure: false,
-            height_m,
-            deviation_m: Some(deviation_m),
-        });
+        return Ok(ReadHeights::new((source, variable), columns::mean(source, variable, true)?));
     }
     if let Some((source, variable)) = sources.find("refBottomDepth") {
         expect(source, variable, &["nVertLevels"])?;
         let bottom = source.all_numbers(variable)?;
         let height_m = std::iter::once(0.0).chain(bottom.iter().map(|depth| -depth)).collect();
-        return Ok(Found { source, variable, is_of_pressure: false, height_m, deviation_m: None });
+        return Ok(ReadHeights::new((source, variable), (height_m, None)));
     }
-    if let Some((source, variable)) =
-        thickness::NAMES.iter().find_map(|name| sources.find(name).filter(|(_, v)| thickness::fits(v)))
-    {
-        let (height_m, deviation_m) = thickness::interfaces(sources, source, variable)?;
-        return Ok(Found { source, variable, is_of_pressure: false, height_m, deviation_m });
+    if let Some(found) = thickness::of_any_time(sources) {
+        return Ok(ReadHeights::new(found, thickness::interfaces(sources, found)?));
     }
     Err(sources.error(
         ErrorKind::Layers,
@@ -131,18 +118,12 @@ fn of_mpas(sources: &Sources) -> Result<Found<'_>> {
 }
 
 /// Heights of ICON's layers: of a coordinate in metres or pascals, or of a variable with the heights of columns.
-fn of_icon<'a>(sources: &'a Sources, mesh: &Mesh, info: &FieldInfo) -> Result<Found<'a>> {
-    let dimension = &info.layer_dimension;
-    for source in sources.all() {
-        let Some(variable) = source.variable(dimension) else { continue };
-        if let Some((height_m, is_of_pressure)) = axis::heights(source, variable, info.layers)? {
-            return Ok(Found { source, variable, is_of_pressure, height_m, deviation_m: Some(0.0) });
-        }
+fn of_icon<'a>(sources: &'a NcFiles, mesh: &Mesh, info: &FieldInfo) -> Result<ReadHeights<'a>> {
+    if let Some(found) = of_axis(sources, info)? {
+        return Ok(found);
     }
     if let Some((source, variable)) = icon_columns(sources, mesh, info) {
-        let (height_m, deviation_m) = columns::mean(source, variable, false)?;
-        let deviation_m = Some(deviation_m);
-        return Ok(Found { source, variable, is_of_pressure: false, height_m, deviation_m });
+        return Ok(ReadHeights::new((source, variable), columns::mean(source, variable, false)?));
     }
     Err(sources.error(
         ErrorKind::Layers,
@@ -155,32 +136,44 @@ fn of_icon<'a>(sources: &'a Sources, mesh: &Mesh, info: &FieldInfo) -> Result<Fo
             info.layers,
             info.layers + 1,
             columns_of(mesh),
+            dimension = info.layer_dimension,
         ),
     ))
 }
 
-/// How many columns have heights of their own: ICON's triangles, other models' cells.
+/// Heights of the coordinate of a field's layers, which all columns share; `None` where no file has one.
+fn of_axis<'a>(sources: &'a NcFiles, info: &FieldInfo) -> Result<Option<ReadHeights<'a>>> {
+    for source in sources.all() {
+        let Some(variable) = source.variable(&info.layer_dimension) else { continue };
+        if let Some((height_m, is_of_pressure)) = axis::heights(source, variable, info.layers)? {
+            let deviation_m = Some(0.0);
+            return Ok(Some(ReadHeights { source, variable, is_of_pressure, height_m, deviation_m }));
+        }
+    }
+    Ok(None)
+}
+
+/// Number of columns with heights: ICON's triangles, other models' cells.
 fn columns_of(mesh: &Mesh) -> usize {
     if mesh.convention() == Convention::Icon { mesh.corners() } else { mesh.cells() }
 }
 
 /// The variable with the heights of a field's layers over ICON's columns, or of its interfaces.
 fn icon_columns<'a>(
-    sources: &'a Sources,
+    sources: &'a NcFiles,
     mesh: &Mesh,
     info: &FieldInfo,
-) -> Option<(&'a Source, &'a Variable)> {
+) -> Option<(&'a NcFile, &'a Variable)> {
     let fits = |variable: &Variable| {
         let [.., layers, cells] = variable.dimensions.as_slice() else { return false };
-        let is_real = matches!(variable.kind, Kind::F32 | Kind::F64);
         let is_theirs = layers.len == info.layers || layers.len == info.layers + 1;
-        is_real && is_theirs && cells.len == columns_of(mesh)
+        variable.kind.is_real() && is_theirs && cells.len == columns_of(mesh)
     };
     ICON_COLUMNS.iter().filter_map(|name| sources.find(name)).find(|(_, variable)| fits(variable))
 }
 
-fn expect(source: &Source, variable: &Variable, dimensions: &[&str]) -> Result<()> {
-    if variable.lies_over(dimensions) && matches!(variable.kind, Kind::F32 | Kind::F64) {
+fn expect(source: &NcFile, variable: &Variable, dimensions: &[&str]) -> Result<()> {
+    if variable.lies_over(dimensions) && variable.kind.is_real() {
         return Ok(());
     }
     Err(source.error(

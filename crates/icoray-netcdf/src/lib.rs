@@ -24,18 +24,18 @@
 //! ```
 
 mod calendar;
-mod choice;
 mod classic;
 mod field;
 mod file;
 mod floor;
+mod hdf5_errors;
 mod heights;
+mod likely_fields;
 mod mesh;
-mod quiet;
+mod nc_file;
+mod nc_files;
 mod reals;
 mod sea;
-mod source;
-mod sources;
 mod standard_atmosphere;
 mod times;
 

@@ -1,12 +1,11 @@
-//! Which values of an ocean model are water: the others hold what is none.
+//! Masks values of ocean models that are not water.
 
-use crate::field::FieldInfo;
+use crate::field::{FieldInfo, OwnedField};
 use crate::floor::Floor;
 use crate::mesh::{Convention, Mesh};
-use crate::reals::OwnedReals;
-use crate::source::Kind;
-use crate::sources::Sources;
-use icoray::{ErrorKind, Location, Result, Shape};
+use crate::nc_files::NcFiles;
+use crate::reals::ChangeReals;
+use icoray::{ErrorKind, Location, Result};
 use std::ops::Range;
 
 /// The water of an ocean model.
@@ -23,13 +22,13 @@ pub(crate) enum Sea {
 pub(crate) struct Mask {
     columns: usize,
     layers: usize,
-    /// Whether each is water, layer by layer.
+    /// Whether each entry is water, layer by layer.
     is_wet: Vec<bool>,
 }
 
 impl Sea {
-    /// Reads what the files have of it; `None` where they tell of no sea.
-    pub(crate) fn read(sources: &Sources, mesh: &Mesh) -> Result<Option<Self>> {
+    /// Reads the mask or sea floor; `None` if the files have neither.
+    pub(crate) fn read(sources: &NcFiles, mesh: &Mesh) -> Result<Option<Self>> {
         match mesh.convention() {
             Convention::Mpas => Ok(Floor::read(sources, mesh)?.map(Sea::Floor)),
             Convention::Icon => Ok(Mask::read(sources, mesh)?.map(Sea::Mask)),
@@ -37,7 +36,7 @@ impl Sea {
         }
     }
 
-    /// The sea floor, where that is what is known.
+    /// The sea floor of MPAS-Ocean.
     pub(crate) fn floor(&self) -> Option<&Floor> {
         match self {
             Sea::Floor(floor) => Some(floor),
@@ -45,38 +44,33 @@ impl Sea {
         }
     }
 
-    /// Makes NaN of what is no water in `values`, which hold `layers` of the field. A 2D field has values where a column has
-    /// any water (MPAS-Ocean), or has some in its first layer (ICON-O).
-    pub(crate) fn void_dry(
-        &self,
-        info: &FieldInfo,
-        shape: &Shape,
-        layers: Range<usize>,
-        values: &mut OwnedReals,
-    ) {
+    /// Sets values that are not water to NaN in `field`, which holds `layers` of the field `info`. A 2D field has values where a
+    /// column has any water (MPAS-Ocean) or has water in its first layer (ICON-O).
+    pub(crate) fn mask_dry(&self, info: &FieldInfo, layers: Range<usize>, field: &mut OwnedField) {
         let layers = if info.is_2d() { 0..1 } else { layers };
-        match self {
-            Sea::Floor(floor) => floor.void_dry(info, shape, layers, values),
-            Sea::Mask(mask) => mask.void_dry(info, shape, layers, values),
+        for column in 0..info.columns {
+            for (place, layer) in layers.clone().enumerate() {
+                let is_dry = match self {
+                    Sea::Floor(floor) => floor.is_dry(info, column, layer),
+                    Sea::Mask(mask) => mask.is_dry(info, column, layer),
+                };
+                if is_dry {
+                    field.values.mask_at(&field.shape, column, place);
+                }
+            }
         }
     }
 }
 
-/// Makes NaN of a column's value in the layer at `place` of those that are there.
-pub(crate) fn void(shape: &Shape, column: usize, place: usize, values: &mut OwnedReals) {
-    let at =
-        shape.offset as isize + column as isize * shape.column_stride + place as isize * shape.layer_stride;
-    values.void_at(at as usize);
-}
-
 impl Mask {
-    /// Reads `wet_c` over layers and triangles, of the first time where it has times.
-    fn read(sources: &Sources, mesh: &Mesh) -> Result<Option<Self>> {
+    /// Reads `wet_c` over layers and triangles, at the first time.
+    fn read(sources: &NcFiles, mesh: &Mesh) -> Result<Option<Self>> {
         let Some((source, variable)) = sources.find("wet_c") else { return Ok(None) };
         let columns = mesh.corners();
-        let is_number = matches!(variable.kind, Kind::F32 | Kind::F64 | Kind::Integer);
         let layers = match variable.dimensions.as_slice() {
-            [.., layers, cells] if is_number && cells.len == columns && layers.len > 0 => layers.len,
+            [.., layers, cells] if variable.kind.is_number() && cells.len == columns && layers.len > 0 => {
+                layers.len
+            }
             _ => {
                 let context =
                     format!("variable {variable}, expected wet_c over layers and {columns} triangles");
@@ -92,27 +86,14 @@ impl Mask {
         Ok(Some(Mask { columns, layers, is_wet }))
     }
 
-    fn is_wet(&self, column: usize, layer: usize) -> bool {
-        self.is_wet[layer * self.columns + column]
-    }
-
-    /// An interface is water where a layer beside it is. Of a field with other layers, as of ice, columns are dry whose first
-    /// layer is. Fields at the triangles' points are left as they are.
-    fn void_dry(&self, info: &FieldInfo, shape: &Shape, layers: Range<usize>, values: &mut OwnedReals) {
-        if info.location != Location::Corner {
-            return;
-        }
-        let is_dry = |column: usize, layer: usize| match info.layers {
-            own if own == self.layers => !self.is_wet(column, layer),
-            own if own == self.layers + 1 && own > 2 => !(layer.saturating_sub(1)
-                ..=layer.min(self.layers - 1))
-                .any(|beside| self.is_wet(column, beside)),
-            _ => !self.is_wet(column, 0),
+    /// An interface is water if a layer beside it is. Of a field with other layers, such as of ice, columns are dry if their first
+    /// layer is. Fields at the triangles' points are not masked.
+    fn is_dry(&self, info: &FieldInfo, column: usize, layer: usize) -> bool {
+        let mut beside = match info.layers {
+            own if own == self.layers => layer..=layer,
+            own if own == self.layers + 1 && own > 2 => layer.saturating_sub(1)..=layer.min(self.layers - 1),
+            _ => 0..=0,
         };
-        for column in 0..self.columns {
-            for (place, _) in layers.clone().enumerate().filter(|(_, layer)| is_dry(column, *layer)) {
-                void(shape, column, place, values);
-            }
-        }
+        info.location == Location::Corner && !beside.any(|layer| self.is_wet[layer * self.columns + column])
     }
 }

@@ -1,22 +1,17 @@
-//! When the records of a file were.
+//! Dates of the time records of a file.
 
 use crate::calendar::{Clock, seconds_of};
-use crate::source::{Kind, Source, Variable};
+use crate::nc_file::{Kind, NcFile, Variable};
 use icoray::{ErrorKind, Result};
 
-/// More time records than any file has: hourly ones for a century are fewer.
+/// Limit of the number of time records; a century has fewer hours.
 const MAX_RECORDS: usize = 1 << 20;
 
 /// MPAS's dates as text: of history and restart files, and of MPAS-Ocean's means, at the beginning of what they cover.
 const TEXTS: [&str; 4] = ["xtime", "xtime_startMonthly", "xtime_startDaily", "xtime_startYearly"];
 
-/// Whether a dimension is that of the time records.
-pub(crate) fn is_time(dimension: &str) -> bool {
-    dimension.eq_ignore_ascii_case("time")
-}
-
 /// The number of time records, 0 where there is no such dimension.
-pub(crate) fn records(source: &Source) -> Result<usize> {
+pub(crate) fn records(source: &NcFile) -> Result<usize> {
     let mut records = 0;
     for name in ["Time", "time"] {
         records = source.dimension_len(name)?.unwrap_or(0).max(records);
@@ -28,10 +23,10 @@ pub(crate) fn records(source: &Source) -> Result<usize> {
     Err(source.error(ErrorKind::Io, context))
 }
 
-/// The date of each of `count` records. They are labels: whatever is wrong with one gives none and stops nothing.
-pub(crate) fn dates(source: &Source, count: usize) -> Vec<Option<String>> {
+/// The date of each of `count` records; `None` if it cannot be read.
+pub(crate) fn dates(source: &NcFile, count: usize) -> Vec<Option<String>> {
     let text = TEXTS.iter().filter_map(|name| source.variable(name)).find(|v| v.kind == Kind::Text);
-    if let Some(variable) = text.filter(|v| v.dimensions.len() == 2 && is_time(&v.dimensions[0].name)) {
+    if let Some(variable) = text.filter(|v| v.dimensions.len() == 2 && v.dimensions[0].is_time()) {
         let rows = source.text_rows(variable, count);
         return rows.into_iter().map(|text| text.filter(|text| !text.is_empty())).collect();
     }
@@ -44,8 +39,8 @@ pub(crate) fn dates(source: &Source, count: usize) -> Vec<Option<String>> {
 }
 
 /// Seconds from the first of these dates to each, in the file's calendar; `None` where a date lacks or is not understood.
-pub(crate) fn seconds(source: &Source, dates: &[Option<String>]) -> Option<Vec<f64>> {
-    let of_times = source.variables().iter().filter(|v| is_time(&v.name));
+pub(crate) fn seconds(source: &NcFile, dates: &[Option<String>]) -> Option<Vec<f64>> {
+    let of_times = source.variables().iter().filter(|v| v.name.eq_ignore_ascii_case("time"));
     let of_times = of_times.filter_map(|v| source.text_of(&v.name, "calendar").ok()?).next();
     let of_mpas = || source.text("config_calendar_type").ok()?;
     let calendar = of_times.or_else(of_mpas).unwrap_or_else(|| "standard".into());
@@ -53,11 +48,10 @@ pub(crate) fn seconds(source: &Source, dates: &[Option<String>]) -> Option<Vec<f
     all.map(|all| all.iter().map(|seconds| seconds - all[0]).collect())
 }
 
-/// What the numbers of a time variable mean: of one over the time records alone that has CF's units of time.
-fn clock(source: &Source, variable: &Variable) -> Option<Clock> {
-    let is_over_time = matches!(&variable.dimensions[..], [only] if is_time(&only.name));
-    let is_number = matches!(variable.kind, Kind::F32 | Kind::F64 | Kind::Integer);
-    if !(is_over_time && is_number) {
+/// The clock of a variable over time records only that has CF's units of time.
+fn clock(source: &NcFile, variable: &Variable) -> Option<Clock> {
+    let is_over_time = matches!(&variable.dimensions[..], [only] if only.is_time());
+    if !(is_over_time && variable.kind.is_number()) {
         return None;
     }
     let units = source.text_of(&variable.name, "units").ok()??;

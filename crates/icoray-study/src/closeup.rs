@@ -1,12 +1,21 @@
 //! Close-up views for the paper's Figures 8 and 9.
 
 use crate::methods::Method;
-use crate::scenes::{self, Detail, StudyScene, World};
-use icoray::{Camera, Error, ErrorKind, Result};
+use crate::results::say;
+use crate::scenes::{self, Dataset, Detail, PreparedDataset, StudyScene, data_directory};
+use icoray::{Camera, Error, ErrorKind, Renderer, Result};
+use std::io::Write;
 use std::path::PathBuf;
 
-/// A method at a step.
+/// Makes a method from its step.
 pub(crate) type AtStep = fn(f64) -> Method;
+
+/// The interpolations: name, style in charts, and method at a step.
+pub(crate) const METHODS: [(&str, usize, AtStep); 3] = [
+    ("wedges", 3, |step| Method::Uniform { step }),
+    ("tetrahedra", 7, |step| Method::Tetrahedra { step }),
+    ("mean value", 8, |step| Method::MeanValue { step }),
+];
 
 /// Which close-up views, how large, and by how many threads.
 #[derive(Debug, Clone, clap::Args)]
@@ -29,7 +38,7 @@ pub struct View {
 }
 
 impl View {
-    /// The scenes of these names, seen from near.
+    /// The scenes of these names with close-up cameras.
     pub(crate) fn scenes(&self, names: &[String], width: u32) -> Result<Vec<StudyScene>> {
         let width = self.size.unwrap_or(if self.quick { 32 } else { width });
         let mut scenes = scenes::select(scenes::all(width)?, names)?;
@@ -39,15 +48,29 @@ impl View {
         Ok(scenes)
     }
 
-    pub(crate) fn detail(&self) -> Detail {
-        if self.quick { Detail::Quick } else { Detail::Full }
+    /// Loads the dataset of each scene and hands both to `draw`; prints which scenes have no file.
+    pub(crate) fn each(
+        &self,
+        scenes: &[StudyScene],
+        renderer: &Renderer,
+        out: &mut dyn Write,
+        mut draw: impl FnMut(&StudyScene, &PreparedDataset, &mut dyn Write) -> Result<()>,
+    ) -> Result<()> {
+        let data = data_directory(self.data.as_deref());
+        for scene in scenes {
+            match scene.dataset.load(Detail::of(self.quick), &data)? {
+                Some(dataset) => dataset.with(renderer, |prepared| draw(scene, prepared, out))?,
+                None => say!(out, "{} skipped: no file in {}", scene.name, data.display())?,
+            }
+        }
+        Ok(())
     }
 }
 
-/// Close to where there is much to see: the wave of the real fields, a place near the limb of the made ones.
+/// A close-up camera: at the wave of the real fields, near the limb of the synthetic ones.
 fn camera(scene: &StudyScene) -> Result<Camera> {
-    let (eye, target, fov) = match scene.world {
-        World::Vorticity | World::Theta => ([-1.908, -0.406, 1.219], [-0.62, -0.16, 0.80], 14.0),
+    let (eye, target, fov) = match scene.dataset {
+        Dataset::Vorticity | Dataset::Theta => ([-1.908, -0.406, 1.219], [-0.62, -0.16, 0.80], 14.0),
         _ => ([1.65, 0.95, 0.55], [0.7, 0.5, 0.74], 20.0),
     };
     Camera::look_at(eye, target, [0.0, 0.0, 1.0], fov)

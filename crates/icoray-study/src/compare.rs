@@ -1,6 +1,6 @@
-//! How far a picture is from the oracle's, and whether its bound holds.
+//! Errors of pictures against the oracle's, and their bounds.
 
-/// Distance of a picture from the oracle's, premultiplied linear channels 0 to 1.
+/// Error of a picture against the oracle's, in premultiplied linear channels, 0 to 1.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Comparison {
     /// Root-mean-square difference over all channels of all pixels.
@@ -8,26 +8,30 @@ pub struct Comparison {
     /// Largest difference of a channel.
     pub max: f64,
     /// Largest difference over the channels of each pixel; infinite where a channel is not a number.
-    pub far: Vec<f64>,
+    pub pixel_errors: Vec<f64>,
 }
 
 impl Comparison {
     /// Compares pixel by pixel.
-    pub fn new(pixels: &[[f32; 4]], truth: &[[f64; 4]]) -> Self {
+    pub fn new<P, T>(pixels: &[[P; 4]], truth: &[[T; 4]]) -> Self
+    where
+        P: Copy + Into<f64>,
+        T: Copy + Into<f64>,
+    {
         assert_eq!(pixels.len(), truth.len(), "pictures of one size");
-        let (mut squares, mut far) = (0.0, Vec::with_capacity(pixels.len()));
+        let (mut squares, mut pixel_errors) = (0.0, Vec::with_capacity(pixels.len()));
         for (pixel, true_pixel) in pixels.iter().zip(truth) {
             let mut worst = 0.0f64;
             for (a, b) in pixel.iter().zip(true_pixel) {
-                let d = (f64::from(*a) - b).abs();
+                let d = ((*a).into() - (*b).into()).abs();
                 let d = if d.is_nan() { f64::INFINITY } else { d };
                 squares += d * d;
                 worst = worst.max(d);
             }
-            far.push(worst);
+            pixel_errors.push(worst);
         }
         let rmse = (squares / (4 * pixels.len()).max(1) as f64).sqrt();
-        Comparison { rmse, max: far.iter().copied().fold(0.0, f64::max), far }
+        Comparison { rmse, max: pixel_errors.iter().copied().fold(0.0, f64::max), pixel_errors }
     }
 }
 
@@ -48,9 +52,10 @@ pub struct BoundCheck {
 
 impl BoundCheck {
     /// Checks each pixel's bound against its error, to the last bit.
-    pub fn new(bound: &[f32], far: &[f64]) -> Self {
-        assert_eq!(bound.len(), far.len(), "a bound for each pixel");
-        let pairs: Vec<(f64, f64)> = bound.iter().map(|b| f64::from(*b)).zip(far.iter().copied()).collect();
+    pub fn new(bound: &[f32], pixel_errors: &[f64]) -> Self {
+        assert_eq!(bound.len(), pixel_errors.len(), "a bound for each pixel");
+        let pairs: Vec<(f64, f64)> =
+            bound.iter().map(|b| f64::from(*b)).zip(pixel_errors.iter().copied()).collect();
         let is_over = |(b, e): &&(f64, f64)| e > b || b.is_nan();
         let active = |(b, e): &&(f64, f64)| *b != 0.0 || *e > 0.0;
         let median_bound = median(pairs.iter().filter(active).map(|p| p.0).collect());
@@ -85,7 +90,7 @@ mod tests {
     fn distances_are_of_channels() {
         let truth = [[0.5, 0.5, 0.5, 1.0], [0.0; 4]];
         let found = Comparison::new(&[[0.5, 0.75, 0.5, 1.0], [0.0; 4]], &truth);
-        assert_eq!((found.max, found.far.as_slice()), (0.25, [0.25, 0.0].as_slice()));
+        assert_eq!((found.max, found.pixel_errors.as_slice()), (0.25, [0.25, 0.0].as_slice()));
         assert!((found.rmse - (0.0625f64 / 8.0).sqrt()).abs() < 1e-15);
         assert_eq!(Comparison::new(&[[f32::NAN; 4], [0.0; 4]], &truth).max, f64::INFINITY);
     }

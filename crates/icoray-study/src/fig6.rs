@@ -1,17 +1,20 @@
-//! The paper's Figure 6: the field is the distance to the centre, lit, on its low-resolution grid, beside a ground truth
-//! in which value and gradient are exact at each sample and the layers are spheres.
+//! The paper's Figure 6: the distance to the centre, lit, on the low-resolution grid, against a ground truth with exact values
+//! and gradients and spherical layers.
 //!
-//! What remains is the grid's own error: layers of flat triangles lie up to `h²/6` inside the sphere (h the distance of
+//! The difference is the grid's own error: layers of flat triangles lie up to `h²/6` inside the sphere (h the distance of
 //! neighbouring cells), 2.4e-4 of the radius at n = 5. It is largest where rays graze a layer.
 
+use crate::compare::Comparison;
+use crate::montage::amplified;
+use crate::results::{make_directory, progress, say};
+use crate::shading::{self, pixel_direction};
 use crate::sphere::Sphere;
-use crate::{look, progress, say};
 use glam::DVec3;
 use icoray::output::{Stamp, write_picture};
-use icoray::{Error, ErrorKind, Frame, Method, Renderer, Result, Scene};
+use icoray::{Frame, Method, Renderer, Result, Scene};
 use rayon::prelude::*;
 use std::io::Write;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 /// What to draw.
 #[derive(Debug, Clone, clap::Args)]
@@ -37,15 +40,14 @@ pub struct Options {
 pub(crate) const INNER: f64 = 1.0;
 pub(crate) const OUTER: f64 = 1.15;
 
-/// How far a picture is from the ground truth.
+/// Error of a picture against the ground truth.
 #[derive(Debug, Clone, Copy)]
 pub struct Distance {
     /// Root-mean-square difference over all channels.
     pub rmse: f64,
     /// Largest difference of a channel.
     pub max: f64,
-    /// The same without the rays that pass between the core's sphere and its flat triangles, which see the core in one
-    /// picture and the shell behind it in the other.
+    /// The same without rays between the core's sphere and its flat triangles, which hit the core in one picture only.
     pub max_off_limb: f64,
 }
 
@@ -83,32 +85,29 @@ fn exact_ray(scene: &Scene, eye: DVec3, dir: DVec3, steps: usize) -> [f32; 4] {
     let half = |r: f64| (r * r - b2).max(0.0).sqrt();
     let (start, hits_core) = (along - half(OUTER), b2 < INNER * INNER);
     let end = if hits_core { along - half(INNER) } else { along + half(OUTER) };
-    let (mut color, mut through) = (DVec3::ZERO, 1.0);
+    let (mut color, mut transmittance) = (DVec3::ZERO, 1.0);
     let h = (end - start) / steps as f64;
     for i in 0..steps {
         let p = eye + (start + (i as f64 + 0.5) * h) * dir;
-        let (own, extinction) = look::transfer(scene, OUTER - INNER, p.length());
-        let absorbed = -(-extinction * h).exp_m1();
-        color += through * absorbed * look::lit(scene, own, p.normalize(), dir);
-        through *= 1.0 - absorbed;
+        let (own, extinction) = shading::transfer(scene, OUTER - INNER, p.length());
+        let alpha = -(-extinction * h).exp_m1();
+        color += transmittance * alpha * shading::lit(scene, own, p.normalize(), dir);
+        transmittance *= 1.0 - alpha;
     }
     if let (true, Some(core)) = (hits_core, scene.core) {
         let normal = (eye + end * dir).normalize();
-        color += through * look::ground(scene, DVec3::from_array(core), normal, dir);
-        through = 0.0;
+        color += transmittance * shading::ground(scene, DVec3::from_array(core), normal, dir);
+        transmittance = 0.0;
     }
     let back = scene.background.map_or(DVec3::ZERO, DVec3::from_array);
-    let [r, g, b] = (color + through * back).to_array().map(|c| c as f32);
-    [r, g, b, if scene.background.is_some() { 1.0 } else { (1.0 - through) as f32 }]
+    let [r, g, b] = (color + transmittance * back).to_array().map(|c| c as f32);
+    [r, g, b, if scene.background.is_some() { 1.0 } else { (1.0 - transmittance) as f32 }]
 }
 
-/// The ground truth in the shape of a frame.
+/// The ground truth as a frame.
 fn ground_truth(scene: &Scene, steps: usize, like: &Frame) -> Frame {
     let eye = DVec3::from_array(scene.camera.eye());
-    let pixel = |i: u32| {
-        let dir = scene.camera.direction(i % scene.width, i / scene.width, scene.width, scene.height);
-        exact_ray(scene, eye, DVec3::from_array(dir), steps)
-    };
+    let pixel = |i: u32| exact_ray(scene, eye, pixel_direction(scene, i), steps);
     let pixels = (0..scene.width * scene.height).into_par_iter().map(pixel).collect();
     Frame { pixels, ..like.clone() }
 }
@@ -118,23 +117,16 @@ fn distance(options: &Options, scene: &Scene, a: &Frame, b: &Frame) -> Distance 
     let spacing = 1.2 * 1.107 / f64::from(1u32 << options.level);
     let inside = spacing * spacing / 6.0;
     let eye = DVec3::from_array(scene.camera.eye());
-    let mut distance = Distance { rmse: 0.0, max: 0.0, max_off_limb: 0.0 };
-    for (i, (x, y)) in (0u32..).zip(a.pixels.iter().zip(&b.pixels)) {
-        let dir = scene.camera.direction(i % scene.width, i / scene.width, scene.width, scene.height);
-        let off_centre = eye.cross(DVec3::from_array(dir)).length();
-        let off_limb = !(INNER - inside..=INNER).contains(&off_centre);
-        for k in 0..4 {
-            let d = f64::from((x[k] - y[k]).abs());
-            distance.rmse += d * d;
-            distance.max = distance.max.max(d);
-            distance.max_off_limb = distance.max_off_limb.max(if off_limb { d } else { 0.0 });
-        }
-    }
-    distance.rmse = (distance.rmse / (4 * a.pixels.len()) as f64).sqrt();
-    distance
+    let off_limb = |(i, _): &(u32, f64)| {
+        let off_centre = eye.cross(pixel_direction(scene, *i)).length();
+        !(INNER - inside..=INNER).contains(&off_centre)
+    };
+    let Comparison { rmse, max, pixel_errors } = Comparison::new(&a.pixels, &b.pixels);
+    let max_off_limb = (0..).zip(pixel_errors).filter(off_limb).fold(0.0, |max: f64, (_, d)| max.max(d));
+    Distance { rmse, max, max_off_limb }
 }
 
-/// Renders the field and its ground truth: frame, truth and how far they are apart.
+/// Renders the field and its ground truth; returns frame, truth and their distance.
 ///
 /// # Errors
 /// Whatever the library says.
@@ -148,30 +140,15 @@ pub fn compare(options: &Options, method: Method, lit: bool) -> Result<(Frame, F
     Ok((frame, truth, distance))
 }
 
-/// Twenty times the difference, on black.
-fn amplified(a: &Frame, b: &Frame) -> Frame {
-    let pixel = |(x, y): (&[f32; 4], &[f32; 4])| {
-        let [r, g, b] = [0, 1, 2].map(|k| 20.0 * (x[k] - y[k]).abs());
-        [r, g, b, 1.0]
-    };
-    Frame { pixels: a.pixels.iter().zip(&b.pixels).map(pixel).collect(), ..a.clone() }
-}
-
 /// Writes the pictures and prints RMSE and maximum.
 ///
 /// # Errors
 /// Whatever the library says.
 pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
-    let directory: &Path = &options.out;
-    std::fs::create_dir_all(directory)
-        .map_err(|e| Error::new(ErrorKind::Io, format!("{}: {e}", directory.display())))?;
-    say(
-        out,
-        &format!(
-            "{} layers, n = {}, {} x {} pixels, linear premultiplied channels 0 to 1",
-            options.layers, options.level, options.size, options.size
-        ),
-    )?;
+    make_directory(&options.out)?;
+    let save = |name: String, frame: &Frame| write_picture(&options.out.join(name), frame);
+    let Options { level, layers, size, .. } = options;
+    say!(out, "{layers} layers, n = {level}, {size} x {size} pixels, linear premultiplied channels 0 to 1")?;
     let bar = progress(4, "fig6");
     for (name, method, lit) in [
         ("lit", Method::Exact, true),
@@ -182,20 +159,20 @@ pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
         bar.set_message(name);
         let (mut frame, truth, distance) = compare(options, method, lit)?;
         frame.stamp = Stamp::default();
-        write_picture(&directory.join(format!("fig6_{name}.png")), &frame)?;
-        write_picture(&directory.join(format!("fig6_{name}_truth.png")), &truth)?;
-        write_picture(
-            &directory.join(format!("fig6_{name}_difference_x20.png")),
-            &amplified(&frame, &truth),
-        )?;
-        let line = format!(
-            "{name:>12}: RMSE {:.2e}, maximum {:.2e} ({:.2e} off the core's limb), rendered in {:.3} s",
-            distance.rmse, distance.max, distance.max_off_limb, frame.report.render_s
-        );
-        bar.suspend(|| say(out, &line))?;
+        save(format!("fig6_{name}.png"), &frame)?;
+        save(format!("fig6_{name}_truth.png"), &truth)?;
+        let difference = Frame { pixels: amplified(&frame.pixels, &truth.pixels, 20.0), ..frame.clone() };
+        save(format!("fig6_{name}_difference_x20.png"), &difference)?;
+        let Distance { rmse, max, max_off_limb } = distance;
+        let seconds = frame.report.timing.render_s;
+        bar.suspend(|| {
+            say!(
+                out,
+                "{name:>12}: RMSE {rmse:.2e}, maximum {max:.2e} ({max_off_limb:.2e} off the core's limb), rendered in {seconds:.3} s"
+            )
+        })?;
         bar.inc(1);
     }
     bar.finish_and_clear();
-    say(out, &format!("pictures in {}", directory.display()))?;
-    Ok(())
+    say!(out, "pictures in {}", options.out.display())
 }

@@ -1,15 +1,13 @@
-//! The paper's Figure 8: close-ups by interpolation in wedges, in tetrahedra, and by mean value coordinates, beside the
-//! default method and the oracle; the amplified difference from the oracle beneath each, once at equal step and once at
-//! equal time.
+//! The paper's Figure 8: close-ups by interpolation in wedges, in tetrahedra, and by mean value coordinates, the default method
+//! and the oracle, with amplified differences from the oracle, at equal step and at equal time.
 
-use crate::closeup::{AtStep, View};
+use crate::closeup::{AtStep, METHODS, View};
 use crate::compare::{Comparison, median};
-use crate::csv_file::CsvFile;
 use crate::methods::{Job, Method, Picture};
 use crate::montage::{Montage, Tile, amplified};
 use crate::oracle::Oracle;
-use crate::scenes::{Stage, StudyScene, data_directory};
-use crate::{make_directory, progress, say};
+use crate::results::{CsvFile, progress, say};
+use crate::scenes::{PreparedDataset, StudyScene};
 use icoray::{Renderer, Result};
 use std::io::Write;
 use std::path::PathBuf;
@@ -21,7 +19,7 @@ pub struct Options {
     #[arg(long, value_delimiter = ',', default_values_t = ["low_thin".to_owned(), "jw_vorticity".to_owned()])]
     pub scenes: Vec<String>,
     /// The equal step in planet radii.
-    #[arg(long, default_value_t = 1e-3, value_parser = crate::step)]
+    #[arg(long, default_value_t = 1e-3, value_parser = crate::methods::parse_step)]
     pub step: f64,
     /// Factor on differences.
     #[arg(long, default_value_t = 20.0)]
@@ -34,20 +32,14 @@ pub struct Options {
     pub out: PathBuf,
 }
 
-/// Runs that look for the step of an equal time, and how near that must come.
+/// Maximum number of runs that search the step of equal time, and the relative tolerance.
 const SEARCH: usize = 8;
 const NEAR: f64 = 0.05;
 
-const METHODS: [(&str, AtStep); 3] = [
-    ("wedges", |step| Method::Uniform { step }),
-    ("tetrahedra", |step| Method::Tetrahedra { step }),
-    ("mean value", |step| Method::MeanValue { step }),
-];
+const COLUMNS: &str = "scene,equal,method,parameter,seconds,rmse,max_error";
 
-const COLUMNS: [&str; 7] = ["scene", "equal", "method", "parameter", "seconds", "rmse", "max_error"];
-
-/// One picture with what is said of it.
-struct Shot {
+/// A picture with its time and error.
+struct TimedPicture {
     method: &'static str,
     parameter: String,
     seconds: f64,
@@ -55,17 +47,11 @@ struct Shot {
     distance: Comparison,
 }
 
-impl Shot {
-    fn row(&self, scene: &str, equal: &str) -> [String; COLUMNS.len()] {
-        [
-            scene.to_owned(),
-            equal.to_owned(),
-            self.method.to_owned(),
-            self.parameter.clone(),
-            format!("{:.6e}", self.seconds),
-            format!("{:.6e}", self.distance.rmse),
-            format!("{:.6e}", self.distance.max),
-        ]
+impl TimedPicture {
+    fn row(&self, scene: &str, equal: &str) -> [String; 7] {
+        let [seconds, rmse, max] =
+            [self.seconds, self.distance.rmse, self.distance.max].map(|number| format!("{number:.6e}"));
+        [scene, equal, self.method, &self.parameter, &seconds, &rmse, &max].map(str::to_owned)
     }
 
     fn line(&self, equal: &str) -> String {
@@ -89,62 +75,50 @@ impl Shot {
 }
 
 /// Draws a montage per scene, writes `fig8.csv`, and prints its rows.
-///
-/// # Errors
-/// Whatever the library says, and [`ErrorKind::Io`](icoray::ErrorKind::Io) when a result cannot be written.
 pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
     let scenes = options.view.scenes(&options.scenes, 256)?;
-    make_directory(&options.out)?;
-    let data = data_directory(options.view.data.as_deref());
     let all_threads = Renderer::new(0)?;
-    let mut table = CsvFile::create(options.out.join("fig8.csv"), &COLUMNS)?;
-    for scene in &scenes {
-        let Some(world) = scene.world.load(options.view.detail(), &data)? else {
-            say(out, &format!("{} skipped: no file in {}", scene.name, data.display()))?;
-            continue;
-        };
-        let shots = world.with(&all_threads, |stage| montage(options, stage, scene, &all_threads))?;
-        say(out, &scene.name)?;
-        for (equal, shot) in shots {
-            table.row(&shot.row(&scene.name, equal))?;
-            say(out, &shot.line(equal))?;
+    let mut table = CsvFile::create(options.out.join("fig8.csv"), COLUMNS)?;
+    options.view.each(&scenes, &all_threads, out, |scene, prepared, out| {
+        let pictures = montage(options, prepared, scene, &all_threads)?;
+        say!(out, "{}", scene.name)?;
+        for (equal, picture) in pictures {
+            table.row(picture.row(&scene.name, equal))?;
+            say!(out, "{}", picture.line(equal))?;
         }
-    }
-    say(out, &format!("montages and table in {}", options.out.display()))
+        Ok(())
+    })?;
+    say!(out, "montages and table in {}", options.out.display())
 }
 
-/// Takes all shots of a scene and lays them out; returns them with what is equal.
+/// Renders all pictures of a scene and writes the montage; returns them with what is equal.
 fn montage(
     options: &Options,
-    stage: &Stage,
+    prepared: &PreparedDataset,
     scene: &StudyScene,
     all_threads: &Renderer,
-) -> Result<Vec<(&'static str, Shot)>> {
-    let job = stage.job(&scene.scene);
+) -> Result<Vec<(&'static str, TimedPicture)>> {
+    let job = prepared.job(&scene.scene);
     let renderer = Renderer::new(options.view.threads)?;
-    let camera = Camera { job, renderer: &renderer, repeats: options.view.repeats.max(1) };
+    let timer = PictureTimer { job, renderer: &renderer, repeats: options.view.repeats.max(1) };
     let bar = progress(2 + 2 * METHODS.len(), &scene.name);
     bar.set_message("oracle");
     let truth = Oracle::new(&job)?.picture(all_threads);
     bar.inc(1);
     let tolerance = scene.scene.tolerance;
     bar.set_message("exact");
-    let exact = camera.shot("exact", Method::Exact { tolerance }, format!("tol. {tolerance:e}"), &truth)?;
+    let exact = timer.picture("exact", Method::Exact { tolerance }, format!("tol. {tolerance:e}"), &truth)?;
     bar.inc(1);
     let (mut step_row, mut time_row) = (Vec::new(), Vec::new());
-    let coarsest = stage.thickness(&scene.scene)?;
-    for (name, method) in METHODS {
+    let coarsest = prepared.thickness(&scene.scene)?;
+    for (name, _, method) in METHODS {
         bar.set_message(format!("{name}, equal step"));
-        step_row.push(camera.shot(
-            name,
-            method(options.step),
-            format!("step {:.2e}", options.step),
-            &truth,
-        )?);
+        let parameter = |step: f64| format!("step {step:.2e}");
+        step_row.push(timer.picture(name, method(options.step), parameter(options.step), &truth)?);
         bar.inc(1);
         bar.set_message(format!("{name}, equal time"));
-        let step = camera.step_of_time(method, exact.seconds, [options.step, coarsest])?;
-        time_row.push(camera.shot(name, method(step), format!("step {step:.2e}"), &truth)?);
+        let step = timer.step_of_time(method, exact.seconds, [options.step, coarsest])?;
+        time_row.push(timer.picture(name, method(step), parameter(step), &truth)?);
         bar.inc(1);
     }
     bar.finish_and_clear();
@@ -153,13 +127,13 @@ fn montage(
     Ok(std::iter::once(("time", exact)).chain(rows).collect())
 }
 
-/// Writes the montage: for each row of shots the oracle, the default method and the row, and the differences below.
+/// Writes the montage: rows of oracle, default method and other methods, with the differences below.
 fn lay_out(
     options: &Options,
     scene: &StudyScene,
     truth: &[[f64; 4]],
-    exact: &Shot,
-    rows: [(&str, &Vec<Shot>); 2],
+    exact: &TimedPicture,
+    rows: [(&str, &Vec<TimedPicture>); 2],
 ) -> Result<()> {
     let mut montage = Montage::new(scene.scene.width, scene.scene.height);
     for (equal, row) in rows {
@@ -168,8 +142,8 @@ fn lay_out(
             label: format!("oracle\n{}\nat equal {equal}", scene.name),
         };
         let (mut above, mut below) = (vec![oracle], vec![blank(scene)]);
-        for shot in std::iter::once(exact).chain(row) {
-            let [picture, difference] = shot.tiles(truth, options.amplify);
+        for picture in std::iter::once(exact).chain(row) {
+            let [picture, difference] = picture.tiles(truth, options.amplify);
             above.push(picture);
             below.push(difference);
         }
@@ -185,41 +159,41 @@ fn blank(scene: &StudyScene) -> Tile {
     Tile { pixels, label: String::new() }
 }
 
-/// Takes shots.
-struct Camera<'a> {
+/// Renders and times pictures.
+struct PictureTimer<'a> {
     job: Job<'a>,
     renderer: &'a Renderer,
     repeats: usize,
 }
 
-impl Camera<'_> {
-    fn shot(
+impl PictureTimer<'_> {
+    fn picture(
         &self,
         name: &'static str,
         method: Method,
         parameter: String,
         truth: &[[f64; 4]],
-    ) -> Result<Shot> {
+    ) -> Result<TimedPicture> {
         let picture: Picture = method.render(&self.job, self.renderer)?;
         let mut seconds = vec![picture.seconds];
         for _ in 1..self.repeats {
             seconds.push(method.render(&self.job, self.renderer)?.seconds);
         }
         let distance = Comparison::new(&picture.pixels, truth);
-        Ok(Shot { method: name, parameter, seconds: median(seconds), pixels: picture.pixels, distance })
+        let (seconds, pixels) = (median(seconds), picture.pixels);
+        Ok(TimedPicture { method: name, parameter, seconds, pixels, distance })
     }
 
-    /// The step at which `method` takes about `goal` seconds, no coarser than the second of `steps`; the first is where the
-    /// search begins.
+    /// The step at which `method` takes about `goal` seconds; `steps` are the initial and the coarsest one.
     fn step_of_time(&self, method: AtStep, goal: f64, steps: [f64; 2]) -> Result<f64> {
         let [mut step, coarsest] = steps;
         for _ in 0..SEARCH {
             let seconds = method(step).render(&self.job, self.renderer)?.seconds;
-            let off = seconds / goal;
-            if (off - 1.0).abs() <= NEAR {
+            let ratio = seconds / goal;
+            if (ratio - 1.0).abs() <= NEAR {
                 break;
             }
-            step = (step * off.clamp(0.125, 8.0)).min(coarsest);
+            step = (step * ratio.clamp(0.125, 8.0)).min(coarsest);
         }
         Ok(step)
     }

@@ -1,13 +1,12 @@
-//! The paper's Figure 9: frame rate against the sampling step, by interpolation in wedges (prisms between two layers), in
-//! tetrahedra, and by mean value coordinates; close-up views of Figure 8.
+//! The paper's Figure 9: frame rate against the sampling step for interpolation in wedges, in tetrahedra and by mean value
+//! coordinates, in the views of Figure 8.
 
-use crate::closeup::{AtStep, View};
+use crate::closeup::{METHODS, View};
 use crate::compare::median;
-use crate::csv_file::CsvFile;
 use crate::methods::{Job, Method};
 use crate::plot::{Chart, Line};
-use crate::scenes::{StudyScene, data_directory};
-use crate::{make_directory, progress, say};
+use crate::results::{CsvFile, progress, say};
+use crate::scenes::StudyScene;
 use icoray::{Renderer, Result};
 use std::io::Write;
 use std::path::PathBuf;
@@ -19,7 +18,7 @@ pub struct Options {
     #[arg(long, value_delimiter = ',', default_values_t = ["high_lobes".to_owned(), "jw_vorticity".to_owned()])]
     pub scenes: Vec<String>,
     /// Steps in planet radii, with commas between.
-    #[arg(long, value_delimiter = ',', default_values_t = [1e-2, 5e-3, 2e-3, 1e-3, 5e-4], value_parser = crate::step)]
+    #[arg(long, value_delimiter = ',', default_values_t = [1e-2, 5e-3, 2e-3, 1e-3, 5e-4], value_parser = crate::methods::parse_step)]
     pub steps: Vec<f64>,
     /// Size, threads and repeats.
     #[command(flatten)]
@@ -29,15 +28,7 @@ pub struct Options {
     pub out: PathBuf,
 }
 
-/// Name, style in charts, and method at a step.
-const METHODS: [(&str, usize, AtStep); 3] = [
-    ("wedges", 3, |step| Method::Uniform { step }),
-    ("tetrahedra", 7, |step| Method::Tetrahedra { step }),
-    ("mean value", 8, |step| Method::MeanValue { step }),
-];
-
-const COLUMNS: [&str; 7] =
-    ["scene", "method", "step", "seconds_median", "frames_per_s", "samples", "ns_per_sample"];
+const COLUMNS: &str = "scene,method,step,seconds_median,frames_per_s,samples,ns_per_sample";
 
 /// One method at one step.
 struct Rate {
@@ -56,7 +47,7 @@ impl Rate {
         1.0 / self.median_s()
     }
 
-    fn row(&self, scene: &str) -> [String; COLUMNS.len()] {
+    fn row(&self, scene: &str) -> [String; 7] {
         [
             scene.to_owned(),
             METHODS[self.method].0.to_owned(),
@@ -70,34 +61,24 @@ impl Rate {
 }
 
 /// Measures, writes `fig9.csv` and a chart per scene, and prints both.
-///
-/// # Errors
-/// Whatever the library says, and [`ErrorKind::Io`](icoray::ErrorKind::Io) when a result cannot be written.
 pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
     let scenes = options.view.scenes(&options.scenes, 160)?;
-    make_directory(&options.out)?;
-    let data = data_directory(options.view.data.as_deref());
     let renderer = Renderer::new(options.view.threads)?;
-    let mut table = CsvFile::create(options.out.join("fig9.csv"), &COLUMNS)?;
-    for scene in &scenes {
-        let Some(world) = scene.world.load(options.view.detail(), &data)? else {
-            say(out, &format!("{} skipped: no file in {}", scene.name, data.display()))?;
-            continue;
-        };
-        let (rates, exact_s) = world.with(&renderer, |stage| {
-            let job = stage.job(&scene.scene);
-            Ok((rates(options, &job, &scene.name, &renderer)?, exact_s(options, &job, &renderer)?))
-        })?;
+    let mut table = CsvFile::create(options.out.join("fig9.csv"), COLUMNS)?;
+    options.view.each(&scenes, &renderer, out, |scene, prepared, out| {
+        let job = prepared.job(&scene.scene);
+        let rates = rates(options, &job, &scene.name, &renderer)?;
+        let exact_s = exact_s(options, &job, &renderer)?;
         for rate in &rates {
-            table.row(&rate.row(&scene.name))?;
+            table.row(rate.row(&scene.name))?;
         }
         chart(scene, &rates, exact_s).write(&options.out.join(format!("fig9_{}.svg", scene.name)))?;
-        print(scene, &rates, exact_s, out)?;
-    }
-    say(out, &format!("table and plots in {}", options.out.display()))
+        print(scene, &rates, exact_s, out)
+    })?;
+    say!(out, "table and plots in {}", options.out.display())
 }
 
-/// Every method at every step, in turn, and all again for each repeat.
+/// Measures every method at every step, in rounds, so that noise affects all alike.
 fn rates(options: &Options, job: &Job, name: &str, renderer: &Renderer) -> Result<Vec<Rate>> {
     let mut rates: Vec<Rate> = (0..METHODS.len())
         .flat_map(|method| options.steps.iter().map(move |step| (method, *step)))
@@ -148,20 +129,17 @@ fn chart(scene: &StudyScene, rates: &[Rate], exact_s: f64) -> Chart {
 }
 
 fn print(scene: &StudyScene, rates: &[Rate], exact_s: f64, out: &mut dyn Write) -> Result<()> {
-    say(out, &format!("{}: frames per second by step in planet radii", scene.name))?;
+    say!(out, "{}: frames per second by step in planet radii", scene.name)?;
     let of = |method: usize| rates.iter().filter(move |r| r.method == method);
     let heads: Vec<String> = of(0).map(|r| format!("{:>9.0e}", r.step)).collect();
-    say(out, &format!("{:>12} {}", "", heads.join(" ")))?;
+    say!(out, "{:>12} {}", "", heads.join(" "))?;
     for (number, (name, _, _)) in METHODS.iter().enumerate() {
         let cells: Vec<String> = of(number).map(|r| format!("{:>9.3}", r.frames_per_s())).collect();
         let gains: Vec<f64> =
             of(0).zip(of(number)).map(|(w, r)| w.frames_per_s() / r.frames_per_s() - 1.0).collect();
         let gain = 100.0 * gains.iter().sum::<f64>() / gains.len().max(1) as f64;
         let words = if number == 0 { String::new() } else { format!("  wedges gain {gain:.0} % on average") };
-        say(out, &format!("{name:>12} {}{words}", cells.join(" ")))?;
+        say!(out, "{name:>12} {}{words}", cells.join(" "))?;
     }
-    say(
-        out,
-        &format!("{:>12} {:>9.3} at tolerance {:e}, no step", "exact", 1.0 / exact_s, scene.scene.tolerance),
-    )
+    say!(out, "{:>12} {:>9.3} at tolerance {:e}, no step", "exact", 1.0 / exact_s, scene.scene.tolerance)
 }

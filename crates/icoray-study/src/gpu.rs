@@ -1,22 +1,22 @@
-//! Milliseconds of frames on a GPU, on its own clock and from end to end, beside the CPU's and the paper's: its Table 2 scene
-//! in larger pictures too, with and without light.
+//! Milliseconds of frames on a GPU, by its own clock and from end to end, with the CPU's and the paper's: the paper's Table 2
+//! scene, also in larger pictures, with and without light.
 //!
-//! What a device gives at most is measured in the same run ([`icoray_gpu::Peaks`]); `cost` counts what frames take of it.
+//! Peak rates of the device are measured in the same run ([`icoray_gpu::Peaks`]); `cost` counts bytes and operations of frames.
 
+use crate::results::{CsvFile, make_directory, progress, say, write_file};
 use crate::scenes::multi_scale;
 use crate::sphere::{self, Sphere};
-use crate::{make_directory, progress, say};
+use benchmark::{Benchmark, Row, Setting};
 use icoray::device::Device;
-use icoray::{Error, ErrorKind, Field, Grid, Layers, Location, Renderer, Result, Scene, Shape};
-use icoray_gpu::{Gpu, Peaks};
-use row::Row;
+use icoray::{Error, ErrorKind, Field, Location, Renderer, Result, Shape};
+use icoray_gpu::Gpu;
 use std::io::Write;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Instant;
 
+mod benchmark;
 mod cost;
-mod row;
 mod table;
 
 /// What to measure.
@@ -60,27 +60,6 @@ fn size(text: &str) -> std::result::Result<(u32, u32), String> {
     sides.ok_or_else(|| format!("{text:?}, expected width and height of 1 to 16384 pixels, such as 512x512"))
 }
 
-/// The pictures of one size, light and tolerance, one for each transfer function.
-#[derive(Debug, Clone, Copy)]
-struct Setting {
-    size: (u32, u32),
-    is_lit: bool,
-    tolerance: f64,
-}
-
-impl Setting {
-    fn scene(&self, opacity: multi_scale::Opacity) -> Result<Scene> {
-        let light = if self.is_lit { "[light]\nkind = \"headlight\"" } else { "" };
-        let (width, height) = self.size;
-        let rest = format!("tolerance = {:e}", self.tolerance);
-        Ok(Scene { width, height, ..multi_scale::scene(width, opacity, &rest, light)? })
-    }
-
-    fn light(&self) -> &'static str {
-        if self.is_lit { "lit" } else { "unlit" }
-    }
-}
-
 impl Options {
     fn settings(&self) -> Vec<Setting> {
         let sizes: &[(u32, u32)] = match (self.size.is_empty(), self.quick) {
@@ -100,18 +79,6 @@ impl Options {
     }
 }
 
-/// What all pictures are of, and who draws them.
-struct Stage<'a> {
-    grid: &'a Grid<'a>,
-    layers: &'a Layers,
-    /// Two that differ in the last bit of a value: frames have them in turn, so that each uploads a field as a model's does.
-    fields: [Field<'a>; 2],
-    gpu: Renderer,
-    cpu: Renderer,
-    frames: usize,
-    peaks: Peaks,
-}
-
 /// Measures, prints a line per picture, and writes `gpu.csv` and `gpu.md`.
 ///
 /// # Errors
@@ -123,25 +90,25 @@ pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
     let name = gpu.name();
     let peaks = gpu.peaks().map_err(|reason| unsupported(&reason))?;
     make_directory(&options.out)?;
-    say(out, &format!("{name}: {}", table::peaks(&peaks)))?;
+    say!(out, "{name}: {}", table::peaks(&peaks))?;
     let (level, layers) = if options.quick { (5, 20) } else { (8, 99) };
     let (level, layers) = (options.level.unwrap_or(level), options.layers.unwrap_or(layers));
     let cpu = Renderer::new(options.threads)?;
     let start = Instant::now();
     let sphere = cpu.run(|| Sphere::new(level, layers, [1.0, 1.15], sphere::multi_scale))?;
     let grid = cpu.run(|| sphere.grid())?;
-    let head = format!(
+    say!(
+        out,
         "{} cells x {layers} layers, 16 knots, f32; CPU: {} thread(s); mesh and field in {:.1} s",
         grid.cells(),
         cpu.threads(),
         start.elapsed().as_secs_f64()
-    );
-    say(out, &head)?;
+    )?;
     let mut values = sphere.values.clone();
     values[0] = values[0].next_up();
     let shape = Shape::level_fastest(grid.cells(), layers);
     let other = Field::new(values.as_slice().into(), shape, Location::Center, None)?;
-    let stage = Stage {
+    let benchmark = Benchmark {
         grid: &grid,
         layers: &sphere.layers,
         fields: [sphere.field()?, other],
@@ -150,30 +117,30 @@ pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
         frames: options.frames.max(1),
         peaks,
     };
-    let rows = measure(&stage, &options.settings(), options, out)?;
-    let text = table::markdown(&rows, &format!("{} cells × {layers} layers", grid.cells()), &name, &stage);
-    let path = options.out.join("gpu.md");
-    std::fs::write(&path, &text).map_err(|e| crate::io_error(&path, e))?;
-    say(out, &format!("\n{text}\ntables in {}", options.out.display()))
+    let rows = measure(&benchmark, &options.settings(), options, out)?;
+    let text =
+        table::markdown(&rows, &format!("{} cells × {layers} layers", grid.cells()), &name, &benchmark);
+    write_file(&options.out.join("gpu.md"), &text)?;
+    say!(out, "\n{text}\ntables in {}", options.out.display())
 }
 
 fn measure(
-    stage: &Stage,
+    benchmark: &Benchmark,
     settings: &[Setting],
     options: &Options,
     out: &mut dyn Write,
 ) -> Result<Vec<Vec<Row>>> {
-    let mut csv = table::create(options.out.join("gpu.csv"))?;
+    let mut csv = CsvFile::create(options.out.join("gpu.csv"), table::COLUMNS)?;
     let bar = progress(settings.len() * multi_scale::TRANSFERS.len(), "gpu");
-    say(out, &table::heading())?;
+    say!(out, "{}", table::HEADING)?;
     let mut all = Vec::new();
     for setting in settings {
         let mut rows = Vec::new();
         for (transfer, opacity) in multi_scale::TRANSFERS {
             bar.set_message(format!("{}x{} {} {transfer}", setting.size.0, setting.size.1, setting.light()));
-            let row = stage.row(setting, transfer, opacity)?;
-            csv.row(&table::cells(&row, &stage.peaks))?;
-            bar.suspend(|| say(out, &table::line(&row, &stage.peaks)))?;
+            let row = benchmark.row(setting, transfer, opacity)?;
+            csv.row(table::cells(&row, &benchmark.peaks))?;
+            bar.suspend(|| say!(out, "{}", table::line(&row, &benchmark.peaks)))?;
             bar.inc(1);
             rows.push(row);
         }

@@ -1,67 +1,47 @@
-//! What icoray claims, measured: the program `icoray-study NAME`.
+//! The studies of the program `icoray-study NAME`: errors, run times and comparisons of icoray.
 //!
-//! [`mod@error`] error against run time of all methods, [`fig6`] the paper's radial field against its ground truth,
-//! [`fig8`] and [`fig9`] its comparisons with other interpolations, [`orders`] orders of convergence, [`mod@plan`] what each
-//! saving spares, [`speed`] seconds per frame, [`ranks`] how several processes share a frame out, [`stability`] how far pictures are from the exact integral
-//! where it is hard, [`mod@vtk`] VTK on the same field. [`mod@oracle`] is the same
-//! picture to ten digits, [`methods`] are the ways to render it that the paper compares with, and [`mod@reference`] is an
-//! independent, slow evaluation that oracle and renderer are tested against.
+//! [`mod@oracle`] renders a scene to ten digits, [`mod@reference`] is an independent, slow evaluation that oracle and renderer
+//! are tested against, [`methods`] are the methods that the paper compares with, and [`stability::truth`] is the exact
+//! integral in double-double.
 
 mod closeup;
 mod compare;
-mod csv_file;
-pub mod error;
+mod error;
 pub mod fig6;
-pub mod fig8;
-pub mod fig9;
+mod fig8;
+mod fig9;
 #[cfg(feature = "gpu")]
-pub mod gpu;
-mod look;
+mod gpu;
+mod job;
 pub mod methods;
 mod montage;
 pub mod oracle;
-pub mod orders;
+mod orders;
 mod peak;
-pub mod plan;
+mod plan;
 mod plot;
-pub mod ranks;
-mod readme;
+mod ranks;
 pub mod reference;
-pub mod scenes;
-mod setting;
-pub mod speed;
+mod results;
+mod scenes;
+mod shading;
+mod speed;
 pub mod sphere;
 pub mod stability;
-pub mod vtk;
+mod vtk;
 
-use icoray::{Error, ErrorKind};
-use icoray_progress::steps as progress;
 use std::io::Write;
-use std::path::Path;
 
-/// Writes a line at once, so that a long study is seen to go on.
-fn say(out: &mut dyn Write, line: &str) -> icoray::Result<()> {
-    let written = writeln!(out, "{line}").and_then(|()| out.flush());
-    written.map_err(|e| Error::new(ErrorKind::Io, format!("standard output: {e}")))
+/// Measures what icoray claims.
+#[derive(Debug, clap::Parser)]
+#[command(name = "icoray-study", version)]
+pub struct CommandLine {
+    /// What to measure.
+    #[command(subcommand)]
+    pub study: Study,
 }
 
-/// What went wrong with a file of results.
-fn io_error(path: &Path, e: impl std::fmt::Display) -> Error {
-    Error::new(ErrorKind::Io, format!("{}: {e}", path.display()))
-}
-
-/// Makes a directory for results.
-fn make_directory(path: &Path) -> icoray::Result<()> {
-    std::fs::create_dir_all(path).map_err(|e| io_error(path, e))
-}
-
-/// A step along a ray from the command line.
-fn step(text: &str) -> Result<f64, String> {
-    let step = text.parse().ok().filter(|s| (1e-6..=1.0).contains(s));
-    step.ok_or_else(|| "expected a number of planet radii from 1e-6 to 1".to_owned())
-}
-
-/// The studies that there are.
+/// All studies.
 #[derive(Debug, Clone, clap::Subcommand)]
 pub enum Study {
     /// The paper's Figure 6: a radial field, lit, against a ground truth; writes both pictures and the difference.
@@ -93,7 +73,7 @@ impl Study {
     /// Runs the study and writes what it finds to `out`, line by line.
     ///
     /// # Errors
-    /// Whatever the library says, and [`ErrorKind::Io`] when `out` fails.
+    /// Whatever the library says, and [`icoray::ErrorKind::Io`] when `out` fails.
     pub fn run(&self, out: &mut dyn Write) -> icoray::Result<()> {
         match self {
             Study::Fig6(options) => fig6::run(options, out),

@@ -1,22 +1,14 @@
-//! `icoray-study NAME`: measures what icoray claims. Results go to stdout; an error is one line on stderr and exit code 1, wrong
-//! usage exit code 2.
+//! `icoray-study NAME` runs a study. Results go to stdout; an error is one line on stderr and exit code 1, wrong usage exit
+//! code 2.
 #![forbid(unsafe_code)]
 
 use clap::Parser;
-use icoray_study::Study;
+use icoray_study::CommandLine;
 use std::io::{self, Write};
 use std::process::ExitCode;
 
-/// Measures what icoray claims.
-#[derive(Parser)]
-#[command(name = "icoray-study", version)]
-struct Line {
-    #[command(subcommand)]
-    study: Study,
-}
-
 fn main() -> ExitCode {
-    match Line::parse().study.run(&mut io::stdout().lock()) {
+    match CommandLine::parse().study.run(&mut io::stdout().lock()) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             // Nothing is left to be done where stderr is closed too.

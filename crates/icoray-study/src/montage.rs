@@ -29,20 +29,15 @@ pub struct Montage {
 }
 
 impl Montage {
-    /// An empty montage.
     pub fn new(width: u32, height: u32) -> Self {
         Montage { tile: [width as usize, height as usize], rows: Vec::new() }
     }
 
-    /// Adds a row below.
     pub fn push(&mut self, row: Vec<Tile>) {
         self.rows.push(row);
     }
 
     /// Writes the montage as PNG or EXR, by the name's ending.
-    ///
-    /// # Errors
-    /// As [`write_picture`].
     pub fn write(&self, path: &Path) -> Result<()> {
         let [width, height] = self.tile;
         let columns = self.rows.iter().map(Vec::len).max().unwrap_or(0);
@@ -66,7 +61,7 @@ impl Montage {
     }
 }
 
-/// Pixels as a frame with nothing said of where they are from.
+/// Pixels as a frame without metadata.
 pub(crate) fn frame(width: u32, height: u32, pixels: Vec<[f32; 4]>) -> Frame {
     Frame {
         width,
@@ -84,9 +79,13 @@ pub(crate) fn frame(width: u32, height: u32, pixels: Vec<[f32; 4]>) -> Frame {
 }
 
 /// The difference of two pictures, times `amplify`, on black.
-pub(crate) fn amplified(pixels: &[[f32; 4]], truth: &[[f64; 4]], amplify: f64) -> Vec<[f32; 4]> {
-    let pixel = |(a, b): (&[f32; 4], &[f64; 4])| {
-        let [r, g, b] = [0, 1, 2].map(|k| (amplify * (f64::from(a[k]) - b[k]).abs()) as f32);
+pub(crate) fn amplified<T: Copy + Into<f64>>(
+    pixels: &[[f32; 4]],
+    truth: &[[T; 4]],
+    amplify: f64,
+) -> Vec<[f32; 4]> {
+    let pixel = |(a, b): (&[f32; 4], &[T; 4])| {
+        let [r, g, b] = [0, 1, 2].map(|k| (amplify * (f64::from(a[k]) - b[k].into()).abs()) as f32);
         [r, g, b, 1.0]
     };
     pixels.iter().zip(truth).map(pixel).collect()

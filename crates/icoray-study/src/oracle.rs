@@ -1,26 +1,25 @@
-//! The picture to ten digits: the same integral with the same interpolant as the renderer's, in f64 and by other means.
+//! Renders to ten digits: the renderer's integral and interpolant, in f64, by other numerical methods.
 //!
-//! The way through the mesh is [`icoray::Traversal`]'s. Each frustum is cut where the value turns and where it meets a
-//! knot of the transfer function; in between all is smooth and integrated by panels of order 16. Values are taken
+//! [`icoray::Traversal`] gives the frusta along a ray. Each is cut at the extremum of the value and at knots of the transfer
+//! function; the smooth pieces are integrated by panels of order 16. Values are taken
 //! relative to a vertex of the frustum, so that errors are measured by the field's variation in a frustum, not by its size.
 
-mod course;
 mod gauss;
 mod gradients;
+mod interpolant;
 mod panel;
 mod spans;
 #[cfg(test)]
 mod tests;
 
-pub(crate) use course::{Course, Ends};
 pub(crate) use gauss::Gauss;
 pub(crate) use gradients::gradients;
-pub(crate) use panel::{DARK, Light, Piece};
+pub(crate) use interpolant::{FrustumGeometry, FrustumInterpolant};
+pub(crate) use panel::{MIN_TRANSMITTANCE, Piece, Radiance};
 pub(crate) use spans::{Span, Spans};
 
-use crate::look::{self, RayLight};
-use crate::methods::Job;
-use crate::setting::Setting;
+use crate::job::{Job, PreparedJob};
+use crate::shading::{self, RayLighting};
 use glam::DVec3;
 use icoray::{Frustum, Renderer, Result, Stretch};
 use std::ops::ControlFlow;
@@ -28,14 +27,14 @@ use std::ops::ControlFlow;
 /// Optical depth of a panel.
 const PANEL: f64 = 0.25;
 
-/// A scene over a grid and a field, ready to be evaluated.
+/// A scene over a grid and a field, to be evaluated.
 ///
 /// Unlit pixels are right to 1e-10 whatever the transfer function, lit ones to 1e-8, as far as f64 defines the picture: a
 /// step met by a value that is constant along the ray to rounding, or a value that turns inside a spike a millionth wide,
 /// magnifies the rounding of the ray's points.
 #[derive(Debug)]
 pub struct Oracle<'a> {
-    setting: Setting<'a>,
+    prepared: PreparedJob<'a>,
     spans: Spans,
     gauss: Gauss,
     gradients: Vec<DVec3>,
@@ -53,161 +52,148 @@ impl<'a> Oracle<'a> {
 
     /// With panels of another optical depth.
     pub(crate) fn with_panel(job: &Job<'a>, panel: f64) -> Result<Self> {
-        let setting = Setting::new(job)?;
+        let prepared = PreparedJob::new(job)?;
         let lit = job.scene.lighting.is_some();
         Ok(Oracle {
-            spans: Spans::new(job.scene, setting.thickness()),
+            spans: Spans::new(job.scene, prepared.thickness()),
             gauss: Gauss::new(),
-            gradients: if lit { gradients(&setting) } else { Vec::new() },
-            setting,
+            gradients: if lit { gradients(&prepared) } else { Vec::new() },
+            prepared,
             panel,
         })
     }
 
-    /// Pixel in column `x` and row `y`, counted from the upper left: premultiplied linear RGBA over the background.
-    pub fn pixel(&self, x: u32, y: u32) -> [f64; 4] {
-        self.hinted(x, y, &mut 0)
-    }
-
-    /// All pixels, row by row from the top.
+    /// All pixels, row by row from the top: premultiplied linear RGBA over the background.
     pub fn picture(&self, renderer: &Renderer) -> Vec<[f64; 4]> {
-        self.setting.pixels(renderer, |x, y, hint| self.hinted(x, y, hint))
+        self.prepared.pixels(renderer, |x, y, hint| {
+            let (eye, dir) = self.prepared.ray(x, y);
+            over(self.prepared.scene.background, self.ray(eye, dir, hint))
+        })
     }
 
-    fn hinted(&self, x: u32, y: u32, hint: &mut u32) -> [f64; 4] {
-        let (eye, dir) = self.setting.ray(x, y);
-        over(self.setting.scene.background, self.ray(eye, dir, hint))
-    }
-
-    /// Light along the ray from `eye` in the unit direction `dir`, lengths in planet radii: premultiplied linear RGB and
+    /// Radiance along the ray from `eye` in the unit direction `dir`, lengths in planet radii: premultiplied linear RGB and
     /// opacity, without the background. `hint` as in [`icoray::Traversal::ray`].
     pub fn ray(&self, eye: DVec3, dir: DVec3, hint: &mut u32) -> [f64; 4] {
-        let mut light = Light { color: DVec3::ZERO, through: 1.0 };
-        let lamp = RayLight::new(self.setting.scene, dir);
-        self.setting.traversal.ray(eye, dir, hint, |stretch| {
+        let mut radiance = Radiance { color: DVec3::ZERO, transmittance: 1.0 };
+        let lighting = RayLighting::new(self.prepared.scene, dir);
+        self.prepared.traversal.ray(eye, dir, hint, |stretch| {
             match stretch {
-                Stretch::Frustum(frustum) => self.frustum(frustum, lamp.as_ref(), &mut light),
-                Stretch::Core { t } => core(self.setting.scene, eye + *t * dir, dir, &mut light),
+                Stretch::Frustum(frustum) => self.frustum(frustum, lighting.as_ref(), &mut radiance),
+                Stretch::Core { t } => core(self.prepared.scene, eye + *t * dir, dir, &mut radiance),
             }
-            if light.through > DARK { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
+            if radiance.transmittance > MIN_TRANSMITTANCE {
+                ControlFlow::Continue(())
+            } else {
+                ControlFlow::Break(())
+            }
         });
-        let [r, g, b] = light.color.to_array();
-        [r, g, b, 1.0 - light.through]
+        let [r, g, b] = radiance.color.to_array();
+        [r, g, b, 1.0 - radiance.transmittance]
     }
 
-    fn frustum(&self, frustum: &Frustum, lamp: Option<&RayLight>, light: &mut Light) {
-        let Some([low, high]) = self.setting.vertices(frustum) else { return };
-        let ends = Ends::new(frustum, &self.setting.radius);
+    fn frustum(&self, frustum: &Frustum, lighting: Option<&RayLighting>, radiance: &mut Radiance) {
+        let Some([low, high]) = self.prepared.vertices(frustum) else { return };
+        let geometry = FrustumGeometry::new(frustum, &self.prepared.radius);
         let base = low[0];
-        let course = ends.course(&low, &high, base);
-        let along = Along { oracle: self, frustum, ends: &ends, course, base, lamp };
-        match course.extremum() {
-            None => along.monotone([0.0, 1.0], course.f, light),
+        let interpolant = geometry.interpolant(&low, &high, base);
+        let along = RayInFrustum { oracle: self, frustum, geometry: &geometry, interpolant, base, lighting };
+        match interpolant.extremum() {
+            None => along.monotone([0.0, 1.0], interpolant.f, radiance),
             Some(u) => {
-                let turn = course.at(u);
-                along.monotone([0.0, u], [course.f[0], turn], light);
-                along.monotone([u, 1.0], [turn, course.f[1]], light);
+                let turn = interpolant.at(u);
+                along.monotone([0.0, u], [interpolant.f[0], turn], radiance);
+                along.monotone([u, 1.0], [turn, interpolant.f[1]], radiance);
             }
         }
     }
 }
 
-/// The opaque core, if there is one, ends the light.
-fn core(scene: &icoray::Scene, at: DVec3, dir: DVec3, light: &mut Light) {
+/// Adds the opaque core, if there is one.
+fn core(scene: &icoray::Scene, at: DVec3, dir: DVec3, radiance: &mut Radiance) {
     if let Some(color) = scene.core {
-        light.color += light.through * look::ground(scene, DVec3::from_array(color), at.normalize(), dir);
-        light.through = 0.0;
+        radiance.color +=
+            radiance.transmittance * shading::ground(scene, DVec3::from_array(color), at.normalize(), dir);
+        radiance.transmittance = 0.0;
     }
 }
 
-/// Light over the background, if there is one.
+/// Composites over the background, if there is one.
 pub(crate) fn over(background: Option<[f64; 3]>, [r, g, b, a]: [f64; 4]) -> [f64; 4] {
     match background {
         None => [r, g, b, a],
         Some(back) => {
-            let through = 1.0 - a;
-            [r + through * back[0], g + through * back[1], b + through * back[2], 1.0]
+            let transmittance = 1.0 - a;
+            [r + transmittance * back[0], g + transmittance * back[1], b + transmittance * back[2], 1.0]
         }
     }
 }
 
 /// A ray inside one frustum.
-struct Along<'o, 'a> {
+struct RayInFrustum<'o, 'a> {
     oracle: &'o Oracle<'a>,
     frustum: &'o Frustum,
-    ends: &'o Ends,
-    course: Course,
+    geometry: &'o FrustumGeometry,
+    interpolant: FrustumInterpolant,
     base: f64,
-    lamp: Option<&'o RayLight>,
+    lighting: Option<&'o RayLighting>,
 }
 
-impl Along<'_, '_> {
-    /// Cuts a monotone part, `range` of the frustum with the values `f` at its ends, at the knots that it meets. The span
-    /// is carried from piece to piece: no value is looked up on a knot.
-    fn monotone(&self, range: [f64; 2], f: [f64; 2], light: &mut Light) {
-        let spans = &self.oracle.spans;
-        let falls = f[1] < f[0];
-        let mut k = spans.find(self.base, f[0], falls);
+impl RayInFrustum<'_, '_> {
+    /// Cuts a monotone part (`range` of the frustum, with values `f` at its ends) at knots.
+    fn monotone(&self, range: [f64; 2], f: [f64; 2], radiance: &mut Radiance) {
         let mut at = (range[0], f[0]);
-        loop {
-            let span = &spans.spans[k];
-            let knot = if falls { span.low } else { span.high } - self.base;
-            let is_last = if falls { f[1] >= knot } else { f[1] <= knot };
-            let next =
-                if is_last { (range[1], f[1]) } else { (self.course.meets(knot, at.0, range[1]), knot) };
-            if next.0 > at.0 && !span.is_clear {
-                self.piece([at.0, next.0], [at.1, next.1], span, light);
+        self.oracle.spans.cut(self.base, f, |span, value, is_last| {
+            let u = if is_last { range[1] } else { self.interpolant.meets(value, at.0, range[1]) };
+            if u > at.0 && !span.is_clear {
+                self.piece([at.0, u], [at.1, value], span, radiance);
             }
-            if is_last || light.through <= DARK {
-                return;
-            }
-            at = next;
-            k = if falls { k - 1 } else { k + 1 };
-        }
+            at = (u, value);
+            radiance.transmittance > MIN_TRANSMITTANCE
+        });
     }
 
-    fn piece(&self, range: [f64; 2], f: [f64; 2], span: &Span, light: &mut Light) {
+    fn piece(&self, range: [f64; 2], f: [f64; 2], span: &Span, radiance: &mut Radiance) {
         let (gauss, limit) = (&self.oracle.gauss, self.oracle.panel);
         let length = self.frustum.t[1] - self.frustum.t[0];
         let piece = |range: [f64; 2], f: [f64; 2]| Piece {
-            course: self.course.part(range, f),
+            interpolant: self.interpolant.part(range, f),
             base: self.base,
             span,
             length: length * (range[1] - range[0]),
         };
-        let Some(lamp) = self.lamp else {
-            piece(range, f).plain(gauss, limit, light);
+        let Some(lighting) = self.lighting else {
+            piece(range, f).plain(gauss, limit, radiance);
             return;
         };
         let normal = self.normal();
-        let kinks = [lamp.towards, lamp.halfway].map(|v| zeros(&component(&normal, v)));
+        let kinks = [lighting.towards, lighting.halfway].map(|v| zeros(&component(&normal, v)));
         let mut cuts: Vec<f64> = kinks.into_iter().flatten().flatten().collect();
         cuts.retain(|u| range[0] < *u && *u < range[1]);
         cuts.push(range[1]);
         cuts.sort_by(f64::total_cmp);
         let mut at = (range[0], f[0]);
         for u in cuts {
-            let next = (u, if u == range[1] { f[1] } else { self.course.at(u) });
+            let next = (u, if u == range[1] { f[1] } else { self.interpolant.at(u) });
             let shade = |s: f64| {
                 let u = at.0 + s * (next.0 - at.0);
                 let gradient = DVec3::new(normal[0].at(u), normal[1].at(u), normal[2].at(u));
-                lamp.shade(direction_of(gradient))
+                lighting.shade(direction_of(gradient))
             };
             if next.0 > at.0 {
-                piece([at.0, next.0], [at.1, next.1]).lit(gauss, limit, light, &shade);
+                piece([at.0, next.0], [at.1, next.1]).lit(gauss, limit, radiance, &shade);
             }
             at = next;
         }
     }
 
     /// The gradient's three components along the frustum.
-    fn normal(&self) -> [Course; 3] {
-        let layers = self.oracle.setting.radius.len();
+    fn normal(&self) -> [FrustumInterpolant; 3] {
+        let layers = self.oracle.prepared.radius.len();
         let at =
             |k: usize, layer: usize| self.oracle.gradients[self.frustum.cells[k] as usize * layers + layer];
         let on = |layer| [at(0, layer), at(1, layer), at(2, layer)];
         let (low, high) = (on(self.frustum.layer), on(self.frustum.layer + 1));
-        [0, 1, 2].map(|i| self.ends.course(&low.map(|g| g[i]), &high.map(|g| g[i]), 0.0))
+        [0, 1, 2].map(|i| self.geometry.interpolant(&low.map(|g| g[i]), &high.map(|g| g[i]), 0.0))
     }
 }
 
@@ -218,20 +204,21 @@ pub(crate) fn direction_of(gradient: DVec3) -> DVec3 {
 }
 
 /// The component along `v` of a vector whose components run along the same stretch.
-fn component(of: &[Course; 3], v: DVec3) -> Course {
-    let dot = |get: &dyn Fn(&Course) -> f64| v.dot(DVec3::new(get(&of[0]), get(&of[1]), get(&of[2])));
-    Course { f: [dot(&|c| c.f[0]), dot(&|c| c.f[1])], bend: dot(&|c| c.bend), eps: of[0].eps }
+fn component(of: &[FrustumInterpolant; 3], v: DVec3) -> FrustumInterpolant {
+    let dot =
+        |get: &dyn Fn(&FrustumInterpolant) -> f64| v.dot(DVec3::new(get(&of[0]), get(&of[1]), get(&of[2])));
+    FrustumInterpolant { f: [dot(&|c| c.f[0]), dot(&|c| c.f[1])], bend: dot(&|c| c.bend), eps: of[0].eps }
 }
 
 /// Where a course is zero, at most twice.
-fn zeros(course: &Course) -> [Option<f64>; 2] {
-    let turn = course.extremum();
+fn zeros(interpolant: &FrustumInterpolant) -> [Option<f64>; 2] {
+    let turn = interpolant.extremum();
     let parts = match turn {
         None => [Some([0.0, 1.0]), None],
         Some(u) => [Some([0.0, u]), Some([u, 1.0])],
     };
     parts.map(|part| {
         let [a, b] = part?;
-        (course.at(a) * course.at(b) < 0.0).then(|| course.meets(0.0, a, b))
+        (interpolant.at(a) * interpolant.at(b) < 0.0).then(|| interpolant.meets(0.0, a, b))
     })
 }

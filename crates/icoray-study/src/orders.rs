@@ -1,10 +1,11 @@
-//! Orders of convergence, in the sense of Etiene et al. 2014 (doi:10.1109/TVCG.2013.90): halve a step, or bisect the
-//! mesh, and see by which power of two the error falls. An error in a formula or in its code shows as a lost order.
+//! Orders of convergence, in the sense of Etiene et al. 2014 (doi:10.1109/TVCG.2013.90): the power of two by which the error
+//! falls when a step is halved or the mesh bisected. An error in a formula or in its code shows as a lost order.
 
-use crate::methods::{Job, Method};
+use crate::compare::Comparison;
+use crate::methods::Method;
 use crate::oracle::Oracle;
+use crate::results::{progress, say, write_file};
 use crate::sphere::Sphere;
-use crate::{progress, say};
 use glam::DVec3;
 use icoray::{Precision, Renderer, Result, Scene};
 use std::io::Write;
@@ -22,7 +23,7 @@ pub struct Options {
     #[arg(long, default_value_t = 48)]
     pub size: u32,
     /// The first step, planet radii.
-    #[arg(long, default_value_t = 0.04, value_parser = crate::step)]
+    #[arg(long, default_value_t = 0.04, value_parser = crate::methods::parse_step)]
     pub step: f64,
     /// How often it is halved.
     #[arg(long, default_value_t = 4, value_parser = clap::value_parser!(u32).range(1..=12))]
@@ -47,22 +48,6 @@ fn table(text: &str) -> std::result::Result<usize, String> {
     side.ok_or_else(|| "expected a whole number from 4 to 8192".to_owned())
 }
 
-impl Default for Options {
-    fn default() -> Self {
-        Options {
-            level: 3,
-            layers: 7,
-            size: 48,
-            step: 0.04,
-            halvings: 4,
-            levels: 4,
-            table: 1024,
-            threads: 0,
-            csv: None,
-        }
-    }
-}
-
 /// How smooth a transfer function is over the field's range.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
@@ -75,7 +60,6 @@ pub enum Kind {
 }
 
 impl Kind {
-    /// All of them.
     pub const ALL: [Kind; 3] = [Kind::Smooth, Kind::Kinks, Kind::Steps];
 
     fn knots(self) -> &'static str {
@@ -95,12 +79,11 @@ impl Kind {
     }
 }
 
-/// Errors of a method as something is halved.
+/// Errors of a method over halved steps or mesh sizes.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Series {
     /// The method's name, without its step.
     pub method: &'static str,
-    /// The transfer function.
     pub kind: Kind,
     /// Steps in planet radii, or mean distances of neighbouring cells in radians.
     pub sizes: Vec<f64>,
@@ -131,17 +114,7 @@ fn scene(kind: Kind, size: u32) -> Result<Scene> {
     ))
 }
 
-/// Root-mean-square difference over all channels.
-fn rmse(a: &[[f64; 4]], b: &[[f64; 4]]) -> f64 {
-    let sum: f64 = a.iter().flatten().zip(b.iter().flatten()).map(|(a, b)| (a - b) * (a - b)).sum();
-    (sum / (4 * a.len()) as f64).sqrt()
-}
-
-fn wide(pixels: &[[f32; 4]]) -> Vec<[f64; 4]> {
-    pixels.iter().map(|p| p.map(f64::from)).collect()
-}
-
-/// A method for each step, and whether its limit is the oracle's picture.
+/// Name of a method, the method by step, and whether it converges to the oracle's picture.
 type Stepped = (&'static str, Box<dyn Fn(f64) -> Method>, bool);
 
 fn stepped(table: usize) -> [Stepped; 6] {
@@ -156,33 +129,29 @@ fn stepped(table: usize) -> [Stepped; 6] {
     ]
 }
 
-/// Halves the step of each method that has one.
-///
-/// # Errors
-/// Whatever the library says.
+/// Halves the step of each method.
 pub fn in_step(options: &Options, kind: Kind) -> Result<Vec<Series>> {
     let renderer = Renderer::new(options.threads)?;
     let sphere = Sphere::new(options.level, options.layers, [1.0, 1.3], field)?;
-    let (grid, scene, field) = (sphere.grid()?, scene(kind, options.size)?, sphere.field()?);
-    let job = Job { scene: &scene, grid: &grid, layers: &sphere.layers, field: &field };
-    let truth = Oracle::new(&job)?.picture(&renderer);
     let sizes: Vec<f64> = (0..=options.halvings).map(|i| options.step / f64::from(1u32 << i)).collect();
-    let mut list = Vec::new();
-    for (method, with, to_oracle) in stepped(options.table) {
-        let picture = |step: f64| Ok(wide(&with(step).render(&job, &renderer)?.pixels));
-        let own = if to_oracle { None } else { Some(picture(sizes[sizes.len() - 1] / 8.0)?) };
-        let limit = own.as_ref().unwrap_or(&truth);
-        let errors = sizes.iter().map(|h| Ok(rmse(&picture(*h)?, limit))).collect::<Result<_>>()?;
-        let from_oracle = own.as_ref().map(|own| rmse(own, &truth));
-        list.push(Series { method, kind, sizes: sizes.clone(), rmse: errors, from_oracle });
-    }
-    Ok(list)
+    sphere.with_job(&scene(kind, options.size)?, |job| {
+        let truth = Oracle::new(job)?.picture(&renderer);
+        let of = |(method, with, to_oracle): Stepped| {
+            let picture = |step: f64| Ok(with(step).render(job, &renderer)?.pixels);
+            let own = if to_oracle { None } else { Some(picture(sizes[sizes.len() - 1] / 8.0)?) };
+            let error = |pixels: &[[f32; 4]]| match &own {
+                Some(own) => Comparison::new(pixels, own).rmse,
+                None => Comparison::new(pixels, &truth).rmse,
+            };
+            let errors = sizes.iter().map(|h| Ok(error(&picture(*h)?))).collect::<Result<_>>()?;
+            let from_oracle = own.as_ref().map(|own| Comparison::new(own, &truth).rmse);
+            Ok(Series { method, kind, sizes: sizes.clone(), rmse: errors, from_oracle })
+        };
+        stepped(options.table).into_iter().map(of).collect()
+    })
 }
 
-/// Bisects the mesh, and as often the layers: how far each method, with small steps, is from the oracle on the same mesh.
-///
-/// # Errors
-/// Whatever the library says.
+/// Bisects mesh and layers: the error of each method, with small steps, against the oracle on the same mesh.
 pub fn in_mesh(options: &Options, kind: Kind) -> Result<Vec<Series>> {
     let renderer = Renderer::new(options.threads)?;
     let step = options.step / f64::from(1u32 << (options.halvings + 1));
@@ -198,24 +167,25 @@ pub fn in_mesh(options: &Options, kind: Kind) -> Result<Vec<Series>> {
     scene.precision = Precision::F64;
     for level in 1..=options.levels {
         let sphere = Sphere::new(level, 1 + (1 << level), [1.0, 1.3], field)?;
-        let (grid, field) = (sphere.grid()?, sphere.field()?);
-        let job = Job { scene: &scene, grid: &grid, layers: &sphere.layers, field: &field };
-        let truth = Oracle::new(&job)?.picture(&renderer);
-        for (series, (_, method)) in list.iter_mut().zip(methods) {
-            series.sizes.push(1.107 / f64::from(1u32 << level));
-            series.rmse.push(rmse(&wide(&method.render(&job, &renderer)?.pixels), &truth));
-        }
+        sphere.with_job(&scene, |job| {
+            let truth = Oracle::new(job)?.picture(&renderer);
+            for (series, (_, method)) in list.iter_mut().zip(methods) {
+                series.sizes.push(1.107 / f64::from(1u32 << level));
+                series.rmse.push(Comparison::new(&method.render(job, &renderer)?.pixels, &truth).rmse);
+            }
+            Ok(())
+        })?;
     }
     Ok(list)
 }
 
-fn tell(out: &mut dyn Write, list: &[Series]) -> Result<()> {
+fn print(out: &mut dyn Write, list: &[Series]) -> Result<()> {
     for s in list {
         let numbers = |v: &[f64]| v.iter().map(|e| format!("{e:8.1e}")).collect::<Vec<_>>().join(" ");
         let orders = s.orders().iter().map(|o| format!("{o:5.2}")).collect::<Vec<_>>().join(" ");
         let limit = s.from_oracle.map_or(String::new(), |d| format!(", limit {d:.1e} from the oracle"));
         let kind = format!("{:?}", s.kind).to_lowercase();
-        say(out, &format!("{kind:>6} {:>28}: {}  order {orders}{limit}", s.method, numbers(&s.rmse)))?;
+        say!(out, "{kind:>6} {:>28}: {}  order {orders}{limit}", s.method, numbers(&s.rmse))?;
     }
     Ok(())
 }
@@ -234,50 +204,50 @@ fn lines(refined: &str, list: &[Series]) -> String {
 }
 
 /// Measures and prints a line per method and transfer function.
-///
-/// # Errors
-/// Whatever the library says, and [`icoray::ErrorKind::Io`] when the table cannot be written.
 pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
     let mut table = String::from("refined,transfer,method,size,rmse,order,limit from oracle\n");
-    say(
+    say!(
         out,
-        &format!(
-            "RMSE over premultiplied channels; {} bisections, {} layers, steps from {} planet radii on, halved",
-            options.level, options.layers, options.step
-        ),
+        "RMSE over premultiplied channels; {} bisections, {} layers, steps from {} planet radii on, halved",
+        options.level,
+        options.layers,
+        options.step
     )?;
     const IN_MESH: [Kind; 2] = [Kind::Smooth, Kind::Kinks];
     let bar = progress(Kind::ALL.len() + IN_MESH.len(), "orders");
     bar.set_message("steps");
     for kind in Kind::ALL {
         let list = in_step(options, kind)?;
-        bar.suspend(|| tell(out, &list))?;
+        bar.suspend(|| print(out, &list))?;
         bar.inc(1);
         table += &lines("step", &list);
     }
     bar.set_message("meshes");
-    let line = format!("against the oracle on the same mesh, 1 to {} bisections", options.levels);
-    bar.suspend(|| say(out, &line))?;
+    let levels = options.levels;
+    bar.suspend(|| say!(out, "against the oracle on the same mesh, 1 to {levels} bisections"))?;
     for kind in IN_MESH {
         let list = in_mesh(options, kind)?;
-        bar.suspend(|| tell(out, &list))?;
+        bar.suspend(|| print(out, &list))?;
         bar.inc(1);
         table += &lines("mesh", &list);
     }
     bar.finish_and_clear();
-    if let Some(path) = &options.csv {
-        std::fs::write(path, table)
-            .map_err(|e| icoray::Error::new(icoray::ErrorKind::Io, format!("{}: {e}", path.display())))?;
-    }
-    Ok(())
+    options.csv.as_ref().map_or(Ok(()), |path| write_file(path, table))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
+    #[derive(clap::Parser)]
+    struct Line {
+        #[command(flatten)]
+        options: Options,
+    }
+
     fn small() -> Options {
-        Options { level: 2, layers: 5, size: 24, halvings: 3, levels: 4, table: 512, ..Options::default() }
+        let words = "orders --level 2 --layers 5 --size 24 --halvings 3 --levels 4 --table 512";
+        <Line as clap::Parser>::parse_from(words.split(' ')).options
     }
 
     /// The least and greatest order of the series.

@@ -1,18 +1,18 @@
-//! How much memory this process takes, as the kernel tells.
+//! Peak memory of this process, from Linux's `/proc`.
 
-use crate::io_error;
+use crate::results::{io_error, read_text, write_file};
 use icoray::Result;
 use std::path::Path;
 
-/// The most memory that this process has had since a moment, beyond what it had then.
-pub(crate) struct Peak(u64);
+/// Measures the peak memory of this process since `start`, beyond the memory at `start`.
+pub(crate) struct PeakMemory(u64);
 
-impl Peak {
+impl PeakMemory {
     pub fn start() -> Result<Self> {
-        give_back();
+        trim_heap();
         let path = Path::new("/proc/self/clear_refs");
-        std::fs::write(path, "5").map_err(|e| io_error(path, e))?;
-        status("VmRSS:").map(Peak)
+        write_file(path, "5")?;
+        status("VmRSS:").map(PeakMemory)
     }
 
     pub fn bytes(&self) -> Result<u64> {
@@ -20,8 +20,8 @@ impl Peak {
     }
 }
 
-/// What was freed and kept would hide what is allocated of it.
-fn give_back() {
+/// Returns freed memory to the system: reusing it would not show as an increase.
+fn trim_heap() {
     #[cfg(target_env = "gnu")]
     // SAFETY: nothing is asked of the caller; memory that is in use stays.
     unsafe {
@@ -31,7 +31,7 @@ fn give_back() {
 
 fn status(name: &str) -> Result<u64> {
     let path = Path::new("/proc/self/status");
-    let text = std::fs::read_to_string(path).map_err(|e| io_error(path, e))?;
+    let text = read_text(path)?;
     let of_line = |line: &str| line.strip_prefix(name)?.trim().strip_suffix(" kB")?.trim().parse().ok();
     let kilobytes: u64 =
         text.lines().find_map(of_line).ok_or_else(|| io_error(path, format!("has no {name}")))?;
@@ -45,7 +45,7 @@ mod tests {
     // One test, as others in this process would disturb it; twice what they may free meanwhile.
     #[test]
     fn memory_is_seen_to_rise_also_where_it_was_freed_before() {
-        let peak = Peak::start().unwrap();
+        let peak = PeakMemory::start().unwrap();
         let block = std::hint::black_box(vec![1u8; 128 << 20]);
         let bytes = peak.bytes().unwrap();
         assert!(bytes >= 64 << 20, "{bytes} of {}", block.len());
@@ -55,7 +55,7 @@ mod tests {
         let mut freed = blocks();
         let last = freed.pop();
         drop(freed);
-        let peak = Peak::start().unwrap();
+        let peak = PeakMemory::start().unwrap();
         let again = blocks();
         let bytes = peak.bytes().unwrap();
         assert!(bytes >= 60 << 20, "{bytes} of {} blocks", again.len());

@@ -1,6 +1,6 @@
 //! Charts of error and time on logarithmic axes, as SVG.
 
-use crate::io_error;
+use crate::results::{io_error, write_file};
 use icoray::Result;
 use plotters::coord::combinators::WithKeyPoints;
 use plotters::prelude::*;
@@ -21,13 +21,12 @@ const COLORS: [RGBColor; 9] = [
 
 const SIZE: (u32, u32) = (900, 560);
 const LEGEND: u32 = 250;
-/// What is less is drawn here: a logarithmic axis has no zero.
+/// Lower limit of coordinates: a logarithmic axis has no zero.
 const LEAST: f64 = 1e-12;
 
 /// A line of a chart.
 #[derive(Debug, Clone)]
 pub struct Line {
-    /// What the legend calls it.
     pub name: String,
     /// Which colour and marker: equal for the same method in all charts.
     pub style: usize,
@@ -38,27 +37,18 @@ pub struct Line {
 /// A chart on logarithmic axes.
 #[derive(Debug, Clone)]
 pub struct Chart {
-    /// Above it.
     pub title: String,
-    /// Below it.
     pub x: String,
-    /// Left of it.
     pub y: String,
-    /// What is drawn.
     pub lines: Vec<Line>,
 }
 
 impl Chart {
     /// Writes the chart as SVG.
-    ///
-    /// # Errors
-    /// [`ErrorKind::Io`] with the path.
     pub fn write(&self, path: &Path) -> Result<()> {
         let mut text = String::new();
-        self.draw(&mut text)
-            .map_err(|e| e.to_string())
-            .and_then(|()| std::fs::write(path, &text).map_err(|e| e.to_string()))
-            .map_err(|e| io_error(path, e))
+        self.draw(&mut text).map_err(|e| io_error(path, e.to_string()))?;
+        write_file(path, text)
     }
 
     fn draw<'t>(&self, text: &'t mut String) -> std::result::Result<(), Box<dyn std::error::Error + 't>> {
@@ -85,7 +75,7 @@ impl Chart {
             .bold_line_style(RGBColor(190, 190, 190))
             .light_line_style(RGBColor(235, 235, 235))
             .draw()?;
-        // What the chart is about is drawn last, over all else.
+        // The first line is drawn last, over the others.
         for line in self.lines.iter().rev() {
             let color = COLORS[line.style % COLORS.len()];
             let mark = |at| EmptyElement::at(at) + Polygon::new(outline(line.style), color.filled());
@@ -149,7 +139,7 @@ impl Axis {
     }
 }
 
-/// A number as it is written near 1, as a multiple of a power of ten far from it.
+/// A number in decimal notation near 1, else as a multiple of a power of ten.
 fn label(value: &f64) -> String {
     let text = format!("{value:e}");
     let (digits, exponent) = text.split_once('e').unwrap_or((&text, "0"));

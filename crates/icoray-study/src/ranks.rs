@@ -1,24 +1,23 @@
-//! What ranks would do, simulated in one process: how evenly a picture is shared out, and what is sent for it.
+//! Load balance and communication of ranks, simulated in one process.
 //!
-//! Ranks are threads that compute one after the other (`turns`), so that the seconds of each are those of a processor of
-//! its own, whatever the machine has. What the network adds is not in them: bytes are told instead.
+//! Ranks are threads that compute one after the other ([`sequential`]), so that the seconds of each are those of a processor of
+//! its own. The network is not simulated: bytes are reported instead.
 
-use crate::csv_file::CsvFile;
+use crate::results::{CsvFile, progress, say};
 use crate::scenes::multi_scale;
 use crate::sphere::{self, Sphere};
-use crate::{make_directory, progress, say};
 use icoray::ranks::local_nodes;
-use icoray::{Error, ErrorKind, FrameReport, Grid, Held, Ranks, Rendered, Renderer, Result, Scene};
+use icoray::{Decomposition, Error, ErrorKind, FrameReport, Grid, Ranks, Rendered, Renderer, Result, Scene};
+use partition::{MeshPart, Partition};
 use rayon::prelude::*;
-use spread::{Local, Partition};
+use sequential::SequentialRank;
 use std::io::Write;
 use std::path::PathBuf;
 use std::thread;
 use std::time::Instant;
-use turns::InTurn;
 
-mod spread;
-mod turns;
+mod partition;
+mod sequential;
 
 /// What to measure.
 #[derive(Debug, Clone, clap::Args)]
@@ -71,40 +70,16 @@ impl Sharing {
             Sharing::Random => Some(Partition::Random),
         }
     }
-
-    fn name(self) -> &'static str {
-        match self {
-            Sharing::Tiles => "tiles",
-            Sharing::Patches => "patches",
-            Sharing::Rows => "rows",
-            Sharing::Random => "random",
-        }
-    }
 }
 
-const COLUMNS: [&str; 16] = [
-    "transfer",
-    "sharing",
-    "ranks",
-    "busiest_s",
-    "speedup",
-    "balance",
-    "least_tiles",
-    "most_tiles",
-    "fragments_per_rank",
-    "fragments_per_pixel",
-    "sent_bytes_per_rank",
-    "sent_bytes_per_pixel",
-    "rank_0_received_bytes",
-    "compose_s",
-    "copied_bytes_per_rank",
-    "copy_s",
-];
+const COLUMNS: &str = "transfer,sharing,ranks,busiest_s,speedup,balance,least_tiles,most_tiles,fragments_per_rank,\
+    fragments_per_pixel,sent_bytes_per_rank,sent_bytes_per_pixel,rank_0_received_bytes,compose_s,\
+    copied_bytes_per_rank,copy_s";
+
+const HEADING: &str = "transfer  sharing ranks busiest s speedup balance tiles/rank fragm./rank fragm./pix. \
+    KiB s./rank bytes/pixel KiB at rank 0 compose s KiB c./rank  copy s";
 
 /// Draws and prints a line per transfer function, sharing and number of ranks.
-///
-/// # Errors
-/// Whatever the library says.
 pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
     if options.ranks.contains(&0) {
         return Err(Error::new(ErrorKind::Scene, "0 ranks, expected at least 1"));
@@ -112,142 +87,115 @@ pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
     let sphere = Sphere::new(options.level, options.layers, [1.0, 1.15], sphere::multi_scale)?;
     let processors = thread::available_parallelism().map_or(1, usize::from);
     let (cells, size) = (sphere.mesh.cells(), options.size);
-    say(
+    say!(
         out,
-        &format!(
-            "{cells} cells x {} layers, {size} x {size} pixels, f32; ranks are threads of one process that compute one after the\n\
+        "{cells} cells x {} layers, {size} x {size} pixels, f32; ranks are threads of one process that compute one after the\n\
              other, on {processors} processors: seconds are of a rank's own work, range of the field included, without a network. Of {}\n\
              frames after the first, the one whose busiest rank took least. Balance: mean over most of the seconds that ranks drew.\n\
              tiles: all ranks have all data; patches, rows, random: each has its cells and a halo, in Morton order, in the mesh's or\n\
              anywhere. Ranks of a node put their parts together: KiB that each writes for it, and the seconds of the slowest.",
-            options.layers, options.frames,
-        ),
+        options.layers,
+        options.frames
     )?;
-    let csv = match &options.out {
-        None => None,
-        Some(directory) => {
-            make_directory(directory)?;
-            Some(CsvFile::create(directory.join("ranks.csv"), &COLUMNS)?)
-        }
-    };
+    let create = |directory: &PathBuf| CsvFile::create(directory.join("ranks.csv"), COLUMNS);
+    let csv = options.out.as_ref().map(create).transpose()?;
     let scenes = multi_scale::TRANSFERS.map(|(_, opacity)| multi_scale::scene(size, opacity, "", ""));
     let scenes: Vec<Scene> = scenes.into_iter().collect::<Result<_>>()?;
-    say(
-        out,
-        &format!(
-            "{:>8} {:>8} {:>5} {:>9} {:>7} {:>7} {:>10} {:>11} {:>11} {:>11} {:>11} {:>13} {:>9} {:>10} {:>7}",
-            "transfer",
-            "sharing",
-            "ranks",
-            "busiest s",
-            "speedup",
-            "balance",
-            "tiles/rank",
-            "fragm./rank",
-            "fragm./pix.",
-            "KiB s./rank",
-            "bytes/pixel",
-            "KiB at rank 0",
-            "compose s",
-            "KiB c./rank",
-            "copy s"
-        ),
-    )?;
-    let mut table = Table { size, csv, alone: vec![None; scenes.len()], out };
+    say!(out, "{HEADING}")?;
+    let mut table = Output { size, csv, alone: vec![None; scenes.len()], out };
     let bar = progress(options.sharing.len() * options.ranks.len() + 1, "ranks");
     for &sharing in &options.sharing {
         for &ranks in &options.ranks {
             bar.set_message(format!("{ranks} ranks"));
-            let parts = sharing.partition().map(|partition| Local::all(&sphere, partition, ranks));
-            let world = World::new(&sphere, parts.as_deref(), &scenes, (options.frames, options.node_ranks))?;
-            for (scene, frame) in world.frames(ranks)?.into_iter().enumerate() {
+            let parts = sharing.partition().map(|partition| MeshPart::all(&sphere, partition, ranks));
+            let simulation =
+                Simulation::new(&sphere, parts.as_deref(), &scenes, (options.frames, options.node_ranks))?;
+            for (scene, frame) in simulation.frames(ranks)?.into_iter().enumerate() {
                 bar.suspend(|| table.row(multi_scale::TRANSFERS[scene].0, scene, sharing, &frame))?;
             }
             bar.inc(1);
         }
     }
     bar.set_message("2 ranks at once");
-    let world = World::new(&sphere, None, &scenes, (options.frames, 0))?;
-    let (one, two) = (world.wall_s(1)?, world.wall_s(2)?);
+    let simulation = Simulation::new(&sphere, None, &scenes, (options.frames, 0))?;
+    let (one, two) = (simulation.wall_s(1)?, simulation.wall_s(2)?);
     bar.finish_and_clear();
     for ((name, _), (one, two)) in multi_scale::TRANSFERS.iter().zip(one.into_iter().zip(two)) {
         let ratio = one / two;
-        say(
+        say!(
             table.out,
-            &format!(
-                "{name}: 1 rank {one:.3} s, 2 ranks at once {two:.3} s a frame of tiles, {ratio:.2} times less"
-            ),
+            "{name}: 1 rank {one:.3} s, 2 ranks at once {two:.3} s a frame of tiles, {ratio:.2} times less"
         )?;
     }
     Ok(())
 }
 
-/// What a rank did in a frame.
+/// Measurements of a rank in a frame.
 #[derive(Debug, Clone)]
-struct Did {
+struct RankFrame {
     busy_s: f64,
     report: FrameReport,
 }
 
-fn busiest(frame: &[Did]) -> f64 {
-    frame.iter().fold(0.0, |most: f64, did| most.max(did.busy_s))
+fn busiest(frame: &[RankFrame]) -> f64 {
+    frame.iter().fold(0.0, |max: f64, rank| max.max(rank.busy_s))
 }
 
-/// What is drawn, and what ranks have of it: all, or a part each.
-struct World<'w> {
+/// The model, whole on each rank or distributed over ranks.
+struct Simulation<'w> {
     sphere: &'w Sphere,
-    parts: Option<&'w [Local]>,
-    /// One for all, or one for each part.
+    parts: Option<&'w [MeshPart]>,
+    /// One grid for all ranks, or one for each part.
     grids: Vec<Grid<'w>>,
     scenes: &'w [Scene],
-    /// Of each scene.
+    /// Number of frames of each scene.
     frames: usize,
     /// Ranks of a node; 0 for all.
     node_ranks: usize,
 }
 
-impl<'w> World<'w> {
+impl<'w> Simulation<'w> {
     fn new(
         sphere: &'w Sphere,
-        parts: Option<&'w [Local]>,
+        parts: Option<&'w [MeshPart]>,
         scenes: &'w [Scene],
         (frames, node_ranks): (usize, usize),
     ) -> Result<Self> {
         let grids = match parts {
             None => vec![sphere.grid()?],
-            Some(parts) => parts.par_iter().map(Local::grid).collect::<Result<_>>()?,
+            Some(parts) => parts.par_iter().map(|part| part.sphere.grid()).collect::<Result<_>>()?,
         };
-        Ok(World { sphere, parts, grids, scenes, frames: 1 + frames.max(1), node_ranks })
+        Ok(Simulation { sphere, parts, grids, scenes, frames: 1 + frames.max(1), node_ranks })
     }
 
     /// The node of each rank.
     fn node_of(&self, ranks: usize) -> Vec<usize> {
-        let most = if self.node_ranks == 0 { ranks } else { self.node_ranks };
-        (0..ranks).map(|rank| rank / most).collect()
+        let max = if self.node_ranks == 0 { ranks } else { self.node_ranks };
+        (0..ranks).map(|rank| rank / max).collect()
     }
 
-    /// Of each scene the least disturbed frame behind the first: what each rank did.
-    fn frames(&self, ranks: usize) -> Result<Vec<Vec<Did>>> {
-        let of_ranks = on_threads(InTurn::team(&self.node_of(ranks)), |mut team| {
+    /// For each scene the frame (of all but the first) whose busiest rank took least.
+    fn frames(&self, ranks: usize) -> Result<Vec<Vec<RankFrame>>> {
+        let of_ranks = on_threads(SequentialRank::team(&self.node_of(ranks)), |mut team| {
             let busy = team.begin();
             let mut before = 0.0;
             self.rank(Ranks::new(Box::new(team)), |report| {
                 let busy_s = busy.seconds() - std::mem::replace(&mut before, busy.seconds());
-                Did { busy_s, report }
+                RankFrame { busy_s, report }
             })
         })?;
         let frame =
             |number: usize| of_ranks.iter().map(|of_rank| of_rank[number].clone()).collect::<Vec<_>>();
-        let least = |scene: usize| {
+        let min = |scene: usize| {
             let frames = (scene * self.frames + 1..(scene + 1) * self.frames).map(frame);
             frames
                 .min_by(|a, b| busiest(a).total_cmp(&busiest(b)))
                 .expect("there is a frame behind the first")
         };
-        Ok((0..self.scenes.len()).map(least).collect())
+        Ok((0..self.scenes.len()).map(min).collect())
     }
 
-    /// Of each scene the least seconds of a frame of ranks that compute at once, each on one thread.
+    /// For each scene the minimum seconds of a frame with ranks that compute at once, each on one thread.
     fn wall_s(&self, ranks: usize) -> Result<Vec<f64>> {
         let of_ranks = on_threads(local_nodes(&self.node_of(ranks)), |team| {
             let mut start = Instant::now();
@@ -255,32 +203,32 @@ impl<'w> World<'w> {
                 std::mem::replace(&mut start, Instant::now()).elapsed().as_secs_f64()
             })
         })?;
-        let least = |frames: &[f64]| frames[1..].iter().fold(f64::INFINITY, |least, s| least.min(*s));
-        Ok(of_ranks[0].chunks_exact(self.frames).map(least).collect())
+        let min = |frames: &[f64]| frames[1..].iter().fold(f64::INFINITY, |min, s| min.min(*s));
+        Ok(of_ranks[0].chunks_exact(self.frames).map(min).collect())
     }
 
-    /// Draws all frames of all scenes as one rank and tells of each.
-    fn rank<R>(&self, mut ranks: Ranks, mut tell: impl FnMut(FrameReport) -> R) -> Result<Vec<R>> {
+    /// Renders all frames of all scenes as one rank; returns the results of `on_frame`.
+    fn rank<R>(&self, mut ranks: Ranks, mut on_frame: impl FnMut(FrameReport) -> R) -> Result<Vec<R>> {
         let renderer = Renderer::new(1)?;
         let local = self.parts.map(|parts| &parts[ranks.rank()]);
         let grid = &self.grids[if local.is_some() { ranks.rank() } else { 0 }];
-        let field = local.map_or_else(|| self.sphere.field(), Local::field)?;
-        let held = local.map(|local| Held::new(&mut ranks, grid, &local.cells())).transpose()?;
-        let mut told = Vec::new();
+        let field = local.map_or(self.sphere, |part| &part.sphere).field()?;
+        let held = local.map(|local| Decomposition::new(&mut ranks, grid, &local.cells())).transpose()?;
+        let mut results = Vec::new();
         for scene in self.scenes.iter().flat_map(|scene| std::iter::repeat_n(scene, self.frames)) {
             let layers = &self.sphere.layers;
-            told.push(tell(
+            results.push(on_frame(
                 match renderer.render_held(&mut ranks, scene, grid, held.as_ref(), layers, &field)? {
                     Rendered::Here(frame) => frame.report,
                     Rendered::AtRoot(report) => report,
                 },
             ));
         }
-        Ok(told)
+        Ok(results)
     }
 }
 
-/// What each rank of a team makes on a thread of its own.
+/// Runs `work` for each rank on a thread of its own.
 fn on_threads<T: Send, R: Send>(team: Vec<T>, work: impl Fn(T) -> Result<R> + Sync) -> Result<Vec<R>> {
     let work = &work;
     thread::scope(|scope| {
@@ -290,52 +238,52 @@ fn on_threads<T: Send, R: Send>(team: Vec<T>, work: impl Fn(T) -> Result<R> + Sy
     })
 }
 
-/// Where frames go as rows: what a reader sees, and the same in plain numbers.
-struct Table<'o> {
+/// Writes a row per frame: a printed line and a row of the CSV file.
+struct Output<'o> {
     out: &'o mut dyn Write,
     csv: Option<CsvFile>,
     size: u32,
-    /// Of each scene, seconds of one rank that has all.
+    /// For each scene, the seconds of one rank with all data.
     alone: Vec<Option<f64>>,
 }
 
-impl Table<'_> {
-    fn row(&mut self, transfer: &str, scene: usize, sharing: Sharing, frame: &[Did]) -> Result<()> {
+impl Output<'_> {
+    fn row(&mut self, transfer: &str, scene: usize, sharing: Sharing, frame: &[RankFrame]) -> Result<()> {
         let (ranks, pixels, busiest_s) = (frame.len(), f64::from(self.size).powi(2), busiest(frame));
         if sharing == Sharing::Tiles && ranks == 1 {
             self.alone[scene] = Some(busiest_s);
         }
-        let sharing = sharing.name();
+        let sharing = format!("{sharing:?}").to_lowercase();
         let speedup = self.alone[scene].map(|alone| alone / busiest_s);
-        // The root knows of all.
+        // The report of the root covers all ranks.
         let root = &frame[0].report;
-        let (fragments, received) = (root.counts.fragments as f64, root.bytes_received as f64);
+        let (fragments, received) = (root.counts.fragments as f64, root.ranks.bytes_received as f64);
         let sent = received + root.counts.fragment_bytes as f64;
-        let (each, balance) = (ranks as f64, root.balance);
-        let tiles = || frame.iter().map(|did| did.report.tiles);
-        let (least, most) = (tiles().min().unwrap_or(0), tiles().max().unwrap_or(0));
-        let compose_s = frame.iter().fold(0.0, |most: f64, did| most.max(did.report.compose_s));
-        let copied: f64 = frame.iter().map(|did| did.report.bytes_copied as f64).sum();
-        let copy_s = frame.iter().fold(0.0, |most: f64, did| most.max(did.report.copy_s));
-        let line = format!(
+        let (each, balance) = (ranks as f64, root.ranks.balance);
+        let tiles = || frame.iter().map(|rank| rank.report.ranks.tiles);
+        let (min, max) = (tiles().min().unwrap_or(0), tiles().max().unwrap_or(0));
+        let compose_s = frame.iter().fold(0.0, |max: f64, rank| max.max(rank.report.ranks.compose_s));
+        let copied: f64 = frame.iter().map(|rank| rank.report.bytes_copied as f64).sum();
+        let copy_s = frame.iter().fold(0.0, |max: f64, rank| max.max(rank.report.timing.copy_s));
+        say!(
+            self.out,
             "{transfer:>8} {sharing:>8} {ranks:>5} {busiest_s:>9.3} {:>7} {balance:>7.3} {:>10} {:>11.0} {:>11.2} {:>11.0} {:>11.1} {:>13.0} {compose_s:>9.3} {:>10.0} {copy_s:>7.3}",
             speedup.map_or_else(String::new, |speedup| format!("{speedup:.2}")),
-            format!("{least}-{most}"),
+            format!("{min}-{max}"),
             fragments / each,
             fragments / pixels,
             sent / each / 1024.0,
             sent / pixels,
             received / 1024.0,
             copied / each / 1024.0,
-        );
-        say(self.out, &line)?;
+        )?;
         let Some(csv) = &mut self.csv else { return Ok(()) };
         let speedup = speedup.map_or_else(String::new, |speedup| speedup.to_string());
-        let mut cells = vec![transfer.to_owned(), sharing.to_owned(), ranks.to_string()];
+        let mut cells = vec![transfer.to_owned(), sharing, ranks.to_string()];
         cells.extend([busiest_s.to_string(), speedup]);
-        let numbers = [balance, least as f64, most as f64, fragments / each, fragments / pixels];
+        let numbers = [balance, min as f64, max as f64, fragments / each, fragments / pixels];
         let of_bytes = [sent / each, sent / pixels, received, compose_s, copied / each, copy_s];
         cells.extend(numbers.iter().chain(&of_bytes).map(f64::to_string));
-        csv.row(&cells)
+        csv.row(cells)
     }
 }

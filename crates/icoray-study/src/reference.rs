@@ -1,15 +1,15 @@
-//! The same picture, computed in another way: for the tests to hold the renderer against.
+//! An independent renderer for tests, slow and simple, in f64.
 //!
-//! Nothing is shared with the renderer but its inputs. A point is located by solving for its barycentric coordinates in a
+//! It shares only its inputs with the renderer. A point is located by solving for its barycentric coordinates in a
 //! triangle's three directions; the value is the paper's §3.3 to the letter (two barycentric interpolations, then one
 //! along the radius); rays are integrated by tiny midpoint steps; vertex gradients are differences of the interpolant in
-//! each incident frustum. Slow, in f64, and plain.
+//! each incident frustum.
 
-use crate::look;
+use crate::shading;
 use glam::{DMat3, DVec3};
 use icoray::{Field, Grid, Scene};
 
-/// A scene over a grid and a field at cell centres, ready to be evaluated anywhere.
+/// A scene over a grid and a field at cell centres, to be evaluated anywhere.
 #[derive(Debug)]
 pub struct Reference<'a> {
     grid: &'a Grid<'a>,
@@ -22,7 +22,7 @@ pub struct Reference<'a> {
 
 /// A frustum with barycentric coordinates on its triangle and the fraction of the way to its upper layer.
 #[derive(Debug, Clone, Copy)]
-struct Place {
+struct FrustumPoint {
     triangle: u32,
     layer: usize,
     weight: DVec3,
@@ -59,21 +59,21 @@ impl<'a> Reference<'a> {
         self.values[cell as usize * self.radius.len() + layer]
     }
 
-    /// The triangle whose cone holds `p`, tried first at `hint` and its neighbours.
+    /// The triangle whose cone contains `p`; `hint` and its neighbours are tried first.
     fn triangle_at(&self, p: DVec3, hint: u32) -> u32 {
-        let least = |t: u32| self.coordinates(t, p).min_element();
-        if least(hint) >= 0.0 {
+        let min = |t: u32| self.coordinates(t, p).min_element();
+        if min(hint) >= 0.0 {
             return hint;
         }
-        let near = (0..3).map(|k| self.grid.across(hint, k)).find(|&t| least(t) >= 0.0);
+        let near = (0..3).map(|k| self.grid.across(hint, k)).find(|&t| min(t) >= 0.0);
         near.unwrap_or_else(|| {
             let all = 0..self.grid.triangles() as u32;
-            all.max_by(|&a, &b| least(a).total_cmp(&least(b))).expect("a grid has triangles")
+            all.max_by(|&a, &b| min(a).total_cmp(&min(b))).expect("a grid has triangles")
         })
     }
 
-    /// The frustum that holds `p`; `None` below the lowest and above the highest layer's facets.
-    fn place(&self, p: DVec3, hint: &mut u32) -> Option<Place> {
+    /// The frustum that contains `p`; `None` below the lowest and above the highest layer.
+    fn locate(&self, p: DVec3, hint: &mut u32) -> Option<FrustumPoint> {
         let triangle = self.triangle_at(p, *hint);
         *hint = triangle;
         let coordinates = self.coordinates(triangle, p);
@@ -81,30 +81,25 @@ impl<'a> Reference<'a> {
         let above = self.radius.partition_point(|&r| r <= rho);
         let layer = above.checked_sub(1).filter(|l| l + 1 < self.radius.len())?;
         let lambda = (rho - self.radius[layer]) / (self.radius[layer + 1] - self.radius[layer]);
-        Some(Place { triangle, layer, weight: coordinates / rho, lambda })
+        Some(FrustumPoint { triangle, layer, weight: coordinates / rho, lambda })
     }
 
-    fn interpolate(&self, place: &Place) -> f64 {
-        let cells = self.grid.triangle(place.triangle);
+    fn interpolate(&self, point: &FrustumPoint) -> f64 {
+        let cells = self.grid.triangle(point.triangle);
         let on = |layer| {
             let values = DVec3::from_array(cells.map(|c| self.value_of(c, layer)));
-            values.dot(place.weight)
+            values.dot(point.weight)
         };
-        let (low, high) = (on(place.layer), on(place.layer + 1));
-        low + place.lambda * (high - low)
+        let (low, high) = (on(point.layer), on(point.layer + 1));
+        low + point.lambda * (high - low)
     }
 
-    /// The interpolant at `p`, `None` outside the shell and where a value is missing.
-    pub fn value(&self, p: DVec3, hint: &mut u32) -> Option<f64> {
-        self.place(p, hint).map(|place| self.interpolate(&place)).filter(|v| !v.is_nan())
-    }
-
-    /// The interpolant of one frustum, continued beyond its faces.
+    /// The interpolant of one frustum, extrapolated beyond its faces.
     fn continued(&self, triangle: u32, layer: usize, p: DVec3) -> f64 {
         let coordinates = self.coordinates(triangle, p);
         let rho = coordinates.element_sum();
         let lambda = (rho - self.radius[layer]) / (self.radius[layer + 1] - self.radius[layer]);
-        self.interpolate(&Place { triangle, layer, weight: coordinates / rho, lambda })
+        self.interpolate(&FrustumPoint { triangle, layer, weight: coordinates / rho, lambda })
     }
 
     fn vertex_gradients(&self) -> Vec<DVec3> {
@@ -134,13 +129,13 @@ impl<'a> Reference<'a> {
     }
 
     /// The vertex gradients, interpolated like the value.
-    fn gradient(&self, place: &Place) -> DVec3 {
-        let cells = self.grid.triangle(place.triangle);
+    fn gradient(&self, point: &FrustumPoint) -> DVec3 {
+        let cells = self.grid.triangle(point.triangle);
         let on = |layer: usize| {
             let at = cells.map(|c| self.gradients[c as usize * self.radius.len() + layer]);
-            at[0] * place.weight.x + at[1] * place.weight.y + at[2] * place.weight.z
+            at[0] * point.weight.x + at[1] * point.weight.y + at[2] * point.weight.z
         };
-        on(place.layer).lerp(on(place.layer + 1), place.lambda)
+        on(point.layer).lerp(on(point.layer + 1), point.lambda)
     }
 
     /// Light along a ray, premultiplied RGB and opacity, before the background, in `steps` midpoint steps over the
@@ -153,7 +148,7 @@ impl<'a> Reference<'a> {
             return [0.0; 4];
         }
         let (start, end) = ((-along - half.sqrt()).max(0.0), -along + half.sqrt());
-        let (mut color, mut through) = (DVec3::ZERO, 1.0);
+        let (mut color, mut transmittance) = (DVec3::ZERO, 1.0);
         let mut hint = 0;
         let mut t = start;
         let mut here = self.region(eye + t * dir, &mut hint);
@@ -179,32 +174,45 @@ impl<'a> Reference<'a> {
                 if here == Region::Core
                     && let Some(core) = self.scene.core
                 {
-                    color += through
-                        * look::ground(self.scene, DVec3::from_array(core), (eye + t * dir).normalize(), dir);
+                    color += transmittance
+                        * shading::ground(
+                            self.scene,
+                            DVec3::from_array(core),
+                            (eye + t * dir).normalize(),
+                            dir,
+                        );
                     return [color.x, color.y, color.z, 1.0];
                 }
-                self.step(eye + 0.5 * (t + to) * dir, to - t, dir, &mut hint, &mut color, &mut through);
+                self.step(eye + 0.5 * (t + to) * dir, to - t, dir, &mut hint, &mut color, &mut transmittance);
                 (t, here) = (to, there);
             }
         }
-        [color.x, color.y, color.z, 1.0 - through]
+        [color.x, color.y, color.z, 1.0 - transmittance]
     }
 
-    fn step(&self, p: DVec3, length: f64, dir: DVec3, hint: &mut u32, color: &mut DVec3, through: &mut f64) {
-        let Some(place) = self.place(p, hint) else { return };
-        let value = self.interpolate(&place);
+    fn step(
+        &self,
+        p: DVec3,
+        length: f64,
+        dir: DVec3,
+        hint: &mut u32,
+        color: &mut DVec3,
+        transmittance: &mut f64,
+    ) {
+        let Some(point) = self.locate(p, hint) else { return };
+        let value = self.interpolate(&point);
         if value.is_nan() {
             return;
         }
         let (own, extinction) =
-            look::transfer(self.scene, self.radius[self.radius.len() - 1] - self.radius[0], value);
-        let absorbed = -(-extinction * length).exp_m1();
+            shading::transfer(self.scene, self.radius[self.radius.len() - 1] - self.radius[0], value);
+        let alpha = -(-extinction * length).exp_m1();
         let own = match self.scene.lighting {
-            Some(_) => look::lit(self.scene, own, self.gradient(&place).normalize_or_zero(), dir),
+            Some(_) => shading::lit(self.scene, own, self.gradient(&point).normalize_or_zero(), dir),
             None => own,
         };
-        *color += *through * absorbed * own;
-        *through *= 1.0 - absorbed;
+        *color += *transmittance * alpha * own;
+        *transmittance *= 1.0 - alpha;
     }
 
     fn region(&self, p: DVec3, hint: &mut u32) -> Region {

@@ -1,8 +1,9 @@
 //! Synthetic grids with fields, for studies and tests.
 
-use crate::look::direction;
+use crate::job::Job;
+use crate::shading::direction;
 use glam::DVec3;
-use icoray::{Field, Grid, IcosahedralMesh, Layers, Location, Result, Shape};
+use icoray::{Field, Grid, IcosahedralMesh, Layers, Location, Result, Scene, Shape};
 use rayon::prelude::*;
 
 /// A mesh, layers and a level-fastest f32 field on them.
@@ -57,6 +58,15 @@ impl Sphere {
     pub fn field(&self) -> Result<Field<'_>> {
         let shape = Shape::level_fastest(self.mesh.cells(), self.layers.count());
         Field::new(self.values.as_slice().into(), shape, Location::Center, None)
+    }
+
+    /// Hands the job of rendering `scene` to `work`.
+    ///
+    /// # Errors
+    /// As [`Self::grid`] and [`Self::field`], and those of `work`.
+    pub fn with_job<R>(&self, scene: &Scene, work: impl FnOnce(&Job) -> Result<R>) -> Result<R> {
+        let (grid, field) = (self.grid()?, self.field()?);
+        work(&Job { scene, grid: &grid, layers: &self.layers, field: &field })
     }
 }
 

@@ -89,7 +89,7 @@ fn draw(bencher: Bencher, renderer: Renderer, scene: &Scene) {
 #[divan::bench(sample_count = 20)]
 fn walk_and_interpolate(bencher: Bencher) {
     let mut scene = scene(96, "");
-    let knots = &mut scene.transfer.knots;
+    let knots = &mut scene.volumes[0].transfer.knots;
     *knots = [0, knots.len() - 1].map(|k| knots[k]).to_vec();
     draw(bencher, Renderer::new(1).unwrap().without_integrals(), &scene);
 }

@@ -1,89 +1,32 @@
 //! Frames drawn by a thread of their own, one at a time, while the model computes on.
 //!
 //! The model hands over a copy of the fields that the scenes of a step need ([`Snapshot`]) and goes on; the frames are drawn
-//! from the copy, in their order, and passed to the [`Writer`]. No more than one step is on its way to being drawn: the next
-//! one waits for it, with the model, so that memory is one copy of each field and a model that asks for more pictures than can be drawn is slowed, not
-//! stopped. Tables of the grid are not copied; [`Background::wait`] says when nobody reads them.
+//! from the copy, in their order, and passed to the [`Writer`]. At most one step is in progress: submitting the next
+//! one blocks the model until then. Memory is one copy of each field, and a model that submits more pictures than can
+//! be drawn is slowed. Tables of the grid are not copied; after [`Background::wait`] no thread reads them.
 //!
-//! Several ranks render a frame together in the background too ([`Background::over`]). Their threads do not touch the
-//! transport: the model's thread moves messages on, in each call.
+//! Several ranks can render a frame together in the background ([`Background::over`]). Their drawing threads do not
+//! call the transport: the model's thread moves messages in each call.
 
-use crate::description::Description;
-use crate::error::{Error, ErrorKind, Result};
 use crate::fields::Fields;
-use crate::frame::FrameReport;
-use crate::grid::Grid;
-use crate::layers::Layers;
-use crate::output::{Outcome, Outcomes, Stamp, Writer};
-use crate::ranks::{Held, MessagePump, Ranks, pumped};
+use crate::ranks::{MessagePump, Ranks, pumped};
 use crate::render::{Rendered, Renderer};
-use crate::scene::Scene;
 use crossbeam_channel::{Receiver, Sender, TryRecvError, bounded};
+use icoray_grid::{Error, ErrorKind, Result};
+use icoray_output::FrameReport;
+use icoray_output::outcomes::Outcomes;
+use icoray_output::writer::Writer;
+use icoray_scene::name::Stamp;
 use std::mem;
 use std::sync::Arc;
 use std::thread::{Builder, JoinHandle};
 use std::time::Instant;
 
 mod copies;
+mod job;
 
 use copies::{Copies, check_gathered, needed};
-
-/// What is to be drawn, but for the fields.
-#[derive(Debug, Clone)]
-pub struct Job {
-    /// What to draw and how.
-    pub scene: Arc<Scene>,
-    /// The grid.
-    pub grid: Arc<Grid<'static>>,
-    /// What this rank has of the grid, where ranks have parts of it or columns of the fields.
-    pub held: Option<Arc<Held>>,
-    /// The layers.
-    pub layers: Arc<Layers>,
-    /// When it is.
-    pub stamp: Stamp,
-    /// What the field is called.
-    pub description: Description,
-    /// What the other fields that are shown are called, by name.
-    pub descriptions: Vec<(String, Description)>,
-    /// What else is written into the picture's file: key and text.
-    pub notes: Vec<(&'static str, String)>,
-}
-
-/// What handing over frames cost.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Accepted {
-    /// Seconds spent waiting for the frames before.
-    pub waited_s: f64,
-    /// Seconds of copying the fields.
-    pub copy_s: f64,
-    /// Bytes copied.
-    pub bytes_copied: u64,
-}
-
-/// What became of a frame that was handed over.
-#[derive(Debug, Clone)]
-pub struct Drawn {
-    /// Which frame it was.
-    pub stamp: Stamp,
-    /// The note `view` of its job.
-    pub view: Option<String>,
-    /// Whether it is the first one of those that were handed over together.
-    pub is_first: bool,
-    /// What it cost and met, or why it was not drawn. `write_s` is 0: it has yet to be written, and what comes of that is
-    /// an outcome of the [`Writer`].
-    pub result: Result<FrameReport>,
-    /// The frame that the writer dropped for this one.
-    pub dropped: Option<Stamp>,
-    /// Whether all ranks have the same result or the same error. What only this rank has is a panic outside of the phases
-    /// of a frame, of which others hear as of a frame that was broken off.
-    pub is_of_all: bool,
-}
-
-impl Outcome for Drawn {
-    fn error(&self) -> Option<&Error> {
-        self.result.as_ref().err()
-    }
-}
+pub use job::{Accepted, Drawn, Job};
 
 /// The jobs of a step, what they are drawn from, and what handing them over cost.
 type Step = (Vec<Job>, Copies, Accepted);
@@ -102,9 +45,9 @@ pub struct Background {
     is_busy: bool,
     /// Moves messages on, where several ranks draw.
     pump: Option<MessagePump>,
-    /// Whether a step was handed over that was not waited for: the same on all ranks.
+    /// Whether a step was submitted since the last [`Self::wait`]: the same on all ranks.
     is_under_way: bool,
-    /// The last copies' memory, while no frame is drawn from it.
+    /// Memory of the last copies, while no frame is drawn from it.
     spare: Copies,
     outcomes: Outcomes<Drawn>,
 }
@@ -136,7 +79,7 @@ impl Background {
             None => (Ranks::alone(), None),
         };
         let made = Self::with(renderer, writer, others, pump, draw);
-        ranks.together(made)
+        ranks.collective(made)
     }
 
     /// A thread that does `draw` with each frame.
@@ -153,7 +96,7 @@ impl Background {
         let (done, drawn) = bounded(1);
         let work = move || {
             for (jobs, copies, accepted) in todo {
-                // Costs are said once, by the first frame that is drawn.
+                // The first frame that is drawn reports the cost of the step.
                 let (mut cost, mut all) = (accepted, Vec::with_capacity(jobs.len()));
                 for job in jobs {
                     let is_first = all.is_empty();
@@ -164,7 +107,7 @@ impl Background {
                     }
                     all.push(drawn);
                 }
-                // Nobody listens any more while the other end is being dropped.
+                // The receiver is gone while `Background` is being dropped.
                 let _ = done.send((all, copies));
             }
         };
@@ -202,7 +145,7 @@ impl Background {
     /// `ranks` are those of [`Self::over`], all of which hand over the same jobs together: collective, and so is what is
     /// refused.
     ///
-    /// [`Plan::new`](crate::Plan::new), [`Writer::check`] and [`Fields::get`] say what can be wrong; [`ErrorKind::Field`]
+    /// [`Plan::new`](crate::plan::Plan::new), [`Writer::check`] and [`Fields::get`] say what can be wrong; [`ErrorKind::Field`]
     /// where a scene needs heights and there are none.
     ///
     /// # Errors
@@ -215,45 +158,46 @@ impl Background {
         refused: &mut Vec<(usize, Error)>,
     ) -> Result<Accepted> {
         let fields = fields.into();
-        let mut good = Good::new(jobs.into_iter().map(|job| (job, Fields::default())).collect());
-        good.keep(ranks, refused, |job, its| {
+        let mut accepted_jobs =
+            AcceptedJobs::new(jobs.into_iter().map(|job| (job, Fields::default())).collect());
+        accepted_jobs.retain(ranks, refused, |job, its| {
             *its = needed(job, &fields)?;
             Ok(())
         });
         let start = Instant::now();
-        let waited_s = if self.is_under_way && !good.jobs.is_empty() {
+        let waited_s = if self.is_under_way && !accepted_jobs.jobs.is_empty() {
             self.wait();
             start.elapsed().as_secs_f64()
         } else {
             0.0
         };
         let (writer, writes) = (&self.writer, ranks.is_root());
-        good.keep(ranks, refused, |job, _| {
+        accepted_jobs.retain(ranks, refused, |job, _| {
             // After the wait: names of the frames before are known to the writer only now.
             if writes {
-                writer.check(&job.scene.output, &job.stamp, &job.scene.field)?;
+                writer.check(&job.scene.output, &job.stamp, job.scene.field())?;
             }
             Ok(())
         });
-        if good.jobs.is_empty() {
+        if accepted_jobs.jobs.is_empty() {
             refused.sort_by_key(|(number, _)| *number);
             return Ok(Accepted { waited_s, ..Accepted::default() });
         }
         let start = Instant::now();
-        self.spare.take(ranks, &self.renderer, &good.jobs)?;
+        self.spare.take(ranks, &self.renderer, &accepted_jobs.jobs)?;
         let copy_s = start.elapsed().as_secs_f64();
         let accepted = Accepted { waited_s, copy_s, bytes_copied: self.spare.bytes() };
         let copies = &self.spare;
-        good.keep(ranks, refused, |job, _| check_gathered(job, copies));
+        accepted_jobs.retain(ranks, refused, |job, _| check_gathered(job, copies));
         refused.sort_by_key(|(number, _)| *number);
-        self.hand_over(ranks, good.jobs.into_iter().map(|(job, _)| job).collect(), accepted)
+        self.hand_over(ranks, accepted_jobs.jobs.into_iter().map(|(job, _)| job).collect(), accepted)
     }
 
     /// Gives the thread a step, where it is there on all ranks.
     fn hand_over(&mut self, ranks: &mut Ranks, jobs: Vec<Job>, accepted: Accepted) -> Result<Accepted> {
         let gone = || Error::new(ErrorKind::Internal, "the drawing thread is gone");
         let is_there = self.thread.as_ref().is_some_and(|thread| !thread.is_finished());
-        ranks.together(if is_there { Ok(()) } else { Err(gone()) })?;
+        ranks.collective(if is_there { Ok(()) } else { Err(gone()) })?;
         if jobs.is_empty() {
             return Ok(accepted);
         }
@@ -300,7 +244,7 @@ impl Background {
             return;
         }
         match self.drawn.recv() {
-            Ok(drawn) => self.keep(drawn),
+            Ok(drawn) => self.finish_step(drawn),
             // The thread is gone; the next submit says so.
             Err(_) => self.is_busy = false,
         }
@@ -309,17 +253,17 @@ impl Background {
     /// Takes in a step that is drawn.
     fn look(&mut self) {
         match self.drawn.try_recv() {
-            Ok(drawn) => self.keep(drawn),
+            Ok(drawn) => self.finish_step(drawn),
             Err(TryRecvError::Disconnected) => self.is_busy = false,
             Err(TryRecvError::Empty) => {}
         }
     }
 
-    fn keep(&mut self, (drawn, copies): (Vec<Drawn>, Copies)) {
+    fn finish_step(&mut self, (drawn, copies): (Vec<Drawn>, Copies)) {
         drawn.into_iter().for_each(|drawn| self.outcomes.push(drawn));
         self.spare = copies;
         self.is_busy = false;
-        // Others may yet have to hear of this rank.
+        // Messages of this rank may still be in flight.
         self.is_under_way &= self.pump.is_some();
     }
 }
@@ -327,28 +271,28 @@ impl Background {
 impl Drop for Background {
     fn drop(&mut self) {
         self.jobs = None;
-        // Nobody moves its messages any more.
+        // Its messages are no longer moved.
         self.pump.iter_mut().for_each(MessagePump::cut);
         if let Some(thread) = self.thread.take() {
-            // Panics are outcomes; there is nobody left to tell of another one.
+            // A panic in a job is one of its outcomes; no receiver is left for another one.
             let _ = thread.join();
         }
     }
 }
 
-/// Jobs that can be drawn, each with its number and the fields that it needs.
-struct Good<'f> {
+/// The jobs that passed all checks so far, each with its number and the fields that it needs.
+struct AcceptedJobs<'f> {
     numbers: Vec<usize>,
     jobs: Vec<(Job, Fields<'f>)>,
 }
 
-impl<'f> Good<'f> {
+impl<'f> AcceptedJobs<'f> {
     fn new(jobs: Vec<(Job, Fields<'f>)>) -> Self {
-        Good { numbers: (0..jobs.len()).collect(), jobs }
+        AcceptedJobs { numbers: (0..jobs.len()).collect(), jobs }
     }
 
-    /// Keeps the jobs of which `check` finds nothing wrong on any rank. Collective.
-    fn keep(
+    /// Retains the jobs that pass `check` on all ranks; the others go to `refused` with their errors. Collective.
+    fn retain(
         &mut self,
         ranks: &mut Ranks,
         refused: &mut Vec<(usize, Error)>,
@@ -357,7 +301,7 @@ impl<'f> Good<'f> {
         let jobs = mem::take(&mut self.numbers).into_iter().zip(mem::take(&mut self.jobs));
         for (number, (job, mut fields)) in jobs {
             let mine = ranks.attempt(|| check(&job, &mut fields));
-            match ranks.together(mine) {
+            match ranks.collective(mine) {
                 Ok(()) => {
                     self.numbers.push(number);
                     self.jobs.push((job, fields));
@@ -368,7 +312,7 @@ impl<'f> Good<'f> {
     }
 }
 
-/// Does `draw` with a job. Where it ends by an error the other ranks hear of it.
+/// Runs `draw` on a job. An error is sent to the other ranks.
 fn attempt(
     ranks: &mut Ranks,
     job: Job,
@@ -394,7 +338,8 @@ fn attempt(
     Drawn { stamp, view, is_first, result, dropped, is_of_all: !has_panicked }
 }
 
-/// Draws a frame, or what is this rank's of it, and passes it on; returns its report and the frame that was dropped for it.
+/// Draws a frame, or this rank's tiles of it, and submits it to the writer; returns its report and the stamp of the
+/// frame that the writer dropped for it.
 fn draw(
     renderer: &Renderer,
     ranks: &mut Ranks,
@@ -406,8 +351,8 @@ fn draw(
     let rendered = render(renderer, ranks, &job, copies)?;
     let Job { scene, stamp, description, descriptions, notes, .. } = job;
     let cost = |mut report: FrameReport| {
-        report.waited_s = accepted.waited_s;
-        report.copy_s = accepted.copy_s;
+        report.timing.waited_s = accepted.waited_s;
+        report.timing.copy_s = accepted.copy_s;
         report.bytes_copied = accepted.bytes_copied;
         report
     };

@@ -1,19 +1,20 @@
-//! Rays put together of the fragments that ranks have sent, in order along the ray: sort-last compositing.
+//! Sort-last compositing: the fragments of a ray from all ranks are blended in order along the ray.
 //!
-//! Fragments of one ray do not overlap, and where one run ends the next begins, to the bit. What no fragment covers is a
-//! hole of the whole mesh, under which the core is round.
+//! Fragments of one ray do not overlap, and adjacent fragments share their boundary to the bit. An interval without a
+//! fragment is a hole of the whole mesh, where the core is a sphere.
 //!
 //! As bytes a tile is its number of fragments and, where there are any, how many each of its rays has (2 bytes) and the
 //! fragments themselves, ray by ray; behind them, where any has met a surface, the surfaces of each fragment (8 bytes).
 
-use crate::error::{Error, ErrorKind, Result};
-use crate::ground::{Ground, Sight};
-use crate::kernel::piece::Light;
-use crate::kernel::plane::RayLine;
-use crate::kernel::ray::{Budget, Counts, Fragment};
-use crate::kernel::shade::Shading;
-use crate::kernel::signature::{Boundary, FromEye, Signature};
 use glam::DVec3;
+use icoray_grid::{Error, ErrorKind, Result};
+use icoray_kernel::Counts;
+use icoray_kernel::ground::Core;
+use icoray_kernel::piece::Radiance;
+use icoray_kernel::plane::RayLine;
+use icoray_kernel::ray::{Budget, Fragment};
+use icoray_kernel::shade::Shading;
+use icoray_kernel::signature::{Boundary, BoundarySignature, EyeDistance};
 use std::iter;
 
 /// Bytes of a fragment.
@@ -25,15 +26,12 @@ const HAS_SURFACES: u64 = 1 << 63;
 /// Gaps between fragments shorter than this, in planet radii, are rounding.
 const HAIR: f64 = 1e-12;
 
-/// What rays of a frame have in common when they are put together.
+/// Parameters of compositing, shared by all rays of a frame.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Composer<'g> {
     /// Radii of the innermost and outermost layer.
     pub radius: [f64; 2],
-    /// Linear RGB of the opaque core.
-    pub core: Option<[f64; 3]>,
-    /// What the core looks like where it has more than one colour.
-    pub ground: Option<&'g Ground>,
+    pub core: Option<Core<'g>>,
     pub shading: Option<Shading>,
     pub budget: Budget,
 }
@@ -47,58 +45,52 @@ impl Composer<'_> {
         dir: DVec3,
         fragments: &mut [Fragment],
         counts: &mut Counts,
-    ) -> Option<(Light<f64>, Signature)> {
+    ) -> Option<(Radiance<f64>, BoundarySignature)> {
         let line = RayLine::new(eye, dir, self.radius[1])?;
         counts.rays += 1;
         counts.fragments += fragments.len() as u64;
         fragments.sort_by(|a, b| a.t[0].total_cmp(&b.t[0]));
-        let (mut light, mut surfaces) = (Light::none(), Signature::default());
-        let meet_core = |surfaces: &mut Signature, absorbed: f64, t: f64| {
+        let (mut light, mut surfaces) = (Radiance::none(), BoundarySignature::default());
+        let meet_core = |surfaces: &mut BoundarySignature, absorbed: f64, t: f64| {
             if self.budget.sees_behind(absorbed) {
-                surfaces.meet(Boundary::Core, FromEye::new(eye, dir).distance(t));
+                surfaces.push(Boundary::Core, EyeDistance::new(eye, dir).distance(t));
             }
         };
         let mut reached = line.start;
         for fragment in fragments {
             if let Some((t, core)) = self.core_between(&line, dir, [reached, fragment.t[0]]) {
-                meet_core(&mut surfaces, light.absorbed, t);
+                meet_core(&mut surfaces, light.alpha, t);
                 light.over(&core);
                 return Some((light, surfaces));
             }
-            if self.budget.sees_behind(light.absorbed) {
+            if self.budget.sees_behind(light.alpha) {
                 surfaces.then(&fragment.surfaces);
             }
             light.over(&fragment.light());
             if fragment.t[1] == f64::INFINITY {
                 return Some((light, surfaces));
             }
-            let through = 1.0 - light.absorbed;
-            if through <= self.budget.rest {
-                light.error += through * self.budget.brightest;
+            if light.ends(self.budget.min_transmittance, self.budget.brightest) {
                 return Some((light, surfaces));
             }
             reached = reached.max(fragment.t[1]);
         }
         if let Some((t, core)) = self.core_between(&line, dir, [reached, line.end]) {
-            meet_core(&mut surfaces, light.absorbed, t);
+            meet_core(&mut surfaces, light.alpha, t);
             light.over(&core);
         }
         Some((light, surfaces))
     }
 
-    /// The core and where it is met, if a part of the ray without data meets it.
-    fn core_between(&self, line: &RayLine, dir: DVec3, part: [f64; 2]) -> Option<(f64, Light<f64>)> {
-        let color = self.core?;
+    /// The first intersection with the core within an interval of the ray that has no data.
+    fn core_between(&self, line: &RayLine, dir: DVec3, part: [f64; 2]) -> Option<(f64, Radiance<f64>)> {
+        let core = self.core.as_ref()?;
         if part[1] - part[0] <= HAIR {
             return None;
         }
         let t = line.first_inside(self.radius[0], part)?;
-        let ground = self.ground.map(|ground| ground.color(&Sight::round(line.position(t)), None));
-        let color = ground.unwrap_or(color);
-        let body = self.shading.map_or(1.0, |shading| {
-            shading.along::<f64>(dir, self.budget.share).solid(line.position(t).normalize_or_zero())
-        });
-        Some((t, Light::plain(color.map(|c| c * body), 1.0)))
+        let shading = self.shading.map(|shading| shading.along(dir, self.budget.color_tolerance));
+        Some((t, core.round_light(line.position(t), shading.as_ref())))
     }
 }
 
@@ -124,7 +116,7 @@ impl TileFragments {
 
     /// Appends the tile as bytes.
     pub fn put(&self, bytes: &mut Vec<u8>) {
-        let has_surfaces = self.all.iter().any(|fragment| fragment.surfaces != Signature::default());
+        let has_surfaces = self.all.iter().any(|fragment| fragment.surfaces != BoundarySignature::default());
         let head = self.all.len() as u64 | if has_surfaces { HAS_SURFACES } else { 0 };
         bytes.extend_from_slice(&head.to_le_bytes());
         if self.all.is_empty() {
@@ -134,7 +126,7 @@ impl TileFragments {
         for fragment in &self.all {
             fragment.t.iter().for_each(|t| bytes.extend_from_slice(&t.to_le_bytes()));
             let [r, g, b] = fragment.color;
-            for value in [r, g, b, fragment.absorbed, fragment.error, fragment.variance] {
+            for value in [r, g, b, fragment.alpha, fragment.error, fragment.variance] {
                 bytes.extend_from_slice(&value.to_le_bytes());
             }
         }
@@ -143,16 +135,16 @@ impl TileFragments {
     }
 }
 
-/// A tile of one rank as it came.
+/// A tile of one rank, as received.
 #[derive(Debug, Clone, Copy, Default)]
-pub(crate) struct Came<'b> {
+pub(crate) struct ReceivedTile<'b> {
     counts: &'b [[u8; 2]],
     fragments: &'b [[u8; BYTES]],
     /// Of each fragment, or none where no fragment has any.
     surfaces: &'b [[u8; SURFACES]],
 }
 
-impl<'b> Came<'b> {
+impl<'b> ReceivedTile<'b> {
     /// Takes a tile of so many rays from the front of `bytes`.
     pub fn take(bytes: &mut &'b [u8], rays: usize) -> Result<Self> {
         let cut = || Error::new(ErrorKind::Mpi, "a tile's fragments are cut short");
@@ -164,7 +156,7 @@ impl<'b> Came<'b> {
         let head = next(8)?.first_chunk::<8>().map_or(0, |head| u64::from_le_bytes(*head));
         let (count, has_surfaces) = (head & !HAS_SURFACES, head & HAS_SURFACES != 0);
         if count == 0 {
-            return Ok(Came::default());
+            return Ok(ReceivedTile::default());
         }
         let counts = next(2 * rays)?.as_chunks().0;
         let length =
@@ -175,10 +167,10 @@ impl<'b> Came<'b> {
             return Err(cut());
         }
         let surfaces = if has_surfaces { next(SURFACES * told)?.as_chunks().0 } else { &[] };
-        Ok(Came { counts, fragments, surfaces })
+        Ok(ReceivedTile { counts, fragments, surfaces })
     }
 
-    /// Adds the fragments of ray number `ray` to `found`, which are the next that have not been taken.
+    /// Moves the fragments of ray number `ray` to `found`; rays are read in their order.
     pub fn ray(&mut self, ray: usize, found: &mut Vec<Fragment>) {
         let count = self.counts.get(ray).map_or(0, |count| usize::from(u16::from_le_bytes(*count)));
         let (mine, rest) = self.fragments.split_at(count);
@@ -195,24 +187,32 @@ fn read(bytes: &[u8; BYTES], surfaces: Option<&[u8; SURFACES]>) -> Fragment {
     let [r, g, b, absorbed, error, variance] =
         [0, 1, 2, 3, 4, 5].map(|i| f32::from_le_bytes(values.as_chunks().0[i]));
     let values = |bytes: &[u8; SURFACES]| [0, 1].map(|i| f32::from_le_bytes(bytes.as_chunks().0[i]));
-    let surfaces = surfaces.map_or(Signature::default(), |bytes| Signature::of_values(values(bytes)));
-    Fragment { t, color: [r, g, b], absorbed, error, variance, surfaces }
+    let surfaces =
+        surfaces.map_or(BoundarySignature::default(), |bytes| BoundarySignature::of_values(values(bytes)));
+    Fragment { t, color: [r, g, b], alpha: absorbed, error, variance, surfaces }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use icoray_kernel::ground::Ground;
 
     fn fragment(t: [f64; 2], color: [f32; 3], absorbed: f32) -> Fragment {
-        Fragment { t, color, absorbed, error: 1e-5, variance: 0.0, surfaces: Signature::default() }
+        Fragment {
+            t,
+            color,
+            alpha: absorbed,
+            error: 1e-5,
+            variance: 0.0,
+            surfaces: BoundarySignature::default(),
+        }
     }
 
     const COMPOSER: Composer<'static> = Composer {
         radius: [1.0, 1.5],
         core: None,
-        ground: None,
         shading: None,
-        budget: Budget { share: 5e-4, rest: 5e-4, brightest: 1.0 },
+        budget: Budget { color_tolerance: 5e-4, min_transmittance: 5e-4, brightest: 1.0 },
     };
 
     #[test]
@@ -222,7 +222,7 @@ mod tests {
         for mut order in [[red, green], [green, red]] {
             let mut counts = Counts::default();
             let (light, _) = COMPOSER.ray(DVec3::X * 3.0, DVec3::NEG_X, &mut order, &mut counts).unwrap();
-            assert_eq!((light.color, light.absorbed), ([0.5, 0.5, 0.0], 1.0));
+            assert_eq!((light.color, light.alpha), ([0.5, 0.5, 0.0], 1.0));
             assert!((light.error - 1.5e-5).abs() < 1e-10, "{}", light.error);
             assert_eq!((counts.rays, counts.fragments), (1, 2));
         }
@@ -230,7 +230,7 @@ mod tests {
 
     #[test]
     fn a_gap_shows_the_core_and_data_hide_it() {
-        let composer = Composer { core: Some([0.0, 0.0, 1.0]), ..COMPOSER };
+        let composer = Composer { core: Core::new(Some([0.0, 0.0, 1.0]), None), ..COMPOSER };
         let trace = |fragments: &mut [Fragment]| {
             composer.ray(DVec3::X * 3.0, DVec3::NEG_X, fragments, &mut Counts::default()).unwrap().0.color
         };
@@ -246,7 +246,7 @@ mod tests {
 
     #[test]
     fn a_gap_shows_land_and_sea() {
-        let mut scene = crate::Scene::parse(
+        let mut scene = icoray_scene::Scene::parse(
             "field = \"q\"\n[image]\nwidth = 9\nheight = 9\n[camera]\nlon = 20\nlat = 10\ndistance = 3\n\
              [transfer]\nmap = \"viridis\"\nrange = [0, 1]\nopacity = [[0, 0.0], [1, 0.0]]\n",
         )
@@ -254,10 +254,10 @@ mod tests {
         (scene.scenery.ground.land, scene.scenery.ground.ocean) =
             (Some([0.0, 1.0, 0.0]), Some([0.0, 0.0, 1.0]));
         let ground = Ground::new(&scene).unwrap();
-        let composer = Composer { core: scene.core, ground: Some(&ground), ..COMPOSER };
+        let composer = Composer { core: Core::new(scene.core, Some(&ground)), ..COMPOSER };
         let eye = DVec3::from_array(scene.camera.eye());
         let at = |lon: f64, lat: f64| {
-            let dir = (crate::grid::unit_vector(lon.to_radians(), lat.to_radians()) - eye).normalize();
+            let dir = (icoray_grid::grid::unit_vector(lon.to_radians(), lat.to_radians()) - eye).normalize();
             composer.ray(eye, dir, &mut [], &mut Counts::default()).unwrap().0.color
         };
         assert_eq!([at(20.0, 10.0), at(-15.0, 0.0)], [[0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]);
@@ -274,7 +274,7 @@ mod tests {
             .ray(DVec3::X * 3.0, DVec3::NEG_X, &mut [behind, last, front], &mut Counts::default())
             .unwrap();
         assert!((light.error - 1e-4).abs() < 1e-9, "{}", light.error);
-        assert!(light.color[0] == 0.5 && light.absorbed < 1.0, "{light:?}");
+        assert!(light.color[0] == 0.5 && light.alpha < 1.0, "{light:?}");
     }
 
     #[test]
@@ -292,7 +292,7 @@ mod tests {
         assert_eq!(bytes.len(), 8 + 3 * 2 + 4 * BYTES + 8);
         let mut rest = bytes.as_slice();
         for expected in [&found, &[const { Vec::new() }; 3]] {
-            let mut came = Came::take(&mut rest, 3).unwrap();
+            let mut came = ReceivedTile::take(&mut rest, 3).unwrap();
             for (pixel, expected) in expected.iter().enumerate() {
                 let mut found = Vec::new();
                 came.ray(pixel, &mut found);
@@ -301,7 +301,7 @@ mod tests {
         }
         assert!(rest.is_empty());
         for length in 0..bytes.len() - 8 {
-            assert!(Came::take(&mut &bytes[..length], 3).is_err(), "{length} bytes");
+            assert!(ReceivedTile::take(&mut &bytes[..length], 3).is_err(), "{length} bytes");
         }
     }
 }

@@ -2,21 +2,21 @@
 //!
 //! Edge pixels are found in the finished picture of one ray per pixel: those that the silhouette of a sphere passes through, and,
 //! where more is shown than one volume and a core, those next to a pixel whose ray meets other surfaces, or the same at
-//! another depth ([`Signature`]). A pixel that differs from its neighbours by no more than the tolerance stays as it is. So edge
+//! another depth ([`BoundarySignature`]). A pixel that differs from its neighbours by no more than the tolerance stays as it is. So edge
 //! pixels depend on the picture alone: not on tiles, threads, ranks or devices.
 
-use crate::frame::Counts;
-use crate::kernel::signature::Signature;
-use crate::raster::{Pixel, Place, Raster, Tile, Tiling};
-use crate::scene::Scene;
+use crate::raster::{Pixel, Raster, SamplePoint, Tile, Tiling};
 use glam::DVec3;
+use icoray_kernel::Counts;
+use icoray_kernel::signature::BoundarySignature;
+use icoray_scene::Scene;
 use rayon::prelude::*;
 use std::f64::consts::SQRT_2;
 
 /// Rays of an edge pixel.
 pub(crate) const RAYS: usize = 8;
-/// Where these go through it: sixteenths of its side from its middle. No two share a row or a column, so that upright and level
-/// edges are resolved to an eighth.
+/// Offsets of their sample points: sixteenths of its side from its middle. No two share a row or a column, so that
+/// upright and level edges are resolved to an eighth.
 const PATTERN: [[i8; 2]; RAYS] = [[1, -3], [-1, 3], [5, 1], [-3, -5], [-5, 5], [-7, -1], [3, 7], [7, -7]];
 /// Edge pixels of a tile, which has about as many rays as one of a raster.
 const TILE: usize = 32;
@@ -111,7 +111,7 @@ impl View<'_> {
     fn may_show_limb(&self, [low, high]: [f64; 2], x: u32, y: u32, pixels: u32) -> bool {
         let Scene { camera, width, height, .. } = self.scene;
         let eye = DVec3::from_array(camera.eye());
-        let middle = Place::middle(x, y, false);
+        let middle = SamplePoint::middle(x, y, false);
         let dir = DVec3::from_array(camera.direction_at(middle.at, *width, *height));
         // A ray that is turned by an angle passes the centre nearer or farther by the angle times the distance, at most.
         let reach = 0.5 * SQRT_2 * f64::from(pixels) * self.pixel * eye.length();
@@ -124,7 +124,7 @@ impl View<'_> {
     fn has_step(&self, x: u32, y: u32) -> bool {
         let most = (STEP * self.pixel) as f32;
         let mine = &self.at(x, y).surfaces;
-        let differs = |other: &Signature| !mine.is_alike(other);
+        let differs = |other: &BoundarySignature| !mine.is_alike(other);
         self.beside(x, y).iter().any(|pair| match pair.map(|pixel| pixel.map(|pixel| &pixel.surfaces)) {
             [Some(before), Some(behind)] => {
                 differs(before) || differs(behind) || mine.bend(before, behind) > most
@@ -157,14 +157,13 @@ impl EdgePixels {
         self.pixels.len()
     }
 
-    /// Their numbers as bytes.
-    pub fn bytes(&self) -> Vec<u8> {
-        self.pixels.iter().flat_map(|pixel| pixel.to_le_bytes()).collect()
+    /// Their numbers in the picture, rising.
+    pub fn into_numbers(self) -> Vec<u32> {
+        self.pixels
     }
 
-    /// What [`Self::bytes`] gave of a picture of this raster.
-    pub fn of_bytes(bytes: &[u8], raster: Raster) -> Self {
-        let pixels = bytes.as_chunks().0.iter().map(|pixel| u32::from_le_bytes(*pixel)).collect();
+    /// The pixels with these numbers in the picture of a raster.
+    pub fn of_numbers(pixels: Vec<u32>, raster: Raster) -> Self {
         EdgePixels { width: raster.width, pixels }
     }
 
@@ -206,12 +205,12 @@ impl Tiling for EdgePixels {
         RAYS
     }
 
-    fn places(&self, tile: u32, tell: &mut dyn FnMut(Place)) {
+    fn sample_points(&self, tile: u32, emit: &mut dyn FnMut(SamplePoint)) {
         for pixel in self.of_tile(tile) {
-            let middle = Place::middle(pixel % self.width, pixel / self.width, true);
+            let middle = SamplePoint::middle(pixel % self.width, pixel / self.width, true);
             for (number, offset) in PATTERN.iter().enumerate() {
                 let at = [0, 1].map(|axis| middle.at[axis] + f64::from(offset[axis]) / 16.0);
-                tell(Place { at, begins_row: number == 0 });
+                emit(SamplePoint { at, begins_row: number == 0 });
             }
         }
     }
@@ -225,7 +224,7 @@ impl Tiling for EdgePixels {
     }
 }
 
-/// The mean of rays, which is off by no more than the mean of what they are, and by its rounding.
+/// The mean of rays; its error is the mean of their errors plus rounding.
 fn mean(rays: &[Pixel]) -> Pixel {
     let mean_of = |value: &dyn Fn(&Pixel) -> f32| {
         rays.iter().map(|ray| f64::from(value(ray))).sum::<f64>() / rays.len() as f64
@@ -233,7 +232,7 @@ fn mean(rays: &[Pixel]) -> Pixel {
     let color = [0, 1, 2, 3].map(|k| mean_of(&|ray| ray.color[k]) as f32);
     let error = mean_of(&|ray| ray.error);
     let largest = color.iter().fold(0.0f32, |most, c| most.max(*c));
-    // A pixel that no ray has anything to tell of is exact.
+    // The background alone is exact.
     let stored = if error > 0.0 { 0.5 * f64::from(f32::EPSILON) * f64::from(largest) } else { 0.0 };
-    Pixel { color, error: (error + stored) as f32, surfaces: Signature::default() }
+    Pixel { color, error: (error + stored) as f32, surfaces: BoundarySignature::default() }
 }

@@ -1,8 +1,8 @@
-//! The fields that a frame is drawn of, by name.
+//! The fields of a frame, by name.
 
-use crate::error::{Error, ErrorKind, Result};
-use crate::field::Field;
-use crate::scene::{Heights, Scene};
+use icoray_grid::Field;
+use icoray_grid::{Error, ErrorKind, Result};
+use icoray_scene::{Heights, Scene};
 
 /// Borrowed fields by name.
 ///
@@ -21,9 +21,9 @@ impl<'f> Fields<'f> {
         Fields { named, ..Fields::default() }
     }
 
-    /// The same, with the heights of each column's layers, which scenes ask for by [`Heights::Native`](crate::Heights).
+    /// The same, with the heights of each column's layers, which scenes ask for by [`Heights::Native`](icoray_scene::Heights).
     ///
-    /// `heights` has one column per cell, at the centres, and as many layers as [`Layers`](crate::Layers), in their order:
+    /// `heights` has one column per cell, at the centres, and as many layers as [`Layers`](icoray_grid::Layers), in their order:
     /// metres above the planet's surface, negative below it. They must not fall on the way up a column; layers may have no
     /// thickness, as below a sea floor. A column of which all heights are missing has the mean ones of `Layers`. All is
     /// checked when a frame is drawn.
@@ -69,7 +69,7 @@ impl<'f> Fields<'f> {
     /// # Errors
     /// As [`Fields::get`]; [`ErrorKind::Field`] where the scene needs heights and there are none.
     pub(crate) fn needed_by(&self, scene: &Scene) -> Result<Self> {
-        let of = |name: &str| if name == scene.field { self.first(name) } else { self.get(name) };
+        let of = |name: &str| if name == scene.field() { self.first(name) } else { self.get(name) };
         let named = scene.model_fields().into_iter().map(|name| Ok((name.to_owned(), *of(name)?)));
         let named = named.collect::<Result<_>>()?;
         let heights = match (scene.scenery.heights, self.heights) {
@@ -83,7 +83,7 @@ impl<'f> Fields<'f> {
         Ok(Fields { named, unnamed: None, heights })
     }
 
-    /// With `others` behind, but for those whose names are there and heights that are.
+    /// Adds those of `others` whose names are not there yet, and their heights if there are none.
     #[must_use]
     pub fn with(mut self, others: Self) -> Self {
         let is_new = |all: &[(String, Field)], name: &str| !all.iter().any(|(known, _)| known == name);

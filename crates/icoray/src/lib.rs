@@ -33,65 +33,105 @@
 //! ```
 #![forbid(unsafe_code)]
 
-mod array;
 mod background;
 mod compose;
 mod derive;
-mod description;
 pub mod device;
 mod edges;
-mod error;
-mod field;
 mod fields;
-mod frame;
-mod gradient;
-mod grid;
-mod ground;
-mod heights;
-mod kernel;
-mod label;
-mod layers;
-mod layout;
-mod numbers;
-pub mod output;
 mod plan;
-mod quality;
 mod ranges;
 pub mod ranks;
 mod raster;
 mod render;
-mod scene;
-mod script;
-mod shape;
 mod snapshot;
 pub mod suggest;
-mod threads;
-mod traverse;
+mod time_budget;
 
 pub use background::{Accepted, Background, Drawn, Job};
-pub use description::Description;
-pub use error::{Error, ErrorKind, Result};
-pub use field::{CenterField, Field, Location};
 pub use fields::Fields;
-pub use frame::{Certainty, Colors, Counts, ErrorSummary, Frame, FrameReport};
-pub use grid::{Connectivity, Grid, GridTables, IcosahedralMesh, Indices, LonLat, MAX_LEVEL, Reals};
-pub use kernel::piece::Method;
-pub use label::{Labels, Legend, Place};
-pub use layers::Layers;
-pub use layout::{ColumnCount, Dimension};
-pub use plan::{Plan, Savings, Sharing};
-pub use quality::{Lights, Quality};
-pub use ranks::{Columns, Held, Owned, Part, PartCells, Ranks, Team};
-pub use render::{Rendered, Renderer};
-pub use scene::{
-    Adapter, Backend, Camera, Clip, ColorRange, Coloring, Derivation, Ground, HalfSpace, Heights, How,
-    Isosurface, Knot, Level, Lighting, Lines, LonLatBox, Opacity, Paint, Pattern, Precision, Scale, Scene,
-    Scenery, Scheme, Source, Surface, TransferFunction, Volume,
+pub use icoray_grid::{
+    CenterField, ColumnCount, Connectivity, Description, Dimension, Error, ErrorKind, Field, Grid,
+    GridTables, IcosahedralMesh, Indices, Layers, Location, LonLat, MAX_LEVEL, OwnedReals, Reals, Result,
+    Shape,
 };
-pub use script::{Condition, Script, Shot, Statistic, Summary, View};
-pub use shape::Shape;
+pub use icoray_kernel::{Counts, Frustum, Stretch, Traversal};
+pub use icoray_output::{
+    Certainty, Colors, DeviceReport, ErrorSummary, Frame, FrameReport, Legend, RanksReport, Sharing, Timing,
+};
+pub use icoray_scene::{
+    Adapter, Backend, Camera, Clip, ColorRange, Coloring, Condition, Derivation, Ground, HalfSpace, Heights,
+    How, Isosurface, Knot, LabelPlace, Labels, Level, Lighting, Lights, Lines, LonLatBox, Method, Opacity,
+    Paint, Pattern, Precision, Quality, Scale, Scene, Scenery, Scheme, Script, Shot, Source, Statistic,
+    Summary, Surface, TransferFunction, View, Volume,
+};
+pub use plan::{Plan, Savings};
+pub use ranks::{Columns, Decomposition, Owned, Part, PartCells, Ranks, Team};
+pub use render::{Rendered, Renderer};
 pub use snapshot::Snapshot;
-pub use traverse::{Frustum, Stretch, Traversal};
+
+/// Pictures and their report on disk: one at a time, or on a thread that writes while the model goes on.
+///
+/// ```
+/// # use icoray::{Field, Grid, IcosahedralMesh, Layers, Location, Renderer, Scene, Shape};
+/// # let mesh = IcosahedralMesh::new(2)?;
+/// # let grid = Grid::new(mesh.tables())?;
+/// # let layers = Layers::from_heights(&[0.0, 1e6], 6.371e6)?;
+/// # let values = vec![1.0f32; 2 * grid.cells()];
+/// # let shape = Shape::cell_fastest(grid.cells(), 2);
+/// # let field = Field::new(values.as_slice().into(), shape, Location::Center, None)?;
+/// # let scene = Scene::parse(
+/// #     "field = 'one'
+/// #      image = { width = 8, height = 8 }
+/// #      camera = { lon = 0, lat = 0, distance = 3 }
+/// #      transfer = { map = 'viridis', range = [0, 2], opacity = [[0, 0.5], [2, 0.5]] }",
+/// # )?;
+/// let frame = Renderer::new(1)?.render(&scene, &grid, &layers, &field)?;
+/// let folder = std::env::temp_dir().join(format!("icoray-doc-{}", std::process::id()));
+/// std::fs::create_dir_all(&folder).unwrap();
+/// icoray::output::write_picture(&folder.join("picture.png"), &frame)?;
+/// icoray::output::write_picture(&folder.join("picture.exr"), &frame)?;
+/// assert_eq!(std::fs::read_dir(&folder).unwrap().count(), 2);
+/// # std::fs::remove_dir_all(&folder).unwrap();
+/// # Ok::<(), icoray::Error>(())
+/// ```
+///
+/// With a writer of its own:
+///
+/// ```
+/// # use icoray::{Field, Grid, IcosahedralMesh, Layers, Location, Renderer, Scene, Shape};
+/// # let mesh = IcosahedralMesh::new(2)?;
+/// # let grid = Grid::new(mesh.tables())?;
+/// # let layers = Layers::from_heights(&[0.0, 1e6], 6.371e6)?;
+/// # let values = vec![1.0f32; 2 * grid.cells()];
+/// # let shape = Shape::cell_fastest(grid.cells(), 2);
+/// # let field = Field::new(values.as_slice().into(), shape, Location::Center, None)?;
+/// # let scene = Scene::parse(
+/// #     "field = 'one'
+/// #      image = { width = 8, height = 8 }
+/// #      camera = { lon = 0, lat = 0, distance = 3 }
+/// #      transfer = { map = 'viridis', range = [0, 2], opacity = [[0, 0.5], [2, 0.5]] }",
+/// # )?;
+/// use icoray::output::{Stamp, Writer, WriterOptions};
+///
+/// let frame = Renderer::new(1)?.render(&scene, &grid, &layers, &field)?;
+/// let folder = std::env::temp_dir().join(format!("icoray-doc-writer-{}", std::process::id()));
+/// let writer = Writer::new(WriterOptions::new(&folder))?;
+/// writer.submit(frame, scene.output.clone(), Stamp { step: 7, ..Stamp::default() });
+/// writer.wait();
+/// assert!(folder.join("one_000007.png").is_file() && folder.join("report.csv").is_file());
+/// # std::fs::remove_dir_all(&folder).unwrap();
+/// # Ok::<(), icoray::Error>(())
+/// ```
+pub mod output {
+    pub use icoray_output::{
+        Animated, Existing, Outcome, Outcomes, Submitted, WhenFull, Writer, WriterOptions, Written,
+        write_animation, write_error_map, write_error_map_with, write_frame, write_frame_with, write_picture,
+        write_picture_with,
+    };
+    pub use icoray_scene::name::{FrameNames, NameTemplate, Output, Stamp};
+    pub use icoray_scene::series::{Cinema, Concat, Series};
+}
 
 /// The library's version.
 pub const VERSION: &str = env!("CARGO_PKG_VERSION");

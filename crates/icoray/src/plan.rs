@@ -1,21 +1,22 @@
 //! The plan: what one scene needs of one grid, set of layers and field. The only place that decides what is left out.
 
-use crate::error::{Error, ErrorKind, Result};
-use crate::field::{Field, Location};
-use crate::grid::Grid;
-use crate::kernel::shade::Shading;
-use crate::kernel::transfer::KernelKnot;
-use crate::layers::Layers;
-use crate::layout::ColumnCount;
 use crate::ranks::Part;
-use crate::scene::{Scene, Scheme, Source};
-use std::fmt;
+use icoray_grid::ColumnCount;
+use icoray_grid::Grid;
+use icoray_grid::Layers;
+use icoray_grid::{Error, ErrorKind, Result};
+use icoray_grid::{Field, Location};
+use icoray_kernel::shade::Shading;
+use icoray_kernel::transfer::KernelKnot;
+use icoray_output::Sharing;
+use icoray_scene::{Scene, Scheme, Source};
 
 mod blocks;
+pub(crate) mod budget;
 mod left_out;
 mod levels;
 mod savings;
-pub(crate) use blocks::{Sight, clear_values};
+pub(crate) use blocks::{OccupancyTest, clear_values};
 pub use savings::Savings;
 
 /// What a scene needs.
@@ -43,7 +44,7 @@ impl Plan {
     /// there or a value that the kernels cannot hold.
     pub fn new(scene: &Scene, grid: &Grid, layers: &Layers, field: &Field) -> Result<Self> {
         let from_corners = field.location() == Location::Corner;
-        let layers = Self::check(&scene.field, grid, layers, field)?;
+        let layers = Self::check(scene.field(), grid, layers, field)?;
         scene.check_values()?;
         levels::check(scene, field.shape().layers)?;
         let radius = layers.shell(scene.exaggeration)?;
@@ -64,12 +65,12 @@ impl Plan {
             towards_light: match l.source {
                 Source::Headlight => None,
                 Source::Sun { lon_deg, lat_deg } => {
-                    Some(crate::grid::unit_vector(lon_deg.to_radians(), lat_deg.to_radians()))
+                    Some(icoray_grid::grid::unit_vector(lon_deg.to_radians(), lat_deg.to_radians()))
                 }
             },
         });
         let left_out = left_out::left_out(scene, grid, field.shape().layers, from_corners);
-        let knots = scene.transfer.kernel_knots(thickness);
+        let knots = KernelKnot::of(&scene.volumes[0].transfer, thickness);
         Ok(Plan { radius, falling: layers.is_falling(), knots, shading, from_corners, left_out })
     }
 
@@ -87,33 +88,18 @@ impl Plan {
         layers.for_field(shape.layers).map_err(|e| e.within(format!("{name:?}")))
     }
 
-    /// Takes over the transfer function of a scene whose colours' range was not known before.
+    /// Updates the transfer function after the color ranges of `scene` were resolved.
     pub(crate) fn recolor(&mut self, scene: &Scene) {
-        self.knots = scene.transfer.kernel_knots(self.radius[self.radius.len() - 1] - self.radius[0]);
+        self.knots =
+            KernelKnot::of(&scene.volumes[0].transfer, self.radius[self.radius.len() - 1] - self.radius[0]);
     }
 
-    /// What is not computed or read for this scene, in words.
-    pub fn left_out(&self) -> &[String] {
-        &self.left_out
-    }
-}
-
-/// How ranks share out a picture, and why.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Sharing {
-    /// Tiles or fragments.
-    pub scheme: Scheme,
-    why: &'static str,
-    /// How ranks came to have the field, where they were given columns of it.
-    gathered: Option<&'static str>,
-}
-
-impl Sharing {
-    /// What the scene asks for, or what fits the data: `part` is what this rank has of the grid, `None` all of it.
+    /// The parallel scheme for a picture of `scene`: the requested one, or one that fits the data. `part` is this
+    /// rank's part of the grid, `None` the whole.
     ///
     /// # Errors
     /// [`ErrorKind::Scene`] where tiles are asked for and ranks have parts only.
-    pub fn new(scene: &Scene, part: Option<&Part>) -> Result<Self> {
+    pub fn sharing(scene: &Scene, part: Option<&Part>) -> Result<Sharing> {
         let (scheme, why) = match (scene.ranks, part) {
             (Scheme::Tiles, Some(part)) => {
                 let each = if part.is_of_node() { "node" } else { "rank" };
@@ -128,26 +114,11 @@ impl Sharing {
             (Scheme::Fragments, None) => (Scheme::Fragments, "asked for; every rank has the whole grid"),
             (Scheme::Auto | Scheme::Tiles, None) => (Scheme::Tiles, "every rank has the whole grid"),
         };
-        Ok(Sharing { scheme, why, gathered: None })
+        Ok(Sharing::because(scheme, why))
     }
 
-    /// The same of a field that was put together in each node's memory, or in each rank's own, as none could be shared; with
-    /// the grid, if ranks have parts of it.
-    pub(crate) fn of_gathered(self, has_parts: bool, is_refused: bool) -> Self {
-        let gathered = match (has_parts, is_refused) {
-            (false, false) => "the field is assembled once per node",
-            (false, true) => "the field is assembled once per rank, as nodes cannot share memory",
-            (true, false) => "its ranks' parts and the field are assembled once per node",
-            (true, true) => "parts and the field are assembled once per rank, as nodes cannot share memory",
-        };
-        Sharing { gathered: Some(gathered), ..self }
-    }
-}
-
-impl fmt::Display for Sharing {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let scheme = if self.scheme == Scheme::Fragments { "fragments" } else { "tiles" };
-        write!(f, "{scheme}: {}", self.why)?;
-        self.gathered.map_or(Ok(()), |gathered| write!(f, ", {gathered}"))
+    /// What is not computed or read for this scene, in words.
+    pub fn left_out(&self) -> &[String] {
+        &self.left_out
     }
 }

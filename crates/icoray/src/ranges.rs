@@ -3,56 +3,60 @@
 //! A renderer remembers the range of each field and colour map, so that views of the same field have the same colours. All
 //! ranks find the same range to the last bit, however the grid is shared out: they add up whole numbers.
 
-use crate::error::Result;
-use crate::field::Field;
-use crate::ranks::{Part, Ranks, Reader, Words};
-use crate::scene::{ColorRange, Coloring, Scale, Scene};
-use crate::threads::Threads;
+use crate::ranks::{Part, Ranks};
+use icoray_grid::Field;
+use icoray_grid::Result;
+use icoray_grid::threads::Threads;
+use icoray_scene::{ColorRange, Coloring, Scale, Scene};
 use rayon::prelude::*;
 use std::sync::{Mutex, PoisonError};
 
 /// Bins of a histogram; percentiles are known to a part in the square of it of the range, along the scale.
 const BINS: usize = 4096;
-/// More ranges than this are not remembered: a host that makes up maps without end must not fill the memory.
-const KEPT: usize = 64;
+/// Maximum number of stored ranges: bounds the memory when a host generates ever new maps.
+const MAX_RANGES: usize = 64;
 
 /// The ranges that a renderer has found.
 #[derive(Debug, Default)]
-pub(crate) struct Ranges(Mutex<Vec<Known>>);
+pub(crate) struct Ranges(Mutex<Vec<RecentRange>>);
 
 #[derive(Debug)]
-struct Known {
+struct RecentRange {
     field: String,
     coloring: Coloring,
     range: [f64; 2],
 }
 
-/// A field's values as this rank has them.
+/// A field's values on this rank.
 #[derive(Clone, Copy)]
-pub(crate) struct Values<'f> {
+pub(crate) struct FieldValues<'f> {
     pub threads: &'f Threads,
     pub field: &'f Field<'f>,
-    /// The cells that count, where others have the rest.
+    /// The rank's part of the grid, whose own cells count; `None` is the whole grid.
     pub part: Option<&'f Part>,
 }
 
 impl Ranges {
     /// The scene with each of its colour maps over the range of this frame, of the field that `values` has by that name;
     /// `None` where it says all ranges itself. Collective: all ranks ask for the same fields in the same order.
-    pub fn settle<'v>(
+    pub fn resolve<'v>(
         &self,
         ranks: &mut Ranks,
         scene: &Scene,
-        values: &dyn Fn(&str) -> Result<Values<'v>>,
+        values: &dyn Fn(&str) -> Result<FieldValues<'v>>,
     ) -> Result<Option<Scene>> {
-        let mut found: Vec<Known> = Vec::new();
+        let mut found: Vec<RecentRange> = Vec::new();
         scene.over_each(|field, coloring| {
-            // What is coloured alike has one range, found once.
+            // Equal colorings of a field share one range.
             if let Some(known) = found.iter().find(|known| known.is_of(field, coloring)) {
                 return Ok(Some(known.range));
             }
             let range = self.range_of(ranks, field, coloring, values)?;
-            found.extend(range.map(|range| Known { field: field.into(), coloring: coloring.clone(), range }));
+            found.extend(range.map(|range| RecentRange {
+                field: field.into(),
+                coloring: coloring.clone(),
+                range,
+            }));
             Ok(range)
         })
     }
@@ -63,7 +67,7 @@ impl Ranges {
         ranks: &mut Ranks,
         field: &str,
         coloring: &Coloring,
-        values: &dyn Fn(&str) -> Result<Values<'v>>,
+        values: &dyn Fn(&str) -> Result<FieldValues<'v>>,
     ) -> Result<Option<[f64; 2]>> {
         let known = self.known(field, coloring);
         let (percentile, hysteresis) = match coloring.range() {
@@ -76,14 +80,14 @@ impl Ranges {
             (Some(known), None) => known,
             (known, _) => {
                 let values = ranks.attempt(|| values(field));
-                let seen = ranks.together(values)?.percentiles(ranks, scale, percentile)?;
+                let seen = ranks.collective(values)?.percentiles(ranks, scale, percentile)?;
                 let range = match (known, seen) {
                     (Some(known), Some(seen)) => widened(scale, known, seen, hysteresis.unwrap_or(0.0)),
                     (Some(known), None) => known,
                     (None, Some(seen)) => seen,
                     (None, None) => return Ok(Some(coloring.unknown())),
                 };
-                // One value is no range; perhaps the next frame has one.
+                // A single value is no range: the next frame is asked again.
                 if range[0] < range[1] {
                     self.keep(field, coloring, range);
                 }
@@ -101,14 +105,14 @@ impl Ranges {
     fn keep(&self, field: &str, coloring: &Coloring, range: [f64; 2]) {
         let mut all = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         all.retain(|known| !known.is_of(field, coloring));
-        if all.len() == KEPT {
+        if all.len() == MAX_RANGES {
             all.remove(0);
         }
-        all.push(Known { field: field.to_owned(), coloring: coloring.clone(), range });
+        all.push(RecentRange { field: field.to_owned(), coloring: coloring.clone(), range });
     }
 }
 
-impl Known {
+impl RecentRange {
     fn is_of(&self, field: &str, coloring: &Coloring) -> bool {
         self.field == field && self.coloring == *coloring
     }
@@ -159,7 +163,7 @@ fn added(mut a: Vec<u64>, b: Vec<u64>) -> Vec<u64> {
     a
 }
 
-impl Values<'_> {
+impl FieldValues<'_> {
     /// Two percentiles of the values that the scale admits; the least and the greatest where they are one. `None` where
     /// there is no value. Collective.
     fn percentiles(&self, ranks: &mut Ranks, scale: Scale, percentile: [f64; 2]) -> Result<Option<[f64; 2]>> {
@@ -196,7 +200,7 @@ impl Values<'_> {
 
     /// The values of a cell's column that the scale admits.
     fn column(&self, scale: Scale, column: usize, mut give: impl FnMut(f64)) {
-        if self.part.is_none_or(|part| part.tells(column)) {
+        if self.part.is_none_or(|part| part.counts(column)) {
             let values = (0..self.field.shape().layers).map(|layer| self.field.value(column, layer));
             values.filter(|value| scale.admits(*value)).for_each(&mut give);
         }
@@ -215,15 +219,9 @@ impl Values<'_> {
         let nothing = || (f64::INFINITY, f64::NEG_INFINITY, 0);
         let both = |a: (f64, f64, u64), b: (f64, f64, u64)| (a.0.min(b.0), a.1.max(b.1), a.2 + b.2);
         let mine = ranks.attempt(|| Ok(self.threads.run(|| columns.map(one).reduce(nothing, both))));
-        let mut all = ranks.together(mine)?;
+        let mut all = ranks.collective(mine)?;
         if self.part.is_some() {
-            let mut words = Words::default();
-            words.put_f64(all.0).put_f64(all.1).put(all.2);
-            all = nothing();
-            for bytes in ranks.share(&words.0)? {
-                let mut reader = Reader(&bytes);
-                all = both(all, (reader.get_f64()?, reader.get_f64()?, reader.get()?));
-            }
+            all = ranks.share_values(&all)?.into_iter().fold(nothing(), both);
         }
         Ok(((all.0 <= all.1).then_some([all.0, all.1]), all.2))
     }
@@ -247,22 +245,11 @@ impl Values<'_> {
         };
         let mine =
             ranks.attempt(|| Ok(self.threads.run(|| columns.fold(nothing, add).reduce(nothing, added))));
-        let mine = ranks.together(mine)?;
+        let mine = ranks.collective(mine)?;
         if self.part.is_none() {
             return Ok(mine);
         }
-        let mut words = Words::default();
-        mine.iter().for_each(|count| {
-            words.put(*count);
-        });
-        let mut all = nothing();
-        for bytes in ranks.share(&words.0)? {
-            let mut reader = Reader(&bytes);
-            for sum in &mut all {
-                *sum += reader.get()?;
-            }
-        }
-        Ok(all)
+        Ok(ranks.share_values(&mine)?.into_iter().fold(nothing(), added))
     }
 }
 

@@ -1,36 +1,39 @@
 //! Pixels over the thread pool: tiles of a raster, which may hold each k-th pixel only and is filled in then.
 
-use crate::device::Rect;
-use crate::kernel::ray::Counts;
-use crate::kernel::signature::Signature;
+mod rect;
+
+pub use rect::Rect;
+
+use icoray_kernel::Counts;
+use icoray_kernel::signature::BoundarySignature;
 use rayon::prelude::*;
 use std::time::Instant;
 
 /// Most of a tile's side in traced pixels: so small that 64 threads have about as much to do in a picture of 512 x 512.
 const TILE: u32 = 16;
 
-/// A pixel and how far it may be off.
+/// A pixel and its error bound.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub(crate) struct Pixel {
     pub color: [f32; 4],
     pub error: f32,
     /// The surfaces that its ray met, where the scene has several.
-    pub surfaces: Signature,
+    pub surfaces: BoundarySignature,
 }
 
-/// Where a ray goes through the picture.
+/// A point of the picture through which a ray is traced.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Place {
+pub(crate) struct SamplePoint {
     /// Pixels to the right and downwards from the picture's upper left corner.
     pub at: [f64; 2],
     /// Whether it is the first of its row in a tile.
     pub begins_row: bool,
 }
 
-impl Place {
+impl SamplePoint {
     /// The middle of a pixel.
     pub fn middle(x: u32, y: u32, begins_row: bool) -> Self {
-        Place { at: [x, y].map(|at| f64::from(at) + 0.5), begins_row }
+        SamplePoint { at: [x, y].map(|at| f64::from(at) + 0.5), begins_row }
     }
 }
 
@@ -45,8 +48,8 @@ pub(crate) trait Tiling: Sync {
     /// How many rays each pixel has.
     fn rays_per_pixel(&self) -> usize;
 
-    /// Tells a tile's rays, pixel by pixel.
-    fn places(&self, tile: u32, tell: &mut dyn FnMut(Place));
+    /// Calls `emit` with the sample points of a tile, pixel by pixel.
+    fn sample_points(&self, tile: u32, emit: &mut dyn FnMut(SamplePoint));
 
     /// A tile's pixels, made of what its rays show.
     fn resolve(&self, rays: Vec<Pixel>) -> Vec<Pixel>;
@@ -61,23 +64,23 @@ pub(crate) trait Tiling: Sync {
 pub(crate) fn trace<'a>(
     tiling: &'a dyn Tiling,
     tiles: &'a [u32],
-    draw: impl Fn(&[Place], &mut Counts) -> Vec<Pixel> + Sync + Send + 'a,
+    draw: impl Fn(&[SamplePoint], &mut Counts) -> Vec<Pixel> + Sync + Send + 'a,
 ) -> impl ParallelIterator<Item = Tile> + 'a {
     let trace = move |number: &u32| {
         let start = Instant::now();
         let mut counts = Counts::default();
         let mut places = Vec::with_capacity(tiling.pixels_of(*number) * tiling.rays_per_pixel());
-        tiling.places(*number, &mut |place| places.push(place));
+        tiling.sample_points(*number, &mut |place| places.push(place));
         let pixels = tiling.resolve(draw(&places, &mut counts));
         Tile { number: *number, seconds: start.elapsed().as_secs_f64(), counts, pixels }
     };
     tiles.par_iter().with_max_len(1).map(trace)
 }
 
-/// Visits a tile's rays in order, each with the hint that the one before it has left.
+/// Visits a tile's sample points in order; each call may read and update the start hint of the previous one.
 pub(crate) fn visit(tiling: &dyn Tiling, tile: u32, mut ray: impl FnMut([f64; 2], &mut u32)) {
     let (mut hint, mut row_hint) = (0, 0);
-    tiling.places(tile, &mut |place| {
+    tiling.sample_points(tile, &mut |place| {
         hint = if place.begins_row { row_hint } else { hint };
         ray(place.at, &mut hint);
         row_hint = if place.begins_row { hint } else { row_hint };
@@ -89,9 +92,9 @@ pub(crate) fn visit(tiling: &dyn Tiling, tile: u32, mut ray: impl FnMut([f64; 2]
 pub(crate) struct Tile {
     /// Its place among the raster's tiles.
     pub number: u32,
-    /// What tracing it took, on one thread.
+    /// Seconds of tracing on one thread.
     pub seconds: f64,
-    /// What its rays met.
+    /// Counts of its rays.
     pub counts: Counts,
     /// Its pixels, row by row.
     pub pixels: Vec<Pixel>,
@@ -169,7 +172,7 @@ impl Raster {
     #[cfg(test)]
     pub fn draw(
         &self,
-        draw: impl Fn(&[Place], &mut Counts) -> Vec<Pixel> + Sync + Send,
+        draw: impl Fn(&[SamplePoint], &mut Counts) -> Vec<Pixel> + Sync + Send,
     ) -> (Vec<Pixel>, Counts) {
         let all: Vec<u32> = (0..self.tiles()).collect();
         self.assemble(&trace(self, &all, draw).collect::<Vec<_>>())
@@ -218,12 +221,12 @@ impl Tiling for Raster {
         1
     }
 
-    fn places(&self, tile: u32, tell: &mut dyn FnMut(Place)) {
+    fn sample_points(&self, tile: u32, emit: &mut dyn FnMut(SamplePoint)) {
         let pixel = |node: u32, side: u32| (node * self.step).min(side - 1);
         let [[x0, x1], [y0, y1]] = self.extent(tile);
         for y in y0..y1 {
             for x in x0..x1 {
-                tell(Place::middle(pixel(x, self.width), pixel(y, self.height), x == x0));
+                emit(SamplePoint::middle(pixel(x, self.width), pixel(y, self.height), x == x0));
             }
         }
     }
@@ -257,9 +260,9 @@ mod tests {
     use super::*;
 
     /// A picture that is bilinear in x and y, so that filling it in is exact.
-    fn pixels(places: &[Place], counts: &mut Counts) -> Vec<Pixel> {
+    fn pixels(places: &[SamplePoint], counts: &mut Counts) -> Vec<Pixel> {
         counts.rays += places.len() as u64;
-        let pixel = |p: &Place| {
+        let pixel = |p: &SamplePoint| {
             let [x, y] = p.at.map(|at| (at - 0.5) as f32);
             Pixel { color: [x, y, 2.0, 0.5], error: 0.25, ..Pixel::default() }
         };

@@ -1,178 +1,62 @@
 //! The renderer: a scene's work on a thread pool of its own, and on a device where there is one.
 
-use crate::derive::{self, Kept};
-use crate::device::{Device, Devices, Job};
+use crate::derive;
 use crate::edges::Edges;
-use crate::error::{Error, ErrorKind, Result};
-use crate::field::{CenterField, Field};
 use crate::fields::Fields;
-use crate::frame::{Colors, Frame, FrameReport};
-use crate::gradient::Gradients;
-use crate::grid::{Grid, Reals};
-use crate::ground::Ground;
-use crate::kernel::Real;
-use crate::kernel::column::Shell;
-use crate::kernel::leap::Visible;
-use crate::kernel::ray::packets;
-use crate::kernel::sample::{AnySamples, Sample, Samples};
-use crate::kernel::transfer::Spans;
-use crate::layers::Layers;
-use crate::plan::{Plan, Savings, Sharing};
-use crate::ranges::{Ranges, Values};
+use crate::plan::Plan;
+use crate::ranges::FieldValues;
 use crate::ranks::{Part, Ranks};
-use crate::scene::{Backend, Precision, Scene, Scenery, Scheme};
-use crate::threads::Threads;
-use fearless_simd::Level;
-use std::sync::Arc;
+use icoray_grid::Field;
+use icoray_grid::Layers;
+use icoray_grid::gradient::Gradients;
+use icoray_grid::occupancy::OccupancyMask;
+use icoray_grid::sample::{AnySamples, Sample, Samples};
+use icoray_grid::{Error, ErrorKind, Result};
+use icoray_grid::{Grid, Reals};
+use icoray_kernel::column::Shell;
+use icoray_kernel::ground::Ground;
+use icoray_kernel::ray::KernelReal;
+use icoray_kernel::transfer::Spans;
+use icoray_output::{Colors, Frame, Sharing};
+use icoray_scene::{Backend, Precision, Scene, Scheme};
 use std::time::Instant;
 
 mod columns;
-mod derived;
+mod context;
 mod device;
 mod devices;
-mod mixed;
+mod frame_cache;
+#[cfg(test)]
+mod ground_tests;
+mod lazy;
+mod multi_volume;
 mod parts;
 mod picture;
 mod prepare;
+mod prepared_field;
 mod progress;
+mod rendered;
+mod renderer;
 mod round;
-mod shown;
-mod spare;
 mod summary;
-mod unchanged;
 mod work;
 
-pub(crate) use derived::Derived;
-use device::OnDevice;
-use devices::{Found, One, Opened};
-use prepare::Known;
-use progress::Progress;
-use shown::Other;
-use spare::{Source, Spare};
-use unchanged::Last;
-pub(crate) use work::allowed;
-use work::{Carrying, Plain, Rays, Work};
+pub(crate) use lazy::Lazy;
+pub use rendered::Rendered;
+pub use renderer::Renderer;
 
-/// A renderer with its own threads, which end when it is dropped, and optionally a device.
-///
-/// ```
-/// use icoray::{Field, Grid, IcosahedralMesh, Layers, Location, Renderer, Scene, Shape};
-///
-/// let mesh = IcosahedralMesh::new(2)?;
-/// let grid = Grid::new(mesh.tables())?;
-/// let layers = Layers::from_heights(&[0.0, 1e6], 6.371e6)?;
-/// let values = vec![1.0f32; 2 * grid.cells()];
-/// let shape = Shape::cell_fastest(grid.cells(), 2);
-/// let field = Field::new(values.as_slice().into(), shape, Location::Center, None)?;
-/// let scene = Scene::parse(
-///     "field = 'one'
-///      image = { width = 8, height = 8 }
-///      camera = { lon = 0, lat = 0, distance = 3 }
-///      transfer = { map = 'viridis', range = [0, 2], opacity = [[0, 0.5], [2, 0.5]] }",
-/// )?;
-/// let renderer = Renderer::new(1)?;
-/// let frame = renderer.render(&scene, &grid, &layers, &field)?;
-/// // Premultiplied linear RGBA, row by row from the top left.
-/// assert_eq!((frame.width, frame.height, frame.pixels.len()), (8, 8, 64));
-/// assert!(f64::from(frame.error[0]) <= 1e-3);
-/// # Ok::<(), icoray::Error>(())
-/// ```
-#[derive(Debug)]
-pub struct Renderer {
-    threads: Threads,
-    devices: Option<Opened>,
-    savings: Savings,
-    integrates: bool,
-    progress: Option<Progress>,
-    spare: Spare,
-    last: Last,
-    ranges: Ranges,
-    derived: Kept,
-}
+use context::{FrameContext, RenderInputs};
+use device::OnDevice;
+use devices::DeviceChoice;
+use prepare::FieldSummary;
+use prepared_field::PreparedField;
+use work::{SingleVolume, Work};
 
 impl Renderer {
-    /// A renderer with `threads` threads, or as many as the affinity mask allows when that is 0.
-    ///
-    /// # Errors
-    /// [`ErrorKind::Io`](crate::ErrorKind::Io) when the threads cannot be made.
-    pub fn new(threads: usize) -> Result<Self> {
-        let (devices, savings) = (None, Savings::ALL);
-        let (threads, spare, last) = (Threads::new(threads)?, Spare::default(), Last::default());
-        let (ranges, derived) = (Ranges::default(), Kept::default());
-        Ok(Renderer {
-            threads,
-            devices,
-            savings,
-            integrates: true,
-            progress: None,
-            spare,
-            last,
-            ranges,
-            derived,
-        })
-    }
-
-    /// The same, but leaving out what `savings` say: for measurements.
-    #[must_use]
-    pub fn with_savings(self, savings: Savings) -> Self {
-        Renderer { savings, spare: self.spare.with_reuse(savings.reuse), ..self }
-    }
-
-    /// The same, but rays only walk and interpolate: frusta of unlit `exact` scenes are laid aside to be integrated together,
-    /// and are not. For measurements.
-    #[doc(hidden)]
-    #[must_use]
-    pub fn without_integrals(self) -> Self {
-        Renderer { integrates: false, ..self }
-    }
-
-    /// The machine's vector instructions, where rays are traced in packets.
-    fn vectors(&self) -> Option<Level> {
-        self.savings.lanes.then(packets).flatten()
-    }
-
-    /// The same renderer with devices, which trace what they can of scenes that ask for it ([`Scene::backend`]).
-    #[must_use]
-    pub fn with_devices(self, devices: Arc<dyn Devices>) -> Self {
-        Renderer { devices: Some(Opened::new(devices)), ..self }
-    }
-
-    /// The same renderer with one device.
-    #[must_use]
-    pub fn with_device(self, device: Arc<dyn Device>) -> Self {
-        self.with_devices(Arc::new(One(device)))
-    }
-
-    /// The same renderer, which calls `report(finished, total)` after each tile of a picture that this process draws, from the
-    /// thread that drew it. `total` is the number of these tiles. The calls of one picture come in no order, and none comes for
-    /// probes of a time budget and for pixels at edges, which are traced again after the last tile.
-    ///
-    /// ```
-    /// use std::sync::Arc;
-    ///
-    /// let renderer = icoray::Renderer::new(1)?
-    ///     .with_progress(Arc::new(|finished, total| eprintln!("{finished} of {total} tiles")));
-    /// # Ok::<(), icoray::Error>(())
-    /// ```
-    #[must_use]
-    pub fn with_progress(self, report: Arc<dyn Fn(usize, usize) + Send + Sync>) -> Self {
-        Renderer { progress: Some(Progress(report)), ..self }
-    }
-
-    /// Number of threads.
-    pub fn threads(&self) -> usize {
-        self.threads.count()
-    }
-
-    /// Runs `work` on the renderer's threads: parallel passes inside use them and no others.
-    pub fn run<R: Send>(&self, work: impl FnOnce() -> R + Send) -> R {
-        self.threads.run(work)
-    }
-
     /// Renders `scene` of its fields, or of one field.
     ///
     /// # Errors
-    /// As [`Plan::new`], and [`ErrorKind::Scene`](crate::ErrorKind::Scene) where the scene shows a field that is not there.
+    /// As [`Plan::new`], and [`ErrorKind::Scene`](icoray_grid::ErrorKind::Scene) where the scene shows a field that is not there.
     pub fn render<'f>(
         &self,
         scene: &Scene,
@@ -181,15 +65,7 @@ impl Renderer {
         fields: impl Into<Fields<'f>>,
     ) -> Result<Frame> {
         let fields = fields.into();
-        // Within a time budget frames are as good as there is time for.
-        if self.savings.unchanged && scene.time_budget_ms.is_none() && scene.scenery == Scenery::default() {
-            return self.render_if_changed(scene, grid, layers, fields.first(&scene.field)?);
-        }
-        self.render_anew(scene, grid, layers, &fields)
-    }
-
-    fn render_anew(&self, scene: &Scene, grid: &Grid, layers: &Layers, fields: &Fields) -> Result<Frame> {
-        let given = Given { grid, part: None, layers, fields };
+        let given = RenderInputs { grid, part: None, layers, fields: &fields };
         match self.render_since(Instant::now(), &mut Ranks::alone(), scene, &given)? {
             Rendered::Here(frame) => Ok(frame),
             Rendered::AtRoot(_) => unreachable!("who draws alone is rank 0"),
@@ -201,13 +77,13 @@ impl Renderer {
     ///
     /// Without a `part` all give copies of the same grid and field, each draws some tiles, and the picture is bitwise that
     /// of [`Self::render`]. With one, each gives its own part of the grid and the field's values there, halo included, and
-    /// the picture is as near to the exact integral as its errors say. [`Sharing`] has what a scene can ask for.
+    /// the picture is as near to the exact integral as its errors say. [`Sharing`](icoray_output::Sharing) has what a scene can ask for.
     ///
     /// Within a time budget the quality is what rank 0 picks, or of parts the cheapest that any rank picks.
     ///
     /// # Errors
-    /// The same on all ranks: as [`Plan::new`] on any of them, [`ErrorKind::Internal`](crate::ErrorKind::Internal) where
-    /// one of several panicked, and [`ErrorKind::Mpi`](crate::ErrorKind::Mpi) where they have not the same data or the
+    /// The same on all ranks: as [`Plan::new`] on any of them, [`ErrorKind::Internal`](icoray_grid::ErrorKind::Internal) where
+    /// one of several panicked, and [`ErrorKind::Mpi`](icoray_grid::ErrorKind::Mpi) where they have not the same data or the
     /// transport fails.
     pub fn render_over<'f>(
         &self,
@@ -218,12 +94,12 @@ impl Renderer {
         layers: &Layers,
         fields: impl Into<Fields<'f>>,
     ) -> Result<Rendered> {
-        let given = Given { grid, part, layers, fields: &fields.into() };
+        let given = RenderInputs { grid, part, layers, fields: &fields.into() };
         self.render_since(Instant::now(), ranks, scene, &given)
     }
 
     /// The device for a picture, if there is one and it can. Collective.
-    fn find_device(&self, ranks: &mut Ranks, scene: &Scene) -> Result<Found> {
+    fn find_device(&self, ranks: &mut Ranks, scene: &Scene) -> Result<DeviceChoice> {
         if scene.backend == Backend::Cpu {
             return Ok(Err(None));
         }
@@ -238,60 +114,44 @@ impl Renderer {
         start: Instant,
         ranks: &mut Ranks,
         scene: &Scene,
-        given: &Given,
+        given: &RenderInputs,
     ) -> Result<Rendered> {
-        let Given { grid, part, layers, fields } = *given;
-        let of = derive::Given { scene, fields, grid, part, threads: &self.threads };
+        let RenderInputs { grid, part, fields, .. } = *given;
+        let of = derive::DeriveInputs { scene, fields, grid, part, threads: &self.threads };
         let made = derive::make(ranks, &self.derived, &of)?;
         let with_derived = made.as_ref().map(|made| made.fields(fields));
         let fields = with_derived.as_ref().unwrap_or(fields);
-        let field = ranks.attempt(|| fields.first(&scene.field));
-        let field = ranks.together(field)?;
-        let plan = ranks.attempt(|| {
-            if part.is_none() && grid.cells() == 0 {
-                return Err(Error::new(ErrorKind::Grid, "0 cells, expected at least 1"));
-            }
-            Ok((Plan::new(scene, grid, layers, field)?, Sharing::new(scene, part)?))
-        });
-        let (mut plan, sharing) = ranks.of_one_mind(plan, |(plan, sharing)| {
-            let place = if plan.from_corners { "corners" } else { "centres" };
-            vec![
-                ("draws", sharing.to_string()),
-                (
-                    "has layers",
-                    format!(
-                        "{}, {} of the field, exaggeration {}",
-                        layers.told(),
-                        plan.radius.len(),
-                        scene.exaggeration
-                    ),
-                ),
-                ("has a field at", place.into()),
-                ("has a scene with backend", format!("{:?}", scene.backend)),
-            ]
-        })?;
+        let mut rendered = self.render_fields(start, ranks, scene, &RenderInputs { fields, ..*given })?;
+        if let Some(made) = made {
+            rendered.report_mut().derived_bytes += made.bytes();
+            self.derived.keep(made);
+        }
+        Ok(rendered)
+    }
+
+    /// [`Self::render_since`] of fields that include the derived ones.
+    fn render_fields(
+        &self,
+        start: Instant,
+        ranks: &mut Ranks,
+        scene: &Scene,
+        given: &RenderInputs,
+    ) -> Result<Rendered> {
+        let RenderInputs { grid, part, layers, fields } = *given;
+        let (mut plan, sharing) = agree_on_plan(ranks, scene, given)?;
         let share_of_whole = match part {
             None if sharing.scheme == Scheme::Fragments => Some(Part::of_whole(ranks, grid)?),
             _ => None,
         };
         let part = part.or(share_of_whole.as_ref());
-        let source = Source::new(grid, field);
-        let average = || plan.from_corners.then(|| self.spare.average(&source, grid, field)).transpose();
-        let center = ranks.attempt(|| self.run(average));
-        let mut center = ranks.together(center)?;
-        if let (Some(part), Some(center)) = (part, &mut center) {
-            center.fill_halo(ranks, part)?;
-        }
-        let derived = center.as_ref().map_or(0, CenterField::bytes);
-        let field = center.as_ref().map_or(*field, CenterField::field);
-        let beside = self.others(ranks, scene, &Given { part, fields, ..*given })?;
-        let derived = derived + beside.iter().map(Other::bytes).sum::<usize>();
-        let others: Vec<(&str, Field)> = beside.iter().map(|other| (other.name(), other.field())).collect();
+        let prepared = self.prepare_fields(ranks, scene, &RenderInputs { part, ..*given })?;
+        let derived: usize = prepared.iter().map(PreparedField::bytes).sum();
+        let shown: Vec<(&str, Field)> = prepared.iter().map(|field| (field.name(), field.field())).collect();
         let values = |name: &str| {
-            let other = others.iter().find(|(known, _)| *known == name);
-            Ok(Values { threads: &self.threads, field: other.map_or(&field, |(_, other)| other), part })
+            let (_, field) = shown.iter().find(|(known, _)| *known == name).unwrap_or(&shown[0]);
+            Ok(FieldValues { threads: &self.threads, field, part })
         };
-        let settled = self.ranges.settle(ranks, scene, &values)?;
+        let settled = self.ranges.resolve(ranks, scene, &values)?;
         let colors = Colors::of(scene, settled.as_ref().unwrap_or(scene));
         let scene = settled.as_ref().unwrap_or(scene);
         if settled.is_some() {
@@ -299,112 +159,89 @@ impl Renderer {
             plan.recolor(scene);
         }
         let device = self.find_device(ranks, scene)?;
-        let setting =
-            Setting { renderer: self, device, scene, plan: &plan, grid, part, field: &field, source, start };
-        let mut rendered = match (field.samples(), scene.precision) {
-            _ if !scene.scenery.is_plain() => mixed::draw(&setting, ranks, layers, &others, fields.heights()),
-            (Reals::F32(data), Precision::F32) => draw::<f32, f32>(&setting, ranks, data),
-            (Reals::F32(data), Precision::F64) => draw::<f64, f32>(&setting, ranks, data),
-            (Reals::F64(data), Precision::F32) => draw::<f32, f64>(&setting, ranks, data),
-            (Reals::F64(data), Precision::F64) => draw::<f64, f64>(&setting, ranks, data),
-        }?;
+        let context = FrameContext {
+            renderer: self,
+            device,
+            scene,
+            plan: &plan,
+            grid,
+            part,
+            layers,
+            heights: fields.heights(),
+            fields: &prepared,
+            start,
+        };
+        let mut rendered = draw(&context, ranks)?;
         let report = rendered.report_mut();
         report.derived_bytes += derived;
         report.threads = self.threads();
-        report.ranks = ranks.size();
+        report.ranks.count = ranks.size();
         report.colors = colors;
-        report.sharing = (!ranks.is_alone()).then_some(sharing);
-        let source = setting.source;
-        if let Some(center) = center {
-            self.spare.keep_average(source, center);
-        }
-        beside.into_iter().for_each(|other| other.leave(&self.spare, grid));
-        if let Some(made) = made {
-            report.derived_bytes += made.bytes();
-            self.derived.keep(made);
-        }
+        report.ranks.sharing = (!ranks.is_alone()).then_some(sharing);
+        prepared.into_iter().for_each(|field| field.keep(&self.frame_cache, grid));
         Ok(rendered)
     }
 }
 
-/// What a rank has of a picture that is done.
-#[derive(Debug, Clone, PartialEq)]
-#[expect(clippy::large_enum_variant, reason = "there is one for each picture")]
-pub enum Rendered {
-    /// The picture: this is rank 0.
-    Here(Frame),
-    /// What it cost and met; the picture is at rank 0. Errors, counts and the gathering are those of the whole picture,
-    /// seconds, threads and tiles this rank's.
-    AtRoot(FrameReport),
-}
-
-impl Rendered {
-    fn report_mut(&mut self) -> &mut FrameReport {
-        match self {
-            Rendered::Here(frame) => &mut frame.report,
-            Rendered::AtRoot(report) => report,
+/// The plan of a frame, and how ranks share out its picture: the same on all. Collective.
+fn agree_on_plan(ranks: &mut Ranks, scene: &Scene, given: &RenderInputs) -> Result<(Plan, Sharing)> {
+    let RenderInputs { grid, part, layers, fields } = *given;
+    let field = ranks.attempt(|| fields.first(scene.field()));
+    let field = ranks.collective(field)?;
+    let plan = ranks.attempt(|| {
+        if part.is_none() && grid.cells() == 0 {
+            return Err(Error::new(ErrorKind::Grid, "0 cells, expected at least 1"));
         }
+        Ok((Plan::new(scene, grid, layers, field)?, Plan::sharing(scene, part)?))
+    });
+    ranks.agree_all(plan, |(plan, sharing)| {
+        let place = if plan.from_corners { "corners" } else { "centres" };
+        let (count, exaggeration) = (plan.radius.len(), scene.exaggeration);
+        let told = format!("{}, {count} of the field, exaggeration {exaggeration}", layers.describe());
+        vec![
+            ("draws", sharing.to_string()),
+            ("has layers", told),
+            ("has a field at", place.into()),
+            ("has a scene with backend", format!("{:?}", scene.backend)),
+        ]
+    })
+}
+
+/// Draws the picture with the kernel for one field, in the scene's precision, or with the general one. Collective.
+fn draw(context: &FrameContext, ranks: &mut Ranks) -> Result<Rendered> {
+    let scene = context.scene;
+    match (context.fields[0].field().samples(), scene.precision) {
+        _ if !scene.is_plain() => multi_volume::draw(context, ranks),
+        (Reals::F32(data), Precision::F32) => draw_plain::<f32, f32>(context, ranks, data),
+        (Reals::F32(data), Precision::F64) => draw_plain::<f64, f32>(context, ranks, data),
+        (Reals::F64(data), Precision::F32) => draw_plain::<f32, f64>(context, ranks, data),
+        (Reals::F64(data), Precision::F64) => draw_plain::<f64, f64>(context, ranks, data),
     }
 }
 
-/// What the caller gives to draw of.
-struct Given<'f> {
-    grid: &'f Grid<'f>,
-    part: Option<&'f Part>,
-    layers: &'f Layers,
-    fields: &'f Fields<'f>,
-}
-
-/// What a picture is drawn of, before its types are known.
-struct Setting<'f> {
-    renderer: &'f Renderer,
-    device: Found,
-    scene: &'f Scene,
-    plan: &'f Plan,
-    grid: &'f Grid<'f>,
-    part: Option<&'f Part>,
-    field: &'f Field<'f>,
-    /// The field as it was given, before it was averaged.
-    source: Source,
-    start: Instant,
-}
-
-impl Setting<'_> {
-    /// Whether the CPU computes gradients in any case: a device has its own, but for those of a part.
-    fn needs_gradients(&self) -> bool {
-        self.device.is_err() || self.part.is_some()
-    }
-}
-
-/// Least and greatest radius of the facets of a layer of `radius`, where edges are anti-aliased.
-fn facets(setting: &Setting, radius: f64) -> Option<[f64; 2]> {
-    let Setting { renderer, scene, grid, part, .. } = *setting;
-    let lowest = || part.map_or_else(|| renderer.run(|| grid.lowest_facet()), Part::lowest_facet);
-    scene.antialias.then(|| [radius * lowest(), radius])
-}
-
-fn draw<T: Real, S: Sample>(setting: &Setting, ranks: &mut Ranks, data: &[S]) -> Result<Rendered> {
-    let Setting { renderer, scene, plan, grid, part, field, .. } = *setting;
+fn draw_plain<T: KernelReal, S: Sample>(
+    context: &FrameContext,
+    ranks: &mut Ranks,
+    data: &[S],
+) -> Result<Rendered> {
+    let FrameContext { renderer, scene, plan, .. } = *context;
+    let field = &context.fields[0].field();
     let spans = Spans::<T>::new(&plan.knots);
     let shell = Shell::<T>::new(&plan.radius);
     let samples = Samples::new(data, field, plan.falling, spans.range());
-    let known = Known::of(setting, ranks, &samples)?;
-    let is_lit = known.is_lit();
-    let (sight_key, visible) = prepare::sight(setting, &known, &spans, samples);
+    let field_summary = FieldSummary::of(context, ranks, &samples)?;
+    let is_lit = field_summary.is_lit();
+    let (sight_key, visible) = prepare::sight(context, &field_summary, &spans, samples);
     let (light_key, mut gradients) =
-        prepare::gradients(setting, &known, samples, spans.range(), (&sight_key, &visible));
-    prepare::complete(setting, ranks, &visible, &mut gradients, is_lit)?;
-    let job = Job::new(scene, plan, grid, field, &gradients, known.quality, part.is_some());
-    let on_device = OnDevice::new(&setting.device, job);
+        prepare::gradients(context, &field_summary, samples, spans.range(), (&sight_key, &visible));
+    prepare::complete(context, ranks, &visible, &mut gradients, is_lit)?;
+    let on_device = OnDevice::new(context, field, &gradients, field_summary.quality);
     let radius = [shell.inner(), shell.outer()];
     let ground = Ground::new(scene);
     let ground = ground.as_ref();
     let (shell, spans) = (&shell, &spans);
-    let plain = Plain {
-        renderer,
-        scene,
-        plan,
-        grid,
+    let plain = SingleVolume {
+        context,
         shell,
         spans,
         samples: AnySamples::new(field, plan.falling, spans.range()),
@@ -412,19 +249,17 @@ fn draw<T: Real, S: Sample>(setting: &Setting, ranks: &mut Ranks, data: &[S]) ->
         gradients: &gradients,
         ground,
     };
-    let (lit, unlit) = (Carrying::<T, 4>(&plain), Carrying::<T, 1>(&plain));
-    let rays: &dyn Rays = if is_lit { &lit } else { &unlit };
-    let [core, top] = radius.map(|radius| facets(setting, radius));
+    let [core, top] = radius.map(|radius| context.facets(radius));
     let edges = Edges::new(scene, core.filter(|_| scene.core.is_some()), top, false);
-    let work = Work { renderer, scene, plan, radius, ground, rays, edges };
-    let mut rendered = picture::draw(setting, ranks, &known, &work, on_device)?;
+    let work = Work { context, radius, ground, rays: &plain, edges };
+    let mut rendered = picture::draw(&work, ranks, &field_summary, on_device)?;
     rendered.report_mut().derived_bytes =
-        gradients.known().map_or(0, Gradients::bytes) + visible.known().map_or(0, Visible::bytes);
+        gradients.known().map_or(0, Gradients::bytes) + visible.known().map_or(0, OccupancyMask::bytes);
     if let (Some(key), Some(gradients)) = (light_key, gradients.into_known()) {
-        renderer.spare.keep_gradients(key, gradients);
+        renderer.frame_cache.gradients.store(key, gradients);
     }
     if let Some(visible) = visible.into_known() {
-        renderer.spare.keep_visible(sight_key, visible);
+        renderer.frame_cache.visible.store(sight_key, visible);
     }
     Ok(rendered)
 }

@@ -2,13 +2,13 @@
 //!
 //! It is the one place where icoray copies a model's data, and the reports say how many bytes and seconds that takes.
 
-use crate::error::Result;
-use crate::field::{Field, Location};
 use crate::fields::Fields;
-use crate::grid::Reals;
 use crate::render::Renderer;
-use crate::shape::{Elements, Shape};
+use icoray_grid::shape::ElementIndexer;
+use icoray_grid::{Field, Location};
+use icoray_grid::{OwnedReals, Reals, Result, Shape};
 use rayon::prelude::*;
+use std::mem::replace;
 
 /// Owned copies of fields, and of the heights of their columns where there are any: level-fastest, in each one's own
 /// precision and with its fill value and location.
@@ -75,23 +75,17 @@ impl Snapshot {
 /// A copy of one field.
 #[derive(Debug, Clone)]
 struct Copied {
-    values: Values,
+    values: OwnedReals,
     columns: usize,
     layers: usize,
     location: Location,
     fill: Option<f64>,
 }
 
-#[derive(Debug, Clone)]
-enum Values {
-    F32(Vec<f32>),
-    F64(Vec<f64>),
-}
-
 impl Default for Copied {
     fn default() -> Self {
         Copied {
-            values: Values::F32(Vec::new()),
+            values: OwnedReals::F32(Vec::new()),
             columns: 0,
             layers: 0,
             location: Location::Center,
@@ -105,37 +99,23 @@ impl Copied {
         let (shape, elements) = (*field.shape(), *field.elements());
         (self.columns, self.layers) = (shape.columns, shape.layers);
         (self.location, self.fill) = (field.location(), field.fill());
+        // The other precision's memory is freed before this one's is allocated.
+        let memory = replace(&mut self.values, OwnedReals::F32(Vec::new()));
+        self.values = OwnedReals::buffer(field.samples(), Some(memory));
         match (field.samples(), &mut self.values) {
-            (Reals::F32(from), Values::F32(to)) => copy(from, to, &shape, &elements),
-            (Reals::F64(from), Values::F64(to)) => copy(from, to, &shape, &elements),
-            (Reals::F32(from), values) => {
-                // The other precision's memory goes before this one's comes.
-                *values = Values::F32(Vec::new());
-                let Values::F32(to) = values else { unreachable!("just set") };
-                copy(from, to, &shape, &elements);
-            }
-            (Reals::F64(from), values) => {
-                *values = Values::F64(Vec::new());
-                let Values::F64(to) = values else { unreachable!("just set") };
-                copy(from, to, &shape, &elements);
-            }
+            (Reals::F32(from), OwnedReals::F32(to)) => copy(from, to, &shape, &elements),
+            (Reals::F64(from), OwnedReals::F64(to)) => copy(from, to, &shape, &elements),
+            _ => unreachable!("a buffer has the precision of the field"),
         }
     }
 
     fn field(&self) -> Result<Field<'_>> {
-        let samples = match &self.values {
-            Values::F32(v) => v.as_slice().into(),
-            Values::F64(v) => v.as_slice().into(),
-        };
-        Field::new(samples, Shape::level_fastest(self.columns, self.layers), self.location, self.fill)
+        let shape = Shape::level_fastest(self.columns, self.layers);
+        Field::new(self.values.as_reals(), shape, self.location, self.fill)
     }
 
     fn bytes(&self) -> u64 {
-        let bytes = match &self.values {
-            Values::F32(v) => size_of_val(v.as_slice()),
-            Values::F64(v) => size_of_val(v.as_slice()),
-        };
-        bytes as u64
+        self.values.bytes() as u64
     }
 }
 
@@ -144,7 +124,12 @@ impl Copied {
 const BLOCK: usize = 64;
 
 /// Copies what `shape` says of `from` to `to`, level-fastest.
-fn copy<S: Copy + Default + Send + Sync>(from: &[S], to: &mut Vec<S>, shape: &Shape, elements: &Elements) {
+fn copy<S: Copy + Default + Send + Sync>(
+    from: &[S],
+    to: &mut Vec<S>,
+    shape: &Shape,
+    elements: &ElementIndexer,
+) {
     let layers = shape.layers;
     to.resize(shape.columns * layers, S::default());
     let is_level_fastest = shape.layer_stride.unsigned_abs() <= shape.column_stride.unsigned_abs();
@@ -223,8 +208,8 @@ mod tests {
         let values: Vec<f32> = (0..LENGTH).map(|i| i as f32).collect();
         let of = |shape| Field::new(values.as_slice().into(), shape, Location::Center, None).unwrap();
         let place = |copied: &Copied| match &copied.values {
-            Values::F32(v) => (v.as_ptr(), v.capacity()),
-            Values::F64(_) => panic!("the precision changed"),
+            OwnedReals::F32(v) => (v.as_ptr(), v.capacity()),
+            OwnedReals::F64(_) => panic!("the precision changed"),
         };
         let places = |snapshot: &Snapshot| -> Vec<_> {
             snapshot.copies.iter().chain(&snapshot.heights).map(place).collect()
@@ -270,7 +255,7 @@ mod tests {
     fn nothing_copied_is_no_field() {
         let empty = Snapshot::empty();
         let error = empty.fields().unwrap().first("q").unwrap_err();
-        assert_eq!((error.kind(), empty.bytes()), (crate::ErrorKind::Scene, 0));
+        assert_eq!((error.kind(), empty.bytes()), (icoray_grid::ErrorKind::Scene, 0));
         assert_eq!(error.context(), "the scene shows field \"q\", and there is []");
     }
 }

@@ -99,8 +99,8 @@ fn general_frames_make_no_array_anew() {
     for heights in ["mean", "native"] {
         let mut scene = scene(more);
         (scene.width, scene.height) = (2, 2);
-        let (field, transfer) = ("g".into(), scene.transfer.clone());
-        scene.scenery.volumes = vec![Volume { field, transfer, coloring: None, opacity: None }];
+        let (field, transfer) = ("g".into(), scene.volumes[0].transfer.clone());
+        scene.volumes.extend([Volume { field, transfer, coloring: None, opacity: None }]);
         scene.scenery.heights = if heights == "mean" { Heights::Mean } else { Heights::Native };
         let (values, bytes) = bytes_of_a_later_general_frame(6, &scene);
         println!("several fields, {heights} heights: {bytes} bytes of {values} values each");

@@ -22,7 +22,7 @@ fn each_tile_is_reported_once_and_the_picture_is_the_same() {
     let frame = renderer.render(&scene, &grid, &layers, &field).unwrap();
     let mut reports = std::mem::take(&mut *reports.lock().unwrap());
     reports.sort_unstable();
-    let total = frame.report.tiles;
+    let total = frame.report.ranks.tiles;
     assert!(total > 4);
     assert_eq!(reports, (1..=total).map(|finished| (finished, total)).collect::<Vec<_>>());
     let silent = Renderer::new(1).unwrap().render(&scene, &grid, &layers, &field).unwrap();

@@ -1,7 +1,7 @@
 // Mirrors kernel/ray/fragment.rs. Fragments go to `found` as they come, of all rays and in no order: the host sorts them.
 #import kernel/ray
 
-// What all rays have in common of a rank's part.
+// Parameters of a rank's part that all rays share.
 struct Part {
     // A ball around own columns, and the square of its radius.
     middle: vec3f,
@@ -10,7 +10,7 @@ struct Part {
     lowest_hi: f32,
     lowest_lo: f32,
     // Room in `found`.
-    most: u32,
+    max_fragments: u32,
 }
 
 struct Fragment {
@@ -24,7 +24,7 @@ struct Fragment {
     red: f32,
     green: f32,
     blue: f32,
-    absorbed: f32,
+    alpha: f32,
     error: f32,
     variance: f32,
 }
@@ -50,7 +50,7 @@ fn part_is_near(line: RayLine) -> bool {
     return x * x + q * q <= part.reach;
 }
 
-fn fragment_new(place: u32, from_: Wide, to: Wide, light: Light) -> Fragment {
+fn fragment_new(place: u32, from_: Wide, to: Wide, light: Radiance) -> Fragment {
     return Fragment(
         place,
         from_.hi,
@@ -60,17 +60,17 @@ fn fragment_new(place: u32, from_: Wide, to: Wide, light: Light) -> Fragment {
         light.color.x,
         light.color.y,
         light.color.z,
-        light.absorbed,
+        light.alpha,
         light.error,
         light.variance,
     );
 }
 
-fn fragment_is_clear(light: Light) -> bool {
-    return light.absorbed == 0.0 && light.error == 0.0 && light.variance == 0.0 && all(light.color == vec3f(0.0));
+fn fragment_is_clear(light: Radiance) -> bool {
+    return light.alpha == 0.0 && light.error == 0.0 && light.variance == 0.0 && all(light.color == vec3f(0.0));
 }
 
-// What the ray met, and how many fragments it has.
+// The boundaries that the ray met, and its number of fragments.
 struct InPart {
     ray: Ray,
     count: u32,
@@ -87,11 +87,11 @@ fn fragments(eye: Wide3, dir: Wide3, hint: u32, place: u32) -> InPart {
     if IS_LIT {
         ray.shading = shading_along(lighting, dir);
     }
-    ray.rest = params.rest;
+    ray.min_transmittance = params.min_transmittance;
     let near_core = ray_line_first_inside(line, shell_inner(), line.start, line.end);
     let behind_core =
         ray_line_first_inside(line, Wide(part.lowest_hi, part.lowest_lo), line.start, line.end);
-    var light = light_none();
+    var light = radiance_none();
     var walk = walk_new(line, hint);
     var gap = 0u;
     var run_from = wide(0.0);
@@ -106,13 +106,13 @@ fn fragments(eye: Wide3, dir: Wide3, hint: u32, place: u32) -> InPart {
             let meets_core = HAS_CORE && near_core.is_there && !wide_less(run_to, near_core.t);
             if is_over || meets_core || !fragment_is_clear(light) {
                 let at = atomicAdd(&found.count, 1u);
-                if at < part.most {
+                if at < part.max_fragments {
                     found.all[at] = fragment_new(place, run_from, run_to, light);
                 }
                 count++;
             }
-            ray.rest /= 1.0 - light.absorbed;
-            light = light_none();
+            ray.min_transmittance /= 1.0 - light.alpha;
+            light = radiance_none();
             ray.is_in_span = false;
             has_run = false;
         }

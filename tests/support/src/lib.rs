@@ -1,4 +1,4 @@
-//! Support for icoray's tests: skips that are counted, test data, short and long counts. It has no dependencies.
+//! Support for icoray's tests: skips that are counted, test data, short and long counts, random numbers. It has no dependencies.
 //!
 //! Environment variables; `cargo xtask test` sets the first two:
 //!
@@ -10,8 +10,10 @@
 //! | `ICORAY_TEST_DATA` | folder of the data files; `../shared/data` beside the repository if unset |
 
 mod need;
+mod random;
 
 pub use need::Need;
+pub use random::Random;
 
 use std::fmt::Display;
 use std::fs::OpenOptions;

@@ -1,6 +1,5 @@
-//! Puts pictures of a directory on one sheet: `contact_sheet DIR PREFIX OUT.png`.
-//!
-//! Takes `PREFIX*.png` in the order of their names, row by row.
+//! `contact_sheet DIR PREFIX OUT.png`: puts the pictures `PREFIX*.png` of a directory on one sheet, row by row, in the
+//! order of their names.
 
 mod picture;
 
@@ -48,16 +47,14 @@ fn make_sheet(dir: &Path, prefix: &str, out: &Path) -> Result<usize, Box<dyn Err
     Ok(tiles.len())
 }
 
-/// The pictures in a directory whose names begin so, in order.
+/// The pictures in a directory whose names start with `prefix`, in order.
 fn pictures(dir: &Path, prefix: &str) -> std::io::Result<Vec<PathBuf>> {
-    let mut paths = Vec::new();
-    for entry in std::fs::read_dir(dir)? {
-        let path = entry?.path();
+    let paths = std::fs::read_dir(dir)?.map(|entry| Ok(entry?.path()));
+    let mut paths = paths.collect::<std::io::Result<Vec<_>>>()?;
+    paths.retain(|path| {
         let name = path.file_name().unwrap_or_default().to_string_lossy();
-        if name.starts_with(prefix) && name.ends_with(".png") {
-            paths.push(path);
-        }
-    }
+        name.starts_with(prefix) && name.ends_with(".png")
+    });
     paths.sort();
     Ok(paths)
 }
@@ -66,8 +63,8 @@ fn pictures(dir: &Path, prefix: &str) -> std::io::Result<Vec<PathBuf>> {
 fn sheet(tiles: &[Picture]) -> Picture {
     let columns = (tiles.len() as f64).sqrt().ceil() as usize;
     let rows = tiles.len().div_ceil(columns);
-    let width = tiles.iter().map(Picture::width).max().unwrap_or(0) + GAP;
-    let height = tiles.iter().map(Picture::height).max().unwrap_or(0) + GAP;
+    let width = tiles.iter().map(|tile| tile.width).max().unwrap_or(0) + GAP;
+    let height = tiles.iter().map(|tile| tile.height).max().unwrap_or(0) + GAP;
     let mut sheet = Picture::filled(columns * width + GAP, rows * height + GAP, BACKGROUND);
     for (i, tile) in tiles.iter().enumerate() {
         sheet.put(tile, GAP + i % columns * width, GAP + i / columns * height);
@@ -92,7 +89,7 @@ mod tests {
         assert_eq!(make_sheet(&dir, "a_", &out).unwrap(), 3);
         let sheet = Picture::read(&out).unwrap();
         // Two columns and two rows of 240 x 120 pixels.
-        assert_eq!((sheet.width(), sheet.height()), (2 * 246 + 6, 2 * 126 + 6));
+        assert_eq!((sheet.width, sheet.height), (2 * 246 + 6, 2 * 126 + 6));
         for (i, colour) in colours.into_iter().enumerate() {
             let (x, y) = (i % 2 * 246, i / 2 * 126);
             assert_eq!(sheet.pixel(x + 6, y + 6), colour);

@@ -9,8 +9,8 @@ use png::{BitDepth, ColorType, Decoder, Encoder, Transformations};
 
 /// A picture of 8 bits per channel.
 pub struct Picture {
-    width: usize,
-    height: usize,
+    pub width: usize,
+    pub height: usize,
     /// Row by row, from the top.
     pixels: Vec<[u8; 3]>,
 }
@@ -47,16 +47,6 @@ impl Picture {
         let mut writer = encoder.write_header()?;
         writer.write_image_data(self.pixels.as_flattened())?;
         Ok(writer.finish()?)
-    }
-
-    /// Width in pixels.
-    pub fn width(&self) -> usize {
-        self.width
-    }
-
-    /// Height in pixels.
-    pub fn height(&self) -> usize {
-        self.height
     }
 
     /// The colour of a pixel.

@@ -1,22 +1,21 @@
 //! Runs the commands of the README and the book, from the text of their `sh` blocks.
 //!
-//! The blocks of a page are one script of bash, in a folder of their own with copies of `examples`, links to the data files,
-//! and a home of its own. The folder is inside the workspace, so that cargo finds the workspace and its builds from there.
-//! Words behind `sh` say when a block is run: `slow` in the long run only, `needs=a,b` where the machine has a and b.
+//! The blocks of a page are one script of bash, in a folder of their own with copies of `examples`, links to the data
+//! files, and a home of its own. The folder is inside the workspace, so that cargo finds the workspace and its builds
+//! from there. Words behind `sh` say when a block is run: `slow` in the long run only, `needs=a,b` where the machine
+//! has a and b.
 
 mod needs;
 mod scratch;
 
 use std::collections::BTreeMap;
-use std::env;
 use std::fmt::Write as _;
-use std::fs;
 use std::path::Path;
 
 use super::markdown::{Fence, Page};
 use crate::error::Error;
 use crate::step::Step;
-use crate::workspace::Workspace;
+use crate::workspace::{Workspace, is_required};
 use scratch::Scratch;
 
 /// The word of blocks that are run in the long run only.
@@ -25,7 +24,7 @@ const SLOW: &str = "slow";
 /// The script of a page, in the page's folder.
 const SCRIPT: &str = "commands.sh";
 
-/// What every script begins with. The test of this project does not run itself; its options are still checked.
+/// The start of every script. `cargo xtask test` does not run itself; its options are still checked.
 const PRELUDE: &str = r#"set -euo pipefail
 trap 'echo "the command that failed is in the block at $block" >&2' ERR
 cargo() {
@@ -33,7 +32,7 @@ cargo() {
 }
 "#;
 
-/// A fault of the words behind `sh`: an unknown word, or one that the commands need and that is missing.
+/// A fault of the words behind `sh`: an unknown word, or a missing word that the commands need.
 pub fn attribute_fault(fence: &Fence) -> Option<String> {
     let fault = |word: &String| match word.split_once('=') {
         None if word == SLOW => None,
@@ -55,54 +54,53 @@ pub fn attribute_fault(fence: &Fence) -> Option<String> {
     unknown.or_else(|| missing.map(str::to_owned))
 }
 
-/// Runs the commands: all of them, or those that are not marked as slow. `skip` is told of needs that are not met, and of how
-/// many blocks have them.
+/// Runs the commands: all of them, or those that are not marked as slow. `skip` is told of needs that are not met, and
+/// of how many blocks have them.
 ///
 /// # Errors
-/// The failures of all pages, with the output of the commands; a need that `ICORAY_REQUIRE` names and the machine lacks.
+/// The failures of all pages, with the output of the commands; a need that `ICORAY_REQUIRE` names and the machine
+/// lacks.
 pub fn run(
     workspace: &Workspace,
     step: &mut Step,
     all: bool,
     mut skip: impl FnMut(&str, usize),
 ) -> Result<(), Error> {
-    let required = env::var("ICORAY_REQUIRE").unwrap_or_default();
-    let mut tally = Tally::default();
+    let mut counts = BlockCounts::default();
     let mut scripts = Vec::new();
-    for page in &super::book(workspace.root())? {
-        scripts.extend(script(page, &mut tally, all, |need| needs::is_met(workspace, need)));
+    for page in &super::book(&workspace.root)? {
+        scripts.extend(script(page, &mut counts, all, |need| needs::is_met(workspace, need)));
     }
-    if let Some(lacking) = tally.lacking.keys().find(|need| required.split(',').any(|word| word == **need)) {
+    if let Some(lacking) = counts.lacking.keys().find(|need| is_required(need)) {
         return Err(Error::Failed(format!("ICORAY_REQUIRE names {lacking}, and the machine lacks it")));
     }
-    tally.lacking.iter().for_each(|(need, count)| skip(need, *count));
-    // The tests, which run before, have built the command; another selection of features would compile it once more.
+    counts.lacking.iter().for_each(|(need, count)| skip(need, *count));
+    // The tests, which run before, have built the command; another selection of features would compile it again.
     if !scripts.is_empty() && !workspace.products("debug").join("icoray").is_file() {
-        step.quiet(&mut workspace.cargo(["build", "--package", "icoray-cli", "--no-default-features"]))?;
+        step.quiet(workspace.cargo(["build", "--package", "icoray-cli", "--no-default-features"]))?;
     }
     let scratch = Scratch::new(workspace)?;
     let mut failures = Vec::new();
     for (path, script) in &scripts {
         let folder = scratch.page(Path::new(path))?;
-        let file = folder.join(SCRIPT);
-        fs::write(&file, format!("{PRELUDE}{script}")).map_err(Error::while_doing(file.display()))?;
-        if let Err(failure) = step.quiet(scratch.bash(&folder, all).arg(SCRIPT)) {
+        workspace.shell.write_file(folder.join(SCRIPT), format!("{PRELUDE}{script}"))?;
+        if let Err(failure) = step.quiet(scratch.bash(&folder, SCRIPT, all)) {
             failures.push(format!("{path}: {failure}"));
         }
     }
-    step.note(&tally.summary());
+    step.note(&counts.summary());
     if failures.is_empty() { Ok(()) } else { Err(Error::Failed(failures.join("\n"))) }
 }
 
-/// How many blocks are run, and why others are not.
+/// Numbers of blocks that are run, and of those that are not.
 #[derive(Default)]
-struct Tally {
+struct BlockCounts {
     run: usize,
     slow: usize,
     lacking: BTreeMap<String, usize>,
 }
 
-impl Tally {
+impl BlockCounts {
     fn summary(&self) -> String {
         let skipped: usize = self.lacking.values().sum();
         let mut line = format!("{} blocks of commands run, {skipped} skipped", self.run);
@@ -118,15 +116,20 @@ impl Tally {
 }
 
 /// The script of a page's blocks, with the page's path; `None` where there is nothing to run.
-fn script(page: &Page, tally: &mut Tally, all: bool, has: impl Fn(&str) -> bool) -> Option<(String, String)> {
+fn script(
+    page: &Page,
+    counts: &mut BlockCounts,
+    all: bool,
+    has: impl Fn(&str) -> bool,
+) -> Option<(String, String)> {
     let mut script = String::new();
     for fence in page.fences.iter().filter(|fence| fence.language == "sh") {
         if !all && fence.attributes.iter().any(|word| word == SLOW) {
-            tally.slow += 1;
+            counts.slow += 1;
         } else if let Some(lacking) = needs_of(fence).find(|need| !has(need)) {
-            *tally.lacking.entry(lacking.to_owned()).or_default() += 1;
+            *counts.lacking.entry(lacking.to_owned()).or_default() += 1;
         } else {
-            tally.run += 1;
+            counts.run += 1;
             let _ = write!(script, "block={}:{}\n{}", page.path, fence.line, fence.text);
         }
     }
@@ -146,9 +149,9 @@ mod tests {
         "```sh\necho 1\n```\n```text\nrm -r /\n```\n```sh slow\necho 2\n```\n```sh needs=mpi\necho 3\n```\n";
 
     fn scripted(all: bool, has: bool) -> (String, String) {
-        let mut tally = Tally::default();
-        let script = script(&Page::parse("p.md", PAGE), &mut tally, all, |_| has);
-        (script.unwrap().1, tally.summary())
+        let mut counts = BlockCounts::default();
+        let script = script(&Page::parse("p.md", PAGE), &mut counts, all, |_| has);
+        (script.unwrap().1, counts.summary())
     }
 
     #[test]

@@ -1,41 +1,42 @@
 //! Builds the book with mdBook, and checks the links of what it wrote.
 
-use std::env;
 use std::ffi::OsString;
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use crate::error::Error;
+use crate::files;
 use crate::step::Step;
 use crate::system::succeeds;
-use crate::workspace::Workspace;
+use crate::workspace::{Workspace, is_required};
 
-/// Where `docs/book.toml` puts the book.
+/// The directory of the book, as in `docs/book.toml`.
 const BUILT: &str = "docs/book";
-/// The version that is installed where there is none.
+/// The version of mdBook that is installed if there is none.
 const VERSION: &str = "0.4.52";
 
 /// Builds the book.
 ///
 /// # Errors
-/// Where mdBook fails, or a link of a page leads nowhere; where mdBook cannot be had and `ICORAY_REQUIRE` names `mdbook`.
+/// If mdBook fails, or a link of a page leads nowhere; if there is no mdBook and `ICORAY_REQUIRE` names `mdbook`.
 pub fn build(workspace: &Workspace, step: &mut Step) -> Result<(), Error> {
     let program = match mdbook(workspace, step) {
         Ok(program) => program,
         Err(error) => {
-            let required = env::var("ICORAY_REQUIRE").unwrap_or_default();
-            if required.split(',').any(|word| word == "mdbook") {
+            if is_required("mdbook") {
                 return Err(error);
             }
             step.note(&format!("skipped: no mdbook, and cargo cannot install it\n{error}"));
             return Ok(());
         }
     };
-    step.quiet(workspace.command(program).args(["build", "docs"]))?;
-    let built = workspace.root().join(BUILT);
+    step.quiet(workspace.shell.cmd(program).args(["build", "docs"]))?;
     let mut faults = Vec::new();
-    for page in pages(&built)? {
-        faults.extend(repaired(&page)?);
+    for page in files::fitting(&workspace.root.join(BUILT), "**/*.html") {
+        // The page for printing has the links of all pages.
+        if !page.ends_with("print.html") {
+            faults.extend(repaired(&page)?);
+        }
     }
     if faults.is_empty() { Ok(()) } else { Err(Error::Failed(faults.join("\n"))) }
 }
@@ -49,27 +50,14 @@ fn mdbook(workspace: &Workspace, step: &mut Step) -> Result<OsString, Error> {
             return Ok(program);
         }
     }
-    let mut cargo =
+    let cargo =
         workspace.cargo(["install", "mdbook", "--locked", "--no-default-features", "--version", VERSION]);
     step.quiet(cargo.arg("--root").arg(&tools))?;
     Ok(own.into())
 }
 
-/// The pages that mdBook wrote, without the one for printing, whose links are those of all pages.
-fn pages(folder: &Path) -> Result<Vec<PathBuf>, Error> {
-    let mut pages = Vec::new();
-    for entry in fs::read_dir(folder).map_err(Error::while_doing(folder.display()))? {
-        let path = entry.map_err(Error::while_doing(folder.display()))?.path();
-        if path.is_dir() {
-            pages.extend(self::pages(&path)?);
-        } else if path.extension().is_some_and(|ending| ending == "html") && !path.ends_with("print.html") {
-            pages.push(path);
-        }
-    }
-    Ok(pages)
-}
-
-/// Repairs links of a page to Markdown files outside the book, whose ending mdBook replaces; returns links that lead nowhere.
+/// Repairs links of a page to Markdown files outside the book, whose ending mdBook replaces; returns links that lead
+/// nowhere.
 fn repaired(page: &Path) -> Result<Vec<String>, Error> {
     let text = fs::read_to_string(page).map_err(Error::while_doing(page.display()))?;
     let (mut repaired, mut faults) = (text.clone(), Vec::new());

@@ -1,10 +1,10 @@
 //! Checks links between files.
 
-use std::path::{Component, Path, PathBuf};
+use std::path::Path;
 
 use super::markdown::Page;
-use super::{PAGES, SUMMARY, markdown_files};
-use crate::error::Error;
+use super::{PAGES, SUMMARY};
+use crate::files;
 
 /// A sentence for each relative link whose file or anchor does not exist.
 pub fn faults(root: &Path, pages: &[&Page]) -> Vec<String> {
@@ -20,14 +20,10 @@ pub fn faults(root: &Path, pages: &[&Page]) -> Vec<String> {
 }
 
 /// A sentence for each page of the book that the summary does not list.
-///
-/// # Errors
-/// Where the folder cannot be read.
-pub fn unlisted(root: &Path, book: &[Page]) -> Result<Vec<String>, Error> {
-    let files = markdown_files(&root.join(PAGES))?;
+pub fn unlisted(root: &Path, book: &[Page]) -> Vec<String> {
     let is_listed = |path: &Path| book.iter().any(|page| root.join(&page.path) == path);
-    let unlisted = files.iter().filter(|path| !is_listed(path));
-    Ok(unlisted.map(|path| format!("{SUMMARY}: does not list {}", path.display())).collect())
+    let files = files::fitting(&root.join(PAGES), "**/*.md").into_iter().filter(|path| !is_listed(path));
+    files.map(|path| format!("{SUMMARY}: does not list {}", path.display())).collect()
 }
 
 fn fault(root: &Path, pages: &[&Page], page: &Page, target: &str) -> Option<String> {
@@ -35,30 +31,15 @@ fn fault(root: &Path, pages: &[&Page], page: &Page, target: &str) -> Option<Stri
         return None;
     }
     let (file, anchor) = target.split_once('#').map_or((target, None), |(f, a)| (f, Some(a)));
-    let path = match file {
-        "" => PathBuf::from(&page.path),
-        _ => resolved(&Path::new(&page.path).with_file_name(file)),
-    };
-    if !root.join(&path).exists() {
-        return Some("there is no such file".into());
-    }
+    let here = root.join(&page.path);
+    let path = if file.is_empty() { here } else { here.with_file_name(file) };
+    let Ok(path) = path.canonicalize() else { return Some("there is no such file".into()) };
     let anchor = anchor?;
-    let Some(other) = pages.iter().find(|other| Path::new(&other.path) == path) else {
+    let is_linked = |page: &&&Page| root.join(&page.path).canonicalize().is_ok_and(|known| known == path);
+    let Some(other) = pages.iter().find(is_linked) else {
         return Some("an anchor in a file that is not checked".into());
     };
     (!other.anchors.iter().any(|known| known == anchor)).then(|| "there is no such heading".into())
-}
-
-/// The path without `..`.
-fn resolved(path: &Path) -> PathBuf {
-    let mut resolved = PathBuf::new();
-    for component in path.components() {
-        match component {
-            Component::ParentDir if resolved.pop() => {}
-            other => resolved.push(other),
-        }
-    }
-    resolved
 }
 
 #[cfg(test)]

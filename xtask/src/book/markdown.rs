@@ -1,7 +1,7 @@
 //! Parses the parts of a Markdown page that are checked: links, headings and fenced code.
 
 /// A page.
-#[derive(Debug, PartialEq)]
+#[derive(Debug, Default, PartialEq)]
 pub struct Page {
     /// Its path below the workspace's root, with `/`.
     pub path: String,
@@ -42,13 +42,7 @@ pub struct Fence {
 impl Page {
     /// Parses the text of the page at `path`.
     pub fn parse(path: &str, text: &str) -> Page {
-        let mut page = Page {
-            path: path.into(),
-            links: Vec::new(),
-            anchors: Vec::new(),
-            fences: Vec::new(),
-            indented: Vec::new(),
-        };
+        let mut page = Page { path: path.into(), ..Page::default() };
         let mut lines = text.lines().enumerate();
         let mut previous = "";
         while let Some((number, line)) = lines.next() {
@@ -77,7 +71,7 @@ impl Page {
         page
     }
 
-    /// The anchor, with a number behind it where another heading has it already.
+    /// The anchor, with a number if another heading has it already.
     fn distinct(&self, anchor: String) -> String {
         let numbered = (1..).map(|number| format!("{anchor}-{number}"));
         let mut candidates = std::iter::once(anchor.clone()).chain(numbered);

@@ -1,114 +1,108 @@
-//! What the checks build with cargo: packages and features of the default run and of `--all`.
+//! The cargo commands of the checks, with the packages and features of the default run and of `--all`.
 //!
-//! All commands of a run select the same packages and features. With another selection cargo may give a dependency other
-//! features, and then compiles it and everything above it once more.
+//! All commands of a run select the same packages and features. Another selection may change the features of a
+//! dependency, and cargo then compiles it and everything above it again.
 
-use std::fs;
 use std::io::{BufRead, BufReader};
 use std::path::PathBuf;
 use std::process::{Command, Stdio};
 
+use xshell::Cmd;
+
 use super::tally::Tally;
 use crate::error::Error;
-use crate::step::{Step, say};
+use crate::step::{Step, print_line};
 use crate::system::succeeds;
 use crate::workspace::Workspace;
 
 /// The packages of the default run: everything but GPU and MPI.
-const DEFAULT: [&str; 6] =
-    ["icoray", "icoray-capi", "icoray-progress", "icoray-test-support", "xtask", "contact-sheet"];
+const DEFAULT: [&str; 10] = [
+    "icoray-grid",
+    "icoray-scene",
+    "icoray-kernel",
+    "icoray-output",
+    "icoray",
+    "icoray-capi",
+    "icoray-progress",
+    "icoray-test-support",
+    "xtask",
+    "contact-sheet",
+];
 
-/// Those of them that read files of models, which needs NetCDF's library.
+/// Further packages of the default run, which read model files and need the NetCDF library.
 pub const READING_FILES: [&str; 4] = ["icoray-netcdf", "icoray-study", "icoray-cli", "icoray-tests"];
 
-/// What the checks are run on.
+/// The features of `--all` besides the default ones.
+const FEATURES: &str = "icoray-tests/mpi";
+/// The same with the command `icoray` over ranks, which replaces the plain one.
+const FEATURES_OF_RANKS: &str = "icoray-tests/mpi,icoray-cli/mpi";
+
+/// The subject of the checks.
 pub struct Suite<'a> {
     pub workspace: &'a Workspace,
-    /// Whether NetCDF's library is there.
+    pub all: bool,
+    /// Whether the NetCDF library works.
     pub reads_files: bool,
 }
 
-/// The features of `--all` besides the packages' own.
-const FEATURES: &str = "icoray-tests/mpi";
-/// The same with the command over ranks, which takes the place of the plain one.
-const FEATURES_OF_RANKS: &str = "icoray-tests/mpi,icoray-cli/mpi";
+impl Suite<'_> {
+    /// A cargo command on the packages of the default run.
+    fn cargo_default(&self, subcommand: &str) -> Cmd<'_> {
+        let reading_files = READING_FILES.iter().filter(|_| self.reads_files);
+        let packages = DEFAULT.iter().chain(reading_files).flat_map(|package| ["--package", package]);
+        self.workspace.cargo([subcommand, "--no-default-features"]).args(packages)
+    }
 
-/// A cargo command on the packages of the default run.
-fn of_default(suite: &Suite, subcommand: &str) -> Command {
-    let mut cargo = suite.workspace.cargo([subcommand, "--no-default-features"]);
-    let reading_files = READING_FILES.iter().filter(|_| suite.reads_files);
-    cargo.args(DEFAULT.iter().chain(reading_files).flat_map(|package| ["--package", package]));
-    cargo
+    /// A cargo command on all packages.
+    fn cargo_all(&self, subcommand: &str, features: &str) -> Cmd<'_> {
+        self.workspace.cargo([subcommand, "--workspace", "--features", features])
+    }
 }
 
-/// A cargo command on all packages.
-fn of_all(workspace: &Workspace, subcommand: &str, features: &str) -> Command {
-    workspace.cargo([subcommand, "--workspace", "--features", features])
-}
-
-pub fn default_lints(suite: &Suite, step: &mut Step) -> Result<(), Error> {
-    lints(of_default(suite, "clippy"), step)
-}
-
-pub fn all_lints(suite: &Suite, step: &mut Step) -> Result<(), Error> {
-    lints(of_all(suite.workspace, "clippy", FEATURES_OF_RANKS), step)
-}
-
-fn lints(mut clippy: Command, step: &mut Step) -> Result<(), Error> {
+pub fn lints(suite: &Suite, step: &mut Step) -> Result<(), Error> {
+    let clippy =
+        if suite.all { suite.cargo_all("clippy", FEATURES_OF_RANKS) } else { suite.cargo_default("clippy") };
     step.quiet(clippy.args(["--all-targets", "--", "-D", "warnings"]))
 }
 
 pub fn documentation(suite: &Suite, step: &mut Step) -> Result<(), Error> {
-    let mut cargo = of_all(suite.workspace, "doc", FEATURES);
-    step.quiet(cargo.arg("--no-deps").env("RUSTDOCFLAGS", "-D warnings"))
+    step.quiet(suite.cargo_all("doc", FEATURES).arg("--no-deps").env("RUSTDOCFLAGS", "-D warnings"))
 }
 
 pub fn default_tests(suite: &Suite, step: &mut Step, tally: &mut Tally) -> Result<(), Error> {
-    let mut cargo = of_default(suite, "test");
-    tests(suite.workspace, cargo.arg("--no-fail-fast"), step, tally)
+    tests(suite.workspace, suite.cargo_default("test").arg("--no-fail-fast"), step, tally)
 }
 
 pub fn all_tests(suite: &Suite, step: &mut Step, tally: &mut Tally) -> Result<(), Error> {
-    let mpich = mpich_library(suite.workspace, step)?;
-    let mut cargo = of_all(suite.workspace, "test", FEATURES);
-    cargo.arg("--no-fail-fast").env("ICORAY_TESTS", "all");
-    cargo.envs(mpich.map(|library| ("ICORAY_MPICH_LIBRARY", library)));
-    tests(suite.workspace, &mut cargo, step, tally)
+    let mpich = mpich_library(suite, step)?.map(|library| ("ICORAY_MPICH_LIBRARY", library));
+    let cargo = suite.cargo_all("test", FEATURES).arg("--no-fail-fast");
+    tests(suite.workspace, cargo.env("ICORAY_TESTS", "all").envs(mpich), step, tally)
 }
 
-/// The tests of `icoray render` over ranks: only the command is compiled anew.
+/// The tests of `icoray render` over ranks: only the command is compiled again.
 pub fn rank_tests(suite: &Suite, step: &mut Step, tally: &mut Tally) -> Result<(), Error> {
-    let mut cargo = of_all(suite.workspace, "test", FEATURES_OF_RANKS);
-    cargo.args(["--test", "cli", "--", "ranks"]).env("ICORAY_TESTS", "all");
-    tests(suite.workspace, &mut cargo, step, tally)
+    let cargo = suite.cargo_all("test", FEATURES_OF_RANKS).args(["--test", "cli", "--", "ranks"]);
+    tests(suite.workspace, cargo.env("ICORAY_TESTS", "all"), step, tally)
 }
 
-/// Runs tests and counts them. Skipped ones list themselves in a file.
-fn tests(
-    workspace: &Workspace,
-    cargo: &mut Command,
-    step: &mut Step,
-    tally: &mut Tally,
-) -> Result<(), Error> {
-    let folder = workspace.products("tmp");
-    fs::create_dir_all(&folder).map_err(Error::while_doing(folder.display()))?;
-    let list = folder.join("skipped-tests");
-    fs::write(&list, "").map_err(Error::while_doing(list.display()))?;
+/// Runs tests and counts them. Skipped tests write their names to a file.
+fn tests(workspace: &Workspace, cargo: Cmd, step: &mut Step, tally: &mut Tally) -> Result<(), Error> {
+    let list = workspace.products("tmp").join("skipped-tests");
+    workspace.shell.write_file(&list, "")?;
     step.note("");
     let (lines, has_succeeded) = printed(cargo.env("ICORAY_SKIPPED", &list))?;
-    let skips = fs::read_to_string(&list).map_err(Error::while_doing(list.display()))?;
-    tally.add_tests(&lines, &skips, has_succeeded);
+    tally.add_tests(&lines, &workspace.shell.read_file(&list)?, has_succeeded);
     if has_succeeded { Ok(()) } else { Err(Error::Failed("cargo test failed".into())) }
 }
 
 /// Runs a command, prints the lines of its standard output as they come, and returns them with whether it succeeded.
-fn printed(command: &mut Command) -> Result<(Vec<String>, bool), Error> {
-    let mut child = command.stdout(Stdio::piped()).spawn().map_err(Error::while_doing("cargo"))?;
+fn printed(command: impl Into<Command>) -> Result<(Vec<String>, bool), Error> {
+    let mut child = command.into().stdout(Stdio::piped()).spawn().map_err(Error::while_doing("cargo"))?;
     let mut lines = Vec::new();
     for line in child.stdout.take().into_iter().flat_map(|stdout| BufReader::new(stdout).split(b'\n')) {
         let line = line.map_err(Error::while_doing("the output of cargo"))?;
         let line = String::from_utf8_lossy(&line).into_owned();
-        say(&line);
+        print_line(&line);
         lines.push(line);
     }
     let status = child.wait().map_err(Error::while_doing("cargo"))?;
@@ -117,23 +111,22 @@ fn printed(command: &mut Command) -> Result<(Vec<String>, bool), Error> {
 
 /// The C library built for MPICH, where that is installed beside another MPI.
 ///
-/// mpi-sys does not see that MPICC names another compiler. A profile of its own has it built apart from the other one, together
-/// with what depends on it, and nothing else.
-fn mpich_library(workspace: &Workspace, step: &mut Step) -> Result<Option<PathBuf>, Error> {
+/// mpi-sys does not notice that MPICC names another compiler. A profile of its own makes cargo build it, and what
+/// depends on it, apart from the build for the other MPI.
+fn mpich_library(suite: &Suite, step: &mut Step) -> Result<Option<PathBuf>, Error> {
     const MPICC: &str = "mpicc.mpich";
     if !succeeds(MPICC, ["--version"]) {
         return Ok(None);
     }
-    let mut cargo = of_all(workspace, "test", FEATURES);
-    cargo.args(["--config", "profile.dev.package.mpi-sys.debug=1", "--test", "allocation", "--no-run"]);
+    let profile = ["--config", "profile.dev.package.mpi-sys.debug=1"];
+    let cargo = suite.cargo_all("test", FEATURES).args(profile).args(["--test", "allocation", "--no-run"]);
     step.quiet(cargo.env("MPICC", MPICC))?;
-    // The tests' own build will take its place.
+    // The build of the tests overwrites it.
     let name = "libicoray_mpi_test.so";
-    let (built, kept) =
-        (workspace.products("debug").join("deps").join(name), workspace.products("tmp").join("mpich"));
-    fs::create_dir_all(&kept).map_err(Error::while_doing(kept.display()))?;
-    fs::copy(&built, kept.join(name)).map_err(Error::while_doing(built.display()))?;
-    Ok(Some(kept.join(name)))
+    let sh = &suite.workspace.shell;
+    let copy = sh.create_dir(suite.workspace.products("tmp").join("mpich"))?.join(name);
+    sh.copy_file(suite.workspace.products("debug").join("deps").join(name), &copy)?;
+    Ok(Some(copy))
 }
 
 #[cfg(test)]
@@ -141,10 +134,11 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_reads_files_is_left_out_without_their_library() {
+    fn packages_that_read_files_are_left_out_without_their_library() {
         let workspace = Workspace::find().unwrap();
         let packages = |reads_files: bool| {
-            let command = of_default(&Suite { workspace: &workspace, reads_files }, "test");
+            let command: Command =
+                Suite { workspace: &workspace, all: false, reads_files }.cargo_default("test").into();
             command.get_args().map(|word| word.to_string_lossy().into_owned()).collect::<Vec<_>>()
         };
         let (with, without) = (packages(true), packages(false));

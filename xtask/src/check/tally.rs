@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-/// What became of the tests of several steps. A step that runs no tests counts as one.
+/// The results of the tests of several steps. A step that runs no tests counts as one test.
 #[derive(Debug, Default, PartialEq)]
 pub struct Tally {
     passed: usize,
@@ -23,9 +23,9 @@ impl Tally {
         *self.skipped.entry(cause.into()).or_default() += count;
     }
 
-    /// Test programs: the `lines` that they printed, the `skips` that they listed, and whether the command that ran them
-    /// succeeded. A command that fails without a failed test (the tests do not compile, a program was killed) counts as one
-    /// that failed.
+    /// Test programs: the `lines` that they printed, the `skips` that they listed, and whether the command that ran
+    /// them succeeded. A command that fails without a failed test (the tests do not compile, a program was killed)
+    /// counts as one failed test.
     pub fn add_tests(&mut self, lines: &[String], skips: &str, has_succeeded: bool) {
         let mut failed = 0;
         for line in lines {
@@ -34,21 +34,21 @@ impl Tally {
             failed += count_before(counts, " failed");
             let ignored = count_before(counts, " ignored");
             if ignored > 0 {
-                *self.skipped.entry("ignored".into()).or_default() += ignored;
+                self.add_skipped("ignored", ignored);
             }
         }
         self.failed += if has_succeeded { failed } else { failed.max(1) };
         self.add_skips(skips);
     }
 
-    /// Lines `BINARY TEST CAUSE`, separated by tabs. Test harnesses count a skipped test as passed; a test that says twice that
-    /// it is skipped counts once, with its first cause.
+    /// Lines `BINARY TEST CAUSE`, separated by tabs. Test harnesses count a skipped test as passed; a test that is
+    /// listed twice counts once, with its first cause.
     fn add_skips(&mut self, skips: &str) {
         let mut seen = BTreeSet::new();
         for line in skips.lines() {
             let Some((test, cause)) = line.rsplit_once('\t') else { continue };
             if seen.insert(test) {
-                *self.skipped.entry(cause.into()).or_default() += 1;
+                self.add_skipped(cause, 1);
                 self.passed = self.passed.saturating_sub(1);
             }
         }

@@ -1,4 +1,4 @@
-//! The page: a section for each scene. Those that are not drawn anew stay as they are.
+//! The page: a section for each scene. Sections of scenes that are not rendered stay as they are.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -19,7 +19,7 @@ as estimated while it was traced, and the seconds from the field's pointers to i
 The wave is that of Jablonowski and Williamson (2006), computed by MPAS-Atmosphere 8.3.1 on 10,242 cells and 26 layers.
 ";
 
-/// What a frame said of itself.
+/// Errors and cost of a picture.
 #[derive(Debug, PartialEq)]
 pub struct Numbers {
     error_max: f64,
@@ -28,7 +28,7 @@ pub struct Numbers {
 }
 
 impl Numbers {
-    /// Those of one picture in the text of a report.
+    /// Those of one picture in the text of `report.csv`.
     pub fn of(csv: &str, picture: &str) -> Result<Self, Error> {
         let table = Table::read(csv);
         let number = |name: &str| {
@@ -55,7 +55,7 @@ pub struct Page {
 }
 
 impl Page {
-    /// What there is; nothing where there is no page.
+    /// Reads a page; a file that cannot be read is an empty page.
     pub fn read(path: &Path) -> Self {
         Self::parse(&fs::read_to_string(path).unwrap_or_default())
     }
@@ -70,7 +70,7 @@ impl Page {
         page
     }
 
-    /// Puts a scene's section in place of what was there.
+    /// Replaces a scene's section.
     pub fn put(&mut self, entry: &Entry, numbers: &[Numbers]) {
         self.sections.insert(entry.scene.into(), section(entry, numbers));
     }

@@ -1,7 +1,7 @@
-//! Puts files where they belong without touching those in use.
+//! Installs files without changing those in use.
 //!
-//! A file is written beside its place under a name of its own and then renamed into it. A program that has the old
-//! library mapped keeps all of it as long as it runs; overwriting in place would change the code that it executes.
+//! Each file is written under a temporary name and then renamed. A running program keeps the old library that it has
+//! mapped; overwriting that would change the code that the program executes.
 
 use std::fs;
 use std::io;
@@ -9,47 +9,41 @@ use std::os::unix::fs::{PermissionsExt, symlink};
 use std::path::{Path, PathBuf};
 use std::process;
 
-use crate::disk;
 use crate::error::Error;
 
-/// What is to lie in one place.
+/// The content of an installed file.
 pub enum Content<'a> {
     /// A copy of a file.
     File(&'a Path),
-    /// A text.
     Text(String),
-    /// A symbolic link to a file beside it.
+    /// A symbolic link to a file in the same directory.
     Link(&'a str),
 }
 
-/// What lies in one place.
+/// A file to install.
 pub struct Item<'a> {
-    /// Its path.
     pub path: PathBuf,
-    /// What it is.
     pub content: Content<'a>,
-    /// Its permissions; of no meaning for links.
+    /// Permissions; links have none.
     pub mode: u32,
 }
 
-/// Puts all items in their places, and makes the directories. All are written beside their places before the first is renamed, so
-/// that a disk that runs full leaves what was there before.
+/// Installs all files, and makes their directories. All are written before the first is renamed, so that a full disk
+/// changes nothing.
 pub fn place(items: &[Item]) -> Result<(), Error> {
-    let remove = |items: &[Item]| {
+    let rename = |item: &Item| fs::rename(temporary(&item.path), &item.path).map_err(failed(item));
+    let placed = items.iter().try_for_each(write).and_then(|()| items.iter().try_for_each(rename));
+    placed.inspect_err(|_| {
         for item in items {
-            // Not there, or in its place already.
+            // An error means that it was not written, or is renamed already.
             let _ = fs::remove_file(temporary(&item.path));
         }
-    };
-    let placed = items.iter().try_for_each(write).and_then(|()| {
-        items.iter().try_for_each(|item| fs::rename(temporary(&item.path), &item.path).map_err(failed(item)))
-    });
-    placed.inspect_err(|_| remove(items))
+    })
 }
 
-/// Writes an item beside its place.
+/// Writes an item under its temporary name.
 fn write(item: &Item) -> Result<(), Error> {
-    // A file cannot be renamed to a directory's name.
+    // A file cannot be renamed to the name of a directory.
     if item.path.is_dir() && !item.path.is_symlink() {
         return Err(Error::Failed(format!("{} is a directory: move it away", item.path.display())));
     }
@@ -69,20 +63,15 @@ fn failed(item: &Item) -> impl FnOnce(io::Error) -> Error {
     }
 }
 
-/// Fails where files could not be put into a directory, or the directory could not be made.
-pub fn check(directory: &Path) -> Result<(), Error> {
-    disk::writable(directory, "--prefix takes another place, such as \"$HOME/.local\"")
-}
-
 fn put(path: &Path, content: &Content, mode: u32) -> io::Result<()> {
-    // Left by a process of the same number that was killed.
+    // A process with the same number that was killed may have left it.
     let _ = fs::remove_file(path);
     match content {
         Content::File(from) => fs::copy(from, path).map(drop)?,
         Content::Text(text) => fs::write(path, text)?,
         Content::Link(target) => return symlink(target, path),
     }
-    // Whoever installs, with whatever umask, others are to read it.
+    // Independent of the umask.
     fs::set_permissions(path, fs::Permissions::from_mode(mode))
 }
 
@@ -95,11 +84,10 @@ fn temporary(path: &Path) -> PathBuf {
 mod tests {
     use super::*;
     use std::io::Read;
+    use xshell::{Shell, TempDir};
 
-    fn scratch(name: &str) -> PathBuf {
-        let path = std::env::temp_dir().join(format!("icoray-xtask-{name}-{}", process::id()));
-        let _ = fs::remove_dir_all(&path);
-        path
+    fn scratch() -> TempDir {
+        Shell::new().unwrap().create_temp_dir().unwrap()
     }
 
     fn item(path: PathBuf, text: &str, mode: u32) -> Item<'static> {
@@ -107,8 +95,9 @@ mod tests {
     }
 
     #[test]
-    fn who_has_the_old_file_open_keeps_it() {
-        let directory = scratch("place").join("a/b");
+    fn an_open_file_keeps_its_content() {
+        let scratch = scratch();
+        let directory = scratch.path().join("a/b");
         let path = directory.join("library");
         place(&[item(path.clone(), "old", 0o644)]).unwrap();
         let mut open = fs::File::open(&path).unwrap();
@@ -119,18 +108,18 @@ mod tests {
         assert_eq!(fs::read_to_string(&path).unwrap(), "new and longer");
         assert_eq!(fs::metadata(&path).unwrap().permissions().mode() & 0o777, 0o755);
 
-        // A link that is there is replaced, not followed.
+        // An existing link is replaced, not followed.
         let link = |to| [Item { path: directory.join("link"), content: Content::Link(to), mode: 0 }];
         place(&link("nowhere")).unwrap();
         place(&link("library")).unwrap();
         assert_eq!(fs::read_link(directory.join("link")).unwrap(), Path::new("library"));
         assert_eq!(fs::read_dir(&directory).unwrap().count(), 2, "something temporary was left");
-        fs::remove_dir_all(scratch("place")).unwrap_or_default();
     }
 
     #[test]
     fn a_failure_leaves_all_that_was_there() {
-        let directory = scratch("refused");
+        let scratch = scratch();
+        let directory = scratch.path();
         place(&[item(directory.join("library"), "old", 0o644)]).unwrap();
         let refused = |last: Item<'static>| {
             let name = last.path.display().to_string();
@@ -144,9 +133,6 @@ mod tests {
         fs::create_dir(directory.join("taken")).unwrap();
         refused(item(directory.join("taken"), "", 0o644));
         refused(item(directory.join("library/below"), "", 0o644));
-        assert_eq!(fs::read_dir(&directory).unwrap().count(), 2, "something temporary was left");
-        assert!(check(&directory.join("library/below")).is_err());
-        assert!(check(&directory.join("not/yet")).is_ok() && !directory.join("not").exists());
-        fs::remove_dir_all(directory).unwrap();
+        assert_eq!(fs::read_dir(directory).unwrap().count(), 2, "something temporary was left");
     }
 }

@@ -1,4 +1,4 @@
-//! The files that tell pkg-config and CMake where the library is: templates in `crates/icoray-capi/install`.
+//! The files of the installation for pkg-config and CMake, from templates in `crates/icoray-capi/install`.
 
 use std::path::Path;
 
@@ -12,18 +12,17 @@ pub const CMAKE: &str = include_str!("../../../crates/icoray-capi/install/icoray
 pub const CMAKE_VERSION: &str =
     include_str!("../../../crates/icoray-capi/install/icorayConfigVersion.cmake.in");
 
-/// What the static library needs of the system. A list for all: libraries of old C libraries that are empty in newer
-/// ones are there still. The unwinder, libgcc_s or libgcc_eh, is the one that each compiler adds by itself.
+/// System libraries that the static library needs. Newer C libraries contain the last two, and have empty ones of these
+/// names. Compilers add the unwinder, libgcc_s or libgcc_eh.
 const SYSTEM_LIBS: [&str; 3] = ["m", "pthread", "dl"];
 
-/// Fills a template in, for libraries in `libdir`.
+/// A template with its values, for libraries in `libdir`.
 pub fn filled(template: &str, libdir: &Path, version: &str) -> String {
     let depth = libdir.components().count();
-    // From libdir/pkgconfig and libdir/cmake/icoray back to the prefix.
+    // The way from libdir/pkgconfig or libdir/cmake/icoray to the prefix.
     let up = |below: usize| vec![".."; depth + below].join("/");
-    let mut numbers = version.split('.');
-    let mut next = || numbers.next().unwrap_or("0");
-    let (major, minor) = (next(), next());
+    let (major, rest) = version.split_once('.').unwrap_or((version, "0"));
+    let minor = rest.split('.').next().unwrap_or("0");
     let values = [
         ("@UP@", up(1)),
         ("@CMAKE_UP@", up(2)),

@@ -1,11 +1,12 @@
-//! Drawing the pictures of a step, alone or together with the other ranks.
+//! Rendering the pictures of a step, alone or with the other ranks.
 //!
-//! Pictures come one after the other, and what fails keeps no other from being drawn. All ranks go through the same views:
-//! a script remembers nothing, and the numbers that conditions ask for are the same on all.
+//! Pictures are rendered one after the other; a failure does not prevent the others. All ranks go through the same views: a
+//! script has no state, and the statistics of conditions are equal on all ranks.
 
-use super::inputs::{Measured, Subject};
-use super::{Choice, Context, levels, missing};
+use super::inputs::ConditionField;
+use super::{Context, SceneChoice, levels, missing};
 use crate::boundary::{Failure, Outcome, caught};
+use crate::frame_inputs::FrameInputs;
 use crate::types::icoray_status;
 use icoray_core::output::Stamp;
 use icoray_core::{Script, Shot, Statistic, Summary, View};
@@ -13,15 +14,16 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 use std::time::Instant;
 
-/// What is known of fields in this step.
+/// Statistics of fields in this step, by field name.
 type Summaries = BTreeMap<String, Summary>;
 
 impl Context {
-    /// Draws the pictures that are due, with the other ranks where there are any.
+    /// Renders the pictures that are scheduled for the step, with the other ranks if there are any.
     pub fn execute(&mut self, stamp: Outcome<Stamp>) -> Outcome<()> {
         let start = Instant::now();
         self.drawing.begin_call();
-        let outcome = if self.is_shared() { self.execute_together(stamp) } else { self.execute_alone(stamp) };
+        let outcome =
+            if self.is_shared() { self.execute_collective(stamp) } else { self.execute_alone(stamp) };
         self.drawing.end_call(start.elapsed().as_secs_f64());
         outcome
     }
@@ -31,12 +33,12 @@ impl Context {
         let script = self.script()?;
         self.drawing.collect();
         self.drawing.refuse_if_off()?;
-        self.point_out_old_levels(script.as_deref(), &stamp);
+        self.warn_about_old_time_levels(script.as_deref(), &stamp);
         self.draw_step(script.as_deref(), &stamp)?;
-        self.drawing.tell()
+        self.drawing.take_unreported()
     }
 
-    /// The script with the name of the field that was set first where it names none.
+    /// The script; where it names no field, with the name of the field that was set first.
     fn named(&self, script: &Arc<Script>) -> Arc<Script> {
         match &self.inputs.first {
             Some(first) if script.lacks_field() => {
@@ -48,17 +50,19 @@ impl Context {
         }
     }
 
-    /// What is to be drawn in the course of time, if anything.
+    /// The script of the scene; `None` if the scene has no keys.
     pub(super) fn script(&self) -> Outcome<Option<Arc<Script>>> {
         match &self.scene {
-            Choice::Script(script) => Ok(Some(self.named(script))),
-            Choice::Nothing => Ok(None),
-            Choice::Open => Err(missing("icoray_execute", "scene", "icoray_scene_load or icoray_scene_text")),
+            SceneChoice::Script(script) => Ok(Some(self.named(script))),
+            SceneChoice::Nothing => Ok(None),
+            SceneChoice::Open => {
+                Err(missing("icoray_execute", "scene", "icoray_scene_load or icoray_scene_text"))
+            }
         }
     }
 
-    /// Tells the log of fields that look like old time levels: at rank 0, of what that has.
-    pub(super) fn point_out_old_levels(&mut self, script: Option<&Script>, stamp: &Stamp) {
+    /// Logs a warning, at rank 0, for fields whose array looks like an old time level.
+    pub(super) fn warn_about_old_time_levels(&mut self, script: Option<&Script>, stamp: &Stamp) {
         if !(self.ranks.is_root() && self.drawing.is_warned()) {
             return;
         }
@@ -82,7 +86,7 @@ impl Context {
         }
     }
 
-    /// The pictures of a step. The first failure is returned; others are counted and logged.
+    /// Renders the pictures of a step. The first failure is returned; others are counted and logged.
     pub(super) fn draw_step(&mut self, script: Option<&Script>, stamp: &Stamp) -> Outcome<()> {
         let before = self.before.replace(stamp.clone());
         let scheduled = script.map(|script| script.scheduled(stamp, before.as_ref()).collect::<Vec<_>>());
@@ -103,13 +107,13 @@ impl Context {
                 }
             }
         }
-        for failure in self.drawing.hand_over(&mut self.ranks, copied, stamp)? {
+        for failure in self.drawing.submit_to_background(&mut self.ranks, copied, stamp)? {
             self.picture_failed(failure, &mut first)?;
         }
         first.map_or(Ok(()), Err)
     }
 
-    /// Whether all conditions of a view hold: on all ranks or on none. A field is read once for all of the `scheduled` views.
+    /// Whether all conditions of a view hold; equal on all ranks. Each field is read once for all `scheduled` views.
     fn holds(
         &mut self,
         view: &View,
@@ -123,11 +127,12 @@ impl Context {
         let named = |failure: Failure| failure.of_picture(view.name(), stamp.step);
         let fields: BTreeSet<&str> = view.conditions().iter().map(|condition| condition.field()).collect();
         let unknown = fields.into_iter().filter(|field| !known.contains_key(*field));
-        let mine = caught(|| unknown.map(|field| self.inputs.measured(field)).collect::<Outcome<Vec<_>>>());
-        for Measured { name, field, held } in
-            self.of_one_mind(mine.map_err(named), view.name(), Vec::new())?
+        let mine =
+            caught(|| unknown.map(|field| self.inputs.condition_field(field)).collect::<Outcome<Vec<_>>>());
+        for ConditionField { name, field, held } in
+            self.agree_on_picture(mine.map_err(named), view.name(), Vec::new())?
         {
-            let asked = asked(scheduled, &name);
+            let asked = requested_statistics(scheduled, &name);
             let renderer = self.drawing.renderer();
             let summary = renderer.summary(&mut self.ranks, &field, held.as_deref(), &asked);
             let summary = summary.map_err(|e| named(Failure::from(e).within(format_args!("field {name:?}"))));
@@ -139,8 +144,8 @@ impl Context {
         Ok(view.holds(&mut statistic)?)
     }
 
-    /// Draws a picture, or puts it with those that are drawn from one copy of the fields.
-    fn draw_shot<'a>(&mut self, shot: Shot, stamp: &Stamp, copied: &mut Vec<Subject<'a>>) -> Outcome<()> {
+    /// Renders a picture, or appends it to those that the background renders from one copy of the fields.
+    fn draw_shot<'a>(&mut self, shot: Shot, stamp: &Stamp, copied: &mut Vec<FrameInputs<'a>>) -> Outcome<()> {
         let name = shot.name.clone();
         let named = |failure: Failure| failure.of_picture(&name, stamp.step);
         let Context { inputs, drawing, ranks, .. } = self;
@@ -150,23 +155,23 @@ impl Context {
                 // Names that are wrong or taken are known before the first ray.
                 drawing.check_names(&shot.scene, stamp)?;
             }
-            let subject = inputs.subject(shot)?;
+            let frame_inputs = inputs.frame_inputs(shot)?;
             if ranks.size() > 1 {
-                subject.check_whole()?;
+                frame_inputs.check_whole()?;
             }
-            Ok(subject)
+            Ok(frame_inputs)
         });
-        let facts = mine.iter().map(Subject::grid_fact).collect();
-        let subject = self.of_one_mind(mine.map_err(named), &name, facts)?;
+        let facts = mine.iter().map(FrameInputs::grid_description).collect();
+        let frame_inputs = self.agree_on_picture(mine.map_err(named), &name, facts)?;
         if self.drawing.is_in_background() {
-            copied.push(subject);
+            copied.push(frame_inputs);
             return Ok(());
         }
-        self.drawing.draw(&mut self.ranks, stamp, subject).map_err(named)
+        self.drawing.draw(&mut self.ranks, stamp, frame_inputs).map_err(named)
     }
 
-    /// What went well everywhere, where all draw the same view and `facts` are the same. Collective.
-    fn of_one_mind<T>(
+    /// This rank's value if all ranks succeeded, render the same view and have equal `facts`. Collective.
+    fn agree_on_picture<T>(
         &mut self,
         mine: Outcome<T>,
         view: &str,
@@ -176,18 +181,18 @@ impl Context {
             return mine;
         }
         let facts = [("draws view", format!("{view:?}"))].into_iter().chain(facts).collect();
-        let value = self.drawing.said();
-        let (agreed, said) = self.agree(mine, "icoray_execute", facts, &value);
-        self.drawing.heard(&said);
+        let value = self.drawing.root_message();
+        let (agreed, root_message) = self.agree(mine, "icoray_execute", facts, &value);
+        self.drawing.receive_root_message(&root_message);
         agreed
     }
 
-    /// Counts a failure, which is the call's where it is the `first`, and goes on unless icoray itself failed.
+    /// Counts a failure and stores it in `first` if that is empty; returns it only after an internal error.
     fn picture_failed(&mut self, failure: Failure, first: &mut Option<Failure>) -> Outcome<()> {
         self.failed_on_all(&failure);
         self.drawing.picture_failed(&failure);
         let is_bug = failure.status == icoray_status::ICORAY_ERR_INTERNAL;
-        // A bug ends the context, and is told before all else.
+        // An internal error ends the context and takes precedence.
         let other = if first.is_none() || is_bug { first.replace(failure) } else { Some(failure) };
         if let Some(other) = other.filter(|_| self.ranks.is_root()) {
             self.drawing.log_failure(&other);
@@ -196,8 +201,8 @@ impl Context {
     }
 }
 
-/// What conditions of any view ask of a field.
-fn asked(views: &[&View], field: &str) -> Vec<Statistic> {
+/// The statistics of a field that conditions of any view need.
+fn requested_statistics(views: &[&View], field: &str) -> Vec<Statistic> {
     let all = views.iter().flat_map(|view| view.conditions());
     all.filter(|condition| condition.field() == field).map(|condition| condition.statistic()).collect()
 }

@@ -1,21 +1,20 @@
-//! Fields whose array is an old time level: models that swap pointers and have given one of them once.
+//! Detects arrays that hold an old time level: of models that swap pointers and set a field only once.
 //!
-//! With two time levels such an array changes at every second step, and with three at every third, while the model's state
-//! changes at each. A field is pointed out, once, when its values have done so at successive steps: once around while another
-//! field of the pictures changed at the steps at which this one stayed, else twice around. Fields that never change, that
-//! change at each step, that change now and then, or that are given anew for each picture, are not.
+//! With two time levels such an array changes at every second step, with three at every third, while the model's state changes at
+//! each. A field is reported, once, after one period of this pattern if another field of the pictures changed at the other steps,
+//! else after two. Fields that never change, change at each step or irregularly, or are set for each picture are not reported.
 
 use icoray_core::Field;
 use std::collections::BTreeMap;
 use std::hash::{DefaultHasher, Hash, Hasher};
 
-/// Values of a field that are compared, at most.
+/// Maximum number of values of a field that are compared.
 const SAMPLES: usize = 1024;
 
-/// Time levels that models have.
+/// Numbers of time levels of models.
 const LEVELS: [usize; 2] = [2, 3];
 
-/// What the fields of pictures had at the steps before.
+/// Changes of the fields of pictures over the last steps.
 #[derive(Debug, Default)]
 pub(super) struct TimeLevels {
     step: Option<i64>,
@@ -24,33 +23,33 @@ pub(super) struct TimeLevels {
 
 #[derive(Debug, Default)]
 struct Track {
-    /// Of the values at the last step.
+    /// Hash of the values at the last step.
     hash: u64,
-    /// Whether the array was given after that.
+    /// Whether the array was set after that.
     is_new: bool,
-    is_told: bool,
-    /// The last steps, each the one after the other.
+    is_reported: bool,
+    /// Changes at the last successive steps.
     events: Vec<Event>,
 }
 
-/// What happened from one step to the next.
+/// Changes from one step to the next.
 #[derive(Debug, Clone, Copy)]
 struct Event {
     has_changed: bool,
-    /// Whether another field has.
+    /// Whether another field has changed.
     others_changed: bool,
 }
 
 impl TimeLevels {
-    /// The model has given the field's array, maybe another one.
+    /// Records that the model has set the field again.
     pub fn given(&mut self, name: &str) {
         if let Some(track) = self.fields.get_mut(name) {
             track.is_new = true;
         }
     }
 
-    /// Takes the hashes of the fields that a step's pictures read; returns the names of those that look like old time levels,
-    /// each once, with the number of steps at which one of them changes.
+    /// Records the hashes of the fields that a step's pictures read; returns the names of fields that look like old time levels,
+    /// each once, with the number of time levels.
     pub fn step(&mut self, step: i64, hashes: &[(String, u64)]) -> Vec<(String, usize)> {
         let is_next = self.step.is_some_and(|before| before.checked_add(1) == Some(step));
         self.step = Some(step);
@@ -70,14 +69,14 @@ impl TimeLevels {
             let others_changed = changed > usize::from(has_changed);
             track.events.push(Event { has_changed, others_changed });
             let levels = LEVELS.into_iter().find(|levels| is_old_level(&track.events, *levels));
-            if let (Some(levels), false) = (levels, track.is_told) {
-                track.is_told = true;
+            if let (Some(levels), false) = (levels, track.is_reported) {
+                track.is_reported = true;
                 found.push((name.clone(), levels));
             }
-            let most = 2 * LEVELS[1] + 1;
-            track.events.drain(..track.events.len().saturating_sub(most));
+            let max = 2 * LEVELS[1] + 1;
+            track.events.drain(..track.events.len().saturating_sub(max));
         }
-        // A field that these pictures do not read has no step before the next.
+        // Fields that these pictures do not read have no previous step at the next one.
         for (name, track) in &mut self.fields {
             track.is_new |= hashes.iter().all(|(read, _)| read != name);
         }
@@ -96,7 +95,7 @@ fn is_old_level(events: &[Event], levels: usize) -> bool {
     around(1).is_some_and(others_changed) || around(2).is_some()
 }
 
-/// A hash of some of a field's values; `None` where it has none.
+/// A hash of some values of a field; `None` if it is empty.
 pub(super) fn hash(field: &Field) -> Option<u64> {
     let shape = field.shape();
     let count = shape.columns * shape.layers;
@@ -117,9 +116,11 @@ mod tests {
     use super::*;
 
     /// Which fields are pointed out, and when: of each step the values, and whether the arrays are given anew.
-    fn told(steps: impl Iterator<Item = (i64, Vec<(&'static str, u64, bool)>)>) -> Vec<(i64, String, usize)> {
+    fn reports(
+        steps: impl Iterator<Item = (i64, Vec<(&'static str, u64, bool)>)>,
+    ) -> Vec<(i64, String, usize)> {
         let mut levels = TimeLevels::default();
-        let mut told = Vec::new();
+        let mut reports = Vec::new();
         for (step, fields) in steps {
             for (name, _, is_given) in &fields {
                 if *is_given {
@@ -127,9 +128,9 @@ mod tests {
                 }
             }
             let hashes: Vec<_> = fields.iter().map(|(name, hash, _)| ((*name).to_owned(), *hash)).collect();
-            told.extend(levels.step(step, &hashes).into_iter().map(|(name, of)| (step, name, of)));
+            reports.extend(levels.step(step, &hashes).into_iter().map(|(name, of)| (step, name, of)));
         }
-        told
+        reports
     }
 
     /// The step whose values one of so many time levels has.
@@ -139,14 +140,14 @@ mod tests {
 
     #[test]
     fn a_level_that_was_given_once_is_pointed_out_once() {
-        let two = told((0..20).map(|s| (s, vec![("a", level(s, 2), false), ("b", s as u64, false)])));
+        let two = reports((0..20).map(|s| (s, vec![("a", level(s, 2), false), ("b", s as u64, false)])));
         assert_eq!(two, [(4, "a".to_owned(), 2)]);
-        let three = told((0..20).map(|s| (s, vec![("a", level(s, 3), false), ("b", s as u64, true)])));
+        let three = reports((0..20).map(|s| (s, vec![("a", level(s, 3), false), ("b", s as u64, true)])));
         assert_eq!(three, [(6, "a".to_owned(), 3)]);
         // Without another field, or with all of them in step, after twice around.
-        let alone = told((0..20).map(|s| (s, vec![("a", level(s, 2), false)])));
+        let alone = reports((0..20).map(|s| (s, vec![("a", level(s, 2), false)])));
         assert_eq!(alone, [(6, "a".to_owned(), 2)]);
-        let both = told((1..20).map(|s| (s, vec![("a", level(s, 2), false), ("b", level(s, 2), false)])));
+        let both = reports((1..20).map(|s| (s, vec![("a", level(s, 2), false), ("b", level(s, 2), false)])));
         assert_eq!(both, [(6, "a".to_owned(), 2), (6, "b".to_owned(), 2)]);
     }
 
@@ -154,7 +155,7 @@ mod tests {
     fn what_is_right_is_not_pointed_out() {
         let quiet = |value: fn(i64) -> u64, is_given: bool| {
             let steps = (0..40).map(|s| (s, vec![("a", value(s), is_given), ("b", s as u64, false)]));
-            assert_eq!(told(steps), []);
+            assert_eq!(reports(steps), []);
         };
         quiet(|_| 7, false);
         quiet(|s| s as u64, false);
@@ -164,11 +165,11 @@ mod tests {
         quiet(|s| level(s, 2), true);
         // Seen now and then: nothing can be said of the steps between.
         let seldom = (0..40).map(|s| (10 * s, vec![("a", level(s, 2), false), ("b", s as u64, false)]));
-        assert_eq!(told(seldom), []);
+        assert_eq!(reports(seldom), []);
         let at_times = |s: i64| {
             let a = (s % 3 != 2).then_some(("a", level(s, 2), false));
             (s, a.into_iter().chain([("b", s as u64, false)]).collect())
         };
-        assert_eq!(told((0..40).map(at_times)), []);
+        assert_eq!(reports((0..40).map(at_times)), []);
     }
 }

@@ -1,9 +1,9 @@
-//! What a model has given and icoray has refused, so that a later call that lacks it can say why.
+//! Inputs that were refused, so that a later call that lacks one can state the reason.
 
 use crate::boundary::{Failure, Outcome};
 use std::collections::BTreeMap;
 
-/// What a model gives, each under a name; the heights have none.
+/// Kinds of inputs. Each input has a name, heights an empty one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Input {
     Grid,
@@ -13,13 +13,13 @@ pub(crate) enum Input {
 }
 
 impl Input {
-    /// What a call gives; `None` for calls that give nothing of this kind.
+    /// The input that a C function sets.
     pub fn of_call(call: &str) -> Option<Self> {
         let all = [Input::Grid, Input::Layers, Input::Field, Input::Heights];
         all.into_iter().find(|input| input.call() == call)
     }
 
-    /// The call that gives it.
+    /// The C function that sets it.
     pub fn call(self) -> &'static str {
         match self {
             Input::Grid => "icoray_grid_set",
@@ -39,12 +39,12 @@ impl Input {
     }
 }
 
-/// The last refusal of each input that was not given since.
+/// The last refusal of each input that was not set since.
 #[derive(Default)]
 pub(super) struct Refusals(BTreeMap<(Input, String), String>);
 
 impl Refusals {
-    /// Keeps why an input was refused, or forgets it where it was taken.
+    /// Records why an input was refused, or removes the record if it was accepted.
     pub fn keep<T>(&mut self, input: Input, name: &str, outcome: Outcome<T>) -> Outcome<T> {
         match &outcome {
             Ok(_) => self.0.remove(&(input, name.to_owned())),
@@ -53,7 +53,7 @@ impl Refusals {
         outcome
     }
 
-    /// Says that the input was refused and why, if it was.
+    /// The sentence that the input was refused, with the reason.
     pub fn of(&self, input: Input, name: &str) -> Option<String> {
         let why = self.0.get(&(input, name.to_owned()))?;
         let named = if name.is_empty() { String::new() } else { format!(" {name:?}") };
@@ -61,15 +61,15 @@ impl Refusals {
         Some(format!("{}{named} {was} refused by {}: {why}", input.what(), input.call()))
     }
 
-    /// The same of any input of a kind.
+    /// As [`Self::of`], for any input of a kind.
     pub fn of_any(&self, input: Input) -> Option<String> {
         let (_, name) = self.0.keys().find(|(refused, _)| *refused == input)?;
         self.of(input, name)
     }
 }
 
-/// The failure of an input that is missing: that it was refused, or else `otherwise`.
-pub(super) fn lacking(refused: Option<String>, otherwise: Failure) -> Failure {
+/// The failure of a missing input: its refusal, or else `otherwise`.
+pub(super) fn refused_or(refused: Option<String>, otherwise: Failure) -> Failure {
     match refused {
         Some(why) => Failure::new(otherwise.status, why),
         None => otherwise,

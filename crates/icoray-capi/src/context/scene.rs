@@ -1,6 +1,6 @@
 //! The scene, which is the same on all ranks: the file or text of rank 0.
 
-use super::{Choice, Context};
+use super::{Context, SceneChoice};
 use crate::boundary::{Failure, Outcome, caught};
 use crate::types::icoray_status;
 use icoray_core::Script;
@@ -25,7 +25,7 @@ impl SceneSource<'_> {
         }
     }
 
-    /// A failure of its text, with the file where there is one.
+    /// A failure of the text, with the file's path if there is one.
     fn failure(self, failure: Failure) -> Failure {
         match self {
             SceneSource::Text(_) => failure,
@@ -35,8 +35,8 @@ impl SceneSource<'_> {
 }
 
 impl Context {
-    /// Sets the scene that `given` names on rank 0. Collective: other ranks say only whether their arguments are good, and the
-    /// scene before stays on all where the call fails on one.
+    /// Sets the scene of rank 0. Collective: of other ranks only the validity of the arguments counts; the previous scene stays on
+    /// all ranks if one fails.
     pub fn set_scene<'a>(
         &mut self,
         call: &'static str,
@@ -49,23 +49,23 @@ impl Context {
             Ok((source, if is_root { source.read()? } else { String::new() }))
         });
         let value = mine.as_ref().map_or_else(|_| Vec::new(), |(_, text)| text.clone().into_bytes());
-        let (agreed, said) = self.agree(mine, call, Vec::new(), &value);
+        let (agreed, root_message) = self.agree(mine, call, Vec::new(), &value);
         let (source, _) = agreed?;
-        let mine = caught(|| self.parsed(&said.0).map_err(|failure| source.failure(failure)));
+        let mine = caught(|| self.parsed(&root_message.0).map_err(|failure| source.failure(failure)));
         let (agreed, _) = self.agree(mine, call, Vec::new(), &[]);
         self.scene = agreed?;
         Ok(())
     }
 
-    /// What the text of a scene asks for. Rank 0, which writes the pictures, looks whether it could.
-    fn parsed(&self, text: &[u8]) -> Outcome<Choice> {
+    /// Parses the text of a scene. Rank 0, which writes the pictures, checks that it can.
+    fn parsed(&self, text: &[u8]) -> Outcome<SceneChoice> {
         let Some(mut script) = Script::parse_optional(&String::from_utf8_lossy(text))? else {
-            return Ok(Choice::Nothing);
+            return Ok(SceneChoice::Nothing);
         };
         script.name_by_date()?;
         if self.ranks.is_root() {
             self.drawing.check_folders(&script)?;
         }
-        Ok(Choice::Script(Arc::new(script)))
+        Ok(SceneChoice::Script(Arc::new(script)))
     }
 }

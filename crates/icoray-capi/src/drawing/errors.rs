@@ -1,30 +1,30 @@
-//! What the log hears of pictures whose errors are above their tolerance: once of each view.
+//! Warnings about pictures with errors above the tolerance, one per view.
 
 use crate::log::{Level, Log};
 use icoray_core::FrameReport;
 use icoray_core::output::Stamp;
 use std::collections::BTreeSet;
 
-/// Views of which it was told.
+/// Views with a logged warning.
 #[derive(Debug, Default)]
-pub(super) struct Errors {
-    told: BTreeSet<String>,
+pub(super) struct ErrorWarnings {
+    logged: BTreeSet<String>,
 }
 
-/// After as many views all are told of again: a host that makes up names without end must not fill the memory.
+/// Number of remembered views, after which they are forgotten: bounds the memory where a host invents names.
 const MOST: usize = 1000;
 
-impl Errors {
-    /// Tells the log of a picture in which pixels have an error above the tolerance, if it is the first one of its view.
-    pub fn tell(&mut self, view: Option<&str>, stamp: &Stamp, report: &FrameReport, log: &Log) {
+impl ErrorWarnings {
+    /// Logs a warning for the first picture of a view that has pixels with an error above the tolerance.
+    pub fn log_frame(&mut self, view: Option<&str>, stamp: &Stamp, report: &FrameReport, log: &Log) {
         let error = &report.error;
-        if error.over == 0 || self.told.contains(view.unwrap_or_default()) {
+        if error.over == 0 || self.logged.contains(view.unwrap_or_default()) {
             return;
         }
-        if self.told.len() == MOST {
-            self.told.clear();
+        if self.logged.len() == MOST {
+            self.logged.clear();
         }
-        self.told.insert(view.unwrap_or_default().to_owned());
+        self.logged.insert(view.unwrap_or_default().to_owned());
         let step = stamp.step;
         let of = view.map_or_else(String::new, |view| format!(", view {view:?}"));
         let (pixels, kind) = (if error.over == 1 { "pixel has" } else { "pixels have" }, error.certainty);
@@ -54,7 +54,7 @@ mod tests {
     fn errors_above_the_tolerance_are_told_once_for_each_view() {
         let mut lines: Vec<(i32, String)> = Vec::new();
         let log = Log::new(Some(keep), (&raw mut lines).cast(), Level::Warn as i32);
-        let mut errors = Errors::default();
+        let mut errors = ErrorWarnings::default();
         let stamp = |step| Stamp { step, time_s: 0.0, date: None };
         let report = |over| FrameReport {
             error: ErrorSummary { max: 1.6e-3, over, ..ErrorSummary::default() },
@@ -69,7 +69,7 @@ mod tests {
             (5, Some("north"), 3),
             (6, Some("b"), 0),
         ] {
-            errors.tell(view, &stamp(step), &report(over), &log);
+            errors.log_frame(view, &stamp(step), &report(over), &log);
         }
         let warn = Level::Warn as i32;
         let more = "at most 1.6e-3 (estimate); later pictures: over_tolerance in report.csv";

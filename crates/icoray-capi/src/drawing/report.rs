@@ -1,6 +1,5 @@
-//! What the model hears of frames.
+//! The frame report as a C struct.
 
-use super::{Call, Totals};
 use crate::memory;
 use crate::types::{
     ICORAY_ALONE, ICORAY_CPU, ICORAY_FRAGMENTS, ICORAY_GPU, ICORAY_GPU_AND_CPU, ICORAY_TILES,
@@ -9,8 +8,40 @@ use crate::types::{
 use icoray_core::output::Stamp;
 use icoray_core::{Certainty, FrameReport, Lights, Scheme};
 
-/// The report as it crosses the boundary.
-pub(super) fn crossing(stamp: &Stamp, r: &FrameReport, call: &Call, totals: &Totals) -> icoray_frame_report {
+/// Sums over the frames of one icoray_execute.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Call {
+    pub frames: u64,
+    pub waited_s: f64,
+    pub copy_s: f64,
+    pub bytes_copied: u64,
+}
+
+/// Sums over all frames of the context.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Totals {
+    pub written: u64,
+    pub failed: u64,
+    pub dropped: u64,
+    pub host_s: f64,
+    pub write_s: f64,
+    /// Seconds of the last call.
+    pub last_host_s: f64,
+    /// Seconds of the last frame that was written.
+    pub last_write_s: f64,
+}
+
+impl Call {
+    pub fn add(&mut self, report: &FrameReport) {
+        self.frames += 1;
+        self.waited_s += report.timing.waited_s;
+        self.copy_s += report.timing.copy_s;
+        self.bytes_copied += report.bytes_copied;
+    }
+}
+
+/// Converts a report to the C struct.
+pub(super) fn c_report(stamp: &Stamp, r: &FrameReport, call: &Call, totals: &Totals) -> icoray_frame_report {
     let [value_min, value_max] = r.value_range.unwrap_or([f64::NAN; 2]);
     icoray_frame_report {
         struct_size: size_of::<icoray_frame_report>(),
@@ -19,8 +50,8 @@ pub(super) fn crossing(stamp: &Stamp, r: &FrameReport, call: &Call, totals: &Tot
         host_s: totals.last_host_s,
         waited_s: call.waited_s,
         copy_s: call.copy_s,
-        prepare_s: r.prepare_s,
-        render_s: r.render_s,
+        prepare_s: r.timing.prepare_s,
+        render_s: r.timing.render_s,
         write_s: totals.last_write_s,
         rays: r.counts.rays,
         columns: r.counts.columns,
@@ -44,27 +75,27 @@ pub(super) fn crossing(stamp: &Stamp, r: &FrameReport, call: &Call, totals: &Tot
             Lights::Full => 2,
         },
         threads: r.threads as i32,
-        ranks: r.ranks as i32,
-        tiles: r.tiles as i32,
-        gather_s: r.gather_s,
-        balance: r.balance,
-        bytes_received: r.bytes_received,
-        scheme: match r.sharing.map(|sharing| sharing.scheme) {
+        ranks: r.ranks.count as i32,
+        tiles: r.ranks.tiles as i32,
+        gather_s: r.ranks.gather_s,
+        balance: r.ranks.balance,
+        bytes_received: r.ranks.bytes_received,
+        scheme: match r.ranks.sharing.map(|sharing| sharing.scheme) {
             None => ICORAY_ALONE,
             Some(Scheme::Fragments) => ICORAY_FRAGMENTS,
             Some(Scheme::Auto | Scheme::Tiles) => ICORAY_TILES,
         },
         fragments: r.counts.fragments,
         fragment_bytes: r.counts.fragment_bytes,
-        compose_s: r.compose_s,
-        drawn_on: match (&r.device, &r.left_to_cpu) {
+        compose_s: r.ranks.compose_s,
+        drawn_on: match (&r.device.name, &r.device.left_to_cpu) {
             (None, _) => ICORAY_CPU,
             (Some(_), None) => ICORAY_GPU,
             (Some(_), Some(_)) => ICORAY_GPU_AND_CPU,
         },
-        upload_s: r.upload_s,
-        device_s: r.device_s.unwrap_or(f64::NAN),
-        bytes_uploaded: r.bytes_uploaded,
+        upload_s: r.device.upload_s,
+        device_s: r.device.trace_s.unwrap_or(f64::NAN),
+        bytes_uploaded: r.device.bytes_uploaded,
         frames: call.frames,
         edge_pixels: r.edge_pixels,
         pixels_over_tolerance: r.error.over,

@@ -1,9 +1,8 @@
-//! What the pictures of one run share, and one of them.
+//! Rendering of one picture, and its summary.
 
-use super::due::Key;
-use super::own_heights::OwnHeights;
-use super::press::Said;
-use super::subject::{Subject, Subjects};
+use super::native_heights::NativeHeightCache;
+use super::output_queue::PictureSummary;
+use super::scene_fields::{Key, SceneField, SceneFields};
 use super::target::Target;
 use crate::gpu;
 use crate::input;
@@ -11,75 +10,74 @@ use icoray::output::Stamp;
 use icoray::{Field, Fields, Frame, Grid, Ranks, Rendered, Renderer, Result, Shot};
 use std::collections::BTreeMap;
 
-/// All that the pictures of one run share.
+/// Data that all pictures of a run share.
 pub struct Job<'a> {
-    pub subjects: &'a Subjects<'a>,
+    pub scene_fields: &'a SceneFields<'a>,
     pub grid: &'a Grid<'a>,
     pub renderer: &'a Renderer,
     pub target: &'a Target,
-    /// Seconds until the first picture was begun.
+    /// Seconds from the start to the first picture.
     pub open_s: f64,
 }
 
 impl Job<'_> {
-    /// Draws a shot of fields and heights that were read, together with the other ranks. At rank 0 the frame, and what is to be
-    /// said of it; `read_s` is the seconds that reading took.
+    /// Renders a shot with the other ranks. Returns frame and summary at rank 0; `read_s` are the seconds of reading.
     pub fn picture(
         &self,
         shot: &Shot,
         stamp: &Stamp,
-        (fields, heights): (&BTreeMap<Key, Field>, &OwnHeights),
+        (fields, heights): (&BTreeMap<Key, Field>, &NativeHeightCache),
         read_s: f64,
         ranks: &mut Ranks,
-    ) -> Result<Option<(Frame, Said)>> {
+    ) -> Result<Option<(Frame, PictureSummary)>> {
         let scene = &shot.scene;
-        let subjects = self.subjects.of(scene)?;
-        let needed = subjects.iter().filter_map(|s| Some((s.info.name.as_str(), *fields.get(&s.key())?)));
+        let scene_fields = self.scene_fields.of(scene)?;
+        let needed = scene_fields.iter().filter_map(|s| Some((s.info.name.as_str(), *fields.get(&s.key())?)));
         let needed = Fields::new(needed);
-        let needed = match heights.of(self.subjects, scene)? {
+        let needed = match heights.of(self.scene_fields, scene)? {
             Some(heights) => needed.with_heights(heights),
             None => needed,
         };
-        let layers = self.subjects.layers(scene)?;
+        let layers = self.scene_fields.layers(scene)?;
         let rendered = self.renderer.render_over(ranks, scene, self.grid, None, layers, needed)?;
         let Rendered::Here(mut frame) = rendered else { return Ok(None) };
-        for Subject { info, .. } in &subjects {
-            if info.name == scene.field {
+        for SceneField { info, .. } in &scene_fields {
+            if info.name == scene.field() {
                 frame.description = info.description.clone();
             } else {
                 frame.descriptions.push((info.name.clone(), info.description.clone()));
             }
         }
-        frame.notes.extend(self.subjects.notes(scene)?.into_iter().map(|note| ("note", note)));
-        if let Some(native) = self.subjects.native(scene)? {
+        frame.notes.extend(self.scene_fields.notes(scene)?.into_iter().map(|note| ("note", note)));
+        if let Some(native) = self.scene_fields.native(scene)? {
             frame.notes.push(("heights", native.description.clone()));
         }
         if !shot.name.is_empty() {
             frame.notes.push(("view", shot.name.clone()));
         }
-        let said = self.said(shot, &frame, stamp, read_s)?;
-        Ok(Some((frame, said)))
+        let summary = self.summary(shot, &frame, stamp, read_s)?;
+        Ok(Some((frame, summary)))
     }
 
-    fn said(&self, shot: &Shot, frame: &Frame, stamp: &Stamp, read_s: f64) -> Result<Said> {
+    fn summary(&self, shot: &Shot, frame: &Frame, stamp: &Stamp, read_s: f64) -> Result<PictureSummary> {
         let scene = &shot.scene;
         let date = stamp.date.as_deref().unwrap_or("no date");
-        let path = self.target.path(&scene.output, stamp, &scene.field)?;
+        let path = self.target.path(&scene.output, stamp, scene.field())?;
         let (report, counts) = (&frame.report, &frame.report.counts);
-        let subjects = self.subjects.of(scene)?;
-        let heights = self.subjects.native(scene)?;
+        let scene_fields = self.scene_fields.of(scene)?;
+        let heights = self.scene_fields.native(scene)?;
         let heights =
             heights.map_or_else(String::new, |native| format!("heights   {}\n", native.description));
         let view = if shot.name.is_empty() { String::new() } else { format!("view      {}\n", shot.name) };
-        let fields: Vec<String> = subjects
+        let fields: Vec<String> = scene_fields
             .iter()
-            .map(|Subject { info, range }| {
+            .map(|SceneField { info, range }| {
                 let (name, place) = (&info.name, input::place(info.location));
                 let layers = if info.is_2d() { "2D".into() } else { format!("{} layers", range.len()) };
                 format!("field     {name} at {place}, {layers}, time {} ({date})\n", stamp.step)
             })
             .collect();
-        let units = subjects.first().and_then(|first| first.info.description.units.as_deref());
+        let units = scene_fields.first().and_then(|first| first.info.description.units.as_deref());
         let before = format!(
             "picture   {} ({} x {})\n\
              {view}{}{heights}\
@@ -101,17 +99,17 @@ impl Job<'_> {
             report.error,
             report.quality,
             self.open_s,
-            report.prepare_s,
-            report.render_s,
+            report.timing.prepare_s,
+            report.timing.render_s,
         );
-        let drawn_on = gpu::drawn_on(report.device.as_deref(), report.left_to_cpu.as_deref());
+        let drawn_on = gpu::drawn_on(report.device.name.as_deref(), report.device.left_to_cpu.as_deref());
         let (threads, left_out) = (report.threads, report.left_out.join("; "));
-        let ranks = if report.ranks > 1 {
-            format!("{} ranks of {threads} threads", report.ranks)
+        let ranks = if report.ranks.count > 1 {
+            format!("{} ranks of {threads} threads", report.ranks.count)
         } else {
             format!("{threads} threads")
         };
         let after = format!(" ({ranks})\ndrawn on  {drawn_on}\nleft out  {left_out}");
-        Ok(Said(before, after))
+        Ok(PictureSummary(before, after))
     }
 }

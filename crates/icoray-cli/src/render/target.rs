@@ -1,19 +1,19 @@
-//! Where pictures go, as the command says it.
+//! The target of pictures, from the option `--output`.
 
 use icoray::output::{Output, Stamp};
 use icoray::{Error, ErrorKind, Result};
 use std::path::{Path, PathBuf, absolute};
 
-/// Where pictures go.
+/// The target of pictures.
 pub enum Target {
-    /// To this very file.
+    /// This file.
     Picture(PathBuf),
-    /// Into this directory, named by the scene's template, with `report.csv`.
+    /// This directory; the scene's template names the pictures, and `report.csv` lies beside them.
     Directory(PathBuf),
 }
 
 impl Target {
-    /// Where `pictures` go.
+    /// The target of `pictures` pictures.
     pub fn new(output: Option<&Path>, pictures: usize) -> Result<Self> {
         let Some(path) = output else {
             return Ok(Target::Directory(PathBuf::new()));
@@ -32,7 +32,7 @@ impl Target {
         }
     }
 
-    /// Where a picture goes.
+    /// The path of a picture.
     pub fn path(&self, names: &Output, stamp: &Stamp, field: &str) -> Result<PathBuf> {
         match self {
             Target::Directory(directory) => Ok(directory.join(names.names(stamp, field)?.file)),
@@ -41,7 +41,7 @@ impl Target {
     }
 }
 
-/// Refuses a map of errors that is no PNG or that would be one for several pictures.
+/// Checks that the error map is a PNG and that there is one picture.
 pub fn expect_error_map(path: &Path, pictures: usize) -> Result<()> {
     if path.extension().is_none_or(|e| e != "png") {
         return Err(bad_map(path, "expected a name that ends in .png"));
@@ -54,7 +54,7 @@ pub fn expect_error_map(path: &Path, pictures: usize) -> Result<()> {
     Ok(())
 }
 
-/// Refuses a map of errors that would replace the picture.
+/// Checks that the error map is another file than the picture.
 pub fn expect_apart(map: &Path, picture: &Path) -> Result<()> {
     let same =
         map == picture || absolute(map).ok().is_some_and(|map| absolute(picture).is_ok_and(|p| p == map));

@@ -1,6 +1,6 @@
 //! What the commands make of small MPAS files: the made fields hold `1000·time + column + 0.125·layer`, in 42 columns.
 
-use crate::made::{Made, Values};
+use crate::made::Made;
 use crate::run::{fails, has, icoray, prints, says, scene, shows_something, software};
 use netcdf::Options;
 use std::fs;
@@ -17,6 +17,12 @@ pub fn folder(made: &Made, scene: &str) -> TempDir {
 
 pub fn render(folder: &Path, more: &[&str]) -> String {
     prints(icoray(folder).args(["render", "made.nc", "--scene", "scene.toml"]).args(more))
+}
+
+/// As [`render`], for a command that must fail.
+#[track_caller]
+pub fn render_fails(folder: &Path, more: &[&str], code: i32, parts: &[&str]) {
+    fails(icoray(folder).args(["render", "made.nc", "--scene", "scene.toml"]).args(more), code, parts);
 }
 
 #[test]
@@ -95,9 +101,9 @@ fn pictures_that_are_there_are_replaced_unless_they_are_to_stay() {
     let at = |name: &str| folder.path().join(name);
     let keep = |more: &[&str], there: &str| {
         let before = fs::read(at(there)).unwrap();
-        let mut command = icoray(folder.path());
-        command.args(["render", "made.nc", "--scene", "scene.toml", "--existing", "never-modify"]).args(more);
-        fails(&mut command, 1, &[there, "file exists", "is there already and is not modified"]);
+        let more = [more, &["--existing", "never-modify"]].concat();
+        let parts = [there, "file exists", "is there already and is not modified"];
+        render_fails(folder.path(), &more, 1, &parts);
         assert!(fs::read(at(there)).unwrap() == before);
     };
     for (more, there) in [
@@ -128,9 +134,7 @@ fn a_picture_that_cannot_be_written_stops_the_command() {
     let folder = folder(&Made::history(), &(scene("theta", 0.0, 42.0) + names));
     let at = |name: &str| folder.path().join(name);
     let stops = |parts: &[&str]| {
-        let mut command = icoray(folder.path());
-        command.args(["render", "made.nc", "--scene", "scene.toml", "--time", "all", "--size", "8x8"]);
-        fails(&mut command, 1, parts);
+        render_fails(folder.path(), &["--time", "all", "--size", "8x8"], 1, parts);
     };
     fs::create_dir(at("theta")).unwrap();
     // Known before the first time is drawn.
@@ -159,10 +163,7 @@ fn the_number_of_threads_does_not_change_the_picture() {
 fn corner_fields_and_terrain_are_noted() {
     let mut made = Made::history();
     // One column's second interface is 40 m higher: 40·41/42 above the mean.
-    match &mut made.variable("zgrid").values {
-        Values::F32(heights) => heights[1] += 40.0,
-        _ => panic!("zgrid is in single precision"),
-    }
+    made.f32s("zgrid")[1] += 40.0;
     let folder = folder(&made, &scene("vorticity", 0.0, 80.0));
     let text = render(folder.path(), &["-o", "out.png"]);
     let bytes = 42 * 4 * 8;
@@ -225,10 +226,7 @@ fn info_lists_what_the_file_holds() {
 #[test]
 fn info_goes_on_where_grid_and_layers_are_bad() {
     let mut made = Made::mesh(false);
-    match &mut made.variable("cellsOnVertex").values {
-        Values::I32(cells) => cells[4] = 0,
-        _ => panic!("cellsOnVertex holds integers"),
-    }
+    made.i32s("cellsOnVertex")[4] = 0;
     let (folder, _) = made.write(Options::_64BIT_OFFSET);
     let text = prints(icoray(folder.path()).args(["info", "made.nc"]));
     has(&text, &["grid       ", "bad grid", "cells in common", "fields     none"]);

@@ -1,8 +1,8 @@
 //! Who draws: a GPU, or what acts as one, where there is one and it is asked for; else the CPU, and it is said why.
 
-use crate::files::{folder, render};
+use crate::files::{folder, render, render_fails};
 use crate::made::Made;
-use crate::run::{fails, has, icoray, prints, scene, texts};
+use crate::run::{has, icoray, prints, scene, texts};
 use icoray_test_support::{Need, skip_because};
 use std::path::Path;
 
@@ -95,9 +95,7 @@ fn the_cpu_draws_where_no_adapter_is_found() {
         has(&text, &[&format!("drawn on  the CPU{reason}")]);
         assert_eq!(apart(&at("out.png"), &at("cpu.png")), 0);
     }
-    let mut command = icoray(folder.path());
-    command.args(["render", "made.nc", "--scene", "scene.toml", "--backend", "vulkan"]);
-    fails(&mut command, 2, &["auto, cpu, gpu"]);
+    render_fails(folder.path(), &["--backend", "vulkan"], 2, &["auto, cpu, gpu"]);
 }
 
 #[test]

@@ -1,6 +1,6 @@
 //! Heights that each column has of its own, and fields that lie on different layers.
 
-use crate::files::{folder, render};
+use crate::files::{folder, render, render_fails};
 use crate::made::{HEIGHT_M, LAYERS, Made, RECORDS, Values};
 use crate::real::data;
 use crate::run::{fails, has, icoray, prints, says, scene, shows_something};
@@ -42,8 +42,7 @@ fn apart(one: &Path, other: &Path) -> (f64, u8) {
 /// Heights that rise from column to column.
 pub fn hills() -> Made {
     let mut made = Made::history();
-    let Values::F32(zgrid) = &mut made.variable("zgrid").values else { panic!("zgrid is f32") };
-    zgrid.iter_mut().enumerate().for_each(|(i, z)| *z += 100.0 * (i / (LAYERS + 1) % 7) as f32);
+    made.f32s("zgrid").iter_mut().enumerate().for_each(|(i, z)| *z += 100.0 * (i / (LAYERS + 1) % 7) as f32);
     made
 }
 
@@ -142,10 +141,8 @@ fn fields_on_different_layers_are_drawn_together() {
         }
     }
     let folder = folder(&hills(), &two("w", "theta"));
-    let mut command = icoray(folder.path());
-    command.args(["render", "made.nc", "--scene", "scene.toml", "--layers", "1..3"]);
     let parts = ["--layers: 1..3 are layers of w", "theta has 1 between them, expected at least 2"];
-    fails(&mut command, 1, &parts);
+    render_fails(folder.path(), &["--layers", "1..3"], 1, &parts);
 }
 
 /// Fields of one volume each are those that a person would have moved by hand, over all layers and over some.
@@ -191,18 +188,8 @@ fn fields_are_moved_between_levels_and_interfaces() {
         let by_hand = two(first, &format!("{second}_moved"));
         fs::write(folder.path().join("by_hand.toml"), by_hand).unwrap();
         render(folder.path(), &["--layers", layers, "-o", "out.png"]);
-        let mut command = icoray(folder.path());
-        command.args([
-            "render",
-            "made.nc",
-            "--scene",
-            "by_hand.toml",
-            "--layers",
-            layers,
-            "-o",
-            "by_hand.png",
-        ]);
-        let text = prints(&mut command);
+        let words = "render made.nc --scene by_hand.toml -o by_hand.png --layers";
+        let text = prints(icoray(folder.path()).args(words.split(' ')).arg(layers));
         assert!(!text.contains("interpolated"), "{text}");
         let (mean, most) = apart(&folder.path().join("out.png"), &folder.path().join("by_hand.png"));
         assert!(most <= 1 && mean < 0.01, "{first} {second} {layers}: {mean} {most}");

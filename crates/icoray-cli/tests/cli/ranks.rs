@@ -31,6 +31,14 @@ fn on_ranks(ranks: usize, folder: &Path, more: &[&str]) -> Option<Output> {
     Some(run.output().unwrap())
 }
 
+/// What ranks print that draw as they should. If there is no mpirun, skips the test.
+fn draw_on(ranks: usize, folder: &Path, more: &[&str]) -> Option<String> {
+    let output = on_ranks(ranks, folder, more)?;
+    let [said, complaint] = [output.stdout, output.stderr].map(|said| String::from_utf8(said).unwrap());
+    assert!(output.status.success(), "{said}{complaint}");
+    Some(said)
+}
+
 #[test]
 fn ranks_draw_each_picture_of_a_series_together() {
     let folder = folder(&Made::history(), &scene("vorticity", 0.0, 2080.0));
@@ -38,9 +46,7 @@ fn ranks_draw_each_picture_of_a_series_together() {
     for ranks in [1, 2, 3] {
         let to = format!("of {ranks}");
         let more = ["--time", "all", "-o", &to, "--threads", "1"];
-        let Some(output) = on_ranks(ranks, folder.path(), &more) else { return };
-        let [said, complaint] = [output.stdout, output.stderr].map(|said| String::from_utf8(said).unwrap());
-        assert!(output.status.success(), "{said}{complaint}");
+        let Some(said) = draw_on(ranks, folder.path(), &more) else { return };
         assert_eq!(said.matches("picture ").count(), 3, "{said}");
         assert_eq!(said.matches("note ").count(), 1, "{said}");
         if ranks > 1 {
@@ -61,11 +67,9 @@ fn ranks_draw_the_views_that_are_due_together() {
                  [[views]]\nname = \"other\"\nfield = \"w\"\nat_steps = [0]\ncamera.lat = 0\n";
     let folder = folder(&Made::history(), &(scene("theta", 0.0, 2080.0) + views));
     render(folder.path(), &["--time", "all", "-o", "alone", "--threads", "1"]);
-    let Some(output) = on_ranks(2, folder.path(), &["--time", "all", "-o", "of 2", "--threads", "1"]) else {
+    let Some(said) = draw_on(2, folder.path(), &["--time", "all", "-o", "of 2", "--threads", "1"]) else {
         return;
     };
-    let [said, complaint] = [output.stdout, output.stderr].map(|said| String::from_utf8(said).unwrap());
-    assert!(output.status.success(), "{said}{complaint}");
     let at = |of: &str, name: &str| fs::read(folder.path().join(of).join("v.cdb").join(name)).unwrap();
     assert_eq!(said.matches("picture ").count(), 3, "{said}");
     for name in ["mean_theta_000001.png", "mean_theta_000002.png", "other_w_000000.png", "data.csv"] {
@@ -80,9 +84,7 @@ fn ranks_draw_native_heights_and_several_fields_together() {
     let folder = folder(&hills(), &native(&two("w", "theta")));
     render(folder.path(), &["--time", "0..2", "-o", "alone", "--size", "64x64", "--threads", "1"]);
     let more = ["--time", "0..2", "-o", "of 2", "--size", "64x64", "--threads", "1"];
-    let Some(output) = on_ranks(2, folder.path(), &more) else { return };
-    let [said, complaint] = [output.stdout, output.stderr].map(|said| String::from_utf8(said).unwrap());
-    assert!(output.status.success(), "{said}{complaint}");
+    let Some(said) = draw_on(2, folder.path(), &more) else { return };
     has(&said, &["heights   zgrid of each column\n", "(2 ranks of 1 threads)"]);
     for time in 0..2 {
         let bytes = |of: &str| fs::read(folder.path().join(of).join(format!("w_{time:06}.png"))).unwrap();

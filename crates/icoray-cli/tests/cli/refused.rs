@@ -1,48 +1,32 @@
 //! Wrong input and wrong usage: an exit code, one line that says what is wrong, and no picture.
 
+use crate::files::{folder, render_fails};
 use crate::made::Made;
 use crate::run::{fails, icoray, scene};
-use netcdf::Options;
 use std::fs;
-use tempfile::TempDir;
-
-fn folder(scene: &str) -> TempDir {
-    let (folder, _) = Made::history().write(Options::_64BIT_OFFSET);
-    fs::write(folder.path().join("scene.toml"), scene).unwrap();
-    folder
-}
 
 /// Renders with `more` arguments, which must fail and leave no picture.
 #[track_caller]
 fn refused(scene: &str, more: &[&str], code: i32, parts: &[&str]) {
-    let folder = folder(scene);
-    let mut command = icoray(folder.path());
-    fails(command.args(["render", "made.nc", "--scene", "scene.toml"]).args(more), code, parts);
+    let folder = folder(&Made::history(), scene);
+    render_fails(folder.path(), more, code, parts);
     let left = fs::read_dir(folder.path()).unwrap().count();
     assert_eq!(left, 2, "files in the folder: made.nc, scene.toml and no more");
 }
 
 #[test]
 fn unknown_fields_list_those_that_there_are() {
-    refused(
-        &scene("thita", 0.0, 1.0),
-        &[],
-        1,
-        &["made.nc", "there is no field thita", "zgrid, theta, w, vorticity, rho"],
-    );
+    let parts = ["made.nc", "there is no field thita", "zgrid, theta, w, vorticity, rho"];
+    refused(&scene("thita", 0.0, 1.0), &[], 1, &parts);
 }
 
 #[test]
 fn scene_errors_show_file_and_line() {
     let bad = scene("theta", 0.0, 1.0).replace("map = \"viridis\"", "map = \"viridian\"");
     refused(&bad, &[], 1, &["scene.toml", "line 13", "transfer.map", "viridis"]);
-    let folder = folder("");
-    let mut command = icoray(folder.path());
-    fails(
-        command.args(["render", "made.nc", "--scene", "none.toml"]),
-        1,
-        &["none.toml", "cannot read the scene"],
-    );
+    let folder = folder(&Made::history(), "");
+    let parts = ["none.toml", "cannot read the scene"];
+    fails(icoray(folder.path()).args(["render", "made.nc", "--scene", "none.toml"]), 1, &parts);
 }
 
 #[test]
@@ -85,21 +69,16 @@ fn maps_of_errors_that_cannot_be_written() {
 #[test]
 fn wrong_usage_exits_with_2() {
     let good = scene("theta", 0.0, 1.0);
-    for more in [
-        ["--size", "0x9"],
-        ["--size", "64"],
-        ["--time", "now"],
-        ["--time", "0..2013-10"],
-        ["--layers", "3"],
-        ["--colour", "red"],
-        ["--tolerance", "0"],
-        ["--tolerance", "-1"],
-        ["--tolerance", "nan"],
-        ["--tolerance", "1"],
+    for (option, values) in [
+        ("--size", "0x9 64"),
+        ("--time", "now 0..2013-10"),
+        ("--layers", "3"),
+        ("--colour", "red"),
+        ("--tolerance", "0 -1 nan 1"),
     ] {
-        refused(&good, &more, 2, &[more[0]]);
+        values.split(' ').for_each(|value| refused(&good, &[option, value], 2, &[option]));
     }
-    let folder = folder(&good);
+    let folder = folder(&Made::history(), &good);
     fails(icoray(folder.path()).arg("render"), 2, &["FILE.nc"]);
     fails(&mut icoray(folder.path()), 2, &["Usage: icoray"]);
 }
@@ -108,7 +87,7 @@ fn wrong_usage_exits_with_2() {
 #[cfg(not(feature = "mpi"))]
 #[test]
 fn ranks_without_mpi_are_refused() {
-    let folder = folder(&scene("theta", 0.0, 42.0));
+    let folder = folder(&Made::history(), &scene("theta", 0.0, 42.0));
     for name in ["OMPI_COMM_WORLD_SIZE", "PMI_SIZE"] {
         let mut command = icoray(folder.path());
         command.args(["render", "made.nc", "--scene", "scene.toml"]).env(name, "2");
@@ -118,7 +97,7 @@ fn ranks_without_mpi_are_refused() {
 
 #[test]
 fn files_that_are_none() {
-    let folder = folder(&scene("theta", 0.0, 1.0));
+    let folder = folder(&Made::history(), &scene("theta", 0.0, 1.0));
     for name in ["scene.toml", "absent.nc"] {
         fails(icoray(folder.path()).args(["info", name]), 1, &[name]);
     }

@@ -1,7 +1,7 @@
 //! Files that are drawn without a scene, and scenes that are changed by options.
 
-use crate::files::folder;
-use crate::made::{Made, Values};
+use crate::files::{folder, render_fails};
+use crate::made::Made;
 use crate::real::data;
 use crate::run::{fails, has, icoray, prints, says, scene, shows_something};
 use netcdf::Options;
@@ -116,9 +116,7 @@ fn bad_values_are_named_with_what_was_expected() {
 fn scenes_whose_camera_moves_are_not_aimed() {
     let moving = scene("theta", 0.0, 42.0) + "[sweep]\nlon = [0, 90]\n";
     let folder = folder(&Made::history(), &moving);
-    let mut command = icoray(folder.path());
-    command.args(["render", "made.nc", "--scene", "scene.toml", "--lat", "3"]);
-    fails(&mut command, 1, &["--lon, --lat, --distance: sweep places the camera"]);
+    render_fails(folder.path(), &["--lat", "3"], 1, &["--lon, --lat, --distance: sweep places the camera"]);
 }
 
 #[test]
@@ -147,14 +145,8 @@ fn files_without_a_field_say_what_to_do() {
 #[test]
 fn a_field_without_values_is_an_error_and_a_constant_one_is_drawn() {
     let mut made = Made::history();
-    match &mut made.variable("theta").values {
-        Values::F32(values) => values.fill(f32::NAN),
-        _ => panic!("theta is in single precision"),
-    }
-    match &mut made.variable("w").values {
-        Values::F64(values) => values.fill(0.0),
-        _ => panic!("w is in double precision"),
-    }
+    made.f32s("theta").fill(f32::NAN);
+    made.f64s("w").fill(0.0);
     let (folder, _) = made.write(Options::_64BIT_OFFSET);
     fails(icoray(folder.path()).args(["render", "made.nc"]), 1, &["theta: all values are missing"]);
     has(&render(folder.path(), &["--field", "w"]), &["picture   w_000002.png"]);

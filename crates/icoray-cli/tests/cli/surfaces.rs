@@ -73,12 +73,13 @@ fn a_2d_field_is_chosen_by_name_and_has_no_layers_to_choose() {
     has(&text, &["suggested for surface_pressure\n", "surface_pressure at cells, 2D, time 0"]);
     let text = prints(icoray(folder.path()).args(["plan", "made.nc", "--field", "surface_pressure"]));
     has(&text, &["read: surface_pressure at cells, 1 layers (168 bytes each time)"]);
-    let mut command = icoray(folder.path());
-    command.args(["render", "made.nc", "--field", "surface_pressure", "--surface", "1"]);
-    fails(&mut command, 1, &["--surface 1: surface_pressure is a 2D field, expected 0"]);
-    let mut command = icoray(folder.path());
-    command.args(["render", "made.nc", "--field", "surface_pressure", "--layers", "0..2"]);
-    fails(&mut command, 1, &["--layers: surface_pressure is a 2D field, expected a field with layers"]);
+    for (option, value, part) in [
+        ("--surface", "1", "--surface 1: surface_pressure is a 2D field, expected 0"),
+        ("--layers", "0..2", "--layers: surface_pressure is a 2D field, expected a field with layers"),
+    ] {
+        let words = ["render", "made.nc", "--field", "surface_pressure", option, value];
+        fails(icoray(folder.path()).args(words), 1, &[part]);
+    }
 }
 
 #[test]

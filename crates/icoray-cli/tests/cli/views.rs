@@ -1,6 +1,6 @@
 //! Scene files of several pictures: what is drawn when, what is kept of it, and animations.
 
-use crate::files::{folder, render};
+use crate::files::{folder, render, render_fails};
 use crate::made::Made;
 use crate::real::data;
 use crate::run::{fails, has, icoray, prints, says, scene, shows_something};
@@ -117,14 +117,12 @@ fn a_sweep_becomes_a_cinema_database() {
         pictures(&images).iter().map(|name| image::open(images.join(name)).unwrap().into_bytes()).collect();
     assert_eq!(distinct.len(), 8, "no two pictures are the same");
     // What is there is not modified where that is asked for, the database's pictures too.
-    let mut command = icoray(folder.path());
-    command.args(["render", "made.nc", "--scene", "scene.toml", "-o", "out", "--existing", "never-modify"]);
-    fails(&mut command, 1, &["q.cdb/image/0_0_theta.png", "is there already"]);
+    let parts = ["q.cdb/image/0_0_theta.png", "is there already"];
+    render_fails(folder.path(), &["-o", "out", "--existing", "never-modify"], 1, &parts);
     // A database of other parameters is not added to, which is known before the first ray.
     fs::write(folder.path().join("out/q.cdb/data.csv"), "step,FILE\n").unwrap();
-    let mut command = icoray(folder.path());
-    command.args(["render", "made.nc", "--scene", "scene.toml", "-o", "out"]);
-    fails(&mut command, 1, &["q.cdb/data.csv: its first line is not \"step,time,field,lon,FILE\""]);
+    let parts = ["q.cdb/data.csv: its first line is not \"step,time,field,lon,FILE\""];
+    render_fails(folder.path(), &["-o", "out"], 1, &parts);
 }
 
 #[test]
@@ -136,15 +134,13 @@ fn fields_of_all_views_and_triggers_must_be_there() {
         ("[sweep]\nfield = [\"theta\", \"rhu\"]\n", "rhu"),
     ] {
         let folder = folder(&Made::history(), &(base.clone() + more));
-        let mut command = icoray(folder.path());
-        command.args(["render", "made.nc", "--scene", "scene.toml"]);
-        fails(&mut command, 1, &[&format!("there is no field {name}"), "theta, w, vorticity, rho"]);
+        let missing = format!("there is no field {name}");
+        render_fails(folder.path(), &[], 1, &[&missing, "theta, w, vorticity, rho"]);
         assert_eq!(pictures(folder.path()), [""; 0]);
     }
     let several = folder(&Made::history(), &(base + "[sweep]\nlon = [0, 9]\n"));
-    let mut command = icoray(several.path());
-    command.args(["render", "made.nc", "--scene", "scene.toml", "-o", "one.png"]);
-    fails(&mut command, 1, &["-o one.png: one name for 2 pictures; expected a directory"]);
+    let parts = ["-o one.png: one name for 2 pictures; expected a directory"];
+    render_fails(several.path(), &["-o", "one.png"], 1, &parts);
 }
 
 /// Two volumes of two fields, and a view of one that is made of them; nothing else of the file is read.

@@ -1,10 +1,10 @@
-//! Functions of the shaders, dispatched on tables of inputs, against their like on the CPU.
+//! Functions of the shaders, run on tables of inputs, against the same functions on the CPU.
 
 use icoray::Method;
-use icoray::device::{ENDLESS, Span, mirror};
+use icoray::device::{ENDLESS, mirror};
 use icoray_gpu::layout::{self, Params};
 
-use crate::dispatch::{Device, ulps};
+use crate::dispatch::{Device, SEGMENT_AT, absorbing_spans, ulps};
 
 /// Segments: f0, f1, kappa, eps, length.
 fn segments() -> Vec<[f32; 5]> {
@@ -23,16 +23,13 @@ fn segments() -> Vec<[f32; 5]> {
     all
 }
 
-const SEGMENT_AT: &str = "fn segment_at(at: u32) -> Segment {
-    return Segment(inputs[at], inputs[at + 1u], inputs[at + 2u], inputs[at + 3u], inputs[at + 4u]);
-}";
-
 #[test]
 fn absorption_and_bend_factor() {
     let Some(device) = Device::open() else { return };
     let depths: Vec<f32> =
         (-300..60).map(|i| 1.2f32.powi(i)).chain([0.0, 0.5, 0.500_000_06, 100.0, 1e12]).collect();
-    let got = device.run("#import kernel/real", "outputs[i] = absorbed_by(inputs[i]);", &depths, 1, 1);
+    let got =
+        device.run("#import kernel/real", "let all = array<f32, 1>(absorbed_by(inputs[i]));", &depths, 1, 1);
     for (x, got) in depths.iter().zip(got) {
         let expected = mirror::absorbed_by(*x);
         assert!(ulps(got, expected, 0.0) <= 4.0, "{x:e}: {got:e}, expected {expected:e}");
@@ -43,12 +40,13 @@ fn absorption_and_bend_factor() {
         .chain([20.0, 1e3, -0.02, 0.02, -0.75, 3.0, -0.999_999, -(1.0 - 0.5 * f32::EPSILON)])
         .filter(|e| *e > -1.0)
         .collect();
-    let got = device.run("#import kernel/piece", "outputs[i] = bend_factor(inputs[i]);", &eps, 1, 1);
+    let got =
+        device.run("#import kernel/piece", "let all = array<f32, 1>(bend_factor(inputs[i]));", &eps, 1, 1);
     for (e, got) in eps.iter().zip(got) {
         let expected = mirror::bend_factor(*e);
-        // Behind a frustum that is more than four times as high above as below the closed form cancels.
-        let most = if *e < -0.75 || *e > 3.0 { 64.0 } else { 6.0 };
-        assert!(ulps(got, expected, 0.0) <= most, "{e:e}: {got:e}, expected {expected:e}");
+        // Below -0.75 and above 3 the closed form suffers cancellation.
+        let max = if *e < -0.75 || *e > 3.0 { 64.0 } else { 6.0 };
+        assert!(ulps(got, expected, 0.0) <= max, "{e:e}: {got:e}, expected {expected:e}");
     }
 }
 
@@ -70,16 +68,8 @@ fn segments_value_part_extremum_and_solve() {
         let v = lerp(s.f0, s.f1, u);
         let to = vec2f(1.0, s.f1);
         let part = segment_part(s, vec2f(u, segment_value(s, u)), to);
-        let at = 9u * i;
-        outputs[at] = segment_value(s, u);
-        outputs[at + 1u] = f32(turn.is_there);
-        outputs[at + 2u] = turn.u;
-        outputs[at + 3u] = turn.f;
-        outputs[at + 4u] = segment_solve(s, v);
-        outputs[at + 5u] = part.kappa;
-        outputs[at + 6u] = part.eps;
-        outputs[at + 7u] = part.length;
-        outputs[at + 8u] = segment_reach(s);";
+        let all = array<f32, 9>(segment_value(s, u), f32(turn.is_there), turn.u, turn.f, segment_solve(s, v),
+            part.kappa, part.eps, part.length, segment_reach(s));";
     let got = device.run(&text, body, &inputs, 6, 9);
     let mut worst = [0.0f64; 4];
     for ((s, u), got) in cases.iter().zip(got.chunks_exact(9)) {
@@ -93,14 +83,14 @@ fn segments_value_part_extremum_and_solve() {
             let (at, f) = turn.unwrap_or((got[2], got[3]));
             worst[1] = worst[1].max(ulps(got[2], at, 0.0)).max(ulps(got[3], f, size));
         } else {
-            // Where one side of the test is rounding, f turns at an end: the other has no extremum, or one there.
+            // They disagree only within rounding of the test, with an extremum at an end.
             let (d, at) = (f1 - f0, turn.map_or(got[2], |(at, _)| at));
             let least = (d + kappa).abs().min(((1.0 + eps) * d - kappa).abs());
             assert!(least <= 4.0 * f32::EPSILON * size && !(1e-3..=0.999).contains(&at), "{what}");
         }
         let v = f0 + u * (f1 - f0);
         let solved = mirror::segment_solve(*s, v);
-        // A root is as sharp as f is steep: what counts is the value there, of the branch that is monotone.
+        // Where f is flat, roots differ much: compare the values there, on monotone segments.
         if turn.is_none() && f0 != f1 {
             let [ours, theirs] = [got[4], solved].map(|u| mirror::segment_value(*s, u));
             worst[2] = worst[2].max(ulps(ours, theirs, size / (1.0 + eps)));
@@ -112,48 +102,24 @@ fn segments_value_part_extremum_and_solve() {
         assert!(ulps(got[8], 0.25 * f32::EPSILON * (1.0 + f0.abs() + f1.abs()), 0.0) <= 2.0, "{what}");
     }
     println!("value, extremum, solve, part: {worst:?} ulp");
-    let most = [4.0, 16.0, 16.0, 12.0];
-    assert!(worst.iter().zip(most).all(|(w, most)| *w <= most), "{worst:?}, expected at most {most:?}");
+    let max = [4.0, 16.0, 16.0, 12.0];
+    assert!(worst.iter().zip(max).all(|(w, max)| *w <= max), "{worst:?}, expected at most {max:?}");
 }
 
 #[test]
 fn integrals_of_pieces() {
     let Some(device) = Device::open() else { return };
-    // Extinction is above 0 wherever a segment above can be: pieces stay in their span.
-    let span = |extinction, extinction_slope: f32, slope: f32| Span {
-        low: f32::NEG_INFINITY,
-        high: f32::INFINITY,
-        anchor: -8.0,
-        extinction,
-        extinction_slope,
-        color: [0.1, 0.5, 0.9],
-        color_slope: [slope, -0.2 * slope, 0.0],
-        steepest: slope.abs(),
-        brightest: 0.9,
-        is_clear: false,
-    };
-    let spans = [
-        span(0.0, 0.5, 0.1),
-        span(6.0, -0.4, 0.1),
-        span(0.0, 40.0, 0.2),
-        span(1e4, 1e3, -0.1),
-        span(2.0, 0.0, 0.0),
-    ];
     let text = format!("#import kernel/piece\n{SEGMENT_AT}");
     let body = "let at = 17u * i;
         let slope = inputs[at + 7u];
         let span = Span(-3e38, 3e38, -8.0, inputs[at + 5u], vec3f(0.1, 0.5, 0.9), inputs[at + 6u],
             vec3f(slope, -0.2 * slope, 0.0), abs(slope), 0u, 0.9);
-        let light = integrate(segment_at(at), span, Allowance(inputs[at + 8u], 1e-5, 1.0, 1e-7));
-        outputs[6u * i] = light.color.x;
-        outputs[6u * i + 1u] = light.color.y;
-        outputs[6u * i + 2u] = light.color.z;
-        outputs[6u * i + 3u] = light.absorbed;
-        outputs[6u * i + 4u] = light.error;
-        outputs[6u * i + 5u] = light.variance;";
+        let light = integrate(segment_at(at), span, ErrorBudget(inputs[at + 8u], 1e-5, 1.0, 1e-7));
+        let c = light.color;
+        let all = array<f32, 6>(c.x, c.y, c.z, light.alpha, light.error, light.variance);";
     let (mut inputs, mut cases) = (Vec::new(), Vec::new());
     for piece in segments() {
-        for span in &spans {
+        for span in absorbing_spans() {
             for share in [5e-3f32, 5e-4, 1e-6] {
                 inputs.extend(piece);
                 inputs.extend([span.extinction, span.extinction_slope, span.color_slope[0], share]);
@@ -170,7 +136,7 @@ fn integrals_of_pieces() {
             let expected = mirror::integrate(method, *piece, span, [*share, 1e-5, 1.0, 1e-7]);
             let what = format!("{name} {piece:?} {span:?} {share:e}: {got:?}, expected {expected:?}");
             assert!(ulps(got[3], expected[3], 0.0) <= 64.0, "{what}");
-            // Where a bound is at its share one takes the cheaper rule and the other the next.
+            // At the limit of a rule's error bound, one of the two may choose the next rule.
             let is_same_rule = (got[4] - expected[4]).abs() <= 1e-3 * expected[4] + 1e-9;
             for k in 0..3 {
                 let off = (got[k] - expected[k]).abs();
@@ -189,7 +155,7 @@ fn integrals_of_pieces() {
     }
 }
 
-/// Numbers with digits in both halves, near powers of two, close to each other, and of either sign.
+/// Numbers with digits in both halves, near powers of two, close to each other, and of both signs.
 fn wide_numbers() -> Vec<f64> {
     let mut all =
         vec![1.0, -1.0, 3.0, 0.1, -0.7, 1.0 / 3.0, 1e-5, -1e-9, 1e-15, 1e9, 0.999_999_940_395_355_2];
@@ -199,7 +165,7 @@ fn wide_numbers() -> Vec<f64> {
     all
 }
 
-/// A driver that simplifies `(a + b) - a`, or fuses where it must not, fails here.
+/// Fails on drivers that simplify `(a + b) - a`, or contract to fused operations where these are not allowed.
 #[test]
 fn double_float_arithmetic() {
     let Some(device) = Device::open() else { return };
@@ -219,13 +185,15 @@ fn double_float_arithmetic() {
         let b = Wide(inputs[4u * i + 2u], inputs[4u * i + 3u]);
         let a3 = Wide3(vec3f(a.hi, b.hi, 1.0), vec3f(a.lo, b.lo, 0.0));
         let b3 = Wide3(vec3f(b.hi, b.hi, a.hi), vec3f(b.lo, b.lo, a.lo));
-        var all = array<Wide, 7>(wide_add(a, b), wide_sub(a, b), wide_mul(a, b), wide_div(a, b),
-            wide_sqrt(Wide(abs(a.hi), select(-a.lo, a.lo, a.hi > 0.0))), wide3_dot(a3, b3), wide_times(a, b.hi));
-        for (var k = 0u; k < 7u; k++) {
-            outputs[15u * i + 2u * k] = all[k].hi;
-            outputs[15u * i + 2u * k + 1u] = all[k].lo;
-        }
-        outputs[15u * i + 14u] = wide_apart(a, b);";
+        let sum = wide_add(a, b);
+        let less = wide_sub(a, b);
+        let product = wide_mul(a, b);
+        let ratio = wide_div(a, b);
+        let root = wide_sqrt(Wide(abs(a.hi), select(-a.lo, a.lo, a.hi > 0.0)));
+        let dot = wide3_dot(a3, b3);
+        let times = wide_times(a, b.hi);
+        let all = array<f32, 15>(sum.hi, sum.lo, less.hi, less.lo, product.hi, product.lo, ratio.hi, ratio.lo,
+            root.hi, root.lo, dot.hi, dot.lo, times.hi, times.lo, wide_apart(a, b));";
     let got = device.run("#import kernel/wide", body, &inputs, 4, 15);
     let mut worst = [0.0f64; 7];
     for ((a, b), got) in cases.iter().zip(got.chunks_exact(15)) {
@@ -234,7 +202,8 @@ fn double_float_arithmetic() {
         let expected = [a + b, a - b, a * b, a / b, a.abs().sqrt(), dot, a * b_hi];
         for k in 0..7 {
             let value = f64::from(got[2 * k]) + f64::from(got[2 * k + 1]);
-            // A dot product may cancel; it is as exact as its largest term. Halves below f32's least are not there.
+            // The error of a dot product is relative to its largest term. Low halves below f32's smallest number are
+            // lost.
             let size = if k == 5 { (a * b).abs().max(b * b).max(a.abs()) } else { expected[k].abs() };
             let off = ((value - expected[k]).abs() - 1e-37).max(0.0);
             worst[k] = worst[k].max(if off == 0.0 { 0.0 } else { off / size });
@@ -248,7 +217,7 @@ fn double_float_arithmetic() {
     assert!(worst.iter().all(|w| *w <= 0.5f64.powi(44)), "{worst:?}");
 }
 
-/// A shader for few knots finds the spans that others search for.
+/// The variant for few knots finds the same spans as the binary search.
 #[test]
 fn spans_of_few_knots() {
     let Some(device) = Device::open() else { return };
@@ -266,10 +235,8 @@ fn spans_of_few_knots() {
         }
         let body = "let f = inputs[2u * i];
             let k = u32(inputs[2u * i + 1u]);
-            outputs[4u * i] = f32(spans_find(f));
-            outputs[4u * i + 1u] = f32(spans_search(f));
-            outputs[4u * i + 2u] = f32(spans_follow(k, f));
-            outputs[4u * i + 3u] = f32(spans_walk(k, f));";
+            let all = array<f32, 4>(f32(spans_find(f)), f32(spans_search(f)), f32(spans_follow(k, f)),
+                f32(spans_walk(k, f)));";
         let beside = (params, &[(8, bytemuck::cast_slice(&spans))][..]);
         let constants = [("FEW_KNOTS", 1.0)];
         let got = device.run_beside("#import kernel/transfer", body, &inputs, [2, 4], &constants, beside);

@@ -1,12 +1,13 @@
-//! Functions of `kernel/shade.wgsl` and `kernel/lit.wgsl`, dispatched on tables of inputs, against their like on the CPU.
+//! Functions of `kernel/shade.wgsl` and `kernel/lit.wgsl`, run on tables of inputs, against the same functions on the
+//! CPU.
 
 use icoray::Method;
 use icoray::device::Span;
 use icoray::device::mirror::light::{AlongRay, Shade, gradient, mean, spread};
 
-use crate::dispatch::{Device, ulps};
+use crate::dispatch::{Device, SEGMENT_AT, absorbing_spans, span, ulps};
 
-/// Members in the order of the shader's `RayShading`.
+/// Number of members of the shader's `RayShading`, in its order.
 const NUMBERS: usize = 13;
 const SHADING_AT: &str = "
 fn at3(at: u32) -> vec3f {
@@ -19,8 +20,8 @@ fn shading_at(at: u32) -> RayShading {
 fn shade_at(at: u32) -> Shade {
     return Shade(inputs[at], inputs[at + 1u], at3(at + 2u));
 }
-fn course_at(at: u32) -> Course {
-    return Course(at3(at), at3(at + 3u), at3(at + 6u), inputs[at + 9u]);
+fn interpolant_at(at: u32) -> FrustumInterpolant {
+    return FrustumInterpolant(at3(at), at3(at + 3u), at3(at + 6u), inputs[at + 9u]);
 }";
 
 fn numbers(s: &AlongRay) -> [f32; NUMBERS] {
@@ -35,7 +36,8 @@ fn unit([x, y, z]: [f64; 3]) -> [f64; 3] {
 
 const DIRECTION: [f64; 3] = [0.6, -0.48, 0.64];
 
-/// What shines, and along which ray: even, glossy, mirrors; a headlight, a sun from aside, from behind and from the front.
+/// Matt, glossy and mirror-like materials, each under a headlight and under suns from the side, from behind and from
+/// the front.
 fn shadings() -> Vec<([f64; 4], Option<[f64; 3]>)> {
     let models = [
         [0.35, 0.65, 0.2, 32.0],
@@ -53,7 +55,7 @@ fn all_along(share: f64) -> Vec<AlongRay> {
     shadings().into_iter().map(|(model, sun)| AlongRay::new(model, sun, DIRECTION, share)).collect()
 }
 
-/// Gradients of all lengths, across and along the ray, and none.
+/// Gradients of many lengths, across and along the ray, and zero.
 fn gradients() -> Vec<[f32; 3]> {
     let directions = [
         [1.0f32, 0.0, 0.0],
@@ -70,7 +72,7 @@ fn gradients() -> Vec<[f32; 3]> {
 }
 
 #[test]
-fn what_a_ray_has_of_the_light() {
+fn shading_along_a_ray() {
     let Some(device) = Device::open() else { return };
     let halves3 = icoray_gpu::layout::halves3;
     let (mut inputs, mut expected) = (Vec::new(), Vec::new());
@@ -91,11 +93,8 @@ fn what_a_ray_has_of_the_light() {
         let s = Shading(at3(at), inputs[at + 13u], at3(at + 3u), inputs[at + 14u], inputs[at + 15u], inputs[at + 16u],
             inputs[at + 17u], inputs[at + 18u], inputs[at + 19u], u32(inputs[at + 12u]), 20u);
         let r = shading_along(s, Wide3(at3(at + 6u), at3(at + 9u)));
-        var all = array<f32, 13>(r.ambient, r.diffuse, r.specular, r.shininess, r.light.x, r.light.y, r.light.z,
-            r.halfway.x, r.halfway.y, r.halfway.z, r.sharpness, r.blind, r.dull);
-        for (var k = 0u; k < 13u; k++) {
-            outputs[13u * i + k] = all[k];
-        }";
+        let all = array<f32, 13>(r.ambient, r.diffuse, r.specular, r.shininess, r.light.x, r.light.y, r.light.z,
+            r.halfway.x, r.halfway.y, r.halfway.z, r.sharpness, r.blind, r.dull);";
     let got = device.run(&text, body, &inputs, 20, NUMBERS);
     for (expected, got) in expected.iter().zip(got.chunks_exact(NUMBERS)) {
         for (theirs, ours) in numbers(expected).iter().zip(got) {
@@ -117,12 +116,8 @@ fn shades_of_gradients_and_of_the_core() {
     }
     let text = format!("#import kernel/lit\n{SHADING_AT}");
     let body = "let s = ray_shading_shade(shading_at(16u * i), at3(16u * i + 13u));
-        outputs[6u * i] = s.body;
-        outputs[6u * i + 1u] = s.highlight;
-        outputs[6u * i + 2u] = s.normal.x;
-        outputs[6u * i + 3u] = s.normal.y;
-        outputs[6u * i + 4u] = s.normal.z;
-        outputs[6u * i + 5u] = ray_shading_solid(shading_at(16u * i), at3(16u * i + 13u));";
+        let all = array<f32, 6>(s.body, s.highlight, s.normal.x, s.normal.y, s.normal.z,
+            ray_shading_solid(shading_at(16u * i), at3(16u * i + 13u)));";
     let got = device.run(&text, body, &inputs, 16, 6);
     let mut worst = [0.0f64; 4];
     let mut gleaming = 0;
@@ -130,7 +125,7 @@ fn shades_of_gradients_and_of_the_core() {
         let [body, highlight, normal @ ..] = shading.shade(*gradient);
         let what = format!("{gradient:?} {shading:?}: {got:?}, expected {body} {highlight} {normal:?}");
         worst[0] = worst[0].max(ulps(got[0], body, 0.0));
-        // A highlight is as sharp as its exponent says, and none where it is too weak.
+        // The error of a highlight grows with its exponent; weak highlights are cut off.
         let sharp = 1.0 + f64::from(shading.shininess);
         let is_at_end = got[1].min(highlight) == 0.0 && got[1].max(highlight) <= 1.01 * shading.blind;
         assert!(got[1].min(highlight) > 0.0 || got[1] == highlight || is_at_end, "{what}");
@@ -144,7 +139,7 @@ fn shades_of_gradients_and_of_the_core() {
         let unlike = gradient.iter().any(|g| g.abs() > 1e6);
         if !unlike {
             let solid = shading.solid(gradient.map(f64::from));
-            let size = gradient.iter().fold(0.0f32, |most, g| most.max(g.abs()));
+            let size = gradient.iter().fold(0.0f32, |max, g| max.max(g.abs()));
             worst[3] = worst[3].max(ulps(got[5], solid, size));
         }
     }
@@ -153,7 +148,7 @@ fn shades_of_gradients_and_of_the_core() {
     assert!(worst.iter().all(|w| *w <= 4.0), "{worst:?}");
 }
 
-/// Three shades along a piece: close together, turning, turning round, none.
+/// Three shades along a piece: close together, turning, reversing, zero.
 fn triples(shading: &AlongRay) -> Vec<[Shade; 3]> {
     let of = |gradients: [[f32; 3]; 3]| gradients.map(|gradient| shading.shade(gradient));
     vec![
@@ -168,7 +163,7 @@ fn triples(shading: &AlongRay) -> Vec<[Shade; 3]> {
 }
 
 #[test]
-fn mean_doubt_and_apply() {
+fn mean_error_bound_and_apply() {
     let Some(device) = Device::open() else { return };
     let lights = [[0.1f32, 0.4, 0.0, 0.5, 1e-5, 1e-14], [0.0; 6], [2.0, 1.0, 0.5, 1.0, 0.3, 1e-8]];
     let (mut inputs, mut cases) = (Vec::new(), Vec::new());
@@ -189,41 +184,36 @@ fn mean_doubt_and_apply() {
         let a = shade_at(at + 13u);
         let m = shade_at(at + 18u);
         let b = shade_at(at + 23u);
-        let light = Light(at3(at + 28u), inputs[at + 31u], inputs[at + 32u], inputs[at + 33u]);
+        let light = Radiance(at3(at + 28u), inputs[at + 31u], inputs[at + 32u], inputs[at + 33u]);
         let by = inputs[at + 34u];
         let mean = ray_shading_mean(a, m, b, by);
-        let doubt = ray_shading_doubt(s, a, m, b, abs(by));
+        let error_bound = ray_shading_error_bound(s, a, m, b, abs(by));
         let lit = ray_shading_apply(s, light, mean, 0.25 * abs(by));
-        var all = array<f32, 11>(mean.x, mean.y, f32(doubt.is_there), doubt.off.x, doubt.off.y,
-            lit.color.x, lit.color.y, lit.color.z, lit.absorbed, lit.error, lit.variance);
-        for (var k = 0u; k < 11u; k++) {
-            outputs[11u * i + k] = all[k];
-        }";
+        let all = array<f32, 11>(mean.x, mean.y, f32(error_bound.is_there), error_bound.off.x, error_bound.off.y,
+            lit.color.x, lit.color.y, lit.color.z, lit.alpha, lit.error, lit.variance);";
     let got = device.run(&text, body, &inputs, 35, 11);
-    let mut told = 0;
+    let mut bounded = 0;
     for ((shading, shades, light, by), got) in cases.iter().zip(got.chunks_exact(11)) {
         let what = format!("{shading:?} {shades:?} {light:?} {by}: {got:?}");
         let mean = mean(*shades, *by);
         assert!(ulps(got[0], mean.0, 1.0) <= 4.0 && ulps(got[1], mean.1, 1.0) <= 4.0, "{what} {mean:?}");
-        let doubt = shading.doubt(*shades, by.abs());
-        assert_eq!(got[2] == 1.0, doubt.is_some(), "{what}");
-        if let Some((body, highlight)) = doubt {
-            assert!(
-                ulps(got[3], body, 1.0) <= 4.0 && ulps(got[4], highlight, 1.0) <= 4.0,
-                "{what} {doubt:?}"
-            );
-            told += 1;
+        let error_bound = shading.error_bound(*shades, by.abs());
+        assert_eq!(got[2] == 1.0, error_bound.is_some(), "{what}");
+        if let Some((body, highlight)) = error_bound {
+            let off = [ulps(got[3], body, 1.0), ulps(got[4], highlight, 1.0)];
+            assert!(off.iter().all(|off| *off <= 4.0), "{what} {error_bound:?}");
+            bounded += 1;
         }
         let lit = shading.apply(*light, mean, 0.25 * by.abs());
         for k in 0..6 {
             assert!(ulps(got[5 + k], lit[k], if k < 3 { 1.0 } else { 0.0 }) <= 8.0, "{what} {lit:?}");
         }
     }
-    assert!(told > cases.len() / 3 && told < cases.len(), "{told} of {}", cases.len());
+    assert!(bounded > cases.len() / 3 && bounded < cases.len(), "{bounded} of {}", cases.len());
 }
 
-/// Courses: the gradient at both ends, its bends, ε.
-fn courses() -> Vec<[f32; 10]> {
+/// Courses: gradients at both ends, their bends, ε.
+fn interpolants() -> Vec<[f32; 10]> {
     vec![
         [1.0, 0.2, 0.3, 1.0, 0.21, 0.31, 0.0, 0.0, 0.0, 0.0],
         [1.0, 0.2, 0.3, 0.2, 0.9, -0.3, 0.1, -0.2, 0.05, 1e-3],
@@ -244,33 +234,11 @@ const PIECES: [[f32; 5]; 7] = [
     [0.0, 0.0, 3.0, 1e-3, 1.0],
 ];
 
-fn spans() -> [Span; 6] {
-    let span = |extinction, extinction_slope: f32, slope: f32| Span {
-        low: f32::NEG_INFINITY,
-        high: f32::INFINITY,
-        anchor: -8.0,
-        extinction,
-        extinction_slope,
-        color: [0.1, 0.5, 0.9],
-        color_slope: [slope, -0.2 * slope, 0.0],
-        steepest: slope.abs(),
-        brightest: 0.9,
-        is_clear: false,
-    };
-    [
-        span(0.0, 0.5, 0.1),
-        span(6.0, -0.4, 0.1),
-        span(0.0, 40.0, 0.2),
-        span(1e4, 1e3, -0.1),
-        span(2.0, 0.0, 0.0),
-        span(0.0, 0.0, 0.0),
-    ]
+fn spans() -> Vec<Span> {
+    absorbing_spans().into_iter().chain([span(0.0, 0.0, 0.0)]).collect()
 }
 
 const SPAN_AT: &str = "
-fn segment_at(at: u32) -> Segment {
-    return Segment(inputs[at], inputs[at + 1u], inputs[at + 2u], inputs[at + 3u], inputs[at + 4u]);
-}
 fn span_at(at: u32) -> Span {
     let slope = inputs[at + 2u];
     return Span(-3e38, 3e38, -8.0, inputs[at], vec3f(0.1, 0.5, 0.9), inputs[at + 1u],
@@ -278,79 +246,73 @@ fn span_at(at: u32) -> Span {
 }";
 
 #[test]
-fn gradients_along_courses_and_where_light_comes_from() {
+fn gradients_along_interpolants_and_the_centre_of_light() {
     let Some(device) = Device::open() else { return };
     let (mut inputs, mut cases) = (Vec::new(), Vec::new());
-    for course in courses() {
+    for interpolant in interpolants() {
         for u in [0.0f32, 1e-6, 0.3, 0.5, 1.0] {
             for piece in PIECES {
                 for span in spans() {
-                    inputs.extend(course);
+                    inputs.extend(interpolant);
                     inputs.push(u);
                     inputs.extend(piece);
                     inputs.extend([span.extinction, span.extinction_slope, span.color_slope[0]]);
-                    cases.push((course, u, piece, span));
+                    cases.push((interpolant, u, piece, span));
                 }
             }
         }
     }
-    let text = format!("#import kernel/lit\n{SHADING_AT}\n{SPAN_AT}");
+    let text = format!("#import kernel/lit\n{SHADING_AT}\n{SEGMENT_AT}\n{SPAN_AT}");
     let body = "let at = 19u * i;
-        let g = course_gradient(course_at(at), inputs[at + 10u]);
-        let s = spread_of(segment_at(at + 11u), span_at(at + 16u));
-        outputs[5u * i] = g.x;
-        outputs[5u * i + 1u] = g.y;
-        outputs[5u * i + 2u] = g.z;
-        outputs[5u * i + 3u] = s.centre;
-        outputs[5u * i + 4u] = s.doubt;";
+        let g = frustum_interpolant_gradient(interpolant_at(at), inputs[at + 10u]);
+        let s = light_spread_of(segment_at(at + 11u), span_at(at + 16u));
+        let all = array<f32, 5>(g.x, g.y, g.z, s.centre, s.error_bound);";
     let got = device.run(&text, body, &inputs, 19, 5);
-    for ((course, u, piece, span), got) in cases.iter().zip(got.chunks_exact(5)) {
-        let expected = gradient(*course, *u);
-        let size = course[..9].iter().fold(0.0f32, |most, x| most.max(x.abs()));
+    for ((interpolant, u, piece, span), got) in cases.iter().zip(got.chunks_exact(5)) {
+        let expected = gradient(*interpolant, *u);
+        let size = interpolant[..9].iter().fold(0.0f32, |max, x| max.max(x.abs()));
         for k in 0..3 {
-            assert!(ulps(got[k], expected[k], size) <= 4.0, "{course:?} {u}: {got:?}, expected {expected:?}");
+            assert!(
+                ulps(got[k], expected[k], size) <= 4.0,
+                "{interpolant:?} {u}: {got:?}, expected {expected:?}"
+            );
         }
-        let (centre, doubt) = spread(*piece, span);
-        let what = format!("{piece:?} {span:?}: {got:?}, expected {centre} {doubt}");
-        assert!(ulps(got[3], centre, 0.1) <= 4.0 && ulps(got[4], doubt, 0.0) <= 8.0, "{what}");
+        let (centre, error_bound) = spread(*piece, span);
+        let what = format!("{piece:?} {span:?}: {got:?}, expected {centre} {error_bound}");
+        assert!(ulps(got[3], centre, 0.1) <= 4.0 && ulps(got[4], error_bound, 0.0) <= 8.0, "{what}");
     }
 }
 
-/// Pieces under light: cut as often as on the CPU, in the same order.
+/// Lit pieces, which are bisected as on the CPU.
 #[test]
 fn pieces_under_light() {
     let Some(device) = Device::open() else { return };
-    let text = format!("#import kernel/lit\n{SHADING_AT}\n{SPAN_AT}");
+    let text = format!("#import kernel/lit\n{SHADING_AT}\n{SEGMENT_AT}\n{SPAN_AT}");
     let body = "let at = 38u * i;
-        let allowance = Allowance(inputs[at + 31u], inputs[at + 32u], inputs[at + 33u], 1e-7);
-        let lit = Lit(allowance, shading_at(at), span_at(at + 18u), course_at(at + 21u));
+        let budget = ErrorBudget(inputs[at + 31u], inputs[at + 32u], inputs[at + 33u], 1e-7);
+        let lit = Lit(budget, shading_at(at), span_at(at + 18u), interpolant_at(at + 21u));
         let range = vec2f(inputs[at + 34u], inputs[at + 35u]);
         let light = lit_light(lit, segment_at(at + 13u), range, u32(inputs[at + 36u]));
-        outputs[6u * i] = light.color.x;
-        outputs[6u * i + 1u] = light.color.y;
-        outputs[6u * i + 2u] = light.color.z;
-        outputs[6u * i + 3u] = light.absorbed;
-        outputs[6u * i + 4u] = light.error;
-        outputs[6u * i + 5u] = light.variance;";
+        let c = light.color;
+        let all = array<f32, 6>(c.x, c.y, c.z, light.alpha, light.error, light.variance);";
+    let ranges = [([0.0, 1.0], false), ([0.2, 0.21], false), ([0.0, 1.0], true)];
     for (method, name) in [(Method::Exact, "exact"), (Method::Paper, "paper")] {
         let (mut inputs, mut cases) = (Vec::new(), Vec::new());
         for share in [5e-3f32, 5e-4, 1e-6] {
             for shading in all_along(share.into()) {
                 for piece in PIECES {
                     for span in spans() {
-                        for course in courses() {
-                            for (range, is_coarse) in
-                                [([0.0, 1.0], false), ([0.2, 0.21], false), ([0.0, 1.0], true)]
-                            {
+                        for interpolant in interpolants() {
+                            for (range, is_coarse) in ranges {
                                 let allowance = [share, share, 0.7, 1e-7];
                                 inputs.extend(numbers(&shading));
                                 inputs.extend(piece);
                                 inputs.extend([span.extinction, span.extinction_slope, span.color_slope[0]]);
-                                inputs.extend(course);
+                                inputs.extend(interpolant);
                                 inputs.extend(&allowance[..3]);
                                 inputs.extend(range);
                                 inputs.extend([if is_coarse { 0.0 } else { 20.0 }, 0.0]);
-                                cases.push((shading, piece, span, course, allowance, range, is_coarse));
+                                cases.push((shading, piece, span, interpolant, allowance, range, is_coarse));
                             }
                         }
                     }
@@ -361,8 +323,8 @@ fn pieces_under_light() {
         let got = device.run_with(&text, body, &inputs, 38, 6, &constant);
         let (mut worst, mut others) = (0.0f64, 0);
         for (case, got) in cases.iter().zip(got.chunks_exact(6)) {
-            let (shading, piece, span, course, allowance, range, is_coarse) = case;
-            let expected = shading.lit(method, *piece, span, *allowance, *course, *range, *is_coarse);
+            let (shading, piece, span, interpolant, allowance, range, is_coarse) = case;
+            let expected = shading.lit(method, *piece, span, *allowance, *interpolant, *range, *is_coarse);
             let what = format!("{name} {case:?}: {got:?}, expected {expected:?}");
             let is_same = (got[4] - expected[4]).abs() <= 1e-3 * expected[4] + 1e-8;
             for k in 0..4 {

@@ -1,5 +1,7 @@
-//! The tests of the GPU's kernel, in one program.
+//! The tests of the shaders and of the pictures that the GPU draws, in one program.
 
+#[path = "../../../icoray/tests/suite/common.rs"]
+mod common;
 #[path = "../../../icoray/tests/suite/culled/mod.rs"]
 mod culled;
 mod dispatch;
@@ -11,5 +13,5 @@ mod shaders;
 mod spread;
 mod variants;
 
-// For `culled`.
+// Imported by `culled`.
 use icoray::{Grid, GridTables, IcosahedralMesh, LonLat};

@@ -1,5 +1,5 @@
-//! What a scene does not need is not in its shader: functions that are reached from the entry point, once the override
-//! constants are known.
+//! The functions reachable from a shader's entry point under given override constants: a scene's shader has no code
+//! that the scene does not need.
 
 use icoray_gpu::shader::compose;
 use naga::back::pipeline_constants::process_overrides;
@@ -32,7 +32,7 @@ impl Reach<'_> {
         }
     }
 
-    /// Goes through a block; whether it never comes to its end.
+    /// Visits a block, and returns whether it always returns from the function.
     fn body(&mut self, function: &Function, block: &Block) -> bool {
         for statement in block {
             let returns = match statement {
@@ -85,7 +85,7 @@ fn constants(is: [bool; 6]) -> [(&'static str, f64); 6] {
 }
 
 #[test]
-fn a_plain_scene_runs_no_code_of_others() {
+fn simple_scenes_have_no_code_of_other_features() {
     // Unlit, an opaque core, no holes, no steps, four knots.
     let plain = reached(&constants([true, true, false, false, false, true]));
     println!("{plain:?}");
@@ -94,7 +94,7 @@ fn a_plain_scene_runs_no_code_of_others() {
     {
         assert!(plain.contains(needed), "{needed}");
     }
-    // Each is in the shader of scenes that need it, so that a name that has changed is noticed.
+    // Scenes that need a function have it, so that a renamed function fails the test.
     for (name, is) in [
         ("spans_search", [true, true, false, false, false, false]),
         ("spans_walk", [true, true, false, false, false, false]),

@@ -1,19 +1,19 @@
 //! Heights that all columns share: a coordinate in metres or pascals, as the CF conventions 1.11, §4.3, have them.
 
-use crate::source::{Kind, Source, Variable};
+use crate::nc_file::{NcFile, Variable};
 use crate::standard_atmosphere;
 use icoray::{ErrorKind, Result};
 
 /// Heights in metres of the coordinate `variable`, and whether it gives pressures; `None` where it counts levels or has
 /// another unit.
 pub(super) fn heights(
-    source: &Source,
+    source: &NcFile,
     variable: &Variable,
     layers: usize,
 ) -> Result<Option<(Vec<f64>, bool)>> {
     let name = &variable.name;
-    let is_axis = matches!(&variable.dimensions[..], [only] if only.len == layers)
-        && matches!(variable.kind, Kind::F32 | Kind::F64 | Kind::Integer);
+    let is_axis =
+        variable.kind.is_number() && matches!(&variable.dimensions[..], [only] if only.len == layers);
     let units = source.text_of(name, "units")?.unwrap_or_default();
     let Some((is_of_pressure, scale)) = unit(&units).filter(|_| is_axis) else {
         return Ok(None);
@@ -44,7 +44,7 @@ fn unit(units: &str) -> Option<(bool, f64)> {
 }
 
 /// Whether the coordinate is a depth.
-fn is_downward(source: &Source, name: &str) -> Result<bool> {
+fn is_downward(source: &NcFile, name: &str) -> Result<bool> {
     let positive = source.text_of(name, "positive")?;
     let standard_name = source.text_of(name, "standard_name")?;
     Ok(positive.map_or_else(

@@ -1,14 +1,17 @@
 //! Heights that differ from column to column, and their means.
 
-use crate::source::{Source, Variable};
+use crate::nc_file::{NcFile, Variable};
 use icoray::{ErrorKind, Result};
 
-/// Values that are in memory at one time.
+/// Number of values that are in memory at one time.
 const BLOCK: usize = 1 << 20;
 
+/// Means of layers or interfaces, and how far columns lie off them at most, if that is known.
+pub(super) type Means = (Vec<f64>, Option<f64>);
+
 /// The last two dimensions of a variable are columns and layers, in this order where `is_level_fastest`; of dimensions
-/// before them the first record is taken. Gives the mean of each layer over the columns, and the greatest distance from it.
-pub(super) fn mean(source: &Source, variable: &Variable, is_level_fastest: bool) -> Result<(Vec<f64>, f64)> {
+/// before them the first record is taken. Gives the mean of each layer over the columns, and the max distance from it.
+pub(super) fn mean(source: &NcFile, variable: &Variable, is_level_fastest: bool) -> Result<Means> {
     let before = variable.dimensions.len().saturating_sub(2);
     let [one, two] = [0, 1].map(|i| variable.dimensions[before + i].len);
     let (columns, layers) = if is_level_fastest { (one, two) } else { (two, one) };
@@ -22,8 +25,8 @@ pub(super) fn mean(source: &Source, variable: &Variable, is_level_fastest: bool)
         start.extend([first, 0]);
         count.extend([rows.min(one - first), two]);
         let block = source.reals(variable, &start, &count)?;
-        // Only now is it known that a damaged header does not promise more layers than there can be.
-        all.resize(layers, Spread::default());
+        // Allocated after the first read, which fails if a damaged header has too many layers.
+        all.resize(layers, HeightStatistics::default());
         let heights = block.as_reals();
         for i in 0..heights.len() {
             let (row, place, height) = (first + i / two, i % two, heights.get(i));
@@ -39,44 +42,44 @@ pub(super) fn mean(source: &Source, variable: &Variable, is_level_fastest: bool)
             all[layer].add(height);
         }
     }
-    let mean: Vec<f64> = all.iter().map(Spread::mean).collect();
-    Ok((mean, all.iter().map(Spread::deviation).fold(0.0, f64::max)))
+    let deviation = all.iter().map(HeightStatistics::deviation).fold(0.0, f64::max);
+    Ok((all.iter().map(HeightStatistics::mean).collect(), Some(deviation)))
 }
 
-/// Mean and ends of some heights.
+/// Mean, minimum and maximum of heights.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Spread {
+pub(super) struct HeightStatistics {
     sum: f64,
     count: usize,
-    least: f64,
-    greatest: f64,
+    min: f64,
+    max: f64,
 }
 
-impl Default for Spread {
+impl Default for HeightStatistics {
     fn default() -> Self {
-        Spread { sum: 0.0, count: 0, least: f64::INFINITY, greatest: f64::NEG_INFINITY }
+        HeightStatistics { sum: 0.0, count: 0, min: f64::INFINITY, max: f64::NEG_INFINITY }
     }
 }
 
-impl Spread {
+impl HeightStatistics {
     pub(super) fn add(&mut self, height: f64) {
         self.sum += height;
         self.count += 1;
-        self.least = height.min(self.least);
-        self.greatest = height.max(self.greatest);
+        self.min = height.min(self.min);
+        self.max = height.max(self.max);
     }
 
-    /// Equal heights keep their very value, without the sum's rounding.
+    /// Equal heights have exactly this mean, without rounding of the sum.
     pub(super) fn mean(&self) -> f64 {
-        if self.least == self.greatest { self.least } else { self.sum / self.count as f64 }
+        if self.min == self.max { self.min } else { self.sum / self.count as f64 }
     }
 
     fn deviation(&self) -> f64 {
         self.deviation_from(self.mean())
     }
 
-    /// The greatest distance from `height`; 0 of none.
+    /// The max distance from `height`; 0 of none.
     pub(super) fn deviation_from(&self, height: f64) -> f64 {
-        if self.count == 0 { 0.0 } else { (self.greatest - height).max(height - self.least) }
+        if self.count == 0 { 0.0 } else { (self.max - height).max(height - self.min) }
     }
 }

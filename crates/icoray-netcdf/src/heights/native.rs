@@ -1,13 +1,12 @@
-//! Heights of each column's layers, for pictures that show them.
+//! Native heights: those of each column's layers.
 
 use super::thickness::{self, Columns};
-use super::{ICON_COLUMNS, LayerHeights, axis, columns_of, expect, icon_columns};
+use super::{ICON_COLUMNS, LayerHeights, columns_of, expect, icon_columns, of_axis};
 use crate::field::{FieldInfo, OwnedField};
 use crate::floor::Floor;
 use crate::mesh::{Convention, Mesh};
-use crate::source::{Kind, Source, Variable};
-use crate::sources::Sources;
-use crate::times::is_time;
+use crate::nc_file::{Kind, NcFile, Variable};
+use crate::nc_files::NcFiles;
 use icoray::{CenterField, Error, ErrorKind, Field, Grid, Layers, Location, Result, Shape};
 use std::ops::Range;
 
@@ -30,51 +29,46 @@ enum Stored {
     AddedUp(Columns),
 }
 
-/// What is known of the heights of each column before they are read.
+/// Properties of native heights, before they are read.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct NativeInfo {
-    /// What they are made of, in words: "zgrid of each column".
+    /// Description of their source: "zgrid of each column".
     pub description: String,
-    /// Whether each time has its own.
+    /// Whether they change with time.
     pub time_dependent: bool,
     /// Bytes of the variable that is read for one time.
     pub bytes: usize,
 }
 
-/// Where a file has them.
+/// The variable that native heights are read from.
 #[derive(Clone, Copy)]
-enum Found<'a> {
-    Heights(&'a Source, &'a Variable),
-    Thicknesses(&'a Source, &'a Variable),
+struct HeightVariable<'a> {
+    source: &'a NcFile,
+    variable: &'a Variable,
+    /// Whether it has the thicknesses of layers, to be added up, instead of heights.
+    is_thickness: bool,
 }
 
-impl<'a> Found<'a> {
-    /// Of a field's layers; `None` where all columns share the layers' heights, or no file tells.
-    fn of(sources: &'a Sources, mesh: &Mesh, info: &FieldInfo) -> Result<Option<Self>> {
+impl<'a> HeightVariable<'a> {
+    /// The variable for a field; `None` if all columns share the heights of layers, or no file has native ones.
+    fn of(sources: &'a NcFiles, mesh: &Mesh, info: &FieldInfo) -> Result<Option<Self>> {
         if info.is_2d() {
             return Ok(None);
         }
+        let heights = |(source, variable)| HeightVariable { source, variable, is_thickness: false };
         if mesh.convention() != Convention::Mpas {
-            for source in sources.all() {
-                let Some(variable) = source.variable(&info.layer_dimension) else { continue };
-                if axis::heights(source, variable, info.layers)?.is_some() {
-                    return Ok(None);
-                }
-            }
-            return Ok(icon_columns(sources, mesh, info).map(|(source, v)| Found::Heights(source, v)));
+            let is_shared = of_axis(sources, info)?.is_some();
+            return Ok(icon_columns(sources, mesh, info).filter(|_| !is_shared).map(heights));
         }
         if let Some((source, variable)) = sources.find("zgrid") {
             expect(source, variable, &["nCells", "nVertLevelsP1"])?;
-            return Ok(Some(Found::Heights(source, variable)));
+            return Ok(Some(heights((source, variable))));
         }
-        Ok(thickness::of_now(sources).map(|(source, variable)| Found::Thicknesses(source, variable)))
+        Ok(thickness::of_now(sources).map(|found| HeightVariable { is_thickness: true, ..heights(found) }))
     }
 
-    /// Of a field's layers.
-    ///
-    /// # Errors
-    /// [`ErrorKind::Layers`] where there are none, with what was looked for.
-    fn expected(sources: &'a Sources, mesh: &Mesh, info: &FieldInfo) -> Result<Self> {
+    /// As [`Self::of`]; [`ErrorKind::Layers`] if there is none.
+    fn expected(sources: &'a NcFiles, mesh: &Mesh, info: &FieldInfo) -> Result<Self> {
         Self::of(sources, mesh, info)?.ok_or_else(|| {
             let (name, layers) = (&info.name, info.layers);
             if info.is_2d() {
@@ -102,20 +96,14 @@ impl<'a> Found<'a> {
         })
     }
 
-    fn time_dependent(self, sources: &Sources) -> bool {
-        match self {
-            Found::Heights(source, variable) => changes(sources, source, variable),
-            Found::Thicknesses(source, variable) => {
-                changes(sources, source, variable) || thickness::start_changes(sources)
-            }
-        }
+    fn time_dependent(self, sources: &NcFiles) -> bool {
+        sources.changes(self.source, self.variable) || self.is_thickness && thickness::start_changes(sources)
     }
 
-    fn info(self, sources: &Sources, mesh: &Mesh) -> NativeInfo {
-        let (Found::Heights(_, variable) | Found::Thicknesses(_, variable)) = self;
-        let of_one_time = variable.dimensions.iter().filter(|dimension| !is_time(&dimension.name));
+    fn info(self, sources: &NcFiles, mesh: &Mesh) -> NativeInfo {
+        let of_one_time = self.variable.dimensions.iter().filter(|dimension| !dimension.is_time());
         let values = of_one_time.fold(1usize, |values, dimension| values.saturating_mul(dimension.len));
-        let bytes = if variable.kind == Kind::F32 { 4 } else { 8 };
+        let bytes = if self.variable.kind == Kind::F32 { 4 } else { 8 };
         NativeInfo {
             description: self.description(sources, mesh),
             time_dependent: self.time_dependent(sources),
@@ -123,75 +111,64 @@ impl<'a> Found<'a> {
         }
     }
 
-    fn description(self, sources: &Sources, mesh: &Mesh) -> String {
-        let (Found::Heights(_, variable) | Found::Thicknesses(_, variable)) = self;
-        let name = &variable.name;
+    fn description(self, sources: &NcFiles, mesh: &Mesh) -> String {
+        let name = &self.variable.name;
         let at_times = if self.time_dependent(sources) { ", those of each time" } else { "" };
-        match (self, mesh.convention()) {
-            (Found::Heights(..), Convention::Mpas | Convention::Cf) => {
-                format!("{name} of each column{at_times}")
-            }
-            (Found::Heights(..), Convention::Icon) => {
-                format!("{name} of each triangle, averaged to cells{at_times}")
-            }
-            (Found::Thicknesses(..), _) => {
+        match mesh.convention() {
+            _ if self.is_thickness => {
                 format!("{name} of each column added up {}{at_times}", thickness::start(sources))
             }
+            Convention::Mpas | Convention::Cf => format!("{name} of each column{at_times}"),
+            Convention::Icon => format!("{name} of each triangle, averaged to cells{at_times}"),
         }
     }
 }
 
-/// What is found of them for a field, in words.
-pub(crate) fn describe(sources: &Sources, mesh: &Mesh, info: &FieldInfo) -> Result<Option<String>> {
-    Ok(Found::of(sources, mesh, info)?.map(|found| found.description(sources, mesh)))
+/// Describes the native heights of a field.
+pub(crate) fn describe(sources: &NcFiles, mesh: &Mesh, info: &FieldInfo) -> Result<Option<String>> {
+    Ok(HeightVariable::of(sources, mesh, info)?.map(|found| found.description(sources, mesh)))
 }
 
-/// What is known of them before they are read.
-///
-/// # Errors
-/// As [`Found::expected`].
-pub(crate) fn info(sources: &Sources, mesh: &Mesh, info: &FieldInfo) -> Result<NativeInfo> {
-    Ok(Found::expected(sources, mesh, info)?.info(sources, mesh))
+/// Properties of the native heights of a field.
+pub(crate) fn info(sources: &NcFiles, mesh: &Mesh, info: &FieldInfo) -> Result<NativeInfo> {
+    Ok(HeightVariable::expected(sources, mesh, info)?.info(sources, mesh))
 }
 
 impl NativeHeights {
-    /// Reads those of record `time`, or of a file's first where it has not the fields.
+    /// Reads record `time`, or the first record of files without the fields.
     pub(crate) fn read(
-        sources: &Sources,
+        sources: &NcFiles,
         (mesh, grid): (&Mesh, &Grid),
         info: &FieldInfo,
         floor: Option<&Floor>,
         time: usize,
     ) -> Result<Option<Self>> {
-        let Some(found) = Found::of(sources, mesh, info)? else { return Ok(None) };
-        let stored = match found {
-            Found::Thicknesses(source, variable) => {
-                Stored::AddedUp(Columns::read(sources, (source, variable), floor, time)?)
-            }
-            Found::Heights(source, variable) => {
-                let info = FieldInfo::of(source, variable, mesh)?.ok_or_else(|| {
-                    let context = format!(
-                        "variable {variable}, expected heights over layers and cells, at times or not"
-                    );
-                    source.error(ErrorKind::Layers, context)
-                })?;
-                let time = if info.time_dependent { record(sources, source, variable, time)? } else { 0 };
-                let read = OwnedField::read(source, &info, time, 0..info.layers, None)?;
-                match info.location {
-                    Location::Center => Stored::AsRead(read),
-                    Location::Corner => Stored::Averaged(CenterField::average(grid, &read.field()?)?),
-                }
+        let Some(found) = HeightVariable::of(sources, mesh, info)? else { return Ok(None) };
+        let HeightVariable { source, variable, is_thickness } = found;
+        let stored = if is_thickness {
+            Stored::AddedUp(Columns::read(sources, (source, variable), floor, time)?)
+        } else {
+            let info = FieldInfo::of(source, variable, mesh)?.ok_or_else(|| {
+                let context =
+                    format!("variable {variable}, expected heights over layers and cells, at times or not");
+                source.error(ErrorKind::Layers, context)
+            })?;
+            let time = if info.time_dependent { sources.record(source, variable, time)? } else { 0 };
+            let read = OwnedField::read(source, &info, time, 0..info.layers)?;
+            match info.location {
+                Location::Center => Stored::AsRead(read),
+                Location::Corner => Stored::Averaged(CenterField::average(grid, &read.field()?)?),
             }
         };
         Ok(Some(NativeHeights { description: found.description(sources, mesh), stored }))
     }
 
-    /// What they are made of, in words: "zgrid of each column".
+    /// Description of their source: "zgrid of each column".
     pub fn description(&self) -> &str {
         &self.description
     }
 
-    /// Bytes that they take.
+    /// Bytes in memory.
     pub fn bytes(&self) -> usize {
         match &self.stored {
             Stored::AsRead(read) => read.bytes(),
@@ -221,10 +198,10 @@ impl NativeHeights {
     /// [`ErrorKind::Field`] where the heights are of another number of layers than the field's or one more.
     pub fn over(&self, info: &FieldInfo, layers: Range<usize>) -> Result<Field<'_>> {
         let all = self.all()?;
-        let reached = reached(all.shape().layers, info, layers)?;
-        let first = reached.start as isize * all.shape().layer_stride;
+        let layers_with_heights = layers_with_heights(all.shape().layers, info, layers)?;
+        let first = layers_with_heights.start as isize * all.shape().layer_stride;
         let offset = (all.shape().offset as isize + first) as usize;
-        let shape = Shape { offset, layers: reached.len(), ..*all.shape() };
+        let shape = Shape { offset, layers: layers_with_heights.len(), ..*all.shape() };
         Field::new(all.samples(), shape, all.location(), all.fill())
     }
 }
@@ -237,13 +214,13 @@ impl LayerHeights {
     /// [`ErrorKind::Field`] where the heights are of another number of layers than the field's or one more, or
     /// [`ErrorKind::Layers`] where fewer than 2 are left.
     pub fn layers_over(&self, info: &FieldInfo, layers: Range<usize>) -> Result<Layers> {
-        let reached = reached(self.layers.count(), info, layers)?;
-        Layers::new(self.layers.radius_m()[reached].to_vec(), self.layers.planet_radius_m())
+        let layers_with_heights = layers_with_heights(self.layers.count(), info, layers)?;
+        Layers::new(self.layers.radius_m()[layers_with_heights].to_vec(), self.layers.planet_radius_m())
     }
 }
 
-/// Of `count` layers that have heights, those that `layers` of a field need.
-fn reached(count: usize, info: &FieldInfo, layers: Range<usize>) -> Result<Range<usize>> {
+/// The layers with heights, of `count`, that `layers` of a field need.
+fn layers_with_heights(count: usize, info: &FieldInfo, layers: Range<usize>) -> Result<Range<usize>> {
     if info.is_2d() {
         return Ok(0..count);
     }
@@ -262,20 +239,4 @@ fn reached(count: usize, info: &FieldInfo, layers: Range<usize>) -> Result<Range
         return bad(format!("layers {layers:?}, expected some of 0..{}", info.layers));
     }
     Ok(layers.start..layers.end + more)
-}
-
-/// Whether a variable has one record for each of the fields' times.
-pub(super) fn changes(sources: &Sources, source: &Source, variable: &Variable) -> bool {
-    std::ptr::eq(source, sources.fields()) && variable.dimensions.first().is_some_and(|d| is_time(&d.name))
-}
-
-/// Which record of a variable is that of a field's `time`.
-pub(super) fn record(sources: &Sources, source: &Source, variable: &Variable, time: usize) -> Result<usize> {
-    let records = variable.dimensions.first().map_or(0, |dimension| dimension.len);
-    let record = if std::ptr::eq(source, sources.fields()) { time } else { 0 };
-    if record < records {
-        return Ok(record);
-    }
-    let context = format!("variable {variable} has no record {record}");
-    Err(source.error(ErrorKind::Layers, context))
 }

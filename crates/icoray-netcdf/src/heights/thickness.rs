@@ -1,46 +1,49 @@
-//! MPAS-Ocean's interfaces from the thicknesses of its layers, where no depths are given that all columns share.
+//! MPAS-Ocean's interfaces from layer thicknesses, for files without common depths.
 //!
-//! Columns end at the sea floor, so that an interface's mean height over those that have it need not lie below the one above
-//! it. Mean thicknesses, each over the columns that have the layer, add up to interfaces that do. A column's own interfaces are
-//! its thicknesses, added up.
+//! Columns end at the sea floor, so mean heights of interfaces over the columns that have them need not be monotone. Sums of mean
+//! thicknesses, each over the columns that have the layer, are. The interfaces of a column are sums of its thicknesses.
 
-use super::columns::Spread;
-use super::native::{changes, record};
+use super::columns::{HeightStatistics, Means};
 use crate::floor::Floor;
-use crate::reals::OwnedReals;
-use crate::source::{Kind, Source, Variable};
-use crate::sources::Sources;
-use crate::times::is_time;
-use icoray::{ErrorKind, Result, Shape};
+use crate::nc_file::{NcFile, Variable};
+use crate::nc_files::NcFiles;
+use icoray::{ErrorKind, OwnedReals, Result, Shape};
 use std::ops::Range;
 
-/// Variables of thicknesses, in metres; those at rest are the same at all times.
-pub(super) const NAMES: [&str; 3] = ["restingThickness", "layerThickness", "timeMonthly_avg_layerThickness"];
-
-/// The same, those of the time that is drawn first.
+/// Variables of thicknesses in metres, time-dependent ones first.
 pub(super) const NAMES_NOW: [&str; 3] =
     ["layerThickness", "timeMonthly_avg_layerThickness", "restingThickness"];
 
 /// Height of the sea surface, metres.
 const SURFACES: [&str; 2] = ["ssh", "timeMonthly_avg_ssh"];
 
-/// Whether a variable lies over cells and layers, at times or without.
-pub(super) fn fits(variable: &Variable) -> bool {
-    let names: Vec<&str> = variable.dimensions.iter().map(|d| d.name.as_str()).collect();
-    let over = match names.as_slice() {
-        [time, rest @ ..] if is_time(time) => rest,
-        all => all,
-    };
-    over == ["nCells", "nVertLevels"] && matches!(variable.kind, Kind::F32 | Kind::F64)
+/// The first of these variables that lies over cells and layers, at times or without.
+fn find<'a>(sources: &'a NcFiles, mut names: impl Iterator<Item = &'static str>) -> Option<Found<'a>> {
+    let fits = |v: &Variable| v.kind.is_real() && v.lies_at_times_over(&["nCells", "nVertLevels"]);
+    names.find_map(|name| sources.find(name).filter(|(_, variable)| fits(variable)))
 }
 
-/// The thicknesses of the time that is drawn, or at rest.
-pub(super) fn of_now(sources: &Sources) -> Option<(&Source, &Variable)> {
-    NAMES_NOW.iter().filter_map(|name| sources.find(name)).find(|(_, variable)| fits(variable))
+/// A variable, and the file that has it.
+type Found<'a> = (&'a NcFile, &'a Variable);
+
+/// The time-dependent thicknesses, or the resting ones.
+pub(super) fn of_now(sources: &NcFiles) -> Option<Found<'_>> {
+    find(sources, NAMES_NOW.into_iter())
 }
 
-/// Where interfaces are added up from, in words.
-pub(super) fn start(sources: &Sources) -> String {
+/// The resting thicknesses, or the time-dependent ones.
+pub(super) fn of_any_time(sources: &NcFiles) -> Option<Found<'_>> {
+    let [now, monthly, resting] = NAMES_NOW;
+    find(sources, [resting, now, monthly].into_iter())
+}
+
+/// Numbers of cells and layers of a variable that [`find`] has found.
+fn cells_and_layers(variable: &Variable) -> [usize; 2] {
+    [0, 1].map(|i| variable.after_time()[i].len)
+}
+
+/// Describes where the summation of interfaces starts.
+pub(super) fn start(sources: &NcFiles) -> String {
     if sources.find("bottomDepth").is_some() {
         return "from the sea floor (bottomDepth)".into();
     }
@@ -48,11 +51,11 @@ pub(super) fn start(sources: &Sources) -> String {
     surface.map_or("down from the sphere".into(), |name| format!("down from the sea surface ({name})"))
 }
 
-/// Whether each time has another place from where interfaces are added up.
-pub(super) fn start_changes(sources: &Sources) -> bool {
+/// Whether the start of the summation changes with time.
+pub(super) fn start_changes(sources: &NcFiles) -> bool {
     let surface = || SURFACES.iter().find_map(|name| sources.find(name));
     sources.find("bottomDepth").is_none()
-        && surface().is_some_and(|(source, variable)| changes(sources, source, variable))
+        && surface().is_some_and(|(source, variable)| sources.changes(source, variable))
 }
 
 /// The interfaces of each column, from the sea surface down.
@@ -62,25 +65,21 @@ pub(super) struct Columns {
     pub shape: Shape,
 }
 
-/// Where a column's interfaces are added up from.
+/// Start of the summation in each column.
 enum Start {
     Floor(Vec<f64>),
     Surface(Vec<f64>),
 }
 
 impl Columns {
-    /// Adds up the thicknesses of record `time`.
+    /// Sums the thicknesses of record `time`.
     pub fn read(
-        sources: &Sources,
-        (source, variable): (&Source, &Variable),
+        sources: &NcFiles,
+        (source, variable): Found,
         floor: Option<&Floor>,
         time: usize,
     ) -> Result<Self> {
-        let [.., cells, layers] = variable.dimensions.as_slice() else {
-            let context = format!("variable {variable}, expected two dimensions");
-            return Err(source.error(ErrorKind::Layers, context));
-        };
-        let (cells, layers) = (cells.len, layers.len);
+        let [cells, layers] = cells_and_layers(variable);
         let block = at(sources, (source, variable), &[cells, layers], time)?;
         let start = match of_cells(sources, "bottomDepth", cells)? {
             Some(depth) => Start::Floor(depth),
@@ -109,13 +108,16 @@ impl Columns {
                 return Err(source.error(ErrorKind::Layers, context));
             }
             add_up(&mut column, water, &start, cell, thickness);
-            column.iter().for_each(|height| heights.push(*height));
+            match &mut heights {
+                OwnedReals::F32(heights) => heights.extend(column.iter().map(|height| *height as f32)),
+                OwnedReals::F64(heights) => heights.extend(&column),
+            }
         }
         Ok(Columns { heights, shape: Shape::level_fastest(cells, layers + 1) })
     }
 }
 
-/// The interfaces of one column; NaN where it has no water.
+/// The interfaces of one column; NaN if it has no water.
 fn add_up(
     column: &mut [f64],
     water: Range<usize>,
@@ -143,16 +145,11 @@ fn add_up(
 }
 
 /// Height of the sea surface in each column: the sphere's where no file tells.
-fn surface(sources: &Sources, cells: usize, time: usize) -> Result<Vec<f64>> {
+fn surface(sources: &NcFiles, cells: usize, time: usize) -> Result<Vec<f64>> {
     let Some((source, variable)) = SURFACES.iter().find_map(|name| sources.find(name)) else {
         return Ok(vec![0.0; cells]);
     };
-    let names: Vec<&str> = variable.dimensions.iter().map(|d| d.name.as_str()).collect();
-    let fits = match names.as_slice() {
-        [first, rest @ ..] if is_time(first) => rest == ["nCells"],
-        all => all == ["nCells"],
-    };
-    if !fits || variable.dimensions.last().is_none_or(|dimension| dimension.len != cells) {
+    if !variable.lies_at_times_over(&["nCells"]) || variable.after_time()[0].len != cells {
         let context =
             format!("variable {variable}, expected a height of each of {cells} nCells, at times or not");
         return Err(source.error(ErrorKind::Layers, context));
@@ -162,48 +159,30 @@ fn surface(sources: &Sources, cells: usize, time: usize) -> Result<Vec<f64>> {
 }
 
 /// One record of a variable over `count` entries, which may have times before them.
-fn at(
-    sources: &Sources,
-    (source, variable): (&Source, &Variable),
-    count: &[usize],
-    time: usize,
-) -> Result<OwnedReals> {
+fn at(sources: &NcFiles, (source, variable): Found, count: &[usize], time: usize) -> Result<OwnedReals> {
     let (mut start, mut count) = (vec![0; count.len()], count.to_vec());
     if variable.dimensions.len() > count.len() {
-        start.insert(0, record(sources, source, variable, time)?);
+        start.insert(0, sources.record(source, variable, time)?);
         count.insert(0, 1);
     }
     source.reals(variable, &start, &count)
 }
 
 /// The interfaces below the sphere's surface, and how far those of columns lie off them, where `bottomDepth` tells.
-pub(super) fn interfaces(
-    sources: &Sources,
-    source: &Source,
-    variable: &Variable,
-) -> Result<(Vec<f64>, Option<f64>)> {
-    let [.., cells, layers] = variable.dimensions.as_slice() else {
-        return Err(
-            source.error(ErrorKind::Layers, format_args!("variable {variable}, expected two dimensions"))
-        );
-    };
-    let (cells, layers) = (cells.len, layers.len);
+pub(super) fn interfaces(sources: &NcFiles, (source, variable): Found) -> Result<Means> {
+    let [cells, layers] = cells_and_layers(variable);
     let last = of_cells(sources, "maxLevelCell", cells)?;
     let depth = of_cells(sources, "bottomDepth", cells)?;
     let is_of_times = variable.dimensions.len() == 3;
-    let (mut start, mut count) = (vec![0, 0], vec![cells, layers]);
-    if is_of_times {
-        start.insert(0, 0);
-        count.insert(0, 1);
-    }
-    let block = source.reals(variable, &start, &count)?;
+    let (start, count) = (vec![0; 2 + usize::from(is_of_times)], [1, cells, layers]);
+    let block = source.reals(variable, &start, &count[usize::from(!is_of_times)..])?;
     let thickness = |cell: usize, layer: usize| block.as_reals().get(cell * layers + layer);
     // Without a sea floor a column ends where its layers have no thickness.
     let wet = |cell: usize| match &last {
         Some(last) => (last[cell].max(0.0) as usize).min(layers),
         None => (0..layers).take_while(|&layer| thickness(cell, layer) > 0.0).count(),
     };
-    let mut of_layers = vec![Spread::default(); layers];
+    let mut of_layers = vec![HeightStatistics::default(); layers];
     for cell in 0..cells {
         for (layer, spread) in of_layers.iter_mut().enumerate().take(wet(cell)) {
             let here = thickness(cell, layer);
@@ -219,8 +198,11 @@ pub(super) fn interfaces(
         }
     }
     // Layers that no column has lie below all that is seen; they only have to lie below each other.
-    let thinnest =
-        of_layers.iter().map(Spread::mean).filter(|mean| mean.is_finite()).fold(f64::INFINITY, f64::min);
+    let thinnest = of_layers
+        .iter()
+        .map(HeightStatistics::mean)
+        .filter(|mean| mean.is_finite())
+        .fold(f64::INFINITY, f64::min);
     if thinnest == f64::INFINITY {
         return Err(source.error(ErrorKind::Layers, format_args!("variable {variable}: no cell has a layer")));
     }
@@ -230,7 +212,7 @@ pub(super) fn interfaces(
         height_m.push(height_m.last().unwrap_or(&0.0) - if mean.is_finite() { mean } else { thinnest });
     }
     let deviation_m = depth.map(|depth| {
-        let mut interfaces = vec![Spread::default(); layers + 1];
+        let mut interfaces = vec![HeightStatistics::default(); layers + 1];
         for (cell, depth) in depth.into_iter().enumerate() {
             let mut height = -depth;
             for interface in (0..=wet(cell)).rev().filter(|_| wet(cell) > 0) {
@@ -244,12 +226,11 @@ pub(super) fn interfaces(
 }
 
 /// A number for each cell; `None` where there is no such variable.
-fn of_cells(sources: &Sources, name: &str, cells: usize) -> Result<Option<Vec<f64>>> {
+fn of_cells(sources: &NcFiles, name: &str, cells: usize) -> Result<Option<Vec<f64>>> {
     let Some((source, variable)) = sources.find(name) else {
         return Ok(None);
     };
-    let is_number = matches!(variable.kind, Kind::F32 | Kind::F64 | Kind::Integer);
-    if !is_number || !matches!(&variable.dimensions[..], [only] if only.len == cells) {
+    if !variable.kind.is_number() || !matches!(&variable.dimensions[..], [only] if only.len == cells) {
         let context = format!("variable {variable}, expected {name}(nCells = {cells}) of numbers");
         return Err(source.error(ErrorKind::Layers, context));
     }

@@ -1,9 +1,9 @@
 //! Longitudes and latitudes in radians, whatever unit a file has them in, and places on the unit sphere.
 
-use super::{Positions, find};
-use crate::reals::OwnedReals;
-use crate::source::{Kind, Source, Variable};
-use icoray::{ErrorKind, Result};
+use super::tables::{Positions, find};
+use crate::nc_file::{NcFile, Variable};
+use crate::reals::ChangeReals;
+use icoray::{ErrorKind, OwnedReals, Result};
 use std::f64::consts::TAU;
 
 /// The polygons' points: as many for each polygon.
@@ -29,10 +29,9 @@ impl Bounds {
 }
 
 /// Reads the polygons' points of two variables; angles without a unit of their own have that of the coordinate, if any.
-pub(super) fn read_bounds(source: &Source, [lon, lat]: [(&Variable, Option<&str>); 2]) -> Result<Bounds> {
+pub(super) fn read_bounds(source: &NcFile, [lon, lat]: [(&Variable, Option<&str>); 2]) -> Result<Bounds> {
     let row = lon.0.dimensions[1].len;
-    let is_real = |v: &Variable| matches!(v.kind, Kind::F32 | Kind::F64);
-    if lon.0.dimensions != lat.0.dimensions || !is_real(lon.0) || !is_real(lat.0) {
+    if lon.0.dimensions != lat.0.dimensions || !lon.0.kind.is_real() || !lat.0.kind.is_real() {
         let context =
             format!("variables {} and {}, expected the same dimensions of float or double", lon.0, lat.0);
         return Err(source.error(ErrorKind::Grid, context));
@@ -48,7 +47,7 @@ pub(super) fn read_bounds(source: &Source, [lon, lat]: [(&Variable, Option<&str>
 }
 
 /// Positions over one dimension, in radians.
-pub(super) fn positions(source: &Source, lon: &str, lat: &str, dimension: &str) -> Result<Positions> {
+pub(super) fn positions(source: &NcFile, lon: &str, lat: &str, dimension: &str) -> Result<Positions> {
     let read = |name: &str| {
         let variable = find(source, name, &[dimension], false)?;
         let mut values = source.all_reals(variable)?;
@@ -60,7 +59,7 @@ pub(super) fn positions(source: &Source, lon: &str, lat: &str, dimension: &str) 
 
 /// Makes radians of angles in the unit that coordinate `name` has. Without one they are degrees if any is beyond 2π, as on a
 /// whole sphere some are.
-pub(super) fn into_radians(source: &Source, name: &str, values: &mut OwnedReals) -> Result<()> {
+pub(super) fn into_radians(source: &NcFile, name: &str, values: &mut OwnedReals) -> Result<()> {
     let units = source.text_of(name, "units")?.map(|units| units.to_ascii_lowercase());
     let reals = values.as_reals();
     let is_degrees = match units.as_deref() {

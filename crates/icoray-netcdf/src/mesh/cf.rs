@@ -1,18 +1,18 @@
 //! Polygons with bounds: cells of a Voronoi grid whose file has each cell's points and no tables, as DYNAMICO's do.
 //!
-//! Points that lie in one place are one corner. A polygon with fewer points than the rows are long has some of them twice.
+//! Coincident points are one corner. A polygon with fewer points than the row length repeats some.
 //! Format: CF conventions 1.11, §7.1.
 
 use super::angles::{Bounds, distance, of_directions, positions, read_bounds};
 use super::icon::SAME;
+use super::points;
 use super::polygons::Polygons;
-use super::{Convention, Mesh, Positions, points};
-use crate::reals::OwnedReals;
-use crate::source::{Source, Variable};
-use crate::sources::Sources;
-use icoray::{ErrorKind, Result};
+use super::tables::{Convention, Mesh, Positions};
+use crate::nc_file::{NcFile, Variable};
+use crate::nc_files::NcFiles;
+use icoray::{ErrorKind, OwnedReals, Result};
 
-/// Sides shorter than this part of the polygon's longest join a point to itself.
+/// Sides shorter than this fraction of the polygon's longest are degenerate.
 const NO_SIDE: f64 = 1e-3;
 
 /// Coordinates of the polygons' middles; their bounds are named by the attribute `bounds`, or after them.
@@ -20,45 +20,45 @@ const MIDDLES: [[&str; 2]; 4] =
     [["lon", "lat"], ["lon_i", "lat_i"], ["lon_mesh", "lat_mesh"], ["longitude", "latitude"]];
 
 /// The variables of polygons in a file.
-struct Found<'a> {
-    source: &'a Source,
-    /// The middles' names, where they are there.
+struct PolygonVariables<'a> {
+    source: &'a NcFile,
+    /// Names of the middles' coordinates, if present.
     middle: Option<[&'static str; 2]>,
     points: [&'a Variable; 2],
 }
 
-impl<'a> Found<'a> {
-    fn of(source: &'a Source) -> Option<Self> {
+impl<'a> PolygonVariables<'a> {
+    fn of(source: &'a NcFile) -> Option<Self> {
         MIDDLES.into_iter().find_map(|middle| {
             let [lon, lat] = middle.map(|name| bounds_of(source, name));
             let has = |name: &str| source.variable(name).is_some_and(|v| v.dimensions.len() == 1);
             let middle = middle.into_iter().all(has).then_some(middle);
-            Some(Found { source, middle, points: [lon?, lat?] })
+            Some(PolygonVariables { source, middle, points: [lon?, lat?] })
         })
     }
 }
 
 /// The variable with polygons of 4 points or more that belongs to a coordinate.
-fn bounds_of<'a>(source: &'a Source, name: &str) -> Option<&'a Variable> {
-    let told = source.text_of(name, "bounds").ok().flatten();
+fn bounds_of<'a>(source: &'a NcFile, name: &str) -> Option<&'a Variable> {
+    let declared = source.text_of(name, "bounds").ok().flatten();
     let named = [
         format!("{name}_bnds"),
         format!("{name}_bounds"),
         format!("bounds_{name}"),
         format!("{name}_vertices"),
     ];
-    let mut variables = told.into_iter().chain(named).filter_map(|name| source.variable(&name));
+    let mut variables = declared.into_iter().chain(named).filter_map(|name| source.variable(&name));
     variables.find(|v| matches!(&v.dimensions[..], [_, points] if points.len > 3))
 }
 
 /// Whether any of the files has polygons.
-pub(super) fn is_in(sources: &Sources) -> bool {
-    sources.all().iter().any(|source| Found::of(source).is_some())
+pub(super) fn is_in(sources: &NcFiles) -> bool {
+    sources.all().iter().any(|source| PolygonVariables::of(source).is_some())
 }
 
-pub(super) fn read(sources: &Sources) -> Result<Mesh> {
-    let found = sources.others_first().find_map(Found::of);
-    let Found { source, middle, points } = found.expect("one has polygons, or this is not called");
+pub(super) fn read(sources: &NcFiles) -> Result<Mesh> {
+    let found = sources.others_first().find_map(PolygonVariables::of);
+    let PolygonVariables { source, middle, points } = found.expect("one has polygons, or this is not called");
     let bounds = read_bounds(source, [0, 1].map(|k| (points[k], middle.map(|names| names[k]))))?;
     let directions = bounds.directions();
     let shortest = shortest(source, &bounds, &directions)?;
@@ -73,23 +73,12 @@ pub(super) fn read(sources: &Sources) -> Result<Mesh> {
     let polygons = Polygons::of_rows(&numbers, bounds.row);
     let corner_cell = polygons.corner_cells(first.len()).map_err(within)?;
     let (corner_edge, edge_corner) = polygons.edges(first.len()).map_err(within)?;
-    Ok(Mesh {
-        path: source.path().to_owned(),
-        convention: Convention::Cf,
-        index_base: 0,
-        center,
-        corner,
-        cell_corner: polygons.corners,
-        cell_corner_row: bounds.row,
-        cell_corner_count: polygons.count,
-        corner_cell,
-        corner_edge,
-        edge_corner,
-    })
+    let (path, convention) = (source.path().to_owned(), Convention::Cf);
+    Ok(Mesh { path, convention, center, corner, polygons, corner_cell, corner_edge, edge_corner })
 }
 
 /// The shortest side of all polygons.
-fn shortest(source: &Source, bounds: &Bounds, directions: &[[f64; 3]]) -> Result<f64> {
+fn shortest(source: &NcFile, bounds: &Bounds, directions: &[[f64; 3]]) -> Result<f64> {
     let mut shortest = f64::INFINITY;
     for (polygon, points) in directions.chunks_exact(bounds.row).enumerate() {
         let side = |k: usize| distance(points[k], points[(k + 1) % points.len()]);

@@ -6,24 +6,25 @@
 //! Formats: ICON grid files, <https://gitlab.dkrz.de/icon>; CF conventions 1.11, §7.1.
 
 use super::angles::{Bounds, circumcenter, distance, of_directions, positions, read_bounds};
-use super::{Convention, Mesh, Positions, find, missing, points};
-use crate::reals::OwnedReals;
-use crate::source::Source;
-use crate::sources::Sources;
-use icoray::{Connectivity, ErrorKind, Result};
+use super::points;
+use super::polygons::Polygons;
+use super::tables::{Convention, Mesh, Positions, find, missing};
+use crate::nc_file::NcFile;
+use crate::nc_files::NcFiles;
+use icoray::{Connectivity, ErrorKind, OwnedReals, Result};
 
 /// Points nearer to each other than this part of the shortest side are one. Degrees in f32 are right to 1e-3 of a side of 2 km.
 pub(super) const SAME: f64 = 0.02;
 
 /// Whether any of the files has triangles.
-pub(super) fn is_in(sources: &Sources) -> bool {
+pub(super) fn is_in(sources: &NcFiles) -> bool {
     sources
         .all()
         .iter()
         .any(|source| source.variable("vertex_of_cell").is_some() || Triangles::of(source).is_some())
 }
 
-pub(super) fn read(sources: &Sources) -> Result<Mesh> {
+pub(super) fn read(sources: &NcFiles) -> Result<Mesh> {
     let with_tables = sources.others_first().find(|source| source.variable("vertex_of_cell").is_some());
     if let Some(source) = with_tables {
         return of_tables(source);
@@ -34,7 +35,7 @@ pub(super) fn read(sources: &Sources) -> Result<Mesh> {
 }
 
 /// The mesh of a grid file.
-fn of_tables(source: &Source) -> Result<Mesh> {
+fn of_tables(source: &NcFile) -> Result<Mesh> {
     if let Some(geometry) = source.number("grid_geometry")?.filter(|geometry| *geometry != 1.0) {
         let context =
             format!("grid_geometry is {geometry}, expected 1: only meshes on a sphere are rendered");
@@ -62,7 +63,7 @@ fn of_tables(source: &Source) -> Result<Mesh> {
 }
 
 /// The mesh of a file that has each triangle's points.
-fn of_bounds(source: &Source, triangles: &Triangles) -> Result<Mesh> {
+fn of_bounds(source: &NcFile, triangles: &Triangles) -> Result<Mesh> {
     let bounds = triangles.bounds(source)?;
     let points = bounds.directions();
     let mut shortest = f64::INFINITY;
@@ -87,23 +88,14 @@ fn of_bounds(source: &Source, triangles: &Triangles) -> Result<Mesh> {
     mesh(source, center, corner, corner_cell)
 }
 
-fn mesh(source: &Source, center: Positions, corner: Positions, corner_cell: Vec<i32>) -> Result<Mesh> {
-    let Connectivity { corner_edge, edge_corner, cell_corner, cell_corner_row, cell_corner_count } =
-        Connectivity::new(&corner_cell, center.lon.as_reals().len())
-            .map_err(|e| e.within(source.path().display()))?;
-    Ok(Mesh {
-        path: source.path().to_owned(),
-        convention: Convention::Icon,
-        index_base: 0,
-        center,
-        corner,
-        cell_corner,
-        cell_corner_row,
-        cell_corner_count,
-        corner_cell,
-        corner_edge,
-        edge_corner,
-    })
+fn mesh(source: &NcFile, center: Positions, corner: Positions, corner_cell: Vec<i32>) -> Result<Mesh> {
+    let made = Connectivity::new(&corner_cell, center.lon.as_reals().len())
+        .map_err(|e| e.within(source.path().display()))?;
+    let (corner_edge, edge_corner) = (made.corner_edge, made.edge_corner);
+    let polygons =
+        Polygons { corners: made.cell_corner, row: made.cell_corner_row, count: made.cell_corner_count };
+    let (path, convention) = (source.path().to_owned(), Convention::Icon);
+    Ok(Mesh { path, convention, center, corner, polygons, corner_cell, corner_edge, edge_corner })
 }
 
 /// Names of a file's variables of triangles: of their middles, which may lack, and of their points.
@@ -114,13 +106,13 @@ struct Triangles {
 
 impl Triangles {
     /// `None` where the file has neither `clon` nor points of triangles.
-    fn of(source: &Source) -> Option<Self> {
-        let told = |name: &str| source.text_of(name, "bounds").ok().flatten();
+    fn of(source: &NcFile) -> Option<Self> {
+        let declared = |name: &str| source.text_of(name, "bounds").ok().flatten();
         for middle in [["clon", "clat"], ["lon", "lat"]] {
             let [lon, lat] = middle;
             let has_middle = source.variable(lon).is_some_and(|v| v.dimensions.len() == 1);
             let names = |name: &str| {
-                told(name).into_iter().chain([format!("{name}_bnds"), format!("{name}_vertices")])
+                declared(name).into_iter().chain([format!("{name}_bnds"), format!("{name}_vertices")])
             };
             let is_of_three = |name: &String| {
                 let variable = source.variable(name);
@@ -137,7 +129,7 @@ impl Triangles {
         None
     }
 
-    fn bounds(&self, source: &Source) -> Result<Bounds> {
+    fn bounds(&self, source: &NcFile) -> Result<Bounds> {
         let Some([lon, lat]) = &self.points else {
             return Err(source.error(
                 ErrorKind::Grid,

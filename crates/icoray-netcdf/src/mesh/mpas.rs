@@ -2,16 +2,16 @@
 
 use super::angles::of_directions;
 use super::polygons::{NONE, Polygons, cells_of_corners, edges_of_corners, ends_of_edges};
-use super::{Convention, Mesh, Positions, find, missing};
-use crate::source::{Source, Variable};
-use crate::sources::Sources;
+use super::tables::{Convention, Mesh, Positions, find, missing};
+use crate::nc_file::{NcFile, Variable};
+use crate::nc_files::NcFiles;
 use icoray::{Connectivity, ErrorKind, Result};
 
 /// Tables of which the others may be made.
 const TABLES: [&str; 3] = ["lonCell", "verticesOnCell", "cellsOnVertex"];
 
 /// Whether any of the files follows MPAS's conventions.
-pub(super) fn is_in(sources: &Sources) -> Result<bool> {
+pub(super) fn is_in(sources: &NcFiles) -> Result<bool> {
     for source in sources.all() {
         if source.dimension_len("nCells")?.is_some() {
             return Ok(true);
@@ -21,37 +21,26 @@ pub(super) fn is_in(sources: &Sources) -> Result<bool> {
 }
 
 /// Reads the tables from the first of the other files that has any, or from the fields' own.
-pub(super) fn read(sources: &Sources) -> Result<Mesh> {
+pub(super) fn read(sources: &NcFiles) -> Result<Mesh> {
     for source in sources.all() {
         expect_sphere(source)?;
     }
-    let has_mesh = |source: &&Source| TABLES.iter().any(|n| source.variable(n).is_some());
+    let has_mesh = |source: &&NcFile| TABLES.iter().any(|n| source.variable(n).is_some());
     let source = sources.others_first().find(has_mesh).or(sources.others_first().next());
     let source = source.expect("a file is open");
     let center = positions(source, ["lonCell", "latCell"], ["xCell", "yCell", "zCell"], "nCells")?;
     let corner =
         positions(source, ["lonVertex", "latVertex"], ["xVertex", "yVertex", "zVertex"], "nVertices")?;
     let [cells, corners] = [&center, &corner].map(|places| places.lon.as_reals().len());
-    let (cell_corner_row, [cell_corner, cell_corner_count, corner_cell, corner_edge, edge_corner]) =
+    let (polygons, [corner_cell, corner_edge, edge_corner]) =
         Tables::read(source)?.completed(source, cells, corners)?;
-    Ok(Mesh {
-        path: source.path().to_owned(),
-        convention: Convention::Mpas,
-        index_base: 1,
-        center,
-        corner,
-        cell_corner_row,
-        cell_corner,
-        cell_corner_count,
-        corner_cell,
-        corner_edge,
-        edge_corner,
-    })
+    let (path, convention) = (source.path().to_owned(), Convention::Mpas);
+    Ok(Mesh { path, convention, center, corner, polygons, corner_cell, corner_edge, edge_corner })
 }
 
 /// Longitudes and latitudes; of Cartesian coordinates where there are none.
 fn positions(
-    source: &Source,
+    source: &NcFile,
     [lon, lat]: [&str; 2],
     cartesian: [&str; 3],
     dimension: &str,
@@ -78,11 +67,11 @@ struct Tables {
     edge_cell: Option<Vec<i32>>,
 }
 
-/// The row's length of the cells' corners; these, their number, cells and edges of corners, corners of edges.
-type Whole = (usize, [Vec<i32>; 5]);
+/// The cells' corners; cells and edges of corners, corners of edges.
+type CompleteTables = (Polygons, [Vec<i32>; 3]);
 
 impl Tables {
-    fn read(source: &Source) -> Result<Self> {
+    fn read(source: &NcFile) -> Result<Self> {
         let table = |name: &str, dimensions: &[&str]| -> Result<Option<&Variable>> {
             source.variable(name).map(|_| find(source, name, dimensions, true)).transpose()
         };
@@ -126,21 +115,21 @@ impl Tables {
     /// # Errors
     /// [`ErrorKind::Grid`] where these do not determine them, with the name of one that lacks; [`ErrorKind::Unsupported`]
     /// where a corner joins more than 3 cells.
-    fn completed(self, source: &Source, cells: usize, corners: usize) -> Result<Whole> {
+    fn completed(self, source: &NcFile, cells: usize, corners: usize) -> Result<CompleteTables> {
         match self {
             Tables {
-                cell_corner: Some((cell_corner, row)),
+                cell_corner: Some((corners, row)),
                 cell_corner_count: Some(count),
                 corner_cell: Some(corner_cell),
                 corner_edge: Some(corner_edge),
                 edge_corner: Some(edge_corner),
                 edge_cell: _,
-            } => Ok((row, [cell_corner, count, corner_cell, corner_edge, edge_corner])),
+            } => Ok((Polygons { corners, row, count }, [corner_cell, corner_edge, edge_corner])),
             lacking => lacking.complete(source, cells, corners),
         }
     }
 
-    fn complete(self, source: &Source, cells: usize, corners: usize) -> Result<Whole> {
+    fn complete(self, source: &NcFile, cells: usize, corners: usize) -> Result<CompleteTables> {
         let within = |e: icoray::Error| e.within(source.path().display());
         let made = |table: Result<Vec<i32>>| table.map(from_1).map_err(within);
         let edge_corner = match (self.edge_corner, &self.corner_edge) {
@@ -178,7 +167,8 @@ impl Tables {
                 (from_1(edges), from_1(ends))
             }
         };
-        Ok((polygons.row, [from_1(polygons.corners), polygons.count, corner_cell, corner_edge, edge_corner]))
+        let polygons = Polygons { corners: from_1(polygons.corners), ..polygons };
+        Ok((polygons, [corner_cell, corner_edge, edge_corner]))
     }
 }
 
@@ -202,7 +192,7 @@ fn within_counts(table: &[i32], row: usize, count: Option<&[i32]>) -> Vec<i32> {
 }
 
 /// Refuses a mesh that says it is planar. The attribute may be absent: [`icoray::Grid::new`] finds out then.
-fn expect_sphere(source: &Source) -> Result<()> {
+fn expect_sphere(source: &NcFile) -> Result<()> {
     match source.text("on_a_sphere")? {
         Some(answer) if answer.to_ascii_uppercase().starts_with('N') => Err(source.error(
             ErrorKind::Unsupported,

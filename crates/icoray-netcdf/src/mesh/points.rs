@@ -1,9 +1,9 @@
-//! Which of many points on the sphere are the same one.
+//! Finds coincident points on the sphere.
 
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
 
-/// Buckets are so many tolerances wide: most points look into one, those near its sides into two or more.
+/// Width of a bucket in tolerances: most points need one bucket, those near its sides several.
 const BUCKET: f64 = 16.0;
 
 /// Numbers points so that those nearer to each other than `tolerance` have the same number, from 0 in the order in which

@@ -1,17 +1,17 @@
-//! A mesh's tables, made of each cell's corners alone.
+//! Mesh tables from the corners of each cell.
 
 use icoray::{Error, ErrorKind, Result};
 use std::collections::HashMap;
 
-/// What stands where a neighbour is missing, in tables that number from 0.
+/// Marks missing entries in tables numbered from 0.
 pub(super) const NONE: i32 = -1;
 
 /// Each cell's corners, in order around it and numbered from 0, in rows of one length.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(super) struct Polygons {
     pub corners: Vec<i32>,
     pub row: usize,
-    /// How many entries of each row count.
+    /// Number of valid entries of each row.
     pub count: Vec<i32>,
 }
 
@@ -45,14 +45,13 @@ impl Polygons {
             for &corner in around {
                 let place =
                     places(&mut table, corner, corners).map_err(|e| e.within(format!("cell {cell}")))?;
-                let Some(free) = place.iter_mut().find(|entry| **entry == NONE) else {
+                if !put(place, cell as i32) {
                     let what = format!(
                         "corner {corner} has more than 3 cells, the fourth is cell {cell}: only meshes whose corners each \
                          join 3 cells are rendered"
                     );
                     return Err(Error::new(ErrorKind::Unsupported, what));
-                };
-                *free = cell as i32;
+                }
             }
         }
         Ok(table)
@@ -114,7 +113,7 @@ impl Polygons {
 
 /// The two corners of each edge, of the edges of each corner.
 pub(super) fn ends_of_edges(corner_edge: &[i32]) -> Result<Vec<i32>> {
-    let edges = corner_edge.iter().max().map_or(0, |most| most + 1).max(0) as usize;
+    let edges = corner_edge.iter().max().map_or(0, |max| max + 1).max(0) as usize;
     if edges > corner_edge.len() {
         let what = format!("edge {}, expected 0 to {}", edges - 1, corner_edge.len() as i64 - 1);
         return Err(Error::new(ErrorKind::Grid, what));
@@ -122,10 +121,9 @@ pub(super) fn ends_of_edges(corner_edge: &[i32]) -> Result<Vec<i32>> {
     let mut table = vec![NONE; 2 * edges];
     for (i, &edge) in corner_edge.iter().enumerate().filter(|(_, edge)| **edge >= 0) {
         let ends = &mut table[2 * edge as usize..2 * edge as usize + 2];
-        let Some(free) = ends.iter_mut().find(|end| **end == NONE) else {
+        if !put(ends, (i / 3) as i32) {
             return Err(Error::new(ErrorKind::Grid, format!("edge {edge} has more than two corners")));
-        };
-        *free = (i / 3) as i32;
+        }
     }
     Ok(table)
 }
@@ -148,16 +146,10 @@ pub(super) fn cells_of_corners(edge_corner: &[i32], edge_cell: &[i32], corners: 
                 continue;
             }
             let place = places(&mut table, corner, corners)?;
-            if place.contains(&cell) {
-                continue;
+            if !place.contains(&cell) && !put(place, cell) {
+                let what = format!("corner {corner} has more than 3 cells");
+                return Err(Error::new(ErrorKind::Unsupported, what));
             }
-            let Some(free) = place.iter_mut().find(|entry| **entry == NONE) else {
-                return Err(Error::new(
-                    ErrorKind::Unsupported,
-                    format!("corner {corner} has more than 3 cells"),
-                ));
-            };
-            *free = cell;
         }
     }
     Ok(table)
@@ -165,11 +157,16 @@ pub(super) fn cells_of_corners(edge_corner: &[i32], edge_cell: &[i32], corners: 
 
 fn put_edge(corner_edge: &mut [i32], corner: i32, edge: i32, corners: usize) -> Result<()> {
     let place = places(corner_edge, corner, corners)?;
-    let Some(free) = place.iter_mut().find(|entry| **entry == NONE) else {
-        return Err(Error::new(ErrorKind::Unsupported, format!("corner {corner} has more than 3 edges")));
-    };
-    *free = edge;
-    Ok(())
+    if put(place, edge) {
+        return Ok(());
+    }
+    Err(Error::new(ErrorKind::Unsupported, format!("corner {corner} has more than 3 edges")))
+}
+
+/// Puts an entry in the first free place; returns whether there is one.
+fn put(places: &mut [i32], entry: i32) -> bool {
+    let free = places.iter_mut().find(|place| **place == NONE);
+    free.map(|place| *place = entry).is_some()
 }
 
 /// The three entries of a corner.

@@ -2,7 +2,7 @@
 
 use crate::changed::formats;
 use crate::made::{LAYERS, Made, RECORDS, Values, value};
-use crate::refused::expect;
+use crate::refused::{expect, open};
 use icoray::ErrorKind;
 use icoray_netcdf::ModelFile;
 use netcdf::Options;
@@ -10,8 +10,7 @@ use netcdf::Options;
 #[test]
 fn some_layers_are_those_of_all() {
     for (format, options) in formats() {
-        let (_folder, path) = Made::history().write(options);
-        let file = ModelFile::open(&path).unwrap();
+        let (_folder, file) = open(&Made::history(), options);
         for (name, columns) in [("theta", 42), ("w", 42), ("vorticity", 80)] {
             let owned = file.read_layers(name, 2, 1..3).unwrap();
             assert_eq!((owned.info().layers, owned.values().len()), (2, 2 * columns), "{format}");
@@ -29,8 +28,7 @@ fn some_layers_are_those_of_all() {
 
 #[test]
 fn layers_of_an_ocean_have_its_floor() {
-    let (_folder, path) = Made::ocean().write(Options::NETCDF4);
-    let file = ModelFile::open(&path).unwrap();
+    let (_folder, file) = open(&Made::ocean(), Options::NETCDF4);
     for (name, from) in [("theta", 1), ("w", 2)] {
         let (all, some) = (file.read_field(name, 0).unwrap(), file.read_layers(name, 0, from..4).unwrap());
         let (all, some) = (all.field().unwrap(), some.field().unwrap());
@@ -96,8 +94,7 @@ fn packed_values_are_unpacked() {
         ("_FillValue", (-32767i32).into()),
         ("units", "K".into()),
     ];
-    let (_folder, path) = made.write(Options::NETCDF4);
-    let file = ModelFile::open(&path).unwrap();
+    let (_folder, file) = open(&made, Options::NETCDF4);
     let owned = file.read_field("levels", 0).unwrap();
     assert_eq!(owned.field().unwrap().range(), (Some([273.5, 273.5]), 1));
     assert_eq!((owned.values().len(), owned.info().description.units.as_deref()), (42 * LAYERS, Some("K")));

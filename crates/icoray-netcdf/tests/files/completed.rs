@@ -73,13 +73,11 @@ fn tables_that_nothing_determines_are_named() {
     }
     let mut made = mesh();
     made.remove("cellsOnVertex");
-    let Values::I32(table) = &mut made.variable("verticesOnCell").values else { panic!("an index table") };
-    table[9] = 81;
+    made.i32s("verticesOnCell")[9] = 81;
     expect(&open(&made).unwrap_err(), ErrorKind::Grid, &["cell 1: corner 80, expected 0 to 79"]);
     let mut made = mesh();
     made.remove("verticesOnEdge");
-    let Values::I32(table) = &mut made.variable("edgesOnVertex").values else { panic!("an index table") };
-    table[9] = i32::MAX;
+    made.i32s("edgesOnVertex")[9] = i32::MAX;
     expect(&open(&made).unwrap_err(), ErrorKind::Grid, &["made.nc", "edge 2147483646, expected 0 to 239"]);
 }
 
@@ -203,8 +201,7 @@ fn hexagons_with_bounds_are_a_mesh() {
                 made.remove("lon");
                 made.remove("lat");
             }
-            let (_folder, path) = made.write(Options::NETCDF4);
-            let file = ModelFile::open(&path).unwrap();
+            let (_folder, file) = crate::refused::open(&made, Options::NETCDF4);
             assert_eq!(file.mesh().convention(), Convention::Cf);
             let grid = file.mesh().grid().unwrap();
             assert_eq!((grid.cells(), grid.triangles(), file.mesh().edges()), (162, 320, 480));
@@ -223,7 +220,7 @@ fn hexagons_with_bounds_are_a_mesh() {
 #[test]
 fn polygons_that_are_none_are_named() {
     let mut made = Made::dynamico(Angles::Degrees);
-    let Values::F64(bounds) = &mut made.variable("lat_bnds").values else { panic!("bounds are f64") };
+    let bounds = made.f64s("lat_bnds");
     bounds[13] = f64::NAN;
     let error = open(&made).unwrap_err();
     expect(&error, ErrorKind::Grid, &["the bounds of cell 2 are", "NaN", "three different points"]);
@@ -232,20 +229,9 @@ fn polygons_that_are_none_are_named() {
         Made { dimensions: vec![("cell", 4), ("nv", 4)], attributes: Vec::new(), variables: Vec::new() };
     let corner = |c: i32| [(0, 0), (1, 0), (1, 1), (0, 1)].map(|(x, y)| (x + c % 2, y + c / 2));
     let squares: Vec<(i32, i32)> = (0..4).flat_map(corner).collect();
-    made.add(
-        "lon_bnds",
-        &["cell", "nv"],
-        Values::F64(squares.iter().map(|(x, _)| f64::from(20 * x)).collect()),
-    );
-    made.add(
-        "lat_bnds",
-        &["cell", "nv"],
-        Values::F64(squares.iter().map(|(_, y)| f64::from(20 * y)).collect()),
-    );
-    let error = open(&made).unwrap_err();
-    expect(
-        &error,
-        ErrorKind::Unsupported,
-        &["has more than 3 cells", "only meshes whose corners each join 3 cells"],
-    );
+    let (lon, lat) = squares.iter().map(|(x, y)| (f64::from(20 * x), f64::from(20 * y))).unzip();
+    made.add("lon_bnds", &["cell", "nv"], Values::F64(lon));
+    made.add("lat_bnds", &["cell", "nv"], Values::F64(lat));
+    let parts = ["has more than 3 cells", "only meshes whose corners each join 3 cells"];
+    expect(&open(&made).unwrap_err(), ErrorKind::Unsupported, &parts);
 }

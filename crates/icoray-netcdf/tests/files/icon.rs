@@ -3,7 +3,7 @@
 use crate::changed::formats;
 use crate::made::{Made, RECORDS, Values, value};
 use crate::made_icon::{Angles, LAYERS};
-use crate::refused::expect;
+use crate::refused::{expect, open};
 use icoray::{ErrorKind, Location};
 use icoray_netcdf::{Convention, ModelFile};
 use netcdf::Options;
@@ -34,8 +34,7 @@ fn bounds_give_the_triangles_that_the_tables_give() {
     assert_eq!((with_tables.mesh().cells(), expected.len(), with_tables.mesh().edges()), (42, 80, 120));
     for angles in [Angles::Radians, Angles::Degrees, Angles::Degrees32] {
         for (format, options) in formats() {
-            let (_folder, path) = Made::icon_data(angles).write(options);
-            let file = ModelFile::open(&path).unwrap();
+            let (_folder, file) = open(&Made::icon_data(angles), options);
             assert_eq!(triangles(&file), expected, "{format}");
         }
     }
@@ -44,8 +43,7 @@ fn bounds_give_the_triangles_that_the_tables_give() {
 #[test]
 fn fields_lie_on_triangles_and_layers_on_the_standard_atmosphere() {
     for (format, options) in formats() {
-        let (_folder, path) = Made::icon_data(Angles::Radians).write(options);
-        let file = ModelFile::open(&path).unwrap();
+        let (_folder, file) = open(&Made::icon_data(Angles::Radians), options);
         let names: Vec<&str> = file.fields().iter().map(|f| f.name.as_str()).collect();
         assert_eq!(names, ["ta"], "{format}: bounds are no field");
         let dates: Vec<&str> = file.times().iter().flatten().map(String::as_str).collect();
@@ -111,8 +109,7 @@ fn depths_lie_below_the_surface() {
     let lev = made.variable("lev");
     lev.values = Values::F32(vec![0.01, 0.1, 4.0]);
     lev.attributes = vec![("units", "km".into()), ("positive", "down".into())];
-    let (_folder, path) = made.write(Options::NETCDF4);
-    let heights = ModelFile::open(&path).unwrap().layer_heights("ta").unwrap();
+    let heights = open(&made, Options::NETCDF4).1.layer_heights("ta").unwrap();
     assert!((heights.height_m[2] + 4000.0).abs() < 1e-3 && !heights.is_of_pressure, "{heights:?}");
 }
 
@@ -134,8 +131,7 @@ fn a_limited_area_has_holes() {
             _ => {}
         }
     }
-    let (_folder, path) = made.write(Options::NETCDF4);
-    let file = ModelFile::open(&path).unwrap();
+    let (_folder, file) = open(&made, Options::NETCDF4);
     let grid = file.mesh().grid().unwrap();
     assert_eq!(grid.triangles(), kept.len());
     assert!(grid.void_triangles() >= 16, "{}", grid.void_triangles());
@@ -150,29 +146,25 @@ fn triangles_that_are_none_are_named() {
         let (_folder, path) = made.write(Options::NETCDF4);
         ModelFile::open(&path).unwrap_err()
     };
-    fn bounds<'a>(made: &'a mut Made, name: &str) -> &'a mut Vec<f64> {
-        let Values::F64(values) = &mut made.variable(name).values else { panic!("bounds are f64") };
-        values
-    }
     let error = spoilt(&|made| {
         made.remove("clat_bnds");
     });
     expect(&error, ErrorKind::Grid, &["made.nc", "clat_bnds or clat_vertices", "vertex_of_cell"]);
     let error = spoilt(&|made| {
-        let same = bounds(made, "clon_bnds")[6];
-        bounds(made, "clon_bnds")[7] = same;
-        let same = bounds(made, "clat_bnds")[6];
-        bounds(made, "clat_bnds")[7] = same;
+        let same = made.f64s("clon_bnds")[6];
+        made.f64s("clon_bnds")[7] = same;
+        let same = made.f64s("clat_bnds")[6];
+        made.f64s("clat_bnds")[7] = same;
     });
     expect(&error, ErrorKind::Grid, &["the bounds of triangle 2 are", "expected three different points"]);
-    let error = spoilt(&|made| bounds(made, "clat_bnds")[4] = f64::NAN);
+    let error = spoilt(&|made| made.f64s("clat_bnds")[4] = f64::NAN);
     expect(&error, ErrorKind::Grid, &["the bounds of triangle 1 are", "NaN"]);
     let error = spoilt(&|made| made.variable("clat").attributes = vec![("units", "furlong".into())]);
     expect(&error, ErrorKind::Grid, &["clat is in \"furlong\", expected radian or degrees"]);
     let error = spoilt(&|made| {
         made.dimensions.push(("fewer", 79));
         made.variable("clon_bnds").dimensions[0] = "fewer";
-        bounds(made, "clon_bnds").truncate(3 * 79);
+        made.f64s("clon_bnds").truncate(3 * 79);
     });
     expect(&error, ErrorKind::Grid, &["clon_bnds(fewer = 79, vertices = 3)", "expected the same dimensions"]);
     let mut plane = Made::icon_grid();
@@ -181,8 +173,7 @@ fn triangles_that_are_none_are_named() {
     let error = ModelFile::open(&path).unwrap_err();
     expect(&error, ErrorKind::Unsupported, &["grid_geometry is 2", "only meshes on a sphere"]);
     let mut grid = Made::icon_grid();
-    let Values::I32(table) = &mut grid.variable("vertex_of_cell").values else { panic!("an index table") };
-    table[5] = 43;
+    grid.i32s("vertex_of_cell")[5] = 43;
     let (_folder, path) = grid.write(Options::NETCDF4);
     let error = ModelFile::open(&path).unwrap_err();
     expect(&error, ErrorKind::Grid, &["made.nc", "triangle 5 has the points", "expected 0 to 41"]);

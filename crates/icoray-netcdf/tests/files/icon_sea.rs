@@ -2,7 +2,7 @@
 
 use crate::made::{Made, RECORDS, Values};
 use crate::made_icon::{Angles, LAYERS};
-use crate::refused::expect;
+use crate::refused::{expect, open};
 use icoray::{CenterField, ErrorKind};
 use icoray_netcdf::ModelFile;
 use netcdf::Options;
@@ -31,8 +31,7 @@ fn sea() -> Made {
 
 #[test]
 fn land_is_missing() {
-    let (_folder, path) = sea().write(Options::NETCDF4);
-    let file = ModelFile::open(&path).unwrap();
+    let (_folder, file) = open(&sea(), Options::NETCDF4);
     for (name, layers) in [("to", LAYERS), ("w", LAYERS + 1), ("zos", 2)] {
         let owned = file.read_field(name, 1).unwrap();
         let field = owned.field().unwrap();
@@ -56,8 +55,7 @@ fn land_is_missing() {
 /// A coast has the temperature of the water beside it, not a mean with the zeros of the land.
 #[test]
 fn coasts_are_as_warm_as_their_water() {
-    let (_folder, path) = sea().write(Options::NETCDF4);
-    let file = ModelFile::open(&path).unwrap();
+    let (_folder, file) = open(&sea(), Options::NETCDF4);
     let grid = file.mesh().grid().unwrap();
     let owned = file.read_field("to", 0).unwrap();
     let average = CenterField::average(&grid, &owned.field().unwrap()).unwrap();

@@ -156,6 +156,24 @@ impl Made {
         self.variables.iter_mut().find(|v| v.name == name).unwrap()
     }
 
+    /// The values of a variable in single precision.
+    pub fn f32s(&mut self, name: &str) -> &mut Vec<f32> {
+        let Values::F32(values) = &mut self.variable(name).values else { panic!("{name} is not f32") };
+        values
+    }
+
+    /// The values of a variable in double precision.
+    pub fn f64s(&mut self, name: &str) -> &mut Vec<f64> {
+        let Values::F64(values) = &mut self.variable(name).values else { panic!("{name} is not f64") };
+        values
+    }
+
+    /// The values of a variable of integers.
+    pub fn i32s(&mut self, name: &str) -> &mut Vec<i32> {
+        let Values::I32(values) = &mut self.variable(name).values else { panic!("{name} is not i32") };
+        values
+    }
+
     pub fn dimension(&self, name: &str) -> usize {
         self.dimensions.iter().find(|(n, _)| *n == name).unwrap().1
     }

@@ -2,6 +2,7 @@
 
 use crate::changed::formats;
 use crate::made::{HEIGHT_M, LAYERS, Made, RADIUS_M, RECORDS, Values, value};
+use crate::refused::open;
 use icoray::{Location, Reals};
 use icoray_netcdf::{ModelFile, Precision};
 use netcdf::Options;
@@ -9,8 +10,7 @@ use netcdf::Options;
 #[test]
 fn every_format_gives_the_same_grid_and_fields() {
     for (format, options) in formats() {
-        let (_folder, path) = Made::history().write(options);
-        let file = ModelFile::open(&path).unwrap();
+        let (_folder, file) = open(&Made::history(), options);
         let grid = file.mesh().grid().unwrap();
         assert_eq!((grid.cells(), grid.triangles(), file.mesh().edges()), (42, 80, 120), "{format}");
         assert_eq!(file.sphere_radius_m(), RADIUS_M);
@@ -37,8 +37,7 @@ fn every_format_gives_the_same_grid_and_fields() {
 
 #[test]
 fn fields_are_listed_with_what_a_user_asks_first() {
-    let (_folder, path) = Made::history().write(Options::NETCDF4);
-    let file = ModelFile::open(&path).unwrap();
+    let (_folder, file) = open(&Made::history(), Options::NETCDF4);
     let names: Vec<&str> = file.fields().iter().map(|f| f.name.as_str()).collect();
     assert_eq!(names, ["zgrid", "theta", "w", "vorticity", "rho", "surface_pressure"]);
     let theta = file.field_info("theta").unwrap();
@@ -62,13 +61,11 @@ fn fields_are_listed_with_what_a_user_asks_first() {
 #[test]
 fn precision_stays_as_stored() {
     for single in [true, false] {
-        let (_folder, path) = Made::mesh(single).write(Options::NETCDF4);
-        let file = ModelFile::open(&path).unwrap();
+        let (_folder, file) = open(&Made::mesh(single), Options::NETCDF4);
         assert_eq!(matches!(file.mesh().tables().center.lon_rad, Reals::F32(_)), single);
         file.mesh().grid().unwrap();
     }
-    let (_folder, path) = Made::history().write(Options::NETCDF4);
-    let file = ModelFile::open(&path).unwrap();
+    let (_folder, file) = open(&Made::history(), Options::NETCDF4);
     assert!(matches!(file.read_field("theta", 1).unwrap().values(), Reals::F32(_)));
     assert!(matches!(file.read_field("w", 1).unwrap().values(), Reals::F64(_)));
 }
@@ -76,18 +73,15 @@ fn precision_stays_as_stored() {
 #[test]
 fn interfaces_are_the_mean_heights() {
     let mut made = Made::history();
-    let (_folder, path) = made.write(Options::NETCDF4);
-    let heights = ModelFile::open(&path).unwrap().layer_heights("theta").unwrap();
+    let heights = open(&made, Options::NETCDF4).1.layer_heights("theta").unwrap();
     assert_eq!((heights.variable.as_str(), heights.deviation_m), ("zgrid", Some(0.0)));
     assert_eq!(heights.height_m, HEIGHT_M);
     assert_eq!(heights.layers.radius_m()[4], RADIUS_M + 9000.0);
     assert_eq!(heights.layers.for_field(LAYERS).unwrap().radius_m()[0], RADIUS_M + 50.0);
 
     // A mountain of 42 m in one of 42 cells lifts the mean by 1 m.
-    let Values::F32(zgrid) = &mut made.variable("zgrid").values else { panic!("zgrid is f32") };
-    zgrid[0] = 42.0;
-    let (_folder, path) = made.write(Options::NETCDF4);
-    let heights = ModelFile::open(&path).unwrap().layer_heights("theta").unwrap();
+    made.f32s("zgrid")[0] = 42.0;
+    let heights = open(&made, Options::NETCDF4).1.layer_heights("theta").unwrap();
     assert_eq!((heights.height_m[0], heights.deviation_m), (1.0, Some(41.0)));
 }
 
@@ -96,12 +90,9 @@ fn ocean_layers_fall_from_the_surface() {
     let mut made = Made::history();
     made.remove("zgrid");
     made.add("refBottomDepth", &["nVertLevels"], Values::F64(vec![10.0, 30.0, 100.0, 5500.0]));
-    let (_folder, path) = made.write(Options::_64BIT_DATA);
-    let heights = ModelFile::open(&path).unwrap().layer_heights("theta").unwrap();
-    assert_eq!(
-        (heights.variable.as_str(), heights.height_m),
-        ("refBottomDepth", vec![0.0, -10.0, -30.0, -100.0, -5500.0])
-    );
+    let heights = open(&made, Options::_64BIT_DATA).1.layer_heights("theta").unwrap();
+    let height_m = vec![0.0, -10.0, -30.0, -100.0, -5500.0];
+    assert_eq!((heights.variable.as_str(), heights.height_m), ("refBottomDepth", height_m));
     assert!(heights.layers.is_falling());
 }
 
@@ -113,10 +104,8 @@ fn missing_values_are_missing() {
     values[0] = -9e33;
     values[1] = 1e20;
     rho.attributes = vec![("_FillValue", (-9e33f32).into()), ("missing_value", 1e20f64.into())];
-    let Values::F64(values) = &mut made.variable("w").values else { panic!("w is f64") };
-    values[3] = 9.969209968386869e36;
-    let (_folder, path) = made.write(Options::NETCDF4);
-    let file = ModelFile::open(&path).unwrap();
+    made.f64s("w")[3] = 9.969209968386869e36;
+    let (_folder, file) = open(&made, Options::NETCDF4);
     let rho = file.read_field("rho", 0).unwrap();
     assert_eq!(rho.fill(), f64::from(-9e33f32));
     assert_eq!(rho.field().unwrap().range(), (Some([value(0, 0, 2), value(0, 41, 3)]), 2));
@@ -151,8 +140,7 @@ fn a_file_without_records_still_gives_fields_without_time() {
     made.dimensions.extend([("nVertLevels", 2), ("Time", 0)]);
     made.add("rho", &["nCells", "nVertLevels"], Values::F64(vec![1.0; 84]));
     made.add("theta", &["Time", "nCells", "nVertLevels"], Values::F64(Vec::new()));
-    let (_folder, path) = made.write(Options::NETCDF4);
-    let file = ModelFile::open(&path).unwrap();
+    let (_folder, file) = open(&made, Options::NETCDF4);
     assert_eq!(file.times(), [None]);
     file.read_field("rho", 0).unwrap();
     let error = file.read_field("theta", 0).unwrap_err().to_string();

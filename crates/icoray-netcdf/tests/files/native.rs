@@ -3,7 +3,7 @@
 use crate::made::{LAYERS, Made, RECORDS, Values};
 use crate::made_icon::{self, Angles};
 use crate::made_ocean::levels;
-use crate::refused::expect;
+use crate::refused::{expect, open};
 use icoray::{CenterField, ErrorKind, Field, Location, Reals, Shape};
 use icoray_netcdf::{ModelFile, NativeHeights};
 use icoray_test_support::data_file;
@@ -22,11 +22,9 @@ fn column(field: &Field, cell: usize) -> Vec<f64> {
 #[test]
 fn heights_of_mpas_are_those_of_zgrid() {
     let mut made = Made::history();
-    let Values::F32(zgrid) = &mut made.variable("zgrid").values else { panic!("zgrid is f32") };
-    zgrid.iter_mut().enumerate().for_each(|(i, z)| *z += (i / (LAYERS + 1)) as f32);
-    let zgrid = zgrid.clone();
-    let (_folder, path) = made.write(Options::_64BIT_DATA);
-    let file = ModelFile::open(&path).unwrap();
+    made.f32s("zgrid").iter_mut().enumerate().for_each(|(i, z)| *z += (i / (LAYERS + 1)) as f32);
+    let zgrid = made.f32s("zgrid").clone();
+    let (_folder, file) = open(&made, Options::_64BIT_DATA);
     let words = file.native_heights_in_words("theta").unwrap();
     assert_eq!(words.as_deref(), Some("zgrid of each column"));
     let info = file.native_info("theta").unwrap();
@@ -84,8 +82,7 @@ fn expect_columns(file: &ModelFile, time: usize, tops: impl Fn(usize) -> f64) {
 fn heights_of_the_ocean_are_its_thicknesses_added_up() {
     let over_times = &["Time", "nCells", "nVertLevels"][..];
     let mut made = Made::ocean().with_thickness("layerThickness", over_times);
-    let (_folder, path) = made.write(Options::NETCDF4);
-    let file = ModelFile::open(&path).unwrap();
+    let (_folder, file) = open(&made, Options::NETCDF4);
     let words = file.native_heights_in_words("theta").unwrap().unwrap();
     assert_eq!(
         words,
@@ -93,14 +90,13 @@ fn heights_of_the_ocean_are_its_thicknesses_added_up() {
     );
     expect_columns(&file, 1, |_| 0.0);
     // At the last time the first layer is thicker, and the sea surface higher.
-    let Values::F64(thickness) = &mut made.variable("layerThickness").values else { panic!("is f64") };
+    let thickness = made.f64s("layerThickness");
     let last = (RECORDS - 1) * 42 * LAYERS;
     thickness[last..].iter_mut().step_by(LAYERS).for_each(|first| *first += 2.5);
     // What is at rest does not count.
     made.remove("bottomDepth");
     made = made.with_thickness("restingThickness", &["nCells", "nVertLevels"]);
-    let (_folder, path) = made.write(Options::NETCDF4);
-    let file = ModelFile::open(&path).unwrap();
+    let (_folder, file) = open(&made, Options::NETCDF4);
     expect_columns(&file, 1, |_| 0.0);
     let heights = read(&file, "theta", RECORDS - 1);
     assert_eq!(column(&heights.all().unwrap(), 5), [2.5, -10.0, -29.0, -29.0, -29.0]);
@@ -114,8 +110,7 @@ fn without_a_depth_heights_are_counted_from_the_sea_surface() {
     let mut made = Made::ocean().with_thickness("restingThickness", &["nCells", "nVertLevels"]);
     made.remove("bottomDepth");
     let words = |made: &Made| {
-        let (folder, path) = made.write(Options::NETCDF4);
-        let file = ModelFile::open(&path).unwrap();
+        let (folder, file) = open(made, Options::NETCDF4);
         (file.native_heights_in_words("theta").unwrap().unwrap(), file, folder)
     };
     let (told, file, _folder) = words(&made);
@@ -141,11 +136,10 @@ fn without_a_depth_heights_are_counted_from_the_sea_surface() {
 #[test]
 fn thicknesses_that_are_none_are_named() {
     let mut made = Made::ocean().with_thickness("layerThickness", &["Time", "nCells", "nVertLevels"]);
-    let Values::F64(thickness) = &mut made.variable("layerThickness").values else { panic!("is f64") };
+    let thickness = made.f64s("layerThickness");
     // Layer 2 of cell 12 (from 1) at the second time.
     thickness[42 * LAYERS + 11 * LAYERS + 2] = -3.0;
-    let (_folder, path) = made.write(Options::NETCDF4);
-    let file = ModelFile::open(&path).unwrap();
+    let (_folder, file) = open(&made, Options::NETCDF4);
     let grid = file.mesh().grid().unwrap();
     let error = file.native_heights(&grid, "theta", 1).unwrap_err();
     expect(
@@ -165,8 +159,7 @@ fn thicknesses_that_are_none_are_named() {
 fn heights_over_triangles_are_averaged() {
     let mut made = Made::icon_data(Angles::Degrees);
     // Of pressures all columns have the same heights.
-    let (_folder, path) = made.write(Options::NETCDF4);
-    let file = ModelFile::open(&path).unwrap();
+    let (_folder, file) = open(&made, Options::NETCDF4);
     let grid = file.mesh().grid().unwrap();
     assert_eq!(file.native_heights_in_words("ta").unwrap(), None);
     let error = file.native_info("ta").unwrap_err();
@@ -180,8 +173,7 @@ fn heights_over_triangles_are_averaged() {
         .flat_map(|l| (0..80).map(move |c| 3e3 - 1e3 * l as f64 + (c * 7 % 50) as f64))
         .collect();
     made.add("z_ifc", &["height_2", "ncells"], Values::F64(z.clone()));
-    let (_folder, path) = made.write(Options::NETCDF4);
-    let file = ModelFile::open(&path).unwrap();
+    let (_folder, file) = open(&made, Options::NETCDF4);
     let heights = read(&file, "ta", 0);
     assert_eq!(heights.description(), "z_ifc of each triangle, averaged to cells");
     let shape = Shape::cell_fastest(80, made_icon::LAYERS + 1);

@@ -3,7 +3,7 @@
 use crate::changed::formats;
 use crate::made::{LAYERS, Made, Values};
 use crate::made_ocean::{DEPTH_M, levels};
-use crate::refused::expect;
+use crate::refused::{expect, open};
 use icoray::{CenterField, ErrorKind};
 use icoray_netcdf::ModelFile;
 use netcdf::Options;
@@ -11,8 +11,7 @@ use netcdf::Options;
 #[test]
 fn values_below_the_sea_floor_are_missing() {
     for (format, options) in formats() {
-        let (_folder, path) = Made::ocean().write(options);
-        let file = ModelFile::open(&path).unwrap();
+        let (_folder, file) = open(&Made::ocean(), options);
         let grid = file.mesh().grid().unwrap();
         for (name, more) in [("theta", 0), ("rho", 0), ("w", 1)] {
             let owned = file.read_field(name, 1.min(file.times().len() - 1)).unwrap();
@@ -60,8 +59,10 @@ fn thicknesses_add_up_to_interfaces() {
         ("restingThickness", &["nCells", "nVertLevels"][..]),
         ("layerThickness", &["Time", "nCells", "nVertLevels"]),
     ] {
-        let (_folder, path) = Made::ocean().with_thickness(name, dimensions).write(Options::_64BIT_DATA);
-        let heights = ModelFile::open(&path).unwrap().layer_heights("theta").unwrap();
+        let heights = open(&Made::ocean().with_thickness(name, dimensions), Options::_64BIT_DATA)
+            .1
+            .layer_heights("theta")
+            .unwrap();
         assert_eq!(heights.variable, name);
         // Of 41 cells with two layers 8 are 1 m shallower.
         let shallow = (0..42).filter(|&cell| levels(cell) == 2).count() as f64;
@@ -82,8 +83,7 @@ fn thicknesses_add_up_to_interfaces() {
 fn depths_come_before_thicknesses() {
     let mut made = Made::ocean().with_thickness("restingThickness", &["nCells", "nVertLevels"]);
     made.add("refBottomDepth", &["nVertLevels"], Values::F64(DEPTH_M.to_vec()));
-    let (_folder, path) = made.write(Options::NETCDF4);
-    let heights = ModelFile::open(&path).unwrap().layer_heights("theta").unwrap();
+    let heights = open(&made, Options::NETCDF4).1.layer_heights("theta").unwrap();
     assert_eq!((heights.variable.as_str(), heights.deviation_m), ("refBottomDepth", None));
     assert_eq!(heights.height_m, [0.0, -10.0, -30.0, -100.0, -500.0]);
 }
@@ -91,8 +91,7 @@ fn depths_come_before_thicknesses() {
 #[test]
 fn floors_and_thicknesses_that_are_none_are_named() {
     let spoilt = |made: &Made| {
-        let (_folder, path) = made.write(Options::NETCDF4);
-        let file = ModelFile::open(&path).unwrap();
+        let (_folder, file) = open(made, Options::NETCDF4);
         (file.read_field("theta", 0).err(), file.layers("theta").err())
     };
     let mut made = Made::ocean();
@@ -104,8 +103,7 @@ fn floors_and_thicknesses_that_are_none_are_named() {
     let (error, _) = spoilt(&made);
     expect(&error.unwrap(), ErrorKind::Field, &["maxLevelCell(nCells = 42) of double", "of integer"]);
     let mut made = Made::ocean().with_thickness("restingThickness", &["nCells", "nVertLevels"]);
-    let Values::F64(values) = &mut made.variable("restingThickness").values else { panic!("is f64") };
-    values[1] = 0.0;
+    made.f64s("restingThickness")[1] = 0.0;
     let (_, error) = spoilt(&made);
     expect(
         &error.unwrap(),
@@ -124,10 +122,9 @@ fn floors_and_thicknesses_that_are_none_are_named() {
 #[test]
 fn corners_of_cells_that_there_are_not_have_no_water() {
     let mut made = Made::ocean();
-    let Values::I32(cells) = &mut made.variable("cellsOnVertex").values else { panic!("an index table") };
+    let cells = made.i32s("cellsOnVertex");
     (cells[0], cells[4], cells[8]) = (i32::MIN, i32::MAX, 0);
-    let (_folder, path) = made.write(Options::NETCDF4);
-    let file = ModelFile::open(&path).unwrap();
+    let (_folder, file) = open(&made, Options::NETCDF4);
     file.mesh().grid().unwrap_err();
     let owned = file.read_field("vorticity", 0).unwrap();
     assert!((0..3).all(|corner| owned.field().unwrap().value(corner, 0).is_nan()));

@@ -4,6 +4,7 @@ use crate::made::{Made, RADIUS_M, Values};
 use icoray::{Error, ErrorKind};
 use icoray_netcdf::ModelFile;
 use netcdf::Options;
+use tempfile::TempDir;
 
 /// Asserts the kind and that the sentence holds all `parts`.
 pub fn expect(error: &Error, kind: ErrorKind, parts: &[&str]) {
@@ -11,6 +12,12 @@ pub fn expect(error: &Error, kind: ErrorKind, parts: &[&str]) {
     for part in parts {
         assert!(error.to_string().contains(part), "{error}\nlacks: {part}");
     }
+}
+
+/// Writes a file and opens it.
+pub fn open(made: &Made, options: Options) -> (TempDir, ModelFile) {
+    let (folder, path) = made.write(options);
+    (folder, ModelFile::open(&path).unwrap())
 }
 
 fn open_error(made: &Made) -> Error {
@@ -62,10 +69,8 @@ fn tables_of_another_shape_or_type_are_named() {
 #[test]
 fn a_table_that_contradicts_itself_is_named_with_the_file() {
     let mut made = Made::mesh(false);
-    let Values::I32(table) = &mut made.variable("cellsOnVertex").values else { panic!("an index table") };
-    table[4] = 99;
-    let (_folder, path) = made.write(Options::NETCDF4);
-    let file = ModelFile::open(&path).unwrap();
+    made.i32s("cellsOnVertex")[4] = 99;
+    let (_folder, file) = open(&made, Options::NETCDF4);
     expect(
         &file.mesh().grid().unwrap_err(),
         ErrorKind::Grid,
@@ -91,35 +96,29 @@ fn heights_that_are_none_are_refused() {
     let heights = |spoil: &dyn Fn(&mut Made)| {
         let mut made = Made::history();
         spoil(&mut made);
-        let (_folder, path) = made.write(Options::NETCDF4);
-        let file = ModelFile::open(&path).unwrap();
+        let (_folder, file) = open(&made, Options::NETCDF4);
         file.layers("theta").unwrap_err()
     };
-    fn zgrid(made: &mut Made) -> &mut Vec<f32> {
-        let Values::F32(values) = &mut made.variable("zgrid").values else { panic!("zgrid is f32") };
-        values
-    }
     let error = heights(&|made| made.remove("zgrid"));
     expect(&error, ErrorKind::Layers, &["made.nc", "no layer heights", "zgrid", "refBottomDepth"]);
     let error = heights(&|made| made.set("sphere_radius", 1.0));
     expect(&error, ErrorKind::Layers, &["zgrid: layer 1 lies at 100 m", "sphere_radius is 1;"]);
-    let error = heights(&|made| zgrid(made)[7] = f32::NAN);
+    let error = heights(&|made| made.f32s("zgrid")[7] = f32::NAN);
     expect(&error, ErrorKind::Layers, &["zgrid of column 2, layer 2: NaN"]);
     let error = heights(&|made| {
-        zgrid(made).iter_mut().skip(2).step_by(5).for_each(|z| *z = 100.0);
+        made.f32s("zgrid").iter_mut().skip(2).step_by(5).for_each(|z| *z = 100.0);
     });
     expect(&error, ErrorKind::Layers, &["made.nc: zgrid: layers 2 and 3", "strictly rising"]);
     let error = heights(&|made| {
         made.variable("zgrid").dimensions = vec!["nCells"];
-        zgrid(made).truncate(42);
+        made.f32s("zgrid").truncate(42);
     });
     expect(&error, ErrorKind::Layers, &["zgrid(nCells = 42)", "expected zgrid(nCells, nVertLevelsP1)"]);
 }
 
 #[test]
 fn unknown_fields_and_times_are_answered_with_the_known() {
-    let (_folder, path) = Made::history().write(Options::NETCDF4);
-    let file = ModelFile::open(&path).unwrap();
+    let (_folder, file) = open(&Made::history(), Options::NETCDF4);
     let error = file.read_field("tehta", 0).unwrap_err();
     expect(&error, ErrorKind::Field, &["no field tehta", "zgrid, theta, w, vorticity, rho"]);
     let error = file.read_field("verticesOnCell", 0).unwrap_err();

@@ -4,7 +4,7 @@ use crate::changed::formats;
 use crate::made::{LAYERS, Made, RADIUS_M, RECORDS, Values, value};
 use crate::made_icon::Angles;
 use crate::made_ocean::levels;
-use crate::refused::expect;
+use crate::refused::{expect, open};
 use icoray::{ErrorKind, Location};
 use icoray_netcdf::ModelFile;
 use netcdf::Options;
@@ -12,8 +12,7 @@ use netcdf::Options;
 #[test]
 fn a_2d_field_has_the_same_values_on_any_layers() {
     for (format, options) in formats() {
-        let (_folder, path) = Made::history().write(options);
-        let file = ModelFile::open(&path).unwrap();
+        let (_folder, file) = open(&Made::history(), options);
         let info = file.field_info("surface_pressure").unwrap();
         assert!(info.is_2d() && info.time_dependent && info.layer_dimension.is_empty(), "{format}");
         assert_eq!((info.location, info.columns, info.layers), (Location::Center, 42, 1));
@@ -51,16 +50,14 @@ fn a_2d_field_lies_on_the_sphere() {
     let mut made = Made::history();
     made.remove("zgrid");
     made.set("sphere_radius", 1.0);
-    let (_folder, path) = made.write(Options::NETCDF4);
-    let layers = ModelFile::open(&path).unwrap().layers("surface_pressure").unwrap();
+    let layers = open(&made, Options::NETCDF4).1.layers("surface_pressure").unwrap();
     assert_eq!(layers.radius_m(), [1.0, 1.001]);
 }
 
 #[test]
 fn fields_with_layers_are_likelier() {
     let likely = |made: &Made| {
-        let (_folder, path) = made.write(Options::NETCDF4);
-        let file = ModelFile::open(&path).unwrap();
+        let (_folder, file) = open(made, Options::NETCDF4);
         file.likely_fields().iter().map(|info| info.name.clone()).collect::<Vec<_>>()
     };
     let mut made = Made::history();
@@ -73,8 +70,7 @@ fn fields_with_layers_are_likelier() {
         made.remove(name);
     }
     assert_eq!(likely(&made), ["surface_pressure", "ter"]);
-    let (_folder, path) = made.write(Options::NETCDF4);
-    let file = ModelFile::open(&path).unwrap();
+    let (_folder, file) = open(&made, Options::NETCDF4);
     let names: Vec<&str> = file.fields().iter().map(|info| info.name.as_str()).collect();
     assert_eq!(names, ["surface_pressure", "ter", "areaCell"], "positions are no fields");
 }
@@ -96,8 +92,7 @@ fn one_layer_is_2d_too() {
     let values: Vec<f32> = (0..RECORDS * 80).map(|i| i as f32).collect();
     made.add("t_2m", &["time", "height", "ncells"], Values::F32(values.clone()));
     made.add("pres_sfc", &["time", "ncells"], Values::F32(values));
-    let (_folder, path) = made.write(Options::NETCDF4);
-    let file = ModelFile::open(&path).unwrap();
+    let (_folder, file) = open(&made, Options::NETCDF4);
     for name in ["t_2m", "pres_sfc"] {
         let info = file.field_info(name).unwrap();
         assert!(info.is_2d() && info.location == Location::Corner, "{name}");
@@ -109,8 +104,7 @@ fn one_layer_is_2d_too() {
 /// Where there is no water at all there is no sea surface; elsewhere there is, however shallow.
 #[test]
 fn a_sea_surface_lies_on_water() {
-    let (_folder, path) = Made::ocean().write(Options::NETCDF4);
-    let file = ModelFile::open(&path).unwrap();
+    let (_folder, file) = open(&Made::ocean(), Options::NETCDF4);
     let owned = file.read_layers("surface_pressure", 0, 0..LAYERS).unwrap();
     let field = owned.field().unwrap();
     for (cell, layer) in (0..42).flat_map(|c| (0..LAYERS).map(move |l| (c, l))) {

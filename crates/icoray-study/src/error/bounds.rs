@@ -1,13 +1,13 @@
-//! Did the bound hold on every pixel, and was the tolerance met?
+//! Checks bounds and tolerances of runs.
 
 use super::measure::Measured;
 use super::sweep::{EXACT, EXACT_F64};
 use std::fmt::Write as _;
 
-/// The statement on one scene, in words; and whether no bound was broken.
-pub fn say_bounds(scene: &str, lit: bool, runs: &[Measured]) -> (bool, String) {
+/// Whether all bounds of a scene hold, and the report.
+pub fn bounds_report(scene: &str, lit: bool, runs: &[Measured]) -> (bool, String) {
     let mut text = String::new();
-    let mut held = true;
+    let mut bounds_hold = true;
     for series in [EXACT_F64, EXACT] {
         let runs: Vec<&Measured> = runs.iter().filter(|m| m.run.series == series).collect();
         let checked: Vec<_> = runs.iter().filter_map(|m| m.bound.map(|b| (*m, b))).collect();
@@ -23,7 +23,7 @@ pub fn say_bounds(scene: &str, lit: bool, runs: &[Measured]) -> (bool, String) {
             runs.len() - over.len(),
             runs.len(),
         );
-        held &= broken.is_empty() && checked.len() == runs.len();
+        bounds_hold &= broken.is_empty() && checked.len() == runs.len();
         for (m, bound) in broken {
             let _ = writeln!(
                 text,
@@ -38,7 +38,7 @@ pub fn say_bounds(scene: &str, lit: bool, runs: &[Measured]) -> (bool, String) {
             let _ = writeln!(text, "    not met at {}: error up to {:.2e}", m.run.label(), m.distance.max);
         }
     }
-    (held, text)
+    (bounds_hold, text)
 }
 
 #[cfg(test)]
@@ -54,17 +54,17 @@ mod tests {
             seconds: vec![1.0],
             whole_s: 1.0,
             samples: 1,
-            distance: Comparison { rmse: max, max, far: Vec::new() },
+            distance: Comparison { rmse: max, max, pixel_errors: Vec::new() },
             bound: Some(bound),
         }
     }
 
     #[test]
     fn broken_bounds_and_missed_tolerances_are_told() {
-        let (held, text) = say_bounds("s", false, &[measured(0, 1e-2, 0), measured(1, 1e-2, 0)]);
-        assert!(held && text.contains("s, exact: estimate held on every pixel at 2 of 2"), "{text}");
-        let (held, text) = say_bounds("s", false, &[measured(0, 0.2, 7), measured(1, 1e-3, 0)]);
-        assert!(!held);
+        let (bounds_hold, text) = bounds_report("s", false, &[measured(0, 1e-2, 0), measured(1, 1e-2, 0)]);
+        assert!(bounds_hold && text.contains("s, exact: estimate held on every pixel at 2 of 2"), "{text}");
+        let (bounds_hold, text) = bounds_report("s", false, &[measured(0, 0.2, 7), measured(1, 1e-3, 0)]);
+        assert!(!bounds_hold);
         assert!(text.contains("held on every pixel at 1 of 2 tolerances; tolerance met at 1 of 2"), "{text}");
         assert!(text.contains("broken at exact 1.000e-1: 7 pixels") && text.contains("1.50 times"), "{text}");
         assert!(text.contains("not met at exact 1.000e-1: error up to 2.00e-1"), "{text}");

@@ -1,4 +1,4 @@
-//! Runs all methods on one scene, in turn, and compares them with the oracle.
+//! Runs all methods on one scene, in rounds, and compares them with the oracle.
 
 use super::sweep::Run;
 use crate::compare::{BoundCheck, Comparison, median};
@@ -7,52 +7,46 @@ use icoray::{Renderer, Result, Scene};
 use icoray_progress::Bar;
 use std::time::Instant;
 
-/// What a run cost and how far it was off.
+/// Time and error of a run.
 #[derive(Debug, Clone)]
 pub struct Measured {
-    /// What ran.
     pub run: Run,
     /// Seconds of each repeat.
     pub seconds: Vec<f64>,
-    /// Seconds of the first run with all set-up.
+    /// Seconds of the first run with its set-up.
     pub whole_s: f64,
     /// Samples taken, or frusta integrated.
     pub samples: u64,
-    /// Distance from the oracle; its `far` is emptied.
+    /// Error against the oracle; its `pixel_errors` are emptied.
     pub distance: Comparison,
     /// The bound, where the method has one.
     pub bound: Option<BoundCheck>,
 }
 
 impl Measured {
-    /// Median of the repeats.
     pub fn median_s(&self) -> f64 {
         median(self.seconds.clone())
     }
 
-    /// The fastest repeat.
     pub fn least_s(&self) -> f64 {
         self.seconds.iter().copied().fold(f64::INFINITY, f64::min)
     }
 }
 
-/// How often and how long.
+/// Limits of repeats and times.
 #[derive(Debug, Clone, Copy)]
 pub struct Effort {
     /// Times that each run is repeated.
     pub repeats: usize,
-    /// Seconds after which a run, with its set-up, is not repeated, and in the rays no smaller step of its series is tried;
-    /// but never less than a few times what the scene's first run takes, so that there is something to compare it with.
+    /// Runs that take longer are not repeated, and no smaller step of their series is tried; at least a multiple of the scene's
+    /// first run.
     pub longest_s: f64,
 }
 
-/// That many times.
+/// That multiple.
 const FIRST_RUNS: f64 = 3.0;
 
-/// Runs the ladders on a scene against `truth`: all runs once, then all again, so that noise hits all alike.
-///
-/// # Errors
-/// Whatever a method says.
+/// Runs the ladders on a scene against `truth`: all runs once, then all again, so that noise affects all alike.
 pub fn measure(
     job: &Job,
     truth: &[[f64; 4]],
@@ -99,13 +93,13 @@ fn render(job: &Job, run: &Run, renderer: &Renderer) -> Result<Picture> {
 
 fn first(run: Run, picture: Picture, whole_s: f64, truth: &[[f64; 4]]) -> Measured {
     let mut distance = Comparison::new(&picture.pixels, truth);
-    let far = std::mem::take(&mut distance.far);
+    let pixel_errors = std::mem::take(&mut distance.pixel_errors);
     Measured {
         run,
         seconds: vec![picture.seconds],
         whole_s,
         samples: picture.samples,
         distance,
-        bound: picture.bound.map(|bound| BoundCheck::new(&bound, &far)),
+        bound: picture.bound.map(|bound| BoundCheck::new(&bound, &pixel_errors)),
     }
 }

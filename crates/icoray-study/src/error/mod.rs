@@ -9,12 +9,11 @@ mod sweep;
 mod table;
 mod verdict;
 
-use crate::csv_file::CsvFile;
 use crate::montage::frame;
 use crate::oracle::Oracle;
 use crate::plot::{Chart, Line};
-use crate::scenes::{self, Detail, Stage, StudyScene, World, data_directory};
-use crate::{io_error, make_directory, progress, say};
+use crate::results::{CsvFile, progress, say, write_file};
+use crate::scenes::{self, Dataset, Detail, PreparedDataset, StudyScene, data_directory};
 use icoray::output::write_picture;
 use icoray::{Error, ErrorKind, Renderer, Result};
 use icoray_progress::Bar;
@@ -69,43 +68,57 @@ impl Options {
         let names = if self.quick && self.scenes.is_empty() { &quick[..] } else { &self.scenes };
         let mut scenes = scenes::select(scenes::all(width)?, names)?;
         if self.size.is_none() && !self.quick {
-            let large = scenes.iter_mut().filter(|scene| scene.world == World::MultiScaleHigh);
+            let large = scenes.iter_mut().filter(|scene| scene.dataset == Dataset::MultiScaleHigh);
             large.for_each(|scene| scene.resize(HIGH_WIDTH));
         }
         Ok(scenes)
     }
-
-    fn detail(&self) -> Detail {
-        if self.quick { Detail::Quick } else { Detail::Full }
-    }
 }
 
 /// Measures, writes `error.csv`, the oracle's picture and two charts per scene, and `verdict.txt`, and prints what it finds.
-///
-/// # Errors
-/// Whatever the library says, and [`ErrorKind::Io`] when a result cannot be written.
 pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
     let scenes = options.scenes()?;
-    make_directory(&options.out)?;
     let data = data_directory(options.data.as_deref());
     let all_threads = Renderer::new(0)?;
-    let mut study = Study::new(options, out, &all_threads, scenes.len())?;
-    study.head()?;
-    for group in scenes.chunk_by(|a, b| a.world == b.world) {
-        match group[0].world.load(options.detail(), &data)? {
-            Some(world) => world
-                .with(&all_threads, |stage| group.iter().try_for_each(|scene| study.scene(stage, scene)))?,
+    let renderer = Renderer::new(options.threads)?;
+    let table = CsvFile::create(options.out.join("error.csv"), table::COLUMNS)?;
+    say!(
+        out,
+        "median of {} repeats on {}; errors are of premultiplied linear channels, 0 to 1\n{}",
+        options.repeats,
+        threads(&renderer),
+        table::HEADING
+    )?;
+    let mut study = Study {
+        options,
+        out,
+        renderer,
+        all_threads: &all_threads,
+        table,
+        bar: progress(0, ""),
+        scenes: scenes.len(),
+        begun: 0,
+        verdicts: String::new(),
+        bounds: String::new(),
+        lower: (0, 0),
+        bounds_hold: (0, 0),
+    };
+    for group in scenes.chunk_by(|a, b| a.dataset == b.dataset) {
+        match group[0].dataset.load(Detail::of(options.quick), &data)? {
+            Some(dataset) => dataset.with(&all_threads, |prepared| {
+                group.iter().try_for_each(|scene| study.scene(prepared, scene))
+            })?,
             None => {
                 study.begun += group.len();
                 let names: Vec<&str> = group.iter().map(|s| s.name.as_str()).collect();
-                say(study.out, &format!("{} skipped: no file in {}", names.join(", "), data.display()))?;
+                say!(study.out, "{} skipped: no file in {}", names.join(", "), data.display())?;
             }
         }
     }
     study.finish()
 }
 
-/// A study under way.
+/// The running study.
 struct Study<'a> {
     options: &'a Options,
     out: &'a mut dyn Write,
@@ -118,51 +131,19 @@ struct Study<'a> {
     verdicts: String,
     bounds: String,
     lower: (usize, usize),
-    held: (usize, usize),
+    bounds_hold: (usize, usize),
 }
 
-impl<'a> Study<'a> {
-    fn new(
-        options: &'a Options,
-        out: &'a mut dyn Write,
-        all_threads: &'a Renderer,
-        scenes: usize,
-    ) -> Result<Self> {
-        Ok(Study {
-            options,
-            out,
-            renderer: Renderer::new(options.threads)?,
-            all_threads,
-            table: table::create(options.out.join("error.csv"))?,
-            bar: progress(0, ""),
-            scenes,
-            begun: 0,
-            verdicts: String::new(),
-            bounds: String::new(),
-            lower: (0, 0),
-            held: (0, 0),
-        })
-    }
-
-    fn head(&mut self) -> Result<()> {
-        let line = format!(
-            "median of {} repeats on {}; errors are of premultiplied linear channels, 0 to 1",
-            self.options.repeats,
-            threads(&self.renderer)
-        );
-        say(self.out, &line)?;
-        say(self.out, &table::heading())
-    }
-
-    fn scene(&mut self, stage: &Stage, scene: &StudyScene) -> Result<()> {
-        let job = stage.job(&scene.scene);
+impl Study<'_> {
+    fn scene(&mut self, prepared: &PreparedDataset, scene: &StudyScene) -> Result<()> {
+        let job = prepared.job(&scene.scene);
         let lit = scene.scene.lighting.is_some();
         self.begun += 1;
         self.bar.set_prefix(format!("{} ({} of {})", scene.name, self.begun, self.scenes));
         self.bar.set_message("oracle");
         let truth = Oracle::new(&job)?.picture(self.all_threads);
         self.picture(scene, &truth)?;
-        let ladders = sweep::ladders(stage.thickness(&scene.scene)?, lit, self.options.quick);
+        let ladders = sweep::ladders(prepared.thickness(&scene.scene)?, lit, self.options.quick);
         let effort = Effort { repeats: self.options.repeats, longest_s: self.options.longest };
         let runs = ladders.iter().map(Vec::len).sum::<usize>() * effort.repeats.max(1);
         self.bar.set_length(runs as u64);
@@ -170,18 +151,16 @@ impl<'a> Study<'a> {
         let measured = measure::measure(&job, &truth, &ladders, effort, &self.renderer, &self.bar)?;
         self.bar.reset();
         for m in &measured {
-            self.table.row(&table::row(&scene.name, m))?;
-            let line = table::line(&scene.name, m);
-            let out = &mut *self.out;
-            self.bar.suspend(|| say(out, &line))?;
+            self.table.row(table::row(&scene.name, m))?;
+            self.bar.suspend(|| say!(self.out, "{}", table::line(&scene.name, m)))?;
         }
         self.charts(scene, &measured)?;
         self.judge(&scene.name, lit, &measured);
-        // After each scene, so that a study that is stopped has its say.
+        // After each scene, so that an interrupted study has results.
         self.write_verdict()
     }
 
-    /// Writes the oracle's picture, to show what the scene is.
+    /// Writes the oracle's picture.
     fn picture(&self, scene: &StudyScene, truth: &[[f64; 4]]) -> Result<()> {
         let pixels = truth.iter().map(|p| p.map(|c| c as f32)).collect();
         let picture = frame(scene.scene.width, scene.scene.height, pixels);
@@ -215,13 +194,13 @@ impl<'a> Study<'a> {
             };
             let curve = of(|m| m.run.series == sweep::EXACT);
             let others = of(|m| m.run.series != sweep::EXACT && m.run.series != sweep::EXACT_F64);
-            let (lower, text) = verdict::say_verdict(scene, title, &curve, &others);
+            let (lower, text) = verdict::verdict_report(scene, title, &curve, &others);
             self.verdicts += &text;
             self.lower = (self.lower.0 + usize::from(lower), self.lower.1 + 1);
         }
-        let (held, text) = bounds::say_bounds(scene, lit, measured);
+        let (bounds_hold, text) = bounds::bounds_report(scene, lit, measured);
         self.bounds += &text;
-        self.held = (self.held.0 + usize::from(held), self.held.1 + 1);
+        self.bounds_hold = (self.bounds_hold.0 + usize::from(bounds_hold), self.bounds_hold.1 + 1);
     }
 
     fn verdict(&self) -> String {
@@ -229,21 +208,20 @@ impl<'a> Study<'a> {
             "Is the curve of error against time of \"exact\" lower or equal at every point of every other method?\n\
              Yes on {} of {} curves.\n\n{}\n\
              Is no pixel farther off than \"exact\" says?\nOn {} of {} scenes, at every tolerance.\n\n{}\n{NOTE}",
-            self.lower.0, self.lower.1, self.verdicts, self.held.0, self.held.1, self.bounds
+            self.lower.0, self.lower.1, self.verdicts, self.bounds_hold.0, self.bounds_hold.1, self.bounds
         )
     }
 
     fn write_verdict(&self) -> Result<()> {
-        let path = self.options.out.join("verdict.txt");
-        std::fs::write(&path, self.verdict()).map_err(|e| io_error(&path, e))
+        write_file(&self.options.out.join("verdict.txt"), self.verdict())
     }
 
     fn finish(self) -> Result<()> {
         self.bar.finish_and_clear();
         self.write_verdict()?;
-        let text = format!("\n{}", self.verdict());
-        say(self.out, &text)?;
-        say(self.out, &format!("table, plots and verdict in {}", self.options.out.display()))
+        let verdict = self.verdict();
+        say!(self.out, "\n{verdict}")?;
+        say!(self.out, "table, plots and verdict in {}", self.options.out.display())
     }
 }
 
@@ -255,7 +233,7 @@ fn threads(renderer: &Renderer) -> String {
     }
 }
 
-/// A number that says how far a run is off.
+/// A measure of error.
 type Measure = fn(&Measured) -> f64;
 
 /// File name, words and number of each measure of error.

@@ -26,16 +26,13 @@ pub const SERIES: [&str; 9] = [
 pub struct Run {
     /// The line of a plot that it is a point of.
     pub series: &'static str,
-    /// What renders.
     pub method: Method,
-    /// The scene's precision.
     pub precision: Precision,
     /// Tolerance or step in planet radii; `None` where there is neither.
     pub parameter: Option<f64>,
 }
 
 impl Run {
-    /// Series and parameter in words.
     pub fn label(&self) -> String {
         match self.parameter {
             Some(parameter) => format!("{} {parameter:.3e}", self.series),

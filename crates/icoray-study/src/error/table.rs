@@ -1,33 +1,13 @@
 //! The table of runs, as CSV and as printed lines.
 
 use super::measure::Measured;
-use crate::csv_file::CsvFile;
-use icoray::Result;
-use std::path::PathBuf;
 
-const COLUMNS: [&str; 13] = [
-    "scene",
-    "method",
-    "parameter",
-    "seconds_median",
-    "seconds_min",
-    "repeats",
-    "rmse",
-    "max_error",
-    "samples",
-    "bound_max",
-    "bound_median",
-    "violations",
-    "bound_ratio",
-];
-
-/// Makes the CSV file.
-pub(super) fn create(path: PathBuf) -> Result<CsvFile> {
-    CsvFile::create(path, &COLUMNS)
-}
+/// The columns of the file.
+pub(super) const COLUMNS: &str = "scene,method,parameter,seconds_median,seconds_min,repeats,rmse,max_error,samples,bound_max,\
+    bound_median,violations,bound_ratio";
 
 /// A run as a row of the file.
-pub(super) fn row(scene: &str, m: &Measured) -> [String; COLUMNS.len()] {
+pub(super) fn row(scene: &str, m: &Measured) -> [String; 13] {
     let number = |v: f64| format!("{v:.6e}");
     let optional = |v: Option<f64>| v.map_or_else(String::new, number);
     [
@@ -48,21 +28,8 @@ pub(super) fn row(scene: &str, m: &Measured) -> [String; COLUMNS.len()] {
 }
 
 /// The head of the printed lines.
-pub(super) fn heading() -> String {
-    format!(
-        "{:<18} {:<31} {:>9} {:>9} {:>9} {:>9} {:>11} {:>9} {:>10} {:>6}",
-        "scene",
-        "method",
-        "parameter",
-        "median s",
-        "RMSE",
-        "maximum",
-        "samples",
-        "bound",
-        "violations",
-        "ratio"
-    )
-}
+pub(super) const HEADING: &str = "scene              method                          parameter  median s      RMSE   maximum     \
+    samples     bound violations  ratio";
 
 /// A run as a printed line.
 pub(super) fn line(scene: &str, m: &Measured) -> String {

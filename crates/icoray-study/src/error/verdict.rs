@@ -5,25 +5,22 @@ use std::fmt::Write as _;
 /// A run as a point of a plot.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Point {
-    /// Series and parameter in words.
     pub label: String,
-    /// Seconds.
     pub seconds: f64,
-    /// Error.
     pub error: f64,
 }
 
-/// How a point of another method lies to the curve.
+/// Position of another method's point relative to the curve.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Standing {
-    /// A run of the curve is no slower and no worse.
-    Beaten,
+    /// A run of the curve is neither slower nor worse.
+    Dominated,
     /// The curve, interpolated between its runs, is lower or equal at the point's time.
-    UnderIt,
+    AboveCurve,
     /// The curve has this larger error at the point's time.
-    Above(f64),
+    BelowCurve(f64),
     /// No run of the curve is as fast as the point; this is its fastest.
-    TooFast(f64),
+    FasterThanCurve(f64),
 }
 
 /// The curve's lower envelope: by time, each run better than all faster ones.
@@ -57,38 +54,38 @@ pub fn judge(curve: &[Point], others: &[Point]) -> Vec<Standing> {
     let envelope = envelope(curve);
     let standing = |p: &Point| {
         if envelope.iter().any(|(t, e)| *t <= p.seconds && *e <= p.error) {
-            return Standing::Beaten;
+            return Standing::Dominated;
         }
         match error_at(&envelope, p.seconds) {
-            Some(error) if error <= p.error => Standing::UnderIt,
-            Some(error) => Standing::Above(error),
-            None => Standing::TooFast(envelope.first().map_or(f64::INFINITY, |p| p.0)),
+            Some(error) if error <= p.error => Standing::AboveCurve,
+            Some(error) => Standing::BelowCurve(error),
+            None => Standing::FasterThanCurve(envelope.first().map_or(f64::INFINITY, |p| p.0)),
         }
     };
     others.iter().map(standing).collect()
 }
 
 /// The verdict on one scene by one measure of error, in words; and whether the curve is lower everywhere.
-pub fn say_verdict(scene: &str, measure: &str, curve: &[Point], others: &[Point]) -> (bool, String) {
+pub fn verdict_report(scene: &str, measure: &str, curve: &[Point], others: &[Point]) -> (bool, String) {
     let standings = judge(curve, others);
     let count = |wanted: fn(&Standing) -> bool| standings.iter().filter(|s| wanted(s)).count();
-    let (beaten, under) = (count(|s| *s == Standing::Beaten), count(|s| *s == Standing::UnderIt));
-    let fast = count(|s| matches!(s, Standing::TooFast(_)));
-    let above = others.len() - beaten - under - fast;
+    let (dominated, under) = (count(|s| *s == Standing::Dominated), count(|s| *s == Standing::AboveCurve));
+    let fast = count(|s| matches!(s, Standing::FasterThanCurve(_)));
+    let above = others.len() - dominated - under - fast;
     let all = above + fast == 0;
     let mut text = format!(
         "{scene}, {measure}: {} lower or equal at {} of {} points of other methods \
-         ({beaten} by a run no slower and no worse, {under} between runs); {above} lower at equal time, {fast} faster \
+         ({dominated} by a run no slower and no worse, {under} between runs); {above} lower at equal time, {fast} faster \
          than any exact run\n",
         if all { "yes," } else { "no," },
-        beaten + under,
+        dominated + under,
         others.len(),
     );
     for (point, standing) in others.iter().zip(&standings) {
         let reason = match standing {
-            Standing::Beaten | Standing::UnderIt => continue,
-            Standing::Above(error) => format!("exact has {error:.2e} in that time"),
-            Standing::TooFast(fastest) => format!("exact's fastest run takes {fastest:.4} s"),
+            Standing::Dominated | Standing::AboveCurve => continue,
+            Standing::BelowCurve(error) => format!("exact has {error:.2e} in that time"),
+            Standing::FasterThanCurve(fastest) => format!("exact's fastest run takes {fastest:.4} s"),
         };
         let _ = writeln!(
             text,
@@ -123,23 +120,23 @@ mod tests {
         let curve = [point(1.0, 1e-2), point(4.0, 1e-4)];
         let others = [point(1.0, 1e-2), point(2.0, 2e-3), point(2.0, 5e-4), point(0.5, 1.0)];
         let standings = judge(&curve, &others);
-        assert_eq!(standings[..2], [Standing::Beaten, Standing::UnderIt]);
-        assert!(matches!(standings[2], Standing::Above(e) if (e - 1e-3).abs() < 1e-12));
-        assert_eq!(standings[3], Standing::TooFast(1.0));
+        assert_eq!(standings[..2], [Standing::Dominated, Standing::AboveCurve]);
+        assert!(matches!(standings[2], Standing::BelowCurve(e) if (e - 1e-3).abs() < 1e-12));
+        assert_eq!(standings[3], Standing::FasterThanCurve(1.0));
         // A point that the curve cannot get down to, however long it takes.
-        assert_eq!(judge(&curve, &[point(9.0, 1e-6)]), [Standing::Above(1e-4)]);
+        assert_eq!(judge(&curve, &[point(9.0, 1e-6)]), [Standing::BelowCurve(1e-4)]);
     }
 
     #[test]
     fn the_verdict_fails_where_it_must() {
         let curve = [point(1.0, 1e-2), point(4.0, 1e-4)];
-        let (all, text) = say_verdict("s", "RMSE", &curve, &[point(1.0, 1e-1), point(3.0, 1e-5)]);
+        let (all, text) = verdict_report("s", "RMSE", &curve, &[point(1.0, 1e-1), point(3.0, 1e-5)]);
         assert!(!all);
         assert!(text.starts_with("s, RMSE: no, lower or equal at 1 of 2 points"), "{text}");
         assert!(text.contains("not at p 3: 1.00e-5 in 3.0000 s; exact has"), "{text}");
-        let (all, text) = say_verdict("s", "RMSE", &curve, &[point(1.0, 1e-1), point(5.0, 1e-4)]);
+        let (all, text) = verdict_report("s", "RMSE", &curve, &[point(1.0, 1e-1), point(5.0, 1e-4)]);
         assert!(all && text.contains("yes, lower or equal at 2 of 2"), "{text}");
         // Without a curve nothing is lower.
-        assert!(!say_verdict("s", "RMSE", &[], &[point(1.0, 1.0)]).0);
+        assert!(!verdict_report("s", "RMSE", &[], &[point(1.0, 1.0)]).0);
     }
 }

@@ -1,8 +1,7 @@
-//! What a frame takes of a device: bytes that its rays read and write, and operations in f32.
+//! Cost of a frame on a device: bytes that its rays read and write, and operations in f32.
 //!
-//! Counted by hand in `shaders/kernel`, along the way that most rays take, and multiplied by the columns and frusta that rays
-//! met. Every read counts, from wherever it is served: what caches give again is no traffic of the memory, so that the
-//! memory itself does less. What all rays share (layers, transfer function) does not count.
+//! Counted by hand in `shaders/kernel`, along the usual path of rays, and multiplied by the numbers of columns and frusta. All
+//! reads count, including those that caches serve. Data that all rays share (layers, transfer function) do not count.
 
 use icoray::FrameReport;
 
@@ -13,13 +12,13 @@ const COLUMN_BYTES: u64 = 4 + 4 + 8 + 12 + 24 + 12;
 const FRUSTUM_BYTES: u64 = 12;
 /// Gradients of three vertices, wherever values are read.
 const GRADIENT_BYTES: u64 = 36;
-/// What a pixel's ray gives.
+/// Output of a pixel's ray.
 const PIXEL_BYTES: u64 = 36;
 
 /// In double-float, where a sum is 20 operations, a product 24 and a quotient 110: the new vertex seen from the ray's plane
 /// 336, the side crossed 258, whether the ray ends 68, distance 134, height 246; in f32 the first chord 45.
 const COLUMN_FLOPS: u64 = 336 + 258 + 68 + 134 + 246 + 45;
-/// The next layer, chord and segment 45; its span 9; knots, doubt and rounding 33; terms of the integral 40; absorption, bound
+/// The next layer, chord and segment 45; its span 9; knots, error bounds and rounding 33; terms of the integral 40; absorption, bound
 /// and integral of a thin piece 81; light over light 16. Clear frusta end after 54.
 const FRUSTUM_FLOPS: u64 = 45 + 9 + 33 + 40 + 81 + 16;
 
@@ -27,7 +26,7 @@ const FRUSTUM_FLOPS: u64 = 45 + 9 + 33 + 40 + 81 + 16;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Cost {
     pub bytes: f64,
-    /// Of rays without light: what light adds is not counted.
+    /// Of unlit rays: operations of lighting are not counted.
     pub flops: f64,
 }
 

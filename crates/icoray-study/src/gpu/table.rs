@@ -1,96 +1,55 @@
-//! What was measured as lines, as a CSV file and as tables in Markdown.
+//! Measurements as printed lines, as a CSV file and as tables in Markdown.
 
-use super::Stage;
-use super::row::{OnGpu, Row};
-use crate::csv_file::CsvFile;
-use icoray::Result;
+use super::benchmark::{Benchmark, OnGpu, Row};
 use icoray_gpu::Peaks;
 use std::fmt::Write as _;
-use std::path::PathBuf;
 
-const COLUMNS: [&str; 24] = [
-    "transfer",
-    "width",
-    "height",
-    "light",
-    "tolerance",
-    "device_ms",
-    "device_clock",
-    "prepare_ms",
-    "upload_ms",
-    "bytes_uploaded",
-    "end_to_end_ms",
-    "cpu_ms",
-    "columns",
-    "frusta",
-    "frusta_per_s",
-    "bytes_read",
-    "memory_percent",
-    "flops",
-    "f32_percent",
-    "upload_bytes_per_s",
-    "upload_percent",
-    "rmse_to_cpu",
-    "max_to_cpu",
-    "left_to_cpu",
-];
+/// The columns of the file.
+pub(super) const COLUMNS: &str = "transfer,width,height,light,tolerance,device_ms,device_clock,prepare_ms,upload_ms,\
+    bytes_uploaded,end_to_end_ms,cpu_ms,columns,frusta,frusta_per_s,bytes_read,memory_percent,flops,\
+    f32_percent,upload_bytes_per_s,upload_percent,rmse_to_cpu,max_to_cpu,left_to_cpu";
 
-/// The file with its head.
-pub(super) fn create(path: PathBuf) -> Result<CsvFile> {
-    CsvFile::create(path, &COLUMNS)
-}
-
-fn percent(rate: f64, most: f64) -> f64 {
-    100.0 * rate / most
+fn percent(rate: f64, max: f64) -> f64 {
+    100.0 * rate / max
 }
 
 /// Percents of the device's memory, arithmetic and bus.
 fn percents(gpu: &OnGpu, peaks: &Peaks) -> [f64; 3] {
     [
-        percent(gpu.cost.bytes / gpu.device_s, peaks.memory),
-        percent(gpu.cost.flops / gpu.device_s, peaks.flops),
+        percent(gpu.cost.bytes / gpu.device_s(), peaks.memory),
+        percent(gpu.cost.flops / gpu.device_s(), peaks.flops),
         percent(gpu.upload(), peaks.host_to_device),
     ]
 }
 
-/// A row's cells in the file.
+/// A row's cells in the file; those of the GPU are empty if the picture was left to the CPU.
 pub(super) fn cells(row: &Row, peaks: &Peaks) -> Vec<String> {
     let ms = |seconds: f64| format!("{:.4}", 1e3 * seconds);
-    let of_gpu = match &row.gpu {
-        Err(reason) => {
-            let mut cells = vec![String::new(); COLUMNS.len() - 5];
-            (cells[6], cells[18]) = (ms(row.cpu_s), reason.clone());
-            cells
-        }
-        Ok(gpu) => {
-            let [memory, f32, upload] = percents(gpu, peaks).map(|percent| format!("{percent:.2}"));
-            vec![
-                ms(gpu.device_s),
-                u8::from(gpu.is_timed).to_string(),
-                ms(gpu.prepare_s),
-                ms(gpu.upload_s),
-                gpu.bytes_uploaded.to_string(),
-                ms(gpu.end_s),
-                ms(row.cpu_s),
-                gpu.columns.to_string(),
-                gpu.frusta.to_string(),
-                format!("{:.4e}", gpu.rate()),
-                format!("{:.0}", gpu.cost.bytes),
-                memory,
-                format!("{:.0}", gpu.cost.flops),
-                f32,
-                format!("{:.4e}", gpu.upload()),
-                upload,
-                format!("{:.2e}", gpu.rmse),
-                format!("{:.2e}", gpu.max),
-                String::new(),
-            ]
-        }
-    };
     let (width, height) = row.setting.size;
     let mut cells = vec![row.transfer.to_owned(), width.to_string(), height.to_string()];
     cells.extend([row.setting.light().to_owned(), format!("{:e}", row.setting.tolerance)]);
-    cells.extend(of_gpu);
+    let gpu = match &row.gpu {
+        Ok(gpu) => gpu,
+        Err(reason) => {
+            cells.extend([const { String::new() }; 19]);
+            (cells[11], cells[23]) = (ms(row.cpu_s), reason.clone());
+            return cells;
+        }
+    };
+    let [memory, f32, upload] = percents(gpu, peaks).map(|percent| format!("{percent:.2}"));
+    let (device, counts) = (&gpu.report.device, &gpu.report.counts);
+    cells.extend([ms(gpu.device_s()), u8::from(device.trace_s.is_some()).to_string()]);
+    cells.extend([ms(gpu.report.timing.prepare_s), ms(device.upload_s), device.bytes_uploaded.to_string()]);
+    cells.extend([ms(gpu.end_s), ms(row.cpu_s), counts.columns.to_string(), counts.frusta.to_string()]);
+    cells.push(format!("{:.4e}", gpu.rate()));
+    cells.extend([format!("{:.0}", gpu.cost.bytes), memory, format!("{:.0}", gpu.cost.flops), f32]);
+    cells.extend([
+        format!("{:.4e}", gpu.upload()),
+        upload,
+        format!("{:.2e}", gpu.difference.rmse),
+        format!("{:.2e}", gpu.difference.max),
+    ]);
+    cells.push(String::new());
     cells
 }
 
@@ -108,25 +67,8 @@ pub(super) fn peaks(peaks: &Peaks) -> String {
 }
 
 /// The head of the lines.
-pub(super) fn heading() -> String {
-    format!(
-        "{:>11} {:>5} {:>6} {:>8} {:>10} {:>9} {:>10} {:>9} {:>10} {:>7} {:>6} {:>7} {:>8} {:>8}",
-        "picture",
-        "light",
-        "toler.",
-        "transfer",
-        "device ms",
-        "upload ms",
-        "end to end",
-        "CPU ms",
-        "frusta/s",
-        "memory",
-        "f32",
-        "upload",
-        "RMSE",
-        "max"
-    )
-}
+pub(super) const HEADING: &str = "    picture light toler. transfer  device ms upload ms end to end    CPU ms   frusta/s  memory    \
+    f32  upload     RMSE      max";
 
 /// A row's line.
 pub(super) fn line(row: &Row, peaks: &Peaks) -> String {
@@ -141,46 +83,40 @@ pub(super) fn line(row: &Row, peaks: &Peaks) -> String {
             let [memory, f32, upload] = percents(gpu, peaks);
             format!(
                 "{head} {:>10.3} {:>9.2} {:>10.2} {cpu:>9.2} {:>10.2e} {memory:>6.1}% {f32:>5.1}% {upload:>6.1}% {:>8.1e} {:>8.1e}",
-                1e3 * gpu.device_s,
-                1e3 * gpu.upload_s,
+                1e3 * gpu.device_s(),
+                1e3 * gpu.report.device.upload_s,
                 1e3 * gpu.end_s,
                 gpu.rate(),
-                gpu.rmse,
-                gpu.max
+                gpu.difference.rmse,
+                gpu.difference.max
             )
         }
     }
 }
 
-/// Three digits of milliseconds, and none behind the point where there are three before it.
+/// Milliseconds with three significant digits, and at least all before the point.
 fn ms(seconds: f64) -> String {
     let ms = 1e3 * seconds;
-    let digits = if ms < 9.995 {
-        2
-    } else if ms < 99.95 {
-        1
-    } else {
-        0
-    };
+    let digits = usize::from(ms < 9.995) + usize::from(ms < 99.95);
     format!("{ms:.digits$}")
 }
 
-/// The least and the most of a number of pictures.
+/// Minimum and maximum of a number over pictures.
 fn span(rows: &[&OnGpu], number: impl Fn(&OnGpu) -> f64, show: impl Fn(f64) -> String) -> String {
     let numbers = || rows.iter().map(|gpu| number(gpu));
-    let (least, most) =
+    let (min, max) =
         (show(numbers().fold(f64::INFINITY, f64::min)), show(numbers().fold(f64::NEG_INFINITY, f64::max)));
-    if least == most { most } else { format!("{least} to {most}") }
+    if min == max { max } else { format!("{min} to {max}") }
 }
 
 /// Two tables, a row for each size, light and tolerance.
-pub(super) fn markdown(all: &[Vec<Row>], grid: &str, name: &str, stage: &Stage) -> String {
+pub(super) fn markdown(all: &[Vec<Row>], grid: &str, name: &str, benchmark: &Benchmark) -> String {
     let mut text = format!(
         "Milliseconds for a frame of {grid}, 16 knots, f32, on {name}: by the device's clock, from end to end with upload and \
          readback in brackets, and on the CPU's {} thread(s):\n\n\
          | `icoray-study gpu` | | | dense | lobes | thin shell | opaque |\n|---|---|---|---|---|---|---|\n\
          | the paper, one GTX 580, 512 × 512, its four fields | unlit | | 494 | 783 | 755 | 689 |\n",
-        stage.cpu.threads()
+        benchmark.cpu.threads()
     );
     for rows in all {
         let setting = rows[0].setting;
@@ -188,7 +124,7 @@ pub(super) fn markdown(all: &[Vec<Row>], grid: &str, name: &str, stage: &Stage) 
         let _ = write!(text, "| {width} × {height} | {} | {:e} |", setting.light(), setting.tolerance);
         for row in rows {
             let cell = match &row.gpu {
-                Ok(gpu) => format!(" {} ({}); {} |", ms(gpu.device_s), ms(gpu.end_s), ms(row.cpu_s)),
+                Ok(gpu) => format!(" {} ({}); {} |", ms(gpu.device_s()), ms(gpu.end_s), ms(row.cpu_s)),
                 Err(_) => format!(" -; {} |", ms(row.cpu_s)),
             };
             text += &cell;
@@ -202,7 +138,7 @@ pub(super) fn markdown(all: &[Vec<Row>], grid: &str, name: &str, stage: &Stage) 
          frustum and column. Caches give a part of the bytes again. Differences are from the CPU's picture:\n\n\
          | | | | frusta/s | of memory | of f32 | upload, GB/s | of host to device | RMSE | largest |\n\
          |---|---|---|---|---|---|---|---|---|---|\n",
-        peaks(&stage.peaks)
+        peaks(&benchmark.peaks)
     );
     let whole = |percent: f64| format!("{percent:.0} %");
     let small = |number: f64| format!("{number:.1e}");
@@ -212,7 +148,7 @@ pub(super) fn markdown(all: &[Vec<Row>], grid: &str, name: &str, stage: &Stage) 
             continue;
         }
         let setting = rows[0].setting;
-        let most = |number: fn(&OnGpu) -> f64| small(drawn.iter().map(|gpu| number(gpu)).fold(0.0, f64::max));
+        let max = |number: fn(&OnGpu) -> f64| small(drawn.iter().map(|gpu| number(gpu)).fold(0.0, f64::max));
         let _ = writeln!(
             text,
             "| {} × {} | {} | {:e} | {} | {} | {} | {} | {} | {} | {} |",
@@ -221,20 +157,20 @@ pub(super) fn markdown(all: &[Vec<Row>], grid: &str, name: &str, stage: &Stage) 
             setting.light(),
             setting.tolerance,
             span(&drawn, OnGpu::rate, small),
-            span(&drawn, |gpu| percents(gpu, &stage.peaks)[0], whole),
-            span(&drawn, |gpu| percents(gpu, &stage.peaks)[1], whole),
+            span(&drawn, |gpu| percents(gpu, &benchmark.peaks)[0], whole),
+            span(&drawn, |gpu| percents(gpu, &benchmark.peaks)[1], whole),
             span(&drawn, |gpu| 1e-9 * gpu.upload(), |rate| format!("{rate:.1}")),
-            span(&drawn, |gpu| percents(gpu, &stage.peaks)[2], whole),
-            most(|gpu| gpu.rmse),
-            most(|gpu| gpu.max)
+            span(&drawn, |gpu| percents(gpu, &benchmark.peaks)[2], whole),
+            max(|gpu| gpu.difference.rmse),
+            max(|gpu| gpu.difference.max)
         );
     }
     let reasons = all.iter().flatten().filter_map(|row| row.gpu.as_ref().err());
-    let mut said: Vec<&String> = Vec::new();
+    let mut printed: Vec<&String> = Vec::new();
     for reason in reasons {
-        if !said.contains(&reason) {
+        if !printed.contains(&reason) {
             let _ = write!(text, "\nLeft to the CPU (-): {reason}\n");
-            said.push(reason);
+            printed.push(reason);
         }
     }
     text
@@ -242,7 +178,7 @@ pub(super) fn markdown(all: &[Vec<Row>], grid: &str, name: &str, stage: &Stage) 
 
 #[cfg(test)]
 mod tests {
-    use super::super::Setting;
+    use super::super::benchmark::Setting;
     use super::*;
 
     #[test]
@@ -251,8 +187,8 @@ mod tests {
         let row = Row { setting, transfer: "dense", gpu: Err("too large".into()), cpu_s: 0.25 };
         let peaks = Peaks { host_to_device: 1.0, staged: 1.0, readback: 1.0, memory: 1.0, flops: 1.0 };
         let cells = cells(&row, &peaks);
-        let cell = |name: &str| cells[COLUMNS.iter().position(|known| *known == name).unwrap()].as_str();
-        assert_eq!(cells.len(), COLUMNS.len());
+        let cell = |name: &str| cells[COLUMNS.split(',').position(|known| known == name).unwrap()].as_str();
+        assert_eq!(cells.len(), COLUMNS.split(',').count());
         assert_eq!((cell("cpu_ms"), cell("left_to_cpu"), cell("device_ms")), ("250.0000", "too large", ""));
         assert_eq!((cell("transfer"), cell("light"), cell("tolerance")), ("dense", "lit", "1e-2"));
         assert!(line(&row, &peaks).ends_with("CPU 250.00 ms; left to it: too large"));

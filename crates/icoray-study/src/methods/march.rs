@@ -1,25 +1,37 @@
-//! Equal steps along a ray: the driver of all methods that sample.
+//! Marches rays by equal steps, for all sampling methods.
 //!
 //! Step i reaches from `start + i h` to `start + (i + 1) h`, where the ray enters the shell at `start`; the last one is
 //! cut where the shell ends, at its surface or at the core. Beyond a hollow core the count begins anew. Each point is
 //! looked up in the frustum that holds it, which is found by going on through the traversal's frusta in order.
 
-use super::Picture;
 use super::transfer::Transfer;
-use crate::look::{self, RayLight};
+use crate::job::PreparedJob;
 use crate::oracle::{direction_of, over};
-use crate::setting::Setting;
+use crate::shading::{self, RayLighting};
 use glam::{DVec3, Vec3};
 use icoray::{Frustum, Renderer, Stretch};
 use std::collections::VecDeque;
 use std::ops::ControlFlow;
 use std::time::Instant;
 
-/// Rays end where less than this comes through, as the renderer's do in f32.
-const DARK: f32 = 1e-6;
+/// Transmittance at which rays end, as in the renderer in f32.
+const MIN_TRANSMITTANCE: f32 = 1e-6;
 
 /// Frusta farther apart than this along the ray do not join, planet radii.
 const GAP: f64 = 1e-9;
+
+/// A picture and what it cost.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Picture {
+    /// Premultiplied linear RGBA over the background, rows from the top.
+    pub pixels: Vec<[f32; 4]>,
+    /// Seconds in the rays, without set-up.
+    pub seconds: f64,
+    /// Samples taken; frusta passed for the renderer's own methods.
+    pub samples: u64,
+    /// For the renderer's own methods, how far it says each pixel may be from the exact integral.
+    pub bound: Option<Vec<f32>>,
+}
 
 /// A way to give a value to points of a frustum.
 pub(crate) trait Interpolant: Sync {
@@ -44,31 +56,31 @@ pub(crate) fn along(frustum: &Frustum, t: f64) -> [f64; 3] {
     [0, 1, 2].map(|k| from[k] + u * (to[k] - from[k]))
 }
 
-/// What has been gathered along a ray.
+/// Accumulated colour and transmittance of a ray.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Gathered {
+pub(crate) struct Accumulated {
     pub color: Vec3,
-    pub through: f32,
+    pub transmittance: f32,
     pub samples: u64,
 }
 
-impl Gathered {
-    /// Puts a step's premultiplied colour and absorbed part behind what there is.
+impl Accumulated {
+    /// Composites a step's premultiplied colour and opacity behind the accumulated ones.
     #[inline]
-    pub fn add(&mut self, color: Vec3, absorbed: f32) {
-        self.color += self.through * color;
-        self.through *= 1.0 - absorbed;
+    pub fn add(&mut self, color: Vec3, alpha: f32) {
+        self.color += self.transmittance * color;
+        self.transmittance *= 1.0 - alpha;
     }
 }
 
-/// The frusta that the current step reaches through, and their values once they are asked for.
-pub(crate) struct Window<'w, I: Interpolant> {
+/// The frusta of the current step, with values that are read on demand.
+pub(crate) struct FrustumWindow<'w, I: Interpolant> {
     interpolant: &'w I,
     transfer: &'w Transfer,
     frusta: VecDeque<(Frustum, Option<Option<I::Cell>>)>,
 }
 
-impl<I: Interpolant> Window<'_, I> {
+impl<I: Interpolant> FrustumWindow<'_, I> {
     /// The frustum and cell at `t`, which rises from call to call; `None` in a void.
     #[inline]
     pub fn at(&mut self, t: f64) -> Option<(&Frustum, &I::Cell)> {
@@ -88,39 +100,39 @@ impl<I: Interpolant> Window<'_, I> {
     }
 }
 
-/// What is done with a step.
-pub(crate) trait Rule<I: Interpolant>: Sync {
-    /// What is kept from step to step.
-    type Memory: Default;
+/// Integration of a step.
+pub(crate) trait StepRule<I: Interpolant>: Sync {
+    /// State from step to step.
+    type State: Default;
     /// The ray enters the shell at `t`.
-    fn enter(&self, _memory: &mut Self::Memory, _window: &mut Window<'_, I>, _t: f64) {}
+    fn enter(&self, _memory: &mut Self::State, _window: &mut FrustumWindow<'_, I>, _t: f64) {}
     /// Adds the light of the ray between two distances.
     fn step(
         &self,
-        memory: &mut Self::Memory,
-        window: &mut Window<'_, I>,
+        state: &mut Self::State,
+        window: &mut FrustumWindow<'_, I>,
         range: [f64; 2],
-        lamp: Option<&RayLight>,
-        light: &mut Gathered,
+        lighting: Option<&RayLighting>,
+        radiance: &mut Accumulated,
     );
 }
 
 /// The midpoint rule: a sample in the middle of each step.
 struct Midpoint<'t>(&'t Transfer);
 
-impl<I: Interpolant> Rule<I> for Midpoint<'_> {
-    type Memory = ();
+impl<I: Interpolant> StepRule<I> for Midpoint<'_> {
+    type State = ();
 
     #[inline]
     fn step(
         &self,
         (): &mut (),
-        window: &mut Window<'_, I>,
+        window: &mut FrustumWindow<'_, I>,
         [from, to]: [f64; 2],
-        lamp: Option<&RayLight>,
-        light: &mut Gathered,
+        lighting: Option<&RayLighting>,
+        radiance: &mut Accumulated,
     ) {
-        light.samples += 1;
+        radiance.samples += 1;
         let middle = 0.5 * (from + to);
         let interpolant = window.interpolant;
         let Some((frustum, cell)) = window.at(middle) else { return };
@@ -128,30 +140,30 @@ impl<I: Interpolant> Rule<I> for Midpoint<'_> {
         if extinction <= 0.0 {
             return;
         }
-        if let Some(lamp) = lamp {
+        if let Some(lighting) = lighting {
             let gradient = interpolant.gradient(cell, frustum, middle);
-            let (body, highlight) = lamp.shade(direction_of(gradient.as_dvec3()));
+            let (body, highlight) = lighting.shade(direction_of(gradient.as_dvec3()));
             color = color * body as f32 + highlight as f32;
         }
-        let absorbed = -(-extinction * (to - from) as f32).exp_m1();
-        light.add(color * absorbed, absorbed);
+        let alpha = -(-extinction * (to - from) as f32).exp_m1();
+        radiance.add(color * alpha, alpha);
     }
 }
 
 /// Renders with a sample in the middle of each step of the given length.
 pub(crate) fn midpoints<I: Interpolant>(
-    setting: &Setting,
+    prepared: &PreparedJob,
     renderer: &Renderer,
     step: f64,
     interpolant: &I,
 ) -> Picture {
-    let transfer = Transfer::new(setting.scene, setting.thickness());
-    render(setting, renderer, step, interpolant, &transfer, &Midpoint(&transfer))
+    let transfer = Transfer::new(prepared.scene, prepared.thickness());
+    render(prepared, renderer, step, interpolant, &transfer, &Midpoint(&transfer))
 }
 
 /// Renders by steps of the given length.
-pub(crate) fn render<I: Interpolant, R: Rule<I>>(
-    setting: &Setting,
+pub(crate) fn render<I: Interpolant, R: StepRule<I>>(
+    prepared: &PreparedJob,
     renderer: &Renderer,
     step: f64,
     interpolant: &I,
@@ -160,32 +172,32 @@ pub(crate) fn render<I: Interpolant, R: Rule<I>>(
 ) -> Picture {
     assert!(step > 0.0, "a step of {step}: expected a positive length");
     let start = Instant::now();
-    let pixels = setting.pixels(renderer, |x, y, hint| {
-        let (eye, dir) = setting.ray(x, y);
-        let window = Window { interpolant, transfer, frusta: VecDeque::new() };
-        let lamp = RayLight::new(setting.scene, dir);
-        let light = Gathered { color: Vec3::ZERO, through: 1.0, samples: 0 };
-        let mut march =
-            March { rule, memory: R::Memory::default(), window, lamp, light, step, run: None, done: 0 };
-        setting.traversal.ray(eye, dir, hint, |stretch| march.meet(setting, eye, dir, stretch));
+    let pixels = prepared.pixels(renderer, |x, y, hint| {
+        let (eye, dir) = prepared.ray(x, y);
+        let window = FrustumWindow { interpolant, transfer, frusta: VecDeque::new() };
+        let lighting = RayLighting::new(prepared.scene, dir);
+        let radiance = Accumulated { color: Vec3::ZERO, transmittance: 1.0, samples: 0 };
+        let (state, run) = (R::State::default(), None);
+        let mut march = RayMarch { rule, state, window, lighting, radiance, step, run, done: 0 };
+        prepared.traversal.ray(eye, dir, hint, |stretch| march.meet(prepared, eye, dir, stretch));
         march.finish();
-        let light = march.light;
-        let [r, g, b] = light.color.to_array().map(f64::from);
-        let pixel = over(setting.scene.background, [r, g, b, 1.0 - f64::from(light.through)]);
-        (pixel.map(|c| c as f32), light.samples)
+        let radiance = march.radiance;
+        let [r, g, b] = radiance.color.to_array().map(f64::from);
+        let pixel = over(prepared.scene.background, [r, g, b, 1.0 - f64::from(radiance.transmittance)]);
+        (pixel.map(|c| c as f32), radiance.samples)
     });
     let seconds = start.elapsed().as_secs_f64();
     let samples = pixels.iter().map(|p| p.1).sum();
     Picture { pixels: pixels.into_iter().map(|p| p.0).collect(), seconds, samples, bound: None }
 }
 
-/// One ray under way.
-struct March<'m, I: Interpolant, R: Rule<I>> {
+/// The state of one ray.
+struct RayMarch<'m, I: Interpolant, R: StepRule<I>> {
     rule: &'m R,
-    memory: R::Memory,
-    window: Window<'m, I>,
-    lamp: Option<RayLight>,
-    light: Gathered,
+    state: R::State,
+    window: FrustumWindow<'m, I>,
+    lighting: Option<RayLighting>,
+    radiance: Accumulated,
     step: f64,
     /// Where the ray entered the shell, and up to where its frusta are known.
     run: Option<[f64; 2]>,
@@ -193,20 +205,24 @@ struct March<'m, I: Interpolant, R: Rule<I>> {
     done: u64,
 }
 
-impl<I: Interpolant, R: Rule<I>> March<'_, I, R> {
-    fn meet(&mut self, setting: &Setting, eye: DVec3, dir: DVec3, stretch: &Stretch) -> ControlFlow<()> {
+impl<I: Interpolant, R: StepRule<I>> RayMarch<'_, I, R> {
+    fn meet(&mut self, prepared: &PreparedJob, eye: DVec3, dir: DVec3, stretch: &Stretch) -> ControlFlow<()> {
         match stretch {
             Stretch::Frustum(frustum) => self.frustum(frustum),
             Stretch::Core { t } => {
                 self.finish();
-                if let Some(core) = setting.scene.core {
+                if let Some(core) = prepared.scene.core {
                     let normal = (eye + *t * dir).normalize();
-                    let color = look::ground(setting.scene, DVec3::from_array(core), normal, dir);
-                    self.light.add(color.as_vec3(), 1.0);
+                    let color = shading::ground(prepared.scene, DVec3::from_array(core), normal, dir);
+                    self.radiance.add(color.as_vec3(), 1.0);
                 }
             }
         }
-        if self.light.through > DARK { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
+        if self.radiance.transmittance > MIN_TRANSMITTANCE {
+            ControlFlow::Continue(())
+        } else {
+            ControlFlow::Break(())
+        }
     }
 
     fn frustum(&mut self, frustum: &Frustum) {
@@ -221,13 +237,13 @@ impl<I: Interpolant, R: Rule<I>> March<'_, I, R> {
             }
             none => {
                 *none = Some(frustum.t);
-                self.rule.enter(&mut self.memory, &mut self.window, frustum.t[0]);
+                self.rule.enter(&mut self.state, &mut self.window, frustum.t[0]);
                 frustum.t[0]
             }
         };
         loop {
             let range = [0, 1].map(|i| start + (self.done + i) as f64 * self.step);
-            if range[1] > frustum.t[1] || self.light.through <= DARK {
+            if range[1] > frustum.t[1] || self.radiance.transmittance <= MIN_TRANSMITTANCE {
                 return;
             }
             self.advance(range);
@@ -236,14 +252,14 @@ impl<I: Interpolant, R: Rule<I>> March<'_, I, R> {
     }
 
     fn advance(&mut self, range: [f64; 2]) {
-        self.rule.step(&mut self.memory, &mut self.window, range, self.lamp.as_ref(), &mut self.light);
+        self.rule.step(&mut self.state, &mut self.window, range, self.lighting.as_ref(), &mut self.radiance);
     }
 
-    /// The shell ends: the rest of the step.
+    /// Integrates the rest of the last step, where the shell ends.
     fn finish(&mut self) {
         if let Some([start, end]) = self.run.take() {
             let from = start + self.done as f64 * self.step;
-            if from < end && self.light.through > DARK {
+            if from < end && self.radiance.transmittance > MIN_TRANSMITTANCE {
                 self.advance([from, end]);
             }
         }

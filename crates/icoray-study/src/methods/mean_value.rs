@@ -8,7 +8,7 @@
 
 use super::march::{Interpolant, along};
 use super::transfer::Transfer;
-use crate::setting::Setting;
+use crate::job::PreparedJob;
 use glam::DVec3;
 use icoray::Frustum;
 
@@ -17,7 +17,7 @@ const FLAT: f64 = 1e-11;
 
 /// Mean value interpolation in frusta.
 #[derive(Debug)]
-pub(crate) struct MeanValue<'s, 'a>(pub &'s Setting<'a>);
+pub(crate) struct MeanValue<'s, 'a>(pub &'s PreparedJob<'a>);
 
 /// A frustum's vertices, lower layer first, cells in the order of their numbers; and its triangles, facing outwards.
 #[derive(Debug)]
@@ -29,13 +29,13 @@ pub(crate) struct Solid {
 }
 
 impl Solid {
-    fn new(setting: &Setting, values: &[[f64; 3]; 2], frustum: &Frustum) -> Self {
-        let direction = frustum.cells.map(|cell| setting.grid.direction(cell));
+    fn new(prepared: &PreparedJob, values: &[[f64; 3]; 2], frustum: &Frustum) -> Self {
+        let direction = frustum.cells.map(|cell| prepared.grid.direction(cell));
         let mut order = [0, 1, 2];
         order.sort_unstable_by_key(|&k| frustum.cells[k]);
         let on = |i: usize| (i / 3, order[i % 3]);
         let six = [0, 1, 2, 3, 4, 5];
-        let vertex = six.map(|i| direction[on(i).1] * setting.radius[frustum.layer + on(i).0]);
+        let vertex = six.map(|i| direction[on(i).1] * prepared.radius[frustum.layer + on(i).0]);
         let value = six.map(|i| values[on(i).0][on(i).1]);
         let mut faces =
             [[0, 1, 2], [3, 4, 5], [0, 1, 4], [0, 3, 4], [1, 2, 5], [1, 4, 5], [0, 2, 5], [0, 3, 5]];

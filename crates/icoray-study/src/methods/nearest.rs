@@ -3,12 +3,12 @@
 
 use super::march::{Interpolant, along};
 use super::transfer::Transfer;
-use crate::setting::Setting;
+use crate::job::PreparedJob;
 use icoray::Frustum;
 
 /// The nearest value.
 #[derive(Debug)]
-pub(crate) struct Nearest<'s, 'a>(pub &'s Setting<'a>);
+pub(crate) struct Nearest<'s, 'a>(pub &'s PreparedJob<'a>);
 
 /// A frustum's values on both layers, what tells which vertex is nearest, and the height midway.
 #[derive(Debug)]

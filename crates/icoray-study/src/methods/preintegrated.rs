@@ -7,10 +7,10 @@
 //! are drawn in to them, and that a step with an end in a void adds nothing. Second order with attenuation inside a
 //! segment, first order without (Etiene et al. 2014, doi:10.1109/TVCG.2013.90).
 
-use super::march::{Gathered, Interpolant, Rule, Window};
-use crate::look::RayLight;
-use crate::oracle::{Course, Gauss, Light, Piece, Spans};
-use crate::setting::Setting;
+use super::march::{Accumulated, FrustumWindow, Interpolant, StepRule};
+use crate::job::PreparedJob;
+use crate::oracle::{FrustumInterpolant, Gauss, Piece, Radiance, Spans};
+use crate::shading::RayLighting;
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
@@ -37,11 +37,11 @@ impl Table {
     ///
     /// # Panics
     /// When `side` is less than 4.
-    pub fn new(setting: &Setting, step: f64, side: usize, attenuated: bool) -> Self {
+    pub fn new(prepared: &PreparedJob, step: f64, side: usize, attenuated: bool) -> Self {
         assert!(side >= 4, "a table of {side} values, expected at least 4");
-        let spans = Spans::new(setting.scene, setting.thickness());
+        let spans = Spans::new(prepared.scene, prepared.thickness());
         let gauss = Gauss::new();
-        let [low, high] = setting.scene.transfer.range();
+        let [low, high] = prepared.scene.volumes[0].transfer.range();
         let width = if high > low { high - low } else { 1.0 };
         let row = |front: usize| {
             let entry = move |back: usize| [front, back].map(|i| low + width * node(i, side));
@@ -70,37 +70,28 @@ impl Table {
 
 /// A segment over which the value runs linearly from `f[0]` to `f[1]`.
 fn segment(spans: &Spans, gauss: &Gauss, f: [f64; 2], length: f64, attenuated: bool) -> [f32; 4] {
-    let falls = f[1] < f[0];
-    let mut light = Light { color: DVec3::ZERO, through: 1.0 };
-    let mut glow = DVec3::ZERO;
-    let mut k = spans.find(0.0, f[0], falls);
+    let mut radiance = Radiance { color: DVec3::ZERO, transmittance: 1.0 };
+    let mut emission = DVec3::ZERO;
     let mut at = f[0];
-    loop {
-        let span = &spans.spans[k];
-        let knot = if falls { span.low } else { span.high };
-        let is_last = if falls { f[1] >= knot } else { f[1] <= knot };
-        let next = if is_last { f[1] } else { knot };
+    spans.cut(0.0, f, |span, next, _| {
         let share = if f[0] == f[1] { 1.0 } else { (next - at) / (f[1] - f[0]) };
         if share > 0.0 && !span.is_clear {
-            let course = Course { f: [at, next], bend: 0.0, eps: 0.0 };
-            let piece = Piece { course, base: 0.0, span, length: length * share };
-            piece.plain(gauss, PANEL, &mut light);
-            glow += piece.glow(gauss);
-        }
-        if is_last {
-            break;
+            let interpolant = FrustumInterpolant { f: [at, next], bend: 0.0, eps: 0.0 };
+            let piece = Piece { interpolant, base: 0.0, span, length: length * share };
+            piece.plain(gauss, PANEL, &mut radiance);
+            emission += piece.emission(gauss);
         }
         at = next;
-        k = if falls { k - 1 } else { k + 1 };
-    }
-    let color = (if attenuated { light.color } else { glow }).as_vec3();
-    [color.x, color.y, color.z, (1.0 - light.through) as f32]
+        true
+    });
+    let color = (if attenuated { radiance.color } else { emission }).as_vec3();
+    [color.x, color.y, color.z, (1.0 - radiance.transmittance) as f32]
 }
 
-impl<I: Interpolant> Rule<I> for Table {
-    type Memory = Option<f32>;
+impl<I: Interpolant> StepRule<I> for Table {
+    type State = Option<f32>;
 
-    fn enter(&self, front: &mut Option<f32>, window: &mut Window<'_, I>, t: f64) {
+    fn enter(&self, front: &mut Option<f32>, window: &mut FrustumWindow<'_, I>, t: f64) {
         *front = window.value(t);
     }
 
@@ -108,24 +99,24 @@ impl<I: Interpolant> Rule<I> for Table {
     fn step(
         &self,
         front: &mut Option<f32>,
-        window: &mut Window<'_, I>,
+        window: &mut FrustumWindow<'_, I>,
         [from, to]: [f64; 2],
-        _: Option<&RayLight>,
-        light: &mut Gathered,
+        _: Option<&RayLighting>,
+        radiance: &mut Accumulated,
     ) {
-        light.samples += 1;
+        radiance.samples += 1;
         let back = window.value(to);
         let ends = (*front, back);
         *front = back;
         let (Some(first), Some(last)) = ends else { return };
-        let [r, g, b, absorbed] = self.at([first, last]);
+        let [r, g, b, alpha] = self.at([first, last]);
         let (color, part) = (Vec3::new(r, g, b), ((to - from) / self.step) as f32);
         if part > 1.0 - 1e-5 {
-            light.add(color, absorbed);
+            radiance.add(color, alpha);
         } else {
-            let scaled = -(part * (-absorbed).ln_1p()).exp_m1();
-            let scale = if absorbed > 0.0 { scaled / absorbed } else { part };
-            light.add(color * scale, scaled);
+            let scaled = -(part * (-alpha).ln_1p()).exp_m1();
+            let scale = if alpha > 0.0 { scaled / alpha } else { part };
+            radiance.add(color * scale, scaled);
         }
     }
 }

@@ -1,4 +1,5 @@
 use super::*;
+use crate::compare::Comparison;
 use crate::oracle::Oracle;
 use crate::sphere::{Sphere, multi_scale};
 use glam::DVec3;
@@ -14,13 +15,9 @@ fn scene(rest: &str) -> Scene {
     .unwrap()
 }
 
-/// Root-mean-square and largest difference from the oracle.
-fn off(picture: &Picture, truth: &[[f64; 4]]) -> [f64; 2] {
-    let pairs = picture.pixels.iter().flatten().zip(truth.iter().flatten());
-    let (sum, max) =
-        pairs.map(|(a, b)| (f64::from(*a) - b).abs()).fold((0.0, 0.0f64), |(s, m), d| (s + d * d, m.max(d)));
+fn compared<T: Copy + Into<f64>>(picture: &Picture, truth: &[[T; 4]]) -> Comparison {
     assert!(picture.pixels.iter().flatten().all(|c| c.is_finite()));
-    [(sum / (4 * truth.len()) as f64).sqrt(), max]
+    Comparison::new(&picture.pixels, truth)
 }
 
 fn all(step: f64) -> [Method; 6] {
@@ -35,21 +32,26 @@ fn all(step: f64) -> [Method; 6] {
     ]
 }
 
+/// The pictures of the methods, and the oracle's.
+fn pictures(sphere: &Sphere, scene: &Scene, methods: &[Method]) -> (Vec<Picture>, Vec<[f64; 4]>) {
+    let renderer = Renderer::new(2).unwrap();
+    let draw = |job: &Job| {
+        let pictures = methods.iter().map(|method| method.render(job, &renderer)).collect::<Result<_>>()?;
+        Ok((pictures, Oracle::new(job)?.picture(&renderer)))
+    };
+    sphere.with_job(scene, draw).unwrap()
+}
+
 /// A constant field has one value for every interpolant, so all agree but the one that leaves attenuation out.
 #[test]
 fn all_agree_on_a_constant_field() {
     let sphere = Sphere::new(2, 5, [1.0, 1.3], |_| 0.3).unwrap();
-    let (grid, field, renderer) =
-        (sphere.grid().unwrap(), sphere.field().unwrap(), Renderer::new(2).unwrap());
-    let (scene, layers) = (scene(""), &sphere.layers);
-    let job = Job { scene: &scene, grid: &grid, layers, field: &field };
-    let truth = Oracle::new(&job).unwrap().picture(&renderer);
-    let mut methods = all(0.013).to_vec();
-    methods.truncate(5);
+    let mut methods = all(0.013)[..5].to_vec();
     methods.extend([Method::Exact { tolerance: 1e-3 }, Method::Paper]);
-    for method in methods {
-        let [_, max] = off(&method.render(&job, &renderer).unwrap(), &truth);
-        assert!(max < 5e-6, "{}: {max:e}", method.name());
+    let (pictures, truth) = pictures(&sphere, &scene(""), &methods);
+    for (method, picture) in methods.into_iter().zip(pictures) {
+        let max = compared(&picture, &truth).max;
+        assert!(max < 5e-6, "{method:?}: {max:e}");
     }
 }
 
@@ -58,17 +60,12 @@ fn all_agree_on_a_constant_field() {
 fn wedge_tetrahedra_and_mean_values_reproduce_linear_fields() {
     let linear = |p: DVec3| 0.4 * p.x - 0.3 * p.y + 0.2 * p.z;
     let bent = |p: DVec3| p.x * p.y * p.z;
+    let step = 0.01;
+    let methods = [Method::Uniform { step }, Method::Tetrahedra { step }, Method::MeanValue { step }];
     let apart = |field: &(dyn Fn(DVec3) -> f64 + Sync)| {
         let sphere = Sphere::new(1, 3, [1.0, 1.3], field).unwrap();
-        let (grid, field, renderer) =
-            (sphere.grid().unwrap(), sphere.field().unwrap(), Renderer::new(2).unwrap());
-        let scene = scene("");
-        let job = Job { scene: &scene, grid: &grid, layers: &sphere.layers, field: &field };
-        let step = 0.01;
-        let wedge = Method::Uniform { step }.render(&job, &renderer).unwrap();
-        let wedge: Vec<_> = wedge.pixels.iter().map(|p| p.map(f64::from)).collect();
-        [Method::Tetrahedra { step }, Method::MeanValue { step }]
-            .map(|m| off(&m.render(&job, &renderer).unwrap(), &wedge)[1])
+        let (pictures, _) = pictures(&sphere, &scene(""), &methods);
+        [1, 2].map(|i: usize| compared(&pictures[i], &pictures[0].pixels).max)
     };
     let (same, other) = (apart(&linear), apart(&bent));
     println!("linear {same:?}, bent {other:?}");
@@ -80,22 +77,17 @@ fn wedge_tetrahedra_and_mean_values_reproduce_linear_fields() {
 #[test]
 fn small_steps_come_to_the_oracle() {
     let sphere = Sphere::new(3, 8, [1.0, 1.3], multi_scale).unwrap();
-    let (grid, field, renderer) =
-        (sphere.grid().unwrap(), sphere.field().unwrap(), Renderer::new(2).unwrap());
-    for light in ["", "[light]\nkind = \"sun\"\nlon = 70\nlat = 20"] {
-        let scene = scene(light);
-        let job = Job { scene: &scene, grid: &grid, layers: &sphere.layers, field: &field };
-        let truth = Oracle::new(&job).unwrap().picture(&renderer);
-        let bounds = [1e-5, 4e-3, 4e-3, 2e-2, 1e-5, 4e-3];
-        for (method, bound) in all(1e-3).into_iter().zip(bounds) {
-            if !light.is_empty() && !matches!(method, Method::Uniform { .. }) {
-                continue;
-            }
-            let picture = method.render(&job, &renderer).unwrap();
-            let [rmse, max] = off(&picture, &truth);
-            println!("{}: RMSE {rmse:.1e}, max {max:.1e}, {} samples", method.name(), picture.samples);
-            let bound = if light.is_empty() { bound } else { 1e-3 };
-            assert!(rmse < bound, "{}: {rmse:e}", method.name());
+    let [uniform, ..] = all(1e-3);
+    let unlit = all(1e-3).into_iter().zip([1e-5, 4e-3, 4e-3, 2e-2, 1e-5, 4e-3]).collect();
+    for (light, bounds) in
+        [("", unlit), ("[light]\nkind = \"sun\"\nlon = 70\nlat = 20", vec![(uniform, 1e-3)])]
+    {
+        let methods: Vec<Method> = bounds.iter().map(|(method, _)| *method).collect();
+        let (pictures, truth) = pictures(&sphere, &scene(light), &methods);
+        for ((method, bound), picture) in bounds.into_iter().zip(pictures) {
+            let Comparison { rmse, max, .. } = compared(&picture, &truth);
+            println!("{method:?}: RMSE {rmse:.1e}, max {max:.1e}, {} samples", picture.samples);
+            assert!(rmse < bound, "{method:?}: {rmse:e}");
         }
     }
 }
@@ -107,14 +99,11 @@ fn voids_are_left_out() {
     for i in (0..sphere.values.len()).step_by(37) {
         sphere.values[i] = f32::NAN;
     }
-    let (grid, field, renderer) =
-        (sphere.grid().unwrap(), sphere.field().unwrap(), Renderer::new(2).unwrap());
-    let scene = scene("");
-    let job = Job { scene: &scene, grid: &grid, layers: &sphere.layers, field: &field };
-    let truth = Oracle::new(&job).unwrap().picture(&renderer);
-    for method in all(2e-3) {
-        let [rmse, _] = off(&method.render(&job, &renderer).unwrap(), &truth);
-        println!("{}: {rmse:.1e}", method.name());
-        assert!(rmse < 0.04, "{}: {rmse:e}", method.name());
+    let methods = all(2e-3);
+    let (pictures, truth) = pictures(&sphere, &scene(""), &methods);
+    for (method, picture) in methods.into_iter().zip(pictures) {
+        let rmse = compared(&picture, &truth).rmse;
+        println!("{method:?}: {rmse:.1e}");
+        assert!(rmse < 0.04, "{method:?}: {rmse:e}");
     }
 }

@@ -8,12 +8,12 @@
 
 use super::march::Interpolant;
 use super::transfer::Transfer;
-use crate::setting::Setting;
+use crate::job::PreparedJob;
 use icoray::Frustum;
 
 /// Linear interpolation in tetrahedra.
 #[derive(Debug)]
-pub(crate) struct Tetrahedra<'s, 'a>(pub &'s Setting<'a>);
+pub(crate) struct Tetrahedra<'s, 'a>(pub &'s PreparedJob<'a>);
 
 /// The ray's way through a frustum's tetrahedra: where each ends, as distance from the eye, and the value on its way.
 #[derive(Debug)]
@@ -72,12 +72,10 @@ impl Interpolant for Tetrahedra<'_, '_> {
             let u = 0.5 * (from_u + to_u);
             let middle = [0, 1, 2].map(|k| alpha[0][k] + u * (alpha[1][k] - alpha[0][k]));
             let planes = prism.planes(&middle);
-            let both = if planes[0] < 1.0 {
-                2
-            } else if planes[1] < 1.0 {
-                1
-            } else {
-                0
+            let both = match planes {
+                [first, _] if first < 1.0 => 2,
+                [_, second] if second < 1.0 => 1,
+                _ => 0,
             };
             let [a, b] = [0, 1].map(|i| transfer.normalised(prism.linear(both, &alpha[i])));
             [a, b - a]

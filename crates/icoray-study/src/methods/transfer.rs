@@ -24,10 +24,10 @@ struct Line {
 impl Transfer {
     /// For a shell of the given thickness in planet radii.
     pub fn new(scene: &Scene, thickness: f64) -> Self {
-        let [low, high] = scene.transfer.range();
+        let [low, high] = scene.volumes[0].transfer.range();
         let scale = if high > low { 1.0 / (high - low) } else { 1.0 };
         let narrow = |v: f64| ((v - low) * scale) as f32;
-        let knots = scene.transfer.knots.iter().map(|k| narrow(k.value)).collect();
+        let knots = scene.volumes[0].transfer.knots.iter().map(|k| narrow(k.value)).collect();
         let line = |span: &crate::oracle::Span| {
             let anchor = if span.low.is_finite() { span.low } else { span.high };
             Line {

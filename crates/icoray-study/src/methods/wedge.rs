@@ -2,15 +2,15 @@
 
 use super::march::{Interpolant, along};
 use super::transfer::Transfer;
+use crate::job::PreparedJob;
 use crate::oracle::gradients;
-use crate::setting::Setting;
 use glam::{DVec3, Vec3};
 use icoray::Frustum;
 
 /// Values, and gradients where the scene is lit, between the six vertices of a frustum.
 #[derive(Debug)]
 pub(crate) struct Wedge<'s, 'a> {
-    setting: &'s Setting<'a>,
+    prepared: &'s PreparedJob<'a>,
     gradients: Vec<Vec3>,
 }
 
@@ -23,13 +23,13 @@ pub(crate) struct Values {
 }
 
 impl<'s, 'a> Wedge<'s, 'a> {
-    pub fn new(setting: &'s Setting<'a>) -> Self {
-        let lit = setting.scene.lighting.is_some();
-        let gradients = if lit { gradients(setting) } else { Vec::new() };
+    pub fn new(prepared: &'s PreparedJob<'a>) -> Self {
+        let lit = prepared.scene.lighting.is_some();
+        let gradients = if lit { gradients(prepared) } else { Vec::new() };
         // Directions are all that is wanted: a gradient of 1e30 stays an f32.
         let largest = gradients.iter().fold(0.0f64, |m, g| m.max(g.abs().max_element()));
         let narrow = |g: &DVec3| (*g / largest).as_vec3();
-        Wedge { setting, gradients: gradients.iter().map(narrow).collect() }
+        Wedge { prepared, gradients: gradients.iter().map(narrow).collect() }
     }
 }
 
@@ -48,9 +48,9 @@ impl Interpolant for Wedge<'_, '_> {
             let [a, b, c] = [a, b, c].map(|v| transfer.normalised(v));
             [a, b - a, c - a]
         };
-        let on = self.setting.vertices(frustum)?.map(narrow);
-        let inner = self.setting.radius[frustum.layer];
-        Some(Values { on, inner, inverse_gap: 1.0 / (self.setting.radius[frustum.layer + 1] - inner) })
+        let on = self.prepared.vertices(frustum)?.map(narrow);
+        let inner = self.prepared.radius[frustum.layer];
+        Some(Values { on, inner, inverse_gap: 1.0 / (self.prepared.radius[frustum.layer + 1] - inner) })
     }
 
     #[inline]
@@ -62,7 +62,7 @@ impl Interpolant for Wedge<'_, '_> {
 
     fn gradient(&self, values: &Values, frustum: &Frustum, t: f64) -> Vec3 {
         let [b, c, lambda] = place(values, frustum, t);
-        let layers = self.setting.radius.len();
+        let layers = self.prepared.radius.len();
         let at = |k: usize, layer: usize| self.gradients[frustum.cells[k] as usize * layers + layer];
         let on = |layer| at(0, layer) * (1.0 - b - c) + at(1, layer) * b + at(2, layer) * c;
         on(frustum.layer).lerp(on(frustum.layer + 1), lambda)

@@ -3,13 +3,13 @@
 //! There extinction and colour are smooth. A piece is cut into panels of little optical depth; in each, 8 Gauss nodes
 //! give the depth up to every node by collocation and the light by quadrature, both of order 16.
 
-use super::course::Course;
 use super::gauss::{Gauss, NODES};
+use super::interpolant::FrustumInterpolant;
 use super::spans::Span;
 use glam::DVec3;
 
-/// Rays end where less than this comes through.
-pub(crate) const DARK: f64 = 1e-17;
+/// Transmittance at which rays end.
+pub(crate) const MIN_TRANSMITTANCE: f64 = 1e-17;
 
 /// Panels are short enough that heights change by no more than this part.
 const STEEP: f64 = 0.25;
@@ -24,17 +24,17 @@ const LIT_TOLERANCE: f64 = 1e-11;
 /// the first that count, are some 1e-12.
 const SMOOTH: f64 = 1e-6;
 
-/// What has been gathered along a ray: premultiplied linear RGB and the part of the light that still comes through.
+/// Accumulated premultiplied linear RGB and transmittance.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Light {
+pub(crate) struct Radiance {
     pub color: DVec3,
-    pub through: f64,
+    pub transmittance: f64,
 }
 
 /// A piece: value `base + course`, over `length` planet radii.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Piece<'s> {
-    pub course: Course,
+    pub interpolant: FrustumInterpolant,
     pub base: f64,
     pub span: &'s Span,
     pub length: f64,
@@ -45,13 +45,13 @@ struct Panel {
     /// Change of the value since the piece's start.
     change: [f64; NODES],
     /// Weight of the node's colour in the panel's light.
-    glow: [f64; NODES],
+    emission: [f64; NODES],
     depth: f64,
 }
 
 /// e^-x for 0 <= x <= 0.25, by Taylor's series: to rounding.
 #[inline(always)]
-fn fade(x: f64) -> f64 {
+fn exp_neg(x: f64) -> f64 {
     let mut sum = 1.0;
     for n in (1..=11u32).rev() {
         sum = 1.0 - x * sum * (1.0 / f64::from(n));
@@ -63,16 +63,16 @@ impl Piece<'_> {
     /// Extinction times the piece's length at `s`, 0 to 1, where it is `start` at 0.
     #[inline(always)]
     fn density(&self, start: f64, s: f64) -> f64 {
-        (start + self.span.extinction_slope * self.length * self.course.since_start(s)).max(0.0)
+        (start + self.span.extinction_slope * self.length * self.interpolant.since_start(s)).max(0.0)
     }
 
     /// Calls `panel` with start and width of panels of a depth up to `limit` (at most 0.25), until it says false.
     pub fn panels(&self, limit: f64, mut panel: impl FnMut(f64, f64) -> bool) {
-        let start = self.length * self.span.extinction(self.base, self.course.f[0]);
-        let height = |s: f64| 1.0 + self.course.eps * s;
+        let start = self.length * self.span.extinction(self.base, self.interpolant.f[0]);
+        let height = |s: f64| 1.0 + self.interpolant.eps * s;
         let fits = |s: f64, h: f64| {
             let deepest = self.density(start, s).max(self.density(start, s + h));
-            deepest * h <= limit && self.course.eps.abs() * h <= STEEP * height(s).min(height(s + h))
+            deepest * h <= limit && self.interpolant.eps.abs() * h <= STEEP * height(s).min(height(s + h))
         };
         let (mut s, mut width) = (0.0, 1.0);
         loop {
@@ -92,11 +92,11 @@ impl Piece<'_> {
     /// The panel from `s` on, `h` wide.
     #[inline(always)]
     fn panel(&self, gauss: &Gauss, s: f64, h: f64) -> Panel {
-        let start = self.length * self.span.extinction(self.base, self.course.f[0]);
-        let mut panel = Panel { change: [0.0; NODES], glow: [0.0; NODES], depth: 0.0 };
+        let start = self.length * self.span.extinction(self.base, self.interpolant.f[0]);
+        let mut panel = Panel { change: [0.0; NODES], emission: [0.0; NODES], depth: 0.0 };
         let (mut density, mut depth) = ([0.0; NODES], [0.0; NODES]);
         for (j, node) in gauss.node.iter().enumerate() {
-            panel.change[j] = self.course.since_start(s + h * node);
+            panel.change[j] = self.interpolant.since_start(s + h * node);
             density[j] = h * (start + self.span.extinction_slope * self.length * panel.change[j]).max(0.0);
         }
         for (density, row) in density.iter().zip(&gauss.until) {
@@ -107,49 +107,55 @@ impl Piece<'_> {
         for j in 0..NODES {
             let part = gauss.weight[j] * density[j];
             panel.depth += part;
-            panel.glow[j] = part * fade(depth[j]);
+            panel.emission[j] = part * exp_neg(depth[j]);
         }
         panel
     }
 
     /// The piece's light, unlit, behind `light`.
-    pub fn plain(&self, gauss: &Gauss, limit: f64, light: &mut Light) {
-        let color = self.span.color(self.base, self.course.f[0]);
+    pub fn plain(&self, gauss: &Gauss, limit: f64, radiance: &mut Radiance) {
+        let color = self.span.color(self.base, self.interpolant.f[0]);
         self.panels(limit, |s, h| {
             let panel = self.panel(gauss, s, h);
             let (mut sum, mut bent) = (0.0, 0.0);
             for j in 0..NODES {
-                sum += panel.glow[j];
-                bent += panel.glow[j] * panel.change[j];
+                sum += panel.emission[j];
+                bent += panel.emission[j] * panel.change[j];
             }
-            light.color += light.through * (color * sum + self.span.color_slope * bent);
-            light.through *= (-panel.depth).exp();
-            light.through > DARK
+            radiance.color += radiance.transmittance * (color * sum + self.span.color_slope * bent);
+            radiance.transmittance *= (-panel.depth).exp();
+            radiance.transmittance > MIN_TRANSMITTANCE
         });
     }
 
-    /// The light that the piece gives off, none of it absorbed on the way.
-    pub fn glow(&self, gauss: &Gauss) -> DVec3 {
-        let start = self.length * self.span.extinction(self.base, self.course.f[0]);
+    /// The emission of the piece without absorption.
+    pub fn emission(&self, gauss: &Gauss) -> DVec3 {
+        let start = self.length * self.span.extinction(self.base, self.interpolant.f[0]);
         let node = |j: usize| {
-            let f = self.course.at(gauss.node[j]);
+            let f = self.interpolant.at(gauss.node[j]);
             gauss.weight[j] * self.density(start, gauss.node[j]) * self.span.color(self.base, f)
         };
         (0..NODES).map(node).sum()
     }
 
     /// The piece's light in a lit scene: `shade` gives factor and highlight at `s`, 0 to 1, and has no kinks inside.
-    pub fn lit(&self, gauss: &Gauss, limit: f64, light: &mut Light, shade: &impl Fn(f64) -> (f64, f64)) {
+    pub fn lit(
+        &self,
+        gauss: &Gauss,
+        limit: f64,
+        radiance: &mut Radiance,
+        shade: &impl Fn(f64) -> (f64, f64),
+    ) {
         self.panels(limit, |s, h| {
             let (whole, roughness) = self.lit_panel(gauss, s, h, shade);
-            let (color, through) = if roughness < SMOOTH {
+            let (color, transmittance) = if roughness < SMOOTH {
                 whole
             } else {
-                self.refined(gauss, [s, h], whole, light.through, LEVELS, shade)
+                self.refined(gauss, [s, h], whole, radiance.transmittance, LEVELS, shade)
             };
-            light.color += light.through * color;
-            light.through *= through;
-            light.through > DARK
+            radiance.color += radiance.transmittance * color;
+            radiance.transmittance *= transmittance;
+            radiance.transmittance > MIN_TRANSMITTANCE
         });
     }
 
@@ -162,13 +168,14 @@ impl Piece<'_> {
         shade: &impl Fn(f64) -> (f64, f64),
     ) -> ((DVec3, f64), f64) {
         let panel = self.panel(gauss, s, h);
-        let start = self.span.color(self.base, self.course.f[0]);
+        let start = self.span.color(self.base, self.interpolant.f[0]);
         let mut color = DVec3::ZERO;
         let (mut bodies, mut highlights) = ([0.0; NODES], [0.0; NODES]);
         for j in 0..NODES {
             let (body, highlight) = shade(s + h * gauss.node[j]);
             (bodies[j], highlights[j]) = (body, highlight);
-            color += panel.glow[j] * ((start + self.span.color_slope * panel.change[j]) * body + highlight);
+            color +=
+                panel.emission[j] * ((start + self.span.color_slope * panel.change[j]) * body + highlight);
         }
         let roughness = gauss.roughness(&bodies).max(gauss.roughness(&highlights));
         ((color, (-panel.depth).exp()), roughness)

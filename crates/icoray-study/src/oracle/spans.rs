@@ -9,9 +9,9 @@ pub(crate) struct Span {
     /// Values of the span, `low <= high`; infinite outside all knots.
     pub low: f64,
     pub high: f64,
-    anchor: f64,
-    extinction: f64,
-    color: DVec3,
+    pub anchor: f64,
+    pub extinction: f64,
+    pub color: DVec3,
     /// Extinction per planet radius, per unit of the value.
     pub extinction_slope: f64,
     /// Linear RGB per unit of the value.
@@ -44,8 +44,8 @@ pub(crate) struct Spans {
 impl Spans {
     /// For a shell of the given thickness in planet radii.
     pub fn new(scene: &Scene, thickness: f64) -> Self {
-        let knots = &scene.transfer.knots;
-        let unit = scene.transfer.unit_length.unwrap_or(thickness);
+        let knots = &scene.volumes[0].transfer.knots;
+        let unit = scene.volumes[0].transfer.unit_length.unwrap_or(thickness);
         let last = knots.len() - 1;
         let span = |k: usize| {
             let (a, b) = (&knots[k.saturating_sub(1)], &knots[k.min(last)]);
@@ -66,8 +66,22 @@ impl Spans {
         Spans { spans: (0..=knots.len()).map(span).collect(), knots: knots.iter().map(|k| k.value).collect() }
     }
 
-    /// The span that a course from `base + f` on lies in: a value on a knot counts as above, unless the course falls.
-    pub fn find(&self, base: f64, f: f64, falls: bool) -> usize {
-        self.knots.partition_point(|k| if falls { k - base < f } else { k - base <= f })
+    /// Cuts a monotone course of the value, from `base + f[0]` to `base + f[1]`, at knots. Calls `piece` for each span with
+    /// the course's value, less `base`, at the end of the span, and whether it is the last; until `piece` returns false.
+    ///
+    /// The first span is that of the course's start, a value on a knot being above it unless the course falls; the others
+    /// follow in order, so that no value on a knot is looked up.
+    pub fn cut(&self, base: f64, f: [f64; 2], mut piece: impl FnMut(&Span, f64, bool) -> bool) {
+        let falls = f[1] < f[0];
+        let mut k = self.knots.partition_point(|k| if falls { k - base < f[0] } else { k - base <= f[0] });
+        loop {
+            let span = &self.spans[k];
+            let knot = if falls { span.low } else { span.high } - base;
+            let is_last = if falls { f[1] >= knot } else { f[1] <= knot };
+            if !piece(span, if is_last { f[1] } else { knot }, is_last) || is_last {
+                return;
+            }
+            k = if falls { k - 1 } else { k + 1 };
+        }
     }
 }

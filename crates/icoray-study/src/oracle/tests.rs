@@ -1,4 +1,5 @@
 use super::*;
+use crate::compare::Comparison;
 use crate::reference::Reference;
 use crate::sphere::{Sphere, multi_scale};
 use icoray::{Field, Knot, Layers, Location, Scene, Shape};
@@ -25,27 +26,27 @@ fn scene(size: u32, transfer: &str, rest: &str) -> Scene {
 
 /// Largest difference of a channel.
 fn apart(a: &[[f64; 4]], b: &[[f64; 4]]) -> f64 {
-    let pairs = a.iter().flatten().zip(b.iter().flatten());
-    pairs.map(|(a, b)| (a - b).abs()).fold(0.0, |m, d| if d > m || d.is_nan() { d } else { m })
+    Comparison::new(a, b).max
 }
 
 /// Pictures of the oracle at two panel sizes and, if there are steps, of the reference.
 fn pictures(sphere: &Sphere, scene: &Scene, steps: usize) -> [Vec<[f64; 4]>; 3] {
-    let (grid, field, renderer) =
-        (sphere.grid().unwrap(), sphere.field().unwrap(), Renderer::new(2).unwrap());
-    let job = Job { scene, grid: &grid, layers: &sphere.layers, field: &field };
-    let [coarse, fine] =
-        [PANEL, 0.5 * PANEL].map(|p| Oracle::with_panel(&job, p).unwrap().picture(&renderer));
-    if steps == 0 {
-        return [coarse, fine, Vec::new()];
-    }
-    let reference = Reference::new(&grid, sphere.layers.radius_m(), &field, scene);
-    let setting = Setting::new(&job).unwrap();
-    let brute = setting.pixels(&renderer, |x, y, _| {
-        let (eye, dir) = setting.ray(x, y);
-        over(scene.background, reference.trace(eye, dir, steps))
-    });
-    [coarse, fine, brute]
+    let renderer = Renderer::new(2).unwrap();
+    let draw = |job: &Job| {
+        let [coarse, fine] =
+            [PANEL, 0.5 * PANEL].map(|p| Oracle::with_panel(job, p).unwrap().picture(&renderer));
+        if steps == 0 {
+            return Ok([coarse, fine, Vec::new()]);
+        }
+        let reference = Reference::new(job.grid, sphere.layers.radius_m(), job.field, scene);
+        let prepared = PreparedJob::new(job)?;
+        let brute = prepared.pixels(&renderer, |x, y, _| {
+            let (eye, dir) = prepared.ray(x, y);
+            over(scene.background, reference.trace(eye, dir, steps))
+        });
+        Ok([coarse, fine, brute])
+    };
+    sphere.with_job(scene, draw).unwrap()
 }
 
 /// A constant field is a slab: `c (1 - exp(-κ L))`, with the chord's length from the traversal's ends.
@@ -59,10 +60,10 @@ knots = [ { value = 0, color = "rgb(255 0 0)", extinction = 1 }, { value = 0.5, 
         (sphere.grid().unwrap(), sphere.field().unwrap(), Renderer::new(2).unwrap());
     let job = Job { scene: &scene, grid: &grid, layers: &sphere.layers, field: &field };
     let oracle = Oracle::new(&job).unwrap();
-    let expected = oracle.setting.pixels(&renderer, |x, y, hint| {
-        let (eye, dir) = oracle.setting.ray(x, y);
+    let expected = oracle.prepared.pixels(&renderer, |x, y, hint| {
+        let (eye, dir) = oracle.prepared.ray(x, y);
         let (mut range, mut core) = (None, 0.0);
-        oracle.setting.traversal.ray(eye, dir, hint, |stretch| match stretch {
+        oracle.prepared.traversal.ray(eye, dir, hint, |stretch| match stretch {
             Stretch::Frustum(f) => {
                 range = Some([range.map_or(f.t[0], |[a, _]: [f64; 2]| a), f.t[1]]);
                 ControlFlow::Continue(())
@@ -72,9 +73,9 @@ knots = [ { value = 0, color = "rgb(255 0 0)", extinction = 1 }, { value = 0.5, 
                 ControlFlow::Break(())
             }
         });
-        let through = range.map_or(1.0, |[a, b]| (-2.0 * (b - a)).exp());
-        let glow = 0.5 * (1.0 - through);
-        [glow, through * core, glow, 1.0 - through + through * core]
+        let transmittance = range.map_or(1.0, |[a, b]| (-2.0 * (b - a)).exp());
+        let emission = 0.5 * (1.0 - transmittance);
+        [emission, transmittance * core, emission, 1.0 - transmittance + transmittance * core]
     });
     let d = apart(&oracle.picture(&renderer), &expected);
     assert!(d < 1e-13, "{d:e}");
@@ -92,12 +93,12 @@ fn a_linear_ramp_is_integrated_whatever_its_depth() {
     let spans = Spans::new(&parsed, 1.0);
     for length in [1e-3, 1.0, 40.0, 1e4, 1e12] {
         for f in [[0.0, 1.0], [1.0, 0.0]] {
-            let course = Course { f, bend: 0.0, eps: 0.0 };
-            let piece = Piece { course, base: 0.0, span: &spans.spans[1], length };
-            let mut light = Light { color: DVec3::ZERO, through: 1.0 };
+            let interpolant = FrustumInterpolant { f, bend: 0.0, eps: 0.0 };
+            let piece = Piece { interpolant, base: 0.0, span: &spans.spans[1], length };
+            let mut light = Radiance { color: DVec3::ZERO, transmittance: 1.0 };
             piece.plain(&gauss, PANEL, &mut light);
-            let through = (-0.5 * length).exp();
-            assert!((light.through - through).abs() < 1e-14, "{length}: {}", light.through);
+            let transmittance = (-0.5 * length).exp();
+            assert!((light.transmittance - transmittance).abs() < 1e-14, "{length}: {}", light.transmittance);
             // By parts: ∫ f dA with A the absorbed part is f1 A1 - ∫ A df.
             let depth = |u: f64| length * u * if f[1] > f[0] { 0.5 * u } else { 1.0 - 0.5 * u };
             let n = 400_000;
@@ -106,7 +107,7 @@ fn a_linear_ramp_is_integrated_whatever_its_depth() {
                 .map(|i| (f64::from(i) + 0.5) / f64::from(n))
                 .map(|x| -(-depth(x.powi(4))).exp_m1() * 4.0 * x.powi(3) / f64::from(n))
                 .sum();
-            let expected = f[1] * (1.0 - through) - (f[1] - f[0]) * lost;
+            let expected = f[1] * (1.0 - transmittance) - (f[1] - f[0]) * lost;
             assert!((light.color.x - expected).abs() < 1e-9, "{length} {f:?}: {} {expected}", light.color.x);
         }
     }
@@ -193,7 +194,7 @@ fn redundant_knots_and_layers_change_nothing() {
         let expected = wide(&sphere, radius, &values, &plain);
         let layered = wide(&sphere, &midway(radius), &between, &plain);
         let mut knotted = plain.clone();
-        let knots = &mut knotted.transfer.knots;
+        let knots = &mut knotted.volumes[0].transfer.knots;
         for i in 0..1024 {
             let value = -1.0 + 2.0 * (f64::from(i) + 0.37) / 1024.0;
             let above = knots.partition_point(|k| k.value <= value);
@@ -209,7 +210,12 @@ fn redundant_knots_and_layers_change_nothing() {
         }
         let many = wide(&sphere, radius, &values, &knotted);
         let d = [apart(&layered, &expected), apart(&many, &expected)];
-        println!("{} knots: layers {:.1e}, knots {:.1e}", knotted.transfer.knots.len(), d[0], d[1]);
+        println!(
+            "{} knots: layers {:.1e}, knots {:.1e}",
+            knotted.volumes[0].transfer.knots.len(),
+            d[0],
+            d[1]
+        );
         // Other layers round the ray's points otherwise, and where a value turns inside the spike that shows.
         let bound = if transfer == HARSH { 1e-9 } else { 1e-12 };
         assert!(d[0] < bound && d[1] < 1e-12, "{d:?}");

@@ -1,11 +1,11 @@
 //! Scenes of all kinds: dense and clear, lit, clouds with nothing between, nothing transparent.
 
-use crate::scenes::multi_scale::{self, TRANSFERS};
+use crate::scenes::multi_scale::{self, HEADLIGHT, TRANSFERS};
 use crate::sphere;
 use glam::DVec3;
 use icoray::{Error, ErrorKind, Result, Scene};
 
-/// A field and what is drawn of it.
+/// A field and its scene.
 #[derive(Debug)]
 pub(super) struct Case {
     pub name: &'static str,
@@ -19,20 +19,18 @@ const CASES: [Case; 9] = [
     case("lobes", sphere::multi_scale, |size| of_speed(size, 1, "")),
     case("thin", sphere::multi_scale, |size| of_speed(size, 2, "")),
     case("opaque", sphere::multi_scale, |size| of_speed(size, 3, "")),
-    case("dense, lit", sphere::multi_scale, |size| of_speed(size, 0, LIGHT)),
-    case("lobes, lit", sphere::multi_scale, |size| of_speed(size, 1, LIGHT)),
+    case("dense, lit", sphere::multi_scale, |size| of_speed(size, 0, HEADLIGHT)),
+    case("lobes, lit", sphere::multi_scale, |size| of_speed(size, 1, HEADLIGHT)),
     case("cloud", cloud, |size| of_cloud(size, "")),
-    case("cloud, lit", cloud, |size| of_cloud(size, LIGHT)),
+    case("cloud, lit", cloud, |size| of_cloud(size, HEADLIGHT)),
     case("low cloud", low_cloud, |size| of_cloud(size, "")),
 ];
-
-const LIGHT: &str = "[light]\nkind = \"headlight\"";
 
 const fn case(name: &'static str, field: fn(DVec3) -> f64, scene: fn(u32) -> Result<Scene>) -> Case {
     Case { name, field, scene }
 }
 
-/// Those of these names; all where none is given.
+/// The cases of these names; all if none is given.
 pub(super) fn named(names: &[String]) -> Result<Vec<Case>> {
     if let Some(name) = names.iter().find(|name| CASES.iter().all(|case| case.name != **name)) {
         let known = CASES.map(|case| format!("{:?}", case.name)).join(", ");
@@ -58,9 +56,6 @@ fn low_cloud(p: DVec3) -> f64 {
 }
 
 fn of_cloud(size: u32, light: &str) -> Result<Scene> {
-    Scene::parse(&format!(
-        "field = \"cloud water\"\nantialias = false\n[image]\nwidth = {size}\nheight = {size}\n\
-         [camera]\nlon = 30\nlat = 25\ndistance = 3.2\nfov = 45\n\
-         [transfer]\nknots = [ {{ value = 0, color = \"white\", extinction = 0 }}, {{ value = 1, color = \"white\", extinction = 200 }} ]\n{light}\n"
-    ))
+    let knots = "{ value = 0, color = \"white\", extinction = 0 }, { value = 1, color = \"white\", extinction = 200 }";
+    multi_scale::globe("cloud water", size, "", &format!("knots = [ {knots} ]\n{light}"))
 }

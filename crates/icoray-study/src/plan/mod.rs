@@ -1,13 +1,12 @@
-//! What each saving of the plan spares, and what it costs where it spares nothing.
+//! Gain and overhead of each saving of the plan.
 //!
-//! Each is switched off alone. Frames with and without take turns, each of a field of its own, as a model has one that
-//! computes on, and the least of their seconds counts: what else the machine does takes time, and gives none.
+//! One saving is switched off at a time. Frames with and without it alternate, each with a new field, as in a running model; the
+//! minimum of their seconds counts.
 
 mod cases;
 
-use crate::csv_file::CsvFile;
+use crate::results::{CsvFile, progress, say};
 use crate::sphere::Sphere;
-use crate::{make_directory, progress, say};
 use cases::Case;
 use icoray::{FrameReport, Grid, Renderer, Result, Savings, Scene};
 use std::io::Write;
@@ -39,7 +38,7 @@ pub struct Options {
     pub out: PathBuf,
 }
 
-/// A saving, and all others.
+/// Name of a saving, and all savings but this.
 type Switch = (&'static str, Savings);
 
 const ALL: Savings = Savings::ALL;
@@ -56,12 +55,12 @@ const WITHOUT: [Switch; 8] = [
     ("reuse", Savings { reuse: false, ..ALL }),
 ];
 
-/// What frames took.
+/// Cost of frames.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Cost {
-    /// The least seconds of a frame, preparing included.
+    /// Minimum seconds of a frame, with preparation.
     seconds: f64,
-    /// Bytes that rays read, and those that were made before.
+    /// Bytes that rays read, and bytes of derived data.
     read: u64,
     made: u64,
 }
@@ -69,14 +68,14 @@ struct Cost {
 impl Cost {
     const UNKNOWN: Self = Cost { seconds: f64::INFINITY, read: 0, made: 0 };
 
-    /// With one more frame.
+    /// Includes one more frame.
     fn with(self, report: &FrameReport, is_packed: bool) -> Self {
-        let seconds = self.seconds.min(report.prepare_s + report.render_s);
+        let seconds = self.seconds.min(report.timing.prepare_s + report.timing.render_s);
         Cost { seconds, read: bytes_read(report, is_packed), made: report.derived_bytes as u64 }
     }
 }
 
-/// Bytes that rays read, wherever from: in a column the tables and a vertex, in a frustum three values more.
+/// Bytes that rays read: tables and a vertex for each column, three values more for each frustum.
 fn bytes_read(report: &FrameReport, is_packed: bool) -> u64 {
     let vertex = match (report.quality.lights, is_packed) {
         (icoray::Lights::Off, _) => 4,
@@ -86,7 +85,7 @@ fn bytes_read(report: &FrameReport, is_packed: bool) -> u64 {
     64 * report.counts.columns + 3 * vertex * report.counts.frusta
 }
 
-/// One of the lines.
+/// A row of the table.
 struct Row<'r> {
     scene: &'r str,
     saving: &'r str,
@@ -95,36 +94,21 @@ struct Row<'r> {
 }
 
 impl Row<'_> {
-    const HEAD: [&'static str; 9] = [
-        "scene",
-        "saving",
-        "seconds_with",
-        "seconds_without",
-        "spared_percent",
-        "bytes_read_with",
-        "bytes_read_without",
-        "bytes_made_with",
-        "bytes_made_without",
-    ];
+    const HEAD: &'static str = "scene,saving,seconds_with,seconds_without,spared_percent,bytes_read_with,bytes_read_without,\
+        bytes_made_with,bytes_made_without";
 
-    /// Of the seconds without it.
+    /// Percents of the seconds without the saving.
     fn spared(&self) -> f64 {
         100.0 * (1.0 - self.with.seconds / self.without.seconds)
     }
 
-    fn cells(&self) -> [String; 9] {
+    fn cells(&self) -> Vec<String> {
         let Row { scene, saving, with, without } = self;
-        [
-            (*scene).to_string(),
-            (*saving).to_string(),
-            format!("{:.6}", with.seconds),
-            format!("{:.6}", without.seconds),
-            format!("{:.2}", self.spared()),
-            with.read.to_string(),
-            without.read.to_string(),
-            with.made.to_string(),
-            without.made.to_string(),
-        ]
+        let mut cells = vec![(*scene).to_owned(), (*saving).to_owned()];
+        cells.extend([with.seconds, without.seconds].map(|s| format!("{s:.6}")));
+        cells.push(format!("{:.2}", self.spared()));
+        cells.extend([with.read, without.read, with.made, without.made].map(|n| n.to_string()));
+        cells
     }
 
     fn line(&self) -> String {
@@ -142,32 +126,23 @@ impl Row<'_> {
 }
 
 /// Renders, prints a line for each scene and saving, and writes them to `plan.csv`.
-///
-/// # Errors
-/// Whatever the library says; [`ErrorKind::Io`](icoray::ErrorKind::Io) where the table cannot be written.
 pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
     let cases = cases::named(&options.scenes)?;
-    make_directory(&options.out)?;
-    let mut csv = CsvFile::create(options.out.join("plan.csv"), &Row::HEAD)?;
+    let mut csv = CsvFile::create(options.out.join("plan.csv"), Row::HEAD)?;
     let renderers = Renderers::new(options.threads)?;
-    say(
+    say!(
         out,
-        &format!(
-            "level {} x {} layers, {} x {} pixels, {} thread(s), least of {} frames; ms per frame, MB that are spared",
-            options.level,
-            options.layers,
-            options.size,
-            options.size,
-            renderers.all.threads(),
-            options.frames.max(1),
-        ),
+        "level {} x {} layers, {} x {} pixels, {} thread(s), least of {} frames; ms per frame, MB that are spared",
+        options.level,
+        options.layers,
+        options.size,
+        options.size,
+        renderers.all.threads(),
+        options.frames.max(1)
     )?;
     let head = ["scene", "saving", "with", "without", "spared %", "MB of reads", "MB made"];
     let [scene, saving, with, without, spared, read, made] = head;
-    say(
-        out,
-        &format!("{scene:>12} {saving:>10} {with:>10} {without:>10} {spared:>9} {read:>12} {made:>12}"),
-    )?;
+    say!(out, "{scene:>12} {saving:>10} {with:>10} {without:>10} {spared:>9} {read:>12} {made:>12}")?;
     let bar = progress(cases.len(), "plan");
     for case in &cases {
         bar.set_message(case.name);
@@ -176,8 +151,8 @@ pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
         let scene = (case.scene)(options.size)?;
         let rows = renderers.measure(case, &scene, &grid, &sphere, options.frames.max(1))?;
         for row in rows {
-            bar.suspend(|| say(out, &row.line()))?;
-            csv.row(&row.cells())?;
+            bar.suspend(|| say!(out, "{}", row.line()))?;
+            csv.row(row.cells())?;
         }
         bar.inc(1);
     }
@@ -185,7 +160,7 @@ pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
     Ok(())
 }
 
-/// One that saves all, and one for each saving that does not.
+/// A renderer with all savings, and one without each.
 struct Renderers {
     all: Renderer,
     without: Vec<(&'static str, Renderer)>,
@@ -210,19 +185,19 @@ impl Renderers {
         let mut rows: Vec<Row> = Vec::new();
         for (saving, renderer) in &self.without {
             let (mut with, mut without) = (Cost::UNKNOWN, Cost::UNKNOWN);
-            // The first ones take memory.
+            // The first frames allocate memory.
             for frame in 0..=frames {
                 let field = sphere.field()?;
                 let all = self.all.render(scene, grid, &sphere.layers, &field)?;
-                // What serves again shows in the second frame of a field.
+                // Reuse takes effect in the second frame of a field.
                 let all = match *saving {
                     "reuse" => self.all.render(scene, grid, &sphere.layers, &field)?,
                     _ => all,
                 };
-                let off = renderer.render(scene, grid, &sphere.layers, &sphere.field()?)?;
+                let reduced = renderer.render(scene, grid, &sphere.layers, &sphere.field()?)?;
                 if frame > 0 {
                     with = with.with(&all.report, true);
-                    without = without.with(&off.report, *saving != "packing");
+                    without = without.with(&reduced.report, *saving != "packing");
                 }
             }
             rows.push(Row { scene: case.name, saving, with, without });
@@ -255,7 +230,7 @@ mod tests {
         let mut table = csv::Reader::from_path(directory.path().join("plan.csv")).unwrap();
         let rows: Vec<_> = table.records().map(|row| row.unwrap()).collect();
         let number = |scene: &str, saving: &str, column: &str| -> f64 {
-            let at = Row::HEAD.iter().position(|name| *name == column).unwrap();
+            let at = Row::HEAD.split(',').position(|name| name == column).unwrap();
             let row = rows.iter().find(|row| row[0] == *scene && row[1] == *saving).unwrap();
             row[at].parse().unwrap()
         };

@@ -1,11 +1,11 @@
-//! What errors are measured on: grids with fields, and scenes of them.
+//! The scenes on which errors are measured, and their grids and fields.
 
+mod dataset;
 pub(crate) mod multi_scale;
 mod stiff;
-mod world;
 
-pub(crate) use world::data_directory;
-pub use world::{Detail, Loaded, Stage, World};
+pub(crate) use dataset::data_directory;
+pub use dataset::{Dataset, Detail, PreparedDataset};
 
 use crate::fig6;
 use icoray::{Error, ErrorKind, Precision, Result, Scene};
@@ -13,22 +13,21 @@ use icoray::{Error, ErrorKind, Precision, Result, Scene};
 const JW_VORTICITY: &str = include_str!("../../../../examples/scenes/jw_vorticity.toml");
 const JW_THETA: &str = include_str!("../../../../examples/scenes/jw_theta.toml");
 
-/// A scene with a name, and the world that it shows.
+/// A named scene and its dataset.
 #[derive(Debug, Clone)]
 pub struct StudyScene {
     /// The name by which it is asked for and stands in tables.
     pub name: String,
-    /// Grid, layers and field.
-    pub world: World,
+    pub dataset: Dataset,
     /// Camera, transfer function and light, in the default precision; one ray per pixel, as others draw.
     pub scene: Scene,
 }
 
 impl StudyScene {
-    fn new(name: impl Into<String>, world: World, scene: Scene) -> Self {
+    fn new(name: impl Into<String>, dataset: Dataset, scene: Scene) -> Self {
         let mut scene = scene;
         (scene.precision, scene.antialias) = (Precision::default(), false);
-        StudyScene { name: name.into(), world, scene }
+        StudyScene { name: name.into(), dataset, scene }
     }
 
     /// Makes the picture `width` pixels wide, its shape kept.
@@ -38,30 +37,27 @@ impl StudyScene {
     }
 }
 
-/// All scenes, those of one world together, each `width` pixels wide.
-///
-/// # Errors
-/// [`ErrorKind::Scene`] when one of them is wrong.
+/// All scenes, grouped by dataset, each `width` pixels wide.
 pub fn all(width: u32) -> Result<Vec<StudyScene>> {
     let mut scenes = vec![
-        StudyScene::new("radial", World::Radial, fig6::scene(width, false)?),
-        StudyScene::new("radial_lit", World::Radial, fig6::scene(width, true)?),
+        StudyScene::new("radial", Dataset::Radial, fig6::scene(width, false)?),
+        StudyScene::new("radial_lit", Dataset::Radial, fig6::scene(width, true)?),
     ];
-    for (name, world, text) in
-        [("jw_vorticity", World::Vorticity, JW_VORTICITY), ("jw_theta", World::Theta, JW_THETA)]
+    for (name, dataset, text) in
+        [("jw_vorticity", Dataset::Vorticity, JW_VORTICITY), ("jw_theta", Dataset::Theta, JW_THETA)]
     {
         let lit = Scene::parse(text)?;
-        scenes.push(StudyScene::new(name, world, Scene { lighting: None, ..lit.clone() }));
-        scenes.push(StudyScene::new(format!("{name}_lit"), world, lit));
+        scenes.push(StudyScene::new(name, dataset, Scene { lighting: None, ..lit.clone() }));
+        scenes.push(StudyScene::new(format!("{name}_lit"), dataset, lit));
     }
-    for (grid, world) in [("low", World::MultiScaleLow), ("high", World::MultiScaleHigh)] {
+    for (grid, dataset) in [("low", Dataset::MultiScaleLow), ("high", Dataset::MultiScaleHigh)] {
         for (name, opacity) in multi_scale::TRANSFERS {
             let scene = multi_scale::scene(width, opacity, "", "")?;
-            scenes.push(StudyScene::new(format!("{grid}_{name}"), world, scene));
+            scenes.push(StudyScene::new(format!("{grid}_{name}"), dataset, scene));
         }
     }
     for (name, knots) in stiff::TRANSFERS {
-        scenes.push(StudyScene::new(format!("stiff_{name}"), World::Stiff, stiff::scene(width, knots)?));
+        scenes.push(StudyScene::new(format!("stiff_{name}"), Dataset::Stiff, stiff::scene(width, knots)?));
     }
     scenes.iter_mut().for_each(|scene| scene.resize(width));
     Ok(scenes)

@@ -27,8 +27,16 @@ pub(crate) fn scene(size: u32, opacity: Opacity, rest: &str, light: &str) -> Res
             opacity(v)
         );
     }
+    globe("multi-scale", size, rest, &format!("knots = [\n{knots}]\n{light}"))
+}
+
+/// The table of a light from the eye.
+pub(crate) const HEADLIGHT: &str = "[light]\nkind = \"headlight\"";
+
+/// A scene of the whole globe: `rest` are lines before the tables, `transfer` is the last table and what follows it.
+pub(crate) fn globe(field: &str, size: u32, rest: &str, transfer: &str) -> Result<Scene> {
     Scene::parse(&format!(
-        "field = \"multi-scale\"\nantialias = false\n{rest}\n[image]\nwidth = {size}\nheight = {size}\n\
-         [camera]\nlon = 30\nlat = 25\ndistance = 3.2\nfov = 45\n[transfer]\nknots = [\n{knots}]\n{light}\n"
+        "field = \"{field}\"\nantialias = false\n{rest}\n[image]\nwidth = {size}\nheight = {size}\n\
+         [camera]\nlon = 30\nlat = 25\ndistance = 3.2\nfov = 45\n[transfer]\n{transfer}\n"
     ))
 }

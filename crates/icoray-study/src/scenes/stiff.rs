@@ -1,5 +1,6 @@
 //! Transfer functions that are hard to integrate, on the multi-scale field and a coarse grid.
 
+use super::multi_scale;
 use icoray::{Result, Scene};
 use std::fmt::Write as _;
 
@@ -83,9 +84,5 @@ fn knots() -> String {
 
 /// The scene of a transfer function.
 pub(crate) fn scene(size: u32, knots: Knots) -> Result<Scene> {
-    Scene::parse(&format!(
-        "field = \"multi-scale\"\nantialias = false\n[image]\nwidth = {size}\nheight = {size}\n\
-         [camera]\nlon = 30\nlat = 25\ndistance = 3.2\nfov = 45\n[transfer]\nunit_length = 1\nknots = [\n{}]\n",
-        knots()
-    ))
+    multi_scale::globe("multi-scale", size, "", &format!("unit_length = 1\nknots = [\n{}]", knots()))
 }

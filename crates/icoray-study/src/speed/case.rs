@@ -1,15 +1,15 @@
-//! What is drawn.
+//! The scenes of each grid.
 
-use super::Options;
+use super::options::{Light, Options};
 use crate::scenes::multi_scale::{self, Opacity};
-use icoray::{Result, Scene};
+use icoray::{Error, ErrorKind, Result, Scene};
 
 /// A transfer function, or none.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Case {
     pub name: &'static str,
     opacity: Option<Opacity>,
-    /// Whether frusta are integrated: else rays walk and interpolate, and lay aside what would be.
+    /// Whether frusta are integrated; else rays only traverse and interpolate.
     pub integrates: bool,
 }
 
@@ -18,30 +18,6 @@ impl Case {
         let transfer = |(name, opacity)| Case { name, opacity: Some(opacity), integrates: true };
         let walk = Case { name: "walk", opacity: None, integrates: false };
         multi_scale::TRANSFERS.into_iter().map(transfer).chain([walk])
-    }
-}
-
-/// Whether a scene is lit.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
-pub enum Light {
-    /// Emission and absorption only.
-    Unlit,
-    /// By a headlight.
-    Lit,
-}
-
-impl Light {
-    pub(super) fn name(self) -> &'static str {
-        match self {
-            Light::Unlit => "unlit",
-            Light::Lit => "lit",
-        }
-    }
-}
-
-impl std::fmt::Display for Light {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str(self.name())
     }
 }
 
@@ -61,16 +37,45 @@ impl Setting {
         };
         match self.case.opacity {
             Some(opacity) => {
-                let light = if self.light == Light::Lit { "[light]\nkind = \"headlight\"" } else { "" };
+                let light = if self.light == Light::Lit { multi_scale::HEADLIGHT } else { "" };
                 multi_scale::scene(options.pixels(), opacity, &rest(&options.method), light)
             }
             None => {
                 let mut scene = multi_scale::scene(options.pixels(), |_| 0.5, &rest("exact"), "")?;
-                // One span, that no value leaves.
-                let knots = &mut scene.transfer.knots;
+                // One span, which contains all values.
+                let knots = &mut scene.volumes[0].transfer.knots;
                 *knots = vec![knots[0], knots[knots.len() - 1]];
                 Ok(scene)
             }
         }
+    }
+}
+
+impl Options {
+    fn cases(&self) -> Result<Vec<Case>> {
+        let find = |name: &String| {
+            Case::all().find(|case| case.name == name).ok_or_else(|| {
+                let there: Vec<_> = Case::all().map(|case| case.name).collect();
+                let context =
+                    format!("there is no transfer function {name}; expected of {}", there.join(", "));
+                Error::new(ErrorKind::Argument, context)
+            })
+        };
+        self.transfers.iter().map(find).collect()
+    }
+
+    /// The settings of each grid. The traversal alone has one, as it depends on neither light nor tolerance.
+    pub(super) fn settings(&self) -> Result<Vec<Setting>> {
+        let cases = self.cases()?;
+        let mut settings = Vec::new();
+        for &light in &self.lights {
+            for &tolerance in &self.tolerance {
+                let of = |&case: &Case| Setting { case, light, tolerance };
+                settings.extend(cases.iter().filter(|case| case.integrates).map(of));
+            }
+        }
+        let walk = cases.iter().find(|case| !case.integrates);
+        settings.extend(walk.map(|&case| Setting { case, light: Light::Unlit, tolerance: 1e-3 }));
+        Ok(settings)
     }
 }

@@ -1,21 +1,20 @@
 //! Bytes that rays read of tables and field.
 //!
-//! Counted by hand in the kernel and multiplied by the columns and frusta that rays met. Every read counts, from wherever
-//! it is served: what caches give again is no traffic of the memory, so that the memory itself does less. What all rays
-//! share (layers, transfer function) does not count, nor does what is done before the first ray.
+//! Counted by hand in the kernel and multiplied by the numbers of columns and frusta. All reads count, including those that caches
+//! serve. Data that all rays share (layers, transfer function) and the preparation of frames do not count.
 
 use icoray::Counts;
 
 /// Of the next triangle: its number, its row of `corner_cell`, its new vertex' direction.
 const COLUMN: u64 = 4 + 12 + 24;
-/// What can be seen over a triangle, where there is something to leap over.
+/// Occupancy over a triangle, where there is empty space to skip.
 const BLOCKS: u64 = 4;
 /// Values of three cells on one layer, of 4 bytes.
 const VALUES: u64 = 12;
 /// Gradients of three vertices, wherever values are read.
 const GRADIENTS: u64 = 36;
 
-/// Bytes that rays read which met so much and leapt over the rest, if there was any.
+/// Bytes that rays read; `leaps` if they skip empty space.
 pub(super) fn bytes(counts: &Counts, leaps: bool, is_lit: bool) -> u64 {
     let column = COLUMN + if leaps { BLOCKS } else { 0 };
     let layer = VALUES + if is_lit { GRADIENTS } else { 0 };

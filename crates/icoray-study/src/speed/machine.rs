@@ -1,11 +1,11 @@
-//! What the machine's memory gives at most, measured: what frames are held against.
+//! Peak read bandwidth of the machine's memory.
 
 use icoray::{Renderer, Result};
 use rayon::prelude::*;
 use std::hint::black_box;
 use std::time::Instant;
 
-/// Much more than caches hold.
+/// Much larger than caches.
 const WORDS: usize = 1 << 25;
 /// Runs, of which the fastest counts; the first one warms up.
 const RUNS: usize = 6;

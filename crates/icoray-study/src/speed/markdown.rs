@@ -1,11 +1,11 @@
-//! What was measured as the tables of the README.
+//! Measurements as the tables of the README.
 
-use super::case::Light;
+use super::benchmark::Row;
 use super::instructions::Counted;
 use super::machine::Bandwidth;
+use super::options::{Light, Options, Size, cores};
 use super::setup::Setup;
-use super::stage::Row;
-use super::{Options, Size, table};
+use super::table;
 use icoray::Result;
 use std::fmt::Write as _;
 
@@ -14,14 +14,14 @@ pub(super) struct Measured<'m> {
     pub options: &'m Options,
     pub rows: &'m [Row],
     pub setups: &'m [Setup],
-    /// The most memory that a frame took, by grid and light.
+    /// Peak memory of a frame, by grid and light.
     pub memory: &'m [(Size, Light, u64)],
     pub bandwidths: &'m [Bandwidth],
-    /// `None` where nobody asked.
+    /// `None` if not requested.
     pub counted: Option<Result<Counted>>,
 }
 
-/// Digits for seconds: three that mean something.
+/// Seconds with three decimals, or two from 0.1 s on.
 fn seconds(s: f64) -> String {
     let digits = if s < 0.0995 { 3 } else { 2 };
     format!("{s:.digits$}")
@@ -38,6 +38,11 @@ fn grouped(n: usize) -> String {
         grouped.push(digit);
     }
     grouped
+}
+
+/// A table's row: `first`, and the other cells.
+fn line(first: &str, cells: impl Iterator<Item = String>) -> String {
+    cells.fold(format!("| {first} |"), |line, cell| format!("{line} {cell} |")) + "\n"
 }
 
 fn title(name: &str) -> &str {
@@ -78,9 +83,17 @@ impl Measured<'_> {
         format!("{} cells × {} layers", grouped(cells), size.layers)
     }
 
-    fn head(text: &mut String, first: &str, names: &[&str]) {
-        let names: Vec<&str> = names.iter().map(|name| title(name)).collect();
-        let _ = writeln!(text, "| {first} | {} |\n|---|{}", names.join(" | "), "---|".repeat(names.len()));
+    /// The rows of a scene: without light and tolerance where nothing is integrated.
+    fn find(&self, size: Size, light: Light, tolerance: f64, name: &str) -> impl Iterator<Item = &Row> {
+        self.rows.iter().filter(move |Row { size: of, setting, .. }| {
+            let is_of = setting.tolerance == tolerance || !setting.case.integrates;
+            *of == size && setting.case.name == name && setting.light == light && is_of
+        })
+    }
+
+    fn head(first: &str, names: &[&str]) -> String {
+        let titles = names.iter().map(|name| title(name).to_owned());
+        line(first, titles) + "|---|" + &"---|".repeat(names.len()) + "\n"
     }
 
     /// Seconds of frames, by grid, light and tolerance.
@@ -88,7 +101,7 @@ impl Measured<'_> {
         let options = self.options;
         let mut text = format!(
             "Seconds for a frame of a new field on {}, the least of {}; {} × {} pixels, 16 knots, {}, `{}`:\n\n",
-            table::cores(&options.threads),
+            cores(&options.threads),
             options.frames,
             options.pixels(),
             options.pixels(),
@@ -96,58 +109,46 @@ impl Measured<'_> {
             options.method
         );
         let names = self.names(false);
-        Self::head(&mut text, "`icoray-study speed`", &names);
+        text += &Self::head("`icoray-study speed`", &names);
         for size in self.sizes() {
-            for light in &options.lights {
-                for tolerance in &options.tolerance {
-                    let _ = write!(text, "| {}, {light}, tolerance {tolerance:e} |", self.grid(size));
-                    for name in &names {
-                        let is_asked = |row: &&Row| {
-                            let setting = &row.setting;
-                            let is_scene = setting.light == *light && setting.tolerance == *tolerance;
-                            row.size == size && setting.case.name == *name && is_scene
-                        };
-                        let times: Vec<_> =
-                            self.rows.iter().filter(is_asked).map(|row| seconds(row.least_s())).collect();
-                        let _ = write!(text, " {} |", times.join(", "));
-                    }
-                    text.push('\n');
+            for &light in &options.lights {
+                for &tolerance in &options.tolerance {
+                    let times = names.iter().map(|name| {
+                        let rows = self.find(size, light, tolerance, name);
+                        rows.map(|row| seconds(row.least_s())).collect::<Vec<_>>().join(", ")
+                    });
+                    text += &line(&format!("{}, {light}, tolerance {tolerance:e}", self.grid(size)), times);
                 }
             }
         }
         text
     }
 
-    /// What rays do in a second, on the first number of threads, unlit, at the first tolerance.
+    /// Frusta per second on the first number of threads, unlit, at the first tolerance.
     fn rates(&self) -> String {
         let (options, names) = (self.options, self.names(true));
-        let (Some(threads), Some(tolerance)) = (options.threads.first(), options.tolerance.first()) else {
+        let (Some(threads), Some(tolerance)) = (options.threads.first(), options.tolerance.first().copied())
+        else {
             return String::new();
         };
         let mut text = format!(
             "\nWhat rays do in a second on {}, unlit, tolerance {tolerance:e}: millions of frusta that they cross, and of these read; bytes of \
              tables and values that they read, from wherever they are served, in percent of what memory gives ({}). Where rays walk \
              alone they interpolate in all frusta, and nothing is integrated:\n\n",
-            table::cores(&[*threads]),
+            cores(&[*threads]),
             table::bandwidths(self.bandwidths)
         );
-        Self::head(&mut text, "millions of frusta/s crossed, read; of memory's", &names);
+        text += &Self::head("millions of frusta/s crossed, read; of memory's", &names);
         for size in self.sizes() {
-            let _ = write!(text, "| {} |", self.grid(size));
-            for name in &names {
-                let is_asked = |row: &&Row| {
-                    let setting = &row.setting;
-                    let is_scene = setting.light == Light::Unlit
-                        && (setting.tolerance == *tolerance || !setting.case.integrates);
-                    row.size == size && row.threads == *threads && setting.case.name == *name && is_scene
-                };
-                let cell = self.rows.iter().find(is_asked).map(|row| {
+            let rates = names.iter().map(|name| {
+                let mut rows = self.find(size, Light::Unlit, tolerance, name);
+                let row = rows.find(|row| row.report.threads == *threads);
+                row.map_or_else(String::new, |row| {
                     let [crossed, read] = row.rates().map(|rate| format!("{:.1}", 1e-6 * rate));
                     format!("{crossed}, {read}; {:.0} %", table::percent(row, self.bandwidths))
-                });
-                let _ = write!(text, " {} |", cell.unwrap_or_default());
-            }
-            text.push('\n');
+                })
+            });
+            text += &line(&self.grid(size), rates);
         }
         text += &self.instructions(&names);
         text
@@ -161,14 +162,13 @@ impl Measured<'_> {
         };
         let mut text = String::new();
         for light in &self.options.lights {
-            let _ = write!(text, "| {light}: instructions per frustum that is read |");
-            for name in names {
+            let cells = names.iter().map(|name| {
                 let found = counted.per_frustum.iter().find(|of| of.0 == *light && of.1 == *name);
-                let _ = write!(text, " {} |", found.map_or_else(String::new, |of| format!("{:.0}", of.2)));
-            }
-            text.push('\n');
+                found.map_or_else(String::new, |of| format!("{:.0}", of.2))
+            });
+            text += &line(&format!("{light}: instructions per frustum that is read"), cells);
         }
-        let (size, tool) = (counted.size, counted.tool.name());
+        let (size, tool) = (counted.size, counted.tool);
         let _ = writeln!(
             text,
             "\nInstructions are those of whole frames, n = {} with {} layers, 192 × 192 pixels, counted by {tool}.",
@@ -177,38 +177,35 @@ impl Measured<'_> {
         text
     }
 
-    /// What grids cost.
+    /// Seconds and memory of grids.
     fn tables(&self) -> String {
         let mut text = format!(
             "\nSeconds in which tables are checked and derived on {}, what is kept of them beside the model's own, and the most memory that a \
-             frame takes beyond the model's arrays, its picture included, with what that is of the field:\n\n\
-             | n | cells | seconds | bytes per cell | per triangle |",
-            table::cores(&self.options.threads)
+             frame takes beyond the model's arrays, its picture included, with what that is of the field:\n\n",
+            cores(&self.options.threads)
         );
-        for light in &self.options.lights {
-            let _ = write!(text, " {light} frame, MiB |");
-        }
-        let _ = writeln!(text, "\n|---|---|---|---|---|{}", "---|".repeat(self.options.lights.len()));
+        let lights = &self.options.lights;
+        let heads = lights.iter().map(|light| format!("{light} frame, MiB"));
+        text += &line("n | cells | seconds | bytes per cell | per triangle", heads);
+        let _ = writeln!(text, "|---|---|---|---|---|{}", "---|".repeat(lights.len()));
         for setup in self.setups {
-            let _ = write!(
-                text,
-                "| {} | {} | {} | {:.1} | {:.1} |",
+            let first = format!(
+                "{} | {} | {} | {:.1} | {:.1}",
                 setup.level,
                 grouped(setup.cells),
                 setup.times(),
                 setup.per_cell(),
                 setup.per_triangle()
             );
-            for light in &self.options.lights {
+            let frames = lights.iter().map(|light| {
                 let of = self.memory.iter().find(|of| of.0.level == setup.level && of.1 == *light);
-                let cell = of.map(|(size, _, bytes)| {
+                of.map_or_else(String::new, |(size, _, bytes)| {
                     let field = 4.0 * (setup.cells * size.layers) as f64;
                     let (mebi, percent) = (*bytes as f64 / f64::from(1 << 20), 100.0 * *bytes as f64 / field);
                     format!("{mebi:.1} ({percent:.0} %)")
-                });
-                let _ = write!(text, " {} |", cell.unwrap_or_default());
-            }
-            text.push('\n');
+                })
+            });
+            text += &line(&first, frames);
         }
         text
     }

@@ -1,11 +1,11 @@
-//! What a grid costs before the first frame: its tables checked and derived.
+//! Cost of a grid before the first frame: checked and derived tables.
 
-use super::{Options, table};
-use crate::peak::Peak;
+use super::options::cores;
+use crate::peak::PeakMemory;
 use icoray::{Grid, IcosahedralMesh, Renderer, Result};
 use std::time::Instant;
 
-/// What the checking of a grid's tables took.
+/// Cost of checking a grid's tables.
 #[derive(Debug, Clone)]
 pub(super) struct Setup {
     pub level: u32,
@@ -13,26 +13,22 @@ pub(super) struct Setup {
     pub triangles: usize,
     /// Least seconds by number of threads.
     pub seconds: Vec<(usize, f64)>,
-    /// What the grid keeps beside the model's tables, as it says itself.
+    /// Memory of the grid beside the model's tables, as it reports.
     pub derived_bytes: usize,
-    /// The most that the process had beyond those tables meanwhile.
+    /// Peak memory of the process beyond those tables during the check.
     pub peak_bytes: u64,
 }
 
 impl Setup {
-    pub fn of_tables(level: u32, options: &Options) -> Result<Self> {
-        Self::of(level, &IcosahedralMesh::new(level)?, &options.renderers()?, options.frames)
-    }
-
     pub fn of(level: u32, mesh: &IcosahedralMesh, renderers: &[Renderer], times: usize) -> Result<Self> {
         let mut seconds: Vec<_> = renderers.iter().map(|r| (r.threads(), f64::INFINITY)).collect();
         let mut derived_bytes = 0;
-        let peak = Peak::start()?;
+        let peak = PeakMemory::start()?;
         for _ in 0..times.max(1) {
-            for (renderer, (_, least)) in renderers.iter().zip(&mut seconds) {
+            for (renderer, (_, min)) in renderers.iter().zip(&mut seconds) {
                 let start = Instant::now();
                 let grid = renderer.run(|| Grid::new(mesh.tables()))?;
-                *least = least.min(start.elapsed().as_secs_f64());
+                *min = min.min(start.elapsed().as_secs_f64());
                 derived_bytes = grid.derived_bytes();
             }
         }
@@ -42,7 +38,7 @@ impl Setup {
 
     /// Seconds, one number of threads after the other.
     pub fn times(&self) -> String {
-        let times: Vec<_> = self.seconds.iter().map(|(_, least)| format!("{least:.3}")).collect();
+        let times: Vec<_> = self.seconds.iter().map(|(_, min)| format!("{min:.3}")).collect();
         times.join(", ")
     }
 
@@ -55,7 +51,7 @@ impl Setup {
             self.cells,
             self.triangles,
             self.times(),
-            table::cores(&threads),
+            cores(&threads),
             self.derived_bytes,
             self.per_cell(),
             self.per_triangle(),

@@ -1,113 +1,65 @@
-//! What was measured as lines and as a CSV file.
+//! Measurements as printed lines and as rows of a CSV file.
 
-use super::Options;
+use super::benchmark::Row;
 use super::machine::Bandwidth;
-use super::stage::Row;
+use super::options::{Options, cores};
 
-pub(super) const COLUMNS: [&str; 25] = [
-    "level",
-    "layers",
-    "cells",
-    "pixels",
-    "threads",
-    "transfer",
-    "light",
-    "tolerance",
-    "method",
-    "precision",
-    "frames",
-    "frame_least_s",
-    "frame_median_s",
-    "prepare_s",
-    "render_s",
-    "rays",
-    "columns",
-    "frusta_crossed",
-    "frusta_read",
-    "frusta_crossed_per_s",
-    "frusta_read_per_s",
-    "bytes_read",
-    "bandwidth_percent",
-    "field_bytes",
-    "derived_bytes",
-];
+pub(super) const COLUMNS: &str = "level,layers,cells,pixels,threads,transfer,light,tolerance,method,precision,frames,\
+    frame_least_s,frame_median_s,prepare_s,render_s,rays,columns,frusta_crossed,frusta_read,\
+    frusta_crossed_per_s,frusta_read_per_s,bytes_read,bandwidth_percent,field_bytes,derived_bytes";
 
-/// Numbers of cores in words.
-pub(super) fn cores(threads: &[usize]) -> String {
-    let numbers: Vec<_> = threads.iter().map(ToString::to_string).collect();
-    format!("{} {}", numbers.join(", "), if threads == [1] { "core" } else { "cores" })
-}
-
-/// What memory gave, in words.
+/// The bandwidths in words.
 pub(super) fn bandwidths(all: &[Bandwidth]) -> String {
     let of = |b: &Bandwidth| format!("{:.1} GB/s on {}", 1e-9 * b.bytes_per_s, cores(&[b.threads]));
     format!("memory is read in order at {}", all.iter().map(of).collect::<Vec<_>>().join(", "))
 }
 
-/// What rays read, in percent of what memory gave to as many threads.
+/// Bytes per second that rays read, in percent of the memory bandwidth of as many threads.
 pub(super) fn percent(row: &Row, all: &[Bandwidth]) -> f64 {
-    let most = all.iter().find(|b| b.threads == row.threads).map_or(f64::NAN, |b| b.bytes_per_s);
-    100.0 * row.bytes as f64 / row.render_s / most
+    let max = all.iter().find(|b| b.threads == row.report.threads).map_or(f64::NAN, |b| b.bytes_per_s);
+    100.0 * row.bytes as f64 / row.report.timing.render_s / max
 }
 
 /// A row's cells in the file.
 pub(super) fn cells(row: &Row, options: &Options, bandwidths: &[Bandwidth]) -> Vec<String> {
-    let setting = &row.setting;
+    let (setting, timing, counts) = (&row.setting, &row.report.timing, &row.report.counts);
     let method = if setting.case.integrates { options.method.as_str() } else { "none" };
     let mut cells = vec![row.size.level.to_string(), row.size.layers.to_string(), row.cells.to_string()];
-    cells.extend([options.pixels().to_string(), row.threads.to_string()]);
-    cells.extend([setting.case.name, setting.light.name()].map(String::from));
+    cells.extend([options.pixels().to_string(), row.report.threads.to_string()]);
+    cells.extend([setting.case.name.to_owned(), setting.light.to_string()]);
     cells.extend([format!("{:e}", setting.tolerance), method.to_owned(), options.precision.clone()]);
     cells.push(row.seconds.len().to_string());
-    cells.extend([row.least_s(), row.median_s(), row.prepare_s, row.render_s].map(|s| format!("{s:.6}")));
-    cells
-        .extend([row.counts.rays, row.counts.columns, row.crossed, row.counts.frusta].map(|n| n.to_string()));
+    let seconds = [row.least_s(), row.median_s(), timing.prepare_s, timing.render_s];
+    cells.extend(seconds.map(|s| format!("{s:.6}")));
+    cells.extend([counts.rays, counts.columns, row.crossed, counts.frusta].map(|n| n.to_string()));
     cells.extend(row.rates().map(|rate| format!("{rate:.4e}")));
     cells.extend([row.bytes.to_string(), format!("{:.2}", percent(row, bandwidths))]);
-    cells.extend([row.field_bytes, row.derived_bytes].map(|n| n.to_string()));
+    cells.extend([row.field_bytes, row.report.derived_bytes].map(|n| n.to_string()));
     cells
 }
 
 /// The head of the lines.
-pub(super) fn heading() -> String {
-    format!(
-        "{:>8} {:>5} {:>6} {:>7} {:>8} {:>8} {:>9} {:>8} {:>10} {:>10} {:>9} {:>9} {:>8} {:>9} {:>7}",
-        "transfer",
-        "light",
-        "toler.",
-        "threads",
-        "least s",
-        "median s",
-        "prepare s",
-        "rays s",
-        "columns",
-        "frusta",
-        "crossed/s",
-        "read/s",
-        "GB read",
-        "of memory",
-        "derived"
-    )
-}
+pub(super) const HEADING: &str = "transfer light toler. threads  least s median s prepare s   rays s    columns     frusta crossed/s    \
+    read/s  GB read of memory derived";
 
 /// A row's line.
 pub(super) fn line(row: &Row, bandwidths: &[Bandwidth]) -> String {
-    let setting = &row.setting;
+    let (setting, report) = (&row.setting, &row.report);
     let [crossed, read] = row.rates();
     format!(
         "{:>8} {:>5} {:>6.0e} {:>7} {:>8.3} {:>8.3} {:>9.3} {:>8.3} {:>10} {:>10} {crossed:>9.2e} {read:>9.2e} {:>8.2} {:>8.1}% {:>6.1}%",
         setting.case.name,
-        setting.light.name(),
+        setting.light,
         setting.tolerance,
-        row.threads,
+        report.threads,
         row.least_s(),
         row.median_s(),
-        row.prepare_s,
-        row.render_s,
-        row.counts.columns,
-        row.counts.frusta,
+        report.timing.prepare_s,
+        report.timing.render_s,
+        report.counts.columns,
+        report.counts.frusta,
         1e-9 * row.bytes as f64,
         percent(row, bandwidths),
-        100.0 * row.derived_bytes as f64 / row.field_bytes as f64,
+        100.0 * report.derived_bytes as f64 / row.field_bytes as f64,
     )
 }

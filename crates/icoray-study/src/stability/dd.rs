@@ -19,9 +19,7 @@ static INVERSE: LazyLock<[Dd; 20]> =
     LazyLock::new(|| std::array::from_fn(|k| if k == 0 { Dd::ZERO } else { Dd::ONE / k as f64 }));
 
 impl Dd {
-    /// 0.
     pub const ZERO: Dd = Dd { hi: 0.0, lo: 0.0 };
-    /// 1.
     pub const ONE: Dd = Dd { hi: 1.0, lo: 0.0 };
 
     /// The exact product of two doubles.
@@ -43,22 +41,18 @@ impl Dd {
         Dd { hi, lo: b - (hi - a) }
     }
 
-    /// Rounded to a double.
     pub fn to_f64(self) -> f64 {
         self.hi
     }
 
-    /// Absolute value.
     pub fn abs(self) -> Dd {
         if self.hi < 0.0 { -self } else { self }
     }
 
-    /// The smaller of two.
     pub fn min(self, other: Dd) -> Dd {
         if other < self { other } else { self }
     }
 
-    /// The larger of two.
     pub fn max(self, other: Dd) -> Dd {
         if other > self { other } else { self }
     }
@@ -74,7 +68,7 @@ impl Dd {
     }
 
     /// `1 - e^-x` for `x >= 0`, relatively exact also where x is tiny.
-    pub fn absorbed(self) -> Dd {
+    pub fn alpha(self) -> Dd {
         // More than this leaves less than 1e-43 of the light.
         if self.hi > 100.0 {
             return Dd::ONE;
@@ -85,18 +79,18 @@ impl Dd {
             doublings += 1;
         }
         // x - x²/2! + x³/3! - ...
-        let (mut absorbed, mut term) = (x, x);
+        let (mut alpha, mut term) = (x, x);
         for inverse in &INVERSE[2..] {
             term = -(term * x * *inverse);
-            absorbed += term;
+            alpha += term;
             if term.hi.abs() < 1e-34 * x.hi {
                 break;
             }
         }
         for _ in 0..doublings {
-            absorbed = absorbed * (Dd::from(2.0) - absorbed);
+            alpha = alpha * (Dd::from(2.0) - alpha);
         }
-        absorbed
+        alpha
     }
 }
 
@@ -178,8 +172,8 @@ mod tests {
             let y = Dd::from(f64::from(i)).sqrt() + Dd::from(1e-18);
             assert!(close(x / y * y, x), "{x:?} over {y:?}");
             assert!(close(y.sqrt() * y.sqrt(), y));
-            let apart = (x + y) * (x - y) - (x * x - y * y);
-            assert!(apart.abs().to_f64() < 2e-31 * (x * x + y * y).to_f64());
+            let pixel_error = (x + y) * (x - y) - (x * x - y * y);
+            assert!(pixel_error.abs().to_f64() < 2e-31 * (x * x + y * y).to_f64());
             x = x * Dd::from(1.01) + Dd::from(1e-3) / 7.0;
         }
     }
@@ -188,13 +182,13 @@ mod tests {
     fn absorption_has_the_known_digits_and_adds_up() {
         // 1 - 1/e = 0.63212055882855767840447622983853913...
         let known = Dd::from(0.632_120_558_828_557_7) + Dd::from(1.242_875_367_278_836_3e-17);
-        assert!(close(Dd::ONE.absorbed(), known), "{:?}", Dd::ONE.absorbed());
+        assert!(close(Dd::ONE.alpha(), known), "{:?}", Dd::ONE.alpha());
         for x in [1e-12, 0.003, 0.4, 2.0, 30.0] {
-            let (half, whole) = (Dd::from(0.5 * x).absorbed(), Dd::from(x).absorbed());
+            let (half, whole) = (Dd::from(0.5 * x).alpha(), Dd::from(x).alpha());
             assert!(close(half + (Dd::ONE - half) * half, whole), "{x}");
         }
         let x = 1e-13;
         let series = Dd::from(x) - Dd::product(x, x) / 2.0 + Dd::product(x, x) * Dd::from(x) / 6.0;
-        assert!(close(Dd::from(x).absorbed(), series));
+        assert!(close(Dd::from(x).alpha(), series));
     }
 }

@@ -1,24 +1,24 @@
-//! Whether the kernel stands what models and users do to it: thin shells, odd cameras, rays at vertices, edges and
-//! facets, clear and opaque cells, steps and spikes, fields of any size, missing values, fine meshes.
+//! Numerical stability of the kernel in hard cases: thin shells, unusual cameras, rays at vertices, edges and facets, clear and
+//! opaque cells, steps and spikes, fields of any magnitude, missing values, fine meshes.
 //!
-//! Every case is rendered in f64 and f32 and compared, ray by ray, with the exact integral for the same inputs, which
-//! [`truth`] computes in double-double by other means.
+//! Every case is rendered in f64 and f32 and compared, ray by ray, with the exact integral, which [`truth`] computes in
+//! double-double by other methods.
 
-pub mod cases;
-pub mod dd;
-pub mod gauss;
-pub mod light;
-pub mod measure;
+mod cases;
+pub(crate) mod dd;
+pub(crate) mod gauss;
+mod measure;
 pub mod path;
-pub mod table;
+mod radiance;
+mod table;
 pub mod truth;
 
 #[cfg(test)]
 mod tests;
 
-use crate::{progress, say};
-use cases::Ground;
-use icoray::{Error, ErrorKind, Grid, IcosahedralMesh, Renderer, Result};
+use crate::results::{make_directory, progress, say, write_file};
+use cases::CaseMesh;
+use icoray::{Grid, IcosahedralMesh, Renderer, Result};
 use measure::Row;
 use std::io::Write;
 use std::path::PathBuf;
@@ -41,15 +41,12 @@ pub struct Options {
 }
 
 /// Measures all cases on the meshes of `levels` whose group or name contains `only`.
-///
-/// # Errors
-/// Whatever the library says; none is expected.
-pub fn suite(renderer: &Renderer, levels: &[u32], only: &str) -> Result<Vec<Row>> {
+pub(crate) fn suite(renderer: &Renderer, levels: &[u32], only: &str) -> Result<Vec<Row>> {
     let mut rows = Vec::new();
     for &level in levels {
         let mesh = IcosahedralMesh::new(level)?;
         let grid = renderer.run(|| Grid::new(mesh.tables()))?;
-        for case in cases::on(&Ground { level, grid: &grid })? {
+        for case in cases::on(&CaseMesh { level, grid: &grid })? {
             if case.group.contains(only) || case.name.contains(only) {
                 rows.push(measure::measure(renderer, &grid, &case)?);
             }
@@ -59,10 +56,7 @@ pub fn suite(renderer: &Renderer, levels: &[u32], only: &str) -> Result<Vec<Row>
 }
 
 /// Measures, prints the page and writes it.
-///
-/// # Errors
-/// Whatever the library says, and [`ErrorKind::Io`] when a file cannot be written.
-pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
+pub(crate) fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
     let renderer = Renderer::new(options.threads)?;
     let mut levels = cases::LEVELS.to_vec();
     if options.large {
@@ -74,20 +68,16 @@ pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
     for level in levels {
         bar.set_message(format!("n = {level}"));
         let more = suite(&renderer, &[level], only)?;
-        bar.suspend(|| say(out, &format!("n = {level}: {} cases", more.len())))?;
+        bar.suspend(|| say!(out, "n = {level}: {} cases", more.len()))?;
         bar.inc(1);
         rows.extend(more);
     }
     bar.finish_and_clear();
     let page = table::page(&rows);
-    say(out, &format!("\n{page}"))?;
+    say!(out, "\n{page}")?;
     let Some(directory) = &options.out else { return Ok(()) };
-    let write = |name: &str, text: &str| {
-        let path = directory.join(name);
-        let failed = |e| Error::new(ErrorKind::Io, format!("{}: {e}", path.display()));
-        std::fs::create_dir_all(directory).and_then(|()| std::fs::write(&path, text)).map_err(failed)
-    };
-    write("STABILITY.md", &page)?;
-    write("stability.csv", &table::csv(&rows))?;
-    say(out, &format!("STABILITY.md and stability.csv in {}", directory.display()))
+    make_directory(directory)?;
+    write_file(&directory.join("STABILITY.md"), &page)?;
+    write_file(&directory.join("stability.csv"), table::csv(&rows))?;
+    say!(out, "STABILITY.md and stability.csv in {}", directory.display())
 }

@@ -1,7 +1,7 @@
-//! Where a ray runs, in double-double: every triangle of the mesh is asked for the part of the ray in its cone.
+//! The path of a ray in double-double, by intersection with the cone of every triangle.
 //!
-//! Nothing is walked: the triangles are tried one by one in f64 with a margin, and those that may be met are solved for
-//! in double-double. The parts found must cover the ray without a gap.
+//! There is no traversal: all triangles are tested in f64 with a margin, and candidates are solved in double-double. The parts
+//! found must cover the ray without a gap.
 
 use super::dd::Dd;
 use glam::DVec3;
@@ -78,7 +78,7 @@ fn dot(a: DVec3, b: &Vector) -> Dd {
     Dd::from(a.x) * b[0] + Dd::from(a.y) * b[1] + Dd::from(a.z) * b[2]
 }
 
-/// The range of t in which the ray lies in the triangle's cone, in f64 and too wide rather than too narrow.
+/// Whether the ray may meet the triangle's cone within `range`: conservative, in f64.
 fn roughly(ray: &Ray, [a, b, c]: [DVec3; 3], range: [f64; 2]) -> bool {
     let [mut low, mut high] = range;
     let sides = [b.cross(c), c.cross(a), a.cross(b)];
@@ -97,7 +97,7 @@ fn roughly(ray: &Ray, [a, b, c]: [DVec3; 3], range: [f64; 2]) -> bool {
     low <= high
 }
 
-/// The same exactly.
+/// The part of the ray in the triangle's cone, in double-double.
 fn column(ray: &Ray, cells: [u32; 3], [a, b, c]: [DVec3; 3], range: [f64; 2]) -> Option<Column> {
     let sides = [cross(b, c), cross(c, a), cross(a, b)];
     let volume = dot(a, &sides[0]);
@@ -154,16 +154,16 @@ pub fn columns(grid: &Grid, ray: &Ray, outer: f64, inner: Option<f64>) -> Result
     let all = all.filter(|&t| grid.is_triangle(t) || grid.is_void(t));
     let mut found: Vec<Column> = all.filter_map(candidate).collect();
     found.sort_by(|a, b| a.t[0].to_f64().total_cmp(&b.t[0].to_f64()));
-    let hair = Dd::from(1e-24 * (1.0 + end.abs()));
+    let tolerance = Dd::from(1e-24 * (1.0 + end.abs()));
     let (mut at, end, mut next, mut way) = (Dd::from(start), Dd::from(end), 0, Vec::new());
-    while at < end - hair {
+    while at < end - tolerance {
         // Of all that hold this place, the one that leads farthest: on a side or a vertex several do.
         let mut best: Option<Column> = None;
         while next < found.len() && found[next].t[0].to_f64() <= at.to_f64() {
             next += 1;
         }
         for column in &found[..next] {
-            let holds = column.t[0] <= at + hair && column.t[1] > at;
+            let holds = column.t[0] <= at + tolerance && column.t[1] > at;
             if holds && best.is_none_or(|b| column.t[1] > b.t[1]) {
                 best = Some(*column);
             }

@@ -1,20 +1,20 @@
-//! What was measured as a Markdown page and as CSV.
+//! Results as a Markdown page and as CSV.
 
 use super::cases::GROUPS;
 use super::measure::{RUNS, Row, Run};
 use std::fmt::Write as _;
 
-/// A number to one digit: what a machine's own rounding does not change.
+/// A number to one digit, which is reproducible across machines.
 fn short(value: f64) -> String {
     if value == 0.0 { "0".into() } else { format!("{value:.0e}") }
 }
 
 /// The errors of one run, and without its ill-posed rays where there are some.
 fn errors(run: &Run) -> String {
-    if run.ill == 0 {
+    if run.ill_posed == 0 {
         return short(run.error);
     }
-    format!("{} ({} without {} ill-posed)", short(run.error), short(run.well), run.ill)
+    format!("{} ({} without {} ill-posed)", short(run.error), short(run.well_posed_error), run.ill_posed)
 }
 
 /// One line per case, a heading per group.
@@ -29,7 +29,7 @@ pub fn rows(rows: &[Row]) -> String {
         for row in members {
             let [a, b, c] = row.run.map(|run| errors(&run));
             let [x, y, z] = row.run.map(|run| short(run.bound));
-            let over: usize = row.run.iter().map(|run| run.over).sum();
+            let over: usize = row.run.iter().map(|run| run.over_bound).sum();
             let not_finite: usize = row.run.iter().map(|run| run.not_finite).sum();
             let _ = writeln!(
                 text,
@@ -76,7 +76,7 @@ pub fn page(all: &[Row]) -> String {
         "{INTRODUCTION}\n{} cases, {rays} rays, {seen} of which meet something. Not finite: {}; lost: {lost}; over their bound: {}.\n{}",
         all.len(),
         total(|r| r.not_finite),
-        total(|r| r.over),
+        total(|r| r.over_bound),
         rows(all)
     )
 }
@@ -97,10 +97,10 @@ pub fn csv(all: &[Row]) -> String {
                 row.rays,
                 row.seen,
                 run.error,
-                run.well,
-                run.ill,
+                run.well_posed_error,
+                run.ill_posed,
                 run.bound,
-                run.over,
+                run.over_bound,
                 run.not_finite,
                 row.lost
             );

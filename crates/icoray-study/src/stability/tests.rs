@@ -1,6 +1,6 @@
 //! The reference against closed forms and an independent one, and the suite with its limits.
 
-use super::cases::{self, Ground};
+use super::cases::{self, CaseMesh};
 use super::measure::{self, Row};
 use super::path::Ray;
 use super::truth::Truth;
@@ -109,7 +109,10 @@ fn stability_suite_holds_its_limits() {
     let seen: usize = rows.iter().map(|row| row.seen).sum();
     assert!(rows.len() >= 200 && seen > 15_000, "{} cases, {seen} rays that see something", rows.len());
     for row in &rows {
-        assert!(row.run.iter().all(|run| run.over == 0), "a pixel is farther off than it says: {row:?}");
+        assert!(
+            row.run.iter().all(|run| run.over_bound == 0),
+            "a pixel is farther off than it says: {row:?}"
+        );
     }
     earth(&rows);
 }
@@ -136,7 +139,7 @@ fn stability_page_lists_the_cases() {
     for level in cases::LEVELS {
         let mesh = IcosahedralMesh::new(level).unwrap();
         let grid = Grid::new(mesh.tables()).unwrap();
-        for case in cases::on(&Ground { level, grid: &grid }).unwrap() {
+        for case in cases::on(&CaseMesh { level, grid: &grid }).unwrap() {
             let line = format!("| {} | {} |", case.name, case.scene.width * case.scene.height);
             assert!(
                 page.contains(&line),

@@ -1,9 +1,9 @@
-//! What a picture must be: the exact integral of the interpolant along each ray, in double-double.
+//! The exact integral of the interpolant along a ray, in double-double.
 
 use super::dd::Dd;
 use super::gauss::Gauss;
-use super::light::{Course, Light, Transfer};
 use super::path::{Column, Ray, columns};
+use super::radiance::{FrustumInterpolant, NODES, Radiance, Transfer};
 use icoray::{Field, Grid, Scene};
 
 /// A scene over a grid and a field at cell centres whose first layer is the lowest.
@@ -14,7 +14,7 @@ pub struct Truth<'a> {
     radius: &'a [f64],
     transfer: Transfer,
     core: Option<[f64; 3]>,
-    rule: Gauss,
+    rule: Gauss<NODES>,
     falling: bool,
     /// Added to every value, in units of the transfer function's range.
     shift: Dd,
@@ -31,6 +31,15 @@ pub struct Stretch {
     pub column: Column,
 }
 
+/// Error of `pixel` against `exact`, less half a unit in the last place of f32.
+pub fn pixel_error(pixel: [f32; 4], exact: &[f64; 4]) -> f64 {
+    let channel = |k: usize| {
+        let half = 0.5 * f64::from(pixel[k].next_up() - pixel[k]).abs();
+        (f64::from(pixel[k]) - exact[k]).abs() - half
+    };
+    (0..4).map(channel).fold(0.0, f64::max)
+}
+
 impl<'a> Truth<'a> {
     /// `radius` are the layers' radii in planet radii, rising; `falling` when the field's first layer is the highest.
     pub fn new(
@@ -41,16 +50,8 @@ impl<'a> Truth<'a> {
         scene: &Scene,
     ) -> Self {
         let transfer = Transfer::new(scene, radius);
-        Truth {
-            grid,
-            field,
-            radius,
-            transfer,
-            core: scene.core,
-            rule: Gauss::rule(),
-            falling,
-            shift: Dd::ZERO,
-        }
+        let (core, rule, shift) = (scene.core, Gauss::rule(), Dd::ZERO);
+        Truth { grid, field, radius, transfer, core, rule, falling, shift }
     }
 
     /// The same with every value moved by the part `by` of the transfer function's range.
@@ -109,7 +110,7 @@ impl<'a> Truth<'a> {
     }
 
     /// The value along a stretch, `None` in a void.
-    fn course(&self, layer: usize, stretch: &Stretch) -> Option<Course> {
+    fn interpolant(&self, layer: usize, stretch: &Stretch) -> Option<FrustumInterpolant> {
         let (column, [from, to]) = (&stretch.column, stretch.t);
         let lower = self.values(column.cells, layer)?;
         let upper = self.values(column.cells, layer + 1)?;
@@ -123,10 +124,10 @@ impl<'a> Truth<'a> {
             over[0] + (b * (over[1] - over[0]) + c * (over[2] - over[0])) / height
         };
         let values = [from, (from + to) / 2.0, to].map(value);
-        Some(Course::through(values, [column.height(from), column.height(to)]))
+        Some(FrustumInterpolant::transmittance(values, [column.height(from), column.height(to)]))
     }
 
-    /// Light along a ray: premultiplied linear RGB and opacity.
+    /// Radiance along a ray: premultiplied linear RGB and opacity.
     ///
     /// # Errors
     /// As [`columns`].
@@ -134,24 +135,24 @@ impl<'a> Truth<'a> {
         Ok(self.light(&self.stretches(ray)?))
     }
 
-    /// The same along a way that is known.
+    /// As [`Self::trace`], along known stretches.
     pub fn light(&self, way: &[Stretch]) -> [f64; 4] {
-        let mut light = Light::none();
+        let mut light = Radiance::none();
         for stretch in way {
             match (stretch.layer, self.core) {
                 (Some(layer), _) => {
-                    if let Some(course) = self.course(layer, stretch) {
-                        light.pass(&self.rule, &self.transfer, &course, stretch.t[1] - stretch.t[0]);
+                    if let Some(interpolant) = self.interpolant(layer, stretch) {
+                        light.pass(&self.rule, &self.transfer, &interpolant, stretch.t[1] - stretch.t[0]);
                     }
                 }
                 (None, Some(color)) => light.hit(color),
                 (None, None) => {}
             }
-            if light.is_blocked() {
+            if light.is_opaque() {
                 break;
             }
         }
         let [r, g, b] = light.color.map(Dd::to_f64);
-        [r, g, b, (Dd::ONE - light.through).to_f64()]
+        [r, g, b, (Dd::ONE - light.transmittance).to_f64()]
     }
 }

@@ -1,6 +1,6 @@
 //! The model and the scene as files that the script reads.
 
-use crate::io_error;
+use crate::results::write_file;
 use crate::sphere::Sphere;
 use icoray::{Result, Scene};
 use std::fmt::Write as _;
@@ -8,10 +8,7 @@ use std::path::Path;
 
 /// Writes `scene.txt`, a line of numbers behind a name; `directions.f64`, `triangles.i32` and `values.f32`, little-endian.
 pub(super) fn write(directory: &Path, scene: &Scene, sphere: &Sphere) -> Result<()> {
-    let put = |name: &str, bytes: Vec<u8>| {
-        let path = directory.join(name);
-        std::fs::write(&path, bytes).map_err(|e| io_error(&path, e))
-    };
+    let put = |name: &str, bytes: Vec<u8>| write_file(&directory.join(name), bytes);
     let grid = sphere.grid()?;
     let directions = (0..grid.cells() as u32).flat_map(|cell| grid.direction(cell).to_array());
     put("directions.f64", directions.flat_map(f64::to_le_bytes).collect())?;
@@ -34,8 +31,8 @@ fn text(scene: &Scene, radii: &[f64]) -> String {
     line("up", &up);
     line("half_height", &[half_height]);
     line("radii", radii);
-    let unit = scene.transfer.unit_length.unwrap_or(radii[radii.len() - 1] - radii[0]);
-    for knot in &scene.transfer.knots {
+    let unit = scene.volumes[0].transfer.unit_length.unwrap_or(radii[radii.len() - 1] - radii[0]);
+    for knot in &scene.volumes[0].transfer.knots {
         let [red, green, blue] = knot.color;
         line("knot", &[knot.value, red, green, blue, knot.extinction / unit]);
     }

@@ -1,80 +1,37 @@
-//! What a user would pick instead: VTK's volume renderers on the same field as explicit wedges or tetrahedra.
+//! Comparison with VTK's volume renderers on the same field as explicit wedges or tetrahedra.
 //!
-//! VTK comes from PyPI into an environment of its own; each of its renderers runs in a process of its own. All are given the
-//! same linear colours and extinctions, one thread unless told, a black background and a hollow planet, and are compared with
-//! the oracle's picture. VTK's pictures have 8 bits a channel: an RMSE of 0.001 is rounding.
+//! VTK is installed from PyPI into a virtual environment; each of its renderers runs in its own process. All have the same linear
+//! colours and extinctions, one thread by default, a black background and a hollow planet, and are compared with the oracle's
+//! picture. VTK's pictures have 8 bits per channel: an RMSE of 0.001 is rounding.
 
 mod export;
+mod options;
 mod process;
 mod row;
 mod summary;
 
+pub use options::Options;
+
 use crate::compare::Comparison;
-use crate::csv_file::CsvFile;
-use crate::methods::Job;
 use crate::montage::{self, Montage, Tile};
 use crate::oracle::Oracle;
-use crate::peak::Peak;
+use crate::peak::PeakMemory;
+use crate::results::{CsvFile, make_directory, progress, replace_section, say, write_file};
 use crate::scenes::multi_scale;
 use crate::sphere::{self, Sphere};
-use crate::{make_directory, progress, readme, say};
 use icoray::{Field, Renderer, Result, Scene};
-use process::{Environment, Outcome};
+use process::Environment;
 use row::{COLUMNS, HEAD, OURS, Row, Seconds};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-/// What to compare.
-#[derive(Debug, Clone, clap::Args)]
-pub struct Options {
-    /// Bisections of the icosahedron, one size after another.
-    #[arg(long, value_delimiter = ',', default_value = "4,5")]
-    pub levels: Vec<u32>,
-    /// Layers.
-    #[arg(long, default_value_t = 20)]
-    pub layers: usize,
-    /// Width and height of the picture.
-    #[arg(long, default_value_t = 512)]
-    pub size: u32,
-    /// Transfer functions: dense, lobes, thin, opaque.
-    #[arg(long, value_delimiter = ',', default_value = "dense,lobes")]
-    pub transfers: Vec<String>,
-    /// VTK's renderers: bunyk and projected-tetrahedra are given tetrahedra, zsweep wedges.
-    #[arg(long, value_delimiter = ',', default_value = "bunyk,zsweep,projected-tetrahedra")]
-    pub renderers: Vec<String>,
-    /// Threads; VTK's z-sweep has one.
-    #[arg(long, default_value_t = 1)]
-    pub threads: usize,
-    /// Frames of the same values and of new ones; the first one of VTK sorts and splits, the least of the others is reported.
-    #[arg(long, default_value_t = 3)]
-    pub frames: usize,
-    /// GiB that a VTK process may have; where it does not fit, that is reported.
-    #[arg(long, default_value_t = 12.0)]
-    pub memory: f64,
-    /// Seconds that a VTK process may take.
-    #[arg(long, default_value_t = 600)]
-    pub patience: u64,
-    /// The Python that makes VTK's environment.
-    #[arg(long, default_value = "python3")]
-    pub python: PathBuf,
-    /// Directory for VTK's environment, vtk.csv, vtk.md and the pictures.
-    #[arg(long, default_value = "out/vtk")]
-    pub out: PathBuf,
-    /// A file in which the tables take the place of those between its lines `<!-- icoray-study vtk -->` and `<!-- end -->`.
-    #[arg(long)]
-    pub readme: Option<PathBuf>,
-}
-
 /// Compares, and prints a Markdown table and what it comes to.
-///
-/// # Errors
-/// Whatever the library says; [`ErrorKind::Io`](icoray::ErrorKind::Io) where VTK cannot be installed or its script fails.
 pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
     make_directory(&options.out)?;
     let environment = Environment::new(&options.python, &options.out.join("environment"), out)?;
-    let mut table = CsvFile::create(options.out.join("vtk.csv"), &COLUMNS)?;
-    HEAD.iter().try_for_each(|line| say(out, line))?;
+    let mut table = CsvFile::create(options.out.join("vtk.csv"), COLUMNS)?;
+    HEAD.iter().try_for_each(|line| say!(out, "{line}"))?;
     let runs = options.levels.len() * options.transfers.len() * (1 + options.renderers.len());
     let bar = progress(runs, "vtk");
     let (mut rows, mut failures) = (Vec::new(), Vec::new());
@@ -88,16 +45,16 @@ pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
             let model = Model::new(*level, options, &scene, name)?;
             bar.set_message(format!("n={level} {name}, icoray"));
             let ours = model.ours()?;
-            table.row(&ours.cells(options))?;
-            bar.suspend(|| say(out, &ours.line()))?;
+            table.row(ours.cells(options))?;
+            bar.suspend(|| say!(out, "{}", ours.line()))?;
             bar.inc(1);
             rows.push(ours);
             for renderer in &options.renderers {
                 bar.set_message(format!("n={level} {name}, {renderer}"));
                 match model.theirs(&environment, renderer)? {
                     Ok(row) => {
-                        table.row(&row.cells(options))?;
-                        bar.suspend(|| say(out, &row.line()))?;
+                        table.row(row.cells(options))?;
+                        bar.suspend(|| say!(out, "{}", row.line()))?;
                         rows.push(row);
                     }
                     Err(why) => failures.push(format!("n={level}, {name}, {renderer}: {why}")),
@@ -108,15 +65,14 @@ pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
     }
     bar.finish_and_clear();
     let summary = summary::summary(&rows, options, &failures);
-    say(out, &summary)?;
+    say!(out, "{summary}")?;
     let lines: Vec<String> = rows.iter().map(Row::line).collect();
     let text = format!("{}\n{}\n{summary}", HEAD.join("\n"), lines.join("\n"));
-    let path = options.out.join("vtk.md");
-    std::fs::write(&path, &text).map_err(|e| crate::io_error(&path, e))?;
-    options.readme.as_ref().map_or(Ok(()), |path| readme::put(path, "vtk", &text))
+    write_file(&options.out.join("vtk.md"), &text)?;
+    options.readme.as_ref().map_or(Ok(()), |path| replace_section(path, "vtk", &text))
 }
 
-/// A model, its scene, and the picture that is right.
+/// A model, its scene, and the oracle's picture.
 struct Model<'o> {
     options: &'o Options,
     level: u32,
@@ -131,19 +87,15 @@ impl<'o> Model<'o> {
     fn new(level: u32, options: &'o Options, scene: &'o Scene, transfer: &'static str) -> Result<Self> {
         let sphere = Sphere::new(level, options.layers, [1.0, 1.15], sphere::multi_scale)?;
         let directory = options.out.join(format!("n{level}_{transfer}"));
-        let truth = {
-            let renderer = Renderer::new(0)?;
-            let (grid, field) = (sphere.grid()?, sphere.field()?);
-            let job = Job { scene, grid: &grid, layers: &sphere.layers, field: &field };
-            Oracle::new(&job)?.picture(&renderer)
-        };
+        let renderer = Renderer::new(0)?;
+        let truth = sphere.with_job(scene, |job| Ok(Oracle::new(job)?.picture(&renderer)))?;
         make_directory(&directory)?;
         export::write(&directory, scene, &sphere)?;
         Ok(Model { options, level, transfer, scene, sphere, truth, directory })
     }
 
     fn ours(&self) -> Result<Row> {
-        let peak = Peak::start()?;
+        let peak = PeakMemory::start()?;
         let start = Instant::now();
         let renderer = Renderer::new(self.options.threads)?;
         let grid = renderer.run(|| self.sphere.grid())?;
@@ -157,11 +109,11 @@ impl<'o> Model<'o> {
         let field = self.sphere.field()?;
         let frames = self.options.frames.max(1);
         let same = (0..frames).map(|_| draw(&field)).collect::<Result<Vec<_>>>()?;
-        // As a model's next step: of a new field nothing is known.
+        // As in the next step of a model: nothing derived from the new field is cached.
         let steps = (0..frames).map(|_| draw(&self.sphere.field()?)).collect::<Result<Vec<_>>>()?;
         let memory = peak.bytes()?;
         let step = steps.iter().copied().fold(f64::INFINITY, f64::min);
-        let seconds = Seconds { prepare, first: same[0], frame: least(&same), step };
+        let seconds = Seconds { prepare, first: same[0], frame: min_of_later(&same), step };
         let of_frame = last.as_ref().map_or(0, |frame| frame.report.derived_bytes);
         let derived = Some((grid.derived_bytes() + of_frame) as u64);
         let pixels = last.map_or_else(Vec::new, |frame| frame.pixels);
@@ -173,17 +125,17 @@ impl<'o> Model<'o> {
 
     fn theirs(&self, environment: &Environment, renderer: &str) -> Result<std::result::Result<Row, String>> {
         let picture = self.directory.join(format!("{renderer}.f32"));
-        let said = match environment.draw(&self.directory, renderer, self.options, &picture)? {
-            Outcome::Said(said) => said,
-            Outcome::Failed(why) => return Ok(Err(why)),
+        let output = match environment.draw(&self.directory, renderer, self.options, &picture)? {
+            Ok(output) => output,
+            Err(why) => return Ok(Err(why)),
         };
         let seconds = Seconds {
-            prepare: said.number("build_s")?,
-            first: said.number("first_s")?,
-            frame: said.number("frame_s")?,
-            step: said.number("step_s")?,
+            prepare: output.number("build_s")?,
+            first: output.number("first_s")?,
+            frame: output.number("frame_s")?,
+            step: output.number("step_s")?,
         };
-        let (memory, wedges) = (said.number("memory")?, said.number("wedges")?);
+        let (memory, wedges) = (output.number("memory")?, output.number("wedges")?);
         let pixels = read_pixels(&picture)?;
         self.row(renderer, seconds, memory as u64, wedges as u64, &pixels).map(Ok)
     }
@@ -196,22 +148,13 @@ impl<'o> Model<'o> {
         wedges: u64,
         pixels: &[[f32; 4]],
     ) -> Result<Row> {
-        let far = Comparison::new(pixels, &self.truth);
+        let comparison = Comparison::new(pixels, &self.truth);
         self.sheet(renderer, pixels)?;
-        let renderer = renderer.to_owned();
-        Ok(Row {
-            level: self.level,
-            transfer: self.transfer,
-            renderer,
-            seconds,
-            memory,
-            derived: None,
-            wedges,
-            far,
-        })
+        let (level, transfer, renderer) = (self.level, self.transfer, renderer.to_owned());
+        Ok(Row { level, transfer, renderer, seconds, memory, derived: None, wedges, comparison })
     }
 
-    /// The picture beside its difference from the right one, ten times as bright.
+    /// Writes the picture beside ten times its difference from the oracle's.
     fn sheet(&self, renderer: &str, pixels: &[[f32; 4]]) -> Result<()> {
         let mut sheet = Montage::new(self.options.size, self.options.size);
         let difference = montage::amplified(pixels, &self.truth, 10.0);
@@ -223,15 +166,15 @@ impl<'o> Model<'o> {
     }
 }
 
-/// The least of all frames but the first, which sets things up.
-fn least(seconds: &[f64]) -> f64 {
+/// Minimum of all frames but the first, which includes the setup.
+fn min_of_later(seconds: &[f64]) -> f64 {
     let later = if seconds.len() > 1 { &seconds[1..] } else { seconds };
     later.iter().copied().fold(f64::INFINITY, f64::min)
 }
 
 /// Linear RGB as the script wrote it, opaque.
 fn read_pixels(path: &Path) -> Result<Vec<[f32; 4]>> {
-    let bytes = std::fs::read(path).map_err(|e| crate::io_error(path, e))?;
+    let bytes = std::fs::read(path).map_err(|e| crate::results::io_error(path, e))?;
     let values: Vec<f32> = bytes.as_chunks().0.iter().map(|b| f32::from_le_bytes(*b)).collect();
     Ok(values.as_chunks().0.iter().map(|&[r, g, b]| [r, g, b, 1.0]).collect())
 }

@@ -1,14 +1,14 @@
-//! VTK's environment, its processes and what they say.
+//! VTK's virtual environment, its processes and their output.
 
-use super::Options;
-use crate::{io_error, say};
+use super::options::Options;
+use crate::results::{io_error, read_text, say, write_file};
 use icoray::{Error, ErrorKind, Result};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
-/// What is asked of PyPI.
+/// Packages from PyPI.
 const PACKAGES: [&str; 2] = ["vtk==9.7.2", "numpy"];
 const SCRIPT: &str = include_str!("draw.py");
 
@@ -22,18 +22,13 @@ pub(super) struct Environment {
     script: PathBuf,
 }
 
-/// How a process ended.
-pub(super) enum Outcome {
-    /// It drew.
-    Said(Said),
-    /// It could not, and why.
-    Failed(String),
-}
+/// What a process printed, or else the reason why it failed.
+pub(super) type Outcome = std::result::Result<ProcessOutput, String>;
 
 /// Names and numbers that a process printed.
-pub(super) struct Said(String);
+pub(super) struct ProcessOutput(String);
 
-impl Said {
+impl ProcessOutput {
     pub fn number(&self, name: &str) -> Result<f64> {
         let of_line = |line: &str| line.strip_prefix(name)?.trim().parse().ok();
         self.0.lines().find_map(of_line).ok_or_else(|| failed(format!("VTK's process told no {name}")))
@@ -41,21 +36,21 @@ impl Said {
 }
 
 impl Environment {
-    /// The environment in `directory`, made and filled where it is not there.
+    /// The environment in `directory`, created if it does not exist.
     pub fn new(python: &Path, directory: &Path, out: &mut dyn Write) -> Result<Self> {
         let inner = directory.join("bin").join("python");
         let has_vtk = || Command::new(&inner).args(["-c", "import vtk, numpy"]).output();
         if !has_vtk().is_ok_and(|tried| tried.status.success()) {
-            say(out, &format!("installing {} in {}", PACKAGES.join(", "), directory.display()))?;
+            say!(out, "installing {} in {}", PACKAGES.join(", "), directory.display())?;
             run(Command::new(python).args(["-m", "venv"]).arg(directory))?;
             run(Command::new(&inner).args(["-m", "pip", "install", "--quiet"]).args(PACKAGES))?;
         }
         let script = directory.join("draw.py");
-        std::fs::write(&script, SCRIPT).map_err(|e| io_error(&script, e))?;
+        write_file(&script, SCRIPT)?;
         Ok(Environment { python: inner, script })
     }
 
-    /// Draws the model in `directory` with one of VTK's renderers, in a process of its own.
+    /// Renders the model in `directory` with one of VTK's renderers, in its own process.
     pub fn draw(
         &self,
         directory: &Path,
@@ -82,17 +77,17 @@ impl Environment {
             if start.elapsed() > Duration::from_secs(options.patience) {
                 let _ = child.kill();
                 let _ = child.wait();
-                return Ok(Outcome::Failed(format!("not done after {} s", options.patience)));
+                return Ok(Err(format!("not done after {} s", options.patience)));
             }
             std::thread::sleep(Duration::from_millis(20));
         };
-        let text = std::fs::read_to_string(&log).map_err(|e| io_error(&log, e))?;
+        let text = read_text(&log)?;
         if status.success() {
-            return Ok(Outcome::Said(Said(text)));
+            return Ok(Ok(ProcessOutput(text)));
         }
         let last = text.lines().rev().find(|line| !line.trim().is_empty()).unwrap_or("nothing was said");
         let memory = options.memory;
-        Ok(Outcome::Failed(format!("{status} with at most {memory} GiB of memory: {last}")))
+        Ok(Err(format!("{status} with at most {memory} GiB of memory: {last}")))
     }
 }
 
@@ -101,8 +96,8 @@ fn run(command: &mut Command) -> Result<()> {
     if ended.status.success() {
         return Ok(());
     }
-    let said = String::from_utf8_lossy(&ended.stderr);
-    Err(failed(format!("{command:?}: {}: {}", ended.status, said.trim())))
+    let output = String::from_utf8_lossy(&ended.stderr);
+    Err(failed(format!("{command:?}: {}: {}", ended.status, output.trim())))
 }
 
 #[cfg(test)]
@@ -111,9 +106,9 @@ mod tests {
 
     #[test]
     fn what_a_process_says_is_found_by_name_and_missing_numbers_are_errors() {
-        let said = Said("a warning\nwedges 97280\nfirst_s 1.5\n".into());
-        assert_eq!(said.number("wedges").unwrap(), 97280.0);
-        assert_eq!(said.number("first_s").unwrap(), 1.5);
-        assert!(said.number("memory").unwrap_err().to_string().contains("memory"));
+        let output = ProcessOutput("a warning\nwedges 97280\nfirst_s 1.5\n".into());
+        assert_eq!(output.number("wedges").unwrap(), 97280.0);
+        assert_eq!(output.number("first_s").unwrap(), 1.5);
+        assert!(output.number("memory").unwrap_err().to_string().contains("memory"));
     }
 }

@@ -1,34 +1,33 @@
 //! A renderer's row of the table.
 
-use super::Options;
+use super::options::Options;
 use crate::compare::Comparison;
 
 pub(super) const OURS: &str = "icoray";
 
-/// What a renderer took for a picture, and how far that is from the right one.
+/// Cost and error of a renderer's picture.
 #[derive(Debug, Clone)]
 pub(super) struct Row {
     pub level: u32,
     pub transfer: &'static str,
     pub renderer: String,
     pub seconds: Seconds,
-    /// Most bytes at any time beyond the model's arrays.
+    /// Peak bytes beyond the model's arrays.
     pub memory: u64,
-    /// What icoray says that it derived of grid and field, which is all that grows with them; nobody else says so.
+    /// Bytes that icoray derived from grid and field, which is all memory that grows with these; unknown for other renderers.
     pub derived: Option<u64>,
     pub wedges: u64,
-    pub far: Comparison,
+    pub comparison: Comparison,
 }
 
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Seconds {
-    /// Until rays can start.
+    /// Preparation before the first ray.
     pub prepare: f64,
-    /// Of the first frame, which VTK's sorts and splits in.
+    /// The first frame, in which VTK sorts and splits cells.
     pub first: f64,
-    /// Of a later one, of the same values and of others.
+    /// A later frame of the same values, and one of new values.
     pub frame: f64,
-    /// See above.
     pub step: f64,
 }
 
@@ -43,20 +42,8 @@ pub(super) const HEAD: [&str; 2] = [
     "|---|---|---|---|---|---|---|---|---|---|",
 ];
 
-pub(super) const COLUMNS: [&str; 12] = [
-    "level",
-    "layers",
-    "transfer",
-    "renderer",
-    "prepare_s",
-    "first_frame_s",
-    "frame_s",
-    "step_frame_s",
-    "memory_bytes",
-    "wedges",
-    "rmse",
-    "max_error",
-];
+pub(super) const COLUMNS: &str = "level,layers,transfer,renderer,prepare_s,first_frame_s,frame_s,step_frame_s,\
+    memory_bytes,wedges,rmse,max_error";
 
 impl Row {
     pub fn line(&self) -> String {
@@ -67,8 +54,8 @@ impl Row {
             self.transfer,
             self.renderer,
             self.memory as f64 / f64::from(1 << 20),
-            self.far.rmse,
-            self.far.max,
+            self.comparison.rmse,
+            self.comparison.max,
         )
     }
 
@@ -77,7 +64,7 @@ impl Row {
         cells.extend([self.transfer.to_owned(), self.renderer.clone()]);
         cells.extend(self.seconds.all().map(|s| format!("{s:.6}")));
         cells.extend([self.memory, self.wedges].map(|n| n.to_string()));
-        cells.extend([self.far.rmse, self.far.max].map(|d| format!("{d:.6e}")));
+        cells.extend([self.comparison.rmse, self.comparison.max].map(|d| format!("{d:.6e}")));
         cells
     }
 }

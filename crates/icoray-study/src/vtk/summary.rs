@@ -1,6 +1,6 @@
-//! What a comparison comes to: how many times icoray's time and memory the others take, and what fits in a memory.
+//! Summary of the comparison: time and memory relative to icoray's, and the largest grids in a given memory.
 
-use super::Options;
+use super::options::Options;
 use super::row::{OURS, Row};
 use std::fmt::Write as _;
 
@@ -11,62 +11,58 @@ const GIBI: f64 = (1u64 << 30) as f64;
 /// Memory as a straight line over the number of wedges.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Line {
-    /// Whatever the grid: a window, libraries, a picture.
+    /// Independent of the grid: a window, libraries, a picture.
     fixed: f64,
     per_wedge: f64,
-    is_from: Source,
+    source: LineSource,
 }
 
-/// How the two parts of a [`Line`] are told apart.
+/// How the two parts of a [`Line`] are determined.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Source {
-    /// As icoray says itself: its share of the memory is less than what pictures and threads have more or less.
-    Said,
-    /// By the difference of two grids.
+enum LineSource {
+    /// Reported by icoray.
+    Reported,
+    /// From the difference of two grids.
     Fit,
-    /// Not at all.
-    Whole,
+    /// Not determined.
+    Total,
 }
 
 impl Line {
     /// Through the smallest and the largest grid of a renderer, whose memory is the mean over transfer functions.
     fn of(rows: &[Row], renderer: &str) -> Option<Self> {
-        let mut wedges: Vec<u64> =
-            rows.iter().filter(|row| row.renderer == renderer).map(|row| row.wedges).collect();
-        wedges.sort_unstable();
-        let (least, most) = (*wedges.first()?, *wedges.last()?);
+        let rows: Vec<&Row> = rows.iter().filter(|row| row.renderer == renderer).collect();
+        let wedges = || rows.iter().map(|row| row.wedges);
+        let (min, max) = (wedges().min()?, wedges().max()?);
+        let of = |wedges: u64| rows.iter().filter(move |row| row.wedges == wedges);
         let mean = |wedges: u64| {
-            let all: Vec<f64> = rows
-                .iter()
-                .filter(|row| row.renderer == renderer && row.wedges == wedges)
-                .map(|row| row.memory as f64)
-                .collect();
-            all.iter().sum::<f64>() / all.len() as f64
+            let sum: f64 = of(wedges).map(|row| row.memory as f64).sum();
+            sum / of(wedges).count() as f64
         };
-        let largest = rows.iter().filter(|row| row.renderer == renderer && row.wedges == most);
+        let largest = of(max);
         if let Some(derived) = largest.filter_map(|row| row.derived).max() {
             let derived = derived as f64;
-            let fixed = (mean(most) - derived).max(0.0);
-            return Some(Line { fixed, per_wedge: derived / most as f64, is_from: Source::Said });
+            let fixed = (mean(max) - derived).max(0.0);
+            return Some(Line { fixed, per_wedge: derived / max as f64, source: LineSource::Reported });
         }
-        if least == most {
-            return Some(Line { fixed: 0.0, per_wedge: mean(most) / most as f64, is_from: Source::Whole });
+        if min == max {
+            return Some(Line { fixed: 0.0, per_wedge: mean(max) / max as f64, source: LineSource::Total });
         }
-        let per_wedge = (mean(most) - mean(least)) / (most - least) as f64;
-        Some(Line { fixed: mean(least) - per_wedge * least as f64, per_wedge, is_from: Source::Fit })
+        let per_wedge = (mean(max) - mean(min)) / (max - min) as f64;
+        Some(Line { fixed: mean(min) - per_wedge * min as f64, per_wedge, source: LineSource::Fit })
     }
 
     fn bytes(&self, wedges: f64) -> f64 {
         self.fixed + self.per_wedge * wedges
     }
 
-    /// The most wedges that so many bytes hold.
-    fn most(&self, bytes: f64) -> f64 {
+    /// Maximum number of wedges in so many bytes.
+    fn max_wedges(&self, bytes: f64) -> f64 {
         (bytes - self.fixed) / self.per_wedge
     }
 }
 
-/// A Markdown table of ratios, and what fits in the memory that VTK may have: a sentence per renderer, and what failed.
+/// A Markdown table of ratios, a sentence per renderer on grids that fit in memory, and the failures.
 pub(super) fn summary(rows: &[Row], options: &Options, failures: &[String]) -> String {
     let renderers = &options.renderers;
     let mut text = String::from(
@@ -98,7 +94,7 @@ pub(super) fn summary(rows: &[Row], options: &Options, failures: &[String]) -> S
     text
 }
 
-/// Of each picture that both drew.
+/// Ratios for each picture that both rendered.
 fn ratios(rows: &[Row], renderer: &str, seconds: fn(&Row) -> f64) -> Vec<f64> {
     let pairs = rows.iter().filter(|row| row.renderer == *renderer).filter_map(|theirs| {
         let is_ours =
@@ -114,26 +110,26 @@ fn span(all: &[f64]) -> String {
 }
 
 /// The finest grid of no more wedges: a bisection has four times as many triangles as the one before, from 20 on.
-fn finest(most: f64, layers: usize) -> Option<u32> {
+fn finest(max: f64, layers: usize) -> Option<u32> {
     let wedges = |level: u32| 20.0 * 4f64.powi(level as i32) * (layers - 1) as f64;
-    (0..=icoray::MAX_LEVEL).rev().find(|level| wedges(*level) <= most)
+    (0..=icoray::MAX_LEVEL).rev().find(|level| wedges(*level) <= max)
 }
 
 fn fits(name: &str, line: &Line, options: &Options) -> String {
     let (gibi, layers) = (options.memory, options.layers);
-    let most = line.most(gibi * GIBI);
-    let finest = finest(most, layers).map_or_else(|| "no grid".into(), |level| format!("n = {level}"));
+    let max = line.max_wedges(gibi * GIBI);
+    let finest = finest(max, layers).map_or_else(|| "no grid".into(), |level| format!("n = {level}"));
     let fixed = format!("{:.1} MiB whatever the grid", line.fixed / f64::from(1 << 20));
-    let fixed = match line.is_from {
-        Source::Said => format!(" by its own account, and {fixed}"),
-        Source::Fit => format!(" and {fixed}"),
-        Source::Whole => " with what it takes whatever the grid".to_owned(),
+    let fixed = match line.source {
+        LineSource::Reported => format!(" by its own account, and {fixed}"),
+        LineSource::Fit => format!(" and {fixed}"),
+        LineSource::Total => " with what it takes whatever the grid".to_owned(),
     };
     format!(
         "{name}: {:.1} bytes per wedge{fixed}; by that {gibi} GiB hold {:.1} million wedges, of grids of {layers} \
          layers none finer than {finest}, and the paper's 655,362 cells x 99 layers, {:.0} million wedges, take {:.2} GiB (extrapolated)",
         line.per_wedge,
-        1e-6 * most,
+        1e-6 * max,
         1e-6 * PAPER_WEDGES,
         line.bytes(PAPER_WEDGES) / GIBI,
     )
@@ -154,9 +150,10 @@ mod tests {
 
     fn row(renderer: &str, level: u32, memory: u64, wedges: u64, frame: f64) -> Row {
         let seconds = Seconds { prepare: 0.5 * frame, first: 1.5 * frame, frame, step: 2.0 * frame };
-        let far = Comparison::new(&[[0.0; 4]], &[[0.0; 4]]);
+        let comparison = Comparison::new(&[[0.0; 4]], &[[0.0; 4]]);
         let derived = (renderer == OURS).then_some(wedges);
-        Row { level, transfer: "dense", renderer: renderer.into(), seconds, memory, derived, wedges, far }
+        let (transfer, renderer) = ("dense", renderer.into());
+        Row { level, transfer, renderer, seconds, memory, derived, wedges, comparison }
     }
 
     #[test]
@@ -169,8 +166,8 @@ mod tests {
             row("bunyk", 5, 6 * mebi, 1 << 12, 3.0),
         ];
         let line = Line::of(&rows, "bunyk").unwrap();
-        assert_eq!(line, Line { fixed: 2.0 * mebi as f64, per_wedge: 1024.0, is_from: Source::Fit });
-        assert_eq!(line.most(line.bytes(12345.0)), 12345.0);
+        assert_eq!(line, Line { fixed: 2.0 * mebi as f64, per_wedge: 1024.0, source: LineSource::Fit });
+        assert_eq!(line.max_wedges(line.bytes(12345.0)), 12345.0);
         let asked = Asked::try_parse_from(["vtk", "--layers", "11", "--memory", "0.1"]).unwrap();
         let text = summary(&rows, &asked.options, &["n=6, dense, zsweep: no".into()]);
         assert!(text.contains("| bunyk | 15.0 to 20.0 | 15.0 to 20.0 | 15.0 to 20.0 | 1024 |"), "{text}");
@@ -185,7 +182,7 @@ mod tests {
             text.contains("0.1 GiB hold 0.1 million wedges, of grids of 11 layers none finer than n = 4"),
             "{text}"
         );
-        assert_eq!([51_199.0, 51_200.0, 199.0].map(|most| finest(most, 11)), [Some(3), Some(4), None]);
+        assert_eq!([51_199.0, 51_200.0, 199.0].map(|max| finest(max, 11)), [Some(3), Some(4), None]);
         assert_eq!(Line::of(&rows[..2], "bunyk").unwrap().per_wedge, 3072.0);
         assert_eq!(Line::of(&rows, "zsweep"), None);
     }

@@ -1,21 +1,11 @@
 //! `icoray-study gpu` on a small grid, on whatever adapter is there.
 
+use crate::{rows, study};
 use icoray::ErrorKind;
-use icoray_study::Study;
 use icoray_test_support::{Need, skip_because};
-use std::collections::HashMap;
-
-#[derive(clap::Parser)]
-struct Line {
-    #[command(subcommand)]
-    study: Study,
-}
 
 fn run(words: &str) -> icoray::Result<String> {
-    let line = ["study", "gpu"].into_iter().chain(words.split(' '));
-    let mut out = Vec::new();
-    <Line as clap::Parser>::try_parse_from(line).unwrap().study.run(&mut out)?;
-    Ok(String::from_utf8(out).unwrap())
+    study(["gpu"].into_iter().chain(words.split(' ')))
 }
 
 #[test]
@@ -26,11 +16,7 @@ fn pictures_of_all_settings_are_drawn_on_both() {
         Err(e) if e.context().contains("no Vulkan adapter") => return skip_because(Need::Gpu, e),
         printed => printed.unwrap(),
     };
-    let rows: Vec<HashMap<String, String>> = csv::Reader::from_path(directory.path().join("gpu.csv"))
-        .unwrap()
-        .deserialize()
-        .map(Result::unwrap)
-        .collect();
+    let rows = rows(&directory.path().join("gpu.csv"));
     assert_eq!(rows.len(), 2 * 2 * 2 * 4);
     for row in &rows {
         let number = |key: &str| row[key].parse::<f64>().unwrap_or_else(|e| panic!("{key} of {row:?}: {e}"));

@@ -1,30 +1,15 @@
 //! The studies run to their end on small grids and leave what they promise.
 
-use icoray_study::Study;
+use crate::{rows, study};
 use std::collections::HashMap;
 use std::path::Path;
 
-/// Arguments as on the command line.
-#[derive(clap::Parser)]
-struct Line {
-    #[command(subcommand)]
-    study: Study,
-}
-
 /// Runs a study with its results in `directory`; returns what it printed.
 fn run(words: &[&str], directory: &Path) -> String {
-    let line = ["study"].iter().chain(words).copied();
-    let line = line.chain(["--out", directory.to_str().unwrap()]);
     // Some have fields that need no file.
     let data: &[&str] = if ["ranks", "speed"].contains(&words[0]) { &[] } else { &["--data", "/nowhere"] };
-    let line = line.chain(data.iter().copied());
-    let mut out = Vec::new();
-    <Line as clap::Parser>::try_parse_from(line).unwrap().study.run(&mut out).unwrap();
-    String::from_utf8(out).unwrap()
-}
-
-fn rows(path: &Path) -> Vec<HashMap<String, String>> {
-    csv::Reader::from_path(path).unwrap().deserialize().map(Result::unwrap).collect()
+    let out = ["--out", directory.to_str().unwrap()];
+    study(words.iter().chain(&out).chain(data).copied()).unwrap()
 }
 
 fn is_chart(path: &Path, words: &[&str]) -> bool {

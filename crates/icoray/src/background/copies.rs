@@ -1,21 +1,21 @@
-//! Copies of the fields of a step, of which its frames are rendered.
+//! Copies of the fields of a step, from which its frames are rendered.
 
 use super::Job;
-use crate::error::Result;
 use crate::fields::Fields;
 use crate::plan::Plan;
-use crate::ranks::{Columns, Held, NodeFields, Ranks};
+use crate::ranks::{Columns, Decomposition, NodeFields, Ranks};
 use crate::render::Renderer;
 use crate::snapshot::Snapshot;
+use icoray_grid::Result;
 use std::fmt;
 use std::mem::take;
 use std::sync::Arc;
 
-/// Copies of this rank's fields, and fields that the ranks of a node have put together of their columns.
+/// Copies of this rank's fields, and whole fields that the ranks of a node gathered from their columns.
 #[derive(Default)]
 pub(super) struct Copies {
     own: Snapshot,
-    gathered: Vec<(Arc<Held>, NodeFields)>,
+    gathered: Vec<(Arc<Decomposition>, NodeFields)>,
 }
 
 impl Copies {
@@ -28,7 +28,7 @@ impl Copies {
             gathered.leave(ranks);
         }
         let mut own = Fields::default();
-        let mut spread: Vec<(&Job, &Arc<Held>, &Columns, Fields)> = Vec::new();
+        let mut spread: Vec<(&Job, &Arc<Decomposition>, &Columns, Fields)> = Vec::new();
         for (job, needed) in jobs {
             let Some((held, columns)) = columns(job) else {
                 own = own.with(needed.clone());
@@ -43,7 +43,7 @@ impl Copies {
             self.own.take(own, renderer);
             Ok(())
         });
-        ranks.together(copied)?;
+        ranks.collective(copied)?;
         for (job, held, columns, fields) in spread {
             let gathered = columns.gather(ranks, &job.grid, || Ok(fields))?;
             self.gathered.push((held.clone(), gathered));
@@ -51,7 +51,7 @@ impl Copies {
         Ok(())
     }
 
-    /// What was put together for a job; `None` where it is rendered of this rank's own copies.
+    /// The gathered fields of a job; `None` if it is rendered from this rank's own copies.
     pub fn gathered(&self, job: &Job) -> Option<&NodeFields> {
         let (held, _) = columns(job)?;
         self.gathered.iter().find(|(known, _)| Arc::ptr_eq(known, held)).map(|(_, gathered)| gathered)
@@ -78,12 +78,12 @@ impl fmt::Debug for Copies {
     }
 }
 
-/// The columns of a job's grid that this rank has, where it has not the whole grid.
-fn columns(job: &Job) -> Option<(&Arc<Held>, &Columns)> {
+/// The columns of a job's grid that this rank has; `None` if it has the whole grid.
+fn columns(job: &Job) -> Option<(&Arc<Decomposition>, &Columns)> {
     match job.held.as_ref() {
         Some(held) => match &**held {
-            Held::Columns(columns) => Some((held, columns)),
-            Held::Whole => None,
+            Decomposition::Columns(columns) => Some((held, columns)),
+            Decomposition::Whole => None,
         },
         None => None,
     }
@@ -103,6 +103,6 @@ pub(super) fn needed<'f>(job: &Job, fields: &Fields<'f>) -> Result<Fields<'f>> {
 pub(super) fn check_gathered(job: &Job, copies: &Copies) -> Result<()> {
     let Some(gathered) = copies.gathered(job) else { return Ok(()) };
     let fields = gathered.fields()?;
-    let first = fields.first(&job.scene.field)?;
+    let first = fields.first(job.scene.field())?;
     Plan::new(&job.scene, gathered.grid(&job.grid), &job.layers, first).map(drop)
 }

@@ -1,12 +1,11 @@
 //! Frames drawn of copies: the same pictures, and what goes wrong.
 
 use super::*;
-use crate::field::{Field, Location};
-use crate::frame::Frame;
-use crate::grid::IcosahedralMesh;
-use crate::output::WriterOptions;
-use crate::shape::Shape;
-use crate::{Derivation, Heights, How, Volume};
+use crate::ranks::Decomposition;
+use icoray_grid::{Description, Field, Grid, IcosahedralMesh, Layers, Location, Shape};
+use icoray_output::Frame;
+use icoray_output::writer::WriterOptions;
+use icoray_scene::{Derivation, Heights, How, Scene, Volume};
 use std::path::Path;
 use std::sync::mpsc::channel;
 
@@ -83,6 +82,18 @@ impl Stage {
         (values, shape, if is_corner { Location::Corner } else { Location::Center })
     }
 
+    /// Bytes of the values of a step.
+    fn bytes(&self, step: i64) -> u64 {
+        8 * self.values(step).0.len() as u64
+    }
+
+    /// The field of a step, in memory that is never given back.
+    fn field(&self, step: i64) -> Field<'static> {
+        let (values, shape, location) = self.values(step);
+        let values: &'static [f64] = values.leak();
+        Field::new(values.into(), shape, location, None).unwrap()
+    }
+
     fn draw(&self, field: &Field) -> Frame {
         self.renderer.render(&self.scene, &self.grid, &self.layers, field).unwrap()
     }
@@ -120,17 +131,14 @@ fn pictures_are_those_of_the_fields_when_they_were_handed_over() {
         let step = drawn.stamp.step;
         assert!(read(&stage.folder.path().join(format!("{step}.exr"))) == expected.pixels, "frame {step}");
         let report = drawn.result.as_ref().unwrap();
-        assert_eq!(
-            (report.bytes_copied, expected.report.bytes_copied),
-            (8 * stage.values(step).0.len() as u64, 0)
-        );
+        assert_eq!((report.bytes_copied, expected.report.bytes_copied), (stage.bytes(step), 0));
         assert_eq!((report.value_range, report.threads), (expected.report.value_range, 2));
-        assert!(report.copy_s > 0.0 && report.render_s > 0.0);
+        assert!(report.timing.copy_s > 0.0 && report.timing.render_s > 0.0);
         let cell = |column: &str| line[head.iter().position(|c| *c == column).unwrap()];
         assert_eq!(cell("step"), step.to_string());
         assert_eq!(cell("bytes_copied"), report.bytes_copied.to_string());
-        assert_eq!(cell("copy_s"), format!("{:.6}", report.copy_s));
-        assert_eq!(cell("waited_s"), format!("{:.6}", report.waited_s));
+        assert_eq!(cell("copy_s"), format!("{:.6}", report.timing.copy_s));
+        assert_eq!(cell("waited_s"), format!("{:.6}", report.timing.waited_s));
     }
 }
 
@@ -138,9 +146,9 @@ fn pictures_are_those_of_the_fields_when_they_were_handed_over() {
 fn what_is_wrong_with_a_job_is_known_at_once() {
     let stage = Stage::new();
     let mut background = stage.background();
-    let (values, shape, location) = stage.values(1);
-    let field = Field::new(values.as_slice().into(), shape, location, None).unwrap();
-    let few = Field::new(values.as_slice().into(), Shape { columns: 5, ..shape }, location, None).unwrap();
+    let field = stage.field(1);
+    let few =
+        Field::new((&[0.5; 15][..]).into(), Shape::level_fastest(5, 3), Location::Center, None).unwrap();
     assert_eq!(background.submit(stage.job(1), &few).unwrap_err().kind(), ErrorKind::Field);
     background.submit(stage.job(1), &field).unwrap();
     // Drawn, perhaps waiting to be written, perhaps written.
@@ -166,8 +174,7 @@ fn a_frame_waits_for_the_one_before_and_a_panic_is_an_outcome() {
             }
         })
         .unwrap();
-    let (values, shape, location) = stage.values(1);
-    let field = Field::new(values.as_slice().into(), shape, location, None).unwrap();
+    let field = stage.field(1);
     assert_eq!(background.submit(stage.job(1), &field).unwrap().waited_s, 0.0);
     assert!(background.take_outcomes().kept.is_empty());
     for step in 2..=3 {
@@ -180,25 +187,23 @@ fn a_frame_waits_for_the_one_before_and_a_panic_is_an_outcome() {
     let outcomes = background.take_outcomes();
     let said: Vec<_> = outcomes.errors().map(ToString::to_string).collect();
     assert_eq!(said, ["internal error: bad luck", "bad field: no luck"]);
-    assert_eq!(outcomes.kept[2].result.as_ref().unwrap().missing_values, 8 * values.len() as u64);
+    assert_eq!(outcomes.kept[2].result.as_ref().unwrap().missing_values, stage.bytes(1));
     assert_eq!(Arc::strong_count(&stage.grid), 1, "a panic gives the tables back too");
     // The copy's memory came back from the thread, from a panic too, and serves the next one.
-    assert_eq!(background.spare.bytes(), 8 * values.len() as u64);
+    assert_eq!(background.spare.bytes(), stage.bytes(1));
 }
 
 /// A scene of three fields, one of them under a derived one, at the heights of their columns.
 fn rich(scene: &Scene) -> Scene {
-    let transfer = scene.transfer.clone();
-    let volume = |field: &str| Volume {
-        field: field.into(),
-        transfer: transfer.clone(),
-        coloring: None,
-        opacity: None,
+    let transfer = scene.volumes[0].transfer.clone();
+    let volume = |field: &str| {
+        let transfer = transfer.clone();
+        Volume { field: field.into(), transfer, coloring: None, opacity: None }
     };
     let mut rich = scene.clone();
-    rich.scenery.derived =
-        vec![Derivation { name: "speed".into(), how: How::Magnitude(vec!["u".into(), "q".into()]) }];
-    rich.scenery.volumes = vec![volume("speed"), volume("t")];
+    let how = How::Magnitude(vec!["u".into(), "q".into()]);
+    rich.scenery.derived = vec![Derivation { name: "speed".into(), how }];
+    rich.volumes.extend([volume("speed"), volume("t")]);
     rich.scenery.heights = Heights::Native;
     rich
 }
@@ -235,15 +240,10 @@ fn all_that_a_scene_needs_is_copied_and_nothing_else() {
         // The model computes on.
         center.fill(f64::NAN);
         corner.fill(f32::NAN);
-        let centers = (Location::Center, Some([level; 2]));
-        let expected = [
-            ("q", centers.0, centers.1),
-            ("u", centers.0, centers.1),
-            ("t", Location::Corner, Some([-level; 2])),
-            ("heights", centers.0, centers.1),
-        ];
+        let center = |name: &str| (name.to_owned(), Location::Center, Some([level; 2]));
+        let t = ("t".to_owned(), Location::Corner, Some([-level; 2]));
         let (seen, bytes) = told.recv().unwrap();
-        assert_eq!(seen, expected.map(|(name, location, range)| (name.to_owned(), location, range)));
+        assert_eq!(seen, [center("q"), center("u"), t, center("heights")]);
         assert_eq!(bytes, (3 * (3 * cells * 8) + 3 * corners * 4) as u64);
     }
 }
@@ -251,8 +251,7 @@ fn all_that_a_scene_needs_is_copied_and_nothing_else() {
 #[test]
 fn a_field_that_is_not_there_is_known_at_once() {
     let mut stage = Stage::new();
-    let (values, shape, location) = stage.values(1);
-    let field = Field::new(values.as_slice().into(), shape, location, None).unwrap();
+    let field = stage.field(1);
     stage.scene = Arc::new(rich(&stage.scene));
     let mut background = stage.background();
     let mut refused = |fields: Fields| {
@@ -271,8 +270,7 @@ fn a_field_that_is_not_there_is_known_at_once() {
 #[test]
 fn dropping_it_finishes_the_frame() {
     let stage = Stage::new();
-    let (values, shape, location) = stage.values(1);
-    let field = Field::new(values.as_slice().into(), shape, location, None).unwrap();
+    let field = stage.field(1);
     let mut background = stage.background();
     background.submit(stage.job(1), &field).unwrap();
     drop(background);
@@ -283,8 +281,7 @@ fn dropping_it_finishes_the_frame() {
 #[test]
 fn a_writer_that_drops_frames_is_heard_of() {
     let stage = Stage::new();
-    let (values, shape, location) = stage.values(1);
-    let field = Field::new(values.as_slice().into(), shape, location, None).unwrap();
+    let field = stage.field(1);
     let (renderer, writer) = (Arc::clone(&stage.renderer), Arc::clone(&stage.writer));
     let mut background = Background::with(renderer, writer, Ranks::alone(), None, |_, job, _, _| {
         Ok((FrameReport::default(), Some(Stamp { step: job.stamp.step - 1, ..Stamp::default() })))
@@ -299,12 +296,11 @@ fn a_writer_that_drops_frames_is_heard_of() {
 #[test]
 fn frames_of_a_step_are_drawn_of_one_copy() {
     let stage = Stage::new();
-    let (values, shape, location) = stage.values(1);
-    let field = Field::new(values.as_slice().into(), shape, location, None).unwrap();
+    let field = stage.field(1);
     let fields = || Fields::new(["q", "t", "u", "more"].map(|name| (name, field)));
     let job = |shown: &str, file: &str| {
         let mut scene = (*stage.scene).clone();
-        scene.field = shown.into();
+        scene.volumes[0].field = shown.into();
         scene.output.file = Scene::parse(&SCENE.replace("{step}", file)).unwrap().output.file;
         Job { scene: Arc::new(scene), ..stage.job(5) }
     };
@@ -312,7 +308,7 @@ fn frames_of_a_step_are_drawn_of_one_copy() {
     let jobs = vec![job("q", "a"), job("lost", "b"), job("t", "c"), job("q", "d")];
     let mut refused = Vec::new();
     let accepted = background.submit_all(&mut Ranks::alone(), jobs, fields(), &mut refused).unwrap();
-    assert_eq!(accepted.bytes_copied, 2 * 8 * values.len() as u64);
+    assert_eq!(accepted.bytes_copied, 2 * stage.bytes(1));
     assert_eq!((refused.len(), refused[0].0, refused[0].1.kind()), (1, 1, ErrorKind::Scene));
     background.wait();
     stage.writer.wait();

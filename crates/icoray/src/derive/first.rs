@@ -1,49 +1,46 @@
 //! Fields as they were in the first frame that asked for them.
 
+use super::FieldLayout;
 use super::run::{Operation, fill};
-use super::{At, Values};
-use crate::error::{Error, ErrorKind, Result};
-use crate::field::Field;
-use crate::grid::Reals;
-use crate::threads::Threads;
+use icoray_grid::threads::Threads;
+use icoray_grid::{Error, ErrorKind, Result};
+use icoray_grid::{Field, OwnedReals};
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// More are not remembered: a host that makes up names without end must not fill the memory.
-const MOST: usize = 64;
+/// Maximum number of stored fields: bounds the memory when a host generates ever new names.
+const MAX_STEPS: usize = 64;
 
-/// The fields that are remembered, as long as the renderer lives.
+/// The stored fields; they live as long as the renderer.
 #[derive(Debug, Default)]
-pub(super) struct Firsts(Mutex<Vec<First>>);
+pub(super) struct FirstFrames(Mutex<Vec<FirstFrame>>);
 
 /// A field is known by what it is made of, the model's name of it in the end, and by its shape: one of another shape has a first
 /// frame of its own.
 #[derive(Debug)]
-struct First {
+struct FirstFrame {
     origin: String,
-    at: At,
-    values: Arc<Values>,
+    at: FieldLayout,
+    values: Arc<OwnedReals>,
 }
 
-impl Firsts {
-    /// What the field was the first time, which is now where it is not known.
-    pub fn of(&self, origin: &str, field: &Field, threads: &Threads) -> Result<Arc<Values>> {
-        let at = At::of(field);
+impl FirstFrames {
+    /// The field's values in the first frame; stores the current ones if there are none.
+    pub fn of(&self, origin: &str, field: &Field, threads: &Threads) -> Result<Arc<OwnedReals>> {
+        let at = FieldLayout::of(field);
         let mut all = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(first) = all.iter().find(|first| first.at == at && first.origin == origin) {
             return Ok(first.values.clone());
         }
-        if all.len() == MOST {
-            let context =
-                format!("{MOST} fields of first steps are remembered already, and none more than that are");
+        if all.len() == MAX_STEPS {
+            let context = format!(
+                "{MAX_STEPS} fields of first steps are remembered already, and none more than that are"
+            );
             return Err(Error::new(ErrorKind::Scene, context));
         }
-        let room = match field.samples() {
-            Reals::F32(_) => Values::F32(Vec::new()),
-            Reals::F64(_) => Values::F64(Vec::new()),
-        };
+        let room = OwnedReals::buffer(field.samples(), None);
         let values = threads.run(|| fill(room, &[*field], &Operation::Sum(vec![1.0])));
         let values = Arc::new(values);
-        all.push(First { origin: origin.to_owned(), at, values: values.clone() });
+        all.push(FirstFrame { origin: origin.to_owned(), at, values: values.clone() });
         Ok(values)
     }
 

@@ -1,4 +1,4 @@
-//! Fields made of others before a frame is drawn: of those that a scene derives, the ones that it shows, and what these need.
+//! Derived fields: computed before a frame is drawn, if the scene shows them or a shown field depends on them.
 //!
 //! A derived field lies where its inputs do, level-fastest, in f32 unless one of them has f64; it is missing wherever one of
 //! them is. Sums and lengths are taken in f64, and what is too large for the array is the largest number that it holds.
@@ -11,103 +11,84 @@ mod resolve;
 mod run;
 mod zonal;
 
-use crate::error::{Error, ErrorKind, Result};
-use crate::field::{Field, Location};
 use crate::fields::Fields;
-use crate::grid::{Grid, Reals};
 use crate::ranks::{Part, Ranks};
-use crate::scene::{How, Scene};
-use crate::shape::Shape;
-use crate::threads::Threads;
-use first::Firsts;
-use resolve::Needed;
+use first::FirstFrames;
+use icoray_grid::Shape;
+use icoray_grid::threads::Threads;
+use icoray_grid::{Error, ErrorKind, Result};
+use icoray_grid::{Field, Location};
+use icoray_grid::{Grid, OwnedReals, Reals};
+use icoray_scene::{How, Scene};
+use resolve::NeededDerivations;
 use run::{Operation, fill};
 use std::sync::{Mutex, PoisonError};
 use zonal::Means;
 
-/// What fields are derived of.
+/// The inputs of derived fields.
 #[derive(Clone, Copy)]
-pub(crate) struct Given<'g> {
+pub(crate) struct DeriveInputs<'g> {
     pub scene: &'g Scene,
     pub fields: &'g Fields<'g>,
     pub grid: &'g Grid<'g>,
-    /// Whose cells count in means, where others have the rest.
+    /// The rank's part of the grid: only its own cells count in means. `None` is the whole grid.
     pub part: Option<&'g Part>,
     pub threads: &'g Threads,
 }
 
-/// What a renderer keeps from frame to frame: the fields of first frames, and memory.
+/// The renderer's state between frames: fields of first frames, and buffers to reuse.
 #[derive(Debug, Default)]
-pub(crate) struct Kept {
-    firsts: Firsts,
-    memory: Mutex<Vec<Values>>,
+pub(crate) struct DerivedFieldCache {
+    firsts: FirstFrames,
+    memory: Mutex<Vec<OwnedReals>>,
 }
 
 /// The derived fields of a frame.
 #[derive(Debug, Default)]
-pub(crate) struct Made {
-    fields: Vec<MadeField>,
-    /// What the field without a name is called by those that are made of it.
+pub(crate) struct DerivedFields {
+    fields: Vec<DerivedField>,
+    /// The name by which derivations refer to the unnamed field.
     unnamed: Option<String>,
     /// Bytes of fields of first frames.
     remembered: usize,
 }
 
 #[derive(Debug)]
-struct MadeField {
+struct DerivedField {
     name: String,
-    values: Values,
-    at: At,
+    /// Level-fastest; NaN where a value is missing.
+    values: OwnedReals,
+    at: FieldLayout,
 }
 
 /// Where a field's values lie, however they are stored.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-struct At {
+struct FieldLayout {
     location: Location,
     columns: usize,
     layers: usize,
 }
 
-/// Values, level-fastest; NaN where one is missing.
-#[derive(Debug)]
-enum Values {
-    F32(Vec<f32>),
-    F64(Vec<f64>),
-}
-
-impl At {
+impl FieldLayout {
     fn of(field: &Field) -> Self {
         let Shape { columns, layers, .. } = *field.shape();
-        At { location: field.location(), columns, layers }
+        FieldLayout { location: field.location(), columns, layers }
     }
 
     /// The values as a field.
-    fn field(self, values: &Values) -> Field<'_> {
-        let samples = match values {
-            Values::F32(values) => values.as_slice().into(),
-            Values::F64(values) => values.as_slice().into(),
-        };
-        Field::new(samples, Shape::level_fastest(self.columns, self.layers), self.location, None)
+    fn field(self, values: &OwnedReals) -> Field<'_> {
+        Field::new(values.as_reals(), Shape::level_fastest(self.columns, self.layers), self.location, None)
             .expect("the values were made for this shape")
     }
 }
 
-impl Values {
-    fn bytes(&self) -> usize {
-        match self {
-            Values::F32(values) => size_of_val(values.as_slice()),
-            Values::F64(values) => size_of_val(values.as_slice()),
-        }
-    }
-}
-
-impl MadeField {
+impl DerivedField {
     fn field(&self) -> Field<'_> {
         self.at.field(&self.values)
     }
 }
 
-impl Made {
+impl DerivedFields {
     /// The derived fields before those that they are made of.
     pub fn fields<'m>(&'m self, of: &Fields<'m>) -> Fields<'m> {
         let derived = self.fields.iter().map(|made| (made.name.clone(), made.field()));
@@ -120,51 +101,55 @@ impl Made {
     }
 }
 
-impl Kept {
-    /// Takes a frame's fields back, whose memory the next one's are made in.
-    pub fn keep(&self, made: Made) {
+impl DerivedFieldCache {
+    /// Stores the buffers of a frame's fields for the next frame.
+    pub fn keep(&self, made: DerivedFields) {
         let values = made.fields.into_iter().map(|made| made.values).collect();
         *self.memory.lock().unwrap_or_else(PoisonError::into_inner) = values;
     }
 
-    /// Empty values as precise as the most precise of `of`, in memory that is kept if there is some.
-    fn room_for(&self, of: &[Field]) -> Values {
+    /// A buffer in the highest precision of `of`; reuses a stored one if there is one of this precision.
+    fn room_for(&self, of: &[Field]) -> OwnedReals {
         let is_wide = of.iter().any(|field| matches!(field.samples(), Reals::F64(_)));
         let mut memory = self.memory.lock().unwrap_or_else(PoisonError::into_inner);
-        let found = memory.iter().position(|values| matches!(values, Values::F64(_)) == is_wide);
+        let found = memory.iter().position(|values| matches!(values, OwnedReals::F64(_)) == is_wide);
         match (found, is_wide) {
             (Some(at), _) => memory.swap_remove(at),
-            (None, true) => Values::F64(Vec::new()),
-            (None, false) => Values::F32(Vec::new()),
+            (None, true) => OwnedReals::F64(Vec::new()),
+            (None, false) => OwnedReals::F32(Vec::new()),
         }
     }
 }
 
-/// Makes what the scene shows of derived fields; `None` where it derives none. Collective, and the same to the bit however the
-/// grid is shared out.
+/// Computes the derived fields that the scene needs; `None` if it derives none. Collective; the result does not depend
+/// on the decomposition of the grid, to the bit.
 ///
 /// # Errors
 /// The same on all ranks: [`ErrorKind::Scene`] where a field is not there or a band of latitude has no width;
 /// [`ErrorKind::Field`] where inputs lie at different places or do not fit the grid; [`ErrorKind::Mpi`] where ranks derive
 /// different fields or the transport fails.
-pub(crate) fn make(ranks: &mut Ranks, kept: &Kept, given: &Given) -> Result<Option<Made>> {
+pub(crate) fn make(
+    ranks: &mut Ranks,
+    kept: &DerivedFieldCache,
+    given: &DeriveInputs,
+) -> Result<Option<DerivedFields>> {
     if given.scene.scenery.derived.is_empty() {
         return Ok(None);
     }
-    let needed = ranks.attempt(|| Needed::of(given.scene, given.fields));
-    // Else some would wait for the means of others.
-    let needed = ranks.of_one_mind(needed, |needed| vec![("derives", needed.to_string())])?;
-    let mut made = Made { unnamed: needed.unnamed.clone(), ..Made::default() };
+    let needed = ranks.attempt(|| NeededDerivations::of(given.scene, given.fields));
+    // Otherwise the collective calls of zonal means would not match.
+    let needed = ranks.agree_all(needed, |needed| vec![("derives", needed.to_string())])?;
+    let mut made = DerivedFields { unnamed: needed.unnamed.clone(), ..DerivedFields::default() };
     for one in &needed.derivations {
         let (name, how) = (&one.derivation.name, &one.derivation.how);
         let of = made.fields(given.fields);
         let inputs = ranks.attempt(|| inputs(&of, how).map_err(|e| e.within(format!("{name:?}"))));
-        let inputs = ranks.together(inputs)?;
+        let inputs = ranks.collective(inputs)?;
         let means = match how {
             How::FromZonalMean { band_deg, .. } => Some(Means::of(ranks, given, &inputs[0], *band_deg)?),
             _ => None,
         };
-        let at = At::of(&inputs[0]);
+        let at = FieldLayout::of(&inputs[0]);
         let values = ranks.attempt(|| {
             let room = kept.room_for(&inputs);
             let fill = |inputs: &[Field], operation| Ok(given.threads.run(|| fill(room, inputs, &operation)));
@@ -182,8 +167,8 @@ pub(crate) fn make(ranks: &mut Ranks, kept: &Kept, given: &Given) -> Result<Opti
                 }
             }
         });
-        let values = ranks.together(values)?;
-        made.fields.push(MadeField { name: name.clone(), values, at });
+        let values = ranks.collective(values)?;
+        made.fields.push(DerivedField { name: name.clone(), values, at });
     }
     made.remembered = kept.firsts.bytes();
     Ok(Some(made))
@@ -196,16 +181,16 @@ fn inputs<'f>(fields: &Fields<'f>, how: &How) -> Result<Vec<Field<'f>>> {
     let Some(first) = found.first() else {
         return Err(Error::new(ErrorKind::Scene, "made of 0 fields, expected at least 1"));
     };
-    let told = |field: &Field| {
-        let At { location, columns, layers } = At::of(field);
+    let layout = |field: &Field| {
+        let FieldLayout { location, columns, layers } = FieldLayout::of(field);
         format!("{columns} columns of {layers} layers at {location:?}")
     };
-    if let Some(odd) = found.iter().position(|field| At::of(field) != At::of(first)) {
+    if let Some(odd) = found.iter().position(|field| FieldLayout::of(field) != FieldLayout::of(first)) {
         let context = format!(
             "field {:?} has {}, expected {} as field {:?} has",
             names[odd],
-            told(&found[odd]),
-            told(first),
+            layout(&found[odd]),
+            layout(first),
             names[0]
         );
         return Err(Error::new(ErrorKind::Field, context));

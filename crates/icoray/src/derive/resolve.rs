@@ -1,23 +1,23 @@
 //! Which derived fields a scene needs, and which of the model's.
 
-use crate::error::{Error, ErrorKind, Result};
 use crate::fields::Fields;
-use crate::scene::{Derivation, Scene};
+use icoray_grid::{Error, ErrorKind, Result};
+use icoray_scene::{Derivation, Scene};
 use std::fmt;
 
 /// The derivations that a scene needs, each behind those that it is made of.
 #[derive(Debug)]
-pub(super) struct Needed<'s> {
-    pub derivations: Vec<One<'s>>,
-    /// What the field without a name is called, where a derived field is the scene's first.
+pub(super) struct NeededDerivations<'s> {
+    pub derivations: Vec<NeededDerivation<'s>>,
+    /// The name of the unnamed field, if the scene's first field is derived.
     pub unnamed: Option<String>,
 }
 
-/// One of them.
+/// One derivation.
 #[derive(Debug)]
-pub(super) struct One<'s> {
+pub(super) struct NeededDerivation<'s> {
     pub derivation: &'s Derivation,
-    /// What its inputs are, down to the model's fields: by this they are known again in another scene.
+    /// Its inputs, resolved down to the model's fields: identifies the derivation across scenes.
     pub origin: String,
 }
 
@@ -26,7 +26,7 @@ fn find(all: &[Derivation], name: &str, count: usize) -> Option<usize> {
     all[..count].iter().position(|derivation| derivation.name == name)
 }
 
-impl<'s> Needed<'s> {
+impl<'s> NeededDerivations<'s> {
     pub fn of(scene: &'s Scene, fields: &Fields) -> Result<Self> {
         let all = &scene.scenery.derived;
         let mut is_needed = vec![false; all.len()];
@@ -36,8 +36,9 @@ impl<'s> Needed<'s> {
             need_inputs(all, at, &mut is_needed);
         }
         let needed = (0..all.len()).filter(|at| is_needed[*at]);
-        let derivations = needed.map(|at| One { derivation: &all[at], origin: origin(all, at) }).collect();
-        let needed = Needed { derivations, unnamed: first_of_model(scene, fields) };
+        let derivations =
+            needed.map(|at| NeededDerivation { derivation: &all[at], origin: origin(all, at) }).collect();
+        let needed = NeededDerivations { derivations, unnamed: first_of_model(scene, fields) };
         match needed.twice() {
             None => Ok(needed),
             Some(name) => {
@@ -53,7 +54,7 @@ impl<'s> Needed<'s> {
     }
 }
 
-/// Marks what `at` is made of.
+/// Marks the inputs of derivation `at`, recursively.
 fn need_inputs(all: &[Derivation], at: usize, is_needed: &mut [bool]) {
     for name in all[at].how.fields() {
         if let Some(input) = find(all, name, at)
@@ -65,7 +66,7 @@ fn need_inputs(all: &[Derivation], at: usize, is_needed: &mut [bool]) {
     }
 }
 
-/// What the inputs of `at` are made of.
+/// The definitions of the inputs of derivation `at`.
 fn origin(all: &[Derivation], at: usize) -> String {
     let of = |name: &str| match find(all, name, at) {
         Some(input) => format!("{:?} of [{}]", all[input].how, origin(all, input)),
@@ -78,16 +79,17 @@ fn origin(all: &[Derivation], at: usize) -> String {
 /// name is this.
 fn first_of_model(scene: &Scene, fields: &Fields) -> Option<String> {
     let all = &scene.scenery.derived;
-    let (mut name, mut count) = (scene.field.as_str(), all.len());
+    let (mut name, mut count) = (scene.field(), all.len());
     while let Some(at) = find(all, name, count) {
         (name, count) = (all[at].how.fields().first().copied()?, at);
     }
     (count < all.len() && fields.get(name).is_err()).then(|| name.to_owned())
 }
 
-impl fmt::Display for Needed<'_> {
+impl fmt::Display for NeededDerivations<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let told = |one: &One| format!("{:?} = {:?}", one.derivation.name, one.derivation.how);
-        f.write_str(&self.derivations.iter().map(told).collect::<Vec<_>>().join(", "))
+        let definition =
+            |one: &NeededDerivation| format!("{:?} = {:?}", one.derivation.name, one.derivation.how);
+        f.write_str(&self.derivations.iter().map(definition).collect::<Vec<_>>().join(", "))
     }
 }

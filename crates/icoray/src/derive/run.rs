@@ -1,19 +1,19 @@
-//! Values made of those of other fields, a run of columns at a time: read into f64 in whatever layout, worked on in loops that
-//! become vectors, written in the precision that is wanted.
+//! Computes derived values, a run of columns at a time: inputs of any layout are read into f64, processed in loops that
+//! the compiler vectorises, and written in the wanted precision.
 
+use super::FieldLayout;
 use super::zonal::Means;
-use super::{At, Values};
-use crate::field::Field;
-use crate::grid::Reals;
-use crate::kernel::sample::Sample;
 use fearless_simd::{Level, dispatch};
+use icoray_grid::Field;
+use icoray_grid::sample::Sample;
+use icoray_grid::{OwnedReals, Reals};
 use rayon::prelude::*;
 use std::ops::Range;
 
-/// Values of a run: a few of them stay in a processor's own memory.
+/// Values of a run: several runs fit into the first-level cache.
 const RUN: usize = 2048;
 
-/// What is made of a run's values.
+/// The operation on a run of values.
 #[derive(Debug)]
 pub(super) enum Operation<'o> {
     /// The length of the vector of all inputs.
@@ -25,15 +25,15 @@ pub(super) enum Operation<'o> {
 }
 
 /// Fills `values` with what the operation makes of inputs, which lie at the same places.
-pub(super) fn fill(values: Values, inputs: &[Field], operation: &Operation) -> Values {
+pub(super) fn fill(values: OwnedReals, inputs: &[Field], operation: &Operation) -> OwnedReals {
     match values {
-        Values::F32(memory) => Values::F32(filled(memory, inputs, operation)),
-        Values::F64(memory) => Values::F64(filled(memory, inputs, operation)),
+        OwnedReals::F32(memory) => OwnedReals::F32(filled(memory, inputs, operation)),
+        OwnedReals::F64(memory) => OwnedReals::F64(filled(memory, inputs, operation)),
     }
 }
 
 fn filled<S: Sample + Default>(mut values: Vec<S>, inputs: &[Field], operation: &Operation) -> Vec<S> {
-    let At { columns, layers, .. } = At::of(&inputs[0]);
+    let FieldLayout { columns, layers, .. } = FieldLayout::of(&inputs[0]);
     values.reserve_exact((columns * layers).saturating_sub(values.len()));
     values.resize(columns * layers, S::default());
     let level = Level::new();
@@ -68,7 +68,7 @@ pub(super) fn load(field: &Field, columns: Range<usize>, to: &mut Vec<f64>) {
 fn load_of<S: Sample>(samples: &[S], field: &Field, columns: Range<usize>, to: &mut Vec<f64>) {
     let (elements, layers) = (field.elements(), field.shape().layers);
     let fill = field.fill().unwrap_or(f64::NAN);
-    let known = |sample: S| {
+    let read = |sample: S| {
         let value = sample.wide();
         if (value.abs() <= f64::MAX) & (value != fill) { value } else { f64::NAN }
     };
@@ -78,7 +78,7 @@ fn load_of<S: Sample>(samples: &[S], field: &Field, columns: Range<usize>, to: &
         for (column, row) in columns.zip(to.chunks_exact_mut(layers)) {
             let start = elements.at(elements.base(column), 0);
             let samples = &samples[start..start + layers];
-            row.iter_mut().zip(samples).for_each(|(value, sample)| *value = known(*sample));
+            row.iter_mut().zip(samples).for_each(|(value, sample)| *value = read(*sample));
         }
         return;
     }
@@ -86,12 +86,12 @@ fn load_of<S: Sample>(samples: &[S], field: &Field, columns: Range<usize>, to: &
     let bases: Vec<isize> = columns.map(|column| elements.base(column)).collect();
     for layer in 0..layers {
         for (value, base) in to[layer..].iter_mut().step_by(layers).zip(&bases) {
-            *value = known(samples[elements.at(*base, layer)]);
+            *value = read(samples[elements.at(*base, layer)]);
         }
     }
 }
 
-/// Lengths of vectors, whose squares need not be numbers that f64 has.
+/// Lengths of vectors; their squares may overflow or underflow f64.
 #[inline(always)]
 fn magnitude(inputs: &[Vec<f64>], to: &mut [f64]) {
     let power = |exponent: i64| f64::from_bits(((1023 + exponent) as u64) << 52);

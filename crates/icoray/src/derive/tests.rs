@@ -1,12 +1,12 @@
 //! Derived fields of made ones, against what their definitions say, in all layouts, over threads and ranks.
 
 use super::*;
-use crate::grid::IcosahedralMesh;
-use crate::layers::Layers;
-use crate::ranks::local_team;
+use crate::ranks::tests::on_ranks;
 use crate::render::Renderer;
-use crate::scene::{Derivation, Opacity};
-use std::thread;
+use icoray_grid::{IcosahedralMesh, Layers};
+use icoray_scene::{Derivation, Opacity};
+
+mod zonal;
 
 const LAYERS: usize = 3;
 const FILL: f64 = -9999.0;
@@ -40,7 +40,7 @@ fn value(seed: usize, column: usize, layer: usize) -> f64 {
 
 /// A made field: its array, of one precision, and its shape.
 struct Array {
-    values: Values,
+    values: OwnedReals,
     shape: Shape,
     location: Location,
 }
@@ -50,7 +50,7 @@ impl Array {
         let (_, last) = shape.extent().unwrap();
         // What lies between columns is nobody's business.
         let mut values = vec![1e30; last as usize + 1];
-        for (column, layer) in (0..shape.columns).flat_map(|c| (0..shape.layers).map(move |l| (c, l))) {
+        for (column, layer) in places(shape.columns, shape.layers) {
             let (inside, block) =
                 if shape.block == 0 { (column, 0) } else { (column % shape.block, column / shape.block) };
             let at = shape.offset as isize
@@ -60,18 +60,14 @@ impl Array {
             values[at as usize] = value(column, layer);
         }
         let values = match is_wide {
-            true => Values::F64(values),
-            false => Values::F32(values.into_iter().map(|v| v as f32).collect()),
+            true => OwnedReals::F64(values),
+            false => OwnedReals::F32(values.into_iter().map(|v| v as f32).collect()),
         };
         Array { values, shape, location }
     }
 
     fn field(&self) -> Field<'_> {
-        let samples = match &self.values {
-            Values::F32(values) => Reals::from(values.as_slice()),
-            Values::F64(values) => values.as_slice().into(),
-        };
-        Field::new(samples, self.shape, self.location, Some(FILL)).unwrap()
+        Field::new(self.values.as_reals(), self.shape, self.location, Some(FILL)).unwrap()
     }
 }
 
@@ -92,16 +88,27 @@ impl World {
         [level_fastest, Shape::cell_fastest(cells, LAYERS), Shape::blocked(cells, LAYERS, 32), padded]
     }
 
+    /// A field over one of [`Self::shapes`], of [`value`]s at centres.
+    fn array(&self, seed: usize, shape: usize, is_wide: bool) -> Array {
+        Array::new(self.shapes()[shape], is_wide, Location::Center, |c, l| value(seed, c, l))
+    }
+
+    /// The bits of the field `name` that is made of `fields` for `scene`.
+    fn made(&self, name: &str, scene: &Scene, fields: &Fields) -> Vec<u64> {
+        self.make(&DerivedFieldCache::default(), scene, fields, |found, _| bits(found.get(name).unwrap()))
+            .unwrap()
+    }
+
     /// Makes what the scene derives and looks at it.
     fn make<R>(
         &self,
-        kept: &Kept,
+        kept: &DerivedFieldCache,
         scene: &Scene,
         fields: &Fields,
-        look: impl FnOnce(&Fields, &Made) -> R,
+        look: impl FnOnce(&Fields, &DerivedFields) -> R,
     ) -> Result<R> {
         let grid = Grid::new(self.mesh.tables()).unwrap();
-        let given = Given { scene, fields, grid: &grid, part: None, threads: &self.threads };
+        let given = DeriveInputs { scene, fields, grid: &grid, part: None, threads: &self.threads };
         let made = make(&mut Ranks::alone(), kept, &given)?.expect("there are derived fields");
         let found = look(&made.fields(fields), &made);
         kept.keep(made);
@@ -109,13 +116,15 @@ impl World {
     }
 }
 
+/// All columns and layers, level-fastest.
+fn places(columns: usize, layers: usize) -> impl Iterator<Item = (usize, usize)> {
+    (0..columns).flat_map(move |c| (0..layers).map(move |l| (c, l)))
+}
+
 /// Every value of a field as bits: NaN is equal to itself.
 fn bits(field: &Field) -> Vec<u64> {
     let Shape { columns, layers, .. } = *field.shape();
-    let all = (0..columns).flat_map(|c| (0..layers).map(move |l| (c, l)));
-    all.map(|(column, layer)| field.value(column, layer))
-        .map(|v| if v.is_nan() { 1 } else { v.to_bits() })
-        .collect()
+    places(columns, layers).map(|(c, l)| rounded(field.value(c, l), true)).collect()
 }
 
 fn rounded(value: f64, is_wide: bool) -> u64 {
@@ -137,35 +146,28 @@ fn values_are_those_of_the_definition_in_every_layout() {
         let fields = Fields::new(["u", "v", "w"].into_iter().zip(arrays.iter().map(Array::field)));
         let is_wide = wide.contains(&true);
         let of = |i: usize, (c, l): (usize, usize)| arrays[i].field().value(c, l);
-        let all: Vec<_> = (0..flat.columns).flat_map(|c| (0..LAYERS).map(move |l| (c, l))).collect();
+        let all: Vec<_> = places(flat.columns, LAYERS).collect();
         let derived = [
             ("speed", How::Magnitude(names(&["u", "v", "w"]))),
             ("mixed", How::Combination(vec![(0.5, "u".into()), (-2.0, "v".into()), (3.0, "w".into())])),
             ("unused", How::Magnitude(names(&["nowhere"]))),
             ("both", How::Combination(vec![(1.0, "speed".into()), (1.0, "mixed".into())])),
         ];
-        world
-            .make(&Kept::default(), &scene("both", &derived), &fields, |found, made| {
-                let per_field = all.len() * if is_wide { 8 } else { 4 };
-                assert_eq!((made.fields.len(), made.bytes()), (3, 3 * per_field));
-                let missing = all.iter().filter(|at| (0..3).any(|i| of(i, **at).is_nan())).count();
-                assert!(missing > 100 && missing < all.len() / 2);
-                let [speed, mixed, both] =
-                    ["speed", "mixed", "both"].map(|name| bits(found.get(name).unwrap()));
-                for (i, at) in all.iter().enumerate() {
-                    let [u, v, w] = [0, 1, 2].map(|i| of(i, *at));
-                    let length = rounded((u * u + v * v + w * w).sqrt(), is_wide);
-                    assert_eq!(speed[i], length, "{at:?}");
-                    let sum = rounded(0.5 * u - 2.0 * v + 3.0 * w, is_wide);
-                    assert_eq!(mixed[i], sum, "{at:?}");
-                    let both_now = found.get("speed").unwrap().value(at.0, at.1)
-                        + found.get("mixed").unwrap().value(at.0, at.1);
-                    assert_eq!(both[i], rounded(both_now, is_wide), "{at:?}");
-                }
-                assert!(found.get("unused").is_err());
-                assert_eq!(bits(found.get("u").unwrap()), bits(&arrays[0].field()));
-            })
-            .unwrap();
+        let look = |found: &Fields, made: &DerivedFields| {
+            let per_field = all.len() * if is_wide { 8 } else { 4 };
+            assert_eq!((made.fields.len(), made.bytes()), (3, 3 * per_field));
+            let missing = all.iter().filter(|at| (0..3).any(|i| of(i, **at).is_nan())).count();
+            assert!(missing > 100 && missing < all.len() / 2);
+            for at in &all {
+                let [u, v, w] = [0, 1, 2].map(|i| of(i, *at));
+                let now = ["speed", "mixed", "both"].map(|name| found.get(name).unwrap().value(at.0, at.1));
+                let expected = [(u * u + v * v + w * w).sqrt(), 0.5 * u - 2.0 * v + 3.0 * w, now[0] + now[1]];
+                assert_eq!(now.map(|v| rounded(v, true)), expected.map(|v| rounded(v, is_wide)), "{at:?}");
+            }
+            assert!(found.get("unused").is_err());
+            assert_eq!(bits(found.get("u").unwrap()), bits(&arrays[0].field()));
+        };
+        world.make(&DerivedFieldCache::default(), &scene("both", &derived), &fields, look).unwrap();
     }
 }
 
@@ -179,57 +181,16 @@ fn long_and_short_vectors_have_a_length() {
     let [u, v] = [3.0, -4.0].map(|k| Array::new(shape, true, Location::Center, |c, l| k / 4.0 * size(c, l)));
     let fields = Fields::new([("u", u.field()), ("v", v.field())]);
     let length = scene("length", &[("length", How::Magnitude(names(&["u", "v"])))]);
-    world
-        .make(&Kept::default(), &length, &fields, |found, _| {
-            for (c, l) in (0..12).flat_map(|c| (0..LAYERS).map(move |l| (c, l))) {
-                let (found, size) = (found.get("length").unwrap().value(c, l), size(c, l));
-                // The longest is longer than f64 has: the largest number. The shortest has one digit.
-                let expected = if size > 1e308 { f64::MAX } else { 1.25 * size };
-                let expected = if size == 5e-324 { 5e-324 } else { expected };
-                assert!((found - expected).abs() <= 1e-15 * expected, "{found:e}, expected {expected:e}");
-            }
-        })
-        .unwrap();
-}
-
-/// The difference from zonal means by their definition, at the columns that count.
-fn from_means(
-    field: &Field,
-    latitude_rad: &[f64],
-    counts: &dyn Fn(usize) -> bool,
-    band_deg: f64,
-) -> Vec<f64> {
-    let layers = field.shape().layers;
-    let bands = (180.0 / band_deg).ceil() as usize;
-    let width = 180.0 / bands as f64;
-    let latitude = |column: usize| latitude_rad[column].to_degrees() + 90.0;
-    let mut all = Vec::new();
-    for layer in 0..layers {
-        let mean = |band: usize| {
-            let of_band = |c: &usize| ((latitude(*c) / width) as usize).min(bands - 1) == band;
-            let columns = (0..field.shape().columns).filter(|c| counts(*c)).filter(of_band);
-            let values: Vec<f64> = columns.map(|c| field.value(c, layer)).filter(|v| !v.is_nan()).collect();
-            values.iter().sum::<f64>() / values.len() as f64
+    let made = world.made("length", &length, &fields);
+    for ((c, l), found) in places(12, LAYERS).zip(made.into_iter().map(f64::from_bits)) {
+        // The longest is longer than f64 has: the largest number. The shortest has one digit.
+        let expected = match size(c, l) {
+            size if size > 1e308 => f64::MAX,
+            5e-324 => 5e-324,
+            size => 1.25 * size,
         };
-        let means: Vec<f64> = (0..bands).map(mean).collect();
-        let known = |band: usize| {
-            let nearest = |n: usize| [band.checked_sub(n), Some(band + n)].into_iter().flatten();
-            let near = (0..bands).flat_map(nearest);
-            near.filter_map(|b| means.get(b)).find(|mean| !mean.is_nan()).copied().unwrap_or(f64::NAN)
-        };
-        all.push((0..bands).map(known).collect::<Vec<f64>>());
+        assert!((found - expected).abs() <= 1e-15 * expected, "{found:e}, expected {expected:e}");
     }
-    let value = |column: usize, layer: usize| {
-        let at = latitude(column) / width - 0.5;
-        let (below, above) = (at.floor().max(0.0), at.ceil().min(bands as f64 - 1.0));
-        let w = if above > below { at - below } else { 0.0 };
-        let mean = |band: f64| all[layer][band as usize];
-        field.value(column, layer) - (mean(below) * (1.0 - w) + mean(above) * w)
-    };
-    (0..field.shape().columns)
-        .flat_map(|c| (0..layers).map(move |l| (c, l)))
-        .map(|(c, l)| value(c, l))
-        .collect()
 }
 
 fn zonal(band_deg: f64) -> Scene {
@@ -237,177 +198,9 @@ fn zonal(band_deg: f64) -> Scene {
 }
 
 #[test]
-fn zonal_means_are_those_of_the_definition() {
-    let world = World::new(4, 3);
-    let grid = Grid::new(world.mesh.tables()).unwrap();
-    let triangles = grid.triangles();
-    // At 1 degree many bands of this grid have no cell.
-    for (band_deg, shape) in [(7.0, 0), (180.0, 1), (1.0, 2), (100.0, 3)] {
-        for location in [Location::Center, Location::Corner] {
-            let latitude = match location {
-                Location::Center => &world.mesh.lat_center_rad,
-                Location::Corner => &world.mesh.lat_corner_rad,
-            };
-            let shape = match location {
-                Location::Center => world.shapes()[shape],
-                Location::Corner => Shape::cell_fastest(triangles, LAYERS),
-            };
-            for is_wide in [true, false] {
-                let array = Array::new(shape, is_wide, location, |c, l| value(5, c, l));
-                let expected = from_means(&array.field(), latitude, &|_| true, band_deg);
-                let fields = Fields::new([("q", array.field())]);
-                let made = world.make(&Kept::default(), &zonal(band_deg), &fields, |found, _| {
-                    let eddy = found.get("eddy").unwrap();
-                    assert_eq!(eddy.location(), location);
-                    for (i, expected) in expected.iter().enumerate() {
-                        let value = eddy.value(i / LAYERS, i % LAYERS);
-                        assert_eq!(value.is_nan(), expected.is_nan(), "{band_deg} {i}");
-                        let off = (value - expected).abs();
-                        // Of values up to 500,000.
-                        let limit = if is_wide { 1e-7 } else { 0.05 };
-                        assert!(value.is_nan() || off < limit, "{band_deg} {i}: {value} {expected}");
-                    }
-                });
-                made.unwrap();
-            }
-        }
-    }
-}
-
-/// What is the same all along a parallel is next to nothing when its mean is taken off, also where bands meet.
-#[test]
-fn no_step_is_left_between_bands() {
-    let world = World::new(5, 2);
-    let latitude = &world.mesh.lat_center_rad;
-    let field = Array::new(world.shapes()[0], true, Location::Center, |c, _| 40.0 * latitude[c].sin());
-    let fields = Fields::new([("q", field.field())]);
-    let left = |band_deg| {
-        let scene = zonal(band_deg);
-        let made =
-            world.make(&Kept::default(), &scene, &fields, |found, _| found.get("eddy").unwrap().range().0);
-        made.unwrap().unwrap().into_iter().fold(0.0, |a: f64, b| a.max(b.abs()))
-    };
-    // Half a band's width times the slope would be 1.7 without interpolation.
-    assert!(left(5.0) < 0.6, "{}", left(5.0));
-}
-
-/// Sums of many sizes, whose order would show in their last digits.
-#[test]
-fn threads_and_ranks_change_no_bit() {
-    let world = World::new(4, 1);
-    let grid = Grid::new(world.mesh.tables()).unwrap();
-    for (location, band_deg) in [(Location::Center, 10.0), (Location::Corner, 45.0)] {
-        let columns = if location == Location::Center { grid.cells() } else { grid.triangles() };
-        let shape = Shape::blocked(columns, LAYERS, 24);
-        let make_array = |spoils: &dyn Fn(usize) -> bool| {
-            let value = |c: usize, l: usize| if spoils(c) { 1e12 + c as f64 } else { value(9, c, l) };
-            Array::new(shape, true, location, value)
-        };
-        let whole = make_array(&|_| false);
-        let scene = zonal(band_deg);
-        let alone = |threads: usize| {
-            let world = World { threads: Threads::new(threads).unwrap(), ..World::new(4, 1) };
-            let fields = Fields::new([("q", whole.field())]);
-            world
-                .make(&Kept::default(), &scene, &fields, |found, _| bits(found.get("eddy").unwrap()))
-                .unwrap()
-        };
-        let expected = alone(1);
-        assert_eq!(alone(5), expected);
-        for size in [1, 2, 3] {
-            thread::scope(|scope| {
-                for one in local_team(size) {
-                    let (world, expected, scene, make_array) = (&world, &expected, &scene, &make_array);
-                    scope.spawn(move || {
-                        let mut ranks = Ranks::new(Box::new(one));
-                        let grid = Grid::new(world.mesh.tables()).unwrap();
-                        let part = Part::of_whole(&mut ranks, &grid).unwrap();
-                        let owns = |column: usize| match location {
-                            Location::Center => part.owns(column),
-                            Location::Corner => part.has(column as u32),
-                        };
-                        // Values of others would be seen in the means.
-                        let array = make_array(&|column| !owns(column));
-                        let fields = Fields::new([("q", array.field())]);
-                        let threads = Threads::new(1 + ranks.rank()).unwrap();
-                        let given = Given {
-                            scene,
-                            fields: &fields,
-                            grid: &grid,
-                            part: Some(&part),
-                            threads: &threads,
-                        };
-                        let made = make(&mut ranks, &Kept::default(), &given).unwrap().unwrap();
-                        let found = bits(made.fields(&fields).get("eddy").unwrap());
-                        let own = (0..columns).filter(|c| owns(*c));
-                        for i in own.flat_map(|c| c * LAYERS..(c + 1) * LAYERS) {
-                            assert_eq!(found[i], expected[i], "{size} ranks, {location:?}, value {i}");
-                        }
-                    });
-                }
-            });
-        }
-    }
-}
-
-#[test]
-fn ranks_that_derive_other_fields_are_told() {
-    let world = World::new(2, 1);
-    let array = Array::new(world.shapes()[0], true, Location::Center, |c, l| value(1, c, l));
-    let errors: Vec<String> = thread::scope(|scope| {
-        let spawned = local_team(2).into_iter().map(|one| {
-            let (world, array) = (&world, &array);
-            scope.spawn(move || {
-                let mut ranks = Ranks::new(Box::new(one));
-                let grid = Grid::new(world.mesh.tables()).unwrap();
-                let scene = if ranks.is_root() { zonal(10.0) } else { zonal(20.0) };
-                let fields = Fields::new([("q", array.field())]);
-                let given = Given {
-                    scene: &scene,
-                    fields: &fields,
-                    grid: &grid,
-                    part: None,
-                    threads: &world.threads,
-                };
-                make(&mut ranks, &Kept::default(), &given).unwrap_err().to_string()
-            })
-        });
-        spawned.collect::<Vec<_>>().into_iter().map(|one| one.join().unwrap()).collect()
-    });
-    assert!(errors[0].starts_with("MPI: rank 1: derives \"eddy\" = FromZonalMean"), "{errors:?}");
-    assert_eq!(errors[0], errors[1]);
-}
-
-/// A rank whose field has another number of layers would send other numbers than the rest wait for.
-#[test]
-fn ranks_whose_fields_differ_are_told() {
-    let world = World::new(2, 1);
-    let errors: Vec<String> = thread::scope(|scope| {
-        let spawned = local_team(2).into_iter().map(|one| {
-            let world = &world;
-            scope.spawn(move || {
-                let mut ranks = Ranks::new(Box::new(one));
-                let grid = Grid::new(world.mesh.tables()).unwrap();
-                let part = Part::of_whole(&mut ranks, &grid).unwrap();
-                let shape = Shape::level_fastest(grid.cells(), LAYERS + ranks.rank());
-                let array = Array::new(shape, true, Location::Center, |c, l| value(1, c, l));
-                let (scene, fields) = (zonal(10.0), Fields::new([("q", array.field())]));
-                let (threads, part) = (&world.threads, Some(&part));
-                let given = Given { scene: &scene, fields: &fields, grid: &grid, part, threads };
-                make(&mut ranks, &Kept::default(), &given).unwrap_err().to_string()
-            })
-        });
-        spawned.collect::<Vec<_>>().into_iter().map(|one| one.join().unwrap()).collect()
-    });
-    let expected =
-        "MPI: rank 1: takes means of a field of 4 layers at Center, but 3 layers at Center on rank 0";
-    assert!(errors.iter().all(|error| error.starts_with(expected)), "{errors:?}");
-}
-
-#[test]
 fn first_frames_are_remembered_by_field_and_shape() {
     let world = World::new(2, 2);
-    let kept = Kept::default();
+    let kept = DerivedFieldCache::default();
     let how = How::FromFirst("q".into());
     let of_q = scene("change", &[("change", how.clone())]);
     let at = |step: usize, shape: Shape, is_wide| {
@@ -435,7 +228,7 @@ fn first_frames_are_remembered_by_field_and_shape() {
     assert!(at(4, fewer, true).1.0.iter().all(|change| *change <= 1));
     assert!(at(5, shapes[0], false).1.0.iter().any(|change| *change > 1));
     // Of the same name, but made of something else.
-    let array = Array::new(shapes[0], false, Location::Center, |c, l| value(8, c, l));
+    let array = world.array(8, 0, false);
     let fields = Fields::new([("q", array.field())]);
     for factor in [2.0, 3.0] {
         let scaled = ("scaled", How::Combination(vec![(factor, "q".into())]));
@@ -448,29 +241,27 @@ fn first_frames_are_remembered_by_field_and_shape() {
 #[test]
 fn a_field_without_a_name_is_what_the_first_is_made_of() {
     let world = World::new(2, 2);
-    let array = Array::new(world.shapes()[0], true, Location::Center, |c, l| value(1, c, l));
+    let array = world.array(1, 0, true);
     let twice = ("twice", How::Combination(vec![(2.0, "q".into())]));
     let four = ("four", How::Combination(vec![(2.0, "twice".into())]));
     let field = array.field();
     let unnamed = Fields::from(&field);
     let shown = scene("four", &[twice.clone(), four.clone()]);
-    let made = world.make(&Kept::default(), &shown, &unnamed, |found, _| bits(found.first("four").unwrap()));
+    let made = world
+        .make(&DerivedFieldCache::default(), &shown, &unnamed, |found, _| bits(found.first("four").unwrap()));
     let expected = |factor: f64| -> Vec<u64> {
-        let all = (0..array.shape.columns).flat_map(|c| (0..LAYERS).map(move |l| (c, l)));
-        all.map(|(c, l)| rounded(factor * array.field().value(c, l), true)).collect()
+        places(array.shape.columns, LAYERS).map(|(c, l)| rounded(factor * field.value(c, l), true)).collect()
     };
     assert_eq!(made.unwrap(), expected(4.0));
     // The scene's first is the field itself, whatever it is called; others are made of fields by name.
     let mut beside = scene("anything", &[twice]);
-    beside.scenery.opacity = Some(Opacity { field: "twice".into(), transfer: beside.transfer.clone() });
-    let error = world.make(&Kept::default(), &beside, &unnamed, |_, _| ()).unwrap_err();
-    assert!(
-        error.to_string().contains("\"twice\": the scene shows field \"q\", and there is only the first"),
-        "{error}"
-    );
-    let named = Fields::new([("anything", array.field()), ("q", array.field())]);
-    let made = world.make(&Kept::default(), &beside, &named, |found, _| bits(found.get("twice").unwrap()));
-    assert_eq!(made.unwrap(), expected(2.0));
+    beside.volumes[0].opacity =
+        Some(Opacity { field: "twice".into(), transfer: beside.volumes[0].transfer.clone() });
+    let error = world.make(&DerivedFieldCache::default(), &beside, &unnamed, |_, _| ()).unwrap_err();
+    let told = "\"twice\": the scene shows field \"q\", and there is only the first";
+    assert!(error.to_string().contains(told), "{error}");
+    let named = Fields::new([("anything", field), ("q", field)]);
+    assert_eq!(world.made("twice", &beside, &named), expected(2.0));
 }
 
 #[test]
@@ -490,7 +281,7 @@ fn what_does_not_fit_is_named() {
         Fields::new(["q", "interfaces", "corners", "more"].into_iter().zip(arrays.iter().map(Array::field)));
     let error = |how: How| {
         let scene = scene("odd", &[("odd", how)]);
-        world.make(&Kept::default(), &scene, &fields, |_, _| ()).unwrap_err()
+        world.make(&DerivedFieldCache::default(), &scene, &fields, |_, _| ()).unwrap_err()
     };
     for (odd, told) in [
         ("interfaces", "162 columns of 4 layers at Center, expected 162 columns of 3 layers at Center"),
@@ -502,11 +293,8 @@ fn what_does_not_fit_is_named() {
         let expected = format!("\"odd\": field {odd:?} has {told}");
         assert!(error.to_string().contains(&expected), "{error}");
     }
-    let unknown = error(How::FromFirst("odd".into()));
-    assert!(
-        unknown.to_string().contains("\"odd\": the scene shows field \"odd\", and there is"),
-        "{unknown}"
-    );
+    let unknown = error(How::FromFirst("odd".into())).to_string();
+    assert!(unknown.contains("\"odd\": the scene shows field \"odd\", and there is"), "{unknown}");
     assert!(error(How::Magnitude(Vec::new())).to_string().contains("made of 0 fields"));
     let mean =
         |field: &str, band_deg| error(How::FromZonalMean { field: field.into(), band_deg }).to_string();
@@ -517,20 +305,22 @@ fn what_does_not_fit_is_named() {
     let twice = [("q2", How::FromFirst("q".into())), ("q2", How::FromFirst("interfaces".into()))];
     // The first counts, and the second is never made.
     world
-        .make(&Kept::default(), &scene("q2", &twice), &fields, |_, made| assert_eq!(made.fields.len(), 1))
+        .make(&DerivedFieldCache::default(), &scene("q2", &twice), &fields, |_, made| {
+            assert_eq!(made.fields.len(), 1);
+        })
         .unwrap();
 }
 
 #[test]
 fn memory_is_used_again() {
     let world = World::new(2, 1);
-    let kept = Kept::default();
+    let kept = DerivedFieldCache::default();
     let place = |scene: &Scene, step: usize, is_wide| {
-        let array = Array::new(world.shapes()[0], is_wide, Location::Center, |c, l| value(step, c, l));
+        let array = world.array(step, 0, is_wide);
         let fields = Fields::new([("q", array.field())]);
-        let place = |_: &Fields, made: &Made| match &made.fields[0].values {
-            Values::F32(values) => values.as_ptr().addr(),
-            Values::F64(values) => values.as_ptr().addr(),
+        let place = |_: &Fields, made: &DerivedFields| match &made.fields[0].values {
+            OwnedReals::F32(values) => values.as_ptr().addr(),
+            OwnedReals::F64(values) => values.as_ptr().addr(),
         };
         world.make(&kept, scene, &fields, place).unwrap()
     };
@@ -557,7 +347,7 @@ fn pictures_of_derived_fields_are_those_of_their_values() {
             let change = |c, l| now.field().value(c, l) - then.field().value(c, l);
             let known = Array::new(shape, false, location, change);
             let derived = scene("change", &[("change", How::FromFirst("q".into()))]);
-            let plain = Scene { scenery: crate::Scenery::default(), ..derived.clone() };
+            let plain = Scene { scenery: icoray_scene::Scenery::default(), ..derived.clone() };
             let draw = |scene: &Scene, field: &Field| {
                 let fields = Fields::new([(if scene == &plain { "change" } else { "q" }, *field)]);
                 renderer.render(scene, &grid, &layers, fields).unwrap()

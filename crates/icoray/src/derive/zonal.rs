@@ -9,13 +9,15 @@
 //! whichever threads and ranks have added them up, means are the same to the last bit.
 
 use super::run::load;
-use super::{At, Given};
-use crate::error::{Error, ErrorKind, Result};
-use crate::field::{Field, Location};
-use crate::grid::Reals;
-use crate::ranks::{Part, Ranks, Reader, Words};
+use super::{DeriveInputs, FieldLayout};
+use crate::ranks::{Part, Ranks, decode_list, encode_lists};
+use icoray_grid::Reals;
+use icoray_grid::{Error, ErrorKind, Result};
+use icoray_grid::{Field, Location};
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
+use std::ops::AddAssign;
 
 /// Bands are no narrower than this, degrees.
 const LEAST_DEG: f64 = 0.1;
@@ -33,15 +35,22 @@ pub(super) struct Means<'m> {
 }
 
 /// Values of a band's layer, added up.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 struct Sum {
     sum: i128,
     count: u64,
 }
 
-/// A field's columns that count.
+impl AddAssign for Sum {
+    fn add_assign(&mut self, other: Self) {
+        self.sum += other.sum;
+        self.count += other.count;
+    }
+}
+
+/// The columns of a field that enter the means.
 struct Counted<'c> {
-    given: &'c Given<'c>,
+    given: &'c DeriveInputs<'c>,
     field: &'c Field<'c>,
     latitude_rad: Reals<'c>,
 }
@@ -53,22 +62,27 @@ fn place(latitude_rad: f64, bands: usize) -> f64 {
 
 impl<'m> Means<'m> {
     /// Of a field over a grid's cells or corners. Collective.
-    pub fn of(ranks: &mut Ranks, given: &'m Given<'m>, field: &'m Field<'m>, band_deg: f64) -> Result<Self> {
+    pub fn of(
+        ranks: &mut Ranks,
+        given: &'m DeriveInputs<'m>,
+        field: &'m Field<'m>,
+        band_deg: f64,
+    ) -> Result<Self> {
         let counted = ranks.attempt(|| Counted::new(given, field, band_deg));
         // What is exchanged has as many numbers on all.
-        let (counted, bands) = ranks.of_one_mind(counted, |(counted, _)| {
-            let At { location, layers, .. } = At::of(counted.field);
+        let (counted, bands) = ranks.agree_all(counted, |(counted, _)| {
+            let FieldLayout { location, layers, .. } = FieldLayout::of(counted.field);
             vec![("takes means of a field of", format!("{layers} layers at {location:?}"))]
         })?;
         let shared = given.part.is_some();
         let most = ranks.attempt(|| Ok(given.threads.run(|| counted.most())));
-        let mut most = ranks.together(most)?;
+        let mut most = ranks.collective(most)?;
         if shared {
             most = greatest(ranks, most)?;
         }
         let scale: Vec<f64> = most.into_iter().map(scale).collect();
         let sums = ranks.attempt(|| Ok(given.threads.run(|| counted.sums(&scale, bands))));
-        let mut sums = ranks.together(sums)?;
+        let mut sums = ranks.collective(sums)?;
         if shared {
             sums = added(ranks, sums)?;
         }
@@ -82,7 +96,7 @@ impl<'m> Means<'m> {
         Ok(Means { latitude_rad: counted.latitude_rad, bands, layers, means })
     }
 
-    /// A column's values less the means of its latitude.
+    /// Subtracts the interpolated zonal means from a column's values.
     #[inline(always)]
     pub fn take_off(&self, column: usize, row: &[f64], to: &mut [f64]) {
         let place = place(self.latitude_rad.get(column), self.bands) - 0.5;
@@ -115,12 +129,12 @@ fn scale(most: f64) -> f64 {
 
 impl<'c> Counted<'c> {
     /// The field over its grid, and how many bands there are.
-    fn new(given: &'c Given<'c>, field: &'c Field<'c>, band_deg: f64) -> Result<(Self, usize)> {
+    fn new(given: &'c DeriveInputs<'c>, field: &'c Field<'c>, band_deg: f64) -> Result<(Self, usize)> {
         if !(LEAST_DEG..=180.0).contains(&band_deg) {
             let context = format!("bands of {band_deg} degrees, expected {LEAST_DEG} to 180");
             return Err(Error::new(ErrorKind::Scene, context));
         }
-        let At { location, columns, .. } = At::of(field);
+        let FieldLayout { location, columns, .. } = FieldLayout::of(field);
         let tables = given.grid.tables();
         let latitude_rad = match location {
             Location::Center => tables.center.lat_rad,
@@ -138,20 +152,21 @@ impl<'c> Counted<'c> {
 
     fn counts(&self, column: usize) -> bool {
         match (self.field.location(), self.given.part) {
-            (Location::Center, part) => part.is_none_or(|part| part.tells(column)),
+            (Location::Center, part) => part.is_none_or(|part| part.counts(column)),
             (Location::Corner, None) => self.given.grid.is_triangle(column as u32),
-            (Location::Corner, Some(part)) => Part::tells_triangle(part, column as u32),
+            (Location::Corner, Some(part)) => Part::counts_triangle(part, column as u32),
         }
     }
 
-    /// Adds up what `take` makes of columns that count and their values: in as many results as keep the threads busy.
+    /// Reduces the counted columns and their values in parallel: `take` accumulates a column, `add` merges two
+    /// accumulators.
     fn added<V: Clone + Default + Send + Sync>(
         &self,
         size: usize,
         take: impl Fn(&mut [V], usize, &[f64]) + Sync,
         add: impl Fn(&mut V, V) + Sync,
     ) -> Vec<V> {
-        let At { columns, layers, .. } = At::of(self.field);
+        let FieldLayout { columns, layers, .. } = FieldLayout::of(self.field);
         let runs = columns.div_ceil(RUN);
         let most = runs.div_ceil(4 * self.given.threads.count()).max(8);
         let nothing = || vec![V::default(); size];
@@ -188,69 +203,37 @@ impl<'c> Counted<'c> {
             let band = (place(self.latitude_rad.get(column), bands) as usize).min(bands - 1);
             let sums = &mut sums[band * layers..][..layers];
             for ((sum, value), scale) in sums.iter_mut().zip(row).zip(scale) {
-                // A missing one becomes 0.
+                // NaN converts to 0.
                 sum.sum += i128::from((value * scale) as i64);
                 sum.count += u64::from(!value.is_nan());
             }
         };
-        let add = |sum: &mut Sum, other: Sum| {
-            sum.sum += other.sum;
-            sum.count += other.count;
-        };
-        self.added(bands * layers, take, add)
+        self.added(bands * layers, take, |sum, other| *sum += other)
     }
 }
 
-/// The greatest of all ranks' numbers. Collective.
-fn greatest(ranks: &mut Ranks, mut most: Vec<f64>) -> Result<Vec<f64>> {
-    let mut words = Words::default();
-    most.iter().for_each(|most| {
-        words.put_f64(*most);
-    });
-    for bytes in ranks.share(&words.0)? {
-        let mut reader = Reader(&bytes);
-        for most in &mut most {
-            *most = most.max(reader.get_f64()?);
-        }
+/// The elementwise maximum of the ranks' numbers. Collective.
+fn greatest(ranks: &mut Ranks, mut max: Vec<f64>) -> Result<Vec<f64>> {
+    for others in ranks.share_values(&max)? {
+        max.iter_mut().zip(others).for_each(|(max, other)| *max = max.max(other));
     }
-    Ok(most)
+    Ok(max)
 }
 
-/// Adds up all ranks' sums, of which each adds up some and tells the others. Collective.
+/// The sums over all ranks, of which each rank adds up a range and sends it to the others. Collective.
 fn added(ranks: &mut Ranks, mine: Vec<Sum>) -> Result<Vec<Sum>> {
-    let share = |rank: usize| rank * mine.len() / ranks.size()..(rank + 1) * mine.len() / ranks.size();
-    let mut own = vec![Sum::default(); share(ranks.rank()).len()];
-    let messages = (0..ranks.size()).map(|rank| put(&mine[share(rank)])).collect();
-    let came = ranks.exchange(messages)?;
-    let mut take = || -> Result<()> {
-        for bytes in &came {
-            for (sum, other) in own.iter_mut().zip(get(bytes)) {
-                let other = other?;
-                sum.sum += other.sum;
-                sum.count += other.count;
-            }
+    let size = ranks.size();
+    let range = |rank: usize| rank * mine.len() / size..(rank + 1) * mine.len() / size;
+    let mut own = vec![Sum::default(); range(ranks.rank()).len()];
+    let ranges: Vec<Vec<Sum>> = (0..size).map(|rank| mine[range(rank)].to_vec()).collect();
+    let received = ranks.exchange(encode_lists(&ranges))?;
+    let mut add = || -> Result<()> {
+        for bytes in &received {
+            own.iter_mut().zip(decode_list::<Sum>(bytes)?).for_each(|(sum, other)| *sum += other);
         }
         Ok(())
     };
-    let taken = take();
-    ranks.together(taken)?;
-    let all = ranks.share(&put(&own))?;
-    all.iter().flat_map(|bytes| get(bytes)).collect()
-}
-
-fn put(sums: &[Sum]) -> Vec<u8> {
-    let mut words = Words::default();
-    for Sum { sum, count } in sums {
-        words.put(*sum as u64).put((sum >> 64) as u64).put(*count);
-    }
-    words.0
-}
-
-fn get(bytes: &[u8]) -> impl Iterator<Item = Result<Sum>> + '_ {
-    let mut reader = Reader(bytes);
-    (0..bytes.len() / 24).map(move |_| {
-        let (low, high) = (reader.get()?, reader.get()?);
-        let sum = i128::from(low) | (i128::from(high as i64) << 64);
-        Ok(Sum { sum, count: reader.get()? })
-    })
+    let added = add();
+    ranks.collective(added)?;
+    Ok(ranks.share_values(&own)?.concat())
 }

@@ -1,21 +1,23 @@
 //! A picture's rays, prepared for a device.
 
-use super::{Allowed, ENDLESS, Span};
-use crate::field::Field;
-use crate::gradient::Gradients;
-use crate::grid::{Grid, Reals};
-use crate::kernel::Real;
-use crate::kernel::sample::{Sample, Samples};
-use crate::kernel::transfer;
+use super::{BudgetTable, ENDLESS, Span};
 use crate::plan::Plan;
-use crate::quality::Quality;
+use crate::plan::budget::allowed;
 use crate::raster::Raster;
-use crate::render::{Derived, allowed};
-use crate::scene::Scene;
+use crate::raster::Rect;
+use crate::render::Lazy;
+use icoray_grid::Field;
+use icoray_grid::gradient::Gradients;
+use icoray_grid::real::Real;
+use icoray_grid::sample::{Sample, Samples};
+use icoray_grid::{Grid, Reals};
+use icoray_kernel::transfer;
+use icoray_scene::Quality;
+use icoray_scene::Scene;
 use std::ops::Range;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// What is to be traced: some tiles of a picture.
+/// Some tiles of a picture, to be traced.
 #[derive(Debug)]
 pub struct Job<'f> {
     number: u64,
@@ -23,7 +25,7 @@ pub struct Job<'f> {
     pub(super) plan: &'f Plan,
     grid: &'f Grid<'f>,
     field: &'f Field<'f>,
-    gradients: &'f Derived<'f, Gradients>,
+    gradients: &'f Lazy<'f, Gradients>,
     is_part: bool,
     spans: transfer::Spans<f32>,
     quality: Quality,
@@ -31,34 +33,12 @@ pub struct Job<'f> {
     tiles: Vec<u32>,
 }
 
-/// Which values a device is to have, in short.
+/// Identifies the values of a job.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Content {
     field: u64,
     range: [u64; 2],
     falling: bool,
-}
-
-/// A rectangle of traced pixels: from the first to before the last in each direction, counted in steps of
-/// [`Quality::pixel_step`] pixels. The last one of a picture's row or column may come after a shorter step: node `i` of a side
-/// is its pixel `min(i · step, side - 1)`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Rect {
-    /// First column.
-    pub left: u32,
-    /// First row.
-    pub top: u32,
-    /// How many columns.
-    pub width: u32,
-    /// How many rows.
-    pub height: u32,
-}
-
-impl Rect {
-    /// How many pixels.
-    pub fn pixels(&self) -> usize {
-        self.width as usize * self.height as usize
-    }
 }
 
 impl<'f> Job<'f> {
@@ -68,7 +48,7 @@ impl<'f> Job<'f> {
         plan: &'f Plan,
         grid: &'f Grid<'f>,
         field: &'f Field<'f>,
-        gradients: &'f Derived<'f, Gradients>,
+        gradients: &'f Lazy<'f, Gradients>,
         quality: Quality,
         is_part: bool,
     ) -> Self {
@@ -149,7 +129,7 @@ impl<'f> Job<'f> {
 
     /// The transfer function, in rising order.
     pub fn spans(&self) -> Vec<Span> {
-        self.spans.all().iter().map(Span::of).collect()
+        self.spans.all().to_vec()
     }
 
     /// Where it jumps: normalised value, and the larger extinction of the two sides. In rising order.
@@ -158,10 +138,13 @@ impl<'f> Job<'f> {
     }
 
     /// What rays may spend.
-    pub fn allowed(&self) -> Allowed {
+    pub fn allowed(&self) -> BudgetTable {
         let budget = allowed(self.scene, &self.quality);
-        let share = budget.share.max(f32::ROUNDING) as f32;
-        Allowed { share, rest: budget.rest as f32, brightest: budget.brightest as f32 }
+        BudgetTable {
+            color_tolerance: budget.color_tolerance.max(f32::ROUNDING) as f32,
+            min_transmittance: budget.min_transmittance as f32,
+            brightest: budget.brightest as f32,
+        }
     }
 
     /// Columns and layers of the field, and whether its array has a column's layers side by side, or else a layer's columns.
@@ -190,17 +173,21 @@ impl<'f> Job<'f> {
         }
     }
 
-    /// What [`Self::values`] leave of the field's values, for who needs their differences: 32,767 stands for 2^-24 of the value.
-    pub fn rests(&self, columns: &[u32], layers: Range<usize>, first: usize, rests: &mut [i16]) {
-        let rest = |value: f64| {
-            let known = f64::from(narrowed(value));
-            let part = (value - known) / (f32::ROUNDING * known.abs());
-            // Nothing is left of values that are held within bounds, nor of missing ones.
+    /// The rounding residuals of [`Self::values`], for devices that compute differences of values: 32,767 stands for
+    /// 2^-24 of the value.
+    ///
+    /// # Panics
+    /// As [`Self::values`].
+    pub fn residuals(&self, columns: &[u32], layers: Range<usize>, first: usize, residuals: &mut [i16]) {
+        let residual = |value: f64| {
+            let rounded = f64::from(narrowed(value));
+            let part = (value - rounded) / (f32::ROUNDING * rounded.abs());
+            // Clamped and missing values have no residual.
             if part.abs() <= 1.0 { (part * f64::from(i16::MAX)).round() as i16 } else { 0 }
         };
         match self.field.samples() {
-            Reals::F32(data) => self.read(data, columns, layers, first, rests, rest),
-            Reals::F64(data) => self.read(data, columns, layers, first, rests, rest),
+            Reals::F32(data) => self.read(data, columns, layers, first, residuals, residual),
+            Reals::F64(data) => self.read(data, columns, layers, first, residuals, residual),
         }
     }
 

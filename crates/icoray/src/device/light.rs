@@ -1,8 +1,8 @@
 //! The light of a lit scene.
 
 use super::Job;
-use crate::quality::Lights;
 use glam::DVec3;
+use icoray_scene::Lights;
 
 /// Blinn and Phong's model, with what is the same for all rays of a frame; see `kernel/shade.rs`.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -30,7 +30,7 @@ impl Job<'_> {
     pub fn shading(&self) -> Option<Shading> {
         let shading = self.plan.shading.filter(|_| self.quality().lights != Lights::Off)?;
         // All but the directions is the same along all rays.
-        let ray = shading.along::<f32>(DVec3::Z, self.allowed().share.into());
+        let ray = shading.along::<f32>(DVec3::Z, self.allowed().color_tolerance.into());
         Some(Shading {
             ambient: ray.ambient,
             diffuse: ray.diffuse,

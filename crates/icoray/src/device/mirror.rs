@@ -5,14 +5,25 @@
 pub mod light;
 
 use super::Span;
-use crate::kernel::Real;
-use crate::kernel::piece::{self, Allowance, Light, Method};
-use crate::kernel::segment::Segment;
-use crate::kernel::transfer;
+use icoray_grid::real::Real;
+use icoray_kernel::lit::Lit;
+use icoray_kernel::piece;
+use icoray_kernel::piece::{ErrorBudget, Radiance};
+use icoray_kernel::segment::Segment;
+use icoray_scene::Method;
 
 fn segment([f0, f1, kappa, eps, length]: [f32; 5]) -> Segment<f32> {
     Segment { f0, f1, kappa, eps, length }
 }
+
+/// Optical depth beyond which a piece is a surface.
+pub const SURFACE: f32 = <f32 as Real>::SURFACE as f32;
+/// Optical depth up to which a piece is integrated by the rule for thin ones.
+pub const THIN: f32 = piece::THIN as f32;
+/// The most panels of equal length that a piece is integrated in.
+pub const MAX_PANELS: usize = piece::MAX_PANELS;
+/// How often a piece is halved for its light.
+pub const MAX_CUTS: u32 = Lit::<f32, 4>::MAX_CUTS;
 
 /// `Segment::value`.
 pub fn segment_value(s: [f32; 5], u: f32) -> f32 {
@@ -52,64 +63,9 @@ pub fn integrate(
     span: &Span,
     [share, rest, through, reach]: [f32; 4],
 ) -> [f32; 6] {
-    let allowance = Allowance { share, rest, through, reach };
-    let Light { color: [r, g, b], absorbed, error, variance } =
-        piece::integrate(method, &segment(piece), &span.kernel(), &allowance);
+    let allowance =
+        ErrorBudget { color_tolerance: share, min_transmittance: rest, transmittance: through, reach };
+    let Radiance { color: [r, g, b], alpha: absorbed, error, variance } =
+        piece::integrate(method, &segment(piece), span, &allowance);
     [r, g, b, absorbed, error, variance]
-}
-
-impl Span {
-    pub(crate) fn of(span: &transfer::Span<f32>) -> Self {
-        let transfer::Span {
-            low,
-            high,
-            anchor,
-            extinction,
-            extinction_slope,
-            color,
-            color_slope,
-            steepest,
-            brightest,
-            is_clear,
-        } = *span;
-        Span {
-            low,
-            high,
-            anchor,
-            extinction,
-            extinction_slope,
-            color,
-            color_slope,
-            steepest,
-            brightest,
-            is_clear,
-        }
-    }
-
-    pub(super) fn kernel(&self) -> transfer::Span<f32> {
-        let Span {
-            low,
-            high,
-            anchor,
-            extinction,
-            extinction_slope,
-            color,
-            color_slope,
-            steepest,
-            brightest,
-            is_clear,
-        } = *self;
-        transfer::Span {
-            low,
-            high,
-            anchor,
-            extinction,
-            extinction_slope,
-            color,
-            color_slope,
-            steepest,
-            brightest,
-            is_clear,
-        }
-    }
 }

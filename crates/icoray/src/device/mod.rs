@@ -1,23 +1,23 @@
-//! Another device than the CPU that traces a picture's rays, and what it needs of the core, as plain numbers: the tables of a
-//! grid, a scene, the field's values and gradients as the kernel reads them.
+//! The interface to devices other than the CPU that trace a picture's rays. A device reads the tables of the grid, the
+//! scene, and the field's values and gradients as plain numbers.
 //!
-//! Whatever a device does not do itself stays here, where the CPU renderer has it too: the plan, ranges, means of fields at
-//! corners, gradients, what a pixel shows and how far it may be off, and tiles that the device did not give. Everything is
-//! for `f32` kernels.
+//! The CPU renderer keeps the plan, ranges, averages of fields at corners, gradients, blending over the background and
+//! error bounds, and traces the tiles that the device does not return. Everything is for `f32` kernels.
 
 mod job;
 mod light;
 pub mod mirror;
 mod tables;
 
-pub use crate::kernel::ray::Fragment;
-pub use crate::kernel::signature::Signature;
-pub use job::{Content, Job, Rect};
+pub use crate::raster::Rect;
+pub use icoray_kernel::ray::Fragment;
+pub use icoray_kernel::signature::BoundarySignature;
+pub use job::{Content, Job};
 pub use light::Shading;
-pub use tables::{Allowed, Span, Tables, locate};
+pub use tables::{BudgetTable, Span, Tables, locate};
 
-use crate::scene::Adapter;
 use bytemuck::{Pod, Zeroable};
+use icoray_scene::Adapter;
 use std::fmt;
 use std::ops::AddAssign;
 use std::sync::Arc;
@@ -28,7 +28,7 @@ pub const ENDLESS: f32 = 3e38;
 
 /// Which device a picture asks for.
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
-pub struct Wanted {
+pub struct DeviceRequest {
     /// The scene's choice; `None` is one of the fastest kind.
     pub adapter: Option<Adapter>,
     /// Whether a processor that acts as a device will do.
@@ -42,11 +42,11 @@ pub trait Devices: fmt::Debug + Send + Sync {
     /// Opens a device.
     ///
     /// # Errors
-    /// A [`Reason`] why there is none.
-    fn open(&self, wanted: &Wanted) -> Result<Arc<dyn Device>, Reason>;
+    /// A [`FallbackReason`] why there is none.
+    fn open(&self, wanted: &DeviceRequest) -> Result<Arc<dyn Device>, FallbackReason>;
 }
 
-/// What traces rays beside the CPU. Several threads may ask it at once.
+/// A device that traces rays. Several threads may call it at once.
 pub trait Device: fmt::Debug + Send + Sync {
     /// Its name, for reports.
     fn name(&self) -> String;
@@ -57,22 +57,27 @@ pub trait Device: fmt::Debug + Send + Sync {
     /// Called on a thread of the renderer's pool, so that parallel passes use its threads.
     ///
     /// # Errors
-    /// A [`Reason`] why tiles were not given, which goes into the report.
-    fn trace(&self, job: &Job, give: &(dyn Fn(Band) + Sync)) -> Result<Spent, Reason>;
+    /// A [`FallbackReason`] why tiles were not given, which goes into the report.
+    fn trace(&self, job: &Job, give: &(dyn Fn(Band) + Sync)) -> Result<DeviceCost, FallbackReason>;
 
     /// As [`Self::trace`], through the own cells of a rank that has a part of them: fragments of rays, which are put together
     /// elsewhere.
     ///
     /// # Errors
     /// As [`Self::trace`].
-    fn fragments(&self, _job: &Job, _own: &Own, _give: &(dyn Fn(Fragments) + Sync)) -> Result<Spent, Reason> {
-        Err(Reason::new(format!("{} does not trace rays through parts of the grid", self.name())))
+    fn fragments(
+        &self,
+        _job: &Job,
+        _own: &OwnedColumns,
+        _give: &(dyn Fn(Fragments) + Sync),
+    ) -> Result<DeviceCost, FallbackReason> {
+        Err(FallbackReason::new(format!("{} does not trace rays through parts of the grid", self.name())))
     }
 }
 
-/// What of a grid is a rank's own.
+/// The own triangles of a rank's part.
 #[derive(Debug, Clone, Copy)]
-pub struct Own<'p> {
+pub struct OwnedColumns<'p> {
     /// Whether a triangle is.
     pub triangles: &'p [bool],
     /// Height of the lowest place of any rank's facets over a unit sphere: farther below the innermost layer nothing is
@@ -90,7 +95,7 @@ pub struct Fragments<'b> {
     /// The first one's place in [`Job::tiles`].
     pub first: usize,
     /// The rays of that tile and of those behind it, tile by tile, each row by row.
-    pub rays: &'b [Passed],
+    pub rays: &'b [RayFragments],
     /// Their fragments, ray by ray and in order along each.
     pub all: &'b [Fragment],
 }
@@ -98,7 +103,7 @@ pub struct Fragments<'b> {
 /// What a ray met in a part.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Pod, Zeroable)]
 #[repr(C)]
-pub struct Passed {
+pub struct RayFragments {
     /// Columns, frusta and void frusta.
     pub counts: [u32; 3],
     /// How many fragments it has.
@@ -123,7 +128,7 @@ pub struct Traced {
     /// Premultiplied linear RGB.
     pub color: [f32; 3],
     /// The part of what lies behind that is absorbed.
-    pub absorbed: f32,
+    pub alpha: f32,
     /// How far a channel may be off, rounding apart; or [`Self::MISSED`].
     pub error: f32,
     /// Variance of rounding.
@@ -139,7 +144,7 @@ impl Traced {
 
 /// What a device spent on a job.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Spent {
+pub struct DeviceCost {
     /// Seconds until rays could begin: preparing and uploading.
     pub upload_s: f64,
     /// Seconds in rays by the device's own clock, where it has one.
@@ -154,7 +159,7 @@ pub struct Spent {
     pub passes: u32,
 }
 
-impl AddAssign for Spent {
+impl AddAssign for DeviceCost {
     fn add_assign(&mut self, other: Self) {
         self.upload_s += other.upload_s;
         self.bytes_uploaded += other.bytes_uploaded;
@@ -165,21 +170,21 @@ impl AddAssign for Spent {
     }
 }
 
-/// Why a device does not draw something, in words.
+/// The reason why a device does not draw something.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Reason(String);
+pub struct FallbackReason(String);
 
-impl Reason {
+impl FallbackReason {
     /// A reason in words that go on behind "drawn on the CPU: ".
     pub fn new(words: impl Into<String>) -> Self {
-        Reason(words.into())
+        FallbackReason(words.into())
     }
 }
 
-impl fmt::Display for Reason {
+impl fmt::Display for FallbackReason {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(&self.0)
     }
 }
 
-impl std::error::Error for Reason {}
+impl std::error::Error for FallbackReason {}

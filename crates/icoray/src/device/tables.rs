@@ -1,8 +1,8 @@
 //! A grid's tables and a transfer function's spans, as plain numbers.
 
-use crate::grid::Grid;
-use crate::kernel::walk;
 use glam::DVec3;
+use icoray_grid::Grid;
+use icoray_kernel::walk;
 
 /// What a grid has beside the model's own tables ([`Grid::tables`]).
 #[derive(Debug)]
@@ -11,7 +11,7 @@ pub struct Tables<'g> {
     pub directions: &'g [[f64; 3]],
     /// A byte per row of `corner_cell`: two bits per vertex with the `corner_edge` column of the side opposite it, or 3 on the
     /// rim of a hole; bit 6 where the row winds clockwise; bit 7 where it is no triangle.
-    pub seats: Vec<u8>,
+    pub orientations: Vec<u8>,
     /// Void triangles: three vertices, and the triangles beyond the sides opposite them.
     pub void: Vec<[u32; 6]>,
     /// Sides on the rims of holes: triangle, vertex opposite, void triangle beyond. Sorted.
@@ -23,9 +23,15 @@ pub struct Tables<'g> {
 impl<'g> Tables<'g> {
     /// Those of `grid`.
     pub fn of(grid: &'g Grid) -> Self {
-        let (void, rim) = grid.closure_numbers();
-        let seats = grid.seats().iter().map(|seats| seats.bits()).collect();
-        Tables { directions: grid.directions(), seats, void, rim, start: grid.standing(0) }
+        let (void, rim) = grid.hole_filling_tables();
+        let orientations = grid.orientations().iter().map(|orientation| orientation.bits()).collect();
+        Tables {
+            directions: grid.directions(),
+            orientations,
+            void,
+            rim,
+            start: grid.nearest_valid_triangle(0),
+        }
     }
 }
 
@@ -35,38 +41,16 @@ pub fn locate(grid: &Grid, from: u32, target: [f64; 3]) -> u32 {
 }
 
 /// Between two knots of the transfer function extinction and colour are linear in the normalised value.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Span {
-    /// Values of the span, `low <= high`; infinite at the outer ends.
-    pub low: f32,
-    /// See `low`.
-    pub high: f32,
-    /// The value that slopes are measured from.
-    pub anchor: f32,
-    /// Per planet radius, at the anchor.
-    pub extinction: f32,
-    /// Its slope in the value.
-    pub extinction_slope: f32,
-    /// Linear RGB at the anchor.
-    pub color: [f32; 3],
-    /// Its slopes in the value.
-    pub color_slope: [f32; 3],
-    /// The largest of the slopes' sizes.
-    pub steepest: f32,
-    /// The largest channel at the span's ends.
-    pub brightest: f32,
-    /// Extinction is zero throughout.
-    pub is_clear: bool,
-}
+pub type Span = icoray_kernel::transfer::Span<f32>;
 
 /// What a ray may spend: `share` is the error of the colour per absorbed light, `rest` the transmittance at which a ray ends,
 /// `brightest` the most that a channel can hold behind that.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Allowed {
+pub struct BudgetTable {
     /// See above.
-    pub share: f32,
+    pub color_tolerance: f32,
     /// See above.
-    pub rest: f32,
+    pub min_transmittance: f32,
     /// See above.
     pub brightest: f32,
 }

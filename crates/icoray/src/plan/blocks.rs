@@ -1,26 +1,28 @@
-//! What of a field can be seen at all, found by reading it once before the first ray.
+//! Empty space skipping: marks the visible blocks of a field in one pass before the first ray.
 
-use crate::array::MapInline;
-use crate::grid::Grid;
-use crate::kernel::Real;
-use crate::kernel::leap::{Visible, clear_knots, clear_ranges};
-use crate::kernel::sample::{Sample, Samples, Stored};
-use crate::kernel::transfer::Spans;
 use fearless_simd::Level;
+use icoray_grid::Grid;
+use icoray_grid::array::MapInline;
+use icoray_grid::occupancy::OccupancyMask;
+use icoray_grid::real::Real;
+use icoray_grid::sample::{Sample, Samples, Stored};
+use icoray_kernel::empty_space_skipping::{clear_knots, clear_ranges};
+use icoray_kernel::transfer::Spans;
 use rayon::prelude::*;
 
-/// Parts of the transfer function that are looked for, and single values.
-const MOST_RANGES: usize = 2;
-const MOST_KNOTS: usize = 2;
-/// Where less than this part of all blocks is clear, rays would ask more than they leap.
-const LEAST: f64 = 0.02;
-/// Columns or triangles that a thread takes at a time.
+/// Maximum number of clear ranges of the transfer function that are tested, and of clear single values.
+const MAX_RANGES: usize = 2;
+const MAX_KNOTS: usize = 2;
+/// Minimum fraction of clear blocks: with fewer, the test costs rays more time than skipping saves.
+const MIN_CLEAR: f64 = 0.02;
+/// Columns or triangles per parallel task.
 const CHUNK: usize = 4096;
-/// Of so many columns this many are read first, side by side: if next to nothing is clear there, the others are not read.
+/// Stride and length of the runs of columns that are sampled first: if almost nothing is clear there, the others are
+/// not read.
 const PROBE: [usize; 2] = [2048, 64];
 
-/// What is looked for in which field.
-pub(crate) struct Sight<'a, S> {
+/// The visibility test of one field.
+pub(crate) struct OccupancyTest<'a, S> {
     pub grid: &'a Grid<'a>,
     pub samples: Samples<'a, S>,
     pub layers: usize,
@@ -39,32 +41,32 @@ pub(crate) fn clear_values<T: Real, S: Sample>(
         return Vec::new();
     };
     let ranges =
-        clear_ranges(spans, within, MOST_RANGES).into_iter().filter_map(|range| samples.stored(range));
-    let knots = clear_knots(spans, within, MOST_KNOTS).into_iter().filter_map(|knot| samples.stored_at(knot));
+        clear_ranges(spans, within, MAX_RANGES).into_iter().filter_map(|range| samples.stored(range));
+    let knots = clear_knots(spans, within, MAX_KNOTS).into_iter().filter_map(|knot| samples.stored_at(knot));
     ranges.chain(knots).collect()
 }
 
-impl<S: Sample> Sight<'_, S> {
-    /// What can be seen, in the memory of what could be seen before.
-    pub fn visible(&self, memory: Visible) -> Visible {
+impl<S: Sample> OccupancyTest<'_, S> {
+    /// The visible blocks; reuses `memory`.
+    pub fn visible(&self, memory: OccupancyMask) -> OccupancyMask {
         let clear = self.frequent();
         match clear.len() {
-            0 => memory.all_in(self.layers),
-            1 => self.beside(&[clear[0]], memory),
-            2 => self.beside(&[clear[0], clear[1]], memory),
-            _ => self.beside(&[clear[0], clear[1], clear[2]], memory),
+            0 => memory.full(self.layers),
+            1 => self.blocks_outside(&[clear[0]], memory),
+            2 => self.blocks_outside(&[clear[0], clear[1]], memory),
+            _ => self.blocks_outside(&[clear[0], clear[1], clear[2]], memory),
         }
     }
 
     /// The bits of the blocks that each layer bounds.
     fn bits(&self) -> Vec<u32> {
-        let shift = Visible::shift(self.layers);
+        let shift = OccupancyMask::shift(self.layers);
         let block = |gap: usize| 1u32 << ((gap.clamp(1, (self.layers - 1).max(1)) - 1) >> shift);
         // Layer l bounds the gaps l and l + 1.
         (0..self.layers).map(|l| block(l) | block(l + 1)).collect()
     }
 
-    /// Those of the clear values that are met often, by some columns, the most frequent first.
+    /// The clear ranges that are frequent in a sample of columns, the most frequent first.
     fn frequent(&self) -> Vec<Stored<S>> {
         let (bits, cells) = (self.bits(), self.grid.cells());
         let (stride, count) = if cells > 8 * PROBE[0] { (PROBE[0], PROBE[1]) } else { (CHUNK, CHUNK) };
@@ -80,15 +82,15 @@ impl<S: Sample> Sight<'_, S> {
             clear as f64 / all.max(1) as f64
         };
         let mut found: Vec<_> = self.clear.iter().map(|clear| (part(clear), *clear)).collect();
-        found.retain(|(part, _)| *part > 0.5 * LEAST);
+        found.retain(|(part, _)| *part > 0.5 * MIN_CLEAR);
         found.sort_by(|a, b| b.0.total_cmp(&a.0));
         found.into_iter().map(|(_, clear)| clear).collect()
     }
 
-    /// What can be seen beside `clear` values.
-    fn beside<const R: usize>(&self, clear: &[Stored<S>; R], memory: Visible) -> Visible {
+    /// The blocks with values outside `clear`.
+    fn blocks_outside<const R: usize>(&self, clear: &[Stored<S>; R], memory: OccupancyMask) -> OccupancyMask {
         let (grid, bits) = (self.grid, self.bits());
-        let mut visible = memory.all_in(self.layers);
+        let mut visible = memory.full(self.layers);
         resize(&mut visible.columns, R * grid.cells());
         resize(&mut visible.blocks, grid.triangles());
         let (columns, _) = visible.columns.as_chunks_mut::<R>();
@@ -107,16 +109,16 @@ impl<S: Sample> Sight<'_, S> {
         });
         let (seen, all) = seen.reduce(|| (0, 0), |a, b| (a.0 + b.0, a.1 | b.1));
         let most = u64::from(joined(&bits).count_ones()) * grid.triangles() as u64;
-        if seen as f64 > (1.0 - LEAST) * most as f64 {
-            return visible.all_in(self.layers);
+        if seen as f64 > (1.0 - MIN_CLEAR) * most as f64 {
+            return visible.full(self.layers);
         }
         let behind = (u32::BITS - all.leading_zeros()).max(1) as usize;
         let top = (behind << visible.shift).min(self.layers - 1);
-        Visible { top, ..visible }
+        OccupancyMask { top, ..visible }
     }
 }
 
-/// What can be seen over a triangle: what is outside each of the clear ranges over some of its cells.
+/// The visible blocks over a triangle: those that have a value outside each clear range over one of its cells.
 #[inline]
 fn blocks_over<const R: usize>(grid: &Grid, triangle: u32, columns: &[[u32; R]]) -> u32 {
     if !grid.is_triangle(triangle) {

@@ -1,8 +1,8 @@
 //! What a scene does not need, in words: what would cost bytes or time.
 
-use crate::grid::Grid;
-use crate::kernel::piece::Method;
-use crate::scene::{Ground, Heights, Pattern, Scene};
+use icoray_grid::Grid;
+use icoray_scene::Method;
+use icoray_scene::{Ground, Heights, Pattern, Scene};
 
 /// For a scene of a field with `layers` of them; a field at corners is averaged by the table `cell_corner`.
 pub(super) fn left_out(scene: &Scene, grid: &Grid, layers: usize, from_corners: bool) -> Vec<String> {
@@ -27,7 +27,7 @@ pub(super) fn left_out(scene: &Scene, grid: &Grid, layers: usize, from_corners: 
         (!scenery.clips.is_empty(), "clips".into()),
         (scenery.heights == Heights::Native, "native heights".into()),
         (
-            scene.method == Method::Exact || scenery.is_plain(),
+            scene.method == Method::Exact || scene.is_plain(),
             "method \"paper\", which supports a single volume only".into(),
         ),
     ]
@@ -39,7 +39,7 @@ pub(super) fn left_out(scene: &Scene, grid: &Grid, layers: usize, from_corners: 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::IcosahedralMesh;
+    use icoray_grid::IcosahedralMesh;
 
     fn left_out_of(text: &str) -> Vec<String> {
         let camera = "[camera]\nlon = 0\nlat = 0\ndistance = 3\n";

@@ -1,7 +1,7 @@
 //! Whether the layers that a scene names are there.
 
-use crate::error::{Error, ErrorKind, Result};
-use crate::scene::{Level, Scene};
+use icoray_grid::{Error, ErrorKind, Result};
+use icoray_scene::{Level, Scene};
 
 /// Checks them against the number of the first field's layers.
 pub(super) fn check(scene: &Scene, layers: usize) -> Result<()> {
@@ -16,7 +16,7 @@ pub(super) fn check(scene: &Scene, layers: usize) -> Result<()> {
     match surfaces.chain(lines).chain(clips).find(|(_, layer)| *layer >= layers) {
         None => Ok(()),
         Some((key, layer)) => {
-            let (last, field) = (layers - 1, &scene.field);
+            let (last, field) = (layers - 1, scene.field());
             let message =
                 format!("key {key}: layer {layer}, expected 0 to {last}, as {field:?} has {layers} layers");
             Err(Error::new(ErrorKind::Scene, message))

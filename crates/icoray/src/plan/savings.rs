@@ -1,26 +1,23 @@
-/// What a renderer leaves out where a scene does not need it. Switched off to see what each saves: pictures are the same, or as
+/// Optimisations of a renderer, each of which can be switched off to measure its effect: pictures stay the same, or as
 /// near to the exact integral as their errors say.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Savings {
-    /// Rays leap over what the transfer function makes clear, without reading it.
+    /// Rays skip blocks that the transfer function makes clear, without reading them.
     pub leaps: bool,
-    /// Rays begin at the uppermost layer that can be seen. Only where they leap.
+    /// Rays start at the uppermost visible layer. Requires `leaps`.
     pub layers: bool,
     /// Rays end where what lies behind is within the tolerance.
     pub ends: bool,
-    /// Gradients are computed where light can be seen. Elsewhere only where rays leap.
+    /// Gradients are computed in visible blocks only. Requires `leaps`.
     pub gradients: bool,
     /// Gradients are packed, where the tolerance has room for it.
     pub packing: bool,
     /// Frusta are integrated several at a time.
     pub lanes: bool,
-    /// Tiles beside the globe are not looked at pixel by pixel.
+    /// Tiles that miss the globe are filled without tracing their pixels.
     pub tiles: bool,
-    /// What was found of a field serves all pictures of it, while nobody can write to it.
+    /// Ranges, averages, visible blocks and gradients of a field are reused while the field is borrowed.
     pub reuse: bool,
-    /// A frame of which nothing has changed is not drawn again: the last one is given. To know that costs a pass over the field and
-    /// a copy of the frame, so that it is for those who draw more often than the field changes, and not in [`Self::ALL`].
-    pub unchanged: bool,
 }
 
 impl Savings {
@@ -34,7 +31,6 @@ impl Savings {
         lanes: true,
         tiles: true,
         reuse: true,
-        unchanged: false,
     };
 
     /// None of them.
@@ -47,7 +43,6 @@ impl Savings {
         lanes: false,
         tiles: false,
         reuse: false,
-        unchanged: false,
     };
 }
 

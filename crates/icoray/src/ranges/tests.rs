@@ -1,10 +1,10 @@
 //! Ranges of made fields: alone, over parts, and from frame to frame.
 
 use super::*;
-use crate::field::Location;
-use crate::ranks::local_team;
-use crate::shape::Shape;
-use crate::{Grid, IcosahedralMesh};
+use crate::ranks::tests::on_ranks;
+use icoray_grid::Location;
+use icoray_grid::Shape;
+use icoray_grid::{Grid, IcosahedralMesh};
 
 fn scene(range: &str, more: &str) -> Scene {
     let text = format!(
@@ -19,9 +19,9 @@ fn settled(ranges: &Ranges, scene: &Scene, values: &[f64]) -> [f64; 2] {
     let threads = Threads::new(2).unwrap();
     let shape = Shape::level_fastest(values.len() / 4, 4);
     let field = Field::new(values.into(), shape, Location::Center, Some(-9e33)).unwrap();
-    let values = Values { threads: &threads, field: &field, part: None };
-    let settled = ranges.settle(&mut Ranks::alone(), scene, &|_| Ok(values)).unwrap().unwrap();
-    settled.coloring.unwrap().fixed().unwrap()
+    let values = FieldValues { threads: &threads, field: &field, part: None };
+    let settled = ranges.resolve(&mut Ranks::alone(), scene, &|_| Ok(values)).unwrap().unwrap();
+    settled.volumes[0].coloring.as_ref().unwrap().fixed().unwrap()
 }
 
 /// Each map follows the values of its own field, and what is coloured alike is looked at once.
@@ -49,9 +49,9 @@ fn each_map_of_a_scene_has_the_range_of_its_field() {
         let values = |name: &str| {
             asked.borrow_mut().push(name.to_owned());
             let field = &fields[["q", "w", "v"].iter().position(|known| *known == name).unwrap()];
-            Ok(Values { threads: &threads, field, part: None })
+            Ok(FieldValues { threads: &threads, field, part: None })
         };
-        let settled = ranges.settle(&mut Ranks::alone(), &scene, &values).unwrap().unwrap();
+        let settled = ranges.resolve(&mut Ranks::alone(), &scene, &values).unwrap().unwrap();
         let found: Vec<_> =
             settled.paintings().iter().map(|p| p.coloring.unwrap().fixed().unwrap()).collect();
         for painting in settled.paintings() {
@@ -74,9 +74,10 @@ fn each_map_of_a_scene_has_the_range_of_its_field() {
 
 #[test]
 fn a_field_that_is_not_there_is_an_error() {
-    let missing = |name: &str| Err(crate::Error::new(crate::ErrorKind::Scene, format!("no {name}")));
+    let missing =
+        |name: &str| Err(icoray_grid::Error::new(icoray_grid::ErrorKind::Scene, format!("no {name}")));
     let scene = scene("{ percentile = [0, 100] }", "");
-    let error = Ranges::default().settle(&mut Ranks::alone(), &scene, &missing).unwrap_err();
+    let error = Ranges::default().resolve(&mut Ranks::alone(), &scene, &missing).unwrap_err();
     assert_eq!(error.context(), "no q");
 }
 
@@ -167,7 +168,7 @@ fn a_centre_stays_in_the_middle_and_views_share_a_range() {
     let mut other = first.clone();
     other.width = 77;
     assert_eq!(settled(&ranges, &other, &[-1.0, 2.0, 0.0, 0.0]), [-3.0, 3.0]);
-    other.field = "another".into();
+    other.volumes[0].field = "another".into();
     assert_eq!(settled(&ranges, &other, &[-1.0, 2.0, 0.0, 0.0]), [-2.0, 2.0]);
 }
 
@@ -176,10 +177,10 @@ fn a_scene_with_a_range_of_its_own_is_not_touched() {
     let threads = Threads::new(1).unwrap();
     let field =
         Field::new((&[1.0f64; 4][..]).into(), Shape::level_fastest(1, 4), Location::Center, None).unwrap();
-    let values = Values { threads: &threads, field: &field, part: None };
+    let values = FieldValues { threads: &threads, field: &field, part: None };
     for more in ["", "scale = \"symlog\"\nthreshold = 0.1", "center = 0"] {
         let scene = scene("[0, 1]", more);
-        assert_eq!(Ranges::default().settle(&mut Ranks::alone(), &scene, &|_| Ok(values)).unwrap(), None);
+        assert_eq!(Ranges::default().resolve(&mut Ranks::alone(), &scene, &|_| Ok(values)).unwrap(), None);
     }
 }
 
@@ -194,20 +195,13 @@ fn parts_find_the_range_of_the_whole() {
             .unwrap();
     let scene = scene("{ percentile = [2, 97] }", "");
     let alone = Threads::new(2).unwrap();
-    let whole = Values { threads: &alone, field: &field, part: None };
-    let expected = Ranges::default().settle(&mut Ranks::alone(), &scene, &|_| Ok(whole)).unwrap();
-    let found: Vec<Option<Scene>> = std::thread::scope(|scope| {
-        let (grid, field, scene) = (&grid, &field, &scene);
-        let ranks = local_team(3).into_iter().map(|team| {
-            scope.spawn(move || {
-                let mut ranks = Ranks::new(Box::new(team));
-                let part = Part::of_whole(&mut ranks, grid).unwrap();
-                let threads = Threads::new(1).unwrap();
-                let values = Values { threads: &threads, field, part: Some(&part) };
-                Ranges::default().settle(&mut ranks, scene, &|_| Ok(values)).unwrap()
-            })
-        });
-        ranks.collect::<Vec<_>>().into_iter().map(|rank| rank.join().unwrap()).collect()
+    let whole = FieldValues { threads: &alone, field: &field, part: None };
+    let expected = Ranges::default().resolve(&mut Ranks::alone(), &scene, &|_| Ok(whole)).unwrap();
+    let found = on_ranks(3, |ranks| {
+        let part = Part::of_whole(ranks, &grid).unwrap();
+        let threads = Threads::new(1).unwrap();
+        let values = FieldValues { threads: &threads, field: &field, part: Some(&part) };
+        Ranges::default().resolve(ranks, &scene, &|_| Ok(values)).unwrap()
     });
     assert!(found.iter().all(|scene| *scene == expected), "{found:?}");
 }

@@ -1,29 +1,31 @@
-//! Whether all ranks are ready and of one mind: a status before each phase.
+//! Agreement of all ranks before each phase: every rank is ready, and all have the same data.
 
 use super::Ranks;
-use super::words::{Reader, Words};
-use crate::error::{Error, ErrorKind, Result};
+use super::wire::{decode, encode};
+use icoray_grid::{Error, ErrorKind, Result};
+use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
 
-/// What a rank brings to an agreement.
+/// The vote of one rank in an agreement.
 #[derive(Debug, Clone, Default)]
-pub struct Word<'a> {
+pub struct Vote<'a> {
     /// Why it cannot go on: a number other than 0, and a sentence.
     pub refusal: Option<(i32, &'a str)>,
     /// What must be the same on all, each with a name for the sentence that says it is not: "step", "6".
     pub facts: Vec<(&'static str, String)>,
-    /// What rank 0 has to say; nobody reads that of others.
+    /// The value that rank 0 broadcasts; ignored on other ranks.
     pub value: &'a [u8],
-    /// Whether it is the last that is heard of this rank. Where others stay, the team is given up: nobody waits for one that
-    /// has left.
+    /// Whether the rank leaves after this agreement. If others stay, all give the team up, so that no rank waits for
+    /// it.
     pub leaves: bool,
 }
 
-/// What came of an agreement, the same on all ranks.
+/// The outcome of an agreement, the same on all ranks.
 #[derive(Debug, Clone)]
 pub struct Agreement {
     /// Why none of them goes on, if so.
     pub refusal: Option<Refusal>,
-    /// What rank 0 said, whether or not all go on.
+    /// The value of rank 0, whether or not all continue.
     pub value: Vec<u8>,
 }
 
@@ -38,8 +40,9 @@ pub struct Refusal {
     pub sentence: String,
 }
 
-/// One rank's word, as it came.
-struct Heard {
+/// One rank's [`Vote`], as received; the members are in the order in which they are sent.
+#[derive(Debug, Deserialize)]
+struct ReceivedVote {
     refusal: Option<(i32, String)>,
     facts: Vec<(String, String)>,
     value: Vec<u8>,
@@ -47,12 +50,12 @@ struct Heard {
 }
 
 impl Ranks {
-    /// Brings this rank's word, and tells what all are to do. Collective. Any refusal, of whichever rank, is everybody's, and
-    /// facts are compared only where nobody refuses.
+    /// Exchanges the votes of all ranks. Collective. A refusal of any rank is the outcome on all ranks; facts are
+    /// compared only if no rank refuses.
     ///
     /// # Errors
     /// [`ErrorKind::Mpi`] when the transport fails.
-    pub fn agree(&mut self, mine: &Word) -> Result<Agreement> {
+    pub fn agree(&mut self, mine: &Vote) -> Result<Agreement> {
         if let Some(rank) = self.left {
             let message =
                 format!("rank {rank} has closed its context, so no picture can be drawn over all ranks");
@@ -70,28 +73,21 @@ impl Ranks {
             return Err(Error::new(ErrorKind::Mpi, "ranks cannot be reached any more: MPI was finalised"));
         }
         let value = if team.rank() == 0 { mine.value } else { &[] };
-        let mut words = Words::default();
-        let (number, sentence) = mine.refusal.unwrap_or_default();
-        words.put(number as u64).put_bytes(sentence.as_bytes()).put_bytes(value).put(mine.leaves.into());
-        words.put(mine.facts.len() as u64);
-        for (name, fact) in &mine.facts {
-            words.put_bytes(name.as_bytes()).put_bytes(fact.as_bytes());
-        }
-        let heard = team.share(&words.0)?;
-        let mut heard = heard.iter().map(|bytes| hear(bytes)).collect::<Result<Vec<_>>>()?;
-        if !heard.iter().all(|heard| heard.leaves) {
-            self.left = heard.iter().position(|heard| heard.leaves);
+        let votes = team.share(&encode(&(mine.refusal, &mine.facts, value, mine.leaves)))?;
+        let mut votes = votes.iter().map(|bytes| decode(bytes)).collect::<Result<Vec<ReceivedVote>>>()?;
+        if !votes.iter().all(|vote| vote.leaves) {
+            self.left = votes.iter().position(|vote| vote.leaves);
         }
         if self.left.is_some() {
             team.give_up();
         }
-        let refusal = refusal(&heard);
-        let value = heard.first_mut().map(|root| std::mem::take(&mut root.value)).unwrap_or_default();
+        let refusal = refusal(&votes);
+        let value = votes.first_mut().map(|root| std::mem::take(&mut root.value)).unwrap_or_default();
         Ok(Agreement { refusal, value })
     }
 
-    /// Hands on what went well; what did not is brought to the others, who are at an agreement or will be, and what they
-    /// agree on is the error of all.
+    /// Returns a success as it is. An error becomes this rank's vote in the agreement that the other ranks are in or
+    /// will enter, and the outcome is the error of all ranks.
     pub(crate) fn settle<R>(&mut self, mine: Result<R>) -> Result<R> {
         let error = match mine {
             Ok(value) => return Ok(value),
@@ -100,20 +96,21 @@ impl Ranks {
         if self.team.is_none() {
             return Err(error);
         }
-        self.agree_on(Err(error), Vec::new())
-            .and_then(|_| Err(Error::new(ErrorKind::Internal, "a refusal was not heard")))
+        self.agree_on::<()>(Err(error), Vec::new())
+            .and_then(|()| Err(Error::new(ErrorKind::Internal, "a refusal was not heard")))
     }
 
-    /// Hands on what went well everywhere; what did not on any rank is the error of all. A phase of its own: collective.
+    /// Returns `mine` if it is a success on all ranks; else all ranks return the error of the lowest failed rank.
+    /// Collective.
     ///
     /// # Errors
     /// That of the lowest rank that has one, with the rank's number; [`ErrorKind::Mpi`] when the transport fails.
-    pub fn together<R>(&mut self, mine: Result<R>) -> Result<R> {
-        self.of_one_mind(mine, |_| Vec::new())
+    pub fn collective<R>(&mut self, mine: Result<R>) -> Result<R> {
+        self.agree_all(mine, |_| Vec::new())
     }
 
-    /// The same where `facts` of what went well must be the same on all ranks.
-    pub(crate) fn of_one_mind<R>(
+    /// As [`Self::collective`], where the `facts` of a success must also be equal on all ranks.
+    pub(crate) fn agree_all<R>(
         &mut self,
         mine: Result<R>,
         facts: impl FnOnce(&R) -> Vec<(&'static str, String)>,
@@ -121,63 +118,50 @@ impl Ranks {
         if self.team.is_none() {
             return mine;
         }
-        let (word, facts) = match &mine {
-            Ok(value) => (Ok(Vec::new()), facts(value)),
-            Err(e) => (Err(e.clone()), Vec::new()),
-        };
-        self.agree_on(word, facts)?;
+        let facts = mine.as_ref().map_or_else(|_| Vec::new(), facts);
+        self.agree_on(mine.as_ref().map(drop).map_err(Error::clone), facts)?;
         mine
     }
 
-    /// Rank 0's value where all are ready and of one mind, and the error of all where they are not.
-    pub(crate) fn agree_on(
+    /// Rank 0's value where no rank has an error and the facts are equal; else the error of all ranks.
+    pub(crate) fn agree_on<T: Serialize + DeserializeOwned>(
         &mut self,
-        mine: Result<Vec<u8>>,
+        mine: Result<T>,
         facts: Vec<(&'static str, String)>,
-    ) -> Result<Vec<u8>> {
-        let word = match &mine {
-            Ok(value) => Word { facts, value, ..Word::default() },
-            Err(e) => Word { refusal: Some((e.kind().number(), e.context())), ..Word::default() },
+    ) -> Result<T> {
+        let mine = mine.map(|value| encode(&value));
+        let vote = match &mine {
+            Ok(value) => Vote { facts, value, ..Vote::default() },
+            Err(e) => Vote { refusal: Some((e.kind().number(), e.context())), ..Vote::default() },
         };
-        let Agreement { refusal, value } = self.agree(&word)?;
-        refusal.map_or(Ok(value), |refusal| Err(refusal.error(self.size())))
+        let Agreement { refusal, value } = self.agree(&vote)?;
+        refusal.map_or_else(|| decode(&value), |refusal| Err(refusal.error(self.size())))
     }
 }
 
 impl Refusal {
     /// The sentence with the number of the rank whose it is, where there are several.
-    pub fn told(&self, ranks: usize) -> String {
+    pub fn message(&self, ranks: usize) -> String {
         if ranks == 1 { self.sentence.clone() } else { format!("rank {}: {}", self.rank, self.sentence) }
     }
 
     /// As an error; ranks that differ are [`ErrorKind::Mpi`].
     pub(crate) fn error(&self, ranks: usize) -> Error {
         let kind = self.number.map_or(ErrorKind::Mpi, ErrorKind::of_number);
-        Error::new(kind, self.told(ranks))
+        Error::new(kind, self.message(ranks))
     }
 }
 
-fn hear(bytes: &[u8]) -> Result<Heard> {
-    let mut reader = Reader(bytes);
-    let (number, sentence) = (reader.get()? as i32, reader.get_text()?);
-    let value = reader.get_bytes()?.to_vec();
-    let leaves = reader.get()? == 1;
-    let mut facts = Vec::new();
-    for _ in 0..reader.get()? {
-        facts.push((reader.get_text()?, reader.get_text()?));
-    }
-    Ok(Heard { refusal: (number != 0).then_some((number, sentence)), facts, value, leaves })
-}
-
-/// The lowest rank's refusal, or what the lowest that differs from rank 0 has otherwise.
-fn refusal(heard: &[Heard]) -> Option<Refusal> {
-    for (rank, heard) in heard.iter().enumerate() {
-        if let Some((number, sentence)) = &heard.refusal {
+/// The refusal of the lowest rank that has one, or else the first fact in which the lowest rank that differs from rank
+/// 0 does.
+fn refusal(votes: &[ReceivedVote]) -> Option<Refusal> {
+    for (rank, vote) in votes.iter().enumerate() {
+        if let Some((number, sentence)) = &vote.refusal {
             return Some(Refusal { number: Some(*number), rank, sentence: sentence.clone() });
         }
     }
-    let root = heard.first()?;
-    for (rank, other) in heard.iter().enumerate().skip(1) {
+    let root = votes.first()?;
+    for (rank, other) in votes.iter().enumerate().skip(1) {
         let differs = other.facts.iter().zip(&root.facts).find(|(mine, roots)| mine != roots);
         let sentence = match differs {
             Some(((name, mine), (roots_name, roots))) if name == roots_name => {

@@ -1,7 +1,7 @@
-//! What a model says of a rank's cells: which are its own, and which numbers all of them have in the whole grid.
+//! The model's description of a rank's cells: their ownership and their numbers in the whole grid.
 
-use crate::error::{Error, ErrorKind, Result};
-use crate::grid::Indices;
+use icoray_grid::Indices;
+use icoray_grid::{Error, ErrorKind, Result};
 
 /// Which cells of a rank are its own.
 #[derive(Debug, Clone, Copy)]
@@ -12,7 +12,8 @@ pub enum Owned<'a> {
     Marked(&'a [i32]),
 }
 
-/// What a model says of its part: one row for each cell that the rank has, read when [`Held`](super::Held) is made.
+/// The model's description of a rank's part: one row per cell, read by
+/// [`Decomposition::new`](super::Decomposition::new).
 #[derive(Debug, Clone, Copy)]
 pub struct PartCells<'a> {
     /// The number of each cell in the whole grid (MPAS `indexToCellID`), counted from the grid's `index_base`. Numbers need

@@ -1,4 +1,4 @@
-//! Fields of which each rank has some columns: how they are put together, once per node.
+//! Gathers fields of which each rank has some columns, once per node.
 //!
 //! Where every rank has the tables of the whole grid, so has the field that a node puts together. Where ranks have parts, it
 //! has the columns of the node's mesh: own ones and, around them, those of other nodes. Each rank writes its own columns to
@@ -10,19 +10,20 @@ use super::mesh::{NodeMesh, Numbers};
 use super::nodes::Nodes;
 use super::part::Agreed;
 use super::supply::Supply;
-use super::words::{Reader, Words};
+use super::wire::{decode_lists, encode_lists};
 use super::{Node, NodeFields, Part, Ranks, Stored, bad};
-use crate::error::{Error, ErrorKind, Result};
-use crate::field::{Field, Location};
 use crate::fields::Fields;
-use crate::grid::{Grid, OwnedGrid, Reals};
-use crate::layout::ColumnCount;
 use bytemuck::Pod;
+use icoray_grid::ColumnCount;
+use icoray_grid::grid::OwnedGrid;
+use icoray_grid::{Error, ErrorKind, Result};
+use icoray_grid::{Field, Location};
+use icoray_grid::{Grid, Reals};
 use std::sync::Arc;
 use std::time::Instant;
 
 /// The most bytes that a rank sends at once, to all nodes together, unless a single column for each has more.
-const MOST: usize = 64 << 20;
+const MAX_BYTES: usize = 64 << 20;
 
 /// Which columns of fields a rank has, agreed on by all ranks.
 #[derive(Debug, Clone)]
@@ -58,17 +59,17 @@ impl NodeGrid {
 }
 
 /// A field of which ranks have some columns each, and where the whole of it is put together.
-pub(super) struct Placed<'f> {
+pub(super) struct GatherTarget<'f> {
     /// This rank's columns.
     pub field: Field<'f>,
     /// The whole.
     pub whole: Stored,
 }
 
-impl Placed<'_> {
-    /// What must be the same on all ranks: else they would write over each other's.
+impl GatherTarget<'_> {
+    /// The layout, which must be equal on all ranks: otherwise they would overwrite each other's columns.
     fn facts(&self) -> [(&'static str, String); 2] {
-        let (name, bits) = (called(&self.whole.name), if self.whole.is_f64 { 64 } else { 32 });
+        let (name, bits) = (display_name(&self.whole.name), if self.whole.is_f64 { 64 } else { 32 });
         [
             ("has", format!("{name} of {} layers of {bits} bits", self.whole.layers)),
             ("has", format!("{name} with missing values marked by {:?}", self.whole.fill)),
@@ -76,8 +77,8 @@ impl Placed<'_> {
     }
 }
 
-/// How messages call a field, or the heights.
-fn called(name: &Option<String>) -> String {
+/// The name of a field, or of the heights, in messages.
+fn display_name(name: &Option<String>) -> String {
     name.as_ref().map_or("heights".into(), |name| format!("{name:?}"))
 }
 
@@ -91,7 +92,7 @@ impl Columns {
             let own = (0u32..).zip(numbers.global).zip(numbers.owns_cell).filter(|(_, is_own)| *is_own);
             Ok(own.map(|((column, cell), _)| (column, cell as u32)).collect::<Vec<_>>())
         });
-        let own = ranks.together(numbers)?;
+        let own = ranks.collective(numbers)?;
         refuse_other_owners(ranks, &own, all, base)?;
         let center = Supply::of_whole(ranks, cells.global.len(), all, own)?;
         Ok(Columns { center, corner: None, cells: all, nodes: Nodes::one(ranks), node_grid: None })
@@ -163,15 +164,15 @@ impl Columns {
         let start = Instant::now();
         let places = ranks.attempt(|| self.places(grid, &fields()?));
         let (places, bytes) =
-            ranks.of_one_mind(places, |(places, _)| places.iter().flat_map(Placed::facts).collect())?;
+            ranks.agree_all(places, |(places, _)| places.iter().flat_map(GatherTarget::facts).collect())?;
         let mut node = ranks.take_node(bytes)?;
         let mut copied = Ok(0);
         for place in &places {
-            // Where one has failed the others wait for this rank all the same.
-            let bytes = self.gather_by(ranks, &mut node, place, MOST);
+            // After a failure the collective calls go on: the other ranks wait in them.
+            let bytes = self.gather_by(ranks, &mut node, place, MAX_BYTES);
             copied = copied.and_then(|sum| Ok(sum + bytes?));
         }
-        match ranks.together(copied) {
+        match ranks.collective(copied) {
             Ok(bytes_copied) => {
                 let (stored, copy_s) =
                     (places.into_iter().map(|place| place.whole).collect(), start.elapsed());
@@ -186,7 +187,11 @@ impl Columns {
     }
 
     /// Where the whole of each field is to be put together, and bytes for all of them on whichever node: as many on all ranks.
-    pub(super) fn places<'f>(&self, grid: &Grid, fields: &Fields<'f>) -> Result<(Vec<Placed<'f>>, usize)> {
+    pub(super) fn places<'f>(
+        &self,
+        grid: &Grid,
+        fields: &Fields<'f>,
+    ) -> Result<(Vec<GatherTarget<'f>>, usize)> {
         if grid.cells() != self.cells {
             let message =
                 format!("{} cells, expected {}, of which ranks have agreed", grid.cells(), self.cells);
@@ -195,7 +200,7 @@ impl Columns {
         let (mut places, mut end, mut bytes) = (Vec::new(), 0, 0);
         let named = fields.iter().map(|(name, field)| (Some(name.to_owned()), *field));
         for (name, field) in named.chain(fields.heights().map(|heights| (None, *heights))) {
-            self.check_columns(grid, &field).map_err(|e| e.within(called(&name)))?;
+            self.check_columns(grid, &field).map_err(|e| e.within(display_name(&name)))?;
             let whole = Stored {
                 name,
                 at: end,
@@ -206,9 +211,9 @@ impl Columns {
                 fill: field.fill(),
             };
             end = whole.end().next_multiple_of(size_of::<f64>());
-            let most = self.supply(field.location())?.most_rows() * whole.width();
+            let most = self.supply(field.location())?.max_rows() * whole.width();
             bytes += most.next_multiple_of(size_of::<f64>());
-            places.push(Placed { field, whole });
+            places.push(GatherTarget { field, whole });
         }
         Ok((places, bytes))
     }
@@ -234,7 +239,7 @@ impl Columns {
         &self,
         ranks: &mut Ranks,
         node: &mut Node,
-        place: &Placed,
+        place: &GatherTarget,
         most: usize,
     ) -> Result<u64> {
         let (field, at, width) = (&place.field, place.whole.at, place.whole.width());
@@ -250,9 +255,9 @@ impl Columns {
         });
         let at_once = (most / (width + 8) / ranks.size()).max(1);
         let sends_own = self.node_grid.is_none() || node.is_refused;
-        let rounds = if ranks.size() > 1 { supply.most(sends_own).div_ceil(at_once) } else { 0 };
+        let rounds = if ranks.size() > 1 { supply.max_sent(sends_own).div_ceil(at_once) } else { 0 };
         for round in 0..rounds {
-            // Where something has failed the others wait for this rank all the same.
+            // After a failure the collective calls go on: the other ranks wait in them.
             let messages =
                 ranks.attempt(|| Ok(self.messages(ranks.size(), node, place, round * at_once, at_once)));
             let messages = messages.unwrap_or_else(|error| {
@@ -260,11 +265,11 @@ impl Columns {
                 vec![Vec::new(); ranks.size()]
             });
             for bytes in ranks.exchange(messages)? {
-                let taken = take(&bytes, width, supply.rows, |row, bytes| {
+                let read = read_columns(&bytes, width, supply.rows, |row, bytes| {
                     node.memory.put(at + row * width, bytes);
                     columns += 1;
                 });
-                outcome = outcome.and(taken);
+                outcome = outcome.and(read);
             }
         }
         node.memory.settle()?;
@@ -276,7 +281,7 @@ impl Columns {
         &self,
         ranks: usize,
         node: &Node,
-        place: &Placed,
+        place: &GatherTarget,
         first: usize,
         count: usize,
     ) -> Vec<Vec<u8>> {
@@ -285,17 +290,17 @@ impl Columns {
         let mut same: Option<(usize, usize)> = None;
         for to in &node.partners {
             let rows = supply.for_rank(&self.nodes, *to);
-            // Nodes with the same mesh are sent the same.
+            // Nodes with the same mesh get the same columns.
             if let Some((_, other)) = same.filter(|(leader, _)| *leader == self.nodes.leader_of(*to)) {
                 messages[*to] = messages[other].clone();
                 continue;
             }
             let range = |k: usize| k.min(rows.len());
-            let mut words = Words::default();
+            let message = &mut messages[*to];
             visit(&place.field, &rows[range(first)..range(first + count)], |row, bytes| {
-                words.put(row.into()).put_raw(bytes);
+                message.extend_from_slice(&u64::from(row).to_le_bytes());
+                message.extend_from_slice(bytes);
             });
-            messages[*to] = words.0;
             same = Some((self.nodes.leader_of(*to), *to));
         }
         messages
@@ -326,33 +331,32 @@ fn visit_columns<S: Pod>(data: &[S], field: &Field, own: &[(u32, u32)], mut visi
     }
 }
 
-/// Hands on the columns of a message, each with its row before it.
-fn take(bytes: &[u8], width: usize, rows: usize, mut column: impl FnMut(usize, &[u8])) -> Result<()> {
-    let mut reader = Reader(bytes);
-    while !reader.0.is_empty() {
-        let row = reader.get()? as usize;
-        if row >= rows {
+/// Reads the columns of a message: `width` bytes each, behind the 8 bytes of the row.
+fn read_columns(bytes: &[u8], width: usize, rows: usize, mut column: impl FnMut(usize, &[u8])) -> Result<()> {
+    for record in bytes.chunks(8 + width) {
+        let cut = || Error::new(ErrorKind::Mpi, "a column of a message is cut short");
+        let (row, values) = record.split_first_chunk().ok_or_else(cut)?;
+        let row = u64::from_le_bytes(*row) as usize;
+        if row >= rows || values.len() < width {
             return Err(Error::new(ErrorKind::Mpi, format!("a column of row {row} of {rows}")));
         }
-        column(row, reader.get_raw(width)?);
+        column(row, values);
     }
     Ok(())
 }
 
-/// Refuses cells that are owned by two ranks or by none. Rank `c mod ranks` looks after cell c.
+/// Refuses cells that are owned by two ranks or by none. Rank `c mod ranks` checks cell c.
 fn refuse_other_owners(ranks: &mut Ranks, own: &[(u32, u32)], cells: usize, base: i64) -> Result<()> {
     let (rank, size) = (ranks.rank(), ranks.size());
-    let mut messages = vec![Words::default(); size];
+    let mut owned = vec![Vec::new(); size];
     for (_, cell) in own {
-        messages[*cell as usize % size].put((*cell).into());
+        owned[*cell as usize % size].push(*cell);
     }
-    let came = ranks.exchange(messages.into_iter().map(|words| words.0).collect())?;
+    let received = ranks.exchange(encode_lists(&owned))?;
     let checked = ranks.attempt(|| {
         let mut owners: Vec<Option<usize>> = vec![None; cells.saturating_sub(rank).div_ceil(size)];
-        for (owner, bytes) in came.iter().enumerate() {
-            let mut reader = Reader(bytes);
-            while !reader.0.is_empty() {
-                let cell = reader.get()? as usize;
+        for (owner, cells) in decode_lists::<u32>(&received)?.into_iter().enumerate() {
+            for cell in cells.into_iter().map(|cell| cell as usize) {
                 if let Some(other) = owners[cell / size].replace(owner) {
                     let cell = cell as i64 + base;
                     return Err(bad(format!(
@@ -369,5 +373,5 @@ fn refuse_other_owners(ranks: &mut Ranks, own: &[(u32, u32)], cells: usize, base
         }
         Ok(())
     });
-    ranks.together(checked)
+    ranks.collective(checked)
 }

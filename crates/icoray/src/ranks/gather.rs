@@ -1,64 +1,67 @@
-//! A frame's tiles: who draws which, how they come to rank 0, and what all ranks hear of it.
+//! The tiles of a frame: their assignment to ranks, their gathering at rank 0, and the broadcast of the outcome.
 
-use super::deal::{Costs, deal};
-use super::packed::{self, Sent};
-use super::words::{Reader, Words};
+use super::load_balance::{TileCosts, assign_tiles};
+use super::packed;
+use super::packed::Sent;
+use super::wire::{WireError, decode, encode};
 use super::{NAP, Ranks, Team};
-use crate::error::{Error, ErrorKind, Result};
-use crate::frame::{Certainty, Counts, ErrorSummary};
-use crate::quality::{Lights, Quality};
 use crate::raster::{Raster, Tile, Tiling};
-use crate::threads::Threads;
 use crossbeam_channel::{Receiver, RecvTimeoutError, unbounded};
+use icoray_grid::threads::Threads;
+use icoray_grid::{Error, Result};
+use icoray_kernel::Counts;
+use icoray_output::{Certainty, ErrorSummary, RanksReport};
+use icoray_scene::Quality;
+use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
-/// How long the calling thread waits for a tile of its own before it looks after messages again.
+/// How long the calling thread waits for a tile of its own before it polls messages again.
 const TICK: Duration = Duration::from_millis(1);
 
-/// What this rank is to draw, and in which quality all draw.
-#[derive(Debug)]
-pub(crate) struct Share {
+/// The assignment of tiles to ranks, and the quality of the frame.
+#[derive(Debug, Serialize, Deserialize)]
+pub(crate) struct TileAssignment {
     pub quality: Quality,
     /// The rank of each tile.
     pub owners: Vec<u32>,
 }
 
-impl Share {
+impl TileAssignment {
     /// The tiles of a rank.
     pub fn tiles_of(&self, rank: usize) -> Vec<u32> {
         (0..).zip(&self.owners).filter(|(_, owner)| **owner as usize == rank).map(|(tile, _)| tile).collect()
     }
 }
 
-/// What the tiles of all ranks came to, the same on all but for the tiles.
+/// The outcome of gathering tiles.
 #[derive(Debug)]
-pub(crate) struct Gathered {
+pub(crate) struct GatheredTiles {
     /// At rank 0 all tiles, in no order; elsewhere none.
     pub tiles: Vec<Tile>,
     /// Seconds that this rank drew.
-    pub drawn_s: f64,
+    pub render_s: f64,
     /// Seconds from rank 0's last tile to everybody's.
     pub gather_s: f64,
-    /// Mean over most of the seconds that ranks drew.
+    /// Mean over maximum of the seconds that ranks drew.
     pub balance: f64,
     /// Bytes that rank 0 received.
     pub bytes_received: u64,
 }
 
-/// What rank 0 tells of a frame.
+/// The summary of a frame that rank 0 broadcasts.
 #[derive(Debug, Clone, Copy, Default)]
-pub(crate) struct Told {
+pub(crate) struct FrameSummary {
     pub error: ErrorSummary,
     pub counts: Counts,
-    pub gather_s: f64,
-    pub balance: f64,
-    pub bytes_received: u64,
+    /// Seconds, balance and bytes of the gathering.
+    pub ranks: RanksReport,
 }
 
-impl Default for Gathered {
+impl Default for GatheredTiles {
     fn default() -> Self {
-        Gathered { tiles: Vec::new(), drawn_s: 0.0, gather_s: 0.0, balance: 1.0, bytes_received: 0 }
+        GatheredTiles { tiles: Vec::new(), render_s: 0.0, gather_s: 0.0, balance: 1.0, bytes_received: 0 }
     }
 }
 
@@ -68,12 +71,7 @@ impl Ranks {
         if self.team.is_none() {
             return mine;
         }
-        let mine = mine.map(|quality| {
-            let mut words = Words::default();
-            put_quality(&mut words, &quality);
-            words.0
-        });
-        get_quality(&mut Reader(&self.agree_on(mine, Vec::new())?))
+        self.agree_on(mine, Vec::new())
     }
 
     /// Agrees on the cheapest of the qualities that ranks have picked, each for its own part.
@@ -81,11 +79,8 @@ impl Ranks {
         if self.team.is_none() {
             return mine;
         }
-        let mut cheapest = self.together(mine)?;
-        let mut words = Words::default();
-        put_quality(&mut words, &cheapest);
-        for bytes in self.share(&words.0)? {
-            let other = get_quality(&mut Reader(&bytes))?;
+        let mut cheapest = self.collective(mine)?;
+        for other in self.share_values(&cheapest)? {
             cheapest.pixel_step = cheapest.pixel_step.max(other.pixel_step);
             cheapest.tolerance = cheapest.tolerance.max(other.tolerance);
             cheapest.lights = cheapest.lights.min(other.lights);
@@ -99,33 +94,27 @@ impl Ranks {
         mine: Result<Quality>,
         raster: Raster,
         facts: impl FnOnce() -> Vec<(&'static str, String)>,
-    ) -> Result<Share> {
+    ) -> Result<TileAssignment> {
         let raster = |quality: &Quality| Raster { step: quality.pixel_step, ..raster };
         if self.team.is_none() {
-            return mine.map(|quality| Share { quality, owners: vec![0; raster(&quality).tiles() as usize] });
+            return mine.map(|quality| TileAssignment {
+                quality,
+                owners: vec![0; raster(&quality).tiles() as usize],
+            });
         }
         let (rank, ranks) = (self.rank(), self.size());
         let mine = mine.map(|quality| {
-            let mut words = Words::default();
-            put_quality(&mut words, &quality);
-            if rank == 0 {
-                let owners = deal(raster(&quality), ranks, self.costs.as_ref());
-                owners.iter().for_each(|owner| words.0.extend_from_slice(&owner.to_le_bytes()));
-            }
-            words.0
+            let assigned = (rank == 0).then(|| assign_tiles(raster(&quality), ranks, self.costs.as_ref()));
+            TileAssignment { quality, owners: assigned.unwrap_or_default() }
         });
-        let said = self.agree_on(mine, facts())?;
-        let mut reader = Reader(&said);
-        let quality = get_quality(&mut reader)?;
-        let owners = reader.0.as_chunks::<4>().0.iter().map(|owner| u32::from_le_bytes(*owner)).collect();
-        Ok(Share { quality, owners })
+        self.agree_on(mine, facts())
     }
 
     /// The tiles in which each of the ranks that have a part together traces its rays, by their order; those of a raster by
     /// what they took in the last frame.
-    pub(crate) fn deal_part(&self, tiling: &dyn Tiling, ranks: usize) -> Vec<Vec<u32>> {
+    pub(crate) fn assign_part_tiles(&self, tiling: &dyn Tiling, ranks: usize) -> Vec<Vec<u32>> {
         let owners = match tiling.raster() {
-            Some(raster) => deal(raster, ranks, self.part_costs.as_ref()),
+            Some(raster) => assign_tiles(raster, ranks, self.part_costs.as_ref()),
             None => (0..tiling.tiles()).map(|tile| tile % ranks as u32).collect(),
         };
         let mut tiles = vec![Vec::new(); ranks];
@@ -133,8 +122,8 @@ impl Ranks {
         tiles
     }
 
-    /// Keeps what tiles of the part took for the next frame: the same on all ranks that have it together.
-    pub(crate) fn keep_part_costs(&mut self, costs: Costs) {
+    /// Stores the costs of the part's tiles for the next frame: equal on all ranks that share the part.
+    pub(crate) fn keep_part_costs(&mut self, costs: TileCosts) {
         self.part_costs = Some(costs);
     }
 
@@ -147,45 +136,49 @@ impl Ranks {
         tiling: &dyn Tiling,
         earlier_s: f64,
         draw: impl FnOnce(&(dyn Fn(Tile) + Sync)) + Send,
-    ) -> Result<Gathered> {
+    ) -> Result<GatheredTiles> {
         let start = Instant::now();
         let (given, drawn) = unbounded();
-        // `given` is gone when all is drawn, be it by a panic, and `drawn` ends then.
+        // The sender is dropped when all is drawn, also by a panic; the receiver then ends.
         let draw = move || {
-            // Nobody takes them where ranks cannot be reached, which is told.
+            // The receiver is gone if ranks cannot be reached; that error is returned elsewhere.
             draw(&|tile| drop(given.send(tile)));
             earlier_s + start.elapsed().as_secs_f64()
         };
         let Some(team) = &mut self.team else {
             let drawn_s = threads.run(draw);
-            return Ok(Gathered { tiles: drawn.try_iter().collect(), drawn_s, ..Gathered::default() });
+            return Ok(GatheredTiles {
+                tiles: drawn.try_iter().collect(),
+                render_s: drawn_s,
+                ..GatheredTiles::default()
+            });
         };
         let mut outcome = Ok(0.0);
         let on_threads = || outcome = Error::of_panics(|| Ok(draw()));
         if team.rank() != 0 {
-            threads.run_beside(on_threads, || send(&mut **team, &drawn))?;
+            threads.run_with(on_threads, || send(&mut **team, &drawn))?;
             let drawn_s = *outcome.as_ref().unwrap_or(&0.0);
             team.send(packed::end(&outcome))?;
             while !team.is_sent()? {
                 sleep(NAP);
             }
-            return Ok(Gathered { drawn_s, ..Gathered::default() });
+            return Ok(GatheredTiles { render_s: drawn_s, ..GatheredTiles::default() });
         }
-        let mut parts = Parts::new(team.size(), tiling);
-        threads.run_beside(on_threads, || parts.take(&mut **team, &drawn))?;
+        let mut received = ReceivedTiles::new(team.size(), tiling);
+        threads.run_with(on_threads, || received.take(&mut **team, &drawn))?;
         let waiting = Instant::now();
         let drawn_s = *outcome.as_ref().unwrap_or(&0.0);
-        parts.of[0].outcome = outcome.map(Some);
-        while !parts.are_whole() {
+        received.of[0].outcome = outcome.map(Some);
+        while !received.are_whole() {
             team.wait()?;
-            parts.take_all(&mut **team)?;
+            received.take_all(&mut **team)?;
         }
         let gather_s = waiting.elapsed().as_secs_f64();
-        let Parts { of, bytes_received, .. } = parts;
+        let ReceivedTiles { of, bytes_received, .. } = received;
         let (ranks, mut sum, mut most) = (of.len(), 0.0, 0.0f64);
         let mut tiles = Vec::with_capacity(tiling.tiles() as usize);
-        let mut costs = tiling.raster().map(Costs::new);
-        // In order of rank, so that of several failures the lowest rank's is told.
+        let mut costs = tiling.raster().map(TileCosts::new);
+        // In order of rank: of several failures the lowest rank's is returned.
         for (rank, part) in of.into_iter().enumerate() {
             let seconds = part.outcome.map_err(|e| e.of_rank(rank, ranks))?.unwrap_or(0.0);
             (sum, most) = (sum + seconds, most.max(seconds));
@@ -198,50 +191,39 @@ impl Ranks {
             self.costs = costs;
         }
         let balance = if most > 0.0 { sum / ranks as f64 / most } else { 1.0 };
-        Ok(Gathered { tiles, drawn_s, gather_s, balance, bytes_received })
+        Ok(GatheredTiles { tiles, render_s: drawn_s, gather_s, balance, bytes_received })
     }
 
-    /// Rank 0's outcome of a frame becomes everybody's. That of other ranks matters only where the transport has failed.
-    pub(crate) fn conclude(&mut self, mine: Result<Told>) -> Result<Told> {
+    /// Broadcasts rank 0's outcome of a frame, as [`Self::hear_root`] does.
+    pub(crate) fn conclude(&mut self, mine: Result<FrameSummary>) -> Result<FrameSummary> {
         if self.team.is_none() {
             return mine;
         }
-        let said = mine.map(|told| {
-            let mut words = Words::default();
-            words.put(u64::from(told.error.certainty == Certainty::Bound));
-            words.put_counts(&told.counts).put(told.bytes_received).put(told.error.over);
-            let error = &told.error;
-            for number in [error.max, error.mean, error.p999, told.gather_s, told.balance] {
-                words.put_f64(number);
-            }
-            words.0
+        let summary = mine.map(|summary| {
+            let FrameSummary { error, counts, ranks } = summary;
+            let is_bound = error.certainty == Certainty::Bound;
+            let statistics = ([error.max, error.mean, error.p999], error.over, is_bound);
+            (statistics, counts.numbers(), (ranks.gather_s, ranks.balance, ranks.bytes_received))
         });
-        heard(&mut Reader(&self.hear_root(said)?))
+        let (statistics, counts, (gather_s, balance, bytes_received)) = self.hear_root(summary)?;
+        let ([max, mean, p999], over, is_bound) = statistics;
+        let certainty = if is_bound { Certainty::Bound } else { Certainty::Estimate };
+        Ok(FrameSummary {
+            error: ErrorSummary { max, mean, p999, over, certainty },
+            counts: Counts::of_numbers(counts),
+            ranks: RanksReport { gather_s, balance, bytes_received, ..RanksReport::default() },
+        })
     }
 
-    /// What rank 0 has to say, or its error, becomes everybody's; what others bring matters only where the transport has failed. No
-    /// rank but 0 sends anything, so that tiles of others may still be on their way.
-    pub(crate) fn hear_root(&mut self, mine: Result<Vec<u8>>) -> Result<Vec<u8>> {
+    /// Broadcasts the value of rank 0, or its error. An error of another rank is that rank's result only if rank 0 has
+    /// none: the transport has failed there. Only rank 0 sends, so tiles of other ranks may still be in flight.
+    pub(crate) fn hear_root<T: Serialize + DeserializeOwned>(&mut self, mine: Result<T>) -> Result<T> {
         let Some(team) = &mut self.team else {
             return mine;
         };
-        let mut words = Words::default();
-        match &mine {
-            Ok(said) => {
-                words.put(0);
-                words.0.extend_from_slice(said);
-            }
-            Err(e) => {
-                words.put(e.kind().number() as u64).put_bytes(e.context().as_bytes());
-            }
-        }
-        let said = team.broadcast(words.0)?;
-        let mut reader = Reader(&said);
-        match reader.get()? {
-            // What this rank itself could not send is its own error, if rank 0 has not heard of it.
-            0 => mine.map(|_| reader.0.to_vec()),
-            number => Err(Error::new(ErrorKind::of_number(number as i32), reader.get_text()?)),
-        }
+        let bytes = team.broadcast(encode(&mine.as_ref().map_err(WireError::from)))?;
+        let value = decode::<std::result::Result<T, WireError>>(&bytes)?.map_err(WireError::received)?;
+        mine.map(|_| value)
     }
 }
 
@@ -257,29 +239,29 @@ fn send(team: &mut dyn Team, drawn: &Receiver<Tile>) -> Result<()> {
     }
 }
 
-/// What rank 0 has of each rank.
-struct Parts<'t> {
+/// The tiles that rank 0 has received of each rank.
+struct ReceivedTiles<'t> {
     tiling: &'t dyn Tiling,
-    of: Vec<Part>,
+    of: Vec<RankTiles>,
     bytes_received: u64,
 }
 
-struct Part {
+struct RankTiles {
     tiles: Vec<Tile>,
     /// The seconds that it drew, once it has drawn all.
     outcome: Result<Option<f64>>,
-    /// Whether nothing more will come, which what cannot be read does not say.
+    /// Whether the last message of the rank has arrived; a message that cannot be decoded does not count.
     has_ended: bool,
 }
 
-impl<'t> Parts<'t> {
+impl<'t> ReceivedTiles<'t> {
     fn new(ranks: usize, tiling: &'t dyn Tiling) -> Self {
         // Rank 0 itself sends nothing.
-        let part = |rank| Part { tiles: Vec::new(), outcome: Ok(None), has_ended: rank == 0 };
-        Parts { tiling, of: (0..ranks).map(part).collect(), bytes_received: 0 }
+        let part = |rank| RankTiles { tiles: Vec::new(), outcome: Ok(None), has_ended: rank == 0 };
+        ReceivedTiles { tiling, of: (0..ranks).map(part).collect(), bytes_received: 0 }
     }
 
-    /// Takes in tiles of this rank while they are drawn, and what comes from others meanwhile.
+    /// Collects this rank's tiles while they are drawn, and received tiles of other ranks meanwhile.
     fn take(&mut self, team: &mut dyn Team, drawn: &Receiver<Tile>) -> Result<()> {
         loop {
             match drawn.recv_timeout(TICK) {
@@ -291,7 +273,7 @@ impl<'t> Parts<'t> {
         }
     }
 
-    /// Takes in all that has come.
+    /// Collects all messages that have arrived.
     fn take_all(&mut self, team: &mut dyn Team) -> Result<()> {
         while let Some((rank, bytes)) = team.try_receive()? {
             self.bytes_received += bytes.len() as u64;
@@ -300,7 +282,7 @@ impl<'t> Parts<'t> {
                 Ok(Sent::Tile(tile)) => part.tiles.push(tile),
                 Ok(Sent::End(outcome)) => {
                     part.has_ended = true;
-                    // What could not be read before is what is told.
+                    // An earlier decoding error has precedence.
                     part.outcome = std::mem::replace(&mut part.outcome, Ok(None)).and(outcome.map(Some));
                 }
                 Err(e) => part.outcome = Err(e),
@@ -309,36 +291,8 @@ impl<'t> Parts<'t> {
         Ok(())
     }
 
-    /// Whether all has come.
+    /// Whether the last message of every rank has arrived.
     fn are_whole(&self) -> bool {
         self.of.iter().all(|part| part.has_ended)
     }
-}
-
-fn heard(reader: &mut Reader) -> Result<Told> {
-    let certainty = if reader.get()? == 1 { Certainty::Bound } else { Certainty::Estimate };
-    let counts = reader.get_counts()?;
-    let [bytes_received, over] = [reader.get()?, reader.get()?];
-    let [max, mean, p999] = [reader.get_f64()?, reader.get_f64()?, reader.get_f64()?];
-    let error = ErrorSummary { max, mean, p999, over, certainty };
-    Ok(Told { error, counts, gather_s: reader.get_f64()?, balance: reader.get_f64()?, bytes_received })
-}
-
-fn put_quality(words: &mut Words, quality: &Quality) {
-    let lights = match quality.lights {
-        Lights::Off => 0,
-        Lights::Coarse => 1,
-        Lights::Full => 2,
-    };
-    words.put(quality.pixel_step.into()).put_f64(quality.tolerance).put(lights);
-}
-
-fn get_quality(reader: &mut Reader) -> Result<Quality> {
-    let (pixel_step, tolerance) = (reader.get()? as u32, reader.get_f64()?);
-    let lights = match reader.get()? {
-        0 => Lights::Off,
-        1 => Lights::Coarse,
-        _ => Lights::Full,
-    };
-    Ok(Quality { pixel_step, tolerance, lights })
 }

@@ -2,8 +2,8 @@
 
 use super::tree::{Link, Message, Tree};
 use super::{NodeMemory, NodeShare, PointToPoint, Team};
-use crate::error::{Error, ErrorKind, Result};
 use crossbeam_channel::{Receiver, Sender, unbounded};
+use icoray_grid::{Error, ErrorKind, Result};
 use std::sync::atomic::{AtomicUsize, Ordering::SeqCst};
 use std::sync::{Arc, Barrier, Mutex, PoisonError};
 
@@ -11,7 +11,7 @@ use std::sync::{Arc, Barrier, Mutex, PoisonError};
 #[derive(Debug)]
 pub struct LocalTeam {
     tree: Tree<Channels>,
-    /// Until it is asked for.
+    /// `None` once [`Team::point_to_point`] has returned it.
     beside: Option<LocalMessages>,
     node: Arc<LocalNode>,
     /// Among those of its node.
@@ -142,7 +142,7 @@ impl Team for LocalTeam {
     }
 }
 
-/// What a thread sees of its node's memory: a copy, as nothing is lent across threads that are written to by turns.
+/// A thread's copy of its node's memory, updated by [`NodeMemory::settle`].
 struct LocalMemory {
     node: Arc<LocalNode>,
     seen: Vec<u64>,

@@ -16,9 +16,9 @@
 mod agree;
 mod cells;
 mod columns;
-mod deal;
+mod decomposition;
 mod gather;
-mod held;
+mod load_balance;
 mod local;
 mod mesh;
 mod node;
@@ -29,14 +29,14 @@ mod part;
 mod pump;
 mod supply;
 mod tree;
-mod words;
+mod wire;
 
-pub use agree::{Agreement, Refusal, Word};
+pub use agree::{Agreement, Refusal, Vote};
 use cells::bad;
 pub use cells::{Owned, PartCells};
 pub use columns::Columns;
-pub(crate) use gather::{Share, Told};
-pub use held::Held;
+pub use decomposition::Decomposition;
+pub(crate) use gather::{FrameSummary, TileAssignment};
 pub use local::{LocalTeam, local_nodes, local_team};
 pub(crate) use node::Node;
 pub use node::{NodeMemory, NodeShare};
@@ -44,10 +44,10 @@ pub(crate) use node_fields::{NodeFields, Stored};
 pub use part::Part;
 pub use pump::PointToPoint;
 pub(crate) use pump::{MessagePump, pumped};
-pub(crate) use words::{Reader, Words};
+pub(crate) use wire::{decode_list, decode_next, encode, encode_lists};
 
-use crate::error::{Error, ErrorKind, Result};
-pub(crate) use deal::Costs;
+use icoray_grid::{Error, ErrorKind, Result};
+pub(crate) use load_balance::TileCosts;
 use std::fmt;
 use std::thread::sleep;
 use std::time::Duration;
@@ -154,6 +154,7 @@ pub trait Team: Send {
 const NAP: Duration = Duration::from_micros(50);
 
 /// The ranks that draw together, and what the last frame taught about its tiles.
+#[derive(Default)]
 pub struct Ranks {
     /// Memory of this rank's node that no frame uses, in the same order on all ranks. Dropped before the team that gave it.
     nodes: Vec<Node>,
@@ -162,9 +163,9 @@ pub struct Ranks {
     /// A rank that has left while others stayed, after which nobody talks any more.
     left: Option<usize>,
     /// At rank 0: of the last frame.
-    costs: Option<Costs>,
+    costs: Option<TileCosts>,
     /// Of the last frame's rays through the part that this rank's node has.
-    part_costs: Option<Costs>,
+    part_costs: Option<TileCosts>,
     /// Once it was needed.
     node_rank: Option<usize>,
 }
@@ -172,19 +173,12 @@ pub struct Ranks {
 impl Ranks {
     /// One process that draws alone: nothing is sent, and panics are not caught.
     pub fn alone() -> Self {
-        Ranks { nodes: Vec::new(), team: None, left: None, costs: None, part_costs: None, node_rank: Some(0) }
+        Ranks::default()
     }
 
     /// Those of a team.
     pub fn new(team: Box<dyn Team>) -> Self {
-        Ranks {
-            nodes: Vec::new(),
-            team: Some(team),
-            left: None,
-            costs: None,
-            part_costs: None,
-            node_rank: None,
-        }
+        Ranks { team: Some(team), ..Ranks::default() }
     }
 
     /// This process's number, from 0.
@@ -216,7 +210,7 @@ impl Ranks {
     pub(crate) fn node_rank(&mut self) -> Result<usize> {
         if let (None, Some(team)) = (self.node_rank, &mut self.team) {
             let found = team.node_rank();
-            self.node_rank = Some(self.together(found)?);
+            self.node_rank = Some(self.collective(found)?);
         }
         Ok(self.node_rank.unwrap_or(0))
     }
@@ -229,24 +223,16 @@ impl Ranks {
     pub fn sharing_processors(&mut self, mask: &[u8]) -> Result<usize> {
         let Some(team) = &mut self.team else { return Ok(1) };
         let mine = team.node_leader();
-        let leader = self.together(mine)?;
-        let mut words = Words::default();
-        words.put(leader as u64).put_bytes(mask);
-        let each = self.share(&words.0)?;
-        let mut count = 0;
-        for other in &each {
-            let mut reader = Reader(other);
-            let is_here = reader.get()? == leader as u64;
-            count += usize::from(is_here && overlap(mask, reader.get_bytes()?));
-        }
-        Ok(count)
+        let leader = self.collective(mine)?;
+        let masks = self.share_values(&(leader, mask.to_vec()))?;
+        Ok(masks.iter().filter(|(other, others)| *other == leader && overlap(mask, others)).count())
     }
 
     /// Messages between the same ranks, apart from all others; `None` for one process alone. Collective.
     pub(crate) fn point_to_point(&mut self) -> Result<Option<Box<dyn PointToPoint>>> {
         let Some(team) = &mut self.team else { return Ok(None) };
         let made = team.point_to_point();
-        self.together(made).map(Some)
+        self.collective(made).map(Some)
     }
 
     /// A frame begins that other ranks may leave early ([`Team::begin_frame`]).
@@ -293,4 +279,4 @@ impl fmt::Debug for Ranks {
 }
 
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;

@@ -1,15 +1,14 @@
 //! Memory that the ranks of a node share, so that what all of them need is there once.
 
 use super::Ranks;
-use super::words::{Reader, Words};
-use crate::error::{Error, Result};
+use icoray_grid::{Error, Result};
 use std::fmt;
 
 /// Memory of a node. Its ranks write to it together, then read: everything between [`Self::begin`] and [`Self::settle`] is
 /// written, everything else read, and both are collective over the node.
 ///
 /// # Errors
-/// Of every method: [`ErrorKind::Mpi`](crate::ErrorKind::Mpi) when the transport itself fails, as of a [`Team`](super::Team).
+/// Of every method: [`ErrorKind::Mpi`](icoray_grid::ErrorKind::Mpi) when the transport itself fails, as of a [`Team`](super::Team).
 ///
 /// # Panics
 /// [`Self::put`] outside of these two and outside of the memory, [`Self::bytes`] between them.
@@ -29,7 +28,7 @@ pub trait NodeMemory: Send {
     fn bytes(&self) -> &[u8];
 }
 
-/// What a [`Team`](super::Team) gives for a node.
+/// Memory of a node, as allocated by a [`Team`](super::Team).
 pub struct NodeShare {
     /// The lowest rank of those that share the memory: which they are is seen by this.
     pub leader: usize,
@@ -89,12 +88,12 @@ pub(crate) struct Node {
 }
 
 impl Node {
-    fn new(share: NodeShare, rank: usize, bytes: usize, said: &[(usize, bool)]) -> Self {
+    fn new(share: NodeShare, rank: usize, bytes: usize, shares: &[(usize, bool)]) -> Self {
         let members = |leader: usize| {
-            said.iter().enumerate().filter(move |(_, (its, _))| *its == leader).map(|(rank, _)| rank)
+            shares.iter().enumerate().filter(move |(_, (its, _))| *its == leader).map(|(rank, _)| rank)
         };
         let place = members(share.leader).take_while(|member| *member < rank).count();
-        let leaders = (0..said.len()).filter(|other| said[*other].0 == *other && *other != share.leader);
+        let leaders = (0..shares.len()).filter(|other| shares[*other].0 == *other && *other != share.leader);
         let partner = |leader: usize| {
             let all: Vec<usize> = members(leader).collect();
             all[place % all.len()]
@@ -102,7 +101,7 @@ impl Node {
         Node {
             memory: share.memory,
             bytes,
-            is_refused: said.iter().any(|(_, is_refused)| *is_refused),
+            is_refused: shares.iter().any(|(_, is_refused)| *is_refused),
             partners: leaders.map(partner).collect(),
         }
     }
@@ -112,34 +111,28 @@ impl Ranks {
     /// The memory of this rank's node, of at least so many bytes, as many on all ranks; to be handed back to
     /// [`Self::keep_node`], for the next frame. Collective.
     pub(crate) fn take_node(&mut self, bytes: usize) -> Result<Node> {
-        let kept = self.nodes.iter().enumerate().filter(|(_, node)| node.bytes >= bytes);
-        if let Some((at, _)) = kept.min_by_key(|(_, node)| node.bytes) {
+        let fitting = self.nodes.iter().enumerate().filter(|(_, node)| node.bytes >= bytes);
+        if let Some((at, _)) = fitting.min_by_key(|(_, node)| node.bytes) {
             return Ok(self.nodes.remove(at));
         }
-        // What is too small goes before the next one comes.
+        // Free memory that is too small before the next allocation.
         self.nodes.clear();
         let rank = self.rank();
         let made = match &mut self.team {
             Some(team) => team.node(bytes),
             None => Ok(NodeShare::alone(rank, bytes)),
         };
-        let told = self.together(made.as_ref().map(drop).map_err(Error::clone));
+        let told = self.collective(made.as_ref().map(drop).map_err(Error::clone));
         let share = match told {
             Ok(()) => made?,
             Err(error) => {
-                // Freeing it may be collective, and not all have it.
+                // Freeing it may be collective, and some ranks have none.
                 std::mem::forget(made);
                 return Err(error);
             }
         };
-        let mut words = Words::default();
-        words.put(share.leader as u64).put(share.is_refused.into());
-        let mut said = Vec::with_capacity(self.size());
-        for bytes in self.share(&words.0)? {
-            let mut reader = Reader(&bytes);
-            said.push((reader.get()? as usize, reader.get()? == 1));
-        }
-        Ok(Node::new(share, rank, bytes, &said))
+        let shares = self.share_values(&(share.leader, share.is_refused))?;
+        Ok(Node::new(share, rank, bytes, &shares))
     }
 
     /// Keeps the memory for the next frame.

@@ -2,11 +2,11 @@
 
 use super::columns::NodeGrid;
 use super::{Node, Part, Ranks};
-use crate::error::{Error, ErrorKind, Result};
-use crate::field::{Field, Location};
 use crate::fields::Fields;
-use crate::grid::{Grid, Reals};
-use crate::shape::Shape;
+use icoray_grid::Shape;
+use icoray_grid::{Error, ErrorKind, Result};
+use icoray_grid::{Field, Location};
+use icoray_grid::{Grid, Reals};
 use std::sync::Arc;
 
 /// A field's place in a node's memory and its form there: level-fastest.

@@ -1,8 +1,7 @@
 //! Which ranks share memory.
 
 use super::Ranks;
-use super::words::{Reader, Words};
-use crate::error::Result;
+use icoray_grid::Result;
 
 /// Nodes: groups of ranks that share memory, each known by its lowest rank, its leader.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -19,10 +18,8 @@ impl Nodes {
             Some(team) => team.memory_leader(),
             None => Ok(0),
         };
-        let mine = ranks.together(mine)?;
-        let said = ranks.share(&Words::default().put(mine as u64).0)?;
-        let leader = said.iter().map(|bytes| Ok(Reader(bytes).get()? as usize)).collect::<Result<_>>()?;
-        Ok(Nodes { leader, rank: ranks.rank() })
+        let mine = ranks.collective(mine)?;
+        Ok(Nodes { leader: ranks.share_values(&mine)?, rank: ranks.rank() })
     }
 
     /// All ranks as one node, whether they share memory or not.

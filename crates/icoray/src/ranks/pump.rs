@@ -6,18 +6,16 @@
 
 use super::Team;
 use super::tree::{Link, Message, Tree};
-use super::words::{Reader, Words};
-use crate::error::{Error, ErrorKind, Result};
+use super::wire::{WireError, decode, encode};
 use crossbeam_channel::{Receiver, Sender, TryRecvError, unbounded};
+use icoray_grid::{Error, ErrorKind, Result};
 use std::collections::BTreeMap;
 use std::thread::{sleep, yield_now};
 use std::time::{Duration, Instant};
 
 /// The most bytes of a message that are sent at once: transports count in 32 bits.
-const MOST: usize = 1 << 30;
-/// Behind the bytes of each message: the number of its call, and one of the three below.
-const TRAILER: usize = size_of::<u64>() + 1;
-/// The message ends here.
+const MAX_BYTES: usize = 1 << 30;
+/// The last byte of each message, behind the 8 bytes of its call's number: the message ends here.
 const END: u8 = 0;
 /// The message goes on in the sender's next one.
 const MORE: u8 = 1;
@@ -72,7 +70,7 @@ pub trait PointToPoint: Send {
 pub(crate) fn pumped(transport: Box<dyn PointToPoint>, node_rank: usize) -> (PumpedTeam, MessagePump) {
     let ((outbox, to_send), (inbox, received)) = (unbounded(), unbounded());
     let (rank, size) = (transport.rank(), transport.size());
-    let mailbox = Mailbox { rank, size, outbox, inbox: received, begun: BTreeMap::new(), most: MOST };
+    let mailbox = Mailbox { rank, size, outbox, inbox: received, begun: BTreeMap::new(), most: MAX_BYTES };
     let pump = MessagePump { transport, to_send, inbox: Some(inbox) };
     (PumpedTeam { tree: Tree::new(mailbox), node_rank }, pump)
 }
@@ -147,7 +145,7 @@ impl MessagePump {
 
     fn fail(&mut self, error: Error) -> bool {
         if let Some(inbox) = &self.inbox {
-            // Nobody may listen any more.
+            // The receiver may be gone.
             let _ = inbox.send(Err(error));
         }
         self.cut();
@@ -176,7 +174,7 @@ fn turn(
     }
     transport.is_sent()?;
     while let Some(message) = transport.try_receive()? {
-        // The team may be gone, of which whoever waits for it hears.
+        // The team may be gone; its channel reports that.
         let _ = inbox.send(Ok(message));
         has_moved = true;
     }
@@ -205,9 +203,9 @@ impl Mailbox {
     /// The message that ends with these bytes.
     fn read(&mut self, (from, mut bytes): Addressed) -> Result<Option<Message>> {
         let cut = || Error::new(ErrorKind::Mpi, format!("a message of rank {from} is shorter than it says"));
-        let length = bytes.len().checked_sub(TRAILER).ok_or_else(cut)?;
-        let mut reader = Reader(&bytes[length..]);
-        let (call, kind) = (reader.get()?, bytes[bytes.len() - 1]);
+        let kind = bytes.pop().ok_or_else(cut)?;
+        let (body, call) = bytes.split_last_chunk().ok_or_else(cut)?;
+        let (length, call) = (body.len(), u64::from_le_bytes(*call));
         bytes.truncate(length);
         let bytes = match self.begun.remove(&from) {
             Some(begun) => [begun, bytes].concat(),
@@ -218,17 +216,11 @@ impl Mailbox {
                 self.begun.insert(from, bytes);
                 return Ok(None);
             }
-            BROKEN => Err(error(&bytes)?),
+            BROKEN => Err(decode::<WireError>(&bytes)?.received()),
             _ => Ok(bytes),
         };
         Ok(Some(Message { from, call, body }))
     }
-}
-
-fn error(bytes: &[u8]) -> Result<Error> {
-    let mut reader = Reader(bytes);
-    let number = reader.get()?;
-    Ok(Error::new(ErrorKind::of_number(number as i32), reader.get_text()?))
 }
 
 impl Link for Mailbox {
@@ -243,11 +235,7 @@ impl Link for Mailbox {
     fn post(&mut self, to: usize, call: u64, body: Result<Vec<u8>>) -> Result<()> {
         let (mut bytes, kind) = match body {
             Ok(bytes) => (bytes, END),
-            Err(error) => {
-                let mut words = Words::default();
-                words.put(error.kind().number() as u64).put_bytes(error.context().as_bytes());
-                (words.0, BROKEN)
-            }
+            Err(error) => (encode(&WireError::from(&error)), BROKEN),
         };
         while bytes.len() > self.most {
             let rest = bytes.split_off(self.most);

@@ -2,9 +2,9 @@
 
 use super::mesh::{Corner, CornerKey, NodeMesh, Numbers};
 use super::nodes::Nodes;
-use super::words::{Reader, Words};
+use super::wire::{decode_lists, encode_lists};
 use super::{Ranks, bad};
-use crate::error::Result;
+use icoray_grid::Result;
 use std::collections::HashMap;
 
 /// Columns as a rank has them, each with its row in a node's field.
@@ -22,13 +22,13 @@ pub(super) struct Supply {
     /// By leader of each other node, own columns that its mesh has too.
     others: HashMap<usize, Rows>,
     /// Length of the longest list of own columns of any rank, of the longest one for another node, and most rows of a node.
-    most: [usize; 3],
+    max: [usize; 3],
 }
 
 impl Supply {
     /// Own columns of fields of `count` columns, for the `rows` rows that every node has. Collective.
     pub fn of_whole(ranks: &mut Ranks, count: usize, rows: usize, own: Rows) -> Result<Self> {
-        Supply { count, rows, own, ..Supply::default() }.with_most(ranks)
+        Supply { count, rows, own, ..Supply::default() }.with_maxima(ranks)
     }
 
     /// Of fields over parts, at centres and at corners, for the nodes' meshes. Collective.
@@ -38,14 +38,14 @@ impl Supply {
         mesh: &NodeMesh,
         nodes: &Nodes,
     ) -> Result<[Self; 2]> {
-        let known = ranks.attempt(|| Ok(Known::new(numbers)));
-        let known = ranks.together(known)?;
-        let center = known.cells_for(ranks, mesh, nodes)?;
-        let corner = known.corners_for(ranks, mesh, nodes)?;
+        let lookup = ranks.attempt(|| Ok(ColumnLookup::new(numbers)));
+        let lookup = ranks.collective(lookup)?;
+        let center = lookup.cells_for(ranks, mesh, nodes)?;
+        let corner = lookup.corners_for(ranks, mesh, nodes)?;
         let grid = numbers.grid;
         let center = Supply { count: grid.cells(), rows: mesh.global.len(), ..center };
         let corner = Supply { count: grid.triangles(), rows: mesh.corners.len(), ..corner };
-        Ok([center.with_most(ranks)?, corner.with_most(ranks)?])
+        Ok([center.with_maxima(ranks)?, corner.with_maxima(ranks)?])
     }
 
     /// Adds a column for the node of `rank`.
@@ -56,17 +56,10 @@ impl Supply {
         }
     }
 
-    fn with_most(mut self, ranks: &mut Ranks) -> Result<Self> {
+    fn with_maxima(mut self, ranks: &mut Ranks) -> Result<Self> {
         let others = self.others.values().map(Vec::len).max().unwrap_or(0);
-        let mut words = Words::default();
-        [self.own.len(), others, self.rows].into_iter().for_each(|count| {
-            words.put(count as u64);
-        });
-        for bytes in ranks.share(&words.0)? {
-            let mut reader = Reader(&bytes);
-            for most in &mut self.most {
-                *most = (*most).max(reader.get()? as usize);
-            }
+        for counts in ranks.share_values(&[self.own.len(), others, self.rows])? {
+            self.max.iter_mut().zip(counts).for_each(|(max, count)| *max = (*max).max(count));
         }
         Ok(self)
     }
@@ -79,14 +72,15 @@ impl Supply {
         }
     }
 
-    /// The most columns that any rank sends another one, if ranks of a node do not share memory or if they do.
-    pub fn most(&self, sends_own: bool) -> usize {
-        if sends_own { self.most[0] } else { self.most[1] }
+    /// The maximum number of columns that one rank sends another one: with its own columns where ranks of a node do not
+    /// share memory.
+    pub fn max_sent(&self, sends_own: bool) -> usize {
+        if sends_own { self.max[0] } else { self.max[1] }
     }
 
-    /// Rows of the node that has most.
-    pub fn most_rows(&self) -> usize {
-        self.most[2]
+    /// The maximum number of rows of a node.
+    pub fn max_rows(&self) -> usize {
+        self.max[2]
     }
 
     /// Of each column, whether it is this rank's own.
@@ -97,41 +91,40 @@ impl Supply {
     }
 }
 
-/// Own cells and the corners that this rank has.
-struct Known {
+/// Columns of a rank's fields, by the numbers of own cells and by the keys of corners.
+struct ColumnLookup {
     rank: usize,
     cells: HashMap<u64, u32>,
     corners: HashMap<CornerKey, u32>,
 }
 
-impl Known {
+impl ColumnLookup {
     fn new(numbers: &Numbers) -> Self {
         let own = (0..numbers.global.len()).filter(|cell| numbers.owns(*cell));
         let corners = (0..numbers.grid.triangles()).map(|row| (numbers.corner(row).key(), row as u32));
-        Known {
+        ColumnLookup {
             rank: numbers.rank,
             cells: own.map(|cell| (numbers.global[cell], cell as u32)).collect(),
             corners: corners.collect(),
         }
     }
 
-    /// Which own cells are supplied: to its node, and what leaders of other nodes ask for. Collective.
+    /// The own cells that this rank supplies to its node and, as requested by their leaders, to other nodes.
+    /// Collective.
     fn cells_for(&self, ranks: &mut Ranks, mesh: &NodeMesh, nodes: &Nodes) -> Result<Supply> {
-        let mut wishes = vec![Words::default(); ranks.size()];
+        let mut requests = vec![Vec::new(); ranks.size()];
         let mut supply = Supply::default();
         for (row, (cell, owner)) in (0u32..).zip(mesh.global.iter().zip(&mesh.owner)) {
             if let Some(column) = self.cells.get(cell) {
                 supply.own.push((*column, row));
             } else if nodes.is_leader() && !nodes.is_mate(*owner as usize) {
-                wishes[*owner as usize].put(*cell).put(row.into());
+                requests[*owner as usize].push((*cell, row));
             }
         }
-        let came = ranks.exchange(wishes.into_iter().map(|words| words.0).collect())?;
+        let received = ranks.exchange(encode_lists(&requests))?;
         let mut grant = || {
-            for (rank, bytes) in came.iter().enumerate() {
-                let mut reader = Reader(bytes);
-                while !reader.0.is_empty() {
-                    let (cell, row) = (reader.get()?, reader.get()? as u32);
+            for (rank, requests) in decode_lists::<(u64, u32)>(&received)?.into_iter().enumerate() {
+                for (cell, row) in requests {
                     let column = self.cells.get(&cell);
                     let column = column.ok_or_else(|| bad(format!("cell {cell} is another rank's")))?;
                     supply.add(nodes, rank, *column, row);
@@ -140,30 +133,29 @@ impl Known {
             Ok(())
         };
         let granted = grant();
-        ranks.together(granted)?;
+        ranks.collective(granted)?;
         Ok(supply)
     }
 
-    /// Which corners are supplied. Who told of a corner asks the owner of its first cell, and supplies it where that rank does
-    /// not have it: tables may leave out corners that are no triangles. Collective.
+    /// The corners that this rank supplies. The rank whose piece has a corner requests it from the owner of its first
+    /// cell, and supplies it itself if that rank does not have it: tables may omit corners that are no triangles.
+    /// Collective.
     fn corners_for(&self, ranks: &mut Ranks, mesh: &NodeMesh, nodes: &Nodes) -> Result<Supply> {
-        let mut wishes = vec![Words::default(); ranks.size()];
-        let mut asked = vec![Vec::new(); ranks.size()];
+        let mut requests = vec![Vec::new(); ranks.size()];
         for (row, corner) in mesh.corners.iter().enumerate() {
-            // Those of other nodes' cells are told of by several ranks.
+            // Corners between cells of other nodes are in several pieces: the leader requests them.
             let is_told = mesh.teller.get(row).map_or(nodes.is_leader(), |rank| *rank as usize == self.rank);
             if let Some(rank) = mesh.supplier(corner).filter(|_| is_told) {
-                corner.put(wishes[rank].put(row as u64));
-                asked[rank].push(row as u32);
+                requests[rank].push((row as u32, *corner));
             }
         }
-        let came = ranks.exchange(wishes.into_iter().map(|words| words.0).collect())?;
+        let received = ranks.exchange(encode_lists(&requests))?;
         let mut supply = Supply::default();
-        let answers = self.grant_corners(nodes, &came, &mut supply);
-        let answers = ranks.together(answers)?;
-        for (rows, answers) in asked.iter().zip(ranks.exchange(answers)?) {
-            for (row, _) in rows.iter().zip(answers).filter(|(_, has)| *has == 0) {
-                if let Some(column) = self.corners.get(&mesh.corners[*row as usize].key()) {
+        let answers = self.grant_corners(nodes, &received, &mut supply);
+        let answers = ranks.collective(answers)?;
+        for (requests, answers) in requests.iter().zip(ranks.exchange(answers)?) {
+            for ((row, corner), _) in requests.iter().zip(answers).filter(|(_, has)| *has == 0) {
+                if let Some(column) = self.corners.get(&corner.key()) {
                     supply.own.push((*column, *row));
                 }
             }
@@ -171,14 +163,18 @@ impl Known {
         Ok(supply)
     }
 
-    /// Whether this rank has each of the corners that it is asked for, and will supply it.
-    fn grant_corners(&self, nodes: &Nodes, came: &[Vec<u8>], supply: &mut Supply) -> Result<Vec<Vec<u8>>> {
-        let mut answers = vec![Vec::new(); came.len()];
-        for (rank, bytes) in came.iter().enumerate() {
-            let mut reader = Reader(bytes);
-            while !reader.0.is_empty() {
-                let row = reader.get()? as u32;
-                let column = self.corners.get(&Corner::get(&mut reader)?.key());
+    /// Adds the requested corners that this rank has to `supply`; the answers are a byte per request, 1 where it has
+    /// the corner.
+    fn grant_corners(
+        &self,
+        nodes: &Nodes,
+        received: &[Vec<u8>],
+        supply: &mut Supply,
+    ) -> Result<Vec<Vec<u8>>> {
+        let mut answers = vec![Vec::new(); received.len()];
+        for (rank, requests) in decode_lists::<(u32, Corner)>(received)?.into_iter().enumerate() {
+            for (row, corner) in requests {
+                let column = self.corners.get(&corner.key());
                 answers[rank].push(u8::from(column.is_some()));
                 if let Some(column) = column {
                     supply.add(nodes, rank, *column, row);

@@ -1,19 +1,22 @@
 //! Ranks that are threads: the same picture to the bit, and the same error on all.
 
 use super::*;
-use crate::error::ErrorKind;
-use crate::frame::Counts;
-use crate::raster::{Pixel, Place, Raster, Tile, Tiling, trace};
-use crate::threads::Threads;
-use crate::{
-    Field, Fields, Frame, FrameReport, Grid, IcosahedralMesh, Layers, Location, Rendered, Renderer, Scene,
-    Shape,
-};
+use crate::fields::Fields;
+use crate::raster::{Pixel, Raster, SamplePoint, Tile, Tiling, trace};
+use crate::render::{Rendered, Renderer};
+use icoray_grid::ErrorKind;
+use icoray_grid::threads::Threads;
+use icoray_grid::{Field, Grid, IcosahedralMesh, Layers, Location, Shape};
+use icoray_kernel::Counts;
+use icoray_output::{Frame, FrameReport};
+use icoray_scene::Scene;
 use rayon::prelude::*;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering::SeqCst};
 use std::thread;
 use std::time::{Duration, Instant};
+
+mod votes;
 
 const LAYERS: usize = 3;
 
@@ -47,25 +50,29 @@ fn scene(width: u32, height: u32, more: &str) -> Scene {
     .unwrap()
 }
 
-/// What each rank makes of `draw`.
-fn on_each<R: Send>(size: usize, draw: impl Fn(&mut Ranks) -> R + Sync) -> Vec<R> {
-    on_nodes(&vec![0; size], draw)
+/// The results of `work` on each rank of one node, a thread each.
+pub(crate) fn on_ranks<R: Send>(size: usize, work: impl Fn(&mut Ranks) -> R + Sync) -> Vec<R> {
+    on_nodes(&vec![0; size], work)
 }
 
 /// The same on several nodes.
-fn on_nodes<R: Send>(node_of: &[usize], draw: impl Fn(&mut Ranks) -> R + Sync) -> Vec<R> {
-    let draw = &draw;
+fn on_nodes<R: Send>(node_of: &[usize], work: impl Fn(&mut Ranks) -> R + Sync) -> Vec<R> {
+    on_teams(node_of, |team| work(&mut Ranks::new(Box::new(team))))
+}
+
+/// The same of the teams that ranks talk by.
+pub(crate) fn on_teams<R: Send>(node_of: &[usize], work: impl Fn(LocalTeam) -> R + Sync) -> Vec<R> {
+    let work = &work;
     thread::scope(|scope| {
-        let team = local_nodes(node_of).into_iter();
-        let ranks: Vec<_> =
-            team.map(|one| scope.spawn(move || draw(&mut Ranks::new(Box::new(one))))).collect();
-        ranks.into_iter().map(|rank| rank.join().unwrap()).collect()
+        let team = |team| scope.spawn(move || work(team));
+        let threads: Vec<_> = local_nodes(node_of).into_iter().map(team).collect();
+        threads.into_iter().map(|thread| thread.join().unwrap()).collect()
     })
 }
 
 /// Two frames over `size` ranks: dealt blindly, then by cost. The picture, and the reports of the others.
 fn together(world: &World, scene: &Scene, size: usize) -> [(Frame, Vec<FrameReport>); 2] {
-    let frames = on_each(size, |ranks| {
+    let frames = on_ranks(size, |ranks| {
         let grid = Grid::new(world.mesh.tables()).unwrap();
         let renderer = Renderer::new(1 + ranks.rank() % 2).unwrap();
         [(); 2]
@@ -76,15 +83,18 @@ fn together(world: &World, scene: &Scene, size: usize) -> [(Frame, Vec<FrameRepo
         all[0].push(first);
         all[1].push(second);
     }
-    all.map(|rendered| {
-        let mut rendered = rendered.into_iter();
-        let Some(Rendered::Here(frame)) = rendered.next() else { panic!("no picture at rank 0") };
-        let others = rendered.map(|other| match other {
-            Rendered::AtRoot(report) => report,
-            Rendered::Here(_) => panic!("a picture that is not at rank 0"),
-        });
-        (frame, others.collect())
-    })
+    all.map(picture)
+}
+
+/// The picture, which is rank 0's, and the reports of the others.
+pub(crate) fn picture(rendered: Vec<Rendered>) -> (Frame, Vec<FrameReport>) {
+    let mut rendered = rendered.into_iter();
+    let Some(Rendered::Here(frame)) = rendered.next() else { panic!("no picture at rank 0") };
+    let others = rendered.map(|other| match other {
+        Rendered::AtRoot(report) => report,
+        Rendered::Here(_) => panic!("a picture that is not at rank 0"),
+    });
+    (frame, others.collect())
 }
 
 fn bits(frame: &Frame) -> Vec<[u32; 5]> {
@@ -102,25 +112,27 @@ fn a_shared_picture_is_that_of_one_to_the_bit() {
     {
         let scene = scene(width, height, more);
         let one = renderer.render(&scene, &grid, &world.layers, &world.field()).unwrap();
-        assert_eq!((one.report.ranks, one.report.bytes_received), (1, 0));
+        assert_eq!((one.report.ranks.count, one.report.ranks.bytes_received), (1, 0));
         for size in [1, 2, 3, 4, 8] {
             for (frame, others) in together(&world, &scene, size) {
                 assert_eq!(bits(&frame), bits(&one), "{width} x {height} over {size} ranks");
                 let report = &frame.report;
-                assert_eq!((report.ranks, others.len()), (size, size - 1));
+                assert_eq!((report.ranks.count, others.len()), (size, size - 1));
                 assert_eq!((report.counts, report.error), (one.report.counts, one.report.error));
-                assert!(report.balance > 0.0 && report.balance <= 1.0 + 1e-9, "{}", report.balance);
-                let tiles = report.tiles + others.iter().map(|other| other.tiles).sum::<usize>();
-                assert_eq!(tiles, one.report.tiles);
+                let balance = report.ranks.balance;
+                assert!(balance > 0.0 && balance <= 1.0 + 1e-9, "{balance}");
+                let tiles = report.ranks.tiles + others.iter().map(|other| other.ranks.tiles).sum::<usize>();
+                assert_eq!(tiles, one.report.ranks.tiles);
                 for other in &others {
                     assert_eq!((other.counts, other.error), (report.counts, report.error));
-                    assert_eq!(other.bytes_received, report.bytes_received);
+                    assert_eq!(other.ranks.bytes_received, report.ranks.bytes_received);
                 }
-                let is_sent = size > 1 && one.report.tiles > 1;
-                assert!(!is_sent || report.bytes_received > 0);
+                let is_sent = size > 1 && one.report.ranks.tiles > 1;
+                assert!(!is_sent || report.ranks.bytes_received > 0);
                 // A tile off the globe is one pixel.
                 let all = (width * height) as usize * size_of::<[f32; 5]>();
-                assert!((report.bytes_received as usize) < all + 128 * one.report.tiles + 64 * size);
+                let most = all + 128 * tiles + 64 * size;
+                assert!((report.ranks.bytes_received as usize) < most);
             }
         }
     }
@@ -139,7 +151,7 @@ fn within_a_budget_all_draw_what_rank_0_picks() {
 
 /// The error of each rank, where rank `odd` draws of what `spoil` makes of the world and the scene.
 fn errors(odd: usize, spoil: impl Fn(&mut World, &mut Scene) + Sync) -> Vec<String> {
-    on_each(3, |ranks| {
+    on_ranks(3, |ranks| {
         let (mut world, mut of) = (World::new(), scene(70, 40, ""));
         if ranks.rank() == odd {
             spoil(&mut world, &mut of);
@@ -185,22 +197,22 @@ fn a_panic_on_one_rank_is_everybodys_error() {
     let raster = Raster { width: 90, height: 40, step: 1 };
     let all: Vec<u32> = (0..raster.tiles()).collect();
     for odd in 0..3 {
-        let outcomes = on_each(3, |ranks| {
+        let outcomes = on_ranks(3, |ranks| {
             let (rank, threads) = (ranks.rank(), Threads::new(2).unwrap());
             let mut frame = |spoils: bool| {
                 let mine: Vec<u32> = all.iter().copied().filter(|tile| *tile as usize % 3 == rank).collect();
                 // In the middle: some tiles have been given away by then, and some of others are still to come.
-                let pixel = |&Place { at: [x, y], .. }: &Place| {
+                let pixel = |&SamplePoint { at: [x, y], .. }: &SamplePoint| {
                     assert!(!(spoils && rank == odd && x + y > 41.0), "out of bounds");
                     thread::yield_now();
                     Pixel { color: [x as f32, y as f32, 0.0, 1.0], ..Pixel::default() }
                 };
-                let draw = |places: &[Place], _: &mut Counts| places.iter().map(pixel).collect();
+                let draw = |places: &[SamplePoint], _: &mut Counts| places.iter().map(pixel).collect();
                 let gathered =
                     ranks.gather(&threads, &raster, 0.0, |give| trace(&raster, &mine, draw).for_each(give));
                 let told = gathered.map(|gathered| {
                     assert_eq!(gathered.tiles.len(), if rank == 0 { all.len() } else { 0 });
-                    Told::default()
+                    FrameSummary::default()
                 });
                 ranks.conclude(told).map(drop)
             };
@@ -217,9 +229,8 @@ fn a_panic_on_one_rank_is_everybodys_error() {
 fn tiles_are_on_their_way_while_others_are_drawn() {
     let raster = Raster { width: 20, height: 4, step: 1 };
     let taken = Arc::new(AtomicUsize::new(0));
-    let counted = |team| Counted { team, taken: taken.clone() };
-    let draw = |team: LocalTeam| {
-        let ranks = &mut Ranks::new(Box::new(counted(team)));
+    on_teams(&[0; 2], |team| {
+        let ranks = &mut Ranks::new(Box::new(Counted { team, taken: taken.clone() }));
         let rank = ranks.rank();
         let threads = Threads::new(1).unwrap();
         let tile = |number: u32| {
@@ -238,11 +249,7 @@ fn tiles_are_on_their_way_while_others_are_drawn() {
             }
         });
         assert_eq!(gathered.unwrap().tiles.len(), if rank == 0 { raster.tiles() as usize } else { 0 });
-        ranks.conclude(Ok(Told::default())).unwrap();
-    };
-    thread::scope(|scope| {
-        let ranks = local_team(2).into_iter().map(|one| scope.spawn(|| draw(one)));
-        ranks.collect::<Vec<_>>().into_iter().for_each(|rank| rank.join().unwrap());
+        ranks.conclude(Ok(FrameSummary::default())).unwrap();
     });
 }
 
@@ -293,11 +300,11 @@ fn what_cannot_be_read_is_an_error_and_no_hang() {
     let raster = Raster { width: 20, height: 4, step: 1 };
     let threads = Threads::new(1).unwrap();
     for odd in [&[][..], &[7; 8], &[0; 8], &[0; 64], &[2; 3], &[1, 0, 0, 0, 0, 0, 0, 0, 1]] {
-        let outcomes = on_each(3, |ranks| {
+        let outcomes = on_ranks(3, |ranks| {
             if ranks.rank() == 2 {
                 ranks.team.as_mut().unwrap().send(odd.to_vec()).unwrap();
             }
-            let told = ranks.gather(&threads, &raster, 0.0, |_| ()).map(|_| Told::default());
+            let told = ranks.gather(&threads, &raster, 0.0, |_| ()).map(|_| FrameSummary::default());
             ranks.conclude(told).unwrap_err().to_string()
         });
         assert!(outcomes.iter().all(|e| *e == outcomes[0] && e.starts_with("MPI: rank 2: ")), "{outcomes:?}");
@@ -305,60 +312,11 @@ fn what_cannot_be_read_is_an_error_and_no_hang() {
 }
 
 #[test]
-fn the_lowest_refusal_is_told_and_rank_0_is_heard_all_the_same() {
-    let heard = on_each(4, |ranks| {
-        let rank = ranks.rank();
-        let value = format!("from {rank}").into_bytes();
-        let refusal = [None, None, Some((13, "off")), Some((3, "bad"))][rank];
-        let facts = vec![("step", rank.to_string())];
-        ranks.agree(&Word { refusal, facts, value: &value, leaves: false }).unwrap()
-    });
-    for Agreement { refusal, value } in heard {
-        let expected = Refusal { number: Some(13), rank: 2, sentence: "off".into() };
-        assert_eq!((refusal, value.as_slice()), (Some(expected), &b"from 0"[..]));
-    }
-}
-
-#[test]
-fn another_step_or_another_call_is_not_of_one_mind() {
-    for (other, expected) in [
-        (vec![("step", "7")], "step 7, but 6 on rank 0; ranks that draw one picture must have the same"),
-        (vec![("wait", "")], "is in another call than rank 0"),
-        (vec![], "is in another call than rank 0"),
-    ] {
-        let refusals = on_each(3, |ranks| {
-            let facts = if ranks.rank() == 1 { other.clone() } else { vec![("step", "6")] };
-            let facts = facts.into_iter().map(|(name, fact)| (name, fact.to_string())).collect();
-            ranks.agree(&Word { facts, ..Word::default() }).unwrap().refusal.unwrap()
-        });
-        for refusal in refusals {
-            assert_eq!((refusal.number, refusal.rank, refusal.sentence.as_str()), (None, 1, expected));
-            assert_eq!(refusal.error(3).kind(), ErrorKind::Mpi);
-        }
-    }
-}
-
-#[test]
-fn nobody_waits_for_a_rank_that_has_left() {
-    let leave = |leaves: &'static [bool]| {
-        on_each(3, move |ranks| {
-            let word = Word { leaves: leaves[ranks.rank()], ..Word::default() };
-            ranks.agree(&word).unwrap();
-            let is_gone = ranks.is_gone();
-            (is_gone, ranks.rank() > 0 && is_gone && ranks.agree(&Word::default()).is_err())
-        })
-    };
-    assert_eq!(leave(&[true, false, false]), [(true, false), (true, true), (true, true)]);
-    assert_eq!(leave(&[true, true, true]), [(false, false); 3]);
-    assert_eq!(leave(&[false, false, false]), [(false, false); 3]);
-}
-
-#[test]
 fn each_rank_has_something_for_each() {
     // From `from` for `to` in each round: nothing to some, and to oneself too.
     let letter = |round: usize, from: usize, to: usize| vec![(16 * from + to) as u8; round * from * (to % 3)];
     for size in [1, 2, 3, 5] {
-        on_each(size, |ranks| {
+        on_ranks(size, |ranks| {
             let (mine, team) = (ranks.rank(), ranks.team.as_mut().unwrap());
             for round in 0..4 {
                 let for_all = (0..size).map(|to| letter(round, mine, to)).collect();

@@ -7,8 +7,8 @@
 //! Calls belong to frames. A rank whose frame has ended by an error tells its parent and children, who pass it on: so
 //! nobody waits for a rank that has left a frame, and the next frame begins afresh ([`Tree::begin_frame`]).
 
-use super::words::{Reader, Words};
-use crate::error::{Error, ErrorKind, Result};
+use super::wire::{decode, decode_next, encode};
+use icoray_grid::{Error, ErrorKind, Result};
 use std::mem::take;
 
 /// The most children of a rank.
@@ -73,21 +73,19 @@ impl<L: Link> Tree<L> {
     /// Every rank's bytes, in order of rank.
     pub fn share(&mut self, mine: &[u8]) -> Result<Vec<Vec<u8>>> {
         self.call += 1;
-        let mut words = Words::default();
-        words.put(self.link.rank() as u64).put_bytes(mine);
+        let mut bytes = encode(&(self.link.rank(), mine));
         for child in self.children() {
-            words.put_raw(&self.receive(child)?);
+            bytes.append(&mut self.receive(child)?);
         }
-        let all = self.hand_up(words.0)?;
+        let all = self.hand_up(bytes)?;
         let all = self.broadcast(all)?;
-        let mut reader = Reader(&all);
+        let mut unread = &all[..];
         let mut shared = vec![Vec::new(); self.link.size()];
-        while !reader.0.is_empty() {
-            let rank = reader.get()?;
-            let of_rank = shared.get_mut(rank as usize);
-            let of_rank =
-                of_rank.ok_or_else(|| Error::new(ErrorKind::Mpi, format!("a message of rank {rank}")))?;
-            *of_rank = reader.get_bytes()?.to_vec();
+        while !unread.is_empty() {
+            let (rank, bytes): (usize, &[u8]) = decode_next(&mut unread)?;
+            let of_rank = shared.get_mut(rank);
+            *of_rank.ok_or_else(|| Error::new(ErrorKind::Mpi, format!("a message of rank {rank}")))? =
+                bytes.to_vec();
         }
         Ok(shared)
     }
@@ -140,15 +138,12 @@ impl<L: Link> Tree<L> {
         self.call += 1;
         let mut counts: Vec<u64> = mine.iter().map(|bytes| u64::from(!bytes.is_empty())).collect();
         for child in self.children() {
-            let bytes = self.receive(child)?;
-            let mut reader = Reader(&bytes);
-            for count in &mut counts {
-                *count += reader.get()?;
-            }
+            let of_child: Vec<u64> = decode(&self.receive(child)?)?;
+            counts.iter_mut().zip(of_child).for_each(|(count, other)| *count += other);
         }
-        let sums = self.hand_up(counts.into_iter().flat_map(u64::to_le_bytes).collect())?;
-        let sums = self.broadcast(sums)?;
-        Reader(sums.get(self.link.rank() * size_of::<u64>()..).unwrap_or_default()).get()
+        let sums = self.hand_up(encode(&counts))?;
+        let sums: Vec<u64> = decode(&self.broadcast(sums)?)?;
+        Ok(sums.get(self.link.rank()).copied().unwrap_or(0))
     }
 
     /// Sends bytes to rank 0.

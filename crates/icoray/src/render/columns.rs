@@ -1,13 +1,14 @@
-//! A picture of columns that are spread over ranks: each node puts the fields together, and draws as if it had been given
-//! so.
+//! Renders fields whose columns are distributed over ranks: each node gathers whole fields and draws from them.
 
-use super::{Given, Rendered, Renderer};
-use crate::error::Result;
+use super::context::RenderInputs;
+use super::rendered::Rendered;
+use super::renderer::Renderer;
 use crate::fields::Fields;
-use crate::grid::Grid;
-use crate::layers::Layers;
-use crate::ranks::{Columns, Held, NodeFields, Ranks};
-use crate::scene::Scene;
+use crate::ranks::{Columns, Decomposition, NodeFields, Ranks};
+use icoray_grid::Grid;
+use icoray_grid::Layers;
+use icoray_grid::Result;
+use icoray_scene::Scene;
 use std::time::Instant;
 
 impl Renderer {
@@ -16,7 +17,7 @@ impl Renderer {
     /// of which those of its own are read. Collective. The picture is bitwise that of one process with the whole fields.
     ///
     /// # Errors
-    /// As [`Self::render_over`]; [`ErrorKind::Field`](crate::ErrorKind::Field) where a field lies at corners.
+    /// As [`Self::render_over`]; [`ErrorKind::Field`](icoray_grid::ErrorKind::Field) where a field lies at corners.
     pub fn render_columns<'f>(
         &self,
         ranks: &mut Ranks,
@@ -32,8 +33,8 @@ impl Renderer {
         let mut rendered = self.render_gathered(start, ranks, scene, (grid, layers), &gathered);
         if let Ok(rendered) = &mut rendered {
             let report = rendered.report_mut();
-            (report.bytes_copied, report.copy_s) = (gathered.bytes_copied, gathered.copy_s);
-            report.prepare_s -= gathered.copy_s;
+            (report.bytes_copied, report.timing.copy_s) = (gathered.bytes_copied, gathered.copy_s);
+            report.timing.prepare_s -= gathered.copy_s;
             report.derived_bytes += gathered.table_bytes();
         }
         gathered.leave(ranks);
@@ -50,13 +51,15 @@ impl Renderer {
         ranks: &mut Ranks,
         scene: &Scene,
         grid: &Grid,
-        held: Option<&Held>,
+        held: Option<&Decomposition>,
         layers: &Layers,
         fields: impl Into<Fields<'f>>,
     ) -> Result<Rendered> {
         match held {
-            Some(Held::Columns(columns)) => self.render_columns(ranks, scene, grid, columns, layers, fields),
-            Some(Held::Whole) | None => self.render_over(ranks, scene, grid, None, layers, fields),
+            Some(Decomposition::Columns(columns)) => {
+                self.render_columns(ranks, scene, grid, columns, layers, fields)
+            }
+            Some(Decomposition::Whole) | None => self.render_over(ranks, scene, grid, None, layers, fields),
         }
     }
 
@@ -69,12 +72,15 @@ impl Renderer {
         (grid, layers): (&Grid, &Layers),
         gathered: &NodeFields,
     ) -> Result<Rendered> {
-        let fields = ranks.together(gathered.fields().and_then(|fields| fields.needed_by(scene)))?;
-        let given = Given { grid: gathered.grid(grid), part: gathered.part(), layers, fields: &fields };
+        let fields = ranks.collective(gathered.fields().and_then(|fields| fields.needed_by(scene)))?;
+        let given =
+            RenderInputs { grid: gathered.grid(grid), part: gathered.part(), layers, fields: &fields };
         let mut rendered = self.render_since(start, ranks, scene, &given)?;
         let report = rendered.report_mut();
-        report.sharing =
-            report.sharing.map(|sharing| sharing.of_gathered(gathered.grid.is_some(), gathered.is_refused()));
+        report.ranks.sharing = report
+            .ranks
+            .sharing
+            .map(|sharing| sharing.of_gathered(gathered.grid.is_some(), gathered.is_refused()));
         Ok(rendered)
     }
 }

@@ -1,32 +1,45 @@
-//! Tiles that a device traces; what it leaves is for the CPU.
+//! Traces tiles on a device; the CPU traces the tiles that the device returns.
 
-use super::devices::Found;
-use super::work::{brightest, shown};
+use super::context::FrameContext;
+use super::lazy::Lazy;
+use super::work::background_blend;
 use crate::compose::TileFragments;
-use crate::device::{Band, Device, Fragments, Job, Own, Passed, Reason, Rect, Spent, Traced};
-use crate::error::Error;
-use crate::frame::{Counts, FrameReport};
-use crate::kernel::piece::Light;
-use crate::quality::Quality;
+use crate::device::{
+    Band, Device, DeviceCost, FallbackReason, Fragments, Job, OwnedColumns, RayFragments, Rect, Traced,
+};
+use crate::plan::budget::brightest;
 use crate::raster::{Raster, Tile};
+use icoray_grid::gradient::Gradients;
+use icoray_grid::{Error, Field};
+use icoray_kernel::Counts;
+use icoray_kernel::piece::Radiance;
+use icoray_output::{DeviceReport, FrameReport};
+use icoray_scene::Quality;
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// A picture on a device.
 pub(super) struct OnDevice<'f> {
-    /// Or why it is left to the CPU, if there is a reason: from the start, or since it has left something.
-    device: Result<&'f dyn Device, Option<Reason>>,
+    /// The device, or the reason why the CPU draws: there was none at the start, or it failed to trace a tile.
+    device: Result<&'f dyn Device, Option<FallbackReason>>,
     job: Job<'f>,
-    spent: Spent,
-    /// The device that has traced tiles of the last call.
+    spent: DeviceCost,
+    /// Name of the device that traced tiles of the last call.
     drew: Option<String>,
 }
 
 impl<'f> OnDevice<'f> {
-    /// The picture of `job` on a device, or on none: for a reason, or as nobody asked for one.
-    pub fn new(device: &'f Found, job: Job<'f>) -> Self {
-        let device = device.as_deref().map_err(Clone::clone);
-        OnDevice { device, job, spent: Spent::default(), drew: None }
+    /// The picture of the first field on the context's device, if it has one.
+    pub fn new(
+        context: &'f FrameContext<'f>,
+        field: &'f Field<'f>,
+        gradients: &'f Lazy<'f, Gradients>,
+        quality: Quality,
+    ) -> Self {
+        let FrameContext { scene, plan, grid, part, .. } = *context;
+        let job = Job::new(scene, plan, grid, field, gradients, quality, part.is_some());
+        let device = context.device.as_deref().map_err(Clone::clone);
+        OnDevice { device, job, spent: DeviceCost::default(), drew: None }
     }
 
     /// Whether a device is asked first.
@@ -49,7 +62,7 @@ impl<'f> OnDevice<'f> {
     ) -> Vec<u32> {
         self.ask(quality, raster, tiles, |device, job, is_new| {
             let take = |band: Band| {
-                made_of(job, &band).into_par_iter().enumerate().for_each(|(i, tile)| {
+                tiles_of_band(job, &band).into_par_iter().enumerate().for_each(|(i, tile)| {
                     if is_new(band.first + i) {
                         give(tile);
                     }
@@ -65,28 +78,35 @@ impl<'f> OnDevice<'f> {
         quality: &Quality,
         raster: Raster,
         tiles: &[u32],
-        own: &Own,
+        own: &OwnedColumns,
         give: &(dyn Fn(u32, &TileFragments, Counts) + Sync),
     ) -> Vec<u32> {
         self.ask(quality, raster, tiles, |device, job, is_new| {
             let take = |band: Fragments| {
-                put_together(job, &band).into_par_iter().enumerate().for_each(|(i, (fragments, counts))| {
-                    if is_new(band.first + i) {
-                        give(job.numbers()[band.first + i], &fragments, counts);
-                    }
-                });
+                fragments_of_band(job, &band).into_par_iter().enumerate().for_each(
+                    |(i, (fragments, counts))| {
+                        if is_new(band.first + i) {
+                            give(job.numbers()[band.first + i], &fragments, counts);
+                        }
+                    },
+                );
             };
             device.fragments(job, own, &take)
         })
     }
 
-    /// Has `trace` trace tiles on the device, which asks of each place among them whether it is given for the first time.
+    /// Runs `trace` on the device, with a predicate that is true once for each index into `tiles`. Returns the tiles
+    /// that were not given.
     fn ask(
         &mut self,
         quality: &Quality,
         raster: Raster,
         tiles: &[u32],
-        trace: impl FnOnce(&dyn Device, &Job, &(dyn Fn(usize) -> bool + Sync)) -> Result<Spent, Reason>,
+        trace: impl FnOnce(
+            &dyn Device,
+            &Job,
+            &(dyn Fn(usize) -> bool + Sync),
+        ) -> Result<DeviceCost, FallbackReason>,
     ) -> Vec<u32> {
         self.drew = None;
         let Ok(device) = self.device else { return tiles.to_vec() };
@@ -94,9 +114,9 @@ impl<'f> OnDevice<'f> {
         let job = &self.job;
         let is_given: Vec<AtomicBool> = tiles.iter().map(|_| AtomicBool::new(false)).collect();
         let is_new = |place: usize| !is_given[place].swap(true, Ordering::Relaxed);
-        // A device that breaks is no reason for a picture to fail.
+        // A panic of the device falls back to the CPU.
         let traced = Error::of_panics(|| Ok(trace(device, job, &is_new)));
-        match traced.unwrap_or_else(|panic| Err(Reason::new(format!("{}: {panic}", device.name())))) {
+        match traced.unwrap_or_else(|panic| Err(FallbackReason::new(format!("{}: {panic}", device.name())))) {
             Ok(spent) => self.spent += spent,
             Err(reason) => self.device = Err(Some(reason)),
         }
@@ -107,21 +127,21 @@ impl<'f> OnDevice<'f> {
         left
     }
 
-    /// Puts what became of it into a report.
-    pub fn tell(self, report: &mut FrameReport) {
-        let Spent { upload_s, device_s, bytes_uploaded, field_bytes, unread_bytes, passes } = self.spent;
-        (report.upload_s, report.device_s, report.bytes_uploaded) = (upload_s, device_s, bytes_uploaded);
-        report.device = self.drew;
-        if let (Some(device), 2..) = (&mut report.device, passes) {
+    /// Adds the device's name, costs and fallback reason to a report.
+    pub fn report_to(self, report: &mut FrameReport) {
+        let DeviceCost { upload_s, device_s, bytes_uploaded, field_bytes, unread_bytes, passes } = self.spent;
+        let mut name = self.drew;
+        if let (Some(device), 2..) = (&mut name, passes) {
             *device += &format!(", in {passes} passes, as the values that rays read exceed its memory");
         } else if unread_bytes > 0 {
             report.left_out.push(format!("{unread_bytes} of {field_bytes} bytes of the field on the device"));
         }
-        report.left_to_cpu = self.device.err().flatten().map(|reason| reason.to_string());
+        let left_to_cpu = self.device.err().flatten().map(|reason| reason.to_string());
+        report.device = DeviceReport { name, left_to_cpu, upload_s, trace_s: device_s, bytes_uploaded };
     }
 }
 
-/// Rays by the tiles that they are of, the last of which may be left out.
+/// Splits rays by tiles; the last tiles may have none.
 fn rays_of_tiles<R>(tiles: impl Iterator<Item = Rect>, mut rest: &[R]) -> Vec<&[R]> {
     let mut rays = Vec::new();
     for rect in tiles {
@@ -136,9 +156,9 @@ fn rays_of_tiles<R>(tiles: impl Iterator<Item = Rect>, mut rest: &[R]) -> Vec<&[
 }
 
 /// The fragments of each tile of a band, and what its rays met.
-fn put_together(job: &Job, band: &Fragments) -> Vec<(TileFragments, Counts)> {
+fn fragments_of_band(job: &Job, band: &Fragments) -> Vec<(TileFragments, Counts)> {
     let mut rest = band.all;
-    let tile = |rays: &[Passed]| {
+    let tile = |rays: &[RayFragments]| {
         let (mut fragments, mut counts) = (TileFragments::default(), Counts::default());
         for ray in rays {
             let [columns, frusta, void_frusta] = ray.counts.map(u64::from);
@@ -153,29 +173,29 @@ fn put_together(job: &Job, band: &Fragments) -> Vec<(TileFragments, Counts)> {
 }
 
 /// The tiles of a band. Its seconds are shared out by what rays met, and a tile off the globe takes some too.
-fn made_of(job: &Job, band: &Band) -> Vec<Tile> {
+fn tiles_of_band(job: &Job, band: &Band) -> Vec<Tile> {
     let rays = rays_of_tiles(job.tiles().skip(band.first), band.rays);
     let numbers = job.numbers()[band.first..].par_iter();
     let mut tiles: Vec<Tile> =
-        rays.par_iter().zip(numbers).map(|(rays, number)| made(job, *number, rays)).collect();
+        rays.par_iter().zip(numbers).map(|(rays, number)| tile_of_rays(job, *number, rays)).collect();
     let weight = |tile: &Tile| (1 + tile.counts.frusta) as f64;
     let second = band.seconds / tiles.iter().map(weight).sum::<f64>();
     tiles.iter_mut().for_each(|tile| tile.seconds = second * weight(tile));
     tiles
 }
 
-fn made(job: &Job, number: u32, rays: &[Traced]) -> Tile {
+fn tile_of_rays(job: &Job, number: u32, rays: &[Traced]) -> Tile {
     let scene = job.scene();
     let brightest = brightest(scene);
     let mut counts = Counts::default();
     let pixel = |ray: &Traced| {
-        let Traced { color, absorbed, error, variance, counts: [columns, frusta, void_frusta] } = *ray;
+        let Traced { color, alpha: absorbed, error, variance, counts: [columns, frusta, void_frusta] } = *ray;
         if error == Traced::MISSED {
-            return shown(scene, brightest, None);
+            return background_blend(scene, brightest, None);
         }
         let [columns, frusta, void_frusta] = [columns, frusta, void_frusta].map(u64::from);
         counts += Counts { rays: 1, columns, frusta, void_frusta, ..Counts::default() };
-        shown(scene, brightest, Some(Light { color, absorbed, error, variance }.wide()))
+        background_blend(scene, brightest, Some(Radiance { color, alpha: absorbed, error, variance }.wide()))
     };
     let pixels = rays.iter().map(pixel).collect();
     Tile { number, seconds: 0.0, counts, pixels }

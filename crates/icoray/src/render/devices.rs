@@ -1,79 +1,45 @@
-//! Which device draws: found once for all pictures that ask alike.
+//! Opens devices, once per request.
 
-use super::Renderer;
-use crate::device::{Device, Devices, Reason, Wanted};
-use crate::error::Error;
-use crate::ground::Ground;
-use crate::scene::{Backend, Precision, Scene};
+use crate::device::{Device, DeviceRequest, Devices, FallbackReason};
+use icoray_grid::Error;
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// A device, or none: for a reason, or as nobody asked for one.
-pub(super) type Found = Result<Arc<dyn Device>, Option<Reason>>;
+/// The device of a picture; `Err(None)` if the scene requests none.
+pub(super) type DeviceChoice = Result<Arc<dyn Device>, Option<FallbackReason>>;
 
-/// What came of opening one.
-type Tried = Result<Arc<dyn Device>, Reason>;
+/// The outcome of opening a device.
+type OpenedDevice = Result<Arc<dyn Device>, FallbackReason>;
 
-/// Devices that were opened, or not.
+/// The outcomes of all requests so far.
 #[derive(Debug)]
-pub(super) struct Opened {
+pub(super) struct DeviceCache {
     devices: Arc<dyn Devices>,
-    known: Mutex<HashMap<Wanted, Tried>>,
+    known: Mutex<HashMap<DeviceRequest, OpenedDevice>>,
 }
 
-impl Opened {
+impl DeviceCache {
     pub fn new(devices: Arc<dyn Devices>) -> Self {
-        Opened { devices, known: Mutex::default() }
+        DeviceCache { devices, known: Mutex::default() }
     }
 
-    fn open(&self, wanted: Wanted) -> Tried {
+    pub fn open(&self, wanted: DeviceRequest) -> OpenedDevice {
         let mut known = self.known.lock().unwrap_or_else(PoisonError::into_inner);
-        // A driver that breaks is no reason for a picture to fail.
-        let open = |wanted: &Wanted| {
+        // A panic of the driver falls back to the CPU.
+        let open = |wanted: &DeviceRequest| {
             let opened = Error::of_panics(|| Ok(self.devices.open(wanted)));
-            opened.unwrap_or_else(|panic| Err(Reason::new(panic.to_string())))
+            opened.unwrap_or_else(|panic| Err(FallbackReason::new(panic.to_string())))
         };
         known.entry(wanted).or_insert_with_key(open).clone()
     }
 }
 
-/// One device, whatever is wanted.
+/// Returns the same device for every request.
 #[derive(Debug)]
-pub(super) struct One(pub Arc<dyn Device>);
+pub(super) struct SingleDevice(pub Arc<dyn Device>);
 
-impl Devices for One {
-    fn open(&self, _: &Wanted) -> Tried {
+impl Devices for SingleDevice {
+    fn open(&self, _: &DeviceRequest) -> OpenedDevice {
         Ok(Arc::clone(&self.0))
-    }
-}
-
-impl Renderer {
-    /// The device that would draw `scene`, opened if it was not yet; `Err(None)` where nobody asks for one. Of the ranks on a
-    /// node this is number `node_rank`.
-    ///
-    /// # Errors
-    /// A [`Reason`] why the CPU draws although the scene asks for a device.
-    pub fn device_for(&self, scene: &Scene, node_rank: usize) -> Result<Arc<dyn Device>, Option<Reason>> {
-        if scene.backend == Backend::Cpu {
-            return Err(None);
-        }
-        let Some(opened) = &self.devices else {
-            let reason = Reason::new("this icoray was built without the GPU");
-            return Err((scene.backend == Backend::Gpu).then_some(reason));
-        };
-        if scene.precision == Precision::F64 {
-            return Err(Some(Reason::new("the scene asks for precision = \"f64\"")));
-        }
-        if !scene.scenery.is_plain() {
-            return Err(Some(Reason::new(
-                "the scene shows more than one volume between concentric layers, or cuts it",
-            )));
-        }
-        if Ground::new(scene).is_some() {
-            return Err(Some(Reason::new("the scene has land, sea or lines on its core")));
-        }
-        let adapter = scene.device.clone();
-        let wanted = Wanted { adapter, or_processor: scene.backend == Backend::Gpu, node_rank };
-        opened.open(wanted).map_err(Some)
     }
 }

@@ -1,28 +1,34 @@
-//! A picture of parts: rays are traced through each part by the ranks that have it, each of which takes some tiles, and each
-//! rank puts rays together in some of the tiles.
+//! Sort-last rendering of grid parts: the ranks that share a part trace fragments through it in some tiles each, and
+//! every rank composites the rays of some tiles.
 
+use super::context::FrameContext;
 use super::device::OnDevice;
-use super::work::{Work, allowed, ray, shown};
-use crate::compose::{Came, Composer, TileFragments};
-use crate::error::{Error, ErrorKind, Result};
-use crate::kernel::ray::Counts;
-use crate::quality::{Lights, Quality};
-use crate::ranks::{Costs, Part, Ranks, Reader, Share, Words};
+use super::work::{Work, background_blend, ray};
+use crate::compose::{Composer, ReceivedTile, TileFragments};
+use crate::plan::budget::allowed;
+use crate::ranks::{Part, Ranks, TileAssignment, TileCosts, decode_next, encode};
 use crate::raster::{Pixel, Raster, Tile, Tiling, visit};
+use icoray_grid::{Error, ErrorKind, Result};
+use icoray_kernel::Counts;
+use icoray_kernel::ground::Core;
+use icoray_scene::{Lights, Quality};
 use rayon::prelude::*;
 use std::sync::OnceLock;
 use std::time::Instant;
 
-/// What ranks have sent of this rank's tiles.
+/// The head of a message between ranks: the seconds of tiles and the counts of rays. The fragments of tiles follow it.
+type Head = (Vec<f32>, [u64; 6]);
+
+/// The messages of all ranks with the fragments of this rank's tiles.
 pub(super) struct Exchanged {
-    came: Vec<Vec<u8>>,
+    received: Vec<Vec<u8>>,
     /// Seconds of tracing before.
     pub traced_s: f64,
 }
 
-/// Tiles with what each rank has of them.
+/// Tiles with the fragments of each rank.
 pub(super) struct Fragments<'e> {
-    tiles: Vec<(u32, Vec<Came<'e>>)>,
+    tiles: Vec<(u32, Vec<ReceivedTile<'e>>)>,
     /// What rays met on all ranks, told to rank 0.
     met: Counts,
 }
@@ -30,18 +36,18 @@ pub(super) struct Fragments<'e> {
 impl Exchanged {
     /// Finds this rank's tiles, `mine`, in what came.
     pub fn tiles(&self, tiling: &dyn Tiling, mine: &[u32]) -> Result<Fragments<'_>> {
-        let mut readers = Vec::with_capacity(self.came.len());
+        let mut readers = Vec::with_capacity(self.received.len());
         let mut met = Counts::default();
-        for bytes in &self.came {
-            let mut reader = Reader(bytes);
-            reader.get_bytes()?;
-            met += reader.get_counts()?;
-            readers.push(reader.0);
+        for bytes in &self.received {
+            let mut unread = &bytes[..];
+            let (_, counts) = decode_next::<Head>(&mut unread)?;
+            met += Counts::of_numbers(counts);
+            readers.push(unread);
         }
         let mut tiles = Vec::with_capacity(mine.len());
         for tile in mine {
             let rays = tiling.pixels_of(*tile) * tiling.rays_per_pixel();
-            let of_ranks = readers.iter_mut().map(|bytes| Came::take(bytes, rays));
+            let of_ranks = readers.iter_mut().map(|bytes| ReceivedTile::take(bytes, rays));
             tiles.push((*tile, of_ranks.collect::<Result<Vec<_>>>()?));
         }
         if let Some(rank) = readers.iter().position(|rest| !rest.is_empty()) {
@@ -57,26 +63,29 @@ impl Work<'_> {
         &self,
         ranks: &mut Ranks,
         part: &Part,
-        share: &Share,
+        assignment: &TileAssignment,
         tiling: &dyn Tiling,
         on_device: &mut OnDevice,
     ) -> Result<Exchanged> {
         let start = Instant::now();
-        let tiles = ranks.deal_part(tiling, part.mates().len());
+        let tiles = ranks.assign_part_tiles(tiling, part.mates().len());
         let traced = ranks.attempt(|| {
             let mine = &tiles[part.place()];
-            let traced = self.renderer.run(|| self.fragments(part, &share.quality, tiling, mine, on_device));
-            Ok(addressed(ranks, part, &traced, mine, &share.owners))
+            let traced = self
+                .context
+                .renderer
+                .run(|| self.fragments(part, &assignment.quality, tiling, mine, on_device));
+            Ok(addressed(ranks, part, &traced, mine, &assignment.owners))
         });
         let traced_s = start.elapsed().as_secs_f64();
-        let messages = ranks.together(traced)?;
-        let came = ranks.exchange(messages)?;
+        let messages = ranks.collective(traced)?;
+        let received = ranks.exchange(messages)?;
         if let Some(raster) = tiling.raster() {
-            let costs = costs(raster, part, &tiles, &came);
-            let costs = ranks.together(costs)?;
+            let costs = costs(raster, part, &tiles, &received);
+            let costs = ranks.collective(costs)?;
             ranks.keep_part_costs(costs);
         }
-        Ok(Exchanged { came, traced_s })
+        Ok(Exchanged { received, traced_s })
     }
 
     /// The fragments of each tile as bytes, of which only those of `tiles` have any: of a raster the device's, as far as that
@@ -97,7 +106,7 @@ impl Work<'_> {
             traced[tile as usize].get_or_init(|| (bytes, counts, seconds));
         };
         let own = part.own(self.radius[0], self.radius[1]);
-        // What a device takes for a tile is not known.
+        // The device does not report seconds per tile.
         let of_device =
             |tile: u32, fragments: &TileFragments, counts: Counts| keep(tile, fragments, counts, 0.0);
         let left = match tiling.raster() {
@@ -105,13 +114,14 @@ impl Work<'_> {
             None => tiles.to_vec(),
         };
         if !left.is_empty() {
-            let caster = self.rays.caster(quality);
+            let tracer = self.rays.tracer(quality);
             left.par_iter().with_max_len(1).for_each(|tile| {
                 let start = Instant::now();
                 let (mut fragments, mut counts) = (TileFragments::default(), Counts::default());
                 visit(tiling, *tile, |at, hint| {
-                    let (eye, dir) = ray(self.scene, at);
-                    fragments.ray(|found| caster.fragments(part, eye, dir, hint, &mut counts, found));
+                    let (eye, dir) = ray(self.context.scene, at);
+                    fragments
+                        .ray(|found| tracer.fragments(part.region(), eye, dir, hint, &mut counts, found));
                 });
                 keep(*tile, &fragments, counts, start.elapsed().as_secs_f32());
             });
@@ -132,19 +142,19 @@ impl Work<'_> {
     }
 
     /// Puts rays of this rank's tiles together, each tile given away when it is done.
-    pub(super) fn put_together(
+    pub(super) fn compose_tiles(
         &self,
         quality: &Quality,
         tiling: &dyn Tiling,
         fragments: &Fragments,
         give: &(dyn Fn(Tile) + Sync),
     ) {
+        let FrameContext { scene, plan, .. } = *self.context;
         let composer = Composer {
             radius: self.radius,
-            core: self.scene.core,
-            ground: self.ground,
-            shading: self.plan.shading.filter(|_| quality.lights != Lights::Off),
-            budget: allowed(self.scene, quality),
+            core: Core::new(scene.core, self.ground),
+            shading: plan.shading.filter(|_| quality.lights != Lights::Off),
+            budget: allowed(scene, quality),
         };
         fragments.tiles.par_iter().with_max_len(1).enumerate().for_each(|(i, (number, came))| {
             let mut tile = self.tile(&composer, tiling, *number, &mut came.clone());
@@ -155,7 +165,7 @@ impl Work<'_> {
         });
     }
 
-    fn tile(&self, composer: &Composer, tiling: &dyn Tiling, number: u32, came: &mut [Came]) -> Tile {
+    fn tile(&self, composer: &Composer, tiling: &dyn Tiling, number: u32, came: &mut [ReceivedTile]) -> Tile {
         let start = Instant::now();
         let mut counts = Counts::default();
         let mut rays: Vec<Pixel> = Vec::with_capacity(tiling.pixels_of(number) * tiling.rays_per_pixel());
@@ -163,9 +173,9 @@ impl Work<'_> {
         visit(tiling, number, |at, _| {
             fragments.clear();
             came.iter_mut().for_each(|came| came.ray(rays.len(), &mut fragments));
-            let (eye, dir) = ray(self.scene, at);
+            let (eye, dir) = ray(self.context.scene, at);
             let (light, surfaces) = composer.ray(eye, dir, &mut fragments, &mut counts).unzip();
-            let pixel = shown(self.scene, composer.budget.brightest, light);
+            let pixel = background_blend(self.context.scene, composer.budget.brightest, light);
             rays.push(Pixel { surfaces: surfaces.unwrap_or_default(), ..pixel });
         });
         let pixels = tiling.resolve(rays);
@@ -173,14 +183,14 @@ impl Work<'_> {
     }
 }
 
-/// What a rank has traced of its part.
+/// The fragments that a rank traced through its part.
 #[derive(Debug, Default)]
 struct Traced {
     /// Of each tile, its fragments as bytes.
     tiles: Vec<Vec<u8>>,
     /// Of each tile, the seconds that it took.
     seconds: Vec<f32>,
-    /// What rays met.
+    /// Counts of rays.
     counts: Counts,
 }
 
@@ -194,26 +204,21 @@ fn addressed(ranks: &Ranks, part: &Part, traced: &Traced, mine: &[u32], owners: 
     let others = bodies.iter().enumerate().filter(|(rank, _)| *rank != ranks.rank());
     let mut counts = traced.counts;
     counts.fragment_bytes = others.map(|(_, bytes)| bytes.len() as u64).sum();
-    let seconds: Vec<u8> =
-        mine.iter().flat_map(|tile| traced.seconds[*tile as usize].to_le_bytes()).collect();
+    let seconds: Vec<f32> = mine.iter().map(|tile| traced.seconds[*tile as usize]).collect();
     let head = |rank: usize| {
-        let mut words = Words::default();
-        words.put_bytes(if part.mates().contains(&rank) { &seconds } else { &[] });
-        words.put_counts(&if rank == 0 { counts } else { Counts::default() });
-        words.0
+        let seconds = if part.mates().contains(&rank) { &seconds[..] } else { &[] };
+        let counts = if rank == 0 { counts } else { Counts::default() };
+        encode(&(seconds, counts.numbers()))
     };
     bodies.into_iter().enumerate().map(|(rank, body)| [head(rank), body].concat()).collect()
 }
 
 /// The seconds that the tiles of a part took, where each of the ranks that have it traced some of `tiles`.
-fn costs(raster: Raster, part: &Part, tiles: &[Vec<u32>], came: &[Vec<u8>]) -> Result<Costs> {
-    let mut costs = Costs::new(raster);
+fn costs(raster: Raster, part: &Part, tiles: &[Vec<u32>], received: &[Vec<u8>]) -> Result<TileCosts> {
+    let mut costs = TileCosts::new(raster);
     for (mate, tiles) in part.mates().iter().zip(tiles) {
-        let mut seconds = Reader(&came[*mate]);
-        let mut seconds = Reader(seconds.get_bytes()?);
-        for tile in tiles {
-            costs.set(*tile, seconds.get_f32()?.into());
-        }
+        let (seconds, _) = decode_next::<Head>(&mut &received[*mate][..])?;
+        tiles.iter().zip(seconds).for_each(|(tile, seconds)| costs.set(*tile, seconds.into()));
     }
     Ok(costs)
 }

@@ -1,22 +1,24 @@
-//! What is known and made of a field before the first ray.
+//! Computes range, visible blocks and gradients of a field before the first ray.
 
-use super::Setting;
-use super::derived::Derived;
-use super::spare::{LightKey, SightKey};
-use super::work::asked;
-use crate::error::Result;
-use crate::gradient::{self, Gradients, Wanted};
-use crate::kernel::Real;
-use crate::kernel::leap::Visible;
-use crate::kernel::sample::{Sample, Samples};
-use crate::kernel::transfer::Spans;
-use crate::plan::{Sight, clear_values};
-use crate::quality::{Deadline, Lights, Quality};
+use super::context::FrameContext;
+use super::frame_cache::{GradientKey, OccupancyKey};
+use super::lazy::Lazy;
+use super::work::requested_quality;
+use crate::plan::{OccupancyTest, clear_values};
 use crate::ranks::{Part, Ranks};
-use crate::scene::Precision;
+use crate::time_budget::Deadline;
+use icoray_grid::Result;
+use icoray_grid::gradient;
+use icoray_grid::gradient::{GradientOptions, Gradients};
+use icoray_grid::occupancy::OccupancyMask;
+use icoray_grid::real::Real;
+use icoray_grid::sample::{Sample, Samples};
+use icoray_kernel::transfer::Spans;
+use icoray_scene::Precision;
+use icoray_scene::{Lights, Quality};
 
-/// What is known of a field.
-pub(super) struct Known {
+/// Range, missing values, quality and deadline of the first field.
+pub(super) struct FieldSummary {
     pub value_range: Option<[f64; 2]>,
     pub missing_values: u64,
     /// The scene's, or without light where there is no time for gradients.
@@ -24,19 +26,19 @@ pub(super) struct Known {
     pub deadline: Option<Deadline>,
 }
 
-impl Known {
-    /// Of the setting's field. Collective.
-    pub fn of<S: Sample>(setting: &Setting, ranks: &mut Ranks, samples: &Samples<S>) -> Result<Self> {
-        let Setting { renderer, scene, plan, grid, part, field, start, .. } = *setting;
+impl FieldSummary {
+    /// Of the first field. Collective.
+    pub fn of<S: Sample>(context: &FrameContext, ranks: &mut Ranks, samples: &Samples<S>) -> Result<Self> {
+        let FrameContext { renderer, scene, plan, grid, part, start, .. } = *context;
         let range = ranks.attempt(|| {
             renderer.run(|| {
                 Ok(match part {
-                    Some(part) => field.range_over(Some(&|cell| part.tells(cell))),
-                    None => renderer.spare.range(&setting.source, || field.range()),
+                    Some(part) => context.fields[0].field().range_over(Some(&|cell| part.counts(cell))),
+                    None => context.range(0),
                 })
             })
         });
-        let mut range = ranks.together(range)?;
+        let mut range = ranks.collective(range)?;
         if part.is_some() {
             range = Part::whole_range(ranks, range)?;
         }
@@ -44,13 +46,14 @@ impl Known {
         // Ranks with a part together share out the rays through it; those with other parts trace the same ones.
         let sharers = part.map_or(ranks.size(), |part| part.mates().len());
         let deadline = Deadline::of(scene, start, sharers);
-        let mut quality = asked(scene);
+        let mut quality = requested_quality(scene);
         if let (Some(deadline), true) = (deadline, plan.shading.is_some()) {
             let some = || {
-                let (cells, wanted) = (0..grid.cells().div_ceil(64), Wanted { visible: None, packed: false });
+                let (cells, wanted) =
+                    (0..grid.cells().div_ceil(64), GradientOptions { visible: None, packed: false });
                 drop(gradient::gradients(grid, &plan.radius, samples, cells, wanted, Gradients::none()));
             };
-            let has_time = || !setting.needs_gradients() || deadline.has_time_for_gradients(1.0 / 64.0, some);
+            let has_time = || !context.needs_gradients() || deadline.has_time_for_gradients(1.0 / 64.0, some);
             let is_root = ranks.is_root();
             let has_time = ranks.attempt(|| renderer.run(|| Ok(!is_root || has_time())));
             let mine = has_time.map(|has_time| match has_time {
@@ -59,7 +62,7 @@ impl Known {
             });
             quality = ranks.agree_on_quality(mine)?;
         }
-        Ok(Known { value_range, missing_values, quality, deadline })
+        Ok(FieldSummary { value_range, missing_values, quality, deadline })
     }
 
     pub fn is_lit(&self) -> bool {
@@ -67,40 +70,46 @@ impl Known {
     }
 }
 
-/// What can be seen of the field, and what it is known by.
+/// The visible blocks of the field, with their cache key.
 pub(super) fn sight<'f, T: Real, S: Sample>(
-    setting: &'f Setting,
-    known: &Known,
+    context: &'f FrameContext,
+    field_summary: &FieldSummary,
     spans: &Spans<T>,
     samples: Samples<'f, S>,
-) -> (SightKey, Derived<'f, Visible>) {
-    let Setting { renderer, plan, grid, .. } = *setting;
+) -> (OccupancyKey, Lazy<'f, OccupancyMask>) {
+    let FrameContext { renderer, plan, grid, .. } = *context;
     let leaps = renderer.savings.leaps;
-    let clear = if leaps { clear_values(spans, &samples, known.value_range) } else { Vec::new() };
+    let clear = if leaps { clear_values(spans, &samples, field_summary.value_range) } else { Vec::new() };
     let bits = clear.iter().map(|range| range.map(|value| value.wide().to_bits()));
-    let key = SightKey { source: setting.source.clone(), falling: plan.falling, clear: bits.collect() };
-    let sight = Sight { grid, samples, layers: plan.radius.len(), clear };
+    let key =
+        OccupancyKey { source: context.fields[0].source(grid), falling: plan.falling, clear: bits.collect() };
+    let sight = OccupancyTest { grid, samples, layers: plan.radius.len(), clear };
     let asked = key.clone();
-    (key, Derived::of(move || renderer.spare.visible(&asked, |memory| sight.visible(memory))))
+    let find = move || {
+        let cached = renderer.frame_cache.visible.take(&asked);
+        cached.unwrap_or_else(|memory| sight.visible(memory.unwrap_or_default()))
+    };
+    (key, Lazy::of(find))
 }
 
-/// The gradients that light asks for, and what they are known by; `None` without light.
+/// The gradients for lighting, with their cache key; `None` without light.
 ///
-/// Other ranks are given those of halo cells, and what a device leaves may be anywhere: there they are whole, and all of them.
+/// They are computed in visible blocks only and may be packed, unless other ranks need those of halo cells or the
+/// picture is drawn by a device, which may leave tiles anywhere.
 pub(super) fn gradients<'f, S: Sample>(
-    setting: &'f Setting,
-    known: &Known,
+    context: &'f FrameContext,
+    field_summary: &FieldSummary,
     samples: Samples<'f, S>,
     range: [f64; 2],
-    (sight, visible): (&SightKey, &'f Derived<Visible>),
-) -> (Option<LightKey>, Derived<'f, Gradients>) {
-    let Setting { renderer, plan, grid, part, .. } = *setting;
-    let is_own = setting.device.is_err() && part.is_none();
+    (sight, visible): (&OccupancyKey, &'f Lazy<OccupancyMask>),
+) -> (Option<GradientKey>, Lazy<'f, Gradients>) {
+    let FrameContext { renderer, plan, grid, part, .. } = *context;
+    let is_own = context.device.is_err() && part.is_none();
     let savings = renderer.savings;
-    let packed = is_own && savings.packing && has_room_for_packing(setting);
+    let packed = is_own && savings.packing && has_room_for_packing(context);
     let visible = (is_own && savings.gradients).then_some(visible);
-    let key = LightKey {
-        source: setting.source.clone(),
+    let key = GradientKey {
+        source: context.fields[0].source(grid),
         falling: plan.falling,
         range,
         radius: plan.radius.clone(),
@@ -108,48 +117,50 @@ pub(super) fn gradients<'f, S: Sample>(
         sight: visible.map(|_| sight.clone()),
         heights: None,
     };
-    if !known.is_lit() {
-        return (None, Derived::of(Gradients::none));
+    if !field_summary.is_lit() {
+        return (None, Lazy::of(Gradients::none));
     }
     let asked = key.clone();
     let compute = move || {
-        let wanted = Wanted { visible: visible.map(Derived::get), packed };
-        let all = |memory| gradient::gradients(grid, &plan.radius, &samples, 0..grid.cells(), wanted, memory);
-        renderer.spare.gradients(&asked, all)
+        let wanted = GradientOptions { visible: visible.map(Lazy::get), packed };
+        renderer.frame_cache.gradients.take(&asked).unwrap_or_else(|memory| {
+            let memory = memory.unwrap_or_else(Gradients::none);
+            gradient::gradients(grid, &plan.radius, &samples, 0..grid.cells(), wanted, memory)
+        })
     };
-    (Some(key), Derived::of(compute))
+    (Some(key), Lazy::of(compute))
 }
 
 /// Whether the scene's tolerance is far above what packing does to light: it turns normals by 1e-5.
-fn has_room_for_packing(setting: &Setting) -> bool {
+fn has_room_for_packing(context: &FrameContext) -> bool {
     const TURN: f64 = 1e-5;
     let off =
-        setting.plan.shading.map_or(0.0, |s| TURN * (s.diffuse + s.specular * s.shininess.max(1.0).sqrt()));
-    setting.scene.precision == Precision::F32 && off <= 0.05 * setting.scene.tolerance
+        context.plan.shading.map_or(0.0, |s| TURN * (s.diffuse + s.specular * s.shininess.max(1.0).sqrt()));
+    context.scene.precision == Precision::F32 && off <= 0.05 * context.scene.tolerance
 }
 
-/// Makes ready what is asked for anyway, and completes gradients by those of other ranks. Collective.
+/// Computes what the CPU needs in any case, and fills gradients of halo cells from other ranks. Collective.
 pub(super) fn complete(
-    setting: &Setting,
+    context: &FrameContext,
     ranks: &mut Ranks,
-    visible: &Derived<Visible>,
-    gradients: &mut Derived<Gradients>,
+    visible: &Lazy<OccupancyMask>,
+    gradients: &mut Lazy<Gradients>,
     is_lit: bool,
 ) -> Result<()> {
     let computed = ranks.attempt(|| {
-        setting.renderer.run(|| {
-            if setting.device.is_err() {
+        context.renderer.run(|| {
+            if context.device.is_err() {
                 visible.get();
             }
-            if setting.needs_gradients() {
+            if context.needs_gradients() {
                 gradients.get();
             }
             Ok(())
         })
     });
-    ranks.together(computed)?;
-    if let (Some(part), true) = (setting.part, is_lit) {
-        let layers = setting.plan.radius.len();
+    ranks.collective(computed)?;
+    if let (Some(part), true) = (context.part, is_lit) {
+        let layers = context.plan.radius.len();
         let all = gradients.get_mut().whole_mut();
         part.fill_halo(ranks, all, |all, cell| &mut all[cell as usize * layers..][..layers])?;
     }

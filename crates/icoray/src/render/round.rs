@@ -1,16 +1,19 @@
 //! A round of a picture: tiles that are shared out among ranks, traced and gathered. A picture has one, and one more of the pixels at
 //! edges where there are any.
 
-use super::Setting;
+use super::context::FrameContext;
 use super::device::OnDevice;
 use super::progress::{Progress, reported};
 use super::work::Work;
-use crate::edges::{self, EdgePixels};
-use crate::error::Result;
-use crate::frame::Counts;
-use crate::quality::{Deadline, Quality};
-use crate::ranks::{Ranks, Share};
+use crate::edges;
+use crate::edges::EdgePixels;
+use crate::ranks::{Ranks, TileAssignment};
 use crate::raster::{Pixel, Raster, Tile, Tiling};
+use crate::time_budget::Deadline;
+use icoray_grid::Result;
+use icoray_kernel::Counts;
+use icoray_output::RanksReport;
+use icoray_scene::Quality;
 use std::time::Instant;
 
 /// A picture's pixels, and what its rays met.
@@ -21,25 +24,18 @@ pub(super) type Drawn = (Vec<Pixel>, Counts);
 pub(super) struct Cost {
     /// Seconds until all was traced.
     pub render_s: f64,
-    /// Seconds in which rays were put together of fragments.
-    pub compose_s: f64,
-    /// Seconds in which rank 0 waited for others.
-    pub gather_s: f64,
-    /// How even ranks were loaded.
-    pub balance: f64,
-    /// Bytes that rank 0 received.
-    pub bytes_received: u64,
+    /// Seconds, balance and bytes of work between ranks.
+    pub ranks: RanksReport,
 }
 
 /// How the rounds of a picture are drawn.
-pub(super) struct Rounds<'p, 'f, 'w, 'd> {
-    pub setting: &'p Setting<'f>,
+pub(super) struct Rounds<'p, 'w, 'd> {
     pub work: &'p Work<'w>,
     pub on_device: &'p mut OnDevice<'d>,
     pub cost: Cost,
 }
 
-impl Rounds<'_, '_, '_, '_> {
+impl Rounds<'_, '_, '_> {
     /// Traces the tiles of `tiling`, told to `progress`. What came of it is to be agreed on: at rank 0 all tiles, or why there are not.
     /// Collective.
     ///
@@ -49,19 +45,20 @@ impl Rounds<'_, '_, '_, '_> {
         &mut self,
         ranks: &mut Ranks,
         tiling: &dyn Tiling,
-        share: &Share,
+        assignment: &TileAssignment,
         progress: Option<&Progress>,
     ) -> Result<Result<Vec<Tile>>> {
-        let Setting { renderer, part, .. } = *self.setting;
+        let FrameContext { renderer, part, .. } = *self.work.context;
         let (work, on_device) = (self.work, &mut *self.on_device);
         let start = Instant::now();
-        let exchanged = part.map(|part| work.exchange(ranks, part, share, tiling, on_device)).transpose()?;
-        let mine = share.tiles_of(ranks.rank());
-        let fragments = exchanged.as_ref().map(|e| ranks.together(e.tiles(tiling, &mine))).transpose()?;
+        let exchanged =
+            part.map(|part| work.exchange(ranks, part, assignment, tiling, on_device)).transpose()?;
+        let mine = assignment.tiles_of(ranks.rank());
+        let fragments = exchanged.as_ref().map(|e| ranks.collective(e.tiles(tiling, &mine))).transpose()?;
         let trace = |give: &(dyn Fn(Tile) + Sync)| {
             reported(progress, mine.len(), give, |give| match &fragments {
-                Some(fragments) => work.put_together(&share.quality, tiling, fragments, give),
-                None => work.trace(&share.quality, tiling, &mine, on_device, give),
+                Some(fragments) => work.compose_tiles(&assignment.quality, tiling, fragments, give),
+                None => work.trace(&assignment.quality, tiling, &mine, on_device, give),
             });
         };
         let traced_s = exchanged.as_ref().map_or(0.0, |exchanged| exchanged.traced_s);
@@ -69,12 +66,12 @@ impl Rounds<'_, '_, '_, '_> {
         let gathered = ranks.gather(&renderer.threads, tiling, traced_s, trace);
         Ok(gathered.map(|gathered| {
             let cost = &mut self.cost;
-            cost.render_s += ready_s + gathered.drawn_s - traced_s;
-            cost.compose_s += if part.is_some() { gathered.drawn_s - traced_s } else { 0.0 };
-            cost.gather_s += gathered.gather_s;
-            cost.bytes_received += gathered.bytes_received;
+            cost.render_s += ready_s + gathered.render_s - traced_s;
+            cost.ranks.compose_s += if part.is_some() { gathered.render_s - traced_s } else { 0.0 };
+            cost.ranks.gather_s += gathered.gather_s;
+            cost.ranks.bytes_received += gathered.bytes_received;
             if tiling.raster().is_some() {
-                cost.balance = gathered.balance;
+                cost.ranks.balance = gathered.balance;
             }
             gathered.tiles
         }))
@@ -85,10 +82,10 @@ impl Rounds<'_, '_, '_, '_> {
         &mut self,
         ranks: &mut Ranks,
         raster: Raster,
-        share: &Share,
+        assignment: &TileAssignment,
     ) -> Result<Result<Option<Drawn>>> {
-        let renderer = self.setting.renderer;
-        let tiles = self.trace(ranks, &raster, share, renderer.progress.as_ref())?;
+        let renderer = self.work.context.renderer;
+        let tiles = self.trace(ranks, &raster, assignment, renderer.progress.as_ref())?;
         let is_root = ranks.is_root();
         let assemble = |tiles: Vec<Tile>| {
             is_root.then(|| ranks.attempt(|| renderer.run(|| Ok(raster.assemble(&tiles))))).transpose()
@@ -106,7 +103,7 @@ impl Rounds<'_, '_, '_, '_> {
         deadline: Option<Deadline>,
         drawn: Result<Option<Drawn>>,
     ) -> Result<(u64, Result<Option<Drawn>>)> {
-        let Setting { renderer, scene, .. } = *self.setting;
+        let FrameContext { renderer, scene, .. } = *self.work.context;
         if self.work.edges.is_none() || quality.pixel_step > 1 {
             return Ok((0, drawn));
         }
@@ -117,17 +114,17 @@ impl Rounds<'_, '_, '_, '_> {
                 let found = renderer.run(find);
                 let rays = (found.count() * edges::RAYS) as f64 / picture.len() as f64;
                 let has_time = deadline.is_none_or(|deadline| deadline.has_time_for(render_s * rays));
-                Ok(if has_time { found.bytes() } else { Vec::new() })
+                Ok(if has_time { found.into_numbers() } else { Vec::new() })
             }),
             None => Ok(Vec::new()),
         });
-        let found = EdgePixels::of_bytes(&ranks.hear_root(found)?, raster);
+        let found = EdgePixels::of_numbers(ranks.hear_root(found)?, raster);
         if found.count() == 0 {
             return Ok((0, drawn));
         }
         // Neighbours among the tiles are about as dear.
         let owners = (0..found.tiles()).map(|tile| tile % ranks.size() as u32).collect();
-        let tiles = self.trace(ranks, &found, &Share { quality, owners }, None)?;
+        let tiles = self.trace(ranks, &found, &TileAssignment { quality, owners }, None)?;
         let replace = |(mut picture, mut counts): Drawn, tiles: &[Tile]| {
             counts += ranks.attempt(|| Ok(found.replace(tiles, &mut picture)))?;
             Ok((picture, counts))

@@ -1,24 +1,24 @@
-//! What conditions ask of a field, on the renderer's threads and over all ranks.
+//! Statistics of a field for conditions, over all ranks.
 
-use super::Renderer;
-use crate::error::Result;
-use crate::field::Field;
-use crate::ranks::{Held, Ranks};
-use crate::script::{Statistic, Summary};
+use super::renderer::Renderer;
+use crate::ranks::{Decomposition, Ranks};
+use icoray_grid::Field;
+use icoray_grid::Result;
+use icoray_scene::{Statistic, Summary};
 
 impl Renderer {
-    /// The statistics of a field that `asked` has, the same on all ranks to the last bit, so that what they decide by them
-    /// is too. Of a field of which each rank has what `held` says, they are over the values of all ranks, each once; of one
-    /// that every rank has whole they are rank 0's. Collective.
+    /// The statistics `asked` of a field, bitwise equal on all ranks, so that decisions based on them are too. With the
+    /// decomposition `held` they cover the values of all ranks, each once; if every rank has the whole field they are
+    /// rank 0's. Collective.
     ///
     /// # Errors
-    /// The same on all ranks: [`ErrorKind::Field`](crate::ErrorKind::Field) where a field has not the columns that its rank
-    /// has; [`ErrorKind::Mpi`](crate::ErrorKind::Mpi) when the transport fails.
+    /// The same on all ranks: [`ErrorKind::Field`](icoray_grid::ErrorKind::Field) where a field has not the columns that its rank
+    /// has; [`ErrorKind::Mpi`](icoray_grid::ErrorKind::Mpi) when the transport fails.
     pub fn summary(
         &self,
         ranks: &mut Ranks,
         field: &Field,
-        held: Option<&Held>,
+        held: Option<&Decomposition>,
         asked: &[Statistic],
     ) -> Result<Summary> {
         let mine = ranks.attempt(|| {
@@ -26,18 +26,22 @@ impl Renderer {
             let is_own = own.as_ref().map(|own| |column: usize| own[column]);
             Ok(self.run(|| Summary::of(field, is_own.as_ref().map(|is_own| is_own as _), asked)))
         });
-        let mine = ranks.together(mine)?;
-        Summary::of_all(&ranks.share(&mine.words(held.is_some()).0)?)
+        let mine = ranks.collective(mine)?;
+        let summaries = ranks.share_values(&(held.is_some(), mine))?;
+        // Rank 0's own where it has the whole field, else that of the own columns of all ranks.
+        let count = if summaries[0].0 { summaries.len() } else { 1 };
+        let counted = summaries.into_iter().take(count);
+        Ok(counted.fold(Summary::NOTHING, |all, (_, summary)| all.joined(summary)))
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::field::Location;
     use crate::ranks::{Owned, PartCells, local_team};
-    use crate::shape::Shape;
-    use crate::{ErrorKind, Grid, IcosahedralMesh};
+    use icoray_grid::Location;
+    use icoray_grid::Shape;
+    use icoray_grid::{ErrorKind, Grid, IcosahedralMesh};
     use std::thread;
 
     const ASKED: [Statistic; 3] = [Statistic::Min, Statistic::Max, Statistic::Mean];
@@ -60,19 +64,24 @@ mod tests {
         (0..columns * LAYERS).map(|at| value(at / LAYERS)).collect()
     }
 
-    fn summary_of(ranks: &mut Ranks, values: &[f32], at: Location, held: Option<&Held>) -> Result<Summary> {
+    fn summary_of(
+        ranks: &mut Ranks,
+        values: &[f32],
+        at: Location,
+        held: Option<&Decomposition>,
+    ) -> Result<Summary> {
         let shape = Shape::level_fastest(values.len() / LAYERS, LAYERS);
         let field = Field::new(values.into(), shape, at, None).unwrap();
         Renderer::new(1).unwrap().summary(ranks, &field, held, &ASKED)
     }
 
     /// Parts of the whole grid, of stretches of its cells.
-    fn parts(ranks: &mut Ranks, grid: &Grid) -> Held {
+    fn parts(ranks: &mut Ranks, grid: &Grid) -> Decomposition {
         let global: Vec<i64> = (0..grid.cells() as i64).collect();
         let is_own = |cell: usize| cell * ranks.size() / grid.cells() == ranks.rank();
         let marks: Vec<i32> = (0..grid.cells()).map(|cell| is_own(cell).into()).collect();
         let said = PartCells { global: global.as_slice().into(), owned: Owned::Marked(&marks) };
-        Held::new(ranks, grid, &said).unwrap()
+        Decomposition::new(ranks, grid, &said).unwrap()
     }
 
     fn numbers(summaries: Vec<Result<Summary>>) -> [f64; 3] {
@@ -115,8 +124,8 @@ mod tests {
             let global: Vec<i64> = if rank == 0 { (0..cells).collect() } else { vec![4] };
             let marks: Vec<i32> = global.iter().map(|cell| ((*cell == 4) == (rank == 1)).into()).collect();
             let said = PartCells { global: global.as_slice().into(), owned: Owned::Marked(&marks) };
-            let held = Held::new(ranks, grid, &said).unwrap();
-            assert!(matches!(held, Held::Columns(_)));
+            let held = Decomposition::new(ranks, grid, &said).unwrap();
+            assert!(matches!(held, Decomposition::Columns(_)));
             let values = values(global.len(), 7 * rank, |column| marks[column] == 1);
             summary_of(ranks, &values, Location::Center, Some(&held))
         });

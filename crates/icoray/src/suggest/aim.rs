@@ -1,8 +1,8 @@
-//! Where the camera is.
+//! The place of the camera.
 
 use super::survey::Survey;
-use crate::grid::Grid;
 use glam::DVec3;
+use icoray_grid::Grid;
 use std::f64::consts::PI;
 
 /// Bands of latitude whose means are zonal means.

@@ -26,7 +26,7 @@
 //! let options = suggest::Options { size: Some((320, 240)), ..Default::default() };
 //! let text = suggest::scene("w", &grid, &layers, &field, &options)?;
 //! let scene = Scene::parse(&text)?;
-//! assert_eq!((scene.field.as_str(), scene.width), ("w", 320));
+//! assert_eq!((scene.field(), scene.width), ("w", 320));
 //! # Ok::<(), icoray::Error>(())
 //! ```
 
@@ -39,12 +39,12 @@ mod survey;
 mod tests;
 mod text;
 
-use crate::error::{Error, ErrorKind, Result};
-use crate::field::{CenterField, Field, Location};
-use crate::grid::Grid;
-use crate::layers::Layers;
-use crate::scene::{Adapter, Backend, Level};
 use aim::Aim;
+use icoray_grid::Grid;
+use icoray_grid::Layers;
+use icoray_grid::{CenterField, Field, Location};
+use icoray_grid::{Error, ErrorKind, Result};
+use icoray_scene::{Adapter, Backend, Level};
 use look::Look;
 use survey::Survey;
 
@@ -74,7 +74,7 @@ pub struct Options {
     pub surface: Option<Level>,
     /// Width and height of the picture, pixels.
     pub size: Option<(u32, u32)>,
-    /// Largest error of a channel ([`Scene::tolerance`](crate::Scene::tolerance)).
+    /// Largest error of a channel ([`Scene::tolerance`](icoray_scene::Scene::tolerance)).
     pub tolerance: Option<f64>,
     /// Who traces rays.
     pub backend: Option<Backend>,
@@ -132,10 +132,10 @@ impl Options {
 /// # Errors
 /// [`ErrorKind::Argument`] with the names that there are.
 pub fn check_color_map(name: &str) -> Result<()> {
-    if crate::scene::is_color_map(name) {
+    if icoray_scene::is_color_map(name) {
         return Ok(());
     }
-    let maps = crate::scene::color_maps();
+    let maps = icoray_scene::color_maps();
     let context = format!("colour map {name:?}, expected one of {maps}, or one with _r behind it");
     Err(Error::new(ErrorKind::Argument, context))
 }

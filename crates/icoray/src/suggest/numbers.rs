@@ -24,7 +24,7 @@ fn scaled(whole: f64, exponent: i32) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::numbers::text;
+    use icoray_grid::numbers::text;
 
     #[test]
     fn numbers_are_short() {

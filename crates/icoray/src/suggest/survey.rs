@@ -1,10 +1,10 @@
-//! What the values of a field are like: percentiles, and how much of the variance lies between layers.
+//! Statistics of a field's values: percentiles, and the fraction of the variance that lies between layers.
 
-use crate::field::Field;
-use crate::layers::Layers;
+use icoray_grid::Field;
+use icoray_grid::Layers;
 
 /// Values that are looked at, at most; of larger fields each k-th column is.
-const MOST: usize = 1 << 20;
+const MAX_SAMPLES: usize = 1 << 20;
 
 /// A field, looked at once. Each value counts the same: layers count most where the model has many of them.
 pub(super) struct Survey<'f> {
@@ -28,7 +28,7 @@ impl<'f> Survey<'f> {
         let height: Vec<f64> = layers.radius_m().iter().map(|radius| radius / planet - 1.0).collect();
         let shown = only.map_or_else(|| (0..height.len()).collect(), |layer| vec![layer]);
         let shape = field.shape();
-        let step = (shape.columns * shape.layers).div_ceil(MOST).max(1);
+        let step = (shape.columns * shape.layers).div_ceil(MAX_SAMPLES).max(1);
         let mut survey = Survey { field, height, shown, step, sorted: Vec::new(), stratified: 0.0 };
         let mut sorted = Vec::new();
         survey.each(|_, _, value| sorted.push(value));

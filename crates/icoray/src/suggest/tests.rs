@@ -1,8 +1,8 @@
 //! Scenes for made fields: what is taken of each kind of distribution, and that the text says what was asked for.
 
 use super::*;
-use crate::scene::{ColorRange, Pattern, Scene};
-use crate::{IcosahedralMesh, Shape};
+use icoray_grid::{IcosahedralMesh, Shape};
+use icoray_scene::{ColorRange, Pattern, Scene};
 
 const HEIGHT_M: [f64; 6] = [0.0, 2e3, 4e3, 8e3, 12e3, 20e3];
 const EARTH_M: f64 = 6.371e6;
@@ -35,9 +35,13 @@ fn wave(lon: f64, lat: f64, _: f64) -> f64 {
 #[test]
 fn both_signs_have_a_diverging_map_about_0_and_are_clear_there() {
     let scene = scene_for(wave, &Options::default());
-    let [low, high] = scene.transfer.range();
-    assert!(low == -high && scene.transfer.at(0.0).1 == 0.0 && scene.transfer.at(high).1 > 1.0);
-    assert!(scene.coloring.unwrap().describe().starts_with("vik"));
+    let [low, high] = scene.volumes[0].transfer.range();
+    assert!(
+        low == -high
+            && scene.volumes[0].transfer.at(0.0).1 == 0.0
+            && scene.volumes[0].transfer.at(high).1 > 1.0
+    );
+    assert!(scene.volumes[0].coloring.as_ref().unwrap().describe().starts_with("vik"));
     // The camera is over the wave: 115°E 40°N.
     let [lon, lat, ..] = scene.camera.place();
     assert!((lon - 115.0).abs() < 11.0 && (lat - 40.0).abs() < 11.0, "{lon} {lat}");
@@ -57,11 +61,11 @@ fn the_shell_is_a_tenth_of_the_planet_and_all_of_it_is_in_the_picture() {
 fn stratified_fields_are_shells_that_end_at_the_ground() {
     let theta = |_: f64, lat: f64, height: f64| 300.0 - 40.0 * lat.sin().powi(2) + 4e-3 * height;
     let scene = scene_for(theta, &Options::default());
-    let knots = &scene.transfer.knots;
+    let knots = &scene.volumes[0].transfer.knots;
     let peaks = knots.windows(3).filter(|w| w[1].extinction > w[0].extinction.max(w[2].extinction)).count();
     assert!((2..=3).contains(&peaks), "{knots:?}");
     // Clear between the shells and beyond them.
-    assert!(scene.transfer.at(200.0).1 == 0.0 && scene.transfer.at(500.0).1 == 0.0);
+    assert!(scene.volumes[0].transfer.at(200.0).1 == 0.0 && scene.volumes[0].transfer.at(500.0).1 == 0.0);
     assert!(knots.iter().filter(|knot| knot.extinction == 0.0).count() >= 2 * peaks);
 }
 
@@ -74,17 +78,20 @@ fn a_long_tail_is_shown_alone() {
         let text = text_for(value, &Options::default()).unwrap();
         assert!(text.contains(kind), "{text}");
         let scene = Scene::parse(&text).unwrap();
-        let [low, high] = scene.transfer.range();
+        let [low, high] = scene.volumes[0].transfer.range();
         let opaque = if sign > 0.0 { [low, high] } else { [high, low] };
-        assert!(scene.transfer.at(opaque[0]).1 == 0.0 && scene.transfer.at(opaque[1]).1 > 1.0);
+        assert!(
+            scene.volumes[0].transfer.at(opaque[0]).1 == 0.0
+                && scene.volumes[0].transfer.at(opaque[1]).1 > 1.0
+        );
     }
 }
 
 #[test]
 fn other_fields_are_seen_throughout() {
     let scene = scene_for(|lon, lat, _| 280.0 + 20.0 * lat.sin() + 5.0 * lon.sin(), &Options::default());
-    let [low, high] = scene.transfer.range();
-    let least = (0..=20).map(|i| scene.transfer.at(low + 0.05 * f64::from(i) * (high - low)).1);
+    let [low, high] = scene.volumes[0].transfer.range();
+    let least = (0..=20).map(|i| scene.volumes[0].transfer.at(low + 0.05 * f64::from(i) * (high - low)).1);
     assert!(least.fold(f64::INFINITY, f64::min) > 0.3 && scene.lighting.is_none());
     assert!(scene.scenery.lines.iter().all(|lines| lines.on == Level::Top));
 }
@@ -111,7 +118,7 @@ fn what_is_asked_for_is_in_the_text() {
     let [lon, lat, distance, _] = scene.camera.place();
     assert!((lon + 60.0).abs() < 1e-9 && (lat - 12.5).abs() < 1e-9 && (distance - 3.0).abs() < 1e-9);
     assert_eq!((scene.exaggeration, scene.width, scene.height, scene.tolerance), (7.0, 33, 21, 1e-5));
-    let coloring = scene.coloring.unwrap();
+    let coloring = scene.volumes[0].coloring.as_ref().unwrap();
     assert_eq!(coloring.range(), ColorRange::Fixed([-2e-6, 4e-6]));
     assert!(coloring.describe().starts_with("plasma_r"));
     assert_eq!((scene.backend, scene.device), (Backend::Cpu, options.device));
@@ -150,5 +157,5 @@ fn what_cannot_be_shown_is_an_error() {
     }
     // A constant field is drawn.
     let scene = scene_for(|_, _, _| 7.0, &Options::default());
-    assert!(scene.transfer.at(7.0).1 > 0.0);
+    assert!(scene.volumes[0].transfer.at(7.0).1 > 0.0);
 }

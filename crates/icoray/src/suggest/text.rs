@@ -4,9 +4,9 @@ use super::aim::Aim;
 use super::look::{Kind, Look};
 use super::numbers::to_step;
 use super::{FILLED, FOV_DEG, Options};
-use crate::layers::Layers;
-use crate::numbers::text as number;
-use crate::scene::{Adapter, Backend, Level};
+use icoray_grid::Layers;
+use icoray_grid::numbers::text as number;
+use icoray_scene::{Adapter, Backend, Level};
 use std::fmt::Write;
 
 /// Radii of planets that have Earth's coasts, metres.

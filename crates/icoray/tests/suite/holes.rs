@@ -4,12 +4,12 @@
 
 use glam::DVec3;
 use icoray::{
-    CenterField, ErrorKind, Field, Grid, IcosahedralMesh, Layers, Location, Renderer, Scene, Shape, Stretch,
-    Traversal,
+    CenterField, ErrorKind, Grid, IcosahedralMesh, Layers, Location, Renderer, Scene, Stretch, Traversal,
 };
 use std::f64::consts::TAU;
 use std::ops::ControlFlow;
 
+use crate::common::{FAR, NEAR, at_centers, columns_of, difference, level_fastest, pixel_difference, rays};
 use crate::culled::{Culled, Hole, Mark, Style, holes, towards};
 
 const LAYERS: usize = 4;
@@ -41,19 +41,9 @@ fn scene(camera: &str, rest: &str) -> Scene {
     .unwrap()
 }
 
-const FAR: [&str; 3] = [
-    "lon = 20\nlat = 35\ndistance = 3.2\nfov = 45",
-    "lon = -100\nlat = -60\ndistance = 1.9\nfov = 60",
-    "lon = 25\nlat = 89.999\ndistance = 1.4\nfov = 90",
-];
+const POLE: &str = "lon = 25\nlat = 89.999\ndistance = 1.4\nfov = 90";
 /// Inside the shell, which ends at 1.19 radii.
 const INSIDE: &str = "lon = 26\nlat = 33\ndistance = 1.1\nfov = 110";
-
-/// The most that two pictures differ by in a channel.
-fn difference(one: &[[f32; 4]], other: &[[f32; 4]]) -> f32 {
-    let channels = one.iter().flatten().zip(other.iter().flatten());
-    channels.map(|(a, b)| (a - b).abs()).fold(0.0, f32::max)
-}
 
 /// Every side leads to a triangle that leads back, whose vertices are the same two.
 fn assert_closed(grid: &Grid, name: &str) {
@@ -144,31 +134,27 @@ fn a_hole_looks_like_missing_values() {
     // An opaque core is made of facets, which differ between a hole and data.
     let scene = |camera, rest| scene(camera, &format!("core = \"transparent\"\nprecision = {rest}"));
     let scenes = [
-        (scene(FAR[0], "\"f64\""), 0.0f32),
-        (scene(FAR[1], "\"f64\"\nmethod = \"paper\""), 0.0f32),
-        (scene(FAR[2], "\"f32\""), 0.0f32),
+        (scene(FAR, "\"f64\""), 0.0f32),
+        (scene(NEAR, "\"f64\"\nmethod = \"paper\""), 0.0f32),
+        (scene(POLE, "\"f32\""), 0.0f32),
         (scene(INSIDE, "\"f64\""), 0.0f32),
         // Gradients beside a hole are summed in another order.
-        (scene(FAR[0], "\"f64\"|[light]\nkind = \"headlight\""), 1e-6),
+        (scene(FAR, "\"f64\"|[light]\nkind = \"headlight\""), 1e-6),
     ];
     let (mut drawn, mut differing, mut worst) = (0, 0, 0.0f32);
     each_hole(3, |mesh, (name, stays), culled| {
         let whole = Grid::new(mesh.tables()).unwrap();
         let mut all = values(directions(&mesh.lon_center_rad, &mesh.lat_center_rad));
-        let shape = Shape::level_fastest(culled.cells.len(), LAYERS);
-        let kept: Vec<f64> =
-            culled.cells.iter().flat_map(|&c| all[c * LAYERS..(c + 1) * LAYERS].to_vec()).collect();
+        let kept = columns_of(&all, &culled.cells, LAYERS);
         for (values, _) in all.chunks_exact_mut(LAYERS).zip(stays).filter(|(_, stays)| !**stays) {
             values.fill(f64::NAN);
         }
         let grid = culled.grid();
-        let field = Field::new(kept.as_slice().into(), shape, Location::Center, None).unwrap();
-        let masked = Shape::level_fastest(mesh.cells(), LAYERS);
-        let masked = Field::new(all.as_slice().into(), masked, Location::Center, None).unwrap();
+        let (field, masked) = (at_centers(&kept, LAYERS), at_centers(&all, LAYERS));
         for (i, (scene, allowed)) in scenes.iter().enumerate() {
             let one = renderer.render(scene, &grid, &layers, &field).unwrap();
             let other = renderer.render(scene, &whole, &layers, &masked).unwrap();
-            let off = difference(&one.pixels, &other.pixels);
+            let off = difference(&one, &other);
             differing += usize::from(off > 0.0 && *allowed == 0.0);
             worst = if *allowed == 0.0 { worst.max(off) } else { worst };
             assert!(off <= *allowed, "{name}, scene {i}: {off:e}");
@@ -188,41 +174,32 @@ fn what_is_there_is_drawn_as_in_the_whole_mesh() {
     let renderer = Renderer::new(2).unwrap();
     let layers = Layers::from_heights(&HEIGHT_M, 6371e3).unwrap();
     let (mut same, mut meeting) = (0, 0);
-    for (precision, camera) in [("f64", FAR[0]), ("f32", FAR[1]), ("f32", FAR[2]), ("f64", INSIDE)] {
+    for (precision, camera) in [("f64", FAR), ("f32", NEAR), ("f32", POLE), ("f64", INSIDE)] {
         let scene = scene(camera, &format!("precision = \"{precision}\""));
         each_hole(3, |mesh, (name, stays), culled| {
             let whole = Grid::new(mesh.tables()).unwrap();
             let all = values(directions(&mesh.lon_center_rad, &mesh.lat_center_rad));
-            let kept: Vec<f64> =
-                culled.cells.iter().flat_map(|&c| all[c * LAYERS..(c + 1) * LAYERS].to_vec()).collect();
-            let grid = culled.grid();
+            let kept = columns_of(&all, &culled.cells, LAYERS);
             let draw = |grid: &Grid, values: &[f64]| {
-                let shape = Shape::level_fastest(grid.cells(), LAYERS);
-                let field = Field::new(values.into(), shape, Location::Center, None).unwrap();
-                renderer.render(&scene, grid, &layers, &field).unwrap().pixels
+                renderer.render(&scene, grid, &layers, &at_centers(values, LAYERS)).unwrap()
             };
-            let (one, other) = (draw(&grid, &kept), draw(&whole, &all));
+            let (one, other) = (draw(&culled.grid(), &kept), draw(&whole, &all));
             let radius: Vec<f64> = HEIGHT_M.iter().map(|h| 1.0 + 60.0 * h / 6371e3).collect();
             let traversal = Traversal::new(&whole, &radius).unwrap();
-            let eye = DVec3::from_array(scene.camera.eye());
-            for y in 0..scene.height {
-                for x in 0..scene.width {
-                    let dir = DVec3::from_array(scene.camera.direction(x, y, scene.width, scene.height));
-                    let mut meets = false;
-                    traversal.ray(eye, dir, &mut 0, |stretch| {
-                        if let Stretch::Frustum(f) = stretch {
-                            meets |= f.cells.iter().any(|&cell| !stays[cell as usize]);
-                        }
-                        ControlFlow::Continue(())
-                    });
-                    let i = (y * scene.width + x) as usize;
-                    if meets {
-                        meeting += 1;
-                    } else {
-                        same += 1;
-                        let off = difference(&one[i..=i], &other[i..=i]);
-                        assert!(off == 0.0, "{name}: {off:e} at {x}, {y}: {:?} {:?}", one[i], other[i]);
+            for (i, (eye, dir)) in rays(&scene).enumerate() {
+                let mut meets = false;
+                traversal.ray(eye, dir, &mut 0, |stretch| {
+                    if let Stretch::Frustum(f) = stretch {
+                        meets |= f.cells.iter().any(|&cell| !stays[cell as usize]);
                     }
+                    ControlFlow::Continue(())
+                });
+                if meets {
+                    meeting += 1;
+                } else {
+                    same += 1;
+                    let off = pixel_difference(&one, &other, i);
+                    assert!(off == 0.0, "{name}: {off:e} at pixel {i}");
                 }
             }
         });
@@ -240,9 +217,7 @@ fn corners_that_are_there_are_averaged() {
         if there.is_empty() {
             return;
         }
-        let shape = Shape::level_fastest(there.len(), 1);
-        let field = Field::new(there.as_slice().into(), shape, Location::Corner, None).unwrap();
-        let centers = CenterField::average(&grid, &field).unwrap();
+        let centers = CenterField::average(&grid, &level_fastest(&there, 1, Location::Corner)).unwrap();
         for (i, &cell) in culled.cells.iter().enumerate() {
             let names = |corner: &&usize| mesh.corner_cell[3 * **corner..][..3].contains(&(cell as i32));
             let around: Vec<f64> = culled.corners.iter().filter(names).map(|&corner| at(corner)).collect();
@@ -259,17 +234,12 @@ fn corners_that_are_there_are_averaged() {
 fn the_core_shows_through_holes() {
     let renderer = Renderer::new(2).unwrap();
     let layers = Layers::from_heights(&HEIGHT_M, 6371e3).unwrap();
-    let scene = scene(FAR[0], "core = \"#ff0000\"\nprecision = \"f64\"");
-    let eye = DVec3::from_array(scene.camera.eye());
+    let scene = scene(FAR, "core = \"#ff0000\"\nprecision = \"f64\"");
     each_hole(3, |_, (name, _), culled| {
         let grid = culled.grid();
         let clear = vec![f64::NAN; grid.cells() * LAYERS];
-        let shape = Shape::level_fastest(grid.cells(), LAYERS);
-        let field = Field::new(clear.as_slice().into(), shape, Location::Center, None).unwrap();
-        let frame = renderer.render(&scene, &grid, &layers, &field).unwrap();
-        for (i, pixel) in (0u32..).zip(&frame.pixels) {
-            let dir = scene.camera.direction(i % scene.width, i / scene.width, scene.width, scene.height);
-            let dir = DVec3::from_array(dir);
+        let frame = renderer.render(&scene, &grid, &layers, &at_centers(&clear, LAYERS)).unwrap();
+        for ((eye, dir), pixel) in rays(&scene).zip(&frame.pixels) {
             let closest = (eye - eye.dot(dir) * dir).length();
             // Facets of a mesh of this level dip 0.9 % below their sphere in their middle.
             if closest < 0.99 {

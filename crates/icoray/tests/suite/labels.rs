@@ -1,7 +1,8 @@
 //! Labels and colour ranges from the scene to the files.
 
+use crate::common::at_centers;
 use icoray::output::{Existing, NameTemplate, Output, Stamp, write_frame, write_picture_with};
-use icoray::{Description, Field, Frame, Grid, IcosahedralMesh, Layers, Location, Renderer, Scene, Shape};
+use icoray::{Description, Frame, Grid, IcosahedralMesh, Layers, Renderer, Scene};
 use std::path::Path;
 
 const LAYERS: usize = 5;
@@ -39,8 +40,7 @@ impl Sphere {
         let count = grid.cells() * LAYERS;
         let values: Vec<f32> =
             (0..count).map(|i| most * (2.0 * (i * 7919 % count) as f32 / (count - 1) as f32 - 1.0)).collect();
-        let shape = Shape::level_fastest(grid.cells(), LAYERS);
-        let field = Field::new(values.as_slice().into(), shape, Location::Center, None).unwrap();
+        let field = at_centers(&values, LAYERS);
         let mut frame = self.renderer.render(scene, &grid, &self.layers, &field).unwrap();
         frame.description = Description { long_name: Some("a field".into()), units: Some("m s-1".into()) };
         frame.stamp = Stamp { step: 3, time_s: 60.0, date: None };
@@ -112,11 +112,10 @@ fn ranges_that_follow_the_data_are_drawn_and_told() {
         let path = write_frame(folder.path(), &output, &stamp, &mut frame).unwrap();
         let bytes = std::fs::read(path).unwrap();
         let says = |words: &str| bytes.windows(words.len()).any(|at| at == words.as_bytes());
-        assert!(
-            says(&format!("-{expected} to {expected}"))
-                && says("centred on 0, percentiles 0 to 100 of all frames")
-        );
-        assert!(says("m s-1") && says("a field"));
+        for words in ["centred on 0, percentiles 0 to 100 of all frames", "m s-1", "a field"] {
+            assert!(says(words), "{words}");
+        }
+        assert!(says(&format!("-{expected} to {expected}")));
     }
     let report = std::fs::read_to_string(folder.path().join("report.csv")).unwrap();
     assert_eq!(report.matches(",-2,2,\"vik, linear, centred on 0, percentiles").count(), 3, "{report}");

@@ -1,9 +1,8 @@
 //! Lit volumes beside surfaces, isosurfaces, other volumes and cuts, and over layers at heights of their own: no pixel is
 //! farther from the same picture at a far finer tolerance than the two tell, and none is over its tolerance.
 
-use icoray::{
-    Field, Fields, Frame, Grid, IcosahedralMesh, Layers, Location, Precision, Renderer, Scene, Shape,
-};
+use crate::common::{at_centers, pixel_difference};
+use icoray::{Fields, Frame, Grid, IcosahedralMesh, Layers, Precision, Renderer, Scene};
 use icoray_test_support as support;
 
 const LAYERS: usize = 7;
@@ -40,10 +39,8 @@ impl Data {
 
     fn draw(&self, scene: &Scene) -> Frame {
         let grid = Grid::new(self.mesh.tables()).unwrap();
-        let shape = Shape::level_fastest(grid.cells(), LAYERS);
-        let field = |values| Field::new(values, shape, Location::Center, None).unwrap();
-        let [f, g] = self.values.each_ref().map(|values| field(values.as_slice().into()));
-        let fields = Fields::new([("f", f), ("g", g)]).with_heights(field(self.heights.as_slice().into()));
+        let [f, g] = self.values.each_ref().map(|values| at_centers(values, LAYERS));
+        let fields = Fields::new([("f", f), ("g", g)]).with_heights(at_centers(&self.heights, LAYERS));
         let heights: Vec<f64> = (0..LAYERS).map(|layer| 0.15 * layer as f64 / (LAYERS - 1) as f64).collect();
         let layers = Layers::from_heights(&heights, 1.0).unwrap();
         Renderer::new(2).unwrap().render(scene, &grid, &layers, fields).unwrap()
@@ -110,8 +107,8 @@ fn scene(size: u32, beside: &str, transfer: &str, camera: &str, light: &str) -> 
 /// How many pixels are farther from `fine` than both tell, how many than the tolerance, and how many tell more than it.
 fn wrong(frame: &Frame, fine: &Frame, tolerance: f64) -> [usize; 3] {
     let mut wrong = [0; 3];
-    for (i, (p, q)) in frame.pixels.iter().zip(&fine.pixels).enumerate() {
-        let off = (0..4).map(|k| (p[k] - q[k]).abs()).fold(0.0, f32::max);
+    for i in 0..frame.pixels.len() {
+        let off = pixel_difference(frame, fine, i);
         // Pixels are stored in f32.
         let slack = fine.error[i] + f32::EPSILON;
         wrong[0] += usize::from(off > frame.error[i] + slack);
@@ -144,9 +141,8 @@ fn no_lit_pixel_is_farther_off_than_it_tells() {
                         pixels += frame.pixels.len();
                         let wrong = wrong(&frame, &fine, tolerance);
                         if wrong != [0; 3] {
-                            failures.push(format!(
-                                "{beside}, {name}, {camera:?}, {light:?}, {tolerance}: {wrong:?}"
-                            ));
+                            let what = format!("{beside}, {name}, {camera:?}, {light:?}, {tolerance}");
+                            failures.push(format!("{what}: {wrong:?}"));
                         }
                     }
                 }
@@ -176,11 +172,8 @@ fn a_lit_volume_alone_tells_no_error_above_its_tolerance() {
                 for tolerance in [1e-2, 1e-3] {
                     scene.tolerance = tolerance;
                     let error = data.draw(&scene).report.error;
-                    assert!(
-                        error.max > 0.01 * tolerance,
-                        "{name} {light:?} {precision:?} {tolerance}: {error}"
-                    );
-                    assert_eq!(error.over, 0, "{name} {light:?} {precision:?} {tolerance}: {error}");
+                    let what = format!("{name} {light:?} {precision:?} {tolerance}: {error}");
+                    assert!(error.max > 0.01 * tolerance && error.over == 0, "{what}");
                 }
             }
         }

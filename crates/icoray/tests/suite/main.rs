@@ -1,6 +1,7 @@
 //! The tests of the library from outside, in one program.
 
 mod columns;
+mod common;
 mod corruption;
 mod culled;
 mod device;

@@ -1,9 +1,11 @@
 //! Several fields, surfaces and cuts, against the kernel of one field and against brute force.
 
+use glam::DVec3;
+
+use crate::common::{LIT, at_centers, count_beyond, difference, rays};
 use icoray::{
-    Clip, Error, Field, Fields, Frame, Grid, HalfSpace, IcosahedralMesh, Isosurface, Knot, Layers, Level,
-    Location, LonLatBox, Opacity, Paint, Renderer, Scene, Shape, Stretch, Surface, TransferFunction,
-    Traversal, Volume,
+    Clip, Error, Fields, Frame, Grid, HalfSpace, IcosahedralMesh, Isosurface, Knot, Layers, Level, LonLatBox,
+    Opacity, Paint, Renderer, Scene, Stretch, Surface, TransferFunction, Traversal, Volume,
 };
 use std::ops::ControlFlow;
 
@@ -38,10 +40,8 @@ impl Data {
 
     fn try_draw(&self, scene: &Scene) -> Result<Frame, Error> {
         let grid = Grid::new(self.mesh.tables()).unwrap();
-        let shape = Shape::level_fastest(grid.cells(), LAYERS);
-        let field =
-            |k: usize| Field::new(self.values[k].as_slice().into(), shape, Location::Center, None).unwrap();
-        let fields = Fields::new([("f", field(0)), ("g", field(1))]);
+        let [f, g] = self.values.each_ref().map(|values| at_centers(values, LAYERS));
+        let fields = Fields::new([("f", f), ("g", g)]);
         Renderer::new(2).unwrap().render(scene, &grid, &layers(), fields)
     }
 }
@@ -73,23 +73,8 @@ fn volume(field: &str, knots: Vec<Knot>) -> Volume {
 }
 
 fn clear(scene: &mut Scene) {
-    scene.transfer = transfer(vec![knot(0.0, [0.0; 3], 0.0)]);
-    scene.coloring = None;
-}
-
-const LIT: &str = "[light]\nkind = \"headlight\"";
-
-/// The largest difference of two pictures beyond what their errors allow, and the largest at all.
-fn beyond(a: &Frame, b: &Frame) -> (f32, f32) {
-    let (mut beyond, mut most) = (0.0f32, 0.0f32);
-    for (i, (p, q)) in a.pixels.iter().zip(&b.pixels).enumerate() {
-        for k in 0..4 {
-            let off = (p[k] - q[k]).abs();
-            most = most.max(off);
-            beyond = beyond.max(off - a.error[i] - b.error[i]);
-        }
-    }
-    (beyond, most)
+    scene.volumes[0].transfer = transfer(vec![knot(0.0, [0.0; 3], 0.0)]);
+    scene.volumes[0].coloring = None;
 }
 
 #[test]
@@ -98,10 +83,10 @@ fn one_field_looks_the_same_in_both_kernels() {
     for (core, tolerance) in [("core = \"#303030\"", 1e-3), ("core = \"transparent\"", 1e-5)] {
         let plain = scene(&format!("{core}\ntolerance = {tolerance}"));
         let mut general = plain.clone();
-        general.scenery.volumes.push(volume("g", vec![knot(0.0, [1.0; 3], 0.0)]));
+        general.volumes.push(volume("g", vec![knot(0.0, [1.0; 3], 0.0)]));
         let (a, b) = (data.draw(&plain), data.draw(&general));
-        let (beyond, most) = beyond(&a, &b);
-        assert!(beyond <= 0.0, "{core}: {beyond} beyond, {most} at most");
+        let (wrong, most) = (count_beyond(&a, &b, 0.0), difference(&a, &b));
+        assert_eq!(wrong, 0, "{core}: {most} at most");
         assert!(most > 0.0, "the kernels are not the same");
         assert!(b.report.error.max <= 1.5 * tolerance, "{core}: {}", b.report.error.max);
         assert_eq!(a.report.counts.rays, b.report.counts.rays);
@@ -112,18 +97,14 @@ fn one_field_looks_the_same_in_both_kernels() {
 fn one_lit_field_looks_the_same_in_both_kernels() {
     let data = Data::new(4);
     let mut plain = scene("tolerance = 1e-4");
-    plain.lighting = Scene::parse(&format!("field = \"f\"\n[camera]\nlon=0\nlat=0\ndistance=3\n[transfer]\nknots=[{{value=0,color=\"red\",opacity=0.1}}]\n{LIT}")).unwrap().lighting;
+    plain.lighting = Scene::parse(LIT).unwrap().lighting;
     let mut general = plain.clone();
-    general.scenery.volumes.push(volume("g", vec![knot(0.0, [1.0; 3], 0.0)]));
+    general.volumes.push(volume("g", vec![knot(0.0, [1.0; 3], 0.0)]));
     let (a, b) = (data.draw(&plain), data.draw(&general));
-    let off = |i: usize| (0..4).map(|k| (a.pixels[i][k] - b.pixels[i][k]).abs()).fold(0.0, f32::max);
-    let wrong = (0..a.pixels.len()).filter(|i| off(*i) > a.error[*i] + b.error[*i]).count();
-    let (_, most) = beyond(&a, &b);
+    let (wrong, most) = (count_beyond(&a, &b, 0.0), difference(&a, &b));
     // Light's errors are estimates: a normal may turn in between the places where it is asked for.
-    assert!(
-        wrong <= a.pixels.len() / 500 && most > 0.0 && most < 5e-4,
-        "{wrong} pixels beyond, {most} at most"
-    );
+    assert!(wrong <= a.pixels.len() / 500, "{wrong} pixels beyond");
+    assert!(most > 0.0 && most < 5e-4, "{most} at most");
 }
 
 /// The picture's rays stepped through finely, with the renderer's own walk but values, media and surfaces by their definition.
@@ -131,82 +112,67 @@ fn by_steps(data: &Data, scene: &Scene, sees: impl Fn(&Sample) -> ([f64; 3], f64
     let grid = Grid::new(data.mesh.tables()).unwrap();
     let radius: Vec<f64> = layers().shell(scene.exaggeration).unwrap();
     let traversal = Traversal::new(&grid, &radius).unwrap();
-    let mut pixels = Vec::new();
-    for y in 0..scene.height {
-        for x in 0..scene.width {
-            let eye = glam::DVec3::from_array(scene.camera.eye());
-            let dir = glam::DVec3::from_array(scene.camera.direction(x, y, scene.width, scene.height));
-            let (mut color, mut through) = ([0.0; 3], 1.0);
-            let mut before: Option<[f64; 2]> = None;
-            traversal.ray(eye, dir, &mut 0, |stretch| {
-                let frustum = match stretch {
-                    Stretch::Frustum(frustum) => frustum,
-                    Stretch::Core { .. } => {
-                        let core = scene.core.unwrap();
-                        color = [0, 1, 2].map(|k| color[k] + through * core[k]);
-                        through = 0.0;
-                        return ControlFlow::Break(());
-                    }
-                };
-                const STEPS: usize = 400;
-                let length = frustum.t[1] - frustum.t[0];
-                for step in 0..STEPS {
-                    let w = (step as f64 + 0.5) / STEPS as f64;
-                    let alpha = [0, 1, 2]
-                        .map(|k| frustum.alpha[0][k] + w * (frustum.alpha[1][k] - frustum.alpha[0][k]));
-                    let rho: f64 = alpha.iter().sum();
-                    let [low, high] = [radius[frustum.layer], radius[frustum.layer + 1]];
-                    let up = (rho - low) / (high - low);
-                    let values = [0, 1].map(|f| {
-                        let at = |layer: usize| -> f64 {
-                            (0..3)
-                                .map(|k| {
-                                    let cell = frustum.cells[k] as usize;
-                                    alpha[k] / rho * f64::from(data.values[f][cell * LAYERS + layer])
-                                })
-                                .sum()
-                        };
-                        let (g, h) = (at(frustum.layer), at(frustum.layer + 1));
-                        g + up * (h - g)
-                    });
-                    let position = eye + (frustum.t[0] + w * length) * dir;
-                    let sample = Sample {
-                        values,
-                        before,
-                        position,
-                        layer: frustum.layer,
-                        length: length / STEPS as f64,
-                    };
-                    let (c, opacity) = sees(&sample);
-                    color = [0, 1, 2].map(|k| color[k] + through * opacity * c[k]);
-                    through *= 1.0 - opacity;
-                    before = Some(values);
-                }
-                if through < 1e-9 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
-            });
-            pixels.push([color[0], color[1], color[2], 1.0 - through]);
-        }
-    }
-    pixels
+    let pixel = |(eye, dir): (DVec3, DVec3)| {
+        let (mut color, mut through) = ([0.0; 3], 1.0);
+        let mut before: Option<[f64; 2]> = None;
+        traversal.ray(eye, dir, &mut 0, |stretch| {
+            let Stretch::Frustum(frustum) = stretch else {
+                let core = scene.core.unwrap();
+                color = [0, 1, 2].map(|k| color[k] + through * core[k]);
+                through = 0.0;
+                return ControlFlow::Break(());
+            };
+            const STEPS: usize = 400;
+            let length = frustum.t[1] - frustum.t[0];
+            let [low, high] = [radius[frustum.layer], radius[frustum.layer + 1]];
+            for step in 0..STEPS {
+                let w = (step as f64 + 0.5) / STEPS as f64;
+                let alpha =
+                    [0, 1, 2].map(|k| frustum.alpha[0][k] + w * (frustum.alpha[1][k] - frustum.alpha[0][k]));
+                let rho: f64 = alpha.iter().sum();
+                let up = (rho - low) / (high - low);
+                let values = data.values.each_ref().map(|values| {
+                    let value =
+                        |k: usize, layer| f64::from(values[frustum.cells[k] as usize * LAYERS + layer]);
+                    let at = |layer| (0..3).map(|k| alpha[k] / rho * value(k, layer)).sum::<f64>();
+                    let (g, h) = (at(frustum.layer), at(frustum.layer + 1));
+                    g + up * (h - g)
+                });
+                let position = eye + (frustum.t[0] + w * length) * dir;
+                let (layer, length) = (frustum.layer, length / STEPS as f64);
+                let (c, opacity) = sees(&Sample { values, before, position, layer, length });
+                color = [0, 1, 2].map(|k| color[k] + through * opacity * c[k]);
+                through *= 1.0 - opacity;
+                before = Some(values);
+            }
+            if through < 1e-9 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        });
+        [color[0], color[1], color[2], 1.0 - through]
+    };
+    rays(scene).map(pixel).collect()
 }
 
 struct Sample {
     values: [f64; 2],
     before: Option<[f64; 2]>,
-    position: glam::DVec3,
+    position: DVec3,
     layer: usize,
     length: f64,
 }
 
-fn far(frame: &Frame, expected: &[[f64; 4]]) -> (f64, f64) {
-    let off = frame
-        .pixels
-        .iter()
-        .zip(expected)
-        .map(|(p, q)| (0..4).map(|k| (f64::from(p[k]) - q[k]).abs()).fold(0.0, f64::max));
-    let off: Vec<f64> = off.collect();
+/// How far each pixel is off.
+fn far(frame: &Frame, expected: &[[f64; 4]]) -> Vec<f64> {
+    let far =
+        |(p, q): (&[f32; 4], &[f64; 4])| (0..4).map(|k| (f64::from(p[k]) - q[k]).abs()).fold(0.0, f64::max);
+    frame.pixels.iter().zip(expected).map(far).collect()
+}
+
+/// Checks how far pixels are off at most and in the mean.
+fn assert_near(frame: &Frame, expected: &[[f64; 4]], limits: [f64; 2], what: &str) {
+    let off = far(frame, expected);
     let mean = off.iter().sum::<f64>() / off.len() as f64;
-    (off.into_iter().fold(0.0, f64::max), mean)
+    let most = off.into_iter().fold(0.0, f64::max);
+    assert!(most < limits[0] && mean < limits[1], "{what}: {most} at most, {mean} in the mean");
 }
 
 fn small(more: &str) -> Scene {
@@ -234,9 +200,9 @@ fn two_fields_are_those_of_fine_steps() {
         knot(0.1, [0.0, 0.0, 1.0], 0.0),
         knot(1.0, [0.3; 3], 9.0),
     ];
-    scene.scenery.volumes.push(volume("g", other.clone()));
+    scene.volumes.push(volume("g", other.clone()));
     let frame = data.draw(&scene);
-    let (f, g) = (scene.transfer.clone(), transfer(other));
+    let (f, g) = (scene.volumes[0].transfer.clone(), transfer(other));
     let expected = by_steps(&data, &scene, |sample| {
         let at = |tf: &TransferFunction, value: f64| {
             let (color, extinction) = tf.at(value);
@@ -244,8 +210,7 @@ fn two_fields_are_those_of_fine_steps() {
         };
         mixed(&[at(&f, sample.values[0]), at(&g, sample.values[1])], sample.length)
     });
-    let (most, mean) = far(&frame, &expected);
-    assert!(most < 4e-3 && mean < 3e-4, "{most} at most, {mean} in the mean");
+    assert_near(&frame, &expected, [4e-3, 3e-4], "two fields");
     assert!(frame.report.error.max < 2e-4);
 }
 
@@ -254,33 +219,29 @@ fn opacity_may_be_that_of_another_field() {
     let data = Data::new(3);
     let mut scene = small("tolerance = 1e-4");
     let by = transfer(vec![knot(0.2, [0.0; 3], 0.0), knot(0.9, [0.0; 3], 6.0)]);
-    scene.scenery.opacity = Some(Opacity { field: "g".into(), transfer: by.clone() });
+    scene.volumes[0].opacity = Some(Opacity { field: "g".into(), transfer: by.clone() });
     let frame = data.draw(&scene);
-    let color = scene.transfer.clone();
+    let color = scene.volumes[0].transfer.clone();
     let expected = by_steps(&data, &scene, |sample| {
         mixed(&[(color.at(sample.values[0]).0, by.at(sample.values[1]).1 / 0.15)], sample.length)
     });
-    let (most, mean) = far(&frame, &expected);
-    assert!(most < 4e-3 && mean < 3e-4, "{most} at most, {mean} in the mean");
+    assert_near(&frame, &expected, [4e-3, 3e-4], "opacity");
 }
 
 #[test]
 fn isosurfaces_lie_where_values_cross_and_between_volumes() {
     let data = Data::new(3);
     let mut scene = small("tolerance = 1e-4");
-    let surface = |field: &str, value, color| Isosurface {
-        field: field.into(),
-        value,
-        paint: Paint::Plain(color),
-        opacity: 0.6,
-    };
-    scene.scenery.isosurfaces = vec![surface("g", 0.3, [1.0, 0.0, 0.0]), surface("g", -0.4, [0.0, 1.0, 0.0])];
+    let surfaces = [(0.3, [1.0, 0.0, 0.0]), (-0.4, [0.0, 1.0, 0.0])];
+    let surface =
+        |(value, color)| Isosurface { field: "g".into(), value, paint: Paint::Plain(color), opacity: 0.6 };
+    scene.scenery.isosurfaces = surfaces.map(surface).into();
     let frame = data.draw(&scene);
-    let f = scene.transfer.clone();
+    let f = scene.volumes[0].transfer.clone();
     let expected = by_steps(&data, &scene, |sample| {
         let (color, extinction) = f.at(sample.values[0]);
         let (mut color, mut opacity) = mixed(&[(color, extinction / 0.15)], sample.length);
-        for (value, paint) in [(0.3, [1.0, 0.0, 0.0]), (-0.4, [0.0, 1.0, 0.0])] {
+        for (value, paint) in surfaces {
             let crosses = sample.before.is_some_and(|b| (b[1] >= value) != (sample.values[1] >= value));
             if crosses {
                 // The surface lies in front of the step.
@@ -292,12 +253,7 @@ fn isosurfaces_lie_where_values_cross_and_between_volumes() {
         (color, opacity)
     });
     // Steps miss two crossings between two of their middles.
-    let off: Vec<f64> = frame
-        .pixels
-        .iter()
-        .zip(&expected)
-        .map(|(p, q)| (0..4).map(|k| (f64::from(p[k]) - q[k]).abs()).fold(0.0, f64::max))
-        .collect();
+    let off = far(&frame, &expected);
     let wrong = off.iter().filter(|off| **off > 5e-3).count();
     assert!(wrong <= 3, "{wrong} of {} pixels: {off:?}", off.len());
 }
@@ -318,7 +274,7 @@ fn cuts_leave_out_what_they_say() {
         let mut scene = small("tolerance = 1e-4");
         scene.scenery.clips = vec![clip.clone()];
         let frame = data.draw(&scene);
-        let f = scene.transfer.clone();
+        let f = scene.volumes[0].transfer.clone();
         let expected = by_steps(&data, &scene, |sample| {
             let p = sample.position;
             let (lon, lat) = (p.y.atan2(p.x).to_degrees(), (p.z / p.length()).asin().to_degrees());
@@ -328,7 +284,7 @@ fn cuts_leave_out_what_they_say() {
                 && clip.height_m.is_none_or(|h| within(p.length() - 1.0, h))
                 && clip.half_space.is_none_or(|half| {
                     let [lon, lat] = half.towards_deg.map(f64::to_radians);
-                    let towards = glam::DVec3::new(lat.cos() * lon.cos(), lat.cos() * lon.sin(), lat.sin());
+                    let towards = DVec3::new(lat.cos() * lon.cos(), lat.cos() * lon.sin(), lat.sin());
                     towards.dot(p) > half.distance
                 });
             if inside == clip.cuts_inside {
@@ -337,8 +293,7 @@ fn cuts_leave_out_what_they_say() {
             let (color, extinction) = f.at(sample.values[0]);
             mixed(&[(color, extinction / 0.15)], sample.length)
         });
-        let (most, mean) = far(&frame, &expected);
-        assert!(most < 8e-3 && mean < 4e-4, "{clip:?}: {most} at most, {mean} in the mean");
+        assert_near(&frame, &expected, [8e-3, 4e-4], &format!("{clip:?}"));
     }
 }
 
@@ -360,32 +315,27 @@ fn a_layer_shows_its_values_and_hides_what_lies_behind() {
         scene.scenery.surfaces = vec![surface(by_cell)];
         let frame = data.draw(&scene);
         let (mut met, mut missed) = (0, 0);
-        for y in 0..scene.height {
-            for x in 0..scene.width {
-                let eye = glam::DVec3::from_array(scene.camera.eye());
-                let dir = glam::DVec3::from_array(scene.camera.direction(x, y, scene.width, scene.height));
-                let mut expected = [0.0; 4];
-                traversal.ray(eye, dir, &mut 0, |stretch| {
-                    let Stretch::Frustum(frustum) = stretch else { panic!("the layer lies above the core") };
-                    let rho: f64 = frustum.alpha[1].iter().sum();
-                    if (rho - radius[4]).abs() > 1e-12 || frustum.layer != 4 {
-                        return ControlFlow::Continue(());
-                    }
-                    let at = eye + frustum.t[1] * dir;
-                    let value = |k: usize| f64::from(data.values[1][frustum.cells[k] as usize * LAYERS + 4]);
-                    let near = |k: usize| grid.direction(frustum.cells[k]).dot(at);
-                    let nearest = (0..3).max_by(|a, b| near(*a).total_cmp(&near(*b))).unwrap();
-                    let smooth: f64 = (0..3).map(|k| frustum.alpha[1][k] / rho * value(k)).sum();
-                    let color = colors.at(if by_cell { value(nearest) } else { smooth }).0;
-                    expected = [color[0], color[1], color[2], 1.0];
-                    ControlFlow::Break(())
-                });
-                let pixel = frame.pixels[(y * scene.width + x) as usize].map(f64::from);
-                let off = (0..4).map(|k| (pixel[k] - expected[k]).abs()).fold(0.0, f64::max);
-                assert!(off < 1e-6, "{x} {y}: {pixel:?} {expected:?}");
-                met += u32::from(expected[3] == 1.0);
-                missed += u32::from(expected[3] == 0.0);
-            }
+        for ((eye, dir), pixel) in rays(&scene).zip(&frame.pixels) {
+            let mut expected = [0.0; 4];
+            traversal.ray(eye, dir, &mut 0, |stretch| {
+                let Stretch::Frustum(frustum) = stretch else { panic!("the layer lies above the core") };
+                let rho: f64 = frustum.alpha[1].iter().sum();
+                if (rho - radius[4]).abs() > 1e-12 || frustum.layer != 4 {
+                    return ControlFlow::Continue(());
+                }
+                let at = eye + frustum.t[1] * dir;
+                let value = |k: usize| f64::from(data.values[1][frustum.cells[k] as usize * LAYERS + 4]);
+                let near = |k: usize| grid.direction(frustum.cells[k]).dot(at);
+                let nearest = (0..3).max_by(|a, b| near(*a).total_cmp(&near(*b))).unwrap();
+                let smooth: f64 = (0..3).map(|k| frustum.alpha[1][k] / rho * value(k)).sum();
+                let color = colors.at(if by_cell { value(nearest) } else { smooth }).0;
+                expected = [color[0], color[1], color[2], 1.0];
+                ControlFlow::Break(())
+            });
+            let off = (0..4).map(|k| (f64::from(pixel[k]) - expected[k]).abs()).fold(0.0, f64::max);
+            assert!(off < 1e-6, "{eye} {dir}: {pixel:?} {expected:?}");
+            met += u32::from(expected[3] == 1.0);
+            missed += u32::from(expected[3] == 0.0);
         }
         assert!(met > 100 && missed > 50, "{met} {missed}");
     }
@@ -394,7 +344,7 @@ fn a_layer_shows_its_values_and_hides_what_lies_behind() {
 #[test]
 fn a_field_that_is_not_there_is_named() {
     let mut scene = scene("");
-    scene.scenery.volumes.push(volume("h", vec![knot(0.0, [1.0; 3], 1.0)]));
+    scene.volumes.push(volume("h", vec![knot(0.0, [1.0; 3], 1.0)]));
     let error = Data::new(2).try_draw(&scene).unwrap_err();
     let text = error.to_string();
     assert!(text.contains("\"h\"") && text.contains("\"g\""), "{text}");

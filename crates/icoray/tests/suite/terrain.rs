@@ -1,9 +1,9 @@
 //! Layers at heights of their own in each column, against brute force: points along rays, each looked up by its definition.
 
 use glam::{DMat3, DVec3};
-use icoray::{
-    Field, Fields, Frame, Grid, Heights, IcosahedralMesh, Layers, Location, Renderer, Scene, Shape,
-};
+use icoray::{Fields, Frame, Grid, Heights, IcosahedralMesh, Layers, Renderer, Scene};
+
+use crate::common::{at_centers, count_beyond, rays};
 
 const LAYERS: usize = 6;
 const EXAGGERATION: f64 = 50.0;
@@ -36,10 +36,8 @@ impl Terrain {
 
     fn draw(&self, scene: &Scene) -> Frame {
         let grid = Grid::new(self.mesh.tables()).unwrap();
-        let shape = Shape::level_fastest(grid.cells(), LAYERS);
-        let at_center = |data| Field::new(data, shape, Location::Center, None).unwrap();
-        let fields = Fields::new([("f", at_center(self.values.as_slice().into()))]);
-        let fields = fields.with_heights(at_center(self.heights.as_slice().into()));
+        let fields = Fields::new([("f", at_centers(&self.values, LAYERS))]);
+        let fields = fields.with_heights(at_centers(&self.heights, LAYERS));
         let mean: Vec<f64> = (0..LAYERS).map(|l| 1e-3 + 3e-3 * l as f64 / (LAYERS - 1) as f64).collect();
         let layers = Layers::from_heights(&mean, 1.0).unwrap();
         Renderer::new(2).unwrap().render(scene, &grid, &layers, fields).unwrap()
@@ -99,12 +97,9 @@ fn mountains_and_what_lies_over_them_are_those_of_single_points() {
             DMat3::from_cols(a, b, c).inverse()
         })
         .collect();
-    let unit = scene.transfer.unit_length.unwrap_or(EXAGGERATION * 3e-3);
+    let unit = scene.volumes[0].transfer.unit_length.unwrap_or(EXAGGERATION * 3e-3);
     let mut off = Vec::new();
-    for (i, pixel) in frame.pixels.iter().enumerate() {
-        let (x, y) = (i as u32 % scene.width, i as u32 / scene.width);
-        let eye = DVec3::from_array(scene.camera.eye());
-        let dir = DVec3::from_array(scene.camera.direction(x, y, scene.width, scene.height));
+    for ((eye, dir), pixel) in rays(&scene).zip(&frame.pixels) {
         let (mut color, mut through, mut hint) = ([0.0; 3], 1.0f64, 0);
         const STEP: f64 = 2e-4;
         let along = -eye.dot(dir);
@@ -120,7 +115,7 @@ fn mountains_and_what_lies_over_them_are_those_of_single_points() {
                 break;
             };
             let Some(value) = value else { continue };
-            let (c, extinction) = scene.transfer.at(value);
+            let (c, extinction) = scene.volumes[0].transfer.at(value);
             let opacity = -(-extinction / unit * STEP).exp_m1();
             color = [0, 1, 2].map(|k| color[k] + through * opacity * c[k]);
             through *= 1.0 - opacity;
@@ -142,17 +137,14 @@ fn steep_ground_has_no_cracks() {
         let scene = scene(240, more);
         let frame = terrain.draw(&scene);
         let mut within = 0;
-        for (i, pixel) in frame.pixels.iter().enumerate() {
-            let (x, y) = (i as u32 % scene.width, i as u32 / scene.width);
-            let eye = DVec3::from_array(scene.camera.eye());
-            let dir = DVec3::from_array(scene.camera.direction(x, y, scene.width, scene.height));
+        for (i, ((eye, dir), pixel)) in rays(&scene).zip(&frame.pixels).enumerate() {
             let nearest = (eye - eye.dot(dir) * dir).length();
             // Facets between vertices on the sphere lie a little inside.
             if nearest < 0.995 {
                 within += 1;
-                assert!((pixel[3] - 1.0).abs() < 1e-6, "{x} {y}: {pixel:?}");
+                assert!((pixel[3] - 1.0).abs() < 1e-6, "pixel {i}: {pixel:?}");
             }
-            assert!(pixel.iter().all(|c| c.is_finite()), "{x} {y}: {pixel:?}");
+            assert!(pixel.iter().all(|c| c.is_finite()), "pixel {i}: {pixel:?}");
         }
         assert!(within > 10_000, "{within}");
     }
@@ -171,11 +163,7 @@ fn equal_heights_are_concentric_layers() {
         let (a, b) = (terrain.draw(&native), terrain.draw(&mean));
         // Normals of the ground are means of facets', which are not quite round.
         let slack = if native.lighting.is_some() { 5e-4 } else { 1e-5 };
-        let mut wrong = 0;
-        for i in 0..a.pixels.len() {
-            let off = (0..4).map(|k| (a.pixels[i][k] - b.pixels[i][k]).abs()).fold(0.0, f32::max);
-            wrong += usize::from(off > a.error[i] + b.error[i] + slack);
-        }
+        let wrong = count_beyond(&a, &b, slack);
         let few = if native.lighting.is_some() { 5 } else { 0 };
         assert!(wrong <= few, "{more}: {wrong} pixels");
     }

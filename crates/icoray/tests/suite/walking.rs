@@ -1,6 +1,7 @@
 //! A renderer that only walks and interpolates, so that this alone can be timed.
 
-use icoray::{Field, Grid, IcosahedralMesh, Layers, Location, Renderer, Scene, Shape};
+use crate::common::at_centers;
+use icoray::{Grid, IcosahedralMesh, Layers, Renderer, Scene};
 
 #[test]
 fn without_integrals_rays_meet_all_frusta_and_bring_no_light() {
@@ -8,8 +9,7 @@ fn without_integrals_rays_meet_all_frusta_and_bring_no_light() {
     let grid = Grid::new(mesh.tables()).unwrap();
     let layers = Layers::new((0..9).map(|l| 1.0 + 0.02 * f64::from(l)).collect(), 1.0).unwrap();
     let values: Vec<f32> = (0..grid.cells() * 9).map(|i| (i % 9) as f32 + (i % 7) as f32).collect();
-    let shape = Shape::level_fastest(grid.cells(), 9);
-    let field = Field::new(values.as_slice().into(), shape, Location::Center, None).unwrap();
+    let field = at_centers(&values, 9);
     let scene = |opacity: f64| {
         let text = format!(
             "field = \"f\"\nantialias = false\ncore = \"transparent\"\nbackground = \"transparent\"\n[image]\nwidth = 32\nheight = 24\n[camera]\nlon = 10\nlat = 40\ndistance = 3\n[transfer]\n\

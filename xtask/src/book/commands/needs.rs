@@ -1,13 +1,10 @@
-//! What blocks of commands need of the machine.
-
-use std::env;
-use std::path::PathBuf;
+//! The software and files that blocks of commands need.
 
 use crate::host::Host;
 use crate::requirements;
 use crate::workspace::Workspace;
 
-/// Names that blocks use, and the Debian packages behind them. `data` is the data files too, and what reads them.
+/// Names that blocks use, and their Debian packages. `data` is the data files and the software that reads them.
 const NEEDS: [(&str, &[&str]); 5] = [
     ("data", &["libnetcdf-dev", "pkg-config"]),
     ("gfortran", &["gfortran"]),
@@ -31,18 +28,12 @@ pub fn known() -> String {
 
 /// Whether the machine has it.
 pub fn is_met(workspace: &Workspace, need: &str) -> bool {
-    if need == "data" && !data(workspace).join(FILE).is_file() {
+    if need == "data" && !workspace.data().join(FILE).is_file() {
         return false;
     }
     let packages = NEEDS.iter().find(|(name, _)| *name == need).map_or(&[][..], |(_, packages)| packages);
-    // Some packages are required for several purposes, each with a test of its own.
+    // A package may be required for several purposes, each with its own check.
     let Ok(host) = Host::here() else { return false };
     let mut tests = requirements::FOR_TEST_ALL.iter().filter(|known| packages.contains(&known.package));
-    tests.all(|known| (known.check)(&host).is_ok())
-}
-
-/// The folder of the data files: what `ICORAY_TEST_DATA` names, or `../shared/data`.
-pub fn data(workspace: &Workspace) -> PathBuf {
-    let named = env::var_os("ICORAY_TEST_DATA").filter(|named| !named.is_empty());
-    named.map_or_else(|| workspace.root().join("../shared/data"), |named| workspace.given(named.as_ref()))
+    tests.all(|known| known.check(&host).is_ok())
 }

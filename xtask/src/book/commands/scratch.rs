@@ -1,4 +1,4 @@
-//! The folders in which commands of the pages run.
+//! The folders in which the commands of the pages run.
 
 use std::env;
 use std::fs;
@@ -7,11 +7,14 @@ use std::os::unix::fs::symlink;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use xshell::cmd;
+
 use super::needs;
 use crate::error::Error;
+use crate::files;
 use crate::workspace::Workspace;
 
-/// Where the folders are, below the workspace's root: there cargo finds the workspace and its aliases.
+/// Their parent, below the workspace's root, so that cargo finds the workspace and its aliases.
 const PLACE: &str = "out/docs";
 
 /// The folder of all pages.
@@ -23,42 +26,37 @@ pub struct Scratch<'w> {
 impl<'w> Scratch<'w> {
     /// An empty folder.
     pub fn new(workspace: &'w Workspace) -> Result<Self, Error> {
-        let root = workspace.root().join(PLACE);
-        let emptied = match fs::remove_dir_all(&root) {
-            Err(cause) if cause.kind() != io::ErrorKind::NotFound => Err(cause),
-            _ => fs::create_dir_all(root.join("home")),
-        };
-        emptied.map_err(Error::while_doing(root.display()))?;
+        let root = workspace.root.join(PLACE);
+        workspace.shell.remove_path(&root)?;
+        workspace.shell.create_dir(root.join("home"))?;
         Ok(Self { workspace, root })
     }
 
-    /// The folder of a page, with what its commands refer to: the examples, the data files, the builds.
+    /// The folder of a page, with the files that its commands use: the examples, the data files, the builds.
     pub fn page(&self, path: &Path) -> Result<PathBuf, Error> {
-        let folder = self.root.join(path.with_extension("").file_name().unwrap_or_default());
-        self.fill(&folder).map_err(Error::while_doing(folder.display()))?;
+        let sh = &self.workspace.shell;
+        let folder =
+            sh.create_dir(self.root.join(path.with_extension("").file_name().unwrap_or_default()))?;
+        cmd!(sh, "cp -R examples {folder}").quiet().run()?;
+        self.link(&folder).map_err(Error::while_doing(folder.display()))?;
         Ok(folder)
     }
 
-    fn fill(&self, folder: &Path) -> io::Result<()> {
-        fs::create_dir_all(folder)?;
-        copy(&self.workspace.root().join("examples"), &folder.join("examples"))?;
+    fn link(&self, folder: &Path) -> io::Result<()> {
         symlink(self.workspace.products(""), folder.join("target"))?;
-        let data = needs::data(self.workspace);
-        if let Ok(files) = fs::read_dir(&data) {
-            for file in files {
-                let name = file?.file_name();
-                symlink(fs::canonicalize(data.join(&name))?, folder.join(&name))?;
-            }
-            symlink(needs::FILE, folder.join("FILE.nc"))?;
+        let data = files::fitting(&self.workspace.data(), "*");
+        for file in &data {
+            symlink(fs::canonicalize(file)?, folder.join(files::name(file)))?;
         }
-        Ok(())
+        if data.is_empty() { Ok(()) } else { symlink(needs::FILE, folder.join("FILE.nc")) }
     }
 
-    /// A shell in a page's folder. The long run builds the command `icoray`; otherwise it is the one of the tests.
-    pub fn bash(&self, folder: &Path, all: bool) -> Command {
-        let mut command = self.workspace.command("bash");
+    /// A shell that runs a script in a page's folder. The long run builds the command `icoray`; the short one takes
+    /// that of the tests.
+    pub fn bash(&self, folder: &Path, script: &str, all: bool) -> Command {
+        let mut command = Command::from(self.workspace.shell.cmd("bash").arg(script));
         command.current_dir(folder);
-        // Programs of the pages must find libraries by themselves; cargo adds its own folders to this variable.
+        // Programs of the pages must find libraries by themselves; cargo adds its own directories to this variable.
         command.env_remove("LD_LIBRARY_PATH");
         let home = env::var_os("HOME").map(PathBuf::from).unwrap_or_default();
         for (name, place) in [("CARGO_HOME", ".cargo"), ("RUSTUP_HOME", ".rustup")] {
@@ -72,7 +70,7 @@ impl<'w> Scratch<'w> {
         if let Ok(path) = env::join_paths(built.chain(env::split_paths(&inherited))) {
             command.env("PATH", path);
         }
-        // Open MPI refuses to run as root, and more ranks than cores, unless it is told that this is meant.
+        // Without these, Open MPI refuses to run as root, or more ranks than cores.
         command.envs([
             ("OMPI_ALLOW_RUN_AS_ROOT", "1"),
             ("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1"),
@@ -80,15 +78,4 @@ impl<'w> Scratch<'w> {
         ]);
         command
     }
-}
-
-/// Copies a folder.
-fn copy(from: &Path, to: &Path) -> io::Result<()> {
-    fs::create_dir_all(to)?;
-    for entry in fs::read_dir(from)? {
-        let entry = entry?;
-        let (from, to) = (entry.path(), to.join(entry.file_name()));
-        if from.is_dir() { copy(&from, &to)? } else { fs::copy(&from, &to).map(drop)? }
-    }
-    Ok(())
 }

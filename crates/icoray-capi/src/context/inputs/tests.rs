@@ -42,7 +42,7 @@ impl Model {
         let (cells, corners) = (grid.cells(), grid.triangles());
         let mut inputs = Inputs::default();
         for name in ["", "other"] {
-            inputs.grids.insert(name.into(), Spread { grid: Arc::clone(&grid), held: None });
+            inputs.grids.insert(name.into(), GridInput { grid: Arc::clone(&grid), held: None });
             inputs.layers.insert(name.into(), Arc::clone(&layers));
         }
         let (q, t) = (vec![1.0; cells * LAYERS], vec![2.0; corners * LAYERS]);
@@ -79,16 +79,16 @@ impl Model {
     }
 
     fn give(&mut self, name: &str, array: &icoray_array) {
-        let given = Given::new(array, icoray_array::NAME, false).unwrap();
+        let given = ArrayInput::new(array, icoray_array::NAME, false).unwrap();
         self.inputs.fields.insert(name.into(), given);
     }
 
     fn set_heights(&mut self, array: icoray_array) {
-        self.inputs.heights = Some(Given::new(&array, icoray_array::NAME, false).unwrap());
+        self.inputs.heights = Some(ArrayInput::new(&array, icoray_array::NAME, false).unwrap());
     }
 
     fn refused(&self, scene: &Scene) -> (icoray_status, String) {
-        let failure = self.inputs.subject(shot(scene.clone())).err().expect("a failure");
+        let failure = self.inputs.frame_inputs(shot(scene.clone())).err().expect("a failure");
         (failure.status, failure.message)
     }
 }
@@ -98,11 +98,12 @@ fn scene(others: &[&str]) -> Scene {
     let mut scene = Scene::parse(SCENE).unwrap();
     let volume = |field: &&str| Volume {
         field: (*field).into(),
-        transfer: scene.transfer.clone(),
+        transfer: scene.volumes[0].transfer.clone(),
         coloring: None,
         opacity: None,
     };
-    scene.scenery.volumes = others.iter().map(volume).collect();
+    let others: Vec<Volume> = others.iter().map(volume).collect();
+    scene.volumes.extend(others);
     scene
 }
 
@@ -124,19 +125,19 @@ fn a_scene_is_given_its_fields_in_place_and_no_others() {
     let how = How::Magnitude(vec!["q".into(), "v".into()]);
     speed.scenery.derived = vec![Derivation { name: "speed".into(), how }];
     model.give("v", &model.centers(&model.heights));
-    let subject = model.inputs.subject(shot(speed)).unwrap();
-    let names: Vec<&str> = subject.fields.iter().map(|(name, _)| name).collect();
+    let frame_inputs = model.inputs.frame_inputs(shot(speed)).unwrap();
+    let names: Vec<&str> = frame_inputs.fields.iter().map(|(name, _)| name).collect();
     assert_eq!(names, ["q", "t", "v"]);
-    let at = |name: &str| match subject.fields.get(name).unwrap().samples() {
+    let at = |name: &str| match frame_inputs.fields.get(name).unwrap().samples() {
         icoray_core::Reals::F32(values) => values.as_ptr().cast::<u8>(),
         icoray_core::Reals::F64(values) => values.as_ptr().cast(),
     };
     let places = [model.q.as_ptr().cast(), model.t.as_ptr().cast(), model.heights.as_ptr().cast()];
     assert_eq!(["q", "t", "v"].map(at), places, "read where the model has them");
-    assert_eq!(subject.fields.get("t").unwrap().location(), Location::Corner);
-    assert!(subject.fields.heights().is_none());
-    assert_eq!(subject.description, described("q"));
-    assert_eq!(subject.descriptions, ["t", "speed"].map(|name| (name.to_owned(), described(name))));
+    assert_eq!(frame_inputs.fields.get("t").unwrap().location(), Location::Corner);
+    assert!(frame_inputs.fields.heights().is_none());
+    assert_eq!(frame_inputs.description, described("q"));
+    assert_eq!(frame_inputs.descriptions, ["t", "speed"].map(|name| (name.to_owned(), described(name))));
 }
 
 #[test]
@@ -147,7 +148,8 @@ fn a_missing_field_is_named_with_all_that_are_needed() {
     let expected = "the scene's field \"w\" was not given by icoray_field_set; the scene needs [\"q\", \"t\", \"w\"], \
                     given: [\"q\", \"t\"]";
     assert_eq!(message, expected);
-    let plain = Scene { field: "w".into(), ..scene(&[]) };
+    let mut plain = scene(&[]);
+    plain.volumes[0].field = "w".into();
     let expected = "the scene's field \"w\" was not given by icoray_field_set; given: [\"q\", \"t\"]";
     assert_eq!(model.refused(&plain), (icoray_status::ICORAY_ERR_FIELD, expected.into()));
 }
@@ -167,8 +169,10 @@ fn fields_of_one_scene_are_over_one_grid_and_its_layers() {
     model.give("r", &icoray_array { layers_name: other.as_ptr(), ..q });
     assert_eq!(model.refused(&scene(&["r"])), fit("layers"));
     // Other scenes have nothing to do with it.
-    model.inputs.subject(shot(scene(&["t"]))).unwrap();
-    model.inputs.subject(shot(Scene { field: "r".into(), ..scene(&[]) })).unwrap();
+    model.inputs.frame_inputs(shot(scene(&["t"]))).unwrap();
+    let mut scene = scene(&[]);
+    scene.volumes[0].field = "r".into();
+    model.inputs.frame_inputs(shot(scene)).unwrap();
 }
 
 #[test]
@@ -177,10 +181,10 @@ fn heights_are_for_scenes_that_ask_for_them() {
     let lost = "heights: the scene has heights = \"native\", and none were given by icoray_heights_set";
     assert_eq!(model.refused(&native(&["t"])), (icoray_status::ICORAY_ERR_FIELD, lost.into()));
     model.set_heights(model.centers(&model.heights));
-    let subject = model.inputs.subject(shot(native(&["t"]))).unwrap();
-    let heights = *subject.fields.heights().expect("heights");
+    let frame_inputs = model.inputs.frame_inputs(shot(native(&["t"]))).unwrap();
+    let heights = *frame_inputs.fields.heights().expect("heights");
     assert_eq!((heights.value(3, 1), heights.shape().columns), (500.0, model.heights.len() / LAYERS));
-    assert!(model.inputs.subject(shot(scene(&["t"]))).unwrap().fields.heights().is_none());
+    assert!(model.inputs.frame_inputs(shot(scene(&["t"]))).unwrap().fields.heights().is_none());
 }
 
 #[test]
@@ -194,12 +198,12 @@ fn heights_that_do_not_fit_are_refused() {
             "heights: {columns} columns of {layers} layers, expected {cells} of {LAYERS}, as many as icoray_layers has"
         );
         assert_eq!(model.refused(&native(&[])), (icoray_status::ICORAY_ERR_LAYERS, message));
-        model.inputs.subject(shot(scene(&[]))).unwrap();
+        model.inputs.frame_inputs(shot(scene(&[]))).unwrap();
     }
     let other = CString::new("other").unwrap();
     model.set_heights(icoray_array { grid_name: other.as_ptr(), ..good });
     let message = "heights: grid \"other\", expected \"\" as of field \"q\" in the same scene";
     assert_eq!(model.refused(&native(&[])), (icoray_status::ICORAY_ERR_FIELD, message.into()));
     model.set_heights(good);
-    model.inputs.subject(shot(native(&[]))).unwrap();
+    model.inputs.frame_inputs(shot(native(&[]))).unwrap();
 }

@@ -1,23 +1,58 @@
-//! Runs a piece of WGSL once per row of a table of inputs.
+//! Runs WGSL code once per row of a table of inputs, and inputs that several tests share.
 
+use icoray::device::Span;
 use icoray_gpu::layout::Params;
 use icoray_gpu::shader::expand;
 use icoray_test_support::{Need, skip_because};
 use wgpu::BufferUsages as Usage;
 
-/// Last digits of f32 between two numbers, counted at the size of `size` or of the numbers, whichever is larger.
+/// The difference of two numbers in ulps of f32 at the largest magnitude of `a`, `b` and `size`.
 pub fn ulps(a: f32, b: f32, size: f32) -> f64 {
     let unit = f64::from(a.abs().max(b.abs()).max(size)) * f64::from(f32::EPSILON);
     if a == b { 0.0 } else { (f64::from(a) - f64::from(b)).abs() / unit.max(1e-38) }
 }
 
+/// WGSL that reads a segment from `inputs`: f0, f1, kappa, eps, length.
+pub const SEGMENT_AT: &str = "
+fn segment_at(at: u32) -> Segment {
+    return Segment(inputs[at], inputs[at + 1u], inputs[at + 2u], inputs[at + 3u], inputs[at + 4u]);
+}";
+
+/// An unbounded span whose colour and extinction vary linearly.
+pub fn span(extinction: f32, extinction_slope: f32, slope: f32) -> Span {
+    Span {
+        low: f32::NEG_INFINITY,
+        high: f32::INFINITY,
+        anchor: -8.0,
+        extinction,
+        extinction_slope,
+        color: [0.1, 0.5, 0.9],
+        color_slope: [slope, -0.2 * slope, 0.0],
+        steepest: slope.abs(),
+        brightest: 0.9,
+        is_clear: false,
+    }
+}
+
+/// Spans whose extinction is positive wherever a segment of the tests can be: pieces stay in their span.
+pub fn absorbing_spans() -> [Span; 5] {
+    [
+        span(0.0, 0.5, 0.1),
+        span(6.0, -0.4, 0.1),
+        span(0.0, 40.0, 0.2),
+        span(1e4, 1e3, -0.1),
+        span(2.0, 0.0, 0.0),
+    ]
+}
+
+/// An open device.
 pub struct Device {
     device: wgpu::Device,
     queue: wgpu::Queue,
 }
 
 impl Device {
-    /// The first adapter's. Where there is none, skips the test.
+    /// Opens the first adapter. If there is none, skips the test.
     pub fn open() -> Option<Self> {
         let instance = wgpu::Instance::new(wgpu::InstanceDescriptor {
             backends: wgpu::Backends::VULKAN,
@@ -29,11 +64,13 @@ impl Device {
         Some(Device { device, queue })
     }
 
-    /// `body` for each row `i` of `width` numbers in `inputs`; gives `results` numbers of `outputs` per row.
+    /// Runs `body` for each row `i` of `width` numbers in `inputs`. It ends with `let all = array<f32, RESULTS>(…);`, and
+    /// the `results` numbers of each row are returned.
     pub fn run(&self, text: &str, body: &str, inputs: &[f32], width: usize, results: usize) -> Vec<f32> {
         self.run_with(text, body, inputs, width, results, &[])
     }
 
+    /// [`Self::run`] with override constants.
     pub fn run_with(
         &self,
         text: &str,
@@ -46,7 +83,7 @@ impl Device {
         self.run_beside(text, body, inputs, [width, results], constants, (Params::default(), &[]))
     }
 
-    /// Beside what all rays share, and other bindings with their bytes.
+    /// [`Self::run_with`], with parameters and the contents of other bindings of group 0.
     pub fn run_beside(
         &self,
         text: &str,
@@ -65,6 +102,8 @@ impl Device {
             let i = id.x;
             if i >= {rows}u || params.zero != 0u {{ return; }}
             {body}
+            var row = all;
+            for (var k = 0u; k < {results}u; k++) {{ outputs[{results}u * i + k] = row[k]; }}
             }}"
         ));
         let module = self.device.create_shader_module(wgpu::ShaderModuleDescriptor {
@@ -89,25 +128,22 @@ impl Device {
         };
         let uniform = buffer(size_of::<Params>(), Usage::UNIFORM | Usage::COPY_DST);
         self.queue.write_buffer(&uniform, 0, bytemuck::bytes_of(&params));
-        let held = |(binding, bytes): &(u32, &[u8])| {
-            let held = buffer(bytes.len(), Usage::STORAGE | Usage::COPY_DST);
-            self.queue.write_buffer(&held, 0, bytes);
-            (*binding, held)
+        let upload = |(binding, bytes): &(u32, &[u8])| {
+            let target = buffer(bytes.len(), Usage::STORAGE | Usage::COPY_DST);
+            self.queue.write_buffer(&target, 0, bytes);
+            (*binding, target)
         };
         let mut shared = vec![(0, uniform)];
-        shared.extend(others.iter().map(held));
+        shared.extend(others.iter().map(upload));
         let read = buffer(size_of_val(inputs), Usage::STORAGE | Usage::COPY_DST);
         self.queue.write_buffer(&read, 0, bytemuck::cast_slice(inputs));
         let written = buffer(4 * results * rows, Usage::STORAGE | Usage::COPY_SRC);
         let back = buffer(4 * results * rows, Usage::MAP_READ | Usage::COPY_DST);
         let group = |index, buffers: &[(u32, wgpu::Buffer)]| {
-            let entries: Vec<_> = buffers
-                .iter()
-                .map(|(binding, b)| wgpu::BindGroupEntry {
-                    binding: *binding,
-                    resource: b.as_entire_binding(),
-                })
-                .collect();
+            fn entry((binding, buffer): &(u32, wgpu::Buffer)) -> wgpu::BindGroupEntry<'_> {
+                wgpu::BindGroupEntry { binding: *binding, resource: buffer.as_entire_binding() }
+            }
+            let entries: Vec<_> = buffers.iter().map(entry).collect();
             self.device.create_bind_group(&wgpu::BindGroupDescriptor {
                 label: None,
                 layout: &pipeline.get_bind_group_layout(index),

@@ -1,9 +1,9 @@
-//! What is drawn, and how the GPU's picture is compared with the CPU's.
+//! Scenes and fields of the tests, and the comparison of the GPU's picture with the CPU's.
 
+pub use crate::common::{at_centers, count_beyond, level_fastest};
+use crate::culled::{Culled, Mark, Style, holes};
 use glam::DVec3;
-use icoray::{
-    Counts, Field, Frame, Grid, IcosahedralMesh, Layers, Location, Precision, Renderer, Savings, Scene, Shape,
-};
+use icoray::{Counts, Field, Frame, Grid, IcosahedralMesh, Layers, Precision, Renderer, Savings, Scene};
 use icoray_gpu::Gpu;
 use icoray_test_support::{Need, skip_because};
 use std::sync::{Arc, OnceLock};
@@ -29,26 +29,32 @@ pub const POLE: &str = "lon = 25\nlat = 89.999\ndistance = 1.4\nfov = 90";
 pub const INSIDE: &str = "eye = [1.02, 0.3, 0.1]\ntarget = [0, 1.2, 0.3]\nfov = 90";
 pub const CENTRE: &str = "eye = [0, 0, 0]\ntarget = [0.3, 1, 0.2]\nfov = 110";
 pub const RADIAL: &str = "eye = [0, 0, 2]\ntarget = [0, 0, 0]\nup = [0, 1, 0]\nfov = 50";
-/// Just above and inside a shell that ends 3 km up, looking along the limb.
+/// A part of the planet.
+pub const CLOSE: &str = "lon = 50\nlat = 40\ndistance = 1.6\nfov = 20";
+/// Just above and inside a shell with its top at 3 km, looking along the limb.
 pub const LIMB: &str = "eye = [1.001, 0.007, 0.003]\ntarget = [0.9, 0.6, 0.1]\nfov = 30";
 pub const IN_THIN: &str = "eye = [1.0003, 0.007, 0.011]\ntarget = [1.0003, 0.4, 0.1]\nfov = 60";
+
+/// An opaque core, and none.
+pub const CORES: [&str; 2] =
+    ["exaggeration = 60\ncore = \"gray\"", "exaggeration = 60\ncore = \"transparent\""];
 
 pub const EARTH_M: f64 = 6_371_229.0;
 pub const THICK_M: [f64; 5] = [0.0, 3e3, 5e3, 12e3, 20e3];
 
-/// The device. Where there is none, skips the test.
+/// The device. If there is none, skips the test.
 pub fn gpu() -> Option<Arc<Gpu>> {
     static GPU: OnceLock<Result<Arc<Gpu>, String>> = OnceLock::new();
     let open = || Gpu::new(None).map(Arc::new).map_err(|reason| reason.to_string());
     GPU.get_or_init(open).clone().inspect_err(|reason| skip_because(Need::Gpu, reason)).ok()
 }
 
-/// A renderer that draws on it.
+/// A renderer that draws on the device.
 pub fn renderer(gpu: &Arc<Gpu>) -> Renderer {
     Renderer::new(1).unwrap().with_device(Arc::clone(gpu) as _)
 }
 
-/// A renderer that looks at all that a device looks at, one frustum after the other, so that it counts the same.
+/// A CPU renderer without the savings that devices lack, so that its counts are the same.
 pub fn cpu(threads: usize) -> Renderer {
     Renderer::new(threads).unwrap().with_savings(Savings { ends: true, ..Savings::NONE })
 }
@@ -84,8 +90,48 @@ impl Sphere {
     }
 
     pub fn field(&self) -> Field<'_> {
-        let shape = Shape::level_fastest(self.tables.cells(), self.layers.count());
-        Field::new(self.values.as_slice().into(), shape, Location::Center, None).unwrap()
+        at_centers(&self.values, self.layers.count())
+    }
+
+    /// [`compare`] with this sphere.
+    pub fn compare(&self, name: &str, scene: &Scene) -> Frame {
+        compare(name, scene, &self.grid(), &self.layers, &self.field())
+    }
+}
+
+/// Values at corners, level-fastest.
+pub fn corner_values(grid: &Grid, layers: usize) -> Vec<f64> {
+    let middle = |t: u32| grid.triangle(t).map(|c| grid.direction(c)).iter().sum::<DVec3>().normalize();
+    let all = (0..grid.triangles() as u32).flat_map(|t| (0..layers).map(move |layer| (t, layer)));
+    all.map(|(t, layer)| wave(middle(t), layer, layers)).collect()
+}
+
+/// The fill value of [`with_gaps`].
+pub const FILL: f64 = -9e33;
+/// A transfer function for [`with_gaps`].
+pub const RAMP_OF_GAPS: &str = "map = \"viridis\"\nrange = [999999, 1000001]\nopacity = [[999999, 0.5], [1000000, 0.05], [1000001, 0.8]]";
+
+/// Values around 1e6, which f32 cannot resolve before normalisation, with NaN, [`FILL`] and infinities between them.
+pub fn with_gaps(grid: &Grid, cell: usize, layer: usize, layers: usize) -> f64 {
+    match (cell * 31 + layer * 7) % 97 {
+        0 => f64::NAN,
+        1 => FILL,
+        2 => f64::NEG_INFINITY,
+        _ => 1e6 + wave(grid.direction(cell as u32), layer, layers),
+    }
+}
+
+/// Calls `draw` with the name, grid, layers and field of each mesh with holes, in all styles of tables and marks.
+pub fn each_mesh_with_holes(draw: impl Fn(&str, &Grid, &Layers, &Field)) {
+    let whole = IcosahedralMesh::new(3).unwrap();
+    let layers = Layers::from_heights(&THICK_M, EARTH_M).unwrap();
+    let marks = [Mark::BeforeFirst, Mark::MinusOne, Mark::BehindLast];
+    for (i, (hole, stays)) in holes(&whole).iter().enumerate() {
+        let style = if i % 2 == 0 { Style::Corners } else { Style::Triangles };
+        let culled = Culled::new(&whole, stays, style, marks[i % 3], (i % 2) as i32);
+        let grid = culled.grid();
+        let values = values(&grid, THICK_M.len());
+        draw(hole, &grid, &layers, &at_centers(&values, THICK_M.len()));
     }
 }
 
@@ -104,12 +150,12 @@ pub fn apart(one: &Frame, other: &Frame) -> (f64, f64) {
     ((squares / off.len() as f64).sqrt(), off.iter().copied().fold(0.0, f64::max))
 }
 
-/// Draws on both and compares; gives the GPU's frame.
+/// Draws a scene on the GPU and on the CPU, compares them, and returns the GPU's frame.
 pub fn compare(name: &str, scene: &Scene, grid: &Grid, layers: &Layers, field: &Field) -> Frame {
-    let gpu = gpu().expect("looked for before");
+    let gpu = gpu().expect("the test has opened it");
     let drawn = renderer(&gpu).render(scene, grid, layers, field).unwrap();
-    assert_eq!(drawn.report.left_to_cpu, None, "{name}");
-    assert!(drawn.report.device.is_some(), "{name}");
+    assert_eq!(drawn.report.device.left_to_cpu, None, "{name}");
+    assert!(drawn.report.device.name.is_some(), "{name}");
     let renderer = cpu(1);
     let cpu = |precision| {
         let scene = Scene { precision, ..scene.clone() };
@@ -121,33 +167,23 @@ pub fn compare(name: &str, scene: &Scene, grid: &Grid, layers: &Layers, field: &
     let counts = drawn.report.counts;
     println!("{name}: rmse {rmse:.1e}, max {max:.1e}; cpu f32 to f64 {:.1e}, {:.1e}", of_cpu.0, of_cpu.1);
     assert!(drawn.pixels.iter().flatten().chain(&drawn.error).all(|x| x.is_finite()), "{name}");
-    // Where one cuts a piece for its light's sake and the other just not, they differ by a part of the tolerance, as f32 and
-    // f64 do on the CPU.
+    // If only one of the two bisects a piece for the accuracy of its light, they differ by a fraction of the tolerance,
+    // as f32 and f64 do on the CPU.
     let is_loose = scene.lighting.is_some() && scene.tolerance > 1e-3;
     let times = if is_loose { scene.tolerance / 1e-3 } else { 1.0 };
     assert!(rmse <= times * RMSE && max <= times * MAX, "{name}: rmse {rmse:e}, max {max:e}");
-    let all = drawn.pixels.iter().zip(&wide.pixels).zip(drawn.error.iter().zip(&wide.error));
-    for (i, ((pixel, exact), (error, other))) in all.enumerate() {
-        let off = pixel.iter().zip(exact).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
-        assert!(off <= error + other, "{name}, pixel {i}: {off:e} off, admitted {error:e} and {other:e}");
-    }
-    // Errors are as large as the CPU's but for rounding, and so are reports.
+    assert_eq!(count_beyond(&drawn, &wide, 0.0), 0, "{name}: pixels beyond their errors");
+    // Errors and reports agree up to rounding.
     let (ours, theirs) = (drawn.report.error, narrow.report.error);
     assert_eq!(ours.certainty, theirs.certainty, "{name}");
-    assert!(
-        ours.mean <= 1.02 * theirs.mean + 1e-7 && ours.mean >= 0.98 * theirs.mean - 1e-7,
-        "{name}: {ours}, {theirs}"
-    );
+    assert!((ours.mean - theirs.mean).abs() <= 0.02 * theirs.mean + 1e-7, "{name}: {ours}, {theirs}");
     let Counts { rays, columns, frusta, void_frusta, .. } = narrow.report.counts;
     assert_eq!(counts.rays, rays, "{name}");
-    // A ray through a vertex or along a layer meets the one or the other frustum.
-    for (ours, theirs) in
-        [(counts.columns, columns), (counts.frusta, frusta), (counts.void_frusta, void_frusta)]
-    {
-        assert!(
-            ours.abs_diff(theirs) as f64 <= 10.0 + 0.002 * theirs as f64,
-            "{name}: {ours}, expected about {theirs}"
-        );
+    // A ray through a vertex or along a layer may meet either of two frusta.
+    let ours = [counts.columns, counts.frusta, counts.void_frusta];
+    for (ours, theirs) in ours.into_iter().zip([columns, frusta, void_frusta]) {
+        let allowed = 10.0 + 0.002 * theirs as f64;
+        assert!(ours.abs_diff(theirs) as f64 <= allowed, "{name}: {ours}, expected about {theirs}");
     }
     assert_eq!(drawn.report.value_range, narrow.report.value_range, "{name}");
     drawn

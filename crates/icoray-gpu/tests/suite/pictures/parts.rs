@@ -1,14 +1,13 @@
-//! Spheres that are spread over ranks, some of which trace on the GPU: the picture that is put together is the whole sphere's.
+//! Spheres distributed over ranks, some of which trace on the GPU: the composed picture is that of the whole sphere.
 
 use super::common::*;
+use crate::common::{columns_of, picture};
 use crate::culled::{Culled, Mark, Style, holes};
-use crate::spread::{NOBODY, Spread, partitions};
-use icoray::{Counts, Field, Frame, FrameReport, IcosahedralMesh, Layers, Location, Rendered, Scene, Shape};
-use icoray_gpu::{Gpu, Most};
+use crate::spread::{Spread, partitions, without_holes};
+use icoray::{Counts, Field, Frame, FrameReport, IcosahedralMesh, Layers, Location, Scene, Shape};
+use icoray_gpu::{Gpu, MemoryLimits};
 use std::sync::Arc;
 
-/// A piece of the planet.
-const CLOSE: &str = "lon = 50\nlat = 40\ndistance = 1.6\nfov = 20";
 const HEAD: &str = "[light]\nkind = \"headlight\"";
 const SUN: &str = "[light]\nkind = \"sun\"\nlon = 75\nlat = 40\nspecular = 0.5";
 const CORE: &str = "exaggeration = 60\ncore = \"gray\"\ntolerance = 1e-6";
@@ -19,7 +18,7 @@ fn layers(count: usize) -> Layers {
     Layers::from_heights(&heights, EARTH_M).unwrap()
 }
 
-/// Draws a scene of a mesh whose cells lie with ranks; those that `has_gpu` says it of trace on the GPU.
+/// Draws a scene of a mesh distributed over ranks. The ranks of `has_gpu` trace on the GPU.
 fn draw(
     gpu: &Arc<Gpu>,
     spread: &Spread,
@@ -30,13 +29,12 @@ fn draw(
 ) -> (Frame, Vec<FrameReport>) {
     let layers = layers(count);
     assert_eq!(values.len(), mesh.cells() * count);
-    let drawn = spread.each(|ranks, culled, part| {
+    picture(spread.each(|ranks, culled, part| {
         let (part, grid) = (part.unwrap(), culled.grid());
         let cells = culled.cells.len();
-        // Ranks differ in the order of their arrays too.
+        // Ranks also differ in the layout of their arrays.
         let (shape, here): (Shape, Vec<f32>) = if ranks.rank() % 2 == 0 {
-            let here = culled.cells.iter().flat_map(|cell| &values[cell * count..][..count]);
-            (Shape::level_fastest(cells, count), here.copied().collect())
+            (Shape::level_fastest(cells, count), columns_of(values, &culled.cells, count))
         } else {
             let layer = |layer| culled.cells.iter().map(move |cell| values[cell * count + layer]);
             (Shape::cell_fastest(cells, count), (0..count).flat_map(layer).collect())
@@ -44,32 +42,18 @@ fn draw(
         let field = Field::new(here.as_slice().into(), shape, Location::Center, None).unwrap();
         let renderer = if has_gpu(ranks.rank()) { renderer(gpu) } else { cpu(1) };
         renderer.render_over(ranks, scene, &grid, Some(&part), &layers, &field).unwrap()
-    });
-    let (mut frame, mut reports) = (None, Vec::new());
-    for drawn in drawn {
-        match drawn {
-            Rendered::Here(here) => {
-                reports.push(here.report.clone());
-                frame = Some(here);
-            }
-            Rendered::AtRoot(report) => reports.push(report),
-        }
-    }
-    (frame.unwrap(), reports)
+    }))
 }
 
-/// The whole sphere's picture on the CPU, of cells that stay.
+/// The CPU's picture of the whole mesh, culled to the cells that stay.
 fn whole(mesh: &IcosahedralMesh, stays: &[bool], scene: &Scene, (values, count): (&[f32], usize)) -> Frame {
     let layers = layers(count);
     let culled = Culled::new(mesh, stays, Style::Corners, Mark::BeforeFirst, 1);
-    let here: Vec<f32> =
-        culled.cells.iter().flat_map(|cell| &values[cell * count..][..count]).copied().collect();
-    let shape = Shape::level_fastest(culled.cells.len(), count);
-    let field = Field::new(here.as_slice().into(), shape, Location::Center, None).unwrap();
-    cpu(1).render(scene, &culled.grid(), &layers, &field).unwrap()
+    let here = columns_of(values, &culled.cells, count);
+    cpu(1).render(scene, &culled.grid(), &layers, &at_centers(&here, count)).unwrap()
 }
 
-/// Compares the picture of ranks with that of the whole, and what ranks say of who drew.
+/// Compares the picture of the ranks with that of the whole, and checks which ranks report a device.
 fn check(
     name: &str,
     (frame, reports): &(Frame, Vec<FrameReport>),
@@ -79,19 +63,12 @@ fn check(
     let (rmse, max) = apart(frame, expected);
     println!("{name}: rmse {rmse:.1e}, max {max:.1e}, {:?}", frame.report.counts);
     for (rank, report) in reports.iter().enumerate() {
-        assert_eq!(report.left_to_cpu, None, "{name}, rank {rank}");
-        assert_eq!(report.device.is_some(), has_gpu(rank), "{name}, rank {rank}");
+        assert_eq!(report.device.left_to_cpu, None, "{name}, rank {rank}");
+        assert_eq!(report.device.name.is_some(), has_gpu(rank), "{name}, rank {rank}");
     }
     assert!(rmse <= RMSE && max <= MAX, "{name}: rmse {rmse:e}, max {max:e}");
     assert_eq!(frame.report.counts.rays, expected.report.counts.rays, "{name}");
-    let off = |i: usize| {
-        let pair = frame.pixels[i].iter().zip(&expected.pixels[i]);
-        pair.map(|(a, b)| (a - b).abs()).fold(0.0, f32::max)
-    };
-    for i in 0..frame.pixels.len() {
-        let admitted = frame.error[i] + expected.error[i];
-        assert!(off(i) <= admitted, "{name}, pixel {i}: {:e} off, admitted {admitted:e}", off(i));
-    }
+    assert_eq!(count_beyond(frame, expected, 0.0), 0, "{name}: pixels beyond their errors");
 }
 
 #[test]
@@ -115,7 +92,7 @@ fn parts_make_the_picture_of_the_whole() {
         let ranks = 2 + i % 3;
         for (k, (partition, owner)) in partitions(mesh, ranks).iter().enumerate() {
             let spread = Spread::new(mesh, ranks, owner);
-            // Every second time only every second rank.
+            // Every second time, only every second rank has a GPU.
             let has_gpu = |rank: usize| (i + k) % 2 == 0 || rank % 2 == k / 2;
             let drawn = draw(&gpu, &spread, mesh, scene, values, has_gpu);
             check(&format!("{name}, {partition} on {ranks} ranks"), &drawn, &expected, has_gpu);
@@ -138,17 +115,15 @@ fn holes_of_the_whole_are_holes_of_its_parts() {
         let scene = &scenes[i % 3];
         let expected = whole(mesh, stays, scene, values);
         let ranks = 2 + i % 3;
-        let (partition, mut owner) = partitions(mesh, ranks).swap_remove(i % 3);
-        let gone = owner.iter_mut().zip(stays).filter(|(_, stays)| !**stays);
-        gone.for_each(|(owner, _)| *owner = NOBODY);
-        let spread = Spread::new(mesh, ranks, &owner);
+        let (partition, owner) = partitions(mesh, ranks).swap_remove(i % 3);
+        let spread = Spread::new(mesh, ranks, &without_holes(owner, stays));
         let has_gpu = |rank: usize| i % 2 == 0 || rank > 0;
         let drawn = draw(&gpu, &spread, mesh, scene, values, has_gpu);
         check(&format!("{hole}, {partition} on {ranks} ranks, scene {}", i % 3), &drawn, &expected, has_gpu);
     }
 }
 
-/// Of rays that end early, and of runs that show nothing: as many fragments as the CPU has, which meet and admit as much.
+/// The fragments have the CPU's number, counts and errors, also for rays that end early and for clear runs.
 #[test]
 fn fragments_are_those_of_the_cpu() {
     let Some(gpu) = gpu() else { return };
@@ -158,7 +133,7 @@ fn fragments_are_those_of_the_cpu() {
         ("dense, core", &sphere, scene(FAR, DENSE, &loose(CORE))),
         ("ramp, hollow", &sphere, scene(INSIDE, RAMP, &loose(HOLLOW))),
         ("ramp, core", &sphere, scene(FAR, RAMP, &loose(CORE))),
-        // Of facets that lie deep below the core's sphere, with next to nothing to be seen above.
+        // Facets that lie deep below the core's sphere, almost clear above it.
         ("spike, core", &coarse, scene(FAR, SPIKE, CORE)),
         ("steps, paper", &sphere, scene(FAR, STEPS, &format!("{}\nmethod = \"paper\"", loose(HOLLOW)))),
         ("lit", &sphere, scene(FAR, &format!("{RAMP}\n{SUN}"), &CORE.replace("1e-6", "1e-3"))),
@@ -167,25 +142,24 @@ fn fragments_are_those_of_the_cpu() {
         for (partition, owner) in partitions(mesh, 3) {
             let name = format!("{name}, {partition}");
             let spread = Spread::new(mesh, 3, &owner);
-            let (alone, _) = draw(&gpu, &spread, mesh, &scene, values, |_| false);
+            let (cpu, _) = draw(&gpu, &spread, mesh, &scene, values, |_| false);
             let drawn = draw(&gpu, &spread, mesh, &scene, values, |_| true);
-            check(&name, &drawn, &alone, |_| true);
-            let [ours, theirs] = [&drawn.0.report, &alone.report];
+            check(&name, &drawn, &cpu, |_| true);
+            let [ours, theirs] = [&drawn.0.report, &cpu.report];
             let numbers = |counts: Counts| [counts.columns, counts.frusta, counts.fragments];
             for (ours, theirs) in numbers(ours.counts).into_iter().zip(numbers(theirs.counts)) {
                 let allowed = 5.0 + 0.001 * theirs as f64;
                 assert!(ours.abs_diff(theirs) as f64 <= allowed, "{name}: {ours}, expected about {theirs}");
             }
             let (ours, theirs) = (ours.error.mean, theirs.error.mean);
-            assert!(
-                (ours - theirs).abs() <= 0.005 * theirs + 1e-7,
-                "{name}: {ours:e}, expected about {theirs:e}"
-            );
+            let is_near = (ours - theirs).abs() <= 0.005 * theirs + 1e-7;
+            assert!(is_near, "{name}: {ours:e}, expected about {theirs:e}");
         }
     }
 }
 
-/// A part's field in pages, and that of a close view with what its rays read; of a lit scene, whose gradients are uploaded.
+/// A part's field in pages, of a close view with the columns that its rays read, and of lit scenes, whose gradients are
+/// uploaded.
 #[test]
 fn parts_in_pages_do_not_show() {
     let Some(_) = gpu() else { return };
@@ -193,7 +167,7 @@ fn parts_in_pages_do_not_show() {
     let sphere = Sphere::new(5, &std::array::from_fn::<f64, 16, _>(|k| 1e3 * k as f64));
     let mesh = &sphere.tables;
     let values = (sphere.values.as_slice(), count);
-    let limited = |binding, field| Arc::new(Gpu::with_most(None, Most { binding, field }).unwrap());
+    let limited = |binding, field| Arc::new(Gpu::with_limits(None, MemoryLimits { binding, field }).unwrap());
     let (_, owner) = partitions(mesh, 2).swap_remove(1);
     let spread = Spread::new(mesh, 2, &owner);
     let stays = vec![true; mesh.cells()];
@@ -209,21 +183,19 @@ fn parts_in_pages_do_not_show() {
         check(name, &drawn, &expected, |_| true);
         let is_unread = |line: &String| line.ends_with("bytes of the field on the device");
         assert!(drawn.1.iter().flat_map(|report| &report.left_out).any(is_unread), "{name}: {:?}", drawn.1);
-        // No room for all of it at once: the CPU traces what it would have.
+        // No room for the whole field: the CPU traces the rank's part.
         let small = limited(None, Some(1000));
         let (frame, reports) = draw(&small, &spread, mesh, &scene, values, |_| true);
         let (rmse, max) = apart(&frame, &expected);
         assert!(rmse <= RMSE && max <= MAX, "{name}: rmse {rmse:e}, max {max:e}");
         let is_left = |report: &FrameReport| {
-            let is_left =
-                report.left_to_cpu.as_ref().is_some_and(|reason| reason.contains("expected at most"));
-            assert_eq!(is_left, report.device.is_none(), "{name}: {report:?}");
+            let reason = report.device.left_to_cpu.as_ref();
+            let is_left = reason.is_some_and(|reason| reason.contains("expected at most"));
+            assert_eq!(is_left, report.device.name.is_none(), "{name}: {report:?}");
             is_left
         };
-        // The close view's cells are one rank's.
-        assert_eq!(
-            reports.iter().filter(|report| is_left(report)).count(),
-            if name == "close" { 1 } else { 2 }
-        );
+        // The cells of the close view belong to one rank.
+        let expected = if name == "close" { 1 } else { 2 };
+        assert_eq!(reports.iter().filter(|report| is_left(report)).count(), expected);
     }
 }

@@ -1,28 +1,28 @@
 //! Fields of any size and offset, constant ones, rough ones, and missing values.
 
-use super::{Case, Ground, Values, wave};
-use icoray::Result;
+use super::case::{Case, CaseMesh, wave};
+use icoray::{OwnedReals, Result};
 
 const RED: [f64; 3] = [0.9, 0.1, 0.05];
 const BLUE: [f64; 3] = [0.1, 0.2, 1.0];
 
 /// The plain case with `v·scale + offset` in place of each value v of field and transfer function.
-fn scaled(ground: &Ground, scale: f64, offset: f64, double: bool, name: String) -> Result<Case> {
-    let mut case = ground.case("field", name)?;
-    let values = ground.sampled(&case, |d, x| wave(d, x) * scale + offset);
+fn scaled(mesh: &CaseMesh, scale: f64, offset: f64, double: bool, name: String) -> Result<Case> {
+    let mut case = mesh.case("field", name)?;
+    let values = mesh.sampled(&case, |d, x| wave(d, x) * scale + offset);
     case.values = if double {
-        Values::F64(values)
+        OwnedReals::F64(values)
     } else {
-        Values::F32(values.into_iter().map(|v| v as f32).collect())
+        OwnedReals::F32(values.into_iter().map(|v| v as f32).collect())
     };
-    for knot in &mut case.scene.transfer.knots {
+    for knot in &mut case.scene.volumes[0].transfer.knots {
         knot.value = knot.value * scale + offset;
     }
     Ok(case)
 }
 
 /// Scales, offsets, constants and fields that turn in every cell.
-pub fn fields(ground: &Ground) -> Result<Vec<Case>> {
+pub fn fields(mesh: &CaseMesh) -> Result<Vec<Case>> {
     let mut cases = Vec::new();
     for (scale, offset, text) in [
         (1e-30, 0.0, "scale 1e-30"),
@@ -30,17 +30,17 @@ pub fn fields(ground: &Ground) -> Result<Vec<Case>> {
         (1.0, 1e6 + 1.0, "offset 1e6 + 1"),
         (1.0, -1e6, "offset -1e6"),
     ] {
-        cases.push(scaled(ground, scale, offset, false, format!("{text}, held in f32"))?);
-        cases.push(scaled(ground, scale, offset, true, format!("{text}, held in f64"))?);
+        cases.push(scaled(mesh, scale, offset, false, format!("{text}, held in f32"))?);
+        cases.push(scaled(mesh, scale, offset, true, format!("{text}, held in f64"))?);
     }
-    cases.push(scaled(ground, 1e280, -1e281, true, "scale 1e280, offset -1e281, held in f64".into())?);
+    cases.push(scaled(mesh, 1e280, -1e281, true, "scale 1e280, offset -1e281, held in f64".into())?);
     let step = [(0.0, RED, 0.2), (0.3, RED, 0.2), (0.3, BLUE, 0.9), (1.0, RED, 0.0)];
     // 0.3 is no binary number: what the field holds must be what the knot holds.
     let single = f64::from(0.3f32);
     let exact = step.map(|(v, c, e)| (if v == 0.3 { single } else { v }, c, e));
     let of = |name: &str, f: &dyn Fn(glam::DVec3, f64) -> f64| {
-        let mut case = ground.case("field", name)?.transfer(0.02, &exact);
-        ground.field(&mut case, f);
+        let mut case = mesh.case("field", name)?.transfer(0.02, &exact);
+        mesh.field(&mut case, f);
         Ok(case)
     };
     cases.push(of("constant", &|_, _| 0.5)?);
@@ -60,10 +60,10 @@ pub fn fields(ground: &Ground) -> Result<Vec<Case>> {
 }
 
 /// NaN, infinities and fill values, some and all.
-pub fn missing(ground: &Ground) -> Result<Vec<Case>> {
+pub fn missing(mesh: &CaseMesh) -> Result<Vec<Case>> {
     let holes = |name: &str, fill: Option<f64>, marks: [f64; 3], every: usize| {
-        let mut case = ground.case("field", name)?;
-        let Values::F32(values) = &mut case.values else { return Ok(case) };
+        let mut case = mesh.case("field", name)?;
+        let OwnedReals::F32(values) = &mut case.values else { return Ok(case) };
         for (i, value) in values.iter_mut().step_by(every).enumerate() {
             *value = marks[i % 3] as f32;
         }

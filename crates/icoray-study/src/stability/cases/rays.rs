@@ -1,6 +1,6 @@
 //! Cameras near and far, and rays that meet the mesh in its special places.
 
-use super::{Case, Ground};
+use super::case::{Case, CaseMesh};
 use glam::DVec3;
 use icoray::Result;
 
@@ -9,12 +9,12 @@ const TOP: f64 = 1.1;
 const METRE: f64 = 1.0 / 6.371e6;
 
 /// From one metre above the top to 1e4 radii away, inside the shell, on its layers and in a hollow core.
-pub fn cameras(ground: &Ground) -> Result<Vec<Case>> {
-    let [a, b, c] = ground.corners(333);
+pub fn cameras(mesh: &CaseMesh) -> Result<Vec<Case>> {
+    let [a, b, c] = mesh.corners(333);
     let (facet, ridge) = ((a + b + c) / 3.0, (a + b) / 2.0);
     let level = (a - b).normalize();
     let make = |name: String, eye: DVec3, dir: DVec3, fov: f64| {
-        Ok(ground.case("camera", name)?.look(eye, dir, fov, 13))
+        Ok(mesh.case("camera", name)?.look(eye, dir, fov, 13))
     };
     let mut cases = Vec::new();
     for (place, over) in [("facet", facet), ("ridge", ridge), ("vertex", a)] {
@@ -29,8 +29,8 @@ pub fn cameras(ground: &Ground) -> Result<Vec<Case>> {
     }
     for thickness in [1.6e-5, 1.6e-7] {
         let from = DVec3::new(0.3, -0.8, 0.52).normalize();
-        let mut case = ground.case("camera", format!("1e4 radii away, layers of {thickness:e}"))?;
-        ground.shell(&mut case, 6, thickness)?;
+        let mut case = mesh.case("camera", format!("1e4 radii away, layers of {thickness:e}"))?;
+        mesh.shell(&mut case, 6, thickness)?;
         cases.push(case.look(from * 1e4, -from, 2.0 * 1.2e-4f64.atan().to_degrees(), 13));
     }
     let inward = (DVec3::new(0.1, 0.2, 0.3) - facet).normalize();
@@ -45,13 +45,13 @@ pub fn cameras(ground: &Ground) -> Result<Vec<Case>> {
 }
 
 /// Rays at vertices, edges, facets and the axis: exactly, and within 1e-12 and 1e-5 of it.
-pub fn rays(ground: &Ground) -> Result<Vec<Case>> {
+pub fn rays(mesh: &CaseMesh) -> Result<Vec<Case>> {
     let mut cases = Vec::new();
-    for (name, eye, target) in special(ground) {
+    for (name, eye, target) in special(mesh) {
         for (fov, width) in [(1e-10, "1e-12"), (1e-3, "1e-5")] {
             for hollow in [false, true] {
                 let inside = if hollow { ", hollow" } else { "" };
-                let case = ground.case("ray", format!("{name}{inside}, within {width}"))?;
+                let case = mesh.case("ray", format!("{name}{inside}, within {width}"))?;
                 let case = case.look(eye, target - eye, fov, 5);
                 cases.push(if hollow { case.hollow() } else { case });
             }
@@ -61,8 +61,8 @@ pub fn rays(ground: &Ground) -> Result<Vec<Case>> {
 }
 
 /// Eye and target of rays that hit something exactly.
-fn special(ground: &Ground) -> Vec<(&'static str, DVec3, DVec3)> {
-    let [a, b, c] = ground.corners(100);
+fn special(mesh: &CaseMesh) -> Vec<(&'static str, DVec3, DVec3)> {
+    let [a, b, c] = mesh.corners(100);
     let (facet, ridge) = ((a + b + c) / 3.0, (a + b) / 2.0);
     let (along, across) = ((a - b).normalize(), a.cross(b).normalize());
     let aside = DVec3::new(0.7, -1.1, 0.4);

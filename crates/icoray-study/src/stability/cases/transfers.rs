@@ -1,6 +1,6 @@
 //! Cells from clear to opaque, and transfer functions with steps, spikes and many knots.
 
-use super::{Case, Ground};
+use super::case::{Case, CaseMesh};
 use icoray::Result;
 
 const RED: [f64; 3] = [0.9, 0.1, 0.05];
@@ -11,23 +11,23 @@ const WHITE: [f64; 3] = [1.0, 1.0, 1.0];
 const CELL: f64 = 0.02;
 
 /// Optical depth of a cell from 1e-12 to 1e12: in all of the field, and rising from none.
-pub fn depths(ground: &Ground) -> Result<Vec<Case>> {
+pub fn depths(mesh: &CaseMesh) -> Result<Vec<Case>> {
     let mut cases = Vec::new();
     for power in [-12, -9, -6, -3, -1, 0, 1, 3, 6, 9, 12] {
         let depth = 10f64.powi(power);
         let name = |what: &str| format!("1e{power} per cell, {what}");
         let even = [(-1.0, RED, depth), (1.0, BLUE, depth)];
-        cases.push(ground.case("depth", name("even"))?.transfer(CELL, &even));
+        cases.push(mesh.case("depth", name("even"))?.transfer(CELL, &even));
         let ramp = [(-0.5, RED, 0.0), (0.1, BLUE, 0.0), (0.6, GREEN, depth), (1.0, WHITE, 0.0)];
-        cases.push(ground.case("depth", name("from 0"))?.transfer(CELL, &ramp).hollow());
+        cases.push(mesh.case("depth", name("from 0"))?.transfer(CELL, &ramp).hollow());
     }
     Ok(cases)
 }
 
 /// Steps, spikes, one knot, many knots, knots that the field never reaches.
-pub fn transfers(ground: &Ground) -> Result<Vec<Case>> {
+pub fn transfers(mesh: &CaseMesh) -> Result<Vec<Case>> {
     let make =
-        |name: &str, knots: &[(f64, [f64; 3], f64)]| Ok(ground.case("transfer", name)?.transfer(CELL, knots));
+        |name: &str, knots: &[(f64, [f64; 3], f64)]| Ok(mesh.case("transfer", name)?.transfer(CELL, knots));
     let step = |at: f64, below: f64, above: f64| {
         [(-1.0, RED, below), (at, RED, below), (at, BLUE, above), (1.0, GREEN, above)]
     };

@@ -1,9 +1,9 @@
 //! Frames that ranks draw together in the background, between calls in which the model moves messages on.
 
 use super::*;
-use crate::ranks::{LocalTeam, Owned, PartCells, Team, local_nodes};
+use crate::ranks::tests::on_teams;
+use crate::ranks::{LocalTeam, Owned, PartCells, Team};
 use std::sync::Barrier;
-use std::thread::scope;
 
 /// What ranks have of the stage's grid and field.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -20,7 +20,7 @@ struct Rank<'s> {
     ranks: Ranks,
     background: Background,
     spread: Spread,
-    held: Option<Arc<Held>>,
+    held: Option<Arc<Decomposition>>,
     cells: Vec<usize>,
     /// The model's own communication.
     model: &'s Barrier,
@@ -38,7 +38,7 @@ impl<'s> Rank<'s> {
             let global: Vec<i64> = cells.iter().map(|cell| *cell as i64).collect();
             let owned = vec![1; cells.len()];
             let cells = PartCells { global: global.as_slice().into(), owned: Owned::Marked(&owned) };
-            Arc::new(Held::new(&mut ranks, &stage.grid, &cells).unwrap())
+            Arc::new(Decomposition::new(&mut ranks, &stage.grid, &cells).unwrap())
         });
         Rank { stage, ranks, background, spread, held, cells, model }
     }
@@ -84,12 +84,8 @@ fn on_each<R: Send>(
     spread: Spread,
     model: impl Fn(&mut Rank) -> R + Sync,
 ) -> Vec<R> {
-    let (model, barrier) = (&model, &Barrier::new(nodes.len()));
-    scope(|scope| {
-        let rank = |team| scope.spawn(move || model(&mut Rank::new(stage, team, spread, barrier)));
-        let threads: Vec<_> = local_nodes(nodes).into_iter().map(rank).collect();
-        threads.into_iter().map(|thread| thread.join().unwrap()).collect()
-    })
+    let barrier = Barrier::new(nodes.len());
+    on_teams(nodes, |team| model(&mut Rank::new(stage, team, spread, &barrier)))
 }
 
 #[test]
@@ -127,7 +123,7 @@ fn pictures_of_ranks_are_those_of_one_process() {
             assert!(drawn == expected.pixels, "step {step}, {spread:?} on {nodes:?}");
             for reports in &reports {
                 let report = &reports[step as usize - 1];
-                assert_eq!((report.ranks, report.threads), (nodes.len(), 1));
+                assert_eq!((report.ranks.count, report.threads), (nodes.len(), 1));
                 assert_eq!(report.counts.rays, expected.report.counts.rays);
             }
         }
@@ -149,7 +145,7 @@ fn failing(team: &mut LocalTeam, stage: &Stage) -> Background {
                     assert!(rank != 1, "a phase");
                     Ok(())
                 });
-                ranks.together(mine)?;
+                ranks.collective(mine)?;
             }
             _ => {}
         }
@@ -162,7 +158,7 @@ fn failing(team: &mut LocalTeam, stage: &Stage) -> Background {
 #[test]
 fn what_fails_on_one_rank_ends_the_frame_on_all() {
     let (stage, model) = (&Stage::new(), &Barrier::new(3));
-    let on_rank = |mut team: LocalTeam| {
+    let said = on_teams(&[0; 3], |mut team| {
         let background = failing(&mut team, stage);
         let ranks = Ranks::new(Box::new(team));
         let cells = (0..stage.grid.cells()).collect();
@@ -176,10 +172,6 @@ fn what_fails_on_one_rank_ends_the_frame_on_all() {
             Err(error) => format!("{error}{}", if drawn.is_of_all { "" } else { ", alone" }),
         };
         rank.outcomes().into_iter().map(told).collect::<Vec<_>>()
-    };
-    let said: Vec<_> = scope(|scope| {
-        let threads: Vec<_> = local_nodes(&[0; 3]).into_iter().map(|t| scope.spawn(|| on_rank(t))).collect();
-        threads.into_iter().map(|thread| thread.join().unwrap()).collect()
     });
     for (rank, said) in said.into_iter().enumerate() {
         let told = |by: usize, text: &str| match by == rank {

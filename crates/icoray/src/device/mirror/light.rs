@@ -3,10 +3,12 @@
 //! A shade is body, highlight and normal; a course is the gradient's ends and bends and ε.
 
 use super::{Span, segment};
-use crate::kernel::lit;
-use crate::kernel::piece::{Allowance, Light, Method};
-use crate::kernel::shade::{self, RayShading};
 use glam::DVec3;
+use icoray_kernel::lit;
+use icoray_kernel::piece::{ErrorBudget, Radiance};
+use icoray_kernel::shade;
+use icoray_kernel::shade::RayShading;
+use icoray_scene::Method;
 
 /// Blinn and Phong's model along one ray; its members are those of the kernel's `RayShading`.
 #[allow(missing_docs)]
@@ -52,16 +54,17 @@ impl AlongRay {
         numbers(&self.kernel().shade(gradient))
     }
 
-    /// `RayShading::doubt`.
-    pub fn doubt(&self, [a, m, b]: [Shade; 3], skew: f32) -> Option<(f32, f32)> {
-        self.kernel().doubt(&of(a), &of(m), &of(b), skew)
+    /// `RayShading::error_bound`.
+    pub fn error_bound(&self, [a, m, b]: [Shade; 3], skew: f32) -> Option<(f32, f32)> {
+        self.kernel().error_bound(&of(a), &of(m), &of(b), skew)
     }
 
     /// `RayShading::apply` to red, green, blue, absorbed, error, variance.
     pub fn apply(&self, light: [f32; 6], mean: (f32, f32), off: f32) -> [f32; 6] {
         let [r, g, b, absorbed, error, variance] = light;
-        let light = Light { color: [r, g, b], absorbed, error, variance };
-        let Light { color: [r, g, b], absorbed, error, variance } = self.kernel().apply(light, mean, off);
+        let light = Radiance { color: [r, g, b], alpha: absorbed, error, variance };
+        let Radiance { color: [r, g, b], alpha: absorbed, error, variance } =
+            self.kernel().apply(light, mean, off);
         [r, g, b, absorbed, error, variance]
     }
 
@@ -83,17 +86,19 @@ impl AlongRay {
         range: [f32; 2],
         is_coarse: bool,
     ) -> [f32; 6] {
-        let allowance = Allowance { share, rest, through, reach };
-        let (span, shading, course) = (span.kernel(), self.kernel(), kernel_course(course));
+        let allowance =
+            ErrorBudget { color_tolerance: share, min_transmittance: rest, transmittance: through, reach };
+        let (shading, course) = (self.kernel(), kernel_course(course));
         let lit = lit::Lit::<f32, 4> {
             method,
             allowance: &allowance,
             shading: &shading,
-            span: &span,
-            course: &course,
+            span,
+            interpolant: &course,
         };
-        let cuts = if is_coarse { 0 } else { lit::Lit::<f32, 4>::MOST_CUTS };
-        let Light { color: [r, g, b], absorbed, error, variance } = lit.light(&segment(piece), range, cuts);
+        let cuts = if is_coarse { 0 } else { lit::Lit::<f32, 4>::MAX_CUTS };
+        let Radiance { color: [r, g, b], alpha: absorbed, error, variance } =
+            lit.light(&segment(piece), range, cuts);
         [r, g, b, absorbed, error, variance]
     }
 }
@@ -103,15 +108,15 @@ pub fn mean([a, m, b]: [Shade; 3], centre: f32) -> (f32, f32) {
     RayShading::mean(&of(a), &of(m), &of(b), centre)
 }
 
-/// `Course::gradient`.
+/// `FrustumInterpolant::gradient`.
 pub fn gradient(course: [f32; 10], u: f32) -> [f32; 3] {
     kernel_course(course).gradient(u)
 }
 
-/// `Spread::of`: centre and doubt.
+/// `LightSpread::of`: centre and error bound.
 pub fn spread(piece: [f32; 5], span: &Span) -> (f32, f32) {
-    let spread = lit::Spread::of(&segment(piece), &span.kernel());
-    (spread.centre, spread.doubt)
+    let spread = lit::LightSpread::of(&segment(piece), span);
+    (spread.centre, spread.error_bound)
 }
 
 fn numbers(shade: &shade::Shade<f32>) -> Shade {
@@ -123,6 +128,6 @@ fn of([body, highlight, x, y, z]: Shade) -> shade::Shade<f32> {
     shade::Shade { body, highlight, normal: [x, y, z] }
 }
 
-fn kernel_course([ax, ay, az, bx, by, bz, kx, ky, kz, eps]: [f32; 10]) -> lit::Course<f32, 4> {
-    lit::Course { from: [0.0, ax, ay, az], to: [0.0, bx, by, bz], kappa: [0.0, kx, ky, kz], eps }
+fn kernel_course([ax, ay, az, bx, by, bz, kx, ky, kz, eps]: [f32; 10]) -> lit::FrustumInterpolant<f32, 4> {
+    lit::FrustumInterpolant { from: [0.0, ax, ay, az], to: [0.0, bx, by, bz], kappa: [0.0, kx, ky, kz], eps }
 }

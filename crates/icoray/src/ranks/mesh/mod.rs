@@ -1,18 +1,20 @@
 //! The mesh that the ranks of a node have together: their own cells and, around them, cells of other nodes.
 //!
-//! It is made of what each rank tells of its part. Cells are in the order of their numbers in the whole grid, and rows of
-//! tables have the order that they have on the rank that owns the cell: what is summed up over them has the bits that it has
-//! in the whole grid.
+//! It is made of the pieces that each rank sends of its part. Cells are in the order of their numbers in the whole
+//! grid, and rows of tables have the order that they have on the rank that owns the cell: what is summed up over them
+//! has the bits that it has in the whole grid.
 
 mod piece;
 
 use super::nodes::Nodes;
+use super::wire::{decode, encode};
 use super::{Ranks, bad};
-use crate::error::{Error, ErrorKind, Result};
-use crate::grid::{Connectivity, Grid, OwnedGrid, OwnedTables};
-use crate::threads::Threads;
+use icoray_grid::grid::{OwnedGrid, OwnedTables};
+use icoray_grid::threads::Threads;
+use icoray_grid::{Connectivity, Grid};
+use icoray_grid::{Error, ErrorKind, Result};
+use piece::{CellRow, NodePiece};
 pub(super) use piece::{Corner, CornerKey, Numbers};
-use piece::{Told, ToldCell, read};
 
 /// What stands where a neighbour is missing, in tables that number from 0.
 const MISSING: i32 = -1;
@@ -27,36 +29,40 @@ pub(super) struct NodeMesh {
     pub owner: Vec<u32>,
     /// Of each corner, what all ranks know it by.
     pub corners: Vec<Corner>,
-    /// Of each of the first corners, those with own cells of the node, the rank that told of it.
+    /// Of each of the first corners, those with own cells of the node, the rank whose piece has it.
     pub teller: Vec<u32>,
 }
 
 impl NodeMesh {
     /// Puts the parts of this rank's node together. Collective.
     pub fn new(ranks: &mut Ranks, numbers: &Numbers, nodes: &Nodes) -> Result<Self> {
-        let told = ranks.attempt(|| Ok(numbers.tell(nodes)));
-        let told = ranks.together(told)?;
+        let piece = ranks.attempt(|| Ok(encode(&numbers.piece(nodes))));
+        let piece = ranks.collective(piece)?;
         let mut messages = vec![Vec::new(); ranks.size()];
-        nodes.mates().into_iter().for_each(|mate| messages[mate].clone_from(&told));
-        drop(told);
-        let came = ranks.exchange(messages)?;
+        nodes.mates().into_iter().for_each(|mate| messages[mate].clone_from(&piece));
+        drop(piece);
+        let received = ranks.exchange(messages)?;
         let base = i64::from(numbers.grid.tables().index_base);
-        let mesh = ranks.attempt(|| Self::of(&came, base));
-        ranks.together(mesh)
+        let mesh = ranks.attempt(|| Self::of(&received, base));
+        ranks.collective(mesh)
     }
 
-    fn of(came: &[Vec<u8>], base: i64) -> Result<Self> {
-        let mut told = Told::default();
-        let told_by = came.iter().enumerate().filter(|(_, bytes)| !bytes.is_empty());
-        told_by.into_iter().try_for_each(|(rank, bytes)| read(rank, bytes, &mut told))?;
-        let Told { mut cells, corners, mut beyond } = told;
-        cells.sort_by_key(|cell: &ToldCell| cell.global);
-        // Several ranks tell of what is of other nodes.
+    fn of(received: &[Vec<u8>], base: i64) -> Result<Self> {
+        let (mut cells, mut corners, mut teller, mut outer) =
+            (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+        for (rank, bytes) in received.iter().enumerate().filter(|(_, bytes)| !bytes.is_empty()) {
+            let piece: NodePiece = decode(bytes)?;
+            teller.resize(teller.len() + piece.corners.len(), rank as u32);
+            cells.extend(piece.cells);
+            corners.extend(piece.corners);
+            outer.extend(piece.outer);
+        }
+        cells.sort_by_key(|cell| cell.global);
+        // Cells and triangles of other nodes are in the pieces of several ranks.
         cells.dedup_by_key(|cell| cell.global);
-        beyond.sort_by_key(Corner::key);
-        beyond.dedup_by_key(|corner| corner.key());
-        let (corners, teller): (Vec<Corner>, Vec<u32>) = corners.into_iter().unzip();
-        let corners = [corners, beyond].concat();
+        outer.sort_by_key(Corner::key);
+        outer.dedup_by_key(|corner| corner.key());
+        corners.append(&mut outer);
         let global: Vec<u64> = cells.iter().map(|cell| cell.global).collect();
         let cell_number = global.iter().map(|number| *number as i64 + base).collect();
         let tables = OwnedTables { cell_number, ..tables(&cells, &global, &corners)? };
@@ -81,10 +87,10 @@ impl NodeMesh {
     }
 }
 
-fn tables(cells: &[ToldCell], global: &[u64], corners: &[Corner]) -> Result<OwnedTables> {
+fn tables(cells: &[CellRow], global: &[u64], corners: &[Corner]) -> Result<OwnedTables> {
     let row = |cell: u64| {
         let row = global.binary_search(&cell);
-        row.map_err(|_| Error::new(ErrorKind::Mpi, format!("cell {cell} of a corner was not told")))
+        row.map_err(|_| Error::new(ErrorKind::Mpi, format!("cell {cell} of a corner is in no piece")))
     };
     let mut corner_cell = Vec::with_capacity(3 * corners.len());
     for corner in corners {
@@ -127,7 +133,7 @@ fn connect(corner_cell: &[i32], corners: &[Corner], cells: usize) -> Result<Conn
 }
 
 /// Gives each cell all of its corners, in the order in which its owner has them.
-fn set_corners(to: &mut Connectivity, corner_cell: &[i32], cells: &[ToldCell], corners: &[Corner]) {
+fn set_corners(to: &mut Connectivity, corner_cell: &[i32], cells: &[CellRow], corners: &[Corner]) {
     let mut around = vec![Vec::new(); cells.len()];
     for (i, cell) in corner_cell.iter().enumerate().filter(|(_, cell)| **cell != MISSING) {
         around[*cell as usize].push((i / 3) as i32);

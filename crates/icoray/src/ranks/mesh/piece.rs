@@ -1,15 +1,15 @@
-//! What a rank tells the others of its node of its part: own cells, the corners around them, and the cells of other nodes there.
+//! The piece of a node's mesh that one rank contributes: own cells, the corners around them, and the cells of other
+//! nodes there.
 
-use crate::error::Result;
-use crate::grid::Grid;
 use crate::ranks::nodes::Nodes;
-use crate::ranks::words::{Reader, Words};
+use icoray_grid::Grid;
+use serde::{Deserialize, Serialize};
 
 /// In place of the number of a cell that is missing.
 const NONE: u64 = u64::MAX;
 
 /// A corner as all ranks know it.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Corner {
     /// Numbers of its cells in the whole grid, in the order of the model's table; [`NONE`] where one is missing.
     cells: [u64; 3],
@@ -29,18 +29,6 @@ impl Corner {
 
     pub fn is_triangle(&self) -> bool {
         !self.cells.contains(&NONE)
-    }
-
-    pub fn put(&self, words: &mut Words) {
-        self.cells.into_iter().for_each(|cell| {
-            words.put(cell);
-        });
-        words.put_f64(self.place[0]).put_f64(self.place[1]);
-    }
-
-    pub fn get(reader: &mut Reader) -> Result<Self> {
-        let cells = [reader.get()?, reader.get()?, reader.get()?];
-        Ok(Corner { cells, place: [reader.get_f64()?, reader.get_f64()?] })
     }
 
     /// In the order of the table; `None` for one that is missing.
@@ -86,7 +74,7 @@ impl Numbers<'_> {
         }
     }
 
-    /// The rank that tells its node of a corner: the owner of its lowest cell that the node owns.
+    /// The rank of the node whose piece has a corner: the owner of its lowest cell that the node owns.
     fn teller(&self, corner: usize, nodes: &Nodes) -> Option<usize> {
         let cells = self.cells_at(corner).into_iter().flatten();
         let own = cells.filter(|cell| nodes.is_mate(self.owner[*cell] as usize));
@@ -101,80 +89,53 @@ impl Numbers<'_> {
         keys.iter().map(place).collect()
     }
 
-    /// What this rank tells its node, as bytes.
-    pub fn tell(&self, nodes: &Nodes) -> Vec<u8> {
+    /// The piece that this rank contributes to its node's mesh.
+    pub fn piece(&self, nodes: &Nodes) -> NodePiece {
         let place = self.grid.tables().center;
-        let mut corners = Words::default();
-        // Cells of other nodes are told by each rank that has a corner with them.
-        let mut is_told: Vec<bool> = (0..self.global.len()).map(|cell| self.owns(cell)).collect();
+        let is_of_other_node = |cell: usize| !nodes.is_mate(self.owner[cell] as usize);
+        let mut corners = Vec::new();
+        // Each rank that has a corner with a cell of another node includes that cell.
+        let mut is_included: Vec<bool> = (0..self.global.len()).map(|cell| self.owns(cell)).collect();
         for corner in (0..self.grid.triangles()).filter(|c| self.teller(*c, nodes) == Some(self.rank)) {
-            self.corner(corner).put(&mut corners);
+            corners.push(self.corner(corner));
             for cell in self.cells_at(corner).into_iter().flatten() {
-                is_told[cell] |= !nodes.is_mate(self.owner[cell] as usize);
+                is_included[cell] |= is_of_other_node(cell);
             }
         }
-        let mut words = Words::default();
-        words.put(is_told.iter().filter(|is_told| **is_told).count() as u64);
-        for cell in (0..self.global.len()).filter(|cell| is_told[*cell]) {
-            words.put(self.global[cell]).put(self.owner[cell].into());
-            words.put_f64(place.lon_rad.get(cell)).put_f64(place.lat_rad.get(cell));
-            let order = if self.owns(cell) { self.order(cell) } else { Vec::new() };
-            words.put_bytes(&order);
-        }
-        words.put_bytes(&corners.0);
-        self.tell_beyond(nodes, &is_told, &mut words);
-        words.0
-    }
-
-    /// Triangles of told cells that are all of other nodes.
-    fn tell_beyond(&self, nodes: &Nodes, is_told: &[bool], words: &mut Words) {
-        for triangle in (0..self.grid.triangles() as u32).filter(|t| self.grid.is_triangle(*t)) {
-            let cells = self.grid.triangle(triangle).map(|cell| cell as usize);
-            if cells.iter().all(|cell| is_told[*cell] && !nodes.is_mate(self.owner[*cell] as usize)) {
-                self.corner(triangle as usize).put(words);
-            }
-        }
+        let cell_row = |cell: usize| CellRow {
+            global: self.global[cell],
+            owner: self.owner[cell],
+            place: [place.lon_rad.get(cell), place.lat_rad.get(cell)],
+            order: if self.owns(cell) { self.order(cell) } else { Vec::new() },
+        };
+        let cells = (0..self.global.len()).filter(|cell| is_included[*cell]).map(cell_row).collect();
+        let is_outer = |triangle: &u32| {
+            let cells = self.grid.triangle(*triangle).map(|cell| cell as usize);
+            cells.into_iter().all(|cell| is_included[cell] && is_of_other_node(cell))
+        };
+        let triangles = (0..self.grid.triangles() as u32).filter(|t| self.grid.is_triangle(*t));
+        let outer = triangles.filter(is_outer).map(|triangle| self.corner(triangle as usize)).collect();
+        NodePiece { cells, corners, outer }
     }
 }
 
-/// A cell as a rank has told of it.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct ToldCell<'b> {
+/// A cell of a piece.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub(crate) struct CellRow {
     pub global: u64,
     pub owner: u32,
     /// Longitude and latitude, radians.
     pub place: [f64; 2],
     /// As [`Numbers::order`]; empty for a cell of another node.
-    pub order: &'b [u8],
+    pub order: Vec<u8>,
 }
 
-/// What the ranks of a node have told.
-#[derive(Debug, Default)]
-pub(crate) struct Told<'b> {
-    pub cells: Vec<ToldCell<'b>>,
-    /// Corners with own cells of the node, each with the rank that told of it.
-    pub corners: Vec<(Corner, u32)>,
-    /// Triangles of other nodes' cells.
-    pub beyond: Vec<Corner>,
-}
-
-/// Reads what `rank` has told.
-pub(crate) fn read<'b>(rank: usize, bytes: &'b [u8], told: &mut Told<'b>) -> Result<()> {
-    let mut reader = Reader(bytes);
-    for _ in 0..reader.get()? {
-        told.cells.push(ToldCell {
-            global: reader.get()?,
-            owner: reader.get()? as u32,
-            place: [reader.get_f64()?, reader.get_f64()?],
-            order: reader.get_bytes()?,
-        });
-    }
-    let mut corners = Reader(reader.get_bytes()?);
-    while !corners.0.is_empty() {
-        told.corners.push((Corner::get(&mut corners)?, rank as u32));
-    }
-    while !reader.0.is_empty() {
-        told.beyond.push(Corner::get(&mut reader)?);
-    }
-    Ok(())
+/// What one rank contributes to the mesh of its node.
+#[derive(Debug, Serialize, Deserialize)]
+pub(crate) struct NodePiece {
+    pub cells: Vec<CellRow>,
+    /// Corners with own cells of the node.
+    pub corners: Vec<Corner>,
+    /// Triangles whose cells are all of other nodes.
+    pub outer: Vec<Corner>,
 }

@@ -1,14 +1,14 @@
-//! Whose each cell of a local grid is.
+//! Finds the owner of each cell of a local grid.
 //!
-//! Found by asking: rank `g mod ranks` keeps the entry of global number g, is told by the cell's owner, and asked by whoever
-//! has the cell in its halo. So no rank ever holds numbers of the whole grid.
+//! A distributed directory: rank `g mod ranks` stores the entry of global number g, which the owner of the cell
+//! registers and ranks with the cell in their halo look up. So no rank ever holds numbers of the whole grid.
 
 use super::CellsOfRanks;
-use crate::error::{Error, ErrorKind, Result};
-use crate::grid::Grid;
 use crate::ranks::cells::{Numbered, PartCells};
-use crate::ranks::words::{Reader, Words};
+use crate::ranks::wire::{decode_lists, encode_lists};
 use crate::ranks::{Ranks, bad};
+use icoray_grid::Grid;
+use icoray_grid::{Error, ErrorKind, Result};
 use std::collections::HashMap;
 
 /// A part before its neighbours are known.
@@ -39,31 +39,30 @@ impl Local {
         global as i64 + self.base
     }
 
-    /// Whom each cell belongs to. Collective.
+    /// The owner of each cell. Collective.
     pub fn find_owners(&self, ranks: &mut Ranks) -> Result<Vec<u32>> {
-        let mut entries = vec![Words::default(); self.ranks];
+        let keeper = |global: u64| (global % self.ranks as u64) as usize;
+        let mut entries = vec![Vec::new(); self.ranks];
         for (global, is_own) in self.global.iter().zip(&self.owns_cell) {
-            entries[(global % self.ranks as u64) as usize].put(2 * global + u64::from(*is_own));
+            entries[keeper(*global)].push((*global, *is_own));
         }
-        let came = ranks.exchange(entries.into_iter().map(|words| words.0).collect())?;
-        let answers = ranks.attempt(|| self.answer(&came));
-        let answers = ranks.together(answers)?;
-        let came = ranks.exchange(answers)?;
-        let mut readers: Vec<Reader> = came.iter().map(|bytes| Reader(bytes)).collect();
-        let owner = |global: &u64| readers[(global % self.ranks as u64) as usize].get();
-        let owners = self.global.iter().map(owner).map(|owner| owner.map(|rank| rank as u32)).collect();
+        let received = ranks.exchange(encode_lists(&entries))?;
+        let answers = ranks.attempt(|| self.answer(&decode_lists(&received)?));
+        let answers = ranks.collective(answers)?;
+        let received = ranks.exchange(encode_lists(&answers))?;
+        let owners = ranks.attempt(|| {
+            let mut answers: Vec<_> =
+                decode_lists::<u32>(&received)?.into_iter().map(Vec::into_iter).collect();
+            let cut = || Error::new(ErrorKind::Mpi, "owners of cells are cut short");
+            self.global.iter().map(|global| answers[keeper(*global)].next().ok_or_else(cut)).collect()
+        });
         ranks.settle(owners)
     }
 
-    /// The owner of each cell that ranks have told of, in their order.
-    fn answer(&self, came: &[Vec<u8>]) -> Result<Vec<Vec<u8>>> {
-        let entries = |bytes: &Vec<u8>| -> Vec<(u64, bool)> {
-            let words = bytes.as_chunks::<8>().0.iter().map(|word| u64::from_le_bytes(*word));
-            words.map(|word| (word / 2, word % 2 == 1)).collect()
-        };
-        let came: Vec<_> = came.iter().map(entries).collect();
+    /// The owner of each cell in the entries of each rank: the cell's number and whether the rank owns it.
+    fn answer(&self, entries: &[Vec<(u64, bool)>]) -> Result<Vec<Vec<u32>>> {
         let mut owner = HashMap::new();
-        for (rank, entries) in came.iter().enumerate() {
+        for (rank, entries) in entries.iter().enumerate() {
             for (global, _) in entries.iter().filter(|(_, is_own)| *is_own) {
                 if let Some(other) = owner.insert(*global, rank) {
                     return Err(bad(format!(
@@ -73,20 +72,17 @@ impl Local {
                 }
             }
         }
-        let answer = |(rank, entries): (usize, &Vec<(u64, bool)>)| {
-            let mut words = Words::default();
-            for (global, _) in entries {
-                let owner = owner.get(global).ok_or_else(|| {
-                    bad(format!(
-                        "cell {} is in the halo of rank {rank}, but owned by no rank",
-                        self.number(*global)
-                    ))
-                })?;
-                words.put(*owner as u64);
-            }
-            Ok(words.0)
+        let owner_of = |rank: usize, global: &u64| {
+            let owner = owner.get(global).map(|owner| *owner as u32);
+            owner.ok_or_else(|| {
+                let cell = self.number(*global);
+                bad(format!("cell {cell} is in the halo of rank {rank}, but owned by no rank"))
+            })
         };
-        came.iter().enumerate().map(answer).collect()
+        let of_rank = |(rank, entries): (usize, &Vec<(u64, bool)>)| {
+            entries.iter().map(|(global, _)| owner_of(rank, global)).collect()
+        };
+        entries.iter().enumerate().map(of_rank).collect()
     }
 
     /// Which own cells other ranks need the values of, and which halo cells' this one needs, by rank. Collective.
@@ -106,33 +102,33 @@ impl Local {
             }
         }
         let mut receives = vec![Vec::new(); self.ranks];
-        let mut wishes = vec![Words::default(); self.ranks];
+        let mut requests = vec![Vec::new(); self.ranks];
         let halo = (0..grid.cells()).filter(|cell| !self.owns_cell[*cell]);
         for cell in halo {
             let owner = owners[cell] as usize;
-            // Also of those that are not used: the count shows whether the owner has all triangles.
-            wishes[owner].put(self.global[cell]).put(u64::from(around[cell])).put(is_used[cell].into());
+            // Includes unused cells: the owner checks that it has all triangles around them.
+            requests[owner].push((self.global[cell], around[cell], is_used[cell]));
             if is_used[cell] {
                 receives[owner].push(cell as u32);
             }
         }
-        let came = ranks.exchange(wishes.into_iter().map(|words| words.0).collect())?;
-        let sends = ranks.attempt(|| self.grant(&came, &around));
-        Ok((ranks.together(sends)?, receives))
+        let received = ranks.exchange(encode_lists(&requests))?;
+        let sends = ranks.attempt(|| self.grant(&decode_lists(&received)?, &around));
+        Ok((ranks.collective(sends)?, receives))
     }
 
-    fn grant(&self, wishes: &[Vec<u8>], around: &[u32]) -> Result<CellsOfRanks> {
+    /// The own cells whose values each rank requests. A request is a cell's number, the number of triangles around it
+    /// in the halo of that rank, and whether the rank uses its values.
+    fn grant(&self, requests: &[Vec<(u64, u32, bool)>], around: &[u32]) -> Result<CellsOfRanks> {
         let own = (0u32..).zip(&self.global).filter(|(cell, _)| self.owns_cell[*cell as usize]);
         let local: HashMap<u64, u32> = own.map(|(cell, global)| (*global, cell)).collect();
-        let grant = |(rank, bytes): (usize, &Vec<u8>)| {
-            let mut reader = Reader(bytes);
+        let grant = |(rank, requests): (usize, &Vec<(u64, u32, bool)>)| {
             let mut cells = Vec::new();
-            while !reader.0.is_empty() {
-                let (global, seen, is_used) = (reader.get()?, reader.get()?, reader.get()? == 1);
+            for &(global, seen, is_used) in requests {
                 let Some(&cell) = local.get(&global) else {
                     return Err(Error::new(ErrorKind::Internal, format!("cell {global} is not here")));
                 };
-                let here = u64::from(around[cell as usize]);
+                let here = around[cell as usize];
                 if here < seen {
                     return Err(bad(format!(
                         "own cell {} has {here} triangles here and {seen} in the halo of rank {rank}, expected all of \
@@ -146,7 +142,7 @@ impl Local {
             }
             Ok(cells)
         };
-        wishes.iter().enumerate().map(grant).collect()
+        requests.iter().enumerate().map(grant).collect()
     }
 }
 

@@ -1,38 +1,32 @@
 //! Collective calls on one thread, their messages on another.
 
 use super::*;
+use crate::ranks::tests::on_teams;
 use crate::ranks::{Ranks, local_team};
 use std::sync::atomic::{AtomicBool, Ordering::SeqCst};
 use std::thread;
 
 /// What `work` makes of each rank's team, while the rank's own thread moves messages, now and then.
 fn on_pumped<R: Send>(size: usize, work: impl Fn(&mut PumpedTeam) -> R + Sync) -> Vec<R> {
-    let work = &work;
-    thread::scope(|scope| {
-        let rank = |mut team: crate::ranks::LocalTeam| {
-            scope.spawn(move || {
-                let (mut pumped, mut pump) = pumped(team.point_to_point().unwrap(), team.rank());
-                // Few children and short pieces, so that few ranks and bytes have many of them.
-                pumped.tree = pumped.tree.with_fan_out(2);
-                pumped.tree.link.most = 100;
-                let is_done = AtomicBool::new(false);
-                thread::scope(|scope| {
-                    let worker = scope.spawn(|| {
-                        let made = work(&mut pumped);
-                        is_done.store(true, SeqCst);
-                        made
-                    });
-                    for _ in 0..3 {
-                        sleep(Duration::from_millis(1));
-                        pump.pump();
-                    }
-                    pump.finish(|| is_done.load(SeqCst));
-                    worker.join().unwrap()
-                })
-            })
-        };
-        let threads: Vec<_> = local_team(size).into_iter().map(rank).collect();
-        threads.into_iter().map(|thread| thread.join().unwrap()).collect()
+    on_teams(&vec![0; size], |mut team| {
+        let (mut pumped, mut pump) = pumped(team.point_to_point().unwrap(), team.rank());
+        // Few children and short pieces, so that few ranks and bytes have many of them.
+        pumped.tree = pumped.tree.with_fan_out(2);
+        pumped.tree.link.most = 100;
+        let is_done = AtomicBool::new(false);
+        thread::scope(|scope| {
+            let worker = scope.spawn(|| {
+                let made = work(&mut pumped);
+                is_done.store(true, SeqCst);
+                made
+            });
+            for _ in 0..3 {
+                sleep(Duration::from_millis(1));
+                pump.pump();
+            }
+            pump.finish(|| is_done.load(SeqCst));
+            worker.join().unwrap()
+        })
     })
 }
 

@@ -6,8 +6,8 @@ use icoray::{Heights, Volume};
 /// The field t beside q, on layers that lie at heights of their own.
 fn rich_scene() -> Scene {
     let mut scene = scene("");
-    let transfer = scene.transfer.clone();
-    scene.scenery.volumes = vec![Volume { field: "t".into(), transfer, coloring: None, opacity: None }];
+    let transfer = scene.volumes[0].transfer.clone();
+    scene.volumes.extend([Volume { field: "t".into(), transfer, coloring: None, opacity: None }]);
     scene.scenery.heights = Heights::Native;
     scene
 }
@@ -49,7 +49,7 @@ fn all_fields_and_heights_that_a_scene_needs_are_put_together() {
         (&[2, 1, 1, 0], [Blocked, LevelFastest, CellFastest]),
     ] {
         let locals = locals(&mesh, node_of.len(), &partitions(all.len(), node_of.len())[1]);
-        let (frame, reports) = split(on_each(node_of, |ranks| {
+        let (frame, reports) = picture(on_nodes(node_of, |ranks| {
             let local = &locals[ranks.rank()];
             let held = held(ranks, &grid, local).unwrap();
             let rich = Rich::of(&local.cells, layouts);
@@ -59,11 +59,8 @@ fn all_fields_and_heights_that_a_scene_needs_are_put_together() {
             render(ranks, &rich_scene(), &grid, &held, rich.fields()).unwrap()
         }));
         assert!(bits(&frame) == bits(&whole), "{node_of:?}");
-        for node in node_of {
-            let its = reports.iter().zip(node_of).filter(|(_, of)| *of == node);
-            let bytes: u64 = its.map(|(report, _)| report.bytes_copied).sum();
-            assert_eq!(bytes, (all.len() * LAYERS * (8 + 4 + 8)) as u64, "{node_of:?}");
-        }
+        let bytes = all.len() * LAYERS * (8 + 4 + 8);
+        assert_bytes_copied(node_of, &reports, bytes, &format!("{node_of:?}"));
     }
 }
 
@@ -78,44 +75,39 @@ fn every_field_and_heights_are_agreed_on() {
         (
             |good, odd| Fields::new([("q", good), ("t", odd)]).with_heights(good),
             ErrorKind::Mpi,
-            "rank 1: has \"t\" of 3 layers of 64 bits, but \"t\" of 4 layers of 64 bits on rank 0",
+            "has \"t\" of 3 layers of 64 bits, but \"t\" of 4 layers of 64 bits on rank 0",
         ),
         (
             |good, odd| Fields::new([("q", good), ("t", good)]).with_heights(odd),
             ErrorKind::Mpi,
-            "rank 1: has heights of 3 layers of 64 bits, but heights of 4 layers",
+            "has heights of 3 layers of 64 bits, but heights of 4 layers",
         ),
         (
             |good, _| Fields::new([("q", good), ("u", good)]).with_heights(good),
             ErrorKind::Scene,
-            "rank 1: the scene shows field \"t\", and there is [\"q\", \"u\"]",
+            "the scene shows field \"t\", and there is [\"q\", \"u\"]",
         ),
         (
             |good, _| Fields::new([("q", good), ("t", good)]),
             ErrorKind::Field,
-            "rank 1: heights = \"native\", and no heights",
+            "heights = \"native\", and no heights",
         ),
         (
             |good, odd| Fields::new([("q", odd), ("t", good)]).with_heights(good),
             ErrorKind::Mpi,
-            "rank 1: has \"q\" of 3 layers",
+            "has \"q\" of 3 layers",
         ),
     ];
     for (damage, kind, words) in cases {
-        let found = on_each(&[0, 1, 0], |ranks| {
+        let refusals = on_nodes(&[0, 1, 0], |ranks| {
             let local = &locals[ranks.rank()];
             let held = held(ranks, &grid, local).unwrap();
-            let of = |layers| {
-                let shape = Shape::level_fastest(local.cells.len(), layers);
-                Field::new(wide.as_slice().into(), shape, Location::Center, None).unwrap()
-            };
+            let of = |layers| at_centers(&wide[..local.cells.len() * layers], layers);
             let (good, odd) = (of(LAYERS), of(LAYERS - 1));
             let right = Fields::new([("q", good), ("t", good)]).with_heights(good);
             let fields = if ranks.rank() == 1 { damage(good, odd) } else { right };
-            let error = render(ranks, &rich_scene(), &grid, &held, fields).unwrap_err();
-            (error.kind(), error.context().to_string())
+            refusal(render(ranks, &rich_scene(), &grid, &held, fields))
         });
-        assert!(found.iter().all(|f| *f == found[0] && f.0 == kind), "{found:?}");
-        assert!(found[0].1.starts_with(words), "{}", found[0].1);
+        assert_same_refusal(&refusals, kind, &format!("rank 1: {words}"));
     }
 }

@@ -1,11 +1,10 @@
 //! Columns that are spread over ranks, each of which has the whole grid's tables: bitwise the picture of the whole field.
 
-use icoray::ranks::{LocalTeam, local_nodes};
+use crate::common::{assert_same_refusal, at_centers, bits, difference, on_nodes, picture, refusal};
 use icoray::{
-    Error, ErrorKind, Field, Fields, Frame, FrameReport, Grid, Held, IcosahedralMesh, Layers, Location,
-    Owned, PartCells, Ranks, Rendered, Renderer, Scene, Shape,
+    Decomposition, Error, ErrorKind, Field, Fields, FrameReport, Grid, IcosahedralMesh, Layers, Location,
+    Owned, OwnedReals, PartCells, Ranks, Rendered, Renderer, Scene, Shape,
 };
-use std::thread;
 
 mod fields;
 
@@ -108,49 +107,28 @@ fn scene(rest: &str) -> Scene {
     .unwrap()
 }
 
-fn bits(frame: &Frame) -> Vec<[u32; 5]> {
-    let pixels = frame.pixels.iter().zip(&frame.error);
-    pixels.map(|([r, g, b, a], e)| [r, g, b, a, e].map(|value| value.to_bits())).collect()
-}
-
-/// What `work` makes of each rank.
-fn on_each<R: Send>(node_of: &[usize], work: impl Fn(&mut Ranks) -> R + Sync) -> Vec<R> {
-    let work = &work;
-    thread::scope(|scope| {
-        let rank = |team: LocalTeam| scope.spawn(move || work(&mut Ranks::new(Box::new(team))));
-        let threads: Vec<_> = local_nodes(node_of).into_iter().map(rank).collect();
-        threads.into_iter().map(|thread| thread.join().unwrap()).collect()
-    })
-}
-
-fn held(ranks: &mut Ranks, grid: &Grid, local: &Local) -> Result<Held, Error> {
+fn held(ranks: &mut Ranks, grid: &Grid, local: &Local) -> Result<Decomposition, Error> {
     let cells = PartCells { global: local.global.as_slice().into(), owned: Owned::Marked(&local.owned) };
-    Held::new(ranks, grid, &cells)
+    Decomposition::new(ranks, grid, &cells)
 }
 
 fn render<'f>(
     ranks: &mut Ranks,
     scene: &Scene,
     grid: &Grid,
-    held: &Held,
+    held: &Decomposition,
     fields: impl Into<Fields<'f>>,
 ) -> Result<Rendered, Error> {
-    let Held::Columns(columns) = held else { panic!("not columns: {held:?}") };
+    let Decomposition::Columns(columns) = held else { panic!("not columns: {held:?}") };
     Renderer::new(1)?.render_columns(ranks, scene, grid, columns, &layers(), fields)
 }
 
-fn split(drawn: Vec<Rendered>) -> (Frame, Vec<FrameReport>) {
-    let (mut frame, mut reports) = (None, Vec::new());
-    for drawn in drawn {
-        match drawn {
-            Rendered::Here(here) => {
-                reports.push(here.report.clone());
-                assert!(frame.replace(here).is_none());
-            }
-            Rendered::AtRoot(report) => reports.push(report),
-        }
+/// Checks that the ranks of each node have copied so many bytes together.
+fn assert_bytes_copied(node_of: &[usize], reports: &[FrameReport], expected: usize, trying: &str) {
+    for node in node_of {
+        let ranks = reports.iter().zip(node_of).filter(|(_, of)| *of == node);
+        assert_eq!(ranks.map(|(report, _)| report.bytes_copied).sum::<u64>(), expected as u64, "{trying}");
     }
-    (frame.unwrap(), reports)
 }
 
 /// In 32 and 64 bits by turns: the memory grows, and is then more than what is asked for.
@@ -164,17 +142,19 @@ fn columns_make_the_very_picture_of_the_whole() {
         scene("precision = \"f64\"\n[light]\nkind = \"headlight\""),
         scene("ranks = \"tiles\"\ncore = \"transparent\""),
     ];
-    let whole: Vec<Frame> = (0..scenes.len())
-        .map(|step| {
-            let narrow = Layout::LevelFastest.lay(&all, |c, l| value(c, l, step) as f32);
-            let wide = Layout::LevelFastest.lay(&all, |c, l| value(c, l, step));
-            let shape = Shape::level_fastest(all.len(), LAYERS);
-            let fill = if step == 1 { FILL } else { f64::from(FILL as f32) };
-            let samples = if step == 1 { wide.as_slice().into() } else { narrow.as_slice().into() };
-            let field = Field::new(samples, shape, Location::Center, Some(fill)).unwrap();
-            Renderer::new(1).unwrap().render(&scenes[step], &grid, &layers(), &field).unwrap()
-        })
-        .collect();
+    // The values of a step as they lie, and the mark of what is missing.
+    let lay = |layout: Layout, cells: &[usize], step: usize, value: &dyn Fn(usize, usize) -> f64| match step {
+        1 => (OwnedReals::F64(layout.lay(cells, value)), FILL),
+        _ => (OwnedReals::F32(layout.lay(cells, |c, l| value(c, l) as f32)), f64::from(FILL as f32)),
+    };
+    fn field((values, fill): &(OwnedReals, f64), shape: Shape) -> Field<'_> {
+        Field::new(values.as_reals(), shape, Location::Center, Some(*fill)).unwrap()
+    }
+    let whole = [0, 1, 2].map(|step| {
+        let values = lay(Layout::LevelFastest, &all, step, &|c, l| value(c, l, step));
+        let field = field(&values, Shape::level_fastest(all.len(), LAYERS));
+        Renderer::new(1).unwrap().render(&scenes[step], &grid, &layers(), &field).unwrap()
+    });
     assert!(whole.iter().all(|frame| frame.report.missing_values > 0));
     let nodes: [&[usize]; 8] = [
         &[0, 0],
@@ -190,7 +170,7 @@ fn columns_make_the_very_picture_of_the_whole() {
         for (k, owner) in partitions(all.len(), node_of.len()).iter().enumerate() {
             let locals = locals(&mesh, node_of.len(), owner);
             let layout = [Layout::LevelFastest, Layout::CellFastest, Layout::Blocked][(i + k) % 3];
-            let drawn = on_each(node_of, |ranks| {
+            let drawn = on_nodes(node_of, |ranks| {
                 let local = &locals[ranks.rank()];
                 let grid = Grid::new(mesh.tables()).unwrap();
                 let held = held(ranks, &grid, local).unwrap();
@@ -200,12 +180,8 @@ fn columns_make_the_very_picture_of_the_whole() {
                     |c: usize| local.owned[local.cells.iter().position(|cell| *cell == c).unwrap()] == 1;
                 let value = |c, l, step| if own(c) { value(c, l, step) } else { 1e30 };
                 [0, 1, 2].map(|step| {
-                    let narrow = layout.lay(&local.cells, |c, l| value(c, l, step) as f32);
-                    let wide = layout.lay(&local.cells, |c, l| value(c, l, step));
-                    let fill = if step == 1 { FILL } else { f64::from(FILL as f32) };
-                    let samples = if step == 1 { wide.as_slice().into() } else { narrow.as_slice().into() };
-                    let field = Field::new(samples, shape, Location::Center, Some(fill)).unwrap();
-                    render(ranks, &scenes[step], &grid, &held, &field).unwrap()
+                    let values = lay(layout, &local.cells, step, &|c, l| value(c, l, step));
+                    render(ranks, &scenes[step], &grid, &held, &field(&values, shape)).unwrap()
                 })
             });
             let mut steps = [Vec::new(), Vec::new(), Vec::new()];
@@ -213,22 +189,17 @@ fn columns_make_the_very_picture_of_the_whole() {
                 steps[step].push(drawn);
             });
             for (step, drawn) in steps.into_iter().enumerate() {
-                let (frame, reports) = split(drawn);
+                let (frame, reports) = picture(drawn);
                 let trying = format!("nodes {node_of:?}, partition {k}, {layout:?}, step {step}");
                 assert!(bits(&frame) == bits(&whole[step]), "{trying}");
                 let size = if step == 1 { 8 } else { 4 };
-                for node in node_of {
-                    let its = reports.iter().zip(node_of).filter(|(_, of)| *of == node);
-                    let bytes: u64 = its.map(|(report, _)| report.bytes_copied).sum();
-                    assert_eq!(bytes, (all.len() * LAYERS * size) as u64, "{trying}");
-                }
+                assert_bytes_copied(node_of, &reports, all.len() * LAYERS * size, &trying);
                 for report in &reports {
-                    assert!(report.copy_s > 0.0 && report.prepare_s >= 0.0, "{trying}");
+                    assert!(report.timing.copy_s > 0.0 && report.timing.prepare_s >= 0.0, "{trying}");
                     assert_eq!(report.value_range, whole[step].report.value_range);
-                    let sharing = report.sharing.unwrap().to_string();
-                    let expected =
+                    let sharing =
                         "tiles: every rank has the whole grid, the field is assembled once per node";
-                    assert_eq!(sharing, expected);
+                    assert_eq!(report.ranks.sharing.unwrap().to_string(), sharing);
                 }
             }
         }
@@ -242,22 +213,18 @@ fn a_scene_may_ask_for_fragments_of_columns() {
     let grid = Grid::new(mesh.tables()).unwrap();
     let all: Vec<usize> = (0..mesh.cells()).collect();
     let asked = |scheme: &str| scene(&format!("precision = \"f64\"\ntolerance = 1e-8\nranks = \"{scheme}\""));
-    let shape = Shape::level_fastest(all.len(), LAYERS);
     let values = Layout::LevelFastest.lay(&all, |c, l| value(c, l, 99));
-    let field = Field::new(values.as_slice().into(), shape, Location::Center, None).unwrap();
+    let field = at_centers(&values, LAYERS);
     let whole = Renderer::new(1).unwrap().render(&asked("auto"), &grid, &layers(), &field).unwrap();
     let locals = locals(&mesh, 3, &partitions(all.len(), 3)[1]);
-    let (frame, reports) = split(on_each(&[0, 1, 0], |ranks| {
+    let (frame, reports) = picture(on_nodes(&[0, 1, 0], |ranks| {
         let local = &locals[ranks.rank()];
         let held = held(ranks, &grid, local).unwrap();
         let values = Layout::LevelFastest.lay(&local.cells, |c, l| value(c, l, 99));
-        let shape = Shape::level_fastest(local.cells.len(), LAYERS);
-        let field = Field::new(values.as_slice().into(), shape, Location::Center, None).unwrap();
-        render(ranks, &asked("fragments"), &grid, &held, &field).unwrap()
+        render(ranks, &asked("fragments"), &grid, &held, &at_centers(&values, LAYERS)).unwrap()
     }));
     assert!(reports[0].counts.fragments > 0);
-    let channels = frame.pixels.iter().flatten().zip(whole.pixels.iter().flatten());
-    assert!(channels.map(|(a, b)| (a - b).abs()).fold(0.0, f32::max) <= 1e-6);
+    assert!(difference(&frame, &whole) <= 1e-6);
 }
 
 /// The tables are the part's own only where that fits on all ranks.
@@ -267,10 +234,10 @@ fn what_tables_are_is_agreed_on() {
     let grid = Grid::new(mesh.tables()).unwrap();
     let cells = mesh.cells();
     let kinds = |locals: Vec<Local>| {
-        on_each(&vec![0; locals.len()], |ranks| match held(ranks, &grid, &locals[ranks.rank()]).unwrap() {
-            Held::Whole => "whole",
-            Held::Columns(columns) if columns.table_bytes() > 0 => "parts",
-            Held::Columns(_) => "columns",
+        on_nodes(&vec![0; locals.len()], |ranks| match held(ranks, &grid, &locals[ranks.rank()]).unwrap() {
+            Decomposition::Whole => "whole",
+            Decomposition::Columns(columns) if columns.table_bytes() > 0 => "parts",
+            Decomposition::Columns(_) => "columns",
         })
     };
     let all = Local { cells: Vec::new(), global: (0..cells as i64).collect(), owned: vec![1; cells] };
@@ -306,18 +273,18 @@ fn columns_that_do_not_fit_are_refused_on_all_ranks() {
         let mut locals = locals(&mesh, 3, owner);
         damage(&mut locals[1]);
         let right = self::locals(&mesh, 3, owner);
-        let found = on_each(&[0, 1, 0], |ranks| {
-            let error = held(ranks, &grid, &locals[ranks.rank()]).unwrap_err();
+        let refusals = on_nodes(&[0, 1, 0], |ranks| {
+            let refusal = refusal(held(ranks, &grid, &locals[ranks.rank()]));
             held(ranks, &grid, &right[ranks.rank()]).unwrap();
-            (error.kind(), error.to_string())
+            refusal
         });
-        assert!(found.iter().all(|f| *f == found[0] && f.0 == ErrorKind::Grid), "{found:?}");
-        assert!(found[0].1.contains(words), "{}", found[0].1);
+        assert_same_refusal(&refusals, ErrorKind::Grid, "");
+        assert!(refusals[0].1.contains(words), "{}", refusals[0].1);
     }
     // Tables of two grids.
     let other = IcosahedralMesh::new(1).unwrap();
     let locals = locals(&mesh, 3, owner);
-    let found = on_each(&[0, 1, 0], |ranks| {
+    let found = on_nodes(&[0, 1, 0], |ranks| {
         let tables = if ranks.rank() == 2 { other.tables() } else { mesh.tables() };
         held(ranks, &Grid::new(tables).unwrap(), &locals[ranks.rank()]).unwrap_err().to_string()
     });
@@ -332,45 +299,28 @@ fn fields_that_do_not_fit_are_refused_on_all_ranks() {
     let grid = Grid::new(mesh.tables()).unwrap();
     let locals = locals(&mesh, 3, &partitions(mesh.cells(), 3)[1]);
     let (narrow, wide) = (vec![0.5f32; 4000], vec![0.5; 4000]);
+    let (field, mpi) = (ErrorKind::Field, ErrorKind::Mpi);
     // Of the odd rank: more columns, of how many layers, wide, where, and how missing values are marked.
     let cases = [
-        (1, 4, true, Location::Center, None, ErrorKind::Field, "rank 1: \"q\": "),
-        (
-            0,
-            3,
-            true,
-            Location::Center,
-            None,
-            ErrorKind::Mpi,
-            "rank 1: has \"q\" of 3 layers of 64 bits, but \"q\" of 4 ",
-        ),
-        (0, 4, false, Location::Center, None, ErrorKind::Mpi, "rank 1: has \"q\" of 4 layers of 32 bits"),
-        (
-            0,
-            4,
-            true,
-            Location::Center,
-            Some(7.0),
-            ErrorKind::Mpi,
-            "rank 1: has \"q\" with missing values marked by Some(7.0)",
-        ),
-        (0, 4, true, Location::Corner, None, ErrorKind::Field, "rank 1: \"q\": at corners, expected centres"),
+        (1, 4, true, Location::Center, None, field, "\"q\": "),
+        (0, 3, true, Location::Center, None, mpi, "has \"q\" of 3 layers of 64 bits, but \"q\" of 4 "),
+        (0, 4, false, Location::Center, None, mpi, "has \"q\" of 4 layers of 32 bits"),
+        (0, 4, true, Location::Center, Some(7.0), mpi, "has \"q\" with missing values marked by Some(7.0)"),
+        (0, 4, true, Location::Corner, None, field, "\"q\": at corners, expected centres"),
     ];
     for (more, layers, is_wide, location, fill, kind, words) in cases {
-        let found = on_each(&[0, 1, 0], |ranks| {
+        let refusals = on_nodes(&[0, 1, 0], |ranks| {
             let local = &locals[ranks.rank()];
             let held = held(ranks, &grid, local).unwrap();
-            let good = Shape::level_fastest(local.cells.len(), LAYERS);
-            let good = Field::new(wide.as_slice().into(), good, Location::Center, None).unwrap();
+            let good = at_centers(&wide[..local.cells.len() * LAYERS], LAYERS);
             let shape = Shape::level_fastest(local.cells.len() + more, layers);
             let samples = if is_wide { wide.as_slice().into() } else { narrow.as_slice().into() };
             let odd = Field::new(samples, shape, location, fill).unwrap();
             let field = if ranks.rank() == 1 { &odd } else { &good };
-            let error = render(ranks, &scene(""), &grid, &held, field).unwrap_err();
+            let refusal = refusal(render(ranks, &scene(""), &grid, &held, field));
             render(ranks, &scene(""), &grid, &held, &good).unwrap();
-            (error.kind(), error.context().to_string())
+            refusal
         });
-        assert!(found.iter().all(|f| *f == found[0] && f.0 == kind), "{found:?}");
-        assert!(found[0].1.starts_with(words), "{}", found[0].1);
+        assert_same_refusal(&refusals, kind, &format!("rank 1: {words}"));
     }
 }

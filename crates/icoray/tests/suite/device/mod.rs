@@ -1,13 +1,12 @@
 //! Pictures that a device traces some tiles of: whatever it gives or keeps, each pixel is its own or the CPU's.
 
-use icoray::device::{Band, Device, Devices, Job, Reason, Rect, Spent, Traced, Wanted};
-use icoray::ranks::{local_nodes, local_team};
+use crate::common::{at_centers, columns_of, on_nodes, on_ranks, picture};
+use icoray::device::{Band, Device, DeviceCost, DeviceRequest, Devices, FallbackReason, Job, Rect, Traced};
 use icoray::{
-    Adapter, Field, Frame, FrameReport, Grid, Held, IcosahedralMesh, Layers, Lights, Location, Owned,
-    PartCells, Ranks, Rendered, Renderer, Scene, Shape,
+    Adapter, Decomposition, DeviceReport, Field, Frame, FrameReport, Grid, IcosahedralMesh, Layers, Lights,
+    Owned, PartCells, Renderer, Scene,
 };
 use std::sync::{Arc, Mutex};
-use std::thread;
 
 mod parts;
 
@@ -54,7 +53,7 @@ fn painted(job: &Job, rect: Rect) -> Vec<Traced> {
         .flat_map(|y| (rect.left..rect.left + rect.width).map(move |x| (x, y)));
     let ray = |(x, y): (u32, u32)| {
         let (x, y) = ((x * step).min(scene.width - 1), (y * step).min(scene.height - 1));
-        Traced { color: color(x, y), absorbed: 1.0, error: 0.25, variance: 0.0, counts: [2, 3, 1] }
+        Traced { color: color(x, y), alpha: 1.0, error: 0.25, variance: 0.0, counts: [2, 3, 1] }
     };
     nodes.map(ray).collect()
 }
@@ -64,7 +63,7 @@ impl Device for Painter {
         "painter".into()
     }
 
-    fn trace(&self, job: &Job, give: &(dyn Fn(Band) + Sync)) -> Result<Spent, Reason> {
+    fn trace(&self, job: &Job, give: &(dyn Fn(Band) + Sync)) -> Result<DeviceCost, FallbackReason> {
         let tiles: Vec<Rect> = job.tiles().collect();
         let asked = (job.number(), tiles.len(), job.quality().pixel_step, job.gradients().len());
         self.asked.lock().unwrap().push(asked);
@@ -83,7 +82,7 @@ impl Device for Painter {
             }
             Manner::Some => {
                 (0..count).step_by(3).for_each(|i| band(i, i + 1));
-                return Err(Reason::new("the paint is used up"));
+                return Err(FallbackReason::new("the paint is used up"));
             }
             Manner::Panic => {
                 band(0, 1);
@@ -98,7 +97,7 @@ impl Device for Painter {
                 band(0, count);
             }
         }
-        Ok(Spent { upload_s: 0.5, device_s: Some(0.25), bytes_uploaded: 7, ..Spent::default() })
+        Ok(DeviceCost { upload_s: 0.5, device_s: Some(0.25), bytes_uploaded: 7, ..DeviceCost::default() })
     }
 }
 
@@ -121,8 +120,7 @@ impl World {
     }
 
     fn field(&self) -> Field<'_> {
-        let shape = Shape::level_fastest(self.mesh.cells(), LAYERS);
-        Field::new(self.values.as_slice().into(), shape, Location::Center, None).unwrap()
+        at_centers(&self.values, LAYERS)
     }
 
     fn draw(&self, renderer: &Renderer, scene: &Scene) -> Frame {
@@ -179,22 +177,16 @@ fn what_a_device_gives_is_shown_and_the_cpu_draws_the_rest() {
             let frame = world.draw(&renderer, &scene(""));
             let count = count_painted(&frame, &alone);
             assert!(painted.contains(&count), "{manner:?}: {count} pixels");
-            let FrameReport { device, left_to_cpu, counts, .. } = frame.report;
-            assert_eq!(device.is_some(), count > 0, "{manner:?}");
+            let FrameReport { device, counts, .. } = frame.report;
+            let DeviceReport { name, left_to_cpu, .. } = &device;
+            assert_eq!(name.is_some(), count > 0, "{manner:?}");
             assert_eq!(left_to_cpu.is_some(), word.is_some(), "{manner:?}");
-            assert!(
-                left_to_cpu.iter().all(|reason| reason.contains(word.unwrap())),
-                "{manner:?}: {left_to_cpu:?}"
-            );
+            let says_why = left_to_cpu.iter().all(|reason| reason.contains(word.unwrap()));
+            assert!(says_why, "{manner:?}: {left_to_cpu:?}");
             if count == all {
-                assert_eq!(
-                    [counts.rays, counts.columns, counts.frusta, counts.void_frusta],
-                    [1, 2, 3, 1].map(|n| n * all as u64)
-                );
-                assert_eq!(
-                    (frame.report.upload_s, frame.report.device_s, frame.report.bytes_uploaded),
-                    (0.5, Some(0.25), 7)
-                );
+                let counts = [counts.rays, counts.columns, counts.frusta, counts.void_frusta];
+                assert_eq!(counts, [1, 2, 3, 1].map(|n| n * all as u64));
+                assert_eq!((device.upload_s, device.trace_s, device.bytes_uploaded), (0.5, Some(0.25), 7));
             }
         }
     }
@@ -207,7 +199,7 @@ fn what_a_device_has_not_goes_to_the_cpu_unasked() {
     let renderer = Renderer::new(1).unwrap().with_device(Arc::clone(&painter) as _);
     let scene = scene("precision = \"f64\"");
     let frame = world.draw(&renderer, &scene);
-    assert!(frame.report.left_to_cpu.unwrap().contains("f64"));
+    assert!(frame.report.device.left_to_cpu.unwrap().contains("f64"));
     assert_eq!(frame.pixels, world.draw(&Renderer::new(1).unwrap(), &scene).pixels);
     assert!(painter.asked.lock().unwrap().is_empty());
 }
@@ -231,59 +223,48 @@ fn light_comes_with_gradients_and_a_budget_is_measured_on_the_device() {
     assert!(asked[2..asked.len() - 1].iter().all(|(_, tiles, step, _)| *tiles > 0 && *step > 1), "{asked:?}");
     assert_eq!(asked[asked.len() - 1].2, frame.report.quality.pixel_step);
     assert_eq!(frame.report.quality.pixel_step, 1);
-    assert_eq!(frame.report.device.as_deref(), Some("painter"));
+    assert_eq!(frame.report.device.name.as_deref(), Some("painter"));
     // No time for every pixel: those between are interpolated of the painter's.
     let frame = world.draw(&renderer, &lit("time_budget_ms = 1"));
-    assert_eq!(frame.report.device.as_deref(), Some("painter"));
+    assert_eq!(frame.report.device.name.as_deref(), Some("painter"));
     assert!(frame.pixels.iter().enumerate().all(|(i, pixel)| {
         let expected = color(i as u32 % SIZE.0, i as u32 / SIZE.0);
         pixel.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-5)
     }));
 }
 
-/// The picture at rank 0, and the reports of the others.
+/// The picture, and the reports of all ranks, of which each draws with a device of its manner.
 fn over_ranks(
     world: &World,
     scene: &Scene,
     manners: &[Option<Manner>],
     in_columns: bool,
 ) -> (Frame, Vec<FrameReport>) {
-    let draw = |ranks: &mut Ranks, manner: Option<Manner>| {
-        let renderer = Renderer::new(1).unwrap();
-        let renderer = match manner {
-            Some(manner) => renderer.with_device(Painter::new(manner)),
-            None => renderer,
-        };
-        let grid = world.grid();
+    picture(on_ranks(manners.len(), |ranks| {
+        let (rank, size, grid) = (ranks.rank(), ranks.size(), world.grid());
+        let renderer = renderer_with(manners[rank].map(|manner| Painter::new(manner) as _));
         if !in_columns {
             return renderer.render_over(ranks, scene, &grid, None, &world.layers, &world.field()).unwrap();
         }
-        let (rank, size) = (ranks.rank(), ranks.size());
-        let own: Vec<i64> = (0..world.mesh.cells() as i64).filter(|c| *c as usize % size == rank).collect();
-        let values: Vec<f32> =
-            own.iter().flat_map(|c| world.values[*c as usize * LAYERS..][..LAYERS].to_vec()).collect();
-        let cells = PartCells { global: own.as_slice().into(), owned: Owned::First(own.len()) };
-        let Held::Columns(columns) = Held::new(ranks, &grid, &cells).unwrap() else { panic!("a part") };
-        let shape = Shape::level_fastest(own.len(), LAYERS);
-        let field = Field::new(values.as_slice().into(), shape, Location::Center, None).unwrap();
+        let own: Vec<usize> = (0..world.mesh.cells()).filter(|cell| cell % size == rank).collect();
+        let global: Vec<i64> = own.iter().map(|cell| *cell as i64).collect();
+        let values = columns_of(&world.values, &own, LAYERS);
+        let cells = PartCells { global: global.as_slice().into(), owned: Owned::First(own.len()) };
+        let Decomposition::Columns(columns) = Decomposition::new(ranks, &grid, &cells).unwrap() else {
+            panic!("a part")
+        };
+        let field = at_centers(&values, LAYERS);
         renderer.render_columns(ranks, scene, &grid, &columns, &world.layers, &field).unwrap()
-    };
-    let draw = &draw;
-    let rendered: Vec<Rendered> = thread::scope(|scope| {
-        let team = local_team(manners.len()).into_iter().zip(manners);
-        let ranks: Vec<_> = team
-            .map(|(one, manner)| scope.spawn(move || draw(&mut Ranks::new(Box::new(one)), *manner)))
-            .collect();
-        ranks.into_iter().map(|rank| rank.join().unwrap()).collect()
-    });
-    let (mut picture, mut reports) = (None, Vec::new());
-    for one in rendered {
-        match one {
-            Rendered::Here(frame) => picture = Some(frame),
-            Rendered::AtRoot(report) => reports.push(report),
-        }
+    }))
+}
+
+/// A renderer of one thread, with a device or without.
+fn renderer_with(device: Option<Arc<dyn Device>>) -> Renderer {
+    let renderer = Renderer::new(1).unwrap();
+    match device {
+        Some(device) => renderer.with_device(device),
+        None => renderer,
     }
-    (picture.unwrap(), reports)
 }
 
 #[test]
@@ -296,30 +277,30 @@ fn ranks_draw_their_tiles_on_devices() {
         let both = [Some(Manner::All), Some(Manner::Backwards)];
         let (frame, reports) = over_ranks(&world, &scene, &both, in_columns);
         assert_eq!(count_painted(&frame, &alone), all);
-        assert_eq!(reports[0].device.as_deref(), Some("painter"));
+        assert_eq!(reports[1].device.name.as_deref(), Some("painter"));
         // One rank has no device, another's gives up.
         let mixed = [None, Some(Manner::All), Some(Manner::Some)];
         let (frame, reports) = over_ranks(&world, &scene, &mixed, in_columns);
         let count = count_painted(&frame, &alone);
         assert!((all / 4..all * 3 / 5).contains(&count), "{count} of {all}");
-        assert_eq!(frame.report.device, None);
-        assert_eq!(frame.report.left_to_cpu, None);
-        assert!(reports[0].device.is_some() && reports[0].left_to_cpu.is_none());
-        assert!(reports[1].left_to_cpu.as_ref().is_some_and(|reason| reason.contains("used up")));
+        assert_eq!(frame.report.device.name, None);
+        assert_eq!(frame.report.device.left_to_cpu, None);
+        assert!(reports[1].device.name.is_some() && reports[1].device.left_to_cpu.is_none());
+        assert!(reports[2].device.left_to_cpu.as_ref().is_some_and(|reason| reason.contains("used up")));
     }
 }
 
 /// A shop that counts what is asked of it, and has painters for those who take processors.
 #[derive(Debug, Default)]
-struct Shop(Mutex<Vec<Wanted>>);
+struct Shop(Mutex<Vec<DeviceRequest>>);
 
 impl Devices for Shop {
-    fn open(&self, wanted: &Wanted) -> Result<Arc<dyn Device>, Reason> {
+    fn open(&self, wanted: &DeviceRequest) -> Result<Arc<dyn Device>, FallbackReason> {
         self.0.lock().unwrap().push(wanted.clone());
         match &wanted.adapter {
             Some(Adapter::Number(13)) => panic!("the shop is shut"),
             _ if wanted.or_processor => Ok(Painter::new(Manner::All)),
-            _ => Err(Reason::new("none is in stock")),
+            _ => Err(FallbackReason::new("none is in stock")),
         }
     }
 }
@@ -342,11 +323,11 @@ fn a_device_is_opened_once_for_scenes_that_ask_alike() {
     for _ in 0..2 {
         for (keys, opened, reason) in keys {
             let frame = world.draw(&renderer, &scene(keys));
-            let said = frame.report.left_to_cpu.clone();
+            let said = frame.report.device.left_to_cpu.clone();
             assert_eq!(said.is_some(), reason.is_some(), "{keys}: {said:?}");
             assert!(said.is_none_or(|said| said.contains(reason.unwrap())), "{keys}");
             let is_drawn = keys.contains("\"gpu\"");
-            assert_eq!(frame.report.device.is_some(), is_drawn, "{keys}");
+            assert_eq!(frame.report.device.name.is_some(), is_drawn, "{keys}");
             if !keys.contains("f64") {
                 assert_eq!(count_painted(&frame, &alone), if is_drawn { all } else { 0 }, "{keys}");
             }
@@ -362,7 +343,7 @@ fn a_device_is_opened_once_for_scenes_that_ask_alike() {
             Some("13") => Some(Adapter::Number(13)),
             name => name.map(|name| Adapter::Name(name.into())),
         };
-        assert_eq!(*asked, Wanted { adapter, or_processor, node_rank: 0 });
+        assert_eq!(*asked, DeviceRequest { adapter, or_processor, node_rank: 0 });
     }
 }
 
@@ -373,7 +354,7 @@ fn a_renderer_without_devices_says_so_where_one_is_asked_for() {
     for (keys, word) in
         [("", None), ("backend = \"cpu\"", None), ("backend = \"gpu\"", Some("without the GPU"))]
     {
-        let said = world.draw(&renderer, &scene(keys)).report.left_to_cpu;
+        let said = world.draw(&renderer, &scene(keys)).report.device.left_to_cpu;
         assert_eq!(said.is_some(), word.is_some(), "{keys}");
         assert!(said.is_none_or(|said| said.contains(word.unwrap())), "{keys}");
     }
@@ -383,25 +364,15 @@ fn a_renderer_without_devices_says_so_where_one_is_asked_for() {
 fn ranks_of_a_node_ask_for_different_devices() {
     let world = World::new();
     let scene = scene("backend = \"gpu\"");
-    let node_of = [0, 1, 0, 0, 1];
-    let asked: Vec<Vec<usize>> = thread::scope(|scope| {
-        let rank = |team| {
-            let (world, scene) = (&world, &scene);
-            scope.spawn(move || {
-                let shop = Arc::new(Shop::default());
-                let renderer = Renderer::new(1).unwrap().with_devices(Arc::clone(&shop) as _);
-                let mut ranks = Ranks::new(Box::new(team));
-                for _ in 0..2 {
-                    renderer
-                        .render_over(&mut ranks, scene, &world.grid(), None, &world.layers, &world.field())
-                        .unwrap();
-                }
-                let asked = shop.0.lock().unwrap();
-                asked.iter().map(|wanted| wanted.node_rank).collect()
-            })
-        };
-        let ranks: Vec<_> = local_nodes(&node_of).into_iter().map(rank).collect();
-        ranks.into_iter().map(|rank| rank.join().unwrap()).collect()
+    let asked = on_nodes(&[0, 1, 0, 0, 1], |ranks| {
+        let shop = Arc::new(Shop::default());
+        let renderer = Renderer::new(1).unwrap().with_devices(Arc::clone(&shop) as _);
+        let (grid, field) = (world.grid(), world.field());
+        for _ in 0..2 {
+            renderer.render_over(ranks, &scene, &grid, None, &world.layers, &field).unwrap();
+        }
+        let asked = shop.0.lock().unwrap();
+        asked.iter().map(|wanted| wanted.node_rank).collect::<Vec<usize>>()
     });
     assert_eq!(asked, [[0], [0], [1], [2], [1]]);
 }
@@ -410,20 +381,11 @@ fn ranks_of_a_node_ask_for_different_devices() {
 #[test]
 fn ranks_that_differ_in_who_draws_are_refused() {
     let world = World::new();
-    let errors: Vec<String> = thread::scope(|scope| {
-        let rank = |(rank, team)| {
-            let world = &world;
-            scope.spawn(move || {
-                let scene = scene(["backend = \"cpu\"", "backend = \"gpu\""][rank]);
-                let mut ranks = Ranks::new(Box::new(team));
-                let renderer = Renderer::new(1).unwrap();
-                let (grid, field) = (world.grid(), world.field());
-                let drawn = renderer.render_over(&mut ranks, &scene, &grid, None, &world.layers, &field);
-                drawn.unwrap_err().to_string()
-            })
-        };
-        let ranks: Vec<_> = local_team(2).into_iter().enumerate().map(rank).collect();
-        ranks.into_iter().map(|rank| rank.join().unwrap()).collect()
+    let errors = on_ranks(2, |ranks| {
+        let scene = scene(["backend = \"cpu\"", "backend = \"gpu\""][ranks.rank()]);
+        let (renderer, grid, field) = (Renderer::new(1).unwrap(), world.grid(), world.field());
+        let drawn = renderer.render_over(ranks, &scene, &grid, None, &world.layers, &field);
+        drawn.unwrap_err().to_string()
     });
     assert!(errors[0] == errors[1] && errors[0].contains("backend"), "{errors:?}");
 }

@@ -1,13 +1,13 @@
 //! Fragments that a device traces some tiles of: whatever it gives or keeps, the CPU traces the rest.
 
-use super::{Manner, Painter, World, count_painted, painted, scene};
+use super::{Manner, Painter, World, count_painted, painted, renderer_with, scene};
+use crate::common::{on_ranks, picture};
 use icoray::device::{
-    Band, Device, Fragment, Fragments, Job, Own, Passed, Reason, Rect, Signature, Spent, Traced,
+    Band, BoundarySignature, Device, DeviceCost, FallbackReason, Fragment, Fragments, Job, OwnedColumns,
+    RayFragments, Rect, Traced,
 };
-use icoray::ranks::local_team;
-use icoray::{Frame, FrameReport, Ranks, Rendered, Renderer};
+use icoray::{Frame, FrameReport};
 use std::sync::Arc;
-use std::thread;
 
 /// A [`Painter`] who knows parts of grids too: one fragment for each ray, in front of all else.
 #[derive(Debug)]
@@ -18,26 +18,31 @@ impl Device for PartPainter {
         "part painter".into()
     }
 
-    fn trace(&self, _: &Job, _: &(dyn Fn(Band) + Sync)) -> Result<Spent, Reason> {
-        Err(Reason::new("there is no whole"))
+    fn trace(&self, _: &Job, _: &(dyn Fn(Band) + Sync)) -> Result<DeviceCost, FallbackReason> {
+        Err(FallbackReason::new("there is no whole"))
     }
 
-    fn fragments(&self, job: &Job, own: &Own, give: &(dyn Fn(Fragments) + Sync)) -> Result<Spent, Reason> {
+    fn fragments(
+        &self,
+        job: &Job,
+        own: &OwnedColumns,
+        give: &(dyn Fn(Fragments) + Sync),
+    ) -> Result<DeviceCost, FallbackReason> {
         assert!(job.is_part() && own.triangles.len() == job.grid().triangles());
         assert!(own.lowest_facet < 1.0 && own.lowest_facet > 0.9 && own.reach > 1.0);
         let tiles: Vec<Rect> = job.tiles().collect();
         let all = |tiles: &[Rect]| {
             let rays: Vec<Traced> = tiles.iter().flat_map(|tile| painted(job, *tile)).collect();
-            let passed = rays.iter().map(|ray| Passed { counts: ray.counts, fragments: 1 });
+            let passed = rays.iter().map(|ray| RayFragments { counts: ray.counts, fragments: 1 });
             let fragment = |ray: &Traced| {
-                let Traced { color, absorbed, error, variance, .. } = *ray;
+                let Traced { color, alpha: absorbed, error, variance, .. } = *ray;
                 Fragment {
                     t: [-1e3, f64::INFINITY],
                     color,
-                    absorbed,
+                    alpha: absorbed,
                     error,
                     variance,
-                    surfaces: Signature::default(),
+                    surfaces: BoundarySignature::default(),
                 }
             };
             (passed.collect::<Vec<_>>(), rays.iter().map(fragment).collect::<Vec<_>>())
@@ -55,7 +60,7 @@ impl Device for PartPainter {
             }
             Manner::Some => {
                 (0..count).step_by(3).for_each(|i| band(i, i + 1));
-                return Err(Reason::new("the paint is used up"));
+                return Err(FallbackReason::new("the paint is used up"));
             }
             Manner::Panic => {
                 band(0, 1);
@@ -70,7 +75,7 @@ impl Device for PartPainter {
                 band(0, count);
             }
         }
-        Ok(Spent { device_s: Some(0.25), ..Spent::default() })
+        Ok(DeviceCost { device_s: Some(0.25), ..DeviceCost::default() })
     }
 }
 
@@ -80,35 +85,19 @@ fn what_a_device_gives_is_sent_and_the_cpu_traces_the_rest() {
     let world = World::new();
     let scene = scene("ranks = \"fragments\"");
     let draw = |device: Option<Arc<dyn Device>>| -> (Frame, FrameReport) {
-        let rendered: Vec<Rendered> = thread::scope(|scope| {
-            let rank = |(rank, team)| {
-                let (world, scene) = (&world, &scene);
-                let device = device.clone().filter(|_| rank == 1);
-                scope.spawn(move || {
-                    let renderer = Renderer::new(1).unwrap();
-                    let renderer = match device {
-                        Some(device) => renderer.with_device(device),
-                        None => renderer,
-                    };
-                    let mut ranks = Ranks::new(Box::new(team));
-                    let (grid, field) = (world.grid(), world.field());
-                    renderer.render_over(&mut ranks, scene, &grid, None, &world.layers, &field).unwrap()
-                })
-            };
-            let ranks: Vec<_> = local_team(2).into_iter().enumerate().map(rank).collect();
-            ranks.into_iter().map(|rank| rank.join().unwrap()).collect()
-        });
-        match <[Rendered; 2]>::try_from(rendered) {
-            Ok([Rendered::Here(frame), Rendered::AtRoot(report)]) => (frame, report),
-            other => panic!("{other:?}"),
-        }
+        let (frame, mut reports) = picture(on_ranks(2, |ranks| {
+            let renderer = renderer_with(device.clone().filter(|_| ranks.rank() == 1));
+            let (grid, field) = (world.grid(), world.field());
+            renderer.render_over(ranks, &scene, &grid, None, &world.layers, &field).unwrap()
+        }));
+        (frame, reports.remove(1))
     };
     let (alone, _) = draw(None);
     let met = alone.report.counts.rays as usize;
     assert_eq!(count_painted(&alone, &alone), 0);
     let (frame, report) = draw(Some(Painter::new(Manner::All)));
-    assert!(frame.pixels == alone.pixels && report.device.is_none());
-    assert!(report.left_to_cpu.unwrap().contains("painter does not trace rays through parts"));
+    assert!(frame.pixels == alone.pixels && report.device.name.is_none());
+    assert!(report.device.left_to_cpu.unwrap().contains("painter does not trace rays through parts"));
     for (manner, painted, word) in [
         (Manner::All, met..=met, None),
         (Manner::Backwards, met..=met, None),
@@ -121,10 +110,10 @@ fn what_a_device_gives_is_sent_and_the_cpu_traces_the_rest() {
         let count = count_painted(&frame, &alone);
         println!("{manner:?}: {count} of {met}");
         assert!(painted.contains(&count), "{manner:?}: {count} pixels of {met}");
-        assert_eq!(report.device.is_some(), manner != Manner::Torn, "{manner:?}");
-        let said = report.left_to_cpu;
+        assert_eq!(report.device.name.is_some(), manner != Manner::Torn, "{manner:?}");
+        let said = report.device.left_to_cpu;
         assert_eq!(said.is_some(), word.is_some(), "{manner:?}");
         assert!(said.iter().all(|said| said.contains(word.unwrap())), "{manner:?}: {said:?}");
-        assert_eq!(frame.report.left_to_cpu, None);
+        assert_eq!(frame.report.device.left_to_cpu, None);
     }
 }

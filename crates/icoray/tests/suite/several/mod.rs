@@ -1,9 +1,10 @@
 //! Scenes of several fields, surfaces, lines, cuts, derived fields and native heights: over ranks and in every mode of the renderer.
 
+use crate::common::{FAR, LIT, NEAR, at_centers, bits, count_beyond, difference, level_fastest};
 use icoray::{
     Clip, Derivation, Field, Fields, Frame, Grid, Ground, Heights, How, IcosahedralMesh, Isosurface, Knot,
-    Layers, Level, Lines, Location, LonLatBox, Paint, Pattern, Renderer, Scene, Shape, Surface,
-    TransferFunction, Volume,
+    Layers, Level, Lines, Location, LonLatBox, Paint, Pattern, Renderer, Scene, Surface, TransferFunction,
+    Volume,
 };
 
 mod modes;
@@ -100,19 +101,10 @@ impl Model {
     }
 
     fn fields(&self) -> Fields<'_> {
-        let narrow = |values: &'_ [f32], layers: usize| {
-            let shape = Shape::level_fastest(values.len() / layers, layers);
-            (shape, self.location)
-        };
-        let (f, h) = (narrow(&self.f, LAYERS), narrow(&self.h, INTERFACES));
-        let f = Field::new(self.f.as_slice().into(), f.0, f.1, None).unwrap();
-        let h = Field::new(self.h.as_slice().into(), h.0, h.1, None).unwrap();
-        let wide = |values| {
-            let shape = Shape::level_fastest(self.cells, INTERFACES);
-            Field::new(values, shape, Location::Center, None).unwrap()
-        };
-        let g = wide(self.g.as_slice().into());
-        Fields::new([("h", h), ("f", f), ("g", g)]).with_heights(wide(self.heights.as_slice().into()))
+        let f = level_fastest(&self.f, LAYERS, self.location);
+        let h = level_fastest(&self.h, INTERFACES, self.location);
+        let g = at_centers(&self.g, INTERFACES);
+        Fields::new([("h", h), ("f", f), ("g", g)]).with_heights(at_centers(&self.heights, INTERFACES))
     }
 }
 
@@ -130,10 +122,6 @@ fn warm() -> TransferFunction {
     transfer(&[ends[0], knot(-0.6, [0.9, 0.3, 0.0], 0.0), knot(0.2, [0.9, 0.5, 0.0], 0.3), ends[1]])
 }
 
-const FAR: &str = "lon = 20\nlat = 35\ndistance = 3.2\nfov = 45";
-const NEAR: &str = "lon = -100\nlat = -60\ndistance = 1.9\nfov = 60";
-const LIT: &str = "[light]\nkind = \"headlight\"";
-
 /// Two volumes, an isosurface, a coloured top with lines, a cut, land and sea; f lies at corners or centres, g and h on one layer
 /// more.
 fn scene(camera: &str, keys: &str, tables: &str) -> Scene {
@@ -142,19 +130,13 @@ fn scene(camera: &str, keys: &str, tables: &str) -> Scene {
          [transfer]\nmap = \"viridis\"\nrange = [-1.5, 1]\nopacity = [[-1.5, 0.5], [-0.5, 0.0], [0, 0.05], [1, 0.4]]\n{tables}\n"
     ))
     .unwrap();
+    scene.volumes.push(Volume { field: "g".into(), transfer: warm(), coloring: None, opacity: None });
     let scenery = &mut scene.scenery;
-    scenery.volumes = vec![Volume { field: "g".into(), transfer: warm(), coloring: None, opacity: None }];
-    scenery.isosurfaces = vec![Isosurface {
-        field: "h".into(),
-        value: -0.3,
-        paint: Paint::Plain([0.2, 0.4, 1.0]),
-        opacity: 0.5,
-    }];
-    let paint = |field: &str, by_cell| Paint::Field {
-        field: field.into(),
-        transfer: warm(),
-        coloring: None,
-        by_cell,
+    let blue = Paint::Plain([0.2, 0.4, 1.0]);
+    scenery.isosurfaces = vec![Isosurface { field: "h".into(), value: -0.3, paint: blue, opacity: 0.5 }];
+    let paint = |field: &str, by_cell| {
+        let field = field.into();
+        Paint::Field { field, transfer: warm(), coloring: None, by_cell }
     };
     scenery.surfaces = vec![
         Surface { at: Level::Top, paint: paint("g", true), opacity: 0.3 },
@@ -170,13 +152,8 @@ fn scene(camera: &str, keys: &str, tables: &str) -> Scene {
         lines(Pattern::Coast, Level::Ground),
     ];
     let region = LonLatBox { lon_deg: [0.0, 50.0], lat_deg: [10.0, 60.0] };
-    scenery.clips = vec![Clip {
-        cuts_inside: true,
-        region: Some(region),
-        layers: None,
-        height_m: None,
-        half_space: None,
-    }];
+    let (region, layers, height_m, half_space) = (Some(region), None, None, None);
+    scenery.clips = vec![Clip { cuts_inside: true, region, layers, height_m, half_space }];
     scenery.ground = Ground { land: Some([0.1, 0.6, 0.1]), ocean: Some([0.0, 0.1, 0.7]) };
     scene
 }
@@ -187,8 +164,8 @@ fn of_derived(mut scene: Scene) -> Scene {
     let names = ["anomaly", "change"];
     let derive = |(name, how): (&str, How)| Derivation { name: name.into(), how };
     scene.scenery.derived = names.into_iter().zip(how).map(derive).collect();
-    scene.scenery.volumes[0].field = "anomaly".into();
-    scene.field = "change".into();
+    scene.volumes[1].field = "anomaly".into();
+    scene.volumes[0].field = "change".into();
     scene
 }
 
@@ -221,14 +198,7 @@ fn draw(renderer: &Renderer, grid: &Grid, scene: &Scene, steps: &[Model; 2]) -> 
     second
 }
 
-fn bits(frame: &Frame) -> Vec<[u32; 5]> {
-    let pixels = frame.pixels.iter().zip(&frame.error);
-    pixels.map(|([r, g, b, a], e)| [r, g, b, a, e].map(|value| value.to_bits())).collect()
-}
-
 /// Pixels that differ by more than their errors allow and `slack`, and the largest difference.
 fn beyond(a: &Frame, b: &Frame, slack: f32) -> (usize, f32) {
-    let off = |i: usize| (0..4).map(|k| (a.pixels[i][k] - b.pixels[i][k]).abs()).fold(0.0, f32::max);
-    let wrong = (0..a.pixels.len()).filter(|i| off(*i) > a.error[*i] + b.error[*i] + slack).count();
-    (wrong, (0..a.pixels.len()).map(off).fold(0.0, f32::max))
+    (count_beyond(a, b, slack), difference(a, b))
 }

@@ -1,7 +1,7 @@
 //! In every mode of the renderer.
 
 use super::*;
-use icoray::device::{Device, Devices, Reason, Wanted};
+use icoray::device::{Device, DeviceRequest, Devices, FallbackReason};
 use icoray::{Certainty, Lights, Method, Precision, Savings};
 use std::sync::Arc;
 
@@ -76,7 +76,7 @@ fn a_time_budget_is_kept_and_one_that_is_large_changes_nothing() {
 struct NotAsked;
 
 impl Devices for NotAsked {
-    fn open(&self, _: &Wanted) -> Result<Arc<dyn Device>, Reason> {
+    fn open(&self, _: &DeviceRequest) -> Result<Arc<dyn Device>, FallbackReason> {
         panic!("the scene cannot be drawn by it")
     }
 }
@@ -88,8 +88,8 @@ fn the_cpu_draws_and_says_why() {
     let scene = Scene { precision: Precision::F32, ..scene };
     let frame = world.draw(renderer().with_devices(Arc::new(NotAsked)), &scene);
     let why = "the scene shows more than one volume between concentric layers, or cuts it";
-    assert_eq!(frame.report.left_to_cpu.as_deref(), Some(why));
-    assert_eq!(frame.report.device, None);
+    assert_eq!(frame.report.device.left_to_cpu.as_deref(), Some(why));
+    assert_eq!(frame.report.device.name, None);
 }
 
 #[test]
@@ -148,12 +148,11 @@ fn a_plain_scene_looks_at_one_field_alone() {
     let world = World::new();
     let grid = Grid::new(world.mesh.tables()).unwrap();
     let mut scene = scene(FAR, "", LIT);
+    scene.volumes.truncate(1);
     scene.scenery = icoray::Scenery::default();
     let fields = world.steps[0].fields();
     let f = *fields.get("f").unwrap();
-    let wrong =
-        Field::new([f64::NAN; 3].as_slice().into(), Shape::level_fastest(1, 3), Location::Center, None);
-    let wrong = wrong.unwrap();
+    let wrong = at_centers(&[f64::NAN; 3], 3);
     let alone = renderer().render(&scene, &grid, &layers(), &f).unwrap();
     let draw = |scene: &Scene| {
         let all = Fields::new([("f", f), ("g", wrong), ("h", wrong)]).with_heights(wrong);
@@ -175,7 +174,6 @@ fn a_plain_scene_looks_at_one_field_alone() {
     scene.scenery.heights = Heights::Native;
     assert!(draw(&scene).unwrap_err().to_string().contains("heights: 1 columns of 3 layers"));
     scene.scenery.heights = Heights::Mean;
-    scene.scenery.volumes =
-        vec![Volume { field: "g".into(), transfer: warm(), coloring: None, opacity: None }];
+    scene.volumes.push(Volume { field: "g".into(), transfer: warm(), coloring: None, opacity: None });
     assert!(draw(&scene).unwrap_err().to_string().contains("\"g\": 1 columns"));
 }

@@ -1,10 +1,11 @@
 //! Parts over ranks of one node and of several: the picture of one process, whatever stands in halos.
 
-use super::ranks::{picture, second};
+use super::ranks::second;
 use super::*;
+use crate::common::picture;
 use crate::culled::{Culled, Mark, Style, holes};
-use crate::spread::{NOBODY, Spread, partitions};
-use icoray::{FrameReport, Held, Rendered};
+use crate::spread::{Spread, partitions, without_holes};
+use icoray::{Decomposition, FrameReport};
 use icoray_test_support::{count, is_long};
 
 /// Every other one of `all`, from the first or the second on in turn; in the long run all.
@@ -20,8 +21,8 @@ fn of_nodes(
     location: Location,
     node_of: &[usize],
 ) -> (Frame, Vec<FrameReport>) {
-    let drawn = spread.on_nodes(node_of, |ranks, culled, grid, held| {
-        let Held::Columns(columns) = held.unwrap() else { panic!("there are several ranks") };
+    picture(spread.on_nodes(node_of, |ranks, culled, grid, held| {
+        let Decomposition::Columns(columns) = held.unwrap() else { panic!("there are several ranks") };
         let rows = (&culled.cells[..], &culled.corners[..]);
         let own = [0, 1].map(|step| {
             let mut model = Model::new(mesh, step, rows, location);
@@ -30,13 +31,7 @@ fn of_nodes(
         });
         let renderer = Renderer::new(1).unwrap();
         second(|step| renderer.render_columns(ranks, scene, grid, &columns, &layers(), own[step].fields()))
-    });
-    let report = |drawn: &Rendered| match drawn {
-        Rendered::Here(frame) => frame.report.clone(),
-        Rendered::AtRoot(report) => report.clone(),
-    };
-    let reports = drawn.iter().map(report).collect();
-    (picture(drawn), reports)
+    }))
 }
 
 #[test]
@@ -58,7 +53,7 @@ fn parts_of_one_node_are_bitwise_one_process() {
                 assert_eq!(frame.report.value_range, expected.report.value_range, "{trying}");
                 assert!(reports.iter().map(|report| report.bytes_copied).sum::<u64>() > 0, "{trying}");
                 let sharing = "tiles: every rank has the whole grid, its ranks' parts and the field are assembled once per node";
-                assert_eq!(frame.report.sharing.unwrap().to_string(), sharing, "{trying}");
+                assert_eq!(frame.report.ranks.sharing.unwrap().to_string(), sharing, "{trying}");
             }
         }
     }
@@ -76,10 +71,8 @@ fn holes_of_the_whole_are_bitwise_those_of_its_parts() {
         let (name, scene) = &scenes[i % scenes.len()];
         let expected = draw(&Renderer::new(2).unwrap(), &culled.grid(), scene, &steps);
         let ranks = 2 + i % 2;
-        for (partition, mut owner) in some(partitions(&mesh, ranks), i) {
-            (owner.iter_mut().zip(stays))
-                .filter(|(_, stays)| !**stays)
-                .for_each(|(owner, _)| *owner = NOBODY);
+        for (partition, owner) in some(partitions(&mesh, ranks), i) {
+            let owner = without_holes(owner, stays);
             let spread = Spread::new(&mesh, ranks, &owner);
             let (frame, _) = of_nodes(&spread, (&mesh, &owner), scene, Location::Center, &vec![0; ranks]);
             assert!(bits(&frame) == bits(&expected), "{hole}, {name}, {partition} on {ranks}");
@@ -111,7 +104,7 @@ fn parts_of_several_nodes_are_within_errors_of_one_process() {
                 assert_eq!(frame.report.missing_values, expected.report.missing_values, "{trying}");
                 assert_eq!(frame.report.value_range, expected.report.value_range, "{trying}");
                 let sharing = "fragments: each node has its part of the grid, its ranks' parts and the field are assembled once per node";
-                assert_eq!(frame.report.sharing.unwrap().to_string(), sharing, "{trying}");
+                assert_eq!(frame.report.ranks.sharing.unwrap().to_string(), sharing, "{trying}");
             }
         }
     }
@@ -125,8 +118,9 @@ fn pictures_of_several_nodes_differ_by_less_than_the_tolerance() {
     let steps = [0, 1].map(|step| Model::whole(&mesh, step, Location::Center));
     for tolerance in [1e-2, 1e-3, 1e-4, 1e-5, 1e-6] {
         let mut scene = scene(NEAR, &format!("tolerance = {tolerance}"), "");
+        scene.volumes.truncate(1);
         scene.scenery = icoray::Scenery::default();
-        for knot in &mut scene.transfer.knots {
+        for knot in &mut scene.volumes[0].transfer.knots {
             knot.extinction *= 10.0;
         }
         let expected = draw(&Renderer::new(2).unwrap(), &grid, &scene, &steps);

@@ -1,14 +1,13 @@
 //! Meshes that are spread over ranks, which are threads.
 //!
-//! The parent module has the module `culled`.
+//! The parent module has the modules `common` and `culled`.
 
 #![allow(dead_code, reason = "each test takes what it needs of this")]
 
+use super::common::{on_nodes, on_ranks};
 use super::culled::{Culled, Mark, Style, towards};
 use glam::DVec3;
-use icoray::ranks::{LocalTeam, local_nodes, local_team};
-use icoray::{Grid, Held, IcosahedralMesh, Owned, Part, PartCells, Ranks};
-use std::thread;
+use icoray::{Decomposition, Grid, IcosahedralMesh, Owned, Part, PartCells, Ranks};
 
 /// A mesh of which each cell has an owner.
 pub struct Spread {
@@ -45,20 +44,13 @@ impl Spread {
     pub fn on_nodes<R: Send>(
         &self,
         node_of: &[usize],
-        work: impl Fn(&mut Ranks, &Culled, &Grid, Result<Held, icoray::Error>) -> R + Sync,
+        work: impl Fn(&mut Ranks, &Culled, &Grid, Result<Decomposition, icoray::Error>) -> R + Sync,
     ) -> Vec<R> {
-        thread::scope(|scope| {
-            let rank = |(rank, team): (usize, LocalTeam)| {
-                let work = &work;
-                scope.spawn(move || {
-                    let mut ranks = Ranks::new(Box::new(team));
-                    let grid = self.parts[rank].grid();
-                    let held = Held::new(&mut ranks, &grid, &self.cells(rank));
-                    work(&mut ranks, &self.parts[rank], &grid, held)
-                })
-            };
-            let threads: Vec<_> = local_nodes(node_of).into_iter().enumerate().map(rank).collect();
-            threads.into_iter().map(|thread| thread.join().unwrap()).collect()
+        on_nodes(node_of, |ranks| {
+            let culled = &self.parts[ranks.rank()];
+            let grid = culled.grid();
+            let held = Decomposition::new(ranks, &grid, &self.cells(ranks.rank()));
+            work(ranks, culled, &grid, held)
         })
     }
 
@@ -72,22 +64,18 @@ impl Spread {
         &self,
         work: impl Fn(&mut Ranks, &Culled, Result<Part, icoray::Error>) -> R + Sync,
     ) -> Vec<R> {
-        let teams = local_team(self.parts.len());
-        thread::scope(|scope| {
-            let rank = |(rank, team): (usize, LocalTeam)| {
-                let work = &work;
-                scope.spawn(move || {
-                    let mut ranks = Ranks::new(Box::new(team));
-                    let culled = &self.parts[rank];
-                    let grid = culled.grid();
-                    let part = Part::new(&mut ranks, &grid, &self.cells(rank));
-                    work(&mut ranks, culled, part)
-                })
-            };
-            let threads: Vec<_> = teams.into_iter().enumerate().map(rank).collect();
-            threads.into_iter().map(|thread| thread.join().unwrap()).collect()
+        on_ranks(self.parts.len(), |ranks| {
+            let culled = &self.parts[ranks.rank()];
+            let part = Part::new(ranks, &culled.grid(), &self.cells(ranks.rank()));
+            work(ranks, culled, part)
         })
     }
+}
+
+/// `owner`, where cells that do not stay are nobody's.
+pub fn without_holes(mut owner: Vec<usize>, stays: &[bool]) -> Vec<usize> {
+    owner.iter_mut().zip(stays).filter(|(_, stays)| !**stays).for_each(|(owner, _)| *owner = NOBODY);
+    owner
 }
 
 pub fn directions(lon_rad: &[f64], lat_rad: &[f64]) -> Vec<DVec3> {
@@ -111,16 +99,12 @@ pub fn partitions(mesh: &IcosahedralMesh, ranks: usize) -> Vec<(&'static str, Ve
         let closer = |a: &usize, b: &usize| seeds[*a].dot(*p).total_cmp(&seeds[*b].dot(*p));
         (0..ranks).max_by(closer).unwrap()
     };
+    let single = |cell: usize| if cell == 77 { ranks - 1 } else { cell % (ranks - 1).max(1) / 2 };
     let count = at.len();
     vec![
         ("contiguous rows", (0..count).map(|cell| cell * ranks / count).collect()),
         ("patches", at.iter().map(nearest).collect()),
         ("random cells", (0..count).map(|cell| chance(cell, ranks)).collect()),
-        (
-            "a single cell",
-            (0..count)
-                .map(|cell| if cell == 77 { ranks - 1 } else { cell % (ranks - 1).max(1) / 2 })
-                .collect(),
-        ),
+        ("a single cell", (0..count).map(single).collect()),
     ]
 }

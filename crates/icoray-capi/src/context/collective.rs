@@ -1,0 +1,164 @@
+//! Collective calls.
+//!
+//! Each begins with an agreement that every rank enters, whatever has failed on it (a poisoned or disabled context, a wrong
+//! argument, a missing field). So no rank waits for one that has returned.
+
+use super::{Context, GridInput, SceneChoice};
+use crate::boundary::{Failure, Outcome, caught};
+use crate::ranks::{RootMessage, agree};
+use crate::types::icoray_status;
+use icoray_core::output::Stamp;
+use icoray_core::{Decomposition, PartCells, Ranks, Script};
+use std::sync::Arc;
+
+impl Context {
+    /// Whether some calls are collective over several ranks.
+    pub fn is_shared(&self) -> bool {
+        !self.ranks.is_alone()
+    }
+
+    /// Renders with these ranks from now on. Collective.
+    pub fn join(&mut self, mut ranks: Ranks) -> Outcome<()> {
+        let joined = self.drawing.join(&mut ranks);
+        self.ranks = ranks;
+        joined
+    }
+
+    /// Members of the config that must be equal on all ranks.
+    pub fn facts(&self) -> Vec<(&'static str, String)> {
+        vec![("async_render", i32::from(self.drawing.is_async()).to_string())]
+    }
+
+    /// As [`agree`], recording failures.
+    pub(super) fn agree<T>(
+        &mut self,
+        mine: Outcome<T>,
+        call: &'static str,
+        facts: Vec<(&'static str, String)>,
+        value: &[u8],
+    ) -> (Outcome<T>, RootMessage) {
+        let (agreed, root_message) = agree(&mut self.ranks, mine, call, facts, value);
+        if let Err(failure) = &agreed {
+            self.failed_on_all(failure);
+        }
+        (agreed, root_message)
+    }
+
+    /// Records a failure that all ranks have in this call.
+    pub(super) fn failed_on_all(&mut self, failure: &Failure) {
+        self.is_over |= failure.status == icoray_status::ICORAY_ERR_INTERNAL;
+    }
+
+    /// Agrees with the other ranks on the owners of a grid's cells; `part` returns the grid's name and this rank's cells. Works
+    /// for a lone process too.
+    pub fn set_part<'a>(&mut self, part: impl FnOnce() -> Outcome<(&'a str, PartCells<'a>)>) -> Outcome<()> {
+        let call = "icoray_part_set";
+        let mine = caught(|| {
+            self.refuse_if_poisoned()?;
+            let (name, cells) = part()?;
+            let GridInput { grid, .. } = self.inputs.grid(name, call)?;
+            Ok((name, grid.clone(), cells))
+        });
+        // Facts are not compared if this rank fails.
+        let facts = mine.iter().map(|(name, ..)| ("grid", format!("{name:?}"))).collect();
+        let (agreed, _) = self.agree(mine, call, facts, &[]);
+        let (name, grid, cells) = agreed?;
+        let held = Decomposition::new(&mut self.ranks, &grid, &cells)?;
+        self.inputs.grids.insert(name.into(), GridInput { grid, held: Some(Arc::new(held)) });
+        Ok(())
+    }
+
+    pub(super) fn execute_collective(&mut self, stamp: Outcome<Stamp>) -> Outcome<()> {
+        let mut facts = match &stamp {
+            Ok(stamp) => vec![("step", stamp.step.to_string()), ("time_s", stamp.time_s.to_string())],
+            // Facts are not compared if this rank fails.
+            Err(_) => Vec::new(),
+        };
+        if let (Ok(_), SceneChoice::Script(script)) = (&stamp, &self.scene)
+            && script.lacks_field()
+        {
+            let first = self.inputs.first.as_deref().unwrap_or_default();
+            facts.push(("first field", format!("{first:?}")));
+        }
+        let mine = caught(|| self.ready(stamp));
+        let value = self.drawing.root_message();
+        let (agreed, root_message) = self.agree(mine, "icoray_execute", facts, &value);
+        let unreported = self.drawing.receive_root_message(&root_message);
+        let (stamp, script) = match agreed {
+            Ok(ready) => ready,
+            Err(failure) => {
+                self.drawing.picture_failed(&failure);
+                return Err(failure);
+            }
+        };
+        // All ranks are in this call, so messages between them arrive without delay.
+        self.drawing.pump();
+        self.draw_step(script.as_deref(), &stamp)?;
+        if let Some(unreported) = unreported {
+            self.drawing.clear_unreported();
+            return Err(unreported);
+        }
+        Ok(())
+    }
+
+    /// Stamp and script of the step, or why this rank cannot render.
+    fn ready(&mut self, stamp: Outcome<Stamp>) -> Outcome<(Stamp, Option<Arc<Script>>)> {
+        self.refuse_if_poisoned()?;
+        let stamp = stamp?;
+        self.drawing.collect();
+        self.drawing.take_unreported_of_rank()?;
+        self.drawing.refuse_if_off()?;
+        let script = self.script()?;
+        self.warn_about_old_time_levels(script.as_deref(), &stamp);
+        Ok((stamp, script))
+    }
+
+    /// Waits until no frame is rendered in the background. Collective over several ranks, which agree first that all are in the
+    /// same `call`.
+    pub fn finish_frames(&mut self, call: &'static str) -> Outcome<()> {
+        if !self.is_shared() {
+            self.drawing.finish_rendering();
+            return Ok(());
+        }
+        if !self.drawing.is_under_way() {
+            return Ok(());
+        }
+        let (met, _) = self.agree(Ok(()), call, Vec::new(), &[]);
+        if met.is_ok() || self.ranks.is_gone() {
+            self.drawing.finish_rendering();
+        }
+        met
+    }
+
+    pub(super) fn wait_collective(&mut self) -> Outcome<()> {
+        self.finish_frames("icoray_wait")?;
+        let mine = caught(|| {
+            self.refuse_if_poisoned()?;
+            self.drawing.finish()
+        });
+        self.agree_on_end(mine, "icoray_wait")
+    }
+
+    /// Waits before close; without the other ranks if MPI was finalised before.
+    pub(super) fn finish_collective(&mut self) -> Outcome<()> {
+        let is_alone = self.ranks.is_gone();
+        let met = self.finish_frames("icoray_close");
+        let outcome = caught(|| self.drawing.finish());
+        let mine = if self.poison.is_some() { Ok(()) } else { outcome };
+        if is_alone {
+            return mine;
+        }
+        met?;
+        self.agree_on_end(mine, "icoray_close")
+    }
+
+    fn agree_on_end(&mut self, mine: Outcome<()>, call: &'static str) -> Outcome<()> {
+        let value = self.drawing.root_message();
+        let (agreed, root_message) = self.agree(mine, call, Vec::new(), &value);
+        self.drawing.receive_root_message(&root_message);
+        agreed
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,88 @@
+//! Frames that several ranks render. Rank 0 has the outcomes of the writer and decides whether frames are rendered.
+
+use super::{Drawing, notes};
+use crate::boundary::{Failure, Outcome};
+use crate::frame_inputs::FrameInputs;
+use crate::host::without_signals;
+use crate::ranks::RootMessage;
+use crate::types::icoray_status;
+use icoray_core::output::Stamp;
+use icoray_core::{Background, Ranks, Rendered};
+use std::thread::current;
+
+impl Drawing {
+    /// The message of rank 0 to the others: whether frames are rendered, and the failure of an earlier frame.
+    pub fn root_message(&self) -> Vec<u8> {
+        let mut message = vec![u8::from(self.policy.is_on())];
+        if let Some(failure) = &self.unreported {
+            message.extend((failure.status as i32).to_le_bytes());
+            message.extend(failure.message.as_bytes());
+        }
+        message
+    }
+
+    /// Decodes the message of rank 0; returns the failure of an earlier frame, which all ranks return.
+    pub fn receive_root_message(&mut self, message: &RootMessage) -> Option<Failure> {
+        let (is_on, failure) = message.0.split_first()?;
+        self.is_on_for_all = Some(*is_on == 1);
+        let (status, message) = failure.split_first_chunk::<4>()?;
+        let status = icoray_status::of_number(i32::from_le_bytes(*status));
+        Some(Failure::new(status, String::from_utf8_lossy(message)))
+    }
+
+    /// Clears the failure that this call returns on all ranks.
+    pub fn clear_unreported(&mut self) {
+        if self.is_root {
+            self.unreported = None;
+        }
+    }
+
+    /// Returns the failure of an earlier frame that only this rank had.
+    pub fn take_unreported_of_rank(&mut self) -> Outcome<()> {
+        if self.is_root { Ok(()) } else { self.take_unreported() }
+    }
+
+    /// Sets the ranks to render with. Collective.
+    pub fn join(&mut self, ranks: &mut Ranks) -> Outcome<()> {
+        if self.is_async && self.background.is_none() {
+            let (renderer, writer) = (self.renderer.clone(), self.writer.clone());
+            self.background = Some(without_signals(|| Background::over(ranks, renderer, writer))?);
+        }
+        Ok(())
+    }
+
+    /// Progresses the messages of frames in the background, on the thread on which MPI may be called.
+    pub fn pump(&mut self) {
+        if let Some(background) = self.background.as_mut().filter(|_| current().id() == self.opening_thread) {
+            background.pump();
+        }
+    }
+
+    /// Whether submitted frames were not waited for: equal on all ranks.
+    pub fn is_under_way(&self) -> bool {
+        self.background.as_ref().is_some_and(Background::is_under_way)
+    }
+
+    /// Renders this rank's share of a frame. The outcome is equal on all ranks.
+    pub(super) fn draw_collective(
+        &mut self,
+        ranks: &mut Ranks,
+        stamp: &Stamp,
+        frame_inputs: FrameInputs,
+    ) -> Outcome<()> {
+        let FrameInputs { view, scene, grid, held, layers, fields, description, descriptions } = frame_inputs;
+        match self.renderer.render_held(ranks, &scene, &grid, held.as_deref(), &layers, fields)? {
+            Rendered::Here(mut frame) => {
+                (frame.description, frame.descriptions) = (description, descriptions);
+                frame.notes.extend(notes(view));
+                self.submit_to_writer(frame, &scene, stamp);
+            }
+            Rendered::AtRoot(report) => {
+                self.devices.log_frame(stamp, &report, &self.log);
+                self.log_details(stamp, &report);
+                self.record_frame(stamp, report);
+            }
+        }
+        Ok(())
+    }
+}

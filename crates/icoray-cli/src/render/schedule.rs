@@ -1,0 +1,107 @@
+//! The views that are rendered at each time, and their fields.
+
+use super::scene_fields::{Key, SceneField, SceneFields};
+use icoray::output::Stamp;
+use icoray::{Field, Renderer, Result, Script, Statistic, View};
+use icoray_netcdf::{ModelFile, OwnedField};
+use std::collections::BTreeMap;
+use std::time::Instant;
+
+/// A script and the selected times.
+pub struct Series<'a> {
+    pub script: &'a Script,
+    pub file: &'a ModelFile,
+    pub times: Vec<usize>,
+    /// Whether the schedules of views apply; a time that is selected by itself is rendered by all views.
+    pub is_scheduled: bool,
+    /// Seconds from the file's first time to each, if known.
+    pub seconds: Option<Vec<f64>>,
+}
+
+/// Fields of one time, each read once.
+pub struct FieldCache {
+    pub fields: BTreeMap<Key, OwnedField>,
+    pub seconds: f64,
+}
+
+impl Series<'_> {
+    /// The stamp of record `time`; its seconds count from the file's first record.
+    pub fn stamp(&self, time: usize) -> Stamp {
+        let time_s = self.seconds.as_ref().map_or(0.0, |seconds| seconds[time]);
+        Stamp { step: time as i64, time_s, date: self.file.times()[time].clone() }
+    }
+
+    /// The views that are scheduled at a time, ignoring conditions.
+    pub fn scheduled(&self, time: usize) -> Vec<&View> {
+        if !self.is_scheduled {
+            return self.script.views().iter().collect();
+        }
+        let before = time.checked_sub(1).map(|before| self.stamp(before));
+        self.script.scheduled(&self.stamp(time), before.as_ref()).collect()
+    }
+
+    /// Whether the view has conditions, so that its fields decide if it is rendered.
+    pub fn is_uncertain(&self, view: &View) -> bool {
+        self.is_scheduled && !view.conditions().is_empty()
+    }
+
+    /// Maximum number of pictures.
+    pub fn pictures(&self) -> usize {
+        self.times.iter().flat_map(|time| self.scheduled(*time)).map(View::pictures).sum()
+    }
+
+    /// Number of scheduled pictures of a time that are skipped if only `views` are rendered.
+    pub fn skipped_pictures(&self, time: usize, views: &[&View]) -> u64 {
+        let scheduled: usize = self.scheduled(time).into_iter().map(View::pictures).sum();
+        let drawn: usize = views.iter().map(|view| view.pictures()).sum();
+        (scheduled - drawn) as u64
+    }
+
+    /// The views that are rendered at a time, with their fields.
+    pub fn views_of(
+        &self,
+        time: usize,
+        renderer: &Renderer,
+        scene_fields: &SceneFields,
+    ) -> Result<(Vec<&View>, FieldCache)> {
+        let mut read = FieldCache { fields: BTreeMap::new(), seconds: 0.0 };
+        let mut views = Vec::new();
+        for view in self.scheduled(time) {
+            let mut statistic = |field: &str, statistic: Statistic| {
+                let scene_field = scene_fields.of_condition(view, field)?;
+                let field = read.field(self.file, &scene_field, time)?.field()?;
+                Ok(renderer.run(|| statistic.of(&field)))
+            };
+            if !self.is_uncertain(view) || view.holds(&mut statistic)? {
+                views.push(view);
+            }
+        }
+        let mut needed = Vec::new();
+        for scene in views.iter().flat_map(|view| view.scenes()) {
+            needed.extend(scene_fields.of(&scene)?);
+        }
+        read.fields.retain(|known, _| needed.iter().any(|scene_field| scene_field.key() == *known));
+        for scene_field in &needed {
+            read.field(self.file, scene_field, time)?;
+        }
+        Ok((views, read))
+    }
+}
+
+impl FieldCache {
+    fn field(&mut self, file: &ModelFile, scene_field: &SceneField, time: usize) -> Result<&OwnedField> {
+        let key = scene_field.key();
+        if !self.fields.contains_key(&key) {
+            let start = Instant::now();
+            let field = file.read_layers(&scene_field.info.name, time, scene_field.range.clone())?;
+            self.seconds += start.elapsed().as_secs_f64();
+            self.fields.insert(key.clone(), field);
+        }
+        Ok(&self.fields[&key])
+    }
+
+    /// The fields, borrowed once for all views, so that derived data are computed once.
+    pub fn borrowed(&self) -> Result<BTreeMap<Key, Field<'_>>> {
+        self.fields.iter().map(|(key, field)| Ok((key.clone(), field.field()?))).collect()
+    }
+}

@@ -1,0 +1,121 @@
+//! Options for the scene: a scene file, or settings of a suggested scene.
+
+use icoray::{Level, Result, Script, suggest};
+use std::path::PathBuf;
+
+/// Which scene, and what of it is otherwise.
+#[derive(clap::Args)]
+pub struct SceneOptions {
+    /// What to draw and how; without it a scene is suggested for one field of the file
+    #[arg(long, value_name = "SCENE.toml")]
+    pub scene: Option<PathBuf>,
+    /// Field to draw, instead of the first one that looks like a physical field (no heights or other variables of the grid;
+    /// those that have layers first, then those that change with time). A 2D field is drawn as a surface
+    #[arg(long, value_name = "NAME", conflicts_with = "scene")]
+    pub field: Option<String>,
+    /// Longitude below the camera, degrees; also instead of the scene's. The camera then looks at the planet's centre
+    #[arg(long, value_name = "DEG", allow_hyphen_values = true, value_parser = lon)]
+    pub lon: Option<f64>,
+    /// Latitude below the camera, degrees; as --lon
+    #[arg(long, value_name = "DEG", allow_hyphen_values = true, value_parser = lat)]
+    pub lat: Option<f64>,
+    /// Distance of the camera from the planet's centre, planet radii; as --lon
+    #[arg(long, value_name = "RADII", allow_hyphen_values = true, value_parser = factor)]
+    pub distance: Option<f64>,
+    /// Factor on heights; also instead of the scene's
+    #[arg(long, value_name = "X", allow_hyphen_values = true, value_parser = factor)]
+    pub exaggeration: Option<f64>,
+    /// Colour map, such as viridis, vik or rdylbu_r (_r is the other way round)
+    #[arg(long, value_name = "NAME", conflicts_with = "scene", value_parser = color_map)]
+    pub colormap: Option<String>,
+    /// Values at the ends of the colour map, such as -7e-5..7e-5; opacities stretch with it
+    #[arg(long, value_name = "A..B", conflicts_with = "scene", allow_hyphen_values = true, value_parser = range)]
+    pub range: Option<[f64; 2]>,
+    /// Draw the values of one layer as a surface instead of a volume: a number from 0, the innermost, or "top" or "bottom"
+    #[arg(long, value_name = "LAYER", conflicts_with = "scene", allow_hyphen_values = true, value_parser = level)]
+    pub surface: Option<Level>,
+    /// Write the suggested scene, with comments, to this file: with --scene it draws the same picture
+    #[arg(long, value_name = "SCENE.toml", conflicts_with = "scene")]
+    pub save_scene: Option<PathBuf>,
+}
+
+type Parsed<T> = std::result::Result<T, String>;
+
+fn within(text: &str, min: f64, max: f64) -> Parsed<f64> {
+    let number = text.parse().ok().filter(|number| (min..=max).contains(number));
+    number.ok_or_else(|| format!("expected a number from {min} to {max}"))
+}
+
+fn lon(text: &str) -> Parsed<f64> {
+    within(text, -360.0, 360.0)
+}
+
+fn lat(text: &str) -> Parsed<f64> {
+    within(text, -90.0, 90.0)
+}
+
+fn factor(text: &str) -> Parsed<f64> {
+    within(text, 1e-6, 1e6)
+}
+
+fn color_map(text: &str) -> Parsed<String> {
+    suggest::check_color_map(text).map(|()| text.to_owned()).map_err(|e| e.context().to_owned())
+}
+
+fn range(text: &str) -> Parsed<[f64; 2]> {
+    let number = |text: &str| text.parse().ok().filter(|number: &f64| number.is_finite());
+    let ends = text.split_once("..").and_then(|(low, high)| Some([number(low)?, number(high)?]));
+    ends.filter(|[low, high]| low < high)
+        .ok_or_else(|| "expected two numbers, the lower first, such as -7e-5..7e-5".to_owned())
+}
+
+fn level(text: &str) -> Parsed<Level> {
+    match text {
+        "top" => Ok(Level::Top),
+        "bottom" => Ok(Level::Layer(0)),
+        number => number.parse().map(Level::Layer).map_err(|_| {
+            "expected the number of a layer from 0, the innermost, or \"top\" or \"bottom\"".to_owned()
+        }),
+    }
+}
+
+impl SceneOptions {
+    /// Overrides camera and exaggeration of the scenes of a file.
+    ///
+    /// # Errors
+    /// As [`Script::set_camera`] and [`Script::set_exaggeration`].
+    pub fn apply(&self, script: &mut Script) -> Result<()> {
+        let camera = script.set_camera(self.lon, self.lat, self.distance);
+        camera.map_err(|e| e.within("--lon, --lat, --distance"))?;
+        let Some(exaggeration) = self.exaggeration else { return Ok(()) };
+        script.set_exaggeration(exaggeration).map_err(|e| e.within("--exaggeration"))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ranges_have_two_ends_that_rise() {
+        for (text, expected) in [
+            ("-7e-5..7e-5", Some([-7e-5, 7e-5])),
+            ("0.5..1.5", Some([0.5, 1.5])),
+            ("270..", None),
+            ("2..1", None),
+            ("1..1", None),
+            ("nan..1", None),
+            ("1,2", None),
+        ] {
+            assert_eq!(range(text).ok(), expected, "{text}");
+        }
+    }
+
+    #[test]
+    fn levels_are_numbers_or_words() {
+        assert_eq!(level("top"), Ok(Level::Top));
+        assert_eq!(level("bottom"), level("0"));
+        assert_eq!(level("12"), Ok(Level::Layer(12)));
+        assert!(level("-1").unwrap_err().contains("from 0"));
+    }
+}

@@ -1,0 +1,89 @@
+//! Options of `icoray render` and `icoray plan` that select files, scene and times.
+
+use crate::gpu;
+use crate::input::{self, Input, LayerSelection};
+use crate::scene_options::SceneOptions;
+use crate::times::Times;
+use icoray::{Renderer, Result, Scene, Script};
+use icoray_netcdf::ModelFile;
+use icoray_progress::Progress;
+use std::path::Path;
+
+/// What is drawn.
+#[derive(clap::Args)]
+pub struct Selection {
+    #[command(flatten)]
+    pub input: Input,
+    #[command(flatten)]
+    pub scene_options: SceneOptions,
+    /// Time by number from 0, negative from the last (-1); by date (2003-01-01T06; 2003-01 is a whole month); by a range of
+    /// either, without its end (0..10, 2003-01..2003-03, -5..); or "all". Of ranges and all times those are drawn that are
+    /// the views' turn (every, at_steps, at_times, when), the number of a time being its step; others are drawn by all views
+    /// [default: 0, or the last one where no --scene is given]
+    #[arg(long, value_name = "TIME|A..B|all", allow_hyphen_values = true)]
+    pub time: Option<Times>,
+    #[command(flatten)]
+    pub layers_wanted: LayerSelection,
+    /// Number of threads; 0 is as many as there are cores to use
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    threads: usize,
+    #[command(flatten)]
+    pub device_options: gpu::DeviceOptions,
+    /// Picture size in pixels, instead of the scene's
+    #[arg(long, value_name = "WxH", value_parser = size)]
+    pub size: Option<(u32, u32)>,
+    /// Largest error allowed in a channel of a pixel, 0 to 1, instead of the scene's
+    #[arg(long, value_name = "E", allow_hyphen_values = true, value_parser = tolerance)]
+    pub tolerance: Option<f64>,
+}
+
+fn size(text: &str) -> std::result::Result<(u32, u32), String> {
+    let side = |t: &str| t.parse().ok().filter(|s| (1..=16384).contains(s));
+    let sides = text.split_once('x');
+    sides
+        .and_then(|(w, h)| Some((side(w)?, side(h)?)))
+        .ok_or_else(|| "expected WxH with sides of 1 to 16384 pixels, such as 640x480".to_owned())
+}
+
+fn tolerance(text: &str) -> std::result::Result<f64, String> {
+    let (low, high) = (Scene::TOLERANCE.start(), Scene::TOLERANCE.end());
+    let tolerance = text.parse().ok().filter(|t| Scene::TOLERANCE.contains(t));
+    tolerance.ok_or_else(|| format!("expected a number from {low:e} to {high}"))
+}
+
+/// Opened inputs.
+pub struct Opened {
+    pub renderer: Renderer,
+    pub file: ModelFile,
+    /// Numbers of the selected times, and whether they were selected as a series.
+    pub times: Vec<usize>,
+    pub is_series: bool,
+    /// The script of the scene file, if given.
+    pub given: Option<Script>,
+}
+
+impl Selection {
+    /// Reads the scene file, if given, and opens the model's files; `None` if the scene has no keys.
+    pub fn open(&self, progress: &Progress) -> Result<Option<Opened>> {
+        let given = match self.scene_options.scene.as_deref().map(input::script).transpose()? {
+            Some(None) => return Ok(None),
+            given => given.flatten(),
+        };
+        progress.stage(format!("reading {}", self.input.file.display()));
+        let renderer = gpu::renderer(self.threads)?.with_progress(progress.tiles());
+        let file = self.input.open()?;
+        let time = match &self.time {
+            Some(time) => time,
+            None if given.is_some() => &Times::FIRST,
+            None => &Times::LAST,
+        };
+        let (times, is_series) = (time.of(file.times())?, time.is_series());
+        Ok(Some(Opened { renderer, file, times, is_series, given }))
+    }
+
+    /// The message for a scene without keys.
+    pub fn nothing(&self) -> String {
+        let scene = self.scene_options.scene.as_deref().unwrap_or(Path::new(""));
+        format!("note      nothing is drawn: {} has no keys", scene.display())
+    }
+}

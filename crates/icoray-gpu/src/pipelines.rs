@@ -1,0 +1,116 @@
+//! Compute pipelines: layouts of their bind groups, compilation and dispatch.
+
+use crate::bindings::{READ, READ_WRITE, layout, page_layout};
+use crate::context::Context;
+use crate::shader;
+use icoray::device::FallbackReason;
+use std::collections::HashMap;
+use std::sync::{Mutex, PoisonError};
+use wgpu::BufferBindingType::{self, Uniform};
+
+/// Bindings of group 0, in order.
+const TABLES: [BufferBindingType; 14] = {
+    let mut kinds = [READ; 14];
+    kinds[0] = Uniform;
+    kinds[13] = READ_WRITE;
+    kinds
+};
+
+/// Override constants of a shader.
+pub(crate) type Constants = Vec<(&'static str, u32)>;
+
+/// The pipelines of a device, compiled on first use, and the layouts of their bind groups. Groups 1 and 3 are pages of
+/// the field and of what accompanies it.
+#[derive(Debug)]
+pub(crate) struct Pipelines {
+    /// Group 0.
+    pub tables: wgpu::BindGroupLayout,
+    /// Group 2 of `shaders/picture.wgsl`.
+    pub picture: wgpu::BindGroupLayout,
+    /// Group 2 of `shaders/parts.wgsl`.
+    pub parts: wgpu::BindGroupLayout,
+    /// Group 2 of `shaders/gradient.wgsl`.
+    pub gradient: wgpu::BindGroupLayout,
+    compiled: Mutex<HashMap<(&'static str, Constants), wgpu::ComputePipeline>>,
+}
+
+impl Pipelines {
+    /// No pipelines yet.
+    pub fn new(ctx: &Context) -> Self {
+        Pipelines {
+            tables: layout(ctx, &TABLES),
+            picture: layout(ctx, &[Uniform]),
+            parts: layout(ctx, &[Uniform, Uniform, READ, READ_WRITE]),
+            gradient: layout(ctx, &[Uniform, READ, READ, READ_WRITE]),
+            compiled: Mutex::default(),
+        }
+    }
+
+    /// The pipeline of a shader whose entry point has its name, with the layout of its group 2, for a field of `pages`
+    /// pages.
+    pub fn get(
+        &self,
+        ctx: &Context,
+        (name, own): (&'static str, &wgpu::BindGroupLayout),
+        pages: usize,
+        constants: Constants,
+    ) -> Result<wgpu::ComputePipeline, FallbackReason> {
+        let mut compiled = self.compiled.lock().unwrap_or_else(PoisonError::into_inner);
+        let key = (name, constants);
+        if let Some(pipeline) = compiled.get(&key) {
+            return Ok(pipeline.clone());
+        }
+        let page_layout = page_layout(ctx, pages);
+        let layouts = [&self.tables, &page_layout, own, &page_layout];
+        let pipeline = compile(ctx, name, shader::compose_for(name, pages), Some(layouts), &key.1)?;
+        compiled.insert(key, pipeline.clone());
+        Ok(pipeline)
+    }
+}
+
+/// Compiles the entry point `entry` of a shader. Without `layouts` they follow from the shader.
+pub(crate) fn compile(
+    ctx: &Context,
+    entry: &str,
+    text: String,
+    layouts: Option<[&wgpu::BindGroupLayout; 4]>,
+    constants: &[(&str, u32)],
+) -> Result<wgpu::ComputePipeline, FallbackReason> {
+    let constants: Vec<_> = constants.iter().map(|(name, value)| (*name, f64::from(*value))).collect();
+    ctx.scoped(|| {
+        let module = ctx.device.create_shader_module(wgpu::ShaderModuleDescriptor {
+            label: Some(entry),
+            source: wgpu::ShaderSource::Wgsl(text.into()),
+        });
+        let layout = layouts.map(|layouts| {
+            ctx.device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+                label: Some(entry),
+                bind_group_layouts: &layouts.map(Some),
+                immediate_size: 0,
+            })
+        });
+        let constants = wgpu::PipelineCompilationOptions { constants: &constants, ..Default::default() };
+        ctx.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+            label: Some(entry),
+            layout: layout.as_ref(),
+            module: &module,
+            entry_point: Some(entry),
+            compilation_options: constants,
+            cache: None,
+        })
+    })
+}
+
+/// Encodes a compute pass of one dispatch.
+pub(crate) fn dispatch<'g>(
+    commands: &mut wgpu::CommandEncoder,
+    pass: &wgpu::ComputePassDescriptor,
+    pipeline: &wgpu::ComputePipeline,
+    groups: impl IntoIterator<Item = &'g wgpu::BindGroup>,
+    [x, y]: [u32; 2],
+) {
+    let mut pass = commands.begin_compute_pass(pass);
+    pass.set_pipeline(pipeline);
+    (0..).zip(groups).for_each(|(i, group)| pass.set_bind_group(i, group, &[]));
+    pass.dispatch_workgroups(x, y, 1);
+}

@@ -1,0 +1,176 @@
+//! Fragments of rays through a rank's part of the grid. The device writes them unordered; the host sorts them.
+
+use crate::bands::{Band, Bands, Tile};
+use crate::bindings;
+use crate::device_field::DeviceField;
+use crate::layout::{self, Passed, halves};
+use crate::picture::Picture;
+use crate::pool::PooledBuffer;
+use crate::readback::Readback;
+use icoray::device::{BoundarySignature, ENDLESS, FallbackReason, Fragment, Fragments, OwnedColumns};
+use rayon::prelude::*;
+use wgpu::BufferUsages;
+
+/// Bytes of the count before the fragments.
+const COUNT_BYTES: usize = size_of::<u32>();
+
+/// Tiles of a picture, ready to be traced.
+pub(crate) struct FragmentTrace<'t> {
+    picture: &'t Picture<'t>,
+    bands: Bands<'t>,
+    part: layout::Part,
+    /// Bytes of `owned`.
+    owned_bytes: u64,
+    /// A bit per triangle: whether it belongs to the rank.
+    owned: PooledBuffer,
+}
+
+/// Memory for the fragments of a band.
+struct FragmentBuffer {
+    capacity: usize,
+    buffer: PooledBuffer,
+    /// Group 2.
+    group: wgpu::BindGroup,
+    /// Bound in `group`: not to return to the pool before the band is submitted.
+    _bound: [PooledBuffer; 2],
+}
+
+impl<'t> FragmentTrace<'t> {
+    /// Prepares tiles of a picture of `field`.
+    pub fn new(
+        picture: &'t Picture<'t>,
+        field: &DeviceField,
+        own: &OwnedColumns,
+        tiles: &'t [Tile],
+    ) -> Result<Self, FallbackReason> {
+        let bands = Bands::new(picture, field, tiles, true)?;
+        let owned = bits(own.triangles);
+        let owned_bytes = size_of_val(owned.as_slice()) as u64;
+        let owned = picture.ctx.pooled_storage("own triangles", &owned)?;
+        let part = part(own, picture.job.radius()[0]);
+        Ok(FragmentTrace { picture, bands, part, owned_bytes, owned })
+    }
+
+    /// Bytes that were uploaded.
+    pub fn bytes(&self) -> u64 {
+        self.bands.bytes + self.owned_bytes
+    }
+
+    /// Traces the tiles and passes those without lost rays to `sink`. Returns the number of the other tiles, and the
+    /// seconds in rays by the device's clock.
+    pub fn run(self, sink: &(dyn Fn(Fragments) + Sync)) -> Result<(usize, Option<f64>), FallbackReason> {
+        let mut lost = 0;
+        let mut buffer = self.fragment_buffer(self.bands.max_rays())?;
+        for band in &self.bands.list {
+            let mut rays = self.trace(band, &buffer)?;
+            let needed = count(&rays);
+            if needed > buffer.capacity {
+                buffer = self.fragment_buffer(needed)?;
+                rays = self.trace(band, &buffer)?;
+            }
+            let fragments = self.read_fragments(&buffer, count(&rays))?;
+            lost += send_tiles(&self.bands.tiles[band.tiles.clone()], &rays, fragments, sink);
+        }
+        Ok((lost, self.bands.seconds()?))
+    }
+
+    fn fragment_buffer(&self, capacity: usize) -> Result<FragmentBuffer, FallbackReason> {
+        let ctx = self.picture.ctx;
+        let usage = BufferUsages::STORAGE | BufferUsages::COPY_SRC | BufferUsages::COPY_DST;
+        let bytes = COUNT_BYTES + capacity * size_of::<layout::Fragment>();
+        let buffer = ctx.pooled("fragments", bytes, usage)?;
+        let part =
+            ctx.pooled_uniform("part", &layout::Part { max_fragments: capacity as u32, ..self.part })?;
+        let light = self.picture.light()?;
+        let buffers = [&*light, &part, &self.owned, &buffer];
+        let group = bindings::group(ctx, &self.picture.pipelines.parts, buffers)?;
+        Ok(FragmentBuffer { capacity, buffer, group, _bound: [light, part] })
+    }
+
+    /// Traces a band and reads back its rays; the fragments stay on the device.
+    fn trace(&self, band: &Band, fragments: &FragmentBuffer) -> Result<Vec<Passed>, FallbackReason> {
+        let readback = self.bands.submit(band, &fragments.group, |commands| {
+            commands.clear_buffer(&fragments.buffer, 0, Some(COUNT_BYTES as u64));
+        })?;
+        readback.wait(self.picture.ctx, |bytes| bytemuck::cast_slice(bytes).to_vec())
+    }
+
+    fn read_fragments(
+        &self,
+        fragments: &FragmentBuffer,
+        count: usize,
+    ) -> Result<Vec<layout::Fragment>, FallbackReason> {
+        let ctx = self.picture.ctx;
+        let commands = ctx.device.create_command_encoder(&Default::default());
+        let bytes = COUNT_BYTES + count * size_of::<layout::Fragment>();
+        let readback = Readback::submit(ctx, commands, &fragments.buffer, bytes)?;
+        readback.wait(ctx, |bytes| bytemuck::cast_slice(&bytes[COUNT_BYTES..]).to_vec())
+    }
+}
+
+/// Number of fragments of some rays.
+fn count(rays: &[Passed]) -> usize {
+    rays.iter().map(|ray| (ray.fragments & !Passed::LOST) as usize).sum()
+}
+
+/// Packs flags into words, the first one in the lowest bit.
+fn bits(flags: &[bool]) -> Vec<u32> {
+    let word = |flags: &[bool]| (0..).zip(flags).fold(0, |word, (k, is)| word | u32::from(*is) << k);
+    flags.chunks(32).map(word).collect()
+}
+
+/// The part's numbers in the shader, where `inner` is the radius of the innermost layer.
+fn part(own: &OwnedColumns, inner: f64) -> layout::Part {
+    // Rounded up: a ray that just misses the ball in f64 has no fragments anyway.
+    let reach = (own.reach * (1.0 + 1e-5) + 1e-6).min(1e30) as f32;
+    let [lowest_hi, lowest_lo] = halves(inner * own.lowest_facet);
+    let middle = own.middle.map(|x| x as f32);
+    let reach = if own.reach < 0.0 { -1.0 } else { reach };
+    layout::Part { middle, reach, lowest_hi, lowest_lo, max_fragments: 0, padding: 0 }
+}
+
+/// Sorts the fragments of a band and passes the tiles without lost rays to `sink`. Returns the number of the other
+/// tiles.
+fn send_tiles(
+    tiles: &[Tile],
+    mut rays: &[Passed],
+    mut fragments: Vec<layout::Fragment>,
+    sink: &(dyn Fn(Fragments) + Sync),
+) -> usize {
+    fragments.par_sort_unstable_by(|a, b| a.ray.cmp(&b.ray).then(entry(a).total_cmp(&entry(b))));
+    let mut fragments = fragments.as_slice();
+    let of_tile = |(index, tile): &Tile| {
+        let (of_tile, others) = rays.split_at(tile.pixels());
+        let (of_rays, behind) = fragments.split_at(count(of_tile));
+        (rays, fragments) = (others, behind);
+        (*index, of_tile, of_rays)
+    };
+    let all: Vec<_> = tiles.iter().map(of_tile).collect();
+    let send = |(first, rays, fragments): (usize, &[Passed], &[layout::Fragment])| {
+        if rays.iter().any(|ray| ray.fragments & Passed::LOST != 0) {
+            return 1;
+        }
+        let all: Vec<Fragment> = fragments.iter().map(fragment).collect();
+        sink(Fragments { first, rays: bytemuck::cast_slice(rays), all: &all });
+        0
+    };
+    all.into_par_iter().map(send).sum()
+}
+
+fn entry(fragment: &layout::Fragment) -> f64 {
+    f64::from(fragment.entry_hi) + f64::from(fragment.entry_lo)
+}
+
+fn fragment(fragment: &layout::Fragment) -> Fragment {
+    let layout::Fragment { exit_hi, exit_lo, red, green, blue, alpha: absorbed, error, variance, .. } =
+        *fragment;
+    let exit = if exit_hi == ENDLESS { f64::INFINITY } else { f64::from(exit_hi) + f64::from(exit_lo) };
+    Fragment {
+        t: [entry(fragment), exit],
+        color: [red, green, blue],
+        alpha: absorbed,
+        error,
+        variance,
+        surfaces: BoundarySignature::default(),
+    }
+}

@@ -1,0 +1,144 @@
+//! The one error type of the library.
+//!
+//! User data that is wrong gives an [`Error`] whose message names the table, the row, the value and what was
+//! expected. A broken invariant of icoray itself panics instead; the C boundary turns that into
+//! [`ErrorKind::Internal`].
+
+use std::fmt;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
+/// The kind of an error; each has a fixed status number in the C ABI.
+#[non_exhaustive]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum ErrorKind {
+    /// An argument is null, mis-sized, non-finite or out of its range.
+    Argument,
+    /// A connectivity or coordinate table contradicts itself or another table.
+    Grid,
+    /// The mesh is right but of a kind that is not rendered (planar meshes, corners that join four cells).
+    Unsupported,
+    /// Layer radii are not strictly monotone, not positive or not finite.
+    Layers,
+    /// A field is missing or its shape does not fit the grid and layers.
+    Field,
+    /// The scene text has a syntax error, an unknown key or a bad value.
+    Scene,
+    /// A call came before what it needs (for example execute before a grid was set).
+    Order,
+    /// A file could not be read or written.
+    Io,
+    /// A file is there already and is not modified.
+    Exists,
+    /// A bug in icoray.
+    Internal,
+    /// MPI failed, or ranks that draw one picture disagree.
+    Mpi,
+}
+
+impl ErrorKind {
+    /// Every kind, with its number.
+    const NUMBERS: [(ErrorKind, i32); 11] = [
+        (ErrorKind::Argument, 3),
+        (ErrorKind::Grid, 4),
+        (ErrorKind::Unsupported, 5),
+        (ErrorKind::Layers, 6),
+        (ErrorKind::Field, 7),
+        (ErrorKind::Scene, 8),
+        (ErrorKind::Order, 9),
+        (ErrorKind::Io, 10),
+        (ErrorKind::Internal, 11),
+        (ErrorKind::Exists, 12),
+        (ErrorKind::Mpi, 16),
+    ];
+
+    /// The number of the kind: the status of the C ABI, also sent between ranks.
+    pub fn number(self) -> i32 {
+        let found = Self::NUMBERS.iter().find(|(kind, _)| *kind == self);
+        found.map_or(11, |(_, number)| *number)
+    }
+
+    /// The kind of a number; [`ErrorKind::Internal`] where none has it.
+    pub fn of_number(number: i32) -> Self {
+        let found = Self::NUMBERS.iter().find(|(_, its)| *its == number);
+        found.map_or(ErrorKind::Internal, |(kind, _)| *kind)
+    }
+}
+
+impl fmt::Display for ErrorKind {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            ErrorKind::Argument => "bad argument",
+            ErrorKind::Grid => "bad grid",
+            ErrorKind::Unsupported => "not supported",
+            ErrorKind::Layers => "bad layers",
+            ErrorKind::Field => "bad field",
+            ErrorKind::Scene => "bad scene",
+            ErrorKind::Order => "call out of order",
+            ErrorKind::Io => "input or output failed",
+            ErrorKind::Exists => "file exists",
+            ErrorKind::Internal => "internal error",
+            ErrorKind::Mpi => "MPI",
+        })
+    }
+}
+
+/// An error: its kind and a sentence that names the place, the value and what was expected.
+#[derive(Debug, Clone, thiserror::Error)]
+#[error("{kind}: {context}")]
+pub struct Error {
+    kind: ErrorKind,
+    context: String,
+}
+
+/// Result with icoray's [`Error`].
+pub type Result<T> = std::result::Result<T, Error>;
+
+impl Error {
+    /// Makes an error of `kind` with the sentence `context`.
+    pub fn new(kind: ErrorKind, context: impl Into<String>) -> Self {
+        Error { kind, context: context.into() }
+    }
+
+    /// The broad kind.
+    pub fn kind(&self) -> ErrorKind {
+        self.kind
+    }
+
+    /// The sentence without the kind.
+    pub fn context(&self) -> &str {
+        &self.context
+    }
+
+    /// Puts `prefix: ` before the sentence, for a caller that knows the file or the name.
+    #[must_use]
+    pub fn within(mut self, prefix: impl fmt::Display) -> Self {
+        self.context = format!("{prefix}: {}", self.context);
+        self
+    }
+
+    /// Puts the rank whose error it is before the sentence, where there are several.
+    #[must_use]
+    pub fn of_rank(self, rank: usize, ranks: usize) -> Self {
+        if ranks == 1 { self } else { self.within(format_args!("rank {rank}")) }
+    }
+
+    /// Puts ` (note)` after the sentence.
+    #[must_use]
+    pub fn after(mut self, note: impl fmt::Display) -> Self {
+        self.context = format!("{} ({note})", self.context);
+        self
+    }
+
+    /// Does `work`; a panic in it becomes an error of kind [`ErrorKind::Internal`] with the panic's words, so that a
+    /// thread lives on. What `work` can reach must not be left half-changed by a panic.
+    ///
+    /// # Errors
+    /// Those of `work`, and [`ErrorKind::Internal`] for a panic.
+    pub fn of_panics<T>(work: impl FnOnce() -> Result<T>) -> Result<T> {
+        catch_unwind(AssertUnwindSafe(work)).unwrap_or_else(|payload| {
+            let text = payload.downcast_ref::<&str>().map(ToString::to_string);
+            let text = text.or_else(|| payload.downcast_ref::<String>().cloned());
+            Err(Error::new(ErrorKind::Internal, text.unwrap_or_else(|| "a panic without a message".into())))
+        })
+    }
+}

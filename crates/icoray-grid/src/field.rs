@@ -1,0 +1,269 @@
+//! A field as the model holds it: a borrowed array, read in place through its [`Shape`], whatever the layout.
+//!
+//! `shape.rs` lists the layouts and the models that use them. A reader computes the base of a column once and goes from layer to
+//! layer by one stride; only the base depends on blocks. Fields at corners, and fields on other layers, are copied: they become
+//! a [`CenterField`].
+
+use crate::error::{Error, ErrorKind, Result};
+use crate::reals::Reals;
+use crate::sample::Sample;
+use crate::shape::{ElementIndexer, Shape};
+use fearless_simd::{Level, dispatch};
+use rayon::prelude::*;
+use std::slice;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+/// Where a field's values live on the mesh.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Location {
+    /// At the cell centres.
+    Center,
+    /// At the cell corners, which are the dual triangles (MPAS vorticity); averaged to centres before rendering.
+    Corner,
+}
+
+/// A scalar field over a borrowed array.
+///
+/// Values that are NaN, infinite or equal to `fill` are missing: a frustum with a missing value is empty.
+///
+/// ```
+/// use icoray_grid::{Field, Location, Shape};
+///
+/// // Two columns of three layers; -999 marks a missing value.
+/// let values = [1.0, 2.0, 3.0, 4.0, -999.0, 6.0f32];
+/// let shape = Shape::level_fastest(2, 3);
+/// let field = Field::new(values.as_slice().into(), shape, Location::Center, Some(-999.0))?;
+/// assert_eq!(field.value(1, 2), 6.0);
+/// assert_eq!(field.range(), (Some([1.0, 6.0]), 1));
+/// # Ok::<(), icoray_grid::Error>(())
+/// ```
+#[derive(Debug, Clone, Copy)]
+pub struct Field<'a> {
+    samples: Reals<'a>,
+    shape: Shape,
+    elements: ElementIndexer,
+    location: Location,
+    fill: Option<f64>,
+    number: u64,
+}
+
+impl<'a> Field<'a> {
+    /// Wraps `samples`; every element that `shape` reaches must lie inside. A field without columns is valid: a rank without
+    /// cells has one.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Field`] when the shape has no layer or reaches outside the array, or when 32 bits cannot number its
+    /// blocked columns.
+    pub fn new(samples: Reals<'a>, shape: Shape, location: Location, fill: Option<f64>) -> Result<Self> {
+        let number = next_number();
+        let bad = |context| Err(Error::new(ErrorKind::Field, context));
+        if shape.columns == 0 && shape.layers > 0 {
+            let shape = Shape::level_fastest(0, shape.layers);
+            let elements = ElementIndexer::new(&shape).expect("nothing is in blocks");
+            return Ok(Field { samples, shape, elements, location, fill, number });
+        }
+        let Some((low, high)) = shape.extent() else {
+            return bad(format!(
+                "{} columns of {} layers, expected layers and strides that 64 bits can hold",
+                shape.columns, shape.layers
+            ));
+        };
+        if low < 0 || high >= samples.len() as i128 {
+            return bad(format!(
+                "the strides reach elements {low} to {high}, expected 0 to {}",
+                samples.len() as i128 - 1
+            ));
+        }
+        let Some(elements) = ElementIndexer::new(&shape) else {
+            return bad(format!("{} columns in blocks, expected at most 2^32", shape.columns));
+        };
+        Ok(Field { samples, shape, elements, location, fill, number })
+    }
+
+    /// The array as given.
+    pub fn samples(&self) -> Reals<'a> {
+        self.samples
+    }
+
+    /// A number that this field shares with its copies and with no other field of the process. The array is borrowed, so nothing
+    /// can write to it while a copy lives: results that were computed from the number's field hold for all its copies.
+    pub fn number(&self) -> u64 {
+        self.number
+    }
+
+    /// How the array is read.
+    pub fn shape(&self) -> &Shape {
+        &self.shape
+    }
+
+    /// Where the values live.
+    pub fn location(&self) -> Location {
+        self.location
+    }
+
+    /// The value that marks a missing sample, if any.
+    pub fn fill(&self) -> Option<f64> {
+        self.fill
+    }
+
+    /// Value of `column` at `layer`, NaN where it is missing.
+    ///
+    /// # Panics
+    /// When the indices are out of range.
+    #[inline]
+    pub fn value(&self, column: usize, layer: usize) -> f64 {
+        self.value_or_nan(self.samples.get(self.elements.at(self.elements.base(column), layer)))
+    }
+
+    /// The value, or NaN where it marks a missing one.
+    #[inline]
+    fn value_or_nan(&self, value: f64) -> f64 {
+        if Some(value) == self.fill || !value.is_finite() { f64::NAN } else { value }
+    }
+
+    /// The positions of elements in the array.
+    pub fn elements(&self) -> &ElementIndexer {
+        &self.elements
+    }
+
+    /// Least and greatest value, and the number of missing values; the range is `None` where all are missing. Parallel.
+    pub fn range(&self) -> (Option<[f64; 2]>, u64) {
+        self.range_over(None)
+    }
+
+    /// [`Self::range`] over those columns for which `counts` is true; over all without `counts`.
+    pub fn range_over(&self, counts: Option<&(dyn Fn(usize) -> bool + Sync)>) -> (Option<[f64; 2]>, u64) {
+        let (low, high, missing) = match self.samples {
+            Reals::F32(samples) => self.range_in(samples, counts),
+            Reals::F64(samples) => self.range_in(samples, counts),
+        };
+        ((low <= high).then_some([low, high]), missing)
+    }
+
+    fn range_in<S: Sample>(
+        &self,
+        samples: &[S],
+        counts: Option<&(dyn Fn(usize) -> bool + Sync)>,
+    ) -> Extremes {
+        let fill = self.fill.and_then(S::exact);
+        let level = Level::new();
+        let range = |values: &[S]| dispatch!(level, _simd => range_of(values, fill));
+        if let (None, Some((low, high))) = (counts, self.shape.packed()) {
+            let pieces = samples[low..=high].par_chunks(1 << 15);
+            return pieces.map(range).reduce(no_values, merged);
+        }
+        let columns = (0..self.shape.columns).into_par_iter().with_min_len(256);
+        let counted = columns.filter(|column| counts.is_none_or(|counts| counts(*column)));
+        let of_column = |column: usize| {
+            let base = self.elements.base(column);
+            if self.shape.layer_stride == 1 {
+                let start = self.elements.at(base, 0);
+                return range(&samples[start..start + self.shape.layers]);
+            }
+            let values = (0..self.shape.layers).map(|layer| &samples[self.elements.at(base, layer)]);
+            values.map(|value| range_of(slice::from_ref(value), fill)).fold(no_values(), merged)
+        };
+        counted.map(of_column).reduce(no_values, merged)
+    }
+}
+
+/// A number that no other field of the process has had.
+fn next_number() -> u64 {
+    static NEXT: AtomicU64 = AtomicU64::new(0);
+    NEXT.fetch_add(1, Ordering::Relaxed)
+}
+
+/// Least and greatest value, and how many are missing.
+type Extremes = (f64, f64, u64);
+
+fn no_values() -> Extremes {
+    (f64::INFINITY, f64::NEG_INFINITY, 0)
+}
+
+fn merged(a: Extremes, b: Extremes) -> Extremes {
+    (a.0.min(b.0), a.1.max(b.1), a.2 + b.2)
+}
+
+/// Least and greatest of contiguous values, and the number of missing ones: in loops of fixed size, which compile to vectors.
+#[inline(always)]
+fn range_of<S: Sample>(values: &[S], fill: Option<S>) -> Extremes {
+    const SIDE: usize = 32;
+    let [least, greatest] = [f64::NEG_INFINITY, f64::INFINITY].map(S::near);
+    // Without a fill value: a value that is missing in any case.
+    let fill = fill.unwrap_or(greatest.next_up());
+    let (sides, rest) = values.as_chunks::<SIDE>();
+    let mut last = [fill; SIDE];
+    last[..rest.len()].copy_from_slice(rest);
+    let (mut low, mut high, mut there) = ([greatest; SIDE], [least; SIDE], [0u32; SIDE]);
+    for n in 0..=sides.len() {
+        let side = sides.get(n).unwrap_or(&last);
+        for i in 0..SIDE {
+            let value = side[i];
+            let is_there = (value >= least) & (value <= greatest) & (value != fill);
+            let [lower, higher] = if is_there { [value; 2] } else { [greatest, least] };
+            low[i] = if lower < low[i] { lower } else { low[i] };
+            high[i] = if higher > high[i] { higher } else { high[i] };
+            there[i] += u32::from(is_there);
+        }
+    }
+    let there: u32 = there.iter().sum();
+    let missing = (values.len() - there as usize) as u64;
+    if there == 0 {
+        return (f64::INFINITY, f64::NEG_INFINITY, missing);
+    }
+    let low = low.iter().fold(f64::INFINITY, |low, v| low.min(v.wide()));
+    (low, high.iter().fold(f64::NEG_INFINITY, |high, v| high.max(v.wide())), missing)
+}
+
+mod center;
+mod moved;
+pub use center::CenterField;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn strides_reach_the_same_values_in_every_layout() {
+        let (cells, layers) = (3, 2);
+        let level: Vec<f64> = (0..6).map(f64::from).collect();
+        let cell: Vec<f64> = [0.0, 2.0, 4.0, 1.0, 3.0, 5.0].to_vec();
+        let a =
+            Field::new(level.as_slice().into(), Shape::level_fastest(cells, layers), Location::Center, None)
+                .unwrap();
+        let b =
+            Field::new(cell.as_slice().into(), Shape::cell_fastest(cells, layers), Location::Center, None)
+                .unwrap();
+        for c in 0..cells {
+            for l in 0..layers {
+                assert_eq!(a.value(c, l), b.value(c, l));
+            }
+        }
+        let upside_down = Shape { offset: 1, layer_stride: -1, ..Shape::level_fastest(cells, layers) };
+        let flipped = Field::new(level.as_slice().into(), upside_down, Location::Center, None).unwrap();
+        assert_eq!(flipped.value(2, 0), 5.0);
+    }
+
+    #[test]
+    fn a_shape_that_leaves_the_array_is_refused() {
+        let v = [0.0f32; 6];
+        for shape in [
+            Shape::level_fastest(3, 3),
+            Shape { layer_stride: -1, ..Shape::level_fastest(3, 2) },
+            Shape { column_stride: isize::MAX, ..Shape::level_fastest(3, 2) },
+            Shape::level_fastest(2, 0),
+        ] {
+            let error = Field::new(v.as_slice().into(), shape, Location::Center, None).unwrap_err();
+            assert_eq!(error.kind(), ErrorKind::Field, "{shape:?}");
+        }
+    }
+
+    #[test]
+    fn range_leaves_missing_values_out() {
+        let v = [1.0f32, -9e33, f32::NAN, 4.0, f32::INFINITY, 2.0];
+        let fill = Some(f64::from(-9e33f32));
+        let field =
+            Field::new(v.as_slice().into(), Shape::level_fastest(3, 2), Location::Center, fill).unwrap();
+        assert_eq!(field.range(), (Some([1.0, 4.0]), 3));
+    }
+}

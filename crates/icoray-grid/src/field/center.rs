@@ -1,0 +1,131 @@
+//! Fields that are averaged from corners to cell centres.
+
+use super::{Field, Location, next_number};
+use crate::error::{Error, ErrorKind, Result};
+use crate::grid::Grid;
+use crate::reals::OwnedReals;
+use crate::shape::Shape;
+use rayon::prelude::*;
+
+/// A field at cell centres that icoray computed from a field at corners or on other layers; level-fastest, in the precision
+/// of that field.
+#[derive(Debug, Clone)]
+pub struct CenterField {
+    pub(super) values: OwnedReals,
+    pub(super) shape: Shape,
+    /// [`Field::number`] of the field: the same as long as no value changes.
+    pub(super) number: u64,
+}
+
+impl CenterField {
+    /// Averages a field at corners to the cell centres, in parallel: the plain mean over those corners of a cell that have a
+    /// value; NaN where none has one.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Field`] when `field` is not at corners or has not one column per corner of `grid`.
+    pub fn average(grid: &Grid, field: &Field) -> Result<Self> {
+        Self::average_in(grid, field, None)
+    }
+
+    /// [`Self::average`] in the memory of another field, such as that of the frame before.
+    ///
+    /// # Errors
+    /// As [`Self::average`].
+    pub fn average_in(grid: &Grid, field: &Field, memory: Option<Self>) -> Result<Self> {
+        let shape = field.shape();
+        if field.location() != Location::Corner || shape.columns != grid.triangles() {
+            return Err(Error::new(
+                ErrorKind::Field,
+                format!(
+                    "{} columns at {:?}, expected {} at Corner",
+                    shape.columns,
+                    field.location(),
+                    grid.triangles()
+                ),
+            ));
+        }
+        let values = match buffer(field, memory) {
+            OwnedReals::F32(memory) => OwnedReals::F32(average(grid, field, memory, |v| v as f32)),
+            OwnedReals::F64(memory) => OwnedReals::F64(average(grid, field, memory, |v| v)),
+        };
+        let shape = Shape::level_fastest(grid.cells(), shape.layers);
+        Ok(CenterField { values, shape, number: next_number() })
+    }
+
+    /// The field, borrowed.
+    pub fn field(&self) -> Field<'_> {
+        let field = Field::new(self.values.as_reals(), self.shape, Location::Center, None);
+        Field { number: self.number, ..field.expect("the values were made for this shape") }
+    }
+
+    /// The values, level-fastest, to replace some of them: the field gets a new number.
+    pub fn values_mut(&mut self) -> &mut OwnedReals {
+        self.number = next_number();
+        &mut self.values
+    }
+
+    /// Bytes of the values.
+    pub fn bytes(&self) -> usize {
+        self.values.bytes()
+    }
+}
+
+/// A buffer of the precision of `field`, in the memory of another field if that has it.
+pub(super) fn buffer(field: &Field, memory: Option<CenterField>) -> OwnedReals {
+    OwnedReals::buffer(field.samples(), memory.map(|memory| memory.values))
+}
+
+/// Resizes `memory` to `count` values; their old values stay.
+pub(super) fn resized<S: Copy + Default>(mut memory: Vec<S>, count: usize) -> Vec<S> {
+    memory.reserve_exact(count.saturating_sub(memory.len()));
+    memory.resize(count, S::default());
+    memory
+}
+
+fn average<S: Copy + Default + Send>(
+    grid: &Grid,
+    field: &Field,
+    memory: Vec<S>,
+    narrow: impl Fn(f64) -> S + Sync,
+) -> Vec<S> {
+    let layers = field.shape().layers;
+    let elements = field.elements();
+    let mut values = resized(memory, grid.cells() * layers);
+    let columns = values.par_chunks_exact_mut(layers).with_min_len(256).enumerate();
+    columns.for_each_init(Vec::new, |around, (cell, column)| {
+        // Corners and blocks are looked up once per cell, not once per value.
+        around.clear();
+        around.extend(grid.corners_of(cell as u32).map(|c| elements.base(c as usize)));
+        for (layer, value) in column.iter_mut().enumerate() {
+            let all =
+                around.iter().map(|&base| field.value_or_nan(field.samples.get(elements.at(base, layer))));
+            let there = all.filter(|v| !v.is_nan());
+            let (sum, count) = there.fold((0.0, 0u32), |(sum, count), v| (sum + v, count + 1));
+            *value = narrow(if count == 0 { f64::NAN } else { sum / f64::from(count) });
+        }
+    });
+    values
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::grid::IcosahedralMesh;
+
+    #[test]
+    fn corner_average_counts_each_corner_once() {
+        let mesh = IcosahedralMesh::new(1).unwrap();
+        let grid = Grid::new(mesh.tables()).unwrap();
+        // Pentagons repeat a corner in the table; a plain sum over six entries would be wrong there.
+        let v: Vec<f64> = (0..grid.triangles()).map(|c| c as f64).collect();
+        let field = Field::new(v.as_slice().into(), Shape::level_fastest(v.len(), 1), Location::Corner, None)
+            .unwrap();
+        let center = CenterField::average(&grid, &field).unwrap();
+        for cell in 0..grid.cells() as u32 {
+            let around: Vec<u32> =
+                (0..grid.triangles() as u32).filter(|&t| grid.triangle(t).contains(&cell)).collect();
+            let mean = around.iter().map(|&t| f64::from(t)).sum::<f64>() / around.len() as f64;
+            assert!((center.field().value(cell as usize, 0) - mean).abs() < 1e-12);
+        }
+    }
+}

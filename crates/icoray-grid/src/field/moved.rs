@@ -1,0 +1,91 @@
+//! Fields that are interpolated to other layers: one at interfaces to the layers midway between them, or the other way round.
+
+use super::center::{buffer, resized};
+use super::{CenterField, Field, Location, next_number};
+use crate::reals::OwnedReals;
+use crate::shape::Shape;
+use rayon::prelude::*;
+
+/// A layer between two others, or one of them.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Between {
+    layers: [usize; 2],
+    weight: f64,
+}
+
+impl CenterField {
+    /// Interpolates `field`, whose layers lie at the radii `own`, linearly to the radii `wanted`; beyond the outer layers it takes
+    /// the value of the nearest one. A value is missing where one of the two around it is. Both lists are in one unit, and both
+    /// rise or both fall. `memory` is another field, whose memory is used again.
+    pub fn moved_in(field: &Field, own: &[f64], wanted: &[f64], memory: Option<Self>) -> Self {
+        let between: Vec<Between> = wanted.iter().map(|radius| bracket(own, *radius)).collect();
+        let shape = Shape::level_fastest(field.shape().columns, wanted.len());
+        let values = match buffer(field, memory) {
+            OwnedReals::F32(memory) => OwnedReals::F32(filled(field, &between, memory, |v| v as f32)),
+            OwnedReals::F64(memory) => OwnedReals::F64(filled(field, &between, memory, |v| v)),
+        };
+        debug_assert_eq!(field.location(), Location::Center);
+        CenterField { values, shape, number: next_number() }
+    }
+}
+
+fn bracket(own: &[f64], radius: f64) -> Between {
+    let rises = own[own.len() - 1] > own[0];
+    let before = own.partition_point(|r| if rises { *r <= radius } else { *r >= radius });
+    let low = before.clamp(1, own.len() - 1) - 1;
+    let weight = ((radius - own[low]) / (own[low + 1] - own[low])).clamp(0.0, 1.0);
+    Between { layers: [low, low + 1], weight }
+}
+
+fn filled<S: Copy + Default + Send>(
+    field: &Field,
+    between: &[Between],
+    memory: Vec<S>,
+    narrow: impl Fn(f64) -> S + Sync,
+) -> Vec<S> {
+    let mut values = resized(memory, field.shape().columns * between.len());
+    let columns = values.par_chunks_exact_mut(between.len()).with_min_len(256).enumerate();
+    columns.for_each(|(column, values)| {
+        for (value, Between { layers, weight }) in values.iter_mut().zip(between) {
+            let [low, high] = layers.map(|layer| field.value(column, layer));
+            let mixed = match *weight {
+                0.0 => low,
+                1.0 => high,
+                weight => low + weight * (high - low),
+            };
+            *value = narrow(mixed);
+        }
+    });
+    values
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn interfaces_and_the_layers_between_them_are_brought_to_each_other() {
+        let values = [0.0f64, 2.0, 6.0, 10.0, f64::NAN, 30.0];
+        let field =
+            Field::new(values.as_slice().into(), Shape::level_fastest(2, 3), Location::Center, None).unwrap();
+        let between = CenterField::moved_in(&field, &[1.0, 2.0, 4.0], &[1.5, 3.0], None);
+        let of = |column| [0, 1].map(|layer| between.field().value(column, layer));
+        assert_eq!(of(0), [1.0, 4.0]);
+        assert!(of(1).iter().all(|value| value.is_nan()));
+        let out = CenterField::moved_in(&between.field(), &[1.5, 3.0], &[1.0, 2.0, 4.0], None);
+        assert_eq!([0, 1, 2].map(|layer| out.field().value(0, layer)), [1.0, 2.0, 4.0]);
+    }
+
+    #[test]
+    fn falling_layers_are_as_good() {
+        let field = Field::new(
+            [6.0f32, 2.0, 0.0].as_slice().into(),
+            Shape::level_fastest(1, 3),
+            Location::Center,
+            None,
+        )
+        .unwrap();
+        let between = CenterField::moved_in(&field, &[4.0, 2.0, 1.0], &[3.0, 1.5], None);
+        assert_eq!([0, 1].map(|layer| between.field().value(0, layer)), [4.0, 1.0]);
+    }
+}

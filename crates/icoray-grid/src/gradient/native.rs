@@ -1,0 +1,147 @@
+//! Gradients where each column's layers lie at heights of their own.
+//!
+//! As for concentric layers, the three slopes at vertex A of a frustum fix its gradient: along A the change to the next layer,
+//! along `R·B - R·A` and `R·C - R·A`, now with a radius at each vertex, the changes to the neighbours on the same layer.
+
+use super::{Gradients, narrowed};
+use crate::array::MapInline;
+use crate::grid::Grid;
+use crate::heights::Heights;
+use crate::sample::{Sample, Samples};
+use glam::DVec3;
+use rayon::prelude::*;
+
+/// Gradients of the normalised field at all vertices, per planet radius, level-fastest; zero where nothing is known. In
+/// `memory`.
+pub fn gradients<S: Sample>(
+    grid: &Grid,
+    heights: &Heights,
+    samples: &Samples<S>,
+    memory: Gradients,
+) -> Gradients {
+    let layers = heights.layers();
+    let mut gradients = memory.with_room(grid.cells() * layers, false);
+    let rows = gradients.whole_mut().par_chunks_exact_mut(layers).with_min_len(64).enumerate();
+    rows.for_each_init(Vec::new, |around_cell: &mut Vec<[u32; 2]>, (cell, row)| {
+        let around = NeighborColumns { grid, heights, samples, cell: cell as u32 };
+        around_cell.clear();
+        around_cell.extend(fans(grid, cell as u32));
+        for (layer, gradient) in row.iter_mut().enumerate() {
+            *gradient = narrowed(around.mean(around_cell, layer));
+        }
+    });
+    gradients
+}
+
+/// The direction across a layer at each cell, outwards: the mean of the facets around it, by their area. In `memory`.
+pub fn normals(grid: &Grid, heights: &Heights, layer: usize, mut memory: Vec<[f32; 3]>) -> Vec<[f32; 3]> {
+    let place = |cell: u32| heights.radius(cell, layer) * grid.direction(cell);
+    let normal = |cell: u32| {
+        let (up, own) = (grid.direction(cell), place(cell));
+        let across = fans(grid, cell).map(|others| {
+            let [b, c] = others.map_inline(|other| place(other) - own);
+            let across = b.cross(c);
+            if across.dot(up) < 0.0 { -across } else { across }
+        });
+        across.sum::<DVec3>().try_normalize().unwrap_or(up).as_vec3().to_array()
+    };
+    (0..grid.cells() as u32).into_par_iter().with_min_len(256).map(normal).collect_into_vec(&mut memory);
+    memory
+}
+
+/// The two other cells of each triangle around a cell.
+fn fans<'g>(grid: &'g Grid, cell: u32) -> impl Iterator<Item = [u32; 2]> + 'g {
+    let triangles = grid.corners_of(cell).filter(|corner| grid.is_triangle(*corner));
+    triangles.map(move |triangle| {
+        let cells = grid.triangle(triangle);
+        let k = cells.iter().position(|other| *other == cell).unwrap_or(0);
+        [cells[(k + 1) % 3], cells[(k + 2) % 3]]
+    })
+}
+
+/// A cell's column and those around it.
+struct NeighborColumns<'a, S> {
+    grid: &'a Grid<'a>,
+    heights: &'a Heights<'a>,
+    samples: &'a Samples<'a, S>,
+    cell: u32,
+}
+
+impl<S: Sample> NeighborColumns<'_, S> {
+    fn value(&self, cell: u32, layer: usize) -> f64 {
+        self.samples.get(self.samples.base(cell), layer)
+    }
+
+    /// The mean of the slopes to the layers above and below, as far as they are there.
+    fn radial(&self, layer: usize) -> Option<f64> {
+        let slope = |low: usize, high: usize| {
+            let thickness = self.heights.radius(self.cell, high) - self.heights.radius(self.cell, low);
+            (self.value(self.cell, high) - self.value(self.cell, low)) / thickness
+        };
+        let below = layer.checked_sub(1).map(|below| slope(below, layer));
+        let above = (layer + 1 < self.heights.layers()).then(|| slope(layer, layer + 1));
+        let known = below.into_iter().chain(above).filter(|slope| slope.is_finite());
+        let (sum, count) = known.fold((0.0, 0), |(sum, count), slope| (sum + slope, count + 1));
+        (count > 0).then(|| sum / f64::from(count))
+    }
+
+    fn mean(&self, fans: &[[u32; 2]], layer: usize) -> DVec3 {
+        let Some(radial) = self.radial(layer) else { return DVec3::ZERO };
+        let place = |cell: u32| self.heights.radius(cell, layer) * self.grid.direction(cell);
+        let (a, value) = (self.grid.direction(self.cell), self.value(self.cell, layer));
+        let own = place(self.cell);
+        let (mut sum, mut count) = (DVec3::ZERO, 0);
+        for others in fans {
+            let [b, c] = others.map_inline(|other| place(other) - own);
+            let [to_b, to_c] = others.map_inline(|other| self.value(other, layer) - value);
+            let volume = a.dot(b.cross(c));
+            let gradient = (radial * b.cross(c) + to_b * c.cross(a) + to_c * a.cross(b)) / volume;
+            if gradient.is_finite() {
+                (sum, count) = (sum + gradient, count + 1);
+            }
+        }
+        if count > 0 { sum / f64::from(count) } else { DVec3::ZERO }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::field::{Field, Location};
+    use crate::grid::IcosahedralMesh;
+    use crate::layers::Layers;
+    use crate::shape::Shape;
+
+    /// Between flat facets a field that is linear in space is exact at every vertex, wherever the layers lie.
+    #[test]
+    fn a_linear_field_has_its_slope_everywhere() {
+        const LAYERS: usize = 4;
+        let mesh = IcosahedralMesh::new(3).unwrap();
+        let grid = Grid::new(mesh.tables()).unwrap();
+        let height = |cell: usize, layer: usize| 0.1 * layer as f64 + 0.03 * ((7 * cell) % 11) as f64 / 11.0;
+        let all = || (0..grid.cells()).flat_map(|cell| (0..LAYERS).map(move |layer| (cell, layer)));
+        let heights: Vec<f64> = all().map(|(cell, layer)| height(cell, layer)).collect();
+        let slope = DVec3::new(0.3, -1.1, 0.7);
+        let place = |cell: usize, layer: usize| (1.0 + height(cell, layer)) * grid.direction(cell as u32);
+        let values: Vec<f64> = all().map(|(cell, layer)| slope.dot(place(cell, layer))).collect();
+        let shape = Shape::level_fastest(grid.cells(), LAYERS);
+        let field = |data: &'static [f64]| Field::new(data.into(), shape, Location::Center, None).unwrap();
+        let layers = Layers::from_heights(&[0.0, 0.1, 0.2, 0.3], 1.0).unwrap();
+        let heights = field(heights.leak());
+        let values: &'static [f64] = values.leak();
+        let heights = Heights::new(
+            &heights,
+            &layers,
+            crate::heights::Cells { count: grid.cells(), first: 0, numbers: &[] },
+            LAYERS,
+            1.0,
+        )
+        .unwrap();
+        let samples = Samples::new(values, &field(values), false, [0.0, 1.0]);
+        let found = gradients(&grid, &heights, &samples, Gradients::none());
+        for i in 0..grid.cells() * LAYERS {
+            let off = DVec3::from_array(found.at(i).map(f64::from)) - slope;
+            assert!(off.length() < 1e-5, "{i}: {off}");
+        }
+    }
+}

@@ -1,0 +1,155 @@
+//! Gradients of linear fields, on whole meshes and beside missing values.
+
+use super::*;
+use crate::field::{Field, Location};
+use crate::grid::IcosahedralMesh;
+use crate::shape::Shape;
+
+#[test]
+fn gradients_too_long_for_a_float_keep_their_direction() {
+    for (mean, expected) in [
+        (DVec3::new(1.5, -2.0, 0.0), [1.5, -2.0, 0.0]),
+        (DVec3::new(1e40, 0.0, 1e300), [0.0, 0.0, 1e30]),
+        (DVec3::new(1e300, -5e299, 0.0), [1e30, -5e29, 0.0]),
+        (DVec3::new(f64::INFINITY, 1.0, 0.0), [0.0; 3]),
+        (DVec3::new(1.0, f64::NAN, f64::NAN), [0.0; 3]),
+    ] {
+        assert_eq!(narrowed(mean), expected, "{mean}");
+    }
+}
+fn radii() -> Vec<f64> {
+    vec![1.0, 1.03, 1.1, 1.2]
+}
+
+fn field_of(grid: &Grid, f: impl Fn(DVec3) -> f64) -> Vec<f64> {
+    let cells = 0..grid.cells() as u32;
+    cells
+        .flat_map(|c| radii().into_iter().map(move |r| (c, r)))
+        .map(|(c, r)| f(grid.direction(c) * r))
+        .collect()
+}
+
+fn gradients_of(grid: &Grid, values: &[f64]) -> Vec<[f32; 3]> {
+    let field =
+        Field::new(values.into(), Shape::level_fastest(grid.cells(), 4), Location::Center, None).unwrap();
+    gradients(
+        grid,
+        &radii(),
+        &Samples::new(values, &field, false, [0.0, 1.0]),
+        0..grid.cells(),
+        GradientOptions { visible: None, packed: false },
+        Gradients::none(),
+    )
+    .whole()
+    .to_vec()
+}
+
+/// A linear field is linear on every facet and along every radius: each frustum's gradient is the field's, so the
+/// mean is exact, at pentagons and on the outer and inner layers too.
+#[test]
+fn a_linear_field_has_its_own_gradient_everywhere() {
+    let mesh = IcosahedralMesh::new(3).unwrap();
+    let grid = Grid::new(mesh.tables()).unwrap();
+    let slope = DVec3::new(0.3, -2.0, 0.7);
+    let values = field_of(&grid, |p| p.dot(slope) + 5.0);
+    for gradient in gradients_of(&grid, &values) {
+        assert!(DVec3::from_array(gradient.map(f64::from)).distance(slope) < 1e-6, "{gradient:?}");
+    }
+}
+
+/// Where nothing can be seen memory stays as it was, and where something can the bits are those of all gradients.
+#[test]
+fn gradients_are_those_that_can_be_seen() {
+    let mesh = IcosahedralMesh::new(3).unwrap();
+    let grid = Grid::new(mesh.tables()).unwrap();
+    let values = field_of(&grid, |p| (3.0 * p.x).sin() * (5.0 * p.y).cos() + p.z * p.z);
+    let field =
+        Field::new(values.as_slice().into(), Shape::level_fastest(grid.cells(), 4), Location::Center, None)
+            .unwrap();
+    let samples = Samples::new(&values, &field, false, [0.0, 1.0]);
+    let all = gradients_of(&grid, &values);
+    // Blocks of one gap: each third triangle has the lowest, each seventh the uppermost.
+    let blocks = (0..grid.triangles()).map(|t| u32::from(t % 3 == 0) | u32::from(t % 7 == 0) << 2).collect();
+    let visible = OccupancyMask { blocks, ..OccupancyMask::default() };
+    let unknown = Gradients::Whole(vec![[9.0; 3]; values.len()]);
+    let wanted = GradientOptions { visible: Some(&visible), packed: false };
+    let found = gradients(&grid, &radii(), &samples, 0..grid.cells(), wanted, unknown);
+    let mut left_out = 0;
+    for (i, gradient) in found.whole().iter().enumerate() {
+        let around =
+            grid.corners_of((i / 4) as u32).fold(0, |all, triangle| all | visible.blocks_over(triangle));
+        // Between the blocks of a cell nothing is left out.
+        let is_seen = match i % 4 {
+            0 => around & 1 != 0,
+            1 => around & 1 != 0,
+            2 => around & 4 != 0,
+            _ => around & 4 != 0,
+        };
+        let is_known = *gradient != [9.0; 3];
+        assert!(is_known || !is_seen, "{i}");
+        assert!(!is_known || *gradient == all[i], "{i}: {gradient:?} {:?}", all[i]);
+        left_out += u32::from(!is_known);
+    }
+    assert!(left_out > 100, "{left_out}");
+}
+
+#[test]
+fn frusta_with_missing_values_are_left_out_of_the_mean() {
+    let mesh = IcosahedralMesh::new(2).unwrap();
+    let grid = Grid::new(mesh.tables()).unwrap();
+    let slope = DVec3::new(0.3, -2.0, 0.7);
+    let mut values = field_of(&grid, |p| p.dot(slope));
+    values[4 * 40 + 2] = f64::NAN;
+    let gradients = gradients_of(&grid, &values);
+    for (i, gradient) in gradients.iter().enumerate() {
+        // The vertex above has frusta below it only, and all of those hold the missing value.
+        let unknown = i == 4 * 40 + 2 || i == 4 * 40 + 3;
+        let expected = if unknown { DVec3::ZERO } else { slope };
+        assert!(DVec3::from_array(gradient.map(f64::from)).distance(expected) < 1e-6, "{i}: {gradient:?}");
+    }
+}
+
+/// Any field with holes: each vertex has the mean over those incident frusta that miss none of their six values, and
+/// a frustum's gradient solves its three slopes.
+#[test]
+fn the_mean_is_over_the_whole_incident_frusta() {
+    let mesh = IcosahedralMesh::new(2).unwrap();
+    let grid = Grid::new(mesh.tables()).unwrap();
+    let mut values = field_of(&grid, |p| (3.0 * p.x).sin() * (5.0 * p.y).cos() + p.z * p.z);
+    for cell in (0..grid.cells()).step_by(7) {
+        values[4 * cell + cell % 4] = f64::NAN;
+        values[4 * cell + (cell + 1) % 4] = f64::NAN;
+    }
+    let (radius, value) = (radii(), |cell: u32, layer: usize| values[4 * cell as usize + layer]);
+    let frustum = |cell: u32, layer: usize, triangle: u32, gap: usize| {
+        let cells = grid.triangle(triangle);
+        let whole = cells.iter().all(|&c| !value(c, gap).is_nan() && !value(c, gap + 1).is_nan());
+        let others: Vec<u32> = cells.into_iter().filter(|&c| c != cell).collect();
+        let side = |o: u32| (grid.direction(o) - grid.direction(cell)) * radius[layer];
+        let slopes = DVec3::new(
+            (value(cell, gap + 1) - value(cell, gap)) / (radius[gap + 1] - radius[gap]),
+            value(others[0], layer) - value(cell, layer),
+            value(others[1], layer) - value(cell, layer),
+        );
+        let basis = glam::DMat3::from_cols(grid.direction(cell), side(others[0]), side(others[1]));
+        whole.then(|| basis.transpose().inverse() * slopes)
+    };
+    let found = gradients_of(&grid, &values);
+    let mut partial = 0;
+    for (i, gradient) in found.iter().enumerate() {
+        let (cell, layer) = ((i / 4) as u32, i % 4);
+        let gaps = [layer.checked_sub(1), (layer < 3).then_some(layer)].into_iter().flatten();
+        let around: Vec<_> = gaps
+            .flat_map(|gap| grid.corners_of(cell).map(move |t| (t, gap)))
+            .map(|(t, gap)| frustum(cell, layer, t, gap))
+            .collect();
+        let known: Vec<DVec3> = around.iter().copied().flatten().collect();
+        partial += usize::from(!known.is_empty() && known.len() < around.len());
+        let mean = known.iter().sum::<DVec3>() / known.len().max(1) as f64;
+        assert!(
+            DVec3::from_array(gradient.map(f64::from)).distance(mean) < 1e-5,
+            "{cell} {layer}: {gradient:?} {mean}"
+        );
+    }
+    assert!(partial > 100, "{partial} vertices beside voids");
+}

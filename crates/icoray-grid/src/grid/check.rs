@@ -1,0 +1,381 @@
+//! The checks that make the walk's promises hold: every index in range, tables that agree with each other, and a
+//! triangulation that covers the sphere exactly once, with what `hole_filling.rs` adds where the mesh has holes.
+//!
+//! A hole has to be one by the tables: a side ends the mesh only where they say that a cell or a corner beyond is missing.
+//!
+//! All passes are parallel over rows; the first bad row in table order is reported, so the message does not depend on
+//! the number of threads.
+
+use super::hole_filling::HoleFilling;
+use super::table_names::{entry, item, named, named_entry, named_row, row as row_of, rows};
+use super::tables::{GridTables, Indices, LonLat};
+use super::triangle_orientation::TriangleOrientation;
+use crate::error::{Error, ErrorKind, Result};
+use glam::DVec3;
+use rayon::prelude::*;
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
+
+/// A triangle is degenerate when twice its area is below this part of its longest side squared.
+const SLIVER: f64 = 1e-9;
+/// The spherical areas must sum to 4π within this relative error. Without folds the sum is a whole multiple of 4π.
+const COVER: f64 = 1e-6;
+
+fn bad(context: String) -> Error {
+    Error::new(ErrorKind::Grid, context)
+}
+
+fn expect_len(table: &str, len: usize, rows: usize, row: usize) -> Result<()> {
+    // Wider than any table's length, so that no length of a row wraps round to the right one.
+    let expected = rows as u128 * row as u128;
+    if len as u128 == expected {
+        return Ok(());
+    }
+    Err(bad(format!("{}: {len} entries, expected {expected} ({rows} rows of {row})", named(table))))
+}
+
+/// Every table has the length that the numbers of cells, corners and edges ask for, and V - E + F = 2 where nothing is
+/// missing. Says whether something is.
+pub(super) fn sizes(t: &GridTables) -> Result<bool> {
+    let (cells, corners, edges) = (t.cells(), t.corners(), t.edges());
+    if !(0..=1).contains(&t.index_base) {
+        return Err(Error::new(
+            ErrorKind::Argument,
+            format!("index_base: {}, expected 0 or 1", t.index_base),
+        ));
+    }
+    expect_len("center latitude", t.center.lat_rad.len(), cells, 1)?;
+    expect_len("corner latitude", t.corner.lat_rad.len(), corners, 1)?;
+    if t.cell_corner_row < 3 {
+        let table = named("cell_corner");
+        return Err(bad(format!("{table}: row length {}, expected at least 3", t.cell_corner_row)));
+    }
+    expect_len("cell_corner", t.cell_corner.len(), cells, t.cell_corner_row)?;
+    if let Some(count) = t.cell_corner_count {
+        expect_len("cell_corner_count", count.len(), cells, 1)?;
+    }
+    expect_len("corner_cell", t.corner_cell.len(), corners, 3)?;
+    expect_len("corner_edge", t.corner_edge.len(), corners, 3)?;
+    expect_len("edge_corner", t.edge_corner.len(), edges, 2)?;
+    if i32::try_from(edges + 1).is_err() {
+        return Err(bad(format!("{}: {edges} edges, expected fewer than 2^31", named("edge_corner"))));
+    }
+    let misses = |table: Indices, limit: usize| {
+        let all = (0..table.len()).into_par_iter().with_min_len(1 << 16);
+        all.any(|i| is_mark(table.get(i), limit, t.index_base))
+    };
+    // Without a corner there is no table that could miss one.
+    let has_hole = corners == 0 || misses(t.corner_cell, cells) || misses(t.edge_corner, corners);
+    if !has_hole && cells + corners != edges + 2 {
+        return Err(bad(format!(
+            "{cells} cells - {edges} edges + {corners} corners = {}, expected 2 (a closed sphere: no cell and no corner is \
+             marked as missing)",
+            cells as i64 - edges as i64 + corners as i64
+        )));
+    }
+    Ok(has_hole)
+}
+
+/// The marks that models put where a neighbour is missing: 0 in 1-based tables, -1, or one past the last row.
+fn is_mark(number: i64, rows: usize, index_base: i32) -> bool {
+    let base = i64::from(index_base);
+    number == base - 1 || number == -1 || number == rows as i64 + base
+}
+
+/// Whether all cells of row `r` of `corner_cell` are there, in a mesh that may have holes.
+fn is_triangle(t: &GridTables, r: usize) -> bool {
+    t.corner_cell.row::<3>(r).into_iter().all(|cell| !is_mark(cell, t.cells(), t.index_base))
+}
+
+/// The number that the tables have for a row that is counted from 0.
+pub(super) fn number_of(t: &GridTables, row: u32) -> i64 {
+    i64::from(row) + i64::from(t.index_base)
+}
+
+fn first_error<E: Send>(
+    rows: usize,
+    check: impl Fn(usize) -> Option<E> + Sync + Send,
+) -> std::result::Result<(), E> {
+    match (0..rows).into_par_iter().with_min_len(4096).find_map_first(check) {
+        Some(error) => Err(error),
+        None => Ok(()),
+    }
+}
+
+fn position_error(t: &GridTables, table: &str, at: &LonLat, i: usize) -> Option<Error> {
+    let (lon, lat) = (at.lon_rad.get(i), at.lat_rad.get(i));
+    // A little slack: π/2 and 2π rounded to f32 lie above the real ones.
+    let fine = lon.abs() <= TAU + 1e-6 && lat.abs() <= FRAC_PI_2 + 1e-6;
+    (!fine).then(|| {
+        bad(format!(
+            "{}: longitude {lon}, latitude {lat}, expected radians in [-2π, 2π] and [-π/2, π/2]",
+            item(t, table, i)
+        ))
+    })
+}
+
+/// Checks the cell centres and gives their unit vectors.
+pub(super) fn directions(t: &GridTables) -> Result<Vec<[f64; 3]>> {
+    first_error(t.cells(), |i| position_error(t, "center", &t.center, i))?;
+    let rows = (0..t.cells()).into_par_iter().with_min_len(4096);
+    Ok(rows.map(|i| unit_vector(t.center.lon_rad.get(i), t.center.lat_rad.get(i)).to_array()).collect())
+}
+
+/// Unit vector at a longitude and latitude in radians.
+pub fn unit_vector(lon_rad: f64, lat_rad: f64) -> DVec3 {
+    let ((sin_lon, cos_lon), (sin_lat, cos_lat)) = (lon_rad.sin_cos(), lat_rad.sin_cos());
+    DVec3::new(cos_lat * cos_lon, cos_lat * sin_lon, sin_lat).normalize()
+}
+
+/// Checks the corners' coordinates.
+pub(super) fn corner_positions(t: &GridTables) -> Result<()> {
+    first_error(t.corners(), |i| position_error(t, "corner", &t.corner, i))
+}
+
+/// Every index names a row that exists, or what is missing where the mesh may have holes.
+pub(super) fn indices(t: &GridTables, has_hole: bool) -> Result<()> {
+    let base = i64::from(t.index_base);
+    let check = |name: &str,
+                 table: Indices,
+                 row: usize,
+                 limit: usize,
+                 used: &(dyn Fn(usize) -> usize + Sync + Send),
+                 may_miss: &(dyn Fn(usize) -> bool + Sync + Send)| {
+        // In i64 no number of either width wraps round into the range.
+        let range = base..base + limit as i64;
+        first_error(table.len() / row, |r| {
+            let is_wrong = |column: &usize| {
+                let number = table.get(r * row + column);
+                !(range.contains(&number) || is_mark(number, limit, t.index_base) && may_miss(r))
+            };
+            let column = (0..used(r)).find(is_wrong)?;
+            Some(bad(format!(
+                "{}: {}, expected {} to {}",
+                named_entry(t, name, r, column),
+                table.get(r * row + column),
+                base,
+                range.end - 1
+            )))
+        })
+    };
+    if let Some(count) = t.cell_corner_count {
+        let range = 3..=t.cell_corner_row as i64;
+        first_error(count.len(), |r| {
+            (!range.contains(&count.get(r))).then(|| {
+                bad(format!(
+                    "{}: {}, expected 3 to {}",
+                    item(t, "cell_corner_count", r),
+                    count.get(r),
+                    t.cell_corner_row
+                ))
+            })
+        })?;
+    }
+    let used = |r: usize| t.cell_corner_count.map_or(t.cell_corner_row, |count| count.get(r) as usize);
+    check("cell_corner", t.cell_corner, t.cell_corner_row, t.corners(), &used, &|_| has_hole)?;
+    check("corner_cell", t.corner_cell, 3, t.cells(), &|_| 3, &|_| has_hole)?;
+    // A triangle has all its sides, whatever lies beyond them.
+    check("corner_edge", t.corner_edge, 3, t.edges(), &|_| 3, &|r| has_hole && !is_triangle(t, r))?;
+    check("edge_corner", t.edge_corner, 2, t.corners(), &|_| 2, &|_| has_hole)
+}
+
+/// Row `r` of a checked table with `N` columns, numbered from 0.
+#[inline]
+fn row<const N: usize>(t: &GridTables, table: Indices, r: usize) -> [usize; N] {
+    table.row(r).map(|number| (number - i64::from(t.index_base)) as usize)
+}
+
+/// Finds each triangle's orientation, and that its cells, its edges and the triangles beyond them agree.
+pub(super) fn triangles(
+    t: &GridTables,
+    direction: &[[f64; 3]],
+    has_hole: bool,
+) -> Result<Vec<TriangleOrientation>> {
+    let rows = (0..t.corners()).into_par_iter().with_min_len(4096);
+    let orientations: Vec<std::result::Result<TriangleOrientation, ()>> =
+        rows.map(|r| orientation_of(t, direction, has_hole, r).map_err(|_| ())).collect();
+    // The message is made once, for the first bad row.
+    if let Some(r) = orientations.iter().position(std::result::Result::is_err) {
+        return Err(orientation_of(t, direction, has_hole, r).expect_err("the same row was bad a moment ago"));
+    }
+    Ok(orientations.into_iter().flatten().collect())
+}
+
+fn orientation_of(
+    t: &GridTables,
+    direction: &[[f64; 3]],
+    has_hole: bool,
+    r: usize,
+) -> Result<TriangleOrientation> {
+    if has_hole && !is_triangle(t, r) {
+        return Ok(TriangleOrientation::absent());
+    }
+    let number = |i: usize| i as i64 + i64::from(t.index_base);
+    let cells: [usize; 3] = row(t, t.corner_cell, r);
+    if cells[0] == cells[1] || cells[1] == cells[2] || cells[2] == cells[0] {
+        return Err(bad(format!(
+            "{}: {:?}, expected three different cells",
+            named_row(t, "corner_cell", r),
+            cells.map(number)
+        )));
+    }
+    let mut opposite = [None; 3];
+    for (column, edge) in row::<3>(t, t.corner_edge, r).into_iter().enumerate() {
+        let ends: [i64; 2] = t.edge_corner.row(edge);
+        if ends[0] == ends[1] || !ends.contains(&number(r)) {
+            return Err(bad(format!(
+                "{}: {ends:?}, expected two corners, one of them {} ({} names this edge)",
+                named_row(t, "edge_corner", edge),
+                number(r),
+                entry(t, "corner_edge", r, column)
+            )));
+        }
+        let other = if ends[0] == number(r) { ends[1] } else { ends[0] };
+        if has_hole && is_mark(other, t.corners(), t.index_base) {
+            // A side of the rim. Which one follows from the others.
+            continue;
+        }
+        let other = (other - i64::from(t.index_base)) as usize;
+        let beyond: [i64; 3] = t.corner_cell.row(other);
+        let apart: Vec<usize> = (0..3).filter(|&k| !beyond.contains(&number(cells[k]))).collect();
+        let &[k] = apart.as_slice() else {
+            return Err(bad(format!(
+                "{}: {:?} and {beyond:?}, {} cells in common, expected 2 (edge {} joins these corners)",
+                rows(t, "corner_cell", r, other),
+                cells.map(number),
+                3 - apart.len(),
+                number(edge)
+            )));
+        };
+        let place = if !has_hole || is_triangle(t, other) { column } else { TriangleOrientation::RIM };
+        if place == column && !t.corner_edge.row::<3>(other).contains(&number(edge)) {
+            return Err(bad(format!(
+                "{}: {:?}, expected edge {} too, which leads there from corner {}",
+                named_row(t, "corner_edge", other),
+                t.corner_edge.row::<3>(other),
+                number(edge),
+                number(r)
+            )));
+        }
+        if opposite[k].replace(place).is_some() {
+            return Err(bad(format!(
+                "{}: this edge and one before it lie opposite cell {}, expected one side per cell",
+                named_entry(t, "corner_edge", r, column),
+                number(cells[k])
+            )));
+        }
+    }
+    let [a, b, c] = cells.map(|cell| DVec3::from_array(direction[cell]));
+    let det = a.dot((b - a).cross(c - a));
+    let longest = (b - a).length_squared().max((c - b).length_squared()).max((a - c).length_squared());
+    if det.abs() <= SLIVER * longest {
+        return Err(bad(format!(
+            "{}: the centres of cells {:?} span no area",
+            named_row(t, "corner_cell", r),
+            cells.map(number)
+        )));
+    }
+    Ok(TriangleOrientation::new(opposite.map(|side| side.unwrap_or(TriangleOrientation::RIM)), det < 0.0))
+}
+
+/// The corners of each cell are those whose row of `corner_cell` names the cell, each of them once.
+pub(super) fn cells(t: &GridTables) -> Result<()> {
+    let number = |i: usize| i as i64 + i64::from(t.index_base);
+    let mut around = vec![0u32; t.cells()];
+    for cell in t.corner_cell.iter().filter(|&cell| !is_mark(cell, t.cells(), t.index_base)) {
+        around[(cell - i64::from(t.index_base)) as usize] += 1;
+    }
+    first_error(t.cells(), |r| {
+        let start = r * t.cell_corner_row;
+        let used = t.cell_corner_count.map_or(t.cell_corner_row, |count| count.get(r) as usize);
+        let corner = |column: usize| t.cell_corner.get(start + column);
+        let is_there = |column: &usize| !is_mark(corner(*column), t.corners(), t.index_base);
+        let cells_at =
+            |column: usize| t.corner_cell.row::<3>((corner(column) - i64::from(t.index_base)) as usize);
+        let is_apart = |column: &usize| is_there(column) && !cells_at(*column).contains(&number(r));
+        if let Some(column) = (0..used).find(is_apart) {
+            return Some(bad(format!(
+                "{}: corner {}, where {} is {:?}, expected one that names cell {}",
+                named_entry(t, "cell_corner", r, column),
+                corner(column),
+                row_of(t, "corner_cell", (corner(column) - i64::from(t.index_base)) as usize),
+                cells_at(column),
+                number(r)
+            )));
+        }
+        let is_new = |&i: &usize| is_there(&i) && (0..i).all(|j| corner(j) != corner(i));
+        let distinct = (0..used).filter(is_new).count();
+        (distinct != around[r] as usize).then(|| {
+            bad(format!(
+                "{}: {distinct} different corners, expected the {} whose corner_cell rows name the cell",
+                named_row(t, "cell_corner", r),
+                around[r]
+            ))
+        })
+    })
+}
+
+/// The cells of a triangle, counter-clockwise from outside.
+fn wound(t: &GridTables, orientations: &[TriangleOrientation], r: usize) -> [usize; 3] {
+    let [a, b, c] = row(t, t.corner_cell, r);
+    if orientations[r].is_clockwise() { [a, c, b] } else { [a, b, c] }
+}
+
+/// The triangles turn the same way on both sides of every edge that joins two.
+pub(super) fn folds(t: &GridTables, orientations: &[TriangleOrientation]) -> Result<()> {
+    let number = |i: usize| i as i64 + i64::from(t.index_base);
+    let wound = |r: usize| wound(t, orientations, r);
+    let runs = |r: usize, from: usize, to: usize| {
+        let v = wound(r);
+        (0..3).any(|k| v[k] == from && v[(k + 1) % 3] == to)
+    };
+    first_error(t.corners(), |r| {
+        if !orientations[r].is_triangle() {
+            return None;
+        }
+        let v = wound(r);
+        (0..3).filter(|&k| !orientations[r].is_rim(k)).find_map(|k| {
+            let edge = row::<3>(t, t.corner_edge, r)[orientations[r].side_opposite(k)];
+            let [a, b] = row(t, t.edge_corner, edge);
+            let other = if a == r { b } else { a };
+            let folded = (0..3).any(|k| runs(other, v[k], v[(k + 1) % 3]));
+            folded.then(|| {
+                bad(format!(
+                    "{}: the triangles lie on the same side of edge {}, expected a surface without folds",
+                    rows(t, "corner_cell", r, other),
+                    number(edge)
+                ))
+            })
+        })
+    })
+}
+
+/// The triangles, with void ones that are wound like the data beyond their sides, cover the sphere exactly once.
+pub(super) fn covers(
+    t: &GridTables,
+    direction: &[[f64; 3]],
+    orientations: &[TriangleOrientation],
+    hole_filling: &HoleFilling,
+) -> Result<()> {
+    let area_of = |cells: [usize; 3]| solid_angle(cells.map(|cell| DVec3::from_array(direction[cell])));
+    // Fixed blocks summed in order: the same sum for any number of threads.
+    let rows = (0..t.corners()).into_par_iter().with_min_len(4096);
+    let areas: Vec<f64> = rows
+        .map(|r| if orientations[r].is_triangle() { area_of(wound(t, orientations, r)) } else { 0.0 })
+        .collect();
+    let void = hole_filling.void().iter().map(|void| area_of(void.cells.map(|cell| cell as usize)));
+    let area: f64 = areas.into_iter().chain(void).sum();
+    if (area / (4.0 * PI) - 1.0).abs() > COVER {
+        return Err(bad(format!(
+            "corner_cell: the triangles' areas sum to {:.9} of the sphere{}, expected 1",
+            area / (4.0 * PI),
+            if hole_filling.void().is_empty() { "" } else { " with those that fill the holes" }
+        )));
+    }
+    Ok(())
+}
+
+/// Solid angle of a triangle of unit vectors (Van Oosterom and Strackee 1983, doi:10.1109/TBME.1983.325207).
+fn solid_angle([a, b, c]: [DVec3; 3]) -> f64 {
+    let det = a.dot((b - a).cross(c - a));
+    2.0 * det.atan2(1.0 + a.dot(b) + b.dot(c) + c.dot(a))
+}

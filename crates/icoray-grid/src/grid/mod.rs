@@ -1,0 +1,282 @@
+//! The geodesic grid: the model's six tables, checked once, and three derived tables.
+//!
+//! Voronoi cells and Delaunay triangles are duals: triangle `t` *is* corner `t`, its vertices are the centres of
+//! `corner_cell[t]`, its sides are `corner_edge[t]`, and `edge_corner` leads across a side (§3.1 of the paper). A frustum
+//! is a triangle between two layers, so the whole 3-D mesh is walked with these 2-D tables alone.
+//!
+//! Derived and owned are a unit vector per cell (24 bytes); a byte per triangle, its `TriangleOrientation`, with the side opposite each vertex
+//! and the winding of the row; and the three triangles around each triangle (12 bytes), so that rays read two tables instead of
+//! four. The model's tables are borrowed. A mesh with holes is closed with void triangles (`hole_filling.rs`), whose numbers follow the
+//! last row of the table; a whole sphere has none.
+
+mod check;
+mod constrained_delaunay;
+mod generate;
+mod hole_filling;
+mod owned;
+mod table_names;
+mod tables;
+mod triangle_orientation;
+mod triangles;
+
+pub use check::unit_vector;
+pub use generate::{IcosahedralMesh, MAX_LEVEL};
+pub use owned::{OwnedGrid, OwnedTables};
+pub use tables::{GridTables, Indices, LonLat};
+pub use triangles::Connectivity;
+
+use crate::array::MapInline;
+use crate::error::Result;
+use glam::DVec3;
+use hole_filling::HoleFilling;
+use rayon::prelude::*;
+use std::sync::{Arc, OnceLock, Weak};
+use triangle_orientation::TriangleOrientation;
+
+/// A checked geodesic grid over borrowed tables.
+///
+/// ```
+/// use icoray_grid::{ErrorKind, Grid, IcosahedralMesh};
+///
+/// let mut mesh = IcosahedralMesh::new(3)?;
+/// let grid = Grid::new(mesh.tables())?;
+/// assert_eq!((grid.cells(), grid.triangles()), (642, 1280));
+///
+/// // Wrong tables are an error that names table, row and value.
+/// mesh.corner_cell[7] = 642;
+/// let error = Grid::new(mesh.tables()).unwrap_err();
+/// assert_eq!(error.kind(), ErrorKind::Grid);
+/// # Ok::<(), icoray_grid::Error>(())
+/// ```
+#[derive(Debug)]
+pub struct Grid<'a> {
+    tables: GridTables<'a>,
+    /// Unit vectors of the cells, followed by those of synthetic points.
+    direction: Vec<[f64; 3]>,
+    orientations: Vec<TriangleOrientation>,
+    /// The triangle beyond the side opposite each vertex; of void triangles too.
+    beyond: Vec<[u32; 3]>,
+    hole_filling: HoleFilling,
+    /// A data triangle, where searches start.
+    start: u32,
+    /// Global number of each cell in the model; empty where it is the cell's row.
+    cell_number: &'a [i64],
+    /// The result of [`Self::lowest_facet`].
+    lowest_facet: OnceLock<f64>,
+    life: Arc<()>,
+}
+
+impl<'a> Grid<'a> {
+    /// Checks `tables` whole, closes the mesh where it has holes, and derives directions and orientations, in parallel.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Grid`](crate::error::ErrorKind::Grid) names the table, row, value and what was expected: sizes, index
+    /// ranges, each edge's two triangles, each triangle's three edges and cells, a closed sphere (V - E + F = 2 where
+    /// nothing is missing, one winding, areas summing to 4π with those of void triangles), no zero-area triangle, each
+    /// cell's corners, finite coordinates.
+    pub fn new(tables: GridTables<'a>) -> Result<Self> {
+        let has_hole = check::sizes(&tables)?;
+        let mut direction = check::directions(&tables)?;
+        check::corner_positions(&tables)?;
+        check::indices(&tables, has_hole)?;
+        let orientations = check::triangles(&tables, &direction, has_hole)?;
+        check::folds(&tables, &orientations)?;
+        check::cells(&tables)?;
+        let hole_filling = if has_hole {
+            hole_filling::fill_holes(&tables, &mut direction, &orientations)?
+        } else {
+            HoleFilling::default()
+        };
+        check::covers(&tables, &direction, &orientations, &hole_filling)?;
+        let start = orientations
+            .iter()
+            .position(|orientation| orientation.is_triangle())
+            .unwrap_or(orientations.len()) as u32;
+        let beyond = beyond(&tables, &orientations, &hole_filling);
+        let lowest_facet = OnceLock::new();
+        let cell_number = &[];
+        Ok(Grid {
+            tables,
+            direction,
+            orientations,
+            beyond,
+            hole_filling,
+            start,
+            cell_number,
+            lowest_facet,
+            life: Arc::default(),
+        })
+    }
+
+    /// The number of each cell in the whole grid, as the model gave it, where ranks of a node have joined their parts; otherwise
+    /// empty.
+    pub fn cell_numbers(&self) -> &[i64] {
+        self.cell_number
+    }
+
+    /// The tables as given.
+    pub fn tables(&self) -> &GridTables<'a> {
+        &self.tables
+    }
+
+    /// Number of cells.
+    pub fn cells(&self) -> usize {
+        self.tables.cells()
+    }
+
+    /// Number of corners: the rows of `corner_cell`, each of them a dual triangle unless it names a cell that is missing
+    /// ([`Grid::is_triangle`]).
+    pub fn triangles(&self) -> usize {
+        self.orientations.len()
+    }
+
+    /// Number of triangles that fill the mesh's holes, numbered from [`Grid::triangles`] on; 0 for a whole sphere. Rays walk
+    /// over them and read nothing there.
+    pub fn void_triangles(&self) -> usize {
+        self.hole_filling.void().len()
+    }
+
+    /// Whether `triangle` has data: a row of the table with three cells that are there.
+    #[inline]
+    pub fn is_triangle(&self, triangle: u32) -> bool {
+        self.orientations.get(triangle as usize).is_some_and(|orientation| orientation.is_triangle())
+    }
+
+    /// Whether `triangle` is one of those that fill holes.
+    #[inline]
+    pub fn is_void(&self, triangle: u32) -> bool {
+        triangle as usize >= self.orientations.len()
+    }
+
+    /// A token that can be upgraded as long as this grid lives and differs ([`Weak::ptr_eq`]) from that of every other grid: caches
+    /// use it to find out whether their grid still exists.
+    pub fn lifetime_token(&self) -> Weak<()> {
+        Arc::downgrade(&self.life)
+    }
+
+    /// Bytes that icoray owns for this grid beside the model's tables.
+    pub fn derived_bytes(&self) -> usize {
+        size_of_val(self.direction.as_slice())
+            + size_of_val(self.orientations.as_slice())
+            + size_of_val(self.beyond.as_slice())
+            + self.hole_filling.bytes()
+    }
+
+    /// Unit vector from the sphere's centre to the centre of `cell` (z through the north pole, x through longitude 0), or to
+    /// the synthetic vertex of that number.
+    #[inline]
+    pub fn direction(&self, cell: u32) -> DVec3 {
+        DVec3::from_array(self.direction[cell as usize])
+    }
+
+    /// The three cells of `triangle`, in the table's order; for a void one, numbers from [`Grid::cells`] on are synthetic.
+    ///
+    /// # Panics
+    /// When there is no such triangle. What is given for a row that is none ([`Grid::is_triangle`]) has no meaning.
+    #[inline]
+    pub fn triangle(&self, triangle: u32) -> [u32; 3] {
+        let base = i64::from(self.tables.index_base);
+        let Some(row) = self.tables.corner_cell.find_row(triangle as usize) else {
+            return self.void(triangle).cells;
+        };
+        // The check found every entry within the table's rows, which 32 bits can number.
+        row.map_inline(|cell| (cell - base) as u32)
+    }
+
+    #[cold]
+    fn void(&self, triangle: u32) -> &hole_filling::Void {
+        &self.hole_filling.void()[triangle as usize - self.orientations.len()]
+    }
+
+    /// The triangle beyond the side of `triangle` that lies opposite its vertex `k`.
+    ///
+    /// # Panics
+    /// When there is no such triangle.
+    #[inline]
+    pub fn across(&self, triangle: u32, k: usize) -> u32 {
+        self.beyond[triangle as usize][k]
+    }
+
+    /// Whether the table's order of the vertices of `triangle` runs clockwise seen from outside.
+    #[inline]
+    pub fn is_clockwise(&self, triangle: u32) -> bool {
+        self.orientations.get(triangle as usize).is_some_and(|orientation| orientation.is_clockwise())
+    }
+
+    /// `hint` itself where it is a triangle, data or void, and one that is there otherwise.
+    #[inline]
+    pub fn nearest_valid_triangle(&self, hint: u32) -> u32 {
+        if self.is_triangle(hint) || self.is_void(hint) { hint } else { self.start }
+    }
+
+    /// Height of the lowest place of all triangles over a unit sphere, found when it is first asked for.
+    pub fn lowest_facet(&self) -> f64 {
+        let height = |triangle: u32| {
+            let [a, b, c] = self.triangle(triangle).map_inline(|cell| self.direction(cell));
+            let normal = (b - a).cross(c - a);
+            a.dot(normal).abs() / normal.length()
+        };
+        *self.lowest_facet.get_or_init(|| {
+            let triangles = (0..self.triangles() as u32).into_par_iter().filter(|t| self.is_triangle(*t));
+            triangles.map(height).reduce(|| 1.0, f64::min)
+        })
+    }
+
+    /// Unit vectors towards the cells.
+    pub fn directions(&self) -> &[[f64; 3]] {
+        &self.direction
+    }
+
+    /// The orientation of each triangle.
+    pub fn orientations(&self) -> &[TriangleOrientation] {
+        &self.orientations
+    }
+
+    /// Void triangles as vertices and neighbours, and the sides of rims: triangle, vertex opposite, void triangle beyond.
+    pub fn hole_filling_tables(&self) -> (Vec<[u32; 6]>, Vec<[u32; 3]>) {
+        let flat = |void: &hole_filling::Void| {
+            let ([a, b, c], [d, e, f]) = (void.cells, void.beyond);
+            [a, b, c, d, e, f]
+        };
+        (self.hole_filling.void().iter().map(flat).collect(), self.hole_filling.rim().collect())
+    }
+
+    /// The corners of `cell` that are in the tables, without repetition, in the table's order. Beside a hole some are not
+    /// triangles.
+    pub fn corners_of(&self, cell: u32) -> impl Iterator<Item = u32> + '_ {
+        let table = self.tables.cell_corner;
+        let row = self.tables.cell_corner_row;
+        let used = self.tables.cell_corner_count.map_or(row, |count| count.get(cell as usize) as usize);
+        let start = cell as usize * row;
+        let base = i64::from(self.tables.index_base);
+        let is_new = move |i: &usize| (start..*i).all(|j| table.get(j) != table.get(*i));
+        let rows = base..base + self.orientations.len() as i64;
+        let corners = (start..start + used).filter(is_new).map(move |i| table.get(i));
+        // Others are marks of corners that are missing.
+        corners.filter(move |corner| rows.contains(corner)).map(move |corner| (corner - base) as u32)
+    }
+}
+
+/// The triangle beyond each side of each triangle, void ones behind those of the tables. A row that is no triangle has itself.
+fn beyond(
+    tables: &GridTables,
+    orientations: &[TriangleOrientation],
+    hole_filling: &HoleFilling,
+) -> Vec<[u32; 3]> {
+    let base = i64::from(tables.index_base);
+    let across = |triangle: usize, k: usize| {
+        let number = triangle as u32;
+        let column = match orientations[triangle] {
+            orientation if !orientation.is_triangle() => return number,
+            orientation if orientation.is_rim(k) => return hole_filling.across(number, k),
+            orientation => orientation.side_opposite(k),
+        };
+        let edge = (tables.corner_edge.get(3 * triangle + column) - base) as usize;
+        let [a, b] = tables.edge_corner.row(edge).map_inline(|corner| (corner - base) as u32);
+        // The side's two triangles and this one, of which one stands twice: what is left is the other.
+        a ^ b ^ number
+    };
+    let rows = |triangle: usize| [0, 1, 2].map_inline(|k| across(triangle, k));
+    let void = hole_filling.void().par_iter().map(|void| void.beyond);
+    (0..orientations.len()).into_par_iter().map(rows).chain(void).collect()
+}

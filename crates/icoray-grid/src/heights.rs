@@ -1,0 +1,212 @@
+//! Layers that lie at heights of their own in each column, read in place from the model's array.
+
+use crate::array::MapInline;
+use crate::error::{Error, ErrorKind, Result};
+use crate::field::{Field, Location};
+use crate::layers::Layers;
+use crate::reals::Reals;
+use crate::shape::ElementIndexer;
+use rayon::prelude::*;
+
+/// The radii of the layers of all columns on which a field lies, counted from the innermost layer.
+///
+/// Radii never fall on the way up a column, whatever the rounding: stretching and averaging are monotone.
+#[derive(Debug, Clone)]
+pub struct Heights<'f> {
+    samples: Reals<'f>,
+    elements: ElementIndexer,
+    fill: Option<f64>,
+    columns: usize,
+    /// Whether the field lies midway between the layers that have heights.
+    is_midway: bool,
+    /// Planet radii per metre of height, exaggeration included.
+    stretch: f64,
+    /// Radii of the field's layers where a column has none.
+    mean: Vec<f64>,
+    bounds: [f64; 2],
+}
+
+/// The cells of a grid.
+#[derive(Debug, Clone, Copy)]
+pub struct Cells<'g> {
+    /// Number of cells.
+    pub count: usize,
+    /// The number of the first, in the grid's tables.
+    pub first: i32,
+    /// Numbers in the whole grid, where the model knows cells by those; else none.
+    pub numbers: &'g [i64],
+}
+
+impl Cells<'_> {
+    /// A cell as the model knows it.
+    fn name(&self, cell: usize) -> String {
+        match self.numbers.get(cell) {
+            Some(number) => format!("cell {number} of the whole grid"),
+            None => format!("cell {} (counted from {})", cell as i64 + i64::from(self.first), self.first),
+        }
+    }
+}
+
+/// Where a column's heights begin, see [`Heights::bases`].
+type Base = isize;
+
+/// No column of the array: its layers lie at mean heights.
+const NOWHERE: Base = Base::MIN;
+
+impl<'f> Heights<'f> {
+    /// Checks `heights`, in metres above the planet's surface: one column for each cell `of` the grid, as many layers as `layers`.
+    /// The field has `field_layers` layers, which lie on those of `heights` or midway between them. `exaggeration` stretches
+    /// heights, 1 leaves them as they are. Parallel.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Layers`] where they have another shape or place, some of a column's heights but not all are missing, heights
+    /// fall on the way up, or a stretched one is not above the planet's centre; as [`Layers::for_field`] and [`Layers::shell`].
+    pub fn new(
+        heights: &Field<'f>,
+        layers: &Layers,
+        of: Cells,
+        field_layers: usize,
+        exaggeration: f64,
+    ) -> Result<Self> {
+        let (shape, cells) = (heights.shape(), of.count);
+        if (shape.columns, shape.layers, heights.location()) != (cells, layers.count(), Location::Center) {
+            let context = format!(
+                "heights: {} columns of {} layers at {:?}, expected {cells} of {} at Center",
+                shape.columns,
+                shape.layers,
+                heights.location(),
+                layers.count()
+            );
+            return Err(Error::new(ErrorKind::Layers, context));
+        }
+        let mean = layers.for_field(field_layers)?.shell(exaggeration)?;
+        let elements = heights.elements();
+        let mut this = Heights {
+            samples: heights.samples(),
+            elements: if layers.is_falling() { elements.upside_down() } else { *elements },
+            fill: heights.fill(),
+            columns: cells,
+            is_midway: field_layers < layers.count(),
+            stretch: exaggeration / layers.planet_radius_m(),
+            bounds: [mean[0], mean[mean.len() - 1]],
+            mean,
+        };
+        let columns = (0..cells).into_par_iter().with_min_len(256);
+        let checked = columns.map(|cell| this.check(cell, &of, layers)).reduce(
+            || Ok(this.bounds),
+            |a, b| {
+                let ([low, high], b) = (a?, b?);
+                Ok([low.min(b[0]), high.max(b[1])])
+            },
+        );
+        this.bounds = checked?;
+        Ok(this)
+    }
+
+    /// The lowest and the highest radius of the field's layers over any column, in planet radii, mean radii included.
+    pub fn bounds(&self) -> [f64; 2] {
+        self.bounds
+    }
+
+    /// Number of the field's layers.
+    pub fn layers(&self) -> usize {
+        self.mean.len()
+    }
+
+    /// Where the columns of three cells begin, for [`Self::radii_at`]. Cells that the grid does not have, such as those of void
+    /// triangles, have mean heights.
+    #[inline(always)]
+    pub fn bases(&self, cells: [u32; 3]) -> [Base; 3] {
+        cells.map(|cell| {
+            let cell = cell as usize;
+            if cell < self.columns { self.elements.base(cell) } else { NOWHERE }
+        })
+    }
+
+    /// Radii of the field's `layer` over three columns, in planet radii, stretched.
+    #[inline(always)]
+    pub fn radii_at(&self, bases: [Base; 3], layer: usize) -> [f64; 3] {
+        bases.map_inline(|base| self.radius_at(base, layer))
+    }
+
+    /// [`Self::radii_at`] of three cells.
+    #[inline]
+    pub fn radii(&self, cells: [u32; 3], layer: usize) -> [f64; 3] {
+        self.radii_at(self.bases(cells), layer)
+    }
+
+    /// The radius of the field's `layer` over a cell, in planet radii, stretched.
+    #[inline]
+    pub fn radius(&self, cell: u32, layer: usize) -> f64 {
+        self.radii([cell; 3], layer)[0]
+    }
+
+    #[inline(always)]
+    fn radius_at(&self, base: Base, layer: usize) -> f64 {
+        let height = match (base, self.is_midway) {
+            (NOWHERE, _) => f64::NAN,
+            (base, false) => self.height(base, layer),
+            (base, true) => 0.5 * (self.height(base, layer) + self.height(base, layer + 1)),
+        };
+        if height.is_nan() { self.mean[layer] } else { self.stretched(height) }
+    }
+
+    /// Height in metres of a layer that has one, NaN where it is missing.
+    #[inline(always)]
+    fn height(&self, base: Base, layer: usize) -> f64 {
+        let height = self.samples.get(self.elements.at(base, layer));
+        if Some(height) == self.fill || !height.is_finite() { f64::NAN } else { height }
+    }
+
+    #[inline(always)]
+    fn stretched(&self, height: f64) -> f64 {
+        1.0 + self.stretch * height
+    }
+
+    /// The radii at the ends of a column, or the error in its heights.
+    fn check(&self, cell: usize, of: &Cells, layers: &Layers) -> Result<[f64; 2]> {
+        let (count, base) = (layers.count(), self.elements.base(cell));
+        let height = |layer| self.height(base, layer);
+        // Layers are named in the order in which they were given, counted from 1.
+        let given = |layer| if layers.is_falling() { count - layer } else { layer + 1 };
+        let bad = |what: String| {
+            let message = format!("heights: {}, {what}", of.name(cell));
+            Err(Error::new(ErrorKind::Layers, message))
+        };
+        if let Some(lost) = (0..count).find(|layer| height(*layer).is_nan()) {
+            return match (0..count).find(|layer| !height(*layer).is_nan()) {
+                None => Ok([self.mean[0], self.mean[self.mean.len() - 1]]),
+                Some(known) => bad(format!(
+                    "layer {} of {count}: missing, but {} m at layer {}; expected all heights of a column or none",
+                    given(lost),
+                    height(known),
+                    given(known)
+                )),
+            };
+        }
+        if let Some(l) = (1..count).find(|l| height(*l) < height(l - 1)) {
+            return bad(format!(
+                "layers {} and {} of {count}: {} m lies below {} m, expected heights that do not fall from the innermost layer on",
+                given(l),
+                given(l - 1),
+                height(l),
+                height(l - 1)
+            ));
+        }
+        let radius = [0, count - 1].map(|layer| self.stretched(height(layer)));
+        if !(radius[0] > 0.0 && radius[1].is_finite()) {
+            let planet_m = layers.planet_radius_m();
+            let [low, high] = [height(0), height(count - 1)];
+            return bad(format!(
+                "heights {low} to {high} m are stretched to {} to {} m, expected heights above the planet's centre at \
+                 -{planet_m} m",
+                self.stretch * planet_m * low,
+                self.stretch * planet_m * high
+            ));
+        }
+        Ok([0, self.layers() - 1].map(|layer| self.radius_at(base, layer)))
+    }
+}
+
+#[cfg(test)]
+mod tests;

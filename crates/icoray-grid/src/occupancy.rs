@@ -1,0 +1,75 @@
+//! Which parts of a field's columns can be seen: a bit for each block of gaps over a triangle.
+
+use crate::grid::Grid;
+use std::ops::Range;
+
+/// Largest number of blocks over a triangle.
+pub(crate) const MAX_BLOCKS: usize = 32;
+
+/// The blocks of gaps over each triangle in which something can be seen. Gap `k` lies between layers `k - 1` and `k`, counted from
+/// the innermost layer, so the first is 1. Without triangles, everything can be seen.
+#[derive(Debug, Default)]
+pub struct OccupancyMask {
+    /// A bit per block for each triangle of the table.
+    pub blocks: Vec<u32>,
+    /// A block has `1 << shift` gaps.
+    pub shift: u32,
+    /// The layer above which nothing can be seen over any triangle.
+    pub top: usize,
+    /// The same bits for each cell, from which those of triangles are made.
+    pub columns: Vec<u32>,
+}
+
+impl OccupancyMask {
+    /// [`Self::shift`](field@OccupancyMask::shift) for this number of layers.
+    #[inline]
+    pub fn shift(layers: usize) -> u32 {
+        (0..).find(|shift| layers.saturating_sub(2) >> shift < MAX_BLOCKS).unwrap_or(0)
+    }
+
+    /// The mask that shows everything between this number of layers, in this memory.
+    #[inline]
+    pub fn full(mut self, layers: usize) -> Self {
+        self.blocks.clear();
+        OccupancyMask { shift: Self::shift(layers), top: layers - 1, ..self }
+    }
+
+    /// Whether everything can be seen.
+    #[inline]
+    pub fn is_full(&self) -> bool {
+        self.blocks.is_empty()
+    }
+
+    /// The blocks over a triangle.
+    #[inline(always)]
+    pub fn blocks_over(&self, triangle: u32) -> u32 {
+        self.blocks.get(triangle as usize).copied().unwrap_or(u32::MAX)
+    }
+
+    /// Whether `gap`, from 1 on, can be seen by these blocks.
+    #[inline(always)]
+    pub fn is_occupied(&self, blocks: u32, gap: usize) -> bool {
+        blocks >> ((gap - 1) >> self.shift) & 1 != 0
+    }
+
+    /// The range of layers over a cell that bounds the visible gaps, among `layers` layers.
+    #[inline]
+    pub fn layers_over(&self, grid: &Grid, cell: u32, layers: usize) -> Range<usize> {
+        if self.is_full() {
+            return 0..layers;
+        }
+        let triangles = grid.corners_of(cell).filter(|corner| grid.is_triangle(*corner));
+        let blocks = triangles.fold(0, |all, triangle| all | self.blocks_over(triangle));
+        if blocks == 0 {
+            return 0..0;
+        }
+        let [first, behind] = [blocks.trailing_zeros(), u32::BITS - blocks.leading_zeros()];
+        (first as usize) << self.shift..(((behind as usize) << self.shift) + 1).min(layers)
+    }
+
+    /// Bytes of memory.
+    #[inline]
+    pub fn bytes(&self) -> usize {
+        4 * (self.blocks.capacity() + self.columns.capacity())
+    }
+}

@@ -1,0 +1,234 @@
+//! Which layers of which columns hold values that are not clear, read as fast as memory gives them.
+
+use super::{Sample, Samples};
+use crate::real::Real;
+use fearless_simd::{Level, dispatch};
+
+/// Columns that are read side by side where layers lie apart.
+const SIDE: usize = 1024;
+
+/// Values of the array's own type, from the least to the greatest of them.
+pub type Stored<S> = [S; 2];
+
+impl<S: Sample> Samples<'_, S> {
+    /// For each of `ranges` and each of the `cells.len()` columns from `first` on: the `bits` of all layers whose value is
+    /// missing or outside, joined.
+    #[inline]
+    pub fn outside<const R: usize>(
+        &self,
+        level: Level,
+        ranges: &[Stored<S>; R],
+        bits: &[u32],
+        first: usize,
+        cells: &mut [[u32; R]],
+    ) {
+        dispatch!(level, _simd => self.outside_of(ranges, bits, first, cells));
+    }
+
+    #[inline(always)]
+    fn outside_of<const R: usize>(
+        &self,
+        ranges: &[Stored<S>; R],
+        bits: &[u32],
+        first: usize,
+        cells: &mut [[u32; R]],
+    ) {
+        let tests = ranges.map(|range| ClearTest { range, fill: self.fill_beside(range) });
+        let stride = self.reading.elements.layer_stride();
+        if stride.unsigned_abs() == 1 {
+            // In the array's own order.
+            let turned: Vec<u32> = bits.iter().rev().copied().collect();
+            let bits = if stride > 0 { bits } else { &turned };
+            for (i, cell) in cells.iter_mut().enumerate() {
+                let base = self.reading.elements.base(first + i);
+                let start = self.reading.elements.at(base, if stride > 0 { 0 } else { bits.len() - 1 });
+                *cell = joined(&self.data[start..start + bits.len()], bits, &tests);
+            }
+            return;
+        }
+        let mut done = 0;
+        while done < cells.len() {
+            let (base, count) = self.run(first + done, (cells.len() - done).min(SIDE));
+            let mut all = [[0u32; SIDE]; R];
+            for (layer, bit) in bits.iter().enumerate() {
+                let start = self.reading.elements.at(base, layer);
+                let values = &self.data[start..start + count];
+                for (all, test) in all.iter_mut().zip(&tests) {
+                    all.iter_mut().zip(values).for_each(|(all, value)| *all |= test.bit(*value, *bit));
+                }
+            }
+            let cells = cells[done..][..count].iter_mut().enumerate();
+            cells.for_each(|(i, cell)| *cell = all.each_ref().map(|all| all[i]));
+            done += count;
+        }
+    }
+
+    /// Where the values over column `first` begin, and how many columns, of no more than `most`, lie side by side there.
+    #[inline]
+    fn run(&self, first: usize, most: usize) -> (isize, usize) {
+        let base = self.reading.elements.base(first);
+        let apart = |i: &usize| self.reading.elements.base(first + i) != base + *i as isize;
+        (base, (1..most).find(apart).unwrap_or(most))
+    }
+
+    /// The mark of missing values as the array has it, or a number outside the range where it has none.
+    #[inline]
+    fn fill_beside(&self, [low, _]: Stored<S>) -> S {
+        S::exact(self.reading.fill).filter(|_| self.reading.has_fill).unwrap_or(low.next_down())
+    }
+
+    /// The values that normalise to inside `range`, ends not counted; `None` where there are none.
+    #[inline]
+    pub fn stored(&self, [low, high]: [f64; 2]) -> Option<Stored<S>> {
+        // Rounding puts it off by a few numbers at most.
+        let first = std::iter::successors(Some(self.raw(low)), |v| Some(v.next_up())).take(16);
+        let last = std::iter::successors(Some(self.raw(high)), |v| Some(v.next_down())).take(16);
+        let low = first.into_iter().find(|v| self.normalised(*v) > low)?;
+        let high = last.into_iter().find(|v| self.normalised(*v) < high)?;
+        Some([low, high])
+    }
+
+    /// The value that the kernel has as `value`, alone.
+    #[inline]
+    pub fn stored_at<T: Real>(&self, value: T) -> Option<Stored<S>> {
+        let raw = self.raw(value.wide());
+        [raw.next_down(), raw, raw.next_up()]
+            .into_iter()
+            .find(|v| T::of(self.normalised(*v)) == value)
+            .map(|v| [v; 2])
+    }
+
+    #[inline]
+    fn normalised(&self, value: S) -> f64 {
+        (value.wide() - self.reading.shift) * self.reading.scale
+    }
+
+    #[inline]
+    fn raw(&self, normal: f64) -> S {
+        S::near(normal / self.reading.scale + self.reading.shift)
+    }
+}
+
+/// Test of whether a value is clear.
+#[derive(Debug, Clone, Copy)]
+struct ClearTest<S> {
+    range: Stored<S>,
+    fill: S,
+}
+
+impl<S: Sample> ClearTest<S> {
+    /// `bit` unless the value is clear.
+    #[inline(always)]
+    fn bit(&self, value: S, bit: u32) -> u32 {
+        let [low, high] = self.range;
+        let is_clear = (value >= low) & (value <= high) & (value != self.fill);
+        if is_clear { 0 } else { bit }
+    }
+}
+
+/// The bits of all layers of a column that fail each test.
+#[inline(always)]
+fn joined<S: Sample, const R: usize>(column: &[S], bits: &[u32], tests: &[ClearTest<S>; R]) -> [u32; R] {
+    tests.each_ref().map(|test| match column.len() {
+        0..4 => column.iter().zip(bits).fold(0, |all, (value, bit)| all | test.bit(*value, *bit)),
+        4..16 => joined_by::<S, 4>(column, bits, test),
+        _ => joined_by::<S, 16>(column, bits, test),
+    })
+}
+
+/// The same in loops of fixed size, which become vectors. The last one may look at some layers again.
+#[inline(always)]
+fn joined_by<S: Sample, const LANES: usize>(column: &[S], bits: &[u32], test: &ClearTest<S>) -> u32 {
+    let mut all = [0u32; LANES];
+    let mut take = |values: &[S; LANES], bits: &[u32; LANES]| {
+        for i in 0..LANES {
+            all[i] |= test.bit(values[i], bits[i]);
+        }
+    };
+    let (values, bits_of) = (column.as_chunks::<LANES>().0, bits.as_chunks::<LANES>().0);
+    values.iter().zip(bits_of).for_each(|(values, bits)| take(values, bits));
+    if let (Some(values), Some(bits)) = (column.last_chunk::<LANES>(), bits.last_chunk::<LANES>()) {
+        take(values, bits);
+    }
+    all.iter().fold(0, |joined, bits| joined | bits)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::field::{Field, Location};
+    use crate::reals::Reals;
+    use crate::shape::Shape;
+
+    const COLUMNS: usize = 2500;
+
+    /// Arrays as models have them: layers or columns side by side, in blocks, with gaps, turned round.
+    fn shapes(layers: usize) -> Vec<Shape> {
+        let (level, cell) = (Shape::level_fastest(COLUMNS, layers), Shape::cell_fastest(COLUMNS, layers));
+        let padded = Shape { column_stride: layers as isize + 3, offset: 2, ..level };
+        let apart = Shape { column_stride: 3 * layers as isize, layer_stride: 3, ..level };
+        let turned = Shape { layer_stride: -1, offset: layers - 1, ..level };
+        let backwards = Shape { column_stride: -1, offset: COLUMNS - 1, ..cell };
+        let blocks = [Shape::blocked(COLUMNS, layers, 16), Shape::blocked(COLUMNS, layers, 2000)];
+        [vec![level, cell, padded, apart, turned, backwards], blocks.to_vec()].concat()
+    }
+
+    fn check<S: Sample>(values: &[S], reals: Reals, layers: usize, fill: Option<f64>) {
+        let bits: Vec<u32> = (0..layers).map(|l| 1 << (l / 2) | 1 << (l / 3)).collect();
+        for (shape, falling) in shapes(layers).into_iter().flat_map(|shape| [(shape, false), (shape, true)]) {
+            let field = Field::new(reals, shape, Location::Center, fill).unwrap();
+            let samples = Samples::new(values, &field, falling, [-1.0, 3.0]);
+            let ranges = [[0.1, 0.45], [f64::NEG_INFINITY, 0.2]];
+            let stored = ranges.map(|range| samples.stored(range).unwrap());
+            let mut found = vec![[9; 2]; COLUMNS - 7];
+            samples.outside(Level::new(), &stored, &bits, 7, &mut found);
+            for (column, found) in (7..).zip(found) {
+                let expected = ranges.map(|[low, high]| {
+                    let base = samples.base(column as u32);
+                    let is_clear = |l: &usize| {
+                        (low..high).contains(&samples.get(base, *l)) && samples.get::<f64>(base, *l) != low
+                    };
+                    (0..layers).filter(|l| !is_clear(l)).fold(0, |all, l| all | bits[l])
+                });
+                assert_eq!(found, expected, "column {column} of {shape:?}, {falling}");
+            }
+        }
+    }
+
+    #[test]
+    fn blocks_are_those_of_values_outside() {
+        for layers in [2, 5, 26, 37] {
+            let value = |i: usize| match i % 101 {
+                50 => f64::NAN,
+                51 => -1e30,
+                52 => f64::INFINITY,
+                _ => ((i * i) as f64 * 1e-3).sin(),
+            };
+            let wide: Vec<f64> = (0..3 * COLUMNS * layers + 9).map(value).collect();
+            let single: Vec<f32> = wide.iter().map(|v| *v as f32).collect();
+            for fill in [None, Some(-1e30), Some(f64::from(-1e30f32))] {
+                check(&wide, wide.as_slice().into(), layers, fill);
+                check(&single, single.as_slice().into(), layers, fill);
+            }
+        }
+    }
+
+    /// Exactly one of adjacent values is the knot's, and no range reaches its ends.
+    #[test]
+    fn ranges_hold_what_normalises_to_inside() {
+        let values = [0.25f32; 4];
+        let field =
+            Field::new(values.as_slice().into(), Shape::level_fastest(2, 2), Location::Center, None).unwrap();
+        let samples = Samples::new(&values, &field, false, [0.1, 0.7]);
+        for knot in [0.25f32, 1.0 / 3.0, 0.7, 1.0] {
+            let [value, same] = samples.stored_at(knot).unwrap();
+            assert!(value == same && (samples.normalised(value) as f32 == knot), "{knot}: {value}");
+        }
+        assert!(samples.stored_at(0.0f32).is_none(), "no float is 0.1");
+        let [low, high] = samples.stored([0.25, 0.5]).unwrap();
+        let normal = |value: f32| samples.normalised(value);
+        assert!(normal(low) > 0.25 && normal(Sample::next_down(low)) <= 0.25);
+        assert!(normal(high) < 0.5 && normal(Sample::next_up(high)) >= 0.5);
+        assert!(samples.stored([0.25, 0.25]).is_none_or(|[low, high]| low > high));
+    }
+}

@@ -1,0 +1,221 @@
+use super::*;
+use crate::transfer::KernelKnot;
+use glam::DVec3;
+
+fn knot(value: f64, color: [f64; 3], extinction: f64) -> KernelKnot {
+    KernelKnot { value, color, extinction }
+}
+
+fn medium(source: usize, knots: &[KernelKnot]) -> Medium {
+    Medium {
+        color: TransferMap::new(source, knots.to_vec()),
+        extinction: TransferMap::new(source, knots.to_vec()),
+    }
+}
+
+fn segment(f0: f64, f1: f64, kappa: f64, eps: f64, length: f64) -> Segment<f64> {
+    Segment { f0, f1, kappa, eps, length }
+}
+
+/// The light of parts by a million midpoints, each as exact as its middle.
+fn by_brute_force(parts: &[Part], length: f64) -> ([f64; 3], f64) {
+    const STEPS: usize = 1_000_000;
+    let (mut color, mut depth) = ([0.0; 3], 0.0f64);
+    for i in 0..STEPS {
+        let u = (i as f64 + 0.5) / STEPS as f64;
+        let rate: f64 = parts.iter().map(|part| part.extinction(u)).sum();
+        let step = rate * length / STEPS as f64;
+        if rate == 0.0 {
+            continue;
+        }
+        let absorbed = (-depth).exp() * -(-step).exp_m1();
+        for part in parts {
+            let (share, c) = (part.extinction(u) / rate, part.at(u).1);
+            color = [0, 1, 2].map(|k| color[k] + absorbed * share * c[k]);
+        }
+        depth += step;
+    }
+    (color, -(-depth).exp_m1())
+}
+
+fn blended(parts: &[Part], share: f64) -> Radiance<f64> {
+    let gradient = |_: usize, _: f64| [0.0; 3];
+    let mut light = Radiance::none();
+    Blend { parts, gradient, shading: None, color_tolerance: share, min_transmittance: 0.0 }.add(
+        &mut light,
+        0.0,
+        1.0,
+        &mut BlendBuffers::default(),
+    );
+    light
+}
+
+#[test]
+fn mixed_media_are_those_of_a_million_steps() {
+    let red = medium(0, &[knot(0.0, [1.0, 0.1, 0.0], 0.3), knot(1.0, [0.4, 0.0, 0.2], 3.0)]);
+    let blue = medium(1, &[knot(10.0, [0.0, 0.2, 1.0], 5.0), knot(20.0, [0.0, 0.9, 0.3], 0.0)]);
+    for length in [1e-3, 0.7, 30.0, 4e3] {
+        for (kappa, eps) in [(0.0, 0.0), (0.25, 0.01), (-0.2, -0.4)] {
+            let (f, g) =
+                (segment(0.1, 0.9, kappa, eps, length), segment(19.0, 11.0, -3.0 * kappa, eps, length));
+            let parts = [Part::new(&red, [f, f], 0.5, 0).unwrap(), Part::new(&blue, [g, g], 0.5, 1).unwrap()];
+            let (color, absorbed) = by_brute_force(&parts, length);
+            for share in [1e-2, 1e-4, 1e-7] {
+                let light = blended(&parts, share);
+                // A million steps are no better than that where light ends within few of them.
+                let slack = 1e-9 + 2e-12 * length * length;
+                assert!((light.alpha - absorbed).abs() < slack, "{length} {kappa}: {}", light.alpha);
+                let off = (0..3).map(|k| (light.color[k] - color[k]).abs()).fold(0.0, f64::max);
+                assert!(off <= light.error + slack, "{length} {kappa} {share}: {off} and {}", light.error);
+                assert!(light.error <= share * light.alpha * 1.0001, "{length}: {}", light.error);
+            }
+        }
+    }
+}
+
+#[test]
+fn an_endless_depth_shows_the_colour_at_its_front() {
+    let red = medium(0, &[knot(0.0, [1.0, 0.0, 0.0], 1.0), knot(1.0, [0.0, 0.0, 1.0], 1.0)]);
+    for length in [1e6, 1e9, 1e15] {
+        let f = segment(0.25, 1.0, 0.0, 0.0, length);
+        let parts = [Part::new(&red, [f, f], 0.5, 0).unwrap()];
+        let light = blended(&parts, 1e-4);
+        assert!((light.color[0] - 0.75).abs() < 1e-4 && (light.alpha - 1.0).abs() < 1e-12, "{light:?}");
+    }
+}
+
+#[test]
+fn one_colour_is_itself_to_the_digit_however_dense() {
+    let grey = medium(0, &[knot(0.0, [0.3; 3], 0.0), knot(1.0, [0.3; 3], 7.0)]);
+    for length in [1e-6, 1.0, 1e4] {
+        let f = segment(0.2, 0.8, 0.1, 0.0, length);
+        let light = blended(&[Part::new(&grey, [f, f], 0.5, 0).unwrap()], 1e-6);
+        assert!((light.color[0] - 0.3 * light.alpha).abs() <= 1e-15, "{light:?}");
+    }
+}
+
+#[test]
+fn light_follows_the_gradient_of_what_absorbs() {
+    let white = medium(0, &[knot(0.0, [1.0; 3], 2.0), knot(1.0, [1.0; 3], 2.0)]);
+    let f = segment(0.0, 1.0, 0.0, 0.0, 0.1);
+    let shading = crate::shade::Shading {
+        ambient: 0.2,
+        diffuse: 0.8,
+        specular: 0.0,
+        shininess: 8.0,
+        towards_light: None,
+    };
+    let shading = shading.along::<f64>(DVec3::NEG_X, 1e-6);
+    let parts = [Part::new(&white, [f, f], 0.5, 3).unwrap()];
+    let lit = |gradient: [f64; 3]| {
+        let at = |slot: usize, _: f64| {
+            assert_eq!(slot, 3);
+            gradient
+        };
+        let mut light = Radiance::none();
+        Blend {
+            parts: &parts,
+            gradient: at,
+            shading: Some(&shading),
+            color_tolerance: 1e-6,
+            min_transmittance: 0.0,
+        }
+        .add(&mut light, 0.0, 1.0, &mut BlendBuffers::default());
+        light.color[0] / light.alpha
+    };
+    assert!((lit([1.0, 0.0, 0.0]) - 1.0).abs() < 1e-12);
+    assert!((lit([0.0, 1.0, 0.0]) - 0.2).abs() < 1e-12);
+    assert!((lit([1.0, 1.0, 0.0]) - (0.2 + 0.8 * 0.5f64.sqrt())).abs() < 1e-12);
+}
+
+/// A random gradient as along a frustum: it turns a little, or round and round.
+fn random_gradient(next: &mut impl FnMut() -> f64, eps: f64) -> [Segment<f64>; 3] {
+    let turn = 10f64.powf(-2.5 + 3.5 * next());
+    [(); 3].map(|()| {
+        let base = 2.0 * next() - 1.0;
+        let mut swing = || turn * (2.0 * next() - 1.0);
+        segment(base + swing(), base + swing(), swing(), eps, 1.0)
+    })
+}
+
+fn direction(next: &mut impl FnMut() -> f64) -> DVec3 {
+    let mut axis = || 2.0 * next() - 1.0;
+    DVec3::new(axis(), axis(), axis()).normalize()
+}
+
+/// The light of lit parts by midpoints.
+fn lit_by_brute_force(
+    parts: &[Part],
+    gradient: impl Fn(usize, f64) -> [f64; 3],
+    shading: &RayShading<f64>,
+    length: f64,
+) -> [f64; 3] {
+    const STEPS: usize = 4000;
+    let (mut color, mut depth) = ([0.0; 3], 0.0f64);
+    for i in 0..STEPS {
+        let u = (i as f64 + 0.5) / STEPS as f64;
+        let rate: f64 = parts.iter().map(|part| part.extinction(u)).sum();
+        let step = rate * length / STEPS as f64;
+        let absorbed = (-depth).exp() * -(-step).exp_m1();
+        for part in parts {
+            let (share, c) = (part.extinction(u) / rate, part.at(u).1);
+            let shade = shading.shade(gradient(part.slot, u));
+            color = [0, 1, 2].map(|k| color[k] + absorbed * share * (c[k] * shade.body + shade.highlight));
+        }
+        depth += step;
+    }
+    color
+}
+
+#[test]
+fn light_on_normals_that_turn_is_that_of_fine_steps() {
+    let red = medium(0, &[knot(0.0, [1.0, 0.1, 0.0], 0.3), knot(1.0, [0.4, 0.0, 0.2], 3.0)]);
+    let blue = medium(1, &[knot(10.0, [0.0, 0.2, 1.0], 5.0), knot(20.0, [0.0, 0.9, 0.3], 1.0)]);
+    let mut state = 0x9e37_79b9_7f4a_7c15_u64;
+    let mut next = || {
+        state ^= state << 13;
+        state ^= state >> 7;
+        state ^= state << 17;
+        (state >> 11) as f64 / (1u64 << 53) as f64
+    };
+    let mut beyond = Vec::new();
+    let cases = icoray_test_support::count(600, 20_000);
+    for case in 0..cases {
+        let eps = [0.0, 0.01, -0.3, 0.8][case % 4];
+        let length = [0.05, 0.5, 3.0][case / 4 % 3];
+        let interpolants = [random_gradient(&mut next, eps), random_gradient(&mut next, eps)];
+        let shading = crate::shade::Shading {
+            ambient: 0.3,
+            diffuse: 0.7,
+            specular: [0.0, 0.3, 1.0][case / 12 % 3],
+            shininess: [1.0, 8.0, 32.0, 100.0][case / 36 % 4],
+            towards_light: (case / 144 % 3 > 0).then(|| direction(&mut next)),
+        };
+        let shading = shading.along::<f64>(direction(&mut next), 0.0);
+        let gradient = |slot: usize, u: f64| interpolants[slot].map(|axis| axis.value(u));
+        let (f, g) = (segment(0.1, 0.9, 0.2, eps, length), segment(19.0, 11.0, -0.5, eps, length));
+        let both = [Part::new(&red, [f, f], 0.5, 0).unwrap(), Part::new(&blue, [g, g], 0.5, 1).unwrap()];
+        let parts = &both[..1 + case % 2];
+        let exact = lit_by_brute_force(parts, gradient, &shading, length);
+        for share in [5e-3, 5e-4, 5e-5] {
+            let mut light = Radiance::none();
+            let blend = Blend {
+                parts,
+                gradient,
+                shading: Some(&shading),
+                color_tolerance: share,
+                min_transmittance: 0.0,
+            };
+            blend.add(&mut light, 0.0, 1.0, &mut BlendBuffers::default());
+            let off = (0..3).map(|k| (light.color[k] - exact[k]).abs()).fold(0.0, f64::max);
+            // The steps' own error.
+            if off > light.error + 3e-6 {
+                beyond.push(format!("{case}, {share}: {off} off, {} told", light.error));
+                assert!(off <= 3.0 * light.error + 3e-6, "{case}, {share}: {off} off, {} told", light.error);
+            }
+            assert!(light.error <= 1.0001 * share * light.alpha, "{case}, {share}: {} told", light.error);
+        }
+    }
+    // The rule is an estimate: gradients at random are harder than those of a field.
+    assert!(beyond.len() * 10_000 <= 3 * cases, "{}:\n{}", beyond.len(), beyond.join("\n"));
+}

@@ -1,0 +1,333 @@
+//! The general kernel: rays through several volumes, surfaces, lines and cuts, over layers of any shape.
+//!
+//! It walks over the same triangles as the kernel of one field ([`ray`](super::ray)) and interpolates alike, but it traces one ray
+//! after the other in double precision. In each frustum it collects the places where a field takes the value of a knot or of an
+//! isosurface, all of them roots of the same quadratic (`segment.rs`). In order along the ray, these places divide the frustum into
+//! pieces, which `blend` integrates, with surfaces between them. So volumes and surfaces hide each other exactly where they lie.
+
+mod blend;
+mod clips;
+mod frustum;
+mod levels;
+mod source;
+mod surfaces;
+mod trace;
+mod wedge;
+
+pub use blend::Medium;
+pub use clips::Clips;
+pub use levels::Levels;
+pub use source::{FieldSource, TransferMap};
+pub use surfaces::{Isosurface, Material, SurfaceHeight, SurfaceLayer};
+
+use crate::column::Flow;
+use crate::column_ray::ColumnRay;
+use crate::counts::Counts;
+use crate::ground::{Core, SurfaceHit};
+use crate::piece::Radiance;
+use crate::plane::RayLine;
+use crate::ray::Budget;
+use crate::shade::{RayShading, Shading};
+use crate::signature::{Boundary, BoundarySignature, EyeDistance};
+use crate::walk::Column;
+use clips::RayClips;
+use frustum::Scratch;
+use glam::{DVec3, Vec3};
+use icoray_grid::Grid;
+use icoray_grid::array::MapInline;
+use icoray_grid::occupancy::OccupancyMask;
+use wedge::{Facet, FacetSide, Wedge};
+
+/// The contents of a picture, the same for all rays of a frame.
+#[derive(Debug)]
+pub struct KernelScene<'f> {
+    /// Tables and directions.
+    pub grid: &'f Grid<'f>,
+    /// Radii of layers, common to all columns or different in each.
+    pub levels: Levels<'f>,
+    /// The fields, in the order of their numbers.
+    pub sources: Vec<FieldSource<'f>>,
+    /// Volumes, whose extinctions add up.
+    pub media: Vec<Medium>,
+    /// Surfaces of constant value.
+    pub isosurfaces: Vec<Isosurface>,
+    /// Coloured levels, and lines on levels.
+    pub surface_layers: Vec<SurfaceLayer>,
+    /// The parts of space that are cut away.
+    pub clips: Clips,
+    /// Blocks of gaps in which each of the volumes and isosurfaces can be seen; one mask that shows everything where other surfaces
+    /// may lie anywhere.
+    pub visible: Vec<OccupancyMask>,
+    /// Normals at the vertices of lit layers that are not spheres: number of the layer, and a unit vector per cell.
+    pub normals: Vec<(usize, Vec<[f32; 3]>)>,
+    /// The opaque core; `None` lets rays through the hollow core.
+    pub core: Option<Core<'f>>,
+    /// Least and greatest radius of the innermost layer, planet radii. Under holes of the mesh the core is a sphere of the least.
+    pub core_radius: [f64; 2],
+    /// Radius outside of which nothing is seen, planet radii.
+    pub outer: f64,
+}
+
+impl KernelScene<'_> {
+    /// Whether `gap` can be seen by these blocks; all masks have the same gaps in a block.
+    #[inline]
+    fn is_occupied(&self, blocks: u32, gap: usize) -> bool {
+        self.visible.first().is_some_and(|visible| visible.is_occupied(blocks, gap))
+    }
+}
+
+/// The general kernel: what is shown, and how its rays are traced.
+#[derive(Debug)]
+pub struct MultiVolumeTracer<'w, 'f> {
+    /// The scene's volumes, surfaces and cuts.
+    pub scene: &'w KernelScene<'f>,
+    /// Lighting; `None` shows the transfer functions' own colours.
+    pub shading: Option<Shading>,
+    /// Division of the tolerance along a ray.
+    pub budget: Budget,
+}
+
+/// One ray.
+pub(crate) struct RayState<'r, 'f> {
+    scene: &'r KernelScene<'f>,
+    line: RayLine,
+    shading: Option<RayShading<f64>>,
+    /// Whether light comes from the eye: then surfaces are lit on the side that is seen.
+    has_headlight: bool,
+    clips: RayClips<'r>,
+    budget: Budget,
+    color_tolerance: f64,
+    min_transmittance: f64,
+    light: Radiance<f64>,
+    /// The surfaces that the ray has met and that are seen.
+    surfaces: BoundarySignature,
+    from_eye: EyeDistance,
+    /// Whether the ray is in what is cut away.
+    is_cut: bool,
+    /// The gap at the exit of the last column with data: where the search for the next one starts.
+    gap: usize,
+    counts: Counts,
+    scratch: Scratch<'r>,
+}
+
+impl<'r, 'f> RayState<'r, 'f> {
+    #[inline]
+    fn new(tracer: &MultiVolumeTracer<'r, 'f>, line: RayLine, eye: DVec3, dir: DVec3) -> Self {
+        let color_tolerance = tracer.budget.color_tolerance.max(f64::EPSILON);
+        RayState {
+            scene: tracer.scene,
+            line,
+            // A highlight that is left out has no error estimate on isosurfaces, so none is left out.
+            shading: tracer.shading.map(|shading| shading.along(dir, 0.0)),
+            has_headlight: tracer.shading.is_some_and(|shading| shading.towards_light.is_none()),
+            clips: tracer.scene.clips.along(&line),
+            budget: tracer.budget,
+            color_tolerance,
+            min_transmittance: tracer.budget.min_transmittance,
+            light: Radiance::none(),
+            surfaces: BoundarySignature::default(),
+            from_eye: EyeDistance::new(eye, dir),
+            is_cut: false,
+            gap: 0,
+            counts: Counts { rays: 1, ..Counts::default() },
+            scratch: Scratch::default(),
+        }
+    }
+
+    /// Passes a column in which nothing but the core can be seen.
+    #[inline]
+    fn clear_column(&mut self, wedge: &Wedge, lowest: &Facet) -> Flow {
+        let met = if lowest.is_below_entry() { lowest.down() } else { Some(0.0) };
+        met.map_or(Flow::On, |u| self.core(wedge, Some(lowest), u))
+    }
+
+    /// The ray is below the lowest layer from `u` on.
+    #[inline]
+    fn core(&mut self, wedge: &Wedge, lowest: Option<&Facet>, u: f64) -> Flow {
+        let t = wedge.distance(u);
+        let position = self.line.position(t);
+        let normal = lowest.map_or(position, |facet| self.normal(wedge, (0, facet), u, position));
+        self.ground(t, &SurfaceHit { position, normal }, Some(wedge.triangle))
+    }
+
+    /// The ray meets a boundary at `t`.
+    #[inline]
+    fn cross_boundary(&mut self, boundary: Boundary, t: f64) {
+        if self.budget.sees_behind(self.light.alpha) {
+            self.surfaces.push(boundary, self.from_eye.distance(t));
+        }
+    }
+
+    /// An opaque core ends the ray, a hollow one lets it pass.
+    #[inline]
+    fn ground(&mut self, t: f64, hit: &SurfaceHit, triangle: Option<u32>) -> Flow {
+        let Some(core) = self.scene.core else { return Flow::On };
+        self.cross_boundary(Boundary::Core, t);
+        let over = triangle.map(|triangle| (self.scene.grid, triangle));
+        self.light.over(&core.light(hit, over, self.solid(hit.normal)));
+        Flow::Stop
+    }
+
+    /// The outward normal of a layer at `position`; that of a sphere where layers are concentric.
+    #[inline]
+    fn normal(&self, wedge: &Wedge, (layer, facet): (usize, &Facet), u: f64, position: DVec3) -> DVec3 {
+        let known = self.scene.normals.iter().find(|(known, _)| *known == layer);
+        let Some((_, normals)) = known else { return position };
+        let [b, c] = facet.weights(wedge, u);
+        let [x, y, z] = wedge.cells.map_inline(|cell| Vec3::from_array(normals[cell as usize]).as_dvec3());
+        x + b * (y - x) + c * (z - x)
+    }
+
+    /// The factor that lighting gives to the colour of an opaque surface.
+    #[inline]
+    fn solid(&self, normal: DVec3) -> f64 {
+        let normal = normal.normalize_or_zero();
+        let is_seen_inside = self.has_headlight && normal.dot(self.line.plane.y) > 0.0;
+        self.shading
+            .as_ref()
+            .map_or(1.0, |shading| shading.solid(if is_seen_inside { -normal } else { normal }))
+    }
+
+    /// Adds the light of the surfaces on a layer that the ray crosses at `u`.
+    #[inline]
+    fn layer(&mut self, wedge: &Wedge, (layer, facet): (usize, &Facet), u: f64) -> Flow {
+        let scene = self.scene;
+        let t = wedge.distance(u);
+        if !scene.surface_layers.iter().any(|surface| surface.place == SurfaceHeight::Layer(layer))
+            || !self.clips.shows([layer, layer], t)
+        {
+            return Flow::On;
+        }
+        let position = self.line.position(t);
+        let hit = SurfaceHit { position, normal: self.normal(wedge, (layer, facet), u, position) };
+        let body = self.solid(hit.normal);
+        for (k, surface) in scene.surface_layers.iter().enumerate() {
+            if surface.place == SurfaceHeight::Layer(layer) {
+                let color = |material: &Material| {
+                    material.on_layer(&scene.sources, scene.grid, wedge, (layer, facet), u)
+                };
+                let met = surface.light(body, (&hit, (scene.grid, wedge.triangle)), color);
+                self.surface_layer(k, met, t);
+            }
+        }
+        self.passed()
+    }
+
+    /// Adds the light of surface layer `k` at distance `t`; `materials` are the bits of the materials that are painted there.
+    #[inline]
+    fn surface_layer(&mut self, k: usize, (light, materials): (Radiance<f64>, u32), t: f64) {
+        // Lines are smooth by themselves.
+        if materials != 0 {
+            self.cross_boundary(Boundary::SurfaceLayer(k, materials), t);
+        }
+        self.light.over(&light);
+    }
+
+    /// Whether the ray ends behind a piece or a surface.
+    #[inline]
+    fn passed(&mut self) -> Flow {
+        if self.light.ends(self.min_transmittance, self.budget.brightest) { Flow::Stop } else { Flow::On }
+    }
+}
+
+impl ColumnRay for RayState<'_, '_> {
+    type Real = f64;
+
+    #[inline]
+    fn blocks(&self, triangle: u32) -> u32 {
+        self.scene.visible.iter().fold(0, |all, visible| all | visible.blocks_over(triangle))
+    }
+
+    #[inline]
+    fn column(&mut self, column: &Column, triangle: u32, blocks: u32) -> Flow {
+        self.counts.columns += 1;
+        let scene = self.scene;
+        let wedge = Wedge::new(column, triangle);
+        let levels = &scene.levels;
+        let facet = |layer: usize| Facet::new(&wedge, levels.inverse(wedge.cells, layer));
+        if blocks == 0 && scene.surface_layers.is_empty() {
+            return self.clear_column(&wedge, &facet(0));
+        }
+        let top = levels.count();
+        let mut gap = gap_at(self.gap, top, |layer| facet(layer).is_below_entry());
+        let mut lower = gap.checked_sub(1).map(facet);
+        let mut upper = (gap < top).then(|| facet(gap));
+        let (mut a, mut from) = (0.0, FacetSide::Between);
+        self.scratch.forget();
+        loop {
+            let up = upper.and_then(|facet| facet.up());
+            let down = lower.and_then(|facet| facet.down());
+            let rises = up.is_some_and(|up| down.is_none_or(|down| up <= down));
+            let crossing = if rises { up } else { down };
+            let b = crossing.map_or(1.0, |u| u.max(a));
+            let to = match crossing {
+                Some(_) if rises => FacetSide::Upper,
+                Some(_) => FacetSide::Lower,
+                None => FacetSide::Between,
+            };
+            let flow = match (&lower, &upper) {
+                (None, _) => self.core(&wedge, upper.as_ref(), a),
+                (Some(_), None) => Flow::On,
+                (Some(_), Some(_)) if !scene.is_occupied(blocks, gap) => Flow::On,
+                (Some(lower), Some(upper)) => self.gap(&wedge, (gap, [lower, upper]), [(a, from), (b, to)]),
+            };
+            if flow == Flow::Stop || crossing.is_none() {
+                self.gap = gap;
+                return flow;
+            }
+            let (layer, met) = if rises { (gap, upper) } else { (gap - 1, lower) };
+            if let Some(met) = met
+                && self.layer(&wedge, (layer, &met), b) == Flow::Stop
+            {
+                return Flow::Stop;
+            }
+            if rises {
+                gap += 1;
+                (lower, upper) = (upper, (gap < top).then(|| facet(gap)));
+            } else {
+                gap -= 1;
+                (upper, lower) = (lower, gap.checked_sub(1).map(facet));
+            }
+            self.scratch.shift(rises);
+            (a, from) = (b, if rises { FacetSide::Lower } else { FacetSide::Upper });
+        }
+    }
+
+    #[inline]
+    fn void_column(&mut self, column: &Column) -> Flow {
+        self.counts.columns += 1;
+        let met = self.line.first_inside(self.scene.core_radius[0], [column.entry.t, column.exit.t]);
+        met.map_or(Flow::On, |t| self.ground(t, &SurfaceHit::round(self.line.position(t)), None))
+    }
+
+    #[inline]
+    fn counts(&mut self) -> &mut Counts {
+        &mut self.counts
+    }
+
+    #[inline]
+    fn met(&self) -> (&Radiance<f64>, BoundarySignature) {
+        (&self.light, self.surfaces)
+    }
+
+    #[inline]
+    fn restart(&mut self) {
+        self.min_transmittance /= self.light.transmittance();
+        (self.light, self.surfaces, self.is_cut) = (Radiance::none(), BoundarySignature::default(), false);
+    }
+}
+
+/// The number of layers that the ray enters a column above, searched from `hint` on.
+#[inline]
+fn gap_at(hint: usize, layers: usize, is_below: impl Fn(usize) -> bool) -> usize {
+    let hint = hint.min(layers);
+    if (hint == 0 || is_below(hint - 1)) && (hint == layers || !is_below(hint)) {
+        return hint;
+    }
+    let (mut low, mut high) = (0, layers);
+    while low < high {
+        let middle = (low + high) / 2;
+        if is_below(middle) { low = middle + 1 } else { high = middle }
+    }
+    low
+}

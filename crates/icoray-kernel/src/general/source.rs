@@ -1,0 +1,122 @@
+//! A field as the general kernel reads it: raw values in double precision, from whatever the model stores.
+
+use crate::transfer::{KernelKnot, Span, Spans};
+use icoray_grid::Field;
+use icoray_grid::array::{MapInline, partition_point};
+use icoray_grid::gradient::Gradients;
+use icoray_grid::sample::AnySamples;
+
+/// A field's values and, where the field is lit, its gradients.
+#[derive(Debug)]
+pub struct FieldSource<'f> {
+    values: AnySamples<'f>,
+    /// Gradients at the vertices, level-fastest; none where nothing of the field is lit.
+    gradients: Gradients,
+    layers: usize,
+    cuts: Vec<f64>,
+}
+
+impl<'f> FieldSource<'f> {
+    /// A source that reads `field`, whose first layer is the outermost where `falling` is set. `cuts` are the values, rising, at
+    /// which a transfer function or an isosurface of the field has a knot.
+    #[inline]
+    pub fn new(field: &Field<'f>, falling: bool, gradients: Gradients, cuts: Vec<f64>) -> Self {
+        const RAW: [f64; 2] = [0.0, 1.0];
+        let values = AnySamples::new(field, falling, RAW);
+        FieldSource { values, gradients, layers: field.shape().layers, cuts }
+    }
+
+    /// The gradients of the field.
+    #[inline]
+    pub fn gradients(&self) -> &Gradients {
+        &self.gradients
+    }
+
+    /// The gradients, to reuse them for the next frame.
+    #[inline]
+    pub fn into_gradients(self) -> Gradients {
+        self.gradients
+    }
+
+    /// The values at `layer` over three cells; NaN where one is missing.
+    #[inline]
+    pub fn at(&self, cells: [u32; 3], layer: usize) -> [f64; 3] {
+        self.values.bases(cells).map_inline(|base| self.values.get(base, layer))
+    }
+
+    /// The gradients there, a row for each axis.
+    #[inline]
+    pub fn gradients_at(&self, cells: [u32; 3], layer: usize) -> [[f64; 3]; 3] {
+        let [a, b, c] = cells.map_inline(|cell| self.gradients.at(cell as usize * self.layers + layer));
+        [0, 1, 2].map_inline(|axis| [a, b, c].map_inline(|gradient| f64::from(gradient[axis])))
+    }
+
+    /// The cuts strictly between two values.
+    #[inline]
+    pub fn cuts_between(&self, low: f64, high: f64) -> &[f64] {
+        let from = partition_point(&self.cuts, |cut| *cut <= low);
+        let to = partition_point(&self.cuts, |cut| *cut < high);
+        &self.cuts[from..to.max(from)]
+    }
+}
+
+/// A transfer function of a source's values.
+#[derive(Debug)]
+pub struct TransferMap {
+    /// The number of the source.
+    pub source: usize,
+    spans: Spans<f64>,
+    knots: Vec<KernelKnot>,
+    shift: f64,
+    scale: f64,
+}
+
+impl TransferMap {
+    /// The transfer function of these knots, for the values of a source.
+    #[inline]
+    pub fn new(source: usize, knots: Vec<KernelKnot>) -> Self {
+        let spans = Spans::new(&knots);
+        let [low, high] = spans.range();
+        TransferMap { source, spans, knots, shift: low, scale: 1.0 / (high - low) }
+    }
+
+    /// The knots of the transfer function.
+    #[inline]
+    pub fn knots(&self) -> &[KernelKnot] {
+        &self.knots
+    }
+
+    /// The factor from differences of field values to differences of normalised values.
+    #[inline]
+    pub fn scale(&self) -> f64 {
+        self.scale
+    }
+
+    /// The value in the units of the spans.
+    #[inline]
+    pub fn normal(&self, value: f64) -> f64 {
+        (value - self.shift) * self.scale
+    }
+
+    /// The span of a value.
+    #[inline]
+    pub fn span(&self, value: f64) -> &Span<f64> {
+        self.spans.span(self.spans.find(self.normal(value)))
+    }
+
+    /// Whether no value from `low` to `high` has any extinction.
+    #[inline]
+    pub fn is_clear_between(&self, low: f64, high: f64) -> bool {
+        let (low, high) = (self.normal(low), self.normal(high));
+        if low == high {
+            let span = self.spans.span(self.spans.find(low));
+            return span.is_clear || span.extinction(low) == 0.0;
+        }
+        let all = self.spans.all();
+        let first = partition_point(all, |span| span.high < low);
+        all[first..].iter().take_while(|span| span.low <= high).all(|span| {
+            // Beyond their ends the outer two go on for ever.
+            span.is_clear || span.high <= low || span.low >= high
+        })
+    }
+}

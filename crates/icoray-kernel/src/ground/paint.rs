@@ -1,0 +1,90 @@
+//! The lines of a level, each pattern over those before it.
+
+use super::coast::Coast;
+use super::screen_jacobian::{ScreenJacobian, SurfaceHit, View};
+use super::{CROWDED, graticule, mesh, region};
+use icoray_grid::Grid;
+use icoray_scene::{Level, Lines, Pattern, Scene};
+
+/// Draws the lines of one level of a scene.
+#[derive(Debug)]
+pub struct Painter {
+    eye: View,
+    lines: Vec<Lines>,
+}
+
+/// Width of a pattern's lines.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct LineStyle {
+    /// Pixels.
+    width: f64,
+}
+
+impl Painter {
+    /// The painter of the lines of `scene` that lie on `level`; `None` where there are none.
+    pub fn new(scene: &Scene, level: Level) -> Option<Self> {
+        let lines: Vec<Lines> =
+            scene.scenery.lines.iter().filter(|lines| lines.on == level).cloned().collect();
+        (!lines.is_empty()).then(|| Painter { eye: View::of(scene), lines })
+    }
+
+    /// The lines where the level is met: premultiplied linear RGB before it is lit, and the part of what lies behind that
+    /// they hide. `triangle` is that over which the place lies, void ones included; without it, cells and triangles are not
+    /// drawn.
+    pub fn paint(&self, hit: &SurfaceHit, triangle: Option<(&Grid, u32)>) -> [f64; 4] {
+        ScreenJacobian::new(&self.eye, hit).map_or([0.0; 4], |jacobian| self.light(&jacobian, triangle))
+    }
+
+    pub(super) fn light(&self, jacobian: &ScreenJacobian, triangle: Option<(&Grid, u32)>) -> [f64; 4] {
+        let mut light = [0.0; 4];
+        for lines in &self.lines {
+            let pen = LineStyle { width: lines.width_px };
+            let inside = lines.region.map_or(1.0, |limits| region::inside(&limits, jacobian, pen));
+            if inside == 0.0 {
+                continue;
+            }
+            let covered = match (lines.pattern, triangle) {
+                (Pattern::Graticule { spacing_deg }, _) => graticule::covered(spacing_deg, jacobian, pen),
+                (Pattern::Coast, _) => coast(jacobian, pen),
+                (Pattern::Cells, Some((grid, triangle))) => mesh::cells(grid, triangle, jacobian, pen),
+                (Pattern::Triangles, Some((grid, triangle))) => {
+                    mesh::triangles(grid, triangle, jacobian, pen)
+                }
+                (Pattern::Cells | Pattern::Triangles, None) => 0.0,
+            };
+            let part = lines.opacity * inside * covered;
+            let [r, g, b] = lines.color;
+            light = [0, 1, 2, 3].map(|k| part * [r, g, b, 1.0][k] + (1.0 - part) * light[k]);
+        }
+        light
+    }
+}
+
+impl LineStyle {
+    /// Pixels from a line's middle to where nothing of it is left.
+    pub fn reach(self) -> f64 {
+        0.5 * self.width + 0.5
+    }
+
+    /// The part of a pixel that a line covers whose middle is `distance` pixels from the pixel's.
+    pub fn covers(self, distance: f64) -> f64 {
+        (self.reach() - distance).min(self.width).clamp(0.0, 1.0)
+    }
+
+    /// Opacity of lines that are `gap` pixels apart.
+    pub fn shows(self, gap: f64) -> f64 {
+        ((gap / self.width.max(1.0) - 1.0) / (CROWDED - 1.0)).clamp(0.0, 1.0)
+    }
+}
+
+fn coast(jacobian: &ScreenJacobian, pen: LineStyle) -> f64 {
+    /// Degrees between coasts that are worth telling apart.
+    const APART: f64 = 5.0;
+    let shown = pen.shows(APART.to_radians() * jacobian.min_stretch());
+    if shown == 0.0 {
+        return 0.0;
+    }
+    // Farther than this they are not shown.
+    let distance = Coast::get().distance(jacobian, pen.reach(), 2.0 * APART);
+    shown * distance.map_or(0.0, |distance| pen.covers(distance))
+}

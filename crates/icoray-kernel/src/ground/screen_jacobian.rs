@@ -1,0 +1,138 @@
+//! The linear map from directions around a place on a surface to pixels.
+//!
+//! A direction from the planet's centre is given by its gnomonic coordinates around the place: where it pierces the plane
+//! that touches the unit sphere there, east and north. Great circles are straight in them, and near the place they are a
+//! linear map away from pixels, whichever way the surface faces. That map is taken for the whole surroundings: what lies
+//! within a line's width of the place is right to first order, and of lines nothing else is asked.
+
+use glam::{DVec2, DVec3};
+use icoray_scene::{Camera, Scene};
+
+/// The camera, with the height of its picture.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct View {
+    camera: Camera,
+    height: u32,
+}
+
+/// A point of a surface that is seen.
+#[derive(Debug, Clone, Copy)]
+pub struct SurfaceHit {
+    /// Its position from the planet's centre, planet radii.
+    pub position: DVec3,
+    /// Normal of the surface, outwards or inwards, of any length.
+    pub normal: DVec3,
+}
+
+/// A hit and the linear map around it.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct ScreenJacobian {
+    up: DVec3,
+    east: DVec3,
+    north: DVec3,
+    /// Longitude and latitude, radians.
+    pub place: [f64; 2],
+    /// Pixels per radian eastwards and northwards.
+    moves: [DVec2; 2],
+    det: f64,
+}
+
+impl View {
+    /// A camera that takes pictures of `height` rows.
+    pub fn new(camera: Camera, height: u32) -> Self {
+        View { camera, height }
+    }
+
+    pub fn of(scene: &Scene) -> Self {
+        View::new(scene.camera, scene.height)
+    }
+}
+
+impl SurfaceHit {
+    /// A point of a sphere around the planet's centre.
+    #[inline]
+    pub fn round(position: DVec3) -> Self {
+        SurfaceHit { position, normal: position }
+    }
+}
+
+impl ScreenJacobian {
+    /// The map around `hit`; `None` where it is not in front of the eye, or seen edge on, or upright
+    /// to the last digit.
+    pub fn new(eye: &View, hit: &SurfaceHit) -> Option<Self> {
+        let radius = hit.position.length();
+        let up = hit.position.try_normalize()?;
+        let normal = hit.normal.try_normalize()?;
+        let slope = normal.dot(up);
+        // At a pole the meridian of longitude 0 is as good as any.
+        let (lon, lat) = (up.y.atan2(up.x), up.z.atan2(up.x.hypot(up.y)));
+        let east = DVec3::new(-lon.sin(), lon.cos(), 0.0);
+        let north = up.cross(east);
+        // On the surface, a step aside leads up or down the slope too.
+        let step = |aside: DVec3| radius * (aside - up * (normal.dot(aside) / slope));
+        let moves = eye.camera.moves(hit.position, [step(east), step(north)], eye.height)?;
+        let det = moves[0].perp_dot(moves[1]);
+        (det != 0.0 && det.is_finite()).then_some(ScreenJacobian {
+            up,
+            east,
+            north,
+            place: [lon, lat],
+            moves,
+            det,
+        })
+    }
+
+    pub fn lon_deg(&self) -> f64 {
+        self.place[0].to_degrees()
+    }
+
+    pub fn lat_deg(&self) -> f64 {
+        self.place[1].to_degrees()
+    }
+
+    /// Pixels per radian from one parallel to another.
+    pub fn stretch_of_latitude(&self) -> f64 {
+        self.det.abs() / self.moves[0].length()
+    }
+
+    /// Pixels per radian of distance from one meridian to another.
+    pub fn stretch_across_meridians(&self) -> f64 {
+        self.det.abs() / self.moves[1].length()
+    }
+
+    /// Pixels per radian where the surroundings are the most foreshortened.
+    pub fn min_stretch(&self) -> f64 {
+        let half = 0.5 * (self.moves[0].length_squared() + self.moves[1].length_squared());
+        let most = (half + (half * half - self.det * self.det).max(0.0).sqrt()).sqrt();
+        self.det.abs() / most
+    }
+
+    /// Where a direction lies, in pixels from the place.
+    pub fn pixels(&self, direction: DVec3) -> DVec2 {
+        let over = 1.0 / direction.dot(self.up);
+        direction.dot(self.east) * over * self.moves[0] + direction.dot(self.north) * over * self.moves[1]
+    }
+
+    /// Pixels to the great circle's part between two directions; infinite where it lies beyond the horizon of the plane.
+    pub fn distance(&self, from: DVec3, to: DVec3) -> f64 {
+        /// Cosine of the angle from the place up to which directions are taken.
+        const FARTHEST: f64 = 0.05;
+        let heights = [from, to].map(|direction| direction.dot(self.up) - FARTHEST);
+        let cut = from.lerp(to, heights[0] / (heights[0] - heights[1]));
+        let [from, to] = match heights.map(|height| height > 0.0) {
+            [true, true] => [from, to],
+            [true, false] => [from, cut],
+            [false, true] => [cut, to],
+            [false, false] => return f64::INFINITY,
+        };
+        distance(self.pixels(from), self.pixels(to))
+    }
+}
+
+/// From the origin to the nearest point between `from` and `to`.
+pub(super) fn distance(from: DVec2, to: DVec2) -> f64 {
+    let along = to - from;
+    let part = -from.dot(along) / along.length_squared();
+    // Without a length both ends are as near: a part that is not a number is one of them.
+    (from + along * if part > 0.0 { part.min(1.0) } else { 0.0 }).length()
+}

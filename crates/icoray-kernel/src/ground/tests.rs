@@ -1,0 +1,249 @@
+//! Lines against pictures of hard lines, sampled 16 × 16 times in each pixel.
+
+mod sampled;
+
+use super::*;
+use crate::walk::locate;
+use glam::DVec3;
+use icoray_grid::IcosahedralMesh;
+use icoray_grid::grid::unit_vector;
+use icoray_scene::{Camera, Lines, LonLatBox, Pattern};
+use sampled::{Sampled, Surface};
+
+/// Lines that turn, meet and run at an angle through their pixels are no more than this from the sampled ones.
+const RMS: f64 = 0.05;
+
+fn scene() -> Scene {
+    Scene::parse(
+        "field = \"q\"\n[image]\nwidth = 160\nheight = 160\n[camera]\nlon = 0\nlat = 0\ndistance = 3\nfov = 40\n\
+         [transfer]\nmap = \"viridis\"\nrange = [0, 1]\nopacity = [[0, 0.0], [1, 0.0]]\n",
+    )
+    .unwrap()
+}
+
+fn lines(pattern: Pattern, width_px: f64) -> Lines {
+    Lines { pattern, on: Level::Ground, color: [1.0; 3], width_px, opacity: 1.0, region: None }
+}
+
+fn place([lon, lat]: [f64; 2]) -> DVec3 {
+    unit_vector(lon.to_radians(), lat.to_radians())
+}
+
+/// Points in steps of a twentieth of a degree.
+fn polyline(from: [f64; 2], to: [f64; 2]) -> Vec<DVec3> {
+    let count = (20.0 * (to[0] - from[0]).abs().max((to[1] - from[1]).abs())).ceil().max(1.0);
+    let at = |i: i32| [0, 1].map(|k| from[k] + f64::from(i) / count * (to[k] - from[k]));
+    (0..=count as i32).map(|i| place(at(i))).collect()
+}
+
+fn graticule(spacing: i32) -> Vec<Vec<DVec3>> {
+    let last = (89 / spacing) * spacing;
+    let parallels = (-last..=last).step_by(spacing as usize);
+    let parallels = parallels.map(|lat| polyline([-180.0, lat.into()], [180.0, lat.into()]));
+    let meridians = (-180..180).step_by(spacing as usize).map(|lon| {
+        let end = f64::from(if lon % 90 == 0 { 90 } else { last });
+        polyline([lon.into(), -end], [lon.into(), end])
+    });
+    parallels.chain(meridians).collect()
+}
+
+fn coasts() -> Vec<Vec<DVec3>> {
+    coast::segments().iter().map(|[from, to]| polyline(*from, *to)).collect()
+}
+
+fn arc(from: DVec3, to: DVec3) -> Vec<DVec3> {
+    (0..=60).map(|i| from.lerp(to, f64::from(i) / 60.0).normalize()).collect()
+}
+
+/// A camera over `towards` that looks at the limb north-east of it.
+fn at_limb(lon: f64, lat: f64, fov: f64) -> Camera {
+    let eye = 3.0 * place([lon, lat]);
+    let east = DVec3::new(-lon.to_radians().sin(), lon.to_radians().cos(), 0.0);
+    let aside = (east + 0.7 * DVec3::Z).normalize();
+    let aside = (aside - eye * (aside.dot(eye) / 9.0)).normalize();
+    // Where a line from the eye touches the sphere.
+    let limb = eye / 9.0 + aside * (8.0f64 / 9.0).sqrt();
+    Camera::look_at(eye.to_array(), (0.985 * limb).to_array(), [0.0, 0.0, 1.0], fov).unwrap()
+}
+
+#[test]
+fn lines_are_those_of_a_picture_sampled_many_times() {
+    let graticule_of = |spacing_deg| Pattern::Graticule { spacing_deg };
+    let globe = Camera::above(20.0, 35.0, 3.0, 45.0).unwrap();
+    let pole = Camera::above(30.0, 88.0, 1.5, 40.0).unwrap();
+    let near = Camera::above(12.3, 41.0, 1.3, 5.0).unwrap();
+    let cases = [
+        ("globe", globe, graticule_of(15.0), 1.5, graticule(15)),
+        ("thin", globe, graticule_of(30.0), 0.4, graticule(30)),
+        ("wide angle", Camera::above(70.0, -20.0, 1.2, 100.0).unwrap(), graticule_of(5.0), 1.0, graticule(5)),
+        ("pole", pole, graticule_of(10.0), 2.0, graticule(10)),
+        ("limb", at_limb(20.0, 35.0, 5.0), graticule_of(5.0), 2.0, graticule(5)),
+        ("limb at 180", at_limb(130.0, 0.0, 8.0), graticule_of(3.0), 1.5, graticule(3)),
+        ("coast", near, Pattern::Coast, 1.5, coasts()),
+        ("coast at 180", Camera::above(180.0, -17.0, 1.3, 9.0).unwrap(), Pattern::Coast, 1.0, coasts()),
+        ("coast at the limb", at_limb(80.0, 10.0, 6.0), Pattern::Coast, 1.2, coasts()),
+    ];
+    for (name, camera, pattern, width, polylines) in cases {
+        let mut scene = scene();
+        (scene.camera, scene.scenery.lines) = (camera, vec![lines(pattern, width)]);
+        let painter = Painter::new(&scene, Level::Ground).unwrap();
+        let apart = |lat: f64| match pattern {
+            Pattern::Graticule { spacing_deg } => spacing_deg * lat.to_radians().cos().max(0.17),
+            _ => 5.0,
+        };
+        let sampled = Sampled { scene: &scene, surface: Surface::Sphere, width, apart: &apart };
+        let off = sampled.compare(&polylines, |hit| painter.paint(hit, None)[3]);
+        assert!(off.ink > 40.0 && off.rms < RMS, "{name}: {off:?}");
+        assert!((off.drawn - off.ink).abs() < 0.03 * off.ink, "{name}: {off:?}");
+    }
+}
+
+#[test]
+fn cells_and_triangles_are_those_of_the_grid() {
+    let mesh = IcosahedralMesh::new(3).unwrap();
+    let grid = Grid::new(mesh.tables()).unwrap();
+    let corner = |t: u32| unit_vector(mesh.lon_corner_rad[t as usize], mesh.lat_corner_rad[t as usize]);
+    let (mut edges, mut sides) = (Vec::new(), Vec::new());
+    for triangle in 0..grid.triangles() as u32 {
+        let cells = grid.triangle(triangle).map(|cell| grid.direction(cell));
+        sides.extend([0, 1, 2].map(|k| arc(cells[k], cells[(k + 1) % 3])));
+        edges.extend([0, 1, 2].map(|k| arc(corner(triangle), corner(grid.across(triangle, k)))));
+    }
+    for (pattern, polylines) in [(Pattern::Cells, edges), (Pattern::Triangles, sides)] {
+        for camera in [Camera::above(20.0, 35.0, 3.0, 30.0).unwrap(), at_limb(20.0, 35.0, 8.0)] {
+            let mut scene = scene();
+            (scene.camera, scene.scenery.lines) = (camera, vec![lines(pattern, 2.0)]);
+            let painter = Painter::new(&scene, Level::Ground).unwrap();
+            let sampled = Sampled { scene: &scene, surface: Surface::Sphere, width: 2.0, apart: &|_| 5.5 };
+            let off = sampled.compare(&polylines, |hit| {
+                painter.paint(hit, Some((&grid, locate(&grid, 0, hit.position))))[3]
+            });
+            assert!(off.ink > 100.0 && off.rms < RMS, "{pattern:?}: {off:?}");
+            assert!((off.drawn - off.ink).abs() < 0.03 * off.ink, "{pattern:?}: {off:?}");
+        }
+    }
+}
+
+#[test]
+fn edges_that_reach_over_from_a_neighbour_are_drawn() {
+    let mesh = IcosahedralMesh::new(2).unwrap();
+    let grid = Grid::new(mesh.tables()).unwrap();
+    let corner = |t: u32| unit_vector(mesh.lon_corner_rad[t as usize], mesh.lat_corner_rad[t as usize]);
+    for triangle in (0..grid.triangles() as u32).step_by(7) {
+        let beyond = grid.across(triangle, 1);
+        let next =
+            [0, 1, 2].map(|k| grid.across(beyond, k)).into_iter().find(|next| *next != triangle).unwrap();
+        let on_edge = (corner(beyond) + corner(next)).normalize();
+        let mut scene = scene();
+        scene.camera = Camera::look_at((3.0 * on_edge).to_array(), [0.0; 3], [0.1, 0.2, 1.0], 40.0).unwrap();
+        scene.scenery.lines = vec![lines(Pattern::Cells, 1.0)];
+        let painter = Painter::new(&scene, Level::Ground).unwrap();
+        let at = |triangle: u32| painter.paint(&SurfaceHit::round(on_edge), Some((&grid, triangle)))[3];
+        assert!(at(triangle) > 0.999 && at(beyond) > 0.999, "{triangle}");
+    }
+}
+
+#[test]
+fn lines_on_a_slope_are_as_wide_as_elsewhere() {
+    let mut scene = scene();
+    let pattern = Pattern::Graticule { spacing_deg: 1.0 };
+    let up = place([10.5, 30.5]);
+    let east = DVec3::Z.cross(up);
+    // Steep, facing the north-west, and seen from above and aside.
+    let normal = (0.5 * up - 0.6 * east + 0.5 * DVec3::Z).normalize();
+    let eye = up + 0.5 * (normal + 0.4 * up + 0.7 * east);
+    (scene.camera, scene.scenery.lines) = (
+        Camera::look_at(eye.to_array(), up.to_array(), [0.0, 0.0, 1.0], 9.0).unwrap(),
+        vec![lines(pattern, 1.5)],
+    );
+    let painter = Painter::new(&scene, Level::Ground).unwrap();
+    let surface = Surface::Plane { on: up, normal };
+    let sampled = Sampled { scene: &scene, surface, width: 1.5, apart: &|_| 0.8 };
+    let off = sampled.compare(&graticule(1), |hit| painter.paint(hit, None)[3]);
+    assert!(off.ink > 100.0 && off.rms < RMS, "{off:?}");
+    assert!((off.drawn - off.ink).abs() < 0.03 * off.ink, "{off:?}");
+    let round =
+        sampled.compare(&graticule(1), |hit| painter.paint(&SurfaceHit::round(hit.position), None)[3]);
+    assert!(round.rms > 2.0 * off.rms, "a slope taken for level ground: {round:?}");
+}
+
+#[test]
+fn a_region_ends_lines_at_its_sides_and_not_before() {
+    let mut scene = scene();
+    scene.camera = Camera::above(178.0, 10.0, 3.0, 30.0).unwrap();
+    let mut shown = lines(Pattern::Graticule { spacing_deg: 10.0 }, 2.0);
+    shown.region = Some(LonLatBox { lon_deg: [160.0, 200.0], lat_deg: [0.0, 20.0] });
+    scene.scenery.lines = vec![shown];
+    let painter = Painter::new(&scene, Level::Ground).unwrap();
+    let at = |lon: f64, lat: f64| painter.paint(&SurfaceHit::round(place([lon, lat])), None)[3];
+    for [lon, lat] in
+        [[180.0, 5.0], [-170.0, 15.0], [165.0, 10.0], [-165.0, 20.0], [160.0, 7.0], [-160.0, 0.0]]
+    {
+        assert!(at(lon, lat) > 0.999, "{lon} {lat}: {}", at(lon, lat));
+    }
+    for [lon, lat] in
+        [[180.0, 25.0], [150.0, 5.0], [-150.0, 5.0], [-155.0, 10.0], [155.0, 0.0], [170.0, -5.0]]
+    {
+        assert_eq!(at(lon, lat), 0.0, "{lon} {lat}");
+    }
+}
+
+#[test]
+fn crowded_lines_fade() {
+    let mut scene = scene();
+    let covered = |scene: &Scene, lon: f64| {
+        let painter = Painter::new(scene, Level::Ground).unwrap();
+        painter.paint(&SurfaceHit::round(place([lon, 0.0])), None)[3]
+    };
+    // A pixel is 0.52 degrees where the camera looks straight down.
+    for (spacing_deg, expected) in [(6.0, 1.0..=1.0), (1.0, 0.4..=0.75), (0.4, 0.0..=0.0)] {
+        scene.scenery.lines = vec![lines(Pattern::Graticule { spacing_deg }, 1.0)];
+        let here = covered(&scene, 0.0);
+        assert!(expected.contains(&here), "{spacing_deg}: {here}");
+    }
+    // Towards the limb meridians crowd, and on the equator the parallel stays.
+    scene.scenery.lines = vec![lines(Pattern::Graticule { spacing_deg: 5.0 }, 1.0)];
+    assert_eq!([0.0, 20.0, 69.0].map(|lon| covered(&scene, lon)), [1.0; 3]);
+    let beside = |lon: f64| {
+        let painter = Painter::new(&scene, Level::Ground).unwrap();
+        painter.paint(&SurfaceHit::round(place([lon, 2.5])), None)[3]
+    };
+    assert!(beside(20.0) == 1.0 && beside(70.0) < 0.2, "{} {}", beside(20.0), beside(70.0));
+}
+
+#[test]
+fn later_lines_lie_over_earlier_ones_and_only_on_their_level() {
+    let mut scene = scene();
+    let graticule = lines(Pattern::Graticule { spacing_deg: 10.0 }, 3.0);
+    let red = Lines { color: [1.0, 0.0, 0.0], ..graticule.clone() };
+    let half = Lines { color: [0.0, 0.0, 1.0], opacity: 0.25, ..graticule.clone() };
+    let top = Lines { on: Level::Top, ..graticule };
+    scene.scenery.lines = vec![red, half, top];
+    let hit = SurfaceHit::round(place([0.0, 0.0]));
+    let painted = |level| Painter::new(&scene, level).unwrap().paint(&hit, None);
+    assert_eq!(painted(Level::Ground), [0.75, 0.0, 0.25, 1.0]);
+    assert_eq!(painted(Level::Top), [1.0; 4]);
+    assert!(Painter::new(&scene, Level::Layer(0)).is_none());
+}
+
+#[test]
+fn what_cannot_be_seen_is_not_painted() {
+    let mut scene = scene();
+    scene.scenery.lines =
+        vec![lines(Pattern::Coast, 1.0), lines(Pattern::Graticule { spacing_deg: 10.0 }, 1.0)];
+    let painter = Painter::new(&scene, Level::Ground).unwrap();
+    let odd = [
+        SurfaceHit::round(DVec3::ZERO),
+        SurfaceHit::round(DVec3::NAN),
+        SurfaceHit { position: DVec3::X, normal: DVec3::ZERO },
+        SurfaceHit { position: DVec3::X, normal: DVec3::Y },
+        SurfaceHit::round(DVec3::X * 3.0),
+        SurfaceHit::round(DVec3::X * 4.0),
+    ];
+    for hit in odd {
+        assert_eq!(painter.paint(&hit, None), [0.0; 4], "{hit:?}");
+    }
+    for pole in [DVec3::Z, DVec3::NEG_Z] {
+        assert!(painter.paint(&SurfaceHit::round(pole), None).iter().all(|part| (0.0..=1.0).contains(part)));
+    }
+}

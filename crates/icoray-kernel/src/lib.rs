@@ -1,0 +1,40 @@
+//! The tracer's inner loop, one file per step, in the order of a ray:
+//!
+//! [`plane`] the ray's own plane → [`walk`] from triangle to triangle along the great circle below the ray → [`mod@column`]
+//! from layer to layer inside one triangle → [`segment`] the scalar along one frustum, its extremum and its knots →
+//! [`piece`] the integral of one monotone piece → [`ray`] all of it for one pixel. [`general`] is the same for several volumes,
+//! surfaces and cuts; `trace.rs` drives the rays of both.
+//!
+//! Lengths are in planet radii, extinction is per planet radius, colours are linear RGB.
+//!
+//! Geometry is in f64 up to a column's ends (positions on a real Earth need it); everything from the column's ends on is
+//! generic over [`Real`](icoray_grid::real::Real): in f32 there are only numbers of order one, such as fractions, normalised values
+//! and lengths.
+#![forbid(unsafe_code)]
+
+mod budget;
+pub mod column;
+mod column_ray;
+mod counts;
+pub mod empty_space_skipping;
+mod fragment;
+pub mod general;
+pub mod ground;
+mod light;
+pub mod lit;
+pub mod owned_region;
+pub mod piece;
+pub mod plane;
+pub mod ray;
+mod roundoff;
+pub mod segment;
+pub mod shade;
+pub mod signature;
+mod single_volume;
+mod trace;
+pub mod transfer;
+mod traverse;
+pub mod walk;
+
+pub use counts::Counts;
+pub use traverse::{Frustum, Stretch, Traversal};

@@ -1,0 +1,216 @@
+//! One frustum of a ray: its interpolant is cut at the knots of the transfer function, and the pieces are integrated.
+
+use super::scalar::Ray;
+use crate::column::Flow;
+use crate::lit::{FrustumInterpolant, Lit};
+use crate::piece::{ErrorBudget, Radiance, integrate};
+use crate::roundoff::{KnotCrossing, MediumSample, Roundoff};
+use crate::segment::Segment;
+use icoray_grid::array::partition_point;
+use icoray_grid::real::{Real, lerp};
+use icoray_scene::Method;
+
+impl<T: Real, const N: usize> Ray<'_, '_, T, N> {
+    /// Adds the light of one frustum, of which the ray passes `length`.
+    #[inline(always)]
+    pub fn frustum(&mut self, interpolant: &FrustumInterpolant<T, N>, length: T) -> Flow {
+        self.counts.frusta += 1;
+        let segment = Segment {
+            f0: interpolant.from[0],
+            f1: interpolant.to[0],
+            kappa: interpolant.kappa[0],
+            eps: interpolant.eps,
+            length,
+        };
+        match self.enter(&segment) {
+            Some(k) => self.whole(&segment, k, interpolant),
+            None => Flow::On,
+        }
+    }
+
+    /// The span that the value of a frustum begins in; `None` where it is void.
+    #[inline(always)]
+    fn enter(&mut self, segment: &Segment<T>) -> Option<usize> {
+        if segment.is_void() {
+            self.counts.void_frusta += 1;
+            self.span = None;
+            return None;
+        }
+        let spans = self.tracer.spans;
+        // A constant lies where its value lies, not where the ray came from.
+        let known = self.span.filter(|_| !segment.is_constant());
+        Some(known.map_or_else(|| spans.find(segment.f0), |k| spans.follow(k, segment.f0)))
+    }
+
+    /// The light of a whole frustum whose value begins in span `k`.
+    #[inline(always)]
+    fn whole(&mut self, segment: &Segment<T>, mut k: usize, interpolant: &FrustumInterpolant<T, N>) -> Flow {
+        let spans = self.tracer.spans;
+        let whole = [T::zero(), T::one()];
+        let reach = segment.reach();
+        if self.tracer.method == Method::Exact {
+            k = spans.holding(k, segment);
+        }
+        if self.tracer.method == Method::Exact && spans.span(k).holds(segment) {
+            self.piece(segment, k, interpolant, whole, reach);
+        } else {
+            k = match segment.extremum() {
+                None => self.monotone(segment, k, interpolant, whole),
+                Some(turn) => {
+                    let (start, end) = ((whole[0], segment.f0), (whole[1], segment.f1));
+                    let k = self.monotone(&segment.part(start, turn), k, interpolant, [start.0, turn.0]);
+                    self.monotone(&segment.part(turn, end), k, interpolant, [turn.0, end.0])
+                }
+            };
+        }
+        self.span = Some(k);
+        self.passed(segment)
+    }
+
+    /// Whether the ray ends behind a frustum.
+    #[inline(always)]
+    pub fn passed(&mut self, segment: &Segment<T>) -> Flow {
+        if !self.tracer.spans.steps().is_empty() {
+            self.near_steps(segment);
+        }
+        // The transmittance of a piece that ended early is known to the last digit only.
+        let rest = self.min_transmittance * T::of(1.001) + T::of(2.0 * T::ROUNDING);
+        if self.light.ends(rest, T::of(self.tracer.budget.brightest)) { Flow::Stop } else { Flow::On }
+    }
+
+    /// Splits a monotone segment, `range` of the whole interpolant, at the transfer function's knots, from span `k` to the
+    /// one that is returned. The span is carried from piece to piece: which side of a knot a piece lies on is known
+    /// from where it came, never asked of a rounded value.
+    #[inline]
+    fn monotone(
+        &mut self,
+        segment: &Segment<T>,
+        mut k: usize,
+        interpolant: &FrustumInterpolant<T, N>,
+        range: [T; 2],
+    ) -> usize {
+        let spans = self.tracer.spans;
+        let (f0, f1) = (segment.f0, segment.f1);
+        if f0.min(f1) >= spans.span(k).low && f0.max(f1) <= spans.span(k).high {
+            self.piece(segment, k, interpolant, range, segment.reach());
+            return k;
+        }
+        let mut error_bound = Roundoff::new(segment, MediumSample::at(spans.span(k), f0));
+        let (zero, one) = (T::zero(), T::one());
+        let rising = f1 >= f0;
+        // Each knot is sought in what is left: a narrow piece found from the start would be a difference of two u.
+        let mut rest = *segment;
+        let mut from = range[0];
+        loop {
+            let span = spans.span(k);
+            let knot = if rising { span.high } else { span.low };
+            let is_last = if rising { f1 <= knot } else { f1 >= knot };
+            let end = if is_last { (one, f1) } else { (rest.solve(knot), knot) };
+            let to = lerp(from, range[1], end.0);
+            if end.0 > zero {
+                let (before, f) = (self.light.alpha, [rest.f0, end.1]);
+                let part = if is_last { rest } else { rest.part((zero, f[0]), end) };
+                let is_between = rest.f0 != f0 && !is_last;
+                let reach = if is_between { between(&f) } else { segment.reach() };
+                self.piece(&part, k, interpolant, [from, to], reach);
+                let mean = MediumSample::at(span, T::of(0.5) * (f[0] + f[1]));
+                let change = span.steepest() * (f[1] - f[0]).abs();
+                error_bound.cut(
+                    &mut self.light,
+                    before,
+                    KnotCrossing {
+                        value: f[0],
+                        length: part.length,
+                        mean,
+                        change,
+                        is_narrow: span.is_narrow(),
+                    },
+                );
+            }
+            if is_last {
+                error_bound.shift(&mut self.light, &MediumSample::at(span, f1));
+                return k;
+            }
+            rest = rest.part(end, (one, f1));
+            from = to;
+            k = if rising { k + 1 } else { k - 1 };
+        }
+    }
+
+    /// Adds the light of a piece that stays in span `k`.
+    #[inline]
+    fn piece(
+        &mut self,
+        piece: &Segment<T>,
+        k: usize,
+        interpolant: &FrustumInterpolant<T, N>,
+        range: [T; 2],
+        reach: T,
+    ) {
+        let span = self.tracer.spans.span(k);
+        if span.is_clear_in(piece) {
+            return;
+        }
+        let through = self.light.transmittance();
+        if through <= self.min_transmittance {
+            return;
+        }
+        let allowance = ErrorBudget {
+            color_tolerance: self.color_tolerance,
+            min_transmittance: self.min_transmittance,
+            transmittance: through,
+            reach,
+        };
+        let light = match &self.shading {
+            Some(shading) if N == 4 => {
+                let lit =
+                    Lit { method: self.tracer.method, allowance: &allowance, shading, span, interpolant };
+                let cuts = if self.tracer.is_coarse { 0 } else { Lit::<T, N>::MAX_CUTS };
+                lit.light(piece, range, cuts)
+            }
+            _ => integrate(self.tracer.method, piece, span, &allowance),
+        };
+        self.add(&light);
+    }
+
+    /// Puts light behind that of the ray.
+    #[inline(always)]
+    pub fn add(&mut self, light: &Radiance<T>) {
+        self.light.over(light);
+        // The sum is rounded to its own last digit.
+        let off = T::of(0.5 * T::ROUNDING) * self.light.alpha;
+        self.light.variance = self.light.variance + off * off;
+    }
+
+    /// A segment that ends or turns as close to a step as rounding reaches may lie beyond it there.
+    #[inline]
+    fn near_steps(&mut self, segment: &Segment<T>) {
+        let steep = (segment.f1 - segment.f0).abs() + segment.kappa.abs();
+        if steep == T::zero() {
+            return;
+        }
+        let reach = T::of(8.0) * segment.reach();
+        // Where f turns it lies beyond for the root of what rounding reaches, at an end as its slope there goes.
+        let root = (reach / (reach + steep)).sqrt();
+        let rise = segment.f1 - segment.f0;
+        let slopes = [rise + segment.kappa, rise - segment.kappa / (T::one() + segment.eps)];
+        let at_end = |slope: T| (reach / (reach + slope.abs())).min(root);
+        let ends = [(segment.f0, at_end(slopes[0])), (segment.f1, at_end(slopes[1]))];
+        let turn = segment.extremum().map(|(_, f)| (f, root));
+        let steps = self.tracer.spans.steps();
+        for (extreme, part) in ends.into_iter().chain(turn) {
+            let first = partition_point(steps, |step| step.value < extreme - reach);
+            for step in steps[first..].iter().take_while(|step| step.value <= extreme + reach) {
+                let through = self.light.transmittance();
+                let beyond = (segment.length * part * step.extinction).absorbed_by();
+                self.light.error = self.light.error + through * beyond;
+            }
+        }
+    }
+}
+
+/// Bound of the rounding error of the difference of two knots, from their own last digits.
+#[inline]
+fn between<T: Real>(knots: &[T; 2]) -> T {
+    T::of(0.5 * T::ROUNDING) * (knots[0].abs() + knots[1].abs())
+}

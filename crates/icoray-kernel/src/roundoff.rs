@@ -1,0 +1,127 @@
+//! The effect of rounding on the places where a segment is cut at knots.
+//!
+//! Rounding of a segment's ends shifts all cuts alike; rounding of a cut and of its knot shifts that cut alone. Both move a little
+//! of the segment from one side of a knot to the other. The effect is added to the light's variance.
+
+use super::piece::Radiance;
+use super::segment::Segment;
+use super::transfer::Span;
+use icoray_grid::array::MapInline;
+use icoray_grid::real::Real;
+
+/// Extinction and colour at a value.
+#[derive(Debug, Clone, Copy)]
+pub struct MediumSample<T> {
+    extinction: T,
+    color: [T; 3],
+}
+
+impl<T: Real> MediumSample<T> {
+    /// The sample of `span` at value `f`.
+    #[inline]
+    pub fn at(span: &Span<T>, f: T) -> Self {
+        MediumSample { extinction: span.extinction(f), color: span.color(f) }
+    }
+
+    /// The largest difference of a channel between light that both emit.
+    #[inline]
+    fn color_difference(&self, other: &Self) -> T {
+        let [r, g, b] = [0, 1, 2].map_inline(|k| (self.color[k] - other.color[k]).abs());
+        self.extinction.min(other.extinction) * r.max(g).max(b)
+    }
+}
+
+/// A piece behind a cut.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct KnotCrossing<T> {
+    /// Value at the cut.
+    pub value: T,
+    /// Its length, planet radii.
+    pub length: T,
+    /// Its medium at its middle.
+    pub mean: MediumSample<T>,
+    /// Change of colour over it.
+    pub change: T,
+    /// Whether its span is narrow.
+    pub is_narrow: bool,
+}
+
+/// The cuts of one segment.
+#[derive(Debug)]
+pub(super) struct Roundoff<T> {
+    length: T,
+    /// Values at the ends, and how far rounding may have put them.
+    ends: [T; 2],
+    reach: T,
+    start: MediumSample<T>,
+    /// The piece before the cut: its medium and length.
+    last: Option<(MediumSample<T>, T)>,
+}
+
+impl<T: Real> Roundoff<T> {
+    /// For a segment that starts in `start`.
+    #[inline]
+    pub fn new(segment: &Segment<T>, start: MediumSample<T>) -> Self {
+        let ends = [segment.f0, segment.f1];
+        Roundoff { length: segment.length, ends, reach: segment.reach(), start, last: None }
+    }
+
+    #[inline]
+    fn rise(&self) -> T {
+        (self.ends[1] - self.ends[0]).abs()
+    }
+
+    /// Adds a cut, after the piece behind it was added to `light`, which had absorbed `absorbed` before.
+    #[inline]
+    pub fn cut(&mut self, light: &mut Radiance<T>, absorbed: T, piece: KnotCrossing<T>) {
+        let unit = T::of(2.0 * T::ROUNDING);
+        let knot = unit * self.length * piece.value.abs() / (unit + self.rise());
+        let off = unit * piece.length + knot;
+        if let Some((last, length)) = self.last {
+            // A cut is found from the cut before: the shorter piece beside it says how far it may be off.
+            let off = unit * length.min(piece.length) + knot;
+            self.add_displacement(light, absorbed, off, [&last, &piece.mean]);
+        }
+        // A piece that is longer or shorter than it should be has its colours elsewhere; one in a narrow span is so by
+        // as much as the segment is too steep or too flat there.
+        let stretch = if piece.is_narrow { self.stretch(piece.value) } else { T::zero() };
+        let part = (stretch + off / piece.length).min(T::one());
+        let colors = (light.alpha - absorbed) * piece.change * part;
+        let depth = ((T::one() - light.alpha) * piece.mean.extinction * piece.length * stretch).min(T::one());
+        light.variance = light.variance + colors * colors + depth * depth;
+        self.last = Some((piece.mean, piece.length));
+    }
+
+    /// By which part a narrow piece at `value` may be longer or shorter: most near an end at which f turns, where it
+    /// runs flat.
+    #[inline]
+    fn stretch(&self, value: T) -> T {
+        let near = (value - self.ends[0]).abs().min((value - self.ends[1]).abs());
+        T::of(2.0) * self.reach / (self.reach + near)
+    }
+
+    /// The segment's end, in the medium `end`.
+    #[inline]
+    pub fn shift(&self, light: &mut Radiance<T>, end: &MediumSample<T>) {
+        let shift = self.length * self.reach / (self.reach + self.rise());
+        self.add_displacement(light, light.alpha, shift, [&self.start, end]);
+    }
+
+    /// `length` of the segment lies in the one medium rather than in the other. Where extinction rises, what is moved is
+    /// hidden by the denser piece behind.
+    #[inline]
+    fn add_displacement(
+        &self,
+        light: &mut Radiance<T>,
+        absorbed: T,
+        length: T,
+        [before, behind]: [&MediumSample<T>; 2],
+    ) {
+        let rises = behind.extinction > before.extinction;
+        let through = T::one() - if rises { light.alpha } else { absorbed };
+        let thicker = (length * (behind.extinction - before.extinction).abs()).min(T::one());
+        let painted = (length * before.color_difference(behind)).min(T::one());
+        let off = through * thicker + (T::one() - absorbed) * painted;
+        light.variance = light.variance + off * off;
+    }
+}

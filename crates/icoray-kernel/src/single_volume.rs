@@ -1,0 +1,70 @@
+//! The part of a frame that is the same for all rays through a single volume.
+
+use crate::budget::Budget;
+use crate::column::{Shell, Values};
+use crate::ground::Core;
+use crate::shade::Shading;
+use crate::transfer::Spans;
+use fearless_simd::Level;
+use icoray_grid::Grid;
+use icoray_grid::gradient::Gradients;
+use icoray_grid::occupancy::OccupancyMask;
+use icoray_grid::real::Real;
+use icoray_grid::sample::AnySamples;
+use icoray_scene::Method;
+
+/// The kernel for one field: everything that is the same for all rays of a frame.
+///
+/// Rays interpolate `N` values: the field's value (`N = 1`), or value and gradient (`N = 4`) where there is lighting.
+pub struct SingleVolumeTracer<'f, T> {
+    /// Tables and directions of the grid.
+    pub grid: &'f Grid<'f>,
+    /// Radii of the layers, in planet radii.
+    pub shell: &'f Shell<T>,
+    /// The transfer function.
+    pub spans: &'f Spans<T>,
+    /// The field, normalised to the range of `spans`.
+    pub samples: AnySamples<'f>,
+    /// Blocks of gaps in which something can be seen.
+    pub visible: &'f OccupancyMask,
+    /// Radius outside of which nothing is seen, in planet radii.
+    pub outer: f64,
+    /// Gradients at the vertices, level-fastest; not read without lighting.
+    pub gradients: &'f Gradients,
+    /// The rule of integration.
+    pub method: Method,
+    /// Division of the tolerance along a ray.
+    pub budget: Budget,
+    /// Lighting; `None` shows the transfer function's own colours.
+    pub shading: Option<Shading>,
+    /// When set, pieces are not cut where the gradient turns.
+    pub is_coarse: bool,
+    /// The machine's vector instructions, where rays are traced in packets.
+    pub level: Option<Level>,
+    /// Whether frusta are integrated; false where the walk and the interpolation alone are measured.
+    pub integrates: bool,
+    /// The opaque core; `None` lets rays through the hollow core.
+    pub core: Option<Core<'f>>,
+}
+
+impl<T: Real> SingleVolumeTracer<'_, T> {
+    /// Error of the colour that is allowed per absorbed light: no less than the last digit.
+    #[inline]
+    pub(crate) fn color_tolerance(&self) -> f64 {
+        self.budget.color_tolerance.max(T::ROUNDING)
+    }
+
+    /// Value, and gradient where `N` is 4, at a vertex whose value is known.
+    #[inline(always)]
+    pub(crate) fn vertex<const N: usize>(&self, cell: u32, value: T, layer: usize) -> Values<T, N> {
+        let mut values = [T::zero(); N];
+        values[0] = value;
+        if N == 4 {
+            let gradient = self.gradients.at(cell as usize * self.shell.layers() + layer);
+            for k in 0..3 {
+                values[1 + k] = T::of(f64::from(gradient[k]));
+            }
+        }
+        values
+    }
+}

@@ -1,0 +1,393 @@
+//! The transfer function as the kernel reads it: linear spans between knots, in normalised values.
+
+use super::segment::Segment;
+use fearless_simd::Simd;
+use icoray_grid::array::{MapInline, partition_point};
+use icoray_grid::real::Real;
+use icoray_scene::TransferFunction;
+
+/// A knot of the transfer function in the units of the kernel.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct KernelKnot {
+    /// Field value, not normalised.
+    pub value: f64,
+    /// Linear RGB, not premultiplied.
+    pub color: [f64; 3],
+    /// Extinction per planet radius.
+    pub extinction: f64,
+}
+
+impl KernelKnot {
+    /// The knots of a transfer function in a shell of the given thickness, in planet radii.
+    pub fn of(transfer: &TransferFunction, thickness: f64) -> Vec<Self> {
+        let unit = transfer.unit_length.unwrap_or(thickness);
+        let knots = transfer.knots.iter();
+        knots
+            .map(|k| KernelKnot { value: k.value, color: k.color, extinction: k.extinction / unit })
+            .collect()
+    }
+}
+
+/// Between two neighbouring knots (or outside all) extinction and colour are linear in the value.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Span<T> {
+    /// Values of the span, `low <= high`.
+    pub low: T,
+    /// The upper end.
+    pub high: T,
+    /// The value that slopes are measured from.
+    pub anchor: T,
+    /// Extinction at the anchor, per planet radius.
+    pub extinction: T,
+    /// Change of extinction per unit of value.
+    pub extinction_slope: T,
+    /// Colour at the anchor, linear RGB.
+    pub color: [T; 3],
+    /// Change of colour per unit of value.
+    pub color_slope: [T; 3],
+    /// Most of |dc/df| over the channels.
+    pub steepest: T,
+    /// Brightest channel within the span.
+    pub brightest: T,
+    /// Extinction is zero throughout.
+    pub is_clear: bool,
+}
+
+impl<T: Real> Span<T> {
+    /// The numbers that [`Media`] has of it, in their order there.
+    #[inline(always)]
+    fn numbers(&self) -> [T; NUMBERS] {
+        let ([r, g, b], [dr, dg, db]) = (self.color, self.color_slope);
+        let clear = if self.is_clear { T::one() } else { T::zero() };
+        let Span { anchor, extinction, extinction_slope, steepest, brightest, high, .. } = *self;
+        [anchor, extinction, extinction_slope, steepest, r, g, b, dr, dg, db, brightest, high, clear]
+    }
+
+    /// Whether `segment` surely stays in the span.
+    #[inline(always)]
+    pub fn holds(&self, segment: &Segment<T>) -> bool {
+        let [low, high] = segment.within();
+        (low >= self.low) & (high <= self.high) & (segment.eps > T::of(-0.75))
+    }
+
+    /// Whether `segment`, which stays in the span, has no extinction. A constant on a knot is clear if the knot has none, although
+    /// values beside it are not clear.
+    #[inline(always)]
+    pub fn is_clear_in(&self, segment: &Segment<T>) -> bool {
+        self.is_clear || (segment.is_constant() && self.extinction(segment.f0) == T::zero())
+    }
+
+    /// Extinction per planet radius at value `f`.
+    #[inline(always)]
+    pub fn extinction(&self, f: T) -> T {
+        // A value that rounding puts beyond a knot must not make extinction negative.
+        (self.extinction + self.extinction_slope * (f - self.anchor)).max(T::zero())
+    }
+
+    /// Whether it is a spike or a step rather than a part of a ramp.
+    #[inline]
+    pub fn is_narrow(&self) -> bool {
+        self.high - self.low < T::of(1e-3)
+    }
+
+    /// Slope of the extinction in the value.
+    #[inline(always)]
+    pub fn extinction_slope(&self) -> T {
+        self.extinction_slope
+    }
+
+    /// Slopes of the channels in the value.
+    #[inline(always)]
+    pub fn color_slope(&self) -> &[T; 3] {
+        &self.color_slope
+    }
+
+    /// The largest channel at the span's ends.
+    #[inline(always)]
+    pub fn brightest(&self) -> T {
+        self.brightest
+    }
+
+    /// The largest of the channels' slopes.
+    #[inline(always)]
+    pub fn steepest(&self) -> T {
+        self.steepest
+    }
+
+    /// Linear RGB at value `f`.
+    #[inline(always)]
+    pub fn color(&self, f: T) -> [T; 3] {
+        let x = f - self.anchor;
+        let (c, s) = (&self.color, &self.color_slope);
+        [c[0] + s[0] * x, c[1] + s[1] * x, c[2] + s[2] * x]
+    }
+}
+
+/// A value at which the transfer function jumps, or changes within the reach of rounding.
+#[derive(Debug, Clone, Copy)]
+pub struct Step<T> {
+    /// The value, normalised.
+    pub value: T,
+    /// The larger extinction of its two sides, within the reach of rounding.
+    pub extinction: T,
+}
+
+/// The transfer function: `knots + 1` spans, the outer two reaching to infinity with the end knots' values.
+#[derive(Debug, Clone)]
+pub struct Spans<T> {
+    spans: Vec<Span<T>>,
+    /// The values between them.
+    knots: Vec<T>,
+    /// Numbers of all spans, in the order of [`Media`], where the spans are few.
+    table: Option<Box<[[T; MAX_IN_TABLE]; NUMBERS]>>,
+    steps: Vec<Step<T>>,
+    range: [f64; 2],
+}
+
+impl<T: Real> Spans<T> {
+    /// `knots` rise; two may share a value, which makes a step there (a value exactly on it counts as above).
+    #[inline]
+    pub fn new(knots: &[KernelKnot]) -> Self {
+        let (first, last) = (knots[0], knots[knots.len() - 1]);
+        // All knots on one value leave no range to normalise to; the value's own size serves then.
+        let width = last.value - first.value;
+        let width = if width > 0.0 { width } else { first.value.abs().max(1.0) };
+        let range = [first.value, first.value + width];
+        let normalise = |v: f64| T::of((v - range[0]) / (range[1] - range[0]));
+        let flat =
+            |knot: &KernelKnot, low: T, high: T| span(low, high, normalise(knot.value), knot, knot, T::one());
+        let mut values = vec![normalise(first.value)];
+        for knot in &knots[1..] {
+            let (before, value) = (values[values.len() - 1], normalise(knot.value));
+            // Slopes between knots that are closer than that would be no numbers: a step.
+            values.push(if value - before < T::of(T::ROUNDING * T::ROUNDING) { before } else { value });
+        }
+        let mut spans = vec![flat(&first, T::neg_infinity(), values[0])];
+        for (pair, value) in knots.windows(2).zip(values.windows(2)) {
+            let (low, high) = (value[0], value[1]);
+            let width = if high > low { high - low } else { T::one() };
+            spans.push(span(low, high, low, &pair[0], &pair[1], width));
+        }
+        spans.push(flat(&last, values[values.len() - 1], T::infinity()));
+        let steps = steps(&spans[1..knots.len()]);
+        let table = (spans.len() <= MAX_IN_TABLE).then(|| {
+            let mut table = Box::new([[T::zero(); MAX_IN_TABLE]; NUMBERS]);
+            for (k, span) in spans.iter().enumerate() {
+                table.iter_mut().zip(span.numbers()).for_each(|(row, number)| row[k] = number);
+            }
+            table
+        });
+        Spans { spans, knots: values, table, steps, range }
+    }
+
+    /// The values that normalise to 0 and 1.
+    #[inline]
+    pub fn range(&self) -> [f64; 2] {
+        self.range
+    }
+
+    /// The values at which it jumps, rising.
+    #[inline]
+    pub fn steps(&self) -> &[Step<T>] {
+        &self.steps
+    }
+
+    /// All spans, rising.
+    #[inline]
+    pub fn all(&self) -> &[Span<T>] {
+        &self.spans
+    }
+
+    /// Span number `k`.
+    #[inline]
+    pub fn span(&self, k: usize) -> &Span<T> {
+        &self.spans[k]
+    }
+
+    /// The span of value `f`, searched from span `k`: `k` itself when f lies on one of its knots.
+    #[inline]
+    pub fn follow(&self, mut k: usize, f: T) -> usize {
+        while f > self.spans[k].high {
+            k += 1;
+        }
+        while f < self.spans[k].low {
+            k -= 1;
+        }
+        k
+    }
+
+    /// For a segment that begins in span `k`: the span beside it, where the segment begins on the knot between the two and stays
+    /// there; else `k`.
+    #[inline]
+    pub fn holding(&self, k: usize, segment: &Segment<T>) -> usize {
+        let (span, f) = (&self.spans[k], segment.f0);
+        let beside = match () {
+            () if f == span.high => k + 1,
+            () if f == span.low => k.wrapping_sub(1),
+            () => return k,
+        };
+        let holds = |k: usize| self.spans.get(k).is_some_and(|span| span.holds(segment));
+        if !holds(k) && holds(beside) { beside } else { k }
+    }
+
+    /// The span of each value: as [`Self::find`].
+    #[inline(always)]
+    pub fn find_all<const LANES: usize>(&self, values: &[T; LANES]) -> [u32; LANES] {
+        let mut found = [0; LANES];
+        if self.knots.len() > MAX_COUNTED {
+            found.iter_mut().zip(values).for_each(|(k, f)| *k = self.find(*f) as u32);
+            return found;
+        }
+        for knot in &self.knots {
+            for i in 0..LANES {
+                found[i] += u32::from(*knot <= values[i]);
+            }
+        }
+        found
+    }
+
+    /// The spans with these numbers.
+    #[inline(always)]
+    pub(crate) fn media<V: Simd>(&self, simd: V, spans: &[u32; 16]) -> Media<T> {
+        let mut media = Media([[T::zero(); 16]; NUMBERS]);
+        if let Some(table) = &self.table {
+            for k in 0..NUMBERS {
+                media.0[k] = T::look_up(simd, &table[k], spans);
+            }
+            return media;
+        }
+        for (i, span) in spans.iter().enumerate() {
+            let numbers = self.span(*span as usize).numbers();
+            media.0.iter_mut().zip(numbers).for_each(|(row, number)| row[i] = number);
+        }
+        media
+    }
+
+    /// The span of value `f`: the upper one when f lies on a knot.
+    #[inline]
+    pub fn find(&self, f: T) -> usize {
+        partition_point(&self.spans, |s| s.low <= f).max(1) - 1
+    }
+}
+
+/// The spans of 16 frusta, as rows of their numbers: anchor, extinction and its slope, steepest, colour, its slopes, brightest, upper
+/// end, and 1 where the span is clear.
+pub(crate) struct Media<T>([[T; 16]; NUMBERS]);
+
+impl<T: Real> Media<T> {
+    /// The span of frustum `i`; its lower end is not known and stands as zero.
+    #[inline(always)]
+    pub fn span(&self, i: usize) -> Span<T> {
+        let [anchor, extinction, slope, steepest, r, g, b, dr, dg, db, brightest, high, clear] = &self.0;
+        Span {
+            low: T::zero(),
+            high: high[i],
+            anchor: anchor[i],
+            extinction: extinction[i],
+            extinction_slope: slope[i],
+            color: [r[i], g[i], b[i]],
+            color_slope: [dr[i], dg[i], db[i]],
+            steepest: steepest[i],
+            brightest: brightest[i],
+            is_clear: clear[i] > T::zero(),
+        }
+    }
+}
+
+/// Numbers of a span in [`Media`].
+const NUMBERS: usize = 13;
+/// Largest number of spans in a table for vector look-up.
+const MAX_IN_TABLE: usize = 32;
+/// Where there are more knots, a value's span is searched rather than counted.
+const MAX_COUNTED: usize = 48;
+/// Spans narrower than this many last digits are steps too.
+const NARROW: f64 = 2000.0;
+/// Bound of a value's rounding error, in last digits.
+const REACH: f64 = 8.0;
+
+/// The steps between `spans`: values at which extinction or colour changes within rounding's reach.
+#[inline]
+fn steps<T: Real>(spans: &[Span<T>]) -> Vec<Step<T>> {
+    let mut steps = Vec::new();
+    for (k, span) in spans.iter().enumerate() {
+        if span.low == span.high {
+            let below = spans[..k].last().map_or(span.extinction, |s| s.extinction(s.high));
+            let above = spans.get(k + 1).map_or(span.extinction, |s| s.extinction(s.low));
+            steps.push(Step { value: span.low, extinction: below.max(above).max(span.extinction) });
+        } else if span.high - span.low < T::of(NARROW * T::ROUNDING) {
+            let extinction = span.extinction_slope.abs() * T::of(REACH * T::ROUNDING);
+            steps.extend([span.low, span.high].map_inline(|value| Step { value, extinction }));
+        }
+    }
+    steps
+}
+
+#[inline]
+fn span<T: Real>(low: T, high: T, anchor: T, a: &KernelKnot, b: &KernelKnot, width: T) -> Span<T> {
+    let slope = |a: f64, b: f64| T::of(b - a) / width;
+    let color_slope = [0, 1, 2].map_inline(|k| slope(a.color[k], b.color[k]));
+    Span {
+        low,
+        high,
+        anchor,
+        extinction: T::of(a.extinction),
+        extinction_slope: slope(a.extinction, b.extinction),
+        color: a.color.map_inline(T::of),
+        color_slope,
+        steepest: color_slope.iter().fold(T::zero(), |most, s| most.max(s.abs())),
+        brightest: T::of(a.color.iter().chain(&b.color).fold(0.0, |most, c| most.max(*c))),
+        is_clear: a.extinction == 0.0 && b.extinction == 0.0,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn knot(value: f64, gray: f64, extinction: f64) -> KernelKnot {
+        KernelKnot { value, color: [gray; 3], extinction }
+    }
+
+    #[test]
+    fn spans_are_linear_between_knots_and_flat_outside() {
+        let spans = Spans::<f64>::new(&[knot(10.0, 0.0, 0.0), knot(20.0, 1.0, 4.0), knot(50.0, 0.5, 0.0)]);
+        let look = |v: f64| {
+            let f = (v - 10.0) / 40.0;
+            let s = spans.span(spans.find(f));
+            (s.extinction(f), s.color(f)[0])
+        };
+        for (v, extinction, gray) in
+            [(0.0, 0.0, 0.0), (10.0, 0.0, 0.0), (15.0, 2.0, 0.5), (35.0, 2.0, 0.75), (99.0, 0.0, 0.5)]
+        {
+            let (e, g) = look(v);
+            assert!((e - extinction).abs() < 1e-12 && (g - gray).abs() < 1e-12, "{v}: {e} {g}");
+        }
+        assert!(spans.span(0).is_clear && spans.span(3).is_clear && !spans.span(1).is_clear);
+    }
+
+    #[test]
+    fn a_step_has_two_sides_and_a_value_on_it_counts_as_above() {
+        let spans = Spans::<f32>::new(&[
+            knot(0.0, 0.0, 1.0),
+            knot(0.5, 0.0, 1.0),
+            knot(0.5, 1.0, 9.0),
+            knot(1.0, 1.0, 9.0),
+        ]);
+        assert_eq!(spans.span(spans.find(0.5)).extinction(0.5), 9.0);
+        assert_eq!(spans.span(spans.find(0.499)).extinction(0.499), 1.0);
+        // Coming from below and stopping on the step stays below; going on goes above.
+        let below = spans.find(0.3);
+        assert_eq!(spans.follow(below, 0.5), below);
+        assert_eq!(spans.span(spans.follow(below, 0.6)).extinction(0.6), 9.0);
+    }
+
+    #[test]
+    fn knots_that_all_but_coincide_are_a_step() {
+        let spans = Spans::<f32>::new(&[knot(0.0, 0.0, 1.0), knot(1e-40, 1.0, 9.0), knot(1.0, 0.5, 3.0)]);
+        for f in [-1.0, 0.0, 1e-30, 0.5, 1.0, 2.0] {
+            let span = spans.span(spans.find(f));
+            assert!(span.extinction(f).is_finite() && span.color(f).iter().all(|c| c.is_finite()), "{f}");
+        }
+        assert_eq!((spans.steps().len(), spans.steps()[0].extinction), (1, 9.0));
+    }
+}

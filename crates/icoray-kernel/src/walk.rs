@@ -1,0 +1,319 @@
+//! From triangle to triangle along a great circle: Algorithms 1 and 2 of the paper without their face tests.
+//!
+//! The side of a vertex is the sign of V·q, a pure function of the plane and the vertex. So every triangle has either no
+//! side or exactly two sides whose ends lie on different sides of the circle, and the triangles that the circle
+//! crosses form closed loops that never branch: the walk ends after finitely many steps and cannot get lost,
+//! whatever the rounding, without any epsilon and without special cases at vertices and edges. All of that holds over void
+//! triangles too, which close a mesh with holes: they are walked like others, and `Walk::is_void` tells them apart.
+
+use super::plane::{Plane, PlaneVertex, Point, RayLine};
+use glam::DVec3;
+use icoray_grid::Grid;
+use std::collections::HashSet;
+
+/// A triangle with the two sides through which a great circle passes: in between `left` and `right`, out between one
+/// of them and `apex`.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Contour<'g, 'a> {
+    grid: &'g Grid<'a>,
+    plane: Plane,
+    triangle: u32,
+    cells: [u32; 3],
+    left: PlaneVertex,
+    right: PlaneVertex,
+    apex: PlaneVertex,
+}
+
+/// Where the circle crosses a side: `point = (1 - w)·left + w·right`.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Crossing {
+    pub point: Point,
+    pub w: f64,
+}
+
+impl Crossing {
+    #[inline]
+    fn between(left: &PlaneVertex, right: &PlaneVertex) -> Self {
+        // left.q >= 0 > right.q, so the denominator is positive and w lies in [0, 1).
+        let w = left.q / (left.q - right.q);
+        Crossing { point: Point::new(left.x, left.y).lerp(Point::new(right.x, right.y), w), w }
+    }
+}
+
+impl<'g, 'a> Contour<'g, 'a> {
+    /// The circle inside `triangle`, or `None` when all three vertices lie on one side of it.
+    #[inline]
+    fn inside(grid: &'g Grid<'a>, plane: Plane, triangle: u32) -> Option<Self> {
+        let cells = grid.triangle(triangle);
+        let see = |cell| plane.project(cell, grid.direction(cell));
+        let mut seen = [see(cells[0]), see(cells[1]), see(cells[2])];
+        if grid.is_clockwise(triangle) {
+            seen.swap(1, 2);
+        }
+        // Counter-clockwise from outside, the side of entry leads from left to right.
+        let k = (0..3).find(|&k| seen[k].is_left() && !seen[(k + 1) % 3].is_left())?;
+        let (left, right, apex) = (seen[k], seen[(k + 1) % 3], seen[(k + 2) % 3]);
+        Some(Contour { grid, plane, triangle, cells, left, right, apex })
+    }
+
+    /// The circle at `triangle` or, when rounding puts it just outside, in the nearest triangle around.
+    #[inline]
+    fn near(grid: &'g Grid<'a>, plane: Plane, triangle: u32) -> Self {
+        if let Some(contour) = Self::inside(grid, plane, triangle) {
+            return contour;
+        }
+        let mut queue = vec![triangle];
+        let mut seen: HashSet<u32> = HashSet::from([triangle]);
+        let mut next = 0;
+        while let Some(&t) = queue.get(next) {
+            next += 1;
+            for beyond in (0..3).map(|k| grid.across(t, k)) {
+                if let Some(contour) = Self::inside(grid, plane, beyond) {
+                    return contour;
+                }
+                if seen.insert(beyond) {
+                    queue.push(beyond);
+                }
+            }
+        }
+        unreachable!(
+            "a closed surface around the centre has vertices on both sides of every plane through it"
+        )
+    }
+
+    #[inline]
+    fn entry(&self) -> Crossing {
+        Crossing::between(&self.left, &self.right)
+    }
+
+    /// The ends of the side of exit, left and right.
+    #[inline]
+    fn exit_side(&self) -> (&PlaneVertex, &PlaneVertex) {
+        if self.apex.is_left() { (&self.apex, &self.right) } else { (&self.left, &self.apex) }
+    }
+
+    #[inline]
+    fn exit(&self) -> Crossing {
+        let (left, right) = self.exit_side();
+        Crossing::between(left, right)
+    }
+
+    #[inline]
+    fn column_of(&self, cell: u32) -> usize {
+        if self.cells[0] == cell { 0 } else { 1 + usize::from(self.cells[1] != cell) }
+    }
+
+    /// Goes through the side opposite `behind` into the next triangle and gives the vertex that is new there.
+    #[inline]
+    fn cross(&mut self, behind: u32) -> PlaneVertex {
+        let kept = self.cells[0].wrapping_add(self.cells[1]).wrapping_add(self.cells[2]).wrapping_sub(behind);
+        self.triangle = self.grid.across(self.triangle, self.column_of(behind));
+        self.cells = self.grid.triangle(self.triangle);
+        // The two triangles share two cells, so the sums differ by the new one.
+        let new = self.cells[0].wrapping_add(self.cells[1]).wrapping_add(self.cells[2]).wrapping_sub(kept);
+        self.plane.project(new, self.grid.direction(new))
+    }
+
+    #[inline]
+    fn forward(&mut self) {
+        if self.apex.is_left() {
+            let new = self.cross(self.left.cell);
+            self.left = self.apex;
+            self.apex = new;
+        } else {
+            let new = self.cross(self.right.cell);
+            self.right = self.apex;
+            self.apex = new;
+        }
+    }
+
+    #[inline]
+    fn backward(&mut self) {
+        let new = self.cross(self.apex.cell);
+        if new.is_left() {
+            self.apex = self.left;
+            self.left = new;
+        } else {
+            self.apex = self.right;
+            self.right = new;
+        }
+    }
+}
+
+/// The triangle that holds `target`, found by walking the great circle from the middle of the triangle `from`.
+///
+/// Any number is valid for `from`, also that of a row that is no triangle.
+#[inline]
+pub fn locate(grid: &Grid, from: u32, target: DVec3) -> u32 {
+    let middle = |t: u32| grid.triangle(t).iter().map(|&c| grid.direction(c)).sum::<DVec3>().normalize();
+    let mut from = grid.nearest_valid_triangle(from);
+    let mut start = middle(from);
+    if start.dot(target) < -0.5 {
+        // Half a turn leaves the direction open; stop over at a right angle. Once: where triangles are as large as the
+        // sphere, the next one's middle may be no nearer.
+        let aside = target.any_orthonormal_vector();
+        let aside = if aside.dot(start) < 0.0 { -aside } else { aside };
+        from = locate_short(grid, from, start, aside);
+        start = middle(from);
+    }
+    locate_short(grid, from, start, target)
+}
+
+#[inline]
+fn locate_short(grid: &Grid, from: u32, middle: DVec3, target: DVec3) -> u32 {
+    let Some(plane) = Plane::through(middle, target) else {
+        return from;
+    };
+    let goal = plane.point(target);
+    let mut contour = Contour::near(grid, plane, from);
+    while goal.cross(contour.exit().point) <= 0.0 {
+        contour.forward();
+    }
+    contour.triangle
+}
+
+/// One end of a ray's way through a column.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct ColumnEnd {
+    /// Distance along the ray from its point closest to the centre, planet radii.
+    pub t: f64,
+    /// Height in the column: a layer facet of radius R lies at `rho = R`.
+    pub rho: f64,
+    /// Weights of the column's second and third vertex; the first has the rest.
+    pub weight: [f64; 2],
+}
+
+/// The way of a ray over one triangle: `rho` is linear in t between the ends.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Column {
+    pub cells: [u32; 3],
+    pub entry: ColumnEnd,
+    pub exit: ColumnEnd,
+    /// 1 / height at the entry.
+    pub curvature: f64,
+    /// 1 / rise from the entry to the exit.
+    pub scale: f64,
+}
+
+impl Column {
+    #[inline]
+    fn new(cells: [u32; 3], entry: ColumnEnd, exit: ColumnEnd) -> Self {
+        Column { cells, entry, exit, curvature: 1.0 / entry.rho, scale: 1.0 / (exit.rho - entry.rho) }
+    }
+}
+
+/// A ray walking over the mesh, column by column, from its start to its end without a gap.
+#[derive(Debug, Clone)]
+pub(crate) struct Walk<'g, 'a> {
+    contour: Contour<'g, 'a>,
+    line: RayLine,
+    from: Option<ContourPoint>,
+    last: (f64, f64),
+}
+
+/// A point on the contour inside the current triangle.
+#[derive(Debug, Clone, Copy)]
+struct ContourPoint {
+    point: Point,
+    weight: [f64; 2],
+}
+
+impl ContourPoint {
+    /// The point between this place and `other` that lies in the direction of `to`.
+    #[inline]
+    fn clip(self, other: ContourPoint, to: Point) -> ContourPoint {
+        let (before, after) = (to.cross(self.point), to.cross(other.point));
+        let whole = before - after;
+        let w = if whole < 0.0 { (before / whole).clamp(0.0, 1.0) } else { 0.0 };
+        let mix = |k: usize| self.weight[k] + w * (other.weight[k] - self.weight[k]);
+        ContourPoint { point: self.point.lerp(other.point, w), weight: [mix(0), mix(1)] }
+    }
+}
+
+impl<'g, 'a> Walk<'g, 'a> {
+    /// Finds the ray's first column, searching from the triangle `hint`. Any hint is valid; a near one is faster.
+    #[inline]
+    pub fn new(grid: &'g Grid<'a>, line: RayLine, hint: u32) -> Self {
+        let triangle = locate(grid, hint, line.position(line.start).normalize());
+        let mut contour = Contour::near(grid, line.plane, triangle);
+        // Locating and the ray's own plane round differently: slide until the start is bracketed.
+        let start = line.at(line.start);
+        while start.cross(contour.entry().point) > 0.0 {
+            contour.backward();
+        }
+        while start.cross(contour.exit().point) <= 0.0 {
+            contour.forward();
+        }
+        let mut walk = Walk { contour, line, from: None, last: (line.start, 0.0) };
+        let place = walk.entry_place().clip(walk.exit_place(walk.contour.exit()), start);
+        walk.last.1 = height(start, place.point);
+        walk.from = Some(place);
+        walk
+    }
+
+    /// The triangle that the next column lies over.
+    #[inline]
+    pub fn triangle(&self) -> u32 {
+        self.contour.triangle
+    }
+
+    /// Whether that triangle fills a hole: its cells have no values.
+    #[inline]
+    pub fn is_void(&self) -> bool {
+        self.contour.grid.is_void(self.contour.triangle)
+    }
+
+    #[inline]
+    fn entry_place(&self) -> ContourPoint {
+        let Crossing { point, w } = self.contour.entry();
+        ContourPoint { point, weight: [w, 0.0] }
+    }
+
+    #[inline]
+    fn exit_place(&self, Crossing { point, w }: Crossing) -> ContourPoint {
+        let weight = if self.contour.apex.is_left() { [w, 1.0 - w] } else { [0.0, w] };
+        ContourPoint { point, weight }
+    }
+
+    /// The next column, or `None` behind the ray's end.
+    #[inline(always)]
+    pub fn next_column(&mut self) -> Option<Column> {
+        let entry_place = self.from.take()?;
+        let crossing = self.contour.exit();
+        let mut exit_place = self.exit_place(crossing);
+        let end = self.line.at(self.line.end);
+        let is_last = end.cross(exit_place.point) >= 0.0;
+        if is_last {
+            exit_place = entry_place.clip(exit_place, end);
+        }
+        let cells = [self.contour.left.cell, self.contour.right.cell, self.contour.apex.cell];
+        let (t0, rho0) = self.last;
+        let t1 = if is_last {
+            self.line.end
+        } else {
+            // max and min let a NaN of 0/0 (a ray through the centre) pass by.
+            (self.line.b * exit_place.point.y / exit_place.point.x).max(t0).min(self.line.end)
+        };
+        let rho1 = height(self.line.at(t1), exit_place.point);
+        let entry = ColumnEnd { t: t0, rho: rho0, weight: entry_place.weight };
+        let exit = ColumnEnd { t: t1, rho: rho1, weight: exit_place.weight };
+        self.last = (t1, rho1);
+        if !is_last {
+            self.contour.forward();
+            self.from = Some(ContourPoint { point: crossing.point, weight: [crossing.w, 0.0] });
+        }
+        Some(Column::new(cells, entry, exit))
+    }
+}
+
+/// The height at which the point `at` of the ray lies above the unit facet's point `on` in the same direction.
+///
+/// `b / on.x` is the same in exact arithmetic, but is noise where the ray passes the centre closely.
+#[inline]
+fn height(at: Point, on: Point) -> f64 {
+    at.dot(on) / on.dot(on)
+}
+
+pub(crate) mod packet;
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,75 @@
+//! Communicators of this library.
+
+use crate::error::check;
+use icoray::Result;
+use mpi::ffi;
+use std::ffi::c_int;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
+
+/// A communicator whose errors are returned. It is freed on drop, unless MPI was finalised or a rank has left before the
+/// others. Creation and drop are collective.
+#[derive(Debug)]
+pub(crate) struct Communicator {
+    pub handle: ffi::MPI_Comm,
+    pub rank: usize,
+    pub size: usize,
+    /// Whether a rank has left: then nothing is freed, as that is collective.
+    pub is_given_up: Arc<AtomicBool>,
+}
+
+impl Communicator {
+    /// A duplicate of a communicator.
+    pub fn duplicate(of: ffi::MPI_Comm, is_given_up: Arc<AtomicBool>) -> Result<Self> {
+        // SAFETY: a communicator of the host's or ours; the handle is written.
+        Self::new("MPI_Comm_dup", is_given_up, |new| unsafe { ffi::MPI_Comm_dup(of, new) })
+    }
+
+    /// The communicator that the MPI function `call` writes to the handle given to `make`.
+    pub fn new(
+        call: &str,
+        is_given_up: Arc<AtomicBool>,
+        make: impl FnOnce(*mut ffi::MPI_Comm) -> c_int,
+    ) -> Result<Self> {
+        // SAFETY: a handle of MPI's, which is not written to.
+        let mut handle = unsafe { ffi::RSMPI_COMM_NULL };
+        check(call, make(&mut handle))?;
+        let mut comm = Communicator { handle, rank: 0, size: 1, is_given_up };
+        let (mut rank, mut size) = (0, 1);
+        // SAFETY: the communicator is ours, so its errors may be ours too; the numbers are written.
+        unsafe {
+            check("MPI_Comm_set_errhandler", ffi::MPI_Comm_set_errhandler(handle, ffi::RSMPI_ERRORS_RETURN))?;
+            check("MPI_Comm_rank", ffi::MPI_Comm_rank(handle, &mut rank))?;
+            check("MPI_Comm_size", ffi::MPI_Comm_size(handle, &mut size))?;
+        }
+        (comm.rank, comm.size) = (rank as usize, size as usize);
+        Ok(comm)
+    }
+
+    /// Whether MPI was finalised or a rank has left: then no collective operation is possible.
+    pub fn is_gone(&self) -> bool {
+        self.is_given_up.load(Relaxed) || is_finalized()
+    }
+}
+
+impl Drop for Communicator {
+    fn drop(&mut self) {
+        if !self.is_gone() {
+            // SAFETY: the communicator is ours, and MPI has not been finalised. Nobody is left to tell of a failure.
+            unsafe { ffi::MPI_Comm_free(&mut self.handle) };
+        }
+    }
+}
+
+/// Whether the host has finalised MPI, after which no rank can be reached any more.
+pub(crate) fn is_finalized() -> bool {
+    flag(ffi::MPI_Finalized)
+}
+
+/// The result of MPI_Initialized or MPI_Finalized, which may be called at any time.
+pub(crate) fn flag(ask: unsafe extern "C" fn(*mut c_int) -> c_int) -> bool {
+    let mut flag = 0;
+    // SAFETY: one of the two, each of which writes a number.
+    unsafe { ask(&mut flag) };
+    flag != 0
+}

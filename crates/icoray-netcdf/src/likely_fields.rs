@@ -1,0 +1,75 @@
+//! Selects the variables of a file that look like physical fields.
+
+use crate::field::FieldInfo;
+
+/// Variables of heights, thicknesses, the vertical grid and the mesh: lower case, with blanks between.
+const GRID_VARIABLES: &str = "\
+    zgrid zz zxu zb zb3 fzm fzp rdzw rdzu dzu dss z_ifc z_mc zghalf zg zfull hhl hsurf geometric_height \
+    ddqz_z_full ddqz_z_half height altitude depth layerthickness restingthickness zmid ztop deriv_two areacell \
+    areatriangle meshdensity cellquality gridspacing trianglequality triangleanglequality nominalmindc fcell \
+    fvertex angleedge cell_area cell_area_p dual_area dual_area_p cell_elevation area cell_quality";
+/// Name endings of base states, which do not change.
+const BASE: [&str; 2] = ["_base", "_ref"];
+/// Words, in lower case, that mark a geometric quantity if they are in the long name of a variable in units of length.
+const GEOMETRY: [&str; 5] = ["height", "altitude", "thickness", "depth", "elevation"];
+/// Units of length.
+const LENGTH: [&str; 4] = ["m", "meter", "meters", "metres"];
+
+/// The fields of `all` that look like physical ones, the likeliest first.
+pub(crate) fn likely_fields(all: &[FieldInfo]) -> Vec<&FieldInfo> {
+    let mut fields: Vec<&FieldInfo> = all.iter().filter(|info| is_physical(info)).collect();
+    fields.sort_by_key(|info| (info.is_2d(), !info.time_dependent));
+    fields
+}
+
+fn is_physical(info: &FieldInfo) -> bool {
+    let name = info.name.to_ascii_lowercase();
+    let lower = |text: &Option<String>| text.as_deref().unwrap_or("").to_ascii_lowercase();
+    let (long_name, units) = (lower(&info.description.long_name), lower(&info.description.units));
+    let is_length = LENGTH.contains(&units.as_str());
+    let is_of_grid =
+        GRID_VARIABLES.split(' ').any(|known| known == name) || BASE.iter().any(|end| name.ends_with(end));
+    let is_geometry = is_length && GEOMETRY.iter().any(|word| long_name.contains(word));
+    // A height of each column, such as the sea surface's or the topography's, is worth showing.
+    !is_of_grid && (info.is_2d() || !is_geometry)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::field::Precision;
+    use icoray::{Description, Location};
+
+    fn info(name: &str, layers: usize, time_dependent: bool, words: [&str; 2]) -> FieldInfo {
+        let [long_name, units] = words.map(|word| Some(word.to_owned()));
+        FieldInfo {
+            name: name.into(),
+            location: Location::Center,
+            columns: 42,
+            layers,
+            precision: Precision::F32,
+            time_dependent,
+            description: Description { long_name, units },
+            layer_dimension: "nVertLevels".into(),
+            is_level_fastest: true,
+        }
+    }
+
+    #[test]
+    fn physical_fields_that_change_come_first() {
+        let all = [
+            info("zgrid", 27, false, ["Geometric height of layer interfaces", "m"]),
+            info("rho_base", 26, false, ["Base state density", "kg m^{-3}"]),
+            info("tracer", 26, false, ["", ""]),
+            info("areaCell", 1, false, ["", "m^2"]),
+            info("ter", 1, false, ["terrain height", "m"]),
+            info("ssh", 1, true, ["sea surface height", "m"]),
+            info("gh", 26, true, ["geopotential height", "m"]),
+            info("layerThickness", 26, true, ["", "m"]),
+            info("theta", 26, true, ["Potential temperature", "K"]),
+            info("w", 27, true, ["Vertical velocity", "m s^{-1}"]),
+        ];
+        let names: Vec<&str> = likely_fields(&all).iter().map(|info| info.name.as_str()).collect();
+        assert_eq!(names, ["theta", "w", "tracer", "ssh", "ter"]);
+    }
+}

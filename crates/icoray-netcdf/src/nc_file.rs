@@ -1,0 +1,359 @@
+//! One NetCDF file: its catalogue, attributes and typed reads. Only this module calls the NetCDF binding.
+
+use crate::classic::ClassicLayout;
+use crate::hdf5_errors;
+use icoray::{Error, ErrorKind, OwnedReals, Result};
+use netcdf::types::{FloatType, NcVariableType};
+use netcdf::{AttributeValue, Extents, NcTypeDescriptor};
+use std::fmt;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::{Path, PathBuf};
+
+/// Maximum bytes of values per byte of a file: deflate packs up to 1032, and numbers may be widened when read.
+const MOST_PER_BYTE: u64 = 8192;
+
+/// Type of a variable's values.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Kind {
+    F32,
+    F64,
+    Integer,
+    Text,
+    Other,
+}
+
+impl Kind {
+    /// Whether values are `float` or `double`.
+    pub(crate) fn is_real(self) -> bool {
+        matches!(self, Kind::F32 | Kind::F64)
+    }
+
+    /// Whether values are `float`, `double` or integers.
+    pub(crate) fn is_number(self) -> bool {
+        self.is_real() || self == Kind::Integer
+    }
+}
+
+/// A dimension of a variable.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct Dimension {
+    pub(crate) name: String,
+    pub(crate) len: usize,
+}
+
+impl Dimension {
+    /// Whether it is that of the time records.
+    pub(crate) fn is_time(&self) -> bool {
+        self.name.eq_ignore_ascii_case("time")
+    }
+}
+
+/// A variable of the file's root group.
+#[derive(Debug, Clone)]
+pub(crate) struct Variable {
+    pub(crate) name: String,
+    pub(crate) kind: Kind,
+    pub(crate) dimensions: Vec<Dimension>,
+}
+
+impl Variable {
+    /// Whether the dimensions have these names, in this order.
+    pub(crate) fn lies_over(&self, names: &[&str]) -> bool {
+        are_named(&self.dimensions, names)
+    }
+
+    /// The dimensions behind that of the time records, or all where it has none.
+    pub(crate) fn after_time(&self) -> &[Dimension] {
+        match self.dimensions.as_slice() {
+            [time, rest @ ..] if time.is_time() => rest,
+            all => all,
+        }
+    }
+
+    /// As [`Self::lies_over`], at times or without.
+    pub(crate) fn lies_at_times_over(&self, names: &[&str]) -> bool {
+        are_named(self.after_time(), names)
+    }
+}
+
+fn are_named(dimensions: &[Dimension], names: &[&str]) -> bool {
+    dimensions.iter().map(|d| d.name.as_str()).eq(names.iter().copied())
+}
+
+/// `theta(Time = 3, nCells = 162) of float`.
+impl fmt::Display for Variable {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let dimensions: Vec<String> =
+            self.dimensions.iter().map(|d| format!("{} = {}", d.name, d.len)).collect();
+        let kind = match self.kind {
+            Kind::F32 => "float",
+            Kind::F64 => "double",
+            Kind::Integer => "integer",
+            Kind::Text => "char",
+            Kind::Other => "another type",
+        };
+        write!(f, "{}({}) of {kind}", self.name, dimensions.join(", "))
+    }
+}
+
+/// An open file.
+#[derive(Debug)]
+pub(crate) struct NcFile {
+    file: netcdf::File,
+    path: PathBuf,
+    classic: Option<ClassicLayout>,
+    variables: Vec<Variable>,
+}
+
+/// A byte of a `char` variable.
+#[repr(transparent)]
+#[derive(Clone, Copy, Default)]
+struct Char(u8);
+
+// SAFETY: NC_CHAR is one byte, and any byte is a valid `Char`.
+unsafe impl NcTypeDescriptor for Char {
+    fn type_descriptor() -> NcVariableType {
+        NcVariableType::Char
+    }
+}
+
+impl NcFile {
+    pub(crate) fn open(path: &Path) -> Result<Self> {
+        // The library would take an absent file for an address on the network if its name looks like one.
+        let io = |e: std::io::Error| Error::new(ErrorKind::Io, format!("{}: {e}", path.display()));
+        if !std::fs::metadata(path).map_err(io)?.is_file() {
+            return Err(Error::new(ErrorKind::Io, format!("{}: not a file", path.display())));
+        }
+        let damaged = |e| format!("{}: the header is damaged or cut off: {e}", path.display());
+        let classic = ClassicLayout::read(path).map_err(|e| Error::new(ErrorKind::Io, damaged(e)))?;
+        let what = "not a NetCDF file, or damaged or cut off";
+        let file = guarded(path, what, || netcdf::open(path))?;
+        let variables =
+            guarded(path, "the list of variables", || Ok(file.variables().map(|v| describe(&v)).collect()))?;
+        Ok(NcFile { file, path: path.to_owned(), classic, variables })
+    }
+
+    /// The path as given.
+    pub(crate) fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// An error about this file.
+    pub(crate) fn error(&self, kind: ErrorKind, context: impl fmt::Display) -> Error {
+        Error::new(kind, format!("{}: {context}", self.path.display()))
+    }
+
+    pub(crate) fn variables(&self) -> &[Variable] {
+        &self.variables
+    }
+
+    pub(crate) fn variable(&self, name: &str) -> Option<&Variable> {
+        self.variables.iter().find(|v| v.name == name)
+    }
+
+    /// The variable of that name.
+    pub(crate) fn expect(&self, name: &str) -> Result<&Variable> {
+        self.variable(name)
+            .ok_or_else(|| self.error(ErrorKind::Grid, format_args!("variable {name} is missing")))
+    }
+
+    /// Length of a dimension, `None` when there is none of that name.
+    pub(crate) fn dimension_len(&self, name: &str) -> Result<Option<usize>> {
+        guarded(&self.path, format_args!("dimension {name}"), || Ok(self.file.dimension_len(name)))
+    }
+
+    /// A global attribute that holds text, without the padding.
+    pub(crate) fn text(&self, attribute: &str) -> Result<Option<String>> {
+        self.global(attribute).map(|value| value.and_then(text))
+    }
+
+    /// The first number of a global attribute.
+    pub(crate) fn number(&self, attribute: &str) -> Result<Option<f64>> {
+        self.global(attribute).map(|value| value.and_then(|v| numbers(v).first().copied()))
+    }
+
+    /// An attribute of a variable that holds text, without the padding.
+    pub(crate) fn text_of(&self, variable: &str, attribute: &str) -> Result<Option<String>> {
+        self.local(variable, attribute).map(|value| value.and_then(text))
+    }
+
+    /// Whether an attribute of a variable is of `float` or `double`.
+    pub(crate) fn is_real_of(&self, variable: &str, attribute: &str) -> Result<bool> {
+        use AttributeValue::{Double, Doubles, Float, Floats};
+        let value = self.local(variable, attribute)?;
+        Ok(matches!(value, Some(Float(_) | Floats(_) | Double(_) | Doubles(_))))
+    }
+
+    /// The numbers of an attribute of a variable; none when it is absent.
+    pub(crate) fn numbers_of(&self, variable: &str, attribute: &str) -> Result<Vec<f64>> {
+        self.local(variable, attribute).map(|value| value.map(numbers).unwrap_or_default())
+    }
+
+    fn global(&self, attribute: &str) -> Result<Option<AttributeValue>> {
+        guarded(&self.path, format_args!("attribute {attribute}"), || {
+            self.file.attribute(attribute).map(|a| a.value()).transpose()
+        })
+    }
+
+    fn local(&self, variable: &str, attribute: &str) -> Result<Option<AttributeValue>> {
+        guarded(&self.path, format_args!("attribute {attribute} of {variable}"), || {
+            let variable = self.file.variable(variable).ok_or("no such variable")?;
+            variable.attribute_value(attribute).transpose()
+        })
+    }
+
+    /// Reads the block of a `float`, `double` or integer variable that starts at `start` and has `count` entries along each
+    /// dimension.
+    pub(crate) fn reals(&self, variable: &Variable, start: &[usize], count: &[usize]) -> Result<OwnedReals> {
+        match variable.kind {
+            Kind::F32 => self.block(variable, start, count).map(OwnedReals::F32),
+            Kind::F64 | Kind::Integer => self.block(variable, start, count).map(OwnedReals::F64),
+            _ => Err(self.error(ErrorKind::Field, format_args!("{variable}, expected float or double"))),
+        }
+    }
+
+    /// Reads a whole `float` or `double` variable.
+    pub(crate) fn all_reals(&self, variable: &Variable) -> Result<OwnedReals> {
+        let (start, count) = whole(variable);
+        self.reals(variable, &start, &count)
+    }
+
+    /// Reads a whole integer variable; a value that does not fit is an error of the library.
+    pub(crate) fn all_integers(&self, variable: &Variable) -> Result<Vec<i32>> {
+        let (start, count) = whole(variable);
+        self.block(variable, &start, &count)
+    }
+
+    /// Reads a whole variable of numbers of any type.
+    pub(crate) fn all_numbers(&self, variable: &Variable) -> Result<Vec<f64>> {
+        let (start, count) = whole(variable);
+        self.block(variable, &start, &count)
+    }
+
+    /// Reads the first `rows` rows of a `char` variable of two dimensions, without the padding. A row that cannot be read,
+    /// as behind the end of a file that is cut off, is none.
+    pub(crate) fn text_rows(&self, variable: &Variable, rows: usize) -> Vec<Option<String>> {
+        let [stored, width] = [0, 1].map(|i| variable.dimensions[i].len);
+        let read = |first: usize, count: usize| -> Result<Vec<Option<String>>> {
+            let bytes: Vec<Char> = self.block(variable, &[first, 0], &[count, width])?;
+            let bytes: Vec<u8> = bytes.iter().map(|c| c.0).collect();
+            let row = |i| Some(trimmed(&String::from_utf8_lossy(&bytes[i * width..(i + 1) * width])));
+            Ok((0..count).map(row).collect())
+        };
+        let count = rows.min(stored);
+        let mut texts = read(0, count).unwrap_or_else(|_| {
+            (0..count).flat_map(|row| read(row, 1).unwrap_or_else(|_| vec![None])).collect()
+        });
+        texts.resize(rows, None);
+        texts
+    }
+
+    fn block<T>(&self, variable: &Variable, start: &[usize], count: &[usize]) -> Result<Vec<T>>
+    where
+        T: NcTypeDescriptor + Copy + Default,
+    {
+        let name = &variable.name;
+        self.expect_stored(name, start.first().copied().unwrap_or(0) + count.first().copied().unwrap_or(1))?;
+        let entries = count.iter().try_fold(1usize, |n, &c| n.checked_mul(c));
+        self.expect_plausible(
+            variable,
+            entries.map_or(u64::MAX, |n| (n as u64).saturating_mul(size_of::<T>() as u64)),
+        )?;
+        let mut values = Vec::new();
+        // A damaged header may promise more than there can be; running out of memory must not end the process.
+        let room = entries.filter(|&n| values.try_reserve_exact(n).is_ok());
+        let Some(entries) = room else {
+            return Err(self.error(ErrorKind::Io, format_args!("{variable}: too large for the memory")));
+        };
+        if entries == 0 {
+            return Ok(values);
+        }
+        values.resize(entries, T::default());
+        guarded(&self.path, format_args!("variable {name}"), || {
+            let variable = self.file.variable(name).ok_or("no such variable")?;
+            variable.get_values_into(&mut values, Extents::try_from((start, count))?)
+        })?;
+        Ok(values)
+    }
+
+    /// Fails where a NetCDF-4 file is too small for the bytes that a variable is to have, whatever the compression: memory
+    /// that the system promises and does not have would end the process.
+    fn expect_plausible(&self, variable: &Variable, bytes: u64) -> Result<()> {
+        let length = std::fs::metadata(&self.path).map_err(|e| self.error(ErrorKind::Io, e))?.len();
+        if self.classic.is_some() || bytes / MOST_PER_BYTE <= length {
+            return Ok(());
+        }
+        let context = format!("{variable}: {bytes} bytes, more than a file of {length} bytes can hold");
+        Err(self.error(ErrorKind::Io, context))
+    }
+
+    /// Fails where a classic file ends before the first `records` records of a variable.
+    fn expect_stored(&self, name: &str, records: usize) -> Result<()> {
+        let Some(end) = self.classic.as_ref().and_then(|layout| layout.end(name, records)) else {
+            return Ok(());
+        };
+        let length = std::fs::metadata(&self.path).map_err(|e| self.error(ErrorKind::Io, e))?.len();
+        if length < end {
+            let context =
+                format!("variable {name} ends at byte {end}, the file at byte {length}: the file is cut off");
+            return Err(self.error(ErrorKind::Io, context));
+        }
+        Ok(())
+    }
+}
+
+fn whole(variable: &Variable) -> (Vec<usize>, Vec<usize>) {
+    let count: Vec<usize> = variable.dimensions.iter().map(|d| d.len).collect();
+    (vec![0; count.len()], count)
+}
+
+fn describe(variable: &netcdf::Variable<'_>) -> Variable {
+    let kind = match variable.vartype() {
+        NcVariableType::Float(FloatType::F32) => Kind::F32,
+        NcVariableType::Float(FloatType::F64) => Kind::F64,
+        NcVariableType::Int(_) => Kind::Integer,
+        NcVariableType::Char => Kind::Text,
+        _ => Kind::Other,
+    };
+    let dimensions =
+        variable.dimensions().iter().map(|d| Dimension { name: d.name(), len: d.len() }).collect();
+    Variable { name: variable.name(), kind, dimensions }
+}
+
+/// Runs a call of the binding. It unwraps what the library reports in places where it cannot return an error; a damaged
+/// file must not end the process, so such a panic becomes an error too.
+fn guarded<T>(path: &Path, what: impl fmt::Display, call: impl FnOnce() -> netcdf::Result<T>) -> Result<T> {
+    hdf5_errors::silence();
+    let cause = match catch_unwind(AssertUnwindSafe(call)) {
+        Ok(Ok(value)) => return Ok(value),
+        Ok(Err(error)) => error.to_string(),
+        Err(_) => "the file is damaged".to_owned(),
+    };
+    Err(Error::new(ErrorKind::Io, format!("{}: {what}: {cause}", path.display())))
+}
+
+fn trimmed(text: &str) -> String {
+    text.trim_matches(|c: char| c == '\0' || c.is_whitespace()).to_owned()
+}
+
+fn text(value: AttributeValue) -> Option<String> {
+    match value {
+        AttributeValue::Str(text) => Some(trimmed(&text)),
+        AttributeValue::Strs(texts) => texts.first().map(|text| trimmed(text)),
+        _ => None,
+    }
+}
+
+fn numbers(value: AttributeValue) -> Vec<f64> {
+    match value {
+        AttributeValue::Floats(v) => v.into_iter().map(f64::from).collect(),
+        AttributeValue::Doubles(v) => v,
+        AttributeValue::Schars(v) => v.into_iter().map(f64::from).collect(),
+        AttributeValue::Uchars(v) => v.into_iter().map(f64::from).collect(),
+        AttributeValue::Shorts(v) => v.into_iter().map(f64::from).collect(),
+        AttributeValue::Ushorts(v) => v.into_iter().map(f64::from).collect(),
+        AttributeValue::Ints(v) => v.into_iter().map(f64::from).collect(),
+        AttributeValue::Uints(v) => v.into_iter().map(f64::from).collect(),
+        one => f64::try_from(one).map(|v| vec![v]).unwrap_or_default(),
+    }
+}

@@ -1,0 +1,251 @@
+//! Animated PNG: pictures one after the other, of each but the first only what differs from the one before.
+
+use super::atomic;
+use crate::atomic::Existing;
+use crate::path::io_error;
+use icoray_grid::{Error, ErrorKind, Result};
+use png::{BitDepth, BlendOp, ColorType, Decoder, DisposeOp, Encoder, Transformations};
+use std::fs::File;
+use std::io::BufReader;
+use std::path::{Path, PathBuf};
+
+/// Size, length and bytes of a written animation.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Animated {
+    /// Width and height in pixels.
+    pub size: [u32; 2],
+    /// Number of pictures.
+    pub frames: u32,
+    /// Bytes of its file.
+    pub bytes: u64,
+}
+
+/// A decoded picture: 8-bit RGBA, as it is in the file.
+struct Picture {
+    size: [u32; 2],
+    rgba: Vec<u8>,
+}
+
+/// A part of a picture: its first column and row, its width and height.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct Region {
+    at: [u32; 2],
+    size: [u32; 2],
+}
+
+/// Writes the PNG pictures, all of one size, as an animated PNG to `path`, to be shown again and again at `fps` pictures per
+/// second. Pictures are read one by one.
+///
+/// # Errors
+/// [`ErrorKind::Argument`] where there is no picture, where one has another size than the first, where `path` does not end in
+/// `.png` or is one of the pictures, or where `fps` is not 0.001 to 1000; [`ErrorKind::Io`] where a file cannot be read or
+/// written, [`ErrorKind::Exists`] as [`Existing`] says.
+pub fn write_animation(path: &Path, pictures: &[PathBuf], fps: f64, existing: Existing) -> Result<Animated> {
+    let bad = |what: String| Error::new(ErrorKind::Argument, what);
+    let [first, rest @ ..] = pictures else { return Err(bad("an animation of no pictures".into())) };
+    if path.extension().is_none_or(|ending| ending != "png") {
+        return Err(bad(format!("{}: expected a name that ends in .png", path.display())));
+    }
+    let same_file = |picture: &&PathBuf| {
+        std::fs::canonicalize(picture)
+            .is_ok_and(|picture| std::fs::canonicalize(path).is_ok_and(|p| p == picture))
+    };
+    if let Some(same) = pictures.iter().find(same_file) {
+        return Err(bad(format!("{}: is one of the pictures, expected another file", same.display())));
+    }
+    let (seconds, parts) =
+        delay(fps).ok_or_else(|| bad(format!("{fps} pictures per second, expected 0.001 to 1000")))?;
+    let frames = u32::try_from(pictures.len()).map_err(|_| bad(format!("{} pictures", pictures.len())))?;
+    let mut shown = read(first)?;
+    let size = shown.size;
+    let failed = |e: png::EncodingError| io_error(path, "cannot write the animation", e);
+    atomic::write(path, existing, "the animation", |out| {
+        let mut encoder = Encoder::new(out, size[0], size[1]);
+        encoder.set_color(ColorType::Rgba);
+        encoder.set_depth(BitDepth::Eight);
+        encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
+        encoder.set_animated(frames, 0).map_err(failed)?;
+        encoder.set_frame_delay(seconds, parts).map_err(failed)?;
+        encoder.set_blend_op(BlendOp::Source).map_err(failed)?;
+        encoder.set_dispose_op(DisposeOp::None).map_err(failed)?;
+        let software = format!("icoray {}", env!("CARGO_PKG_VERSION"));
+        encoder.add_itxt_chunk("Software".into(), software).map_err(failed)?;
+        let mut writer = encoder.write_header().map_err(failed)?;
+        writer.write_image_data(&shown.rgba).map_err(failed)?;
+        for path in rest {
+            let next = read(path)?;
+            if next.size != size {
+                let ([w, h], [first_w, first_h]) = (next.size, size);
+                let (path, first) = (path.display(), first.display());
+                let wish = format!("expected all pictures to be as large as {first}, {first_w} x {first_h}");
+                return Err(bad(format!("{path}: is {w} x {h} pixels, {wish}")));
+            }
+            let region = differing(&shown, &next);
+            // Dimension and position are each checked against the other's current value.
+            writer.reset_frame_position().map_err(failed)?;
+            writer.set_frame_dimension(region.size[0], region.size[1]).map_err(failed)?;
+            writer.set_frame_position(region.at[0], region.at[1]).map_err(failed)?;
+            writer.write_image_data(&next.cut(region)).map_err(failed)?;
+            shown = next;
+        }
+        writer.finish().map_err(failed)
+    })?;
+    let bytes = path.metadata().map_err(|e| io_error(path, "cannot read the file", e))?.len();
+    Ok(Animated { size, frames, bytes })
+}
+
+/// Seconds that a picture is shown, as a fraction.
+fn delay(fps: f64) -> Option<(u16, u16)> {
+    // Whole numbers of pictures per second exactly, others to a millisecond or a part in sixty.
+    if fps.fract() == 0.0 && (1.0..=1000.0).contains(&fps) {
+        return Some((1, fps as u16));
+    }
+    let parts = if fps < 0.1 { 60.0 } else { 1000.0 };
+    (1e-3..=1e3).contains(&fps).then(|| ((parts / fps).round() as u16, parts as u16))
+}
+
+fn read(path: &Path) -> Result<Picture> {
+    let failed = |e: png::DecodingError| io_error(path, "cannot read the picture", e);
+    let file = File::open(path).map_err(|e| io_error(path, "cannot read the picture", e))?;
+    let mut decoder = Decoder::new(BufReader::new(file));
+    decoder.set_transformations(Transformations::normalize_to_color8() | Transformations::ALPHA);
+    let mut reader = decoder.read_info().map_err(failed)?;
+    let size = reader.output_buffer_size();
+    let mut bytes =
+        vec![0; size.ok_or_else(|| io_error(path, "cannot read the picture", "it is too large"))?];
+    let info = reader.next_frame(&mut bytes).map_err(failed)?;
+    bytes.truncate(info.buffer_size());
+    let rgba = match info.color_type {
+        ColorType::GrayscaleAlpha => {
+            bytes.chunks(2).flat_map(|pixel| [pixel[0], pixel[0], pixel[0], pixel[1]]).collect()
+        }
+        _ => bytes,
+    };
+    Ok(Picture { size: [info.width, info.height], rgba })
+}
+
+impl Picture {
+    fn pixel(&self, x: u32, y: u32) -> &[u8] {
+        let at = 4 * (y as usize * self.size[0] as usize + x as usize);
+        &self.rgba[at..at + 4]
+    }
+
+    /// The bytes of a region.
+    fn cut(&self, region: Region) -> Vec<u8> {
+        let rows = (region.at[1]..region.at[1] + region.size[1]).flat_map(|y| {
+            let at = 4 * (y as usize * self.size[0] as usize + region.at[0] as usize);
+            &self.rgba[at..at + 4 * region.size[0] as usize]
+        });
+        rows.copied().collect()
+    }
+}
+
+/// The least part outside of which two pictures of one size are the same; one pixel where they are the same.
+fn differing(a: &Picture, b: &Picture) -> Region {
+    let [width, height] = a.size;
+    let (mut low, mut high) = ([width, height], [0, 0]);
+    for y in 0..height {
+        for x in (0..width).filter(|x| a.pixel(*x, y) != b.pixel(*x, y)) {
+            low = [low[0].min(x), low[1].min(y)];
+            high = [high[0].max(x), high[1].max(y)];
+        }
+    }
+    if low[0] > high[0] {
+        return Region { at: [0, 0], size: [1, 1] };
+    }
+    Region { at: low, size: [high[0] - low[0] + 1, high[1] - low[1] + 1] }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::png_file::write_rgba;
+
+    /// A picture of 5 x 4 pixels, gradients with a dot in it.
+    fn picture(folder: &Path, name: &str, dot: [u32; 2]) -> PathBuf {
+        let mut rgba: Vec<u8> = (0..20u8).flat_map(|i| [i, 10 * i, 255 - i, 250 + i % 5]).collect();
+        let at = 4 * (dot[1] * 5 + dot[0]) as usize;
+        rgba[at..at + 4].fill(200);
+        let path = folder.join(name);
+        write_rgba(&path, [5, 4], &rgba, &[], Existing::Overwrite).unwrap();
+        path
+    }
+
+    /// The frames of an animation as a viewer shows them, and how long each is shown.
+    fn frames(path: &Path) -> Vec<(Vec<u8>, (u16, u16))> {
+        let mut reader = Decoder::new(BufReader::new(File::open(path).unwrap())).read_info().unwrap();
+        let [width, height] = [reader.info().width as usize, reader.info().height as usize];
+        let count = reader.info().animation_control.unwrap();
+        assert_eq!(count.num_plays, 0);
+        let mut canvas = vec![0; 4 * width * height];
+        let mut frames = Vec::new();
+        for _ in 0..count.num_frames {
+            let mut bytes = vec![0; reader.output_buffer_size().unwrap()];
+            reader.next_frame(&mut bytes).unwrap();
+            let control = *reader.info().frame_control().unwrap();
+            assert_eq!((control.blend_op, control.dispose_op), (BlendOp::Source, DisposeOp::None));
+            let row = 4 * control.width as usize;
+            for y in 0..control.height as usize {
+                let at = 4 * ((control.y_offset as usize + y) * width + control.x_offset as usize);
+                canvas[at..at + row].copy_from_slice(&bytes[y * row..(y + 1) * row]);
+            }
+            frames.push((canvas.clone(), (control.delay_num, control.delay_den)));
+        }
+        frames
+    }
+
+    #[test]
+    fn its_frames_are_the_pictures() {
+        let folder = tempfile::tempdir().unwrap();
+        let dots = [[0, 0], [1, 0], [4, 3], [4, 3], [2, 2], [0, 0]];
+        let pictures: Vec<PathBuf> =
+            (0..6).map(|i| picture(folder.path(), &format!("{i}.png"), dots[i])).collect();
+        let path = folder.path().join("movie.png");
+        for (fps, delay) in [(10.0, (1, 10)), (2.5, (400, 1000)), (0.001, (60_000, 60)), (1000.0, (1, 1000))]
+        {
+            let made = write_animation(&path, &pictures, fps, Existing::Overwrite).unwrap();
+            let bytes = path.metadata().unwrap().len();
+            assert_eq!(made, Animated { size: [5, 4], frames: 6, bytes });
+            let frames = frames(&path);
+            assert_eq!(frames.len(), 6);
+            for (frame, picture) in frames.iter().zip(&pictures) {
+                assert_eq!(frame.1, delay);
+                assert_eq!(frame.0, read(picture).unwrap().rgba, "{}", picture.display());
+            }
+        }
+        let parts = [
+            differing(&read(&pictures[0]).unwrap(), &read(&pictures[1]).unwrap()),
+            differing(&read(&pictures[2]).unwrap(), &read(&pictures[3]).unwrap()),
+        ];
+        assert_eq!(parts, [Region { at: [0, 0], size: [2, 1] }, Region { at: [0, 0], size: [1, 1] }]);
+        // A viewer that knows nothing of animations shows the first one.
+        assert_eq!(image::open(&path).unwrap().to_rgba8().into_raw(), read(&pictures[0]).unwrap().rgba);
+    }
+
+    #[test]
+    fn what_cannot_be_animated_is_said() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        let first = picture(folder.path(), "a.png", [0, 0]);
+        write_rgba(&at("b.png"), [2, 3], &[9; 24], &[], Existing::Overwrite).unwrap();
+        std::fs::write(at("c.png"), "no picture").unwrap();
+        let both = |name: &str| vec![first.clone(), at(name)];
+        for (path, pictures, fps, kind, part) in [
+            ("m.png", vec![], 10.0, ErrorKind::Argument, "no pictures"),
+            ("m.gif", both("a.png"), 10.0, ErrorKind::Argument, "ends in .png"),
+            ("m.png", both("a.png"), 0.0, ErrorKind::Argument, "0 pictures per second, expected 0.001"),
+            ("m.png", both("a.png"), f64::NAN, ErrorKind::Argument, "NaN pictures"),
+            ("a.png", both("a.png"), 10.0, ErrorKind::Argument, "is one of the pictures"),
+            ("m.png", both("b.png"), 10.0, ErrorKind::Argument, "b.png: is 2 x 3 pixels, expected"),
+            ("m.png", both("c.png"), 10.0, ErrorKind::Io, "c.png: cannot read the picture"),
+            ("m.png", both("d.png"), 10.0, ErrorKind::Io, "d.png: cannot read the picture"),
+        ] {
+            let error = write_animation(&at(path), &pictures, fps, Existing::Overwrite).unwrap_err();
+            assert!(error.kind() == kind && error.to_string().contains(part), "{error}");
+            assert!(!at("m.png").exists(), "nothing is left of what fails");
+        }
+        std::fs::write(at("m.png"), "mine").unwrap();
+        let error = write_animation(&at("m.png"), &both("a.png"), 10.0, Existing::NeverModify).unwrap_err();
+        assert_eq!(error.kind(), ErrorKind::Exists);
+    }
+}

@@ -1,0 +1,122 @@
+//! Checks whether files can be created in a folder, before the run draws the first picture.
+
+use super::atomic;
+use crate::path::io_error;
+use icoray_grid::Result;
+use std::io;
+use std::path::Path;
+
+/// Refuses a file that could not be made: its name is impossible, something on the way to it is no folder, or its folder,
+/// or the folder in which that would be made, cannot be written to. Leaves nothing behind.
+///
+/// # Errors
+/// [`ErrorKind::Io`](icoray_grid::ErrorKind::Io) names `path` and what is in the way.
+pub(super) fn check_file(path: &Path) -> Result<()> {
+    let refused = |what: &str, e: io::Error| io_error(path, what, e);
+    let mut ancestors = path.ancestors();
+    if let Some(name) = ancestors.next() {
+        is_there(name).map_err(|e| refused("cannot write the file", e))?;
+    }
+    check_ancestors(ancestors)
+        .map_err(|(folder, e)| refused(&format!("cannot write to the folder {}", folder.display()), e))
+}
+
+/// Refuses a folder to which nothing could be written, or which could not be made.
+///
+/// # Errors
+/// As [`check_file`].
+pub(super) fn check_folder(path: &Path) -> Result<()> {
+    check_ancestors(path.ancestors()).map_err(|(folder, e)| {
+        let of = if folder == path { String::new() } else { format!(" in {}", folder.display()) };
+        io_error(path, &format!("cannot make pictures{of}"), e)
+    })
+}
+
+/// Checks that the first existing folder is writable.
+fn check_ancestors<'p>(
+    ancestors: impl Iterator<Item = &'p Path>,
+) -> std::result::Result<(), (&'p Path, io::Error)> {
+    for folder in ancestors {
+        let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
+        if is_there(folder).map_err(|e| (folder, e))? {
+            return may_write(folder).map_err(|e| (folder, e));
+        }
+    }
+    Ok(())
+}
+
+/// Whether something has that name, also a link to nothing.
+fn is_there(path: &Path) -> io::Result<bool> {
+    match path.symlink_metadata() {
+        Ok(_) => Ok(true),
+        Err(e) if e.kind() == io::ErrorKind::NotFound => Ok(false),
+        Err(e) => Err(e),
+    }
+}
+
+/// Whether this process can make files in a folder: makes one without a name, since permissions do not tell of file systems
+/// that are read-only or full, or of servers with rules of their own.
+fn may_write(folder: &Path) -> io::Result<()> {
+    if !folder.metadata()?.is_dir() {
+        return Err(io::ErrorKind::NotADirectory.into());
+    }
+    tempfile::tempfile_in(folder).map(drop).map_err(|e| io::Error::other(atomic::cause(&e)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::fs;
+
+    fn refused(path: &Path) -> String {
+        check_file(path).unwrap_err().to_string()
+    }
+
+    #[test]
+    fn folders_that_are_there_or_can_be_made_are_fine() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        fs::write(at("there.png"), "").unwrap();
+        for name in ["new.png", "there.png", "new/newer/x.png"] {
+            check_file(&at(name)).unwrap();
+        }
+        check_folder(folder.path()).unwrap();
+        check_folder(&at("new/newer")).unwrap();
+        check_folder(Path::new("")).unwrap();
+        check_file(Path::new("x.png")).unwrap();
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1, "nothing is left");
+    }
+
+    #[test]
+    fn what_is_in_the_way_is_said() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        fs::write(at("file"), "").unwrap();
+        for path in [at("file/x.png"), at("file/y/x.png")] {
+            assert!(refused(&path).contains("ot a directory"), "{}", refused(&path));
+        }
+        assert!(check_folder(&at("file")).unwrap_err().to_string().contains("file: cannot make pictures: "));
+        assert!(refused(&at(&"x".repeat(300))).contains("too long"));
+        assert!(refused(Path::new("x\0.png")).contains("cannot write the file"));
+        #[cfg(unix)]
+        {
+            std::os::unix::fs::symlink(at("nothing"), at("link")).unwrap();
+            let error = check_folder(&at("link/pictures")).unwrap_err();
+            assert_eq!(error.kind(), icoray_grid::ErrorKind::Io);
+            assert!(error.to_string().contains("link/pictures: cannot make pictures in "), "{error}");
+        }
+    }
+
+    /// A file system in which nobody makes files, root included.
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn what_cannot_be_written_to_is_said() {
+        for path in ["/proc", "/proc/pictures/more"] {
+            let error = check_folder(Path::new(path)).unwrap_err();
+            assert_eq!(error.kind(), icoray_grid::ErrorKind::Io);
+            assert!(error.to_string().contains(&format!("{path}: cannot make pictures")), "{error}");
+        }
+        let error = refused(Path::new("/proc/x.png"));
+        assert!(error.contains("/proc/x.png: cannot write to the folder /proc: "), "{error}");
+    }
+}

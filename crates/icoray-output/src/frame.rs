@@ -1,0 +1,343 @@
+//! A rendered picture with what it cost.
+
+use icoray_grid::Description;
+use icoray_scene::name::Stamp;
+use icoray_scene::{Coloring, Scene};
+use std::fmt;
+
+mod frame_report;
+mod legend;
+mod sharing;
+
+pub use frame_report::{DeviceReport, FrameReport, RanksReport, Timing};
+pub use legend::Legend;
+pub use sharing::Sharing;
+
+/// How much a frame's errors are to be relied on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Certainty {
+    /// A bound, derived from the integrand; rounding in f64, orders smaller, is estimated. Unlit scenes in f64 with
+    /// `method = "exact"`.
+    Bound,
+    /// An estimate that is meant to be no less than the error, but is no proof: light, f32 rounding, `method = "paper"`.
+    #[default]
+    Estimate,
+}
+
+impl fmt::Display for Certainty {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Certainty::Bound => "bound",
+            Certainty::Estimate => "estimate",
+        })
+    }
+}
+
+/// A frame's errors in short: of the largest error over the channels of each pixel, premultiplied linear 0 to 1.
+///
+/// The error is that of the integral along the pixel's ray, against the exact integral of the same interpolant; how well
+/// flat triangles and straight interpolation between cells stand for the field is not in it.
+///
+/// Mean and percentile are over the pixels whose error is above 0: empty space around the planet, which cannot be wrong,
+/// does not make a picture look better than it is. All are 0 where no pixel has an error.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct ErrorSummary {
+    /// Largest over the picture.
+    pub max: f64,
+    /// Mean over the pixels whose error is above 0.
+    pub mean: f64,
+    /// 99.9th percentile over these pixels: no more than one in a thousand has a larger error.
+    pub p999: f64,
+    /// Number of pixels whose error is above the tolerance.
+    pub over: u64,
+    /// Bound or estimate.
+    pub certainty: Certainty,
+}
+
+impl ErrorSummary {
+    /// Sums up `error`, one per pixel, of a picture drawn to `tolerance`. An error that is not a number counts as infinite.
+    pub fn of(error: &[f32], certainty: Certainty, tolerance: f64) -> Self {
+        let known = error.iter().map(|e| if e.is_nan() { f32::INFINITY } else { *e });
+        let mut error: Vec<f32> = known.filter(|e| *e > 0.0).collect();
+        let count = error.len();
+        if count == 0 {
+            return ErrorSummary { certainty, ..ErrorSummary::default() };
+        }
+        let sum: f64 = error.iter().map(|e| f64::from(*e)).sum();
+        let over = error.iter().filter(|e| **e > tolerance as f32).count() as u64;
+        // The least of the errors that a part of 0.999 or more do not exceed; counted down, which needs no rounding.
+        let (_, p999, above) = error.select_nth_unstable_by(count - 1 - count / 1000, f32::total_cmp);
+        let max = above.iter().fold(*p999, |max, e| max.max(*e));
+        ErrorSummary {
+            max: f64::from(max),
+            mean: sum / count as f64,
+            p999: f64::from(*p999),
+            over,
+            certainty,
+        }
+    }
+}
+
+impl fmt::Display for ErrorSummary {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let [max, mean, p999] = [self.max, self.mean, self.p999].map(two_digits_up);
+        write!(f, "at most {max}, mean {mean}, 99.9% below {p999} ({})", self.certainty)?;
+        match self.over {
+            0 => Ok(()),
+            1 => f.write_str("; above the tolerance in 1 pixel"),
+            over => write!(f, "; above the tolerance in {over} pixels"),
+        }
+    }
+}
+
+/// A number from 0 to two digits, none below it but for the rounding of a float: a bound stays one when it is printed.
+pub(crate) fn two_digits_up(value: f64) -> String {
+    if value == 0.0 || !value.is_finite() {
+        return value.to_string();
+    }
+    let text = format!("{value:.1e}");
+    if text.parse().is_ok_and(|shown: f64| shown >= value * (1.0 - f64::from(f32::EPSILON))) {
+        return text;
+    }
+    let half_a_digit = 0.5 * 10f64.powf(value.log10().floor() - 1.0);
+    format!("{:.1e}", value + 1.001 * half_a_digit)
+}
+
+/// Over which values a colour map went.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Colors {
+    /// Name of the field that it coloured.
+    pub field: String,
+    /// First and last value.
+    pub range: [f64; 2],
+    /// The map, its scale, and how the range came to be this.
+    pub how: String,
+}
+
+impl Colors {
+    /// Of each colour map of a scene, in the scene's words and over the range with which it was drawn; once where several
+    /// things are coloured alike.
+    pub fn of(asked: &Scene, drawn: &Scene) -> Vec<Self> {
+        let mut all: Vec<Self> = Vec::new();
+        for (asked, drawn) in asked.paintings().into_iter().zip(drawn.paintings()) {
+            if let (Some(how), Some(range)) = (asked.coloring, drawn.coloring.and_then(Coloring::fixed)) {
+                let colors = Colors { field: asked.field.to_owned(), range, how: how.describe() };
+                if !all.contains(&colors) {
+                    all.push(colors);
+                }
+            }
+        }
+        all
+    }
+}
+
+/// A picture: premultiplied linear RGBA, rows from the top.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Frame {
+    /// Width in pixels.
+    pub width: u32,
+    /// Height in pixels.
+    pub height: u32,
+    /// `width · height` pixels, premultiplied linear RGBA.
+    pub pixels: Vec<[f32; 4]>,
+    /// For each pixel, how far any of its channels may be from the exact integral; see [`ErrorSummary`].
+    pub error: Vec<f32>,
+    /// Name of the field that is shown.
+    pub field: String,
+    /// What the field is called; set by who knows it.
+    pub description: Description,
+    /// What other fields are called, by their names; set by who knows them.
+    pub descriptions: Vec<(String, Description)>,
+    /// What is to be written into the picture.
+    pub legend: Option<Box<Legend>>,
+    /// Camera and transfer range in words.
+    pub notes: Vec<(&'static str, String)>,
+    /// When the frame was; set when it is written.
+    pub stamp: Stamp,
+    /// What it cost.
+    pub report: FrameReport,
+}
+
+impl Frame {
+    /// Keys and texts that a picture file carries: step, time, field, range, error, camera, version.
+    pub fn describe(&self) -> Vec<(String, String)> {
+        let range = self
+            .report
+            .value_range
+            .map_or_else(|| "no values".into(), |[low, high]| format!("{low} to {high}"));
+        let mut lines = vec![
+            ("Software".into(), format!("icoray {}", env!("CARGO_PKG_VERSION"))),
+            ("step".into(), self.stamp.step.to_string()),
+            ("time_s".into(), self.stamp.time_s.to_string()),
+            ("field".into(), self.field.clone()),
+            ("field range".into(), range),
+            ("error".into(), self.report.error.to_string()),
+            ("quality".into(), self.report.quality.to_string()),
+        ];
+        if !self.report.colors.is_empty() {
+            lines.push(("colors".into(), self.of_each(|colors| colors.how.clone())));
+            let range = |Colors { range: [low, high], .. }: &Colors| format!("{low} to {high}");
+            lines.push(("color range".into(), self.of_each(range)));
+        }
+        lines.extend(self.report.device.name.iter().map(|device| ("drawn on".into(), device.clone())));
+        let Description { long_name, units } = &self.description;
+        lines.extend(long_name.iter().map(|name| ("long name".into(), name.clone())));
+        lines.extend(units.iter().map(|units| ("units".into(), units.clone())));
+        if !self.descriptions.is_empty() {
+            let others = self.descriptions.iter().map(|(name, Description { long_name, units })| {
+                let said = [long_name, units].into_iter().flatten().map(String::as_str);
+                format!("{name}: {}", said.collect::<Vec<_>>().join(", "))
+            });
+            lines.push(("other fields".into(), others.collect::<Vec<_>>().join("; ")));
+        }
+        lines.extend(self.stamp.date.iter().map(|date| ("date".into(), date.clone())));
+        lines.extend(self.notes.iter().map(|(key, text)| ((*key).to_string(), text.clone())));
+        lines
+    }
+
+    /// What `text` says of each colour map, with the names of fields where there are several.
+    pub(crate) fn of_each(&self, text: impl Fn(&Colors) -> String) -> String {
+        match self.report.colors.as_slice() {
+            [one] if one.field == self.field => text(one),
+            several => {
+                let named = several.iter().map(|colors| format!("{}: {}", colors.field, text(colors)));
+                named.collect::<Vec<_>>().join("; ")
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::*;
+    use icoray_scene::Quality;
+
+    /// A frame of two rows of three pixels with errors on the diagonal of the first two columns.
+    pub(crate) fn frame() -> Frame {
+        let error = vec![1e-3, 0.0, 0.0, 0.0, 2.5e-6, 0.0];
+        let pixels = (0..6).map(|i| [0.01 * i as f32, 0.3, 1.0 / 3.0, 0.5]).collect();
+        let summary = ErrorSummary::of(&error, Certainty::Bound, 2e-3);
+        Frame {
+            width: 3,
+            height: 2,
+            pixels,
+            error,
+            field: "q".into(),
+            description: Description::default(),
+            descriptions: Vec::new(),
+            legend: None,
+            notes: vec![("camera", "far away".into())],
+            stamp: Stamp { step: 7, time_s: 60.0, date: None },
+            report: FrameReport {
+                error: summary,
+                quality: Quality { tolerance: 2e-3, ..Quality::default() },
+                ..FrameReport::default()
+            },
+        }
+    }
+
+    #[test]
+    fn errors_are_summed_up_over_the_pixels_that_have_one() {
+        let mut error = vec![0.0; 500];
+        error.extend((1..=2000).rev().map(|i| i as f32));
+        error.extend([0.0; 7]);
+        let certainty = Certainty::Bound;
+        let summary = ErrorSummary::of(&error, certainty, 1990.0);
+        assert_eq!(summary, ErrorSummary { max: 2000.0, mean: 1000.5, p999: 1998.0, over: 10, certainty });
+        assert!(summary.to_string().ends_with("(bound); above the tolerance in 10 pixels"), "{summary}");
+        let few = ErrorSummary::of(&[0.0, 3.0, 1.0, 2.0], Certainty::Estimate, 3.0);
+        assert_eq!(few.over, 0);
+        assert!(few.to_string().ends_with("(estimate)"), "{few}");
+        assert_eq!((few.max, few.mean, few.p999, few.certainty), (3.0, 2.0, 3.0, Certainty::Estimate));
+    }
+
+    #[test]
+    fn no_errors_sum_up_to_0_and_bad_ones_are_not_lost() {
+        for none in [&[][..], &[0.0; 5]] {
+            let summary = ErrorSummary::of(none, Certainty::Bound, 1e-3);
+            assert_eq!(summary, ErrorSummary { certainty: Certainty::Bound, ..ErrorSummary::default() });
+        }
+        let bad = ErrorSummary::of(&[f32::NAN, 1e-3], Certainty::Bound, 1e-3);
+        assert_eq!((bad.max, bad.over), (f64::INFINITY, 1));
+        assert!(bad.to_string().ends_with("above the tolerance in 1 pixel"), "{bad}");
+    }
+
+    #[test]
+    fn printed_errors_are_never_below_the_true_ones() {
+        for (value, text) in [
+            (0.0, "0"),
+            (1.2e-4, "1.2e-4"),
+            (1.200_001e-4, "1.3e-4"),
+            (1.29e-4, "1.3e-4"),
+            (9.92e-7, "1.0e-6"),
+            (9.96e-7, "1.0e-6"),
+            (1e-5, "1.0e-5"),
+            (f64::from(1e-3f32), "1.0e-3"),
+            (0.5, "5.0e-1"),
+            (f64::INFINITY, "inf"),
+        ] {
+            assert_eq!(two_digits_up(value), text);
+        }
+    }
+
+    #[test]
+    fn a_frame_says_over_which_values_each_map_went() {
+        let mut frame = frame();
+        let text = |frame: &Frame, key: &str| {
+            let texts = frame.describe();
+            let mut found = texts.iter().filter(|(k, _)| k == key).map(|(_, text)| text.clone());
+            let first = found.next();
+            assert_eq!(found.next(), None, "{key} stands once");
+            first
+        };
+        assert_eq!((text(&frame, "colors"), text(&frame, "other fields")), (None, None));
+        let colors =
+            |field: &str, high: f64| Colors { field: field.into(), range: [-1.0, high], how: "vik".into() };
+        frame.report.colors = vec![colors("q", 2.0)];
+        assert_eq!(text(&frame, "colors").unwrap(), "vik");
+        assert_eq!(text(&frame, "color range").unwrap(), "-1 to 2");
+        frame.report.colors.push(colors("w", 3.5));
+        assert_eq!(text(&frame, "colors").unwrap(), "q: vik; w: vik");
+        assert_eq!(text(&frame, "color range").unwrap(), "q: -1 to 2; w: -1 to 3.5");
+        // One alone that is not the first field's has a name too.
+        frame.report.colors.remove(0);
+        assert_eq!(text(&frame, "color range").unwrap(), "w: -1 to 3.5");
+        let wind = Description { long_name: Some("wind".into()), units: Some("m s-1".into()) };
+        frame.descriptions = vec![("w".into(), wind), ("v".into(), Description::default())];
+        assert_eq!(text(&frame, "other fields").unwrap(), "w: wind, m s-1; v: ");
+    }
+
+    #[test]
+    fn each_map_of_a_scene_is_told_once() {
+        let surface = |layer: u32, more: &str| {
+            format!("[[surfaces]]\nlayer = {layer}\nfield = \"w\"\ntransfer = {{ range = [0, 4]{more} }}\n")
+        };
+        let scene = |range: &str| {
+            let text = format!(
+                "field = \"q\"\n[camera]\nlon = 0\nlat = 0\ndistance = 3\n[transfer]\nrange = {range}\n\
+                 opacity = [[0, 0.5]]\n{}{}{}",
+                surface(0, ""),
+                surface(1, ""),
+                surface(2, ", map = \"vik\"")
+            );
+            Scene::parse(&text).unwrap()
+        };
+        let asked = scene("{ percentile = [0, 100] }");
+        let of = |field: &str, range, how: &str| Colors { field: field.into(), range, how: how.into() };
+        let told = [
+            of("q", [2.0, 3.0], "viridis, linear, percentiles 0 to 100 of the first frame"),
+            of("w", [0.0, 4.0], "viridis, linear, fixed"),
+            of("w", [0.0, 4.0], "vik, linear, fixed"),
+        ];
+        assert_eq!(Colors::of(&asked, &asked.over([2.0, 3.0])), told);
+    }
+
+    #[test]
+    fn a_frame_says_how_far_it_may_be_off() {
+        let texts = frame().describe();
+        let text = |key: &str| texts.iter().find(|(k, _)| k == key).unwrap().1.clone();
+        assert_eq!(text("error"), "at most 1.0e-3, mean 5.1e-4, 99.9% below 1.0e-3 (bound)");
+        assert_eq!(text("quality"), "tolerance 2e-3, light off, every pixel traced");
+        assert_eq!(text("camera"), "far away");
+    }
+}

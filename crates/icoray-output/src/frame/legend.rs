@@ -1,0 +1,23 @@
+//! What the labels of a frame are about.
+
+use icoray_scene::{Labels, Scene};
+
+/// What the labels of a frame are about; a renderer makes it for scenes that ask for labels.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Legend {
+    /// What the labels are.
+    pub(crate) labels: Labels,
+    /// The scene as it was drawn, its colours' range known.
+    pub(crate) scene: Scene,
+    /// The outermost layer's radius, exaggerated.
+    pub(crate) outer: f64,
+}
+
+impl Legend {
+    /// The legend of a scene that asks for one.
+    pub fn of(scene: &Scene, radius: &[f64]) -> Option<Box<Self>> {
+        let labels = scene.labels.clone()?;
+        let outer = radius.last().copied().unwrap_or(1.0);
+        Some(Box::new(Legend { labels, scene: scene.clone(), outer }))
+    }
+}

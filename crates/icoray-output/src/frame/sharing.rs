@@ -1,0 +1,41 @@
+//! How ranks share out a picture.
+
+use icoray_scene::Scheme;
+use std::fmt;
+
+/// How ranks share out a picture, and why.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Sharing {
+    /// Tiles or fragments.
+    pub scheme: Scheme,
+    why: &'static str,
+    /// How ranks came to have the field, where they were given columns of it.
+    gathered: Option<&'static str>,
+}
+
+impl Sharing {
+    /// A scheme with the reason for it.
+    pub fn because(scheme: Scheme, why: &'static str) -> Self {
+        Sharing { scheme, why, gathered: None }
+    }
+
+    /// The same of a field that was put together in each node's memory, or in each rank's own, as none could be shared; with
+    /// the grid, if ranks have parts of it.
+    pub fn of_gathered(self, has_parts: bool, is_refused: bool) -> Self {
+        let gathered = match (has_parts, is_refused) {
+            (false, false) => "the field is assembled once per node",
+            (false, true) => "the field is assembled once per rank, as nodes cannot share memory",
+            (true, false) => "its ranks' parts and the field are assembled once per node",
+            (true, true) => "parts and the field are assembled once per rank, as nodes cannot share memory",
+        };
+        Sharing { gathered: Some(gathered), ..self }
+    }
+}
+
+impl fmt::Display for Sharing {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let scheme = if self.scheme == Scheme::Fragments { "fragments" } else { "tiles" };
+        write!(f, "{scheme}: {}", self.why)?;
+        self.gathered.map_or(Ok(()), |gathered| write!(f, ", {gathered}"))
+    }
+}

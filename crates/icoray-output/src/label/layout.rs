@@ -1,0 +1,344 @@
+//! Where labels go: into corners and margins that the planet leaves free.
+
+use super::bar::{Bar, Sizes};
+use super::block::Block;
+use super::canvas::{Canvas, Rect};
+use super::font::Size;
+use super::words;
+use super::words::Key;
+use crate::frame::Frame;
+use crate::frame::Legend;
+use crate::srgb::srgb_byte;
+use glam::DVec3;
+use icoray_scene::LabelPlace;
+
+/// Of the picture's shorter side, one em.
+const EM: f64 = 1.0 / 36.0;
+/// The least em that can be read, in pixels.
+const LEAST_EM: f64 = 9.0;
+/// Part of the planet that a bar may hide and still be said to hide none.
+const HIDES_NONE: f64 = 0.01;
+/// How much of what lies behind labels over the planet is covered.
+const PANEL: f32 = 0.8;
+/// Luminance with the same contrast to white as to black (WCAG 2).
+const EVEN: f64 = 0.179;
+
+/// The least length of one of several bars, in em.
+const LEAST_SLOT: f64 = 5.5;
+/// The length from which a bar is as good beside others as it is alone, in em.
+const WIDE_SLOT: f64 = 14.0;
+
+/// Where on its side a bar stands.
+#[derive(Debug, Clone, Copy)]
+enum Along {
+    Middle,
+    End,
+}
+
+/// A side, a place there, and which part of the picture's side the bar takes.
+type Candidate = (LabelPlace, Along, f64);
+
+/// In the order in which they are liked.
+const CANDIDATES: [Candidate; 6] = [
+    (LabelPlace::Right, Along::Middle, 0.6),
+    (LabelPlace::Bottom, Along::Middle, 0.6),
+    (LabelPlace::Left, Along::Middle, 0.6),
+    (LabelPlace::Right, Along::End, 0.36),
+    (LabelPlace::Left, Along::End, 0.36),
+    (LabelPlace::Bottom, Along::End, 0.36),
+];
+
+/// What all of the steps need.
+struct Page<'f> {
+    frame: &'f Frame,
+    legend: &'f Legend,
+    sizes: Sizes,
+    title: Size,
+    notes: Size,
+    margin: i64,
+    width: i64,
+    height: i64,
+    ink: [u8; 3],
+    /// Of an error above the tolerance.
+    warning: [u8; 3],
+    paper: [u8; 3],
+}
+
+/// Puts all labels into the picture.
+pub(super) fn draw(canvas: &mut Canvas, frame: &Frame, legend: &Legend) {
+    let page = Page::new(canvas, frame, legend);
+    match legend.labels.place {
+        LabelPlace::Below => page.below(canvas),
+        place => page.inside(canvas, place),
+    }
+}
+
+/// The length of a bar along a side; pictures that are too small for it are drawn all the same.
+fn share(part: f64, side: i64) -> i64 {
+    ((part * side as f64) as i64).max(8)
+}
+
+/// The part of a side that several bars take, of the part that one of them takes.
+fn several(part: f64, count: usize) -> f64 {
+    (part * (1.0 + 0.5 * (count - 1) as f64)).min(0.95)
+}
+
+impl<'f> Page<'f> {
+    fn new(canvas: &Canvas, frame: &'f Frame, legend: &'f Legend) -> Self {
+        let [width, height] = [canvas.width, canvas.height].map(i64::from);
+        let em = (width.min(height) as f64 * EM).max(LEAST_EM) * legend.labels.size;
+        let pixels = |ems: f64| ((em * ems).round() as i64).max(1);
+        let size = |ems: f64| Size((em * ems) as f32);
+        let sizes = Sizes {
+            text: size(0.9),
+            caption: size(1.0),
+            breadth: pixels(1.2),
+            tick: pixels(0.3),
+            gap: pixels(0.3),
+            line: pixels(0.07),
+        };
+        // A transparent picture is put on white paper.
+        let back = legend.scene.background.unwrap_or([1.0; 3]);
+        let is_dark = 0.2126 * back[0] + 0.7152 * back[1] + 0.0722 * back[2] < EVEN;
+        let auto = if is_dark { [0.9; 3] } else { [0.01; 3] };
+        let [ink, paper] =
+            [legend.labels.color.unwrap_or(auto), back].map(|c| c.map(|v| srgb_byte(v as f32)));
+        // Orange, or red where the text is dark.
+        let warning = if is_dark { [255, 150, 0] } else { [190, 0, 0] };
+        let (title, notes, margin) = (size(1.15), size(0.8), pixels(0.8));
+        Page { frame, legend, sizes, title, notes, margin, width, height, ink, warning, paper }
+    }
+
+    /// A block of notes, whose last one is in another colour where it tells an error above the tolerance.
+    fn notes(&self, notes: &[String], most: i64, is_right: bool) -> Block {
+        let block = Block::lines(notes, self.notes, most, is_right);
+        if words::is_over(self.frame, self.legend) { block.with_last_in(self.warning) } else { block }
+    }
+
+    fn em(&self) -> f64 {
+        f64::from(self.sizes.caption.0)
+    }
+
+    fn bars(&self) -> Vec<Bar<'_>> {
+        if self.legend.labels.bar { Bar::all(&self.legend.scene) } else { Vec::new() }
+    }
+
+    fn caption(&self, bar: &Bar, exponent: i32) -> Vec<String> {
+        words::caption(self.frame, self.legend, bar, exponent)
+    }
+
+    /// Part of a rectangle in which the planet is seen.
+    fn hidden(&self, rect: Rect) -> f64 {
+        const STEPS: i64 = 24;
+        let camera = &self.legend.scene.camera;
+        let eye = DVec3::from_array(camera.eye());
+        let outside = eye.length_squared() - self.legend.outer * self.legend.outer;
+        let [width, height] = [self.frame.width, self.frame.height];
+        let meets = |i: i64, j: i64| {
+            let x = (rect.x + rect.width * i / (STEPS - 1)).clamp(0, self.width - 1);
+            let y = (rect.y + rect.height * j / (STEPS - 1)).clamp(0, self.height - 1);
+            let direction = DVec3::from_array(camera.direction(x as u32, y as u32, width, height));
+            let towards = -eye.dot(direction);
+            outside <= 0.0 || towards > 0.0 && towards * towards >= outside
+        };
+        let points = (0..STEPS * STEPS).filter(|at| meets(at % STEPS, at / STEPS)).count();
+        points as f64 / (STEPS * STEPS) as f64
+    }
+
+    /// Bars, as many as fit, with their upper left corner: along their side one after the other, the first at the top or at
+    /// the left.
+    fn set_bars(&self, bars: &[Bar], (place, along, part): Candidate) -> (Block, i64, i64) {
+        let Page { width, height, margin, .. } = *self;
+        let is_upright = place != LabelPlace::Bottom;
+        let side = if is_upright { height } else { width };
+        // A title is above where several bars may reach.
+        let above = if is_upright && bars.len() > 1 { self.title_height() + margin / 2 } else { 0 };
+        let room = side - 2 * margin - above;
+        let bars = &bars[..bars.len().min((room / (LEAST_SLOT * self.em()) as i64).max(1) as usize)];
+        let block = match bars {
+            [bar] => {
+                let most = if matches!(along, Along::Middle) { room } else { side / 2 };
+                self.set_bar(bar, is_upright, share(part, side), most)
+            }
+            _ => self.set_row(bars, is_upright, share(several(part, bars.len()), side).min(room)),
+        };
+        let end = |whole: i64, block: i64, above: i64| match along {
+            Along::Middle => (whole + above - block) / 2,
+            Along::End => whole - margin - block,
+        };
+        let (x, y) = match place {
+            LabelPlace::Bottom => (end(width, block.width, 0), height - margin - block.height),
+            LabelPlace::Left => (margin, end(height, block.height, above)),
+            _ => (width - margin - block.width, end(height, block.height, above)),
+        };
+        (block, x, y)
+    }
+
+    fn set_bar(&self, bar: &Bar, is_upright: bool, length: i64, most: i64) -> Block {
+        let caption = |exponent| self.caption(bar, exponent);
+        match is_upright {
+            true => bar.upright(length, most, self.sizes, caption),
+            false => bar.lying(length, most, self.sizes, caption),
+        }
+    }
+
+    /// Several bars one after the other on `room` pixels, each on as many as the others.
+    fn set_row(&self, bars: &[Bar], is_upright: bool, room: i64) -> Block {
+        let (count, gap) = (bars.len() as i64, self.margin);
+        let slot = ((room - gap * (count - 1)) / count).max(8);
+        // The labels of a bar's ends stand out of it.
+        let out = if is_upright { self.sizes.text.height() } else { (2.0 * self.em()) as i64 };
+        let mut row = Block::default();
+        for (i, bar) in (0..).zip(bars) {
+            let block = self.set_bar(bar, is_upright, (slot - out).max(8), slot);
+            // A caption that cannot be set smaller may need more.
+            let begin = |taken: i64| if i == 0 { 0 } else { (i * (slot + gap)).max(taken + gap / 2) };
+            match is_upright {
+                true => row.block(0, begin(row.height), block),
+                false => row.block(begin(row.width), 0, block),
+            }
+        }
+        row
+    }
+
+    fn inside(&self, canvas: &mut Canvas, place: LabelPlace) {
+        let mut side = LabelPlace::Right;
+        let bars = self.bars();
+        if !bars.is_empty() {
+            let candidates =
+                CANDIDATES.iter().filter(|(side, ..)| place == LabelPlace::Auto || *side == place);
+            let mut best: Option<(f64, LabelPlace, (Block, i64, i64))> = None;
+            for candidate in candidates {
+                let (block, x, y) = self.set_bars(&bars, *candidate);
+                let hidden = self.hidden(block.rect(x, y));
+                if best.as_ref().is_none_or(|(least, ..)| hidden + HIDES_NONE < *least) {
+                    best = Some((hidden, candidate.0, (block, x, y)));
+                }
+                if hidden <= HIDES_NONE {
+                    break;
+                }
+            }
+            if let Some((_, found, (block, x, y))) = best {
+                side = found;
+                self.put(canvas, &block, x, y);
+            }
+        }
+        self.corners(canvas, side);
+    }
+
+    /// Title and notes beside a bar on this side.
+    fn corners(&self, canvas: &mut Canvas, side: LabelPlace) {
+        let Page { width, height, margin, .. } = *self;
+        let notes = words::notes(self.frame, self.legend);
+        let is_right = side != LabelPlace::Right;
+        let most = (width - 3 * margin) / 2;
+        let mut blocks = self.keys(most);
+        blocks.push(self.notes(&notes, most, is_right));
+        let notes = Block::below_each_other(blocks, margin / 4, is_right);
+        let x = if is_right { width - margin - notes.width } else { margin };
+        let y = if side == LabelPlace::Bottom { margin } else { height - margin - notes.height };
+        self.put(canvas, &notes, x, y);
+        let beside = if side == LabelPlace::Bottom { notes.width + margin } else { 0 };
+        let title = words::title(self.frame, self.legend);
+        let title = Block::lines(&title, self.title, width - 2 * margin - beside, false);
+        self.put(canvas, &title, margin, margin);
+    }
+
+    /// Pixels that the title takes.
+    fn title_height(&self) -> i64 {
+        words::title(self.frame, self.legend).len() as i64 * self.title.height()
+    }
+
+    /// For each field with isosurfaces which of them has which colour, in rows of `most` pixels.
+    fn keys(&self, most: i64) -> Vec<Block> {
+        let Sizes { gap, line, .. } = self.sizes;
+        let (size, edge) = (self.notes, (0.75 * self.notes.0) as i64);
+        let piece = |color: Option<[f64; 3]>, text: &str| {
+            let (mut block, mut x) = (Block::default(), 0);
+            if let Some(color) = color {
+                let y = size.middle() - edge / 2;
+                let color = color.map(|channel| srgb_byte(channel as f32));
+                block.colors(0, y, edge, vec![color; (edge * edge) as usize]);
+                block.outline([0, y, edge, edge], line);
+                x = edge + gap;
+            }
+            block.text(x, 0, size.line(text));
+            block
+        };
+        let key = |key: Key| {
+            let values = key.values.iter().map(|(value, color)| piece(*color, value));
+            let units = key.units.iter().map(|units| piece(None, units));
+            let pieces = std::iter::once(piece(None, &key.name)).chain(values).chain(units);
+            let (mut block, mut x, mut y) = (Block::default(), 0, 0);
+            for piece in pieces {
+                if x > 0 && x + piece.width > most {
+                    (x, y) = (0, block.height);
+                }
+                let width = piece.width;
+                block.block(x, y, piece);
+                x += width + 2 * gap;
+            }
+            block
+        };
+        let keys = if self.legend.labels.bar { words::keys(self.frame, self.legend) } else { Vec::new() };
+        keys.into_iter().map(key).collect()
+    }
+
+    /// Draws a block, on a panel where the planet would be behind it.
+    fn put(&self, canvas: &mut Canvas, block: &Block, x: i64, y: i64) {
+        if block.width == 0 {
+            return;
+        }
+        let rect = block.rect(x, y).grown(self.margin / 2);
+        if self.hidden(rect) > HIDES_NONE {
+            canvas.fill(rect, self.paper, PANEL);
+        }
+        block.draw(canvas, x, y, self.ink);
+    }
+
+    /// Bars below the picture: side by side where there is room, else below each other.
+    fn rows_below(&self, bars: &[Bar]) -> Vec<Block> {
+        let Page { width, margin, .. } = *self;
+        let most = width - 2 * margin;
+        let slot = (most as f64 / bars.len().max(1) as f64) as i64 - margin;
+        match bars {
+            [_, _, ..] if slot as f64 >= WIDE_SLOT * self.em() => vec![self.set_row(bars, false, most)],
+            _ => bars.iter().map(|bar| self.set_bar(bar, false, share(0.8, width), most)).collect(),
+        }
+    }
+
+    /// Rows below the picture: title and notes, and below them the bar.
+    fn below(&self, canvas: &mut Canvas) {
+        let Page { width, height, margin, .. } = *self;
+        let notes = words::notes(self.frame, self.legend).join(" · ");
+        let notes: Vec<String> = Some(notes).filter(|text| !text.is_empty()).into_iter().collect();
+        let notes = self.notes(&notes, (width - 3 * margin) / 2, true);
+        let title = words::title(self.frame, self.legend);
+        let title = Block::lines(&title, self.title, width - 3 * margin - notes.width, false);
+        let bars = self.bars();
+        let rows = self.rows_below(&bars);
+        let mut y = height + margin;
+        let text = title.height.max(notes.height);
+        let beside = width - margin - notes.width;
+        let blocks = [(title, margin, y), (notes, beside, y)];
+        if text > 0 {
+            y += text + margin / 2;
+        }
+        let mut rest = Vec::new();
+        let keys = self.keys(width - 2 * margin).into_iter().map(|key| (margin, key));
+        for (x, block) in keys.chain(rows.into_iter().map(|row| ((width - row.width) / 2, row))) {
+            let height = block.height;
+            rest.push((block, x, y));
+            y += height + margin / 2;
+        }
+        let end = if rest.is_empty() { y + margin / 2 } else { y };
+        let paper = match self.legend.scene.background {
+            Some(_) => [self.paper[0], self.paper[1], self.paper[2], 255],
+            None => [0; 4],
+        };
+        canvas.extend((end - height) as u32, paper);
+        for (block, x, y) in blocks.into_iter().chain(rest) {
+            block.draw(canvas, x, y, self.ink);
+        }
+    }
+}

@@ -1,0 +1,31 @@
+//! What icoray writes: pictures as PNG and EXR with their labels, maps of their errors, `report.csv`, lists of pictures,
+//! Cinema databases and animations, each file whole or not at all.
+#![forbid(unsafe_code)]
+
+mod animation;
+mod atomic;
+mod csv_cell;
+mod digits;
+mod error_map;
+mod exr_file;
+mod folder;
+mod frame;
+mod label;
+mod lists;
+pub mod outcomes;
+mod path;
+mod png_file;
+mod report;
+mod srgb;
+mod write;
+pub mod writer;
+
+pub use animation::{Animated, write_animation};
+pub use atomic::Existing;
+pub use error_map::{write_error_map, write_error_map_with};
+pub use frame::{
+    Certainty, Colors, DeviceReport, ErrorSummary, Frame, FrameReport, Legend, RanksReport, Sharing, Timing,
+};
+pub use outcomes::{Outcome, Outcomes};
+pub use write::{write_frame, write_frame_with, write_picture, write_picture_with};
+pub use writer::{Submitted, WhenFull, Writer, WriterOptions, Written};

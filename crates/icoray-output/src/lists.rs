@@ -1,0 +1,164 @@
+//! What is kept of a run's pictures beside them: a list for ffmpeg, and a Cinema database.
+//!
+//! Each is a text that grows by an entry with each picture, after the picture is there. It is replaced as a whole, so that
+//! it is complete whenever a run is stopped; entries that it has already are not added again.
+
+use super::{atomic, csv_cell};
+use crate::atomic::Existing;
+use crate::path::io_error;
+use icoray_grid::{Error, ErrorKind, Result};
+use icoray_scene::name::Stamp;
+use icoray_scene::series::{Cinema, Concat, Series};
+use std::fs::{self, File};
+use std::io::{self, Write};
+use std::path::{Path, PathBuf, absolute};
+
+/// A text of a series: where it is, and its first line.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct Text {
+    path: PathBuf,
+    head: String,
+    /// What it is, in words for an error.
+    what: &'static str,
+}
+
+/// The texts of a series whose pictures go to `directory`; with error maps, the database has a column for them.
+pub(super) fn texts(series: &Series, directory: &Path, has_error: bool) -> impl Iterator<Item = Text> {
+    let list = series.concat.as_ref().map(|concat| list_of(concat, directory));
+    let table = series.cinema.as_ref().map(|cinema| table_of(cinema, directory, has_error));
+    list.into_iter().chain(table)
+}
+
+/// Adds a picture, and the map of its errors, that are there.
+pub(super) fn add(
+    series: &Series,
+    directory: &Path,
+    stamp: &Stamp,
+    picture: &Path,
+    error: Option<&Path>,
+) -> Result<()> {
+    if let Some(concat) = &series.concat {
+        add_to_list(concat, directory, picture)?;
+    }
+    if let Some(cinema) = &series.cinema {
+        add_to_table(cinema, directory, stamp, picture, error)?;
+    }
+    Ok(())
+}
+
+fn list_of(concat: &Concat, directory: &Path) -> Text {
+    let (head, what) = ("ffconcat version 1.0".into(), "the list of pictures");
+    Text { path: directory.join(&concat.file), head, what }
+}
+
+fn add_to_list(concat: &Concat, directory: &Path, picture: &Path) -> Result<()> {
+    let list = list_of(concat, directory);
+    let file = format!("file {}", quoted(&relative(&list.path, picture)?));
+    list.grow(|lines| {
+        if !lines.contains(&file) {
+            lines.extend([file, format!("duration {}", 1.0 / concat.fps)]);
+        }
+    })
+}
+
+/// A text as ffmpeg reads it: all is taken as it is between apostrophes, but for apostrophes.
+fn quoted(text: &str) -> String {
+    format!("'{}'", text.replace('\'', "'\\''"))
+}
+
+/// Columns of files come last, and their names begin with FILE.
+fn table_of(cinema: &Cinema, directory: &Path, has_error: bool) -> Text {
+    let names = cinema.parameters.iter().map(|(name, _)| *name);
+    let files = ["FILE", "FILE_error"].into_iter().take(1 + usize::from(has_error));
+    let head = ["step", "time"].into_iter().chain(names).chain(files).collect::<Vec<_>>().join(",");
+    Text { path: directory.join(&cinema.folder).join("data.csv"), head, what: "the Cinema database" }
+}
+
+fn add_to_table(
+    cinema: &Cinema,
+    directory: &Path,
+    stamp: &Stamp,
+    picture: &Path,
+    error: Option<&Path>,
+) -> Result<()> {
+    let table = table_of(cinema, directory, error.is_some());
+    // With a point, so that all values of a column are of one type.
+    let when = [stamp.step.to_string(), format!("{:?}", stamp.time_s)];
+    let cells = when.iter().chain(cinema.parameters.iter().map(|(_, value)| value));
+    let key: String = cells.map(|cell| csv_cell::quoted(cell) + ",").collect();
+    let files = [Some(picture), error].into_iter().flatten();
+    let files = files.map(|file| Ok(csv_cell::quoted(&relative(&table.path, file)?)));
+    let row = format!("{key}{}", files.collect::<Result<Vec<_>>>()?.join(","));
+    table.grow(|rows| match rows.iter_mut().find(|row| row.starts_with(&key)) {
+        Some(known) => *known = row,
+        None => rows.push(row),
+    })
+}
+
+/// The way from the folder of `from` to `to`, with slashes.
+fn relative(from: &Path, to: &Path) -> Result<String> {
+    let parts = |path: &Path| -> Result<Vec<String>> {
+        let whole = absolute(path).map_err(|e| io_error(path, "cannot find the file", e))?;
+        Ok(whole.components().map(|part| part.as_os_str().to_string_lossy().into_owned()).collect())
+    };
+    let (mut from, to) = (parts(from)?, parts(to)?);
+    from.pop();
+    let same = from.iter().zip(&to).take_while(|(a, b)| a == b).count();
+    let up = from[same..].iter().map(|_| "..");
+    Ok(up.chain(to[same..].iter().map(String::as_str)).collect::<Vec<_>>().join("/"))
+}
+
+impl Text {
+    fn failed(&self, e: io::Error) -> Error {
+        io_error(&self.path, &format!("cannot write {}", self.what), e)
+    }
+
+    /// Refuses a text that cannot be added to.
+    pub(super) fn check(&self) -> Result<()> {
+        self.read().map(drop)
+    }
+
+    /// Its lines below the first one; `None` where there is no text.
+    fn read(&self) -> Result<Option<Vec<String>>> {
+        match fs::metadata(&self.path) {
+            // To open a pipe would wait for somebody to write into it.
+            Ok(found) if !found.is_file() => return Err(self.failed(io::Error::other("it is not a file"))),
+            Err(e) if e.kind() == io::ErrorKind::NotFound => return Ok(None),
+            found => found.map_err(|e| self.failed(e))?,
+        };
+        let text = fs::read_to_string(&self.path).map_err(|e| self.failed(e))?;
+        let mut lines = text.lines().map(str::to_owned);
+        match lines.next() {
+            None => Ok(None),
+            Some(first) if first == self.head => Ok(Some(lines.collect())),
+            Some(_) => {
+                let wish = "move it away, or give the scene another name for it";
+                let (path, head) = (self.path.display(), &self.head);
+                let context = format!("{path}: its first line is not {head:?}; {wish}");
+                Err(Error::new(ErrorKind::Exists, context))
+            }
+        }
+    }
+
+    /// Changes the lines below the first one, and writes the text anew where that makes a difference.
+    fn grow(&self, change: impl FnOnce(&mut Vec<String>)) -> Result<()> {
+        // So that several processes may add to one text; given back when the folder is closed. Where folders cannot be
+        // locked each still leaves a whole text.
+        let folder = File::open(crate::path::made_folder(&self.path)?).ok();
+        let _is_locked = folder.as_ref().is_some_and(|folder| folder.lock().is_ok());
+        let known = self.read()?;
+        let mut lines = known.clone().unwrap_or_default();
+        change(&mut lines);
+        if known.as_ref() == Some(&lines) {
+            return Ok(());
+        }
+        atomic::write(&self.path, Existing::Overwrite, self.what, |out| {
+            let all = std::iter::once(&self.head).chain(&lines);
+            let text: String = all.map(|line| format!("{line}\n")).collect();
+            out.write_all(text.as_bytes()).map_err(|e| self.failed(e))
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests;

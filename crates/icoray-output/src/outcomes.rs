@@ -1,0 +1,110 @@
+//! What became of frames that were handed to another thread, kept for a caller who may ask often, late or never.
+
+use icoray_grid::Error;
+
+/// Outcomes since the caller asked last, the oldest first.
+///
+/// No more than [`Outcomes::KEPT`] are kept one by one, so that a caller who never asks costs no memory; of the rest
+/// there are numbers. Failures push successes out: the first failures are kept whatever comes before and after them.
+#[derive(Debug, Clone)]
+pub struct Outcomes<T> {
+    /// What is kept, in the order in which it happened.
+    pub kept: Vec<T>,
+    /// How many frames went well that are not in `kept`.
+    pub more_done: u64,
+    /// How many frames failed that are not in `kept`.
+    pub more_failed: u64,
+}
+
+/// What [`Outcomes`] can hold: something that went well or failed.
+pub trait Outcome {
+    /// Why it failed, if it did.
+    fn error(&self) -> Option<&Error>;
+}
+
+impl<T> Default for Outcomes<T> {
+    fn default() -> Self {
+        Outcomes { kept: Vec::new(), more_done: 0, more_failed: 0 }
+    }
+}
+
+impl<T: Outcome> Outcomes<T> {
+    /// How many outcomes are kept one by one.
+    pub const KEPT: usize = 256;
+
+    /// Adds the latest outcome.
+    pub fn push(&mut self, outcome: T) {
+        if self.kept.len() < Self::KEPT {
+            self.kept.push(outcome);
+            return;
+        }
+        if outcome.error().is_none() {
+            self.more_done += 1;
+            return;
+        }
+        match self.kept.iter().rposition(|o| o.error().is_none()) {
+            Some(last_done) => {
+                self.kept.remove(last_done);
+                self.kept.push(outcome);
+                self.more_done += 1;
+            }
+            None => self.more_failed += 1,
+        }
+    }
+
+    /// How many frames went well.
+    pub fn done(&self) -> u64 {
+        self.kept.iter().filter(|o| o.error().is_none()).count() as u64 + self.more_done
+    }
+
+    /// How many frames failed.
+    pub fn failed(&self) -> u64 {
+        self.errors().count() as u64 + self.more_failed
+    }
+
+    /// The failures that are kept, the first one first.
+    pub fn errors(&self) -> impl Iterator<Item = &Error> {
+        self.kept.iter().filter_map(Outcome::error)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use icoray_grid::ErrorKind;
+
+    struct Numbered(usize, Option<Error>);
+
+    impl Outcome for Numbered {
+        fn error(&self) -> Option<&Error> {
+            self.1.as_ref()
+        }
+    }
+
+    /// Outcomes of frames 0 to `count`, those of which `fails` says so being failures.
+    fn of(count: usize, fails: impl Fn(usize) -> bool) -> Outcomes<Numbered> {
+        let mut outcomes = Outcomes::default();
+        let error = |i| fails(i).then(|| Error::new(ErrorKind::Io, format!("frame {i}")));
+        (0..count).for_each(|i| outcomes.push(Numbered(i, error(i))));
+        outcomes
+    }
+
+    #[test]
+    fn few_are_kept_all_and_in_order() {
+        let outcomes = of(256, |i| i % 3 == 0);
+        assert!(outcomes.kept.iter().map(|o| o.0).eq(0..256));
+        assert_eq!((outcomes.more_done, outcomes.more_failed), (0, 0));
+    }
+
+    #[test]
+    fn of_many_the_first_failures_are_kept_and_none_is_uncounted() {
+        let late = of(2000, |i| i >= 1000);
+        assert_eq!((late.kept.len(), late.done(), late.failed()), (256, 1000, 1000));
+        assert!(late.kept.iter().map(|o| o.0).eq(1000..1256));
+        let rare = of(2000, |i| i % 500 == 7);
+        assert_eq!((rare.kept.len(), rare.done(), rare.failed(), rare.more_failed), (256, 1996, 4, 0));
+        let said: Vec<_> = rare.errors().map(Error::context).collect();
+        assert_eq!(said, ["frame 7", "frame 507", "frame 1007", "frame 1507"]);
+        assert!(rare.kept.is_sorted_by_key(|o| o.0));
+    }
+}

@@ -1,0 +1,66 @@
+//! PNG: 8-bit sRGB with straight alpha, and how the picture came to be in text chunks.
+
+use super::atomic;
+use crate::atomic::Existing;
+use crate::frame::Frame;
+use crate::label;
+use crate::label::Canvas;
+use crate::path::io_error;
+use crate::srgb::srgb_byte;
+use icoray_grid::Result;
+use std::path::Path;
+
+/// A premultiplied linear pixel as straight sRGB.
+fn encode(pixel: [f32; 4]) -> [u8; 4] {
+    let [r, g, b, a] = pixel;
+    if a <= 0.0 {
+        return [0; 4];
+    }
+    [srgb_byte(r / a), srgb_byte(g / a), srgb_byte(b / a), (a.min(1.0) * 255.0 + 0.5) as u8]
+}
+
+pub(super) fn write(path: &Path, frame: &Frame, existing: Existing) -> Result<()> {
+    let rgba = frame.pixels.iter().flat_map(|p| encode(*p)).collect();
+    let mut canvas = Canvas { width: frame.width, height: frame.height, rgba };
+    if let Some(legend) = &frame.legend {
+        label::draw(&mut canvas, frame, legend);
+    }
+    write_rgba(path, [canvas.width, canvas.height], &canvas.rgba, &frame.describe(), existing)
+}
+
+/// Writes 8-bit sRGB with straight alpha, and texts beside it.
+pub(super) fn write_rgba(
+    path: &Path,
+    size: [u32; 2],
+    rgba: &[u8],
+    texts: &[(String, String)],
+    existing: Existing,
+) -> Result<()> {
+    let failed = |e: png::EncodingError| io_error(path, "cannot write the picture", e);
+    atomic::write(path, existing, "the picture", |out| {
+        let mut encoder = png::Encoder::new(out, size[0], size[1]);
+        encoder.set_color(png::ColorType::Rgba);
+        encoder.set_depth(png::BitDepth::Eight);
+        encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
+        encoder.set_compression(png::Compression::Fast);
+        for (key, text) in texts {
+            encoder.add_itxt_chunk(key.clone(), text.clone()).map_err(failed)?;
+        }
+        let mut writer = encoder.write_header().map_err(failed)?;
+        writer.write_image_data(rgba).map_err(failed)?;
+        writer.finish().map_err(failed)
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn encoding_is_srgb_with_straight_alpha() {
+        assert_eq!(encode([0.0, 0.5, 1.0, 1.0]), [0, 188, 255, 255]);
+        assert_eq!(encode([0.1, 0.25, 0.5, 0.5]), [124, 188, 255, 128]);
+        assert_eq!(encode([0.0, 0.0, 0.0, 0.0]), [0; 4]);
+        assert_eq!(encode([2.0, -1.0, f32::NAN, 1.0])[..2], [255, 0]);
+    }
+}

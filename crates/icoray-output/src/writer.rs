@@ -1,0 +1,345 @@
+//! Encodes and writes pictures on a separate thread while the model computes.
+//!
+//! Frames are queued in a bounded channel: encoding is faster than drawing unless the disk is slow. When the queue is
+//! full the caller blocks or the oldest queued frame is dropped, as [`WhenFull`] says. The outcome of each frame is
+//! stored until [`Writer::take_outcomes`]; after a failure of one frame, also a panic of an encoder, the next one is
+//! tried.
+//!
+//! The reserved names and the outcomes are one state behind one lock, which is never held while a file is written or a
+//! caller blocks.
+
+use super::lists;
+use super::lists::Text;
+use super::outcomes::{Outcome, Outcomes};
+use super::{atomic, folder, report};
+use crate::atomic::Existing;
+use crate::frame::Frame;
+use crate::path::io_error;
+use crate::write::write_frame_with;
+use crossbeam_channel::{Receiver, Select, Sender, TrySendError, bounded};
+use icoray_grid::{Error, ErrorKind, Result};
+use icoray_scene::name::{FrameNames, Output, Stamp};
+use std::mem;
+use std::path::{Path, PathBuf, absolute};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::thread::{Builder, JoinHandle};
+use std::time::Instant;
+
+/// What [`Writer::submit`] does when the queue is full.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub enum WhenFull {
+    /// [`Writer::submit`] waits for room: every picture is written, and a slow disk slows the caller.
+    #[default]
+    Block,
+    /// The oldest frame that waits is dropped: the caller never waits, and a slow disk costs pictures.
+    DropOldest,
+}
+
+/// How a [`Writer`] writes.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct WriterOptions {
+    /// Where pictures and `report.csv` go, made when missing. A relative one is meant from where the process is when the
+    /// writer is made, wherever it goes later.
+    pub directory: PathBuf,
+    /// What is done with files that are there already.
+    pub existing: Existing,
+    /// How many frames may wait, at least 1; the one that is being written does not count.
+    pub queue: usize,
+    /// What is done when that many wait.
+    pub when_full: WhenFull,
+}
+
+impl WriterOptions {
+    /// Into `directory`, with two frames waiting at most, nothing overwritten and nothing dropped.
+    pub fn new(directory: impl Into<PathBuf>) -> Self {
+        let (existing, when_full) = (Existing::default(), WhenFull::default());
+        WriterOptions { directory: directory.into(), existing, queue: 2, when_full }
+    }
+}
+
+/// What became of a frame.
+#[derive(Debug, Clone)]
+pub struct Written {
+    /// Which frame it was.
+    pub stamp: Stamp,
+    /// The picture's path, or why it, the map of its errors or its line of the report could not be written.
+    pub result: Result<PathBuf>,
+    /// Seconds of encoding and disk.
+    pub write_s: f64,
+}
+
+impl Outcome for Written {
+    fn error(&self) -> Option<&Error> {
+        self.result.as_ref().err()
+    }
+}
+
+/// What handing over a frame cost.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Submitted {
+    /// Seconds spent waiting for room in the queue.
+    pub waited_s: f64,
+    /// The frame that was dropped for this one, with [`WhenFull::DropOldest`]. It has no outcome.
+    pub dropped: Option<Stamp>,
+}
+
+/// A thread that writes pictures, with its queue. Dropping it writes the frames that are still in the queue.
+#[derive(Debug)]
+pub struct Writer {
+    options: WriterOptions,
+    /// One frame is handed over at a time. `None` only while the writer is dropped, which ends the thread.
+    queue: Option<Mutex<Sender<Entry>>>,
+    /// The other end, for taking the oldest frame back.
+    waiting: Receiver<Entry>,
+    shared: Arc<Shared>,
+    thread: Option<JoinHandle<()>>,
+}
+
+#[derive(Debug, Default)]
+struct Shared {
+    state: Mutex<State>,
+    /// Notified when a frame is finished.
+    done: Condvar,
+}
+
+#[derive(Debug, Default)]
+struct State {
+    /// The files of frames that wait or are being written.
+    taken: Vec<PathBuf>,
+    /// Reports whose columns were checked: once each, since reading them may be slow.
+    reports: Vec<PathBuf>,
+    /// Lists of series that were checked, once each.
+    texts: Vec<Text>,
+    /// Frames that wait or are being written.
+    unfinished: usize,
+    /// Callers that found the queue full, for tests to know that one of them waits.
+    #[cfg(test)]
+    blocked: usize,
+    outcomes: Outcomes<Written>,
+}
+
+/// A queued frame.
+#[derive(Debug)]
+struct Entry {
+    frame: Frame,
+    output: Output,
+    stamp: Stamp,
+    /// The files that it will be, without the report.
+    files: Vec<PathBuf>,
+}
+
+impl Shared {
+    fn lock(&self) -> MutexGuard<'_, State> {
+        // No code that holds the lock can leave the state half-changed.
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Finishes a frame: releases its names and stores its outcome.
+    fn finish(&self, files: &[PathBuf], outcome: Option<Written>) {
+        let mut state = self.lock();
+        state.taken.retain(|file| !files.contains(file));
+        state.unfinished -= 1;
+        if let Some(outcome) = outcome {
+            state.outcomes.push(outcome);
+        }
+        drop(state);
+        self.done.notify_all();
+    }
+
+    /// Writes the frames of the queue until it is closed and empty.
+    fn run(&self, queue: &Receiver<Entry>, mut write: impl FnMut(&mut Entry) -> Result<PathBuf>) {
+        for mut entry in queue {
+            let start = Instant::now();
+            let result = Error::of_panics(|| write(&mut entry));
+            let Entry { frame, stamp, files, .. } = entry;
+            let written = Written { stamp, result, write_s: start.elapsed().as_secs_f64() };
+            // Free the picture's memory before the outcome is visible.
+            drop(frame);
+            self.finish(&files, Some(written));
+        }
+    }
+}
+
+impl Writer {
+    /// A writer with its thread. Nothing is made on disk before the first frame.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Argument`] when the queue has no place; [`ErrorKind::Io`] when the directory is relative and the
+    /// working directory is gone, or when the thread cannot be made.
+    pub fn new(options: WriterOptions) -> Result<Self> {
+        let given = &options.directory;
+        let given = if given.as_os_str().is_empty() { Path::new(".") } else { given };
+        let directory = absolute(given).map_err(|e| io_error(given, "cannot find the directory", e))?;
+        let existing = options.existing;
+        let target = directory.clone();
+        Self::with(WriterOptions { directory, ..options }, move |entry| {
+            write_frame_with(&target, &entry.output, &entry.stamp, &mut entry.frame, existing)
+        })
+    }
+
+    /// A writer whose thread does `write` with each frame.
+    fn with(
+        options: WriterOptions,
+        write: impl FnMut(&mut Entry) -> Result<PathBuf> + Send + 'static,
+    ) -> Result<Self> {
+        if options.queue == 0 {
+            return Err(Error::new(ErrorKind::Argument, "a writer's queue of 0 frames, expected at least 1"));
+        }
+        let shared = Arc::new(Shared::default());
+        let (queue, waiting) = bounded(options.queue);
+        let (on_thread, entries) = (Arc::clone(&shared), waiting.clone());
+        let thread =
+            Builder::new().name("icoray-writer".into()).spawn(move || on_thread.run(&entries, write));
+        let thread =
+            thread.map_err(|e| Error::new(ErrorKind::Io, format!("cannot make the writer's thread: {e}")))?;
+        Ok(Writer { options, queue: Some(Mutex::new(queue)), waiting, shared, thread: Some(thread) })
+    }
+
+    /// How it writes; the directory is absolute.
+    pub fn options(&self) -> &WriterOptions {
+        &self.options
+    }
+
+    /// Refuses a directory in which nothing could be written, or which could not be made: so that it is known before the run.
+    /// Leaves nothing behind.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Io`] names the directory and what is in the way.
+    pub fn check_directory(&self) -> Result<()> {
+        folder::check_folder(&self.options.directory)
+    }
+
+    /// Refuses names that could not be written at any step, by those of one frame: names that are too long, or in folders
+    /// that cannot be made. Files that are there do not count. Leaves nothing behind.
+    ///
+    /// # Errors
+    /// As [`NameTemplate::name`](icoray_scene::name::NameTemplate::name); [`ErrorKind::Io`] names the file and what is in the way.
+    pub fn check_folders(&self, output: &Output, stamp: &Stamp, field: &str) -> Result<()> {
+        let names = output.names_of_any(stamp, field)?;
+        self.files(&names).iter().try_for_each(|file| folder::check_file(file))
+    }
+
+    /// The names of a frame's files, relative to the directory, after a look whether they can be written: so that it is
+    /// known before the first ray. Names that wait to be written count as taken.
+    ///
+    /// # Errors
+    /// As [`Output::names`]; [`ErrorKind::Exists`] where a file is there and is not to be modified, or where `report.csv`
+    /// has other columns than this version's or what is kept of the series is something else; [`ErrorKind::Io`] where a directory has a file's name.
+    pub fn check(&self, output: &Output, stamp: &Stamp, field: &str) -> Result<FrameNames> {
+        let names = output.names(stamp, field)?;
+        let files = self.files(&names);
+        for file in &files {
+            self.options.existing.check(file)?;
+        }
+        if self.options.existing == Existing::NeverModify {
+            let state = self.shared.lock();
+            if let Some(taken) = state.taken.iter().find(|file| files.contains(file)) {
+                return Err(atomic::exists(taken));
+            }
+        }
+        let report = report::beside(&files[0]);
+        if !self.shared.lock().reports.contains(&report) {
+            report::check(&report)?;
+            self.shared.lock().reports.push(report);
+        }
+        for text in lists::texts(&output.series, &self.options.directory, output.error.is_some()) {
+            if !self.shared.lock().texts.contains(&text) {
+                text.check()?;
+                self.shared.lock().texts.push(text);
+            }
+        }
+        Ok(names)
+    }
+
+    /// Hands over a frame, which is written with `stamp` under the names that `output` gives. Where the queue is full this
+    /// waits or drops the oldest waiting frame, as the options say. Seconds waited are added to the frame's report.
+    pub fn submit(&self, frame: Frame, output: Output, stamp: Stamp) -> Submitted {
+        self.enqueue(frame, output, stamp, true)
+    }
+
+    /// As [`Self::submit`], for a thread that does not block the model: the wait is not added to the frame's report.
+    pub fn submit_unseen(&self, frame: Frame, output: Output, stamp: Stamp) -> Submitted {
+        self.enqueue(frame, output, stamp, false)
+    }
+
+    fn enqueue(&self, frame: Frame, output: Output, stamp: Stamp, is_seen: bool) -> Submitted {
+        // Invalid names become an outcome, as every other failure to write.
+        let files =
+            output.names(&stamp, &frame.field).map_or_else(|_| Vec::new(), |names| self.files(&names));
+        let mut state = self.shared.lock();
+        state.taken.extend_from_slice(&files);
+        state.unfinished += 1;
+        drop(state);
+        let queue = self.queue.as_ref().expect("the queue is there until the writer is dropped");
+        let queue = queue.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut entry = Entry { frame, output, stamp, files };
+        let mut submitted = Submitted::default();
+        loop {
+            entry = match queue.try_send(entry) {
+                Ok(()) => return submitted,
+                Err(TrySendError::Full(entry)) => entry,
+                Err(TrySendError::Disconnected(_)) => unreachable!("this writer has a receiver too"),
+            };
+            match self.options.when_full {
+                WhenFull::Block => {
+                    let waited_s = self.wait_for_room(&queue);
+                    submitted.waited_s += waited_s;
+                    if is_seen {
+                        entry.frame.report.timing.waited_s += waited_s;
+                    }
+                }
+                WhenFull::DropOldest => {
+                    // The writer's thread may have taken the last frame meanwhile.
+                    if let Ok(oldest) = self.waiting.try_recv() {
+                        self.shared.finish(&oldest.files, None);
+                        submitted.dropped = Some(oldest.stamp);
+                    }
+                }
+            }
+        }
+    }
+
+    /// Waits until the queue has room; returns the seconds.
+    fn wait_for_room(&self, queue: &Sender<Entry>) -> f64 {
+        #[cfg(test)]
+        {
+            self.shared.lock().blocked += 1;
+        }
+        let start = Instant::now();
+        let mut room = Select::new();
+        room.send(queue);
+        room.ready();
+        start.elapsed().as_secs_f64()
+    }
+
+    /// What became of frames since this was asked last.
+    pub fn take_outcomes(&self) -> Outcomes<Written> {
+        mem::take(&mut self.shared.lock().outcomes)
+    }
+
+    /// Waits until all that was submitted is on disk or has failed.
+    pub fn wait(&self) {
+        let state = self.shared.lock();
+        let idle = self.shared.done.wait_while(state, |state| state.unfinished > 0);
+        drop(idle.unwrap_or_else(PoisonError::into_inner));
+    }
+
+    /// The paths of a frame's files, the picture first.
+    fn files(&self, names: &FrameNames) -> Vec<PathBuf> {
+        let names = [Some(&names.file), names.error.as_ref()].into_iter().flatten();
+        names.map(|name| self.options.directory.join(Path::new(name))).collect()
+    }
+}
+
+impl Drop for Writer {
+    fn drop(&mut self) {
+        self.queue = None;
+        if let Some(thread) = self.thread.take() {
+            // A panic of an encoder is an outcome of its frame.
+            let _ = thread.join();
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

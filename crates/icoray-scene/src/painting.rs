@@ -1,0 +1,106 @@
+//! All that a field's values colour in a scene, in one order: volumes, then surfaces, then isosurfaces.
+
+use crate::coloring::{ColorRange, Coloring};
+use crate::scene::Scene;
+use crate::scenery::{Opacity, Paint};
+use crate::transfer::TransferFunction;
+use icoray_grid::Result;
+
+/// Something that a field's values colour.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Painting<'s> {
+    /// Name of the field.
+    pub field: &'s str,
+    /// From values to colours.
+    pub transfer: &'s TransferFunction,
+    /// What the transfer function is made of; `None` where its knots are given.
+    pub coloring: Option<&'s Coloring>,
+    /// Where the opacity is told.
+    pub opacity: OpacityOf<'s>,
+}
+
+/// What tells how opaque a coloured thing is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum OpacityOf<'s> {
+    /// The transfer function.
+    Itself,
+    /// Another field.
+    Other(&'s Opacity),
+    /// A number for all of a surface.
+    Surface,
+}
+
+impl Scene {
+    /// All that is coloured by a field's values, the first volume first.
+    pub fn paintings(&self) -> Vec<Painting<'_>> {
+        let volumes = self.volumes.iter().map(|volume| Painting {
+            field: &volume.field,
+            transfer: &volume.transfer,
+            coloring: volume.coloring.as_ref(),
+            opacity: volume.opacity.as_ref().map_or(OpacityOf::Itself, OpacityOf::Other),
+        });
+        let paints = self.scenery.paints().filter_map(|paint| match paint {
+            Paint::Plain(_) => None,
+            Paint::Field { field, transfer, coloring, by_cell: _ } => {
+                Some(Painting { field, transfer, coloring: coloring.as_ref(), opacity: OpacityOf::Surface })
+            }
+        });
+        volumes.chain(paints).collect()
+    }
+
+    /// The same, to be changed, in the same order.
+    fn change_paintings(&mut self, mut change: impl FnMut(&mut TransferFunction, &mut Option<Coloring>)) {
+        for volume in &mut self.volumes {
+            change(&mut volume.transfer, &mut volume.coloring);
+        }
+        for paint in self.scenery.paints_mut() {
+            if let Paint::Field { transfer, coloring, .. } = paint {
+                change(transfer, coloring);
+            }
+        }
+    }
+
+    /// The scene with the first volume's colour map over a range, whose ends the map's scale admits, the lower first; the
+    /// same scene where knots are given.
+    #[must_use]
+    pub fn over(&self, range: [f64; 2]) -> Self {
+        let mut scene = self.clone();
+        let first = &mut scene.volumes[0];
+        fix(&mut first.transfer, &mut first.coloring, range);
+        scene
+    }
+
+    /// The scene with each of its colour maps over the range that `find` gives for it and its field; `None` where it gives
+    /// none for any.
+    ///
+    /// # Errors
+    /// The first of `find`'s.
+    pub fn over_each(
+        &self,
+        mut find: impl FnMut(&str, &Coloring) -> Result<Option<[f64; 2]>>,
+    ) -> Result<Option<Self>> {
+        let paintings = self.paintings();
+        let ranges =
+            paintings.iter().map(|p| p.coloring.map_or(Ok(None), |coloring| find(p.field, coloring)));
+        let ranges = ranges.collect::<Result<Vec<_>>>()?;
+        if ranges.iter().all(Option::is_none) {
+            return Ok(None);
+        }
+        let (mut scene, mut ranges) = (self.clone(), ranges.into_iter());
+        scene.change_paintings(|transfer, coloring| {
+            if let Some(range) = ranges.next().flatten() {
+                fix(transfer, coloring, range);
+            }
+        });
+        Ok(Some(scene))
+    }
+}
+
+/// Puts a colour map over a range.
+fn fix(transfer: &mut TransferFunction, coloring: &mut Option<Coloring>, range: [f64; 2]) {
+    if let Some(coloring) = coloring {
+        *transfer = coloring.transfer(range);
+        coloring.range = ColorRange::Fixed(range);
+        coloring.center = None;
+    }
+}

@@ -1,0 +1,118 @@
+//! Fields that are made of others.
+
+use super::text::Text;
+use crate::scenery::{Derivation, How};
+use icoray_grid::Result;
+use serde::Deserialize;
+use std::collections::BTreeMap;
+use toml::Spanned;
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RawDerivation {
+    name: Option<Spanned<String>>,
+    magnitude: Option<Spanned<Vec<Spanned<String>>>>,
+    sum: Option<Spanned<BTreeMap<String, Spanned<f64>>>>,
+    anomaly: Option<Spanned<String>>,
+    from: Option<Spanned<Reference>>,
+    band: Option<Spanned<f64>>,
+}
+
+#[derive(Deserialize, Clone, Copy, PartialEq)]
+enum Reference {
+    #[serde(rename = "zonal mean")]
+    ZonalMean,
+    #[serde(rename = "first")]
+    First,
+}
+
+/// All of them. Each may be made of those above it, none of itself or of those below it.
+pub(super) fn derivations(source: Text, raw: &[Spanned<RawDerivation>]) -> Result<Vec<Derivation>> {
+    let named = raw.iter().map(|raw| {
+        let name = raw.get_ref().name.as_ref();
+        name.ok_or_else(|| source.bad(raw.span(), "name", "is absent, expected a name"))
+    });
+    let spans = named.collect::<Result<Vec<_>>>()?;
+    let names: Vec<&str> = spans.iter().map(|name| name.get_ref().as_str()).collect();
+    let derived = |(i, raw): (usize, &Spanned<RawDerivation>)| {
+        let derived = derivation(&source, spans[i], raw)?;
+        let bad = |what| Err(source.bad(spans[i].span(), "name", what));
+        if names[..i].contains(&names[i]) {
+            return bad(format!("{:?} is derived above already, expected another name", names[i]));
+        }
+        match derived.how.fields().into_iter().find(|field| names[i..].contains(field)) {
+            None => Ok(derived),
+            Some(own) if own == names[i] => {
+                bad(format!("{own:?} is also what it is made of, expected another name"))
+            }
+            Some(later) => {
+                bad(format!("{:?} is made of {later:?}, which is derived below; expected it above", names[i]))
+            }
+        }
+    };
+    raw.iter().enumerate().map(derived).collect()
+}
+
+fn derivation(source: &Text, name: &Spanned<String>, raw: &Spanned<RawDerivation>) -> Result<Derivation> {
+    let (span, raw) = (raw.span(), raw.get_ref());
+    let name = source.name(name, "name")?;
+    let how = match (&raw.magnitude, &raw.sum, &raw.anomaly) {
+        (Some(fields), None, None) => magnitude(source, fields)?,
+        (None, Some(terms), None) => sum(source, terms)?,
+        (None, None, Some(field)) => return Ok(Derivation { name, how: anomaly(source, raw, field)? }),
+        _ => return Err(source.bad(span, "name", "expected one of magnitude, sum and anomaly beside it")),
+    };
+    let strays =
+        [("from", raw.from.as_ref().map(Spanned::span)), ("band", raw.band.as_ref().map(Spanned::span))];
+    match strays.into_iter().find_map(|(key, span)| Some((key, span?))) {
+        Some((key, span)) => Err(source.bad(span, key, "is valid only with anomaly")),
+        None => Ok(Derivation { name, how }),
+    }
+}
+
+fn magnitude(source: &Text, raw: &Spanned<Vec<Spanned<String>>>) -> Result<How> {
+    let fields = raw.get_ref().iter().map(|field| source.name(field, "magnitude"));
+    let fields = fields.collect::<Result<Vec<String>>>()?;
+    if !(2..=3).contains(&fields.len()) {
+        let what = format!("{} fields, expected two or three", fields.len());
+        return Err(source.bad(raw.span(), "magnitude", what));
+    }
+    Ok(How::Magnitude(fields))
+}
+
+/// The terms in the order of the file: sums that are rounded depend on it.
+fn sum(source: &Text, raw: &Spanned<BTreeMap<String, Spanned<f64>>>) -> Result<How> {
+    let mut terms: Vec<_> = raw.get_ref().iter().collect();
+    terms.sort_by_key(|(_, factor)| factor.span().start);
+    if terms.is_empty() {
+        return Err(source.bad(raw.span(), "sum", "no fields, expected { NAME = factor, ... }"));
+    }
+    let term = |(field, factor): (&String, &Spanned<f64>)| {
+        if field.is_empty() {
+            return Err(source.bad(factor.span(), "sum", "an empty name"));
+        }
+        Ok((source.finite(factor, "sum")?, field.clone()))
+    };
+    Ok(How::Combination(terms.into_iter().map(term).collect::<Result<_>>()?))
+}
+
+fn anomaly(source: &Text, raw: &RawDerivation, field: &Spanned<String>) -> Result<How> {
+    let name = source.name(field, "anomaly")?;
+    let Some(from) = &raw.from else {
+        return Err(source.bad(
+            field.span(),
+            "anomaly",
+            "expected from = \"zonal mean\" or \"first\" beside it",
+        ));
+    };
+    match (from.get_ref(), &raw.band) {
+        (Reference::ZonalMean, band) => {
+            let band_deg = source.number(band.as_ref(), "band", 1e-3, 180.0, 2.0)?;
+            Ok(How::FromZonalMean { field: name, band_deg })
+        }
+        (Reference::First, None) => Ok(How::FromFirst(name)),
+        (Reference::First, Some(band)) => {
+            Err(source.bad(band.span(), "band", "is valid only with from = \"zonal mean\""))
+        }
+    }
+}

@@ -1,0 +1,75 @@
+//! Surfaces on which a field has one value: a section may have several values.
+
+use super::paint::{PaintKeys, paint};
+use super::text::Text;
+use super::transfer::RawTransfer;
+use crate::scenery::{Isosurface, Paint};
+use crate::values::SQUARED;
+use icoray_grid::Result;
+use serde::Deserialize;
+use std::ops::Range;
+use toml::Spanned;
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RawIsosurface {
+    field: Option<Spanned<String>>,
+    value: Option<Spanned<f64>>,
+    values: Option<Spanned<Vec<Spanned<f64>>>>,
+    color: Option<Spanned<String>>,
+    colors: Option<Spanned<Vec<Spanned<String>>>>,
+    color_by: Option<Spanned<String>>,
+    transfer: Option<Spanned<RawTransfer>>,
+    opacity: Option<Spanned<f64>>,
+}
+
+/// One for each value.
+pub(super) fn isosurfaces(source: &Text, raw: &Spanned<RawIsosurface>) -> Result<Vec<Isosurface>> {
+    let (span, raw) = (raw.span(), raw.get_ref());
+    let field = source.name_or_first(raw.field.as_ref(), "field")?;
+    let values = values(source, raw, span.clone())?;
+    let paints = paints(source, raw, (span, &field), values.len())?;
+    let opacity = source.opacity(raw.opacity.as_ref())?;
+    let isosurface = |(value, paint)| Isosurface { field: field.clone(), value, paint, opacity };
+    Ok(values.into_iter().zip(paints).map(isosurface).collect())
+}
+
+fn values(source: &Text, raw: &RawIsosurface, span: Range<usize>) -> Result<Vec<f64>> {
+    match (&raw.value, &raw.values) {
+        (Some(value), None) => Ok(vec![source.value(value, "value", &SQUARED)?]),
+        (None, Some(values)) if !values.get_ref().is_empty() => {
+            values.get_ref().iter().map(|value| source.value(value, "values", &SQUARED)).collect()
+        }
+        (None, Some(none)) => Err(source.bad(none.span(), "values", "no values, expected at least one")),
+        _ => Err(source.bad(span, "value", "expected either value or values")),
+    }
+}
+
+/// As many as there are values.
+fn paints(
+    source: &Text,
+    raw: &RawIsosurface,
+    (span, field): (Range<usize>, &str),
+    count: usize,
+) -> Result<Vec<Paint>> {
+    let Some(colors) = &raw.colors else {
+        let keys = PaintKeys {
+            color: raw.color.as_ref(),
+            field: ("color_by", raw.color_by.as_ref()),
+            default_field: field,
+            transfer: raw.transfer.as_ref(),
+            by_cell: false,
+        };
+        return Ok(vec![paint(source, span, &keys)?; count]);
+    };
+    if raw.color.is_some() || raw.color_by.is_some() || raw.transfer.is_some() {
+        let what = "expected one of color, colors and color_by";
+        return Err(source.bad(colors.span(), "colors", what));
+    }
+    let found = colors.get_ref().len();
+    if found != count {
+        let what = format!("{found} colours, expected {count}, one for each of the values");
+        return Err(source.bad(colors.span(), "colors", what));
+    }
+    colors.get_ref().iter().map(|color| Ok(Paint::Plain(source.color(color, "colors")?))).collect()
+}

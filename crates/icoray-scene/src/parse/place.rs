@@ -1,0 +1,120 @@
+//! Where things lie: levels, and boxes in longitude and latitude.
+
+use super::text::Text;
+use crate::scenery::{Level, LonLatBox};
+use icoray_grid::Result;
+use icoray_grid::numbers;
+use serde::Deserialize;
+use toml::Spanned;
+
+/// Heights above the planet's surface that a scene may name, to either side, metres.
+const HIGHEST_M: f64 = 1e9;
+
+/// A layer, by its number or a word.
+#[derive(Deserialize)]
+#[serde(untagged)]
+pub(super) enum RawLayer {
+    Number(i64),
+    Word(String),
+}
+
+/// A level by a key whose value is a layer, or by its height; `None` where neither is given.
+pub(super) fn level(
+    source: &Text,
+    (key, layer): (&str, Option<&Spanned<RawLayer>>),
+    height_m: Option<&Spanned<f64>>,
+) -> Result<Option<Level>> {
+    match (layer, height_m) {
+        (None, None) => Ok(None),
+        (None, Some(raw)) => {
+            let height_m = source.number(Some(raw), "height_m", -HIGHEST_M, HIGHEST_M, 0.0)?;
+            Ok(Some(Level::Height(height_m)))
+        }
+        (Some(layer), Some(_)) => {
+            Err(source.bad(layer.span(), key, format!("expected either {key} or height_m")))
+        }
+        (Some(layer), None) => self::layer(source, key, layer).map(Some),
+    }
+}
+
+fn layer(source: &Text, key: &str, raw: &Spanned<RawLayer>) -> Result<Level> {
+    let has_ground = key == "on";
+    let found = match raw.get_ref() {
+        RawLayer::Number(number) => match usize::try_from(*number) {
+            Ok(number) => return Ok(Level::Layer(number)),
+            Err(_) => number.to_string(),
+        },
+        RawLayer::Word(word) => match word.as_str() {
+            "top" => return Ok(Level::Top),
+            "bottom" => return Ok(Level::Layer(0)),
+            "ground" if has_ground => return Ok(Level::Ground),
+            _ => format!("{word:?}"),
+        },
+    };
+    let ground = if has_ground { "\"ground\", " } else { "" };
+    let what =
+        format!("{found}, expected {ground}\"top\", \"bottom\" or a number from 0, the innermost layer");
+    Err(source.bad(raw.span(), key, what))
+}
+
+/// From layer to layer, both included.
+pub(super) fn layers(source: &Text, raw: &Spanned<[i64; 2]>, key: &str) -> Result<[usize; 2]> {
+    let [from, to] = *raw.get_ref();
+    match (usize::try_from(from), usize::try_from(to)) {
+        (Ok(from), Ok(to)) if from <= to => Ok([from, to]),
+        _ => {
+            let what =
+                format!("[{from}, {to}], expected two numbers from 0, the innermost layer, the lower first");
+            Err(source.bad(raw.span(), key, what))
+        }
+    }
+}
+
+/// A box in longitude and latitude.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RawRegion {
+    lon: Option<Spanned<[f64; 2]>>,
+    lat: Option<Spanned<[f64; 2]>>,
+}
+
+pub(super) fn region(source: &Text, raw: &Spanned<RawRegion>) -> Result<LonLatBox> {
+    let RawRegion { lon, lat } = raw.get_ref();
+    let found = lon_lat_box(source, [("region.lon", lon.as_ref()), ("region.lat", lat.as_ref())])?;
+    found.ok_or_else(|| source.bad(raw.span(), "region", "expected lon, lat or both"))
+}
+
+type Ends<'r> = (&'static str, Option<&'r Spanned<[f64; 2]>>);
+
+/// The box of two ranges, of which one alone leaves the other whole; `None` where none is given.
+pub(super) fn lon_lat_box(source: &Text, [lon, lat]: [Ends; 2]) -> Result<Option<LonLatBox>> {
+    if lon.1.is_none() && lat.1.is_none() {
+        return Ok(None);
+    }
+    let lon_deg = lon.1.map_or(Ok([-180.0, 180.0]), |raw| longitudes(source, raw, lon.0))?;
+    let lat_deg = lat.1.map_or(Ok([-90.0, 90.0]), |raw| latitudes(source, raw, lat.0))?;
+    Ok(Some(LonLatBox { lon_deg, lat_deg }))
+}
+
+/// From west to east: [170, -170] goes over the date line, as [170, 190] does.
+fn longitudes(source: &Text, raw: &Spanned<[f64; 2]>, key: &str) -> Result<[f64; 2]> {
+    let [west, east] = *raw.get_ref();
+    let is_in = |lon: f64| (-360.0..=720.0).contains(&lon);
+    let turns = if east < west { ((west - east) / 360.0).floor() + 1.0 } else { 0.0 };
+    let end = east + 360.0 * turns;
+    if is_in(west) && is_in(east) && west < end && end - west <= 360.0 {
+        return Ok([west, end]);
+    }
+    let wish = "expected western and eastern end, from -360 to 720 and at most 360 apart";
+    Err(source.bad(raw.span(), key, format!("{}, {wish}", numbers::list(&[west, east]))))
+}
+
+fn latitudes(source: &Text, raw: &Spanned<[f64; 2]>, key: &str) -> Result<[f64; 2]> {
+    let [south, north] = *raw.get_ref();
+    if -90.0 <= south && south < north && north <= 90.0 {
+        return Ok([south, north]);
+    }
+    let found = numbers::list(&[south, north]);
+    let what = format!("{found}, expected southern and northern end, from -90 to 90");
+    Err(source.bad(raw.span(), key, what))
+}

@@ -1,0 +1,55 @@
+//! What errors say of near misses and of long numbers.
+
+use super::assert_says;
+use crate::script::Script;
+
+#[test]
+fn near_misses_are_answered_with_what_was_meant() {
+    for (text, words) in [
+        ("background = \"none\"", "\"none\", expected an opaque CSS colour | did you mean \"transparent\"?"),
+        ("background = \"Transparent\"", "did you mean \"transparent\"?"),
+        ("core = \"off\"", "or \"transparent\"; did you mean \"transparent\"?"),
+        ("[labels]\ncolor = \"atuo\"", "or \"auto\"; did you mean \"auto\"?"),
+        ("feild = \"q\"", "unknown field `feild` | did you mean `field`?"),
+        ("backend = \"gpuu\"", "unknown variant `gpuu` | did you mean `gpu`?"),
+        ("[camera]\nlongitude = 3\nalt = 3", "unknown field | `lon`, `lat`"),
+        ("[camera]\norbt = 3", "did you mean `orbit`?"),
+        ("veiws = 3", "did you mean `views`?"),
+        ("[transfer]\nmap = \"virdis\"", "did you mean \"viridis\"?"),
+        ("[transfer]\nscale = \"logarithmic\"", "expected \"linear\", \"log\" or \"symlog\""),
+        ("[transfer]\nscale = \"lin\"\n[light]\nkind = \"head\"", "\"lin\", expected"),
+        ("[light]\nkind = \"headligth\"", "did you mean \"headlight\"?"),
+    ] {
+        assert_says(&Script::parse(text).expect_err(text), words, text);
+    }
+    let error = Script::parse("background = \"mauvish\"").unwrap_err().to_string();
+    assert!(!error.contains("mean"), "{error}");
+}
+
+#[test]
+fn long_numbers_are_short_in_messages() {
+    for text in [
+        "exaggeration = 1e300",
+        "tolerance = 1e-300",
+        "camera.distance = 1e305",
+        "[transfer]\nrange = [1e300, -1e300]",
+        "[transfer]\nrange = { percentile = [1e300, 2e300] }",
+        "[transfer]\nrange = { union = [1, 2], hysteresis = 1e300 }",
+        "[transfer]\nopacity = [[1e300, 0.1], [-1e300, 0.1]]",
+        "[transfer]\nopacity = [[0, 1e300]]",
+        "[transfer]\ncenter = 1e305",
+        "[[clip]]\nlon = [1e300, 2e300]",
+        "[[clip]]\nlat = [1e300, 2e300]",
+        "[[clip]]\nhalf_space = { towards = [1e300, 0] }",
+        "[[surfaces]]\nheight_m = 1e300",
+        "[[surfaces]]\nopacity = 1e300",
+        "[sweep]\nlat = [1e300]",
+        "at_times = [1e300]\n[camera]\nlat = 1e300",
+        "device = 1e300",
+        "when = \"max(q) > 1e300\"\n[camera]\nlat = 1e300",
+    ] {
+        let error = Script::parse(text).expect_err(text).to_string();
+        assert!(!error.contains("00000000") && error.len() < 400, "{error}");
+        assert!(error.contains("e30") || error.contains("e-300"), "{error}");
+    }
+}

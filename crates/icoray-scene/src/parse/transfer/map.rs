@@ -1,0 +1,197 @@
+//! A colour map, its scale, its range and its opacities.
+
+use super::{Gives, RawTransfer, stops};
+use crate::color::{ColorMap, MAPS};
+use crate::coloring::{ColorRange, Coloring};
+use crate::coloring::{MEANINGLESS, default_extinction};
+use crate::parse::hint;
+use crate::parse::text::Text;
+use crate::parse::text::shown;
+use crate::scale::Scale;
+use crate::values::PLAIN;
+use icoray_grid::Result;
+use icoray_grid::numbers;
+use std::ops::Range;
+use toml::{Spanned, Value};
+
+/// The map where none is named, for people of any sight: the second where values lie about a centre.
+const DEFAULT_MAPS: [&str; 2] = ["viridis", "vik"];
+/// The hysteresis of a union that names none.
+const HYSTERESIS: f64 = 0.1;
+
+/// The percentiles of the first frame that are the ends of a range where none is given.
+const PERCENTILES: [f64; 2] = [1.0, 99.0];
+
+pub(super) fn coloring(
+    source: &Text,
+    raw: &RawTransfer,
+    span: Range<usize>,
+    unit_length: Option<f64>,
+    gives: Gives,
+) -> Result<Coloring> {
+    let at = raw.map.as_ref().map_or(span.clone(), Spanned::span);
+    let default = DEFAULT_MAPS[usize::from(raw.center.is_some())];
+    let name = raw.map.as_ref().map_or(default, |map| map.get_ref());
+    let map = ColorMap::named(name).ok_or_else(|| {
+        source.bad(
+            at,
+            "transfer.map",
+            format!(
+                "{name:?}, expected one of {}, or one with _r behind it{}",
+                *MAPS,
+                hint::meant(name, &MAPS.split(", ").collect::<Vec<_>>())
+            ),
+        )
+    })?;
+    let scale = scale(source, raw)?;
+    let range = match &raw.range {
+        Some(ends) => range(source, ends, scale)?,
+        None => ColorRange::Percentile(PERCENTILES),
+    };
+    let center = center(source, raw, scale)?;
+    let (is_relative, extinction) = match (&raw.opacity, gives) {
+        (Some(opacity), _) => {
+            let is_relative = is_relative(source, raw, range)?;
+            let extinction = stops(source, opacity, "transfer.opacity")?;
+            if !is_relative
+                && let Some(pair) = opacity.get_ref().iter().find(|p| !scale.admits(p.get_ref()[0]))
+            {
+                let value = numbers::text(pair.get_ref()[0]);
+                let what = format!("value {value}, expected a positive one on a log scale");
+                return Err(source.bad(pair.span(), "transfer.opacity", what));
+            }
+            (is_relative, extinction)
+        }
+        (None, _) if raw.opacity_in.is_some() => {
+            let span = raw.opacity_in.as_ref().map_or(span, Spanned::span);
+            return Err(source.bad(span, "transfer.opacity_in", "is valid only with opacity"));
+        }
+        (None, Gives::All) => (true, default_extinction(center.is_some())),
+        (None, Gives::Colors(_)) => (true, vec![(0.0, MEANINGLESS)]),
+    };
+    let (map, name) = match raw.reverse {
+        false => (map, name.to_owned()),
+        true => (map.reversed(), turned(name)),
+    };
+    Ok(Coloring { map, name, scale, range, center, extinction, is_relative, unit_length })
+}
+
+/// The name of a map turned round.
+fn turned(name: &str) -> String {
+    name.strip_suffix("_r").or(name.strip_suffix("_R")).map_or_else(|| format!("{name}_r"), str::to_owned)
+}
+
+fn scale(source: &Text, raw: &RawTransfer) -> Result<Scale> {
+    let (word, key) = (raw.scale.as_ref().map(|s| s.get_ref().as_str()), "transfer.threshold");
+    match (word, &raw.threshold) {
+        (Some("symlog"), threshold) => {
+            let Some(threshold) = threshold else {
+                let span = raw.scale.as_ref().map_or(0..0, Spanned::span);
+                let what =
+                    "\"symlog\" needs threshold, the value on either side of 0 up to which it is linear";
+                return Err(source.bad(span, "transfer.scale", what));
+            };
+            let value = source.value(threshold, key, &PLAIN)?;
+            if value <= 0.0 {
+                return Err(source.bad(
+                    threshold.span(),
+                    key,
+                    format!("{}, expected a number above 0", numbers::text(value)),
+                ));
+            }
+            Ok(Scale::SymLog { threshold: value })
+        }
+        (_, Some(stray)) => Err(source.bad(stray.span(), key, "is valid only with scale = \"symlog\"")),
+        (None | Some("linear"), None) => Ok(Scale::Linear),
+        (Some("log"), None) => Ok(Scale::Log),
+        (Some(other), None) => {
+            let span = raw.scale.as_ref().map_or(0..0, Spanned::span);
+            let other = Spanned::new(span, other.to_owned());
+            Err(source.unknown_word(&other, "transfer.scale", &["linear", "log", "symlog"]))
+        }
+    }
+}
+
+fn center(source: &Text, raw: &RawTransfer, scale: Scale) -> Result<Option<f64>> {
+    let Some(center) = &raw.center else { return Ok(None) };
+    let value = source.value(center, "transfer.center", &PLAIN)?;
+    if scale.admits(value) {
+        return Ok(Some(value));
+    }
+    Err(source.bad(
+        center.span(),
+        "transfer.center",
+        format!("{}, expected a positive one on a log scale", numbers::text(value)),
+    ))
+}
+
+/// Whether opacities are given along the range: as the scene says, and else where that follows the data.
+fn is_relative(source: &Text, raw: &RawTransfer, range: ColorRange) -> Result<bool> {
+    let Some(word) = &raw.opacity_in else { return Ok(!matches!(range, ColorRange::Fixed(_))) };
+    match word.get_ref().as_str() {
+        "values" => Ok(false),
+        "range" => Ok(true),
+        _ => Err(source.unknown_word(word, "transfer.opacity_in", &["values", "range"])),
+    }
+}
+
+/// Two numbers, or what of the data they come from.
+fn range(source: &Text, raw: &Spanned<Value>, scale: Scale) -> Result<ColorRange> {
+    let range = any_range(source, raw)?;
+    match range {
+        ColorRange::Fixed(ends) if scale == Scale::Log && ends[0] <= 0.0 => {
+            let ends = numbers::list(&ends);
+            let what = format!("{ends}, expected two positive numbers on a log scale, the lower first");
+            Err(source.bad(raw.span(), "transfer.range", what))
+        }
+        _ => Ok(range),
+    }
+}
+
+fn any_range(source: &Text, raw: &Spanned<Value>) -> Result<ColorRange> {
+    let key = "transfer.range";
+    let bad = |what: String| source.bad(raw.span(), key, what);
+    let Value::Table(table) = raw.get_ref() else {
+        let ends = pair(raw.get_ref()).filter(|[low, high]| low < high);
+        let wish =
+            "expected two finite numbers, the lower first, { percentile = [1, 99] } or { union = [1, 99] }";
+        let ends = ends.ok_or_else(|| bad(format!("{}, {wish}", shown(raw.get_ref()))))?;
+        for end in ends {
+            source.held(end, raw.span(), key, &PLAIN)?;
+        }
+        return Ok(ColorRange::Fixed(ends));
+    };
+    let percentile = |key: &str| {
+        let value = table.get(key);
+        let ends = value.and_then(pair).filter(|[low, high]| 0.0 <= *low && low < high && *high <= 100.0);
+        let found = value.map_or_else(String::new, |value| format!("{key} = {}, ", shown(value)));
+        ends.ok_or_else(|| bad(format!("{found}expected two percentiles from 0 to 100, the lower first")))
+    };
+    let mut keys: Vec<&str> = table.keys().map(String::as_str).collect();
+    keys.sort_unstable();
+    match keys[..] {
+        ["percentile"] => Ok(ColorRange::Percentile(percentile("percentile")?)),
+        ["union"] => Ok(ColorRange::Union { percentile: percentile("union")?, hysteresis: HYSTERESIS }),
+        ["hysteresis", "union"] => {
+            let part = number(&table["hysteresis"]).filter(|part| (0.0..=10.0).contains(part));
+            let wrong = || bad(format!("hysteresis = {}, expected 0 to 10", shown(&table["hysteresis"])));
+            let hysteresis = part.ok_or_else(wrong)?;
+            Ok(ColorRange::Union { percentile: percentile("union")?, hysteresis })
+        }
+        _ => {
+            let wish = "expected percentile, or union with or without hysteresis";
+            Err(bad(format!("keys {}: {wish}", keys.join(", "))))
+        }
+    }
+}
+
+/// Two finite numbers.
+fn pair(value: &Value) -> Option<[f64; 2]> {
+    let [low, high] = value.as_array()?.as_slice() else { return None };
+    Some([number(low)?, number(high)?])
+}
+
+fn number(value: &Value) -> Option<f64> {
+    let number = value.as_float().or_else(|| value.as_integer().map(|whole| whole as f64));
+    number.filter(|number| number.is_finite())
+}

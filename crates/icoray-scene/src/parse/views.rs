@@ -1,0 +1,201 @@
+//! Several pictures of one text: views over what they have in common, when they are drawn, how they move, what they sweep.
+//!
+//! Views are merged as TOML, before anything is checked, so that a view may override every key of a scene. Values keep
+//! their places in the text on the way.
+
+mod extras;
+mod merge;
+mod motion;
+mod section;
+mod sweep;
+
+use super::hint::with_hint;
+use super::text::Text;
+use super::{checked, expect_keys};
+use crate::name::{NameTemplate, Stamp};
+use crate::scene::Scene;
+use crate::script::{Script, View};
+use extras::Names;
+use icoray_grid::{Error, Result};
+use section::take;
+use std::collections::HashMap;
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+/// Lists of keys in the sentence about an unknown one, and the same with the keys that are taken before those of a scene.
+const LISTS: [[&str; 2]; 3] = [
+    [
+        "one of `field`, `every`, ",
+        "one of `views`, `field`, `every`, `at_steps`, `at_times`, `when`, `sweep`, ",
+    ],
+    [
+        "one of `lon`, `lat`, `distance`, `altitude`, `eye`, ",
+        "one of `orbit`, `path`, `lon`, `lat`, `distance`, `altitude`, `eye`, ",
+    ],
+    ["expected `file` or `error`", "expected one of `file`, `error`, `cinema`, `concat`, `fps`"],
+];
+
+/// The error about a scene's keys, with all keys that might stand there.
+fn with_all_keys(error: &Error) -> Error {
+    let context =
+        LISTS.iter().fold(error.context().to_owned(), |text, [from, to]| text.replacen(from, to, 1));
+    Error::new(error.kind(), context)
+}
+
+impl Script {
+    /// Parses a script from the text of a scene file.
+    ///
+    /// ```
+    /// use icoray_scene::{Script, name::Stamp};
+    ///
+    /// let script = Script::parse(
+    ///     "field = 'theta'
+    ///      camera = { lon = 0, lat = 45, distance = 3 }
+    ///      transfer = { map = 'plasma', range = [300, 400], opacity = [[300, 0], [400, 0.9]] }
+    ///      [[views]]
+    ///      name = 'seldom'
+    ///      every = 10
+    ///      [[views]]
+    ///      name = 'warm'
+    ///      when = 'max(theta) > 390'",
+    /// )?;
+    /// let now = Stamp { step: 5, ..Stamp::default() };
+    /// let shots = script.due(&now, None, &mut |_field, _statistic| Ok(Some(395.0)))?;
+    /// assert_eq!(shots.len(), 1);
+    /// assert_eq!(shots[0].name, "warm");
+    /// # Ok::<(), icoray_grid::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`ErrorKind::Scene`](icoray_grid::ErrorKind::Scene) with the view, the line, the key, the value and what was expected.
+    pub fn parse(text: &str) -> Result<Self> {
+        script(text)
+    }
+
+    /// As [`Script::parse`], with `None` for a text of nothing but blanks and comments: nothing is to be drawn.
+    ///
+    /// # Errors
+    /// As [`Script::parse`].
+    pub fn parse_optional(text: &str) -> Result<Option<Self>> {
+        let is_empty = toml::from_str::<toml::Table>(text).is_ok_and(|table| table.is_empty());
+        if is_empty { Ok(None) } else { Self::parse(text).map(Some) }
+    }
+}
+
+/// Parses and checks a script.
+pub(crate) fn script(text: &str) -> Result<Script> {
+    unhinted(text).map_err(|e| with_hint(&e))
+}
+
+fn unhinted(text: &str) -> Result<Script> {
+    let source = &Text::new(text);
+    let mut base = source.table()?;
+    expect_keys(base.get_ref())?;
+    let Some(views) = base.get_mut().remove("views") else {
+        return distinct(source, vec![view(source, None, base)?]);
+    };
+    let (span, wish) = (views.span(), "expected tables [[views]], each with a name");
+    let DeValue::Array(list) = views.into_inner() else { return Err(source.bad(span, "views", wish)) };
+    if list.is_empty() {
+        return Err(source.bad(span, "views", format!("an empty list, {wish}")));
+    }
+    let mut parsed: Vec<(View, Names)> = Vec::new();
+    for over in list {
+        let span = over.span();
+        let DeValue::Table(mut over) = over.into_inner() else { return Err(source.bad(span, "views", wish)) };
+        let raw = take::<String>(source, &mut over, "name")?;
+        let raw = raw.ok_or_else(|| source.bad(span.clone(), "views.name", "is absent, expected a name"))?;
+        let name = raw.get_ref();
+        let bad = |what: &str| Err(source.bad(raw.span(), "views.name", format!("{name:?}{what}")));
+        if name.is_empty() || name.contains(char::is_control) {
+            return bad(", expected a name");
+        }
+        if parsed.iter().any(|(view, _)| view.name() == name) {
+            return bad(" for a second time, expected distinct names");
+        }
+        let mut table = base.clone();
+        merge::merge(table.get_mut(), over);
+        let view = view(source, Some(name.clone()), Spanned::new(span, table.into_inner()));
+        parsed.push(view.map_err(|e| e.within(format!("view {name:?}")))?);
+    }
+    distinct(source, parsed)
+}
+
+/// A view of whole keys, and where its files' names stand.
+fn view(source: &Text, name: Option<String>, mut table: Spanned<DeTable>) -> Result<(View, Names)> {
+    let names = extras::names(&table);
+    let root = table.get_mut();
+    let schedule = extras::schedule(source, root)?;
+    let conditions = extras::conditions(source, root)?;
+    let (cinema, concat) = extras::series(source, root)?;
+    let motion = motion::motion(source, root)?;
+    let sweep = sweep::sweep(source, root, &motion)?;
+    let scene: Scene = checked(source, table).map_err(|e| with_all_keys(&e))?;
+    let schedule = schedule.with_every(&scene);
+    let has_file = names.file.is_some();
+    let mut view = View { name, schedule, conditions, motion, sweep, cinema, concat, scene, has_file };
+    if !has_file {
+        view.scene.output.file = view.default_file("{step:06}")?;
+    }
+    let output = &view.scene.output;
+    for (key, template) in [
+        ("output.file", Some(output.file.template())),
+        ("output.error", output.error.as_ref().map(NameTemplate::template)),
+        ("output.cinema", view.cinema.as_ref()),
+        ("output.concat", view.concat.as_ref().map(|(file, _)| file)),
+    ] {
+        let Some(template) = template else { continue };
+        view.check_words(template).map_err(|e| source.bad(names.span(key), key, e.context()))?;
+    }
+    Ok((view, names))
+}
+
+/// The script, unless two pictures of a step would be one file, or two views would mix what is kept of them.
+fn distinct(source: &Text, views: Vec<(View, Names)>) -> Result<Script> {
+    let stamp = Stamp { date: Some("0001-01-01_00:00:00".into()), ..Stamp::default() };
+    let mut files: HashMap<String, &View> = HashMap::new();
+    let mut kept: HashMap<String, (&View, String)> = HashMap::new();
+    for (view, names) in &views {
+        let bad = |key: &str, other: &View, what: String| {
+            let of = if std::ptr::eq(view, other) {
+                "two pictures of a sweep".to_owned()
+            } else {
+                format!("views {:?} and {:?}", other.name(), view.name())
+            };
+            source.bad(names.span(key), key, format!("{of} {what} or what is swept in its name"))
+        };
+        for scene in view.shots(&stamp).map(|shot| shot.scene) {
+            let named = scene.output.names(&stamp, scene.field())?;
+            for (key, file) in [("output.file", Some(named.file)), ("output.error", named.error)] {
+                let Some(file) = file else { continue };
+                if let Some(other) = files.insert(file.clone(), view) {
+                    return Err(bad(key, other, format!("are {file:?} at one step, expected {{view}}")));
+                }
+            }
+            for (key, file, kind) in kinds(view, &scene) {
+                let (other, known) = kept.entry(file.clone()).or_insert((view, kind.clone()));
+                if *known != kind {
+                    let wish = if key == "output.cinema" { " with other columns" } else { "" };
+                    return Err(bad(key, other, format!("add to {file:?}{wish}, expected {{view}}")));
+                }
+            }
+        }
+    }
+    Ok(Script::new(views.into_iter().map(|(view, _)| view).collect()))
+}
+
+/// What a picture is added to: the key, the file, and what all that is in it have in common.
+fn kinds(view: &View, scene: &Scene) -> Vec<(&'static str, String, String)> {
+    let series = &scene.output.series;
+    let list = series.concat.as_ref();
+    let list = list.map(|concat| ("output.concat", concat.file.clone(), view.name().to_owned()));
+    let table = series.cinema.as_ref().map(|cinema| {
+        let mut columns: Vec<&str> = cinema.parameters.iter().map(|(name, _)| *name).collect();
+        columns.extend(scene.output.error.as_ref().map(|_| "error"));
+        ("output.cinema", cinema.folder.clone(), columns.join(", "))
+    });
+    list.into_iter().chain(table).collect()
+}
+
+#[cfg(test)]
+mod tests;

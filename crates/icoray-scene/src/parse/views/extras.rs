@@ -1,0 +1,125 @@
+//! The keys of a view that no scene has: its schedule, its conditions and its series of pictures.
+
+use super::section::{section, take};
+use crate::parse::text::Text;
+use crate::scene::Scene;
+use crate::script::{Condition, Schedule};
+use crate::template::Template;
+use icoray_grid::Result;
+use serde::Deserialize;
+use std::ops::Range;
+use toml::Spanned;
+use toml::de::DeTable;
+
+/// The schedule but for `every`, which is a key of scenes.
+pub struct ListedSteps {
+    has_every: bool,
+    steps: Vec<i64>,
+    times_s: Vec<f64>,
+}
+
+impl ListedSteps {
+    pub fn with_every(self, scene: &Scene) -> Schedule {
+        let every = self.has_every.then_some(scene.every);
+        Schedule { every, steps: self.steps, times_s: self.times_s }
+    }
+}
+
+pub fn schedule(source: &Text, root: &mut DeTable) -> Result<ListedSteps> {
+    let steps = take::<Vec<i64>>(source, root, "at_steps")?;
+    let times = take::<Vec<f64>>(source, root, "at_times")?;
+    if let Some(steps) = steps.as_ref().filter(|steps| steps.get_ref().is_empty()) {
+        return Err(source.bad(steps.span(), "at_steps", "an empty list, expected steps"));
+    }
+    if let Some(times) = times.as_ref() {
+        if times.get_ref().is_empty() {
+            return Err(source.bad(times.span(), "at_times", "an empty list, expected seconds"));
+        }
+        if let Some(bad) = times.get_ref().iter().find(|time| !time.is_finite()) {
+            return Err(source.bad(times.span(), "at_times", format!("{bad}, expected finite seconds")));
+        }
+    }
+    Ok(ListedSteps {
+        has_every: root.contains_key("every"),
+        steps: steps.map(Spanned::into_inner).unwrap_or_default(),
+        times_s: times.map(Spanned::into_inner).unwrap_or_default(),
+    })
+}
+
+#[derive(Deserialize)]
+#[serde(untagged, expecting = "expected a condition such as \"max(theta) > 300\", or a list of such")]
+enum RawConditions {
+    One(String),
+    All(Vec<String>),
+}
+
+/// All of `when`.
+pub fn conditions(source: &Text, root: &mut DeTable) -> Result<Vec<Condition>> {
+    let Some(raw) = take::<RawConditions>(source, root, "when")? else { return Ok(Vec::new()) };
+    let span = raw.span();
+    let texts = match raw.into_inner() {
+        RawConditions::One(text) => vec![text],
+        RawConditions::All(texts) => texts,
+    };
+    let parse = |text: &String| Condition::parse(text).map_err(|what| source.bad(span.clone(), "when", what));
+    texts.iter().map(parse).collect()
+}
+
+/// The series of a view in `[output]`: a Cinema database, and a list with its pictures per second.
+type SeriesTemplates = (Option<Template>, Option<(Template, f64)>);
+
+pub fn series(source: &Text, root: &mut DeTable) -> Result<SeriesTemplates> {
+    let Some(output) = section(root, "output") else { return Ok((None, None)) };
+    let mut named = |key: &str, ending: &str| -> Result<Option<Template>> {
+        let raw = take::<String>(source, output, key)?;
+        raw.map(|raw| template(source, &raw, &format!("output.{key}"), ending)).transpose()
+    };
+    let (cinema, concat) = (named("cinema", ".cdb")?, named("concat", ".ffconcat")?);
+    let fps = take::<f64>(source, output, "fps")?;
+    let rate = source.number(fps.as_ref(), "output.fps", 1e-3, 1e3, 25.0)?;
+    match (fps, concat) {
+        (Some(fps), None) => Err(source.bad(fps.span(), "output.fps", "is valid only with output.concat")),
+        (_, concat) => Ok((cinema, concat.map(|template| (template, rate)))),
+    }
+}
+
+/// A name that is the same at every step.
+fn template(source: &Text, raw: &Spanned<String>, key: &str, ending: &str) -> Result<Template> {
+    let text = raw.get_ref();
+    let bad = |what: String| source.bad(raw.span(), key, format!("{text:?}: {what}"));
+    if !text.ends_with(ending) || text.contains(char::is_control) {
+        return Err(bad(format!("expected a name that ends in {ending}")));
+    }
+    let template =
+        Template::new(text, &Template::WORDS).map_err(|e| source.bad(raw.span(), key, e.context()))?;
+    if !template.is_timeless() {
+        return Err(bad("it is one for all steps, expected neither step nor date in its name".into()));
+    }
+    Ok(template)
+}
+
+/// Where the names of files stand in the text, if they do.
+pub struct Names {
+    pub file: Option<Range<usize>>,
+    /// Of others, by their keys.
+    others: Vec<(&'static str, Range<usize>)>,
+    /// The view that they are of.
+    view: Range<usize>,
+}
+
+impl Names {
+    /// Where the name stands of which `key` is the whole key.
+    pub fn span(&self, key: &str) -> Range<usize> {
+        let other = self.others.iter().find(|(name, _)| key == *name).map(|(_, span)| span);
+        let file = self.file.as_ref().filter(|_| key == "output.file");
+        file.or(other).unwrap_or(&self.view).clone()
+    }
+}
+
+pub fn names(table: &Spanned<DeTable>) -> Names {
+    let output = table.get_ref().get("output").and_then(|output| output.get_ref().as_table());
+    let span = |key: &str| Some(output?.get(key)?.span());
+    let others = [("output.error", "error"), ("output.cinema", "cinema"), ("output.concat", "concat")];
+    let others = others.into_iter().filter_map(|(whole, key)| Some((whole, span(key)?))).collect();
+    Names { file: span("file"), others, view: table.span() }
+}

@@ -1,0 +1,142 @@
+//! Cameras that move: `camera.orbit` and `camera.path`.
+
+use super::section::{section, take};
+use crate::parse::camera::{FOV_DEG, PLACE_DEG, whole_planet};
+use crate::parse::text::Text;
+use crate::script::{Clock, Key, Motion, Orbit, Path};
+use icoray_grid::Result;
+use serde::Deserialize;
+use std::ops::Range;
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RawOrbit {
+    degrees_per_step: Option<Spanned<f64>>,
+    turn: Option<Spanned<f64>>,
+    steps: Option<Spanned<f64>>,
+    seconds: Option<Spanned<f64>>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RawKey {
+    step: Option<Spanned<i64>>,
+    time: Option<Spanned<f64>>,
+    lon: Option<Spanned<f64>>,
+    lat: Option<Spanned<f64>>,
+    distance: Option<Spanned<f64>>,
+    altitude: Option<Spanned<f64>>,
+    fov: Option<Spanned<f64>>,
+}
+
+/// How the camera moves. A path gives the scene's own camera its first key's place.
+pub fn motion(source: &Text, root: &mut DeTable) -> Result<Motion> {
+    let Some(camera) = section(root, "camera") else { return Ok(Motion::Still) };
+    let orbit = take::<RawOrbit>(source, camera, "orbit")?;
+    match (orbit, camera.get("path").map(Spanned::span)) {
+        (None, None) => Ok(Motion::Still),
+        (Some(orbit), None) => Ok(Motion::Orbit(self::orbit(source, &orbit)?)),
+        (None, Some(span)) => path(source, camera, span).map(Motion::Path),
+        (Some(_), Some(span)) => {
+            Err(source.bad(span, "camera.path", "is not valid with camera.orbit, expected one of them"))
+        }
+    }
+}
+
+fn orbit(source: &Text, raw: &Spanned<RawOrbit>) -> Result<Orbit> {
+    let (span, raw) = (raw.span(), raw.get_ref());
+    let turn = |turn| source.number(Some(turn), "camera.orbit", -1e9, 1e9, 0.0);
+    let period = |period| source.number(Some(period), "camera.orbit", 1e-9, 1e12, 1.0);
+    let (clock, turn_deg, period) = match (&raw.degrees_per_step, &raw.turn, &raw.steps, &raw.seconds) {
+        (Some(degrees), None, None, None) => (Clock::Step, turn(degrees)?, 1.0),
+        (None, Some(degrees), Some(steps), None) => (Clock::Step, turn(degrees)?, period(steps)?),
+        (None, Some(degrees), None, Some(seconds)) => (Clock::Time, turn(degrees)?, period(seconds)?),
+        _ => {
+            let wish = "expected degrees_per_step, or turn and steps, or turn and seconds";
+            return Err(source.bad(span, "camera.orbit", wish));
+        }
+    };
+    Ok(Orbit { clock, turn_deg, period })
+}
+
+/// Defaults of path keys.
+struct KeyDefaults {
+    distance: Option<f64>,
+    fov_deg: f64,
+}
+
+fn path(source: &Text, camera: &mut DeTable, span: Range<usize>) -> Result<Path> {
+    const KEY: &str = "camera.path";
+    if let Some(stray) = ["lon", "lat", "eye", "target", "up"].iter().find_map(|key| camera.get(*key)) {
+        return Err(source.bad(stray.span(), KEY, "its keys have the places, expected no other one"));
+    }
+    let first = camera.get("path").and_then(|path| path.get_ref().get(0)).map(Spanned::get_ref).cloned();
+    let number = |camera: &DeTable, key: &str| -> Result<Option<Spanned<f64>>> {
+        take(source, &mut camera.clone(), key)
+    };
+    let defaults = KeyDefaults {
+        distance: distance(
+            source,
+            number(camera, "distance")?.as_ref(),
+            number(camera, "altitude")?.as_ref(),
+        )?,
+        fov_deg: source.number(number(camera, "fov")?.as_ref(), "camera.fov", 1e-3, 179.0, FOV_DEG)?,
+    };
+    let raw =
+        take::<Vec<Spanned<RawKey>>>(source, camera, "path")?.map(Spanned::into_inner).unwrap_or_default();
+    let clock = raw.first().map_or(Clock::Step, |key| match key.get_ref().time {
+        Some(_) => Clock::Time,
+        None => Clock::Step,
+    });
+    let keys = raw.iter().map(|raw| key(source, raw, clock, &defaults)).collect::<Result<Vec<Key>>>()?;
+    Path::check(&keys).map_err(|(number, what)| {
+        let span = raw.get(number).map_or(span, Spanned::span);
+        source.bad(span, KEY, what)
+    })?;
+    if let Some(DeValue::Table(first)) = first {
+        let has_distance = camera.contains_key("distance") || camera.contains_key("altitude");
+        let of_place = first.into_iter().filter(|(key, _)| match key.get_ref().as_ref() {
+            "lon" | "lat" => true,
+            "distance" | "altitude" => !has_distance,
+            _ => false,
+        });
+        camera.extend(of_place);
+    }
+    Ok(Path::new(clock, keys))
+}
+
+fn distance(
+    source: &Text,
+    distance: Option<&Spanned<f64>>,
+    altitude: Option<&Spanned<f64>>,
+) -> Result<Option<f64>> {
+    Ok(match (distance, altitude) {
+        (None, None) => None,
+        (None, altitude) => Some(1.0 + source.number(altitude, "camera.altitude", -0.999_999, 1e6, 0.0)?),
+        (distance, _) => Some(source.number(distance, "camera.distance", 1e-6, 1e6, 0.0)?),
+    })
+}
+
+fn key(source: &Text, raw: &Spanned<RawKey>, clock: Clock, defaults: &KeyDefaults) -> Result<Key> {
+    let (span, raw) = (raw.span(), raw.get_ref());
+    let bad = |what: &str| source.bad(span.clone(), "camera.path", what);
+    let at = match (clock, &raw.step, &raw.time) {
+        (Clock::Step, Some(step), None) => *step.get_ref() as f64,
+        (Clock::Time, None, Some(time)) => source.number(Some(time), "camera.path", -1e15, 1e15, 0.0)?,
+        _ => return Err(bad("expected each key to have a step, or each a time in seconds")),
+    };
+    if raw.distance.is_some() && raw.altitude.is_some() {
+        return Err(bad("expected either distance or altitude"));
+    }
+    let fov_deg = source.number(raw.fov.as_ref(), "camera.path", 1e-3, 179.0, defaults.fov_deg)?;
+    let own = distance(source, raw.distance.as_ref(), raw.altitude.as_ref())?;
+    Ok(Key {
+        at,
+        lon_deg: source.number(raw.lon.as_ref(), "camera.path", -360.0, 360.0, PLACE_DEG[0])?,
+        lat_deg: source.number(raw.lat.as_ref(), "camera.path", -90.0, 90.0, PLACE_DEG[1])?,
+        distance: own.or(defaults.distance).unwrap_or_else(|| whole_planet(fov_deg)),
+        fov_deg,
+    })
+}

@@ -1,0 +1,104 @@
+//! Volumes: the short form of one of them, and the list of several.
+
+use super::RawScene;
+use super::text::Text;
+use super::transfer::{Gives, RawTransfer, stops, transfer_function};
+use crate::scenery::{Opacity, Scenery, Volume};
+use crate::transfer::{Knot, TransferFunction};
+use icoray_grid::Result;
+use serde::Deserialize;
+use std::ops::Range;
+use toml::Spanned;
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RawVolume {
+    field: Option<Spanned<String>>,
+    transfer: Option<Spanned<RawTransfer>>,
+    opacity: Option<Spanned<RawOpacity>>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RawOpacity {
+    field: Option<Spanned<String>>,
+    values: Option<Spanned<Vec<Spanned<[f64; 2]>>>>,
+    unit_length: Option<Spanned<f64>>,
+}
+
+/// The volumes, in the scene's order; there may be none.
+pub(super) fn volumes(source: Text, raw: &RawScene) -> Result<Vec<Volume>> {
+    if raw.volumes.is_empty() {
+        return short(source, raw);
+    }
+    let strays: [(&str, Option<Range<usize>>); 3] = [
+        ("field", raw.field.as_ref().map(Spanned::span)),
+        ("transfer", raw.transfer.as_ref().map(Spanned::span)),
+        ("opacity", raw.opacity.as_ref().map(Spanned::span)),
+    ];
+    if let Some((key, span)) = strays.into_iter().find_map(|(key, span)| Some((key, span?))) {
+        let what = "expected either field and [transfer] of one volume, or [[volumes]], not both";
+        return Err(source.bad(span, key, what));
+    }
+    let source = source.within("volumes.");
+    let volume = |raw: &Spanned<RawVolume>| {
+        let (span, RawVolume { field, transfer, opacity }) = (raw.span(), raw.get_ref());
+        volume(&source, span, (field.as_ref(), transfer.as_ref(), opacity.as_ref()))
+    };
+    raw.volumes.iter().map(volume).collect()
+}
+
+/// The volume of a scene that has one: by its keys, or because nothing else is shown.
+fn short(source: Text, raw: &RawScene) -> Result<Vec<Volume>> {
+    let keys = (raw.field.as_ref(), raw.transfer.as_ref(), raw.opacity.as_ref());
+    let has_more = !(raw.surfaces.is_empty() && raw.isosurfaces.is_empty() && raw.lines.is_empty())
+        || raw.ground.is_some();
+    match keys {
+        (_, None, None) if has_more => Ok(Vec::new()),
+        keys => Ok(vec![volume(&source, 0..0, keys)?]),
+    }
+}
+
+/// The keys of a volume.
+type VolumeKeys<'r> =
+    (Option<&'r Spanned<String>>, Option<&'r Spanned<RawTransfer>>, Option<&'r Spanned<RawOpacity>>);
+
+fn volume(source: &Text, span: Range<usize>, (field, transfer, opacity): VolumeKeys) -> Result<Volume> {
+    let field = source.name_or_first(field, "field")?;
+    let gives = opacity.map_or(Gives::All, |_| Gives::Colors("the opacity is that of another field"));
+    let absent = Spanned::new(span, RawTransfer::default());
+    let (transfer, coloring) = transfer_function(source, transfer.unwrap_or(&absent), gives)?;
+    let opacity = opacity.map(|raw| self::opacity(source, raw, &field)).transpose()?;
+    Ok(Volume { field, transfer, coloring, opacity })
+}
+
+/// The opacity of a volume of `field`, which is the opacity's too where it names none.
+fn opacity(source: &Text, raw: &Spanned<RawOpacity>, field: &str) -> Result<Opacity> {
+    let (span, raw) = (raw.span(), raw.get_ref());
+    let unit_length = raw.unit_length.as_ref();
+    let unit_length =
+        unit_length.map(|u| source.number(Some(u), "opacity.unit_length", 1e-12, 1e6, 0.0)).transpose()?;
+    let Some(values) = &raw.values else {
+        return Err(source.bad(span, "opacity.values", "is absent, expected pairs [value, opacity]"));
+    };
+    let stops = stops(source, values, "opacity.values")?;
+    let knots = stops.into_iter().map(|(value, extinction)| Knot { value, color: [0.0; 3], extinction });
+    let transfer = TransferFunction { knots: knots.collect(), unit_length };
+    let named = raw.field.as_ref().map(|field| source.name(field, "opacity.field")).transpose()?;
+    Ok(Opacity { field: named.unwrap_or_else(|| field.to_owned()), transfer })
+}
+
+/// The volume of a scene that shows none: of the scene's field or the first that is shown, transparent.
+pub(super) fn none(source: Text, raw: &RawScene, scenery: &Scenery) -> Result<Volume> {
+    let field = match &raw.field {
+        Some(field) => source.name(field, "field")?,
+        None => first_shown(scenery).unwrap_or_default(),
+    };
+    Ok(Volume::clear(field))
+}
+
+fn first_shown(scenery: &Scenery) -> Option<String> {
+    let mut first = None;
+    scenery.shown_fields(&mut |field| first = first.or((!field.is_empty()).then_some(field)));
+    first.map(str::to_owned)
+}

@@ -1,0 +1,54 @@
+//! The quality of a frame.
+
+use crate::scene::Scene;
+use serde::{Deserialize, Serialize};
+use std::fmt;
+
+/// How light is computed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default, Serialize, Deserialize)]
+pub enum Lights {
+    /// None: the transfer function's own colours.
+    #[default]
+    Off,
+    /// One mean shade per piece of a ray, however far the gradient turns in it.
+    Coarse,
+    /// To the tolerance.
+    Full,
+}
+
+impl fmt::Display for Lights {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Lights::Off => "off",
+            Lights::Coarse => "coarse",
+            Lights::Full => "full",
+        })
+    }
+}
+
+/// The quality of a frame: that of the scene, or a lower one to meet its time budget.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Quality {
+    /// Each how many-th pixel was traced, in both directions; those between are interpolated.
+    pub pixel_step: u32,
+    /// Largest error that was allowed in a traced pixel.
+    pub tolerance: f64,
+    /// Light.
+    pub lights: Lights,
+}
+
+impl fmt::Display for Quality {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "tolerance {:e}, light {}, ", self.tolerance, self.lights)?;
+        match self.pixel_step {
+            1 => f.write_str("every pixel traced"),
+            step => write!(f, "one of {step} x {step} pixels traced"),
+        }
+    }
+}
+
+impl Default for Quality {
+    fn default() -> Self {
+        Quality { pixel_step: 1, tolerance: Scene::DEFAULT_TOLERANCE, lights: Lights::Off }
+    }
+}

@@ -1,0 +1,214 @@
+//! A scene: what to draw and how.
+
+use crate::backend::{Adapter, Backend};
+use crate::camera::Camera;
+use crate::labels::Labels;
+use crate::method::Method;
+use crate::name::Output;
+use crate::scenery::{Heights, Level, Lines, Paint, Pattern, Scenery, Surface, Volume};
+use crate::transfer::TransferFunction;
+use std::ops::RangeInclusive;
+
+/// Floating-point precision of the kernel's inner loop. Positions are in f64 either way.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Precision {
+    /// Single: errors around 1e-6 of a pixel's range.
+    #[default]
+    F32,
+    /// Double: for references.
+    F64,
+}
+
+/// How several ranks share out a picture.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Scheme {
+    /// Fragments where ranks have parts of the grid, else tiles.
+    #[default]
+    Auto,
+    /// Sort-first: each rank draws some tiles of the picture, whole.
+    Tiles,
+    /// Sort-last: each rank draws its own cells in all tiles, and rays are put together of what ranks send each other.
+    Fragments,
+}
+
+/// Where light comes from.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Source {
+    /// From the eye.
+    Headlight,
+    /// From infinity, above the given place.
+    Sun {
+        /// Longitude below the sun, degrees.
+        lon_deg: f64,
+        /// Latitude below the sun, degrees.
+        lat_deg: f64,
+    },
+}
+
+/// Blinn-Phong lighting; the field's gradient is the normal.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Lighting {
+    /// Where the light comes from.
+    pub source: Source,
+    /// Part of the colour that is there without light, 0 to 1.
+    pub ambient: f64,
+    /// Part of the colour that needs light, 0 to 1.
+    pub diffuse: f64,
+    /// Strength of the white highlight, 0 to 1.
+    pub specular: f64,
+    /// Exponent of the highlight: larger is smaller and sharper.
+    pub shininess: f64,
+}
+
+/// A whole scene, checked.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Scene {
+    /// Fields shown as volumes, at least one: extinctions add up, colours mix by extinction. The first one's field gives the
+    /// scene its layers and the picture its name; where a scene shows no volume, it is transparent.
+    pub volumes: Vec<Volume>,
+    /// Of the steps that a running model offers, those that are multiples of this are drawn; at least 1. See
+    /// [`Scene::is_due`]. The renderer itself draws what it is told to; `icoray render` takes the times of a file for steps.
+    pub every: u32,
+    /// Picture width in pixels.
+    pub width: u32,
+    /// Picture height in pixels.
+    pub height: u32,
+    /// Linear RGB behind everything; `None` leaves the picture transparent.
+    pub background: Option<[f64; 3]>,
+    /// Factor on heights above the planet's surface, 1 is true to scale.
+    pub exaggeration: f64,
+    /// Linear RGB of the opaque planet below the innermost layer; `None` is hollow, and rays go on on the far side.
+    pub core: Option<[f64; 3]>,
+    /// The camera.
+    pub camera: Camera,
+    /// What is shown beside the volumes, and what is cut away.
+    pub scenery: Scenery,
+    /// The light; `None` shows the transfer function's colours as they are.
+    pub lighting: Option<Lighting>,
+    /// How pieces are integrated. Scenes that show more than one volume between concentric layers, or cut it
+    /// ([`Scene::is_plain`]), are integrated to the tolerance whatever it is, and say so (`Plan::left_out`).
+    pub method: Method,
+    /// Largest error allowed in a channel of a premultiplied pixel, 0 to 1; [`Method::Exact`] spends no more than it needs.
+    pub tolerance: f64,
+    /// Whether pixels with the edge of a surface in them show the mean of several rays, where every pixel is traced; else each
+    /// pixel is one ray.
+    pub antialias: bool,
+    /// Milliseconds that a frame may take, from the field's pointers to its pixels; `None` is as long as it takes.
+    ///
+    /// Within it the renderer picks, from what a few rays are measured to cost: first a looser tolerance (up to 1e-2), then
+    /// light that is not cut where the gradient turns, then fewer traced pixels; where gradients alone would take half of
+    /// the time, no light. [`Quality`](crate::quality::Quality) says what it was.
+    pub time_budget_ms: Option<f64>,
+    /// Precision of the inner loop; scenes that are not plain ([`Scene::is_plain`]) have double precision throughout.
+    pub precision: Precision,
+    /// How several ranks share out the picture.
+    pub ranks: Scheme,
+    /// Who traces rays.
+    pub backend: Backend,
+    /// Which of several GPUs; `None` is one of the fastest kind, another for each rank on a node.
+    pub device: Option<Adapter>,
+    /// What is written into the picture; `None` is nothing.
+    pub labels: Option<Labels>,
+    /// Names of the pictures, and of the maps of their errors.
+    pub output: Output,
+}
+
+impl Scene {
+    /// What [`Scene::tolerance`] may be.
+    pub const TOLERANCE: RangeInclusive<f64> = 1e-12..=0.5;
+    /// The tolerance of a scene that names none.
+    pub const DEFAULT_TOLERANCE: f64 = 1e-3;
+
+    /// Name of the first volume's field. Empty where the scene names none, for the first of the fields that a renderer is
+    /// given ([`Scene::name_first_field`]).
+    pub fn field(&self) -> &str {
+        &self.volumes[0].field
+    }
+
+    /// Whether nothing but one volume between concentric layers is shown, over a ground that may have lines on it.
+    pub fn is_plain(&self) -> bool {
+        let Scenery { surfaces, isosurfaces, lines, ground: _, clips, derived: _, heights } = &self.scenery;
+        let is_on_ground = |lines: &Lines| lines.on == Level::Ground;
+        let is_meshless = |lines: &Lines| !matches!(lines.pattern, Pattern::Cells | Pattern::Triangles);
+        matches!(self.volumes.as_slice(), [Volume { opacity: None, .. }])
+            && surfaces.is_empty()
+            && isosurfaces.is_empty()
+            && lines.iter().all(|lines| is_on_ground(lines) && is_meshless(lines))
+            && clips.is_empty()
+            && *heights == Heights::Mean
+    }
+
+    /// Gives the field that the scene shows without naming it the name `first`; nothing changes where it names all.
+    pub fn name_first_field(&mut self, first: &str) {
+        let mut rename = |name: &mut String| {
+            if name.is_empty() {
+                first.clone_into(name);
+            }
+        };
+        for volume in &mut self.volumes {
+            rename(&mut volume.field);
+            volume.opacity.iter_mut().for_each(|opacity| rename(&mut opacity.field));
+        }
+        self.scenery.rename_fields(&mut rename);
+    }
+
+    /// Shows the first volume as an opaque surface on the innermost layer, with the same colours, where the scene gives it no
+    /// opacity. For fields of one value per column, which have no inside.
+    pub fn show_as_surface(&mut self) {
+        let first = &mut self.volumes[0];
+        let has_default_opacity = first.opacity.is_none();
+        let Some(coloring) = first.coloring.take_if(|c| has_default_opacity && c.has_default_opacity())
+        else {
+            return;
+        };
+        let coloring = coloring.without_opacity();
+        let transfer = coloring.transfer(coloring.fixed().unwrap_or_else(|| coloring.unknown()));
+        let field = first.field.clone();
+        let paint = Paint::Field { field, transfer, coloring: Some(coloring), by_cell: false };
+        first.transfer = TransferFunction::clear();
+        self.scenery.surfaces.insert(0, Surface { at: Level::Layer(0), paint, opacity: 1.0 });
+    }
+
+    /// The names of the fields that are shown, each once, the first one first; some may be derived.
+    pub fn shown_fields(&self) -> Vec<&str> {
+        let mut names = Vec::new();
+        let mut visit = |name| {
+            if !names.contains(&name) {
+                names.push(name);
+            }
+        };
+        for volume in &self.volumes {
+            visit(&*volume.field);
+            volume.opacity.iter().for_each(|opacity| visit(&opacity.field));
+        }
+        self.scenery.shown_fields(&mut visit);
+        names
+    }
+
+    /// The names of the model's fields that the scene needs, each once: those that are shown, and those of which derived
+    /// ones are made.
+    pub fn model_fields(&self) -> Vec<&str> {
+        let derived = &self.scenery.derived;
+        let mut names = Vec::new();
+        // Names, and how many of the derived fields each may be one of: those before what is made of it.
+        let mut todo: Vec<(&str, usize)> =
+            self.shown_fields().into_iter().map(|name| (name, derived.len())).collect();
+        todo.reverse();
+        while let Some((name, count)) = todo.pop() {
+            match derived[..count].iter().rposition(|derived| derived.name == name) {
+                Some(at) => todo.extend(derived[at].how.fields().into_iter().rev().map(|field| (field, at))),
+                None if !names.contains(&name) => names.push(name),
+                None => (),
+            }
+        }
+        names
+    }
+
+    /// Whether the step is one to draw: a multiple of [`Scene::every`], 0 and negative ones included. An `every` of 0,
+    /// which no scene file can have, counts as 1.
+    pub fn is_due(&self, step: i64) -> bool {
+        step % i64::from(self.every.max(1)) == 0
+    }
+}

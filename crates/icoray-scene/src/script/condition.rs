@@ -1,0 +1,168 @@
+//! Conditions on fields, such as `max(vorticity) > 1e-4`.
+
+use super::Summary;
+use icoray_grid::Field;
+use std::fmt;
+
+/// A number that one pass over a field gives. Values count where they lie, at centres or corners, each as much as any other.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Statistic {
+    /// The least value.
+    Min,
+    /// The greatest value.
+    Max,
+    /// The mean of the values.
+    Mean,
+}
+
+const STATISTICS: [(&str, Statistic); 3] =
+    [("min", Statistic::Min), ("max", Statistic::Max), ("mean", Statistic::Mean)];
+
+impl Statistic {
+    /// Of the values that are there; `None` where all are missing. The same to the last bit wherever it is computed.
+    pub fn of(self, field: &Field) -> Option<f64> {
+        Summary::of(field, None, &[self]).get(self)
+    }
+}
+
+impl fmt::Display for Statistic {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let named = STATISTICS.iter().find(|(_, statistic)| statistic == self);
+        f.write_str(named.map_or("", |(name, _)| name))
+    }
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Relation {
+    Less,
+    AtMost,
+    Greater,
+    AtLeast,
+}
+
+/// The longer ones first, since they begin as the shorter do.
+const RELATIONS: [(&str, Relation); 4] =
+    [("<=", Relation::AtMost), (">=", Relation::AtLeast), ("<", Relation::Less), (">", Relation::Greater)];
+
+/// That a statistic of a field is on one side of a number.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Condition {
+    statistic: Statistic,
+    field: String,
+    relation: Relation,
+    limit: f64,
+}
+
+impl Condition {
+    /// Parses `max(field) > 1e-4`; what is not understood is the error's, with what was expected there.
+    pub(crate) fn parse(text: &str) -> Result<Self, String> {
+        let said = |rest: &str, wish: &str| {
+            let found = if rest.is_empty() { "its end".to_owned() } else { format!("{rest:?}") };
+            let place = text.chars().count() - rest.chars().count() + 1;
+            format!("{text:?}: {found} at character {place}, expected {wish}")
+        };
+        let rest = text.trim_start();
+        let word = rest.find(|c: char| !c.is_ascii_alphanumeric()).unwrap_or(rest.len());
+        let named = STATISTICS.iter().find(|(name, _)| *name == &rest[..word]);
+        let (_, statistic) = named.ok_or_else(|| said(rest, "min, max or mean"))?;
+        let rest = rest[word..].trim_start();
+        let inside = rest.strip_prefix('(').ok_or_else(|| said(rest, "a field's name in parentheses"))?;
+        let close = inside.find(')').ok_or_else(|| said(inside, "a field's name and )"))?;
+        let field = inside[..close].trim();
+        if field.is_empty() {
+            return Err(said(inside, "a field's name"));
+        }
+        let rest = inside[close + 1..].trim_start();
+        let relation = RELATIONS.iter().find(|(sign, _)| rest.starts_with(sign));
+        let (sign, relation) = relation.ok_or_else(|| said(rest, "<, <=, > or >="))?;
+        let rest = rest[sign.len()..].trim();
+        let limit = rest.parse().ok().filter(|limit: &f64| limit.is_finite());
+        let limit = limit.ok_or_else(|| said(&text[text.rfind(rest).unwrap_or(0)..], "a finite number"))?;
+        Ok(Condition { statistic: *statistic, field: field.into(), relation: *relation, limit })
+    }
+
+    /// Name of the field that it is on.
+    pub fn field(&self) -> &str {
+        &self.field
+    }
+
+    /// What must be known of the field.
+    pub fn statistic(&self) -> Statistic {
+        self.statistic
+    }
+
+    /// Whether it holds where the statistic is `value`; never where there is none.
+    pub fn holds(&self, value: Option<f64>) -> bool {
+        value.is_some_and(|value| match self.relation {
+            Relation::Less => value < self.limit,
+            Relation::AtMost => value <= self.limit,
+            Relation::Greater => value > self.limit,
+            Relation::AtLeast => value >= self.limit,
+        })
+    }
+}
+
+impl fmt::Display for Condition {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let sign = RELATIONS.iter().find(|(_, relation)| *relation == self.relation).map_or("", |r| r.0);
+        write!(f, "{}({}) {sign} {}", self.statistic, self.field, self.limit)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use icoray_grid::Location;
+    use icoray_grid::Shape;
+
+    #[test]
+    fn conditions_hold_on_their_side() {
+        for (text, below, at, above) in [
+            ("max(q) > 2", false, false, true),
+            (" max ( q )>=2.0 ", false, true, true),
+            ("max(q)<2", true, false, false),
+            ("max(q) <= 0.2e1", true, true, false),
+        ] {
+            let condition = Condition::parse(text).unwrap();
+            assert_eq!((condition.field(), condition.statistic()), ("q", Statistic::Max));
+            let holds = [1.9, 2.0, 2.1].map(|value| condition.holds(Some(value)));
+            assert_eq!(holds, [below, at, above], "{text}");
+            assert!(!condition.holds(None) && !condition.holds(Some(f64::NAN)));
+        }
+        let said = Condition::parse("mean(relative humidity)<=-1e-7").unwrap().to_string();
+        assert_eq!(said, "mean(relative humidity) <= -0.0000001");
+    }
+
+    #[test]
+    fn what_is_not_understood_is_pointed_at() {
+        for (text, part) in [
+            ("", "its end at character 1, expected min, max or mean"),
+            ("most(q) > 1", "\"most(q) > 1\" at character 1, expected min, max or mean"),
+            ("max q > 1", "\"q > 1\" at character 5, expected a field's name in parentheses"),
+            ("max(q > 1", "\"q > 1\" at character 5, expected a field's name and )"),
+            ("max( ) > 1", "\" ) > 1\" at character 5, expected a field's name"),
+            ("max(q) = 1", "\"= 1\" at character 8, expected <, <=, > or >="),
+            ("max(q)", "its end at character 7, expected <"),
+            ("max(q) > ", "its end at character 10, expected a finite number"),
+            ("max(q) > 1 K", "\"1 K\" at character 10, expected a finite number"),
+            ("max(q) >> 1", "\"> 1\" at character 9, expected a finite number"),
+            ("max(q) > inf", "\"inf\" at character 10"),
+        ] {
+            let error = Condition::parse(text).unwrap_err();
+            assert!(error.contains(part), "{error}");
+            assert!(error.starts_with(&format!("{text:?}: ")), "{error}");
+        }
+    }
+
+    #[test]
+    fn statistics_are_of_the_values_that_are_there() {
+        let values = [1.0, -3.0, 9e9, 4.0, f64::NAN, 6.0];
+        let of = |values: &[f64], statistic: Statistic| {
+            let shape = Shape::level_fastest(2, 3);
+            statistic.of(&Field::new(values.into(), shape, Location::Center, Some(9e9)).unwrap())
+        };
+        let all = [Statistic::Min, Statistic::Max, Statistic::Mean];
+        assert_eq!(all.map(|statistic| of(&values, statistic)), [Some(-3.0), Some(6.0), Some(2.0)]);
+        assert_eq!(all.map(|statistic| of(&[9e9; 6], statistic)), [None; 3]);
+    }
+}

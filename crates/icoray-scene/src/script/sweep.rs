@@ -1,0 +1,138 @@
+//! Lists of values whose product is drawn at each step.
+
+use crate::camera::Camera;
+use crate::scene::Scene;
+
+/// What is swept, the last list the fastest.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub(crate) struct Sweep {
+    pub axes: Vec<Axis>,
+    /// Where the camera is but for what is swept; there where its place is swept.
+    pub place: Option<CameraPlace>,
+}
+
+/// A list of values, at least one.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) enum Axis {
+    Lon(Vec<f64>),
+    Lat(Vec<f64>),
+    Distance(Vec<f64>),
+    Exaggeration(Vec<f64>),
+    Field(Vec<String>),
+}
+
+/// A camera above a place, as [`Camera::above`] has it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct CameraPlace {
+    pub lon_deg: f64,
+    pub lat_deg: f64,
+    pub distance: f64,
+    pub fov_deg: f64,
+}
+
+impl Axis {
+    /// Its key in `[sweep]`, its placeholder, and its column in a database.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Axis::Lon(_) => "lon",
+            Axis::Lat(_) => "lat",
+            Axis::Distance(_) => "distance",
+            Axis::Exaggeration(_) => "exaggeration",
+            Axis::Field(_) => "field",
+        }
+    }
+
+    fn len(&self) -> usize {
+        match self {
+            Axis::Lon(v) | Axis::Lat(v) | Axis::Distance(v) | Axis::Exaggeration(v) => v.len(),
+            Axis::Field(names) => names.len(),
+        }
+    }
+
+    fn text(&self, number: usize) -> String {
+        match self {
+            Axis::Lon(v) | Axis::Lat(v) | Axis::Distance(v) | Axis::Exaggeration(v) => v[number].to_string(),
+            Axis::Field(names) => names[number].clone(),
+        }
+    }
+
+    /// The same with a point in all numbers, so that those of a list are of one type.
+    fn cell(&self, number: usize) -> String {
+        match self {
+            Axis::Lon(v) | Axis::Lat(v) | Axis::Distance(v) | Axis::Exaggeration(v) => {
+                format!("{:?}", v[number])
+            }
+            Axis::Field(names) => names[number].clone(),
+        }
+    }
+
+    pub fn is_of_camera(&self) -> bool {
+        matches!(self, Axis::Lon(_) | Axis::Lat(_) | Axis::Distance(_))
+    }
+}
+
+impl Sweep {
+    /// How many pictures it makes; 1 where nothing is swept.
+    pub fn count(&self) -> usize {
+        self.axes.iter().map(Axis::len).product()
+    }
+
+    /// Each combination: of each list, the number of a value.
+    pub fn combinations(&self) -> impl Iterator<Item = Vec<usize>> {
+        (0..self.count()).map(|number| {
+            let mut rest = number;
+            let mut numbers: Vec<usize> = Vec::with_capacity(self.axes.len());
+            for axis in self.axes.iter().rev() {
+                numbers.push(rest % axis.len());
+                rest /= axis.len();
+            }
+            numbers.reverse();
+            numbers
+        })
+    }
+
+    /// Names and values of a combination, for names of files.
+    pub fn values(&self, numbers: &[usize]) -> Vec<(&'static str, String)> {
+        self.axes.iter().zip(numbers).map(|(axis, number)| (axis.name(), axis.text(*number))).collect()
+    }
+
+    /// The same for a database.
+    pub fn cells(&self, numbers: &[usize]) -> Vec<(&'static str, String)> {
+        self.axes.iter().zip(numbers).map(|(axis, number)| (axis.name(), axis.cell(*number))).collect()
+    }
+
+    /// Puts a combination into the scene.
+    pub fn apply(&self, scene: &mut Scene, numbers: &[usize]) {
+        let mut place = self.place;
+        for (axis, &number) in self.axes.iter().zip(numbers) {
+            match (axis, &mut place) {
+                (Axis::Lon(lon), Some(place)) => place.lon_deg = lon[number],
+                (Axis::Lat(lat), Some(place)) => place.lat_deg = lat[number],
+                (Axis::Distance(distance), Some(place)) => place.distance = distance[number],
+                (Axis::Exaggeration(exaggeration), _) => scene.exaggeration = exaggeration[number],
+                (Axis::Field(field), _) => scene.volumes[0].field.clone_from(&field[number]),
+                (Axis::Lon(_) | Axis::Lat(_) | Axis::Distance(_), None) => {
+                    unreachable!("a camera that is swept has a place")
+                }
+            }
+        }
+        if let Some(CameraPlace { lon_deg, lat_deg, distance, fov_deg }) = place {
+            let camera = Camera::above(lon_deg, lat_deg, distance, fov_deg);
+            scene.camera = camera.expect("swept numbers are finite and in range");
+        }
+    }
+
+    /// Whether it has a list of that name.
+    pub fn has(&self, name: &str) -> bool {
+        self.axes.iter().any(|axis| axis.name() == name)
+    }
+
+    /// The fields that it names.
+    pub fn fields(&self) -> &[String] {
+        let fields = self.axes.iter().find_map(|axis| match axis {
+            Axis::Field(names) => Some(names.as_slice()),
+            _ => None,
+        });
+        fields.unwrap_or_default()
+    }
+}

@@ -1,0 +1,118 @@
+//! What studies print and write: lines, directories, files, CSV tables, and tables inside a README.
+
+use icoray::{Error, ErrorKind, Result};
+use std::fmt::{Arguments, Display};
+use std::fs::File;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+pub(crate) use icoray_progress::steps as progress;
+
+/// Prints a formatted line and flushes it, so that the progress of a long study is visible.
+macro_rules! say {
+    ($out:expr, $($text:tt)*) => { $crate::results::print_line($out, format_args!($($text)*)) };
+}
+pub(crate) use say;
+
+pub(crate) fn print_line(out: &mut dyn Write, line: Arguments) -> Result<()> {
+    let written = writeln!(out, "{line}").and_then(|()| out.flush());
+    written.map_err(|e| Error::new(ErrorKind::Io, format!("standard output: {e}")))
+}
+
+/// The error of a file operation.
+pub(crate) fn io_error(path: &Path, e: impl Display) -> Error {
+    Error::new(ErrorKind::Io, format!("{}: {e}", path.display()))
+}
+
+/// Creates a directory for results, with its parents.
+pub(crate) fn make_directory(path: &Path) -> Result<()> {
+    std::fs::create_dir_all(path).map_err(|e| io_error(path, e))
+}
+
+pub(crate) fn read_text(path: &Path) -> Result<String> {
+    std::fs::read_to_string(path).map_err(|e| io_error(path, e))
+}
+
+/// Writes a file, replacing an older one.
+pub(crate) fn write_file(path: &Path, content: impl AsRef<[u8]>) -> Result<()> {
+    std::fs::write(path, content).map_err(|e| io_error(path, e))
+}
+
+/// A CSV file, flushed after every row.
+pub(crate) struct CsvFile {
+    path: PathBuf,
+    writer: csv::Writer<File>,
+}
+
+impl CsvFile {
+    /// Creates the file, in a directory that is made if it does not exist, with its header; `columns` are names with
+    /// commas between.
+    pub fn create(path: PathBuf, columns: &str) -> Result<Self> {
+        path.parent().map_or(Ok(()), make_directory)?;
+        let writer = csv::Writer::from_path(&path).map_err(|e| io_error(&path, e))?;
+        let mut file = CsvFile { path, writer };
+        file.row(columns.split(','))?;
+        Ok(file)
+    }
+
+    /// Appends a row.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Io`] where it cannot be written or has more or fewer cells than the header.
+    pub fn row(&mut self, cells: impl IntoIterator<Item: AsRef<[u8]>>) -> Result<()> {
+        self.writer.write_record(cells).map_err(|e| io_error(&self.path, e))?;
+        self.writer.flush().map_err(|e| io_error(&self.path, e))
+    }
+}
+
+const END: &str = "<!-- end -->\n";
+
+fn begin(study: &str) -> String {
+    format!("<!-- icoray-study {study} -->\n")
+}
+
+/// Replaces the text of a file between the lines `<!-- icoray-study NAME -->` and `<!-- end -->`.
+///
+/// # Errors
+/// [`ErrorKind::Io`] where the file cannot be read or written; [`ErrorKind::Argument`] where it lacks the lines.
+pub(crate) fn replace_section(path: &Path, study: &str, text: &str) -> Result<()> {
+    let new = with_section(&read_text(path)?, study, text).ok_or_else(|| {
+        let context = format!("{}: expected a line {}and behind it {END}", path.display(), begin(study));
+        Error::new(ErrorKind::Argument, context.replace('\n', " "))
+    })?;
+    write_file(path, new)
+}
+
+fn with_section(old: &str, study: &str, text: &str) -> Option<String> {
+    let begin = begin(study);
+    let (before, rest) = old.split_once(&begin)?;
+    let (_, after) = rest.split_once(END)?;
+    Some(format!("{before}{begin}{text}{END}{after}"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_section_is_replaced_and_nothing_else() {
+        let other = format!("{}other\n{END}", begin("other"));
+        let with = |text: &str| format!("a\n{other}{}{text}{END}b\n{other}", begin("speed"));
+        let new = with_section(&with("old\nlines\n"), "speed", "| new |\n").unwrap();
+        assert_eq!(new, with("| new |\n"));
+        assert_eq!(with_section("a\nb\n", "speed", "| new |\n"), None);
+        assert_eq!(with_section(&format!("{END}{}", begin("speed")), "speed", "| new |\n"), None);
+    }
+
+    #[test]
+    fn the_error_for_a_file_without_the_section_names_the_expected_lines() {
+        let directory = tempfile::tempdir().unwrap();
+        let path = directory.path().join("README.md");
+        std::fs::write(&path, "nothing").unwrap();
+        let error = replace_section(&path, "speed", "").unwrap_err().to_string();
+        assert!(
+            error.contains("expected a line <!-- icoray-study speed --> and behind it <!-- end -->"),
+            "{error}"
+        );
+    }
+}

@@ -1,0 +1,166 @@
+//! Frames of one grid.
+
+use super::case::{Case, Setting};
+use super::cost;
+use super::options::{Light, Options, Size};
+use super::setup::Setup;
+use crate::peak::PeakMemory;
+use crate::results::io_error;
+use crate::sphere::{self, Sphere};
+use icoray::{Frame, FrameReport, Grid, Renderer, Result, Savings, Scene};
+use std::time::Instant;
+
+/// Seconds and reports of frames.
+type TimedFrames = Vec<(f64, FrameReport)>;
+
+/// A grid with a field, and the renderers.
+pub(super) struct Benchmark<'o> {
+    options: &'o Options,
+    size: Size,
+    pub sphere: Sphere,
+    pub setup: Setup,
+    renderers: Vec<Renderer>,
+    walkers: Vec<Renderer>,
+    /// A renderer without empty-space skipping.
+    reader: Renderer,
+    /// Peak memory of a frame beyond the model's arrays and the grid, with its picture.
+    pub memory: Vec<(Light, u64)>,
+}
+
+/// Frames of one scene on one number of threads.
+#[derive(Debug, Clone)]
+pub(super) struct Row {
+    pub size: Size,
+    pub cells: usize,
+    pub setting: Setting,
+    /// Seconds of all frames from end to end, rising.
+    pub seconds: Vec<f64>,
+    /// The report of the fastest frame.
+    pub report: FrameReport,
+    /// Frusta that rays crossed, with the skipped ones.
+    pub crossed: u64,
+    /// Bytes that rays read.
+    pub bytes: u64,
+    pub field_bytes: usize,
+}
+
+impl Row {
+    pub fn least_s(&self) -> f64 {
+        self.seconds[0]
+    }
+
+    pub fn median_s(&self) -> f64 {
+        self.seconds[self.seconds.len() / 2]
+    }
+
+    /// Frusta per second in rays, crossed and read.
+    pub fn rates(&self) -> [f64; 2] {
+        [self.crossed, self.report.counts.frusta].map(|frusta| frusta as f64 / self.report.timing.render_s)
+    }
+}
+
+impl<'o> Benchmark<'o> {
+    pub fn new(size: Size, options: &'o Options) -> Result<Self> {
+        let max = options.threads.iter().copied().max().unwrap_or(0);
+        let reader = Renderer::new(max)?.with_savings(Savings { leaps: false, ..Savings::ALL });
+        let sphere = reader.run(|| Sphere::new(size.level, size.layers, [1.0, 1.15], sphere::multi_scale))?;
+        let renderers = options.renderers()?;
+        let times = if options.bare { 1 } else { options.frames };
+        let setup = Setup::of(size.level, &sphere.mesh, &renderers, times)?;
+        let walkers = options.renderers()?.into_iter().map(Renderer::without_integrals).collect();
+        let memory = Vec::new();
+        let mut benchmark = Benchmark { options, size, sphere, setup, renderers, walkers, reader, memory };
+        if !options.bare {
+            let of = |light: &Light| Ok((*light, benchmark.memory_of(*light)?));
+            benchmark.memory = options.lights.iter().map(of).collect::<Result<_>>()?;
+        }
+        Ok(benchmark)
+    }
+
+    /// Memory of the first frame, with the transfer function "lobes".
+    fn memory_of(&self, light: Light) -> Result<u64> {
+        let lobes = Case::all().find(|case| case.name == "lobes");
+        let scene =
+            lobes.map(|case| Setting { case, light, tolerance: 1e-3 }.scene(self.options)).transpose()?;
+        let grid = self.sphere.grid()?;
+        let renderer = Renderer::new(self.reader.threads())?;
+        let peak = PeakMemory::start()?;
+        scene.map(|scene| self.draw(&renderer, &scene, &grid)).transpose()?;
+        peak.bytes()
+    }
+
+    /// A row for each number of threads, with alternating frames.
+    pub fn rows(&self, grid: &Grid, setting: &Setting) -> Result<Vec<Row>> {
+        let renderers = self.of(setting);
+        let scene = setting.scene(self.options)?;
+        let mut drawn: Vec<TimedFrames> = renderers.iter().map(|_| Vec::new()).collect();
+        let mut last = None;
+        for _ in 0..self.options.frames.max(1) {
+            for (renderer, drawn) in renderers.iter().zip(&mut drawn) {
+                let (seconds, frame) = self.draw(renderer, &scene, grid)?;
+                drawn.push((seconds, frame.report.clone()));
+                last = Some(frame);
+            }
+        }
+        let mut crossed = 0;
+        if let (true, Some(frame)) = (setting.case.integrates, last) {
+            self.keep(setting, &frame)?;
+            crossed = self.crossed(setting, grid)?;
+        }
+        Ok(drawn.into_iter().map(|drawn| self.row(setting, grid, crossed, drawn)).collect())
+    }
+
+    /// Renders frames; returns the number of frusta of the last one.
+    pub fn frusta(&self, setting: &Setting, frames: usize) -> Result<u64> {
+        let (scene, grid) = (setting.scene(self.options)?, self.sphere.grid()?);
+        let mut frusta = 0;
+        for _ in 0..frames {
+            let (_, frame) = self.draw(&self.of(setting)[0], &scene, &grid)?;
+            frusta = frame.report.counts.frusta;
+        }
+        Ok(frusta)
+    }
+
+    /// The renderers, one for each number of threads.
+    fn of(&self, setting: &Setting) -> &[Renderer] {
+        if setting.case.integrates { &self.renderers } else { &self.walkers }
+    }
+
+    fn draw(&self, renderer: &Renderer, scene: &Scene, grid: &Grid) -> Result<(f64, Frame)> {
+        // A new field, so that nothing derived from it is cached.
+        let field = self.sphere.field()?;
+        let start = Instant::now();
+        let frame = renderer.render(scene, grid, &self.sphere.layers, &field)?;
+        Ok((start.elapsed().as_secs_f64(), frame))
+    }
+
+    /// Number of frusta that the rays read without empty-space skipping.
+    fn crossed(&self, setting: &Setting, grid: &Grid) -> Result<u64> {
+        let scene = Setting { light: Light::Unlit, ..*setting }.scene(self.options)?;
+        Ok(self.draw(&self.reader, &scene, grid)?.1.report.counts.frusta)
+    }
+
+    fn row(&self, setting: &Setting, grid: &Grid, crossed: u64, mut drawn: TimedFrames) -> Row {
+        drawn.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let seconds = drawn.iter().map(|drawn| drawn.0).collect();
+        let report = drawn.swap_remove(0).1;
+        let counts = &report.counts;
+        Row {
+            size: self.size,
+            cells: grid.cells(),
+            setting: *setting,
+            seconds,
+            crossed: crossed.max(counts.frusta),
+            bytes: cost::bytes(counts, crossed > counts.frusta, setting.light == Light::Lit),
+            field_bytes: size_of_val(self.sphere.values.as_slice()),
+            report,
+        }
+    }
+
+    fn keep(&self, setting: &Setting, frame: &Frame) -> Result<()> {
+        let name =
+            format!("{}_{}_{}_{:e}.png", self.size, setting.case.name, setting.light, setting.tolerance);
+        let path = self.options.out.join(name);
+        icoray::output::write_picture(&path, frame).map(drop).map_err(|e| io_error(&path, e))
+    }
+}

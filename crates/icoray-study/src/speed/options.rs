@@ -1,0 +1,124 @@
+//! The options of `icoray-study speed`.
+
+use icoray::{Renderer, Result};
+use std::path::PathBuf;
+
+/// What to measure.
+#[derive(Debug, Clone, clap::Args)]
+pub struct Options {
+    /// Bisections of the icosahedron x layers; 5x61,7x26,8x99 unless told: 8x99 is the paper's largest grid.
+    #[arg(long, value_delimiter = ',', value_parser = size)]
+    pub sizes: Vec<Size>,
+    /// One small grid and small pictures.
+    #[arg(long)]
+    pub quick: bool,
+    /// Width and height of the pictures; 512 unless told.
+    #[arg(long)]
+    pub pixels: Option<u32>,
+    /// Numbers of threads.
+    #[arg(long, value_delimiter = ',', value_parser = count, default_values_t = [1, 2])]
+    pub threads: Vec<usize>,
+    /// Transfer functions; `walk` is none: rays walk and interpolate, and nothing is integrated.
+    #[arg(long, value_delimiter = ',', default_values_t = ["dense", "lobes", "thin", "opaque", "walk"].map(String::from))]
+    pub transfers: Vec<String>,
+    /// With light or without.
+    #[arg(long, value_delimiter = ',', value_enum, default_values_t = [Light::Unlit, Light::Lit])]
+    pub lights: Vec<Light>,
+    /// Tolerances.
+    #[arg(long, value_delimiter = ',', default_values_t = [1e-3, 1e-2])]
+    pub tolerance: Vec<f64>,
+    /// Frames of each; the least and the median are told.
+    #[arg(long, default_value_t = 3)]
+    pub frames: usize,
+    /// Integration method: exact or paper.
+    #[arg(long, default_value = "exact")]
+    pub method: String,
+    /// Precision: f32 or f64.
+    #[arg(long, default_value = "f32")]
+    pub precision: String,
+    /// Bisections of grids whose tables are checked beside those that are drawn.
+    #[arg(long, value_delimiter = ',')]
+    pub tables: Vec<u32>,
+    /// Grid on which instructions are counted, by perf or valgrind.
+    #[arg(long, value_parser = size, default_value = "4x31")]
+    pub counted: Size,
+    /// Do not count instructions.
+    #[arg(long)]
+    pub uncounted: bool,
+    /// Draw and do nothing else: what is run under a counter of instructions.
+    #[arg(long, hide = true)]
+    pub bare: bool,
+    /// Directory of speed.csv, speed.md and pictures.
+    #[arg(long, default_value = "out/speed")]
+    pub out: PathBuf,
+    /// A file in which the tables take the place of those between its lines `<!-- icoray-study speed -->` and `<!-- end -->`.
+    #[arg(long)]
+    pub readme: Option<PathBuf>,
+}
+
+/// A grid's bisections and layers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Size {
+    /// Bisections of the icosahedron.
+    pub level: u32,
+    /// Layers.
+    pub layers: usize,
+}
+
+impl std::fmt::Display for Size {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{}x{}", self.level, self.layers)
+    }
+}
+
+fn size(text: &str) -> std::result::Result<Size, String> {
+    let parsed = text.split_once('x').and_then(|(level, layers)| {
+        let (level, layers) = (level.parse().ok()?, layers.parse().ok()?);
+        (level <= icoray::MAX_LEVEL && layers >= 2).then_some(Size { level, layers })
+    });
+    parsed.ok_or_else(|| format!("{text:?}, expected bisections and layers, such as 8x99"))
+}
+
+fn count(text: &str) -> std::result::Result<usize, String> {
+    let count = text.parse().ok().filter(|count| (1..=1024).contains(count));
+    count.ok_or_else(|| "expected 1 to 1024 threads".to_owned())
+}
+
+impl Options {
+    pub(super) fn sizes(&self) -> Vec<Size> {
+        match (self.sizes.is_empty(), self.quick) {
+            (false, _) => self.sizes.clone(),
+            (true, true) => vec![self.counted],
+            (true, false) => [(5, 61), (7, 26), (8, 99)].map(|(level, layers)| Size { level, layers }).into(),
+        }
+    }
+
+    pub(super) fn pixels(&self) -> u32 {
+        self.pixels.unwrap_or(if self.quick { 128 } else { 512 })
+    }
+
+    pub(super) fn renderers(&self) -> Result<Vec<Renderer>> {
+        self.threads.iter().map(|threads| Renderer::new(*threads)).collect()
+    }
+}
+
+/// Whether a scene is lit.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+pub enum Light {
+    /// Emission and absorption only.
+    Unlit,
+    /// By a headlight.
+    Lit,
+}
+
+impl std::fmt::Display for Light {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.pad(if *self == Light::Lit { "lit" } else { "unlit" })
+    }
+}
+
+/// Numbers of cores in words.
+pub(super) fn cores(threads: &[usize]) -> String {
+    let numbers: Vec<_> = threads.iter().map(ToString::to_string).collect();
+    format!("{} {}", numbers.join(", "), if threads == [1] { "core" } else { "cores" })
+}

@@ -1,0 +1,66 @@
+//! What is handed over to be drawn in the background, and what became of it.
+
+use crate::ranks::Decomposition;
+use icoray_grid::{Description, Error, Grid, Layers, Result};
+use icoray_output::FrameReport;
+use icoray_output::outcomes::Outcome;
+use icoray_scene::Scene;
+use icoray_scene::name::Stamp;
+use std::sync::Arc;
+
+/// A frame to draw, without its fields.
+#[derive(Debug, Clone)]
+pub struct Job {
+    /// What to draw and how.
+    pub scene: Arc<Scene>,
+    /// The grid.
+    pub grid: Arc<Grid<'static>>,
+    /// The rank's part of the grid or columns of the fields; `None` if it has all of both.
+    pub held: Option<Arc<Decomposition>>,
+    /// The layers.
+    pub layers: Arc<Layers>,
+    /// The model's step and time.
+    pub stamp: Stamp,
+    /// What the field is called.
+    pub description: Description,
+    /// What the other fields that are shown are called, by name.
+    pub descriptions: Vec<(String, Description)>,
+    /// Further text entries of the picture's file: key and text.
+    pub notes: Vec<(&'static str, String)>,
+}
+
+/// What handing over frames cost.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Accepted {
+    /// Seconds spent waiting for the frames before.
+    pub waited_s: f64,
+    /// Seconds of copying the fields.
+    pub copy_s: f64,
+    /// Bytes copied.
+    pub bytes_copied: u64,
+}
+
+/// What became of a frame that was handed over.
+#[derive(Debug, Clone)]
+pub struct Drawn {
+    /// Which frame it was.
+    pub stamp: Stamp,
+    /// The note `view` of its job.
+    pub view: Option<String>,
+    /// Whether it is the first one of those that were handed over together.
+    pub is_first: bool,
+    /// What it cost and met, or why it was not drawn. `write_s` is 0: it has yet to be written, and what comes of that is
+    /// an outcome of the [`Writer`](icoray_output::writer::Writer).
+    pub result: Result<FrameReport>,
+    /// The frame that the writer dropped for this one.
+    pub dropped: Option<Stamp>,
+    /// Whether all ranks have the same result or the same error. What only this rank has is a panic outside of the phases
+    /// of a frame, of which others hear as of a frame that was broken off.
+    pub is_of_all: bool,
+}
+
+impl Outcome for Drawn {
+    fn error(&self) -> Option<&Error> {
+        self.result.as_ref().err()
+    }
+}

@@ -1,0 +1,32 @@
+//! How rays may spend a scene's tolerance.
+
+use icoray_kernel::ray::Budget;
+use icoray_scene::{Lights, Paint, Quality, Scene};
+
+/// How rays may spend the tolerance where they end as early as they may.
+pub(crate) fn allowed(scene: &Scene, quality: &Quality) -> Budget {
+    // The general kernel has one error of both.
+    let is_apart = quality.lights != Lights::Off && scene.is_plain();
+    let lit = scene.lighting.filter(|_| is_apart).map(|light| light.ambient + light.diffuse);
+    Budget::new(quality.tolerance, brightest(scene), lit)
+}
+
+/// The most that a channel can hold behind a ray's end: the brightest of what is in the scene.
+pub(crate) fn brightest(scene: &Scene) -> f64 {
+    let most = |colors: &mut dyn Iterator<Item = [f64; 3]>| colors.flatten().fold(0.0, f64::max);
+    let paints = scene.scenery.paints().filter_map(|paint| match paint {
+        Paint::Plain(color) => Some(*color),
+        Paint::Field { .. } => None,
+    });
+    let paintings = scene.paintings();
+    let knots = paintings.iter().flat_map(|painting| &painting.transfer.knots);
+    let field = most(&mut knots.map(|knot| knot.color).chain(paints));
+    let lit = scene.lighting.map_or(field, |l| (l.ambient + l.diffuse) * field + l.specular);
+    let ground = scene.scenery.ground;
+    let lines = scene.scenery.lines.iter().map(|lines| lines.color);
+    let solid = scene.core.into_iter().chain(ground.land).chain(ground.ocean).chain(lines);
+    let solid = most(&mut { solid }) * scene.lighting.map_or(1.0, |l| l.ambient + l.diffuse);
+    // A transparent picture has an opacity that goes to 1.
+    let back = scene.background.map_or(1.0, |back| most(&mut [back].into_iter()));
+    lit.max(solid).max(back).max(0.01)
+}

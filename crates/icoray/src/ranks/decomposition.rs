@@ -1,0 +1,61 @@
+//! The decomposition of grid and fields over ranks, inferred from the model's description of its cells.
+
+use super::part::Agreed;
+use super::{Columns, PartCells, Ranks, bad};
+use icoray_grid::Field;
+use icoray_grid::Grid;
+use icoray_grid::Result;
+
+/// What a rank has of a grid and of the fields over it, of the same kind on all ranks.
+#[derive(Debug, Clone)]
+pub enum Decomposition {
+    /// The whole grid, and whole fields: there is one rank.
+    Whole,
+    /// Columns of fields, over the tables of its part or over those of the whole grid.
+    Columns(Box<Columns>),
+}
+
+impl Decomposition {
+    /// Agrees with the other ranks on whose each cell is. Collective; `grid` is this rank's own.
+    ///
+    /// Where `cells` has a row for each cell of the grid on all ranks, the tables are those of its part, row by row. Else the
+    /// tables are those of the whole grid on all ranks, and the numbers of cells are rows there.
+    ///
+    /// Ranks of a node put the tables of their parts together, each in memory of its own ([`Columns::table_bytes`]).
+    ///
+    /// # Errors
+    /// The same on all ranks: [`ErrorKind::Grid`](icoray_grid::ErrorKind::Grid) where numbers or marks do not fit the grid, a cell
+    /// is owned by two ranks or by none, a halo is too narrow, parts do not fit each other, or ranks that must have the whole
+    /// grid have not; [`ErrorKind::Mpi`](icoray_grid::ErrorKind::Mpi) when the transport fails.
+    pub fn new(ranks: &mut Ranks, grid: &Grid, cells: &PartCells) -> Result<Self> {
+        if ranks.size() == 1 {
+            // Its cells are all there are, in the order of its tables.
+            return Agreed::new(ranks, grid, cells).map(|_| Decomposition::Whole);
+        }
+        let sizes: Vec<(usize, usize)> = ranks.share_values(&(cells.global.len(), grid.cells()))?;
+        let Some(odd) = sizes.iter().position(|(rows, cells)| rows != cells) else {
+            return Columns::of_parts(ranks, grid, cells)
+                .map(|columns| Decomposition::Columns(Box::new(columns)));
+        };
+        let ((rows, all), (_, first)) = (sizes[odd], sizes[0]);
+        if let Some(other) = sizes.iter().position(|(_, cells)| *cells != first) {
+            return Err(bad(format!(
+                "rank {odd}: cell_global: {rows} rows, expected {all}, one per cell of its grid; or the whole grid on all \
+                 ranks, which has {first} cells on rank 0 and {} on rank {other}",
+                sizes[other].1
+            )));
+        }
+        Columns::new(ranks, grid, cells).map(|columns| Decomposition::Columns(Box::new(columns)))
+    }
+
+    /// Of each column of a field, whether it is this rank's own; each column is one rank's only.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Field`](icoray_grid::ErrorKind::Field) where the field has other columns than this rank.
+    pub(crate) fn own_columns(&self, field: &Field) -> Result<Vec<bool>> {
+        match self {
+            Decomposition::Whole => Ok(vec![true; field.shape().columns]),
+            Decomposition::Columns(columns) => columns.owned(field),
+        }
+    }
+}

@@ -1,0 +1,52 @@
+//! What ranks agree on before they do it.
+
+use super::*;
+
+#[test]
+fn the_lowest_refusal_is_told_and_rank_0_is_heard_all_the_same() {
+    let heard = on_ranks(4, |ranks| {
+        let rank = ranks.rank();
+        let value = format!("from {rank}").into_bytes();
+        let refusal = [None, None, Some((13, "off")), Some((3, "bad"))][rank];
+        let facts = vec![("step", rank.to_string())];
+        ranks.agree(&Vote { refusal, facts, value: &value, leaves: false }).unwrap()
+    });
+    for Agreement { refusal, value } in heard {
+        let expected = Refusal { number: Some(13), rank: 2, sentence: "off".into() };
+        assert_eq!((refusal, value.as_slice()), (Some(expected), &b"from 0"[..]));
+    }
+}
+
+#[test]
+fn another_step_or_another_call_is_not_of_one_mind() {
+    for (other, expected) in [
+        (vec![("step", "7")], "step 7, but 6 on rank 0; ranks that draw one picture must have the same"),
+        (vec![("wait", "")], "is in another call than rank 0"),
+        (vec![], "is in another call than rank 0"),
+    ] {
+        let refusals = on_ranks(3, |ranks| {
+            let facts = if ranks.rank() == 1 { other.clone() } else { vec![("step", "6")] };
+            let facts = facts.into_iter().map(|(name, fact)| (name, fact.to_string())).collect();
+            ranks.agree(&Vote { facts, ..Vote::default() }).unwrap().refusal.unwrap()
+        });
+        for refusal in refusals {
+            assert_eq!((refusal.number, refusal.rank, refusal.sentence.as_str()), (None, 1, expected));
+            assert_eq!(refusal.error(3).kind(), ErrorKind::Mpi);
+        }
+    }
+}
+
+#[test]
+fn nobody_waits_for_a_rank_that_has_left() {
+    let leave = |leaves: &'static [bool]| {
+        on_ranks(3, move |ranks| {
+            let word = Vote { leaves: leaves[ranks.rank()], ..Vote::default() };
+            ranks.agree(&word).unwrap();
+            let is_gone = ranks.is_gone();
+            (is_gone, ranks.rank() > 0 && is_gone && ranks.agree(&Vote::default()).is_err())
+        })
+    };
+    assert_eq!(leave(&[true, false, false]), [(true, false), (true, true), (true, true)]);
+    assert_eq!(leave(&[true, true, true]), [(false, false); 3]);
+    assert_eq!(leave(&[false, false, false]), [(false, false); 3]);
+}

@@ -1,0 +1,66 @@
+//! The inputs of a frame.
+
+use super::devices::DeviceChoice;
+use super::frame_cache::Range;
+use super::prepared_field::PreparedField;
+use super::renderer::Renderer;
+use crate::fields::Fields;
+use crate::plan::Plan;
+use crate::ranks::Part;
+use icoray_grid::{Field, Grid, Layers};
+use icoray_scene::Scene;
+use std::time::Instant;
+
+/// The data that the caller passes to be rendered.
+#[derive(Clone, Copy)]
+pub(super) struct RenderInputs<'f> {
+    pub grid: &'f Grid<'f>,
+    pub part: Option<&'f Part>,
+    pub layers: &'f Layers,
+    pub fields: &'f Fields<'f>,
+}
+
+/// A frame's scene, plan, grid and fields, with the renderer and the device that draw it.
+pub(super) struct FrameContext<'f> {
+    pub renderer: &'f Renderer,
+    pub device: DeviceChoice,
+    pub scene: &'f Scene,
+    pub plan: &'f Plan,
+    pub grid: &'f Grid<'f>,
+    /// This rank's part of the grid; `None` is the whole grid.
+    pub part: Option<&'f Part>,
+    pub layers: &'f Layers,
+    /// Heights of each column's layers, where they were given.
+    pub heights: Option<&'f Field<'f>>,
+    /// The fields that the scene shows, at least one.
+    pub fields: &'f [PreparedField<'f>],
+    /// When the frame was begun.
+    pub start: Instant,
+}
+
+impl FrameContext<'_> {
+    /// Least and greatest value of field `number` on this rank, and how many values are missing.
+    pub fn range(&self, number: usize) -> Range {
+        let field = &self.fields[number];
+        self.renderer.frame_cache.range(&field.source(self.grid), || field.field().range())
+    }
+
+    /// Whether the CPU computes gradients in any case: a device has its own, but for those of a part.
+    pub fn needs_gradients(&self) -> bool {
+        self.device.is_err() || self.part.is_some()
+    }
+
+    /// Least and greatest radius of the facets of a layer of `radius`, where edges are anti-aliased.
+    pub fn facets(&self, radius: f64) -> Option<[f64; 2]> {
+        let lowest = || match self.part {
+            Some(part) => part.region().lowest_facet(),
+            None => self.renderer.run(|| self.grid.lowest_facet()),
+        };
+        self.scene.antialias.then(|| [radius * lowest(), radius])
+    }
+
+    /// The radius at a height in metres, in planet radii, exaggerated.
+    pub fn radius_of(&self, height_m: f64) -> f64 {
+        1.0 + self.scene.exaggeration * height_m / self.layers.planet_radius_m()
+    }
+}

@@ -1,0 +1,211 @@
+//! Cache between frames: buffers as large as the grid, so that a series of frames allocates them once, and their
+//! content if the next frame shows the same field.
+
+use icoray_grid::Grid;
+use icoray_grid::gradient::Gradients;
+use icoray_grid::occupancy::OccupancyMask;
+use icoray_grid::{CenterField, Field};
+use std::sync::{Mutex, PoisonError, Weak};
+
+/// Identifies a field over a grid. Both are borrowed and cannot have changed, so values computed for an equal key are
+/// valid.
+#[derive(Debug, Clone)]
+pub(super) struct SourceKey {
+    field: u64,
+    grid: Weak<()>,
+}
+
+impl SourceKey {
+    pub fn new(grid: &Grid, field: &Field) -> Self {
+        SourceKey { field: field.number(), grid: grid.lifetime_token() }
+    }
+}
+
+impl PartialEq for SourceKey {
+    fn eq(&self, other: &Self) -> bool {
+        self.field == other.field && self.grid.ptr_eq(&other.grid)
+    }
+}
+
+/// What the visible blocks depend on.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct OccupancyKey {
+    pub source: SourceKey,
+    pub falling: bool,
+    /// The clear values' bits.
+    pub clear: Vec<[u64; 2]>,
+}
+
+/// What gradients depend on.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct GradientKey {
+    pub source: SourceKey,
+    pub falling: bool,
+    /// What values are normalised to.
+    pub range: [f64; 2],
+    pub radius: Vec<f64>,
+    pub packed: bool,
+    /// The blocks in which they were wanted; all where it is `None`.
+    pub sight: Option<OccupancyKey>,
+    /// Heights of layers where columns have their own, and planet radii per metre of height.
+    pub heights: Option<(SourceKey, f64)>,
+}
+
+/// What a field on other layers than its own depends on.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct MovedKey {
+    pub source: SourceKey,
+    /// Radii of the field's layers.
+    pub own: Vec<f64>,
+    /// Radii of those to which it was brought.
+    pub wanted: Vec<f64>,
+}
+
+/// What the normals of a layer depend on.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct NormalKey {
+    /// Heights of layers, and planet radii per metre of height.
+    pub heights: (SourceKey, f64),
+    /// The layer, of how many that the field has.
+    pub layer: [usize; 2],
+}
+
+/// Least and greatest value, and how many are missing.
+pub(super) type Range = (Option<[f64; 2]>, u64);
+
+/// Cached values of one kind with their keys, the oldest first.
+#[derive(Debug)]
+pub(super) struct CacheSlots<K, V> {
+    entries: Mutex<Vec<(K, V)>>,
+    /// Whether contents are reused, not only allocations.
+    reuses: bool,
+}
+
+impl<K, V> Default for CacheSlots<K, V> {
+    fn default() -> Self {
+        CacheSlots { entries: Mutex::default(), reuses: true }
+    }
+}
+
+impl<K: PartialEq, V> CacheSlots<K, V> {
+    /// Removes and returns the value for `key`. If there is none, the error is the oldest value, to reuse its
+    /// allocation. When frames request several values in the same order, the oldest is the one that the new value
+    /// replaces.
+    pub fn take(&self, key: &K) -> Result<V, Option<V>> {
+        let mut entries = self.entries.lock().unwrap_or_else(PoisonError::into_inner);
+        let found = entries.iter().position(|(known, _)| known == key);
+        if entries.is_empty() {
+            return Err(None);
+        }
+        let (_, value) = entries.remove(found.unwrap_or(0));
+        if found.is_some() && self.reuses { Ok(value) } else { Err(Some(value)) }
+    }
+
+    /// Stores a value for the next frame.
+    pub fn store(&self, key: K, value: V) {
+        self.entries.lock().unwrap_or_else(PoisonError::into_inner).push((key, value));
+    }
+}
+
+/// The cached values that no frame is using. Of frames that are drawn at once all but one find it empty.
+#[derive(Debug, Default)]
+pub(super) struct FrameCache {
+    ranges: CacheSlots<SourceKey, Range>,
+    /// Fields at corners, averaged to the centres.
+    pub averages: CacheSlots<SourceKey, CenterField>,
+    /// Fields on other layers than their own.
+    pub moved: CacheSlots<MovedKey, CenterField>,
+    /// Visible blocks.
+    pub visible: CacheSlots<OccupancyKey, OccupancyMask>,
+    pub gradients: CacheSlots<GradientKey, Gradients>,
+    /// Normals of layers.
+    pub normals: CacheSlots<NormalKey, Vec<[f32; 3]>>,
+}
+
+impl FrameCache {
+    /// Sets whether contents are reused, not only allocations.
+    pub fn with_reuse(mut self, reuses: bool) -> Self {
+        self.ranges.reuses = reuses;
+        self.averages.reuses = reuses;
+        self.moved.reuses = reuses;
+        self.visible.reuses = reuses;
+        self.gradients.reuses = reuses;
+        self.normals.reuses = reuses;
+        self
+    }
+
+    /// The range of the field; calls `find` if it is not cached.
+    pub fn range(&self, source: &SourceKey, find: impl FnOnce() -> Range) -> Range {
+        let range = self.ranges.take(source).unwrap_or_else(|_| find());
+        self.ranges.store(source.clone(), range);
+        range
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use icoray_grid::IcosahedralMesh;
+    use icoray_grid::Location;
+    use icoray_grid::Shape;
+
+    /// Values are known again for copies of the field over the same grid, once they were taken back, and for nothing else.
+    #[test]
+    fn only_the_same_borrow_is_known() {
+        let mesh = IcosahedralMesh::new(2).unwrap();
+        let grids = [Grid::new(mesh.tables()).unwrap(), Grid::new(mesh.tables()).unwrap()];
+        let values = vec![0.5f32; 2 * grids[0].cells()];
+        let shape = Shape::level_fastest(grids[0].cells(), 2);
+        let field = || Field::new(values.as_slice().into(), shape, Location::Center, None).unwrap();
+        let (one, other) = (field(), field());
+        let copy = one;
+        let spare = FrameCache::default();
+        let finds = |spare: &FrameCache, grid: &Grid, field: &Field| {
+            let mut finds = 0;
+            spare.range(&SourceKey::new(grid, field), || {
+                finds += 1;
+                field.range()
+            });
+            finds
+        };
+        assert_eq!(finds(&spare, &grids[0], &one), 1);
+        assert_eq!(finds(&spare, &grids[0], &copy), 0);
+        assert_eq!(finds(&spare, &grids[1], &one), 1, "another grid");
+        assert_eq!(finds(&spare, &grids[1], &other), 1, "the array may have been written to");
+        assert_eq!(finds(&spare, &grids[1], &other), 0);
+        assert_eq!(finds(&spare.with_reuse(false), &grids[1], &other), 1);
+    }
+
+    #[test]
+    fn memory_of_another_field_is_given_on() {
+        let mesh = IcosahedralMesh::new(2).unwrap();
+        let grid = Grid::new(mesh.tables()).unwrap();
+        let values = vec![0.5f32; 2 * grid.cells()];
+        let field = || {
+            Field::new(
+                values.as_slice().into(),
+                Shape::level_fastest(grid.cells(), 2),
+                Location::Center,
+                None,
+            )
+            .unwrap()
+        };
+        let key = |clear: f64| OccupancyKey {
+            source: SourceKey::new(&grid, &field()),
+            falling: false,
+            clear: vec![[clear.to_bits(); 2]],
+        };
+        let spare = FrameCache::default();
+        let first = key(0.1);
+        let found = OccupancyMask {
+            blocks: vec![7; 9],
+            ..spare.visible.take(&first).unwrap_err().unwrap_or_default()
+        };
+        let place = found.blocks.as_ptr();
+        spare.visible.store(first.clone(), found);
+        let known = spare.visible.take(&first).expect("it is cached");
+        spare.visible.store(first, known);
+        let found = spare.visible.take(&key(0.1)).unwrap_err().unwrap();
+        assert_eq!((found.blocks.as_ptr(), found.blocks.len()), (place, 9));
+    }
+}

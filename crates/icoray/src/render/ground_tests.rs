@@ -1,0 +1,180 @@
+//! Whole pictures with a ground.
+
+use crate::device::{Band, Device, DeviceCost, FallbackReason, Job};
+use crate::plan::Savings;
+use crate::plan::budget::allowed;
+use crate::ranks::tests::{on_ranks, picture};
+use crate::render::Renderer;
+use glam::DVec3;
+use icoray_grid::grid::unit_vector;
+use icoray_grid::{Field, Grid, IcosahedralMesh, Layers, Location, Shape};
+use icoray_kernel::ground::{Ground, SurfaceHit};
+use icoray_output::Frame;
+use icoray_scene::{Backend, Camera, Level, Lines, Pattern, Quality, Scene, Scheme};
+use std::sync::Arc;
+
+const LAND: [f64; 3] = [0.5, 0.25, 0.125];
+const SEA: [f64; 3] = [0.0, 0.125, 0.5];
+
+fn scene() -> Scene {
+    Scene::parse(
+        "field = \"q\"\n[image]\nwidth = 160\nheight = 160\n[camera]\nlon = 0\nlat = 0\ndistance = 3\nfov = 40\n\
+         [transfer]\nmap = \"viridis\"\nrange = [0, 1]\nopacity = [[0, 0.0], [1, 0.0]]\n",
+    )
+    .unwrap()
+}
+
+fn lines(pattern: Pattern, width_px: f64) -> Lines {
+    Lines { pattern, on: Level::Ground, color: [1.0; 3], width_px, opacity: 1.0, region: None }
+}
+
+fn place([lon, lat]: [f64; 2]) -> DVec3 {
+    unit_vector(lon.to_radians(), lat.to_radians())
+}
+
+/// A clear shell over land and sea, seen from above Paris.
+fn earth(size: u32) -> Scene {
+    let mut scene = scene();
+    (scene.width, scene.height) = (size, size);
+    scene.camera = Camera::above(2.35, 48.86, 3.0, 45.0).unwrap();
+    (scene.scenery.ground.land, scene.scenery.ground.ocean) = (Some(LAND), Some(SEA));
+    scene
+}
+
+/// What is drawn, all ranks together.
+fn draw(scene: &Scene, renderer: impl Fn() -> Renderer + Sync, ranks: usize) -> Frame {
+    let mesh = IcosahedralMesh::new(4).unwrap();
+    let layers = Layers::from_heights(&[0.0, 10e3, 20e3], 6.371e6).unwrap();
+    let values: Vec<f32> = (0..mesh.cells() * 3).map(|i| (i as f32 * 0.37).sin().abs()).collect();
+    let drawn = on_ranks(ranks, |ranks| {
+        let grid = Grid::new(mesh.tables()).unwrap();
+        let shape = Shape::level_fastest(grid.cells(), 3);
+        let field = Field::new(values.as_slice().into(), shape, Location::Center, None).unwrap();
+        renderer().render_over(ranks, scene, &grid, None, &layers, &field).unwrap()
+    });
+    picture(drawn).0
+}
+
+fn plainly() -> Renderer {
+    Renderer::new(2).unwrap()
+}
+
+/// The pixel that sees a place.
+fn pixel(scene: &Scene, frame: &Frame, lon: f64, lat: f64) -> [f32; 4] {
+    let eye = DVec3::from_array(scene.camera.eye());
+    let towards = (place([lon, lat]) - eye).normalize();
+    let toward = |i: &usize| {
+        let (x, y) = (*i as u32 % scene.width, *i as u32 / scene.width);
+        DVec3::from_array(scene.camera.direction(x, y, scene.width, scene.height)).dot(towards)
+    };
+    let nearest = (0..frame.pixels.len()).max_by(|a, b| toward(a).total_cmp(&toward(b)));
+    frame.pixels[nearest.unwrap()]
+}
+
+#[test]
+fn land_and_sea_are_shown_through_a_clear_shell_by_whoever_draws() {
+    let mut scene = earth(97);
+    let as_pixel = |[r, g, b]: [f64; 3]| [r as f32, g as f32, b as f32, 1.0];
+    let frame = draw(&scene, plainly, 1);
+    for (color, lon, lat) in [(LAND, 2.35, 48.86), (LAND, 20.0, 25.0), (SEA, -20.0, 50.0), (SEA, 18.0, 35.0)]
+    {
+        assert_eq!(pixel(&scene, &frame, lon, lat), as_pixel(color), "{lon} {lat}");
+    }
+    let one_by_one = || plainly().with_savings(Savings { lanes: false, ..Savings::ALL });
+    assert_eq!(draw(&scene, one_by_one, 1).pixels, frame.pixels, "ray by ray");
+    scene.ranks = Scheme::Tiles;
+    assert_eq!(draw(&scene, plainly, 3).pixels, frame.pixels, "in tiles");
+    scene.ranks = Scheme::Fragments;
+    for (a, b) in draw(&scene, plainly, 3).pixels.iter().zip(&frame.pixels) {
+        (0..4).for_each(|k| assert!((a[k] - b[k]).abs() < 1e-6, "of fragments: {a:?}, {b:?}"));
+    }
+}
+
+#[test]
+fn the_coast_is_smooth() {
+    let scene = Scene { antialias: false, ..earth(97) };
+    let frame = draw(&scene, plainly, 1);
+    // Red is a measure of land: nothing but that lies between.
+    let between = frame.pixels.iter().filter(|p| p[3] == 1.0 && p[0] > 0.01 && p[0] < 0.49);
+    let (mut count, mut sum) = (0, 0.0);
+    for pixel in between {
+        let part = f64::from(pixel[0]) / LAND[0];
+        let mixed = [1, 2].map(|k| (SEA[k] + part * (LAND[k] - SEA[k])) as f32);
+        assert!((pixel[1] - mixed[0]).abs() < 1e-5 && (pixel[2] - mixed[1]).abs() < 1e-5, "{pixel:?}");
+        (count, sum) = (count + 1, sum + part);
+    }
+    assert!(count > 150 && (sum / f64::from(count) - 0.5).abs() < 0.05, "{count}: {sum}");
+}
+
+#[test]
+fn lines_on_the_ground_are_lit_as_the_ground_is() {
+    let mut scene = earth(129);
+    scene.scenery.lines = vec![lines(Pattern::Graticule { spacing_deg: 30.0 }, 3.0)];
+    let unlit = draw(&scene, plainly, 1);
+    assert_eq!(pixel(&scene, &unlit, 0.0, 45.0), [1.0; 4]);
+    let headlight = "light = { kind = \"headlight\", ambient = 0.2, diffuse = 0.7 }";
+    scene.lighting = Scene::parse(headlight).unwrap().lighting;
+    let lit = draw(&scene, plainly, 1);
+    let bare = draw(&Scene { scenery: earth(129).scenery, ..scene.clone() }, plainly, 1);
+    let ground = draw(&earth(129), plainly, 1);
+    for [lon, lat] in [[0.0, 45.0], [-30.0, 40.0], [30.0, 30.0]] {
+        let on_line = pixel(&scene, &lit, lon, lat)[2];
+        let plain = pixel(&scene, &bare, lon, lat)[2];
+        let ground = pixel(&scene, &ground, lon, lat)[2];
+        assert!(on_line < 0.95 && (on_line - plain / ground).abs() < 1e-3, "{on_line}: {plain} of {ground}");
+    }
+}
+
+#[test]
+fn a_scene_of_one_color_has_no_ground() {
+    assert!(Ground::new(&scene()).is_none());
+    let mut hollow = earth(9);
+    hollow.core = None;
+    assert!(Ground::new(&hollow).is_none());
+    let mut above = scene();
+    above.scenery.lines = vec![Lines { on: Level::Top, ..lines(Pattern::Coast, 1.0) }];
+    assert!(Ground::new(&above).is_none());
+    let mut land_only = scene();
+    land_only.scenery.ground.land = Some(LAND);
+    let ground = Ground::new(&land_only).unwrap();
+    let at = |lon: f64, lat: f64| ground.color(&SurfaceHit::round(place([lon, lat])), None);
+    assert_eq!([at(20.0, 10.0), at(-20.0, 0.0)], [LAND, land_only.core.unwrap()]);
+}
+
+#[test]
+fn the_brightest_that_lies_behind_is_known() {
+    let brightest = |scene: &Scene| allowed(scene, &Quality::default()).brightest;
+    let mut scene = earth(9);
+    scene.background = Some([0.0; 3]);
+    assert!(brightest(&scene) < 2.0);
+    scene.scenery.ground.ocean = Some([0.0, 4.0, 0.0]);
+    assert_eq!(brightest(&scene), 4.0);
+    scene.scenery.lines = vec![Lines { color: [5.0, 0.0, 0.0], ..lines(Pattern::Coast, 1.0) }];
+    assert_eq!(brightest(&scene), 5.0);
+}
+
+/// A device that is not to be asked.
+#[derive(Debug)]
+struct Unasked;
+
+impl Device for Unasked {
+    fn name(&self) -> String {
+        "a device".into()
+    }
+
+    fn trace(&self, _: &Job, _: &(dyn Fn(Band) + Sync)) -> Result<DeviceCost, FallbackReason> {
+        Err(FallbackReason::new("it was asked"))
+    }
+}
+
+#[test]
+fn a_device_leaves_grounds_to_the_cpu() {
+    let mut scene = earth(33);
+    scene.backend = Backend::Gpu;
+    let renderer = || plainly().with_device(Arc::new(Unasked));
+    let frame = draw(&scene, renderer, 1);
+    let reason = frame.report.device.left_to_cpu.unwrap();
+    assert!(reason.contains("land, sea or lines"), "{reason}");
+    scene.scenery = icoray_scene::Scenery::default();
+    assert_eq!(draw(&scene, renderer, 1).report.device.left_to_cpu.unwrap(), "it was asked");
+}

@@ -1,0 +1,143 @@
+//! Pictures of several fields, surfaces and clips: builds the scene of the general kernel and draws it.
+
+use super::context::FrameContext;
+use super::device::OnDevice;
+use super::frame_cache;
+use super::lazy::Lazy;
+use super::picture;
+use super::prepare::FieldSummary;
+use super::rendered::Rendered;
+use super::work::{Rays, Work, budget};
+use crate::edges::Edges;
+use crate::ranks::Ranks;
+use icoray_grid::Reals;
+use icoray_grid::Result;
+use icoray_grid::gradient::Gradients;
+use icoray_grid::sample::Samples;
+use icoray_kernel::general::{Clips, KernelScene, Levels, MultiVolumeTracer};
+use icoray_kernel::ground::{Core, Ground};
+use icoray_kernel::ray::Tracer;
+use icoray_scene::{Lights, Quality};
+use scene_builder::SceneBuilder;
+use terrain::Terrain;
+
+mod scene_builder;
+mod terrain;
+
+/// Rays through all volumes and surfaces of a scene.
+struct MultiVolume<'p, 'f> {
+    context: &'p FrameContext<'f>,
+    world: &'p KernelScene<'f>,
+}
+
+impl Rays for MultiVolume<'_, '_> {
+    fn get_ready(&self) {}
+
+    fn tracer(&self, quality: &Quality) -> Box<dyn Tracer + '_> {
+        let FrameContext { renderer, scene, plan, .. } = *self.context;
+        let shading = plan.shading.filter(|_| quality.lights != Lights::Off);
+        MultiVolumeTracer { scene: self.world, shading, budget: budget(renderer, scene, quality) }.boxed()
+    }
+}
+
+/// Draws the picture of a scene that is not plain. Collective.
+pub(super) fn draw(context: &FrameContext, ranks: &mut Ranks) -> Result<Rendered> {
+    let FrameContext { renderer, scene, plan, grid, .. } = *context;
+    let field = &context.fields[0].field();
+    let field_summary = match field.samples() {
+        Reals::F32(data) => {
+            FieldSummary::of(context, ranks, &Samples::new(data, field, plan.falling, [0.0, 1.0]))
+        }
+        Reals::F64(data) => {
+            FieldSummary::of(context, ranks, &Samples::new(data, field, plan.falling, [0.0, 1.0]))
+        }
+    }?;
+    let terrain = Terrain::new(context, ranks)?;
+    let mut stage = SceneBuilder::new(context);
+    let (media, isosurfaces) = (stage.media(), stage.isosurfaces());
+    let sheets = stage.sheets();
+    let lit: Vec<usize> = match field_summary.is_lit() {
+        true => {
+            media.iter().map(|m| m.extinction.source).chain(isosurfaces.iter().map(|s| s.source)).collect()
+        }
+        false => Vec::new(),
+    };
+    compare(context, ranks, &terrain)?;
+    let (sight_keys, visible) = renderer.run(|| stage.visible(&media, &isosurfaces, &sheets));
+    let top = visible.iter().map(|visible| visible.top).max().unwrap_or(0);
+    let (sources, light_keys) = stage.sources(ranks, &lit, &terrain)?;
+    let derived: usize = sources.iter().map(|source| source.gradients().bytes()).sum();
+    let normals = terrain.normals(context, ranks, &sheets, field_summary.is_lit())?;
+    let (normal_keys, normals): (Vec<_>, Vec<_>) = normals.into_iter().unzip();
+    let normals = normal_keys.iter().map(|key| key.layer[0]).zip(normals).collect();
+    let ground = Ground::new(scene);
+    let Terrain { levels, core_radius, outer, .. } = terrain;
+    // Nothing above the highest visible layer is visible.
+    let seen = match &levels {
+        Levels::Concentric(_) if sheets.is_empty() && renderer.savings.layers => plan.radius[top.max(1)],
+        _ => outer,
+    };
+    let world = KernelScene {
+        grid,
+        levels,
+        sources,
+        media,
+        isosurfaces,
+        surface_layers: sheets,
+        clips: Clips::new(&scene.scenery.clips, |height| context.radius_of(height)),
+        visible,
+        normals,
+        core: Core::new(scene.core, ground.as_ref()),
+        core_radius,
+        outer: seen,
+    };
+    let none = Lazy::of(Gradients::none);
+    let on_device = OnDevice::new(context, field, &none, field_summary.quality);
+    let rays = &MultiVolume { context, world: &world };
+    let has_surfaces = scene.core.is_some()
+        || !world.surface_layers.is_empty()
+        || !world.isosurfaces.is_empty()
+        || !world.clips.is_empty();
+    let is_round = matches!(world.levels, Levels::Concentric(_));
+    let top = context.facets(outer).filter(|_| is_round);
+    let edges = Edges::new(scene, None, top, has_surfaces);
+    let (radius, ground) = ([core_radius[0], outer], ground.as_ref());
+    let work = Work { context, radius, ground, rays, edges };
+    let mut rendered = picture::draw(&work, ranks, &field_summary, on_device)?;
+    rendered.report_mut().derived_bytes += derived;
+    for (key, (_, normals)) in normal_keys.into_iter().zip(world.normals) {
+        renderer.frame_cache.normals.store(key, normals);
+    }
+    for (key, visible) in sight_keys.into_iter().zip(world.visible) {
+        renderer.frame_cache.visible.store(key, visible);
+    }
+    for (key, source) in light_keys.into_iter().zip(world.sources) {
+        if let Some(key) = key {
+            renderer.frame_cache.gradients.store(key, source.into_gradients());
+        }
+    }
+    Ok(rendered)
+}
+
+/// Checks that all ranks have the same further fields and heights: otherwise their tiles would not fit each other.
+/// Collective.
+fn compare(context: &FrameContext, ranks: &mut Ranks, terrain: &Terrain) -> Result<()> {
+    let FrameContext { renderer, scene, part, layers, fields, .. } = *context;
+    if ranks.is_alone() || part.is_some() {
+        return Ok(());
+    }
+    let found = ranks.attempt(|| {
+        let range = |number: usize| (fields[number].name(), renderer.run(|| context.range(number)));
+        Ok((1..fields.len()).map(range).collect::<Vec<_>>())
+    });
+    let facts = |found: &Vec<(&str, frame_cache::Range)>| {
+        let told = |(name, (range, missing)): &(&str, frame_cache::Range)| {
+            ("has", format!("{name:?} of range and missing values {range:?} and {missing}"))
+        };
+        let metres = |radius: f64| (radius - 1.0) / scene.exaggeration * layers.planet_radius_m();
+        let [low, high] = terrain.core_radius.map(metres);
+        let heights = format!("{low} to {high} m, at most {} m", metres(terrain.outer));
+        found.iter().map(told).chain([("has heights of the lowest and highest layers", heights)]).collect()
+    };
+    ranks.agree_all(found, facts).map(drop)
+}

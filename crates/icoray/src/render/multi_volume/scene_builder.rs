@@ -1,0 +1,254 @@
+//! What a scene shows, by the numbers of its fields.
+
+use super::terrain::Terrain;
+use crate::plan::{OccupancyTest, clear_values};
+use crate::ranks::Ranks;
+use crate::render::context::FrameContext;
+use crate::render::frame_cache::{GradientKey, OccupancyKey};
+use icoray_grid::Field;
+use icoray_grid::Reals;
+use icoray_grid::Result;
+use icoray_grid::gradient;
+use icoray_grid::gradient::{GradientOptions, Gradients};
+use icoray_grid::occupancy::OccupancyMask;
+use icoray_grid::sample::{Sample, Samples};
+use icoray_kernel::general::{
+    FieldSource, Isosurface, Levels, Material, Medium, SurfaceHeight, SurfaceLayer, TransferMap,
+};
+use icoray_kernel::ground::Painter;
+use icoray_kernel::transfer::{KernelKnot, Spans};
+use icoray_scene::{Heights, Level, Paint, TransferFunction, Volume};
+
+/// Fields by number, while it is found out what is asked of each.
+pub(super) struct SceneBuilder<'p, 'f> {
+    context: &'p FrameContext<'f>,
+    /// Where something that is shown of each field begins, ends or bends.
+    cuts: Vec<Vec<f64>>,
+    thickness: f64,
+}
+
+impl<'p, 'f> SceneBuilder<'p, 'f> {
+    pub fn new(context: &'p FrameContext<'f>) -> Self {
+        let radius = &context.plan.radius;
+        let thickness = radius[radius.len() - 1] - radius[0];
+        SceneBuilder { context, cuts: vec![Vec::new(); context.fields.len()], thickness }
+    }
+
+    fn number(&self, name: &str) -> usize {
+        let found = self.context.fields.iter().position(|field| field.name() == name);
+        found.expect("all fields that are shown were prepared")
+    }
+
+    /// A transfer function's map, at the knots of which rays are cut.
+    fn map(&mut self, field: &str, transfer: &TransferFunction) -> TransferMap {
+        let source = self.number(field);
+        let knots = KernelKnot::of(transfer, self.thickness);
+        self.cuts[source].extend(knots.iter().map(|knot| knot.value));
+        TransferMap::new(source, knots)
+    }
+
+    pub fn media(&mut self) -> Vec<Medium> {
+        let volumes = self.context.scene.volumes.iter().map(|volume| {
+            let Volume { field, transfer, opacity, .. } = volume;
+            let extinction = opacity.as_ref().map_or((field, transfer), |by| (&by.field, &by.transfer));
+            ((field, transfer), extinction)
+        });
+        let is_seen = |transfer: &TransferFunction| transfer.knots.iter().any(|knot| knot.extinction > 0.0);
+        volumes
+            .filter(|(_, (_, extinction))| is_seen(extinction))
+            .map(|((field, transfer), (by, extinction))| Medium {
+                color: self.map(field, transfer),
+                extinction: self.map(by, extinction),
+            })
+            .collect()
+    }
+
+    fn coat(&self, paint: &Paint) -> Material {
+        match paint {
+            Paint::Plain(color) => Material::Plain(*color),
+            Paint::Field { field, transfer, by_cell, .. } => {
+                // Surfaces ask for single values: rays need not be cut for them.
+                Material::By {
+                    map: TransferMap::new(self.number(field), KernelKnot::of(transfer, 1.0)),
+                    by_cell: *by_cell,
+                }
+            }
+        }
+    }
+
+    pub fn isosurfaces(&mut self) -> Vec<Isosurface> {
+        let surfaces = &self.context.scene.scenery.isosurfaces;
+        surfaces
+            .iter()
+            .map(|surface| {
+                let source = self.number(&surface.field);
+                self.cuts[source].push(surface.value);
+                let coat = self.coat(&surface.paint);
+                Isosurface { source, value: surface.value, material: coat, opacity: surface.opacity }
+            })
+            .collect()
+    }
+
+    /// Surfaces and lines by level, in the order in which the scene names levels.
+    pub fn sheets(&self) -> Vec<SurfaceLayer> {
+        let FrameContext { scene, plan, .. } = *self.context;
+        let scenery = &scene.scenery;
+        let mut all: Vec<Level> = Vec::new();
+        for level in scenery.lines.iter().map(|l| l.on).chain(scenery.surfaces.iter().map(|s| s.at)) {
+            if level != Level::Ground && !all.contains(&level) {
+                all.push(level);
+            }
+        }
+        all.into_iter()
+            .map(|level| {
+                let place = match level {
+                    Level::Layer(layer) => SurfaceHeight::Layer(layer),
+                    Level::Top | Level::Ground => SurfaceHeight::Layer(plan.radius.len() - 1),
+                    Level::Height(height) => self.place_at(self.context.radius_of(height)),
+                };
+                let here = scenery.surfaces.iter().filter(|surface| surface.at == level);
+                let coats = here.map(|s| (self.coat(&s.paint), s.opacity)).collect();
+                SurfaceLayer { place, materials: coats, painter: Painter::new(scene, level) }
+            })
+            .collect()
+    }
+
+    /// Where each of the volumes and isosurfaces can be seen, and what that is known by; all there is, without a key, where sheets
+    /// may be met between layers.
+    pub fn visible(
+        &self,
+        media: &[Medium],
+        isosurfaces: &[Isosurface],
+        sheets: &[SurfaceLayer],
+    ) -> (Vec<OccupancyKey>, Vec<OccupancyMask>) {
+        let FrameContext { renderer, plan, .. } = *self.context;
+        let has_radii = sheets.iter().any(|sheet| matches!(sheet.place, SurfaceHeight::Radius(_)));
+        if has_radii || !renderer.savings.leaps {
+            return (Vec::new(), vec![OccupancyMask::default().full(plan.radius.len())]);
+        }
+        let of_media =
+            media.iter().map(|medium| (medium.extinction.source, medium.extinction.knots().to_vec()));
+        let of_surfaces = isosurfaces
+            .iter()
+            .map(|s| (s.source, spike(s.value, self.context.range(s.source).0.unwrap_or([0.0; 2]))));
+        let all = of_media.chain(of_surfaces).map(|(source, knots)| {
+            match self.context.fields[source].field().samples() {
+                Reals::F32(data) => self.visible_of(data, source, &knots),
+                Reals::F64(data) => self.visible_of(data, source, &knots),
+            }
+        });
+        all.unzip()
+    }
+
+    fn visible_of<S: Sample>(
+        &self,
+        data: &[S],
+        source: usize,
+        knots: &[KernelKnot],
+    ) -> (OccupancyKey, OccupancyMask) {
+        let FrameContext { renderer, plan, grid, .. } = *self.context;
+        let field = &self.context.fields[source];
+        let spans = Spans::<f64>::new(knots);
+        let samples = Samples::new(data, &field.field(), plan.falling, spans.range());
+        let clear = clear_values(&spans, &samples, self.context.range(source).0);
+        let bits = clear.iter().map(|range| range.map(|value| value.wide().to_bits())).collect();
+        let key = OccupancyKey { source: field.source(grid), falling: plan.falling, clear: bits };
+        let sight = OccupancyTest { grid, samples, layers: plan.radius.len(), clear };
+        let cached = renderer.frame_cache.visible.take(&key);
+        let visible = cached.unwrap_or_else(|memory| sight.visible(memory.unwrap_or_default()));
+        (key, visible)
+    }
+
+    /// On the layer that lies at this radius, but for rounding, which must not leave a surface a hair above the outermost one,
+    /// where nothing is shown.
+    fn place_at(&self, radius: f64) -> SurfaceHeight {
+        let FrameContext { scene, plan, .. } = *self.context;
+        let layer = plan.radius.iter().position(|r| (r - radius).abs() <= 1e-12 * radius);
+        let layer = layer.filter(|_| scene.scenery.heights == Heights::Mean);
+        layer.map_or(SurfaceHeight::Radius(radius), SurfaceHeight::Layer)
+    }
+
+    /// The fields, with gradients of those that are `lit`, and what these are known by. Collective.
+    pub fn sources(
+        mut self,
+        ranks: &mut Ranks,
+        lit: &[usize],
+        terrain: &Terrain,
+    ) -> Result<(Vec<FieldSource<'f>>, Vec<Option<GradientKey>>)> {
+        let FrameContext { renderer, plan, grid, part, .. } = *self.context;
+        let (mut sources, mut keys) = (Vec::new(), Vec::new());
+        for (number, prepared) in self.context.fields.iter().enumerate() {
+            let field = &prepared.field();
+            let mut cuts = std::mem::take(&mut self.cuts[number]);
+            cuts.sort_by(f64::total_cmp);
+            cuts.dedup();
+            let (mut light, mut key) = (Gradients::none(), None);
+            if lit.contains(&number) {
+                // Ranks give each other gradients: all divide by the same.
+                let low = cuts.first().copied().unwrap_or(0.0);
+                let width = cuts.last().map_or(0.0, |high| high - low);
+                let width = if width > 0.0 { width } else { low.abs().max(1.0) };
+                let range = [low, low + width];
+                let asked = GradientKey {
+                    source: prepared.source(grid),
+                    falling: plan.falling,
+                    range,
+                    radius: plan.radius.clone(),
+                    packed: false,
+                    sight: None,
+                    heights: terrain.key.clone(),
+                };
+                let compute = |memory: Option<_>| {
+                    let memory = memory.unwrap_or_else(Gradients::none);
+                    self.gradients(field, range, &terrain.levels, memory)
+                };
+                let computed = ranks.attempt(|| {
+                    Ok(renderer.run(|| renderer.frame_cache.gradients.take(&asked).unwrap_or_else(compute)))
+                });
+                light = ranks.collective(computed)?;
+                key = Some(asked);
+                if let Some(part) = part {
+                    let layers = plan.radius.len();
+                    let all = light.whole_mut();
+                    part.fill_halo(ranks, all, |all, cell| &mut all[cell as usize * layers..][..layers])?;
+                }
+            }
+            sources.push(FieldSource::new(field, plan.falling, light, cuts));
+            keys.push(key);
+        }
+        Ok((sources, keys))
+    }
+
+    fn gradients(&self, field: &Field, range: [f64; 2], levels: &Levels, memory: Gradients) -> Gradients {
+        match field.samples() {
+            Reals::F32(data) => self.gradients_of(data, field, range, levels, memory),
+            Reals::F64(data) => self.gradients_of(data, field, range, levels, memory),
+        }
+    }
+
+    fn gradients_of<S: Sample>(
+        &self,
+        data: &[S],
+        field: &Field,
+        range: [f64; 2],
+        levels: &Levels,
+        memory: Gradients,
+    ) -> Gradients {
+        let FrameContext { plan, grid, .. } = *self.context;
+        let samples = Samples::new(data, field, plan.falling, range);
+        let wanted = GradientOptions { visible: None, packed: false };
+        match levels {
+            Levels::Native(heights) => gradient::native::gradients(grid, heights, &samples, memory),
+            Levels::Concentric(_) => {
+                gradient::gradients(grid, &plan.radius, &samples, 0..grid.cells(), wanted, memory)
+            }
+        }
+    }
+}
+
+/// A transfer function that is clear but next to `value`, for a field of this range.
+fn spike(value: f64, [low, high]: [f64; 2]) -> Vec<KernelKnot> {
+    let near = if high > low { 1e-6 * (high - low) } else { value.abs().max(1.0) };
+    let knot = |value: f64, extinction: f64| KernelKnot { value, color: [0.0; 3], extinction };
+    vec![knot(value - near, 0.0), knot(value, 1.0), knot(value + near, 0.0)]
+}

@@ -1,0 +1,108 @@
+//! Where layers lie: everywhere alike, or at the heights of each column.
+
+use crate::ranks::{Part, Ranks};
+use crate::render::context::FrameContext;
+use crate::render::frame_cache;
+use crate::render::frame_cache::NormalKey;
+use icoray_grid::gradient;
+use icoray_grid::heights;
+use icoray_grid::{Error, ErrorKind, Result};
+use icoray_kernel::general::{Levels, SurfaceHeight, SurfaceLayer};
+use icoray_scene::Heights;
+use rayon::prelude::*;
+
+/// Where layers lie, and how far in and out they reach.
+pub(super) struct Terrain<'f> {
+    pub levels: Levels<'f>,
+    /// Least and greatest radius of the innermost layer.
+    pub core_radius: [f64; 2],
+    pub outer: f64,
+    /// What gradients depend on where columns have heights of their own.
+    pub key: Option<(frame_cache::SourceKey, f64)>,
+}
+
+impl<'f> Terrain<'f> {
+    /// Of `heights` where the scene asks for them. Collective.
+    pub fn new(context: &FrameContext<'f>, ranks: &mut Ranks) -> Result<Self> {
+        let FrameContext { renderer, scene, plan, grid, part, layers, heights: given, .. } = *context;
+        let radius = &plan.radius;
+        let [inner, outer] = [radius[0], radius[radius.len() - 1]];
+        if scene.scenery.heights == Heights::Mean {
+            let levels = Levels::concentric(radius);
+            return Ok(Terrain { levels, core_radius: [inner, inner], outer, key: None });
+        }
+        let checked = ranks.attempt(|| {
+            let none = "the scene has heights = \"native\", and no heights of columns are given";
+            let heights = given.ok_or_else(|| Error::new(ErrorKind::Scene, none))?;
+            let cells = heights::Cells {
+                count: grid.cells(),
+                first: grid.tables().index_base,
+                numbers: grid.cell_numbers(),
+            };
+            renderer.run(|| {
+                let heights =
+                    heights::Heights::new(heights, layers, cells, radius.len(), scene.exaggeration)?;
+                let lowest = (0..grid.cells() as u32).into_par_iter().map(|cell| heights.radius(cell, 0));
+                // The mean ones stand over cells that are not here.
+                let lowest = lowest
+                    .fold(|| [inner, inner], around)
+                    .reduce(|| [inner, inner], |[a, b], c| [a.min(c[0]), b.max(c[1])]);
+                Ok((heights, lowest))
+            })
+        });
+        let (heights, mut core_radius) = ranks.collective(checked)?;
+        let mut bounds = heights.bounds();
+        if part.is_some() {
+            for range in [&mut core_radius, &mut bounds] {
+                *range = Part::whole_range(ranks, (Some(*range), 0))?.0.unwrap_or(*range);
+            }
+        }
+        let stretch = scene.exaggeration / layers.planet_radius_m();
+        let key = given.map(|field| (frame_cache::SourceKey::new(grid, field), stretch));
+        Ok(Terrain { levels: Levels::Native(heights), core_radius, outer: bounds[1], key })
+    }
+}
+
+impl Terrain<'_> {
+    /// Normals of the ground and of the layers of sheets, where these are not round and light falls on them. Collective.
+    pub fn normals(
+        &self,
+        context: &FrameContext,
+        ranks: &mut Ranks,
+        sheets: &[SurfaceLayer],
+        is_lit: bool,
+    ) -> Result<Vec<(NormalKey, Vec<[f32; 3]>)>> {
+        let FrameContext { renderer, grid, part, .. } = *context;
+        let (Levels::Native(heights), Some(key), true) = (&self.levels, &self.key, is_lit) else {
+            return Ok(Vec::new());
+        };
+        let mut layers = vec![0];
+        layers.extend(sheets.iter().filter_map(|sheet| match sheet.place {
+            SurfaceHeight::Layer(layer) if layer > 0 => Some(layer),
+            _ => None,
+        }));
+        layers.sort_unstable();
+        layers.dedup();
+        let mut all = Vec::new();
+        for layer in layers {
+            let key = NormalKey { heights: key.clone(), layer: [layer, heights.layers()] };
+            let compute = |memory: Option<_>| {
+                gradient::native::normals(grid, heights, layer, memory.unwrap_or_default())
+            };
+            let made = ranks.attempt(|| {
+                Ok(renderer.run(|| renderer.frame_cache.normals.take(&key).unwrap_or_else(compute)))
+            });
+            let mut normals = ranks.collective(made)?;
+            if let Some(part) = part {
+                let row = |cell: u32| cell as usize..cell as usize + 1;
+                part.fill_halo(ranks, normals.as_mut_slice(), |all, cell| &mut all[row(cell)])?;
+            }
+            all.push((key, normals));
+        }
+        Ok(all)
+    }
+}
+
+fn around([low, high]: [f64; 2], value: f64) -> [f64; 2] {
+    [low.min(value), high.max(value)]
+}

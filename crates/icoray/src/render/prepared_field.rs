@@ -1,0 +1,114 @@
+//! The fields that a scene shows: averaged to cell centres and moved to the layers of the first.
+
+use super::context::RenderInputs;
+use super::frame_cache::{FrameCache, MovedKey, SourceKey};
+use super::renderer::Renderer;
+use crate::plan::Plan;
+use crate::ranks::Ranks;
+use icoray_grid::Result;
+use icoray_grid::{CenterField, Field, Location};
+use icoray_grid::{Grid, Reals};
+use icoray_scene::Scene;
+
+/// A field that a scene shows.
+pub(super) struct PreparedField<'f> {
+    name: String,
+    given: Field<'f>,
+    /// The average at the centres, where the field was given at corners.
+    average: Option<CenterField>,
+    /// The values on the layers of the first field, where this one has others.
+    moved: Option<(MovedKey, CenterField)>,
+}
+
+impl PreparedField<'_> {
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    fn center(&self) -> Field<'_> {
+        self.average.as_ref().map_or(self.given, CenterField::field)
+    }
+
+    /// The field at the centres, on the layers of the first.
+    pub fn field(&self) -> Field<'_> {
+        self.moved.as_ref().map_or_else(|| self.center(), |(_, moved)| moved.field())
+    }
+
+    /// Identifies the values of [`Self::field`] between frames.
+    pub fn source(&self, grid: &Grid) -> SourceKey {
+        SourceKey::new(grid, &self.moved.as_ref().map_or(self.given, |(_, moved)| moved.field()))
+    }
+
+    /// Bytes of the average and the moved values.
+    pub fn bytes(&self) -> usize {
+        let moved = self.moved.as_ref().map(|(_, moved)| moved);
+        self.average.iter().chain(moved).map(CenterField::bytes).sum()
+    }
+
+    /// Gives average and moved values back, for the next frame.
+    pub fn keep(self, cache: &FrameCache, grid: &Grid) {
+        if let Some(average) = self.average {
+            cache.averages.store(SourceKey::new(grid, &self.given), average);
+        }
+        if let Some((key, moved)) = self.moved {
+            cache.moved.store(key, moved);
+        }
+    }
+}
+
+impl Renderer {
+    /// The fields that `scene` shows, the first one first; [`Plan::new`] has checked that one. Collective.
+    pub(super) fn prepare_fields<'f>(
+        &self,
+        ranks: &mut Ranks,
+        scene: &Scene,
+        given: &RenderInputs<'f>,
+    ) -> Result<Vec<PreparedField<'f>>> {
+        let RenderInputs { grid, part, layers, fields } = *given;
+        let mut prepared: Vec<PreparedField> = Vec::new();
+        for name in scene.shown_fields() {
+            let is_first = prepared.is_empty();
+            let found = ranks.attempt(|| {
+                let given = if is_first { *fields.first(name)? } else { *fields.get(name)? };
+                Plan::check(name, grid, layers, &given)?;
+                let average = || {
+                    let cached = self.frame_cache.averages.take(&SourceKey::new(grid, &given));
+                    cached.or_else(|memory| CenterField::average_in(grid, &given, memory))
+                };
+                let average =
+                    (given.location() == Location::Corner).then(|| self.run(average)).transpose()?;
+                Ok(PreparedField { name: name.to_owned(), given, average, moved: None })
+            });
+            // Ranks whose fields lie elsewhere would wait for each other's halos for ever.
+            let facts = |field: &PreparedField| match is_first {
+                true => Vec::new(),
+                false => vec![("has", described(name, &field.given))],
+            };
+            let mut field = ranks.agree_all(found, facts)?;
+            if let (Some(part), Some(average)) = (part, &mut field.average) {
+                part.fill_averages(ranks, average)?;
+            }
+            let count = field.given.shape().layers;
+            let wanted = prepared.first().map_or(count, |first| first.given.shape().layers);
+            if count != wanted {
+                let moved = ranks.attempt(|| {
+                    let [own, wanted] = [layers.for_field(count)?, layers.for_field(wanted)?];
+                    let [own, wanted] = [&own, &wanted].map(|layers| layers.radius_m().to_vec());
+                    let key = MovedKey { source: SourceKey::new(grid, &field.center()), own, wanted };
+                    let make = |memory| CenterField::moved_in(&field.center(), &key.own, &key.wanted, memory);
+                    let moved = self.run(|| self.frame_cache.moved.take(&key).unwrap_or_else(make));
+                    Ok((key, moved))
+                });
+                field.moved = Some(ranks.collective(moved)?);
+            }
+            prepared.push(field);
+        }
+        Ok(prepared)
+    }
+}
+
+fn described(name: &str, field: &Field) -> String {
+    let bits = if matches!(field.samples(), Reals::F32(_)) { 32 } else { 64 };
+    let place = if field.location() == Location::Corner { "corners" } else { "centres" };
+    format!("{name:?} of {} layers of {bits} bits at {place}", field.shape().layers)
+}

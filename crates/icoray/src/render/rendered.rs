@@ -1,0 +1,23 @@
+//! What a rank has of a picture that is done.
+
+use icoray_output::{Frame, FrameReport};
+
+/// What a rank has of a picture that is done.
+#[derive(Debug, Clone, PartialEq)]
+#[expect(clippy::large_enum_variant, reason = "there is one for each picture")]
+pub enum Rendered {
+    /// The picture: this is rank 0.
+    Here(Frame),
+    /// What it cost and met; the picture is at rank 0. Errors, counts and the gathering are those of the whole picture,
+    /// seconds, threads and tiles this rank's.
+    AtRoot(FrameReport),
+}
+
+impl Rendered {
+    pub(super) fn report_mut(&mut self) -> &mut FrameReport {
+        match self {
+            Rendered::Here(frame) => &mut frame.report,
+            Rendered::AtRoot(report) => report,
+        }
+    }
+}

@@ -1,0 +1,163 @@
+//! The renderer itself: its threads, its devices, and what it keeps from one picture for the next.
+
+use super::devices::{DeviceCache, SingleDevice};
+use super::frame_cache::FrameCache;
+use super::progress::Progress;
+use crate::derive::DerivedFieldCache;
+use crate::device::{Device, DeviceRequest, Devices, FallbackReason};
+use crate::plan::Savings;
+use crate::ranges::Ranges;
+use fearless_simd::Level;
+use icoray_grid::threads::Threads;
+use icoray_kernel::ground::Ground;
+use icoray_kernel::ray::packets;
+use icoray_scene::{Backend, Precision, Scene};
+use std::sync::Arc;
+
+/// A renderer with its own threads, which end when it is dropped, and optionally a device.
+///
+/// ```
+/// use icoray::{Field, Grid, IcosahedralMesh, Layers, Location, Renderer, Scene, Shape};
+///
+/// let mesh = IcosahedralMesh::new(2)?;
+/// let grid = Grid::new(mesh.tables())?;
+/// let layers = Layers::from_heights(&[0.0, 1e6], 6.371e6)?;
+/// let values = vec![1.0f32; 2 * grid.cells()];
+/// let shape = Shape::cell_fastest(grid.cells(), 2);
+/// let field = Field::new(values.as_slice().into(), shape, Location::Center, None)?;
+/// let scene = Scene::parse(
+///     "field = 'one'
+///      image = { width = 8, height = 8 }
+///      camera = { lon = 0, lat = 0, distance = 3 }
+///      transfer = { map = 'viridis', range = [0, 2], opacity = [[0, 0.5], [2, 0.5]] }",
+/// )?;
+/// let renderer = Renderer::new(1)?;
+/// let frame = renderer.render(&scene, &grid, &layers, &field)?;
+/// // Premultiplied linear RGBA, row by row from the top left.
+/// assert_eq!((frame.width, frame.height, frame.pixels.len()), (8, 8, 64));
+/// assert!(f64::from(frame.error[0]) <= 1e-3);
+/// # Ok::<(), icoray::Error>(())
+/// ```
+#[derive(Debug)]
+pub struct Renderer {
+    pub(super) threads: Threads,
+    pub(super) devices: Option<DeviceCache>,
+    pub(super) savings: Savings,
+    pub(super) integrates: bool,
+    pub(super) progress: Option<Progress>,
+    pub(super) frame_cache: FrameCache,
+    pub(super) ranges: Ranges,
+    pub(super) derived: DerivedFieldCache,
+}
+
+impl Renderer {
+    /// A renderer with `threads` threads, or as many as the affinity mask allows when that is 0.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Io`](icoray_grid::ErrorKind::Io) when the threads cannot be made.
+    pub fn new(threads: usize) -> icoray_grid::Result<Self> {
+        let (devices, savings) = (None, Savings::ALL);
+        let (threads, spare) = (Threads::new(threads)?, FrameCache::default());
+        let (ranges, derived) = (Ranges::default(), DerivedFieldCache::default());
+        Ok(Renderer {
+            threads,
+            devices,
+            savings,
+            integrates: true,
+            progress: None,
+            frame_cache: spare,
+            ranges,
+            derived,
+        })
+    }
+
+    /// The same, but leaving out what `savings` say: for measurements.
+    #[must_use]
+    pub fn with_savings(self, savings: Savings) -> Self {
+        Renderer { savings, frame_cache: self.frame_cache.with_reuse(savings.reuse), ..self }
+    }
+
+    /// The same, but rays only walk and interpolate: frusta of unlit `exact` scenes are laid aside to be integrated together,
+    /// and are not. For measurements.
+    #[doc(hidden)]
+    #[must_use]
+    pub fn without_integrals(self) -> Self {
+        Renderer { integrates: false, ..self }
+    }
+
+    /// The machine's vector instructions, where rays are traced in packets.
+    pub(super) fn vectors(&self) -> Option<Level> {
+        self.savings.lanes.then(packets).flatten()
+    }
+
+    /// The same renderer with devices, which trace what they can of scenes that ask for it ([`Scene::backend`]).
+    #[must_use]
+    pub fn with_devices(self, devices: Arc<dyn Devices>) -> Self {
+        Renderer { devices: Some(DeviceCache::new(devices)), ..self }
+    }
+
+    /// The same renderer with one device.
+    #[must_use]
+    pub fn with_device(self, device: Arc<dyn Device>) -> Self {
+        self.with_devices(Arc::new(SingleDevice(device)))
+    }
+
+    /// The same renderer, which calls `report(finished, total)` after each tile of a picture that this process draws, from the
+    /// thread that drew it. `total` is the number of these tiles. The calls of one picture come in no order, and none comes for
+    /// probes of a time budget and for pixels at edges, which are traced again after the last tile.
+    ///
+    /// ```
+    /// use std::sync::Arc;
+    ///
+    /// let renderer = icoray::Renderer::new(1)?
+    ///     .with_progress(Arc::new(|finished, total| eprintln!("{finished} of {total} tiles")));
+    /// # Ok::<(), icoray::Error>(())
+    /// ```
+    #[must_use]
+    pub fn with_progress(self, report: Arc<dyn Fn(usize, usize) + Send + Sync>) -> Self {
+        Renderer { progress: Some(Progress(report)), ..self }
+    }
+
+    /// Number of threads.
+    pub fn threads(&self) -> usize {
+        self.threads.count()
+    }
+
+    /// Runs `work` on the renderer's threads: parallel passes inside use them and no others.
+    pub fn run<R: Send>(&self, work: impl FnOnce() -> R + Send) -> R {
+        self.threads.run(work)
+    }
+
+    /// The device that would draw `scene`, opened if it was not yet; `Err(None)` where nobody asks for one. Of the ranks on a
+    /// node this is number `node_rank`.
+    ///
+    /// # Errors
+    /// A [`FallbackReason`] why the CPU draws although the scene asks for a device.
+    pub fn device_for(
+        &self,
+        scene: &Scene,
+        node_rank: usize,
+    ) -> Result<Arc<dyn Device>, Option<FallbackReason>> {
+        if scene.backend == Backend::Cpu {
+            return Err(None);
+        }
+        let Some(opened) = &self.devices else {
+            let reason = FallbackReason::new("this icoray was built without the GPU");
+            return Err((scene.backend == Backend::Gpu).then_some(reason));
+        };
+        if scene.precision == Precision::F64 {
+            return Err(Some(FallbackReason::new("the scene asks for precision = \"f64\"")));
+        }
+        if !scene.is_plain() {
+            return Err(Some(FallbackReason::new(
+                "the scene shows more than one volume between concentric layers, or cuts it",
+            )));
+        }
+        if Ground::new(scene).is_some() {
+            return Err(Some(FallbackReason::new("the scene has land, sea or lines on its core")));
+        }
+        let adapter = scene.device.clone();
+        let wanted = DeviceRequest { adapter, or_processor: scene.backend == Backend::Gpu, node_rank };
+        opened.open(wanted).map_err(Some)
+    }
+}

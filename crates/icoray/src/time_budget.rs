@@ -1,0 +1,227 @@
+//! Time budgets: picks the quality of a frame from measured costs.
+
+use crate::raster::Raster;
+use icoray_scene::{Lights, Quality, Scene};
+use std::time::Instant;
+
+/// The tolerance that a budget may go up to.
+const LOOSEST: f64 = 1e-2;
+/// The coarsest raster that is still a picture.
+const LARGEST_STEP: u32 = 32;
+/// About how many pixels are traced to see what a frame costs.
+const PROBE: f64 = 400.0;
+/// The part of what is left that one more measurement on a device may take.
+const DEVICE_PROBE: f64 = 0.1;
+/// How many times over there has to be time before a better quality is tried.
+const TO_SPARE: f64 = 1.2;
+/// A frame is planned to take this part of what is left, since a probe is not exact.
+const MARGIN: f64 = 0.8;
+/// The part of a budget that gradients may take before light is left out.
+const GRADIENTS: f64 = 0.5;
+
+/// Time that a frame may take, counted from its start.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Deadline {
+    start: Instant,
+    seconds: f64,
+    /// Ranks among which rays are shared out.
+    ranks: f64,
+}
+
+impl Deadline {
+    /// The scene's, if it has one, for a frame that so many ranks draw.
+    pub fn of(scene: &Scene, start: Instant, ranks: usize) -> Option<Self> {
+        scene.time_budget_ms.map(|ms| Deadline { start, seconds: ms / 1000.0, ranks: ranks as f64 })
+    }
+
+    /// Seconds that may still be planned.
+    fn left(&self) -> f64 {
+        MARGIN * (self.seconds - self.start.elapsed().as_secs_f64()).max(0.0)
+    }
+
+    /// Whether there is time for something that takes so many seconds.
+    pub fn has_time_for(&self, seconds: f64) -> bool {
+        seconds <= self.left()
+    }
+
+    /// Whether there is time for gradients, of which a part `part` is computed by `sample` to see what they cost.
+    pub fn has_time_for_gradients(&self, part: f64, sample: impl FnOnce()) -> bool {
+        let start = Instant::now();
+        sample();
+        start.elapsed().as_secs_f64() / part <= GRADIENTS * self.left()
+    }
+
+    /// The best quality that keeps the deadline; `trace` traces a raster in a quality, on a device or on the CPU.
+    pub fn pick(
+        &self,
+        asked: Quality,
+        raster: Raster,
+        on_device: bool,
+        mut trace: impl FnMut(&Quality, Raster),
+    ) -> Quality {
+        choose(asked, raster, self.left(), self.ranks, |quality, left| {
+            let seconds = |raster: Raster| {
+                let start = Instant::now();
+                trace(quality, raster);
+                start.elapsed().as_secs_f64()
+            };
+            if on_device { Cost::on_device(raster, left, seconds) } else { Cost::on_cpu(raster, seconds) }
+        })
+    }
+}
+
+/// The measured cost of a picture in one quality.
+#[derive(Debug, Clone, Copy)]
+struct Cost {
+    /// Seconds that the measurement took.
+    spent: f64,
+    /// Seconds independent of the number of pixels.
+    fixed: f64,
+    /// Seconds of tracing all pixels, in addition.
+    pixels: f64,
+}
+
+impl Cost {
+    /// From some pixels, each of which takes its time.
+    fn on_cpu(raster: Raster, mut seconds: impl FnMut(Raster) -> f64) -> Self {
+        let probe = probe(raster);
+        let spent = seconds(probe);
+        Cost { spent, fixed: 0.0, pixels: spent / probe.part() }
+    }
+
+    /// From ever more pixels, while `left` seconds allow it: on a device that is not full, more take next to no more time.
+    fn on_device(raster: Raster, left: f64, mut seconds: impl FnMut(Raster) -> f64) -> Self {
+        let mut last = Raster { step: probe(raster).step.next_power_of_two(), ..raster };
+        let mut took = seconds(last);
+        let mut cost = Cost { spent: took, fixed: 0.0, pixels: took / last.part() };
+        while last.step > 2 {
+            let finer = Raster { step: last.step / 2, ..raster };
+            if took * finer.part() / last.part() > DEVICE_PROBE * (left - cost.spent) {
+                break;
+            }
+            let before = std::mem::replace(&mut took, seconds(finer));
+            // It may have become full just now, so that more pixels take longer than these did; at most in proportion.
+            let most = took / finer.part();
+            let slope = ((took - before) / (finer.part() - last.part())).clamp(0.0, most);
+            cost.spent += took;
+            cost.pixels = 0.5 * (slope + most);
+            cost.fixed = took - cost.pixels * finer.part();
+            last = finer;
+        }
+        cost
+    }
+
+    /// Seconds where a part of the pixels is traced by so many ranks.
+    fn of(&self, part: f64, ranks: f64) -> f64 {
+        self.fixed + self.pixels * part / ranks
+    }
+}
+
+/// The raster of some [`PROBE`] pixels.
+fn probe(raster: Raster) -> Raster {
+    let pixels = f64::from(raster.width) * f64::from(raster.height);
+    Raster { step: ((pixels / PROBE).sqrt() as u32).clamp(1, LARGEST_STEP), ..raster }
+}
+
+/// The best quality for which `left` seconds are enough where `ranks` share the rays: first the tolerance is loosened, then light is made coarse, then
+/// pixels are left out. `measure` gives what a quality costs, told what is left.
+///
+/// Costs are measured from the cheapest quality upwards, the next only where there is time to spare for it: a probe of
+/// what is far too dear would itself take the time.
+fn choose(
+    asked: Quality,
+    raster: Raster,
+    mut left: f64,
+    ranks: f64,
+    mut measure: impl FnMut(&Quality, f64) -> Cost,
+) -> Quality {
+    let loose = Quality { tolerance: asked.tolerance.max(LOOSEST), ..asked };
+    let coarse = Quality { lights: asked.lights.min(Lights::Coarse), ..loose };
+    let mut best = coarse;
+    let mut cost = measure(&best, left);
+    left -= cost.spent;
+    if cost.of(1.0, ranks) > left {
+        let fits = |step: &u32| cost.of(Raster { step: *step, ..raster }.part(), ranks) <= left;
+        return Quality { pixel_step: (2..LARGEST_STEP).find(fits).unwrap_or(LARGEST_STEP), ..best };
+    }
+    for better in [loose, asked] {
+        if better == best {
+            continue;
+        }
+        if cost.of(1.0, ranks) * TO_SPARE > left {
+            break;
+        }
+        cost = measure(&better, left);
+        left -= cost.spent;
+        if cost.of(1.0, ranks) > left {
+            break;
+        }
+        best = better;
+    }
+    best
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const RASTER: Raster = Raster { width: 512, height: 512, step: 1 };
+
+    /// The quality chosen for `ms` where each traced pixel takes `us` microseconds, less what the quality saves.
+    fn pick_for(ms: f64, us: f64, ranks: f64) -> Quality {
+        let asked = Quality { pixel_step: 1, tolerance: 1e-5, lights: Lights::Full };
+        choose(asked, RASTER, ms / 1000.0, ranks, |quality, _| {
+            let saved = if quality.tolerance > 1e-4 { 0.5 } else { 1.0 };
+            let saved = if quality.lights == Lights::Full { saved } else { 0.5 * saved };
+            Cost::on_cpu(RASTER, |raster| {
+                1e-6 * us * saved * raster.part() * f64::from(raster.width * raster.height)
+            })
+        })
+    }
+
+    fn pick(ms: f64, us: f64) -> Quality {
+        pick_for(ms, us, 1.0)
+    }
+
+    #[test]
+    fn ranks_share_the_rays() {
+        let whole = 512.0 * 512.0 / 1000.0 * 2.0;
+        assert_eq!(pick_for(0.5 * whole, 2.0, 4.0).tolerance, 1e-5);
+        assert_eq!(pick_for(0.5 * whole, 2.0, 1.0).tolerance, 1e-2);
+    }
+
+    #[test]
+    fn quality_goes_down_with_the_budget_tolerance_first_pixels_last() {
+        let whole = 512.0 * 512.0 / 1000.0 * 2.0;
+        let full = pick(2.0 * whole, 2.0);
+        assert_eq!((full.pixel_step, full.tolerance, full.lights), (1, 1e-5, Lights::Full));
+        let loose = pick(0.9 * whole, 2.0);
+        assert_eq!((loose.pixel_step, loose.tolerance, loose.lights), (1, 1e-2, Lights::Full));
+        let coarse = pick(0.5 * whole, 2.0);
+        assert_eq!((coarse.pixel_step, coarse.tolerance, coarse.lights), (1, 1e-2, Lights::Coarse));
+        let few = pick(0.15 * whole, 2.0);
+        assert!(few.pixel_step > 1 && few.pixel_step < 6 && few.lights == Lights::Coarse, "{few:?}");
+        assert_eq!(pick(1e-3, 2.0).pixel_step, LARGEST_STEP);
+    }
+
+    /// A device that is full at 50,000 rays, up to which it takes 2 ms.
+    #[test]
+    fn a_device_is_measured_until_it_is_full() {
+        let seconds = |raster: Raster| {
+            let rays = raster.part() * f64::from(RASTER.width * RASTER.height);
+            2e-3 * (rays / 5e4).max(1.0)
+        };
+        let whole = seconds(RASTER);
+        let cost = Cost::on_device(RASTER, 1.0, seconds);
+        let found = cost.of(1.0, 1.0);
+        assert!((0.7..=1.05).contains(&(found / whole)), "{found} of {whole}: {cost:?}");
+        assert!(cost.spent < 0.015, "{cost:?}");
+        // No time to measure more than once.
+        let cost = Cost::on_device(RASTER, 0.01, seconds);
+        assert!(cost.spent == 2e-3 && cost.of(1.0, 1.0) > whole, "{cost:?}");
+        // One that takes its time for each ray, as a processor does.
+        let cost = Cost::on_device(RASTER, 1.0, |raster| 2.0 * raster.part());
+        assert!((cost.of(1.0, 1.0) - 2.0).abs() < 1e-9 && cost.spent < 0.2, "{cost:?}");
+        assert!((cost.of(0.5, 4.0) - 0.25).abs() < 1e-9, "{cost:?}");
+    }
+}

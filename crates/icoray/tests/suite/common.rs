@@ -1,0 +1,108 @@
+//! Fields, rays, ranks that are threads, and comparisons of frames and errors.
+
+#![allow(dead_code, reason = "each crate that includes this takes what it needs of it")]
+
+use glam::DVec3;
+use icoray::ranks::{LocalTeam, local_nodes};
+use icoray::{Error, ErrorKind, Field, Frame, FrameReport, Location, Ranks, Reals, Rendered, Scene, Shape};
+use std::fmt::Debug;
+use std::thread;
+
+pub const FAR: &str = "lon = 20\nlat = 35\ndistance = 3.2\nfov = 45";
+pub const NEAR: &str = "lon = -100\nlat = -60\ndistance = 1.9\nfov = 60";
+pub const LIT: &str = "[light]\nkind = \"headlight\"";
+
+/// A field without missing values, level-fastest.
+pub fn level_fastest<S>(values: &[S], layers: usize, location: Location) -> Field<'_>
+where
+    for<'v> Reals<'v>: From<&'v [S]>,
+{
+    let shape = Shape::level_fastest(values.len() / layers, layers);
+    Field::new(values.into(), shape, location, None).unwrap()
+}
+
+/// [`level_fastest`] at the centres of cells.
+pub fn at_centers<S>(values: &[S], layers: usize) -> Field<'_>
+where
+    for<'v> Reals<'v>: From<&'v [S]>,
+{
+    level_fastest(values, layers, Location::Center)
+}
+
+/// The columns `rows` of `all`, level-fastest.
+pub fn columns_of<S: Copy>(all: &[S], rows: &[usize], layers: usize) -> Vec<S> {
+    rows.iter().flat_map(|row| &all[row * layers..][..layers]).copied().collect()
+}
+
+/// Eye and direction of the ray through the middle of each pixel, row by row.
+pub fn rays(scene: &Scene) -> impl Iterator<Item = (DVec3, DVec3)> {
+    let (camera, width, height) = (scene.camera, scene.width, scene.height);
+    let direction = move |i: u32| camera.direction(i % width, i / width, width, height);
+    (0..width * height).map(move |i| (camera.eye().into(), direction(i).into()))
+}
+
+/// The results of `work` on each rank, a thread each; `node_of` has the node of each rank.
+pub fn on_nodes<R: Send>(node_of: &[usize], work: impl Fn(&mut Ranks) -> R + Sync) -> Vec<R> {
+    let work = &work;
+    thread::scope(|scope| {
+        let rank = |team: LocalTeam| scope.spawn(move || work(&mut Ranks::new(Box::new(team))));
+        let threads: Vec<_> = local_nodes(node_of).into_iter().map(rank).collect();
+        threads.into_iter().map(|thread| thread.join().unwrap()).collect()
+    })
+}
+
+/// [`on_nodes`] with all ranks on one node.
+pub fn on_ranks<R: Send>(ranks: usize, work: impl Fn(&mut Ranks) -> R + Sync) -> Vec<R> {
+    on_nodes(&vec![0; ranks], work)
+}
+
+/// The picture, which one rank has, and the reports of all ranks.
+pub fn picture(rendered: Vec<Rendered>) -> (Frame, Vec<FrameReport>) {
+    let (mut picture, mut reports) = (None, Vec::new());
+    for rendered in rendered {
+        match rendered {
+            Rendered::Here(frame) => {
+                reports.push(frame.report.clone());
+                assert!(picture.replace(frame).is_none());
+            }
+            Rendered::AtRoot(report) => reports.push(report),
+        }
+    }
+    (picture.unwrap(), reports)
+}
+
+/// Pixels and errors bit by bit: NaN is equal to itself.
+pub fn bits(frame: &Frame) -> Vec<[u32; 5]> {
+    let pixels = frame.pixels.iter().zip(&frame.error);
+    pixels.map(|([r, g, b, a], e)| [r, g, b, a, e].map(|value| value.to_bits())).collect()
+}
+
+/// The largest difference of a channel.
+pub fn difference(one: &Frame, other: &Frame) -> f32 {
+    assert_eq!(one.pixels.len(), other.pixels.len());
+    (0..one.pixels.len()).map(|i| pixel_difference(one, other, i)).fold(0.0, f32::max)
+}
+
+/// The largest difference of a channel of pixel `i`.
+pub fn pixel_difference(one: &Frame, other: &Frame, i: usize) -> f32 {
+    let channels = one.pixels[i].iter().zip(other.pixels[i]);
+    channels.map(|(a, b)| (a - b).abs()).fold(0.0, f32::max)
+}
+
+/// Number of pixels that differ by more than their errors allow and `slack`.
+pub fn count_beyond(one: &Frame, other: &Frame, slack: f32) -> usize {
+    let most = |i: usize| one.error[i] + other.error[i] + slack;
+    (0..one.pixels.len()).filter(|i| pixel_difference(one, other, *i) > most(*i)).count()
+}
+
+/// Kind and words of the error that `result` is.
+pub fn refusal<T: Debug>(result: Result<T, Error>) -> (ErrorKind, String) {
+    let error = result.unwrap_err();
+    (error.kind(), error.context().to_string())
+}
+
+/// Checks that all ranks have the same error, of this kind, with words that begin so.
+pub fn assert_same_refusal(refusals: &[(ErrorKind, String)], kind: ErrorKind, start: &str) {
+    assert!(refusals.iter().all(|refusal| *refusal == refusals[0] && refusal.0 == kind), "{refusals:?}");
+    assert!(refusals[0].1.starts_with(start), "{}", refusals[0].1);
+}

@@ -1,0 +1,86 @@
+// Mirrors kernel/roundoff.rs.
+#import kernel/transfer
+#import kernel/piece
+
+struct MediumSample {
+    extinction: f32,
+    color: vec3f,
+}
+
+fn medium_sample_at(span: Span, f: f32) -> MediumSample {
+    return MediumSample(span_extinction(span, f), span_color(span, f));
+}
+
+fn medium_sample_color_difference(a: MediumSample, b: MediumSample) -> f32 {
+    let apart = abs(a.color - b.color);
+    return min(a.extinction, b.extinction) * max(apart.x, max(apart.y, apart.z));
+}
+
+struct KnotCrossing {
+    value: f32,
+    length: f32,
+    mean: MediumSample,
+    change: f32,
+    is_narrow: bool,
+}
+
+struct Roundoff {
+    length: f32,
+    ends: vec2f,
+    reach: f32,
+    start: MediumSample,
+    // The piece before the cut, if there is one.
+    has_last: bool,
+    last: MediumSample,
+    last_length: f32,
+}
+
+fn roundoff_new(segment: Segment, start: MediumSample) -> Roundoff {
+    let ends = vec2f(segment.f0, segment.f1);
+    return Roundoff(segment.length, ends, segment_reach(segment), start, false, start, 0.0);
+}
+
+fn roundoff_rise(roundoff: ptr<function, Roundoff>) -> f32 {
+    return abs((*roundoff).ends.y - (*roundoff).ends.x);
+}
+
+fn roundoff_cut(roundoff: ptr<function, Roundoff>, light: ptr<function, Radiance>, alpha: f32, piece: KnotCrossing) {
+    let unit = 2.0 * ROUNDING;
+    let knot = unit * (*roundoff).length * abs(piece.value) / (unit + roundoff_rise(roundoff));
+    let off = unit * piece.length + knot;
+    if (*roundoff).has_last {
+        let nearer = unit * min((*roundoff).last_length, piece.length) + knot;
+        roundoff_moved(light, alpha, nearer, (*roundoff).last, piece.mean);
+    }
+    var stretch = 0.0;
+    if piece.is_narrow {
+        stretch = roundoff_stretch(roundoff, piece.value);
+    }
+    // A piece without length, which f32 can have, has no colours to have elsewhere.
+    let part = min(stretch + off / max(piece.length, 1e-37), 1.0);
+    let colors = ((*light).alpha - alpha) * piece.change * part;
+    let depth = min((1.0 - (*light).alpha) * piece.mean.extinction * piece.length * stretch, 1.0);
+    (*light).variance += colors * colors + depth * depth;
+    (*roundoff).has_last = true;
+    (*roundoff).last = piece.mean;
+    (*roundoff).last_length = piece.length;
+}
+
+fn roundoff_stretch(roundoff: ptr<function, Roundoff>, value: f32) -> f32 {
+    let near = min(abs(value - (*roundoff).ends.x), abs(value - (*roundoff).ends.y));
+    return 2.0 * (*roundoff).reach / ((*roundoff).reach + near);
+}
+
+fn roundoff_shift(roundoff: ptr<function, Roundoff>, light: ptr<function, Radiance>, end: MediumSample) {
+    let shift = (*roundoff).length * (*roundoff).reach / ((*roundoff).reach + roundoff_rise(roundoff));
+    roundoff_moved(light, (*light).alpha, shift, (*roundoff).start, end);
+}
+
+fn roundoff_moved(light: ptr<function, Radiance>, alpha: f32, length: f32, before: MediumSample, behind: MediumSample) {
+    let rises = behind.extinction > before.extinction;
+    let through = 1.0 - select(alpha, (*light).alpha, rises);
+    let thicker = min(length * abs(behind.extinction - before.extinction), 1.0);
+    let painted = min(length * medium_sample_color_difference(before, behind), 1.0);
+    let off = through * thicker + (1.0 - alpha) * painted;
+    (*light).variance += off * off;
+}
