@@ -1,5 +1,5 @@
-// Mirrors gradient.rs, from the field on the device: one vertex per invocation. The mean over all frusta is the same sum as
-// that over those that miss no value, so there is the latter only.
+// Mirrors gradient.rs, from the field on the device: one vertex per invocation. The mean over all frusta is the same
+// sum as that over those that miss no value, so there is the latter only.
 //
 // Where a field is all but flat in one direction, f32 has no digits left for the slope there: so values have more.
 #import kernel/column
@@ -117,8 +117,8 @@ fn known(cell: u32, layer: u32) -> vec3f {
     return narrowed(sum / max(count, 1.0), size);
 }
 
-// Values at the end of what f32 kernels are given, of size `size`, stand for whatever lies beyond: there gradients are as long
-// as any may be.
+// Values at the end of what f32 kernels are given, of size `size`, stand for whatever lies beyond: there gradients are
+// as long as any may be.
 fn narrowed(mean: vec3f, size: f32) -> vec3f {
     let largest = max(abs(mean.x), max(abs(mean.y), abs(mean.z)));
     return mean * select(1.0, 1e30 / max(largest, 1.0), size >= LARGEST);

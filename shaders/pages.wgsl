@@ -1,5 +1,5 @@
-// The field on the device: columns of values. A binding holds no more than a device says, so columns lie in pages, each in a
-// binding of its own: what follows `#each` stands in the shader once per page, with its number for PAGE.
+// The field on the device: columns of values. A binding holds no more than a device says, so columns lie in pages, each
+// in a binding of its own: what follows `#each` stands in the shader once per page, with its number for PAGE.
 //
 // Of a large field, only the columns that rays can read are uploaded.
 #import params

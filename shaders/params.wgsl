@@ -1,4 +1,5 @@
-// Parameters of all rays of a picture. Mirrored by icoray-gpu/src/layout.rs; directions and lengths are in double-float.
+// Parameters of all rays of a picture. Mirrored by icoray-gpu/src/layout.rs; directions and lengths are in
+// double-float.
 
 struct Params {
     eye_hi: vec3f,

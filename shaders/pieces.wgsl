@@ -29,8 +29,8 @@ fn direction(x: u32, y: u32) -> Wide3 {
     );
 }
 
-// Mesa's llvmpipe ends all loops of an invocation once they have taken 65,535 turns together, and does not tell: then this
-// one ends early too. Rays without light, which come near that on the largest grids only, see it in `trace` alone.
+// Mesa's llvmpipe ends all loops of an invocation once they have taken 65,535 turns together, and does not tell: then
+// this one ends early too. Rays without light, which come near that on the largest grids only, see it in `trace` alone.
 fn are_loops_whole() -> bool {
     var turns = params.zero;
     while turns < 2u {

@@ -96,8 +96,7 @@ fn cpp_sees_the_structs_as_rust_does() {
 fn the_header_declares_the_functions() {
     let header = std::fs::read_to_string(root().join("include/icoray.h")).unwrap();
     // A prototype is the only place where a name is followed by a bracket and not preceded by a comment's star.
-    let code =
-        header.lines().filter(|l| !l.trim_start().starts_with('*') && !l.trim_start().starts_with("/*"));
+    let code = header.lines().filter(|l| !l.trim_start().starts_with('*') && !l.trim_start().starts_with("/*"));
     let mut declared: Vec<&str> = code
         .filter_map(|line| line.split_once('(').map(|(before, _)| before))
         .filter_map(|before| before.rsplit([' ', '*']).next())

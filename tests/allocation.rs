@@ -105,9 +105,7 @@ fn grows(
         bytes.checked_sub(frame.report.derived_bytes).ok_or("less than the report says".to_string())
     };
     let (small_asked, tall_asked, wide_asked) = (beside(&small)?, beside(&tall)?, beside(&wide)?);
-    for (model, asked, allowed) in
-        [(&tall, tall_asked, 3 * LAYERS * per_layer + SLACK), (&wide, wide_asked, SLACK)]
-    {
+    for (model, asked, allowed) in [(&tall, tall_asked, 3 * LAYERS * per_layer + SLACK), (&wide, wide_asked, SLACK)] {
         // Nothing is proved by an allowance in which a copy could hide.
         assert!(2 * allowed < model.bytes() - small.bytes());
         if asked.abs_diff(small_asked) > allowed {
@@ -160,8 +158,7 @@ fn derived_bytes_are_those_of_averages_and_gradients(
     lit: &Scene,
     render: impl Fn(&Scene, &Grid, &Layers, &Field) -> Frame + Copy,
 ) {
-    let derived =
-        |location, scene| Model::new(3, 8, LAYOUTS[0], location).ask(scene, render).1.report.derived_bytes;
+    let derived = |location, scene| Model::new(3, 8, LAYOUTS[0], location).ask(scene, render).1.report.derived_bytes;
     let values = 642 * 8;
     assert_eq!(derived(Location::Center, unlit), 0);
     assert_eq!(derived(Location::Corner, unlit), values * size_of::<f32>());
@@ -170,8 +167,8 @@ fn derived_bytes_are_those_of_averages_and_gradients(
     assert_eq!(derived(Location::Corner, lit), values * (size_of::<f32>() + 8));
 }
 
-/// A checked grid asks for 26 bytes per cell and what the check needs for a while, whatever the width of the tables: less
-/// than a copy of them, which in 32 bits would be 96 bytes per cell, would add.
+/// A checked grid asks for 26 bytes per cell and what the check needs for a while, whatever the width of the tables:
+/// less than a copy of them, which in 32 bits would be 96 bytes per cell, would add.
 fn tables_are_not_copied(renderer: &Renderer) {
     let asked = |level: u32| {
         let mesh = IcosahedralMesh::new(level).unwrap();

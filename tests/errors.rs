@@ -49,11 +49,9 @@ impl<'s> Look<'s> {
     fn check(&self, tolerance: f64, precision: Precision) -> [f64; 3] {
         let frame = self.render(tolerance, precision);
         let (mut offs, mut bounds) = (Vec::new(), Vec::new());
-        for (i, ((pixel, truth), error)) in frame.pixels.iter().zip(&self.truth).zip(&frame.error).enumerate()
-        {
+        for (i, ((pixel, truth), error)) in frame.pixels.iter().zip(&self.truth).zip(&frame.error).enumerate() {
             let off = pixel.iter().zip(truth).map(|(a, b)| (f64::from(*a) - b).abs()).fold(0.0, f64::max);
-            let what =
-                format!("{} {precision:?} {tolerance:e}, pixel {i}: {pixel:?}, exact {truth:?}", self.name);
+            let what = format!("{} {precision:?} {tolerance:e}, pixel {i}: {pixel:?}, exact {truth:?}", self.name);
             assert!(pixel.iter().all(|c| c.is_finite()) && error.is_finite(), "{what}");
             assert!(off <= f64::from(*error), "{what}: {off:e} off, admitted {error:e}");
             if truth[3] > 0.0 {
@@ -95,8 +93,8 @@ fn looks<'s>(fine: &'s Sphere, thick: &'s Sphere) -> Vec<Look<'s>> {
     ]
 }
 
-/// No pixel is farther off than it says, none than the tolerance, and what it says is no idle talk: at the median within
-/// 20 times of what it is off.
+/// No pixel is farther off than it says, none than the tolerance, and what it says is no idle talk: at the median
+/// within 20 times of what it is off.
 #[test]
 fn no_pixel_is_farther_off_than_it_says() {
     let fine = Sphere::new(4, 20, [1.0, 1.15], multi_scale).unwrap();
@@ -153,10 +151,7 @@ fn a_time_budget_is_kept_by_a_coarser_frame() {
         short.report.timing.prepare_s + short.report.timing.render_s,
         short.report.error
     );
-    assert!(
-        quality.pixel_step > 1 && quality.tolerance == 1e-2 && quality.lights != Lights::Full,
-        "{quality}"
-    );
+    assert!(quality.pixel_step > 1 && quality.tolerance == 1e-2 && quality.lights != Lights::Full, "{quality}");
     assert_eq!((short.pixels.len(), short.error.len()), (whole.pixels.len(), whole.error.len()));
     assert!(short.report.counts.rays < whole.report.counts.rays / 2);
     assert_eq!(short.report.error.certainty, Certainty::Estimate);

@@ -62,8 +62,7 @@ fn compile_pictures(options: &[&str], directory: &Path) -> PathBuf {
 #[test]
 fn the_module_is_standard_fortran() {
     let Some(directory) = directory() else { return };
-    for options in [["-O0", "-fcheck=all"], ["-O3", "-fopenmp"], ["-fdefault-integer-8", "-fdefault-real-8"]]
-    {
+    for options in [["-O0", "-fcheck=all"], ["-O3", "-fopenmp"], ["-fdefault-integer-8", "-fdefault-real-8"]] {
         succeeded(gfortran(directory.path(), &options).args(["-c", "-o", "icoray.o"]).arg(module()));
     }
 }
@@ -93,7 +92,8 @@ fn what_cannot_be_read_in_place_does_not_compile() {
     }
 }
 
-/// Own cells are said in one way: what says nothing, or says it twice, is refused before a rank could be the only one to.
+/// Own cells are said in one way: what says nothing, or says it twice, is refused before a rank could be the only one
+/// to.
 #[test]
 fn own_cells_are_said_in_one_way() {
     let Some(directory) = directory() else { return };
@@ -146,11 +146,7 @@ fn the_module_declares_what_the_header_does() {
             "type(icoray_grid), intent(in) :: layers\n      integer(c_int32_t)",
             "icoray_layers_set",
         ),
-        (
-            "type(icoray_frame_report), intent(inout)",
-            "type(icoray_frame_report), intent(in)",
-            "icoray_report",
-        ),
+        ("type(icoray_frame_report), intent(inout)", "type(icoray_frame_report), intent(in)", "icoray_report"),
         ("integer(c_size_t), value :: len", "integer(c_size_t) :: len", "icoray_last_error"),
         ("integer(c_int64_t) :: count = 0", "integer(c_int32_t) :: count = 0", "icoray_layers"),
         ("when_full = 0, log_level = 0", "log_level = 0, when_full = 0", "icoray_config"),

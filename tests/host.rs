@@ -124,9 +124,9 @@ fn a_frame_allocates_no_more_for_larger_fields() {
 
 /// The host's memory as the compiler's sanitizers see it; what goes wrong ends the program.
 ///
-/// The library itself can be built with AddressSanitizer too, which takes minutes and is done by hand: `RUSTC_BOOTSTRAP=1
-/// RUSTFLAGS=-Zsanitizer=address cargo build --target x86_64-unknown-linux-gnu --target-dir target/asan -p icoray-capi`,
-/// then a program of `tests/c` compiled with `-fsanitize=address` against that library.
+/// The library itself can be built with AddressSanitizer too, which takes minutes and is done by hand:
+/// `RUSTC_BOOTSTRAP=1 RUSTFLAGS=-Zsanitizer=address cargo build --target x86_64-unknown-linux-gnu --target-dir
+/// target/asan -p icoray-capi`, then a program of `tests/c` compiled with `-fsanitize=address` against that library.
 #[test]
 fn sanitizers_find_nothing() {
     let options = ["-std=c99", "-g", "-fsanitize=address,undefined", "-fno-sanitize-recover=all"];

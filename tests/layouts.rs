@@ -111,7 +111,8 @@ fn every_layout_gives_the_same_picture() {
         assert!(plain[0].report.counts.void_frusta > 0 || case.location == Location::Corner);
         let expected = seen(&plain);
         for (numbers, grid) in &grids {
-            // Where numbers and values lie are independent: every layout once, and the plain and a blocked one with all.
+            // Where numbers and values lie are independent: every layout once, and the plain and a blocked one with
+            // all.
             let all = if numbers == &grids[0].0 { LAYOUTS } else { &[LAYOUTS[0], LAYOUTS[2]] };
             for layout in all {
                 let found = seen(&stage.frames(grid, case, layout, shape(layout)));
@@ -166,17 +167,10 @@ fn values_are_found_and_short_arrays_refused() {
             for layout in LAYOUTS {
                 let shape = (layout.shape)(columns, layers);
                 let array = layout.store(columns, layers, [f64::NAN, 1e30], |c, l| (c * layers + l) as f64);
-                let made = |array: &[f64], shape| {
-                    Field::new(array.into(), shape, Location::Center, None).map(|_| ())
-                };
+                let made = |array: &[f64], shape| Field::new(array.into(), shape, Location::Center, None).map(|_| ());
                 let field = Field::new(array.as_slice().into(), shape, Location::Center, None).unwrap();
                 for i in 0..columns * layers {
-                    assert_eq!(
-                        field.value(i / layers, i % layers),
-                        i as f64,
-                        "{} {columns} {layers}",
-                        layout.name
-                    );
+                    assert_eq!(field.value(i / layers, i % layers), i as f64, "{} {columns} {layers}", layout.name);
                 }
                 assert_eq!(field.range(), (Some([0.0, (columns * layers - 1) as f64]), 0), "{}", layout.name);
                 let (low, high) = shape.extent().unwrap();

@@ -17,10 +17,8 @@ fn compile(options: &[&str], directory: &Path) -> PathBuf {
     // gfortran 12 warns of arrays that an assignment allocates.
     compile.args(["-Wno-uninitialized", "-Wno-maybe-uninitialized", "-J"]).arg(directory).args(options);
     compile.args(["include/icoray.f90", "tests/fortran/mpas/mpas_double.f90"].map(|file| root().join(file)));
-    compile.args(
-        ["examples/fortran/mpas/mpas_icoray.F", "tests/fortran/mpas/mpas_run.f90"]
-            .map(|file| root().join(file)),
-    );
+    compile
+        .args(["examples/fortran/mpas/mpas_icoray.F", "tests/fortran/mpas/mpas_run.f90"].map(|file| root().join(file)));
     succeeded(compile.arg(mpi_library()).arg(rpath).arg("-o").arg(&program));
     program
 }
@@ -57,9 +55,7 @@ fn the_hook_draws_what_whole_arrays_show() {
     succeeded(command(&program, &direct).arg("direct"));
     let expected = pictures(&direct);
     let names: Vec<&str> = expected.iter().map(|(name, _)| name.as_str()).collect();
-    let all = |field: &str| {
-        ["01_00", "01_12", "02_00", "02_12"].map(|at| format!("{field}_2000-01-{at}.00.00.png"))
-    };
+    let all = |field: &str| ["01_00", "01_12", "02_00", "02_12"].map(|at| format!("{field}_2000-01-{at}.00.00.png"));
     assert_eq!(names, [&all("theta")[..], &["vorticity_2000-01-02_00.00.00.png".into()], &all("w")].concat());
     for ranks in [1, 2] {
         let run = prepared(directory, &ranks.to_string());

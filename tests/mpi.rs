@@ -116,18 +116,12 @@ fn pictures(mpi: &Mpi, sizes: &[usize]) {
         let is_same = alone.iter().chain(&notes).all(is_coarsest);
         let is_left_out = |name: &str| name.starts_with("short") && !is_same;
         let (reported, is_received) = reported(&to);
-        assert!(
-            reported.len() >= 6 && reported.iter().all(|said| *said == ranks.to_string()),
-            "{reported:?}"
-        );
+        assert!(reported.len() >= 6 && reported.iter().all(|said| *said == ranks.to_string()), "{reported:?}");
         assert_eq!(is_received, ranks > 1);
         let several = files(&to);
         assert_eq!(several.keys().collect::<Vec<_>>(), one.keys().collect::<Vec<_>>());
         for (name, bytes) in &one {
-            assert!(
-                is_left_out(name) || several[name] == *bytes,
-                "{name} of {ranks} ranks is another picture"
-            );
+            assert!(is_left_out(name) || several[name] == *bytes, "{name} of {ranks} ranks is another picture");
         }
     }
 }
@@ -144,8 +138,8 @@ fn difference(one: &Path, other: &Path) -> f32 {
     channels.map(|(a, b)| (a - b).abs()).fold(0.0, f32::max)
 }
 
-/// On so many ranks, each with how many of them make a node; none is said where all do: then pictures are the same to the byte,
-/// unless the scene asks for fragments. Halos have no values.
+/// On so many ranks, each with how many of them make a node; none is said where all do: then pictures are the same to
+/// the byte, unless the scene asks for fragments. Halos have no values.
 fn parts(mpi: &Mpi, runs: &[(usize, &str)]) {
     let run = Run::new(mpi, "mpi_parts");
     run.alone(50);
@@ -163,17 +157,11 @@ fn parts(mpi: &Mpi, runs: &[(usize, &str)]) {
                 let off = difference(&to.join(kind).join(name), &run.at("one/whole").join(name));
                 let (limit, of) = if name.starts_with("f64") { (1e-6, 0) } else { (1e-5, 1) };
                 let is_same = node.is_empty() && name != "f32_inside.exr";
-                assert!(
-                    off <= if is_same { 0.0 } else { limit },
-                    "{ranks} ranks, {node}, {kind}, {name}: {off:e}"
-                );
+                assert!(off <= if is_same { 0.0 } else { limit }, "{ranks} ranks, {node}, {kind}, {name}: {off:e}");
                 worst[of] = worst[of].max(off);
             }
         }
-        println!(
-            "{ranks} ranks, {node} on a node, largest differences: f64 {:.1e}, f32 {:.1e}",
-            worst[0], worst[1]
-        );
+        println!("{ranks} ranks, {node} on a node, largest differences: f64 {:.1e}, f32 {:.1e}", worst[0], worst[1]);
     }
     // Other pictures do differ.
     let names: Vec<&String> = whole.keys().collect();
@@ -210,8 +198,8 @@ fn background(mpi: &Mpi, runs: &[(usize, &str)]) {
     }
 }
 
-/// In a mount namespace with another `/dev/shm`, where this user may make one. Open MPI itself is to do without, too; MPICH
-/// makes its window elsewhere than where room is looked for then, so that only its pages tell.
+/// In a mount namespace with another `/dev/shm`, where this user may make one. Open MPI itself is to do without, too;
+/// MPICH makes its window elsewhere than where room is looked for then, so that only its pages tell.
 fn columns_without_shared_memory(mpi: &Mpi) {
     let run = Run::new(mpi, "mpi_columns");
     let small = |options: &str| {
@@ -227,11 +215,8 @@ fn columns_without_shared_memory(mpi: &Mpi) {
     let inner = run.on(3, "", "small");
     let mut outer = small(options);
     outer.arg(inner.get_program()).args(inner.get_args()).arg("small");
-    let (name, value) = if mpi.is_open_mpi() {
-        ("OMPI_MCA_btl", "self,tcp")
-    } else {
-        ("OMPI_MCA_osc_sm_backing_directory", "/")
-    };
+    let (name, value) =
+        if mpi.is_open_mpi() { ("OMPI_MCA_btl", "self,tcp") } else { ("OMPI_MCA_osc_sm_backing_directory", "/") };
     checked(outer.env(name, value), run.name, 20);
     assert!(files(&run.at("small/contiguous")) == files(&run.at("one")), "the pictures differ");
 }
@@ -376,12 +361,7 @@ fn fortran_hands_its_communicators_over() {
     for ranks in [1, 2, 3] {
         let to = directory.path().join(ranks.to_string());
         let output = succeeded(FIRST.on_ranks(ranks, &program, directory.path()).arg(&to));
-        assert_eq!(
-            text(&output.stdout),
-            format!("mpi_model: all well on {ranks}\n"),
-            "{}",
-            text(&output.stderr)
-        );
+        assert_eq!(text(&output.stdout), format!("mpi_model: all well on {ranks}\n"), "{}", text(&output.stderr));
         for name in ["world/f_1.png", "integer/f_1.png", "part/f_1.png"] {
             assert!(to.join(name).is_file(), "{name}");
         }
@@ -390,10 +370,7 @@ fn fortran_hands_its_communicators_over() {
         assert!(picture("world/f_1.png") == picture("integer/f_1.png"));
         for name in ["first/f_1.png", "last/f_1.png"] {
             // One step of eight bits.
-            assert!(
-                difference(&to.join(name), &to.join("world/f_1.png")) < 1.1 / 255.0,
-                "{name} of {ranks} ranks"
-            );
+            assert!(difference(&to.join(name), &to.join("world/f_1.png")) < 1.1 / 255.0, "{name} of {ranks} ranks");
         }
     }
 }

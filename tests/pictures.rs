@@ -2,8 +2,8 @@
 
 use glam::DVec3;
 use icoray::{
-    CenterField, Field, Frame, Grid, IcosahedralMesh, Layers, Lighting, Location, Method, Precision,
-    Renderer, Scene, Shape, Source,
+    CenterField, Field, Frame, Grid, IcosahedralMesh, Layers, Lighting, Location, Method, Precision, Renderer, Scene,
+    Shape, Source,
 };
 use icoray_study::fig6;
 use icoray_study::reference::Reference;
@@ -108,10 +108,7 @@ fn the_radial_field_converges_to_its_ground_truth() {
         });
         println!("{method:?}, lit {lit}: {rmse:?}");
         assert!(rmse[2] < 1.6e-3, "{method:?}, lit {lit}: {rmse:?}");
-        assert!(
-            rmse[0] > 3.2 * rmse[1] && rmse[1] > 3.2 * rmse[2],
-            "order lost: {method:?}, lit {lit}: {rmse:?}"
-        );
+        assert!(rmse[0] > 3.2 * rmse[1] && rmse[1] > 3.2 * rmse[2], "order lost: {method:?}, lit {lit}: {rmse:?}");
     }
 }
 
@@ -157,12 +154,7 @@ fn lit_pictures_match_brute_force() {
         "kind = \"sun\"\nlon = 80\nlat = 10",
         "kind = \"headlight\"\nambient = 0\nspecular = 0",
     ] {
-        let lit = scene(
-            40,
-            FAR,
-            &format!("{KNOTS}\n[light]\n{light}"),
-            "core = \"transparent\"\nprecision = \"f64\"",
-        );
+        let lit = scene(40, FAR, &format!("{KNOTS}\n[light]\n{light}"), "core = \"transparent\"\nprecision = \"f64\"");
         let expected = reference(&lit, &grid, sphere.layers.radius_m(), &field, 4000);
         let picture = render(&lit, &grid, &sphere.layers, &field);
         let d = difference(&picture.pixels, &expected);
@@ -171,10 +163,7 @@ fn lit_pictures_match_brute_force() {
         // A wrong normal would be far off: unlit is.
         let unlit = Scene { lighting: None, ..lit.clone() };
         let flat = difference(&render(&unlit, &grid, &sphere.layers, &field).pixels, &expected);
-        assert!(
-            flat.rmse > 10.0 * d.rmse,
-            "{light}: the comparison cannot tell light from none: {flat:?} {d:?}"
-        );
+        assert!(flat.rmse > 10.0 * d.rmse, "{light}: the comparison cannot tell light from none: {flat:?} {d:?}");
     }
 }
 
@@ -205,13 +194,8 @@ fn missing_values_are_void_frusta() {
     }
     // Under light the void frusta are left out of the vertices' mean gradients too.
     let mut lit = scene.clone();
-    lit.lighting = Some(Lighting {
-        source: Source::Headlight,
-        ambient: 0.1,
-        diffuse: 0.9,
-        specular: 0.0,
-        shininess: 8.0,
-    });
+    lit.lighting =
+        Some(Lighting { source: Source::Headlight, ambient: 0.1, diffuse: 0.9, specular: 0.0, shininess: 8.0 });
     let expected = reference(&lit, &grid, sphere.layers.radius_m(), &field, 20_000);
     let d = difference(&render(&lit, &grid, &sphere.layers, &field).pixels, &expected);
     assert!(d.rmse < 1e-3 && d.not_finite == 0, "lit: {d:?}");
@@ -276,13 +260,9 @@ fn corner_fields_and_full_levels_are_placed() {
         .flat_map(|t| (0..7).map(move |l| (t, l)))
         .map(|(t, l)| (t % 13) as f64 / 13.0 - 0.1 * f64::from(l))
         .collect();
-    let corner = Field::new(
-        corners.as_slice().into(),
-        Shape::level_fastest(grid.triangles(), 7),
-        Location::Corner,
-        None,
-    )
-    .unwrap();
+    let corner =
+        Field::new(corners.as_slice().into(), Shape::level_fastest(grid.triangles(), 7), Location::Corner, None)
+            .unwrap();
     let center = CenterField::average(&grid, &corner).unwrap();
     let a = render(&scene, &grid, &sphere.layers, &corner);
     let b = render(&scene, &grid, &sphere.layers.midpoints().unwrap(), &center.field());
@@ -296,20 +276,15 @@ fn corner_fields_and_full_levels_are_placed() {
 fn pictures_do_not_depend_on_threads() {
     let sphere = Sphere::new(4, 12, [1.0, 1.2], multi_scale).unwrap();
     let grid = sphere.grid().unwrap();
-    let mut scene =
-        scene(150, FAR, &format!("{KNOTS}\n[light]\nkind = \"headlight\""), "core = \"transparent\"");
+    let mut scene = scene(150, FAR, &format!("{KNOTS}\n[light]\nkind = \"headlight\""), "core = \"transparent\"");
     scene.tolerance = 1e-3;
     let field = sphere.field().unwrap();
     let first = Renderer::new(1).unwrap().render(&scene, &grid, &sphere.layers, &field).unwrap();
     assert!(covered(&first) > 0.3);
     for threads in [1, 2, 3, 7] {
         let again = Renderer::new(threads).unwrap().render(&scene, &grid, &sphere.layers, &field).unwrap();
-        let same = again
-            .pixels
-            .iter()
-            .flatten()
-            .zip(first.pixels.iter().flatten())
-            .all(|(a, b)| a.to_bits() == b.to_bits());
+        let same =
+            again.pixels.iter().flatten().zip(first.pixels.iter().flatten()).all(|(a, b)| a.to_bits() == b.to_bits());
         assert!(same && again.error == first.error, "{threads} threads");
         assert_eq!(again.report.counts, first.report.counts);
     }
@@ -320,16 +295,11 @@ fn pictures_do_not_depend_on_threads() {
 fn scales_and_steps_hold_in_f32() {
     let base = Sphere::new(3, 10, [1.0, 1.2], multi_scale).unwrap();
     let grid = base.grid().unwrap();
-    for (scale, offset) in [(1.0, 0.0), (1e30, 0.0), (1e-30, 0.0), (1.0, 1e6), (1e280, -1e281), (1e-280, 0.0)]
-    {
+    for (scale, offset) in [(1.0, 0.0), (1e30, 0.0), (1e-30, 0.0), (1.0, 1e6), (1e280, -1e281), (1e-280, 0.0)] {
         let values: Vec<f64> = base.values.iter().map(|v| f64::from(*v) * scale + offset).collect();
-        let field = Field::new(
-            values.as_slice().into(),
-            Shape::level_fastest(grid.cells(), 10),
-            Location::Center,
-            None,
-        )
-        .unwrap();
+        let field =
+            Field::new(values.as_slice().into(), Shape::level_fastest(grid.cells(), 10), Location::Center, None)
+                .unwrap();
         let v = |x: f64| format!("{:e}", x * scale + offset);
         let knots = format!(
             "knots = [ {{ value = {a}, color = \"red\", extinction = 1e6 }}, {{ value = {b}, color = \"red\", extinction = 1e6 }}, \
@@ -363,13 +333,10 @@ fn thin_layers_on_a_real_earth_hold_in_f32() {
     let heights: Vec<f64> = (0..=100).map(|l| 100.0 * f64::from(l)).collect();
     let layers = Layers::from_heights(&heights, 6.371e6).unwrap();
     let wave = |cell: usize, h: f64| (3.0 * mesh.lon_center_rad[cell]).sin() * (h / 1300.0).cos();
-    let values: Vec<f32> = (0..grid.cells())
-        .flat_map(|c| heights.iter().map(move |h| (c, *h)))
-        .map(|(c, h)| wave(c, h) as f32)
-        .collect();
+    let values: Vec<f32> =
+        (0..grid.cells()).flat_map(|c| heights.iter().map(move |h| (c, *h))).map(|(c, h)| wave(c, h) as f32).collect();
     let field =
-        Field::new(values.as_slice().into(), Shape::level_fastest(grid.cells(), 101), Location::Center, None)
-            .unwrap();
+        Field::new(values.as_slice().into(), Shape::level_fastest(grid.cells(), 101), Location::Center, None).unwrap();
     let limb = "eye = [1.02, 0, 0]\ntarget = [0.9804, 0, 0.1971]\nup = [1, 0, 0]\nfov = 1";
     for camera in [FAR, limb] {
         let mut scene = scene(96, camera, KNOTS, "precision = \"f64\"");

@@ -28,9 +28,7 @@ fn said(output: &[u8]) -> Vec<String> {
         let words: Vec<&str> = line.split_whitespace().collect();
         match *words.first()? {
             "height" | "mass" | "energy" | "enstrophy" => Some(line.to_owned()),
-            "summary" => {
-                Some(words.into_iter().filter(|word| !word.contains("_s=")).collect::<Vec<_>>().join(" "))
-            }
+            "summary" => Some(words.into_iter().filter(|word| !word.contains("_s=")).collect::<Vec<_>>().join(" ")),
             first => (words.len() == 9 && first.parse::<f64>().is_ok()).then(|| words[..7].join(" ")),
         }
     });
@@ -49,8 +47,7 @@ fn the_model_is_the_same_on_any_number_of_ranks() {
     let directory = directory.path();
     let (alone, together) = (build(false, directory), build(true, directory));
     // Every cell to a rank by a rule that leaves islands, one cell wide.
-    let scattered: String =
-        (0..642).map(|cell| format!("{}\n", (cell * cell / 7 + cell / 100) % 3)).collect();
+    let scattered: String = (0..642).map(|cell| format!("{}\n", (cell * cell / 7 + cell / 100) % 3)).collect();
     std::fs::write(directory.join("scattered"), scattered).unwrap();
 
     it_has_the_same_bits(&alone, &together, directory);
@@ -68,9 +65,7 @@ fn it_has_the_same_bits(alone: &Path, together: &Path, directory: &Path) {
             let run = succeeded(FIRST.on_ranks(ranks, together, directory).args(&options));
             assert_eq!(said(&run.stdout), expected, "{case:?} on {ranks} ranks");
         }
-        let run = succeeded(
-            FIRST.on_ranks(3, together, directory).args(&options).args(["--partition", "scattered"]),
-        );
+        let run = succeeded(FIRST.on_ranks(3, together, directory).args(&options).args(["--partition", "scattered"]));
         assert_eq!(said(&run.stdout), expected, "{case:?}, scattered");
     }
 }
@@ -82,8 +77,7 @@ fn it_draws_the_same_pictures(alone: &Path, together: &Path, directory: &Path) {
     let scene = scene.replace("560", "120").replace("[labels]", "[labels]\nerror = false");
     let scene = format!("tolerance = 1e-5\n{scene}");
     std::fs::write(directory.join("scene.toml"), scene).unwrap();
-    let options =
-        [&SIZE[..], &["--days", "0.25", "--scene", "scene.toml", "--threads", "1", "--out"]].concat();
+    let options = [&SIZE[..], &["--days", "0.25", "--scene", "scene.toml", "--threads", "1", "--out"]].concat();
     let drawn = |run: &mut Command, to: &str| -> BTreeMap<String, image::RgbaImage> {
         succeeded(run.args(&options).arg(to));
         let entries = std::fs::read_dir(directory.join(to)).unwrap().map(|entry| entry.unwrap().path());

@@ -9,8 +9,7 @@ use tempfile::TempDir;
 
 /// Builds the model in `directory`, as the head of `tracer.c` says.
 fn build(with_mpi: bool, directory: &Path) -> PathBuf {
-    let (compiler, library, to) =
-        if with_mpi { ("mpicc", mpi_library(), "ranks") } else { ("cc", library(), "one") };
+    let (compiler, library, to) = if with_mpi { ("mpicc", mpi_library(), "ranks") } else { ("cc", library(), "one") };
     let to = directory.join(to);
     let mut build = Command::new(compiler);
     build.args(["-std=c99", "-O2", "-Wall", "-Wextra", "-Werror", "-pedantic"]);
@@ -57,8 +56,7 @@ fn the_model_draws_the_same_bytes_on_any_number_of_ranks() {
     }
 
     // What is wrong is said once, and the simulation goes on without pictures.
-    let output =
-        FIRST.on_ranks(2, &ranks, directory).args(SIZE).args(["--scene", "nowhere"]).output().unwrap();
+    let output = FIRST.on_ranks(2, &ranks, directory).args(SIZE).args(["--scene", "nowhere"]).output().unwrap();
     let (stdout, stderr) = (text(&output.stdout), text(&output.stderr));
     assert!(!output.status.success());
     assert_eq!(stderr.matches("tracer: icoray_scene_load: ").count(), 1, "{stderr}");

@@ -1,5 +1,5 @@
-// Mirrors kernel/column.rs. Heights are in double-float; fractions are f32, made of differences of heights that are right
-// to the digits of f32 (`wide_apart`), and so are lengths: layers of 100 m on an Earth keep their digits.
+// Mirrors kernel/column.rs. Heights are in double-float; fractions are f32, made of differences of heights that are
+// right to the digits of f32 (`wide_apart`), and so are lengths: layers of 100 m on an Earth keep their digits.
 #import params
 #import kernel/walk
 #import kernel/sample

@@ -46,8 +46,8 @@ const MAX_CUTS: u32 = 20u;
 // The light of the last front half of each level. Outside the function, which would zero it for each piece.
 var<private> fronts: array<Radiance, MAX_CUTS + 1u>;
 
-// `part` of the piece or, where that asks for it, of its halves one after the other: number `index` of 2^level. Their light
-// is added up in pairs, as there: a sum of thousands one by one would lose what is less than a last digit.
+// `part` of the piece or, where that asks for it, of its halves one after the other: number `index` of 2^level. Their
+// light is added up in pairs, as there: a sum of thousands one by one would lose what is less than a last digit.
 fn lit_light(lit: Lit, piece: Segment, range: vec2f, cuts: u32) -> Radiance {
     var light: Radiance;
     var level = 0u;

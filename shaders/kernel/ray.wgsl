@@ -1,7 +1,7 @@
 // Mirrors kernel/ray.rs.
 //
-// `cross` of kernel/column.rs stands here, with what it visits: WGSL has no functions that are passed on. Each of `piece`,
-// `monotone` and `frustum` is called from one place only, since drivers inline every call.
+// `cross` of kernel/column.rs stands here, with what it visits: WGSL has no functions that are passed on. Each of
+// `piece`, `monotone` and `frustum` is called from one place only, since drivers inline every call.
 #import params
 #import kernel/column
 #import kernel/roundoff

@@ -2,8 +2,8 @@
 
 const ROUNDING: f32 = 5.9604644775390625e-8;
 const SURFACE: f32 = 1e12;
-// In place of the CPU's infinities and NaN, of which a shader need not know: beyond all normalised values, which are held
-// within 1e15.
+// In place of the CPU's infinities and NaN, of which a shader need not know: beyond all normalised values, which are
+// held within 1e15.
 const ENDLESS: f32 = 3e38;
 
 // A missing sample is stored as ENDLESS.

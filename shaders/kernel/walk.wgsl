@@ -1,12 +1,13 @@
 // Mirrors kernel/walk.rs in double-float.
 //
-// The sides of vertices are as certain here as there, a pure function of plane and vertex; loops are bounded all the same,
-// for a GPU that never ends takes its host with it.
+// The sides of vertices are as certain here as there, a pure function of plane and vertex; loops are bounded all the
+// same, for a GPU that never ends takes its host with it.
 #import params
 #import grid
 #import kernel/plane
 
-// Set where a walk takes more steps than any can: a broken invariant, or a driver that does not compute what it is told to.
+// Set where a walk takes more steps than any can: a broken invariant, or a driver that does not compute what it is told
+// to.
 var<private> is_lost: bool = false;
 var<private> steps_taken: u32 = 0u;
 

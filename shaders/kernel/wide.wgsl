@@ -1,9 +1,10 @@
 // Double-float numbers: hi + lo with |lo| at most half a last digit of hi, some 48 bits, for what the CPU has in f64.
 //
-// Knuth's and Dekker's error-free sums and products (Dekker 1971, doi:10.1007/BF01397083; Hida, Li and Bailey 2001). They
-// live on rounding that algebra does not know of, and drivers do algebra: Mesa takes `(a + b) - a` for b, and others fuse
-// a product with the sum behind it where they like. What must be rounded as it is written goes through `opaque`. So
-// every function here is a pure function of its arguments' bits, wherever it is inlined: the walk rests on that.
+// Knuth's and Dekker's error-free sums and products (Dekker 1971, doi:10.1007/BF01397083; Hida, Li and Bailey 2001).
+// They live on rounding that algebra does not know of, and drivers do algebra: Mesa takes `(a + b) - a` for b, and
+// others fuse a product with the sum behind it where they like. What must be rounded as it is written goes through
+// `opaque`. So every function here is a pure function of its arguments' bits, wherever it is inlined: the walk rests on
+// that.
 #import params
 
 struct Wide {
@@ -134,8 +135,8 @@ fn wide_sqrt(a: Wide) -> Wide {
     return root;
 }
 
-// a - b to the digits of f32, which is all that a small difference of two wide numbers has to have: where the upper halves
-// are close, their difference is exact.
+// a - b to the digits of f32, which is all that a small difference of two wide numbers has to have: where the upper
+// halves are close, their difference is exact.
 fn wide_apart(a: Wide, b: Wide) -> f32 {
     return opaque(a.hi - b.hi) + opaque(a.lo - b.lo);
 }

@@ -80,9 +80,8 @@ fn reported(directory: &Path, found: &mut Vec<PathBuf>) {
         assert!(["off", "full"].contains(&&*row[column("lights")]), "{row:?}");
         assert_eq!(["ranks", "balance", "gather_s", "bytes_received"].map(number), [1.0, 1.0, 0.0, 0.0]);
         assert!(number("tiles") >= 1.0, "{row:?}");
-        let may_copy = directory
-            .components()
-            .any(|c| ["background", "at_once"].map(OsStr::new).contains(&c.as_os_str()));
+        let may_copy =
+            directory.components().any(|c| ["background", "at_once"].map(OsStr::new).contains(&c.as_os_str()));
         assert!(may_copy || number("bytes_copied") == 0.0, "{row:?}");
         listed.push(directory.join(&row[file]));
     }

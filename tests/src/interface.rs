@@ -4,8 +4,8 @@
 
 use std::collections::BTreeMap;
 
-/// A declaration file in words that C and Fortran share: "i32", "i64", "size", "f64", "ptr", "text", "funptr" by value; "ref"
-/// before what is passed by its address and "in" where it is only read.
+/// A declaration file in words that C and Fortran share: "i32", "i64", "size", "f64", "ptr", "text", "funptr" by value;
+/// "ref" before what is passed by its address and "in" where it is only read.
 #[derive(Debug, Default, PartialEq, Eq)]
 pub struct Interface {
     /// Result, then arguments, by the function's name.
@@ -87,8 +87,7 @@ impl Interface {
 
     fn constant(&mut self, name: &str, value: &str) {
         if name.starts_with("ICORAY_") && name != "ICORAY_H" {
-            self.constants
-                .insert(name.into(), value.parse().unwrap_or_else(|e| panic!("{name} {value}: {e}")));
+            self.constants.insert(name.into(), value.parse().unwrap_or_else(|e| panic!("{name} {value}: {e}")));
         }
     }
 
@@ -121,9 +120,7 @@ fn compare<T: std::fmt::Debug>(
             Some(_) => {}
         }
     }
-    told.extend(
-        theirs.keys().filter(|name| !ours.contains_key(*name)).map(|name| format!("{name}: too much")),
-    );
+    told.extend(theirs.keys().filter(|name| !ours.contains_key(*name)).map(|name| format!("{name}: too much")));
 }
 
 /// Where a Fortran declaration stands.

@@ -61,12 +61,7 @@ pub const LAYOUTS: &[Layout] = &[
     },
     Layout {
         name: "blocked, a halo of 2 around 16",
-        shape: |c, l| Shape {
-            offset: 2,
-            layer_stride: 20,
-            block_stride: 20 * l as isize,
-            ..Shape::blocked(c, l, 16)
-        },
+        shape: |c, l| Shape { offset: 2, layer_stride: 20, block_stride: 20 * l as isize, ..Shape::blocked(c, l, 16) },
         len: |c, l| blocks(c, 16) * l * 20,
         place: |c, l, _, layers| ((c / 16) * layers + l) * 20 + 2 + c % 16,
     },
@@ -93,8 +88,7 @@ pub const LAYOUTS: &[Layout] = &[
         },
         len: |c, l| blocks(c, NPROMA) * l * NPROMA,
         place: |c, l, columns, layers| {
-            let (block, layer, inside) =
-                (blocks(columns, NPROMA) - 1 - c / NPROMA, layers - 1 - l, c % NPROMA);
+            let (block, layer, inside) = (blocks(columns, NPROMA) - 1 - c / NPROMA, layers - 1 - l, c % NPROMA);
             (block * layers + layer) * NPROMA + (NPROMA - 1 - inside)
         },
     },

@@ -27,8 +27,7 @@ pub struct Difference {
 pub fn difference(a: &[[f32; 4]], b: &[[f32; 4]]) -> Difference {
     assert!(a.len() == b.len() && !a.is_empty(), "{} pixels against {}", a.len(), b.len());
     let channels = || a.iter().flatten().zip(b.iter().flatten()).map(|(x, y)| f64::from(*x) - f64::from(*y));
-    let not_finite =
-        a.iter().zip(b).filter(|(x, y)| x.iter().chain(y.iter()).any(|c| !c.is_finite())).count();
+    let not_finite = a.iter().zip(b).filter(|(x, y)| x.iter().chain(y.iter()).any(|c| !c.is_finite())).count();
     Difference {
         max: channels().fold(0.0, |m: f64, d| m.max(d.abs())),
         rmse: (channels().map(|d| d * d).sum::<f64>() / (4 * a.len()) as f64).sqrt(),
@@ -36,7 +35,8 @@ pub fn difference(a: &[[f32; 4]], b: &[[f32; 4]]) -> Difference {
     }
 }
 
-/// A scene from a template: `camera` and `rest` are TOML lines, one ray per pixel, tolerance 1e-7, knots rise from clear to dense.
+/// A scene from a template: `camera` and `rest` are TOML lines, one ray per pixel, tolerance 1e-7, knots rise from
+/// clear to dense.
 ///
 /// # Panics
 /// When the text is no scene.

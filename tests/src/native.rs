@@ -44,9 +44,7 @@ pub fn mpi_library() -> &'static Path {
 pub fn mpich_library() -> &'static Path {
     static LIBRARY: LazyLock<PathBuf> = LazyLock::new(|| {
         let named = std::env::var_os("ICORAY_MPICH_LIBRARY");
-        named
-            .expect("ICORAY_MPICH_LIBRARY names the library for MPICH; `cargo xtask test --all` builds it")
-            .into()
+        named.expect("ICORAY_MPICH_LIBRARY names the library for MPICH; `cargo xtask test --all` builds it").into()
     });
     &LIBRARY
 }
@@ -114,9 +112,6 @@ pub fn checked(command: &mut Command, program: &str, least: u32) -> Vec<String> 
     let verdict = if rest.len() == 1 { rest[0].strip_prefix(&format!("{program}: ")) } else { None };
     let count = verdict.and_then(|v| v.strip_suffix(" checks, 0 failed"));
     let count = count.and_then(|c| c.parse::<u32>().ok());
-    assert!(
-        count.is_some_and(|c| c >= least),
-        "{command:?}: less than {least} checks or more said:\n{stdout}"
-    );
+    assert!(count.is_some_and(|c| c >= least), "{command:?}: less than {least} checks or more said:\n{stdout}");
     notes
 }

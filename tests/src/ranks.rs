@@ -22,8 +22,7 @@ pub struct Mpi {
 /// The one that is found first.
 pub static FIRST: Mpi = Mpi { compiler: "mpicc", run: "mpirun", need: Need::Mpi, library: mpi_library };
 /// Debian's other one, beside Open MPI.
-pub static MPICH: Mpi =
-    Mpi { compiler: "mpicc.mpich", run: "mpirun.mpich", need: Need::Mpich, library: mpich_library };
+pub static MPICH: Mpi = Mpi { compiler: "mpicc.mpich", run: "mpirun.mpich", need: Need::Mpich, library: mpich_library };
 
 impl Mpi {
     /// Whether it is installed and this package was built for it. If not, skips the test. MPICH is for the long run.

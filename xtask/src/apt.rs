@@ -99,10 +99,7 @@ mod tests {
     const LOCKED: &str = "E: Could not get lock /var/lib/apt/lists/lock. It is held by process 1 (apt)";
 
     fn failing(text: &str) -> Result<(), Error> {
-        Err(Error::Detailed {
-            sentence: diagnosis::diagnose(text).unwrap_or("failed").into(),
-            details: text.into(),
-        })
+        Err(Error::Detailed { sentence: diagnosis::diagnose(text).unwrap_or("failed").into(), details: text.into() })
     }
 
     #[test]
@@ -124,10 +121,7 @@ mod tests {
                 });
                 assert_eq!((released, attempts), (Ok(()), 2));
                 let error = patiently(none, pause, step, |_| failing(LOCKED)).unwrap_err();
-                assert!(
-                    error.brief().starts_with("another program uses apt: wait until it has ended"),
-                    "{error}"
-                );
+                assert!(error.brief().starts_with("another program uses apt: wait until it has ended"), "{error}");
                 // Another failure ends it at once.
                 let mut attempts = 0;
                 let other = patiently(long, pause, step, |_| {
@@ -144,8 +138,6 @@ mod tests {
     fn no_network_is_final_and_an_old_list_is_not() {
         assert!(is_final(&failing("Temporary failure resolving 'deb.debian.org'").unwrap_err()));
         assert!(is_final(&failing(LOCKED).unwrap_err()));
-        assert!(!is_final(
-            &failing("E: Failed to fetch http://deb.debian.org/x  404  Not Found").unwrap_err()
-        ));
+        assert!(!is_final(&failing("E: Failed to fetch http://deb.debian.org/x  404  Not Found").unwrap_err()));
     }
 }

@@ -34,11 +34,7 @@ use Run::{Counted, Whole};
 
 /// The titles of the checks, the runs that include them, and how they are run.
 static CHECKS: &[(&str, When, Run)] = &[
-    (
-        "formatting",
-        When::Always,
-        Whole(|suite, step| step.quiet(suite.workspace.cargo(["fmt", "--all", "--check"]))),
-    ),
+    ("formatting", When::Always, Whole(|suite, step| step.quiet(suite.workspace.cargo(["fmt", "--all", "--check"])))),
     ("lints", When::ByDefault, Whole(suite::lints)),
     ("tests", When::ByDefault, Counted(suite::default_tests)),
     ("lints, all packages", When::WithAll, Whole(suite::lints)),

@@ -78,9 +78,7 @@ impl<'a> Demo<'a> {
         let workspace = self.workspace;
         let model = Tracer::new(workspace, PROFILE);
         let pictures = Pictures::new(workspace, self.out.clone(), tracer::PREFIX);
-        steps.run("looking for a C compiler", |step| {
-            system::provide(requirements::FOR_DEMO, self.install, step)
-        })?;
+        steps.run("looking for a C compiler", |step| system::provide(requirements::FOR_DEMO, self.install, step))?;
         steps.run("building the library", |step| step.quiet(self.library()))?;
         steps.run("building the tracer model", |step| step.quiet(model.compile()))?;
         let start = steps.started;
@@ -168,12 +166,7 @@ fn replaced(scene: &str, backend: &str) -> String {
 }
 
 /// Makes the contact sheet; prints the paths of the pictures, their cost and their errors.
-fn show(
-    workspace: &Workspace,
-    steps: &mut Steps,
-    pictures: &Pictures,
-    lines: &[String],
-) -> Result<(), Error> {
+fn show(workspace: &Workspace, steps: &mut Steps, pictures: &Pictures, lines: &[String]) -> Result<(), Error> {
     let taken = pictures.taken()?;
     steps.run("making the contact sheet", |step| step.quiet(pictures.make_sheet(PROFILE)))?;
     let frames = pictures.frames()?;
@@ -255,8 +248,7 @@ mod tests {
             let (out, scene) = ("".into(), "".into());
             let demo = Demo { workspace: &workspace, options: &options, install: false, out, scene, gpu };
             let first = core_with_features(&demo.library().into());
-            let second =
-                core_with_features(&ShallowWater::new(&workspace, PROFILE, &mpi).library(gpu).into());
+            let second = core_with_features(&ShallowWater::new(&workspace, PROFILE, &mpi).library(gpu).into());
             assert!(first.len() > 50 && first.iter().any(|line| line.starts_with("syn v2")), "{first:#?}");
             assert_eq!(first, second);
         }

@@ -96,10 +96,7 @@ mod tests {
 
     /// What cargo, apt-get and compilers really print.
     const SEEN: &[(&str, &str)] = &[
-        (
-            "error: failed to write `/t/x`\n\nCaused by:\n  No space left on device (os error 28)",
-            "no space is left",
-        ),
+        ("error: failed to write `/t/x`\n\nCaused by:\n  No space left on device (os error 28)", "no space is left"),
         ("/usr/bin/ld: final link failed: No space left on device", "no space is left"),
         ("E: You don't have enough free space in /var/cache/apt/archives/.", "no space is left"),
         (
@@ -112,10 +109,7 @@ mod tests {
             "another program uses apt",
         ),
         ("E: Unable to lock directory /var/lib/apt/lists/", "another program uses apt"),
-        (
-            "E: dpkg was interrupted, you must manually run 'dpkg --configure -a' to correct the problem.",
-            "an earlier",
-        ),
+        ("E: dpkg was interrupted, you must manually run 'dpkg --configure -a' to correct the problem.", "an earlier"),
         (
             "W: Failed to fetch http://deb.debian.org/x  Temporary failure resolving 'deb.debian.org'",
             "apt-get cannot reach",

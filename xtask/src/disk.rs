@@ -81,9 +81,6 @@ mod tests {
         assert!(writable(&directory.join("file/below"), "").is_err());
         assert_eq!(fs::read_dir(directory).unwrap().count(), 1);
         let message = writable(Path::new("/proc/nothing"), "advice").unwrap_err().to_string();
-        assert!(
-            message.starts_with("cannot write to /proc/nothing: ") && message.ends_with("; advice"),
-            "{message}"
-        );
+        assert!(message.starts_with("cannot write to /proc/nothing: ") && message.ends_with("; advice"), "{message}");
     }
 }

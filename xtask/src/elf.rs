@@ -164,27 +164,20 @@ mod tests {
             assert!(GOOD.contains(from));
             Shared::parse(&GOOD.replace(from, to)).complaints("libx.so.0", false).join("; ")
         };
-        assert_eq!(
-            complaint("libx.so.0", "libx.so"),
-            "its SONAME is Some(\"libx.so\"), expected \"libx.so.0\""
-        );
+        assert_eq!(complaint("libx.so.0", "libx.so"), "its SONAME is Some(\"libx.so\"), expected \"libx.so.0\"");
         assert!(complaint("(SONAME)", "(OTHER)").starts_with("its SONAME is None"));
         assert_eq!(complaint("libgcc_s.so.1", "libnetcdf.so.19"), "it needs libnetcdf.so.19");
         assert_eq!(complaint(" RW ", " RWE "), "it makes the stack executable");
         assert_eq!(complaint("GNU_STACK", "GNU_RELRO"), "it makes the stack executable");
         let rpath = " 0x1d (RUNPATH)   Library runpath: [/home/me]\n";
-        assert_eq!(
-            Shared::parse(&format!("{GOOD}{rpath}")).complaints("libx.so.0", false),
-            ["it searches /home/me"]
-        );
+        assert_eq!(Shared::parse(&format!("{GOOD}{rpath}")).complaints("libx.so.0", false), ["it searches /home/me"]);
     }
 
     #[test]
     fn a_name_too_many_or_too_few_is_found() {
         let declared = strings(&["icoray_close", "icoray_open"]);
         assert_eq!(same_names("x has", &declared, &declared), Ok(()));
-        let message =
-            |found: &[&str]| same_names("x has", &strings(found), &declared).unwrap_err().to_string();
+        let message = |found: &[&str]| same_names("x has", &strings(found), &declared).unwrap_err().to_string();
         let surplus = message(&["icoray_close", "icoray_open", "rust_eh_personality"]);
         assert!(surplus.contains("not declared: [\"rust_eh_personality\"]"), "{surplus}");
         assert!(message(&["icoray_open"]).contains("not there: [\"icoray_close\"]"));
@@ -196,7 +189,8 @@ mod tests {
     fn names_are_read_from_nm_and_the_header() {
         let nm = "\na.o:\n0000000000000010 T icoray_b\n0000000000000000 T icoray_a\n\nb.o:\n00 D icoray_b\n";
         assert_eq!(names(nm), ["icoray_a", "icoray_b"]);
-        let header = "/* icoray_x(no) */\n * icoray_y(no)\nconst char *icoray_b(void);\nint icoray_a(int a,\n  int b);\n";
+        let header =
+            "/* icoray_x(no) */\n * icoray_y(no)\nconst char *icoray_b(void);\nint icoray_a(int a,\n  int b);\n";
         assert_eq!(declared(header), ["icoray_a", "icoray_b"]);
     }
 }

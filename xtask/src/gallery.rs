@@ -82,8 +82,7 @@ impl Gallery<'_> {
         let mut cargo = cargo.args(["--package", "icoray-cli", "--package", "icoray-capi"]);
         if let Some(model) = self.shallow_water() {
             model.remove_other_mpi(step)?;
-            cargo =
-                model.with_mpi(cargo.args(["--package", shallow_water::LIBRARY_PACKAGE]), &Host::here()?)?;
+            cargo = model.with_mpi(cargo.args(["--package", shallow_water::LIBRARY_PACKAGE]), &Host::here()?)?;
         }
         step.quiet(cargo)
     }

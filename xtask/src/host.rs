@@ -161,9 +161,7 @@ fn wait(mut command: Command, name: &str) -> Result<ExitStatus, String> {
     let mut child = loop {
         match command.spawn() {
             // A program that was just written is busy while a process that another thread starts has its file open.
-            Err(cause)
-                if cause.kind() == io::ErrorKind::ExecutableFileBusy && started.elapsed() < TIME_LIMIT =>
-            {
+            Err(cause) if cause.kind() == io::ErrorKind::ExecutableFileBusy && started.elapsed() < TIME_LIMIT => {
                 thread::sleep(PAUSE);
             }
             result => break result.map_err(failed)?,
@@ -261,10 +259,7 @@ mod tests {
     #[test]
     fn a_failure_is_told_in_one_line() {
         let machine = Machine::bare();
-        machine.program(
-            "cc",
-            "echo 'x.c: In function main:'; echo 'x.c:1: error: no y' >&2; echo done >&2; exit 1",
-        );
+        machine.program("cc", "echo 'x.c: In function main:'; echo 'x.c:1: error: no y' >&2; echo done >&2; exit 1");
         machine.program("silent", "exit 3");
         let host = machine.host();
         assert_eq!(host.run("cc", NOTHING), Err("cc: x.c:1: error: no y".into()));

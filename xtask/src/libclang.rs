@@ -144,8 +144,7 @@ fn clang_arguments(host: &Host) -> Vec<OsString> {
     };
     // The search list is printed to standard error.
     let script = "\"$0\" -E -x c - -v </dev/null 2>&1";
-    let printed =
-        host.run("/bin/sh", [OsStr::new("-c"), script.as_ref(), clang.as_os_str()]).unwrap_or_default();
+    let printed = host.run("/bin/sh", [OsStr::new("-c"), script.as_ref(), clang.as_os_str()]).unwrap_or_default();
     let list = printed.split_once("#include <...> search starts here:").map(|(_, list)| list);
     let list = list.and_then(|list| list.split_once("End of search list.")).map_or("", |(list, _)| list);
     for directory in list.lines().map(str::trim).filter(|line| !line.is_empty()) {
@@ -160,8 +159,8 @@ fn clang(host: &Host) -> Option<PathBuf> {
         return host.program(path);
     }
     let directories = llvm_config(host, "--bindir").into_iter().chain(host.program_directories());
-    let found = directories
-        .flat_map(|directory| ["clang", "clang-[0-9]*"].map(|name| files::fitting(&directory, name)));
+    let found =
+        directories.flat_map(|directory| ["clang", "clang-[0-9]*"].map(|name| files::fitting(&directory, name)));
     found.flatten().find_map(|file| host.program(file))
 }
 

@@ -129,8 +129,7 @@ const VERSIONS: [(&str, bool); 6] =
 pub fn check(workspace: &Workspace, step: &mut Step) -> Result<(), Error> {
     let scratch = workspace.products("tmp").join("link");
     workspace.shell.remove_path(&scratch)?;
-    let layout =
-        Layout { prefix: "/opt/icoray".into(), libdir: "lib".into(), destdir: Some(scratch.join("a place")) };
+    let layout = Layout { prefix: "/opt/icoray".into(), libdir: "lib".into(), destdir: Some(scratch.join("a place")) };
     let built = install::build(workspace, false, true, step)?;
     let installed = install::install(workspace, &built, &layout)?;
     let exported = elf::defined(&installed.shared, &["-D"])?;

@@ -1,7 +1,7 @@
 //! Installs missing packages, runs the demo and the tests, draws the gallery, installs the C library.
 //!
-//! `cargo xtask demo` and `cargo xtask test` are the entry points on a fresh machine; `cargo xtask install` installs the
-//! library for models that link it. The few dependencies have no dependencies of their own, so this crate builds in
+//! `cargo xtask demo` and `cargo xtask test` are the entry points on a fresh machine; `cargo xtask install` installs
+//! the library for models that link it. The few dependencies have no dependencies of their own, so this crate builds in
 //! seconds with nothing but the Rust toolchain and a linker.
 
 mod apt;

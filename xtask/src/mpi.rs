@@ -273,10 +273,7 @@ mod tests {
     #[test]
     fn a_wrapper_without_its_compiler_does_not_do() {
         let machine = machine();
-        machine.program(
-            "mpicc",
-            "[ $1 = -show ] && echo gcc -lmpi || { echo 'error: gcc not found' >&2; exit 1; }",
-        );
+        machine.program("mpicc", "[ $1 = -show ] && echo gcc -lmpi || { echo 'error: gcc not found' >&2; exit 1; }");
         let why = check_c(&machine.host()).unwrap_err().why;
         assert!(why.ends_with("mpicc: error: gcc not found"), "{why}");
         machine.program("mpicc", "echo cc");

@@ -156,9 +156,7 @@ fn next_option(parser: &mut Parser) -> Result<Option<String>, lexopt::Error> {
 /// Checks the ranges of values.
 fn check(subcommand: &Subcommand) -> Result<(), String> {
     match subcommand {
-        Subcommand::Demo(DemoOptions { size, .. }) if size.layers == 0 => {
-            Err("--layers must be at least 1".into())
-        }
+        Subcommand::Demo(DemoOptions { size, .. }) if size.layers == 0 => Err("--layers must be at least 1".into()),
         Subcommand::Demo(DemoOptions { size, .. }) if !(size.days.is_finite() && size.days > 0.0) => {
             Err("--days must be a positive number".into())
         }
@@ -222,17 +220,11 @@ mod tests {
             backend: Some("gpu"),
             size: Size { level: 3, layers: 8, days: 0.5 },
         };
-        let default = DemoOptions {
-            out: None,
-            scene: None,
-            backend: None,
-            size: Size { level: 5, layers: 30, days: 12.0 },
-        };
-        let usual =
-            InstallOptions { prefix: "/usr/local".into(), libdir: "lib".into(), mpi: false, gpu: true };
+        let default =
+            DemoOptions { out: None, scene: None, backend: None, size: Size { level: 5, layers: 30, days: 12.0 } };
+        let usual = InstallOptions { prefix: "/usr/local".into(), libdir: "lib".into(), mpi: false, gpu: true };
         let other = InstallOptions { prefix: "here".into(), libdir: "lib/x".into(), mpi: true, gpu: false };
-        let demo_line =
-            "demo --out pictures --scene=my.toml --backend gpu --level=3 --layers 8 --days .5 --no-install";
+        let demo_line = "demo --out pictures --scene=my.toml --backend gpu --level=3 --layers 8 --days .5 --no-install";
         let install_line = "install --prefix here --libdir=lib/x --mpi --no-gpu --no-install";
         for (line, subcommand, install) in [
             ("demo", Subcommand::Demo(default), true),

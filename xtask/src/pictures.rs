@@ -79,11 +79,7 @@ impl<'a> Pictures<'a> {
 /// Fails unless the file is a PNG that was written to its end.
 pub fn check_picture(path: &Path) -> Result<(), Error> {
     let bytes = fs::read(path).map_err(Error::while_doing(path.display()))?;
-    if is_png(&bytes) {
-        Ok(())
-    } else {
-        Err(Error::Failed(format!("{} is not a complete PNG", path.display())))
-    }
+    if is_png(&bytes) { Ok(()) } else { Err(Error::Failed(format!("{} is not a complete PNG", path.display()))) }
 }
 
 fn is_png(bytes: &[u8]) -> bool {

@@ -47,9 +47,8 @@ impl Summary {
         rows.extend(self.steps.map(|steps| (format!("per step ({steps})"), steps)));
         rows.extend(self.frames.map(|frames| (format!("per picture ({frames})"), frames)));
         let row = |(title, divisor): &(String, u64)| {
-            let cell = |total: Option<f64>| {
-                total.map_or("unknown".into(), |total| format!("{:.4}", total / *divisor as f64))
-            };
+            let cell =
+                |total: Option<f64>| total.map_or("unknown".into(), |total| format!("{:.4}", total / *divisor as f64));
             format!("\n{title:<24}{:>12}{:>16}", cell(self.simulation), cell(self.visualization))
         };
         let head = format!("{:<24}{:>12}{:>16}", "seconds", "simulation", "visualization");
@@ -212,8 +211,7 @@ mod tests {
 
     #[test]
     fn the_summary_has_what_the_line_has() {
-        let summary =
-            |steps, frames, simulation, visualization| Summary { steps, frames, simulation, visualization };
+        let summary = |steps, frames, simulation, visualization| Summary { steps, frames, simulation, visualization };
         let line = "frame 0\nframe 1\nsummary steps=576 frames=25 simulation_s=21.3 visualization_s=3.1 \
                     mass_drift=1.2e-15 pictures_failed=0\n";
         for (text, expected) in [

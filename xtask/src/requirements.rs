@@ -121,8 +121,7 @@ static VULKAN: Requirement = apt(
     "a Vulkan driver: runs the GPU's tests on the processor",
     Compiles("cc", &VULKAN_USER, &["-ldl"]),
 );
-static MPI: Requirement =
-    apt("libopenmpi-dev", "MPI library: pictures of several ranks", Function(mpi::check_c));
+static MPI: Requirement = apt("libopenmpi-dev", "MPI library: pictures of several ranks", Function(mpi::check_c));
 static MPI_FORTRAN: Requirement = apt(
     "libopenmpi-dev",
     "MPI library for Fortran: a model over several ranks",
@@ -130,13 +129,9 @@ static MPI_FORTRAN: Requirement = apt(
 );
 static MPI_RUN: Requirement =
     apt("openmpi-bin", "runs programs on several ranks", Function(|host| mpi::launcher(host).map(drop)));
-static MPICH: Requirement = apt(
-    "libmpich-dev",
-    "another MPI: libraries of one MPI refuse programs of the other",
-    Runs("mpicc.mpich"),
-);
-static MPICH_RUN: Requirement =
-    apt("mpich", "runs programs of that MPI on several ranks", Runs("mpirun.mpich"));
+static MPICH: Requirement =
+    apt("libmpich-dev", "another MPI: libraries of one MPI refuse programs of the other", Runs("mpicc.mpich"));
+static MPICH_RUN: Requirement = apt("mpich", "runs programs of that MPI on several ranks", Runs("mpirun.mpich"));
 static CLANG: Requirement =
     apt("libclang-dev", "reads MPI's header for Rust", Function(|host| Ok(libclang::find(host).map(drop)?)));
 static RUSTFMT: Requirement = rustup("rustfmt", "checks the formatting", Cargo("fmt"));
@@ -189,23 +184,20 @@ fn netcdf(host: &Host) -> Result<(), Lack> {
             (path("--includedir")?, path("--libdir")?)
         }
     };
-    let options =
-        [flag("-I", &include), flag("-L", &library), "-lnetcdf".into(), flag("-Wl,-rpath,", &library)];
+    let options = [flag("-I", &include), flag("-L", &library), "-lnetcdf".into(), flag("-Wl,-rpath,", &library)];
     host.run(host.build("cc", &NETCDF_USER, options)?, [""; 0])?;
     hdf5(host)
 }
 
 /// The headers of HDF5: below HDF5_DIR, where pkg-config says, or where Debian and Fedora have them.
 fn hdf5(host: &Host) -> Result<(), Lack> {
-    let has_headers = |directory: &PathBuf| {
-        ["H5pubconf.h", "H5pubconf-64.h"].iter().any(|name| directory.join(name).is_file())
-    };
+    let has_headers =
+        |directory: &PathBuf| ["H5pubconf.h", "H5pubconf-64.h"].iter().any(|name| directory.join(name).is_file());
     let places = match host.variable("HDF5_DIR") {
         Some(directory) => vec![Path::new(directory).join("include")],
         None => {
             let flags = host.run("pkg-config", ["--cflags-only-I", "hdf5"]).unwrap_or_default();
-            let named =
-                flags.split_whitespace().filter_map(|flag| flag.strip_prefix("-I")).map(PathBuf::from);
+            let named = flags.split_whitespace().filter_map(|flag| flag.strip_prefix("-I")).map(PathBuf::from);
             let usual = ["/usr/include/hdf5/serial", "/usr/include"].map(|place| host.file(place));
             named.chain(usual).collect()
         }
@@ -235,10 +227,7 @@ mod tests {
     fn compilers_must_compile_and_link() {
         let machine = Machine::bare();
         assert_eq!(why(&C_COMPILER, &machine), Some("no program cc".into()));
-        machine.program(
-            "cc",
-            "[ $1 = --version ] || { echo 'fatal error: stdio.h: No such file' >&2; exit 1; }",
-        );
+        machine.program("cc", "[ $1 = --version ] || { echo 'fatal error: stdio.h: No such file' >&2; exit 1; }");
         assert_eq!(why(&C_COMPILER, &machine), None);
         assert_eq!(why(&C_HEADERS, &machine), Some("cc: fatal error: stdio.h: No such file".into()));
         machine.own_program("cc");
@@ -259,17 +248,13 @@ mod tests {
         {
             std::fs::write(machine.add(&format!("/opt/netcdf/include/{name}")), text).unwrap();
         }
-        let library =
-            Probe { name: "netcdf.c", text: "const char *nc_inq_libvers(void) { return \"4\"; }\n" };
+        let library = Probe { name: "netcdf.c", text: "const char *nc_inq_libvers(void) { return \"4\"; }\n" };
         let host = machine.host();
         let built = host.build("cc", &library, ["-shared", "-fPIC"]).unwrap();
         std::fs::copy(built, machine.add("/opt/netcdf/lib/libnetcdf.so")).unwrap();
         machine.program(
             "nc-config",
-            &format!(
-                "case $1 in --includedir) echo {0}/include;; --libdir) echo {0}/lib;; esac",
-                root.display()
-            ),
+            &format!("case $1 in --includedir) echo {0}/include;; --libdir) echo {0}/lib;; esac", root.display()),
         );
         let lack = NETCDF.check(&machine.host()).unwrap_err();
         assert_eq!(lack.package, Some("libhdf5-dev"), "{lack:?}");

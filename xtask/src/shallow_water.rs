@@ -26,8 +26,7 @@ pub const SCENE: &str = "examples/scenes/shallow_water.toml";
 pub const PREFIX: &str = "vorticity_";
 
 /// A run of about half a minute on two cores: few layers, and a picture after each day of 270 steps.
-pub const SIZE: [&str; 10] =
-    ["--level", "5", "--layers", "4", "--days", "5", "--dt", "320", "--every", "270"];
+pub const SIZE: [&str; 10] = ["--level", "5", "--layers", "4", "--days", "5", "--dt", "320", "--every", "270"];
 
 /// The model, linked with the library of a build profile.
 pub struct ShallowWater<'a> {
@@ -57,8 +56,7 @@ impl<'a> ShallowWater<'a> {
     /// A cargo command that builds with this MPI.
     pub fn with_mpi<'c>(&self, cargo: Cmd<'c>, host: &Host) -> Result<Cmd<'c>, Error> {
         // rsmpi prefers these to MPICC.
-        let cargo =
-            cargo.env_remove("MPI_PKG_CONFIG").env_remove("CRAY_MPICH_DIR").env("MPICC", &self.mpi.cc);
+        let cargo = cargo.env_remove("MPI_PKG_CONFIG").env_remove("CRAY_MPICH_DIR").env("MPICC", &self.mpi.cc);
         Ok(cargo.envs(libclang::variable(host)?))
     }
 

@@ -36,11 +36,7 @@ impl Steps {
     }
 
     /// Runs the next step; prints its title before and its time after it.
-    pub fn run<T>(
-        &mut self,
-        title: &str,
-        work: impl FnOnce(&mut Step) -> Result<T, Error>,
-    ) -> Result<T, Error> {
+    pub fn run<T>(&mut self, title: &str, work: impl FnOnce(&mut Step) -> Result<T, Error>) -> Result<T, Error> {
         self.done += 1;
         let mut step = Step {
             heading: format!("[{}/{}] {title}", self.done, self.total),
@@ -100,11 +96,7 @@ impl Step {
 
     /// Runs a command and prints its output as it comes; returns the lines of the standard output. Calls `poll` a few
     /// times per second and at the end.
-    pub fn echoed(
-        &mut self,
-        command: impl Into<Command>,
-        mut poll: impl FnMut(),
-    ) -> Result<Vec<String>, Error> {
+    pub fn echoed(&mut self, command: impl Into<Command>, mut poll: impl FnMut()) -> Result<Vec<String>, Error> {
         let mut command = command.into();
         self.break_line();
         let (mut lines, mut errors) = (Vec::new(), Vec::new());

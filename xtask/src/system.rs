@@ -89,8 +89,7 @@ fn packages(missing: &[Missing]) -> Vec<&'static str> {
 }
 
 fn packages_from(source: Source, missing: &[Missing]) -> Vec<&'static str> {
-    let is_from =
-        |package: &&str| missing.iter().any(|m| m.package == *package && m.requirement.source == source);
+    let is_from = |package: &&str| missing.iter().any(|m| m.package == *package && m.requirement.source == source);
     packages(missing).into_iter().filter(is_from).collect()
 }
 
@@ -175,10 +174,7 @@ fn refusal(missing: &[Missing], machine: &Machine, install: bool) -> Error {
         commands.push(format!("run `rustup component add {}`", components.join(" ")));
     }
     let verb = if packages(missing).len() == 1 { "is" } else { "are" };
-    Error::Detailed {
-        sentence: format!("{names} {verb}{why}: {}", commands.join(" and ")),
-        details: reasons(missing),
-    }
+    Error::Detailed { sentence: format!("{names} {verb}{why}: {}", commands.join(" and ")), details: reasons(missing) }
 }
 
 /// A line for each requirement.
@@ -202,10 +198,7 @@ pub fn succeeds<'a>(program: impl AsRef<OsStr>, arguments: impl IntoIterator<Ite
 }
 
 /// The trimmed standard output of a program, if it exists and succeeds.
-pub fn output<'a>(
-    program: impl AsRef<OsStr>,
-    arguments: impl IntoIterator<Item = &'a str>,
-) -> Option<String> {
+pub fn output<'a>(program: impl AsRef<OsStr>, arguments: impl IntoIterator<Item = &'a str>) -> Option<String> {
     let output = Command::new(program).args(arguments).stdin(Stdio::null()).output().ok()?;
     let text = String::from_utf8_lossy(&output.stdout);
     output.status.success().then(|| text.trim().to_owned())
@@ -227,9 +220,7 @@ mod tests {
         let absent = |requirement: &&'a Requirement| match requirement.source {
             Source::Apt => missing(&[*requirement], &host).remove(0),
             // Their checks run this machine's cargo.
-            Source::Rustup => {
-                Missing { requirement, package: requirement.package, why: "no such command".into() }
-            }
+            Source::Rustup => Missing { requirement, package: requirement.package, why: "no such command".into() },
         };
         needed.iter().map(absent).collect()
     }
@@ -284,10 +275,7 @@ mod tests {
         );
         let other_system = sentence(&[&NETCDF], Machine { apt: false, ..ROOT }, true);
         assert!(other_system.contains("no apt-get"), "{other_system}");
-        assert!(
-            other_system.ends_with("counterparts of Debian's packages `libnetcdf-dev`"),
-            "{other_system}"
-        );
+        assert!(other_system.ends_with("counterparts of Debian's packages `libnetcdf-dev`"), "{other_system}");
         let no_rustup = sentence(&[&CLIPPY], Machine { rustup: false, ..ROOT }, true);
         assert!(no_rustup.contains("no rustup"), "{no_rustup}");
     }

@@ -152,10 +152,7 @@ fn the_first_model_runs_before_anything_of_the_second() {
     assert!(succeeded, "{printed}{errors}");
     assert_first_model(&printed);
     let lines = left_out(&printed);
-    assert!(
-        lines[0].contains("MPI, because `") && lines[0].ends_with("ended with exit status: 101"),
-        "{printed}"
-    );
+    assert!(lines[0].contains("MPI, because `") && lines[0].ends_with("ended with exit status: 101"), "{printed}");
     assert_eq!(lines[1..], ["    line 5", "    line 6", "    line 7", "    line 8", "    line 9"]);
     let log = machine.log();
     let (before, after) = log.split_once("tracer ").unwrap();
@@ -164,10 +161,7 @@ fn the_first_model_runs_before_anything_of_the_second() {
         all,
         ["cargo build --profile release --package icoray-capi --package contact-sheet --no-default-features"]
     );
-    assert!(
-        after.contains("compiler -show")
-            && after.contains("icoray-capi-mpi --no-default-features --features mpi")
-    );
+    assert!(after.contains("compiler -show") && after.contains("icoray-capi-mpi --no-default-features --features mpi"));
 }
 
 #[test]

@@ -2,9 +2,8 @@
 
 use crate::boundary::{Failure, Outcome};
 use crate::types::{
-    ICORAY_CENTER, ICORAY_CORNER, ICORAY_F32, ICORAY_F64, ICORAY_I32, ICORAY_I64, ICORAY_MAX_RANK,
-    icoray_array, icoray_config, icoray_frame_report, icoray_grid, icoray_layers, icoray_ndarray,
-    icoray_part, icoray_status,
+    ICORAY_CENTER, ICORAY_CORNER, ICORAY_F32, ICORAY_F64, ICORAY_I32, ICORAY_I64, ICORAY_MAX_RANK, icoray_array,
+    icoray_config, icoray_frame_report, icoray_grid, icoray_layers, icoray_ndarray, icoray_part, icoray_status,
 };
 use icoray_core::{
     ColumnCount, Dimension, Field, GridTables, Indices, Location, LonLat, Owned, PartCells, Reals, Shape,
@@ -32,15 +31,7 @@ macro_rules! versioned {
         }
     )*};
 }
-versioned!(
-    icoray_config,
-    icoray_grid,
-    icoray_part,
-    icoray_layers,
-    icoray_array,
-    icoray_ndarray,
-    icoray_frame_report
-);
+versioned!(icoray_config, icoray_grid, icoray_part, icoray_layers, icoray_array, icoray_ndarray, icoray_frame_report);
 
 /// Borrows a caller's struct after checking its size.
 ///
@@ -62,11 +53,7 @@ pub(crate) unsafe fn check_struct<T: Versioned>(pointer: *const T) -> Outcome<()
         return Err(Failure::null(T::NAME));
     }
     if !pointer.is_aligned() {
-        return Err(argument(format!(
-            "{}: {pointer:?} is not aligned to {} bytes",
-            T::NAME,
-            align_of::<T>()
-        )));
+        return Err(argument(format!("{}: {pointer:?} is not aligned to {} bytes", T::NAME, align_of::<T>())));
     }
     // SAFETY: not NULL, aligned, and the caller promises that a size_t can be read there.
     let size = unsafe { pointer.cast::<usize>().read() };
@@ -178,9 +165,9 @@ pub(crate) unsafe fn tables<'a>(grid: &icoray_grid) -> Outcome<GridTables<'a>> {
     let corners = count(grid.corners, "icoray_grid.corners")?;
     let edges = count(grid.edges, "icoray_grid.edges")?;
     let row = count(grid.cell_corner_row, "icoray_grid.cell_corner_row")?;
-    let corner_entries = cells.checked_mul(row).ok_or_else(|| {
-        argument(format!("icoray_grid.cell_corner_row: {row} times {cells} cells overflows"))
-    })?;
+    let corner_entries = cells
+        .checked_mul(row)
+        .ok_or_else(|| argument(format!("icoray_grid.cell_corner_row: {row} times {cells} cells overflows")))?;
     let kind = (grid.real_type, "icoray_grid.real_type");
     let whole = (grid.index_type, "icoray_grid.index_type");
     // SAFETY: the caller promises these tables with these lengths.
@@ -247,18 +234,16 @@ pub(crate) fn location(value: i32, of: &str) -> Outcome<Location> {
     match value {
         ICORAY_CENTER => Ok(Location::Center),
         ICORAY_CORNER => Ok(Location::Corner),
-        other => {
-            Err(argument(format!("{of}.location: {other}, expected ICORAY_CENTER (0) or ICORAY_CORNER (1)")))
-        }
+        other => Err(argument(format!("{of}.location: {other}, expected ICORAY_CENTER (0) or ICORAY_CORNER (1)"))),
     }
 }
 
 /// Converts an array with named dimensions to one with the `expected` columns and `layers` layers.
 pub(crate) fn flat(array: &icoray_ndarray, expected: &ColumnCount, layers: usize) -> Outcome<icoray_array> {
-    let rank =
-        usize::try_from(array.rank).ok().filter(|r| (1..=ICORAY_MAX_RANK).contains(r)).ok_or_else(|| {
-            argument(format!("icoray_ndarray.rank: {}, expected 1 to {ICORAY_MAX_RANK}", array.rank))
-        })?;
+    let rank = usize::try_from(array.rank)
+        .ok()
+        .filter(|r| (1..=ICORAY_MAX_RANK).contains(r))
+        .ok_or_else(|| argument(format!("icoray_ndarray.rank: {}, expected 1 to {ICORAY_MAX_RANK}", array.rank)))?;
     let dimensions = (0..rank).map(|d| {
         Ok(Dimension {
             extent: count(array.extent[d], &format!("icoray_ndarray.extent[{d}]"))?,
@@ -300,7 +285,8 @@ pub(crate) unsafe fn field<'a>(array: &icoray_array, of: &str) -> Outcome<Field<
         block: count(array.block, &member("block"))?,
         block_stride: stride(array.block_stride, &member("block_stride"))?,
     };
-    // Columns of stride 0 are an error: all would have one value. Layers may have stride 0: a 2D field shown as a shell.
+    // Columns of stride 0 are an error: all would have one value. Layers may have stride 0: a 2D field shown as a
+    // shell.
     let blocks = if shape.block == 0 { 1 } else { shape.columns.div_ceil(shape.block) };
     let inside = if shape.block == 0 { shape.columns } else { shape.block };
     for (name, value, count) in
@@ -323,15 +309,12 @@ pub(crate) unsafe fn field<'a>(array: &icoray_array, of: &str) -> Outcome<Field<
     }
     // The slice begins at the lowest element, which lies before `data` for negative strides.
     let Some((low, high)) = shape.extent() else {
-        let message =
-            format!("{} columns of {} layers, expected at least one of each", shape.columns, shape.layers);
+        let message = format!("{} columns of {} layers, expected at least one of each", shape.columns, shape.layers);
         return Err(Failure::new(icoray_status::ICORAY_ERR_FIELD, message));
     };
     let reach = |element: i128| isize::try_from(element).ok().filter(|e| e.checked_mul(8).is_some());
     let (Some(low), Some(high)) = (reach(low), reach(high)) else {
-        return Err(argument(format!(
-            "{of}: the strides reach elements {low} to {high}, beyond the address space"
-        )));
+        return Err(argument(format!("{of}: the strides reach elements {low} to {high}, beyond the address space")));
     };
     shape.offset = low.unsigned_abs();
     let size = if array.r#type == ICORAY_F32 { 4 } else { 8 };
@@ -339,8 +322,7 @@ pub(crate) unsafe fn field<'a>(array: &icoray_array, of: &str) -> Outcome<Field<
     // SAFETY: the caller promises all elements from the lowest to the highest that the strides reach.
     let samples = unsafe { reals(first, kind, high.abs_diff(low) + 1, &member("data"))? };
     // An array of floats holds the mark as a float: (double)-9.9999e30f is another number than -9.9999e30.
-    let fill_value =
-        if array.r#type == ICORAY_F32 { f64::from(array.fill_value as f32) } else { array.fill_value };
+    let fill_value = if array.r#type == ICORAY_F32 { f64::from(array.fill_value as f32) } else { array.fill_value };
     let fill = (array.has_fill != 0).then_some(fill_value);
     Ok(Field::new(samples, shape, location, fill)?)
 }

@@ -117,8 +117,8 @@ pub(crate) fn refused_by(address: usize) {
 
 /// Runs `call` and turns a panic into a failure.
 pub(crate) fn caught<T>(call: impl FnOnce() -> Outcome<T>) -> Outcome<T> {
-    // Rust's default hook prints the message of a panic, which a library must not. The library has its own copy of the standard
-    // library, so replacing the hook affects no other code.
+    // Rust's default hook prints the message of a panic, which a library must not. The library has its own copy of the
+    // standard library, so replacing the hook affects no other code.
     static QUIET: Once = Once::new();
     QUIET.call_once(|| std::panic::set_hook(Box::new(|_| {})));
     catch_unwind(AssertUnwindSafe(call)).unwrap_or_else(|payload| {
@@ -131,8 +131,8 @@ pub(crate) fn caught<T>(call: impl FnOnce() -> Outcome<T>) -> Outcome<T> {
     })
 }
 
-/// Runs a call from outside in icoray's own floating-point state, turns a panic into a failure, and keeps the message for
-/// this thread.
+/// Runs a call from outside in icoray's own floating-point state, turns a panic into a failure, and keeps the message
+/// for this thread.
 pub(crate) fn guarded(call: impl FnOnce() -> Outcome<()>) -> Outcome<()> {
     let _floating_point = FloatingPoint::set_default();
     let outcome = caught(call);

@@ -3,9 +3,7 @@
 use crate::borrow::{Versioned, argument};
 use crate::boundary::{Failure, Outcome};
 use crate::drawing::Drawing;
-use crate::types::{
-    ICORAY_CORNER, icoray_array, icoray_config, icoray_frame_report, icoray_ndarray, icoray_status,
-};
+use crate::types::{ICORAY_CORNER, icoray_array, icoray_config, icoray_frame_report, icoray_ndarray, icoray_status};
 use icoray_core::output::Stamp;
 use icoray_core::{Description, Grid, GridTables, Layers, Ranks, Script, View};
 use std::sync::Arc;
@@ -67,8 +65,8 @@ impl Context {
         })
     }
 
-    /// Fails on a poisoned context in calls whose answer must be equal on all ranks: an error of this rank counts only after
-    /// all ranks have agreed on it.
+    /// Fails on a poisoned context in calls whose answer must be equal on all ranks: an error of this rank counts only
+    /// after all ranks have agreed on it.
     pub fn refuse_if_over(&self) -> Outcome<()> {
         if self.is_shared() && !self.is_over { Ok(()) } else { self.refuse_if_poisoned() }
     }
@@ -104,8 +102,8 @@ impl Context {
         }
     }
 
-    /// Checks and sets the tables while no frame reads the previous ones. The previous grid stays if they are wrong; a new one
-    /// has no part.
+    /// Checks and sets the tables while no frame reads the previous ones. The previous grid stays if they are wrong; a
+    /// new one has no part.
     pub fn set_grid(&mut self, name: &str, tables: Outcome<GridTables<'static>>) -> Outcome<()> {
         let outcome = tables.and_then(|tables| self.take_grid(name, tables));
         self.inputs.refusals.keep(Input::Grid, name, outcome)
@@ -200,11 +198,11 @@ impl Context {
         Ok(())
     }
 
-    /// Whether a view that reads `field` (any view if `None`) may be rendered at this step. The answer depends on the script, the
-    /// previous step and whether the context is on, which change in collective calls only.
+    /// Whether a view that reads `field` (any view if `None`) may be rendered at this step. The answer depends on the
+    /// script, the previous step and whether the context is on, which change in collective calls only.
     pub fn wants(&mut self, field: Option<&str>, now: &Stamp) -> bool {
-        // Frames that have failed by now may have switched the context off. Where there are several ranks, all hear of that in
-        // the next call that they make together, and say the same until then.
+        // Frames that have failed by now may have switched the context off. Where there are several ranks, all hear of
+        // that in the next call that they make together, and say the same until then.
         if !self.is_shared() {
             self.drawing.collect();
         }
@@ -246,11 +244,10 @@ fn at_centers(location: i32, of: &str) -> Outcome<()> {
     Ok(())
 }
 
-/// Whether a view renders a field or has a condition on it. A view without a field name reads the `first` field that was set, or
-/// any while none is set.
+/// Whether a view renders a field or has a condition on it. A view without a field name reads the `first` field that
+/// was set, or any while none is set.
 fn reads(view: &View, field: &str, first: Option<&str>) -> bool {
     let is_condition = view.conditions().iter().any(|condition| condition.field() == field);
-    let is_meant =
-        |name: &String| name == field || name.is_empty() && first.is_none_or(|first| first == field);
+    let is_meant = |name: &String| name == field || name.is_empty() && first.is_none_or(|first| first == field);
     is_condition || view.model_fields().iter().any(is_meant)
 }

@@ -8,9 +8,7 @@ use crate::log::{Level, Log};
 use crate::policy::Policy;
 use crate::types::{icoray_config, icoray_frame_report, icoray_status};
 use icoray_core::output::{Stamp, Writer};
-use icoray_core::{
-    Backend, Background, Error, Fields, Frame, FrameReport, Job, Ranks, Renderer, Scene, Script,
-};
+use icoray_core::{Backend, Background, Error, Fields, Frame, FrameReport, Job, Ranks, Renderer, Scene, Script};
 use std::sync::Arc;
 use std::thread::{ThreadId, current};
 
@@ -178,8 +176,7 @@ impl Drawing {
             return self.draw_collective(ranks, stamp, frame_inputs);
         }
         // A lone process has the whole grid and fields.
-        let FrameInputs { view, scene, grid, held: _, layers, fields, description, descriptions } =
-            frame_inputs;
+        let FrameInputs { view, scene, grid, held: _, layers, fields, description, descriptions } = frame_inputs;
         let mut frame = self.renderer.render(&scene, &grid, &layers, fields)?;
         (frame.description, frame.descriptions) = (description, descriptions);
         frame.notes.extend(notes(view));
@@ -214,9 +211,7 @@ impl Drawing {
             (self.submitted_step, self.is_new_call) = (Some((stamp.step, 0.0)), false);
         }
         let failures = refused.into_iter();
-        Ok(failures
-            .map(|(number, error)| Failure::from(error).of_picture(&views[number], stamp.step))
-            .collect())
+        Ok(failures.map(|(number, error)| Failure::from(error).of_picture(&views[number], stamp.step)).collect())
     }
 
     /// Counts a failed picture of this call. Existing files that must not be modified are no failure.
@@ -264,8 +259,7 @@ impl Drawing {
                     self.policy.succeeded();
                     if self.log.takes(Level::Info) {
                         let (step, seconds) = (written.stamp.step, written.write_s);
-                        self.log
-                            .say(Level::Info, &format!("step {step}: {} ({seconds:.3} s)", path.display()));
+                        self.log.say(Level::Info, &format!("step {step}: {} ({seconds:.3} s)", path.display()));
                     }
                 }
                 Err(error) => self.record_late_failure(&written.stamp, error),
@@ -306,8 +300,7 @@ impl Drawing {
         if self.log.takes(Level::Debug) {
             let (step, left_out) = (stamp.step, report.left_out.join("; "));
             let seconds = report.timing.prepare_s + report.timing.render_s;
-            let shared =
-                report.ranks.sharing.map_or_else(String::new, |sharing| format!(" over ranks ({sharing})"));
+            let shared = report.ranks.sharing.map_or_else(String::new, |sharing| format!(" over ranks ({sharing})"));
             let line = format!("step {step}: drawn in {seconds:.3} s{shared}, left out: {left_out}");
             self.log.say(Level::Debug, &line);
         }

@@ -34,13 +34,10 @@ impl FrameInputs<'_> {
         for (name, field) in self.fields.iter() {
             let (columns, expected) = (field.shape().columns, ColumnCount::new(&self.grid, field.location()));
             if columns != expected.columns {
-                let parts = || {
-                    "those of the whole grid; call icoray_part_set where ranks have some columns each"
-                        .to_owned()
-                };
+                let parts =
+                    || "those of the whole grid; call icoray_part_set where ranks have some columns each".to_owned();
                 let why = expected.explain(columns).unwrap_or_else(parts);
-                let message =
-                    format!("field {name:?}: {columns} columns, expected {}, {why}", expected.columns);
+                let message = format!("field {name:?}: {columns} columns, expected {}, {why}", expected.columns);
                 return Err(Failure::new(icoray_status::ICORAY_ERR_FIELD, message));
             }
         }

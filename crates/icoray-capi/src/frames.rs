@@ -8,11 +8,7 @@ use icoray_core::output::Stamp;
 use std::ffi::c_char;
 
 fn finite(time_s: f64) -> Outcome<()> {
-    if time_s.is_finite() {
-        Ok(())
-    } else {
-        Err(argument(format!("time_s: {time_s}, expected a finite number")))
-    }
+    if time_s.is_finite() { Ok(()) } else { Err(argument(format!("time_s: {time_s}, expected a finite number"))) }
 }
 
 /// Sets *wants to 1 if icoray_execute may draw a picture at this step, else to 0, so that a model can skip a costly
@@ -28,12 +24,7 @@ fn finite(time_s: f64) -> Outcome<()> {
 /// # Safety
 /// `ctx` is open; `wants` is NULL or writable.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn icoray_wants(
-    ctx: *mut icoray_ctx,
-    step: i64,
-    time_s: f64,
-    wants: *mut i32,
-) -> icoray_status {
+pub unsafe extern "C" fn icoray_wants(ctx: *mut icoray_ctx, step: i64, time_s: f64, wants: *mut i32) -> icoray_status {
     // SAFETY: passed on; a NULL name stands for any field.
     unsafe { wanted(ctx, None, step, time_s, wants) }
 }
@@ -122,8 +113,7 @@ pub unsafe extern "C" fn icoray_execute(
     unsafe {
         with_all(ctx, |context| {
             let stamp = || {
-                let date =
-                    if iso_datetime.is_null() { "" } else { text(iso_datetime, "iso_datetime")?.trim() };
+                let date = if iso_datetime.is_null() { "" } else { text(iso_datetime, "iso_datetime")?.trim() };
                 let date = (!date.is_empty()).then(|| date.to_owned());
                 finite(time_s)?;
                 Ok(Stamp { step, time_s, date })
@@ -150,10 +140,7 @@ pub unsafe extern "C" fn icoray_wait(ctx: *mut icoray_ctx) -> icoray_status {
 /// # Safety
 /// `ctx` is open; `report` is NULL or points to a writable icoray_frame_report.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn icoray_report(
-    ctx: *mut icoray_ctx,
-    report: *mut icoray_frame_report,
-) -> icoray_status {
+pub unsafe extern "C" fn icoray_report(ctx: *mut icoray_ctx, report: *mut icoray_frame_report) -> icoray_status {
     // SAFETY: passed on.
     unsafe {
         with(ctx, |context| {

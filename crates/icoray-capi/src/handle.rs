@@ -84,8 +84,8 @@ impl icoray_ctx {
         })
     }
 
-    /// Whether this process is a fork of the one that opened the context. Checked before locking: a lock that another thread held
-    /// during the fork is never released.
+    /// Whether this process is a fork of the one that opened the context. Checked before locking: a lock that another
+    /// thread held during the fork is never released.
     pub fn is_forked(&self) -> bool {
         self.process != std::process::id()
     }
@@ -100,8 +100,8 @@ impl icoray_ctx {
         })
     }
 
-    /// As [`Self::enter`] for collective calls: waits for a call of another thread, as failing on this rank alone would block the
-    /// others.
+    /// As [`Self::enter`] for collective calls: waits for a call of another thread, as failing on this rank alone would
+    /// block the others.
     pub fn enter_with_others(&self) -> Outcome<Entry<'_>> {
         let is_within = || ENTERED.try_with(|entered| entered.borrow().contains(&ptr::from_ref(self).addr()));
         if !self.is_shared || self.is_forked() || is_within().unwrap_or(true) {
@@ -132,15 +132,12 @@ impl icoray_ctx {
     }
 }
 
-/// Runs a call on a context: refuses NULL and a forked, busy or poisoned context, stores the message of a failure, and poisons
-/// the context after an internal error.
+/// Runs a call on a context: refuses NULL and a forked, busy or poisoned context, stores the message of a failure, and
+/// poisons the context after an internal error.
 ///
 /// # Safety
 /// `ctx` is NULL or comes from icoray_open or icoray_open_serial and is open.
-pub(crate) unsafe fn with(
-    ctx: *const icoray_ctx,
-    call: impl FnOnce(&mut Context) -> Outcome<()>,
-) -> icoray_status {
+pub(crate) unsafe fn with(ctx: *const icoray_ctx, call: impl FnOnce(&mut Context) -> Outcome<()>) -> icoray_status {
     // SAFETY: passed on.
     unsafe {
         entered(ctx, icoray_ctx::enter, |ctx, context| {
@@ -150,7 +147,8 @@ pub(crate) unsafe fn with(
     }
 }
 
-/// As [`with`], for a call that first waits for frames in the background. The wait is collective, whatever fails on some ranks.
+/// As [`with`], for a call that first waits for frames in the background. The wait is collective, whatever fails on
+/// some ranks.
 ///
 /// # Safety
 /// As [`with`].
@@ -170,8 +168,8 @@ pub(crate) unsafe fn with_frames_finished(
     }
 }
 
-/// As [`with`], for calls whose answer is equal on all ranks without communication: fails only after errors that all ranks have
-/// agreed on.
+/// As [`with`], for calls whose answer is equal on all ranks without communication: fails only after errors that all
+/// ranks have agreed on.
 ///
 /// # Safety
 /// As [`with`].
@@ -188,14 +186,12 @@ pub(crate) unsafe fn with_answer(
     }
 }
 
-/// As [`with`], for collective calls: a rank with a poisoned context takes part in the agreement, so that no rank waits for it.
+/// As [`with`], for collective calls: a rank with a poisoned context takes part in the agreement, so that no rank waits
+/// for it.
 ///
 /// # Safety
 /// As [`with`].
-pub(crate) unsafe fn with_all(
-    ctx: *const icoray_ctx,
-    call: impl FnOnce(&mut Context) -> Outcome<()>,
-) -> icoray_status {
+pub(crate) unsafe fn with_all(ctx: *const icoray_ctx, call: impl FnOnce(&mut Context) -> Outcome<()>) -> icoray_status {
     // SAFETY: passed on.
     unsafe {
         entered(ctx, icoray_ctx::enter_with_others, |ctx, context| {
@@ -235,8 +231,8 @@ mod tests {
     use super::*;
     use crate::frames::{icoray_execute, icoray_report, icoray_wait, icoray_wants};
     use crate::inputs::{
-        icoray_field_describe, icoray_field_set, icoray_field_set_ndarray, icoray_grid_set,
-        icoray_layers_set, icoray_part_set, icoray_scene_load, icoray_scene_text,
+        icoray_field_describe, icoray_field_set, icoray_field_set_ndarray, icoray_grid_set, icoray_layers_set,
+        icoray_part_set, icoray_scene_load, icoray_scene_text,
     };
     use crate::open::{icoray_close, icoray_last_error, icoray_open_serial};
     use crate::types::{icoray_config, icoray_frame_report};
@@ -276,8 +272,7 @@ mod tests {
     fn a_context_that_failed_inside_takes_no_more_calls() {
         crate::boundary::tests::loud();
         let (ctx, other) = (opened(&config()), opened(&config()));
-        let mut report =
-            icoray_frame_report { struct_size: size_of::<icoray_frame_report>(), ..Default::default() };
+        let mut report = icoray_frame_report { struct_size: size_of::<icoray_frame_report>(), ..Default::default() };
         let mut wants = 7;
         // SAFETY: every pointer is NULL, where that is refused, or to a live local; the contexts are open.
         unsafe {
@@ -362,11 +357,9 @@ mod tests {
     fn failures_are_logged_unless_they_are_to_be_ignored() {
         use crate::types::{ICORAY_IGNORE, ICORAY_LOG_ERROR, ICORAY_LOG_WARN, ICORAY_WARN};
         crate::boundary::tests::loud();
-        for (on_error, log_level, expected) in [
-            (ICORAY_WARN, ICORAY_LOG_WARN, 1),
-            (ICORAY_WARN, ICORAY_LOG_ERROR, 0),
-            (ICORAY_IGNORE, ICORAY_LOG_WARN, 0),
-        ] {
+        for (on_error, log_level, expected) in
+            [(ICORAY_WARN, ICORAY_LOG_WARN, 1), (ICORAY_WARN, ICORAY_LOG_ERROR, 0), (ICORAY_IGNORE, ICORAY_LOG_WARN, 0)]
+        {
             let mut lines: Vec<(i32, CString)> = Vec::new();
             let log_user = (&raw mut lines).cast();
             let ctx = opened(&icoray_config { on_error, log_level, log: Some(note), log_user, ..config() });
@@ -377,8 +370,7 @@ mod tests {
             assert!(
                 lines
                     .iter()
-                    .all(|(level, line)| *level == ICORAY_LOG_WARN
-                        && line.to_bytes().starts_with(b"bad scene"))
+                    .all(|(level, line)| *level == ICORAY_LOG_WARN && line.to_bytes().starts_with(b"bad scene"))
             );
         }
     }

@@ -1,9 +1,10 @@
 //! The host's floating-point state and signal mask, which calls restore.
 //!
-//! Models run with floating-point traps (`-ffpe-trap=invalid,overflow`), flush denormals to zero, and print raised exception flags
-//! at their end. icoray computes with NaN, so every call sets the default state and restores the caller's, including flags; threads
-//! that a call starts inherit the default. These threads block signals that are sent to the process, as the model handles them;
-//! signals that a thread raises itself, such as page faults that a checkpointer handles, are not blocked.
+//! Models run with floating-point traps (`-ffpe-trap=invalid,overflow`), flush denormals to zero, and print raised
+//! exception flags at their end. icoray computes with NaN, so every call sets the default state and restores the
+//! caller's, including flags; threads that a call starts inherit the default. These threads block signals that are sent
+//! to the process, as the model handles them; signals that a thread raises itself, such as page faults that a
+//! checkpointer handles, are not blocked.
 
 use std::cell::Cell;
 
@@ -12,7 +13,8 @@ thread_local! {
     static CALLER: Cell<State> = const { Cell::new(State::DEFAULT) };
 }
 
-/// Sets the default floating-point state (IEC 60559: round to nearest, no traps, no flushing); drop restores the caller's.
+/// Sets the default floating-point state (IEC 60559: round to nearest, no traps, no flushing); drop restores the
+/// caller's.
 pub(crate) struct FloatingPoint {
     /// State of the outer caller: a log callback may call icoray.
     outer: State,
@@ -63,8 +65,8 @@ impl State {
 
     fn write(self) {
         let value = self.0;
-        // SAFETY: loads four bytes that were read from the register before or are its reset value, so no reserved bit is
-        // set. The state is never left other than it was while foreign code runs after the call.
+        // SAFETY: loads four bytes that were read from the register before or are its reset value, so no reserved bit
+        // is set. The state is never left other than it was while foreign code runs after the call.
         unsafe {
             std::arch::asm!("ldmxcsr [{}]", in(reg) &raw const value, options(nostack, preserves_flags));
         }

@@ -67,10 +67,7 @@ pub unsafe extern "C" fn icoray_part_set(ctx: *mut icoray_ctx, part: *const icor
 /// # Safety
 /// `ctx` is open; `layers` is NULL or points to an initialised icoray_layers.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn icoray_layers_set(
-    ctx: *mut icoray_ctx,
-    layers: *const icoray_layers,
-) -> icoray_status {
+pub unsafe extern "C" fn icoray_layers_set(ctx: *mut icoray_ctx, layers: *const icoray_layers) -> icoray_status {
     // SAFETY: passed on.
     unsafe {
         with(ctx, |context| {
@@ -132,15 +129,10 @@ pub unsafe extern "C" fn icoray_field_set_ndarray(
 /// `ctx` is open; `heights` is NULL or points to an initialised icoray_array, whose data live until they are replaced
 /// or removed or the context is closed.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn icoray_heights_set(
-    ctx: *mut icoray_ctx,
-    heights: *const icoray_array,
-) -> icoray_status {
+pub unsafe extern "C" fn icoray_heights_set(ctx: *mut icoray_ctx, heights: *const icoray_array) -> icoray_status {
     // SAFETY: passed on.
     unsafe {
-        with(ctx, |context| {
-            context.set_heights(if heights.is_null() { Ok(None) } else { sized(heights).map(Some) })
-        })
+        with(ctx, |context| context.set_heights(if heights.is_null() { Ok(None) } else { sized(heights).map(Some) }))
     }
 }
 
@@ -235,9 +227,7 @@ pub unsafe extern "C" fn icoray_field_describe(
 pub unsafe extern "C" fn icoray_scene_load(ctx: *mut icoray_ctx, path: *const c_char) -> icoray_status {
     // SAFETY: passed on.
     unsafe {
-        with_all(ctx, |context| {
-            context.set_scene("icoray_scene_load", || Ok(SceneSource::File(text(path, "path")?)))
-        })
+        with_all(ctx, |context| context.set_scene("icoray_scene_load", || Ok(SceneSource::File(text(path, "path")?))))
     }
 }
 
@@ -249,8 +239,6 @@ pub unsafe extern "C" fn icoray_scene_load(ctx: *mut icoray_ctx, path: *const c_
 pub unsafe extern "C" fn icoray_scene_text(ctx: *mut icoray_ctx, toml: *const c_char) -> icoray_status {
     // SAFETY: passed on.
     unsafe {
-        with_all(ctx, |context| {
-            context.set_scene("icoray_scene_text", || Ok(SceneSource::Text(text(toml, "toml")?)))
-        })
+        with_all(ctx, |context| context.set_scene("icoray_scene_text", || Ok(SceneSource::Text(text(toml, "toml")?))))
     }
 }

@@ -1,7 +1,7 @@
 //! The system's allocator with two counters of icoray's memory.
 //!
-//! It serves this library only, which has its own copy of Rust's standard library, not the host. An allocation costs two relaxed
-//! atomic additions; rays do not allocate.
+//! It serves this library only, which has its own copy of Rust's standard library, not the host. An allocation costs
+//! two relaxed atomic additions; rays do not allocate.
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};

@@ -25,10 +25,7 @@ pub unsafe extern "C" fn icoray_mesh_create(level: i32, mesh: *mut *mut icoray_m
         // SAFETY: not NULL; the caller promises that it can be written.
         unsafe { mesh.write(ptr::null_mut()) };
         let wrong = |_| {
-            Error::new(
-                ErrorKind::Argument,
-                format!("mesh level {level}, expected 0 to {}", icoray_core::MAX_LEVEL),
-            )
+            Error::new(ErrorKind::Argument, format!("mesh level {level}, expected 0 to {}", icoray_core::MAX_LEVEL))
         };
         let level = u32::try_from(level).map_err(wrong)?;
         // Threads of its own, which end with the call: rayon's global ones would stay in the model.

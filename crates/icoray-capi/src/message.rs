@@ -10,8 +10,8 @@ const MAX_WORD: usize = 80;
 const HEAD: usize = 230;
 const GAP: &str = " ... ";
 
-/// The message, shortened where it is too long: in the middle of long words first, then between its head and its end, where
-/// table, row and value and what was expected stand.
+/// The message, shortened where it is too long: in the middle of long words first, then between its head and its end,
+/// where table, row and value and what was expected stand.
 pub(crate) fn fitted(message: &str) -> Cow<'_, str> {
     if message.len() <= MAX_BYTES {
         return message.into();
@@ -55,15 +55,11 @@ mod tests {
         let short = fitted(&path);
         assert!(short.len() < 150 && short.starts_with("/scratch/deep/"), "{short}");
         assert!(short.ends_with("scene.toml: line 3: key map: \"x\""), "{short}");
-        let long =
-            format!("step 5: view \"w\": {}corner_cell row 3: 99, expected 0 to 41", "word ".repeat(200));
+        let long = format!("step 5: view \"w\": {}corner_cell row 3: 99, expected 0 to 41", "word ".repeat(200));
         let short = fitted(&long);
         assert!(short.len() <= MAX_BYTES && short.len() > MAX_BYTES - 10, "{}", short.len());
         assert!(short.starts_with("step 5: view \"w\": word"), "{short}");
-        assert!(
-            short.contains(" ... ") && short.ends_with("corner_cell row 3: 99, expected 0 to 41"),
-            "{short}"
-        );
+        assert!(short.contains(" ... ") && short.ends_with("corner_cell row 3: 99, expected 0 to 41"), "{short}");
     }
 
     #[test]

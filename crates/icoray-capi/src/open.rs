@@ -25,10 +25,7 @@ pub extern "C" fn icoray_version() -> *const c_char {
 /// # Safety
 /// `config` is NULL or points to an initialised icoray_config; `ctx` is NULL or points to a writable pointer.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn icoray_open_serial(
-    config: *const icoray_config,
-    ctx: *mut *mut icoray_ctx,
-) -> icoray_status {
+pub unsafe extern "C" fn icoray_open_serial(config: *const icoray_config, ctx: *mut *mut icoray_ctx) -> icoray_status {
     status(&guarded(|| {
         // SAFETY: passed on.
         unsafe {
@@ -133,11 +130,7 @@ unsafe fn configured(config: *const icoray_config, ranks: &Ranks, threads: usize
 /// # Safety
 /// `ctx` is NULL or open; `buf` is NULL or has room for `len` bytes.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn icoray_last_error(
-    ctx: *const icoray_ctx,
-    buf: *mut c_char,
-    len: usize,
-) -> icoray_status {
+pub unsafe extern "C" fn icoray_last_error(ctx: *const icoray_ctx, buf: *mut c_char, len: usize) -> icoray_status {
     if buf.is_null() {
         return icoray_status::ICORAY_ERR_NULL;
     }

@@ -19,7 +19,8 @@ pub(crate) struct Policy {
 }
 
 impl Policy {
-    /// With several ranks only rank 0 decides, as it alone has the outcomes of files; the policy of other ranks never disables.
+    /// With several ranks only rank 0 decides, as it alone has the outcomes of files; the policy of other ranks never
+    /// disables.
     pub fn new(config: &icoray_config, decides: bool) -> Outcome<Self> {
         let after = config.disable_after;
         if after < 0 {
@@ -45,8 +46,7 @@ impl Policy {
     /// Fails if the context is disabled.
     pub fn refuse_if_off(&self) -> Outcome<()> {
         let Some(last) = &self.last_failure else { return Ok(()) };
-        let message =
-            format!("icoray is off after {} failures in a row; the last was: {last}", self.in_a_row);
+        let message = format!("icoray is off after {} failures in a row; the last was: {last}", self.in_a_row);
         Err(Failure::new(icoray_status::ICORAY_ERR_DISABLED, message))
     }
 

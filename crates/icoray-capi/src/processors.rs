@@ -5,7 +5,8 @@ use icoray_core::Ranks;
 use std::num::NonZero;
 use std::thread::available_parallelism;
 
-/// The processors that this thread may run on, divided by the number of ranks of the node that share them; at least 1. Collective.
+/// The processors that this thread may run on, divided by the number of ranks of the node that share them; at least 1.
+/// Collective.
 pub(crate) fn share(ranks: &mut Ranks) -> Outcome<usize> {
     let sharing = ranks.sharing_processors(&mask())?;
     // Beside the mask this knows the limits of containers.

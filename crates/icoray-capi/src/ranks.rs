@@ -22,8 +22,8 @@ pub(crate) fn of_communicator(_fortran_comm: i32) -> Outcome<Ranks> {
 /// The bytes that rank 0 sends with each agreement.
 pub(crate) struct RootMessage(pub Vec<u8>);
 
-/// Agrees on the outcome of `call`: returns this rank's value, or the failure of any rank. `facts` must be equal on all ranks.
-/// All ranks receive rank 0's `value` either way.
+/// Agrees on the outcome of `call`: returns this rank's value, or the failure of any rank. `facts` must be equal on all
+/// ranks. All ranks receive rank 0's `value` either way.
 pub(crate) fn agree<T>(
     ranks: &mut Ranks,
     mine: Outcome<T>,

@@ -33,9 +33,6 @@ pub fn run(args: &Args, out: &mut impl Write) -> CommandResult {
         write_animation(&args.output, &args.pictures, args.fps, args.existing.into())?;
     progress.finish();
     let (path, fps) = (args.output.display(), args.fps);
-    writeln!(
-        out,
-        "animation {path} ({width} x {height}, {frames} pictures, {fps} per second, {bytes} bytes)"
-    )?;
+    writeln!(out, "animation {path} ({width} x {height}, {frames} pictures, {fps} per second, {bytes} bytes)")?;
     Ok(())
 }

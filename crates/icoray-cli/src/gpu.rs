@@ -85,9 +85,8 @@ pub fn list() -> Vec<String> {
         Ok(listed) => listed,
         Err(reason) => return vec![reason.to_string()],
     };
-    let line = |(number, one): (usize, &icoray_gpu::Listed)| {
-        format!("{number}  {} ({}, {})", one.name, one.kind, one.driver)
-    };
+    let line =
+        |(number, one): (usize, &icoray_gpu::Listed)| format!("{number}  {} ({}, {})", one.name, one.kind, one.driver);
     listed.iter().enumerate().map(line).collect()
 }
 

@@ -64,8 +64,7 @@ fn polygons(tables: &GridTables) -> String {
     for count in tables.cell_corner_count.iter().flat_map(Indices::iter) {
         *kinds.entry(count).or_insert(0usize) += 1;
     }
-    let parts: Vec<String> =
-        kinds.iter().map(|(corners, cells)| format!("{cells} with {corners} corners")).collect();
+    let parts: Vec<String> = kinds.iter().map(|(corners, cells)| format!("{cells} with {corners} corners")).collect();
     parts.join(", ")
 }
 

@@ -11,8 +11,8 @@ pub struct Input {
     /// File of MPAS or ICON with the fields, mostly with the mesh too
     #[arg(value_name = "FILE.nc")]
     pub file: PathBuf,
-    /// File with what FILE.nc lacks: the mesh, as in the run's init or grid file, or the heights of layers; may be given
-    /// several times
+    /// File with what FILE.nc lacks: the mesh, as in the run's init or grid file, or the heights of layers; may be
+    /// given several times
     #[arg(long, value_name = "MESH.nc")]
     pub mesh: Vec<PathBuf>,
 }
@@ -27,8 +27,8 @@ impl Input {
 /// Which of the first field's layers are read and drawn.
 #[derive(clap::Args)]
 pub struct LayerSelection {
-    /// Layers that are read and drawn, from 0 and without the last, instead of all; either end may be left out. Those of a
-    /// view's first field; of others that lie on interfaces or between them, those around or between
+    /// Layers that are read and drawn, from 0 and without the last, instead of all; either end may be left out. Those
+    /// of a view's first field; of others that lie on interfaces or between them, those around or between
     #[arg(long, value_name = "A..B", value_parser = layers)]
     layers: Option<(usize, Option<usize>)>,
 }
@@ -95,10 +95,7 @@ pub fn place(location: Location) -> &'static str {
 /// Formats minimum and maximum, with units if known.
 pub fn range(range: Option<[f64; 2]>, units: Option<&str>) -> String {
     let units = units.map_or_else(String::new, |u| format!(" {u}"));
-    range.map_or_else(
-        || "no values".to_owned(),
-        |[low, high]| format!("{} to {}{units}", number(low), number(high)),
-    )
+    range.map_or_else(|| "no values".to_owned(), |[low, high]| format!("{} to {}{units}", number(low), number(high)))
 }
 
 /// A value to six digits.

@@ -5,8 +5,8 @@ use icoray::{Error, ErrorKind, Layers, Result, Scene};
 use icoray_netcdf::{FieldInfo, LayerHeights, ModelFile};
 use std::ops::Range;
 
-/// The layers of a scene: those of its first field with layers; fields on interfaces or between them are interpolated to these.
-/// A 2D field has equal values on all layers; a scene of 2D fields only has the layers of a thin shell.
+/// The layers of a scene: those of its first field with layers; fields on interfaces or between them are interpolated
+/// to these. A 2D field has equal values on all layers; a scene of 2D fields only has the layers of a thin shell.
 #[derive(Clone, Copy)]
 pub struct Layering<'a> {
     layers_wanted: &'a LayerSelection,
@@ -26,8 +26,7 @@ impl<'a> Layering<'a> {
             scene.model_fields().into_iter().map(|name| file.field_info(name)).collect::<Result<_>>()?;
         let first_field = infos.iter().find(|info| !info.is_2d()).or(infos.first()).copied();
         let first_field = first_field.map_or_else(|| file.field_info(scene.field()), Ok)?;
-        let height_field =
-            infos.into_iter().find(|info| info.layers == first_field.layers + 1).unwrap_or(first_field);
+        let height_field = infos.into_iter().find(|info| info.layers == first_field.layers + 1).unwrap_or(first_field);
         Ok(Layering { layers_wanted, first_field, height_field })
     }
 
@@ -46,11 +45,12 @@ impl<'a> Layering<'a> {
         info.layers != self.first_field.layers && !info.is_2d()
     }
 
-    /// The layers of a field that are read and rendered: of a field on interfaces those around the layers of the first field, of one
-    /// between interfaces those between them, of a 2D field as many as of the first.
+    /// The layers of a field that are read and rendered: of a field on interfaces those around the layers of the first
+    /// field, of one between interfaces those between them, of a 2D field as many as of the first.
     ///
     /// # Errors
-    /// As [`LayerSelection::of`]; [`ErrorKind::Argument`] where fewer than 2 are left, or the field's layers are not the first one's.
+    /// As [`LayerSelection::of`]; [`ErrorKind::Argument`] where fewer than 2 are left, or the field's layers are not
+    /// the first one's.
     pub fn range(&self, info: &FieldInfo) -> Result<Range<usize>> {
         if self.layers_wanted.is_all() {
             return Ok(if info.is_2d() { self.first_field.all_layers() } else { info.all_layers() });
@@ -58,8 +58,7 @@ impl<'a> Layering<'a> {
         let Range { start, end } = self.layers_wanted.of(self.first_field)?;
         let bad = |what: String| {
             let first_field = &self.first_field.name;
-            let context =
-                format!("--layers: {start}..{end} are layers of {first_field}; {}{what}", info.name);
+            let context = format!("--layers: {start}..{end} are layers of {first_field}; {}{what}", info.name);
             Err(Error::new(ErrorKind::Argument, context))
         };
         match (info.layers, self.first_field.layers) {

@@ -1,8 +1,8 @@
 //! icoray on the command line: pictures of files of MPAS and ICON.
 //!
-//! `icoray render` makes pictures, `icoray animate` one that moves, `icoray info` says what a file holds, `icoray plan` what a
-//! scene reads and leaves out, `icoray devices` which GPUs can draw. Results go to stdout, progress to stderr where that is a
-//! terminal; an error is one line on stderr and exit code 1, wrong usage exit code 2.
+//! `icoray render` makes pictures, `icoray animate` one that moves, `icoray info` says what a file holds, `icoray plan`
+//! what a scene reads and leaves out, `icoray devices` which GPUs can draw. Results go to stdout, progress to stderr
+//! where that is a terminal; an error is one line on stderr and exit code 1, wrong usage exit code 2.
 #![forbid(unsafe_code)]
 
 mod animate;
@@ -41,8 +41,8 @@ enum Command {
     Info(info::Args),
     /// Say what a scene reads of a file and leaves out
     ///
-    /// Takes the options of `icoray render` and draws nothing: -o names the picture that is told, --save-scene writes the
-    /// suggested scene, --error has no effect.
+    /// Takes the options of `icoray render` and draws nothing: -o names the picture that is told, --save-scene writes
+    /// the suggested scene, --error has no effect.
     Plan(render::Args),
     /// List the GPUs that can draw, with the numbers by which scenes choose them
     Devices,
@@ -67,7 +67,8 @@ fn main() -> ExitCode {
     match done.and_then(|()| Ok(out.flush()?)) {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) if failure.is_closed_pipe() => ExitCode::SUCCESS,
-        // A launcher ends all ranks as soon as one has failed, so only the rank that prints the error returns a failure.
+        // A launcher ends all ranks as soon as one has failed, so only the rank that prints the error returns a
+        // failure.
         Err(failure::Failure::ReportedByRoot) => ExitCode::SUCCESS,
         Err(failure) => {
             // Nothing is left to be done where stderr is closed too.

@@ -13,7 +13,8 @@ use icoray_progress::Progress;
 use std::collections::HashSet;
 use std::io::Write;
 
-/// Prints for each view what is read and what is left out at the first time; of a sweep, for the first picture of each field.
+/// Prints for each view what is read and what is left out at the first time; of a sweep, for the first picture of each
+/// field.
 pub fn run(args: &Args, out: &mut impl Write) -> CommandResult {
     let progress = Progress::new();
     let Some(opened) = args.selection.open(&progress)? else {
@@ -54,13 +55,7 @@ pub fn run(args: &Args, out: &mut impl Write) -> CommandResult {
 }
 
 /// Prints the variables that are read, with their sizes.
-fn read(
-    file: &ModelFile,
-    view: &View,
-    scene: &Scene,
-    layering: &Layering,
-    out: &mut impl Write,
-) -> CommandResult {
+fn read(file: &ModelFile, view: &View, scene: &Scene, layering: &Layering, out: &mut impl Write) -> CommandResult {
     let drawn = scene.model_fields();
     let asked = view.conditions().iter().map(Condition::field);
     let mut known = HashSet::new();

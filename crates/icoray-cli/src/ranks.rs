@@ -25,8 +25,7 @@ impl RankTeam {
     pub fn new() -> Result<Self> {
         // Of Open MPI, and of MPICH and its kin.
         let sizes = ["OMPI_COMM_WORLD_SIZE", "PMI_SIZE"].into_iter().filter_map(std::env::var_os);
-        if let Some(size) = sizes.filter_map(|size| size.to_str()?.parse::<u32>().ok()).find(|&size| size > 1)
-        {
+        if let Some(size) = sizes.filter_map(|size| size.to_str()?.parse::<u32>().ok()).find(|&size| size > 1) {
             let context = format!(
                 "{size} ranks were started, and this icoray was built for one; build it with MPI (cargo build -p icoray-cli \
                  --features mpi)"

@@ -43,14 +43,15 @@ pub struct OutputOptions {
     /// Map of the picture's errors, instead of the scene's output.error; for one picture
     #[arg(long, value_name = "FILE.png")]
     error: Option<PathBuf>,
-    /// What is done with pictures of the same name: overwrite replaces each one when the new one is complete; never-modify
-    /// keeps them, and the command fails before it draws. report.csv, and the scene's lists and databases, are added to either way
+    /// What is done with pictures of the same name: overwrite replaces each one when the new one is complete;
+    /// never-modify keeps them, and the command fails before it draws. report.csv, and the scene's lists and
+    /// databases, are added to either way
     #[arg(long, value_name = "WHAT", value_enum, default_value_t = ExistingFiles::Overwrite)]
     existing: ExistingFiles,
 }
 
-/// [`Existing`] as an option. The command overwrites by default, like other commands; the library, used by unattended models,
-/// keeps existing files by default.
+/// [`Existing`] as an option. The command overwrites by default, like other commands; the library, used by unattended
+/// models, keeps existing files by default.
 #[derive(Clone, Copy, clap::ValueEnum)]
 pub enum ExistingFiles {
     /// Keep them, and fail
@@ -89,7 +90,8 @@ fn expect_distinct(series: &Series) -> Result<()> {
     Ok(())
 }
 
-/// Renders and writes the pictures and prints a summary of each. Several ranks render each picture together; rank 0 writes it.
+/// Renders and writes the pictures and prints a summary of each. Several ranks render each picture together; rank 0
+/// writes it.
 pub fn run(args: &Args, out: &mut impl Write) -> CommandResult {
     let mut ranked = RankTeam::new()?;
     let done = render(args, ranked.ranks(), out);
@@ -106,8 +108,7 @@ fn render(args: &Args, ranks: &mut Ranks, out: &mut impl Write) -> CommandResult
         return Ok(());
     };
     let Opened { renderer, file, .. } = &opened;
-    let Scenes { mut script, grid, suggested } =
-        ranks.collective(opened.scenes(&args.selection, &progress))?;
+    let Scenes { mut script, grid, suggested } = ranks.collective(opened.scenes(&args.selection, &progress))?;
     if args.output_options.error.is_some() {
         script.scenes_mut().for_each(|scene| scene.output.error = None);
     }
@@ -148,15 +149,12 @@ fn render(args: &Args, ranks: &mut Ranks, out: &mut impl Write) -> CommandResult
             agree(ranks, outcome)?;
             drawn += 1;
             progress.stage(format!("drawing picture {drawn} of {pictures}"));
-            let picture =
-                job.picture(&shot, &stamp, (&fields, &heights), std::mem::take(&mut read_s), ranks)?;
+            let picture = job.picture(&shot, &stamp, (&fields, &heights), std::mem::take(&mut read_s), ranks)?;
             progress.drawn(drawn);
             outcome = match (&mut queue, picture) {
-                (Some(queue), Some((frame, summary))) => print_blocks(
-                    queue.submit(frame, shot.scene.output, stamp.clone(), summary),
-                    &progress,
-                    out,
-                ),
+                (Some(queue), Some((frame, summary))) => {
+                    print_blocks(queue.submit(frame, shot.scene.output, stamp.clone(), summary), &progress, out)
+                }
                 _ => Ok(()),
             };
         }
@@ -164,9 +162,7 @@ fn render(args: &Args, ranks: &mut Ranks, out: &mut impl Write) -> CommandResult
     agree(ranks, outcome)?;
     progress.stage("writing");
     let outcome = match queue {
-        Some(_) if drawn == 0 => {
-            Ok(writeln!(out, "note      nothing is drawn: these times are no view's turn")?)
-        }
+        Some(_) if drawn == 0 => Ok(writeln!(out, "note      nothing is drawn: these times are no view's turn")?),
         Some(queue) => print_blocks(queue.finish(), &progress, out),
         None => Ok(()),
     };

@@ -9,8 +9,8 @@ pub struct SceneOptions {
     /// What to draw and how; without it a scene is suggested for one field of the file
     #[arg(long, value_name = "SCENE.toml")]
     pub scene: Option<PathBuf>,
-    /// Field to draw, instead of the first one that looks like a physical field (no heights or other variables of the grid;
-    /// those that have layers first, then those that change with time). A 2D field is drawn as a surface
+    /// Field to draw, instead of the first one that looks like a physical field (no heights or other variables of the
+    /// grid; those that have layers first, then those that change with time). A 2D field is drawn as a surface
     #[arg(long, value_name = "NAME", conflicts_with = "scene")]
     pub field: Option<String>,
     /// Longitude below the camera, degrees; also instead of the scene's. The camera then looks at the planet's centre
@@ -31,7 +31,8 @@ pub struct SceneOptions {
     /// Values at the ends of the colour map, such as -7e-5..7e-5; opacities stretch with it
     #[arg(long, value_name = "A..B", conflicts_with = "scene", allow_hyphen_values = true, value_parser = range)]
     pub range: Option<[f64; 2]>,
-    /// Draw the values of one layer as a surface instead of a volume: a number from 0, the innermost, or "top" or "bottom"
+    /// Draw the values of one layer as a surface instead of a volume: a number from 0, the innermost, or "top" or
+    /// "bottom"
     #[arg(long, value_name = "LAYER", conflicts_with = "scene", allow_hyphen_values = true, value_parser = level)]
     pub surface: Option<Level>,
     /// Write the suggested scene, with comments, to this file: with --scene it draws the same picture
@@ -73,9 +74,10 @@ fn level(text: &str) -> Parsed<Level> {
     match text {
         "top" => Ok(Level::Top),
         "bottom" => Ok(Level::Layer(0)),
-        number => number.parse().map(Level::Layer).map_err(|_| {
-            "expected the number of a layer from 0, the innermost, or \"top\" or \"bottom\"".to_owned()
-        }),
+        number => number
+            .parse()
+            .map(Level::Layer)
+            .map_err(|_| "expected the number of a layer from 0, the innermost, or \"top\" or \"bottom\"".to_owned()),
     }
 }
 

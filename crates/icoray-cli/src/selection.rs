@@ -16,10 +16,10 @@ pub struct Selection {
     pub input: Input,
     #[command(flatten)]
     pub scene_options: SceneOptions,
-    /// Time by number from 0, negative from the last (-1); by date (2003-01-01T06; 2003-01 is a whole month); by a range of
-    /// either, without its end (0..10, 2003-01..2003-03, -5..); or "all". Of ranges and all times those are drawn that are
-    /// the views' turn (every, at_steps, at_times, when), the number of a time being its step; others are drawn by all views
-    /// [default: 0, or the last one where no --scene is given]
+    /// Time by number from 0, negative from the last (-1); by date (2003-01-01T06; 2003-01 is a whole month); by a
+    /// range of either, without its end (0..10, 2003-01..2003-03, -5..); or "all". Of ranges and all times those
+    /// are drawn that are the views' turn (every, at_steps, at_times, when), the number of a time being its step;
+    /// others are drawn by all views [default: 0, or the last one where no --scene is given]
     #[arg(long, value_name = "TIME|A..B|all", allow_hyphen_values = true)]
     pub time: Option<Times>,
     #[command(flatten)]

@@ -21,11 +21,7 @@ pub struct Suggested {
 
 impl Suggested {
     /// Suggests a scene for the selected field at the last selected time; also returns the grid.
-    pub fn new<'f>(
-        selection: &Selection,
-        opened: &'f Opened,
-        progress: &Progress,
-    ) -> Result<(Self, Grid<'f>)> {
+    pub fn new<'f>(selection: &Selection, opened: &'f Opened, progress: &Progress) -> Result<(Self, Grid<'f>)> {
         let file = &opened.file;
         let others = file.likely_fields();
         let info = match &selection.scene_options.field {
@@ -81,12 +77,7 @@ fn no_field(file: &ModelFile) -> Error {
 }
 
 /// Options of the suggestion from the command line. A 2D field is a surface without exaggeration.
-fn options(
-    selection: &Selection,
-    opened: &Opened,
-    info: &FieldInfo,
-    time: usize,
-) -> Result<suggest::Options> {
+fn options(selection: &Selection, opened: &Opened, info: &FieldInfo, time: usize) -> Result<suggest::Options> {
     let scene_options = &selection.scene_options;
     let (surface, exaggeration) = match (info.is_2d(), scene_options.surface) {
         (false, surface) => (surface, scene_options.exaggeration),
@@ -143,13 +134,8 @@ fn summary(selection: &Selection, info: &FieldInfo, others: &[&FieldInfo]) -> St
     if selection.scene_options.field.is_some() {
         return text;
     }
-    text += if info.is_2d() {
-        ", the first 2D field, as none has layers"
-    } else {
-        ", the first field with layers"
-    };
-    let names: Vec<&str> =
-        others.iter().map(|other| other.name.as_str()).filter(|name| *name != info.name).collect();
+    text += if info.is_2d() { ", the first 2D field, as none has layers" } else { ", the first field with layers" };
+    let names: Vec<&str> = others.iter().map(|other| other.name.as_str()).filter(|name| *name != info.name).collect();
     if names.is_empty() {
         return text;
     }

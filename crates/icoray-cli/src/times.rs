@@ -111,8 +111,7 @@ impl Times {
     /// [`ErrorKind::Argument`] if none is selected, or a number that the file does not have.
     pub fn of(&self, times: &[Option<String>]) -> Result<Vec<usize>> {
         let within = |keeps: &dyn Fn(&[i64]) -> bool| {
-            let dates =
-                times.iter().enumerate().filter_map(|(i, date)| Some((i, Date::new(date.as_ref()?)?)));
+            let dates = times.iter().enumerate().filter_map(|(i, date)| Some((i, Date::new(date.as_ref()?)?)));
             let found: Vec<usize> = dates.filter(|(_, date)| keeps(&date.0)).map(|(i, _)| i).collect();
             if found.is_empty() { Err(self.none_of(times)) } else { Ok(found) }
         };
@@ -133,8 +132,7 @@ impl Times {
 
     fn numbers(&self, from: Option<i64>, to: Option<i64>, count: usize) -> Result<Range<usize>> {
         let max = i64::try_from(count).unwrap_or(i64::MAX);
-        let place =
-            |number: i64| usize::try_from(if number < 0 { number.saturating_add(max) } else { number }).ok();
+        let place = |number: i64| usize::try_from(if number < 0 { number.saturating_add(max) } else { number }).ok();
         let range = place(from.unwrap_or(0)).zip(place(to.unwrap_or(max)));
         match range {
             Some((from, to)) if from < to && to <= count => Ok(from..to),
@@ -160,8 +158,7 @@ mod tests {
     use super::*;
 
     fn times() -> Vec<Option<String>> {
-        let days =
-            ["2003-01-30_00:00:00", "2003-01-30_12:00:00", "2003-01-31_00:00:00", "2003-02-01_00:00:00"];
+        let days = ["2003-01-30_00:00:00", "2003-01-30_12:00:00", "2003-01-31_00:00:00", "2003-02-01_00:00:00"];
         let mut times: Vec<_> = days.map(|day| Some(day.to_owned())).into();
         times.push(None);
         times
@@ -213,18 +210,14 @@ mod tests {
 
     #[test]
     fn ranges_are_series() {
-        for (text, expected) in
-            [("3", false), ("2003-01", false), ("all", true), ("3..", true), ("..2003-01", true)]
-        {
+        for (text, expected) in [("3", false), ("2003-01", false), ("all", true), ("3..", true), ("..2003-01", true)] {
             assert_eq!(text.parse::<Times>().unwrap().is_series(), expected, "{text}");
         }
     }
 
     #[test]
     fn what_is_no_time_is_not_understood() {
-        for text in
-            ["", "now", "1.5", "2003-", "2003-01T00", "2003-01-01T", "1..2..3", "0..2003-01", "2003-01-01-01"]
-        {
+        for text in ["", "now", "1.5", "2003-", "2003-01T00", "2003-01-01T", "1..2..3", "0..2003-01", "2003-01-01-01"] {
             assert_eq!(text.parse::<Times>(), Err(EXPECTED), "{text}");
         }
     }

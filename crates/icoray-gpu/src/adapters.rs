@@ -112,10 +112,7 @@ mod tests {
     use super::*;
 
     fn listed(kinds: &[(&str, Kind)]) -> Vec<Listed> {
-        kinds
-            .iter()
-            .map(|(name, kind)| Listed { name: (*name).into(), driver: String::new(), kind: *kind })
-            .collect()
+        kinds.iter().map(|(name, kind)| Listed { name: (*name).into(), driver: String::new(), kind: *kind }).collect()
     }
 
     fn wanted(adapter: Option<Adapter>, node_rank: usize) -> DeviceRequest {

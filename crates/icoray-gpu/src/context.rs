@@ -80,8 +80,7 @@ impl Context {
     /// Runs `act` and returns the first error that the device reports meanwhile on this thread.
     pub fn scoped<R>(&self, act: impl FnOnce() -> R) -> Result<R, FallbackReason> {
         use wgpu::ErrorFilter::{Internal, OutOfMemory, Validation};
-        let mut scopes =
-            [Internal, OutOfMemory, Validation].map(|kind| Some(self.device.push_error_scope(kind)));
+        let mut scopes = [Internal, OutOfMemory, Validation].map(|kind| Some(self.device.push_error_scope(kind)));
         let result = act();
         let errors = scopes.iter_mut().rev().filter_map(Option::take);
         let errors: Vec<_> = errors.filter_map(|scope| pollster::block_on(scope.pop())).collect();
@@ -102,12 +101,7 @@ impl Context {
     }
 
     /// Creates a buffer of at least `bytes` bytes; with [`BufferUsages::MAP_WRITE`] it is mapped.
-    pub fn buffer(
-        &self,
-        label: &str,
-        bytes: usize,
-        usage: BufferUsages,
-    ) -> Result<wgpu::Buffer, FallbackReason> {
+    pub fn buffer(&self, label: &str, bytes: usize, usage: BufferUsages) -> Result<wgpu::Buffer, FallbackReason> {
         let (max, name) = (self.max_buffer_size(usage), &self.info.name);
         // A binding has at least one element, the largest of which are 64 bytes.
         let size = (bytes as u64).max(64).next_multiple_of(4);
@@ -122,11 +116,7 @@ impl Context {
     }
 
     /// Creates a storage buffer that holds `elements`.
-    pub fn storage<T: bytemuck::NoUninit>(
-        &self,
-        label: &str,
-        elements: &[T],
-    ) -> Result<wgpu::Buffer, FallbackReason> {
+    pub fn storage<T: bytemuck::NoUninit>(&self, label: &str, elements: &[T]) -> Result<wgpu::Buffer, FallbackReason> {
         let usage = BufferUsages::STORAGE | BufferUsages::COPY_DST;
         let buffer = self.buffer(label, size_of_val(elements), usage)?;
         self.write(&buffer, elements)?;
@@ -134,12 +124,7 @@ impl Context {
     }
 
     /// Takes a buffer of at least `bytes` bytes from the pool, or creates one.
-    pub fn pooled(
-        &self,
-        label: &str,
-        bytes: usize,
-        usage: BufferUsages,
-    ) -> Result<PooledBuffer, FallbackReason> {
+    pub fn pooled(&self, label: &str, bytes: usize, usage: BufferUsages) -> Result<PooledBuffer, FallbackReason> {
         // Rounded up to an eighth of a power of two, so that a slightly larger frame reuses the same buffers.
         let size = (bytes as u64).max(1 << 12);
         let size = size.next_multiple_of(size.next_power_of_two() / 8);
@@ -178,11 +163,7 @@ impl Context {
         Ok(buffer)
     }
 
-    fn write<T: bytemuck::NoUninit>(
-        &self,
-        buffer: &wgpu::Buffer,
-        elements: &[T],
-    ) -> Result<(), FallbackReason> {
+    fn write<T: bytemuck::NoUninit>(&self, buffer: &wgpu::Buffer, elements: &[T]) -> Result<(), FallbackReason> {
         self.scoped(|| self.queue.write_buffer(buffer, 0, bytemuck::cast_slice(elements)))
     }
 }

@@ -67,8 +67,7 @@ impl ViewFrustum {
         let place = |pixels: u32, side: u32| pixel * (f64::from(pixels) - 0.5 * f64::from(side));
         let [left, right_end] = [across.start, across.end].map(|x| place(x, scene.width));
         let [top, bottom] = [down.start, down.end].map(|y| -place(y, scene.height));
-        let sides =
-            [right - left * forward, right_end * forward - right, top * forward - up, up - bottom * forward];
+        let sides = [right - left * forward, right_end * forward - right, top * forward - up, up - bottom * forward];
         ViewFrustum {
             eye,
             sides: sides.map(DVec3::normalize),
@@ -178,19 +177,13 @@ impl Culling {
     }
 
     /// The cells whose columns the rays of `tiles` can read.
-    pub fn of_tiles(
-        &self,
-        ctx: &Context,
-        job: &Job,
-        tiles: &[(usize, Rect)],
-    ) -> Result<CellSet, FallbackReason> {
+    pub fn of_tiles(&self, ctx: &Context, job: &Job, tiles: &[(usize, Rect)]) -> Result<CellSet, FallbackReason> {
         let (scene, step) = (job.scene(), job.quality().pixel_step);
         let end = |first: u32, count: u32, side: u32| ((first + count - 1) * step).min(side - 1) + 1;
         let (mut low, mut high) = ([u32::MAX; 2], [0; 2]);
         for (_, Rect { left, top, width, height }) in tiles {
             low = [low[0].min(*left * step), low[1].min(*top * step)];
-            high =
-                [high[0].max(end(*left, *width, scene.width)), high[1].max(end(*top, *height, scene.height))];
+            high = [high[0].max(end(*left, *width, scene.width)), high[1].max(end(*top, *height, scene.height))];
         }
         let [across, down] = [0, 1].map(|k| low[k].min(high[k] - 1)..high[k]);
         self.of_view(ctx, job, &ViewFrustum::new(job, [across, down]))

@@ -13,9 +13,7 @@ use crate::pipelines::Pipelines;
 use crate::ray_entry_cache::RayEntryCache;
 use crate::trace_fragments::FragmentTrace;
 use icoray::Adapter;
-use icoray::device::{
-    Band, Device, DeviceCost, DeviceRequest, Devices, FallbackReason, Fragments, Job, OwnedColumns,
-};
+use icoray::device::{Band, Device, DeviceCost, DeviceRequest, Devices, FallbackReason, Fragments, Job, OwnedColumns};
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -91,10 +89,7 @@ impl Gpu {
     }
 
     /// Uploads all but the field: returns the picture, the cells whose columns its rays read, and the cost.
-    fn prepare<'j>(
-        &'j self,
-        job: &'j Job,
-    ) -> Result<(Picture<'j>, Arc<CellSet>, DeviceCost), FallbackReason> {
+    fn prepare<'j>(&'j self, job: &'j Job) -> Result<(Picture<'j>, Arc<CellSet>, DeviceCost), FallbackReason> {
         let (mesh, mesh_bytes) = self.meshes.get(&self.ctx, job.grid())?;
         let picture = Picture::new(&self.ctx, &self.pipelines, job, mesh, self.entries.get(job))?;
         let fits_a_page = self.fields.fits_a_page(&self.ctx, job);
@@ -115,9 +110,7 @@ impl Gpu {
             return Ok(());
         }
         let name = self.ctx.name();
-        Err(FallbackReason::new(format!(
-            "the walk of rays failed on {name}, or its driver ended loops early"
-        )))
+        Err(FallbackReason::new(format!("the walk of rays failed on {name}, or its driver ended loops early")))
     }
 }
 

@@ -15,15 +15,10 @@ const WORKGROUP: u32 = 64;
 
 /// Submits the computation of a field's gradients and returns the number of bytes uploaded. `rests` has a page of
 /// residuals for each page of values.
-pub(crate) fn submit(
-    picture: &Picture,
-    field: &DeviceField,
-    rests: &[PooledBuffer],
-) -> Result<u64, FallbackReason> {
+pub(crate) fn submit(picture: &Picture, field: &DeviceField, rests: &[PooledBuffer]) -> Result<u64, FallbackReason> {
     let (ctx, pipelines, cells) = (picture.ctx, picture.pipelines, &field.cells);
     let (triangles, bytes) = picture.mesh.cell_triangles(ctx, picture.job.grid())?;
-    let pipeline =
-        pipelines.get(ctx, ("gradient", &pipelines.gradient), field.layout.pages, field.constants())?;
+    let pipeline = pipelines.get(ctx, ("gradient", &pipelines.gradient), field.layout.pages, field.constants())?;
     let params = ctx.pooled_uniform("params", &field.params(picture))?;
     // The shader reads neither pieces nor pixels.
     let pieces = ctx.pooled("no pieces", 0, BufferUsages::STORAGE)?;

@@ -7,8 +7,7 @@ use wgpu::hal::{InstanceDescriptor, api::Vulkan};
 
 /// Window-system extensions, which wgpu requests by default. With them Mesa connects to a display, possibly over a
 /// network, and libwayland prints an error if there is none.
-const WINDOW_EXTENSIONS: [&CStr; 3] =
-    [c"VK_KHR_xlib_surface", c"VK_KHR_xcb_surface", c"VK_KHR_wayland_surface"];
+const WINDOW_EXTENSIONS: [&CStr; 3] = [c"VK_KHR_xlib_surface", c"VK_KHR_xcb_surface", c"VK_KHR_wayland_surface"];
 
 /// Whether the program has a dynamic linker. Without one drivers cannot be loaded: glibc tries to, and may crash.
 #[cfg(target_os = "linux")]
@@ -44,8 +43,7 @@ pub(crate) fn instance() -> Result<wgpu::Instance, FallbackReason> {
         args.extensions.retain(|extension| !WINDOW_EXTENSIONS.contains(extension));
     };
     // SAFETY: wgpu uses the removed extensions to create surfaces only, and this crate creates none.
-    let instance =
-        unsafe { vulkan::Instance::init_with_callback(&descriptor, Some(Box::new(without_windows))) };
+    let instance = unsafe { vulkan::Instance::init_with_callback(&descriptor, Some(Box::new(without_windows))) };
     let instance = instance.map_err(|_| FallbackReason::new("no Vulkan adapter was found"))?;
     // SAFETY: the instance was created above, by the Vulkan backend.
     Ok(unsafe { wgpu::Instance::from_hal::<Vulkan>(instance) })

@@ -88,11 +88,7 @@ impl DeviceMesh {
     }
 
     /// The triangles around each cell of `grid`, and the number of bytes uploaded: 0 if they were on the device.
-    pub fn cell_triangles(
-        &self,
-        ctx: &Context,
-        grid: &Grid,
-    ) -> Result<(&CellTriangles, u64), FallbackReason> {
+    pub fn cell_triangles(&self, ctx: &Context, grid: &Grid) -> Result<(&CellTriangles, u64), FallbackReason> {
         if let Some(known) = self.cell_triangles.get() {
             return Ok((known, 0));
         }

@@ -23,11 +23,7 @@ pub(crate) struct Passes<'p> {
 
 impl Passes<'_> {
     /// Traces tiles with a field that is on the device after an upload of so many bytes.
-    pub fn trace(
-        &mut self,
-        (field, bytes): (Arc<DeviceField>, u64),
-        tiles: &[Tile],
-    ) -> Result<(), FallbackReason> {
+    pub fn trace(&mut self, (field, bytes): (Arc<DeviceField>, u64), tiles: &[Tile]) -> Result<(), FallbackReason> {
         let trace = PixelTrace::new(&self.picture, &field, tiles)?;
         self.spent.bytes_uploaded += bytes + trace.bytes();
         self.spent.unread_bytes = self.spent.field_bytes.saturating_sub(field.bytes());

@@ -106,12 +106,7 @@ fn flops(ctx: &Context) -> Result<f64, FallbackReason> {
 }
 
 /// Seconds of a pass of `shaders/measure/NAME.wgsl`, by the device's clock if it has one.
-fn pass_seconds(
-    ctx: &Context,
-    name: &str,
-    buffers: &[&wgpu::Buffer],
-    count: u64,
-) -> Result<f64, FallbackReason> {
+fn pass_seconds(ctx: &Context, name: &str, buffers: &[&wgpu::Buffer], count: u64) -> Result<f64, FallbackReason> {
     let text = shader::compose(&format!("measure/{name}"));
     let pipeline = compile(ctx, name, text, None, &[])?;
     let group = bindings::group(ctx, &pipeline.get_bind_group_layout(0), buffers.iter().copied())?;

@@ -23,8 +23,7 @@ pub(crate) fn pieces(job: &Job, entries: &RayEntries, tiles: &[Rect]) -> Vec<Vec
 
 fn pieces_of_tile(job: &Job, tile: &Rect, entries: &RayEntries, hint: &mut u32) -> Vec<Piece> {
     let side = WORKGROUP as usize;
-    let origins =
-        (0..tile.height).step_by(side).flat_map(|y| (0..tile.width).step_by(side).map(move |x| (x, y)));
+    let origins = (0..tile.height).step_by(side).flat_map(|y| (0..tile.width).step_by(side).map(move |x| (x, y)));
     let piece = |(x, y): (u32, u32)| {
         let (width, height) = ((tile.width - x).min(WORKGROUP), (tile.height - y).min(WORKGROUP));
         let (left, top) = (tile.left + x, tile.top + y);

@@ -18,8 +18,7 @@ impl RayEntryCache {
     /// The entry triangles of the last picture, or none if its size or its grid's size differs from that of `job`.
     pub fn get(&self, job: &Job) -> Arc<RayEntries> {
         let (scene, step) = (job.scene(), job.quality().pixel_step);
-        let [across, down] =
-            [scene.width, scene.height].map(|side| (side.div_ceil(step) + 1).div_ceil(SPACING));
+        let [across, down] = [scene.width, scene.height].map(|side| (side.div_ceil(step) + 1).div_ceil(SPACING));
         let mut last = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         let grid_triangles = job.grid().triangles() + job.grid().void_triangles();
         let size = (across, grid_triangles, across * down);

@@ -54,8 +54,7 @@ impl StagingBuffers {
             let bytes = ((count - first) * ELEMENT_BYTES).min(BUFFER_BYTES) as u64;
             let staging = self.take(ctx, &mut submitted)?;
             let view = staging.get_mapped_range_mut(..bytes);
-            let mut view =
-                view.map_err(|e| FallbackReason::new(format!("writing for {}: {e}", ctx.name())))?;
+            let mut view = view.map_err(|e| FallbackReason::new(format!("writing for {}: {e}", ctx.name())))?;
             write(view.slice(..), |offset, block| values(first + offset, block));
             drop(view);
             staging.unmap();

@@ -79,8 +79,7 @@ impl<'t> FragmentTrace<'t> {
         let usage = BufferUsages::STORAGE | BufferUsages::COPY_SRC | BufferUsages::COPY_DST;
         let bytes = COUNT_BYTES + capacity * size_of::<layout::Fragment>();
         let buffer = ctx.pooled("fragments", bytes, usage)?;
-        let part =
-            ctx.pooled_uniform("part", &layout::Part { max_fragments: capacity as u32, ..self.part })?;
+        let part = ctx.pooled_uniform("part", &layout::Part { max_fragments: capacity as u32, ..self.part })?;
         let light = self.picture.light()?;
         let buffers = [&*light, &part, &self.owned, &buffer];
         let group = bindings::group(ctx, &self.picture.pipelines.parts, buffers)?;
@@ -162,8 +161,7 @@ fn entry(fragment: &layout::Fragment) -> f64 {
 }
 
 fn fragment(fragment: &layout::Fragment) -> Fragment {
-    let layout::Fragment { exit_hi, exit_lo, red, green, blue, alpha: absorbed, error, variance, .. } =
-        *fragment;
+    let layout::Fragment { exit_hi, exit_lo, red, green, blue, alpha: absorbed, error, variance, .. } = *fragment;
     let exit = if exit_hi == ENDLESS { f64::INFINITY } else { f64::from(exit_hi) + f64::from(exit_lo) };
     Fragment {
         t: [entry(fragment), exit],

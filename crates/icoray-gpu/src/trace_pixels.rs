@@ -22,11 +22,7 @@ pub(crate) struct PixelTrace<'t> {
 
 impl<'t> PixelTrace<'t> {
     /// Prepares tiles of a picture of `field`.
-    pub fn new(
-        picture: &Picture<'t>,
-        field: &DeviceField,
-        tiles: &'t [Tile],
-    ) -> Result<Self, FallbackReason> {
+    pub fn new(picture: &Picture<'t>, field: &DeviceField, tiles: &'t [Tile]) -> Result<Self, FallbackReason> {
         let bands = Bands::new(picture, field, tiles, false)?;
         let light = picture.light()?;
         let group = bindings::group(picture.ctx, &picture.pipelines.picture, [&*light])?;

@@ -49,8 +49,7 @@ fn clear_layers(job: &Job, columns: &[u32], layer: impl Fn(usize) -> usize + Syn
         }
     };
     // A sample of the whole globe first: it shows quickly that most fields have no clear layer.
-    let sample: Vec<u32> =
-        columns.iter().step_by((columns.len() / CHUNK).max(1)).copied().take(CHUNK).collect();
+    let sample: Vec<u32> = columns.iter().step_by((columns.len() / CHUNK).max(1)).copied().take(CHUNK).collect();
     check(&sample);
     columns.par_chunks(CHUNK).for_each(check);
     clear.into_inner()

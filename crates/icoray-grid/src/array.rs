@@ -2,9 +2,9 @@
 
 /// [`map`](array::map) of an array, inlined into its caller in every build.
 ///
-/// The standard library's method is generic and not marked `#[inline]`: where a crate is compiled in several units, the method and
-/// its closure are compiled apart from the caller. With it, a build in 16 units rendered 1.5 to 5 times slower than one in a
-/// single unit.
+/// The standard library's method is generic and not marked `#[inline]`: where a crate is compiled in several units, the
+/// method and its closure are compiled apart from the caller. With it, a build in 16 units rendered 1.5 to 5 times
+/// slower than one in a single unit.
 pub trait MapInline<A, const N: usize> {
     /// Same result as `array::map`.
     fn map_inline<B>(self, f: impl FnMut(A) -> B) -> [B; N];

@@ -1,8 +1,8 @@
 //! A field as the model holds it: a borrowed array, read in place through its [`Shape`], whatever the layout.
 //!
-//! `shape.rs` lists the layouts and the models that use them. A reader computes the base of a column once and goes from layer to
-//! layer by one stride; only the base depends on blocks. Fields at corners, and fields on other layers, are copied: they become
-//! a [`CenterField`].
+//! `shape.rs` lists the layouts and the models that use them. A reader computes the base of a column once and goes from
+//! layer to layer by one stride; only the base depends on blocks. Fields at corners, and fields on other layers, are
+//! copied: they become a [`CenterField`].
 
 use crate::error::{Error, ErrorKind, Result};
 use crate::reals::Reals;
@@ -48,8 +48,8 @@ pub struct Field<'a> {
 }
 
 impl<'a> Field<'a> {
-    /// Wraps `samples`; every element that `shape` reaches must lie inside. A field without columns is valid: a rank without
-    /// cells has one.
+    /// Wraps `samples`; every element that `shape` reaches must lie inside. A field without columns is valid: a rank
+    /// without cells has one.
     ///
     /// # Errors
     /// [`ErrorKind::Field`] when the shape has no layer or reaches outside the array, or when 32 bits cannot number its
@@ -85,8 +85,9 @@ impl<'a> Field<'a> {
         self.samples
     }
 
-    /// A number that this field shares with its copies and with no other field of the process. The array is borrowed, so nothing
-    /// can write to it while a copy lives: results that were computed from the number's field hold for all its copies.
+    /// A number that this field shares with its copies and with no other field of the process. The array is borrowed,
+    /// so nothing can write to it while a copy lives: results that were computed from the number's field hold for
+    /// all its copies.
     pub fn number(&self) -> u64 {
         self.number
     }
@@ -140,11 +141,7 @@ impl<'a> Field<'a> {
         ((low <= high).then_some([low, high]), missing)
     }
 
-    fn range_in<S: Sample>(
-        &self,
-        samples: &[S],
-        counts: Option<&(dyn Fn(usize) -> bool + Sync)>,
-    ) -> Extremes {
+    fn range_in<S: Sample>(&self, samples: &[S], counts: Option<&(dyn Fn(usize) -> bool + Sync)>) -> Extremes {
         let fill = self.fill.and_then(S::exact);
         let level = Level::new();
         let range = |values: &[S]| dispatch!(level, _simd => range_of(values, fill));
@@ -184,7 +181,8 @@ fn merged(a: Extremes, b: Extremes) -> Extremes {
     (a.0.min(b.0), a.1.max(b.1), a.2 + b.2)
 }
 
-/// Least and greatest of contiguous values, and the number of missing ones: in loops of fixed size, which compile to vectors.
+/// Least and greatest of contiguous values, and the number of missing ones: in loops of fixed size, which compile to
+/// vectors.
 #[inline(always)]
 fn range_of<S: Sample>(values: &[S], fill: Option<S>) -> Extremes {
     const SIDE: usize = 32;
@@ -229,11 +227,8 @@ mod tests {
         let level: Vec<f64> = (0..6).map(f64::from).collect();
         let cell: Vec<f64> = [0.0, 2.0, 4.0, 1.0, 3.0, 5.0].to_vec();
         let a =
-            Field::new(level.as_slice().into(), Shape::level_fastest(cells, layers), Location::Center, None)
-                .unwrap();
-        let b =
-            Field::new(cell.as_slice().into(), Shape::cell_fastest(cells, layers), Location::Center, None)
-                .unwrap();
+            Field::new(level.as_slice().into(), Shape::level_fastest(cells, layers), Location::Center, None).unwrap();
+        let b = Field::new(cell.as_slice().into(), Shape::cell_fastest(cells, layers), Location::Center, None).unwrap();
         for c in 0..cells {
             for l in 0..layers {
                 assert_eq!(a.value(c, l), b.value(c, l));
@@ -262,8 +257,7 @@ mod tests {
     fn range_leaves_missing_values_out() {
         let v = [1.0f32, -9e33, f32::NAN, 4.0, f32::INFINITY, 2.0];
         let fill = Some(f64::from(-9e33f32));
-        let field =
-            Field::new(v.as_slice().into(), Shape::level_fastest(3, 2), Location::Center, fill).unwrap();
+        let field = Field::new(v.as_slice().into(), Shape::level_fastest(3, 2), Location::Center, fill).unwrap();
         assert_eq!(field.range(), (Some([1.0, 4.0]), 3));
     }
 }

@@ -1,10 +1,11 @@
 //! Gradients at the vertices: the mean over the frusta around each (§3.5 of the paper).
 //!
-//! At vertex A of a frustum the interpolant's gradient G is fixed by three slopes: along A, the change to the next layer;
-//! along B - A and C - A, the changes to the neighbours on the same layer. With the dual basis e of these three vectors,
-//! `G = s·eA + ((gB - gA)·eB + (gC - gA)·eC)/R`. The frusta above and below share the triangle, so the mean over 12 frusta
-//! (10 at a pentagon, half of that on the innermost and outermost layer) is the mean over the triangles with the mean of
-//! the two radial slopes. Frusta with a missing value are left out of the mean, and beside a hole there are fewer of them.
+//! At vertex A of a frustum the interpolant's gradient G is fixed by three slopes: along A, the change to the next
+//! layer; along B - A and C - A, the changes to the neighbours on the same layer. With the dual basis e of these three
+//! vectors, `G = s·eA + ((gB - gA)·eB + (gC - gA)·eC)/R`. The frusta above and below share the triangle, so the mean
+//! over 12 frusta (10 at a pentagon, half of that on the innermost and outermost layer) is the mean over the triangles
+//! with the mean of the two radial slopes. Frusta with a missing value are left out of the mean, and beside a hole
+//! there are fewer of them.
 
 use crate::array::MapInline;
 use crate::grid::Grid;
@@ -44,10 +45,7 @@ impl Ring {
         let a = grid.direction(cell);
         for triangle in grid.corners_of(cell).filter(|&corner| grid.is_triangle(corner)) {
             let cells = grid.triangle(triangle);
-            let k = cells
-                .iter()
-                .position(|&c| c == cell)
-                .expect("the grid's check found the cell at its corners");
+            let k = cells.iter().position(|&c| c == cell).expect("the grid's check found the cell at its corners");
             let others = [cells[(k + 1) % 3], cells[(k + 2) % 3]];
             let [b, c] = others.map_inline(|o| grid.direction(o) - a);
             let volume = a.dot(b.cross(c));
@@ -82,9 +80,10 @@ pub struct GradientOptions<'w> {
     pub packed: bool,
 }
 
-/// Gradients of the normalised field at the vertices over `cells` (§3.5 of the paper), per planet radius, level-fastest:
-/// `cells.len() * radius.len()` of them. `radius` are the layers' radii in planet radii, rising. A gradient is zero where no frustum
-/// around its vertex has all its values. The result reuses `memory`, whose old values stay where nothing is `wanted`. Parallel.
+/// Gradients of the normalised field at the vertices over `cells` (§3.5 of the paper), per planet radius,
+/// level-fastest: `cells.len() * radius.len()` of them. `radius` are the layers' radii in planet radii, rising. A
+/// gradient is zero where no frustum around its vertex has all its values. The result reuses `memory`, whose old values
+/// stay where nothing is `wanted`. Parallel.
 pub fn gradients<S: Sample>(
     grid: &Grid,
     radius: &[f64],
@@ -119,8 +118,7 @@ impl<S: Sample> GradientInput<'_, S> {
             || (Ring::default(), NeighborColumns::new(self.radius)),
             |(ring, columns), (cell, row)| {
                 let cell = (self.first + cell) as u32;
-                let wanted =
-                    self.visible.map_or(0..layers, |visible| visible.layers_over(self.grid, cell, layers));
+                let wanted = self.visible.map_or(0..layers, |visible| visible.layers_over(self.grid, cell, layers));
                 if wanted.is_empty() {
                     return;
                 }
@@ -140,8 +138,9 @@ impl<S: Sample> GradientInput<'_, S> {
     }
 }
 
-/// In single precision. Light asks for directions alone, so one that is too long is shortened: with infinite ones between
-/// vertices nothing tells how light changes, and rays would be cut as fine as they can be. None where even doubles overflow.
+/// In single precision. Light asks for directions alone, so one that is too long is shortened: with infinite ones
+/// between vertices nothing tells how light changes, and rays would be cut as fine as they can be. None where even
+/// doubles overflow.
 fn narrowed(mean: DVec3) -> [f32; 3] {
     /// Sums of a few of these are no more than a float holds.
     const MOST: f64 = 1e30;
@@ -181,13 +180,7 @@ impl<'r> NeighborColumns<'r> {
     }
 
     /// Reads what the gradients on layers `wanted` ask for: the layers below and above too.
-    fn read<S: Sample>(
-        &mut self,
-        samples: &Samples<S>,
-        cell: u32,
-        neighbours: &[u32],
-        wanted: &Range<usize>,
-    ) {
+    fn read<S: Sample>(&mut self, samples: &Samples<S>, cell: u32, neighbours: &[u32], wanted: &Range<usize>) {
         let layers = self.radius.len();
         let read = wanted.start.saturating_sub(1)..(wanted.end + 1).min(layers);
         let fill = |column: &mut [f64], cell: u32| {

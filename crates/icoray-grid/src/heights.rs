@@ -54,13 +54,14 @@ type Base = isize;
 const NOWHERE: Base = Base::MIN;
 
 impl<'f> Heights<'f> {
-    /// Checks `heights`, in metres above the planet's surface: one column for each cell `of` the grid, as many layers as `layers`.
-    /// The field has `field_layers` layers, which lie on those of `heights` or midway between them. `exaggeration` stretches
-    /// heights, 1 leaves them as they are. Parallel.
+    /// Checks `heights`, in metres above the planet's surface: one column for each cell `of` the grid, as many layers
+    /// as `layers`. The field has `field_layers` layers, which lie on those of `heights` or midway between them.
+    /// `exaggeration` stretches heights, 1 leaves them as they are. Parallel.
     ///
     /// # Errors
-    /// [`ErrorKind::Layers`] where they have another shape or place, some of a column's heights but not all are missing, heights
-    /// fall on the way up, or a stretched one is not above the planet's centre; as [`Layers::for_field`] and [`Layers::shell`].
+    /// [`ErrorKind::Layers`] where they have another shape or place, some of a column's heights but not all are
+    /// missing, heights fall on the way up, or a stretched one is not above the planet's centre; as
+    /// [`Layers::for_field`] and [`Layers::shell`].
     pub fn new(
         heights: &Field<'f>,
         layers: &Layers,
@@ -113,8 +114,8 @@ impl<'f> Heights<'f> {
         self.mean.len()
     }
 
-    /// Where the columns of three cells begin, for [`Self::radii_at`]. Cells that the grid does not have, such as those of void
-    /// triangles, have mean heights.
+    /// Where the columns of three cells begin, for [`Self::radii_at`]. Cells that the grid does not have, such as those
+    /// of void triangles, have mean heights.
     #[inline(always)]
     pub fn bases(&self, cells: [u32; 3]) -> [Base; 3] {
         cells.map(|cell| {

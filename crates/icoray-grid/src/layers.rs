@@ -101,10 +101,7 @@ impl Layers {
     /// Number of layers, range of heights and a hash of all radii, as text: different radii give different text.
     pub fn describe(&self) -> String {
         let mut hasher = DefaultHasher::new();
-        self.radius_m
-            .iter()
-            .chain([&self.planet_radius_m])
-            .for_each(|radius| radius.to_bits().hash(&mut hasher));
+        self.radius_m.iter().chain([&self.planet_radius_m]).for_each(|radius| radius.to_bits().hash(&mut hasher));
         let [low, high] = self.height_range();
         format!("{}, at heights {low} to {high} m (hash {:016x})", self.count(), hasher.finish())
     }
@@ -148,8 +145,7 @@ impl Layers {
         if self.is_falling() {
             shell.reverse();
         }
-        let fine =
-            shell[0] > 0.0 && shell.windows(2).all(|w| w[0] < w[1]) && shell.iter().all(|r| r.is_finite());
+        let fine = shell[0] > 0.0 && shell.windows(2).all(|w| w[0] < w[1]) && shell.iter().all(|r| r.is_finite());
         if !fine {
             let [low, high] = self.height_range();
             return Err(Error::new(

@@ -5,8 +5,8 @@ use crate::field::Location;
 use crate::grid::Grid;
 use crate::shape::Shape;
 
-/// Elements by which a dimension of columns may be longer than its grid: MPAS allocates one more, rows end at a multiple
-/// of a cache line or a vector register. A halo that the grid has not is no padding.
+/// Elements by which a dimension of columns may be longer than its grid: MPAS allocates one more, rows end at a
+/// multiple of a cache line or a vector register. A halo that the grid has not is no padding.
 const MAX_PADDING: usize = 64;
 
 /// One dimension of an array: its size, and the elements from one index to the next.
@@ -18,8 +18,8 @@ pub struct Dimension {
     pub stride: isize,
 }
 
-/// The number of columns of a field over a grid, and the other counts of the grid: an array of another length is compared with
-/// these for the error message.
+/// The number of columns of a field over a grid, and the other counts of the grid: an array of another length is
+/// compared with these for the error message.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ColumnCount {
     /// Number of columns that are expected.
@@ -40,22 +40,20 @@ impl ColumnCount {
         ColumnCount { columns, cells, corners, edges: grid.tables().edges() }
     }
 
-    /// Whether a dimension of `extent` indices holds the columns and at most padding. It may be any longer where it `is_block`,
-    /// the only block of ICON's nproma columns.
+    /// Whether a dimension of `extent` indices holds the columns and at most padding. It may be any longer where it
+    /// `is_block`, the only block of ICON's nproma columns.
     fn is_held_by(&self, extent: usize, is_block: bool) -> bool {
         let Some(padding) = extent.checked_sub(self.columns) else { return false };
         padding <= 1 || (self.look_alike(extent).is_none() && (is_block || padding <= MAX_PADDING))
     }
 
-    /// Which other count of the grid `extent` or `extent - 1` (MPAS allocates one more) equals, and the advice for the user; `None`
-    /// for the expected count.
+    /// Which other count of the grid `extent` or `extent - 1` (MPAS allocates one more) equals, and the advice for the
+    /// user; `None` for the expected count.
     fn look_alike(&self, extent: usize) -> Option<(&'static str, &'static str)> {
-        let is_like =
-            |count: usize| count > 0 && count != self.columns && [count, count + 1].contains(&extent);
+        let is_like = |count: usize| count > 0 && count != self.columns && [count, count + 1].contains(&extent);
         if is_like(self.cells) {
             let is_of_corners = self.columns == self.corners;
-            let advice =
-                if is_of_corners { "set location = ICORAY_CENTER" } else { "expected this rank's columns" };
+            let advice = if is_of_corners { "set location = ICORAY_CENTER" } else { "expected this rank's columns" };
             return Some(("cells", advice));
         }
         if is_like(self.corners) {
@@ -82,17 +80,17 @@ impl ColumnCount {
 }
 
 impl Shape {
-    /// Finds the layers and columns among `dimensions` of an array for a field with `expected.columns` columns and on `layers`
-    /// interfaces or full levels, or midway between them (one fewer).
+    /// Finds the layers and columns among `dimensions` of an array for a field with `expected.columns` columns and on
+    /// `layers` interfaces or full levels, or midway between them (one fewer).
     ///
     /// Dimensions of extent 1 do not count. Of one dimension, rows of layers follow one another. Of two, one holds the
-    /// layers, the other the columns. Of three, one holds the layers, and the others, in order, the columns of a block and
-    /// the blocks, none of which is empty. Where several readings fit, that with as many layers as `layers` comes before that
-    /// with one fewer, then layers in the second of three or the first of two before others.
+    /// layers, the other the columns. Of three, one holds the layers, and the others, in order, the columns of a block
+    /// and the blocks, none of which is empty. Where several readings fit, that with as many layers as `layers`
+    /// comes before that with one fewer, then layers in the second of three or the first of two before others.
     ///
-    /// The dimension of columns may be longer by padding, at most 64, but not as long as the grid has corners or edges (or
-    /// cells, for a field at corners), or one more. Where a dimension of extent 1 comes after the first, as the only block of
-    /// `(nproma, layers, 1)`, it may be any longer.
+    /// The dimension of columns may be longer by padding, at most 64, but not as long as the grid has corners or edges
+    /// (or cells, for a field at corners), or one more. Where a dimension of extent 1 comes after the first, as the
+    /// only block of `(nproma, layers, 1)`, it may be any longer.
     ///
     /// # Errors
     /// [`ErrorKind::Field`] names the extents, what was expected, and what the array's columns look like.
@@ -108,8 +106,7 @@ impl Shape {
             let message = seen.map_or_else(
                 || {
                     let columns = expected.columns;
-                    let fewer =
-                        counts().nth(1).map_or_else(String::new, |n| format!(" or {n} (midway between them)"));
+                    let fewer = counts().nth(1).map_or_else(String::new, |n| format!(" or {n} (midway between them)"));
                     format!(
                         "an array of extents {extents:?}, expected one dimension of {layers} layers{fewer} and one or \
                          two others that hold {columns} columns"
@@ -146,8 +143,7 @@ fn other_columns(dimensions: &[Dimension], expected: &ColumnCount, layers: usize
 /// The reading with just `layers` layers, if there is one.
 fn read(dimensions: &[Dimension], expected: &ColumnCount, layers: usize, is_block: bool) -> Option<Shape> {
     let columns = expected.columns;
-    let flat =
-        Shape { columns, layers, offset: 0, column_stride: 0, layer_stride: 0, block: 0, block_stride: 0 };
+    let flat = Shape { columns, layers, offset: 0, column_stride: 0, layer_stride: 0, block: 0, block_stride: 0 };
     match *dimensions {
         [all] => {
             // An array without columns holds MPAS's spare one behind the last.
@@ -159,11 +155,13 @@ fn read(dimensions: &[Dimension], expected: &ColumnCount, layers: usize, is_bloc
             })
         }
         [a, b] => {
-            let reading =
-                |level: Dimension, column: Dimension| {
-                    (level.extent == layers && expected.is_held_by(column.extent, is_block))
-                        .then_some(Shape { column_stride: column.stride, layer_stride: level.stride, ..flat })
-                };
+            let reading = |level: Dimension, column: Dimension| {
+                (level.extent == layers && expected.is_held_by(column.extent, is_block)).then_some(Shape {
+                    column_stride: column.stride,
+                    layer_stride: level.stride,
+                    ..flat
+                })
+            };
             reading(a, b).or_else(|| reading(b, a))
         }
         [a, b, c] => {
@@ -218,8 +216,7 @@ mod tests {
     #[test]
     fn the_layouts_of_models_are_found() {
         let (columns, layers) = (42, 5);
-        let shape =
-            |extents: &[usize]| Shape::of_dimensions(&fortran(extents), &cells(columns), layers).unwrap();
+        let shape = |extents: &[usize]| Shape::of_dimensions(&fortran(extents), &cells(columns), layers).unwrap();
         let level_fastest = |c: usize, l: usize| (c * 5 + l) as isize;
         for (extents, expected) in [
             (vec![5, 42], &level_fastest as &dyn Fn(usize, usize) -> isize),
@@ -254,9 +251,7 @@ mod tests {
 
     #[test]
     fn a_rank_without_cells_has_arrays_without_columns() {
-        for extents in
-            [vec![5, 0], vec![5, 1], vec![0, 5], vec![0], vec![16, 5, 0], vec![5, 16, 0], vec![0, 5, 0]]
-        {
+        for extents in [vec![5, 0], vec![5, 1], vec![0, 5], vec![0], vec![16, 5, 0], vec![5, 16, 0], vec![0, 5, 0]] {
             let shape = Shape::of_dimensions(&fortran(&extents), &cells(0), 5).unwrap();
             assert_eq!((shape.columns, shape.layers), (0, 5), "{extents:?}");
         }
@@ -305,10 +300,7 @@ mod tests {
             (vec![400], "80 columns are the grid's corners"),
             (vec![5, 120], "the grid's edges: fields at edges are not drawn; average them to cells"),
             (vec![121, 5], "121 columns are the grid's edges"),
-            (
-                vec![5, 107],
-                "107 columns, expected 42 and at most 64 of padding; pass a section of 42 columns",
-            ),
+            (vec![5, 107], "107 columns, expected 42 and at most 64 of padding; pass a section of 42 columns"),
         ] {
             let error = of(&extents, &centers).unwrap_err();
             assert!(error.contains(said), "{error}");
@@ -322,9 +314,7 @@ mod tests {
             let error = of(&extents, &corners).unwrap_err();
             assert!(error.contains(said), "{error}");
         }
-        for extents in
-            [vec![5, 42], vec![5, 43], vec![64, 5], vec![5, 106], vec![1000, 5, 1], vec![5, 1000, 1]]
-        {
+        for extents in [vec![5, 42], vec![5, 43], vec![64, 5], vec![5, 106], vec![1000, 5, 1], vec![5, 1000, 1]] {
             assert!(of(&extents, &centers).is_ok(), "{extents:?}");
         }
         assert!(of(&[5, 81], &corners).is_ok() && of(&[5, 128], &corners).is_ok());

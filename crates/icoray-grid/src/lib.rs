@@ -1,5 +1,5 @@
-//! The data of a model: checked tables of a geodesic grid ([`Grid`]), fields in any memory layout ([`Field`], [`Shape`]), layers
-//! ([`Layers`]), heights of columns ([`heights`]), and gradients at the vertices ([`gradient`]).
+//! The data of a model: checked tables of a geodesic grid ([`Grid`]), fields in any memory layout ([`Field`],
+//! [`Shape`]), layers ([`Layers`]), heights of columns ([`heights`]), and gradients at the vertices ([`gradient`]).
 //!
 //! The grid and its terms (cell, corner, center, frustum) are those of Xie, Yu and Ma, "Interactive Ray Casting of
 //! Geodesic Grids" (2013, doi:10.1111/cgf.12135); "the paper" means this one throughout.

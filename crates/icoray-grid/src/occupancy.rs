@@ -6,8 +6,8 @@ use std::ops::Range;
 /// Largest number of blocks over a triangle.
 pub(crate) const MAX_BLOCKS: usize = 32;
 
-/// The blocks of gaps over each triangle in which something can be seen. Gap `k` lies between layers `k - 1` and `k`, counted from
-/// the innermost layer, so the first is 1. Without triangles, everything can be seen.
+/// The blocks of gaps over each triangle in which something can be seen. Gap `k` lies between layers `k - 1` and `k`,
+/// counted from the innermost layer, so the first is 1. Without triangles, everything can be seen.
 #[derive(Debug, Default)]
 pub struct OccupancyMask {
     /// A bit per block for each triangle of the table.

@@ -22,13 +22,13 @@ pub trait Real: num_traits::Float + Send + Sync + 'static {
     fn absorbed_by_thin(self) -> Self;
     /// `x^y` for `0 <= x <= 1` and `y >= 0`, in f32 without a branch: there to 2e-6 of it where it is more than 1e-6.
     fn power(self, exponent: Self) -> Self;
-    /// Whether rays of this precision are traced in packets, in vector instructions. Rays in f64 are traced one after the other:
-    /// packets of them were a tenth faster, and half of the library's vector code.
+    /// Whether rays of this precision are traced in packets, in vector instructions. Rays in f64 are traced one after
+    /// the other: packets of them were a tenth faster, and half of the library's vector code.
     const HAS_PACKETS: bool;
     /// The entries of `table` with these numbers, which are less than 32.
     fn look_up<V: Simd>(simd: V, table: &[Self; 32], numbers: &[u32; 16]) -> [Self; 16];
-    /// Puts those of 16 numbers whose bits are set at the front of `to`, in order. `to` has room for twice as many; what is behind them
-    /// there means nothing.
+    /// Puts those of 16 numbers whose bits are set at the front of `to`, in order. `to` has room for twice as many;
+    /// what is behind them there means nothing.
     fn compress<V: Simd>(simd: V, from: &[Self; 16], bits: u32, to: &mut [Self]);
 }
 
@@ -79,16 +79,8 @@ impl Real for f32 {
     #[inline(always)]
     fn absorbed_by_thin(self) -> f32 {
         let x = self;
-        const C: [f32; 8] = [
-            1.0,
-            -1.0 / 2.0,
-            1.0 / 6.0,
-            -1.0 / 24.0,
-            1.0 / 120.0,
-            -1.0 / 720.0,
-            1.0 / 5040.0,
-            -1.0 / 40320.0,
-        ];
+        const C: [f32; 8] =
+            [1.0, -1.0 / 2.0, 1.0 / 6.0, -1.0 / 24.0, 1.0 / 120.0, -1.0 / 720.0, 1.0 / 5040.0, -1.0 / 40320.0];
         let (x2, x4) = (x * x, x * x * x * x);
         let low = (C[0] + x * C[1]) + x2 * (C[2] + x * C[3]);
         let high = (C[4] + x * C[5]) + x2 * (C[6] + x * C[7]);
@@ -158,8 +150,7 @@ impl Real for f64 {
     fn compress<V: Simd>(simd: V, from: &[Self; 16], bits: u32, to: &mut [Self]) {
         let half = |half: usize| {
             let bits = u64::from(bits >> (8 * half) & 0xff);
-            f64x8::from_slice(simd, &from[8 * half..8 * half + 8])
-                .compress(mask64x8::from_bitmask(simd, bits))
+            f64x8::from_slice(simd, &from[8 * half..8 * half + 8]).compress(mask64x8::from_bitmask(simd, bits))
         };
         let first = (bits & 0xff).count_ones() as usize;
         half(0).store_slice(&mut to[..8]);

@@ -87,15 +87,16 @@ impl SampleMapping {
         SampleMapping { elements, has_fill, fill, shift: range[0], scale: 1.0 / (range[1] - range[0]) }
     }
 
-    /// A value, normalised in f64: a field of 1e30, or of 1e6 + 1, keeps its digits in an f32 kernel. NaN where it is missing.
+    /// A value, normalised in f64: a field of 1e30, or of 1e6 + 1, keeps its digits in an f32 kernel. NaN where it is
+    /// missing.
     #[inline(always)]
     fn normal<T: Real>(&self, value: f64) -> T {
         let (normal, is_usual) = self.usual(value);
         if is_usual { normal } else { T::of(self.rare(value, T::LARGEST)) }
     }
 
-    /// [`Self::normal`] without a branch, and whether the result is valid: the value is neither missing nor beyond the largest
-    /// normalised value.
+    /// [`Self::normal`] without a branch, and whether the result is valid: the value is neither missing nor beyond the
+    /// largest normalised value.
     #[inline(always)]
     fn usual<T: Real>(&self, value: f64) -> (T, bool) {
         let normalised = (value - self.shift) * self.scale;
@@ -120,8 +121,8 @@ pub struct Samples<'a, S> {
 }
 
 impl<'a, S: Sample> Samples<'a, S> {
-    /// `data` is the field's array; values become `(value - range[0]) / (range[1] - range[0])`. Where `falling` is set, the field's
-    /// first layer is the outermost, and layers are read in reverse.
+    /// `data` is the field's array; values become `(value - range[0]) / (range[1] - range[0])`. Where `falling` is set,
+    /// the field's first layer is the outermost, and layers are read in reverse.
     pub fn new(data: &'a [S], field: &Field, falling: bool, range: [f64; 2]) -> Self {
         Samples { data, reading: SampleMapping::new(field, falling, range) }
     }
@@ -209,8 +210,8 @@ impl<'a> AnySamples<'a> {
         self.reading.normal(value)
     }
 
-    /// [`Self::normal`] without a branch, and whether the result is valid: the value is neither missing nor beyond the largest
-    /// normalised value.
+    /// [`Self::normal`] without a branch, and whether the result is valid: the value is neither missing nor beyond the
+    /// largest normalised value.
     #[inline(always)]
     pub fn usual<T: Real>(&self, value: f64) -> (T, bool) {
         self.reading.usual(value)

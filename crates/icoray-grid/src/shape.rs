@@ -9,8 +9,8 @@
 //! | padded rows | rows aligned to cache lines; MPAS's extra column behind the last | more than layers | 1 | - |
 //! | turned round | top first, or columns from the last to the first | any sign | any sign | any sign |
 //!
-//! `element = offset + (column % block)·column_stride + (column / block)·block_stride + layer·layer_stride`. Elements that
-//! this does not reach, such as those behind ICON's npromz in the last block, are never read.
+//! `element = offset + (column % block)·column_stride + (column / block)·block_stride + layer·layer_stride`. Elements
+//! that this does not reach, such as those behind ICON's npromz in the last block, are never read.
 
 use crate::array::MapInline;
 
@@ -84,8 +84,8 @@ impl Shape {
         let (last, layers) = (self.columns.checked_sub(1)?, self.layers.checked_sub(1)?);
         let block = if self.block == 0 { self.columns } else { self.block };
         let last_block = last / block;
-        // Where a value lies is linear in the place inside the block and in the block, so the extremes are at the ends of
-        // the full blocks and of the last one.
+        // Where a value lies is linear in the place inside the block and in the block, so the extremes are at the ends
+        // of the full blocks and of the last one.
         let widest = if last_block > 0 { block - 1 } else { 0 };
         let full = last_block.saturating_sub(1);
         let ends = [(0, 0), (widest, 0), (widest, full), (0, last_block), (last % block, last_block)];
@@ -93,8 +93,7 @@ impl Shape {
         let reach = product(layers, self.layer_stride)?;
         let (mut low, mut high) = (i128::MAX, i128::MIN);
         for (inside, block) in ends {
-            let column =
-                product(inside, self.column_stride)?.checked_add(product(block, self.block_stride)?)?;
+            let column = product(inside, self.column_stride)?.checked_add(product(block, self.block_stride)?)?;
             let inner = column.checked_add(self.offset as i128)?;
             let outer = inner.checked_add(reach)?;
             low = low.min(inner).min(outer);
@@ -270,8 +269,7 @@ mod tests {
     fn blocks_are_divided_exactly() {
         let last = u32::MAX as usize;
         for block in [2, 3, 5, 7, 8, 641, 1_000_003, 1 << 16, (1 << 31) - 1, 1 << 31, last - 1, last] {
-            let shape =
-                Shape { columns: last + 1, block, block_stride: 3 << 30, ..Shape::cell_fastest(1, 1) };
+            let shape = Shape { columns: last + 1, block, block_stride: 3 << 30, ..Shape::cell_fastest(1, 1) };
             let elements = ElementIndexer::new(&shape).unwrap();
             let steps = (0..4).flat_map(|k| [k * block, (last / block - k.min(last / block)) * block]);
             let columns = steps.flat_map(|c| [c.saturating_sub(1), c, c + 1]).chain([last]);

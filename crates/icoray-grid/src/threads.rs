@@ -1,7 +1,7 @@
 //! A thread pool whose threads have ended when it is dropped.
 //!
-//! Rayon tells the threads of a dropped pool to end and does not wait for them. A model that closes icoray and then unloads the
-//! library, forks or counts its threads would find threads still running, so the pool joins its threads.
+//! Rayon tells the threads of a dropped pool to end and does not wait for them. A model that closes icoray and then
+//! unloads the library, forks or counts its threads would find threads still running, so the pool joins its threads.
 
 use crate::error::{Error, ErrorKind, Result};
 use rayon::{ThreadPool, ThreadPoolBuilder};
@@ -48,8 +48,7 @@ impl Threads {
             Ok(())
         };
         let pool = ThreadPoolBuilder::new().num_threads(count).spawn_handler(spawn).build();
-        let pool =
-            pool.map_err(|e| Error::new(ErrorKind::Io, format!("cannot make {count} threads: {e}")))?;
+        let pool = pool.map_err(|e| Error::new(ErrorKind::Io, format!("cannot make {count} threads: {e}")))?;
         Ok(Threads { pool: Some(pool), handles })
     }
 
@@ -69,8 +68,8 @@ impl Threads {
         }
     }
 
-    /// Runs `work` on the threads and meanwhile `beside` on this one, which must not wait for what it is not certain to be
-    /// given. Returns when both are done.
+    /// Runs `work` on the threads and meanwhile `beside` on this one, which must not wait for what it is not certain to
+    /// be given. Returns when both are done.
     pub fn run_with<R>(&self, work: impl FnOnce() + Send, beside: impl FnOnce() -> R) -> R {
         let Some(pool) = &self.pool else {
             work();

@@ -1,7 +1,7 @@
 //! The division of the scene's tolerance among the errors of a ray.
 
-/// Division of the scene's tolerance along a ray: one half on the colour of pieces, the other on the light that an early end leaves
-/// out. Where the shade of a piece has an error of its own, nine tenths are spent on colour and shade.
+/// Division of the scene's tolerance along a ray: one half on the colour of pieces, the other on the light that an
+/// early end leaves out. Where the shade of a piece has an error of its own, nine tenths are spent on colour and shade.
 #[derive(Debug, Clone, Copy)]
 pub struct Budget {
     /// Error of the colour that is allowed per absorbed light.
@@ -13,21 +13,17 @@ pub struct Budget {
 }
 
 impl Budget {
-    /// The budget of a picture with this tolerance, in which no channel is brighter than `brightest`. `lit` is the largest factor
-    /// that lighting gives to a colour; `None` where the shade of a piece has no error of its own.
+    /// The budget of a picture with this tolerance, in which no channel is brighter than `brightest`. `lit` is the
+    /// largest factor that lighting gives to a colour; `None` where the shade of a piece has no error of its own.
     #[inline]
     pub fn new(tolerance: f64, brightest: f64, lit: Option<f64>) -> Self {
         // The remainder covers parts of lit pieces that are too small to be refined.
         let [share, rest] = lit.map_or([0.5; 2], |lit| [0.88 / (1.0 + lit), 0.1]);
-        Budget {
-            color_tolerance: share * tolerance,
-            min_transmittance: rest * tolerance / brightest,
-            brightest,
-        }
+        Budget { color_tolerance: share * tolerance, min_transmittance: rest * tolerance / brightest, brightest }
     }
 
-    /// Whether a surface is seen behind matter that absorbs this part of the light. The threshold lies above that of the early end,
-    /// so that edges do not depend on where rays end.
+    /// Whether a surface is seen behind matter that absorbs this part of the light. The threshold lies above that of
+    /// the early end, so that edges do not depend on where rays end.
     #[inline]
     pub fn sees_behind(&self, absorbed: f64) -> bool {
         1.0 - absorbed > 2.0 * self.color_tolerance

@@ -1,9 +1,9 @@
 //! From layer to layer inside one column: Algorithm 2's top and bottom faces.
 //!
 //! In a column the height ρ is linear in t, so all layers between its ends are crossed in one direction, each after
-//! the fraction `u = (R - ρ1)/(ρ2 - ρ1)` of the way, at the place `τ = u ρ2/R` between the two edge points. On a layer the
-//! value is linear between the edge points (barycentric on the facet, §3.3), and between layers linear in ρ. Along a
-//! segment from a to b, with G the difference between the edge points' values at its ends, that makes the bend
+//! the fraction `u = (R - ρ1)/(ρ2 - ρ1)` of the way, at the place `τ = u ρ2/R` between the two edge points. On a layer
+//! the value is linear between the edge points (barycentric on the facet, §3.3), and between layers linear in ρ. Along
+//! a segment from a to b, with G the difference between the edge points' values at its ends, that makes the bend
 //! `κ = (τb - τa)(Ga - Gb + ε Ga)` of `segment.rs`.
 
 use super::lit::FrustumInterpolant;
@@ -84,7 +84,8 @@ impl<T: Real> Shell<T> {
     }
 }
 
-/// Values that are interpolated together: the value alone (N = 1), or value and gradient (N = 4) where the scene is lit.
+/// Values that are interpolated together: the value alone (N = 1), or value and gradient (N = 4) where the scene is
+/// lit.
 pub(crate) type Values<T, const N: usize> = [T; N];
 
 /// Values at a column's two edge points, at one height.
@@ -168,8 +169,8 @@ pub(crate) enum Flow {
 pub(crate) trait ColumnVisitor<T, const N: usize> {
     /// Reads a layer at the column's two edge points.
     fn chord(&self, layer: usize) -> Chord<T, N>;
-    /// The ray crosses the frustum above layer `lower` from `a` to `b`; the chords are those at the heights of `a` and `b`.
-    /// `eps` is the relative change of height.
+    /// The ray crosses the frustum above layer `lower` from `a` to `b`; the chords are those at the heights of `a` and
+    /// `b`. `eps` is the relative change of height.
     fn frustum(&mut self, lower: usize, ends: [&RayPoint<T>; 2], chords: [&Chord<T, N>; 2], eps: T) -> Flow;
     /// Whether the gap can be skipped without reading; called once for each.
     #[inline(always)]
@@ -242,8 +243,8 @@ impl<T: Real> ColumnTraversal<T> {
         (self.a, self.is_on_layer) = (crossed.b, true);
     }
 
-    /// The fractions of the way from the layer behind to the layer ahead at which the ray enters and leaves the gap; 0 and 1 on the
-    /// layers.
+    /// The fractions of the way from the layer behind to the layer ahead at which the ray enters and leaves the gap; 0
+    /// and 1 on the layers.
     #[inline(always)]
     pub fn places(&self, shell: &Shell<T>, crossed: &GapCrossing<T>) -> [T; 2] {
         let place = |rho: f64| {

@@ -1,16 +1,16 @@
 //! Empty-space skipping: the values of a transfer function that are clear.
 //!
-//! A value along a ray is a convex mean of values at vertices. Where all of these lie in one clear part of the transfer function, by
-//! more than rounding, a frustum adds no light, moves no cut and comes near no step: rays skip it without reading, and the
-//! picture has the same bits as without skipping. The same holds for a frustum with one value throughout that is clear although
-//! it lies on a knot, such as the zeros of cloud water.
+//! A value along a ray is a convex mean of values at vertices. Where all of these lie in one clear part of the transfer
+//! function, by more than rounding, a frustum adds no light, moves no cut and comes near no step: rays skip it without
+//! reading, and the picture has the same bits as without skipping. The same holds for a frustum with one value
+//! throughout that is clear although it lies on a knot, such as the zeros of cloud water.
 
 use super::transfer::Spans;
 use icoray_grid::array::MapInline;
 use icoray_grid::real::Real;
 
-/// The widest ranges of normalised values in which a transfer function is clear, at most `most`, among those that overlap the
-/// field's range `within`. Each is narrowed by more than the rounding of means of the field's values.
+/// The widest ranges of normalised values in which a transfer function is clear, at most `most`, among those that
+/// overlap the field's range `within`. Each is narrowed by more than the rounding of means of the field's values.
 #[inline]
 pub fn clear_ranges<T: Real>(spans: &Spans<T>, within: [f64; 2], most: usize) -> Vec<[f64; 2]> {
     let largest = within[0].abs().max(within[1].abs()).min(T::LARGEST);
@@ -32,8 +32,8 @@ pub fn clear_ranges<T: Real>(spans: &Spans<T>, within: [f64; 2], most: usize) ->
     ranges
 }
 
-/// Normalised values that are clear although values beside them are not: knots without extinction inside the field's range `within`,
-/// at most `most`. Two knots of one value make a step; a constant on it counts as above.
+/// Normalised values that are clear although values beside them are not: knots without extinction inside the field's
+/// range `within`, at most `most`. Two knots of one value make a step; a constant on it counts as above.
 #[inline]
 pub fn clear_knots<T: Real>(spans: &Spans<T>, within: [f64; 2], most: usize) -> Vec<T> {
     let (all, [low, high]) = (spans.all(), within.map_inline(T::of));

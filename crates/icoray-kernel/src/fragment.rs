@@ -1,12 +1,12 @@
 //! Fragments of a ray, where each rank has a part of the cells: one for each run of columns that belong to the rank.
 //!
 //! The rank's mesh is closed by hole filling, so the ray walks over it from end to end; columns of other ranks and void
-//! columns are passed over. A column has the same bits in each rank's mesh, and so have the distances at its sides: where a
-//! run of one rank ends, the run of the next rank begins.
+//! columns are passed over. A column has the same bits in each rank's mesh, and so have the distances at its sides:
+//! where a run of one rank ends, the run of the next rank begins.
 //!
-//! A ray may end inside a rank's columns by the transmittance of these columns alone: that of the whole ray is no larger.
-//! An opaque core is met under the rank's own columns only. Behind the distance at which the ray must have met the core,
-//! however deep the facets lie, the walk ends.
+//! A ray may end inside a rank's columns by the transmittance of these columns alone: that of the whole ray is no
+//! larger. An opaque core is met under the rank's own columns only. Behind the distance at which the ray must have met
+//! the core, however deep the facets lie, the walk ends.
 
 use crate::column::Flow;
 use crate::column_ray::ColumnRay;
@@ -21,8 +21,9 @@ use icoray_grid::real::Real;
 /// Light of a part of a ray, in single precision, as it is sent to the rank that composes the ray.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Fragment {
-    /// Distances along the ray at which it begins and ends, in planet radii from the ray's closest point to the centre. The end
-    /// is infinite where the ray ended in it: the core hides what lies behind, or the error includes it.
+    /// Distances along the ray at which it begins and ends, in planet radii from the ray's closest point to the
+    /// centre. The end is infinite where the ray ended in it: the core hides what lies behind, or the error
+    /// includes it.
     pub t: [f64; 2],
     /// Premultiplied linear RGB.
     pub color: [f32; 3],
@@ -43,8 +44,7 @@ impl Fragment {
         let absorbed = light.alpha.wide();
         // The rounded absorption dims all light from behind.
         let most = color.iter().fold(absorbed * brightest, |most, c| most.max(f64::from(*c)));
-        let stored =
-            if size_of::<T>() > size_of::<f32>() { 0.5 * f64::from(f32::EPSILON) * most } else { 0.0 };
+        let stored = if size_of::<T>() > size_of::<f32>() { 0.5 * f64::from(f32::EPSILON) * most } else { 0.0 };
         Fragment {
             t,
             color,
@@ -99,8 +99,7 @@ impl<'r> FragmentBuilder<'r> {
         found: &'r mut Vec<Fragment>,
     ) -> Self {
         let core = |radius: f64| line.first_inside(radius, [line.start, line.end]).filter(|_| is_solid);
-        let core =
-            [radius[1], radius[0] * own.lowest_facet()].map_inline(|r| core(r).unwrap_or(f64::INFINITY));
+        let core = [radius[1], radius[0] * own.lowest_facet()].map_inline(|r| core(r).unwrap_or(f64::INFINITY));
         FragmentBuilder { found, brightest, core, run: None }
     }
 

@@ -1,15 +1,15 @@
 //! The tracer's inner loop, one file per step, in the order of a ray:
 //!
-//! [`plane`] the ray's own plane → [`walk`] from triangle to triangle along the great circle below the ray → [`mod@column`]
-//! from layer to layer inside one triangle → [`segment`] the scalar along one frustum, its extremum and its knots →
-//! [`piece`] the integral of one monotone piece → [`ray`] all of it for one pixel. [`general`] is the same for several volumes,
-//! surfaces and cuts; `trace.rs` drives the rays of both.
+//! [`plane`] the ray's own plane → [`walk`] from triangle to triangle along the great circle below the ray →
+//! [`mod@column`] from layer to layer inside one triangle → [`segment`] the scalar along one frustum, its extremum and
+//! its knots → [`piece`] the integral of one monotone piece → [`ray`] all of it for one pixel. [`general`] is the same
+//! for several volumes, surfaces and cuts; `trace.rs` drives the rays of both.
 //!
 //! Lengths are in planet radii, extinction is per planet radius, colours are linear RGB.
 //!
-//! Geometry is in f64 up to a column's ends (positions on a real Earth need it); everything from the column's ends on is
-//! generic over [`Real`](icoray_grid::real::Real): in f32 there are only numbers of order one, such as fractions, normalised values
-//! and lengths.
+//! Geometry is in f64 up to a column's ends (positions on a real Earth need it); everything from the column's ends on
+//! is generic over [`Real`](icoray_grid::real::Real): in f32 there are only numbers of order one, such as fractions,
+//! normalised values and lengths.
 #![forbid(unsafe_code)]
 
 mod budget;

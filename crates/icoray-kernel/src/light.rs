@@ -46,8 +46,8 @@ impl<T: Real> Radiance<T> {
         T::one() - self.alpha
     }
 
-    /// Whether a ray ends here: no more than `rest` of the light from behind comes through. The light that the ray then leaves
-    /// out, of at most `brightest` in a channel, is added to the error.
+    /// Whether a ray ends here: no more than `rest` of the light from behind comes through. The light that the ray then
+    /// leaves out, of at most `brightest` in a channel, is added to the error.
     #[inline(always)]
     pub fn ends(&mut self, rest: T, brightest: T) -> bool {
         let through = self.transmittance();

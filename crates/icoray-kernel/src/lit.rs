@@ -1,5 +1,5 @@
-//! Pieces with lighting: the shade is taken at a piece's ends and middle, and where the error of their mean is too large the
-//! piece is cut in two.
+//! Pieces with lighting: the shade is taken at a piece's ends and middle, and where the error of their mean is too
+//! large the piece is cut in two.
 
 use super::column::Values;
 use super::piece::{ErrorBudget, Radiance, integrate};
@@ -42,8 +42,8 @@ pub struct LightSpread<T> {
 }
 
 impl<T: Real> LightSpread<T> {
-    /// Thin and without a bend the light is spread as extinction is, whose centre lies by a sixth of its relative change
-    /// from the middle; to first order in the optical depth x it is drawn forward by x/12.
+    /// Thin and without a bend the light is spread as extinction is, whose centre lies by a sixth of its relative
+    /// change from the middle; to first order in the optical depth x it is drawn forward by x/12.
     #[inline(always)]
     pub fn of(piece: &Segment<T>, span: &Span<T>) -> Self {
         let (from, to) = (span.extinction(piece.f0), span.extinction(piece.f1));
@@ -52,8 +52,7 @@ impl<T: Real> LightSpread<T> {
         let (sixth, half) = (T::of(1.0 / 6.0), T::of(0.5));
         let centre = sixth * ((to - from) / sum - half * depth.min(T::one()));
         let bent = (span.extinction_slope() * piece.kappa).abs() / sum;
-        let plain =
-            span.steepest() * (piece.f1 - piece.f0).abs() / (span.brightest() + T::min_positive_value());
+        let plain = span.steepest() * (piece.f1 - piece.f0).abs() / (span.brightest() + T::min_positive_value());
         LightSpread { centre, error_bound: (T::of(0.2) * (depth * depth + bent + half * plain)).min(half) }
     }
 }
@@ -92,8 +91,8 @@ impl<T: Real, const N: usize> Lit<'_, T, N> {
     /// Largest depth of nested cuts of a piece.
     pub const MAX_CUTS: u32 = 20;
 
-    /// The light of `piece`, which is `range` of the interpolant. The piece is cut until its error is allowed, with at most `cuts` nested
-    /// cuts.
+    /// The light of `piece`, which is `range` of the interpolant. The piece is cut until its error is allowed, with at
+    /// most `cuts` nested cuts.
     #[inline]
     pub fn light(&self, piece: &Segment<T>, range: [T; 2], cuts: u32) -> Radiance<T> {
         let ends = range.map_inline(|u| self.shade(u));
@@ -105,9 +104,9 @@ impl<T: Real, const N: usize> Lit<'_, T, N> {
         self.shading.shade(self.interpolant.gradient(u))
     }
 
-    /// The light of a part with the shades `ends`: under the mean of three shades where these tell that it is near enough,
-    /// or where all that light could change is no more than `enough`, a small part of the whole piece's share; else of its
-    /// two halves.
+    /// The light of a part with the shades `ends`: under the mean of three shades where these tell that it is near
+    /// enough, or where all that light could change is no more than `enough`, a small part of the whole piece's
+    /// share; else of its two halves.
     #[inline]
     fn part(
         &self,
@@ -123,15 +122,14 @@ impl<T: Real, const N: usize> Lit<'_, T, N> {
         let spread = LightSpread::of(piece, self.span);
         let off = error_bound(self.shading, [ends[0], &shade, ends[1]], self.span, &spread);
         let depth = piece.length * self.span.extinction(piece.f0).max(self.span.extinction(piece.f1));
-        let is_near =
-            off <= self.allowance.color_tolerance || enough.is_some_and(|enough| off * depth <= enough);
+        let is_near = off <= self.allowance.color_tolerance || enough.is_some_and(|enough| off * depth <= enough);
         if is_near || cuts == 0 {
             let light = integrate(self.method, piece, self.span, self.allowance);
             let mean = RayShading::mean(ends[0], &shade, ends[1], spread.centre);
             return self.shading.apply(light, mean, off);
         }
-        let enough = enough
-            .unwrap_or_else(|| T::of(0.03) * self.allowance.color_tolerance * (half * depth).absorbed_by());
+        let enough =
+            enough.unwrap_or_else(|| T::of(0.03) * self.allowance.color_tolerance * (half * depth).absorbed_by());
         let cut = (half, piece.value(half));
         let parts = [piece.part((T::zero(), piece.f0), cut), piece.part(cut, (T::one(), piece.f1))];
         let mut light = self.part(&parts[0], [range[0], middle], [ends[0], &shade], cuts - 1, Some(enough));

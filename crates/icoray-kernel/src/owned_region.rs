@@ -48,8 +48,8 @@ impl OwnedRegion {
         x * x + q * q <= reach
     }
 
-    /// A ball that contains the region's columns between the radii `inner` and `outer`: its centre, and the square of its radius,
-    /// which is negative for an empty region.
+    /// A ball that contains the region's columns between the radii `inner` and `outer`: its centre, and the square of
+    /// its radius, which is negative for an empty region.
     pub fn ball(&self, inner: f64, outer: f64) -> (DVec3, f64) {
         let Some((axis, cos)) = self.cap else { return (DVec3::ZERO, -1.0) };
         if cos <= 0.1 {

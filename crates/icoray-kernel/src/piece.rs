@@ -7,9 +7,10 @@
 //!
 //! one scalar for all channels; f need not be monotone.
 //! - [`Method::Paper`] takes f as linear and the colour as the mean of the ends: second order.
-//! - [`Method::Exact`] keeps the bend of f: A is exact to 1e-11 and better (a series; the closed log1p form cancels), and W is taken
-//!   by the cheapest rule whose bound, known before, is within the piece's share of the tolerance: `thin`, which needs
-//!   no exponential; `gauss`, 2-point with the known quartic term, fourth order; and that on several panels.
+//! - [`Method::Exact`] keeps the bend of f: A is exact to 1e-11 and better (a series; the closed log1p form cancels),
+//!   and W is taken by the cheapest rule whose bound, known before, is within the piece's share of the tolerance:
+//!   `thin`, which needs no exponential; `gauss`, 2-point with the known quartic term, fourth order; and that on
+//!   several panels.
 //!
 //! The share of a piece is the tolerance times the light that it absorbs: over a ray these add up to no more than the
 //! tolerance. See Novins and Arvo, "Controlled Precision Volume Integration" (1992), for the first bounded integration.
@@ -101,22 +102,19 @@ impl<'p, T: Real> Terms<'p, T> {
         Radiance { color, alpha: absorbed, error, variance: T::zero() }
     }
 
-    /// Error of W from taking the bend as constant: that of f is at most `0.05 |κε|/(1 + ε)`, that of T at most `L |m κε|/60`
-    /// (times the same factor).
+    /// Error of W from taking the bend as constant: that of f is at most `0.05 |κε|/(1 + ε)`, that of T at most `L |m
+    /// κε|/60` (times the same factor).
     #[inline(always)]
     fn skew(&self, absorbed: T) -> T {
         let (one, eps) = (T::one(), self.piece.eps);
         let wide = if eps < T::of(-0.04) { one / (one + eps) } else { one };
-        wide * self.bend.abs()
-            * eps.abs()
-            * (T::of(0.05) * absorbed + T::of(1.0 / 60.0) * self.bend_of_depth())
+        wide * self.bend.abs() * eps.abs() * (T::of(0.05) * absorbed + T::of(1.0 / 60.0) * self.bend_of_depth())
     }
 
     /// Rounding: what values that are off by `reach` change, and the last digits of lengths and sums.
     #[inline(always)]
     fn variance(&self, absorbed: T, reach: T) -> T {
-        let change =
-            self.piece.length * self.slope.abs() * (T::one() - absorbed) + self.span.steepest() * absorbed;
+        let change = self.piece.length * self.slope.abs() * (T::one() - absorbed) + self.span.steepest() * absorbed;
         let off = (reach * change + T::of(T::ROUNDING) * absorbed).min(T::one());
         off * off
     }
@@ -183,7 +181,8 @@ impl<'p, T: Real> ThinPiece<'p, T> {
         (self.terms.depth < T::of(THIN)) & (self.error <= color_tolerance * self.absorbed)
     }
 
-    /// The result of [`integrate`] for a piece for which [`Self::is_near`] holds, whose values have rounding errors of up to `reach`.
+    /// The result of [`integrate`] for a piece for which [`Self::is_near`] holds, whose values have rounding errors of
+    /// up to `reach`.
     #[inline(always)]
     pub fn light(&self, reach: T) -> Radiance<T> {
         let light = self.terms.light(self.absorbed, thin(&self.terms), self.error);
@@ -255,8 +254,7 @@ fn thin<T: Real>(terms: &Terms<'_, T>) -> T {
     let p = terms.rise + bend;
     let level = terms.ends[0] * (T::of(0.5) * p - T::of(2.0 / 3.0) * bend);
     let ramp = slope * (p * (T::of(1.0 / 6.0) * p - third * bend) + T::of(2.0 / 15.0) * bend * bend);
-    terms.piece.length * (level + ramp) * (T::one() - third * depth)
-        + bend * depth * depth * T::of(1.0 / 36.0)
+    terms.piece.length * (level + ramp) * (T::one() - third * depth) + bend * depth * depth * T::of(1.0 / 36.0)
 }
 
 /// The bound of [`thin`]. With `b >= |T''|` T differs from its chord `xu` by at most `b u(1-u)/2`, which moves
@@ -286,8 +284,9 @@ fn gauss<T: Real>(terms: &Terms<'_, T>) -> T {
 
 /// The bound of [`gauss`]: a fourth derivative over 4320; it falls with the fourth power of the number of panels.
 ///
-/// With `a >= |T'|`, `b >= |T''|`, `j = |T'''|`, `F >= |f'|` and `f'' = -2·bend` the fourth derivative of `f'(1 - e^-T)` is
-/// at most `F (a⁴ + 6a²b + 3b² + 4aj) + 8|bend| (a³ + 3ab + j min(1, a))`, the last being what the quartic term leaves.
+/// With `a >= |T'|`, `b >= |T''|`, `j = |T'''|`, `F >= |f'|` and `f'' = -2·bend` the fourth derivative of `f'(1 -
+/// e^-T)` is at most `F (a⁴ + 6a²b + 3b² + 4aj) + 8|bend| (a³ + 3ab + j min(1, a))`, the last being what the quartic
+/// term leaves.
 #[inline(always)]
 fn gauss_error<T: Real>(terms: &Terms<'_, T>) -> T {
     let (bend, length) = (terms.bend.abs(), terms.piece.length);

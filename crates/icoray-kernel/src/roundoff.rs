@@ -1,7 +1,7 @@
 //! The effect of rounding on the places where a segment is cut at knots.
 //!
-//! Rounding of a segment's ends shifts all cuts alike; rounding of a cut and of its knot shifts that cut alone. Both move a little
-//! of the segment from one side of a knot to the other. The effect is added to the light's variance.
+//! Rounding of a segment's ends shifts all cuts alike; rounding of a cut and of its knot shifts that cut alone. Both
+//! move a little of the segment from one side of a knot to the other. The effect is added to the light's variance.
 
 use super::piece::Radiance;
 use super::segment::Segment;
@@ -107,8 +107,8 @@ impl<T: Real> Roundoff<T> {
         self.add_displacement(light, light.alpha, shift, [&self.start, end]);
     }
 
-    /// `length` of the segment lies in the one medium rather than in the other. Where extinction rises, what is moved is
-    /// hidden by the denser piece behind.
+    /// `length` of the segment lies in the one medium rather than in the other. Where extinction rises, what is moved
+    /// is hidden by the denser piece behind.
     #[inline]
     fn add_displacement(
         &self,

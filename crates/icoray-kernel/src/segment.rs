@@ -1,13 +1,14 @@
 //! The scalar along a ray inside one frustum.
 //!
-//! Eq. 3 of the paper is a quadratic over a linear function of the ray's parameter. Written from its ends, with u running
-//! from 0 to 1 over the segment, it is
+//! Eq. 3 of the paper is a quadratic over a linear function of the ray's parameter. Written from its ends, with u
+//! running from 0 to 1 over the segment, it is
 //!
 //! `f(u) = f0 + (f1 - f0) u + κ u (1 - u) / (1 + ε u)`
 //!
 //! where ε is the relative change of height and κ the bend that comes from crossing the triangle while changing layers
 //! (`column.rs` has its value). No coefficient cancels, thin layers included: the paper's b1..b5 lose all digits of
-//! f32 for 100 m layers. f has **at most one** extremum inside (the paper says several), and meets a value at most twice.
+//! f32 for 100 m layers. f has **at most one** extremum inside (the paper says several), and meets a value at most
+//! twice.
 
 use icoray_grid::real::Real;
 
@@ -46,7 +47,8 @@ impl<T: Real> Segment<T> {
         self.f0 == self.f1 && self.kappa == T::zero()
     }
 
-    /// Error that rounding gives to the values at its ends; these are computed from normalised values of order one and more.
+    /// Error that rounding gives to the values at its ends; these are computed from normalised values of order one and
+    /// more.
     #[inline(always)]
     pub fn reach(&self) -> T {
         T::of(0.5 * T::ROUNDING) * (T::one() + self.f0.abs() + self.f1.abs())

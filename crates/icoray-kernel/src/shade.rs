@@ -55,7 +55,8 @@ pub struct Shade<T> {
 }
 
 impl Shading {
-    /// The lighting of rays along `dir`, with highlights exact to a twentieth of `color_tolerance`; with 0 none is left out.
+    /// The lighting of rays along `dir`, with highlights exact to a twentieth of `color_tolerance`; with 0 none is left
+    /// out.
     #[inline]
     pub fn along<T: Real>(&self, dir: DVec3, color_tolerance: f64) -> RayShading<T> {
         let light = self.towards_light.unwrap_or(-dir);
@@ -75,8 +76,8 @@ impl Shading {
         }
     }
 
-    /// The cosine between normal and half-way direction at which a highlight is as weak as `blind`. A call, so that it is not worked
-    /// out for scenes without light too: compilers take powers for harmless.
+    /// The cosine between normal and half-way direction at which a highlight is as weak as `blind`. A call, so that it
+    /// is not worked out for scenes without light too: compilers take powers for harmless.
     #[inline(never)]
     fn dull(&self, blind: f64) -> f64 {
         (blind / self.specular.max(blind)).powf(1.0 / self.shininess)
@@ -84,8 +85,8 @@ impl Shading {
 }
 
 impl<T: Real> RayShading<T> {
-    /// Light on a surface across `gradient`, on either side of it; only ambient light where there is no gradient. Simple enough
-    /// that the compiler takes several at a time.
+    /// Light on a surface across `gradient`, on either side of it; only ambient light where there is no gradient.
+    /// Simple enough that the compiler takes several at a time.
     #[inline(always)]
     pub fn shade(&self, gradient: [T; 3]) -> Shade<T> {
         let (zero, one) = (T::zero(), T::one());
@@ -105,16 +106,16 @@ impl<T: Real> RayShading<T> {
         Shade { body, highlight, normal }
     }
 
-    /// The mean shade of a part of a ray with shades `a` and `b` at its ends and `m` in the middle, when the part's light
-    /// comes from `centre` of the part behind its middle.
+    /// The mean shade of a part of a ray with shades `a` and `b` at its ends and `m` in the middle, when the part's
+    /// light comes from `centre` of the part behind its middle.
     #[inline(always)]
     pub fn mean(a: &Shade<T>, m: &Shade<T>, b: &Shade<T>, centre: T) -> (T, T) {
         let simpson = |a: T, m: T, b: T| (a + T::of(4.0) * m + b) * T::of(1.0 / 6.0) + centre * (b - a);
         (simpson(a.body, m.body, b.body), simpson(a.highlight, m.highlight, b.highlight))
     }
 
-    /// Estimated error of [`Self::mean`], in the factor of the colour and in the highlight, when `centre` has an error of up to
-    /// `skew`. `None` where the normal turns too far between the three for an estimate.
+    /// Estimated error of [`Self::mean`], in the factor of the colour and in the highlight, when `centre` has an error
+    /// of up to `skew`. `None` where the normal turns too far between the three for an estimate.
     #[inline(always)]
     pub fn error_bound(&self, a: &Shade<T>, m: &Shade<T>, b: &Shade<T>, skew: T) -> Option<(T, T)> {
         // Simpson's rule is right for a bend under even light; a fifth of it stands for kinks.
@@ -127,14 +128,15 @@ impl<T: Real> RayShading<T> {
         Some((body + turned.0, highlight + turned.1 + self.blind))
     }
 
-    /// Error of Simpson's mean of three equally spaced shades that comes from turns of the normal between them, even where the
-    /// three are alike: in the factor of the colour and in the highlight. `None` where the normal turns by more than the width of
-    /// a highlight.
+    /// Error of Simpson's mean of three equally spaced shades that comes from turns of the normal between them, even
+    /// where the three are alike: in the factor of the colour and in the highlight. `None` where the normal turns
+    /// by more than the width of a highlight.
     ///
     /// Simpson's rule errs by at most M/81 where |f''| <= M. With θ the larger turn between neighbours, M is at most
-    /// (2θ)² times the second derivative of the shade in the angle: `diffuse`, and shininess times the highlight. Between three
-    /// places a highlight may be larger than at these, a twentieth of the largest possible stands for that. Where the normal
-    /// is within θ of being across the light, |n·l| may have a kink, whose error is at most θ/6.
+    /// (2θ)² times the second derivative of the shade in the angle: `diffuse`, and shininess times the highlight.
+    /// Between three places a highlight may be larger than at these, a twentieth of the largest possible stands for
+    /// that. Where the normal is within θ of being across the light, |n·l| may have a kink, whose error is at most
+    /// θ/6.
     #[inline(always)]
     pub fn turned(&self, a: &Shade<T>, m: &Shade<T>, b: &Shade<T>) -> Option<(T, T)> {
         let turn2 = turn2(&a.normal, &m.normal).max(turn2(&m.normal, &b.normal)).max(T::zero());
@@ -185,8 +187,8 @@ fn dot<T: Real>(a: &[T; 3], b: &[T; 3]) -> T {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
-/// About the square of the angle between two unit vectors, up to 4. A normal that turns round looks the same at both ends,
-/// but swings through all between. Two that are no normals at all are alike.
+/// About the square of the angle between two unit vectors, up to 4. A normal that turns round looks the same at both
+/// ends, but swings through all between. Two that are no normals at all are alike.
 #[inline(always)]
 fn turn2<T: Real>(a: &[T; 3], b: &[T; 3]) -> T {
     let turned = T::of(2.0) * (T::one() - dot(a, b));
@@ -198,8 +200,7 @@ fn turn2<T: Real>(a: &[T; 3], b: &[T; 3]) -> T {
 mod tests {
     use super::*;
 
-    const SHADING: Shading =
-        Shading { ambient: 0.2, diffuse: 0.7, specular: 0.5, shininess: 8.0, towards_light: None };
+    const SHADING: Shading = Shading { ambient: 0.2, diffuse: 0.7, specular: 0.5, shininess: 8.0, towards_light: None };
 
     #[test]
     fn a_headlight_shines_fully_on_what_faces_it_from_either_side() {

@@ -1,5 +1,5 @@
-//! A signature of the surfaces that a ray meets, in order, with their distances: where neighbouring rays differ in it, the edge of
-//! a surface passes between them.
+//! A signature of the surfaces that a ray meets, in order, with their distances: where neighbouring rays differ in it,
+//! the edge of a surface passes between them.
 
 use glam::DVec3;
 
@@ -67,8 +67,8 @@ impl BoundarySignature {
         self.order == other.order
     }
 
-    /// Second difference of the nearness over three adjacent rays, relative to the middle ray's: zero for flat surfaces, since
-    /// the nearness of a plane is linear in the picture.
+    /// Second difference of the nearness over three adjacent rays, relative to the middle ray's: zero for flat
+    /// surfaces, since the nearness of a plane is linear in the picture.
     #[inline]
     pub fn bend(&self, before: &BoundarySignature, behind: &BoundarySignature) -> f32 {
         (before.nearness - 2.0 * self.nearness + behind.nearness).abs() / self.nearness.max(f32::MIN_POSITIVE)

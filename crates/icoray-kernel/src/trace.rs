@@ -1,8 +1,9 @@
-//! The interface of both kernels to a picture: rays traced whole or as fragments, and the loop over the columns of a ray.
+//! The interface of both kernels to a picture: rays traced whole or as fragments, and the loop over the columns of a
+//! ray.
 //!
-//! [`Tracer`] is what a picture uses, a trait object per tile. A kernel implements [`Kernel`], which makes its rays, and
-//! [`ColumnRay`] for these; [`boxed`] joins the two. Both kernels are compiled in this crate only: the functions that
-//! return a `Box<dyn Tracer>` are not generic.
+//! [`Tracer`] is what a picture uses, a trait object per tile. A kernel implements [`Kernel`], which makes its rays,
+//! and [`ColumnRay`] for these; [`boxed`] joins the two. Both kernels are compiled in this crate only: the functions
+//! that return a `Box<dyn Tracer>` are not generic.
 
 use crate::budget::Budget;
 use crate::column::Flow;
@@ -22,7 +23,8 @@ pub use queue::PrimaryRay;
 
 pub(crate) mod queue;
 
-/// Receives the number of a ray, its premultiplied light (`None` where the ray misses the shell), and the surfaces that it meets.
+/// Receives the number of a ray, its premultiplied light (`None` where the ray misses the shell), and the surfaces that
+/// it meets.
 pub type Report<'r> = dyn FnMut(usize, Option<Radiance<f64>>, BoundarySignature) + 'r;
 
 /// Traces rays, and finds the fragments of rays inside a part of the cells.
@@ -31,13 +33,15 @@ pub trait Tracer: Sync {
     fn outer(&self) -> f64;
     /// Division of the tolerance along a ray.
     fn budget(&self) -> &Budget;
-    /// Traces rays, in any order, and reports the light of each. The signature is empty for rays through one field alone.
+    /// Traces rays, in any order, and reports the light of each. The signature is empty for rays through one field
+    /// alone.
     fn trace(&self, rays: &mut dyn Iterator<Item = PrimaryRay>, counts: &mut Counts, report: &mut Report);
-    /// Appends the fragments of the ray from `eye` along the unit vector `dir` inside `own` to `found`, in order along the ray.
-    /// The first triangle is searched from `hint`, which becomes that triangle. The ray itself is not counted, since several
-    /// ranks trace it.
+    /// Appends the fragments of the ray from `eye` along the unit vector `dir` inside `own` to `found`, in order along
+    /// the ray. The first triangle is searched from `hint`, which becomes that triangle. The ray itself is not
+    /// counted, since several ranks trace it.
     ///
-    /// A fragment that shows nothing is left out, unless the core may be met in it: then it marks where the mesh has data.
+    /// A fragment that shows nothing is left out, unless the core may be met in it: then it marks where the mesh has
+    /// data.
     fn fragments(
         &self,
         own: &OwnedRegion,
@@ -87,8 +91,8 @@ pub(crate) trait Kernel: Sync {
 #[inline]
 fn pass(ray: &mut impl ColumnRay, has_voids: bool, mut walk: Walk) {
     loop {
-        // `has_voids` spares meshes without holes the look-up. Blocks are read before the walk goes on, so that both wait for
-        // memory at the same time.
+        // `has_voids` spares meshes without holes the look-up. Blocks are read before the walk goes on, so that both
+        // wait for memory at the same time.
         let is_void = has_voids && walk.is_void();
         let triangle = walk.triangle();
         let blocks = ray.blocks(triangle);
@@ -124,9 +128,7 @@ impl<K: Kernel> Tracer for Compiled<K> {
         let Extent { grid, outer, .. } = self.0.extent();
         let has_voids = grid.void_triangles() > 0;
         let mut queue = Queue::new(grid, outer, rays);
-        while let Some((start, line, walk)) =
-            queue.next(|number| report(number, None, BoundarySignature::default()))
-        {
+        while let Some((start, line, walk)) = queue.next(|number| report(number, None, BoundarySignature::default())) {
             let mut ray = self.0.ray(line, start.eye, start.dir);
             pass(&mut ray, has_voids, walk);
             *counts += *ray.counts();
@@ -145,8 +147,7 @@ impl<K: Kernel> Tracer for Compiled<K> {
         found: &mut Vec<Fragment>,
     ) {
         let Extent { grid, top, core_radius, is_solid, .. } = self.0.extent();
-        let Some(line) = RayLine::new(eye, dir, top).filter(|line| own.is_near(line, core_radius[0], top))
-        else {
+        let Some(line) = RayLine::new(eye, dir, top).filter(|line| own.is_near(line, core_radius[0], top)) else {
             return;
         };
         let runs = FragmentBuilder::new(own, &line, core_radius, is_solid, self.0.budget().brightest, found);

@@ -22,9 +22,7 @@ impl KernelKnot {
     pub fn of(transfer: &TransferFunction, thickness: f64) -> Vec<Self> {
         let unit = transfer.unit_length.unwrap_or(thickness);
         let knots = transfer.knots.iter();
-        knots
-            .map(|k| KernelKnot { value: k.value, color: k.color, extinction: k.extinction / unit })
-            .collect()
+        knots.map(|k| KernelKnot { value: k.value, color: k.color, extinction: k.extinction / unit }).collect()
     }
 }
 
@@ -70,8 +68,8 @@ impl<T: Real> Span<T> {
         (low >= self.low) & (high <= self.high) & (segment.eps > T::of(-0.75))
     }
 
-    /// Whether `segment`, which stays in the span, has no extinction. A constant on a knot is clear if the knot has none, although
-    /// values beside it are not clear.
+    /// Whether `segment`, which stays in the span, has no extinction. A constant on a knot is clear if the knot has
+    /// none, although values beside it are not clear.
     #[inline(always)]
     pub fn is_clear_in(&self, segment: &Segment<T>) -> bool {
         self.is_clear || (segment.is_constant() && self.extinction(segment.f0) == T::zero())
@@ -154,8 +152,7 @@ impl<T: Real> Spans<T> {
         let width = if width > 0.0 { width } else { first.value.abs().max(1.0) };
         let range = [first.value, first.value + width];
         let normalise = |v: f64| T::of((v - range[0]) / (range[1] - range[0]));
-        let flat =
-            |knot: &KernelKnot, low: T, high: T| span(low, high, normalise(knot.value), knot, knot, T::one());
+        let flat = |knot: &KernelKnot, low: T, high: T| span(low, high, normalise(knot.value), knot, knot, T::one());
         let mut values = vec![normalise(first.value)];
         for knot in &knots[1..] {
             let (before, value) = (values[values.len() - 1], normalise(knot.value));
@@ -216,8 +213,8 @@ impl<T: Real> Spans<T> {
         k
     }
 
-    /// For a segment that begins in span `k`: the span beside it, where the segment begins on the knot between the two and stays
-    /// there; else `k`.
+    /// For a segment that begins in span `k`: the span beside it, where the segment begins on the knot between the two
+    /// and stays there; else `k`.
     #[inline]
     pub fn holding(&self, k: usize, segment: &Segment<T>) -> usize {
         let (span, f) = (&self.spans[k], segment.f0);
@@ -270,8 +267,8 @@ impl<T: Real> Spans<T> {
     }
 }
 
-/// The spans of 16 frusta, as rows of their numbers: anchor, extinction and its slope, steepest, colour, its slopes, brightest, upper
-/// end, and 1 where the span is clear.
+/// The spans of 16 frusta, as rows of their numbers: anchor, extinction and its slope, steepest, colour, its slopes,
+/// brightest, upper end, and 1 where the span is clear.
 pub(crate) struct Media<T>([[T; 16]; NUMBERS]);
 
 impl<T: Real> Media<T> {
@@ -367,12 +364,8 @@ mod tests {
 
     #[test]
     fn a_step_has_two_sides_and_a_value_on_it_counts_as_above() {
-        let spans = Spans::<f32>::new(&[
-            knot(0.0, 0.0, 1.0),
-            knot(0.5, 0.0, 1.0),
-            knot(0.5, 1.0, 9.0),
-            knot(1.0, 1.0, 9.0),
-        ]);
+        let spans =
+            Spans::<f32>::new(&[knot(0.0, 0.0, 1.0), knot(0.5, 0.0, 1.0), knot(0.5, 1.0, 9.0), knot(1.0, 1.0, 9.0)]);
         assert_eq!(spans.span(spans.find(0.5)).extinction(0.5), 9.0);
         assert_eq!(spans.span(spans.find(0.499)).extinction(0.499), 1.0);
         // Coming from below and stopping on the step stays below; going on goes above.

@@ -47,8 +47,8 @@ pub struct Traversal<'g> {
 pub enum Stretch {
     /// A frustum between two layers.
     Frustum(Frustum),
-    /// The space below the innermost layer, from distance `t` on; reported again for each triangle, data or void, that it is
-    /// crossed under. Under void ones it is round, under others it has the facets of the layer.
+    /// The space below the innermost layer, from distance `t` on; reported again for each triangle, data or void, that
+    /// it is crossed under. Under void ones it is round, under others it has the facets of the layer.
     Core {
         /// Distance from the ray's eye, planet radii.
         t: f64,
@@ -64,8 +64,9 @@ pub struct Frustum {
     pub layer: usize,
     /// Distances from the ray's eye at which it enters and leaves, planet radii.
     pub t: [f64; 2],
-    /// The point of entry and of exit as `Σ alpha[k]·V[k]` over the cells' unit vectors V. Linear in t between the two;
-    /// the sum is the height ρ, which is the layer's radius on its facet, and `alpha/ρ` are barycentric on facets.
+    /// The point of entry and of exit as `Σ alpha[k]·V[k]` over the cells' unit vectors V. Linear in t between the
+    /// two; the sum is the height ρ, which is the layer's radius on its facet, and `alpha/ρ` are barycentric on
+    /// facets.
     pub alpha: [[f64; 3]; 2],
 }
 
@@ -83,17 +84,11 @@ impl<'g> Traversal<'g> {
         Ok(Traversal { grid, shell: Shell::new(radius) })
     }
 
-    /// Calls `visit` for each stretch of the ray from `eye` along the unit vector `dir`, in order, until it breaks. Where the
-    /// mesh has a hole, only the core is reported.
+    /// Calls `visit` for each stretch of the ray from `eye` along the unit vector `dir`, in order, until it breaks.
+    /// Where the mesh has a hole, only the core is reported.
     ///
     /// The first triangle is searched from `hint`, any will do; `hint` becomes that triangle.
-    pub fn ray(
-        &self,
-        eye: DVec3,
-        dir: DVec3,
-        hint: &mut u32,
-        visit: impl FnMut(&Stretch) -> ControlFlow<()>,
-    ) {
+    pub fn ray(&self, eye: DVec3, dir: DVec3, hint: &mut u32, visit: impl FnMut(&Stretch) -> ControlFlow<()>) {
         let Some(line) = RayLine::new(eye, dir, self.shell.outer()) else { return };
         let mut walk = Walk::new(self.grid, line, *hint);
         *hint = walk.triangle();

@@ -1,10 +1,11 @@
 //! From triangle to triangle along a great circle: Algorithms 1 and 2 of the paper without their face tests.
 //!
-//! The side of a vertex is the sign of V·q, a pure function of the plane and the vertex. So every triangle has either no
-//! side or exactly two sides whose ends lie on different sides of the circle, and the triangles that the circle
+//! The side of a vertex is the sign of V·q, a pure function of the plane and the vertex. So every triangle has either
+//! no side or exactly two sides whose ends lie on different sides of the circle, and the triangles that the circle
 //! crosses form closed loops that never branch: the walk ends after finitely many steps and cannot get lost,
-//! whatever the rounding, without any epsilon and without special cases at vertices and edges. All of that holds over void
-//! triangles too, which close a mesh with holes: they are walked like others, and `Walk::is_void` tells them apart.
+//! whatever the rounding, without any epsilon and without special cases at vertices and edges. All of that holds over
+//! void triangles too, which close a mesh with holes: they are walked like others, and `Walk::is_void` tells them
+//! apart.
 
 use super::plane::{Plane, PlaneVertex, Point, RayLine};
 use glam::DVec3;
@@ -76,9 +77,7 @@ impl<'g, 'a> Contour<'g, 'a> {
                 }
             }
         }
-        unreachable!(
-            "a closed surface around the centre has vertices on both sides of every plane through it"
-        )
+        unreachable!("a closed surface around the centre has vertices on both sides of every plane through it")
     }
 
     #[inline]

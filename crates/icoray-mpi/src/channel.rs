@@ -18,8 +18,8 @@ pub(crate) struct Channel {
     barrier: Option<ffi::MPI_Request>,
 }
 
-// SAFETY: handles, which MPI lets any thread hold. Calls with them are made by the thread that makes calls on the host's
-// context, one at a time, as with the team's.
+// SAFETY: handles, which MPI lets any thread hold. Calls with them are made by the thread that makes calls on the
+// host's context, one at a time, as with the team's.
 unsafe impl Send for Channel {}
 
 impl Channel {

@@ -7,8 +7,8 @@ use std::ffi::c_int;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 
-/// A communicator whose errors are returned. It is freed on drop, unless MPI was finalised or a rank has left before the
-/// others. Creation and drop are collective.
+/// A communicator whose errors are returned. It is freed on drop, unless MPI was finalised or a rank has left before
+/// the others. Creation and drop are collective.
 #[derive(Debug)]
 pub(crate) struct Communicator {
     pub handle: ffi::MPI_Comm,

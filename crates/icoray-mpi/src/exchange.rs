@@ -10,8 +10,8 @@ use std::ffi::c_int;
 const TAG: c_int = 2;
 
 impl MpiTeam {
-    /// Exchanges in messages of at most `max_bytes` bytes. Two ranks agree on the lengths first, so both know how many messages
-    /// there will be, and those between two ranks stay in order.
+    /// Exchanges in messages of at most `max_bytes` bytes. Two ranks agree on the lengths first, so both know how many
+    /// messages there will be, and those between two ranks stay in order.
     pub(crate) fn exchange_in_parts(&self, mut mine: Vec<Vec<u8>>, max_bytes: usize) -> Result<Vec<Vec<u8>>> {
         assert_eq!(mine.len(), self.comm.size, "bytes for each rank");
         // The own part is neither copied nor sent.
@@ -20,8 +20,9 @@ impl MpiTeam {
         let mut theirs: Vec<Vec<u8>> = lengths.iter().map(|length| vec![0; *length as usize]).collect();
         let mut requests = Vec::new();
         let started = self.start(&mine, &mut theirs, max_bytes, &mut requests);
-        // SAFETY: each request is one that MPI has started; the bytes they read and write are in `mine` and `theirs`, which
-        // are not accessed until this returns. It is called even if some requests could not be started, so that the others complete.
+        // SAFETY: each request is one that MPI has started; the bytes they read and write are in `mine` and `theirs`,
+        // which are not accessed until this returns. It is called even if some requests could not be started,
+        // so that the others complete.
         let code = unsafe {
             let count = requests.len() as c_int;
             ffi::MPI_Waitall(count, requests.as_mut_ptr(), ffi::RSMPI_STATUSES_IGNORE)
@@ -50,8 +51,8 @@ impl MpiTeam {
         Ok(theirs)
     }
 
-    /// Starts all receives, then all sends. `requests` has those that were started, even if some failed. The bytes must neither
-    /// move nor be accessed until each request is complete.
+    /// Starts all receives, then all sends. `requests` has those that were started, even if some failed. The bytes must
+    /// neither move nor be accessed until each request is complete.
     fn start(
         &self,
         mine: &[Vec<u8>],

@@ -27,9 +27,9 @@ impl MpiTeam {
     /// Collective over it.
     ///
     /// # Errors
-    /// [`ErrorKind::Mpi`] where MPI is not initialised or finalised already, where it may not be called on this thread, and
-    /// where the integer is no communicator of one group; [`ErrorKind::Unsupported`] where the host runs another MPI than
-    /// this was built for.
+    /// [`ErrorKind::Mpi`] where MPI is not initialised or finalised already, where it may not be called on this thread,
+    /// and where the integer is no communicator of one group; [`ErrorKind::Unsupported`] where the host runs
+    /// another MPI than this was built for.
     pub fn new(fortran_comm: i32) -> Result<Self> {
         refuse_other_mpi()?;
         if !flag(ffi::MPI_Initialized) {
@@ -59,7 +59,8 @@ impl MpiTeam {
     }
 }
 
-/// Rank and size of this process in MPI_COMM_WORLD; `None` if MPI is not initialised or may not be called on this thread.
+/// Rank and size of this process in MPI_COMM_WORLD; `None` if MPI is not initialised or may not be called on this
+/// thread.
 pub fn rank_in_world() -> Option<[usize; 2]> {
     if !flag(ffi::MPI_Initialized) || is_finalized() {
         return None;

@@ -86,8 +86,8 @@ impl MessageQueue {
 
 /// Starts to receive the next message from any rank, if there is one.
 fn next_message(comm: ffi::MPI_Comm) -> Result<Option<(usize, PendingMessage)>> {
-    // SAFETY: handles and a status that MPI writes, of types for which zero is a value; the buffer that is received into has
-    // the length that the message was found to have, and stays until the request is complete.
+    // SAFETY: handles and a status that MPI writes, of types for which zero is a value; the buffer that is received
+    // into has the length that the message was found to have, and stays until the request is complete.
     unsafe {
         let mut message = std::mem::zeroed();
         let mut status: ffi::MPI_Status = std::mem::zeroed();

@@ -64,8 +64,8 @@ impl Team for MpiTeam {
             end += count;
         }
         let mut all = vec![0u8; total as usize];
-        // SAFETY: the counts are those that ranks have just sent, their starts lie one behind the other, and the buffer has
-        // room for all; everything is there until the call returns.
+        // SAFETY: the counts are those that ranks have just sent, their starts lie one behind the other, and the buffer
+        // has room for all; everything is there until the call returns.
         let code = unsafe {
             let (byte, to) = (ffi::RSMPI_UINT8_T, all.as_mut_ptr().cast());
             let (from, count) = (mine.as_ptr().cast(), mine.len() as c_int);

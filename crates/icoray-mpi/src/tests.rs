@@ -20,7 +20,8 @@ fn on_ranks(sizes: &[usize], test: &str, work: fn(&mut MpiTeam)) {
     for size in sizes {
         let mut run = Command::new("timeout");
         run.args(["--kill-after=5", "240", "mpirun", "-n", &size.to_string()]).env(RANK, "");
-        // Open MPI's: more ranks than processors, no copies that containers forbid, and as root. Others do not look at these.
+        // Open MPI's: more ranks than processors, no copies that containers forbid, and as root. Others do not look at
+        // these.
         for (name, value) in [
             ("OMPI_MCA_rmaps_base_oversubscribe", "1"),
             ("OMPI_MCA_hwloc_base_binding_policy", "none"),
@@ -58,15 +59,11 @@ fn each_rank_has_something_for_each() {
         };
         let (rank, size) = (team.rank(), team.size());
         // Nothing at all, less than a message, whole ones, and more than MPI sends without waiting for the other side.
-        for (length, max_bytes) in [(0, 10), (3, 10), (10, 10), (11, 1), (70_001, 4096), (3_000_000, 1 << 30)]
-        {
+        for (length, max_bytes) in [(0, 10), (3, 10), (10, 10), (11, 1), (70_001, 4096), (3_000_000, 1 << 30)] {
             let mine = (0..size).map(|to| letter(length, rank, to)).collect();
             let received = team.exchange_in_parts(mine, max_bytes).unwrap();
             for (from, received) in received.iter().enumerate() {
-                assert!(
-                    *received == letter(length, from, rank),
-                    "{length} of {from} for {rank} by {max_bytes}"
-                );
+                assert!(*received == letter(length, from, rank), "{length} of {from} for {rank} by {max_bytes}");
             }
         }
         assert_eq!(team.exchange(vec![vec![rank as u8]; size]).unwrap().concat().len(), size);
@@ -78,8 +75,7 @@ fn each_rank_has_something_for_each() {
 fn what_is_sent_comes_in_order_and_nobody_waits() {
     on_ranks(&[2, 3, 4], "what_is_sent_comes_in_order_and_nobody_waits", |team| {
         const MESSAGES: usize = 200;
-        let message =
-            |rank: usize, i: usize| vec![(rank + i) as u8; if i.is_multiple_of(7) { 300_000 } else { i }];
+        let message = |rank: usize, i: usize| vec![(rank + i) as u8; if i.is_multiple_of(7) { 300_000 } else { i }];
         let (rank, size) = (team.rank(), team.size());
         for _ in 0..3 {
             if rank != 0 {
@@ -133,8 +129,8 @@ fn has_memory(gigabytes: u64) -> bool {
     is_enough
 }
 
-/// Each rank writes its bytes to the node's memory, again and again, and reads all of them. The same where each is a node of
-/// its own, as the environment can ask for.
+/// Each rank writes its bytes to the node's memory, again and again, and reads all of them. The same where each is a
+/// node of its own, as the environment can ask for.
 #[test]
 fn ranks_of_a_node_share_memory() {
     on_ranks(&[1, 2, 3, 4], "ranks_of_a_node_share_memory", |team| {

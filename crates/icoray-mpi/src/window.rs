@@ -1,8 +1,8 @@
 //! Shared memory of the ranks of a node: an MPI window.
 //!
-//! MPI usually backs it by a file in `/dev/shm`. Writing to a page for which there is no space there ends the process by a
-//! signal, so the free space is checked first and every page is populated before it is used. Without enough space each rank
-//! has memory of its own.
+//! MPI usually backs it by a file in `/dev/shm`. Writing to a page for which there is no space there ends the process
+//! by a signal, so the free space is checked first and every page is populated before it is used. Without enough space
+//! each rank has memory of its own.
 
 use crate::communicator::Communicator;
 use crate::error::{check, failed};
@@ -14,8 +14,8 @@ use std::ffi::{CString, c_int, c_void};
 use std::io::Error;
 use std::ptr;
 
-/// Environment variable: maximum number of ranks that share memory. 1 disables sharing; fewer than the ranks of a node give one
-/// copy per NUMA domain.
+/// Environment variable: maximum number of ranks that share memory. 1 disables sharing; fewer than the ranks of a node
+/// give one copy per NUMA domain.
 const NODE_RANKS: &str = "ICORAY_NODE_RANKS";
 
 /// Environment variable of Open MPI: directory of windows, if not the default, which MPICH has too.
@@ -38,9 +38,7 @@ impl MpiTeam {
         }
         let window = if has_room == 1 { Window::new(group, bytes)? } else { None };
         Ok(match window {
-            Some(window) => {
-                NodeShare { leader: leader as usize, is_refused: false, memory: Box::new(window) }
-            }
+            Some(window) => NodeShare { leader: leader as usize, is_refused: false, memory: Box::new(window) },
             None => NodeShare { is_refused: true, ..NodeShare::alone(self.comm.rank, bytes) },
         })
     }
@@ -56,9 +54,7 @@ impl MpiTeam {
         let comm = self.comm.handle;
         self.split(|key, new| {
             // SAFETY: a communicator and a handle that is written.
-            unsafe {
-                ffi::MPI_Comm_split_type(comm, ffi::RSMPI_COMM_TYPE_SHARED, key, ffi::RSMPI_INFO_NULL, new)
-            }
+            unsafe { ffi::MPI_Comm_split_type(comm, ffi::RSMPI_COMM_TYPE_SHARED, key, ffi::RSMPI_INFO_NULL, new) }
         })
     }
 
@@ -88,8 +84,7 @@ impl Communicator {
     /// Broadcasts the first rank's numbers.
     fn broadcast(&self, mut mine: [u64; 2]) -> Result<[u64; 2]> {
         // SAFETY: two numbers on each rank, there until the call returns.
-        let code =
-            unsafe { ffi::MPI_Bcast(mine.as_mut_ptr().cast(), 2, ffi::RSMPI_UINT64_T, 0, self.handle) };
+        let code = unsafe { ffi::MPI_Bcast(mine.as_mut_ptr().cast(), 2, ffi::RSMPI_UINT64_T, 0, self.handle) };
         check("MPI_Bcast", code)?;
         Ok(mine)
     }
@@ -118,8 +113,8 @@ struct Window {
     group: Communicator,
 }
 
-// SAFETY: handles, which MPI lets any thread hold, and memory that stays until it is dropped; calls with them are made by the
-// thread that makes calls on the host's context.
+// SAFETY: handles, which MPI lets any thread hold, and memory that stays until it is dropped; calls with them are made
+// by the thread that makes calls on the host's context.
 unsafe impl Send for Window {}
 
 impl Window {
@@ -169,8 +164,8 @@ impl Window {
         Err(failed("MPI_Win_allocate_shared gave memory of another size or alignment".into()))
     }
 
-    /// Populates this rank's share of the pages, so that they are near it; false if there was not enough memory, where the system
-    /// reports that (Linux from 5.14).
+    /// Populates this rank's share of the pages, so that they are near it; false if there was not enough memory, where
+    /// the system reports that (Linux from 5.14).
     fn populate_pages(&self) -> bool {
         let page = page();
         let start = self.start.addr() / page * page;
@@ -200,8 +195,8 @@ impl NodeMemory for Window {
     fn put(&mut self, at: usize, bytes: &[u8]) {
         let end = at.checked_add(bytes.len()).filter(|end| *end <= self.bytes);
         assert!(self.is_open && end.is_some(), "{} bytes at {at} of {}", bytes.len(), self.bytes);
-        // SAFETY: inside of the window, which lives as long as this. No slice of it is there on any rank, as all have begun to
-        // write and none has settled.
+        // SAFETY: inside of the window, which lives as long as this. No slice of it is there on any rank, as all have
+        // begun to write and none has settled.
         unsafe { ptr::copy_nonoverlapping(bytes.as_ptr(), self.start.add(at), bytes.len()) };
     }
 
@@ -218,8 +213,8 @@ impl NodeMemory for Window {
 
     fn bytes(&self) -> &[u8] {
         assert!(!self.is_open, "ranks are writing");
-        // SAFETY: the window's memory, which lives as long as this; no rank writes to it before all have begun to, for which
-        // this one would need the window for itself.
+        // SAFETY: the window's memory, which lives as long as this; no rank writes to it before all have begun to, for
+        // which this one would need the window for itself.
         unsafe { std::slice::from_raw_parts(self.start, self.bytes) }
     }
 }
@@ -227,8 +222,8 @@ impl NodeMemory for Window {
 impl Drop for Window {
     fn drop(&mut self) {
         if !self.group.is_gone() {
-            // SAFETY: the window is ours, and nobody on this rank reads it any more; freeing it waits for the others. Nobody is
-            // left to tell of a failure.
+            // SAFETY: the window is ours, and nobody on this rank reads it any more; freeing it waits for the others.
+            // Nobody is left to tell of a failure.
             unsafe {
                 ffi::MPI_Win_unlock_all(self.win);
                 ffi::MPI_Win_free(&mut self.win);

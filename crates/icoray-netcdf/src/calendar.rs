@@ -130,8 +130,8 @@ pub(crate) enum Clock {
 }
 
 impl Clock {
-    /// The clock of CF's attributes `units` and `calendar`; `None` where they name no date that is certain, such as months
-    /// since one.
+    /// The clock of CF's attributes `units` and `calendar`; `None` where they name no date that is certain, such as
+    /// months since one.
     pub(crate) fn new(units: &str, calendar: Option<&str>) -> Option<Self> {
         if units.trim() == "day as %Y%m%d.%f" {
             return Some(Clock::Digits);
@@ -254,8 +254,7 @@ mod tests {
     #[test]
     fn dates_are_as_far_apart_as_their_calendar_says() {
         let days = |calendar: &str| {
-            let [from, to] =
-                ["2004-02-28_12:00:00", "2004-03-01_12:00:30"].map(|date| seconds_of(date, calendar));
+            let [from, to] = ["2004-02-28_12:00:00", "2004-03-01_12:00:30"].map(|date| seconds_of(date, calendar));
             Some((to? - from? - 30.0) / 86_400.0)
         };
         for (calendar, expected) in [
@@ -272,8 +271,7 @@ mod tests {
 
     #[test]
     fn what_is_no_date_gives_none() {
-        for units in ["months since 2000-01-01", "K", "days since tomorrow", "days since 2000-13-01", "days"]
-        {
+        for units in ["months since 2000-01-01", "K", "days since tomorrow", "days since 2000-13-01", "days"] {
             assert_eq!(Clock::new(units, None), None, "{units}");
         }
         assert_eq!(Clock::new("days since 2000-01-01", Some("martian")), None);

@@ -1,8 +1,8 @@
 //! Where a classic NetCDF file (CDF-1, CDF-2, CDF-5) keeps each variable.
 //!
-//! The NetCDF library reads zeros, without an error, where a classic file is cut off. Only the offsets in the header tell
-//! a value from a hole, and the library does not give them away; so the header is read here, before the library sees it:
-//! some damaged headers would end the process there.
+//! The NetCDF library reads zeros, without an error, where a classic file is cut off. Only the offsets in the header
+//! tell a value from a hole, and the library does not give them away; so the header is read here, before the library
+//! sees it: some damaged headers would end the process there.
 //! Format: <https://docs.unidata.ucar.edu/nug/current/file_format_specifications.html>.
 
 use std::collections::HashMap;
@@ -123,8 +123,7 @@ impl Header {
         for _ in 0..self.list(ATTRIBUTES)? {
             let name = self.name()?;
             let code = self.u32()?;
-            let size =
-                type_bytes(code).ok_or_else(|| bad(format!("attribute {name}: type {code} is unknown")))?;
+            let size = type_bytes(code).ok_or_else(|| bad(format!("attribute {name}: type {code} is unknown")))?;
             let bytes = padded(self.count()?.saturating_mul(size));
             let bytes = i64::try_from(bytes).map_err(|_| bad(format!("attribute {name}: {bytes} bytes")))?;
             self.reader.seek_relative(bytes)?;
@@ -137,9 +136,7 @@ impl Header {
         match (self.u32()?, self.count()?) {
             (0, 0) => Ok(0),
             (found, entries) if found == tag => Ok(entries),
-            (found, entries) => {
-                Err(bad(format!("a list of {entries} entries has tag {found}, expected {tag}")))
-            }
+            (found, entries) => Err(bad(format!("a list of {entries} entries has tag {found}, expected {tag}"))),
         }
     }
 

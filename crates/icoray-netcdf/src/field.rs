@@ -54,7 +54,8 @@ impl fmt::Display for Precision {
 pub struct FieldInfo {
     /// The variable's name.
     pub name: String,
-    /// At cells (MPAS's `nCells`, ICON's `vertex`) or at corners (MPAS's `nVertices`, ICON's `cell`, which are triangles).
+    /// At cells (MPAS's `nCells`, ICON's `vertex`) or at corners (MPAS's `nVertices`, ICON's `cell`, which are
+    /// triangles).
     pub location: Location,
     /// Number of columns: the mesh's cells or corners.
     pub columns: usize,
@@ -100,14 +101,14 @@ impl FieldInfo {
         }))
     }
 
-    /// Whether the field has one value in each column, as surface pressure and sea surface height have. Such a field is shown
-    /// as a surface, and read with the same value on all the layers that are asked for.
+    /// Whether the field has one value in each column, as surface pressure and sea surface height have. Such a field is
+    /// shown as a surface, and read with the same value on all the layers that are asked for.
     pub fn is_2d(&self) -> bool {
         self.layers == 1
     }
 
-    /// The layers that [`ModelFile::read_field`](crate::ModelFile::read_field) reads: all; of a 2D field those of a thin shell,
-    /// 2.
+    /// The layers that [`ModelFile::read_field`](crate::ModelFile::read_field) reads: all; of a 2D field those of a
+    /// thin shell, 2.
     pub fn all_layers(&self) -> Range<usize> {
         if self.is_2d() { 0..SHELL_LAYERS } else { 0..self.layers }
     }
@@ -152,9 +153,7 @@ impl<'a> Axes<'a> {
         };
         let is_layer = |layer: &Dimension| match mesh.convention() {
             Convention::Mpas => layer.name.starts_with("nVertLevels"),
-            Convention::Icon | Convention::Cf => {
-                !layer.is_time() && !OF_TABLES.contains(&layer.name.as_str())
-            }
+            Convention::Icon | Convention::Cf => !layer.is_time() && !OF_TABLES.contains(&layer.name.as_str()),
         };
         let is_layered = layer.is_none_or(|layer| layer.len > 0 && is_layer(layer));
         is_layered.then_some(Axes { location, column, layer, is_level_fastest })
@@ -169,7 +168,8 @@ fn packing(source: &NcFile, name: &str) -> Result<Option<[f64; 2]>> {
     Ok(is_packed.then(|| [scale.unwrap_or(1.0), offset.unwrap_or(0.0)]))
 }
 
-/// Location of a dimension on the mesh: by name in MPAS's files, by length in ICON's, whose dimensions have various names.
+/// Location of a dimension on the mesh: by name in MPAS's files, by length in ICON's, whose dimensions have various
+/// names.
 fn location(mesh: &Mesh, dimension: &Dimension) -> Option<Location> {
     match (mesh.convention(), dimension.name.as_str()) {
         (Convention::Mpas, "nCells") => Some(Location::Center),
@@ -196,11 +196,12 @@ fn block(info: &FieldInfo, time: usize, layers: Range<usize>) -> (Vec<usize>, Ve
     (start, count)
 }
 
-/// The values that a variable's `valid_range`, `valid_min` and `valid_max` admit, as CF conventions 1.11, §2.5.1, have them.
+/// The values that a variable's `valid_range`, `valid_min` and `valid_max` admit, as CF conventions 1.11, §2.5.1, have
+/// them.
 struct Valid {
     ends: [f64; 2],
-    /// Whether the ends are of values as they are stored, as CF §8.1 wants of packed ones. The NetCDF Users Guide lets real
-    /// ends of packed integers be of unpacked values.
+    /// Whether the ends are of values as they are stored, as CF §8.1 wants of packed ones. The NetCDF Users Guide lets
+    /// real ends of packed integers be of unpacked values.
     is_of_stored: bool,
 }
 
@@ -237,12 +238,12 @@ pub struct OwnedField {
 }
 
 impl OwnedField {
-    /// Reads `layers` of record `time` of the variable that `info` describes; of a 2D field its values, for as many layers.
+    /// Reads `layers` of record `time` of the variable that `info` describes; of a 2D field its values, for as many
+    /// layers.
     pub(crate) fn read(source: &NcFile, info: &FieldInfo, time: usize, layers: Range<usize>) -> Result<Self> {
         let name = &info.name;
-        let variable = source
-            .variable(name)
-            .ok_or_else(|| source.error(ErrorKind::Field, format_args!("{name} is missing")))?;
+        let variable =
+            source.variable(name).ok_or_else(|| source.error(ErrorKind::Field, format_args!("{name} is missing")))?;
         let (start, count) = block(info, time, layers.clone());
         let mut values = source.reals(variable, &start, &count)?;
         let mut marks = source.numbers_of(name, "_FillValue")?;
@@ -290,8 +291,8 @@ impl OwnedField {
     }
 
     /// The value that marks a missing sample: the attribute `_FillValue`, or else what the NetCDF library leaves where
-    /// nothing was written. Values equal to `missing_value`, those outside `valid_range`, `valid_min` and `valid_max`, those
-    /// below the sea floor or on land, and missing ones among packed values are NaN.
+    /// nothing was written. Values equal to `missing_value`, those outside `valid_range`, `valid_min` and `valid_max`,
+    /// those below the sea floor or on land, and missing ones among packed values are NaN.
     pub fn fill(&self) -> f64 {
         self.fill
     }

@@ -72,8 +72,7 @@ impl ModelFile {
         let records = times::records(source)?;
         let times = times::dates(source, records.max(1));
         let fields = source.variables().iter();
-        let fields =
-            fields.filter_map(|v| FieldInfo::of(source, v, &mesh).transpose()).collect::<Result<_>>()?;
+        let fields = fields.filter_map(|v| FieldInfo::of(source, v, &mesh).transpose()).collect::<Result<_>>()?;
         Ok(ModelFile { sources, mesh, sphere_radius_m, times, records, fields, sea: OnceLock::new() })
     }
 
@@ -87,7 +86,8 @@ impl ModelFile {
         &self.mesh
     }
 
-    /// The sphere's radius (`sphere_radius`); that of ICON's Earth where a file of ICON or of CF polygons does not tell.
+    /// The sphere's radius (`sphere_radius`); that of ICON's Earth where a file of ICON or of CF polygons does not
+    /// tell.
     ///
     /// # Units
     /// Metres; 1 in a mesh on the unit sphere.
@@ -95,9 +95,9 @@ impl ModelFile {
         self.sphere_radius_m
     }
 
-    /// The date of each record as MPAS writes it (`2013-10-25_00:00:00`): of `xtime`, or made of CF's time in its calendar.
-    /// At least one: a file without a time record has one all the same, for its fields that do not depend on time. `None`
-    /// where there is no readable time.
+    /// The date of each record as MPAS writes it (`2013-10-25_00:00:00`): of `xtime`, or made of CF's time in its
+    /// calendar. At least one: a file without a time record has one all the same, for its fields that do not depend
+    /// on time. `None` where there is no readable time.
     pub fn times(&self) -> &[Option<String>] {
         &self.times
     }
@@ -108,15 +108,15 @@ impl ModelFile {
         times::seconds(self.sources.fields(), &self.times)
     }
 
-    /// The variables that can be read as fields, in the file's order: `float`, `double` or packed integers, over cells or
-    /// corners, with or without layers and time. Positions of the mesh are none.
+    /// The variables that can be read as fields, in the file's order: `float`, `double` or packed integers, over cells
+    /// or corners, with or without layers and time. Positions of the mesh are none.
     pub fn fields(&self) -> &[FieldInfo] {
         &self.fields
     }
 
-    /// The fields that are worth showing, the likeliest first: those of at least 2 layers that change with time, in the file's
-    /// order, then others with layers, then 2D fields in the same way. Heights, thicknesses, base states, weights of the
-    /// vertical grid, and areas and qualities of the mesh are left out.
+    /// The fields that are worth showing, the likeliest first: those of at least 2 layers that change with time, in the
+    /// file's order, then others with layers, then 2D fields in the same way. Heights, thicknesses, base states,
+    /// weights of the vertical grid, and areas and qualities of the mesh are left out.
     pub fn likely_fields(&self) -> Vec<&FieldInfo> {
         likely_fields(&self.fields)
     }
@@ -131,8 +131,7 @@ impl ModelFile {
         }
         let expected = match self.mesh.convention() {
             Convention::Mpas => {
-                "(Time, nCells or nVertices, nVertLevels or nVertLevelsP1), without time or layers too"
-                    .to_owned()
+                "(Time, nCells or nVertices, nVertLevels or nVertLevelsP1), without time or layers too".to_owned()
             }
             Convention::Icon => format!(
                 "(time, layers, {} triangles or {} points), without time or layers too",
@@ -155,28 +154,29 @@ impl ModelFile {
         Err(source.error(ErrorKind::Field, format_args!("{reason}; fields in the file: {there}")))
     }
 
-    /// Reads record `time` (from 0) of the field `name`, and nothing else. A field that does not depend on time reads the
-    /// same at every `time` that [`ModelFile::times`] has. A 2D field has its values on each of 2 layers.
+    /// Reads record `time` (from 0) of the field `name`, and nothing else. A field that does not depend on time reads
+    /// the same at every `time` that [`ModelFile::times`] has. A 2D field has its values on each of 2 layers.
     ///
     /// Missing are values that equal `_FillValue` or `missing_value`, those outside `valid_range`, `valid_min` and
     /// `valid_max`, those below MPAS-Ocean's sea floor (`maxLevelCell`), and those of ICON-O's land (`wet_c` is 0).
     ///
     /// # Errors
-    /// [`ErrorKind::Field`] when there is no such field or record; [`ErrorKind::Io`] when the file is damaged or cut off.
+    /// [`ErrorKind::Field`] when there is no such field or record; [`ErrorKind::Io`] when the file is damaged or cut
+    /// off.
     pub fn read_field(&self, name: &str, time: usize) -> Result<OwnedField> {
         let layers = self.field_info(name)?.all_layers();
         self.read_layers(name, time, layers)
     }
 
-    /// Reads some of the layers, counted from 0, as [`ModelFile::read_field`] does all. A 2D field has the same values on any
-    /// layers, so that it can be shown with a field that has these.
+    /// Reads some of the layers, counted from 0, as [`ModelFile::read_field`] does all. A 2D field has the same values
+    /// on any layers, so that it can be shown with a field that has these.
     ///
     /// # Errors
-    /// As [`ModelFile::read_field`]; also [`ErrorKind::Field`] when the field has not all these layers, or these are none.
+    /// As [`ModelFile::read_field`]; also [`ErrorKind::Field`] when the field has not all these layers, or these are
+    /// none.
     pub fn read_layers(&self, name: &str, time: usize, layers: Range<usize>) -> Result<OwnedField> {
         let info = self.field_info(name)?;
-        let bad =
-            |what: String| self.sources.fields().error(ErrorKind::Field, format_args!("{name}: {what}"));
+        let bad = |what: String| self.sources.fields().error(ErrorKind::Field, format_args!("{name}: {what}"));
         let records = if info.time_dependent { self.records } else { self.times.len() };
         if time >= records {
             let expected = match records {
@@ -199,13 +199,13 @@ impl ModelFile {
 
     /// Reads the heights on which a field's layers lie, and how far terrain bends them.
     ///
-    /// Heights that differ between columns are read whole, in blocks, and their mean over all columns is taken; their own are
-    /// [`ModelFile::native_heights`].
+    /// Heights that differ between columns are read whole, in blocks, and their mean over all columns is taken; their
+    /// own are [`ModelFile::native_heights`].
     ///
     /// # Errors
-    /// [`ErrorKind::Field`] when there is no such field; [`ErrorKind::Layers`] when no variable gives heights (the sentence
-    /// says which were looked for), or when they are not finite, not strictly monotone or larger than the sphere;
-    /// [`ErrorKind::Io`] when the file is damaged or cut off.
+    /// [`ErrorKind::Field`] when there is no such field; [`ErrorKind::Layers`] when no variable gives heights (the
+    /// sentence says which were looked for), or when they are not finite, not strictly monotone or larger than the
+    /// sphere; [`ErrorKind::Io`] when the file is damaged or cut off.
     pub fn layer_heights(&self, field: &str) -> Result<LayerHeights> {
         LayerHeights::read(&self.sources, &self.mesh, self.field_info(field)?, self.sphere_radius_m)
     }
@@ -218,12 +218,12 @@ impl ModelFile {
         self.layer_heights(field)?.layers.for_field(self.field_info(field)?.all_layers().len())
     }
 
-    /// What heights of its own each column of a field has, in words; `None` where all columns share the layers' heights, or no
-    /// file tells. Nothing is read of them.
+    /// What heights of its own each column of a field has, in words; `None` where all columns share the layers'
+    /// heights, or no file tells. Nothing is read of them.
     ///
     /// # Errors
-    /// [`ErrorKind::Field`] when there is no such field; [`ErrorKind::Layers`] when the variable that should have the heights is
-    /// of other dimensions.
+    /// [`ErrorKind::Field`] when there is no such field; [`ErrorKind::Layers`] when the variable that should have the
+    /// heights is of other dimensions.
     pub fn native_heights_in_words(&self, field: &str) -> Result<Option<String>> {
         native::describe(&self.sources, &self.mesh, self.field_info(field)?)
     }
@@ -236,12 +236,13 @@ impl ModelFile {
         native::info(&self.sources, &self.mesh, self.field_info(field)?)
     }
 
-    /// Reads the heights that each column of a field has of its own, at record `time` where they change; those of a file that
-    /// has not the fields, at its first. `grid` is the mesh's. `None` as in [`ModelFile::native_heights_in_words`].
+    /// Reads the heights that each column of a field has of its own, at record `time` where they change; those of a
+    /// file that has not the fields, at its first. `grid` is the mesh's. `None` as in
+    /// [`ModelFile::native_heights_in_words`].
     ///
     /// # Errors
-    /// As [`ModelFile::native_heights_in_words`]; [`ErrorKind::Layers`] when there is no such record or a thickness is none;
-    /// [`ErrorKind::Io`] when the file is damaged or cut off.
+    /// As [`ModelFile::native_heights_in_words`]; [`ErrorKind::Layers`] when there is no such record or a thickness is
+    /// none; [`ErrorKind::Io`] when the file is damaged or cut off.
     pub fn native_heights(&self, grid: &Grid, field: &str, time: usize) -> Result<Option<NativeHeights>> {
         let info = self.field_info(field)?;
         NativeHeights::read(&self.sources, (&self.mesh, grid), info, self.sea()?.and_then(Sea::floor), time)
@@ -269,8 +270,7 @@ fn expect_one_mesh(sources: &NcFiles, mesh: &Mesh) -> Result<()> {
             let there = source.dimension_len(dimension)?.unwrap_or(expected);
             if there != expected {
                 let mesh_path = mesh.path().display();
-                let context =
-                    format!("{dimension} is {there}, expected {expected} as in the mesh of {mesh_path}");
+                let context = format!("{dimension} is {there}, expected {expected} as in the mesh of {mesh_path}");
                 return Err(source.error(ErrorKind::Grid, context));
             }
         }

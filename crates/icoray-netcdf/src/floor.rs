@@ -11,8 +11,8 @@ use std::ops::Range;
 #[derive(Debug)]
 pub(crate) struct Floor {
     cells: Vec<Range<usize>>,
-    /// A corner has water where all three of its cells have: an average of corners then has none below a cell's floor, and
-    /// no triangle of three wet cells lacks any.
+    /// A corner has water where all three of its cells have: an average of corners then has none below a cell's floor,
+    /// and no triangle of three wet cells lacks any.
     corners: Vec<Range<usize>>,
 }
 
@@ -23,8 +23,7 @@ impl Floor {
             return Ok(None);
         };
         let first = levels(sources, mesh, "minLevelCell")?.unwrap_or_else(|| vec![1; last.len()]);
-        let cells: Vec<_> =
-            first.iter().zip(last).map(|(first, last)| first.saturating_sub(1)..last).collect();
+        let cells: Vec<_> = first.iter().zip(last).map(|(first, last)| first.saturating_sub(1)..last).collect();
         let corner = |corner| {
             mesh.cells_at(corner).into_iter().fold(0..usize::MAX, |water: Range<usize>, cell| {
                 let here = cell.map_or(0..0, |cell| cells[cell].clone());

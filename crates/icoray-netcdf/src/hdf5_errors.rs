@@ -9,8 +9,8 @@ thread_local! {
 
 /// Disables HDF5's error reports in this thread.
 ///
-/// The NetCDF library queries optional attributes, which fail in HDF5, and returns real failures itself. It disables the reports
-/// only in the thread that initialises it; HDF5 keeps the setting per thread.
+/// The NetCDF library queries optional attributes, which fail in HDF5, and returns real failures itself. It disables
+/// the reports only in the thread that initialises it; HDF5 keeps the setting per thread.
 pub(crate) fn silence() {
     if QUIET.replace(true) {
         return;

@@ -22,7 +22,8 @@ const SHELL: f64 = 1e-3;
 /// A 2D field lies on the sphere: on the inner layer of a shell of a thousandth of the radius.
 ///
 /// In MPAS these are the interfaces, one more than `nVertLevels`, where fields over `nVertLevelsP1` lie; fields over
-/// `nVertLevels` lie midway between them ([`Layers::for_field`]). In ICON they are the field's own layers, or interfaces.
+/// `nVertLevels` lie midway between them ([`Layers::for_field`]). In ICON they are the field's own layers, or
+/// interfaces.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LayerHeights {
     /// The variable that the heights are from; `sphere` of a 2D field.
@@ -31,8 +32,8 @@ pub struct LayerHeights {
     pub is_of_pressure: bool,
     /// Height of each above the sphere in metres, negative below it: the mean over all columns where it differs.
     pub height_m: Vec<f64>,
-    /// How far a column's layer lies off the mean at most, in metres: 0 without terrain. `None` where the file gives one
-    /// height for all columns and does not tell.
+    /// How far a column's layer lies off the mean at most, in metres: 0 without terrain. `None` where the file gives
+    /// one height for all columns and does not tell.
     pub deviation_m: Option<f64>,
     /// The same as radii.
     pub layers: Layers,
@@ -56,12 +57,7 @@ impl<'a> ReadHeights<'a> {
 
 impl LayerHeights {
     /// Finds and reads the heights of a field's layers.
-    pub(crate) fn read(
-        sources: &NcFiles,
-        mesh: &Mesh,
-        info: &FieldInfo,
-        sphere_radius_m: f64,
-    ) -> Result<Self> {
+    pub(crate) fn read(sources: &NcFiles, mesh: &Mesh, info: &FieldInfo, sphere_radius_m: f64) -> Result<Self> {
         if info.is_2d() {
             return Self::of_shell(sphere_radius_m);
         }
@@ -159,11 +155,7 @@ fn columns_of(mesh: &Mesh) -> usize {
 }
 
 /// The variable with the heights of a field's layers over ICON's columns, or of its interfaces.
-fn icon_columns<'a>(
-    sources: &'a NcFiles,
-    mesh: &Mesh,
-    info: &FieldInfo,
-) -> Option<(&'a NcFile, &'a Variable)> {
+fn icon_columns<'a>(sources: &'a NcFiles, mesh: &Mesh, info: &FieldInfo) -> Option<(&'a NcFile, &'a Variable)> {
     let fits = |variable: &Variable| {
         let [.., layers, cells] = variable.dimensions.as_slice() else { return false };
         let is_theirs = layers.len == info.layers || layers.len == info.layers + 1;
@@ -178,10 +170,6 @@ fn expect(source: &NcFile, variable: &Variable, dimensions: &[&str]) -> Result<(
     }
     Err(source.error(
         ErrorKind::Layers,
-        format_args!(
-            "variable {variable}, expected {}({}) of float or double",
-            variable.name,
-            dimensions.join(", ")
-        ),
+        format_args!("variable {variable}, expected {}({}) of float or double", variable.name, dimensions.join(", ")),
     ))
 }

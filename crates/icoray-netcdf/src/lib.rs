@@ -1,14 +1,17 @@
-//! Files of models on geodesic grids as grids, layers and fields: MPAS-Atmosphere, MPAS-Ocean, MPAS-Seaice, ICON, DYNAMICO.
+//! Files of models on geodesic grids as grids, layers and fields: MPAS-Atmosphere, MPAS-Ocean, MPAS-Seaice, ICON,
+//! DYNAMICO.
 //!
-//! [`ModelFile::open`] reads the mesh tables and lists the fields; a field is read on demand, one time record at a time, all
-//! layers or some, in the file's order and precision. Classic NetCDF (CDF-1, CDF-2, CDF-5) and NetCDF-4 are read.
+//! [`ModelFile::open`] reads the mesh tables and lists the fields; a field is read on demand, one time record at a
+//! time, all layers or some, in the file's order and precision. Classic NetCDF (CDF-1, CDF-2, CDF-5) and NetCDF-4 are
+//! read.
 //!
 //! MPAS's files follow the MPAS mesh specification 1.0 (<https://mpas-dev.github.io/files/documents/MPAS-MeshSpec.pdf>).
-//! ICON's triangles are corners of the hexagons around their points, so that its fields are at corners; where a file has no
-//! tables they are rebuilt from the triangles' bounds. DYNAMICO's hexagons are rebuilt from theirs. Tables of MPAS that a file
-//! lacks are made of the others where these determine them.
+//! ICON's triangles are corners of the hexagons around their points, so that its fields are at corners; where a file
+//! has no tables they are rebuilt from the triangles' bounds. DYNAMICO's hexagons are rebuilt from theirs. Tables of
+//! MPAS that a file lacks are made of the others where these determine them.
 //!
-//! A 2D field, such as surface pressure, has the same values on as many layers as are asked for, and costs the memory of one.
+//! A 2D field, such as surface pressure, has the same values on as many layers as are asked for, and costs the memory
+//! of one.
 //!
 //! ```no_run
 //! # fn main() -> icoray::Result<()> {

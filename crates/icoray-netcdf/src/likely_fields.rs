@@ -27,8 +27,7 @@ fn is_physical(info: &FieldInfo) -> bool {
     let lower = |text: &Option<String>| text.as_deref().unwrap_or("").to_ascii_lowercase();
     let (long_name, units) = (lower(&info.description.long_name), lower(&info.description.units));
     let is_length = LENGTH.contains(&units.as_str());
-    let is_of_grid =
-        GRID_VARIABLES.split(' ').any(|known| known == name) || BASE.iter().any(|end| name.ends_with(end));
+    let is_of_grid = GRID_VARIABLES.split(' ').any(|known| known == name) || BASE.iter().any(|end| name.ends_with(end));
     let is_geometry = is_length && GEOMETRY.iter().any(|word| long_name.contains(word));
     // A height of each column, such as the sea surface's or the topography's, is worth showing.
     !is_of_grid && (info.is_2d() || !is_geometry)

@@ -83,8 +83,7 @@ fn are_named(dimensions: &[Dimension], names: &[&str]) -> bool {
 /// `theta(Time = 3, nCells = 162) of float`.
 impl fmt::Display for Variable {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let dimensions: Vec<String> =
-            self.dimensions.iter().map(|d| format!("{} = {}", d.name, d.len)).collect();
+        let dimensions: Vec<String> = self.dimensions.iter().map(|d| format!("{} = {}", d.name, d.len)).collect();
         let kind = match self.kind {
             Kind::F32 => "float",
             Kind::F64 => "double",
@@ -153,8 +152,7 @@ impl NcFile {
 
     /// The variable of that name.
     pub(crate) fn expect(&self, name: &str) -> Result<&Variable> {
-        self.variable(name)
-            .ok_or_else(|| self.error(ErrorKind::Grid, format_args!("variable {name} is missing")))
+        self.variable(name).ok_or_else(|| self.error(ErrorKind::Grid, format_args!("variable {name} is missing")))
     }
 
     /// Length of a dimension, `None` when there is none of that name.
@@ -202,8 +200,8 @@ impl NcFile {
         })
     }
 
-    /// Reads the block of a `float`, `double` or integer variable that starts at `start` and has `count` entries along each
-    /// dimension.
+    /// Reads the block of a `float`, `double` or integer variable that starts at `start` and has `count` entries along
+    /// each dimension.
     pub(crate) fn reals(&self, variable: &Variable, start: &[usize], count: &[usize]) -> Result<OwnedReals> {
         match variable.kind {
             Kind::F32 => self.block(variable, start, count).map(OwnedReals::F32),
@@ -230,8 +228,8 @@ impl NcFile {
         self.block(variable, &start, &count)
     }
 
-    /// Reads the first `rows` rows of a `char` variable of two dimensions, without the padding. A row that cannot be read,
-    /// as behind the end of a file that is cut off, is none.
+    /// Reads the first `rows` rows of a `char` variable of two dimensions, without the padding. A row that cannot be
+    /// read, as behind the end of a file that is cut off, is none.
     pub(crate) fn text_rows(&self, variable: &Variable, rows: usize) -> Vec<Option<String>> {
         let [stored, width] = [0, 1].map(|i| variable.dimensions[i].len);
         let read = |first: usize, count: usize| -> Result<Vec<Option<String>>> {
@@ -241,9 +239,8 @@ impl NcFile {
             Ok((0..count).map(row).collect())
         };
         let count = rows.min(stored);
-        let mut texts = read(0, count).unwrap_or_else(|_| {
-            (0..count).flat_map(|row| read(row, 1).unwrap_or_else(|_| vec![None])).collect()
-        });
+        let mut texts = read(0, count)
+            .unwrap_or_else(|_| (0..count).flat_map(|row| read(row, 1).unwrap_or_else(|_| vec![None])).collect());
         texts.resize(rows, None);
         texts
     }
@@ -276,8 +273,8 @@ impl NcFile {
         Ok(values)
     }
 
-    /// Fails where a NetCDF-4 file is too small for the bytes that a variable is to have, whatever the compression: memory
-    /// that the system promises and does not have would end the process.
+    /// Fails where a NetCDF-4 file is too small for the bytes that a variable is to have, whatever the compression:
+    /// memory that the system promises and does not have would end the process.
     fn expect_plausible(&self, variable: &Variable, bytes: u64) -> Result<()> {
         let length = std::fs::metadata(&self.path).map_err(|e| self.error(ErrorKind::Io, e))?.len();
         if self.classic.is_some() || bytes / MOST_PER_BYTE <= length {
@@ -294,8 +291,7 @@ impl NcFile {
         };
         let length = std::fs::metadata(&self.path).map_err(|e| self.error(ErrorKind::Io, e))?.len();
         if length < end {
-            let context =
-                format!("variable {name} ends at byte {end}, the file at byte {length}: the file is cut off");
+            let context = format!("variable {name} ends at byte {end}, the file at byte {length}: the file is cut off");
             return Err(self.error(ErrorKind::Io, context));
         }
         Ok(())
@@ -315,8 +311,7 @@ fn describe(variable: &netcdf::Variable<'_>) -> Variable {
         NcVariableType::Char => Kind::Text,
         _ => Kind::Other,
     };
-    let dimensions =
-        variable.dimensions().iter().map(|d| Dimension { name: d.name(), len: d.len() }).collect();
+    let dimensions = variable.dimensions().iter().map(|d| Dimension { name: d.name(), len: d.len() }).collect();
     Variable { name: variable.name(), kind, dimensions }
 }
 

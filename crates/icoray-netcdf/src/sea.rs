@@ -44,8 +44,8 @@ impl Sea {
         }
     }
 
-    /// Sets values that are not water to NaN in `field`, which holds `layers` of the field `info`. A 2D field has values where a
-    /// column has any water (MPAS-Ocean) or has water in its first layer (ICON-O).
+    /// Sets values that are not water to NaN in `field`, which holds `layers` of the field `info`. A 2D field has
+    /// values where a column has any water (MPAS-Ocean) or has water in its first layer (ICON-O).
     pub(crate) fn mask_dry(&self, info: &FieldInfo, layers: Range<usize>, field: &mut OwnedField) {
         let layers = if info.is_2d() { 0..1 } else { layers };
         for column in 0..info.columns {
@@ -68,12 +68,9 @@ impl Mask {
         let Some((source, variable)) = sources.find("wet_c") else { return Ok(None) };
         let columns = mesh.corners();
         let layers = match variable.dimensions.as_slice() {
-            [.., layers, cells] if variable.kind.is_number() && cells.len == columns && layers.len > 0 => {
-                layers.len
-            }
+            [.., layers, cells] if variable.kind.is_number() && cells.len == columns && layers.len > 0 => layers.len,
             _ => {
-                let context =
-                    format!("variable {variable}, expected wet_c over layers and {columns} triangles");
+                let context = format!("variable {variable}, expected wet_c over layers and {columns} triangles");
                 return Err(source.error(ErrorKind::Field, context));
             }
         };
@@ -86,8 +83,8 @@ impl Mask {
         Ok(Some(Mask { columns, layers, is_wet }))
     }
 
-    /// An interface is water if a layer beside it is. Of a field with other layers, such as of ice, columns are dry if their first
-    /// layer is. Fields at the triangles' points are not masked.
+    /// An interface is water if a layer beside it is. Of a field with other layers, such as of ice, columns are dry if
+    /// their first layer is. Fields at the triangles' points are not masked.
     fn is_dry(&self, info: &FieldInfo, column: usize, layer: usize) -> bool {
         let mut beside = match info.layers {
             own if own == self.layers => layer..=layer,

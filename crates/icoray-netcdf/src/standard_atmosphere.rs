@@ -1,5 +1,5 @@
-//! Heights of pressures in the International Standard Atmosphere (ISO 2533:1975; U.S. Standard Atmosphere 1976, which is
-//! the same up to 86 km).
+//! Heights of pressures in the International Standard Atmosphere (ISO 2533:1975; U.S. Standard Atmosphere 1976, which
+//! is the same up to 86 km).
 
 /// Earth's radius for geopotential heights, metres.
 const RADIUS_M: f64 = 6_356_766.0;
@@ -16,8 +16,8 @@ const LAYERS: [(f64, f64, f64); 7] = [
     (71e3, 214.65, -0.002),
 ];
 
-/// Height above the sea in metres at which the standard atmosphere has a pressure of `pressure_pa` pascals; the lowest and
-/// the uppermost layer go on beyond their ends.
+/// Height above the sea in metres at which the standard atmosphere has a pressure of `pressure_pa` pascals; the lowest
+/// and the uppermost layer go on beyond their ends.
 pub(crate) fn height_m(pressure_pa: f64) -> f64 {
     let mut base_pa = 101_325.0;
     let mut geopotential_m = 0.0;
@@ -32,11 +32,8 @@ pub(crate) fn height_m(pressure_pa: f64) -> f64 {
         if geopotential_m <= top_m {
             break;
         }
-        base_pa *= if slope == 0.0 {
-            (-GMR * (top_m - base_m) / base_k).exp()
-        } else {
-            (base_k / top_k).powf(GMR / slope)
-        };
+        base_pa *=
+            if slope == 0.0 { (-GMR * (top_m - base_m) / base_k).exp() } else { (base_k / top_k).powf(GMR / slope) };
     }
     RADIUS_M * geopotential_m / (RADIUS_M - geopotential_m)
 }

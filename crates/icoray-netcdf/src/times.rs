@@ -38,7 +38,8 @@ pub(crate) fn dates(source: &NcFile, count: usize) -> Vec<Option<String>> {
     (0..count).map(|record| numbers.get(record).and_then(|number| clock.date(*number))).collect()
 }
 
-/// Seconds from the first of these dates to each, in the file's calendar; `None` where a date lacks or is not understood.
+/// Seconds from the first of these dates to each, in the file's calendar; `None` where a date lacks or is not
+/// understood.
 pub(crate) fn seconds(source: &NcFile, dates: &[Option<String>]) -> Option<Vec<f64>> {
     let of_times = source.variables().iter().filter(|v| v.name.eq_ignore_ascii_case("time"));
     let of_times = of_times.filter_map(|v| source.text_of(&v.name, "calendar").ok()?).next();

@@ -33,13 +33,13 @@ struct Region {
     size: [u32; 2],
 }
 
-/// Writes the PNG pictures, all of one size, as an animated PNG to `path`, to be shown again and again at `fps` pictures per
-/// second. Pictures are read one by one.
+/// Writes the PNG pictures, all of one size, as an animated PNG to `path`, to be shown again and again at `fps`
+/// pictures per second. Pictures are read one by one.
 ///
 /// # Errors
-/// [`ErrorKind::Argument`] where there is no picture, where one has another size than the first, where `path` does not end in
-/// `.png` or is one of the pictures, or where `fps` is not 0.001 to 1000; [`ErrorKind::Io`] where a file cannot be read or
-/// written, [`ErrorKind::Exists`] as [`Existing`] says.
+/// [`ErrorKind::Argument`] where there is no picture, where one has another size than the first, where `path` does not
+/// end in `.png` or is one of the pictures, or where `fps` is not 0.001 to 1000; [`ErrorKind::Io`] where a file cannot
+/// be read or written, [`ErrorKind::Exists`] as [`Existing`] says.
 pub fn write_animation(path: &Path, pictures: &[PathBuf], fps: f64, existing: Existing) -> Result<Animated> {
     let bad = |what: String| Error::new(ErrorKind::Argument, what);
     let [first, rest @ ..] = pictures else { return Err(bad("an animation of no pictures".into())) };
@@ -47,8 +47,7 @@ pub fn write_animation(path: &Path, pictures: &[PathBuf], fps: f64, existing: Ex
         return Err(bad(format!("{}: expected a name that ends in .png", path.display())));
     }
     let same_file = |picture: &&PathBuf| {
-        std::fs::canonicalize(picture)
-            .is_ok_and(|picture| std::fs::canonicalize(path).is_ok_and(|p| p == picture))
+        std::fs::canonicalize(picture).is_ok_and(|picture| std::fs::canonicalize(path).is_ok_and(|p| p == picture))
     };
     if let Some(same) = pictures.iter().find(same_file) {
         return Err(bad(format!("{}: is one of the pictures, expected another file", same.display())));
@@ -111,8 +110,7 @@ fn read(path: &Path) -> Result<Picture> {
     decoder.set_transformations(Transformations::normalize_to_color8() | Transformations::ALPHA);
     let mut reader = decoder.read_info().map_err(failed)?;
     let size = reader.output_buffer_size();
-    let mut bytes =
-        vec![0; size.ok_or_else(|| io_error(path, "cannot read the picture", "it is too large"))?];
+    let mut bytes = vec![0; size.ok_or_else(|| io_error(path, "cannot read the picture", "it is too large"))?];
     let info = reader.next_frame(&mut bytes).map_err(failed)?;
     bytes.truncate(info.buffer_size());
     let rgba = match info.color_type {
@@ -198,11 +196,9 @@ mod tests {
     fn its_frames_are_the_pictures() {
         let folder = tempfile::tempdir().unwrap();
         let dots = [[0, 0], [1, 0], [4, 3], [4, 3], [2, 2], [0, 0]];
-        let pictures: Vec<PathBuf> =
-            (0..6).map(|i| picture(folder.path(), &format!("{i}.png"), dots[i])).collect();
+        let pictures: Vec<PathBuf> = (0..6).map(|i| picture(folder.path(), &format!("{i}.png"), dots[i])).collect();
         let path = folder.path().join("movie.png");
-        for (fps, delay) in [(10.0, (1, 10)), (2.5, (400, 1000)), (0.001, (60_000, 60)), (1000.0, (1, 1000))]
-        {
+        for (fps, delay) in [(10.0, (1, 10)), (2.5, (400, 1000)), (0.001, (60_000, 60)), (1000.0, (1, 1000))] {
             let made = write_animation(&path, &pictures, fps, Existing::Overwrite).unwrap();
             let bytes = path.metadata().unwrap().len();
             assert_eq!(made, Animated { size: [5, 4], frames: 6, bytes });

@@ -1,9 +1,9 @@
 //! Atomic files: a file is written under another name in its own folder and renamed when it is complete.
 //!
-//! A model may be stopped at any moment, a disk may fill up, and somebody may be looking at the folder meanwhile. A rename
-//! within one folder is atomic on every file system that models run on, so a picture is either not there or whole. The
-//! other name begins with a dot and ends in `.tmp`; the file of that name goes when anything fails, a panic included. Only
-//! a process that is killed leaves it behind.
+//! A model may be stopped at any moment, a disk may fill up, and somebody may be looking at the folder meanwhile. A
+//! rename within one folder is atomic on every file system that models run on, so a picture is either not there or
+//! whole. The other name begins with a dot and ends in `.tmp`; the file of that name goes when anything fails, a panic
+//! included. Only a process that is killed leaves it behind.
 
 use crate::path::io_error;
 use icoray_grid::{Error, ErrorKind, Result};
@@ -31,13 +31,9 @@ impl Existing {
     pub fn check(self, path: &Path) -> Result<()> {
         // The name itself counts, not what a link leads to: a link to nothing is in the way as well.
         match path.symlink_metadata() {
-            Ok(there) if there.is_dir() => {
-                Err(io_error(path, "cannot write the file", "a directory has its name"))
-            }
+            Ok(there) if there.is_dir() => Err(io_error(path, "cannot write the file", "a directory has its name")),
             Ok(_) if self == Existing::NeverModify => Err(exists(path)),
-            Err(e) if e.kind() == io::ErrorKind::NotADirectory => {
-                Err(io_error(path, "cannot write the file", e))
-            }
+            Err(e) if e.kind() == io::ErrorKind::NotADirectory => Err(io_error(path, "cannot write the file", e)),
             _ => Ok(()),
         }
     }
@@ -68,17 +64,14 @@ pub(super) fn write(
         Existing::NeverModify => persist_new(file, path),
     };
     match moved {
-        Err(e) if e.kind() == io::ErrorKind::AlreadyExists && existing == Existing::NeverModify => {
-            Err(exists(path))
-        }
+        Err(e) if e.kind() == io::ErrorKind::AlreadyExists && existing == Existing::NeverModify => Err(exists(path)),
         moved => moved.map(drop).map_err(failed),
     }
 }
 
 /// The error that says that `path` is taken.
 pub(super) fn exists(path: &Path) -> Error {
-    let wish =
-        "move it away, write to another directory or under another name, or ask for files to be overwritten";
+    let wish = "move it away, write to another directory or under another name, or ask for files to be overwritten";
     Error::new(ErrorKind::Exists, format!("{}: is there already and is not modified; {wish}", path.display()))
 }
 
@@ -95,8 +88,8 @@ fn temporary(folder: &Path) -> io::Result<tempfile::NamedTempFile> {
 }
 
 /// Gives `file` its name where that is free: in one step where the file system can do that, which is by a rename that
-/// replaces nothing or by a hard link. Where it can do neither (FAT, some FUSE and network ones), a look and a rename, so
-/// that a file that comes to be between the two would be replaced.
+/// replaces nothing or by a hard link. Where it can do neither (FAT, some FUSE and network ones), a look and a rename,
+/// so that a file that comes to be between the two would be replaced.
 fn persist_new(file: tempfile::NamedTempFile, path: &Path) -> io::Result<File> {
     let refused = match file.persist_noclobber(path) {
         Ok(file) => return Ok(file),
@@ -130,9 +123,7 @@ mod tests {
     use std::path::PathBuf;
 
     fn write_text(path: &Path, existing: Existing, text: &str) -> Result<()> {
-        write(path, existing, "the text", |out| {
-            out.write_all(text.as_bytes()).map_err(|e| io_error(path, "", e))
-        })
+        write(path, existing, "the text", |out| out.write_all(text.as_bytes()).map_err(|e| io_error(path, "", e)))
     }
 
     /// A folder, and a path in it.
@@ -200,8 +191,7 @@ mod tests {
         });
         assert_eq!(failed.unwrap_err().context(), "no more");
         assert_eq!(names(&folder), [""; 0]);
-        let panicked =
-            Error::of_panics(|| write(&path, Existing::Overwrite, "the text", |_| panic!("in between")));
+        let panicked = Error::of_panics(|| write(&path, Existing::Overwrite, "the text", |_| panic!("in between")));
         assert_eq!(panicked.unwrap_err().to_string(), "internal error: in between");
         assert_eq!(names(&folder), [""; 0]);
     }
@@ -221,10 +211,7 @@ mod tests {
         Existing::NeverModify.check(&folder.path().join("nowhere/x.png")).unwrap();
         let lost = folder.path().join("nowhere/x.png");
         let error = write_text(&lost, Existing::Overwrite, "").unwrap_err().to_string();
-        assert!(
-            error.contains("nowhere/x.png: cannot create the text: ") && !error.contains(".icoray-"),
-            "{error}"
-        );
+        assert!(error.contains("nowhere/x.png: cannot create the text: ") && !error.contains(".icoray-"), "{error}");
     }
 
     #[cfg(unix)]

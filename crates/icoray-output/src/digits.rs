@@ -44,10 +44,8 @@ mod tests {
         for (x, y) in dots("1e-7") {
             rows[y][x] = '#';
         }
-        let drawn: Vec<String> =
-            rows.iter().map(|r| r.iter().collect::<String>().trim_end().into()).collect();
-        let expected =
-            [" #          ###", "##  ###       #", " #  ### ###  #", " #  #        #", "### ###      #"];
+        let drawn: Vec<String> = rows.iter().map(|r| r.iter().collect::<String>().trim_end().into()).collect();
+        let expected = [" #          ###", "##  ###       #", " #  ### ###  #", " #  #        #", "### ###      #"];
         assert_eq!(drawn, expected);
         assert!(dots("x ").is_empty());
     }

@@ -24,10 +24,10 @@ const INK: Rgba = [255; 4];
 
 /// Writes the error of each pixel of `frame` to the PNG file at `path`.
 ///
-/// The colours are viridis over the logarithm of the error, from dark at 1e-8 and less to bright at 1e-1 and more. Pixels
-/// without an error, which are those whose ray meets nothing, are transparent. A bar with a tick at each decade lies below
-/// the picture, where that is at least 160 pixels wide; the text of the file says the same, and what [`Frame::describe`]
-/// says. A file of that name is replaced when the new one is complete.
+/// The colours are viridis over the logarithm of the error, from dark at 1e-8 and less to bright at 1e-1 and more.
+/// Pixels without an error, which are those whose ray meets nothing, are transparent. A bar with a tick at each decade
+/// lies below the picture, where that is at least 160 pixels wide; the text of the file says the same, and what
+/// [`Frame::describe`] says. A file of that name is replaced when the new one is complete.
 ///
 /// # Errors
 /// [`ErrorKind::Io`] names the path; [`ErrorKind::Argument`] an ending other than `.png`.

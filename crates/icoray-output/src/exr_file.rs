@@ -63,9 +63,7 @@ mod tests {
         let names: Vec<_> = layer.channel_data.list.iter().map(|c| c.name.to_string()).collect();
         assert_eq!(names, ["A", "B", "G", "R", "error"]);
         for (channel, place) in layer.channel_data.list.iter().zip([3, 2, 1, 0, 4]) {
-            let FlatSamples::F32(samples) = &channel.sample_data else {
-                panic!("{} is not f32", channel.name)
-            };
+            let FlatSamples::F32(samples) = &channel.sample_data else { panic!("{} is not f32", channel.name) };
             let of_frame = frame.pixels.iter().zip(&frame.error);
             let expected: Vec<f32> = of_frame.map(|(p, e)| if place == 4 { *e } else { p[place] }).collect();
             let bits = |v: &[f32]| v.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
@@ -73,12 +71,9 @@ mod tests {
         }
         let said = layer.attributes.comments.unwrap();
         let said = std::str::from_utf8(said.as_slice()).unwrap();
-        for line in [
-            "step: 7",
-            "field: Größe",
-            "quality: tolerance 2e-3, light off, every pixel traced",
-            "camera: far away",
-        ] {
+        for line in
+            ["step: 7", "field: Größe", "quality: tolerance 2e-3, light off, every pixel traced", "camera: far away"]
+        {
             assert!(said.lines().any(|l| l == line), "{line} is not in {said}");
         }
     }

@@ -6,8 +6,8 @@ use icoray_grid::Result;
 use std::io;
 use std::path::Path;
 
-/// Refuses a file that could not be made: its name is impossible, something on the way to it is no folder, or its folder,
-/// or the folder in which that would be made, cannot be written to. Leaves nothing behind.
+/// Refuses a file that could not be made: its name is impossible, something on the way to it is no folder, or its
+/// folder, or the folder in which that would be made, cannot be written to. Leaves nothing behind.
 ///
 /// # Errors
 /// [`ErrorKind::Io`](icoray_grid::ErrorKind::Io) names `path` and what is in the way.
@@ -33,9 +33,7 @@ pub(super) fn check_folder(path: &Path) -> Result<()> {
 }
 
 /// Checks that the first existing folder is writable.
-fn check_ancestors<'p>(
-    ancestors: impl Iterator<Item = &'p Path>,
-) -> std::result::Result<(), (&'p Path, io::Error)> {
+fn check_ancestors<'p>(ancestors: impl Iterator<Item = &'p Path>) -> std::result::Result<(), (&'p Path, io::Error)> {
     for folder in ancestors {
         let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
         if is_there(folder).map_err(|e| (folder, e))? {
@@ -54,8 +52,8 @@ fn is_there(path: &Path) -> io::Result<bool> {
     }
 }
 
-/// Whether this process can make files in a folder: makes one without a name, since permissions do not tell of file systems
-/// that are read-only or full, or of servers with rules of their own.
+/// Whether this process can make files in a folder: makes one without a name, since permissions do not tell of file
+/// systems that are read-only or full, or of servers with rules of their own.
 fn may_write(folder: &Path) -> io::Result<()> {
     if !folder.metadata()?.is_dir() {
         return Err(io::ErrorKind::NotADirectory.into());

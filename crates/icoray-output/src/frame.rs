@@ -19,7 +19,8 @@ pub enum Certainty {
     /// A bound, derived from the integrand; rounding in f64, orders smaller, is estimated. Unlit scenes in f64 with
     /// `method = "exact"`.
     Bound,
-    /// An estimate that is meant to be no less than the error, but is no proof: light, f32 rounding, `method = "paper"`.
+    /// An estimate that is meant to be no less than the error, but is no proof: light, f32 rounding, `method =
+    /// "paper"`.
     #[default]
     Estimate,
 }
@@ -35,11 +36,11 @@ impl fmt::Display for Certainty {
 
 /// A frame's errors in short: of the largest error over the channels of each pixel, premultiplied linear 0 to 1.
 ///
-/// The error is that of the integral along the pixel's ray, against the exact integral of the same interpolant; how well
-/// flat triangles and straight interpolation between cells stand for the field is not in it.
+/// The error is that of the integral along the pixel's ray, against the exact integral of the same interpolant; how
+/// well flat triangles and straight interpolation between cells stand for the field is not in it.
 ///
-/// Mean and percentile are over the pixels whose error is above 0: empty space around the planet, which cannot be wrong,
-/// does not make a picture look better than it is. All are 0 where no pixel has an error.
+/// Mean and percentile are over the pixels whose error is above 0: empty space around the planet, which cannot be
+/// wrong, does not make a picture look better than it is. All are 0 where no pixel has an error.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct ErrorSummary {
     /// Largest over the picture.
@@ -55,7 +56,8 @@ pub struct ErrorSummary {
 }
 
 impl ErrorSummary {
-    /// Sums up `error`, one per pixel, of a picture drawn to `tolerance`. An error that is not a number counts as infinite.
+    /// Sums up `error`, one per pixel, of a picture drawn to `tolerance`. An error that is not a number counts as
+    /// infinite.
     pub fn of(error: &[f32], certainty: Certainty, tolerance: f64) -> Self {
         let known = error.iter().map(|e| if e.is_nan() { f32::INFINITY } else { *e });
         let mut error: Vec<f32> = known.filter(|e| *e > 0.0).collect();
@@ -68,13 +70,7 @@ impl ErrorSummary {
         // The least of the errors that a part of 0.999 or more do not exceed; counted down, which needs no rounding.
         let (_, p999, above) = error.select_nth_unstable_by(count - 1 - count / 1000, f32::total_cmp);
         let max = above.iter().fold(*p999, |max, e| max.max(*e));
-        ErrorSummary {
-            max: f64::from(max),
-            mean: sum / count as f64,
-            p999: f64::from(*p999),
-            over,
-            certainty,
-        }
+        ErrorSummary { max: f64::from(max), mean: sum / count as f64, p999: f64::from(*p999), over, certainty }
     }
 }
 
@@ -115,8 +111,8 @@ pub struct Colors {
 }
 
 impl Colors {
-    /// Of each colour map of a scene, in the scene's words and over the range with which it was drawn; once where several
-    /// things are coloured alike.
+    /// Of each colour map of a scene, in the scene's words and over the range with which it was drawn; once where
+    /// several things are coloured alike.
     pub fn of(asked: &Scene, drawn: &Scene) -> Vec<Self> {
         let mut all: Vec<Self> = Vec::new();
         for (asked, drawn) in asked.paintings().into_iter().zip(drawn.paintings()) {
@@ -161,10 +157,8 @@ pub struct Frame {
 impl Frame {
     /// Keys and texts that a picture file carries: step, time, field, range, error, camera, version.
     pub fn describe(&self) -> Vec<(String, String)> {
-        let range = self
-            .report
-            .value_range
-            .map_or_else(|| "no values".into(), |[low, high]| format!("{low} to {high}"));
+        let range =
+            self.report.value_range.map_or_else(|| "no values".into(), |[low, high]| format!("{low} to {high}"));
         let mut lines = vec![
             ("Software".into(), format!("icoray {}", env!("CARGO_PKG_VERSION"))),
             ("step".into(), self.stamp.step.to_string()),
@@ -291,8 +285,7 @@ pub(crate) mod tests {
             first
         };
         assert_eq!((text(&frame, "colors"), text(&frame, "other fields")), (None, None));
-        let colors =
-            |field: &str, high: f64| Colors { field: field.into(), range: [-1.0, high], how: "vik".into() };
+        let colors = |field: &str, high: f64| Colors { field: field.into(), range: [-1.0, high], how: "vik".into() };
         frame.report.colors = vec![colors("q", 2.0)];
         assert_eq!(text(&frame, "colors").unwrap(), "vik");
         assert_eq!(text(&frame, "color range").unwrap(), "-1 to 2");

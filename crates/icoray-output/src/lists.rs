@@ -1,7 +1,7 @@
 //! What is kept of a run's pictures beside them: a list for ffmpeg, and a Cinema database.
 //!
-//! Each is a text that grows by an entry with each picture, after the picture is there. It is replaced as a whole, so that
-//! it is complete whenever a run is stopped; entries that it has already are not added again.
+//! Each is a text that grows by an entry with each picture, after the picture is there. It is replaced as a whole, so
+//! that it is complete whenever a run is stopped; entries that it has already are not added again.
 
 use super::{atomic, csv_cell};
 use crate::atomic::Existing;
@@ -74,13 +74,7 @@ fn table_of(cinema: &Cinema, directory: &Path, has_error: bool) -> Text {
     Text { path: directory.join(&cinema.folder).join("data.csv"), head, what: "the Cinema database" }
 }
 
-fn add_to_table(
-    cinema: &Cinema,
-    directory: &Path,
-    stamp: &Stamp,
-    picture: &Path,
-    error: Option<&Path>,
-) -> Result<()> {
+fn add_to_table(cinema: &Cinema, directory: &Path, stamp: &Stamp, picture: &Path, error: Option<&Path>) -> Result<()> {
     let table = table_of(cinema, directory, error.is_some());
     // With a point, so that all values of a column are of one type.
     let when = [stamp.step.to_string(), format!("{:?}", stamp.time_s)];

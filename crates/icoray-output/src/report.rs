@@ -9,13 +9,13 @@ use std::io::{self, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
 /// The columns of `report.csv`, in order. Seconds are wall clock; errors and tolerance are of premultiplied linear
-/// channels, 0 to 1 ([`ErrorSummary`](crate::frame::ErrorSummary)); `error_kind` is `bound` or `estimate`; `over_tolerance`
-/// counts the pixels whose error is above `tolerance`; `tiles` and
-/// `compose_s` are those of rank 0; `sharing` is how several ranks shared out the picture, and why; `device` is what traced rays
-/// beside the CPU, on rank 0, `left_to_cpu` why the CPU did instead, all or some; `color_min` and `color_max` are
-/// the values over which the colour map `colors` goes, which also says how they came to be these; of several maps they are the
-/// first one's, and `colors` has the ranges of all; `edge_pixels` are those with the edge of a surface in them, which show the
-/// mean of 8 rays each, and `rays` and what follows count these too.
+/// channels, 0 to 1 ([`ErrorSummary`](crate::frame::ErrorSummary)); `error_kind` is `bound` or `estimate`;
+/// `over_tolerance` counts the pixels whose error is above `tolerance`; `tiles` and
+/// `compose_s` are those of rank 0; `sharing` is how several ranks shared out the picture, and why; `device` is what
+/// traced rays beside the CPU, on rank 0, `left_to_cpu` why the CPU did instead, all or some; `color_min` and
+/// `color_max` are the values over which the colour map `colors` goes, which also says how they came to be these; of
+/// several maps they are the first one's, and `colors` has the ranges of all; `edge_pixels` are those with the edge of
+/// a surface in them, which show the mean of 8 rays each, and `rays` and what follows count these too.
 const HEADER: &str = "step,time_s,date,field,file,prepare_s,render_s,write_s,rays,columns,frusta,void_frusta,value_min,value_max,missing_values,error_max,error_mean,error_p999,error_kind,tolerance,over_tolerance,pixel_step,lights,threads,bytes_copied,copy_s,waited_s,bytes_derived,ranks,tiles,balance,gather_s,bytes_received,fragments,fragment_bytes,compose_s,sharing,device,left_to_cpu,upload_s,device_s,bytes_uploaded,color_min,color_max,colors,edge_pixels,left_out";
 
 /// The line of a frame whose picture was written to `picture`.
@@ -115,8 +115,8 @@ fn check_columns(path: &Path, file: &File) -> Result<()> {
 const FAILED: &str = "cannot write the report";
 
 /// Appends the line of a frame to the report at `path`, and the header first where that is new or was cut off by a full
-/// disk. The file is locked meanwhile, so that contexts and processes may share a report; where it cannot be, each line is
-/// still one write. A line that a full disk cut off before stays alone.
+/// disk. The file is locked meanwhile, so that contexts and processes may share a report; where it cannot be, each line
+/// is still one write. A line that a full disk cut off before stays alone.
 pub(super) fn append(path: &Path, picture: &Path, frame: &Frame) -> Result<()> {
     let failed = |e| io_error(path, FAILED, e);
     check(path)?;
@@ -167,8 +167,7 @@ mod tests {
             bytes_uploaded: 5,
         };
         frame.report.error.over = 6;
-        frame.report.colors =
-            vec![Colors { field: "q".into(), range: [-0.25, 1.5], how: "vik; fixed".into() }];
+        frame.report.colors = vec![Colors { field: "q".into(), range: [-0.25, 1.5], how: "vik; fixed".into() }];
         let row = row(Path::new("folder/q.png"), &frame);
         let cells: std::collections::HashMap<_, _> = HEADER.split(',').zip(row.split(',')).collect();
         assert_eq!(row.split(',').count(), cells.len());
@@ -204,10 +203,7 @@ mod tests {
         // Of several maps the first one's range, and in words those of all.
         frame.report.colors.push(Colors { field: "w".into(), range: [2.0, 3.0], how: "viridis".into() });
         let several = super::row(Path::new("folder/q.png"), &frame);
-        assert!(
-            several.contains(",-0.25,1.5,\"q: vik; fixed, -0.25 to 1.5; w: viridis, 2 to 3\","),
-            "{several}"
-        );
+        assert!(several.contains(",-0.25,1.5,\"q: vik; fixed, -0.25 to 1.5; w: viridis, 2 to 3\","), "{several}");
         assert_eq!([cells["error_kind"], cells["sharing"], cells["left_out"]], ["bound", "", ""]);
     }
 

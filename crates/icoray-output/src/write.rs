@@ -47,8 +47,8 @@ pub fn write_frame(directory: &Path, output: &Output, stamp: &Stamp, frame: &mut
 /// As [`write_frame`]; `existing` selects what happens to existing files.
 ///
 /// # Errors
-/// [`ErrorKind::Io`] and [`ErrorKind::Exists`] name the path, and say so where the picture itself is written but the map
-/// or the row is not; otherwise as [`Output::names`].
+/// [`ErrorKind::Io`] and [`ErrorKind::Exists`] name the path, and say so where the picture itself is written but the
+/// map or the row is not; otherwise as [`Output::names`].
 pub fn write_frame_with(
     directory: &Path,
     output: &Output,

@@ -38,8 +38,8 @@ pub enum WhenFull {
 /// How a [`Writer`] writes.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct WriterOptions {
-    /// Where pictures and `report.csv` go, made when missing. A relative one is meant from where the process is when the
-    /// writer is made, wherever it goes later.
+    /// Where pictures and `report.csv` go, made when missing. A relative one is meant from where the process is when
+    /// the writer is made, wherever it goes later.
     pub directory: PathBuf,
     /// What is done with files that are there already.
     pub existing: Existing,
@@ -178,20 +178,15 @@ impl Writer {
     }
 
     /// A writer whose thread does `write` with each frame.
-    fn with(
-        options: WriterOptions,
-        write: impl FnMut(&mut Entry) -> Result<PathBuf> + Send + 'static,
-    ) -> Result<Self> {
+    fn with(options: WriterOptions, write: impl FnMut(&mut Entry) -> Result<PathBuf> + Send + 'static) -> Result<Self> {
         if options.queue == 0 {
             return Err(Error::new(ErrorKind::Argument, "a writer's queue of 0 frames, expected at least 1"));
         }
         let shared = Arc::new(Shared::default());
         let (queue, waiting) = bounded(options.queue);
         let (on_thread, entries) = (Arc::clone(&shared), waiting.clone());
-        let thread =
-            Builder::new().name("icoray-writer".into()).spawn(move || on_thread.run(&entries, write));
-        let thread =
-            thread.map_err(|e| Error::new(ErrorKind::Io, format!("cannot make the writer's thread: {e}")))?;
+        let thread = Builder::new().name("icoray-writer".into()).spawn(move || on_thread.run(&entries, write));
+        let thread = thread.map_err(|e| Error::new(ErrorKind::Io, format!("cannot make the writer's thread: {e}")))?;
         Ok(Writer { options, queue: Some(Mutex::new(queue)), waiting, shared, thread: Some(thread) })
     }
 
@@ -200,8 +195,8 @@ impl Writer {
         &self.options
     }
 
-    /// Refuses a directory in which nothing could be written, or which could not be made: so that it is known before the run.
-    /// Leaves nothing behind.
+    /// Refuses a directory in which nothing could be written, or which could not be made: so that it is known before
+    /// the run. Leaves nothing behind.
     ///
     /// # Errors
     /// [`ErrorKind::Io`] names the directory and what is in the way.
@@ -209,11 +204,12 @@ impl Writer {
         folder::check_folder(&self.options.directory)
     }
 
-    /// Refuses names that could not be written at any step, by those of one frame: names that are too long, or in folders
-    /// that cannot be made. Files that are there do not count. Leaves nothing behind.
+    /// Refuses names that could not be written at any step, by those of one frame: names that are too long, or in
+    /// folders that cannot be made. Files that are there do not count. Leaves nothing behind.
     ///
     /// # Errors
-    /// As [`NameTemplate::name`](icoray_scene::name::NameTemplate::name); [`ErrorKind::Io`] names the file and what is in the way.
+    /// As [`NameTemplate::name`](icoray_scene::name::NameTemplate::name); [`ErrorKind::Io`] names the file and what is
+    /// in the way.
     pub fn check_folders(&self, output: &Output, stamp: &Stamp, field: &str) -> Result<()> {
         let names = output.names_of_any(stamp, field)?;
         self.files(&names).iter().try_for_each(|file| folder::check_file(file))
@@ -223,8 +219,9 @@ impl Writer {
     /// known before the first ray. Names that wait to be written count as taken.
     ///
     /// # Errors
-    /// As [`Output::names`]; [`ErrorKind::Exists`] where a file is there and is not to be modified, or where `report.csv`
-    /// has other columns than this version's or what is kept of the series is something else; [`ErrorKind::Io`] where a directory has a file's name.
+    /// As [`Output::names`]; [`ErrorKind::Exists`] where a file is there and is not to be modified, or where
+    /// `report.csv` has other columns than this version's or what is kept of the series is something else;
+    /// [`ErrorKind::Io`] where a directory has a file's name.
     pub fn check(&self, output: &Output, stamp: &Stamp, field: &str) -> Result<FrameNames> {
         let names = output.names(stamp, field)?;
         let files = self.files(&names);
@@ -251,8 +248,9 @@ impl Writer {
         Ok(names)
     }
 
-    /// Hands over a frame, which is written with `stamp` under the names that `output` gives. Where the queue is full this
-    /// waits or drops the oldest waiting frame, as the options say. Seconds waited are added to the frame's report.
+    /// Hands over a frame, which is written with `stamp` under the names that `output` gives. Where the queue is full
+    /// this waits or drops the oldest waiting frame, as the options say. Seconds waited are added to the frame's
+    /// report.
     pub fn submit(&self, frame: Frame, output: Output, stamp: Stamp) -> Submitted {
         self.enqueue(frame, output, stamp, true)
     }
@@ -264,8 +262,7 @@ impl Writer {
 
     fn enqueue(&self, frame: Frame, output: Output, stamp: Stamp, is_seen: bool) -> Submitted {
         // Invalid names become an outcome, as every other failure to write.
-        let files =
-            output.names(&stamp, &frame.field).map_or_else(|_| Vec::new(), |names| self.files(&names));
+        let files = output.names(&stamp, &frame.field).map_or_else(|_| Vec::new(), |names| self.files(&names));
         let mut state = self.shared.lock();
         state.taken.extend_from_slice(&files);
         state.unfinished += 1;

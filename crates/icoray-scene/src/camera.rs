@@ -39,8 +39,8 @@ impl Camera {
         Self::look_at((outward * distance).to_array(), [0.0; 3], north.to_array(), fov_deg)
     }
 
-    /// Longitude and latitude below the camera in degrees, its distance from the planet's centre, and its field of view in
-    /// degrees: what [`Camera::above`] takes.
+    /// Longitude and latitude below the camera in degrees, its distance from the planet's centre, and its field of view
+    /// in degrees: what [`Camera::above`] takes.
     pub fn place(&self) -> [f64; 4] {
         let DVec3 { x, y, z } = self.eye;
         let distance = self.eye.length();
@@ -71,7 +71,8 @@ impl Camera {
         self.direction_at([x, y].map(|at| f64::from(at) + 0.5), width, height)
     }
 
-    /// [`Self::direction`] through the place so many pixels to the right and downwards from the picture's upper left corner.
+    /// [`Self::direction`] through the place so many pixels to the right and downwards from the picture's upper left
+    /// corner.
     pub fn direction_at(&self, [x, y]: [f64; 2], width: u32, height: u32) -> [f64; 3] {
         let scale = self.pixel_width(height);
         let across = (x - 0.5 * f64::from(width)) * scale;
@@ -84,8 +85,8 @@ impl Camera {
         2.0 * self.half_height / f64::from(height)
     }
 
-    /// How a picture of `height` rows shows small steps from `point` on: pixels to the right and upwards per length. `None`
-    /// where the point is not in front of the camera.
+    /// How a picture of `height` rows shows small steps from `point` on: pixels to the right and upwards per length.
+    /// `None` where the point is not in front of the camera.
     pub fn moves<const N: usize>(&self, point: DVec3, steps: [DVec3; N], height: u32) -> Option<[DVec2; N]> {
         let seen = |v: DVec3| (DVec2::new(v.dot(self.right), v.dot(self.up)), v.dot(self.forward));
         let (place, depth) = seen(point - self.eye);

@@ -100,8 +100,7 @@ fn stop(text: &str) -> Option<(f64, [f64; 3])> {
 
 /// Names of the colour maps.
 pub(super) static MAPS: LazyLock<String> = LazyLock::new(|| {
-    let mut names: Vec<_> =
-        FORMULAS.iter().map(|(name, _)| *name).chain(table().map(|(name, _)| name)).collect();
+    let mut names: Vec<_> = FORMULAS.iter().map(|(name, _)| *name).chain(table().map(|(name, _)| name)).collect();
     names.sort_unstable();
     names.join(", ")
 });
@@ -125,10 +124,7 @@ mod tests {
         for name in names {
             let map = ColorMap::named(name).unwrap();
             let places: Vec<f64> = map.places().collect();
-            assert!(
-                places.is_sorted_by(|a, b| a < b) && (places[0], places[places.len() - 1]) == (0.0, 1.0),
-                "{name}"
-            );
+            assert!(places.is_sorted_by(|a, b| a < b) && (places[0], places[places.len() - 1]) == (0.0, 1.0), "{name}");
             assert!(places.len() > 5, "{name}");
         }
         assert!(ColorMap::named("jet2").is_none() && ColorMap::named("viridis_r_").is_none());

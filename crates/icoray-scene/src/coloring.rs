@@ -22,8 +22,8 @@ pub enum ColorRange {
     Union {
         /// The percentiles of each frame.
         percentile: [f64; 2],
-        /// Part of the range by which a frame may pass an end before that moves, and by which it then moves further than
-        /// that frame needs: colours change seldom, not a little each step.
+        /// Part of the range by which a frame may pass an end before that moves, and by which it then moves further
+        /// than that frame needs: colours change seldom, not a little each step.
         hysteresis: f64,
     },
 }
@@ -43,8 +43,7 @@ impl fmt::Display for ColorRange {
 }
 
 /// Opacities along the range where none are given: rising with the value, or about a centre clear there.
-const DEFAULT_OPACITY: [&[(f64, f64)]; 2] =
-    [&[(0.0, 0.0), (1.0, 0.9)], &[(0.0, 0.9), (0.5, 0.0), (1.0, 0.9)]];
+const DEFAULT_OPACITY: [&[(f64, f64)]; 2] = [&[(0.0, 0.0), (1.0, 0.9)], &[(0.0, 0.9), (0.5, 0.0), (1.0, 0.9)]];
 /// The extinction of colours without opacity: above 0, so that no knot is dropped as invisible.
 pub(super) const MEANINGLESS: f64 = 1.0;
 
@@ -170,8 +169,7 @@ impl Coloring {
         let (first, last) = (extinction[0], extinction[extinction.len() - 1]);
         let near = 1e-9 * (along(1.0) - along(0.0));
         let all = self.stops(&along, near);
-        let stops =
-            |low: f64, high: f64| all.iter().copied().filter(move |at| low + near < *at && *at < high - near);
+        let stops = |low: f64, high: f64| all.iter().copied().filter(move |at| low + near < *at && *at < high - near);
         let mut places = Vec::new();
         if first.1 > 0.0 {
             places.extend(stops(f64::NEG_INFINITY, first.0).map(|at| place(at, first.1)));
@@ -191,8 +189,8 @@ impl Coloring {
         places
     }
 
-    /// Where colours bend: the map's stops, and the scale's own. Two knots that only rounding keeps apart would be a step to
-    /// the kernel.
+    /// Where colours bend: the map's stops, and the scale's own. Two knots that only rounding keeps apart would be a
+    /// step to the kernel.
     fn stops(&self, along: impl Fn(f64) -> f64, near: f64) -> Vec<f64> {
         let mut stops: Vec<f64> = self.map.places().map(&along).collect();
         if matches!(self.scale, Scale::SymLog { .. }) {

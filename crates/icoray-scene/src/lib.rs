@@ -1,11 +1,11 @@
 //! What to draw and how: the contents of a scene file.
 //!
-//! A scene is TOML; `examples/scenes/` has annotated ones. Lengths are in planet radii, heights that end in `_m` in metres,
-//! angles in degrees, colours are CSS colours (`"#ff8800"`, `"steelblue"`) in sRGB. Unknown keys and bad values are errors with
-//! line and key.
+//! A scene is TOML; `examples/scenes/` has annotated ones. Lengths are in planet radii, heights that end in `_m` in
+//! metres, angles in degrees, colours are CSS colours (`"#ff8800"`, `"steelblue"`) in sRGB. Unknown keys and bad values
+//! are errors with line and key.
 //!
-//! A plain scene shows one volume, by `field` and `[transfer]`. All else that a scene may show is below; each list may have
-//! any number of entries, and what is left out costs nothing.
+//! A plain scene shows one volume, by `field` and `[transfer]`. All else that a scene may show is below; each list may
+//! have any number of entries, and what is left out costs nothing.
 //!
 //! ```toml
 //! heights = "mean"                # layers are spheres; "native": each column has its own heights
@@ -112,8 +112,8 @@ pub use quality::{Lights, Quality};
 pub use scale::Scale;
 pub use scene::{Lighting, Precision, Scene, Scheme, Source};
 pub use scenery::{
-    Clip, Derivation, Ground, HalfSpace, Heights, How, Isosurface, Level, Lines, LonLatBox, Opacity, Paint,
-    Pattern, Scenery, Surface, Volume,
+    Clip, Derivation, Ground, HalfSpace, Heights, How, Isosurface, Level, Lines, LonLatBox, Opacity, Paint, Pattern,
+    Scenery, Surface, Volume,
 };
 pub use script::{Condition, Script, Shot, Statistic, Summary, View};
 pub use transfer::{Knot, TransferFunction};

@@ -20,9 +20,9 @@ pub struct Stamp {
 pub struct NameTemplate(Template);
 
 impl NameTemplate {
-    /// Parses `template`: `{step}`, `{step:06}` (zero-padded to 6), `{when}` (date and step, or the step where there is no
-    /// date), `{field}`, `$Y $M $D $h $m $s`, and `{view}`, `{lon}`, `{lat}`, `{distance}`, `{exaggeration}`, which a
-    /// [`Script`](crate::script::Script) has values for. It ends in `.png` or `.exr`.
+    /// Parses `template`: `{step}`, `{step:06}` (zero-padded to 6), `{when}` (date and step, or the step where there is
+    /// no date), `{field}`, `$Y $M $D $h $m $s`, and `{view}`, `{lon}`, `{lat}`, `{distance}`, `{exaggeration}`,
+    /// which a [`Script`](crate::script::Script) has values for. It ends in `.png` or `.exr`.
     ///
     /// # Errors
     /// [`ErrorKind::Scene`] names the part that is not understood.
@@ -41,8 +41,7 @@ impl NameTemplate {
     /// [`ErrorKind::Scene`] when it has a word that no script has filled in.
     pub fn name(&self, stamp: &Stamp, field: &str) -> Result<String> {
         if let Some(word) = self.0.words().find(|word| *word != "field") {
-            let context =
-                format!("{{{word}}} in a picture's name, and nothing of that name is drawn in turn");
+            let context = format!("{{{word}}} in a picture's name, and nothing of that name is drawn in turn");
             return Err(Error::new(ErrorKind::Scene, context));
         }
         self.0.fill(stamp, |_| name_part(field))

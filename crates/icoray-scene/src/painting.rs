@@ -60,8 +60,8 @@ impl Scene {
         }
     }
 
-    /// The scene with the first volume's colour map over a range, whose ends the map's scale admits, the lower first; the
-    /// same scene where knots are given.
+    /// The scene with the first volume's colour map over a range, whose ends the map's scale admits, the lower first;
+    /// the same scene where knots are given.
     #[must_use]
     pub fn over(&self, range: [f64; 2]) -> Self {
         let mut scene = self.clone();
@@ -70,18 +70,14 @@ impl Scene {
         scene
     }
 
-    /// The scene with each of its colour maps over the range that `find` gives for it and its field; `None` where it gives
-    /// none for any.
+    /// The scene with each of its colour maps over the range that `find` gives for it and its field; `None` where it
+    /// gives none for any.
     ///
     /// # Errors
     /// The first of `find`'s.
-    pub fn over_each(
-        &self,
-        mut find: impl FnMut(&str, &Coloring) -> Result<Option<[f64; 2]>>,
-    ) -> Result<Option<Self>> {
+    pub fn over_each(&self, mut find: impl FnMut(&str, &Coloring) -> Result<Option<[f64; 2]>>) -> Result<Option<Self>> {
         let paintings = self.paintings();
-        let ranges =
-            paintings.iter().map(|p| p.coloring.map_or(Ok(None), |coloring| find(p.field, coloring)));
+        let ranges = paintings.iter().map(|p| p.coloring.map_or(Ok(None), |coloring| find(p.field, coloring)));
         let ranges = ranges.collect::<Result<Vec<_>>>()?;
         if ranges.iter().all(Option::is_none) {
             return Ok(None);

@@ -130,11 +130,7 @@ fn adapter(source: &Text, raw: &Spanned<toml::Value>) -> Result<Adapter> {
 }
 
 /// Reads each of a list of sections.
-fn each<R, S>(
-    source: Text,
-    raw: &[Spanned<R>],
-    read: impl Fn(&Text, &Spanned<R>) -> Result<S>,
-) -> Result<Vec<S>> {
+fn each<R, S>(source: Text, raw: &[Spanned<R>], read: impl Fn(&Text, &Spanned<R>) -> Result<S>) -> Result<Vec<S>> {
     raw.iter().map(|raw| read(&source, raw)).collect()
 }
 

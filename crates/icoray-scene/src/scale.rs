@@ -8,8 +8,8 @@ pub enum Scale {
     Linear,
     /// The logarithm of the value, which is positive.
     Log,
-    /// The value up to `threshold` on either side of 0, its logarithm beyond; what lies within the threshold takes as much
-    /// room on each side as a power of ten.
+    /// The value up to `threshold` on either side of 0, its logarithm beyond; what lies within the threshold takes as
+    /// much room on each side as a power of ten.
     SymLog {
         /// Where the logarithm begins, above 0.
         threshold: f64,

@@ -65,11 +65,12 @@ pub struct Lighting {
 /// A whole scene, checked.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Scene {
-    /// Fields shown as volumes, at least one: extinctions add up, colours mix by extinction. The first one's field gives the
-    /// scene its layers and the picture its name; where a scene shows no volume, it is transparent.
+    /// Fields shown as volumes, at least one: extinctions add up, colours mix by extinction. The first one's field
+    /// gives the scene its layers and the picture its name; where a scene shows no volume, it is transparent.
     pub volumes: Vec<Volume>,
     /// Of the steps that a running model offers, those that are multiples of this are drawn; at least 1. See
-    /// [`Scene::is_due`]. The renderer itself draws what it is told to; `icoray render` takes the times of a file for steps.
+    /// [`Scene::is_due`]. The renderer itself draws what it is told to; `icoray render` takes the times of a file for
+    /// steps.
     pub every: u32,
     /// Picture width in pixels.
     pub width: u32,
@@ -90,16 +91,17 @@ pub struct Scene {
     /// How pieces are integrated. Scenes that show more than one volume between concentric layers, or cut it
     /// ([`Scene::is_plain`]), are integrated to the tolerance whatever it is, and say so (`Plan::left_out`).
     pub method: Method,
-    /// Largest error allowed in a channel of a premultiplied pixel, 0 to 1; [`Method::Exact`] spends no more than it needs.
+    /// Largest error allowed in a channel of a premultiplied pixel, 0 to 1; [`Method::Exact`] spends no more than it
+    /// needs.
     pub tolerance: f64,
-    /// Whether pixels with the edge of a surface in them show the mean of several rays, where every pixel is traced; else each
-    /// pixel is one ray.
+    /// Whether pixels with the edge of a surface in them show the mean of several rays, where every pixel is traced;
+    /// else each pixel is one ray.
     pub antialias: bool,
     /// Milliseconds that a frame may take, from the field's pointers to its pixels; `None` is as long as it takes.
     ///
-    /// Within it the renderer picks, from what a few rays are measured to cost: first a looser tolerance (up to 1e-2), then
-    /// light that is not cut where the gradient turns, then fewer traced pixels; where gradients alone would take half of
-    /// the time, no light. [`Quality`](crate::quality::Quality) says what it was.
+    /// Within it the renderer picks, from what a few rays are measured to cost: first a looser tolerance (up to 1e-2),
+    /// then light that is not cut where the gradient turns, then fewer traced pixels; where gradients alone would
+    /// take half of the time, no light. [`Quality`](crate::quality::Quality) says what it was.
     pub time_budget_ms: Option<f64>,
     /// Precision of the inner loop; scenes that are not plain ([`Scene::is_plain`]) have double precision throughout.
     pub precision: Precision,
@@ -121,8 +123,8 @@ impl Scene {
     /// The tolerance of a scene that names none.
     pub const DEFAULT_TOLERANCE: f64 = 1e-3;
 
-    /// Name of the first volume's field. Empty where the scene names none, for the first of the fields that a renderer is
-    /// given ([`Scene::name_first_field`]).
+    /// Name of the first volume's field. Empty where the scene names none, for the first of the fields that a renderer
+    /// is given ([`Scene::name_first_field`]).
     pub fn field(&self) -> &str {
         &self.volumes[0].field
     }
@@ -154,13 +156,12 @@ impl Scene {
         self.scenery.rename_fields(&mut rename);
     }
 
-    /// Shows the first volume as an opaque surface on the innermost layer, with the same colours, where the scene gives it no
-    /// opacity. For fields of one value per column, which have no inside.
+    /// Shows the first volume as an opaque surface on the innermost layer, with the same colours, where the scene gives
+    /// it no opacity. For fields of one value per column, which have no inside.
     pub fn show_as_surface(&mut self) {
         let first = &mut self.volumes[0];
         let has_default_opacity = first.opacity.is_none();
-        let Some(coloring) = first.coloring.take_if(|c| has_default_opacity && c.has_default_opacity())
-        else {
+        let Some(coloring) = first.coloring.take_if(|c| has_default_opacity && c.has_default_opacity()) else {
             return;
         };
         let coloring = coloring.without_opacity();
@@ -187,14 +188,13 @@ impl Scene {
         names
     }
 
-    /// The names of the model's fields that the scene needs, each once: those that are shown, and those of which derived
-    /// ones are made.
+    /// The names of the model's fields that the scene needs, each once: those that are shown, and those of which
+    /// derived ones are made.
     pub fn model_fields(&self) -> Vec<&str> {
         let derived = &self.scenery.derived;
         let mut names = Vec::new();
         // Names, and how many of the derived fields each may be one of: those before what is made of it.
-        let mut todo: Vec<(&str, usize)> =
-            self.shown_fields().into_iter().map(|name| (name, derived.len())).collect();
+        let mut todo: Vec<(&str, usize)> = self.shown_fields().into_iter().map(|name| (name, derived.len())).collect();
         todo.reverse();
         while let Some((name, count)) = todo.pop() {
             match derived[..count].iter().rposition(|derived| derived.name == name) {

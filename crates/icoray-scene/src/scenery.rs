@@ -1,7 +1,7 @@
 //! What a scene shows: volumes and, beside them, surfaces, lines and cuts.
 //!
-//! A scene without surfaces and cuts and with one volume is plain ([`Scene::is_plain`](crate::scene::Scene::is_plain)): the
-//! kernel for a single field renders it.
+//! A scene without surfaces and cuts and with one volume is plain ([`Scene::is_plain`](crate::scene::Scene::is_plain)):
+//! the kernel for a single field renders it.
 
 use crate::coloring::Coloring;
 use crate::transfer::TransferFunction;
@@ -64,8 +64,9 @@ impl Scenery {
 pub struct Volume {
     /// Name of the field.
     pub field: String,
-    /// From values to colour and extinction. Where the range follows the data it is a stand-in over 0 to 1 (1 to 10 on a log
-    /// scale); a renderer draws with the range that it finds, as [`Scene::over`](crate::scene::Scene::over) makes it.
+    /// From values to colour and extinction. Where the range follows the data it is a stand-in over 0 to 1 (1 to 10 on
+    /// a log scale); a renderer draws with the range that it finds, as [`Scene::over`](crate::scene::Scene::over)
+    /// makes it.
     pub transfer: TransferFunction,
     /// What the transfer function is made of; `None` where its knots are given.
     pub coloring: Option<Coloring>,

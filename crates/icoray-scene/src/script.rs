@@ -1,7 +1,7 @@
 //! The pictures that a scene file describes: views, when each is drawn, how its camera moves, what it sweeps.
 //!
-//! A [`Scene`] is one picture. A [`Script`] says, step by step, which pictures are due; it remembers nothing, so that it
-//! says the same to every rank and after every restart.
+//! A [`Scene`] is one picture. A [`Script`] says, step by step, which pictures are due; it remembers nothing, so that
+//! it says the same to every rank and after every restart.
 
 mod aim;
 mod condition;
@@ -26,16 +26,16 @@ use icoray_grid::{Error, ErrorKind, Result};
 
 /// All that a scene file asks for.
 ///
-/// A file describes one picture, or several by `[[views]]`: tables with a `name` and whatever keys differ from the file's
-/// own. Tables are merged key by key, arrays are replaced; a key that goes instead of others (`eye` instead of `lon` and
-/// `lat`, `knots` instead of `map`) takes their place.
+/// A file describes one picture, or several by `[[views]]`: tables with a `name` and whatever keys differ from the
+/// file's own. Tables are merged key by key, arrays are replaced; a key that goes instead of others (`eye` instead of
+/// `lon` and `lat`, `knots` instead of `map`) takes their place.
 ///
-/// - `every`, `at_steps` and `at_times` say at which steps a view is drawn: at those that any of them names, and at all where
-///   none is given. A time, in seconds, is reached by one step: the first one at it or later.
+/// - `every`, `at_steps` and `at_times` say at which steps a view is drawn: at those that any of them names, and at all
+///   where none is given. A time, in seconds, is reached by one step: the first one at it or later.
 /// - `when` is a condition on a field, such as `"max(vorticity) > 1e-4"`, or a list of such; all must hold as well.
 /// - `camera.orbit` and `camera.path` move the camera.
-/// - `[sweep]` has lists of `lon`, `lat`, `distance`, `exaggeration` and `field`, and draws their product each time, the
-///   last list the fastest.
+/// - `[sweep]` has lists of `lon`, `lat`, `distance`, `exaggeration` and `field`, and draws their product each time,
+///   the last list the fastest.
 /// - `output.cinema` and `output.concat` name a Cinema database and a list of pictures for ffmpeg, at `output.fps`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Script {
@@ -73,8 +73,8 @@ impl Script {
         Script { views }
     }
 
-    /// Puts the date, where a stamp has one, before the step into the names of pictures that the scene file leaves to icoray:
-    /// for models, whose step numbers may begin again when they are restarted.
+    /// Puts the date, where a stamp has one, before the step into the names of pictures that the scene file leaves to
+    /// icoray: for models, whose step numbers may begin again when they are restarted.
     ///
     /// ```
     /// use icoray_scene::{Script, name::Stamp};
@@ -137,12 +137,13 @@ impl Script {
         self.views.iter().filter(move |view| view.schedule.is_due(now, before))
     }
 
-    /// The pictures that are due at a step, view by view. Every step of a run is offered, `before` being the one offered
-    /// before it. Where there is none, times of `at_times` before `now` are drawn if `now` is step 1 or earlier; a run that
-    /// begins later goes on with another one, which drew them, but for what the one step to `now` has reached.
+    /// The pictures that are due at a step, view by view. Every step of a run is offered, `before` being the one
+    /// offered before it. Where there is none, times of `at_times` before `now` are drawn if `now` is step 1 or
+    /// earlier; a run that begins later goes on with another one, which drew them, but for what the one step to
+    /// `now` has reached.
     ///
-    /// `statistic` is asked for fields of [`Condition::field`]; `None` says that all values are missing, and no condition on
-    /// them holds. It is not asked where no scheduled view has a condition.
+    /// `statistic` is asked for fields of [`Condition::field`]; `None` says that all values are missing, and no
+    /// condition on them holds. It is not asked where no scheduled view has a condition.
     ///
     /// # Errors
     /// What `statistic` gives.

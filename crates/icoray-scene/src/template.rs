@@ -27,7 +27,8 @@ impl Template {
     /// Words of names that a script has values for.
     pub const WORDS: [&str; 6] = ["field", "view", "lon", "lat", "distance", "exaggeration"];
 
-    /// Parses `text`: `{step}`, `{step:06}` (zero-padded to 6), `{when}`, each of `words` in braces, `$Y $M $D $h $m $s`.
+    /// Parses `text`: `{step}`, `{step:06}` (zero-padded to 6), `{when}`, each of `words` in braces, `$Y $M $D $h $m
+    /// $s`.
     ///
     /// # Errors
     /// [`ErrorKind::Scene`] names the part that is not understood.
@@ -51,8 +52,7 @@ impl Template {
                 b'{' => {
                     let end = rest.find('}').ok_or_else(|| bad("a { without a closing }".into()))?;
                     let wish = || {
-                        let last =
-                            words.iter().map(|word| format!("{{{word}}}")).collect::<Vec<_>>().join(" or ");
+                        let last = words.iter().map(|word| format!("{{{word}}}")).collect::<Vec<_>>().join(" or ");
                         bad(format!("{}, expected {{step}}, {{step:06}}, {{when}} or {last}", &rest[..=end]))
                     };
                     (brace(&rest[1..end], words).ok_or_else(wish)?, end + 1)
@@ -157,10 +157,7 @@ fn brace(inside: &str, words: &[&'static str]) -> Option<Segment> {
 /// [`ErrorKind::Argument`] where there is no date, or one that is not understood.
 pub fn date(stamp: &Stamp) -> Result<[&str; 6]> {
     let bad = |what| {
-        Error::new(
-            ErrorKind::Argument,
-            format!("date {what}, expected YYYY-MM-DD_hh:mm:ss (the output name needs it)"),
-        )
+        Error::new(ErrorKind::Argument, format!("date {what}, expected YYYY-MM-DD_hh:mm:ss (the output name needs it)"))
     };
     let Some(text) = &stamp.date else {
         return Err(bad("is absent".to_string()));

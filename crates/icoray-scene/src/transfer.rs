@@ -20,8 +20,8 @@ pub struct Knot {
 pub struct TransferFunction {
     /// The knots, at least one.
     pub knots: Vec<Knot>,
-    /// The length that extinction refers to, in planet radii after exaggeration; `None` is the shell's own thickness, so
-    /// that a ray straight down through the whole shell meets an optical depth equal to the extinction.
+    /// The length that extinction refers to, in planet radii after exaggeration; `None` is the shell's own thickness,
+    /// so that a ray straight down through the whole shell meets an optical depth equal to the extinction.
     pub unit_length: Option<f64>,
 }
 

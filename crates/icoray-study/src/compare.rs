@@ -54,8 +54,7 @@ impl BoundCheck {
     /// Checks each pixel's bound against its error, to the last bit.
     pub fn new(bound: &[f32], pixel_errors: &[f64]) -> Self {
         assert_eq!(bound.len(), pixel_errors.len(), "a bound for each pixel");
-        let pairs: Vec<(f64, f64)> =
-            bound.iter().map(|b| f64::from(*b)).zip(pixel_errors.iter().copied()).collect();
+        let pairs: Vec<(f64, f64)> = bound.iter().map(|b| f64::from(*b)).zip(pixel_errors.iter().copied()).collect();
         let is_over = |(b, e): &&(f64, f64)| e > b || b.is_nan();
         let active = |(b, e): &&(f64, f64)| *b != 0.0 || *e > 0.0;
         let median_bound = median(pairs.iter().filter(active).map(|p| p.0).collect());

@@ -1,8 +1,8 @@
-//! The paper's Figure 6: the distance to the centre, lit, on the low-resolution grid, against a ground truth with exact values
-//! and gradients and spherical layers.
+//! The paper's Figure 6: the distance to the centre, lit, on the low-resolution grid, against a ground truth with exact
+//! values and gradients and spherical layers.
 //!
-//! The difference is the grid's own error: layers of flat triangles lie up to `h²/6` inside the sphere (h the distance of
-//! neighbouring cells), 2.4e-4 of the radius at n = 5. It is largest where rays graze a layer.
+//! The difference is the grid's own error: layers of flat triangles lie up to `h²/6` inside the sphere (h the distance
+//! of neighbouring cells), 2.4e-4 of the radius at n = 5. It is largest where rays graze a layer.
 
 use crate::compare::Comparison;
 use crate::montage::amplified;

@@ -1,5 +1,5 @@
-//! The paper's Figure 8: close-ups by interpolation in wedges, in tetrahedra, and by mean value coordinates, the default method
-//! and the oracle, with amplified differences from the oracle, at equal step and at equal time.
+//! The paper's Figure 8: close-ups by interpolation in wedges, in tetrahedra, and by mean value coordinates, the
+//! default method and the oracle, with amplified differences from the oracle, at equal step and at equal time.
 
 use crate::closeup::{AtStep, METHODS, View};
 use crate::compare::{Comparison, median};

@@ -1,5 +1,5 @@
-//! The paper's Figure 9: frame rate against the sampling step for interpolation in wedges, in tetrahedra and by mean value
-//! coordinates, in the views of Figure 8.
+//! The paper's Figure 9: frame rate against the sampling step for interpolation in wedges, in tetrahedra and by mean
+//! value coordinates, in the views of Figure 8.
 
 use crate::closeup::{METHODS, View};
 use crate::compare::median;
@@ -135,8 +135,7 @@ fn print(scene: &StudyScene, rates: &[Rate], exact_s: f64, out: &mut dyn Write) 
     say!(out, "{:>12} {}", "", heads.join(" "))?;
     for (number, (name, _, _)) in METHODS.iter().enumerate() {
         let cells: Vec<String> = of(number).map(|r| format!("{:>9.3}", r.frames_per_s())).collect();
-        let gains: Vec<f64> =
-            of(0).zip(of(number)).map(|(w, r)| w.frames_per_s() / r.frames_per_s() - 1.0).collect();
+        let gains: Vec<f64> = of(0).zip(of(number)).map(|(w, r)| w.frames_per_s() / r.frames_per_s() - 1.0).collect();
         let gain = 100.0 * gains.iter().sum::<f64>() / gains.len().max(1) as f64;
         let words = if number == 0 { String::new() } else { format!("  wedges gain {gain:.0} % on average") };
         say!(out, "{name:>12} {}{words}", cells.join(" "))?;

@@ -1,7 +1,8 @@
-//! Milliseconds of frames on a GPU, by its own clock and from end to end, with the CPU's and the paper's: the paper's Table 2
-//! scene, also in larger pictures, with and without light.
+//! Milliseconds of frames on a GPU, by its own clock and from end to end, with the CPU's and the paper's: the paper's
+//! Table 2 scene, also in larger pictures, with and without light.
 //!
-//! Peak rates of the device are measured in the same run ([`icoray_gpu::Peaks`]); `cost` counts bytes and operations of frames.
+//! Peak rates of the device are measured in the same run ([`icoray_gpu::Peaks`]); `cost` counts bytes and operations of
+//! frames.
 
 use crate::results::{CsvFile, make_directory, progress, say, write_file};
 use crate::scenes::multi_scale;
@@ -82,8 +83,8 @@ impl Options {
 /// Measures, prints a line per picture, and writes `gpu.csv` and `gpu.md`.
 ///
 /// # Errors
-/// [`ErrorKind::Unsupported`] where there is no such device; whatever the library says, and [`ErrorKind::Io`] when a result
-/// cannot be written.
+/// [`ErrorKind::Unsupported`] where there is no such device; whatever the library says, and [`ErrorKind::Io`] when a
+/// result cannot be written.
 pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
     let unsupported = |reason: &dyn std::fmt::Display| Error::new(ErrorKind::Unsupported, reason.to_string());
     let gpu = Arc::new(Gpu::new(options.device.clone()).map_err(|reason| unsupported(&reason))?);
@@ -118,8 +119,7 @@ pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
         peaks,
     };
     let rows = measure(&benchmark, &options.settings(), options, out)?;
-    let text =
-        table::markdown(&rows, &format!("{} cells × {layers} layers", grid.cells()), &name, &benchmark);
+    let text = table::markdown(&rows, &format!("{} cells × {layers} layers", grid.cells()), &name, &benchmark);
     write_file(&options.out.join("gpu.md"), &text)?;
     say!(out, "\n{text}\ntables in {}", options.out.display())
 }

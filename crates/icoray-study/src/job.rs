@@ -1,4 +1,5 @@
-//! The input of oracle and methods, and what both derive from it: the shell, rays, and the values at a frustum's six vertices.
+//! The input of oracle and methods, and what both derive from it: the shell, rays, and the values at a frustum's six
+//! vertices.
 
 use glam::DVec3;
 use icoray::{CenterField, Field, Frustum, Grid, Layers, Location, Plan, Renderer, Result, Scene, Traversal};
@@ -81,13 +82,9 @@ impl<'a> PreparedJob<'a> {
         (DVec3::from_array(camera.eye()), DVec3::from_array(dir))
     }
 
-    /// Calls `pixel` with column, row and a traversal hint for each pixel, rows in parallel on the renderer's threads; results are in
-    /// the order of pixels.
-    pub fn pixels<P: Send>(
-        &self,
-        renderer: &Renderer,
-        pixel: impl Fn(u32, u32, &mut u32) -> P + Sync,
-    ) -> Vec<P> {
+    /// Calls `pixel` with column, row and a traversal hint for each pixel, rows in parallel on the renderer's threads;
+    /// results are in the order of pixels.
+    pub fn pixels<P: Send>(&self, renderer: &Renderer, pixel: impl Fn(u32, u32, &mut u32) -> P + Sync) -> Vec<P> {
         let row = |y: u32| {
             let mut hint = 0;
             (0..self.scene.width).map(|x| pixel(x, y, &mut hint)).collect::<Vec<_>>()

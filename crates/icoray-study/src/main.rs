@@ -1,5 +1,5 @@
-//! `icoray-study NAME` runs a study. Results go to stdout; an error is one line on stderr and exit code 1, wrong usage exit
-//! code 2.
+//! `icoray-study NAME` runs a study. Results go to stdout; an error is one line on stderr and exit code 1, wrong usage
+//! exit code 2.
 #![forbid(unsafe_code)]
 
 use clap::Parser;

@@ -79,11 +79,7 @@ pub(crate) fn frame(width: u32, height: u32, pixels: Vec<[f32; 4]>) -> Frame {
 }
 
 /// The difference of two pictures, times `amplify`, on black.
-pub(crate) fn amplified<T: Copy + Into<f64>>(
-    pixels: &[[f32; 4]],
-    truth: &[[T; 4]],
-    amplify: f64,
-) -> Vec<[f32; 4]> {
+pub(crate) fn amplified<T: Copy + Into<f64>>(pixels: &[[f32; 4]], truth: &[[T; 4]], amplify: f64) -> Vec<[f32; 4]> {
     let pixel = |(a, b): (&[f32; 4], &[T; 4])| {
         let [r, g, b] = [0, 1, 2].map(|k| (amplify * (f64::from(a[k]) - b[k].into()).abs()) as f32);
         [r, g, b, 1.0]

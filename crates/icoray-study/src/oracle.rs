@@ -1,8 +1,9 @@
 //! Renders to ten digits: the renderer's integral and interpolant, in f64, by other numerical methods.
 //!
-//! [`icoray::Traversal`] gives the frusta along a ray. Each is cut at the extremum of the value and at knots of the transfer
-//! function; the smooth pieces are integrated by panels of order 16. Values are taken
-//! relative to a vertex of the frustum, so that errors are measured by the field's variation in a frustum, not by its size.
+//! [`icoray::Traversal`] gives the frusta along a ray. Each is cut at the extremum of the value and at knots of the
+//! transfer function; the smooth pieces are integrated by panels of order 16. Values are taken
+//! relative to a vertex of the frustum, so that errors are measured by the field's variation in a frustum, not by its
+//! size.
 
 mod gauss;
 mod gradients;
@@ -29,9 +30,9 @@ const PANEL: f64 = 0.25;
 
 /// A scene over a grid and a field, to be evaluated.
 ///
-/// Unlit pixels are right to 1e-10 whatever the transfer function, lit ones to 1e-8, as far as f64 defines the picture: a
-/// step met by a value that is constant along the ray to rounding, or a value that turns inside a spike a millionth wide,
-/// magnifies the rounding of the ray's points.
+/// Unlit pixels are right to 1e-10 whatever the transfer function, lit ones to 1e-8, as far as f64 defines the picture:
+/// a step met by a value that is constant along the ray to rounding, or a value that turns inside a spike a millionth
+/// wide, magnifies the rounding of the ray's points.
 #[derive(Debug)]
 pub struct Oracle<'a> {
     prepared: PreparedJob<'a>,
@@ -71,8 +72,8 @@ impl<'a> Oracle<'a> {
         })
     }
 
-    /// Radiance along the ray from `eye` in the unit direction `dir`, lengths in planet radii: premultiplied linear RGB and
-    /// opacity, without the background. `hint` as in [`icoray::Traversal::ray`].
+    /// Radiance along the ray from `eye` in the unit direction `dir`, lengths in planet radii: premultiplied linear RGB
+    /// and opacity, without the background. `hint` as in [`icoray::Traversal::ray`].
     pub fn ray(&self, eye: DVec3, dir: DVec3, hint: &mut u32) -> [f64; 4] {
         let mut radiance = Radiance { color: DVec3::ZERO, transmittance: 1.0 };
         let lighting = RayLighting::new(self.prepared.scene, dir);
@@ -81,11 +82,7 @@ impl<'a> Oracle<'a> {
                 Stretch::Frustum(frustum) => self.frustum(frustum, lighting.as_ref(), &mut radiance),
                 Stretch::Core { t } => core(self.prepared.scene, eye + *t * dir, dir, &mut radiance),
             }
-            if radiance.transmittance > MIN_TRANSMITTANCE {
-                ControlFlow::Continue(())
-            } else {
-                ControlFlow::Break(())
-            }
+            if radiance.transmittance > MIN_TRANSMITTANCE { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
         });
         let [r, g, b] = radiance.color.to_array();
         [r, g, b, 1.0 - radiance.transmittance]
@@ -189,8 +186,7 @@ impl RayInFrustum<'_, '_> {
     /// The gradient's three components along the frustum.
     fn normal(&self) -> [FrustumInterpolant; 3] {
         let layers = self.oracle.prepared.radius.len();
-        let at =
-            |k: usize, layer: usize| self.oracle.gradients[self.frustum.cells[k] as usize * layers + layer];
+        let at = |k: usize, layer: usize| self.oracle.gradients[self.frustum.cells[k] as usize * layers + layer];
         let on = |layer| [at(0, layer), at(1, layer), at(2, layer)];
         let (low, high) = (on(self.frustum.layer), on(self.frustum.layer + 1));
         [0, 1, 2].map(|i| self.geometry.interpolant(&low.map(|g| g[i]), &high.map(|g| g[i]), 0.0))
@@ -205,8 +201,7 @@ pub(crate) fn direction_of(gradient: DVec3) -> DVec3 {
 
 /// The component along `v` of a vector whose components run along the same stretch.
 fn component(of: &[FrustumInterpolant; 3], v: DVec3) -> FrustumInterpolant {
-    let dot =
-        |get: &dyn Fn(&FrustumInterpolant) -> f64| v.dot(DVec3::new(get(&of[0]), get(&of[1]), get(&of[2])));
+    let dot = |get: &dyn Fn(&FrustumInterpolant) -> f64| v.dot(DVec3::new(get(&of[0]), get(&of[1]), get(&of[2])));
     FrustumInterpolant { f: [dot(&|c| c.f[0]), dot(&|c| c.f[1])], bend: dot(&|c| c.bend), eps: of[0].eps }
 }
 

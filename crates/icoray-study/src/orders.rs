@@ -1,5 +1,5 @@
-//! Orders of convergence, in the sense of Etiene et al. 2014 (doi:10.1109/TVCG.2013.90): the power of two by which the error
-//! falls when a step is halved or the mesh bisected. An error in a formula or in its code shows as a lost order.
+//! Orders of convergence, in the sense of Etiene et al. 2014 (doi:10.1109/TVCG.2013.90): the power of two by which the
+//! error falls when a step is halved or the mesh bisected. An error in a formula or in its code shows as a lost order.
 
 use crate::compare::Comparison;
 use crate::methods::Method;
@@ -260,11 +260,8 @@ mod tests {
     fn no_order_in_the_step_is_lost() {
         for (kind, second) in [(Kind::Smooth, 2.0), (Kind::Kinks, 2.0), (Kind::Steps, 1.0)] {
             for series in in_step(&small(), kind).unwrap() {
-                let expected = if ["constant", "pre-integrated, unattenuated"].contains(&series.method) {
-                    1.0
-                } else {
-                    second
-                };
+                let expected =
+                    if ["constant", "pre-integrated, unattenuated"].contains(&series.method) { 1.0 } else { second };
                 let [low, high] = range(&series);
                 println!("{kind:?} {}: {low:.2} to {high:.2}", series.method);
                 let slack = if expected > 1.5 { 0.25 } else { 0.35 };

@@ -33,8 +33,7 @@ fn status(name: &str) -> Result<u64> {
     let path = Path::new("/proc/self/status");
     let text = read_text(path)?;
     let of_line = |line: &str| line.strip_prefix(name)?.trim().strip_suffix(" kB")?.trim().parse().ok();
-    let kilobytes: u64 =
-        text.lines().find_map(of_line).ok_or_else(|| io_error(path, format!("has no {name}")))?;
+    let kilobytes: u64 = text.lines().find_map(of_line).ok_or_else(|| io_error(path, format!("has no {name}")))?;
     Ok(1024 * kilobytes)
 }
 

@@ -126,11 +126,7 @@ impl Axis {
             });
             ticks.filter(inside).collect::<Vec<f64>>()
         };
-        Axis {
-            ends: [10f64.powf(low), 10f64.powf(high)],
-            labelled: of(digits.to_vec()),
-            light: of((2..10).collect()),
-        }
+        Axis { ends: [10f64.powf(low), 10f64.powf(high)], labelled: of(digits.to_vec()), light: of((2..10).collect()) }
     }
 
     fn range(self) -> WithKeyPoints<LogCoord<f64>> {
@@ -157,8 +153,8 @@ fn label(value: &f64) -> String {
     if digits == "1" { format!("10{power}") } else { format!("{digits}·10{power}") }
 }
 
-/// A marker's outline in pixels around its point: a disc, square, diamond, triangle or hourglass. Styles of like colours
-/// have other shapes.
+/// A marker's outline in pixels around its point: a disc, square, diamond, triangle or hourglass. Styles of like
+/// colours have other shapes.
 fn outline(style: usize) -> Vec<(i32, i32)> {
     match style {
         0 | 5 => vec![(2, 5), (5, 2), (5, -2), (2, -5), (-2, -5), (-5, -2), (-5, 2), (-2, 5)],

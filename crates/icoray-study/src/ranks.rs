@@ -1,7 +1,7 @@
 //! Load balance and communication of ranks, simulated in one process.
 //!
-//! Ranks are threads that compute one after the other ([`sequential`]), so that the seconds of each are those of a processor of
-//! its own. The network is not simulated: bytes are reported instead.
+//! Ranks are threads that compute one after the other ([`sequential`]), so that the seconds of each are those of a
+//! processor of its own. The network is not simulated: bytes are reported instead.
 
 use crate::results::{CsvFile, progress, say};
 use crate::scenes::multi_scale;
@@ -108,8 +108,7 @@ pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
         for &ranks in &options.ranks {
             bar.set_message(format!("{ranks} ranks"));
             let parts = sharing.partition().map(|partition| MeshPart::all(&sphere, partition, ranks));
-            let simulation =
-                Simulation::new(&sphere, parts.as_deref(), &scenes, (options.frames, options.node_ranks))?;
+            let simulation = Simulation::new(&sphere, parts.as_deref(), &scenes, (options.frames, options.node_ranks))?;
             for (scene, frame) in simulation.frames(ranks)?.into_iter().enumerate() {
                 bar.suspend(|| table.row(multi_scale::TRANSFERS[scene].0, scene, sharing, &frame))?;
             }
@@ -184,13 +183,10 @@ impl<'w> Simulation<'w> {
                 RankFrame { busy_s, report }
             })
         })?;
-        let frame =
-            |number: usize| of_ranks.iter().map(|of_rank| of_rank[number].clone()).collect::<Vec<_>>();
+        let frame = |number: usize| of_ranks.iter().map(|of_rank| of_rank[number].clone()).collect::<Vec<_>>();
         let min = |scene: usize| {
             let frames = (scene * self.frames + 1..(scene + 1) * self.frames).map(frame);
-            frames
-                .min_by(|a, b| busiest(a).total_cmp(&busiest(b)))
-                .expect("there is a frame behind the first")
+            frames.min_by(|a, b| busiest(a).total_cmp(&busiest(b))).expect("there is a frame behind the first")
         };
         Ok((0..self.scenes.len()).map(min).collect())
     }

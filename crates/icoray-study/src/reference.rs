@@ -2,8 +2,8 @@
 //!
 //! It shares only its inputs with the renderer. A point is located by solving for its barycentric coordinates in a
 //! triangle's three directions; the value is the paper's §3.3 to the letter (two barycentric interpolations, then one
-//! along the radius); rays are integrated by tiny midpoint steps; vertex gradients are differences of the interpolant in
-//! each incident frustum.
+//! along the radius); rays are integrated by tiny midpoint steps; vertex gradients are differences of the interpolant
+//! in each incident frustum.
 
 use crate::shading;
 use glam::{DMat3, DVec3};
@@ -33,17 +33,14 @@ impl<'a> Reference<'a> {
     /// `radius` are the layers' radii in planet radii, rising, exaggeration applied; layer 0 of `field` is the lowest.
     pub fn new(grid: &'a Grid<'a>, radius: &[f64], field: &Field, scene: &'a Scene) -> Self {
         let layers = radius.len();
-        let values = (0..grid.cells())
-            .flat_map(|c| (0..layers).map(move |l| (c, l)))
-            .map(|(c, l)| field.value(c, l))
-            .collect();
+        let values =
+            (0..grid.cells()).flat_map(|c| (0..layers).map(move |l| (c, l))).map(|(c, l)| field.value(c, l)).collect();
         let basis = |t: u32| {
             let [a, b, c] = grid.triangle(t).map(|cell| grid.direction(cell));
             DMat3::from_cols(a, b, c).inverse()
         };
         let inverse = (0..grid.triangles() as u32).map(basis).collect();
-        let mut reference =
-            Reference { grid, scene, radius: radius.to_vec(), values, inverse, gradients: Vec::new() };
+        let mut reference = Reference { grid, scene, radius: radius.to_vec(), values, inverse, gradients: Vec::new() };
         if scene.lighting.is_some() {
             reference.gradients = reference.vertex_gradients();
         }
@@ -107,12 +104,9 @@ impl<'a> Reference<'a> {
         let layers = self.radius.len();
         let mut sums = vec![(DVec3::ZERO, 0.0); self.values.len()];
         for t in 0..self.grid.triangles() as u32 {
-            for (cell, layer) in
-                self.grid.triangle(t).into_iter().flat_map(|c| (0..layers).map(move |l| (c, l)))
-            {
+            for (cell, layer) in self.grid.triangle(t).into_iter().flat_map(|c| (0..layers).map(move |l| (c, l))) {
                 let at = self.grid.direction(cell) * self.radius[layer];
-                for gap in [layer.checked_sub(1), (layer + 1 < layers).then_some(layer)].into_iter().flatten()
-                {
+                for gap in [layer.checked_sub(1), (layer + 1 < layers).then_some(layer)].into_iter().flatten() {
                     let slope = |axis: DVec3| {
                         let ahead = self.continued(t, gap, at + axis * H);
                         (ahead - self.continued(t, gap, at - axis * H)) / (2.0 * H)
@@ -175,12 +169,7 @@ impl<'a> Reference<'a> {
                     && let Some(core) = self.scene.core
                 {
                     color += transmittance
-                        * shading::ground(
-                            self.scene,
-                            DVec3::from_array(core),
-                            (eye + t * dir).normalize(),
-                            dir,
-                        );
+                        * shading::ground(self.scene, DVec3::from_array(core), (eye + t * dir).normalize(), dir);
                     return [color.x, color.y, color.z, 1.0];
                 }
                 self.step(eye + 0.5 * (t + to) * dir, to - t, dir, &mut hint, &mut color, &mut transmittance);
@@ -190,15 +179,7 @@ impl<'a> Reference<'a> {
         [color.x, color.y, color.z, 1.0 - transmittance]
     }
 
-    fn step(
-        &self,
-        p: DVec3,
-        length: f64,
-        dir: DVec3,
-        hint: &mut u32,
-        color: &mut DVec3,
-        transmittance: &mut f64,
-    ) {
+    fn step(&self, p: DVec3, length: f64, dir: DVec3, hint: &mut u32, color: &mut DVec3, transmittance: &mut f64) {
         let Some(point) = self.locate(p, hint) else { return };
         let value = self.interpolate(&point);
         if value.is_nan() {

@@ -110,9 +110,6 @@ mod tests {
         let path = directory.path().join("README.md");
         std::fs::write(&path, "nothing").unwrap();
         let error = replace_section(&path, "speed", "").unwrap_err().to_string();
-        assert!(
-            error.contains("expected a line <!-- icoray-study speed --> and behind it <!-- end -->"),
-            "{error}"
-        );
+        assert!(error.contains("expected a line <!-- icoray-study speed --> and behind it <!-- end -->"), "{error}");
     }
 }

@@ -15,11 +15,9 @@ fn instructions_are_counted_or_it_is_said_that_they_are_not() {
     if said.contains("instructions are not counted: neither") {
         return skip(Need::Counters);
     }
-    let row =
-        said.lines().find_map(|line| line.strip_prefix("| unlit: instructions per frustum that is read | "));
+    let row = said.lines().find_map(|line| line.strip_prefix("| unlit: instructions per frustum that is read | "));
     let row = row.unwrap_or_else(|| panic!("{said}"));
-    let counts: Vec<f64> =
-        row.trim_end_matches(" |").split(" | ").map(|cell| cell.parse().unwrap()).collect();
+    let counts: Vec<f64> = row.trim_end_matches(" |").split(" | ").map(|cell| cell.parse().unwrap()).collect();
     let [dense, walk] = counts[..] else { panic!("{row}") };
     // A few for each number that a frustum has.
     assert!(walk > 20.0 && dense > 1.2 * walk && dense < 1e5, "{row}");

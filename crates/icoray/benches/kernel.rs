@@ -7,9 +7,7 @@ use divan::{Bencher, black_box};
 use glam::DVec3;
 use icoray::device::Span;
 use icoray::device::mirror::{self, light::AlongRay};
-use icoray::{
-    Field, Grid, IcosahedralMesh, Layers, Location, Method, Renderer, Scene, Shape, Stretch, Traversal,
-};
+use icoray::{Field, Grid, IcosahedralMesh, Layers, Location, Method, Renderer, Scene, Shape, Stretch, Traversal};
 use std::ops::ControlFlow;
 use std::sync::LazyLock;
 

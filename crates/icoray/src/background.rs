@@ -1,9 +1,9 @@
 //! Frames drawn by a thread of their own, one at a time, while the model computes on.
 //!
-//! The model hands over a copy of the fields that the scenes of a step need ([`Snapshot`]) and goes on; the frames are drawn
-//! from the copy, in their order, and passed to the [`Writer`]. At most one step is in progress: submitting the next
-//! one blocks the model until then. Memory is one copy of each field, and a model that submits more pictures than can
-//! be drawn is slowed. Tables of the grid are not copied; after [`Background::wait`] no thread reads them.
+//! The model hands over a copy of the fields that the scenes of a step need ([`Snapshot`]) and goes on; the frames are
+//! drawn from the copy, in their order, and passed to the [`Writer`]. At most one step is in progress: submitting the
+//! next one blocks the model until then. Memory is one copy of each field, and a model that submits more pictures than
+//! can be drawn is slowed. Tables of the grid are not copied; after [`Background::wait`] no thread reads them.
 //!
 //! Several ranks can render a frame together in the background ([`Background::over`]). Their drawing threads do not
 //! call the transport: the model's thread moves messages in each call.
@@ -64,8 +64,8 @@ impl Background {
     /// The same for ranks that render frames together; rank 0 passes them to its `writer`. Collective.
     ///
     /// # Errors
-    /// The same on all ranks: [`ErrorKind::Io`] when a thread cannot be made, [`ErrorKind::Unsupported`] where the ranks'
-    /// team has no messages of its own for this, [`ErrorKind::Mpi`] when the transport fails.
+    /// The same on all ranks: [`ErrorKind::Io`] when a thread cannot be made, [`ErrorKind::Unsupported`] where the
+    /// ranks' team has no messages of its own for this, [`ErrorKind::Mpi`] when the transport fails.
     pub fn over(ranks: &mut Ranks, renderer: Arc<Renderer>, writer: Arc<Writer>) -> Result<Self> {
         let (with, to) = (Arc::clone(&renderer), Arc::clone(&writer));
         let draw = move |ranks: &mut Ranks, job: Job, copies: &Copies, accepted| {
@@ -88,9 +88,7 @@ impl Background {
         writer: Arc<Writer>,
         mut ranks: Ranks,
         pump: Option<MessagePump>,
-        mut draw: impl FnMut(&mut Ranks, Job, &Copies, Accepted) -> Result<(FrameReport, Option<Stamp>)>
-        + Send
-        + 'static,
+        mut draw: impl FnMut(&mut Ranks, Job, &Copies, Accepted) -> Result<(FrameReport, Option<Stamp>)> + Send + 'static,
     ) -> Result<Self> {
         let (jobs, todo) = bounded::<Step>(1);
         let (done, drawn) = bounded(1);
@@ -100,8 +98,7 @@ impl Background {
                 let (mut cost, mut all) = (accepted, Vec::with_capacity(jobs.len()));
                 for job in jobs {
                     let is_first = all.is_empty();
-                    let drawn =
-                        attempt(&mut ranks, job, is_first, |ranks, job| draw(ranks, job, &copies, cost));
+                    let drawn = attempt(&mut ranks, job, is_first, |ranks, job| draw(ranks, job, &copies, cost));
                     if drawn.result.is_ok() {
                         cost = Accepted::default();
                     }
@@ -112,8 +109,7 @@ impl Background {
             }
         };
         let thread = Builder::new().name("icoray-draw".into()).spawn(work);
-        let thread =
-            thread.map_err(|e| Error::new(ErrorKind::Io, format!("cannot make the drawing thread: {e}")))?;
+        let thread = thread.map_err(|e| Error::new(ErrorKind::Io, format!("cannot make the drawing thread: {e}")))?;
         Ok(Background {
             renderer,
             writer,
@@ -138,15 +134,16 @@ impl Background {
         refused.pop().map_or(Ok(accepted), |(_, error)| Err(error))
     }
 
-    /// Hands over the frames of a step: waits for those before, copies those of `fields` that any of the scenes needs on the
-    /// renderer's threads, each once, and returns; they may then change. What is wrong with a job itself goes to `refused`
-    /// now, with the job's number: that frame is left out and has no outcome. Nothing is copied where none is left.
+    /// Hands over the frames of a step: waits for those before, copies those of `fields` that any of the scenes needs
+    /// on the renderer's threads, each once, and returns; they may then change. What is wrong with a job itself
+    /// goes to `refused` now, with the job's number: that frame is left out and has no outcome. Nothing is copied
+    /// where none is left.
     ///
-    /// `ranks` are those of [`Self::over`], all of which hand over the same jobs together: collective, and so is what is
-    /// refused.
+    /// `ranks` are those of [`Self::over`], all of which hand over the same jobs together: collective, and so is what
+    /// is refused.
     ///
-    /// [`Plan::new`](crate::plan::Plan::new), [`Writer::check`] and [`Fields::get`] say what can be wrong; [`ErrorKind::Field`]
-    /// where a scene needs heights and there are none.
+    /// [`Plan::new`](crate::plan::Plan::new), [`Writer::check`] and [`Fields::get`] say what can be wrong;
+    /// [`ErrorKind::Field`] where a scene needs heights and there are none.
     ///
     /// # Errors
     /// [`ErrorKind::Internal`] when the thread is gone; [`ErrorKind::Mpi`] when ranks cannot be reached.
@@ -158,8 +155,7 @@ impl Background {
         refused: &mut Vec<(usize, Error)>,
     ) -> Result<Accepted> {
         let fields = fields.into();
-        let mut accepted_jobs =
-            AcceptedJobs::new(jobs.into_iter().map(|job| (job, Fields::default())).collect());
+        let mut accepted_jobs = AcceptedJobs::new(jobs.into_iter().map(|job| (job, Fields::default())).collect());
         accepted_jobs.retain(ranks, refused, |job, its| {
             *its = needed(job, &fields)?;
             Ok(())
@@ -228,9 +224,9 @@ impl Background {
         mem::take(&mut self.outcomes)
     }
 
-    /// Waits until nothing is being drawn and all frames are with the writer: then grid, layers and renderer are not in use.
-    /// They may yet have to be written ([`Writer::wait`]). Collective, unless ranks can be reached no more: then frames that
-    /// need them fail.
+    /// Waits until nothing is being drawn and all frames are with the writer: then grid, layers and renderer are not in
+    /// use. They may yet have to be written ([`Writer::wait`]). Collective, unless ranks can be reached no more:
+    /// then frames that need them fail.
     pub fn wait(&mut self) {
         if !mem::take(&mut self.is_under_way) {
             return;

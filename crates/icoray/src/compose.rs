@@ -37,8 +37,8 @@ pub(crate) struct Composer<'g> {
 }
 
 impl Composer<'_> {
-    /// The light along the ray from `eye` towards `dir`, and the surfaces that it meets; `None` where it misses the shell.
-    /// `fragments` are sorted on the way.
+    /// The light along the ray from `eye` towards `dir`, and the surfaces that it meets; `None` where it misses the
+    /// shell. `fragments` are sorted on the way.
     pub fn ray(
         &self,
         eye: DVec3,
@@ -159,8 +159,7 @@ impl<'b> ReceivedTile<'b> {
             return Ok(ReceivedTile::default());
         }
         let counts = next(2 * rays)?.as_chunks().0;
-        let length =
-            usize::try_from(count).ok().and_then(|count| count.checked_mul(BYTES)).ok_or_else(cut)?;
+        let length = usize::try_from(count).ok().and_then(|count| count.checked_mul(BYTES)).ok_or_else(cut)?;
         let fragments = next(length)?.as_chunks().0;
         let told: usize = counts.iter().map(|count| usize::from(u16::from_le_bytes(*count))).sum();
         if told != fragments.len() {
@@ -184,11 +183,9 @@ impl<'b> ReceivedTile<'b> {
 fn read(bytes: &[u8; BYTES], surfaces: Option<&[u8; SURFACES]>) -> Fragment {
     let (t, values) = bytes.split_at(16);
     let t = [0, 1].map(|i| f64::from_le_bytes(t.as_chunks().0[i]));
-    let [r, g, b, absorbed, error, variance] =
-        [0, 1, 2, 3, 4, 5].map(|i| f32::from_le_bytes(values.as_chunks().0[i]));
+    let [r, g, b, absorbed, error, variance] = [0, 1, 2, 3, 4, 5].map(|i| f32::from_le_bytes(values.as_chunks().0[i]));
     let values = |bytes: &[u8; SURFACES]| [0, 1].map(|i| f32::from_le_bytes(bytes.as_chunks().0[i]));
-    let surfaces =
-        surfaces.map_or(BoundarySignature::default(), |bytes| BoundarySignature::of_values(values(bytes)));
+    let surfaces = surfaces.map_or(BoundarySignature::default(), |bytes| BoundarySignature::of_values(values(bytes)));
     Fragment { t, color: [r, g, b], alpha: absorbed, error, variance, surfaces }
 }
 
@@ -198,14 +195,7 @@ mod tests {
     use icoray_kernel::ground::Ground;
 
     fn fragment(t: [f64; 2], color: [f32; 3], absorbed: f32) -> Fragment {
-        Fragment {
-            t,
-            color,
-            alpha: absorbed,
-            error: 1e-5,
-            variance: 0.0,
-            surfaces: BoundarySignature::default(),
-        }
+        Fragment { t, color, alpha: absorbed, error: 1e-5, variance: 0.0, surfaces: BoundarySignature::default() }
     }
 
     const COMPOSER: Composer<'static> = Composer {
@@ -217,8 +207,7 @@ mod tests {
 
     #[test]
     fn the_nearer_fragment_is_in_front_whoever_sent_it() {
-        let (red, green) =
-            (fragment([-1.0, -0.9], [0.5, 0.0, 0.0], 0.5), fragment([0.2, 0.3], [0.0, 1.0, 0.0], 1.0));
+        let (red, green) = (fragment([-1.0, -0.9], [0.5, 0.0, 0.0], 0.5), fragment([0.2, 0.3], [0.0, 1.0, 0.0], 1.0));
         for mut order in [[red, green], [green, red]] {
             let mut counts = Counts::default();
             let (light, _) = COMPOSER.ray(DVec3::X * 3.0, DVec3::NEG_X, &mut order, &mut counts).unwrap();
@@ -251,8 +240,7 @@ mod tests {
              [transfer]\nmap = \"viridis\"\nrange = [0, 1]\nopacity = [[0, 0.0], [1, 0.0]]\n",
         )
         .unwrap();
-        (scene.scenery.ground.land, scene.scenery.ground.ocean) =
-            (Some([0.0, 1.0, 0.0]), Some([0.0, 0.0, 1.0]));
+        (scene.scenery.ground.land, scene.scenery.ground.ocean) = (Some([0.0, 1.0, 0.0]), Some([0.0, 0.0, 1.0]));
         let ground = Ground::new(&scene).unwrap();
         let composer = Composer { core: Core::new(scene.core, Some(&ground)), ..COMPOSER };
         let eye = DVec3::from_array(scene.camera.eye());
@@ -267,12 +255,10 @@ mod tests {
     fn what_an_early_end_leaves_out_is_told_once() {
         // Half of what comes is hidden by a fragment in front; the ray ended in the one behind with 2e-4 left.
         let front = Fragment { error: 0.0, ..fragment([-1.4, -1.3], [0.5, 0.0, 0.0], 0.5) };
-        let last =
-            Fragment { error: 2e-4, ..fragment([-1.3, f64::INFINITY], [0.0, 0.9998, 0.0], 1.0 - 2e-4) };
+        let last = Fragment { error: 2e-4, ..fragment([-1.3, f64::INFINITY], [0.0, 0.9998, 0.0], 1.0 - 2e-4) };
         let behind = fragment([-1.2, -1.0], [1.0, 0.0, 0.0], 1.0);
-        let (light, _) = COMPOSER
-            .ray(DVec3::X * 3.0, DVec3::NEG_X, &mut [behind, last, front], &mut Counts::default())
-            .unwrap();
+        let (light, _) =
+            COMPOSER.ray(DVec3::X * 3.0, DVec3::NEG_X, &mut [behind, last, front], &mut Counts::default()).unwrap();
         assert!((light.error - 1e-4).abs() < 1e-9, "{}", light.error);
         assert!(light.color[0] == 0.5 && light.alpha < 1.0, "{light:?}");
     }

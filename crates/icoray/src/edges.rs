@@ -1,9 +1,9 @@
 //! Anti-aliasing of edges: a pixel with the edge of a surface in it shows the mean of [`RAYS`] rays in place of one.
 //!
-//! Edge pixels are found in the finished picture of one ray per pixel: those that the silhouette of a sphere passes through, and,
-//! where more is shown than one volume and a core, those next to a pixel whose ray meets other surfaces, or the same at
-//! another depth ([`BoundarySignature`]). A pixel that differs from its neighbours by no more than the tolerance stays as it is. So edge
-//! pixels depend on the picture alone: not on tiles, threads, ranks or devices.
+//! Edge pixels are found in the finished picture of one ray per pixel: those that the silhouette of a sphere passes
+//! through, and, where more is shown than one volume and a core, those next to a pixel whose ray meets other surfaces,
+//! or the same at another depth ([`BoundarySignature`]). A pixel that differs from its neighbours by no more than the
+//! tolerance stays as it is. So edge pixels depend on the picture alone: not on tiles, threads, ranks or devices.
 
 use crate::raster::{Pixel, Raster, SamplePoint, Tile, Tiling};
 use glam::DVec3;
@@ -44,9 +44,9 @@ pub(crate) struct Edges {
 }
 
 impl Edges {
-    /// Those through which the silhouette of a `core` of these radii may pass, or where matter is dense up to the top, that of the
-    /// `shell`; and with `surfaces` those next to a pixel whose ray meets other surfaces. None where the scene asks for one
-    /// ray per pixel.
+    /// Those through which the silhouette of a `core` of these radii may pass, or where matter is dense up to the top,
+    /// that of the `shell`; and with `surfaces` those next to a pixel whose ray meets other surfaces. None where
+    /// the scene asks for one ray per pixel.
     pub fn new(scene: &Scene, core: Option<[f64; 2]>, shell: Option<[f64; 2]>, surfaces: bool) -> Self {
         if !scene.antialias {
             return Edges::default();
@@ -64,18 +64,16 @@ impl Edges {
     /// The edge pixels of a picture that was drawn to `tolerance`.
     pub fn find(&self, scene: &Scene, tolerance: f64, picture: &[Pixel]) -> EdgePixels {
         let view = View { scene, pixel: scene.camera.pixel_width(scene.height), picture };
-        let may_show = |silhouette: &Silhouette, x: u32, y: u32, pixels: u32| {
-            view.may_show_limb(silhouette.radius, x, y, pixels)
-        };
+        let may_show =
+            |silhouette: &Silhouette, x: u32, y: u32, pixels: u32| view.may_show_limb(silhouette.radius, x, y, pixels);
         let is_edge = |x: u32, y: u32| {
             let contrast = |least: f64| view.has_contrast(x, y, tolerance.max(least));
             self.surfaces && view.has_step(x, y) && contrast(0.0)
                 || self.silhouettes.iter().any(|of| may_show(of, x, y, 1) && contrast(of.contrast))
         };
         let row = |y: u32| {
-            let may_have_edge = move |x: &u32| {
-                self.surfaces || self.silhouettes.iter().any(|of| may_show(of, x + RUN / 2, y, RUN))
-            };
+            let may_have_edge =
+                move |x: &u32| self.surfaces || self.silhouettes.iter().any(|of| may_show(of, x + RUN / 2, y, RUN));
             let runs = (0..scene.width).step_by(RUN as usize).filter(may_have_edge);
             let xs = runs.flat_map(|x| x..(x + RUN).min(scene.width));
             xs.filter(move |x| is_edge(*x, y)).map(move |x| y * scene.width + x).collect::<Vec<_>>()
@@ -107,13 +105,15 @@ impl View<'_> {
         [[left, right], [up, down]].map(|pair| pair.map(|place| place.map(|(x, y)| self.at(x, y))))
     }
 
-    /// Whether the silhouette of a core between these radii may pass within half of `pixels` of a pixel's middle, on both axes.
+    /// Whether the silhouette of a core between these radii may pass within half of `pixels` of a pixel's middle, on
+    /// both axes.
     fn may_show_limb(&self, [low, high]: [f64; 2], x: u32, y: u32, pixels: u32) -> bool {
         let Scene { camera, width, height, .. } = self.scene;
         let eye = DVec3::from_array(camera.eye());
         let middle = SamplePoint::middle(x, y, false);
         let dir = DVec3::from_array(camera.direction_at(middle.at, *width, *height));
-        // A ray that is turned by an angle passes the centre nearer or farther by the angle times the distance, at most.
+        // A ray that is turned by an angle passes the centre nearer or farther by the angle times the distance, at
+        // most.
         let reach = 0.5 * SQRT_2 * f64::from(pixels) * self.pixel * eye.length();
         let along = -eye.dot(dir);
         let b = (eye + along * dir).length();
@@ -126,9 +126,7 @@ impl View<'_> {
         let mine = &self.at(x, y).surfaces;
         let differs = |other: &BoundarySignature| !mine.is_alike(other);
         self.beside(x, y).iter().any(|pair| match pair.map(|pixel| pixel.map(|pixel| &pixel.surfaces)) {
-            [Some(before), Some(behind)] => {
-                differs(before) || differs(behind) || mine.bend(before, behind) > most
-            }
+            [Some(before), Some(behind)] => differs(before) || differs(behind) || mine.bend(before, behind) > most,
             [before, behind] => before.or(behind).is_some_and(differs),
         })
     }
@@ -226,9 +224,8 @@ impl Tiling for EdgePixels {
 
 /// The mean of rays; its error is the mean of their errors plus rounding.
 fn mean(rays: &[Pixel]) -> Pixel {
-    let mean_of = |value: &dyn Fn(&Pixel) -> f32| {
-        rays.iter().map(|ray| f64::from(value(ray))).sum::<f64>() / rays.len() as f64
-    };
+    let mean_of =
+        |value: &dyn Fn(&Pixel) -> f32| rays.iter().map(|ray| f64::from(value(ray))).sum::<f64>() / rays.len() as f64;
     let color = [0, 1, 2, 3].map(|k| mean_of(&|ray| ray.color[k]) as f32);
     let error = mean_of(&|ray| ray.error);
     let largest = color.iter().fold(0.0f32, |most, c| most.max(*c));

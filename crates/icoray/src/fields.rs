@@ -21,12 +21,13 @@ impl<'f> Fields<'f> {
         Fields { named, ..Fields::default() }
     }
 
-    /// The same, with the heights of each column's layers, which scenes ask for by [`Heights::Native`](icoray_scene::Heights).
+    /// The same, with the heights of each column's layers, which scenes ask for by
+    /// [`Heights::Native`](icoray_scene::Heights).
     ///
-    /// `heights` has one column per cell, at the centres, and as many layers as [`Layers`](icoray_grid::Layers), in their order:
-    /// metres above the planet's surface, negative below it. They must not fall on the way up a column; layers may have no
-    /// thickness, as below a sea floor. A column of which all heights are missing has the mean ones of `Layers`. All is
-    /// checked when a frame is drawn.
+    /// `heights` has one column per cell, at the centres, and as many layers as [`Layers`](icoray_grid::Layers), in
+    /// their order: metres above the planet's surface, negative below it. They must not fall on the way up a
+    /// column; layers may have no thickness, as below a sea floor. A column of which all heights are missing has
+    /// the mean ones of `Layers`. All is checked when a frame is drawn.
     #[must_use]
     pub fn with_heights(self, heights: Field<'f>) -> Self {
         Fields { heights: Some(heights), ..self }
@@ -37,7 +38,8 @@ impl<'f> Fields<'f> {
         self.heights.as_ref()
     }
 
-    /// The field that a scene calls `name`, where it is the scene's first; a scene without a name means the first of all.
+    /// The field that a scene calls `name`, where it is the scene's first; a scene without a name means the first of
+    /// all.
     ///
     /// # Errors
     /// As [`Fields::get`].
@@ -63,8 +65,8 @@ impl<'f> Fields<'f> {
         })
     }
 
-    /// Those that `scene` needs, each by its name, in the order of [`Scene::model_fields`], and the heights where it needs
-    /// these.
+    /// Those that `scene` needs, each by its name, in the order of [`Scene::model_fields`], and the heights where it
+    /// needs these.
     ///
     /// # Errors
     /// As [`Fields::get`]; [`ErrorKind::Field`] where the scene needs heights and there are none.

@@ -51,19 +51,18 @@ mod time_budget;
 pub use background::{Accepted, Background, Drawn, Job};
 pub use fields::Fields;
 pub use icoray_grid::{
-    CenterField, ColumnCount, Connectivity, Description, Dimension, Error, ErrorKind, Field, Grid,
-    GridTables, IcosahedralMesh, Indices, Layers, Location, LonLat, MAX_LEVEL, OwnedReals, Reals, Result,
-    Shape,
+    CenterField, ColumnCount, Connectivity, Description, Dimension, Error, ErrorKind, Field, Grid, GridTables,
+    IcosahedralMesh, Indices, Layers, Location, LonLat, MAX_LEVEL, OwnedReals, Reals, Result, Shape,
 };
 pub use icoray_kernel::{Counts, Frustum, Stretch, Traversal};
 pub use icoray_output::{
     Certainty, Colors, DeviceReport, ErrorSummary, Frame, FrameReport, Legend, RanksReport, Sharing, Timing,
 };
 pub use icoray_scene::{
-    Adapter, Backend, Camera, Clip, ColorRange, Coloring, Condition, Derivation, Ground, HalfSpace, Heights,
-    How, Isosurface, Knot, LabelPlace, Labels, Level, Lighting, Lights, Lines, LonLatBox, Method, Opacity,
-    Paint, Pattern, Precision, Quality, Scale, Scene, Scenery, Scheme, Script, Shot, Source, Statistic,
-    Summary, Surface, TransferFunction, View, Volume,
+    Adapter, Backend, Camera, Clip, ColorRange, Coloring, Condition, Derivation, Ground, HalfSpace, Heights, How,
+    Isosurface, Knot, LabelPlace, Labels, Level, Lighting, Lights, Lines, LonLatBox, Method, Opacity, Paint, Pattern,
+    Precision, Quality, Scale, Scene, Scenery, Scheme, Script, Shot, Source, Statistic, Summary, Surface,
+    TransferFunction, View, Volume,
 };
 pub use plan::{Plan, Savings};
 pub use ranks::{Columns, Decomposition, Owned, Part, PartCells, Ranks, Team};
@@ -125,9 +124,8 @@ pub use snapshot::Snapshot;
 /// ```
 pub mod output {
     pub use icoray_output::{
-        Animated, Existing, Outcome, Outcomes, Submitted, WhenFull, Writer, WriterOptions, Written,
-        write_animation, write_error_map, write_error_map_with, write_frame, write_frame_with, write_picture,
-        write_picture_with,
+        Animated, Existing, Outcome, Outcomes, Submitted, WhenFull, Writer, WriterOptions, Written, write_animation,
+        write_error_map, write_error_map_with, write_frame, write_frame_with, write_picture, write_picture_with,
     };
     pub use icoray_scene::name::{FrameNames, NameTemplate, Output, Stamp};
     pub use icoray_scene::series::{Cinema, Concat, Series};

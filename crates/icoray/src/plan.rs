@@ -40,8 +40,8 @@ impl Plan {
     ///
     /// # Errors
     /// [`ErrorKind::Field`] when the field's shape does not fit the grid or the layers; [`ErrorKind::Scene`] when the
-    /// exaggeration turns the shell inside out, the camera sits inside an opaque core, or the scene names a layer that is not
-    /// there or a value that the kernels cannot hold.
+    /// exaggeration turns the shell inside out, the camera sits inside an opaque core, or the scene names a layer that
+    /// is not there or a value that the kernels cannot hold.
     pub fn new(scene: &Scene, grid: &Grid, layers: &Layers, field: &Field) -> Result<Self> {
         let from_corners = field.location() == Location::Corner;
         let layers = Self::check(scene.field(), grid, layers, field)?;
@@ -90,8 +90,7 @@ impl Plan {
 
     /// Updates the transfer function after the color ranges of `scene` were resolved.
     pub(crate) fn recolor(&mut self, scene: &Scene) {
-        self.knots =
-            KernelKnot::of(&scene.volumes[0].transfer, self.radius[self.radius.len() - 1] - self.radius[0]);
+        self.knots = KernelKnot::of(&scene.volumes[0].transfer, self.radius[self.radius.len() - 1] - self.radius[0]);
     }
 
     /// The parallel scheme for a picture of `scene`: the requested one, or one that fits the data. `part` is this

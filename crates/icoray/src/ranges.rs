@@ -1,7 +1,7 @@
 //! Colour ranges that follow the data: percentiles of the first frame, or of all frames so far.
 //!
-//! A renderer remembers the range of each field and colour map, so that views of the same field have the same colours. All
-//! ranks find the same range to the last bit, however the grid is shared out: they add up whole numbers.
+//! A renderer remembers the range of each field and colour map, so that views of the same field have the same colours.
+//! All ranks find the same range to the last bit, however the grid is shared out: they add up whole numbers.
 
 use crate::ranks::{Part, Ranks};
 use icoray_grid::Field;
@@ -37,8 +37,9 @@ pub(crate) struct FieldValues<'f> {
 }
 
 impl Ranges {
-    /// The scene with each of its colour maps over the range of this frame, of the field that `values` has by that name;
-    /// `None` where it says all ranges itself. Collective: all ranks ask for the same fields in the same order.
+    /// The scene with each of its colour maps over the range of this frame, of the field that `values` has by that
+    /// name; `None` where it says all ranges itself. Collective: all ranks ask for the same fields in the same
+    /// order.
     pub fn resolve<'v>(
         &self,
         ranks: &mut Ranks,
@@ -52,11 +53,7 @@ impl Ranges {
                 return Ok(Some(known.range));
             }
             let range = self.range_of(ranks, field, coloring, values)?;
-            found.extend(range.map(|range| RecentRange {
-                field: field.into(),
-                coloring: coloring.clone(),
-                range,
-            }));
+            found.extend(range.map(|range| RecentRange { field: field.into(), coloring: coloring.clone(), range }));
             Ok(range)
         })
     }
@@ -173,8 +170,7 @@ impl FieldValues<'_> {
         if percentile == [0.0, 100.0] || ends[0] == ends[1] {
             return Ok(Some(whole));
         }
-        let coarse =
-            self.histogram(ranks, BINS, scale, &|place, counts| counts[bins(place, ends)[0]] += 1)?;
+        let coarse = self.histogram(ranks, BINS, scale, &|place, counts| counts[bins(place, ends)[0]] += 1)?;
         let sought = percentile.map(|p| (p / 100.0 * (count - 1) as f64).round() as u64);
         let [low, high] = sought.map(|rank| bin_of(rank, &coarse));
         let fine = self.histogram(ranks, 2 * BINS, scale, &|place, counts| {
@@ -187,8 +183,7 @@ impl FieldValues<'_> {
             ends[0] + (ends[1] - ends[0]) * (bin as f64 + part / BINS as f64) / BINS as f64
         };
         let (below, above) = fine.split_at(BINS);
-        let mut range =
-            [place(low, sought[0], below), place(high, sought[1], above)].map(|at| scale.backward(at));
+        let mut range = [place(low, sought[0], below), place(high, sought[1], above)].map(|at| scale.backward(at));
         if percentile[0] == 0.0 {
             range[0] = whole[0];
         }
@@ -243,8 +238,7 @@ impl FieldValues<'_> {
             self.column(scale, column, |value| count(scale.forward(value), &mut counts));
             counts
         };
-        let mine =
-            ranks.attempt(|| Ok(self.threads.run(|| columns.fold(nothing, add).reduce(nothing, added))));
+        let mine = ranks.attempt(|| Ok(self.threads.run(|| columns.fold(nothing, add).reduce(nothing, added))));
         let mine = ranks.collective(mine)?;
         if self.part.is_none() {
             return Ok(mine);

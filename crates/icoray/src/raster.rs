@@ -170,16 +170,13 @@ impl Raster {
 
     /// Traces all tiles and makes the picture of them.
     #[cfg(test)]
-    pub fn draw(
-        &self,
-        draw: impl Fn(&[SamplePoint], &mut Counts) -> Vec<Pixel> + Sync + Send,
-    ) -> (Vec<Pixel>, Counts) {
+    pub fn draw(&self, draw: impl Fn(&[SamplePoint], &mut Counts) -> Vec<Pixel> + Sync + Send) -> (Vec<Pixel>, Counts) {
         let all: Vec<u32> = (0..self.tiles()).collect();
         self.assemble(&trace(self, &all, draw).collect::<Vec<_>>())
     }
 
-    /// All pixels, bilinear between traced ones. Between, a pixel may be as far off as the four around it differ, beside
-    /// their own errors: an estimate, which a detail that falls between them escapes.
+    /// All pixels, bilinear between traced ones. Between, a pixel may be as far off as the four around it differ,
+    /// beside their own errors: an estimate, which a detail that falls between them escapes.
     fn fill(&self, nodes: &[Pixel]) -> Vec<Pixel> {
         let [across, _] = self.nodes().map(|n| n as usize);
         let step = self.step as usize;
@@ -288,10 +285,7 @@ mod tests {
             assert!((raster.part() * f64::from(width * height) - counts.rays as f64).abs() < 1e-6);
             for (i, p) in (0u32..).zip(&picture) {
                 let exact = [(i % width) as f32, (i / width) as f32, 2.0, 0.5];
-                assert!(
-                    p.color.iter().zip(exact).all(|(a, b)| (a - b).abs() < 1e-4),
-                    "{i} of {raster:?}: {p:?}"
-                );
+                assert!(p.color.iter().zip(exact).all(|(a, b)| (a - b).abs() < 1e-4), "{i} of {raster:?}: {p:?}");
                 assert!(p.error >= 0.25 && p.error <= 0.25 + step as f32);
                 let is_node = |at: u32, side: u32| at.is_multiple_of(step) || at == side - 1;
                 if is_node(i % width, width) && is_node(i / width, height) {
@@ -306,8 +300,7 @@ mod tests {
         for (width, height, step) in [(1, 1, 1), (97, 61, 1), (300, 200, 3), (64, 500, 7)] {
             let raster = Raster { width, height, step };
             let (whole, counts) = raster.draw(pixels);
-            let of =
-                |rank: u32| (0..raster.tiles()).rev().filter(|tile| tile % 3 == rank).collect::<Vec<_>>();
+            let of = |rank: u32| (0..raster.tiles()).rev().filter(|tile| tile % 3 == rank).collect::<Vec<_>>();
             let parts = [2, 0, 1].map(|rank| trace(&raster, &of(rank), pixels).collect::<Vec<_>>());
             let tiles = parts.concat();
             assert!(tiles.iter().all(|tile| tile.pixels.len() == raster.pixels_of(tile.number)));

@@ -56,7 +56,8 @@ impl Renderer {
     /// Renders `scene` of its fields, or of one field.
     ///
     /// # Errors
-    /// As [`Plan::new`], and [`ErrorKind::Scene`](icoray_grid::ErrorKind::Scene) where the scene shows a field that is not there.
+    /// As [`Plan::new`], and [`ErrorKind::Scene`](icoray_grid::ErrorKind::Scene) where the scene shows a field that is
+    /// not there.
     pub fn render<'f>(
         &self,
         scene: &Scene,
@@ -72,19 +73,20 @@ impl Renderer {
         }
     }
 
-    /// Renders `scene` together with the other ranks; the picture is at rank 0. Collective: all ranks give the same scene
-    /// and layers.
+    /// Renders `scene` together with the other ranks; the picture is at rank 0. Collective: all ranks give the same
+    /// scene and layers.
     ///
-    /// Without a `part` all give copies of the same grid and field, each draws some tiles, and the picture is bitwise that
-    /// of [`Self::render`]. With one, each gives its own part of the grid and the field's values there, halo included, and
-    /// the picture is as near to the exact integral as its errors say. [`Sharing`](icoray_output::Sharing) has what a scene can ask for.
+    /// Without a `part` all give copies of the same grid and field, each draws some tiles, and the picture is bitwise
+    /// that of [`Self::render`]. With one, each gives its own part of the grid and the field's values there, halo
+    /// included, and the picture is as near to the exact integral as its errors say.
+    /// [`Sharing`](icoray_output::Sharing) has what a scene can ask for.
     ///
     /// Within a time budget the quality is what rank 0 picks, or of parts the cheapest that any rank picks.
     ///
     /// # Errors
-    /// The same on all ranks: as [`Plan::new`] on any of them, [`ErrorKind::Internal`](icoray_grid::ErrorKind::Internal) where
-    /// one of several panicked, and [`ErrorKind::Mpi`](icoray_grid::ErrorKind::Mpi) where they have not the same data or the
-    /// transport fails.
+    /// The same on all ranks: as [`Plan::new`] on any of them,
+    /// [`ErrorKind::Internal`](icoray_grid::ErrorKind::Internal) where one of several panicked, and
+    /// [`ErrorKind::Mpi`](icoray_grid::ErrorKind::Mpi) where they have not the same data or the transport fails.
     pub fn render_over<'f>(
         &self,
         ranks: &mut Ranks,
@@ -109,13 +111,7 @@ impl Renderer {
     }
 
     /// [`Self::render_over`] of a frame that was begun at `start`.
-    fn render_since(
-        &self,
-        start: Instant,
-        ranks: &mut Ranks,
-        scene: &Scene,
-        given: &RenderInputs,
-    ) -> Result<Rendered> {
+    fn render_since(&self, start: Instant, ranks: &mut Ranks, scene: &Scene, given: &RenderInputs) -> Result<Rendered> {
         let RenderInputs { grid, part, fields, .. } = *given;
         let of = derive::DeriveInputs { scene, fields, grid, part, threads: &self.threads };
         let made = derive::make(ranks, &self.derived, &of)?;
@@ -219,11 +215,7 @@ fn draw(context: &FrameContext, ranks: &mut Ranks) -> Result<Rendered> {
     }
 }
 
-fn draw_plain<T: KernelReal, S: Sample>(
-    context: &FrameContext,
-    ranks: &mut Ranks,
-    data: &[S],
-) -> Result<Rendered> {
+fn draw_plain<T: KernelReal, S: Sample>(context: &FrameContext, ranks: &mut Ranks, data: &[S]) -> Result<Rendered> {
     let FrameContext { renderer, scene, plan, .. } = *context;
     let field = &context.fields[0].field();
     let spans = Spans::<T>::new(&plan.knots);

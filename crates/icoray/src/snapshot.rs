@@ -84,13 +84,7 @@ struct Copied {
 
 impl Default for Copied {
     fn default() -> Self {
-        Copied {
-            values: OwnedReals::F32(Vec::new()),
-            columns: 0,
-            layers: 0,
-            location: Location::Center,
-            fill: None,
-        }
+        Copied { values: OwnedReals::F32(Vec::new()), columns: 0, layers: 0, location: Location::Center, fill: None }
     }
 }
 
@@ -119,17 +113,12 @@ impl Copied {
     }
 }
 
-/// Columns that are copied together: enough for whole cache lines of a layer in a cell-fastest array, few enough to stay
-/// in the first cache.
+/// Columns that are copied together: enough for whole cache lines of a layer in a cell-fastest array, few enough to
+/// stay in the first cache.
 const BLOCK: usize = 64;
 
 /// Copies what `shape` says of `from` to `to`, level-fastest.
-fn copy<S: Copy + Default + Send + Sync>(
-    from: &[S],
-    to: &mut Vec<S>,
-    shape: &Shape,
-    elements: &ElementIndexer,
-) {
+fn copy<S: Copy + Default + Send + Sync>(from: &[S], to: &mut Vec<S>, shape: &Shape, elements: &ElementIndexer) {
     let layers = shape.layers;
     to.resize(shape.columns * layers, S::default());
     let is_level_fastest = shape.layer_stride.unsigned_abs() <= shape.column_stride.unsigned_abs();
@@ -211,9 +200,8 @@ mod tests {
             OwnedReals::F32(v) => (v.as_ptr(), v.capacity()),
             OwnedReals::F64(_) => panic!("the precision changed"),
         };
-        let places = |snapshot: &Snapshot| -> Vec<_> {
-            snapshot.copies.iter().chain(&snapshot.heights).map(place).collect()
-        };
+        let places =
+            |snapshot: &Snapshot| -> Vec<_> { snapshot.copies.iter().chain(&snapshot.heights).map(place).collect() };
         let all = |shape| Fields::new([("a", of(shape)), ("b", of(shape))]).with_heights(of(shape));
         let mut snapshot = Snapshot::of(all(Shape::level_fastest(COLUMNS, LAYERS)), &renderer);
         let before = places(&snapshot);
@@ -243,10 +231,7 @@ mod tests {
             assert_eq!(copy.value(1, 0).to_bits(), field.value(1, 0).to_bits());
         }
         assert_eq!(fields.heights().map(|heights| heights.value(0, 1)), Some(2.0));
-        assert_eq!(
-            fields.get("c").unwrap_err().context(),
-            "the scene shows field \"c\", and there is [\"b\", \"a\"]"
-        );
+        assert_eq!(fields.get("c").unwrap_err().context(), "the scene shows field \"c\", and there is [\"b\", \"a\"]");
         snapshot.take(Fields::new([("a", a)]), &renderer);
         assert!(snapshot.fields().unwrap().heights().is_none() && snapshot.bytes() == 4 * 8);
     }

@@ -89,7 +89,8 @@ impl Cost {
         Cost { spent, fixed: 0.0, pixels: spent / probe.part() }
     }
 
-    /// From ever more pixels, while `left` seconds allow it: on a device that is not full, more take next to no more time.
+    /// From ever more pixels, while `left` seconds allow it: on a device that is not full, more take next to no more
+    /// time.
     fn on_device(raster: Raster, left: f64, mut seconds: impl FnMut(Raster) -> f64) -> Self {
         let mut last = Raster { step: probe(raster).step.next_power_of_two(), ..raster };
         let mut took = seconds(last);
@@ -123,8 +124,8 @@ fn probe(raster: Raster) -> Raster {
     Raster { step: ((pixels / PROBE).sqrt() as u32).clamp(1, LARGEST_STEP), ..raster }
 }
 
-/// The best quality for which `left` seconds are enough where `ranks` share the rays: first the tolerance is loosened, then light is made coarse, then
-/// pixels are left out. `measure` gives what a quality costs, told what is left.
+/// The best quality for which `left` seconds are enough where `ranks` share the rays: first the tolerance is loosened,
+/// then light is made coarse, then pixels are left out. `measure` gives what a quality costs, told what is left.
 ///
 /// Costs are measured from the cheapest quality upwards, the next only where there is time to spare for it: a probe of
 /// what is far too dear would itself take the time.
@@ -173,9 +174,7 @@ mod tests {
         choose(asked, RASTER, ms / 1000.0, ranks, |quality, _| {
             let saved = if quality.tolerance > 1e-4 { 0.5 } else { 1.0 };
             let saved = if quality.lights == Lights::Full { saved } else { 0.5 * saved };
-            Cost::on_cpu(RASTER, |raster| {
-                1e-6 * us * saved * raster.part() * f64::from(raster.width * raster.height)
-            })
+            Cost::on_cpu(RASTER, |raster| 1e-6 * us * saved * raster.part() * f64::from(raster.width * raster.height))
         })
     }
 

@@ -64,8 +64,7 @@ fn scenes_of_the_pages_are_scenes() {
 fn documented(reference: &str, heading: &str) -> BTreeSet<String> {
     let (_, rest) = reference.split_once(&format!("\n## {heading}\n")).unwrap_or_else(|| panic!("{heading}"));
     let section = rest.split("\n## ").next().unwrap();
-    let cells =
-        section.lines().filter(|line| line.starts_with("| `")).filter_map(|line| line.split('|').nth(1));
+    let cells = section.lines().filter(|line| line.starts_with("| `")).filter_map(|line| line.split('|').nth(1));
     let words = cells.flat_map(|cell| cell.split('`').skip(1).step_by(2));
     words.filter(|word| word.chars().all(|c| c.is_ascii_lowercase() || c == '_')).map(str::to_owned).collect()
 }

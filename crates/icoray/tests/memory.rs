@@ -1,8 +1,6 @@
 //! What frames allocate: the second and later frames of a grid nothing that grows with it.
 
-use icoray::{
-    Field, Fields, Grid, Heights, IcosahedralMesh, Layers, Location, Renderer, Scene, Shape, Volume,
-};
+use icoray::{Field, Fields, Grid, Heights, IcosahedralMesh, Layers, Location, Renderer, Scene, Shape, Volume};
 use stats_alloc::{INSTRUMENTED_SYSTEM, Region, StatsAlloc};
 use std::alloc::System;
 
@@ -24,8 +22,7 @@ fn scene(rest: &str) -> Scene {
 fn bytes_of_a_later_frame(level: u32, scene: &Scene, location: Location) -> usize {
     let mesh = IcosahedralMesh::new(level).unwrap();
     let grid = Grid::new(mesh.tables()).unwrap();
-    let layers =
-        Layers::new((0..LAYERS).map(|k| 6_371_000.0 + 1000.0 * k as f64).collect(), 6_371_000.0).unwrap();
+    let layers = Layers::new((0..LAYERS).map(|k| 6_371_000.0 + 1000.0 * k as f64).collect(), 6_371_000.0).unwrap();
     let columns = if location == Location::Center { grid.cells() } else { grid.triangles() };
     let values: Vec<f32> = (0..columns * LAYERS).map(|i| (i as f32 * 1e-3).sin()).collect();
     let shape = Shape::level_fastest(columns, LAYERS);
@@ -42,8 +39,8 @@ fn bytes_of_a_later_frame(level: u32, scene: &Scene, location: Location) -> usiz
     region.change().bytes_allocated
 }
 
-/// Cells and layers, and the bytes that the third frame allocates of two volumes and a layer: of a field at corners on the layers,
-/// of others on interfaces, at centres and at corners, in their own precision each.
+/// Cells and layers, and the bytes that the third frame allocates of two volumes and a layer: of a field at corners on
+/// the layers, of others on interfaces, at centres and at corners, in their own precision each.
 fn bytes_of_a_later_general_frame(level: u32, scene: &Scene) -> (usize, usize) {
     let mesh = IcosahedralMesh::new(level).unwrap();
     let grid = Grid::new(mesh.tables()).unwrap();
@@ -92,8 +89,8 @@ fn later_frames_allocate_nothing_that_grows_with_the_grid() {
     }
 }
 
-/// Rays of the general kernel allocate some memory in each frustum. Of those through a few pixels it is less than a byte for each
-/// value of the grid, of which the smallest array has four.
+/// Rays of the general kernel allocate some memory in each frustum. Of those through a few pixels it is less than a
+/// byte for each value of the grid, of which the smallest array has four.
 fn general_frames_make_no_array_anew() {
     let more = "[[isosurfaces]]\nfield = \"h\"\nvalue = 0.3\ncolor = \"red\"\n[light]\nkind = \"headlight\"";
     for heights in ["mean", "native"] {

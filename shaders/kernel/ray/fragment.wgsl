@@ -1,4 +1,5 @@
-// Mirrors kernel/ray/fragment.rs. Fragments go to `found` as they come, of all rays and in no order: the host sorts them.
+// Mirrors kernel/ray/fragment.rs. Fragments go to `found` as they come, of all rays and in no order: the host sorts
+// them.
 #import kernel/ray
 
 // Parameters of a rank's part that all rays share.

@@ -1,4 +1,5 @@
-//! Support for icoray's tests: skips that are counted, test data, short and long counts, random numbers. It has no dependencies.
+//! Support for icoray's tests: skips that are counted, test data, short and long counts, random numbers. It has no
+//! dependencies.
 //!
 //! Environment variables; `cargo xtask test` sets the first two:
 //!
@@ -194,9 +195,7 @@ mod tests {
             let output = in_child("counts_are_long_only_in_the_long_run", &[("ICORAY_TESTS", value)]);
             assert!(text(&output.stdout).contains(expected), "{value}");
         }
-        assert!(
-            !in_child("counts_are_long_only_in_the_long_run", &[("ICORAY_TESTS", "long")]).status.success()
-        );
+        assert!(!in_child("counts_are_long_only_in_the_long_run", &[("ICORAY_TESTS", "long")]).status.success());
     }
 
     #[test]
@@ -209,10 +208,7 @@ mod tests {
         assert!(text(&found.stdout).contains("Cargo.toml\")"), "{}", text(&found.stdout));
         let gone = in_child(name, &[("ICORAY_TEST_DATA", "/nowhere")]);
         let said = text(&gone.stdout);
-        assert!(
-            said.contains("skipped: no test data: /nowhere/Cargo.toml\n") && said.contains("file None"),
-            "{said}"
-        );
+        assert!(said.contains("skipped: no test data: /nowhere/Cargo.toml\n") && said.contains("file None"), "{said}");
     }
 
     #[test]

@@ -60,12 +60,7 @@ pub fn attribute_fault(fence: &Fence) -> Option<String> {
 /// # Errors
 /// The failures of all pages, with the output of the commands; a need that `ICORAY_REQUIRE` names and the machine
 /// lacks.
-pub fn run(
-    workspace: &Workspace,
-    step: &mut Step,
-    all: bool,
-    mut skip: impl FnMut(&str, usize),
-) -> Result<(), Error> {
+pub fn run(workspace: &Workspace, step: &mut Step, all: bool, mut skip: impl FnMut(&str, usize)) -> Result<(), Error> {
     let mut counts = BlockCounts::default();
     let mut scripts = Vec::new();
     for page in &super::book(&workspace.root)? {
@@ -116,12 +111,7 @@ impl BlockCounts {
 }
 
 /// The script of a page's blocks, with the page's path; `None` where there is nothing to run.
-fn script(
-    page: &Page,
-    counts: &mut BlockCounts,
-    all: bool,
-    has: impl Fn(&str) -> bool,
-) -> Option<(String, String)> {
+fn script(page: &Page, counts: &mut BlockCounts, all: bool, has: impl Fn(&str) -> bool) -> Option<(String, String)> {
     let mut script = String::new();
     for fence in page.fences.iter().filter(|fence| fence.language == "sh") {
         if !all && fence.attributes.iter().any(|word| word == SLOW) {

@@ -50,8 +50,7 @@ fn mdbook(workspace: &Workspace, step: &mut Step) -> Result<OsString, Error> {
             return Ok(program);
         }
     }
-    let cargo =
-        workspace.cargo(["install", "mdbook", "--locked", "--no-default-features", "--version", VERSION]);
+    let cargo = workspace.cargo(["install", "mdbook", "--locked", "--no-default-features", "--version", VERSION]);
     step.quiet(cargo.arg("--root").arg(&tools))?;
     Ok(own.into())
 }

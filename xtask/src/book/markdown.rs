@@ -48,8 +48,7 @@ impl Page {
         while let Some((number, line)) = lines.next() {
             if let Some(info) = line.strip_prefix("```") {
                 let mut words = info.split_whitespace().map(str::to_owned);
-                let code: Vec<&str> =
-                    lines.by_ref().map(|(_, line)| line).take_while(|line| *line != "```").collect();
+                let code: Vec<&str> = lines.by_ref().map(|(_, line)| line).take_while(|line| *line != "```").collect();
                 page.fences.push(Fence {
                     line: number + 1,
                     language: words.next().unwrap_or_default(),

@@ -27,15 +27,12 @@ fn fault(root: &Path, fence: &Fence) -> Option<String> {
                 Ok(code) => code,
                 Err(cause) => return Some(format!("{source}: {cause}")),
             };
-            missing(&fence.text, &code)
-                .map(|lines| format!("{source} does not contain these lines:\n{lines}"))
+            missing(&fence.text, &code).map(|lines| format!("{source} does not contain these lines:\n{lines}"))
         }
         ("c" | "fortran" | "make" | "cmake", None) => {
             Some("expected <!-- from FILE --> above it: code is compared with a file".into())
         }
-        (other, _) => {
-            Some(format!("a block of {other:?}, expected sh, toml, text, c, fortran, make or cmake"))
-        }
+        (other, _) => Some(format!("a block of {other:?}, expected sh, toml, text, c, fortran, make or cmake")),
     }
 }
 
@@ -72,9 +69,7 @@ mod tests {
         assert_eq!(fault_of("```text\nx"), 0);
         assert_eq!(fault_of("```sh needs=mpi slow\nx"), 0);
         assert_eq!(fault_of("```toml part\nx = 1"), 0);
-        for bad in
-            ["```\nx", "```c\nx", "```rust\nx", "```sh needs=luck\nx", "```sh often\nx", "```toml x\ny"]
-        {
+        for bad in ["```\nx", "```c\nx", "```rust\nx", "```sh needs=luck\nx", "```sh often\nx", "```toml x\ny"] {
             assert_eq!(fault_of(bad), 1, "{bad}");
         }
     }

@@ -60,8 +60,7 @@ impl Suite<'_> {
 }
 
 pub fn lints(suite: &Suite, step: &mut Step) -> Result<(), Error> {
-    let clippy =
-        if suite.all { suite.cargo_all("clippy", FEATURES_OF_RANKS) } else { suite.cargo_default("clippy") };
+    let clippy = if suite.all { suite.cargo_all("clippy", FEATURES_OF_RANKS) } else { suite.cargo_default("clippy") };
     step.quiet(clippy.args(["--all-targets", "--", "-D", "warnings"]))
 }
 

@@ -58,8 +58,7 @@ impl Tally {
     pub fn lines(&self) -> Vec<String> {
         let mut causes: Vec<_> = self.skipped.iter().collect();
         causes.sort_by_key(|(_, count)| std::cmp::Reverse(**count));
-        let mut lines: Vec<_> =
-            causes.iter().map(|(cause, count)| format!("{count} skipped: {cause}")).collect();
+        let mut lines: Vec<_> = causes.iter().map(|(cause, count)| format!("{count} skipped: {cause}")).collect();
         let skipped: usize = self.skipped.values().sum();
         lines.push(format!("{} passed, {} failed, {skipped} skipped", self.passed, self.failed));
         lines
@@ -102,8 +101,7 @@ test result: FAILED. 10 passed; 2 failed; 1 ignored; 0 measured; 0 filtered out;
         let skips = "suite-1\ta\tno gfortran\nsuite-1\tb\tonly with --all\nsuite-1\ta\tno valgrind\n\
                      other-2\ta\tonly with --all\n";
         tally.add_tests(&lines(result), skips, true);
-        let expected =
-            ["2 skipped: only with --all", "1 skipped: no gfortran", "7 passed, 0 failed, 3 skipped"];
+        let expected = ["2 skipped: only with --all", "1 skipped: no gfortran", "7 passed, 0 failed, 3 skipped"];
         assert_eq!(tally.lines(), expected);
     }
 

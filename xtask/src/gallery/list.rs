@@ -75,11 +75,7 @@ pub const GALLERY: &[Entry] = &[
     Entry::new("Tubes, polar cap and mesh", "tubes_cap_mesh.toml", wave("2", &[])).shows(
         "Tubes of cyclonic vorticity in yellow, the dome of polar air in blue, one field through the other, over the \
          mesh's cells.",
-        &[picture(
-            "tubes_cap_mesh_0000-01-10.png",
-            "tubes_cap_mesh.png",
-            "vorticity, potential temperature, cells",
-        )],
+        &[picture("tubes_cap_mesh_0000-01-10.png", "tubes_cap_mesh.png", "vorticity, potential temperature, cells")],
     ),
     Entry::new("A region, from mesh to lit volume", "close_up.toml", wave("2", &[])).shows(
         "The lowest layer's cells; its potential temperature, smooth and as the model has it; vorticity by two \

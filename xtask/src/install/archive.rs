@@ -27,10 +27,7 @@ pub fn reduce(
     let [joined, object, reduced] = ["joined.o", "icoray.o", "libicoray.a"].map(|name| directory.join(name));
     // GNU's linker by its own name: other linkers cannot drop unused sections of a relocatable object.
     let undefined = functions.iter().map(|function| format!("--undefined={function}"));
-    step.quiet(cmd!(
-        sh,
-        "ld.bfd -r --gc-sections --force-group-allocation -o {joined} {undefined...} {archive}"
-    ))?;
+    step.quiet(cmd!(sh, "ld.bfd -r --gc-sections --force-group-allocation -o {joined} {undefined...} {archive}"))?;
     // The bitcode of the standard library is unusable once joined, and plugins of the binutils fail on it.
     let keep = functions.iter().map(|function| format!("--keep-global-symbol={function}"));
     step.quiet(cmd!(

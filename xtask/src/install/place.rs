@@ -56,9 +56,9 @@ fn write(item: &Item) -> Result<(), Error> {
 fn failed(item: &Item) -> impl FnOnce(io::Error) -> Error {
     let path = item.path.display().to_string();
     move |cause| match cause.kind() {
-        io::ErrorKind::StorageFull => Error::Failed(format!(
-            "{path}: no space is left on the disk: free some, or choose another --prefix"
-        )),
+        io::ErrorKind::StorageFull => {
+            Error::Failed(format!("{path}: no space is left on the disk: free some, or choose another --prefix"))
+        }
         _ => Error::Failed(format!("{path}: {cause}")),
     }
 }
@@ -123,8 +123,7 @@ mod tests {
         place(&[item(directory.join("library"), "old", 0o644)]).unwrap();
         let refused = |last: Item<'static>| {
             let name = last.path.display().to_string();
-            let message =
-                place(&[item(directory.join("library"), "new", 0o644), last]).unwrap_err().to_string();
+            let message = place(&[item(directory.join("library"), "new", 0o644), last]).unwrap_err().to_string();
             assert!(message.starts_with(&name), "{message}");
             assert_eq!(fs::read_to_string(directory.join("library")).unwrap(), "old");
         };

@@ -9,8 +9,7 @@ pub const PKG_CONFIG: &str = include_str!("../../../crates/icoray-capi/install/i
 pub const PKG_CONFIG_STATIC: &str = include_str!("../../../crates/icoray-capi/install/icoray-static.pc.in");
 /// For CMake's `find_package`.
 pub const CMAKE: &str = include_str!("../../../crates/icoray-capi/install/icorayConfig.cmake.in");
-pub const CMAKE_VERSION: &str =
-    include_str!("../../../crates/icoray-capi/install/icorayConfigVersion.cmake.in");
+pub const CMAKE_VERSION: &str = include_str!("../../../crates/icoray-capi/install/icorayConfigVersion.cmake.in");
 
 /// System libraries that the static library needs. Newer C libraries contain the last two, and have empty ones of these
 /// names. Compilers add the unwinder, libgcc_s or libgcc_eh.
@@ -47,8 +46,7 @@ mod tests {
     fn nothing_is_left_to_fill_in() {
         for template in [PKG_CONFIG, PKG_CONFIG_STATIC, CMAKE, CMAKE_VERSION] {
             let text = filled(template, Path::new("lib"), "1.2.3");
-            let left =
-                text.lines().find(|line| line.split_once('@').is_some_and(|(_, rest)| rest.contains('@')));
+            let left = text.lines().find(|line| line.split_once('@').is_some_and(|(_, rest)| rest.contains('@')));
             // A makefile's $@ stands alone on its line.
             assert_eq!(left, None);
         }

@@ -1,7 +1,7 @@
 //! Collective calls.
 //!
-//! Each begins with an agreement that every rank enters, whatever has failed on it (a poisoned or disabled context, a wrong
-//! argument, a missing field). So no rank waits for one that has returned.
+//! Each begins with an agreement that every rank enters, whatever has failed on it (a poisoned or disabled context, a
+//! wrong argument, a missing field). So no rank waits for one that has returned.
 
 use super::{Context, GridInput, SceneChoice};
 use crate::boundary::{Failure, Outcome, caught};
@@ -49,8 +49,8 @@ impl Context {
         self.is_over |= failure.status == icoray_status::ICORAY_ERR_INTERNAL;
     }
 
-    /// Agrees with the other ranks on the owners of a grid's cells; `part` returns the grid's name and this rank's cells. Works
-    /// for a lone process too.
+    /// Agrees with the other ranks on the owners of a grid's cells; `part` returns the grid's name and this rank's
+    /// cells. Works for a lone process too.
     pub fn set_part<'a>(&mut self, part: impl FnOnce() -> Outcome<(&'a str, PartCells<'a>)>) -> Outcome<()> {
         let call = "icoray_part_set";
         let mine = caught(|| {
@@ -113,8 +113,8 @@ impl Context {
         Ok((stamp, script))
     }
 
-    /// Waits until no frame is rendered in the background. Collective over several ranks, which agree first that all are in the
-    /// same `call`.
+    /// Waits until no frame is rendered in the background. Collective over several ranks, which agree first that all
+    /// are in the same `call`.
     pub fn finish_frames(&mut self, call: &'static str) -> Outcome<()> {
         if !self.is_shared() {
             self.drawing.finish_rendering();

@@ -1,7 +1,7 @@
 //! Rendering the pictures of a step, alone or with the other ranks.
 //!
-//! Pictures are rendered one after the other; a failure does not prevent the others. All ranks go through the same views: a
-//! script has no state, and the statistics of conditions are equal on all ranks.
+//! Pictures are rendered one after the other; a failure does not prevent the others. All ranks go through the same
+//! views: a script has no state, and the statistics of conditions are equal on all ranks.
 
 use super::inputs::ConditionField;
 use super::{Context, SceneChoice, levels, missing};
@@ -22,8 +22,7 @@ impl Context {
     pub fn execute(&mut self, stamp: Outcome<Stamp>) -> Outcome<()> {
         let start = Instant::now();
         self.drawing.begin_call();
-        let outcome =
-            if self.is_shared() { self.execute_collective(stamp) } else { self.execute_alone(stamp) };
+        let outcome = if self.is_shared() { self.execute_collective(stamp) } else { self.execute_alone(stamp) };
         self.drawing.end_call(start.elapsed().as_secs_f64());
         outcome
     }
@@ -55,9 +54,7 @@ impl Context {
         match &self.scene {
             SceneChoice::Script(script) => Ok(Some(self.named(script))),
             SceneChoice::Nothing => Ok(None),
-            SceneChoice::Open => {
-                Err(missing("icoray_execute", "scene", "icoray_scene_load or icoray_scene_text"))
-            }
+            SceneChoice::Open => Err(missing("icoray_execute", "scene", "icoray_scene_load or icoray_scene_text")),
         }
     }
 
@@ -114,21 +111,14 @@ impl Context {
     }
 
     /// Whether all conditions of a view hold; equal on all ranks. Each field is read once for all `scheduled` views.
-    fn holds(
-        &mut self,
-        view: &View,
-        scheduled: &[&View],
-        known: &mut Summaries,
-        stamp: &Stamp,
-    ) -> Outcome<bool> {
+    fn holds(&mut self, view: &View, scheduled: &[&View], known: &mut Summaries, stamp: &Stamp) -> Outcome<bool> {
         if view.conditions().is_empty() {
             return Ok(true);
         }
         let named = |failure: Failure| failure.of_picture(view.name(), stamp.step);
         let fields: BTreeSet<&str> = view.conditions().iter().map(|condition| condition.field()).collect();
         let unknown = fields.into_iter().filter(|field| !known.contains_key(*field));
-        let mine =
-            caught(|| unknown.map(|field| self.inputs.condition_field(field)).collect::<Outcome<Vec<_>>>());
+        let mine = caught(|| unknown.map(|field| self.inputs.condition_field(field)).collect::<Outcome<Vec<_>>>());
         for ConditionField { name, field, held } in
             self.agree_on_picture(mine.map_err(named), view.name(), Vec::new())?
         {
@@ -138,9 +128,8 @@ impl Context {
             let summary = summary.map_err(|e| named(Failure::from(e).within(format_args!("field {name:?}"))));
             known.insert(name, summary?);
         }
-        let mut statistic = |field: &str, statistic: Statistic| {
-            Ok(known.get(field).and_then(|summary| summary.get(statistic)))
-        };
+        let mut statistic =
+            |field: &str, statistic: Statistic| Ok(known.get(field).and_then(|summary| summary.get(statistic)));
         Ok(view.holds(&mut statistic)?)
     }
 
@@ -171,12 +160,7 @@ impl Context {
     }
 
     /// This rank's value if all ranks succeeded, render the same view and have equal `facts`. Collective.
-    fn agree_on_picture<T>(
-        &mut self,
-        mine: Outcome<T>,
-        view: &str,
-        facts: Vec<(&'static str, String)>,
-    ) -> Outcome<T> {
+    fn agree_on_picture<T>(&mut self, mine: Outcome<T>, view: &str, facts: Vec<(&'static str, String)>) -> Outcome<T> {
         if !self.is_shared() {
             return mine;
         }

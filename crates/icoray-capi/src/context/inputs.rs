@@ -35,9 +35,7 @@ impl GridInput {
     fn columns_at(&self, location: Location) -> Outcome<ColumnCount> {
         let whole = ColumnCount::new(&self.grid, location);
         Ok(match self.held.as_deref() {
-            Some(Decomposition::Columns(held)) => {
-                ColumnCount { columns: held.of_field_at(location)?, ..whole }
-            }
+            Some(Decomposition::Columns(held)) => ColumnCount { columns: held.of_field_at(location)?, ..whole },
             _ => whole,
         })
     }
@@ -89,12 +87,9 @@ impl ArrayInput {
 
     /// Checks that grid and layers are those of the scene's first field, `first`.
     fn check_fits(&self, first: &ArrayInput, called: &str) -> Outcome<()> {
-        for (what, mine, firsts) in
-            [("grid", &self.grid, &first.grid), ("layers", &self.layers, &first.layers)]
-        {
+        for (what, mine, firsts) in [("grid", &self.grid, &first.grid), ("layers", &self.layers, &first.layers)] {
             if mine != firsts {
-                let message =
-                    format!("{what} {mine:?}, expected {firsts:?} as of field {called:?} in the same scene");
+                let message = format!("{what} {mine:?}, expected {firsts:?} as of field {called:?} in the same scene");
                 return Err(Failure::new(icoray_status::ICORAY_ERR_FIELD, message));
             }
         }
@@ -142,9 +137,7 @@ impl Inputs {
     /// Looks up the inputs of a picture.
     pub fn frame_inputs<'a>(&self, shot: Shot) -> Outcome<FrameInputs<'a>> {
         let (call, view, scene) = ("icoray_execute", shot.name, Arc::new(shot.scene));
-        for (input, is_empty) in
-            [(Input::Grid, self.grids.is_empty()), (Input::Layers, self.layers.is_empty())]
-        {
+        for (input, is_empty) in [(Input::Grid, self.grids.is_empty()), (Input::Layers, self.layers.is_empty())] {
             if is_empty {
                 let failure = missing(call, input.what(), input.call());
                 return Err(refused_or(self.refusals.of_any(input), failure));

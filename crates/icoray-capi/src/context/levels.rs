@@ -1,8 +1,9 @@
 //! Detects arrays that hold an old time level: of models that swap pointers and set a field only once.
 //!
-//! With two time levels such an array changes at every second step, with three at every third, while the model's state changes at
-//! each. A field is reported, once, after one period of this pattern if another field of the pictures changed at the other steps,
-//! else after two. Fields that never change, change at each step or irregularly, or are set for each picture are not reported.
+//! With two time levels such an array changes at every second step, with three at every third, while the model's state
+//! changes at each. A field is reported, once, after one period of this pattern if another field of the pictures
+//! changed at the other steps, else after two. Fields that never change, change at each step or irregularly, or are set
+//! for each picture are not reported.
 
 use icoray_core::Field;
 use std::collections::BTreeMap;
@@ -48,13 +49,12 @@ impl TimeLevels {
         }
     }
 
-    /// Records the hashes of the fields that a step's pictures read; returns the names of fields that look like old time levels,
-    /// each once, with the number of time levels.
+    /// Records the hashes of the fields that a step's pictures read; returns the names of fields that look like old
+    /// time levels, each once, with the number of time levels.
     pub fn step(&mut self, step: i64, hashes: &[(String, u64)]) -> Vec<(String, usize)> {
         let is_next = self.step.is_some_and(|before| before.checked_add(1) == Some(step));
         self.step = Some(step);
-        let has_changed =
-            |(name, hash): &(String, u64)| self.fields.get(name).map(|track| track.hash != *hash);
+        let has_changed = |(name, hash): &(String, u64)| self.fields.get(name).map(|track| track.hash != *hash);
         let changes: Vec<Option<bool>> = hashes.iter().map(has_changed).collect();
         let changed = changes.iter().filter(|change| **change == Some(true)).count();
         let mut found = Vec::new();
@@ -116,9 +116,7 @@ mod tests {
     use super::*;
 
     /// Which fields are pointed out, and when: of each step the values, and whether the arrays are given anew.
-    fn reports(
-        steps: impl Iterator<Item = (i64, Vec<(&'static str, u64, bool)>)>,
-    ) -> Vec<(i64, String, usize)> {
+    fn reports(steps: impl Iterator<Item = (i64, Vec<(&'static str, u64, bool)>)>) -> Vec<(i64, String, usize)> {
         let mut levels = TimeLevels::default();
         let mut reports = Vec::new();
         for (step, fields) in steps {

@@ -35,8 +35,8 @@ impl SceneSource<'_> {
 }
 
 impl Context {
-    /// Sets the scene of rank 0. Collective: of other ranks only the validity of the arguments counts; the previous scene stays on
-    /// all ranks if one fails.
+    /// Sets the scene of rank 0. Collective: of other ranks only the validity of the arguments counts; the previous
+    /// scene stays on all ranks if one fails.
     pub fn set_scene<'a>(
         &mut self,
         call: &'static str,

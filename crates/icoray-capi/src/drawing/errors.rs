@@ -61,14 +61,9 @@ mod tests {
             quality: Quality { tolerance: 1e-3, ..Quality::default() },
             ..FrameReport::default()
         };
-        for (step, view, over) in [
-            (1, None, 0),
-            (2, None, 7),
-            (3, None, 9),
-            (4, Some("north"), 1),
-            (5, Some("north"), 3),
-            (6, Some("b"), 0),
-        ] {
+        for (step, view, over) in
+            [(1, None, 0), (2, None, 7), (3, None, 9), (4, Some("north"), 1), (5, Some("north"), 3), (6, Some("b"), 0)]
+        {
             errors.log_frame(view, &stamp(step), &report(over), &log);
         }
         let warn = Level::Warn as i32;

@@ -2,8 +2,7 @@
 
 use crate::memory;
 use crate::types::{
-    ICORAY_ALONE, ICORAY_CPU, ICORAY_FRAGMENTS, ICORAY_GPU, ICORAY_GPU_AND_CPU, ICORAY_TILES,
-    icoray_frame_report,
+    ICORAY_ALONE, ICORAY_CPU, ICORAY_FRAGMENTS, ICORAY_GPU, ICORAY_GPU_AND_CPU, ICORAY_TILES, icoray_frame_report,
 };
 use icoray_core::output::Stamp;
 use icoray_core::{Certainty, FrameReport, Lights, Scheme};

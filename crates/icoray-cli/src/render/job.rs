@@ -66,8 +66,7 @@ impl Job<'_> {
         let (report, counts) = (&frame.report, &frame.report.counts);
         let scene_fields = self.scene_fields.of(scene)?;
         let heights = self.scene_fields.native(scene)?;
-        let heights =
-            heights.map_or_else(String::new, |native| format!("heights   {}\n", native.description));
+        let heights = heights.map_or_else(String::new, |native| format!("heights   {}\n", native.description));
         let view = if shot.name.is_empty() { String::new() } else { format!("view      {}\n", shot.name) };
         let fields: Vec<String> = scene_fields
             .iter()

@@ -1,10 +1,8 @@
-//! Writes pictures: a single named one at once, those in a directory on a writer thread, so that the next one is rendered while
-//! one is encoded.
+//! Writes pictures: a single named one at once, those in a directory on a writer thread, so that the next one is
+//! rendered while one is encoded.
 
 use super::target::Target;
-use icoray::output::{
-    Existing, Output, Stamp, Writer, WriterOptions, write_error_map_with, write_picture_with,
-};
+use icoray::output::{Existing, Output, Stamp, Writer, WriterOptions, write_error_map_with, write_picture_with};
 use icoray::{Frame, Result};
 use std::collections::VecDeque;
 use std::path::Path;
@@ -41,10 +39,9 @@ impl<'a> OutputQueue<'a> {
     pub fn new(target: &'a Target, existing: Existing, error_map: Option<&'a Path>) -> Result<Self> {
         let destination = match target {
             Target::Picture(path) => Destination::File(path),
-            Target::Directory(directory) => Destination::Directory(Writer::new(WriterOptions {
-                existing,
-                ..WriterOptions::new(directory)
-            })?),
+            Target::Directory(directory) => {
+                Destination::Directory(Writer::new(WriterOptions { existing, ..WriterOptions::new(directory) })?)
+            }
         };
         Ok(OutputQueue { destination, existing, error_map, pending: VecDeque::new() })
     }
@@ -104,8 +101,6 @@ impl<'a> OutputQueue<'a> {
         let outcomes = writer.take_outcomes().kept;
         let summary = self.pending.drain(..outcomes.len()).collect::<Vec<_>>();
         let completed = outcomes.into_iter().zip(summary);
-        completed
-            .map(|(written, summary)| written.result.map(|_| summary.with_write_time(written.write_s)))
-            .collect()
+        completed.map(|(written, summary)| written.result.map(|_| summary.with_write_time(written.write_s))).collect()
     }
 }

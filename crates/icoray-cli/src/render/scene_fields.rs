@@ -47,12 +47,7 @@ impl SceneField<'_> {
 
 impl<'a> SceneFields<'a> {
     /// Reads the layers of all scenes of the script, for a grid of `cells`.
-    pub fn new(
-        file: &'a ModelFile,
-        script: &Script,
-        layers_wanted: &'a LayerSelection,
-        cells: usize,
-    ) -> Result<Self> {
+    pub fn new(file: &'a ModelFile, script: &Script, layers_wanted: &'a LayerSelection, cells: usize) -> Result<Self> {
         let mut scene_fields = SceneFields { file, layers_wanted, cells, layer_infos: HashMap::new() };
         for scene in script.views().iter().flat_map(|view| view.scenes()) {
             let layering = scene_fields.layering(&scene)?;
@@ -117,14 +112,10 @@ impl<'a> SceneFields<'a> {
         for SceneField { info, range } in self.of(scene)? {
             let (name, bytes) = (&info.name, self.cells * range.len() * info.precision.bytes());
             if info.location == Location::Corner {
-                notes.push(format!(
-                    "{name} lives on corners: averaged to cell centres (derived, {bytes} bytes)"
-                ));
+                notes.push(format!("{name} lives on corners: averaged to cell centres (derived, {bytes} bytes)"));
             }
             if layering.moves(info) {
-                notes.push(format!(
-                    "{name} lies on other layers than {first_field}: interpolated to these in height"
-                ));
+                notes.push(format!("{name} lies on other layers than {first_field}: interpolated to these in height"));
             }
         }
         notes.extend(layer_info.mean.iter().filter(|_| scene.scenery.heights == Heights::Mean).cloned());

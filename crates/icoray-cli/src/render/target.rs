@@ -47,8 +47,7 @@ pub fn expect_error_map(path: &Path, pictures: usize) -> Result<()> {
         return Err(bad_map(path, "expected a name that ends in .png"));
     }
     if pictures > 1 {
-        let what =
-            format!("one map for {pictures} pictures; expected output.error in the scene to name the maps");
+        let what = format!("one map for {pictures} pictures; expected output.error in the scene to name the maps");
         return Err(bad_map(path, &what));
     }
     Ok(())
@@ -56,8 +55,7 @@ pub fn expect_error_map(path: &Path, pictures: usize) -> Result<()> {
 
 /// Checks that the error map is another file than the picture.
 pub fn expect_apart(map: &Path, picture: &Path) -> Result<()> {
-    let same =
-        map == picture || absolute(map).ok().is_some_and(|map| absolute(picture).is_ok_and(|p| p == map));
+    let same = map == picture || absolute(map).ok().is_some_and(|map| absolute(picture).is_ok_and(|p| p == map));
     if same { Err(bad_map(map, "names the picture too, expected another file")) } else { Ok(()) }
 }
 

@@ -62,8 +62,7 @@ fn the_scene_names_the_picture_where_the_command_does_not() {
 
 #[test]
 fn the_command_may_set_the_tolerance_and_name_the_map_of_errors() {
-    let folder =
-        folder(&Made::history(), &(scene("theta", 0.0, 42.0) + "[output]\nerror = \"e{step}.png\"\n"));
+    let folder = folder(&Made::history(), &(scene("theta", 0.0, 42.0) + "[output]\nerror = \"e{step}.png\"\n"));
     let is_there = |name: &str| folder.path().join(name).exists();
     let text = render(folder.path(), &["-o", "out.png", "--error", "map.png", "--tolerance", "2e-5"]);
     has(&text, &["quality   tolerance 2e-5, light "]);
@@ -75,10 +74,7 @@ fn the_command_may_set_the_tolerance_and_name_the_map_of_errors() {
     render(folder.path(), &["--time", "all", "-o", "all"]);
     assert!(["all/e0.png", "all/e2.png", "all/theta_000002.png"].into_iter().all(is_there));
     let report = fs::read_to_string(folder.path().join("all/report.csv")).unwrap();
-    has(
-        &report,
-        &["error_max,error_mean,error_p999,error_kind,tolerance,over_tolerance,pixel_step,lights,threads,"],
-    );
+    has(&report, &["error_max,error_mean,error_p999,error_kind,tolerance,over_tolerance,pixel_step,lights,threads,"]);
 }
 
 #[test]
@@ -96,8 +92,7 @@ fn all_times_give_a_picture_each() {
 
 #[test]
 fn pictures_that_are_there_are_replaced_unless_they_are_to_stay() {
-    let folder =
-        folder(&Made::history(), &(scene("theta", 0.0, 42.0) + "[output]\nerror = \"e{step}.png\"\n"));
+    let folder = folder(&Made::history(), &(scene("theta", 0.0, 42.0) + "[output]\nerror = \"e{step}.png\"\n"));
     let at = |name: &str| folder.path().join(name);
     let keep = |more: &[&str], there: &str| {
         let before = fs::read(at(there)).unwrap();
@@ -247,8 +242,7 @@ fn plan_says_what_is_left_out() {
 fn a_reader_that_goes_away_is_no_error() {
     let (folder, _) = Made::history().write(Options::_64BIT_OFFSET);
     let mut info = icoray(folder.path());
-    let mut child =
-        info.args(["info", "made.nc"]).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    let mut child = info.args(["info", "made.nc"]).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
     drop(child.stdout.take());
     let output = child.wait_with_output().unwrap();
     assert!(output.status.success() && output.stderr.is_empty(), "{output:?}");

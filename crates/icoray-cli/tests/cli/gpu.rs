@@ -48,8 +48,7 @@ fn a_gpu_draws_where_the_scene_or_the_command_asks_for_one() {
     assert!(says.iter().any(|(key, text)| key == "drawn on" && text.starts_with(name)), "{says:?}");
     assert!(texts(&at("cpu.png")).iter().all(|(key, _)| key != "drawn on"));
     let by_command = folder(&Made::history(), &unlit("backend = \"cpu\""));
-    let text =
-        render(by_command.path(), &["-o", "gpu.png", "--backend", "gpu", "--device", &name.to_uppercase()]);
+    let text = render(by_command.path(), &["-o", "gpu.png", "--backend", "gpu", "--device", &name.to_uppercase()]);
     has(&text, &[&format!("drawn on  {name}")]);
     let text = render(by_command.path(), &["--time", "all", "-o", "all", "--backend", "gpu"]);
     assert_eq!(text.matches("drawn on  ").count(), 3, "{text}");

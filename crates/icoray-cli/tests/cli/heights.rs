@@ -48,8 +48,7 @@ pub fn hills() -> Made {
 
 #[test]
 fn native_heights_are_read_where_a_view_asks_for_them() {
-    let views =
-        "[[views]]\nname = \"mean\"\n[[views]]\nname = \"own\"\nheights = \"native\"\nat_steps = [1]\n";
+    let views = "[[views]]\nname = \"mean\"\n[[views]]\nname = \"own\"\nheights = \"native\"\nat_steps = [1]\n";
     let steep = scene("theta", 1000.0, 1042.0).replace("exaggeration = 50", "exaggeration = 400");
     let folder = folder(&hills(), &(steep + views));
     let text = render(folder.path(), &["--time", "all", "-o", "out", "--size", "48x48"]);
@@ -76,9 +75,8 @@ fn heights_that_change_are_read_at_each_time() {
     let ocean = |records: &[usize]| {
         let mut made = Made::history();
         made.variables.retain(|v| v.name != "zgrid");
-        let thickness = records
-            .iter()
-            .flat_map(|t| (0..42 * LAYERS).map(move |i| 200.0 + 150.0 * ((i / LAYERS + t) % 6) as f32));
+        let thickness =
+            records.iter().flat_map(|t| (0..42 * LAYERS).map(move |i| 200.0 + 150.0 * ((i / LAYERS + t) % 6) as f32));
         made.add("layerThickness", &["Time", "nCells", "nVertLevels"], Values::F32(thickness.collect()));
         made.add("bottomDepth", &["nCells"], Values::F64(vec![2000.0; 42]));
         made
@@ -118,8 +116,8 @@ fn heights_that_a_file_has_not_are_said_before_the_first_ray() {
     assert!(!folder.path().join("theta_000000.png").exists());
 }
 
-/// theta lies between the interfaces on which w lies: whichever comes first gives its layers, and ranges of these are those of
-/// the same heights.
+/// theta lies between the interfaces on which w lies: whichever comes first gives its layers, and ranges of these are
+/// those of the same heights.
 #[test]
 fn fields_on_different_layers_are_drawn_together() {
     for (first, second, layers, counts) in
@@ -177,11 +175,7 @@ fn fields_are_moved_between_levels_and_interfaces() {
         };
         made.variable("theta").values = fill(LAYERS, &theta);
         made.variable("w").values = fill(LAYERS + 1, &|column, i| w(column, HEIGHT_M[i]));
-        made.add(
-            "w_moved",
-            &["Time", "nCells", "nVertLevels"],
-            fill(LAYERS, &|column, l| w(column, middle(l))),
-        );
+        made.add("w_moved", &["Time", "nCells", "nVertLevels"], fill(LAYERS, &|column, l| w(column, middle(l))));
         let moved = fill(LAYERS + 1, &|column, i| between(column, i, levels.clone()));
         made.add("theta_moved", &["Time", "nCells", "nVertLevelsP1"], moved);
         let folder = folder(&made, &two(first, second));

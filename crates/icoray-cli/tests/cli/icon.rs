@@ -15,10 +15,7 @@ fn pictures_with_tables_are_those_without() {
         Made::icon_grid().write_to(&folder.path().join("grid.nc"), Options::NETCDF4);
         let text = render(folder.path(), &["-o", "alone.png"]);
         let bytes = 42 * 4 * LAYERS;
-        has(
-            &text,
-            &[&format!("note      ta lives on corners: averaged to cell centres (derived, {bytes} bytes)")],
-        );
+        has(&text, &[&format!("note      ta lives on corners: averaged to cell centres (derived, {bytes} bytes)")]);
         render(folder.path(), &["-o", "with.png", "--mesh", "grid.nc"]);
         let read = |name: &str| image::open(folder.path().join(name)).unwrap().to_rgba8();
         // Positions differ in their last digits.
@@ -43,14 +40,8 @@ fn info_says_what_is_known_of_layers_and_units() {
         ],
     );
     let line = text.lines().find(|line| line.starts_with("ta ")).unwrap();
-    assert_eq!(
-        line.split_whitespace().collect::<Vec<_>>(),
-        ["ta", "corners", "3", "f32", "K", "Temperature"]
-    );
+    assert_eq!(line.split_whitespace().collect::<Vec<_>>(), ["ta", "corners", "3", "f32", "K", "Temperature"]);
     fs::write(folder.path().join("scene.toml"), scene("ta", 0.0, 80.0)).unwrap();
     let mut plan = icoray(folder.path());
-    has(
-        &prints(plan.arg("plan").arg(path).args(["--scene", "scene.toml", "--layers", "0..2"])),
-        &["left out"],
-    );
+    has(&prints(plan.arg("plan").arg(path).args(["--scene", "scene.toml", "--layers", "0..2"])), &["left out"]);
 }

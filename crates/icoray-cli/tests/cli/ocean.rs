@@ -9,8 +9,8 @@ use std::path::{Path, PathBuf};
 /// Depths of the layers' bottoms.
 const DEPTH_M: [f64; 12] = [50., 100., 200., 350., 550., 800., 1200., 1700., 2400., 3300., 4400., 5500.];
 
-/// A history of one time: warm water near the surface of the tropics, a thermocline that rises and falls, and a floor that
-/// is shallow at coasts and ridges. Only the mesh's cells are real.
+/// A history of one time: warm water near the surface of the tropics, a thermocline that rises and falls, and a floor
+/// that is shallow at coasts and ridges. Only the mesh's cells are real.
 fn history(mesh: &Path) -> Made {
     let file = icoray_netcdf::ModelFile::open(mesh).unwrap();
     let at = file.mesh().tables().center;
@@ -37,14 +37,9 @@ fn history(mesh: &Path) -> Made {
     };
     made.add("refBottomDepth", &["nVertLevels"], Values::F64(DEPTH_M.to_vec()));
     made.add("maxLevelCell", &["nCells"], Values::I32(levels));
-    made.add(
-        "xtime",
-        &["Time", "StrLen"],
-        Values::Text(format!("{:<64}", "0010-07-01_00:00:00").into_bytes()),
-    );
+    made.add("xtime", &["Time", "StrLen"], Values::Text(format!("{:<64}", "0010-07-01_00:00:00").into_bytes()));
     made.add("temperature", &["Time", "nCells", "nVertLevels"], Values::F32(temperature));
-    made.last().attributes =
-        vec![("units", "degrees Celsius".into()), ("long_name", "potential temperature".into())];
+    made.last().attributes = vec![("units", "degrees Celsius".into()), ("long_name", "potential temperature".into())];
     made
 }
 
@@ -61,10 +56,7 @@ fn the_ocean_ends_at_coasts_and_at_its_floor() {
     let mut render = icoray(at);
     render.args(["render", "ocean.nc", "--mesh"]).arg(&mesh).arg("--scene").arg(scene);
     let text = prints(render.args(["--size", size, "-o", "ocean.png"]));
-    has(
-        &text,
-        &["field     temperature at cells, 12 layers, time 0 (0010-07-01_00:00:00)", " degrees Celsius, "],
-    );
+    has(&text, &["field     temperature at cells, 12 layers, time 0 (0010-07-01_00:00:00)", " degrees Celsius, "]);
     // -1e34 is not in the range, and what is below the floor is missing.
     let range = text.lines().find(|line| line.starts_with("range")).unwrap();
     let words: Vec<&str> = range.split_whitespace().collect();

@@ -16,7 +16,8 @@ fn on_ranks(ranks: usize, folder: &Path, more: &[&str]) -> Option<Output> {
     }
     let mut run = Command::new("timeout");
     run.args(["--kill-after=5", "120", "mpirun", "-n", &ranks.to_string()]).current_dir(folder);
-    // Open MPI's: more ranks than processors, no copies that containers forbid, and as root. Others do not look at these.
+    // Open MPI's: more ranks than processors, no copies that containers forbid, and as root. Others do not look at
+    // these.
     for (name, value) in [
         ("OMPI_MCA_rmaps_base_oversubscribe", "1"),
         ("OMPI_MCA_hwloc_base_binding_policy", "none"),
@@ -53,8 +54,7 @@ fn ranks_draw_each_picture_of_a_series_together() {
             has(&said, &[&format!("({ranks} ranks of 1 threads)")]);
         }
         for time in 0..3 {
-            let bytes =
-                |of: &str| fs::read(folder.path().join(of).join(format!("vorticity_{time:06}.png"))).unwrap();
+            let bytes = |of: &str| fs::read(folder.path().join(of).join(format!("vorticity_{time:06}.png"))).unwrap();
             assert!(bytes(&to) == bytes("alone"), "{ranks} ranks, time {time}");
         }
     }

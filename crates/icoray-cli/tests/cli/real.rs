@@ -38,8 +38,7 @@ fn the_example_scenes_show_something() {
         let mut render = icoray(folder.path());
         // Labels are no part of what is shown, and may take rows of their own.
         let scene = fs::read_to_string(scenes.join(name).with_extension("toml")).unwrap();
-        fs::write(folder.path().join("scene.toml"), scene.replace("[labels]", "[labels]\non = false"))
-            .unwrap();
+        fs::write(folder.path().join("scene.toml"), scene.replace("[labels]", "[labels]\non = false")).unwrap();
         render.arg("render").arg(&file).args(["--scene", "scene.toml"]);
         prints(render.args(["--time", "-1", "--size", "96x72", "-o", "out.png"]));
         shows_something(&folder.path().join("out.png"), 96, 72);
@@ -67,10 +66,7 @@ fn temperatures_of_icon_are_rendered() {
     for date in ["1979-01-31", "1979-02-28"] {
         let picture = folder.path().join(format!("icon_t2m_{date}.png"));
         shows_something(&picture, 96, 72);
-        says(
-            &picture,
-            &[("note", "lev gives pressures: rendered at the heights of the standard atmosphere")],
-        );
+        says(&picture, &[("note", "lev gives pressures: rendered at the heights of the standard atmosphere")]);
     }
 }
 
@@ -81,12 +77,7 @@ fn info_and_plan_of_the_baroclinic_wave() {
     let text = prints(icoray(folder.path()).arg("info").arg(&file).arg("--ranges"));
     has(
         &text,
-        &[
-            "10242 cells, 20480 corners, 30720 edges",
-            "12 with 5 corners",
-            "passes the check",
-            "Potential temperature",
-        ],
+        &["10242 cells, 20480 corners, 30720 edges", "12 with 5 corners", "passes the check", "Potential temperature"],
     );
     fs::write(folder.path().join("scene.toml"), scene("theta", 250.0, 400.0)).unwrap();
     let mut plan = icoray(folder.path());
@@ -97,10 +88,9 @@ fn info_and_plan_of_the_baroclinic_wave() {
 fn meshes_that_are_not_rendered_are_refused() {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("scene.toml"), scene("theta", 0.0, 1.0)).unwrap();
-    for (name, part) in [
-        ("favba_planar_mesh.nc", "on_a_sphere is NO"),
-        ("mesh.QU.1920km.151026.nc", "fields in the file: areaCell"),
-    ] {
+    for (name, part) in
+        [("favba_planar_mesh.nc", "on_a_sphere is NO"), ("mesh.QU.1920km.151026.nc", "fields in the file: areaCell")]
+    {
         let Some(file) = data(name) else { continue };
         let mut render = icoray(folder.path());
         fails(render.arg("render").arg(&file).args(["--scene", "scene.toml"]), 1, &[name, part]);

@@ -50,8 +50,7 @@ fn the_saved_scene_draws_the_same_picture() {
     ] {
         for (first, second) in [("a.png", "b.png"), ("a.exr", "b.exr")] {
             let to = |name: &'static str| if more.contains(&"all") { "pictures" } else { name };
-            let text =
-                render(folder.path(), &[more, &["--save-scene", "my scene.toml", "-o", to(first)]].concat());
+            let text = render(folder.path(), &[more, &["--save-scene", "my scene.toml", "-o", to(first)]].concat());
             has(&text, &["; saved as my scene.toml\n"]);
             let pictures = |name: &str| match more.contains(&"all") {
                 true => [0, 1, 2].map(|time| bytes(&format!("pictures/theta_{time:06}.png"))).concat(),
@@ -62,8 +61,7 @@ fn the_saved_scene_draws_the_same_picture() {
             let saved = fs::read_to_string(folder.path().join("my scene.toml")).unwrap();
             let command = saved.lines().next().unwrap().strip_prefix("# icoray render made.nc ").unwrap();
             let command = command.replace("'my scene.toml'", "my_scene");
-            let words =
-                command.split(' ').map(|word| if word == "my_scene" { "my scene.toml" } else { word });
+            let words = command.split(' ').map(|word| if word == "my_scene" { "my scene.toml" } else { word });
             let mut again = icoray(folder.path());
             prints(again.args(["render", "made.nc", "-o", to(second)]).args(words));
             assert!(drawn == pictures(second), "{more:?}: {second} differs");
@@ -76,8 +74,7 @@ fn options_change_the_camera_and_the_heights_of_a_scene() {
     let given = scene("theta", 0.0, 42.0);
     let folder = folder(&Made::history(), &given);
     let edited = given.replace("lon = 190", "lon = -35").replace("lat = 45", "lat = 10");
-    let edited =
-        edited.replace("distance = 3", "distance = 4").replace("exaggeration = 50", "exaggeration = 20");
+    let edited = edited.replace("distance = 3", "distance = 4").replace("exaggeration = 50", "exaggeration = 20");
     fs::write(folder.path().join("edited.toml"), edited).unwrap();
     let draw = |scene: &str, more: &[&str], to: &str| {
         prints(icoray(folder.path()).args(["render", "made.nc", "--scene", scene, "-o", to]).args(more));
@@ -132,8 +129,7 @@ fn saved_scenes_are_kept_where_files_are_to_stay() {
 #[test]
 fn files_without_a_field_say_what_to_do() {
     let (folder, _) = Made::mesh(false).write(Options::_64BIT_OFFSET);
-    let parts =
-        ["made.nc: a mesh without a field, expected a history", "icoray render HISTORY.nc --mesh made.nc"];
+    let parts = ["made.nc: a mesh without a field, expected a history", "icoray render HISTORY.nc --mesh made.nc"];
     fails(icoray(folder.path()).args(["render", "made.nc"]), 1, &parts);
     let mut made = Made::history();
     made.variables.retain(|v| !["theta", "w", "vorticity", "rho", "surface_pressure"].contains(&v.name));

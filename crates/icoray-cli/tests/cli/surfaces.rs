@@ -115,10 +115,7 @@ fn scenes_that_say_little_show_the_first_field() {
         "image.width = 96\n[[views]]\nname = \"a\"\n[[views]]\nname = \"b\"\nfield = \"w\"\n",
     )
     .unwrap();
-    has(
-        &render(folder.path(), &["-o", "."]),
-        &["picture   ./a_theta_000000.png", "picture   ./b_w_000000.png"],
-    );
+    has(&render(folder.path(), &["-o", "."]), &["picture   ./a_theta_000000.png", "picture   ./b_w_000000.png"]);
 }
 
 #[test]

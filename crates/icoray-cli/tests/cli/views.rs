@@ -53,10 +53,7 @@ fn views_of_a_series_are_drawn_when_it_is_their_turn() {
     ];
     assert_eq!(pictures(&at), expected);
     assert_eq!(text.matches("picture ").count(), 5, "{text}");
-    has(
-        &text,
-        &["picture   out/w_w_000001.png (32 x 32)\nview      w\nfield     w at cells, 5 layers, time 1"],
-    );
+    has(&text, &["picture   out/w_w_000001.png (32 x 32)\nview      w\nfield     w at cells, 5 layers, time 1"]);
     says(&at.join("late_rho_000002.png"), &[("field", "rho"), ("view", "late"), ("time_s", "172800")]);
     let list = "ffconcat version 1.0\n\
                 file 'theta_theta_000000.png'\nduration 0.04\n\
@@ -165,8 +162,7 @@ fn a_scene_of_several_fields_reads_these() {
     };
     assert_eq!([fields("two"), fields("one"), fields("made")], ["theta rho", "theta", "theta rho"]);
     let picture = |name: &str| image::open(folder.path().join("out").join(name)).unwrap().into_bytes();
-    let [two, one, made] =
-        ["two_theta", "one_theta", "made_both"].map(|n| picture(&format!("{n}_000000.png")));
+    let [two, one, made] = ["two_theta", "one_theta", "made_both"].map(|n| picture(&format!("{n}_000000.png")));
     assert!(two != one && one != made && two != made);
     let plan = prints(icoray(folder.path()).args(["plan", "made.nc", "--scene", "scene.toml"]));
     assert_eq!(plan.matches("drawn on ").count(), 3, "{plan}");
@@ -183,15 +179,13 @@ fn pictures_become_an_animation() {
     let film = folder.path().join("film.png");
     let bytes = film.metadata().unwrap().len();
     assert_eq!(text, format!("animation film.png (40 x 30, 3 pictures, 5 per second, {bytes} bytes)\n"));
-    let reader =
-        png::Decoder::new(std::io::BufReader::new(fs::File::open(&film).unwrap())).read_info().unwrap();
+    let reader = png::Decoder::new(std::io::BufReader::new(fs::File::open(&film).unwrap())).read_info().unwrap();
     assert_eq!(reader.info().animation_control.unwrap().num_frames, 3);
     shows_something(&film, 40, 30);
     render(folder.path(), &["-o", "large.png"]);
     let mut animate = icoray(folder.path());
     animate.arg("animate").args(&names).args(["large.png", "-o", "film2.png"]);
-    let sizes =
-        "large.png: is 96 x 96 pixels, expected all pictures to be as large as theta_000000.png, 40 x 30";
+    let sizes = "large.png: is 96 x 96 pixels, expected all pictures to be as large as theta_000000.png, 40 x 30";
     fails(&mut animate, 1, &[sizes]);
     let mut again = icoray(folder.path());
     again.arg("animate").args(&names).args(["-o", "film.png", "--existing", "never-modify"]);
@@ -223,10 +217,7 @@ sweep = { lat = [-60, 0, 60], lon = [0, 180] }
     let around = rows("around");
     assert_eq!(around.lines().count(), 7, "{around}");
     let last = "around,60.0,180.0,around_theta_000001_lat60_lon180.png";
-    assert!(
-        around.starts_with("step,time,view,lat,lon,FILE\n1,") && around.trim_end().ends_with(last),
-        "{around}"
-    );
+    assert!(around.starts_with("step,time,view,lat,lon,FILE\n1,") && around.trim_end().ends_with(last), "{around}");
     // The wave grows: the condition does not hold at first, and holds in the end.
     let growing = rows("growing");
     let steps: Vec<&str> = growing.lines().skip(1).map(|row| row.split(',').next().unwrap()).collect();

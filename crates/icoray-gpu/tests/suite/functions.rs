@@ -26,10 +26,8 @@ fn segments() -> Vec<[f32; 5]> {
 #[test]
 fn absorption_and_bend_factor() {
     let Some(device) = Device::open() else { return };
-    let depths: Vec<f32> =
-        (-300..60).map(|i| 1.2f32.powi(i)).chain([0.0, 0.5, 0.500_000_06, 100.0, 1e12]).collect();
-    let got =
-        device.run("#import kernel/real", "let all = array<f32, 1>(absorbed_by(inputs[i]));", &depths, 1, 1);
+    let depths: Vec<f32> = (-300..60).map(|i| 1.2f32.powi(i)).chain([0.0, 0.5, 0.500_000_06, 100.0, 1e12]).collect();
+    let got = device.run("#import kernel/real", "let all = array<f32, 1>(absorbed_by(inputs[i]));", &depths, 1, 1);
     for (x, got) in depths.iter().zip(got) {
         let expected = mirror::absorbed_by(*x);
         assert!(ulps(got, expected, 0.0) <= 4.0, "{x:e}: {got:e}, expected {expected:e}");
@@ -40,8 +38,7 @@ fn absorption_and_bend_factor() {
         .chain([20.0, 1e3, -0.02, 0.02, -0.75, 3.0, -0.999_999, -(1.0 - 0.5 * f32::EPSILON)])
         .filter(|e| *e > -1.0)
         .collect();
-    let got =
-        device.run("#import kernel/piece", "let all = array<f32, 1>(bend_factor(inputs[i]));", &eps, 1, 1);
+    let got = device.run("#import kernel/piece", "let all = array<f32, 1>(bend_factor(inputs[i]));", &eps, 1, 1);
     for (e, got) in eps.iter().zip(got) {
         let expected = mirror::bend_factor(*e);
         // Below -0.75 and above 3 the closed form suffers cancellation.
@@ -157,8 +154,7 @@ fn integrals_of_pieces() {
 
 /// Numbers with digits in both halves, near powers of two, close to each other, and of both signs.
 fn wide_numbers() -> Vec<f64> {
-    let mut all =
-        vec![1.0, -1.0, 3.0, 0.1, -0.7, 1.0 / 3.0, 1e-5, -1e-9, 1e-15, 1e9, 0.999_999_940_395_355_2];
+    let mut all = vec![1.0, -1.0, 3.0, 0.1, -0.7, 1.0 / 3.0, 1e-5, -1e-9, 1e-15, 1e9, 0.999_999_940_395_355_2];
     for k in [1, 12, 23, 24, 25, 30, 40, 46] {
         all.extend([1.0 + 0.5f64.powi(k), -(1.0 - 0.5f64.powi(k)), 0.1 * (1.0 + 3.0 * 0.5f64.powi(k))]);
     }

@@ -272,10 +272,7 @@ fn gradients_along_interpolants_and_the_centre_of_light() {
         let expected = gradient(*interpolant, *u);
         let size = interpolant[..9].iter().fold(0.0f32, |max, x| max.max(x.abs()));
         for k in 0..3 {
-            assert!(
-                ulps(got[k], expected[k], size) <= 4.0,
-                "{interpolant:?} {u}: {got:?}, expected {expected:?}"
-            );
+            assert!(ulps(got[k], expected[k], size) <= 4.0, "{interpolant:?} {u}: {got:?}, expected {expected:?}");
         }
         let (centre, error_bound) = spread(*piece, span);
         let what = format!("{piece:?} {span:?}: {got:?}, expected {centre} {error_bound}");

@@ -1,10 +1,8 @@
-//! The shaders parse and validate, and agree with Rust in structs and constants. That their functions agree is tested by numbers
-//! (`functions.rs`, `light.rs`) and by pictures.
+//! The shaders parse and validate, and agree with Rust in structs and constants. That their functions agree is tested
+//! by numbers (`functions.rs`, `light.rs`) and by pictures.
 
 use icoray::device::mirror;
-use icoray_gpu::layout::{
-    Around, Fragment, Params, Part, Passed, Piece, Pixel, Shading, ShellLayer, Span, Step,
-};
+use icoray_gpu::layout::{Around, Fragment, Params, Part, Passed, Piece, Pixel, Shading, ShellLayer, Span, Step};
 use icoray_gpu::shader::{SOURCES, compose, compose_for};
 use naga::{Module, TypeInner};
 use std::mem::offset_of;
@@ -23,8 +21,7 @@ fn every_shader_parses_and_validates() {
 }
 
 fn validate(name: &str, text: &str) {
-    let module =
-        naga::front::wgsl::parse_str(text).unwrap_or_else(|e| panic!("{name}: {}", e.emit_to_string(text)));
+    let module = naga::front::wgsl::parse_str(text).unwrap_or_else(|e| panic!("{name}: {}", e.emit_to_string(text)));
     let mut validator = naga::valid::Validator::new(Default::default(), naga::valid::Capabilities::empty());
     validator.validate(&module).unwrap_or_else(|e| panic!("{name}: {}", e.emit_to_string(text)));
 }
@@ -38,17 +35,13 @@ fn a_shader_has_as_many_pages_as_are_asked_for() {
             validate(shader, &text);
             for page in 0..pages {
                 for (group, name) in [(1, "field"), (3, beside)] {
-                    let binding =
-                        format!("@group({group}) @binding({page}) var<storage, read> {name}_{page}:");
+                    let binding = format!("@group({group}) @binding({page}) var<storage, read> {name}_{page}:");
                     assert!(text.contains(&binding), "{shader}, {pages} pages: {binding}");
                 }
                 let cases = text.matches(&format!("case {page}u: {{")).count();
                 assert_eq!(cases, 2, "{shader}, {pages} pages: {page}");
             }
-            assert!(
-                !text.contains(&format!("field_{pages}")) && !text.contains("\n#each"),
-                "{shader}, {pages}"
-            );
+            assert!(!text.contains(&format!("field_{pages}")) && !text.contains("\n#each"), "{shader}, {pages}");
         }
     }
 }

@@ -89,9 +89,7 @@ fn simple_scenes_have_no_code_of_other_features() {
     // Unlit, an opaque core, no holes, no steps, four knots.
     let plain = reached(&constants([true, true, false, false, false, true]));
     println!("{plain:?}");
-    for needed in
-        ["trace", "frustum", "spans_find", "spans_follow", "knots_below", "integrate", "exact", "core"]
-    {
+    for needed in ["trace", "frustum", "spans_find", "spans_follow", "knots_below", "integrate", "exact", "core"] {
         assert!(plain.contains(needed), "{needed}");
     }
     // Scenes that need a function have it, so that a renamed function fails the test.

@@ -7,8 +7,8 @@ use crate::reals::OwnedReals;
 use crate::shape::Shape;
 use rayon::prelude::*;
 
-/// A field at cell centres that icoray computed from a field at corners or on other layers; level-fastest, in the precision
-/// of that field.
+/// A field at cell centres that icoray computed from a field at corners or on other layers; level-fastest, in the
+/// precision of that field.
 #[derive(Debug, Clone)]
 pub struct CenterField {
     pub(super) values: OwnedReals,
@@ -18,8 +18,8 @@ pub struct CenterField {
 }
 
 impl CenterField {
-    /// Averages a field at corners to the cell centres, in parallel: the plain mean over those corners of a cell that have a
-    /// value; NaN where none has one.
+    /// Averages a field at corners to the cell centres, in parallel: the plain mean over those corners of a cell that
+    /// have a value; NaN where none has one.
     ///
     /// # Errors
     /// [`ErrorKind::Field`] when `field` is not at corners or has not one column per corner of `grid`.
@@ -36,12 +36,7 @@ impl CenterField {
         if field.location() != Location::Corner || shape.columns != grid.triangles() {
             return Err(Error::new(
                 ErrorKind::Field,
-                format!(
-                    "{} columns at {:?}, expected {} at Corner",
-                    shape.columns,
-                    field.location(),
-                    grid.triangles()
-                ),
+                format!("{} columns at {:?}, expected {} at Corner", shape.columns, field.location(), grid.triangles()),
             ));
         }
         let values = match buffer(field, memory) {
@@ -97,8 +92,7 @@ fn average<S: Copy + Default + Send>(
         around.clear();
         around.extend(grid.corners_of(cell as u32).map(|c| elements.base(c as usize)));
         for (layer, value) in column.iter_mut().enumerate() {
-            let all =
-                around.iter().map(|&base| field.value_or_nan(field.samples.get(elements.at(base, layer))));
+            let all = around.iter().map(|&base| field.value_or_nan(field.samples.get(elements.at(base, layer))));
             let there = all.filter(|v| !v.is_nan());
             let (sum, count) = there.fold((0.0, 0u32), |(sum, count), v| (sum + v, count + 1));
             *value = narrow(if count == 0 { f64::NAN } else { sum / f64::from(count) });
@@ -118,12 +112,10 @@ mod tests {
         let grid = Grid::new(mesh.tables()).unwrap();
         // Pentagons repeat a corner in the table; a plain sum over six entries would be wrong there.
         let v: Vec<f64> = (0..grid.triangles()).map(|c| c as f64).collect();
-        let field = Field::new(v.as_slice().into(), Shape::level_fastest(v.len(), 1), Location::Corner, None)
-            .unwrap();
+        let field = Field::new(v.as_slice().into(), Shape::level_fastest(v.len(), 1), Location::Corner, None).unwrap();
         let center = CenterField::average(&grid, &field).unwrap();
         for cell in 0..grid.cells() as u32 {
-            let around: Vec<u32> =
-                (0..grid.triangles() as u32).filter(|&t| grid.triangle(t).contains(&cell)).collect();
+            let around: Vec<u32> = (0..grid.triangles() as u32).filter(|&t| grid.triangle(t).contains(&cell)).collect();
             let mean = around.iter().map(|&t| f64::from(t)).sum::<f64>() / around.len() as f64;
             assert!((center.field().value(cell as usize, 0) - mean).abs() < 1e-12);
         }

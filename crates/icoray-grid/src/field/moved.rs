@@ -1,4 +1,5 @@
-//! Fields that are interpolated to other layers: one at interfaces to the layers midway between them, or the other way round.
+//! Fields that are interpolated to other layers: one at interfaces to the layers midway between them, or the other way
+//! round.
 
 use super::center::{buffer, resized};
 use super::{CenterField, Field, Location, next_number};
@@ -14,9 +15,9 @@ struct Between {
 }
 
 impl CenterField {
-    /// Interpolates `field`, whose layers lie at the radii `own`, linearly to the radii `wanted`; beyond the outer layers it takes
-    /// the value of the nearest one. A value is missing where one of the two around it is. Both lists are in one unit, and both
-    /// rise or both fall. `memory` is another field, whose memory is used again.
+    /// Interpolates `field`, whose layers lie at the radii `own`, linearly to the radii `wanted`; beyond the outer
+    /// layers it takes the value of the nearest one. A value is missing where one of the two around it is. Both
+    /// lists are in one unit, and both rise or both fall. `memory` is another field, whose memory is used again.
     pub fn moved_in(field: &Field, own: &[f64], wanted: &[f64], memory: Option<Self>) -> Self {
         let between: Vec<Between> = wanted.iter().map(|radius| bracket(own, *radius)).collect();
         let shape = Shape::level_fastest(field.shape().columns, wanted.len());
@@ -66,8 +67,7 @@ mod tests {
     #[test]
     fn interfaces_and_the_layers_between_them_are_brought_to_each_other() {
         let values = [0.0f64, 2.0, 6.0, 10.0, f64::NAN, 30.0];
-        let field =
-            Field::new(values.as_slice().into(), Shape::level_fastest(2, 3), Location::Center, None).unwrap();
+        let field = Field::new(values.as_slice().into(), Shape::level_fastest(2, 3), Location::Center, None).unwrap();
         let between = CenterField::moved_in(&field, &[1.0, 2.0, 4.0], &[1.5, 3.0], None);
         let of = |column| [0, 1].map(|layer| between.field().value(column, layer));
         assert_eq!(of(0), [1.0, 4.0]);
@@ -78,13 +78,9 @@ mod tests {
 
     #[test]
     fn falling_layers_are_as_good() {
-        let field = Field::new(
-            [6.0f32, 2.0, 0.0].as_slice().into(),
-            Shape::level_fastest(1, 3),
-            Location::Center,
-            None,
-        )
-        .unwrap();
+        let field =
+            Field::new([6.0f32, 2.0, 0.0].as_slice().into(), Shape::level_fastest(1, 3), Location::Center, None)
+                .unwrap();
         let between = CenterField::moved_in(&field, &[4.0, 2.0, 1.0], &[3.0, 1.5], None);
         assert_eq!([0, 1].map(|layer| between.field().value(0, layer)), [4.0, 1.0]);
     }

@@ -1,7 +1,8 @@
 //! Gradients where each column's layers lie at heights of their own.
 //!
-//! As for concentric layers, the three slopes at vertex A of a frustum fix its gradient: along A the change to the next layer,
-//! along `R·B - R·A` and `R·C - R·A`, now with a radius at each vertex, the changes to the neighbours on the same layer.
+//! As for concentric layers, the three slopes at vertex A of a frustum fix its gradient: along A the change to the next
+//! layer, along `R·B - R·A` and `R·C - R·A`, now with a radius at each vertex, the changes to the neighbours on the
+//! same layer.
 
 use super::{Gradients, narrowed};
 use crate::array::MapInline;
@@ -13,12 +14,7 @@ use rayon::prelude::*;
 
 /// Gradients of the normalised field at all vertices, per planet radius, level-fastest; zero where nothing is known. In
 /// `memory`.
-pub fn gradients<S: Sample>(
-    grid: &Grid,
-    heights: &Heights,
-    samples: &Samples<S>,
-    memory: Gradients,
-) -> Gradients {
+pub fn gradients<S: Sample>(grid: &Grid, heights: &Heights, samples: &Samples<S>, memory: Gradients) -> Gradients {
     let layers = heights.layers();
     let mut gradients = memory.with_room(grid.cells() * layers, false);
     let rows = gradients.whole_mut().par_chunks_exact_mut(layers).with_min_len(64).enumerate();

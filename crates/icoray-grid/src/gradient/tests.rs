@@ -23,15 +23,11 @@ fn radii() -> Vec<f64> {
 
 fn field_of(grid: &Grid, f: impl Fn(DVec3) -> f64) -> Vec<f64> {
     let cells = 0..grid.cells() as u32;
-    cells
-        .flat_map(|c| radii().into_iter().map(move |r| (c, r)))
-        .map(|(c, r)| f(grid.direction(c) * r))
-        .collect()
+    cells.flat_map(|c| radii().into_iter().map(move |r| (c, r))).map(|(c, r)| f(grid.direction(c) * r)).collect()
 }
 
 fn gradients_of(grid: &Grid, values: &[f64]) -> Vec<[f32; 3]> {
-    let field =
-        Field::new(values.into(), Shape::level_fastest(grid.cells(), 4), Location::Center, None).unwrap();
+    let field = Field::new(values.into(), Shape::level_fastest(grid.cells(), 4), Location::Center, None).unwrap();
     gradients(
         grid,
         &radii(),
@@ -64,8 +60,7 @@ fn gradients_are_those_that_can_be_seen() {
     let grid = Grid::new(mesh.tables()).unwrap();
     let values = field_of(&grid, |p| (3.0 * p.x).sin() * (5.0 * p.y).cos() + p.z * p.z);
     let field =
-        Field::new(values.as_slice().into(), Shape::level_fastest(grid.cells(), 4), Location::Center, None)
-            .unwrap();
+        Field::new(values.as_slice().into(), Shape::level_fastest(grid.cells(), 4), Location::Center, None).unwrap();
     let samples = Samples::new(&values, &field, false, [0.0, 1.0]);
     let all = gradients_of(&grid, &values);
     // Blocks of one gap: each third triangle has the lowest, each seventh the uppermost.
@@ -76,8 +71,7 @@ fn gradients_are_those_that_can_be_seen() {
     let found = gradients(&grid, &radii(), &samples, 0..grid.cells(), wanted, unknown);
     let mut left_out = 0;
     for (i, gradient) in found.whole().iter().enumerate() {
-        let around =
-            grid.corners_of((i / 4) as u32).fold(0, |all, triangle| all | visible.blocks_over(triangle));
+        let around = grid.corners_of((i / 4) as u32).fold(0, |all, triangle| all | visible.blocks_over(triangle));
         // Between the blocks of a cell nothing is left out.
         let is_seen = match i % 4 {
             0 => around & 1 != 0,

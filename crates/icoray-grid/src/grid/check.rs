@@ -1,7 +1,8 @@
 //! The checks that make the walk's promises hold: every index in range, tables that agree with each other, and a
 //! triangulation that covers the sphere exactly once, with what `hole_filling.rs` adds where the mesh has holes.
 //!
-//! A hole has to be one by the tables: a side ends the mesh only where they say that a cell or a corner beyond is missing.
+//! A hole has to be one by the tables: a side ends the mesh only where they say that a cell or a corner beyond is
+//! missing.
 //!
 //! All passes are parallel over rows; the first bad row in table order is reported, so the message does not depend on
 //! the number of threads.
@@ -38,10 +39,7 @@ fn expect_len(table: &str, len: usize, rows: usize, row: usize) -> Result<()> {
 pub(super) fn sizes(t: &GridTables) -> Result<bool> {
     let (cells, corners, edges) = (t.cells(), t.corners(), t.edges());
     if !(0..=1).contains(&t.index_base) {
-        return Err(Error::new(
-            ErrorKind::Argument,
-            format!("index_base: {}, expected 0 or 1", t.index_base),
-        ));
+        return Err(Error::new(ErrorKind::Argument, format!("index_base: {}, expected 0 or 1", t.index_base)));
     }
     expect_len("center latitude", t.center.lat_rad.len(), cells, 1)?;
     expect_len("corner latitude", t.corner.lat_rad.len(), corners, 1)?;
@@ -91,10 +89,7 @@ pub(super) fn number_of(t: &GridTables, row: u32) -> i64 {
     i64::from(row) + i64::from(t.index_base)
 }
 
-fn first_error<E: Send>(
-    rows: usize,
-    check: impl Fn(usize) -> Option<E> + Sync + Send,
-) -> std::result::Result<(), E> {
+fn first_error<E: Send>(rows: usize, check: impl Fn(usize) -> Option<E> + Sync + Send) -> std::result::Result<(), E> {
     match (0..rows).into_par_iter().with_min_len(4096).find_map_first(check) {
         Some(error) => Err(error),
         None => Ok(()),
@@ -185,11 +180,7 @@ fn row<const N: usize>(t: &GridTables, table: Indices, r: usize) -> [usize; N] {
 }
 
 /// Finds each triangle's orientation, and that its cells, its edges and the triangles beyond them agree.
-pub(super) fn triangles(
-    t: &GridTables,
-    direction: &[[f64; 3]],
-    has_hole: bool,
-) -> Result<Vec<TriangleOrientation>> {
+pub(super) fn triangles(t: &GridTables, direction: &[[f64; 3]], has_hole: bool) -> Result<Vec<TriangleOrientation>> {
     let rows = (0..t.corners()).into_par_iter().with_min_len(4096);
     let orientations: Vec<std::result::Result<TriangleOrientation, ()>> =
         rows.map(|r| orientation_of(t, direction, has_hole, r).map_err(|_| ())).collect();
@@ -200,12 +191,7 @@ pub(super) fn triangles(
     Ok(orientations.into_iter().flatten().collect())
 }
 
-fn orientation_of(
-    t: &GridTables,
-    direction: &[[f64; 3]],
-    has_hole: bool,
-    r: usize,
-) -> Result<TriangleOrientation> {
+fn orientation_of(t: &GridTables, direction: &[[f64; 3]], has_hole: bool, r: usize) -> Result<TriangleOrientation> {
     if has_hole && !is_triangle(t, r) {
         return Ok(TriangleOrientation::absent());
     }
@@ -289,8 +275,7 @@ pub(super) fn cells(t: &GridTables) -> Result<()> {
         let used = t.cell_corner_count.map_or(t.cell_corner_row, |count| count.get(r) as usize);
         let corner = |column: usize| t.cell_corner.get(start + column);
         let is_there = |column: &usize| !is_mark(corner(*column), t.corners(), t.index_base);
-        let cells_at =
-            |column: usize| t.corner_cell.row::<3>((corner(column) - i64::from(t.index_base)) as usize);
+        let cells_at = |column: usize| t.corner_cell.row::<3>((corner(column) - i64::from(t.index_base)) as usize);
         let is_apart = |column: &usize| is_there(column) && !cells_at(*column).contains(&number(r));
         if let Some(column) = (0..used).find(is_apart) {
             return Some(bad(format!(
@@ -359,9 +344,8 @@ pub(super) fn covers(
     let area_of = |cells: [usize; 3]| solid_angle(cells.map(|cell| DVec3::from_array(direction[cell])));
     // Fixed blocks summed in order: the same sum for any number of threads.
     let rows = (0..t.corners()).into_par_iter().with_min_len(4096);
-    let areas: Vec<f64> = rows
-        .map(|r| if orientations[r].is_triangle() { area_of(wound(t, orientations, r)) } else { 0.0 })
-        .collect();
+    let areas: Vec<f64> =
+        rows.map(|r| if orientations[r].is_triangle() { area_of(wound(t, orientations, r)) } else { 0.0 }).collect();
     let void = hole_filling.void().iter().map(|void| area_of(void.cells.map(|cell| cell as usize)));
     let area: f64 = areas.into_iter().chain(void).sum();
     if (area / (4.0 * PI) - 1.0).abs() > COVER {

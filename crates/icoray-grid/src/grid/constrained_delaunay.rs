@@ -1,14 +1,14 @@
 //! A triangulation of the whole sphere into which points and sides are worked, by exact predicates.
 //!
-//! It starts as a bisected icosahedron, turned so that its points meet nothing else. A point is located by walking, splits
-//! its triangle, and sides are flipped until all are Delaunay again (Lawson 1977): neighbouring points lie in the order of
-//! the rim, so that takes few steps. A side that has to be there is freed of what crosses it by flips (Sloan 1993,
-//! doi:10.1016/0045-7949(93)90239-A).
+//! It starts as a bisected icosahedron, turned so that its points meet nothing else. A point is located by walking,
+//! splits its triangle, and sides are flipped until all are Delaunay again (Lawson 1977): neighbouring points lie in
+//! the order of the rim, so that takes few steps. A side that has to be there is freed of what crosses it by flips
+//! (Sloan 1993, doi:10.1016/0045-7949(93)90239-A).
 //!
-//! Only two questions are asked of points: on which side of the plane through two of them and the sphere's centre a third
-//! one lies, and whether a fourth lies above the plane of three. Both are signs of determinants, exact by Shewchuk's
-//! adaptive arithmetic (1997, doi:10.1007/PL00009321; crate `robust`). A triangle is made only where its determinant is
-//! positive, so at every moment the triangles' cones cover space once and none holds the centre.
+//! Only two questions are asked of points: on which side of the plane through two of them and the sphere's centre a
+//! third one lies, and whether a fourth lies above the plane of three. Both are signs of determinants, exact by
+//! Shewchuk's adaptive arithmetic (1997, doi:10.1007/PL00009321; crate `robust`). A triangle is made only where its
+//! determinant is positive, so at every moment the triangles' cones cover space once and none holds the centre.
 
 use super::generate::IcosahedralMesh;
 use crate::error::Result;
@@ -16,7 +16,8 @@ use glam::{DMat3, DVec3};
 use robust::{Coord3D, orient3d};
 use std::collections::{HashMap, HashSet};
 
-/// Components below this are taken as 0: smaller ones would underflow in exact products. No walk can tell the difference.
+/// Components below this are taken as 0: smaller ones would underflow in exact products. No walk can tell the
+/// difference.
 const NOTHING: f64 = 1e-60;
 const CENTER: Coord3D<f64> = Coord3D { x: 0.0, y: 0.0, z: 0.0 };
 
@@ -232,18 +233,15 @@ impl ConstrainedDelaunay {
         Ok(())
     }
 
-    /// Flips sides that may be flipped until those around `suspects` are Delaunay again: clearing an arc leaves slivers,
-    /// three vertices in one plane with the centre, over which a ray in that plane would step back.
+    /// Flips sides that may be flipped until those around `suspects` are Delaunay again: clearing an arc leaves
+    /// slivers, three vertices in one plane with the centre, over which a ray in that plane would step back.
     fn restore_delaunay(&mut self, mut suspects: Vec<u32>) {
         // Each flip adds volume under the facets, so this ends.
         while let Some(face) = suspects.pop() {
             let Face { vertices: v, beyond } = self.faces[face as usize];
             for k in 0..3 {
                 let (a, b, other) = (v[turn(k, 1)], v[turn(k, 2)], beyond[k]);
-                if !self.fixed.contains(&(a.min(b), a.max(b)))
-                    && self.is_above(face, other)
-                    && self.can_flip(face, k)
-                {
+                if !self.fixed.contains(&(a.min(b), a.max(b))) && self.is_above(face, other) && self.can_flip(face, k) {
                     self.flip(face, k);
                     suspects.extend([face, other]);
                     break;

@@ -1,7 +1,7 @@
 //! The icosahedral mesh: an icosahedron whose triangles are bisected n times (§1.1 of the paper, Figure 1).
 //!
-//! Each bisection numbers what it makes by formula (new cell = cells + edge, children of triangle t = 4t..4t+4, of edge e
-//! = 2e, 2e+1, inner edges = 2·edges + 3t..), so every pass is parallel over rows and the result does not depend on
+//! Each bisection numbers what it makes by formula (new cell = cells + edge, children of triangle t = 4t..4t+4, of edge
+//! e = 2e, 2e+1, inner edges = 2·edges + 3t..), so every pass is parallel over rows and the result does not depend on
 //! the number of threads. n gives 10·4ⁿ + 2 cells; n = 5 and n = 8 are the paper's grids.
 
 use super::tables::{GridTables, LonLat};
@@ -58,10 +58,7 @@ impl IcosahedralMesh {
     /// [`ErrorKind::Argument`] when `level` is above [`MAX_LEVEL`].
     pub fn new(level: u32) -> Result<Self> {
         if level > MAX_LEVEL {
-            return Err(Error::new(
-                ErrorKind::Argument,
-                format!("mesh level {level}, expected 0 to {MAX_LEVEL}"),
-            ));
+            return Err(Error::new(ErrorKind::Argument, format!("mesh level {level}, expected 0 to {MAX_LEVEL}")));
         }
         let mut mesh = icosahedron();
         for _ in 0..level {
@@ -223,10 +220,7 @@ impl Bisection {
         let mut ring = [start as i32; 6];
         let mut t = start;
         for place in 1..6 {
-            let k = self.triangle[t as usize]
-                .iter()
-                .position(|&v| v == cell)
-                .expect("the ring stays at its cell");
+            let k = self.triangle[t as usize].iter().position(|&v| v == cell).expect("the ring stays at its cell");
             let e = 2 * self.side[t as usize][(k + 1) % 3] as usize;
             let next = if edge_corner[e] == t as i32 { edge_corner[e + 1] } else { edge_corner[e] };
             if next == start as i32 {

@@ -1,17 +1,17 @@
 //! Closing a mesh with holes: the rest of the sphere as *void* triangles, walked over and never sampled.
 //!
-//! An ocean without land, a limited area, a rank's part: the table's triangles end at a rim, sides with a cell or corner
-//! beyond that is not there. The walk must not end there, as a ray may come back over the rim, and it relies on a closed,
-//! consistently wound surface around the centre.
+//! An ocean without land, a limited area, a rank's part: the table's triangles end at a rim, sides with a cell or
+//! corner beyond that is not there. The walk must not end there, as a ray may come back over the rim, and it relies on
+//! a closed, consistently wound surface around the centre.
 //!
-//! **Why the result is one.** The rim's cells are worked into a triangulation of the whole sphere and every rim side is made
-//! a side of it ([`ConstrainedDelaunay`], exact predicates), which is then closed, wound one way and clear of the centre by
-//! construction. Along the rim it is cut: what lies beyond rim sides, spread without crossing one, is kept as void; what
-//! lies on the data's side would be a contradiction and is refused. So every rim side has its data triangle on one side
-//! and one void triangle on the other, wound alike, every other side two triangles of its own kind, and nothing is left
-//! open. `check::covers` then sums areas over both kinds: a surface without folds whose areas sum to 4π once covers each
-//! direction once. Holes may touch in a vertex, lie in each other, hold a pole or all of the sphere: nothing above
-//! speaks of loops.
+//! **Why the result is one.** The rim's cells are worked into a triangulation of the whole sphere and every rim side is
+//! made a side of it ([`ConstrainedDelaunay`], exact predicates), which is then closed, wound one way and clear of the
+//! centre by construction. Along the rim it is cut: what lies beyond rim sides, spread without crossing one, is kept as
+//! void; what lies on the data's side would be a contradiction and is refused. So every rim side has its data triangle
+//! on one side and one void triangle on the other, wound alike, every other side two triangles of its own kind, and
+//! nothing is left open. `check::covers` then sums areas over both kinds: a surface without folds whose areas sum to 4π
+//! once covers each direction once. Holes may touch in a vertex, lie in each other, hold a pole or all of the sphere:
+//! nothing above speaks of loops.
 //!
 //! Synthetic points keep void triangles from reaching across the sphere. Those under data go with the faces that data
 //! replace; where one lies on a rim side or a cell, all are turned a little and it is done again.
@@ -25,8 +25,8 @@ use crate::error::{Error, ErrorKind, Result};
 use glam::{DMat3, DVec3};
 use std::collections::HashMap;
 
-/// Bisections of the icosahedron that gives the synthetic points: 162 of them, 17° apart. With 2562 a ray over a rank's part
-/// of a mesh passed twice as many columns.
+/// Bisections of the icosahedron that gives the synthetic points: 162 of them, 17° apart. With 2562 a ray over a rank's
+/// part of a mesh passed twice as many columns.
 const LEVEL: u32 = 2;
 /// Positions of the synthetic points that are tried.
 const TURNS: u32 = 8;
@@ -38,7 +38,8 @@ const STRIPES: f64 = 64.0;
 pub(super) struct Void {
     /// Cells, or synthetic points numbered on from the last cell.
     pub cells: [u32; 3],
-    /// The triangle beyond the side opposite each vertex: a row of the table, or a void one, numbered on from the last row.
+    /// The triangle beyond the side opposite each vertex: a row of the table, or a void one, numbered on from the last
+    /// row.
     pub beyond: [u32; 3],
 }
 
@@ -149,8 +150,7 @@ pub(super) fn fill_holes(
         Some(FillError::Other(error)) => error,
         Some(FillError::Synthetic) | None => Error::new(
             ErrorKind::Grid,
-            "corner_cell: the rim of the mesh cannot be closed, expected triangles that do not overlap"
-                .to_owned(),
+            "corner_cell: the rim of the mesh cannot be closed, expected triangles that do not overlap".to_owned(),
         ),
     })
 }
@@ -158,9 +158,7 @@ pub(super) fn fill_holes(
 /// All sides of data triangles beyond which nothing is.
 fn rim(t: &GridTables, orientations: &[TriangleOrientation]) -> Vec<Side> {
     let mut sides = Vec::new();
-    for (row, orientation) in
-        orientations.iter().enumerate().filter(|(_, orientation)| orientation.is_triangle())
-    {
+    for (row, orientation) in orientations.iter().enumerate().filter(|(_, orientation)| orientation.is_triangle()) {
         for k in (0..3).filter(|&k| orientation.is_rim(k)) {
             let cells = t.corner_cell.row::<3>(row).map(|cell| (cell - i64::from(t.index_base)) as u32);
             let (next, last) = (cells[(k + 1) % 3], cells[(k + 2) % 3]);

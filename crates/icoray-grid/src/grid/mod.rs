@@ -1,13 +1,13 @@
 //! The geodesic grid: the model's six tables, checked once, and three derived tables.
 //!
 //! Voronoi cells and Delaunay triangles are duals: triangle `t` *is* corner `t`, its vertices are the centres of
-//! `corner_cell[t]`, its sides are `corner_edge[t]`, and `edge_corner` leads across a side (§3.1 of the paper). A frustum
-//! is a triangle between two layers, so the whole 3-D mesh is walked with these 2-D tables alone.
+//! `corner_cell[t]`, its sides are `corner_edge[t]`, and `edge_corner` leads across a side (§3.1 of the paper). A
+//! frustum is a triangle between two layers, so the whole 3-D mesh is walked with these 2-D tables alone.
 //!
-//! Derived and owned are a unit vector per cell (24 bytes); a byte per triangle, its `TriangleOrientation`, with the side opposite each vertex
-//! and the winding of the row; and the three triangles around each triangle (12 bytes), so that rays read two tables instead of
-//! four. The model's tables are borrowed. A mesh with holes is closed with void triangles (`hole_filling.rs`), whose numbers follow the
-//! last row of the table; a whole sphere has none.
+//! Derived and owned are a unit vector per cell (24 bytes); a byte per triangle, its `TriangleOrientation`, with the
+//! side opposite each vertex and the winding of the row; and the three triangles around each triangle (12 bytes), so
+//! that rays read two tables instead of four. The model's tables are borrowed. A mesh with holes is closed with void
+//! triangles (`hole_filling.rs`), whose numbers follow the last row of the table; a whole sphere has none.
 
 mod check;
 mod constrained_delaunay;
@@ -70,10 +70,10 @@ impl<'a> Grid<'a> {
     /// Checks `tables` whole, closes the mesh where it has holes, and derives directions and orientations, in parallel.
     ///
     /// # Errors
-    /// [`ErrorKind::Grid`](crate::error::ErrorKind::Grid) names the table, row, value and what was expected: sizes, index
-    /// ranges, each edge's two triangles, each triangle's three edges and cells, a closed sphere (V - E + F = 2 where
-    /// nothing is missing, one winding, areas summing to 4π with those of void triangles), no zero-area triangle, each
-    /// cell's corners, finite coordinates.
+    /// [`ErrorKind::Grid`](crate::error::ErrorKind::Grid) names the table, row, value and what was expected: sizes,
+    /// index ranges, each edge's two triangles, each triangle's three edges and cells, a closed sphere (V - E + F =
+    /// 2 where nothing is missing, one winding, areas summing to 4π with those of void triangles), no zero-area
+    /// triangle, each cell's corners, finite coordinates.
     pub fn new(tables: GridTables<'a>) -> Result<Self> {
         let has_hole = check::sizes(&tables)?;
         let mut direction = check::directions(&tables)?;
@@ -88,10 +88,8 @@ impl<'a> Grid<'a> {
             HoleFilling::default()
         };
         check::covers(&tables, &direction, &orientations, &hole_filling)?;
-        let start = orientations
-            .iter()
-            .position(|orientation| orientation.is_triangle())
-            .unwrap_or(orientations.len()) as u32;
+        let start =
+            orientations.iter().position(|orientation| orientation.is_triangle()).unwrap_or(orientations.len()) as u32;
         let beyond = beyond(&tables, &orientations, &hole_filling);
         let lowest_facet = OnceLock::new();
         let cell_number = &[];
@@ -108,8 +106,8 @@ impl<'a> Grid<'a> {
         })
     }
 
-    /// The number of each cell in the whole grid, as the model gave it, where ranks of a node have joined their parts; otherwise
-    /// empty.
+    /// The number of each cell in the whole grid, as the model gave it, where ranks of a node have joined their parts;
+    /// otherwise empty.
     pub fn cell_numbers(&self) -> &[i64] {
         self.cell_number
     }
@@ -124,14 +122,14 @@ impl<'a> Grid<'a> {
         self.tables.cells()
     }
 
-    /// Number of corners: the rows of `corner_cell`, each of them a dual triangle unless it names a cell that is missing
-    /// ([`Grid::is_triangle`]).
+    /// Number of corners: the rows of `corner_cell`, each of them a dual triangle unless it names a cell that is
+    /// missing ([`Grid::is_triangle`]).
     pub fn triangles(&self) -> usize {
         self.orientations.len()
     }
 
-    /// Number of triangles that fill the mesh's holes, numbered from [`Grid::triangles`] on; 0 for a whole sphere. Rays walk
-    /// over them and read nothing there.
+    /// Number of triangles that fill the mesh's holes, numbered from [`Grid::triangles`] on; 0 for a whole sphere. Rays
+    /// walk over them and read nothing there.
     pub fn void_triangles(&self) -> usize {
         self.hole_filling.void().len()
     }
@@ -148,8 +146,8 @@ impl<'a> Grid<'a> {
         triangle as usize >= self.orientations.len()
     }
 
-    /// A token that can be upgraded as long as this grid lives and differs ([`Weak::ptr_eq`]) from that of every other grid: caches
-    /// use it to find out whether their grid still exists.
+    /// A token that can be upgraded as long as this grid lives and differs ([`Weak::ptr_eq`]) from that of every other
+    /// grid: caches use it to find out whether their grid still exists.
     pub fn lifetime_token(&self) -> Weak<()> {
         Arc::downgrade(&self.life)
     }
@@ -162,14 +160,15 @@ impl<'a> Grid<'a> {
             + self.hole_filling.bytes()
     }
 
-    /// Unit vector from the sphere's centre to the centre of `cell` (z through the north pole, x through longitude 0), or to
-    /// the synthetic vertex of that number.
+    /// Unit vector from the sphere's centre to the centre of `cell` (z through the north pole, x through longitude 0),
+    /// or to the synthetic vertex of that number.
     #[inline]
     pub fn direction(&self, cell: u32) -> DVec3 {
         DVec3::from_array(self.direction[cell as usize])
     }
 
-    /// The three cells of `triangle`, in the table's order; for a void one, numbers from [`Grid::cells`] on are synthetic.
+    /// The three cells of `triangle`, in the table's order; for a void one, numbers from [`Grid::cells`] on are
+    /// synthetic.
     ///
     /// # Panics
     /// When there is no such triangle. What is given for a row that is none ([`Grid::is_triangle`]) has no meaning.
@@ -232,7 +231,8 @@ impl<'a> Grid<'a> {
         &self.orientations
     }
 
-    /// Void triangles as vertices and neighbours, and the sides of rims: triangle, vertex opposite, void triangle beyond.
+    /// Void triangles as vertices and neighbours, and the sides of rims: triangle, vertex opposite, void triangle
+    /// beyond.
     pub fn hole_filling_tables(&self) -> (Vec<[u32; 6]>, Vec<[u32; 3]>) {
         let flat = |void: &hole_filling::Void| {
             let ([a, b, c], [d, e, f]) = (void.cells, void.beyond);
@@ -241,8 +241,8 @@ impl<'a> Grid<'a> {
         (self.hole_filling.void().iter().map(flat).collect(), self.hole_filling.rim().collect())
     }
 
-    /// The corners of `cell` that are in the tables, without repetition, in the table's order. Beside a hole some are not
-    /// triangles.
+    /// The corners of `cell` that are in the tables, without repetition, in the table's order. Beside a hole some are
+    /// not triangles.
     pub fn corners_of(&self, cell: u32) -> impl Iterator<Item = u32> + '_ {
         let table = self.tables.cell_corner;
         let row = self.tables.cell_corner_row;
@@ -257,12 +257,9 @@ impl<'a> Grid<'a> {
     }
 }
 
-/// The triangle beyond each side of each triangle, void ones behind those of the tables. A row that is no triangle has itself.
-fn beyond(
-    tables: &GridTables,
-    orientations: &[TriangleOrientation],
-    hole_filling: &HoleFilling,
-) -> Vec<[u32; 3]> {
+/// The triangle beyond each side of each triangle, void ones behind those of the tables. A row that is no triangle has
+/// itself.
+fn beyond(tables: &GridTables, orientations: &[TriangleOrientation], hole_filling: &HoleFilling) -> Vec<[u32; 3]> {
     let base = i64::from(tables.index_base);
     let across = |triangle: usize, k: usize| {
         let number = triangle as u32;

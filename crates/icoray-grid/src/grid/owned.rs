@@ -38,8 +38,7 @@ impl OwnedTables {
 
     fn bytes(&self) -> usize {
         let of = &self.connectivity;
-        let indices =
-            [&self.corner_cell, &of.cell_corner, &of.cell_corner_count, &of.corner_edge, &of.edge_corner];
+        let indices = [&self.corner_cell, &of.cell_corner, &of.cell_corner_count, &of.corner_edge, &of.edge_corner];
         let indices: usize = indices.into_iter().map(|table| size_of_val(table.as_slice())).sum();
         let places: usize = self.center.iter().chain(&self.corner).map(|v| size_of_val(v.as_slice())).sum();
         indices + places + size_of_val(self.cell_number.as_slice())

@@ -3,7 +3,8 @@
 
 use super::tables::GridTables;
 
-/// What the tables are called in the files and sources of models. Cells of icoray are ICON's vertices, corners its cells.
+/// What the tables are called in the files and sources of models. Cells of icoray are ICON's vertices, corners its
+/// cells.
 const MODELS: [(&str, &str); 7] = [
     ("center", "MPAS lonCell, latCell; ICON vlon, vlat"),
     ("corner", "MPAS lonVertex, latVertex; ICON clon, clat"),
@@ -38,11 +39,7 @@ pub(super) fn row(t: &GridTables, table: &str, r: usize) -> String {
 
 /// Column `column` of row `r`, both from 0: `corner_cell[3][1]`, or `corner_cell(2, 4)` where numbers begin at 1.
 pub(super) fn entry(t: &GridTables, table: &str, r: usize, column: usize) -> String {
-    if t.index_base == 0 {
-        format!("{table}[{r}][{column}]")
-    } else {
-        format!("{table}({}, {})", column + 1, r + 1)
-    }
+    if t.index_base == 0 { format!("{table}[{r}][{column}]") } else { format!("{table}({}, {})", column + 1, r + 1) }
 }
 
 /// [`row`], and what models call the table.

@@ -115,13 +115,13 @@ pub struct LonLat<'a> {
 /// # Ok::<(), icoray_grid::Error>(())
 /// ```
 ///
-/// Index tables are row-major, in 32 or 64 bits, and number cells, corners and edges from `index_base`. No orientation is relied on:
-/// rows of `corner_cell` and `corner_edge` may be in any order, as they are in real MPAS files.
+/// Index tables are row-major, in 32 or 64 bits, and number cells, corners and edges from `index_base`. No orientation
+/// is relied on: rows of `corner_cell` and `corner_edge` may be in any order, as they are in real MPAS files.
 ///
-/// The mesh may have holes or be a part of the sphere. What is missing is marked by the number before the first (0 in tables
-/// that count from 1), by -1, or by the number behind the last: cells in `corner_cell`, whose row is no triangle then; edges in
-/// such a row of `corner_edge`; corners in `edge_corner` and `cell_corner`. Corners beside a hole may be left out of the
-/// tables or, as in MPAS, stand there with the cells that they have.
+/// The mesh may have holes or be a part of the sphere. What is missing is marked by the number before the first (0 in
+/// tables that count from 1), by -1, or by the number behind the last: cells in `corner_cell`, whose row is no triangle
+/// then; edges in such a row of `corner_edge`; corners in `edge_corner` and `cell_corner`. Corners beside a hole may be
+/// left out of the tables or, as in MPAS, stand there with the cells that they have.
 #[derive(Debug, Clone, Copy)]
 pub struct GridTables<'a> {
     /// 0 (C) or 1 (Fortran): the number that the first cell, corner and edge bear.

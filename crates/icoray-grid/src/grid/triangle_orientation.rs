@@ -3,8 +3,8 @@
 //! Real files promise neither that column k of `corner_edge` lies opposite column k of `corner_cell` nor that rows wind
 //! alike. Both facts are found once when the grid is checked and kept here, instead of sorting or copying the tables.
 
-/// Two bits per vertex: the `corner_edge` column of the side opposite it, or 3 where no triangle of the table lies beyond;
-/// bit 6: the row winds clockwise from outside; bit 7: a cell of the row is missing, it is no triangle.
+/// Two bits per vertex: the `corner_edge` column of the side opposite it, or 3 where no triangle of the table lies
+/// beyond; bit 6: the row winds clockwise from outside; bit 7: a cell of the row is missing, it is no triangle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct TriangleOrientation(u8);
 

@@ -5,12 +5,12 @@ use crate::error::{Error, ErrorKind, Result};
 /// Entry for a missing neighbour, in tables that number from 0.
 const NONE: i32 = -1;
 
-/// The tables of [`GridTables`](super::GridTables) that follow from `corner_cell`; numbered from 0, and -1 where a neighbour
-/// is missing.
+/// The tables of [`GridTables`](super::GridTables) that follow from `corner_cell`; numbered from 0, and -1 where a
+/// neighbour is missing.
 #[derive(Debug, PartialEq)]
 pub struct Connectivity {
-    /// As [`GridTables::corner_edge`](super::GridTables::corner_edge): column k is the side opposite the cell in column k of
-    /// `corner_cell`.
+    /// As [`GridTables::corner_edge`](super::GridTables::corner_edge): column k is the side opposite the cell in
+    /// column k of `corner_cell`.
     pub corner_edge: Vec<i32>,
     /// As [`GridTables::edge_corner`](super::GridTables::edge_corner).
     pub edge_corner: Vec<i32>,
@@ -23,12 +23,12 @@ pub struct Connectivity {
 }
 
 impl Connectivity {
-    /// Finds the edges and each cell's corners; `corner_cell` has rows of three cells, numbered from 0. A side without a
-    /// triangle beyond is the rim of a mesh with holes.
+    /// Finds the edges and each cell's corners; `corner_cell` has rows of three cells, numbered from 0. A side without
+    /// a triangle beyond is the rim of a mesh with holes.
     ///
     /// # Errors
-    /// [`ErrorKind::Grid`] names a row that has not three different cells from 0 to `cells` - 1, and a side that more than two
-    /// triangles have.
+    /// [`ErrorKind::Grid`] names a row that has not three different cells from 0 to `cells` - 1, and a side that more
+    /// than two triangles have.
     pub fn new(corner_cell: &[i32], cells: usize) -> Result<Self> {
         connect(corner_cell, cells)
     }
@@ -117,8 +117,8 @@ impl Around {
         &self.corners[self.start[cell as usize]..self.start[cell as usize + 1]]
     }
 
-    /// The corners as a table, with the length of its rows and how many entries of each count: at least 3, of which those
-    /// that are missing at a rim are marked.
+    /// The corners as a table, with the length of its rows and how many entries of each count: at least 3, of which
+    /// those that are missing at a rim are marked.
     fn rows(&self, corner_cell: &[i32]) -> (Vec<i32>, usize, Vec<i32>) {
         let cells = self.start.len() as i32 - 1;
         let count: Vec<i32> = (0..cells).map(|cell| self.of(cell).len().max(3) as i32).collect();
@@ -131,8 +131,8 @@ impl Around {
     }
 }
 
-/// Puts the triangles around a cell into `place`, each beside the one that it shares a side with. At a rim there are several
-/// such runs, each of which begins at a side without a neighbour.
+/// Puts the triangles around a cell into `place`, each beside the one that it shares a side with. At a rim there are
+/// several such runs, each of which begins at a side without a neighbour.
 fn turn(corner_cell: &[i32], cell: i32, around: &[i32], place: &mut [i32]) {
     let others = |corner: i32| row(corner_cell, corner).into_iter().filter(move |&other| other != cell);
     let is_rim = |other: i32| around.iter().filter(|&&c| others(c).any(|o| o == other)).count() == 1;
@@ -155,11 +155,7 @@ mod tests {
     use super::*;
     use crate::grid::{Grid, GridTables, IcosahedralMesh};
 
-    fn grid_of<'a>(
-        mesh: &'a IcosahedralMesh,
-        corner_cell: &'a [i32],
-        of: &'a Connectivity,
-    ) -> GridTables<'a> {
+    fn grid_of<'a>(mesh: &'a IcosahedralMesh, corner_cell: &'a [i32], of: &'a Connectivity) -> GridTables<'a> {
         GridTables {
             corner_cell: corner_cell.into(),
             cell_corner: of.cell_corner.as_slice().into(),
@@ -223,10 +219,7 @@ mod tests {
             (vec![0, 1, 1], "triangle 0 has the points [0, 1, 1]"),
             (vec![0, 1, 2, 0, 1, 4], "triangle 1 has the points [0, 1, 4], expected 0 to 3"),
             (vec![0, -1, 2], "expected 0 to 3"),
-            (
-                vec![0, 1, 2, 1, 0, 3, 0, 1, 3],
-                "more than two triangles have a side between the points 0 and 1",
-            ),
+            (vec![0, 1, 2, 1, 0, 3, 0, 1, 3], "more than two triangles have a side between the points 0 and 1"),
         ] {
             let error = connect(&corner_cell, 4).unwrap_err();
             assert!(error.to_string().contains(part), "{error}");

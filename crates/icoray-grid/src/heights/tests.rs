@@ -16,7 +16,8 @@ fn layers(falling: bool) -> Layers {
     Layers::from_heights(&mean, PLANET_M).unwrap()
 }
 
-/// Height of a layer counted from the innermost: mountains that fade out upwards; the second layer has no thickness at some.
+/// Height of a layer counted from the innermost: mountains that fade out upwards; the second layer has no thickness at
+/// some.
 fn height(cell: usize, layer: usize) -> f64 {
     let ground = (cell * 37 % 5000) as f64 - 500.0;
     let above = [0.0, 1000.0, 3000.0, 9000.0][layer];
@@ -37,11 +38,7 @@ fn laid_out(shape: &Shape, falling: bool, missing: impl Fn(usize, usize) -> bool
 }
 
 fn shapes() -> [Shape; 3] {
-    [
-        Shape::level_fastest(CELLS, LAYERS),
-        Shape::cell_fastest(CELLS, LAYERS),
-        Shape::blocked(CELLS, LAYERS, 48),
-    ]
+    [Shape::level_fastest(CELLS, LAYERS), Shape::cell_fastest(CELLS, LAYERS), Shape::blocked(CELLS, LAYERS, 48)]
 }
 
 fn field(values: Reals, shape: Shape) -> Field {
@@ -50,17 +47,14 @@ fn field(values: Reals, shape: Shape) -> Field {
 
 #[test]
 fn radii_are_those_of_the_definition_in_every_layout() {
-    for (shape, falling, exaggeration) in
-        shapes().into_iter().flat_map(|s| [(s, false, 1.0), (s, true, 50.0)])
-    {
+    for (shape, falling, exaggeration) in shapes().into_iter().flat_map(|s| [(s, false, 1.0), (s, true, 50.0)]) {
         let wide = laid_out(&shape, falling, |cell, _| cell == 77);
         let narrow: Vec<f32> = wide.iter().map(|v| *v as f32).collect();
         let layers = layers(falling);
         for samples in [Reals::from(wide.as_slice()), narrow.as_slice().into()] {
             for count in [LAYERS, LAYERS - 1] {
                 let mean = layers.for_field(count).unwrap().shell(exaggeration).unwrap();
-                let heights =
-                    Heights::new(&field(samples, shape), &layers, CELLS_FROM_1, count, exaggeration).unwrap();
+                let heights = Heights::new(&field(samples, shape), &layers, CELLS_FROM_1, count, exaggeration).unwrap();
                 let expected = |cell: usize, layer: usize| {
                     if cell == 77 || cell >= CELLS {
                         return mean[layer];
@@ -136,8 +130,7 @@ fn another_shape_or_place_is_refused_with_what_was_expected() {
     ] {
         let field = Field::new(values.as_slice().into(), shape, place, None).unwrap();
         let error = Heights::new(&field, &layers(false), CELLS_FROM_1, LAYERS, 1.0).unwrap_err();
-        let expected =
-            format!("{} columns of {} layers at {place:?}, expected 1000 of 4", shape.columns, shape.layers);
+        let expected = format!("{} columns of {} layers at {place:?}, expected 1000 of 4", shape.columns, shape.layers);
         assert!(error.to_string().contains(&expected), "{error}");
     }
     let field = field(values[..CELLS * LAYERS].into(), Shape::level_fastest(CELLS, LAYERS));

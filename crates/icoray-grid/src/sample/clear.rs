@@ -11,8 +11,8 @@ const SIDE: usize = 1024;
 pub type Stored<S> = [S; 2];
 
 impl<S: Sample> Samples<'_, S> {
-    /// For each of `ranges` and each of the `cells.len()` columns from `first` on: the `bits` of all layers whose value is
-    /// missing or outside, joined.
+    /// For each of `ranges` and each of the `cells.len()` columns from `first` on: the `bits` of all layers whose value
+    /// is missing or outside, joined.
     #[inline]
     pub fn outside<const R: usize>(
         &self,
@@ -26,13 +26,7 @@ impl<S: Sample> Samples<'_, S> {
     }
 
     #[inline(always)]
-    fn outside_of<const R: usize>(
-        &self,
-        ranges: &[Stored<S>; R],
-        bits: &[u32],
-        first: usize,
-        cells: &mut [[u32; R]],
-    ) {
+    fn outside_of<const R: usize>(&self, ranges: &[Stored<S>; R], bits: &[u32], first: usize, cells: &mut [[u32; R]]) {
         let tests = ranges.map(|range| ClearTest { range, fill: self.fill_beside(range) });
         let stride = self.reading.elements.layer_stride();
         if stride.unsigned_abs() == 1 {
@@ -63,7 +57,8 @@ impl<S: Sample> Samples<'_, S> {
         }
     }
 
-    /// Where the values over column `first` begin, and how many columns, of no more than `most`, lie side by side there.
+    /// Where the values over column `first` begin, and how many columns, of no more than `most`, lie side by side
+    /// there.
     #[inline]
     fn run(&self, first: usize, most: usize) -> (isize, usize) {
         let base = self.reading.elements.base(first);
@@ -92,10 +87,7 @@ impl<S: Sample> Samples<'_, S> {
     #[inline]
     pub fn stored_at<T: Real>(&self, value: T) -> Option<Stored<S>> {
         let raw = self.raw(value.wide());
-        [raw.next_down(), raw, raw.next_up()]
-            .into_iter()
-            .find(|v| T::of(self.normalised(*v)) == value)
-            .map(|v| [v; 2])
+        [raw.next_down(), raw, raw.next_up()].into_iter().find(|v| T::of(self.normalised(*v)) == value).map(|v| [v; 2])
     }
 
     #[inline]
@@ -185,9 +177,8 @@ mod tests {
             for (column, found) in (7..).zip(found) {
                 let expected = ranges.map(|[low, high]| {
                     let base = samples.base(column as u32);
-                    let is_clear = |l: &usize| {
-                        (low..high).contains(&samples.get(base, *l)) && samples.get::<f64>(base, *l) != low
-                    };
+                    let is_clear =
+                        |l: &usize| (low..high).contains(&samples.get(base, *l)) && samples.get::<f64>(base, *l) != low;
                     (0..layers).filter(|l| !is_clear(l)).fold(0, |all, l| all | bits[l])
                 });
                 assert_eq!(found, expected, "column {column} of {shape:?}, {falling}");
@@ -217,8 +208,7 @@ mod tests {
     #[test]
     fn ranges_hold_what_normalises_to_inside() {
         let values = [0.25f32; 4];
-        let field =
-            Field::new(values.as_slice().into(), Shape::level_fastest(2, 2), Location::Center, None).unwrap();
+        let field = Field::new(values.as_slice().into(), Shape::level_fastest(2, 2), Location::Center, None).unwrap();
         let samples = Samples::new(&values, &field, false, [0.1, 0.7]);
         for knot in [0.25f32, 1.0 / 3.0, 0.7, 1.0] {
             let [value, same] = samples.stored_at(knot).unwrap();

@@ -1,5 +1,5 @@
-//! The ways of several rays through their columns, a gap each at a time: [`ColumnTraversal`] in the machine's vectors, with the numbers that
-//! it has.
+//! The ways of several rays through their columns, a gap each at a time: [`ColumnTraversal`] in the machine's vectors,
+//! with the numbers that it has.
 
 use super::Shell;
 use crate::walk::packet::{Columns, HALF, LANES, Lanes, lanes};
@@ -24,8 +24,8 @@ pub(crate) struct PacketTraversal<'c, T> {
     curvature: Lanes<f64>,
 }
 
-/// The ways of rays through a gap each: where they enter and leave it, between the edge points and between the layers; the
-/// relative change of height; the length.
+/// The ways of rays through a gap each: where they enter and leave it, between the edge points and between the layers;
+/// the relative change of height; the length.
 pub(crate) struct GapCrossings<T> {
     pub tau: [Lanes<T>; 2],
     pub place: [Lanes<T>; 2],

@@ -1,12 +1,13 @@
 //! Several media along one piece of a ray: extinctions add up, colours mix by extinction.
 //!
-//! On a piece each field is monotone and stays in one span of each of its transfer functions, so that the optical depth from the
-//! piece's start is a sum of closed forms (`piece.rs`). The remaining integral is the mean colour of the absorbed light,
-//! `∫ Σσc e^-T / ∫ Σσ e^-T`: a ratio, so that a constant colour is exact. Both integrals are taken by Simpson's rule. In a thin panel
-//! the difference from the rule of the ends alone is the error; where the panel is not thin or the error too large, the panel is
-//! halved, front half first, until the ray ends. With lighting, the effect of the turn of normals between the three places is added,
-//! as in the kernel of one field ([`RayShading::turned`]); where it is too large, five places are evaluated before the panel is
-//! halved. The error is an estimate, not a bound: three places may miss how the colours of several fields mix.
+//! On a piece each field is monotone and stays in one span of each of its transfer functions, so that the optical depth
+//! from the piece's start is a sum of closed forms (`piece.rs`). The remaining integral is the mean colour of the
+//! absorbed light, `∫ Σσc e^-T / ∫ Σσ e^-T`: a ratio, so that a constant colour is exact. Both integrals are taken by
+//! Simpson's rule. In a thin panel the difference from the rule of the ends alone is the error; where the panel is not
+//! thin or the error too large, the panel is halved, front half first, until the ray ends. With lighting, the effect of
+//! the turn of normals between the three places is added, as in the kernel of one field ([`RayShading::turned`]); where
+//! it is too large, five places are evaluated before the panel is halved. The error is an estimate, not a bound: three
+//! places may miss how the colours of several fields mix.
 
 use super::source::TransferMap;
 use crate::piece::{Radiance, bend_factor};
@@ -36,7 +37,8 @@ pub(super) struct Part<'w> {
 }
 
 impl<'w> Part<'w> {
-    /// The medium between two places of a frustum, near the middle of which values tell the spans; `None` where it is clear there.
+    /// The medium between two places of a frustum, near the middle of which values tell the spans; `None` where it is
+    /// clear there.
     #[inline]
     pub fn new(medium: &'w Medium, segments: [Segment<f64>; 2], middle: f64, slot: usize) -> Option<Self> {
         let extinction = medium.extinction.span(segments[1].value(middle));
@@ -157,8 +159,8 @@ impl<G: Fn(usize, f64) -> [f64; 3]> Blend<'_, '_, G> {
             let is_thin = depth <= THIN;
             let (mut color, [rule, spread]) = mean([&first, &middle, &last]);
             let turned = self.normal_turn_error(lit, [&first, &middle, &last]);
-            // Between their places colours may be farther apart than at these, by what a chord misses: 81/32 of what the rule does,
-            // and half a kink.
+            // Between their places colours may be farther apart than at these, by what a chord misses: 81/32 of what
+            // the rule does, and half a kink.
             let mut off = if is_thin { rule + turned } else { spread + 3.0 * turned };
             let mut quarters = None;
             if self.shading.is_some() && is_thin && off > self.color_tolerance {
@@ -216,8 +218,7 @@ impl<G: Fn(usize, f64) -> [f64; 3]> Blend<'_, '_, G> {
         let mut off = 0.0;
         for (k, part) in self.parts.iter().enumerate() {
             let [a, m, b] = nodes.map_inline(|node| &lit[node.lit + k]);
-            let share =
-                |part: &LitPart, node: &Node| if node.rate > 0.0 { part.extinction / node.rate } else { 0.0 };
+            let share = |part: &LitPart, node: &Node| if node.rate > 0.0 { part.extinction / node.rate } else { 0.0 };
             let share = share(a, nodes[0]).max(share(m, nodes[1])).max(share(b, nodes[2]));
             let turned = shading.turned(&a.shade, &m.shade, &b.shade);
             let (body, highlight) = turned.unwrap_or_else(|| shading.range());

@@ -1,5 +1,5 @@
-//! Clipping: the stretches of a ray inside each cut, found from all places where the ray may pass one of its bounds. The middle of
-//! a stretch decides on which side it lies, never a rounded root.
+//! Clipping: the stretches of a ray inside each cut, found from all places where the ray may pass one of its bounds.
+//! The middle of a stretch decides on which side it lies, never a rounded root.
 
 use crate::plane::RayLine;
 use glam::DVec3;
@@ -153,20 +153,16 @@ mod tests {
     use super::*;
     use icoray_scene::HalfSpace;
 
-    const NONE: Clip =
-        Clip { cuts_inside: true, region: None, layers: None, height_m: None, half_space: None };
+    const NONE: Clip = Clip { cuts_inside: true, region: None, layers: None, height_m: None, half_space: None };
 
     /// Fine steps along many rays against the definition of each cut.
     #[test]
     fn stretches_are_those_that_fine_steps_find() {
-        let boxes =
-            [([10.0, 80.0], [-20.0, 35.0]), ([170.0, 200.0], [-90.0, 0.0]), ([-170.0, 150.0], [40.0, 90.0])];
-        let mut clips: Vec<Clip> = boxes
-            .map(|(lon_deg, lat_deg)| Clip { region: Some(LonLatBox { lon_deg, lat_deg }), ..NONE })
-            .to_vec();
+        let boxes = [([10.0, 80.0], [-20.0, 35.0]), ([170.0, 200.0], [-90.0, 0.0]), ([-170.0, 150.0], [40.0, 90.0])];
+        let mut clips: Vec<Clip> =
+            boxes.map(|(lon_deg, lat_deg)| Clip { region: Some(LonLatBox { lon_deg, lat_deg }), ..NONE }).to_vec();
         clips.push(Clip { height_m: Some([0.1, 0.3]), ..NONE });
-        clips
-            .push(Clip { half_space: Some(HalfSpace { towards_deg: [33.0, -12.0], distance: 0.2 }), ..NONE });
+        clips.push(Clip { half_space: Some(HalfSpace { towards_deg: [33.0, -12.0], distance: 0.2 }), ..NONE });
         clips.push(Clip { height_m: Some([0.1, 0.3]), region: clips[0].region, ..NONE });
         let clips = Clips::new(&clips, |h| 1.0 + h);
         let mut wrong = 0;

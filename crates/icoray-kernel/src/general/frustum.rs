@@ -135,8 +135,7 @@ impl<'r> RayState<'r, '_> {
         let meets_isosurface = scene.isosurfaces.iter().any(|surface| {
             ranges[surface.source].is_some_and(|[low, high]| low <= surface.value && surface.value <= high)
         });
-        let has_radii =
-            scene.surface_layers.iter().any(|surface| matches!(surface.place, SurfaceHeight::Radius(_)));
+        let has_radii = scene.surface_layers.iter().any(|surface| matches!(surface.place, SurfaceHeight::Radius(_)));
         if self.scratch.media.is_empty() && !meets_isosurface && !has_radii {
             self.counts.void_frusta += u64::from(ranges.iter().all(Option::is_none));
             return Flow::On;
@@ -178,10 +177,7 @@ impl<'r> RayState<'r, '_> {
         length: f64,
     ) -> Flow {
         let place = |u: f64, on: FacetSide| FrustumPoint::new(wedge, facets, u, on);
-        let way = FrustumPath::new(
-            [place(a, from), place(0.5 * (a + b), FacetSide::Between), place(b, to)],
-            length,
-        );
+        let way = FrustumPath::new([place(a, from), place(0.5 * (a + b), FacetSide::Between), place(b, to)], length);
         self.segments(&way);
         self.find_breaks(wedge, [a, b]);
         let mut breaks = std::mem::take(&mut self.scratch.breaks);
@@ -290,8 +286,7 @@ impl<'r> RayState<'r, '_> {
             gradients[source].as_ref().map_or([0.0; 3], |[x, y, z]| [at(x), at(y), at(z)])
         };
         let (color_tolerance, min_transmittance) = (self.color_tolerance, self.min_transmittance);
-        let blend =
-            Blend { parts, gradient, shading: self.shading.as_ref(), color_tolerance, min_transmittance };
+        let blend = Blend { parts, gradient, shading: self.shading.as_ref(), color_tolerance, min_transmittance };
         blend.add(&mut self.light, from, to, memory);
         self.passed()
     }

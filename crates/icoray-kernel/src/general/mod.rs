@@ -1,9 +1,10 @@
 //! The general kernel: rays through several volumes, surfaces, lines and cuts, over layers of any shape.
 //!
-//! It walks over the same triangles as the kernel of one field ([`ray`](super::ray)) and interpolates alike, but it traces one ray
-//! after the other in double precision. In each frustum it collects the places where a field takes the value of a knot or of an
-//! isosurface, all of them roots of the same quadratic (`segment.rs`). In order along the ray, these places divide the frustum into
-//! pieces, which `blend` integrates, with surfaces between them. So volumes and surfaces hide each other exactly where they lie.
+//! It walks over the same triangles as the kernel of one field ([`ray`](super::ray)) and interpolates alike, but it
+//! traces one ray after the other in double precision. In each frustum it collects the places where a field takes the
+//! value of a knot or of an isosurface, all of them roots of the same quadratic (`segment.rs`). In order along the ray,
+//! these places divide the frustum into pieces, which `blend` integrates, with surfaces between them. So volumes and
+//! surfaces hide each other exactly where they lie.
 
 mod blend;
 mod clips;
@@ -55,14 +56,15 @@ pub struct KernelScene<'f> {
     pub surface_layers: Vec<SurfaceLayer>,
     /// The parts of space that are cut away.
     pub clips: Clips,
-    /// Blocks of gaps in which each of the volumes and isosurfaces can be seen; one mask that shows everything where other surfaces
-    /// may lie anywhere.
+    /// Blocks of gaps in which each of the volumes and isosurfaces can be seen; one mask that shows everything where
+    /// other surfaces may lie anywhere.
     pub visible: Vec<OccupancyMask>,
     /// Normals at the vertices of lit layers that are not spheres: number of the layer, and a unit vector per cell.
     pub normals: Vec<(usize, Vec<[f32; 3]>)>,
     /// The opaque core; `None` lets rays through the hollow core.
     pub core: Option<Core<'f>>,
-    /// Least and greatest radius of the innermost layer, planet radii. Under holes of the mesh the core is a sphere of the least.
+    /// Least and greatest radius of the innermost layer, planet radii. Under holes of the mesh the core is a sphere of
+    /// the least.
     pub core_radius: [f64; 2],
     /// Radius outside of which nothing is seen, planet radii.
     pub outer: f64,
@@ -183,9 +185,7 @@ impl<'r, 'f> RayState<'r, 'f> {
     fn solid(&self, normal: DVec3) -> f64 {
         let normal = normal.normalize_or_zero();
         let is_seen_inside = self.has_headlight && normal.dot(self.line.plane.y) > 0.0;
-        self.shading
-            .as_ref()
-            .map_or(1.0, |shading| shading.solid(if is_seen_inside { -normal } else { normal }))
+        self.shading.as_ref().map_or(1.0, |shading| shading.solid(if is_seen_inside { -normal } else { normal }))
     }
 
     /// Adds the light of the surfaces on a layer that the ray crosses at `u`.
@@ -203,9 +203,8 @@ impl<'r, 'f> RayState<'r, 'f> {
         let body = self.solid(hit.normal);
         for (k, surface) in scene.surface_layers.iter().enumerate() {
             if surface.place == SurfaceHeight::Layer(layer) {
-                let color = |material: &Material| {
-                    material.on_layer(&scene.sources, scene.grid, wedge, (layer, facet), u)
-                };
+                let color =
+                    |material: &Material| material.on_layer(&scene.sources, scene.grid, wedge, (layer, facet), u);
                 let met = surface.light(body, (&hit, (scene.grid, wedge.triangle)), color);
                 self.surface_layer(k, met, t);
             }
@@ -213,7 +212,8 @@ impl<'r, 'f> RayState<'r, 'f> {
         self.passed()
     }
 
-    /// Adds the light of surface layer `k` at distance `t`; `materials` are the bits of the materials that are painted there.
+    /// Adds the light of surface layer `k` at distance `t`; `materials` are the bits of the materials that are painted
+    /// there.
     #[inline]
     fn surface_layer(&mut self, k: usize, (light, materials): (Radiance<f64>, u32), t: f64) {
         // Lines are smooth by themselves.

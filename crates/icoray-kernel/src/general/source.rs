@@ -17,8 +17,8 @@ pub struct FieldSource<'f> {
 }
 
 impl<'f> FieldSource<'f> {
-    /// A source that reads `field`, whose first layer is the outermost where `falling` is set. `cuts` are the values, rising, at
-    /// which a transfer function or an isosurface of the field has a knot.
+    /// A source that reads `field`, whose first layer is the outermost where `falling` is set. `cuts` are the values,
+    /// rising, at which a transfer function or an isosurface of the field has a knot.
     #[inline]
     pub fn new(field: &Field<'f>, falling: bool, gradients: Gradients, cuts: Vec<f64>) -> Self {
         const RAW: [f64; 2] = [0.0, 1.0];

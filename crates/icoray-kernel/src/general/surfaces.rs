@@ -89,8 +89,8 @@ pub enum SurfaceHeight {
 }
 
 impl SurfaceLayer {
-    /// The light of the surface where a ray meets it, lit by `body`: lines in front of materials, whose colours `color` gives; and
-    /// the bits of the materials that are painted there.
+    /// The light of the surface where a ray meets it, lit by `body`: lines in front of materials, whose colours `color`
+    /// gives; and the bits of the materials that are painted there.
     #[inline]
     pub(super) fn light(
         &self,
@@ -101,10 +101,7 @@ impl SurfaceLayer {
         let (mut light, mut painted) = (Radiance::none(), 0);
         if let Some(painter) = &self.painter {
             let [r, g, b, opacity] = painter.paint(hit, Some(over));
-            light.over(&Radiance {
-                color: [r, g, b].map_inline(|c| c * body),
-                ..Radiance::plain([0.0; 3], opacity)
-            });
+            light.over(&Radiance { color: [r, g, b].map_inline(|c| c * body), ..Radiance::plain([0.0; 3], opacity) });
         }
         for (number, (material, opacity)) in (0u32..).zip(&self.materials) {
             if let Some(color) = color(material) {

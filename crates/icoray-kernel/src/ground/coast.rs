@@ -1,8 +1,8 @@
 //! Coast lines: Natural Earth's land at 1:110 million, straight in longitude and latitude from point to point.
 //!
-//! Whether a place is land follows from how many lines lie north of it on its meridian, as the North Pole is sea; so neither
-//! the longitude at which polygons are cut nor the South Pole need edges of their own. For distances the lines are cut into
-//! pieces that great circles follow to within 0.0003 degrees, and sorted into bins.
+//! Whether a place is land follows from how many lines lie north of it on its meridian, as the North Pole is sea; so
+//! neither the longitude at which polygons are cut nor the South Pole need edges of their own. For distances the lines
+//! are cut into pieces that great circles follow to within 0.0003 degrees, and sorted into bins.
 
 use super::screen_jacobian::ScreenJacobian;
 use glam::DVec3;
@@ -74,7 +74,8 @@ impl Coast {
         self.strips[strip].iter().filter(is_north).count() % 2 == 1
     }
 
-    /// Pixels to the nearest coast if they are fewer than `reach`, and if so many pixels are no more than `widest` degrees.
+    /// Pixels to the nearest coast if they are fewer than `reach`, and if so many pixels are no more than `widest`
+    /// degrees.
     pub fn distance(&self, jacobian: &ScreenJacobian, reach: f64, widest: f64) -> Option<f64> {
         let around = reach / jacobian.min_stretch();
         if around > widest.to_radians() {
@@ -119,9 +120,11 @@ pub(super) fn segments() -> Vec<Segment> {
     let mut segments = Vec::new();
     while let Some((count, points)) = rest.split_first_chunk::<2>() {
         let (points, others) = points.split_at(4 * usize::from(u16::from_le_bytes(*count)));
-        let points = points.as_chunks::<4>().0.iter().map(|[a, b, c, d]| {
-            [[*a, *b], [*c, *d]].map(|number| f64::from(i16::from_le_bytes(number)) / STEPS)
-        });
+        let points = points
+            .as_chunks::<4>()
+            .0
+            .iter()
+            .map(|[a, b, c, d]| [[*a, *b], [*c, *d]].map(|number| f64::from(i16::from_le_bytes(number)) / STEPS));
         let points: Vec<[f64; 2]> = points.collect();
         segments.extend(points.windows(2).map(|pair| [pair[0], pair[1]]));
         rest = others;

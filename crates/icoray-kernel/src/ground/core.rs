@@ -22,8 +22,8 @@ impl<'g> Core<'g> {
         color.map(|color| Core { color, ground })
     }
 
-    /// The light where a ray meets the core. `over` is the grid and the triangle above the place, if there is one; `body` is the
-    /// factor of the colour that lighting gives, 1 without light.
+    /// The light where a ray meets the core. `over` is the grid and the triangle above the place, if there is one;
+    /// `body` is the factor of the colour that lighting gives, 1 without light.
     #[inline]
     pub fn light<T: Real>(&self, hit: &SurfaceHit, over: Option<(&Grid, u32)>, body: T) -> Radiance<T> {
         let color = self.ground.map_or(self.color, |ground| ground_color(ground, hit, over));

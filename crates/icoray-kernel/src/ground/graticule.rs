@@ -4,8 +4,8 @@ use super::paint::LineStyle;
 use super::screen_jacobian::ScreenJacobian;
 use icoray_grid::grid::unit_vector;
 
-/// The part of the pixel that lines `spacing` degrees apart cover. Meridians end at the last parallel, but for every fourth
-/// part of a turn, which go on to the poles.
+/// The part of the pixel that lines `spacing` degrees apart cover. Meridians end at the last parallel, but for every
+/// fourth part of a turn, which go on to the poles.
 pub(super) fn covered(spacing: f64, jacobian: &ScreenJacobian, pen: LineStyle) -> f64 {
     let (along, across) = (parallels(spacing.to_radians(), jacobian, pen), meridians(spacing, jacobian, pen));
     // They meet at a right angle.

@@ -7,11 +7,10 @@ use icoray_grid::Grid;
 use icoray_grid::grid::unit_vector;
 
 /// The part of the pixel that edges of Voronoi cells cover over `triangle`: those that begin at its corner and, where a
-/// corner lies outside of its triangle, at those of its neighbours. Holes have none; beside one, the edge that leads into it
-/// runs across the side of which it is the bisector.
+/// corner lies outside of its triangle, at those of its neighbours. Holes have none; beside one, the edge that leads
+/// into it runs across the side of which it is the bisector.
 pub(super) fn cells(grid: &Grid, triangle: u32, jacobian: &ScreenJacobian, pen: LineStyle) -> f64 {
-    let shown =
-        if grid.is_triangle(triangle) { pen.shows(gap(&sides(grid, triangle, jacobian))) } else { 0.0 };
+    let shown = if grid.is_triangle(triangle) { pen.shows(gap(&sides(grid, triangle, jacobian))) } else { 0.0 };
     if shown == 0.0 {
         return 0.0;
     }

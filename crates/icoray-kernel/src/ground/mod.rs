@@ -1,13 +1,14 @@
 //! Colours of the opaque planet, land and sea, and lines on it and on levels.
 //!
-//! A kernel describes the place where a ray hits a surface by a [`SurfaceHit`]: position and normal. [`Ground`] gives the planet's
-//! colour there, before lighting; a [`Painter`], made for one level, gives the premultiplied light of all lines on it. The kernel
-//! lights both like the surface on which they lie.
+//! A kernel describes the place where a ray hits a surface by a [`SurfaceHit`]: position and normal. [`Ground`] gives
+//! the planet's colour there, before lighting; a [`Painter`], made for one level, gives the premultiplied light of all
+//! lines on it. The kernel lights both like the surface on which they lie.
 //!
-//! Lines are computed per pixel. A `ScreenJacobian` takes directions from the planet's centre to pixels: around the place that
-//! is looked at, great circles are straight in the plane of longitude and latitude (gnomonic), and that plane is a
-//! linear map away from the screen. So lines are as wide in pixels at the limb as in the middle, and their edges are
-//! smoothed over one pixel. Lines closer to each other than `CROWDED` pixels, or than so many times their width, fade out.
+//! Lines are computed per pixel. A `ScreenJacobian` takes directions from the planet's centre to pixels: around the
+//! place that is looked at, great circles are straight in the plane of longitude and latitude (gnomonic), and that
+//! plane is a linear map away from the screen. So lines are as wide in pixels at the limb as in the middle, and their
+//! edges are smoothed over one pixel. Lines closer to each other than `CROWDED` pixels, or than so many times their
+//! width, fade out.
 
 mod coast;
 mod core;
@@ -56,8 +57,8 @@ impl Ground {
         (!is_plain).then(|| Ground { eye: View::of(scene), shores, base: land, painter })
     }
 
-    /// Linear RGB of the ground where it is met, before it is lit. Cells and triangles are drawn where the triangle is told
-    /// over which the place lies.
+    /// Linear RGB of the ground where it is met, before it is lit. Cells and triangles are drawn where the triangle is
+    /// told over which the place lies.
     pub fn color(&self, hit: &SurfaceHit, triangle: Option<(&Grid, u32)>) -> [f64; 3] {
         let Some(jacobian) = ScreenJacobian::new(&self.eye, hit) else { return self.base };
         let base = self.shores.map_or(self.base, |shores| shore(&jacobian, shores));

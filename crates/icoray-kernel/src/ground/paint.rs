@@ -23,14 +23,13 @@ pub(super) struct LineStyle {
 impl Painter {
     /// The painter of the lines of `scene` that lie on `level`; `None` where there are none.
     pub fn new(scene: &Scene, level: Level) -> Option<Self> {
-        let lines: Vec<Lines> =
-            scene.scenery.lines.iter().filter(|lines| lines.on == level).cloned().collect();
+        let lines: Vec<Lines> = scene.scenery.lines.iter().filter(|lines| lines.on == level).cloned().collect();
         (!lines.is_empty()).then(|| Painter { eye: View::of(scene), lines })
     }
 
-    /// The lines where the level is met: premultiplied linear RGB before it is lit, and the part of what lies behind that
-    /// they hide. `triangle` is that over which the place lies, void ones included; without it, cells and triangles are not
-    /// drawn.
+    /// The lines where the level is met: premultiplied linear RGB before it is lit, and the part of what lies behind
+    /// that they hide. `triangle` is that over which the place lies, void ones included; without it, cells and
+    /// triangles are not drawn.
     pub fn paint(&self, hit: &SurfaceHit, triangle: Option<(&Grid, u32)>) -> [f64; 4] {
         ScreenJacobian::new(&self.eye, hit).map_or([0.0; 4], |jacobian| self.light(&jacobian, triangle))
     }
@@ -47,9 +46,7 @@ impl Painter {
                 (Pattern::Graticule { spacing_deg }, _) => graticule::covered(spacing_deg, jacobian, pen),
                 (Pattern::Coast, _) => coast(jacobian, pen),
                 (Pattern::Cells, Some((grid, triangle))) => mesh::cells(grid, triangle, jacobian, pen),
-                (Pattern::Triangles, Some((grid, triangle))) => {
-                    mesh::triangles(grid, triangle, jacobian, pen)
-                }
+                (Pattern::Triangles, Some((grid, triangle))) => mesh::triangles(grid, triangle, jacobian, pen),
                 (Pattern::Cells | Pattern::Triangles, None) => 0.0,
             };
             let part = lines.opacity * inside * covered;

@@ -1,9 +1,10 @@
 //! The linear map from directions around a place on a surface to pixels.
 //!
-//! A direction from the planet's centre is given by its gnomonic coordinates around the place: where it pierces the plane
-//! that touches the unit sphere there, east and north. Great circles are straight in them, and near the place they are a
-//! linear map away from pixels, whichever way the surface faces. That map is taken for the whole surroundings: what lies
-//! within a line's width of the place is right to first order, and of lines nothing else is asked.
+//! A direction from the planet's centre is given by its gnomonic coordinates around the place: where it pierces the
+//! plane that touches the unit sphere there, east and north. Great circles are straight in them, and near the place
+//! they are a linear map away from pixels, whichever way the surface faces. That map is taken for the whole
+//! surroundings: what lies within a line's width of the place is right to first order, and of lines nothing else is
+//! asked.
 
 use glam::{DVec2, DVec3};
 use icoray_scene::{Camera, Scene};
@@ -72,14 +73,7 @@ impl ScreenJacobian {
         let step = |aside: DVec3| radius * (aside - up * (normal.dot(aside) / slope));
         let moves = eye.camera.moves(hit.position, [step(east), step(north)], eye.height)?;
         let det = moves[0].perp_dot(moves[1]);
-        (det != 0.0 && det.is_finite()).then_some(ScreenJacobian {
-            up,
-            east,
-            north,
-            place: [lon, lat],
-            moves,
-            det,
-        })
+        (det != 0.0 && det.is_finite()).then_some(ScreenJacobian { up, east, north, place: [lon, lat], moves, det })
     }
 
     pub fn lon_deg(&self) -> f64 {
@@ -113,7 +107,8 @@ impl ScreenJacobian {
         direction.dot(self.east) * over * self.moves[0] + direction.dot(self.north) * over * self.moves[1]
     }
 
-    /// Pixels to the great circle's part between two directions; infinite where it lies beyond the horizon of the plane.
+    /// Pixels to the great circle's part between two directions; infinite where it lies beyond the horizon of the
+    /// plane.
     pub fn distance(&self, from: DVec3, to: DVec3) -> f64 {
         /// Cosine of the angle from the place up to which directions are taken.
         const FARTHEST: f64 = 0.05;

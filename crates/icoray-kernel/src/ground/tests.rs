@@ -115,9 +115,8 @@ fn cells_and_triangles_are_those_of_the_grid() {
             (scene.camera, scene.scenery.lines) = (camera, vec![lines(pattern, 2.0)]);
             let painter = Painter::new(&scene, Level::Ground).unwrap();
             let sampled = Sampled { scene: &scene, surface: Surface::Sphere, width: 2.0, apart: &|_| 5.5 };
-            let off = sampled.compare(&polylines, |hit| {
-                painter.paint(hit, Some((&grid, locate(&grid, 0, hit.position))))[3]
-            });
+            let off =
+                sampled.compare(&polylines, |hit| painter.paint(hit, Some((&grid, locate(&grid, 0, hit.position))))[3]);
             assert!(off.ink > 100.0 && off.rms < RMS, "{pattern:?}: {off:?}");
             assert!((off.drawn - off.ink).abs() < 0.03 * off.ink, "{pattern:?}: {off:?}");
         }
@@ -131,8 +130,7 @@ fn edges_that_reach_over_from_a_neighbour_are_drawn() {
     let corner = |t: u32| unit_vector(mesh.lon_corner_rad[t as usize], mesh.lat_corner_rad[t as usize]);
     for triangle in (0..grid.triangles() as u32).step_by(7) {
         let beyond = grid.across(triangle, 1);
-        let next =
-            [0, 1, 2].map(|k| grid.across(beyond, k)).into_iter().find(|next| *next != triangle).unwrap();
+        let next = [0, 1, 2].map(|k| grid.across(beyond, k)).into_iter().find(|next| *next != triangle).unwrap();
         let on_edge = (corner(beyond) + corner(next)).normalize();
         let mut scene = scene();
         scene.camera = Camera::look_at((3.0 * on_edge).to_array(), [0.0; 3], [0.1, 0.2, 1.0], 40.0).unwrap();
@@ -152,18 +150,15 @@ fn lines_on_a_slope_are_as_wide_as_elsewhere() {
     // Steep, facing the north-west, and seen from above and aside.
     let normal = (0.5 * up - 0.6 * east + 0.5 * DVec3::Z).normalize();
     let eye = up + 0.5 * (normal + 0.4 * up + 0.7 * east);
-    (scene.camera, scene.scenery.lines) = (
-        Camera::look_at(eye.to_array(), up.to_array(), [0.0, 0.0, 1.0], 9.0).unwrap(),
-        vec![lines(pattern, 1.5)],
-    );
+    (scene.camera, scene.scenery.lines) =
+        (Camera::look_at(eye.to_array(), up.to_array(), [0.0, 0.0, 1.0], 9.0).unwrap(), vec![lines(pattern, 1.5)]);
     let painter = Painter::new(&scene, Level::Ground).unwrap();
     let surface = Surface::Plane { on: up, normal };
     let sampled = Sampled { scene: &scene, surface, width: 1.5, apart: &|_| 0.8 };
     let off = sampled.compare(&graticule(1), |hit| painter.paint(hit, None)[3]);
     assert!(off.ink > 100.0 && off.rms < RMS, "{off:?}");
     assert!((off.drawn - off.ink).abs() < 0.03 * off.ink, "{off:?}");
-    let round =
-        sampled.compare(&graticule(1), |hit| painter.paint(&SurfaceHit::round(hit.position), None)[3]);
+    let round = sampled.compare(&graticule(1), |hit| painter.paint(&SurfaceHit::round(hit.position), None)[3]);
     assert!(round.rms > 2.0 * off.rms, "a slope taken for level ground: {round:?}");
 }
 
@@ -176,14 +171,10 @@ fn a_region_ends_lines_at_its_sides_and_not_before() {
     scene.scenery.lines = vec![shown];
     let painter = Painter::new(&scene, Level::Ground).unwrap();
     let at = |lon: f64, lat: f64| painter.paint(&SurfaceHit::round(place([lon, lat])), None)[3];
-    for [lon, lat] in
-        [[180.0, 5.0], [-170.0, 15.0], [165.0, 10.0], [-165.0, 20.0], [160.0, 7.0], [-160.0, 0.0]]
-    {
+    for [lon, lat] in [[180.0, 5.0], [-170.0, 15.0], [165.0, 10.0], [-165.0, 20.0], [160.0, 7.0], [-160.0, 0.0]] {
         assert!(at(lon, lat) > 0.999, "{lon} {lat}: {}", at(lon, lat));
     }
-    for [lon, lat] in
-        [[180.0, 25.0], [150.0, 5.0], [-150.0, 5.0], [-155.0, 10.0], [155.0, 0.0], [170.0, -5.0]]
-    {
+    for [lon, lat] in [[180.0, 25.0], [150.0, 5.0], [-150.0, 5.0], [-155.0, 10.0], [155.0, 0.0], [170.0, -5.0]] {
         assert_eq!(at(lon, lat), 0.0, "{lon} {lat}");
     }
 }
@@ -229,8 +220,7 @@ fn later_lines_lie_over_earlier_ones_and_only_on_their_level() {
 #[test]
 fn what_cannot_be_seen_is_not_painted() {
     let mut scene = scene();
-    scene.scenery.lines =
-        vec![lines(Pattern::Coast, 1.0), lines(Pattern::Graticule { spacing_deg: 10.0 }, 1.0)];
+    scene.scenery.lines = vec![lines(Pattern::Coast, 1.0), lines(Pattern::Graticule { spacing_deg: 10.0 }, 1.0)];
     let painter = Painter::new(&scene, Level::Ground).unwrap();
     let odd = [
         SurfaceHit::round(DVec3::ZERO),

@@ -10,10 +10,8 @@ fn spans<T: Real>(extinction: [f64; 2]) -> Spans<T> {
 
 /// The integral of `f` from `a` to `b` by Gauss's 4-point rule.
 fn gauss4(a: f64, b: f64, f: impl Fn(f64) -> f64) -> f64 {
-    let nodes = [
-        (0.861_136_311_594_052_6, 0.347_854_845_137_453_9),
-        (0.339_981_043_584_856_3, 0.652_145_154_862_546_1),
-    ];
+    let nodes =
+        [(0.861_136_311_594_052_6, 0.347_854_845_137_453_9), (0.339_981_043_584_856_3, 0.652_145_154_862_546_1)];
     let (middle, half) = (0.5 * (a + b), 0.5 * (b - a));
     nodes.iter().map(|(x, w)| half * w * (f(middle - half * x) + f(middle + half * x))).sum()
 }
@@ -30,8 +28,8 @@ fn reference(piece: &Segment<f64>, span: &Span<f64>) -> Radiance<f64> {
         }
         let depth = |to: f64| gauss4(u, to, sigma);
         let absorbed = depth(u + step).absorbed_by();
-        let color = [0, 1, 2]
-            .map(|k| gauss4(u, u + step, |v| span.color(piece.value(v))[k] * sigma(v) * (-depth(v)).exp()));
+        let color =
+            [0, 1, 2].map(|k| gauss4(u, u + step, |v| span.color(piece.value(v))[k] * sigma(v) * (-depth(v)).exp()));
         light.over(&Radiance { color, alpha: absorbed, ..Radiance::none() });
         u += step;
     }
@@ -109,8 +107,7 @@ fn the_bound_holds_from_clear_to_stiff_and_is_within_the_allowance() {
 fn rounding_in_single_precision_is_counted() {
     for (extinction, piece) in cases() {
         let expected = reference(&piece, spans::<f64>(extinction).span(1));
-        let single =
-            integrate(Method::Exact, &narrow(&piece), spans::<f32>(extinction).span(1), &allowance(1e-6));
+        let single = integrate(Method::Exact, &narrow(&piece), spans::<f32>(extinction).span(1), &allowance(1e-6));
         let off = single.color.iter().zip(expected.color).map(|(a, b)| (f64::from(*a) - b).abs());
         let off = off.fold(0.0, f64::max);
         let counted = f64::from(single.error) + 6.0 * f64::from(single.variance).sqrt() + 1e-6;

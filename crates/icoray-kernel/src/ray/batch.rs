@@ -1,8 +1,8 @@
 //! Frusta of several rays, interpolated and integrated several at a time in the machine's widest vectors.
 //!
-//! The source has loops over the lanes of a row, with the functions of one frustum inlined in them, which the compiler turns into
-//! vectors for each instruction set. So a lane computes the same bits as a ray that is traced alone. Only the cheapest rule of
-//! integration is used here; the ray integrates the frusta for which it is not near enough.
+//! The source has loops over the lanes of a row, with the functions of one frustum inlined in them, which the compiler
+//! turns into vectors for each instruction set. So a lane computes the same bits as a ray that is traced alone. Only
+//! the cheapest rule of integration is used here; the ray integrates the frusta for which it is not near enough.
 
 use crate::lit::FrustumInterpolant;
 use crate::piece::{Radiance, ThinPiece};
@@ -27,8 +27,8 @@ const PASSES: usize = 9;
 /// An element for each frustum.
 type All<X> = [Lanes<X>; PASSES];
 
-/// Input of a frustum: the samples at the three vertices on the layer behind and on the layer ahead, the cells and the layers of
-/// these, and whether the ray has skipped a gap since its last frustum.
+/// Input of a frustum: the samples at the three vertices on the layer behind and on the layer ahead, the cells and the
+/// layers of these, and whether the ray has skipped a gap since its last frustum.
 pub(super) type Read = ([f64; 6], [u32; 3], [u32; 2], bool);
 
 #[inline]
@@ -175,12 +175,10 @@ impl<T: Real, const N: usize> Batch<T, N> {
         if self.is_usual[pass][i] {
             return (self.complete_interpolant(pass, i), way.length);
         }
-        let [a, b, c, d, e, f] =
-            self.samples.each_ref().map_inline(|row| tracer.samples.normal(row[pass][i]));
+        let [a, b, c, d, e, f] = self.samples.each_ref().map_inline(|row| tracer.samples.normal(row[pass][i]));
         let (cells, layers) = (self.cells[pass][i], self.layers[pass][i]);
-        let vertices = |values: [T; 3], layer: u32| {
-            [0, 1, 2].map_inline(|k| tracer.vertex(cells[k], values[k], layer as usize))
-        };
+        let vertices =
+            |values: [T; 3], layer: u32| [0, 1, 2].map_inline(|k| tracer.vertex(cells[k], values[k], layer as usize));
         (way.interpolant(vertices([a, b, c], layers[0]), vertices([d, e, f], layers[1])), way.length)
     }
 

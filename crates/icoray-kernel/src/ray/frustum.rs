@@ -78,9 +78,9 @@ impl<T: Real, const N: usize> Ray<'_, '_, T, N> {
         if self.light.ends(rest, T::of(self.tracer.budget.brightest)) { Flow::Stop } else { Flow::On }
     }
 
-    /// Splits a monotone segment, `range` of the whole interpolant, at the transfer function's knots, from span `k` to the
-    /// one that is returned. The span is carried from piece to piece: which side of a knot a piece lies on is known
-    /// from where it came, never asked of a rounded value.
+    /// Splits a monotone segment, `range` of the whole interpolant, at the transfer function's knots, from span `k` to
+    /// the one that is returned. The span is carried from piece to piece: which side of a knot a piece lies on is
+    /// known from where it came, never asked of a rounded value.
     #[inline]
     fn monotone(
         &mut self,
@@ -118,13 +118,7 @@ impl<T: Real, const N: usize> Ray<'_, '_, T, N> {
                 error_bound.cut(
                     &mut self.light,
                     before,
-                    KnotCrossing {
-                        value: f[0],
-                        length: part.length,
-                        mean,
-                        change,
-                        is_narrow: span.is_narrow(),
-                    },
+                    KnotCrossing { value: f[0], length: part.length, mean, change, is_narrow: span.is_narrow() },
                 );
             }
             if is_last {
@@ -139,14 +133,7 @@ impl<T: Real, const N: usize> Ray<'_, '_, T, N> {
 
     /// Adds the light of a piece that stays in span `k`.
     #[inline]
-    fn piece(
-        &mut self,
-        piece: &Segment<T>,
-        k: usize,
-        interpolant: &FrustumInterpolant<T, N>,
-        range: [T; 2],
-        reach: T,
-    ) {
+    fn piece(&mut self, piece: &Segment<T>, k: usize, interpolant: &FrustumInterpolant<T, N>, range: [T; 2], reach: T) {
         let span = self.tracer.spans.span(k);
         if span.is_clear_in(piece) {
             return;
@@ -163,8 +150,7 @@ impl<T: Real, const N: usize> Ray<'_, '_, T, N> {
         };
         let light = match &self.shading {
             Some(shading) if N == 4 => {
-                let lit =
-                    Lit { method: self.tracer.method, allowance: &allowance, shading, span, interpolant };
+                let lit = Lit { method: self.tracer.method, allowance: &allowance, shading, span, interpolant };
                 let cuts = if self.tracer.is_coarse { 0 } else { Lit::<T, N>::MAX_CUTS };
                 lit.light(piece, range, cuts)
             }

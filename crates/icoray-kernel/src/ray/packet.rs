@@ -1,5 +1,5 @@
-//! Several rays side by side, lane by lane of the machine's vectors: they walk together, cross the gaps of their columns
-//! together, and their frusta fill one batch.
+//! Several rays side by side, lane by lane of the machine's vectors: they walk together, cross the gaps of their
+//! columns together, and their frusta fill one batch.
 
 use super::batch::{Batch, Way};
 use super::scalar::Ray;
@@ -15,8 +15,8 @@ use fearless_simd::{Level, Simd, prelude::*, u32x16};
 use icoray_grid::array::MapInline;
 use icoray_grid::real::{Real, lerp};
 
-/// The machine's vector instructions, where packets of rays are compiled for them: AVX2 (processors since 2013), AVX-512, NEON.
-/// On other processors rays are traced one after the other, with the same pictures.
+/// The machine's vector instructions, where packets of rays are compiled for them: AVX2 (processors since 2013),
+/// AVX-512, NEON. On other processors rays are traced one after the other, with the same pictures.
 #[inline]
 pub fn packets() -> Option<Level> {
     let level = Level::new();
@@ -72,8 +72,8 @@ impl<T: Real> SingleVolumeTracer<'_, T> {
     }
 }
 
-/// Rays side by side. Those in `walking` go on, those in `waiting` have ended but for what is in the batch, those that are
-/// `done` have their light.
+/// Rays side by side. Those in `walking` go on, those in `waiting` have ended but for what is in the batch, those that
+/// are `done` have their light.
 struct PacketTracer<'r, 'f, T, const N: usize> {
     tracer: &'r SingleVolumeTracer<'f, T>,
     packet: RayPacket<'r, 'f>,
@@ -214,8 +214,8 @@ impl<'r, 'f, T: Real, const N: usize> PacketTracer<'r, 'f, T, N> {
         self.gap = out;
     }
 
-    /// Bits of the columns in which something can be seen between the gaps of entry and `out`, or which reach to the core or out of
-    /// the shell.
+    /// Bits of the columns in which something can be seen between the gaps of entry and `out`, or which reach to the
+    /// core or out of the shell.
     #[inline(always)]
     fn occupied_lanes<V: Simd>(&self, simd: V, out: &Lanes<u32>, blocks: &Lanes<u32>) -> u32 {
         let all = |number: u32| u32x16::splat(simd, number);
@@ -253,14 +253,7 @@ impl<'r, 'f, T: Real, const N: usize> PacketTracer<'r, 'f, T, N> {
 
     /// Crosses the gaps of the columns of the rays in `active`, until the gaps `out`.
     #[inline(always)]
-    fn cross<V: Simd>(
-        &mut self,
-        simd: V,
-        columns: &Columns,
-        mut active: u32,
-        out: &Lanes<u32>,
-        blocks: &Lanes<u32>,
-    ) {
+    fn cross<V: Simd>(&mut self, simd: V, columns: &Columns, mut active: u32, out: &Lanes<u32>, blocks: &Lanes<u32>) {
         let Columns { entry, exit, .. } = columns;
         let tracer = self.tracer;
         let mut weight: Weights<T> = [[[T::zero(); LANES]; 2]; 2];

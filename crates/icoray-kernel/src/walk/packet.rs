@@ -1,7 +1,8 @@
-//! Several rays that walk together, a column each at a time: [`Walk`] in the machine's vectors, with the numbers that it has.
+//! Several rays that walk together, a column each at a time: [`Walk`] in the machine's vectors, with the numbers that
+//! it has.
 //!
-//! From one triangle to the next a ray waits for tables and for one vertex's side, which no machine can guess. Rays that step
-//! together wait together.
+//! From one triangle to the next a ray waits for tables and for one vertex's side, which no machine can guess. Rays
+//! that step together wait together.
 
 use super::{ColumnEnd, Contour, ContourPoint, Walk, height};
 use crate::plane::{Plane, PlaneVertex, Point, RayLine};
@@ -85,7 +86,8 @@ pub(crate) struct Columns {
 pub(crate) struct RayPacket<'g, 'a> {
     grid: &'g Grid<'a>,
     lines: Lanes<RayLine>,
-    /// The axes x, y and q of each ray's plane, component by component; the ray's distance from the centre, and its end.
+    /// The axes x, y and q of each ray's plane, component by component; the ray's distance from the centre, and its
+    /// end.
     axes: [[Lanes<f64>; 3]; 3],
     b: Lanes<f64>,
     end: Lanes<f64>,
@@ -127,8 +129,7 @@ impl<'g, 'a> RayPacket<'g, 'a> {
     /// Puts the ray of `walk` into a lane.
     #[inline]
     pub fn set(&mut self, lane: usize, walk: &Walk) {
-        let Walk { contour: Contour { triangle, cells, left, right, apex, .. }, line, from, last: (t, rho) } =
-            walk;
+        let Walk { contour: Contour { triangle, cells, left, right, apex, .. }, line, from, last: (t, rho) } = walk;
         let Plane { x, y, q } = line.plane;
         for (axis, rows) in [x, y, q].iter().zip(&mut self.axes) {
             rows.iter_mut().zip(axis.to_array()).for_each(|(row, component)| row[lane] = component);
@@ -199,8 +200,9 @@ impl<'g, 'a> RayPacket<'g, 'a> {
         columns
     }
 
-    /// Where half of the rays leave their columns, which becomes where they enter the next ones: the bits of those that have the apex
-    /// on their left, which takes the place of that end of the side, and of those that are behind their end there.
+    /// Where half of the rays leave their columns, which becomes where they enter the next ones: the bits of those that
+    /// have the apex on their left, which takes the place of that end of the side, and of those that are behind
+    /// their end there.
     #[inline(always)]
     fn leave<V: Simd>(&mut self, simd: V, half: usize, columns: &mut Columns) -> (u32, u32) {
         let of = half..half + HALF;
@@ -262,13 +264,13 @@ impl<'g, 'a> RayPacket<'g, 'a> {
         ColumnEnd { t: line.end, rho: height(end, point), weight }
     }
 
-    /// Into the next triangles; gives the directions of the cells that are new there. In two goes, each short enough for the machine to wait for several rays' tables at a time.
+    /// Into the next triangles; gives the directions of the cells that are new there. In two goes, each short enough
+    /// for the machine to wait for several rays' tables at a time.
     #[inline(always)]
     fn turn(&mut self, walking: u32, on_left: u32) -> [Lanes<f64>; 3] {
         for lane in lanes(walking) {
             let (left, right) = (&mut self.left.cell[lane], &mut self.right.cell[lane]);
-            let behind =
-                std::mem::replace(if on_left >> lane & 1 != 0 { left } else { right }, self.apex.cell[lane]);
+            let behind = std::mem::replace(if on_left >> lane & 1 != 0 { left } else { right }, self.apex.cell[lane]);
             let sum = |cells: [u32; 3]| cells[0].wrapping_add(cells[1]).wrapping_add(cells[2]);
             let cells = self.cells[lane];
             let kept = sum(cells).wrapping_sub(behind);

@@ -113,7 +113,8 @@ fn random_rays_are_walked_to_their_end() {
     assert!(columns > rays as usize, "only {columns} columns: the rays missed");
 }
 
-/// A million rays in the long run. Over holes of all kinds, from inside the shell above them too, into and out of data, to and from void triangles.
+/// A million rays in the long run. Over holes of all kinds, from inside the shell above them too, into and out of data,
+/// to and from void triangles.
 #[test]
 fn random_rays_are_walked_over_holes() {
     let (mut mesh, lon, lat) = uneven(3);
@@ -138,8 +139,7 @@ fn random_rays_are_walked_over_holes() {
                     * OUTER
                     * if ray % 5 == 0 { 0.999_999 } else { random.unit() };
                 let hint = (random.unit() * all as f64) as u32;
-                walk(&grid, eye, (aim - eye).normalize(), hint)
-                    .unwrap_or_else(|e| panic!("{name}, ray {ray}: {e}"))
+                walk(&grid, eye, (aim - eye).normalize(), hint).unwrap_or_else(|e| panic!("{name}, ray {ray}: {e}"))
             })
             .sum();
         assert!(walked > each as usize, "{name}: only {walked} columns");
@@ -172,8 +172,7 @@ fn rays_aimed_at_vertices_edges_poles_and_the_axis_are_walked_to_their_end() {
         targets.push((v[0] + v[1] + v[2]) / 3.0);
     }
     targets.extend([DVec3::Z, DVec3::NEG_Z, DVec3::X, DVec3::ZERO]);
-    let mut eyes: Vec<DVec3> =
-        targets.iter().step_by(17).flat_map(|p| [*p * 0.5, *p, *p * OUTER, *p * 3.0]).collect();
+    let mut eyes: Vec<DVec3> = targets.iter().step_by(17).flat_map(|p| [*p * 0.5, *p, *p * OUTER, *p * 3.0]).collect();
     eyes.extend([DVec3::Z, DVec3::NEG_Z, DVec3::X, DVec3::Y].map(|p| p * 2.5));
     eyes.extend([DVec3::ZERO, DVec3::new(1e-300, 0.0, 0.0), DVec3::new(0.0, 1e-17, 1e-16)]);
     let walked: usize = eyes

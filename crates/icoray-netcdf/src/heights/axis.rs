@@ -6,14 +6,9 @@ use icoray::{ErrorKind, Result};
 
 /// Heights in metres of the coordinate `variable`, and whether it gives pressures; `None` where it counts levels or has
 /// another unit.
-pub(super) fn heights(
-    source: &NcFile,
-    variable: &Variable,
-    layers: usize,
-) -> Result<Option<(Vec<f64>, bool)>> {
+pub(super) fn heights(source: &NcFile, variable: &Variable, layers: usize) -> Result<Option<(Vec<f64>, bool)>> {
     let name = &variable.name;
-    let is_axis =
-        variable.kind.is_number() && matches!(&variable.dimensions[..], [only] if only.len == layers);
+    let is_axis = variable.kind.is_number() && matches!(&variable.dimensions[..], [only] if only.len == layers);
     let units = source.text_of(name, "units")?.unwrap_or_default();
     let Some((is_of_pressure, scale)) = unit(&units).filter(|_| is_axis) else {
         return Ok(None);
@@ -21,8 +16,7 @@ pub(super) fn heights(
     let values: Vec<f64> = source.all_numbers(variable)?.into_iter().map(|value| scale * value).collect();
     if is_of_pressure {
         if let Some(layer) = values.iter().position(|pa| !(pa.is_finite() && *pa > 0.0)) {
-            let context =
-                format!("{name} of layer {layer} is {} Pa, expected a positive pressure", values[layer]);
+            let context = format!("{name} of layer {layer} is {} Pa, expected a positive pressure", values[layer]);
             return Err(source.error(ErrorKind::Layers, context));
         }
         return Ok(Some((values.into_iter().map(standard_atmosphere::height_m).collect(), true)));

@@ -13,9 +13,9 @@ use std::ops::Range;
 /// Heights of each column's layers, read: metres above the sphere, negative below it, at the cells.
 ///
 /// MPAS-Atmosphere's are `zgrid` as it is stored. MPAS-Ocean's are its thicknesses added up, from the sea floor
-/// (`bottomDepth`) where the files tell, else down from the sea surface (`ssh`, or the sphere): layers below the sea floor and
-/// above an ice shelf have no thickness, and a column without water has no heights. ICON's, over triangles, are averaged to
-/// cells as its fields are.
+/// (`bottomDepth`) where the files tell, else down from the sea surface (`ssh`, or the sphere): layers below the sea
+/// floor and above an ice shelf have no thickness, and a column without water has no heights. ICON's, over triangles,
+/// are averaged to cells as its fields are.
 #[derive(Debug)]
 pub struct NativeHeights {
     description: String,
@@ -149,8 +149,7 @@ impl NativeHeights {
             Stored::AddedUp(Columns::read(sources, (source, variable), floor, time)?)
         } else {
             let info = FieldInfo::of(source, variable, mesh)?.ok_or_else(|| {
-                let context =
-                    format!("variable {variable}, expected heights over layers and cells, at times or not");
+                let context = format!("variable {variable}, expected heights over layers and cells, at times or not");
                 source.error(ErrorKind::Layers, context)
             })?;
             let time = if info.time_dependent { sources.record(source, variable, time)? } else { 0 };
@@ -185,9 +184,7 @@ impl NativeHeights {
         match &self.stored {
             Stored::AsRead(read) => read.field(),
             Stored::Averaged(average) => Ok(average.field()),
-            Stored::AddedUp(columns) => {
-                Field::new(columns.heights.as_reals(), columns.shape, Location::Center, None)
-            }
+            Stored::AddedUp(columns) => Field::new(columns.heights.as_reals(), columns.shape, Location::Center, None),
         }
     }
 
@@ -207,8 +204,8 @@ impl NativeHeights {
 }
 
 impl LayerHeights {
-    /// The radii between which, or on which, some of a field's layers lie, counted from 0: those of [`LayerHeights::layers`] that
-    /// these need.
+    /// The radii between which, or on which, some of a field's layers lie, counted from 0: those of
+    /// [`LayerHeights::layers`] that these need.
     ///
     /// # Errors
     /// [`ErrorKind::Field`] where the heights are of another number of layers than the field's or one more, or
@@ -228,11 +225,7 @@ fn layers_with_heights(count: usize, info: &FieldInfo, layers: Range<usize>) -> 
     let more = match count.checked_sub(info.layers) {
         Some(more @ 0..=1) => more,
         _ => {
-            return bad(format!(
-                "{count} layers have heights, expected {} or {}",
-                info.layers,
-                info.layers + 1
-            ));
+            return bad(format!("{count} layers have heights, expected {} or {}", info.layers, info.layers + 1));
         }
     };
     if layers.is_empty() || layers.end > info.layers {

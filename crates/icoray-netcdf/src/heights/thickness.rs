@@ -1,7 +1,8 @@
 //! MPAS-Ocean's interfaces from layer thicknesses, for files without common depths.
 //!
-//! Columns end at the sea floor, so mean heights of interfaces over the columns that have them need not be monotone. Sums of mean
-//! thicknesses, each over the columns that have the layer, are. The interfaces of a column are sums of its thicknesses.
+//! Columns end at the sea floor, so mean heights of interfaces over the columns that have them need not be monotone.
+//! Sums of mean thicknesses, each over the columns that have the layer, are. The interfaces of a column are sums of its
+//! thicknesses.
 
 use super::columns::{HeightStatistics, Means};
 use crate::floor::Floor;
@@ -11,8 +12,7 @@ use icoray::{ErrorKind, OwnedReals, Result, Shape};
 use std::ops::Range;
 
 /// Variables of thicknesses in metres, time-dependent ones first.
-pub(super) const NAMES_NOW: [&str; 3] =
-    ["layerThickness", "timeMonthly_avg_layerThickness", "restingThickness"];
+pub(super) const NAMES_NOW: [&str; 3] = ["layerThickness", "timeMonthly_avg_layerThickness", "restingThickness"];
 
 /// Height of the sea surface, metres.
 const SURFACES: [&str; 2] = ["ssh", "timeMonthly_avg_ssh"];
@@ -73,12 +73,7 @@ enum Start {
 
 impl Columns {
     /// Sums the thicknesses of record `time`.
-    pub fn read(
-        sources: &NcFiles,
-        (source, variable): Found,
-        floor: Option<&Floor>,
-        time: usize,
-    ) -> Result<Self> {
+    pub fn read(sources: &NcFiles, (source, variable): Found, floor: Option<&Floor>, time: usize) -> Result<Self> {
         let [cells, layers] = cells_and_layers(variable);
         let block = at(sources, (source, variable), &[cells, layers], time)?;
         let start = match of_cells(sources, "bottomDepth", cells)? {
@@ -97,8 +92,7 @@ impl Columns {
                 // Without a sea floor a column ends where its layers have no thickness.
                 None => 0..(0..layers).take_while(|layer| thickness(*layer) > 0.0).count(),
             };
-            if let Some(layer) = water.clone().find(|l| !(thickness(*l).is_finite() && thickness(*l) >= 0.0))
-            {
+            if let Some(layer) = water.clone().find(|l| !(thickness(*l).is_finite() && thickness(*l) >= 0.0)) {
                 let context = format!(
                     "{} of cell {}, layer {layer}: {}, expected a thickness in metres that is not negative",
                     variable.name,
@@ -118,13 +112,7 @@ impl Columns {
 }
 
 /// The interfaces of one column; NaN if it has no water.
-fn add_up(
-    column: &mut [f64],
-    water: Range<usize>,
-    start: &Start,
-    cell: usize,
-    thickness: impl Fn(usize) -> f64,
-) {
+fn add_up(column: &mut [f64], water: Range<usize>, start: &Start, cell: usize, thickness: impl Fn(usize) -> f64) {
     if water.is_empty() {
         column.fill(f64::NAN);
         return;
@@ -150,8 +138,7 @@ fn surface(sources: &NcFiles, cells: usize, time: usize) -> Result<Vec<f64>> {
         return Ok(vec![0.0; cells]);
     };
     if !variable.lies_at_times_over(&["nCells"]) || variable.after_time()[0].len != cells {
-        let context =
-            format!("variable {variable}, expected a height of each of {cells} nCells, at times or not");
+        let context = format!("variable {variable}, expected a height of each of {cells} nCells, at times or not");
         return Err(source.error(ErrorKind::Layers, context));
     }
     let heights = at(sources, (source, variable), &[cells], time)?;
@@ -198,11 +185,8 @@ pub(super) fn interfaces(sources: &NcFiles, (source, variable): Found) -> Result
         }
     }
     // Layers that no column has lie below all that is seen; they only have to lie below each other.
-    let thinnest = of_layers
-        .iter()
-        .map(HeightStatistics::mean)
-        .filter(|mean| mean.is_finite())
-        .fold(f64::INFINITY, f64::min);
+    let thinnest =
+        of_layers.iter().map(HeightStatistics::mean).filter(|mean| mean.is_finite()).fold(f64::INFINITY, f64::min);
     if thinnest == f64::INFINITY {
         return Err(source.error(ErrorKind::Layers, format_args!("variable {variable}: no cell has a layer")));
     }

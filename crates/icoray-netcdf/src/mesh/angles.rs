@@ -32,8 +32,7 @@ impl Bounds {
 pub(super) fn read_bounds(source: &NcFile, [lon, lat]: [(&Variable, Option<&str>); 2]) -> Result<Bounds> {
     let row = lon.0.dimensions[1].len;
     if lon.0.dimensions != lat.0.dimensions || !lon.0.kind.is_real() || !lat.0.kind.is_real() {
-        let context =
-            format!("variables {} and {}, expected the same dimensions of float or double", lon.0, lat.0);
+        let context = format!("variables {} and {}, expected the same dimensions of float or double", lon.0, lat.0);
         return Err(source.error(ErrorKind::Grid, context));
     }
     let read = |(variable, coordinate): (&Variable, Option<&str>)| -> Result<Vec<f64>> {
@@ -57,8 +56,8 @@ pub(super) fn positions(source: &NcFile, lon: &str, lat: &str, dimension: &str) 
     Ok(Positions { lon: read(lon)?, lat: read(lat)? })
 }
 
-/// Makes radians of angles in the unit that coordinate `name` has. Without one they are degrees if any is beyond 2π, as on a
-/// whole sphere some are.
+/// Makes radians of angles in the unit that coordinate `name` has. Without one they are degrees if any is beyond 2π, as
+/// on a whole sphere some are.
 pub(super) fn into_radians(source: &NcFile, name: &str, values: &mut OwnedReals) -> Result<()> {
     let units = source.text_of(name, "units")?.map(|units| units.to_ascii_lowercase());
     let reals = values.as_reals();

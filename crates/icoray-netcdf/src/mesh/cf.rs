@@ -41,12 +41,8 @@ impl<'a> PolygonVariables<'a> {
 /// The variable with polygons of 4 points or more that belongs to a coordinate.
 fn bounds_of<'a>(source: &'a NcFile, name: &str) -> Option<&'a Variable> {
     let declared = source.text_of(name, "bounds").ok().flatten();
-    let named = [
-        format!("{name}_bnds"),
-        format!("{name}_bounds"),
-        format!("bounds_{name}"),
-        format!("{name}_vertices"),
-    ];
+    let named =
+        [format!("{name}_bnds"), format!("{name}_bounds"), format!("bounds_{name}"), format!("{name}_vertices")];
     let mut variables = declared.into_iter().chain(named).filter_map(|name| source.variable(&name));
     variables.find(|v| matches!(&v.dimensions[..], [_, points] if points.len > 3))
 }

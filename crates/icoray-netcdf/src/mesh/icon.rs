@@ -1,9 +1,9 @@
 //! ICON's triangles as the corners of hexagons: icoray's cells are the triangles' points, its corners the triangles.
 //!
 //! Grid files have `vertex_of_cell`. Files with data mostly have no tables, but each triangle's own three points
-//! (`clon_bnds`, `clat_bnds`; extpar's `clon_vertices`, `clat_vertices`): points that lie in one place are one, and that gives
-//! the same table. Where the triangles' middles lack, they are the centres of the circles through their points, as ICON's are.
-//! Formats: ICON grid files, <https://gitlab.dkrz.de/icon>; CF conventions 1.11, §7.1.
+//! (`clon_bnds`, `clat_bnds`; extpar's `clon_vertices`, `clat_vertices`): points that lie in one place are one, and
+//! that gives the same table. Where the triangles' middles lack, they are the centres of the circles through their
+//! points, as ICON's are. Formats: ICON grid files, <https://gitlab.dkrz.de/icon>; CF conventions 1.11, §7.1.
 
 use super::angles::{Bounds, circumcenter, distance, of_directions, positions, read_bounds};
 use super::points;
@@ -13,15 +13,13 @@ use crate::nc_file::NcFile;
 use crate::nc_files::NcFiles;
 use icoray::{Connectivity, ErrorKind, OwnedReals, Result};
 
-/// Points nearer to each other than this part of the shortest side are one. Degrees in f32 are right to 1e-3 of a side of 2 km.
+/// Points nearer to each other than this part of the shortest side are one. Degrees in f32 are right to 1e-3 of a side
+/// of 2 km.
 pub(super) const SAME: f64 = 0.02;
 
 /// Whether any of the files has triangles.
 pub(super) fn is_in(sources: &NcFiles) -> bool {
-    sources
-        .all()
-        .iter()
-        .any(|source| source.variable("vertex_of_cell").is_some() || Triangles::of(source).is_some())
+    sources.all().iter().any(|source| source.variable("vertex_of_cell").is_some() || Triangles::of(source).is_some())
 }
 
 pub(super) fn read(sources: &NcFiles) -> Result<Mesh> {
@@ -37,8 +35,7 @@ pub(super) fn read(sources: &NcFiles) -> Result<Mesh> {
 /// The mesh of a grid file.
 fn of_tables(source: &NcFile) -> Result<Mesh> {
     if let Some(geometry) = source.number("grid_geometry")?.filter(|geometry| *geometry != 1.0) {
-        let context =
-            format!("grid_geometry is {geometry}, expected 1: only meshes on a sphere are rendered");
+        let context = format!("grid_geometry is {geometry}, expected 1: only meshes on a sphere are rendered");
         return Err(source.error(ErrorKind::Unsupported, context));
     }
     let variable = source.variable("vertex_of_cell").ok_or_else(|| missing(source, "vertex_of_cell"))?;
@@ -57,8 +54,7 @@ fn of_tables(source: &NcFile) -> Result<Mesh> {
     // The file goes by the triangle's first points, then its second, then its third.
     let by_column = source.all_integers(table)?;
     let triangles = by_column.len() / 3;
-    let corner_cell =
-        (0..by_column.len()).map(|i| by_column[i % 3 * triangles + i / 3].saturating_sub(1)).collect();
+    let corner_cell = (0..by_column.len()).map(|i| by_column[i % 3 * triangles + i / 3].saturating_sub(1)).collect();
     mesh(source, center, corner, corner_cell)
 }
 
@@ -89,11 +85,10 @@ fn of_bounds(source: &NcFile, triangles: &Triangles) -> Result<Mesh> {
 }
 
 fn mesh(source: &NcFile, center: Positions, corner: Positions, corner_cell: Vec<i32>) -> Result<Mesh> {
-    let made = Connectivity::new(&corner_cell, center.lon.as_reals().len())
-        .map_err(|e| e.within(source.path().display()))?;
+    let made =
+        Connectivity::new(&corner_cell, center.lon.as_reals().len()).map_err(|e| e.within(source.path().display()))?;
     let (corner_edge, edge_corner) = (made.corner_edge, made.edge_corner);
-    let polygons =
-        Polygons { corners: made.cell_corner, row: made.cell_corner_row, count: made.cell_corner_count };
+    let polygons = Polygons { corners: made.cell_corner, row: made.cell_corner_row, count: made.cell_corner_count };
     let (path, convention) = (source.path().to_owned(), Convention::Icon);
     Ok(Mesh { path, convention, center, corner, polygons, corner_cell, corner_edge, edge_corner })
 }
@@ -111,9 +106,8 @@ impl Triangles {
         for middle in [["clon", "clat"], ["lon", "lat"]] {
             let [lon, lat] = middle;
             let has_middle = source.variable(lon).is_some_and(|v| v.dimensions.len() == 1);
-            let names = |name: &str| {
-                declared(name).into_iter().chain([format!("{name}_bnds"), format!("{name}_vertices")])
-            };
+            let names =
+                |name: &str| declared(name).into_iter().chain([format!("{name}_bnds"), format!("{name}_vertices")]);
             let is_of_three = |name: &String| {
                 let variable = source.variable(name);
                 variable.is_some_and(|v| matches!(&v.dimensions[..], [_, three] if three.len == 3))
@@ -145,8 +139,7 @@ impl Triangles {
         if there == triangles {
             return Ok(bounds);
         }
-        let context =
-            format!("{lon} has {triangles} triangles, expected {there} as in {}", lon_of.unwrap_or(""));
+        let context = format!("{lon} has {triangles} triangles, expected {there} as in {}", lon_of.unwrap_or(""));
         Err(source.error(ErrorKind::Grid, context))
     }
 }

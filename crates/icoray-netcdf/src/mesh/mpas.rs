@@ -29,8 +29,7 @@ pub(super) fn read(sources: &NcFiles) -> Result<Mesh> {
     let source = sources.others_first().find(has_mesh).or(sources.others_first().next());
     let source = source.expect("a file is open");
     let center = positions(source, ["lonCell", "latCell"], ["xCell", "yCell", "zCell"], "nCells")?;
-    let corner =
-        positions(source, ["lonVertex", "latVertex"], ["xVertex", "yVertex", "zVertex"], "nVertices")?;
+    let corner = positions(source, ["lonVertex", "latVertex"], ["xVertex", "yVertex", "zVertex"], "nVertices")?;
     let [cells, corners] = [&center, &corner].map(|places| places.lon.as_reals().len());
     let (polygons, [corner_cell, corner_edge, edge_corner]) =
         Tables::read(source)?.completed(source, cells, corners)?;
@@ -39,15 +38,9 @@ pub(super) fn read(sources: &NcFiles) -> Result<Mesh> {
 }
 
 /// Longitudes and latitudes; of Cartesian coordinates where there are none.
-fn positions(
-    source: &NcFile,
-    [lon, lat]: [&str; 2],
-    cartesian: [&str; 3],
-    dimension: &str,
-) -> Result<Positions> {
+fn positions(source: &NcFile, [lon, lat]: [&str; 2], cartesian: [&str; 3], dimension: &str) -> Result<Positions> {
     let read = |name: &str| source.all_reals(find(source, name, &[dimension], false)?);
-    let is_cartesian =
-        source.variable(lon).is_none() && cartesian.iter().all(|n| source.variable(n).is_some());
+    let is_cartesian = source.variable(lon).is_none() && cartesian.iter().all(|n| source.variable(n).is_some());
     if !is_cartesian {
         return Ok(Positions { lon: read(lon)?, lat: read(lat)? });
     }
@@ -113,8 +106,8 @@ impl Tables {
     /// All tables that a mesh has, those that lack made of the others.
     ///
     /// # Errors
-    /// [`ErrorKind::Grid`] where these do not determine them, with the name of one that lacks; [`ErrorKind::Unsupported`]
-    /// where a corner joins more than 3 cells.
+    /// [`ErrorKind::Grid`] where these do not determine them, with the name of one that lacks;
+    /// [`ErrorKind::Unsupported`] where a corner joins more than 3 cells.
     fn completed(self, source: &NcFile, cells: usize, corners: usize) -> Result<CompleteTables> {
         match self {
             Tables {
@@ -144,16 +137,12 @@ impl Tables {
         let corner_cell = match (self.corner_cell, &polygons, &edge_corner, &self.edge_cell) {
             (Some(table), ..) => table,
             (None, Some(polygons), ..) => made(polygons.corner_cells(corners))?,
-            (None, None, Some(ends), Some(beside)) => {
-                made(cells_of_corners(&from_0(ends), &from_0(beside), corners))?
-            }
+            (None, None, Some(ends), Some(beside)) => made(cells_of_corners(&from_0(ends), &from_0(beside), corners))?,
             _ => return Err(missing(source, "cellsOnVertex")),
         };
         let polygons = match (polygons, &edge_corner) {
             (Some(polygons), _) => polygons,
-            (None, Some(ends)) => {
-                Polygons::of_edges(&from_0(&corner_cell), &from_0(ends), cells).map_err(within)?
-            }
+            (None, Some(ends)) => Polygons::of_edges(&from_0(&corner_cell), &from_0(ends), cells).map_err(within)?,
             (None, None) => {
                 let of = Connectivity::new(&from_0(&corner_cell), cells).map_err(within)?;
                 Polygons { corners: of.cell_corner, row: of.cell_corner_row, count: of.cell_corner_count }

@@ -6,8 +6,8 @@ use std::collections::hash_map::Entry;
 /// Width of a bucket in tolerances: most points need one bucket, those near its sides several.
 const BUCKET: f64 = 16.0;
 
-/// Numbers points so that those nearer to each other than `tolerance` have the same number, from 0 in the order in which
-/// they come; also returns, for each number, which of `points` came first.
+/// Numbers points so that those nearer to each other than `tolerance` have the same number, from 0 in the order in
+/// which they come; also returns, for each number, which of `points` came first.
 pub(crate) fn number(points: impl Iterator<Item = [f64; 3]>, tolerance: f64) -> (Vec<i32>, Vec<usize>) {
     let mut buckets: HashMap<[i64; 3], Vec<i32>> = HashMap::new();
     let (mut numbers, mut first, mut known): (_, _, Vec<[f64; 3]>) = (Vec::new(), Vec::new(), Vec::new());
@@ -54,10 +54,8 @@ mod tests {
         // Points of a lattice 0.04 wide, moved by less than half the tolerance.
         let lattice: Vec<[f64; 3]> =
             (0..8000).map(|i| [i % 20, i / 20 % 20, i / 400].map(|k| 0.04 * f64::from(k) - 0.4)).collect();
-        let all: Vec<[f64; 3]> = (0..3)
-            .flat_map(|_| lattice.clone())
-            .map(|point| point.map(|x| x + 0.5 * tolerance * random()))
-            .collect();
+        let all: Vec<[f64; 3]> =
+            (0..3).flat_map(|_| lattice.clone()).map(|point| point.map(|x| x + 0.5 * tolerance * random())).collect();
         let (numbers, first) = number(all.into_iter(), tolerance);
         assert_eq!(first, (0..8000).collect::<Vec<_>>());
         for (i, number) in numbers.iter().enumerate() {

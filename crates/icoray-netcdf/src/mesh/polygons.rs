@@ -43,8 +43,7 @@ impl Polygons {
         let mut table = vec![NONE; 3 * corners];
         for (cell, around) in self.each().enumerate() {
             for &corner in around {
-                let place =
-                    places(&mut table, corner, corners).map_err(|e| e.within(format!("cell {cell}")))?;
+                let place = places(&mut table, corner, corners).map_err(|e| e.within(format!("cell {cell}")))?;
                 if !put(place, cell as i32) {
                     let what = format!(
                         "corner {corner} has more than 3 cells, the fourth is cell {cell}: only meshes whose corners each \
@@ -186,13 +185,7 @@ mod tests {
     use super::*;
     use icoray::{Grid, GridTables, IcosahedralMesh};
 
-    fn check(
-        mesh: &IcosahedralMesh,
-        of: &Polygons,
-        corner_cell: &[i32],
-        corner_edge: &[i32],
-        edge_corner: &[i32],
-    ) {
+    fn check(mesh: &IcosahedralMesh, of: &Polygons, corner_cell: &[i32], corner_edge: &[i32], edge_corner: &[i32]) {
         let tables = GridTables {
             corner_cell: corner_cell.into(),
             cell_corner: of.corners.as_slice().into(),

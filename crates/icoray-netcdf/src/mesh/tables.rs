@@ -11,10 +11,11 @@ use std::path::PathBuf;
 pub enum Convention {
     /// MPAS: hexagons with their tables; fields at cells or corners.
     Mpas,
-    /// ICON: triangles, which are the corners of the hexagons around their points; fields at corners or, rarely, at cells.
+    /// ICON: triangles, which are the corners of the hexagons around their points; fields at corners or, rarely, at
+    /// cells.
     Icon,
-    /// Polygons with their bounds over one dimension, as the CF conventions 1.11, §7.1, have them and DYNAMICO writes them;
-    /// fields at cells.
+    /// Polygons with their bounds over one dimension, as the CF conventions 1.11, §7.1, have them and DYNAMICO writes
+    /// them; fields at cells.
     Cf,
 }
 
@@ -30,10 +31,10 @@ impl fmt::Display for Convention {
 
 /// The tables that icoray reads of a mesh, owned.
 ///
-/// Of MPAS as the file stores them, numbered from 1; those that lack are made of the others where these determine them. Of
-/// ICON `corner_cell` is `vertex_of_cell`, or is rebuilt from the triangles' bounds where the file has no tables, and all
-/// others are made of it, numbered from 0. Of polygons with bounds, points in one place are one corner, and all is made of
-/// the polygons' corners, numbered from 0.
+/// Of MPAS as the file stores them, numbered from 1; those that lack are made of the others where these determine them.
+/// Of ICON `corner_cell` is `vertex_of_cell`, or is rebuilt from the triangles' bounds where the file has no tables,
+/// and all others are made of it, numbered from 0. Of polygons with bounds, points in one place are one corner, and all
+/// is made of the polygons' corners, numbered from 0.
 #[derive(Debug, Clone)]
 pub struct Mesh {
     pub(super) path: PathBuf,
@@ -112,13 +113,8 @@ impl Mesh {
     /// Bytes that the tables take.
     pub fn bytes(&self) -> usize {
         let reals = [&self.center, &self.corner].map(|p| p.lon.bytes() + p.lat.bytes());
-        let indices = [
-            &self.polygons.corners,
-            &self.polygons.count,
-            &self.corner_cell,
-            &self.corner_edge,
-            &self.edge_corner,
-        ];
+        let indices =
+            [&self.polygons.corners, &self.polygons.count, &self.corner_cell, &self.corner_edge, &self.edge_corner];
         reals.iter().sum::<usize>() + indices.map(|table| size_of_val(table.as_slice())).iter().sum::<usize>()
     }
 
@@ -141,12 +137,7 @@ impl Mesh {
 }
 
 /// The variable of that name, of numbers of that kind over those dimensions.
-pub(super) fn find<'a>(
-    source: &'a NcFile,
-    name: &str,
-    dimensions: &[&str],
-    integer: bool,
-) -> Result<&'a Variable> {
+pub(super) fn find<'a>(source: &'a NcFile, name: &str, dimensions: &[&str], integer: bool) -> Result<&'a Variable> {
     let variable = source.variable(name).ok_or_else(|| missing(source, name))?;
     let fine = match variable.kind {
         Kind::F32 | Kind::F64 => !integer,

@@ -225,8 +225,7 @@ fn polygons_that_are_none_are_named() {
     let error = open(&made).unwrap_err();
     expect(&error, ErrorKind::Grid, &["the bounds of cell 2 are", "NaN", "three different points"]);
     // Squares meet four at a point.
-    let mut made =
-        Made { dimensions: vec![("cell", 4), ("nv", 4)], attributes: Vec::new(), variables: Vec::new() };
+    let mut made = Made { dimensions: vec![("cell", 4), ("nv", 4)], attributes: Vec::new(), variables: Vec::new() };
     let corner = |c: i32| [(0, 0), (1, 0), (1, 1), (0, 1)].map(|(x, y)| (x + c % 2, y + c / 2));
     let squares: Vec<(i32, i32)> = (0..4).flat_map(corner).collect();
     let (lon, lat) = squares.iter().map(|(x, y)| (f64::from(20 * x), f64::from(20 * y))).unzip();

@@ -35,8 +35,7 @@ fn a_file_cut_off_anywhere_is_an_error() {
         let unread = 4 * 42 + 8;
         for length in (0..whole.len() - unread).step_by(397).chain([whole.len() - unread]) {
             std::fs::write(&cut, &whole[..length]).unwrap();
-            let error =
-                read_all(&cut).expect_err(&format!("{format} cut to {length} of {} bytes", whole.len()));
+            let error = read_all(&cut).expect_err(&format!("{format} cut to {length} of {} bytes", whole.len()));
             assert!(error.to_string().contains("cut.nc"), "{error}");
         }
     }

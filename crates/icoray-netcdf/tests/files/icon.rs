@@ -76,8 +76,7 @@ fn grid_and_heights_may_be_in_files_of_their_own() {
     }
     // Levels are counted, and z_ifc has the heights of one interface more.
     data.variable("lev").attributes.clear();
-    let mut heights =
-        Made { dimensions: vec![("ncells", 80), ("height_2", LAYERS + 1)], ..Made::icon_grid() };
+    let mut heights = Made { dimensions: vec![("ncells", 80), ("height_2", LAYERS + 1)], ..Made::icon_grid() };
     heights.variables.clear();
     let z = (0..=LAYERS)
         .rev()
@@ -96,11 +95,7 @@ fn grid_and_heights_may_be_in_files_of_their_own() {
     let error = ModelFile::open(data).unwrap_err();
     expect(&error, ErrorKind::Grid, &["made.nc", "no mesh is known", "vertex_of_cell", "another file"]);
     let error = ModelFile::open_with(data, &[grid]).unwrap().layers("ta").unwrap_err();
-    expect(
-        &error,
-        ErrorKind::Layers,
-        &["no heights for the 3 layers of ta", "lev(lev)", "z_ifc", "another file"],
-    );
+    expect(&error, ErrorKind::Layers, &["no heights for the 3 layers of ta", "lev(lev)", "z_ifc", "another file"]);
 }
 
 #[test]

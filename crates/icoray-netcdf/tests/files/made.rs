@@ -100,8 +100,8 @@ impl Made {
         made
     }
 
-    /// [`Made::mesh`] with heights, times and fields: `theta` (f32), `w` (f64, on interfaces), `vorticity` (f64, at corners),
-    /// `rho` (f32, without time), and variables that are not fields.
+    /// [`Made::mesh`] with heights, times and fields: `theta` (f32), `w` (f64, on interfaces), `vorticity` (f64, at
+    /// corners), `rho` (f32, without time), and variables that are not fields.
     pub fn history() -> Self {
         let mut made = Made::mesh(true);
         made.add_fields();
@@ -111,40 +111,22 @@ impl Made {
     /// Adds what [`Made::history`] has beside the mesh.
     pub fn add_fields(&mut self) {
         let (cells, vertices) = (self.dimension("nCells"), self.dimension("nVertices"));
-        self.dimensions.extend([
-            ("nVertLevels", LAYERS),
-            ("nVertLevelsP1", LAYERS + 1),
-            ("StrLen", 64),
-            ("Time", 0),
-        ]);
+        self.dimensions.extend([("nVertLevels", LAYERS), ("nVertLevelsP1", LAYERS + 1), ("StrLen", 64), ("Time", 0)]);
         let heights: Vec<f64> = (0..cells).flat_map(|_| HEIGHT_M).collect();
         self.add("zgrid", &["nCells", "nVertLevelsP1"], single(&heights));
         let time = |day: usize| format!("{:<64}", format!("2013-10-{:02}_00:00:00", 25 + day)).into_bytes();
         self.add("xtime", &["Time", "StrLen"], Values::Text((0..RECORDS).flat_map(time).collect()));
         self.add("theta", &["Time", "nCells", "nVertLevels"], single(&field(cells, LAYERS, 0..RECORDS)));
         self.last().attributes = vec![("units", "K".into()), ("long_name", "Potential temperature".into())];
-        self.add(
-            "w",
-            &["Time", "nCells", "nVertLevelsP1"],
-            Values::F64(field(cells, LAYERS + 1, 0..RECORDS)),
-        );
-        self.add(
-            "vorticity",
-            &["Time", "nVertices", "nVertLevels"],
-            Values::F64(field(vertices, LAYERS, 0..RECORDS)),
-        );
+        self.add("w", &["Time", "nCells", "nVertLevelsP1"], Values::F64(field(cells, LAYERS + 1, 0..RECORDS)));
+        self.add("vorticity", &["Time", "nVertices", "nVertLevels"], Values::F64(field(vertices, LAYERS, 0..RECORDS)));
         self.add("rho", &["nCells", "nVertLevels"], single(&field(cells, LAYERS, 0..1)));
         self.add("surface_pressure", &["Time", "nCells"], single(&field(cells, 1, 0..RECORDS)));
         self.add("levels", &["nCells", "nVertLevels"], Values::I32(vec![7; cells * LAYERS]));
     }
 
     pub fn add(&mut self, name: &'static str, dimensions: &[&'static str], values: Values) {
-        self.variables.push(MadeVariable {
-            name,
-            dimensions: dimensions.to_vec(),
-            values,
-            attributes: Vec::new(),
-        });
+        self.variables.push(MadeVariable { name, dimensions: dimensions.to_vec(), values, attributes: Vec::new() });
     }
 
     /// The variable added last.

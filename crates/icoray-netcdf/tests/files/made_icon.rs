@@ -81,8 +81,7 @@ impl Made {
             // Longitudes of a pole's triangles differ, and each triangle has digits of its own.
             let own = |(i, &cell): (usize, &i32)| {
                 let is_pole = mesh.lat_center_rad[cell as usize].abs() > 1.57;
-                let noise =
-                    if is_pole && name == "clon_bnds" { 0.1 * i as f64 } else { 1e-9 * (i % 7) as f64 };
+                let noise = if is_pole && name == "clon_bnds" { 0.1 * i as f64 } else { 1e-9 * (i % 7) as f64 };
                 of[cell as usize] - noise
             };
             let bounds: Vec<f64> = mesh.corner_cell.iter().enumerate().map(own).collect();
@@ -91,10 +90,8 @@ impl Made {
         made.add("lev", &["lev"], Values::F64(vec![100_000.0, 85_000.0, 50_000.0]));
         made.last().attributes = vec![("units", "Pa".into()), ("positive", "down".into())];
         made.add("time", &["time"], Values::F64((0..RECORDS).map(|t| 0.25 * t as f64).collect()));
-        made.last().attributes = vec![
-            ("units", "days since 1979-01-31 18:00:00".into()),
-            ("calendar", "proleptic_gregorian".into()),
-        ];
+        made.last().attributes =
+            vec![("units", "days since 1979-01-31 18:00:00".into()), ("calendar", "proleptic_gregorian".into())];
         let records = (0..RECORDS).flat_map(|t| (0..LAYERS).map(move |l| (t, l)));
         let t2m = records.flat_map(|(t, l)| (0..triangles).map(move |c| value(t, c, l) as f32)).collect();
         made.add("ta", &["time", "lev", "ncells"], Values::F32(t2m));

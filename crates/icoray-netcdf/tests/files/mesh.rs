@@ -16,17 +16,11 @@ fn every_format_gives_the_same_grid_and_fields() {
         assert_eq!(file.sphere_radius_m(), RADIUS_M);
         let times: Vec<&str> = file.times().iter().flatten().map(String::as_str).collect();
         assert_eq!(times, ["2013-10-25_00:00:00", "2013-10-26_00:00:00", "2013-10-27_00:00:00"], "{format}");
-        for (name, columns, layers) in
-            [("theta", 42, LAYERS), ("w", 42, LAYERS + 1), ("vorticity", 80, LAYERS)]
-        {
+        for (name, columns, layers) in [("theta", 42, LAYERS), ("w", 42, LAYERS + 1), ("vorticity", 80, LAYERS)] {
             for time in 0..RECORDS {
                 let owned = file.read_field(name, time).unwrap();
                 let field = owned.field().unwrap();
-                assert_eq!(
-                    (field.shape().columns, field.shape().layers),
-                    (columns, layers),
-                    "{format} {name}"
-                );
+                assert_eq!((field.shape().columns, field.shape().layers), (columns, layers), "{format} {name}");
                 for (column, layer) in [(0, 0), (1, 2), (columns - 1, layers - 1)] {
                     assert_eq!(field.value(column, layer), value(time, column, layer), "{format} {name}");
                 }
@@ -45,10 +39,7 @@ fn fields_are_listed_with_what_a_user_asks_first() {
         (theta.description.units.as_deref(), theta.description.long_name.as_deref()),
         (Some("K"), Some("Potential temperature"))
     );
-    assert_eq!(
-        (theta.location, theta.precision, theta.time_dependent),
-        (Location::Center, Precision::F32, true)
-    );
+    assert_eq!((theta.location, theta.precision, theta.time_dependent), (Location::Center, Precision::F32, true));
     assert_eq!(theta.bytes(), 42 * LAYERS * 4);
     let vorticity = file.field_info("vorticity").unwrap();
     assert_eq!(
@@ -109,11 +100,7 @@ fn missing_values_are_missing() {
     let rho = file.read_field("rho", 0).unwrap();
     assert_eq!(rho.fill(), f64::from(-9e33f32));
     assert_eq!(rho.field().unwrap().range(), (Some([value(0, 0, 2), value(0, 41, 3)]), 2));
-    assert_eq!(
-        file.read_field("w", 0).unwrap().field().unwrap().range().1,
-        1,
-        "a value that was never written"
-    );
+    assert_eq!(file.read_field("w", 0).unwrap().field().unwrap().range().1, 1, "a value that was never written");
 }
 
 #[test]

@@ -35,9 +35,7 @@ fn heights_of_mpas_are_those_of_zgrid() {
     assert!(matches!(heights.all().unwrap().samples(), Reals::F32(_)));
     // Layers of theta lie between interfaces, those of w on them.
     let means = file.layer_heights("theta").unwrap();
-    for (name, layers, interfaces) in
-        [("theta", 0..LAYERS, 0..LAYERS + 1), ("theta", 1..3, 1..4), ("w", 1..3, 1..3)]
-    {
+    for (name, layers, interfaces) in [("theta", 0..LAYERS, 0..LAYERS + 1), ("theta", 1..3, 1..4), ("w", 1..3, 1..3)] {
         let info = file.field_info(name).unwrap();
         let own = heights.over(info, layers.clone()).unwrap();
         let radii = means.layers_over(info, layers.clone()).unwrap();
@@ -46,10 +44,7 @@ fn heights_of_mpas_are_those_of_zgrid() {
         assert!(radii.for_field(layers.len()).is_ok());
         for cell in 0..42 {
             let expected = &zgrid[cell * (LAYERS + 1)..][interfaces.clone()];
-            assert!(
-                column(&own, cell).iter().zip(expected).all(|(a, b)| *a == f64::from(*b)),
-                "{name} {cell}"
-            );
+            assert!(column(&own, cell).iter().zip(expected).all(|(a, b)| *a == f64::from(*b)), "{name} {cell}");
         }
     }
     let info = file.field_info("w").unwrap();
@@ -58,7 +53,8 @@ fn heights_of_mpas_are_those_of_zgrid() {
     }
 }
 
-/// Metres of a column's interfaces from the top, as the made ocean has them: the last layer of shallow cells is 1 m thinner.
+/// Metres of a column's interfaces from the top, as the made ocean has them: the last layer of shallow cells is 1 m
+/// thinner.
 fn ocean(cell: usize, top: f64) -> Vec<f64> {
     match levels(cell) {
         0 => vec![f64::NAN; LAYERS + 1],
@@ -84,10 +80,7 @@ fn heights_of_the_ocean_are_its_thicknesses_added_up() {
     let mut made = Made::ocean().with_thickness("layerThickness", over_times);
     let (_folder, file) = open(&made, Options::NETCDF4);
     let words = file.native_heights_in_words("theta").unwrap().unwrap();
-    assert_eq!(
-        words,
-        "layerThickness of each column added up from the sea floor (bottomDepth), those of each time"
-    );
+    assert_eq!(words, "layerThickness of each column added up from the sea floor (bottomDepth), those of each time");
     expect_columns(&file, 1, |_| 0.0);
     // At the last time the first layer is thicker, and the sea surface higher.
     let thickness = made.f64s("layerThickness");
@@ -142,11 +135,7 @@ fn thicknesses_that_are_none_are_named() {
     let (_folder, file) = open(&made, Options::NETCDF4);
     let grid = file.mesh().grid().unwrap();
     let error = file.native_heights(&grid, "theta", 1).unwrap_err();
-    expect(
-        &error,
-        ErrorKind::Layers,
-        &["made.nc: layerThickness of cell 12, layer 2: -3, expected a thickness"],
-    );
+    expect(&error, ErrorKind::Layers, &["made.nc: layerThickness of cell 12, layer 2: -3, expected a thickness"]);
     assert!(file.native_heights(&grid, "theta", 0).is_ok());
     made.add("ssh", &["nCells", "nVertLevels"], Values::F64(vec![0.0; 42 * LAYERS]));
     made.remove("bottomDepth");

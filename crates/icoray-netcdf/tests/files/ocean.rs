@@ -55,10 +55,9 @@ fn ice_shelves_lie_on_top() {
 
 #[test]
 fn thicknesses_add_up_to_interfaces() {
-    for (name, dimensions) in [
-        ("restingThickness", &["nCells", "nVertLevels"][..]),
-        ("layerThickness", &["Time", "nCells", "nVertLevels"]),
-    ] {
+    for (name, dimensions) in
+        [("restingThickness", &["nCells", "nVertLevels"][..]), ("layerThickness", &["Time", "nCells", "nVertLevels"])]
+    {
         let heights = open(&Made::ocean().with_thickness(name, dimensions), Options::_64BIT_DATA)
             .1
             .layer_heights("theta")
@@ -67,9 +66,7 @@ fn thicknesses_add_up_to_interfaces() {
         // Of 41 cells with two layers 8 are 1 m shallower.
         let shallow = (0..42).filter(|&cell| levels(cell) == 2).count() as f64;
         let mean = 20.0 - shallow / 41.0;
-        for (height, expected) in
-            heights.height_m.iter().zip([0.0, -10.0, -10.0 - mean, -80.0 - mean, -480.0 - mean])
-        {
+        for (height, expected) in heights.height_m.iter().zip([0.0, -10.0, -10.0 - mean, -80.0 - mean, -480.0 - mean]) {
             assert!((height - expected).abs() < 1e-9, "{:?}", heights.height_m);
         }
         // At those the second interface is at 29 m.
@@ -105,17 +102,9 @@ fn floors_and_thicknesses_that_are_none_are_named() {
     let mut made = Made::ocean().with_thickness("restingThickness", &["nCells", "nVertLevels"]);
     made.f64s("restingThickness")[1] = 0.0;
     let (_, error) = spoilt(&made);
-    expect(
-        &error.unwrap(),
-        ErrorKind::Layers,
-        &["restingThickness of cell 1, layer 1: 0", "positive thickness"],
-    );
+    expect(&error.unwrap(), ErrorKind::Layers, &["restingThickness of cell 1, layer 1: 0", "positive thickness"]);
     let (_, error) = spoilt(&Made::ocean());
-    expect(
-        &error.unwrap(),
-        ErrorKind::Layers,
-        &["no layer heights", "zgrid", "refBottomDepth", "layerThickness"],
-    );
+    expect(&error.unwrap(), ErrorKind::Layers, &["no layer heights", "zgrid", "refBottomDepth", "layerThickness"]);
 }
 
 /// The floor at corners is found before anybody has checked the tables.

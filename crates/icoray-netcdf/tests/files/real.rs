@@ -130,7 +130,8 @@ fn a_part_of_the_oceans_tables_is_enough() {
     }
 }
 
-/// ICON without tables: the points of triangles are matched, also where bounds differ in the last digits and at the poles.
+/// ICON without tables: the points of triangles are matched, also where bounds differ in the last digits and at the
+/// poles.
 #[test]
 fn triangles_of_icon_are_rebuilt_from_their_bounds() {
     let Some(path) = data_file("psyplot_icon_test.nc") else { return };
@@ -147,8 +148,7 @@ fn triangles_of_icon_are_rebuilt_from_their_bounds() {
     for triangle in 0..5120 {
         let points = grid.triangle(triangle).map(|cell| direction(tables.center, cell as usize));
         let centre = direction(tables.corner, triangle as usize);
-        let off: f64 =
-            (0..3).map(|k| (points.iter().map(|p| p[k]).sum::<f64>() / 3.0 - centre[k]).powi(2)).sum();
+        let off: f64 = (0..3).map(|k| (points.iter().map(|p| p[k]).sum::<f64>() / 3.0 - centre[k]).powi(2)).sum();
         assert!(off.sqrt() < 1e-2, "{triangle}: {}", off.sqrt());
     }
     let dates: Vec<&str> = file.times().iter().flatten().map(String::as_str).collect();
@@ -161,8 +161,7 @@ fn triangles_of_icon_are_rebuilt_from_their_bounds() {
     let center = CenterField::average(&grid, &owned.field().unwrap()).unwrap();
     let field = center.field();
     let coldest = (0..2562).min_by(|&a, &b| field.value(a, 0).total_cmp(&field.value(b, 0))).unwrap();
-    let (lon, lat) =
-        (tables.center.lon_rad.get(coldest).to_degrees(), tables.center.lat_rad.get(coldest).to_degrees());
+    let (lon, lat) = (tables.center.lon_rad.get(coldest).to_degrees(), tables.center.lat_rad.get(coldest).to_degrees());
     assert!(lat > 55.0 && lon.rem_euclid(360.0) > 60.0, "{lon} {lat}");
     let mean = |field: &icoray::Field| {
         (0..field.shape().columns).map(|c| field.value(c, 1)).sum::<f64>() / field.shape().columns as f64

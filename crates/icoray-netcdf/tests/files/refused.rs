@@ -39,11 +39,7 @@ fn tables_of_another_shape_or_type_are_named() {
     let mut made = Made::mesh(false);
     made.variable("latCell").dimensions = vec!["nVertices"];
     made.variable("latCell").values = Values::F64(vec![0.0; 80]);
-    expect(
-        &open_error(&made),
-        ErrorKind::Grid,
-        &["latCell(nVertices = 80) of double, expected latCell(nCells)"],
-    );
+    expect(&open_error(&made), ErrorKind::Grid, &["latCell(nVertices = 80) of double, expected latCell(nCells)"]);
 
     let mut made = Made::mesh(false);
     made.variable("cellsOnVertex").values = Values::F64(vec![1.0; 240]);
@@ -122,11 +118,7 @@ fn unknown_fields_and_times_are_answered_with_the_known() {
     let error = file.read_field("tehta", 0).unwrap_err();
     expect(&error, ErrorKind::Field, &["no field tehta", "zgrid, theta, w, vorticity, rho"]);
     let error = file.read_field("verticesOnCell", 0).unwrap_err();
-    expect(
-        &error,
-        ErrorKind::Field,
-        &["verticesOnCell(nCells = 42, maxEdges = 6) of integer is not a field"],
-    );
+    expect(&error, ErrorKind::Field, &["verticesOnCell(nCells = 42, maxEdges = 6) of integer is not a field"]);
     file.read_field("a/b", 0).unwrap_err();
     file.read_field(&"x".repeat(5000), 0).unwrap_err();
     file.read_field("", 0).unwrap_err();
@@ -156,9 +148,7 @@ fn what_is_no_netcdf_is_refused() {
     let path = folder.path().join("notes.nc");
     expect(&ModelFile::open(&path).unwrap_err(), ErrorKind::Io, &["notes.nc", "No such file"]);
     expect(&ModelFile::open(folder.path()).unwrap_err(), ErrorKind::Io, &["not a file"]);
-    for text in
-        ["", "theta\n", "CDF", "CDF\x01", "CDF\x05 is a format of the classic kind, but this is text\n"]
-    {
+    for text in ["", "theta\n", "CDF", "CDF\x01", "CDF\x05 is a format of the classic kind, but this is text\n"] {
         std::fs::write(&path, text).unwrap();
         expect(&ModelFile::open(&path).unwrap_err(), ErrorKind::Io, &["notes.nc"]);
     }

@@ -1,7 +1,7 @@
 //! Bytes that mean harm, in every format: whatever they are, reading ends, with a result.
 //!
-//! Files are read in a process of their own, which a damaged NetCDF-4 file may end: HDF5's library is not proof against all
-//! of them. That is counted, and a panic, or a process that does not end, is never fine.
+//! Files are read in a process of their own, which a damaged NetCDF-4 file may end: HDF5's library is not proof against
+//! all of them. That is counted, and a panic, or a process that does not end, is never fine.
 
 use crate::changed::formats;
 use crate::made::{Made, RECORDS};
@@ -123,7 +123,8 @@ fn outcomes(test: &str, folder: &Path, count: usize) -> Outcomes {
     found
 }
 
-/// What a child said of the files from a number on, and whether it had to be killed: when it says nothing new for too long.
+/// What a child said of the files from a number on, and whether it had to be killed: when it says nothing new for too
+/// long.
 fn child(test: &str, folder: &Path, from: usize) -> (Vec<String>, bool) {
     let log = folder.join("log");
     let mut child = Command::new(std::env::current_exe().unwrap())
@@ -169,8 +170,8 @@ fn files() -> [Made; 3] {
     [Made::history(), Made::ocean(), Made::icon_data(Angles::Radians)]
 }
 
-/// Classic files never end the process. In NetCDF-4's the HDF5 library itself may: how often is printed, and depends on its
-/// version; a panic, or values of a wrong kind, would be ours.
+/// Classic files never end the process. In NetCDF-4's the HDF5 library itself may: how often is printed, and depends on
+/// its version; a panic, or values of a wrong kind, would be ours.
 #[test]
 fn damaged_files_end_in_a_result() {
     if let Ok(folder) = std::env::var(FOLDER) {

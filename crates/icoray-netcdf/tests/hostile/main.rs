@@ -1,5 +1,5 @@
-//! Damaged files, in a test program of their own: it starts others, which would inherit the files that tests beside it have open, and
-//! HDF5's locks on them.
+//! Damaged files, in a test program of their own: it starts others, which would inherit the files that tests beside it
+//! have open, and HDF5's locks on them.
 
 #[allow(dead_code, reason = "the tests of whole files use the rest")]
 #[path = "../files/changed.rs"]

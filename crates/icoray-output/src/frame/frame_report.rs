@@ -28,11 +28,11 @@ pub struct FrameReport {
     pub value_range: Option<[f64; 2]>,
     /// Values that are NaN, infinite or the fill value.
     pub missing_values: u64,
-    /// Over which values colours went, and how they came to be these: of each colour map in the scene, the first volume's
-    /// first. Where the scene gives knots there is none.
+    /// Over which values colours went, and how they came to be these: of each colour map in the scene, the first
+    /// volume's first. Where the scene gives knots there is none.
     pub colors: Vec<Colors>,
-    /// Bytes that were derived from the field: averages of corner fields, gradients; and of the tables that this rank has of its
-    /// node's mesh (`Columns::table_bytes`).
+    /// Bytes that were derived from the field: averages of corner fields, gradients; and of the tables that this rank
+    /// has of its node's mesh (`Columns::table_bytes`).
     pub derived_bytes: usize,
     /// Bytes of the fields that were copied: 0 but where the frame was drawn of a `Snapshot`, or of
     /// `Columns`: then those that this rank wrote, which are the fields' for each node.
@@ -50,11 +50,11 @@ pub struct Timing {
     pub render_s: f64,
     /// Encoding and disk.
     pub write_s: f64,
-    /// Copying the fields, where the frame was drawn of a `Snapshot` or of `Columns`, with what ranks waited for each other;
-    /// else 0.
+    /// Copying the fields, where the frame was drawn of a `Snapshot` or of `Columns`, with what ranks waited for each
+    /// other; else 0.
     pub copy_s: f64,
-    /// Waiting of the caller, which is the model: for the frame before to be drawn, or for room among those that wait to be
-    /// written.
+    /// Waiting of the caller, which is the model: for the frame before to be drawn, or for room among those that wait
+    /// to be written.
     pub waited_s: f64,
 }
 
@@ -84,7 +84,8 @@ pub struct DeviceReport {
     pub name: Option<String>,
     /// Why the CPU drew, all or some tiles, although there was a device to ask for.
     pub left_to_cpu: Option<String>,
-    /// Seconds until rays could begin on the device: preparing what is uploaded, and uploading. In [`Timing::render_s`].
+    /// Seconds until rays could begin on the device: preparing what is uploaded, and uploading. In
+    /// [`Timing::render_s`].
     pub upload_s: f64,
     /// Seconds in the rays by the device's clock, where it has one.
     pub trace_s: Option<f64>,

@@ -19,8 +19,8 @@ impl Sharing {
         Sharing { scheme, why, gathered: None }
     }
 
-    /// The same of a field that was put together in each node's memory, or in each rank's own, as none could be shared; with
-    /// the grid, if ranks have parts of it.
+    /// The same of a field that was put together in each node's memory, or in each rank's own, as none could be shared;
+    /// with the grid, if ranks have parts of it.
     pub fn of_gathered(self, has_parts: bool, is_refused: bool) -> Self {
         let gathered = match (has_parts, is_refused) {
             (false, false) => "the field is assembled once per node",

@@ -1,8 +1,8 @@
 //! The colour bar: which value has which colour, and how much of it is seen.
 //!
-//! Along the bar goes the scale. Of its breadth the far part is the colour itself, bare where nothing is to be seen; the
-//! part beside the ticks shows it as opaque as one unit of length of it is. Behind both are checks of grey. Where the value
-//! does not tell how opaque a thing is, all of the breadth is the colour.
+//! Along the bar goes the scale. Of its breadth the far part is the colour itself, bare where nothing is to be seen;
+//! the part beside the ticks shows it as opaque as one unit of length of it is. Behind both are checks of grey. Where
+//! the value does not tell how opaque a thing is, all of the breadth is the colour.
 
 use super::block::Block;
 use super::font::{Mask, Size};
@@ -50,8 +50,7 @@ impl<'s> Bar<'s> {
         let mut shown: Vec<Painting> = Vec::new();
         for painting in scene.paintings() {
             let has_own = painting.opacity != OpacityOf::Surface;
-            if !shown.iter().any(|before| *before == painting || !has_own && has_colors_of(before, &painting))
-            {
+            if !shown.iter().any(|before| *before == painting || !has_own && has_colors_of(before, &painting)) {
                 shown.push(painting);
             }
         }
@@ -63,8 +62,7 @@ impl<'s> Bar<'s> {
         let Painting { field, transfer, coloring, opacity } = painting;
         let coloring = coloring.and_then(|coloring| Some((coloring.scale(), coloring.fixed()?)));
         let (scale, range) = coloring.unwrap_or((Scale::Linear, transfer.range()));
-        let opacity_by =
-            if let OpacityOf::Other(other) = opacity { Some(other.field.as_str()) } else { None };
+        let opacity_by = if let OpacityOf::Other(other) = opacity { Some(other.field.as_str()) } else { None };
         let shows_opacity = opacity == OpacityOf::Itself;
         (range[0] < range[1]).then_some(Bar { field, opacity_by, scale, range, transfer, shows_opacity })
     }
@@ -107,13 +105,7 @@ impl<'s> Bar<'s> {
     }
 
     /// Upright, its values rising upwards, ticks and caption at its right. The caption is no longer than `most`.
-    pub fn upright(
-        &self,
-        length: i64,
-        most: i64,
-        sizes: Sizes,
-        caption: impl Fn(i32) -> Vec<String>,
-    ) -> Block {
+    pub fn upright(&self, length: i64, most: i64, sizes: Sizes, caption: impl Fn(i32) -> Vec<String>) -> Block {
         let Sizes { text, breadth, tick, gap, line, .. } = sizes;
         let ticks = self.ticks(length, |_| text.height());
         let caption = caption_mask(&caption(ticks.exponent), sizes, most).upwards();
@@ -153,8 +145,7 @@ impl<'s> Bar<'s> {
         });
         let left = ends.max().unwrap_or(0).max((caption.width - length) / 2).max(line);
         let mut block = Block::default();
-        let rows: Vec<Vec<[u8; 3]>> =
-            (0..length).map(|at| self.across(at, length, breadth).collect()).collect();
+        let rows: Vec<Vec<[u8; 3]>> = (0..length).map(|at| self.across(at, length, breadth).collect()).collect();
         let colors = (0..breadth as usize).flat_map(|i| rows.iter().map(move |row| row[i])).collect();
         block.colors(left, line, length, colors);
         block.outline([left - line, 0, length + 2 * line, breadth + 2 * line], line);

@@ -87,8 +87,7 @@ impl Block {
     /// The same with its last text in another ink.
     pub fn with_last_in(mut self, other: [u8; 3]) -> Self {
         let texts = self.items.iter_mut().rev();
-        let last =
-            texts.filter_map(|(_, _, item)| if let Item::Text { ink, .. } = item { Some(ink) } else { None });
+        let last = texts.filter_map(|(_, _, item)| if let Item::Text { ink, .. } = item { Some(ink) } else { None });
         last.take(1).for_each(|ink| *ink = Some(other));
         self
     }

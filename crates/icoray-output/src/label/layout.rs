@@ -101,8 +101,7 @@ impl<'f> Page<'f> {
         let back = legend.scene.background.unwrap_or([1.0; 3]);
         let is_dark = 0.2126 * back[0] + 0.7152 * back[1] + 0.0722 * back[2] < EVEN;
         let auto = if is_dark { [0.9; 3] } else { [0.01; 3] };
-        let [ink, paper] =
-            [legend.labels.color.unwrap_or(auto), back].map(|c| c.map(|v| srgb_byte(v as f32)));
+        let [ink, paper] = [legend.labels.color.unwrap_or(auto), back].map(|c| c.map(|v| srgb_byte(v as f32)));
         // Orange, or red where the text is dark.
         let warning = if is_dark { [255, 150, 0] } else { [190, 0, 0] };
         let (title, notes, margin) = (size(1.15), size(0.8), pixels(0.8));
@@ -145,8 +144,8 @@ impl<'f> Page<'f> {
         points as f64 / (STEPS * STEPS) as f64
     }
 
-    /// Bars, as many as fit, with their upper left corner: along their side one after the other, the first at the top or at
-    /// the left.
+    /// Bars, as many as fit, with their upper left corner: along their side one after the other, the first at the top
+    /// or at the left.
     fn set_bars(&self, bars: &[Bar], (place, along, part): Candidate) -> (Block, i64, i64) {
         let Page { width, height, margin, .. } = *self;
         let is_upright = place != LabelPlace::Bottom;
@@ -205,8 +204,7 @@ impl<'f> Page<'f> {
         let mut side = LabelPlace::Right;
         let bars = self.bars();
         if !bars.is_empty() {
-            let candidates =
-                CANDIDATES.iter().filter(|(side, ..)| place == LabelPlace::Auto || *side == place);
+            let candidates = CANDIDATES.iter().filter(|(side, ..)| place == LabelPlace::Auto || *side == place);
             let mut best: Option<(f64, LabelPlace, (Block, i64, i64))> = None;
             for candidate in candidates {
                 let (block, x, y) = self.set_bars(&bars, *candidate);

@@ -1,7 +1,7 @@
 //! Labels in the written picture: colour bar, title, and how the picture is to be read.
 //!
-//! They are put over the bytes of a PNG on their way to the disk; pixels of frames, and so EXR files, have none. All sizes
-//! scale with the picture.
+//! They are put over the bytes of a PNG on their way to the disk; pixels of frames, and so EXR files, have none. All
+//! sizes scale with the picture.
 
 mod bar;
 mod block;

@@ -137,11 +137,9 @@ fn the_bars_colours_are_the_transfer_functions() {
 #[test]
 fn every_place_is_where_it_says() {
     let colored = |canvas: &Canvas, x, y| count(canvas, x, y, is_colored);
-    for (place, x, y) in [
-        ("right", [0.8, 1.0], [0.15, 0.85]),
-        ("left", [0.0, 0.15], [0.15, 0.85]),
-        ("bottom", [0.15, 0.85], [0.8, 1.0]),
-    ] {
+    for (place, x, y) in
+        [("right", [0.8, 1.0], [0.15, 0.85]), ("left", [0.0, 0.15], [0.15, 0.85]), ("bottom", [0.15, 0.85], [0.8, 1.0])]
+    {
         let canvas = drawn(&scene(512, 512, 8.0, &format!("place = \"{place}\"")));
         let all = colored(&canvas, [0.0, 1.0], [0.0, 1.0]);
         assert!(all > 3000 && colored(&canvas, x, y) == all, "{place}");
@@ -207,8 +205,7 @@ fn text_is_dark_on_bright_and_bright_on_dark() {
 
 #[test]
 fn each_label_can_be_left_out() {
-    let inked =
-        |more: &str| count(&drawn(&scene(512, 512, 8.0, more)), [0.0, 1.0], [0.0, 1.0], |p| p != [0; 3]);
+    let inked = |more: &str| count(&drawn(&scene(512, 512, 8.0, more)), [0.0, 1.0], [0.0, 1.0], |p| p != [0; 3]);
     let all = inked("");
     let without = ["title = \"\"", "bar = false", "scale = false", "error = false"];
     assert!(without.iter().all(|key| inked(key) < all));
@@ -221,12 +218,8 @@ fn each_label_can_be_left_out() {
 fn pictures_too_small_for_labels_are_drawn_all_the_same() {
     for (width, height) in [(1, 1), (3, 200), (200, 3), (40, 40)] {
         for place in ["auto", "right", "left", "bottom", "below"] {
-            let canvas = drawn(&scene(
-                width,
-                height,
-                3.0,
-                &format!("place = \"{place}\"\ntitle = \"{{name}} {{step}}\""),
-            ));
+            let canvas =
+                drawn(&scene(width, height, 3.0, &format!("place = \"{place}\"\ntitle = \"{{name}} {{step}}\"")));
             assert_eq!(canvas.rgba.len(), 4 * (canvas.width * canvas.height) as usize);
         }
     }

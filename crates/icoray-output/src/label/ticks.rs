@@ -130,8 +130,7 @@ fn within_decades(range: [f64; 2], most: usize) -> Ticks {
         format!("{:.decimals$}", v / decade(exponent))
     };
     let major = values.iter().map(|v| (*v, label(*v))).collect();
-    let minor =
-        fine(order(range[0])..=order(range[1])).filter(is_in).filter(|v| !values.contains(v)).collect();
+    let minor = fine(order(range[0])..=order(range[1])).filter(is_in).filter(|v| !values.contains(v)).collect();
     Ticks { major, minor, exponent }
 }
 

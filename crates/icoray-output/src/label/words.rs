@@ -24,8 +24,8 @@ pub(super) fn name<'f>(frame: &'f Frame, legend: &'f Legend, field: &'f str) -> 
     given.or_else(known).unwrap_or(field)
 }
 
-/// A field's units, of values divided by a power of ten; the scene may give those of the first field. `None` where nothing
-/// is to be said.
+/// A field's units, of values divided by a power of ten; the scene may give those of the first field. `None` where
+/// nothing is to be said.
 pub(super) fn units(frame: &Frame, legend: &Legend, field: &str, exponent: i32) -> Option<String> {
     let given = legend.labels.units.as_deref().filter(|_| field == frame.field);
     let known = || description(frame, field).and_then(|known| known.units.as_deref());
@@ -74,8 +74,7 @@ pub(super) fn keys(frame: &Frame, legend: &Legend) -> Vec<Key> {
 /// A value as print has it.
 fn value(value: f64) -> String {
     const PLAIN: std::ops::Range<f64> = 1e-3..1e5;
-    let text =
-        if value == 0.0 || PLAIN.contains(&value.abs()) { value.to_string() } else { format!("{value:e}") };
+    let text = if value == 0.0 || PLAIN.contains(&value.abs()) { value.to_string() } else { format!("{value:e}") };
     let (digits, power) = text.split_at(text.find('e').unwrap_or(text.len()));
     match digits {
         "1" | "-1" if !power.is_empty() => printed(&text).replacen("1 × ", "", 1),
@@ -100,8 +99,7 @@ pub(super) fn title(frame: &Frame, legend: &Legend) -> Vec<String> {
 /// When a frame is: its date, else the model's day and time of day, else its step.
 fn time(stamp: &Stamp) -> String {
     if let Ok([year, month, day, hour, minute, second]) = date(stamp) {
-        let second =
-            if second.trim_matches(['0', '.']).is_empty() { String::new() } else { format!(":{second}") };
+        let second = if second.trim_matches(['0', '.']).is_empty() { String::new() } else { format!(":{second}") };
         return format!("{year}-{month}-{day} {hour}:{minute}{second}");
     }
     if let Some(date) = &stamp.date {

@@ -43,8 +43,7 @@ fn files(list: &str) -> Vec<String> {
 #[test]
 fn a_list_has_each_picture_once_and_is_whole_after_each() {
     let folder = tempfile::tempdir().unwrap();
-    let output =
-        output("{field}_{step}.png", Series { concat: concat("movie.ffconcat", 25.0), cinema: None });
+    let output = output("{field}_{step}.png", Series { concat: concat("movie.ffconcat", 25.0), cinema: None });
     let head = "ffconcat version 1.0\n";
     let entry = |step: i64| format!("file 'q_{step}.png'\nduration 0.04\n");
     let text = written(folder.path(), &output, &[1], "movie.ffconcat");

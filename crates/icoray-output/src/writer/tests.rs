@@ -39,11 +39,7 @@ impl Gated {
         let writer = Writer::with(options, move |entry| {
             tell.send(entry.stamp.step).unwrap();
             passed.recv().unwrap();
-            Ok(PathBuf::from(format!(
-                "{} waited {}",
-                entry.stamp.step,
-                entry.frame.report.timing.waited_s > 0.0
-            )))
+            Ok(PathBuf::from(format!("{} waited {}", entry.stamp.step, entry.frame.report.timing.waited_s > 0.0)))
         });
         Gated { writer: Arc::new(writer.unwrap()), begun, gate }
     }
@@ -166,17 +162,13 @@ fn one_frames_failure_does_not_stop_the_next() {
 fn what_cannot_be_written_is_known_before_the_first_ray() {
     let folder = tempfile::tempdir().unwrap();
     let at = |name: &str| folder.path().join(name);
-    let new =
-        |existing| Writer::new(WriterOptions { existing, ..WriterOptions::new(folder.path()) }).unwrap();
+    let new = |existing| Writer::new(WriterOptions { existing, ..WriterOptions::new(folder.path()) }).unwrap();
     let (keeper, replacer) = (new(Existing::NeverModify), new(Existing::Overwrite));
     let output = Output { error: Some(NameTemplate::new("map_{step}.png").unwrap()), ..output() };
     fs::write(at("map_1.png"), "").unwrap();
     fs::create_dir(at("map_2.png")).unwrap();
     let kind = |writer: &Writer, step| writer.check(&output, &stamp(step), "q").err().map(|e| e.kind());
-    assert_eq!(
-        [1, 2, 3].map(|step| kind(&keeper, step)),
-        [Some(ErrorKind::Exists), Some(ErrorKind::Io), None]
-    );
+    assert_eq!([1, 2, 3].map(|step| kind(&keeper, step)), [Some(ErrorKind::Exists), Some(ErrorKind::Io), None]);
     assert_eq!([1, 2, 3].map(|step| kind(&replacer, step)), [None, Some(ErrorKind::Io), None]);
     fs::write(at("report.csv"), "step,time_s\n1,2\n").unwrap();
     assert_eq!(kind(&replacer, 3), None, "the report was looked at");
@@ -250,10 +242,7 @@ fn fill(folder: &Path) {
     assert_eq!(went, [true, false, true, false, true]);
     let errors: Vec<_> = outcomes.errors().map(ToString::to_string).collect();
     for error in &errors {
-        assert!(
-            error.contains("large.png: cannot write the picture: ") && error.contains("No space"),
-            "{error}"
-        );
+        assert!(error.contains("large.png: cannot write the picture: ") && error.contains("No space"), "{error}");
     }
     assert!(errors[1].ends_with("small_4.png is written)"), "{errors:?}");
     let mut names: Vec<_> = fs::read_dir(folder).unwrap().map(|e| e.unwrap().file_name()).collect();

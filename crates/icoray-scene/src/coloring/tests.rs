@@ -71,10 +71,7 @@ fn knots_keep_to_every_scale_and_are_few() {
             assert!(off < BOUND, "{name}, {scale:?} at {part}: {off}");
             let [(from, less), (to, more)] = stops.map(|(v, e)| (scale.forward(v), e));
             let expected = less + (more - less) * ((at - from) / (to - from)).clamp(0.0, 1.0);
-            assert!(
-                (extinction - expected).abs() < BOUND * 3.0,
-                "{name} at {part}: {extinction}, {expected}"
-            );
+            assert!((extinction - expected).abs() < BOUND * 3.0, "{name} at {part}: {extinction}, {expected}");
         }
     }
 }
@@ -83,9 +80,7 @@ fn knots_keep_to_every_scale_and_are_few() {
 #[test]
 fn no_two_knots_all_but_coincide() {
     let symlog = Scale::SymLog { threshold: 1e-4 };
-    for (scale, range) in
-        [(Scale::Linear, [-0.7e-3, 0.7e-3]), (Scale::Log, [3e-9, 0.7]), (symlog, [-5e-3, 5e-3])]
-    {
+    for (scale, range) in [(Scale::Linear, [-0.7e-3, 0.7e-3]), (Scale::Log, [3e-9, 0.7]), (symlog, [-5e-3, 5e-3])] {
         for name in ["vik", "viridis", "thermal"] {
             let map = ColorMap::named(name).unwrap();
             let [low, high] = range.map(|end| scale.forward(end));
@@ -101,8 +96,7 @@ fn no_two_knots_all_but_coincide() {
 
 #[test]
 fn a_centre_makes_ranges_even() {
-    let about =
-        |center, scale, ends| Coloring { center, ..coloring("vik", scale, &[(0.0, 1.0)]) }.about_center(ends);
+    let about = |center, scale, ends| Coloring { center, ..coloring("vik", scale, &[(0.0, 1.0)]) }.about_center(ends);
     assert_eq!(about(None, Scale::Linear, [1.0, 5.0]), [1.0, 5.0]);
     assert_eq!(about(Some(0.0), Scale::Linear, [-7e-5, 1.2e-4]), [-1.2e-4, 1.2e-4]);
     assert_eq!(about(Some(273.15), Scale::Linear, [223.15, 283.15]), [223.15, 323.15]);

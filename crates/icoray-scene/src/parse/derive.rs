@@ -42,9 +42,7 @@ pub(super) fn derivations(source: Text, raw: &[Spanned<RawDerivation>]) -> Resul
         }
         match derived.how.fields().into_iter().find(|field| names[i..].contains(field)) {
             None => Ok(derived),
-            Some(own) if own == names[i] => {
-                bad(format!("{own:?} is also what it is made of, expected another name"))
-            }
+            Some(own) if own == names[i] => bad(format!("{own:?} is also what it is made of, expected another name")),
             Some(later) => {
                 bad(format!("{:?} is made of {later:?}, which is derived below; expected it above", names[i]))
             }
@@ -62,8 +60,7 @@ fn derivation(source: &Text, name: &Spanned<String>, raw: &Spanned<RawDerivation
         (None, None, Some(field)) => return Ok(Derivation { name, how: anomaly(source, raw, field)? }),
         _ => return Err(source.bad(span, "name", "expected one of magnitude, sum and anomaly beside it")),
     };
-    let strays =
-        [("from", raw.from.as_ref().map(Spanned::span)), ("band", raw.band.as_ref().map(Spanned::span))];
+    let strays = [("from", raw.from.as_ref().map(Spanned::span)), ("band", raw.band.as_ref().map(Spanned::span))];
     match strays.into_iter().find_map(|(key, span)| Some((key, span?))) {
         Some((key, span)) => Err(source.bad(span, key, "is valid only with anomaly")),
         None => Ok(Derivation { name, how }),
@@ -99,11 +96,7 @@ fn sum(source: &Text, raw: &Spanned<BTreeMap<String, Spanned<f64>>>) -> Result<H
 fn anomaly(source: &Text, raw: &RawDerivation, field: &Spanned<String>) -> Result<How> {
     let name = source.name(field, "anomaly")?;
     let Some(from) = &raw.from else {
-        return Err(source.bad(
-            field.span(),
-            "anomaly",
-            "expected from = \"zonal mean\" or \"first\" beside it",
-        ));
+        return Err(source.bad(field.span(), "anomaly", "expected from = \"zonal mean\" or \"first\" beside it"));
     };
     match (from.get_ref(), &raw.band) {
         (Reference::ZonalMean, band) => {

@@ -19,7 +19,6 @@ pub(super) fn ground(source: Text, raw: &Spanned<RawGround>, has_core: bool) -> 
         let what = "land and ocean need an opaque core, expected another core than \"transparent\"";
         return Err(source.bad(span, "", what));
     }
-    let color =
-        |raw: &Option<Spanned<String>>, key| raw.as_ref().map(|raw| source.color(raw, key)).transpose();
+    let color = |raw: &Option<Spanned<String>>, key| raw.as_ref().map(|raw| source.color(raw, key)).transpose();
     Ok(Ground { land: color(&raw.land, "land")?, ocean: color(&raw.ocean, "ocean")? })
 }

@@ -25,10 +25,7 @@ pub(crate) fn with_hint(error: &Error) -> Error {
         [found, known @ ..] if is_of_serde => nearest(found, known.iter().copied()),
         _ => None,
     };
-    hint.map_or_else(
-        || error.clone(),
-        |word| Error::new(error.kind(), format!("{context}; did you mean `{word}`?")),
-    )
+    hint.map_or_else(|| error.clone(), |word| Error::new(error.kind(), format!("{context}; did you mean `{word}`?")))
 }
 
 #[cfg(test)]
@@ -39,12 +36,9 @@ mod tests {
     #[test]
     fn near_words_are_found_and_others_are_not() {
         let words = ["camera", "transfer", "core", "clip"];
-        for (found, expected) in [
-            ("camra", Some("camera")),
-            ("Tranfser", Some("transfer")),
-            ("cor", Some("core")),
-            ("zebra", None),
-        ] {
+        for (found, expected) in
+            [("camra", Some("camera")), ("Tranfser", Some("transfer")), ("cor", Some("core")), ("zebra", None)]
+        {
             assert_eq!(nearest(found, words), expected, "{found}");
         }
     }

@@ -46,12 +46,7 @@ fn values(source: &Text, raw: &RawIsosurface, span: Range<usize>) -> Result<Vec<
 }
 
 /// As many as there are values.
-fn paints(
-    source: &Text,
-    raw: &RawIsosurface,
-    (span, field): (Range<usize>, &str),
-    count: usize,
-) -> Result<Vec<Paint>> {
+fn paints(source: &Text, raw: &RawIsosurface, (span, field): (Range<usize>, &str), count: usize) -> Result<Vec<Paint>> {
     let Some(colors) = &raw.colors else {
         let keys = PaintKeys {
             color: raw.color.as_ref(),

@@ -26,8 +26,9 @@ pub(super) struct RawLabels {
 pub(super) fn labels(source: &Text, raw: &RawLabels) -> Result<Option<Labels>> {
     let title = match &raw.title {
         None => Labels::title("{time}")?,
-        Some(title) => Labels::title(title.get_ref())
-            .map_err(|e| source.bad(title.span(), "labels.title", e.context()))?,
+        Some(title) => {
+            Labels::title(title.get_ref()).map_err(|e| source.bad(title.span(), "labels.title", e.context()))?
+        }
     };
     let color = source.color_or_auto(raw.color.as_ref(), "labels.color")?;
     let labels = Labels {

@@ -43,9 +43,9 @@ pub(super) fn lines(source: &Text, raw: &Spanned<RawLines>, has_core: bool) -> R
         PatternName::Cells => Pattern::Cells,
         PatternName::Triangles => Pattern::Triangles,
         PatternName::Coast => Pattern::Coast,
-        PatternName::Graticule => Pattern::Graticule {
-            spacing_deg: source.number(raw.spacing.as_ref(), "spacing", 0.1, 90.0, 30.0)?,
-        },
+        PatternName::Graticule => {
+            Pattern::Graticule { spacing_deg: source.number(raw.spacing.as_ref(), "spacing", 0.1, 90.0, 30.0)? }
+        }
     };
     if let (Some(stray), false) = (&raw.spacing, matches!(pattern, Pattern::Graticule { .. })) {
         return Err(source.bad(stray.span(), "spacing", "is valid only with pattern = \"graticule\""));

@@ -22,9 +22,7 @@ pub(super) struct PaintKeys<'r> {
 pub(super) fn paint(source: &Text, span: Range<usize>, keys: &PaintKeys) -> Result<Paint> {
     let (key, field) = keys.field;
     match keys.color {
-        Some(color) if field.is_none() && keys.transfer.is_none() => {
-            Ok(Paint::Plain(source.color(color, "color")?))
-        }
+        Some(color) if field.is_none() && keys.transfer.is_none() => Ok(Paint::Plain(source.color(color, "color")?)),
         Some(color) => {
             let what = format!("expected either color, or {key} and transfer, not both");
             Err(source.bad(color.span(), "color", what))

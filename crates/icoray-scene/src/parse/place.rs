@@ -30,9 +30,7 @@ pub(super) fn level(
             let height_m = source.number(Some(raw), "height_m", -HIGHEST_M, HIGHEST_M, 0.0)?;
             Ok(Some(Level::Height(height_m)))
         }
-        (Some(layer), Some(_)) => {
-            Err(source.bad(layer.span(), key, format!("expected either {key} or height_m")))
-        }
+        (Some(layer), Some(_)) => Err(source.bad(layer.span(), key, format!("expected either {key} or height_m"))),
         (Some(layer), None) => self::layer(source, key, layer).map(Some),
     }
 }
@@ -52,8 +50,7 @@ fn layer(source: &Text, key: &str, raw: &Spanned<RawLayer>) -> Result<Level> {
         },
     };
     let ground = if has_ground { "\"ground\", " } else { "" };
-    let what =
-        format!("{found}, expected {ground}\"top\", \"bottom\" or a number from 0, the innermost layer");
+    let what = format!("{found}, expected {ground}\"top\", \"bottom\" or a number from 0, the innermost layer");
     Err(source.bad(raw.span(), key, what))
 }
 
@@ -63,8 +60,7 @@ pub(super) fn layers(source: &Text, raw: &Spanned<[i64; 2]>, key: &str) -> Resul
     match (usize::try_from(from), usize::try_from(to)) {
         (Ok(from), Ok(to)) if from <= to => Ok([from, to]),
         _ => {
-            let what =
-                format!("[{from}, {to}], expected two numbers from 0, the innermost layer, the lower first");
+            let what = format!("[{from}, {to}], expected two numbers from 0, the innermost layer, the lower first");
             Err(source.bad(raw.span(), key, what))
         }
     }

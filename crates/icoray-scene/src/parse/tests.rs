@@ -298,8 +298,7 @@ fn a_scene_says_how_colours_run_along_values() {
 fn opacities_are_of_values_or_of_the_range() {
     let extinction = |range: &str, more: &str| {
         let text = GOOD.replacen("range = [250, 400]", &format!("range = {range}\n{more}"), 1);
-        let scene =
-            scene(&text.replacen("[[300, 0.0], [350, 0.8]]", "[[0.25, 0.0], [0.5, 0.8]]", 1)).unwrap();
+        let scene = scene(&text.replacen("[[300, 0.0], [350, 0.8]]", "[[0.25, 0.0], [0.5, 0.8]]", 1)).unwrap();
         scene.over([200.0, 400.0]).volumes[0].transfer.range()[0]
     };
     assert_eq!(extinction("[1, 2]", ""), 0.25);
@@ -320,8 +319,7 @@ fn a_map_that_is_not_named_is_one_for_everybody() {
 
 #[test]
 fn labels_are_there_where_a_scene_has_a_section_of_them() {
-    let with =
-        |section: &str| scene(&GOOD.replacen("[output]", &format!("{section}\n[output]"), 1)).unwrap().labels;
+    let with = |section: &str| scene(&GOOD.replacen("[output]", &format!("{section}\n[output]"), 1)).unwrap().labels;
     assert_eq!(with(""), None);
     assert_eq!(with("[labels]\non = false\ntitle = \"{name}\""), None);
     let labels = with("[labels]").unwrap();

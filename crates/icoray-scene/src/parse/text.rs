@@ -70,14 +70,7 @@ impl<'t> Text<'t> {
     }
 
     /// A number between `low` and `high`, or `default` where the key is absent.
-    pub fn number(
-        &self,
-        raw: Option<&Spanned<f64>>,
-        key: &str,
-        low: f64,
-        high: f64,
-        default: f64,
-    ) -> Result<f64> {
+    pub fn number(&self, raw: Option<&Spanned<f64>>, key: &str, low: f64, high: f64, default: f64) -> Result<f64> {
         let Some(raw) = raw else { return Ok(default) };
         let value = *raw.get_ref();
         if value >= low && value <= high {
@@ -90,19 +83,10 @@ impl<'t> Text<'t> {
     }
 
     /// A whole number from 1 to `most`, or `default` where the key is absent; `unit` is put after `most` in an error.
-    pub fn count(
-        &self,
-        raw: Option<&Spanned<i64>>,
-        key: &str,
-        most: u32,
-        unit: &str,
-        default: u32,
-    ) -> Result<u32> {
+    pub fn count(&self, raw: Option<&Spanned<i64>>, key: &str, most: u32, unit: &str, default: u32) -> Result<u32> {
         let Some(raw) = raw else { return Ok(default) };
         let count = u32::try_from(*raw.get_ref()).ok().filter(|count| (1..=most).contains(count));
-        count.ok_or_else(|| {
-            self.bad(raw.span(), key, format!("{}, expected 1 to {most}{unit}", raw.get_ref()))
-        })
+        count.ok_or_else(|| self.bad(raw.span(), key, format!("{}, expected 1 to {most}{unit}", raw.get_ref())))
     }
 
     /// A number that is neither infinite nor NaN.
@@ -127,8 +111,7 @@ impl<'t> Text<'t> {
     /// Two finite numbers, the lower first.
     pub fn range(&self, raw: &Spanned<[f64; 2]>, key: &str) -> Result<[f64; 2]> {
         let [low, high] = *raw.get_ref();
-        let what =
-            || format!("{}, expected two finite numbers, the lower first", numbers::list(&[low, high]));
+        let what = || format!("{}, expected two finite numbers, the lower first", numbers::list(&[low, high]));
         if low < high && low.is_finite() && high.is_finite() {
             return Ok([low, high]);
         }
@@ -142,11 +125,7 @@ impl<'t> Text<'t> {
         if value > 0.0 && value <= 1.0 {
             return Ok(value);
         }
-        Err(self.bad(
-            raw.span(),
-            "opacity",
-            format!("{}, expected above 0 and at most 1", numbers::text(value)),
-        ))
+        Err(self.bad(raw.span(), "opacity", format!("{}, expected above 0 and at most 1", numbers::text(value))))
     }
 
     /// The name of a field.
@@ -190,8 +169,7 @@ impl<'t> Text<'t> {
     pub fn unknown_word(&self, raw: &Spanned<String>, key: &str, words: &[&str]) -> Error {
         let found = raw.get_ref();
         let quoted: Vec<String> = words.iter().map(|word| format!("{word:?}")).collect();
-        let (last, others) =
-            quoted.split_last().map_or(("", &[][..]), |(last, others)| (last.as_str(), others));
+        let (last, others) = quoted.split_last().map_or(("", &[][..]), |(last, others)| (last.as_str(), others));
         let hint = hint::meant(found, words);
         self.bad(raw.span(), key, format!("{found:?}, expected {} or {last}{hint}", others.join(", ")))
     }

@@ -105,11 +105,7 @@ fn refuse_opacity(source: &Text, raw: &RawTransfer, elsewhere: &str) -> Result<(
 }
 
 /// Extinctions by values or places.
-pub(super) fn stops(
-    source: &Text,
-    raw: &Spanned<Vec<Spanned<[f64; 2]>>>,
-    key: &str,
-) -> Result<Vec<(f64, f64)>> {
+pub(super) fn stops(source: &Text, raw: &Spanned<Vec<Spanned<[f64; 2]>>>, key: &str) -> Result<Vec<(f64, f64)>> {
     let spans = raw.get_ref().iter().map(|pair| (pair.get_ref()[0], pair.span()));
     check_rising(source, spans, raw.span(), key)?;
     let stop = |pair: &Spanned<[f64; 2]>| {
@@ -130,11 +126,7 @@ fn check_rising(
         return Err(source.bad(whole, key, format!("{} knots, expected 1 to 4096", values.len())));
     }
     if let Some((v, span)) = values.iter().find(|(v, _)| !v.is_finite()) {
-        return Err(source.bad(
-            span.clone(),
-            key,
-            format!("value {}, expected a finite number", numbers::text(*v)),
-        ));
+        return Err(source.bad(span.clone(), key, format!("value {}, expected a finite number", numbers::text(*v))));
     }
     for (value, span) in &values {
         source.held(*value, span.clone(), key, &PLAIN)?;
@@ -166,11 +158,7 @@ fn knot(source: &Text, raw: &Spanned<RawKnot>, gives: Gives) -> Result<Knot> {
         (None, Some(e)) => source.number(Some(e), "transfer.knots.extinction", 0.0, 1e12, 0.0)?,
         (None, None) if gives != Gives::All => MEANINGLESS,
         _ => {
-            return Err(source.bad(
-                span,
-                "transfer.knots",
-                "expected either opacity or extinction in each knot",
-            ));
+            return Err(source.bad(span, "transfer.knots", "expected either opacity or extinction in each knot"));
         }
     };
     Ok(Knot { value: *value.get_ref(), color: source.color(color, "transfer.knots.color")?, extinction })
@@ -180,7 +168,6 @@ fn opacity_to_extinction(source: &Text, opacity: f64, span: Range<usize>, key: &
     if (0.0..1.0).contains(&opacity) {
         return Ok(transfer::extinction_of(opacity));
     }
-    let wish =
-        "expected 0 or more and less than 1 (1 would need endless extinction; knots take extinction instead)";
+    let wish = "expected 0 or more and less than 1 (1 would need endless extinction; knots take extinction instead)";
     Err(source.bad(span, key, format!("opacity {}, {wish}", numbers::text(opacity))))
 }

@@ -1,4 +1,5 @@
-//! Several pictures of one text: views over what they have in common, when they are drawn, how they move, what they sweep.
+//! Several pictures of one text: views over what they have in common, when they are drawn, how they move, what they
+//! sweep.
 //!
 //! Views are merged as TOML, before anything is checked, so that a view may override every key of a scene. Values keep
 //! their places in the text on the way.
@@ -22,12 +23,10 @@ use std::collections::HashMap;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-/// Lists of keys in the sentence about an unknown one, and the same with the keys that are taken before those of a scene.
+/// Lists of keys in the sentence about an unknown one, and the same with the keys that are taken before those of a
+/// scene.
 const LISTS: [[&str; 2]; 3] = [
-    [
-        "one of `field`, `every`, ",
-        "one of `views`, `field`, `every`, `at_steps`, `at_times`, `when`, `sweep`, ",
-    ],
+    ["one of `field`, `every`, ", "one of `views`, `field`, `every`, `at_steps`, `at_times`, `when`, `sweep`, "],
     [
         "one of `lon`, `lat`, `distance`, `altitude`, `eye`, ",
         "one of `orbit`, `path`, `lon`, `lat`, `distance`, `altitude`, `eye`, ",
@@ -37,8 +36,7 @@ const LISTS: [[&str; 2]; 3] = [
 
 /// The error about a scene's keys, with all keys that might stand there.
 fn with_all_keys(error: &Error) -> Error {
-    let context =
-        LISTS.iter().fold(error.context().to_owned(), |text, [from, to]| text.replacen(from, to, 1));
+    let context = LISTS.iter().fold(error.context().to_owned(), |text, [from, to]| text.replacen(from, to, 1));
     Error::new(error.kind(), context)
 }
 
@@ -67,7 +65,8 @@ impl Script {
     /// ```
     ///
     /// # Errors
-    /// [`ErrorKind::Scene`](icoray_grid::ErrorKind::Scene) with the view, the line, the key, the value and what was expected.
+    /// [`ErrorKind::Scene`](icoray_grid::ErrorKind::Scene) with the view, the line, the key, the value and what was
+    /// expected.
     pub fn parse(text: &str) -> Result<Self> {
         script(text)
     }

@@ -51,8 +51,8 @@ pub(super) fn volumes(source: Text, raw: &RawScene) -> Result<Vec<Volume>> {
 /// The volume of a scene that has one: by its keys, or because nothing else is shown.
 fn short(source: Text, raw: &RawScene) -> Result<Vec<Volume>> {
     let keys = (raw.field.as_ref(), raw.transfer.as_ref(), raw.opacity.as_ref());
-    let has_more = !(raw.surfaces.is_empty() && raw.isosurfaces.is_empty() && raw.lines.is_empty())
-        || raw.ground.is_some();
+    let has_more =
+        !(raw.surfaces.is_empty() && raw.isosurfaces.is_empty() && raw.lines.is_empty()) || raw.ground.is_some();
     match keys {
         (_, None, None) if has_more => Ok(Vec::new()),
         keys => Ok(vec![volume(&source, 0..0, keys)?]),
@@ -60,8 +60,7 @@ fn short(source: Text, raw: &RawScene) -> Result<Vec<Volume>> {
 }
 
 /// The keys of a volume.
-type VolumeKeys<'r> =
-    (Option<&'r Spanned<String>>, Option<&'r Spanned<RawTransfer>>, Option<&'r Spanned<RawOpacity>>);
+type VolumeKeys<'r> = (Option<&'r Spanned<String>>, Option<&'r Spanned<RawTransfer>>, Option<&'r Spanned<RawOpacity>>);
 
 fn volume(source: &Text, span: Range<usize>, (field, transfer, opacity): VolumeKeys) -> Result<Volume> {
     let field = source.name_or_first(field, "field")?;

@@ -5,17 +5,12 @@ use crate::camera::Camera;
 use icoray_grid::{Error, ErrorKind, Result};
 
 impl Script {
-    /// Puts the camera of each view above a place, looking at the planet's centre with north up; what is `None` stays where the
-    /// view has it. Nothing changes where all are `None`.
+    /// Puts the camera of each view above a place, looking at the planet's centre with north up; what is `None` stays
+    /// where the view has it. Nothing changes where all are `None`.
     ///
     /// # Errors
     /// [`ErrorKind::Scene`] for a view whose camera is given by a path or a sweep, and for numbers that no camera has.
-    pub fn set_camera(
-        &mut self,
-        lon_deg: Option<f64>,
-        lat_deg: Option<f64>,
-        distance: Option<f64>,
-    ) -> Result<()> {
+    pub fn set_camera(&mut self, lon_deg: Option<f64>, lat_deg: Option<f64>, distance: Option<f64>) -> Result<()> {
         if [lon_deg, lat_deg, distance].iter().all(Option::is_none) {
             return Ok(());
         }
@@ -32,7 +27,9 @@ impl Script {
             let [lon, lat, far, fov] = view.scene.camera.place();
             let (lon, lat, far) = (lon_deg.unwrap_or(lon), lat_deg.unwrap_or(lat), distance.unwrap_or(far));
             view.scene.camera = Camera::above(lon, lat, far, fov).ok_or_else(|| {
-                let context = format!("a camera above {lon}, {lat} at distance {far}, expected finite numbers and a distance above 0");
+                let context = format!(
+                    "a camera above {lon}, {lat} at distance {far}, expected finite numbers and a distance above 0"
+                );
                 Error::new(ErrorKind::Scene, context)
             })?;
         }
@@ -47,8 +44,7 @@ impl Script {
         for view in &mut self.views {
             if view.sweep.has("exaggeration") {
                 let of = of_view(view.name.as_deref());
-                let context =
-                    format!("sweep{of} has exaggerations: expected a scene that does not sweep them");
+                let context = format!("sweep{of} has exaggerations: expected a scene that does not sweep them");
                 return Err(Error::new(ErrorKind::Scene, context));
             }
             view.scene.exaggeration = exaggeration;

@@ -4,7 +4,8 @@ use super::Summary;
 use icoray_grid::Field;
 use std::fmt;
 
-/// A number that one pass over a field gives. Values count where they lie, at centres or corners, each as much as any other.
+/// A number that one pass over a field gives. Values count where they lie, at centres or corners, each as much as any
+/// other.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Statistic {
     /// The least value.

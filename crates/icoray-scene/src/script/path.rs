@@ -1,9 +1,10 @@
 //! Cameras along keys: through each of them, without a jolt, at rest at both ends.
 //!
 //! Between keys the direction from the planet's centre follows a cubic Bézier curve on the sphere, by de Casteljau's
-//! construction with great arcs in place of straight lines (Shoemake 1985, *Animating rotation with quaternion curves*).
-//! Each key's velocity is the mean of those of the arcs beside it, weighted as a parabola through three points has it, at
-//! most twice the slower one's, so that a long rest does not make it swing out; it is 0 at the ends. Distance and field of view follow monotone cubics, which pass no key's value between two keys.
+//! construction with great arcs in place of straight lines (Shoemake 1985, *Animating rotation with quaternion
+//! curves*). Each key's velocity is the mean of those of the arcs beside it, weighted as a parabola through three
+//! points has it, at most twice the slower one's, so that a long rest does not make it swing out; it is 0 at the ends.
+//! Distance and field of view follow monotone cubics, which pass no key's value between two keys.
 
 use super::motion::Clock;
 use crate::camera::Camera;
@@ -85,8 +86,7 @@ impl Path {
             }
             let [from, to] = [pair[0].direction(), pair[1].direction()];
             if from.dot(to) < -1.0 + 1e-9 {
-                let what =
-                    "opposite to the key before, so that no way is the shortest; expected a key between";
+                let what = "opposite to the key before, so that no way is the shortest; expected a key between";
                 return Err((i + 1, what.into()));
             }
         }
@@ -233,14 +233,12 @@ mod tests {
             assert!((winding.key(key.at).direction().length() - 1.0).abs() < 1e-12);
         }
         // A quick move, then a slow one: it goes on, and does not swing out.
-        let slow =
-            [key(0.0, 0.0, 0.0, 3.0, 30.0), key(0.1, 60.0, 0.0, 3.0, 30.0), key(99.0, 65.0, 0.0, 3.0, 30.0)];
+        let slow = [key(0.0, 0.0, 0.0, 3.0, 30.0), key(0.1, 60.0, 0.0, 3.0, 30.0), key(99.0, 65.0, 0.0, 3.0, 30.0)];
         let slow = Path::new(Clock::Time, slow.into());
         let lons: Vec<f64> = (0..=990).map(|i| slow.key(f64::from(i) / 10.0).lon_deg).collect();
         assert!(lons.is_sorted() && lons[990] == 65.0, "{lons:?}");
         // Keys of equal values stay at these.
-        let rests =
-            Path::new(Clock::Time, vec![key(0.0, 5.0, 5.0, 3.0, 40.0), key(1.0, 5.0, 5.0, 3.0, 40.0)]);
+        let rests = Path::new(Clock::Time, vec![key(0.0, 5.0, 5.0, 3.0, 40.0), key(1.0, 5.0, 5.0, 3.0, 40.0)]);
         let at = rests.key(0.3);
         let moved = at.direction().distance(rests.keys[0].direction());
         assert!(moved < 1e-15 && (at.distance - 3.0).abs() < 1e-14, "{moved} {at:?}");

@@ -50,10 +50,7 @@ fn due(steps: std::ops::Range<i64>) -> Vec<String> {
 
 #[test]
 fn views_are_due_by_their_own_triggers() {
-    assert_eq!(
-        due(0..6),
-        ["often listed", "", "often", "listed swept swept", "often strong", "listed strong"]
-    );
+    assert_eq!(due(0..6), ["often listed", "", "often", "listed swept swept", "often strong", "listed strong"]);
     // As a run that is started again in the middle.
     assert_eq!(due(4..6), ["often strong", "listed strong"]);
     assert_eq!(due(3..4), ["listed swept swept"]);

@@ -12,8 +12,7 @@ pub fn bounds_report(scene: &str, lit: bool, runs: &[Measured]) -> (bool, String
         let runs: Vec<&Measured> = runs.iter().filter(|m| m.run.series == series).collect();
         let checked: Vec<_> = runs.iter().filter_map(|m| m.bound.map(|b| (*m, b))).collect();
         let broken: Vec<_> = checked.iter().filter(|(_, b)| b.violations > 0).collect();
-        let over: Vec<_> =
-            runs.iter().filter(|m| m.run.parameter.is_some_and(|t| m.distance.max > t)).collect();
+        let over: Vec<_> = runs.iter().filter(|m| m.run.parameter.is_some_and(|t| m.distance.max > t)).collect();
         let kind = if lit || series == EXACT { "estimate" } else { "bound" };
         let _ = writeln!(
             text,

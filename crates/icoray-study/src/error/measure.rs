@@ -38,8 +38,8 @@ impl Measured {
 pub struct Effort {
     /// Times that each run is repeated.
     pub repeats: usize,
-    /// Runs that take longer are not repeated, and no smaller step of their series is tried; at least a multiple of the scene's
-    /// first run.
+    /// Runs that take longer are not repeated, and no smaller step of their series is tried; at least a multiple of
+    /// the scene's first run.
     pub longest_s: f64,
 }
 

@@ -1,7 +1,7 @@
 //! Error against run time: every method over its tolerances or steps, on every scene, against the oracle.
 //!
-//! All methods of a scene run in turn, and all again for each repeat. Steps, tolerances and scenes are fixed here, so that
-//! one command makes the table, the plots and the verdict on whether the default method's curve is the lowest.
+//! All methods of a scene run in turn, and all again for each repeat. Steps, tolerances and scenes are fixed here, so
+//! that one command makes the table, the plots and the verdict on whether the default method's curve is the lowest.
 
 mod bounds;
 mod measure;
@@ -75,7 +75,8 @@ impl Options {
     }
 }
 
-/// Measures, writes `error.csv`, the oracle's picture and two charts per scene, and `verdict.txt`, and prints what it finds.
+/// Measures, writes `error.csv`, the oracle's picture and two charts per scene, and `verdict.txt`, and prints what it
+/// finds.
 pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
     let scenes = options.scenes()?;
     let data = data_directory(options.data.as_deref());
@@ -105,9 +106,8 @@ pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
     };
     for group in scenes.chunk_by(|a, b| a.dataset == b.dataset) {
         match group[0].dataset.load(Detail::of(options.quick), &data)? {
-            Some(dataset) => dataset.with(&all_threads, |prepared| {
-                group.iter().try_for_each(|scene| study.scene(prepared, scene))
-            })?,
+            Some(dataset) => dataset
+                .with(&all_threads, |prepared| group.iter().try_for_each(|scene| study.scene(prepared, scene)))?,
             None => {
                 study.begun += group.len();
                 let names: Vec<&str> = group.iter().map(|s| s.name.as_str()).collect();

@@ -59,8 +59,7 @@ pub fn ladders(thickness: f64, lit: bool, quick: bool) -> Vec<Vec<Run>> {
         };
         (0..rungs).map(run).collect()
     };
-    let paper =
-        Run { series: "paper", method: Method::Paper, precision: Precision::default(), parameter: None };
+    let paper = Run { series: "paper", method: Method::Paper, precision: Precision::default(), parameter: None };
     let mut ladders = vec![
         exact(EXACT, Precision::F32),
         exact(EXACT_F64, Precision::F64),

@@ -87,11 +87,7 @@ pub fn verdict_report(scene: &str, measure: &str, curve: &[Point], others: &[Poi
             Standing::BelowCurve(error) => format!("exact has {error:.2e} in that time"),
             Standing::FasterThanCurve(fastest) => format!("exact's fastest run takes {fastest:.4} s"),
         };
-        let _ = writeln!(
-            text,
-            "    not at {}: {:.2e} in {:.4} s; {reason}",
-            point.label, point.error, point.seconds
-        );
+        let _ = writeln!(text, "    not at {}: {:.2e} in {:.4} s; {reason}", point.label, point.error, point.seconds);
     }
     (all, text)
 }

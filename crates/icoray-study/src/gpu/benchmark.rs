@@ -32,7 +32,8 @@ impl Setting {
 pub(super) struct Benchmark<'a> {
     pub grid: &'a Grid<'a>,
     pub layers: &'a Layers,
-    /// Two fields that differ in the last bit of a value. Frames alternate between them, so that each uploads its field.
+    /// Two fields that differ in the last bit of a value. Frames alternate between them, so that each uploads its
+    /// field.
     pub fields: [Field<'a>; 2],
     pub gpu: Renderer,
     pub cpu: Renderer,

@@ -1,12 +1,13 @@
 //! Cost of a frame on a device: bytes that its rays read and write, and operations in f32.
 //!
-//! Counted by hand in `shaders/kernel`, along the usual path of rays, and multiplied by the numbers of columns and frusta. All
-//! reads count, including those that caches serve. Data that all rays share (layers, transfer function) do not count.
+//! Counted by hand in `shaders/kernel`, along the usual path of rays, and multiplied by the numbers of columns and
+//! frusta. All reads count, including those that caches serve. Data that all rays share (layers, transfer function) do
+//! not count.
 
 use icoray::FrameReport;
 
-/// `seats`, `corner_edge`, `edge_corner`, `corner_cell` of the next triangle, its new vertex' direction; values of three cells
-/// at the layer where the ray comes in.
+/// `seats`, `corner_edge`, `edge_corner`, `corner_cell` of the next triangle, its new vertex' direction; values of
+/// three cells at the layer where the ray comes in.
 const COLUMN_BYTES: u64 = 4 + 4 + 8 + 12 + 24 + 12;
 /// Values of three cells at the next layer.
 const FRUSTUM_BYTES: u64 = 12;
@@ -15,11 +16,11 @@ const GRADIENT_BYTES: u64 = 36;
 /// Output of a pixel's ray.
 const PIXEL_BYTES: u64 = 36;
 
-/// In double-float, where a sum is 20 operations, a product 24 and a quotient 110: the new vertex seen from the ray's plane
-/// 336, the side crossed 258, whether the ray ends 68, distance 134, height 246; in f32 the first chord 45.
+/// In double-float, where a sum is 20 operations, a product 24 and a quotient 110: the new vertex seen from the ray's
+/// plane 336, the side crossed 258, whether the ray ends 68, distance 134, height 246; in f32 the first chord 45.
 const COLUMN_FLOPS: u64 = 336 + 258 + 68 + 134 + 246 + 45;
-/// The next layer, chord and segment 45; its span 9; knots, error bounds and rounding 33; terms of the integral 40; absorption, bound
-/// and integral of a thin piece 81; light over light 16. Clear frusta end after 54.
+/// The next layer, chord and segment 45; its span 9; knots, error bounds and rounding 33; terms of the integral 40;
+/// absorption, bound and integral of a thin piece 81; light over light 16. Clear frusta end after 54.
 const FRUSTUM_FLOPS: u64 = 45 + 9 + 33 + 40 + 81 + 16;
 
 /// Bytes and operations of a frame.

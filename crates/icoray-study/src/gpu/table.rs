@@ -104,8 +104,7 @@ fn ms(seconds: f64) -> String {
 /// Minimum and maximum of a number over pictures.
 fn span(rows: &[&OnGpu], number: impl Fn(&OnGpu) -> f64, show: impl Fn(f64) -> String) -> String {
     let numbers = || rows.iter().map(|gpu| number(gpu));
-    let (min, max) =
-        (show(numbers().fold(f64::INFINITY, f64::min)), show(numbers().fold(f64::NEG_INFINITY, f64::max)));
+    let (min, max) = (show(numbers().fold(f64::INFINITY, f64::min)), show(numbers().fold(f64::NEG_INFINITY, f64::max)));
     if min == max { max } else { format!("{min} to {max}") }
 }
 

@@ -218,11 +218,7 @@ impl<I: Interpolant, R: StepRule<I>> RayMarch<'_, I, R> {
                 }
             }
         }
-        if self.radiance.transmittance > MIN_TRANSMITTANCE {
-            ControlFlow::Continue(())
-        } else {
-            ControlFlow::Break(())
-        }
+        if self.radiance.transmittance > MIN_TRANSMITTANCE { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
     }
 
     fn frustum(&mut self, frustum: &Frustum) {

@@ -1,10 +1,11 @@
 //! Mean value coordinates over a frustum's eight triangles (Ju, Schaefer and Warren 2005, doi:10.1145/1073204.1073229;
 //! Floater, Kós and Reimers 2005, doi:10.1016/j.cagd.2005.06.004), which the paper compares with in §4.2.
 //!
-//! From the point, each triangle is projected onto the unit sphere around it; the mean vector of the spherical triangle is
-//! `m = ½ Σ θ_i n_i` over its sides, with angle θ and unit normal n, and vertex i gets the weight `m·n_i/(d_i u_i·n_i)` with
-//! the normal of the side opposite. In the plane of a triangle that is 0/0: inside, the value is barycentric there; outside,
-//! the triangle is seen edge-on and adds nothing. The side faces' diagonals are those of the tetrahedra.
+//! From the point, each triangle is projected onto the unit sphere around it; the mean vector of the spherical triangle
+//! is `m = ½ Σ θ_i n_i` over its sides, with angle θ and unit normal n, and vertex i gets the weight `m·n_i/(d_i
+//! u_i·n_i)` with the normal of the side opposite. In the plane of a triangle that is 0/0: inside, the value is
+//! barycentric there; outside, the triangle is seen edge-on and adds nothing. The side faces' diagonals are those of
+//! the tetrahedra.
 
 use super::march::{Interpolant, along};
 use super::transfer::Transfer;
@@ -37,8 +38,7 @@ impl Solid {
         let six = [0, 1, 2, 3, 4, 5];
         let vertex = six.map(|i| direction[on(i).1] * prepared.radius[frustum.layer + on(i).0]);
         let value = six.map(|i| values[on(i).0][on(i).1]);
-        let mut faces =
-            [[0, 1, 2], [3, 4, 5], [0, 1, 4], [0, 3, 4], [1, 2, 5], [1, 4, 5], [0, 2, 5], [0, 3, 5]];
+        let mut faces = [[0, 1, 2], [3, 4, 5], [0, 1, 4], [0, 3, 4], [1, 2, 5], [1, 4, 5], [0, 2, 5], [0, 3, 5]];
         let centre = vertex.iter().sum::<DVec3>() / 6.0;
         for face in &mut faces {
             let [a, b, c] = face.map(|i| vertex[i]);

@@ -3,9 +3,9 @@
 //!
 //! The value is taken to be linear between the ends of a step, and the table is read by bilinear interpolation; its
 //! entries are exact for the table's own step. A step of another length l (the last of a ray) has its opacity scaled,
-//! `1 - (1 - a)^(l/h)`, and its colour with it: the usual approximation. So is that values beyond the first and last knot
-//! are drawn in to them, and that a step with an end in a void adds nothing. Second order with attenuation inside a
-//! segment, first order without (Etiene et al. 2014, doi:10.1109/TVCG.2013.90).
+//! `1 - (1 - a)^(l/h)`, and its colour with it: the usual approximation. So is that values beyond the first and last
+//! knot are drawn in to them, and that a step with an end in a void adds nothing. Second order with attenuation inside
+//! a segment, first order without (Etiene et al. 2014, doi:10.1109/TVCG.2013.90).
 
 use super::march::{Accumulated, FrustumWindow, Interpolant, StepRule};
 use crate::job::PreparedJob;

@@ -79,9 +79,7 @@ fn small_steps_come_to_the_oracle() {
     let sphere = Sphere::new(3, 8, [1.0, 1.3], multi_scale).unwrap();
     let [uniform, ..] = all(1e-3);
     let unlit = all(1e-3).into_iter().zip([1e-5, 4e-3, 4e-3, 2e-2, 1e-5, 4e-3]).collect();
-    for (light, bounds) in
-        [("", unlit), ("[light]\nkind = \"sun\"\nlon = 70\nlat = 20", vec![(uniform, 1e-3)])]
-    {
+    for (light, bounds) in [("", unlit), ("[light]\nkind = \"sun\"\nlon = 70\nlat = 20", vec![(uniform, 1e-3)])] {
         let methods: Vec<Method> = bounds.iter().map(|(method, _)| *method).collect();
         let (pictures, truth) = pictures(&sphere, &scene(light), &methods);
         for ((method, bound), picture) in bounds.into_iter().zip(pictures) {

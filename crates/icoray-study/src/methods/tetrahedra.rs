@@ -1,10 +1,10 @@
-//! Each frustum as three tetrahedra, cut on the fly, linear in each (Weiler et al. 2003, doi:10.1109/VISUAL.2003.1250390,
-//! which the paper compares with in §4.2).
+//! Each frustum as three tetrahedra, cut on the fly, linear in each (Weiler et al. 2003,
+//! doi:10.1109/VISUAL.2003.1250390, which the paper compares with in §4.2).
 //!
 //! With the cells in the order of their numbers, L the lower and U the upper layer's vertices, the three are
-//! L0 L1 L2 U2, L0 L1 U1 U2 and L0 U0 U1 U2: each side face has its diagonal from the lower vertex of the smaller number,
-//! so that neighbours agree. The point is `Σ α_k V_k`, and a linear map takes it to α: in α the six vertices lie on the
-//! axes, and the planes between the tetrahedra are read off.
+//! L0 L1 L2 U2, L0 L1 U1 U2 and L0 U0 U1 U2: each side face has its diagonal from the lower vertex of the smaller
+//! number, so that neighbours agree. The point is `Σ α_k V_k`, and a linear map takes it to α: in α the six vertices
+//! lie on the axes, and the planes between the tetrahedra are read off.
 
 use super::march::Interpolant;
 use super::transfer::Transfer;
@@ -81,10 +81,7 @@ impl Interpolant for Tetrahedra<'_, '_> {
             [a, b - a]
         };
         let ends = cuts.map(|u| frustum.t[0] + u * (frustum.t[1] - frustum.t[0]));
-        Some(Passage {
-            end: ends,
-            line: [line([0.0, cuts[0]]), line([cuts[0], cuts[1]]), line([cuts[1], 1.0])],
-        })
+        Some(Passage { end: ends, line: [line([0.0, cuts[0]]), line([cuts[0], cuts[1]]), line([cuts[1], 1.0])] })
     }
 
     #[inline]

@@ -8,15 +8,12 @@ use rayon::prelude::*;
 pub(crate) fn gradients(prepared: &PreparedJob) -> Vec<DVec3> {
     let layers = prepared.radius.len();
     let mut gradients = vec![DVec3::ZERO; prepared.grid.cells() * layers];
-    gradients
-        .par_chunks_exact_mut(layers)
-        .enumerate()
-        .for_each(|(cell, row)| column(prepared, cell as u32, row));
+    gradients.par_chunks_exact_mut(layers).enumerate().for_each(|(cell, row)| column(prepared, cell as u32, row));
     gradients
 }
 
-/// At vertex A the gradient has the radial slope along A and the neighbours' differences along B - A and C - A: with the
-/// dual basis of the three, `s eA + ((gB - gA) eB + (gC - gA) eC)/R`.
+/// At vertex A the gradient has the radial slope along A and the neighbours' differences along B - A and C - A: with
+/// the dual basis of the three, `s eA + ((gB - gA) eB + (gC - gA) eC)/R`.
 fn column(prepared: &PreparedJob, cell: u32, row: &mut [DVec3]) {
     let field = prepared.field();
     let mut count = vec![0u32; row.len()];
@@ -34,8 +31,7 @@ fn column(prepared: &PreparedJob, cell: u32, row: &mut [DVec3]) {
         for gap in 0..row.len() - 1 {
             let high = on(gap + 1);
             if !low.iter().chain(&high).any(|v| v.is_nan()) {
-                let radial =
-                    dual[0] * ((high[0] - low[0]) / (prepared.radius[gap + 1] - prepared.radius[gap]));
+                let radial = dual[0] * ((high[0] - low[0]) / (prepared.radius[gap + 1] - prepared.radius[gap]));
                 for (layer, at) in [(gap, &low), (gap + 1, &high)] {
                     let across = dual[1] * (at[1] - at[0]) + dual[2] * (at[2] - at[0]);
                     row[layer] += radial + across / prepared.radius[layer];

@@ -143,11 +143,7 @@ impl FrustumInterpolant {
     /// The part from `from` to `to`, where the values are known to be `f`.
     pub fn part(&self, [from, to]: [f64; 2], f: [f64; 2]) -> FrustumInterpolant {
         let (h, x, y) = (to - from, 1.0 + self.eps * from, 1.0 + self.eps * to);
-        FrustumInterpolant {
-            f,
-            bend: self.bend * h * h * (1.0 + self.eps) / (x * x * y),
-            eps: self.eps * h / x,
-        }
+        FrustumInterpolant { f, bend: self.bend * h * h * (1.0 + self.eps) / (x * x * y), eps: self.eps * h / x }
     }
 }
 

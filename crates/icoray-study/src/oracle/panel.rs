@@ -139,13 +139,7 @@ impl Piece<'_> {
     }
 
     /// The piece's light in a lit scene: `shade` gives factor and highlight at `s`, 0 to 1, and has no kinks inside.
-    pub fn lit(
-        &self,
-        gauss: &Gauss,
-        limit: f64,
-        radiance: &mut Radiance,
-        shade: &impl Fn(f64) -> (f64, f64),
-    ) {
+    pub fn lit(&self, gauss: &Gauss, limit: f64, radiance: &mut Radiance, shade: &impl Fn(f64) -> (f64, f64)) {
         self.panels(limit, |s, h| {
             let (whole, roughness) = self.lit_panel(gauss, s, h, shade);
             let (color, transmittance) = if roughness < SMOOTH {
@@ -160,13 +154,7 @@ impl Piece<'_> {
     }
 
     /// A panel's light and transmittance, and how rough the shade is in it.
-    fn lit_panel(
-        &self,
-        gauss: &Gauss,
-        s: f64,
-        h: f64,
-        shade: &impl Fn(f64) -> (f64, f64),
-    ) -> ((DVec3, f64), f64) {
+    fn lit_panel(&self, gauss: &Gauss, s: f64, h: f64, shade: &impl Fn(f64) -> (f64, f64)) -> ((DVec3, f64), f64) {
         let panel = self.panel(gauss, s, h);
         let start = self.span.color(self.base, self.interpolant.f[0]);
         let mut color = DVec3::ZERO;
@@ -174,8 +162,7 @@ impl Piece<'_> {
         for j in 0..NODES {
             let (body, highlight) = shade(s + h * gauss.node[j]);
             (bodies[j], highlights[j]) = (body, highlight);
-            color +=
-                panel.emission[j] * ((start + self.span.color_slope * panel.change[j]) * body + highlight);
+            color += panel.emission[j] * ((start + self.span.color_slope * panel.change[j]) * body + highlight);
         }
         let roughness = gauss.roughness(&bodies).max(gauss.roughness(&highlights));
         ((color, (-panel.depth).exp()), roughness)

@@ -66,11 +66,12 @@ impl Spans {
         Spans { spans: (0..=knots.len()).map(span).collect(), knots: knots.iter().map(|k| k.value).collect() }
     }
 
-    /// Cuts a monotone course of the value, from `base + f[0]` to `base + f[1]`, at knots. Calls `piece` for each span with
-    /// the course's value, less `base`, at the end of the span, and whether it is the last; until `piece` returns false.
+    /// Cuts a monotone course of the value, from `base + f[0]` to `base + f[1]`, at knots. Calls `piece` for each span
+    /// with the course's value, less `base`, at the end of the span, and whether it is the last; until `piece`
+    /// returns false.
     ///
-    /// The first span is that of the course's start, a value on a knot being above it unless the course falls; the others
-    /// follow in order, so that no value on a knot is looked up.
+    /// The first span is that of the course's start, a value on a knot being above it unless the course falls; the
+    /// others follow in order, so that no value on a knot is looked up.
     pub fn cut(&self, base: f64, f: [f64; 2], mut piece: impl FnMut(&Span, f64, bool) -> bool) {
         let falls = f[1] < f[0];
         let mut k = self.knots.partition_point(|k| if falls { k - base < f[0] } else { k - base <= f[0] });

@@ -33,8 +33,7 @@ fn apart(a: &[[f64; 4]], b: &[[f64; 4]]) -> f64 {
 fn pictures(sphere: &Sphere, scene: &Scene, steps: usize) -> [Vec<[f64; 4]>; 3] {
     let renderer = Renderer::new(2).unwrap();
     let draw = |job: &Job| {
-        let [coarse, fine] =
-            [PANEL, 0.5 * PANEL].map(|p| Oracle::with_panel(job, p).unwrap().picture(&renderer));
+        let [coarse, fine] = [PANEL, 0.5 * PANEL].map(|p| Oracle::with_panel(job, p).unwrap().picture(&renderer));
         if steps == 0 {
             return Ok([coarse, fine, Vec::new()]);
         }
@@ -56,8 +55,7 @@ fn a_constant_field_is_the_closed_form() {
     let transfer = r#"unit_length = 1
 knots = [ { value = 0, color = "rgb(255 0 0)", extinction = 1 }, { value = 0.5, color = "rgb(0 0 255)", extinction = 3 } ]"#;
     let scene = scene(40, transfer, "core = \"rgb(0 255 0)\"\nbackground = \"transparent\"");
-    let (grid, field, renderer) =
-        (sphere.grid().unwrap(), sphere.field().unwrap(), Renderer::new(2).unwrap());
+    let (grid, field, renderer) = (sphere.grid().unwrap(), sphere.field().unwrap(), Renderer::new(2).unwrap());
     let job = Job { scene: &scene, grid: &grid, layers: &sphere.layers, field: &field };
     let oracle = Oracle::new(&job).unwrap();
     let expected = oracle.prepared.pixels(&renderer, |x, y, hint| {
@@ -116,11 +114,8 @@ fn a_linear_ramp_is_integrated_whatever_its_depth() {
 #[test]
 fn brute_force_comes_to_the_same_unlit_and_lit() {
     let sphere = Sphere::new(2, 6, [0.9, 1.5], multi_scale).unwrap();
-    let lights = [
-        ("", 1e-5),
-        ("[light]\nkind = \"headlight\"", 1e-4),
-        ("[light]\nkind = \"sun\"\nlon = 80\nlat = 10", 1e-4),
-    ];
+    let lights =
+        [("", 1e-5), ("[light]\nkind = \"headlight\"", 1e-4), ("[light]\nkind = \"sun\"\nlon = 80\nlat = 10", 1e-4)];
     for (light, bound) in lights {
         for core in ["core = \"#203040\"", "core = \"transparent\"\nbackground = \"#102030\""] {
             let scene = scene(20, &format!("{KNOTS}\n{light}"), core);
@@ -176,8 +171,8 @@ fn wide(sphere: &Sphere, radius: &[f64], values: &[f64], scene: &Scene) -> Vec<[
     Oracle::new(&job).unwrap().picture(&Renderer::new(2).unwrap())
 }
 
-/// What changes nothing in the integral changes nothing in the picture: a thousand knots on the lines between knots, and
-/// layers midway between layers with the values midway.
+/// What changes nothing in the integral changes nothing in the picture: a thousand knots on the lines between knots,
+/// and layers midway between layers with the values midway.
 #[test]
 fn redundant_knots_and_layers_change_nothing() {
     let sphere = Sphere::new(3, 9, [1.0, 1.3], multi_scale).unwrap();
@@ -202,20 +197,13 @@ fn redundant_knots_and_layers_change_nothing() {
                 let (a, b) = (knots[above - 1], knots[above]);
                 let w = (value - a.value) / (b.value - a.value);
                 let color = [0, 1, 2].map(|k| a.color[k] + w * (b.color[k] - a.color[k]));
-                knots.insert(
-                    above,
-                    Knot { value, color, extinction: a.extinction + w * (b.extinction - a.extinction) },
-                );
+                knots
+                    .insert(above, Knot { value, color, extinction: a.extinction + w * (b.extinction - a.extinction) });
             }
         }
         let many = wide(&sphere, radius, &values, &knotted);
         let d = [apart(&layered, &expected), apart(&many, &expected)];
-        println!(
-            "{} knots: layers {:.1e}, knots {:.1e}",
-            knotted.volumes[0].transfer.knots.len(),
-            d[0],
-            d[1]
-        );
+        println!("{} knots: layers {:.1e}, knots {:.1e}", knotted.volumes[0].transfer.knots.len(), d[0], d[1]);
         // Other layers round the ray's points otherwise, and where a value turns inside the spike that shows.
         let bound = if transfer == HARSH { 1e-9 } else { 1e-12 };
         assert!(d[0] < bound && d[1] < 1e-12, "{d:?}");

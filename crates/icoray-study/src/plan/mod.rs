@@ -1,7 +1,7 @@
 //! Gain and overhead of each saving of the plan.
 //!
-//! One saving is switched off at a time. Frames with and without it alternate, each with a new field, as in a running model; the
-//! minimum of their seconds counts.
+//! One saving is switched off at a time. Frames with and without it alternate, each with a new field, as in a running
+//! model; the minimum of their seconds counts.
 
 mod cases;
 

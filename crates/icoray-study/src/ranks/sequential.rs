@@ -1,7 +1,7 @@
 //! Ranks that compute one after the other, so that each has a processor for itself on a machine with fewer processors.
 //!
-//! Turns change in collective calls. Rank 0 has the last turn between two such calls: messages to it have arrived by then, and no
-//! rank waits in its turn.
+//! Turns change in collective calls. Rank 0 has the last turn between two such calls: messages to it have arrived by
+//! then, and no rank waits in its turn.
 
 use icoray::Result;
 use icoray::ranks::{LocalTeam, NodeMemory, NodeShare, Team, local_nodes};

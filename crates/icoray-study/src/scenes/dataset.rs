@@ -90,16 +90,10 @@ pub(crate) fn data_directory(given: Option<&Path>) -> PathBuf {
 
 impl LoadedDataset {
     /// Checks the grid, averages a field at corners to cells, and hands both to `work`.
-    pub fn with<R>(
-        &self,
-        renderer: &Renderer,
-        work: impl FnOnce(&PreparedDataset) -> Result<R>,
-    ) -> Result<R> {
+    pub fn with<R>(&self, renderer: &Renderer, work: impl FnOnce(&PreparedDataset) -> Result<R>) -> Result<R> {
         let (grid, layers, field) = match &self.0 {
             Source::Synthetic(sphere) => (renderer.run(|| sphere.grid())?, &sphere.layers, sphere.field()?),
-            Source::File { file, layers, field } => {
-                (renderer.run(|| file.mesh().grid())?, layers, field.field()?)
-            }
+            Source::File { file, layers, field } => (renderer.run(|| file.mesh().grid())?, layers, field.field()?),
         };
         let center = match field.location() {
             Location::Center => None,

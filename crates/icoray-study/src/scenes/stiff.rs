@@ -8,15 +8,11 @@ use std::fmt::Write as _;
 pub(crate) type Knots = fn() -> String;
 
 /// Name and knots of each transfer function; extinctions are per planet radius.
-pub(crate) const TRANSFERS: [(&str, Knots); 4] =
-    [("deep", deep), ("step", step), ("spikes", spikes), ("knots", knots)];
+pub(crate) const TRANSFERS: [(&str, Knots); 4] = [("deep", deep), ("step", step), ("spikes", spikes), ("knots", knots)];
 
 fn knot(text: &mut String, value: f64, color: [u32; 3], extinction: f64) {
     let [r, g, b] = color;
-    let _ = writeln!(
-        text,
-        "  {{ value = {value:.9}, color = \"rgb({r} {g} {b})\", extinction = {extinction} }},"
-    );
+    let _ = writeln!(text, "  {{ value = {value:.9}, color = \"rgb({r} {g} {b})\", extinction = {extinction} }},");
 }
 
 /// Clear below zero, then rising to an optical depth of about a million in a cell, colours changing all the way.

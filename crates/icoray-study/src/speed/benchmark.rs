@@ -80,8 +80,7 @@ impl<'o> Benchmark<'o> {
     /// Memory of the first frame, with the transfer function "lobes".
     fn memory_of(&self, light: Light) -> Result<u64> {
         let lobes = Case::all().find(|case| case.name == "lobes");
-        let scene =
-            lobes.map(|case| Setting { case, light, tolerance: 1e-3 }.scene(self.options)).transpose()?;
+        let scene = lobes.map(|case| Setting { case, light, tolerance: 1e-3 }.scene(self.options)).transpose()?;
         let grid = self.sphere.grid()?;
         let renderer = Renderer::new(self.reader.threads())?;
         let peak = PeakMemory::start()?;
@@ -158,8 +157,7 @@ impl<'o> Benchmark<'o> {
     }
 
     fn keep(&self, setting: &Setting, frame: &Frame) -> Result<()> {
-        let name =
-            format!("{}_{}_{}_{:e}.png", self.size, setting.case.name, setting.light, setting.tolerance);
+        let name = format!("{}_{}_{}_{:e}.png", self.size, setting.case.name, setting.light, setting.tolerance);
         let path = self.options.out.join(name);
         icoray::output::write_picture(&path, frame).map(drop).map_err(|e| io_error(&path, e))
     }

@@ -32,9 +32,8 @@ pub(super) struct Setting {
 impl Setting {
     pub fn scene(&self, options: &Options) -> Result<Scene> {
         let (tolerance, precision) = (self.tolerance, &options.precision);
-        let rest = |method: &str| {
-            format!("method = \"{method}\"\nprecision = \"{precision}\"\ntolerance = {tolerance:e}")
-        };
+        let rest =
+            |method: &str| format!("method = \"{method}\"\nprecision = \"{precision}\"\ntolerance = {tolerance:e}");
         match self.case.opacity {
             Some(opacity) => {
                 let light = if self.light == Light::Lit { multi_scale::HEADLIGHT } else { "" };
@@ -56,8 +55,7 @@ impl Options {
         let find = |name: &String| {
             Case::all().find(|case| case.name == name).ok_or_else(|| {
                 let there: Vec<_> = Case::all().map(|case| case.name).collect();
-                let context =
-                    format!("there is no transfer function {name}; expected of {}", there.join(", "));
+                let context = format!("there is no transfer function {name}; expected of {}", there.join(", "));
                 Error::new(ErrorKind::Argument, context)
             })
         };

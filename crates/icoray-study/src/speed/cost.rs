@@ -1,7 +1,7 @@
 //! Bytes that rays read of tables and field.
 //!
-//! Counted by hand in the kernel and multiplied by the numbers of columns and frusta. All reads count, including those that caches
-//! serve. Data that all rays share (layers, transfer function) and the preparation of frames do not count.
+//! Counted by hand in the kernel and multiplied by the numbers of columns and frusta. All reads count, including those
+//! that caches serve. Data that all rays share (layers, transfer function) and the preparation of frames do not count.
 
 use icoray::Counts;
 
@@ -29,9 +29,8 @@ mod tests {
 
     #[test]
     fn columns_frusta_leaps_and_light_are_paid_for() {
-        let of = |columns, frusta, leaps, is_lit| {
-            bytes(&Counts { columns, frusta, ..Counts::default() }, leaps, is_lit)
-        };
+        let of =
+            |columns, frusta, leaps, is_lit| bytes(&Counts { columns, frusta, ..Counts::default() }, leaps, is_lit);
         assert_eq!(of(3, 0, false, false), 3 * 40);
         assert_eq!(of(3, 0, true, false), 3 * 44);
         assert_eq!(of(3, 5, false, false), 3 * 40 + 10 * 12);

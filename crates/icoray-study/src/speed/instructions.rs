@@ -1,7 +1,7 @@
 //! Instructions per frustum, counted by perf or, without access to hardware counters, by valgrind.
 //!
-//! The study runs itself on a small grid with one frame and with none; the difference is a frame with its preparation. Valgrind
-//! supports AVX2 at most.
+//! The study runs itself on a small grid with one frame and with none; the difference is a frame with its preparation.
+//! Valgrind supports AVX2 at most.
 
 use super::case::Setting;
 use super::options::{Light, Options, Size};

@@ -127,8 +127,7 @@ impl Measured<'_> {
     /// Frusta per second on the first number of threads, unlit, at the first tolerance.
     fn rates(&self) -> String {
         let (options, names) = (self.options, self.names(true));
-        let (Some(threads), Some(tolerance)) = (options.threads.first(), options.tolerance.first().copied())
-        else {
+        let (Some(threads), Some(tolerance)) = (options.threads.first(), options.tolerance.first().copied()) else {
             return String::new();
         };
         let mut text = format!(

@@ -1,8 +1,8 @@
-//! Seconds per frame and memory bandwidth: the paper's Table 2 scene, a multi-scale field under four transfer functions of 16
-//! knots, on grids of several sizes, with and without light.
+//! Seconds per frame and memory bandwidth: the paper's Table 2 scene, a multi-scale field under four transfer functions
+//! of 16 knots, on grids of several sizes, with and without light.
 //!
-//! Each frame has a new field, as in a running model, so nothing derived from values is reused. Frames on one and on several cores
-//! alternate, so that noise affects both.
+//! Each frame has a new field, as in a running model, so nothing derived from values is reused. Frames on one and on
+//! several cores alternate, so that noise affects both.
 
 pub use options::Options;
 
@@ -27,8 +27,8 @@ mod table;
 /// Measures, prints a line per scene and number of threads, and writes `speed.csv`, `speed.md` and pictures.
 ///
 /// # Errors
-/// [`icoray::ErrorKind::Argument`] for an unknown transfer function; whatever the library says; [`icoray::ErrorKind::Io`] when a result
-/// cannot be written.
+/// [`icoray::ErrorKind::Argument`] for an unknown transfer function; whatever the library says;
+/// [`icoray::ErrorKind::Io`] when a result cannot be written.
 pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
     let settings = options.settings()?;
     if options.bare {
@@ -46,9 +46,7 @@ pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
         setups.push(benchmark.setup.clone());
         memory.extend(benchmark.memory.iter().map(|(light, bytes)| (size, *light, *bytes)));
         let grid = benchmark.sphere.grid()?;
-        bar.suspend(|| {
-            say!(out, "{}", benchmark.setup.line()).and_then(|()| say!(out, "{}", table::HEADING))
-        })?;
+        bar.suspend(|| say!(out, "{}", benchmark.setup.line()).and_then(|()| say!(out, "{}", table::HEADING)))?;
         for setting in &settings {
             bar.set_message(format!("{size} {} {}", setting.light, setting.case.name));
             for row in benchmark.rows(&grid, setting)? {

@@ -51,7 +51,8 @@ pub struct Options {
     /// Directory of speed.csv, speed.md and pictures.
     #[arg(long, default_value = "out/speed")]
     pub out: PathBuf,
-    /// A file in which the tables take the place of those between its lines `<!-- icoray-study speed -->` and `<!-- end -->`.
+    /// A file in which the tables take the place of those between its lines `<!-- icoray-study speed -->` and `<!--
+    /// end -->`.
     #[arg(long)]
     pub readme: Option<PathBuf>,
 }

@@ -1,8 +1,8 @@
 //! Double-double numbers: the unevaluated sum of two f64, about 31 decimal digits.
 //!
-//! The algorithms are those of Joldes, Muller and Popescu, "Tight and rigorous error bounds for basic building blocks of
-//! double-word arithmetic" (2017). The crate `twofloat` 0.8 has them too, but its division is good to 1e-16 only (the
-//! residual is formed without a fused multiply-add) and its exponential to 2e-11.
+//! The algorithms are those of Joldes, Muller and Popescu, "Tight and rigorous error bounds for basic building blocks
+//! of double-word arithmetic" (2017). The crate `twofloat` 0.8 has them too, but its division is good to 1e-16 only
+//! (the residual is formed without a fused multiply-add) and its exponential to 2e-11.
 
 use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub};
 use std::sync::LazyLock;

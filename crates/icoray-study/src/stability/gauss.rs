@@ -41,8 +41,7 @@ impl<const N: usize> Gauss<N> {
             rule.node[i] = half * (Dd::ONE + x);
             rule.weight[i] = Dd::ONE / ((Dd::ONE - x * x) * slope * slope);
         }
-        let inside =
-            |i: usize, j: usize, k: usize| rule.weight[k] * rule.lagrange(j, rule.node[i] * rule.node[k]);
+        let inside = |i: usize, j: usize, k: usize| rule.weight[k] * rule.lagrange(j, rule.node[i] * rule.node[k]);
         let sum = |i: usize, j: usize| (0..N).fold(Dd::ZERO, |sum, k| sum + inside(i, j, k));
         let partial = from_fn(|i| from_fn(|j| rule.node[i] * sum(i, j)));
         Gauss { partial, ..rule }

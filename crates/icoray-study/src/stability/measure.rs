@@ -9,8 +9,7 @@ use rayon::prelude::*;
 use std::ops::ControlFlow;
 
 /// Precision and tolerance of each picture.
-pub const RUNS: [(Precision, f64); 3] =
-    [(Precision::F64, 1e-9), (Precision::F32, 1e-6), (Precision::F32, 1e-3)];
+pub const RUNS: [(Precision, f64); 3] = [(Precision::F64, 1e-9), (Precision::F32, 1e-6), (Precision::F32, 1e-3)];
 
 /// Errors above which a ray is tested for ill-posedness, per run.
 const SUSPECT: [f64; 3] = [1e-9, 1e-5, 1e-3];
@@ -134,8 +133,8 @@ impl CaseCheck<'_> {
         Ok(run)
     }
 
-    /// Change of the exact colour if the eye moves by four units in the last place and, in f32, if values change by one, relative to
-    /// the range of the transfer function.
+    /// Change of the exact colour if the eye moves by four units in the last place and, in f32, if values change by
+    /// one, relative to the range of the transfer function.
     fn sensitivity(&self, ray: &Ray, exact: &[f64; 4], precision: Precision) -> Result<f64> {
         let step = 4.0 * f64::EPSILON * ray.eye.length().max(1.0);
         let (x, y) = ray.dir.any_orthonormal_pair();
@@ -152,8 +151,8 @@ impl CaseCheck<'_> {
         Ok(max)
     }
 
-    /// Whether the traversal misses a part of the ray between outermost and innermost layer. Parts within rounding of the shell's
-    /// surfaces do not count.
+    /// Whether the traversal misses a part of the ray between outermost and innermost layer. Parts within rounding of
+    /// the shell's surfaces do not count.
     fn is_lost(&self, ray: &Ray, way: &[truth::Stretch]) -> bool {
         let walked = self.walked(ray);
         let size = 1.0 + ray.eye.length();

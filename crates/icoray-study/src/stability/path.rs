@@ -1,7 +1,7 @@
 //! The path of a ray in double-double, by intersection with the cone of every triangle.
 //!
-//! There is no traversal: all triangles are tested in f64 with a margin, and candidates are solved in double-double. The parts
-//! found must cover the ray without a gap.
+//! There is no traversal: all triangles are tested in f64 with a margin, and candidates are solved in double-double.
+//! The parts found must cover the ray without a gap.
 
 use super::dd::Dd;
 use glam::DVec3;
@@ -124,11 +124,8 @@ fn range(ray: &Ray, outer: f64, inner: Option<f64>) -> Option<[f64; 2]> {
     let half = ((outer + margin) * (outer + margin) - closest * closest).max(0.0).sqrt();
     // Facets lie inside their sphere, by less than a half on any mesh that is used here.
     let floor = 0.5 * inner.unwrap_or(0.0);
-    let end = if closest < floor && along > 0.0 {
-        along - (floor * floor - closest * closest).sqrt()
-    } else {
-        along + half
-    };
+    let end =
+        if closest < floor && along > 0.0 { along - (floor * floor - closest * closest).sqrt() } else { along + half };
     let start = (along - half).max(0.0);
     (half > 0.0 && start < end).then_some([start, end])
 }

@@ -49,8 +49,7 @@ impl FrustumInterpolant {
     pub fn solve(&self, v: Dd, found: &mut Vec<Dd>) {
         let above = self.start - v;
         let two = Dd::from(2.0);
-        let (a, b, c) =
-            (self.end - two * self.bend, two * self.bend + above * self.rise, above * self.height);
+        let (a, b, c) = (self.end - two * self.bend, two * self.bend + above * self.rise, above * self.height);
         let root = b * b - Dd::from(4.0) * a * c;
         if root < Dd::ZERO {
             return;
@@ -172,13 +171,7 @@ impl Radiance {
     }
 
     /// Adds a frustum in which the ray has the given length.
-    pub fn pass(
-        &mut self,
-        rule: &Gauss<NODES>,
-        transfer: &Transfer,
-        interpolant: &FrustumInterpolant,
-        length: Dd,
-    ) {
+    pub fn pass(&mut self, rule: &Gauss<NODES>, transfer: &Transfer, interpolant: &FrustumInterpolant, length: Dd) {
         for pair in transfer.cuts(interpolant).windows(2) {
             if pair[1] > pair[0] && !self.is_opaque() {
                 let middle = interpolant.value((pair[0] + pair[1]) / 2.0);
@@ -198,8 +191,7 @@ impl Radiance {
         if band.level[3] == Dd::ZERO && band.slope[3] == Dd::ZERO {
             return;
         }
-        let relative =
-            (interpolant.rise.abs() / interpolant.height.min(interpolant.height(Dd::ONE))).to_f64();
+        let relative = (interpolant.rise.abs() / interpolant.height.min(interpolant.height(Dd::ONE))).to_f64();
         let longest = Dd::from((STEP_RISE / relative.max(STEP_RISE)).min(1.0));
         let (mut at, mut step) = (from, longest);
         while at < to && !self.is_opaque() {
@@ -219,14 +211,7 @@ impl Radiance {
     }
 
     /// One step: optical depth up to each node by the rule's partial weights, then emission over all.
-    fn step(
-        &mut self,
-        rule: &Gauss<NODES>,
-        band: &Band,
-        checks: &[Dd; NODES],
-        depths: &[Dd; NODES],
-        whole: Dd,
-    ) {
+    fn step(&mut self, rule: &Gauss<NODES>, band: &Band, checks: &[Dd; NODES], depths: &[Dd; NODES], whole: Dd) {
         for i in 0..NODES {
             let before = dot(&rule.partial[i], depths);
             let emission = self.transmittance * rule.weight[i] * depths[i] * (Dd::ONE - before.alpha());

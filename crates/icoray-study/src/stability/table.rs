@@ -42,9 +42,8 @@ pub fn rows(rows: &[Row]) -> String {
 }
 
 fn head() -> String {
-    let [a, b, c] = RUNS.map(|(precision, tolerance)| {
-        format!("{} at {tolerance:.0e}", format!("{precision:?}").to_lowercase())
-    });
+    let [a, b, c] =
+        RUNS.map(|(precision, tolerance)| format!("{} at {tolerance:.0e}", format!("{precision:?}").to_lowercase()));
     format!(
         "| case | rays | {a} | {b} | {c} | bound {a} | bound {b} | bound {c} | over bound | not finite | lost |\n\
          |---|---|---|---|---|---|---|---|---|---|---|"

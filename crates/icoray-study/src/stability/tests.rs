@@ -21,8 +21,7 @@ fn scene(knots: &str) -> Scene {
 
 fn rays() -> Vec<Ray> {
     let eye = DVec3::new(2.0, 1.3, -0.7);
-    let aims =
-        [DVec3::ZERO, DVec3::new(0.3, 0.9, -0.1), DVec3::new(-0.2, 0.4, 1.1), DVec3::new(0.1, -0.9, 0.2)];
+    let aims = [DVec3::ZERO, DVec3::new(0.3, 0.9, -0.1), DVec3::new(-0.2, 0.4, 1.1), DVec3::new(0.1, -0.9, 0.2)];
     aims.map(|aim| Ray { eye, dir: (aim - eye).normalize() }).to_vec()
 }
 
@@ -31,9 +30,8 @@ fn rays() -> Vec<Ray> {
 fn stability_reference_is_the_closed_form_where_all_is_constant() {
     let sphere = Sphere::new(2, 4, [1.0, 1.6], |_| 0.25).unwrap();
     let (grid, field) = (sphere.grid().unwrap(), sphere.field().unwrap());
-    let scene = scene(
-        "{ value = 0, color = \"white\", extinction = 1 }, { value = 1, color = \"white\", extinction = 3 }",
-    );
+    let scene =
+        scene("{ value = 0, color = \"white\", extinction = 1 }, { value = 1, color = \"white\", extinction = 3 }");
     let truth = Truth::new(&grid, &field, sphere.layers.radius_m(), false, &scene);
     for ray in rays() {
         let stretches = truth.stretches(&ray).unwrap();
@@ -71,9 +69,7 @@ fn stability_reference_agrees_with_tiny_steps() {
 /// Layers that repeat are refused; falling ones are turned round (the suite draws them).
 #[test]
 fn stability_of_layer_orders() {
-    for bad in
-        [vec![1.0, 1.1, 1.1], vec![1.0, 1.0], vec![1.2, 1.1, 1.1], vec![1.0, 1.1, 1.05], vec![1.2, 1.1, 1.15]]
-    {
+    for bad in [vec![1.0, 1.1, 1.1], vec![1.0, 1.0], vec![1.2, 1.1, 1.1], vec![1.0, 1.1, 1.05], vec![1.2, 1.1, 1.15]] {
         assert!(Layers::new(bad.clone(), 1.0).is_err(), "{bad:?}");
     }
     let falling = Layers::new(vec![1.2, 1.1, 1.0], 1.0).unwrap();
@@ -109,10 +105,7 @@ fn stability_suite_holds_its_limits() {
     let seen: usize = rows.iter().map(|row| row.seen).sum();
     assert!(rows.len() >= 200 && seen > 15_000, "{} cases, {seen} rays that see something", rows.len());
     for row in &rows {
-        assert!(
-            row.run.iter().all(|run| run.over_bound == 0),
-            "a pixel is farther off than it says: {row:?}"
-        );
+        assert!(row.run.iter().all(|run| run.over_bound == 0), "a pixel is farther off than it says: {row:?}");
     }
     earth(&rows);
 }
@@ -141,10 +134,7 @@ fn stability_page_lists_the_cases() {
         let grid = Grid::new(mesh.tables()).unwrap();
         for case in cases::on(&CaseMesh { level, grid: &grid }).unwrap() {
             let line = format!("| {} | {} |", case.name, case.scene.width * case.scene.height);
-            assert!(
-                page.contains(&line),
-                "{path} lacks {line}; icoray-study stability --large --out writes it anew"
-            );
+            assert!(page.contains(&line), "{path} lacks {line}; icoray-study stability --large --out writes it anew");
         }
     }
 }

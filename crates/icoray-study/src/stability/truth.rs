@@ -42,13 +42,7 @@ pub fn pixel_error(pixel: [f32; 4], exact: &[f64; 4]) -> f64 {
 
 impl<'a> Truth<'a> {
     /// `radius` are the layers' radii in planet radii, rising; `falling` when the field's first layer is the highest.
-    pub fn new(
-        grid: &'a Grid<'a>,
-        field: &'a Field<'a>,
-        radius: &'a [f64],
-        falling: bool,
-        scene: &Scene,
-    ) -> Self {
+    pub fn new(grid: &'a Grid<'a>, field: &'a Field<'a>, radius: &'a [f64], falling: bool, scene: &Scene) -> Self {
         let transfer = Transfer::new(scene, radius);
         let (core, rule, shift) = (scene.core, Gauss::rule(), Dd::ZERO);
         Truth { grid, field, radius, transfer, core, rule, falling, shift }

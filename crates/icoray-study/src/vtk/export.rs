@@ -6,7 +6,8 @@ use icoray::{Result, Scene};
 use std::fmt::Write as _;
 use std::path::Path;
 
-/// Writes `scene.txt`, a line of numbers behind a name; `directions.f64`, `triangles.i32` and `values.f32`, little-endian.
+/// Writes `scene.txt`, a line of numbers behind a name; `directions.f64`, `triangles.i32` and `values.f32`,
+/// little-endian.
 pub(super) fn write(directory: &Path, scene: &Scene, sphere: &Sphere) -> Result<()> {
     let put = |name: &str, bytes: Vec<u8>| write_file(&directory.join(name), bytes);
     let grid = sphere.grid()?;

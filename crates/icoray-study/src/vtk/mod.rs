@@ -1,8 +1,8 @@
 //! Comparison with VTK's volume renderers on the same field as explicit wedges or tetrahedra.
 //!
-//! VTK is installed from PyPI into a virtual environment; each of its renderers runs in its own process. All have the same linear
-//! colours and extinctions, one thread by default, a black background and a hollow planet, and are compared with the oracle's
-//! picture. VTK's pictures have 8 bits per channel: an RMSE of 0.001 is rounding.
+//! VTK is installed from PyPI into a virtual environment; each of its renderers runs in its own process. All have the
+//! same linear colours and extinctions, one thread by default, a black background and a hollow planet, and are compared
+//! with the oracle's picture. VTK's pictures have 8 bits per channel: an RMSE of 0.001 is rounding.
 
 mod export;
 mod options;
@@ -140,14 +140,7 @@ impl<'o> Model<'o> {
         self.row(renderer, seconds, memory as u64, wedges as u64, &pixels).map(Ok)
     }
 
-    fn row(
-        &self,
-        renderer: &str,
-        seconds: Seconds,
-        memory: u64,
-        wedges: u64,
-        pixels: &[[f32; 4]],
-    ) -> Result<Row> {
+    fn row(&self, renderer: &str, seconds: Seconds, memory: u64, wedges: u64, pixels: &[[f32; 4]]) -> Result<Row> {
         let comparison = Comparison::new(pixels, &self.truth);
         self.sheet(renderer, pixels)?;
         let (level, transfer, renderer) = (self.level, self.transfer, renderer.to_owned());

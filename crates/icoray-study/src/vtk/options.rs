@@ -23,7 +23,8 @@ pub struct Options {
     /// Threads; VTK's z-sweep has one.
     #[arg(long, default_value_t = 1)]
     pub threads: usize,
-    /// Frames of the same values and of new ones; the first one of VTK sorts and splits, the least of the others is reported.
+    /// Frames of the same values and of new ones; the first one of VTK sorts and splits, the least of the others is
+    /// reported.
     #[arg(long, default_value_t = 3)]
     pub frames: usize,
     /// GiB that a VTK process may have; where it does not fit, that is reported.
@@ -38,7 +39,8 @@ pub struct Options {
     /// Directory for VTK's environment, vtk.csv, vtk.md and the pictures.
     #[arg(long, default_value = "out/vtk")]
     pub out: PathBuf,
-    /// A file in which the tables take the place of those between its lines `<!-- icoray-study vtk -->` and `<!-- end -->`.
+    /// A file in which the tables take the place of those between its lines `<!-- icoray-study vtk -->` and
+    /// `<!-- end -->`.
     #[arg(long)]
     pub readme: Option<PathBuf>,
 }

@@ -51,13 +51,7 @@ impl Environment {
     }
 
     /// Renders the model in `directory` with one of VTK's renderers, in its own process.
-    pub fn draw(
-        &self,
-        directory: &Path,
-        renderer: &str,
-        options: &Options,
-        picture: &Path,
-    ) -> Result<Outcome> {
+    pub fn draw(&self, directory: &Path, renderer: &str, options: &Options, picture: &Path) -> Result<Outcome> {
         let bytes = (options.memory * f64::from(1 << 30)) as u64;
         let log = directory.join(format!("{renderer}.log"));
         let output = std::fs::File::create(&log).map_err(|e| io_error(&log, e))?;

@@ -14,7 +14,8 @@ pub(super) struct Row {
     pub seconds: Seconds,
     /// Peak bytes beyond the model's arrays.
     pub memory: u64,
-    /// Bytes that icoray derived from grid and field, which is all memory that grows with these; unknown for other renderers.
+    /// Bytes that icoray derived from grid and field, which is all memory that grows with these; unknown for other
+    /// renderers.
     pub derived: Option<u64>,
     pub wedges: u64,
     pub comparison: Comparison,

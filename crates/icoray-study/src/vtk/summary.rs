@@ -69,14 +69,11 @@ pub(super) fn summary(rows: &[Row], options: &Options, failures: &[String]) -> S
         "\nTimes icoray's:\n\n| | frame | frame of new values | preparation | bytes per wedge |\n|---|---|---|---|---|\n",
     );
     let ours = Line::of(rows, OURS);
-    let drew: Vec<&String> =
-        renderers.iter().filter(|name| rows.iter().any(|row| row.renderer == **name)).collect();
+    let drew: Vec<&String> = renderers.iter().filter(|name| rows.iter().any(|row| row.renderer == **name)).collect();
     for renderer in &drew {
         let ratio = |seconds: fn(&Row) -> f64| span(&ratios(rows, renderer, seconds));
-        let memory =
-            ours.zip(Line::of(rows, renderer)).map(|(ours, theirs)| theirs.per_wedge / ours.per_wedge);
-        let memory =
-            memory.filter(|times| *times > 0.0).map_or_else(|| "-".into(), |times| format!("{times:.0}"));
+        let memory = ours.zip(Line::of(rows, renderer)).map(|(ours, theirs)| theirs.per_wedge / ours.per_wedge);
+        let memory = memory.filter(|times| *times > 0.0).map_or_else(|| "-".into(), |times| format!("{times:.0}"));
         let _ = writeln!(
             text,
             "| {renderer} | {} | {} | {} | {memory} |",
@@ -97,8 +94,7 @@ pub(super) fn summary(rows: &[Row], options: &Options, failures: &[String]) -> S
 /// Ratios for each picture that both rendered.
 fn ratios(rows: &[Row], renderer: &str, seconds: fn(&Row) -> f64) -> Vec<f64> {
     let pairs = rows.iter().filter(|row| row.renderer == *renderer).filter_map(|theirs| {
-        let is_ours =
-            |row: &&Row| row.renderer == OURS && row.level == theirs.level && row.transfer == theirs.transfer;
+        let is_ours = |row: &&Row| row.renderer == OURS && row.level == theirs.level && row.transfer == theirs.transfer;
         Some((rows.iter().find(is_ours)?, theirs))
     });
     pairs.map(|(ours, theirs)| seconds(theirs) / seconds(ours)).collect()

@@ -1,4 +1,5 @@
-//! Pictures of meshes with holes against brute force over all triangles in double-double, and a real ocean without land.
+//! Pictures of meshes with holes against brute force over all triangles in double-double, and a real ocean without
+//! land.
 
 use glam::DVec3;
 use icoray::{Field, Grid, IcosahedralMesh, Layers, Location, Renderer, Scene, Shape, Stretch, Traversal};
@@ -109,15 +110,8 @@ fn an_ocean_without_land_is_drawn_exactly() {
         assert!(frusta == 0 || frusta == RADIUS.len() - 1, "{frusta} frusta at {lon}, {lat}");
         frusta > 0
     };
-    let water = [
-        (-150.0, 0.0),
-        (-30.0, 0.0),
-        (80.0, -20.0),
-        (-140.0, 40.0),
-        (100.0, -50.0),
-        (170.0, -30.0),
-        (-20.0, -40.0),
-    ];
+    let water =
+        [(-150.0, 0.0), (-30.0, 0.0), (80.0, -20.0), (-140.0, 40.0), (100.0, -50.0), (170.0, -30.0), (-20.0, -40.0)];
     let land = [
         (22.0, 3.0),
         (20.0, 22.0),

@@ -76,10 +76,7 @@ fn fig9_has_a_rate_for_each_method_and_step() {
     let rows = rows(&directory.path().join("fig9.csv"));
     assert_eq!(rows.len(), 6);
     assert!(rows.iter().all(|row| row["frames_per_s"].parse::<f64>().unwrap() > 0.0));
-    assert!(is_chart(
-        &directory.path().join("fig9_low_lobes.svg"),
-        &["wedges", "tetrahedra", "planet radius"]
-    ));
+    assert!(is_chart(&directory.path().join("fig9_low_lobes.svg"), &["wedges", "tetrahedra", "planet radius"]));
 }
 
 #[test]
@@ -115,8 +112,7 @@ fn speed_measures_each_scene_on_each_number_of_threads_and_fills_in_a_readme() {
     let at = |name: &str| directory.path().join(name);
     std::fs::write(at("README.md"), "a\n<!-- icoray-study speed -->\nold\n<!-- end -->\nb\n").unwrap();
     let readme = at("README.md");
-    let words =
-        ["speed", "--sizes", "3x5,2x9", "--pixels", "32", "--frames", "2", "--uncounted", "--tables", "1"];
+    let words = ["speed", "--sizes", "3x5,2x9", "--pixels", "32", "--frames", "2", "--uncounted", "--tables", "1"];
     let words = [&words[..], &["--readme", readme.to_str().unwrap()]].concat();
     let printed = run(&words, directory.path());
     let rows = rows(&at("speed.csv"));
@@ -124,16 +120,10 @@ fn speed_measures_each_scene_on_each_number_of_threads_and_fills_in_a_readme() {
     assert_eq!(rows.len(), 2 * (4 * 2 * 2 + 1) * 2);
     for row in &rows {
         let number = |key: &str| row[key].parse::<f64>().unwrap();
-        assert!(
-            number("frame_least_s") > 0.0 && number("frame_least_s") <= number("frame_median_s"),
-            "{row:?}"
-        );
+        assert!(number("frame_least_s") > 0.0 && number("frame_least_s") <= number("frame_median_s"), "{row:?}");
         assert!(number("prepare_s") + number("render_s") <= number("frame_least_s") + 1e-5, "{row:?}");
         assert!(number("frusta_crossed") >= number("frusta_read") && number("frusta_read") > 0.0, "{row:?}");
-        assert!(
-            number("bytes_read") > 12.0 * number("frusta_read") && number("bandwidth_percent") > 0.0,
-            "{row:?}"
-        );
+        assert!(number("bytes_read") > 12.0 * number("frusta_read") && number("bandwidth_percent") > 0.0, "{row:?}");
     }
     let find = |transfer: &str, threads: &str| {
         let is = |row: &&HashMap<String, String>| {
@@ -144,16 +134,11 @@ fn speed_measures_each_scene_on_each_number_of_threads_and_fills_in_a_readme() {
     // No ray ends early where nothing is integrated, and dense has nothing to leap over.
     let (walk, dense, opaque) = (find("walk", "1"), find("dense", "1"), find("opaque", "1"));
     assert_eq!(walk["frusta_read"], dense["frusta_read"]);
-    assert!(
-        opaque["frusta_crossed"].parse::<u64>().unwrap() < dense["frusta_crossed"].parse::<u64>().unwrap()
-    );
+    assert!(opaque["frusta_crossed"].parse::<u64>().unwrap() < dense["frusta_crossed"].parse::<u64>().unwrap());
     assert_eq!(find("thin", "1")["frusta_read"], find("thin", "2")["frusta_read"]);
     let text = std::fs::read_to_string(at("speed.md")).unwrap();
     assert!(text.contains("| `icoray-study speed` | dense | lobes | thin shell | opaque |"), "{text}");
-    assert!(
-        text.contains("| 642 cells × 5 layers, lit, tolerance 1e-2 |") && printed.contains(&text),
-        "{text}"
-    );
+    assert!(text.contains("| 642 cells × 5 layers, lit, tolerance 1e-2 |") && printed.contains(&text), "{text}");
     assert!(text.contains("\n| 1 | 42 | "), "{text}");
     let readme = std::fs::read_to_string(readme).unwrap();
     let expected = format!("a\n<!-- icoray-study speed -->\n{text}<!-- end -->\nb\n");

@@ -89,8 +89,8 @@ fn columns(job: &Job) -> Option<(&Arc<Decomposition>, &Columns)> {
     }
 }
 
-/// The fields that a job needs, where it can be rendered of `fields`. Where ranks have columns, that is known once they are
-/// put together.
+/// The fields that a job needs, where it can be rendered of `fields`. Where ranks have columns, that is known once they
+/// are put together.
 pub(super) fn needed<'f>(job: &Job, fields: &Fields<'f>) -> Result<Fields<'f>> {
     let needed = fields.needed_by(&job.scene)?;
     if let (Some(first), None) = (needed.each().next(), columns(job)) {

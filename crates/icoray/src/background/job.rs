@@ -49,13 +49,13 @@ pub struct Drawn {
     pub view: Option<String>,
     /// Whether it is the first one of those that were handed over together.
     pub is_first: bool,
-    /// What it cost and met, or why it was not drawn. `write_s` is 0: it has yet to be written, and what comes of that is
-    /// an outcome of the [`Writer`](icoray_output::writer::Writer).
+    /// What it cost and met, or why it was not drawn. `write_s` is 0: it has yet to be written, and what comes of that
+    /// is an outcome of the [`Writer`](icoray_output::writer::Writer).
     pub result: Result<FrameReport>,
     /// The frame that the writer dropped for this one.
     pub dropped: Option<Stamp>,
-    /// Whether all ranks have the same result or the same error. What only this rank has is a panic outside of the phases
-    /// of a frame, of which others hear as of a frame that was broken off.
+    /// Whether all ranks have the same result or the same error. What only this rank has is a panic outside of the
+    /// phases of a frame, of which others hear as of a frame that was broken off.
     pub is_of_all: bool,
 }
 

@@ -147,8 +147,7 @@ fn what_is_wrong_with_a_job_is_known_at_once() {
     let stage = Stage::new();
     let mut background = stage.background();
     let field = stage.field(1);
-    let few =
-        Field::new((&[0.5; 15][..]).into(), Shape::level_fastest(5, 3), Location::Center, None).unwrap();
+    let few = Field::new((&[0.5; 15][..]).into(), Shape::level_fastest(5, 3), Location::Center, None).unwrap();
     assert_eq!(background.submit(stage.job(1), &few).unwrap_err().kind(), ErrorKind::Field);
     background.submit(stage.job(1), &field).unwrap();
     // Drawn, perhaps waiting to be written, perhaps written.
@@ -164,16 +163,15 @@ fn a_frame_waits_for_the_one_before_and_a_panic_is_an_outcome() {
     let stage = Stage::new();
     let (renderer, writer) = (Arc::clone(&stage.renderer), Arc::clone(&stage.writer));
     let (gate, passed) = channel::<()>();
-    let mut background =
-        Background::with(renderer, writer, Ranks::alone(), None, move |_, job, copies, _| {
-            passed.recv().unwrap();
-            match job.stamp.step {
-                1 => panic!("bad luck"),
-                2 => Err(Error::new(ErrorKind::Field, "no luck")),
-                _ => Ok((FrameReport { missing_values: copies.bytes(), ..FrameReport::default() }, None)),
-            }
-        })
-        .unwrap();
+    let mut background = Background::with(renderer, writer, Ranks::alone(), None, move |_, job, copies, _| {
+        passed.recv().unwrap();
+        match job.stamp.step {
+            1 => panic!("bad luck"),
+            2 => Err(Error::new(ErrorKind::Field, "no luck")),
+            _ => Ok((FrameReport { missing_values: copies.bytes(), ..FrameReport::default() }, None)),
+        }
+    })
+    .unwrap();
     let field = stage.field(1);
     assert_eq!(background.submit(stage.job(1), &field).unwrap().waited_s, 0.0);
     assert!(background.take_outcomes().kept.is_empty());
@@ -214,28 +212,24 @@ fn all_that_a_scene_needs_is_copied_and_nothing_else() {
     stage.scene = Arc::new(rich(&stage.scene));
     let (renderer, writer) = (Arc::clone(&stage.renderer), Arc::clone(&stage.writer));
     let (tell, told) = channel();
-    let mut background =
-        Background::with(renderer, writer, Ranks::alone(), None, move |_, _, copies, accepted| {
-            let fields = copies.fields()?;
-            let named = fields.iter().chain(fields.heights().map(|heights| ("heights", heights)));
-            let seen = named.map(|(name, field)| (name.to_owned(), field.location(), field.range().0));
-            tell.send((seen.collect::<Vec<_>>(), accepted.bytes_copied)).unwrap();
-            Ok((FrameReport::default(), None))
-        })
-        .unwrap();
+    let mut background = Background::with(renderer, writer, Ranks::alone(), None, move |_, _, copies, accepted| {
+        let fields = copies.fields()?;
+        let named = fields.iter().chain(fields.heights().map(|heights| ("heights", heights)));
+        let seen = named.map(|(name, field)| (name.to_owned(), field.location(), field.range().0));
+        tell.send((seen.collect::<Vec<_>>(), accepted.bytes_copied)).unwrap();
+        Ok((FrameReport::default(), None))
+    })
+    .unwrap();
     let (cells, corners) = (stage.grid.cells(), stage.grid.triangles());
     for step in 1..=3 {
         let level = step as f64;
         let mut center = vec![level; 3 * cells];
         let mut corner = vec![-level as f32; 3 * corners];
-        let at_centers =
-            Field::new(center.as_slice().into(), Shape::cell_fastest(cells, 3), Location::Center, None);
-        let at_corners =
-            Field::new(corner.as_slice().into(), Shape::level_fastest(corners, 3), Location::Corner, None);
+        let at_centers = Field::new(center.as_slice().into(), Shape::cell_fastest(cells, 3), Location::Center, None);
+        let at_corners = Field::new(corner.as_slice().into(), Shape::level_fastest(corners, 3), Location::Corner, None);
         let (at_centers, at_corners) = (at_centers.unwrap(), at_corners.unwrap());
-        let fields =
-            Fields::new([("more", at_centers), ("t", at_corners), ("q", at_centers), ("u", at_centers)])
-                .with_heights(at_centers);
+        let fields = Fields::new([("more", at_centers), ("t", at_corners), ("q", at_centers), ("u", at_centers)])
+            .with_heights(at_centers);
         background.submit(stage.job(step), fields).unwrap();
         // The model computes on.
         center.fill(f64::NAN);
@@ -320,7 +314,6 @@ fn frames_of_a_step_are_drawn_of_one_copy() {
     assert_eq!(said, [(true, accepted.bytes_copied), (false, 0), (false, 0)]);
     // Names of the step before are taken; nothing is copied where nothing is left.
     let mut refused = Vec::new();
-    let accepted =
-        background.submit_all(&mut Ranks::alone(), vec![job("q", "a")], fields(), &mut refused).unwrap();
+    let accepted = background.submit_all(&mut Ranks::alone(), vec![job("q", "a")], fields(), &mut refused).unwrap();
     assert_eq!((accepted.bytes_copied, refused[0].1.kind()), (0, ErrorKind::Exists));
 }

@@ -14,8 +14,8 @@ const MAX_STEPS: usize = 64;
 #[derive(Debug, Default)]
 pub(super) struct FirstFrames(Mutex<Vec<FirstFrame>>);
 
-/// A field is known by what it is made of, the model's name of it in the end, and by its shape: one of another shape has a first
-/// frame of its own.
+/// A field is known by what it is made of, the model's name of it in the end, and by its shape: one of another shape
+/// has a first frame of its own.
 #[derive(Debug)]
 struct FirstFrame {
     origin: String,
@@ -32,9 +32,8 @@ impl FirstFrames {
             return Ok(first.values.clone());
         }
         if all.len() == MAX_STEPS {
-            let context = format!(
-                "{MAX_STEPS} fields of first steps are remembered already, and none more than that are"
-            );
+            let context =
+                format!("{MAX_STEPS} fields of first steps are remembered already, and none more than that are");
             return Err(Error::new(ErrorKind::Scene, context));
         }
         let room = OwnedReals::buffer(field.samples(), None);

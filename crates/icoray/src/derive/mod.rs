@@ -1,10 +1,11 @@
 //! Derived fields: computed before a frame is drawn, if the scene shows them or a shown field depends on them.
 //!
-//! A derived field lies where its inputs do, level-fastest, in f32 unless one of them has f64; it is missing wherever one of
-//! them is. Sums and lengths are taken in f64, and what is too large for the array is the largest number that it holds.
+//! A derived field lies where its inputs do, level-fastest, in f32 unless one of them has f64; it is missing wherever
+//! one of them is. Sums and lengths are taken in f64, and what is too large for the array is the largest number that it
+//! holds.
 //!
-//! Ranks with parts derive their own columns, halo included. Only zonal means need those of others; they are added up in
-//! whole numbers, so that neither threads nor ranks change a bit of them.
+//! Ranks with parts derive their own columns, halo included. Only zonal means need those of others; they are added up
+//! in whole numbers, so that neither threads nor ranks change a bit of them.
 
 mod first;
 mod resolve;
@@ -126,13 +127,9 @@ impl DerivedFieldCache {
 ///
 /// # Errors
 /// The same on all ranks: [`ErrorKind::Scene`] where a field is not there or a band of latitude has no width;
-/// [`ErrorKind::Field`] where inputs lie at different places or do not fit the grid; [`ErrorKind::Mpi`] where ranks derive
-/// different fields or the transport fails.
-pub(crate) fn make(
-    ranks: &mut Ranks,
-    kept: &DerivedFieldCache,
-    given: &DeriveInputs,
-) -> Result<Option<DerivedFields>> {
+/// [`ErrorKind::Field`] where inputs lie at different places or do not fit the grid; [`ErrorKind::Mpi`] where ranks
+/// derive different fields or the transport fails.
+pub(crate) fn make(ranks: &mut Ranks, kept: &DerivedFieldCache, given: &DeriveInputs) -> Result<Option<DerivedFields>> {
     if given.scene.scenery.derived.is_empty() {
         return Ok(None);
     }
@@ -158,9 +155,7 @@ pub(crate) fn make(
                 How::Combination(terms) => {
                     fill(&inputs, Operation::Sum(terms.iter().map(|(factor, _)| *factor).collect()))
                 }
-                How::FromZonalMean { .. } => {
-                    fill(&inputs, Operation::FromMeans(means.as_ref().expect("found above")))
-                }
+                How::FromZonalMean { .. } => fill(&inputs, Operation::FromMeans(means.as_ref().expect("found above"))),
                 How::FromFirst(_) => {
                     let first = kept.firsts.of(&one.origin, &inputs[0], given.threads)?;
                     fill(&[inputs[0], at.field(&first)], Operation::Sum(vec![1.0, -1.0]))

@@ -36,8 +36,7 @@ impl<'s> NeededDerivations<'s> {
             need_inputs(all, at, &mut is_needed);
         }
         let needed = (0..all.len()).filter(|at| is_needed[*at]);
-        let derivations =
-            needed.map(|at| NeededDerivation { derivation: &all[at], origin: origin(all, at) }).collect();
+        let derivations = needed.map(|at| NeededDerivation { derivation: &all[at], origin: origin(all, at) }).collect();
         let needed = NeededDerivations { derivations, unnamed: first_of_model(scene, fields) };
         match needed.twice() {
             None => Ok(needed),
@@ -75,8 +74,8 @@ fn origin(all: &[Derivation], at: usize) -> String {
     all[at].how.fields().into_iter().map(of).collect::<Vec<_>>().join(", ")
 }
 
-/// The first field of the model's of which the scene's first one is made, where that is derived: one that is given without a
-/// name is this.
+/// The first field of the model's of which the scene's first one is made, where that is derived: one that is given
+/// without a name is this.
 fn first_of_model(scene: &Scene, fields: &Fields) -> Option<String> {
     let all = &scene.scenery.derived;
     let (mut name, mut count) = (scene.field(), all.len());
@@ -88,8 +87,7 @@ fn first_of_model(scene: &Scene, fields: &Fields) -> Option<String> {
 
 impl fmt::Display for NeededDerivations<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let definition =
-            |one: &NeededDerivation| format!("{:?} = {:?}", one.derivation.name, one.derivation.how);
+        let definition = |one: &NeededDerivation| format!("{:?} = {:?}", one.derivation.name, one.derivation.how);
         f.write_str(&self.derivations.iter().map(definition).collect::<Vec<_>>().join(", "))
     }
 }

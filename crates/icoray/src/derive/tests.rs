@@ -95,8 +95,7 @@ impl World {
 
     /// The bits of the field `name` that is made of `fields` for `scene`.
     fn made(&self, name: &str, scene: &Scene, fields: &Fields) -> Vec<u64> {
-        self.make(&DerivedFieldCache::default(), scene, fields, |found, _| bits(found.get(name).unwrap()))
-            .unwrap()
+        self.make(&DerivedFieldCache::default(), scene, fields, |found, _| bits(found.get(name).unwrap())).unwrap()
     }
 
     /// Makes what the scene derives and looks at it.
@@ -141,8 +140,7 @@ fn values_are_those_of_the_definition_in_every_layout() {
         ([layerwise, blocked, padded], [false, false, true]),
         ([blocked, flat, layerwise], [true; 3]),
     ] {
-        let arrays =
-            [0, 1, 2].map(|i| Array::new(shapes[i], wide[i], Location::Center, |c, l| value(i, c, l)));
+        let arrays = [0, 1, 2].map(|i| Array::new(shapes[i], wide[i], Location::Center, |c, l| value(i, c, l)));
         let fields = Fields::new(["u", "v", "w"].into_iter().zip(arrays.iter().map(Array::field)));
         let is_wide = wide.contains(&true);
         let of = |i: usize, (c, l): (usize, usize)| arrays[i].field().value(c, l);
@@ -206,8 +204,7 @@ fn first_frames_are_remembered_by_field_and_shape() {
     let at = |step: usize, shape: Shape, is_wide| {
         let array = Array::new(shape, is_wide, Location::Center, |c, l| value(step, c, l));
         let fields = Fields::new([("q", array.field())]);
-        let found = world
-            .make(&kept, &of_q, &fields, |found, made| (bits(found.get("change").unwrap()), made.bytes()));
+        let found = world.make(&kept, &of_q, &fields, |found, made| (bits(found.get("change").unwrap()), made.bytes()));
         (array, found.unwrap())
     };
     let shapes = world.shapes();
@@ -247,16 +244,15 @@ fn a_field_without_a_name_is_what_the_first_is_made_of() {
     let field = array.field();
     let unnamed = Fields::from(&field);
     let shown = scene("four", &[twice.clone(), four.clone()]);
-    let made = world
-        .make(&DerivedFieldCache::default(), &shown, &unnamed, |found, _| bits(found.first("four").unwrap()));
+    let made =
+        world.make(&DerivedFieldCache::default(), &shown, &unnamed, |found, _| bits(found.first("four").unwrap()));
     let expected = |factor: f64| -> Vec<u64> {
         places(array.shape.columns, LAYERS).map(|(c, l)| rounded(factor * field.value(c, l), true)).collect()
     };
     assert_eq!(made.unwrap(), expected(4.0));
     // The scene's first is the field itself, whatever it is called; others are made of fields by name.
     let mut beside = scene("anything", &[twice]);
-    beside.volumes[0].opacity =
-        Some(Opacity { field: "twice".into(), transfer: beside.volumes[0].transfer.clone() });
+    beside.volumes[0].opacity = Some(Opacity { field: "twice".into(), transfer: beside.volumes[0].transfer.clone() });
     let error = world.make(&DerivedFieldCache::default(), &beside, &unnamed, |_, _| ()).unwrap_err();
     let told = "\"twice\": the scene shows field \"q\", and there is only the first";
     assert!(error.to_string().contains(told), "{error}");
@@ -277,8 +273,7 @@ fn what_does_not_fit_is_named() {
         array(320, 3, Location::Corner),
         array(cells + 1, 3, Location::Center),
     ];
-    let fields =
-        Fields::new(["q", "interfaces", "corners", "more"].into_iter().zip(arrays.iter().map(Array::field)));
+    let fields = Fields::new(["q", "interfaces", "corners", "more"].into_iter().zip(arrays.iter().map(Array::field)));
     let error = |how: How| {
         let scene = scene("odd", &[("odd", how)]);
         world.make(&DerivedFieldCache::default(), &scene, &fields, |_, _| ()).unwrap_err()
@@ -296,8 +291,7 @@ fn what_does_not_fit_is_named() {
     let unknown = error(How::FromFirst("odd".into())).to_string();
     assert!(unknown.contains("\"odd\": the scene shows field \"odd\", and there is"), "{unknown}");
     assert!(error(How::Magnitude(Vec::new())).to_string().contains("made of 0 fields"));
-    let mean =
-        |field: &str, band_deg| error(How::FromZonalMean { field: field.into(), band_deg }).to_string();
+    let mean = |field: &str, band_deg| error(How::FromZonalMean { field: field.into(), band_deg }).to_string();
     assert!(mean("more", 5.0).contains("163 columns at Center, expected 162: one for each"));
     for band_deg in [0.0, -1.0, 200.0, f64::NAN] {
         assert!(mean("q", band_deg).contains(&format!("bands of {band_deg} degrees, expected 0.1 to 180")));

@@ -1,12 +1,13 @@
 //! Means over the cells of the same latitude.
 //!
-//! The sphere is cut into bands of latitude of equal width, the widest that are no wider than asked for. The mean of a band is
-//! that of the values over its cells, not weighted by area, layer by layer: at the centres, or the corners that are triangles.
-//! Between the middles of bands the mean is interpolated linearly in latitude, so that no step is seen where one ends; towards
-//! the poles it is that of the last band. A band without a value has the mean of the nearest one that has some.
+//! The sphere is cut into bands of latitude of equal width, the widest that are no wider than asked for. The mean of a
+//! band is that of the values over its cells, not weighted by area, layer by layer: at the centres, or the corners that
+//! are triangles. Between the middles of bands the mean is interpolated linearly in latitude, so that no step is seen
+//! where one ends; towards the poles it is that of the last band. A band without a value has the mean of the nearest
+//! one that has some.
 //!
-//! Values are added up in whole numbers, of the layer's largest value the 2⁻⁶²th part: sums do not depend on the order, and
-//! whichever threads and ranks have added them up, means are the same to the last bit.
+//! Values are added up in whole numbers, of the layer's largest value the 2⁻⁶²th part: sums do not depend on the order,
+//! and whichever threads and ranks have added them up, means are the same to the last bit.
 
 use super::run::load;
 use super::{DeriveInputs, FieldLayout};
@@ -62,12 +63,7 @@ fn place(latitude_rad: f64, bands: usize) -> f64 {
 
 impl<'m> Means<'m> {
     /// Of a field over a grid's cells or corners. Collective.
-    pub fn of(
-        ranks: &mut Ranks,
-        given: &'m DeriveInputs<'m>,
-        field: &'m Field<'m>,
-        band_deg: f64,
-    ) -> Result<Self> {
+    pub fn of(ranks: &mut Ranks, given: &'m DeriveInputs<'m>, field: &'m Field<'m>, band_deg: f64) -> Result<Self> {
         let counted = ranks.attempt(|| Counted::new(given, field, band_deg));
         // What is exchanged has as many numbers on all.
         let (counted, bands) = ranks.agree_all(counted, |(counted, _)| {

@@ -56,19 +56,7 @@ impl<'f> Job<'f> {
         let number = NEXT.fetch_add(1, Ordering::Relaxed);
         let spans = transfer::Spans::new(&plan.knots);
         let raster = Raster { width: scene.width, height: scene.height, step: 1 };
-        Job {
-            number,
-            scene,
-            plan,
-            grid,
-            field,
-            gradients,
-            is_part,
-            spans,
-            quality,
-            raster,
-            tiles: Vec::new(),
-        }
+        Job { number, scene, plan, grid, field, gradients, is_part, spans, quality, raster, tiles: Vec::new() }
     }
 
     /// The same picture's tiles `tiles`, in a quality.
@@ -79,8 +67,8 @@ impl<'f> Job<'f> {
         self.tiles.extend_from_slice(tiles);
     }
 
-    /// The picture's: jobs of the same number have the same scene, grid, field and gradients, and no other job of the process
-    /// has it. Quality and tiles may differ.
+    /// The picture's: jobs of the same number have the same scene, grid, field and gradients, and no other job of the
+    /// process has it. Quality and tiles may differ.
     pub fn number(&self) -> u64 {
         self.number
     }
@@ -95,14 +83,14 @@ impl<'f> Job<'f> {
         self.grid
     }
 
-    /// Gradients at the vertices, level-fastest, from the innermost layer outwards; empty where the picture is drawn without
-    /// light. Computed when they are first asked for.
+    /// Gradients at the vertices, level-fastest, from the innermost layer outwards; empty where the picture is drawn
+    /// without light. Computed when they are first asked for.
     pub fn gradients(&self) -> &'f [[f32; 3]] {
         self.gradients.get().whole()
     }
 
-    /// Whether the grid is a rank's part of a larger one. Gradients at the cells of its halo are then those of other ranks: a
-    /// device cannot compute them, and takes [`Self::gradients`].
+    /// Whether the grid is a rank's part of a larger one. Gradients at the cells of its halo are then those of other
+    /// ranks: a device cannot compute them, and takes [`Self::gradients`].
     pub fn is_part(&self) -> bool {
         self.is_part
     }
@@ -147,7 +135,8 @@ impl<'f> Job<'f> {
         }
     }
 
-    /// Columns and layers of the field, and whether its array has a column's layers side by side, or else a layer's columns.
+    /// Columns and layers of the field, and whether its array has a column's layers side by side, or else a layer's
+    /// columns.
     pub fn order(&self) -> (usize, usize, bool) {
         let shape = self.field.shape();
         let is_level_fastest = shape.layer_stride.unsigned_abs() <= shape.column_stride.unsigned_abs();

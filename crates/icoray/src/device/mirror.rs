@@ -56,15 +56,10 @@ pub fn absorbed_by(x: f32) -> f32 {
     x.absorbed_by()
 }
 
-/// `integrate` with an allowance of share, rest, transmittance before and reach: red, green, blue, absorbed, error, variance.
-pub fn integrate(
-    method: Method,
-    piece: [f32; 5],
-    span: &Span,
-    [share, rest, through, reach]: [f32; 4],
-) -> [f32; 6] {
-    let allowance =
-        ErrorBudget { color_tolerance: share, min_transmittance: rest, transmittance: through, reach };
+/// `integrate` with an allowance of share, rest, transmittance before and reach: red, green, blue, absorbed, error,
+/// variance.
+pub fn integrate(method: Method, piece: [f32; 5], span: &Span, [share, rest, through, reach]: [f32; 4]) -> [f32; 6] {
+    let allowance = ErrorBudget { color_tolerance: share, min_transmittance: rest, transmittance: through, reach };
     let Radiance { color: [r, g, b], alpha: absorbed, error, variance } =
         piece::integrate(method, &segment(piece), span, &allowance);
     [r, g, b, absorbed, error, variance]

@@ -22,8 +22,8 @@ use std::fmt;
 use std::ops::AddAssign;
 use std::sync::Arc;
 
-/// Stands for a value that is missing, and for the ends of the outer spans: beyond all normalised values, which are held
-/// within 1e15. A shader has no reliable NaN or infinity.
+/// Stands for a value that is missing, and for the ends of the outer spans: beyond all normalised values, which are
+/// held within 1e15. A shader has no reliable NaN or infinity.
 pub const ENDLESS: f32 = 3e38;
 
 /// Which device a picture asks for.
@@ -33,7 +33,8 @@ pub struct DeviceRequest {
     pub adapter: Option<Adapter>,
     /// Whether a processor that acts as a device will do.
     pub or_processor: bool,
-    /// Number of this process among those of its node that draw together, which go to different ones of several that fit.
+    /// Number of this process among those of its node that draw together, which go to different ones of several that
+    /// fit.
     pub node_rank: usize,
 }
 
@@ -51,8 +52,9 @@ pub trait Device: fmt::Debug + Send + Sync {
     /// Its name, for reports.
     fn name(&self) -> String;
 
-    /// Traces the rays of the tiles of `job` and gives each tile once, in whatever order: those that it did not give are drawn
-    /// on the CPU. Without tiles it gets ready only: what it uploads then serves the next job of the same number.
+    /// Traces the rays of the tiles of `job` and gives each tile once, in whatever order: those that it did not give
+    /// are drawn on the CPU. Without tiles it gets ready only: what it uploads then serves the next job of the same
+    /// number.
     ///
     /// Called on a thread of the renderer's pool, so that parallel passes use its threads.
     ///
@@ -60,8 +62,8 @@ pub trait Device: fmt::Debug + Send + Sync {
     /// A [`FallbackReason`] why tiles were not given, which goes into the report.
     fn trace(&self, job: &Job, give: &(dyn Fn(Band) + Sync)) -> Result<DeviceCost, FallbackReason>;
 
-    /// As [`Self::trace`], through the own cells of a rank that has a part of them: fragments of rays, which are put together
-    /// elsewhere.
+    /// As [`Self::trace`], through the own cells of a rank that has a part of them: fragments of rays, which are put
+    /// together elsewhere.
     ///
     /// # Errors
     /// As [`Self::trace`].
@@ -80,8 +82,8 @@ pub trait Device: fmt::Debug + Send + Sync {
 pub struct OwnedColumns<'p> {
     /// Whether a triangle is.
     pub triangles: &'p [bool],
-    /// Height of the lowest place of any rank's facets over a unit sphere: farther below the innermost layer nothing is
-    /// looked for behind an opaque core.
+    /// Height of the lowest place of any rank's facets over a unit sphere: farther below the innermost layer nothing
+    /// is looked for behind an opaque core.
     pub lowest_facet: f64,
     /// Middle of a ball around own columns: a line that misses it has no fragments.
     pub middle: [f64; 3],

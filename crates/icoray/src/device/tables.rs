@@ -9,8 +9,8 @@ use icoray_kernel::walk;
 pub struct Tables<'g> {
     /// Unit vectors of cells, and of synthetic points behind them.
     pub directions: &'g [[f64; 3]],
-    /// A byte per row of `corner_cell`: two bits per vertex with the `corner_edge` column of the side opposite it, or 3 on the
-    /// rim of a hole; bit 6 where the row winds clockwise; bit 7 where it is no triangle.
+    /// A byte per row of `corner_cell`: two bits per vertex with the `corner_edge` column of the side opposite it, or
+    /// 3 on the rim of a hole; bit 6 where the row winds clockwise; bit 7 where it is no triangle.
     pub orientations: Vec<u8>,
     /// Void triangles: three vertices, and the triangles beyond the sides opposite them.
     pub void: Vec<[u32; 6]>,
@@ -25,13 +25,7 @@ impl<'g> Tables<'g> {
     pub fn of(grid: &'g Grid) -> Self {
         let (void, rim) = grid.hole_filling_tables();
         let orientations = grid.orientations().iter().map(|orientation| orientation.bits()).collect();
-        Tables {
-            directions: grid.directions(),
-            orientations,
-            void,
-            rim,
-            start: grid.nearest_valid_triangle(0),
-        }
+        Tables { directions: grid.directions(), orientations, void, rim, start: grid.nearest_valid_triangle(0) }
     }
 }
 
@@ -43,8 +37,8 @@ pub fn locate(grid: &Grid, from: u32, target: [f64; 3]) -> u32 {
 /// Between two knots of the transfer function extinction and colour are linear in the normalised value.
 pub type Span = icoray_kernel::transfer::Span<f32>;
 
-/// What a ray may spend: `share` is the error of the colour per absorbed light, `rest` the transmittance at which a ray ends,
-/// `brightest` the most that a channel can hold behind that.
+/// What a ray may spend: `share` is the error of the colour per absorbed light, `rest` the transmittance at which a ray
+/// ends, `brightest` the most that a channel can hold behind that.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BudgetTable {
     /// See above.

@@ -40,8 +40,7 @@ pub(crate) fn clear_values<T: Real, S: Sample>(
     let Some(within) = range.map(|range| range.map_inline(|value| (value - low) / (high - low))) else {
         return Vec::new();
     };
-    let ranges =
-        clear_ranges(spans, within, MAX_RANGES).into_iter().filter_map(|range| samples.stored(range));
+    let ranges = clear_ranges(spans, within, MAX_RANGES).into_iter().filter_map(|range| samples.stored(range));
     let knots = clear_knots(spans, within, MAX_KNOTS).into_iter().filter_map(|knot| samples.stored_at(knot));
     ranges.chain(knots).collect()
 }

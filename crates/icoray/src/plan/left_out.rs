@@ -79,10 +79,7 @@ mod tests {
             ("core = \"transparent\"\n\n", &["the far side behind the core"]),
             (&format!("{surface}color = \"red\""), &["surfaces"]),
             (&format!("{surface}field = \"q\"\ntransfer = {{ range = [0, 1] }}"), &["surfaces"]),
-            (
-                &format!("{surface}field = \"w\"\ntransfer = {{ range = [0, 1] }}"),
-                &["other fields", "surfaces"],
-            ),
+            (&format!("{surface}field = \"w\"\ntransfer = {{ range = [0, 1] }}"), &["other fields", "surfaces"]),
             ("[[isosurfaces]]\nfield = \"q\"\nvalue = 0\ncolor = \"red\"", &["surfaces"]),
             ("[[clip]]\ncut = \"inside\"\nlat = [0, 9]", &["clips"]),
             ("heights = \"native\"\n\n", &["native heights"]),

@@ -17,8 +17,7 @@ pub(super) fn check(scene: &Scene, layers: usize) -> Result<()> {
         None => Ok(()),
         Some((key, layer)) => {
             let (last, field) = (layers - 1, scene.field());
-            let message =
-                format!("key {key}: layer {layer}, expected 0 to {last}, as {field:?} has {layers} layers");
+            let message = format!("key {key}: layer {layer}, expected 0 to {last}, as {field:?} has {layers} layers");
             Err(Error::new(ErrorKind::Scene, message))
         }
     }

@@ -52,8 +52,7 @@ fn each_map_of_a_scene_has_the_range_of_its_field() {
             Ok(FieldValues { threads: &threads, field, part: None })
         };
         let settled = ranges.resolve(&mut Ranks::alone(), &scene, &values).unwrap().unwrap();
-        let found: Vec<_> =
-            settled.paintings().iter().map(|p| p.coloring.unwrap().fixed().unwrap()).collect();
+        let found: Vec<_> = settled.paintings().iter().map(|p| p.coloring.unwrap().fixed().unwrap()).collect();
         for painting in settled.paintings() {
             assert_eq!(
                 painting.transfer,
@@ -74,8 +73,7 @@ fn each_map_of_a_scene_has_the_range_of_its_field() {
 
 #[test]
 fn a_field_that_is_not_there_is_an_error() {
-    let missing =
-        |name: &str| Err(icoray_grid::Error::new(icoray_grid::ErrorKind::Scene, format!("no {name}")));
+    let missing = |name: &str| Err(icoray_grid::Error::new(icoray_grid::ErrorKind::Scene, format!("no {name}")));
     let scene = scene("{ percentile = [0, 100] }", "");
     let error = Ranges::default().resolve(&mut Ranks::alone(), &scene, &missing).unwrap_err();
     assert_eq!(error.context(), "no q");
@@ -175,8 +173,7 @@ fn a_centre_stays_in_the_middle_and_views_share_a_range() {
 #[test]
 fn a_scene_with_a_range_of_its_own_is_not_touched() {
     let threads = Threads::new(1).unwrap();
-    let field =
-        Field::new((&[1.0f64; 4][..]).into(), Shape::level_fastest(1, 4), Location::Center, None).unwrap();
+    let field = Field::new((&[1.0f64; 4][..]).into(), Shape::level_fastest(1, 4), Location::Center, None).unwrap();
     let values = FieldValues { threads: &threads, field: &field, part: None };
     for more in ["", "scale = \"symlog\"\nthreshold = 0.1", "center = 0"] {
         let scene = scene("[0, 1]", more);
@@ -191,8 +188,7 @@ fn parts_find_the_range_of_the_whole() {
     let grid = Grid::new(mesh.tables()).unwrap();
     let values: Vec<f64> = (0..grid.cells() * 2).map(|i| ((i * 7919) % 3001) as f64).collect();
     let field =
-        Field::new(values.as_slice().into(), Shape::level_fastest(grid.cells(), 2), Location::Center, None)
-            .unwrap();
+        Field::new(values.as_slice().into(), Shape::level_fastest(grid.cells(), 2), Location::Center, None).unwrap();
     let scene = scene("{ percentile = [2, 97] }", "");
     let alone = Threads::new(2).unwrap();
     let whole = FieldValues { threads: &alone, field: &field, part: None };

@@ -57,8 +57,7 @@ impl Ranks {
     /// [`ErrorKind::Mpi`] when the transport fails.
     pub fn agree(&mut self, mine: &Vote) -> Result<Agreement> {
         if let Some(rank) = self.left {
-            let message =
-                format!("rank {rank} has closed its context, so no picture can be drawn over all ranks");
+            let message = format!("rank {rank} has closed its context, so no picture can be drawn over all ranks");
             return Err(Error::new(ErrorKind::Mpi, message));
         }
         let Some(team) = &mut self.team else {
@@ -165,9 +164,7 @@ fn refusal(votes: &[ReceivedVote]) -> Option<Refusal> {
         let differs = other.facts.iter().zip(&root.facts).find(|(mine, roots)| mine != roots);
         let sentence = match differs {
             Some(((name, mine), (roots_name, roots))) if name == roots_name => {
-                format!(
-                    "{name} {mine}, but {roots} on rank 0; ranks that draw one picture must have the same"
-                )
+                format!("{name} {mine}, but {roots} on rank 0; ranks that draw one picture must have the same")
             }
             None if other.facts.len() == root.facts.len() => continue,
             _ => "is in another call than rank 0".into(),

@@ -16,8 +16,8 @@ pub enum Owned<'a> {
 /// [`Decomposition::new`](super::Decomposition::new).
 #[derive(Debug, Clone, Copy)]
 pub struct PartCells<'a> {
-    /// The number of each cell in the whole grid (MPAS `indexToCellID`), counted from the grid's `index_base`. Numbers need
-    /// not be without gaps, unless they are rows of whole tables.
+    /// The number of each cell in the whole grid (MPAS `indexToCellID`), counted from the grid's `index_base`. Numbers
+    /// need not be without gaps, unless they are rows of whole tables.
     pub global: Indices<'a>,
     /// Own cells; the others are the halo.
     pub owned: Owned<'a>,
@@ -54,12 +54,8 @@ impl Numbered {
         let mut global = Vec::with_capacity(rows);
         for (cell, number) in cells.global.iter().enumerate() {
             if !known.contains(&number) {
-                let expected =
-                    last.map_or("or more".into(), |last| format!("to {last}, a row of the grid's tables"));
-                return Err(bad(format!(
-                    "cell_global row {}: {number}, expected {base} {expected}",
-                    row(cell)
-                )));
+                let expected = last.map_or("or more".into(), |last| format!("to {last}, a row of the grid's tables"));
+                return Err(bad(format!("cell_global row {}: {number}, expected {base} {expected}", row(cell))));
             }
             global.push((number - base) as u64);
         }

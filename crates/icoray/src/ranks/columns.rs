@@ -1,9 +1,9 @@
 //! Gathers fields of which each rank has some columns, once per node.
 //!
-//! Where every rank has the tables of the whole grid, so has the field that a node puts together. Where ranks have parts, it
-//! has the columns of the node's mesh: own ones and, around them, those of other nodes. Each rank writes its own columns to
-//! its node's memory and sends those that other nodes need to one rank of each, which writes them there, one field after the
-//! other. A node has one copy of each field. Columns that are not a rank's own are not read.
+//! Where every rank has the tables of the whole grid, so has the field that a node puts together. Where ranks have
+//! parts, it has the columns of the node's mesh: own ones and, around them, those of other nodes. Each rank writes its
+//! own columns to its node's memory and sends those that other nodes need to one rank of each, which writes them there,
+//! one field after the other. A node has one copy of each field. Columns that are not a rank's own are not read.
 
 use super::cells::{Numbered, PartCells};
 use super::mesh::{NodeMesh, Numbers};
@@ -98,8 +98,8 @@ impl Columns {
         Ok(Columns { center, corner: None, cells: all, nodes: Nodes::one(ranks), node_grid: None })
     }
 
-    /// The same where each rank has the tables of its part, `cells` with a row for each cell of `grid`: puts the parts of each
-    /// node together. Collective.
+    /// The same where each rank has the tables of its part, `cells` with a row for each cell of `grid`: puts the parts
+    /// of each node together. Collective.
     pub(super) fn of_parts(ranks: &mut Ranks, grid: &Grid, cells: &PartCells) -> Result<Self> {
         let Agreed { global, owner, .. } = Agreed::new(ranks, grid, cells)?;
         let nodes = Nodes::find(ranks)?;
@@ -149,12 +149,12 @@ impl Columns {
         Ok(self.supply(field.location())?.owned())
     }
 
-    /// Puts `fields`, which have this rank's columns, together in the node's memory. Collective, and so is what comes of
-    /// it. The memory is handed back by [`NodeFields::leave`].
+    /// Puts `fields`, which have this rank's columns, together in the node's memory. Collective, and so is what comes
+    /// of it. The memory is handed back by [`NodeFields::leave`].
     ///
     /// # Errors
-    /// The same on all ranks: the error of `fields` on any of them, [`ErrorKind::Field`] with the field's name where it has
-    /// other columns, and [`ErrorKind::Mpi`] where ranks have different fields or the transport fails.
+    /// The same on all ranks: the error of `fields` on any of them, [`ErrorKind::Field`] with the field's name where it
+    /// has other columns, and [`ErrorKind::Mpi`] where ranks have different fields or the transport fails.
     pub(crate) fn gather<'f>(
         &self,
         ranks: &mut Ranks,
@@ -174,8 +174,7 @@ impl Columns {
         }
         match ranks.collective(copied) {
             Ok(bytes_copied) => {
-                let (stored, copy_s) =
-                    (places.into_iter().map(|place| place.whole).collect(), start.elapsed());
+                let (stored, copy_s) = (places.into_iter().map(|place| place.whole).collect(), start.elapsed());
                 let copy_s = copy_s.as_secs_f64();
                 Ok(NodeFields { node, grid: self.node_grid.clone(), stored, bytes_copied, copy_s })
             }
@@ -186,15 +185,11 @@ impl Columns {
         }
     }
 
-    /// Where the whole of each field is to be put together, and bytes for all of them on whichever node: as many on all ranks.
-    pub(super) fn places<'f>(
-        &self,
-        grid: &Grid,
-        fields: &Fields<'f>,
-    ) -> Result<(Vec<GatherTarget<'f>>, usize)> {
+    /// Where the whole of each field is to be put together, and bytes for all of them on whichever node: as many on all
+    /// ranks.
+    pub(super) fn places<'f>(&self, grid: &Grid, fields: &Fields<'f>) -> Result<(Vec<GatherTarget<'f>>, usize)> {
         if grid.cells() != self.cells {
-            let message =
-                format!("{} cells, expected {}, of which ranks have agreed", grid.cells(), self.cells);
+            let message = format!("{} cells, expected {}, of which ranks have agreed", grid.cells(), self.cells);
             return Err(bad(message));
         }
         let (mut places, mut end, mut bytes) = (Vec::new(), 0, 0);
@@ -232,9 +227,9 @@ impl Columns {
         Err(expected.error(shape.columns, each))
     }
 
-    /// Puts a field together, of its own columns on each rank, with at most so many bytes sent at once; returns the bytes
-    /// that this rank wrote to the node's memory. Collective, and so is what comes of it, but for a failure that is to be
-    /// told to the others.
+    /// Puts a field together, of its own columns on each rank, with at most so many bytes sent at once; returns the
+    /// bytes that this rank wrote to the node's memory. Collective, and so is what comes of it, but for a failure
+    /// that is to be told to the others.
     pub(super) fn gather_by(
         &self,
         ranks: &mut Ranks,
@@ -258,8 +253,7 @@ impl Columns {
         let rounds = if ranks.size() > 1 { supply.max_sent(sends_own).div_ceil(at_once) } else { 0 };
         for round in 0..rounds {
             // After a failure the collective calls go on: the other ranks wait in them.
-            let messages =
-                ranks.attempt(|| Ok(self.messages(ranks.size(), node, place, round * at_once, at_once)));
+            let messages = ranks.attempt(|| Ok(self.messages(ranks.size(), node, place, round * at_once, at_once)));
             let messages = messages.unwrap_or_else(|error| {
                 outcome = std::mem::replace(&mut outcome, Ok(())).and(Err(error));
                 vec![Vec::new(); ranks.size()]
@@ -277,14 +271,7 @@ impl Columns {
     }
 
     /// For each rank, `count` of the columns that it takes in for its node, from the one number `first` on.
-    fn messages(
-        &self,
-        ranks: usize,
-        node: &Node,
-        place: &GatherTarget,
-        first: usize,
-        count: usize,
-    ) -> Vec<Vec<u8>> {
+    fn messages(&self, ranks: usize, node: &Node, place: &GatherTarget, first: usize, count: usize) -> Vec<Vec<u8>> {
         let supply = self.supply(place.field.location()).expect("the field was placed");
         let mut messages = vec![Vec::new(); ranks];
         let mut same: Option<(usize, usize)> = None;
@@ -359,17 +346,13 @@ fn refuse_other_owners(ranks: &mut Ranks, own: &[(u32, u32)], cells: usize, base
             for cell in cells.into_iter().map(|cell| cell as usize) {
                 if let Some(other) = owners[cell / size].replace(owner) {
                     let cell = cell as i64 + base;
-                    return Err(bad(format!(
-                        "cell {cell} is owned by ranks {other} and {owner}, expected one owner"
-                    )));
+                    return Err(bad(format!("cell {cell} is owned by ranks {other} and {owner}, expected one owner")));
                 }
             }
         }
         if let Some(nobodys) = owners.iter().position(Option::is_none) {
             let cell = (nobodys * size + rank) as i64 + base;
-            return Err(bad(format!(
-                "cell {cell} of the whole grid is owned by no rank, expected one owner"
-            )));
+            return Err(bad(format!("cell {cell} of the whole grid is owned by no rank, expected one owner")));
         }
         Ok(())
     });

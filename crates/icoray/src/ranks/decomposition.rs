@@ -18,15 +18,16 @@ pub enum Decomposition {
 impl Decomposition {
     /// Agrees with the other ranks on whose each cell is. Collective; `grid` is this rank's own.
     ///
-    /// Where `cells` has a row for each cell of the grid on all ranks, the tables are those of its part, row by row. Else the
-    /// tables are those of the whole grid on all ranks, and the numbers of cells are rows there.
+    /// Where `cells` has a row for each cell of the grid on all ranks, the tables are those of its part, row by row.
+    /// Else the tables are those of the whole grid on all ranks, and the numbers of cells are rows there.
     ///
     /// Ranks of a node put the tables of their parts together, each in memory of its own ([`Columns::table_bytes`]).
     ///
     /// # Errors
-    /// The same on all ranks: [`ErrorKind::Grid`](icoray_grid::ErrorKind::Grid) where numbers or marks do not fit the grid, a cell
-    /// is owned by two ranks or by none, a halo is too narrow, parts do not fit each other, or ranks that must have the whole
-    /// grid have not; [`ErrorKind::Mpi`](icoray_grid::ErrorKind::Mpi) when the transport fails.
+    /// The same on all ranks: [`ErrorKind::Grid`](icoray_grid::ErrorKind::Grid) where numbers or marks do not fit the
+    /// grid, a cell is owned by two ranks or by none, a halo is too narrow, parts do not fit each other, or ranks
+    /// that must have the whole grid have not; [`ErrorKind::Mpi`](icoray_grid::ErrorKind::Mpi) when the transport
+    /// fails.
     pub fn new(ranks: &mut Ranks, grid: &Grid, cells: &PartCells) -> Result<Self> {
         if ranks.size() == 1 {
             // Its cells are all there are, in the order of its tables.
@@ -34,8 +35,7 @@ impl Decomposition {
         }
         let sizes: Vec<(usize, usize)> = ranks.share_values(&(cells.global.len(), grid.cells()))?;
         let Some(odd) = sizes.iter().position(|(rows, cells)| rows != cells) else {
-            return Columns::of_parts(ranks, grid, cells)
-                .map(|columns| Decomposition::Columns(Box::new(columns)));
+            return Columns::of_parts(ranks, grid, cells).map(|columns| Decomposition::Columns(Box::new(columns)));
         };
         let ((rows, all), (_, first)) = (sizes[odd], sizes[0]);
         if let Some(other) = sizes.iter().position(|(_, cells)| *cells != first) {

@@ -97,10 +97,7 @@ impl Ranks {
     ) -> Result<TileAssignment> {
         let raster = |quality: &Quality| Raster { step: quality.pixel_step, ..raster };
         if self.team.is_none() {
-            return mine.map(|quality| TileAssignment {
-                quality,
-                owners: vec![0; raster(&quality).tiles() as usize],
-            });
+            return mine.map(|quality| TileAssignment { quality, owners: vec![0; raster(&quality).tiles() as usize] });
         }
         let (rank, ranks) = (self.rank(), self.size());
         let mine = mine.map(|quality| {
@@ -110,8 +107,8 @@ impl Ranks {
         self.agree_on(mine, facts())
     }
 
-    /// The tiles in which each of the ranks that have a part together traces its rays, by their order; those of a raster by
-    /// what they took in the last frame.
+    /// The tiles in which each of the ranks that have a part together traces its rays, by their order; those of a
+    /// raster by what they took in the last frame.
     pub(crate) fn assign_part_tiles(&self, tiling: &dyn Tiling, ranks: usize) -> Vec<Vec<u32>> {
         let owners = match tiling.raster() {
             Some(raster) => assign_tiles(raster, ranks, self.part_costs.as_ref()),
@@ -127,9 +124,9 @@ impl Ranks {
         self.part_costs = Some(costs);
     }
 
-    /// Has `draw` draw this rank's tiles on `threads`, and brings each to rank 0 as soon as it is given. There, a failure of
-    /// any rank is the result; elsewhere the result is of sending only, and what came of it is told by [`Self::conclude`].
-    /// `earlier_s` are seconds that this rank has drawn before.
+    /// Has `draw` draw this rank's tiles on `threads`, and brings each to rank 0 as soon as it is given. There, a
+    /// failure of any rank is the result; elsewhere the result is of sending only, and what came of it is told by
+    /// [`Self::conclude`]. `earlier_s` are seconds that this rank has drawn before.
     pub(crate) fn gather(
         &mut self,
         threads: &Threads,

@@ -72,9 +72,7 @@ mod tests {
 
     /// Mean over most.
     fn balance(loads: &[f64]) -> f64 {
-        loads.iter().sum::<f64>()
-            / loads.len() as f64
-            / loads.iter().fold(0.0, |most: f64, load| most.max(*load))
+        loads.iter().sum::<f64>() / loads.len() as f64 / loads.iter().fold(0.0, |most: f64, load| most.max(*load))
     }
 
     #[test]
@@ -90,8 +88,7 @@ mod tests {
         let raster = Raster { width: 512, height: 512, step: 1 };
         let across = raster.tiles_across();
         let cost = |tile: u32| {
-            let [x, y] =
-                [tile % across, tile / across].map(|at| f64::from(2 * at + 1) / f64::from(across) - 1.0);
+            let [x, y] = [tile % across, tile / across].map(|at| f64::from(2 * at + 1) / f64::from(across) - 1.0);
             (0.01 + 1.3 - x * x - y * y).max(0.01).sqrt() - (1.0 - x * x - y * y).max(0.0).sqrt()
         };
         for ranks in 2..=16 {
@@ -116,15 +113,8 @@ mod tests {
         }
         let other = Raster { step: 2, ..RASTER };
         assert_eq!(assign_tiles(other, 3, Some(&costs)), assign_tiles(other, 3, None), "of another raster");
-        assert!(
-            assign_tiles(RASTER, 1000, Some(&costs)).iter().all(|rank| *rank < 1000),
-            "more ranks than tiles"
-        );
+        assert!(assign_tiles(RASTER, 1000, Some(&costs)).iter().all(|rank| *rank < 1000), "more ranks than tiles");
         costs.set(0, f64::NAN);
-        assert_eq!(
-            assign_tiles(RASTER, 3, Some(&costs)).len(),
-            RASTER.tiles() as usize,
-            "what no clock says"
-        );
+        assert_eq!(assign_tiles(RASTER, 3, Some(&costs)).len(), RASTER.tiles() as usize, "what no clock says");
     }
 }

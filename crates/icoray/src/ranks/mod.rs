@@ -1,15 +1,16 @@
-//! Several processes, the ranks, draw one picture: each some of its tiles, over data that every one of them has, or, over
-//! several nodes, of a whole picture of its node's [`Part`]. Of data of which ranks have some [`Columns`] each, every node
-//! makes itself a copy, and a mesh of the parts of its ranks.
+//! Several processes, the ranks, draw one picture: each some of its tiles, over data that every one of them has, or,
+//! over several nodes, of a whole picture of its node's [`Part`]. Of data of which ranks have some [`Columns`] each,
+//! every node makes itself a copy, and a mesh of the parts of its ranks.
 //!
 //! A [`Team`] carries bytes between ranks; what they say is decided here, and is the same over MPI and between threads
 //! ([`local_team`]). The rule that keeps anybody from waiting for ever: ranks talk in phases that each of them enters,
 //! whatever has gone wrong on it, and every phase ends with the same outcome on all. A frame has three:
 //!
 //! 1. [`Ranks::agree`]: is everybody ready, of one mind, and what does rank 0 say? Again where rank 0 has decided more.
-//! 2. Tiles go to rank 0 as they are drawn, in whatever order, and behind them whether their rank has drawn all of them.
-//! 3. Rank 0 tells all what came of it: which pixels have edges in them, for a second round of these, and in the end that all
-//!    is done.
+//! 2. Tiles go to rank 0 as they are drawn, in whatever order, and behind them whether their rank has drawn all of
+//!    them.
+//! 3. Rank 0 tells all what came of it: which pixels have edges in them, for a second round of these, and in the end
+//!    that all is done.
 //!
 //! Only the thread that calls talks; the renderer's threads never do, and draw on meanwhile.
 
@@ -52,8 +53,8 @@ use std::fmt;
 use std::thread::sleep;
 use std::time::Duration;
 
-/// What carries bytes between ranks. `share`, `broadcast` and `exchange` are collective: every rank calls the same ones in the
-/// same order. Between two of them ranks may send to rank 0, which has to receive all of it before the next.
+/// What carries bytes between ranks. `share`, `broadcast` and `exchange` are collective: every rank calls the same ones
+/// in the same order. Between two of them ranks may send to rank 0, which has to receive all of it before the next.
 ///
 /// # Errors
 /// Of every method: [`ErrorKind::Mpi`] when the transport itself fails. Then ranks may no longer be
@@ -65,7 +66,8 @@ pub trait Team: Send {
     /// How many there are, at least 1.
     fn size(&self) -> usize;
 
-    /// Whether ranks can be reached no more, now or later: then nothing but dropping the team is of use. Not collective.
+    /// Whether ranks can be reached no more, now or later: then nothing but dropping the team is of use. Not
+    /// collective.
     fn is_gone(&self) -> bool {
         false
     }
@@ -85,11 +87,13 @@ pub trait Team: Send {
     #[expect(clippy::missing_errors_doc, reason = "the trait has them")]
     fn send(&mut self, bytes: Vec<u8>) -> Result<()>;
 
-    /// Helps along what this rank is sending; whether all of it has gone. It has to have, before the next collective call.
+    /// Helps along what this rank is sending; whether all of it has gone. It has to have, before the next collective
+    /// call.
     #[expect(clippy::missing_errors_doc, reason = "the trait has them")]
     fn is_sent(&mut self) -> Result<bool>;
 
-    /// At rank 0: bytes that have come, with the number of the rank that sent them, in the order in which that rank did.
+    /// At rank 0: bytes that have come, with the number of the rank that sent them, in the order in which that rank
+    /// did.
     #[expect(clippy::missing_errors_doc, reason = "the trait has them")]
     fn try_receive(&mut self) -> Result<Option<(usize, Vec<u8>)>>;
 
@@ -100,8 +104,8 @@ pub trait Team: Send {
         Ok(())
     }
 
-    /// Hands `mine[j]` to rank `j` and returns what each rank has for this one, in order of rank. What is for oneself is
-    /// handed back as it is.
+    /// Hands `mine[j]` to rank `j` and returns what each rank has for this one, in order of rank. What is for oneself
+    /// is handed back as it is.
     ///
     /// # Panics
     /// When `mine` has not as many entries as there are ranks.
@@ -120,8 +124,8 @@ pub trait Team: Send {
         Ok(0)
     }
 
-    /// The lowest of the ranks that share memory with this one, of [`Self::node`]. Collective. By itself a team takes none to
-    /// share.
+    /// The lowest of the ranks that share memory with this one, of [`Self::node`]. Collective. By itself a team takes
+    /// none to share.
     #[expect(clippy::missing_errors_doc, reason = "the trait has them")]
     fn memory_leader(&mut self) -> Result<usize> {
         Ok(self.rank())
@@ -134,19 +138,19 @@ pub trait Team: Send {
         Ok(NodeShare::alone(self.rank(), bytes))
     }
 
-    /// Messages between the same ranks, apart from those of this team. Collective; so is dropping them, unless ranks are
-    /// gone or the team was given up. By itself a team has none: [`ErrorKind::Unsupported`].
+    /// Messages between the same ranks, apart from those of this team. Collective; so is dropping them, unless ranks
+    /// are gone or the team was given up. By itself a team has none: [`ErrorKind::Unsupported`].
     #[expect(clippy::missing_errors_doc, reason = "the trait has them")]
     fn point_to_point(&mut self) -> Result<Box<dyn PointToPoint>> {
         Err(Error::new(ErrorKind::Unsupported, "these ranks cannot render in the background"))
     }
 
-    /// A frame begins: messages of a frame that ended early are dropped. Not collective. Only for teams whose ranks hear of
-    /// it when one of them leaves a frame ([`Self::break_off`]).
+    /// A frame begins: messages of a frame that ended early are dropped. Not collective. Only for teams whose ranks
+    /// hear of it when one of them leaves a frame ([`Self::break_off`]).
     fn begin_frame(&mut self) {}
 
-    /// This rank's frame has ended by `error`, which other ranks may not know; their calls fail until the next frame. Not
-    /// collective.
+    /// This rank's frame has ended by `error`, which other ranks may not know; their calls fail until the next frame.
+    /// Not collective.
     fn break_off(&mut self, _error: &Error) {}
 }
 
@@ -156,7 +160,8 @@ const NAP: Duration = Duration::from_micros(50);
 /// The ranks that draw together, and what the last frame taught about its tiles.
 #[derive(Default)]
 pub struct Ranks {
-    /// Memory of this rank's node that no frame uses, in the same order on all ranks. Dropped before the team that gave it.
+    /// Memory of this rank's node that no frame uses, in the same order on all ranks. Dropped before the team that
+    /// gave it.
     nodes: Vec<Node>,
     /// `None` is one process alone.
     team: Option<Box<dyn Team>>,
@@ -215,8 +220,8 @@ impl Ranks {
         Ok(self.node_rank.unwrap_or(0))
     }
 
-    /// How many ranks of this node, this one included, may run on some of the processors of `mask`, a bit for each; an empty
-    /// mask stands for all of them. Collective.
+    /// How many ranks of this node, this one included, may run on some of the processors of `mask`, a bit for each; an
+    /// empty mask stands for all of them. Collective.
     ///
     /// # Errors
     /// [`ErrorKind::Mpi`] when the transport fails.

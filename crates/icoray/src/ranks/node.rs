@@ -4,11 +4,12 @@ use super::Ranks;
 use icoray_grid::{Error, Result};
 use std::fmt;
 
-/// Memory of a node. Its ranks write to it together, then read: everything between [`Self::begin`] and [`Self::settle`] is
-/// written, everything else read, and both are collective over the node.
+/// Memory of a node. Its ranks write to it together, then read: everything between [`Self::begin`] and [`Self::settle`]
+/// is written, everything else read, and both are collective over the node.
 ///
 /// # Errors
-/// Of every method: [`ErrorKind::Mpi`](icoray_grid::ErrorKind::Mpi) when the transport itself fails, as of a [`Team`](super::Team).
+/// Of every method: [`ErrorKind::Mpi`](icoray_grid::ErrorKind::Mpi) when the transport itself fails, as of a
+/// [`Team`](super::Team).
 ///
 /// # Panics
 /// [`Self::put`] outside of these two and outside of the memory, [`Self::bytes`] between them.
@@ -82,16 +83,15 @@ pub(crate) struct Node {
     bytes: usize,
     /// Whether some ranks have memory of their own where they should share.
     pub is_refused: bool,
-    /// One rank of each other node, which takes in what this one sends there. Ranks of a node have different ones, as far
-    /// as there are so many.
+    /// One rank of each other node, which takes in what this one sends there. Ranks of a node have different ones, as
+    /// far as there are so many.
     pub partners: Vec<usize>,
 }
 
 impl Node {
     fn new(share: NodeShare, rank: usize, bytes: usize, shares: &[(usize, bool)]) -> Self {
-        let members = |leader: usize| {
-            shares.iter().enumerate().filter(move |(_, (its, _))| *its == leader).map(|(rank, _)| rank)
-        };
+        let members =
+            |leader: usize| shares.iter().enumerate().filter(move |(_, (its, _))| *its == leader).map(|(rank, _)| rank);
         let place = members(share.leader).take_while(|member| *member < rank).count();
         let leaders = (0..shares.len()).filter(|other| shares[*other].0 == *other && *other != share.leader);
         let partner = |leader: usize| {

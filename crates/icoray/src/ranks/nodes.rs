@@ -56,8 +56,8 @@ impl Nodes {
         self.leader.iter().all(|leader| *leader == self.leader[0])
     }
 
-    /// One rank of each other node, which exchanges data with this one; the ranks of a node have different ones, as far as
-    /// there are as many.
+    /// One rank of each other node, which exchanges data with this one; the ranks of a node have different ones, as far
+    /// as there are as many.
     pub fn partners(&self) -> impl Iterator<Item = usize> + '_ {
         let own = self.leader[self.rank];
         let leaders = (0..self.leader.len()).filter(move |rank| self.leader[*rank] == *rank && *rank != own);

@@ -1,9 +1,11 @@
 //! A rank's part of a grid that is spread over ranks: which cells and triangles are its own, and who has the others.
 //!
-//! Each rank has a grid of its own cells and a halo, with local numbers. A triangle belongs to the rank that owns its cell of
-//! the lowest global number: a partition of all triangles, each of which its owner has whole where the halo is one cell wide.
+//! Each rank has a grid of its own cells and a halo, with local numbers. A triangle belongs to the rank that owns its
+//! cell of the lowest global number: a partition of all triangles, each of which its owner has whole where the halo is
+//! one cell wide.
 //!
-//! Ranks of a node may have a part together: each of them has all of its grid and fields, and they share what is done of it.
+//! Ranks of a node may have a part together: each of them has all of its grid and fields, and they share what is done
+//! of it.
 //!
 //! Gradients and averages of halo cells, whose neighbours a rank may not have, come from their owners.
 
@@ -78,8 +80,9 @@ impl Part {
     /// Agrees with the other ranks on whose each cell is. Collective; `grid` is this rank's own.
     ///
     /// # Errors
-    /// The same on all ranks: [`ErrorKind::Grid`](icoray_grid::ErrorKind::Grid) where numbers or marks do not fit the grid, a cell is owned by two ranks or
-    /// by none, or a halo is too narrow; [`ErrorKind::Mpi`](icoray_grid::ErrorKind::Mpi) when the transport fails.
+    /// The same on all ranks: [`ErrorKind::Grid`](icoray_grid::ErrorKind::Grid) where numbers or marks do not fit the
+    /// grid, a cell is owned by two ranks or by none, or a halo is too narrow;
+    /// [`ErrorKind::Mpi`](icoray_grid::ErrorKind::Mpi) when the transport fails.
     pub fn new(ranks: &mut Ranks, grid: &Grid, cells: &PartCells) -> Result<Self> {
         let agreed = Agreed::new(ranks, grid, cells)?;
         let mates = vec![ranks.rank()];
@@ -287,8 +290,8 @@ impl Part {
     }
 }
 
-/// Which own cells each rank of another node is sent values of, and which cells' values come from there: each rank exchanges
-/// with its partner on each other node. Collective.
+/// Which own cells each rank of another node is sent values of, and which cells' values come from there: each rank
+/// exchanges with its partner on each other node. Collective.
 fn node_partners(ranks: &mut Ranks, mesh: &NodeMesh, nodes: &Nodes) -> Result<(CellsOfRanks, CellsOfRanks)> {
     let size = ranks.size();
     let (mut requests, mut receives) = (vec![Vec::new(); size], vec![Vec::new(); size]);
@@ -305,8 +308,7 @@ fn node_partners(ranks: &mut Ranks, mesh: &NodeMesh, nodes: &Nodes) -> Result<(C
     }
     let received = ranks.exchange(encode_lists(&requests))?;
     let row = |cell: u64| {
-        mesh.row(cell)
-            .ok_or_else(|| Error::new(ErrorKind::Internal, format!("cell {cell} is not on this node")))
+        mesh.row(cell).ok_or_else(|| Error::new(ErrorKind::Internal, format!("cell {cell} is not on this node")))
     };
     let sends = ranks.attempt(|| {
         let requests = decode_lists(&received)?.into_iter();

@@ -65,8 +65,8 @@ pub trait PointToPoint: Send {
     fn try_meet(&mut self) -> Result<bool>;
 }
 
-/// A team for another thread, and the pump that moves its messages over `transport`. `node_rank` is this process's number
-/// on its node.
+/// A team for another thread, and the pump that moves its messages over `transport`. `node_rank` is this process's
+/// number on its node.
 pub(crate) fn pumped(transport: Box<dyn PointToPoint>, node_rank: usize) -> (PumpedTeam, MessagePump) {
     let ((outbox, to_send), (inbox, received)) = (unbounded(), unbounded());
     let (rank, size) = (transport.rank(), transport.size());
@@ -104,8 +104,8 @@ impl MessagePump {
         }
     }
 
-    /// Moves messages on until `is_done` on all ranks. Collective. Where ranks cannot be reached any more it returns once
-    /// it is done on this one.
+    /// Moves messages on until `is_done` on all ranks. Collective. Where ranks cannot be reached any more it returns
+    /// once it is done on this one.
     pub fn finish(&mut self, mut is_done: impl FnMut() -> bool) {
         let mut done = false;
         loop {

@@ -21,7 +21,8 @@ pub(super) struct Supply {
     pub own: Rows,
     /// By leader of each other node, own columns that its mesh has too.
     others: HashMap<usize, Rows>,
-    /// Length of the longest list of own columns of any rank, of the longest one for another node, and most rows of a node.
+    /// Length of the longest list of own columns of any rank, of the longest one for another node, and most rows of a
+    /// node.
     max: [usize; 3],
 }
 
@@ -32,12 +33,7 @@ impl Supply {
     }
 
     /// Of fields over parts, at centres and at corners, for the nodes' meshes. Collective.
-    pub fn of_parts(
-        ranks: &mut Ranks,
-        numbers: &Numbers,
-        mesh: &NodeMesh,
-        nodes: &Nodes,
-    ) -> Result<[Self; 2]> {
+    pub fn of_parts(ranks: &mut Ranks, numbers: &Numbers, mesh: &NodeMesh, nodes: &Nodes) -> Result<[Self; 2]> {
         let lookup = ranks.attempt(|| Ok(ColumnLookup::new(numbers)));
         let lookup = ranks.collective(lookup)?;
         let center = lookup.cells_for(ranks, mesh, nodes)?;
@@ -165,12 +161,7 @@ impl ColumnLookup {
 
     /// Adds the requested corners that this rank has to `supply`; the answers are a byte per request, 1 where it has
     /// the corner.
-    fn grant_corners(
-        &self,
-        nodes: &Nodes,
-        received: &[Vec<u8>],
-        supply: &mut Supply,
-    ) -> Result<Vec<Vec<u8>>> {
+    fn grant_corners(&self, nodes: &Nodes, received: &[Vec<u8>], supply: &mut Supply) -> Result<Vec<Vec<u8>>> {
         let mut answers = vec![Vec::new(); received.len()];
         for (rank, requests) in decode_lists::<(u32, Corner)>(received)?.into_iter().enumerate() {
             for (row, corner) in requests {

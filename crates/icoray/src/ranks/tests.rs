@@ -75,8 +75,7 @@ fn together(world: &World, scene: &Scene, size: usize) -> [(Frame, Vec<FrameRepo
     let frames = on_ranks(size, |ranks| {
         let grid = Grid::new(world.mesh.tables()).unwrap();
         let renderer = Renderer::new(1 + ranks.rank() % 2).unwrap();
-        [(); 2]
-            .map(|()| renderer.render_over(ranks, scene, &grid, None, &world.layers, &world.field()).unwrap())
+        [(); 2].map(|()| renderer.render_over(ranks, scene, &grid, None, &world.layers, &world.field()).unwrap())
     });
     let mut all = [Vec::new(), Vec::new()];
     for [first, second] in frames {
@@ -208,8 +207,7 @@ fn a_panic_on_one_rank_is_everybodys_error() {
                     Pixel { color: [x as f32, y as f32, 0.0, 1.0], ..Pixel::default() }
                 };
                 let draw = |places: &[SamplePoint], _: &mut Counts| places.iter().map(pixel).collect();
-                let gathered =
-                    ranks.gather(&threads, &raster, 0.0, |give| trace(&raster, &mine, draw).for_each(give));
+                let gathered = ranks.gather(&threads, &raster, 0.0, |give| trace(&raster, &mine, draw).for_each(give));
                 let told = gathered.map(|gathered| {
                     assert_eq!(gathered.tiles.len(), if rank == 0 { all.len() } else { 0 });
                     FrameSummary::default()

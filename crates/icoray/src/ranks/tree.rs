@@ -84,8 +84,7 @@ impl<L: Link> Tree<L> {
         while !unread.is_empty() {
             let (rank, bytes): (usize, &[u8]) = decode_next(&mut unread)?;
             let of_rank = shared.get_mut(rank);
-            *of_rank.ok_or_else(|| Error::new(ErrorKind::Mpi, format!("a message of rank {rank}")))? =
-                bytes.to_vec();
+            *of_rank.ok_or_else(|| Error::new(ErrorKind::Mpi, format!("a message of rank {rank}")))? = bytes.to_vec();
         }
         Ok(shared)
     }

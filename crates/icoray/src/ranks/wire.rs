@@ -52,7 +52,8 @@ impl From<&Error> for WireError {
 }
 
 impl WireError {
-    /// The error that another rank sent. An `impl From` would make the type of `?` in closures of other crates ambiguous.
+    /// The error that another rank sent. An `impl From` would make the type of `?` in closures of other crates
+    /// ambiguous.
     pub fn received(self) -> Error {
         Error::new(ErrorKind::of_number(self.kind), self.context)
     }

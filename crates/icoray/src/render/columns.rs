@@ -12,9 +12,10 @@ use icoray_scene::Scene;
 use std::time::Instant;
 
 impl Renderer {
-    /// Renders `scene` together with the other ranks, as [`Self::render_over`] does where all have the same data: each rank
-    /// gives the whole `grid`, and `fields`, and heights where the scene needs them, have the columns that `columns` says,
-    /// of which those of its own are read. Collective. The picture is bitwise that of one process with the whole fields.
+    /// Renders `scene` together with the other ranks, as [`Self::render_over`] does where all have the same data: each
+    /// rank gives the whole `grid`, and `fields`, and heights where the scene needs them, have the columns that
+    /// `columns` says, of which those of its own are read. Collective. The picture is bitwise that of one process
+    /// with the whole fields.
     ///
     /// # Errors
     /// As [`Self::render_over`]; [`ErrorKind::Field`](icoray_grid::ErrorKind::Field) where a field lies at corners.
@@ -56,9 +57,7 @@ impl Renderer {
         fields: impl Into<Fields<'f>>,
     ) -> Result<Rendered> {
         match held {
-            Some(Decomposition::Columns(columns)) => {
-                self.render_columns(ranks, scene, grid, columns, layers, fields)
-            }
+            Some(Decomposition::Columns(columns)) => self.render_columns(ranks, scene, grid, columns, layers, fields),
             Some(Decomposition::Whole) | None => self.render_over(ranks, scene, grid, None, layers, fields),
         }
     }
@@ -73,14 +72,11 @@ impl Renderer {
         gathered: &NodeFields,
     ) -> Result<Rendered> {
         let fields = ranks.collective(gathered.fields().and_then(|fields| fields.needed_by(scene)))?;
-        let given =
-            RenderInputs { grid: gathered.grid(grid), part: gathered.part(), layers, fields: &fields };
+        let given = RenderInputs { grid: gathered.grid(grid), part: gathered.part(), layers, fields: &fields };
         let mut rendered = self.render_since(start, ranks, scene, &given)?;
         let report = rendered.report_mut();
-        report.ranks.sharing = report
-            .ranks
-            .sharing
-            .map(|sharing| sharing.of_gathered(gathered.grid.is_some(), gathered.is_refused()));
+        report.ranks.sharing =
+            report.ranks.sharing.map(|sharing| sharing.of_gathered(gathered.grid.is_some(), gathered.is_refused()));
         Ok(rendered)
     }
 }

@@ -83,13 +83,11 @@ impl<'f> OnDevice<'f> {
     ) -> Vec<u32> {
         self.ask(quality, raster, tiles, |device, job, is_new| {
             let take = |band: Fragments| {
-                fragments_of_band(job, &band).into_par_iter().enumerate().for_each(
-                    |(i, (fragments, counts))| {
-                        if is_new(band.first + i) {
-                            give(job.numbers()[band.first + i], &fragments, counts);
-                        }
-                    },
-                );
+                fragments_of_band(job, &band).into_par_iter().enumerate().for_each(|(i, (fragments, counts))| {
+                    if is_new(band.first + i) {
+                        give(job.numbers()[band.first + i], &fragments, counts);
+                    }
+                });
             };
             device.fragments(job, own, &take)
         })
@@ -102,11 +100,7 @@ impl<'f> OnDevice<'f> {
         quality: &Quality,
         raster: Raster,
         tiles: &[u32],
-        trace: impl FnOnce(
-            &dyn Device,
-            &Job,
-            &(dyn Fn(usize) -> bool + Sync),
-        ) -> Result<DeviceCost, FallbackReason>,
+        trace: impl FnOnce(&dyn Device, &Job, &(dyn Fn(usize) -> bool + Sync)) -> Result<DeviceCost, FallbackReason>,
     ) -> Vec<u32> {
         self.drew = None;
         let Ok(device) = self.device else { return tiles.to_vec() };
@@ -121,8 +115,7 @@ impl<'f> OnDevice<'f> {
             Err(reason) => self.device = Err(Some(reason)),
         }
         let is_given = is_given.into_iter().map(AtomicBool::into_inner);
-        let left: Vec<u32> =
-            tiles.iter().zip(is_given).filter(|(_, is)| !is).map(|(tile, _)| *tile).collect();
+        let left: Vec<u32> = tiles.iter().zip(is_given).filter(|(_, is)| !is).map(|(tile, _)| *tile).collect();
         self.drew = (left.len() < tiles.len()).then(|| device.name());
         left
     }

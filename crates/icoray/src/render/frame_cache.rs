@@ -149,7 +149,8 @@ mod tests {
     use icoray_grid::Location;
     use icoray_grid::Shape;
 
-    /// Values are known again for copies of the field over the same grid, once they were taken back, and for nothing else.
+    /// Values are known again for copies of the field over the same grid, once they were taken back, and for nothing
+    /// else.
     #[test]
     fn only_the_same_borrow_is_known() {
         let mesh = IcosahedralMesh::new(2).unwrap();
@@ -182,13 +183,7 @@ mod tests {
         let grid = Grid::new(mesh.tables()).unwrap();
         let values = vec![0.5f32; 2 * grid.cells()];
         let field = || {
-            Field::new(
-                values.as_slice().into(),
-                Shape::level_fastest(grid.cells(), 2),
-                Location::Center,
-                None,
-            )
-            .unwrap()
+            Field::new(values.as_slice().into(), Shape::level_fastest(grid.cells(), 2), Location::Center, None).unwrap()
         };
         let key = |clear: f64| OccupancyKey {
             source: SourceKey::new(&grid, &field()),
@@ -197,10 +192,7 @@ mod tests {
         };
         let spare = FrameCache::default();
         let first = key(0.1);
-        let found = OccupancyMask {
-            blocks: vec![7; 9],
-            ..spare.visible.take(&first).unwrap_err().unwrap_or_default()
-        };
+        let found = OccupancyMask { blocks: vec![7; 9], ..spare.visible.take(&first).unwrap_err().unwrap_or_default() };
         let place = found.blocks.as_ptr();
         spare.visible.store(first.clone(), found);
         let known = spare.visible.take(&first).expect("it is cached");

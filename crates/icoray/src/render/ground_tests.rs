@@ -76,8 +76,7 @@ fn land_and_sea_are_shown_through_a_clear_shell_by_whoever_draws() {
     let mut scene = earth(97);
     let as_pixel = |[r, g, b]: [f64; 3]| [r as f32, g as f32, b as f32, 1.0];
     let frame = draw(&scene, plainly, 1);
-    for (color, lon, lat) in [(LAND, 2.35, 48.86), (LAND, 20.0, 25.0), (SEA, -20.0, 50.0), (SEA, 18.0, 35.0)]
-    {
+    for (color, lon, lat) in [(LAND, 2.35, 48.86), (LAND, 20.0, 25.0), (SEA, -20.0, 50.0), (SEA, 18.0, 35.0)] {
         assert_eq!(pixel(&scene, &frame, lon, lat), as_pixel(color), "{lon} {lat}");
     }
     let one_by_one = || plainly().with_savings(Savings { lanes: false, ..Savings::ALL });

@@ -45,21 +45,15 @@ pub(super) fn draw(context: &FrameContext, ranks: &mut Ranks) -> Result<Rendered
     let FrameContext { renderer, scene, plan, grid, .. } = *context;
     let field = &context.fields[0].field();
     let field_summary = match field.samples() {
-        Reals::F32(data) => {
-            FieldSummary::of(context, ranks, &Samples::new(data, field, plan.falling, [0.0, 1.0]))
-        }
-        Reals::F64(data) => {
-            FieldSummary::of(context, ranks, &Samples::new(data, field, plan.falling, [0.0, 1.0]))
-        }
+        Reals::F32(data) => FieldSummary::of(context, ranks, &Samples::new(data, field, plan.falling, [0.0, 1.0])),
+        Reals::F64(data) => FieldSummary::of(context, ranks, &Samples::new(data, field, plan.falling, [0.0, 1.0])),
     }?;
     let terrain = Terrain::new(context, ranks)?;
     let mut stage = SceneBuilder::new(context);
     let (media, isosurfaces) = (stage.media(), stage.isosurfaces());
     let sheets = stage.sheets();
     let lit: Vec<usize> = match field_summary.is_lit() {
-        true => {
-            media.iter().map(|m| m.extinction.source).chain(isosurfaces.iter().map(|s| s.source)).collect()
-        }
+        true => media.iter().map(|m| m.extinction.source).chain(isosurfaces.iter().map(|s| s.source)).collect(),
         false => Vec::new(),
     };
     compare(context, ranks, &terrain)?;

@@ -71,10 +71,8 @@ impl Work<'_> {
         let tiles = ranks.assign_part_tiles(tiling, part.mates().len());
         let traced = ranks.attempt(|| {
             let mine = &tiles[part.place()];
-            let traced = self
-                .context
-                .renderer
-                .run(|| self.fragments(part, &assignment.quality, tiling, mine, on_device));
+            let traced =
+                self.context.renderer.run(|| self.fragments(part, &assignment.quality, tiling, mine, on_device));
             Ok(addressed(ranks, part, &traced, mine, &assignment.owners))
         });
         let traced_s = start.elapsed().as_secs_f64();
@@ -88,8 +86,8 @@ impl Work<'_> {
         Ok(Exchanged { received, traced_s })
     }
 
-    /// The fragments of each tile as bytes, of which only those of `tiles` have any: of a raster the device's, as far as that
-    /// goes.
+    /// The fragments of each tile as bytes, of which only those of `tiles` have any: of a raster the device's, as far
+    /// as that goes.
     fn fragments(
         &self,
         part: &Part,
@@ -98,8 +96,7 @@ impl Work<'_> {
         tiles: &[u32],
         on_device: &mut OnDevice,
     ) -> Traced {
-        let traced: Vec<OnceLock<(Vec<u8>, Counts, f32)>> =
-            (0..tiling.tiles()).map(|_| OnceLock::new()).collect();
+        let traced: Vec<OnceLock<(Vec<u8>, Counts, f32)>> = (0..tiling.tiles()).map(|_| OnceLock::new()).collect();
         let keep = |tile: u32, fragments: &TileFragments, counts: Counts, seconds: f32| {
             let mut bytes = Vec::new();
             fragments.put(&mut bytes);
@@ -107,8 +104,7 @@ impl Work<'_> {
         };
         let own = part.own(self.radius[0], self.radius[1]);
         // The device does not report seconds per tile.
-        let of_device =
-            |tile: u32, fragments: &TileFragments, counts: Counts| keep(tile, fragments, counts, 0.0);
+        let of_device = |tile: u32, fragments: &TileFragments, counts: Counts| keep(tile, fragments, counts, 0.0);
         let left = match tiling.raster() {
             Some(raster) => on_device.fragments(quality, raster, tiles, &own, &of_device),
             None => tiles.to_vec(),
@@ -120,8 +116,7 @@ impl Work<'_> {
                 let (mut fragments, mut counts) = (TileFragments::default(), Counts::default());
                 visit(tiling, *tile, |at, hint| {
                     let (eye, dir) = ray(self.context.scene, at);
-                    fragments
-                        .ray(|found| tracer.fragments(part.region(), eye, dir, hint, &mut counts, found));
+                    fragments.ray(|found| tracer.fragments(part.region(), eye, dir, hint, &mut counts, found));
                 });
                 keep(*tile, &fragments, counts, start.elapsed().as_secs_f32());
             });
@@ -194,8 +189,8 @@ struct Traced {
     counts: Counts,
 }
 
-/// What is sent to each rank: the seconds that tiles took, which those with the same part are told; what rays met, which only
-/// rank 0 is told; and the rank's tiles.
+/// What is sent to each rank: the seconds that tiles took, which those with the same part are told; what rays met,
+/// which only rank 0 is told; and the rank's tiles.
 fn addressed(ranks: &Ranks, part: &Part, traced: &Traced, mine: &[u32], owners: &[u32]) -> Vec<Vec<u8>> {
     let mut bodies = vec![Vec::new(); ranks.size()];
     for (tile, owner) in traced.tiles.iter().zip(owners) {

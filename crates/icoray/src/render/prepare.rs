@@ -49,8 +49,7 @@ impl FieldSummary {
         let mut quality = requested_quality(scene);
         if let (Some(deadline), true) = (deadline, plan.shading.is_some()) {
             let some = || {
-                let (cells, wanted) =
-                    (0..grid.cells().div_ceil(64), GradientOptions { visible: None, packed: false });
+                let (cells, wanted) = (0..grid.cells().div_ceil(64), GradientOptions { visible: None, packed: false });
                 drop(gradient::gradients(grid, &plan.radius, samples, cells, wanted, Gradients::none()));
             };
             let has_time = || !context.needs_gradients() || deadline.has_time_for_gradients(1.0 / 64.0, some);
@@ -81,8 +80,7 @@ pub(super) fn sight<'f, T: Real, S: Sample>(
     let leaps = renderer.savings.leaps;
     let clear = if leaps { clear_values(spans, &samples, field_summary.value_range) } else { Vec::new() };
     let bits = clear.iter().map(|range| range.map(|value| value.wide().to_bits()));
-    let key =
-        OccupancyKey { source: context.fields[0].source(grid), falling: plan.falling, clear: bits.collect() };
+    let key = OccupancyKey { source: context.fields[0].source(grid), falling: plan.falling, clear: bits.collect() };
     let sight = OccupancyTest { grid, samples, layers: plan.radius.len(), clear };
     let asked = key.clone();
     let find = move || {
@@ -134,8 +132,7 @@ pub(super) fn gradients<'f, S: Sample>(
 /// Whether the scene's tolerance is far above what packing does to light: it turns normals by 1e-5.
 fn has_room_for_packing(context: &FrameContext) -> bool {
     const TURN: f64 = 1e-5;
-    let off =
-        context.plan.shading.map_or(0.0, |s| TURN * (s.diffuse + s.specular * s.shininess.max(1.0).sqrt()));
+    let off = context.plan.shading.map_or(0.0, |s| TURN * (s.diffuse + s.specular * s.shininess.max(1.0).sqrt()));
     context.scene.precision == Precision::F32 && off <= 0.05 * context.scene.tolerance
 }
 

@@ -75,8 +75,7 @@ impl Renderer {
                     let cached = self.frame_cache.averages.take(&SourceKey::new(grid, &given));
                     cached.or_else(|memory| CenterField::average_in(grid, &given, memory))
                 };
-                let average =
-                    (given.location() == Location::Corner).then(|| self.run(average)).transpose()?;
+                let average = (given.location() == Location::Corner).then(|| self.run(average)).transpose()?;
                 Ok(PreparedField { name: name.to_owned(), given, average, moved: None })
             });
             // Ranks whose fields lie elsewhere would wait for each other's halos for ever.

@@ -77,8 +77,8 @@ impl Renderer {
         Renderer { savings, frame_cache: self.frame_cache.with_reuse(savings.reuse), ..self }
     }
 
-    /// The same, but rays only walk and interpolate: frusta of unlit `exact` scenes are laid aside to be integrated together,
-    /// and are not. For measurements.
+    /// The same, but rays only walk and interpolate: frusta of unlit `exact` scenes are laid aside to be integrated
+    /// together, and are not. For measurements.
     #[doc(hidden)]
     #[must_use]
     pub fn without_integrals(self) -> Self {
@@ -102,9 +102,10 @@ impl Renderer {
         self.with_devices(Arc::new(SingleDevice(device)))
     }
 
-    /// The same renderer, which calls `report(finished, total)` after each tile of a picture that this process draws, from the
-    /// thread that drew it. `total` is the number of these tiles. The calls of one picture come in no order, and none comes for
-    /// probes of a time budget and for pixels at edges, which are traced again after the last tile.
+    /// The same renderer, which calls `report(finished, total)` after each tile of a picture that this process draws,
+    /// from the thread that drew it. `total` is the number of these tiles. The calls of one picture come in no
+    /// order, and none comes for probes of a time budget and for pixels at edges, which are traced again after the
+    /// last tile.
     ///
     /// ```
     /// use std::sync::Arc;
@@ -128,16 +129,12 @@ impl Renderer {
         self.threads.run(work)
     }
 
-    /// The device that would draw `scene`, opened if it was not yet; `Err(None)` where nobody asks for one. Of the ranks on a
-    /// node this is number `node_rank`.
+    /// The device that would draw `scene`, opened if it was not yet; `Err(None)` where nobody asks for one. Of the
+    /// ranks on a node this is number `node_rank`.
     ///
     /// # Errors
     /// A [`FallbackReason`] why the CPU draws although the scene asks for a device.
-    pub fn device_for(
-        &self,
-        scene: &Scene,
-        node_rank: usize,
-    ) -> Result<Arc<dyn Device>, Option<FallbackReason>> {
+    pub fn device_for(&self, scene: &Scene, node_rank: usize) -> Result<Arc<dyn Device>, Option<FallbackReason>> {
         if scene.backend == Backend::Cpu {
             return Err(None);
         }

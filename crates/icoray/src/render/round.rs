@@ -1,5 +1,5 @@
-//! A round of a picture: tiles that are shared out among ranks, traced and gathered. A picture has one, and one more of the pixels at
-//! edges where there are any.
+//! A round of a picture: tiles that are shared out among ranks, traced and gathered. A picture has one, and one more of
+//! the pixels at edges where there are any.
 
 use super::context::FrameContext;
 use super::device::OnDevice;
@@ -36,8 +36,8 @@ pub(super) struct Rounds<'p, 'w, 'd> {
 }
 
 impl Rounds<'_, '_, '_> {
-    /// Traces the tiles of `tiling`, told to `progress`. What came of it is to be agreed on: at rank 0 all tiles, or why there are not.
-    /// Collective.
+    /// Traces the tiles of `tiling`, told to `progress`. What came of it is to be agreed on: at rank 0 all tiles, or
+    /// why there are not. Collective.
     ///
     /// # Errors
     /// The same on all ranks.
@@ -51,8 +51,7 @@ impl Rounds<'_, '_, '_> {
         let FrameContext { renderer, part, .. } = *self.work.context;
         let (work, on_device) = (self.work, &mut *self.on_device);
         let start = Instant::now();
-        let exchanged =
-            part.map(|part| work.exchange(ranks, part, assignment, tiling, on_device)).transpose()?;
+        let exchanged = part.map(|part| work.exchange(ranks, part, assignment, tiling, on_device)).transpose()?;
         let mine = assignment.tiles_of(ranks.rank());
         let fragments = exchanged.as_ref().map(|e| ranks.collective(e.tiles(tiling, &mine))).transpose()?;
         let trace = |give: &(dyn Fn(Tile) + Sync)| {
@@ -93,8 +92,8 @@ impl Rounds<'_, '_, '_> {
         Ok(tiles.and_then(assemble))
     }
 
-    /// Draws the pixels at edges again, with several rays each, where the scene and the time left allow it, and says how many they
-    /// are. Collective, and as [`Self::trace`].
+    /// Draws the pixels at edges again, with several rays each, where the scene and the time left allow it, and says
+    /// how many they are. Collective, and as [`Self::trace`].
     pub fn edges(
         &mut self,
         ranks: &mut Ranks,

@@ -12,8 +12,8 @@ impl Renderer {
     /// rank 0's. Collective.
     ///
     /// # Errors
-    /// The same on all ranks: [`ErrorKind::Field`](icoray_grid::ErrorKind::Field) where a field has not the columns that its rank
-    /// has; [`ErrorKind::Mpi`](icoray_grid::ErrorKind::Mpi) when the transport fails.
+    /// The same on all ranks: [`ErrorKind::Field`](icoray_grid::ErrorKind::Field) where a field has not the columns
+    /// that its rank has; [`ErrorKind::Mpi`](icoray_grid::ErrorKind::Mpi) when the transport fails.
     pub fn summary(
         &self,
         ranks: &mut Ranks,
@@ -64,12 +64,7 @@ mod tests {
         (0..columns * LAYERS).map(|at| value(at / LAYERS)).collect()
     }
 
-    fn summary_of(
-        ranks: &mut Ranks,
-        values: &[f32],
-        at: Location,
-        held: Option<&Decomposition>,
-    ) -> Result<Summary> {
+    fn summary_of(ranks: &mut Ranks, values: &[f32], at: Location, held: Option<&Decomposition>) -> Result<Summary> {
         let shape = Shape::level_fastest(values.len() / LAYERS, LAYERS);
         let field = Field::new(values.into(), shape, at, None).unwrap();
         Renderer::new(1).unwrap().summary(ranks, &field, held, &ASKED)
@@ -108,8 +103,7 @@ mod tests {
                 ([own, own * number], summary_of(ranks, &values, location, Some(&held)))
             });
             let (sums, found): (Vec<_>, Vec<_>) = found.into_iter().unzip();
-            let [count, sum] =
-                [0, 1].map(|k| sums.iter().map(|sums: &[usize; 2]| sums[k] as f64).sum::<f64>());
+            let [count, sum] = [0, 1].map(|k| sums.iter().map(|sums: &[usize; 2]| sums[k] as f64).sum::<f64>());
             let [low, high, mean] = numbers(found);
             assert_eq!((low, high), (0.0, 2.0));
             assert!((mean - sum / count).abs() < 1e-12, "{location:?}: {mean}");

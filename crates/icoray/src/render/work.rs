@@ -70,12 +70,7 @@ impl Work<'_> {
     }
 
     /// The quality that is asked, or the best one that keeps the deadline on whoever draws.
-    pub(super) fn pick(
-        &self,
-        asked: Quality,
-        deadline: Option<Deadline>,
-        on_device: &mut OnDevice,
-    ) -> Quality {
+    pub(super) fn pick(&self, asked: Quality, deadline: Option<Deadline>, on_device: &mut OnDevice) -> Quality {
         let Some(deadline) = deadline else { return asked };
         on_device.get_ready(&asked, self.raster());
         if !on_device.is_there() {
@@ -176,8 +171,8 @@ pub(super) fn notes(scene: &Scene) -> Vec<(&'static str, String)> {
     ]
 }
 
-/// Standard deviations of rounding that the error of a pixel counts. Each rounding's largest size, 1.7 times its standard
-/// deviation, stands for the latter.
+/// Standard deviations of rounding that the error of a pixel counts. Each rounding's largest size, 1.7 times its
+/// standard deviation, stands for the latter.
 const DEVIATIONS: f64 = 4.0;
 
 /// Error bound of rounded positions for a ray that grazes an edge of the mesh.
@@ -197,8 +192,8 @@ fn pixels(scene: &Scene, tracer: &dyn Tracer, places: &[SamplePoint], counts: &m
     pixels
 }
 
-/// Whether no ray through a rectangle of pixels, the first and the last of which are opposite corners, comes within `radius` of
-/// the centre.
+/// Whether no ray through a rectangle of pixels, the first and the last of which are opposite corners, comes within
+/// `radius` of the centre.
 fn passes_by(scene: &Scene, places: &[SamplePoint], radius: f64) -> bool {
     /// More than rounding does to an angle.
     const SLACK: f64 = 1e-6;

@@ -84,8 +84,7 @@ impl Look {
             (found, _) => found,
         };
         let map = options.color_map.clone().unwrap_or_else(|| kind.map().to_owned());
-        let mut look =
-            Look { kind, map, range: [0.0; 2], opacity: Vec::new(), unit_length: UNIT_LENGTH, step: 0.0 };
+        let mut look = Look { kind, map, range: [0.0; 2], opacity: Vec::new(), unit_length: UNIT_LENGTH, step: 0.0 };
         let p = |percent: f64| survey.percentile(percent);
         match kind {
             Kind::Constant => look.be_constant(p(50.0)),
@@ -128,15 +127,13 @@ impl Look {
         let clear = most.max(0.3 * full).min(0.8 * full);
         let half = clear + 0.4 * (full - clear);
         self.ends(-full, full);
-        self.opacity =
-            vec![(-full, 0.95), (-half, 0.6), (-clear, 0.0), (clear, 0.0), (half, 0.6), (full, 0.95)];
+        self.opacity = vec![(-full, 0.95), (-half, 0.6), (-clear, 0.0), (clear, 0.0), (half, 0.6), (full, 0.95)];
     }
 
     /// Opacities in peaks, the smallest dome the densest.
     fn be_shells(&mut self, shells: &[Shell], exaggeration: f64) {
         const DENSE: [f64; 3] = [0.95, 0.7, 0.3];
-        let mut peaks: Vec<Peak> =
-            shells.iter().zip(DENSE).map(|(s, d)| Peak::new(s, d, exaggeration)).collect();
+        let mut peaks: Vec<Peak> = shells.iter().zip(DENSE).map(|(s, d)| Peak::new(s, d, exaggeration)).collect();
         peaks.sort_by(|a, b| a.value.total_cmp(&b.value));
         for i in 1..peaks.len() {
             // Peaks are apart.

@@ -1,19 +1,19 @@
 //! A first scene for a field, made from its values and layers.
 //!
-//! [`scene`] returns the commented text of a scene file. A caller parses this text as any other scene, so that what is drawn at
-//! once and what is drawn from the saved text are the same picture.
+//! [`scene`] returns the commented text of a scene file. A caller parses this text as any other scene, so that what is
+//! drawn at once and what is drawn from the saved text are the same picture.
 //!
 //! The field decides how it is shown:
 //!
-//! - **Both signs** (the 1st and the 99th percentile have different signs and similar magnitudes): a diverging colour map about 0,
-//!   opaque in the tails of the magnitude, clear around 0.
-//! - **Stratified** (layer means explain most of the variance, as of potential temperature or density): three thin shells, at
-//!   values that the lowest layer has too, so that the edges of the shells are seen.
+//! - **Both signs** (the 1st and the 99th percentile have different signs and similar magnitudes): a diverging colour
+//!   map about 0, opaque in the tails of the magnitude, clear around 0.
+//! - **Stratified** (layer means explain most of the variance, as of potential temperature or density): three thin
+//!   shells, at values that the lowest layer has too, so that the edges of the shells are seen.
 //! - **One tail** (one end of the distribution is much longer, as of humidity or a tracer): opaque towards that end.
 //! - **Otherwise**: opaque at both ends, translucent in the middle.
 //!
-//! Each value counts the same, so that layers count most where the model has many of them. The camera faces the side on which the field
-//! differs most from its zonal mean, at a distance that shows the whole planet.
+//! Each value counts the same, so that layers count most where the model has many of them. The camera faces the side on
+//! which the field differs most from its zonal mean, at a distance that shows the whole planet.
 //!
 //! ```
 //! use icoray::{Field, Grid, IcosahedralMesh, Layers, Location, Scene, Shape, suggest};

@@ -15,14 +15,13 @@ pub(super) struct Shell {
     pub gradient: f64,
 }
 
-/// Surfaces that end at the ground, or of an ocean at the sea surface, so that their edges are seen: domes of the lowest values
-/// there where values rise away from it, and of the highest where they fall. The smallest dome first.
+/// Surfaces that end at the ground, or of an ocean at the sea surface, so that their edges are seen: domes of the
+/// lowest values there where values rise away from it, and of the highest where they fall. The smallest dome first.
 pub(super) fn shells(survey: &Survey) -> Vec<Shell> {
     let path = from_boundary(survey);
     let (mut rises, mut ends) = (0.0, Vec::new());
     for column in survey.columns() {
-        let mut values =
-            path.iter().map(|layer| survey.value(column, *layer)).filter(|value| !value.is_nan());
+        let mut values = path.iter().map(|layer| survey.value(column, *layer)).filter(|value| !value.is_nan());
         let Some(end) = values.next() else { continue };
         // A few layers away: an inversion at the ground does not count.
         let inner = values.take(path.len() / 4 + 1).last().unwrap_or(end);
@@ -34,8 +33,7 @@ pub(super) fn shells(survey: &Survey) -> Vec<Shell> {
         let share = if rises >= 0.0 { share } else { 100.0 - share };
         ends[(share / 100.0 * (ends.len() - 1) as f64).round() as usize]
     };
-    let mut shells: Vec<Shell> =
-        SHARES.iter().filter_map(|share| Shell::at(survey, &path, value(*share))).collect();
+    let mut shells: Vec<Shell> = SHARES.iter().filter_map(|share| Shell::at(survey, &path, value(*share))).collect();
     shells.dedup_by(|b, a| a.value == b.value);
     shells
 }

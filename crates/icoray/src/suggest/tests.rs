@@ -12,9 +12,8 @@ fn text_for(value: impl Fn(f64, f64, f64) -> f64, options: &Options) -> Result<S
     let mesh = IcosahedralMesh::new(4).unwrap();
     let grid = Grid::new(mesh.tables()).unwrap();
     let at = |cell: usize| (mesh.lon_center_rad[cell], mesh.lat_center_rad[cell]);
-    let values: Vec<f64> = (0..grid.cells())
-        .flat_map(|cell| HEIGHT_M.map(|height| value(at(cell).0, at(cell).1, height)))
-        .collect();
+    let values: Vec<f64> =
+        (0..grid.cells()).flat_map(|cell| HEIGHT_M.map(|height| value(at(cell).0, at(cell).1, height))).collect();
     let shape = Shape::level_fastest(grid.cells(), HEIGHT_M.len());
     let field = Field::new(values.as_slice().into(), shape, Location::Center, None).unwrap();
     let layers = Layers::from_heights(&HEIGHT_M, EARTH_M).unwrap();
@@ -36,11 +35,7 @@ fn wave(lon: f64, lat: f64, _: f64) -> f64 {
 fn both_signs_have_a_diverging_map_about_0_and_are_clear_there() {
     let scene = scene_for(wave, &Options::default());
     let [low, high] = scene.volumes[0].transfer.range();
-    assert!(
-        low == -high
-            && scene.volumes[0].transfer.at(0.0).1 == 0.0
-            && scene.volumes[0].transfer.at(high).1 > 1.0
-    );
+    assert!(low == -high && scene.volumes[0].transfer.at(0.0).1 == 0.0 && scene.volumes[0].transfer.at(high).1 > 1.0);
     assert!(scene.volumes[0].coloring.as_ref().unwrap().describe().starts_with("vik"));
     // The camera is over the wave: 115°E 40°N.
     let [lon, lat, ..] = scene.camera.place();
@@ -71,8 +66,7 @@ fn stratified_fields_are_shells_that_end_at_the_ground() {
 
 #[test]
 fn a_long_tail_is_shown_alone() {
-    let humid =
-        |lon: f64, lat: f64, height: f64| (4.0 * (lon.sin() * lat.cos())).exp() * (1.3 - 3e-5 * height);
+    let humid = |lon: f64, lat: f64, height: f64| (4.0 * (lon.sin() * lat.cos())).exp() * (1.3 - 3e-5 * height);
     for (sign, kind) in [(1.0, "upper tail"), (-1.0, "lower tail")] {
         let value = |lon: f64, lat: f64, height: f64| 100.0 + sign * humid(lon, lat, height);
         let text = text_for(value, &Options::default()).unwrap();
@@ -80,10 +74,7 @@ fn a_long_tail_is_shown_alone() {
         let scene = Scene::parse(&text).unwrap();
         let [low, high] = scene.volumes[0].transfer.range();
         let opaque = if sign > 0.0 { [low, high] } else { [high, low] };
-        assert!(
-            scene.volumes[0].transfer.at(opaque[0]).1 == 0.0
-                && scene.volumes[0].transfer.at(opaque[1]).1 > 1.0
-        );
+        assert!(scene.volumes[0].transfer.at(opaque[0]).1 == 0.0 && scene.volumes[0].transfer.at(opaque[1]).1 > 1.0);
     }
 }
 

@@ -68,8 +68,7 @@ impl Suggested<'_> {
 
     fn camera(&self) -> String {
         let Options { lon_deg, lat_deg, distance, .. } = self.options;
-        let outer =
-            self.layers.radius_m().iter().copied().fold(0.0, f64::max) / self.layers.planet_radius_m();
+        let outer = self.layers.radius_m().iter().copied().fold(0.0, f64::max) / self.layers.planet_radius_m();
         let radius = 1.0 + self.exaggeration * (outer - 1.0).max(0.0);
         let farthest = radius / (FILLED * 0.5 * FOV_DEG.to_radians()).sin();
         let why = match self.aim.is_of_field {
@@ -98,8 +97,7 @@ impl Suggested<'_> {
             put(&mut text, "transfer", &transfer, "colours; fixed, so that times can be compared");
             return text;
         }
-        let stops =
-            opacity.iter().map(|(value, opacity)| format!("[{}, {}]", number(*value), number(*opacity)));
+        let stops = opacity.iter().map(|(value, opacity)| format!("[{}, {}]", number(*value), number(*opacity)));
         let stops = stops.collect::<Vec<_>>().join(", ");
         let mut text = "\n[transfer]\n".to_owned();
         put(&mut text, "map", &quoted(map), "colour map; with _r behind it the other way round");
@@ -157,8 +155,7 @@ impl Suggested<'_> {
     }
 
     fn labels(&self) -> String {
-        let mut text =
-            "\n[labels]                   # in PNG files; without this section there are none\n".to_owned();
+        let mut text = "\n[labels]                   # in PNG files; without this section there are none\n".to_owned();
         put(&mut text, "title", "\"{field}\\n{time}\"", "");
         text += "\n[output]\n";
         put(&mut text, "file", "\"{field}_{step:06}.png\"", "also $Y-$M-$D_$h for the date");

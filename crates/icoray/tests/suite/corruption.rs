@@ -1,12 +1,12 @@
-//! Grid tables with anything wrong in them: refused or drawn, and never a panic or a ray without end. Half of the meshes have
-//! holes.
+//! Grid tables with anything wrong in them: refused or drawn, and never a panic or a ray without end. Half of the
+//! meshes have holes.
 //!
-//! Right meshes are damaged at random, 2,000 times, or 60,000 in the long run, each from its seed, so that a failure can be repeated.
+//! Right meshes are damaged at random, 2,000 times, or 60,000 in the long run, each from its seed, so that a failure
+//! can be repeated.
 
 use crate::culled::{Culled, Mark, Style, holes};
 use icoray::{
-    ErrorKind, Field, Grid, GridTables, IcosahedralMesh, Indices, Layers, Location, LonLat, Renderer, Scene,
-    Shape,
+    ErrorKind, Field, Grid, GridTables, IcosahedralMesh, Indices, Layers, Location, LonLat, Renderer, Scene, Shape,
 };
 use icoray_test_support::count;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -47,8 +47,7 @@ const WIDTHS: [usize; 5] = [6, 3, 3, 2, 1];
 impl Tables {
     fn new(mesh: &IcosahedralMesh, base: i32, is_wide: bool, has_count: bool) -> Self {
         let rows = [&mesh.cell_corner, &mesh.corner_cell, &mesh.corner_edge, &mesh.edge_corner];
-        let rows =
-            rows.map(|table| table.iter().map(|v| i64::from(*v) + i64::from(base)).collect::<Vec<_>>());
+        let rows = rows.map(|table| table.iter().map(|v| i64::from(*v) + i64::from(base)).collect::<Vec<_>>());
         let [cell_corner, corner_cell, corner_edge, edge_corner] = rows;
         // A pentagon's last corner stands twice.
         let count = cell_corner.chunks_exact(6).map(|row| if row[4] == row[5] { 5 } else { 6 }).collect();
@@ -89,8 +88,7 @@ impl Tables {
     fn damage(&mut self, random: &mut Random) {
         let table = random.below(5);
         let width = WIDTHS[table];
-        let limit =
-            [self.reals[2].len(), self.reals[0].len(), self.rows[3].len() / 2][random.below(3)] as i64;
+        let limit = [self.reals[2].len(), self.reals[0].len(), self.rows[3].len() / 2][random.below(3)] as i64;
         let rows = &mut self.rows[table];
         let (at, other) = (random.below(rows.len()), random.below(rows.len()));
         let (row, other_row) = (random.below(rows.len() / width), random.below(rows.len() / width));

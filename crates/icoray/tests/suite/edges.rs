@@ -52,7 +52,8 @@ fn layers() -> Layers {
 }
 
 const CLEAR: &str = "[transfer]\nmap = \"viridis\"\nrange = [-1, 1.2]\nopacity = [[0, 0.0]]\n";
-const DENSE: &str = "[transfer]\nmap = \"viridis\"\nrange = [-1, 1.2]\nopacity = [[-1, 0.9], [1.2, 0.9]]\nunit_length = 0.002\n";
+const DENSE: &str =
+    "[transfer]\nmap = \"viridis\"\nrange = [-1, 1.2]\nopacity = [[-1, 0.9], [1.2, 0.9]]\nunit_length = 0.002\n";
 const DOME: &str = "[[isosurfaces]]\nfield = \"f\"\nvalue = 0.8\ncolor = \"crimson\"\n";
 const LAYER: &str = "[[surfaces]]\nlayer = 4\ncolor = \"gold\"\nopacity = 0.5\n";
 const CUT: &str = "[[clip]]\ncut = \"inside\"\nlon = [0, 90]\nlat = [0, 90]\n";
@@ -63,8 +64,7 @@ fn scene(side: u32, antialias: bool, keys: &str, tables: &str) -> Scene {
         "field = \"f\"\nbackend = \"cpu\"\nprecision = \"f64\"\ncore = \"white\"\nantialias = {antialias}\n{keys}\n\
          [image]\nwidth = {side}\nheight = {side}\n[camera]\nlon = 50\nlat = 20\ndistance = 3.6\nfov = 40\n{tables}"
     );
-    Scene::parse(&text.replace("core = \"white\"\nantialias = false\ncore", "antialias = false\ncore"))
-        .unwrap()
+    Scene::parse(&text.replace("core = \"white\"\nantialias = false\ncore", "antialias = false\ncore")).unwrap()
 }
 
 /// What is shown, by name.
@@ -95,9 +95,8 @@ fn averaged(fine: &Frame, many: u32) -> Vec<[f64; 4]> {
 
 /// The sum of how far pixels are from others.
 fn distance(frame: &Frame, exact: &[[f64; 4]]) -> f64 {
-    let off = |(a, b): (&[f32; 4], &[f64; 4])| {
-        a.iter().zip(b).map(|(a, b)| (f64::from(*a) - b).abs()).fold(0.0, f64::max)
-    };
+    let off =
+        |(a, b): (&[f32; 4], &[f64; 4])| a.iter().zip(b).map(|(a, b)| (f64::from(*a) - b).abs()).fold(0.0, f64::max);
     frame.pixels.iter().zip(exact).map(off).sum()
 }
 
@@ -130,8 +129,8 @@ fn the_silhouette_of_the_core_covers_what_a_sphere_does() {
         let meets = |i: u32| {
             let at = [32 * x + i % 32, 32 * y + i / 32];
             let (eye, dir) = (camera.eye(), camera.direction(at[0], at[1], 32 * SIDE, 32 * SIDE));
-            let [eye2, along] = [(0, 0), (0, 1)]
-                .map(|(a, b)| (0..3).map(|k| [eye, dir][a][k] * [eye, dir][b][k]).sum::<f64>());
+            let [eye2, along] =
+                [(0, 0), (0, 1)].map(|(a, b)| (0..3).map(|k| [eye, dir][a][k] * [eye, dir][b][k]).sum::<f64>());
             eye2 - along * along < 1.0
         };
         f64::from((0..1024).filter(|i| meets(*i)).count() as u32) / 1024.0
@@ -191,8 +190,8 @@ fn fragments_have_the_same_edges() {
 fn errors_of_edges_are_bounds_too() {
     let data = Data::new(3);
     let haze = CLEAR.replace("[[0, 0.0]]", "[[-1, 0.2], [0.3, 0.1], [1.2, 0.4]]");
-    let [exact, loose] = ["1e-9", "1e-3"]
-        .map(|tolerance| data.draw(&scene(SIDE, true, &format!("tolerance = {tolerance}"), &haze)));
+    let [exact, loose] =
+        ["1e-9", "1e-3"].map(|tolerance| data.draw(&scene(SIDE, true, &format!("tolerance = {tolerance}"), &haze)));
     assert_eq!(exact.report.edge_pixels, loose.report.edge_pixels);
     assert_eq!(loose.report.error.certainty, Certainty::Bound);
     assert!(loose.report.error.max <= 1.01e-3);

@@ -124,31 +124,15 @@ fn damage_is_named() {
             ErrorKind::Grid,
             &["corner_cell[", "and corner_cell[10]", ", 162], ", "expected 2"],
         ),
-        (
-            |m| m.corner_cell[31] = m.corner_cell[30],
-            ErrorKind::Grid,
-            &["corner_cell[10]", "three different cells"],
-        ),
+        (|m| m.corner_cell[31] = m.corner_cell[30], ErrorKind::Grid, &["corner_cell[10]", "three different cells"]),
         (|m| m.corner_edge.swap(30, 60), ErrorKind::Grid, &["edge_corner[", "corner_edge[10]"]),
-        (
-            |m| m.corner_edge[31] = m.corner_edge[30],
-            ErrorKind::Grid,
-            &["corner_edge[10]", "one side per cell"],
-        ),
+        (|m| m.corner_edge[31] = m.corner_edge[30], ErrorKind::Grid, &["corner_edge[10]", "one side per cell"]),
         (|m| m.edge_corner[6] = m.edge_corner[7], ErrorKind::Grid, &["edge_corner[3]"]),
         (|m| m.lon_center_rad[5] = f64::NAN, ErrorKind::Grid, &["center[5]", "NaN"]),
         (|m| m.lat_center_rad[6] = 45.0, ErrorKind::Grid, &["center[6]", "45", "radians"]),
         (|m| m.lat_corner_rad[7] = f64::INFINITY, ErrorKind::Grid, &["corner[7]", "inf"]),
-        (
-            |m| m.lon_center_rad.truncate(161),
-            ErrorKind::Grid,
-            &["center latitude: 162 entries, expected 161"],
-        ),
-        (
-            |m| m.edge_corner.truncate(958),
-            ErrorKind::Grid,
-            &["162 cells - 479 edges + 320 corners", "expected 2"],
-        ),
+        (|m| m.lon_center_rad.truncate(161), ErrorKind::Grid, &["center latitude: 162 entries, expected 161"]),
+        (|m| m.edge_corner.truncate(958), ErrorKind::Grid, &["162 cells - 479 edges + 320 corners", "expected 2"]),
         (
             |m| m.corner_edge.truncate(957),
             ErrorKind::Grid,
@@ -163,11 +147,7 @@ fn damage_is_named() {
             ErrorKind::Grid,
             &["span no area"],
         ),
-        (
-            |m| m.cell_corner.fill(0),
-            ErrorKind::Grid,
-            &["cell_corner[0]", "1 different corners", "expected the 5"],
-        ),
+        (|m| m.cell_corner.fill(0), ErrorKind::Grid, &["cell_corner[0]", "1 different corners", "expected the 5"]),
         (|m| m.cell_corner[601] = 319, ErrorKind::Grid, &["cell_corner[100][1]", "corner 319"]),
         (
             |m| m.cell_corner[600] = m.cell_corner[601],
@@ -232,8 +212,7 @@ fn wide_numbers_are_not_wrapped() {
         };
         for (k, name) in names.into_iter().enumerate() {
             let columns = [6, 3, 3, 2][k];
-            let row =
-                [format!("{name}[10][1] (MPAS "), format!("{name}(2, 11) (MPAS ")][base as usize].clone();
+            let row = [format!("{name}[10][1] (MPAS "), format!("{name}(2, 11) (MPAS ")][base as usize].clone();
             for wrong in [(1 << 32) + 5, -(1 << 32) + 5, i64::MAX, i64::MIN] {
                 let mut damaged = right.clone();
                 damaged[k][10 * columns + 1] = wrong;

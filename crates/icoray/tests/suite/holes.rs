@@ -3,9 +3,7 @@
 //! That whole mesh is an oracle with no void triangle in it: a frustum with a missing value adds nothing.
 
 use glam::DVec3;
-use icoray::{
-    CenterField, ErrorKind, Grid, IcosahedralMesh, Layers, Location, Renderer, Scene, Stretch, Traversal,
-};
+use icoray::{CenterField, ErrorKind, Grid, IcosahedralMesh, Layers, Location, Renderer, Scene, Stretch, Traversal};
 use std::f64::consts::TAU;
 use std::ops::ControlFlow;
 
@@ -60,9 +58,7 @@ fn assert_closed(grid: &Grid, name: &str) {
             assert!(grid.is_triangle(other) || grid.is_void(other), "{name}: {t} leads to {other}");
             assert!((0..3).any(|j| grid.across(other, j) == t), "{name}: {other} does not lead back to {t}");
             let ends = [v[(k + 1) % 3], v[(k + 2) % 3]];
-            let runs = |t: u32, from: u32, to: u32| {
-                (0..3).any(|i| wound(t)[i] == from && wound(t)[(i + 1) % 3] == to)
-            };
+            let runs = |t: u32, from: u32, to: u32| (0..3).any(|i| wound(t)[i] == from && wound(t)[(i + 1) % 3] == to);
             let there = runs(t, ends[0], ends[1]);
             let (from, to) = if there { (ends[0], ends[1]) } else { (ends[1], ends[0]) };
             assert!(runs(t, from, to) && runs(other, to, from), "{name}: side {k} of {t} and {other}");
@@ -257,11 +253,7 @@ fn holes_are_no_excuse() {
     type Damage = fn(&mut Culled, usize, usize);
     let cases: &[(&str, Damage, &[&str])] = &[
         // `t` is a triangle beside the hole, `rim` its side there as an edge.
-        (
-            "the rim's corner names a stranger",
-            |m, _, rim| beyond(m, rim)[0] = 3,
-            &["cells in common", "expected 2"],
-        ),
+        ("the rim's corner names a stranger", |m, _, rim| beyond(m, rim)[0] = 3, &["cells in common", "expected 2"]),
         (
             "one more cell is marked",
             |m, t, _| m.corner_cell[3 * t + 1] = -1,
@@ -310,9 +302,7 @@ fn holes_are_no_excuse() {
     let is_there = |t: &usize| right.corner_cell[3 * t..3 * t + 3].iter().all(|&cell| cell >= 0);
     let rim_of = |t: usize| {
         let edges = right.corner_edge[3 * t..3 * t + 3].iter().map(|&edge| edge as usize);
-        edges
-            .into_iter()
-            .find(|&edge| right.edge_corner[2 * edge..][..2].iter().any(|&c| !is_there(&(c as usize))))
+        edges.into_iter().find(|&edge| right.edge_corner[2 * edge..][..2].iter().any(|&c| !is_there(&(c as usize))))
     };
     let triangles = 0..right.corners.len();
     let (t, rim) = triangles.filter(is_there).find_map(|t| Some((t, rim_of(t)?))).unwrap();
@@ -351,9 +341,7 @@ fn patches_that_overlap_are_refused() {
     let stays: Vec<bool> = at.iter().map(|p| near(p, 0.0) || near(p, 90.0)).collect();
     let mut culled = Culled::new(&mesh, &stays, Style::Triangles, Mark::MinusOne, 0);
     culled.grid();
-    for (shift, inside) in
-        [(TAU / 4.0, "in each other's place"), (1.4, "all"), (1.1, "half"), (0.85, "a little")]
-    {
+    for (shift, inside) in [(TAU / 4.0, "in each other's place"), (1.4, "all"), (1.1, "half"), (0.85, "a little")] {
         let mut moved = culled.clone();
         for (lon, &cell) in moved.lon_lat[0].iter_mut().zip(&culled.cells) {
             if near(&at[cell], 90.0) {
@@ -367,8 +355,7 @@ fn patches_that_overlap_are_refused() {
         assert!(names || message.contains("center["), "{inside}: {message}");
     }
     // One within the other, rims apart.
-    let stays: Vec<bool> =
-        at.iter().map(|p| near(p, 0.0) || p.angle_between(towards(90.0, 10.0)) < 0.15).collect();
+    let stays: Vec<bool> = at.iter().map(|p| near(p, 0.0) || p.angle_between(towards(90.0, 10.0)) < 0.15).collect();
     let mut nested = Culled::new(&mesh, &stays, Style::Corners, Mark::BeforeFirst, 1);
     for (lon, &cell) in nested.lon_lat[0].iter_mut().zip(&nested.cells) {
         *lon -= if near(&at[cell], 90.0) { 1.53 } else { 0.0 };

@@ -78,8 +78,7 @@ fn without_labels_pictures_are_the_pixels_and_nothing_else() {
 #[test]
 fn labels_are_in_the_png_alone() {
     let (folder, sphere) = (tempfile::tempdir().unwrap(), Sphere::new());
-    let frames =
-        ["", "[labels]", "[labels]\nplace = \"below\""].map(|rest| sphere.frame(&scene(FIXED, rest), 1.0));
+    let frames = ["", "[labels]", "[labels]\nplace = \"below\""].map(|rest| sphere.frame(&scene(FIXED, rest), 1.0));
     let [plain, labelled, below] = &frames;
     assert!(frames.iter().all(|frame| frame.pixels == plain.pixels && frame.error == plain.error));
     let read = |frame: &Frame, name: &str| written(frame, &folder.path().join(name));
@@ -104,8 +103,7 @@ fn ranges_that_follow_the_data_are_drawn_and_told() {
         let mut frame = sphere.frame(&union, most);
         assert_eq!(frame.report.colors[0].range, [-expected, expected], "step {step}");
         // The picture is that of a scene with this range.
-        let fixed =
-            follows.replace("{ union = [0, 100], hysteresis = 0.5 }", &format!("[-{expected}, {expected}]"));
+        let fixed = follows.replace("{ union = [0, 100], hysteresis = 0.5 }", &format!("[-{expected}, {expected}]"));
         let like = sphere.frame(&scene(&fixed, "opacity_in = \"range\""), most);
         assert_eq!(frame.pixels, like.pixels, "step {step}");
         let stamp = Stamp { step, ..Stamp::default() };

@@ -1,5 +1,5 @@
-//! Lit volumes beside surfaces, isosurfaces, other volumes and cuts, and over layers at heights of their own: no pixel is
-//! farther from the same picture at a far finer tolerance than the two tell, and none is over its tolerance.
+//! Lit volumes beside surfaces, isosurfaces, other volumes and cuts, and over layers at heights of their own: no pixel
+//! is farther from the same picture at a far finer tolerance than the two tell, and none is over its tolerance.
 
 use crate::common::{at_centers, pixel_difference};
 use icoray::{Fields, Frame, Grid, IcosahedralMesh, Layers, Precision, Renderer, Scene};
@@ -78,8 +78,7 @@ const TRANSFERS: [(&str, &str); 2] = [
     ),
 ];
 
-const CAMERAS: [&str; 3] =
-    ["distance = 3.2\nfov = 42", "distance = 1.4\nfov = 60", "distance = 8.0\nfov = 17"];
+const CAMERAS: [&str; 3] = ["distance = 3.2\nfov = 42", "distance = 1.4\nfov = 60", "distance = 8.0\nfov = 17"];
 
 const LIGHTS: [&str; 3] = [
     "kind = \"headlight\"\n",

@@ -4,8 +4,8 @@ use glam::DVec3;
 
 use crate::common::{LIT, at_centers, count_beyond, difference, rays};
 use icoray::{
-    Clip, Error, Fields, Frame, Grid, HalfSpace, IcosahedralMesh, Isosurface, Knot, Layers, Level, LonLatBox,
-    Opacity, Paint, Renderer, Scene, Stretch, Surface, TransferFunction, Traversal, Volume,
+    Clip, Error, Fields, Frame, Grid, HalfSpace, IcosahedralMesh, Isosurface, Knot, Layers, Level, LonLatBox, Opacity,
+    Paint, Renderer, Scene, Stretch, Surface, TransferFunction, Traversal, Volume,
 };
 use std::ops::ControlFlow;
 
@@ -25,8 +25,7 @@ impl Data {
             let value = |cell: usize, layer: usize| {
                 let d = grid.direction(cell as u32);
                 let h = layer as f64 / (LAYERS - 1) as f64;
-                ((5.0 * d.x + phase).sin() * (4.0 * d.y - phase).cos() + 0.8 * (7.0 * d.z * h + phase).sin())
-                    as f32
+                ((5.0 * d.x + phase).sin() * (4.0 * d.y - phase).cos() + 0.8 * (7.0 * d.z * h + phase).sin()) as f32
             };
             (0..grid.cells()).flat_map(|cell| (0..LAYERS).map(move |layer| value(cell, layer))).collect()
         };
@@ -107,7 +106,8 @@ fn one_lit_field_looks_the_same_in_both_kernels() {
     assert!(most > 0.0 && most < 5e-4, "{most} at most");
 }
 
-/// The picture's rays stepped through finely, with the renderer's own walk but values, media and surfaces by their definition.
+/// The picture's rays stepped through finely, with the renderer's own walk but values, media and surfaces by their
+/// definition.
 fn by_steps(data: &Data, scene: &Scene, sees: impl Fn(&Sample) -> ([f64; 3], f64)) -> Vec<[f64; 4]> {
     let grid = Grid::new(data.mesh.tables()).unwrap();
     let radius: Vec<f64> = layers().shell(scene.exaggeration).unwrap();
@@ -127,13 +127,11 @@ fn by_steps(data: &Data, scene: &Scene, sees: impl Fn(&Sample) -> ([f64; 3], f64
             let [low, high] = [radius[frustum.layer], radius[frustum.layer + 1]];
             for step in 0..STEPS {
                 let w = (step as f64 + 0.5) / STEPS as f64;
-                let alpha =
-                    [0, 1, 2].map(|k| frustum.alpha[0][k] + w * (frustum.alpha[1][k] - frustum.alpha[0][k]));
+                let alpha = [0, 1, 2].map(|k| frustum.alpha[0][k] + w * (frustum.alpha[1][k] - frustum.alpha[0][k]));
                 let rho: f64 = alpha.iter().sum();
                 let up = (rho - low) / (high - low);
                 let values = data.values.each_ref().map(|values| {
-                    let value =
-                        |k: usize, layer| f64::from(values[frustum.cells[k] as usize * LAYERS + layer]);
+                    let value = |k: usize, layer| f64::from(values[frustum.cells[k] as usize * LAYERS + layer]);
                     let at = |layer| (0..3).map(|k| alpha[k] / rho * value(k, layer)).sum::<f64>();
                     let (g, h) = (at(frustum.layer), at(frustum.layer + 1));
                     g + up * (h - g)
@@ -162,8 +160,7 @@ struct Sample {
 
 /// How far each pixel is off.
 fn far(frame: &Frame, expected: &[[f64; 4]]) -> Vec<f64> {
-    let far =
-        |(p, q): (&[f32; 4], &[f64; 4])| (0..4).map(|k| (f64::from(p[k]) - q[k]).abs()).fold(0.0, f64::max);
+    let far = |(p, q): (&[f32; 4], &[f64; 4])| (0..4).map(|k| (f64::from(p[k]) - q[k]).abs()).fold(0.0, f64::max);
     frame.pixels.iter().zip(expected).map(far).collect()
 }
 
@@ -233,8 +230,7 @@ fn isosurfaces_lie_where_values_cross_and_between_volumes() {
     let data = Data::new(3);
     let mut scene = small("tolerance = 1e-4");
     let surfaces = [(0.3, [1.0, 0.0, 0.0]), (-0.4, [0.0, 1.0, 0.0])];
-    let surface =
-        |(value, color)| Isosurface { field: "g".into(), value, paint: Paint::Plain(color), opacity: 0.6 };
+    let surface = |(value, color)| Isosurface { field: "g".into(), value, paint: Paint::Plain(color), opacity: 0.6 };
     scene.scenery.isosurfaces = surfaces.map(surface).into();
     let frame = data.draw(&scene);
     let f = scene.volumes[0].transfer.clone();

@@ -2,14 +2,14 @@
 
 use glam::DVec3;
 use icoray::{
-    ErrorKind, Frame, FrameReport, Grid, Ground, IcosahedralMesh, Layers, Level, Lines, Location, Part,
-    Pattern, Ranks, Rendered, Renderer, Scene,
+    ErrorKind, Frame, FrameReport, Grid, Ground, IcosahedralMesh, Layers, Level, Lines, Location, Part, Pattern, Ranks,
+    Rendered, Renderer, Scene,
 };
 use icoray_test_support::{count, is_long};
 
 use crate::common::{
-    FAR, LIT, NEAR, assert_same_refusal, at_centers, columns_of, difference, level_fastest, on_ranks,
-    picture, pixel_difference, refusal,
+    FAR, LIT, NEAR, assert_same_refusal, at_centers, columns_of, difference, level_fastest, on_ranks, picture,
+    pixel_difference, refusal,
 };
 use crate::culled::{Culled, Mark, Style, holes};
 use crate::spread::{Spread, directions, partitions, without_holes};
@@ -134,12 +134,7 @@ fn with_ground(mut scene: Scene) -> Scene {
 fn holes_of_the_whole_are_holes_of_its_parts() {
     let mesh = IcosahedralMesh::new(3).unwrap();
     let lit = scene(NEAR, "f64", &format!("core = \"#804020\"|{LIT}"));
-    let scenes = [
-        scene(FAR, "f64", "core = \"#804020\""),
-        scene(INSIDE, "f64", HOLLOW),
-        lit.clone(),
-        with_ground(lit),
-    ];
+    let scenes = [scene(FAR, "f64", "core = \"#804020\""), scene(INSIDE, "f64", HOLLOW), lit.clone(), with_ground(lit)];
     let (mut worst, mut drawn) = (0.0f32, 0);
     for (i, (name, stays)) in holes(&mesh).iter().enumerate() {
         let culled = Culled::new(&mesh, stays, Style::Corners, Mark::BeforeFirst, 1);
@@ -182,13 +177,11 @@ fn corners_are_averaged_over_all_that_a_cell_has() {
 fn parts_are_as_near_to_the_exact_picture_as_they_say() {
     let mesh = IcosahedralMesh::new(4).unwrap();
     for (precision, rest) in [("f64", HOLLOW), ("f32", "core = \"#804020\"")] {
-        let exact =
-            whole(&mesh, &scene(NEAR, "f64", &format!("{rest}\ntolerance = 1e-10")), Location::Center);
+        let exact = whole(&mesh, &scene(NEAR, "f64", &format!("{rest}\ntolerance = 1e-10")), Location::Center);
         for tolerance in [1e-2, 1e-3] {
             let scene = scene(NEAR, precision, &format!("{rest}\ntolerance = {tolerance}"));
             for (name, owner) in partitions(&mesh, 4) {
-                let (frame, _) =
-                    Spread::new(&mesh, 4, &owner).draw(&mesh, &scene, Location::Center, |_, _| ());
+                let (frame, _) = Spread::new(&mesh, 4, &owner).draw(&mesh, &scene, Location::Center, |_, _| ());
                 let most = frame.report.error.max;
                 assert!(most > 0.0 && most <= 1.1 * tolerance + 1e-5, "{name}: {most:e}");
                 for i in 0..frame.pixels.len() {
@@ -201,7 +194,8 @@ fn parts_are_as_near_to_the_exact_picture_as_they_say() {
     }
 }
 
-/// The limits above would see a seam: a single halo value that is stale, light whose gradients at the rim are a part's own.
+/// The limits above would see a seam: a single halo value that is stale, light whose gradients at the rim are a part's
+/// own.
 #[test]
 fn a_stale_halo_is_seen() {
     let mesh = IcosahedralMesh::new(4).unwrap();

@@ -44,9 +44,8 @@ impl Model {
                 let height = layer as f64 / layers as f64;
                 let value = (5.0 * lon + 4.0 * height).sin() * (6.0 * lat - 3.0 * height).cos();
                 let is_missing = misses && (cell * 31 + layer * 7) % 97 == 0;
-                let at = shape.offset as isize
-                    + cell as isize * shape.column_stride
-                    + layer as isize * shape.layer_stride;
+                let at =
+                    shape.offset as isize + cell as isize * shape.column_stride + layer as isize * shape.layer_stride;
                 values[at as usize] = if is_missing { -9e33 } else { value as f32 };
             }
         }
@@ -67,9 +66,7 @@ fn scenes() -> Vec<(String, Scene)> {
     let mut scenes = Vec::new();
     for (camera, camera_name) in [(FAR, "far"), (INSIDE, "inside")] {
         for (transfer, transfer_name) in [(SHELL, "shell"), (STEPS, "steps"), (DENSE, "dense")] {
-            for rest in
-                ["", "precision = \"f64\"", "core = \"transparent\"", "|[light]\nkind = \"headlight\""]
-            {
+            for rest in ["", "precision = \"f64\"", "core = \"transparent\"", "|[light]\nkind = \"headlight\""] {
                 let name = format!("{camera_name}, {transfer_name}, {rest:?}");
                 scenes.push((name, scene(camera, transfer, rest)));
             }
@@ -78,8 +75,8 @@ fn scenes() -> Vec<(String, Scene)> {
     scenes
 }
 
-/// Few layers and many, values missing or not, both orders of the array: every bit of pixels and errors, and fewer frusta
-/// read wherever something is clear.
+/// Few layers and many, values missing or not, both orders of the array: every bit of pixels and errors, and fewer
+/// frusta read wherever something is clear.
 #[test]
 fn leaps_change_no_bit() {
     for (layers, is_level_fastest, misses) in [(6, true, false), (20, false, true), (90, true, true)] {
@@ -104,7 +101,8 @@ fn clouds(rest: f32, is_level_fastest: bool) -> Model {
     model
 }
 
-const CLOUD: &str = "knots = [ { value = 0, color = \"white\", extinction = 0 }, { value = 0.3, color = \"white\", extinction = 90 } ]";
+const CLOUD: &str =
+    "knots = [ { value = 0, color = \"white\", extinction = 0 }, { value = 0.3, color = \"white\", extinction = 90 } ]";
 const ABOVE: &str = "knots = [ { value = 0, color = \"blue\", extinction = 3 }, { value = 0.3, color = \"red\", extinction = 0 }, \
      { value = 0.9, color = \"white\", extinction = 90 } ]";
 
@@ -195,9 +193,7 @@ fn what_is_known_of_a_field_serves_the_scenes_that_it_fits() {
     let field = Field::new(model.values.as_slice().into(), model.shape, Location::Center, fill).unwrap();
     let renderer = Renderer::new(2).unwrap();
     let mut scenes = scenes();
-    for rest in
-        ["exaggeration = 2|[light]\nkind = \"headlight\"", "tolerance = 1e-6|[light]\nkind = \"headlight\""]
-    {
+    for rest in ["exaggeration = 2|[light]\nkind = \"headlight\"", "tolerance = 1e-6|[light]\nkind = \"headlight\""] {
         scenes.push((rest.into(), scene(FAR, SHELL, rest)));
     }
     for (name, scene) in scenes.iter().chain(scenes.iter().rev()) {
@@ -218,8 +214,7 @@ fn lanes_change_no_bit() {
         (format!("dense, lit, {tolerance}"), scene(FAR, DENSE, &rest))
     };
     for (name, scene) in scenes().into_iter().chain(["1e-2", "1e-4", "1e-5"].map(strict)) {
-        let [one, lanes] =
-            [LEAPS, Savings { lanes: true, ..LEAPS }].map(|savings| model.draw(&scene, savings));
+        let [one, lanes] = [LEAPS, Savings { lanes: true, ..LEAPS }].map(|savings| model.draw(&scene, savings));
         let off = difference(&one, &lanes);
         assert!(off <= 0.0, "{name}: {off:e}");
         let errors = one.error.iter().zip(&lanes.error).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);

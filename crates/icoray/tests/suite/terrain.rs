@@ -1,4 +1,5 @@
-//! Layers at heights of their own in each column, against brute force: points along rays, each looked up by its definition.
+//! Layers at heights of their own in each column, against brute force: points along rays, each looked up by its
+//! definition.
 
 use glam::{DMat3, DVec3};
 use icoray::{Fields, Frame, Grid, Heights, IcosahedralMesh, Layers, Renderer, Scene};
@@ -8,8 +9,8 @@ use crate::common::{at_centers, count_beyond, rays};
 const LAYERS: usize = 6;
 const EXAGGERATION: f64 = 50.0;
 
-/// Mountains as steep as they come, with layers that follow them and get even upwards; below one place in five the lowest
-/// layers have no thickness, as below a sea floor.
+/// Mountains as steep as they come, with layers that follow them and get even upwards; below one place in five the
+/// lowest layers have no thickness, as below a sea floor.
 struct Terrain {
     mesh: IcosahedralMesh,
     heights: Vec<f64>,

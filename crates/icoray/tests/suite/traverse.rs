@@ -165,8 +165,7 @@ fn any_hint_leads_to_the_same_stretches() {
 fn radii_that_do_not_rise_are_refused() {
     let mesh = IcosahedralMesh::new(1).unwrap();
     let grid = Grid::new(mesh.tables()).unwrap();
-    for radius in [&[1.0][..], &[1.0, 1.0], &[1.2, 1.0], &[0.0, 1.0], &[1.0, f64::INFINITY], &[f64::NAN, 1.0]]
-    {
+    for radius in [&[1.0][..], &[1.0, 1.0], &[1.2, 1.0], &[0.0, 1.0], &[1.0, f64::INFINITY], &[f64::NAN, 1.0]] {
         let error = Traversal::new(&grid, radius).unwrap_err();
         assert_eq!(error.kind(), ErrorKind::Layers, "{radius:?}");
     }

@@ -17,8 +17,7 @@ fn without_integrals_rays_meet_all_frusta_and_bring_no_light() {
         );
         Scene::parse(&text).unwrap()
     };
-    let draw =
-        |renderer: &Renderer, opacity| renderer.render(&scene(opacity), &grid, &layers, &field).unwrap();
+    let draw = |renderer: &Renderer, opacity| renderer.render(&scene(opacity), &grid, &layers, &field).unwrap();
     let [whole, walking] = [Renderer::new(2).unwrap(), Renderer::new(2).unwrap().without_integrals()];
     let (all, ended) = (draw(&whole, 0.01), draw(&whole, 0.999_999_9));
     assert!(ended.report.counts.frusta < all.report.counts.frusta);

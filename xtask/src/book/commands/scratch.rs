@@ -35,8 +35,7 @@ impl<'w> Scratch<'w> {
     /// The folder of a page, with the files that its commands use: the examples, the data files, the builds.
     pub fn page(&self, path: &Path) -> Result<PathBuf, Error> {
         let sh = &self.workspace.shell;
-        let folder =
-            sh.create_dir(self.root.join(path.with_extension("").file_name().unwrap_or_default()))?;
+        let folder = sh.create_dir(self.root.join(path.with_extension("").file_name().unwrap_or_default()))?;
         cmd!(sh, "cp -R examples {folder}").quiet().run()?;
         self.link(&folder).map_err(Error::while_doing(folder.display()))?;
         Ok(folder)

@@ -160,8 +160,7 @@ fn fields_of_one_scene_are_over_one_grid_and_its_layers() {
     let other = CString::new("other").unwrap();
     let q = model.centers(&model.q);
     let fit = |what: &str| {
-        let message =
-            format!("field \"r\": {what} \"other\", expected \"\" as of field \"q\" in the same scene");
+        let message = format!("field \"r\": {what} \"other\", expected \"\" as of field \"q\" in the same scene");
         (icoray_status::ICORAY_ERR_FIELD, message)
     };
     model.give("r", &icoray_array { grid_name: other.as_ptr(), ..q });

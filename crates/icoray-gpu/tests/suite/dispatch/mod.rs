@@ -36,13 +36,7 @@ pub fn span(extinction: f32, extinction_slope: f32, slope: f32) -> Span {
 
 /// Spans whose extinction is positive wherever a segment of the tests can be: pieces stay in their span.
 pub fn absorbing_spans() -> [Span; 5] {
-    [
-        span(0.0, 0.5, 0.1),
-        span(6.0, -0.4, 0.1),
-        span(0.0, 40.0, 0.2),
-        span(1e4, 1e3, -0.1),
-        span(2.0, 0.0, 0.0),
-    ]
+    [span(0.0, 0.5, 0.1), span(6.0, -0.4, 0.1), span(0.0, 40.0, 0.2), span(1e4, 1e3, -0.1), span(2.0, 0.0, 0.0)]
 }
 
 /// An open device.
@@ -64,8 +58,8 @@ impl Device {
         Some(Device { device, queue })
     }
 
-    /// Runs `body` for each row `i` of `width` numbers in `inputs`. It ends with `let all = array<f32, RESULTS>(…);`, and
-    /// the `results` numbers of each row are returned.
+    /// Runs `body` for each row `i` of `width` numbers in `inputs`. It ends with `let all = array<f32, RESULTS>(…);`,
+    /// and the `results` numbers of each row are returned.
     pub fn run(&self, text: &str, body: &str, inputs: &[f32], width: usize, results: usize) -> Vec<f32> {
         self.run_with(text, body, inputs, width, results, &[])
     }

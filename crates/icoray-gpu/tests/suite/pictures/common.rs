@@ -11,8 +11,7 @@ use std::sync::{Arc, OnceLock};
 pub const RMSE: f64 = 2e-5;
 pub const MAX: f64 = 1e-3;
 
-pub const RAMP: &str =
-    "map = \"viridis\"\nrange = [-1, 1]\nopacity = [[-1, 0.5], [-0.2, 0.05], [0.1, 0.8], [1, 0.3]]";
+pub const RAMP: &str = "map = \"viridis\"\nrange = [-1, 1]\nopacity = [[-1, 0.5], [-0.2, 0.05], [0.1, 0.8], [1, 0.3]]";
 pub const SMOOTH: &str = "knots = [ { value = -0.8, color = \"blue\", extinction = 4 }, { value = -0.2, color = \"white\", extinction = 0 }, \
      { value = 0.3, color = \"yellow\", extinction = 1 }, { value = 0.8, color = \"red\", extinction = 9 } ]";
 pub const DENSE: &str = "knots = [ { value = -0.9, color = \"red\", extinction = 3 }, { value = 0.1, color = \"blue\", extinction = 900 }, \
@@ -36,8 +35,7 @@ pub const LIMB: &str = "eye = [1.001, 0.007, 0.003]\ntarget = [0.9, 0.6, 0.1]\nf
 pub const IN_THIN: &str = "eye = [1.0003, 0.007, 0.011]\ntarget = [1.0003, 0.4, 0.1]\nfov = 60";
 
 /// An opaque core, and none.
-pub const CORES: [&str; 2] =
-    ["exaggeration = 60\ncore = \"gray\"", "exaggeration = 60\ncore = \"transparent\""];
+pub const CORES: [&str; 2] = ["exaggeration = 60\ncore = \"gray\"", "exaggeration = 60\ncore = \"transparent\""];
 
 pub const EARTH_M: f64 = 6_371_229.0;
 pub const THICK_M: [f64; 5] = [0.0, 3e3, 5e3, 12e3, 20e3];
@@ -109,7 +107,8 @@ pub fn corner_values(grid: &Grid, layers: usize) -> Vec<f64> {
 /// The fill value of [`with_gaps`].
 pub const FILL: f64 = -9e33;
 /// A transfer function for [`with_gaps`].
-pub const RAMP_OF_GAPS: &str = "map = \"viridis\"\nrange = [999999, 1000001]\nopacity = [[999999, 0.5], [1000000, 0.05], [1000001, 0.8]]";
+pub const RAMP_OF_GAPS: &str =
+    "map = \"viridis\"\nrange = [999999, 1000001]\nopacity = [[999999, 0.5], [1000000, 0.05], [1000001, 0.8]]";
 
 /// Values around 1e6, which f32 cannot resolve before normalisation, with NaN, [`FILL`] and infinities between them.
 pub fn with_gaps(grid: &Grid, cell: usize, layer: usize, layers: usize) -> f64 {

@@ -21,8 +21,7 @@ fn assert_same(one: &Frame, other: &Frame, name: &str) {
 
 /// The bytes of the field that were not uploaded, and all bytes of the field.
 fn unread(frame: &Frame) -> Option<(u64, u64)> {
-    let line =
-        frame.report.left_out.iter().find(|line| line.ends_with("bytes of the field on the device"))?;
+    let line = frame.report.left_out.iter().find(|line| line.ends_with("bytes of the field on the device"))?;
     let mut words = line.split(' ');
     Some((words.next()?.parse().unwrap(), words.nth(1)?.parse().unwrap()))
 }
@@ -90,8 +89,7 @@ fn pages_of_gradients_do_not_show() {
     let (tables, layers) = planet(5, 20);
     let grid = Grid::new(tables.tables()).unwrap();
     let values = Values::new(grid.cells(), 20, |c, l| wave(grid.direction(c as u32), l, 20) as f32);
-    let transfer =
-        format!("{SMOOTH}\n[light]\nkind = \"headlight\"\nambient = 0.3\ndiffuse = 0.6\nspecular = 0.3");
+    let transfer = format!("{SMOOTH}\n[light]\nkind = \"headlight\"\nambient = 0.3\ndiffuse = 0.6\nspecular = 0.3");
     for (field, rest) in values.fields().iter().zip(CORES) {
         let scene = scene(FAR, &transfer, rest);
         let one = renderer(&gpu).render(&scene, &grid, &layers, field).unwrap();
@@ -121,8 +119,7 @@ fn passes_do_not_show_and_are_reported() {
         }
     }
     // Less memory than a single tile needs.
-    let frame =
-        limited(None, Some(all / 1000)).render(&scene(FAR, SMOOTH, ""), &grid, &layers, &values.fields()[0]);
+    let frame = limited(None, Some(all / 1000)).render(&scene(FAR, SMOOTH, ""), &grid, &layers, &values.fields()[0]);
     let reason = frame.unwrap().report.device.left_to_cpu.unwrap();
     assert!(reason.contains("bytes of the field, expected at most"), "{reason}");
 }
@@ -161,8 +158,7 @@ fn clear_layers_are_not_uploaded() {
     }
     // Gradients read one layer more.
     let lit = scene(FAR, &format!("{clear}\n[light]\nkind = \"headlight\""), CORES[0]);
-    let [one, other] =
-        [&clean, &stained].map(|of| renderer.render(&lit, &grid, &layers, &of.fields()[0]).unwrap());
+    let [one, other] = [&clean, &stained].map(|of| renderer.render(&lit, &grid, &layers, &of.fields()[0]).unwrap());
     assert_same(&one, &other, "clear layers, lit");
     assert_eq!(unread(&one).map(|(unread, _)| unread), Some(4 * 4 * grid.cells() as u64));
     // The same field and range with a transfer function in which no layer is clear.
@@ -179,8 +175,7 @@ fn clear_layers_are_not_uploaded() {
 fn later_frames_create_no_buffers() {
     let Some(gpu) = gpu() else { return };
     drop(gpu);
-    let gpu =
-        Arc::new(Gpu::with_limits(None, MemoryLimits { binding: Some(256 << 10), field: None }).unwrap());
+    let gpu = Arc::new(Gpu::with_limits(None, MemoryLimits { binding: Some(256 << 10), field: None }).unwrap());
     let renderer = renderer(&gpu);
     let (tables, layers) = planet(5, 30);
     let grid = Grid::new(tables.tables()).unwrap();
@@ -188,8 +183,7 @@ fn later_frames_create_no_buffers() {
     for step in 0..5 {
         let value = |c: usize, l: usize| wave(grid.direction(c as u32), l + step, 30) as f32;
         let values = Values::new(grid.cells(), 30, value);
-        let frame =
-            renderer.render(&scene(FAR, SMOOTH, CORES[0]), &grid, &layers, &values.fields()[step % 2]);
+        let frame = renderer.render(&scene(FAR, SMOOTH, CORES[0]), &grid, &layers, &values.fields()[step % 2]);
         let report = frame.unwrap().report;
         let device = &report.device;
         assert!(device.name.is_some() && device.bytes_uploaded > 30 * grid.cells() as u64, "{report:?}");

@@ -5,8 +5,7 @@ use icoray::{Field, Grid, IcosahedralMesh, Layers, Location, Renderer, Shape};
 
 const HEAD: &str = "[light]\nkind = \"headlight\"";
 const SUN: &str = "[light]\nkind = \"sun\"\nlon = 75\nlat = 40\nspecular = 0";
-const GLOSSY: &str =
-    "[light]\nkind = \"headlight\"\nambient = 0.1\ndiffuse = 0.6\nspecular = 0.9\nshininess = 200";
+const GLOSSY: &str = "[light]\nkind = \"headlight\"\nambient = 0.1\ndiffuse = 0.6\nspecular = 0.9\nshininess = 200";
 const SHINY: &str =
     "[light]\nkind = \"sun\"\nlon = 10\nlat = -20\nambient = 0.2\ndiffuse = 0.8\nspecular = 1\nshininess = 3";
 /// Behind the planet, as [`FAR`] sees it.
@@ -100,10 +99,9 @@ fn lit_beside_missing_values() {
         }
         let there = |layer: usize| if is_falling { count - 1 - layer } else { layer };
         let layers = Layers::from_heights(&heights, EARTH_M).unwrap();
-        for (name, shape) in [
-            ("level-fastest", Shape::level_fastest(cells, count)),
-            ("cell-fastest", Shape::cell_fastest(cells, count)),
-        ] {
+        for (name, shape) in
+            [("level-fastest", Shape::level_fastest(cells, count)), ("cell-fastest", Shape::cell_fastest(cells, count))]
+        {
             let mut data = vec![f64::NAN; cells * count];
             for cell in 0..cells {
                 for layer in 0..count {

@@ -1,8 +1,6 @@
 //! Pictures against those of the CPU: near its f32, and no farther from its f64 than the errors of both.
 
-use icoray::{
-    Adapter, Field, Frame, Grid, GridTables, IcosahedralMesh, Layers, Location, Renderer, Scene, Shape,
-};
+use icoray::{Adapter, Field, Frame, Grid, GridTables, IcosahedralMesh, Layers, Location, Renderer, Scene, Shape};
 use icoray_gpu::Gpu;
 
 mod common;
@@ -18,9 +16,7 @@ fn transfer_functions_cameras_and_cores() {
     for level in [3, 5] {
         let sphere = Sphere::new(level, &THICK_M);
         for (transfer, text) in TRANSFERS {
-            for (k, rest) in
-                [CORES[0].into(), format!("{}\nbackground = \"white\"", CORES[1])].iter().enumerate()
-            {
+            for (k, rest) in [CORES[0].into(), format!("{}\nbackground = \"white\"", CORES[1])].iter().enumerate() {
                 for (camera, where_) in cameras {
                     if where_ == CENTRE && k == 0 {
                         continue;

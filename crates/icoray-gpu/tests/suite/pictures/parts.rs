@@ -54,12 +54,7 @@ fn whole(mesh: &IcosahedralMesh, stays: &[bool], scene: &Scene, (values, count):
 }
 
 /// Compares the picture of the ranks with that of the whole, and checks which ranks report a device.
-fn check(
-    name: &str,
-    (frame, reports): &(Frame, Vec<FrameReport>),
-    expected: &Frame,
-    has_gpu: impl Fn(usize) -> bool,
-) {
+fn check(name: &str, (frame, reports): &(Frame, Vec<FrameReport>), expected: &Frame, has_gpu: impl Fn(usize) -> bool) {
     let (rmse, max) = apart(frame, expected);
     println!("{name}: rmse {rmse:.1e}, max {max:.1e}, {:?}", frame.report.counts);
     for (rank, report) in reports.iter().enumerate() {

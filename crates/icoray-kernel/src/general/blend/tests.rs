@@ -7,10 +7,7 @@ fn knot(value: f64, color: [f64; 3], extinction: f64) -> KernelKnot {
 }
 
 fn medium(source: usize, knots: &[KernelKnot]) -> Medium {
-    Medium {
-        color: TransferMap::new(source, knots.to_vec()),
-        extinction: TransferMap::new(source, knots.to_vec()),
-    }
+    Medium { color: TransferMap::new(source, knots.to_vec()), extinction: TransferMap::new(source, knots.to_vec()) }
 }
 
 fn segment(f0: f64, f1: f64, kappa: f64, eps: f64, length: f64) -> Segment<f64> {
@@ -56,8 +53,7 @@ fn mixed_media_are_those_of_a_million_steps() {
     let blue = medium(1, &[knot(10.0, [0.0, 0.2, 1.0], 5.0), knot(20.0, [0.0, 0.9, 0.3], 0.0)]);
     for length in [1e-3, 0.7, 30.0, 4e3] {
         for (kappa, eps) in [(0.0, 0.0), (0.25, 0.01), (-0.2, -0.4)] {
-            let (f, g) =
-                (segment(0.1, 0.9, kappa, eps, length), segment(19.0, 11.0, -3.0 * kappa, eps, length));
+            let (f, g) = (segment(0.1, 0.9, kappa, eps, length), segment(19.0, 11.0, -3.0 * kappa, eps, length));
             let parts = [Part::new(&red, [f, f], 0.5, 0).unwrap(), Part::new(&blue, [g, g], 0.5, 1).unwrap()];
             let (color, absorbed) = by_brute_force(&parts, length);
             for share in [1e-2, 1e-4, 1e-7] {
@@ -98,13 +94,8 @@ fn one_colour_is_itself_to_the_digit_however_dense() {
 fn light_follows_the_gradient_of_what_absorbs() {
     let white = medium(0, &[knot(0.0, [1.0; 3], 2.0), knot(1.0, [1.0; 3], 2.0)]);
     let f = segment(0.0, 1.0, 0.0, 0.0, 0.1);
-    let shading = crate::shade::Shading {
-        ambient: 0.2,
-        diffuse: 0.8,
-        specular: 0.0,
-        shininess: 8.0,
-        towards_light: None,
-    };
+    let shading =
+        crate::shade::Shading { ambient: 0.2, diffuse: 0.8, specular: 0.0, shininess: 8.0, towards_light: None };
     let shading = shading.along::<f64>(DVec3::NEG_X, 1e-6);
     let parts = [Part::new(&white, [f, f], 0.5, 3).unwrap()];
     let lit = |gradient: [f64; 3]| {
@@ -113,14 +104,8 @@ fn light_follows_the_gradient_of_what_absorbs() {
             gradient
         };
         let mut light = Radiance::none();
-        Blend {
-            parts: &parts,
-            gradient: at,
-            shading: Some(&shading),
-            color_tolerance: 1e-6,
-            min_transmittance: 0.0,
-        }
-        .add(&mut light, 0.0, 1.0, &mut BlendBuffers::default());
+        Blend { parts: &parts, gradient: at, shading: Some(&shading), color_tolerance: 1e-6, min_transmittance: 0.0 }
+            .add(&mut light, 0.0, 1.0, &mut BlendBuffers::default());
         light.color[0] / light.alpha
     };
     assert!((lit([1.0, 0.0, 0.0]) - 1.0).abs() < 1e-12);
@@ -199,13 +184,8 @@ fn light_on_normals_that_turn_is_that_of_fine_steps() {
         let exact = lit_by_brute_force(parts, gradient, &shading, length);
         for share in [5e-3, 5e-4, 5e-5] {
             let mut light = Radiance::none();
-            let blend = Blend {
-                parts,
-                gradient,
-                shading: Some(&shading),
-                color_tolerance: share,
-                min_transmittance: 0.0,
-            };
+            let blend =
+                Blend { parts, gradient, shading: Some(&shading), color_tolerance: share, min_transmittance: 0.0 };
             blend.add(&mut light, 0.0, 1.0, &mut BlendBuffers::default());
             let off = (0..3).map(|k| (light.color[k] - exact[k]).abs()).fold(0.0, f64::max);
             // The steps' own error.

@@ -56,16 +56,14 @@ fn places_are_where_they_are() {
 fn a_way_that_crosses_an_odd_number_of_coasts_leads_from_land_to_sea() {
     let (coast, all) = (Coast::get(), segments());
     let mut number = numbers();
-    let cross = |a: [f64; 2], b: [f64; 2], c: [f64; 2]| {
-        (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]) > 0.0
-    };
+    let cross =
+        |a: [f64; 2], b: [f64; 2], c: [f64; 2]| (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]) > 0.0;
     let mut found = [0; 2];
     for _ in 0..2000 {
         let mut place = || [360.0 * number() - 180.0, 180.0 * number() - 90.0];
         let (from, to) = (place(), place());
-        let crosses = |[a, b]: &&Segment| {
-            cross(from, to, *a) != cross(from, to, *b) && cross(*a, *b, from) != cross(*a, *b, to)
-        };
+        let crosses =
+            |[a, b]: &&Segment| cross(from, to, *a) != cross(from, to, *b) && cross(*a, *b, from) != cross(*a, *b, to);
         let changes = all.iter().filter(crosses).count() % 2 == 1;
         let is = [from, to].map(|[lon, lat]| coast.is_land(lon, lat));
         assert_eq!(is[0] != is[1], changes, "{from:?} to {to:?}");
@@ -107,8 +105,7 @@ fn distances_are_those_to_the_nearest_of_all_coasts() {
     let (coast, all) = (Coast::get(), segments());
     let mut number = numbers();
     let mut near = 0;
-    let poles =
-        [[0.0, -90.0], [10.0, 90.0], [180.0, -84.5], [-180.0, -16.2], [179.99, 68.9], [-179.99, 65.0]];
+    let poles = [[0.0, -90.0], [10.0, 90.0], [180.0, -84.5], [-180.0, -16.2], [179.99, 68.9], [-179.99, 65.0]];
     let coasts = (0..40).map(|i| {
         // Beside a coast somewhere.
         let [lon, lat] = all[i * 127][0];

@@ -130,8 +130,7 @@ impl Sampled<'_> {
 /// Marks all samples within `radius` of the line between two points.
 fn stroke(is_line: &mut [bool], size: [usize; 2], from: DVec2, to: DVec2, radius: f64) {
     let range = |low: f64, high: f64, size: usize| {
-        (low - radius).clamp(0.0, size as f64) as usize
-            ..(high + radius + 1.0).clamp(0.0, size as f64) as usize
+        (low - radius).clamp(0.0, size as f64) as usize..(high + radius + 1.0).clamp(0.0, size as f64) as usize
     };
     for y in range(from.y.min(to.y), from.y.max(to.y), size[1]) {
         for x in range(from.x.min(to.x), from.x.max(to.x), size[0]) {

@@ -1,5 +1,5 @@
-//! Frusta of a batch under light: gradients along them, three shades of each, and what [`Lit::light`] makes of these where it
-//! would cut once at most.
+//! Frusta of a batch under light: gradients along them, three shades of each, and what [`Lit::light`] makes of these
+//! where it would cut once at most.
 //!
 //! [`Lit::light`]: crate::lit::Lit::light
 
@@ -95,8 +95,8 @@ impl<T: Real, const N: usize> Batch<T, N> {
         self.lights.as_ref().map_or(T::zero(), |lights| lights.front[n / LANES][n % LANES])
     }
 
-    /// Shades the light of a pass, and stores the gradients. Gives the bits of the frusta for which three shades are not near
-    /// enough.
+    /// Shades the light of a pass, and stores the gradients. Gives the bits of the frusta for which three shades are
+    /// not near enough.
     #[inline(always)]
     pub(super) fn shade<V: Simd>(
         &mut self,
@@ -139,12 +139,7 @@ impl<T: Real, const N: usize> Batch<T, N> {
     ///
     /// [`Lit`]: crate::lit::Lit
     #[inline(always)]
-    pub(super) fn bisect<V: Simd>(
-        &mut self,
-        simd: V,
-        tracer: &SingleVolumeTracer<'_, T>,
-        left: &[u32; PASSES],
-    ) {
+    pub(super) fn bisect<V: Simd>(&mut self, simd: V, tracer: &SingleVolumeTracer<'_, T>, left: &[u32; PASSES]) {
         let (mut some, mut count) = ([0; LANES], 0);
         for (pass, bits) in left.iter().enumerate() {
             for i in lanes(*bits) {
@@ -241,8 +236,7 @@ impl<T: Real, const N: usize> Batch<T, N> {
         for k in 0..3 {
             for i in 0..LANES {
                 let at = |vertex: usize| [gradients[vertex][k][i]];
-                let interpolant =
-                    ways.map(|row| row[i]).interpolant([at(0), at(1), at(2)], [at(3), at(4), at(5)]);
+                let interpolant = ways.map(|row| row[i]).interpolant([at(0), at(1), at(2)], [at(3), at(4), at(5)]);
                 interpolants.from[k][i] = interpolant.from[0];
                 interpolants.to[k][i] = interpolant.to[0];
                 interpolants.kappa[k][i] = interpolant.kappa[0];

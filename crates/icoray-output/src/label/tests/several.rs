@@ -27,8 +27,7 @@ fn picture(scene: &Scene) -> Canvas {
 
 /// The scene with its opacity told by field `w`.
 fn by_w(mut scene: Scene) -> Scene {
-    scene.volumes[0].opacity =
-        Some(Opacity { field: "w".into(), transfer: scene.volumes[0].transfer.clone() });
+    scene.volumes[0].opacity = Some(Opacity { field: "w".into(), transfer: scene.volumes[0].transfer.clone() });
     scene
 }
 
@@ -72,15 +71,9 @@ fn several_bars_stand_one_after_the_other() {
             let canvas = drawn(width, height, &format!("place = \"{place}\""), PAINTED);
             let bars = colored(&canvas, are_rows);
             let lengths: Vec<f64> = bars.iter().map(|[from, to]| (to - from) as f64 / em).collect();
-            assert!(
-                bars.len() == 3 && lengths.iter().all(|length| *length > 6.0),
-                "{place} {width}: {lengths:?}"
-            );
+            assert!(bars.len() == 3 && lengths.iter().all(|length| *length > 6.0), "{place} {width}: {lengths:?}");
             // Between them there is room for the labels of their ends.
-            assert!(
-                bars.windows(2).all(|pair| (pair[1][0] - pair[0][1]) as f64 > 1.2 * em),
-                "{place}: {bars:?}"
-            );
+            assert!(bars.windows(2).all(|pair| (pair[1][0] - pair[0][1]) as f64 > 1.2 * em), "{place}: {bars:?}");
             // All of them are of one breadth, on one line.
             assert_eq!(colored(&canvas, !are_rows).len(), 1, "{place} {width}");
             // A title as it is of one bar, and notes: in corners of their own.
@@ -114,9 +107,7 @@ fn bars_below_are_side_by_side_where_there_is_room() {
 #[test]
 fn bars_that_do_not_fit_are_not_drawn() {
     let one = |name: &str| {
-        format!(
-            "[[surfaces]]\nlayer = 0\nfield = \"{name}\"\ntransfer = {{ map = \"plasma\", range = [0, 1] }}\n"
-        )
+        format!("[[surfaces]]\nlayer = 0\nfield = \"{name}\"\ntransfer = {{ map = \"plasma\", range = [0, 1] }}\n")
     };
     let many: String = (0..20).map(|i| one(&format!("f{i}"))).collect();
     let bars = colored(&drawn(512, 512, "place = \"left\"", &many), true);
@@ -162,8 +153,7 @@ fn captions_are_of_the_bars_own_fields() {
     let scene = scene(64, 64, 8.0, &format!("name = \"first\"\nunits = \"1\"\n{PAINTED}"));
     let frame = described(&scene);
     let legend = frame.legend.as_ref().unwrap();
-    let captions: Vec<_> =
-        bar::Bar::all(&scene).iter().map(|bar| words::caption(&frame, legend, bar, 0)).collect();
+    let captions: Vec<_> = bar::Bar::all(&scene).iter().map(|bar| words::caption(&frame, legend, bar, 0)).collect();
     assert_eq!(captions, [["first"], ["vertical velocity (m s⁻¹)"], ["relative vorticity (s⁻¹)"]]);
     let unknown = Frame { descriptions: Vec::new(), ..frame.clone() };
     assert_eq!(words::caption(&unknown, legend, &bar::Bar::all(&scene)[1], 0), ["w"]);

@@ -15,13 +15,7 @@ fn ticks_are_what_people_would_write() {
         (Scale::Linear, [0.0, 1.0], 6, &["0.0", "0.2", "0.4", "0.6", "0.8", "1.0"][..], 0),
         (Scale::Linear, [268.0, 304.0], 5, &["270", "280", "290", "300"], 0),
         (Scale::Linear, [-7e-5, 7e-5], 8, &["−6", "−4", "−2", "0", "2", "4", "6"], -5),
-        (
-            Scale::Linear,
-            [-0.015, 0.015],
-            7,
-            &["−0.015", "−0.010", "−0.005", "0.000", "0.005", "0.010", "0.015"],
-            0,
-        ),
+        (Scale::Linear, [-0.015, 0.015], 7, &["−0.015", "−0.010", "−0.005", "0.000", "0.005", "0.010", "0.015"], 0),
         (Scale::Linear, [-40.0, 37.5], 6, &["−40", "−20", "0", "20"], 0),
         (Scale::Linear, [98_000.0, 104_000.0], 4, &["98000", "100000", "102000", "104000"], 0),
         (Scale::Linear, [0.0, 3e6], 4, &["0", "1", "2", "3"], 6),
@@ -62,17 +56,16 @@ fn chance() -> impl FnMut() -> f64 {
 /// The number that a label stands for.
 fn meant(label: &str, exponent: i32) -> f64 {
     let plain = label.replace('−', "-");
-    let value =
-        match plain.split_once("10").filter(|(_, rest)| rest.starts_with(|c| "⁻⁰¹²³⁴⁵⁶⁷⁸⁹".contains(c)))
-        {
-            None => plain.parse::<f64>().unwrap(),
-            Some((sign, raised)) => {
-                let digits = "⁰¹²³⁴⁵⁶⁷⁸⁹";
-                let digit = |c| digits.chars().position(|d| d == c).map_or("-".into(), |d| d.to_string());
-                let power: String = raised.chars().map(digit).collect();
-                format!("{sign}1e{power}").parse().unwrap()
-            }
-        };
+    let value = match plain.split_once("10").filter(|(_, rest)| rest.starts_with(|c| "⁻⁰¹²³⁴⁵⁶⁷⁸⁹".contains(c)))
+    {
+        None => plain.parse::<f64>().unwrap(),
+        Some((sign, raised)) => {
+            let digits = "⁰¹²³⁴⁵⁶⁷⁸⁹";
+            let digit = |c| digits.chars().position(|d| d == c).map_or("-".into(), |d| d.to_string());
+            let power: String = raised.chars().map(digit).collect();
+            format!("{sign}1e{power}").parse().unwrap()
+        }
+    };
     value * 10f64.powi(exponent)
 }
 
@@ -117,8 +110,7 @@ fn linear_steps_are_the_finest_that_fit() {
         let low = 200.0 * chance() - 100.0;
         let span = 10f64.powf(6.0 * chance() - 4.0);
         let most = 5 + (8.0 * chance()) as usize;
-        let values: Vec<f64> =
-            ticks(Scale::Linear, [low, low + span], most).major.iter().map(|t| t.0).collect();
+        let values: Vec<f64> = ticks(Scale::Linear, [low, low + span], most).major.iter().map(|t| t.0).collect();
         let [first, second] = values[..2] else { panic!("{values:?}") };
         let step = second - first;
         let lead = step / 10f64.powf(step.log10().floor() + 1e-9);

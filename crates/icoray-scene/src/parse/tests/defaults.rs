@@ -58,9 +58,7 @@ fn the_camera_sees_the_whole_planet() {
         assert!((0.8..0.9).contains(&seen), "{fov}: {seen}");
     }
     let camera = parsed("camera = { lon = 70, distance = 3 }").camera.place();
-    assert!(
-        (camera[0] - 70.0).abs() < 1e-9 && (camera[1] - 25.0).abs() < 1e-9 && (camera[2] - 3.0).abs() < 1e-9
-    );
+    assert!((camera[0] - 70.0).abs() < 1e-9 && (camera[1] - 25.0).abs() < 1e-9 && (camera[2] - 3.0).abs() < 1e-9);
 }
 
 #[test]

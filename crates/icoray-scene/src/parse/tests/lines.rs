@@ -33,8 +33,7 @@ fn lines_show_a_pattern_somewhere() {
         assert_eq!(lines(keys), Lines { on, ..plain.clone() }, "{keys}");
     }
     let region = LonLatBox { lon_deg: [-10.0, 40.0], lat_deg: [30.0, 60.0] };
-    let all =
-        lines("color = \"red\"\nwidth = 0.1\nopacity = 0.75\nregion = { lon = [-10, 40], lat = [30, 60] }");
+    let all = lines("color = \"red\"\nwidth = 0.1\nopacity = 0.75\nregion = { lon = [-10, 40], lat = [30, 60] }");
     let (color, region) = ([1.0, 0.0, 0.0], Some(region));
     assert_eq!(all, Lines { color, width_px: 0.1, opacity: 0.75, region, ..plain });
 }
@@ -51,9 +50,7 @@ fn patterns_have_names() {
 #[test]
 fn boxes_go_east_from_west() {
     let lon = |ends: &str| {
-        shown(&format!("[[lines]]\npattern = \"coast\"\nregion = {{ lon = {ends} }}")).lines[0]
-            .region
-            .unwrap()
+        shown(&format!("[[lines]]\npattern = \"coast\"\nregion = {{ lon = {ends} }}")).lines[0].region.unwrap()
     };
     for (ends, lon_deg) in [
         ("[-10, 40]", [-10.0, 40.0]),
@@ -99,10 +96,7 @@ fn clips_hold_where_all_their_conditions_do() {
     let (layers, height_m) = (Some([2, 5]), Some([-10.0, 1e4]));
     assert_eq!(clip(all), Clip { region, layers, height_m, half_space, ..none.clone() });
     let half_space = Some(HalfSpace { towards_deg: [30.0, 0.0], distance: 0.0 });
-    assert_eq!(
-        clip("cut = \"inside\"\nhalf_space = { towards = [30, 0] }"),
-        Clip { half_space, ..none.clone() }
-    );
+    assert_eq!(clip("cut = \"inside\"\nhalf_space = { towards = [30, 0] }"), Clip { half_space, ..none.clone() });
     assert_eq!(clip("cut = \"inside\"\nlayers = [3, 3]"), Clip { layers: Some([3, 3]), ..none });
 }
 
@@ -147,10 +141,7 @@ fn bad_ground_and_clips_are_named() {
         (ground("land = \"gras\""), "line 7 | key ground.land: | gras"),
         (ground("ocean = 3"), "line 7 | ocean"),
         (ground("sea = \"blue\""), "line 7 | sea | unknown field"),
-        (
-            format!("core = \"transparent\"\n{}", ground("land = \"red\"")),
-            "line 7 | key ground: | opaque core",
-        ),
+        (format!("core = \"transparent\"\n{}", ground("land = \"red\"")), "line 7 | key ground: | opaque core"),
         (clip("cut = \"in\""), "line 9 | in | outside"),
         (inside(""), "line 8 | key clip: | half_space"),
         (inside("lon = [5, 5]"), "line 10 | key clip.lon:"),
@@ -165,10 +156,7 @@ fn bad_ground_and_clips_are_named() {
         ),
         (inside("half_space = { towards = [0, nan] }"), "line 10 | clip.half_space.towards: [0, NaN]"),
         (inside("half_space = { distance = 0 }"), "line 10 | towards"),
-        (
-            inside("half_space = { towards = [0, 0], distance = nan }"),
-            "line 10 | key clip.half_space.distance: NaN",
-        ),
+        (inside("half_space = { towards = [0, 0], distance = nan }"), "line 10 | key clip.half_space.distance: NaN"),
         (inside("radius = 3"), "line 10 | radius | unknown field"),
     ]);
 }

@@ -7,10 +7,7 @@ const SMOOTH: &str = "[[surfaces]]\nlayer = 3\nfield = \"w\"\nopacity = 0.5\n[su
                       range = { percentile = [1, 99] }\ncenter = 0\nscale = \"symlog\"\nthreshold = 0.1\n";
 
 fn surfaces(text: &str) -> Vec<Surface> {
-    scene(&format!("field = \"q\"\n{CAMERA}{text}"))
-        .unwrap_or_else(|e| panic!("{e}\n{text}"))
-        .scenery
-        .surfaces
+    scene(&format!("field = \"q\"\n{CAMERA}{text}")).unwrap_or_else(|e| panic!("{e}\n{text}")).scenery.surfaces
 }
 
 fn isosurfaces(text: &str) -> Vec<Isosurface> {
@@ -111,19 +108,14 @@ fn bad_surfaces_are_named() {
 fn bad_isosurfaces_are_named() {
     let of = |lines: &str| format!("{CAMERA}[[isosurfaces]]\nfield = \"q\"\n{lines}\n");
     let red = |lines: &str| of(&format!("value = 1\ncolor = \"red\"\n{lines}"));
-    let by = |field: &str, range| {
-        of(&format!("value = 1\ncolor_by = \"{field}\"\ntransfer = {{ range = {range} }}"))
-    };
+    let by = |field: &str, range| of(&format!("value = 1\ncolor_by = \"{field}\"\ntransfer = {{ range = {range} }}"));
     refused(&[
         (of("color = \"red\""), "line 5 | key isosurfaces.value: | either value or values"),
         (of("value = 1\nvalues = [1]"), "line 5 | key isosurfaces.value: | either value or values"),
         (of("value = inf\ncolor = \"red\""), "line 7 | key isosurfaces.value: inf | finite"),
         (of("values = [1,\n nan]\ncolor = \"red\""), "line 8 | key isosurfaces.values: NaN | finite"),
         (of("values = []\ncolor = \"red\""), "line 7 | key isosurfaces.values: | at least one"),
-        (
-            of("values = [1, 2]\ncolors = [\"red\"]"),
-            "line 8 | key isosurfaces.colors: 1 colours | expected 2",
-        ),
+        (of("values = [1, 2]\ncolors = [\"red\"]"), "line 8 | key isosurfaces.colors: 1 colours | expected 2"),
         (of("values = [1]\ncolors = [\"re\"]"), "line 8 | key isosurfaces.colors: | re | CSS"),
         (
             of("values = [1]\ncolors = [\"red\"]\ncolor = \"red\""),

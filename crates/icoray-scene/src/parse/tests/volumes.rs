@@ -19,12 +19,10 @@ fn a_list_of_one_volume_is_the_short_form() {
     let by = "field = \"w\"\nvalues = [[0, 0.0], [2, 0.5]]\nunit_length = 0.25\n";
     let colors = "map = \"viridis\"\nrange = [250, 400]\n";
     let short = parsed(&format!("field = \"q\"\n{CAMERA}[transfer]\n{colors}[opacity]\n{by}"));
-    let list =
-        format!("{CAMERA}[[volumes]]\nfield = \"q\"\n[volumes.transfer]\n{colors}[volumes.opacity]\n{by}");
+    let list = format!("{CAMERA}[[volumes]]\nfield = \"q\"\n[volumes.transfer]\n{colors}[volumes.opacity]\n{by}");
     assert_eq!(short, parsed(&list));
     let knot = |value: f64, extinction: f64| Knot { value, color: [0.0; 3], extinction };
-    let transfer =
-        TransferFunction { knots: vec![knot(0.0, 0.0), knot(2.0, 2f64.ln())], unit_length: Some(0.25) };
+    let transfer = TransferFunction { knots: vec![knot(0.0, 0.0), knot(2.0, 2f64.ln())], unit_length: Some(0.25) };
     let volume = &short.volumes[0];
     assert_eq!(volume.opacity, Some(Opacity { field: "w".into(), transfer }));
     assert_eq!(short.shown_fields(), ["q", "w"]);
@@ -76,9 +74,7 @@ fn what_lacks_or_is_too_much_is_named() {
     let by = "[volumes.opacity]\nfield = \"w\"\nvalues = [[0, 0.0], [2, 0.5]]\n";
     let colors = "[[volumes]]\nfield = \"q\"\n[volumes.transfer]\nmap = \"vik\"\nrange = [0, 1]\n";
     let knots = |more: &str| {
-        format!(
-            "[[volumes]]\nfield = \"q\"\n[volumes.transfer]\nknots = [{{ value = 1, color = \"red\"{more} }}]\n"
-        )
+        format!("[[volumes]]\nfield = \"q\"\n[volumes.transfer]\nknots = [{{ value = 1, color = \"red\"{more} }}]\n")
     };
     let top = |line: &str, rest: &str| format!("{line}\n{CAMERA}{rest}");
     // Opacity by another field, with a text replaced by another.
@@ -89,10 +85,7 @@ fn what_lacks_or_is_too_much_is_named() {
         (format!("{CAMERA}{list}[transfer]\n{TRANSFER}"), "line 11 | key transfer: | not both"),
         (format!("{CAMERA}{list}{}", by.replace("volumes.", "")), "line 11 | key opacity: | not both"),
         (format!("{CAMERA}{}", list.replace("\"q\"", "\"\"")), "line 6 | key volumes.field: | empty"),
-        (
-            format!("{CAMERA}{list}").replace("[250, 400]", "[400, 250]"),
-            "line 9 | key volumes.transfer.range: | 400",
-        ),
+        (format!("{CAMERA}{list}").replace("[250, 400]", "[400, 250]"), "line 9 | key volumes.transfer.range: | 400"),
         (format!("{CAMERA}{list}{by}"), "line 10 | key volumes.transfer.opacity: | another field"),
         (
             format!("{CAMERA}{colors}unit_length = 1\n{by}"),
@@ -114,10 +107,7 @@ fn what_lacks_or_is_too_much_is_named() {
         (changed("[2, 0.5]", "[-2, 0.5]"), "line 12 | key volumes.opacity.values: | -2 after 0 | rise"),
         (changed("[2, 0.5]", "[2, 1.0]"), "line 12 | key volumes.opacity.values: | opacity 1 | less than 1"),
         (changed("[2, 0.5]", "[nan, 0.5]"), "line 12 | key volumes.opacity.values: | NaN"),
-        (
-            format!("{CAMERA}{colors}{by}unit_length = 0\n"),
-            "line 13 | key volumes.opacity.unit_length: | 0, expected",
-        ),
+        (format!("{CAMERA}{colors}{by}unit_length = 0\n"), "line 13 | key volumes.opacity.unit_length: | 0, expected"),
         (changed("\"w\"", "\"\""), "line 11 | opacity.field: | empty"),
         (format!("{CAMERA}{colors}{by}scale = \"log\"\n"), "line 13 | scale | unknown field"),
         (changed(values, ""), "line 10 | key volumes.opacity.values: | pairs [value, opacity]"),

@@ -53,9 +53,7 @@ pub(super) fn coloring(
         (Some(opacity), _) => {
             let is_relative = is_relative(source, raw, range)?;
             let extinction = stops(source, opacity, "transfer.opacity")?;
-            if !is_relative
-                && let Some(pair) = opacity.get_ref().iter().find(|p| !scale.admits(p.get_ref()[0]))
-            {
+            if !is_relative && let Some(pair) = opacity.get_ref().iter().find(|p| !scale.admits(p.get_ref()[0])) {
                 let value = numbers::text(pair.get_ref()[0]);
                 let what = format!("value {value}, expected a positive one on a log scale");
                 return Err(source.bad(pair.span(), "transfer.opacity", what));
@@ -87,8 +85,7 @@ fn scale(source: &Text, raw: &RawTransfer) -> Result<Scale> {
         (Some("symlog"), threshold) => {
             let Some(threshold) = threshold else {
                 let span = raw.scale.as_ref().map_or(0..0, Spanned::span);
-                let what =
-                    "\"symlog\" needs threshold, the value on either side of 0 up to which it is linear";
+                let what = "\"symlog\" needs threshold, the value on either side of 0 up to which it is linear";
                 return Err(source.bad(span, "transfer.scale", what));
             };
             let value = source.value(threshold, key, &PLAIN)?;
@@ -153,8 +150,7 @@ fn any_range(source: &Text, raw: &Spanned<Value>) -> Result<ColorRange> {
     let bad = |what: String| source.bad(raw.span(), key, what);
     let Value::Table(table) = raw.get_ref() else {
         let ends = pair(raw.get_ref()).filter(|[low, high]| low < high);
-        let wish =
-            "expected two finite numbers, the lower first, { percentile = [1, 99] } or { union = [1, 99] }";
+        let wish = "expected two finite numbers, the lower first, { percentile = [1, 99] } or { union = [1, 99] }";
         let ends = ends.ok_or_else(|| bad(format!("{}, {wish}", shown(raw.get_ref()))))?;
         for end in ends {
             source.held(end, raw.span(), key, &PLAIN)?;

@@ -90,8 +90,7 @@ fn template(source: &Text, raw: &Spanned<String>, key: &str, ending: &str) -> Re
     if !text.ends_with(ending) || text.contains(char::is_control) {
         return Err(bad(format!("expected a name that ends in {ending}")));
     }
-    let template =
-        Template::new(text, &Template::WORDS).map_err(|e| source.bad(raw.span(), key, e.context()))?;
+    let template = Template::new(text, &Template::WORDS).map_err(|e| source.bad(raw.span(), key, e.context()))?;
     if !template.is_timeless() {
         return Err(bad("it is one for all steps, expected neither step nor date in its name".into()));
     }

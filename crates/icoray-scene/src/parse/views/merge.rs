@@ -16,16 +16,10 @@ const REPLACEMENTS: [(&[&str], &[&str]); 15] = [
     (&["camera.lon", "camera.lat"], &["camera.eye", "camera.target", "camera.up", "camera.path"]),
     (&["camera.distance"], &["camera.altitude", "camera.eye", "camera.target", "camera.up"]),
     (&["camera.altitude"], &["camera.distance", "camera.eye", "camera.target", "camera.up"]),
-    (
-        &["camera.path"],
-        &["camera.lon", "camera.lat", "camera.eye", "camera.target", "camera.up", "camera.orbit"],
-    ),
+    (&["camera.path"], &["camera.lon", "camera.lat", "camera.eye", "camera.target", "camera.up", "camera.orbit"]),
     (&["camera.path", "camera.eye"], &["sweep.lon", "sweep.lat", "sweep.distance"]),
     (&["camera.orbit"], &["camera.path", "sweep.lon"]),
-    (
-        &["sweep.lon", "sweep.lat", "sweep.distance"],
-        &["camera.path", "camera.eye", "camera.target", "camera.up"],
-    ),
+    (&["sweep.lon", "sweep.lat", "sweep.distance"], &["camera.path", "camera.eye", "camera.target", "camera.up"]),
     (
         &["transfer.knots"],
         &[

@@ -73,19 +73,13 @@ fn path(source: &Text, camera: &mut DeTable, span: Range<usize>) -> Result<Path>
         return Err(source.bad(stray.span(), KEY, "its keys have the places, expected no other one"));
     }
     let first = camera.get("path").and_then(|path| path.get_ref().get(0)).map(Spanned::get_ref).cloned();
-    let number = |camera: &DeTable, key: &str| -> Result<Option<Spanned<f64>>> {
-        take(source, &mut camera.clone(), key)
-    };
+    let number =
+        |camera: &DeTable, key: &str| -> Result<Option<Spanned<f64>>> { take(source, &mut camera.clone(), key) };
     let defaults = KeyDefaults {
-        distance: distance(
-            source,
-            number(camera, "distance")?.as_ref(),
-            number(camera, "altitude")?.as_ref(),
-        )?,
+        distance: distance(source, number(camera, "distance")?.as_ref(), number(camera, "altitude")?.as_ref())?,
         fov_deg: source.number(number(camera, "fov")?.as_ref(), "camera.fov", 1e-3, 179.0, FOV_DEG)?,
     };
-    let raw =
-        take::<Vec<Spanned<RawKey>>>(source, camera, "path")?.map(Spanned::into_inner).unwrap_or_default();
+    let raw = take::<Vec<Spanned<RawKey>>>(source, camera, "path")?.map(Spanned::into_inner).unwrap_or_default();
     let clock = raw.first().map_or(Clock::Step, |key| match key.get_ref().time {
         Some(_) => Clock::Time,
         None => Clock::Step,
@@ -107,11 +101,7 @@ fn path(source: &Text, camera: &mut DeTable, span: Range<usize>) -> Result<Path>
     Ok(Path::new(clock, keys))
 }
 
-fn distance(
-    source: &Text,
-    distance: Option<&Spanned<f64>>,
-    altitude: Option<&Spanned<f64>>,
-) -> Result<Option<f64>> {
+fn distance(source: &Text, distance: Option<&Spanned<f64>>, altitude: Option<&Spanned<f64>>) -> Result<Option<f64>> {
     Ok(match (distance, altitude) {
         (None, None) => None,
         (None, altitude) => Some(1.0 + source.number(altitude, "camera.altitude", -0.999_999, 1e6, 0.0)?),

@@ -10,11 +10,7 @@ use toml::de::{DeTable, DeValue, ValueDeserializer};
 pub(super) const MAX_PICTURES: usize = 100_000;
 
 /// Takes a key out of a table.
-pub(super) fn take<T: DeserializeOwned>(
-    source: &Text,
-    table: &mut DeTable,
-    key: &str,
-) -> Result<Option<Spanned<T>>> {
+pub(super) fn take<T: DeserializeOwned>(source: &Text, table: &mut DeTable, key: &str) -> Result<Option<Spanned<T>>> {
     let Some(value) = table.remove(key) else { return Ok(None) };
     let span = value.span();
     let value = T::deserialize(ValueDeserializer::from(value)).map_err(|e| match e.span() {

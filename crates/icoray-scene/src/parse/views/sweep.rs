@@ -9,7 +9,8 @@ use serde::Deserialize;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue, ValueDeserializer};
 
-/// What is swept. The scene's own camera, exaggeration and field get the first values of lists where they are not given.
+/// What is swept. The scene's own camera, exaggeration and field get the first values of lists where they are not
+/// given.
 pub fn sweep(source: &Text, root: &mut DeTable, motion: &Motion) -> Result<Sweep> {
     let Some(raw) = root.remove("sweep") else { return Ok(Sweep::default()) };
     let span = raw.span();
@@ -35,10 +36,7 @@ pub fn sweep(source: &Text, root: &mut DeTable, motion: &Motion) -> Result<Sweep
     }
     let mut sweep = Sweep { place: None, axes };
     if sweep.count() > MAX_PICTURES {
-        return Err(bad(&format!(
-            "{} pictures of each step, expected at most {MAX_PICTURES}",
-            sweep.count()
-        )));
+        return Err(bad(&format!("{} pictures of each step, expected at most {MAX_PICTURES}", sweep.count())));
     }
     if sweep.axes.iter().any(Axis::is_of_camera) {
         sweep.place = Some(place(source, root)?);
@@ -47,13 +45,7 @@ pub fn sweep(source: &Text, root: &mut DeTable, motion: &Motion) -> Result<Sweep
 }
 
 /// Refuses sweeps of the camera's place if eye, path or orbit define it.
-fn expect_place(
-    source: &Text,
-    root: &mut DeTable,
-    motion: &Motion,
-    name: &str,
-    list: &Spanned<DeValue>,
-) -> Result<()> {
+fn expect_place(source: &Text, root: &mut DeTable, motion: &Motion, name: &str, list: &Spanned<DeValue>) -> Result<()> {
     let bad = |what: &str| Err(source.bad(list.span(), &format!("sweep.{name}"), what));
     if section(root, "camera").is_some_and(|camera| camera.contains_key("eye")) {
         return bad("is valid only with a camera above a place (lon, lat), not with eye");
@@ -88,8 +80,7 @@ fn axis(source: &Text, name: &str, list: Spanned<DeValue>) -> Result<Axis> {
     if name == "field" {
         let names = Vec::<Spanned<String>>::deserialize(ValueDeserializer::from(list)).map_err(refused)?;
         expect_some(names.len())?;
-        let is_bad =
-            |name: &&Spanned<String>| name.get_ref().is_empty() || name.get_ref().contains(char::is_control);
+        let is_bad = |name: &&Spanned<String>| name.get_ref().is_empty() || name.get_ref().contains(char::is_control);
         if let Some(bad) = names.iter().find(is_bad) {
             return Err(source.bad(bad.span(), &key, format!("{:?}, expected a name", bad.get_ref())));
         }

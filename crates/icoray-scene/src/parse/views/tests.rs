@@ -34,12 +34,7 @@ fn parse(text: &str) -> Script {
 /// The only shot of each view at a step.
 fn shots(text: &str, step: i64) -> Vec<Scene> {
     let stamp = Stamp { step, time_s: 100.0 * step as f64, date: None };
-    parse(text)
-        .views()
-        .iter()
-        .flat_map(|view| view.shots(&stamp).collect::<Vec<_>>())
-        .map(|s| s.scene)
-        .collect()
+    parse(text).views().iter().flat_map(|view| view.shots(&stamp).collect::<Vec<_>>()).map(|s| s.scene).collect()
 }
 
 fn names(scenes: &[Scene], step: i64) -> Vec<String> {
@@ -123,10 +118,7 @@ fn what_goes_instead_of_other_keys_takes_their_place() {
     assert_eq!(shots(&log, 0)[0].volumes[0].coloring.as_ref().unwrap().scale(), crate::scale::Scale::Log);
     let moving = |keys: &str, over: &str| {
         let base = BASE.replace("lon = 20.0\nlat = 45.0\ndistance = 3", keys);
-        shots(&format!("{base}[[views]]\nname = \"v\"\n{over}\n"), 2)
-            .iter()
-            .map(|s| s.camera)
-            .collect::<Vec<_>>()
+        shots(&format!("{base}[[views]]\nname = \"v\"\n{over}\n"), 2).iter().map(|s| s.camera).collect::<Vec<_>>()
     };
     let path = "path = [{ step = 0, lon = 0, lat = 0 }, { step = 2, lon = 8, lat = 9 }]\ndistance = 3";
     assert_eq!(moving(path, ""), [above(8.0, 9.0, 3.0)]);
@@ -150,19 +142,17 @@ fn what_goes_instead_of_other_keys_takes_their_place() {
     let short = "field = \"w\"\ntransfer = { map = \"viridis\", range = [0, 1], opacity = [[0, 0.5]] }";
     let base = BASE.replacen("field = \"theta\"\n", "", 1).split("[transfer]").next().unwrap().to_owned();
     let base = base + &volume("p").replace("views.", "");
-    let shown: Vec<String> =
-        shots(&format!("{base}[[views]]\nname = \"a\"\n[[views]]\nname = \"b\"\n{short}\n"), 0)
-            .iter()
-            .map(|scene| scene.shown_fields().join(" "))
-            .collect();
+    let shown: Vec<String> = shots(&format!("{base}[[views]]\nname = \"a\"\n[[views]]\nname = \"b\"\n{short}\n"), 0)
+        .iter()
+        .map(|scene| scene.shown_fields().join(" "))
+        .collect();
     assert_eq!(shown, ["p", "w"]);
     // A schedule is one, conditions are others.
     let schedule = |over: &str| {
         let base = format!("at_steps = [7]\nwhen = \"max(q) > 1\"\n{BASE}");
         let script = parse(&format!("{base}[[views]]\nname = \"v\"\n{over}\n"));
         let view = &script.views()[0];
-        let due =
-            |step: &i64| script.scheduled(&Stamp { step: *step, ..Stamp::default() }, None).count() == 1;
+        let due = |step: &i64| script.scheduled(&Stamp { step: *step, ..Stamp::default() }, None).count() == 1;
         ((1..14).filter(due).collect::<Vec<i64>>(), view.conditions().len())
     };
     assert_eq!(schedule(""), (vec![6, 7, 12], 1));
@@ -207,10 +197,7 @@ fn errors_name_view_line_and_key() {
         ("at_times = []", "line 22, key at_times | empty"),
         ("at_times = [0, inf]", "line 22, key at_times: inf"),
         ("at_steps = [0.5]", "line 22 (at_steps = [0.5]) | i64"),
-        (
-            "when = [\"max(q) > 1\",\n  \"max(q) >> 1\"]",
-            "line 22, key when: \"max(q) >> 1\" | \"> 1\" at character 9",
-        ),
+        ("when = [\"max(q) > 1\",\n  \"max(q) >> 1\"]", "line 22, key when: \"max(q) >> 1\" | \"> 1\" at character 9"),
         ("when = 3", "line 22 | max(theta) > 300"),
         ("camera.orbit = 2", "line 22 (camera.orbit = 2)"),
         ("camera.orbit = { turn = 360 }", "line 22, key camera.orbit | degrees_per_step, or turn and steps"),

@@ -10,11 +10,8 @@ const BLUE: [f64; 3] = [0.1, 0.2, 1.0];
 fn scaled(mesh: &CaseMesh, scale: f64, offset: f64, double: bool, name: String) -> Result<Case> {
     let mut case = mesh.case("field", name)?;
     let values = mesh.sampled(&case, |d, x| wave(d, x) * scale + offset);
-    case.values = if double {
-        OwnedReals::F64(values)
-    } else {
-        OwnedReals::F32(values.into_iter().map(|v| v as f32).collect())
-    };
+    case.values =
+        if double { OwnedReals::F64(values) } else { OwnedReals::F32(values.into_iter().map(|v| v as f32).collect()) };
     for knot in &mut case.scene.volumes[0].transfer.knots {
         knot.value = knot.value * scale + offset;
     }

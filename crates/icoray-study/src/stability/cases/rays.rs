@@ -13,9 +13,7 @@ pub fn cameras(mesh: &CaseMesh) -> Result<Vec<Case>> {
     let [a, b, c] = mesh.corners(333);
     let (facet, ridge) = ((a + b + c) / 3.0, (a + b) / 2.0);
     let level = (a - b).normalize();
-    let make = |name: String, eye: DVec3, dir: DVec3, fov: f64| {
-        Ok(mesh.case("camera", name)?.look(eye, dir, fov, 13))
-    };
+    let make = |name: String, eye: DVec3, dir: DVec3, fov: f64| Ok(mesh.case("camera", name)?.look(eye, dir, fov, 13));
     let mut cases = Vec::new();
     for (place, over) in [("facet", facet), ("ridge", ridge), ("vertex", a)] {
         let eye = over * (TOP + METRE);

@@ -26,13 +26,11 @@ pub fn depths(mesh: &CaseMesh) -> Result<Vec<Case>> {
 
 /// Steps, spikes, one knot, many knots, knots that the field never reaches.
 pub fn transfers(mesh: &CaseMesh) -> Result<Vec<Case>> {
-    let make =
-        |name: &str, knots: &[(f64, [f64; 3], f64)]| Ok(mesh.case("transfer", name)?.transfer(CELL, knots));
+    let make = |name: &str, knots: &[(f64, [f64; 3], f64)]| Ok(mesh.case("transfer", name)?.transfer(CELL, knots));
     let step = |at: f64, below: f64, above: f64| {
         [(-1.0, RED, below), (at, RED, below), (at, BLUE, above), (1.0, GREEN, above)]
     };
-    let spike =
-        |width: f64, depth: f64| [(0.1 - width, RED, 0.0), (0.1, BLUE, depth), (0.1 + width, WHITE, 0.0)];
+    let spike = |width: f64, depth: f64| [(0.1 - width, RED, 0.0), (0.1, BLUE, depth), (0.1 + width, WHITE, 0.0)];
     let box_of = |width: f64, depth: f64| {
         let (low, high) = (0.1 - 0.5 * width, 0.1 + 0.5 * width);
         [

@@ -78,12 +78,7 @@ fn values(step: i64, cells: &[usize]) -> Vec<f64> {
 }
 
 /// What `model` makes of each rank; ranks with the same number are on one node.
-fn on_each<R: Send>(
-    stage: &Stage,
-    nodes: &[usize],
-    spread: Spread,
-    model: impl Fn(&mut Rank) -> R + Sync,
-) -> Vec<R> {
+fn on_each<R: Send>(stage: &Stage, nodes: &[usize], spread: Spread, model: impl Fn(&mut Rank) -> R + Sync) -> Vec<R> {
     let barrier = Barrier::new(nodes.len());
     on_teams(nodes, |team| model(&mut Rank::new(stage, team, spread, &barrier)))
 }
@@ -154,7 +149,8 @@ fn failing(team: &mut LocalTeam, stage: &Stage) -> Background {
     Background::with(renderer, writer, Ranks::new(Box::new(pumped)), Some(pump), fail).unwrap()
 }
 
-/// A panic in a phase is the failure of all; one outside of any ends the frame on the others too. Frames behind it are drawn.
+/// A panic in a phase is the failure of all; one outside of any ends the frame on the others too. Frames behind it are
+/// drawn.
 #[test]
 fn what_fails_on_one_rank_ends_the_frame_on_all() {
     let (stage, model) = (&Stage::new(), &Barrier::new(3));
@@ -179,8 +175,7 @@ fn what_fails_on_one_rank_ends_the_frame_on_all() {
             false => format!("internal error: rank {by}: {text}"),
         };
         let of_all = "internal error: rank 1: a phase".to_string();
-        let expected =
-            [told(2, "before the frame"), told(1, "within the frame of 3"), of_all, "drawn".into()];
+        let expected = [told(2, "before the frame"), told(1, "within the frame of 3"), of_all, "drawn".into()];
         assert_eq!(said, expected, "rank {rank}");
     }
     stage.writer.wait();

@@ -3,12 +3,7 @@
 use super::*;
 
 /// The difference from zonal means by their definition, at the columns that count.
-fn from_means(
-    field: &Field,
-    latitude_rad: &[f64],
-    counts: &dyn Fn(usize) -> bool,
-    band_deg: f64,
-) -> Vec<f64> {
+fn from_means(field: &Field, latitude_rad: &[f64], counts: &dyn Fn(usize) -> bool, band_deg: f64) -> Vec<f64> {
     let layers = field.shape().layers;
     let bands = (180.0 / band_deg).ceil() as usize;
     let width = 180.0 / bands as f64;
@@ -117,8 +112,7 @@ fn threads_and_ranks_change_no_bit() {
                 let array = make_array(&|column| !owns(column));
                 let (fields, part) = (Fields::new([("q", array.field())]), Some(&part));
                 let threads = Threads::new(1 + ranks.rank()).unwrap();
-                let given =
-                    DeriveInputs { scene: &scene, fields: &fields, grid: &grid, part, threads: &threads };
+                let given = DeriveInputs { scene: &scene, fields: &fields, grid: &grid, part, threads: &threads };
                 let made = make(ranks, &DerivedFieldCache::default(), &given).unwrap().unwrap();
                 let found = bits(made.fields(&fields).get("eddy").unwrap());
                 let own = (0..columns).filter(|c| owns(*c));
@@ -159,7 +153,6 @@ fn ranks_whose_fields_differ_are_told() {
         let given = DeriveInputs { scene: &scene, fields: &fields, grid: &grid, part, threads };
         make(ranks, &DerivedFieldCache::default(), &given).unwrap_err().to_string()
     });
-    let expected =
-        "MPI: rank 1: takes means of a field of 4 layers at Center, but 3 layers at Center on rank 0";
+    let expected = "MPI: rank 1: takes means of a field of 4 layers at Center, but 3 layers at Center on rank 0";
     assert!(errors.iter().all(|error| error.starts_with(expected)), "{errors:?}");
 }

@@ -44,8 +44,7 @@ impl AlongRay {
     }
 
     fn kernel(&self) -> RayShading<f32> {
-        let AlongRay { ambient, diffuse, specular, shininess, light, halfway, sharpness, blind, dull } =
-            *self;
+        let AlongRay { ambient, diffuse, specular, shininess, light, halfway, sharpness, blind, dull } = *self;
         RayShading { ambient, diffuse, specular, shininess, light, halfway, sharpness, blind, dull }
     }
 
@@ -63,8 +62,7 @@ impl AlongRay {
     pub fn apply(&self, light: [f32; 6], mean: (f32, f32), off: f32) -> [f32; 6] {
         let [r, g, b, absorbed, error, variance] = light;
         let light = Radiance { color: [r, g, b], alpha: absorbed, error, variance };
-        let Radiance { color: [r, g, b], alpha: absorbed, error, variance } =
-            self.kernel().apply(light, mean, off);
+        let Radiance { color: [r, g, b], alpha: absorbed, error, variance } = self.kernel().apply(light, mean, off);
         [r, g, b, absorbed, error, variance]
     }
 
@@ -86,19 +84,11 @@ impl AlongRay {
         range: [f32; 2],
         is_coarse: bool,
     ) -> [f32; 6] {
-        let allowance =
-            ErrorBudget { color_tolerance: share, min_transmittance: rest, transmittance: through, reach };
+        let allowance = ErrorBudget { color_tolerance: share, min_transmittance: rest, transmittance: through, reach };
         let (shading, course) = (self.kernel(), kernel_course(course));
-        let lit = lit::Lit::<f32, 4> {
-            method,
-            allowance: &allowance,
-            shading: &shading,
-            span,
-            interpolant: &course,
-        };
+        let lit = lit::Lit::<f32, 4> { method, allowance: &allowance, shading: &shading, span, interpolant: &course };
         let cuts = if is_coarse { 0 } else { lit::Lit::<f32, 4>::MAX_CUTS };
-        let Radiance { color: [r, g, b], alpha: absorbed, error, variance } =
-            lit.light(&segment(piece), range, cuts);
+        let Radiance { color: [r, g, b], alpha: absorbed, error, variance } = lit.light(&segment(piece), range, cuts);
         [r, g, b, absorbed, error, variance]
     }
 }

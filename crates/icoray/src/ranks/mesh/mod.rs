@@ -48,8 +48,7 @@ impl NodeMesh {
     }
 
     fn of(received: &[Vec<u8>], base: i64) -> Result<Self> {
-        let (mut cells, mut corners, mut teller, mut outer) =
-            (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+        let (mut cells, mut corners, mut teller, mut outer) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
         for (rank, bytes) in received.iter().enumerate().filter(|(_, bytes)| !bytes.is_empty()) {
             let piece: NodePiece = decode(bytes)?;
             teller.resize(teller.len() + piece.corners.len(), rank as u32);
@@ -99,10 +98,7 @@ fn tables(cells: &[CellRow], global: &[u64], corners: &[Corner]) -> Result<Owned
         }
     }
     if i32::try_from(global.len().max(corner_cell.len())).is_err() {
-        return Err(bad(format!(
-            "{} cells on one node, expected fewer than 2^31 sides of triangles",
-            global.len()
-        )));
+        return Err(bad(format!("{} cells on one node, expected fewer than 2^31 sides of triangles", global.len())));
     }
     let mut connectivity = connect(&corner_cell, corners, global.len())?;
     set_corners(&mut connectivity, &corner_cell, cells, corners);
@@ -120,8 +116,7 @@ fn tables(cells: &[CellRow], global: &[u64], corners: &[Corner]) -> Result<Owned
 /// Joins the corners that are triangles.
 fn connect(corner_cell: &[i32], corners: &[Corner], cells: usize) -> Result<Connectivity> {
     let rows: Vec<usize> = (0..corners.len()).filter(|row| corners[*row].is_triangle()).collect();
-    let triangles: Vec<i32> =
-        rows.iter().flat_map(|row| &corner_cell[3 * row..3 * row + 3]).copied().collect();
+    let triangles: Vec<i32> = rows.iter().flat_map(|row| &corner_cell[3 * row..3 * row + 3]).copied().collect();
     let mut of = Connectivity::new(&triangles, cells)?;
     let mut corner_edge = vec![MISSING; corner_cell.len()];
     for (row, edges) in rows.iter().zip(of.corner_edge.chunks_exact(3)) {

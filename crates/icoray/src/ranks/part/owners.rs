@@ -51,8 +51,7 @@ impl Local {
         let answers = ranks.collective(answers)?;
         let received = ranks.exchange(encode_lists(&answers))?;
         let owners = ranks.attempt(|| {
-            let mut answers: Vec<_> =
-                decode_lists::<u32>(&received)?.into_iter().map(Vec::into_iter).collect();
+            let mut answers: Vec<_> = decode_lists::<u32>(&received)?.into_iter().map(Vec::into_iter).collect();
             let cut = || Error::new(ErrorKind::Mpi, "owners of cells are cut short");
             self.global.iter().map(|global| answers[keeper(*global)].next().ok_or_else(cut)).collect()
         });

@@ -68,8 +68,8 @@ fn collective_calls_are_those_of_any_team() {
     }
 }
 
-/// A rank that leaves a frame by an error ends it on all, at whichever call they are, and the next frame is as if nothing had
-/// been.
+/// A rank that leaves a frame by an error ends it on all, at whichever call they are, and the next frame is as if
+/// nothing had been.
 #[test]
 fn a_frame_that_one_rank_leaves_ends_on_all() {
     for (size, odd) in [(2, 1), (7, 0), (7, 3), (7, 6)] {

@@ -113,8 +113,8 @@ impl<'p, 'f> SceneBuilder<'p, 'f> {
             .collect()
     }
 
-    /// Where each of the volumes and isosurfaces can be seen, and what that is known by; all there is, without a key, where sheets
-    /// may be met between layers.
+    /// Where each of the volumes and isosurfaces can be seen, and what that is known by; all there is, without a key,
+    /// where sheets may be met between layers.
     pub fn visible(
         &self,
         media: &[Medium],
@@ -126,26 +126,18 @@ impl<'p, 'f> SceneBuilder<'p, 'f> {
         if has_radii || !renderer.savings.leaps {
             return (Vec::new(), vec![OccupancyMask::default().full(plan.radius.len())]);
         }
-        let of_media =
-            media.iter().map(|medium| (medium.extinction.source, medium.extinction.knots().to_vec()));
-        let of_surfaces = isosurfaces
-            .iter()
-            .map(|s| (s.source, spike(s.value, self.context.range(s.source).0.unwrap_or([0.0; 2]))));
-        let all = of_media.chain(of_surfaces).map(|(source, knots)| {
-            match self.context.fields[source].field().samples() {
+        let of_media = media.iter().map(|medium| (medium.extinction.source, medium.extinction.knots().to_vec()));
+        let of_surfaces =
+            isosurfaces.iter().map(|s| (s.source, spike(s.value, self.context.range(s.source).0.unwrap_or([0.0; 2]))));
+        let all =
+            of_media.chain(of_surfaces).map(|(source, knots)| match self.context.fields[source].field().samples() {
                 Reals::F32(data) => self.visible_of(data, source, &knots),
                 Reals::F64(data) => self.visible_of(data, source, &knots),
-            }
-        });
+            });
         all.unzip()
     }
 
-    fn visible_of<S: Sample>(
-        &self,
-        data: &[S],
-        source: usize,
-        knots: &[KernelKnot],
-    ) -> (OccupancyKey, OccupancyMask) {
+    fn visible_of<S: Sample>(&self, data: &[S], source: usize, knots: &[KernelKnot]) -> (OccupancyKey, OccupancyMask) {
         let FrameContext { renderer, plan, grid, .. } = *self.context;
         let field = &self.context.fields[source];
         let spans = Spans::<f64>::new(knots);
@@ -159,8 +151,8 @@ impl<'p, 'f> SceneBuilder<'p, 'f> {
         (key, visible)
     }
 
-    /// On the layer that lies at this radius, but for rounding, which must not leave a surface a hair above the outermost one,
-    /// where nothing is shown.
+    /// On the layer that lies at this radius, but for rounding, which must not leave a surface a hair above the
+    /// outermost one, where nothing is shown.
     fn place_at(&self, radius: f64) -> SurfaceHeight {
         let FrameContext { scene, plan, .. } = *self.context;
         let layer = plan.radius.iter().position(|r| (r - radius).abs() <= 1e-12 * radius);
@@ -239,9 +231,7 @@ impl<'p, 'f> SceneBuilder<'p, 'f> {
         let wanted = GradientOptions { visible: None, packed: false };
         match levels {
             Levels::Native(heights) => gradient::native::gradients(grid, heights, &samples, memory),
-            Levels::Concentric(_) => {
-                gradient::gradients(grid, &plan.radius, &samples, 0..grid.cells(), wanted, memory)
-            }
+            Levels::Concentric(_) => gradient::gradients(grid, &plan.radius, &samples, 0..grid.cells(), wanted, memory),
         }
     }
 }

@@ -34,14 +34,10 @@ impl<'f> Terrain<'f> {
         let checked = ranks.attempt(|| {
             let none = "the scene has heights = \"native\", and no heights of columns are given";
             let heights = given.ok_or_else(|| Error::new(ErrorKind::Scene, none))?;
-            let cells = heights::Cells {
-                count: grid.cells(),
-                first: grid.tables().index_base,
-                numbers: grid.cell_numbers(),
-            };
+            let cells =
+                heights::Cells { count: grid.cells(), first: grid.tables().index_base, numbers: grid.cell_numbers() };
             renderer.run(|| {
-                let heights =
-                    heights::Heights::new(heights, layers, cells, radius.len(), scene.exaggeration)?;
+                let heights = heights::Heights::new(heights, layers, cells, radius.len(), scene.exaggeration)?;
                 let lowest = (0..grid.cells() as u32).into_par_iter().map(|cell| heights.radius(cell, 0));
                 // The mean ones stand over cells that are not here.
                 let lowest = lowest
@@ -64,7 +60,8 @@ impl<'f> Terrain<'f> {
 }
 
 impl Terrain<'_> {
-    /// Normals of the ground and of the layers of sheets, where these are not round and light falls on them. Collective.
+    /// Normals of the ground and of the layers of sheets, where these are not round and light falls on them.
+    /// Collective.
     pub fn normals(
         &self,
         context: &FrameContext,
@@ -86,12 +83,10 @@ impl Terrain<'_> {
         let mut all = Vec::new();
         for layer in layers {
             let key = NormalKey { heights: key.clone(), layer: [layer, heights.layers()] };
-            let compute = |memory: Option<_>| {
-                gradient::native::normals(grid, heights, layer, memory.unwrap_or_default())
-            };
-            let made = ranks.attempt(|| {
-                Ok(renderer.run(|| renderer.frame_cache.normals.take(&key).unwrap_or_else(compute)))
-            });
+            let compute =
+                |memory: Option<_>| gradient::native::normals(grid, heights, layer, memory.unwrap_or_default());
+            let made =
+                ranks.attempt(|| Ok(renderer.run(|| renderer.frame_cache.normals.take(&key).unwrap_or_else(compute))));
             let mut normals = ranks.collective(made)?;
             if let Some(part) = part {
                 let row = |cell: u32| cell as usize..cell as usize + 1;

@@ -1,9 +1,10 @@
-//! Columns that are spread over ranks, each of which has the whole grid's tables: bitwise the picture of the whole field.
+//! Columns that are spread over ranks, each of which has the whole grid's tables: bitwise the picture of the whole
+//! field.
 
 use crate::common::{assert_same_refusal, at_centers, bits, difference, on_nodes, picture, refusal};
 use icoray::{
-    Decomposition, Error, ErrorKind, Field, Fields, FrameReport, Grid, IcosahedralMesh, Layers, Location,
-    Owned, OwnedReals, PartCells, Ranks, Rendered, Renderer, Scene, Shape,
+    Decomposition, Error, ErrorKind, Field, Fields, FrameReport, Grid, IcosahedralMesh, Layers, Location, Owned,
+    OwnedReals, PartCells, Ranks, Rendered, Renderer, Scene, Shape,
 };
 
 mod fields;
@@ -50,9 +51,7 @@ fn partitions(cells: usize, ranks: usize) -> [Vec<usize>; 3] {
         (0..cells).map(|cell| cell * ranks / cells).collect(),
         (0..cells).map(|cell| chance(cell, ranks)).collect(),
         // The first has nothing where there are others, the last a single cell.
-        (0..cells)
-            .map(|cell| if cell == 77 { ranks - 1 } else { (ranks - 1).min(1 + cell % ranks / 2) })
-            .collect(),
+        (0..cells).map(|cell| if cell == 77 { ranks - 1 } else { (ranks - 1).min(1 + cell % ranks / 2) }).collect(),
     ]
 }
 
@@ -176,8 +175,7 @@ fn columns_make_the_very_picture_of_the_whole() {
                 let held = held(ranks, &grid, local).unwrap();
                 let shape = layout.shape(local.cells.len());
                 // What is in a halo is not read.
-                let own =
-                    |c: usize| local.owned[local.cells.iter().position(|cell| *cell == c).unwrap()] == 1;
+                let own = |c: usize| local.owned[local.cells.iter().position(|cell| *cell == c).unwrap()] == 1;
                 let value = |c, l, step| if own(c) { value(c, l, step) } else { 1e30 };
                 [0, 1, 2].map(|step| {
                     let values = lay(layout, &local.cells, step, &|c, l| value(c, l, step));
@@ -197,8 +195,7 @@ fn columns_make_the_very_picture_of_the_whole() {
                 for report in &reports {
                     assert!(report.timing.copy_s > 0.0 && report.timing.prepare_s >= 0.0, "{trying}");
                     assert_eq!(report.value_range, whole[step].report.value_range);
-                    let sharing =
-                        "tiles: every rank has the whole grid, the field is assembled once per node";
+                    let sharing = "tiles: every rank has the whole grid, the field is assembled once per node";
                     assert_eq!(report.ranks.sharing.unwrap().to_string(), sharing);
                 }
             }
@@ -244,8 +241,7 @@ fn what_tables_are_is_agreed_on() {
     let none = Local { cells: Vec::new(), global: Vec::new(), owned: Vec::new() };
     assert_eq!(kinds(vec![all.clone()]), ["whole"]);
     assert_eq!(kinds(vec![none.clone(), all.clone()]), ["columns"; 2]);
-    let halo =
-        |own: bool| Local { owned: (0..cells).map(|c| i32::from((c < 9) == own)).collect(), ..all.clone() };
+    let halo = |own: bool| Local { owned: (0..cells).map(|c| i32::from((c < 9) == own)).collect(), ..all.clone() };
     assert_eq!(kinds(vec![halo(true), halo(false), none.clone()]), ["columns"; 3]);
     assert_eq!(kinds(vec![halo(true), halo(false)]), ["parts"; 2]);
 }
@@ -258,10 +254,7 @@ fn columns_that_do_not_fit_are_refused_on_all_ranks() {
     let owner = &partitions(mesh.cells(), 3)[0];
     type Damage = fn(&mut Local);
     let cases: [(Damage, &str); 7] = [
-        (
-            |l| l.global[4] = 162,
-            "rank 1: cell_global row 4: 162, expected 0 to 161, a row of the grid's tables",
-        ),
+        (|l| l.global[4] = 162, "rank 1: cell_global row 4: 162, expected 0 to 161, a row of the grid's tables"),
         (|l| l.global[5] = -1, "rank 1: cell_global row 5: -1, expected 0 to 161, a row"),
         (|l| l.global[5] = l.global[2], "rank 1: cell_global rows 2 and 5: both "),
         (|l| l.owned.fill(1), "is owned by ranks "),

@@ -49,9 +49,8 @@ impl Culled {
             let mut cells = cells_of(corner).iter().map(|&cell| stays[cell as usize]);
             if style == Style::Corners { cells.any(|s| s) } else { cells.all(|s| s) }
         };
-        let kept = |count: usize, stays: &dyn Fn(usize) -> bool| -> Vec<usize> {
-            (0..count).filter(|&i| stays(i)).collect()
-        };
+        let kept =
+            |count: usize, stays: &dyn Fn(usize) -> bool| -> Vec<usize> { (0..count).filter(|&i| stays(i)).collect() };
         let cells = kept(mesh.cells(), &|cell| stays[cell]);
         let corners = kept(mesh.corner_cell.len() / 3, &corner_stays);
         let edge_stays = |edge: usize| {
@@ -121,8 +120,7 @@ impl Culled {
 
 /// A direction at a longitude and latitude in degrees.
 pub fn towards(lon_deg: f64, lat_deg: f64) -> DVec3 {
-    let ((sin_lon, cos_lon), (sin_lat, cos_lat)) =
-        (lon_deg.to_radians().sin_cos(), lat_deg.to_radians().sin_cos());
+    let ((sin_lon, cos_lon), (sin_lat, cos_lat)) = (lon_deg.to_radians().sin_cos(), lat_deg.to_radians().sin_cos());
     DVec3::new(cos_lat * cos_lon, cos_lat * sin_lon, sin_lat)
 }
 
@@ -145,11 +143,8 @@ pub fn holes(mesh: &IcosahedralMesh) -> Vec<Hole> {
     let by = |stays: &dyn Fn(usize, DVec3) -> bool| -> Vec<bool> {
         at.iter().enumerate().map(|(cell, p)| stays(cell, *p)).collect()
     };
-    let near = |p: DVec3, lon: f64, lat: f64, degrees: f64| {
-        p.angle_between(towards(lon, lat)) < degrees.to_radians()
-    };
-    let continents =
-        |p: DVec3| near(p, 20.0, 35.0, 28.0) || near(p, -70.0, 0.0, 35.0) || near(p, 130.0, -25.0, 18.0);
+    let near = |p: DVec3, lon: f64, lat: f64, degrees: f64| p.angle_between(towards(lon, lat)) < degrees.to_radians();
+    let continents = |p: DVec3| near(p, 20.0, 35.0, 28.0) || near(p, -70.0, 0.0, 35.0) || near(p, 130.0, -25.0, 18.0);
     vec![
         ("a single cell", by(&|cell, _| cell != 40)),
         ("both poles", by(&|_, p| p.z.abs() < 0.9)),

@@ -3,8 +3,8 @@
 use crate::common::{at_centers, columns_of, on_nodes, on_ranks, picture};
 use icoray::device::{Band, Device, DeviceCost, DeviceRequest, Devices, FallbackReason, Job, Rect, Traced};
 use icoray::{
-    Adapter, Decomposition, DeviceReport, Field, Frame, FrameReport, Grid, IcosahedralMesh, Layers, Lights,
-    Owned, PartCells, Renderer, Scene,
+    Adapter, Decomposition, DeviceReport, Field, Frame, FrameReport, Grid, IcosahedralMesh, Layers, Lights, Owned,
+    PartCells, Renderer, Scene,
 };
 use std::sync::{Arc, Mutex};
 
@@ -49,8 +49,8 @@ fn color(x: u32, y: u32) -> [f32; 3] {
 
 fn painted(job: &Job, rect: Rect) -> Vec<Traced> {
     let (step, scene) = (job.quality().pixel_step, job.scene());
-    let nodes = (rect.top..rect.top + rect.height)
-        .flat_map(|y| (rect.left..rect.left + rect.width).map(move |x| (x, y)));
+    let nodes =
+        (rect.top..rect.top + rect.height).flat_map(|y| (rect.left..rect.left + rect.width).map(move |x| (x, y)));
     let ray = |(x, y): (u32, u32)| {
         let (x, y) = ((x * step).min(scene.width - 1), (y * step).min(scene.height - 1));
         Traced { color: color(x, y), alpha: 1.0, error: 0.25, variance: 0.0, counts: [2, 3, 1] }
@@ -234,12 +234,7 @@ fn light_comes_with_gradients_and_a_budget_is_measured_on_the_device() {
 }
 
 /// The picture, and the reports of all ranks, of which each draws with a device of its manner.
-fn over_ranks(
-    world: &World,
-    scene: &Scene,
-    manners: &[Option<Manner>],
-    in_columns: bool,
-) -> (Frame, Vec<FrameReport>) {
+fn over_ranks(world: &World, scene: &Scene, manners: &[Option<Manner>], in_columns: bool) -> (Frame, Vec<FrameReport>) {
     picture(on_ranks(manners.len(), |ranks| {
         let (rank, size, grid) = (ranks.rank(), ranks.size(), world.grid());
         let renderer = renderer_with(manners[rank].map(|manner| Painter::new(manner) as _));
@@ -351,9 +346,7 @@ fn a_device_is_opened_once_for_scenes_that_ask_alike() {
 fn a_renderer_without_devices_says_so_where_one_is_asked_for() {
     let world = World::new();
     let renderer = Renderer::new(1).unwrap();
-    for (keys, word) in
-        [("", None), ("backend = \"cpu\"", None), ("backend = \"gpu\"", Some("without the GPU"))]
-    {
+    for (keys, word) in [("", None), ("backend = \"cpu\"", None), ("backend = \"gpu\"", Some("without the GPU"))] {
         let said = world.draw(&renderer, &scene(keys)).report.device.left_to_cpu;
         assert_eq!(said.is_some(), word.is_some(), "{keys}");
         assert!(said.is_none_or(|said| said.contains(word.unwrap())), "{keys}");

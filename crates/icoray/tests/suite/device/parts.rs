@@ -3,8 +3,8 @@
 use super::{Manner, Painter, World, count_painted, painted, renderer_with, scene};
 use crate::common::{on_ranks, picture};
 use icoray::device::{
-    Band, BoundarySignature, Device, DeviceCost, FallbackReason, Fragment, Fragments, Job, OwnedColumns,
-    RayFragments, Rect, Traced,
+    Band, BoundarySignature, Device, DeviceCost, FallbackReason, Fragment, Fragments, Job, OwnedColumns, RayFragments,
+    Rect, Traced,
 };
 use icoray::{Frame, FrameReport};
 use std::sync::Arc;

@@ -1,10 +1,10 @@
-//! Scenes of several fields, surfaces, lines, cuts, derived fields and native heights: over ranks and in every mode of the renderer.
+//! Scenes of several fields, surfaces, lines, cuts, derived fields and native heights: over ranks and in every mode of
+//! the renderer.
 
 use crate::common::{FAR, LIT, NEAR, at_centers, bits, count_beyond, difference, level_fastest};
 use icoray::{
-    Clip, Derivation, Field, Fields, Frame, Grid, Ground, Heights, How, IcosahedralMesh, Isosurface, Knot,
-    Layers, Level, Lines, Location, LonLatBox, Paint, Pattern, Renderer, Scene, Surface, TransferFunction,
-    Volume,
+    Clip, Derivation, Field, Fields, Frame, Grid, Ground, Heights, How, IcosahedralMesh, Isosurface, Knot, Layers,
+    Level, Lines, Location, LonLatBox, Paint, Pattern, Renderer, Scene, Surface, TransferFunction, Volume,
 };
 
 mod modes;
@@ -36,12 +36,7 @@ struct Model {
 
 impl Model {
     /// Over these cells and corners of `mesh`; f and h lie at the corners, or at the centres too.
-    fn new(
-        mesh: &IcosahedralMesh,
-        step: usize,
-        (cells, corners): (&[usize], &[usize]),
-        location: Location,
-    ) -> Self {
+    fn new(mesh: &IcosahedralMesh, step: usize, (cells, corners): (&[usize], &[usize]), location: Location) -> Self {
         let centers = crate::spread::directions(&mesh.lon_center_rad, &mesh.lat_center_rad);
         let triangles = crate::spread::directions(&mesh.lon_corner_rad, &mesh.lat_corner_rad);
         let phase = 0.4 * step as f64;
@@ -75,8 +70,8 @@ impl Model {
         Model::new(mesh, step, (&cells, &corners), location)
     }
 
-    /// Puts NaN wherever a column is not that of `rank`: at centres those of its cells, at corners those whose first cell is
-    /// one of them.
+    /// Puts NaN wherever a column is not that of `rank`: at centres those of its cells, at corners those whose first
+    /// cell is one of them.
     fn spoil(
         &mut self,
         mesh: &IcosahedralMesh,
@@ -122,8 +117,8 @@ fn warm() -> TransferFunction {
     transfer(&[ends[0], knot(-0.6, [0.9, 0.3, 0.0], 0.0), knot(0.2, [0.9, 0.5, 0.0], 0.3), ends[1]])
 }
 
-/// Two volumes, an isosurface, a coloured top with lines, a cut, land and sea; f lies at corners or centres, g and h on one layer
-/// more.
+/// Two volumes, an isosurface, a coloured top with lines, a cut, land and sea; f lies at corners or centres, g and h on
+/// one layer more.
 fn scene(camera: &str, keys: &str, tables: &str) -> Scene {
     let mut scene = Scene::parse(&format!(
         "field = \"f\"\nexaggeration = 60\nprecision = \"f64\"\n{keys}\n[image]\nwidth = 56\nheight = 48\n[camera]\n{camera}\n\

@@ -113,9 +113,7 @@ fn what_is_kept_of_fields_changes_no_bit() {
     let all = scenes();
     let fresh: Vec<Frame> = all
         .iter()
-        .map(|(_, scene)| {
-            Renderer::new(1).unwrap().render(scene, &grid, &layers(), world.steps[1].fields()).unwrap()
-        })
+        .map(|(_, scene)| Renderer::new(1).unwrap().render(scene, &grid, &layers(), world.steps[1].fields()).unwrap())
         .collect();
     // One borrow of each field for all frames.
     let fields = world.steps[1].fields();
@@ -161,9 +159,7 @@ fn a_plain_scene_looks_at_one_field_alone() {
     let among = draw(&scene).unwrap();
     assert!(bits(&among) == bits(&alone));
     assert_eq!(among.report.derived_bytes, alone.report.derived_bytes);
-    for what in
-        ["other fields", "derived fields", "surfaces", "lines", "table of coasts", "clips", "native heights"]
-    {
+    for what in ["other fields", "derived fields", "surfaces", "lines", "table of coasts", "clips", "native heights"] {
         assert!(among.report.left_out.iter().any(|left| left == what), "{what}");
     }
     // What is derived and not shown is not made either.

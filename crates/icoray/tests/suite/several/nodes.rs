@@ -52,7 +52,8 @@ fn parts_of_one_node_are_bitwise_one_process() {
                 assert_eq!(frame.report.missing_values, expected.report.missing_values, "{trying}");
                 assert_eq!(frame.report.value_range, expected.report.value_range, "{trying}");
                 assert!(reports.iter().map(|report| report.bytes_copied).sum::<u64>() > 0, "{trying}");
-                let sharing = "tiles: every rank has the whole grid, its ranks' parts and the field are assembled once per node";
+                let sharing =
+                    "tiles: every rank has the whole grid, its ranks' parts and the field are assembled once per node";
                 assert_eq!(frame.report.ranks.sharing.unwrap().to_string(), sharing, "{trying}");
             }
         }
@@ -96,8 +97,7 @@ fn parts_of_several_nodes_are_within_errors_of_one_process() {
                 let spread = Spread::new(&mesh, node_of.len(), &owner);
                 let (frame, _) = of_nodes(&spread, (&mesh, &owner), &scene, location, node_of);
                 let (wrong, most) = beyond(&frame, &expected, 1e-6);
-                let trying =
-                    format!("{name}, {location:?}, {partition} on {node_of:?}: {wrong} beyond, {most:e}");
+                let trying = format!("{name}, {location:?}, {partition} on {node_of:?}: {wrong} beyond, {most:e}");
                 println!("{trying}");
                 // Lines reach over a node's border by a part of their width.
                 assert!(wrong <= 4 && most < 0.05, "{trying}");

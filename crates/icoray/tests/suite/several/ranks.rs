@@ -23,9 +23,7 @@ fn tiles_are_bitwise_those_of_one_process() {
             let drawn = on_ranks(count, |ranks| {
                 let grid = Grid::new(mesh.tables()).unwrap();
                 let renderer = Renderer::new(1).unwrap();
-                second(|step| {
-                    renderer.render_over(ranks, &scene, &grid, None, &layers(), steps[step].fields())
-                })
+                second(|step| renderer.render_over(ranks, &scene, &grid, None, &layers(), steps[step].fields()))
             });
             let (frame, _) = picture(drawn);
             assert!(bits(&frame) == bits(&expected), "{name} on {count} ranks");
@@ -44,28 +42,24 @@ fn columns_are_bitwise_those_of_one_process() {
         for count in [2, 3] {
             let drawn = on_ranks(count, |ranks| {
                 let grid = Grid::new(mesh.tables()).unwrap();
-                let mine: Vec<usize> =
-                    (0..mesh.cells()).filter(|cell| chance(*cell, count) == ranks.rank()).collect();
+                let mine: Vec<usize> = (0..mesh.cells()).filter(|cell| chance(*cell, count) == ranks.rank()).collect();
                 let global: Vec<i64> = mine.iter().map(|cell| *cell as i64).collect();
                 let owned = vec![1; mine.len()];
                 let cells = PartCells { global: global.as_slice().into(), owned: Owned::Marked(&owned) };
-                let Decomposition::Columns(columns) = Decomposition::new(ranks, &grid, &cells).unwrap()
-                else {
+                let Decomposition::Columns(columns) = Decomposition::new(ranks, &grid, &cells).unwrap() else {
                     panic!("not columns")
                 };
                 let own = [0, 1].map(|step| Model::new(&mesh, step, (&mine, &[]), Location::Center));
                 let renderer = Renderer::new(1).unwrap();
-                second(|step| {
-                    renderer.render_columns(ranks, &scene, &grid, &columns, &layers(), own[step].fields())
-                })
+                second(|step| renderer.render_columns(ranks, &scene, &grid, &columns, &layers(), own[step].fields()))
             });
             assert!(bits(&picture(drawn).0) == bits(&expected), "{name} on {count} ranks");
         }
     }
 }
 
-/// Whether so few pixels are beyond their errors, and so little, that it may be lines which reach over a rank's border by a part of
-/// their width, of cells that this rank has nothing of.
+/// Whether so few pixels are beyond their errors, and so little, that it may be lines which reach over a rank's border
+/// by a part of their width, of cells that this rank has nothing of.
 fn is_near((wrong, most): (usize, f32)) -> bool {
     wrong <= 3 && most < 0.05
 }
@@ -125,8 +119,8 @@ fn holes_of_the_whole_are_holes_of_its_parts() {
     }
 }
 
-/// None is lost at a side or a layer, nor met twice, where a field has the surface's very value on half of the globe and on all
-/// layers but one.
+/// None is lost at a side or a layer, nor met twice, where a field has the surface's very value on half of the globe
+/// and on all layers but one.
 #[test]
 fn surfaces_of_a_value_that_stays_are_met_once() {
     let mesh = IcosahedralMesh::new(4).unwrap();
@@ -169,9 +163,8 @@ fn surfaces_of_a_value_that_stays_are_met_once() {
         let sure = render(&beside);
         let shown = |frame: &Frame| frame.pixels.iter().filter(|pixel| pixel[0] > 0.4).count();
         assert_eq!(shown(&sure) > 500, rises, "{}", shown(&sure));
-        let differ = |a: &Frame, b: &Frame| {
-            a.pixels.iter().zip(&b.pixels).filter(|(a, b)| (a[0] - b[0]).abs() > 1e-3).count()
-        };
+        let differ =
+            |a: &Frame, b: &Frame| a.pixels.iter().zip(&b.pixels).filter(|(a, b)| (a[0] - b[0]).abs() > 1e-3).count();
         assert_eq!(differ(&whole, &sure), 0, "rises: {rises}, of {}", shown(&sure));
         for (partition, owner) in &partitions(&mesh, 3)[1..3] {
             let (frame, _) = picture(Spread::new(&mesh, 3, owner).each(|ranks, culled, part| {

@@ -60,10 +60,7 @@ impl Spread {
     }
 
     /// What `work` makes of each rank's grid and part.
-    pub fn each<R: Send>(
-        &self,
-        work: impl Fn(&mut Ranks, &Culled, Result<Part, icoray::Error>) -> R + Sync,
-    ) -> Vec<R> {
+    pub fn each<R: Send>(&self, work: impl Fn(&mut Ranks, &Culled, Result<Part, icoray::Error>) -> R + Sync) -> Vec<R> {
         on_ranks(self.parts.len(), |ranks| {
             let culled = &self.parts[ranks.rank()];
             let part = Part::new(ranks, &culled.grid(), &self.cells(ranks.rank()));
