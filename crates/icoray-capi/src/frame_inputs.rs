@@ -1,4 +1,4 @@
-//! What one frame is rendered from: scene, grid, layers and fields.
+//! Inputs of one frame: scene, grid, layers and fields.
 
 use crate::boundary::{Failure, Outcome};
 use crate::types::icoray_status;

@@ -262,8 +262,8 @@ pub struct icoray_array {
     pub r#type: i32,
     /// ICORAY_CENTER or ICORAY_CORNER.
     pub location: i32,
-    /// Number of columns: cells of the grid, or corners for ICORAY_CORNER; another number is refused by icoray_execute,
-    /// which says what it looks like.
+    /// Number of columns: cells of the grid, or corners for ICORAY_CORNER; another number is refused by
+    /// icoray_execute, which says what it looks like.
     pub columns: i64,
     /// Number of layers, at least 2: count of icoray_layers, or count - 1.
     pub layers: i64,
@@ -378,8 +378,8 @@ pub struct icoray_frame_report {
     /// Bytes of input that were copied: 0, or those of the fields with async_render. For columns distributed over
     /// ranks: bytes that this rank wrote to the memory of its node.
     pub bytes_copied: u64,
-    /// Bytes derived from the field: averages of corner fields, gradients. With parts, also the tables of the mesh that
-    /// the ranks of this node have together.
+    /// Bytes derived from the field: averages of corner fields, gradients. With parts, also the tables of the mesh
+    /// that the ranks of this node have together.
     pub bytes_derived: u64,
     /// Largest number of bytes that icoray has held at once in this process, over all contexts and meshes; without
     /// memory that the ranks of a node share.

@@ -3,7 +3,7 @@
 /// A field's name and units as files and models give them (CF conventions' `long_name` and `units`).
 #[derive(Debug, Clone, PartialEq, Eq, Default, Hash)]
 pub struct Description {
-    /// What the field is, such as "potential temperature".
+    /// Long name of the field, such as "potential temperature".
     pub long_name: Option<String>,
     /// Its units, such as "m s-1".
     pub units: Option<String>,

@@ -280,7 +280,7 @@ impl OwnedField {
             .map_err(|e: Error| e.within(&self.info.name))
     }
 
-    /// What the variable is: name, location, what it is called and measured in; `layers` are those that were read.
+    /// Name, location, long name and units of the variable; `layers` are those that were read.
     pub fn info(&self) -> &FieldInfo {
         &self.info
     }

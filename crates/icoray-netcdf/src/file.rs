@@ -121,7 +121,7 @@ impl ModelFile {
         likely_fields(&self.fields)
     }
 
-    /// What is known of the field `name`.
+    /// Properties of the field `name`, without its values.
     ///
     /// # Errors
     /// [`ErrorKind::Field`] when there is no such field, with the list of those that there are.

@@ -2,7 +2,7 @@
 
 use icoray::{OwnedReals, Shape};
 
-/// What is done with an array after it is read.
+/// An operation on an array after it has been read.
 pub(crate) trait ChangeReals {
     /// `value` rounded to the array's precision.
     fn rounded(&self, value: f64) -> f64;

@@ -11,7 +11,7 @@ use std::fs::File;
 use std::io::{self, BufWriter, Write};
 use std::path::Path;
 
-/// What is done if a file of a picture's name exists.
+/// Treatment of an existing file of a picture's name.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum Existing {
     /// It stays as it is, and writing fails with [`ErrorKind::Exists`]: what a run has drawn is not lost by starting it

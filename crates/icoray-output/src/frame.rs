@@ -140,17 +140,17 @@ pub struct Frame {
     pub error: Vec<f32>,
     /// Name of the field that is shown.
     pub field: String,
-    /// What the field is called; set by who knows it.
+    /// Description of the field; set by the caller.
     pub description: Description,
-    /// What other fields are called, by their names; set by who knows them.
+    /// Descriptions of other fields, by name; set by the caller.
     pub descriptions: Vec<(String, Description)>,
-    /// What is to be written into the picture.
+    /// Labels to be written into the picture.
     pub legend: Option<Box<Legend>>,
     /// Camera and transfer range in words.
     pub notes: Vec<(&'static str, String)>,
     /// When the frame was; set when it is written.
     pub stamp: Stamp,
-    /// What it cost.
+    /// Cost and statistics of the frame.
     pub report: FrameReport,
 }
 
@@ -189,7 +189,7 @@ impl Frame {
         lines
     }
 
-    /// What `text` says of each colour map, with the names of fields where there are several.
+    /// The result of `text` for each colour map, with field names if there are several.
     pub(crate) fn of_each(&self, text: impl Fn(&Colors) -> String) -> String {
         match self.report.colors.as_slice() {
             [one] if one.field == self.field => text(one),

@@ -1,7 +1,7 @@
-//! What is kept of a run's pictures beside them: a list for ffmpeg, and a Cinema database.
+//! Index files of a series of pictures: a list for ffmpeg, and a Cinema database.
 //!
-//! Each is a text that grows by an entry with each picture, after the picture is there. It is replaced as a whole, so
-//! that it is complete whenever a run is stopped; entries that it has already are not added again.
+//! An entry is added after its picture has been written. The file is replaced as a whole, so that it is complete
+//! whenever a run is stopped; existing entries are not added again.
 
 use super::{atomic, csv_cell};
 use crate::atomic::Existing;
@@ -13,23 +13,23 @@ use std::fs::{self, File};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf, absolute};
 
-/// A text of a series: where it is, and its first line.
+/// An index file of a series: its path and its first line.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Text {
     path: PathBuf,
     head: String,
-    /// What it is, in words for an error.
+    /// Name of the kind of file in errors.
     what: &'static str,
 }
 
-/// The texts of a series whose pictures go to `directory`; with error maps, the database has a column for them.
+/// Index files of a series whose pictures are in `directory`; with error maps, the database has a column for them.
 pub(super) fn texts(series: &Series, directory: &Path, has_error: bool) -> impl Iterator<Item = Text> {
     let list = series.concat.as_ref().map(|concat| list_of(concat, directory));
     let table = series.cinema.as_ref().map(|cinema| table_of(cinema, directory, has_error));
     list.into_iter().chain(table)
 }
 
-/// Adds a picture, and the map of its errors, that are there.
+/// Adds entries for a written picture and the map of its errors.
 pub(super) fn add(
     series: &Series,
     directory: &Path,
@@ -61,12 +61,12 @@ fn add_to_list(concat: &Concat, directory: &Path, picture: &Path) -> Result<()> 
     })
 }
 
-/// A text as ffmpeg reads it: all is taken as it is between apostrophes, but for apostrophes.
+/// Quotes a text for ffmpeg, which reads everything between apostrophes literally except apostrophes.
 fn quoted(text: &str) -> String {
     format!("'{}'", text.replace('\'', "'\\''"))
 }
 
-/// Columns of files come last, and their names begin with FILE.
+/// The Cinema specification puts columns of files last; their names begin with FILE.
 fn table_of(cinema: &Cinema, directory: &Path, has_error: bool) -> Text {
     let names = cinema.parameters.iter().map(|(name, _)| *name);
     let files = ["FILE", "FILE_error"].into_iter().take(1 + usize::from(has_error));
@@ -76,7 +76,7 @@ fn table_of(cinema: &Cinema, directory: &Path, has_error: bool) -> Text {
 
 fn add_to_table(cinema: &Cinema, directory: &Path, stamp: &Stamp, picture: &Path, error: Option<&Path>) -> Result<()> {
     let table = table_of(cinema, directory, error.is_some());
-    // With a point, so that all values of a column are of one type.
+    // With a decimal point, so that all values of a column have one type.
     let when = [stamp.step.to_string(), format!("{:?}", stamp.time_s)];
     let cells = when.iter().chain(cinema.parameters.iter().map(|(_, value)| value));
     let key: String = cells.map(|cell| csv_cell::quoted(cell) + ",").collect();
@@ -89,7 +89,7 @@ fn add_to_table(cinema: &Cinema, directory: &Path, stamp: &Stamp, picture: &Path
     })
 }
 
-/// The way from the folder of `from` to `to`, with slashes.
+/// Relative path from the folder of `from` to `to`, with slashes.
 fn relative(from: &Path, to: &Path) -> Result<String> {
     let parts = |path: &Path| -> Result<Vec<String>> {
         let whole = absolute(path).map_err(|e| io_error(path, "cannot find the file", e))?;
@@ -107,15 +107,15 @@ impl Text {
         io_error(&self.path, &format!("cannot write {}", self.what), e)
     }
 
-    /// Refuses a text that cannot be added to.
+    /// Fails if entries cannot be added to the file.
     pub(super) fn check(&self) -> Result<()> {
         self.read().map(drop)
     }
 
-    /// Its lines below the first one; `None` where there is no text.
+    /// The lines below the first one; `None` if the file does not exist.
     fn read(&self) -> Result<Option<Vec<String>>> {
         match fs::metadata(&self.path) {
-            // To open a pipe would wait for somebody to write into it.
+            // Opening a pipe would block until another process writes to it.
             Ok(found) if !found.is_file() => return Err(self.failed(io::Error::other("it is not a file"))),
             Err(e) if e.kind() == io::ErrorKind::NotFound => return Ok(None),
             found => found.map_err(|e| self.failed(e))?,
@@ -134,7 +134,7 @@ impl Text {
         }
     }
 
-    /// Changes the lines below the first one, and writes the text anew where that makes a difference.
+    /// Changes the lines below the first one, and rewrites the file if they differ.
     fn grow(&self, change: impl FnOnce(&mut Vec<String>)) -> Result<()> {
         // So that several processes may add to one text; given back when the folder is closed. Where folders cannot be
         // locked each still leaves a whole text.

@@ -1,4 +1,4 @@
-//! What became of frames that were handed to another thread, kept for a caller who may ask often, late or never.
+//! Outcomes of frames that another thread handles, stored until the caller asks for them.
 
 use icoray_grid::Error;
 
@@ -8,7 +8,7 @@ use icoray_grid::Error;
 /// there are numbers. Failures push successes out: the first failures are kept whatever comes before and after them.
 #[derive(Debug, Clone)]
 pub struct Outcomes<T> {
-    /// What is kept, in the order in which it happened.
+    /// The stored outcomes, oldest first.
     pub kept: Vec<T>,
     /// How many frames went well that are not in `kept`.
     pub more_done: u64,
@@ -16,7 +16,7 @@ pub struct Outcomes<T> {
     pub more_failed: u64,
 }
 
-/// What [`Outcomes`] can hold: something that went well or failed.
+/// An outcome that [`Outcomes`] can store: a success or a failure.
 pub trait Outcome {
     /// Why it failed, if it did.
     fn error(&self) -> Option<&Error>;

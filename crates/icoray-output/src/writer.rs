@@ -25,7 +25,7 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::{Builder, JoinHandle};
 use std::time::Instant;
 
-/// What [`Writer::submit`] does when the queue is full.
+/// Behaviour of [`Writer::submit`] when the queue is full.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum WhenFull {
     /// [`Writer::submit`] waits for room: every picture is written, and a slow disk slows the caller.
@@ -41,11 +41,11 @@ pub struct WriterOptions {
     /// Where pictures and `report.csv` go, made when missing. A relative one is meant from where the process is when
     /// the writer is made, wherever it goes later.
     pub directory: PathBuf,
-    /// What is done with files that are there already.
+    /// Treatment of existing files.
     pub existing: Existing,
     /// How many frames may wait, at least 1; the one that is being written does not count.
     pub queue: usize,
-    /// What is done when that many wait.
+    /// Behaviour when the queue is full.
     pub when_full: WhenFull,
 }
 
@@ -57,7 +57,7 @@ impl WriterOptions {
     }
 }
 
-/// What became of a frame.
+/// Outcome of a frame.
 #[derive(Debug, Clone)]
 pub struct Written {
     /// Which frame it was.
@@ -74,7 +74,7 @@ impl Outcome for Written {
     }
 }
 
-/// What handing over a frame cost.
+/// Cost of submitting a frame.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Submitted {
     /// Seconds spent waiting for room in the queue.
@@ -309,7 +309,7 @@ impl Writer {
         start.elapsed().as_secs_f64()
     }
 
-    /// What became of frames since this was asked last.
+    /// Outcomes of frames since the last call.
     pub fn take_outcomes(&self) -> Outcomes<Written> {
         mem::take(&mut self.shared.lock().outcomes)
     }

@@ -1,4 +1,4 @@
-//! What is written into pictures.
+//! Labels that are written into pictures.
 
 use crate::template::Template;
 use icoray_grid::Result;
@@ -21,12 +21,12 @@ pub enum LabelPlace {
     Below,
 }
 
-/// What is written into a picture.
+/// Labels that are written into a picture.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Labels {
     /// The title, with words in braces.
     pub title: Template,
-    /// What the field is called, instead of its description's long name.
+    /// Name of the field, in place of its description's long name.
     pub name: Option<String>,
     /// Units of the field, instead of its description's.
     pub units: Option<String>,

@@ -65,7 +65,7 @@ pub struct Output {
     pub file: NameTemplate,
     /// The map of its errors, a PNG; `None` writes none.
     pub error: Option<NameTemplate>,
-    /// What is kept of all pictures beside them.
+    /// Index files beside the pictures.
     pub series: Series,
 }
 

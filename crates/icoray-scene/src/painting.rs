@@ -13,13 +13,13 @@ pub struct Painting<'s> {
     pub field: &'s str,
     /// From values to colours.
     pub transfer: &'s TransferFunction,
-    /// What the transfer function is made of; `None` where its knots are given.
+    /// Colour map and opacities of the transfer function; `None` if its knots are given.
     pub coloring: Option<&'s Coloring>,
     /// Where the opacity is told.
     pub opacity: OpacityOf<'s>,
 }
 
-/// What tells how opaque a coloured thing is.
+/// The source of opacity of a coloured volume or surface.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum OpacityOf<'s> {
     /// The transfer function.

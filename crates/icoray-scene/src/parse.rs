@@ -198,7 +198,7 @@ fn checked(source: &Text, table: Spanned<DeTable>) -> Result<Scene> {
     Ok(scene)
 }
 
-/// What is shown beside volumes.
+/// Surfaces, lines, clips and ground beside volumes.
 fn scenery(source: Text, raw: &RawScene, has_core: bool) -> Result<Scenery> {
     Ok(Scenery {
         surfaces: each(source.within("surfaces."), &raw.surfaces, surface::surface)?,

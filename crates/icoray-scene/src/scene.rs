@@ -84,7 +84,7 @@ pub struct Scene {
     pub core: Option<[f64; 3]>,
     /// The camera.
     pub camera: Camera,
-    /// What is shown beside the volumes, and what is cut away.
+    /// Surfaces, lines, clips and ground beside the volumes.
     pub scenery: Scenery,
     /// The light; `None` shows the transfer function's colours as they are.
     pub lighting: Option<Lighting>,
@@ -111,14 +111,14 @@ pub struct Scene {
     pub backend: Backend,
     /// Which of several GPUs; `None` is one of the fastest kind, another for each rank on a node.
     pub device: Option<Adapter>,
-    /// What is written into the picture; `None` is nothing.
+    /// Labels in the picture; `None` for none.
     pub labels: Option<Labels>,
     /// Names of the pictures, and of the maps of their errors.
     pub output: Output,
 }
 
 impl Scene {
-    /// What [`Scene::tolerance`] may be.
+    /// Valid range of [`Scene::tolerance`].
     pub const TOLERANCE: RangeInclusive<f64> = 1e-12..=0.5;
     /// The tolerance of a scene that names none.
     pub const DEFAULT_TOLERANCE: f64 = 1e-3;

@@ -1,4 +1,4 @@
-//! What a scene shows: volumes and, beside them, surfaces, lines and cuts.
+//! The contents of a scene: volumes, surfaces, lines and clips.
 //!
 //! A scene without surfaces and cuts and with one volume is plain ([`Scene::is_plain`](crate::scene::Scene::is_plain)):
 //! the kernel for a single field renders it.
@@ -7,7 +7,7 @@ use crate::coloring::Coloring;
 use crate::transfer::TransferFunction;
 use glam::DVec3;
 
-/// What is shown beside volumes; nothing by default.
+/// Surfaces, lines, clips and ground beside volumes; none by default.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Scenery {
     /// Coloured layers.
@@ -16,9 +16,9 @@ pub struct Scenery {
     pub isosurfaces: Vec<Isosurface>,
     /// Lines on the ground or on a level.
     pub lines: Vec<Lines>,
-    /// What the opaque core looks like.
+    /// Appearance of the opaque core.
     pub ground: Ground,
-    /// What is cut away. Ground and lines on it stay.
+    /// Clips, which cut volumes and surfaces away. Ground and lines on it stay.
     pub clips: Vec<Clip>,
     /// Fields that are made of the model's, or of derived ones before them in the list.
     pub derived: Vec<Derivation>,
@@ -68,7 +68,7 @@ pub struct Volume {
     /// a log scale); a renderer draws with the range that it finds, as [`Scene::over`](crate::scene::Scene::over)
     /// makes it.
     pub transfer: TransferFunction,
-    /// What the transfer function is made of; `None` where its knots are given.
+    /// Colour map and opacities of the transfer function; `None` if its knots are given.
     pub coloring: Option<Coloring>,
     /// Where the extinction comes from; `None` is the transfer function.
     pub opacity: Option<Opacity>,
@@ -115,7 +115,7 @@ pub enum Paint {
         field: String,
         /// From values to colours; its extinctions have no meaning.
         transfer: TransferFunction,
-        /// What the transfer function is made of; `None` where its knots are given.
+        /// Colour map and opacities of the transfer function; `None` if its knots are given.
         coloring: Option<Coloring>,
         /// Whether each cell has one colour, that of its centre; else values are interpolated.
         by_cell: bool,
@@ -156,7 +156,7 @@ pub struct Isosurface {
     pub opacity: f64,
 }
 
-/// What lines show.
+/// The pattern of lines.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Pattern {
     /// Edges of the Voronoi cells.
@@ -175,7 +175,7 @@ pub enum Pattern {
 /// Lines on the ground or on a level, drawn anti-aliased.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Lines {
-    /// What they show.
+    /// The pattern of the lines.
     pub pattern: Pattern,
     /// Where they lie.
     pub on: Level,

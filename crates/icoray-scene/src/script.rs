@@ -64,7 +64,7 @@ pub struct View {
 pub struct Shot {
     /// Name of its view; empty for a file without `[[views]]`.
     pub name: String,
-    /// What to draw; its file's name is complete but for field, step and date.
+    /// The scene to draw; its file name lacks only field, step and date.
     pub scene: Scene,
 }
 
@@ -146,7 +146,7 @@ impl Script {
     /// condition on them holds. It is not asked where no scheduled view has a condition.
     ///
     /// # Errors
-    /// What `statistic` gives.
+    /// Those that `statistic` returns.
     pub fn due(
         &self,
         now: &Stamp,
@@ -206,7 +206,7 @@ impl View {
         self.name.as_deref().unwrap_or("")
     }
 
-    /// What must hold at a step that is the view's turn.
+    /// Conditions that must hold at a step at which the view is due.
     pub fn conditions(&self) -> &[Condition] {
         &self.conditions
     }
@@ -214,7 +214,7 @@ impl View {
     /// Whether all conditions hold.
     ///
     /// # Errors
-    /// What `statistic` gives.
+    /// Those that `statistic` returns.
     pub fn holds(&self, statistic: &mut dyn FnMut(&str, Statistic) -> Result<Option<f64>>) -> Result<bool> {
         for condition in &self.conditions {
             if !condition.holds(statistic(condition.field(), condition.statistic())?) {

@@ -1,6 +1,6 @@
-//! What is kept of a run's pictures beside them.
+//! Index files of a run's pictures.
 
-/// What is kept; the default keeps nothing.
+/// The index files that are written; none by default.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Series {
     /// A list of the pictures that ffmpeg reads.

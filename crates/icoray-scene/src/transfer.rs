@@ -31,7 +31,7 @@ pub(super) fn extinction_of(opacity: f64) -> f64 {
 }
 
 impl TransferFunction {
-    /// Of a volume that is not to be seen.
+    /// A transfer function that shows nothing.
     pub(super) fn clear() -> Self {
         let clear = Knot { value: 0.0, color: [0.0; 3], extinction: 0.0 };
         TransferFunction { knots: vec![clear], unit_length: None }

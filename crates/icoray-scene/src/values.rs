@@ -9,7 +9,7 @@ use std::ops::RangeInclusive;
 #[derive(Debug)]
 pub(super) struct Magnitudes {
     range: RangeInclusive<f64>,
-    /// What is expected of a value.
+    /// The expected values, for error messages.
     pub wish: &'static str,
 }
 

@@ -127,7 +127,7 @@ impl Background {
     /// Hands over a frame, as [`Self::submit_all`] does.
     ///
     /// # Errors
-    /// What is wrong with the job.
+    /// Those of [`Self::submit_all`], and the reason why the job was refused.
     pub fn submit<'f>(&mut self, job: Job, fields: impl Into<Fields<'f>>) -> Result<Accepted> {
         let mut refused = Vec::new();
         let accepted = self.submit_all(&mut Ranks::alone(), vec![job], fields, &mut refused)?;
@@ -216,7 +216,7 @@ impl Background {
         self.is_under_way
     }
 
-    /// What became of frames since this was asked last, those that are drawn.
+    /// Outcomes of frames that were rendered since the last call.
     pub fn take_outcomes(&mut self) -> Outcomes<Drawn> {
         if self.is_busy {
             self.look();

@@ -19,7 +19,7 @@ mod savings;
 pub(crate) use blocks::{OccupancyTest, clear_values};
 pub use savings::Savings;
 
-/// What a scene needs.
+/// The data that a scene needs.
 #[derive(Debug, Clone)]
 pub struct Plan {
     /// Radii of the field's layers in planet radii, rising, exaggeration applied.
@@ -116,7 +116,7 @@ impl Plan {
         Ok(Sharing::because(scheme, why))
     }
 
-    /// What is not computed or read for this scene, in words.
+    /// Data that are not computed or read for this scene, as text.
     pub fn left_out(&self) -> &[String] {
         &self.left_out
     }

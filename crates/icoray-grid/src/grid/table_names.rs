@@ -3,7 +3,7 @@
 
 use super::tables::GridTables;
 
-/// What the tables are called in the files and sources of models. Cells of icoray are ICON's vertices, corners its
+/// Names of the tables in the files and sources of models. Cells of icoray are ICON's vertices, corners its
 /// cells.
 const MODELS: [(&str, &str); 7] = [
     ("center", "MPAS lonCell, latCell; ICON vlon, vlat"),
@@ -15,7 +15,7 @@ const MODELS: [(&str, &str); 7] = [
     ("edge_corner", "MPAS verticesOnEdge, ICON adjacent_cell_of_edge"),
 ];
 
-/// What models call `table`, in brackets; empty where it is none of the tables.
+/// The models' names of `table`, in brackets; empty for other names.
 fn models(table: &str) -> String {
     let found = MODELS.iter().find(|(name, _)| *name == table);
     found.map_or_else(String::new, |(_, models)| format!(" ({models})"))

@@ -6,7 +6,7 @@ use icoray::{Error, ErrorKind, Grid, GridTables, LonLat, OwnedReals, Result};
 use std::fmt;
 use std::path::PathBuf;
 
-/// Whose conventions a file follows.
+/// The model whose conventions a file follows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Convention {
     /// MPAS: hexagons with their tables; fields at cells or corners.
@@ -31,10 +31,10 @@ impl fmt::Display for Convention {
 
 /// The tables that icoray reads of a mesh, owned.
 ///
-/// Of MPAS as the file stores them, numbered from 1; those that lack are made of the others where these determine them.
-/// Of ICON `corner_cell` is `vertex_of_cell`, or is rebuilt from the triangles' bounds where the file has no tables,
-/// and all others are made of it, numbered from 0. Of polygons with bounds, points in one place are one corner, and all
-/// is made of the polygons' corners, numbered from 0.
+/// For MPAS, the tables as the file stores them, numbered from 1; missing ones are made from the others where these
+/// determine them. For ICON, `corner_cell` is `vertex_of_cell`, or is rebuilt from the triangles' bounds where the file
+/// has no tables, and all others are made of it, numbered from 0. Of polygons with bounds, points in one place are one
+/// corner, and all is made of the polygons' corners, numbered from 0.
 #[derive(Debug, Clone)]
 pub struct Mesh {
     pub(super) path: PathBuf,
@@ -85,7 +85,7 @@ impl Mesh {
         Grid::new(self.tables()).map_err(|e| e.within(self.path.display()))
     }
 
-    /// Whose conventions the file follows.
+    /// The model whose conventions the file follows.
     pub fn convention(&self) -> Convention {
         self.convention
     }

@@ -1,11 +1,11 @@
-//! What the labels of a frame are about.
+//! Contents of a frame's labels.
 
 use icoray_scene::{Labels, Scene};
 
-/// What the labels of a frame are about; a renderer makes it for scenes that ask for labels.
+/// Contents of a frame's labels; a renderer makes it for scenes with labels.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Legend {
-    /// What the labels are.
+    /// The labels of the scene.
     pub(crate) labels: Labels,
     /// The scene as it was drawn, its colours' range known.
     pub(crate) scene: Scene,

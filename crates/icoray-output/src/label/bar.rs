@@ -1,8 +1,8 @@
-//! The colour bar: which value has which colour, and how much of it is seen.
+//! The colour bar: colour and opacity of each value.
 //!
-//! Along the bar goes the scale. Of its breadth the far part is the colour itself, bare where nothing is to be seen;
-//! the part beside the ticks shows it as opaque as one unit of length of it is. Behind both are checks of grey. Where
-//! the value does not tell how opaque a thing is, all of the breadth is the colour.
+//! Values run along the bar. Across it, the part away from the ticks shows the colour itself, and none where the
+//! opacity is zero; the part beside the ticks shows the colour with the opacity of one unit of length. Both are drawn
+//! over a grey checkerboard. If the opacity does not depend on the value, the whole breadth shows the colour.
 
 use super::block::Block;
 use super::font::{Mask, Size};
@@ -15,11 +15,11 @@ use std::array;
 /// Linear greys of the checks.
 const CHECKS: [f64; 2] = [0.20, 0.42];
 
-/// What a bar is of.
+/// The subject of a bar.
 pub(super) struct Bar<'s> {
     /// The field whose values are shown.
     pub field: &'s str,
-    /// The field that tells how opaque it is, where that is another.
+    /// The field that determines the opacity, if it is another one.
     pub opacity_by: Option<&'s str>,
     scale: Scale,
     range: [f64; 2],
@@ -38,14 +38,14 @@ pub(super) struct Sizes {
     pub breadth: i64,
     /// Length of a tick.
     pub tick: i64,
-    /// Between things.
+    /// Gap between items.
     pub gap: i64,
     /// Breadth of lines.
     pub line: i64,
 }
 
 impl<'s> Bar<'s> {
-    /// The bars of a scene: of all that is coloured by values, once where colours are the same.
+    /// The bars of a scene: one for each distinct colouring by values.
     pub fn all(scene: &'s Scene) -> Vec<Self> {
         let mut shown: Vec<Painting> = Vec::new();
         for painting in scene.paintings() {
@@ -67,7 +67,7 @@ impl<'s> Bar<'s> {
         (range[0] < range[1]).then_some(Bar { field, opacity_by, scale, range, transfer, shows_opacity })
     }
 
-    /// Pixels from the bar's start to a value, along `length` of them.
+    /// Distance of a value from the bar's start, in pixels, on a bar of `length` pixels.
     fn along(&self, value: f64, length: i64) -> i64 {
         let [low, high] = self.range.map(|end| self.scale.forward(end));
         let part = (self.scale.forward(value) - low) / (high - low);
@@ -89,7 +89,7 @@ impl<'s> Bar<'s> {
         })
     }
 
-    /// The most ticks with labels whose labels stay apart, along `length` pixels.
+    /// The largest number of labelled ticks whose labels do not overlap, along `length` pixels.
     fn ticks(&self, length: i64, room: impl Fn(&str) -> i64) -> Ticks {
         const MOST: usize = 9;
         let fits = |ticks: &Ticks| {
@@ -104,14 +104,14 @@ impl<'s> Bar<'s> {
         tried.find(fits).unwrap_or_else(|| ticks(self.scale, self.range, 2))
     }
 
-    /// Upright, its values rising upwards, ticks and caption at its right. The caption is no longer than `most`.
+    /// A vertical bar: values rise upwards, ticks and caption are at its right. The caption is no longer than `most`.
     pub fn upright(&self, length: i64, most: i64, sizes: Sizes, caption: impl Fn(i32) -> Vec<String>) -> Block {
         let Sizes { text, breadth, tick, gap, line, .. } = sizes;
         let ticks = self.ticks(length, |_| text.height());
         let caption = caption_mask(&caption(ticks.exponent), sizes, most).upwards();
         let labels: Vec<Mask> = ticks.major.iter().map(|(_, label)| text.line(label)).collect();
         let widest = labels.iter().map(|mask| mask.width).max().unwrap_or(0);
-        // Labels of the ends and a long caption stand out.
+        // Labels of the ends and a long caption extend beyond the bar.
         let top = (text.height() / 2).max((caption.height - length) / 2);
         let mut block = Block::default();
         let colors = (0..length).rev().flat_map(|at| self.across(at, length, breadth)).collect();
@@ -132,7 +132,7 @@ impl<'s> Bar<'s> {
         block
     }
 
-    /// Lying, its values rising to the right, ticks and caption below it.
+    /// A horizontal bar: values rise to the right, ticks and caption are below it.
     pub fn lying(&self, length: i64, most: i64, sizes: Sizes, caption: impl Fn(i32) -> Vec<String>) -> Block {
         let Sizes { text, breadth, tick, gap, line, .. } = sizes;
         let ticks = self.ticks(length, |label| text.width(label) + 2 * gap);
@@ -164,13 +164,13 @@ impl<'s> Bar<'s> {
     }
 }
 
-/// Whether two things show values of one field in the same colours.
+/// Whether two colourings show values of one field in the same colours.
 fn has_colors_of(one: &Painting, other: &Painting) -> bool {
     let colorings = one.coloring.zip(other.coloring);
     one.field == other.field && colorings.is_some_and(|(one, other)| one.has_colors_of(other))
 }
 
-/// The lines of a caption, none longer than `most` where that can be read: one that is much longer is broken in two.
+/// The lines of a caption, none longer than `most` if it stays legible: a much longer caption is broken in two.
 fn caption_mask(lines: &[String], sizes: Sizes, most: i64) -> Mask {
     let broken = lines.iter().flat_map(|line| {
         let is_long = sizes.caption.width(line) * 4 > most * 5;
@@ -185,7 +185,7 @@ fn caption_mask(lines: &[String], sizes: Sizes, most: i64) -> Mask {
     Mask::below_each_other(&broken.iter().map(|line| size.line(line)).collect::<Vec<_>>())
 }
 
-/// Where the blank nearest the middle of a text is.
+/// Position of the blank nearest the middle of a text.
 fn middle_blank(text: &str) -> Option<usize> {
     text.match_indices(' ').map(|(at, _)| at).min_by_key(|at| at.abs_diff(text.len() / 2))
 }
@@ -206,7 +206,7 @@ mod tests {
         let text = "opacity by vertical velocity";
         let width = size.width(text);
         assert_eq!(set(text, width), size.line(text));
-        // A little too long: smaller. Much: two lines of whole words, as large as they may be.
+        // A caption that is a little too long is set smaller; a much longer one becomes two lines of whole words.
         assert!(set(text, width * 9 / 10).height < size.height());
         let broken = set(text, width * 6 / 10);
         assert_eq!((broken.height, broken.width), (2 * size.height(), size.width("vertical velocity")));

@@ -1,9 +1,9 @@
-//! Text, lines and colours that are placed together.
+//! A block of text, lines and colours that are placed together.
 
 use super::canvas::{Canvas, Rect};
 use super::font::{Mask, Size};
 
-/// Things at places inside a rectangle.
+/// Items at positions inside a rectangle.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Block {
     pub width: i64,
@@ -15,7 +15,7 @@ pub(super) struct Block {
 enum Item {
     Text {
         mask: Mask,
-        /// Where it is not that of the other text.
+        /// `None` for the colour of the other text.
         ink: Option<[u8; 3]>,
     },
     /// A rectangle of ink.
@@ -44,14 +44,14 @@ impl Block {
         self.put(x, y, width, height, Item::Colors { width, colors });
     }
 
-    /// Puts another block into this one.
+    /// Inserts another block.
     pub fn block(&mut self, x: i64, y: i64, other: Block) {
         self.width = self.width.max(x + other.width);
         self.height = self.height.max(y + other.height);
         self.items.extend(other.items.into_iter().map(|(dx, dy, item)| (x + dx, y + dy, item)));
     }
 
-    /// Blocks below each other, `gap` apart; at the right end of each other where `is_right`.
+    /// Blocks below each other, `gap` apart; right-aligned if `is_right`.
     pub fn below_each_other(blocks: Vec<Block>, gap: i64, is_right: bool) -> Self {
         let width = blocks.iter().map(|block| block.width).max().unwrap_or(0);
         let (mut all, mut y) = (Block::default(), 0);
@@ -71,7 +71,7 @@ impl Block {
         self.rule(x + width - line, y + line, line, height - 2 * line);
     }
 
-    /// Lines below each other, none wider than `most`; at the right end of each other where `is_right`.
+    /// Lines below each other, none wider than `most`; right-aligned if `is_right`.
     pub fn lines(texts: &[String], size: Size, most: i64, is_right: bool) -> Self {
         let masks: Vec<Mask> = texts.iter().map(|text| size.fitting(text, most).line(text)).collect();
         let width = masks.iter().map(|mask| mask.width).max().unwrap_or(0);
@@ -84,7 +84,7 @@ impl Block {
         block
     }
 
-    /// The same with its last text in another ink.
+    /// The block with its last text in another colour.
     pub fn with_last_in(mut self, other: [u8; 3]) -> Self {
         let texts = self.items.iter_mut().rev();
         let last = texts.filter_map(|(_, _, item)| if let Item::Text { ink, .. } = item { Some(ink) } else { None });
@@ -92,7 +92,7 @@ impl Block {
         self
     }
 
-    /// Where it is when its upper left corner is at (`x`, `y`).
+    /// The block's rectangle when its upper left corner is at (`x`, `y`).
     pub fn rect(&self, x: i64, y: i64) -> Rect {
         Rect { x, y, width: self.width, height: self.height }
     }

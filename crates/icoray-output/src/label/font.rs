@@ -8,10 +8,10 @@ static FONT: LazyLock<FontRef<'static>> = LazyLock::new(|| {
     FontRef::try_from_slice(bytes).expect("the embedded font is whole")
 });
 
-/// Where the middle of a digit is above the baseline, in em.
+/// Height of the middle of a digit above the baseline, in em.
 const MIDDLE: f32 = 0.365;
 
-/// How much of each pixel is ink.
+/// Coverage of each pixel by ink.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Mask {
     pub width: i64,
@@ -20,7 +20,7 @@ pub(super) struct Mask {
     pub ink: Vec<f32>,
 }
 
-/// A size of text: pixels per em.
+/// Font size in pixels per em.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Size(pub f32);
 
@@ -30,22 +30,22 @@ impl Size {
         PxScale::from(self.0 * FONT.height_unscaled() / per_em)
     }
 
-    /// Pixels from the top of a line to its baseline.
+    /// Distance from the top of a line to its baseline, in pixels.
     pub fn baseline(self) -> i64 {
         FONT.as_scaled(self.scale()).ascent().ceil() as i64
     }
 
-    /// Pixels from the top of a line to the middle of a digit.
+    /// Distance from the top of a line to the middle of a digit, in pixels.
     pub fn middle(self) -> i64 {
         self.baseline() - (MIDDLE * self.0).round() as i64
     }
 
-    /// Pixels of a line.
+    /// Line height in pixels.
     pub fn height(self) -> i64 {
         self.baseline() + (-FONT.as_scaled(self.scale()).descent()).ceil() as i64
     }
 
-    /// Glyphs side by side on the baseline, and where the next one would stand.
+    /// Positions of a text's glyphs on the baseline, and its advance width.
     fn set(self, text: &str) -> (Vec<Glyph>, f32) {
         let (scale, baseline) = (self.scale(), self.baseline() as f32);
         let font = FONT.as_scaled(scale);
@@ -59,12 +59,12 @@ impl Size {
         (text.chars().map(place).collect(), x)
     }
 
-    /// Pixels that a line of text takes.
+    /// Width of a line of text in pixels.
     pub fn width(self, text: &str) -> i64 {
         self.set(text).1.ceil() as i64
     }
 
-    /// This size, or the smaller one that lets a text into `most` pixels, but none that cannot be read.
+    /// This size, or the smaller one at which a text fits into `most` pixels, but not below the legible minimum.
     pub fn fitting(self, text: &str, most: i64) -> Self {
         const LEAST: f32 = 7.0;
         let width = self.width(text);
@@ -91,7 +91,7 @@ impl Size {
 }
 
 impl Mask {
-    /// Lines below each other, each in the middle.
+    /// Centred lines below each other.
     pub fn below_each_other(lines: &[Mask]) -> Self {
         let width = lines.iter().map(|line| line.width).max().unwrap_or(0);
         let row = |line: &Mask, y: i64| {
@@ -105,7 +105,7 @@ impl Mask {
         Mask { width, height: lines.iter().map(|line| line.height).sum(), ink: rows.collect() }
     }
 
-    /// Turned so that it reads upwards.
+    /// The mask rotated by 90 degrees, reading upwards.
     pub fn upwards(&self) -> Self {
         let (width, height) = (self.height, self.width);
         let from = |x: i64, y: i64| self.ink[(x * self.width + self.width - 1 - y) as usize];

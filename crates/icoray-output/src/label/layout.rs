@@ -1,4 +1,4 @@
-//! Where labels go: into corners and margins that the planet leaves free.
+//! Placement of labels in corners and margins that the planet leaves free.
 
 use super::bar::{Bar, Sizes};
 use super::block::Block;
@@ -12,33 +12,33 @@ use crate::srgb::srgb_byte;
 use glam::DVec3;
 use icoray_scene::LabelPlace;
 
-/// Of the picture's shorter side, one em.
+/// One em as a fraction of the picture's shorter side.
 const EM: f64 = 1.0 / 36.0;
-/// The least em that can be read, in pixels.
+/// Smallest legible em in pixels.
 const LEAST_EM: f64 = 9.0;
-/// Part of the planet that a bar may hide and still be said to hide none.
+/// Fraction of the planet that a bar may hide and still count as hiding nothing.
 const HIDES_NONE: f64 = 0.01;
-/// How much of what lies behind labels over the planet is covered.
+/// Opacity of the panel behind labels over the planet.
 const PANEL: f32 = 0.8;
 /// Luminance with the same contrast to white as to black (WCAG 2).
 const EVEN: f64 = 0.179;
 
-/// The least length of one of several bars, in em.
+/// Minimum length of one of several bars, in em.
 const LEAST_SLOT: f64 = 5.5;
-/// The length from which a bar is as good beside others as it is alone, in em.
+/// Length from which a bar beside others counts as full-sized, in em.
 const WIDE_SLOT: f64 = 14.0;
 
-/// Where on its side a bar stands.
+/// Alignment of a bar along its side.
 #[derive(Debug, Clone, Copy)]
 enum Along {
     Middle,
     End,
 }
 
-/// A side, a place there, and which part of the picture's side the bar takes.
+/// A side, the alignment there, and the fraction of the side's length that the bar takes.
 type Candidate = (LabelPlace, Along, f64);
 
-/// In the order in which they are liked.
+/// Placements in order of preference.
 const CANDIDATES: [Candidate; 6] = [
     (LabelPlace::Right, Along::Middle, 0.6),
     (LabelPlace::Bottom, Along::Middle, 0.6),
@@ -48,7 +48,7 @@ const CANDIDATES: [Candidate; 6] = [
     (LabelPlace::Bottom, Along::End, 0.36),
 ];
 
-/// What all of the steps need.
+/// Data that all steps of the layout use.
 struct Page<'f> {
     frame: &'f Frame,
     legend: &'f Legend,
@@ -59,12 +59,12 @@ struct Page<'f> {
     width: i64,
     height: i64,
     ink: [u8; 3],
-    /// Of an error above the tolerance.
+    /// Colour of an error above the tolerance.
     warning: [u8; 3],
     paper: [u8; 3],
 }
 
-/// Puts all labels into the picture.
+/// Draws all labels into the picture.
 pub(super) fn draw(canvas: &mut Canvas, frame: &Frame, legend: &Legend) {
     let page = Page::new(canvas, frame, legend);
     match legend.labels.place {
@@ -78,7 +78,7 @@ fn share(part: f64, side: i64) -> i64 {
     ((part * side as f64) as i64).max(8)
 }
 
-/// The part of a side that several bars take, of the part that one of them takes.
+/// Fraction of a side that several bars take, from the fraction that a single bar takes.
 fn several(part: f64, count: usize) -> f64 {
     (part * (1.0 + 0.5 * (count - 1) as f64)).min(0.95)
 }
@@ -97,7 +97,7 @@ impl<'f> Page<'f> {
             gap: pixels(0.3),
             line: pixels(0.07),
         };
-        // A transparent picture is put on white paper.
+        // A transparent picture is labelled as on white paper.
         let back = legend.scene.background.unwrap_or([1.0; 3]);
         let is_dark = 0.2126 * back[0] + 0.7152 * back[1] + 0.0722 * back[2] < EVEN;
         let auto = if is_dark { [0.9; 3] } else { [0.01; 3] };
@@ -108,7 +108,7 @@ impl<'f> Page<'f> {
         Page { frame, legend, sizes, title, notes, margin, width, height, ink, warning, paper }
     }
 
-    /// A block of notes, whose last one is in another colour where it tells an error above the tolerance.
+    /// A block of notes; the last one is in another colour if it reports an error above the tolerance.
     fn notes(&self, notes: &[String], most: i64, is_right: bool) -> Block {
         let block = Block::lines(notes, self.notes, most, is_right);
         if words::is_over(self.frame, self.legend) { block.with_last_in(self.warning) } else { block }
@@ -126,7 +126,7 @@ impl<'f> Page<'f> {
         words::caption(self.frame, self.legend, bar, exponent)
     }
 
-    /// Part of a rectangle in which the planet is seen.
+    /// Fraction of a rectangle in which the planet is visible.
     fn hidden(&self, rect: Rect) -> f64 {
         const STEPS: i64 = 24;
         let camera = &self.legend.scene.camera;
@@ -144,13 +144,13 @@ impl<'f> Page<'f> {
         points as f64 / (STEPS * STEPS) as f64
     }
 
-    /// Bars, as many as fit, with their upper left corner: along their side one after the other, the first at the top
+    /// As many bars as fit, each with its upper left corner: one after the other along their side, the first at the top
     /// or at the left.
     fn set_bars(&self, bars: &[Bar], (place, along, part): Candidate) -> (Block, i64, i64) {
         let Page { width, height, margin, .. } = *self;
         let is_upright = place != LabelPlace::Bottom;
         let side = if is_upright { height } else { width };
-        // A title is above where several bars may reach.
+        // Several bars leave room for the title above them.
         let above = if is_upright && bars.len() > 1 { self.title_height() + margin / 2 } else { 0 };
         let room = side - 2 * margin - above;
         let bars = &bars[..bars.len().min((room / (LEAST_SLOT * self.em()) as i64).max(1) as usize)];
@@ -181,16 +181,16 @@ impl<'f> Page<'f> {
         }
     }
 
-    /// Several bars one after the other on `room` pixels, each on as many as the others.
+    /// Several bars of equal length one after the other in `room` pixels.
     fn set_row(&self, bars: &[Bar], is_upright: bool, room: i64) -> Block {
         let (count, gap) = (bars.len() as i64, self.margin);
         let slot = ((room - gap * (count - 1)) / count).max(8);
-        // The labels of a bar's ends stand out of it.
+        // The labels of a bar's ends extend beyond it.
         let out = if is_upright { self.sizes.text.height() } else { (2.0 * self.em()) as i64 };
         let mut row = Block::default();
         for (i, bar) in (0..).zip(bars) {
             let block = self.set_bar(bar, is_upright, (slot - out).max(8), slot);
-            // A caption that cannot be set smaller may need more.
+            // A caption at the smallest legible size may need more room.
             let begin = |taken: i64| if i == 0 { 0 } else { (i * (slot + gap)).max(taken + gap / 2) };
             match is_upright {
                 true => row.block(0, begin(row.height), block),
@@ -242,12 +242,12 @@ impl<'f> Page<'f> {
         self.put(canvas, &title, margin, margin);
     }
 
-    /// Pixels that the title takes.
+    /// Height of the title in pixels.
     fn title_height(&self) -> i64 {
         words::title(self.frame, self.legend).len() as i64 * self.title.height()
     }
 
-    /// For each field with isosurfaces which of them has which colour, in rows of `most` pixels.
+    /// Legends of the isosurfaces of each field, in rows of at most `most` pixels.
     fn keys(&self, most: i64) -> Vec<Block> {
         let Sizes { gap, line, .. } = self.sizes;
         let (size, edge) = (self.notes, (0.75 * self.notes.0) as i64);
@@ -282,7 +282,7 @@ impl<'f> Page<'f> {
         keys.into_iter().map(key).collect()
     }
 
-    /// Draws a block, on a panel where the planet would be behind it.
+    /// Draws a block, on a panel if the planet is behind it.
     fn put(&self, canvas: &mut Canvas, block: &Block, x: i64, y: i64) {
         if block.width == 0 {
             return;

@@ -1,7 +1,7 @@
-//! Labels in the written picture: colour bar, title, and how the picture is to be read.
+//! Labels in the written picture: colour bar, title and notes.
 //!
-//! They are put over the bytes of a PNG on their way to the disk; pixels of frames, and so EXR files, have none. All
-//! sizes scale with the picture.
+//! They are drawn into the bytes of a PNG when it is encoded; pixels of frames, and so EXR files, have none. All sizes
+//! scale with the picture.
 
 mod bar;
 mod block;
@@ -16,7 +16,7 @@ pub(crate) use canvas::Canvas;
 
 use crate::frame::{Frame, Legend};
 
-/// Puts the labels of a frame over its picture.
+/// Draws the labels of a frame into its picture.
 pub(crate) fn draw(canvas: &mut Canvas, frame: &Frame, legend: &Legend) {
     layout::draw(canvas, frame, legend);
 }

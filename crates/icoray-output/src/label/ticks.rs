@@ -8,9 +8,9 @@ use icoray_scene::Scale;
 pub(super) struct Ticks {
     /// Values with their labels, rising.
     pub major: Vec<(f64, String)>,
-    /// Values without one.
+    /// Values of ticks without labels.
     pub minor: Vec<f64>,
-    /// Labels are of values divided by this power of ten, which stands before the units.
+    /// Power of ten by which labelled values are divided; it precedes the units.
     pub exponent: i32,
 }
 
@@ -18,7 +18,7 @@ pub(super) struct Ticks {
 const PLAIN: std::ops::Range<i32> = -2..6;
 /// Powers of ten that are written out on logarithmic scales, where all of a bar's are among them.
 const PLAIN_DECADES: std::ops::RangeInclusive<i32> = -2..=3;
-/// Minor ticks go with no more decades than this.
+/// Largest number of decades with minor ticks.
 const FINE_DECADES: usize = 9;
 
 /// No more than `most` ticks with labels over a range that rises, where that is 3 or more.
@@ -36,12 +36,12 @@ fn multiples([low, high]: [f64; 2], step: f64) -> std::ops::RangeInclusive<i64> 
     (low / step - 1e-9).ceil() as i64..=(high / step + 1e-9).floor() as i64
 }
 
-/// `10^power`, to the last bit where that can be.
+/// `10^power`, correctly rounded where possible.
 fn decade(power: i32) -> f64 {
     format!("1e{power}").parse().expect("it is a number")
 }
 
-/// The power of ten at or below a positive number, but for rounding.
+/// The largest power of ten that does not exceed a positive number, up to rounding.
 fn order(value: f64) -> i32 {
     (value.log10() + 1e-9).floor() as i32
 }
@@ -74,14 +74,14 @@ fn minus(number: &str) -> String {
     }
 }
 
-/// Powers of ten from `low` to `high`, and every which of them has a label if there may be `most`.
+/// Powers of ten from `low` to `high`, and the interval of labelled ones for at most `most` labels.
 fn decades(low: i32, high: i32, most: usize) -> impl Iterator<Item = (i32, bool)> {
     let count = usize::try_from(high - low + 1).unwrap_or(0);
     let stride = count.div_ceil(most).max(1) as i32;
     (low..=high).map(move |power| (power, power.rem_euclid(stride) == 0 || count == 1))
 }
 
-/// How a power of ten is written beside others.
+/// Notation of powers of ten on one bar.
 fn decade_label(power: i32, are_plain: bool) -> String {
     match are_plain {
         true => format!("{:.*}", usize::try_from(-power).unwrap_or(0), decade(power)),
@@ -92,7 +92,7 @@ fn decade_label(power: i32, are_plain: bool) -> String {
 fn log([low, high]: [f64; 2], most: usize) -> Ticks {
     let (first, last) = ((low.log10() - 1e-9).ceil() as i32, order(high));
     let count = usize::try_from(last - first + 1).unwrap_or(0);
-    // Within few powers of ten they alone say too little.
+    // Over few decades, labels at powers of ten alone are too sparse.
     if count < 2 {
         return within_decades([low, high], most);
     }
@@ -176,14 +176,14 @@ fn symlog([low, high]: [f64; 2], threshold: f64, most: usize) -> Ticks {
     ticks
 }
 
-/// The same of values of the other sign.
+/// The ticks of the negated values.
 fn mirrored(mut ticks: Ticks) -> Ticks {
     ticks.major = ticks.major.into_iter().rev().map(|(value, label)| (-value, format!("−{label}"))).collect();
     ticks.minor = ticks.minor.into_iter().rev().map(|value| -value).collect();
     ticks
 }
 
-/// Whether a value is within a range, but for rounding.
+/// Whether a value is within a range, up to rounding.
 fn is_between(value: f64, [low, high]: [f64; 2]) -> bool {
     let slack = 1e-9 * value.abs();
     low - slack <= value && value <= high + slack

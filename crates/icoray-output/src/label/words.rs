@@ -1,4 +1,4 @@
-//! What labels say.
+//! The texts of labels.
 
 use super::bar::Bar;
 use super::units::{power_of_ten, pretty};
@@ -9,7 +9,7 @@ use icoray_scene::Paint;
 use icoray_scene::name::Stamp;
 use icoray_scene::template::date;
 
-/// What is known of a field of the scene.
+/// Description of a field of the scene.
 fn description<'f>(frame: &'f Frame, field: &str) -> Option<&'f Description> {
     if field == frame.field {
         return Some(&frame.description);
@@ -24,15 +24,15 @@ pub(super) fn name<'f>(frame: &'f Frame, legend: &'f Legend, field: &'f str) -> 
     given.or_else(known).unwrap_or(field)
 }
 
-/// A field's units, of values divided by a power of ten; the scene may give those of the first field. `None` where
-/// nothing is to be said.
+/// Units of a field, for values divided by a power of ten; the scene may set those of the first field. `None` for a
+/// field without units or factor.
 pub(super) fn units(frame: &Frame, legend: &Legend, field: &str, exponent: i32) -> Option<String> {
     let given = legend.labels.units.as_deref().filter(|_| field == frame.field);
     let known = || description(frame, field).and_then(|known| known.units.as_deref());
     pretty(given.or_else(known).unwrap_or(""), exponent)
 }
 
-/// Name and units of values that a bar shows divided by a power of ten, and below it what tells their opacity.
+/// Caption of a bar: name and units of its values divided by a power of ten, and the field of their opacity.
 pub(super) fn caption(frame: &Frame, legend: &Legend, bar: &Bar, exponent: i32) -> Vec<String> {
     let name = name(frame, legend, bar.field);
     let units = units(frame, legend, bar.field, exponent);
@@ -51,7 +51,7 @@ pub(super) struct Key {
     pub units: Option<String>,
 }
 
-/// Which isosurface has which colour, field by field.
+/// Legend of the isosurfaces' colours, by field.
 pub(super) fn keys(frame: &Frame, legend: &Legend) -> Vec<Key> {
     let mut fields: Vec<&str> = Vec::new();
     let surfaces = &legend.scene.scenery.isosurfaces;
@@ -71,7 +71,7 @@ pub(super) fn keys(frame: &Frame, legend: &Legend) -> Vec<Key> {
     fields.into_iter().map(key).collect()
 }
 
-/// A value as print has it.
+/// A value in typographic form.
 fn value(value: f64) -> String {
     const PLAIN: std::ops::Range<f64> = 1e-3..1e5;
     let text = if value == 0.0 || PLAIN.contains(&value.abs()) { value.to_string() } else { format!("{value:e}") };
@@ -83,7 +83,7 @@ fn value(value: f64) -> String {
     .replacen('-', "−", 1)
 }
 
-/// The title's lines. Where it has a date and the frame has none, the time stands for all of it.
+/// The title's lines. A title with a date becomes the model's time if the frame has no date.
 pub(super) fn title(frame: &Frame, legend: &Legend) -> Vec<String> {
     let word = |word: &str| match word {
         "name" => name(frame, legend, &frame.field).to_owned(),
@@ -96,7 +96,7 @@ pub(super) fn title(frame: &Frame, legend: &Legend) -> Vec<String> {
     text.lines().filter(|line| !line.trim().is_empty()).map(str::to_owned).collect()
 }
 
-/// When a frame is: its date, else the model's day and time of day, else its step.
+/// Time of a frame: its date, else the model's day and time of day, else its step.
 fn time(stamp: &Stamp) -> String {
     if let Ok([year, month, day, hour, minute, second]) = date(stamp) {
         let second = if second.trim_matches(['0', '.']).is_empty() { String::new() } else { format!(":{second}") };
@@ -105,7 +105,7 @@ fn time(stamp: &Stamp) -> String {
     if let Some(date) = &stamp.date {
         return date.trim().to_owned();
     }
-    // Files that know of no time have 0 at every step.
+    // Files without times have 0 at every step.
     if stamp.time_s == 0.0 && stamp.step != 0 || stamp.time_s.abs() >= 1e15 {
         return format!("step {}", stamp.step);
     }
@@ -116,12 +116,12 @@ fn time(stamp: &Stamp) -> String {
     format!("day {days} {hours:02}:{minutes:02}{seconds}").replace('-', "−")
 }
 
-/// Whether a note tells an error above the tolerance; it is the last one.
+/// Whether the last note reports an error above the tolerance.
 pub(super) fn is_over(frame: &Frame, legend: &Legend) -> bool {
     legend.labels.error_note && frame.report.error.over > 0
 }
 
-/// How the picture is to be read: exaggeration, and how far it may be off.
+/// Notes on the picture: exaggeration and error.
 pub(super) fn notes(frame: &Frame, legend: &Legend) -> Vec<String> {
     let mut notes = Vec::new();
     if legend.labels.scale_note && legend.scene.exaggeration != 1.0 {
@@ -138,7 +138,7 @@ pub(super) fn notes(frame: &Frame, legend: &Legend) -> Vec<String> {
     notes
 }
 
-/// A number as print has it: `1.2e-3` as 1.2 × 10⁻³.
+/// A number in typographic form: `1.2e-3` as 1.2 × 10⁻³.
 fn printed(number: &str) -> String {
     let parts = number.split_once('e').and_then(|(digits, power)| Some((digits, power.parse().ok()?)));
     match parts {

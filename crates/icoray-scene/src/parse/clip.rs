@@ -1,4 +1,4 @@
-//! What is cut away.
+//! Keys of `[[clips]]`.
 
 use super::place::{layers, lon_lat_box};
 use super::text::Text;

@@ -1,4 +1,4 @@
-//! What was perhaps meant by a word that is none.
+//! Suggests a known word for a misspelt one.
 
 use icoray_grid::Error;
 

@@ -1,4 +1,4 @@
-//! What is written into the picture.
+//! Keys of `[labels]`.
 
 use super::text::Text;
 use crate::labels::{LabelPlace, Labels};

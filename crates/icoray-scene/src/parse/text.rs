@@ -19,7 +19,7 @@ const NOTHING: [&str; 8] = ["none", "no", "off", "null", "nothing", "clear", "em
 #[derive(Clone, Copy)]
 pub(super) struct Text<'t> {
     text: &'t str,
-    /// What stands before the keys, such as `volumes.`
+    /// Prefix of keys in messages, such as `volumes.`
     section: &'static str,
 }
 

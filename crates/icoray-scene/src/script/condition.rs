@@ -4,8 +4,7 @@ use super::Summary;
 use icoray_grid::Field;
 use std::fmt;
 
-/// A number that one pass over a field gives. Values count where they lie, at centres or corners, each as much as any
-/// other.
+/// A statistic of a field, computed in one pass. Each value, at a centre or corner, has the same weight.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Statistic {
     /// The least value.
@@ -20,7 +19,8 @@ const STATISTICS: [(&str, Statistic); 3] =
     [("min", Statistic::Min), ("max", Statistic::Max), ("mean", Statistic::Mean)];
 
 impl Statistic {
-    /// Of the values that are there; `None` where all are missing. The same to the last bit wherever it is computed.
+    /// The statistic of the values that are not missing; `None` if all are. Bitwise equal on any number of threads and
+    /// ranks.
     pub fn of(self, field: &Field) -> Option<f64> {
         Summary::of(field, None, &[self]).get(self)
     }
@@ -41,11 +41,11 @@ enum Relation {
     AtLeast,
 }
 
-/// The longer ones first, since they begin as the shorter do.
+/// Longer names first, since some begin with a shorter one.
 const RELATIONS: [(&str, Relation); 4] =
     [("<=", Relation::AtMost), (">=", Relation::AtLeast), ("<", Relation::Less), (">", Relation::Greater)];
 
-/// That a statistic of a field is on one side of a number.
+/// A comparison of a field's statistic with a number.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Condition {
     statistic: Statistic,
@@ -55,7 +55,7 @@ pub struct Condition {
 }
 
 impl Condition {
-    /// Parses `max(field) > 1e-4`; what is not understood is the error's, with what was expected there.
+    /// Parses `max(field) > 1e-4`; the error names the text that is not understood and what was expected.
     pub(crate) fn parse(text: &str) -> Result<Self, String> {
         let said = |rest: &str, wish: &str| {
             let found = if rest.is_empty() { "its end".to_owned() } else { format!("{rest:?}") };
@@ -82,17 +82,17 @@ impl Condition {
         Ok(Condition { statistic: *statistic, field: field.into(), relation: *relation, limit })
     }
 
-    /// Name of the field that it is on.
+    /// Name of the field.
     pub fn field(&self) -> &str {
         &self.field
     }
 
-    /// What must be known of the field.
+    /// The statistic of the field that is compared.
     pub fn statistic(&self) -> Statistic {
         self.statistic
     }
 
-    /// Whether it holds where the statistic is `value`; never where there is none.
+    /// Whether the condition holds for a statistic of `value`; false for `None`.
     pub fn holds(&self, value: Option<f64>) -> bool {
         value.is_some_and(|value| match self.relation {
             Relation::Less => value < self.limit,

@@ -1,21 +1,21 @@
-//! How a camera moves from step to step.
+//! Motion of a camera from step to step.
 
 use super::Path;
 use crate::camera::Camera;
 use crate::name::Stamp;
 
-/// What a camera does while a model runs.
+/// Motion of a camera while a model runs.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum Motion {
-    /// It stays.
+    /// No motion.
     Still,
-    /// It goes round the planet's axis.
+    /// Rotation about the planet's axis.
     Orbit(Orbit),
-    /// It follows keys.
+    /// A path through keys.
     Path(Path),
 }
 
-/// What runs on from step to step.
+/// The quantity that a motion depends on.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Clock {
     /// The step's number.
@@ -37,9 +37,9 @@ impl Clock {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Orbit {
     pub clock: Clock,
-    /// Degrees that it turns ...
+    /// Degrees of rotation ...
     pub turn_deg: f64,
-    /// ... in so many steps or seconds.
+    /// ... in this number of steps or seconds.
     pub period: f64,
 }
 
@@ -51,7 +51,7 @@ impl Orbit {
 }
 
 impl Motion {
-    /// The camera at a step; `still` is where it would be if it did not move.
+    /// The camera at a step; `still` is the camera without motion.
     pub fn camera(&self, still: &Camera, now: &Stamp) -> Camera {
         match self {
             Motion::Still => *still,
@@ -97,7 +97,7 @@ mod tests {
             let off = apart(&motion.camera(&still, &now), &expected);
             assert!(off < 1e-6, "{motion:?} at {}: {off}", now.step);
         }
-        // A camera that looks at a place of the ground keeps to it.
+        // A camera that looks at a place on the ground rotates with it.
         let close = Camera::look_at([1.5, 0.0, 0.5], [1.0, 0.0, 0.2], [0.0, 0.0, 1.0], 30.0).unwrap();
         let turned = orbit(Clock::Step, 90.0, 1.0).camera(&close, &at(1, 0.0));
         let expected = Camera::look_at([0.0, 1.5, 0.5], [0.0, 1.0, 0.2], [0.0, 0.0, 1.0], 30.0).unwrap();

@@ -1,4 +1,4 @@
-//! Cameras along keys: through each of them, without a jolt, at rest at both ends.
+//! Camera paths through keys: smooth, passing through each key, at rest at both ends.
 //!
 //! Between keys the direction from the planet's centre follows a cubic Bézier curve on the sphere, by de Casteljau's
 //! construction with great arcs in place of straight lines (Shoemake 1985, *Animating rotation with quaternion
@@ -11,14 +11,14 @@ use crate::camera::Camera;
 use crate::name::Stamp;
 use glam::DVec3;
 
-/// Where the camera is at some step or time: above a place, looking at the planet's centre, north up.
+/// The camera at some step or time: above a place, looking at the planet's centre, north up.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Key {
     /// Step or seconds.
     pub at: f64,
     pub lon_deg: f64,
     pub lat_deg: f64,
-    /// From the planet's centre, in planet radii.
+    /// Distance from the planet's centre, in planet radii.
     pub distance: f64,
     pub fov_deg: f64,
 }
@@ -29,9 +29,9 @@ pub(crate) struct Path {
     clock: Clock,
     keys: Vec<Key>,
     directions: Vec<DVec3>,
-    /// Of directions, tangent to the sphere, per step or second.
+    /// Velocities of directions, tangent to the sphere, per step or second.
     velocities: Vec<DVec3>,
-    /// Of the distance's logarithm and of the field of view.
+    /// Slopes of the distance's logarithm and of the field of view.
     slopes: [Vec<f64>; 2],
 }
 
@@ -74,7 +74,7 @@ fn hermite(values: [f64; 2], slopes: [f64; 2], width: f64, part: f64) -> f64 {
 }
 
 impl Path {
-    /// Why the keys make no path, with the number of the key.
+    /// The reason why the keys make no path, with the number of the key.
     pub fn check(keys: &[Key]) -> Result<(), (usize, String)> {
         if keys.len() < 2 {
             return Err((0, format!("{} keys, expected at least 2", keys.len())));

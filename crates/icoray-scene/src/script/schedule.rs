@@ -1,19 +1,19 @@
-//! At which steps a view is drawn.
+//! The steps at which a view is drawn.
 
 use crate::name::Stamp;
 
-/// Steps that any of these names; all steps where none is given.
+/// Steps that match any of these criteria; all steps if none is given.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(crate) struct Schedule {
-    /// Multiples of it, 0 and negative ones included.
+    /// Multiples of this number, 0 and negative ones included.
     pub every: Option<u32>,
-    /// These.
+    /// These steps.
     pub steps: Vec<i64>,
-    /// Those that are the first to reach one of these times, in seconds.
+    /// The first step that reaches each of these times, in seconds.
     pub times_s: Vec<f64>,
 }
 
-/// Whether a clock that adds up its steps with rounding is at a time or past it.
+/// Whether a clock, which accumulates rounding errors, has reached a time.
 fn has_reached(clock_s: f64, time_s: f64) -> bool {
     clock_s >= time_s - 1e-9 * time_s.abs()
 }
@@ -23,7 +23,7 @@ impl Schedule {
         self.names(now.step) || self.is_everything() || self.reaches(now, before)
     }
 
-    /// Whether it may be due at a step whose time is not known.
+    /// Whether the view may be due at a step of unknown time.
     pub fn may_be_due(&self, step: i64) -> bool {
         self.names(step) || !self.times_s.is_empty() || self.is_everything()
     }
@@ -55,7 +55,7 @@ mod tests {
         Stamp { step, time_s, date: None }
     }
 
-    /// Of steps with these times, numbered from `first`, those that are due.
+    /// The steps that are due among steps with these times, numbered from `first`.
     fn due(schedule: &Schedule, first: i64, times: &[f64]) -> Vec<i64> {
         let steps: Vec<Stamp> = (first..).zip(times).map(|(step, time)| stamp(step, *time)).collect();
         let before = std::iter::once(None).chain(steps.iter().map(Some));

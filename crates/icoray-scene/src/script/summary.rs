@@ -5,11 +5,11 @@ use icoray_grid::Field;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-/// Columns that are added up on their own: so few that few roundings are as large as the whole sum's, and the same ones
-/// whatever the threads.
+/// Number of columns that are summed separately: fixed, so that sums do not depend on the number of threads, and small,
+/// so that rounding errors stay small.
 const PIECE: usize = 1024;
 
-/// Whether a column counts.
+/// Tests whether a column is included.
 pub(crate) type Counted<'c> = &'c (dyn Fn(usize) -> bool + Sync);
 
 /// The statistics of a field that were asked for.
@@ -22,7 +22,7 @@ pub struct Summary {
 }
 
 impl Summary {
-    /// The statistics of no values.
+    /// The statistics of an empty set of values.
     pub const NOTHING: Summary = Summary { low: f64::INFINITY, high: f64::NEG_INFINITY, sum: 0.0, count: 0 };
 
     /// The statistics in `asked` over the columns that count; `None` counts all.
@@ -39,7 +39,7 @@ impl Summary {
         summary
     }
 
-    /// One that was asked for; `None` where all values are missing.
+    /// A statistic that was asked for; `None` if all values are missing.
     pub fn get(&self, statistic: Statistic) -> Option<f64> {
         let is_known = self.low <= self.high;
         match statistic {
@@ -60,7 +60,7 @@ impl Summary {
     }
 }
 
-/// The sum of the values that are there, and how many they are.
+/// The sum of the values that are not missing, and their number.
 fn sum(field: &Field, counts: Option<Counted>) -> (f64, u64) {
     let shape = field.shape();
     let of_column = |column: usize| {

@@ -1,13 +1,13 @@
-//! Lists of values whose product is drawn at each step.
+//! Sweeps: lists of values whose product is drawn at each step.
 
 use crate::camera::Camera;
 use crate::scene::Scene;
 
-/// What is swept, the last list the fastest.
+/// The lists of a sweep; the last one varies fastest.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(crate) struct Sweep {
     pub axes: Vec<Axis>,
-    /// Where the camera is but for what is swept; there where its place is swept.
+    /// The camera's values that are not swept; `Some` if its position is swept.
     pub place: Option<CameraPlace>,
 }
 
@@ -72,12 +72,12 @@ impl Axis {
 }
 
 impl Sweep {
-    /// How many pictures it makes; 1 where nothing is swept.
+    /// Number of pictures; 1 for an empty sweep.
     pub fn count(&self) -> usize {
         self.axes.iter().map(Axis::len).product()
     }
 
-    /// Each combination: of each list, the number of a value.
+    /// All combinations: for each list, the index of a value.
     pub fn combinations(&self) -> impl Iterator<Item = Vec<usize>> {
         (0..self.count()).map(|number| {
             let mut rest = number;
@@ -91,7 +91,7 @@ impl Sweep {
         })
     }
 
-    /// Names and values of a combination, for names of files.
+    /// Names and values of a combination, for file names.
     pub fn values(&self, numbers: &[usize]) -> Vec<(&'static str, String)> {
         self.axes.iter().zip(numbers).map(|(axis, number)| (axis.name(), axis.text(*number))).collect()
     }
@@ -101,7 +101,7 @@ impl Sweep {
         self.axes.iter().zip(numbers).map(|(axis, number)| (axis.name(), axis.cell(*number))).collect()
     }
 
-    /// Puts a combination into the scene.
+    /// Applies a combination to the scene.
     pub fn apply(&self, scene: &mut Scene, numbers: &[usize]) {
         let mut place = self.place;
         for (axis, &number) in self.axes.iter().zip(numbers) {
@@ -122,12 +122,12 @@ impl Sweep {
         }
     }
 
-    /// Whether it has a list of that name.
+    /// Whether the sweep has a list of that name.
     pub fn has(&self, name: &str) -> bool {
         self.axes.iter().any(|axis| axis.name() == name)
     }
 
-    /// The fields that it names.
+    /// The fields that the sweep names.
     pub fn fields(&self) -> &[String] {
         let fields = self.axes.iter().find_map(|axis| match axis {
             Axis::Field(names) => Some(names.as_slice()),

@@ -1,4 +1,4 @@
-//! What is handed over to be drawn in the background, and what became of it.
+//! Jobs for background rendering, and their outcomes.
 
 use crate::ranks::Decomposition;
 use icoray_grid::{Description, Error, Grid, Layers, Result};
@@ -11,7 +11,7 @@ use std::sync::Arc;
 /// A frame to draw, without its fields.
 #[derive(Debug, Clone)]
 pub struct Job {
-    /// What to draw and how.
+    /// The scene to draw.
     pub scene: Arc<Scene>,
     /// The grid.
     pub grid: Arc<Grid<'static>>,
@@ -21,15 +21,15 @@ pub struct Job {
     pub layers: Arc<Layers>,
     /// The model's step and time.
     pub stamp: Stamp,
-    /// What the field is called.
+    /// Description of the field.
     pub description: Description,
-    /// What the other fields that are shown are called, by name.
+    /// Descriptions of the other fields, by name.
     pub descriptions: Vec<(String, Description)>,
     /// Further text entries of the picture's file: key and text.
     pub notes: Vec<(&'static str, String)>,
 }
 
-/// What handing over frames cost.
+/// Cost of submitting frames.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Accepted {
     /// Seconds spent waiting for the frames before.
@@ -40,7 +40,7 @@ pub struct Accepted {
     pub bytes_copied: u64,
 }
 
-/// What became of a frame that was handed over.
+/// Outcome of a submitted frame.
 #[derive(Debug, Clone)]
 pub struct Drawn {
     /// Which frame it was.
@@ -49,8 +49,8 @@ pub struct Drawn {
     pub view: Option<String>,
     /// Whether it is the first one of those that were handed over together.
     pub is_first: bool,
-    /// What it cost and met, or why it was not drawn. `write_s` is 0: it has yet to be written, and what comes of that
-    /// is an outcome of the [`Writer`](icoray_output::writer::Writer).
+    /// The frame's report, or the reason why it was not drawn. `write_s` is 0: it has yet to be written, and what
+    /// comes of that is an outcome of the [`Writer`](icoray_output::writer::Writer).
     pub result: Result<FrameReport>,
     /// The frame that the writer dropped for this one.
     pub dropped: Option<Stamp>,

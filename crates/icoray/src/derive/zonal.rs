@@ -31,7 +31,7 @@ pub(super) struct Means<'m> {
     latitude_rad: Reals<'m>,
     bands: usize,
     layers: usize,
-    /// Of each band, southernmost first, the mean of each layer.
+    /// Mean of each layer in each band, southernmost first.
     means: Vec<f64>,
 }
 
@@ -62,7 +62,7 @@ fn place(latitude_rad: f64, bands: usize) -> f64 {
 }
 
 impl<'m> Means<'m> {
-    /// Of a field over a grid's cells or corners. Collective.
+    /// The zonal means of a field over a grid's cells or corners. Collective.
     pub fn of(ranks: &mut Ranks, given: &'m DeriveInputs<'m>, field: &'m Field<'m>, band_deg: f64) -> Result<Self> {
         let counted = ranks.attempt(|| Counted::new(given, field, band_deg));
         // What is exchanged has as many numbers on all.

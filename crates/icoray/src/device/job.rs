@@ -95,12 +95,12 @@ impl<'f> Job<'f> {
         self.is_part
     }
 
-    /// What rays are traced with.
+    /// Tolerance and method of the frame.
     pub fn quality(&self) -> &Quality {
         &self.quality
     }
 
-    /// What is to be traced.
+    /// The pixels to trace.
     pub fn tiles(&self) -> impl ExactSizeIterator<Item = Rect> + '_ {
         self.tiles.iter().map(|tile| self.raster.rect(*tile))
     }
@@ -125,7 +125,7 @@ impl<'f> Job<'f> {
         self.spans.steps().iter().map(|step| [step.value, step.extinction]).collect()
     }
 
-    /// What rays may spend.
+    /// Division of the tolerance along a ray.
     pub fn allowed(&self) -> BudgetTable {
         let budget = allowed(self.scene, &self.quality);
         BudgetTable {

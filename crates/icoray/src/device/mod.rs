@@ -102,7 +102,7 @@ pub struct Fragments<'b> {
     pub all: &'b [Fragment],
 }
 
-/// What a ray met in a part.
+/// Result of a ray through a rank's part.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Pod, Zeroable)]
 #[repr(C)]
 pub struct RayFragments {
@@ -123,7 +123,7 @@ pub struct Band<'b> {
     pub seconds: f64,
 }
 
-/// What a ray met.
+/// Result of a ray.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Pod, Zeroable)]
 #[repr(C)]
 pub struct Traced {
@@ -144,7 +144,7 @@ impl Traced {
     pub const MISSED: f32 = -1.0;
 }
 
-/// What a device spent on a job.
+/// Cost of a job on a device.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct DeviceCost {
     /// Seconds until rays could begin: preparing and uploading.

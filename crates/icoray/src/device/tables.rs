@@ -4,7 +4,7 @@ use glam::DVec3;
 use icoray_grid::Grid;
 use icoray_kernel::walk;
 
-/// What a grid has beside the model's own tables ([`Grid::tables`]).
+/// Tables of a grid that icoray derives, beside the model's own ([`Grid::tables`]).
 #[derive(Debug)]
 pub struct Tables<'g> {
     /// Unit vectors of cells, and of synthetic points behind them.
@@ -37,14 +37,13 @@ pub fn locate(grid: &Grid, from: u32, target: [f64; 3]) -> u32 {
 /// Between two knots of the transfer function extinction and colour are linear in the normalised value.
 pub type Span = icoray_kernel::transfer::Span<f32>;
 
-/// What a ray may spend: `share` is the error of the colour per absorbed light, `rest` the transmittance at which a ray
-/// ends, `brightest` the most that a channel can hold behind that.
+/// Division of the tolerance along a ray, as [`Budget`](icoray_kernel::ray::Budget).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BudgetTable {
-    /// See above.
+    /// Error of the colour that is allowed per absorbed light.
     pub color_tolerance: f32,
-    /// See above.
+    /// Transmittance at which a ray ends.
     pub min_transmittance: f32,
-    /// See above.
+    /// Largest linear value that a channel can have behind a ray's end.
     pub brightest: f32,
 }

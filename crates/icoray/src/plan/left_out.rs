@@ -1,4 +1,4 @@
-//! What a scene does not need, in words: what would cost bytes or time.
+//! Description of data that a scene does not need and that would cost bytes or time.
 
 use icoray_grid::Grid;
 use icoray_scene::Method;

@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 pub struct Vote<'a> {
     /// Why it cannot go on: a number other than 0, and a sentence.
     pub refusal: Option<(i32, &'a str)>,
-    /// What must be the same on all, each with a name for the sentence that says it is not: "step", "6".
+    /// Values that must be equal on all ranks, each with a name for the error message: "step", "6".
     pub facts: Vec<(&'static str, String)>,
     /// The value that rank 0 broadcasts; ignored on other ranks.
     pub value: &'a [u8],

@@ -35,7 +35,7 @@ pub struct Columns {
     cells: usize,
     /// Ranks with the same mesh.
     nodes: Nodes,
-    /// What is drawn where ranks have parts; `None` where they have the whole grid's tables.
+    /// The mesh that is drawn if ranks have parts; `None` if they have the whole grid's tables.
     node_grid: Option<Arc<NodeGrid>>,
 }
 
@@ -136,7 +136,7 @@ impl Columns {
         }
     }
 
-    /// Of each column that a field of this rank has, whether it is its own.
+    /// Marks of the columns of this rank's field that it owns.
     ///
     /// # Errors
     /// [`ErrorKind::Field`] where the field has other columns.

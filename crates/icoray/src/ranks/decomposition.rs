@@ -6,7 +6,7 @@ use icoray_grid::Field;
 use icoray_grid::Grid;
 use icoray_grid::Result;
 
-/// What a rank has of a grid and of the fields over it, of the same kind on all ranks.
+/// Distribution of a grid and the fields over it; the same kind on all ranks.
 #[derive(Debug, Clone)]
 pub enum Decomposition {
     /// The whole grid, and whole fields: there is one rank.
@@ -48,7 +48,7 @@ impl Decomposition {
         Columns::new(ranks, grid, cells).map(|columns| Decomposition::Columns(Box::new(columns)))
     }
 
-    /// Of each column of a field, whether it is this rank's own; each column is one rank's only.
+    /// Marks of a field's columns that this rank owns; each column has one owner.
     ///
     /// # Errors
     /// [`ErrorKind::Field`](icoray_grid::ErrorKind::Field) where the field has other columns than this rank.

@@ -63,7 +63,7 @@ mod tests {
 
     const RASTER: Raster = Raster { width: 320, height: 160, step: 1 };
 
-    /// What each rank has to do.
+    /// Seconds of work of each rank.
     fn loads(owners: &[u32], ranks: usize, seconds: impl Fn(u32) -> f64) -> Vec<f64> {
         let mut loads = vec![0.0; ranks];
         (0u32..).zip(owners).for_each(|(tile, rank)| loads[*rank as usize] += seconds(tile));

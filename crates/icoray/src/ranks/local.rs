@@ -26,7 +26,7 @@ struct Channels {
     from: Receiver<Message>,
 }
 
-/// What threads of a node share.
+/// State that the threads of a node share.
 #[derive(Debug)]
 struct LocalNode {
     leader: usize,

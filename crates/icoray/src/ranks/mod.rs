@@ -53,11 +53,11 @@ use std::fmt;
 use std::thread::sleep;
 use std::time::Duration;
 
-/// What carries bytes between ranks. `share`, `broadcast` and `exchange` are collective: every rank calls the same ones
+/// Transport of bytes between ranks. `share`, `broadcast` and `exchange` are collective: every rank calls the same ones
 /// in the same order. Between two of them ranks may send to rank 0, which has to receive all of it before the next.
 ///
 /// # Errors
-/// Of every method: [`ErrorKind::Mpi`] when the transport itself fails. Then ranks may no longer be
+/// All methods: [`ErrorKind::Mpi`] when the transport itself fails. Then ranks may no longer be
 /// in step, and the team is of no more use.
 pub trait Team: Send {
     /// This process's number, from 0.
@@ -163,15 +163,15 @@ pub struct Ranks {
     /// Memory of this rank's node that no frame uses, in the same order on all ranks. Dropped before the team that
     /// gave it.
     nodes: Vec<Node>,
-    /// `None` is one process alone.
+    /// The transport; `None` for a single process.
     team: Option<Box<dyn Team>>,
-    /// A rank that has left while others stayed, after which nobody talks any more.
+    /// A rank that has closed its context while others have not; no messages are exchanged after that.
     left: Option<usize>,
-    /// At rank 0: of the last frame.
+    /// Seconds of the last frame's tiles, at rank 0.
     costs: Option<TileCosts>,
-    /// Of the last frame's rays through the part that this rank's node has.
+    /// Seconds of the last frame's tiles of fragments, of this rank's node.
     part_costs: Option<TileCosts>,
-    /// Once it was needed.
+    /// This rank's number on its node, once it has been asked for.
     node_rank: Option<usize>,
 }
 
@@ -206,7 +206,7 @@ impl Ranks {
         self.left.is_some() || self.team.as_ref().is_some_and(|team| team.is_gone())
     }
 
-    /// Whether this is the process that has the picture in the end.
+    /// Whether this is rank 0, which receives the picture.
     pub fn is_root(&self) -> bool {
         self.rank() == 0
     }

@@ -8,7 +8,7 @@ use std::fmt;
 /// is written, everything else read, and both are collective over the node.
 ///
 /// # Errors
-/// Of every method: [`ErrorKind::Mpi`](icoray_grid::ErrorKind::Mpi) when the transport itself fails, as of a
+/// All methods: [`ErrorKind::Mpi`](icoray_grid::ErrorKind::Mpi) when the transport itself fails, as of a
 /// [`Team`](super::Team).
 ///
 /// # Panics

@@ -84,7 +84,7 @@ impl NodeFields {
         self.grid.as_ref().map_or(given, |node| node.grid())
     }
 
-    /// What of the grid is the node's own, where there are other nodes with parts.
+    /// Marks of the node's own cells, if there are other nodes with parts.
     pub fn part(&self) -> Option<&Part> {
         self.grid.as_ref()?.part.as_ref()
     }

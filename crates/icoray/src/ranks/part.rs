@@ -49,9 +49,9 @@ pub struct Part {
 
 /// The ownership of cells that ranks with parts have agreed on.
 pub(super) struct Agreed {
-    /// Of each cell, its number in the whole grid, counted from 0.
+    /// Number of each cell in the whole grid, from 0.
     pub global: Vec<u64>,
-    /// Of each cell, the rank that owns it.
+    /// Rank that owns each cell.
     pub owner: Vec<u32>,
     tables: PartTables,
 }

@@ -35,7 +35,7 @@ type Addressed = (usize, Vec<u8>);
 /// Messages between ranks, in calls that return at once. Those of one rank for another one arrive in their order.
 ///
 /// # Errors
-/// Of every method: [`ErrorKind::Mpi`] when the transport itself fails. Then this is of no more use.
+/// All methods: [`ErrorKind::Mpi`] when the transport itself fails. Then this is of no more use.
 pub trait PointToPoint: Send {
     /// This process's number, from 0.
     fn rank(&self) -> usize;

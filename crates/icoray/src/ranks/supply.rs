@@ -10,7 +10,7 @@ use std::collections::HashMap;
 /// Columns as a rank has them, each with its row in a node's field.
 pub(super) type Rows = Vec<(u32, u32)>;
 
-/// What a rank supplies of fields at one kind of place.
+/// Columns of fields that a rank supplies, at one location.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Supply {
     /// Columns that a field of this rank has.
@@ -60,7 +60,7 @@ impl Supply {
         Ok(self)
     }
 
-    /// What a rank that shares no memory with this one needs.
+    /// Columns that a rank on another node needs.
     pub fn for_rank(&self, nodes: &Nodes, rank: usize) -> &[(u32, u32)] {
         match nodes.is_mate(rank) {
             true => &self.own,
@@ -79,7 +79,7 @@ impl Supply {
         self.max[2]
     }
 
-    /// Of each column, whether it is this rank's own.
+    /// Marks of the columns that this rank owns.
     pub fn owned(&self) -> Vec<bool> {
         let mut owned = vec![false; self.count];
         self.own.iter().for_each(|(column, _)| owned[*column as usize] = true);

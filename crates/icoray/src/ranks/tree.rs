@@ -17,7 +17,7 @@ const FAN_OUT: usize = 32;
 /// A call's number has the number of its frame above these bits.
 const FRAME: u32 = 32;
 
-/// What a rank sends another one.
+/// A message between two ranks.
 #[derive(Debug)]
 pub(super) struct Message {
     pub from: usize,
@@ -197,7 +197,7 @@ impl<L: Link> Tree<L> {
         }
     }
 
-    /// What has arrived of this call.
+    /// Messages of this call that have arrived.
     fn take_where(&mut self, is_wanted: impl Fn(usize) -> bool) -> Result<Option<(usize, Vec<u8>)>> {
         if let Some(error) = &self.broken {
             return Err(error.clone());

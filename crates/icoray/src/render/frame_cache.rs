@@ -27,7 +27,7 @@ impl PartialEq for SourceKey {
     }
 }
 
-/// What the visible blocks depend on.
+/// Key of visible blocks.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct OccupancyKey {
     pub source: SourceKey,
@@ -36,12 +36,12 @@ pub(super) struct OccupancyKey {
     pub clear: Vec<[u64; 2]>,
 }
 
-/// What gradients depend on.
+/// Key of gradients.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct GradientKey {
     pub source: SourceKey,
     pub falling: bool,
-    /// What values are normalised to.
+    /// Range to which values are normalised.
     pub range: [f64; 2],
     pub radius: Vec<f64>,
     pub packed: bool,
@@ -51,7 +51,7 @@ pub(super) struct GradientKey {
     pub heights: Option<(SourceKey, f64)>,
 }
 
-/// What a field on other layers than its own depends on.
+/// Key of a field that was moved to other layers.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct MovedKey {
     pub source: SourceKey,
@@ -61,7 +61,7 @@ pub(super) struct MovedKey {
     pub wanted: Vec<f64>,
 }
 
-/// What the normals of a layer depend on.
+/// Key of the normals of a layer.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct NormalKey {
     /// Heights of layers, and planet radii per metre of height.

@@ -29,7 +29,7 @@ pub(super) struct Exchanged {
 /// Tiles with the fragments of each rank.
 pub(super) struct Fragments<'e> {
     tiles: Vec<(u32, Vec<ReceivedTile<'e>>)>,
-    /// What rays met on all ranks, told to rank 0.
+    /// Counts of rays on all ranks, at rank 0.
     met: Counts,
 }
 
@@ -181,9 +181,9 @@ impl Work<'_> {
 /// The fragments that a rank traced through its part.
 #[derive(Debug, Default)]
 struct Traced {
-    /// Of each tile, its fragments as bytes.
+    /// Fragments of each tile, as bytes.
     tiles: Vec<Vec<u8>>,
-    /// Of each tile, the seconds that it took.
+    /// Seconds of each tile.
     seconds: Vec<f32>,
     /// Counts of rays.
     counts: Counts,

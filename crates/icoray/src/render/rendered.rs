@@ -1,14 +1,14 @@
-//! What a rank has of a picture that is done.
+//! A rank's result of a finished picture.
 
 use icoray_output::{Frame, FrameReport};
 
-/// What a rank has of a picture that is done.
+/// A rank's result of a finished picture.
 #[derive(Debug, Clone, PartialEq)]
 #[expect(clippy::large_enum_variant, reason = "there is one for each picture")]
 pub enum Rendered {
     /// The picture: this is rank 0.
     Here(Frame),
-    /// What it cost and met; the picture is at rank 0. Errors, counts and the gathering are those of the whole picture,
+    /// The picture's report; the pixels are at rank 0. Errors, counts and the gathering are those of the whole picture,
     /// seconds, threads and tiles this rank's.
     AtRoot(FrameReport),
 }

@@ -19,7 +19,7 @@ use std::time::Instant;
 /// A picture's pixels, and what its rays met.
 pub(super) type Drawn = (Vec<Pixel>, Counts);
 
-/// What rounds cost on this rank.
+/// Cost of rounds on this rank.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Cost {
     /// Seconds until all was traced.

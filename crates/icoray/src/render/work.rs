@@ -45,7 +45,7 @@ pub(super) struct Work<'f> {
     pub context: &'f FrameContext<'f>,
     /// Radii of the innermost and outermost layer.
     pub radius: [f64; 2],
-    /// What the core looks like where it has more than one colour.
+    /// The ground, if the core has more than one colour.
     pub ground: Option<&'f Ground>,
     pub rays: &'f dyn Rays,
     /// Which pixels may have an edge in them.

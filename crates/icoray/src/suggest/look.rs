@@ -190,7 +190,7 @@ impl Kind {
     }
 }
 
-/// What kind of field it is, and the shells of a stratified one.
+/// The kind of a field, and the shells of a stratified one.
 fn kind(survey: &Survey) -> (Kind, Vec<Shell>) {
     let [low, middle, high] = [1.0, 50.0, 99.0].map(|p| survey.percentile(p));
     if survey.percentile(0.0) == survey.percentile(100.0) {

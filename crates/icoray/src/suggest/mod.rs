@@ -55,7 +55,7 @@ const FOV_DEG: f64 = 30.0;
 /// Part of the picture's height that the planet fills.
 const FILLED: f64 = 0.86;
 
-/// What the caller decides; what is `None` is suggested.
+/// Choices of the caller; those that are `None` are suggested.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Options {
     /// Longitude below the camera, degrees, -360 to 360.

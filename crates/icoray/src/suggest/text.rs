@@ -14,7 +14,7 @@ const EARTH_M: std::ops::Range<f64> = 6.3e6..6.45e6;
 /// Width and height of the picture.
 const SIZE: (u32, u32) = (960, 720);
 
-/// What the text says.
+/// Contents of the text.
 pub(super) struct Suggested<'s> {
     pub name: &'s str,
     pub layers: &'s Layers,

@@ -9,7 +9,7 @@ use serde::Deserialize;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue, ValueDeserializer};
 
-/// What is swept. The scene's own camera, exaggeration and field get the first values of lists where they are not
+/// The sweep of a view. The scene's own camera, exaggeration and field get the first values of lists where they are not
 /// given.
 pub fn sweep(source: &Text, root: &mut DeTable, motion: &Motion) -> Result<Sweep> {
     let Some(raw) = root.remove("sweep") else { return Ok(Sweep::default()) };

@@ -16,20 +16,20 @@ use icoray_grid::{Error, ErrorKind, Result};
 use piece::{CellRow, NodePiece};
 pub(super) use piece::{Corner, CornerKey, Numbers};
 
-/// What stands where a neighbour is missing, in tables that number from 0.
+/// Entry for a missing neighbour, in tables that number from 0.
 const MISSING: i32 = -1;
 
 /// A node's mesh.
 #[derive(Debug)]
 pub(super) struct NodeMesh {
     pub grid: OwnedGrid,
-    /// Of each cell, its number in the whole grid, rising.
+    /// Number of each cell in the whole grid, rising.
     pub global: Vec<u64>,
-    /// Of each cell, the rank that owns it.
+    /// Rank that owns each cell.
     pub owner: Vec<u32>,
-    /// Of each corner, what all ranks know it by.
+    /// Key of each corner, equal on all ranks.
     pub corners: Vec<Corner>,
-    /// Of each of the first corners, those with own cells of the node, the rank whose piece has it.
+    /// Rank whose piece has each of the first corners, those with own cells of the node.
     pub teller: Vec<u32>,
 }
 

@@ -17,7 +17,7 @@ pub(crate) struct Corner {
     pub place: [f64; 2],
 }
 
-/// What tells corners apart: their cells in rising order and, where these are not three, their places.
+/// Key of a corner: its cells in rising order and, if these are not three, its position.
 pub(crate) type CornerKey = ([u64; 3], [u64; 2]);
 
 impl Corner {
@@ -46,9 +46,9 @@ impl Corner {
 #[derive(Clone, Copy)]
 pub(crate) struct Numbers<'g> {
     pub grid: &'g Grid<'g>,
-    /// Of each cell, its number in the whole grid.
+    /// Number of each cell in the whole grid.
     pub global: &'g [u64],
-    /// Of each cell, the rank that owns it.
+    /// Rank that owns each cell.
     pub owner: &'g [u32],
     pub rank: usize,
 }
@@ -130,7 +130,7 @@ pub(crate) struct CellRow {
     pub order: Vec<u8>,
 }
 
-/// What one rank contributes to the mesh of its node.
+/// Contribution of one rank to the mesh of its node.
 #[derive(Debug, Serialize, Deserialize)]
 pub(crate) struct NodePiece {
     pub cells: Vec<CellRow>,

@@ -1,4 +1,4 @@
-//! What a scene shows, by the numbers of its fields.
+//! Builds the general kernel's scene, in which fields have numbers in place of names.
 
 use super::terrain::Terrain;
 use crate::plan::{OccupancyTest, clear_values};

@@ -17,12 +17,12 @@ pub(super) struct Terrain<'f> {
     /// Least and greatest radius of the innermost layer.
     pub core_radius: [f64; 2],
     pub outer: f64,
-    /// What gradients depend on where columns have heights of their own.
+    /// Geometry for gradients on native heights.
     pub key: Option<(frame_cache::SourceKey, f64)>,
 }
 
 impl<'f> Terrain<'f> {
-    /// Of `heights` where the scene asks for them. Collective.
+    /// The terrain of `heights` if the scene asks for native heights. Collective.
     pub fn new(context: &FrameContext<'f>, ranks: &mut Ranks) -> Result<Self> {
         let FrameContext { renderer, scene, plan, grid, part, layers, heights: given, .. } = *context;
         let radius = &plan.radius;
