@@ -278,10 +278,10 @@ mod tests {
         assert_eq!(bytes.len(), 8 + 3 * 2 + 4 * BYTES + 8);
         let mut rest = bytes.as_slice();
         for expected in [&found, &[const { Vec::new() }; 3]] {
-            let mut came = ReceivedTile::take(&mut rest, 3).unwrap();
+            let mut received = ReceivedTile::take(&mut rest, 3).unwrap();
             for (pixel, expected) in expected.iter().enumerate() {
                 let mut found = Vec::new();
-                came.ray(pixel, &mut found);
+                received.ray(pixel, &mut found);
                 assert_eq!(found, *expected);
             }
         }

@@ -223,9 +223,9 @@ fn draw_plain<T: KernelReal, S: Sample>(context: &FrameContext, ranks: &mut Rank
     let samples = Samples::new(data, field, plan.falling, spans.range());
     let field_summary = FieldSummary::of(context, ranks, &samples)?;
     let is_lit = field_summary.is_lit();
-    let (sight_key, visible) = prepare::sight(context, &field_summary, &spans, samples);
+    let (occupancy_key, visible) = prepare::occupancy(context, &field_summary, &spans, samples);
     let (light_key, mut gradients) =
-        prepare::gradients(context, &field_summary, samples, spans.range(), (&sight_key, &visible));
+        prepare::gradients(context, &field_summary, samples, spans.range(), (&occupancy_key, &visible));
     prepare::complete(context, ranks, &visible, &mut gradients, is_lit)?;
     let on_device = OnDevice::new(context, field, &gradients, field_summary.quality);
     let radius = [shell.inner(), shell.outer()];
@@ -251,7 +251,7 @@ fn draw_plain<T: KernelReal, S: Sample>(context: &FrameContext, ranks: &mut Rank
         renderer.frame_cache.gradients.store(key, gradients);
     }
     if let Some(visible) = visible.into_known() {
-        renderer.frame_cache.visible.store(sight_key, visible);
+        renderer.frame_cache.visible.store(occupancy_key, visible);
     }
     Ok(rendered)
 }

@@ -45,7 +45,7 @@ const ALL: Savings = Savings::ALL;
 
 /// Each saving switched off.
 const WITHOUT: [Switch; 8] = [
-    ("leaps", Savings { leaps: false, ..ALL }),
+    ("leaps", Savings { empty_space: false, ..ALL }),
     ("layers", Savings { layers: false, ..ALL }),
     ("ends", Savings { ends: false, ..ALL }),
     ("gradients", Savings { gradients: false, ..ALL }),

@@ -62,7 +62,7 @@ impl Row {
 impl<'o> Benchmark<'o> {
     pub fn new(size: Size, options: &'o Options) -> Result<Self> {
         let max = options.threads.iter().copied().max().unwrap_or(0);
-        let reader = Renderer::new(max)?.with_savings(Savings { leaps: false, ..Savings::ALL });
+        let reader = Renderer::new(max)?.with_savings(Savings { empty_space: false, ..Savings::ALL });
         let sphere = reader.run(|| Sphere::new(size.level, size.layers, [1.0, 1.15], sphere::multi_scale))?;
         let renderers = options.renderers()?;
         let times = if options.bare { 1 } else { options.frames };

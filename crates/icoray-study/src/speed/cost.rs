@@ -15,8 +15,8 @@ const VALUES: u64 = 12;
 const GRADIENTS: u64 = 36;
 
 /// Bytes that rays read; `leaps` if they skip empty space.
-pub(super) fn bytes(counts: &Counts, leaps: bool, is_lit: bool) -> u64 {
-    let column = COLUMN + if leaps { BLOCKS } else { 0 };
+pub(super) fn bytes(counts: &Counts, empty_space: bool, is_lit: bool) -> u64 {
+    let column = COLUMN + if empty_space { BLOCKS } else { 0 };
     let layer = VALUES + if is_lit { GRADIENTS } else { 0 };
     // A frustum reads the layer behind it and the one ahead.
     let layers = 2 * counts.frusta;
@@ -29,8 +29,9 @@ mod tests {
 
     #[test]
     fn columns_frusta_leaps_and_light_are_paid_for() {
-        let of =
-            |columns, frusta, leaps, is_lit| bytes(&Counts { columns, frusta, ..Counts::default() }, leaps, is_lit);
+        let of = |columns, frusta, empty_space, is_lit| {
+            bytes(&Counts { columns, frusta, ..Counts::default() }, empty_space, is_lit)
+        };
         assert_eq!(of(3, 0, false, false), 3 * 40);
         assert_eq!(of(3, 0, true, false), 3 * 44);
         assert_eq!(of(3, 5, false, false), 3 * 40 + 10 * 12);

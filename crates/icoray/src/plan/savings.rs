@@ -3,7 +3,7 @@
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Savings {
     /// Rays skip blocks that the transfer function makes clear, without reading them.
-    pub leaps: bool,
+    pub empty_space: bool,
     /// Rays start at the uppermost visible layer. Requires `leaps`.
     pub layers: bool,
     /// Rays end where what lies behind is within the tolerance.
@@ -23,7 +23,7 @@ pub struct Savings {
 impl Savings {
     /// All of them that cost next to nothing.
     pub const ALL: Self = Savings {
-        leaps: true,
+        empty_space: true,
         layers: true,
         ends: true,
         gradients: true,
@@ -35,7 +35,7 @@ impl Savings {
 
     /// None of them.
     pub const NONE: Self = Savings {
-        leaps: false,
+        empty_space: false,
         layers: false,
         ends: false,
         gradients: false,

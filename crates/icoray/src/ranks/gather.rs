@@ -88,8 +88,8 @@ impl Ranks {
         Ok(cheapest)
     }
 
-    /// Agrees on rank 0's quality and on who draws which tiles; `facts` must be the same on all.
-    pub(crate) fn deal(
+    /// Agrees on rank 0's quality and assigns tiles to ranks; `facts` must be equal on all ranks.
+    pub(crate) fn assign(
         &mut self,
         mine: Result<Quality>,
         raster: Raster,

@@ -318,8 +318,8 @@ fn each_rank_has_something_for_each() {
             let (mine, team) = (ranks.rank(), ranks.team.as_mut().unwrap());
             for round in 0..4 {
                 let for_all = (0..size).map(|to| letter(round, mine, to)).collect();
-                let came = team.exchange(for_all).unwrap();
-                assert_eq!(came, (0..size).map(|from| letter(round, from, mine)).collect::<Vec<_>>());
+                let received = team.exchange(for_all).unwrap();
+                assert_eq!(received, (0..size).map(|from| letter(round, from, mine)).collect::<Vec<_>>());
             }
         });
     }

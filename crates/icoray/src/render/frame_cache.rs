@@ -46,7 +46,7 @@ pub(super) struct GradientKey {
     pub radius: Vec<f64>,
     pub packed: bool,
     /// The blocks in which they were wanted; all where it is `None`.
-    pub sight: Option<OccupancyKey>,
+    pub occupancy: Option<OccupancyKey>,
     /// Heights of layers where columns have their own, and planet radii per metre of height.
     pub heights: Option<(SourceKey, f64)>,
 }

@@ -51,24 +51,24 @@ pub(super) fn draw(context: &FrameContext, ranks: &mut Ranks) -> Result<Rendered
     let terrain = Terrain::new(context, ranks)?;
     let mut stage = SceneBuilder::new(context);
     let (media, isosurfaces) = (stage.media(), stage.isosurfaces());
-    let sheets = stage.sheets();
+    let surface_layers = stage.surface_layers();
     let lit: Vec<usize> = match field_summary.is_lit() {
         true => media.iter().map(|m| m.extinction.source).chain(isosurfaces.iter().map(|s| s.source)).collect(),
         false => Vec::new(),
     };
     compare(context, ranks, &terrain)?;
-    let (sight_keys, visible) = renderer.run(|| stage.visible(&media, &isosurfaces, &sheets));
+    let (occupancy_keys, visible) = renderer.run(|| stage.visible(&media, &isosurfaces, &surface_layers));
     let top = visible.iter().map(|visible| visible.top).max().unwrap_or(0);
     let (sources, light_keys) = stage.sources(ranks, &lit, &terrain)?;
     let derived: usize = sources.iter().map(|source| source.gradients().bytes()).sum();
-    let normals = terrain.normals(context, ranks, &sheets, field_summary.is_lit())?;
+    let normals = terrain.normals(context, ranks, &surface_layers, field_summary.is_lit())?;
     let (normal_keys, normals): (Vec<_>, Vec<_>) = normals.into_iter().unzip();
     let normals = normal_keys.iter().map(|key| key.layer[0]).zip(normals).collect();
     let ground = Ground::new(scene);
     let Terrain { levels, core_radius, outer, .. } = terrain;
     // Nothing above the highest visible layer is visible.
     let seen = match &levels {
-        Levels::Concentric(_) if sheets.is_empty() && renderer.savings.layers => plan.radius[top.max(1)],
+        Levels::Concentric(_) if surface_layers.is_empty() && renderer.savings.layers => plan.radius[top.max(1)],
         _ => outer,
     };
     let world = KernelScene {
@@ -77,7 +77,7 @@ pub(super) fn draw(context: &FrameContext, ranks: &mut Ranks) -> Result<Rendered
         sources,
         media,
         isosurfaces,
-        surface_layers: sheets,
+        surface_layers,
         clips: Clips::new(&scene.scenery.clips, |height| context.radius_of(height)),
         visible,
         normals,
@@ -102,7 +102,7 @@ pub(super) fn draw(context: &FrameContext, ranks: &mut Ranks) -> Result<Rendered
     for (key, (_, normals)) in normal_keys.into_iter().zip(world.normals) {
         renderer.frame_cache.normals.store(key, normals);
     }
-    for (key, visible) in sight_keys.into_iter().zip(world.visible) {
+    for (key, visible) in occupancy_keys.into_iter().zip(world.visible) {
         renderer.frame_cache.visible.store(key, visible);
     }
     for (key, source) in light_keys.into_iter().zip(world.sources) {

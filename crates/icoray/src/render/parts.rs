@@ -151,8 +151,8 @@ impl Work<'_> {
             shading: plan.shading.filter(|_| quality.lights != Lights::Off),
             budget: allowed(scene, quality),
         };
-        fragments.tiles.par_iter().with_max_len(1).enumerate().for_each(|(i, (number, came))| {
-            let mut tile = self.tile(&composer, tiling, *number, &mut came.clone());
+        fragments.tiles.par_iter().with_max_len(1).enumerate().for_each(|(i, (number, received))| {
+            let mut tile = self.tile(&composer, tiling, *number, &mut received.clone());
             if i == 0 {
                 tile.counts += fragments.met;
             }
@@ -160,14 +160,14 @@ impl Work<'_> {
         });
     }
 
-    fn tile(&self, composer: &Composer, tiling: &dyn Tiling, number: u32, came: &mut [ReceivedTile]) -> Tile {
+    fn tile(&self, composer: &Composer, tiling: &dyn Tiling, number: u32, received: &mut [ReceivedTile]) -> Tile {
         let start = Instant::now();
         let mut counts = Counts::default();
         let mut rays: Vec<Pixel> = Vec::with_capacity(tiling.pixels_of(number) * tiling.rays_per_pixel());
         let mut fragments = Vec::new();
         visit(tiling, number, |at, _| {
             fragments.clear();
-            came.iter_mut().for_each(|came| came.ray(rays.len(), &mut fragments));
+            received.iter_mut().for_each(|received| received.ray(rays.len(), &mut fragments));
             let (eye, dir) = ray(self.context.scene, at);
             let (light, surfaces) = composer.ray(eye, dir, &mut fragments, &mut counts).unzip();
             let pixel = background_blend(self.context.scene, composer.budget.brightest, light);

@@ -40,7 +40,7 @@ pub(super) fn draw(
             ("has a field of range and missing values", format!("{value_range:?} and {missing_values}")),
         ],
     };
-    let assignment = ranks.deal(picked, work.raster(), facts)?;
+    let assignment = ranks.assign(picked, work.raster(), facts)?;
     let quality = assignment.quality;
     let raster = Raster { step: quality.pixel_step, ..work.raster() };
     let picked_s = start.elapsed().as_secs_f64();

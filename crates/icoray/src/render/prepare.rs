@@ -70,22 +70,22 @@ impl FieldSummary {
 }
 
 /// The visible blocks of the field, with their cache key.
-pub(super) fn sight<'f, T: Real, S: Sample>(
+pub(super) fn occupancy<'f, T: Real, S: Sample>(
     context: &'f FrameContext,
     field_summary: &FieldSummary,
     spans: &Spans<T>,
     samples: Samples<'f, S>,
 ) -> (OccupancyKey, Lazy<'f, OccupancyMask>) {
     let FrameContext { renderer, plan, grid, .. } = *context;
-    let leaps = renderer.savings.leaps;
-    let clear = if leaps { clear_values(spans, &samples, field_summary.value_range) } else { Vec::new() };
+    let empty_space = renderer.savings.empty_space;
+    let clear = if empty_space { clear_values(spans, &samples, field_summary.value_range) } else { Vec::new() };
     let bits = clear.iter().map(|range| range.map(|value| value.wide().to_bits()));
     let key = OccupancyKey { source: context.fields[0].source(grid), falling: plan.falling, clear: bits.collect() };
-    let sight = OccupancyTest { grid, samples, layers: plan.radius.len(), clear };
+    let occupancy = OccupancyTest { grid, samples, layers: plan.radius.len(), clear };
     let asked = key.clone();
     let find = move || {
         let cached = renderer.frame_cache.visible.take(&asked);
-        cached.unwrap_or_else(|memory| sight.visible(memory.unwrap_or_default()))
+        cached.unwrap_or_else(|memory| occupancy.visible(memory.unwrap_or_default()))
     };
     (key, Lazy::of(find))
 }
@@ -99,7 +99,7 @@ pub(super) fn gradients<'f, S: Sample>(
     field_summary: &FieldSummary,
     samples: Samples<'f, S>,
     range: [f64; 2],
-    (sight, visible): (&OccupancyKey, &'f Lazy<OccupancyMask>),
+    (occupancy, visible): (&OccupancyKey, &'f Lazy<OccupancyMask>),
 ) -> (Option<GradientKey>, Lazy<'f, Gradients>) {
     let FrameContext { renderer, plan, grid, part, .. } = *context;
     let is_own = context.device.is_err() && part.is_none();
@@ -112,7 +112,7 @@ pub(super) fn gradients<'f, S: Sample>(
         range,
         radius: plan.radius.clone(),
         packed,
-        sight: visible.map(|_| sight.clone()),
+        occupancy: visible.map(|_| occupancy.clone()),
         heights: None,
     };
     if !field_summary.is_lit() {

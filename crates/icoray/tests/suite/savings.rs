@@ -4,7 +4,7 @@ use crate::common::{FAR, difference};
 use icoray::{Field, Frame, Grid, IcosahedralMesh, Layers, Location, Renderer, Savings, Scene, Shape};
 
 const NONE: Savings = Savings { ends: true, ..Savings::NONE };
-const LEAPS: Savings = Savings { leaps: true, gradients: true, tiles: true, ..NONE };
+const LEAPS: Savings = Savings { empty_space: true, gradients: true, tiles: true, ..NONE };
 
 const INSIDE: &str = "eye = [1.02, 0.3, 0.1]\ntarget = [0, 1.2, 0.3]\nfov = 100";
 

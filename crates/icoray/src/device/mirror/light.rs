@@ -80,13 +80,14 @@ impl AlongRay {
         piece: [f32; 5],
         span: &Span,
         [share, rest, through, reach]: [f32; 4],
-        course: [f32; 10],
+        interpolant: [f32; 10],
         range: [f32; 2],
         is_coarse: bool,
     ) -> [f32; 6] {
         let allowance = ErrorBudget { color_tolerance: share, min_transmittance: rest, transmittance: through, reach };
-        let (shading, course) = (self.kernel(), kernel_course(course));
-        let lit = lit::Lit::<f32, 4> { method, allowance: &allowance, shading: &shading, span, interpolant: &course };
+        let (shading, interpolant) = (self.kernel(), kernel_interpolant(interpolant));
+        let lit =
+            lit::Lit::<f32, 4> { method, allowance: &allowance, shading: &shading, span, interpolant: &interpolant };
         let cuts = if is_coarse { 0 } else { lit::Lit::<f32, 4>::MAX_CUTS };
         let Radiance { color: [r, g, b], alpha: absorbed, error, variance } = lit.light(&segment(piece), range, cuts);
         [r, g, b, absorbed, error, variance]
@@ -99,8 +100,8 @@ pub fn mean([a, m, b]: [Shade; 3], centre: f32) -> (f32, f32) {
 }
 
 /// `FrustumInterpolant::gradient`.
-pub fn gradient(course: [f32; 10], u: f32) -> [f32; 3] {
-    kernel_course(course).gradient(u)
+pub fn gradient(interpolant: [f32; 10], u: f32) -> [f32; 3] {
+    kernel_interpolant(interpolant).gradient(u)
 }
 
 /// `LightSpread::of`: centre and error bound.
@@ -118,6 +119,6 @@ fn of([body, highlight, x, y, z]: Shade) -> shade::Shade<f32> {
     shade::Shade { body, highlight, normal: [x, y, z] }
 }
 
-fn kernel_course([ax, ay, az, bx, by, bz, kx, ky, kz, eps]: [f32; 10]) -> lit::FrustumInterpolant<f32, 4> {
+fn kernel_interpolant([ax, ay, az, bx, by, bz, kx, ky, kz, eps]: [f32; 10]) -> lit::FrustumInterpolant<f32, 4> {
     lit::FrustumInterpolant { from: [0.0, ax, ay, az], to: [0.0, bx, by, bz], kappa: [0.0, kx, ky, kz], eps }
 }

@@ -45,8 +45,8 @@ fn collective_calls_are_those_of_any_team() {
                 let shared = team.share(&letter(round, rank, 0)).unwrap();
                 assert_eq!(shared, (0..size).map(|of| letter(round, of, 0)).collect::<Vec<_>>());
                 let for_all = (0..size).map(|to| letter(round, rank, to)).collect();
-                let came = team.exchange(for_all).unwrap();
-                assert_eq!(came, (0..size).map(|from| letter(round, from, rank)).collect::<Vec<_>>());
+                let received = team.exchange(for_all).unwrap();
+                assert_eq!(received, (0..size).map(|from| letter(round, from, rank)).collect::<Vec<_>>());
                 if rank == 0 {
                     let mut next = vec![0; size];
                     while next[1..].iter().any(|next| *next < 5) {
@@ -81,9 +81,9 @@ fn a_frame_that_one_rank_leaves_ends_on_all() {
                     if is_left && rank == odd {
                         return Err(Error::new(ErrorKind::Field, "out of luck"));
                     }
-                    let came = team.exchange(vec![vec![rank as u8]; size])?;
+                    let received = team.exchange(vec![vec![rank as u8]; size])?;
                     let last = team.broadcast(vec![9])?;
-                    Ok((shared, came, last))
+                    Ok((shared, received, last))
                 });
                 drawn.inspect_err(|error| team.break_off(error))
             };

@@ -63,7 +63,7 @@ impl<'p, 'f> SceneBuilder<'p, 'f> {
             .collect()
     }
 
-    fn coat(&self, paint: &Paint) -> Material {
+    fn material(&self, paint: &Paint) -> Material {
         match paint {
             Paint::Plain(color) => Material::Plain(*color),
             Paint::Field { field, transfer, by_cell, .. } => {
@@ -83,14 +83,14 @@ impl<'p, 'f> SceneBuilder<'p, 'f> {
             .map(|surface| {
                 let source = self.number(&surface.field);
                 self.cuts[source].push(surface.value);
-                let coat = self.coat(&surface.paint);
-                Isosurface { source, value: surface.value, material: coat, opacity: surface.opacity }
+                let material = self.material(&surface.paint);
+                Isosurface { source, value: surface.value, material, opacity: surface.opacity }
             })
             .collect()
     }
 
     /// Surfaces and lines by level, in the order in which the scene names levels.
-    pub fn sheets(&self) -> Vec<SurfaceLayer> {
+    pub fn surface_layers(&self) -> Vec<SurfaceLayer> {
         let FrameContext { scene, plan, .. } = *self.context;
         let scenery = &scene.scenery;
         let mut all: Vec<Level> = Vec::new();
@@ -107,23 +107,23 @@ impl<'p, 'f> SceneBuilder<'p, 'f> {
                     Level::Height(height) => self.place_at(self.context.radius_of(height)),
                 };
                 let here = scenery.surfaces.iter().filter(|surface| surface.at == level);
-                let coats = here.map(|s| (self.coat(&s.paint), s.opacity)).collect();
-                SurfaceLayer { place, materials: coats, painter: Painter::new(scene, level) }
+                let materials = here.map(|s| (self.material(&s.paint), s.opacity)).collect();
+                SurfaceLayer { place, materials, painter: Painter::new(scene, level) }
             })
             .collect()
     }
 
-    /// Where each of the volumes and isosurfaces can be seen, and what that is known by; all there is, without a key,
-    /// where sheets may be met between layers.
+    /// Occupancy of each volume and isosurface, with its key; everything is occupied, without a key,
+    /// if surfaces may lie between layers.
     pub fn visible(
         &self,
         media: &[Medium],
         isosurfaces: &[Isosurface],
-        sheets: &[SurfaceLayer],
+        surface_layers: &[SurfaceLayer],
     ) -> (Vec<OccupancyKey>, Vec<OccupancyMask>) {
         let FrameContext { renderer, plan, .. } = *self.context;
-        let has_radii = sheets.iter().any(|sheet| matches!(sheet.place, SurfaceHeight::Radius(_)));
-        if has_radii || !renderer.savings.leaps {
+        let has_radii = surface_layers.iter().any(|surface| matches!(surface.place, SurfaceHeight::Radius(_)));
+        if has_radii || !renderer.savings.empty_space {
             return (Vec::new(), vec![OccupancyMask::default().full(plan.radius.len())]);
         }
         let of_media = media.iter().map(|medium| (medium.extinction.source, medium.extinction.knots().to_vec()));
@@ -145,9 +145,9 @@ impl<'p, 'f> SceneBuilder<'p, 'f> {
         let clear = clear_values(&spans, &samples, self.context.range(source).0);
         let bits = clear.iter().map(|range| range.map(|value| value.wide().to_bits())).collect();
         let key = OccupancyKey { source: field.source(grid), falling: plan.falling, clear: bits };
-        let sight = OccupancyTest { grid, samples, layers: plan.radius.len(), clear };
+        let occupancy = OccupancyTest { grid, samples, layers: plan.radius.len(), clear };
         let cached = renderer.frame_cache.visible.take(&key);
-        let visible = cached.unwrap_or_else(|memory| sight.visible(memory.unwrap_or_default()));
+        let visible = cached.unwrap_or_else(|memory| occupancy.visible(memory.unwrap_or_default()));
         (key, visible)
     }
 
@@ -187,7 +187,7 @@ impl<'p, 'f> SceneBuilder<'p, 'f> {
                     range,
                     radius: plan.radius.clone(),
                     packed: false,
-                    sight: None,
+                    occupancy: None,
                     heights: terrain.key.clone(),
                 };
                 let compute = |memory: Option<_>| {

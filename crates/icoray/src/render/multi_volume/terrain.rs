@@ -66,7 +66,7 @@ impl Terrain<'_> {
         &self,
         context: &FrameContext,
         ranks: &mut Ranks,
-        sheets: &[SurfaceLayer],
+        surface_layers: &[SurfaceLayer],
         is_lit: bool,
     ) -> Result<Vec<(NormalKey, Vec<[f32; 3]>)>> {
         let FrameContext { renderer, grid, part, .. } = *context;
@@ -74,7 +74,7 @@ impl Terrain<'_> {
             return Ok(Vec::new());
         };
         let mut layers = vec![0];
-        layers.extend(sheets.iter().filter_map(|sheet| match sheet.place {
+        layers.extend(surface_layers.iter().filter_map(|surface| match surface.place {
             SurfaceHeight::Layer(layer) if layer > 0 => Some(layer),
             _ => None,
         }));
