@@ -2,14 +2,14 @@
 //! with the numbers that it has.
 
 use super::Shell;
-use crate::walk::packet::{Columns, HALF, LANES, Lanes, lanes};
+use crate::walk::packet::{HALF, LANES, Lanes, PacketColumns, lanes};
 use fearless_simd::{Simd, f64x8, mask64x8, prelude::*, u32x16};
 use icoray_grid::array::MapInline;
 use icoray_grid::real::Real;
 
 /// Rays that go up or down through their columns.
 pub(crate) struct PacketTraversal<'c, T> {
-    columns: &'c Columns,
+    columns: &'c PacketColumns,
     /// The gap that each is in, and that in which it leaves its column.
     pub gap: Lanes<u32>,
     out: Lanes<u32>,
@@ -36,7 +36,7 @@ pub(crate) struct GapCrossings<T> {
 impl<'c, T: Real> PacketTraversal<'c, T> {
     /// Into columns, each from its gap to the gap `out`.
     #[inline(always)]
-    pub fn new<V: Simd>(simd: V, columns: &'c Columns, gap: &Lanes<u32>, out: &Lanes<u32>) -> Self {
+    pub fn new<V: Simd>(simd: V, columns: &'c PacketColumns, gap: &Lanes<u32>, out: &Lanes<u32>) -> Self {
         let (entry, exit) = (&columns.entry.rho, &columns.exit.rho);
         let load = |row: &Lanes<f64>, half: usize| f64x8::from_slice(simd, &row[half..half + HALF]);
         let rises = |half| load(exit, half).simd_ge(load(entry, half)).to_bitmask() as u32;
@@ -128,7 +128,7 @@ impl<'c, T: Real> PacketTraversal<'c, T> {
             let f = f.simd_lt(zero).select(zero, f);
             f.simd_gt(one).select(one, f)
         };
-        let Columns { entry, exit, scale, .. } = self.columns;
+        let PacketColumns { entry, exit, scale, .. } = self.columns;
         let (low, high) = (load(low), load(high));
         let (entry_rho, exit_rho) = (load(&entry.rho), load(&exit.rho));
         let (passing, rising) = (mask(passing), mask(self.rising));

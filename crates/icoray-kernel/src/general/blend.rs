@@ -27,7 +27,7 @@ pub struct Medium {
 
 /// A medium on one piece.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Part<'w> {
+pub(super) struct MediumPiece<'w> {
     medium: &'w Medium,
     spans: [&'w Span<f64>; 2],
     /// Interpolants of the colour's and of the extinction's field over the whole frustum.
@@ -36,7 +36,7 @@ pub(super) struct Part<'w> {
     pub slot: usize,
 }
 
-impl<'w> Part<'w> {
+impl<'w> MediumPiece<'w> {
     /// The medium between two places of a frustum, near the middle of which values tell the spans; `None` where it is
     /// clear there.
     #[inline]
@@ -46,7 +46,7 @@ impl<'w> Part<'w> {
             return None;
         }
         let color = medium.color.span(segments[0].value(middle));
-        Some(Part { medium, spans: [color, extinction], segments, slot })
+        Some(MediumPiece { medium, spans: [color, extinction], segments, slot })
     }
 
     /// Extinction and colour.
@@ -124,7 +124,7 @@ pub(super) struct BlendBuffers {
 
 /// A piece of a ray in several media.
 pub(super) struct Blend<'p, 'w, G> {
-    pub parts: &'p [Part<'w>],
+    pub parts: &'p [MediumPiece<'w>],
     /// Gives the gradient of a field, by its slot, at a place of the frustum.
     pub gradient: G,
     pub shading: Option<&'p RayShading<f64>>,

@@ -1,6 +1,6 @@
 //! Volumes and surfaces along a ray between two layers of a column, in order.
 
-use super::blend::{Blend, BlendBuffers, Part};
+use super::blend::{Blend, BlendBuffers, MediumPiece};
 use super::surfaces::{Material, SurfaceHeight};
 use super::wedge::{Facet, FacetSide, FrustumPoint, Wedge};
 use super::{KernelScene, RayState};
@@ -23,7 +23,7 @@ pub(super) struct Scratch<'w> {
     segments: Vec<Option<Segment<f64>>>,
     /// The places that divide it into pieces.
     breaks: Vec<Break>,
-    parts: Vec<Part<'w>>,
+    parts: Vec<MediumPiece<'w>>,
     /// The number of each medium that may be seen.
     media: Vec<usize>,
     /// The components of each field's gradient along it, where they were computed.
@@ -267,7 +267,7 @@ impl<'r> RayState<'r, '_> {
             let medium = &scene.media[number];
             let of = |source: usize| segments[source];
             let interpolants = [of(medium.color.source)?, of(medium.extinction.source)?];
-            Part::new(medium, interpolants, middle, medium.extinction.source)
+            MediumPiece::new(medium, interpolants, middle, medium.extinction.source)
         }));
         if parts.is_empty() {
             return Flow::On;

@@ -15,7 +15,7 @@ use icoray_grid::array::MapInline;
 use icoray_grid::real::Real;
 use icoray_grid::sample::AnySamples;
 use lit::Lights;
-pub(super) use rows::Way;
+pub(super) use rows::FrustumCrossing;
 use rows::{Rows, no_lights, no_segments};
 
 mod lit;
@@ -62,7 +62,7 @@ pub(super) struct Batch<T, const N: usize> {
     cells: All<[u32; 3]>,
     layers: All<[u32; 2]>,
     is_fresh: All<bool>,
-    way: Way<All<T>>,
+    crossing: FrustumCrossing<All<T>>,
     segments: [Segment<Lanes<T>>; PASSES],
     span: All<u32>,
     is_usual: All<bool>,
@@ -84,7 +84,7 @@ impl<T: Real, const N: usize> Batch<T, N> {
             cells: all([0; 3]),
             layers: all([0; 2]),
             is_fresh: all(false),
-            way: Way::splat(all(T::zero())),
+            crossing: FrustumCrossing::splat(all(T::zero())),
             segments: [no_segments(); PASSES],
             span: all(0),
             is_usual: all(false),
@@ -115,9 +115,15 @@ impl<T: Real, const N: usize> Batch<T, N> {
 
     /// Adds a frustum of each lane whose bit is set. The batch must not be full.
     #[inline(always)]
-    pub fn push<V: Simd>(&mut self, simd: V, bits: u32, way: Way<&Lanes<T>>, read: impl Fn(usize) -> Read) {
+    pub fn push<V: Simd>(
+        &mut self,
+        simd: V,
+        bits: u32,
+        crossing: FrustumCrossing<&Lanes<T>>,
+        read: impl Fn(usize) -> Read,
+    ) {
         let count = self.count;
-        for (rows, row) in self.way.all_mut().into_iter().zip(way.all()) {
+        for (rows, row) in self.crossing.all_mut().into_iter().zip(crossing.all()) {
             let free = &mut rows.as_flattened_mut()[count..count + 2 * LANES];
             T::compress(simd, row, bits, free);
         }
@@ -171,15 +177,15 @@ impl<T: Real, const N: usize> Batch<T, N> {
     #[inline]
     pub fn interpolant(&self, n: usize, tracer: &SingleVolumeTracer<'_, T>) -> (FrustumInterpolant<T, N>, T) {
         let (pass, i) = (n / LANES, n % LANES);
-        let way = self.way.map(|rows| rows[pass][i]);
+        let crossing = self.crossing.map(|rows| rows[pass][i]);
         if self.is_usual[pass][i] {
-            return (self.complete_interpolant(pass, i), way.length);
+            return (self.complete_interpolant(pass, i), crossing.length);
         }
         let [a, b, c, d, e, f] = self.samples.each_ref().map_inline(|row| tracer.samples.normal(row[pass][i]));
         let (cells, layers) = (self.cells[pass][i], self.layers[pass][i]);
         let vertices =
             |values: [T; 3], layer: u32| [0, 1, 2].map_inline(|k| tracer.vertex(cells[k], values[k], layer as usize));
-        (way.interpolant(vertices([a, b, c], layers[0]), vertices([d, e, f], layers[1])), way.length)
+        (crossing.interpolant(vertices([a, b, c], layers[0]), vertices([d, e, f], layers[1])), crossing.length)
     }
 
     /// Interpolates all frusta, and integrates those that are thin.
@@ -215,7 +221,7 @@ impl<T: Real, const N: usize> Batch<T, N> {
     #[inline(always)]
     fn interpolate(&mut self, pass: usize, samples: &AnySamples) -> [bool; LANES] {
         let read = self.samples.each_ref().map_inline(|row| &row[pass]);
-        let ways = self.way.map(|rows| &rows[pass]);
+        let crossings = self.crossing.map(|rows| &rows[pass]);
         let mut segments = no_segments();
         let mut is_usual = [true; LANES];
         for i in 0..LANES {
@@ -225,10 +231,10 @@ impl<T: Real, const N: usize> Batch<T, N> {
                 (values[k], is_usual[i]) = ([value], is_usual[i] & usual);
             }
             let [a, b, c, d, e, f] = values;
-            let way = ways.map(|row| row[i]);
-            let interpolant = way.interpolant([a, b, c], [d, e, f]);
+            let crossing = crossings.map(|row| row[i]);
+            let interpolant = crossing.interpolant([a, b, c], [d, e, f]);
             let ([f0], [f1], [kappa]) = (interpolant.from, interpolant.to, interpolant.kappa);
-            segments.set(i, &Segment { f0, f1, kappa, eps: way.eps, length: way.length });
+            segments.set(i, &Segment { f0, f1, kappa, eps: crossing.eps, length: crossing.length });
         }
         self.segments[pass] = segments;
         is_usual

@@ -1,7 +1,7 @@
 //! Several rays side by side, lane by lane of the machine's vectors: they walk together, cross the gaps of their
 //! columns together, and their frusta fill one batch.
 
-use super::batch::{Batch, Way};
+use super::batch::{Batch, FrustumCrossing};
 use super::scalar::Ray;
 use crate::column::Flow;
 use crate::column::packet_traversal::{GapCrossings, PacketTraversal};
@@ -10,7 +10,7 @@ use crate::signature::BoundarySignature;
 use crate::single_volume::SingleVolumeTracer;
 use crate::trace::queue::Queue;
 use crate::trace::{PrimaryRay, Report};
-use crate::walk::packet::{Columns, LANES, Lanes, RayPacket, lanes};
+use crate::walk::packet::{LANES, Lanes, PacketColumns, RayPacket, lanes};
 use fearless_simd::{Level, Simd, prelude::*, u32x16};
 use icoray_grid::array::MapInline;
 use icoray_grid::real::{Real, lerp};
@@ -196,7 +196,7 @@ impl<'r, 'f, T: Real, const N: usize> PacketTracer<'r, 'f, T, N> {
 
     /// Takes all rays through their columns.
     #[inline(always)]
-    fn pass<V: Simd>(&mut self, simd: V, columns: &Columns) {
+    fn pass<V: Simd>(&mut self, simd: V, columns: &PacketColumns) {
         let tracer = self.tracer;
         let (mut out, mut blocks) = ([0; LANES], [0; LANES]);
         for i in 0..LANES {
@@ -231,7 +231,7 @@ impl<'r, 'f, T: Real, const N: usize> PacketTracer<'r, 'f, T, N> {
     /// Takes rays over voids, which have no values and whose core is round; gives their bits.
     #[cold]
     #[inline(never)]
-    fn pass_voids(&mut self, columns: &Columns) -> u32 {
+    fn pass_voids(&mut self, columns: &PacketColumns) -> u32 {
         let mut void = 0;
         for lane in lanes(self.walking) {
             if self.tracer.grid.is_void(columns.triangles[lane]) {
@@ -253,8 +253,15 @@ impl<'r, 'f, T: Real, const N: usize> PacketTracer<'r, 'f, T, N> {
 
     /// Crosses the gaps of the columns of the rays in `active`, until the gaps `out`.
     #[inline(always)]
-    fn cross<V: Simd>(&mut self, simd: V, columns: &Columns, mut active: u32, out: &Lanes<u32>, blocks: &Lanes<u32>) {
-        let Columns { entry, exit, .. } = columns;
+    fn cross<V: Simd>(
+        &mut self,
+        simd: V,
+        columns: &PacketColumns,
+        mut active: u32,
+        out: &Lanes<u32>,
+        blocks: &Lanes<u32>,
+    ) {
+        let PacketColumns { entry, exit, .. } = columns;
         let tracer = self.tracer;
         let mut weight: Weights<T> = [[[T::zero(); LANES]; 2]; 2];
         for i in 0..LANES {
@@ -280,10 +287,10 @@ impl<'r, 'f, T: Real, const N: usize> PacketTracer<'r, 'f, T, N> {
             }
             self.fresh |= inside & !shown & active;
             let passing = passages.passing(simd);
-            let ways = passages.cross(simd, tracer.shell, active);
+            let crossings = passages.cross(simd, tracer.shell, active);
             let crossing = inside & shown & active;
             if crossing != 0 {
-                self.push(simd, crossing, columns, &passages, (&weight, &ways, &base));
+                self.push(simd, crossing, columns, &passages, (&weight, &crossings, &base));
                 if self.batch.is_full() {
                     self.integrate_batch(simd);
                     active &= !self.done;
@@ -317,13 +324,13 @@ impl<'r, 'f, T: Real, const N: usize> PacketTracer<'r, 'f, T, N> {
         &mut self,
         simd: V,
         crossing: u32,
-        columns: &Columns,
+        columns: &PacketColumns,
         passages: &PacketTraversal<T>,
-        (weight, ways, base): (&Weights<T>, &GapCrossings<T>, &Lanes<[isize; 3]>),
+        (weight, crossings, base): (&Weights<T>, &GapCrossings<T>, &Lanes<[isize; 3]>),
     ) {
-        let GapCrossings { tau, place, eps, length } = ways;
+        let GapCrossings { tau, place, eps, length } = crossings;
         let weight = weight.each_ref().map_inline(|end| end.each_ref());
-        let way = Way { weight, tau: tau.each_ref(), place: place.each_ref(), eps, length };
+        let way = FrustumCrossing { weight, tau: tau.each_ref(), place: place.each_ref(), eps, length };
         let samples = &self.tracer.samples;
         let up = samples.layer_stride();
         let fresh = self.fresh;

@@ -68,7 +68,7 @@ impl Ends {
 
 /// A column of each ray, as [`super::Column`].
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Columns {
+pub(crate) struct PacketColumns {
     pub triangles: Lanes<u32>,
     pub cells: [Lanes<u32>; 3],
     pub entry: Ends,
@@ -159,8 +159,8 @@ impl<'g, 'a> RayPacket<'g, 'a> {
 
     /// Takes those rays whose bits are in `walking` over their next columns. Of others, columns mean nothing.
     #[inline(always)]
-    pub fn step<V: Simd>(&mut self, simd: V, walking: u32) -> Columns {
-        let mut columns = Columns {
+    pub fn step<V: Simd>(&mut self, simd: V, walking: u32) -> PacketColumns {
+        let mut columns = PacketColumns {
             triangles: self.triangles,
             cells: [self.left.cell, self.right.cell, self.apex.cell],
             entry: self.entry,
@@ -204,7 +204,7 @@ impl<'g, 'a> RayPacket<'g, 'a> {
     /// have the apex on their left, which takes the place of that end of the side, and of those that are behind
     /// their end there.
     #[inline(always)]
-    fn leave<V: Simd>(&mut self, simd: V, half: usize, columns: &mut Columns) -> (u32, u32) {
+    fn leave<V: Simd>(&mut self, simd: V, half: usize, columns: &mut PacketColumns) -> (u32, u32) {
         let of = half..half + HALF;
         let load = |row: &Lanes<f64>| f64x8::from_slice(simd, &row[of.clone()]);
         let put = |numbers: f64x8<V>, row: &mut Lanes<f64>| numbers.store_slice(&mut row[of.clone()]);
@@ -253,7 +253,7 @@ impl<'g, 'a> RayPacket<'g, 'a> {
 
     /// Where a ray ends in its column, which it has entered at `x`, `y` and would leave where the next one is entered.
     #[cold]
-    fn last_exit(&self, lane: usize, [x, y]: [Lanes<f64>; 2], columns: &Columns) -> ColumnEnd {
+    fn last_exit(&self, lane: usize, [x, y]: [Lanes<f64>; 2], columns: &PacketColumns) -> ColumnEnd {
         let weight = |ends: &Ends| [ends.weight[0][lane], ends.weight[1][lane]];
         let entry = ContourPoint { point: Point::new(x[lane], y[lane]), weight: weight(&columns.entry) };
         let out = Point::new(self.x[lane], self.y[lane]);

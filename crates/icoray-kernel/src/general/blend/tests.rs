@@ -15,7 +15,7 @@ fn segment(f0: f64, f1: f64, kappa: f64, eps: f64, length: f64) -> Segment<f64> 
 }
 
 /// The light of parts by a million midpoints, each as exact as its middle.
-fn by_brute_force(parts: &[Part], length: f64) -> ([f64; 3], f64) {
+fn by_brute_force(parts: &[MediumPiece], length: f64) -> ([f64; 3], f64) {
     const STEPS: usize = 1_000_000;
     let (mut color, mut depth) = ([0.0; 3], 0.0f64);
     for i in 0..STEPS {
@@ -35,7 +35,7 @@ fn by_brute_force(parts: &[Part], length: f64) -> ([f64; 3], f64) {
     (color, -(-depth).exp_m1())
 }
 
-fn blended(parts: &[Part], share: f64) -> Radiance<f64> {
+fn blended(parts: &[MediumPiece], share: f64) -> Radiance<f64> {
     let gradient = |_: usize, _: f64| [0.0; 3];
     let mut light = Radiance::none();
     Blend { parts, gradient, shading: None, color_tolerance: share, min_transmittance: 0.0 }.add(
@@ -54,7 +54,8 @@ fn mixed_media_are_those_of_a_million_steps() {
     for length in [1e-3, 0.7, 30.0, 4e3] {
         for (kappa, eps) in [(0.0, 0.0), (0.25, 0.01), (-0.2, -0.4)] {
             let (f, g) = (segment(0.1, 0.9, kappa, eps, length), segment(19.0, 11.0, -3.0 * kappa, eps, length));
-            let parts = [Part::new(&red, [f, f], 0.5, 0).unwrap(), Part::new(&blue, [g, g], 0.5, 1).unwrap()];
+            let parts =
+                [MediumPiece::new(&red, [f, f], 0.5, 0).unwrap(), MediumPiece::new(&blue, [g, g], 0.5, 1).unwrap()];
             let (color, absorbed) = by_brute_force(&parts, length);
             for share in [1e-2, 1e-4, 1e-7] {
                 let light = blended(&parts, share);
@@ -74,7 +75,7 @@ fn an_endless_depth_shows_the_colour_at_its_front() {
     let red = medium(0, &[knot(0.0, [1.0, 0.0, 0.0], 1.0), knot(1.0, [0.0, 0.0, 1.0], 1.0)]);
     for length in [1e6, 1e9, 1e15] {
         let f = segment(0.25, 1.0, 0.0, 0.0, length);
-        let parts = [Part::new(&red, [f, f], 0.5, 0).unwrap()];
+        let parts = [MediumPiece::new(&red, [f, f], 0.5, 0).unwrap()];
         let light = blended(&parts, 1e-4);
         assert!((light.color[0] - 0.75).abs() < 1e-4 && (light.alpha - 1.0).abs() < 1e-12, "{light:?}");
     }
@@ -85,7 +86,7 @@ fn one_colour_is_itself_to_the_digit_however_dense() {
     let grey = medium(0, &[knot(0.0, [0.3; 3], 0.0), knot(1.0, [0.3; 3], 7.0)]);
     for length in [1e-6, 1.0, 1e4] {
         let f = segment(0.2, 0.8, 0.1, 0.0, length);
-        let light = blended(&[Part::new(&grey, [f, f], 0.5, 0).unwrap()], 1e-6);
+        let light = blended(&[MediumPiece::new(&grey, [f, f], 0.5, 0).unwrap()], 1e-6);
         assert!((light.color[0] - 0.3 * light.alpha).abs() <= 1e-15, "{light:?}");
     }
 }
@@ -97,7 +98,7 @@ fn light_follows_the_gradient_of_what_absorbs() {
     let shading =
         crate::shade::Shading { ambient: 0.2, diffuse: 0.8, specular: 0.0, shininess: 8.0, towards_light: None };
     let shading = shading.along::<f64>(DVec3::NEG_X, 1e-6);
-    let parts = [Part::new(&white, [f, f], 0.5, 3).unwrap()];
+    let parts = [MediumPiece::new(&white, [f, f], 0.5, 3).unwrap()];
     let lit = |gradient: [f64; 3]| {
         let at = |slot: usize, _: f64| {
             assert_eq!(slot, 3);
@@ -130,7 +131,7 @@ fn direction(next: &mut impl FnMut() -> f64) -> DVec3 {
 
 /// The light of lit parts by midpoints.
 fn lit_by_brute_force(
-    parts: &[Part],
+    parts: &[MediumPiece],
     gradient: impl Fn(usize, f64) -> [f64; 3],
     shading: &RayShading<f64>,
     length: f64,
@@ -179,7 +180,7 @@ fn light_on_normals_that_turn_is_that_of_fine_steps() {
         let shading = shading.along::<f64>(direction(&mut next), 0.0);
         let gradient = |slot: usize, u: f64| interpolants[slot].map(|axis| axis.value(u));
         let (f, g) = (segment(0.1, 0.9, 0.2, eps, length), segment(19.0, 11.0, -0.5, eps, length));
-        let both = [Part::new(&red, [f, f], 0.5, 0).unwrap(), Part::new(&blue, [g, g], 0.5, 1).unwrap()];
+        let both = [MediumPiece::new(&red, [f, f], 0.5, 0).unwrap(), MediumPiece::new(&blue, [g, g], 0.5, 1).unwrap()];
         let parts = &both[..1 + case % 2];
         let exact = lit_by_brute_force(parts, gradient, &shading, length);
         for share in [5e-3, 5e-4, 5e-5] {

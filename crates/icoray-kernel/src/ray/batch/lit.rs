@@ -231,18 +231,18 @@ impl<T: Real, const N: usize> Batch<T, N> {
     /// The gradient along each frustum of a pass.
     #[inline(always)]
     fn interpolants(&self, pass: usize, gradients: &[Vectors<T>; 6]) -> FrustumInterpolant<Lanes<T>, 3> {
-        let ways = self.way.map(|rows| &rows[pass]);
+        let crossings = self.crossing.map(|rows| &rows[pass]);
         let mut interpolants = no_interpolants();
         for k in 0..3 {
             for i in 0..LANES {
                 let at = |vertex: usize| [gradients[vertex][k][i]];
-                let interpolant = ways.map(|row| row[i]).interpolant([at(0), at(1), at(2)], [at(3), at(4), at(5)]);
+                let interpolant = crossings.map(|row| row[i]).interpolant([at(0), at(1), at(2)], [at(3), at(4), at(5)]);
                 interpolants.from[k][i] = interpolant.from[0];
                 interpolants.to[k][i] = interpolant.to[0];
                 interpolants.kappa[k][i] = interpolant.kappa[0];
             }
         }
-        interpolants.eps = *ways.eps;
+        interpolants.eps = *crossings.eps;
         interpolants
     }
 }

@@ -9,9 +9,9 @@ use crate::walk::packet::{LANES, Lanes};
 use icoray_grid::array::MapInline;
 use icoray_grid::real::Real;
 
-/// The way of a ray through a frustum of its column.
+/// Where and at which weights a ray crosses a frustum of its column.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Way<X> {
+pub(crate) struct FrustumCrossing<X> {
     /// Weights of the second and third vertex at the column's entry and at its exit.
     pub weight: [[X; 2]; 2],
     /// Where the ray enters and leaves the frustum between the column's edge points, 0 to 1.
@@ -24,26 +24,26 @@ pub(crate) struct Way<X> {
     pub length: X,
 }
 
-impl<X> Way<X> {
+impl<X> FrustumCrossing<X> {
     #[inline(always)]
     pub fn splat(value: X) -> Self
     where
         X: Copy,
     {
-        Way { weight: [[value; 2]; 2], tau: [value; 2], place: [value; 2], eps: value, length: value }
+        FrustumCrossing { weight: [[value; 2]; 2], tau: [value; 2], place: [value; 2], eps: value, length: value }
     }
 
     /// All members.
     #[inline(always)]
     pub fn all(self) -> [X; 10] {
-        let Way { weight: [[w0, w1], [w2, w3]], tau: [t0, t1], place: [p0, p1], eps, length } = self;
+        let FrustumCrossing { weight: [[w0, w1], [w2, w3]], tau: [t0, t1], place: [p0, p1], eps, length } = self;
         [w0, w1, w2, w3, t0, t1, p0, p1, eps, length]
     }
 
     #[inline(always)]
-    pub fn map<'a, Y>(&'a self, of: impl Fn(&'a X) -> Y) -> Way<Y> {
-        let Way { weight: [[w0, w1], [w2, w3]], tau: [t0, t1], place: [p0, p1], eps, length } = self;
-        Way {
+    pub fn map<'a, Y>(&'a self, of: impl Fn(&'a X) -> Y) -> FrustumCrossing<Y> {
+        let FrustumCrossing { weight: [[w0, w1], [w2, w3]], tau: [t0, t1], place: [p0, p1], eps, length } = self;
+        FrustumCrossing {
             weight: [[of(w0), of(w1)], [of(w2), of(w3)]],
             tau: [of(t0), of(t1)],
             place: [of(p0), of(p1)],
@@ -55,12 +55,12 @@ impl<X> Way<X> {
     /// All members, in the order of [`Self::all`].
     #[inline(always)]
     pub fn all_mut(&mut self) -> [&mut X; 10] {
-        let Way { weight: [[w0, w1], [w2, w3]], tau: [t0, t1], place: [p0, p1], eps, length } = self;
+        let FrustumCrossing { weight: [[w0, w1], [w2, w3]], tau: [t0, t1], place: [p0, p1], eps, length } = self;
         [w0, w1, w2, w3, t0, t1, p0, p1, eps, length]
     }
 }
 
-impl<T: Real> Way<T> {
+impl<T: Real> FrustumCrossing<T> {
     /// The interpolant of these values at the three vertices on the layer behind and on the layer ahead.
     #[inline(always)]
     pub fn interpolant<const N: usize>(
