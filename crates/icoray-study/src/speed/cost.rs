@@ -14,7 +14,7 @@ const VALUES: u64 = 12;
 /// Gradients of three vertices, wherever values are read.
 const GRADIENTS: u64 = 36;
 
-/// Bytes that rays read; `leaps` if they skip empty space.
+/// Bytes that rays read; `empty_space` if they skip it.
 pub(super) fn bytes(counts: &Counts, empty_space: bool, is_lit: bool) -> u64 {
     let column = COLUMN + if empty_space { BLOCKS } else { 0 };
     let layer = VALUES + if is_lit { GRADIENTS } else { 0 };
@@ -28,7 +28,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn columns_frusta_leaps_and_light_are_paid_for() {
+    fn columns_frusta_blocks_and_light_are_paid_for() {
         let of = |columns, frusta, empty_space, is_lit| {
             bytes(&Counts { columns, frusta, ..Counts::default() }, empty_space, is_lit)
         };

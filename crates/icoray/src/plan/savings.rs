@@ -4,11 +4,11 @@
 pub struct Savings {
     /// Rays skip blocks that the transfer function makes clear, without reading them.
     pub empty_space: bool,
-    /// Rays start at the uppermost visible layer. Requires `leaps`.
+    /// Rays start at the uppermost visible layer. Requires `empty_space`.
     pub layers: bool,
     /// Rays end where what lies behind is within the tolerance.
     pub ends: bool,
-    /// Gradients are computed in visible blocks only. Requires `leaps`.
+    /// Gradients are computed in visible blocks only. Requires `empty_space`.
     pub gradients: bool,
     /// Gradients are packed, where the tolerance has room for it.
     pub packing: bool,

@@ -1,4 +1,4 @@
-//! What is left out where a scene does not need it changes no picture: leaps not in a bit, lanes by rounding at most.
+//! What is left out where a scene does not need it changes no picture: skipped space not in a bit, lanes by rounding at most.
 
 use crate::common::{FAR, difference};
 use icoray::{Field, Frame, Grid, IcosahedralMesh, Layers, Location, Renderer, Savings, Scene, Shape};
@@ -78,7 +78,7 @@ fn scenes() -> Vec<(String, Scene)> {
 /// Few layers and many, values missing or not, both orders of the array: every bit of pixels and errors, and fewer
 /// frusta read wherever something is clear.
 #[test]
-fn leaps_change_no_bit() {
+fn empty_space_skipping_changes_no_bit() {
     for (layers, is_level_fastest, misses) in [(6, true, false), (20, false, true), (90, true, true)] {
         let model = Model::new(layers, is_level_fastest, misses);
         for (name, scene) in scenes() {
