@@ -328,8 +328,8 @@ typedef struct icoray_frame_report {
    */
   uint64_t bytes_copied;
   /**
-   * Bytes derived from the field: averages of corner fields, gradients. With parts, also the tables of the mesh that
-   * the ranks of this node have together.
+   * Bytes derived from the field: averages of corner fields, gradients. With parts, also the tables of the mesh
+   * that the ranks of this node have together.
    */
   uint64_t bytes_derived;
   /**
@@ -653,8 +653,8 @@ typedef struct icoray_array {
    */
   int32_t location;
   /**
-   * Number of columns: cells of the grid, or corners for ICORAY_CORNER; another number is refused by icoray_execute,
-   * which says what it looks like.
+   * Number of columns: cells of the grid, or corners for ICORAY_CORNER; another number is refused by
+   * icoray_execute, which says what it looks like.
    */
   int64_t columns;
   /**
@@ -1119,7 +1119,8 @@ const char *icoray_version(void);
  * NULL, and icoray_last_error(NULL, ...) returns the message. ICORAY_ERR_IO if pictures could not be written in
  * output_dir, or if it is missing and could not be created.
  *
- * In a job of several MPI ranks each process with such a context draws pictures of its own; rank 0 logs a warning, once.
+ * In a job of several MPI ranks each process with such a context draws pictures of its own; rank 0 logs a warning,
+ * once.
  *
  * # Safety
  * `config` is NULL or points to an initialised icoray_config; `ctx` is NULL or points to a writable pointer.
@@ -1142,8 +1143,8 @@ icoray_status icoray_open_serial(const struct icoray_config *config,
  * has the status on all ranks. icoray_wants is local with the same answer on all ranks. MPI is called only inside
  * collective calls, on their thread, and with async_render in every call on the thread that opened the context.
  *
- * With async_render (the same on all ranks) icoray_execute copies the fields and returns; a thread of each rank renders.
- * Calls of MPI remain the model's: each call on the context moves messages between the threads on, half a
+ * With async_render (the same on all ranks) icoray_execute copies the fields and returns; a thread of each rank
+ * renders. Calls of MPI remain the model's: each call on the context moves messages between the threads on, half a
  * millisecond at most, and waits for nobody; icoray_wait, icoray_close, and an icoray_execute that draws while the
  * frame before is not finished, wait until it is on all ranks.
  *
