@@ -1,8 +1,5 @@
 //! The precision of the inner loop: f32 or f64.
 
-use crate::array::MapInline;
-use fearless_simd::{Simd, f32x16, f64x8, mask32x16, mask64x8, prelude::*, u32x16};
-
 /// A floating-point type that the kernel is instantiated with.
 pub trait Real: num_traits::Float + Send + Sync + 'static {
     /// Half a unit of the last digit of 1.
@@ -22,39 +19,9 @@ pub trait Real: num_traits::Float + Send + Sync + 'static {
     fn absorbed_by_thin(self) -> Self;
     /// `x^y` for `0 <= x <= 1` and `y >= 0`, in f32 without a branch: there to 2e-6 of it where it is more than 1e-6.
     fn power(self, exponent: Self) -> Self;
-    /// Whether rays of this precision are traced in packets, in vector instructions. Rays in f64 are traced one after
-    /// the other: packets of them were a tenth faster, and half of the library's vector code.
-    const HAS_PACKETS: bool;
-    /// The entries of `table` with these numbers, which are less than 32.
-    fn look_up<V: Simd>(simd: V, table: &[Self; 32], numbers: &[u32; 16]) -> [Self; 16];
-    /// Puts those of 16 numbers whose bits are set at the front of `to`, in order. `to` has room for twice as many;
-    /// what is behind them there means nothing.
-    fn compress<V: Simd>(simd: V, from: &[Self; 16], bits: u32, to: &mut [Self]);
 }
 
 impl Real for f32 {
-    const HAS_PACKETS: bool = true;
-
-    #[inline(always)]
-    fn look_up<V: Simd>(simd: V, table: &[Self; 32], numbers: &[u32; 16]) -> [Self; 16] {
-        if simd.level().as_avx512().is_none() {
-            return numbers.map_inline(|n| table[n as usize % 32]);
-        }
-        // The only one that has a table of 128 bytes in its registers.
-        let bytes = u32x16::from_slice(simd, numbers) * 0x0404_0404 + 0x0302_0100;
-        let half = |half: &[f32]| f32x16::from_slice(simd, half);
-        let found = half(&table[..16]).concat_swizzle_dyn(half(&table[16..]), bytes.to_bytes());
-        let mut numbers = [0.0; 16];
-        found.store_slice(&mut numbers);
-        numbers
-    }
-
-    #[inline(always)]
-    fn compress<V: Simd>(simd: V, from: &[Self; 16], bits: u32, to: &mut [Self]) {
-        let mask = mask32x16::from_bitmask(simd, u64::from(bits & 0xffff));
-        f32x16::from_slice(simd, from).compress(mask).store_slice(&mut to[..16]);
-    }
-
     const ROUNDING: f64 = f32::EPSILON as f64 / 2.0;
     const SURFACE: f64 = 1e12;
     const LARGEST: f64 = 1e15;
@@ -139,24 +106,6 @@ fn exp2(x: f32) -> f32 {
 }
 
 impl Real for f64 {
-    const HAS_PACKETS: bool = false;
-
-    #[inline(always)]
-    fn look_up<V: Simd>(_: V, table: &[Self; 32], numbers: &[u32; 16]) -> [Self; 16] {
-        numbers.map_inline(|n| table[n as usize % 32])
-    }
-
-    #[inline(always)]
-    fn compress<V: Simd>(simd: V, from: &[Self; 16], bits: u32, to: &mut [Self]) {
-        let half = |half: usize| {
-            let bits = u64::from(bits >> (8 * half) & 0xff);
-            f64x8::from_slice(simd, &from[8 * half..8 * half + 8]).compress(mask64x8::from_bitmask(simd, bits))
-        };
-        let first = (bits & 0xff).count_ones() as usize;
-        half(0).store_slice(&mut to[..8]);
-        half(1).store_slice(&mut to[first..first + 8]);
-    }
-
     const ROUNDING: f64 = f64::EPSILON / 2.0;
     const SURFACE: f64 = 1e16;
     const LARGEST: f64 = 1e100;

@@ -158,6 +158,23 @@ impl<'a, S: Sample> Samples<'a, S> {
     }
 }
 
+/// An array of f32 values, for code that reads several at a time: `(value - shift) * scale` is normalised.
+#[derive(Debug, Clone, Copy)]
+pub struct PlainSamples<'a> {
+    /// The model's array.
+    pub data: &'a [f32],
+    /// The base of cell 0 and the stride from cell to cell; `None` where cells lie in blocks.
+    pub column: Option<[isize; 2]>,
+    /// Elements from one layer to the next above it.
+    pub layer_stride: isize,
+    /// The value that stands for a missing one.
+    pub fill: Option<f32>,
+    /// The value that is normalised to 0.
+    pub shift: f64,
+    /// Inverse of the range.
+    pub scale: f64,
+}
+
 /// [`Samples`] of either type. Rays read through it, so that their large kernel is compiled once for both types.
 #[derive(Debug, Clone, Copy)]
 pub struct AnySamples<'a> {
@@ -169,6 +186,21 @@ impl<'a> AnySamples<'a> {
     /// As [`Samples::new`], of the array of `field`.
     pub fn new(field: &Field<'a>, falling: bool, range: [f64; 2]) -> Self {
         AnySamples { data: field.samples(), reading: SampleMapping::new(field, falling, range) }
+    }
+
+    /// The array and how it is read, where it has f32 values.
+    #[inline]
+    pub fn plain(&self) -> Option<PlainSamples<'a>> {
+        let Reals::F32(data) = self.data else { return None };
+        let SampleMapping { elements, has_fill, fill, shift, scale } = self.reading;
+        let fill = has_fill.then(|| f32::exact(fill)).flatten();
+        Some(PlainSamples { data, column: elements.plain_column(), layer_stride: elements.layer_stride(), fill, shift, scale })
+    }
+
+    /// The base of the column over `cell`, for [`Self::get`].
+    #[inline(always)]
+    pub fn base(&self, cell: u32) -> isize {
+        self.reading.elements.base(cell as usize)
     }
 
     /// The bases of the columns over three cells, for [`Self::get`].

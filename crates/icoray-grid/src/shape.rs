@@ -165,6 +165,11 @@ impl ElementIndexer {
         self.blocked_base(column)
     }
 
+    /// The base of column 0 and the stride from column to column; `None` where columns lie in blocks.
+    pub fn plain_column(&self) -> Option<[isize; 2]> {
+        (self.reciprocal == 0).then_some([self.offset, self.column_stride])
+    }
+
     /// [`Self::base`] of three columns.
     #[inline(always)]
     pub fn bases(&self, columns: [usize; 3]) -> [isize; 3] {

@@ -11,12 +11,12 @@ use super::walk::Column;
 use icoray_grid::array::MapInline;
 use icoray_grid::real::{Real, lerp};
 
-pub(crate) mod packet_traversal;
-
 /// The layer radii of a shell.
 #[derive(Debug, Clone)]
 pub struct Shell<T> {
     radius: Vec<f64>,
+    /// The same between two bounds that no height reaches: gap k lies between elements k and k + 1.
+    bounds: Vec<f64>,
     /// 1 / radius of each layer.
     curvature: Vec<f64>,
     /// 1 / thickness of the gap above each layer but the last.
@@ -28,6 +28,8 @@ pub struct Shell<T> {
 
 /// Buckets per layer.
 const BUCKETS: usize = 4;
+/// A height that no ray reaches.
+const BEYOND: f64 = 1e30;
 
 impl<T: Real> Shell<T> {
     /// `radius` in planet radii, rising.
@@ -41,7 +43,8 @@ impl<T: Real> Shell<T> {
         let drawer_of = |r: f64| ((r - radius[0]) * drawers_per_height) as usize;
         let below = |drawer| radius.partition_point(|r| drawer_of(*r) < drawer) as u32;
         let below = (0..=drawers).map(below).collect();
-        Shell { radius: radius.to_vec(), curvature, inverse, drawers_per_height, below }
+        let bounds = [&[-BEYOND], radius, &[BEYOND]].concat();
+        Shell { radius: radius.to_vec(), bounds, curvature, inverse, drawers_per_height, below }
     }
 
     /// The outermost radius.
@@ -76,9 +79,15 @@ impl<T: Real> Shell<T> {
         gap
     }
 
+    /// The radii of all layers between two bounds that no height reaches: gap k lies between elements k and k + 1.
+    #[inline]
+    pub(crate) fn bounds(&self) -> &[f64] {
+        &self.bounds
+    }
+
     /// The fraction of the way from layer `gap - 1` to layer `gap` at which the height `rho` lies.
     #[inline]
-    fn fraction(&self, gap: usize, rho: f64) -> T {
+    pub(crate) fn fraction(&self, gap: usize, rho: f64) -> T {
         let above = T::of(rho - self.radius[gap - 1]);
         (above * self.inverse[gap - 1]).max(T::zero()).min(T::one())
     }

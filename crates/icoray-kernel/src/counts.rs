@@ -11,6 +11,8 @@ pub struct Counts {
     pub frusta: u64,
     /// Those of `frusta` that are empty because a value is missing.
     pub void_frusta: u64,
+    /// Frusta and pieces of frusta that rays in packets left to scalar code.
+    pub scalar_pieces: u64,
     /// Fragments of which rays were composed, where ranks have parts of the grid.
     pub fragments: u64,
     /// Bytes of these fragments that ranks sent to each other.
@@ -20,15 +22,15 @@ pub struct Counts {
 impl Counts {
     /// All counts, in the order of the members.
     #[inline]
-    pub fn numbers(&self) -> [u64; 6] {
-        let Counts { rays, columns, frusta, void_frusta, fragments, fragment_bytes } = *self;
-        [rays, columns, frusta, void_frusta, fragments, fragment_bytes]
+    pub fn numbers(&self) -> [u64; 7] {
+        let Counts { rays, columns, frusta, void_frusta, scalar_pieces, fragments, fragment_bytes } = *self;
+        [rays, columns, frusta, void_frusta, scalar_pieces, fragments, fragment_bytes]
     }
 
     /// The counts of which these are [`Self::numbers`].
     #[inline]
-    pub fn of_numbers([rays, columns, frusta, void_frusta, fragments, fragment_bytes]: [u64; 6]) -> Self {
-        Counts { rays, columns, frusta, void_frusta, fragments, fragment_bytes }
+    pub fn of_numbers([rays, columns, frusta, void_frusta, scalar_pieces, fragments, fragment_bytes]: [u64; 7]) -> Self {
+        Counts { rays, columns, frusta, void_frusta, scalar_pieces, fragments, fragment_bytes }
     }
 }
 

@@ -23,6 +23,7 @@ pub mod ground;
 mod light;
 pub mod lit;
 pub mod owned_region;
+mod packet;
 pub mod piece;
 pub mod plane;
 pub mod ray;

@@ -1,47 +1,84 @@
 //! One ray, whole: Algorithm 1 of the paper.
 
 use crate::counts::Counts;
+use crate::packet;
 use crate::plane::RayLine;
 use crate::trace::{self, Extent, Kernel, Report};
+use fearless_simd::Level;
 use glam::DVec3;
 use icoray_grid::real::Real;
 use scalar::Ray;
 
-#[allow(clippy::needless_range_loop, reason = "rows side by side are indexed alike")]
-mod batch;
 mod frustum;
-#[allow(clippy::needless_range_loop, reason = "rows side by side are indexed alike")]
-mod packet;
-mod scalar;
+pub(crate) mod scalar;
 pub use crate::budget::Budget;
 pub use crate::fragment::Fragment;
 pub use crate::single_volume::SingleVolumeTracer;
 pub use crate::trace::{PrimaryRay, Tracer};
-pub use packet::packets;
+pub use crate::packet::packets;
 
 /// A precision for which the kernel is compiled: `f32` or `f64`.
 pub trait KernelReal: Real {
+    /// Whether rays of this precision are traced in packets, which walk by the grid's half-edges.
+    const HAS_PACKETS: bool;
+
     /// The kernel as a trait object.
     fn boxed<'f>(tracer: SingleVolumeTracer<'f, Self>) -> Box<dyn Tracer + 'f>;
+
+    /// Traces all rays in packets and returns true, or traces none where this precision or the grid has no packets.
+    fn trace_packets<const N: usize>(
+        level: Level,
+        tracer: &SingleVolumeTracer<'_, Self>,
+        rays: &mut dyn Iterator<Item = PrimaryRay>,
+        counts: &mut Counts,
+        report: &mut Report,
+    ) -> bool;
 }
 
 // Not inlined, so that crates that use the kernel do not compile it again.
 impl KernelReal for f32 {
+    const HAS_PACKETS: bool = true;
+
     #[inline(never)]
     fn boxed<'f>(tracer: SingleVolumeTracer<'f, Self>) -> Box<dyn Tracer + 'f> {
         boxed(tracer)
+    }
+
+    #[inline]
+    fn trace_packets<const N: usize>(
+        level: Level,
+        tracer: &SingleVolumeTracer<'_, Self>,
+        rays: &mut dyn Iterator<Item = PrimaryRay>,
+        counts: &mut Counts,
+        report: &mut Report,
+    ) -> bool {
+        packet::trace::<N>(level, tracer, rays, counts, report)
     }
 }
 
 impl KernelReal for f64 {
+    /// Packets of them were a tenth faster.
+    const HAS_PACKETS: bool = false;
+
     #[inline(never)]
     fn boxed<'f>(tracer: SingleVolumeTracer<'f, Self>) -> Box<dyn Tracer + 'f> {
         boxed(tracer)
     }
+
+    #[inline]
+    fn trace_packets<const N: usize>(
+        _: Level,
+        _: &SingleVolumeTracer<'_, Self>,
+        _: &mut dyn Iterator<Item = PrimaryRay>,
+        _: &mut Counts,
+        _: &mut Report,
+    ) -> bool {
+        false
+    }
 }
 
 #[inline]
-fn boxed<'f, T: Real>(tracer: SingleVolumeTracer<'f, T>) -> Box<dyn Tracer + 'f> {
+fn boxed<'f, T: KernelReal>(tracer: SingleVolumeTracer<'f, T>) -> Box<dyn Tracer + 'f> {
     match tracer.shading {
         Some(_) => trace::boxed(Interpolating::<T, 4>(tracer)),
         None => trace::boxed(Interpolating::<T, 1>(tracer)),
@@ -51,7 +88,7 @@ fn boxed<'f, T: Real>(tracer: SingleVolumeTracer<'f, T>) -> Box<dyn Tracer + 'f>
 /// A kernel whose rays interpolate `N` values.
 struct Interpolating<'f, T, const N: usize>(SingleVolumeTracer<'f, T>);
 
-impl<T: Real, const N: usize> Kernel for Interpolating<'_, T, N> {
+impl<T: KernelReal, const N: usize> Kernel for Interpolating<'_, T, N> {
     type Ray<'r>
         = Ray<'r, 'r, T, N>
     where
@@ -81,12 +118,6 @@ impl<T: Real, const N: usize> Kernel for Interpolating<'_, T, N> {
         counts: &mut Counts,
         tell: &mut Report,
     ) -> bool {
-        if T::HAS_PACKETS
-            && let Some(level) = self.0.level
-        {
-            self.0.trace_packets::<N>(level, rays, counts, tell);
-            return true;
-        }
-        false
+        self.0.level.is_some_and(|level| T::trace_packets::<N>(level, &self.0, rays, counts, tell))
     }
 }

@@ -1,7 +1,6 @@
 //! The transfer function as the kernel reads it: linear spans between knots, in normalised values.
 
 use super::segment::Segment;
-use fearless_simd::Simd;
 use icoray_grid::array::{MapInline, partition_point};
 use icoray_grid::real::Real;
 use icoray_scene::TransferFunction;
@@ -52,15 +51,6 @@ pub struct Span<T> {
 }
 
 impl<T: Real> Span<T> {
-    /// The numbers that [`Media`] has of it, in their order there.
-    #[inline(always)]
-    fn numbers(&self) -> [T; NUMBERS] {
-        let ([r, g, b], [dr, dg, db]) = (self.color, self.color_slope);
-        let clear = if self.is_clear { T::one() } else { T::zero() };
-        let Span { anchor, extinction, extinction_slope, steepest, brightest, high, .. } = *self;
-        [anchor, extinction, extinction_slope, steepest, r, g, b, dr, dg, db, brightest, high, clear]
-    }
-
     /// Whether `segment` surely stays in the span.
     #[inline(always)]
     pub fn holds(&self, segment: &Segment<T>) -> bool {
@@ -134,10 +124,7 @@ pub struct Step<T> {
 #[derive(Debug, Clone)]
 pub struct Spans<T> {
     spans: Vec<Span<T>>,
-    /// The values between them.
-    knots: Vec<T>,
-    /// Numbers of all spans, in the order of [`Media`], where the spans are few.
-    table: Option<Box<[[T; MAX_IN_TABLE]; NUMBERS]>>,
+    rows: SpanRows<T>,
     steps: Vec<Step<T>>,
     range: [f64; 2],
 }
@@ -167,14 +154,8 @@ impl<T: Real> Spans<T> {
         }
         spans.push(flat(&last, values[values.len() - 1], T::infinity()));
         let steps = steps(&spans[1..knots.len()]);
-        let table = (spans.len() <= MAX_IN_TABLE).then(|| {
-            let mut table = Box::new([[T::zero(); MAX_IN_TABLE]; NUMBERS]);
-            for (k, span) in spans.iter().enumerate() {
-                table.iter_mut().zip(span.numbers()).for_each(|(row, number)| row[k] = number);
-            }
-            table
-        });
-        Spans { spans, knots: values, table, steps, range }
+        let rows = SpanRows::new(&spans, &values);
+        Spans { spans, rows, steps, range }
     }
 
     /// The values that normalise to 0 and 1.
@@ -227,37 +208,16 @@ impl<T: Real> Spans<T> {
         if !holds(k) && holds(beside) { beside } else { k }
     }
 
-    /// The span of each value: as [`Self::find`].
-    #[inline(always)]
-    pub fn find_all<const LANES: usize>(&self, values: &[T; LANES]) -> [u32; LANES] {
-        let mut found = [0; LANES];
-        if self.knots.len() > MAX_COUNTED {
-            found.iter_mut().zip(values).for_each(|(k, f)| *k = self.find(*f) as u32);
-            return found;
-        }
-        for knot in &self.knots {
-            for i in 0..LANES {
-                found[i] += u32::from(*knot <= values[i]);
-            }
-        }
-        found
+    /// The numbers of all spans, row by row.
+    #[inline]
+    pub(crate) fn rows(&self) -> &SpanRows<T> {
+        &self.rows
     }
 
-    /// The spans with these numbers.
-    #[inline(always)]
-    pub(crate) fn media<V: Simd>(&self, simd: V, spans: &[u32; 16]) -> Media<T> {
-        let mut media = Media([[T::zero(); 16]; NUMBERS]);
-        if let Some(table) = &self.table {
-            for k in 0..NUMBERS {
-                media.0[k] = T::look_up(simd, &table[k], spans);
-            }
-            return media;
-        }
-        for (i, span) in spans.iter().enumerate() {
-            let numbers = self.span(*span as usize).numbers();
-            media.0.iter_mut().zip(numbers).for_each(|(row, number)| row[i] = number);
-        }
-        media
+    /// Whether there are steps, or spans so narrow that rounding shifts their edges by much of their width.
+    #[inline]
+    pub(crate) fn has_steps(&self) -> bool {
+        !self.steps.is_empty() || self.spans.iter().any(Span::is_narrow)
     }
 
     /// The span of value `f`: the upper one when f lies on a knot.
@@ -267,36 +227,51 @@ impl<T: Real> Spans<T> {
     }
 }
 
-/// The spans of 16 frusta, as rows of their numbers: anchor, extinction and its slope, steepest, colour, its slopes,
-/// brightest, upper end, and 1 where the span is clear.
-pub(crate) struct Media<T>([[T; 16]; NUMBERS]);
+/// The numbers of all spans, a row for each number, for look-up in vectors. Rows of up to 32 spans are filled up to 32.
+#[derive(Debug, Clone)]
+pub(crate) struct SpanRows<T> {
+    pub low: Vec<T>,
+    pub high: Vec<T>,
+    /// Anchor, extinction, its slope, steepest, colour, its slopes, brightest.
+    pub numbers: [Vec<T>; 11],
+    /// For buckets of equal width between 0 and 1, and one behind them: the number of knots up to where each begins.
+    pub first: Vec<u32>,
+}
 
-impl<T: Real> Media<T> {
-    /// The span of frustum `i`; its lower end is not known and stands as zero.
-    #[inline(always)]
-    pub fn span(&self, i: usize) -> Span<T> {
-        let [anchor, extinction, slope, steepest, r, g, b, dr, dg, db, brightest, high, clear] = &self.0;
-        Span {
-            low: T::zero(),
-            high: high[i],
-            anchor: anchor[i],
-            extinction: extinction[i],
-            extinction_slope: slope[i],
-            color: [r[i], g[i], b[i]],
-            color_slope: [dr[i], dg[i], db[i]],
-            steepest: steepest[i],
-            brightest: brightest[i],
-            is_clear: clear[i] > T::zero(),
+/// Spans in a table that fits into registers.
+const MIN_IN_TABLE: usize = 32;
+/// Buckets of values.
+const BUCKETS: usize = 64;
+
+impl<T: Real> SpanRows<T> {
+    fn new(spans: &[Span<T>], knots: &[T]) -> Self {
+        let row = |of: &dyn Fn(&Span<T>) -> T| {
+            let mut row: Vec<T> = spans.iter().map(of).collect();
+            row.resize(spans.len().max(MIN_IN_TABLE), T::zero());
+            row
+        };
+        let start = |bucket: usize| T::of(bucket as f64 / BUCKETS as f64);
+        SpanRows {
+            low: row(&|s| s.low),
+            high: row(&|s| s.high),
+            numbers: [
+                row(&|s| s.anchor),
+                row(&|s| s.extinction),
+                row(&|s| s.extinction_slope),
+                row(&|s| s.steepest),
+                row(&|s| s.color[0]),
+                row(&|s| s.color[1]),
+                row(&|s| s.color[2]),
+                row(&|s| s.color_slope[0]),
+                row(&|s| s.color_slope[1]),
+                row(&|s| s.color_slope[2]),
+                row(&|s| s.brightest),
+            ],
+            first: (0..=BUCKETS).map(|b| knots.partition_point(|knot| *knot <= start(b)) as u32).collect(),
         }
     }
 }
 
-/// Numbers of a span in [`Media`].
-const NUMBERS: usize = 13;
-/// Largest number of spans in a table for vector look-up.
-const MAX_IN_TABLE: usize = 32;
-/// Where there are more knots, a value's span is searched rather than counted.
-const MAX_COUNTED: usize = 48;
 /// Spans narrower than this many last digits are steps too.
 const NARROW: f64 = 2000.0;
 /// Bound of a value's rounding error, in last digits.

@@ -210,6 +210,20 @@ pub(crate) struct Walk<'g, 'a> {
     last: (f64, f64),
 }
 
+/// Where a ray begins: on the way from a side into its triangle.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Side {
+    pub line: RayLine,
+    /// The ends of the side, and its half-edge.
+    pub left: PlaneVertex,
+    pub right: PlaneVertex,
+    pub half_edge: u32,
+    /// The start's place on the unit facet, its weights as in [`ColumnEnd`], and its height.
+    pub point: Point,
+    pub weight: [f64; 2],
+    pub height: f64,
+}
+
 /// A point on the contour inside the current triangle.
 #[derive(Debug, Clone, Copy)]
 struct ContourPoint {
@@ -248,6 +262,16 @@ impl<'g, 'a> Walk<'g, 'a> {
         walk.last.1 = height(start, place.point);
         walk.from = Some(place);
         walk
+    }
+
+    /// The side through which the ray enters its first column, for packets.
+    #[inline]
+    pub fn side(&self) -> Side {
+        let Contour { grid, triangle, left, right, .. } = self.contour;
+        let half_edge = grid.half_edge(triangle, left.cell, right.cell);
+        let end = ContourPoint { point: self.line.at(self.line.end), weight: [0.0; 2] };
+        let ContourPoint { point, weight } = self.from.unwrap_or(end);
+        Side { line: self.line, left, right, half_edge, point, weight, height: self.last.1 }
     }
 
     /// The triangle that the next column lies over.
@@ -313,6 +337,5 @@ fn height(at: Point, on: Point) -> f64 {
     at.dot(on) / on.dot(on)
 }
 
-pub(crate) mod packet;
 #[cfg(test)]
 mod tests;

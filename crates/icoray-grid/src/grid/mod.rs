@@ -12,6 +12,7 @@
 mod check;
 mod constrained_delaunay;
 mod generate;
+pub mod half_edges;
 mod hole_filling;
 mod owned;
 mod table_names;
@@ -28,6 +29,7 @@ pub use triangles::Connectivity;
 use crate::array::MapInline;
 use crate::error::Result;
 use glam::DVec3;
+use half_edges::HalfEdge;
 use hole_filling::HoleFilling;
 use rayon::prelude::*;
 use std::sync::{Arc, OnceLock, Weak};
@@ -63,6 +65,8 @@ pub struct Grid<'a> {
     cell_number: &'a [i64],
     /// The result of [`Self::lowest_facet`].
     lowest_facet: OnceLock<f64>,
+    /// The result of [`Self::half_edges`].
+    half_edges: OnceLock<Vec<HalfEdge>>,
     life: Arc<()>,
 }
 
@@ -91,7 +95,6 @@ impl<'a> Grid<'a> {
         let start =
             orientations.iter().position(|orientation| orientation.is_triangle()).unwrap_or(orientations.len()) as u32;
         let beyond = beyond(&tables, &orientations, &hole_filling);
-        let lowest_facet = OnceLock::new();
         let cell_number = &[];
         Ok(Grid {
             tables,
@@ -101,7 +104,8 @@ impl<'a> Grid<'a> {
             hole_filling,
             start,
             cell_number,
-            lowest_facet,
+            lowest_facet: OnceLock::new(),
+            half_edges: OnceLock::new(),
             life: Arc::default(),
         })
     }
@@ -158,6 +162,7 @@ impl<'a> Grid<'a> {
             + size_of_val(self.orientations.as_slice())
             + size_of_val(self.beyond.as_slice())
             + self.hole_filling.bytes()
+            + self.half_edges.get().map_or(0, |all| size_of_val(all.as_slice()))
     }
 
     /// Unit vector from the sphere's centre to the centre of `cell` (z through the north pole, x through longitude 0),

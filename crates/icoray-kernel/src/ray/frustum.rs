@@ -131,6 +131,15 @@ impl<T: Real, const N: usize> Ray<'_, '_, T, N> {
         }
     }
 
+    /// Adds the light of a piece without lighting that stays in span `k`.
+    #[inline]
+    pub fn unlit_piece(&mut self, piece: &Segment<T>, k: usize) {
+        let of = |f: T| [f; N];
+        let interpolant =
+            FrustumInterpolant { from: of(piece.f0), to: of(piece.f1), kappa: of(piece.kappa), eps: piece.eps };
+        self.piece(piece, k, &interpolant, [T::zero(), T::one()], piece.reach());
+    }
+
     /// Adds the light of a piece that stays in span `k`.
     #[inline]
     fn piece(&mut self, piece: &Segment<T>, k: usize, interpolant: &FrustumInterpolant<T, N>, range: [T; 2], reach: T) {

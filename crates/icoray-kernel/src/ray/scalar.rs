@@ -1,6 +1,5 @@
 //! One ray on its way from column to column, with `N` values carried along.
 
-use super::batch::{Batch, LaneStatus};
 use crate::column::{Chord, ColumnVisitor, Flow, RayPoint, cross};
 use crate::column_ray::ColumnRay;
 use crate::counts::Counts;
@@ -15,7 +14,7 @@ use icoray_grid::array::MapInline;
 use icoray_grid::real::{Real, lerp};
 
 /// A ray between two columns.
-pub(super) struct Ray<'r, 'f, T, const N: usize> {
+pub(crate) struct Ray<'r, 'f, T, const N: usize> {
     pub tracer: &'r SingleVolumeTracer<'f, T>,
     line: RayLine,
     pub shading: Option<RayShading<T>>,
@@ -139,37 +138,6 @@ impl<'r, 'f, T: Real, const N: usize> Ray<'r, 'f, T, N> {
             light: Radiance::none(),
             counts: Counts { rays: 1, ..Counts::default() },
         }
-    }
-
-    /// Adds the light of frustum number `n` of a batch.
-    #[inline(always)]
-    pub fn add_frustum(&mut self, batch: &Batch<T, N>, n: usize) -> Flow {
-        if batch.is_after_skip(n) {
-            self.span = None;
-        }
-        let (known, span) = batch.status(n);
-        if known == LaneStatus::Scalar || known == LaneStatus::Bisected && self.ends_between(batch.front(n)) {
-            return self.add_scalar(batch, n);
-        }
-        self.counts.frusta += 1;
-        self.span = Some(span);
-        if known != LaneStatus::Clear {
-            self.add(&batch.light(n));
-        }
-        self.passed(&batch.segment(n))
-    }
-
-    /// Whether the ray ends behind the front half of a frustum, which absorbs `front`.
-    #[inline(always)]
-    fn ends_between(&self, front: T) -> bool {
-        (T::one() - front) * self.light.transmittance() <= self.min_transmittance
-    }
-
-    /// Adds the light of frustum number `n`, which the batch has not integrated.
-    #[inline(never)]
-    fn add_scalar(&mut self, batch: &Batch<T, N>, n: usize) -> Flow {
-        let (interpolant, length) = batch.interpolant(n, self.tracer);
-        self.frustum(&interpolant, length)
     }
 
     /// An opaque core ends the ray, a hollow core lets it pass.

@@ -21,7 +21,7 @@ enum Packed {
     Tile {
         number: u32,
         seconds: f64,
-        counts: [u64; 6],
+        counts: [u64; 7],
         /// The values of all pixels, or one value where all pixels have the same: opacity over a background, every
         /// channel off the globe.
         channels: [Vec<f32>; CHANNELS],

@@ -17,7 +17,7 @@ use std::sync::OnceLock;
 use std::time::Instant;
 
 /// The head of a message between ranks: the seconds of tiles and the counts of rays. The fragments of tiles follow it.
-type Head = (Vec<f32>, [u64; 6]);
+type Head = (Vec<f32>, [u64; 7]);
 
 /// The messages of all ranks with the fragments of this rank's tiles.
 pub(super) struct Exchanged {

@@ -117,6 +117,9 @@ impl<T: KernelReal> Rays for SingleVolume<'_, T> {
     fn get_ready(&self) {
         self.visible.get();
         self.gradients.get();
+        if T::HAS_PACKETS && self.context.renderer.vectors().is_some() {
+            self.context.grid.half_edges();
+        }
     }
 
     fn tracer(&self, quality: &Quality) -> Box<dyn Tracer + '_> {

@@ -1,0 +1,106 @@
+//! Half-edges: the sides of triangles as a ray enters them, with the sides through which it can leave.
+//!
+//! A ray walks along a great circle, which has a triangle's vertices on its left or on its right. It enters a triangle
+//! through the side between a left and a right vertex; the third vertex, the apex, decides between the two other sides.
+
+use super::Grid;
+use rayon::prelude::*;
+
+/// A side of a triangle, as it is entered.
+///
+/// Half-edge `3·t + k` enters triangle t through the side from vertex k (on the left) to vertex k + 1 (on the right),
+/// the vertices in counter-clockwise order seen from outside; [`Grid::counterclockwise`] gives that order.
+pub type HalfEdge = [u32; 4];
+
+/// Elements of a [`HalfEdge`].
+pub mod half_edge {
+    /// The half-edge that is entered next where the apex lies on the left; the one behind it, where it lies on the
+    /// right.
+    pub const NEXT: usize = 0;
+    /// The vertex opposite the side.
+    pub const APEX: usize = 2;
+    /// The triangle.
+    pub const TRIANGLE: usize = 3;
+}
+
+impl Grid<'_> {
+    /// All half-edges, three per triangle, void ones included; made when first asked for, in parallel. Those of a row
+    /// that is no triangle mean nothing. Empty for a grid whose half-edges 32 bits cannot number.
+    pub fn half_edges(&self) -> &[HalfEdge] {
+        self.half_edges.get_or_init(|| {
+            if self.beyond.len() > u32::MAX as usize / 3 {
+                return Vec::new();
+            }
+            let mut all = vec![[0; 4]; 3 * self.beyond.len()];
+            let sides = all.par_chunks_exact_mut(3).with_min_len(1024).enumerate();
+            sides.for_each(|(triangle, sides)| {
+                let triangle = triangle as u32;
+                if self.is_triangle(triangle) || self.is_void(triangle) {
+                    sides.copy_from_slice(&self.sides(triangle));
+                }
+            });
+            all
+        })
+    }
+
+    /// The vertices of a triangle, counter-clockwise seen from outside, and the triangles beyond the sides opposite
+    /// each.
+    #[inline]
+    pub fn counterclockwise(&self, triangle: u32) -> ([u32; 3], [u32; 3]) {
+        let (mut cells, mut beyond) = (self.triangle(triangle), self.beyond[triangle as usize]);
+        if self.is_clockwise(triangle) {
+            cells.swap(1, 2);
+            beyond.swap(1, 2);
+        }
+        (cells, beyond)
+    }
+
+    /// The half-edges of a triangle.
+    fn sides(&self, triangle: u32) -> [HalfEdge; 3] {
+        let (cells, beyond) = self.counterclockwise(triangle);
+        [0, 1, 2].map(|k| {
+            let [left, right, apex] = [cells[k], cells[(k + 1) % 3], cells[(k + 2) % 3]];
+            let on_left = self.half_edge(beyond[k], apex, right);
+            let on_right = self.half_edge(beyond[(k + 1) % 3], left, apex);
+            [on_left, on_right, apex, triangle]
+        })
+    }
+
+    /// The half-edge of `triangle` from vertex `left` to vertex `right`.
+    #[inline]
+    pub fn half_edge(&self, triangle: u32, left: u32, right: u32) -> u32 {
+        let (cells, _) = self.counterclockwise(triangle);
+        let k = (0..3).find(|&k| cells[k] == left && cells[(k + 1) % 3] == right);
+        3 * triangle + k.expect("the grid's check found neighbours of one winding") as u32
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::half_edge::{APEX, NEXT, TRIANGLE};
+    use super::*;
+    use crate::grid::generate::IcosahedralMesh;
+
+    /// Each half-edge leads to the triangle beyond, into which it enters between the same vertices.
+    #[test]
+    fn half_edges_lead_through_the_sides_of_triangles() {
+        let mesh = IcosahedralMesh::new(2).unwrap();
+        let grid = Grid::new(mesh.tables()).unwrap();
+        let all = grid.half_edges();
+        assert_eq!(all.len(), 3 * grid.triangles());
+        for (number, side) in all.iter().enumerate() {
+            let (triangle, k) = (number / 3, number % 3);
+            let (cells, beyond) = grid.counterclockwise(triangle as u32);
+            assert_eq!((side[TRIANGLE] as usize, side[APEX]), (triangle, cells[(k + 2) % 3]));
+            for (turn, [left, right], beyond) in [
+                (0, [side[APEX], cells[(k + 1) % 3]], beyond[k]),
+                (1, [cells[k], side[APEX]], beyond[(k + 1) % 3]),
+            ] {
+                let next = side[NEXT + turn];
+                let (there, _) = grid.counterclockwise(next / 3);
+                let k = next as usize % 3;
+                assert_eq!((next / 3, [there[k], there[(k + 1) % 3]]), (beyond, [left, right]));
+            }
+        }
+    }
+}

@@ -1,0 +1,301 @@
+//! The rays of a packet, a lane each, and their step from column to column.
+
+use super::medium::number;
+use super::part::{Part, all};
+use crate::plane::{Plane, PlaneVertex, Point};
+use crate::walk::Side;
+use fearless_simd::prelude::*;
+use icoray_grid::Grid;
+use icoray_grid::grid::half_edges::half_edge;
+use icoray_simd::{Floats, Machine, Mask, Numbers, Table, Wide, WideMask, wide_mask};
+
+/// The numbers of the lanes whose bits are set.
+#[inline(always)]
+pub(super) fn lanes_of(mut bits: u32) -> impl Iterator<Item = usize> {
+    std::iter::from_fn(move || {
+        let lane = (bits != 0).then_some(bits.trailing_zeros() as usize);
+        bits &= bits.wrapping_sub(1);
+        lane
+    })
+}
+
+/// The tables that a packet walks by.
+#[derive(Clone, Copy)]
+pub(super) struct Mesh<'t> {
+    half_edges: Table<'t, u32>,
+    directions: Table<'t, f64>,
+}
+
+impl<'t> Mesh<'t> {
+    /// The tables of a grid; `None` where it has more half-edges than a gather reaches.
+    #[inline]
+    pub fn new(grid: &'t Grid) -> Option<Self> {
+        Some(Mesh {
+            half_edges: Table::new(grid.half_edges().as_flattened())?,
+            directions: Table::new(grid.directions().as_flattened())?,
+        })
+    }
+}
+
+/// Rays, a lane each: the ray, its column, its gap, what is left of its frustum, and its light.
+///
+/// A lane is entered by [`Self::put`]. Its numbers are those of `walk.rs`, `column.rs` and `segment.rs`.
+pub(super) struct Lanes<V: Machine> {
+    /// The axes x, y and q of the ray's plane; its distance from the centre, and its end.
+    axes: [[Wide<V>; 3]; 3],
+    b: Wide<V>,
+    end: Wide<V>,
+    /// x, y and q of the vertices between which it leaves its column.
+    left: [Wide<V>; 3],
+    right: [Wide<V>; 3],
+    /// The half-edge of the next column.
+    half_edge: Numbers<V>,
+    /// Whether the apex is on the left.
+    on_left: Mask<V>,
+    /// The cells of the column: left, right and apex; where their values begin.
+    pub cells: [Numbers<V>; 3],
+    pub bases: [Numbers<V>; 3],
+    /// The column's triangle.
+    pub triangles: Numbers<V>,
+    /// The point on the unit facets at which it leaves.
+    point: [Wide<V>; 2],
+    /// Distance and height at the column's entry and exit, and 1 / the difference of heights.
+    pub t: [Wide<V>; 2],
+    pub rho: [Wide<V>; 2],
+    pub scale: Wide<V>,
+    pub rising: Mask<V>,
+    /// Weights of the second and third vertex at the column's entry and exit, and at the entry of the next one.
+    pub weights: [[Floats<V>; 2]; 2],
+    next_weights: [Floats<V>; 2],
+    /// Whether the ray ends in the column.
+    pub last: Mask<V>,
+    /// The gap that it is in, and where it has entered it: the fraction of the column's length, the fraction of the
+    /// way between the edge points, height, 1 / height, the fraction of the way from the layer below to that above.
+    pub gap: Numbers<V>,
+    pub u: Wide<V>,
+    pub tau: Floats<V>,
+    pub height: Wide<V>,
+    pub curvature: Wide<V>,
+    pub place: Floats<V>,
+    /// What is left of its frustum, and whether the scalar is known to be monotone there.
+    pub rest: Part<V>,
+    pub is_monotone: Mask<V>,
+    /// Its light so far.
+    pub color: [Floats<V>; 3],
+    pub alpha: Floats<V>,
+    pub error: Floats<V>,
+    pub variance: Floats<V>,
+}
+
+impl<V: Machine> Lanes<V> {
+    /// Number of lanes.
+    pub const COUNT: usize = <Floats<V> as SimdBase<V>>::LEN;
+
+    /// Lanes without rays.
+    #[inline(always)]
+    pub fn new(simd: V) -> Self {
+        let (none, zero, nothing) = (Wide::splat(simd, 0.0), all(simd, 0.0), number(simd, 0));
+        let no = <Mask<V> as SimdMask<V>>::splat(simd, false);
+        Lanes {
+            axes: [[none; 3]; 3],
+            b: none,
+            end: none,
+            left: [none; 3],
+            right: [none; 3],
+            half_edge: nothing,
+            on_left: no,
+            cells: [nothing; 3],
+            bases: [nothing; 3],
+            triangles: nothing,
+            point: [none; 2],
+            t: [none; 2],
+            rho: [none; 2],
+            scale: none,
+            rising: no,
+            weights: [[zero; 2]; 2],
+            next_weights: [zero; 2],
+            last: no,
+            gap: nothing,
+            u: none,
+            tau: zero,
+            height: none,
+            curvature: none,
+            place: zero,
+            rest: Part::none(simd),
+            is_monotone: no,
+            color: [zero; 3],
+            alpha: zero,
+            error: zero,
+            variance: zero,
+        }
+    }
+
+    /// Puts a ray into a lane, before its first column, with the bases of the side's two cells.
+    #[inline]
+    pub fn put(&mut self, lane: usize, side: &Side, bases: [u32; 2]) {
+        let Plane { x, y, q } = side.line.plane;
+        for (axis, rows) in [x, y, q].iter().zip(&mut self.axes) {
+            rows.iter_mut().zip(axis.to_array()).for_each(|(row, component)| row.set(lane, component));
+        }
+        self.b.set(lane, side.line.b);
+        self.end.set(lane, side.line.end);
+        for (rows, vertex) in [(&mut self.left, side.left), (&mut self.right, side.right)] {
+            let PlaneVertex { x, y, q, .. } = vertex;
+            rows.iter_mut().zip([x, y, q]).for_each(|(row, component)| row.set(lane, component));
+        }
+        self.half_edge[lane] = side.half_edge;
+        // The step into the first column keeps both ends of the side: the left one takes the place of itself.
+        self.on_left.set(lane, true);
+        for (k, cell) in [(1, side.right.cell), (2, side.left.cell)] {
+            self.cells[k][lane] = cell;
+        }
+        (self.bases[1][lane], self.bases[2][lane]) = (bases[1], bases[0]);
+        let Point { x, y } = side.point;
+        self.point[0].set(lane, x);
+        self.point[1].set(lane, y);
+        self.t[1].set(lane, side.line.start);
+        self.rho[1].set(lane, side.height);
+        for k in 0..2 {
+            self.next_weights[k][lane] = side.weight[k] as f32;
+        }
+        for row in [&mut self.alpha, &mut self.error, &mut self.variance].into_iter().chain(&mut self.color) {
+            row[lane] = 0.0;
+        }
+    }
+
+    /// Takes the lanes of `step` into their next columns: [`Walk::next_column`]. Returns the apexes of these columns.
+    #[inline(always)]
+    pub fn step(&mut self, simd: V, mesh: &Mesh, step: Mask<V>) -> Numbers<V> {
+        let wide = wide_mask::<V>(step);
+        let record = self.half_edge << 2;
+        let apex = simd.gather_u32(mesh.half_edges, record + half_edge::APEX as u32);
+        let triangles = simd.gather_u32(mesh.half_edges, record + half_edge::TRIANGLE as u32);
+        let element = apex + (apex << 1);
+        let direction = [
+            simd.gather_f64(mesh.directions, element),
+            simd.gather_f64(mesh.directions, element + 1),
+            simd.gather_f64(mesh.directions, element + 2),
+        ];
+        let seen = [
+            dot(&direction, &self.axes[0]),
+            dot(&direction, &self.axes[1]),
+            dot(&direction, &self.axes[2]),
+        ];
+        let (zero, one) = (Wide::splat(simd, 0.0), Wide::splat(simd, 1.0));
+        let on_left = seen[2].ge(zero);
+        let [mut left, mut right] = [self.left, self.right];
+        for k in 0..3 {
+            left[k] = seen[k].over(on_left, left[k]);
+            right[k] = right[k].over(on_left, seen[k]);
+        }
+        let w = left[2] / (left[2] - right[2]);
+        let (x, y) = (left[0] + w * (right[0] - left[0]), left[1] + w * (right[1] - left[1]));
+        let (b, end, entry) = (self.b, self.end, self.t[1]);
+        let last = (b * y - end * x).ge(zero);
+        // A NaN of 0/0 (a ray through the centre) becomes the distance of the entry.
+        let t = (b * y / x).max(entry).min(end);
+        let rho = (b * x + t * y) / (x * x + y * y);
+        let weight = [w.over(on_left, zero), (one - w).over(on_left, w)];
+        let mut exit = Exit { t, rho, weight: [weight[0].narrow(), weight[1].narrow()] };
+        let is_last = last.narrow();
+        if (is_last & step).any_true() {
+            let place = [x, y];
+            exit = exit.clipped(simd, self, place, last);
+        }
+        self.enter(step, wide, on_left.narrow(), apex, triangles);
+        put(&mut self.left, wide, left);
+        put(&mut self.right, wide, right);
+        put(&mut self.point, wide, [x, y]);
+        let [t, rho] = [exit.t, exit.rho];
+        self.scale = (one / (rho - self.rho[0])).over(wide, self.scale);
+        self.curvature = (one / self.rho[0]).over(wide, self.curvature);
+        self.rising = step.select(self.rho[0].le(rho).narrow(), self.rising);
+        self.t[1] = t.over(wide, self.t[1]);
+        self.rho[1] = rho.over(wide, self.rho[1]);
+        self.u = zero.over(wide, self.u);
+        self.height = self.rho[0].over(wide, self.height);
+        self.tau = step.select(all(simd, 0.0), self.tau);
+        self.last = step.select(is_last, self.last);
+        for k in 0..2 {
+            self.weights[1][k] = step.select(exit.weight[k], self.weights[1][k]);
+        }
+        self.next_weights[0] = step.select(w.narrow(), self.next_weights[0]);
+        self.next_weights[1] = step.select(all(simd, 0.0), self.next_weights[1]);
+        let next = record + on_left.narrow().select(number(simd, 0), number(simd, 1));
+        self.half_edge = step.select(simd.gather_u32(mesh.half_edges, next), self.half_edge);
+        apex
+    }
+
+    /// The exit of the last column becomes the entry of the next, over the triangle with this apex.
+    #[inline(always)]
+    fn enter(
+        &mut self,
+        step: Mask<V>,
+        wide: WideMask<V>,
+        on_left: Mask<V>,
+        apex: Numbers<V>,
+        triangles: Numbers<V>,
+    ) {
+        for [left, right, new] in [&mut self.cells, &mut self.bases] {
+            *left = (step & self.on_left).select(*new, *left);
+            *right = (step & !self.on_left).select(*new, *right);
+        }
+        self.cells[2] = step.select(apex, self.cells[2]);
+        self.on_left = step.select(on_left, self.on_left);
+        self.triangles = step.select(triangles, self.triangles);
+        self.t[0] = self.t[1].over(wide, self.t[0]);
+        self.rho[0] = self.rho[1].over(wide, self.rho[0]);
+        for k in 0..2 {
+            self.weights[0][k] = step.select(self.next_weights[k], self.weights[0][k]);
+        }
+    }
+
+    /// Puts the bases of new apexes into the lanes of `step`.
+    #[inline(always)]
+    pub fn put_bases(&mut self, step: Mask<V>, bases: Numbers<V>) {
+        self.bases[2] = step.select(bases, self.bases[2]);
+    }
+}
+
+/// Where rays leave their columns.
+struct Exit<V: Machine> {
+    t: Wide<V>,
+    rho: Wide<V>,
+    weight: [Floats<V>; 2],
+}
+
+impl<V: Machine> Exit<V> {
+    /// The end of the ray in the lanes of `last`, whose columns end at `place` on the unit facets.
+    #[inline(always)]
+    fn clipped(self, simd: V, lanes: &Lanes<V>, place: [Wide<V>; 2], last: WideMask<V>) -> Self {
+        let (b, end) = (lanes.b, lanes.end);
+        let across = |[x, y]: [Wide<V>; 2]| b * y - end * x;
+        let [before, after] = [across(lanes.point), across(place)];
+        let whole = before - after;
+        let zero = Wide::splat(simd, 0.0);
+        let w = (before / whole).fraction(simd).over(whole.lt(zero), zero);
+        let [entry, exit] = [lanes.point, place];
+        let [x, y] = [entry[0] + w * (exit[0] - entry[0]), entry[1] + w * (exit[1] - entry[1])];
+        let rho = (b * x + end * y) / (x * x + y * y);
+        let (is_last, part) = (last.narrow(), w.narrow());
+        let mut weight = self.weight;
+        for k in 0..2 {
+            let entry = lanes.next_weights[k];
+            weight[k] = is_last.select(part.mul_add(weight[k] - entry, entry), weight[k]);
+        }
+        Exit { t: end.over(last, self.t), rho: rho.over(last, self.rho), weight }
+    }
+}
+
+#[inline(always)]
+fn put<V: Machine, const N: usize>(rows: &mut [Wide<V>; N], mask: WideMask<V>, numbers: [Wide<V>; N]) {
+    for k in 0..N {
+        rows[k] = numbers[k].over(mask, rows[k]);
+    }
+}
+
+/// The scalar product, rounded as that of `glam`: sides of vertices are the same wherever they are asked for.
+#[inline(always)]
+fn dot<V: Machine>(a: &[Wide<V>; 3], b: &[Wide<V>; 3]) -> Wide<V> {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}

@@ -1,0 +1,192 @@
+//! Values at the vertices of each lane's frustum, and their interpolant along the ray.
+
+use super::lanes::{Lanes, lanes_of};
+use super::medium::number;
+use super::part::all;
+use fearless_simd::prelude::*;
+use icoray_grid::array::MapInline;
+use icoray_grid::real::Real;
+use icoray_grid::sample::AnySamples;
+use icoray_simd::{Floats, Machine, Mask, Numbers, Table, Wide, wide};
+
+/// The field's array.
+pub(super) struct Source<'t> {
+    samples: AnySamples<'t>,
+    plain: Option<Plain<'t>>,
+}
+
+/// An array that is gathered from.
+struct Plain<'t> {
+    table: Table<'t, f32>,
+    column: Option<[isize; 2]>,
+    layer_stride: isize,
+    fill: Option<f32>,
+    shift: f64,
+    scale: f64,
+}
+
+/// Values at the three vertices on the layer below and on the layer above, not normalised.
+pub(super) struct Vertices<V: Machine> {
+    pub low: [Floats<V>; 3],
+    pub high: [Floats<V>; 3],
+}
+
+/// Where each ray enters and leaves its frustum: weights of the second and third vertex at the column's ends, the
+/// fractions of the way between the layers and between the edge points, the relative change of height.
+pub(super) struct Way<V: Machine> {
+    pub weights: [[Floats<V>; 2]; 2],
+    pub place: [Floats<V>; 2],
+    pub tau: [Floats<V>; 2],
+    pub eps: Floats<V>,
+}
+
+/// A number along each frustum: at its ends, and the bend of [`Segment`](crate::segment::Segment).
+pub(super) type Course<V> = [Floats<V>; 3];
+
+impl<'t> Source<'t> {
+    /// The source of these samples.
+    #[inline]
+    pub fn new(samples: AnySamples<'t>) -> Self {
+        /// Factors beyond which differences of values could leave the range of f32.
+        const SCALES: std::ops::Range<f64> = 1e-30..1e30;
+        let plain = samples.plain().filter(|plain| SCALES.contains(&plain.scale) && plain.data.len() > 1);
+        let plain = plain.and_then(|plain| {
+            Some(Plain {
+                table: Table::new(plain.data)?,
+                column: plain.column,
+                layer_stride: plain.layer_stride,
+                fill: plain.fill,
+                shift: plain.shift,
+                scale: plain.scale,
+            })
+        });
+        Source { samples, plain }
+    }
+
+    /// Where the values over cells begin, for [`Self::read`].
+    #[inline(always)]
+    pub fn bases<V: Machine>(&self, simd: V, cells: Numbers<V>, bits: u32) -> Numbers<V> {
+        let Some(plain) = &self.plain else { return cells };
+        if let Some([offset, stride]) = plain.column {
+            return cells * number(simd, stride as u32) + number(simd, offset as u32);
+        }
+        self.blocked_bases::<V>(cells, bits)
+    }
+
+    #[inline(never)]
+    fn blocked_bases<V: Machine>(&self, mut cells: Numbers<V>, bits: u32) -> Numbers<V> {
+        for lane in lanes_of(bits) {
+            cells[lane] = self.samples.base(cells[lane]) as u32;
+        }
+        cells
+    }
+
+    /// [`Self::bases`] of one cell.
+    #[inline]
+    pub fn base(&self, cell: u32) -> u32 {
+        if self.plain.is_some() { self.samples.base(cell) as u32 } else { cell }
+    }
+
+    /// Reads the values around the lanes' gaps; those of lanes whose bits are not set mean nothing.
+    #[inline(always)]
+    pub fn read<V: Machine>(&self, simd: V, lanes: &Lanes<V>, bits: u32) -> Vertices<V> {
+        let Some(plain) = &self.plain else { return self.read_any(simd, lanes, bits) };
+        let [a, b, c] = lanes.bases;
+        let (gap, table) = (lanes.gap, plain.table);
+        match plain.layer_stride {
+            1 => {
+                let [a, b, c] = [a, b, c].map_inline(|base| simd.gather_pair(table, base + gap - 1));
+                Vertices { low: [a.0, b.0, c.0], high: [a.1, b.1, c.1] }
+            }
+            -1 => {
+                let [a, b, c] = [a, b, c].map_inline(|base| simd.gather_pair(table, base - gap));
+                Vertices { low: [a.1, b.1, c.1], high: [a.0, b.0, c.0] }
+            }
+            stride => {
+                let above = gap * number(simd, stride as u32);
+                let below = above - number(simd, stride as u32);
+                Vertices {
+                    low: [a, b, c].map_inline(|base| simd.gather_f32(table, base + below)),
+                    high: [a, b, c].map_inline(|base| simd.gather_f32(table, base + above)),
+                }
+            }
+        }
+    }
+
+    /// Values one by one, normalised.
+    #[inline(never)]
+    fn read_any<V: Machine>(&self, simd: V, lanes: &Lanes<V>, bits: u32) -> Vertices<V> {
+        let zero = [all(simd, 0.0); 3];
+        let mut vertices: Vertices<V> = Vertices { low: zero, high: zero };
+        for lane in lanes_of(bits) {
+            let gap = lanes.gap[lane] as usize;
+            for k in 0..3 {
+                let base = self.samples.base(lanes.cells[k][lane]);
+                vertices.low[k][lane] = self.samples.get::<f32>(base, gap - 1);
+                vertices.high[k][lane] = self.samples.get::<f32>(base, gap);
+            }
+        }
+        vertices
+    }
+
+    /// The normalised value along each frustum.
+    #[inline(always)]
+    pub fn normalised<V: Machine>(&self, simd: V, vertices: &Vertices<V>, way: &Way<V>) -> Course<V> {
+        let course = way.interpolate(vertices);
+        let first = vertices.low[0];
+        let Some(plain) = &self.plain else {
+            return [first + course[0], first + course[1], course[2]];
+        };
+        // Values of 1e6 + 1 keep their digits: they are differences before they are rounded.
+        let [shift, scale] = [plain.shift, plain.scale].map_inline(|x| Wide::splat(simd, x));
+        let first = ((wide::<V>(first) - shift) * scale).narrow();
+        let scale = plain.scale as f32;
+        [first + course[0] * scale, first + course[1] * scale, course[2] * scale]
+    }
+
+    /// Lanes in which a value is missing.
+    #[inline(always)]
+    pub fn missing<V: Machine>(&self, simd: V, vertices: &Vertices<V>) -> Option<Mask<V>> {
+        let fill = self.plain.as_ref()?.fill?;
+        let fill = all(simd, fill);
+        let Vertices { low: [a, b, c], high: [d, e, f] } = vertices;
+        let [a, b, c, d, e, f] = [a, b, c, d, e, f].map_inline(|value| value.simd_eq(fill));
+        Some((a | b) | (c | d) | (e | f))
+    }
+
+    /// Lanes in which a value is no finite number.
+    #[inline(always)]
+    pub fn not_finite<V: Machine>(&self, simd: V, vertices: &Vertices<V>) -> Mask<V> {
+        let most = all(simd, f32::MAX);
+        let Vertices { low: [a, b, c], high: [d, e, f] } = vertices;
+        let [a, b, c, d, e, f] = [a, b, c, d, e, f].map_inline(|value| value.abs().simd_le(most));
+        !((a & b) & (c & d) & (e & f))
+    }
+}
+
+impl<V: Machine> Way<V> {
+    /// A number along each frustum, as a difference from that of the first vertex below.
+    #[inline(always)]
+    pub fn interpolate(&self, vertices: &Vertices<V>) -> Course<V> {
+        let [entry, exit] = self.weights;
+        let Vertices { low: [a, b, c], high: [d, e, f] } = *vertices;
+        let (ab, ac, ad) = (b - a, c - a, d - a);
+        let (de, df) = (e - d, f - d);
+        let low = [entry[1].mul_add(ac, entry[0] * ab), exit[1].mul_add(ac, exit[0] * ab)];
+        let high = [
+            entry[1].mul_add(df, entry[0].mul_add(de, ad)),
+            exit[1].mul_add(df, exit[0].mul_add(de, ad)),
+        ];
+        let rise = [high[0] - low[0], high[1] - low[1]];
+        let [from, to] = self.place.map_inline(|place| {
+            let is_above = place.simd_eq(1.0);
+            [0, 1].map_inline(|k: usize| is_above.select(high[k], place.mul_add(rise[k], low[k])))
+        });
+        let [slope_a, slope_b] = [from[1] - from[0], to[1] - to[0]];
+        let kappa = (self.tau[1] - self.tau[0]) * (self.eps.mul_add(slope_a, slope_a - slope_b));
+        [self.tau[0].mul_add(slope_a, from[0]), self.tau[1].mul_add(slope_b, to[0]), kappa]
+    }
+}
+
+/// A value is beyond all bounds where the sum of the sizes of a course's numbers is more than this.
+pub(super) const LARGEST: f32 = <f32 as Real>::LARGEST as f32;

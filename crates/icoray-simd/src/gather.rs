@@ -1,0 +1,240 @@
+//! Gathers: an element of a table for each lane.
+
+use crate::{Floats, Numbers, Table, Wide};
+use fearless_simd::Simd;
+
+/// An instruction set with gathers. An index beyond a table's end reads the table's last element.
+pub trait Machine: Simd {
+    /// The elements with these indices.
+    fn gather_u32(self, table: Table<'_, u32>, index: Numbers<Self>) -> Numbers<Self>;
+    /// The elements with these indices.
+    fn gather_f32(self, table: Table<'_, f32>, index: Numbers<Self>) -> Floats<Self>;
+    /// The elements with these indices.
+    fn gather_f64(self, table: Table<'_, f64>, index: Numbers<Self>) -> Wide<Self>;
+    /// The elements with these indices, and those that follow them; the table has two elements at least.
+    fn gather_pair(self, table: Table<'_, f32>, index: Numbers<Self>) -> (Floats<Self>, Floats<Self>);
+    /// The lower and the upper halves of the elements with these indices.
+    fn gather_u64(self, table: Table<'_, u64>, index: Numbers<Self>) -> (Numbers<Self>, Numbers<Self>);
+    /// As [`Self::gather_f32`], from registers where the table has 32 elements and the machine has room for them.
+    #[inline(always)]
+    fn look_up(self, table: Table<'_, f32>, index: Numbers<Self>) -> Floats<Self> {
+        self.gather_f32(table, index)
+    }
+}
+
+#[cfg(target_arch = "x86_64")]
+mod x86 {
+    use super::{Floats, Machine, Numbers, Table, Wide};
+    use fearless_simd::prelude::*;
+    use fearless_simd::{Avx2, Avx512, f32x8, f32x16, f64x4, f64x8, u32x8, u32x16};
+    use std::arch::x86_64::*;
+
+    // SAFETY, for every gather below: a token of the instruction set is at hand, so that the machine has it. Indices
+    // are clamped to the table's last element (`Table::last` is less than 2^31, so that they are positive as i32), or
+    // to the last but one where two elements are read, so that every lane reads inside the slice that the table
+    // borrows.
+
+    impl Machine for Avx2 {
+        #[inline(always)]
+        fn gather_u32(self, table: Table<'_, u32>, index: Numbers<Self>) -> Numbers<Self> {
+            let index: __m256i = index.min(u32x8::splat(self, table.last())).into();
+            // SAFETY: above.
+            unsafe { _mm256_i32gather_epi32::<4>(table.elements().as_ptr().cast(), index) }.simd_into(self)
+        }
+
+        #[inline(always)]
+        fn gather_f32(self, table: Table<'_, f32>, index: Numbers<Self>) -> Floats<Self> {
+            let index: __m256i = index.min(u32x8::splat(self, table.last())).into();
+            // SAFETY: above.
+            unsafe { _mm256_i32gather_ps::<4>(table.elements().as_ptr(), index) }.simd_into(self)
+        }
+
+        #[inline(always)]
+        fn gather_f64(self, table: Table<'_, f64>, index: Numbers<Self>) -> Wide<Self> {
+            let index: __m256i = index.min(u32x8::splat(self, table.last())).into();
+            let from = table.elements().as_ptr();
+            // SAFETY: above.
+            let (low, high) = unsafe {
+                let (low, high) = (_mm256_castsi256_si128(index), _mm256_extracti128_si256::<1>(index));
+                (_mm256_i32gather_pd::<8>(from, low), _mm256_i32gather_pd::<8>(from, high))
+            };
+            Wide(f64x4::simd_from(self, low), f64x4::simd_from(self, high))
+        }
+
+        #[inline(always)]
+        fn gather_pair(self, table: Table<'_, f32>, index: Numbers<Self>) -> (Floats<Self>, Floats<Self>) {
+            debug_assert!(table.last() > 0);
+            let index: __m256i = index.min(u32x8::splat(self, table.last() - 1)).into();
+            let from = table.elements().as_ptr().cast();
+            // SAFETY: above.
+            unsafe {
+                let (low, high) = (_mm256_castsi256_si128(index), _mm256_extracti128_si256::<1>(index));
+                let low = _mm256_castsi256_ps(_mm256_i32gather_epi64::<4>(from, low));
+                let high = _mm256_castsi256_ps(_mm256_i32gather_epi64::<4>(from, high));
+                let (first, second) = split(low, high);
+                (f32x8::simd_from(self, first), f32x8::simd_from(self, second))
+            }
+        }
+
+        #[inline(always)]
+        fn gather_u64(self, table: Table<'_, u64>, index: Numbers<Self>) -> (Numbers<Self>, Numbers<Self>) {
+            let index: __m256i = index.min(u32x8::splat(self, table.last())).into();
+            let from = table.elements().as_ptr().cast();
+            // SAFETY: above.
+            unsafe {
+                let (low, high) = (_mm256_castsi256_si128(index), _mm256_extracti128_si256::<1>(index));
+                let low = _mm256_castsi256_ps(_mm256_i32gather_epi64::<8>(from, low));
+                let high = _mm256_castsi256_ps(_mm256_i32gather_epi64::<8>(from, high));
+                let (first, second) = split(low, high);
+                let [first, second] = [_mm256_castps_si256(first), _mm256_castps_si256(second)];
+                (u32x8::simd_from(self, first), u32x8::simd_from(self, second))
+            }
+        }
+    }
+
+    /// The even and the odd elements of eight pairs.
+    ///
+    /// # Safety
+    /// The machine has AVX2.
+    #[inline(always)]
+    unsafe fn split(low: __m256, high: __m256) -> (__m256, __m256) {
+        // SAFETY: the caller's.
+        unsafe {
+            // Halves of 128 bits are shuffled each by itself: put in order first.
+            let a = _mm256_permute2f128_ps::<0x20>(low, high);
+            let b = _mm256_permute2f128_ps::<0x31>(low, high);
+            (_mm256_shuffle_ps::<0x88>(a, b), _mm256_shuffle_ps::<0xdd>(a, b))
+        }
+    }
+
+    impl Machine for Avx512 {
+        #[inline(always)]
+        fn gather_u32(self, table: Table<'_, u32>, index: Numbers<Self>) -> Numbers<Self> {
+            let index: __m512i = index.min(u32x16::splat(self, table.last())).into();
+            // SAFETY: above.
+            unsafe { _mm512_i32gather_epi32::<4>(index, table.elements().as_ptr().cast()) }.simd_into(self)
+        }
+
+        #[inline(always)]
+        fn gather_f32(self, table: Table<'_, f32>, index: Numbers<Self>) -> Floats<Self> {
+            let index: __m512i = index.min(u32x16::splat(self, table.last())).into();
+            // SAFETY: above.
+            unsafe { _mm512_i32gather_ps::<4>(index, table.elements().as_ptr()) }.simd_into(self)
+        }
+
+        #[inline(always)]
+        fn gather_f64(self, table: Table<'_, f64>, index: Numbers<Self>) -> Wide<Self> {
+            let index: __m512i = index.min(u32x16::splat(self, table.last())).into();
+            let from = table.elements().as_ptr();
+            // SAFETY: above.
+            let (low, high) = unsafe {
+                let (low, high) = (_mm512_castsi512_si256(index), _mm512_extracti64x4_epi64::<1>(index));
+                (_mm512_i32gather_pd::<8>(low, from), _mm512_i32gather_pd::<8>(high, from))
+            };
+            Wide(f64x8::simd_from(self, low), f64x8::simd_from(self, high))
+        }
+
+        #[inline(always)]
+        fn gather_pair(self, table: Table<'_, f32>, index: Numbers<Self>) -> (Floats<Self>, Floats<Self>) {
+            debug_assert!(table.last() > 0);
+            let index: __m512i = index.min(u32x16::splat(self, table.last() - 1)).into();
+            let from = table.elements().as_ptr().cast();
+            // SAFETY: above.
+            unsafe {
+                let (low, high) = (_mm512_castsi512_si256(index), _mm512_extracti64x4_epi64::<1>(index));
+                let low = _mm512_i32gather_epi64::<4>(low, from);
+                let high = _mm512_i32gather_epi64::<4>(high, from);
+                let (first, second) = split_512(low, high);
+                let [first, second] = [_mm512_castsi512_ps(first), _mm512_castsi512_ps(second)];
+                (f32x16::simd_from(self, first), f32x16::simd_from(self, second))
+            }
+        }
+
+        #[inline(always)]
+        fn gather_u64(self, table: Table<'_, u64>, index: Numbers<Self>) -> (Numbers<Self>, Numbers<Self>) {
+            let index: __m512i = index.min(u32x16::splat(self, table.last())).into();
+            let from = table.elements().as_ptr().cast();
+            // SAFETY: above.
+            unsafe {
+                let (low, high) = (_mm512_castsi512_si256(index), _mm512_extracti64x4_epi64::<1>(index));
+                let low = _mm512_i32gather_epi64::<8>(low, from);
+                let high = _mm512_i32gather_epi64::<8>(high, from);
+                let (first, second) = split_512(low, high);
+                (u32x16::simd_from(self, first), u32x16::simd_from(self, second))
+            }
+        }
+
+        #[inline(always)]
+        fn look_up(self, table: Table<'_, f32>, index: Numbers<Self>) -> Floats<Self> {
+            let Ok(table): Result<&[f32; 32], _> = table.elements().try_into() else {
+                return self.gather_f32(table, index);
+            };
+            // SAFETY: 32 elements are read from an array of as many; the machine has AVX-512.
+            unsafe {
+                let (low, high) = (_mm512_loadu_ps(table.as_ptr()), _mm512_loadu_ps(table.as_ptr().add(16)));
+                _mm512_permutex2var_ps(low, index.into(), high)
+            }
+            .simd_into(self)
+        }
+    }
+
+    /// The even and the odd elements of sixteen pairs.
+    ///
+    /// # Safety
+    /// The machine has AVX-512.
+    #[inline(always)]
+    unsafe fn split_512(low: __m512i, high: __m512i) -> (__m512i, __m512i) {
+        // SAFETY: the caller's.
+        unsafe {
+            let even = _mm512_setr_epi32(0, 2, 4, 6, 8, 10, 12, 14, 16, 18, 20, 22, 24, 26, 28, 30);
+            let odd = _mm512_setr_epi32(1, 3, 5, 7, 9, 11, 13, 15, 17, 19, 21, 23, 25, 27, 29, 31);
+            (_mm512_permutex2var_epi32(low, even, high), _mm512_permutex2var_epi32(low, odd, high))
+        }
+    }
+}
+
+#[cfg(target_arch = "aarch64")]
+mod arm {
+    use super::{Floats, Machine, Numbers, Table, Wide};
+    use fearless_simd::prelude::*;
+    use fearless_simd::{Neon, f32x4, f64x2, u32x4};
+
+    // NEON has no gathers: lanes are read one after the other.
+    impl Machine for Neon {
+        #[inline(always)]
+        fn gather_u32(self, table: Table<'_, u32>, index: Numbers<Self>) -> Numbers<Self> {
+            let at = |lane: usize| table.elements()[index[lane].min(table.last()) as usize];
+            u32x4::simd_from(self, [at(0), at(1), at(2), at(3)])
+        }
+
+        #[inline(always)]
+        fn gather_f32(self, table: Table<'_, f32>, index: Numbers<Self>) -> Floats<Self> {
+            let at = |lane: usize| table.elements()[index[lane].min(table.last()) as usize];
+            f32x4::simd_from(self, [at(0), at(1), at(2), at(3)])
+        }
+
+        #[inline(always)]
+        fn gather_f64(self, table: Table<'_, f64>, index: Numbers<Self>) -> Wide<Self> {
+            let at = |lane: usize| table.elements()[index[lane].min(table.last()) as usize];
+            Wide(f64x2::simd_from(self, [at(0), at(1)]), f64x2::simd_from(self, [at(2), at(3)]))
+        }
+
+        #[inline(always)]
+        fn gather_pair(self, table: Table<'_, f32>, index: Numbers<Self>) -> (Floats<Self>, Floats<Self>) {
+            let index = index.min(u32x4::splat(self, table.last() - 1));
+            (self.gather_f32(table, index), self.gather_f32(table, index + 1))
+        }
+
+        #[inline(always)]
+        fn gather_u64(self, table: Table<'_, u64>, index: Numbers<Self>) -> (Numbers<Self>, Numbers<Self>) {
+            let at = |lane: usize| table.elements()[index[lane].min(table.last()) as usize];
+            let all = [at(0), at(1), at(2), at(3)];
+            let low = u32x4::simd_from(self, [all[0] as u32, all[1] as u32, all[2] as u32, all[3] as u32]);
+            let upper = |x: u64| (x >> 32) as u32;
+            (low, u32x4::simd_from(self, [upper(all[0]), upper(all[1]), upper(all[2]), upper(all[3])]))
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;
