@@ -224,6 +224,22 @@ pub(crate) struct Side {
     pub height: f64,
 }
 
+/// The entry of a ray into the column over the triangle of `half_edge`, whose left, right and third vertex are
+/// `corners`; `None` where the ray begins in another column.
+#[inline]
+pub(crate) fn enter(line: RayLine, [left, right, apex]: [PlaneVertex; 3], half_edge: u32) -> Option<Side> {
+    let start = line.at(line.start);
+    let entry = Crossing::between(&left, &right);
+    let exit = if apex.is_left() { Crossing::between(&apex, &right) } else { Crossing::between(&left, &apex) };
+    if start.cross(entry.point) > 0.0 || start.cross(exit.point) <= 0.0 {
+        return None;
+    }
+    let weight = if apex.is_left() { [exit.w, 1.0 - exit.w] } else { [0.0, exit.w] };
+    let exit = ContourPoint { point: exit.point, weight };
+    let ContourPoint { point, weight } = ContourPoint { point: entry.point, weight: [entry.w, 0.0] }.clip(exit, start);
+    Some(Side { line, left, right, half_edge, point, weight, height: height(start, point) })
+}
+
 /// A point on the contour inside the current triangle.
 #[derive(Debug, Clone, Copy)]
 struct ContourPoint {

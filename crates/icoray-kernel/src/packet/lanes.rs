@@ -1,12 +1,14 @@
 //! The rays of a packet, a lane each, and their step from column to column.
 
 use super::medium::number;
+use super::MOST;
 use super::part::{Part, all};
-use crate::plane::{Plane, PlaneVertex, Point};
+use crate::plane::Plane;
 use crate::walk::Side;
 use fearless_simd::prelude::*;
 use icoray_grid::Grid;
-use icoray_grid::grid::half_edges::half_edge;
+use glam::DVec3;
+use icoray_grid::grid::half_edges::{HalfEdge, half_edge};
 use icoray_simd::{Floats, Machine, Mask, Numbers, Table, Wide, WideMask, wide_mask};
 
 /// The numbers of the lanes whose bits are set.
@@ -22,6 +24,8 @@ pub(super) fn lanes_of(mut bits: u32) -> impl Iterator<Item = usize> {
 /// The tables that a packet walks by.
 #[derive(Clone, Copy)]
 pub(super) struct Mesh<'t> {
+    all: &'t [HalfEdge],
+    vertices: &'t [[f64; 3]],
     half_edges: Table<'t, u32>,
     directions: Table<'t, f64>,
 }
@@ -30,12 +34,48 @@ impl<'t> Mesh<'t> {
     /// The tables of a grid; `None` where it has more half-edges than a gather reaches.
     #[inline]
     pub fn new(grid: &'t Grid) -> Option<Self> {
-        Some(Mesh {
-            half_edges: Table::new(grid.half_edges().as_flattened())?,
-            directions: Table::new(grid.directions().as_flattened())?,
-        })
+        let (all, vertices) = (grid.half_edges(), grid.directions());
+        let half_edges = Table::new(all.as_flattened())?;
+        Some(Mesh { all, vertices, half_edges, directions: Table::new(vertices.as_flattened())? })
     }
 }
+
+impl Mesh<'_> {
+    /// A half-edge.
+    #[inline(always)]
+    pub fn half_edge(&self, number: u32) -> HalfEdge {
+        self.all[number as usize]
+    }
+
+    /// The direction of a cell.
+    #[inline(always)]
+    pub fn direction(&self, cell: u32) -> DVec3 {
+        DVec3::from_array(self.vertices[cell as usize])
+    }
+}
+
+/// The rays that were put into lanes, in f64: axes, distance from the centre, end and start, the ends of the side, the
+/// point of entry, its height and weights.
+pub(super) struct Entries([[[f64; 6]; 4]; MOST]);
+
+impl Entries {
+    /// No rays.
+    #[inline(always)]
+    pub fn new() -> Self {
+        Entries([[[0.0; 6]; 4]; MOST])
+    }
+}
+
+/// Where the entry of each lane starts.
+const ENTRY_STARTS: [u32; MOST] = {
+    let mut starts = [0; MOST];
+    let mut lane = 0;
+    while lane < MOST {
+        starts[lane] = 24 * lane as u32;
+        lane += 1;
+    }
+    starts
+};
 
 /// Rays, a lane each: the ray, its column, its gap, what is left of its frustum, and its light.
 ///
@@ -130,36 +170,57 @@ impl<V: Machine> Lanes<V> {
         }
     }
 
-    /// Puts a ray into a lane, before its first column, with the bases of the side's two cells.
+    /// Puts a ray into a lane, before its first column, with the bases of the side's two cells. Numbers in f64 become
+    /// known to the lanes with [`Self::load`].
     #[inline]
-    pub fn put(&mut self, lane: usize, side: &Side, bases: [u32; 2]) {
-        let Plane { x, y, q } = side.line.plane;
-        for (axis, rows) in [x, y, q].iter().zip(&mut self.axes) {
-            rows.iter_mut().zip(axis.to_array()).for_each(|(row, component)| row.set(lane, component));
-        }
-        self.b.set(lane, side.line.b);
-        self.end.set(lane, side.line.end);
-        for (rows, vertex) in [(&mut self.left, side.left), (&mut self.right, side.right)] {
-            let PlaneVertex { x, y, q, .. } = vertex;
-            rows.iter_mut().zip([x, y, q]).for_each(|(row, component)| row.set(lane, component));
-        }
+    pub fn put(&mut self, lane: usize, side: &Side, bases: [u32; 2], entries: &mut Entries) {
+        let Side { line, left, right, point, weight, height, .. } = side;
+        let Plane { x, y, q } = line.plane;
+        entries.0[lane % MOST] = [
+            [x.x, x.y, x.z, y.x, y.y, y.z],
+            [q.x, q.y, q.z, line.b, line.end, line.start],
+            [left.x, left.y, left.q, right.x, right.y, right.q],
+            [point.x, point.y, *height, weight[0], weight[1], 0.0],
+        ];
         self.half_edge[lane] = side.half_edge;
         // The step into the first column keeps both ends of the side: the left one takes the place of itself.
         self.on_left.set(lane, true);
-        for (k, cell) in [(1, side.right.cell), (2, side.left.cell)] {
-            self.cells[k][lane] = cell;
-        }
+        (self.cells[1][lane], self.cells[2][lane]) = (right.cell, left.cell);
         (self.bases[1][lane], self.bases[2][lane]) = (bases[1], bases[0]);
-        let Point { x, y } = side.point;
-        self.point[0].set(lane, x);
-        self.point[1].set(lane, y);
-        self.t[1].set(lane, side.line.start);
-        self.rho[1].set(lane, side.height);
-        for k in 0..2 {
-            self.next_weights[k][lane] = side.weight[k] as f32;
+    }
+
+    /// Loads the entries of the lanes of `new`, and takes their light away.
+    #[inline(always)]
+    pub fn load(&mut self, simd: V, entries: &Entries, new: Mask<V>) {
+        let Some(table) = Table::new(entries.0.as_flattened().as_flattened()) else { return };
+        let wide = wide_mask::<V>(new);
+        let first = <Numbers<V> as SimdBase<V>>::from_slice(simd, &ENTRY_STARTS[..Self::COUNT]);
+        let load = |row: &mut Wide<V>, k: u32| *row = simd.gather_f64(table, first + k).over(wide, *row);
+        for a in 0..3 {
+            for c in 0..3 {
+                load(&mut self.axes[a][c], 3 * a as u32 + c as u32);
+            }
         }
-        for row in [&mut self.alpha, &mut self.error, &mut self.variance].into_iter().chain(&mut self.color) {
-            row[lane] = 0.0;
+        load(&mut self.b, 9);
+        load(&mut self.end, 10);
+        load(&mut self.t[1], 11);
+        for k in 0..3 {
+            load(&mut self.left[k], 12 + k as u32);
+            load(&mut self.right[k], 15 + k as u32);
+        }
+        load(&mut self.point[0], 18);
+        load(&mut self.point[1], 19);
+        load(&mut self.rho[1], 20);
+        for k in 0..2 {
+            let weight = simd.gather_f64(table, first + (21 + k as u32)).narrow();
+            self.next_weights[k] = new.select(weight, self.next_weights[k]);
+        }
+        let zero = all(simd, 0.0);
+        for row in [&mut self.alpha, &mut self.error, &mut self.variance] {
+            *row = new.select(zero, *row);
+        }
+        for row in &mut self.color {
+            *row = new.select(zero, *row);
         }
     }
 

@@ -14,15 +14,16 @@ use crate::piece::Radiance;
 use crate::ray::scalar::Ray;
 use crate::signature::BoundarySignature;
 use crate::single_volume::SingleVolumeTracer;
-use crate::trace::queue::Queue;
+use crate::trace::queue::RowHints;
 use crate::trace::{PrimaryRay, Report};
-use crate::walk::Walk;
+use crate::walk::Side;
 use crate::plane::RayLine;
 use fearless_simd::{Level, Simd, prelude::*};
 use glam::DVec3;
+use icoray_grid::array::MapInline;
 use icoray_grid::real::lerp;
 use icoray_simd::{Machine, Mask, Table};
-use lanes::{Lanes, Mesh, lanes_of};
+use lanes::{Entries, Lanes, Mesh, lanes_of};
 use medium::SpanTables;
 use read::Source;
 
@@ -33,6 +34,7 @@ mod medium;
 mod part;
 mod piece;
 mod read;
+mod start;
 
 /// The machine's vector instructions, where packets of rays are compiled for them: AVX2 (processors since 2013),
 /// AVX-512, NEON. On other processors rays are traced one after the other.
@@ -115,6 +117,37 @@ struct Start {
     dir: DVec3,
 }
 
+/// Rays that are still to be traced.
+struct Rays<'q> {
+    rays: &'q mut dyn Iterator<Item = PrimaryRay>,
+    hints: RowHints,
+    entries: Entries,
+}
+
+impl Rays<'_> {
+    /// The next ray that meets the shell; those before it are reported without light.
+    #[inline]
+    fn next(
+        &mut self,
+        tracer: &SingleVolumeTracer<'_, f32>,
+        mesh: &Mesh,
+        report: &mut Report,
+    ) -> Option<(Start, Side)> {
+        for PrimaryRay { number, eye, dir, begins_row } in &mut *self.rays {
+            let hint = self.hints.get(begins_row);
+            let Some(line) = RayLine::new(eye, dir, tracer.outer) else {
+                self.hints.set(begins_row, hint);
+                report(number, None, BoundarySignature::default());
+                continue;
+            };
+            let side = start::side(tracer.grid, mesh, line, hint);
+            self.hints.set(begins_row, side.half_edge / 3);
+            return Some((Start { number, line, dir }, side));
+        }
+        None
+    }
+}
+
 /// Rays side by side. Sets of lanes are bits.
 struct Packet<'p, 'f, V: Machine, const N: usize> {
     simd: V,
@@ -159,7 +192,7 @@ impl<'p, 'f, V: Machine, const N: usize> Packet<'p, 'f, V, N> {
     /// Traces all rays.
     #[inline(always)]
     fn trace(&mut self, rays: &mut dyn Iterator<Item = PrimaryRay>, counts: &mut Counts, report: &mut Report) {
-        let mut queue = Queue::new(self.tracer.grid, self.tracer.outer, rays);
+        let mut queue = Rays { rays, hints: RowHints::new(self.tracer.grid), entries: Entries::new() };
         let mut is_empty = false;
         loop {
             if !is_empty && self.live.count_ones() + FREE <= Lanes::<V>::COUNT as u32 {
@@ -180,29 +213,31 @@ impl<'p, 'f, V: Machine, const N: usize> Packet<'p, 'f, V, N> {
     }
 
     /// Fills free lanes with rays; true where there are no more.
-    #[inline(never)]
-    fn fill(&mut self, queue: &mut Queue, report: &mut Report) -> bool {
-        for lane in lanes_of(!self.live & (u32::MAX >> (u32::BITS - Lanes::<V>::COUNT as u32))) {
-            let Some((start, line, walk)) = queue.next(|number| report(number, None, BoundarySignature::default()))
-            else {
-                return true;
-            };
-            self.put(lane, Start { number: start.number, line, dir: start.dir }, &walk);
-        }
-        false
+    #[inline(always)]
+    fn fill(&mut self, queue: &mut Rays, report: &mut Report) -> bool {
+        let before = self.live;
+        let is_empty = self.take(queue, report);
+        let new = self.live & !before;
+        self.fresh |= new;
+        self.mid &= !new;
+        self.counts.rays += u64::from(new.count_ones());
+        self.lanes.load(self.simd, &queue.entries, mask::<V>(self.simd, new));
+        is_empty
     }
 
-    #[inline]
-    fn put(&mut self, lane: usize, start: Start, walk: &Walk) {
-        let side = walk.side();
-        let bases = [side.left.cell, side.right.cell].map(|cell| self.tables.source.base(cell));
-        self.lanes.put(lane, &side, bases);
-        self.lanes.locate(lane, self.tracer.shell, side.height);
-        self.starts[lane] = Some(start);
-        self.live |= 1 << lane;
-        self.fresh |= 1 << lane;
-        self.mid &= !(1 << lane);
-        self.counts.rays += 1;
+    /// Takes rays into free lanes; true where there are no more.
+    #[inline(never)]
+    fn take(&mut self, queue: &mut Rays, report: &mut Report) -> bool {
+        for lane in lanes_of(!self.live & (u32::MAX >> (u32::BITS - Lanes::<V>::COUNT as u32))) {
+            let Some((start, side)) = queue.next(self.tracer, &self.tables.mesh, report) else { return true };
+            let source = &self.tables.source;
+            let bases = [source.base(side.left.cell), source.base(side.right.cell)];
+            self.lanes.put(lane, &side, bases, &mut queue.entries);
+            self.lanes.locate(lane, self.tracer.shell, side.height);
+            self.starts[lane % MOST] = Some(start);
+            self.live |= 1 << lane;
+        }
+        false
     }
 
     /// Takes lanes that have left their columns into the next ones.
@@ -341,7 +376,7 @@ impl<V: Machine> Lanes<V> {
     /// The light of a lane.
     fn light(&self, lane: usize) -> Radiance<f32> {
         Radiance {
-            color: self.color.map(|row| row[lane]),
+            color: self.color.map_inline(|row| row[lane]),
             alpha: self.alpha[lane],
             error: self.error[lane],
             variance: self.variance[lane],

@@ -95,20 +95,24 @@ impl<'t> Source<'t> {
         let (gap, table) = (lanes.gap, plain.table);
         match plain.layer_stride {
             1 => {
-                let [a, b, c] = [a, b, c].map_inline(|base| simd.gather_pair(table, base + gap - 1));
-                Vertices { low: [a.0, b.0, c.0], high: [a.1, b.1, c.1] }
+                let below = gap - 1;
+                let (a, d) = simd.gather_pair(table, a + below);
+                let (b, e) = simd.gather_pair(table, b + below);
+                let (c, f) = simd.gather_pair(table, c + below);
+                Vertices { low: [a, b, c], high: [d, e, f] }
             }
             -1 => {
-                let [a, b, c] = [a, b, c].map_inline(|base| simd.gather_pair(table, base - gap));
-                Vertices { low: [a.1, b.1, c.1], high: [a.0, b.0, c.0] }
+                let (d, a) = simd.gather_pair(table, a - gap);
+                let (e, b) = simd.gather_pair(table, b - gap);
+                let (f, c) = simd.gather_pair(table, c - gap);
+                Vertices { low: [a, b, c], high: [d, e, f] }
             }
             stride => {
                 let above = gap * number(simd, stride as u32);
                 let below = above - number(simd, stride as u32);
-                Vertices {
-                    low: [a, b, c].map_inline(|base| simd.gather_f32(table, base + below)),
-                    high: [a, b, c].map_inline(|base| simd.gather_f32(table, base + above)),
-                }
+                let low = [a + below, b + below, c + below];
+                let high = [a + above, b + above, c + above];
+                Vertices { low: gather_all(simd, table, low), high: gather_all(simd, table, high) }
             }
         }
     }
@@ -162,6 +166,11 @@ impl<'t> Source<'t> {
         let [a, b, c, d, e, f] = [a, b, c, d, e, f].map_inline(|value| value.abs().simd_le(most));
         !((a & b) & (c & d) & (e & f))
     }
+}
+
+#[inline(always)]
+fn gather_all<V: Machine>(simd: V, table: Table<'_, f32>, [a, b, c]: [Numbers<V>; 3]) -> [Floats<V>; 3] {
+    [simd.gather_f32(table, a), simd.gather_f32(table, b), simd.gather_f32(table, c)]
 }
 
 impl<V: Machine> Way<V> {

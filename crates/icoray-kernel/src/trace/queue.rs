@@ -18,34 +18,59 @@ pub struct PrimaryRay {
     pub begins_row: bool,
 }
 
+/// The triangles from which the first triangles of rays are searched: that of the last ray, and that of the first ray
+/// of its row.
+pub(crate) struct RowHints {
+    last: u32,
+    row: u32,
+}
+
+impl RowHints {
+    #[inline]
+    pub fn new(grid: &Grid) -> Self {
+        let start = grid.nearest_valid_triangle(0);
+        RowHints { last: start, row: start }
+    }
+
+    /// Where the first triangle of a ray is searched from.
+    #[inline]
+    pub fn get(&self, begins_row: bool) -> u32 {
+        if begins_row { self.row } else { self.last }
+    }
+
+    /// The first triangle of a ray; of one that misses the sphere, [`Self::get`].
+    #[inline]
+    pub fn set(&mut self, begins_row: bool, triangle: u32) {
+        self.last = triangle;
+        if begins_row {
+            self.row = triangle;
+        }
+    }
+}
+
 /// Rays, each with a walk whose first triangle is searched from that of the ray before it.
 pub(crate) struct Queue<'q, 'g, 'a> {
     grid: &'g Grid<'a>,
     /// Radius of the sphere to which rays are clipped.
     outer: f64,
     rays: &'q mut dyn Iterator<Item = PrimaryRay>,
-    /// The first triangle of the last ray, and of the first ray of its row.
-    hint: u32,
-    row_hint: u32,
+    hints: RowHints,
 }
 
 impl<'q, 'g, 'a> Queue<'q, 'g, 'a> {
     #[inline]
     pub fn new(grid: &'g Grid<'a>, outer: f64, rays: &'q mut dyn Iterator<Item = PrimaryRay>) -> Self {
-        Queue { grid, outer, rays, hint: 0, row_hint: 0 }
+        Queue { grid, outer, rays, hints: RowHints::new(grid) }
     }
 
     /// The next ray that meets the sphere; `misses` receives the numbers of those before it that do not.
     #[inline]
     pub fn next(&mut self, mut misses: impl FnMut(usize)) -> Option<(PrimaryRay, RayLine, Walk<'g, 'a>)> {
         for start in &mut *self.rays {
-            let from = if start.begins_row { self.row_hint } else { self.hint };
+            let from = self.hints.get(start.begins_row);
             let line = RayLine::new(start.eye, start.dir, self.outer);
             let walk = line.map(|line| (line, Walk::new(self.grid, line, from)));
-            self.hint = walk.as_ref().map_or(from, |(_, walk)| walk.triangle());
-            if start.begins_row {
-                self.row_hint = self.hint;
-            }
+            self.hints.set(start.begins_row, walk.as_ref().map_or(from, |(_, walk)| walk.triangle()));
             match walk {
                 Some((line, walk)) => return Some((start, line, walk)),
                 None => misses(start.number),
