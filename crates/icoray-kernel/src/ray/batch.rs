@@ -43,8 +43,6 @@ pub(crate) enum LaneStatus {
     Scalar,
     /// Its light.
     Light,
-    /// Its light, as the sum of two halves.
-    Bisected,
     /// It is clear.
     Clear,
 }
@@ -191,7 +189,6 @@ impl<T: Real, const N: usize> Batch<T, N> {
     /// Interpolates all frusta, and integrates those that are thin.
     #[inline(always)]
     pub fn integrate<V: Simd>(&mut self, simd: V, tracer: &SingleVolumeTracer<'_, T>) {
-        let mut left = [0; PASSES];
         for pass in 0..self.count.div_ceil(LANES).min(PASSES) {
             let is_usual = self.interpolate(pass, &tracer.samples);
             self.is_usual[pass] = is_usual;
@@ -209,11 +206,8 @@ impl<T: Real, const N: usize> Batch<T, N> {
                 self.known[pass][i] = if is_whole { known } else { LaneStatus::Scalar };
             }
             if N == 4 {
-                left[pass] = self.shade(simd, pass, tracer, &media);
+                self.shade(pass, tracer);
             }
-        }
-        if N == 4 {
-            self.bisect(simd, tracer, &left);
         }
     }
 

@@ -2,7 +2,7 @@
 
 use super::scalar::Ray;
 use crate::column::Flow;
-use crate::lit::{FrustumInterpolant, Lit};
+use crate::lit::{FrustumInterpolant, Lit, spare};
 use crate::piece::{ErrorBudget, Radiance, integrate};
 use crate::roundoff::{KnotCrossing, MediumSample, Roundoff};
 use crate::segment::Segment;
@@ -152,7 +152,7 @@ impl<T: Real, const N: usize> Ray<'_, '_, T, N> {
             Some(shading) if N == 4 => {
                 let lit = Lit { method: self.tracer.method, allowance: &allowance, shading, span, interpolant };
                 let cuts = if self.tracer.is_coarse { 0 } else { Lit::<T, N>::MAX_CUTS };
-                lit.light(piece, range, cuts)
+                lit.light(piece, range, cuts, spare(&self.light, self.color_tolerance))
             }
             _ => integrate(self.tracer.method, piece, span, &allowance),
         };

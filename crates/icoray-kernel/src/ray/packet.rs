@@ -113,9 +113,6 @@ impl<'r, 'f, T: Real, const N: usize> PacketTracer<'r, 'f, T, N> {
     /// Puts a ray whose walk is in the packet into a lane.
     #[inline]
     fn put(&mut self, lane: usize, number: usize, ray: Ray<'r, 'f, T, N>) {
-        if let Some(shading) = ray.shading.as_ref().filter(|_| N == 4) {
-            self.batch.light_lane(lane, shading);
-        }
         self.rays[lane] = Some((number, ray));
         self.walking |= 1 << lane;
         self.fresh &= !(1 << lane);

@@ -131,7 +131,7 @@ impl<'r, 'f, T: Real, const N: usize> Ray<'r, 'f, T, N> {
         Ray {
             tracer,
             line,
-            shading: tracer.shading.map(|s| s.along::<T>(dir, color_tolerance)),
+            shading: tracer.shading.map(|s| s.along::<T>(dir)),
             color_tolerance: T::of(color_tolerance),
             min_transmittance: T::of(tracer.budget.min_transmittance),
             gap: None,
@@ -148,7 +148,7 @@ impl<'r, 'f, T: Real, const N: usize> Ray<'r, 'f, T, N> {
             self.span = None;
         }
         let (known, span) = batch.status(n);
-        if known == LaneStatus::Scalar || known == LaneStatus::Bisected && self.ends_between(batch.front(n)) {
+        if known == LaneStatus::Scalar {
             return self.add_scalar(batch, n);
         }
         self.counts.frusta += 1;
@@ -157,12 +157,6 @@ impl<'r, 'f, T: Real, const N: usize> Ray<'r, 'f, T, N> {
             self.add(&batch.light(n));
         }
         self.passed(&batch.segment(n))
-    }
-
-    /// Whether the ray ends behind the front half of a frustum, which absorbs `front`.
-    #[inline(always)]
-    fn ends_between(&self, front: T) -> bool {
-        (T::one() - front) * self.light.transmittance() <= self.min_transmittance
     }
 
     /// Adds the light of frustum number `n`, which the batch has not integrated.

@@ -4,7 +4,6 @@ use crate::column::{Chord, Values};
 use crate::lit::FrustumInterpolant;
 use crate::piece::Radiance;
 use crate::segment::Segment;
-use crate::shade::Shade;
 use crate::walk::packet::{LANES, Lanes};
 use icoray_grid::array::MapInline;
 use icoray_grid::real::Real;
@@ -74,15 +73,6 @@ impl<T: Real> FrustumCrossing<T> {
     }
 }
 
-/// Directions of the ray of each frustum, component by component.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Directions<X> {
-    /// Towards the light.
-    pub light: [X; 3],
-    /// Half-way between the light and the eye.
-    pub halfway: [X; 3],
-}
-
 /// A struct whose members are rows, of which `Self::One` is that of one frustum.
 pub(super) trait Rows {
     type One;
@@ -125,22 +115,6 @@ impl<T: Real> Rows for Radiance<Lanes<T>> {
     }
 }
 
-impl<T: Real> Rows for Shade<Lanes<T>> {
-    type One = Shade<T>;
-
-    #[inline(always)]
-    fn at(&self, i: usize) -> Shade<T> {
-        let Shade { body, highlight, normal } = self;
-        Shade { body: body[i], highlight: highlight[i], normal: normal.each_ref().map_inline(|row| row[i]) }
-    }
-
-    #[inline(always)]
-    fn set(&mut self, i: usize, one: &Shade<T>) {
-        (self.body[i], self.highlight[i]) = (one.body, one.highlight);
-        put(&mut self.normal, i, &one.normal);
-    }
-}
-
 impl<T: Real> Rows for FrustumInterpolant<Lanes<T>, 3> {
     type One = FrustumInterpolant<T, 3>;
 
@@ -175,12 +149,6 @@ pub(super) fn no_segments<T: Real>() -> Segment<Lanes<T>> {
 pub(super) fn no_lights<T: Real>() -> Radiance<Lanes<T>> {
     let zero = [T::zero(); LANES];
     Radiance { color: [zero; 3], alpha: zero, error: zero, variance: zero }
-}
-
-#[inline(always)]
-pub(super) fn no_shades<T: Real>() -> Shade<Lanes<T>> {
-    let zero = [T::zero(); LANES];
-    Shade { body: zero, highlight: zero, normal: [zero; 3] }
 }
 
 #[inline(always)]
