@@ -122,11 +122,9 @@ pub struct Shading {
     pub specular: f32,
     pub shininess: f32,
     pub sharpness: f32,
-    pub blind: f32,
-    pub dull: f32,
     pub is_headlight: u32,
     pub max_cuts: u32,
-    pub padding: u32,
+    pub padding: [u32; 3],
 }
 
 /// See `shaders/gradient.wgsl`.

@@ -157,10 +157,8 @@ fn shading(job: &Job) -> Option<Shading> {
         specular: shading.specular,
         shininess: shading.shininess,
         sharpness: shading.sharpness,
-        blind: shading.blind,
-        dull: shading.dull,
         is_headlight: u32::from(shading.towards_light.is_none()),
         max_cuts: if job.quality().lights == Lights::Coarse { 0 } else { MAX_CUTS },
-        padding: 0,
+        padding: [0; 3],
     })
 }

@@ -79,6 +79,18 @@ impl<T: Real> Shell<T> {
         gap
     }
 
+    /// Buckets per height, from the innermost layer on.
+    #[inline]
+    pub(crate) fn buckets_per_height(&self) -> f64 {
+        self.drawers_per_height
+    }
+
+    /// The number of layers below each bucket.
+    #[inline]
+    pub(crate) fn below(&self) -> &[u32] {
+        &self.below
+    }
+
     /// The radii of all layers between two bounds that no height reaches: gap k lies between elements k and k + 1.
     #[inline]
     pub(crate) fn bounds(&self) -> &[f64] {

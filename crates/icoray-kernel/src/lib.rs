@@ -35,6 +35,7 @@ mod single_volume;
 mod trace;
 pub mod transfer;
 mod traverse;
+pub mod turn;
 pub mod walk;
 
 pub use counts::Counts;

@@ -1,11 +1,12 @@
-//! Pieces with lighting: the shade is taken at a piece's ends and middle, and where the error of their mean is too
-//! large the piece is cut in two.
+//! Pieces with lighting: a piece has one shade, at its mean normal, and where the error of that is too large for what the
+//! ray has left to spend the piece is cut in two.
 
 use super::column::Values;
 use super::piece::{ErrorBudget, Radiance, integrate};
 use super::segment::Segment;
-use super::shade::{RayShading, Shade};
+use super::shade::{ColorChange, MeanShade, RayShading};
 use super::transfer::Span;
+use super::turn::Turn;
 use icoray_grid::array::MapInline;
 use icoray_grid::real::{Real, lerp};
 use icoray_scene::Method;
@@ -33,7 +34,8 @@ impl<T: Real, const N: usize> FrustumInterpolant<T, N> {
     }
 }
 
-/// Where in a piece its light comes from.
+/// Where in a piece its light comes from, whatever its colour.
+#[derive(Debug, Clone, Copy)]
 pub struct LightSpread<T> {
     /// The light's centre, from the piece's middle in parts of the piece.
     pub centre: T,
@@ -43,35 +45,78 @@ pub struct LightSpread<T> {
 
 impl<T: Real> LightSpread<T> {
     /// Thin and without a bend the light is spread as extinction is, whose centre lies by a sixth of its relative
-    /// change from the middle; to first order in the optical depth x it is drawn forward by x/12.
+    /// change ρ from the middle. Light behind is weakened: to first order in the optical depth x this draws the centre
+    /// forward by `x (5 - ρ²)/60`.
     #[inline(always)]
     pub fn of(piece: &Segment<T>, span: &Span<T>) -> Self {
         let (from, to) = (span.extinction(piece.f0), span.extinction(piece.f1));
         let sum = from + to + T::min_positive_value();
-        let depth = piece.length * from.max(to);
-        let (sixth, half) = (T::of(1.0 / 6.0), T::of(0.5));
-        let centre = sixth * ((to - from) / sum - half * depth.min(T::one()));
+        let depth = T::of(0.5) * piece.length * sum;
+        let rise = (to - from) / sum;
+        let forward = depth.min(T::of(3.0)) * (T::of(5.0 / 60.0) - T::of(1.0 / 60.0) * rise * rise);
         let bent = (span.extinction_slope() * piece.kappa).abs() / sum;
-        let plain = span.steepest() * (piece.f1 - piece.f0).abs() / (span.brightest() + T::min_positive_value());
-        LightSpread { centre, error_bound: (T::of(0.2) * (depth * depth + bent + half * plain)).min(half) }
+        let error_bound = (T::of(0.02) * depth * depth + T::of(0.2) * bent).min(T::of(0.5));
+        LightSpread { centre: T::of(1.0 / 6.0) * rise - forward, error_bound }
     }
 }
 
-/// Shades at a piece's start, middle and end.
-pub(crate) type Shades<'s, T> = [&'s Shade<T>; 3];
-
-/// Error of a channel of a piece that is lit by the mean of `shades`, per absorbed light.
-#[inline(always)]
-pub(crate) fn error_bound<T: Real>(
-    shading: &RayShading<T>,
-    [start, middle, end]: Shades<'_, T>,
-    span: &Span<T>,
-    spread: &LightSpread<T>,
-) -> T {
-    let bound = shading.error_bound(start, middle, end, spread.error_bound);
-    let (body, highlight) = bound.unwrap_or(shading.range());
-    span.brightest() * body + highlight
+impl<T: Real> ColorChange<T> {
+    /// Along a piece that stays in `span`.
+    #[inline(always)]
+    pub fn of(piece: &Segment<T>, span: &Span<T>) -> Self {
+        let bend = span.steepest() * piece.kappa.abs();
+        let change = span.steepest() * (piece.f1 - piece.f0).abs() + bend;
+        ColorChange { brightest: span.brightest(), change, bend, eps: piece.eps }
+    }
 }
+
+/// The shade of a piece with these gradients at its start, middle and end.
+#[inline(always)]
+pub fn mean_shade<T: Real>(
+    shading: &RayShading<T>,
+    piece: &Segment<T>,
+    span: &Span<T>,
+    gradients: &[[T; 3]; 3],
+) -> MeanShade<T> {
+    let turn = Turn::of(gradients, piece.eps, LightSpread::of(piece, span));
+    shading.mean(&turn, &ColorChange::of(piece, span))
+}
+
+/// `light` of a piece under its mean shade.
+#[inline(always)]
+pub fn shaded<T: Real>(
+    shading: &RayShading<T>,
+    piece: &Segment<T>,
+    span: &Span<T>,
+    mean: &MeanShade<T>,
+    light: Radiance<T>,
+) -> Radiance<T> {
+    let rise = piece.f1 - piece.f0;
+    let [r, g, b] = span.color_slope();
+    shading.apply(light, mean, [*r * rise, *g * rise, *b * rise])
+}
+
+/// Whether a piece is left whole: the part of the error of its shade that is more than `color_tolerance` of its light is
+/// within `spare`.
+#[inline(always)]
+pub fn is_affordable<T: Real>(piece: &Segment<T>, span: &Span<T>, off: T, color_tolerance: T, spare: T) -> bool {
+    // No less than what the piece absorbs.
+    let depth = piece.length * span.extinction(piece.f0).max(span.extinction(piece.f1));
+    (off - color_tolerance) * depth.min(T::one()) <= spare
+}
+
+/// The error that a ray with this `light` may spend on its next piece beyond `color_tolerance` of that piece's light, in
+/// parts of the light that comes through: what the pieces before have left of theirs, and an advance for the first ones.
+/// So the errors along a ray add up to no more than `color_tolerance` times its light and the advance, wherever it has
+/// its hard pieces.
+#[inline(always)]
+pub fn spare<T: Real>(light: &Radiance<T>, color_tolerance: T) -> T {
+    let earned = color_tolerance * (light.alpha + T::of(ADVANCE)) - light.error;
+    earned.max(T::zero()) / light.transmittance().max(T::min_positive_value())
+}
+
+/// Part of the tolerance of all colours that the first pieces of a ray may spend before they have earned it.
+pub const ADVANCE: f64 = 0.1;
 
 /// A piece under light.
 pub struct Lit<'l, T, const N: usize> {
@@ -91,52 +136,37 @@ impl<T: Real, const N: usize> Lit<'_, T, N> {
     /// Largest depth of nested cuts of a piece.
     pub const MAX_CUTS: u32 = 20;
 
-    /// The light of `piece`, which is `range` of the interpolant. The piece is cut until its error is allowed, with at
-    /// most `cuts` nested cuts.
+    /// The light of `piece`, which is `range` of the interpolant, where the ray has [`spare`] error to spend. The piece
+    /// is cut until it can be afforded, with at most `cuts` nested cuts.
     #[inline]
-    pub fn light(&self, piece: &Segment<T>, range: [T; 2], cuts: u32) -> Radiance<T> {
-        let ends = range.map_inline(|u| self.shade(u));
-        self.part(piece, range, [&ends[0], &ends[1]], cuts, None)
-    }
-
-    #[inline]
-    fn shade(&self, u: T) -> Shade<T> {
-        self.shading.shade(self.interpolant.gradient(u))
-    }
-
-    /// The light of a part with the shades `ends`: under the mean of three shades where these tell that it is near
-    /// enough, or where all that light could change is no more than `enough`, a small part of the whole piece's
-    /// share; else of its two halves.
-    #[inline]
-    fn part(
-        &self,
-        piece: &Segment<T>,
-        range: [T; 2],
-        ends: [&Shade<T>; 2],
-        cuts: u32,
-        enough: Option<T>,
-    ) -> Radiance<T> {
+    pub fn light(&self, piece: &Segment<T>, range: [T; 2], cuts: u32, spare: T) -> Radiance<T> {
         let half = T::of(0.5);
         let middle = half * (range[0] + range[1]);
-        let shade = self.shade(middle);
-        let spread = LightSpread::of(piece, self.span);
-        let off = error_bound(self.shading, [ends[0], &shade, ends[1]], self.span, &spread);
-        let depth = piece.length * self.span.extinction(piece.f0).max(self.span.extinction(piece.f1));
-        let is_near = off <= self.allowance.color_tolerance || enough.is_some_and(|enough| off * depth <= enough);
-        if is_near || cuts == 0 {
+        let gradients = [range[0], middle, range[1]].map_inline(|u| self.interpolant.gradient(u));
+        let mean = mean_shade(self.shading, piece, self.span, &gradients);
+        let color_tolerance = self.allowance.color_tolerance;
+        if cuts == 0 || is_affordable(piece, self.span, mean.off, color_tolerance, spare) {
             let light = integrate(self.method, piece, self.span, self.allowance);
-            let mean = RayShading::mean(ends[0], &shade, ends[1], spread.centre);
-            return self.shading.apply(light, mean, off);
+            return shaded(self.shading, piece, self.span, &mean, light);
         }
-        let enough =
-            enough.unwrap_or_else(|| T::of(0.03) * self.allowance.color_tolerance * (half * depth).absorbed_by());
+        self.halves(piece, [range[0], middle, range[1]], cuts - 1, spare)
+    }
+
+    #[inline(never)]
+    fn halves(&self, piece: &Segment<T>, [from, middle, to]: [T; 3], cuts: u32, spare: T) -> Radiance<T> {
+        let half = T::of(0.5);
         let cut = (half, piece.value(half));
         let parts = [piece.part((T::zero(), piece.f0), cut), piece.part(cut, (T::one(), piece.f1))];
-        let mut light = self.part(&parts[0], [range[0], middle], [ends[0], &shade], cuts - 1, Some(enough));
-        if light.transmittance() * self.allowance.transmittance > self.allowance.min_transmittance {
-            let behind = self.part(&parts[1], [middle, range[1]], [&shade, ends[1]], cuts - 1, Some(enough));
-            light.over(&behind);
+        let mut light = self.light(&parts[0], [from, middle], cuts, spare);
+        let through = light.transmittance();
+        if through * self.allowance.transmittance > self.allowance.min_transmittance {
+            let left = spare + self.allowance.color_tolerance * light.alpha - light.error;
+            let left = left.max(T::zero()) / through.max(T::min_positive_value());
+            light.over(&self.light(&parts[1], [middle, to], cuts, left));
         }
         light
     }
 }
+
+#[cfg(test)]
+mod tests;

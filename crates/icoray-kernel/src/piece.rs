@@ -72,17 +72,11 @@ struct Terms<'p, T> {
 impl<'p, T: Real> Terms<'p, T> {
     #[inline(always)]
     fn new(piece: &'p Segment<T>, span: &'p Span<T>) -> Self {
-        Self::of(piece, span, bend_factor(piece.eps))
-    }
-
-    /// With the [`bend_factor`] of the piece.
-    #[inline(always)]
-    fn of(piece: &'p Segment<T>, span: &'p Span<T>, bend_factor: T) -> Self {
         let half = T::of(0.5);
         let ends = [span.extinction(piece.f0), span.extinction(piece.f1)];
         let slope = span.extinction_slope();
         let rise = piece.f1 - piece.f0;
-        let bend = piece.kappa * bend_factor;
+        let bend = piece.kappa * bend_factor(piece.eps);
         let depth = piece.length * (half * (ends[0] + ends[1]) + slope * bend * T::of(1.0 / 6.0));
         let depth = depth.max(T::zero());
         Terms { piece, span, ends, slope, rise, bend, steep: rise.abs() + bend.abs(), depth }
@@ -153,43 +147,6 @@ fn exact<T: Real>(terms: &Terms<'_, T>, allowance: &ErrorBudget<T>) -> Radiance<
     dense(terms, absorbed, allowance)
 }
 
-/// A piece by the rule for thin ones alone, without a branch: for several at a time.
-pub(crate) struct ThinPiece<'p, T> {
-    terms: Terms<'p, T>,
-    absorbed: T,
-    error: T,
-}
-
-impl<'p, T: Real> ThinPiece<'p, T> {
-    /// Whether it may be near enough for `piece`.
-    #[inline(always)]
-    pub fn applies_to(piece: &Segment<T>) -> bool {
-        piece.eps.abs() < T::of(SMALL_EPS)
-    }
-
-    #[inline(always)]
-    pub fn new(piece: &'p Segment<T>, span: &'p Span<T>) -> Self {
-        let terms = Terms::of(piece, span, bend_series(piece.eps));
-        let absorbed = terms.depth.absorbed_by_thin();
-        let error = thin_bound(&terms, absorbed);
-        ThinPiece { terms, absorbed, error }
-    }
-
-    /// Whether the error is within `color_tolerance` of the light that is absorbed.
-    #[inline(always)]
-    pub fn is_near(&self, color_tolerance: T) -> bool {
-        (self.terms.depth < T::of(THIN)) & (self.error <= color_tolerance * self.absorbed)
-    }
-
-    /// The result of [`integrate`] for a piece for which [`Self::is_near`] holds, whose values have rounding errors of
-    /// up to `reach`.
-    #[inline(always)]
-    pub fn light(&self, reach: T) -> Radiance<T> {
-        let light = self.terms.light(self.absorbed, thin(&self.terms), self.error);
-        Radiance { variance: self.terms.variance(self.absorbed, reach), ..light }
-    }
-}
-
 /// The bound of what [`thin`] does to the colour.
 #[inline(always)]
 fn thin_bound<T: Real>(terms: &Terms<'_, T>, absorbed: T) -> T {
@@ -224,7 +181,7 @@ fn dense<T: Real>(terms: &Terms<'_, T>, absorbed: T, allowance: &ErrorBudget<T>)
 }
 
 /// Where |ε| is less, [`bend_series`] is exact to 1e-11.
-pub(crate) const SMALL_EPS: f64 = 0.02;
+const SMALL_EPS: f64 = 0.02;
 
 /// [`bend_factor`] of small ε; the first term left out is ε⁶/12.
 #[inline(always)]

@@ -1,6 +1,22 @@
 //! Lighting: Blinn and Phong's model with the field's gradient as the normal (§3.5 of the paper).
+//!
+//! A piece has one shade, [`RayShading::mean`], taken at its mean normal ([`Turn`]), and what is known of the turn
+//! about that mean corrects it and bounds what is left.
+//!
+//! **Body**, `ambient + diffuse |n·l|`. Where `n·l` keeps its sign its mean is that of n, times l: no error but that of
+//! the mean normal. Where it changes its sign, |n·l| has a kink: over a linear `n·l` of mean a and half-range r the mean
+//! is `|a| + (r - |a|)²/2r`, and light that rises along the piece weighs the part behind the kink. Colour that changes
+//! together with n·l adds the covariance of the two, `Δc Δ(n·l)/12`, less the square of the centre.
+//!
+//! **Highlight**, `specular |n·h|^s`. To second order about the mean p of n·h, of variance V, it is
+//! `p^s (1 + s(s-1)V/2p²)`. With `x = √s θ` and t the angle from the highlight's middle times √s, what is left is at
+//! most `x⁴ e^(-t²/2) |t⁴/1920 - t²/720| <= x⁴/1900`; more where light is uneven (`0.023 centre x³`), where its centre is
+//! not sure (the slope, at most `0.61 x`), and where the mean normal is not. Far from the highlight, at
+//! `y = s (1 - |n·h|) > 24`, nothing is left; nearer, `(1 - y/24)³` is no less than `e^(-t²/2)` times its polynomial.
+//! Powers below 2 have a kink where n is across h, like the body; powers below 6 are not small there.
 
 use super::piece::Radiance;
+use super::turn::{Turn, direction, dot};
 use glam::DVec3;
 use icoray_grid::array::MapInline;
 use icoray_grid::real::Real;
@@ -29,7 +45,7 @@ pub struct RayShading<T> {
     pub diffuse: T,
     /// Strength of the white highlight.
     pub specular: T,
-    /// Exponent of the highlight.
+    /// Exponent of the highlight, at least 1.
     pub shininess: T,
     /// Unit vector towards the light.
     pub light: [T; 3],
@@ -37,10 +53,6 @@ pub struct RayShading<T> {
     pub halfway: [T; 3],
     /// The larger of 4 and the exponent: squared ratio of the change of a shade to the turn of its normal.
     pub sharpness: T,
-    /// Highlights below this value are left out.
-    pub blind: T,
-    /// Cosine between normal and half-way direction below which a highlight is left out.
-    pub dull: T,
 }
 
 /// Factor for the surface's own colour, and the white highlight.
@@ -50,19 +62,39 @@ pub struct Shade<T> {
     pub body: T,
     /// The white highlight, added to each channel.
     pub highlight: T,
-    /// The surface's unit normal; zero where there is no gradient.
-    pub normal: [T; 3],
+}
+
+/// The shade of a piece, for light of which the colour changes along it.
+#[derive(Debug, Clone, Copy)]
+pub struct MeanShade<T> {
+    /// The mean shade.
+    pub shade: Shade<T>,
+    /// Factor for the change of the colour from the piece's start to its end, added per absorbed light.
+    pub tilt: T,
+    /// Error of a channel per absorbed light.
+    pub off: T,
+}
+
+/// How bright a piece is, and how its colour changes along it.
+#[derive(Debug, Clone, Copy)]
+pub struct ColorChange<T> {
+    /// Its brightest channel.
+    pub brightest: T,
+    /// The most that a channel changes along it.
+    pub change: T,
+    /// The part of that which is a bend, the same at both ends.
+    pub bend: T,
+    /// Relative change of height along the piece, which makes the bend uneven.
+    pub eps: T,
 }
 
 impl Shading {
-    /// The lighting of rays along `dir`, with highlights exact to a twentieth of `color_tolerance`; with 0 none is left
-    /// out.
+    /// The lighting of rays along `dir`.
     #[inline]
-    pub fn along<T: Real>(&self, dir: DVec3, color_tolerance: f64) -> RayShading<T> {
+    pub fn along<T: Real>(&self, dir: DVec3) -> RayShading<T> {
         let light = self.towards_light.unwrap_or(-dir);
         // The light straight behind leaves no half-way direction; none then gives no highlight.
         let halfway = (light - dir).try_normalize().unwrap_or(DVec3::ZERO);
-        let blind = (0.05 * color_tolerance).max(f64::MIN_POSITIVE);
         RayShading {
             ambient: T::of(self.ambient),
             diffuse: T::of(self.diffuse),
@@ -71,106 +103,102 @@ impl Shading {
             light: light.to_array().map_inline(T::of),
             halfway: halfway.to_array().map_inline(T::of),
             sharpness: T::of(self.shininess.max(4.0)),
-            blind: T::of(blind),
-            dull: T::of(self.dull(blind)),
         }
-    }
-
-    /// The cosine between normal and half-way direction at which a highlight is as weak as `blind`. A call, so that it
-    /// is not worked out for scenes without light too: compilers take powers for harmless.
-    #[inline(never)]
-    fn dull(&self, blind: f64) -> f64 {
-        (blind / self.specular.max(blind)).powf(1.0 / self.shininess)
     }
 }
 
 impl<T: Real> RayShading<T> {
     /// Light on a surface across `gradient`, on either side of it; only ambient light where there is no gradient.
-    /// Simple enough that the compiler takes several at a time.
     #[inline(always)]
     pub fn shade(&self, gradient: [T; 3]) -> Shade<T> {
-        let (zero, one) = (T::zero(), T::one());
-        // Scaled first: a gradient of 1e30 squared is no f32.
-        let [x, y, z] = gradient;
-        let largest = zero.max(x.abs()).max(y.abs()).max(z.abs());
-        let is_there = (largest > zero) & (largest < T::infinity());
-        let scale = if is_there { largest } else { one };
-        let n = [x / scale, y / scale, z / scale];
-        let length = dot(&n, &n).sqrt();
-        let unit = |x: T| if is_there { x / length } else { zero };
-        let normal = [unit(n[0]), unit(n[1]), unit(n[2])];
+        let normal = direction(&gradient);
         let body = self.ambient + self.diffuse * dot(&normal, &self.light).abs();
-        let gleam = dot(&normal, &self.halfway).abs();
-        let is_dull = (gleam < self.dull) | !is_there;
-        let highlight = if is_dull { zero } else { self.specular * gleam.power(self.shininess) };
-        Shade { body, highlight, normal }
+        let gleam = dot(&normal, &self.halfway).abs().min(T::one());
+        Shade { body, highlight: self.specular * gleam.power(self.shininess) }
     }
 
-    /// The mean shade of a part of a ray with shades `a` and `b` at its ends and `m` in the middle, when the part's
-    /// light comes from `centre` of the part behind its middle.
+    /// The mean shade along a piece of a ray.
     #[inline(always)]
-    pub fn mean(a: &Shade<T>, m: &Shade<T>, b: &Shade<T>, centre: T) -> (T, T) {
-        let simpson = |a: T, m: T, b: T| (a + T::of(4.0) * m + b) * T::of(1.0 / 6.0) + centre * (b - a);
-        (simpson(a.body, m.body, b.body), simpson(a.highlight, m.highlight, b.highlight))
+    pub fn mean(&self, turn: &Turn<T>, color: &ColorChange<T>) -> MeanShade<T> {
+        let (body, tilt, dim) = self.mean_body(turn, color);
+        let (highlight, faint) = self.mean_highlight(turn);
+        let most = color.brightest * self.diffuse + self.specular;
+        let off = if turn.is_wild { most } else { dim + faint };
+        MeanShade { shade: Shade { body, highlight }, tilt, off }
     }
 
-    /// Estimated error of [`Self::mean`], in the factor of the colour and in the highlight, when `centre` has an error
-    /// of up to `skew`. `None` where the normal turns too far between the three for an estimate.
+    /// Factor for the colour, factor for the colour's change, and the error of both.
     #[inline(always)]
-    pub fn error_bound(&self, a: &Shade<T>, m: &Shade<T>, b: &Shade<T>, skew: T) -> Option<(T, T)> {
-        // Simpson's rule is right for a bend under even light; a fifth of it stands for kinks.
-        let off = |a: T, m: T, b: T| {
-            let bend = (a - m - m + b).abs();
-            skew * ((b - a).abs() + bend) + T::of(0.2) * bend
-        };
-        let (body, highlight) = (off(a.body, m.body, b.body), off(a.highlight, m.highlight, b.highlight));
-        let turned = self.turned(a, m, b)?;
-        Some((body + turned.0, highlight + turned.1 + self.blind))
+    fn mean_body(&self, turn: &Turn<T>, color: &ColorChange<T>) -> (T, T, T) {
+        let (zero, half) = (T::zero(), T::of(0.5));
+        let cosine = turn.cosine(&self.light);
+        let sign = if cosine.mean < zero { -T::one() } else { T::one() };
+        let (level, centre) = (cosine.mean.abs(), turn.spread.centre);
+        let may_cross = half * cosine.swing() + T::of(0.02) * turn.angle2 + turn.across - level;
+        let crosses = may_cross > zero;
+        // The kink's place, and what is beyond it, as if n·l were linear.
+        let reach = half * cosine.rise.abs();
+        let beyond = (reach - sign * cosine.even).max(zero);
+        let part = beyond / (reach + reach + T::min_positive_value());
+        let forward = if sign * cosine.rise < zero { -centre } else { centre };
+        let kink = beyond * part * (T::one() - forward * (T::of(6.0) - T::of(4.0) * part));
+        let body = self.ambient + self.diffuse * (level + kink);
+        let tilt = if crosses { zero } else { sign * cosine.rise * turn.variance() * self.diffuse };
+        let (bend, swing) = (cosine.bend.abs(), cosine.swing());
+        let unsure = turn.spread.error_bound;
+        let at_kink = T::of(0.25) * (bend + turn.across)
+            + (unsure + T::of(0.3) * centre * centre) * swing
+            + T::of(0.05) * turn.angle2;
+        let (at_kink, apart) = if crosses { ((half * may_cross).min(at_kink), T::of(0.1)) } else { (zero, zero) };
+        let even = unsure * swing + turn.across + turn.along + at_kink;
+        let skewed = color.bend * (T::of(0.015) * color.eps.abs() + T::of(0.1) * centre.abs()) * swing;
+        let change = color.change * (T::of(0.12) * bend + (unsure + apart) * swing + turn.across) + skewed;
+        (body, tilt, self.diffuse * (color.brightest * even + change).min(color.brightest))
     }
 
-    /// Error of Simpson's mean of three equally spaced shades that comes from turns of the normal between them, even
-    /// where the three are alike: in the factor of the colour and in the highlight. `None` where the normal turns
-    /// by more than the width of a highlight.
-    ///
-    /// Simpson's rule errs by at most M/81 where |f''| <= M. With θ the larger turn between neighbours, M is at most
-    /// (2θ)² times the second derivative of the shade in the angle: `diffuse`, and shininess times the highlight.
-    /// Between three places a highlight may be larger than at these, a twentieth of the largest possible stands for
-    /// that. Where the normal is within θ of being across the light, |n·l| may have a kink, whose error is at most
-    /// θ/6.
+    /// The highlight and its error.
     #[inline(always)]
-    pub fn turned(&self, a: &Shade<T>, m: &Shade<T>, b: &Shade<T>) -> Option<(T, T)> {
-        let turn2 = turn2(&a.normal, &m.normal).max(turn2(&m.normal, &b.normal)).max(T::zero());
-        let bend = T::of(4.0 / 81.0) * turn2;
-        let kink = |direction: &[T; 3]| {
-            let across = dot(&m.normal, direction);
-            if across * across < turn2 { T::of(1.0 / 6.0) * turn2.sqrt() } else { T::zero() }
-        };
-        let highest = a.highlight.max(m.highlight).max(b.highlight) + T::of(0.05) * self.specular;
-        let body = self.diffuse * (bend + kink(&self.light));
-        // Powers from the second on have no kink.
-        let is_blunt = self.shininess < T::of(2.0);
-        let blunt = if is_blunt { self.specular * kink(&self.halfway) } else { T::zero() };
-        let turns = turn2 * self.sharpness > T::of(0.5);
-        (!turns).then_some((body, bend * self.sharpness * highest + blunt))
+    fn mean_highlight(&self, turn: &Turn<T>) -> (T, T) {
+        let (zero, one, two) = (T::zero(), T::one(), T::of(2.0));
+        let (s, cosine) = (self.shininess, turn.cosine(&self.halfway));
+        let level = cosine.mean.abs().min(one);
+        let reach = cosine.reach();
+        let variance = cosine.rise * cosine.rise * turn.variance() + cosine.bend * cosine.bend * T::of(1.0 / 45.0);
+        let inverse = one / (level * level).max(reach * reach).max(T::min_positive_value());
+        let bent = one + T::of(0.5) * s * (s - one) * variance * inverse;
+        let highlight = (level.power(s) * bent).min(one);
+        // Angles in widths of the highlight.
+        let (x2, root) = (s * turn.angle2, s.sqrt());
+        let x = root * turn.angle;
+        let nearest = (one - cosine.largest()).max(zero);
+        let y = (T::of(0.75) * (s - two).max(zero) * nearest - T::of(0.1) * x2).max(zero);
+        let near = (one - T::of(1.0 / 24.0) * y).max(zero);
+        let near = near * near * near;
+        let centre = T::of(0.03) * turn.spread.centre.abs() * x + T::of(0.008) * root * turn.bend_length;
+        let turned = x2 * (T::of(1.0 / 700.0) * x2 + centre) + s * turn.along;
+        let slope = T::of(0.61) * (turn.spread.error_bound * x + root * turn.across);
+        let unsure = T::of(0.25) * turn.spread.error_bound * x2;
+        let across = (reach + T::of(0.02) * turn.angle2 + turn.across - level).max(zero);
+        let beside = T::of(0.01) * reach * reach * reach * inverse;
+        let blunt = if s < two { T::of(0.5) * across + beside } else { across * reach };
+        let blunt = if s < T::of(6.0) { blunt } else { zero };
+        let off = (near * (turned + slope + unsure) + blunt).min(one);
+        (self.specular * highlight, self.specular * off)
     }
 
-    /// `light` under the shade `mean`, which may be `off`. Shades are rounded too, the sharper the more.
+    /// `light` under `mean`; its colour changes by `change` from start to end. Shades are rounded too, the sharper the
+    /// more.
     #[inline(always)]
-    pub fn apply(&self, mut light: Radiance<T>, (body, highlight): (T, T), off: T) -> Radiance<T> {
-        for channel in &mut light.color {
-            *channel = *channel * body + light.alpha * highlight;
+    pub fn apply(&self, mut light: Radiance<T>, mean: &MeanShade<T>, change: [T; 3]) -> Radiance<T> {
+        let Shade { body, highlight } = mean.shade;
+        for (channel, change) in light.color.iter_mut().zip(change) {
+            *channel = *channel * body + light.alpha * (highlight + mean.tilt * change);
         }
-        light.error = light.error * body + light.alpha * off;
+        light.error = light.error * body + light.alpha * mean.off;
         let rounded = T::of(0.5 * T::ROUNDING) * self.sharpness * light.alpha;
         let scale = body.max(T::one());
         light.variance = light.variance * scale * scale + rounded * rounded;
         light
-    }
-
-    /// The most that a body and a highlight can differ from any other.
-    #[inline(always)]
-    pub fn range(&self) -> (T, T) {
-        (self.diffuse, self.specular)
     }
 
     /// Light on an opaque surface with the outward normal `normal`, on its outer side only.
@@ -182,20 +210,6 @@ impl<T: Real> RayShading<T> {
     }
 }
 
-#[inline(always)]
-fn dot<T: Real>(a: &[T; 3], b: &[T; 3]) -> T {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
-/// About the square of the angle between two unit vectors, up to 4. A normal that turns round looks the same at both
-/// ends, but swings through all between. Two that are no normals at all are alike.
-#[inline(always)]
-fn turn2<T: Real>(a: &[T; 3], b: &[T; 3]) -> T {
-    let turned = T::of(2.0) * (T::one() - dot(a, b));
-    let are_none = dot(a, a) + dot(b, b) == T::zero();
-    if are_none { T::zero() } else { turned }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -204,20 +218,20 @@ mod tests {
 
     #[test]
     fn a_headlight_shines_fully_on_what_faces_it_from_either_side() {
-        let ray = SHADING.along::<f32>(DVec3::NEG_X, 1e-6);
+        let ray = SHADING.along::<f32>(DVec3::NEG_X);
         for gradient in [[3.0, 0.0, 0.0], [-1e30, 0.0, 0.0], [1e-30, 0.0, 0.0]] {
             let s = ray.shade(gradient);
             assert!((s.body - 0.9).abs() < 1e-6 && (s.highlight - 0.5).abs() < 1e-6, "{gradient:?}: {s:?}");
         }
         let across = ray.shade([0.0, 1.0, 0.0]);
-        assert_eq!((across.body, across.highlight), (0.2, 0.0));
+        assert!(across.body == 0.2 && across.highlight < 1e-30, "{across:?}");
         assert_eq!(ray.shade([0.0; 3]).body, 0.2);
     }
 
     #[test]
     fn the_sun_leaves_the_far_side_of_the_ground_dark() {
         let sun = Shading { towards_light: Some(DVec3::Z), ..SHADING };
-        let ray = sun.along::<f64>(DVec3::NEG_X, 1e-6);
+        let ray = sun.along::<f64>(DVec3::NEG_X);
         assert!((ray.solid(DVec3::Z) - 0.9).abs() < 1e-12);
         assert!((ray.solid(DVec3::NEG_Z) - 0.2).abs() < 1e-12);
     }

@@ -1,6 +1,6 @@
 //! Gathers: an element of a table for each lane.
 
-use crate::{Floats, Numbers, Table, Wide};
+use crate::{Floats, Numbers, Rows, Table, Wide};
 use fearless_simd::Simd;
 
 /// An instruction set with gathers. An index beyond a table's end reads the table's last element.
@@ -9,22 +9,23 @@ pub trait Machine: Simd {
     fn gather_u32(self, table: Table<'_, u32>, index: Numbers<Self>) -> Numbers<Self>;
     /// The elements with these indices.
     fn gather_f32(self, table: Table<'_, f32>, index: Numbers<Self>) -> Floats<Self>;
-    /// The elements with these indices.
-    fn gather_f64(self, table: Table<'_, f64>, index: Numbers<Self>) -> Wide<Self>;
+    /// The elements with these indices, and those that follow them; the table has two elements at least.
+    fn gather_f64_pair(self, table: Table<'_, f64>, index: Numbers<Self>) -> [Wide<Self>; 2];
+    /// The components of the elements with these indices.
+    fn gather_vector(self, table: Table<'_, [f64; 3]>, index: Numbers<Self>) -> [Wide<Self>; 3];
+    /// The members of the elements with these indices.
+    fn gather_record(self, table: Table<'_, [u32; 4]>, index: Numbers<Self>) -> [Numbers<Self>; 4];
     /// The elements with these indices, and those that follow them; the table has two elements at least.
     fn gather_pair(self, table: Table<'_, f32>, index: Numbers<Self>) -> (Floats<Self>, Floats<Self>);
     /// The lower and the upper halves of the elements with these indices.
     fn gather_u64(self, table: Table<'_, u64>, index: Numbers<Self>) -> (Numbers<Self>, Numbers<Self>);
-    /// As [`Self::gather_f32`], from registers where the table has 32 elements and the machine has room for them.
-    #[inline(always)]
-    fn look_up(self, table: Table<'_, f32>, index: Numbers<Self>) -> Floats<Self> {
-        self.gather_f32(table, index)
-    }
+    /// The elements of all rows with these indices.
+    fn look_up<const N: usize>(self, rows: &Rows<'_, N>, index: Numbers<Self>) -> [Floats<Self>; N];
 }
 
 #[cfg(target_arch = "x86_64")]
 mod x86 {
-    use super::{Floats, Machine, Numbers, Table, Wide};
+    use super::{Floats, Machine, Numbers, Rows, Table, Wide};
     use fearless_simd::prelude::*;
     use fearless_simd::{Avx2, Avx512, f32x8, f32x16, f64x4, f64x8, u32x8, u32x16};
     use std::arch::x86_64::*;
@@ -50,15 +51,53 @@ mod x86 {
         }
 
         #[inline(always)]
-        fn gather_f64(self, table: Table<'_, f64>, index: Numbers<Self>) -> Wide<Self> {
-            let index: __m256i = index.min(u32x8::splat(self, table.last())).into();
+        fn gather_f64_pair(self, table: Table<'_, f64>, index: Numbers<Self>) -> [Wide<Self>; 2] {
+            debug_assert!(table.last() > 0);
+            let index: __m256i = index.min(u32x8::splat(self, table.last() - 1)).into();
             let from = table.elements().as_ptr();
-            // SAFETY: above.
-            let (low, high) = unsafe {
-                let (low, high) = (_mm256_castsi256_si128(index), _mm256_extracti128_si256::<1>(index));
-                (_mm256_i32gather_pd::<8>(from, low), _mm256_i32gather_pd::<8>(from, high))
-            };
-            Wide(f64x4::simd_from(self, low), f64x4::simd_from(self, high))
+            // SAFETY: above; the second one is inside too.
+            unsafe { [gather_256(self, from, index), gather_256(self, from.add(1), index)] }
+        }
+
+        #[inline(always)]
+        fn gather_vector(self, table: Table<'_, [f64; 3]>, index: Numbers<Self>) -> [Wide<Self>; 3] {
+            let index = index.min(u32x8::splat(self, table.last() ));
+            let index: __m256i = (index + (index << 1)).into();
+            let from: *const f64 = table.elements().as_ptr().cast();
+            // SAFETY: above; three numbers are read of an element of three.
+            unsafe {
+                [
+                    gather_256(self, from, index),
+                    gather_256(self, from.add(1), index),
+                    gather_256(self, from.add(2), index),
+                ]
+            }
+        }
+
+        #[inline(always)]
+        fn gather_record(self, table: Table<'_, [u32; 4]>, index: Numbers<Self>) -> [Numbers<Self>; 4] {
+            let index: __m256i = (index.min(u32x8::splat(self, table.last())) << 2).into();
+            let from: *const i32 = table.elements().as_ptr().cast();
+            // SAFETY: above; four numbers are read of an element of four.
+            unsafe {
+                [
+                    _mm256_i32gather_epi32::<4>(from, index).simd_into(self),
+                    _mm256_i32gather_epi32::<4>(from.add(1), index).simd_into(self),
+                    _mm256_i32gather_epi32::<4>(from.add(2), index).simd_into(self),
+                    _mm256_i32gather_epi32::<4>(from.add(3), index).simd_into(self),
+                ]
+            }
+        }
+
+        #[inline(always)]
+        fn look_up<const N: usize>(self, rows: &Rows<'_, N>, index: Numbers<Self>) -> [Floats<Self>; N] {
+            let index: __m256i = index.min(u32x8::splat(self, rows.last())).into();
+            let mut found = [f32x8::splat(self, 0.0); N];
+            for k in 0..N {
+                // SAFETY: above; all rows are of one length.
+                found[k] = unsafe { _mm256_i32gather_ps::<4>(rows.row(k).as_ptr(), index) }.simd_into(self);
+            }
+            found
         }
 
         #[inline(always)]
@@ -92,6 +131,20 @@ mod x86 {
         }
     }
 
+    /// The elements of eight indices.
+    ///
+    /// # Safety
+    /// The elements are inside an array that is borrowed, and the machine has AVX2, as the token says.
+    #[inline(always)]
+    unsafe fn gather_256(simd: Avx2, from: *const f64, index: __m256i) -> Wide<Avx2> {
+        // SAFETY: the caller's.
+        let (low, high) = unsafe {
+            let (low, high) = (_mm256_castsi256_si128(index), _mm256_extracti128_si256::<1>(index));
+            (_mm256_i32gather_pd::<8>(from, low), _mm256_i32gather_pd::<8>(from, high))
+        };
+        Wide(f64x4::simd_from(simd, low), f64x4::simd_from(simd, high))
+    }
+
     /// The even and the odd elements of eight pairs.
     ///
     /// # Safety
@@ -123,15 +176,42 @@ mod x86 {
         }
 
         #[inline(always)]
-        fn gather_f64(self, table: Table<'_, f64>, index: Numbers<Self>) -> Wide<Self> {
-            let index: __m512i = index.min(u32x16::splat(self, table.last())).into();
+        fn gather_f64_pair(self, table: Table<'_, f64>, index: Numbers<Self>) -> [Wide<Self>; 2] {
+            debug_assert!(table.last() > 0);
+            let index: __m512i = index.min(u32x16::splat(self, table.last() - 1)).into();
             let from = table.elements().as_ptr();
-            // SAFETY: above.
-            let (low, high) = unsafe {
-                let (low, high) = (_mm512_castsi512_si256(index), _mm512_extracti64x4_epi64::<1>(index));
-                (_mm512_i32gather_pd::<8>(low, from), _mm512_i32gather_pd::<8>(high, from))
-            };
-            Wide(f64x8::simd_from(self, low), f64x8::simd_from(self, high))
+            // SAFETY: above; the second one is inside too.
+            unsafe { [gather_512(self, from, index), gather_512(self, from.add(1), index)] }
+        }
+
+        #[inline(always)]
+        fn gather_vector(self, table: Table<'_, [f64; 3]>, index: Numbers<Self>) -> [Wide<Self>; 3] {
+            let index = index.min(u32x16::splat(self, table.last() ));
+            let index: __m512i = (index + (index << 1)).into();
+            let from: *const f64 = table.elements().as_ptr().cast();
+            // SAFETY: above; three numbers are read of an element of three.
+            unsafe {
+                [
+                    gather_512(self, from, index),
+                    gather_512(self, from.add(1), index),
+                    gather_512(self, from.add(2), index),
+                ]
+            }
+        }
+
+        #[inline(always)]
+        fn gather_record(self, table: Table<'_, [u32; 4]>, index: Numbers<Self>) -> [Numbers<Self>; 4] {
+            let index: __m512i = (index.min(u32x16::splat(self, table.last())) << 2).into();
+            let from: *const i32 = table.elements().as_ptr().cast();
+            // SAFETY: above; four numbers are read of an element of four.
+            unsafe {
+                [
+                    _mm512_i32gather_epi32::<4>(index, from).simd_into(self),
+                    _mm512_i32gather_epi32::<4>(index, from.add(1)).simd_into(self),
+                    _mm512_i32gather_epi32::<4>(index, from.add(2)).simd_into(self),
+                    _mm512_i32gather_epi32::<4>(index, from.add(3)).simd_into(self),
+                ]
+            }
         }
 
         #[inline(always)]
@@ -165,17 +245,41 @@ mod x86 {
         }
 
         #[inline(always)]
-        fn look_up(self, table: Table<'_, f32>, index: Numbers<Self>) -> Floats<Self> {
-            let Ok(table): Result<&[f32; 32], _> = table.elements().try_into() else {
-                return self.gather_f32(table, index);
-            };
-            // SAFETY: 32 elements are read from an array of as many; the machine has AVX-512.
-            unsafe {
-                let (low, high) = (_mm512_loadu_ps(table.as_ptr()), _mm512_loadu_ps(table.as_ptr().add(16)));
-                _mm512_permutex2var_ps(low, index.into(), high)
+        fn look_up<const N: usize>(self, rows: &Rows<'_, N>, index: Numbers<Self>) -> [Floats<Self>; N] {
+            let mut found = [f32x16::splat(self, 0.0); N];
+            if rows.last() == 31 {
+                for k in 0..N {
+                    let row = rows.row(k).as_ptr();
+                    // SAFETY: 32 elements are read from a row of as many; the machine has AVX-512. Two registers hold
+                    // them.
+                    let row = unsafe {
+                        _mm512_permutex2var_ps(_mm512_loadu_ps(row), index.into(), _mm512_loadu_ps(row.add(16)))
+                    };
+                    found[k] = row.simd_into(self);
+                }
+                return found;
             }
-            .simd_into(self)
+            let index: __m512i = index.min(u32x16::splat(self, rows.last())).into();
+            for k in 0..N {
+                // SAFETY: above; all rows are of one length.
+                found[k] = unsafe { _mm512_i32gather_ps::<4>(index, rows.row(k).as_ptr()) }.simd_into(self);
+            }
+            found
         }
+    }
+
+    /// The elements of sixteen indices.
+    ///
+    /// # Safety
+    /// The elements are inside an array that is borrowed, and the machine has AVX-512, as the token says.
+    #[inline(always)]
+    unsafe fn gather_512(simd: Avx512, from: *const f64, index: __m512i) -> Wide<Avx512> {
+        // SAFETY: the caller's.
+        let (low, high) = unsafe {
+            let (low, high) = (_mm512_castsi512_si256(index), _mm512_extracti64x4_epi64::<1>(index));
+            (_mm512_i32gather_pd::<8>(low, from), _mm512_i32gather_pd::<8>(high, from))
+        };
+        Wide(f64x8::simd_from(simd, low), f64x8::simd_from(simd, high))
     }
 
     /// The even and the odd elements of sixteen pairs.
@@ -195,9 +299,14 @@ mod x86 {
 
 #[cfg(target_arch = "aarch64")]
 mod arm {
-    use super::{Floats, Machine, Numbers, Table, Wide};
+    use super::{Floats, Machine, Numbers, Rows, Table, Wide};
     use fearless_simd::prelude::*;
     use fearless_simd::{Neon, f32x4, f64x2, u32x4};
+
+    #[inline(always)]
+    fn four(simd: Neon, of: impl Fn(usize) -> f64) -> Wide<Neon> {
+        Wide(f64x2::simd_from(simd, [of(0), of(1)]), f64x2::simd_from(simd, [of(2), of(3)]))
+    }
 
     // NEON has no gathers: lanes are read one after the other.
     impl Machine for Neon {
@@ -214,9 +323,34 @@ mod arm {
         }
 
         #[inline(always)]
-        fn gather_f64(self, table: Table<'_, f64>, index: Numbers<Self>) -> Wide<Self> {
-            let at = |lane: usize| table.elements()[index[lane].min(table.last()) as usize];
-            Wide(f64x2::simd_from(self, [at(0), at(1)]), f64x2::simd_from(self, [at(2), at(3)]))
+        fn gather_f64_pair(self, table: Table<'_, f64>, index: Numbers<Self>) -> [Wide<Self>; 2] {
+            let index = index.min(u32x4::splat(self, table.last() - 1));
+            let at = |lane: usize, next: usize| table.elements()[index[lane] as usize + next];
+            [four(self, |lane| at(lane, 0)), four(self, |lane| at(lane, 1))]
+        }
+
+        #[inline(always)]
+        fn gather_vector(self, table: Table<'_, [f64; 3]>, index: Numbers<Self>) -> [Wide<Self>; 3] {
+            let at = |lane: usize, k: usize| table.elements()[index[lane].min(table.last()) as usize][k];
+            [four(self, |lane| at(lane, 0)), four(self, |lane| at(lane, 1)), four(self, |lane| at(lane, 2))]
+        }
+
+        #[inline(always)]
+        fn gather_record(self, table: Table<'_, [u32; 4]>, index: Numbers<Self>) -> [Numbers<Self>; 4] {
+            let at = |lane: usize, k: usize| table.elements()[index[lane].min(table.last()) as usize][k];
+            let member = |k: usize| u32x4::simd_from(self, [at(0, k), at(1, k), at(2, k), at(3, k)]);
+            [member(0), member(1), member(2), member(3)]
+        }
+
+        #[inline(always)]
+        fn look_up<const N: usize>(self, rows: &Rows<'_, N>, index: Numbers<Self>) -> [Floats<Self>; N] {
+            let index = index.min(u32x4::splat(self, rows.last()));
+            let mut found = [f32x4::splat(self, 0.0); N];
+            for (k, found) in found.iter_mut().enumerate() {
+                let at = |lane: usize| rows.row(k)[index[lane] as usize];
+                *found = f32x4::simd_from(self, [at(0), at(1), at(2), at(3)]);
+            }
+            found
         }
 
         #[inline(always)]

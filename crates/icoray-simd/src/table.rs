@@ -42,9 +42,44 @@ impl<'t, X> Table<'t, X> {
     }
 }
 
+/// Tables of f32 that are of one length.
+#[derive(Debug, Clone, Copy)]
+pub struct Rows<'t, const N: usize> {
+    rows: [&'t [f32]; N],
+    last: u32,
+}
+
+impl<'t, const N: usize> Rows<'t, N> {
+    /// These rows; `None` where they are of different lengths, or a [`Table`] cannot have them.
+    #[inline]
+    pub fn new(rows: [&'t [f32]; N]) -> Option<Self> {
+        let last = Table::new(rows.first()?)?.last();
+        rows.iter().all(|row| row.len() == rows[0].len()).then_some(Rows { rows, last })
+    }
+
+    /// A row.
+    #[inline(always)]
+    pub fn row(&self, k: usize) -> &'t [f32] {
+        self.rows[k]
+    }
+
+    /// The last index.
+    #[inline(always)]
+    pub fn last(&self) -> u32 {
+        self.last
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn rows_are_of_one_length() {
+        assert!(Rows::new([&[1.0, 2.0], &[3.0]]).is_none());
+        assert!(Rows::new([&[], &[]]).is_none());
+        assert_eq!(Rows::new([&[1.0, 2.0], &[3.0, 4.0]]).unwrap().last(), 1);
+    }
 
     #[test]
     fn a_table_has_elements() {

@@ -89,7 +89,7 @@ impl Composer<'_> {
             return None;
         }
         let t = line.first_inside(self.radius[0], part)?;
-        let shading = self.shading.map(|shading| shading.along(dir, self.budget.color_tolerance));
+        let shading = self.shading.map(|shading| shading.along(dir));
         Some((t, core.round_light(line.position(t), shading.as_ref())))
     }
 }

@@ -100,7 +100,7 @@ fn structs_have_the_same_layout_in_rust_and_wgsl() {
     same_layout!(&picture, Step: value extinction);
     same_layout!(&picture, ShellLayer: radius_hi radius_lo curvature inverse);
     same_layout!(&picture, Piece: left top width height first stride hint);
-    same_layout!(&picture, Shading: light_hi ambient light_lo diffuse specular shininess sharpness blind dull
+    same_layout!(&picture, Shading: light_hi ambient light_lo diffuse specular shininess sharpness
         is_headlight max_cuts);
     same_layout!(&picture, Pixel: red green blue alpha error variance columns frusta void_frusta);
     same_layout!(&gradient, Around: first columns row);

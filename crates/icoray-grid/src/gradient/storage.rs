@@ -8,7 +8,7 @@ pub enum Gradients {
     /// In single precision: 12 bytes.
     Whole(Vec<[f32; 3]>),
     /// In 8 bytes: the largest component to 1e-5, the others as near as that one. Below 1e-32 they are less exact.
-    Packed(Vec<Packed>),
+    Packed(Vec<u64>),
 }
 
 impl Gradients {
@@ -22,7 +22,7 @@ impl Gradients {
     pub fn at(&self, i: usize) -> [f32; 3] {
         match self {
             Gradients::Whole(all) => all[i],
-            Gradients::Packed(all) => all[i].unpack(),
+            Gradients::Packed(all) => Packed(all[i]).unpack(),
         }
     }
 
@@ -42,6 +42,14 @@ impl Gradients {
         }
     }
 
+    /// Packed gradients as they are stored.
+    pub fn words(&self) -> Option<&[u64]> {
+        match self {
+            Gradients::Whole(_) => None,
+            Gradients::Packed(all) => Some(all),
+        }
+    }
+
     /// Bytes of memory.
     pub fn bytes(&self) -> usize {
         match self {
@@ -54,7 +62,7 @@ impl Gradients {
     pub fn with_room(self, count: usize, packed: bool) -> Self {
         match (self, packed) {
             (Gradients::Whole(memory), false) => Gradients::Whole(resized(memory, count, [0.0; 3])),
-            (Gradients::Packed(memory), true) => Gradients::Packed(resized(memory, count, Packed(0))),
+            (Gradients::Packed(memory), true) => Gradients::Packed(resized(memory, count, 0)),
             (other, packed) => {
                 // Freed before the new buffer is allocated.
                 drop(other);
@@ -92,12 +100,12 @@ const BITS: u32 = 18;
 const MAX_COMPONENT: f32 = ((1 << (BITS - 1)) - 1) as f32;
 const MASK: u64 = (1 << BITS) - 1;
 
-impl GradientFormat for Packed {
+impl GradientFormat for u64 {
     /// A gradient that is not finite becomes zero.
     fn of(gradient: [f32; 3]) -> Self {
         let largest = gradient.iter().fold(0.0f32, |most, g| most.max(g.abs()));
         if !gradient.iter().all(|g| g.is_finite()) || largest == 0.0 {
-            return Packed(0);
+            return 0;
         }
         // The largest component is below 2^(exponent - 126), and so below 2^17 units.
         let exponent = (largest.to_bits() >> 23).max(BITS - 1) - (BITS - 2);
@@ -109,7 +117,7 @@ impl GradientFormat for Packed {
             u64::from(rounded.to_bits().wrapping_sub(ROUNDS.to_bits())) & MASK
         };
         let [x, y, z] = gradient.map_inline(number);
-        Packed(x | y << BITS | z << (2 * BITS) | u64::from(exponent) << (3 * BITS))
+        x | y << BITS | z << (2 * BITS) | u64::from(exponent) << (3 * BITS)
     }
 }
 
@@ -135,7 +143,7 @@ mod tests {
         for (i, x) in sizes.iter().enumerate() {
             for part in [-1.0, -0.500_01, -1e-3, 0.0, 1e-6, 0.333, 1.0] {
                 let gradient = [*x, part * x, -part * sizes[(i * 7) % sizes.len()].min(*x)];
-                let near = Packed::of(gradient).unpack();
+                let near = Packed(u64::of(gradient)).unpack();
                 let off = gradient.iter().zip(near).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
                 worst = worst.max(off / x.max(f32::MIN_POSITIVE));
                 assert!(off <= 1e-5 * x, "{gradient:?} becomes {near:?}");
@@ -147,7 +155,7 @@ mod tests {
     #[test]
     fn what_has_no_direction_is_zero() {
         for gradient in [[0.0; 3], [f32::NAN, 1.0, 0.0], [f32::INFINITY, 0.0, 1.0], [1e-44, 0.0, 0.0]] {
-            assert_eq!(Packed::of(gradient).unpack(), [0.0; 3], "{gradient:?}");
+            assert_eq!(Packed(u64::of(gradient)).unpack(), [0.0; 3], "{gradient:?}");
         }
     }
 

@@ -4,6 +4,7 @@
 //! through the side between a left and a right vertex; the third vertex, the apex, decides between the two other sides.
 
 use super::Grid;
+use crate::array::MapInline;
 use rayon::prelude::*;
 
 /// A side of a triangle, as it is entered.
@@ -58,7 +59,7 @@ impl Grid<'_> {
     /// The half-edges of a triangle.
     fn sides(&self, triangle: u32) -> [HalfEdge; 3] {
         let (cells, beyond) = self.counterclockwise(triangle);
-        [0, 1, 2].map(|k| {
+        [0, 1, 2].map_inline(|k| {
             let [left, right, apex] = [cells[k], cells[(k + 1) % 3], cells[(k + 2) % 3]];
             let on_left = self.half_edge(beyond[k], apex, right);
             let on_right = self.half_edge(beyond[(k + 1) % 3], left, apex);

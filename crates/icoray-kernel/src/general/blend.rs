@@ -4,16 +4,18 @@
 //! from the piece's start is a sum of closed forms (`piece.rs`). The remaining integral is the mean colour of the
 //! absorbed light, `∫ Σσc e^-T / ∫ Σσ e^-T`: a ratio, so that a constant colour is exact. Both integrals are taken by
 //! Simpson's rule. In a thin panel the difference from the rule of the ends alone is the error; where the panel is not
-//! thin or the error too large, the panel is halved, front half first, until the ray ends. With lighting, the effect of
-//! the turn of normals between the three places is added, as in the kernel of one field ([`RayShading::turned`]); where
-//! it is too large, five places are evaluated before the panel is halved. The error is an estimate, not a bound: three
+//! thin or the error too large, the panel is halved, front half first, until the ray ends. With lighting, each medium
+//! has one shade in a panel, that of its mean normal, as in the kernel of one field ([`RayShading::mean`]); where its
+//! light is centred is known from what it absorbs at the three places. The error is an estimate, not a bound: three
 //! places may miss how the colours of several fields mix.
 
 use super::source::TransferMap;
+use crate::lit::{LightSpread, spare};
 use crate::piece::{Radiance, bend_factor};
 use crate::segment::Segment;
-use crate::shade::{RayShading, Shade};
+use crate::shade::{ColorChange, MeanShade, RayShading};
 use crate::transfer::Span;
+use crate::turn::Turn;
 use icoray_grid::array::MapInline;
 
 /// A volume: colour by one field, extinction by the same or another one.
@@ -97,19 +99,18 @@ impl Node {
     }
 }
 
-/// Extinction and shade of a part at a node.
+/// A part at a node.
 #[derive(Debug, Clone, Copy)]
 struct LitPart {
     extinction: f64,
-    shade: Shade<f64>,
+    color: [f64; 3],
+    gradient: [f64; 3],
 }
 
 /// A part of a piece between two places, and how often the piece was halved for it.
 #[derive(Debug, Clone, Copy)]
 struct Panel {
     first: Node,
-    /// Where it is known already.
-    middle: Option<Node>,
     last: Node,
     halves: u32,
 }
@@ -147,41 +148,30 @@ impl<G: Fn(usize, f64) -> [f64; 3]> Blend<'_, '_, G> {
         panels.clear();
         lit.clear();
         let (first, last) = (self.node(from, from, lit), self.node(from, to, lit));
-        panels.push(Panel { first, middle: None, last, halves: 0 });
-        while let Some(Panel { first, middle, last, halves }) = panels.pop() {
-            let halfway = |one: &Node, other: &Node| 0.5 * (one.u + other.u);
-            let middle = middle.unwrap_or_else(|| self.node(from, halfway(&first, &last), lit));
+        panels.push(Panel { first, last, halves: 0 });
+        while let Some(Panel { first, last, halves }) = panels.pop() {
+            let middle = self.node(from, 0.5 * (first.u + last.u), lit);
             let depth = last.depth - first.depth;
             // A NaN depth would never converge.
             if depth.is_nan() || depth <= 0.0 {
                 continue;
             }
-            let is_thin = depth <= THIN;
-            let (mut color, [rule, spread]) = mean([&first, &middle, &last]);
-            let turned = self.normal_turn_error(lit, [&first, &middle, &last]);
+            let mut nodes = [first, middle, last];
+            let shade_off = self.shade(lit, &mut nodes);
+            let (color, [rule, spread]) = mean(nodes.each_ref());
             // Between their places colours may be farther apart than at these, by what a chord misses: 81/32 of what
             // the rule does, and half a kink.
-            let mut off = if is_thin { rule + turned } else { spread + 3.0 * turned };
-            let mut quarters = None;
-            if self.shading.is_some() && is_thin && off > self.color_tolerance {
-                let before = self.node(from, halfway(&first, &middle), lit);
-                let behind = self.node(from, halfway(&middle, &last), lit);
-                if let Some((finer, nearer)) = self.by_five(lit, [&first, &before, &middle, &behind, &last]) {
-                    off = color_difference(&color, &finer) + nearer;
-                    color = finer;
-                }
-                quarters = Some([before, behind]);
-            }
-            if off <= self.color_tolerance || halves == MAX_HALVINGS {
-                let absorbed = -(-depth).exp_m1();
+            let off = if depth <= THIN { rule + shade_off } else { spread + 3.0 * shade_off };
+            let absorbed = -(-depth).exp_m1();
+            let spare = self.shading.map_or(0.0, |_| spare(light, self.color_tolerance));
+            if (off - self.color_tolerance) * absorbed <= spare || halves == MAX_HALVINGS {
                 light.over(&Radiance { error: absorbed * off, ..Radiance::plain(color, absorbed) });
                 if light.transmittance() <= self.min_transmittance {
                     return;
                 }
             } else {
-                let [before, behind] = quarters.map_or([None; 2], |nodes| nodes.map_inline(Some));
-                panels.push(Panel { first: middle, middle: behind, last, halves: halves + 1 });
-                panels.push(Panel { first, middle: before, last: middle, halves: halves + 1 });
+                panels.push(Panel { first: middle, last, halves: halves + 1 });
+                panels.push(Panel { first, last: middle, halves: halves + 1 });
             }
         }
     }
@@ -190,11 +180,9 @@ impl<G: Fn(usize, f64) -> [f64; 3]> Blend<'_, '_, G> {
     fn node(&self, from: f64, u: f64, lit: &mut Vec<LitPart>) -> Node {
         let mut node = Node { u, rate: 0.0, color: [0.0; 3], depth: 0.0, lit: lit.len() };
         for part in self.parts {
-            let (rate, mut color) = part.at(u);
-            if let Some(shading) = self.shading {
-                let shade = shading.shade((self.gradient)(part.slot, u));
-                color = color.map_inline(|c| c * shade.body + shade.highlight);
-                lit.push(LitPart { extinction: rate, shade });
+            let (rate, color) = part.at(u);
+            if self.shading.is_some() {
+                lit.push(LitPart { extinction: rate, color, gradient: (self.gradient)(part.slot, u) });
             }
             node.rate += rate;
             node.color = [0, 1, 2].map_inline(|k| node.color[k] + rate * color[k]);
@@ -203,29 +191,55 @@ impl<G: Fn(usize, f64) -> [f64; 3]> Blend<'_, '_, G> {
         node
     }
 
-    /// The mean colour by five places, and how far it may be off because of what normals do in between.
+    /// Puts the colours at the start, middle and end of a panel under light, each medium under its mean shade there.
+    /// Gives the error of the shades per absorbed light.
     #[inline]
-    fn by_five(&self, lit: &[LitPart], nodes: [&Node; 5]) -> Option<([f64; 3], f64)> {
-        let color = weighed(&nodes, &[1.0, 4.0, 2.0, 4.0, 1.0])?;
-        let [a, b, c, d, e] = nodes;
-        Some((color, self.normal_turn_error(lit, [a, b, c]).max(self.normal_turn_error(lit, [c, d, e]))))
-    }
-
-    /// Error of the mean colour from turns of the normals between the start, middle and end of a panel.
-    #[inline]
-    fn normal_turn_error(&self, lit: &[LitPart], nodes: [&Node; 3]) -> f64 {
+    fn shade(&self, lit: &[LitPart], nodes: &mut [Node; 3]) -> f64 {
         let Some(shading) = self.shading else { return 0.0 };
-        let mut off = 0.0;
-        for (k, part) in self.parts.iter().enumerate() {
-            let [a, m, b] = nodes.map_inline(|node| &lit[node.lit + k]);
-            let share = |part: &LitPart, node: &Node| if node.rate > 0.0 { part.extinction / node.rate } else { 0.0 };
-            let share = share(a, nodes[0]).max(share(m, nodes[1])).max(share(b, nodes[2]));
-            let turned = shading.turned(&a.shade, &m.shade, &b.shade);
-            let (body, highlight) = turned.unwrap_or_else(|| shading.range());
-            off += share * (part.spans[0].brightest() * body + highlight);
+        let through = nodes.each_ref().map_inline(|node| (nodes[0].depth - node.depth).exp());
+        let (mut off, mut sum) = (0.0, 0.0);
+        for node in nodes.iter_mut() {
+            node.color = [0.0; 3];
         }
-        off
+        for (k, part) in self.parts.iter().enumerate() {
+            let parts = nodes.each_ref().map_inline(|node| &lit[node.lit + k]);
+            let absorbs = [0, 1, 2].map_inline(|i| through[i] * parts[i].extinction);
+            let MeanShade { shade, tilt, off: part_off } = part.mean_shade(shading, parts, absorbs);
+            let rise = [0, 1, 2].map_inline(|k| parts[2].color[k] - parts[0].color[k]);
+            for (node, part) in nodes.iter_mut().zip(parts) {
+                let lit = |k: usize| part.color[k] * shade.body + shade.highlight + tilt * rise[k];
+                node.color = [0, 1, 2].map_inline(|k| node.color[k] + part.extinction * lit(k));
+            }
+            let absorbed = simpson(absorbs);
+            off += absorbed * part_off;
+            sum += absorbed;
+        }
+        if sum > 0.0 { off / sum } else { 0.0 }
     }
+}
+
+impl MediumPiece<'_> {
+    /// The shade of the medium between three places, in which it absorbs so much of the light.
+    #[inline]
+    fn mean_shade(&self, shading: &RayShading<f64>, parts: [&LitPart; 3], absorbs: [f64; 3]) -> MeanShade<f64> {
+        let [a, m, b] = absorbs;
+        let mean = simpson(absorbs) + f64::MIN_POSITIVE;
+        let bent = (a - m - m + b).abs() / mean;
+        let spread = LightSpread { centre: (b - a) / (12.0 * mean), error_bound: (0.2 * bent).min(0.5) };
+        let eps = self.segments[1].eps;
+        let turn = Turn::of(&parts.map_inline(|part| part.gradient), eps, spread);
+        let [start, middle, end] = parts.map_inline(|part| &part.color);
+        let most = |of: &dyn Fn(usize) -> f64| of(0).abs().max(of(1).abs()).max(of(2).abs());
+        let bend = 2.0 * most(&|k| start[k] - 2.0 * middle[k] + end[k]);
+        let change = most(&|k| end[k] - start[k]) + bend;
+        shading.mean(&turn, &ColorChange { brightest: self.spans[0].brightest(), change, bend, eps })
+    }
+}
+
+/// Simpson's mean.
+#[inline]
+fn simpson([a, m, b]: [f64; 3]) -> f64 {
+    (a + 4.0 * m + b) / 6.0
 }
 
 /// The mean colour of the light that is absorbed between places of these weights.

@@ -120,7 +120,7 @@ impl<'r, 'f> RayState<'r, 'f> {
             scene: tracer.scene,
             line,
             // A highlight that is left out has no error estimate on isosurfaces, so none is left out.
-            shading: tracer.shading.map(|shading| shading.along(dir, 0.0)),
+            shading: tracer.shading.map(|shading| shading.along(dir)),
             has_headlight: tracer.shading.is_some_and(|shading| shading.towards_light.is_none()),
             clips: tracer.scene.clips.along(&line),
             budget: tracer.budget,

@@ -5,9 +5,8 @@ use super::medium::number;
 use super::part::all;
 use crate::column::Shell;
 use fearless_simd::prelude::*;
-use icoray_grid::array::MapInline;
 use icoray_grid::occupancy::OccupancyMask;
-use icoray_simd::{Floats, Machine, Mask, Table, Wide, wide_mask};
+use icoray_simd::{Floats, Machine, Mask, Numbers, Table, Wide, wide_mask};
 
 /// Where the lanes' rays leave their gaps.
 pub(super) struct Crossing<V: Machine> {
@@ -27,7 +26,7 @@ impl<V: Machine> Lanes<V> {
     /// The ways through the gaps; `bounds` are [`Shell::bounds`].
     #[inline(always)]
     pub fn cross(&self, simd: V, bounds: Table<'_, f64>) -> Crossing<V> {
-        let [low, high] = [simd.gather_f64(bounds, self.gap), simd.gather_f64(bounds, self.gap + 1)];
+        let [low, high] = simd.gather_f64_pair(bounds, self.gap);
         let (rising, one) = (wide_mask::<V>(self.rising), Wide::splat(simd, 1.0));
         let ahead = high.over(rising, low);
         // Rising rays pass a layer up to their column's exit, falling ones one above it.
@@ -36,7 +35,7 @@ impl<V: Machine> Lanes<V> {
         let curvature = one / ahead;
         let u = ((ahead - self.rho[0]) * self.scale).fraction(simd);
         let tau = (u * self.rho[1] * curvature).fraction(simd);
-        let [u, tau] = [u, tau].map_inline(|part| part.over(wide, one));
+        let (u, tau) = (u.over(wide, one), tau.over(wide, one));
         let height = ahead.over(wide, self.rho[1]);
         let (none, whole) = (all(simd, 0.0), all(simd, 1.0));
         let place = ((height - low).narrow() * (one / (high - low)).narrow()).max(none).min(whole);
@@ -69,6 +68,54 @@ impl<V: Machine> Lanes<V> {
         // Behind a layer lies the other side of the next gap.
         let place = self.rising.select(all(simd, 0.0), all(simd, 1.0));
         self.place = passing.select(place, leaving.select(crossing.place, self.place));
+    }
+
+    /// The gaps that hold these heights, as [`Shell::gap`], searched from those of the lanes, and the fractions of the
+    /// way from the layers below to those above.
+    #[inline(always)]
+    fn gaps_at(&self, simd: V, shell: &Shell<f32>, bounds: Table<'_, f64>, height: Wide<V>) -> (Numbers<V>, Floats<V>) {
+        let (one, none) = (number(simd, 1), number(simd, 0));
+        let (first, per_height) = (Wide::splat(simd, shell.inner()), Wide::splat(simd, shell.buckets_per_height()));
+        let bucket = ((height - first) * per_height).narrow().max(all(simd, 0.0)).to_int::<Numbers<V>>();
+        let mut gap = match Table::new(shell.below()) {
+            Some(below) => simd.gather_u32(below, bucket),
+            None => self.gap,
+        };
+        loop {
+            let [low, high] = simd.gather_f64_pair(bounds, gap);
+            let (is_above, is_below) = (high.le(height).narrow(), height.lt(low).narrow());
+            if (is_above | is_below).all_false() {
+                let place = (height - low).narrow() * (Wide::splat(simd, 1.0) / (high - low)).narrow();
+                return (gap, place.max(all(simd, 0.0)).min(all(simd, 1.0)));
+            }
+            gap = gap + is_above.select(one, none) - is_below.select(one, none);
+        }
+    }
+
+    /// Takes those lanes of `entered` in whose columns nothing shows to their columns' exits; returns their bits. Columns
+    /// that reach to the core or above all layers are not left out.
+    #[inline(always)]
+    pub fn skip_columns(
+        &mut self,
+        simd: V,
+        shell: &Shell<f32>,
+        bounds: Table<'_, f64>,
+        visible: &OccupancyMask,
+        entered: Mask<V>,
+    ) -> u32 {
+        let Some(blocks) = Table::new(&visible.blocks) else { return 0 };
+        let blocks = simd.gather_u32(blocks, self.triangles);
+        let (exit, place) = self.gaps_at(simd, shell, bounds, self.rho[1]);
+        let (low, high) = (self.gap.min(exit), self.gap.max(exit));
+        let most = number(simd, u32::MAX);
+        let (first, last) = (((low - 1) >> visible.shift).min(31), ((high - 1) >> visible.shift).min(31));
+        let between = (most << first) & (most >> (number(simd, 31) - last));
+        let shows = (blocks & between).simd_ne(0);
+        let ends = low.simd_eq(0) | high.simd_eq(shell.layers() as u32);
+        let skipped = entered & !(shows | ends);
+        self.gap = skipped.select(exit, self.gap);
+        self.place = skipped.select(place, self.place);
+        skipped.to_bitmask() as u32
     }
 
     /// Sets the gap of a lane by the height at which it is.

@@ -8,7 +8,6 @@ use super::medium::Medium;
 use super::part::{Part, all};
 use crate::piece::THIN;
 use fearless_simd::prelude::*;
-use icoray_grid::array::MapInline;
 use icoray_simd::{Floats, Machine, Mask, exp2};
 
 /// The largest |ε| for which the series of the bend factor is exact to f32's last digit.
@@ -67,11 +66,12 @@ impl<V: Machine> Outcome<V> {
 impl<'p, V: Machine> Integral<'p, V> {
     #[inline(always)]
     pub fn new(simd: V, part: &'p Part<V>, medium: &'p Medium<V>) -> Self {
-        let ends = [part.f0, part.f1].map_inline(|f| medium.extinction(simd, f));
+        let ends = [medium.extinction(simd, part.f0), medium.extinction(simd, part.f1)];
         let rise = part.f1 - part.f0;
         let bend = part.kappa * bend_factor(simd, part.eps);
         let steep = rise.abs() + bend.abs();
-        let depth = (part.length * (medium.slope * bend * (1.0 / 6.0) + (ends[0] + ends[1]) * 0.5)).max(all(simd, 0.0));
+        let mean = (medium.slope * bend).mul_add(1.0 / 6.0, (ends[0] + ends[1]) * 0.5);
+        let depth = (part.length * mean).max(all(simd, 0.0));
         let curve = part.length * medium.slope.abs() * steep;
         Integral { simd, part, medium, ends, rise, bend, steep, curve, depth }
     }
@@ -82,15 +82,17 @@ impl<'p, V: Machine> Integral<'p, V> {
         let (x, b) = (self.depth, self.curve);
         let absorbed = absorbed_by_thin(self.simd, x);
         let y = b.mul_add(0.5, x);
-        let own = self.steep * (b * (x * 0.02 + b * (1.0 / 240.0)) + y * y * y * (1.0 / 24.0));
+        let cubed = y * y * y * (1.0 / 24.0);
+        let own = self.steep * b.mul_add(x.mul_add(0.02, b * (1.0 / 240.0)), cubed);
         let error = self.medium.steepest * (own + self.skew(absorbed));
         let is_near = x.simd_lt(THIN as f32) & error.simd_le(absorbed * color_tolerance);
         let (bend, third) = (self.bend, 1.0 / 3.0);
         let p = self.rise + bend;
-        let level = self.ends[0] * (p * 0.5 - bend * (2.0 / 3.0));
-        let ramp = self.medium.slope * (p * (p * (1.0 / 6.0) - bend * third) + bend * bend * (2.0 / 15.0));
-        let one = all(self.simd, 1.0);
-        let weight = self.part.length * (level + ramp) * (one - x * third) + bend * x * x * (1.0 / 36.0);
+        let level = self.ends[0] * bend.mul_add(-2.0 / 3.0, p * 0.5);
+        let ramp = p.mul_add(bend.mul_add(-third, p * (1.0 / 6.0)), bend * bend * (2.0 / 15.0));
+        let thinned = x.mul_add(-third, all(self.simd, 1.0));
+        let weight = self.part.length * self.medium.slope.mul_add(ramp, level) * thinned;
+        let weight = (bend * x * x).mul_add(1.0 / 36.0, weight);
         Outcome { absorbed, weight, error, is_near }
     }
 
@@ -101,13 +103,8 @@ impl<'p, V: Machine> Integral<'p, V> {
         let simd = self.simd;
         let absorbed = absorbed_by(simd, self.depth);
         let (length, slope, bend) = (self.part.length, self.medium.slope, self.bend);
-        let weighted = |u: f32| {
-            let risen = (self.rise * 0.5 + bend * (0.5 - u * (1.0 / 3.0))) * (u * u);
-            let depth = (length * (self.ends[0] * u + slope * risen)).max(all(simd, 0.0));
-            (self.rise + bend * (1.0 - 2.0 * u)) * absorbed_by(simd, depth)
-        };
         let offset = 0.288_675_13;
-        let weight = (weighted(0.5 - offset) + weighted(0.5 + offset)) * 0.5 + length * slope * bend * bend * (1.0 / 270.0);
+        let weight = (self.weighted(0.5 - offset) + self.weighted(0.5 + offset)) * 0.5 + length * slope * bend * bend * (1.0 / 270.0);
         let error = self.medium.steepest * (self.gauss_error() + self.skew(absorbed));
         let allowed = absorbed * color_tolerance;
         let is_exact = error.simd_le(allowed);
@@ -120,6 +117,15 @@ impl<'p, V: Machine> Integral<'p, V> {
             error: is_exact.select(error, half_change * absorbed),
             is_near: (is_exact | is_plain) & is_small,
         }
+    }
+
+    /// The integrand of W at `u`.
+    #[inline(always)]
+    fn weighted(&self, u: f32) -> Floats<V> {
+        let risen = (self.rise * 0.5 + self.bend * (0.5 - u * (1.0 / 3.0))) * (u * u);
+        let depth = self.part.length * (self.ends[0] * u + self.medium.slope * risen);
+        let absorbed = absorbed_by(self.simd, depth.max(all(self.simd, 0.0)));
+        (self.rise + self.bend * (1.0 - 2.0 * u)) * absorbed
     }
 
     #[inline(always)]
@@ -140,8 +146,8 @@ impl<'p, V: Machine> Integral<'p, V> {
         let zero = all(self.simd, 0.0);
         let eps = self.part.eps;
         // 1 / (1 + ε) is convex: the chord from 0 to -0.4 lies above it.
-        let wide = (zero - eps).max(zero) * (1.0 / 0.6) + 1.0;
-        wide * self.bend.abs() * eps.abs() * (absorbed * 0.05 + self.curve * (1.0 / 60.0))
+        let wide = (zero - eps).max(zero).mul_add(1.0 / 0.6, 1.0);
+        wide * self.bend.abs() * eps.abs() * absorbed.mul_add(0.05, self.curve * (1.0 / 60.0))
     }
 
     /// The light of an outcome, whose values are off by up to `reach`.
@@ -153,10 +159,11 @@ impl<'p, V: Machine> Integral<'p, V> {
         let mut color = [absorbed; 3];
         for k in 0..3 {
             let slope = medium.color_slope[k];
-            color[k] = slope.mul_add(x, medium.color[k]) * absorbed - slope * outcome.weight;
+            color[k] = slope.mul_add(x, medium.color[k]).mul_sub(absorbed, slope * outcome.weight);
         }
-        let change = part.length * medium.slope.abs() * (one - absorbed) + medium.steepest * absorbed;
-        let off = (reach * change + absorbed * ROUNDING).min(one);
+        let thickened = part.length * medium.slope.abs() * (one - absorbed);
+        let change = medium.steepest.mul_add(absorbed, thickened);
+        let off = reach.mul_add(change, absorbed * ROUNDING).min(one);
         Light { color, alpha: absorbed, error: outcome.error, variance: off * off }
     }
 }
@@ -187,6 +194,6 @@ fn bend_factor<V: Machine>(simd: V, eps: Floats<V>) -> Floats<V> {
     let inverse = all(simd, 1.0) / (eps + 2.0);
     let delta = eps * inverse;
     let d2 = delta * delta;
-    let series = d2 * (d2 * (d2 * (d2 * (1.0 / 33.0) + 1.0 / 21.0) + 3.0 / 35.0) + 0.2) + 1.0;
+    let series = d2.mul_add(1.0 / 33.0, 1.0 / 21.0).mul_add(d2, 3.0 / 35.0).mul_add(d2, 0.2).mul_add(d2, 1.0);
     inverse * 2.0 * series
 }

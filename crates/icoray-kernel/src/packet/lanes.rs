@@ -24,19 +24,15 @@ pub(super) fn lanes_of(mut bits: u32) -> impl Iterator<Item = usize> {
 /// The tables that a packet walks by.
 #[derive(Clone, Copy)]
 pub(super) struct Mesh<'t> {
-    all: &'t [HalfEdge],
-    vertices: &'t [[f64; 3]],
-    half_edges: Table<'t, u32>,
-    directions: Table<'t, f64>,
+    half_edges: Table<'t, HalfEdge>,
+    directions: Table<'t, [f64; 3]>,
 }
 
 impl<'t> Mesh<'t> {
     /// The tables of a grid; `None` where it has more half-edges than a gather reaches.
     #[inline]
     pub fn new(grid: &'t Grid) -> Option<Self> {
-        let (all, vertices) = (grid.half_edges(), grid.directions());
-        let half_edges = Table::new(all.as_flattened())?;
-        Some(Mesh { all, vertices, half_edges, directions: Table::new(vertices.as_flattened())? })
+        Some(Mesh { half_edges: Table::new(grid.half_edges())?, directions: Table::new(grid.directions())? })
     }
 }
 
@@ -44,25 +40,25 @@ impl Mesh<'_> {
     /// A half-edge.
     #[inline(always)]
     pub fn half_edge(&self, number: u32) -> HalfEdge {
-        self.all[number as usize]
+        self.half_edges.elements()[number as usize]
     }
 
     /// The direction of a cell.
     #[inline(always)]
     pub fn direction(&self, cell: u32) -> DVec3 {
-        DVec3::from_array(self.vertices[cell as usize])
+        DVec3::from_array(self.directions.elements()[cell as usize])
     }
 }
 
 /// The rays that were put into lanes, in f64: axes, distance from the centre, end and start, the ends of the side, the
 /// point of entry, its height and weights.
-pub(super) struct Entries([[[f64; 6]; 4]; MOST]);
+pub(super) struct Entries([[[f64; 3]; 8]; MOST]);
 
 impl Entries {
     /// No rays.
     #[inline(always)]
     pub fn new() -> Self {
-        Entries([[[0.0; 6]; 4]; MOST])
+        Entries([[[0.0; 3]; 8]; MOST])
     }
 }
 
@@ -71,7 +67,7 @@ const ENTRY_STARTS: [u32; MOST] = {
     let mut starts = [0; MOST];
     let mut lane = 0;
     while lane < MOST {
-        starts[lane] = 24 * lane as u32;
+        starts[lane] = 8 * lane as u32;
         lane += 1;
     }
     starts
@@ -120,6 +116,8 @@ pub(super) struct Lanes<V: Machine> {
     /// What is left of its frustum, and whether the scalar is known to be monotone there.
     pub rest: Part<V>,
     pub is_monotone: Mask<V>,
+    /// The span of its last piece.
+    pub span: Numbers<V>,
     /// Its light so far.
     pub color: [Floats<V>; 3],
     pub alpha: Floats<V>,
@@ -163,6 +161,7 @@ impl<V: Machine> Lanes<V> {
             place: zero,
             rest: Part::none(simd),
             is_monotone: no,
+            span: nothing,
             color: [zero; 3],
             alpha: zero,
             error: zero,
@@ -177,10 +176,14 @@ impl<V: Machine> Lanes<V> {
         let Side { line, left, right, point, weight, height, .. } = side;
         let Plane { x, y, q } = line.plane;
         entries.0[lane % MOST] = [
-            [x.x, x.y, x.z, y.x, y.y, y.z],
-            [q.x, q.y, q.z, line.b, line.end, line.start],
-            [left.x, left.y, left.q, right.x, right.y, right.q],
-            [point.x, point.y, *height, weight[0], weight[1], 0.0],
+            x.to_array(),
+            y.to_array(),
+            q.to_array(),
+            [line.b, line.end, line.start],
+            [left.x, left.y, left.q],
+            [right.x, right.y, right.q],
+            [point.x, point.y, *height],
+            [weight[0], weight[1], 0.0],
         ];
         self.half_edge[lane] = side.half_edge;
         // The step into the first column keeps both ends of the side: the left one takes the place of itself.
@@ -192,28 +195,23 @@ impl<V: Machine> Lanes<V> {
     /// Loads the entries of the lanes of `new`, and takes their light away.
     #[inline(always)]
     pub fn load(&mut self, simd: V, entries: &Entries, new: Mask<V>) {
-        let Some(table) = Table::new(entries.0.as_flattened().as_flattened()) else { return };
+        let Some(table) = Table::new(entries.0.as_flattened()) else { return };
         let wide = wide_mask::<V>(new);
         let first = <Numbers<V> as SimdBase<V>>::from_slice(simd, &ENTRY_STARTS[..Self::COUNT]);
-        let load = |row: &mut Wide<V>, k: u32| *row = simd.gather_f64(table, first + k).over(wide, *row);
-        for a in 0..3 {
-            for c in 0..3 {
-                load(&mut self.axes[a][c], 3 * a as u32 + c as u32);
-            }
+        let gather = |k: u32| simd.gather_vector(table, first + k);
+        for (k, row) in self.axes.iter_mut().enumerate() {
+            put(row, wide, gather(k as u32));
         }
-        load(&mut self.b, 9);
-        load(&mut self.end, 10);
-        load(&mut self.t[1], 11);
-        for k in 0..3 {
-            load(&mut self.left[k], 12 + k as u32);
-            load(&mut self.right[k], 15 + k as u32);
-        }
-        load(&mut self.point[0], 18);
-        load(&mut self.point[1], 19);
-        load(&mut self.rho[1], 20);
-        for k in 0..2 {
-            let weight = simd.gather_f64(table, first + (21 + k as u32)).narrow();
-            self.next_weights[k] = new.select(weight, self.next_weights[k]);
+        let [b, end, start] = gather(3);
+        put(&mut self.left, wide, gather(4));
+        put(&mut self.right, wide, gather(5));
+        let [x, y, height] = gather(6);
+        let [first, second, _] = gather(7);
+        (self.b, self.end) = (b.over(wide, self.b), end.over(wide, self.end));
+        (self.t[1], self.rho[1]) = (start.over(wide, self.t[1]), height.over(wide, self.rho[1]));
+        put(&mut self.point, wide, [x, y]);
+        for (row, weight) in self.next_weights.iter_mut().zip([first, second]) {
+            *row = new.select(weight.narrow(), *row);
         }
         let zero = all(simd, 0.0);
         for row in [&mut self.alpha, &mut self.error, &mut self.variance] {
@@ -228,15 +226,9 @@ impl<V: Machine> Lanes<V> {
     #[inline(always)]
     pub fn step(&mut self, simd: V, mesh: &Mesh, step: Mask<V>) -> Numbers<V> {
         let wide = wide_mask::<V>(step);
-        let record = self.half_edge << 2;
-        let apex = simd.gather_u32(mesh.half_edges, record + half_edge::APEX as u32);
-        let triangles = simd.gather_u32(mesh.half_edges, record + half_edge::TRIANGLE as u32);
-        let element = apex + (apex << 1);
-        let direction = [
-            simd.gather_f64(mesh.directions, element),
-            simd.gather_f64(mesh.directions, element + 1),
-            simd.gather_f64(mesh.directions, element + 2),
-        ];
+        let record = simd.gather_record(mesh.half_edges, self.half_edge);
+        let (apex, triangles) = (record[half_edge::APEX], record[half_edge::TRIANGLE]);
+        let direction = simd.gather_vector(mesh.directions, apex);
         let seen = [
             dot(&direction, &self.axes[0]),
             dot(&direction, &self.axes[1]),
@@ -282,8 +274,8 @@ impl<V: Machine> Lanes<V> {
         }
         self.next_weights[0] = step.select(w.narrow(), self.next_weights[0]);
         self.next_weights[1] = step.select(all(simd, 0.0), self.next_weights[1]);
-        let next = record + on_left.narrow().select(number(simd, 0), number(simd, 1));
-        self.half_edge = step.select(simd.gather_u32(mesh.half_edges, next), self.half_edge);
+        let next = on_left.narrow().select(record[half_edge::NEXT], record[half_edge::NEXT + 1]);
+        self.half_edge = step.select(next, self.half_edge);
         apex
     }
 

@@ -3,14 +3,14 @@
 use super::part::{Part, all};
 use crate::transfer::Spans;
 use fearless_simd::prelude::*;
-use icoray_simd::{Floats, Machine, Mask, Numbers, Table};
+use icoray_simd::{Floats, Machine, Mask, Numbers, Rows, Table};
 
 /// The spans of a transfer function as tables.
 #[derive(Clone, Copy)]
 pub(super) struct SpanTables<'t> {
-    low: Table<'t, f32>,
-    high: Table<'t, f32>,
-    numbers: [Table<'t, f32>; NUMBERS],
+    /// The lower and the upper ends of spans.
+    ends: Rows<'t, 2>,
+    numbers: Rows<'t, NUMBERS>,
     first: Table<'t, u32>,
     /// Whether there are steps or narrow spans, whose edges only scalar code crosses.
     pub has_steps: bool,
@@ -19,69 +19,58 @@ pub(super) struct SpanTables<'t> {
 /// The numbers of a span beside its ends.
 const NUMBERS: usize = 11;
 
+/// The span of each lane's value, and its ends.
+#[derive(Clone, Copy)]
+pub(super) struct Found<V: Machine> {
+    pub span: Numbers<V>,
+    pub low: Floats<V>,
+    pub high: Floats<V>,
+}
+
 impl<'t> SpanTables<'t> {
     /// The tables of these spans.
     #[inline]
     pub fn new(spans: &'t Spans<f32>) -> Option<Self> {
         let rows = spans.rows();
-        let mut numbers = [Table::new(&rows.numbers[0])?; NUMBERS];
-        for (table, row) in numbers.iter_mut().zip(&rows.numbers) {
-            *table = Table::new(row)?;
+        let ends = Rows::new([&rows.low, &rows.high])?;
+        let numbers = Rows::new(std::array::from_fn(|k| rows.numbers[k].as_slice()))?;
+        Some(SpanTables { ends, numbers, first: Table::new(&rows.first)?, has_steps: spans.has_steps() })
+    }
+
+    /// The span of the value of each lane of `lanes`, the upper one where it lies on a knot, searched from `near`.
+    #[inline(always)]
+    pub fn find<V: Machine>(&self, simd: V, value: Floats<V>, near: Numbers<V>, lanes: Mask<V>) -> Found<V> {
+        let [low, high] = simd.look_up(&self.ends, near);
+        let is_off = (high.simd_le(value) | value.simd_lt(low)) & lanes;
+        if is_off.all_false() {
+            return Found { span: near, low, high };
         }
-        let has_steps = spans.has_steps();
-        let first = Table::new(&rows.first)?;
-        Some(SpanTables { low: Table::new(&rows.low)?, high: Table::new(&rows.high)?, numbers, first, has_steps })
-    }
-
-    /// The upper ends of spans.
-    #[inline(always)]
-    pub fn high<V: Machine>(&self, simd: V, span: Numbers<V>) -> Floats<V> {
-        simd.look_up(self.high, span)
-    }
-
-    /// The lower ends of spans.
-    #[inline(always)]
-    pub fn low<V: Machine>(&self, simd: V, span: Numbers<V>) -> Floats<V> {
-        simd.look_up(self.low, span)
-    }
-
-    /// The span of each value: the upper one where it lies on a knot.
-    #[inline(always)]
-    pub fn find<V: Machine>(&self, simd: V, value: Floats<V>) -> Numbers<V> {
         let buckets = self.first.last();
         let bucket = (value * buckets as f32).max(all(simd, 0.0)).to_int::<Numbers<V>>();
-        let mut span = simd.gather_u32(self.first, bucket);
+        let mut span = is_off.select(simd.gather_u32(self.first, bucket), near);
         let (one, none) = (number(simd, 1), number(simd, 0));
         loop {
-            let above = self.high(simd, span).simd_le(value);
-            if above.all_false() {
-                break;
+            let [low, high] = simd.look_up(&self.ends, span);
+            let (is_above, is_below) = (high.simd_le(value) & lanes, value.simd_lt(low) & lanes);
+            if (is_above | is_below).all_false() {
+                return Found { span, low, high };
             }
-            span = span + above.select(one, none);
+            span = span + is_above.select(one, none) - is_below.select(one, none);
         }
-        loop {
-            let below = value.simd_lt(self.low(simd, span));
-            if below.all_false() {
-                break;
-            }
-            span = span - below.select(one, none);
-        }
-        span
+    }
+
+    /// These spans with their ends.
+    #[inline(always)]
+    pub fn at<V: Machine>(&self, simd: V, span: Numbers<V>) -> Found<V> {
+        let [low, high] = simd.look_up(&self.ends, span);
+        Found { span, low, high }
     }
 
     /// The medium of spans.
     #[inline(always)]
     pub fn medium<V: Machine>(&self, simd: V, span: Numbers<V>) -> Medium<V> {
-        let look = |k: usize| simd.look_up(self.numbers[k], span);
-        Medium {
-            anchor: look(0),
-            extinction: look(1),
-            slope: look(2),
-            steepest: look(3),
-            color: [look(4), look(5), look(6)],
-            color_slope: [look(7), look(8), look(9)],
-            brightest: look(10),
-        }
+        let [anchor, extinction, slope, steepest, r, g, b, dr, dg, db, brightest] = simd.look_up(&self.numbers, span);
+        Medium { anchor, extinction, slope, steepest, color: [r, g, b], color_slope: [dr, dg, db], brightest }
     }
 }
 

@@ -18,11 +18,13 @@ use crate::trace::queue::RowHints;
 use crate::trace::{PrimaryRay, Report};
 use crate::walk::Side;
 use crate::plane::RayLine;
+use crate::shade::RayShading;
 use fearless_simd::{Level, Simd, prelude::*};
 use glam::DVec3;
 use icoray_grid::array::MapInline;
 use icoray_grid::real::lerp;
 use icoray_simd::{Machine, Mask, Table};
+use light::{Lit, Slopes};
 use lanes::{Entries, Lanes, Mesh, lanes_of};
 use medium::SpanTables;
 use read::Source;
@@ -30,11 +32,13 @@ use read::Source;
 mod gap;
 mod integral;
 mod lanes;
+mod light;
 mod medium;
 mod part;
 mod piece;
 mod read;
 mod start;
+mod turn;
 
 /// The machine's vector instructions, where packets of rays are compiled for them: AVX2 (processors since 2013),
 /// AVX-512, NEON. On other processors rays are traced one after the other.
@@ -59,9 +63,6 @@ pub(crate) fn trace<const N: usize>(
     counts: &mut Counts,
     report: &mut Report,
 ) -> bool {
-    if N > 1 {
-        return false;
-    }
     let Some(tables) = Tables::new(tracer) else { return false };
     match level {
         #[cfg(target_arch = "x86_64")]
@@ -89,12 +90,18 @@ struct Tables<'t> {
     mesh: Mesh<'t>,
     source: Source<'t>,
     spans: SpanTables<'t>,
+    slopes: Slopes<'t>,
     bounds: Table<'t, f64>,
 }
 
 impl<'t> Tables<'t> {
     fn new(tracer: &'t SingleVolumeTracer<'_, f32>) -> Option<Self> {
+        let slopes = match tracer.shading {
+            Some(_) => Slopes::new(tracer.gradients, tracer.shell.layers())?,
+            None => Slopes::None,
+        };
         Some(Tables {
+            slopes,
             mesh: Mesh::new(tracer.grid)?,
             source: Source::new(tracer.samples),
             spans: SpanTables::new(tracer.spans)?,
@@ -154,6 +161,9 @@ struct Packet<'p, 'f, V: Machine, const N: usize> {
     tracer: &'p SingleVolumeTracer<'f, f32>,
     tables: &'p Tables<'p>,
     lanes: Lanes<V>,
+    lit: Lit<V>,
+    /// The lighting of all rays but for its directions.
+    shading: Option<RayShading<f32>>,
     starts: [Option<Start>; MOST],
     /// Lanes with a ray.
     live: u32,
@@ -178,6 +188,8 @@ impl<'p, 'f, V: Machine, const N: usize> Packet<'p, 'f, V, N> {
             tracer,
             tables,
             lanes: Lanes::new(simd),
+            lit: Lit::new(simd),
+            shading: None,
             starts: [None; MOST],
             live: 0,
             fresh: 0,
@@ -235,6 +247,14 @@ impl<'p, 'f, V: Machine, const N: usize> Packet<'p, 'f, V, N> {
             self.lanes.put(lane, &side, bases, &mut queue.entries);
             self.lanes.locate(lane, self.tracer.shell, side.height);
             self.starts[lane % MOST] = Some(start);
+            if let Some(shading) = self.tracer.shading.as_ref().filter(|_| N == 4) {
+                let shading = shading.along::<f32>(start.dir);
+                for k in 0..3 {
+                    self.lit.light[k][lane] = shading.light[k];
+                    self.lit.halfway[k][lane] = shading.halfway[k];
+                }
+                self.shading = Some(shading);
+            }
             self.live |= 1 << lane;
         }
         false
@@ -251,6 +271,12 @@ impl<'p, 'f, V: Machine, const N: usize> Packet<'p, 'f, V, N> {
             let entered = std::mem::take(&mut self.fresh);
             if self.tracer.grid.void_triangles() > 0 {
                 self.pass_voids(entered);
+            }
+            if !self.tracer.visible.is_full() {
+                let entered = mask::<V>(self.simd, entered & !self.fresh & !self.ended);
+                let (shell, visible) = (self.tracer.shell, self.tracer.visible);
+                let skipped = self.lanes.skip_columns(self.simd, shell, self.tables.bounds, visible, entered);
+                self.leave(skipped);
             }
         }
         if !self.tracer.visible.is_full() {

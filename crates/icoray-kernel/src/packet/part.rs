@@ -2,7 +2,6 @@
 
 use crate::segment::Segment;
 use fearless_simd::prelude::*;
-use icoray_grid::array::MapInline;
 use icoray_simd::{Floats, Machine, Mask};
 
 /// The scalar along a part of each lane's frustum, as [`Segment`](crate::segment::Segment) has it.
@@ -99,7 +98,7 @@ impl<V: Machine> Part<V> {
         let whole = self.eps + 1.0;
         let c2 = whole * above;
         let c1 = (whole.mul_add(c0, self.kappa + above)) * 0.5;
-        let root = (c1 * c1 - c0 * c2).max(zero).sqrt();
+        let root = c1.mul_sub(c1, c0 * c2).max(zero).sqrt();
         let q = c1.simd_lt(zero).select(root - c1, zero - (c1 + root));
         let [numerator, other] = {
             let same = c0.simd_lt(zero).simd_eq(q.simd_lt(zero));
@@ -113,7 +112,7 @@ impl<V: Machine> Part<V> {
     /// The part between two places.
     #[inline(always)]
     pub fn between(&self, (u0, f0): Place<V>, (u1, f1): Place<V>) -> Self {
-        let [r0, r1] = [u0, u1].map_inline(|u| self.eps * u + 1.0);
+        let (r0, r1) = (self.eps.mul_add(u0, 1.0), self.eps.mul_add(u1, 1.0));
         let du = u1 - u0;
         let inverse = du / r0;
         Part {

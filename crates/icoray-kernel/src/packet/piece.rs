@@ -3,6 +3,8 @@
 use super::gap::Crossing;
 use super::integral::{Integral, LARGEST_EPS, Light, Outcome};
 use super::lanes::{Lanes, lanes_of};
+use super::light::Piece;
+use super::medium::{Found, Medium, number};
 use super::part::{Part, all};
 use super::read::{LARGEST, Vertices, Way};
 use super::{Packet, mask};
@@ -16,8 +18,13 @@ use icoray_simd::{Floats, Machine, Mask, Numbers};
 struct Pieces<V: Machine> {
     part: Part<V>,
     span: Numbers<V>,
-    /// Lanes whose frusta go on behind their pieces.
+    /// Where the pieces end in the parts.
+    upto: Floats<V>,
+    /// Lanes whose frusta go on behind their pieces, and what follows there.
     more: u32,
+    rest: Part<V>,
+    /// Lanes in which that is monotone.
+    is_monotone: Mask<V>,
 }
 
 impl<V: Machine, const N: usize> Packet<'_, '_, V, N> {
@@ -38,6 +45,9 @@ impl<V: Machine, const N: usize> Packet<'_, '_, V, N> {
             let is_new = mask::<V>(simd, new);
             part = read.over(is_new, part);
             self.lanes.is_monotone = self.lanes.is_monotone & !is_new;
+            if N == 4 {
+                self.lit.enter(simd, is_new, way.eps);
+            }
             let (void, beyond) = self.unusual(&vertices, &part, new);
             self.counts.void_frusta += u64::from(void.count_ones());
             active &= !void;
@@ -47,27 +57,108 @@ impl<V: Machine, const N: usize> Packet<'_, '_, V, N> {
         if !self.tracer.integrates {
             return;
         }
-        let pieces = self.pieces(part, active, &mut scalar);
-        let part = pieces.part;
+        let mut pieces = self.pieces(part, active, &mut scalar);
+        self.lanes.span = pieces.span;
         let medium = self.tables.spans.medium(simd, pieces.span);
-        let integral = Integral::new(simd, &part, &medium);
+        if N == 4 {
+            self.enter_light(crossing, &pieces, &medium, new & active);
+            self.cut_fractions(&part, &mut pieces, active & !scalar);
+        }
+        let piece = pieces.part;
+        let integral = Integral::new(simd, &piece, &medium);
         let mut outcome = integral.thin(self.color_tolerance);
         let mut far = (!outcome.is_near).to_bitmask() as u32 & active & !scalar;
         if far != 0 {
             outcome = Outcome::over(outcome, mask::<V>(simd, !far), integral.gauss(self.color_tolerance));
             far = (!outcome.is_near).to_bitmask() as u32 & active & !scalar;
         }
-        let mut light = integral.light(&outcome, part.reach());
-        light.variance = medium.is_clear(simd, &part).select(all(simd, 0.0), light.variance);
-        self.lanes.add(simd, mask::<V>(simd, active & !scalar & !far), &light);
-        self.mid = pieces.more & active & !scalar;
+        let mut light = integral.light(&outcome, piece.reach());
+        let from = self.lit.from;
+        let to = pieces.upto.mul_add(all(simd, 1.0) - from, from);
+        let mut taken = active & !scalar;
+        if N == 4 {
+            taken &= !self.shade(&piece, &medium, &integral, [from, to], crossing.eps, &mut light, taken & !far);
+        }
+        light.variance = medium.is_clear(simd, &piece).select(all(simd, 0.0), light.variance);
+        self.lanes.add(simd, mask::<V>(simd, taken & !far), &light);
         if far != 0 {
-            self.scalar_pieces(far, &part, pieces.span);
+            self.scalar_pieces(far, &pieces, [from, to]);
+        }
+        let left = active & !scalar & !taken;
+        self.mid = taken & pieces.more | left;
+        if self.mid != 0 {
+            let (more, is_left) = (mask::<V>(simd, taken & pieces.more), mask::<V>(simd, left));
+            self.lanes.rest = pieces.rest.over(more, part.over(is_left, self.lanes.rest));
+            self.lanes.is_monotone = more.select(pieces.is_monotone, self.lanes.is_monotone);
+            if N == 4 {
+                self.lit.go_on(simd, mask::<V>(simd, taken), is_left, to);
+            }
         }
         if scalar != 0 {
             self.scalar_frusta(scalar, crossing);
         }
         self.end(active);
+    }
+
+    /// Reads the gradients along the frusta of the lanes `new`, if any of them shows.
+    #[inline(always)]
+    fn enter_light(&mut self, crossing: &Crossing<V>, pieces: &Pieces<V>, medium: &Medium<V>, new: u32) {
+        let simd = self.simd;
+        let is_dark = medium.extinction.simd_le(0.0) & medium.slope.simd_eq(0.0);
+        let seen = new & ((!is_dark).to_bitmask() as u32 | pieces.more);
+        if seen != 0 {
+            let course = self.tables.slopes.read(simd, &self.lanes, &self.lanes.way(crossing));
+            self.lit.put(mask::<V>(simd, new), course);
+        }
+    }
+
+    /// Cuts the pieces of those `active` lanes of which only a fraction is to be taken.
+    #[inline(always)]
+    fn cut_fractions(&self, part: &Part<V>, pieces: &mut Pieces<V>, active: u32) {
+        let simd = self.simd;
+        let fraction = self.lit.fraction;
+        let cut = fraction.simd_lt(1.0).to_bitmask() as u32 & active;
+        if cut == 0 {
+            return;
+        }
+        let is_cut = mask::<V>(simd, cut);
+        let piece = pieces.part;
+        let f = piece.value(simd, fraction);
+        let front = piece.between((all(simd, 0.0), piece.f0), (fraction, f));
+        let upto = pieces.upto * fraction;
+        let rest = part.between((upto, f), (all(simd, 1.0), part.f1));
+        pieces.part = front.over(is_cut, piece);
+        pieces.rest = rest.over(is_cut, pieces.rest);
+        pieces.upto = is_cut.select(upto, pieces.upto);
+        pieces.is_monotone = is_cut.select(self.lanes.is_monotone, pieces.is_monotone);
+        pieces.more |= cut;
+    }
+
+    /// Lights the pieces of the lanes `taken`; returns those whose rays cannot afford the error of their shades.
+    #[inline(always)]
+    #[allow(clippy::too_many_arguments, reason = "the numbers of a piece")]
+    fn shade(
+        &self,
+        part: &Part<V>,
+        medium: &Medium<V>,
+        integral: &Integral<'_, V>,
+        range: [Floats<V>; 2],
+        eps: Floats<V>,
+        light: &mut Light<V>,
+        taken: u32,
+    ) -> u32 {
+        let simd = self.simd;
+        let shown = integral.depth.simd_gt(0.0).to_bitmask() as u32 & taken;
+        let Some(common) = self.shading.as_ref().filter(|_| shown != 0) else { return 0 };
+        let piece = Piece { part, medium, ends: integral.ends, range, eps };
+        let shade = self.lit.shade(simd, common, &piece);
+        shade.apply(simd, common, &piece, light);
+        if self.tracer.is_coarse {
+            return 0;
+        }
+        let too_far = shade.too_far(simd, &self.lanes, &piece, self.color_tolerance);
+        let has_room = self.lit.fraction.simd_gt(LEAST_FRACTION);
+        (too_far & has_room).to_bitmask() as u32 & shown
     }
 
     /// Ends the rays of `active` lanes through which no more light comes than may be left out.
@@ -101,32 +192,38 @@ impl<V: Machine, const N: usize> Packet<'_, '_, V, N> {
     /// The piece of each `active` lane's part: all of it where its values stay in one span, else up to where they turn
     /// or meet the next knot. Lanes of frusta that only scalar code can cut are added to `scalar`.
     #[inline(always)]
-    fn pieces(&mut self, part: Part<V>, active: u32, scalar: &mut u32) -> Pieces<V> {
+    fn pieces(&self, part: Part<V>, active: u32, scalar: &mut u32) -> Pieces<V> {
         let simd = self.simd;
         let spans = &self.tables.spans;
         let [least, most] = part.within();
-        let span = spans.find(simd, least);
+        let Found { span, low, high } = spans.find(simd, least, self.lanes.span, mask::<V>(simd, active));
         let is_whole = if spans.has_steps {
             let margin = part.reach() * 8.0;
-            let is_above = spans.low(simd, span).simd_le(least - margin);
-            is_above & (most + margin).simd_le(spans.high(simd, span))
+            low.simd_le(least - margin) & (most + margin).simd_le(high)
         } else {
-            most.simd_le(spans.high(simd, span))
+            most.simd_le(high)
         };
         let cut = (!is_whole).to_bitmask() as u32 & active & !*scalar;
         if cut == 0 {
-            return Pieces { part, span, more: 0 };
+            return self.whole(part, span);
         }
         if spans.has_steps {
             *scalar |= cut;
-            return Pieces { part, span, more: 0 };
+            return self.whole(part, span);
         }
         self.cut(part, span, cut)
     }
 
+    /// Parts that stay in their spans.
+    #[inline(always)]
+    fn whole(&self, part: Part<V>, span: Numbers<V>) -> Pieces<V> {
+        let is_monotone = self.lanes.is_monotone;
+        Pieces { part, span, upto: all(self.simd, 1.0), more: 0, rest: part, is_monotone }
+    }
+
     /// The pieces of the lanes of `cut` up to where their parts turn or meet the next knot.
     #[inline(always)]
-    fn cut(&mut self, part: Part<V>, span: Numbers<V>, cut: u32) -> Pieces<V> {
+    fn cut(&self, part: Part<V>, span: Numbers<V>, cut: u32) -> Pieces<V> {
         let simd = self.simd;
         let spans = &self.tables.spans;
         let (one, is_cut) = (all(simd, 1.0), mask::<V>(simd, cut));
@@ -135,34 +232,50 @@ impl<V: Machine, const N: usize> Packet<'_, '_, V, N> {
         let (u, f) = (turns.select(extremum.place.0, one), turns.select(extremum.place.1, part.f1));
         let front = part.between((all(simd, 0.0), part.f0), (u, f));
         let is_rising = part.f0.simd_le(f);
-        let start = spans.find(simd, part.f0);
+        let start = spans.find(simd, part.f0, span, is_cut);
         // A falling part that begins on a knot lies below it.
-        let is_below = !is_rising & part.f0.simd_eq(spans.low(simd, start));
-        let start = start - is_below.select(super::medium::number(simd, 1), super::medium::number(simd, 0));
-        let knot = is_rising.select(spans.high(simd, start), spans.low(simd, start));
+        let is_below = is_cut & !is_rising & part.f0.simd_eq(start.low);
+        let start = if is_below.any_true() {
+            let span = start.span - is_below.select(number(simd, 1), number(simd, 0));
+            spans.at(simd, span)
+        } else {
+            start
+        };
+        let knot = is_rising.select(start.high, start.low);
+        let start = start.span;
         let crosses = is_rising.select(knot.simd_lt(f), f.simd_lt(knot));
         let place = (crosses.select(u * front.solve(simd, knot), u), crosses.select(knot, f));
         let piece = part.between((all(simd, 0.0), part.f0), place);
         let rest = part.between(place, (one, part.f1));
         let goes_on = is_cut & (crosses | turns);
-        self.lanes.rest = rest.over(goes_on, self.lanes.rest);
-        // What follows a part that does not turn, or is cut where it turns, is monotone.
-        self.lanes.is_monotone = self.lanes.is_monotone | (is_cut & (!turns | !crosses));
         Pieces {
             part: piece.over(is_cut, part),
             span: is_cut.select(start, span),
+            upto: goes_on.select(place.0, one),
             more: goes_on.to_bitmask() as u32,
+            rest,
+            // What follows a part that does not turn, or is cut where it turns, is monotone.
+            is_monotone: self.lanes.is_monotone | !turns | !crosses,
         }
     }
 
     /// Integrates the pieces of lanes in scalar code.
     #[inline(never)]
-    fn scalar_pieces(&mut self, lanes: u32, part: &Part<V>, span: Numbers<V>) {
+    fn scalar_pieces(&mut self, lanes: u32, pieces: &Pieces<V>, [from, to]: [Floats<V>; 2]) {
         for lane in lanes_of(lanes) {
             let Some(mut ray) = self.ray(lane) else { continue };
-            let (segment, span) = (part.segment(lane), span[lane] as usize);
+            let segment = pieces.part.segment(lane);
             self.counts.scalar_pieces += 1;
-            ray.unlit_piece(&segment, span);
+            let [start, end, bend] = self.lit.interpolant(lane);
+            let of = |gradient: [f32; 3]| {
+                let mut values = [0.0; N];
+                values.iter_mut().skip(1).zip(gradient).for_each(|(value, component)| *value = component);
+                values
+            };
+            let interpolant =
+                FrustumInterpolant { from: of(start), to: of(end), kappa: of(bend), eps: self.lit.eps[lane] };
+            let range = [from[lane], to[lane]];
+            ray.piece(&segment, pieces.span[lane] as usize, &interpolant, range, segment.reach());
             self.lanes.put_light(lane, &ray.light);
         }
     }
@@ -182,6 +295,9 @@ impl<V: Machine, const N: usize> Packet<'_, '_, V, N> {
         }
     }
 }
+
+/// A piece of a frustum that is no longer than this is taken, whatever its shade.
+const LEAST_FRACTION: f32 = 1e-6;
 
 impl<V: Machine> Lanes<V> {
     /// The ways of the lanes through their gaps.

@@ -2,7 +2,7 @@
 
 use super::scalar::Ray;
 use crate::column::Flow;
-use crate::lit::{FrustumInterpolant, Lit};
+use crate::lit::{FrustumInterpolant, Lit, spare};
 use crate::piece::{ErrorBudget, Radiance, integrate};
 use crate::roundoff::{KnotCrossing, MediumSample, Roundoff};
 use crate::segment::Segment;
@@ -131,18 +131,9 @@ impl<T: Real, const N: usize> Ray<'_, '_, T, N> {
         }
     }
 
-    /// Adds the light of a piece without lighting that stays in span `k`.
-    #[inline]
-    pub fn unlit_piece(&mut self, piece: &Segment<T>, k: usize) {
-        let of = |f: T| [f; N];
-        let interpolant =
-            FrustumInterpolant { from: of(piece.f0), to: of(piece.f1), kappa: of(piece.kappa), eps: piece.eps };
-        self.piece(piece, k, &interpolant, [T::zero(), T::one()], piece.reach());
-    }
-
     /// Adds the light of a piece that stays in span `k`.
     #[inline]
-    fn piece(&mut self, piece: &Segment<T>, k: usize, interpolant: &FrustumInterpolant<T, N>, range: [T; 2], reach: T) {
+    pub fn piece(&mut self, piece: &Segment<T>, k: usize, interpolant: &FrustumInterpolant<T, N>, range: [T; 2], reach: T) {
         let span = self.tracer.spans.span(k);
         if span.is_clear_in(piece) {
             return;
@@ -161,7 +152,7 @@ impl<T: Real, const N: usize> Ray<'_, '_, T, N> {
             Some(shading) if N == 4 => {
                 let lit = Lit { method: self.tracer.method, allowance: &allowance, shading, span, interpolant };
                 let cuts = if self.tracer.is_coarse { 0 } else { Lit::<T, N>::MAX_CUTS };
-                lit.light(piece, range, cuts)
+                lit.light(piece, range, cuts, spare(&self.light, self.color_tolerance))
             }
             _ => integrate(self.tracer.method, piece, span, &allowance),
         };

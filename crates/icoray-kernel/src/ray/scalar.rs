@@ -130,7 +130,7 @@ impl<'r, 'f, T: Real, const N: usize> Ray<'r, 'f, T, N> {
         Ray {
             tracer,
             line,
-            shading: tracer.shading.map(|s| s.along::<T>(dir, color_tolerance)),
+            shading: tracer.shading.map(|s| s.along::<T>(dir)),
             color_tolerance: T::of(color_tolerance),
             min_transmittance: T::of(tracer.budget.min_transmittance),
             gap: None,

@@ -17,10 +17,6 @@ pub struct Shading {
     pub shininess: f32,
     /// How many times faster than its normal a shade turns, squared.
     pub sharpness: f32,
-    /// Highlights below this are left out.
-    pub blind: f32,
-    /// The cosine between normal and half-way direction below which they are.
-    pub dull: f32,
     /// Unit vector towards the light; `None` is a headlight, at the eye.
     pub towards_light: Option<[f64; 3]>,
 }
@@ -30,15 +26,13 @@ impl Job<'_> {
     pub fn shading(&self) -> Option<Shading> {
         let shading = self.plan.shading.filter(|_| self.quality().lights != Lights::Off)?;
         // All but the directions is the same along all rays.
-        let ray = shading.along::<f32>(DVec3::Z, self.allowed().color_tolerance.into());
+        let ray = shading.along::<f32>(DVec3::Z);
         Some(Shading {
             ambient: ray.ambient,
             diffuse: ray.diffuse,
             specular: ray.specular,
             shininess: ray.shininess,
             sharpness: ray.sharpness,
-            blind: ray.blind,
-            dull: ray.dull,
             towards_light: shading.towards_light.map(|light| light.to_array()),
         })
     }

@@ -1,6 +1,6 @@
-//! Functions of `kernel/shade.rs` and `kernel/lit.rs`.
+//! Functions of `kernel/shade.rs`, `kernel/turn.rs` and `kernel/lit.rs`.
 //!
-//! A shade is body, highlight and normal; a course is the gradient's ends and bends and ε.
+//! An interpolant is the gradient's ends and bends and ε.
 
 use super::{Span, segment};
 use glam::DVec3;
@@ -21,12 +21,13 @@ pub struct AlongRay {
     pub light: [f32; 3],
     pub halfway: [f32; 3],
     pub sharpness: f32,
-    pub blind: f32,
-    pub dull: f32,
 }
 
-/// Body, highlight and normal.
-pub type Shade = [f32; 5];
+/// Body and highlight.
+pub type Shade = [f32; 2];
+
+/// A mean shade: body, highlight, tilt and error.
+pub type MeanShade = [f32; 4];
 
 impl AlongRay {
     /// `Shading::along` of ambient, diffuse, specular and shininess.
@@ -34,35 +35,38 @@ impl AlongRay {
         [ambient, diffuse, specular, shininess]: [f64; 4],
         towards_light: Option<[f64; 3]>,
         dir: [f64; 3],
-        share: f64,
     ) -> Self {
         let towards_light = towards_light.map(DVec3::from_array);
         let shading = shade::Shading { ambient, diffuse, specular, shininess, towards_light };
-        let RayShading { ambient, diffuse, specular, shininess, light, halfway, sharpness, blind, dull } =
-            shading.along(DVec3::from_array(dir), share);
-        AlongRay { ambient, diffuse, specular, shininess, light, halfway, sharpness, blind, dull }
+        let RayShading { ambient, diffuse, specular, shininess, light, halfway, sharpness } =
+            shading.along(DVec3::from_array(dir));
+        AlongRay { ambient, diffuse, specular, shininess, light, halfway, sharpness }
     }
 
     fn kernel(&self) -> RayShading<f32> {
-        let AlongRay { ambient, diffuse, specular, shininess, light, halfway, sharpness, blind, dull } = *self;
-        RayShading { ambient, diffuse, specular, shininess, light, halfway, sharpness, blind, dull }
+        let AlongRay { ambient, diffuse, specular, shininess, light, halfway, sharpness } = *self;
+        RayShading { ambient, diffuse, specular, shininess, light, halfway, sharpness }
     }
 
     /// `RayShading::shade`.
     pub fn shade(&self, gradient: [f32; 3]) -> Shade {
-        numbers(&self.kernel().shade(gradient))
+        let shade::Shade { body, highlight } = self.kernel().shade(gradient);
+        [body, highlight]
     }
 
-    /// `RayShading::error_bound`.
-    pub fn error_bound(&self, [a, m, b]: [Shade; 3], skew: f32) -> Option<(f32, f32)> {
-        self.kernel().error_bound(&of(a), &of(m), &of(b), skew)
+    /// `mean_shade` of a piece with these gradients at its start, middle and end.
+    pub fn mean(&self, piece: [f32; 5], span: &Span, gradients: &[[f32; 3]; 3]) -> MeanShade {
+        let shade::MeanShade { shade, tilt, off } = lit::mean_shade(&self.kernel(), &segment(piece), span, gradients);
+        [shade.body, shade.highlight, tilt, off]
     }
 
-    /// `RayShading::apply` to red, green, blue, absorbed, error, variance.
-    pub fn apply(&self, light: [f32; 6], mean: (f32, f32), off: f32) -> [f32; 6] {
+    /// `RayShading::apply` to red, green, blue, absorbed, error, variance of a piece whose colour changes by `change`.
+    pub fn apply(&self, light: [f32; 6], mean: MeanShade, change: [f32; 3]) -> [f32; 6] {
         let [r, g, b, absorbed, error, variance] = light;
         let light = Radiance { color: [r, g, b], alpha: absorbed, error, variance };
-        let Radiance { color: [r, g, b], alpha: absorbed, error, variance } = self.kernel().apply(light, mean, off);
+        let [body, highlight, tilt, off] = mean;
+        let mean = shade::MeanShade { shade: shade::Shade { body, highlight }, tilt, off };
+        let Radiance { color: [r, g, b], alpha: absorbed, error, variance } = self.kernel().apply(light, &mean, change);
         [r, g, b, absorbed, error, variance]
     }
 
@@ -71,15 +75,15 @@ impl AlongRay {
         self.kernel().solid(DVec3::from_array(normal))
     }
 
-    /// `Lit::light` of a piece that is the whole course from `range[0]` to `range[1]`; allowance as of
-    /// [`integrate`](super::integrate).
+    /// `Lit::light` of a piece that is the interpolant from `range[0]` to `range[1]`; allowance as of
+    /// [`integrate`](super::integrate), and the error that the ray may spend beyond.
     #[allow(clippy::too_many_arguments)]
     pub fn lit(
         &self,
         method: Method,
         piece: [f32; 5],
         span: &Span,
-        [share, rest, through, reach]: [f32; 4],
+        [share, rest, through, reach, spare]: [f32; 5],
         interpolant: [f32; 10],
         range: [f32; 2],
         is_coarse: bool,
@@ -89,14 +93,10 @@ impl AlongRay {
         let lit =
             lit::Lit::<f32, 4> { method, allowance: &allowance, shading: &shading, span, interpolant: &interpolant };
         let cuts = if is_coarse { 0 } else { lit::Lit::<f32, 4>::MAX_CUTS };
-        let Radiance { color: [r, g, b], alpha: absorbed, error, variance } = lit.light(&segment(piece), range, cuts);
+        let Radiance { color: [r, g, b], alpha: absorbed, error, variance } =
+            lit.light(&segment(piece), range, cuts, spare);
         [r, g, b, absorbed, error, variance]
     }
-}
-
-/// `RayShading::mean`.
-pub fn mean([a, m, b]: [Shade; 3], centre: f32) -> (f32, f32) {
-    RayShading::mean(&of(a), &of(m), &of(b), centre)
 }
 
 /// `FrustumInterpolant::gradient`.
@@ -108,15 +108,6 @@ pub fn gradient(interpolant: [f32; 10], u: f32) -> [f32; 3] {
 pub fn spread(piece: [f32; 5], span: &Span) -> (f32, f32) {
     let spread = lit::LightSpread::of(&segment(piece), span);
     (spread.centre, spread.error_bound)
-}
-
-fn numbers(shade: &shade::Shade<f32>) -> Shade {
-    let shade::Shade { body, highlight, normal: [x, y, z] } = *shade;
-    [body, highlight, x, y, z]
-}
-
-fn of([body, highlight, x, y, z]: Shade) -> shade::Shade<f32> {
-    shade::Shade { body, highlight, normal: [x, y, z] }
 }
 
 fn kernel_interpolant([ax, ay, az, bx, by, bz, kx, ky, kz, eps]: [f32; 10]) -> lit::FrustumInterpolant<f32, 4> {

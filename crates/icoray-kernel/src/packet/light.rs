@@ -1,0 +1,302 @@
+//! Light on the pieces of a packet: the rules of `lit.rs` and `shade.rs` in vectors.
+
+use super::integral::Light;
+use super::lanes::Lanes;
+use super::medium::{Medium, number};
+use super::part::{Part, all};
+use super::read::{Course, Vertices, Way};
+use super::turn::{Spread, Turns, Vectors};
+use crate::lit::ADVANCE;
+use crate::shade::RayShading;
+use fearless_simd::prelude::*;
+use icoray_grid::gradient::Gradients;
+use icoray_simd::{Floats, Machine, Mask, Numbers, Table, power};
+
+/// The gradients at the vertices.
+#[derive(Clone, Copy)]
+pub(super) enum Slopes<'t> {
+    /// None: rays are not lit.
+    None,
+    /// Three floats each.
+    Whole(Table<'t, f32>, u32),
+    /// Packed ones.
+    Packed(Table<'t, u64>, u32),
+}
+
+impl<'t> Slopes<'t> {
+    /// The gradients over this number of layers; `None` where they are too many for gathers.
+    #[inline]
+    pub fn new(gradients: &'t Gradients, layers: usize) -> Option<Self> {
+        let layers = layers as u32;
+        match gradients.words() {
+            Some(words) => Table::new(words).map(|table| Slopes::Packed(table, layers)),
+            None => Table::new(gradients.whole().as_flattened()).map(|table| Slopes::Whole(table, layers)),
+        }
+    }
+
+    /// The gradient along each lane's frustum, component by component.
+    #[inline(always)]
+    pub fn read<V: Machine>(&self, simd: V, lanes: &Lanes<V>, way: &Way<V>) -> [Course<V>; 3] {
+        let (Slopes::Whole(_, layers) | Slopes::Packed(_, layers)) = *self else {
+            return [[all(simd, 0.0); 3]; 3];
+        };
+        let upper = lanes.gap;
+        let layers = number(simd, layers);
+        let [a, b, c] = lanes.cells;
+        let [a, b, c] = [a * layers + upper, b * layers + upper, c * layers + upper];
+        let low = [self.at(simd, a - 1), self.at(simd, b - 1), self.at(simd, c - 1)];
+        let high = [self.at(simd, a), self.at(simd, b), self.at(simd, c)];
+        [course_of(way, &low, &high, 0), course_of(way, &low, &high, 1), course_of(way, &low, &high, 2)]
+    }
+
+    /// The gradients with these numbers.
+    #[inline(always)]
+    fn at<V: Machine>(&self, simd: V, index: Numbers<V>) -> Vectors<V> {
+        match self {
+            Slopes::None => [all(simd, 0.0); 3],
+            Slopes::Whole(table, _) => {
+                let first = index + (index << 1);
+                [
+                    simd.gather_f32(*table, first),
+                    simd.gather_f32(*table, first + 1),
+                    simd.gather_f32(*table, first + 2),
+                ]
+            }
+            Slopes::Packed(table, _) => {
+                let (low, high) = simd.gather_u64(*table, index);
+                let unit = ((high >> 22) << 23).bitcast::<Floats<V>>();
+                [
+                    signed::<V>(low << 14) * unit,
+                    signed::<V>((high << 28) | (low >> 4)) * unit,
+                    signed::<V>(high << 10) * unit,
+                ]
+            }
+        }
+    }
+}
+
+/// A component of gradients along each lane's frustum.
+#[inline(always)]
+fn course_of<V: Machine>(way: &Way<V>, low: &[Vectors<V>; 3], high: &[Vectors<V>; 3], k: usize) -> Course<V> {
+    let vertices = Vertices { low: [low[0][k], low[1][k], low[2][k]], high: [high[0][k], high[1][k], high[2][k]] };
+    let [from, to, kappa] = way.interpolate(&vertices);
+    [from + low[0][k], to + low[0][k], kappa]
+}
+
+/// The number in the upper 18 bits.
+#[inline(always)]
+fn signed<V: Machine>(bits: Numbers<V>) -> Floats<V> {
+    (bits.bitcast::<V::i32s>() >> 14).to_float::<Floats<V>>()
+}
+
+/// What light needs of each lane: the gradient along its frustum, the part of the frustum that is left, the part of
+/// that to be taken next, and the directions of its ray.
+pub(super) struct Lit<V: Machine> {
+    course: [Course<V>; 3],
+    /// The frustum's relative change of height.
+    pub eps: Floats<V>,
+    /// Where in the frustum what is left begins.
+    pub from: Floats<V>,
+    /// The part of a piece that is to be taken.
+    pub fraction: Floats<V>,
+    pub light: Vectors<V>,
+    pub halfway: Vectors<V>,
+}
+
+impl<V: Machine> Lit<V> {
+    #[inline(always)]
+    pub fn new(simd: V) -> Self {
+        let zero = all(simd, 0.0);
+        let none = [zero; 3];
+        Lit { course: [none; 3], eps: zero, from: zero, fraction: zero, light: none, halfway: none }
+    }
+
+    /// Enters new frusta, with this relative change of height, in the lanes of `new`.
+    #[inline(always)]
+    pub fn enter(&mut self, simd: V, new: Mask<V>, eps: Floats<V>) {
+        self.eps = new.select(eps, self.eps);
+        self.from = new.select(all(simd, 0.0), self.from);
+        self.fraction = new.select(all(simd, 1.0), self.fraction);
+    }
+
+    /// Puts the gradients along the frusta of the lanes of `new`.
+    #[inline(always)]
+    pub fn put(&mut self, new: Mask<V>, course: [Course<V>; 3]) {
+        for (row, number) in self.course.as_flattened_mut().iter_mut().zip(course.as_flattened()) {
+            *row = new.select(*number, *row);
+        }
+    }
+
+    /// Goes on behind the pieces of the lanes `taken`, which end at `to`; takes half as much of those that are `left`.
+    #[inline(always)]
+    pub fn go_on(&mut self, simd: V, taken: Mask<V>, left: Mask<V>, to: Floats<V>) {
+        self.from = taken.select(to, self.from);
+        let next = taken.select((self.fraction + self.fraction).min(all(simd, 1.0)), self.fraction);
+        self.fraction = left.select(self.fraction * 0.5, next);
+    }
+
+    /// The gradient at `u` of the frusta with this relative change of height.
+    #[inline(always)]
+    fn gradient(&self, simd: V, u: Floats<V>, eps: Floats<V>) -> Vectors<V> {
+        let one = all(simd, 1.0);
+        let bent = u * (one - u) / eps.mul_add(u, one);
+        let [x, y, z] = &self.course;
+        [along::<V>(x, u, bent), along::<V>(y, u, bent), along::<V>(z, u, bent)]
+    }
+
+    /// The gradient along a lane's frustum at its start, at its end, and its bend.
+    pub fn interpolant(&self, lane: usize) -> [[f32; 3]; 3] {
+        let at = |k: usize| [self.course[0][k][lane], self.course[1][k][lane], self.course[2][k][lane]];
+        [at(0), at(1), at(2)]
+    }
+}
+
+/// A component at `u`, where the bend counts by `bent`.
+#[inline(always)]
+fn along<V: Machine>([from, to, kappa]: &Course<V>, u: Floats<V>, bent: Floats<V>) -> Floats<V> {
+    bent.mul_add(*kappa, u.mul_add(*to - *from, *from))
+}
+
+/// `x`, with the other sign in the lanes of `mask`.
+#[inline(always)]
+fn turned<V: Machine>(simd: V, mask: Mask<V>, x: Floats<V>) -> Floats<V> {
+    mask.select(all(simd, 0.0) - x, x)
+}
+
+/// A piece with its medium.
+pub(super) struct Piece<'p, V: Machine> {
+    pub part: &'p Part<V>,
+    pub medium: &'p Medium<V>,
+    /// Extinction at its ends.
+    pub ends: [Floats<V>; 2],
+    /// Where it begins and ends in its frustum, and the frustum's relative change of height.
+    pub range: [Floats<V>; 2],
+    pub eps: Floats<V>,
+}
+
+/// Shade of a piece: factors for its colour and for its change along the piece, the highlight, and the error of all
+/// per absorbed light.
+pub(super) struct Shade<V: Machine> {
+    body: Floats<V>,
+    tilt: Floats<V>,
+    highlight: Floats<V>,
+    pub off: Floats<V>,
+}
+
+impl<V: Machine> Lit<V> {
+    /// The mean shade of each lane's piece.
+    #[inline(always)]
+    pub fn shade(&self, simd: V, common: &RayShading<f32>, piece: &Piece<'_, V>) -> Shade<V> {
+        let Piece { part, medium, ends, range: [from, to], eps } = *piece;
+        let middle = (from + to) * 0.5;
+        let gradients = [self.gradient(simd, from, eps), self.gradient(simd, middle, eps), self.gradient(simd, to, eps)];
+        let turn = Turns::of(simd, &gradients, part.eps, Spread::of(simd, part, medium, ends));
+        let (body, tilt, dim) = self.mean_body(simd, common, &turn, piece);
+        let (highlight, faint) = self.mean_highlight(simd, common, &turn);
+        let most = medium.brightest * common.diffuse + common.specular;
+        Shade { body, tilt, highlight, off: turn.is_wild.select(most, dim + faint) }
+    }
+
+    /// Factor for the colour, factor for the colour's change, and the error of both.
+    #[inline(always)]
+    fn mean_body(
+        &self,
+        simd: V,
+        common: &RayShading<f32>,
+        turn: &Turns<V>,
+        piece: &Piece<'_, V>,
+    ) -> (Floats<V>, Floats<V>, Floats<V>) {
+        let Piece { part, medium, .. } = *piece;
+        let zero = all(simd, 0.0);
+        let cosine = turn.cosine(&self.light);
+        let is_behind = cosine.mean.simd_lt(zero);
+        let (level, centre) = (cosine.mean.abs(), turn.spread.centre);
+        let (bend, swing) = (cosine.bend.abs(), cosine.swing());
+        let may_cross = swing * 0.5 + turn.angle2 * 0.02 + turn.across - level;
+        let crosses = may_cross.simd_gt(zero);
+        let unsure = turn.spread.error_bound;
+        let mut body = level;
+        let mut tilt = turned(simd, is_behind, cosine.rise) * turn.variance() * common.diffuse;
+        let (mut at_kink, mut apart) = (zero, zero);
+        if crosses.any_true() {
+            // The kink's place, and what is beyond it, as if n·l were linear.
+            let reach = cosine.rise.abs() * 0.5;
+            let beyond = (reach - turned(simd, is_behind, cosine.even)).max(zero);
+            let share = beyond / (reach + reach + f32::MIN_POSITIVE);
+            let forward = turned(simd, is_behind, cosine.rise).simd_lt(zero).select(zero - centre, centre);
+            let kink = beyond * share * (all(simd, 1.0) - forward * (share * -4.0 + 6.0));
+            body = body + kink;
+            tilt = crosses.select(zero, tilt);
+            let bent = (bend + turn.across) * 0.25 + (unsure + centre * centre * 0.3) * swing + turn.angle2 * 0.05;
+            at_kink = crosses.select((may_cross * 0.5).min(bent), zero);
+            apart = crosses.select(all(simd, 0.1), zero);
+        }
+        let even = unsure * swing + turn.across + turn.along + at_kink;
+        let color_bend = medium.steepest * part.kappa.abs();
+        let change = medium.steepest * (part.f1 - part.f0).abs() + color_bend;
+        let skewed = color_bend * (part.eps.abs() * 0.015 + centre.abs() * 0.1) * swing;
+        let changed = change * (bend * 0.12 + (unsure + apart) * swing + turn.across) + skewed;
+        let off = (medium.brightest * even + changed).min(medium.brightest) * common.diffuse;
+        (body * common.diffuse + common.ambient, tilt, off)
+    }
+
+    /// The highlight and its error.
+    #[inline(always)]
+    fn mean_highlight(&self, simd: V, common: &RayShading<f32>, turn: &Turns<V>) -> (Floats<V>, Floats<V>) {
+        let (zero, one, s) = (all(simd, 0.0), all(simd, 1.0), common.shininess);
+        let cosine = turn.cosine(&self.halfway);
+        let level = cosine.mean.abs().min(one);
+        let reach = cosine.swing() * 0.5;
+        let rise2 = cosine.rise * cosine.rise;
+        let variance = rise2 * turn.variance() + cosine.bend * cosine.bend * (1.0 / 45.0);
+        let inverse = one / (level * level).max(reach * reach).max(f32::MIN_POSITIVE);
+        let bent = variance * inverse * (0.5 * s * (s - 1.0)) + 1.0;
+        let highlight = (power(simd, level, s) * bent).min(one);
+        // Angles in widths of the highlight.
+        let (x2, root) = (turn.angle2 * s, s.sqrt());
+        let x = turn.angle * root;
+        let nearest = (one - cosine.largest()).max(zero);
+        let y = (nearest * (0.75 * (s - 2.0).max(0.0)) - x2 * 0.1).max(zero);
+        let near = (one - y * (1.0 / 24.0)).max(zero);
+        let near = near * near * near;
+        let unsure = turn.spread.error_bound;
+        let centre = turn.spread.centre.abs() * x * 0.03 + turn.bend_length * (0.008 * root);
+        let turned = x2 * (x2 * (1.0 / 700.0) + centre) + turn.along * s;
+        let slope = (unsure * x + turn.across * root) * 0.61;
+        let mut off = near * (turned + slope + unsure * x2 * 0.25);
+        if s < 6.0 {
+            let across = (reach + turn.angle2 * 0.02 + turn.across - level).max(zero);
+            let beside = reach * reach * reach * inverse * 0.01;
+            off = off + if s < 2.0 { across * 0.5 + beside } else { across * reach };
+        }
+        (highlight * common.specular, off.min(one) * common.specular)
+    }
+}
+
+impl<V: Machine> Shade<V> {
+    /// `light` of a piece under this shade, as [`RayShading::apply`].
+    #[inline(always)]
+    pub fn apply(&self, simd: V, common: &RayShading<f32>, piece: &Piece<'_, V>, light: &mut Light<V>) {
+        let rise = (piece.part.f1 - piece.part.f0) * self.tilt;
+        for k in 0..3 {
+            let added = rise.mul_add(piece.medium.color_slope[k], self.highlight);
+            light.color[k] = light.color[k].mul_add(self.body, light.alpha * added);
+        }
+        light.error = light.error.mul_add(self.body, light.alpha * self.off);
+        let rounded = light.alpha * (0.25 * f32::EPSILON * common.sharpness);
+        let scale = self.body.max(all(simd, 1.0));
+        light.variance = light.variance * scale * scale + rounded * rounded;
+    }
+
+    /// Lanes whose rays cannot afford the error of their pieces, as [`is_affordable`](crate::lit::is_affordable) and
+    /// [`spare`](crate::lit::spare).
+    #[inline(always)]
+    pub fn too_far(&self, simd: V, lanes: &Lanes<V>, piece: &Piece<'_, V>, color_tolerance: f32) -> Mask<V> {
+        let (zero, one) = (all(simd, 0.0), all(simd, 1.0));
+        let earned = ((lanes.alpha + ADVANCE as f32) * color_tolerance - lanes.error).max(zero);
+        let through = (one - lanes.alpha).max(f32::MIN_POSITIVE);
+        let depth = piece.part.length * piece.ends[0].max(piece.ends[1]);
+        // Multiplied by what comes through, to spare the division.
+        ((self.off - color_tolerance) * depth.min(one) * through).simd_gt(earned)
+    }
+}

@@ -1,0 +1,195 @@
+//! How the normal turns along a piece, from the gradients at its start, middle and end.
+//!
+//! Light is asked for the mean of a function of `n·d` over the piece, n being the unit normal and d a fixed direction.
+//! So the mean of n itself is what a piece needs: with `n_a, n_m, n_b` and the piece's light centred at `centre` behind
+//! the middle (in parts of the piece) it is
+//!
+//! `(n_a + 4 n_m + n_b)/6 + centre (n_b - n_a)`
+//!
+//! which is not of unit length: the more the normal turns, the shorter it is. It is exact for a normal that is
+//! quadratic along the piece. Its error has a part across the normal and a part along it.
+//! - Evenly turning by θ, `cos` is the function that is averaged, and Simpson's rule errs by `θ⁴/2880` along the normal;
+//!   light that rises linearly along the piece adds `centre θ³/60`.
+//! - A normal turns unevenly where the gradient grows from one end to the other, the more the larger `|bend|` is beside
+//!   `|rise|`: by `|bend|³/(15 |rise|²)` across the normal for small bends, by a third of the turn where the gradient
+//!   vanishes at one end.
+//! - A bulge of the gradient between the ends, of `bulge` times the least of the three gradients, delays or hastens the
+//!   turn: by `θ² bulge/80` along the normal, and by `θ bulge (centre + bulge)/10` across.
+//!
+//! The factors in [`Turn::of`] are two to six times those, so that no piece of a million random ones of 0.003 to
+//! 3 rad is farther off (`lit/tests.rs`).
+
+use crate::lit::LightSpread;
+use icoray_grid::array::MapInline;
+use icoray_grid::real::Real;
+
+/// The normal along a piece.
+#[derive(Debug, Clone, Copy)]
+pub struct Turn<T> {
+    /// Mean of the normals of a piece whose light is spread evenly.
+    pub mean: [T; 3],
+    /// Normal at the end less normal at the start.
+    pub rise: [T; 3],
+    /// Sum of the normals at the ends, less twice that in the middle.
+    pub bend: [T; 3],
+    /// Twice the larger of the turns of the two halves, as a chord; its square is exact.
+    pub angle: T,
+    /// Square of it.
+    pub angle2: T,
+    /// Length of `bend`.
+    pub bend_length: T,
+    /// Error of the mean across the normal.
+    pub across: T,
+    /// Error of the mean along the normal.
+    pub along: T,
+    /// Where the light comes from and how uncertain that is.
+    pub spread: LightSpread<T>,
+    /// Whether the normal turns too far, or is missing where nothing can stand for it.
+    pub is_wild: bool,
+}
+
+/// Components along one direction.
+#[derive(Debug, Clone, Copy)]
+pub struct Cosine<T> {
+    /// Of the mean for evenly spread light.
+    pub even: T,
+    /// Of the mean at the light's centre.
+    pub mean: T,
+    /// Of the difference of the ends.
+    pub rise: T,
+    /// Of the bend.
+    pub bend: T,
+}
+
+impl<T: Real> Turn<T> {
+    /// The turn between the gradients at start, middle and end of a piece with this relative change of height.
+    ///
+    /// A gradient that vanishes at one end has a limit of its direction there, which the other two tell. Where all three
+    /// vanish there is no normal, and no turn.
+    #[inline(always)]
+    pub fn of(gradients: &[[T; 3]; 3], eps: T, spread: LightSpread<T>) -> Self {
+        let (zero, one, two) = (T::zero(), T::one(), T::of(2.0));
+        let [a, m, b] = scaled(gradients);
+        let ((na, a2), (nm, m2), (nb, b2)) = (normal(&a), normal(&m), normal(&b));
+        let [has_a, has_m, has_b] = [a2, m2, b2].map_inline(is_there);
+        let is_at_start = !has_a & has_m & has_b;
+        let is_at_end = has_a & has_m & !has_b;
+        let mirrored = |is_missing: bool, n: [T; 3], other: &[T; 3]| -> [T; 3] {
+            let at = |k: usize| if is_missing { nm[k] + nm[k] - other[k] } else { n[k] };
+            [at(0), at(1), at(2)]
+        };
+        let (na, nb) = (mirrored(is_at_start, na, &nb), mirrored(is_at_end, nb, &na));
+        let rise = [nb[0] - na[0], nb[1] - na[1], nb[2] - na[2]];
+        let second = |a: &[T; 3], m: &[T; 3], b: &[T; 3], k: usize| (a[k] - m[k]) + (b[k] - m[k]);
+        let bend = [0, 1, 2].map_inline(|k| second(&na, &nm, &nb, k));
+        let mean = [0, 1, 2].map_inline(|k| nm[k] + bend[k] * T::of(1.0 / 6.0));
+        let (rise2, bend2) = (dot(&rise, &rise), dot(&bend, &bend));
+        let angle2 = rise2 + bend2 + two * dot(&rise, &bend).abs();
+        let (angle, bend_length) = (angle2.sqrt(), bend2.sqrt());
+        let present = |is_there: bool, x: T| if is_there { x } else { T::max_value() };
+        let least = present(has_a, a2).min(present(has_m, m2)).min(present(has_b, b2));
+        let bulged = [0, 1, 2].map_inline(|k| second(&a, &m, &b, k));
+        // No number is a large one.
+        let bulge = (dot(&bulged, &bulged) / least).sqrt().min(T::of(4.0));
+        let part = bend2 / (rise2 + bend2 + T::min_positive_value());
+        let uneven = ((T::of(0.2) + T::of(1.4) * part) * part).min(T::of(0.5)) + T::of(0.03) * eps * eps;
+        let lost = if is_at_start | is_at_end { T::of(0.2) * angle } else { zero };
+        let centre = spread.centre.abs();
+        let bulging = T::of(0.1) * angle * (centre + bulge) + T::of(0.3) * bulge * bulge;
+        let along = T::of(1.0 / 400.0) * angle2 + T::of(1.0 / 30.0) * centre * angle + T::of(0.03) * bulge;
+        let has_gap = (has_a | has_m | has_b) & !(has_a & has_m & has_b);
+        Turn {
+            mean,
+            rise,
+            bend,
+            angle,
+            angle2,
+            bend_length,
+            across: uneven * bend_length + bulge * bulging + lost,
+            along: angle2 * along,
+            spread,
+            is_wild: (angle2 > one + one + two) | (has_gap & !(is_at_start | is_at_end)),
+        }
+    }
+
+    /// Its components along `direction`.
+    #[inline(always)]
+    pub fn cosine(&self, direction: &[T; 3]) -> Cosine<T> {
+        let [even, rise, bend] = [&self.mean, &self.rise, &self.bend].map_inline(|n| dot(n, direction));
+        Cosine { even, mean: even + self.spread.centre * rise, rise, bend }
+    }
+
+    /// Part of the square of a difference between the ends that is the variance over the piece's light.
+    #[inline(always)]
+    pub fn variance(&self) -> T {
+        T::of(1.0 / 12.0) - self.spread.centre * self.spread.centre
+    }
+}
+
+impl<T: Real> Cosine<T> {
+    /// Largest of the absolute values at the start, the middle and the end.
+    #[inline(always)]
+    pub fn largest(&self) -> T {
+        let (third, half) = (T::of(1.0 / 3.0), T::of(0.5));
+        let middle = self.even - T::of(1.0 / 6.0) * self.bend;
+        let end = (self.even + third * self.bend).abs() + half * self.rise.abs();
+        end.max(middle.abs())
+    }
+
+    /// The most that values along the piece differ from the mean.
+    #[inline(always)]
+    pub fn reach(&self) -> T {
+        T::of(0.5) * self.swing()
+    }
+
+    /// The most that two values along the piece differ.
+    #[inline(always)]
+    pub fn swing(&self) -> T {
+        self.rise.abs() + self.bend.abs()
+    }
+}
+
+/// Unit vector of a gradient of any size; zero where there is none.
+#[inline(always)]
+pub fn direction<T: Real>(gradient: &[T; 3]) -> [T; 3] {
+    let [x] = scaled(&[*gradient]);
+    let (normal, _) = normal(&x);
+    normal
+}
+
+/// Gradients divided by the largest component of all; zero where that is infinite. The square of a gradient of
+/// 1e30 is no f32.
+#[inline(always)]
+fn scaled<T: Real, const N: usize>(gradients: &[[T; 3]; N]) -> [[T; 3]; N] {
+    let mut largest = T::min_positive_value();
+    for [x, y, z] in gradients {
+        largest = largest.max(x.abs()).max(y.abs()).max(z.abs());
+    }
+    let is_usual = largest < T::infinity();
+    let scale = T::one() / largest;
+    let mut scaled = *gradients;
+    for gradient in &mut scaled {
+        *gradient = gradient.map_inline(|x| if is_usual { x * scale } else { T::zero() });
+    }
+    scaled
+}
+
+/// The unit vector of a scaled gradient, and its squared length; zero where it is less than 1e-15.
+#[inline(always)]
+fn normal<T: Real>(gradient: &[T; 3]) -> ([T; 3], T) {
+    let length2 = dot(gradient, gradient);
+    let is_there = is_there(length2);
+    let factor = T::one() / (if is_there { length2 } else { T::one() }).sqrt();
+    (gradient.map_inline(|x| if is_there { x * factor } else { T::zero() }), length2)
+}
+
+/// Whether a scaled gradient of this squared length has a direction; a NaN has none.
+#[inline(always)]
+fn is_there<T: Real>(length2: T) -> bool {
+    length2 > T::of(1e-30)
+}
+
+#[inline(always)]
+pub(crate) fn dot<T: Real>(a: &[T; 3], b: &[T; 3]) -> T {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
