@@ -15,7 +15,6 @@ pub(super) struct Crossing<V: Machine> {
     pub u: Wide<V>,
     pub tau: Floats<V>,
     pub height: Wide<V>,
-    pub curvature: Wide<V>,
     pub place: Floats<V>,
     /// Relative change of height, and length.
     pub eps: Floats<V>,
@@ -32,20 +31,17 @@ impl<V: Machine> Lanes<V> {
         // Rising rays pass a layer up to their column's exit, falling ones one above it.
         let passes = self.rising.simd_eq(ahead.le(self.rho[1]).narrow());
         let wide = wide_mask::<V>(passes);
-        let curvature = one / ahead;
         let u = ((ahead - self.rho[0]) * self.scale).fraction(simd);
-        let tau = (u * self.rho[1] * curvature).fraction(simd);
-        let (u, tau) = (u.over(wide, one), tau.over(wide, one));
-        let height = ahead.over(wide, self.rho[1]);
         let (none, whole) = (all(simd, 0.0), all(simd, 1.0));
-        let place = ((height - low).narrow() * (one / (high - low)).narrow()).max(none).min(whole);
-        let eps = ((height - self.height) * self.curvature).narrow();
+        let tau = (u.narrow() * self.rho[1].narrow() / ahead.narrow()).max(none).min(whole);
+        let (u, height) = (u.over(wide, one), ahead.over(wide, self.rho[1]));
+        let place = ((height - low).narrow() / (high - low).narrow()).max(none).min(whole);
+        let eps = (height - self.height).narrow() / self.height.narrow();
         Crossing {
             passes,
             u,
-            tau: tau.narrow(),
+            tau: passes.select(tau, whole),
             height,
-            curvature,
             place: passes.select(self.rising.select(whole, none), place),
             // A core of next to no radius would round it to -1.
             eps: eps.max(all(simd, 0.5 * f32::EPSILON - 1.0)),
@@ -63,7 +59,6 @@ impl<V: Machine> Lanes<V> {
         let wide = wide_mask::<V>(passing);
         self.u = crossing.u.over(wide, self.u);
         self.height = crossing.height.over(wide, self.height);
-        self.curvature = crossing.curvature.over(wide, self.curvature);
         self.tau = passing.select(crossing.tau, self.tau);
         // Behind a layer lies the other side of the next gap.
         let place = self.rising.select(all(simd, 0.0), all(simd, 1.0));
@@ -85,7 +80,7 @@ impl<V: Machine> Lanes<V> {
             let [low, high] = simd.gather_f64_pair(bounds, gap);
             let (is_above, is_below) = (high.le(height).narrow(), height.lt(low).narrow());
             if (is_above | is_below).all_false() {
-                let place = (height - low).narrow() * (Wide::splat(simd, 1.0) / (high - low)).narrow();
+                let place = (height - low).narrow() / (high - low).narrow();
                 return (gap, place.max(all(simd, 0.0)).min(all(simd, 1.0)));
             }
             gap = gap + is_above.select(one, none) - is_below.select(one, none);
@@ -150,12 +145,10 @@ impl<V: Machine> Lanes<V> {
             return true;
         }
         let u = ((radius - entry) * self.scale.get(lane)).clamp(0.0, 1.0);
-        let curvature = 1.0 / radius;
         self.gap[lane] = gap as u32;
         self.u.set(lane, u);
-        self.tau[lane] = (u * exit * curvature).clamp(0.0, 1.0) as f32;
+        self.tau[lane] = (u * exit / radius).clamp(0.0, 1.0) as f32;
         self.height.set(lane, radius);
-        self.curvature.set(lane, curvature);
         self.place[lane] = if is_rising { 0.0 } else { 1.0 };
         false
     }

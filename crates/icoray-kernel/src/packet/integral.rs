@@ -14,7 +14,7 @@ use icoray_simd::{Floats, Machine, Mask, exp2};
 pub(super) const LARGEST_EPS: f32 = 0.4;
 
 /// Optical depth beyond which scalar code integrates a piece.
-const LARGEST_DEPTH: f32 = 80.0;
+pub(super) const LARGEST_DEPTH: f32 = 80.0;
 
 /// Half a unit of the last digit of 1.
 const ROUNDING: f32 = 0.5 * f32::EPSILON;

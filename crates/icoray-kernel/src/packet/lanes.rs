@@ -106,12 +106,11 @@ pub(super) struct Lanes<V: Machine> {
     /// Whether the ray ends in the column.
     pub last: Mask<V>,
     /// The gap that it is in, and where it has entered it: the fraction of the column's length, the fraction of the
-    /// way between the edge points, height, 1 / height, the fraction of the way from the layer below to that above.
+    /// way between the edge points, height, the fraction of the way from the layer below to that above.
     pub gap: Numbers<V>,
     pub u: Wide<V>,
     pub tau: Floats<V>,
     pub height: Wide<V>,
-    pub curvature: Wide<V>,
     pub place: Floats<V>,
     /// What is left of its frustum, and whether the scalar is known to be monotone there.
     pub rest: Part<V>,
@@ -157,7 +156,6 @@ impl<V: Machine> Lanes<V> {
             u: none,
             tau: zero,
             height: none,
-            curvature: none,
             place: zero,
             rest: Part::none(simd),
             is_monotone: no,
@@ -261,7 +259,6 @@ impl<V: Machine> Lanes<V> {
         put(&mut self.point, wide, [x, y]);
         let [t, rho] = [exit.t, exit.rho];
         self.scale = (one / (rho - self.rho[0])).over(wide, self.scale);
-        self.curvature = (one / self.rho[0]).over(wide, self.curvature);
         self.rising = step.select(self.rho[0].le(rho).narrow(), self.rising);
         self.t[1] = t.over(wide, self.t[1]);
         self.rho[1] = rho.over(wide, self.rho[1]);

@@ -1,7 +1,7 @@
 //! The frusta of a packet, a piece of each in a turn.
 
 use super::gap::Crossing;
-use super::integral::{Integral, LARGEST_EPS, Light, Outcome};
+use super::integral::{Integral, LARGEST_DEPTH, LARGEST_EPS, Light, Outcome};
 use super::lanes::{Lanes, lanes_of};
 use super::light::Piece;
 use super::medium::{Found, Medium, number};
@@ -45,9 +45,7 @@ impl<V: Machine, const N: usize> Packet<'_, '_, V, N> {
             let is_new = mask::<V>(simd, new);
             part = read.over(is_new, part);
             self.lanes.is_monotone = self.lanes.is_monotone & !is_new;
-            if N == 4 {
-                self.lit.enter(simd, is_new, way.eps);
-            }
+            self.lit.enter(simd, is_new, way.eps);
             let (void, beyond) = self.unusual(&vertices, &part, new);
             self.counts.void_frusta += u64::from(void.count_ones());
             active &= !void;
@@ -62,8 +60,8 @@ impl<V: Machine, const N: usize> Packet<'_, '_, V, N> {
         let medium = self.tables.spans.medium(simd, pieces.span);
         if N == 4 {
             self.enter_light(crossing, &pieces, &medium, new & active);
-            self.cut_fractions(&part, &mut pieces, active & !scalar);
         }
+        self.cut_fractions(&part, &mut pieces, active & !scalar);
         let piece = pieces.part;
         let integral = Integral::new(simd, &piece, &medium);
         let mut outcome = integral.thin(self.color_tolerance);
@@ -72,27 +70,29 @@ impl<V: Machine, const N: usize> Packet<'_, '_, V, N> {
             outcome = Outcome::over(outcome, mask::<V>(simd, !far), integral.gauss(self.color_tolerance));
             far = (!outcome.is_near).to_bitmask() as u32 & active & !scalar;
         }
+        // Dense pieces are halved before they are left to scalar code.
+        let is_long = self.lit.fraction.simd_gt(1.0 / 16.0) & integral.depth.simd_lt(LARGEST_DEPTH);
+        let mut left = far & is_long.to_bitmask() as u32;
+        far &= !left;
         let mut light = integral.light(&outcome, piece.reach());
         let from = self.lit.from;
         let to = pieces.upto.mul_add(all(simd, 1.0) - from, from);
-        let mut taken = active & !scalar;
         if N == 4 {
-            taken &= !self.shade(&piece, &medium, &integral, [from, to], crossing.eps, &mut light, taken & !far);
+            let taken = active & !scalar & !left & !far;
+            left |= self.shade(&piece, &medium, &integral, [from, to], crossing.eps, &mut light, taken);
         }
+        let taken = active & !scalar & !left;
         light.variance = medium.is_clear(simd, &piece).select(all(simd, 0.0), light.variance);
         self.lanes.add(simd, mask::<V>(simd, taken & !far), &light);
         if far != 0 {
             self.scalar_pieces(far, &pieces, [from, to]);
         }
-        let left = active & !scalar & !taken;
         self.mid = taken & pieces.more | left;
         if self.mid != 0 {
             let (more, is_left) = (mask::<V>(simd, taken & pieces.more), mask::<V>(simd, left));
             self.lanes.rest = pieces.rest.over(more, part.over(is_left, self.lanes.rest));
             self.lanes.is_monotone = more.select(pieces.is_monotone, self.lanes.is_monotone);
-            if N == 4 {
-                self.lit.go_on(simd, mask::<V>(simd, taken), is_left, to);
-            }
+            self.lit.go_on(simd, mask::<V>(simd, taken), is_left, to);
         }
         if scalar != 0 {
             self.scalar_frusta(scalar, crossing);
