@@ -14,24 +14,50 @@ fn frustum_interpolant_gradient(interpolant: FrustumInterpolant, u: f32) -> vec3
     return interpolant.from_ + u * (interpolant.to - interpolant.from_) + bent * interpolant.kappa;
 }
 
-struct LightSpread {
-    centre: f32,
-    error_bound: f32,
-}
-
-const LEAST: f32 = 1.1754944e-38;
-
 fn light_spread_of(piece: Segment, span: Span) -> LightSpread {
     let from_ = span_extinction(span, piece.f0);
     let to = span_extinction(span, piece.f1);
     let sum = from_ + to + LEAST;
     // Depths beyond 1e3 have the largest spread already; the limit keeps their squares finite.
-    let depth = min(piece.length * max(from_, to), 1e3);
-    let centre = (1.0 / 6.0) * ((to - from_) / sum - 0.5 * min(depth, 1.0));
+    let depth = min(0.5 * piece.length * sum, 1e3);
+    let rise = (to - from_) / sum;
+    let forward = min(depth, 3.0) * (5.0 / 60.0 - (1.0 / 60.0) * rise * rise);
     let bent = min(abs(span.extinction_slope * piece.kappa) / sum, 1e3);
-    let plain = span.steepest * abs(piece.f1 - piece.f0) / (span.brightest + LEAST);
-    return LightSpread(centre, min(0.2 * (depth * depth + bent + 0.5 * min(plain, 1e3)), 0.5));
+    return LightSpread((1.0 / 6.0) * rise - forward, min(0.02 * depth * depth + 0.2 * bent, 0.5));
 }
+
+fn color_change_of(piece: Segment, span: Span) -> ColorChange {
+    let bend = span.steepest * abs(piece.kappa);
+    return ColorChange(span.brightest, span.steepest * abs(piece.f1 - piece.f0) + bend, bend, piece.eps);
+}
+
+fn mean_shade(
+    shading: RayShading,
+    piece: Segment,
+    span: Span,
+    at_a: vec3f,
+    at_m: vec3f,
+    at_b: vec3f,
+) -> MeanShade {
+    let turn = normal_turn_of(at_a, at_m, at_b, piece.eps, light_spread_of(piece, span));
+    return ray_shading_mean(shading, turn, color_change_of(piece, span));
+}
+
+fn shaded(shading: RayShading, piece: Segment, span: Span, mean: MeanShade, light: Radiance) -> Radiance {
+    return ray_shading_apply(shading, light, mean, span.color_slope * (piece.f1 - piece.f0));
+}
+
+fn is_affordable(piece: Segment, span: Span, off: f32, color_tolerance: f32, spare: f32) -> bool {
+    let depth = piece.length * max(span_extinction(span, piece.f0), span_extinction(span, piece.f1));
+    return (off - color_tolerance) * min(depth, 1.0) <= spare;
+}
+
+fn spare_of(light: Radiance, color_tolerance: f32) -> f32 {
+    let earned = color_tolerance * (light.alpha + ADVANCE) - light.error;
+    return max(earned, 0.0) / max(1.0 - light.alpha, LEAST);
+}
+
+const ADVANCE: f32 = 0.1;
 
 struct Lit {
     budget: ErrorBudget,
@@ -43,19 +69,18 @@ struct Lit {
 // Most of `lighting.most_cuts`.
 const MAX_CUTS: u32 = 20u;
 
-// The light of the last front half of each level. Outside the function, which would zero it for each piece.
+// The light of the last front half of each level, and what it leaves of the spare error. Outside the function, which
+// would zero them for each piece.
 var<private> fronts: array<Radiance, MAX_CUTS + 1u>;
 
-// `part` of the piece or, where that asks for it, of its halves one after the other: number `index` of 2^level. Their
+// The piece or, where its error cannot be afforded, its halves one after the other: number `index` of 2^level. Their
 // light is added up in pairs, as there: a sum of thousands one by one would lose what is less than a last digit.
-fn lit_light(lit: Lit, piece: Segment, range: vec2f, cuts: u32) -> Radiance {
+fn lit_light(lit: Lit, piece: Segment, range: vec2f, cuts: u32, spare: f32) -> Radiance {
     var light: Radiance;
     var level = 0u;
     var index = 0u;
     var from_ = vec2f(0.0, piece.f0);
-    var front = lit_shade(lit, range.x);
-    var back = lit_shade(lit, range.y);
-    var enough = -1.0;
+    var left = spare;
     loop {
         var part = piece;
         var to = vec2f(1.0, piece.f1);
@@ -66,18 +91,16 @@ fn lit_light(lit: Lit, piece: Segment, range: vec2f, cuts: u32) -> Radiance {
             }
             part = segment_part(piece, from_, to);
         }
-        let middle = lit_shade(lit, lerp(range.x, range.y, (f32(index) + 0.5) / f32(1u << level)));
-        let outcome = lit_part(lit, part, front, middle, back, level == cuts, enough);
+        let ends = vec2f(f32(index), f32(index + 1u)) / f32(1u << level);
+        let at = vec2f(lerp(range.x, range.y, ends.x), lerp(range.x, range.y, ends.y));
+        let outcome = lit_part(lit, part, at, level == cuts, left);
         if !outcome.is_done {
-            if level == 0u {
-                enough = 0.03 * lit.budget.color_tolerance * absorbed_by(0.5 * lit_depth(lit, piece));
-            }
             level++;
             index *= 2u;
-            back = middle;
             continue;
         }
         light = outcome.light;
+        left = spare_behind(left, light, lit.budget.color_tolerance);
         // A back half makes its parent whole, and so does a front half behind which nothing is seen.
         while level > 0u {
             if (index & 1u) == 1u {
@@ -96,40 +119,25 @@ fn lit_light(lit: Lit, piece: Segment, range: vec2f, cuts: u32) -> Radiance {
         fronts[level] = light;
         index++;
         from_ = to;
-        front = back;
-        back = lit_shade(lit, lerp(range.x, range.y, f32(index + 1u) / f32(1u << level)));
     }
     return light;
 }
 
-fn lit_shade(lit: Lit, u: f32) -> Shade {
-    return ray_shading_shade(lit.shading, frustum_interpolant_gradient(lit.interpolant, u));
+// What is left to the parts behind `light`.
+fn spare_behind(spare: f32, light: Radiance, color_tolerance: f32) -> f32 {
+    let left = spare + color_tolerance * light.alpha - light.error;
+    return max(left, 0.0) / max(1.0 - light.alpha, LEAST);
 }
 
-// A part's light, if it needs not be cut. `enough` is below 0 for a whole piece.
-fn lit_part(
-    lit: Lit,
-    part: Segment,
-    front: Shade,
-    middle: Shade,
-    back: Shade,
-    is_last: bool,
-    enough: f32,
-) -> Outcome {
-    let spread = light_spread_of(part, lit.span);
-    let error_bound = ray_shading_error_bound(lit.shading, front, middle, back, spread.error_bound);
-    let apart = select(vec2f(lit.shading.diffuse, lit.shading.specular), error_bound.off, error_bound.is_there);
-    let off = lit.span.brightest * apart.x + apart.y;
-    let is_near = off <= lit.budget.color_tolerance || off * lit_depth(lit, part) <= enough;
-    if !(is_near || is_last) {
+// A part's light, if it is not cut.
+fn lit_part(lit: Lit, part: Segment, range: vec2f, is_last: bool, spare: f32) -> Outcome {
+    let mean = mean_shade(
+        lit.shading, part, lit.span, frustum_interpolant_gradient(lit.interpolant, range.x),
+        frustum_interpolant_gradient(lit.interpolant, 0.5 * (range.x + range.y)),
+        frustum_interpolant_gradient(lit.interpolant, range.y),
+    );
+    if !(is_last || is_affordable(part, lit.span, mean.off, lit.budget.color_tolerance, spare)) {
         return Outcome(radiance_none(), false);
     }
-    let light = integrate(part, lit.span, lit.budget);
-    let mean = ray_shading_mean(front, middle, back, spread.centre);
-    return Outcome(ray_shading_apply(lit.shading, light, mean, off), true);
-}
-
-// No less than the optical depth.
-fn lit_depth(lit: Lit, part: Segment) -> f32 {
-    return part.length * max(span_extinction(lit.span, part.f0), span_extinction(lit.span, part.f1));
+    return Outcome(shaded(lit.shading, part, lit.span, mean, integrate(part, lit.span, lit.budget)), true);
 }

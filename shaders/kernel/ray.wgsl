@@ -322,7 +322,8 @@ fn piece(
     let budget = ErrorBudget(params.color_tolerance, ray_min_transmittance(ray), through, reach);
     var behind: Radiance;
     if IS_LIT {
-        behind = lit_light(Lit(budget, (*ray).shading, span, interpolant), segment, range, lighting.max_cuts);
+        let lit = Lit(budget, (*ray).shading, span, interpolant);
+        behind = lit_light(lit, segment, range, lighting.max_cuts, spare_of(*light, params.color_tolerance));
     } else {
         behind = integrate(segment, span, budget);
     }

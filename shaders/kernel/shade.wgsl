@@ -1,6 +1,7 @@
 // Mirrors kernel/shade.rs.
 #import kernel/piece
 #import kernel/plane
+#import kernel/turn
 
 // Shading parameters of all rays (`Shading` of icoray/src/device), and how often a piece may be cut for its light.
 struct Shading {
@@ -11,8 +12,6 @@ struct Shading {
     specular: f32,
     shininess: f32,
     sharpness: f32,
-    blind: f32,
-    dull: f32,
     is_headlight: u32,
     max_cuts: u32,
 }
@@ -27,14 +26,24 @@ struct RayShading {
     light: vec3f,
     halfway: vec3f,
     sharpness: f32,
-    blind: f32,
-    dull: f32,
 }
 
 struct Shade {
     body: f32,
     highlight: f32,
-    normal: vec3f,
+}
+
+struct MeanShade {
+    shade: Shade,
+    tilt: f32,
+    off: f32,
+}
+
+struct ColorChange {
+    brightest: f32,
+    change: f32,
+    bend: f32,
+    eps: f32,
 }
 
 fn shading_along(s: Shading, dir: Wide3) -> RayShading {
@@ -49,83 +58,91 @@ fn shading_along(s: Shading, dir: Wide3) -> RayShading {
         halfway = wide3_scale(between, wide_div(wide(1.0), long)).hi;
     }
     return RayShading(
-        s.ambient, s.diffuse, s.specular, s.shininess, light.hi, halfway, s.sharpness, s.blind, s.dull,
+        s.ambient, s.diffuse, s.specular, s.shininess, light.hi, halfway, s.sharpness,
     );
 }
 
 fn ray_shading_shade(s: RayShading, gradient: vec3f) -> Shade {
-    let size = abs(gradient);
-    let largest = max(size.x, max(size.y, size.z));
-    if !(largest > 0.0 && largest <= ENDLESS) {
-        return Shade(s.ambient, 0.0, vec3f(0.0));
-    }
-    let n = gradient / largest;
-    let normal = n / sqrt(dot(n, n));
+    let normal = direction_of(gradient);
     let body = s.ambient + s.diffuse * abs(dot(normal, s.light));
-    let gleam = abs(dot(normal, s.halfway));
-    var highlight = 0.0;
-    if gleam >= s.dull {
-        highlight = s.specular * power(gleam, s.shininess);
-    }
-    return Shade(body, highlight, normal);
+    let gleam = min(abs(dot(normal, s.halfway)), 1.0);
+    return Shade(body, s.specular * power(gleam, s.shininess));
 }
 
-// Errors of body and highlight, as `error_bound` and `apply` use them.
-fn ray_shading_mean(a: Shade, m: Shade, b: Shade, centre: f32) -> vec2f {
-    let at_a = vec2f(a.body, a.highlight);
-    let at_b = vec2f(b.body, b.highlight);
-    return (at_a + 4.0 * vec2f(m.body, m.highlight) + at_b) * (1.0 / 6.0) + centre * (at_b - at_a);
+fn ray_shading_mean(s: RayShading, turn: NormalTurn, color: ColorChange) -> MeanShade {
+    let body = ray_shading_mean_body(s, turn, color);
+    let highlight = ray_shading_mean_highlight(s, turn);
+    let most = color.brightest * s.diffuse + s.specular;
+    return MeanShade(Shade(body.x, highlight.x), body.y, select(body.z + highlight.y, most, turn.is_wild));
 }
 
-// Error of a mean shade, where the three shades allow an estimate.
-struct ShadeErrorBound {
-    off: vec2f,
-    is_there: bool,
+// Factor for the colour, factor for the colour's change, and the error of both.
+fn ray_shading_mean_body(s: RayShading, turn: NormalTurn, color: ColorChange) -> vec3f {
+    let cosine = normal_turn_cosine(turn, s.light);
+    let sign = select(1.0, -1.0, cosine.mean < 0.0);
+    let level = abs(cosine.mean);
+    let centre = turn.spread.centre;
+    let swing = cosine_swing(cosine);
+    let may_cross = 0.5 * swing + 0.02 * turn.angle2 + turn.across - level;
+    let crosses = may_cross > 0.0;
+    let reach = 0.5 * abs(cosine.rise);
+    let beyond = max(reach - sign * cosine.even, 0.0);
+    let part = beyond / (reach + reach + LEAST);
+    let forward = select(centre, -centre, sign * cosine.rise < 0.0);
+    let kink = beyond * part * (1.0 - forward * (6.0 - 4.0 * part));
+    let body = s.ambient + s.diffuse * (level + kink);
+    let tilt = select(sign * cosine.rise * normal_turn_variance(turn) * s.diffuse, 0.0, crosses);
+    let bend = abs(cosine.bend);
+    let unsure = turn.spread.error_bound;
+    var at_kink = 0.25 * (bend + turn.across) + (unsure + 0.3 * centre * centre) * swing + 0.05 * turn.angle2;
+    at_kink = select(0.0, min(0.5 * may_cross, at_kink), crosses);
+    let apart = select(0.0, 0.1, crosses);
+    let even = unsure * swing + turn.across + turn.along + at_kink;
+    let skewed = color.bend * (0.015 * abs(color.eps) + 0.1 * abs(centre)) * swing;
+    let change = color.change * (0.12 * bend + (unsure + apart) * swing + turn.across) + skewed;
+    return vec3f(body, tilt, s.diffuse * min(color.brightest * even + change, color.brightest));
 }
 
-fn ray_shading_error_bound(s: RayShading, a: Shade, m: Shade, b: Shade, skew: f32) -> ShadeErrorBound {
-    let at_a = vec2f(a.body, a.highlight);
-    let at_m = vec2f(m.body, m.highlight);
-    let at_b = vec2f(b.body, b.highlight);
-    let bend = abs(at_a - at_m - at_m + at_b);
-    let off = skew * (abs(at_b - at_a) + bend) + 0.2 * bend;
-    let turned = ray_shading_turned(s, a, m, b);
-    return ShadeErrorBound(off + turned.off + vec2f(0.0, s.blind), turned.is_there);
+// The highlight and its error.
+fn ray_shading_mean_highlight(s: RayShading, turn: NormalTurn) -> vec2f {
+    let sharp = s.shininess;
+    let cosine = normal_turn_cosine(turn, s.halfway);
+    let level = min(abs(cosine.mean), 1.0);
+    let reach = cosine_reach(cosine);
+    let variance = cosine.rise * cosine.rise * normal_turn_variance(turn) + cosine.bend * cosine.bend * (1.0 / 45.0);
+    let inverse = 1.0 / max(max(level * level, reach * reach), LEAST);
+    let bent = 1.0 + 0.5 * sharp * (sharp - 1.0) * variance * inverse;
+    let highlight = min(power(level, sharp) * bent, 1.0);
+    let x2 = sharp * turn.angle2;
+    let root = sqrt(sharp);
+    let x = root * turn.angle;
+    let nearest = max(1.0 - cosine_largest(cosine), 0.0);
+    let y = max(0.75 * max(sharp - 2.0, 0.0) * nearest - 0.1 * x2, 0.0);
+    let near = max(1.0 - (1.0 / 24.0) * y, 0.0);
+    let centre = 0.03 * abs(turn.spread.centre) * x + 0.008 * root * turn.bend_length;
+    let turned = x2 * ((1.0 / 700.0) * x2 + centre) + sharp * turn.along;
+    let slope = 0.61 * (turn.spread.error_bound * x + root * turn.across);
+    let unsure = 0.25 * turn.spread.error_bound * x2;
+    let across = max(reach + 0.02 * turn.angle2 + turn.across - level, 0.0);
+    let beside = 0.01 * reach * reach * reach * inverse;
+    var blunt = select(across * reach, 0.5 * across + beside, sharp < 2.0);
+    blunt = select(0.0, blunt, sharp < 6.0);
+    let off = min(near * near * near * (turned + slope + unsure) + blunt, 1.0);
+    return vec2f(s.specular * highlight, s.specular * off);
 }
 
-fn ray_shading_turned(s: RayShading, a: Shade, m: Shade, b: Shade) -> ShadeErrorBound {
-    let turn = max(max(turn2(a.normal, m.normal), turn2(m.normal, b.normal)), 0.0);
-    let bend = (4.0 / 81.0) * turn;
-    let highest = max(max(a.highlight, m.highlight), b.highlight) + 0.05 * s.specular;
-    let body = s.diffuse * (bend + kink(m.normal, s.light, turn));
-    let blunt = select(0.0, s.specular * kink(m.normal, s.halfway, turn), s.shininess < 2.0);
-    return ShadeErrorBound(vec2f(body, bend * s.sharpness * highest + blunt), turn * s.sharpness <= 0.5);
-}
-
-// Error from the kink of |n·d| where the normal turns by the root of `turn`.
-fn kink(normal: vec3f, direction: vec3f, turn: f32) -> f32 {
-    let across = dot(normal, direction);
-    return select(0.0, (1.0 / 6.0) * sqrt(turn), across * across < turn);
-}
-
-fn ray_shading_apply(s: RayShading, light: Radiance, mean: vec2f, off: f32) -> Radiance {
+fn ray_shading_apply(s: RayShading, light: Radiance, mean: MeanShade, change: vec3f) -> Radiance {
     let rounded = 0.5 * ROUNDING * s.sharpness * light.alpha;
-    let scale = max(mean.x, 1.0);
+    let body = mean.shade.body;
+    let scale = max(body, 1.0);
     return Radiance(
-        light.color * mean.x + light.alpha * mean.y,
+        light.color * body + light.alpha * (mean.shade.highlight + mean.tilt * change),
         light.alpha,
-        light.error * mean.x + light.alpha * off,
+        light.error * body + light.alpha * mean.off,
         light.variance * scale * scale + rounded * rounded,
     );
 }
 
 fn ray_shading_solid(s: RayShading, normal: vec3f) -> f32 {
     return s.ambient + s.diffuse * max(dot(normal, s.light), 0.0);
-}
-
-fn turn2(a: vec3f, b: vec3f) -> f32 {
-    if dot(a, a) + dot(b, b) == 0.0 {
-        return 0.0;
-    }
-    return 2.0 * (1.0 - dot(a, b));
 }

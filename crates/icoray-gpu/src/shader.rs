@@ -10,10 +10,10 @@ macro_rules! sources {
 }
 
 /// All files in `shaders/`: name and text.
-pub const SOURCES: [(&str, &str); 24] = sources! {
+pub const SOURCES: [(&str, &str); 25] = sources! {
     "gradient" "gradients" "grid" "pages" "params" "parts" "picture" "pieces" "kernel/column"
     "kernel/roundoff" "kernel/lit" "kernel/piece" "kernel/plane" "kernel/ray" "kernel/ray/fragment"
-    "kernel/real" "kernel/sample" "kernel/segment" "kernel/shade" "kernel/transfer" "kernel/walk"
+    "kernel/real" "kernel/sample" "kernel/segment" "kernel/shade" "kernel/transfer" "kernel/turn" "kernel/walk"
     "kernel/wide" "measure/multiply" "measure/stream"
 };
 

@@ -6,7 +6,7 @@ use super::piece::{ErrorBudget, Radiance, integrate};
 use super::segment::Segment;
 use super::shade::{ColorChange, MeanShade, RayShading};
 use super::transfer::Span;
-use super::turn::Turn;
+use super::turn::NormalTurn;
 use icoray_grid::array::MapInline;
 use icoray_grid::real::{Real, lerp};
 use icoray_scene::Method;
@@ -78,7 +78,7 @@ pub fn mean_shade<T: Real>(
     span: &Span<T>,
     gradients: &[[T; 3]; 3],
 ) -> MeanShade<T> {
-    let turn = Turn::of(gradients, piece.eps, LightSpread::of(piece, span));
+    let turn = NormalTurn::of(gradients, piece.eps, LightSpread::of(piece, span));
     shading.mean(&turn, &ColorChange::of(piece, span))
 }
 
@@ -139,30 +139,36 @@ impl<T: Real, const N: usize> Lit<'_, T, N> {
     /// The light of `piece`, which is `range` of the interpolant, where the ray has [`spare`] error to spend. The piece
     /// is cut until it can be afforded, with at most `cuts` nested cuts.
     #[inline]
-    pub fn light(&self, piece: &Segment<T>, range: [T; 2], cuts: u32, spare: T) -> Radiance<T> {
+    pub fn light(&self, piece: &Segment<T>, range: [T; 2], cuts: u32, mut spare: T) -> Radiance<T> {
+        self.part(piece, range, cuts, &mut spare)
+    }
+
+    /// The light of a part, front to back with what the parts before have left of the spare error.
+    #[inline]
+    fn part(&self, piece: &Segment<T>, range: [T; 2], cuts: u32, spare: &mut T) -> Radiance<T> {
         let half = T::of(0.5);
-        let middle = half * (range[0] + range[1]);
-        let gradients = [range[0], middle, range[1]].map_inline(|u| self.interpolant.gradient(u));
+        let places = [range[0], half * (range[0] + range[1]), range[1]];
+        let gradients = places.map_inline(|u| self.interpolant.gradient(u));
         let mean = mean_shade(self.shading, piece, self.span, &gradients);
         let color_tolerance = self.allowance.color_tolerance;
-        if cuts == 0 || is_affordable(piece, self.span, mean.off, color_tolerance, spare) {
-            let light = integrate(self.method, piece, self.span, self.allowance);
-            return shaded(self.shading, piece, self.span, &mean, light);
+        if cuts > 0 && !is_affordable(piece, self.span, mean.off, color_tolerance, *spare) {
+            return self.halves(piece, places, cuts - 1, spare);
         }
-        self.halves(piece, [range[0], middle, range[1]], cuts - 1, spare)
+        let light = integrate(self.method, piece, self.span, self.allowance);
+        let light = shaded(self.shading, piece, self.span, &mean, light);
+        let left = *spare + color_tolerance * light.alpha - light.error;
+        *spare = left.max(T::zero()) / light.transmittance().max(T::min_positive_value());
+        light
     }
 
     #[inline(never)]
-    fn halves(&self, piece: &Segment<T>, [from, middle, to]: [T; 3], cuts: u32, spare: T) -> Radiance<T> {
+    fn halves(&self, piece: &Segment<T>, [from, middle, to]: [T; 3], cuts: u32, spare: &mut T) -> Radiance<T> {
         let half = T::of(0.5);
         let cut = (half, piece.value(half));
         let parts = [piece.part((T::zero(), piece.f0), cut), piece.part(cut, (T::one(), piece.f1))];
-        let mut light = self.light(&parts[0], [from, middle], cuts, spare);
-        let through = light.transmittance();
-        if through * self.allowance.transmittance > self.allowance.min_transmittance {
-            let left = spare + self.allowance.color_tolerance * light.alpha - light.error;
-            let left = left.max(T::zero()) / through.max(T::min_positive_value());
-            light.over(&self.light(&parts[1], [middle, to], cuts, left));
+        let mut light = self.part(&parts[0], [from, middle], cuts, spare);
+        if light.transmittance() * self.allowance.transmittance > self.allowance.min_transmittance {
+            light.over(&self.part(&parts[1], [middle, to], cuts, spare));
         }
         light
     }

@@ -1,6 +1,6 @@
 //! Lighting: Blinn and Phong's model with the field's gradient as the normal (§3.5 of the paper).
 //!
-//! A piece has one shade, [`RayShading::mean`], taken at its mean normal ([`Turn`]), and what is known of the turn
+//! A piece has one shade, [`RayShading::mean`], taken at its mean normal ([`NormalTurn`]), and what is known of the turn
 //! about that mean corrects it and bounds what is left.
 //!
 //! **Body**, `ambient + diffuse |n·l|`. Where `n·l` keeps its sign its mean is that of n, times l: no error but that of
@@ -16,7 +16,7 @@
 //! Powers below 2 have a kink where n is across h, like the body; powers below 6 are not small there.
 
 use super::piece::Radiance;
-use super::turn::{Turn, direction, dot};
+use super::turn::{NormalTurn, direction, dot};
 use glam::DVec3;
 use icoray_grid::array::MapInline;
 use icoray_grid::real::Real;
@@ -119,7 +119,7 @@ impl<T: Real> RayShading<T> {
 
     /// The mean shade along a piece of a ray.
     #[inline(always)]
-    pub fn mean(&self, turn: &Turn<T>, color: &ColorChange<T>) -> MeanShade<T> {
+    pub fn mean(&self, turn: &NormalTurn<T>, color: &ColorChange<T>) -> MeanShade<T> {
         let (body, tilt, dim) = self.mean_body(turn, color);
         let (highlight, faint) = self.mean_highlight(turn);
         let most = color.brightest * self.diffuse + self.specular;
@@ -129,7 +129,7 @@ impl<T: Real> RayShading<T> {
 
     /// Factor for the colour, factor for the colour's change, and the error of both.
     #[inline(always)]
-    fn mean_body(&self, turn: &Turn<T>, color: &ColorChange<T>) -> (T, T, T) {
+    fn mean_body(&self, turn: &NormalTurn<T>, color: &ColorChange<T>) -> (T, T, T) {
         let (zero, half) = (T::zero(), T::of(0.5));
         let cosine = turn.cosine(&self.light);
         let sign = if cosine.mean < zero { -T::one() } else { T::one() };
@@ -158,7 +158,7 @@ impl<T: Real> RayShading<T> {
 
     /// The highlight and its error.
     #[inline(always)]
-    fn mean_highlight(&self, turn: &Turn<T>) -> (T, T) {
+    fn mean_highlight(&self, turn: &NormalTurn<T>) -> (T, T) {
         let (zero, one, two) = (T::zero(), T::one(), T::of(2.0));
         let (s, cosine) = (self.shininess, turn.cosine(&self.halfway));
         let level = cosine.mean.abs().min(one);

@@ -16,7 +16,7 @@
 //! - A bulge of the gradient between the ends, of `bulge` times the least of the three gradients, delays or hastens the
 //!   turn: by `θ² bulge/80` along the normal, and by `θ bulge (centre + bulge)/10` across.
 //!
-//! The factors in [`Turn::of`] are two to six times those, so that no piece of a million random ones of 0.003 to
+//! The factors in [`NormalTurn::of`] are two to six times those, so that no piece of a million random ones of 0.003 to
 //! 3 rad is farther off (`lit/tests.rs`).
 
 use crate::lit::LightSpread;
@@ -25,7 +25,7 @@ use icoray_grid::real::Real;
 
 /// The normal along a piece.
 #[derive(Debug, Clone, Copy)]
-pub struct Turn<T> {
+pub struct NormalTurn<T> {
     /// Mean of the normals of a piece whose light is spread evenly.
     pub mean: [T; 3],
     /// Normal at the end less normal at the start.
@@ -61,7 +61,7 @@ pub struct Cosine<T> {
     pub bend: T,
 }
 
-impl<T: Real> Turn<T> {
+impl<T: Real> NormalTurn<T> {
     /// The turn between the gradients at start, middle and end of a piece with this relative change of height.
     ///
     /// A gradient that vanishes at one end has a limit of its direction there, which the other two tell. Where all three
@@ -98,7 +98,7 @@ impl<T: Real> Turn<T> {
         let bulging = T::of(0.1) * angle * (centre + bulge) + T::of(0.3) * bulge * bulge;
         let along = T::of(1.0 / 400.0) * angle2 + T::of(1.0 / 30.0) * centre * angle + T::of(0.03) * bulge;
         let has_gap = (has_a | has_m | has_b) & !(has_a & has_m & has_b);
-        Turn {
+        NormalTurn {
             mean,
             rise,
             bend,

@@ -15,7 +15,7 @@ use crate::piece::{Radiance, bend_factor};
 use crate::segment::Segment;
 use crate::shade::{ColorChange, MeanShade, RayShading};
 use crate::transfer::Span;
-use crate::turn::Turn;
+use crate::turn::NormalTurn;
 use icoray_grid::array::MapInline;
 
 /// A volume: colour by one field, extinction by the same or another one.
@@ -227,7 +227,7 @@ impl MediumPiece<'_> {
         let bent = (a - m - m + b).abs() / mean;
         let spread = LightSpread { centre: (b - a) / (12.0 * mean), error_bound: (0.2 * bent).min(0.5) };
         let eps = self.segments[1].eps;
-        let turn = Turn::of(&parts.map_inline(|part| part.gradient), eps, spread);
+        let turn = NormalTurn::of(&parts.map_inline(|part| part.gradient), eps, spread);
         let [start, middle, end] = parts.map_inline(|part| &part.color);
         let most = |of: &dyn Fn(usize) -> f64| of(0).abs().max(of(1).abs()).max(of(2).abs());
         let bend = 2.0 * most(&|k| start[k] - 2.0 * middle[k] + end[k]);

@@ -99,6 +99,11 @@ impl AlongRay {
     }
 }
 
+/// `turn::direction`.
+pub fn direction(gradient: [f32; 3]) -> [f32; 3] {
+    icoray_kernel::turn::direction(&gradient)
+}
+
 /// `FrustumInterpolant::gradient`.
 pub fn gradient(interpolant: [f32; 10], u: f32) -> [f32; 3] {
     kernel_interpolant(interpolant).gradient(u)
