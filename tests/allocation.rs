@@ -162,9 +162,9 @@ fn derived_bytes_are_those_of_averages_and_gradients(
     let values = 642 * 8;
     assert_eq!(derived(Location::Center, unlit), 0);
     assert_eq!(derived(Location::Corner, unlit), values * size_of::<f32>());
-    // Gradients are packed in 8 bytes.
-    assert_eq!(derived(Location::Center, lit), values * 8);
-    assert_eq!(derived(Location::Corner, lit), values * (size_of::<f32>() + 8));
+    // Gradients are packed in 8 bytes, with a byte per cell that says whether they are computed.
+    assert_eq!(derived(Location::Center, lit), values * 8 + 642);
+    assert_eq!(derived(Location::Corner, lit), values * (size_of::<f32>() + 8) + 642);
 }
 
 /// A checked grid asks for 26 bytes per cell and what the check needs for a while, whatever the width of the tables:

@@ -6,79 +6,45 @@
 //! over 12 frusta (10 at a pentagon, half of that on the innermost and outermost layer) is the mean over the triangles
 //! with the mean of the two radial slopes. Frusta with a missing value are left out of the mean, and beside a hole
 //! there are fewer of them.
+//!
+//! The mean is linear in the values: `stencil.rs` evaluates it in single precision, 16 layers at a time. `exact.rs`
+//! evaluates it in double precision, also where frusta are left out.
 
-use crate::array::MapInline;
 use crate::grid::Grid;
 use crate::occupancy::OccupancyMask;
 use crate::sample::{Sample, Samples};
+use crate::visible_cells::VisibleCells;
+use fearless_simd::{Level, Simd, dispatch};
 use glam::DVec3;
 use rayon::prelude::*;
 use std::ops::Range;
 
+mod exact;
 pub mod native;
+mod partial;
+mod ring;
+mod stencil;
 mod storage;
+use exact::{NeighborColumns, Ring};
+pub use partial::PartialGradients;
+use stencil::{Scratch, Stencil};
 use storage::GradientFormat;
 pub use storage::Gradients;
 
-/// One triangle around a cell: where its two other cells stand in the ring, and the dual basis at the cell.
-struct IncidentTriangle {
-    others: [usize; 2],
-    radial: DVec3,
-    along: [DVec3; 2],
-}
-
-/// A cell's neighbours and the triangles that it makes with them.
-#[derive(Default)]
-struct Ring {
-    neighbours: Vec<u32>,
-    /// The mean gradient at radius 1 per unit of difference to each neighbour, when all triangles count.
-    weight: Vec<DVec3>,
-    /// The same for the radial slope.
-    radial: DVec3,
-    fans: Vec<IncidentTriangle>,
-}
-
-impl Ring {
-    fn read(&mut self, grid: &Grid, cell: u32) {
-        self.neighbours.clear();
-        self.fans.clear();
-        let a = grid.direction(cell);
-        for triangle in grid.corners_of(cell).filter(|&corner| grid.is_triangle(corner)) {
-            let cells = grid.triangle(triangle);
-            let k = cells.iter().position(|&c| c == cell).expect("the grid's check found the cell at its corners");
-            let others = [cells[(k + 1) % 3], cells[(k + 2) % 3]];
-            let [b, c] = others.map_inline(|o| grid.direction(o) - a);
-            let volume = a.dot(b.cross(c));
-            let others = others.map_inline(|o| {
-                self.neighbours.iter().position(|&n| n == o).unwrap_or_else(|| {
-                    self.neighbours.push(o);
-                    self.neighbours.len() - 1
-                })
-            });
-            let along = [c.cross(a) / volume, a.cross(b) / volume];
-            self.fans.push(IncidentTriangle { others, radial: b.cross(c) / volume, along });
-        }
-        let share = 1.0 / self.fans.len() as f64;
-        self.weight.clear();
-        self.weight.resize(self.neighbours.len(), DVec3::ZERO);
-        self.radial = DVec3::ZERO;
-        for fan in &self.fans {
-            self.radial += share * fan.radial;
-            for k in 0..2 {
-                self.weight[fan.others[k]] += share * fan.along[k];
-            }
-        }
-    }
-}
-
-/// Which gradients are computed, and how they are stored.
+/// Which gradients are computed, and how.
 #[derive(Debug, Clone, Copy)]
 pub struct GradientOptions<'w> {
-    /// Computes only the gradients that rays can see; all of them where it is `None`.
+    /// Computes only the gradients in visible blocks; all of them where it is `None`.
     pub visible: Option<&'w OccupancyMask>,
     /// Stores a gradient in 8 bytes instead of 12.
     pub packed: bool,
+    /// Computes in single precision where no value is missing: several times as fast, with errors of a few roundings
+    /// of the largest term of each mean.
+    pub single: bool,
 }
+
+/// Cells of which a thread computes the gradients at a time.
+const BLOCK: usize = 64;
 
 /// Gradients of the normalised field at the vertices over `cells` (§3.5 of the paper), per planet radius,
 /// level-fastest: `cells.len() * radius.len()` of them. `radius` are the layers' radii in planet radii, rising. A
@@ -92,12 +58,8 @@ pub fn gradients<S: Sample>(
     wanted: GradientOptions,
     memory: Gradients,
 ) -> Gradients {
-    let around = GradientInput { grid, radius, samples, first: cells.start, visible: wanted.visible };
     let mut gradients = memory.with_room(cells.len() * radius.len(), wanted.packed);
-    match &mut gradients {
-        Gradients::Whole(all) => around.fill(all),
-        Gradients::Packed(all) => around.fill(all),
-    }
+    GradientInput::new(grid, radius, samples, cells, wanted).fill_all(&mut gradients, None);
     gradients
 }
 
@@ -106,157 +68,206 @@ struct GradientInput<'a, S> {
     grid: &'a Grid<'a>,
     radius: &'a [f64],
     samples: &'a Samples<'a, S>,
+    /// The first cell, and how many follow one another.
     first: usize,
+    cells: usize,
     visible: Option<&'a OccupancyMask>,
+    /// The pass in single precision, where it is wanted and applies to the field.
+    stencil: Option<Stencil<'a, S>>,
 }
 
-impl<S: Sample> GradientInput<'_, S> {
-    fn fill<V: GradientFormat>(&self, gradients: &mut [V]) {
+/// The cells whose gradients are computed, of those for which they are not yet.
+struct MissingCells<'m> {
+    seen: &'m VisibleCells,
+    is_computed: &'m mut [bool],
+}
+
+/// The layers on which gradients are computed, for each cell of a block.
+type WantedLayers = [Range<usize>; BLOCK];
+
+impl<'a, S: Sample> GradientInput<'a, S> {
+    fn new(
+        grid: &'a Grid,
+        radius: &'a [f64],
+        samples: &'a Samples<S>,
+        cells: Range<usize>,
+        wanted: GradientOptions<'a>,
+    ) -> Self {
+        let stencil = wanted.single.then(|| Stencil::new(samples, radius)).flatten();
+        let (first, cells) = (cells.start, cells.len());
+        GradientInput { grid, radius, samples, first, cells, visible: wanted.visible, stencil }
+    }
+
+    fn fill_all(&self, gradients: &mut Gradients, missing: Option<MissingCells>) {
+        match gradients {
+            Gradients::Whole(all) => self.fill(all, missing),
+            Gradients::Packed(all) => self.fill(all, missing),
+        }
+    }
+
+    fn fill<F: GradientFormat>(&self, gradients: &mut [F], missing: Option<MissingCells>) {
+        let level = Level::new();
+        let blocks = gradients.par_chunks_mut(self.radius.len() * BLOCK).enumerate();
+        let scratch = || (Scratch::default(), ExactColumns::new(self));
+        match missing {
+            None => blocks.for_each_init(scratch, |scratch, (block, rows)| {
+                let wanted = self.wanted_layers(block, |_| true);
+                self.fill_block(level, scratch, block, &wanted, rows);
+            }),
+            Some(MissingCells { seen, is_computed }) => {
+                let blocks = blocks.zip(is_computed.par_chunks_mut(BLOCK));
+                blocks.for_each_init(scratch, |scratch, ((block, rows), is_computed)| {
+                    let first = self.first_of(block);
+                    let wanted = self.wanted_layers(block, |cell| {
+                        let is_computed = &mut is_computed[(cell - first) as usize];
+                        let is_missing = !*is_computed && seen.contains(self.grid.direction(cell));
+                        *is_computed |= is_missing;
+                        is_missing
+                    });
+                    self.fill_block(level, scratch, block, &wanted, rows);
+                });
+            }
+        }
+    }
+
+    /// The first cell of a block.
+    fn first_of(&self, block: usize) -> u32 {
+        (self.first + block * BLOCK) as u32
+    }
+
+    /// The layers over each cell of a block that is wanted.
+    #[inline(always)]
+    fn wanted_layers(&self, block: usize, mut is_wanted: impl FnMut(u32) -> bool) -> WantedLayers {
+        let mut wanted = [const { 0..0 }; BLOCK];
+        let first = self.first_of(block);
+        let cells = first..((first as usize + BLOCK).min(self.first + self.cells)) as u32;
+        for (cell, wanted) in cells.zip(&mut wanted) {
+            if is_wanted(cell) {
+                *wanted = self.layers_over(cell);
+            }
+        }
+        wanted
+    }
+
+    fn fill_block<F: GradientFormat>(
+        &self,
+        level: Level,
+        (scratch, exact): &mut (Scratch<S>, ExactColumns<S>),
+        block: usize,
+        wanted: &WantedLayers,
+        rows: &mut [F],
+    ) {
+        let first = self.first_of(block);
+        if let Some(stencil) = &self.stencil {
+            dispatch!(level, simd => self.fill_by_stencil(simd, stencil, scratch, exact, first, wanted, rows));
+            return;
+        }
+        for ((cell, row), wanted) in (first..).zip(rows.chunks_exact_mut(self.radius.len())).zip(wanted) {
+            exact.fill(cell, wanted.clone(), row, |_| true);
+        }
+    }
+
+    /// The layers over a cell whose gradients are computed.
+    #[inline(always)]
+    fn layers_over(&self, cell: u32) -> Range<usize> {
         let layers = self.radius.len();
-        let rows = gradients.par_chunks_exact_mut(layers).with_min_len(64).enumerate();
-        rows.for_each_init(
-            || (Ring::default(), NeighborColumns::new(self.radius)),
-            |(ring, columns), (cell, row)| {
-                let cell = (self.first + cell) as u32;
-                let wanted = self.visible.map_or(0..layers, |visible| visible.layers_over(self.grid, cell, layers));
-                if wanted.is_empty() {
-                    return;
-                }
-                ring.read(self.grid, cell);
-                columns.read(self.samples, cell, &ring.neighbours, &wanted);
-                columns.means(ring, &wanted);
-                for layer in wanted {
-                    let mean = if columns.is_whole(layer) {
-                        columns.mean(layer)
-                    } else {
-                        columns.mean_of_complete(ring, layer)
-                    };
-                    row[layer] = V::of(narrowed(mean));
-                }
-            },
-        );
+        self.visible.map_or(0..layers, |visible| visible.layers_over(self.grid, cell, layers))
+    }
+
+    /// The cells of a block from `first` on, by the stencil where it applies.
+    #[inline(always)]
+    #[expect(clippy::too_many_arguments, reason = "one call in one place")]
+    fn fill_by_stencil<V: Simd, F: GradientFormat>(
+        &self,
+        simd: V,
+        stencil: &Stencil<S>,
+        scratch: &mut Scratch<S>,
+        exact: &mut ExactColumns<S>,
+        first: u32,
+        wanted: &WantedLayers,
+        rows: &mut [F],
+    ) {
+        // The rings of all cells first: their look-ups wait for memory, and none waits for another.
+        let mut rings = [const { None }; BLOCK];
+        for ((cell, ring), wanted) in (first..).zip(&mut rings).zip(wanted) {
+            if !wanted.is_empty() {
+                *ring = stencil.ring(self.grid, cell);
+            }
+        }
+        let rows = rows.chunks_exact_mut(self.radius.len());
+        for (((cell, row), wanted), ring) in (first..).zip(rows).zip(wanted).zip(rings) {
+            if wanted.is_empty() {
+                continue;
+            }
+            let Some(ring) = ring else {
+                exact.fill(cell, wanted.clone(), row, |_| true);
+                continue;
+            };
+            stencil.fill(simd, scratch, cell, &ring, wanted.clone(), row);
+            if !scratch.rejected.is_empty() {
+                // A missing value counts on the layers beside it too.
+                let Range { start, end } = scratch.rejected;
+                let beside = start.saturating_sub(1).max(wanted.start)..(end + 1).min(wanted.end);
+                exact.fill(cell, beside, row, |layer| scratch.is_rejected(layer));
+            }
+        }
     }
 }
+
+/// Gradients in double precision, with the memory that they take; allocated when it is first used.
+struct ExactColumns<'a, S> {
+    input: &'a GradientInput<'a, S>,
+    memory: Option<(Ring, NeighborColumns<'a>)>,
+}
+
+impl<'a, S: Sample> ExactColumns<'a, S> {
+    fn new(input: &'a GradientInput<'a, S>) -> Self {
+        ExactColumns { input, memory: None }
+    }
+
+    /// The gradients on layers `wanted` over a cell: where a value is missing, and where the layer `is_open`.
+    #[inline(never)]
+    fn fill<F: GradientFormat>(
+        &mut self,
+        cell: u32,
+        wanted: Range<usize>,
+        row: &mut [F],
+        is_open: impl Fn(usize) -> bool,
+    ) {
+        if wanted.is_empty() {
+            return;
+        }
+        let GradientInput { grid, radius, samples, .. } = *self.input;
+        let new = || (Ring::default(), NeighborColumns::new(radius));
+        let (ring, columns) = self.memory.get_or_insert_with(new);
+        ring.read(grid, cell);
+        columns.read(samples, cell, &ring.neighbours, &wanted);
+        columns.means(ring, &wanted);
+        for layer in wanted {
+            if !columns.is_whole(layer) {
+                row[layer] = F::of(narrowed(columns.mean_of_complete(ring, layer)));
+            } else if is_open(layer) {
+                row[layer] = F::of(narrowed(columns.mean(layer)));
+            }
+        }
+    }
+}
+
+/// The longest gradient: sums of a few of these are no more than a float holds.
+const LONGEST: f64 = 1e30;
 
 /// In single precision. Light asks for directions alone, so one that is too long is shortened: with infinite ones
 /// between vertices nothing tells how light changes, and rays would be cut as fine as they can be. None where even
 /// doubles overflow.
 fn narrowed(mean: DVec3) -> [f32; 3] {
-    /// Sums of a few of these are no more than a float holds.
-    const MOST: f64 = 1e30;
     let largest = mean.abs().max_element();
     if !mean.is_finite() {
         return [0.0; 3];
     }
-    (mean * (MOST / largest).min(1.0)).as_vec3().to_array()
+    (mean * (LONGEST / largest).min(1.0)).as_vec3().to_array()
 }
 
-/// The values over a cell and its neighbours, and the gradients there; reused from cell to cell.
-struct NeighborColumns<'r> {
-    radius: &'r [f64],
-    inverse_radius: Vec<f64>,
-    inverse_gap: Vec<f64>,
-    own: Vec<f64>,
-    /// A column of values per neighbour.
-    around: Vec<f64>,
-    /// The sum of all values on each layer: NaN where one is missing.
-    total: Vec<f64>,
-    /// x, y and z of the mean over all frusta, which means something where no value is missing.
-    mean: [Vec<f64>; 3],
-}
-
-impl<'r> NeighborColumns<'r> {
-    fn new(radius: &'r [f64]) -> Self {
-        let zeros = || vec![0.0; radius.len()];
-        NeighborColumns {
-            radius,
-            inverse_radius: radius.iter().map(|r| 1.0 / r).collect(),
-            inverse_gap: radius.windows(2).map(|w| 1.0 / (w[1] - w[0])).collect(),
-            own: zeros(),
-            around: Vec::new(),
-            total: zeros(),
-            mean: [zeros(), zeros(), zeros()],
-        }
-    }
-
-    /// Reads what the gradients on layers `wanted` ask for: the layers below and above too.
-    fn read<S: Sample>(&mut self, samples: &Samples<S>, cell: u32, neighbours: &[u32], wanted: &Range<usize>) {
-        let layers = self.radius.len();
-        let read = wanted.start.saturating_sub(1)..(wanted.end + 1).min(layers);
-        let fill = |column: &mut [f64], cell: u32| {
-            let base = samples.base(cell);
-            for (layer, value) in read.clone().zip(&mut column[read.clone()]) {
-                *value = samples.get(base, layer);
-            }
-        };
-        fill(&mut self.own, cell);
-        self.around.resize(neighbours.len() * layers, 0.0);
-        self.total[read.clone()].copy_from_slice(&self.own[read.clone()]);
-        for (column, &neighbour) in self.around.chunks_exact_mut(layers).zip(neighbours) {
-            fill(column, neighbour);
-            let sums = self.total[read.clone()].iter_mut().zip(&column[read.clone()]);
-            sums.for_each(|(total, value)| *total += value);
-        }
-    }
-
-    /// The mean over all incident frusta, as if no value were missing.
-    fn means(&mut self, ring: &Ring, wanted: &Range<usize>) {
-        let layers = self.radius.len();
-        let [x, y, z] = self.mean.each_mut().map_inline(|mean| &mut mean[wanted.clone()]);
-        for (i, layer) in wanted.clone().enumerate() {
-            let slope = |gap: usize| (self.own[gap + 1] - self.own[gap]) * self.inverse_gap[gap];
-            let slope = match layer {
-                0 => slope(0),
-                l if l + 1 == layers => slope(l - 1),
-                l => 0.5 * (slope(l - 1) + slope(l)),
-            };
-            (x[i], y[i], z[i]) = (slope * ring.radial.x, slope * ring.radial.y, slope * ring.radial.z);
-        }
-        let (own, inverse) = (&self.own[wanted.clone()], &self.inverse_radius[wanted.clone()]);
-        for (column, weight) in self.around.chunks_exact(layers).zip(&ring.weight) {
-            let rows = column[wanted.clone()].iter().zip(own).zip(inverse);
-            let sums = x.iter_mut().zip(y.iter_mut()).zip(z.iter_mut());
-            for (((value, own), inverse), ((x, y), z)) in rows.zip(sums) {
-                let difference = (value - own) * inverse;
-                *x += weight.x * difference;
-                *y += weight.y * difference;
-                *z += weight.z * difference;
-            }
-        }
-    }
-
-    /// Whether all frusta at `layer` have all their values.
-    fn is_whole(&self, layer: usize) -> bool {
-        let last = (layer + 1).min(self.radius.len() - 1);
-        !self.total[layer.saturating_sub(1)..=last].iter().any(|t| t.is_nan())
-    }
-
-    fn mean(&self, layer: usize) -> DVec3 {
-        DVec3::new(self.mean[0][layer], self.mean[1][layer], self.mean[2][layer])
-    }
-
-    /// The mean over those frusta at `layer` that miss no value.
-    fn mean_of_complete(&self, ring: &Ring, layer: usize) -> DVec3 {
-        let layers = self.radius.len();
-        let value = |neighbour: usize, layer: usize| self.around[neighbour * layers + layer];
-        let next = [layer.checked_sub(1), (layer + 1 < layers).then_some(layer + 1)];
-        let (mut sum, mut count) = (DVec3::ZERO, 0.0);
-        for fan in &ring.fans {
-            let [b, c] = fan.others.map_inline(|o| value(o, layer) - self.own[layer]);
-            let flat = (b * fan.along[0] + c * fan.along[1]) * self.inverse_radius[layer];
-            for beyond in next.into_iter().flatten() {
-                let slope = (self.own[beyond] - self.own[layer]) / (self.radius[beyond] - self.radius[layer]);
-                let gradient = flat + slope * fan.radial;
-                let is_whole = fan.others.iter().all(|&o| !value(o, beyond).is_nan());
-                if is_whole && gradient.is_finite() {
-                    sum += gradient;
-                    count += 1.0;
-                }
-            }
-        }
-        if count > 0.0 { sum / count } else { DVec3::ZERO }
-    }
-}
-
+#[cfg(test)]
+mod stencil_tests;
 #[cfg(test)]
 mod tests;

@@ -21,6 +21,7 @@ mod reals;
 pub mod sample;
 pub mod shape;
 pub mod threads;
+pub mod visible_cells;
 
 pub use description::Description;
 pub use error::{Error, ErrorKind, Result};

@@ -7,10 +7,12 @@ use crate::reals::Reals;
 use crate::shape::ElementIndexer;
 
 mod clear;
+mod vector;
 pub use clear::Stored;
+pub use vector::{SampleVectors, VECTOR};
 
 /// A sample type that a model stores.
-pub trait Sample: Copy + PartialOrd + Send + Sync + 'static {
+pub trait Sample: Copy + Default + PartialOrd + Send + Sync + SampleVectors + 'static {
     /// The number in double precision.
     fn wide(self) -> f64;
     /// The finite number nearest to `value`.
@@ -149,6 +151,31 @@ impl<'a, S: Sample> Samples<'a, S> {
     #[inline(always)]
     pub fn get<T: Real>(&self, base: isize, layer: usize) -> T {
         self.normal(self.at(self.element(base, layer)))
+    }
+
+    /// Elements from one layer to the next.
+    #[inline(always)]
+    pub fn layer_stride(&self) -> isize {
+        self.reading.elements.layer_stride()
+    }
+
+    /// The `layers` samples over `cell` as the array has them, from its lowest element on: outermost layer first where
+    /// [`Self::layer_stride`] is -1. It must be that or 1.
+    #[inline(always)]
+    pub fn column(&self, cell: u32, layers: usize) -> &'a [S] {
+        let first = if self.layer_stride() < 0 { layers - 1 } else { 0 };
+        let start = self.element(self.base(cell), first);
+        &self.data[start..start + layers]
+    }
+
+    /// The mark of missing values, if the array can hold it.
+    pub fn fill(&self) -> Option<S> {
+        S::exact(self.reading.fill).filter(|_| self.reading.has_fill)
+    }
+
+    /// The factor of normalisation.
+    pub fn scale(&self) -> f64 {
+        self.reading.scale
     }
 
     /// A sample, normalised; NaN where it is missing.

@@ -65,6 +65,19 @@ impl Camera {
         ([self.forward, self.right, self.up].map(|axis| axis.to_array()), self.half_height)
     }
 
+    /// Inward unit normals of the four planes through the eye that enclose a picture of `width` × `height` square
+    /// pixels: its left and right, lower and upper sides.
+    pub fn sides(&self, width: u32, height: u32) -> [DVec3; 4] {
+        let half_width = self.half_height * f64::from(width) / f64::from(height);
+        let side = |inwards: DVec3, half: f64| (half * self.forward + inwards).normalize();
+        [
+            side(self.right, half_width),
+            side(-self.right, half_width),
+            side(self.up, self.half_height),
+            side(-self.up, self.half_height),
+        ]
+    }
+
     /// Unit vector through the middle of pixel (`x`, `y`), counted from the upper left, of a picture of
     /// `width` × `height` square pixels.
     pub fn direction(&self, x: u32, y: u32, width: u32, height: u32) -> [f64; 3] {

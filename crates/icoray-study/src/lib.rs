@@ -12,6 +12,7 @@ mod fig8;
 mod fig9;
 #[cfg(feature = "gpu")]
 mod gpu;
+mod gradients;
 mod job;
 pub mod methods;
 mod montage;
@@ -22,6 +23,7 @@ mod plan;
 mod plot;
 mod ranks;
 pub mod reference;
+mod renumber;
 mod results;
 mod scenes;
 mod shading;
@@ -52,6 +54,8 @@ pub enum Study {
     Fig8(fig8::Options),
     /// The paper's Figure 9: frame rate against sampling step for three interpolations.
     Fig9(fig9::Options),
+    /// Bytes per second of the gradients at all vertices, beside a plain copy of as many bytes.
+    Gradients(gradients::Options),
     /// Milliseconds of frames on a GPU, beside the CPU's and the paper's, and what they take of what the device has.
     #[cfg(feature = "gpu")]
     Gpu(gpu::Options),
@@ -80,6 +84,7 @@ impl Study {
             Study::Error(options) => error::run(options, out),
             Study::Fig8(options) => fig8::run(options, out),
             Study::Fig9(options) => fig9::run(options, out),
+            Study::Gradients(options) => gradients::run(options, out),
             #[cfg(feature = "gpu")]
             Study::Gpu(options) => gpu::run(options, out),
             Study::Orders(options) => orders::run(options, out),

@@ -8,7 +8,7 @@ use crate::ranges::FieldValues;
 use crate::ranks::{Part, Ranks};
 use icoray_grid::Field;
 use icoray_grid::Layers;
-use icoray_grid::gradient::Gradients;
+use icoray_grid::gradient::PartialGradients;
 use icoray_grid::occupancy::OccupancyMask;
 use icoray_grid::sample::{AnySamples, Sample, Samples};
 use icoray_grid::{Error, ErrorKind, Result};
@@ -26,6 +26,8 @@ mod context;
 mod device;
 mod devices;
 mod frame_cache;
+#[cfg(test)]
+mod gradient_tests;
 #[cfg(test)]
 mod ground_tests;
 mod lazy;
@@ -246,7 +248,7 @@ fn draw_plain<T: KernelReal, S: Sample>(context: &FrameContext, ranks: &mut Rank
     let work = Work { context, radius, ground, rays: &plain, edges };
     let mut rendered = picture::draw(&work, ranks, &field_summary, on_device)?;
     rendered.report_mut().derived_bytes =
-        gradients.known().map_or(0, Gradients::bytes) + visible.known().map_or(0, OccupancyMask::bytes);
+        gradients.known().map_or(0, PartialGradients::bytes) + visible.known().map_or(0, OccupancyMask::bytes);
     if let (Some(key), Some(gradients)) = (light_key, gradients.into_known()) {
         renderer.frame_cache.gradients.store(key, gradients);
     }

@@ -1,13 +1,16 @@
 //! Storage of gradients: three floats, or packed into 8 bytes.
 
 use crate::array::MapInline;
+use crate::sample::VECTOR;
+use fearless_simd::{Simd, f32x16, prelude::*, u32x16, u64x8};
 
 /// Gradients at the vertices, a row of layers per cell.
 #[derive(Debug)]
 pub enum Gradients {
     /// In single precision: 12 bytes.
     Whole(Vec<[f32; 3]>),
-    /// In 8 bytes: the largest component to 1e-5, the others as near as that one. Below 1e-32 they are less exact.
+    /// In 8 bytes: the largest component to 1e-5, the others as near as that one. Below 1e-32 they are less exact. Three
+    /// whole numbers of 18 bits and the exponent of their unit, which is that of an `f32`, from the lowest bit up.
     Packed(Vec<u64>),
 }
 
@@ -22,7 +25,7 @@ impl Gradients {
     pub fn at(&self, i: usize) -> [f32; 3] {
         match self {
             Gradients::Whole(all) => all[i],
-            Gradients::Packed(all) => Packed(all[i]).unpack(),
+            Gradients::Packed(all) => unpack(all[i]),
         }
     }
 
@@ -59,47 +62,59 @@ impl Gradients {
     }
 
     /// A buffer of `count` gradients, packed or not; reuses this memory, with its old values, if it is of that kind.
+    /// Pages of new memory are not touched.
     pub fn with_room(self, count: usize, packed: bool) -> Self {
         match (self, packed) {
-            (Gradients::Whole(memory), false) => Gradients::Whole(resized(memory, count, [0.0; 3])),
-            (Gradients::Packed(memory), true) => Gradients::Packed(resized(memory, count, 0)),
+            (Gradients::Whole(mut memory), false) if memory.capacity() >= count => {
+                memory.resize(count, [0.0; 3]);
+                Gradients::Whole(memory)
+            }
+            (Gradients::Packed(mut memory), true) if memory.capacity() >= count => {
+                memory.resize(count, 0);
+                Gradients::Packed(memory)
+            }
             (other, packed) => {
                 // Freed before the new buffer is allocated.
                 drop(other);
-                let new = if packed { Gradients::Packed(Vec::new()) } else { Gradients::none() };
-                new.with_room(count, packed)
+                if packed { Gradients::Packed(vec![0; count]) } else { Gradients::Whole(vec![[0.0; 3]; count]) }
             }
         }
     }
 }
 
-fn resized<V: Copy>(mut memory: Vec<V>, count: usize, zero: V) -> Vec<V> {
-    memory.reserve_exact(count.saturating_sub(memory.len()));
-    memory.resize(count, zero);
-    memory
-}
-
 /// A stored gradient.
-pub(super) trait GradientFormat: Copy + Send {
+pub(super) trait GradientFormat: Copy + Default + Send {
     fn of(gradient: [f32; 3]) -> Self;
+
+    /// The same of the components of 16 gradients, none of which is longer than a float can be.
+    fn store<V: Simd>(simd: V, gradients: [f32x16<V>; 3], stored: &mut [Self; VECTOR]);
 }
 
 impl GradientFormat for [f32; 3] {
     fn of(gradient: [f32; 3]) -> Self {
         gradient
     }
+
+    #[inline(always)]
+    fn store<V: Simd>(_simd: V, gradients: [f32x16<V>; 3], stored: &mut [Self; VECTOR]) {
+        let [x, y, z] = gradients.map_inline(|component| component.to_array());
+        for i in 0..VECTOR {
+            stored[i] = [x[i], y[i], z[i]];
+        }
+    }
 }
 
-/// Three whole numbers of 18 bits and the exponent of their unit, which is that of an `f32`, from the lowest bit up.
-#[derive(Debug, Clone, Copy)]
-pub struct Packed(u64);
-
-/// Bits of a component.
+/// Bits of a component of a packed gradient.
 const BITS: u32 = 18;
 /// The largest component.
 const MAX_COMPONENT: f32 = ((1 << (BITS - 1)) - 1) as f32;
-const MASK: u64 = (1 << BITS) - 1;
+const MASK: u32 = (1 << BITS) - 1;
+/// Numbers of this size have no fraction: added to them a number is rounded, without a call. Its lowest bits are 0.
+const ROUNDS: f32 = 12_582_912.0;
+/// Bits of an `f32` below its exponent.
+const FRACTION: u32 = 23;
 
+/// Packed gradients.
 impl GradientFormat for u64 {
     /// A gradient that is not finite becomes zero.
     fn of(gradient: [f32; 3]) -> Self {
@@ -108,26 +123,49 @@ impl GradientFormat for u64 {
             return 0;
         }
         // The largest component is below 2^(exponent - 126), and so below 2^17 units.
-        let exponent = (largest.to_bits() >> 23).max(BITS - 1) - (BITS - 2);
-        let units = f32::from_bits((254 - exponent) << 23);
-        // Numbers of this size have no fraction: added to them a number is rounded, without a call.
-        const ROUNDS: f32 = 12_582_912.0;
+        let exponent = (largest.to_bits() >> FRACTION).max(BITS - 1) - (BITS - 2);
+        let units = f32::from_bits((254 - exponent) << FRACTION);
         let number = |g: f32| {
             let rounded = (g * units).clamp(-MAX_COMPONENT, MAX_COMPONENT) + ROUNDS;
-            u64::from(rounded.to_bits().wrapping_sub(ROUNDS.to_bits())) & MASK
+            u64::from(rounded.to_bits() & MASK)
         };
         let [x, y, z] = gradient.map_inline(number);
         x | y << BITS | z << (2 * BITS) | u64::from(exponent) << (3 * BITS)
     }
+
+    #[inline(always)]
+    fn store<V: Simd>(simd: V, gradients: [f32x16<V>; 3], stored: &mut [Self; VECTOR]) {
+        let [x, y, z] = gradients.map_inline(|component| component.abs());
+        let largest = x.max(y).max(z);
+        let exponent: u32x16<V> = (largest.to_bits() >> FRACTION).max(BITS - 1) - (BITS - 2);
+        let units = f32x16::from_bits((u32x16::splat(simd, 254) - exponent) << FRACTION);
+        let number = |g: f32x16<V>| {
+            let rounded = (g * units).max(-MAX_COMPONENT).min(MAX_COMPONENT) + ROUNDS;
+            rounded.to_bits() & MASK
+        };
+        let [x, y, z] = gradients.map_inline(
+            #[inline(always)]
+            |g| number(g),
+        );
+        // A gradient of zero has no exponent.
+        let none = u32x16::splat(simd, 0);
+        let exponent = largest.simd_eq(0.0).select(none, exponent);
+        // Each half has 32 bits.
+        let low = x | (y << BITS);
+        let high = (y >> (32 - BITS)) | (z << (2 * BITS - 32)) | (exponent << (3 * BITS - 32));
+        let (first, second) = low.interleave(high);
+        let (first, second): (u64x8<V>, u64x8<V>) = (first.bitcast(), second.bitcast());
+        let (start, end) = stored.split_at_mut(VECTOR / 2);
+        first.store_slice(start);
+        second.store_slice(end);
+    }
 }
 
-impl Packed {
-    #[inline(always)]
-    fn unpack(self) -> [f32; 3] {
-        const TOP: u32 = u64::BITS - BITS;
-        let unit = f32::from_bits(((self.0 >> (3 * BITS)) as u32) << 23);
-        [TOP, TOP - BITS, TOP - 2 * BITS].map_inline(|shift| ((self.0 << shift) as i64 >> TOP) as f32 * unit)
-    }
+#[inline(always)]
+fn unpack(packed: u64) -> [f32; 3] {
+    const TOP: u32 = u64::BITS - BITS;
+    let unit = f32::from_bits(((packed >> (3 * BITS)) as u32) << FRACTION);
+    [TOP, TOP - BITS, TOP - 2 * BITS].map_inline(|shift| ((packed << shift) as i64 >> TOP) as f32 * unit)
 }
 
 #[cfg(test)]
@@ -143,7 +181,7 @@ mod tests {
         for (i, x) in sizes.iter().enumerate() {
             for part in [-1.0, -0.500_01, -1e-3, 0.0, 1e-6, 0.333, 1.0] {
                 let gradient = [*x, part * x, -part * sizes[(i * 7) % sizes.len()].min(*x)];
-                let near = Packed(u64::of(gradient)).unpack();
+                let near = unpack(u64::of(gradient));
                 let off = gradient.iter().zip(near).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
                 worst = worst.max(off / x.max(f32::MIN_POSITIVE));
                 assert!(off <= 1e-5 * x, "{gradient:?} becomes {near:?}");
@@ -155,7 +193,7 @@ mod tests {
     #[test]
     fn what_has_no_direction_is_zero() {
         for gradient in [[0.0; 3], [f32::NAN, 1.0, 0.0], [f32::INFINITY, 0.0, 1.0], [1e-44, 0.0, 0.0]] {
-            assert_eq!(Packed(u64::of(gradient)).unpack(), [0.0; 3], "{gradient:?}");
+            assert_eq!(unpack(u64::of(gradient)), [0.0; 3], "{gradient:?}");
         }
     }
 

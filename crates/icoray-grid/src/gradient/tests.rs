@@ -33,7 +33,7 @@ fn gradients_of(grid: &Grid, values: &[f64]) -> Vec<[f32; 3]> {
         &radii(),
         &Samples::new(values, &field, false, [0.0, 1.0]),
         0..grid.cells(),
-        GradientOptions { visible: None, packed: false },
+        GradientOptions { visible: None, packed: false, single: false },
         Gradients::none(),
     )
     .whole()
@@ -67,7 +67,7 @@ fn gradients_are_those_that_can_be_seen() {
     let blocks = (0..grid.triangles()).map(|t| u32::from(t % 3 == 0) | u32::from(t % 7 == 0) << 2).collect();
     let visible = OccupancyMask { blocks, ..OccupancyMask::default() };
     let unknown = Gradients::Whole(vec![[9.0; 3]; values.len()]);
-    let wanted = GradientOptions { visible: Some(&visible), packed: false };
+    let wanted = GradientOptions { visible: Some(&visible), packed: false, single: false };
     let found = gradients(&grid, &radii(), &samples, 0..grid.cells(), wanted, unknown);
     let mut left_out = 0;
     for (i, gradient) in found.whole().iter().enumerate() {

@@ -65,6 +65,8 @@ pub struct Grid<'a> {
     cell_number: &'a [i64],
     /// The result of [`Self::lowest_facet`].
     lowest_facet: OnceLock<f64>,
+    /// The result of [`Self::longest_side`].
+    longest_side: OnceLock<f64>,
     /// The result of [`Self::half_edges`].
     half_edges: OnceLock<Vec<HalfEdge>>,
     life: Arc<()>,
@@ -105,6 +107,7 @@ impl<'a> Grid<'a> {
             start,
             cell_number,
             lowest_facet: OnceLock::new(),
+            longest_side: OnceLock::new(),
             half_edges: OnceLock::new(),
             life: Arc::default(),
         })
@@ -259,6 +262,72 @@ impl<'a> Grid<'a> {
         let corners = (start..start + used).filter(is_new).map(move |i| table.get(i));
         // Others are marks of corners that are missing.
         corners.filter(move |corner| rows.contains(corner)).map(move |corner| (corner - base) as u32)
+    }
+
+    /// Longest side of all triangles, in radians; found when it is first asked for.
+    pub fn longest_side(&self) -> f64 {
+        let longest = |triangle: u32| {
+            let [a, b, c] = self.triangle(triangle).map_inline(|cell| self.direction(cell));
+            a.distance_squared(b).max(b.distance_squared(c)).max(c.distance_squared(a))
+        };
+        *self.longest_side.get_or_init(|| {
+            let triangles = (0..self.triangles() as u32).into_par_iter().filter(|t| self.is_triangle(*t));
+            let chord = triangles.map(longest).reduce(|| 0.0, f64::max).sqrt();
+            2.0 * (0.5 * chord).min(1.0).asin()
+        })
+    }
+
+    /// Writes the cells around `cell` to `ring`, counter-clockwise, and returns their number. `None` where its
+    /// triangles do not close a ring, or a ring of more than `N`.
+    #[inline(always)]
+    pub(crate) fn ring<const N: usize>(&self, cell: u32, ring: &mut [u32; N]) -> Option<usize> {
+        let table = self.tables.cell_corner;
+        let row = self.tables.cell_corner_row;
+        let used = self.tables.cell_corner_count.map_or(row, |count| count.get(cell as usize) as usize);
+        let start = cell as usize * row;
+        let base = i64::from(self.tables.index_base);
+        // The next cell and the one behind it, in each triangle.
+        let mut sides = [[0u32; 2]; N];
+        let (mut count, mut last) = (0, u32::MAX);
+        for i in start..start + used {
+            let corner = u32::try_from(table.get(i) - base).ok()?;
+            if corner == last {
+                continue;
+            }
+            let orientation = self.orientations.get(corner as usize).filter(|orientation| orientation.is_triangle())?;
+            let [a, b, c] = self.tables.corner_cell.find_row(corner as usize)?.map_inline(|cell| (cell - base) as u32);
+            let [next, behind] = if a == cell {
+                [b, c]
+            } else if b == cell {
+                [c, a]
+            } else {
+                [a, b]
+            };
+            *sides.get_mut(count)? = if orientation.is_clockwise() { [behind, next] } else { [next, behind] };
+            (count, last) = (count + 1, corner);
+        }
+        let sides = sides.get(..count).filter(|sides| !sides.is_empty())?;
+        let mut at = 0;
+        for k in 0..count {
+            let [first, behind] = sides[at];
+            ring[k] = first;
+            if k + 1 == count {
+                return (behind == ring[0]).then_some(count);
+            }
+            // Mostly in order, one way round or the other.
+            let [next, before] = [if at + 1 < count { at + 1 } else { 0 }, if at > 0 { at - 1 } else { count - 1 }];
+            at = if sides[next][0] == behind {
+                next
+            } else if sides[before][0] == behind {
+                before
+            } else {
+                sides.iter().position(|side| side[0] == behind)?
+            };
+            if at == 0 {
+                return None;
+            }
+        }
+        None
     }
 }
 

@@ -29,7 +29,7 @@ impl<'a> Indices<'a> {
     ///
     /// # Panics
     /// When `i` is out of range.
-    #[inline]
+    #[inline(always)]
     pub fn get(&self, i: usize) -> i64 {
         match self {
             Indices::I32(v) => i64::from(v[i]),
@@ -53,7 +53,7 @@ impl<'a> Indices<'a> {
     }
 
     /// Row `r` of a table with `N` columns, if it has so many.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn find_row<const N: usize>(&self, r: usize) -> Option<[i64; N]> {
         Some(match self {
             Indices::I32(v) => {

@@ -3,7 +3,7 @@
 use crate::transfer::{KernelKnot, Span, Spans};
 use icoray_grid::Field;
 use icoray_grid::array::{MapInline, partition_point};
-use icoray_grid::gradient::Gradients;
+use icoray_grid::gradient::PartialGradients;
 use icoray_grid::sample::AnySamples;
 
 /// A field's values and, where the field is lit, its gradients.
@@ -11,7 +11,7 @@ use icoray_grid::sample::AnySamples;
 pub struct FieldSource<'f> {
     values: AnySamples<'f>,
     /// Gradients at the vertices, level-fastest; none where nothing of the field is lit.
-    gradients: Gradients,
+    gradients: PartialGradients,
     layers: usize,
     cuts: Vec<f64>,
 }
@@ -20,7 +20,7 @@ impl<'f> FieldSource<'f> {
     /// A source that reads `field`, whose first layer is the outermost where `falling` is set. `cuts` are the values,
     /// rising, at which a transfer function or an isosurface of the field has a knot.
     #[inline]
-    pub fn new(field: &Field<'f>, falling: bool, gradients: Gradients, cuts: Vec<f64>) -> Self {
+    pub fn new(field: &Field<'f>, falling: bool, gradients: PartialGradients, cuts: Vec<f64>) -> Self {
         const RAW: [f64; 2] = [0.0, 1.0];
         let values = AnySamples::new(field, falling, RAW);
         FieldSource { values, gradients, layers: field.shape().layers, cuts }
@@ -28,13 +28,13 @@ impl<'f> FieldSource<'f> {
 
     /// The gradients of the field.
     #[inline]
-    pub fn gradients(&self) -> &Gradients {
+    pub fn gradients(&self) -> &PartialGradients {
         &self.gradients
     }
 
     /// The gradients, to reuse them for the next frame.
     #[inline]
-    pub fn into_gradients(self) -> Gradients {
+    pub fn into_gradients(self) -> PartialGradients {
         self.gradients
     }
 
@@ -47,7 +47,8 @@ impl<'f> FieldSource<'f> {
     /// The gradients there, a row for each axis.
     #[inline]
     pub fn gradients_at(&self, cells: [u32; 3], layer: usize) -> [[f64; 3]; 3] {
-        let [a, b, c] = cells.map_inline(|cell| self.gradients.at(cell as usize * self.layers + layer));
+        let gradients = self.gradients.values();
+        let [a, b, c] = cells.map_inline(|cell| gradients.at(cell as usize * self.layers + layer));
         [0, 1, 2].map_inline(|axis| [a, b, c].map_inline(|gradient| f64::from(gradient[axis])))
     }
 

@@ -6,7 +6,10 @@ use std::fmt::Write as _;
 /// The opacity of a shell's thickness at a value.
 pub(crate) type Opacity = fn(f64) -> f64;
 
-/// Name and opacity of each transfer function over [-1, 1].
+/// The range of the transfer functions.
+pub(crate) const RANGE: [f64; 2] = [-1.0, 1.0];
+
+/// Name and opacity of each transfer function over [`RANGE`].
 pub(crate) const TRANSFERS: [(&str, Opacity); 4] = [
     ("dense", |_| 0.5),
     ("lobes", |v| if v.abs() > 0.3 { 0.98 * (v.abs() - 0.3) / 0.7 } else { 0.0 }),
@@ -18,7 +21,7 @@ pub(crate) const TRANSFERS: [(&str, Opacity); 4] = [
 pub(crate) fn scene(size: u32, opacity: Opacity, rest: &str, light: &str) -> Result<Scene> {
     let mut knots = String::new();
     for i in 0..16 {
-        let v = -1.0 + 2.0 * f64::from(i) / 15.0;
+        let v = RANGE[0] + (RANGE[1] - RANGE[0]) * f64::from(i) / 15.0;
         let (red, blue) = (128 + 8 * i, 255 - 12 * i);
         let _ = writeln!(
             knots,

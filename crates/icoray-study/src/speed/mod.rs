@@ -4,7 +4,8 @@
 //! Each frame has a new field, as in a running model, so nothing derived from values is reused. Frames on one and on
 //! several cores alternate, so that noise affects both.
 
-pub use options::Options;
+pub use options::{Options, Size};
+pub(crate) use options::{count, size};
 
 use crate::results::{CsvFile, make_directory, progress, replace_section, say, write_file};
 use benchmark::Benchmark;

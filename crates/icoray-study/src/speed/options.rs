@@ -72,7 +72,7 @@ impl std::fmt::Display for Size {
     }
 }
 
-fn size(text: &str) -> std::result::Result<Size, String> {
+pub(crate) fn size(text: &str) -> std::result::Result<Size, String> {
     let parsed = text.split_once('x').and_then(|(level, layers)| {
         let (level, layers) = (level.parse().ok()?, layers.parse().ok()?);
         (level <= icoray::MAX_LEVEL && layers >= 2).then_some(Size { level, layers })
@@ -80,7 +80,7 @@ fn size(text: &str) -> std::result::Result<Size, String> {
     parsed.ok_or_else(|| format!("{text:?}, expected bisections and layers, such as 8x99"))
 }
 
-fn count(text: &str) -> std::result::Result<usize, String> {
+pub(crate) fn count(text: &str) -> std::result::Result<usize, String> {
     let count = text.parse().ok().filter(|count| (1..=1024).contains(count));
     count.ok_or_else(|| "expected 1 to 1024 threads".to_owned())
 }

@@ -7,7 +7,7 @@ use crate::raster::Raster;
 use crate::raster::Rect;
 use crate::render::Lazy;
 use icoray_grid::Field;
-use icoray_grid::gradient::Gradients;
+use icoray_grid::gradient::PartialGradients;
 use icoray_grid::real::Real;
 use icoray_grid::sample::{Sample, Samples};
 use icoray_grid::{Grid, Reals};
@@ -25,7 +25,7 @@ pub struct Job<'f> {
     pub(super) plan: &'f Plan,
     grid: &'f Grid<'f>,
     field: &'f Field<'f>,
-    gradients: &'f Lazy<'f, Gradients>,
+    gradients: &'f Lazy<'f, PartialGradients>,
     is_part: bool,
     spans: transfer::Spans<f32>,
     quality: Quality,
@@ -48,7 +48,7 @@ impl<'f> Job<'f> {
         plan: &'f Plan,
         grid: &'f Grid<'f>,
         field: &'f Field<'f>,
-        gradients: &'f Lazy<'f, Gradients>,
+        gradients: &'f Lazy<'f, PartialGradients>,
         quality: Quality,
         is_part: bool,
     ) -> Self {
@@ -86,7 +86,7 @@ impl<'f> Job<'f> {
     /// Gradients at the vertices, level-fastest, from the innermost layer outwards; empty where the picture is drawn
     /// without light. Computed when they are first asked for.
     pub fn gradients(&self) -> &'f [[f32; 3]] {
-        self.gradients.get().whole()
+        self.gradients.get().values().whole()
     }
 
     /// Whether the grid is a rank's part of a larger one. Gradients at the cells of its halo are then those of other

@@ -8,7 +8,7 @@ pub struct Savings {
     pub layers: bool,
     /// Rays end where what lies behind is within the tolerance.
     pub ends: bool,
-    /// Gradients are computed in visible blocks only. Requires `empty_space`.
+    /// Gradients are computed in visible blocks only, over cells that rays can pass. Requires `empty_space`.
     pub gradients: bool,
     /// Gradients are packed, where the tolerance has room for it.
     pub packing: bool,

@@ -9,7 +9,7 @@ use crate::device::{
 };
 use crate::plan::budget::brightest;
 use crate::raster::{Raster, Tile};
-use icoray_grid::gradient::Gradients;
+use icoray_grid::gradient::PartialGradients;
 use icoray_grid::{Error, Field};
 use icoray_kernel::Counts;
 use icoray_kernel::piece::Radiance;
@@ -33,7 +33,7 @@ impl<'f> OnDevice<'f> {
     pub fn new(
         context: &'f FrameContext<'f>,
         field: &'f Field<'f>,
-        gradients: &'f Lazy<'f, Gradients>,
+        gradients: &'f Lazy<'f, PartialGradients>,
         quality: Quality,
     ) -> Self {
         let FrameContext { scene, plan, grid, part, .. } = *context;

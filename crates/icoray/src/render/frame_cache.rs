@@ -2,7 +2,7 @@
 //! content if the next frame shows the same field.
 
 use icoray_grid::Grid;
-use icoray_grid::gradient::Gradients;
+use icoray_grid::gradient::{Gradients, PartialGradients};
 use icoray_grid::occupancy::OccupancyMask;
 use icoray_grid::{CenterField, Field};
 use std::sync::{Mutex, PoisonError, Weak};
@@ -45,6 +45,8 @@ pub(super) struct GradientKey {
     pub range: [f64; 2],
     pub radius: Vec<f64>,
     pub packed: bool,
+    /// Whether they are in single precision.
+    pub single: bool,
     /// The blocks in which they were wanted; all where it is `None`.
     pub occupancy: Option<OccupancyKey>,
     /// Heights of layers where columns have their own, and planet radii per metre of height.
@@ -101,6 +103,13 @@ impl<K: PartialEq, V> CacheSlots<K, V> {
         if found.is_some() && self.reuses { Ok(value) } else { Err(Some(value)) }
     }
 
+    /// What `of` finds in the value that was stored last.
+    #[cfg(test)]
+    pub fn newest<R>(&self, of: impl FnOnce(&K, &V) -> R) -> Option<R> {
+        let entries = self.entries.lock().unwrap_or_else(PoisonError::into_inner);
+        entries.last().map(|(key, value)| of(key, value))
+    }
+
     /// Stores a value for the next frame.
     pub fn store(&self, key: K, value: V) {
         self.entries.lock().unwrap_or_else(PoisonError::into_inner).push((key, value));
@@ -117,7 +126,8 @@ pub(super) struct FrameCache {
     pub moved: CacheSlots<MovedKey, CenterField>,
     /// Visible blocks.
     pub visible: CacheSlots<OccupancyKey, OccupancyMask>,
-    pub gradients: CacheSlots<GradientKey, Gradients>,
+    /// Gradients of the cells that the pictures so far could read.
+    pub gradients: CacheSlots<GradientKey, PartialGradients>,
     /// Normals of layers.
     pub normals: CacheSlots<NormalKey, Vec<[f32; 3]>>,
 }
@@ -132,6 +142,12 @@ impl FrameCache {
         self.gradients.reuses = reuses;
         self.normals.reuses = reuses;
         self
+    }
+
+    /// The gradients for `key` that are known, of no cell if there are none.
+    pub fn known_gradients(&self, key: &GradientKey) -> PartialGradients {
+        let none = || PartialGradients::from(Gradients::none());
+        self.gradients.take(key).unwrap_or_else(|memory| memory.unwrap_or_else(none).of_none())
     }
 
     /// The range of the field; calls `find` if it is not cached.

@@ -85,7 +85,7 @@ pub(super) fn draw(context: &FrameContext, ranks: &mut Ranks) -> Result<Rendered
         core_radius,
         outer: seen,
     };
-    let none = Lazy::of(Gradients::none);
+    let none = Lazy::of(|| Gradients::none().into());
     let on_device = OnDevice::new(context, field, &none, field_summary.quality);
     let rays = &MultiVolume { context, world: &world };
     let has_surfaces = scene.core.is_some()

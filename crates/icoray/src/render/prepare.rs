@@ -7,12 +7,14 @@ use super::work::requested_quality;
 use crate::plan::{OccupancyTest, clear_values};
 use crate::ranks::{Part, Ranks};
 use crate::time_budget::Deadline;
+use glam::DVec3;
 use icoray_grid::Result;
 use icoray_grid::gradient;
-use icoray_grid::gradient::{GradientOptions, Gradients};
+use icoray_grid::gradient::{GradientOptions, Gradients, PartialGradients};
 use icoray_grid::occupancy::OccupancyMask;
 use icoray_grid::real::Real;
 use icoray_grid::sample::{Sample, Samples};
+use icoray_grid::visible_cells::VisibleCells;
 use icoray_kernel::transfer::Spans;
 use icoray_scene::Precision;
 use icoray_scene::{Lights, Quality};
@@ -49,7 +51,9 @@ impl FieldSummary {
         let mut quality = requested_quality(scene);
         if let (Some(deadline), true) = (deadline, plan.shading.is_some()) {
             let some = || {
-                let (cells, wanted) = (0..grid.cells().div_ceil(64), GradientOptions { visible: None, packed: false });
+                let single = allows_single_gradients(context);
+                let wanted = GradientOptions { visible: None, packed: false, single };
+                let cells = 0..grid.cells().div_ceil(64);
                 drop(gradient::gradients(grid, &plan.radius, samples, cells, wanted, Gradients::none()));
             };
             let has_time = || !context.needs_gradients() || deadline.has_time_for_gradients(1.0 / 64.0, some);
@@ -92,19 +96,20 @@ pub(super) fn occupancy<'f, T: Real, S: Sample>(
 
 /// The gradients for lighting, with their cache key; `None` without light.
 ///
-/// They are computed in visible blocks only and may be packed, unless other ranks need those of halo cells or the
-/// picture is drawn by a device, which may leave tiles anywhere.
+/// They are computed in visible blocks only, over cells that rays can pass, and may be packed, unless other ranks need
+/// those of halo cells or the picture is drawn by a device, which may leave tiles anywhere.
 pub(super) fn gradients<'f, S: Sample>(
     context: &'f FrameContext,
     field_summary: &FieldSummary,
     samples: Samples<'f, S>,
     range: [f64; 2],
     (occupancy, visible): (&OccupancyKey, &'f Lazy<OccupancyMask>),
-) -> (Option<GradientKey>, Lazy<'f, Gradients>) {
+) -> (Option<GradientKey>, Lazy<'f, PartialGradients>) {
     let FrameContext { renderer, plan, grid, part, .. } = *context;
     let is_own = context.device.is_err() && part.is_none();
     let savings = renderer.savings;
-    let packed = is_own && savings.packing && has_room_for_packing(context);
+    let single = allows_single_gradients(context);
+    let packed = is_own && savings.packing && single;
     let visible = (is_own && savings.gradients).then_some(visible);
     let key = GradientKey {
         source: context.fields[0].source(grid),
@@ -112,25 +117,34 @@ pub(super) fn gradients<'f, S: Sample>(
         range,
         radius: plan.radius.clone(),
         packed,
+        single,
         occupancy: visible.map(|_| occupancy.clone()),
         heights: None,
     };
     if !field_summary.is_lit() {
-        return (None, Lazy::of(Gradients::none));
+        return (None, Lazy::of(|| Gradients::none().into()));
     }
     let asked = key.clone();
     let compute = move || {
-        let wanted = GradientOptions { visible: visible.map(Lazy::get), packed };
-        renderer.frame_cache.gradients.take(&asked).unwrap_or_else(|memory| {
-            let memory = memory.unwrap_or_else(Gradients::none);
-            gradient::gradients(grid, &plan.radius, &samples, 0..grid.cells(), wanted, memory)
-        })
+        let wanted = GradientOptions { visible: visible.map(Lazy::get), packed, single };
+        let seen = visible.map(|_| visible_cells(context));
+        let known = renderer.frame_cache.known_gradients(&asked);
+        known.with_cells(grid, &plan.radius, &samples, wanted, seen.as_ref())
     };
     (Some(key), Lazy::of(compute))
 }
 
-/// Whether the scene's tolerance is far above what packing does to light: it turns normals by 1e-5.
-fn has_room_for_packing(context: &FrameContext) -> bool {
+/// The cells that rays of the picture can pass.
+pub(super) fn visible_cells(context: &FrameContext) -> VisibleCells {
+    let FrameContext { scene, plan, grid, .. } = *context;
+    let shell = [plan.radius[0], plan.radius[plan.radius.len() - 1]];
+    let sides = scene.camera.sides(scene.width, scene.height);
+    VisibleCells::new(grid, DVec3::from_array(scene.camera.eye()), sides, shell, scene.core.is_some())
+}
+
+/// Whether the scene's tolerance is far above what gradients in single precision, and packed ones, do to light: packing
+/// turns normals by 1e-5.
+pub(super) fn allows_single_gradients(context: &FrameContext) -> bool {
     const TURN: f64 = 1e-5;
     let off = context.plan.shading.map_or(0.0, |s| TURN * (s.diffuse + s.specular * s.shininess.max(1.0).sqrt()));
     context.scene.precision == Precision::F32 && off <= 0.05 * context.scene.tolerance
@@ -141,7 +155,7 @@ pub(super) fn complete(
     context: &FrameContext,
     ranks: &mut Ranks,
     visible: &Lazy<OccupancyMask>,
-    gradients: &mut Lazy<Gradients>,
+    gradients: &mut Lazy<PartialGradients>,
     is_lit: bool,
 ) -> Result<()> {
     let computed = ranks.attempt(|| {
@@ -158,7 +172,7 @@ pub(super) fn complete(
     ranks.collective(computed)?;
     if let (Some(part), true) = (context.part, is_lit) {
         let layers = context.plan.radius.len();
-        let all = gradients.get_mut().whole_mut();
+        let all = gradients.get_mut().values_mut().whole_mut();
         part.fill_halo(ranks, all, |all, cell| &mut all[cell as usize * layers..][..layers])?;
     }
     Ok(())

@@ -10,7 +10,7 @@ use crate::raster;
 use crate::raster::{Pixel, Raster, SamplePoint, Tile, Tiling};
 use crate::time_budget::Deadline;
 use glam::DVec3;
-use icoray_grid::gradient::Gradients;
+use icoray_grid::gradient::PartialGradients;
 use icoray_grid::occupancy::OccupancyMask;
 use icoray_grid::sample::AnySamples;
 use icoray_kernel::Counts;
@@ -59,7 +59,7 @@ pub(super) struct SingleVolume<'f, T> {
     pub spans: &'f Spans<T>,
     pub samples: AnySamples<'f>,
     pub visible: &'f Lazy<'f, OccupancyMask>,
-    pub gradients: &'f Lazy<'f, Gradients>,
+    pub gradients: &'f Lazy<'f, PartialGradients>,
     pub ground: Option<&'f Ground>,
 }
 
@@ -135,7 +135,7 @@ impl<T: KernelReal> Rays for SingleVolume<'_, T> {
             samples,
             visible,
             outer: plan.radius[top],
-            gradients: gradients.get(),
+            gradients: gradients.get().values(),
             method: scene.method,
             budget: budget(renderer, scene, quality),
             shading: plan.shading.filter(|_| is_lit),

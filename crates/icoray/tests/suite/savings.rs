@@ -184,6 +184,61 @@ fn gradients_are_packed_within_the_tolerance() {
     }
 }
 
+const HOLLOW: &str = "eye = [0.2, 0.1, 0]\ntarget = [0, 1, 0.5]\nfov = 60";
+
+/// Cameras far and near, in the shell and in the hollow core.
+const CAMERAS: [&str; 7] = [
+    FAR,
+    INSIDE,
+    "lon = 10\nlat = 50\ndistance = 1.4\nfov = 12",
+    "lon = 250\nlat = -80\ndistance = 30\nfov = 1.5",
+    "eye = [1.3, 0, 0]\ntarget = [1.0, 0.6, 0.2]\nfov = 8",
+    HOLLOW,
+    "eye = [40, 3, 5]\ntarget = [0.5, 0.7, 0]\nfov = 0.8",
+];
+
+const LIT: &str = "[light]\nkind = \"headlight\"";
+const DOME: &str = "[[isosurfaces]]\nfield = \"f\"\nvalue = 0.4\ncolor = \"crimson\"";
+
+/// Gradients over cells that no ray of a picture passes are those of another field, which are as long as can be: each
+/// picture and its errors have the bits that they have where all gradients are computed; of one view after another, too.
+#[test]
+fn gradients_beside_the_view_are_not_read() {
+    let model = Model::new(20, true, true);
+    let mut other = Model::new(20, true, false);
+    other.values.iter_mut().enumerate().for_each(|(i, value)| *value = 1e33 * ((i * 7919) % 13) as f32 - 6e33);
+    let grid = Grid::new(model.mesh.tables()).unwrap();
+    let field = |model: &Model, values: &'static [f32]| {
+        Field::new(values.into(), model.shape, Location::Center, Some(f64::from(-9e33f32))).unwrap()
+    };
+    let leaked = |model: &Model| -> &'static [f32] { model.values.clone().leak() };
+    let (values, poison) = (leaked(&model), leaked(&other));
+    let everywhere = "core = \"transparent\"\nprecision = \"PRECISION\"";
+    for (transfer, rest, light) in [
+        (DENSE, "core = \"transparent\"", LIT.to_owned()),
+        (DENSE, "", LIT.to_owned()),
+        (SHELL, "core = \"#404040\"\nantialias = false", LIT.to_owned()),
+        (DENSE, "precision = \"f64\"", LIT.to_owned()),
+        (SHELL, "", format!("{DOME}\n{LIT}")),
+    ] {
+        let precision = if rest.contains("f64") { "f64" } else { "f32" };
+        let everywhere = everywhere.replace("PRECISION", precision);
+        let renderer = Renderer::new(2).unwrap();
+        let of_all = scene(FAR, DENSE, &format!("{everywhere}|{light}"));
+        renderer.render(&of_all, &grid, &model.layers, &field(&other, poison)).unwrap();
+        let field = field(&model, values);
+        // A camera in the opaque core is refused.
+        for camera in CAMERAS.into_iter().filter(|camera| rest.contains("transparent") || *camera != HOLLOW) {
+            let scene = scene(camera, transfer, &format!("{rest}|{light}"));
+            let seen = renderer.render(&scene, &grid, &model.layers, &field).unwrap();
+            let all = model.draw(&scene, Savings { gradients: false, ..Savings::ALL });
+            assert!(seen.pixels == all.pixels, "{camera}, {rest:?}: other pixels");
+            assert!(seen.error == all.error, "{camera}, {rest:?}: other errors");
+            assert_eq!(seen.report.counts, all.report.counts, "{camera}, {rest:?}");
+        }
+    }
+}
+
 /// One renderer, one field, scenes that ask for other things of it: each frame is that of a renderer of its own.
 #[test]
 fn what_is_known_of_a_field_serves_the_scenes_that_it_fits() {

@@ -5,11 +5,12 @@ use crate::plan::{OccupancyTest, clear_values};
 use crate::ranks::Ranks;
 use crate::render::context::FrameContext;
 use crate::render::frame_cache::{GradientKey, OccupancyKey};
+use crate::render::prepare::{allows_single_gradients, visible_cells};
 use icoray_grid::Field;
 use icoray_grid::Reals;
 use icoray_grid::Result;
 use icoray_grid::gradient;
-use icoray_grid::gradient::{GradientOptions, Gradients};
+use icoray_grid::gradient::{GradientOptions, Gradients, PartialGradients};
 use icoray_grid::occupancy::OccupancyMask;
 use icoray_grid::sample::{Sample, Samples};
 use icoray_kernel::general::{
@@ -174,7 +175,7 @@ impl<'p, 'f> SceneBuilder<'p, 'f> {
             let mut cuts = std::mem::take(&mut self.cuts[number]);
             cuts.sort_by(f64::total_cmp);
             cuts.dedup();
-            let (mut light, mut key) = (Gradients::none(), None);
+            let (mut light, mut key) = (PartialGradients::from(Gradients::none()), None);
             if lit.contains(&number) {
                 // Ranks give each other gradients: all divide by the same.
                 let low = cuts.first().copied().unwrap_or(0.0);
@@ -187,21 +188,19 @@ impl<'p, 'f> SceneBuilder<'p, 'f> {
                     range,
                     radius: plan.radius.clone(),
                     packed: false,
+                    single: terrain.key.is_none() && allows_single_gradients(self.context),
                     occupancy: None,
                     heights: terrain.key.clone(),
                 };
-                let compute = |memory: Option<_>| {
-                    let memory = memory.unwrap_or_else(Gradients::none);
-                    self.gradients(field, range, &terrain.levels, memory)
-                };
                 let computed = ranks.attempt(|| {
-                    Ok(renderer.run(|| renderer.frame_cache.gradients.take(&asked).unwrap_or_else(compute)))
+                    let compute = || self.gradients(field, &asked, &terrain.levels);
+                    Ok(renderer.run(compute))
                 });
                 light = ranks.collective(computed)?;
                 key = Some(asked);
                 if let Some(part) = part {
                     let layers = plan.radius.len();
-                    let all = light.whole_mut();
+                    let all = light.values_mut().whole_mut();
                     part.fill_halo(ranks, all, |all, cell| &mut all[cell as usize * layers..][..layers])?;
                 }
             }
@@ -211,27 +210,34 @@ impl<'p, 'f> SceneBuilder<'p, 'f> {
         Ok((sources, keys))
     }
 
-    fn gradients(&self, field: &Field, range: [f64; 2], levels: &Levels, memory: Gradients) -> Gradients {
+    fn gradients(&self, field: &Field, key: &GradientKey, levels: &Levels) -> PartialGradients {
         match field.samples() {
-            Reals::F32(data) => self.gradients_of(data, field, range, levels, memory),
-            Reals::F64(data) => self.gradients_of(data, field, range, levels, memory),
+            Reals::F32(data) => self.gradients_of(data, field, key, levels),
+            Reals::F64(data) => self.gradients_of(data, field, key, levels),
         }
     }
 
+    /// The gradients that are known by `key`, and those that the picture needs besides.
     fn gradients_of<S: Sample>(
         &self,
         data: &[S],
         field: &Field,
-        range: [f64; 2],
+        key: &GradientKey,
         levels: &Levels,
-        memory: Gradients,
-    ) -> Gradients {
-        let FrameContext { plan, grid, .. } = *self.context;
-        let samples = Samples::new(data, field, plan.falling, range);
-        let wanted = GradientOptions { visible: None, packed: false };
+    ) -> PartialGradients {
+        let FrameContext { renderer, plan, grid, part, .. } = *self.context;
+        let samples = Samples::new(data, field, plan.falling, key.range);
         match levels {
-            Levels::Native(heights) => gradient::native::gradients(grid, heights, &samples, memory),
-            Levels::Concentric(_) => gradient::gradients(grid, &plan.radius, &samples, 0..grid.cells(), wanted, memory),
+            Levels::Native(heights) => renderer.frame_cache.gradients.take(key).unwrap_or_else(|memory| {
+                let memory = memory.map_or_else(Gradients::none, PartialGradients::into_values);
+                gradient::native::gradients(grid, heights, &samples, memory).into()
+            }),
+            Levels::Concentric(_) => {
+                let wanted = GradientOptions { visible: None, packed: false, single: key.single };
+                let seen = (part.is_none() && renderer.savings.gradients).then(|| visible_cells(self.context));
+                let known = renderer.frame_cache.known_gradients(key);
+                known.with_cells(grid, &plan.radius, &samples, wanted, seen.as_ref())
+            }
         }
     }
 }

@@ -1,0 +1,81 @@
+//! Gradients of those cells that pictures of a field can read, completed from picture to picture.
+
+use super::{GradientInput, GradientOptions, Gradients, MissingCells};
+use crate::grid::Grid;
+use crate::sample::{Sample, Samples};
+use crate::visible_cells::VisibleCells;
+
+/// Gradients at the vertices of a whole grid, of which those over some cells may not be computed yet.
+#[derive(Debug)]
+pub struct PartialGradients {
+    values: Gradients,
+    /// Whether each cell's gradients are computed; empty where none is, or all are.
+    is_computed: Vec<bool>,
+    is_complete: bool,
+}
+
+impl PartialGradients {
+    /// Gradients of no cell, in the memory of others.
+    pub fn of_none(self) -> Self {
+        let mut is_computed = self.is_computed;
+        is_computed.clear();
+        PartialGradients { values: self.values, is_computed, is_complete: false }
+    }
+
+    /// Computes the gradients over the cells that are `seen`, or over all, unless they are there. Grid, radii, samples
+    /// and what is wanted must be those of the earlier calls; other arguments are as for [`gradients`](super::gradients).
+    #[must_use]
+    pub fn with_cells<S: Sample>(
+        self,
+        grid: &Grid,
+        radius: &[f64],
+        samples: &Samples<S>,
+        wanted: GradientOptions,
+        seen: Option<&VisibleCells>,
+    ) -> Self {
+        if self.is_complete {
+            return self;
+        }
+        let mut is_computed = self.is_computed;
+        let mut values = self.values.with_room(grid.cells() * radius.len(), wanted.packed);
+        let missing = seen.map(|seen| {
+            is_computed.resize(grid.cells(), false);
+            MissingCells { seen, is_computed: &mut is_computed }
+        });
+        let is_complete = missing.is_none();
+        GradientInput::new(grid, radius, samples, 0..grid.cells(), wanted).fill_all(&mut values, missing);
+        PartialGradients { values, is_computed, is_complete }
+    }
+
+    /// Number of cells whose gradients are computed, of `cells` in all.
+    pub fn computed_cells(&self, cells: usize) -> usize {
+        if self.is_complete { cells } else { self.is_computed.iter().filter(|is_computed| **is_computed).count() }
+    }
+
+    /// The gradients; those that are not computed are any numbers.
+    pub fn values(&self) -> &Gradients {
+        &self.values
+    }
+
+    /// The gradients, to be modified.
+    pub fn values_mut(&mut self) -> &mut Gradients {
+        &mut self.values
+    }
+
+    /// The gradients, by value.
+    pub fn into_values(self) -> Gradients {
+        self.values
+    }
+
+    /// Bytes of memory.
+    pub fn bytes(&self) -> usize {
+        self.values.bytes() + self.is_computed.len()
+    }
+}
+
+impl From<Gradients> for PartialGradients {
+    /// Gradients of all cells.
+    fn from(values: Gradients) -> Self {
+        PartialGradients { values, is_computed: Vec::new(), is_complete: true }
+    }
+}

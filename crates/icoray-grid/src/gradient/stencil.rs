@@ -1,0 +1,296 @@
+//! Gradients as a stencil over a cell and its ring, in single precision, 16 layers of a column at a time.
+//!
+//! With the ring's weights w and the radial vector e (`ring.rs`), the gradient at radius R is `Σ w (g - gA)/R + s e`,
+//! where s is the radial slope. The values are subtracted first, as they are stored: a difference has an error of at
+//! most half its own last digit, however large the values are. So each gradient is as near to that in double precision
+//! as a few roundings of the largest of its terms.
+//!
+//! A vector is *rejected* where a sample in it is missing, or a sum exceeds what a float holds. That makes the gradient
+//! NaN, infinite or longer than [`LONGEST`], unless the mark of missing values is a number, with which samples are
+//! compared. Layers beside a missing value are evaluated again in double precision. They depend on the samples alone, not
+//! on which layers are wanted, and so does every gradient.
+
+use super::LONGEST;
+use super::ring::{MAX_NEIGHBORS, RingWeights};
+use super::storage::GradientFormat;
+use crate::array::MapInline;
+use crate::grid::Grid;
+use crate::sample::{Sample, Samples, VECTOR};
+use fearless_simd::{Simd, f32x16, mask32x16, prelude::*};
+use std::ops::Range;
+
+/// Neighbours of almost all cells of a geodesic grid.
+const USUAL_NEIGHBORS: usize = 6;
+
+/// The stencil of a field's gradients. Layers are counted as the array has them: from the outermost one inwards in a
+/// field whose layers fall.
+pub(super) struct Stencil<'a, S> {
+    samples: &'a Samples<'a, S>,
+    layers: usize,
+    is_falling: bool,
+    /// Whether columns are read where they lie, or else copied.
+    is_contiguous: bool,
+    fill: Option<S>,
+    /// Factors of the ring's weights, and of differences that are not single.
+    scale: [f64; 2],
+    inverse_radius: Vec<f32>,
+    /// Factors of the differences to the layers before and behind in the radial slope.
+    before: Vec<f32>,
+    behind: Vec<f32>,
+}
+
+/// Memory of a thread, and what a cell's stencil left out.
+#[derive(Default)]
+pub(super) struct Scratch<S> {
+    columns: Vec<S>,
+    /// The layers between which some are rejected; empty if none is.
+    pub rejected: Range<usize>,
+    is_rejected: Vec<bool>,
+}
+
+impl<S> Scratch<S> {
+    /// Whether the gradient at `layer` is to be evaluated in double precision.
+    pub fn is_rejected(&self, layer: usize) -> bool {
+        self.is_rejected[layer]
+    }
+
+    fn reject(&mut self, layer: usize, layers: usize) {
+        if self.rejected.is_empty() {
+            self.is_rejected.clear();
+            self.is_rejected.resize(layers, false);
+            self.rejected = layer..layer + 1;
+        }
+        self.is_rejected[layer] = true;
+        self.rejected = self.rejected.start.min(layer)..self.rejected.end.max(layer + 1);
+    }
+}
+
+impl<'a, S: Sample> Stencil<'a, S> {
+    /// `None` where the field's range is so narrow or wide that single precision has no room for its gradients.
+    pub fn new(samples: &'a Samples<S>, radius: &[f64]) -> Option<Self> {
+        const WIDEST: f64 = 1e25;
+        let scale = samples.scale();
+        if !(1.0 / WIDEST..WIDEST).contains(&scale.abs()) {
+            return None;
+        }
+        let layers = radius.len();
+        let stride = samples.layer_stride();
+        let is_contiguous = stride.unsigned_abs() == 1 && layers >= VECTOR;
+        let is_falling = is_contiguous && stride < 0;
+        let scale = if S::IS_SINGLE { [scale, 1.0] } else { [1.0, scale] };
+        // The slope between two layers counts half, except beside the innermost and the outermost one.
+        let gap = |low: usize| 1.0 / (radius[low + 1] - radius[low]);
+        let share = |layer: usize| if layer == 0 || layer + 1 == layers { 1.0 } else { 0.5 };
+        let below = |layer: usize| if layer > 0 { share(layer) * gap(layer - 1) } else { 0.0 };
+        let above = |layer: usize| if layer + 1 < layers { share(layer) * gap(layer) } else { 0.0 };
+        let in_order = |of: &dyn Fn(usize) -> f64| {
+            let layer = |k: usize| if is_falling { layers - 1 - k } else { k };
+            let mut all: Vec<f32> = (0..layers).map(|k| of(layer(k)) as f32).collect();
+            all.resize(layers.max(VECTOR), 0.0);
+            all
+        };
+        let negative_above = |layer: usize| -above(layer);
+        let negative_below = |layer: usize| -below(layer);
+        let [before, behind] = if is_falling {
+            [in_order(&negative_above), in_order(&negative_below)]
+        } else {
+            [in_order(&below), in_order(&above)]
+        };
+        Some(Stencil {
+            samples,
+            layers,
+            is_falling,
+            is_contiguous,
+            fill: samples.fill(),
+            scale,
+            inverse_radius: in_order(&|layer| 1.0 / radius[layer]),
+            before,
+            behind,
+        })
+    }
+
+    /// The weights of a cell's ring; `None` where the stencil does not apply to it.
+    #[inline(always)]
+    pub fn ring(&self, grid: &Grid, cell: u32) -> Option<RingWeights> {
+        RingWeights::of(grid, cell, self.scale[0])
+    }
+
+    /// The gradients on layers `wanted`, not empty, over a cell with its ring, in its `row`, except those that `scratch`
+    /// says are rejected.
+    #[inline(always)]
+    pub fn fill<V: Simd, F: GradientFormat>(
+        &self,
+        simd: V,
+        scratch: &mut Scratch<S>,
+        cell: u32,
+        weights: &RingWeights,
+        wanted: Range<usize>,
+        row: &mut [F],
+    ) {
+        scratch.rejected = 0..0;
+        let mut columns = std::mem::take(&mut scratch.columns);
+        let own = [cell];
+        let cells = own.iter().chain(&weights.neighbours[..weights.count]);
+        if !self.is_contiguous {
+            self.copy(cells.copied(), &mut columns);
+        }
+        let column = |number: usize, cell: u32| -> &[S] {
+            if self.is_contiguous {
+                self.samples.column(cell, self.layers)
+            } else {
+                let size = self.inverse_radius.len();
+                &columns[number * size..][..size]
+            }
+        };
+        let own = column(0, cell);
+        let mut around = [own; MAX_NEIGHBORS];
+        for k in 0..weights.count {
+            around[k] = column(k + 1, weights.neighbours[k]);
+        }
+        let pass = Pass { stencil: self, weights, own, wanted };
+        match (self.fill, weights.count <= USUAL_NEIGHBORS) {
+            (None, true) => pass.fill::<V, F, USUAL_NEIGHBORS, false>(simd, &around, scratch, row),
+            (None, false) => pass.fill::<V, F, MAX_NEIGHBORS, false>(simd, &around, scratch, row),
+            (Some(_), true) => pass.fill::<V, F, USUAL_NEIGHBORS, true>(simd, &around, scratch, row),
+            (Some(_), false) => pass.fill::<V, F, MAX_NEIGHBORS, true>(simd, &around, scratch, row),
+        }
+        scratch.columns = columns;
+    }
+
+    /// Copies the columns of cells one behind the other, from the innermost layer outwards, each followed by zeros up to
+    /// a whole vector.
+    #[inline(never)]
+    fn copy(&self, cells: impl Iterator<Item = u32>, columns: &mut Vec<S>) {
+        columns.clear();
+        for cell in cells {
+            let base = self.samples.base(cell);
+            columns.extend((0..self.layers).map(|layer| self.samples.at(self.samples.element(base, layer))));
+            columns.resize(columns.len() + self.inverse_radius.len() - self.layers, S::default());
+        }
+    }
+}
+
+/// A cell's stencil.
+struct Pass<'p, 's, S> {
+    stencil: &'p Stencil<'s, S>,
+    weights: &'p RingWeights,
+    own: &'p [S],
+    wanted: Range<usize>,
+}
+
+impl<S: Sample> Pass<'_, '_, S> {
+    /// Over all vectors that cover the wanted layers and one more at either end, where a missing value would count.
+    #[inline(always)]
+    fn fill<V: Simd, F: GradientFormat, const N: usize, const HAS_FILL: bool>(
+        &self,
+        simd: V,
+        around: &[&[S]; MAX_NEIGHBORS],
+        scratch: &mut Scratch<S>,
+        row: &mut [F],
+    ) {
+        let (layers, size) = (self.stencil.layers, self.own.len());
+        let read = self.wanted.start.saturating_sub(1)..(self.wanted.end + 1).min(layers);
+        let read = if self.stencil.is_falling { layers - read.end..layers - read.start } else { read };
+        let last = read.end.max(VECTOR) - VECTOR;
+        let mut first = read.start.min(last);
+        loop {
+            let (gradients, is_rejected) = self.vector::<V, N, HAS_FILL>(simd, around, first);
+            self.store(simd, gradients, first, row);
+            if is_rejected.any_true() {
+                self.reject(is_rejected.to_bitmask() as u32, first, scratch);
+            }
+            if first == last {
+                break;
+            }
+            first = (first + VECTOR).min(last);
+        }
+        debug_assert!(last + VECTOR <= size);
+    }
+
+    /// The gradients on 16 layers from `first` on, and which of them are rejected.
+    #[inline(always)]
+    fn vector<V: Simd, const N: usize, const HAS_FILL: bool>(
+        &self,
+        simd: V,
+        around: &[&[S]; MAX_NEIGHBORS],
+        first: usize,
+    ) -> ([f32x16<V>; 3], mask32x16<V>) {
+        let Stencil { fill, scale: [_, scale], ref inverse_radius, ref before, ref behind, .. } = *self.stencil;
+        let factors = |of: &[f32]| f32x16::load_array_ref(simd, vector_at(of, first));
+        let own = S::load(simd, vector_at(self.own, first));
+        let preceding = match first.checked_sub(1) {
+            Some(first) => S::load(simd, vector_at(self.own, first)),
+            None => S::preceding(simd, own),
+        };
+        let following = match first + VECTOR < self.own.len() {
+            true => S::load(simd, vector_at(self.own, first + 1)),
+            false => S::following(simd, own),
+        };
+        let slope = S::difference(simd, own, preceding, scale) * factors(before);
+        let slope = S::difference(simd, following, own, scale).mul_add(factors(behind), slope);
+        let zero = f32x16::splat(simd, 0.0);
+        let mut along = [zero; 3];
+        let mut is_missing = match (HAS_FILL, fill) {
+            (true, Some(fill)) => S::equals(simd, own, fill),
+            _ => mask32x16::splat(simd, false),
+        };
+        for k in 0..N {
+            let neighbour = S::load(simd, vector_at(around[k], first));
+            let difference = S::difference(simd, neighbour, own, scale);
+            for (sum, weight) in along.iter_mut().zip(self.weights.along[k]) {
+                *sum = difference.mul_add(weight, *sum);
+            }
+            if let (true, Some(fill)) = (HAS_FILL, fill) {
+                is_missing = is_missing | S::equals(simd, neighbour, fill);
+            }
+        }
+        let inverse_radius = factors(inverse_radius);
+        let mut gradients = [zero; 3];
+        for k in 0..3 {
+            gradients[k] = slope.mul_add(self.weights.radial[k], along[k] * inverse_radius);
+        }
+        let [x, y, z] = gradients;
+        let is_short = (x.abs() + y.abs() + z.abs()).simd_le(LONGEST as f32);
+        (gradients, is_missing | !is_short)
+    }
+
+    /// Stores the wanted ones of 16 gradients, the innermost first.
+    #[inline(always)]
+    fn store<V: Simd, F: GradientFormat>(&self, simd: V, gradients: [f32x16<V>; 3], first: usize, row: &mut [F]) {
+        let Stencil { layers, is_falling, .. } = *self.stencil;
+        let (gradients, first) = match is_falling {
+            true => (
+                gradients.map_inline(
+                    #[inline(always)]
+                    |component| component.reverse(),
+                ),
+                layers - first - VECTOR,
+            ),
+            false => (gradients, first),
+        };
+        let wanted = self.wanted.start.max(first)..self.wanted.end.min(first + VECTOR);
+        if wanted.len() == VECTOR
+            && let Some(row) = row[first..].first_chunk_mut()
+        {
+            F::store(simd, gradients, row);
+        } else if !wanted.is_empty() {
+            let mut stored = [F::default(); VECTOR];
+            F::store(simd, gradients, &mut stored);
+            row[wanted.clone()].copy_from_slice(&stored[wanted.start - first..wanted.end - first]);
+        }
+    }
+
+    #[cold]
+    fn reject(&self, bits: u32, first: usize, scratch: &mut Scratch<S>) {
+        let Stencil { layers, is_falling, .. } = *self.stencil;
+        for layer in (0..VECTOR).filter(|k| bits >> k & 1 != 0).map(|k| first + k).filter(|layer| *layer < layers) {
+            scratch.reject(if is_falling { layers - 1 - layer } else { layer }, layers);
+        }
+    }
+}
+
+/// The 16 elements from `first` on.
+#[inline(always)]
+fn vector_at<X>(all: &[X], first: usize) -> &[X; VECTOR] {
+    all[first..].first_chunk().expect("columns are as long as a vector or longer")
+}
