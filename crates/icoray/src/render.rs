@@ -38,6 +38,7 @@ mod progress;
 mod rendered;
 mod renderer;
 mod round;
+mod samples;
 mod summary;
 mod work;
 

@@ -36,12 +36,13 @@ fn a_named_picture_is_written_and_reported() {
         "rays      ",
         "error     at most ",
         "quality   tolerance 1e-3, light ",
+        "sampling  1 ray per pixel; cells per pixel mean 0.",
         "seconds   open ",
         "drawn on  ",
         "left out  table corner; the far side behind the core",
     ];
     has(&text, &expected);
-    assert_eq!(text.lines().count(), 9, "{text}");
+    assert_eq!(text.lines().count(), 10, "{text}");
     let picture = folder.path().join("out.png");
     shows_something(&picture, 96, 96);
     let date = "2013-10-25_00:00:00";

@@ -142,6 +142,9 @@ impl Renderer {
             let reason = FallbackReason::new("this icoray was built without the GPU");
             return Err((scene.backend == Backend::Gpu).then_some(reason));
         };
+        if scene.samples > 1 {
+            return Err(Some(FallbackReason::new(format!("the scene asks for samples = {}", scene.samples))));
+        }
         if scene.precision == Precision::F64 {
             return Err(Some(FallbackReason::new("the scene asks for precision = \"f64\"")));
         }

@@ -310,6 +310,7 @@ fn a_device_is_opened_once_for_scenes_that_ask_alike() {
     let keys = [
         ("backend = \"cpu\"\ndevice = 13", 0, None),
         ("precision = \"f64\"", 0, Some("f64")),
+        ("samples = 4", 0, Some("samples = 4")),
         ("", 1, Some("none is in stock")),
         ("backend = \"gpu\"", 2, None),
         ("backend = \"gpu\"\ndevice = \"GTX\"", 3, None),
