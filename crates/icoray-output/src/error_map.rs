@@ -62,7 +62,10 @@ fn texts(frame: &Frame) -> Vec<(String, String)> {
     let mut say = |key: &str, text: String| texts.push((key.into(), text));
     say("shows", "the error of each pixel, the largest of its channels, premultiplied linear 0 to 1".into());
     if !frame.sampling_error.is_empty() {
-        say("shows below", "the estimated sampling error of each pixel, how far its rays' mean may be off its area's".into());
+        say(
+            "shows below",
+            "the estimated sampling error of each pixel, how far its rays' mean may be off its area's".into(),
+        );
     }
     say("scale", "viridis over the logarithm; transparent where there is no error".into());
     say("scale range", format!("1e{} to 1e{}", DECADES[0], DECADES[1]));
@@ -182,7 +185,8 @@ mod tests {
         for (at, error) in (0..).zip(frame.error.iter().chain(&sampling_error)) {
             assert_eq!(map.get_pixel(at % 20, at / 20).0, color(&shades, *error));
         }
-        let says = |frame: &Frame| texts(frame).iter().any(|(key, text)| key == "shows below" && text.contains("sampling"));
+        let says =
+            |frame: &Frame| texts(frame).iter().any(|(key, text)| key == "shows below" && text.contains("sampling"));
         assert!(says(&frame) && !says(&wide_frame(20)));
     }
 

@@ -208,7 +208,8 @@ impl Ranks {
             let is_bound = error.certainty == Certainty::Bound;
             let statistics = ([error.max, error.mean, error.p999], error.over, is_bound);
             let SamplingReport { samples, rays_per_pixel, error, cells_per_pixel: cells } = sampling;
-            let sampling = ((samples, rays_per_pixel), error.map(|error| [error.max, error.mean]), [cells.max, cells.mean]);
+            let sampling =
+                ((samples, rays_per_pixel), error.map(|error| [error.max, error.mean]), [cells.max, cells.mean]);
             let gathering = (ranks.gather_s, ranks.balance, ranks.bytes_received);
             (statistics, (counts.numbers(), edge_pixels), sampling, gathering)
         });

@@ -53,7 +53,9 @@ pub(super) fn draw(
     let mut picture = None;
     let summary = sampled.map(|sampled| {
         let mut summary = FrameSummary { ranks: cost.ranks, ..FrameSummary::default() };
-        if let Some(Sampled { drawn: (drawn, counts), edge_pixels, rays_per_pixel, error: off, summary: told }) = sampled {
+        if let Some(Sampled { drawn: (drawn, counts), edge_pixels, rays_per_pixel, error: off, summary: told }) =
+            sampled
+        {
             let error: Vec<f32> = drawn.iter().map(|p| p.error).collect();
             summary.error = ErrorSummary::of(&error, certainty(scene, &quality), quality.tolerance);
             summary.counts = counts;

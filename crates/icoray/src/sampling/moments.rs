@@ -147,7 +147,8 @@ mod tests {
 
     #[test]
     fn students_factor_is_near_the_tables() {
-        for (degrees, exact) in [(1.0, 12.706), (2.0, 4.303), (3.0, 3.182), (7.0, 2.365), (15.0, 2.131), (63.0, 1.998)] {
+        for (degrees, exact) in [(1.0, 12.706), (2.0, 4.303), (3.0, 3.182), (7.0, 2.365), (15.0, 2.131), (63.0, 1.998)]
+        {
             assert!((student(degrees) / exact - 1.0).abs() < 0.01, "{degrees}");
         }
     }

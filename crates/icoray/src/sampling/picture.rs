@@ -56,8 +56,7 @@ impl<'s> SampledPicture<'s> {
             moments: Moments::default(),
         };
         let all = (0..scene.width * scene.height).into_par_iter();
-        let active: Vec<ActivePixel> =
-            all.filter(|number| may_show_shell(scene, outer, *number)).map(active).collect();
+        let active: Vec<ActivePixel> = all.filter(|number| may_show_shell(scene, outer, *number)).map(active).collect();
         let edge_pixels = active.iter().filter(|pixel| pixel.is_edge).count() as u64;
         let (error, sampled) = (vec![0.0; pixels.len()], active.len());
         SampledPicture { scene, tolerance, pixels, counts, error, active, rays: 1, sampled, edge_pixels, samples: 0 }
@@ -92,8 +91,7 @@ impl<'s> SampledPicture<'s> {
             let pattern = Pattern::of([active.number % width, active.number / width]);
             let places = [0..before, round.samples.clone()].map(|samples| Places::of(&pattern, samples));
             let mine = &pixels[active.number as usize];
-            active.moments =
-                active.moments.joined(&mine.color, &places[0], (moments, &pixel.color, &places[1]));
+            active.moments = active.moments.joined(&mine.color, &places[0], (moments, &pixel.color, &places[1]));
             edges::weighted_mean([(mine, f64::from(before)), (*pixel, round.samples.len() as f64)].into_iter())
         });
         let joined: Vec<Pixel> = joined.collect();
@@ -135,7 +133,13 @@ impl<'s> SampledPicture<'s> {
                 match slopes {
                     [Some(one), Some(other)] if may_hide => 0.5 * (one + other),
                     [Some(one), Some(other)] if one * other <= 0.0 => 0.0,
-                    [Some(one), Some(other)] => if one.abs() < other.abs() { one } else { other },
+                    [Some(one), Some(other)] => {
+                        if one.abs() < other.abs() {
+                            one
+                        } else {
+                            other
+                        }
+                    }
                     [one, other] => one.or(other).unwrap_or(0.0),
                 }
             })
