@@ -454,7 +454,7 @@ pub struct icoray_frame_report {
     pub sampling_error_max: f64,
     /// Mean of the estimated sampling errors; NaN where pixels are one ray each.
     pub sampling_error_mean: f64,
-    /// Largest number of cells that fall into a pixel where its ray meets the shell, of up to 32 x 32 pixels at equal
+    /// Largest number of cells that fall into a pixel where its ray meets the shell, of up to 16 x 16 pixels at equal
     /// distances.
     pub cells_per_pixel_max: f64,
     /// Mean number of cells that fall into these pixels. From 4 on, with samples = 1, the log has a hint once per view.

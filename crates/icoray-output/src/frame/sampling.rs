@@ -30,7 +30,7 @@ pub struct SamplingError {
     pub mean: f64,
 }
 
-/// How many cells fall into a pixel, over pixels whose rays meet the shell, of at most 32 × 32 pixels at equal distances
+/// How many cells fall into a pixel, over pixels whose rays meet the shell, of at most 16 × 16 pixels at equal distances
 /// in the picture: the area of a layer that the pixel covers where its ray meets the shell first, divided by that of a
 /// cell there. The layer is the outermost one or, from within the shell, the outermost or innermost one; a cell has the
 /// area of two triangles of the mesh. 0 where no ray meets the shell.

@@ -25,7 +25,7 @@ enum Packed {
         counts: [u64; 6],
         /// The values of all pixels, or one value where all pixels have the same: opacity over a background, every
         /// channel off the globe.
-        channels: [Vec<f32>; CHANNELS],
+        channels: Box<[Vec<f32>; CHANNELS]>,
         moments: Vec<Moments>,
     },
     End(std::result::Result<f64, WireError>),
@@ -47,10 +47,10 @@ fn pixel([r, g, b, a, error, order, nearness]: [f32; CHANNELS]) -> Pixel {
 /// Encodes a tile.
 pub(super) fn tile(tile: &Tile) -> Vec<u8> {
     let pixels: Vec<_> = tile.pixels.iter().map(values).collect();
-    let channels = std::array::from_fn(|k| {
+    let channels = Box::new(std::array::from_fn(|k| {
         let is_uniform = pixels.iter().all(|pixel| pixel[k].to_bits() == pixels[0][k].to_bits());
         pixels.iter().map(|pixel| pixel[k]).take(if is_uniform { 1 } else { pixels.len() }).collect()
-    });
+    }));
     let (number, seconds, counts) = (tile.number, tile.seconds, tile.counts.numbers());
     encode(&Packed::Tile { number, seconds, counts, channels, moments: tile.moments.clone() })
 }

@@ -60,7 +60,7 @@ pub(super) fn draw(
             summary.error = ErrorSummary::of(&error, certainty(scene, &quality), quality.tolerance);
             summary.counts = counts;
             summary.edge_pixels = edge_pixels;
-            let cells_per_pixel = renderer.run(|| cells_per_pixel(scene, grid, part, work.radius));
+            let cells_per_pixel = cells_per_pixel(scene, grid, part, work.radius);
             summary.sampling = SamplingReport { samples: scene.samples, rays_per_pixel, error: told, cells_per_pixel };
             picture = Some((drawn, error, off));
         }

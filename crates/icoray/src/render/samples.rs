@@ -5,7 +5,7 @@ use super::round::{Drawn, Rounds};
 use super::work::Work;
 use crate::edges;
 use crate::ranks::{Ranks, TileAssignment};
-use crate::raster::Raster;
+use crate::raster::{Raster, Tile};
 use crate::sampling::{SampleRound, SampledPicture, rounds};
 use crate::time_budget::Deadline;
 use icoray_grid::Result;
@@ -41,7 +41,7 @@ impl Rounds<'_, '_, '_> {
         manner: Manner,
         drawn: Result<Option<Drawn>>,
     ) -> Result<Result<Option<Sampled>>> {
-        if self.work.context.scene.samples == 1 || manner.quality.pixel_step > 1 {
+        if self.work.context.scene.samples <= 1 || manner.quality.pixel_step > 1 {
             return self.unsampled(ranks, manner, drawn);
         }
         let work = self.work;
@@ -87,11 +87,11 @@ impl Rounds<'_, '_, '_> {
         let least_at_edges = if self.work.edges.is_none() { 0 } else { edges::RAYS as u32 };
         let mut rays = 1;
         for end in rounds(scene.samples, least_at_edges) {
-            let wanted = picture.as_mut().map_err(|e| e.clone()).and_then(|picture| {
+            let wanted = picture.as_mut().map_err(|e| e.clone()).map(|picture| {
                 let wanted = picture.as_mut().map_or_else(Vec::new, |picture| picture.wanted(end));
                 let times = f64::from(end - rays) / f64::from(raster.width * raster.height);
                 let has_time = |deadline: Deadline| deadline.has_time_for(render_s * wanted.len() as f64 * times);
-                Ok(if deadline.is_none_or(has_time) { wanted } else { Vec::new() })
+                if deadline.is_none_or(has_time) { wanted } else { Vec::new() }
             });
             let wanted = ranks.hear_root(wanted)?;
             if wanted.is_empty() {
@@ -99,13 +99,10 @@ impl Rounds<'_, '_, '_> {
             }
             let round = SampleRound::new(raster, wanted, rays..end);
             let tiles = self.trace(ranks, &round, &TileAssignment::in_turn(quality, &round, ranks), None)?;
-            picture = tiles.and_then(|tiles| {
-                let mut picture = picture?;
-                if let Some(picture) = &mut picture {
-                    ranks.attempt(|| renderer.run(|| Ok(picture.add(&round, &tiles))))?;
-                }
-                Ok(picture)
-            });
+            let with_tiles = |picture: SampledPicture<'s>, tiles: &[Tile]| {
+                ranks.attempt(|| renderer.run(|| Ok(picture.with(&round, tiles))))
+            };
+            picture = tiles.and_then(|tiles| picture?.map(|picture| with_tiles(picture, &tiles)).transpose());
             rays = end;
         }
         Ok((rays, picture))

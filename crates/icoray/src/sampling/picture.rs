@@ -77,11 +77,11 @@ impl<'s> SampledPicture<'s> {
         self.active.iter().map(|pixel| pixel.number).collect()
     }
 
-    /// Adds the tiles of a round to its pixels, which are those wanted.
+    /// The same with the tiles of a round added to its pixels, which are those wanted.
     ///
     /// # Panics
     /// When a tile is missing or there twice.
-    pub fn add(&mut self, round: &SampleRound, tiles: &[Tile]) {
+    pub fn with(mut self, round: &SampleRound, tiles: &[Tile]) -> Self {
         let (tiles, counts) = round.pixels.in_order(tiles);
         self.counts += counts;
         let added: Vec<(&Pixel, &Moments)> =
@@ -101,6 +101,7 @@ impl<'s> SampledPicture<'s> {
         self.samples += (self.active.len() * round.samples.len()) as u64;
         self.rays = round.samples.end;
         self.estimate();
+        self
     }
 
     /// Estimates the sampling errors of the active pixels.
