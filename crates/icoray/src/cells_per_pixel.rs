@@ -103,7 +103,7 @@ mod tests {
         let found = of(5, 256, "lon = 10\nlat = 20\ndistance = 100\nfov = 1.5");
         let width = 2.0 * 100.0 * (0.75f64).to_radians().tan() / 256.0;
         let straight = width * width / 1.21 / (4.0 * PI / 10242.0);
-        assert!((found.mean / (2.0 * straight) - 1.0).abs() < 0.08, "{found:?}, {straight} in the middle");
+        assert!((found.mean / (2.0 * straight) - 1.0).abs() < 0.15, "{found:?}, {straight} in the middle");
         assert!(found.max > 3.0 * straight && found.max < 20.0 * straight, "{found:?}, {straight} in the middle");
     }
 
