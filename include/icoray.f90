@@ -185,6 +185,9 @@ module icoray
     integer(c_int64_t) :: frames = 0            !< of the call; host_s, waited_s, copy_s and bytes_copied are sums
     integer(c_int64_t) :: edge_pixels = 0
     integer(c_int64_t) :: pixels_over_tolerance = 0
+    real(c_double) :: rays_per_pixel = 0
+    real(c_double) :: sampling_error_max = 0, sampling_error_mean = 0   !< NaN where pixels are one ray each
+    real(c_double) :: cells_per_pixel_max = 0, cells_per_pixel_mean = 0
   end type icoray_frame_report
 
   !> Opens a context for one process, without MPI. In a job of several MPI ranks rank 0 logs a warning, once.

@@ -450,7 +450,7 @@ typedef struct icoray_frame_report {
    */
   uint64_t frames;
   /**
-   * Number of pixels with the edge of a surface in them, each drawn as the mean of 8 rays; 0 with antialias =
+   * Number of pixels with the edge of a surface in them, each drawn as the mean of 8 rays or more; 0 with antialias =
    * false in the scene. rays and the numbers after it include the rays of these pixels.
    */
   uint64_t edge_pixels;
@@ -458,6 +458,28 @@ typedef struct icoray_frame_report {
    * Number of pixels of the picture whose error is above `tolerance`. The log warns of them once per view.
    */
   uint64_t pixels_over_tolerance;
+  /**
+   * Mean number of rays of the pixels that may show the shell: 1, or up to the scene's `samples`.
+   */
+  double rays_per_pixel;
+  /**
+   * Largest estimated sampling error of a pixel: how far the mean of its rays may be from the mean over its area, not
+   * counting the errors of the rays' integrals; NaN where pixels are one ray each.
+   */
+  double sampling_error_max;
+  /**
+   * Mean of the estimated sampling errors; NaN where pixels are one ray each.
+   */
+  double sampling_error_mean;
+  /**
+   * Largest number of cells that fall into a pixel where its ray meets the shell, of up to 16 x 16 pixels at equal
+   * distances.
+   */
+  double cells_per_pixel_max;
+  /**
+   * Mean number of cells that fall into these pixels. From 4 on, with samples = 1, the log has a hint once per view.
+   */
+  double cells_per_pixel_mean;
 } icoray_frame_report;
 
 /**

@@ -159,6 +159,8 @@ icoray_frame_report frame(icoray_ctx *ctx, int step)
     CHECK(report.error_mean > 0.0 && report.error_mean <= report.error_max && report.error_max <= 1e-3);
     CHECK(report.error_p999 > 0.0 && report.error_p999 <= report.error_max && report.tolerance == 1e-3);
     CHECK(report.pixels_over_tolerance == 0);
+    CHECK(report.rays_per_pixel == 1.0 && isnan(report.sampling_error_max) && isnan(report.sampling_error_mean));
+    CHECK(report.cells_per_pixel_mean > 0.0 && report.cells_per_pixel_max >= report.cells_per_pixel_mean);
     CHECK(report.error_is_bound == 0 || report.error_is_bound == 1);
     CHECK(report.pixel_step == 1 && (report.lights == 0 || report.lights == 2));
     CHECK(report.prepare_s >= 0.0 && report.render_s > 0.0 && report.write_s > 0.0);

@@ -45,7 +45,8 @@ pub fn rust_layout() -> String {
             bytes_peak error_max error_mean error_p999 tolerance error_is_bound pixel_step lights threads
             frames_written frames_failed frames_dropped host_total_s write_total_s ranks tiles gather_s balance
             bytes_received scheme fragments fragment_bytes compose_s drawn_on upload_s device_s bytes_uploaded
-            frames edge_pixels pixels_over_tolerance;
+            frames edge_pixels pixels_over_tolerance rays_per_pixel sampling_error_max sampling_error_mean
+            cells_per_pixel_max cells_per_pixel_mean;
         icoray_status:;
     }
     use types::icoray_status as status;

@@ -442,9 +442,21 @@ pub struct icoray_frame_report {
     pub bytes_uploaded: u64,
     /// Number of frames that the call of icoray_execute rendered; this report is of the last one.
     pub frames: u64,
-    /// Number of pixels with the edge of a surface in them, each drawn as the mean of 8 rays; 0 with antialias =
+    /// Number of pixels with the edge of a surface in them, each drawn as the mean of 8 rays or more; 0 with antialias =
     /// false in the scene. rays and the numbers after it include the rays of these pixels.
     pub edge_pixels: u64,
     /// Number of pixels of the picture whose error is above `tolerance`. The log warns of them once per view.
     pub pixels_over_tolerance: u64,
+    /// Mean number of rays of the pixels that may show the shell: 1, or up to the scene's `samples`.
+    pub rays_per_pixel: f64,
+    /// Largest estimated sampling error of a pixel: how far the mean of its rays may be from the mean over its area, not
+    /// counting the errors of the rays' integrals; NaN where pixels are one ray each.
+    pub sampling_error_max: f64,
+    /// Mean of the estimated sampling errors; NaN where pixels are one ray each.
+    pub sampling_error_mean: f64,
+    /// Largest number of cells that fall into a pixel where its ray meets the shell, of up to 16 x 16 pixels at equal
+    /// distances.
+    pub cells_per_pixel_max: f64,
+    /// Mean number of cells that fall into these pixels. From 4 on, with samples = 1, the log has a hint once per view.
+    pub cells_per_pixel_mean: f64,
 }

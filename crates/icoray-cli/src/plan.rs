@@ -7,7 +7,7 @@ use crate::layering::Layering;
 use crate::render::Args;
 use crate::selection::Opened;
 use crate::suggested::Scenes;
-use icoray::{Condition, Grid, Heights, Plan, Scene, Shot, View};
+use icoray::{Condition, Grid, Heights, Plan, SamplingReport, Scene, Shot, View};
 use icoray_netcdf::ModelFile;
 use icoray_progress::Progress;
 use std::collections::HashSet;
@@ -98,6 +98,12 @@ fn left_out(
     }
     for part in plan.left_out() {
         writeln!(out, "left out: {part}")?;
+    }
+    let cells_per_pixel = plan.cells_per_pixel(scene, grid);
+    writeln!(out, "cells per pixel: {cells_per_pixel}")?;
+    let hint = SamplingReport { samples: scene.samples, cells_per_pixel, ..SamplingReport::default() }.hint();
+    if let Some(hint) = hint {
+        writeln!(out, "hint: {hint}")?;
     }
     Ok(())
 }

@@ -35,6 +35,9 @@ pub struct Selection {
     /// Largest error allowed in a channel of a pixel, 0 to 1, instead of the scene's
     #[arg(long, value_name = "E", allow_hyphen_values = true, value_parser = tolerance)]
     pub tolerance: Option<f64>,
+    /// Most rays per pixel, 1 to 64, whose mean it shows, instead of the scene's
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(Scene::MAX_SAMPLES)))]
+    pub samples: Option<u32>,
 }
 
 fn size(text: &str) -> std::result::Result<(u32, u32), String> {

@@ -97,6 +97,7 @@ fn options(selection: &Selection, opened: &Opened, info: &FieldInfo, time: usize
         surface,
         size: selection.size,
         tolerance: selection.tolerance,
+        samples: selection.samples,
         backend: selection.device_options.backend(),
         device: selection.device_options.device().cloned(),
         head: vec![command(selection, opened, time)],
@@ -174,6 +175,7 @@ impl Opened {
             if let Some(tolerance) = selection.tolerance {
                 scene.tolerance = tolerance;
             }
+            scene.samples = selection.samples.unwrap_or(scene.samples);
             selection.device_options.apply(scene);
         }
         Ok(Scenes { script, grid: None, suggested: None })

@@ -25,9 +25,10 @@ const INK: Rgba = [255; 4];
 /// Writes the error of each pixel of `frame` to the PNG file at `path`.
 ///
 /// The colours are viridis over the logarithm of the error, from dark at 1e-8 and less to bright at 1e-1 and more.
-/// Pixels without an error, which are those whose ray meets nothing, are transparent. A bar with a tick at each decade
-/// lies below the picture, where that is at least 160 pixels wide; the text of the file says the same, and what
-/// [`Frame::describe`] says. A file of that name is replaced when the new one is complete.
+/// Pixels without an error, which are those whose ray meets nothing, are transparent. Where pixels are means of several
+/// rays, a map of their estimated sampling errors ([`Frame::sampling_error`]) in the same colours lies below. A bar with a
+/// tick at each decade follows, where the picture is at least 160 pixels wide; the text of the file says the same, and
+/// what [`Frame::describe`] says. A file of that name is replaced when the new one is complete.
 ///
 /// # Errors
 /// [`ErrorKind::Io`] names the path; [`ErrorKind::Argument`] an ending other than `.png`.
@@ -45,7 +46,8 @@ pub fn write_error_map_with(path: &Path, frame: &Frame, existing: Existing) -> R
         return Err(Error::new(ErrorKind::Argument, context));
     }
     let shades = shades();
-    let mut pixels: Vec<Rgba> = frame.error.iter().map(|error| color(&shades, *error)).collect();
+    let errors = frame.error.iter().chain(&frame.sampling_error);
+    let mut pixels: Vec<Rgba> = errors.map(|error| color(&shades, *error)).collect();
     let width = frame.width as usize;
     if width >= MIN_WIDTH {
         pixels.extend(bar(&shades, width));
@@ -59,6 +61,12 @@ fn texts(frame: &Frame) -> Vec<(String, String)> {
     let mut texts = frame.describe();
     let mut say = |key: &str, text: String| texts.push((key.into(), text));
     say("shows", "the error of each pixel, the largest of its channels, premultiplied linear 0 to 1".into());
+    if !frame.sampling_error.is_empty() {
+        say(
+            "shows below",
+            "the estimated sampling error of each pixel, how far its rays' mean may be off its area's".into(),
+        );
+    }
     say("scale", "viridis over the logarithm; transparent where there is no error".into());
     say("scale range", format!("1e{} to 1e{}", DECADES[0], DECADES[1]));
     texts
@@ -165,6 +173,21 @@ mod tests {
             assert!(row(ticks + 6 + 2) > 8 * 6);
             assert_eq!((row(2), row(map.height() - 1)), (0, 0));
         }
+    }
+
+    #[test]
+    fn sampling_errors_lie_below_the_errors() {
+        let mut frame = wide_frame(20);
+        let sampling_error: Vec<f32> = frame.error.iter().rev().copied().collect();
+        frame.sampling_error = sampling_error.clone();
+        let (map, shades) = (read(&frame), shades());
+        assert_eq!(map.dimensions(), (20, 4));
+        for (at, error) in (0..).zip(frame.error.iter().chain(&sampling_error)) {
+            assert_eq!(map.get_pixel(at % 20, at / 20).0, color(&shades, *error));
+        }
+        let says =
+            |frame: &Frame| texts(frame).iter().any(|(key, text)| key == "shows below" && text.contains("sampling"));
+        assert!(says(&frame) && !says(&wide_frame(20)));
     }
 
     #[test]

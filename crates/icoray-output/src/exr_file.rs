@@ -1,10 +1,12 @@
-//! OpenEXR: linear premultiplied RGBA and the error, the exact floats.
+//! OpenEXR: linear premultiplied RGBA and the errors, the exact floats.
 
 use super::atomic;
 use crate::atomic::Existing;
 use crate::frame::Frame;
 use crate::path::io_error;
-use exr::prelude::{Encoding, Image, Layer, LayerAttributes, SpecificChannels, Text, Vec2, WritableImage};
+use exr::prelude::{
+    AnyChannel, AnyChannels, Encoding, FlatSamples, Image, Layer, LayerAttributes, Text, WritableImage,
+};
 use icoray_grid::Result;
 use std::path::Path;
 
@@ -16,20 +18,15 @@ fn comments(frame: &Frame) -> Text {
 }
 
 pub(super) fn write(path: &Path, frame: &Frame, existing: Existing) -> Result<()> {
-    let (width, height) = (frame.width as usize, frame.height as usize);
-    let channels = SpecificChannels::build()
-        .with_channel("R")
-        .with_channel("G")
-        .with_channel("B")
-        .with_channel("A")
-        .with_channel("error")
-        .with_pixel_fn(|at: Vec2<usize>| {
-            let pixel = at.y() * width + at.x();
-            let [r, g, b, a] = frame.pixels[pixel];
-            (r, g, b, a, frame.error[pixel])
-        });
+    let colors = ["R", "G", "B", "A"].into_iter().enumerate();
+    let colors = colors.map(|(k, name)| (name, frame.pixels.iter().map(|pixel| pixel[k]).collect()));
+    let errors = [("error", &frame.error), ("sampling_error", &frame.sampling_error)];
+    let errors = errors.into_iter().filter(|(_, error)| !error.is_empty()).map(|(name, error)| (name, error.clone()));
+    let channel = |(name, values): (&str, Vec<f32>)| AnyChannel::new(name, FlatSamples::F32(values));
+    let channels = AnyChannels::sort(colors.chain(errors).map(channel).collect());
     let attributes = LayerAttributes { comments: Some(comments(frame)), ..LayerAttributes::default() };
-    let image = Image::from_layer(Layer::new((width, height), attributes, Encoding::default(), channels));
+    let size = (frame.width as usize, frame.height as usize);
+    let image = Image::from_layer(Layer::new(size, attributes, Encoding::default(), channels));
     atomic::write(path, existing, "the picture", |out| {
         // On this thread alone, whatever features another user of the crate asks for.
         let written = image.write().non_parallel().to_buffered(out);
@@ -41,35 +38,50 @@ pub(super) fn write(path: &Path, frame: &Frame, existing: Existing) -> Result<()
 mod tests {
     use super::*;
     use crate::frame::tests::frame;
-    use exr::prelude::{FlatSamples, ReadChannels, ReadLayers, read};
+    use exr::prelude::{ReadChannels, ReadLayers, Vec2, read};
 
     /// A frame with numbers that lossy ways would change, written; the folder goes when it is dropped.
-    fn written() -> (tempfile::TempDir, std::path::PathBuf, Frame) {
+    fn written(sampling_error: Vec<f32>) -> (tempfile::TempDir, std::path::PathBuf, Frame) {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("frame.exr");
         let mut frame = frame();
         frame.pixels[1] = [1e-30, 70000.3, -0.0, f32::MIN_POSITIVE / 2.0];
         frame.field = "Größe".into();
+        frame.sampling_error = sampling_error;
         write(&path, &frame, Existing::NeverModify).unwrap();
         (folder, path, frame)
     }
 
     #[test]
     fn pixels_and_errors_come_back_bit_by_bit() {
-        let (_folder, path, frame) = written();
-        let image = read().no_deep_data().largest_resolution_level().all_channels().first_valid_layer();
-        let layer = image.all_attributes().from_file(&path).unwrap().layer_data;
-        assert_eq!(layer.size, Vec2(3, 2));
-        let names: Vec<_> = layer.channel_data.list.iter().map(|c| c.name.to_string()).collect();
-        assert_eq!(names, ["A", "B", "G", "R", "error"]);
-        for (channel, place) in layer.channel_data.list.iter().zip([3, 2, 1, 0, 4]) {
-            let FlatSamples::F32(samples) = &channel.sample_data else { panic!("{} is not f32", channel.name) };
-            let of_frame = frame.pixels.iter().zip(&frame.error);
-            let expected: Vec<f32> = of_frame.map(|(p, e)| if place == 4 { *e } else { p[place] }).collect();
-            let bits = |v: &[f32]| v.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
-            assert_eq!(bits(samples), bits(&expected), "{}", channel.name);
+        for sampling_error in [vec![], vec![0.25, 1e-30, 0.0, 0.5, 1.0, 2e-3]] {
+            let (_folder, path, frame) = written(sampling_error);
+            let image = read().no_deep_data().largest_resolution_level().all_channels().first_valid_layer();
+            let layer = image.all_attributes().from_file(&path).unwrap().layer_data;
+            assert_eq!(layer.size, Vec2(3, 2));
+            let color = |k: usize| frame.pixels.iter().map(|pixel| pixel[k]).collect();
+            let channels: [(&str, Vec<f32>); 6] = [
+                ("A", color(3)),
+                ("B", color(2)),
+                ("G", color(1)),
+                ("R", color(0)),
+                ("error", frame.error.clone()),
+                ("sampling_error", frame.sampling_error.clone()),
+            ];
+            let expected: Vec<_> = channels.into_iter().filter(|(_, values)| !values.is_empty()).collect();
+            assert_eq!(layer.channel_data.list.len(), expected.len());
+            for (channel, (name, values)) in layer.channel_data.list.iter().zip(expected) {
+                let FlatSamples::F32(samples) = &channel.sample_data else { panic!("{} is not f32", channel.name) };
+                let bits = |v: &[f32]| v.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
+                assert_eq!(channel.name.to_string(), name);
+                assert_eq!(bits(samples), bits(&values), "{name}");
+            }
+            check_comments(layer.attributes);
         }
-        let said = layer.attributes.comments.unwrap();
+    }
+
+    fn check_comments(attributes: LayerAttributes) {
+        let said = attributes.comments.unwrap();
         let said = std::str::from_utf8(said.as_slice()).unwrap();
         for line in
             ["step: 7", "field: Größe", "quality: tolerance 2e-3, light off, every pixel traced", "camera: far away"]
@@ -80,7 +92,7 @@ mod tests {
 
     #[test]
     fn readers_of_rgba_see_the_picture() {
-        let (_folder, path, frame) = written();
+        let (_folder, path, frame) = written(vec![]);
         let picture = image::open(&path).unwrap();
         assert_eq!(picture.color(), image::ColorType::Rgba32F);
         let pixels: Vec<_> = picture.to_rgba32f().pixels().map(|p| p.0).collect();
@@ -89,8 +101,8 @@ mod tests {
 
     #[test]
     fn equal_frames_are_equal_files() {
-        let (_a, one, _) = written();
-        let (_b, other, _) = written();
+        let (_a, one, _) = written(vec![]);
+        let (_b, other, _) = written(vec![]);
         assert_eq!(std::fs::read(one).unwrap(), std::fs::read(other).unwrap());
     }
 }

@@ -7,10 +7,12 @@ use std::fmt;
 
 mod frame_report;
 mod legend;
+mod sampling;
 mod sharing;
 
 pub use frame_report::{DeviceReport, FrameReport, RanksReport, Timing};
 pub use legend::Legend;
+pub use sampling::{CellsPerPixel, SamplingError, SamplingReport};
 pub use sharing::Sharing;
 
 /// How much a frame's errors are to be relied on.
@@ -138,6 +140,9 @@ pub struct Frame {
     pub pixels: Vec<[f32; 4]>,
     /// For each pixel, how far any of its channels may be from the exact integral; see [`ErrorSummary`].
     pub error: Vec<f32>,
+    /// For each pixel, how far the mean of its rays may be from the mean over its area: an estimate, see
+    /// [`SamplingError`]. Empty where pixels are one ray each.
+    pub sampling_error: Vec<f32>,
     /// Name of the field that is shown.
     pub field: String,
     /// Description of the field; set by the caller.
@@ -167,6 +172,7 @@ impl Frame {
             ("field range".into(), range),
             ("error".into(), self.report.error.to_string()),
             ("quality".into(), self.report.quality.to_string()),
+            ("sampling".into(), self.report.sampling.to_string()),
         ];
         if !self.report.colors.is_empty() {
             lines.push(("colors".into(), self.of_each(|colors| colors.how.clone())));
@@ -216,6 +222,7 @@ pub(crate) mod tests {
             height: 2,
             pixels,
             error,
+            sampling_error: Vec::new(),
             field: "q".into(),
             description: Description::default(),
             descriptions: Vec::new(),

@@ -24,7 +24,8 @@ pub use animation::{Animated, write_animation};
 pub use atomic::Existing;
 pub use error_map::{write_error_map, write_error_map_with};
 pub use frame::{
-    Certainty, Colors, DeviceReport, ErrorSummary, Frame, FrameReport, Legend, RanksReport, Sharing, Timing,
+    CellsPerPixel, Certainty, Colors, DeviceReport, ErrorSummary, Frame, FrameReport, Legend, RanksReport,
+    SamplingError, SamplingReport, Sharing, Timing,
 };
 pub use outcomes::{Outcome, Outcomes};
 pub use write::{write_frame, write_frame_with, write_picture, write_picture_with};

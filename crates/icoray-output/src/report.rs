@@ -15,8 +15,11 @@ use std::path::{Path, PathBuf};
 /// traced rays beside the CPU, on rank 0, `left_to_cpu` why the CPU did instead, all or some; `color_min` and
 /// `color_max` are the values over which the colour map `colors` goes, which also says how they came to be these; of
 /// several maps they are the first one's, and `colors` has the ranges of all; `edge_pixels` are those with the edge of
-/// a surface in them, which show the mean of 8 rays each, and `rays` and what follows count these too.
-const HEADER: &str = "step,time_s,date,field,file,prepare_s,render_s,write_s,rays,columns,frusta,void_frusta,value_min,value_max,missing_values,error_max,error_mean,error_p999,error_kind,tolerance,over_tolerance,pixel_step,lights,threads,bytes_copied,copy_s,waited_s,bytes_derived,ranks,tiles,balance,gather_s,bytes_received,fragments,fragment_bytes,compose_s,sharing,device,left_to_cpu,upload_s,device_s,bytes_uploaded,color_min,color_max,colors,edge_pixels,left_out";
+/// a surface in them, which show the mean of 8 rays or more, and `rays` and what follows count these too; `samples` is the
+/// scene's, `rays_per_pixel` the mean number that pixels took, and `sampling_error_max` and `sampling_error_mean` the
+/// estimated errors of their means, empty where pixels are one ray each; cells per pixel are counted as in
+/// [`CellsPerPixel`](crate::frame::CellsPerPixel).
+const HEADER: &str = "step,time_s,date,field,file,prepare_s,render_s,write_s,rays,columns,frusta,void_frusta,value_min,value_max,missing_values,error_max,error_mean,error_p999,error_kind,tolerance,over_tolerance,pixel_step,lights,threads,bytes_copied,copy_s,waited_s,bytes_derived,ranks,tiles,balance,gather_s,bytes_received,fragments,fragment_bytes,compose_s,sharing,device,left_to_cpu,upload_s,device_s,bytes_uploaded,color_min,color_max,colors,edge_pixels,samples,rays_per_pixel,sampling_error_max,sampling_error_mean,cells_per_pixel_max,cells_per_pixel_mean,left_out";
 
 /// The line of a frame whose picture was written to `picture`.
 fn row(picture: &Path, frame: &Frame) -> String {
@@ -75,6 +78,12 @@ fn row(picture: &Path, frame: &Frame) -> String {
         number(r.colors.first().map(|c| c.range[1])),
         colors,
         r.edge_pixels.to_string(),
+        r.sampling.samples.to_string(),
+        format!("{:.3}", r.sampling.rays_per_pixel),
+        number(r.sampling.error.map(|error| error.max)),
+        number(r.sampling.error.map(|error| error.mean)),
+        format!("{:.3}", r.sampling.cells_per_pixel.max),
+        format!("{:.3}", r.sampling.cells_per_pixel.mean),
         r.left_out.join("; "),
     ];
     cells.map(|cell| csv_cell::quoted(&cell)).join(",")
@@ -141,7 +150,7 @@ pub(super) fn append(path: &Path, picture: &Path, frame: &Frame) -> Result<()> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::frame::{DeviceReport, RanksReport, Timing};
+    use crate::frame::{CellsPerPixel, DeviceReport, RanksReport, SamplingError, SamplingReport, Timing};
 
     #[test]
     fn a_row_has_a_cell_for_each_column() {
@@ -167,6 +176,12 @@ mod tests {
             bytes_uploaded: 5,
         };
         frame.report.error.over = 6;
+        frame.report.sampling = SamplingReport {
+            samples: 16,
+            rays_per_pixel: 5.25,
+            error: Some(SamplingError { max: 0.0625, mean: 0.03125 }),
+            cells_per_pixel: CellsPerPixel { max: 42.5, mean: 7.125 },
+        };
         frame.report.colors = vec![Colors { field: "q".into(), range: [-0.25, 1.5], how: "vik; fixed".into() }];
         let row = row(Path::new("folder/q.png"), &frame);
         let cells: std::collections::HashMap<_, _> = HEADER.split(',').zip(row.split(',')).collect();
@@ -178,6 +193,12 @@ mod tests {
             ("error_p999", f64::from(1e-3f32)),
             ("tolerance", 2e-3),
             ("over_tolerance", 6.0),
+            ("samples", 16.0),
+            ("rays_per_pixel", 5.25),
+            ("sampling_error_max", 0.0625),
+            ("sampling_error_mean", 0.03125),
+            ("cells_per_pixel_max", 42.5),
+            ("cells_per_pixel_mean", 7.125),
             ("threads", 3.0),
             ("bytes_copied", 4096.0),
             ("copy_s", 0.25),

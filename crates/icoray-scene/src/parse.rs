@@ -40,6 +40,7 @@ struct RawScene {
     method: Method,
     tolerance: Option<Spanned<f64>>,
     antialias: Option<bool>,
+    samples: Option<Spanned<i64>>,
     time_budget_ms: Option<Spanned<f64>>,
     #[serde(default)]
     precision: Precision,
@@ -181,6 +182,7 @@ fn checked(source: &Text, table: Spanned<DeTable>) -> Result<Scene> {
             Scene::DEFAULT_TOLERANCE,
         )?,
         antialias: raw.antialias.unwrap_or(true),
+        samples: source.count(raw.samples.as_ref(), "samples", Scene::MAX_SAMPLES, " rays per pixel", 1)?,
         time_budget_ms: raw
             .time_budget_ms
             .as_ref()

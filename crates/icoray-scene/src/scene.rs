@@ -95,13 +95,18 @@ pub struct Scene {
     /// needs.
     pub tolerance: f64,
     /// Whether pixels with the edge of a surface in them show the mean of several rays, where every pixel is traced;
-    /// else each pixel is one ray.
+    /// else each pixel is one ray, or its [samples](Self::samples).
     pub antialias: bool,
+    /// Most rays whose mean a pixel shows, 1 to [`Scene::MAX_SAMPLES`]; 1 is the ray through its middle. Where it is
+    /// more, pixels take 4 rays, and twice as many again while the estimated error of their mean is above
+    /// [`Scene::tolerance`]. Rays are averaged where every pixel is traced, on the CPU.
+    pub samples: u32,
     /// Milliseconds that a frame may take, from the field's pointers to its pixels; `None` is as long as it takes.
     ///
     /// Within it the renderer picks, from what a few rays are measured to cost: first a looser tolerance (up to 1e-2),
     /// then light that is not cut where the gradient turns, then fewer traced pixels; where gradients alone would
-    /// take half of the time, no light. [`Quality`](crate::quality::Quality) says what it was.
+    /// take half of the time, no light. [`Quality`](crate::quality::Quality) says what it was. Samples beyond a pixel's
+    /// first are taken as long as time is left.
     pub time_budget_ms: Option<f64>,
     /// Precision of the inner loop; scenes that are not plain ([`Scene::is_plain`]) have double precision throughout.
     pub precision: Precision,
@@ -122,6 +127,8 @@ impl Scene {
     pub const TOLERANCE: RangeInclusive<f64> = 1e-12..=0.5;
     /// The tolerance of a scene that names none.
     pub const DEFAULT_TOLERANCE: f64 = 1e-3;
+    /// Largest value of [`Scene::samples`].
+    pub const MAX_SAMPLES: u32 = 64;
 
     /// Name of the first volume's field. Empty where the scene names none, for the first of the fields that a renderer
     /// is given ([`Scene::name_first_field`]).

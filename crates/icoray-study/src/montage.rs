@@ -67,6 +67,7 @@ pub(crate) fn frame(width: u32, height: u32, pixels: Vec<[f32; 4]>) -> Frame {
         width,
         height,
         error: vec![0.0; pixels.len()],
+        sampling_error: Vec::new(),
         pixels,
         field: String::new(),
         description: Description::default(),

@@ -6,6 +6,8 @@
 //! tolerance stays as it is. So edge pixels depend on the picture alone: not on tiles, threads, ranks or devices.
 
 use crate::raster::{Pixel, Raster, SamplePoint, Tile, Tiling};
+use crate::sampling::Moments;
+use crate::scattered::ScatteredPixels;
 use glam::DVec3;
 use icoray_kernel::Counts;
 use icoray_kernel::signature::BoundarySignature;
@@ -61,8 +63,8 @@ impl Edges {
         self.silhouettes.is_empty() && !self.surfaces
     }
 
-    /// The edge pixels of a picture that was drawn to `tolerance`.
-    pub fn find(&self, scene: &Scene, tolerance: f64, picture: &[Pixel]) -> EdgePixels {
+    /// The numbers of the edge pixels of a picture that was drawn to `tolerance`, rising.
+    pub fn find(&self, scene: &Scene, tolerance: f64, picture: &[Pixel]) -> Vec<u32> {
         let view = View { scene, pixel: scene.camera.pixel_width(scene.height), picture };
         let may_show =
             |silhouette: &Silhouette, x: u32, y: u32, pixels: u32| view.may_show_limb(silhouette.radius, x, y, pixels);
@@ -78,8 +80,7 @@ impl Edges {
             let xs = runs.flat_map(|x| x..(x + RUN).min(scene.width));
             xs.filter(move |x| is_edge(*x, y)).map(move |x| y * scene.width + x).collect::<Vec<_>>()
         };
-        let pixels = (0..scene.height).into_par_iter().flat_map_iter(row).collect();
-        EdgePixels { width: scene.width, pixels }
+        (0..scene.height).into_par_iter().flat_map_iter(row).collect()
     }
 }
 
@@ -141,34 +142,19 @@ impl View<'_> {
     }
 }
 
-/// Pixels that show the mean of several rays.
+/// Pixels that show the mean of [`RAYS`] rays.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(crate) struct EdgePixels {
-    width: u32,
-    /// Their numbers in the picture, rising.
-    pixels: Vec<u32>,
-}
+pub(crate) struct EdgePixels(ScatteredPixels);
 
 impl EdgePixels {
+    /// The pixels with these numbers in the picture of a raster.
+    pub fn of_numbers(numbers: Vec<u32>, raster: Raster) -> Self {
+        EdgePixels(ScatteredPixels::new(raster.width, numbers, TILE))
+    }
+
     /// How many.
     pub fn count(&self) -> usize {
-        self.pixels.len()
-    }
-
-    /// Their numbers in the picture, rising.
-    pub fn into_numbers(self) -> Vec<u32> {
-        self.pixels
-    }
-
-    /// The pixels with these numbers in the picture of a raster.
-    pub fn of_numbers(pixels: Vec<u32>, raster: Raster) -> Self {
-        EdgePixels { width: raster.width, pixels }
-    }
-
-    /// A tile's.
-    fn of_tile(&self, tile: u32) -> &[u32] {
-        let start = tile as usize * TILE;
-        &self.pixels[start..(start + TILE).min(self.pixels.len())]
+        self.0.numbers().len()
     }
 
     /// Puts the pixels of all tiles into the picture, and adds up what their rays met.
@@ -176,27 +162,22 @@ impl EdgePixels {
     /// # Panics
     /// When a tile is missing or there twice.
     pub fn replace(&self, tiles: &[Tile], picture: &mut [Pixel]) -> Counts {
-        let mut is_there = vec![false; self.tiles() as usize];
-        let mut counts = Counts::default();
-        for Tile { number, counts: of_tile, pixels, .. } in tiles {
-            assert!(!std::mem::replace(&mut is_there[*number as usize], true), "tile {number} came twice");
-            counts += *of_tile;
-            for (at, pixel) in self.of_tile(*number).iter().zip(pixels) {
-                picture[*at as usize] = *pixel;
-            }
+        let (tiles, counts) = self.0.in_order(tiles);
+        let pixels = tiles.into_iter().flat_map(|tile| &tile.pixels);
+        for (at, pixel) in self.0.numbers().iter().zip(pixels) {
+            picture[*at as usize] = *pixel;
         }
-        assert!(is_there.iter().all(|there| *there), "a tile is missing");
         counts
     }
 }
 
 impl Tiling for EdgePixels {
     fn tiles(&self) -> u32 {
-        self.pixels.len().div_ceil(TILE) as u32
+        self.0.tiles()
     }
 
     fn pixels_of(&self, tile: u32) -> usize {
-        self.of_tile(tile).len()
+        self.0.of_tile(tile).len()
     }
 
     fn rays_per_pixel(&self) -> usize {
@@ -204,17 +185,14 @@ impl Tiling for EdgePixels {
     }
 
     fn sample_points(&self, tile: u32, emit: &mut dyn FnMut(SamplePoint)) {
-        for pixel in self.of_tile(tile) {
-            let middle = SamplePoint::middle(pixel % self.width, pixel / self.width, true);
-            for (number, offset) in PATTERN.iter().enumerate() {
-                let at = [0, 1].map(|axis| middle.at[axis] + f64::from(offset[axis]) / 16.0);
-                emit(SamplePoint { at, begins_row: number == 0 });
-            }
+        for number in self.0.of_tile(tile) {
+            let offsets = PATTERN.iter().map(|offset| offset.map(|sixteenths| f64::from(sixteenths) / 16.0));
+            ScatteredPixels::emit(offsets, self.0.place(*number), emit);
         }
     }
 
-    fn resolve(&self, rays: Vec<Pixel>) -> Vec<Pixel> {
-        rays.chunks_exact(RAYS).map(mean).collect()
+    fn resolve(&self, _: u32, rays: Vec<Pixel>) -> (Vec<Pixel>, Vec<Moments>) {
+        (rays.chunks_exact(RAYS).map(mean).collect(), Vec::new())
     }
 
     fn raster(&self) -> Option<Raster> {
@@ -223,11 +201,22 @@ impl Tiling for EdgePixels {
 }
 
 /// The mean of rays; its error is the mean of their errors plus rounding.
-fn mean(rays: &[Pixel]) -> Pixel {
-    let mean_of =
-        |value: &dyn Fn(&Pixel) -> f32| rays.iter().map(|ray| f64::from(value(ray))).sum::<f64>() / rays.len() as f64;
-    let color = [0, 1, 2, 3].map(|k| mean_of(&|ray| ray.color[k]) as f32);
-    let error = mean_of(&|ray| ray.error);
+pub(crate) fn mean(rays: &[Pixel]) -> Pixel {
+    weighted_mean(rays.iter().map(|ray| (ray, 1.0)))
+}
+
+/// The mean of pixels, each with its weight; its error is the mean of their errors plus rounding.
+pub(crate) fn weighted_mean<'p>(pixels: impl Iterator<Item = (&'p Pixel, f64)>) -> Pixel {
+    let (mut color, mut error, mut whole) = ([0.0; 4], 0.0, 0.0);
+    for (pixel, weight) in pixels {
+        for (sum, value) in color.iter_mut().zip(pixel.color) {
+            *sum += f64::from(value) * weight;
+        }
+        error += f64::from(pixel.error) * weight;
+        whole += weight;
+    }
+    let color = color.map(|sum| (sum / whole) as f32);
+    let error = error / whole;
     let largest = color.iter().fold(0.0f32, |most, c| most.max(*c));
     // The background alone is exact.
     let stored = if error > 0.0 { 0.5 * f64::from(f32::EPSILON) * f64::from(largest) } else { 0.0 };

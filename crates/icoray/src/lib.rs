@@ -34,6 +34,7 @@
 #![forbid(unsafe_code)]
 
 mod background;
+mod cells_per_pixel;
 mod compose;
 mod derive;
 pub mod device;
@@ -44,6 +45,8 @@ mod ranges;
 pub mod ranks;
 mod raster;
 mod render;
+mod sampling;
+mod scattered;
 mod snapshot;
 pub mod suggest;
 mod time_budget;
@@ -56,7 +59,8 @@ pub use icoray_grid::{
 };
 pub use icoray_kernel::{Counts, Frustum, Stretch, Traversal};
 pub use icoray_output::{
-    Certainty, Colors, DeviceReport, ErrorSummary, Frame, FrameReport, Legend, RanksReport, Sharing, Timing,
+    CellsPerPixel, Certainty, Colors, DeviceReport, ErrorSummary, Frame, FrameReport, Legend, RanksReport,
+    SamplingError, SamplingReport, Sharing, Timing,
 };
 pub use icoray_scene::{
     Adapter, Backend, Camera, Clip, ColorRange, Coloring, Condition, Derivation, Ground, HalfSpace, Heights, How,

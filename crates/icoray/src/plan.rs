@@ -1,5 +1,6 @@
 //! The plan: what one scene needs of one grid, set of layers and field. The only place that decides what is left out.
 
+use crate::cells_per_pixel::cells_per_pixel;
 use crate::ranks::Part;
 use icoray_grid::ColumnCount;
 use icoray_grid::Grid;
@@ -8,7 +9,7 @@ use icoray_grid::{Error, ErrorKind, Result};
 use icoray_grid::{Field, Location};
 use icoray_kernel::shade::Shading;
 use icoray_kernel::transfer::KernelKnot;
-use icoray_output::Sharing;
+use icoray_output::{CellsPerPixel, Sharing};
 use icoray_scene::{Scene, Scheme, Source};
 
 mod blocks;
@@ -114,6 +115,11 @@ impl Plan {
             (Scheme::Auto | Scheme::Tiles, None) => (Scheme::Tiles, "every rank has the whole grid"),
         };
         Ok(Sharing::because(scheme, why))
+    }
+
+    /// How many cells of the grid would fall into a pixel of the scene's picture.
+    pub fn cells_per_pixel(&self, scene: &Scene, grid: &Grid) -> CellsPerPixel {
+        cells_per_pixel(scene, grid, None, [self.radius[0], self.radius[self.radius.len() - 1]])
     }
 
     /// Data that are not computed or read for this scene, as text.

@@ -4,6 +4,7 @@ mod rect;
 
 pub use rect::Rect;
 
+use crate::sampling::Moments;
 use icoray_kernel::Counts;
 use icoray_kernel::signature::BoundarySignature;
 use rayon::prelude::*;
@@ -51,8 +52,13 @@ pub(crate) trait Tiling: Sync {
     /// Calls `emit` with the sample points of a tile, pixel by pixel.
     fn sample_points(&self, tile: u32, emit: &mut dyn FnMut(SamplePoint));
 
-    /// A tile's pixels, made of what its rays show.
-    fn resolve(&self, rays: Vec<Pixel>) -> Vec<Pixel>;
+    /// A tile's pixels, made of what its rays show, and the moments of each pixel's rays where they are samples of it.
+    fn resolve(&self, tile: u32, rays: Vec<Pixel>) -> (Vec<Pixel>, Vec<Moments>);
+
+    /// Whether tiles have the moments of their pixels' rays.
+    fn has_moments(&self) -> bool {
+        false
+    }
 
     /// The raster whose tiles these are, if they are a raster's.
     fn raster(&self) -> Option<Raster>;
@@ -71,8 +77,8 @@ pub(crate) fn trace<'a>(
         let mut counts = Counts::default();
         let mut places = Vec::with_capacity(tiling.pixels_of(*number) * tiling.rays_per_pixel());
         tiling.sample_points(*number, &mut |place| places.push(place));
-        let pixels = tiling.resolve(draw(&places, &mut counts));
-        Tile { number: *number, seconds: start.elapsed().as_secs_f64(), counts, pixels }
+        let rays = draw(&places, &mut counts);
+        Tile::resolved(tiling, *number, rays, start, counts)
     };
     tiles.par_iter().with_max_len(1).map(trace)
 }
@@ -98,6 +104,16 @@ pub(crate) struct Tile {
     pub counts: Counts,
     /// Its pixels, row by row.
     pub pixels: Vec<Pixel>,
+    /// For each pixel the moments of its rays, in a round of samples; else none.
+    pub moments: Vec<Moments>,
+}
+
+impl Tile {
+    /// What the rays of a tile of `tiling` show, which was begun at `start`.
+    pub fn resolved(tiling: &dyn Tiling, number: u32, rays: Vec<Pixel>, start: Instant, counts: Counts) -> Self {
+        let (pixels, moments) = tiling.resolve(number, rays);
+        Tile { number, seconds: start.elapsed().as_secs_f64(), counts, pixels, moments }
+    }
 }
 
 /// The pixels of a picture that are traced: each `step`-th in both directions, the last ones of a row and a column too.
@@ -228,8 +244,8 @@ impl Tiling for Raster {
         }
     }
 
-    fn resolve(&self, rays: Vec<Pixel>) -> Vec<Pixel> {
-        rays
+    fn resolve(&self, _: u32, rays: Vec<Pixel>) -> (Vec<Pixel>, Vec<Moments>) {
+        (rays, Vec::new())
     }
 
     fn raster(&self) -> Option<Raster> {

@@ -40,6 +40,7 @@ mod progress;
 mod rendered;
 mod renderer;
 mod round;
+mod samples;
 mod summary;
 mod work;
 

@@ -1,32 +1,51 @@
-//! Warnings about pictures with errors above the tolerance, one per view.
+//! Log lines about pictures with errors above the tolerance, and with many cells in a pixel, one of each per view.
 
 use crate::log::{Level, Log};
 use icoray_core::FrameReport;
 use icoray_core::output::Stamp;
 use std::collections::BTreeSet;
 
-/// Views with a logged warning.
+/// Views with a logged warning, and with a logged hint.
 #[derive(Debug, Default)]
 pub(super) struct ErrorWarnings {
-    logged: BTreeSet<String>,
+    logged: Views,
+    hinted: Views,
 }
+
+/// Names of views.
+#[derive(Debug, Default)]
+struct Views(BTreeSet<String>);
 
 /// Number of remembered views, after which they are forgotten: bounds the memory where a host invents names.
 const MOST: usize = 1000;
 
+impl Views {
+    /// Adds a view, and says whether it is a new one.
+    fn add(&mut self, view: Option<&str>) -> bool {
+        let name = view.unwrap_or_default();
+        if self.0.contains(name) {
+            return false;
+        }
+        if self.0.len() == MOST {
+            self.0.clear();
+        }
+        self.0.insert(name.to_owned())
+    }
+}
+
 impl ErrorWarnings {
-    /// Logs a warning for the first picture of a view that has pixels with an error above the tolerance.
+    /// Logs a warning for the first picture of a view that has pixels with an error above the tolerance, and a hint for
+    /// the first that shows many cells in a pixel by one ray.
     pub fn log_frame(&mut self, view: Option<&str>, stamp: &Stamp, report: &FrameReport, log: &Log) {
-        let error = &report.error;
-        if error.over == 0 || self.logged.contains(view.unwrap_or_default()) {
-            return;
-        }
-        if self.logged.len() == MOST {
-            self.logged.clear();
-        }
-        self.logged.insert(view.unwrap_or_default().to_owned());
         let step = stamp.step;
         let of = view.map_or_else(String::new, |view| format!(", view {view:?}"));
+        if let Some(hint) = report.sampling.hint().filter(|_| self.hinted.add(view)) {
+            log.say(Level::Info, &format!("step {step}{of}: {hint}"));
+        }
+        let error = &report.error;
+        if error.over == 0 || !self.logged.add(view) {
+            return;
+        }
         let (pixels, kind) = (if error.over == 1 { "pixel has" } else { "pixels have" }, error.certainty);
         let (over, max, tolerance) = (error.over, error.max, report.quality.tolerance);
         let line = format!(
@@ -40,7 +59,7 @@ impl ErrorWarnings {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use icoray_core::{ErrorSummary, Quality};
+    use icoray_core::{CellsPerPixel, ErrorSummary, Quality, SamplingReport};
     use std::ffi::{CStr, c_char, c_void};
 
     /// Keeps lines in the vector that `user` points to.
@@ -73,5 +92,29 @@ mod tests {
             (warn, format!("step 4, view \"north\": 1 pixel has an error above the tolerance 1e-3, {more}")),
         ];
         assert_eq!(lines, expected);
+    }
+
+    #[test]
+    fn samples_are_suggested_once_for_each_view() {
+        let mut lines: Vec<(i32, String)> = Vec::new();
+        let log = Log::new(Some(keep), (&raw mut lines).cast(), Level::Info as i32);
+        let mut errors = ErrorWarnings::default();
+        let report = |samples, mean| FrameReport {
+            sampling: SamplingReport {
+                samples,
+                cells_per_pixel: CellsPerPixel { max: 2.0 * mean, mean },
+                ..SamplingReport::default()
+            },
+            ..FrameReport::default()
+        };
+        for (step, view, samples, mean) in
+            [(1, None, 1, 2.0), (2, None, 4, 20.0), (3, None, 1, 20.0), (4, None, 1, 20.0), (5, Some("b"), 1, 20.0)]
+        {
+            errors.log_frame(view, &Stamp { step, time_s: 0.0, date: None }, &report(samples, mean), &log);
+        }
+        let info = Level::Info as i32;
+        assert_eq!(lines.len(), 2, "{lines:?}");
+        assert!(lines[0].0 == info && lines[0].1.starts_with("step 3: 20 cells fall into a pixel"), "{lines:?}");
+        assert!(lines[1].1.starts_with("step 5, view \"b\": 20 cells"), "{lines:?}");
     }
 }

@@ -77,6 +77,7 @@ impl Job<'_> {
             })
             .collect();
         let units = scene_fields.first().and_then(|first| first.info.description.units.as_deref());
+        let hint = report.sampling.hint().map_or_else(String::new, |hint| format!("\nhint      {hint}"));
         let before = format!(
             "picture   {} ({} x {})\n\
              {view}{}{heights}\
@@ -84,6 +85,7 @@ impl Job<'_> {
              rays      {}, {} columns, {} frusta ({} void)\n\
              error     {}\n\
              quality   {}\n\
+             sampling  {}; cells per pixel {}{hint}\n\
              seconds   open {:.3}, read {read_s:.3}, prepare {:.3}, render {:.3}, write ",
             path.display(),
             frame.width,
@@ -97,6 +99,8 @@ impl Job<'_> {
             counts.void_frusta,
             report.error,
             report.quality,
+            report.sampling,
+            report.sampling.cells_per_pixel,
             self.open_s,
             report.timing.prepare_s,
             report.timing.render_s,

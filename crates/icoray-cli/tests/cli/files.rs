@@ -36,12 +36,13 @@ fn a_named_picture_is_written_and_reported() {
         "rays      ",
         "error     at most ",
         "quality   tolerance 1e-3, light ",
+        "sampling  1 ray per pixel; cells per pixel mean 0.",
         "seconds   open ",
         "drawn on  ",
         "left out  table corner; the far side behind the core",
     ];
     has(&text, &expected);
-    assert_eq!(text.lines().count(), 9, "{text}");
+    assert_eq!(text.lines().count(), 10, "{text}");
     let picture = folder.path().join("out.png");
     shows_something(&picture, 96, 96);
     let date = "2013-10-25_00:00:00";
@@ -236,6 +237,23 @@ fn plan_says_what_is_left_out() {
     let read = format!("read: theta at cells, 4 layers ({bytes} bytes each time)\n");
     has(&text, &[&read, "left out: gradients (", "left out: table corner\n", "left out: native heights\n"]);
     assert_eq!(text.matches("read: ").count(), 1, "{text}");
+    has(&text, &["cells per pixel: mean 0."]);
+    assert!(!text.contains("hint"), "{text}");
+}
+
+#[test]
+fn samples_are_suggested_and_taken_where_cells_are_many() {
+    let folder = folder(&Made::history(), &scene("theta", 0.0, 42.0));
+    // The whole globe in one pixel.
+    let few = ["--size", "1x1", "-o", "out.png"];
+    has(&render(folder.path(), &few), &["sampling  1 ray per pixel; cells", "hint      ", "; samples = "]);
+    let plan = ["plan", "made.nc", "--scene", "scene.toml", "--size", "1x1"];
+    has(&prints(icoray(folder.path()).args(plan)), &["cells per pixel: mean ", "hint: "]);
+    let text = render(folder.path(), &["--size", "1x1", "-o", "out.png", "--samples", "8"]);
+    has(&text, &[" rays per pixel, error of their mean "]);
+    assert!(!text.contains("hint"), "{text}");
+    says(&folder.path().join("out.png"), &[("step", "0")]);
+    render_fails(folder.path(), &["--samples", "65"], 2, &["--samples", "65", "1..=64"]);
 }
 
 #[test]

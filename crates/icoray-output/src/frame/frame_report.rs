@@ -1,6 +1,6 @@
 //! Report of a frame: cost, error and statistics.
 
-use super::{Colors, ErrorSummary, Sharing};
+use super::{Colors, ErrorSummary, SamplingReport, Sharing};
 use icoray_kernel::Counts;
 use icoray_scene::Quality;
 
@@ -19,10 +19,12 @@ pub struct FrameReport {
     pub error: ErrorSummary,
     /// Quality of the frame: the scene's, or a lower one to stay within its time budget.
     pub quality: Quality,
-    /// Numbers of rays, columns and frusta, those of [`Self::edge_pixels`] included.
+    /// Rays per pixel, their sampling errors, and the cells that fall into a pixel.
+    pub sampling: SamplingReport,
+    /// Numbers of rays, columns and frusta, those of [`Self::edge_pixels`] and of samples included.
     pub counts: Counts,
     /// Number of pixels with the edge of a surface in them; each shows the mean of 8 rays in place of its first
-    /// ([`Scene::antialias`](icoray_scene::Scene::antialias)).
+    /// ([`Scene::antialias`](icoray_scene::Scene::antialias)), or of its samples, which are at least 8.
     pub edge_pixels: u64,
     /// Least and greatest value of the field; `None` if all are missing.
     pub value_range: Option<[f64; 2]>,

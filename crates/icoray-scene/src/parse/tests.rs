@@ -183,6 +183,19 @@ fn a_tolerance_is_above_0_and_at_most_a_half() {
 }
 
 #[test]
+fn a_pixel_takes_1_to_64_samples() {
+    assert_eq!(scene(GOOD).unwrap().samples, 1);
+    for good in [1, 6, 64] {
+        assert_eq!(with(&format!("samples = {good}")).unwrap().samples, good);
+    }
+    for bad in ["0", "-4", "65"] {
+        let expected = format!("line 5, key samples: {bad}, expected 1 to 64 rays per pixel");
+        assert_says(&with(&format!("samples = {bad}")).unwrap_err(), &expected, bad);
+    }
+    assert_says(&with("samples = 2.5").unwrap_err(), "line 5 (samples = 2.5)", "2.5");
+}
+
+#[test]
 fn a_scene_may_name_either_file_or_none() {
     let output = |lines: &str| {
         let (before, _) = GOOD.split_once("[output]").unwrap();

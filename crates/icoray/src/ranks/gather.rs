@@ -10,7 +10,7 @@ use crossbeam_channel::{Receiver, RecvTimeoutError, unbounded};
 use icoray_grid::threads::Threads;
 use icoray_grid::{Error, Result};
 use icoray_kernel::Counts;
-use icoray_output::{Certainty, ErrorSummary, RanksReport};
+use icoray_output::{CellsPerPixel, Certainty, ErrorSummary, RanksReport, SamplingError, SamplingReport};
 use icoray_scene::Quality;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
@@ -29,6 +29,11 @@ pub(crate) struct TileAssignment {
 }
 
 impl TileAssignment {
+    /// Tiles in turn to all ranks, where neighbours among the tiles are about as dear.
+    pub fn in_turn(quality: Quality, tiling: &dyn Tiling, ranks: &Ranks) -> Self {
+        TileAssignment { quality, owners: (0..tiling.tiles()).map(|tile| tile % ranks.size() as u32).collect() }
+    }
+
     /// The tiles of a rank.
     pub fn tiles_of(&self, rank: usize) -> Vec<u32> {
         (0..).zip(&self.owners).filter(|(_, owner)| **owner as usize == rank).map(|(tile, _)| tile).collect()
@@ -55,6 +60,8 @@ pub(crate) struct GatheredTiles {
 pub(crate) struct FrameSummary {
     pub error: ErrorSummary,
     pub counts: Counts,
+    pub edge_pixels: u64,
+    pub sampling: SamplingReport,
     /// Seconds, balance and bytes of the gathering.
     pub ranks: RanksReport,
 }
@@ -197,17 +204,30 @@ impl Ranks {
             return mine;
         }
         let summary = mine.map(|summary| {
-            let FrameSummary { error, counts, ranks } = summary;
+            let FrameSummary { error, counts, edge_pixels, sampling, ranks } = summary;
             let is_bound = error.certainty == Certainty::Bound;
             let statistics = ([error.max, error.mean, error.p999], error.over, is_bound);
-            (statistics, counts.numbers(), (ranks.gather_s, ranks.balance, ranks.bytes_received))
+            let SamplingReport { samples, rays_per_pixel, error, cells_per_pixel: cells } = sampling;
+            let sampling =
+                ((samples, rays_per_pixel), error.map(|error| [error.max, error.mean]), [cells.max, cells.mean]);
+            let gathering = (ranks.gather_s, ranks.balance, ranks.bytes_received);
+            (statistics, (counts.numbers(), edge_pixels), sampling, gathering)
         });
-        let (statistics, counts, (gather_s, balance, bytes_received)) = self.hear_root(summary)?;
+        let (statistics, (counts, edge_pixels), sampling, gathering) = self.hear_root(summary)?;
         let ([max, mean, p999], over, is_bound) = statistics;
+        let (gather_s, balance, bytes_received) = gathering;
+        let ((samples, rays_per_pixel), sampling_error, [cells_max, cells_mean]) = sampling;
         let certainty = if is_bound { Certainty::Bound } else { Certainty::Estimate };
         Ok(FrameSummary {
             error: ErrorSummary { max, mean, p999, over, certainty },
             counts: Counts::of_numbers(counts),
+            edge_pixels,
+            sampling: SamplingReport {
+                samples,
+                rays_per_pixel,
+                error: sampling_error.map(|[max, mean]: [f64; 2]| SamplingError { max, mean }),
+                cells_per_pixel: CellsPerPixel { max: cells_max, mean: cells_mean },
+            },
             ranks: RanksReport { gather_s, balance, bytes_received, ..RanksReport::default() },
         })
     }

@@ -2,6 +2,7 @@
 
 use super::wire::{WireError, decode, encode};
 use crate::raster::{Pixel, Tile, Tiling};
+use crate::sampling::Moments;
 use icoray_grid::{Error, ErrorKind, Result};
 use icoray_kernel::Counts;
 use icoray_kernel::signature::BoundarySignature;
@@ -24,7 +25,8 @@ enum Packed {
         counts: [u64; 7],
         /// The values of all pixels, or one value where all pixels have the same: opacity over a background, every
         /// channel off the globe.
-        channels: [Vec<f32>; CHANNELS],
+        channels: Box<[Vec<f32>; CHANNELS]>,
+        moments: Vec<Moments>,
     },
     End(std::result::Result<f64, WireError>),
 }
@@ -45,12 +47,12 @@ fn pixel([r, g, b, a, error, order, nearness]: [f32; CHANNELS]) -> Pixel {
 /// Encodes a tile.
 pub(super) fn tile(tile: &Tile) -> Vec<u8> {
     let pixels: Vec<_> = tile.pixels.iter().map(values).collect();
-    let channels = std::array::from_fn(|k| {
+    let channels = Box::new(std::array::from_fn(|k| {
         let is_uniform = pixels.iter().all(|pixel| pixel[k].to_bits() == pixels[0][k].to_bits());
         pixels.iter().map(|pixel| pixel[k]).take(if is_uniform { 1 } else { pixels.len() }).collect()
-    });
+    }));
     let (number, seconds, counts) = (tile.number, tile.seconds, tile.counts.numbers());
-    encode(&Packed::Tile { number, seconds, counts, channels })
+    encode(&Packed::Tile { number, seconds, counts, channels, moments: tile.moments.clone() })
 }
 
 /// Encodes the last message of a rank: the seconds that it drew, or its error.
@@ -60,8 +62,8 @@ pub(super) fn end(outcome: &Result<f64>) -> Vec<u8> {
 
 /// Decodes a message of `rank`.
 pub(super) fn read(bytes: &[u8], rank: usize, tiling: &dyn Tiling) -> Result<Sent> {
-    let (number, seconds, counts, channels) = match decode(bytes)? {
-        Packed::Tile { number, seconds, counts, channels } => (number, seconds, counts, channels),
+    let (number, seconds, counts, channels, moments) = match decode(bytes)? {
+        Packed::Tile { number, seconds, counts, channels, moments } => (number, seconds, counts, channels, moments),
         Packed::End(outcome) => return Ok(Sent::End(outcome.map_err(WireError::received))),
     };
     let invalid = |what: String| Err(Error::new(ErrorKind::Mpi, format!("rank {rank} sent {what}")));
@@ -69,10 +71,11 @@ pub(super) fn read(bytes: &[u8], rank: usize, tiling: &dyn Tiling) -> Result<Sen
         return invalid(format!("a tile {number} of {}", tiling.tiles()));
     }
     let count = tiling.pixels_of(number);
-    if channels.iter().any(|channel| channel.len() != count && channel.len() != 1) {
+    let is_short = |channel: &Vec<f32>| channel.len() != count && channel.len() != 1;
+    if channels.iter().any(is_short) || moments.len() != if tiling.has_moments() { count } else { 0 } {
         return invalid(format!("a tile {number} of other than {count} pixels"));
     }
     let value = |channel: &Vec<f32>, i: usize| channel[if channel.len() == 1 { 0 } else { i }];
     let pixels = (0..count).map(|i| pixel(channels.each_ref().map(|channel| value(channel, i)))).collect();
-    Ok(Sent::Tile(Tile { number, seconds, counts: Counts::of_numbers(counts), pixels }))
+    Ok(Sent::Tile(Tile { number, seconds, counts: Counts::of_numbers(counts), pixels, moments }))
 }

@@ -191,5 +191,5 @@ fn tile_of_rays(job: &Job, number: u32, rays: &[Traced]) -> Tile {
         background_blend(scene, brightest, Some(Radiance { color, alpha: absorbed, error, variance }.wide()))
     };
     let pixels = rays.iter().map(pixel).collect();
-    Tile { number, seconds: 0.0, counts, pixels }
+    Tile { number, seconds: 0.0, counts, pixels, moments: Vec::new() }
 }

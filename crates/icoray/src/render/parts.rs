@@ -173,8 +173,7 @@ impl Work<'_> {
             let pixel = background_blend(self.context.scene, composer.budget.brightest, light);
             rays.push(Pixel { surfaces: surfaces.unwrap_or_default(), ..pixel });
         });
-        let pixels = tiling.resolve(rays);
-        Tile { number, seconds: start.elapsed().as_secs_f64(), counts, pixels }
+        Tile::resolved(tiling, number, rays, start, counts)
     }
 }
 

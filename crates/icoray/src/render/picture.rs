@@ -5,13 +5,15 @@ use super::device::OnDevice;
 use super::prepare::FieldSummary;
 use super::rendered::Rendered;
 use super::round::{Cost, Rounds};
+use super::samples::{Manner, Sampled};
 use super::work::{Work, certainty, notes};
+use crate::cells_per_pixel::cells_per_pixel;
 use crate::ranks::{FrameSummary, Ranks};
 use crate::raster::Raster;
 use icoray_grid::Description;
 use icoray_grid::Result;
 use icoray_output::Legend;
-use icoray_output::{ErrorSummary, Frame, FrameReport, RanksReport, Timing};
+use icoray_output::{ErrorSummary, Frame, FrameReport, RanksReport, SamplingReport, Timing};
 use icoray_scene::name::Stamp;
 use std::time::Instant;
 
@@ -46,16 +48,21 @@ pub(super) fn draw(
     let picked_s = start.elapsed().as_secs_f64();
     let mut rounds = Rounds { work, on_device: &mut on_device, cost: Cost::default() };
     let drawn = rounds.whole(ranks, raster, &assignment)?;
-    let (edge_pixels, drawn) = rounds.edges(ranks, raster, quality, deadline, drawn)?;
+    let sampled = rounds.samples(ranks, Manner { raster, quality, deadline }, drawn)?;
     let cost = rounds.cost;
     let mut picture = None;
-    let summary = drawn.map(|drawn| {
+    let summary = sampled.map(|sampled| {
         let mut summary = FrameSummary { ranks: cost.ranks, ..FrameSummary::default() };
-        if let Some((drawn, counts)) = drawn {
+        if let Some(Sampled { drawn: (drawn, counts), edge_pixels, rays_per_pixel, error: off, summary: told }) =
+            sampled
+        {
             let error: Vec<f32> = drawn.iter().map(|p| p.error).collect();
             summary.error = ErrorSummary::of(&error, certainty(scene, &quality), quality.tolerance);
             summary.counts = counts;
-            picture = Some((drawn, error));
+            summary.edge_pixels = edge_pixels;
+            let cells_per_pixel = cells_per_pixel(scene, grid, part, work.radius);
+            summary.sampling = SamplingReport { samples: scene.samples, rays_per_pixel, error: told, cells_per_pixel };
+            picture = Some((drawn, error, off));
         }
         summary
     });
@@ -68,7 +75,8 @@ pub(super) fn draw(
         missing_values: *missing_values,
         quality,
         left_out: plan.left_out().to_vec(),
-        edge_pixels,
+        sampling: summary.sampling,
+        edge_pixels: summary.edge_pixels,
         ranks: RanksReport {
             tiles: assignment.tiles_of(ranks.rank()).len(),
             compose_s: cost.ranks.compose_s,
@@ -77,7 +85,7 @@ pub(super) fn draw(
         ..FrameReport::default()
     };
     on_device.report_to(&mut report);
-    let Some((drawn, error)) = picture else {
+    let Some((drawn, error, sampling_error)) = picture else {
         return Ok(Rendered::AtRoot(report));
     };
     Ok(Rendered::Here(Frame {
@@ -85,6 +93,7 @@ pub(super) fn draw(
         height: scene.height,
         pixels: drawn.iter().map(|p| p.color).collect(),
         error,
+        sampling_error,
         field: scene.field().to_owned(),
         description: Description::default(),
         descriptions: Vec::new(),

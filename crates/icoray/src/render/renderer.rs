@@ -104,8 +104,8 @@ impl Renderer {
 
     /// The same renderer, which calls `report(finished, total)` after each tile of a picture that this process draws,
     /// from the thread that drew it. `total` is the number of these tiles. The calls of one picture come in no
-    /// order, and none comes for probes of a time budget and for pixels at edges, which are traced again after the
-    /// last tile.
+    /// order, and none comes for probes of a time budget and for pixels that are traced again after the last tile: those
+    /// at edges, or all where the scene asks for several samples.
     ///
     /// ```
     /// use std::sync::Arc;
@@ -142,6 +142,9 @@ impl Renderer {
             let reason = FallbackReason::new("this icoray was built without the GPU");
             return Err((scene.backend == Backend::Gpu).then_some(reason));
         };
+        if scene.samples > 1 {
+            return Err(Some(FallbackReason::new(format!("the scene asks for samples = {}", scene.samples))));
+        }
         if scene.precision == Precision::F64 {
             return Err(Some(FallbackReason::new("the scene asks for precision = \"f64\"")));
         }

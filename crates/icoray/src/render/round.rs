@@ -1,5 +1,5 @@
 //! A round of a picture: tiles that are shared out among ranks, traced and gathered. A picture has one, and one more of
-//! the pixels at edges where there are any.
+//! the pixels at edges where there are any, or several of more samples of pixels (`samples.rs`).
 
 use super::context::FrameContext;
 use super::device::OnDevice;
@@ -41,7 +41,7 @@ impl Rounds<'_, '_, '_> {
     ///
     /// # Errors
     /// The same on all ranks.
-    fn trace(
+    pub(super) fn trace(
         &mut self,
         ranks: &mut Ranks,
         tiling: &dyn Tiling,
@@ -111,9 +111,9 @@ impl Rounds<'_, '_, '_> {
             Some((picture, _)) => ranks.attempt(|| {
                 let find = || self.work.edges.find(scene, quality.tolerance, picture);
                 let found = renderer.run(find);
-                let rays = (found.count() * edges::RAYS) as f64 / picture.len() as f64;
+                let rays = (found.len() * edges::RAYS) as f64 / picture.len() as f64;
                 let has_time = deadline.is_none_or(|deadline| deadline.has_time_for(render_s * rays));
-                Ok(if has_time { found.into_numbers() } else { Vec::new() })
+                Ok(if has_time { found } else { Vec::new() })
             }),
             None => Ok(Vec::new()),
         });
@@ -121,9 +121,7 @@ impl Rounds<'_, '_, '_> {
         if found.count() == 0 {
             return Ok((0, drawn));
         }
-        // Neighbours among the tiles are about as dear.
-        let owners = (0..found.tiles()).map(|tile| tile % ranks.size() as u32).collect();
-        let tiles = self.trace(ranks, &found, &TileAssignment { quality, owners }, None)?;
+        let tiles = self.trace(ranks, &found, &TileAssignment::in_turn(quality, &found, ranks), None)?;
         let replace = |(mut picture, mut counts): Drawn, tiles: &[Tile]| {
             counts += ranks.attempt(|| Ok(found.replace(tiles, &mut picture)))?;
             Ok((picture, counts))

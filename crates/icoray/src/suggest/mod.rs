@@ -76,6 +76,8 @@ pub struct Options {
     pub size: Option<(u32, u32)>,
     /// Largest error of a channel ([`Scene::tolerance`](icoray_scene::Scene::tolerance)).
     pub tolerance: Option<f64>,
+    /// Most rays per pixel ([`Scene::samples`](icoray_scene::Scene::samples)).
+    pub samples: Option<u32>,
     /// Who traces rays.
     pub backend: Option<Backend>,
     /// Which of several GPUs.

@@ -99,6 +99,7 @@ fn what_is_asked_for_is_in_the_text() {
         surface: None,
         size: Some((33, 21)),
         tolerance: Some(1e-5),
+        samples: Some(4),
         backend: Some(Backend::Cpu),
         device: Some(Adapter::Name("a \"b\"".into())),
         head: vec!["one\ntwo".into()],
@@ -109,6 +110,7 @@ fn what_is_asked_for_is_in_the_text() {
     let [lon, lat, distance, _] = scene.camera.place();
     assert!((lon + 60.0).abs() < 1e-9 && (lat - 12.5).abs() < 1e-9 && (distance - 3.0).abs() < 1e-9);
     assert_eq!((scene.exaggeration, scene.width, scene.height, scene.tolerance), (7.0, 33, 21, 1e-5));
+    assert_eq!(scene.samples, 4);
     let coloring = scene.volumes[0].coloring.as_ref().unwrap();
     assert_eq!(coloring.range(), ColorRange::Fixed([-2e-6, 4e-6]));
     assert!(coloring.describe().starts_with("plasma_r"));

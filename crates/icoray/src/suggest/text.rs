@@ -38,7 +38,7 @@ impl Suggested<'_> {
     }
 
     fn root(&self) -> String {
-        let Options { tolerance, backend, device, size, .. } = self.options;
+        let Options { tolerance, samples, backend, device, size, .. } = self.options;
         let mut text = String::new();
         let mut line = |key: &str, value: &str, what: &str| put(&mut text, key, value, what);
         line("field", &quoted(self.name), "a variable of the model");
@@ -47,6 +47,9 @@ impl Suggested<'_> {
         line("core", "\"#36424e\"", "the opaque planet below the lowest layer; or \"transparent\"");
         if let Some(tolerance) = tolerance {
             line("tolerance", &number(*tolerance), "largest error of a channel");
+        }
+        if let Some(samples) = samples {
+            line("samples", &samples.to_string(), "most rays per pixel");
         }
         if let Some(backend) = backend {
             let word = match backend {

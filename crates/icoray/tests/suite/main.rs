@@ -12,6 +12,7 @@ mod labels;
 mod lit;
 mod mixed;
 mod parts;
+mod samples;
 mod savings;
 mod several;
 mod spread;

@@ -1,0 +1,67 @@
+//! A round of samples: more rays for some pixels.
+
+use super::moments::Moments;
+use super::pattern::Pattern;
+use crate::edges::mean;
+use crate::raster::{Pixel, Raster, SamplePoint, Tiling};
+use crate::scattered::ScatteredPixels;
+use std::ops::Range;
+
+/// About how many rays a tile has: as many as one of a raster.
+const TILE_RAYS: usize = 256;
+
+/// Some of the samples of some pixels.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct SampleRound {
+    pub pixels: ScatteredPixels,
+    /// Which samples of each.
+    pub samples: Range<u32>,
+}
+
+impl SampleRound {
+    /// These samples of the pixels with these numbers in the picture of a raster.
+    pub fn new(raster: Raster, numbers: Vec<u32>, samples: Range<u32>) -> Self {
+        let per_tile = TILE_RAYS.div_ceil(samples.len());
+        SampleRound { pixels: ScatteredPixels::new(raster.width, numbers, per_tile), samples }
+    }
+}
+
+impl Tiling for SampleRound {
+    fn tiles(&self) -> u32 {
+        self.pixels.tiles()
+    }
+
+    fn pixels_of(&self, tile: u32) -> usize {
+        self.pixels.of_tile(tile).len()
+    }
+
+    fn rays_per_pixel(&self) -> usize {
+        self.samples.len()
+    }
+
+    fn sample_points(&self, tile: u32, emit: &mut dyn FnMut(SamplePoint)) {
+        for number in self.pixels.of_tile(tile) {
+            let place = self.pixels.place(*number);
+            let pattern = Pattern::of(place);
+            ScatteredPixels::emit(self.samples.clone().map(|sample| pattern.place(sample)), place, emit);
+        }
+    }
+
+    fn resolve(&self, tile: u32, rays: Vec<Pixel>) -> (Vec<Pixel>, Vec<Moments>) {
+        let pixels = self.pixels.of_tile(tile).iter().zip(rays.chunks_exact(self.samples.len()));
+        let of_pixel = |(number, rays): (&u32, &[Pixel])| {
+            let pattern = Pattern::of(self.pixels.place(*number));
+            let mean = mean(rays);
+            (mean, Moments::of(rays, &mean.color, &pattern, self.samples.clone()))
+        };
+        pixels.map(of_pixel).unzip()
+    }
+
+    fn has_moments(&self) -> bool {
+        true
+    }
+
+    fn raster(&self) -> Option<Raster> {
+        None
+    }
+}

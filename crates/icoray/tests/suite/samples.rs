@@ -1,0 +1,221 @@
+//! Means of several rays per pixel, against pictures of 144 pixels for each.
+
+use crate::common::{LIT, at_centers, bits, count_beyond, on_ranks, picture};
+use icoray::{Frame, FrameReport, Grid, IcosahedralMesh, Layers, Ranks, Rendered, Renderer, Scene};
+
+const LAYERS: usize = 4;
+const SIDE: u32 = 36;
+/// Pixels of a reference for each, in both directions.
+const MANY: u32 = 12;
+
+/// A grid with a field of chance, which is another one in each cell, or of one that rises along an axis.
+struct Data {
+    mesh: IcosahedralMesh,
+    values: Vec<f32>,
+}
+
+impl Data {
+    fn new(level: u32, value: impl Fn(usize, [f64; 3], usize) -> f64) -> Self {
+        let mesh = IcosahedralMesh::new(level).unwrap();
+        let grid = Grid::new(mesh.tables()).unwrap();
+        let direction = |cell: usize| grid.direction(cell as u32).to_array();
+        let all = |cell| (0..LAYERS).map(move |layer| (cell, layer));
+        let values = (0..grid.cells()).flat_map(all).map(|(cell, layer)| value(cell, direction(cell), layer) as f32);
+        let values = values.collect();
+        Data { mesh, values }
+    }
+
+    fn noise(level: u32) -> Self {
+        Data::new(level, |cell, _, _| f64::from((cell as u32).wrapping_mul(0x9E37_79B1) >> 8) / f64::from(1 << 24))
+    }
+
+    fn smooth(level: u32) -> Self {
+        Data::new(level, |_, [x, y, z], layer| 0.5 + 0.3 * (2.0 * x).sin() * y + 0.1 * z + 0.02 * layer as f64)
+    }
+
+    fn draw_over(&self, scene: &Scene, ranks: &mut Ranks, threads: usize) -> Rendered {
+        let grid = Grid::new(self.mesh.tables()).unwrap();
+        let heights: Vec<f64> = (0..LAYERS).map(|layer| 0.05 * layer as f64).collect();
+        let layers = Layers::from_heights(&heights, 1.0).unwrap();
+        let renderer = Renderer::new(threads).unwrap();
+        renderer.render_over(ranks, scene, &grid, None, &layers, &at_centers(&self.values, LAYERS)).unwrap()
+    }
+
+    fn draw(&self, scene: &Scene) -> Frame {
+        picture(vec![self.draw_over(scene, &mut Ranks::alone(), 2)]).0
+    }
+
+    fn draw_on(&self, scene: &Scene, ranks: usize) -> (Frame, Vec<FrameReport>) {
+        picture(on_ranks(ranks, |ranks| self.draw_over(scene, ranks, 1)))
+    }
+}
+
+const DENSE: &str =
+    "[transfer]\nmap = \"viridis\"\nrange = [0, 1]\nopacity = [[0, 0.1], [1, 0.95]]\nunit_length = 0.05\n";
+const CLEAR: &str = "[transfer]\nmap = \"viridis\"\nrange = [0, 1]\nopacity = [[0, 0.0]]\n";
+const DOME: &str = "[[isosurfaces]]\nfield = \"f\"\nvalue = 0.6\ncolor = \"crimson\"\n";
+
+fn scene(side: u32, keys: &str, tables: &str) -> Scene {
+    let text = format!(
+        "field = \"f\"\nbackend = \"cpu\"\ncore = \"white\"\n{keys}\n[image]\nwidth = {side}\nheight = {side}\n\
+         [camera]\nlon = 50\nlat = 20\ndistance = 3.6\nfov = 40\n{tables}"
+    );
+    Scene::parse(&text).unwrap()
+}
+
+/// The mean of many pixels for each.
+fn averaged(fine: &Frame) -> Vec<[f64; 4]> {
+    let side = fine.width / MANY;
+    let mut all = vec![[0.0; 4]; (side * side) as usize];
+    for (at, pixel) in (0..).zip(&fine.pixels) {
+        let (x, y) = (at % fine.width / MANY, at / fine.width / MANY);
+        for (sum, value) in all[(y * side + x) as usize].iter_mut().zip(pixel) {
+            *sum += f64::from(*value) / f64::from(MANY * MANY);
+        }
+    }
+    all
+}
+
+/// How far each pixel is from a reference.
+fn off(frame: &Frame, exact: &[[f64; 4]]) -> Vec<f64> {
+    let off =
+        |(a, b): (&[f32; 4], &[f64; 4])| a.iter().zip(b).map(|(a, b)| (f64::from(*a) - b).abs()).fold(0.0, f64::max);
+    frame.pixels.iter().zip(exact).map(off).collect()
+}
+
+/// What is shown, by name, of a field.
+fn shown<'d>(noise: &'d Data, smooth: &'d Data) -> Vec<(&'static str, &'d Data, String)> {
+    vec![
+        ("noise", noise, DENSE.into()),
+        ("lit noise", noise, format!("{DENSE}{LIT}")),
+        ("core", smooth, CLEAR.into()),
+        ("lit smooth", smooth, format!("{DENSE}{LIT}")),
+        ("isosurface", smooth, format!("{CLEAR}{DOME}")),
+    ]
+}
+
+#[test]
+fn means_are_those_of_areas_within_the_errors_told() {
+    let (noise, smooth) = (Data::noise(6), Data::smooth(5));
+    for (name, data, tables) in shown(&noise, &smooth) {
+        let exact = averaged(&data.draw(&scene(MANY * SIDE, "antialias = false", &tables)));
+        let mean_off = |frame: &Frame| off(frame, &exact).iter().sum::<f64>();
+        let one = mean_off(&data.draw(&scene(SIDE, "antialias = false", &tables)));
+        for (samples, better) in [(4, 1.5), (16, 4.0), (64, 8.0)] {
+            let frame = data.draw(&scene(SIDE, &format!("samples = {samples}\nantialias = false"), &tables));
+            let now = mean_off(&frame);
+            assert!(one > better * now, "{name}, {samples}: {one} and {now} off");
+            // 144 rays do not give the mean over the area either.
+            let told = frame.sampling_error.iter().zip(&frame.error).map(|(sampling, error)| sampling + error + 5e-4);
+            let beyond =
+                off(&frame, &exact).into_iter().zip(told).filter(|(off, told)| *off > f64::from(*told)).count();
+            let shown = frame.error.iter().filter(|error| **error > 0.0).count();
+            assert!(beyond * 20 <= shown, "{name}, {samples}: {beyond} of {shown}");
+            let sampling = frame.report.sampling;
+            let error = sampling.error.unwrap();
+            let largest = frame.sampling_error.iter().fold(0.0f32, |largest, error| largest.max(*error));
+            assert_eq!(error.max, f64::from(largest), "{name}");
+            assert!(error.mean > 0.0 && error.mean < error.max, "{name}: {error:?}");
+            assert!(sampling.rays_per_pixel <= f64::from(samples), "{name}: {sampling:?}");
+        }
+    }
+}
+
+#[test]
+fn pixels_at_edges_take_no_fewer_rays_than_without_samples() {
+    let data = Data::smooth(4);
+    for tables in [CLEAR.to_owned(), format!("{CLEAR}{DOME}")] {
+        let exact = averaged(&data.draw(&scene(MANY * SIDE, "antialias = false", &tables)));
+        let [one, two] = [1, 2].map(|n| data.draw(&scene(SIDE, &format!("samples = {n}"), &tables)));
+        // Beside the shell, pixels next to an edge take no samples.
+        let edge_pixels = [&one, &two].map(|frame| frame.report.edge_pixels);
+        assert!(edge_pixels[1] > 100 && (0..5).contains(&(edge_pixels[0] - edge_pixels[1])), "{edge_pixels:?}");
+        let [one, two] = [one, two].map(|frame| off(&frame, &exact).iter().sum::<f64>());
+        assert!(two < 1.5 * one, "{one} and {two} off");
+    }
+}
+
+#[test]
+fn smooth_pictures_take_no_more_than_the_first_round() {
+    let data = Data::smooth(6);
+    let near = |keys: &str| {
+        let mut scene = scene(64, keys, DENSE);
+        scene.camera = icoray::Camera::above(50.0, 20.0, 2.5, 12.0).unwrap();
+        data.draw(&scene)
+    };
+    let frame = near("samples = 64\ntolerance = 5e-3");
+    let sampling = frame.report.sampling;
+    assert!((4.0..4.4).contains(&sampling.rays_per_pixel), "{sampling:?}");
+    assert!(sampling.error.unwrap().mean < 5e-3, "{sampling:?}");
+    // Where all of it is to be exact, all take all.
+    assert!(near("samples = 16\ntolerance = 1e-9").report.sampling.rays_per_pixel > 15.9);
+}
+
+#[test]
+fn one_sample_is_the_ray_through_the_middle() {
+    let data = Data::noise(4);
+    for tables in [DENSE.to_owned(), format!("{DENSE}{LIT}"), format!("{CLEAR}{DOME}")] {
+        let [plain, one, several] =
+            ["", "samples = 1", "samples = 8"].map(|keys| data.draw(&scene(SIDE, keys, &tables)));
+        assert_eq!(bits(&plain), bits(&one));
+        assert_eq!(plain.report.counts, one.report.counts);
+        let sampling = one.report.sampling;
+        assert_eq!((sampling.samples, sampling.rays_per_pixel, sampling.error), (1, 1.0, None));
+        assert!(one.sampling_error.is_empty() && several.sampling_error.len() == several.pixels.len());
+        // Beside the shell pixels stay as they are.
+        let corner = [&one, &several].map(|frame| frame.pixels[0]);
+        assert_eq!((corner[0], several.error[0], several.sampling_error[0]), (corner[1], 0.0, 0.0));
+        assert!(several.report.counts.rays > one.report.counts.rays);
+    }
+}
+
+#[test]
+fn samples_are_the_same_on_any_threads_and_ranks() {
+    let (noise, smooth) = (Data::noise(4), Data::smooth(4));
+    let all_bits = |frame: &Frame| {
+        let sampling: Vec<u32> = frame.sampling_error.iter().map(|error| error.to_bits()).collect();
+        (bits(frame), sampling)
+    };
+    for (name, data, tables) in shown(&noise, &smooth) {
+        let scene = scene(SIDE, "samples = 12", &tables);
+        let expected = data.draw(&scene);
+        for threads in [1, 8] {
+            let frame = picture(vec![data.draw_over(&scene, &mut Ranks::alone(), threads)]).0;
+            assert!(all_bits(&frame) == all_bits(&expected), "{name} on {threads} threads");
+        }
+        for ranks in [2, 5] {
+            let (frame, reports) = data.draw_on(&scene, ranks);
+            assert!(all_bits(&frame) == all_bits(&expected), "{name} on {ranks} ranks");
+            assert_eq!(frame.report.counts.rays, expected.report.counts.rays, "{name}");
+            for report in reports {
+                assert_eq!(report.sampling, expected.report.sampling, "{name}");
+                assert_eq!(report.edge_pixels, expected.report.edge_pixels, "{name}");
+            }
+        }
+    }
+}
+
+#[test]
+fn fragments_have_samples_too() {
+    let (noise, smooth) = (Data::noise(3), Data::smooth(3));
+    for (name, data, tables) in shown(&noise, &smooth) {
+        let [whole, pieces] = ["tiles", "fragments"].map(|ranks| {
+            let keys = format!("samples = 8\ntolerance = 1e-6\nprecision = \"f64\"\nranks = \"{ranks}\"");
+            scene(SIDE, &keys, &tables)
+        });
+        let (expected, (frame, reports)) = (data.draw(&whole), data.draw_on(&pieces, 3));
+        assert_eq!(count_beyond(&frame, &expected, 0.0), 0, "{name}");
+        let rays = [&frame, &expected].map(|frame| frame.report.sampling.rays_per_pixel);
+        assert!((rays[0] - rays[1]).abs() < 0.01 && rays[0] > 4.0, "{name}: {rays:?}");
+        assert!(reports.iter().all(|report| report.sampling == frame.report.sampling), "{name}");
+    }
+}
+
+#[test]
+fn samples_are_taken_where_a_budget_leaves_time() {
+    let data = Data::noise(3);
+    let hurried = data.draw(&scene(SIDE, "samples = 16\ntime_budget_ms = 1", DENSE)).report;
+    assert_eq!((hurried.sampling.rays_per_pixel, hurried.sampling.error), (1.0, None));
+    let patient = data.draw(&scene(SIDE, "samples = 16\ntime_budget_ms = 1e9", DENSE)).report;
+    assert!(patient.sampling.rays_per_pixel > 10.0 && patient.sampling.error.is_some(), "{patient:?}");
+}
