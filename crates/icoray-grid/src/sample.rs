@@ -221,7 +221,14 @@ impl<'a> AnySamples<'a> {
         let Reals::F32(data) = self.data else { return None };
         let SampleMapping { elements, has_fill, fill, shift, scale } = self.reading;
         let fill = has_fill.then(|| f32::exact(fill)).flatten();
-        Some(PlainSamples { data, column: elements.plain_column(), layer_stride: elements.layer_stride(), fill, shift, scale })
+        Some(PlainSamples {
+            data,
+            column: elements.plain_column(),
+            layer_stride: elements.layer_stride(),
+            fill,
+            shift,
+            scale,
+        })
     }
 
     /// The base of the column over `cell`, for [`Self::get`].

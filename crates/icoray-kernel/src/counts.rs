@@ -29,7 +29,9 @@ impl Counts {
 
     /// The counts of which these are [`Self::numbers`].
     #[inline]
-    pub fn of_numbers([rays, columns, frusta, void_frusta, scalar_pieces, fragments, fragment_bytes]: [u64; 7]) -> Self {
+    pub fn of_numbers(
+        [rays, columns, frusta, void_frusta, scalar_pieces, fragments, fragment_bytes]: [u64; 7],
+    ) -> Self {
         Counts { rays, columns, frusta, void_frusta, scalar_pieces, fragments, fragment_bytes }
     }
 }

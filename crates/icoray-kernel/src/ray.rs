@@ -13,9 +13,9 @@ mod frustum;
 pub(crate) mod scalar;
 pub use crate::budget::Budget;
 pub use crate::fragment::Fragment;
+pub use crate::packet::packets;
 pub use crate::single_volume::SingleVolumeTracer;
 pub use crate::trace::{PrimaryRay, Tracer};
-pub use crate::packet::packets;
 
 /// A precision for which the kernel is compiled: `f32` or `f64`.
 pub trait KernelReal: Real {

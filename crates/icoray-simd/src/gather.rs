@@ -61,7 +61,7 @@ mod x86 {
 
         #[inline(always)]
         fn gather_vector(self, table: Table<'_, [f64; 3]>, index: Numbers<Self>) -> [Wide<Self>; 3] {
-            let index = index.min(u32x8::splat(self, table.last() ));
+            let index = index.min(u32x8::splat(self, table.last()));
             let index: __m256i = (index + (index << 1)).into();
             let from: *const f64 = table.elements().as_ptr().cast();
             // SAFETY: above; three numbers are read of an element of three.
@@ -186,7 +186,7 @@ mod x86 {
 
         #[inline(always)]
         fn gather_vector(self, table: Table<'_, [f64; 3]>, index: Numbers<Self>) -> [Wide<Self>; 3] {
-            let index = index.min(u32x16::splat(self, table.last() ));
+            let index = index.min(u32x16::splat(self, table.last()));
             let index: __m512i = (index + (index << 1)).into();
             let from: *const f64 = table.elements().as_ptr().cast();
             // SAFETY: above; three numbers are read of an element of three.

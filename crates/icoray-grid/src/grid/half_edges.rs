@@ -93,10 +93,9 @@ mod tests {
             let (triangle, k) = (number / 3, number % 3);
             let (cells, beyond) = grid.counterclockwise(triangle as u32);
             assert_eq!((side[TRIANGLE] as usize, side[APEX]), (triangle, cells[(k + 2) % 3]));
-            for (turn, [left, right], beyond) in [
-                (0, [side[APEX], cells[(k + 1) % 3]], beyond[k]),
-                (1, [cells[k], side[APEX]], beyond[(k + 1) % 3]),
-            ] {
+            for (turn, [left, right], beyond) in
+                [(0, [side[APEX], cells[(k + 1) % 3]], beyond[k]), (1, [cells[k], side[APEX]], beyond[(k + 1) % 3])]
+            {
                 let next = side[NEXT + turn];
                 let (there, _) = grid.counterclockwise(next / 3);
                 let k = next as usize % 3;

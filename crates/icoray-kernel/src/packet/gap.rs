@@ -132,7 +132,8 @@ impl<V: Machine> Lanes<V> {
         let is_rising = self.rising.test(lane);
         let (gap, layer) = if is_rising {
             let above = blocks & u32::MAX.checked_shl(block + 1).unwrap_or(0);
-            let gap = if above == 0 { shell.layers() } else { ((above.trailing_zeros() << visible.shift) + 1) as usize };
+            let gap =
+                if above == 0 { shell.layers() } else { ((above.trailing_zeros() << visible.shift) + 1) as usize };
             (gap.min(shell.layers()), gap.min(shell.layers()) - 1)
         } else {
             let below = blocks & ((1 << block) - 1);

@@ -104,7 +104,8 @@ impl<'p, V: Machine> Integral<'p, V> {
         let absorbed = absorbed_by(simd, self.depth);
         let (length, slope, bend) = (self.part.length, self.medium.slope, self.bend);
         let offset = 0.288_675_13;
-        let weight = (self.weighted(0.5 - offset) + self.weighted(0.5 + offset)) * 0.5 + length * slope * bend * bend * (1.0 / 270.0);
+        let weight = (self.weighted(0.5 - offset) + self.weighted(0.5 + offset)) * 0.5
+            + length * slope * bend * bend * (1.0 / 270.0);
         let error = self.medium.steepest * (self.gauss_error() + self.skew(absorbed));
         let allowed = absorbed * color_tolerance;
         let is_exact = error.simd_le(allowed);

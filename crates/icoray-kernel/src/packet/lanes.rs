@@ -1,13 +1,13 @@
 //! The rays of a packet, a lane each, and their step from column to column.
 
-use super::medium::number;
 use super::MOST;
+use super::medium::number;
 use super::part::{Part, all};
 use crate::plane::Plane;
 use crate::walk::Side;
 use fearless_simd::prelude::*;
-use icoray_grid::Grid;
 use glam::DVec3;
+use icoray_grid::Grid;
 use icoray_grid::grid::half_edges::{HalfEdge, half_edge};
 use icoray_simd::{Floats, Machine, Mask, Numbers, Table, Wide, WideMask, wide_mask};
 
@@ -227,11 +227,7 @@ impl<V: Machine> Lanes<V> {
         let record = simd.gather_record(mesh.half_edges, self.half_edge);
         let (apex, triangles) = (record[half_edge::APEX], record[half_edge::TRIANGLE]);
         let direction = simd.gather_vector(mesh.directions, apex);
-        let seen = [
-            dot(&direction, &self.axes[0]),
-            dot(&direction, &self.axes[1]),
-            dot(&direction, &self.axes[2]),
-        ];
+        let seen = [dot(&direction, &self.axes[0]), dot(&direction, &self.axes[1]), dot(&direction, &self.axes[2])];
         let (zero, one) = (Wide::splat(simd, 0.0), Wide::splat(simd, 1.0));
         let on_left = seen[2].ge(zero);
         let [mut left, mut right] = [self.left, self.right];
@@ -278,14 +274,7 @@ impl<V: Machine> Lanes<V> {
 
     /// The exit of the last column becomes the entry of the next, over the triangle with this apex.
     #[inline(always)]
-    fn enter(
-        &mut self,
-        step: Mask<V>,
-        wide: WideMask<V>,
-        on_left: Mask<V>,
-        apex: Numbers<V>,
-        triangles: Numbers<V>,
-    ) {
+    fn enter(&mut self, step: Mask<V>, wide: WideMask<V>, on_left: Mask<V>, apex: Numbers<V>, triangles: Numbers<V>) {
         for [left, right, new] in [&mut self.cells, &mut self.bases] {
             *left = (step & self.on_left).select(*new, *left);
             *right = (step & !self.on_left).select(*new, *right);

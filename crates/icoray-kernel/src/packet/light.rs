@@ -56,11 +56,7 @@ impl<'t> Slopes<'t> {
             Slopes::None => [all(simd, 0.0); 3],
             Slopes::Whole(table, _) => {
                 let first = index + (index << 1);
-                [
-                    simd.gather_f32(*table, first),
-                    simd.gather_f32(*table, first + 1),
-                    simd.gather_f32(*table, first + 2),
-                ]
+                [simd.gather_f32(*table, first), simd.gather_f32(*table, first + 1), simd.gather_f32(*table, first + 2)]
             }
             Slopes::Packed(table, _) => {
                 let (low, high) = simd.gather_u64(*table, index);
@@ -189,7 +185,8 @@ impl<V: Machine> Lit<V> {
     pub fn shade(&self, simd: V, common: &RayShading<f32>, piece: &Piece<'_, V>) -> Shade<V> {
         let Piece { part, medium, ends, range: [from, to], eps } = *piece;
         let middle = (from + to) * 0.5;
-        let gradients = [self.gradient(simd, from, eps), self.gradient(simd, middle, eps), self.gradient(simd, to, eps)];
+        let gradients =
+            [self.gradient(simd, from, eps), self.gradient(simd, middle, eps), self.gradient(simd, to, eps)];
         let turn = Turns::of(simd, &gradients, part.eps, Spread::of(simd, part, medium, ends));
         let (body, tilt, dim) = self.mean_body(simd, common, &turn, piece);
         let (highlight, faint) = self.mean_highlight(simd, common, &turn);

@@ -11,21 +11,21 @@
 
 use crate::counts::Counts;
 use crate::piece::Radiance;
+use crate::plane::RayLine;
 use crate::ray::scalar::Ray;
+use crate::shade::RayShading;
 use crate::signature::BoundarySignature;
 use crate::single_volume::SingleVolumeTracer;
 use crate::trace::queue::RowHints;
 use crate::trace::{PrimaryRay, Report};
 use crate::walk::Side;
-use crate::plane::RayLine;
-use crate::shade::RayShading;
 use fearless_simd::{Level, Simd, prelude::*};
 use glam::DVec3;
 use icoray_grid::array::MapInline;
 use icoray_grid::real::lerp;
 use icoray_simd::{Machine, Mask, Table};
-use light::{Lit, Slopes};
 use lanes::{Entries, Lanes, Mesh, lanes_of};
+use light::{Lit, Slopes};
 use medium::SpanTables;
 use read::Source;
 

@@ -182,10 +182,7 @@ impl<V: Machine> Way<V> {
         let (ab, ac, ad) = (b - a, c - a, d - a);
         let (de, df) = (e - d, f - d);
         let low = [entry[1].mul_add(ac, entry[0] * ab), exit[1].mul_add(ac, exit[0] * ab)];
-        let high = [
-            entry[1].mul_add(df, entry[0].mul_add(de, ad)),
-            exit[1].mul_add(df, exit[0].mul_add(de, ad)),
-        ];
+        let high = [entry[1].mul_add(df, entry[0].mul_add(de, ad)), exit[1].mul_add(df, exit[0].mul_add(de, ad))];
         let rise = [high[0] - low[0], high[1] - low[1]];
         let [from, to] = self.place.map_inline(|place| {
             let is_above = place.simd_eq(1.0);

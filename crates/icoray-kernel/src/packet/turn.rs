@@ -100,13 +100,10 @@ impl<V: Machine> Turns<V> {
             has_gap = (has_a | has_m | has_b) & !(has_a & has_m & has_b);
         }
         let rise = [nb[0] - na[0], nb[1] - na[1], nb[2] - na[2]];
-        let bend = [second::<V>(na[0], nm[0], nb[0]), second::<V>(na[1], nm[1], nb[1]), second::<V>(na[2], nm[2], nb[2])];
+        let bend =
+            [second::<V>(na[0], nm[0], nb[0]), second::<V>(na[1], nm[1], nb[1]), second::<V>(na[2], nm[2], nb[2])];
         let sixth = 1.0 / 6.0;
-        let mean = [
-            bend[0].mul_add(sixth, nm[0]),
-            bend[1].mul_add(sixth, nm[1]),
-            bend[2].mul_add(sixth, nm[2]),
-        ];
+        let mean = [bend[0].mul_add(sixth, nm[0]), bend[1].mul_add(sixth, nm[1]), bend[2].mul_add(sixth, nm[2])];
         let (rise2, bend2) = (dot::<V>(&rise, &rise), dot::<V>(&bend, &bend));
         let angle2 = rise2 + bend2 + dot::<V>(&rise, &bend).abs() * 2.0;
         let (angle, bend_length) = (angle2.sqrt(), bend2.sqrt());

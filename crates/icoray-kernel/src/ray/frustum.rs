@@ -133,7 +133,14 @@ impl<T: Real, const N: usize> Ray<'_, '_, T, N> {
 
     /// Adds the light of a piece that stays in span `k`.
     #[inline]
-    pub fn piece(&mut self, piece: &Segment<T>, k: usize, interpolant: &FrustumInterpolant<T, N>, range: [T; 2], reach: T) {
+    pub fn piece(
+        &mut self,
+        piece: &Segment<T>,
+        k: usize,
+        interpolant: &FrustumInterpolant<T, N>,
+        range: [T; 2],
+        reach: T,
+    ) {
         let span = self.tracer.spans.span(k);
         if span.is_clear_in(piece) {
             return;

@@ -53,6 +53,11 @@ impl Row {
         self.seconds[self.seconds.len() / 2]
     }
 
+    /// Pieces and frusta that rays in packets left to scalar code, in percent of the frusta that were read.
+    pub fn scalar_percent(&self) -> f64 {
+        100.0 * self.report.counts.scalar_pieces as f64 / self.report.counts.frusta.max(1) as f64
+    }
+
     /// Frusta per second in rays, crossed and read.
     pub fn rates(&self) -> [f64; 2] {
         [self.crossed, self.report.counts.frusta].map(|frusta| frusta as f64 / self.report.timing.render_s)

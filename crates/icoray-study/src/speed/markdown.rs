@@ -149,7 +149,23 @@ impl Measured<'_> {
             });
             text += &line(&self.grid(size), rates);
         }
+        text += &self.scalar(&names, tolerance);
         text += &self.instructions(&names);
+        text
+    }
+
+    /// What is left to scalar code, at the first number of threads and this tolerance.
+    fn scalar(&self, names: &[&str], tolerance: f64) -> String {
+        let mut text = String::new();
+        for (size, light) in
+            self.sizes().into_iter().flat_map(|size| self.options.lights.iter().map(move |l| (size, *l)))
+        {
+            let shares = names.iter().map(|name| {
+                let row = self.find(size, light, tolerance, name).next();
+                row.map_or_else(String::new, |row| format!("{:.2} %", row.scalar_percent()))
+            });
+            text += &line(&format!("{}, {light}: pieces left to scalar code, of frusta read", self.grid(size)), shares);
+        }
         text
     }
 

@@ -5,7 +5,7 @@ use super::machine::Bandwidth;
 use super::options::{Options, cores};
 
 pub(super) const COLUMNS: &str = "level,layers,cells,pixels,threads,transfer,light,tolerance,method,precision,frames,\
-    frame_least_s,frame_median_s,prepare_s,render_s,rays,columns,frusta_crossed,frusta_read,\
+    frame_least_s,frame_median_s,prepare_s,render_s,rays,columns,frusta_crossed,frusta_read,scalar_pieces,\
     frusta_crossed_per_s,frusta_read_per_s,bytes_read,bandwidth_percent,field_bytes,derived_bytes";
 
 /// The bandwidths in words.
@@ -31,7 +31,8 @@ pub(super) fn cells(row: &Row, options: &Options, bandwidths: &[Bandwidth]) -> V
     cells.push(row.seconds.len().to_string());
     let seconds = [row.least_s(), row.median_s(), timing.prepare_s, timing.render_s];
     cells.extend(seconds.map(|s| format!("{s:.6}")));
-    cells.extend([counts.rays, counts.columns, row.crossed, counts.frusta].map(|n| n.to_string()));
+    cells
+        .extend([counts.rays, counts.columns, row.crossed, counts.frusta, counts.scalar_pieces].map(|n| n.to_string()));
     cells.extend(row.rates().map(|rate| format!("{rate:.4e}")));
     cells.extend([row.bytes.to_string(), format!("{:.2}", percent(row, bandwidths))]);
     cells.extend([row.field_bytes, row.report.derived_bytes].map(|n| n.to_string()));
@@ -40,14 +41,14 @@ pub(super) fn cells(row: &Row, options: &Options, bandwidths: &[Bandwidth]) -> V
 
 /// The head of the lines.
 pub(super) const HEADING: &str = "transfer light toler. threads  least s median s prepare s   rays s    columns     frusta crossed/s    \
-    read/s  GB read of memory derived";
+    read/s scalar  GB read of memory derived";
 
 /// A row's line.
 pub(super) fn line(row: &Row, bandwidths: &[Bandwidth]) -> String {
     let (setting, report) = (&row.setting, &row.report);
     let [crossed, read] = row.rates();
     format!(
-        "{:>8} {:>5} {:>6.0e} {:>7} {:>8.3} {:>8.3} {:>9.3} {:>8.3} {:>10} {:>10} {crossed:>9.2e} {read:>9.2e} {:>8.2} {:>8.1}% {:>6.1}%",
+        "{:>8} {:>5} {:>6.0e} {:>7} {:>8.3} {:>8.3} {:>9.3} {:>8.3} {:>10} {:>10} {crossed:>9.2e} {read:>9.2e} {:>5.1}% {:>8.2} {:>8.1}% {:>6.1}%",
         setting.case.name,
         setting.light,
         setting.tolerance,
@@ -58,6 +59,7 @@ pub(super) fn line(row: &Row, bandwidths: &[Bandwidth]) -> String {
         report.timing.render_s,
         report.counts.columns,
         report.counts.frusta,
+        row.scalar_percent(),
         1e-9 * row.bytes as f64,
         percent(row, bandwidths),
         100.0 * report.derived_bytes as f64 / row.field_bytes as f64,
