@@ -73,7 +73,9 @@ fn ray_shading_mean(s: RayShading, turn: NormalTurn, color: ColorChange) -> Mean
     let body = ray_shading_mean_body(s, turn, color);
     let highlight = ray_shading_mean_highlight(s, turn);
     let most = color.brightest * s.diffuse + s.specular;
-    return MeanShade(Shade(body.x, highlight.x), body.y, select(body.z + highlight.y, most, turn.is_wild));
+    let rounded = 4.0 * color.brightest * body.x + 3.0 * s.sharpness * highlight.x;
+    let off = select(body.z + highlight.y + ROUNDING * rounded, most, turn.is_wild);
+    return MeanShade(Shade(body.x, highlight.x), body.y, off);
 }
 
 // Factor for the colour, factor for the colour's change, and the error of both.

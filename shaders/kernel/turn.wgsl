@@ -65,10 +65,10 @@ fn normal_turn_of(at_a: vec3f, at_m: vec3f, at_b: vec3f, eps: f32, spread: Light
     let bulged = (a - m) + (b - m);
     let bulge = min(sqrt(dot(bulged, bulged) / least), 4.0);
     let part = bend2 / (rise2 + bend2 + LEAST);
-    let uneven = min((0.2 + 1.4 * part) * part, 0.5) + 0.03 * eps * eps;
+    let uneven = min((0.5 + 4.0 * part) * part, 0.6) + 0.03 * eps * eps;
     let lost = select(0.0, 0.2 * angle, is_at_start || is_at_end);
     let centre = abs(spread.centre);
-    let bulging = 0.1 * angle * (centre + bulge) + 0.3 * bulge * bulge;
+    let bulging = 0.2 * angle * (centre + bulge) + 0.6 * bulge * bulge;
     let along = (1.0 / 400.0) * angle2 + (1.0 / 30.0) * centre * angle + 0.03 * bulge;
     let has_gap = (has_a || has_m || has_b) && !(has_a && has_m && has_b);
     return NormalTurn(

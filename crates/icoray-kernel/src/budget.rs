@@ -1,7 +1,10 @@
 //! The division of the scene's tolerance among the errors of a ray.
 
+use crate::lit::ADVANCE;
+
 /// Division of the scene's tolerance along a ray: one half on the colour of pieces, the other on the light that an
-/// early end leaves out. Where the shade of a piece has an error of its own, nine tenths are spent on colour and shade.
+/// early end leaves out. Where the shade of a piece has an error of its own, nine tenths are spent on colour, shade, and
+/// what the shades of a ray's first pieces may spend in advance.
 #[derive(Debug, Clone, Copy)]
 pub struct Budget {
     /// Error of the colour that is allowed per absorbed light.
@@ -18,7 +21,7 @@ impl Budget {
     #[inline]
     pub fn new(tolerance: f64, brightest: f64, lit: Option<f64>) -> Self {
         // The remainder covers parts of lit pieces that are too small to be refined.
-        let [share, rest] = lit.map_or([0.5; 2], |lit| [0.88 / (1.0 + lit), 0.1]);
+        let [share, rest] = lit.map_or([0.5; 2], |lit| [0.89 / (1.0 + ADVANCE + lit), 0.1]);
         Budget { color_tolerance: share * tolerance, min_transmittance: rest * tolerance / brightest, brightest }
     }
 

@@ -123,7 +123,9 @@ impl<T: Real> RayShading<T> {
         let (body, tilt, dim) = self.mean_body(turn, color);
         let (highlight, faint) = self.mean_highlight(turn);
         let most = color.brightest * self.diffuse + self.specular;
-        let off = if turn.is_wild { most } else { dim + faint };
+        // A mean cosine is off by two last digits, and its power by that times the exponent.
+        let rounded = T::of(4.0) * color.brightest * body + T::of(3.0) * self.sharpness * highlight;
+        let off = if turn.is_wild { most } else { dim + faint + T::of(T::ROUNDING) * rounded };
         MeanShade { shade: Shade { body, highlight }, tilt, off }
     }
 

@@ -10,7 +10,7 @@
 //! places may miss how the colours of several fields mix.
 
 use super::source::TransferMap;
-use crate::lit::{LightSpread, spare};
+use crate::lit::LightSpread;
 use crate::piece::{Radiance, bend_factor};
 use crate::segment::Segment;
 use crate::shade::{ColorChange, MeanShade, RayShading};
@@ -163,7 +163,9 @@ impl<G: Fn(usize, f64) -> [f64; 3]> Blend<'_, '_, G> {
             // the rule does, and half a kink.
             let off = if depth <= THIN { rule + shade_off } else { spread + 3.0 * shade_off };
             let absorbed = -(-depth).exp_m1();
-            let spare = self.shading.map_or(0.0, |_| spare(light, self.color_tolerance));
+            // What the pieces before have left of theirs.
+            let earned = if self.shading.is_some() { self.color_tolerance * light.alpha - light.error } else { 0.0 };
+            let spare = earned.max(0.0) / light.transmittance().max(f64::MIN_POSITIVE);
             if (off - self.color_tolerance) * absorbed <= spare || halves == MAX_HALVINGS {
                 light.over(&Radiance { error: absorbed * off, ..Radiance::plain(color, absorbed) });
                 if light.transmittance() <= self.min_transmittance {

@@ -10,6 +10,7 @@ const STEP_ERROR: f64 = 3e-6;
 /// A piece that is a whole frustum, in a medium under light.
 struct Case {
     piece: Segment<f64>,
+    knots: [KernelKnot; 2],
     spans: Spans<f64>,
     interpolant: FrustumInterpolant<f64, 4>,
     shading: RayShading<f64>,
@@ -119,7 +120,8 @@ fn case(random: &mut Random, number: usize) -> Case {
     let specular = [0.0, 0.2, 1.0][number / 144 % 3];
     let shading = Shading { ambient: 0.3, diffuse: 0.7, specular, shininess, towards_light: Some(light) };
     let shading = RayShading { halfway: halfway.to_array(), ..shading.along(-halfway) };
-    Case { piece, spans: Spans::new(&[knot(0), knot(1)]), interpolant, shading }
+    let knots = [knot(0), knot(1)];
+    Case { piece, knots, spans: Spans::new(&knots), interpolant, shading }
 }
 
 fn largest_difference(a: &[f64; 3], b: &[f64; 3]) -> f64 {
@@ -146,7 +148,7 @@ fn one_shade_is_no_farther_off_than_it_says() {
 #[test]
 fn pieces_are_cut_until_they_can_be_afforded() {
     let mut random = Random(11);
-    for number in 0..icoray_test_support::count(1_000, 50_000) {
+    for number in 0..icoray_test_support::count(10_000, 50_000) {
         let case = case(&mut random, number);
         for color_tolerance in [5e-3, 5e-4, 5e-5] {
             let light = case.lit(color_tolerance, Lit::<f64, 4>::MAX_CUTS);
@@ -194,5 +196,41 @@ fn sizes_of_gradients_do_not_matter() {
         let other = of(broken);
         let is_dark = other.shade.body == shading.ambient && other.shade.highlight < 1e-30 && other.tilt == 0.0;
         assert!(is_dark && other.off <= 0.9 * 0.7 + 0.5 + 1e-6, "{broken}: {other:?}");
+    }
+}
+
+/// The same piece in f32.
+fn in_single(case: &Case) -> Radiance<f32> {
+    let narrow = |values: [f64; 4]| values.map(|x| x as f32);
+    let FrustumInterpolant { from, to, kappa, eps } = case.interpolant;
+    let interpolant = FrustumInterpolant { from: narrow(from), to: narrow(to), kappa: narrow(kappa), eps: eps as f32 };
+    let Segment { f0, f1, kappa, eps, length } = case.piece;
+    let [f0, f1, kappa, eps, length] = [f0, f1, kappa, eps, length].map(|x| x as f32);
+    let piece = Segment { f0, f1, kappa, eps, length };
+    let RayShading { ambient, diffuse, specular, shininess, light, halfway, sharpness } = case.shading;
+    let [ambient, diffuse, specular, shininess, sharpness] =
+        [ambient, diffuse, specular, shininess, sharpness].map(|x| x as f32);
+    let [light, halfway] = [light, halfway].map(|d| d.map(|x| x as f32));
+    let shading = RayShading { ambient, diffuse, specular, shininess, light, halfway, sharpness };
+    let allowance =
+        ErrorBudget { color_tolerance: 1e-6, min_transmittance: 0.0, transmittance: 1.0, reach: piece.reach() };
+    let spans = Spans::<f32>::new(&case.knots);
+    let (span, method) = (spans.span(1), Method::Exact);
+    let lit = Lit { method, allowance: &allowance, shading: &shading, span, interpolant: &interpolant };
+    lit.light(&piece, [0.0, 1.0], 0, 0.0)
+}
+
+#[test]
+fn single_precision_adds_no_more_than_rounding() {
+    let mut random = Random(5);
+    for number in 0..icoray_test_support::count(10_000, 500_000) {
+        let case = case(&mut random, number);
+        let (wide, narrow) = (case.lit(1e-6, 0), in_single(&case).wide());
+        // Where n may be across the light, one of the two may see it cross and the other not.
+        if wide.error < 1e-4 * wide.alpha {
+            let off = largest_difference(&wide.color, &narrow.color);
+            let rounded = narrow.error - wide.error + 4.0 * narrow.variance.sqrt();
+            assert!(off <= rounded, "{number}: {off} of {wide:?} and {narrow:?}, {rounded} told");
+        }
     }
 }

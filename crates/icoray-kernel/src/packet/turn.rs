@@ -1,4 +1,4 @@
-//! How the normal turns along a piece of each lane: [`Turn`](crate::turn::Turn) in vectors.
+//! How the normal turns along a piece of each lane: [`NormalTurn`](crate::turn::NormalTurn) in vectors.
 
 use super::medium::Medium;
 use super::part::{Part, all};
@@ -111,10 +111,10 @@ impl<V: Machine> Turns<V> {
         // No number is a large one.
         let bulge = (dot::<V>(&bulged, &bulged) / least).sqrt().min_precise(4.0);
         let part = bend2 / (rise2 + bend2 + f32::MIN_POSITIVE);
-        let uneven = (eps * eps).mul_add(0.03, (part.mul_add(1.4, 0.2) * part).min(0.5));
+        let uneven = (eps * eps).mul_add(0.03, (part.mul_add(4.0, 0.5) * part).min(0.6));
         let lost = is_at_end.select(angle * 0.2, all(simd, 0.0));
         let centre = spread.centre.abs();
-        let bulging = (angle * 0.1).mul_add(centre + bulge, bulge * bulge * 0.3);
+        let bulging = (angle * 0.2).mul_add(centre + bulge, bulge * bulge * 0.6);
         let along = angle2.mul_add(1.0 / 400.0, (centre * angle).mul_add(1.0 / 30.0, bulge * 0.03));
         Turns {
             mean,
