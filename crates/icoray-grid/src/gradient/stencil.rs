@@ -144,8 +144,8 @@ impl<'a, S: Sample> Stencil<'a, S> {
         };
         let own = column(0, cell);
         let mut around = [own; MAX_NEIGHBORS];
-        for k in 0..weights.count {
-            around[k] = column(k + 1, weights.neighbours[k]);
+        for (k, (around, neighbour)) in around.iter_mut().zip(weights.neighbours).take(weights.count).enumerate() {
+            *around = column(k + 1, neighbour);
         }
         let pass = Pass { stencil: self, weights, own, wanted };
         match (self.fill, weights.count <= USUAL_NEIGHBORS) {
@@ -234,14 +234,14 @@ impl<S: Sample> Pass<'_, '_, S> {
             (true, Some(fill)) => S::equals(simd, own, fill),
             _ => mask32x16::splat(simd, false),
         };
-        for k in 0..N {
-            let neighbour = S::load(simd, vector_at(around[k], first));
+        for (column, weights) in around.iter().zip(&self.weights.along).take(N) {
+            let neighbour = S::load(simd, vector_at(column, first));
             let difference = S::difference(simd, neighbour, own, scale);
-            for (sum, weight) in along.iter_mut().zip(self.weights.along[k]) {
+            for (sum, weight) in along.iter_mut().zip(*weights) {
                 *sum = difference.mul_add(weight, *sum);
             }
             if let (true, Some(fill)) = (HAS_FILL, fill) {
-                is_missing = is_missing | S::equals(simd, neighbour, fill);
+                is_missing |= S::equals(simd, neighbour, fill);
             }
         }
         let inverse_radius = factors(inverse_radius);

@@ -139,13 +139,12 @@ impl GradientFormat for u64 {
         let largest = x.max(y).max(z);
         let exponent: u32x16<V> = (largest.to_bits() >> FRACTION).max(BITS - 1) - (BITS - 2);
         let units = f32x16::from_bits((u32x16::splat(simd, 254) - exponent) << FRACTION);
-        let number = |g: f32x16<V>| {
-            let rounded = (g * units).max(-MAX_COMPONENT).min(MAX_COMPONENT) + ROUNDS;
-            rounded.to_bits() & MASK
-        };
         let [x, y, z] = gradients.map_inline(
             #[inline(always)]
-            |g| number(g),
+            |g| {
+                let rounded = (g * units).max(-MAX_COMPONENT).min(MAX_COMPONENT) + ROUNDS;
+                rounded.to_bits() & MASK
+            },
         );
         // A gradient of zero has no exponent.
         let none = u32x16::splat(simd, 0);

@@ -144,7 +144,7 @@ pub(super) fn visible_cells(context: &FrameContext) -> VisibleCells {
 
 /// Whether the scene's tolerance is far above what gradients in single precision, and packed ones, do to light: packing
 /// turns normals by 1e-5.
-pub(super) fn allows_single_gradients(context: &FrameContext) -> bool {
+fn allows_single_gradients(context: &FrameContext) -> bool {
     const TURN: f64 = 1e-5;
     let off = context.plan.shading.map_or(0.0, |s| TURN * (s.diffuse + s.specular * s.shininess.max(1.0).sqrt()));
     context.scene.precision == Precision::F32 && off <= 0.05 * context.scene.tolerance

@@ -5,7 +5,7 @@ use crate::plan::{OccupancyTest, clear_values};
 use crate::ranks::Ranks;
 use crate::render::context::FrameContext;
 use crate::render::frame_cache::{GradientKey, OccupancyKey};
-use crate::render::prepare::{allows_single_gradients, visible_cells};
+use crate::render::prepare::visible_cells;
 use icoray_grid::Field;
 use icoray_grid::Reals;
 use icoray_grid::Result;
@@ -188,7 +188,8 @@ impl<'p, 'f> SceneBuilder<'p, 'f> {
                     range,
                     radius: plan.radius.clone(),
                     packed: false,
-                    single: terrain.key.is_none() && allows_single_gradients(self.context),
+                    // The general kernel is in double precision, whatever the scene's.
+                    single: false,
                     occupancy: None,
                     heights: terrain.key.clone(),
                 };
