@@ -6,6 +6,7 @@ mod fortran;
 #[cfg(feature = "gpu")]
 mod gpu;
 mod host;
+mod instructions;
 mod layouts;
 mod mpas;
 mod mpi;

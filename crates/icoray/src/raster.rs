@@ -5,6 +5,7 @@ mod rect;
 pub use rect::Rect;
 
 use crate::sampling::Moments;
+use icoray_grid::array::MapInline;
 use icoray_kernel::Counts;
 use icoray_kernel::signature::BoundarySignature;
 use rayon::prelude::*;
@@ -34,7 +35,7 @@ pub(crate) struct SamplePoint {
 impl SamplePoint {
     /// The middle of a pixel.
     pub fn middle(x: u32, y: u32, begins_row: bool) -> Self {
-        SamplePoint { at: [x, y].map(|at| f64::from(at) + 0.5), begins_row }
+        SamplePoint { at: [x, y].map_inline(|at| f64::from(at) + 0.5), begins_row }
     }
 }
 

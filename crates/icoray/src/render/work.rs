@@ -10,6 +10,7 @@ use crate::raster;
 use crate::raster::{Pixel, Raster, SamplePoint, Tile, Tiling};
 use crate::time_budget::Deadline;
 use glam::DVec3;
+use icoray_grid::array::MapInline;
 use icoray_grid::gradient::PartialGradients;
 use icoray_grid::occupancy::OccupancyMask;
 use icoray_grid::sample::AnySamples;
@@ -227,7 +228,7 @@ pub(super) fn background_blend(scene: &Scene, brightest: f64, met: Option<Radian
     let color = match scene.background {
         None => [color[0], color[1], color[2], absorbed],
         Some(back) => {
-            let [r, g, b] = [0, 1, 2].map(|k| color[k] + (1.0 - absorbed) * back[k]);
+            let [r, g, b] = [0, 1, 2].map_inline(|k| color[k] + (1.0 - absorbed) * back[k]);
             [r, g, b, 1.0]
         }
     };
@@ -236,7 +237,7 @@ pub(super) fn background_blend(scene: &Scene, brightest: f64, met: Option<Radian
     let stored = color.iter().fold(0.0f64, |most, c| most.max(*c)) * f64::from(f32::EPSILON) / 2.0;
     let error = if met.is_some() { light.error + rounding + stored + GEOMETRY } else { 0.0 };
     let error = error.min(brightest.max(1.0)) as f32;
-    Pixel { color: color.map(|c| c as f32), error, surfaces: BoundarySignature::default() }
+    Pixel { color: color.map_inline(|c| c as f32), error, surfaces: BoundarySignature::default() }
 }
 
 #[cfg(test)]
