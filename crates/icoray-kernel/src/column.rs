@@ -99,7 +99,7 @@ impl<T: Real> Shell<T> {
 
     /// The fraction of the way from layer `gap - 1` to layer `gap` at which the height `rho` lies.
     #[inline]
-    pub(crate) fn fraction(&self, gap: usize, rho: f64) -> T {
+    fn fraction(&self, gap: usize, rho: f64) -> T {
         let above = T::of(rho - self.radius[gap - 1]);
         (above * self.inverse[gap - 1]).max(T::zero()).min(T::one())
     }

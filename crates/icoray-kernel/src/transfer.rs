@@ -124,7 +124,7 @@ pub struct Step<T> {
 #[derive(Debug, Clone)]
 pub struct Spans<T> {
     spans: Vec<Span<T>>,
-    rows: SpanRows<T>,
+    rows: Box<SpanRows<T>>,
     steps: Vec<Step<T>>,
     range: [f64; 2],
 }
@@ -154,7 +154,7 @@ impl<T: Real> Spans<T> {
         }
         spans.push(flat(&last, values[values.len() - 1], T::infinity()));
         let steps = steps(&spans[1..knots.len()]);
-        let rows = SpanRows::new(&spans, &values);
+        let rows = Box::new(SpanRows::new(&spans, &values));
         Spans { spans, rows, steps, range }
     }
 

@@ -93,9 +93,9 @@ mod x86 {
         fn look_up<const N: usize>(self, rows: &Rows<'_, N>, index: Numbers<Self>) -> [Floats<Self>; N] {
             let index: __m256i = index.min(u32x8::splat(self, rows.last())).into();
             let mut found = [f32x8::splat(self, 0.0); N];
-            for k in 0..N {
+            for (k, found) in found.iter_mut().enumerate() {
                 // SAFETY: above; all rows are of one length.
-                found[k] = unsafe { _mm256_i32gather_ps::<4>(rows.row(k).as_ptr(), index) }.simd_into(self);
+                *found = unsafe { _mm256_i32gather_ps::<4>(rows.row(k).as_ptr(), index) }.simd_into(self);
             }
             found
         }
@@ -248,21 +248,21 @@ mod x86 {
         fn look_up<const N: usize>(self, rows: &Rows<'_, N>, index: Numbers<Self>) -> [Floats<Self>; N] {
             let mut found = [f32x16::splat(self, 0.0); N];
             if rows.last() == 31 {
-                for k in 0..N {
+                for (k, found) in found.iter_mut().enumerate() {
                     let row = rows.row(k).as_ptr();
                     // SAFETY: 32 elements are read from a row of as many; the machine has AVX-512. Two registers hold
                     // them.
                     let row = unsafe {
                         _mm512_permutex2var_ps(_mm512_loadu_ps(row), index.into(), _mm512_loadu_ps(row.add(16)))
                     };
-                    found[k] = row.simd_into(self);
+                    *found = row.simd_into(self);
                 }
                 return found;
             }
             let index: __m512i = index.min(u32x16::splat(self, rows.last())).into();
-            for k in 0..N {
+            for (k, found) in found.iter_mut().enumerate() {
                 // SAFETY: above; all rows are of one length.
-                found[k] = unsafe { _mm512_i32gather_ps::<4>(index, rows.row(k).as_ptr()) }.simd_into(self);
+                *found = unsafe { _mm512_i32gather_ps::<4>(index, rows.row(k).as_ptr()) }.simd_into(self);
             }
             found
         }

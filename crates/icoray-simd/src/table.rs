@@ -85,7 +85,7 @@ mod tests {
     fn a_table_has_elements() {
         assert!(Table::<f32>::new(&[]).is_none());
         assert_eq!(Table::new(&[1.0f32, 2.0]).unwrap().last(), 1);
-        assert!(Table::new(&vec![(); Table::<()>::MAX]).is_some());
-        assert!(Table::new(&vec![(); Table::<()>::MAX + 1]).is_none());
+        assert!(Table::new(&[(); Table::<()>::MAX]).is_some());
+        assert!(Table::new(&[(); Table::<()>::MAX + 1]).is_none());
     }
 }

@@ -118,8 +118,9 @@ impl<V: Machine> Lanes<V> {
     pub fn locate(&mut self, lane: usize, shell: &Shell<f32>, height: f64) {
         let gap = shell.gap(height);
         self.gap[lane] = gap as u32;
-        let is_inside = gap > 0 && gap < shell.layers();
-        self.place[lane] = if is_inside { shell.fraction(gap, height) } else { 0.0 };
+        let [low, high] = [shell.bounds()[gap], shell.bounds()[gap + 1]];
+        // Rounded as in `cross`.
+        self.place[lane] = ((height - low) as f32 / (high - low) as f32).clamp(0.0, 1.0);
     }
 
     /// Takes a lane from a gap in which nothing shows to the next one in its column in which something shows, to the

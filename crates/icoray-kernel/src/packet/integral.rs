@@ -158,9 +158,9 @@ impl<'p, V: Machine> Integral<'p, V> {
         let (absorbed, one) = (outcome.absorbed, all(self.simd, 1.0));
         let x = part.f1 - medium.anchor;
         let mut color = [absorbed; 3];
-        for k in 0..3 {
+        for (k, channel) in color.iter_mut().enumerate() {
             let slope = medium.color_slope[k];
-            color[k] = slope.mul_add(x, medium.color[k]).mul_sub(absorbed, slope * outcome.weight);
+            *channel = slope.mul_add(x, medium.color[k]).mul_sub(absorbed, slope * outcome.weight);
         }
         let thickened = part.length * medium.slope.abs() * (one - absorbed);
         let change = medium.steepest.mul_add(absorbed, thickened);

@@ -318,9 +318,8 @@ impl<V: Machine> Exit<V> {
         let rho = (b * x + end * y) / (x * x + y * y);
         let (is_last, part) = (last.narrow(), w.narrow());
         let mut weight = self.weight;
-        for k in 0..2 {
-            let entry = lanes.next_weights[k];
-            weight[k] = is_last.select(part.mul_add(weight[k] - entry, entry), weight[k]);
+        for (weight, entry) in weight.iter_mut().zip(lanes.next_weights) {
+            *weight = is_last.select(part.mul_add(*weight - entry, entry), *weight);
         }
         Exit { t: end.over(last, self.t), rho: rho.over(last, self.rho), weight }
     }

@@ -225,7 +225,7 @@ impl<V: Machine> Lit<V> {
             let share = beyond / (reach + reach + f32::MIN_POSITIVE);
             let forward = turned(simd, is_behind, cosine.rise).simd_lt(zero).select(zero - centre, centre);
             let kink = beyond * share * (all(simd, 1.0) - forward * (share * -4.0 + 6.0));
-            body = body + kink;
+            body += kink;
             tilt = crosses.select(zero, tilt);
             let bent = (bend + turn.across) * 0.25 + (unsure + centre * centre * 0.3) * swing + turn.angle2 * 0.05;
             at_kink = crosses.select((may_cross * 0.5).min(bent), zero);
@@ -267,7 +267,7 @@ impl<V: Machine> Lit<V> {
         if s < 6.0 {
             let across = (reach + turn.angle2 * 0.02 + turn.across - level).max(zero);
             let beside = reach * reach * reach * inverse * 0.01;
-            off = off + if s < 2.0 { across * 0.5 + beside } else { across * reach };
+            off += if s < 2.0 { across * 0.5 + beside } else { across * reach };
         }
         (highlight * common.specular, off.min(one) * common.specular)
     }

@@ -44,7 +44,7 @@ impl<V: Machine, const N: usize> Packet<'_, '_, V, N> {
             let read = Part { f0, f1, kappa, eps: way.eps, length: crossing.length };
             let is_new = mask::<V>(simd, new);
             part = read.over(is_new, part);
-            self.lanes.is_monotone = self.lanes.is_monotone & !is_new;
+            self.lanes.is_monotone &= !is_new;
             self.lit.enter(simd, is_new, way.eps);
             let (void, beyond) = self.unusual(&vertices, &part, new);
             self.counts.void_frusta += u64::from(void.count_ones());
