@@ -3,7 +3,7 @@
 //! A ray walks along a great circle, which has a triangle's vertices on its left or on its right. It enters a triangle
 //! through the side between a left and a right vertex; the third vertex, the apex, decides between the two other sides.
 
-use super::Grid;
+use super::{Grid, made};
 use crate::array::MapInline;
 use rayon::prelude::*;
 
@@ -28,20 +28,22 @@ impl Grid<'_> {
     /// All half-edges, three per triangle, void ones included; made when first asked for, in parallel. Those of a row
     /// that is no triangle mean nothing. Empty for a grid whose half-edges 32 bits cannot number.
     pub fn half_edges(&self) -> &[HalfEdge] {
-        self.half_edges.get_or_init(|| {
-            if self.beyond.len() > u32::MAX as usize / 3 {
-                return Vec::new();
+        made(&self.half_edges, || self.all_sides()).as_slice()
+    }
+
+    fn all_sides(&self) -> Vec<HalfEdge> {
+        if self.beyond.len() > u32::MAX as usize / 3 {
+            return Vec::new();
+        }
+        let mut all = vec![[0; 4]; 3 * self.beyond.len()];
+        let sides = all.par_chunks_exact_mut(3).with_min_len(1024).enumerate();
+        sides.for_each(|(triangle, sides)| {
+            let triangle = triangle as u32;
+            if self.is_triangle(triangle) || self.is_void(triangle) {
+                sides.copy_from_slice(&self.sides(triangle));
             }
-            let mut all = vec![[0; 4]; 3 * self.beyond.len()];
-            let sides = all.par_chunks_exact_mut(3).with_min_len(1024).enumerate();
-            sides.for_each(|(triangle, sides)| {
-                let triangle = triangle as u32;
-                if self.is_triangle(triangle) || self.is_void(triangle) {
-                    sides.copy_from_slice(&self.sides(triangle));
-                }
-            });
-            all
-        })
+        });
+        all
     }
 
     /// The vertices of a triangle, counter-clockwise seen from outside, and the triangles beyond the sides opposite

@@ -223,7 +223,7 @@ impl<'a> Grid<'a> {
             let normal = (b - a).cross(c - a);
             a.dot(normal).abs() / normal.length()
         };
-        *self.lowest_facet.get_or_init(|| {
+        *made(&self.lowest_facet, || {
             let triangles = (0..self.triangles() as u32).into_par_iter().filter(|t| self.is_triangle(*t));
             triangles.map(height).reduce(|| 1.0, f64::min)
         })
@@ -270,7 +270,7 @@ impl<'a> Grid<'a> {
             let [a, b, c] = self.triangle(triangle).map_inline(|cell| self.direction(cell));
             a.distance_squared(b).max(b.distance_squared(c)).max(c.distance_squared(a))
         };
-        *self.longest_side.get_or_init(|| {
+        *made(&self.longest_side, || {
             let triangles = (0..self.triangles() as u32).into_par_iter().filter(|t| self.is_triangle(*t));
             let chord = triangles.map(longest).reduce(|| 0.0, f64::max).sqrt();
             2.0 * (0.5 * chord).min(1.0).asin()
@@ -328,6 +328,18 @@ impl<'a> Grid<'a> {
             }
         }
         None
+    }
+}
+
+/// What `cell` holds, or else `make` makes, outside of the cell's lock: a thread that waits there for the others of its
+/// pool may take up another task that asks for the same, and would wait for itself.
+fn made<X>(cell: &OnceLock<X>, make: impl FnOnce() -> X) -> &X {
+    match cell.get() {
+        Some(known) => known,
+        None => {
+            let new = make();
+            cell.get_or_init(|| new)
+        }
     }
 }
 

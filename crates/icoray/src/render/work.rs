@@ -118,15 +118,15 @@ impl<T: KernelReal> Rays for SingleVolume<'_, T> {
     fn get_ready(&self) {
         self.visible.get();
         self.gradients.get();
-        if T::HAS_PACKETS && self.context.renderer.vectors().is_some() {
-            self.context.grid.half_edges();
-        }
+        self.make_half_edges();
     }
 
     fn tracer(&self, quality: &Quality) -> Box<dyn Tracer + '_> {
         let SingleVolume { context, shell, spans, samples, visible, gradients, ground } = *self;
         let FrameContext { renderer, scene, plan, grid, .. } = *context;
         let is_lit = quality.lights != Lights::Off;
+        // Before there are tiles, each of which would ask for them.
+        self.make_half_edges();
         let visible = visible.get();
         let top = if renderer.savings.layers { visible.top.max(1) } else { shell.layers() - 1 };
         T::boxed(SingleVolumeTracer {
@@ -145,6 +145,16 @@ impl<T: KernelReal> Rays for SingleVolume<'_, T> {
             integrates: renderer.integrates,
             core: Core::new(scene.core, ground),
         })
+    }
+}
+
+impl<T: KernelReal> SingleVolume<'_, T> {
+    /// Makes the half-edges by which packets of rays walk.
+    fn make_half_edges(&self) {
+        let FrameContext { renderer, scene, grid, .. } = *self.context;
+        if T::HAS_PACKETS && scene.method == Method::Exact && renderer.vectors().is_some() {
+            grid.half_edges();
+        }
     }
 }
 
