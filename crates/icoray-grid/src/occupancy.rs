@@ -1,7 +1,9 @@
 //! Which parts of a field's columns can be seen: a bit for each block of gaps over a triangle.
 
+use crate::array::MapInline;
 use crate::grid::Grid;
 use std::ops::Range;
+use std::sync::atomic::AtomicU32;
 
 /// Largest number of blocks over a triangle.
 pub(crate) const MAX_BLOCKS: usize = 32;
@@ -18,6 +20,8 @@ pub struct OccupancyMask {
     pub top: usize,
     /// The same bits for each cell, from which those of triangles are made.
     pub columns: Vec<u32>,
+    /// The joined bits of the triangles of each macrocell ([`Grid::macrocells`]); empty where they are not used.
+    pub macrocells: Vec<AtomicU32>,
 }
 
 impl OccupancyMask {
@@ -31,6 +35,7 @@ impl OccupancyMask {
     #[inline]
     pub fn full(mut self, layers: usize) -> Self {
         self.blocks.clear();
+        self.macrocells.clear();
         OccupancyMask { shift: Self::shift(layers), top: layers - 1, ..self }
     }
 
@@ -52,6 +57,18 @@ impl OccupancyMask {
         blocks >> ((gap - 1) >> self.shift) & 1 != 0
     }
 
+    /// The bits of the blocks through which heights from gap `low` to gap `high` lead, among `layers` layers; 0 below and
+    /// above all of them.
+    #[inline(always)]
+    pub fn between(&self, [low, high]: [usize; 2], layers: usize) -> u32 {
+        let (low, high) = (low.max(1), high.min(layers - 1));
+        if low > high {
+            return 0;
+        }
+        let [first, last] = [low, high].map_inline(|gap| ((gap - 1) >> self.shift) as u32);
+        (u32::MAX << first) & (u32::MAX >> (u32::BITS - 1 - last))
+    }
+
     /// The range of layers over a cell that bounds the visible gaps, among `layers` layers.
     #[inline]
     pub fn layers_over(&self, grid: &Grid, cell: u32, layers: usize) -> Range<usize> {
@@ -70,6 +87,6 @@ impl OccupancyMask {
     /// Bytes of memory.
     #[inline]
     pub fn bytes(&self) -> usize {
-        4 * (self.blocks.capacity() + self.columns.capacity())
+        4 * (self.blocks.capacity() + self.columns.capacity() + self.macrocells.capacity())
     }
 }

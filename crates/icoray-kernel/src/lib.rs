@@ -20,6 +20,7 @@ pub mod empty_space_skipping;
 mod fragment;
 pub mod general;
 pub mod ground;
+mod leap;
 mod light;
 pub mod lit;
 pub mod owned_region;

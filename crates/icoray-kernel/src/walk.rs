@@ -218,10 +218,11 @@ pub(crate) struct Side {
     pub left: PlaneVertex,
     pub right: PlaneVertex,
     pub half_edge: u32,
-    /// The start's place on the unit facet, its weights as in [`ColumnEnd`], and its height.
+    /// The start's place on the unit facet, its weights as in [`ColumnEnd`], its height, and its distance.
     pub point: Point,
     pub weight: [f64; 2],
     pub height: f64,
+    pub t: f64,
 }
 
 /// The entry of a ray into the column over the triangle of `half_edge`, whose left, right and third vertex are
@@ -237,7 +238,26 @@ pub(crate) fn enter(line: RayLine, [left, right, apex]: [PlaneVertex; 3], half_e
     let weight = if apex.is_left() { [exit.w, 1.0 - exit.w] } else { [0.0, exit.w] };
     let exit = ContourPoint { point: exit.point, weight };
     let ContourPoint { point, weight } = ContourPoint { point: entry.point, weight: [entry.w, 0.0] }.clip(exit, start);
-    Some(Side { line, left, right, half_edge, point, weight, height: height(start, point) })
+    Some(Side { line, left, right, half_edge, point, weight, height: height(start, point), t: line.start })
+}
+
+/// The side through which a walk enters the column in which the ray is at distance `t`, if that is the column of these
+/// `corners`: the same as that of a walk from the ray's start, to the bit.
+#[inline]
+pub(crate) fn enter_at(line: RayLine, corners: [PlaneVertex; 3], half_edge: u32, t: f64) -> Option<Side> {
+    let [left, right, apex] = corners;
+    let at = line.at(t);
+    let entry = Crossing::between(&left, &right);
+    let exit = if apex.is_left() { Crossing::between(&apex, &right) } else { Crossing::between(&left, &apex) };
+    if at.cross(entry.point) > 0.0 || at.cross(exit.point) <= 0.0 {
+        return None;
+    }
+    if line.at(line.start).cross(entry.point) <= 0.0 {
+        return enter(line, corners, half_edge);
+    }
+    let Crossing { point, w } = entry;
+    let t = (line.b * point.y / point.x).max(line.start).min(line.end);
+    Some(Side { line, left, right, half_edge, point, weight: [w, 0.0], height: height(line.at(t), point), t })
 }
 
 /// A point on the contour inside the current triangle.
@@ -287,7 +307,7 @@ impl<'g, 'a> Walk<'g, 'a> {
         let half_edge = grid.half_edge(triangle, left.cell, right.cell);
         let end = ContourPoint { point: self.line.at(self.line.end), weight: [0.0; 2] };
         let ContourPoint { point, weight } = self.from.unwrap_or(end);
-        Side { line: self.line, left, right, half_edge, point, weight, height: self.last.1 }
+        Side { line: self.line, left, right, half_edge, point, weight, height: self.last.1, t: self.last.0 }
     }
 
     /// The triangle that the next column lies over.

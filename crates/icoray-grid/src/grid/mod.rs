@@ -30,6 +30,7 @@ use crate::array::MapInline;
 use crate::error::Result;
 use glam::DVec3;
 use half_edges::HalfEdge;
+use crate::macrocells::Macrocells;
 use hole_filling::HoleFilling;
 use rayon::prelude::*;
 use std::sync::{Arc, OnceLock, Weak};
@@ -69,6 +70,8 @@ pub struct Grid<'a> {
     longest_side: OnceLock<f64>,
     /// The result of [`Self::half_edges`].
     half_edges: OnceLock<Vec<HalfEdge>>,
+    /// The result of [`Self::macrocells`].
+    macrocells: OnceLock<Macrocells>,
     life: Arc<()>,
 }
 
@@ -109,6 +112,7 @@ impl<'a> Grid<'a> {
             lowest_facet: OnceLock::new(),
             longest_side: OnceLock::new(),
             half_edges: OnceLock::new(),
+            macrocells: OnceLock::new(),
             life: Arc::default(),
         })
     }
@@ -166,6 +170,7 @@ impl<'a> Grid<'a> {
             + size_of_val(self.beyond.as_slice())
             + self.hole_filling.bytes()
             + self.half_edges.get().map_or(0, |all| size_of_val(all.as_slice()))
+            + self.macrocells.get().map_or(0, Macrocells::bytes)
     }
 
     /// Unit vector from the sphere's centre to the centre of `cell` (z through the north pole, x through longitude 0),
@@ -227,6 +232,11 @@ impl<'a> Grid<'a> {
             let triangles = (0..self.triangles() as u32).into_par_iter().filter(|t| self.is_triangle(*t));
             triangles.map(height).reduce(|| 1.0, f64::min)
         })
+    }
+
+    /// The coarse map by which rays leap over empty space, made when it is first asked for, in parallel.
+    pub fn macrocells(&self) -> &Macrocells {
+        made(&self.macrocells, || Macrocells::new(self))
     }
 
     /// Unit vectors towards the cells.

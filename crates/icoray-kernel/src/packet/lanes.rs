@@ -105,6 +105,8 @@ pub(super) struct Lanes<V: Machine> {
     next_weights: [Floats<V>; 2],
     /// Whether the ray ends in the column.
     pub last: Mask<V>,
+    /// The distance before which it does not leap.
+    pub next_leap: Wide<V>,
     /// The gap that it is in, and where it has entered it: the fraction of the column's length, the fraction of the
     /// way between the edge points, height, the fraction of the way from the layer below to that above.
     pub gap: Numbers<V>,
@@ -152,6 +154,7 @@ impl<V: Machine> Lanes<V> {
             weights: [[zero; 2]; 2],
             next_weights: [zero; 2],
             last: no,
+            next_leap: none,
             gap: nothing,
             u: none,
             tau: zero,
@@ -177,16 +180,42 @@ impl<V: Machine> Lanes<V> {
             x.to_array(),
             y.to_array(),
             q.to_array(),
-            [line.b, line.end, line.start],
+            [line.b, line.end, side.t],
             [left.x, left.y, left.q],
             [right.x, right.y, right.q],
             [point.x, point.y, *height],
             [weight[0], weight[1], 0.0],
         ];
+        self.put_side(lane, side, bases);
+    }
+
+    /// Puts the ray of a lane before a later column, which it enters through `side`.
+    #[inline]
+    pub fn put_amid(&mut self, lane: usize, side: &Side, bases: [u32; 2]) {
+        let Side { left, right, point, weight, .. } = side;
+        for (row, number) in self.left.iter_mut().zip([left.x, left.y, left.q]) {
+            row.set(lane, number);
+        }
+        for (row, number) in self.right.iter_mut().zip([right.x, right.y, right.q]) {
+            row.set(lane, number);
+        }
+        self.point[0].set(lane, point.x);
+        self.point[1].set(lane, point.y);
+        self.t[1].set(lane, side.t);
+        self.rho[1].set(lane, side.height);
+        for (row, weight) in self.next_weights.iter_mut().zip(weight) {
+            row[lane] = *weight as f32;
+        }
+        self.put_side(lane, side, bases);
+    }
+
+    /// Puts the side through which the next column is entered.
+    #[inline]
+    fn put_side(&mut self, lane: usize, side: &Side, bases: [u32; 2]) {
         self.half_edge[lane] = side.half_edge;
-        // The step into the first column keeps both ends of the side: the left one takes the place of itself.
+        // The step into the column keeps both ends of the side: the left one takes the place of itself.
         self.on_left.set(lane, true);
-        (self.cells[1][lane], self.cells[2][lane]) = (right.cell, left.cell);
+        (self.cells[1][lane], self.cells[2][lane]) = (side.right.cell, side.left.cell);
         (self.bases[1][lane], self.bases[2][lane]) = (bases[1], bases[0]);
     }
 

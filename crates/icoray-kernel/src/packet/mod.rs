@@ -10,6 +10,7 @@
 //! vectors are not near enough.
 
 use crate::counts::Counts;
+use crate::leap::{Ahead, Leaps};
 use crate::piece::Radiance;
 use crate::plane::RayLine;
 use crate::ray::scalar::Ray;
@@ -21,6 +22,7 @@ use crate::trace::{PrimaryRay, Report};
 use crate::walk::Side;
 use fearless_simd::{Level, Simd, prelude::*};
 use glam::DVec3;
+use icoray_grid::Grid;
 use icoray_grid::array::MapInline;
 use icoray_grid::real::lerp;
 use icoray_simd::{Machine, Mask, Table};
@@ -32,6 +34,7 @@ use read::Source;
 mod gap;
 mod integral;
 mod lanes;
+mod leap;
 mod light;
 mod medium;
 mod part;
@@ -92,6 +95,8 @@ struct Tables<'t> {
     spans: SpanTables<'t>,
     slopes: Slopes<'t>,
     bounds: Table<'t, f64>,
+    /// The macrocells; `None` where rays do not leap.
+    leaps: Option<Leaps<'t, f32>>,
 }
 
 impl<'t> Tables<'t> {
@@ -106,7 +111,20 @@ impl<'t> Tables<'t> {
             source: Source::new(tracer.samples),
             spans: SpanTables::new(tracer.spans)?,
             bounds: Table::new(tracer.shell.bounds())?,
+            leaps: Leaps::new(tracer.grid, tracer.shell, tracer.visible, tracer.core.is_some()),
         })
+    }
+}
+
+impl Tables<'_> {
+    /// Where a ray enters its first column in which something may show, searched from the triangle `hint`, and the
+    /// distance before which it does not leap. `None` where nothing shows.
+    #[inline]
+    fn first_column(&self, grid: &Grid, line: RayLine, hint: u32) -> Option<(Side, f64)> {
+        let Some(leaps) = &self.leaps else { return Some((start::side(grid, &self.mesh, line, hint), 0.0)) };
+        let Ahead::Shown { at, until, near } = leaps.ahead(&line, line.start) else { return None };
+        let side = start::side_at(&self.mesh, line, at, near);
+        Some((side.unwrap_or_else(|| start::side(grid, &self.mesh, line, near)), until))
     }
 }
 
@@ -132,14 +150,16 @@ struct Rays<'q> {
 }
 
 impl Rays<'_> {
-    /// The next ray that meets the shell; those before it are reported without light.
+    /// The next ray on which something may show, and the distance before which it does not leap; those before it are
+    /// reported without light.
     #[inline]
     fn next(
         &mut self,
         tracer: &SingleVolumeTracer<'_, f32>,
-        mesh: &Mesh,
+        tables: &Tables,
+        counts: &mut Counts,
         report: &mut Report,
-    ) -> Option<(Start, Side)> {
+    ) -> Option<(Start, Side, f64)> {
         for PrimaryRay { number, eye, dir, begins_row } in &mut *self.rays {
             let hint = self.hints.get(begins_row);
             let Some(line) = RayLine::new(eye, dir, tracer.outer) else {
@@ -147,9 +167,13 @@ impl Rays<'_> {
                 report(number, None, BoundarySignature::default());
                 continue;
             };
-            let side = start::side(tracer.grid, mesh, line, hint);
+            let Some((side, next_leap)) = tables.first_column(tracer.grid, line, hint) else {
+                counts.rays += 1;
+                report(number, Some(Radiance::none()), BoundarySignature::default());
+                continue;
+            };
             self.hints.set(begins_row, side.half_edge / 3);
-            return Some((Start { number, line, dir }, side));
+            return Some((Start { number, line, dir }, side, next_leap));
         }
         None
     }
@@ -241,10 +265,10 @@ impl<'p, 'f, V: Machine, const N: usize> Packet<'p, 'f, V, N> {
     #[inline(never)]
     fn take(&mut self, queue: &mut Rays, report: &mut Report) -> bool {
         for lane in lanes_of(!self.live & (u32::MAX >> (u32::BITS - Lanes::<V>::COUNT as u32))) {
-            let Some((start, side)) = queue.next(self.tracer, &self.tables.mesh, report) else { return true };
-            let source = &self.tables.source;
-            let bases = [source.base(side.left.cell), source.base(side.right.cell)];
-            self.lanes.put(lane, &side, bases, &mut queue.entries);
+            let next = queue.next(self.tracer, self.tables, &mut self.counts, report);
+            let Some((start, side, next_leap)) = next else { return true };
+            self.lanes.put(lane, &side, self.tables.source.side_bases(&side), &mut queue.entries);
+            self.lanes.next_leap.set(lane, next_leap);
             self.lanes.locate(lane, self.tracer.shell, side.height);
             self.starts[lane % MOST] = Some(start);
             if let Some(shading) = self.tracer.shading.as_ref().filter(|_| N == 4) {
@@ -277,6 +301,7 @@ impl<'p, 'f, V: Machine, const N: usize> Packet<'p, 'f, V, N> {
                 let (shell, visible) = (self.tracer.shell, self.tracer.visible);
                 let skipped = self.lanes.skip_columns(self.simd, shell, self.tables.bounds, visible, entered);
                 self.leave(skipped);
+                self.leap(skipped);
             }
         }
         if !self.tracer.visible.is_full() {

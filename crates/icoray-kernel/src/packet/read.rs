@@ -3,6 +3,7 @@
 use super::lanes::{Lanes, lanes_of};
 use super::medium::number;
 use super::part::all;
+use crate::walk::Side;
 use fearless_simd::prelude::*;
 use icoray_grid::array::MapInline;
 use icoray_grid::real::Real;
@@ -83,8 +84,14 @@ impl<'t> Source<'t> {
 
     /// [`Self::bases`] of one cell.
     #[inline]
-    pub fn base(&self, cell: u32) -> u32 {
+    fn base(&self, cell: u32) -> u32 {
         if self.plain.is_some() { self.samples.base(cell) as u32 } else { cell }
+    }
+
+    /// [`Self::bases`] of the two cells of a side.
+    #[inline]
+    pub fn side_bases(&self, side: &Side) -> [u32; 2] {
+        [self.base(side.left.cell), self.base(side.right.cell)]
     }
 
     /// Reads the values around the lanes' gaps; those of lanes whose bits are not set mean nothing.

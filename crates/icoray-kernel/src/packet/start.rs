@@ -6,7 +6,7 @@
 
 use super::lanes::Mesh;
 use crate::plane::{PlaneVertex, RayLine};
-use crate::walk::{Side, Walk, enter};
+use crate::walk::{Side, Walk, enter, enter_at};
 use glam::DVec3;
 use icoray_grid::Grid;
 use icoray_grid::grid::half_edges::half_edge::{APEX, NEXT};
@@ -20,6 +20,14 @@ pub(super) fn side(grid: &Grid, mesh: &Mesh, line: RayLine, hint: u32) -> Side {
     let found = search(mesh, line.position(line.start), hint);
     let side = found.and_then(|found| bracketed(mesh, line, found));
     side.unwrap_or_else(|| search_whole(grid, line, hint))
+}
+
+/// The side through which a ray enters the column in which it is at distance `t`, searched from the triangle `hint`.
+#[inline]
+pub(super) fn side_at(mesh: &Mesh, line: RayLine, t: f64, hint: u32) -> Option<Side> {
+    let triangle = search(mesh, line.position(t), hint)?;
+    let (corners, half_edge) = crossed(mesh, line, triangle)?;
+    enter_at(line, corners, half_edge, t)
 }
 
 #[cold]
@@ -63,10 +71,16 @@ fn search(mesh: &Mesh, target: DVec3, hint: u32) -> Option<u32> {
 /// The ray's entry into the column over `triangle`, if it begins there.
 #[inline]
 fn bracketed(mesh: &Mesh, line: RayLine, triangle: u32) -> Option<Side> {
+    let (corners, half_edge) = crossed(mesh, line, triangle)?;
+    enter(line, corners, half_edge)
+}
+
+/// The vertices of a triangle that the ray's great circle crosses, those of the side of entry first, and its half-edge.
+#[inline]
+fn crossed(mesh: &Mesh, line: RayLine, triangle: u32) -> Option<([PlaneVertex; 3], u32)> {
     let cells = cells_of(mesh, triangle);
     let see = |cell: u32| line.plane.project(cell, mesh.direction(cell));
     let seen: [PlaneVertex; 3] = [see(cells[0]), see(cells[1]), see(cells[2])];
     let k = (0..3).find(|&k| seen[k].is_left() && !seen[(k + 1) % 3].is_left())?;
-    let corners = [seen[k], seen[(k + 1) % 3], seen[(k + 2) % 3]];
-    enter(line, corners, 3 * triangle + k as u32)
+    Some(([seen[k], seen[(k + 1) % 3], seen[(k + 2) % 3]], 3 * triangle + k as u32))
 }

@@ -28,6 +28,8 @@ pub(crate) struct OccupancyTest<'a, S> {
     pub layers: usize,
     /// Values that are clear: where a frustum's vertices all have such ones of one range, nothing is seen in it.
     pub clear: Vec<Stored<S>>,
+    /// Whether rays leap over macrocells.
+    pub leaps: bool,
 }
 
 /// The values of a field in `range` that are clear.
@@ -113,6 +115,9 @@ impl<S: Sample> OccupancyTest<'_, S> {
         }
         let behind = (u32::BITS - all.leading_zeros()).max(1) as usize;
         let top = (behind << visible.shift).min(self.layers - 1);
+        if self.leaps {
+            grid.macrocells().join(grid, &visible.blocks, &mut visible.macrocells);
+        }
         OccupancyMask { top, ..visible }
     }
 }

@@ -8,7 +8,8 @@ use crate::fields::Fields;
 use crate::plan::Plan;
 use crate::ranks::Part;
 use icoray_grid::{Field, Grid, Layers};
-use icoray_scene::Scene;
+use icoray_kernel::ray::KernelReal;
+use icoray_scene::{Method, Scene};
 use std::time::Instant;
 
 /// The data that the caller passes to be rendered.
@@ -48,6 +49,11 @@ impl FrameContext<'_> {
     /// Whether the CPU computes gradients in any case: a device has its own, but for those of a part.
     pub fn needs_gradients(&self) -> bool {
         self.device.is_err() || self.part.is_some()
+    }
+
+    /// Whether rays through one volume are traced in packets, in this precision.
+    pub fn has_packets<T: KernelReal>(&self) -> bool {
+        T::HAS_PACKETS && self.scene.method == Method::Exact && self.renderer.vectors().is_some()
     }
 
     /// Least and greatest radius of the facets of a layer of `radius`, where edges are anti-aliased.

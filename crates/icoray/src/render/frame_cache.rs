@@ -34,6 +34,8 @@ pub(super) struct OccupancyKey {
     pub falling: bool,
     /// The clear values' bits.
     pub clear: Vec<[u64; 2]>,
+    /// Whether macrocells were found too.
+    pub leaps: bool,
 }
 
 /// Key of gradients.
@@ -205,6 +207,7 @@ mod tests {
             source: SourceKey::new(&grid, &field()),
             falling: false,
             clear: vec![[clear.to_bits(); 2]],
+            leaps: false,
         };
         let spare = FrameCache::default();
         let first = key(0.1);

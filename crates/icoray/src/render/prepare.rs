@@ -12,9 +12,9 @@ use icoray_grid::Result;
 use icoray_grid::gradient;
 use icoray_grid::gradient::{GradientOptions, Gradients, PartialGradients};
 use icoray_grid::occupancy::OccupancyMask;
-use icoray_grid::real::Real;
 use icoray_grid::sample::{Sample, Samples};
 use icoray_grid::visible_cells::VisibleCells;
+use icoray_kernel::ray::KernelReal;
 use icoray_kernel::transfer::Spans;
 use icoray_scene::Precision;
 use icoray_scene::{Lights, Quality};
@@ -74,7 +74,7 @@ impl FieldSummary {
 }
 
 /// The visible blocks of the field, with their cache key.
-pub(super) fn occupancy<'f, T: Real, S: Sample>(
+pub(super) fn occupancy<'f, T: KernelReal, S: Sample>(
     context: &'f FrameContext,
     field_summary: &FieldSummary,
     spans: &Spans<T>,
@@ -84,8 +84,10 @@ pub(super) fn occupancy<'f, T: Real, S: Sample>(
     let empty_space = renderer.savings.empty_space;
     let clear = if empty_space { clear_values(spans, &samples, field_summary.value_range) } else { Vec::new() };
     let bits = clear.iter().map(|range| range.map(|value| value.wide().to_bits()));
-    let key = OccupancyKey { source: context.fields[0].source(grid), falling: plan.falling, clear: bits.collect() };
-    let occupancy = OccupancyTest { grid, samples, layers: plan.radius.len(), clear };
+    let leaps = context.has_packets::<T>() && context.device.is_err() && context.part.is_none();
+    let key =
+        OccupancyKey { source: context.fields[0].source(grid), falling: plan.falling, clear: bits.collect(), leaps };
+    let occupancy = OccupancyTest { grid, samples, layers: plan.radius.len(), clear, leaps };
     let asked = key.clone();
     let find = move || {
         let cached = renderer.frame_cache.visible.take(&asked);

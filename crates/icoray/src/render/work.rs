@@ -151,9 +151,8 @@ impl<T: KernelReal> Rays for SingleVolume<'_, T> {
 impl<T: KernelReal> SingleVolume<'_, T> {
     /// Makes the half-edges by which packets of rays walk.
     fn make_half_edges(&self) {
-        let FrameContext { renderer, scene, grid, .. } = *self.context;
-        if T::HAS_PACKETS && scene.method == Method::Exact && renderer.vectors().is_some() {
-            grid.half_edges();
+        if self.context.has_packets::<T>() {
+            self.context.grid.half_edges();
         }
     }
 }

@@ -145,8 +145,8 @@ impl<'p, 'f> SceneBuilder<'p, 'f> {
         let samples = Samples::new(data, &field.field(), plan.falling, spans.range());
         let clear = clear_values(&spans, &samples, self.context.range(source).0);
         let bits = clear.iter().map(|range| range.map(|value| value.wide().to_bits())).collect();
-        let key = OccupancyKey { source: field.source(grid), falling: plan.falling, clear: bits };
-        let occupancy = OccupancyTest { grid, samples, layers: plan.radius.len(), clear };
+        let key = OccupancyKey { source: field.source(grid), falling: plan.falling, clear: bits, leaps: false };
+        let occupancy = OccupancyTest { grid, samples, layers: plan.radius.len(), clear, leaps: false };
         let cached = renderer.frame_cache.visible.take(&key);
         let visible = cached.unwrap_or_else(|memory| occupancy.visible(memory.unwrap_or_default()));
         (key, visible)

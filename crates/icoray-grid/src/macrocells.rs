@@ -1,0 +1,343 @@
+//! Macrocells: a coarse map of the sphere, by which rays leap over columns in which nothing shows.
+//!
+//! The six faces of a cube around the sphere are divided into squares, each the base of a pyramid from the centre. A ray
+//! leaves a pyramid through one of four planes through the centre, so that its way over the map is found without the
+//! mesh. Each triangle belongs to all macrocells that it overlaps, with a margin that is larger than all rounding.
+
+use crate::array::MapInline;
+use crate::grid::Grid;
+use glam::DVec3;
+use rayon::prelude::*;
+use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
+
+/// Mean number of triangles per macrocell.
+const TRIANGLES: f64 = 24.0;
+/// Largest number of macrocells along a side of a face.
+const MAX_SIDE: u32 = 4096;
+/// Part of a macrocell by which triangles are widened.
+const MARGIN: f64 = 1e-3;
+/// Triangles with a longer side (radians) belong to all macrocells.
+const LONGEST: f64 = 0.3;
+/// Triangles per parallel task.
+const CHUNK: usize = 4096;
+
+/// A division of the sphere.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct CubeMap {
+    /// Macrocells along a side of a face.
+    side: u32,
+}
+
+/// A macrocell's place: its face, and its column and row there.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Macrocell {
+    /// Twice the axis (x, y, z) that goes through the face, and one more where that is its negative half.
+    pub face: u32,
+    /// Column and row on the face.
+    pub at: [u32; 2],
+}
+
+impl CubeMap {
+    /// The division for this number of triangles.
+    #[inline]
+    pub fn new(triangles: usize) -> Self {
+        let side = (triangles as f64 / (6.0 * TRIANGLES)).sqrt();
+        CubeMap { side: (side as u32).clamp(1, MAX_SIDE) }
+    }
+
+    /// Number of macrocells.
+    #[inline]
+    pub fn len(&self) -> usize {
+        6 * (self.side * self.side) as usize
+    }
+
+    /// False: there are macrocells.
+    #[inline]
+    pub fn is_empty(&self) -> bool {
+        false
+    }
+
+    /// Width of a macrocell in gnomonic coordinates, in which a face reaches from -1 to 1.
+    #[inline]
+    pub fn width(&self) -> f64 {
+        2.0 / f64::from(self.side)
+    }
+
+    /// The number of a macrocell.
+    #[inline]
+    pub fn number(&self, Macrocell { face, at: [column, row] }: Macrocell) -> u32 {
+        (face * self.side + row) * self.side + column
+    }
+
+    /// The macrocell in the direction of `place`, which is not the centre.
+    #[inline]
+    pub fn find(&self, place: DVec3) -> Macrocell {
+        let size = place.abs();
+        let axis = if size.x >= size.y && size.x >= size.z {
+            0
+        } else if size.y >= size.z {
+            1
+        } else {
+            2
+        };
+        let [m, u, v] = components(place, axis);
+        let inverse = 1.0 / m.abs();
+        let index = |u: f64| (((u * inverse + 1.0) * (0.5 * f64::from(self.side))) as u32).min(self.side - 1);
+        Macrocell { face: 2 * axis + u32::from(m < 0.0), at: [index(u), index(v)] }
+    }
+
+    /// Where on the way `from + t·along`, `t >= start`, the pyramid of a macrocell is left; infinity where it never is.
+    #[inline]
+    pub fn exit(&self, cell: Macrocell, from: DVec3, along: DVec3, start: f64) -> f64 {
+        let sign = if cell.face % 2 == 0 { 1.0 } else { -1.0 };
+        let [m0, u0, v0] = components(from, cell.face / 2);
+        let [m1, u1, v1] = components(along, cell.face / 2);
+        let (m0, m1, width) = (sign * m0, sign * m1, self.width());
+        let mut exit = f64::INFINITY;
+        for (index, p0, p1) in [(cell.at[0], u0, u1), (cell.at[1], v0, v1)] {
+            let low = f64::from(index) * width - 1.0;
+            let high = low + width;
+            for (d0, d1) in [(p0 - low * m0, p1 - low * m1), (high * m0 - p0, high * m1 - p1)] {
+                // The distance from the plane d0 + t·d1 is positive inside.
+                if d1 < 0.0 {
+                    exit = exit.min(-d0 / d1);
+                }
+            }
+        }
+        exit.max(start)
+    }
+
+    /// The columns and rows of macrocells on a face that a triangle overlaps, first and last.
+    #[inline]
+    fn overlap(&self, face: u32, corners: &[DVec3; 3]) -> Option<[[u32; 2]; 2]> {
+        let sign = if face % 2 == 0 { 1.0 } else { -1.0 };
+        let mut ends = [[f64::INFINITY, f64::NEG_INFINITY]; 2];
+        for corner in corners {
+            let [m, u, v] = components(*corner, face / 2);
+            // A face reaches down to 1/sqrt(3), and no side is longer than LONGEST.
+            if sign * m < 0.2 {
+                return None;
+            }
+            let inverse = sign / m;
+            for (ends, p) in ends.iter_mut().zip([u * inverse, v * inverse]) {
+                *ends = [ends[0].min(p), ends[1].max(p)];
+            }
+        }
+        let margin = MARGIN * self.width();
+        let is_beside = ends.iter().any(|[low, high]| *high < -1.0 - margin || *low > 1.0 + margin);
+        let index = |p: f64| (((p + 1.0) * (0.5 * f64::from(self.side))).max(0.0) as u32).min(self.side - 1);
+        (!is_beside).then(|| ends.map_inline(|[low, high]| [index(low - margin), index(high + margin)]))
+    }
+
+    /// Calls `see` with the number of each macrocell that the triangle between these unit vectors overlaps.
+    fn each(&self, corners: &[DVec3; 3], mut see: impl FnMut(u32)) {
+        let [a, b, c] = *corners;
+        if a.distance(b).max(b.distance(c)).max(c.distance(a)) > LONGEST {
+            return (0..self.len() as u32).for_each(see);
+        }
+        for face in 0..6 {
+            let Some([columns, rows]) = self.overlap(face, corners) else { continue };
+            for row in rows[0]..=rows[1] {
+                for column in columns[0]..=columns[1] {
+                    see(self.number(Macrocell { face, at: [column, row] }));
+                }
+            }
+        }
+    }
+}
+
+/// The component along an axis, and the two others.
+#[inline(always)]
+fn components(place: DVec3, axis: u32) -> [f64; 3] {
+    match axis {
+        0 => [place.x, place.y, place.z],
+        1 => [place.y, place.z, place.x],
+        _ => [place.z, place.x, place.y],
+    }
+}
+
+/// The macrocells of a grid: which of them each triangle overlaps.
+#[derive(Debug)]
+pub struct Macrocells {
+    /// The division of the sphere.
+    pub map: CubeMap,
+    /// For each triangle the number of the first macrocell that it overlaps, shifted by two bits for whether it overlaps
+    /// the next column and the next row; [`MANY`] where it overlaps others.
+    of_triangle: Vec<u32>,
+    /// A triangle in each macrocell, from which rays search.
+    triangle_in: Vec<u32>,
+    /// [`Grid::lowest_facet`].
+    pub lowest_facet: f64,
+}
+
+/// A triangle overlaps macrocells that are found from its vertices.
+const MANY: u32 = u32::MAX;
+
+impl Macrocells {
+    /// The macrocells of a grid, in parallel.
+    pub(crate) fn new(grid: &Grid) -> Self {
+        let map = CubeMap::new(grid.triangles());
+        let triangle_in: Vec<AtomicU32> = (0..map.len()).map(|_| AtomicU32::new(u32::MAX)).collect();
+        let of = |triangle: u32| {
+            if !grid.is_triangle(triangle) {
+                return MANY;
+            }
+            map.each(&corners(grid, triangle), |cell| {
+                triangle_in[cell as usize].fetch_min(triangle, Relaxed);
+            });
+            code(&map, &corners(grid, triangle))
+        };
+        let of_triangle = (0..grid.triangles() as u32).into_par_iter().with_min_len(CHUNK).map(of).collect();
+        let triangle_in = triangle_in.into_iter().map(AtomicU32::into_inner);
+        let triangle_in = triangle_in.map(|triangle| grid.nearest_valid_triangle(triangle.min(grid.triangles() as u32)));
+        Macrocells { map, of_triangle, triangle_in: triangle_in.collect(), lowest_facet: grid.lowest_facet() }
+    }
+
+    /// A triangle in or near a macrocell.
+    #[inline]
+    pub fn triangle_in(&self, cell: u32) -> u32 {
+        self.triangle_in[cell as usize]
+    }
+
+    /// Joins the bits of the triangles that overlap each macrocell, in `joined`, whose memory is reused.
+    pub fn join(&self, grid: &Grid, bits: &[u32], joined: &mut Vec<AtomicU32>) {
+        joined.clear();
+        joined.resize_with(self.map.len(), || AtomicU32::new(0));
+        let all = joined.as_slice();
+        (0..bits.len()).into_par_iter().with_min_len(CHUNK).for_each(|triangle| {
+            let own = bits[triangle];
+            let add = |cell: u32| {
+                let cell = &all[cell as usize];
+                if cell.load(Relaxed) & own != own {
+                    cell.fetch_or(own, Relaxed);
+                }
+            };
+            if own != 0 {
+                self.each(grid, triangle as u32, add);
+            }
+        });
+    }
+
+    #[inline]
+    fn each(&self, grid: &Grid, triangle: u32, mut see: impl FnMut(u32)) {
+        let code = self.of_triangle[triangle as usize];
+        if code == MANY {
+            return self.map.each(&corners(grid, triangle), see);
+        }
+        let first = code >> 2;
+        for row in 0..=(code >> 1 & 1) {
+            for column in 0..=(code & 1) {
+                see(first + row * self.map.side + column);
+            }
+        }
+    }
+
+    /// Whether a triangle overlaps a macrocell.
+    #[cfg(test)]
+    fn each_contains(&self, grid: &Grid, triangle: u32, cell: u32) -> bool {
+        let mut is_among = false;
+        self.each(grid, triangle, |other| is_among |= other == cell);
+        is_among
+    }
+
+    /// Bytes of memory.
+    pub fn bytes(&self) -> usize {
+        size_of_val(self.of_triangle.as_slice()) + size_of_val(self.triangle_in.as_slice())
+    }
+}
+
+/// The unit vectors of a triangle's vertices.
+#[inline]
+fn corners(grid: &Grid, triangle: u32) -> [DVec3; 3] {
+    grid.triangle(triangle).map_inline(|cell| grid.direction(cell))
+}
+
+/// [`Macrocells::of_triangle`] of the triangle between these unit vectors.
+fn code(map: &CubeMap, corners: &[DVec3; 3]) -> u32 {
+    let (mut first, mut count, mut code) = (0, 0, 0);
+    map.each(corners, |cell| {
+        if count == 0 {
+            first = cell;
+        }
+        count += 1;
+        match cell - first {
+            0 => {}
+            1 => code |= 1,
+            up if up == map.side => code |= 2,
+            up if up == map.side + 1 && count == 4 => {}
+            _ => count = 5,
+        }
+    });
+    let is_block = count == [1, 2, 2, 4][code as usize] && first < MANY >> 2;
+    if is_block { first << 2 | code } else { MANY }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::IcosahedralMesh;
+    use std::collections::HashSet;
+
+    /// Numbers from 0 to 1, the same in each run.
+    fn numbers(mut state: u64) -> impl FnMut() -> f64 {
+        move || {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (state >> 11) as f64 / (1u64 << 53) as f64
+        }
+    }
+
+    /// Places in all triangles, at their vertices and sides too.
+    #[test]
+    fn triangles_belong_to_the_macrocells_of_all_their_places() {
+        for level in [1, 3, 5, 6] {
+            let mesh = IcosahedralMesh::new(level).unwrap();
+            let grid = Grid::new(mesh.tables()).unwrap();
+            let (cells, mut number) = (grid.macrocells(), numbers(7));
+            let mut joined = Vec::new();
+            for triangle in 0..grid.triangles() as u32 {
+                let mut own = HashSet::new();
+                cells.each(&grid, triangle, |cell| assert!(own.insert(cell), "once each"));
+                let [a, b, c] = corners(&grid, triangle);
+                for k in 0..12 {
+                    let (u, v) = (number(), number());
+                    let [u, v] = if k < 3 { [f64::from(k & 1), f64::from(k >> 1)] } else { [u, v * (1.0 - u)] };
+                    let cell = cells.map.number(cells.map.find(a + u * (b - a) + v * (c - a)));
+                    assert!(own.contains(&cell), "level {level}, triangle {triangle}: {cell} of {own:?}");
+                }
+                assert!(level < 5 || own.len() <= 12, "{} macrocells", own.len());
+            }
+            let bits: Vec<u32> = (0..grid.triangles() as u32).map(|t| 1 << (t % 32)).collect();
+            cells.join(&grid, &bits, &mut joined);
+            let mut wanted = vec![0; cells.map.len()];
+            (0..grid.triangles() as u32).for_each(|t| cells.each(&grid, t, |cell| wanted[cell as usize] |= 1 << (t % 32)));
+            assert_eq!(joined.into_iter().map(AtomicU32::into_inner).collect::<Vec<_>>(), wanted);
+            let near = |cell: u32| cells.each_contains(&grid, cells.triangle_in(cell), cell);
+            assert!((0..cells.map.len() as u32).all(near), "level {level}: a triangle in each macrocell");
+        }
+    }
+
+    /// Lines through the sphere: up to its exit a macrocell is that of all places on them.
+    #[test]
+    fn lines_leave_macrocells_at_their_exits() {
+        let (map, mut number) = (CubeMap::new(50_000), numbers(3));
+        let mut vector = || DVec3::from_array([(); 3].map(|()| 2.0 * number() - 1.0));
+        let mut passed = 0;
+        for _ in 0..300 {
+            let (from, along) = (vector(), vector().normalize());
+            let mut t = -2.0;
+            while t < 2.0 {
+                let cell = map.find(from + t * along);
+                let exit = map.exit(cell, from, along, t);
+                for k in 1..8 {
+                    let at = t + (exit.min(2.0) - t) * f64::from(k) / 8.0;
+                    assert_eq!(map.find(from + at * along), cell);
+                }
+                assert!(exit >= t);
+                passed += 1;
+                t = exit + 1e-9;
+                assert!(t > 2.0 || map.find(from + t * along) != cell, "the exit is no later than the border");
+            }
+        }
+        assert!(passed > 10_000, "{passed}");
+    }
+}
