@@ -94,6 +94,34 @@ fn empty_space_skipping_changes_no_bit() {
     }
 }
 
+/// Packets leap over macrocells: the same bits and frusta, with far fewer columns where hardly anything shows.
+#[test]
+fn leaps_change_no_bit() {
+    const SPARSE: &str = "knots = [ { value = 0.6, color = \"red\", extinction = 0 }, \
+         { value = 0.8, color = \"green\", extinction = 40 } ]";
+    let packets = Savings { lanes: true, ..LEAPS };
+    let above = "lon = 200\nlat = -70\ndistance = 1.4\nfov = 70";
+    for (layers, misses) in [(20, false), (90, true)] {
+        let model = Model::new(layers, true, misses);
+        for camera in [FAR, INSIDE, above, "eye = [0.2, 0.1, -0.3]\ntarget = [0, 1, 1]\nfov = 80"] {
+            for rest in ["", "core = \"transparent\"", "|[light]\nkind = \"headlight\""] {
+                for transfer in [SPARSE, SHELL, STEPS] {
+                    let name = format!("{layers} layers, {camera}, {rest:?}, {transfer}");
+                    let scene = scene(camera, transfer, rest);
+                    let walks = Savings { empty_space: false, ..packets };
+                    let [walked, leapt] = [walks, packets].map(|savings| model.draw(&scene, savings));
+                    assert!(walked.pixels == leapt.pixels, "{name}: other pixels");
+                    assert!(walked.error == leapt.error, "{name}: other errors");
+                    let [all, passed] = [&walked, &leapt].map(|frame| frame.report.counts.columns);
+                    let is_sparse = transfer == SPARSE && !misses;
+                    assert!(passed <= all && (!is_sparse || 4 * passed < 3 * all), "{name}: {passed} of {all}");
+                    assert_eq!(walked.report.counts.rays, leapt.report.counts.rays, "{name}");
+                }
+            }
+        }
+    }
+}
+
 /// Cloud water: zero but in few places, and a second one that is 0.3 there, which f32 does not hold exactly.
 fn clouds(rest: f32, is_level_fastest: bool) -> Model {
     let mut model = Model::new(40, is_level_fastest, false);
