@@ -93,17 +93,18 @@ impl CubeMap {
         let [m0, u0, v0] = components(from, cell.face / 2);
         let [m1, u1, v1] = components(along, cell.face / 2);
         let (m0, m1, width) = (sign * m0, sign * m1, self.width());
-        let mut exit = f64::INFINITY;
+        // The nearest plane, as a fraction: the distance from the plane d0 + t·d1 is positive inside.
+        let (mut above, mut below) = (f64::INFINITY, 1.0);
         for (index, p0, p1) in [(cell.at[0], u0, u1), (cell.at[1], v0, v1)] {
             let low = f64::from(index) * width - 1.0;
             let high = low + width;
             for (d0, d1) in [(p0 - low * m0, p1 - low * m1), (high * m0 - p0, high * m1 - p1)] {
-                // The distance from the plane d0 + t·d1 is positive inside.
-                if d1 < 0.0 {
-                    exit = exit.min(-d0 / d1);
+                if d1 < 0.0 && d0 * below < above * -d1 {
+                    (above, below) = (d0, -d1);
                 }
             }
         }
+        let exit = above / below;
         exit.max(start)
     }
 
@@ -189,7 +190,8 @@ impl Macrocells {
         };
         let of_triangle = (0..grid.triangles() as u32).into_par_iter().with_min_len(CHUNK).map(of).collect();
         let triangle_in = triangle_in.into_iter().map(AtomicU32::into_inner);
-        let triangle_in = triangle_in.map(|triangle| grid.nearest_valid_triangle(triangle.min(grid.triangles() as u32)));
+        let triangle_in =
+            triangle_in.map(|triangle| grid.nearest_valid_triangle(triangle.min(grid.triangles() as u32)));
         Macrocells { map, of_triangle, triangle_in: triangle_in.collect(), lowest_facet: grid.lowest_facet() }
     }
 
@@ -309,7 +311,8 @@ mod tests {
             let bits: Vec<u32> = (0..grid.triangles() as u32).map(|t| 1 << (t % 32)).collect();
             cells.join(&grid, &bits, &mut joined);
             let mut wanted = vec![0; cells.map.len()];
-            (0..grid.triangles() as u32).for_each(|t| cells.each(&grid, t, |cell| wanted[cell as usize] |= 1 << (t % 32)));
+            (0..grid.triangles() as u32)
+                .for_each(|t| cells.each(&grid, t, |cell| wanted[cell as usize] |= 1 << (t % 32)));
             assert_eq!(joined.into_iter().map(AtomicU32::into_inner).collect::<Vec<_>>(), wanted);
             let near = |cell: u32| cells.each_contains(&grid, cells.triangle_in(cell), cell);
             assert!((0..cells.map.len() as u32).all(near), "level {level}: a triangle in each macrocell");

@@ -32,10 +32,11 @@ pub(crate) struct Leaps<'t, T> {
     is_solid: bool,
 }
 
-/// Part of a macrocell's width by which a ray goes on behind its border: less than the margin of its triangles.
-const STEP: f64 = 1e-4;
+/// Part of a macrocell's width by which a ray goes on behind its border: with [`CENTRE`] less than the margin of its
+/// triangles.
+const STEP: f64 = 1e-5;
 /// Radius below which rays do not leap.
-const CENTRE: f64 = 1e-3;
+const CENTRE: f64 = 0.1;
 /// More than the rounding of heights, relative to them.
 const ROUNDING: f64 = 1e-12;
 
@@ -60,13 +61,12 @@ impl<'t, T: Real> Leaps<'t, T> {
     pub fn ahead(&self, line: &RayLine, mut t: f64) -> Ahead {
         let map = &self.macrocells.map;
         let (from, along) = (line.b * line.plane.x, line.plane.y);
+        let step = STEP * map.width();
         while t < line.end {
-            let radius = (line.b * line.b + t * t).sqrt();
             let cell = map.find(from + t * along);
-            let step = STEP * map.width() * radius;
             let until = map.exit(cell, from, along, t) + step;
             let number = map.number(cell);
-            if radius < CENTRE || self.shows(number, line.b, [t, until.min(line.end)]) {
+            if self.shows(number, line.b * line.b, [t, until.min(line.end)]) {
                 return Ahead::Shown { at: t, until, near: self.macrocells.triangle_in(number) };
             }
             t = until;
@@ -74,16 +74,24 @@ impl<'t, T: Real> Leaps<'t, T> {
         Ahead::Nothing
     }
 
-    /// Whether something may show, or the opaque core be met, between two distances in a macrocell.
+    /// Whether something may show, or the opaque core be met, between two distances in a macrocell; `b2` is the square
+    /// of the line's distance from the centre.
     #[inline]
-    fn shows(&self, number: u32, b: f64, [from, to]: [f64; 2]) -> bool {
+    fn shows(&self, number: u32, b2: f64, [from, to]: [f64; 2]) -> bool {
+        let near = if from < 0.0 && to > 0.0 { 0.0 } else { from.abs().min(to.abs()) };
+        let near2 = b2 + near * near;
+        let inner = if self.is_solid { self.shell.inner().max(CENTRE) } else { CENTRE };
+        if near2 * (1.0 - 2.0 * ROUNDING) < inner * inner {
+            return true;
+        }
         let bits = self.visible.macrocells[number as usize].load(Relaxed);
-        let (near, far) = (from.abs().min(to.abs()), from.abs().max(to.abs()));
-        let near = if from < 0.0 && to > 0.0 { 0.0 } else { near };
-        let radius = |t: f64| (b * b + t * t).sqrt();
+        if bits == 0 {
+            return false;
+        }
+        let far2 = b2 + (from * from).max(to * to);
         // On a facet of radius R are points with radii from R down to R times its lowest place.
-        let low = self.shell.gap(radius(near) * (1.0 - ROUNDING));
-        let high = self.shell.gap(radius(far) / self.macrocells.lowest_facet * (1.0 + ROUNDING));
-        (low == 0 && self.is_solid) || bits & self.visible.between([low, high], self.shell.layers()) != 0
+        let low = self.shell.gap(near2.sqrt() * (1.0 - ROUNDING));
+        let high = self.shell.gap(far2.sqrt() / self.macrocells.lowest_facet * (1.0 + ROUNDING));
+        bits & self.visible.between([low, high], self.shell.layers()) != 0
     }
 }

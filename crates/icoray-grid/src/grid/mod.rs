@@ -28,9 +28,9 @@ pub use triangles::Connectivity;
 
 use crate::array::MapInline;
 use crate::error::Result;
+use crate::macrocells::Macrocells;
 use glam::DVec3;
 use half_edges::HalfEdge;
-use crate::macrocells::Macrocells;
 use hole_filling::HoleFilling;
 use rayon::prelude::*;
 use std::sync::{Arc, OnceLock, Weak};

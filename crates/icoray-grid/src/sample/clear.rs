@@ -48,11 +48,16 @@ impl<S: Sample> Samples<'_, S> {
                 let start = self.reading.elements.at(base, layer);
                 let values = &self.data[start..start + count];
                 for (all, test) in all.iter_mut().zip(&tests) {
-                    all.iter_mut().zip(values).for_each(|(all, value)| *all |= test.bit(*value, *bit));
+                    for (all, value) in all.iter_mut().zip(values) {
+                        *all |= test.bit(*value, *bit);
+                    }
                 }
             }
-            let cells = cells[done..][..count].iter_mut().enumerate();
-            cells.for_each(|(i, cell)| *cell = all.each_ref().map(|all| all[i]));
+            for (i, cell) in cells[done..][..count].iter_mut().enumerate() {
+                for (cell, all) in cell.iter_mut().zip(&all) {
+                    *cell = all[i];
+                }
+            }
             done += count;
         }
     }
@@ -121,28 +126,45 @@ impl<S: Sample> ClearTest<S> {
 /// The bits of all layers of a column that fail each test.
 #[inline(always)]
 fn joined<S: Sample, const R: usize>(column: &[S], bits: &[u32], tests: &[ClearTest<S>; R]) -> [u32; R] {
-    tests.each_ref().map(|test| match column.len() {
-        0..4 => column.iter().zip(bits).fold(0, |all, (value, bit)| all | test.bit(*value, *bit)),
-        4..16 => joined_by::<S, 4>(column, bits, test),
-        _ => joined_by::<S, 16>(column, bits, test),
-    })
+    let mut all = [0; R];
+    for (all, test) in all.iter_mut().zip(tests) {
+        *all = match column.len() {
+            0..4 => joined_by::<S, 1>(column, bits, test),
+            4..16 => joined_by::<S, 4>(column, bits, test),
+            _ => joined_by::<S, 16>(column, bits, test),
+        };
+    }
+    all
 }
 
 /// The same in loops of fixed size, which become vectors. The last one may look at some layers again.
 #[inline(always)]
 fn joined_by<S: Sample, const LANES: usize>(column: &[S], bits: &[u32], test: &ClearTest<S>) -> u32 {
     let mut all = [0u32; LANES];
-    let mut take = |values: &[S; LANES], bits: &[u32; LANES]| {
-        for i in 0..LANES {
-            all[i] |= test.bit(values[i], bits[i]);
-        }
-    };
-    let (values, bits_of) = (column.as_chunks::<LANES>().0, bits.as_chunks::<LANES>().0);
-    values.iter().zip(bits_of).for_each(|(values, bits)| take(values, bits));
-    if let (Some(values), Some(bits)) = (column.last_chunk::<LANES>(), bits.last_chunk::<LANES>()) {
-        take(values, bits);
+    for (values, bits) in column.as_chunks().0.iter().zip(bits.as_chunks().0) {
+        join(&mut all, values, bits, test);
     }
-    all.iter().fold(0, |joined, bits| joined | bits)
+    if let (Some(values), Some(bits)) = (column.last_chunk(), bits.last_chunk()) {
+        join(&mut all, values, bits, test);
+    }
+    let mut joined = 0;
+    for bits in all {
+        joined |= bits;
+    }
+    joined
+}
+
+/// Adds the bits of the values that fail a test.
+#[inline(always)]
+fn join<S: Sample, const LANES: usize>(
+    all: &mut [u32; LANES],
+    values: &[S; LANES],
+    bits: &[u32; LANES],
+    test: &ClearTest<S>,
+) {
+    for i in 0..LANES {
+        all[i] |= test.bit(values[i], bits[i]);
+    }
 }
 
 #[cfg(test)]

@@ -129,7 +129,11 @@ fn blocks_over<const R: usize>(grid: &Grid, triangle: u32, columns: &[[u32; R]])
         return 0;
     }
     let [a, b, c] = grid.triangle(triangle).map_inline(|cell| columns[cell as usize]);
-    (0..R).fold(u32::MAX, |all, r| all & (a[r] | b[r] | c[r]))
+    let mut all = u32::MAX;
+    for r in 0..R {
+        all &= a[r] | b[r] | c[r];
+    }
+    all
 }
 
 fn joined(bits: &[u32]) -> u32 {
