@@ -149,7 +149,8 @@ impl<V: Machine> Lanes<V> {
         let u = ((radius - entry) * self.scale.get(lane)).clamp(0.0, 1.0);
         self.gap[lane] = gap as u32;
         self.u.set(lane, u);
-        self.tau[lane] = (u * exit / radius).clamp(0.0, 1.0) as f32;
+        // Rounded as in `cross`.
+        self.tau[lane] = (u as f32 * exit as f32 / radius as f32).clamp(0.0, 1.0);
         self.height.set(lane, radius);
         self.place[lane] = if is_rising { 0.0 } else { 1.0 };
         false

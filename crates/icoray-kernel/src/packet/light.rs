@@ -225,7 +225,7 @@ impl<V: Machine> Lit<V> {
             let share = beyond / (reach + reach + f32::MIN_POSITIVE);
             let forward = turned(simd, is_behind, cosine.rise).simd_lt(zero).select(zero - centre, centre);
             let kink = beyond * share * (all(simd, 1.0) - forward * (share * -4.0 + 6.0));
-            body += kink;
+            body += crosses.select(kink, zero);
             tilt = crosses.select(zero, tilt);
             let bent = (bend + turn.across) * 0.25 + (unsure + centre * centre * 0.3) * swing + turn.angle2 * 0.05;
             at_kink = crosses.select((may_cross * 0.5).min(bent), zero);

@@ -342,8 +342,8 @@ impl<V: Machine> Lanes<V> {
         }
         self.alpha = behind(self.alpha, light.alpha);
         self.error = behind(self.error, light.error);
-        // The sum is rounded to its own last digit.
-        let off = self.alpha * (0.25 * f32::EPSILON);
+        // The sum is rounded to its own last digit, unless nothing is added.
+        let off = light.alpha.simd_gt(0.0).select(self.alpha * (0.25 * f32::EPSILON), all(simd, 0.0));
         let variance = through * through * light.variance + off * off;
         self.variance = mask.select(self.variance + variance, self.variance);
     }

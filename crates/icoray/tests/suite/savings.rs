@@ -113,7 +113,7 @@ fn leaps_change_no_bit() {
                     assert!(walked.pixels == leapt.pixels, "{name}: other pixels");
                     assert!(walked.error == leapt.error, "{name}: other errors");
                     let [all, passed] = [&walked, &leapt].map(|frame| frame.report.counts.columns);
-                    let is_sparse = transfer == SPARSE && !misses;
+                    let is_sparse = transfer == SPARSE && camera == FAR && !misses;
                     assert!(passed <= all && (!is_sparse || 4 * passed < 3 * all), "{name}: {passed} of {all}");
                     assert_eq!(walked.report.counts.rays, leapt.report.counts.rays, "{name}");
                 }
@@ -297,16 +297,27 @@ fn packets_differ_by_less_than_errors() {
         let rest = format!("tolerance = {tolerance}|[light]\nkind = \"headlight\"");
         (format!("dense, lit, {tolerance}"), scene(FAR, DENSE, &rest))
     };
-    for (name, scene) in scenes().into_iter().chain(["1e-2", "1e-4", "1e-5", "1e-7"].map(strict)) {
+    for (name, scene) in scenes().into_iter().chain(["1e-2", "1e-4", "1e-5"].map(strict)) {
         let [one, lanes] = [LEAPS, Savings { lanes: true, ..LEAPS }].map(|savings| model.draw(&scene, savings));
         assert_eq!(count_beyond(&one, &lanes, 0.0), 0, "{name}: off by {:e}", difference(&one, &lanes));
         let (one, lanes) = (one.report.counts, lanes.report.counts);
         assert!(one.frusta.abs_diff(lanes.frusta) <= one.frusta / 500, "{name}: {} {}", one.frusta, lanes.frusta);
         assert_eq!(one.scalar_pieces, 0, "{name}");
-        {
-            println!("{name}: {} of {}", lanes.scalar_pieces, lanes.frusta);
-        }
+        let rare = if name.contains("steps") { lanes.frusta / 4 } else { lanes.frusta / 200 };
+        assert!(lanes.scalar_pieces <= rare, "{name}: {} of {}", lanes.scalar_pieces, lanes.frusta);
     }
+}
+
+/// No cut makes the error smaller that rounding gives to a shade.
+#[test]
+fn light_below_the_last_digit_is_not_cut_without_end() {
+    let model = Model::new(20, true, false);
+    let at = |tolerance: &str| {
+        let rest = format!("tolerance = {tolerance}|[light]\nkind = \"headlight\"");
+        model.draw(&scene(FAR, DENSE, &rest), Savings::ALL)
+    };
+    let [usual, strict] = ["1e-4", "1e-8"].map(at);
+    assert_eq!(count_beyond(&usual, &strict, 0.0), 0, "off by {:e}", difference(&usual, &strict));
 }
 
 /// All ways in which a model can lay out its array.
