@@ -354,4 +354,4 @@ fn height(at: Point, on: Point) -> f64 {
 }
 
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;

@@ -10,17 +10,15 @@ use crate::ray::{Budget, KernelReal, PrimaryRay, SingleVolumeTracer};
 use crate::shade::Shading;
 use crate::trace::Target;
 use crate::transfer::{KernelKnot, Spans};
+use crate::walk::tests::culled::{Culled, Mark, Style, holes};
 use fearless_simd::Level;
 use glam::DVec3;
 use icoray_grid::gradient::{GradientOptions, Gradients, gradients};
 use icoray_grid::occupancy::OccupancyMask;
 use icoray_grid::sample::{AnySamples, Samples};
-use icoray_grid::{Field, Grid, GridTables, IcosahedralMesh, Location, LonLat, Shape};
+use icoray_grid::{Field, Grid, IcosahedralMesh, Location, Shape};
 use icoray_scene::Method;
 use icoray_test_support::{Random, count};
-
-#[path = "../../../../icoray/tests/suite/culled/mod.rs"]
-mod culled;
 
 const RADII: [f64; 6] = [1.0, 1.02, 1.05, 1.09, 1.14, 1.2];
 const LAYERS: usize = RADII.len();
@@ -152,11 +150,13 @@ fn rays(eye: DVec3, random: &mut Random) -> Vec<PrimaryRay> {
 fn assert_alike(single: &[Fragment], packet: &[Fragment], case: &str) {
     let ends = |all: &[Fragment]| all.iter().map(|fragment| fragment.t).collect::<Vec<_>>();
     assert_eq!(ends(single), ends(packet), "{case}");
+    // What the end of a ray leaves out may be hidden by the fragments before.
+    let left_out = |fragment: &Fragment| if fragment.t[1] == f64::INFINITY { 1.0 - fragment.alpha } else { 0.0 };
     for (a, b) in single.iter().zip(packet) {
         let rounding = 4.0 * (a.variance.sqrt() + b.variance.sqrt()) + f32::EPSILON;
         let off = (0..3).map(|k| (a.color[k] - b.color[k]).abs()).fold((a.alpha - b.alpha).abs(), f32::max);
         assert!(off <= a.error + b.error + rounding, "{case}: {off:e} between {a:?} and {b:?}");
-        assert!(b.error < 2.0 * TOLERANCE as f32, "{case}: {b:?}");
+        assert!(b.error - left_out(b) < 2.0 * TOLERANCE as f32, "{case}: {b:?}");
     }
 }
 
@@ -165,9 +165,8 @@ fn fragments_of_packets_are_those_of_single_rays() {
     let Some(level) = packets() else { return };
     let mesh = IcosahedralMesh::new(4).unwrap();
     let whole = Grid::new(mesh.tables()).unwrap();
-    let holes = culled::holes(&mesh);
-    let stays = &holes[holes.len() / 2].1;
-    let culled = culled::Culled::new(&mesh, stays, culled::Style::Corners, culled::Mark::BeforeFirst, 1);
+    let holes = holes(&mesh);
+    let culled = Culled::new(&mesh, &holes[holes.len() / 2].1, Style::Corners, Mark::BeforeFirst, 1);
     let with_holes = culled.grid();
     let patch = |p: DVec3, _: u32| p.dot(DVec3::new(0.6, 0.5, 0.3)) > 0.2;
     let scattered = |_: DVec3, t: u32| t.wrapping_mul(0x9e37_79b9) >> 30 == 0;
