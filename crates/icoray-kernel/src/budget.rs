@@ -1,6 +1,8 @@
 //! The division of the scene's tolerance among the errors of a ray.
 
 use crate::lit::ADVANCE;
+use crate::shade::Shading;
+use icoray_grid::real::Real;
 
 /// Division of the scene's tolerance along a ray: one half on the colour of pieces, the other on the light that an
 /// early end leaves out. Where the shade of a piece has an error of its own, nine tenths are spent on colour, shade, and
@@ -23,6 +25,14 @@ impl Budget {
         // The remainder covers parts of lit pieces that are too small to be refined.
         let [share, rest] = lit.map_or([0.5; 2], |lit| [0.89 / (1.0 + ADVANCE + lit), 0.1]);
         Budget { color_tolerance: share * tolerance, min_transmittance: rest * tolerance / brightest, brightest }
+    }
+
+    /// Error of the colour that is allowed per absorbed light in a precision: no less than the last digit, or than what
+    /// rounding leaves of shades.
+    #[inline]
+    pub fn color_tolerance_in<T: Real>(&self, shading: Option<&Shading>) -> f64 {
+        let least = shading.map_or(T::ROUNDING, |shading| shading.least_error::<T>(self.brightest));
+        self.color_tolerance.max(least)
     }
 
     /// Whether a surface is seen behind matter that absorbs this part of the light. The threshold lies above that of

@@ -77,30 +77,56 @@ impl Fragment {
     }
 }
 
-/// The fragments of a ray while it is traced: runs of a rank's own columns.
-pub(crate) struct FragmentBuilder<'r> {
-    found: &'r mut Vec<Fragment>,
+/// What the fragments of a ray depend on beside their light.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct FragmentRules {
     brightest: f64,
     /// Distances at which the ray meets the core at the earliest and at the latest.
     core: [f64; 2],
+}
+
+impl FragmentRules {
+    /// The rules of a ray that meets an opaque core, if `is_solid`, below a layer whose radius lies between `radius`.
+    #[inline]
+    pub fn new(own: &OwnedRegion, line: &RayLine, radius: [f64; 2], is_solid: bool, brightest: f64) -> Self {
+        let core = |radius: f64| line.first_inside(radius, [line.start, line.end]).filter(|_| is_solid);
+        let core = [radius[1], radius[0] * own.lowest_facet()].map_inline(|r| core(r).unwrap_or(f64::INFINITY));
+        FragmentRules { brightest, core }
+    }
+
+    /// Distance behind which the ray has met the core, however deep the facets lie.
+    #[inline]
+    pub fn core_by(&self) -> f64 {
+        self.core[1]
+    }
+
+    /// The fragment of a run that the ray has left, unless nothing shows in it and the core cannot be met there.
+    #[inline]
+    pub fn left<T: Real>(&self, t: [f64; 2], (light, surfaces): (&Radiance<T>, BoundarySignature)) -> Option<Fragment> {
+        let fragment = Fragment::new(t, light, surfaces, self.brightest);
+        (!fragment.is_clear() || self.core[0] <= t[1]).then_some(fragment)
+    }
+
+    /// The fragment of a run from `start` on in which the ray has ended.
+    #[inline]
+    pub fn ended<T: Real>(&self, start: f64, (light, surfaces): (&Radiance<T>, BoundarySignature)) -> Fragment {
+        Fragment::new([start, f64::INFINITY], light, surfaces, self.brightest)
+    }
+}
+
+/// The fragments of a single ray while it is traced: runs of a rank's own columns.
+pub(crate) struct FragmentBuilder<'r> {
+    found: &'r mut Vec<Fragment>,
+    rules: FragmentRules,
     /// Start and end of the current run.
     run: Option<[f64; 2]>,
 }
 
 impl<'r> FragmentBuilder<'r> {
-    /// Runs of a ray that meets an opaque core, if `is_solid`, below a layer whose radius lies between `radius`.
+    /// Appends fragments to `found`.
     #[inline]
-    pub fn new(
-        own: &OwnedRegion,
-        line: &RayLine,
-        radius: [f64; 2],
-        is_solid: bool,
-        brightest: f64,
-        found: &'r mut Vec<Fragment>,
-    ) -> Self {
-        let core = |radius: f64| line.first_inside(radius, [line.start, line.end]).filter(|_| is_solid);
-        let core = [radius[1], radius[0] * own.lowest_facet()].map_inline(|r| core(r).unwrap_or(f64::INFINITY));
-        FragmentBuilder { found, brightest, core, run: None }
+    pub fn new(rules: FragmentRules, found: &'r mut Vec<Fragment>) -> Self {
+        FragmentBuilder { found, rules, run: None }
     }
 
     /// Traces `ray` over the columns of `walk` that are `own`, until it ends.
@@ -117,7 +143,7 @@ impl<'r> FragmentBuilder<'r> {
             let Some(column) = column else { return };
             if !is_own {
                 ray.counts().columns += 1;
-                if column.exit.t > self.core[1] {
+                if column.exit.t > self.rules.core_by() {
                     return;
                 }
                 continue;
@@ -139,19 +165,15 @@ impl<'r> FragmentBuilder<'r> {
 
     /// Ends the run, if there is one, and appends its fragment.
     #[inline]
-    fn close<T: Real>(&mut self, (light, surfaces): (&Radiance<T>, BoundarySignature)) -> bool {
+    fn close<T: Real>(&mut self, met: (&Radiance<T>, BoundarySignature)) -> bool {
         let Some(t) = self.run.take() else { return false };
-        let fragment = Fragment::new(t, light, surfaces, self.brightest);
-        if !fragment.is_clear() || self.core[0] <= t[1] {
-            self.found.push(fragment);
-        }
+        self.found.extend(self.rules.left(t, met));
         true
     }
 
     /// Appends the fragment of a run in which the ray has ended.
     #[inline]
-    fn end<T: Real>(&mut self, (light, surfaces): (&Radiance<T>, BoundarySignature)) {
-        let endless = |t: [f64; 2]| Fragment::new([t[0], f64::INFINITY], light, surfaces, self.brightest);
-        self.found.extend(self.run.take().map(endless));
+    fn end<T: Real>(&mut self, met: (&Radiance<T>, BoundarySignature)) {
+        self.found.extend(self.run.take().map(|[start, _]| self.rules.ended(start, met)));
     }
 }

@@ -8,6 +8,8 @@ use icoray_grid::Grid;
 #[derive(Debug, Clone)]
 pub struct OwnedRegion {
     triangles: Vec<bool>,
+    /// The same marks, 32 in a word; the last word has none.
+    words: Vec<u32>,
     /// Axis of the cap around the triangles, and the cosine of the angle to the farthest of their vertices.
     cap: Option<(DVec3, f64)>,
     lowest_facet: f64,
@@ -17,7 +19,8 @@ impl OwnedRegion {
     /// The region of the triangles that are marked, by number. Its lowest facet is that of the unit sphere until
     /// [`Self::lower_facet`] is called.
     pub fn new(grid: &Grid, triangles: Vec<bool>) -> Self {
-        OwnedRegion { cap: cap(grid, &triangles), triangles, lowest_facet: 1.0 }
+        let (cap, words) = (cap(grid, &triangles), words(&triangles));
+        OwnedRegion { triangles, words, cap, lowest_facet: 1.0 }
     }
 
     /// Marks of all triangles.
@@ -29,6 +32,12 @@ impl OwnedRegion {
     #[inline]
     pub fn has(&self, triangle: u32) -> bool {
         self.triangles.get(triangle as usize).is_some_and(|is_own| *is_own)
+    }
+
+    /// [`Self::triangles`] as bits of words, the lowest bit first. The last word is zero: an index that is lowered to it
+    /// finds no triangle.
+    pub(crate) fn words(&self) -> &[u32] {
+        &self.words
     }
 
     /// Smallest distance from the centre of any rank's facets, where layers are a unit sphere.
@@ -62,6 +71,11 @@ impl OwnedRegion {
         let reach = |r: f64| r * r - 2.0 * r * outer * cos * cos + outer * outer * cos * cos;
         (middle, reach(low).max(reach(outer)) * (1.0 + 1e-9))
     }
+}
+
+fn words(triangles: &[bool]) -> Vec<u32> {
+    let word = |marks: &[bool]| marks.iter().rev().fold(0, |word, is_own| word << 1 | u32::from(*is_own));
+    triangles.chunks(32).map(word).chain([0]).collect()
 }
 
 /// The cap around own triangles.

@@ -3,7 +3,7 @@
 use crate::counts::Counts;
 use crate::packet;
 use crate::plane::RayLine;
-use crate::trace::{self, Extent, Kernel, Report};
+use crate::trace::{self, Extent, Kernel, Target};
 use fearless_simd::Level;
 use glam::DVec3;
 use icoray_grid::real::Real;
@@ -15,7 +15,7 @@ pub use crate::budget::Budget;
 pub use crate::fragment::Fragment;
 pub use crate::packet::packets;
 pub use crate::single_volume::SingleVolumeTracer;
-pub use crate::trace::{PrimaryRay, Tracer};
+pub use crate::trace::{FragmentReport, PrimaryRay, Tracer};
 
 /// A precision for which the kernel is compiled: `f32` or `f64`.
 pub trait KernelReal: Real {
@@ -31,7 +31,7 @@ pub trait KernelReal: Real {
         tracer: &SingleVolumeTracer<'_, Self>,
         rays: &mut dyn Iterator<Item = PrimaryRay>,
         counts: &mut Counts,
-        report: &mut Report,
+        target: &mut Target,
     ) -> bool;
 }
 
@@ -50,9 +50,9 @@ impl KernelReal for f32 {
         tracer: &SingleVolumeTracer<'_, Self>,
         rays: &mut dyn Iterator<Item = PrimaryRay>,
         counts: &mut Counts,
-        report: &mut Report,
+        target: &mut Target,
     ) -> bool {
-        packet::trace::<N>(level, tracer, rays, counts, report)
+        packet::trace::<N>(level, tracer, rays, counts, target)
     }
 }
 
@@ -71,7 +71,7 @@ impl KernelReal for f64 {
         _: &SingleVolumeTracer<'_, Self>,
         _: &mut dyn Iterator<Item = PrimaryRay>,
         _: &mut Counts,
-        _: &mut Report,
+        _: &mut Target,
     ) -> bool {
         false
     }
@@ -116,8 +116,8 @@ impl<T: KernelReal, const N: usize> Kernel for Interpolating<'_, T, N> {
         &self,
         rays: &mut dyn Iterator<Item = PrimaryRay>,
         counts: &mut Counts,
-        tell: &mut Report,
+        target: &mut Target,
     ) -> bool {
-        self.0.level.is_some_and(|level| T::trace_packets::<N>(level, &self.0, rays, counts, tell))
+        self.0.level.is_some_and(|level| T::trace_packets::<N>(level, &self.0, rays, counts, target))
     }
 }

@@ -89,6 +89,14 @@ pub struct ColorChange<T> {
 }
 
 impl Shading {
+    /// The smallest error per absorbed light that a piece can be cut to, whose channels are no brighter than
+    /// `brightest`: twice the error that rounding gives to a mean shade ([`RayShading::mean`]), as short pieces have it
+    /// too.
+    #[inline]
+    pub fn least_error<T: Real>(&self, brightest: f64) -> f64 {
+        2.0 * T::ROUNDING * (4.0 * brightest + 3.0 * self.shininess.max(4.0) * self.specular)
+    }
+
     /// The lighting of rays along `dir`.
     #[inline]
     pub fn along<T: Real>(&self, dir: DVec3) -> RayShading<T> {

@@ -48,10 +48,10 @@ pub struct SingleVolumeTracer<'f, T> {
 }
 
 impl<T: Real> SingleVolumeTracer<'_, T> {
-    /// Error of the colour that is allowed per absorbed light: no less than the last digit.
+    /// Error of the colour that is allowed per absorbed light.
     #[inline]
     pub(crate) fn color_tolerance(&self) -> f64 {
-        self.budget.color_tolerance.max(T::ROUNDING)
+        self.budget.color_tolerance_in::<T>(self.shading.as_ref())
     }
 
     /// Value, and gradient where `N` is 4, at a vertex whose value is known.

@@ -9,7 +9,7 @@ use crate::budget::Budget;
 use crate::column::Flow;
 use crate::column_ray::ColumnRay;
 use crate::counts::Counts;
-use crate::fragment::{Fragment, FragmentBuilder};
+use crate::fragment::{Fragment, FragmentBuilder, FragmentRules};
 use crate::owned_region::OwnedRegion;
 use crate::piece::Radiance;
 use crate::plane::RayLine;
@@ -17,7 +17,7 @@ use crate::signature::BoundarySignature;
 use crate::walk::Walk;
 use glam::DVec3;
 use icoray_grid::Grid;
-use queue::Queue;
+use queue::{Clip, Queue};
 
 pub use queue::PrimaryRay;
 
@@ -26,6 +26,17 @@ pub(crate) mod queue;
 /// Receives the number of a ray, its premultiplied light (`None` where the ray misses the shell), and the surfaces that
 /// it meets.
 pub type Report<'r> = dyn FnMut(usize, Option<Radiance<f64>>, BoundarySignature) + 'r;
+
+/// Receives the number of a ray and its fragments, in order along the ray.
+pub type FragmentReport<'r> = dyn FnMut(usize, &[Fragment]) + 'r;
+
+/// What rays are traced for, and the receiver of it.
+pub enum Target<'t, 'r> {
+    /// The light of each ray.
+    Light(&'t mut Report<'r>),
+    /// The fragments of each ray inside a region.
+    Fragments(&'t OwnedRegion, &'t mut FragmentReport<'r>),
+}
 
 /// Traces rays, and finds the fragments of rays inside a part of the cells.
 pub trait Tracer: Sync {
@@ -36,20 +47,17 @@ pub trait Tracer: Sync {
     /// Traces rays, in any order, and reports the light of each. The signature is empty for rays through one field
     /// alone.
     fn trace(&self, rays: &mut dyn Iterator<Item = PrimaryRay>, counts: &mut Counts, report: &mut Report);
-    /// Appends the fragments of the ray from `eye` along the unit vector `dir` inside `own` to `found`, in order along
-    /// the ray. The first triangle is searched from `hint`, which becomes that triangle. The ray itself is not
-    /// counted, since several ranks trace it.
+    /// Traces rays inside `own`, in any order, and reports the fragments of each that has any. The rays themselves are
+    /// not counted, since several ranks trace them.
     ///
     /// A fragment that shows nothing is left out, unless the core may be met in it: then it marks where the mesh has
     /// data.
     fn fragments(
         &self,
         own: &OwnedRegion,
-        eye: DVec3,
-        dir: DVec3,
-        hint: &mut u32,
+        rays: &mut dyn Iterator<Item = PrimaryRay>,
         counts: &mut Counts,
-        found: &mut Vec<Fragment>,
+        report: &mut FragmentReport,
     );
 }
 
@@ -82,7 +90,7 @@ pub(crate) trait Kernel: Sync {
 
     /// Traces all rays in packets and returns true, or traces none where the kernel or the machine has no packets.
     #[inline]
-    fn trace_packets(&self, _: &mut dyn Iterator<Item = PrimaryRay>, _: &mut Counts, _: &mut Report) -> bool {
+    fn trace_packets(&self, _: &mut dyn Iterator<Item = PrimaryRay>, _: &mut Counts, _: &mut Target) -> bool {
         false
     }
 }
@@ -122,12 +130,12 @@ impl<K: Kernel> Tracer for Compiled<K> {
     }
 
     fn trace(&self, rays: &mut dyn Iterator<Item = PrimaryRay>, counts: &mut Counts, report: &mut Report) {
-        if self.0.trace_packets(rays, counts, report) {
+        if self.0.trace_packets(rays, counts, &mut Target::Light(report)) {
             return;
         }
         let Extent { grid, outer, .. } = self.0.extent();
         let has_voids = grid.void_triangles() > 0;
-        let mut queue = Queue::new(grid, outer, rays);
+        let mut queue = Queue::new(grid, Clip { outer, region: None }, rays);
         while let Some((start, line, walk)) = queue.next(|number| report(number, None, BoundarySignature::default())) {
             let mut ray = self.0.ray(line, start.eye, start.dir);
             pass(&mut ray, has_voids, walk);
@@ -140,22 +148,26 @@ impl<K: Kernel> Tracer for Compiled<K> {
     fn fragments(
         &self,
         own: &OwnedRegion,
-        eye: DVec3,
-        dir: DVec3,
-        hint: &mut u32,
+        rays: &mut dyn Iterator<Item = PrimaryRay>,
         counts: &mut Counts,
-        found: &mut Vec<Fragment>,
+        report: &mut FragmentReport,
     ) {
-        let Extent { grid, top, core_radius, is_solid, .. } = self.0.extent();
-        let Some(line) = RayLine::new(eye, dir, top).filter(|line| own.is_near(line, core_radius[0], top)) else {
+        if self.0.trace_packets(rays, counts, &mut Target::Fragments(own, report)) {
             return;
-        };
-        let runs = FragmentBuilder::new(own, &line, core_radius, is_solid, self.0.budget().brightest, found);
-        let walk = Walk::new(grid, line, *hint);
-        *hint = walk.triangle();
-        let mut ray = self.0.ray(line, eye, dir);
-        ray.counts().rays = 0;
-        runs.trace(&mut ray, own, walk);
-        *counts += *ray.counts();
+        }
+        let Extent { grid, top, core_radius, is_solid, .. } = self.0.extent();
+        let clip = Clip { outer: top, region: Some((own, core_radius[0])) };
+        let (mut queue, mut found) = (Queue::new(grid, clip, rays), Vec::new());
+        while let Some((start, line, walk)) = queue.next(|_| ()) {
+            let rules = FragmentRules::new(own, &line, core_radius, is_solid, self.0.budget().brightest);
+            let mut ray = self.0.ray(line, start.eye, start.dir);
+            ray.counts().rays = 0;
+            FragmentBuilder::new(rules, &mut found).trace(&mut ray, own, walk);
+            *counts += *ray.counts();
+            if !found.is_empty() {
+                report(start.number, &found);
+                found.clear();
+            }
+        }
     }
 }

@@ -374,4 +374,4 @@ fn height(at: Point, on: Point) -> f64 {
 }
 
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;

@@ -94,24 +94,33 @@ impl Composer<'_> {
     }
 }
 
-/// Fragments of a tile's pixels.
+/// Fragments of a tile's rays, which come in any order.
 #[derive(Debug, Default)]
 pub(crate) struct TileFragments {
-    /// How many each ray has.
-    counts: Vec<u16>,
+    /// The first fragment of each ray in `all`, and how many it has.
+    rays: Vec<(usize, u16)>,
     all: Vec<Fragment>,
 }
 
 impl TileFragments {
-    /// Adds a ray with what `trace` finds.
+    /// The fragments of so many rays: none yet.
+    pub fn of_rays(rays: usize) -> Self {
+        TileFragments { rays: vec![(0, 0); rays], all: Vec::new() }
+    }
+
+    /// Adds the fragments of a ray, in order along it; once for each ray.
     ///
     /// # Panics
-    /// When a ray has more fragments than 16 bits count.
-    pub fn ray(&mut self, trace: impl FnOnce(&mut Vec<Fragment>)) {
-        let before = self.all.len();
-        trace(&mut self.all);
-        let count = u16::try_from(self.all.len() - before);
-        self.counts.push(count.expect("a ray has fewer than 65536 fragments"));
+    /// When they are more than 16 bits count.
+    pub fn add(&mut self, ray: usize, fragments: &[Fragment]) {
+        let count = u16::try_from(fragments.len()).expect("a ray has fewer than 65536 fragments");
+        self.rays[ray] = (self.all.len(), count);
+        self.all.extend_from_slice(fragments);
+    }
+
+    /// The fragments, ray by ray.
+    fn in_order(&self) -> impl Iterator<Item = &Fragment> {
+        self.rays.iter().flat_map(|(first, count)| &self.all[*first..first + usize::from(*count)])
     }
 
     /// Appends the tile as bytes.
@@ -122,15 +131,15 @@ impl TileFragments {
         if self.all.is_empty() {
             return;
         }
-        self.counts.iter().for_each(|count| bytes.extend_from_slice(&count.to_le_bytes()));
-        for fragment in &self.all {
+        self.rays.iter().for_each(|(_, count)| bytes.extend_from_slice(&count.to_le_bytes()));
+        for fragment in self.in_order() {
             fragment.t.iter().for_each(|t| bytes.extend_from_slice(&t.to_le_bytes()));
             let [r, g, b] = fragment.color;
             for value in [r, g, b, fragment.alpha, fragment.error, fragment.variance] {
                 bytes.extend_from_slice(&value.to_le_bytes());
             }
         }
-        let surfaces = self.all.iter().filter(|_| has_surfaces).flat_map(|f| f.surfaces.values());
+        let surfaces = self.in_order().filter(|_| has_surfaces).flat_map(|f| f.surfaces.values());
         surfaces.for_each(|value| bytes.extend_from_slice(&value.to_le_bytes()));
     }
 }
@@ -264,17 +273,16 @@ mod tests {
     }
 
     #[test]
-    fn fragments_come_as_they_were_sent_and_cut_ones_are_errors() {
+    fn fragments_come_ray_by_ray_and_cut_ones_are_errors() {
         let found = [3usize, 0, 1].map(|count| {
-            (0..count).map(|i| fragment([i as f64, i as f64 + 0.5], [0.1, 0.2, 0.3], 0.4)).collect::<Vec<_>>()
+            let at = |i: usize| (count * 10 + i) as f64;
+            (0..count).map(|i| fragment([at(i), at(i) + 0.5], [0.1, 0.2, 0.3], 0.4)).collect::<Vec<_>>()
         });
         let mut bytes = Vec::new();
-        let mut tile = TileFragments::default();
-        found.iter().for_each(|pixel| tile.ray(|all| all.extend(pixel)));
+        let mut tile = TileFragments::of_rays(3);
+        [2, 0, 1].into_iter().for_each(|ray| tile.add(ray, &found[ray]));
         tile.put(&mut bytes);
-        let mut empty = TileFragments::default();
-        (0..3).for_each(|_| empty.ray(|_| ()));
-        empty.put(&mut bytes);
+        TileFragments::of_rays(3).put(&mut bytes);
         assert_eq!(bytes.len(), 8 + 3 * 2 + 4 * BYTES + 8);
         let mut rest = bytes.as_slice();
         for expected in [&found, &[const { Vec::new() }; 3]] {

@@ -76,22 +76,17 @@ pub(crate) fn trace<'a>(
     let trace = move |number: &u32| {
         let start = Instant::now();
         let mut counts = Counts::default();
-        let mut places = Vec::with_capacity(tiling.pixels_of(*number) * tiling.rays_per_pixel());
-        tiling.sample_points(*number, &mut |place| places.push(place));
-        let rays = draw(&places, &mut counts);
+        let rays = draw(&sample_points(tiling, *number), &mut counts);
         Tile::resolved(tiling, *number, rays, start, counts)
     };
     tiles.par_iter().with_max_len(1).map(trace)
 }
 
-/// Visits a tile's sample points in order; each call may read and update the start hint of the previous one.
-pub(crate) fn visit(tiling: &dyn Tiling, tile: u32, mut ray: impl FnMut([f64; 2], &mut u32)) {
-    let (mut hint, mut row_hint) = (0, 0);
-    tiling.sample_points(tile, &mut |place| {
-        hint = if place.begins_row { row_hint } else { hint };
-        ray(place.at, &mut hint);
-        row_hint = if place.begins_row { hint } else { row_hint };
-    });
+/// The sample points of a tile, pixel by pixel.
+pub(crate) fn sample_points(tiling: &dyn Tiling, tile: u32) -> Vec<SamplePoint> {
+    let mut places = Vec::with_capacity(tiling.pixels_of(tile) * tiling.rays_per_pixel());
+    tiling.sample_points(tile, &mut |place| places.push(place));
+    places
 }
 
 /// A rectangle of traced pixels.

@@ -1,4 +1,5 @@
 use super::*;
+use crate::budget::Budget;
 use crate::shade::Shading;
 use crate::transfer::{KernelKnot, Spans};
 use glam::DVec3;
@@ -196,6 +197,23 @@ fn sizes_of_gradients_do_not_matter() {
         let other = of(broken);
         let is_dark = other.shade.body == shading.ambient && other.shade.highlight < 1e-30 && other.tilt == 0.0;
         assert!(is_dark && other.off <= 0.9 * 0.7 + 0.5 + 1e-6, "{broken}: {other:?}");
+    }
+}
+
+/// Otherwise pieces would be cut without end.
+#[test]
+fn the_rounding_of_a_shade_can_be_afforded() {
+    let knot = |value: f64| KernelKnot { value, color: [0.9; 3], extinction: 2.0 };
+    let spans = Spans::<f32>::new(&[knot(0.0), knot(1.0)]);
+    let piece = Segment { f0: 0.2, f1: 0.7, kappa: 0.0, eps: 0.1, length: 0.3 };
+    for shininess in [1.0, 8.0, 100.0, 5000.0] {
+        for specular in [0.0, 0.2, 1.0] {
+            let shading = Shading { ambient: 0.2, diffuse: 0.7, specular, shininess, towards_light: None };
+            let mean = mean_shade(&shading.along(DVec3::NEG_X), &piece, spans.span(1), &[[1.0, 0.0, 0.0]; 3]);
+            let budget = Budget::new(1e-9, 0.9 * 0.9 + specular, Some(0.9));
+            let allowed = budget.color_tolerance_in::<f32>(Some(&shading)) as f32;
+            assert!(mean.off > 1e-7 && mean.off < 0.6 * allowed, "{shininess}, {specular}: {mean:?}, {allowed}");
+        }
     }
 }
 

@@ -11,25 +11,28 @@
 
 use crate::counts::Counts;
 use crate::leap::{Ahead, Leaps};
+use crate::owned_region::OwnedRegion;
 use crate::piece::Radiance;
 use crate::plane::RayLine;
 use crate::ray::scalar::Ray;
 use crate::shade::RayShading;
 use crate::signature::BoundarySignature;
 use crate::single_volume::SingleVolumeTracer;
-use crate::trace::queue::RowHints;
-use crate::trace::{PrimaryRay, Report};
+use crate::trace::queue::{Clip, RowHints};
+use crate::trace::{PrimaryRay, Target};
 use crate::walk::Side;
 use fearless_simd::{Level, Simd, prelude::*};
 use glam::DVec3;
 use icoray_grid::Grid;
 use icoray_grid::array::MapInline;
 use icoray_grid::real::lerp;
-use icoray_simd::{Machine, Mask, Table};
+use icoray_simd::{Floats, Machine, Mask, Table};
 use lanes::{Entries, Lanes, Mesh, lanes_of};
 use light::{Lit, Slopes};
 use medium::SpanTables;
+use part::all;
 use read::Source;
+use runs::Runs;
 
 mod gap;
 mod integral;
@@ -40,6 +43,7 @@ mod medium;
 mod part;
 mod piece;
 mod read;
+mod runs;
 mod start;
 mod turn;
 
@@ -64,31 +68,35 @@ pub(crate) fn trace<const N: usize>(
     tracer: &SingleVolumeTracer<'_, f32>,
     rays: &mut dyn Iterator<Item = PrimaryRay>,
     counts: &mut Counts,
-    report: &mut Report,
+    target: &mut Target,
 ) -> bool {
-    let Some(tables) = Tables::new(tracer) else { return false };
+    let region = match target {
+        Target::Light(_) => None,
+        Target::Fragments(own, _) => Some(*own),
+    };
+    let Some(tables) = Tables::new(tracer, region) else { return false };
     match level {
         #[cfg(target_arch = "x86_64")]
         Level::Avx512(simd) => simd.vectorize(
             #[inline(always)]
-            || Packet::<_, N>::new(simd, tracer, &tables).trace(rays, counts, report),
+            || Packet::<_, N>::new(simd, tracer, &tables).trace(rays, counts, target),
         ),
         #[cfg(target_arch = "x86_64")]
         Level::Avx2(simd) => simd.vectorize(
             #[inline(always)]
-            || Packet::<_, N>::new(simd, tracer, &tables).trace(rays, counts, report),
+            || Packet::<_, N>::new(simd, tracer, &tables).trace(rays, counts, target),
         ),
         #[cfg(target_arch = "aarch64")]
         Level::Neon(simd) => simd.vectorize(
             #[inline(always)]
-            || Packet::<_, N>::new(simd, tracer, &tables).trace(rays, counts, report),
+            || Packet::<_, N>::new(simd, tracer, &tables).trace(rays, counts, target),
         ),
         _ => unreachable!("packets are traced at the levels of `packets` only"),
     }
     true
 }
 
-/// What all packets of a frame read.
+/// What all packets of a tile read.
 struct Tables<'t> {
     mesh: Mesh<'t>,
     source: Source<'t>,
@@ -97,13 +105,19 @@ struct Tables<'t> {
     bounds: Table<'t, f64>,
     /// The macrocells; `None` where rays do not leap.
     leaps: Option<Leaps<'t, f32>>,
+    /// The region in which fragments are sought, and [`OwnedRegion::words`].
+    own: Option<(&'t OwnedRegion, Table<'t, u32>)>,
 }
 
 impl<'t> Tables<'t> {
-    fn new(tracer: &'t SingleVolumeTracer<'_, f32>) -> Option<Self> {
+    fn new(tracer: &'t SingleVolumeTracer<'_, f32>, region: Option<&'t OwnedRegion>) -> Option<Self> {
         let slopes = match tracer.shading {
             Some(_) => Slopes::new(tracer.gradients, tracer.shell.layers())?,
             None => Slopes::None,
+        };
+        let own = match region {
+            Some(region) => Some((region, Table::new(region.words())?)),
+            None => None,
         };
         Some(Tables {
             slopes,
@@ -111,7 +125,8 @@ impl<'t> Tables<'t> {
             source: Source::new(tracer.samples),
             spans: SpanTables::new(tracer.spans)?,
             bounds: Table::new(tracer.shell.bounds())?,
-            leaps: Leaps::new(tracer.grid, tracer.shell, tracer.visible, tracer.core.is_some()),
+            leaps: own.is_none().then(|| Leaps::new(tracer.grid, tracer.shell, tracer.visible, tracer.core.is_some())).flatten(),
+            own,
         })
     }
 }
@@ -145,31 +160,36 @@ struct Start {
 /// Rays that are still to be traced.
 struct Rays<'q> {
     rays: &'q mut dyn Iterator<Item = PrimaryRay>,
+    clip: Clip<'q>,
     hints: RowHints,
     entries: Entries,
 }
 
 impl Rays<'_> {
-    /// The next ray on which something may show, and the distance before which it does not leap; those before it are
-    /// reported without light.
+    /// The next ray that is not clipped away and on which something may show, and the distance before which it does not
+    /// leap; those before it are reported without light.
     #[inline]
     fn next(
         &mut self,
         tracer: &SingleVolumeTracer<'_, f32>,
         tables: &Tables,
         counts: &mut Counts,
-        report: &mut Report,
+        target: &mut Target,
     ) -> Option<(Start, Side, f64)> {
         for PrimaryRay { number, eye, dir, begins_row } in &mut *self.rays {
             let hint = self.hints.get(begins_row);
-            let Some(line) = RayLine::new(eye, dir, tracer.outer) else {
+            let Some(line) = self.clip.line(eye, dir) else {
                 self.hints.set(begins_row, hint);
-                report(number, None, BoundarySignature::default());
+                if let Target::Light(report) = target {
+                    report(number, None, BoundarySignature::default());
+                }
                 continue;
             };
             let Some((side, next_leap)) = tables.first_column(tracer.grid, line, hint) else {
                 counts.rays += 1;
-                report(number, Some(Radiance::none()), BoundarySignature::default());
+                if let Target::Light(report) = target {
+                    report(number, Some(Radiance::none()), BoundarySignature::default());
+                }
                 continue;
             };
             self.hints.set(begins_row, side.half_edge / 3);
@@ -197,10 +217,14 @@ struct Packet<'p, 'f, V: Machine, const N: usize> {
     mid: u32,
     /// Those whose rays have ended.
     ended: u32,
+    /// Those of them whose rays have come to the end of their last columns.
+    exited: u32,
     /// Error of the colour that is allowed per absorbed light.
     color_tolerance: f32,
-    /// Transmittance at which a ray ends.
-    min_transmittance: f32,
+    /// Transmittance at which each ray ends.
+    min_transmittance: Floats<V>,
+    /// The fragments of the rays, where these are sought.
+    runs: Option<Runs<'p, V>>,
     counts: Counts,
 }
 
@@ -219,30 +243,35 @@ impl<'p, 'f, V: Machine, const N: usize> Packet<'p, 'f, V, N> {
             fresh: 0,
             mid: 0,
             ended: 0,
+            exited: 0,
             color_tolerance: tracer.color_tolerance() as f32,
-            min_transmittance: tracer.budget.min_transmittance as f32,
+            min_transmittance: all(simd, 0.0),
+            runs: tables.own.map(|(region, own)| Runs::new(simd, region, own)),
             counts: Counts::default(),
         }
     }
 
     /// Traces all rays.
     #[inline(always)]
-    fn trace(&mut self, rays: &mut dyn Iterator<Item = PrimaryRay>, counts: &mut Counts, report: &mut Report) {
-        let mut queue = Rays { rays, hints: RowHints::new(self.tracer.grid), entries: Entries::new() };
+    fn trace(&mut self, rays: &mut dyn Iterator<Item = PrimaryRay>, counts: &mut Counts, target: &mut Target) {
+        let hints = RowHints::new(self.tracer.grid);
+        let mut queue = Rays { rays, clip: self.clip(), hints, entries: Entries::new() };
+        // Gaps are passed in every turn where no column is passed as a whole.
+        let is_full = self.tracer.visible.is_full() && self.runs.is_none();
         let mut is_empty = false;
         loop {
             if !is_empty && self.live.count_ones() + FREE <= Lanes::<V>::COUNT as u32 {
-                is_empty = self.fill(&mut queue, report);
+                is_empty = self.fill(&mut queue, target);
             }
             if self.live == 0 {
                 break;
             }
             self.columns();
-            if self.tracer.visible.is_full() || 2 * self.fresh.count_ones() <= self.live.count_ones() {
+            if is_full || 2 * self.fresh.count_ones() <= self.live.count_ones() {
                 self.gaps();
             }
             if self.ended != 0 {
-                self.finish(report);
+                self.finish(target);
             }
         }
         *counts += self.counts;
@@ -250,27 +279,35 @@ impl<'p, 'f, V: Machine, const N: usize> Packet<'p, 'f, V, N> {
 
     /// Fills free lanes with rays; true where there are no more.
     #[inline(always)]
-    fn fill(&mut self, queue: &mut Rays, report: &mut Report) -> bool {
+    fn fill(&mut self, queue: &mut Rays, target: &mut Target) -> bool {
         let before = self.live;
-        let is_empty = self.take(queue, report);
+        let is_empty = self.take(queue, target);
         let new = self.live & !before;
         self.fresh |= new;
         self.mid &= !new;
-        self.counts.rays += u64::from(new.count_ones());
-        self.lanes.load(self.simd, &queue.entries, mask::<V>(self.simd, new));
+        if self.runs.is_none() {
+            self.counts.rays += u64::from(new.count_ones());
+        }
+        let new = mask::<V>(self.simd, new);
+        let min_transmittance = all(self.simd, self.tracer.budget.min_transmittance as f32);
+        self.min_transmittance = new.select(min_transmittance, self.min_transmittance);
+        self.lanes.load(self.simd, &queue.entries, new);
         is_empty
     }
 
     /// Takes rays into free lanes; true where there are no more.
     #[inline(never)]
-    fn take(&mut self, queue: &mut Rays, report: &mut Report) -> bool {
+    fn take(&mut self, queue: &mut Rays, target: &mut Target) -> bool {
         for lane in lanes_of(!self.live & (u32::MAX >> (u32::BITS - Lanes::<V>::COUNT as u32))) {
-            let next = queue.next(self.tracer, self.tables, &mut self.counts, report);
+            let next = queue.next(self.tracer, self.tables, &mut self.counts, target);
             let Some((start, side, next_leap)) = next else { return true };
             self.lanes.put(lane, &side, self.tables.source.side_bases(&side), &mut queue.entries);
             self.lanes.next_leap.set(lane, next_leap);
             self.lanes.locate(lane, self.tracer.shell, side.height);
             self.starts[lane % MOST] = Some(start);
+            if let Some(runs) = &mut self.runs {
+                runs.begin(lane, &start.line, self.tracer);
+            }
             if let Some(shading) = self.tracer.shading.as_ref().filter(|_| N == 4) {
                 let shading = shading.along::<f32>(start.dir);
                 for k in 0..3 {
@@ -293,7 +330,9 @@ impl<'p, 'f, V: Machine, const N: usize> Packet<'p, 'f, V, N> {
             self.lanes.put_bases(step, self.tables.source.bases(self.simd, apexes, self.fresh));
             self.counts.columns += u64::from(self.fresh.count_ones());
             let entered = std::mem::take(&mut self.fresh);
-            if self.tracer.grid.void_triangles() > 0 {
+            if self.runs.is_some() {
+                self.pass_others(entered);
+            } else if self.tracer.grid.void_triangles() > 0 {
                 self.pass_voids(entered);
             }
             if !self.tracer.visible.is_full() {
@@ -359,6 +398,7 @@ impl<'p, 'f, V: Machine, const N: usize> Packet<'p, 'f, V, N> {
     fn leave(&mut self, lanes: u32) {
         let last = self.lanes.last.to_bitmask() as u32;
         self.ended |= lanes & last;
+        self.exited |= lanes & last;
         self.fresh |= lanes & !last;
     }
 
@@ -400,14 +440,19 @@ impl<'p, 'f, V: Machine, const N: usize> Packet<'p, 'f, V, N> {
         self.leave(leaving);
     }
 
-    /// Reports the light of rays that have ended.
+    /// Reports the rays that have ended.
     #[inline(never)]
-    fn finish(&mut self, report: &mut Report) {
+    fn finish(&mut self, target: &mut Target) {
         for lane in lanes_of(self.ended) {
-            if let Some(start) = self.starts[lane].take() {
-                report(start.number, Some(self.lanes.light(lane).wide()), BoundarySignature::default());
+            let Some(start) = self.starts[lane].take() else { continue };
+            match target {
+                Target::Light(report) => {
+                    report(start.number, Some(self.lanes.light(lane).wide()), BoundarySignature::default());
+                }
+                Target::Fragments(_, report) => self.finish_runs(lane, start.number, report),
             }
         }
+        self.exited = 0;
         self.live &= !self.ended;
         self.fresh &= !self.ended;
         self.mid &= !self.ended;
@@ -419,6 +464,7 @@ impl<'p, 'f, V: Machine, const N: usize> Packet<'p, 'f, V, N> {
         let start = self.starts[lane]?;
         let mut ray = Ray::new(self.tracer, start.line, start.dir);
         ray.light = self.lanes.light(lane);
+        ray.min_transmittance = self.min_transmittance[lane];
         Some(ray)
     }
 }

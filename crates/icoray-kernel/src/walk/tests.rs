@@ -6,7 +6,7 @@ use icoray_test_support::{Random, count};
 use rayon::prelude::*;
 
 #[path = "../../../icoray/tests/suite/culled/mod.rs"]
-mod culled;
+pub mod culled;
 
 const OUTER: f64 = 1.1;
 

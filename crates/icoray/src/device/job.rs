@@ -12,8 +12,8 @@ use icoray_grid::real::Real;
 use icoray_grid::sample::{Sample, Samples};
 use icoray_grid::{Grid, Reals};
 use icoray_kernel::transfer;
-use icoray_scene::Quality;
 use icoray_scene::Scene;
+use icoray_scene::{Lights, Quality};
 use std::ops::Range;
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -128,8 +128,9 @@ impl<'f> Job<'f> {
     /// Division of the tolerance along a ray.
     pub fn allowed(&self) -> BudgetTable {
         let budget = allowed(self.scene, &self.quality);
+        let shading = self.plan.shading.filter(|_| self.quality.lights != Lights::Off);
         BudgetTable {
-            color_tolerance: budget.color_tolerance.max(f32::ROUNDING) as f32,
+            color_tolerance: budget.color_tolerance_in::<f32>(shading.as_ref()) as f32,
             min_transmittance: budget.min_transmittance as f32,
             brightest: budget.brightest as f32,
         }

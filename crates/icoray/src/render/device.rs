@@ -152,12 +152,12 @@ fn rays_of_tiles<R>(tiles: impl Iterator<Item = Rect>, mut rest: &[R]) -> Vec<&[
 fn fragments_of_band(job: &Job, band: &Fragments) -> Vec<(TileFragments, Counts)> {
     let mut rest = band.all;
     let tile = |rays: &[RayFragments]| {
-        let (mut fragments, mut counts) = (TileFragments::default(), Counts::default());
-        for ray in rays {
+        let (mut fragments, mut counts) = (TileFragments::of_rays(rays.len()), Counts::default());
+        for (number, ray) in rays.iter().enumerate() {
             let [columns, frusta, void_frusta] = ray.counts.map(u64::from);
             counts += Counts { columns, frusta, void_frusta, ..Counts::default() };
             let (of_ray, others) = rest.split_at(ray.fragments as usize);
-            fragments.ray(|all| all.extend_from_slice(of_ray));
+            fragments.add(number, of_ray);
             rest = others;
         }
         (fragments, counts)

@@ -3,11 +3,11 @@
 
 use super::context::FrameContext;
 use super::device::OnDevice;
-use super::work::{Work, background_blend, ray};
+use super::work::{Work, background_blend, primary_rays, ray};
 use crate::compose::{Composer, ReceivedTile, TileFragments};
 use crate::plan::budget::allowed;
 use crate::ranks::{Part, Ranks, TileAssignment, TileCosts, decode_next, encode};
-use crate::raster::{Pixel, Raster, Tile, Tiling, visit};
+use crate::raster::{Pixel, Raster, Tile, Tiling, sample_points};
 use icoray_grid::{Error, ErrorKind, Result};
 use icoray_kernel::Counts;
 use icoray_kernel::ground::Core;
@@ -113,11 +113,10 @@ impl Work<'_> {
             let tracer = self.rays.tracer(quality);
             left.par_iter().with_max_len(1).for_each(|tile| {
                 let start = Instant::now();
-                let (mut fragments, mut counts) = (TileFragments::default(), Counts::default());
-                visit(tiling, *tile, |at, hint| {
-                    let (eye, dir) = ray(self.context.scene, at);
-                    fragments.ray(|found| tracer.fragments(part.region(), eye, dir, hint, &mut counts, found));
-                });
+                let places = sample_points(tiling, *tile);
+                let (mut fragments, mut counts) = (TileFragments::of_rays(places.len()), Counts::default());
+                let mut rays = primary_rays(self.context.scene, &places);
+                tracer.fragments(part.region(), &mut rays, &mut counts, &mut |ray, of_ray| fragments.add(ray, of_ray));
                 keep(*tile, &fragments, counts, start.elapsed().as_secs_f32());
             });
         }
@@ -165,10 +164,10 @@ impl Work<'_> {
         let mut counts = Counts::default();
         let mut rays: Vec<Pixel> = Vec::with_capacity(tiling.pixels_of(number) * tiling.rays_per_pixel());
         let mut fragments = Vec::new();
-        visit(tiling, number, |at, _| {
+        tiling.sample_points(number, &mut |place| {
             fragments.clear();
             received.iter_mut().for_each(|received| received.ray(rays.len(), &mut fragments));
-            let (eye, dir) = ray(self.context.scene, at);
+            let (eye, dir) = ray(self.context.scene, place.at);
             let (light, surfaces) = composer.ray(eye, dir, &mut fragments, &mut counts).unzip();
             let pixel = background_blend(self.context.scene, composer.budget.brightest, light);
             rays.push(Pixel { surfaces: surfaces.unwrap_or_default(), ..pixel });

@@ -194,15 +194,20 @@ const GEOMETRY: f64 = 1e-9;
 /// The light of pixels, over the background.
 fn pixels(scene: &Scene, tracer: &dyn Tracer, places: &[SamplePoint], counts: &mut Counts) -> Vec<Pixel> {
     let mut pixels = vec![Pixel::default(); places.len()];
-    let mut rays = places.iter().enumerate().map(|(number, place)| {
-        let (eye, dir) = ray(scene, place.at);
-        PrimaryRay { number, eye, dir, begins_row: place.begins_row }
-    });
+    let mut rays = primary_rays(scene, places);
     let brightest = tracer.budget().brightest;
     tracer.trace(&mut rays, counts, &mut |number, light, surfaces| {
         pixels[number] = Pixel { surfaces, ..background_blend(scene, brightest, light) };
     });
     pixels
+}
+
+/// The rays through places of the picture, numbered from 0.
+pub(super) fn primary_rays(scene: &Scene, places: &[SamplePoint]) -> impl Iterator<Item = PrimaryRay> {
+    places.iter().enumerate().map(|(number, place)| {
+        let (eye, dir) = ray(scene, place.at);
+        PrimaryRay { number, eye, dir, begins_row: place.begins_row }
+    })
 }
 
 /// Whether no ray through a rectangle of pixels, the first and the last of which are opposite corners, comes within
