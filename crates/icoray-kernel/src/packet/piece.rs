@@ -156,7 +156,7 @@ impl<V: Machine, const N: usize> Packet<'_, '_, V, N> {
         if self.tracer.is_coarse {
             return 0;
         }
-        let too_far = shade.too_far(simd, common, &self.lanes, &piece, self.color_tolerance);
+        let too_far = shade.too_far(simd, &self.lanes, &piece, self.color_tolerance);
         let has_room = self.lit.fraction.simd_gt(LEAST_FRACTION);
         (too_far & has_room).to_bitmask() as u32 & shown
     }
