@@ -14,6 +14,7 @@ pub mod grid;
 pub mod heights;
 mod layers;
 mod layout;
+pub mod memory;
 pub mod numbers;
 pub mod occupancy;
 pub mod real;

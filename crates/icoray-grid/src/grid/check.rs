@@ -12,6 +12,7 @@ use super::table_names::{entry, item, named, named_entry, named_row, row as row_
 use super::tables::{GridTables, Indices, LonLat};
 use super::triangle_orientation::TriangleOrientation;
 use crate::error::{Error, ErrorKind, Result};
+use crate::memory;
 use glam::DVec3;
 use rayon::prelude::*;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
@@ -111,8 +112,11 @@ fn position_error(t: &GridTables, table: &str, at: &LonLat, i: usize) -> Option<
 /// Checks the cell centres and gives their unit vectors.
 pub(super) fn directions(t: &GridTables) -> Result<Vec<[f64; 3]>> {
     first_error(t.cells(), |i| position_error(t, "center", &t.center, i))?;
+    let mut directions = memory::room_for("directions of the cells", t.cells())?;
     let rows = (0..t.cells()).into_par_iter().with_min_len(4096);
-    Ok(rows.map(|i| unit_vector(t.center.lon_rad.get(i), t.center.lat_rad.get(i)).to_array()).collect())
+    let at = |i: usize| unit_vector(t.center.lon_rad.get(i), t.center.lat_rad.get(i)).to_array();
+    rows.map(at).collect_into_vec(&mut directions);
+    Ok(directions)
 }
 
 /// Unit vector at a longitude and latitude in radians.
@@ -343,9 +347,9 @@ pub(super) fn covers(
 ) -> Result<()> {
     let area_of = |cells: [usize; 3]| solid_angle(cells.map(|cell| DVec3::from_array(direction[cell])));
     // Fixed blocks summed in order: the same sum for any number of threads.
-    let rows = (0..t.corners()).into_par_iter().with_min_len(4096);
-    let areas: Vec<f64> =
-        rows.map(|r| if orientations[r].is_triangle() { area_of(wound(t, orientations, r)) } else { 0.0 }).collect();
+    let rows = (0..t.corners()).into_par_iter();
+    let area = |r: usize| if orientations[r].is_triangle() { area_of(wound(t, orientations, r)) } else { 0.0 };
+    let areas: Vec<f64> = rows.fold_chunks(4096, || 0.0, |sum, r| sum + area(r)).collect();
     let void = hole_filling.void().iter().map(|void| area_of(void.cells.map(|cell| cell as usize)));
     let area: f64 = areas.into_iter().chain(void).sum();
     if (area / (4.0 * PI) - 1.0).abs() > COVER {

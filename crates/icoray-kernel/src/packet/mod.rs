@@ -26,6 +26,7 @@ use icoray_grid::real::lerp;
 use icoray_simd::{Machine, Mask, Table};
 use lanes::{Entries, Lanes, Mesh, lanes_of};
 use light::{Lit, Slopes};
+pub use limits::beyond_gathers;
 use medium::SpanTables;
 use read::Source;
 
@@ -33,6 +34,7 @@ mod gap;
 mod integral;
 mod lanes;
 mod light;
+mod limits;
 mod medium;
 mod part;
 mod piece;
