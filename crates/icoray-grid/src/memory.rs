@@ -19,7 +19,11 @@ pub fn available() -> Option<u64> {
     let mut system = System::new_with_specifics(asked).ok()?;
     let machine = system.available_memory().saturating_add(system.free_swap());
     let own = Pid::from_u32(std::process::id());
-    system.refresh_processes_specifics(ProcessesToUpdate::Some(&[own]), false, ProcessRefreshKind::nothing().with_memory());
+    system.refresh_processes_specifics(
+        ProcessesToUpdate::Some(&[own]),
+        false,
+        ProcessRefreshKind::nothing().with_memory(),
+    );
     let process = system.process(own);
     let group = process.and_then(sysinfo::Process::cgroup_limits).as_ref().map(left_by);
     let space = process.and_then(|process| address_space()?.checked_sub(process.virtual_memory()));
@@ -104,10 +108,7 @@ mod tests {
     fn what_does_not_fit_is_refused_with_the_bytes_that_are_missing() {
         let error = require("a table", 5000, Some(4096)).unwrap_err();
         assert_eq!(error.kind(), ErrorKind::Memory);
-        assert_eq!(
-            error.context(),
-            "a table: 5000 bytes (4.88 KiB) are needed, 4096 are available, 904 are missing"
-        );
+        assert_eq!(error.context(), "a table: 5000 bytes (4.88 KiB) are needed, 4096 are available, 904 are missing");
         require("a table", 4096, Some(4096)).unwrap();
         require("a table", SMALL - 1, None).unwrap();
         // More than any machine has.

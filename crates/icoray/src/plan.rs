@@ -7,8 +7,8 @@ use icoray_grid::ColumnCount;
 use icoray_grid::Grid;
 use icoray_grid::Layers;
 use icoray_grid::Reals;
-use icoray_grid::{Error, ErrorKind, Result};
 use icoray_grid::visible_cells::VisibleCells;
+use icoray_grid::{Error, ErrorKind, Result};
 use icoray_grid::{Field, Location};
 use icoray_kernel::ray::beyond_gathers;
 use icoray_kernel::shade::Shading;
@@ -84,7 +84,8 @@ impl Plan {
         let value_bytes = if matches!(field.samples(), Reals::F32(_)) { size_of::<f32>() } else { size_of::<f64>() };
         let averages = if from_corners { grid.cells() * radius.len() * value_bytes } else { 0 };
         let average_bytes = averages as u64;
-        let mut plan = Plan { radius, falling: layers.is_falling(), knots, shading, from_corners, average_bytes, left_out };
+        let mut plan =
+            Plan { radius, falling: layers.is_falling(), knots, shading, from_corners, average_bytes, left_out };
         let beyond = plan.walks_in_packets(scene).then(|| plan.beyond_gathers(scene, grid)).flatten();
         plan.left_out.extend(beyond.map(|table| format!("rays side by side: {table}")));
         Ok(plan)

@@ -18,7 +18,12 @@ use rayon::prelude::*;
 ///
 /// # Errors
 /// [`ErrorKind::Memory`](crate::error::ErrorKind::Memory) where they do not fit.
-pub fn gradients<S: Sample>(grid: &Grid, heights: &Heights, samples: &Samples<S>, memory: Gradients) -> Result<Gradients> {
+pub fn gradients<S: Sample>(
+    grid: &Grid,
+    heights: &Heights,
+    samples: &Samples<S>,
+    memory: Gradients,
+) -> Result<Gradients> {
     let layers = heights.layers();
     let mut gradients = memory.with_room(grid.cells() * layers, false)?;
     let rows = gradients.whole_mut().par_chunks_exact_mut(layers).with_min_len(64).enumerate();

@@ -348,7 +348,11 @@ fn made<X>(cell: &OnceLock<X>, make: impl FnOnce() -> X) -> &X {
 
 /// The triangle beyond each side of each triangle, void ones behind those of the tables. A row that is no triangle has
 /// itself.
-fn beyond(tables: &GridTables, orientations: &[TriangleOrientation], hole_filling: &HoleFilling) -> Result<Vec<[u32; 3]>> {
+fn beyond(
+    tables: &GridTables,
+    orientations: &[TriangleOrientation],
+    hole_filling: &HoleFilling,
+) -> Result<Vec<[u32; 3]>> {
     let base = i64::from(tables.index_base);
     let across = |triangle: usize, k: usize| {
         let number = triangle as u32;

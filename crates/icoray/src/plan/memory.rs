@@ -126,7 +126,8 @@ impl Plan {
     fn gradient_bytes(&self, scene: &Scene, grid: &Grid, with: Circumstances, counts_cells: bool) -> u64 {
         let is_plain = scene.is_plain();
         let is_packed = is_plain && !with.is_part && with.savings.packing && self.allows_single_gradients(scene);
-        let is_partial = counts_cells && !with.is_part && with.savings.gradients && scene.scenery.heights != Heights::Native;
+        let is_partial =
+            counts_cells && !with.is_part && with.savings.gradients && scene.scenery.heights != Heights::Native;
         let cells = match is_partial {
             true => {
                 let seen = self.visible_cells(scene, grid);
