@@ -6,7 +6,7 @@ use super::options::{Light, Options, Size};
 use super::setup::Setup;
 use crate::peak::PeakMemory;
 use crate::results::io_error;
-use crate::sphere::{self, Sphere};
+use crate::sphere::Sphere;
 use icoray::{Frame, FrameReport, Grid, Plan, Renderer, Result, Savings, Scene};
 use std::time::Instant;
 
@@ -77,7 +77,7 @@ impl<'o> Benchmark<'o> {
     pub fn new(size: Size, options: &'o Options) -> Result<Self> {
         let max = options.threads.iter().copied().max().unwrap_or(0);
         let reader = Renderer::new(max)?.with_savings(Savings { empty_space: false, ..Savings::ALL });
-        let sphere = reader.run(|| Sphere::new(size.level, size.layers, [1.0, 1.15], sphere::multi_scale))?;
+        let sphere = reader.run(|| Sphere::multi_scale(size.level, size.layers, [1.0, 1.15]))?;
         let renderers = options.renderers()?;
         let times = if options.bare { 1 } else { options.frames };
         let setup = Setup::of(size.level, &sphere.mesh, &renderers, times)?;

@@ -63,7 +63,7 @@ fn what_the_camera_cannot_see_is_not_counted() {
     };
     let all = (grid.cells() * (LAYERS * 8 + 1)) as f64;
     // The limb is 72 degrees from the point below the camera; and somewhat beyond is seen.
-    assert!((0.35..0.5).contains(&(gradients(3.2) / all)), "{} of {all}", gradients(3.2));
+    assert!((0.3..0.5).contains(&(gradients(3.2) / all)), "{} of {all}", gradients(3.2));
     assert!(gradients(1.1) < 0.15 * all, "{} of {all}", gradients(1.1));
 }
 
