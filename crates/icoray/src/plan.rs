@@ -151,7 +151,7 @@ impl Plan {
     }
 
     /// Whether rays walk side by side, where the machine can.
-    fn walks_in_packets(&self, scene: &Scene) -> bool {
+    pub(crate) fn walks_in_packets(&self, scene: &Scene) -> bool {
         scene.is_plain() && scene.precision == Precision::F32 && scene.method == Method::Exact
     }
 

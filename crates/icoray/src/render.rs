@@ -226,7 +226,6 @@ fn draw_plain<T: KernelReal, S: Sample>(context: &FrameContext, ranks: &mut Rank
     let samples = Samples::new(data, field, plan.falling, spans.range());
     let field_summary = FieldSummary::of(context, ranks, &samples)?;
     let is_lit = field_summary.is_lit();
-    prepare::check_memory(context, ranks, &field_summary)?;
     let (occupancy_key, visible) = prepare::occupancy(context, &field_summary, &spans, samples);
     let (light_key, mut gradients) =
         prepare::gradients(context, &field_summary, samples, spans.range(), (&occupancy_key, &visible));

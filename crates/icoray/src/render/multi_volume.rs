@@ -5,7 +5,7 @@ use super::device::OnDevice;
 use super::frame_cache;
 use super::lazy::Lazy;
 use super::picture;
-use super::prepare::{self, FieldSummary};
+use super::prepare::FieldSummary;
 use super::rendered::Rendered;
 use super::work::{Rays, Work, budget};
 use crate::edges::Edges;
@@ -48,7 +48,6 @@ pub(super) fn draw(context: &FrameContext, ranks: &mut Ranks) -> Result<Rendered
         Reals::F32(data) => FieldSummary::of(context, ranks, &Samples::new(data, field, plan.falling, [0.0, 1.0])),
         Reals::F64(data) => FieldSummary::of(context, ranks, &Samples::new(data, field, plan.falling, [0.0, 1.0])),
     }?;
-    prepare::check_memory(context, ranks, &field_summary)?;
     let terrain = Terrain::new(context, ranks)?;
     let mut stage = SceneBuilder::new(context);
     let (media, isosurfaces) = (stage.media(), stage.isosurfaces());

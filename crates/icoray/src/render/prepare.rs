@@ -31,6 +31,7 @@ impl FieldSummary {
         let FrameContext { renderer, scene, plan, grid, part, start, .. } = *context;
         let range = ranks.attempt(|| {
             renderer.run(|| {
+                check_memory(context)?;
                 Ok(match part {
                     Some(part) => context.fields[0].field().range_over(Some(&|cell| part.counts(cell))),
                     None => context.range(0),
@@ -132,31 +133,24 @@ pub(super) fn gradients<'f, S: Sample>(
     (Some(key), Lazy::try_of(compute))
 }
 
-/// Checks that what the frame takes of memory fits into it. Collective.
-pub(super) fn check_memory(context: &FrameContext, ranks: &mut Ranks, field_summary: &FieldSummary) -> Result<()> {
+/// Checks that what the frame takes of memory fits into it.
+fn check_memory(context: &FrameContext) -> Result<()> {
     let FrameContext { renderer, scene, plan, grid, part, .. } = *context;
-    let checked = ranks.attempt(|| {
-        if !context.needs_gradients() {
-            return Ok(());
-        }
-        let with = Circumstances {
-            is_lit: field_summary.is_lit(),
-            is_part: part.is_some(),
-            has_packets: renderer.vectors().is_some(),
-            savings: renderer.savings,
-        };
-        renderer.run(|| {
-            let [bound, taken] = [false, true].map(|counts_cells| {
-                move || renderer.frame_cache.missing(plan.memory_with(scene, grid, with, counts_cells), grid)
-            });
-            // Cells are counted only where all of them do not fit.
-            match bound().require(renderer.memory_limit) {
-                Ok(()) => Ok(()),
-                Err(_) => taken().require(renderer.memory_limit),
-            }
-        })
-    });
-    ranks.collective(checked)
+    if !context.needs_gradients() {
+        return Ok(());
+    }
+    let with = Circumstances {
+        is_lit: scene.lighting.is_some(),
+        is_part: part.is_some(),
+        has_packets: renderer.vectors().is_some(),
+        savings: renderer.savings,
+    };
+    let fits = |counts_cells: bool| {
+        let all = plan.memory_with(scene, grid, with, counts_cells);
+        renderer.frame_cache.missing(all, grid).require(renderer.memory_limit)
+    };
+    // Cells are counted only where gradients at all of them do not fit.
+    fits(false).or_else(|_| fits(true))
 }
 
 /// Computes what the CPU needs in any case, and fills gradients of halo cells from other ranks. Collective.
@@ -171,6 +165,10 @@ pub(super) fn complete(
         context.renderer.run(|| {
             if context.device.is_err() {
                 visible.try_get()?;
+                let FrameContext { renderer, scene, plan, grid, .. } = *context;
+                if plan.walks_in_packets(scene) && renderer.vectors().is_some() {
+                    grid.make_half_edges()?;
+                }
             }
             if context.needs_gradients() {
                 gradients.try_get()?;
