@@ -186,9 +186,10 @@ pub(super) fn indices(t: &GridTables, has_hole: bool) -> Result<()> {
 /// Row `r` of a checked table with `N` columns, numbered from 0.
 #[inline(always)]
 fn row<const N: usize>(t: &GridTables, table: Indices, r: usize) -> [usize; N] {
+    let (numbers, base) = (table.row::<N>(r), i64::from(t.index_base));
     let mut row = [0; N];
-    for (row, number) in row.iter_mut().zip(table.row::<N>(r)) {
-        *row = (number - i64::from(t.index_base)) as usize;
+    for k in 0..N {
+        row[k] = (numbers[k] - base) as usize;
     }
     row
 }
@@ -331,25 +332,28 @@ fn wound(t: &GridTables, orientations: &[TriangleOrientation], r: usize) -> [usi
     if orientations[r].is_clockwise() { [a, c, b] } else { [a, b, c] }
 }
 
+/// Whether two triangles have a side that both pass from the same vertex to the same other one.
+#[inline(always)]
+fn shares_a_way(one: [usize; 3], other: [usize; 3]) -> bool {
+    let [a, b, c] = one;
+    let [d, e, f] = other;
+    let has = |from: usize, to: usize| (d == from && e == to) | (e == from && f == to) | (f == from && d == to);
+    has(a, b) | has(b, c) | has(c, a)
+}
+
 /// The triangles turn the same way on both sides of every edge that joins two.
 pub(super) fn folds(t: &GridTables, orientations: &[TriangleOrientation]) -> Result<()> {
     let number = |i: usize| i as i64 + i64::from(t.index_base);
-    let wound = |r: usize| wound(t, orientations, r);
-    let runs = |r: usize, from: usize, to: usize| {
-        let v = wound(r);
-        (0..3).any(|k| v[k] == from && v[(k + 1) % 3] == to)
-    };
     first_error(t.corners(), |r| {
         if !orientations[r].is_triangle() {
             return None;
         }
-        let v = wound(r);
+        let v = wound(t, orientations, r);
         (0..3).filter(|&k| !orientations[r].is_rim(k)).find_map(|k| {
             let edge = row::<3>(t, t.corner_edge, r)[orientations[r].side_opposite(k)];
             let [a, b] = row(t, t.edge_corner, edge);
             let other = if a == r { b } else { a };
-            let folded = (0..3).any(|k| runs(other, v[k], v[(k + 1) % 3]));
-            folded.then(|| {
+            shares_a_way(v, wound(t, orientations, other)).then(|| {
                 bad(format!(
                     "{}: the triangles lie on the same side of edge {}, expected a surface without folds",
                     rows(t, "corner_cell", r, other),

@@ -55,12 +55,13 @@ impl<'a> Indices<'a> {
     /// Row `r` of a table with `N` columns, if it has so many.
     #[inline(always)]
     pub(crate) fn find_row<const N: usize>(&self, r: usize) -> Option<[i64; N]> {
-        // Loops: `array::from_fn` is compiled apart from its caller in some builds.
+        // Loops: `array::from_fn` and zipped iterators are compiled apart from their callers in some builds.
         let mut found = [0; N];
         match self {
             Indices::I32(v) => {
-                for (found, number) in found.iter_mut().zip(v.get(N * r..N * r + N)?) {
-                    *found = i64::from(*number);
+                let row = v.get(N * r..N * r + N)?;
+                for k in 0..N {
+                    found[k] = i64::from(row[k]);
                 }
             }
             Indices::I64(v) => found.copy_from_slice(v.get(N * r..N * r + N)?),
