@@ -94,6 +94,6 @@ mod tests {
         assert!(Table::new(&[(); Table::<()>::MAX]).is_some());
         assert!(Table::new(&[(); Table::<()>::MAX + 1]).is_none());
         // The last record and the last vector are within an index of 31 bits.
-        assert!((Table::<[u32; 4]>::MAX - 1) * 2 < 1 << 31 && (Table::<[f64; 3]>::MAX - 1) * 3 < 1 << 31);
+        const { assert!((Table::<[u32; 4]>::MAX - 1) * 2 < 1 << 31 && (Table::<[f64; 3]>::MAX - 1) * 3 < 1 << 31) };
     }
 }

@@ -143,7 +143,8 @@ mod tests {
     #[test]
     fn columns_of_the_multi_scale_field_are_its_values() {
         let shell = [1.0, 1.15];
-        let [one, other] = [Sphere::new(3, 9, shell, multi_scale), Sphere::multi_scale(3, 9, shell)].map(Result::unwrap);
+        let [one, other] =
+            [Sphere::new(3, 9, shell, multi_scale), Sphere::multi_scale(3, 9, shell)].map(Result::unwrap);
         assert_eq!((one.layers.radius_m(), one.values.len()), (other.layers.radius_m(), other.values.len()));
         let off = one.values.iter().zip(&other.values).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
         assert!(off < 1e-6, "{off}");
