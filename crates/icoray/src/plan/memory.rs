@@ -18,7 +18,8 @@ const MAX_CLEAR: usize = 3;
 
 /// Bytes that a frame takes beside the model's arrays.
 ///
-/// Those of gradients and visible blocks are upper bounds: gradients are computed in visible blocks only.
+/// Those of gradients are an upper bound, as they are computed in visible blocks only. Of visible blocks each column has a
+/// word for each range of clear values; a single value that is clear may take another word where it is frequent.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct FrameMemory {
     /// Directions, orientations and neighbours: taken by [`Grid::new`] and held as long as the grid.
@@ -115,11 +116,12 @@ impl Plan {
             true => {
                 let spans = Spans::<f64>::new(&self.knots);
                 let all = [0.0, 1.0];
-                (1, clear_ranges(&spans, all, MAX_CLEAR).len() + clear_knots(&spans, all, MAX_CLEAR).len())
+                let has_knots = !clear_knots(&spans, all, 1).is_empty();
+                (1, clear_ranges(&spans, all, MAX_CLEAR).len().max(has_knots.into()))
             }
             false => (scene.volumes.len() + scene.scenery.isosurfaces.len(), MAX_CLEAR),
         };
-        let words = clear.min(MAX_CLEAR) * grid.cells() + if clear > 0 { grid.triangles() } else { 0 };
+        let words = clear * grid.cells() + if clear > 0 { grid.triangles() } else { 0 };
         (fields * words * size_of::<u32>()) as u64
     }
 
