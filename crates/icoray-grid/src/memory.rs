@@ -7,8 +7,8 @@ use sysinfo::{CGroupLimits, MemoryRefreshKind, Pid, ProcessRefreshKind, Processe
 /// Bytes below which nobody asks how much memory there is: the answer takes longer than such tables do.
 const SMALL: u64 = 64 << 20;
 
-/// Bytes that this process can still take: the least of what the machine has, what its control group leaves (containers,
-/// batch jobs), and what the limit of its address space leaves. `None` where the system does not tell.
+/// Bytes that this process can still take: the least of what the machine has, what its control group leaves
+/// (containers, batch jobs), and what the limit of its address space leaves. `None` where the system does not tell.
 ///
 /// ```
 /// let available = icoray_grid::memory::available();

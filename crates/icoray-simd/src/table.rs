@@ -19,8 +19,8 @@ impl<X> Clone for Table<'_, X> {
 impl<X> Copy for Table<'_, X> {}
 
 impl<'t, X> Table<'t, X> {
-    /// Largest number of elements: what an index of 32 bits reaches, and of records of 16 and vectors of 24 bytes one of
-    /// 31 bits in units of 8 bytes.
+    /// Largest number of elements: what an index of 32 bits reaches, and of records of 16 and vectors of 24 bytes one
+    /// of 31 bits in units of 8 bytes.
     pub const MAX: usize = match size_of::<X>() {
         16 => 1 << 30,
         24 => (1 << 31) / 3,

@@ -18,8 +18,8 @@ const MAX_CLEAR: usize = 3;
 
 /// Bytes that a frame takes beside the model's arrays.
 ///
-/// Those of gradients are an upper bound, as they are computed in visible blocks only. Of visible blocks each column has a
-/// word for each range of clear values; a single value that is clear may take another word where it is frequent.
+/// Those of gradients are an upper bound, as they are computed in visible blocks only. Of visible blocks each column
+/// has a word for each range of clear values; a single clear value may take another word where it is frequent.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct FrameMemory {
     /// Directions, orientations and neighbours: taken by [`Grid::new`] and held as long as the grid.
