@@ -47,7 +47,8 @@ module icoray
     ICORAY_ERR_DISABLED = 13, &     !< the context has switched itself off after too many failures (ICORAY_DISABLE)
     ICORAY_ERR_BUSY = 14, &         !< another thread is in a call on this context, or its log procedure called it
     ICORAY_ERR_FORKED = 15, &       !< the context was opened before this process was forked
-    ICORAY_ERR_MPI = 16             !< MPI is not initialised or failed, or ranks differ in call, step, scene or data
+    ICORAY_ERR_MPI = 16, &          !< MPI is not initialised or failed, or ranks differ in call, step, scene or data
+    ICORAY_ERR_MEMORY = 17          !< a grid or frame needs more memory than there is; the message has the bytes
   integer, parameter, public :: &
     ICORAY_F32 = 1, ICORAY_F64 = 2, &           !< icoray_array%type, icoray_grid%real_type
     ICORAY_I32 = 3, ICORAY_I64 = 4, &           !< icoray_grid%index_type, icoray_part%index_type

@@ -226,6 +226,10 @@ enum icoray_status
    * MPI is not initialised or has failed, or ranks differ in call, step, scene or data.
    */
   ICORAY_ERR_MPI = 16,
+  /**
+   * A grid or a frame needs more memory than there is; the message says how many bytes are missing.
+   */
+  ICORAY_ERR_MEMORY = 17,
 };
 #ifndef __cplusplus
 #if __STDC_VERSION__ >= 202311L

@@ -56,7 +56,7 @@ pub fn rust_layout() -> String {
         status::ICORAY_ERR_LAYERS, status::ICORAY_ERR_FIELD, status::ICORAY_ERR_SCENE,
         status::ICORAY_ERR_ORDER, status::ICORAY_ERR_IO, status::ICORAY_ERR_INTERNAL,
         status::ICORAY_ERR_EXISTS, status::ICORAY_ERR_DISABLED, status::ICORAY_ERR_BUSY,
-        status::ICORAY_ERR_FORKED, status::ICORAY_ERR_MPI,
+        status::ICORAY_ERR_FORKED, status::ICORAY_ERR_MPI, status::ICORAY_ERR_MEMORY,
         types::ICORAY_F32, types::ICORAY_F64, types::ICORAY_I32, types::ICORAY_I64, types::ICORAY_CENTER,
         types::ICORAY_CORNER, types::ICORAY_ALONE, types::ICORAY_TILES, types::ICORAY_FRAGMENTS,
         types::ICORAY_CPU, types::ICORAY_GPU, types::ICORAY_GPU_AND_CPU,

@@ -11,7 +11,7 @@ use std::sync::Once;
 
 impl icoray_status {
     /// All of them.
-    const ALL: [icoray_status; 17] = {
+    const ALL: [icoray_status; 18] = {
         use icoray_status::*;
         [
             ICORAY_OK,
@@ -31,6 +31,7 @@ impl icoray_status {
             ICORAY_ERR_BUSY,
             ICORAY_ERR_FORKED,
             ICORAY_ERR_MPI,
+            ICORAY_ERR_MEMORY,
         ]
     };
 
@@ -231,6 +232,7 @@ pub(crate) mod tests {
             (ErrorKind::Exists, ICORAY_ERR_EXISTS),
             (ErrorKind::Internal, ICORAY_ERR_INTERNAL),
             (ErrorKind::Mpi, ICORAY_ERR_MPI),
+            (ErrorKind::Memory, ICORAY_ERR_MEMORY),
         ] {
             let failure = Failure::from(Error::new(kind, "why"));
             assert_eq!(failure.status, expected);

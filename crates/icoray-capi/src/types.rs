@@ -41,6 +41,8 @@ pub enum icoray_status {
     ICORAY_ERR_FORKED = 15,
     /// MPI is not initialised or has failed, or ranks differ in call, step, scene or data.
     ICORAY_ERR_MPI = 16,
+    /// A grid or a frame needs more memory than there is; the message says how many bytes are missing.
+    ICORAY_ERR_MEMORY = 17,
 }
 
 /// icoray_array.type, icoray_grid.real_type: float.

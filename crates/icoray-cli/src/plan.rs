@@ -7,7 +7,8 @@ use crate::layering::Layering;
 use crate::render::Args;
 use crate::selection::Opened;
 use crate::suggested::Scenes;
-use icoray::{Condition, Grid, Heights, Plan, SamplingReport, Scene, Shot, View};
+use icoray::memory::{available, readable};
+use icoray::{Condition, Grid, Heights, Plan, Renderer, SamplingReport, Scene, Shot, View};
 use icoray_netcdf::ModelFile;
 use icoray_progress::Progress;
 use std::collections::HashSet;
@@ -43,7 +44,7 @@ pub fn run(args: &Args, out: &mut impl Write) -> CommandResult {
                 writeln!(text, "{}:", title.join(", "))?;
             }
             read(file, view, &scene, &layering, &mut text)?;
-            left_out(file, &grid, &scene, (&layering, time), &mut text)?;
+            left_out(renderer, (file, &grid), &scene, (&layering, time), &mut text)?;
             writeln!(text, "drawn on {}", gpu::would_draw(renderer, &scene))?;
             writeln!(text, "several ranks would draw {}", Plan::sharing(&scene, None)?)?;
             let path = target.path(&scene.output, &stamp, scene.field())?;
@@ -76,10 +77,10 @@ fn read(file: &ModelFile, view: &View, scene: &Scene, layering: &Layering, out: 
     Ok(())
 }
 
-/// Prints what is left out, after checking that the fields fit the layers.
+/// Prints what is left out and what a frame takes of memory, after checking that the fields fit the layers.
 fn left_out(
-    file: &ModelFile,
-    grid: &Grid,
+    renderer: &Renderer,
+    (file, grid): (&ModelFile, &Grid),
     scene: &Scene,
     (layering, time): (&Layering, usize),
     out: &mut impl Write,
@@ -99,6 +100,9 @@ fn left_out(
     for part in plan.left_out() {
         writeln!(out, "left out: {part}")?;
     }
+    let memory = renderer.run(|| plan.memory(scene, grid));
+    let available = available().map_or_else(String::new, |bytes| format!("; {} are available", readable(bytes)));
+    writeln!(out, "memory: {} at most, beside the model's arrays: {memory}{available}", readable(memory.total()))?;
     let cells_per_pixel = plan.cells_per_pixel(scene, grid);
     writeln!(out, "cells per pixel: {cells_per_pixel}")?;
     let hint = SamplingReport { samples: scene.samples, cells_per_pixel, ..SamplingReport::default() }.hint();

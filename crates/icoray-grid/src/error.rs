@@ -33,11 +33,13 @@ pub enum ErrorKind {
     Internal,
     /// MPI failed, or ranks that draw one picture disagree.
     Mpi,
+    /// A grid or a frame needs more memory than there is.
+    Memory,
 }
 
 impl ErrorKind {
     /// Every kind, with its number.
-    const NUMBERS: [(ErrorKind, i32); 11] = [
+    const NUMBERS: [(ErrorKind, i32); 12] = [
         (ErrorKind::Argument, 3),
         (ErrorKind::Grid, 4),
         (ErrorKind::Unsupported, 5),
@@ -49,6 +51,7 @@ impl ErrorKind {
         (ErrorKind::Internal, 11),
         (ErrorKind::Exists, 12),
         (ErrorKind::Mpi, 16),
+        (ErrorKind::Memory, 17),
     ];
 
     /// The number of the kind: the status of the C ABI, also sent between ranks.
@@ -78,6 +81,7 @@ impl fmt::Display for ErrorKind {
             ErrorKind::Exists => "file exists",
             ErrorKind::Internal => "internal error",
             ErrorKind::Mpi => "MPI",
+            ErrorKind::Memory => "not enough memory",
         })
     }
 }

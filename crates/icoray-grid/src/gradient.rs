@@ -10,6 +10,7 @@
 //! The mean is linear in the values: `stencil.rs` evaluates it in single precision, 16 layers at a time. `exact.rs`
 //! evaluates it in double precision, also where frusta are left out.
 
+use crate::error::Result;
 use crate::grid::Grid;
 use crate::occupancy::OccupancyMask;
 use crate::sample::{Sample, Samples};
@@ -50,6 +51,9 @@ const BLOCK: usize = 64;
 /// level-fastest: `cells.len() * radius.len()` of them. `radius` are the layers' radii in planet radii, rising. A
 /// gradient is zero where no frustum around its vertex has all its values. The result reuses `memory`, whose old values
 /// stay where nothing is `wanted`. Parallel.
+///
+/// # Errors
+/// [`ErrorKind::Memory`](crate::error::ErrorKind::Memory) where they do not fit.
 pub fn gradients<S: Sample>(
     grid: &Grid,
     radius: &[f64],
@@ -57,10 +61,10 @@ pub fn gradients<S: Sample>(
     cells: Range<usize>,
     wanted: GradientOptions,
     memory: Gradients,
-) -> Gradients {
-    let mut gradients = memory.with_room(cells.len() * radius.len(), wanted.packed);
+) -> Result<Gradients> {
+    let mut gradients = memory.with_room(cells.len() * radius.len(), wanted.packed)?;
     GradientInput::new(grid, radius, samples, cells, wanted).fill_all(&mut gradients, None);
-    gradients
+    Ok(gradients)
 }
 
 /// The inputs of gradients.

@@ -15,6 +15,7 @@ pub mod heights;
 mod layers;
 mod layout;
 pub mod macrocells;
+pub mod memory;
 pub mod numbers;
 pub mod occupancy;
 pub mod real;

@@ -31,32 +31,41 @@ mod x86 {
     use std::arch::x86_64::*;
 
     // SAFETY, for every gather below: a token of the instruction set is at hand, so that the machine has it. Indices
-    // are clamped to the table's last element (`Table::last` is less than 2^31, so that they are positive as i32), or
-    // to the last but one where two elements are read, so that every lane reads inside the slice that the table
-    // borrows.
+    // are clamped to the table's last element, or to the last but one where two elements are read, so that every lane
+    // reads inside the slice that the table borrows. The machine takes an index for an i32: indices of 32 bits are
+    // counted from the middle of 2^32 elements, and those of records and vectors are positive (`Table::MAX`).
+
+    /// Half of the indices that a gather has.
+    const HALF: u32 = 1 << 31;
+
+    /// The place from which indices count, which may lie outside of the table.
+    #[inline(always)]
+    fn middle<X>(table: Table<'_, X>) -> *const X {
+        table.elements().as_ptr().wrapping_add(HALF as usize)
+    }
 
     impl Machine for Avx2 {
         #[inline(always)]
         fn gather_u32(self, table: Table<'_, u32>, index: Numbers<Self>) -> Numbers<Self> {
-            let index: __m256i = index.min(u32x8::splat(self, table.last())).into();
+            let index: __m256i = (index.min(u32x8::splat(self, table.last())) ^ HALF).into();
             // SAFETY: above.
-            unsafe { _mm256_i32gather_epi32::<4>(table.elements().as_ptr().cast(), index) }.simd_into(self)
+            unsafe { _mm256_i32gather_epi32::<4>(middle(table).cast(), index) }.simd_into(self)
         }
 
         #[inline(always)]
         fn gather_f32(self, table: Table<'_, f32>, index: Numbers<Self>) -> Floats<Self> {
-            let index: __m256i = index.min(u32x8::splat(self, table.last())).into();
+            let index: __m256i = (index.min(u32x8::splat(self, table.last())) ^ HALF).into();
             // SAFETY: above.
-            unsafe { _mm256_i32gather_ps::<4>(table.elements().as_ptr(), index) }.simd_into(self)
+            unsafe { _mm256_i32gather_ps::<4>(middle(table), index) }.simd_into(self)
         }
 
         #[inline(always)]
         fn gather_f64_pair(self, table: Table<'_, f64>, index: Numbers<Self>) -> [Wide<Self>; 2] {
             debug_assert!(table.last() > 0);
-            let index: __m256i = index.min(u32x8::splat(self, table.last() - 1)).into();
-            let from = table.elements().as_ptr();
+            let index: __m256i = (index.min(u32x8::splat(self, table.last() - 1)) ^ HALF).into();
+            let from = middle(table);
             // SAFETY: above; the second one is inside too.
-            unsafe { [gather_256(self, from, index), gather_256(self, from.add(1), index)] }
+            unsafe { [gather_256(self, from, index), gather_256(self, from.wrapping_add(1), index)] }
         }
 
         #[inline(always)]
@@ -76,15 +85,15 @@ mod x86 {
 
         #[inline(always)]
         fn gather_record(self, table: Table<'_, [u32; 4]>, index: Numbers<Self>) -> [Numbers<Self>; 4] {
-            let index: __m256i = (index.min(u32x8::splat(self, table.last())) << 2).into();
+            let index: __m256i = (index.min(u32x8::splat(self, table.last())) << 1).into();
             let from: *const i32 = table.elements().as_ptr().cast();
             // SAFETY: above; four numbers are read of an element of four.
             unsafe {
                 [
-                    _mm256_i32gather_epi32::<4>(from, index).simd_into(self),
-                    _mm256_i32gather_epi32::<4>(from.add(1), index).simd_into(self),
-                    _mm256_i32gather_epi32::<4>(from.add(2), index).simd_into(self),
-                    _mm256_i32gather_epi32::<4>(from.add(3), index).simd_into(self),
+                    _mm256_i32gather_epi32::<8>(from, index).simd_into(self),
+                    _mm256_i32gather_epi32::<8>(from.add(1), index).simd_into(self),
+                    _mm256_i32gather_epi32::<8>(from.add(2), index).simd_into(self),
+                    _mm256_i32gather_epi32::<8>(from.add(3), index).simd_into(self),
                 ]
             }
         }
@@ -103,8 +112,8 @@ mod x86 {
         #[inline(always)]
         fn gather_pair(self, table: Table<'_, f32>, index: Numbers<Self>) -> (Floats<Self>, Floats<Self>) {
             debug_assert!(table.last() > 0);
-            let index: __m256i = index.min(u32x8::splat(self, table.last() - 1)).into();
-            let from = table.elements().as_ptr().cast();
+            let index: __m256i = (index.min(u32x8::splat(self, table.last() - 1)) ^ HALF).into();
+            let from = middle(table).cast();
             // SAFETY: above.
             unsafe {
                 let (low, high) = (_mm256_castsi256_si128(index), _mm256_extracti128_si256::<1>(index));
@@ -117,8 +126,8 @@ mod x86 {
 
         #[inline(always)]
         fn gather_u64(self, table: Table<'_, u64>, index: Numbers<Self>) -> (Numbers<Self>, Numbers<Self>) {
-            let index: __m256i = index.min(u32x8::splat(self, table.last())).into();
-            let from = table.elements().as_ptr().cast();
+            let index: __m256i = (index.min(u32x8::splat(self, table.last())) ^ HALF).into();
+            let from = middle(table).cast();
             // SAFETY: above.
             unsafe {
                 let (low, high) = (_mm256_castsi256_si128(index), _mm256_extracti128_si256::<1>(index));
@@ -163,25 +172,25 @@ mod x86 {
     impl Machine for Avx512 {
         #[inline(always)]
         fn gather_u32(self, table: Table<'_, u32>, index: Numbers<Self>) -> Numbers<Self> {
-            let index: __m512i = index.min(u32x16::splat(self, table.last())).into();
+            let index: __m512i = (index.min(u32x16::splat(self, table.last())) ^ HALF).into();
             // SAFETY: above.
-            unsafe { _mm512_i32gather_epi32::<4>(index, table.elements().as_ptr().cast()) }.simd_into(self)
+            unsafe { _mm512_i32gather_epi32::<4>(index, middle(table).cast()) }.simd_into(self)
         }
 
         #[inline(always)]
         fn gather_f32(self, table: Table<'_, f32>, index: Numbers<Self>) -> Floats<Self> {
-            let index: __m512i = index.min(u32x16::splat(self, table.last())).into();
+            let index: __m512i = (index.min(u32x16::splat(self, table.last())) ^ HALF).into();
             // SAFETY: above.
-            unsafe { _mm512_i32gather_ps::<4>(index, table.elements().as_ptr()) }.simd_into(self)
+            unsafe { _mm512_i32gather_ps::<4>(index, middle(table)) }.simd_into(self)
         }
 
         #[inline(always)]
         fn gather_f64_pair(self, table: Table<'_, f64>, index: Numbers<Self>) -> [Wide<Self>; 2] {
             debug_assert!(table.last() > 0);
-            let index: __m512i = index.min(u32x16::splat(self, table.last() - 1)).into();
-            let from = table.elements().as_ptr();
+            let index: __m512i = (index.min(u32x16::splat(self, table.last() - 1)) ^ HALF).into();
+            let from = middle(table);
             // SAFETY: above; the second one is inside too.
-            unsafe { [gather_512(self, from, index), gather_512(self, from.add(1), index)] }
+            unsafe { [gather_512(self, from, index), gather_512(self, from.wrapping_add(1), index)] }
         }
 
         #[inline(always)]
@@ -201,15 +210,15 @@ mod x86 {
 
         #[inline(always)]
         fn gather_record(self, table: Table<'_, [u32; 4]>, index: Numbers<Self>) -> [Numbers<Self>; 4] {
-            let index: __m512i = (index.min(u32x16::splat(self, table.last())) << 2).into();
+            let index: __m512i = (index.min(u32x16::splat(self, table.last())) << 1).into();
             let from: *const i32 = table.elements().as_ptr().cast();
             // SAFETY: above; four numbers are read of an element of four.
             unsafe {
                 [
-                    _mm512_i32gather_epi32::<4>(index, from).simd_into(self),
-                    _mm512_i32gather_epi32::<4>(index, from.add(1)).simd_into(self),
-                    _mm512_i32gather_epi32::<4>(index, from.add(2)).simd_into(self),
-                    _mm512_i32gather_epi32::<4>(index, from.add(3)).simd_into(self),
+                    _mm512_i32gather_epi32::<8>(index, from).simd_into(self),
+                    _mm512_i32gather_epi32::<8>(index, from.add(1)).simd_into(self),
+                    _mm512_i32gather_epi32::<8>(index, from.add(2)).simd_into(self),
+                    _mm512_i32gather_epi32::<8>(index, from.add(3)).simd_into(self),
                 ]
             }
         }
@@ -217,8 +226,8 @@ mod x86 {
         #[inline(always)]
         fn gather_pair(self, table: Table<'_, f32>, index: Numbers<Self>) -> (Floats<Self>, Floats<Self>) {
             debug_assert!(table.last() > 0);
-            let index: __m512i = index.min(u32x16::splat(self, table.last() - 1)).into();
-            let from = table.elements().as_ptr().cast();
+            let index: __m512i = (index.min(u32x16::splat(self, table.last() - 1)) ^ HALF).into();
+            let from = middle(table).cast();
             // SAFETY: above.
             unsafe {
                 let (low, high) = (_mm512_castsi512_si256(index), _mm512_extracti64x4_epi64::<1>(index));
@@ -232,8 +241,8 @@ mod x86 {
 
         #[inline(always)]
         fn gather_u64(self, table: Table<'_, u64>, index: Numbers<Self>) -> (Numbers<Self>, Numbers<Self>) {
-            let index: __m512i = index.min(u32x16::splat(self, table.last())).into();
-            let from = table.elements().as_ptr().cast();
+            let index: __m512i = (index.min(u32x16::splat(self, table.last())) ^ HALF).into();
+            let from = middle(table).cast();
             // SAFETY: above.
             unsafe {
                 let (low, high) = (_mm512_castsi512_si256(index), _mm512_extracti64x4_epi64::<1>(index));

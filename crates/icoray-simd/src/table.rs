@@ -1,6 +1,6 @@
 //! Tables that vectors are gathered from.
 
-/// A slice that vectors are gathered from: at least one element, and no more than an index of 31 bits reaches.
+/// A slice that vectors are gathered from: at least one element, and no more than [`Self::MAX`].
 #[derive(Debug)]
 pub struct Table<'t, X> {
     elements: &'t [X],
@@ -19,14 +19,19 @@ impl<X> Clone for Table<'_, X> {
 impl<X> Copy for Table<'_, X> {}
 
 impl<'t, X> Table<'t, X> {
-    /// Largest number of elements.
-    pub const MAX: usize = 1 << 31;
+    /// Largest number of elements: what an index of 32 bits reaches, and of records of 16 and vectors of 24 bytes one
+    /// of 31 bits in units of 8 bytes.
+    pub const MAX: usize = match size_of::<X>() {
+        16 => 1 << 30,
+        24 => (1 << 31) / 3,
+        _ => 1 << 32,
+    };
 
     /// The table of these elements; `None` where there are none, or more than [`Self::MAX`].
     #[inline]
     pub fn new(elements: &'t [X]) -> Option<Self> {
         let last = elements.len().checked_sub(1)?;
-        (last < Self::MAX).then_some(Table { elements, last: last as u32 })
+        (elements.len() <= Self::MAX).then_some(Table { elements, last: last as u32 })
     }
 
     /// All elements.
@@ -50,11 +55,12 @@ pub struct Rows<'t, const N: usize> {
 }
 
 impl<'t, const N: usize> Rows<'t, N> {
-    /// These rows; `None` where they are of different lengths, or a [`Table`] cannot have them.
+    /// These rows; `None` where they are empty, of different lengths, or of more than 2^31 elements.
     #[inline]
     pub fn new(rows: [&'t [f32]; N]) -> Option<Self> {
         let last = Table::new(rows.first()?)?.last();
-        rows.iter().all(|row| row.len() == rows[0].len()).then_some(Rows { rows, last })
+        let is_fine = last < 1 << 31 && rows.iter().all(|row| row.len() == rows[0].len());
+        is_fine.then_some(Rows { rows, last })
     }
 
     /// A row.
@@ -87,5 +93,7 @@ mod tests {
         assert_eq!(Table::new(&[1.0f32, 2.0]).unwrap().last(), 1);
         assert!(Table::new(&[(); Table::<()>::MAX]).is_some());
         assert!(Table::new(&[(); Table::<()>::MAX + 1]).is_none());
+        // The last record and the last vector are within an index of 31 bits.
+        const { assert!((Table::<[u32; 4]>::MAX - 1) * 2 < 1 << 31 && (Table::<[f64; 3]>::MAX - 1) * 3 < 1 << 31) };
     }
 }

@@ -78,16 +78,18 @@ fn measure(renderer: &Renderer, sphere: &Sphere, grid: &Grid, runs: usize) -> Re
         parts.for_each(|(target, source)| target.copy_from_slice(black_box(source)));
     };
     let mut memory = Gradients::none();
-    let mut pass = |single: bool| {
+    let mut pass = |single: bool| -> Result<f64> {
+        let start = Instant::now();
         let wanted = GradientOptions { visible: None, packed: true, single };
         let old = std::mem::replace(&mut memory, Gradients::none());
-        memory = gradients(grid, sphere.layers.radius_m(), &samples, 0..grid.cells(), wanted, old);
+        memory = gradients(grid, sphere.layers.radius_m(), &samples, 0..grid.cells(), wanted, old)?;
         black_box(&memory);
+        Ok(start.elapsed().as_secs_f64())
     };
     let mut least = [f64::INFINITY; 3];
     for run in 0..=runs.max(1) {
-        let seconds = [renderer.run(|| timed(&mut copy)), renderer.run(|| timed(|| pass(true)))];
-        let double = if run <= 2 { renderer.run(|| timed(|| pass(false))) } else { f64::INFINITY };
+        let seconds = [renderer.run(|| timed(&mut copy)), renderer.run(|| pass(true))?];
+        let double = if run <= 2 { renderer.run(|| pass(false))? } else { f64::INFINITY };
         if run > 0 {
             least = [least[0].min(seconds[0]), least[1].min(seconds[1]), least[2].min(double)];
         }

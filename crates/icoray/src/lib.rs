@@ -53,6 +53,7 @@ mod time_budget;
 
 pub use background::{Accepted, Background, Drawn, Job};
 pub use fields::Fields;
+pub use icoray_grid::memory;
 pub use icoray_grid::{
     CenterField, ColumnCount, Connectivity, Description, Dimension, Error, ErrorKind, Field, Grid, GridTables,
     IcosahedralMesh, Indices, Layers, Location, LonLat, MAX_LEVEL, OwnedReals, Reals, Result, Shape,
@@ -68,7 +69,7 @@ pub use icoray_scene::{
     Precision, Quality, Scale, Scene, Scenery, Scheme, Script, Shot, Source, Statistic, Summary, Surface,
     TransferFunction, View, Volume,
 };
-pub use plan::{Plan, Savings};
+pub use plan::{FrameMemory, Plan, Savings};
 pub use ranks::{Columns, Decomposition, Owned, Part, PartCells, Ranks, Team};
 pub use render::{Rendered, Renderer};
 pub use snapshot::Snapshot;

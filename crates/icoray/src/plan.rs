@@ -2,22 +2,29 @@
 
 use crate::cells_per_pixel::cells_per_pixel;
 use crate::ranks::Part;
+use glam::DVec3;
 use icoray_grid::ColumnCount;
 use icoray_grid::Grid;
 use icoray_grid::Layers;
+use icoray_grid::Reals;
+use icoray_grid::visible_cells::VisibleCells;
 use icoray_grid::{Error, ErrorKind, Result};
 use icoray_grid::{Field, Location};
+use icoray_kernel::ray::beyond_gathers;
 use icoray_kernel::shade::Shading;
 use icoray_kernel::transfer::KernelKnot;
 use icoray_output::{CellsPerPixel, Sharing};
-use icoray_scene::{Scene, Scheme, Source};
+use icoray_scene::{Method, Precision, Scene, Scheme, Source};
 
 mod blocks;
 pub(crate) mod budget;
 mod left_out;
 mod levels;
+mod memory;
 mod savings;
 pub(crate) use blocks::{OccupancyTest, clear_values};
+pub(crate) use memory::Circumstances;
+pub use memory::FrameMemory;
 pub use savings::Savings;
 
 /// The data that a scene needs.
@@ -33,6 +40,8 @@ pub struct Plan {
     pub(crate) shading: Option<Shading>,
     /// Whether the field has to be averaged from corners to centres.
     pub(crate) from_corners: bool,
+    /// Bytes of the averages at centres.
+    average_bytes: u64,
     left_out: Vec<String>,
 }
 
@@ -72,7 +81,14 @@ impl Plan {
         });
         let left_out = left_out::left_out(scene, grid, field.shape().layers, from_corners);
         let knots = KernelKnot::of(&scene.volumes[0].transfer, thickness);
-        Ok(Plan { radius, falling: layers.is_falling(), knots, shading, from_corners, left_out })
+        let value_bytes = if matches!(field.samples(), Reals::F32(_)) { size_of::<f32>() } else { size_of::<f64>() };
+        let averages = if from_corners { grid.cells() * radius.len() * value_bytes } else { 0 };
+        let average_bytes = averages as u64;
+        let mut plan =
+            Plan { radius, falling: layers.is_falling(), knots, shading, from_corners, average_bytes, left_out };
+        let beyond = plan.walks_in_packets(scene).then(|| plan.beyond_gathers(scene, grid)).flatten();
+        plan.left_out.extend(beyond.map(|table| format!("rays side by side: {table}")));
+        Ok(plan)
     }
 
     /// Checks that field `name` fits grid and layers, and gives the layers on which it lies.
@@ -120,6 +136,39 @@ impl Plan {
     /// How many cells of the grid would fall into a pixel of the scene's picture.
     pub fn cells_per_pixel(&self, scene: &Scene, grid: &Grid) -> CellsPerPixel {
         cells_per_pixel(scene, grid, None, [self.radius[0], self.radius[self.radius.len() - 1]])
+    }
+
+    /// Bytes that a frame of the scene takes beside the model's arrays, on the CPU and with all savings.
+    pub fn memory(&self, scene: &Scene, grid: &Grid) -> FrameMemory {
+        self.memory_with(scene, grid, Circumstances::of(scene), true)
+    }
+
+    /// The cells that rays of the picture can pass.
+    pub(crate) fn visible_cells(&self, scene: &Scene, grid: &Grid) -> VisibleCells {
+        let shell = [self.radius[0], self.radius[self.radius.len() - 1]];
+        let sides = scene.camera.sides(scene.width, scene.height);
+        VisibleCells::new(grid, DVec3::from_array(scene.camera.eye()), sides, shell, scene.core.is_some())
+    }
+
+    /// Whether rays walk side by side, where the machine can.
+    pub(crate) fn walks_in_packets(&self, scene: &Scene) -> bool {
+        scene.is_plain() && scene.precision == Precision::F32 && scene.method == Method::Exact
+    }
+
+    /// The first table that is too long for rays side by side.
+    fn beyond_gathers(&self, scene: &Scene, grid: &Grid) -> Option<String> {
+        let values = grid.cells() * self.radius.len();
+        let words = if self.allows_single_gradients(scene) { 1 } else { 3 };
+        let gradients = if scene.lighting.is_some() { words * values } else { 0 };
+        beyond_gathers(values, gradients, 3 * (grid.triangles() + grid.void_triangles()))
+    }
+
+    /// Whether the scene's tolerance is far above what gradients in single precision, and packed ones, do to light:
+    /// packing turns normals by 1e-5.
+    pub(crate) fn allows_single_gradients(&self, scene: &Scene) -> bool {
+        const TURN: f64 = 1e-5;
+        let off = self.shading.map_or(0.0, |s| TURN * (s.diffuse + s.specular * s.shininess.max(1.0).sqrt()));
+        scene.precision == Precision::F32 && off <= 0.05 * scene.tolerance
     }
 
     /// Data that are not computed or read for this scene, as text.

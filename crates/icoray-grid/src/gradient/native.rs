@@ -6,6 +6,7 @@
 
 use super::{Gradients, narrowed};
 use crate::array::MapInline;
+use crate::error::Result;
 use crate::grid::Grid;
 use crate::heights::Heights;
 use crate::sample::{Sample, Samples};
@@ -14,9 +15,17 @@ use rayon::prelude::*;
 
 /// Gradients of the normalised field at all vertices, per planet radius, level-fastest; zero where nothing is known. In
 /// `memory`.
-pub fn gradients<S: Sample>(grid: &Grid, heights: &Heights, samples: &Samples<S>, memory: Gradients) -> Gradients {
+///
+/// # Errors
+/// [`ErrorKind::Memory`](crate::error::ErrorKind::Memory) where they do not fit.
+pub fn gradients<S: Sample>(
+    grid: &Grid,
+    heights: &Heights,
+    samples: &Samples<S>,
+    memory: Gradients,
+) -> Result<Gradients> {
     let layers = heights.layers();
-    let mut gradients = memory.with_room(grid.cells() * layers, false);
+    let mut gradients = memory.with_room(grid.cells() * layers, false)?;
     let rows = gradients.whole_mut().par_chunks_exact_mut(layers).with_min_len(64).enumerate();
     rows.for_each_init(Vec::new, |around_cell: &mut Vec<[u32; 2]>, (cell, row)| {
         let around = NeighborColumns { grid, heights, samples, cell: cell as u32 };
@@ -26,7 +35,7 @@ pub fn gradients<S: Sample>(grid: &Grid, heights: &Heights, samples: &Samples<S>
             *gradient = narrowed(around.mean(around_cell, layer));
         }
     });
-    gradients
+    Ok(gradients)
 }
 
 /// The direction across a layer at each cell, outwards: the mean of the facets around it, by their area. In `memory`.
@@ -134,7 +143,7 @@ mod tests {
         )
         .unwrap();
         let samples = Samples::new(values, &field(values), false, [0.0, 1.0]);
-        let found = gradients(&grid, &heights, &samples, Gradients::none());
+        let found = gradients(&grid, &heights, &samples, Gradients::none()).unwrap();
         for i in 0..grid.cells() * LAYERS {
             let off = DVec3::from_array(found.at(i).map(f64::from)) - slope;
             assert!(off.length() < 1e-5, "{i}: {off}");

@@ -1,6 +1,7 @@
 //! Gradients of those cells that pictures of a field can read, completed from picture to picture.
 
 use super::{GradientInput, GradientOptions, Gradients, MissingCells};
+use crate::error::Result;
 use crate::grid::Grid;
 use crate::sample::{Sample, Samples};
 use crate::visible_cells::VisibleCells;
@@ -24,7 +25,9 @@ impl PartialGradients {
 
     /// Computes the gradients over the cells that are `seen`, or over all, unless they are there. Grid, radii, samples
     /// and what is wanted must be those of the earlier calls; other arguments are as for [`gradients`](super::gradients).
-    #[must_use]
+    ///
+    /// # Errors
+    /// [`ErrorKind::Memory`](crate::error::ErrorKind::Memory) where they do not fit.
     pub fn with_cells<S: Sample>(
         self,
         grid: &Grid,
@@ -32,19 +35,19 @@ impl PartialGradients {
         samples: &Samples<S>,
         wanted: GradientOptions,
         seen: Option<&VisibleCells>,
-    ) -> Self {
+    ) -> Result<Self> {
         if self.is_complete {
-            return self;
+            return Ok(self);
         }
         let mut is_computed = self.is_computed;
-        let mut values = self.values.with_room(grid.cells() * radius.len(), wanted.packed);
+        let mut values = self.values.with_room(grid.cells() * radius.len(), wanted.packed)?;
         let missing = seen.map(|seen| {
             is_computed.resize(grid.cells(), false);
             MissingCells { seen, is_computed: &mut is_computed }
         });
         let is_complete = missing.is_none();
         GradientInput::new(grid, radius, samples, 0..grid.cells(), wanted).fill_all(&mut values, missing);
-        PartialGradients { values, is_computed, is_complete }
+        Ok(PartialGradients { values, is_computed, is_complete })
     }
 
     /// Number of cells whose gradients are computed, of `cells` in all.

@@ -47,7 +47,7 @@ impl Model<'_> {
         let field = Field::new(reals, of.0, Location::Center, self.fill).unwrap();
         let samples = Samples::new(array, &field, of.1, self.range);
         let cells = 0..self.grid.cells();
-        gradients(self.grid, &radii(self.layers), &samples, cells, wanted, Gradients::none())
+        gradients(self.grid, &radii(self.layers), &samples, cells, wanted, Gradients::none()).unwrap()
     }
 
     /// Whether the stencil of each layout is near the gradients in double precision, of both types of samples, and its
@@ -213,7 +213,7 @@ fn bits_do_not_depend_on_the_layers_that_are_wanted() {
         let samples = Samples::new(&array, &field, of.1, model.range);
         let found = |visible, memory| {
             let wanted = GradientOptions { visible, packed: false, single: true };
-            gradients(&grid, &radii(LAYERS), &samples, 0..grid.cells(), wanted, memory)
+            gradients(&grid, &radii(LAYERS), &samples, 0..grid.cells(), wanted, memory).unwrap()
         };
         let all = found(None, Gradients::none());
         let some = found(Some(&visible), Gradients::Whole(vec![[9.0; 3]; all.whole().len()]));

@@ -1,6 +1,8 @@
 //! Storage of gradients: three floats, or packed into 8 bytes.
 
 use crate::array::MapInline;
+use crate::error::Result;
+use crate::memory;
 use crate::sample::VECTOR;
 use fearless_simd::{Simd, f32x16, prelude::*, u32x16, u64x8};
 
@@ -63,8 +65,11 @@ impl Gradients {
 
     /// A buffer of `count` gradients, packed or not; reuses this memory, with its old values, if it is of that kind.
     /// Pages of new memory are not touched.
-    pub fn with_room(self, count: usize, packed: bool) -> Self {
-        match (self, packed) {
+    ///
+    /// # Errors
+    /// [`ErrorKind::Memory`](crate::error::ErrorKind::Memory) where the system refuses them.
+    pub fn with_room(self, count: usize, packed: bool) -> Result<Self> {
+        Ok(match (self, packed) {
             (Gradients::Whole(mut memory), false) if memory.capacity() >= count => {
                 memory.resize(count, [0.0; 3]);
                 Gradients::Whole(memory)
@@ -76,9 +81,12 @@ impl Gradients {
             (other, packed) => {
                 // Freed before the new buffer is allocated.
                 drop(other);
-                if packed { Gradients::Packed(vec![0; count]) } else { Gradients::Whole(vec![[0.0; 3]; count]) }
+                match packed {
+                    true => Gradients::Packed(memory::zeros("gradients", count)?),
+                    false => Gradients::Whole(memory::zeros("gradients", count)?),
+                }
             }
-        }
+        })
     }
 }
 
@@ -198,14 +206,14 @@ mod tests {
 
     #[test]
     fn memory_of_the_kind_is_used_again() {
-        let room = Gradients::none().with_room(9, true);
+        let room = Gradients::none().with_room(9, true).unwrap();
         let place = |gradients: &Gradients| match gradients {
             Gradients::Packed(all) => all.as_ptr() as usize,
             Gradients::Whole(all) => all.as_ptr() as usize,
         };
         let before = place(&room);
-        let room = room.with_room(5, true);
+        let room = room.with_room(5, true).unwrap();
         assert_eq!((place(&room), room.bytes()), (before, 40));
-        assert_eq!(room.with_room(5, false).bytes(), 60);
+        assert_eq!(room.with_room(5, false).unwrap().bytes(), 60);
     }
 }

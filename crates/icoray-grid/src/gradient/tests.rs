@@ -36,6 +36,7 @@ fn gradients_of(grid: &Grid, values: &[f64]) -> Vec<[f32; 3]> {
         GradientOptions { visible: None, packed: false, single: false },
         Gradients::none(),
     )
+    .unwrap()
     .whole()
     .to_vec()
 }
@@ -68,7 +69,7 @@ fn gradients_are_those_that_can_be_seen() {
     let visible = OccupancyMask { blocks, ..OccupancyMask::default() };
     let unknown = Gradients::Whole(vec![[9.0; 3]; values.len()]);
     let wanted = GradientOptions { visible: Some(&visible), packed: false, single: false };
-    let found = gradients(&grid, &radii(), &samples, 0..grid.cells(), wanted, unknown);
+    let found = gradients(&grid, &radii(), &samples, 0..grid.cells(), wanted, unknown).unwrap();
     let mut left_out = 0;
     for (i, gradient) in found.whole().iter().enumerate() {
         let around = grid.corners_of((i / 4) as u32).fold(0, |all, triangle| all | visible.blocks_over(triangle));

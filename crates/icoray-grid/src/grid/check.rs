@@ -11,13 +11,17 @@ use super::hole_filling::HoleFilling;
 use super::table_names::{entry, item, named, named_entry, named_row, row as row_of, rows};
 use super::tables::{GridTables, Indices, LonLat};
 use super::triangle_orientation::TriangleOrientation;
+use crate::array::MapInline;
 use crate::error::{Error, ErrorKind, Result};
+use crate::memory;
 use glam::DVec3;
 use rayon::prelude::*;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 /// A triangle is degenerate when twice its area is below this part of its longest side squared.
 const SLIVER: f64 = 1e-9;
+/// Rows that a thread checks at a time.
+const BLOCK: usize = 4096;
 /// The spherical areas must sum to 4π within this relative error. Without folds the sum is a whole multiple of 4π.
 const COVER: f64 = 1e-6;
 
@@ -90,7 +94,10 @@ pub(super) fn number_of(t: &GridTables, row: u32) -> i64 {
 }
 
 fn first_error<E: Send>(rows: usize, check: impl Fn(usize) -> Option<E> + Sync + Send) -> std::result::Result<(), E> {
-    match (0..rows).into_par_iter().with_min_len(4096).find_map_first(check) {
+    let blocks = (0..rows.div_ceil(BLOCK)).into_par_iter();
+    // A loop for each block: an iterator that looks at each row whether it is to go on takes twice the time.
+    let in_block = |block: usize| (block * BLOCK..rows.min((block + 1) * BLOCK)).find_map(&check);
+    match blocks.find_map_first(in_block) {
         Some(error) => Err(error),
         None => Ok(()),
     }
@@ -111,8 +118,11 @@ fn position_error(t: &GridTables, table: &str, at: &LonLat, i: usize) -> Option<
 /// Checks the cell centres and gives their unit vectors.
 pub(super) fn directions(t: &GridTables) -> Result<Vec<[f64; 3]>> {
     first_error(t.cells(), |i| position_error(t, "center", &t.center, i))?;
+    let mut directions = memory::room_for("directions of the cells", t.cells())?;
     let rows = (0..t.cells()).into_par_iter().with_min_len(4096);
-    Ok(rows.map(|i| unit_vector(t.center.lon_rad.get(i), t.center.lat_rad.get(i)).to_array()).collect())
+    let at = |i: usize| unit_vector(t.center.lon_rad.get(i), t.center.lat_rad.get(i)).to_array();
+    rows.map(at).collect_into_vec(&mut directions);
+    Ok(directions)
 }
 
 /// Unit vector at a longitude and latitude in radians.
@@ -174,9 +184,14 @@ pub(super) fn indices(t: &GridTables, has_hole: bool) -> Result<()> {
 }
 
 /// Row `r` of a checked table with `N` columns, numbered from 0.
-#[inline]
+#[inline(always)]
 fn row<const N: usize>(t: &GridTables, table: Indices, r: usize) -> [usize; N] {
-    table.row(r).map(|number| (number - i64::from(t.index_base)) as usize)
+    let (numbers, base) = (table.row::<N>(r), i64::from(t.index_base));
+    let mut row = [0; N];
+    for k in 0..N {
+        row[k] = (numbers[k] - base) as usize;
+    }
+    row
 }
 
 /// Finds each triangle's orientation, and that its cells, its edges and the triangles beyond them agree.
@@ -222,13 +237,13 @@ fn orientation_of(t: &GridTables, direction: &[[f64; 3]], has_hole: bool, r: usi
         }
         let other = (other - i64::from(t.index_base)) as usize;
         let beyond: [i64; 3] = t.corner_cell.row(other);
-        let apart: Vec<usize> = (0..3).filter(|&k| !beyond.contains(&number(cells[k]))).collect();
-        let &[k] = apart.as_slice() else {
+        let is_apart = cells.map_inline(|cell| !beyond.contains(&number(cell)));
+        let Some(k) = only(is_apart) else {
             return Err(bad(format!(
                 "{}: {:?} and {beyond:?}, {} cells in common, expected 2 (edge {} joins these corners)",
                 rows(t, "corner_cell", r, other),
                 cells.map(number),
-                3 - apart.len(),
+                is_apart.iter().filter(|is_apart| !**is_apart).count(),
                 number(edge)
             )));
         };
@@ -250,7 +265,7 @@ fn orientation_of(t: &GridTables, direction: &[[f64; 3]], has_hole: bool, r: usi
             )));
         }
     }
-    let [a, b, c] = cells.map(|cell| DVec3::from_array(direction[cell]));
+    let [a, b, c] = cells.map_inline(|cell| DVec3::from_array(direction[cell]));
     let det = a.dot((b - a).cross(c - a));
     let longest = (b - a).length_squared().max((c - b).length_squared()).max((a - c).length_squared());
     if det.abs() <= SLIVER * longest {
@@ -260,7 +275,18 @@ fn orientation_of(t: &GridTables, direction: &[[f64; 3]], has_hole: bool, r: usi
             cells.map(number)
         )));
     }
-    Ok(TriangleOrientation::new(opposite.map(|side| side.unwrap_or(TriangleOrientation::RIM)), det < 0.0))
+    Ok(TriangleOrientation::new(opposite.map_inline(|side| side.unwrap_or(TriangleOrientation::RIM)), det < 0.0))
+}
+
+/// The place of the only `true`, if there is one and no other.
+#[inline(always)]
+fn only(marks: [bool; 3]) -> Option<usize> {
+    match marks {
+        [true, false, false] => Some(0),
+        [false, true, false] => Some(1),
+        [false, false, true] => Some(2),
+        _ => None,
+    }
 }
 
 /// The corners of each cell are those whose row of `corner_cell` names the cell, each of them once.
@@ -300,30 +326,34 @@ pub(super) fn cells(t: &GridTables) -> Result<()> {
 }
 
 /// The cells of a triangle, counter-clockwise from outside.
+#[inline(always)]
 fn wound(t: &GridTables, orientations: &[TriangleOrientation], r: usize) -> [usize; 3] {
     let [a, b, c] = row(t, t.corner_cell, r);
     if orientations[r].is_clockwise() { [a, c, b] } else { [a, b, c] }
 }
 
+/// Whether two triangles have a side that both pass from the same vertex to the same other one.
+#[inline(always)]
+fn shares_a_way(one: [usize; 3], other: [usize; 3]) -> bool {
+    let [a, b, c] = one;
+    let [d, e, f] = other;
+    let has = |from: usize, to: usize| (d == from && e == to) | (e == from && f == to) | (f == from && d == to);
+    has(a, b) | has(b, c) | has(c, a)
+}
+
 /// The triangles turn the same way on both sides of every edge that joins two.
 pub(super) fn folds(t: &GridTables, orientations: &[TriangleOrientation]) -> Result<()> {
     let number = |i: usize| i as i64 + i64::from(t.index_base);
-    let wound = |r: usize| wound(t, orientations, r);
-    let runs = |r: usize, from: usize, to: usize| {
-        let v = wound(r);
-        (0..3).any(|k| v[k] == from && v[(k + 1) % 3] == to)
-    };
     first_error(t.corners(), |r| {
         if !orientations[r].is_triangle() {
             return None;
         }
-        let v = wound(r);
+        let v = wound(t, orientations, r);
         (0..3).filter(|&k| !orientations[r].is_rim(k)).find_map(|k| {
             let edge = row::<3>(t, t.corner_edge, r)[orientations[r].side_opposite(k)];
             let [a, b] = row(t, t.edge_corner, edge);
             let other = if a == r { b } else { a };
-            let folded = (0..3).any(|k| runs(other, v[k], v[(k + 1) % 3]));
-            folded.then(|| {
+            shares_a_way(v, wound(t, orientations, other)).then(|| {
                 bad(format!(
                     "{}: the triangles lie on the same side of edge {}, expected a surface without folds",
                     rows(t, "corner_cell", r, other),
@@ -341,11 +371,11 @@ pub(super) fn covers(
     orientations: &[TriangleOrientation],
     hole_filling: &HoleFilling,
 ) -> Result<()> {
-    let area_of = |cells: [usize; 3]| solid_angle(cells.map(|cell| DVec3::from_array(direction[cell])));
+    let area_of = |cells: [usize; 3]| solid_angle(cells.map_inline(|cell| DVec3::from_array(direction[cell])));
     // Fixed blocks summed in order: the same sum for any number of threads.
-    let rows = (0..t.corners()).into_par_iter().with_min_len(4096);
-    let areas: Vec<f64> =
-        rows.map(|r| if orientations[r].is_triangle() { area_of(wound(t, orientations, r)) } else { 0.0 }).collect();
+    let rows = (0..t.corners()).into_par_iter();
+    let area = |r: usize| if orientations[r].is_triangle() { area_of(wound(t, orientations, r)) } else { 0.0 };
+    let areas: Vec<f64> = rows.fold_chunks(4096, || 0.0, |sum, r| sum + area(r)).collect();
     let void = hole_filling.void().iter().map(|void| area_of(void.cells.map(|cell| cell as usize)));
     let area: f64 = areas.into_iter().chain(void).sum();
     if (area / (4.0 * PI) - 1.0).abs() > COVER {

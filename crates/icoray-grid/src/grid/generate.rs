@@ -6,12 +6,16 @@
 
 use super::tables::{GridTables, LonLat};
 use crate::error::{Error, ErrorKind, Result};
+use crate::memory;
 use glam::DVec3;
 use rayon::prelude::*;
 use std::f64::consts::{PI, TAU};
 
 /// The largest `level` of [`IcosahedralMesh::new`]: 167,772,162 cells, whose edges still fit 32-bit indices.
 pub const MAX_LEVEL: u32 = 12;
+
+/// Bytes per cell that [`IcosahedralMesh::new`] takes: 144 of the tables, and 24 of a position.
+const PEAK_BYTES: u64 = 168;
 
 /// A generated mesh that owns its six tables, numbered from 0.
 ///
@@ -55,11 +59,12 @@ impl IcosahedralMesh {
     /// Bisects the icosahedron `level` times.
     ///
     /// # Errors
-    /// [`ErrorKind::Argument`] when `level` is above [`MAX_LEVEL`].
+    /// [`ErrorKind::Argument`] when `level` is above [`MAX_LEVEL`]; [`ErrorKind::Memory`] where the tables do not fit.
     pub fn new(level: u32) -> Result<Self> {
         if level > MAX_LEVEL {
             return Err(Error::new(ErrorKind::Argument, format!("mesh level {level}, expected 0 to {MAX_LEVEL}")));
         }
+        memory::require("a generated mesh", PEAK_BYTES * (10 * 4u64.pow(level) + 2), None)?;
         let mut mesh = icosahedron();
         for _ in 0..level {
             mesh = mesh.bisect();
@@ -172,76 +177,88 @@ impl Bisection {
         Bisection { position, edge, triangle, side }
     }
 
+    /// The tables, of which no more than the positions of the cells stand in memory beside them.
     fn into_tables(self) -> IcosahedralMesh {
-        let mut edge_corner = vec![-1i32; 2 * self.edge.len()];
-        for (t, side) in self.side.iter().enumerate() {
-            for &e in side {
-                let first = 2 * e as usize;
-                let free = if edge_corner[first] < 0 { first } else { first + 1 };
-                edge_corner[free] = t as i32;
-            }
-        }
-        let mut a_triangle = vec![0u32; self.position.len()];
-        for (t, v) in self.triangle.iter().enumerate() {
-            for &cell in v {
-                a_triangle[cell as usize] = t as u32;
-            }
-        }
-        let cell_corner = a_triangle
-            .par_iter()
-            .enumerate()
-            .flat_map_iter(|(cell, &start)| self.ring(cell as u32, start, &edge_corner))
-            .collect();
-        let corner: Vec<DVec3> = self
-            .triangle
-            .par_iter()
-            .map(|v| {
-                let [a, b, c] = v.map(|cell| self.position[cell as usize]);
-                (b - a).cross(c - a).normalize()
-            })
-            .collect();
-        let (lon_center_rad, lat_center_rad) = lon_lat(&self.position);
-        let (lon_corner_rad, lat_corner_rad) = lon_lat(&corner);
-        let flat = |rows: &[[u32; 3]]| rows.par_iter().flat_map_iter(|row| row.map(|v| v as i32)).collect();
+        let Bisection { position, edge, triangle, side } = self;
+        let edges = edge.len();
+        drop(edge);
+        let [corner_cell, corner_edge] = [triangle, side].map(|rows| signed(rows.into_flattened()));
+        let edge_corner = edge_corner(&corner_edge, edges);
+        let cell_corner = cell_corner(&corner_cell, &corner_edge, &edge_corner, position.len());
+        let corner = |row: &[i32]| {
+            let [a, b, c] = [0, 1, 2].map(|k| position[row[k] as usize]);
+            lon_lat((b - a).cross(c - a).normalize())
+        };
+        let (lon_corner_rad, lat_corner_rad) = corner_cell.par_chunks_exact(3).map(corner).unzip();
+        let (lon_center_rad, lat_center_rad) = position.par_iter().copied().map(lon_lat).unzip();
         IcosahedralMesh {
             lon_center_rad,
             lat_center_rad,
             lon_corner_rad,
             lat_corner_rad,
             cell_corner,
-            corner_cell: flat(&self.triangle),
-            corner_edge: flat(&self.side),
+            corner_cell,
+            corner_edge,
             edge_corner,
         }
     }
-
-    /// The triangles around `cell`, counter-clockwise from `start`; a pentagon's last one stands twice.
-    fn ring(&self, cell: u32, start: u32, edge_corner: &[i32]) -> [i32; 6] {
-        let mut ring = [start as i32; 6];
-        let mut t = start;
-        for place in 1..6 {
-            let k = self.triangle[t as usize].iter().position(|&v| v == cell).expect("the ring stays at its cell");
-            let e = 2 * self.side[t as usize][(k + 1) % 3] as usize;
-            let next = if edge_corner[e] == t as i32 { edge_corner[e + 1] } else { edge_corner[e] };
-            if next == start as i32 {
-                ring[place] = ring[place - 1];
-                break;
-            }
-            ring[place] = next;
-            t = next as u32;
-        }
-        ring
-    }
+}
+/// The numbers in the same memory.
+fn signed(numbers: Vec<u32>) -> Vec<i32> {
+    numbers.into_iter().map(|number| number as i32).collect()
 }
 
-fn lon_lat(position: &[DVec3]) -> (Vec<f64>, Vec<f64>) {
-    position
-        .par_iter()
-        .map(|p| {
-            let lon = p.y.atan2(p.x);
-            // Adding 2π to a tiny negative longitude rounds to 2π itself, which is 0.
-            let lon = if lon < 0.0 { lon + TAU } else { lon };
-            (if lon < TAU { lon } else { 0.0 }, p.z.atan2(p.x.hypot(p.y)).clamp(-PI / 2.0, PI / 2.0))
-        })
-        .unzip()
+/// The two corners of each edge, the lower number first.
+fn edge_corner(corner_edge: &[i32], edges: usize) -> Vec<i32> {
+    let mut edge_corner = vec![-1; 2 * edges];
+    for (corner, sides) in corner_edge.chunks_exact(3).enumerate() {
+        for &edge in sides {
+            let first = 2 * edge as usize;
+            let free = if edge_corner[first] < 0 { first } else { first + 1 };
+            edge_corner[free] = corner as i32;
+        }
+    }
+    edge_corner
+}
+
+/// The corners of each cell.
+fn cell_corner(corner_cell: &[i32], corner_edge: &[i32], edge_corner: &[i32], cells: usize) -> Vec<i32> {
+    let mut a_corner = vec![0; cells];
+    for (corner, row) in corner_cell.chunks_exact(3).enumerate() {
+        for &cell in row {
+            a_corner[cell as usize] = corner as i32;
+        }
+    }
+    let mut rings = vec![0; 6 * cells];
+    rings.par_chunks_exact_mut(6).zip(a_corner).enumerate().for_each(|(cell, (place, start))| {
+        place.copy_from_slice(&ring(cell as i32, start, corner_cell, corner_edge, edge_corner));
+    });
+    rings
+}
+
+/// The corners around `cell`, counter-clockwise from `start`; a pentagon's last one stands twice.
+fn ring(cell: i32, start: i32, corner_cell: &[i32], corner_edge: &[i32], edge_corner: &[i32]) -> [i32; 6] {
+    let mut ring = [start; 6];
+    let mut corner = start;
+    for place in 1..6 {
+        let row = 3 * corner as usize;
+        let k = (0..3).find(|&k| corner_cell[row + k] == cell).expect("the ring stays at its cell");
+        let ends = 2 * corner_edge[row + (k + 1) % 3] as usize;
+        let next = if edge_corner[ends] == corner { edge_corner[ends + 1] } else { edge_corner[ends] };
+        if next == start {
+            ring[place] = ring[place - 1];
+            break;
+        }
+        ring[place] = next;
+        corner = next;
+    }
+    ring
+}
+
+/// Longitude in [0, 2π) and latitude.
+fn lon_lat(p: DVec3) -> (f64, f64) {
+    let lon = p.y.atan2(p.x);
+    // Adding 2π to a tiny negative longitude rounds to 2π itself, which is 0.
+    let lon = if lon < 0.0 { lon + TAU } else { lon };
+    (if lon < TAU { lon } else { 0.0 }, p.z.atan2(p.x.hypot(p.y)).clamp(-PI / 2.0, PI / 2.0))
 }

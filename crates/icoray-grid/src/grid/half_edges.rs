@@ -5,6 +5,8 @@
 
 use super::{Grid, made};
 use crate::array::MapInline;
+use crate::error::Result;
+use crate::memory;
 use rayon::prelude::*;
 
 /// A side of a triangle, as it is entered.
@@ -27,23 +29,47 @@ pub mod half_edge {
 impl Grid<'_> {
     /// All half-edges, three per triangle, void ones included; made when first asked for, in parallel. Those of a row
     /// that is no triangle mean nothing. Empty for a grid whose half-edges 32 bits cannot number.
+    ///
+    /// # Panics
+    /// Where they do not fit into memory; [`Self::make_half_edges`] returns an error instead.
     pub fn half_edges(&self) -> &[HalfEdge] {
-        made(&self.half_edges, || self.all_sides()).as_slice()
+        made(&self.half_edges, || self.all_sides().unwrap_or_else(|error| panic!("{error}"))).as_slice()
     }
 
-    fn all_sides(&self) -> Vec<HalfEdge> {
-        if self.beyond.len() > u32::MAX as usize / 3 {
-            return Vec::new();
+    /// Makes the half-edges unless they are there, in parallel.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Memory`](crate::error::ErrorKind::Memory) where they do not fit.
+    pub fn make_half_edges(&self) -> Result<()> {
+        if self.half_edges.get().is_none() {
+            let new = self.all_sides()?;
+            self.half_edges.get_or_init(|| new);
         }
-        let mut all = vec![[0; 4]; 3 * self.beyond.len()];
-        let sides = all.par_chunks_exact_mut(3).with_min_len(1024).enumerate();
-        sides.for_each(|(triangle, sides)| {
-            let triangle = triangle as u32;
-            if self.is_triangle(triangle) || self.is_void(triangle) {
-                sides.copy_from_slice(&self.sides(triangle));
-            }
-        });
-        all
+        Ok(())
+    }
+
+    /// Bytes of the half-edges, and whether they are made.
+    pub fn half_edge_bytes(&self) -> (u64, bool) {
+        let bytes = if self.can_number_sides() { self.beyond.len() * size_of::<[HalfEdge; 3]>() } else { 0 };
+        (bytes as u64, self.half_edges.get().is_some())
+    }
+
+    fn can_number_sides(&self) -> bool {
+        self.beyond.len() <= u32::MAX as usize / 3
+    }
+
+    fn all_sides(&self) -> Result<Vec<HalfEdge>> {
+        if !self.can_number_sides() {
+            return Ok(Vec::new());
+        }
+        let mut all: Vec<[HalfEdge; 3]> = memory::room_for("half-edges of the grid", self.beyond.len())?;
+        let triangles = (0..self.beyond.len()).into_par_iter().with_min_len(1024);
+        let sides = |triangle: usize| match triangle as u32 {
+            triangle if self.is_triangle(triangle) || self.is_void(triangle) => self.sides(triangle),
+            _ => [[0; 4]; 3],
+        };
+        triangles.map(sides).collect_into_vec(&mut all);
+        Ok(all.into_flattened())
     }
 
     /// The vertices of a triangle, counter-clockwise seen from outside, and the triangles beyond the sides opposite

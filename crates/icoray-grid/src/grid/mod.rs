@@ -29,6 +29,7 @@ pub use triangles::Connectivity;
 use crate::array::MapInline;
 use crate::error::Result;
 use crate::macrocells::Macrocells;
+use crate::memory;
 use glam::DVec3;
 use half_edges::HalfEdge;
 use hole_filling::HoleFilling;
@@ -79,12 +80,14 @@ impl<'a> Grid<'a> {
     /// Checks `tables` whole, closes the mesh where it has holes, and derives directions and orientations, in parallel.
     ///
     /// # Errors
+    /// [`ErrorKind::Memory`](crate::error::ErrorKind::Memory) where the derived tables do not fit;
     /// [`ErrorKind::Grid`](crate::error::ErrorKind::Grid) names the table, row, value and what was expected: sizes,
     /// index ranges, each edge's two triangles, each triangle's three edges and cells, a closed sphere (V - E + F =
     /// 2 where nothing is missing, one winding, areas summing to 4π with those of void triangles), no zero-area
     /// triangle, each cell's corners, finite coordinates.
     pub fn new(tables: GridTables<'a>) -> Result<Self> {
         let has_hole = check::sizes(&tables)?;
+        memory::require("tables derived from the grid", setup_bytes(&tables), None)?;
         let mut direction = check::directions(&tables)?;
         check::corner_positions(&tables)?;
         check::indices(&tables, has_hole)?;
@@ -99,7 +102,7 @@ impl<'a> Grid<'a> {
         check::covers(&tables, &direction, &orientations, &hole_filling)?;
         let start =
             orientations.iter().position(|orientation| orientation.is_triangle()).unwrap_or(orientations.len()) as u32;
-        let beyond = beyond(&tables, &orientations, &hole_filling);
+        let beyond = beyond(&tables, &orientations, &hole_filling)?;
         let cell_number = &[];
         Ok(Grid {
             tables,
@@ -355,7 +358,11 @@ fn made<X>(cell: &OnceLock<X>, make: impl FnOnce() -> X) -> &X {
 
 /// The triangle beyond each side of each triangle, void ones behind those of the tables. A row that is no triangle has
 /// itself.
-fn beyond(tables: &GridTables, orientations: &[TriangleOrientation], hole_filling: &HoleFilling) -> Vec<[u32; 3]> {
+fn beyond(
+    tables: &GridTables,
+    orientations: &[TriangleOrientation],
+    hole_filling: &HoleFilling,
+) -> Result<Vec<[u32; 3]>> {
     let base = i64::from(tables.index_base);
     let across = |triangle: usize, k: usize| {
         let number = triangle as u32;
@@ -371,5 +378,15 @@ fn beyond(tables: &GridTables, orientations: &[TriangleOrientation], hole_fillin
     };
     let rows = |triangle: usize| [0, 1, 2].map_inline(|k| across(triangle, k));
     let void = hole_filling.void().par_iter().map(|void| void.beyond);
-    (0..orientations.len()).into_par_iter().map(rows).chain(void).collect()
+    let mut beyond = memory::room_for("neighbours of the triangles", orientations.len() + void.len())?;
+    (0..orientations.len()).into_par_iter().map(rows).chain(void).collect_into_vec(&mut beyond);
+    Ok(beyond)
+}
+
+/// Bytes that [`Grid::new`] takes of a sphere without holes: directions, orientations, twice while they are found, and
+/// neighbours.
+fn setup_bytes(tables: &GridTables) -> u64 {
+    let [cells, triangles] = [tables.cells(), tables.corners()].map(|count| count as u64);
+    let per_triangle = 3 * size_of::<TriangleOrientation>() + size_of::<[u32; 3]>();
+    cells * size_of::<[f64; 3]>() as u64 + triangles * per_triangle as u64
 }

@@ -47,7 +47,7 @@ impl<'a> Indices<'a> {
     ///
     /// # Panics
     /// When the table has no such row.
-    #[inline]
+    #[inline(always)]
     pub fn row<const N: usize>(&self, r: usize) -> [i64; N] {
         self.find_row(r).expect("the table has the row")
     }
@@ -55,16 +55,18 @@ impl<'a> Indices<'a> {
     /// Row `r` of a table with `N` columns, if it has so many.
     #[inline(always)]
     pub(crate) fn find_row<const N: usize>(&self, r: usize) -> Option<[i64; N]> {
-        Some(match self {
+        // Loops: `array::from_fn` and zipped iterators are compiled apart from their callers in some builds.
+        let mut found = [0; N];
+        match self {
             Indices::I32(v) => {
                 let row = v.get(N * r..N * r + N)?;
-                std::array::from_fn(|k| i64::from(row[k]))
+                for k in 0..N {
+                    found[k] = i64::from(row[k]);
+                }
             }
-            Indices::I64(v) => {
-                let row = v.get(N * r..N * r + N)?;
-                std::array::from_fn(|k| row[k])
-            }
-        })
+            Indices::I64(v) => found.copy_from_slice(v.get(N * r..N * r + N)?),
+        }
+        Some(found)
     }
 }
 

@@ -1,6 +1,7 @@
 use super::*;
 use crate::power;
 use fearless_simd::{Level, prelude::*};
+use icoray_test_support::{Need, skip};
 
 /// All gathers of a machine against plain reads, indices beyond the end included.
 #[inline(always)]
@@ -44,6 +45,56 @@ fn gathers_are_plain_reads<V: Machine>(simd: V) {
         let exact = f64::from(x).powf(y.into());
         assert!((f64::from(found[lanes - 1]) - exact).abs() <= 4e-6 * exact + 1e-30, "{x}: {found:?} {exact}");
     }
+}
+
+/// Gathers from a table whose last elements an index of 31 bits does not reach.
+#[inline(always)]
+fn gathers_reach_the_end<V: Machine>(simd: V, floats: &[f32]) {
+    let (table, end) = (Table::new(floats).unwrap(), floats.len() as u32);
+    let index = <Numbers<V> as SimdBase<V>>::from_fn(simd, |lane| if lane == 0 { 5 } else { end - 1 - lane as u32 });
+    let found = simd.gather_f32(table, index);
+    let (first, second) = simd.gather_pair(table, index);
+    for lane in 0..<Floats<V> as SimdBase<V>>::LEN {
+        let at = index[lane] as usize;
+        assert_eq!((found[lane], first[lane], second[lane]), (floats[at], floats[at], floats[at + 1]));
+    }
+}
+
+/// Pages of zeros take no memory until they are written to.
+#[test]
+fn tables_may_have_more_than_2_to_the_31_elements() {
+    const COUNT: usize = (1 << 31) + 100;
+    let layout = std::alloc::Layout::array::<f32>(COUNT).unwrap();
+    // SAFETY: the layout is not empty.
+    let memory = unsafe { std::alloc::alloc_zeroed(layout) }.cast::<f32>();
+    if memory.is_null() {
+        return skip(Need::Memory);
+    }
+    // SAFETY: zeros are floats, and nothing else refers to them.
+    let floats = unsafe { std::slice::from_raw_parts_mut(memory, COUNT) };
+    (COUNT - 50..COUNT).chain(0..9).for_each(|i| floats[i] = (i % 1000) as f32);
+    let level = Level::new();
+    #[cfg(target_arch = "x86_64")]
+    {
+        if let Some(simd) = level.as_avx2() {
+            simd.vectorize(
+                #[inline(always)]
+                || gathers_reach_the_end(simd, floats),
+            );
+        }
+        if let Some(simd) = level.as_avx512() {
+            simd.vectorize(
+                #[inline(always)]
+                || gathers_reach_the_end(simd, floats),
+            );
+        }
+    }
+    #[cfg(target_arch = "aarch64")]
+    if let Some(simd) = level.as_neon() {
+        gathers_reach_the_end(simd, floats);
+    }
+    // SAFETY: it was allocated with this layout, and the slice is not used again.
+    unsafe { std::alloc::dealloc(memory.cast(), layout) };
 }
 
 #[test]

@@ -6,12 +6,21 @@ use super::options::{Light, Options, Size};
 use super::setup::Setup;
 use crate::peak::PeakMemory;
 use crate::results::io_error;
-use crate::sphere::{self, Sphere};
-use icoray::{Frame, FrameReport, Grid, Renderer, Result, Savings, Scene};
+use crate::sphere::Sphere;
+use icoray::{Frame, FrameReport, Grid, Plan, Renderer, Result, Savings, Scene};
 use std::time::Instant;
 
 /// Seconds and reports of frames.
 type TimedFrames = Vec<(f64, FrameReport)>;
+
+/// Bytes that a frame takes beyond the model's arrays and the checked grid, its picture included.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Memory {
+    /// At the peak.
+    pub measured: u64,
+    /// By the plan.
+    pub planned: u64,
+}
 
 /// A grid with a field, and the renderers.
 pub(super) struct Benchmark<'o> {
@@ -23,8 +32,8 @@ pub(super) struct Benchmark<'o> {
     walkers: Vec<Renderer>,
     /// A renderer without empty-space skipping.
     reader: Renderer,
-    /// Peak memory of a frame beyond the model's arrays and the grid, with its picture.
-    pub memory: Vec<(Light, u64)>,
+    /// Memory of first frames.
+    pub memory: Vec<(Light, Memory)>,
 }
 
 /// Frames of one scene on one number of threads.
@@ -68,7 +77,7 @@ impl<'o> Benchmark<'o> {
     pub fn new(size: Size, options: &'o Options) -> Result<Self> {
         let max = options.threads.iter().copied().max().unwrap_or(0);
         let reader = Renderer::new(max)?.with_savings(Savings { empty_space: false, ..Savings::ALL });
-        let sphere = reader.run(|| Sphere::new(size.level, size.layers, [1.0, 1.15], sphere::multi_scale))?;
+        let sphere = reader.run(|| Sphere::multi_scale(size.level, size.layers, [1.0, 1.15]))?;
         let renderers = options.renderers()?;
         let times = if options.bare { 1 } else { options.frames };
         let setup = Setup::of(size.level, &sphere.mesh, &renderers, times)?;
@@ -83,14 +92,16 @@ impl<'o> Benchmark<'o> {
     }
 
     /// Memory of the first frame, with the transfer function "lobes".
-    fn memory_of(&self, light: Light) -> Result<u64> {
-        let lobes = Case::all().find(|case| case.name == "lobes");
-        let scene = lobes.map(|case| Setting { case, light, tolerance: 1e-3 }.scene(self.options)).transpose()?;
-        let grid = self.sphere.grid()?;
+    fn memory_of(&self, light: Light) -> Result<Memory> {
+        let lobes = Case::all().find(|case| case.name == "lobes").expect("there is such a transfer function");
+        let scene = Setting { case: lobes, light, tolerance: 1e-3 }.scene(self.options)?;
+        let (grid, field) = (self.sphere.grid()?, self.sphere.field()?);
         let renderer = Renderer::new(self.reader.threads())?;
+        let plan = Plan::new(&scene, &grid, &self.sphere.layers, &field)?;
+        let planned = renderer.run(|| plan.memory(&scene, &grid));
         let peak = PeakMemory::start()?;
-        scene.map(|scene| self.draw(&renderer, &scene, &grid)).transpose()?;
-        peak.bytes()
+        self.draw(&renderer, &scene, &grid)?;
+        Ok(Memory { measured: peak.bytes()?, planned: planned.total() - planned.grid })
     }
 
     /// A row for each number of threads, with alternating frames.

@@ -1,6 +1,6 @@
 //! Measurements as the tables of the README.
 
-use super::benchmark::Row;
+use super::benchmark::{Memory, Row};
 use super::instructions::Counted;
 use super::machine::Bandwidth;
 use super::options::{Light, Options, Size, cores};
@@ -14,8 +14,8 @@ pub(super) struct Measured<'m> {
     pub options: &'m Options,
     pub rows: &'m [Row],
     pub setups: &'m [Setup],
-    /// Peak memory of a frame, by grid and light.
-    pub memory: &'m [(Size, Light, u64)],
+    /// Memory of a frame, by grid and light.
+    pub memory: &'m [(Size, Light, Memory)],
     pub bandwidths: &'m [Bandwidth],
     /// `None` if not requested.
     pub counted: Option<Result<Counted>>,
@@ -196,11 +196,12 @@ impl Measured<'_> {
     fn tables(&self) -> String {
         let mut text = format!(
             "\nSeconds in which tables are checked and derived on {}, what is kept of them beside the model's own, and the most memory that a \
-             frame takes beyond the model's arrays, its picture included, with what that is of the field:\n\n",
+             frame takes beyond the model's arrays, its picture included, with what that is of the field and what the plan says \
+             (`icoray plan`) before it is drawn:\n\n",
             cores(&self.options.threads)
         );
         let lights = &self.options.lights;
-        let heads = lights.iter().map(|light| format!("{light} frame, MiB"));
+        let heads = lights.iter().map(|light| format!("{light} frame, MiB (of the field; planned)"));
         text += &line("n | cells | seconds | bytes per cell | per triangle", heads);
         let _ = writeln!(text, "|---|---|---|---|---|{}", "---|".repeat(lights.len()));
         for setup in self.setups {
@@ -214,10 +215,11 @@ impl Measured<'_> {
             );
             let frames = lights.iter().map(|light| {
                 let of = self.memory.iter().find(|of| of.0.level == setup.level && of.1 == *light);
-                of.map_or_else(String::new, |(size, _, bytes)| {
+                of.map_or_else(String::new, |(size, _, memory)| {
                     let field = 4.0 * (setup.cells * size.layers) as f64;
-                    let (mebi, percent) = (*bytes as f64 / f64::from(1 << 20), 100.0 * *bytes as f64 / field);
-                    format!("{mebi:.1} ({percent:.0} %)")
+                    let [measured, planned] = [memory.measured, memory.planned].map(|bytes| bytes as f64);
+                    let [mebi, planned] = [measured, planned].map(|bytes| bytes / f64::from(1 << 20));
+                    format!("{mebi:.1} ({:.0} %; {planned:.1})", 100.0 * measured / field)
                 })
             });
             text += &line(&first, frames);

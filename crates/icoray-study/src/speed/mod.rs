@@ -45,7 +45,7 @@ pub fn run(options: &Options, out: &mut dyn Write) -> Result<()> {
     for size in options.sizes() {
         let benchmark = Benchmark::new(size, options)?;
         setups.push(benchmark.setup.clone());
-        memory.extend(benchmark.memory.iter().map(|(light, bytes)| (size, *light, *bytes)));
+        memory.extend(benchmark.memory.iter().map(|(light, memory)| (size, *light, *memory)));
         let grid = benchmark.sphere.grid()?;
         bar.suspend(|| say!(out, "{}", benchmark.setup.line()).and_then(|()| say!(out, "{}", table::HEADING)))?;
         for setting in &settings {

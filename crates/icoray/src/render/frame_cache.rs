@@ -1,6 +1,7 @@
 //! Cache between frames: buffers as large as the grid, so that a series of frames allocates them once, and their
 //! content if the next frame shows the same field.
 
+use crate::plan::FrameMemory;
 use icoray_grid::Grid;
 use icoray_grid::gradient::{Gradients, PartialGradients};
 use icoray_grid::occupancy::OccupancyMask;
@@ -112,6 +113,12 @@ impl<K: PartialEq, V> CacheSlots<K, V> {
         entries.last().map(|(key, value)| of(key, value))
     }
 
+    /// The bytes of all values.
+    pub fn bytes(&self, of: impl Fn(&V) -> usize) -> u64 {
+        let entries = self.entries.lock().unwrap_or_else(PoisonError::into_inner);
+        entries.iter().map(|(_, value)| of(value) as u64).sum()
+    }
+
     /// Stores a value for the next frame.
     pub fn store(&self, key: K, value: V) {
         self.entries.lock().unwrap_or_else(PoisonError::into_inner).push((key, value));
@@ -144,6 +151,19 @@ impl FrameCache {
         self.gradients.reuses = reuses;
         self.normals.reuses = reuses;
         self
+    }
+
+    /// What a frame takes beyond what it finds here and in the grid.
+    pub fn missing(&self, all: FrameMemory, grid: &Grid) -> FrameMemory {
+        let (_, has_half_edges) = grid.half_edge_bytes();
+        FrameMemory {
+            grid: 0,
+            half_edges: if has_half_edges { 0 } else { all.half_edges },
+            averages: 0,
+            occupancy: all.occupancy.saturating_sub(self.visible.bytes(OccupancyMask::bytes)),
+            gradients: all.gradients.saturating_sub(self.gradients.bytes(PartialGradients::bytes)),
+            picture: all.picture,
+        }
     }
 
     /// The gradients for `key` that are known, of no cell if there are none.

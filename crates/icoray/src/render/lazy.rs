@@ -1,38 +1,56 @@
 //! Values computed on first use: a picture drawn by a device alone computes none of them.
 
+use icoray_grid::Result;
 use std::fmt;
 use std::sync::OnceLock;
 
-/// A value that is computed once, by the first caller of [`Lazy::get`].
+/// A value that is computed once, by the first caller of [`Lazy::get`] or [`Lazy::try_get`].
 pub(crate) struct Lazy<'f, V> {
-    known: OnceLock<V>,
-    compute: Box<dyn Fn() -> V + Send + Sync + 'f>,
+    known: OnceLock<Result<V>>,
+    compute: Box<dyn Fn() -> Result<V> + Send + Sync + 'f>,
 }
 
 impl<'f, V> Lazy<'f, V> {
     /// A value that `compute` returns.
     pub fn of(compute: impl Fn() -> V + Send + Sync + 'f) -> Self {
+        Self::try_of(move || Ok(compute()))
+    }
+
+    /// A value that `compute` returns, or an error.
+    pub fn try_of(compute: impl Fn() -> Result<V> + Send + Sync + 'f) -> Self {
         Lazy { known: OnceLock::new(), compute: Box::new(compute) }
     }
 
+    /// The value.
+    ///
+    /// # Panics
+    /// Where it cannot be computed.
     pub fn get(&self) -> &V {
-        self.known.get_or_init(&self.compute)
+        self.try_get().unwrap_or_else(|error| panic!("{error}"))
+    }
+
+    /// The value, or why it cannot be computed.
+    pub fn try_get(&self) -> Result<&V> {
+        self.known.get_or_init(&self.compute).as_ref().map_err(Clone::clone)
     }
 
     /// The value, to be modified.
+    ///
+    /// # Panics
+    /// Where it cannot be computed.
     pub fn get_mut(&mut self) -> &mut V {
         self.get();
-        self.known.get_mut().expect("computed just now")
+        self.known.get_mut().and_then(|known| known.as_mut().ok()).expect("computed just now")
     }
 
     /// The value, if it was computed.
     pub fn known(&self) -> Option<&V> {
-        self.known.get()
+        self.known.get()?.as_ref().ok()
     }
 
     /// As [`Self::known`], by value.
     pub fn into_known(self) -> Option<V> {
-        self.known.into_inner()
+        self.known.into_inner()?.ok()
     }
 }
 

@@ -4,19 +4,16 @@ use super::context::FrameContext;
 use super::frame_cache::{GradientKey, OccupancyKey};
 use super::lazy::Lazy;
 use super::work::requested_quality;
-use crate::plan::{OccupancyTest, clear_values};
+use crate::plan::{Circumstances, OccupancyTest, clear_values};
 use crate::ranks::{Part, Ranks};
 use crate::time_budget::Deadline;
-use glam::DVec3;
 use icoray_grid::Result;
 use icoray_grid::gradient;
 use icoray_grid::gradient::{GradientOptions, Gradients, PartialGradients};
 use icoray_grid::occupancy::OccupancyMask;
 use icoray_grid::sample::{Sample, Samples};
-use icoray_grid::visible_cells::VisibleCells;
 use icoray_kernel::ray::KernelReal;
 use icoray_kernel::transfer::Spans;
-use icoray_scene::Precision;
 use icoray_scene::{Lights, Quality};
 
 /// Range, missing values, quality and deadline of the first field.
@@ -34,6 +31,7 @@ impl FieldSummary {
         let FrameContext { renderer, scene, plan, grid, part, start, .. } = *context;
         let range = ranks.attempt(|| {
             renderer.run(|| {
+                check_memory(context)?;
                 Ok(match part {
                     Some(part) => context.fields[0].field().range_over(Some(&|cell| part.counts(cell))),
                     None => context.range(0),
@@ -51,9 +49,10 @@ impl FieldSummary {
         let mut quality = requested_quality(scene);
         if let (Some(deadline), true) = (deadline, plan.shading.is_some()) {
             let some = || {
-                let single = allows_single_gradients(context);
+                let single = plan.allows_single_gradients(scene);
                 let wanted = GradientOptions { visible: None, packed: false, single };
                 let cells = 0..grid.cells().div_ceil(64);
+                // A sample: where there is no room for it, the frame itself says so.
                 drop(gradient::gradients(grid, &plan.radius, samples, cells, wanted, Gradients::none()));
             };
             let has_time = || !context.needs_gradients() || deadline.has_time_for_gradients(1.0 / 64.0, some);
@@ -107,10 +106,10 @@ pub(super) fn gradients<'f, S: Sample>(
     range: [f64; 2],
     (occupancy, visible): (&OccupancyKey, &'f Lazy<OccupancyMask>),
 ) -> (Option<GradientKey>, Lazy<'f, PartialGradients>) {
-    let FrameContext { renderer, plan, grid, part, .. } = *context;
+    let FrameContext { renderer, scene, plan, grid, part, .. } = *context;
     let is_own = context.device.is_err() && part.is_none();
     let savings = renderer.savings;
-    let single = allows_single_gradients(context);
+    let single = plan.allows_single_gradients(scene);
     let packed = is_own && savings.packing && single;
     let visible = (is_own && savings.gradients).then_some(visible);
     let key = GradientKey {
@@ -129,27 +128,31 @@ pub(super) fn gradients<'f, S: Sample>(
     let asked = key.clone();
     let compute = move || {
         let wanted = GradientOptions { visible: visible.map(Lazy::get), packed, single };
-        let seen = visible.map(|_| visible_cells(context));
+        let seen = visible.map(|_| plan.visible_cells(scene, grid));
         let known = renderer.frame_cache.known_gradients(&asked);
         known.with_cells(grid, &plan.radius, &samples, wanted, seen.as_ref())
     };
-    (Some(key), Lazy::of(compute))
+    (Some(key), Lazy::try_of(compute))
 }
 
-/// The cells that rays of the picture can pass.
-pub(super) fn visible_cells(context: &FrameContext) -> VisibleCells {
-    let FrameContext { scene, plan, grid, .. } = *context;
-    let shell = [plan.radius[0], plan.radius[plan.radius.len() - 1]];
-    let sides = scene.camera.sides(scene.width, scene.height);
-    VisibleCells::new(grid, DVec3::from_array(scene.camera.eye()), sides, shell, scene.core.is_some())
-}
-
-/// Whether the scene's tolerance is far above what gradients in single precision, and packed ones, do to light: packing
-/// turns normals by 1e-5.
-fn allows_single_gradients(context: &FrameContext) -> bool {
-    const TURN: f64 = 1e-5;
-    let off = context.plan.shading.map_or(0.0, |s| TURN * (s.diffuse + s.specular * s.shininess.max(1.0).sqrt()));
-    context.scene.precision == Precision::F32 && off <= 0.05 * context.scene.tolerance
+/// Checks that what the frame takes of memory fits into it.
+fn check_memory(context: &FrameContext) -> Result<()> {
+    let FrameContext { renderer, scene, plan, grid, part, .. } = *context;
+    if !context.needs_gradients() {
+        return Ok(());
+    }
+    let with = Circumstances {
+        is_lit: scene.lighting.is_some(),
+        is_part: part.is_some(),
+        has_packets: renderer.vectors().is_some(),
+        savings: renderer.savings,
+    };
+    let fits = |counts_cells: bool| {
+        let all = plan.memory_with(scene, grid, with, counts_cells);
+        renderer.frame_cache.missing(all, grid).require(renderer.memory_limit)
+    };
+    // Cells are counted only where gradients at all of them do not fit.
+    fits(false).or_else(|_| fits(true))
 }
 
 /// Computes what the CPU needs in any case, and fills gradients of halo cells from other ranks. Collective.
@@ -163,10 +166,14 @@ pub(super) fn complete(
     let computed = ranks.attempt(|| {
         context.renderer.run(|| {
             if context.device.is_err() {
-                visible.get();
+                visible.try_get()?;
+                let FrameContext { renderer, scene, plan, grid, .. } = *context;
+                if plan.walks_in_packets(scene) && renderer.vectors().is_some() {
+                    grid.make_half_edges()?;
+                }
             }
             if context.needs_gradients() {
-                gradients.get();
+                gradients.try_get()?;
             }
             Ok(())
         })

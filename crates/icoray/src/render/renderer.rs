@@ -45,6 +45,7 @@ pub struct Renderer {
     pub(super) savings: Savings,
     pub(super) integrates: bool,
     pub(super) progress: Option<Progress>,
+    pub(super) memory_limit: Option<u64>,
     pub(super) frame_cache: FrameCache,
     pub(super) ranges: Ranges,
     pub(super) derived: DerivedFieldCache,
@@ -65,6 +66,7 @@ impl Renderer {
             savings,
             integrates: true,
             progress: None,
+            memory_limit: None,
             frame_cache: spare,
             ranges,
             derived,
@@ -117,6 +119,13 @@ impl Renderer {
     #[must_use]
     pub fn with_progress(self, report: Arc<dyn Fn(usize, usize) + Send + Sync>) -> Self {
         Renderer { progress: Some(Progress(report)), ..self }
+    }
+
+    /// The same renderer, which takes no more than so many bytes for a frame beyond what it holds of frames before:
+    /// [`Plan::memory`](crate::Plan::memory) says what a frame takes. Otherwise a frame may take what the system has.
+    #[must_use]
+    pub fn with_memory_limit(self, bytes: u64) -> Self {
+        Renderer { memory_limit: Some(bytes), ..self }
     }
 
     /// Number of threads.

@@ -10,6 +10,7 @@ mod grid;
 mod holes;
 mod labels;
 mod lit;
+mod memory_limit;
 mod mixed;
 mod parts;
 mod samples;

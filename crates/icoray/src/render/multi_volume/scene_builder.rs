@@ -5,7 +5,6 @@ use crate::plan::{OccupancyTest, clear_values};
 use crate::ranks::Ranks;
 use crate::render::context::FrameContext;
 use crate::render::frame_cache::{GradientKey, OccupancyKey};
-use crate::render::prepare::visible_cells;
 use icoray_grid::Field;
 use icoray_grid::Reals;
 use icoray_grid::Result;
@@ -195,7 +194,7 @@ impl<'p, 'f> SceneBuilder<'p, 'f> {
                 };
                 let computed = ranks.attempt(|| {
                     let compute = || self.gradients(field, &asked, &terrain.levels);
-                    Ok(renderer.run(compute))
+                    renderer.run(compute)
                 });
                 light = ranks.collective(computed)?;
                 key = Some(asked);
@@ -211,7 +210,7 @@ impl<'p, 'f> SceneBuilder<'p, 'f> {
         Ok((sources, keys))
     }
 
-    fn gradients(&self, field: &Field, key: &GradientKey, levels: &Levels) -> PartialGradients {
+    fn gradients(&self, field: &Field, key: &GradientKey, levels: &Levels) -> Result<PartialGradients> {
         match field.samples() {
             Reals::F32(data) => self.gradients_of(data, field, key, levels),
             Reals::F64(data) => self.gradients_of(data, field, key, levels),
@@ -225,17 +224,17 @@ impl<'p, 'f> SceneBuilder<'p, 'f> {
         field: &Field,
         key: &GradientKey,
         levels: &Levels,
-    ) -> PartialGradients {
-        let FrameContext { renderer, plan, grid, part, .. } = *self.context;
+    ) -> Result<PartialGradients> {
+        let FrameContext { renderer, scene, plan, grid, part, .. } = *self.context;
         let samples = Samples::new(data, field, plan.falling, key.range);
         match levels {
-            Levels::Native(heights) => renderer.frame_cache.gradients.take(key).unwrap_or_else(|memory| {
+            Levels::Native(heights) => renderer.frame_cache.gradients.take(key).or_else(|memory| {
                 let memory = memory.map_or_else(Gradients::none, PartialGradients::into_values);
-                gradient::native::gradients(grid, heights, &samples, memory).into()
+                Ok(gradient::native::gradients(grid, heights, &samples, memory)?.into())
             }),
             Levels::Concentric(_) => {
                 let wanted = GradientOptions { visible: None, packed: false, single: key.single };
-                let seen = (part.is_none() && renderer.savings.gradients).then(|| visible_cells(self.context));
+                let seen = (part.is_none() && renderer.savings.gradients).then(|| plan.visible_cells(scene, grid));
                 let known = renderer.frame_cache.known_gradients(key);
                 known.with_cells(grid, &plan.radius, &samples, wanted, seen.as_ref())
             }

@@ -1,0 +1,31 @@
+//! How long the tables may be that packets of rays gather from.
+
+use icoray_grid::grid::half_edges::HalfEdge;
+use icoray_simd::Table;
+
+/// The first of a frame's tables that is too long for gathers, in words: of the field's values, of the words of the
+/// gradients at the vertices, of the grid's half-edges. Where there is one, rays are traced one after the other, or of
+/// values, read these one after the other, in several times the time.
+pub fn beyond_gathers(values: usize, gradient_words: usize, half_edges: usize) -> Option<String> {
+    let tables = [
+        (values, "values of the field", Table::<f32>::MAX),
+        (gradient_words, "numbers of gradients", Table::<u64>::MAX),
+        (half_edges, "half-edges of the grid", Table::<HalfEdge>::MAX),
+    ];
+    let (count, name, max) = tables.into_iter().find(|(count, _, max)| count > max)?;
+    Some(format!("{count} {name}, expected at most {max}"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn tables_that_are_too_long_are_named() {
+        assert_eq!(beyond_gathers(1 << 32, 1 << 32, 1 << 30), None);
+        let text = beyond_gathers((1 << 32) + 1, 0, 0).unwrap();
+        assert_eq!(text, "4294967297 values of the field, expected at most 4294967296");
+        assert!(beyond_gathers(0, 1 << 33, 0).unwrap().contains("gradients"));
+        assert!(beyond_gathers(0, 0, 1 << 31).unwrap().contains("half-edges"));
+    }
+}

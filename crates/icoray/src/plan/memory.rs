@@ -1,0 +1,145 @@
+//! The memory that a frame takes, told before it is taken.
+
+use super::{Plan, Savings};
+use icoray_grid::Grid;
+use icoray_grid::Result;
+use icoray_grid::memory;
+use icoray_kernel::empty_space_skipping::{clear_knots, clear_ranges};
+use icoray_kernel::ray::packets;
+use icoray_kernel::transfer::Spans;
+use icoray_scene::{Heights, Scene};
+use rayon::prelude::*;
+use std::fmt;
+
+/// Bytes of a pixel while tiles are put together, with its colour and error in the frame.
+const PIXEL: u64 = 80;
+/// Clear ranges of a transfer function of which each column has a word of bits.
+const MAX_CLEAR: usize = 3;
+
+/// Bytes that a frame takes beside the model's arrays.
+///
+/// Those of gradients are an upper bound, as they are computed in visible blocks only. Of visible blocks each column
+/// has a word for each range of clear values; a single clear value may take another word where it is frequent.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct FrameMemory {
+    /// Directions, orientations and neighbours: taken by [`Grid::new`] and held as long as the grid.
+    pub grid: u64,
+    /// Half-edges, by which packets of rays walk: taken by the first frame and held as long as the grid.
+    pub half_edges: u64,
+    /// Averages of a field at corners.
+    pub averages: u64,
+    /// Bits of the blocks in which something can be seen.
+    pub occupancy: u64,
+    /// Gradients at the vertices that rays can pass.
+    pub gradients: u64,
+    /// The picture.
+    pub picture: u64,
+}
+
+impl FrameMemory {
+    fn parts(&self) -> [(&'static str, u64); 6] {
+        [
+            ("tables of the grid", self.grid),
+            ("half-edges", self.half_edges),
+            ("averages of corners", self.averages),
+            ("visible blocks", self.occupancy),
+            ("gradients", self.gradients),
+            ("picture", self.picture),
+        ]
+    }
+
+    /// All of them.
+    pub fn total(&self) -> u64 {
+        self.parts().iter().map(|(_, bytes)| bytes).sum()
+    }
+
+    /// Checks that they fit into `limit`, or where there is none into what the system has.
+    pub(crate) fn require(&self, limit: Option<u64>) -> Result<()> {
+        memory::require(&format!("a frame ({self})"), self.total(), limit)
+    }
+}
+
+/// What is there, in readable units.
+impl fmt::Display for FrameMemory {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let parts = self.parts().into_iter().filter(|(_, bytes)| *bytes > 0);
+        let texts: Vec<String> = parts.map(|(name, bytes)| format!("{name} {}", memory::readable(bytes))).collect();
+        f.write_str(&texts.join(", "))
+    }
+}
+
+/// How a frame is rendered, as far as its memory depends on that.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Circumstances {
+    pub is_lit: bool,
+    /// Whether ranks have parts of the grid.
+    pub is_part: bool,
+    /// Whether rays are traced in packets.
+    pub has_packets: bool,
+    pub savings: Savings,
+}
+
+impl Circumstances {
+    /// Those of one process that draws a scene on this machine's CPU.
+    pub fn of(scene: &Scene) -> Self {
+        let savings = Savings::ALL;
+        Circumstances { is_lit: scene.lighting.is_some(), is_part: false, has_packets: packets().is_some(), savings }
+    }
+}
+
+impl Plan {
+    /// Bytes that a frame of the scene takes; with `counts_cells` gradients count for cells that rays can pass only.
+    pub(crate) fn memory_with(
+        &self,
+        scene: &Scene,
+        grid: &Grid,
+        with: Circumstances,
+        counts_cells: bool,
+    ) -> FrameMemory {
+        let (half_edges, are_made) = grid.half_edge_bytes();
+        let walks = with.has_packets && self.walks_in_packets(scene);
+        FrameMemory {
+            grid: grid.derived_bytes() as u64 - if are_made { half_edges } else { 0 },
+            half_edges: if walks { half_edges } else { 0 },
+            averages: self.average_bytes,
+            occupancy: self.occupancy_bytes(scene, grid, with),
+            gradients: if with.is_lit { self.gradient_bytes(scene, grid, with, counts_cells) } else { 0 },
+            picture: PIXEL * u64::from(scene.width) * u64::from(scene.height),
+        }
+    }
+
+    fn occupancy_bytes(&self, scene: &Scene, grid: &Grid, with: Circumstances) -> u64 {
+        if !with.savings.empty_space {
+            return 0;
+        }
+        let (fields, clear) = match scene.is_plain() {
+            true => {
+                let spans = Spans::<f64>::new(&self.knots);
+                let all = [0.0, 1.0];
+                let has_knots = !clear_knots(&spans, all, 1).is_empty();
+                (1, clear_ranges(&spans, all, MAX_CLEAR).len().max(has_knots.into()))
+            }
+            false => (scene.volumes.len() + scene.scenery.isosurfaces.len(), MAX_CLEAR),
+        };
+        let words = clear * grid.cells() + if clear > 0 { grid.triangles() } else { 0 };
+        (fields * words * size_of::<u32>()) as u64
+    }
+
+    fn gradient_bytes(&self, scene: &Scene, grid: &Grid, with: Circumstances, counts_cells: bool) -> u64 {
+        let is_plain = scene.is_plain();
+        let is_packed = is_plain && !with.is_part && with.savings.packing && self.allows_single_gradients(scene);
+        let is_partial =
+            counts_cells && !with.is_part && with.savings.gradients && scene.scenery.heights != Heights::Native;
+        let cells = match is_partial {
+            true => {
+                let seen = self.visible_cells(scene, grid);
+                let is_seen = |cell: &u32| seen.contains(grid.direction(*cell));
+                (0..grid.cells() as u32).into_par_iter().filter(is_seen).count()
+            }
+            false => grid.cells(),
+        };
+        let each = if is_packed { size_of::<u64>() } else { size_of::<[f32; 3]>() };
+        let fields = if is_plain { 1 } else { scene.shown_fields().len() };
+        (fields * (cells * self.radius.len() * each + grid.cells())) as u64
+    }
+}
