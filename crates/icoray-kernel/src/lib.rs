@@ -22,6 +22,7 @@ pub mod general;
 pub mod ground;
 mod light;
 pub mod lit;
+mod native_volume;
 pub mod owned_region;
 mod packet;
 pub mod piece;

@@ -1,6 +1,7 @@
 //! The rays of a packet, a lane each, and their step from column to column.
 
 use super::MOST;
+use super::layers::Layers;
 use super::medium::number;
 use super::part::{Part, all};
 use crate::plane::Plane;
@@ -91,6 +92,8 @@ pub(super) struct Lanes<V: Machine> {
     /// The cells of the column: left, right and apex; where their values begin.
     pub cells: [Numbers<V>; 3],
     pub bases: [Numbers<V>; 3],
+    /// Where their heights begin, if each cell has its own.
+    pub heights: [Numbers<V>; 3],
     /// The column's triangle.
     pub triangles: Numbers<V>,
     /// The point on the unit facets at which it leaves.
@@ -143,6 +146,7 @@ impl<V: Machine> Lanes<V> {
             on_left: no,
             cells: [nothing; 3],
             bases: [nothing; 3],
+            heights: [nothing; 3],
             triangles: nothing,
             point: [none; 2],
             t: [none; 2],
@@ -167,10 +171,10 @@ impl<V: Machine> Lanes<V> {
         }
     }
 
-    /// Puts a ray into a lane, before its first column, with the bases of the side's two cells. Numbers in f64 become
-    /// known to the lanes with [`Self::load`].
+    /// Puts a ray into a lane, before its first column, with the bases of the values and heights of the side's two
+    /// cells. Numbers in f64 become known to the lanes with [`Self::load`].
     #[inline]
-    pub fn put(&mut self, lane: usize, side: &Side, bases: [u32; 2], entries: &mut Entries) {
+    pub fn put(&mut self, lane: usize, side: &Side, [bases, heights]: [[u32; 2]; 2], entries: &mut Entries) {
         let Side { line, left, right, point, weight, height, .. } = side;
         let Plane { x, y, q } = line.plane;
         entries.0[lane % MOST] = [
@@ -188,6 +192,7 @@ impl<V: Machine> Lanes<V> {
         self.on_left.set(lane, true);
         (self.cells[1][lane], self.cells[2][lane]) = (right.cell, left.cell);
         (self.bases[1][lane], self.bases[2][lane]) = (bases[1], bases[0]);
+        (self.heights[1][lane], self.heights[2][lane]) = (heights[1], heights[0]);
     }
 
     /// Loads the entries of the lanes of `new`, and takes their light away.
@@ -222,7 +227,7 @@ impl<V: Machine> Lanes<V> {
 
     /// Takes the lanes of `step` into their next columns: [`Walk::next_column`]. Returns the apexes of these columns.
     #[inline(always)]
-    pub fn step(&mut self, simd: V, mesh: &Mesh, step: Mask<V>) -> Numbers<V> {
+    pub fn step<L: Layers>(&mut self, simd: V, mesh: &Mesh, step: Mask<V>) -> Numbers<V> {
         let wide = wide_mask::<V>(step);
         let record = simd.gather_record(mesh.half_edges, self.half_edge);
         let (apex, triangles) = (record[half_edge::APEX], record[half_edge::TRIANGLE]);
@@ -249,7 +254,7 @@ impl<V: Machine> Lanes<V> {
             let place = [x, y];
             exit = exit.clipped(simd, self, place, last);
         }
-        self.enter(step, wide, on_left.narrow(), apex, triangles);
+        self.enter::<L>(step, wide, on_left.narrow(), apex, triangles);
         put(&mut self.left, wide, left);
         put(&mut self.right, wide, right);
         put(&mut self.point, wide, [x, y]);
@@ -274,8 +279,16 @@ impl<V: Machine> Lanes<V> {
 
     /// The exit of the last column becomes the entry of the next, over the triangle with this apex.
     #[inline(always)]
-    fn enter(&mut self, step: Mask<V>, wide: WideMask<V>, on_left: Mask<V>, apex: Numbers<V>, triangles: Numbers<V>) {
-        for [left, right, new] in [&mut self.cells, &mut self.bases] {
+    fn enter<L: Layers>(
+        &mut self,
+        step: Mask<V>,
+        wide: WideMask<V>,
+        on_left: Mask<V>,
+        apex: Numbers<V>,
+        triangles: Numbers<V>,
+    ) {
+        let rows = [&mut self.cells, &mut self.bases, &mut self.heights];
+        for [left, right, new] in rows.into_iter().take(if L::HAS_HEIGHTS { 3 } else { 2 }) {
             *left = (step & self.on_left).select(*new, *left);
             *right = (step & !self.on_left).select(*new, *right);
         }
@@ -289,10 +302,13 @@ impl<V: Machine> Lanes<V> {
         }
     }
 
-    /// Puts the bases of new apexes into the lanes of `step`.
+    /// Puts the bases of the values and heights of new apexes into the lanes of `step`.
     #[inline(always)]
-    pub fn put_bases(&mut self, step: Mask<V>, bases: Numbers<V>) {
+    pub fn put_bases<L: Layers>(&mut self, step: Mask<V>, bases: Numbers<V>, heights: Numbers<V>) {
         self.bases[2] = step.select(bases, self.bases[2]);
+        if L::HAS_HEIGHTS {
+            self.heights[2] = step.select(heights, self.heights[2]);
+        }
     }
 }
 

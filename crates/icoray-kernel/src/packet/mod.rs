@@ -14,26 +14,34 @@ use crate::piece::Radiance;
 use crate::plane::RayLine;
 use crate::ray::scalar::Ray;
 use crate::shade::RayShading;
-use crate::signature::BoundarySignature;
+use crate::signature::{Boundary, BoundarySignature, EyeDistance};
 use crate::single_volume::SingleVolumeTracer;
 use crate::trace::queue::RowHints;
 use crate::trace::{PrimaryRay, Report};
 use crate::walk::Side;
 use fearless_simd::{Level, Simd, prelude::*};
+use gap::Concentric;
 use glam::DVec3;
 use icoray_grid::array::MapInline;
 use icoray_grid::real::lerp;
 use icoray_simd::{Machine, Mask, Table};
 use lanes::{Entries, Lanes, Mesh, lanes_of};
+use layers::{CoreHit, Layers};
 use light::{Lit, Slopes};
 use medium::SpanTables;
+use native::Native;
+pub use native::NativeLayers;
 use read::Source;
 
 mod gap;
+mod heights;
 mod integral;
 mod lanes;
+mod layers;
 mod light;
 mod medium;
+mod native;
+mod native_way;
 mod part;
 mod piece;
 mod read;
@@ -63,26 +71,56 @@ pub(crate) fn trace<const N: usize>(
     counts: &mut Counts,
     report: &mut Report,
 ) -> bool {
-    let Some(tables) = Tables::new(tracer) else { return false };
+    match (Tables::new(tracer), Concentric::new(tracer.shell)) {
+        (Some(tables), Some(layers)) => trace_between::<_, N>(level, tracer, (&tables, layers), rays, counts, report),
+        _ => return false,
+    }
+    true
+}
+
+/// [`trace`] between layers at heights of their own over each cell.
+#[inline(never)]
+pub(crate) fn trace_native<const N: usize>(
+    level: Level,
+    tracer: &SingleVolumeTracer<'_, f32>,
+    layers: &NativeLayers<'_>,
+    rays: &mut dyn Iterator<Item = PrimaryRay>,
+    counts: &mut Counts,
+    report: &mut Report,
+) -> bool {
+    match (Tables::new(tracer), Native::new(layers)) {
+        (Some(tables), Some(layers)) => trace_between::<_, N>(level, tracer, (&tables, layers), rays, counts, report),
+        _ => return false,
+    }
+    true
+}
+
+fn trace_between<L: Layers, const N: usize>(
+    level: Level,
+    tracer: &SingleVolumeTracer<'_, f32>,
+    (tables, layers): (&Tables<'_>, L),
+    rays: &mut dyn Iterator<Item = PrimaryRay>,
+    counts: &mut Counts,
+    report: &mut Report,
+) {
     match level {
         #[cfg(target_arch = "x86_64")]
         Level::Avx512(simd) => simd.vectorize(
             #[inline(always)]
-            || Packet::<_, N>::new(simd, tracer, &tables).trace(rays, counts, report),
+            || Packet::<_, L, N>::new(simd, tracer, tables, layers).trace(rays, counts, report),
         ),
         #[cfg(target_arch = "x86_64")]
         Level::Avx2(simd) => simd.vectorize(
             #[inline(always)]
-            || Packet::<_, N>::new(simd, tracer, &tables).trace(rays, counts, report),
+            || Packet::<_, L, N>::new(simd, tracer, tables, layers).trace(rays, counts, report),
         ),
         #[cfg(target_arch = "aarch64")]
         Level::Neon(simd) => simd.vectorize(
             #[inline(always)]
-            || Packet::<_, N>::new(simd, tracer, &tables).trace(rays, counts, report),
+            || Packet::<_, L, N>::new(simd, tracer, tables, layers).trace(rays, counts, report),
         ),
         _ => unreachable!("packets are traced at the levels of `packets` only"),
     }
-    true
 }
 
 /// What all packets of a frame read.
@@ -91,7 +129,6 @@ struct Tables<'t> {
     source: Source<'t>,
     spans: SpanTables<'t>,
     slopes: Slopes<'t>,
-    bounds: Table<'t, f64>,
 }
 
 impl<'t> Tables<'t> {
@@ -105,7 +142,6 @@ impl<'t> Tables<'t> {
             mesh: Mesh::new(tracer.grid)?,
             source: Source::new(tracer.samples),
             spans: SpanTables::new(tracer.spans)?,
-            bounds: Table::new(tracer.shell.bounds())?,
         })
     }
 }
@@ -122,6 +158,9 @@ struct Start {
     number: usize,
     line: RayLine,
     dir: DVec3,
+    from_eye: EyeDistance,
+    /// The surfaces that the ray has met.
+    surfaces: BoundarySignature,
 }
 
 /// Rays that are still to be traced.
@@ -149,17 +188,19 @@ impl Rays<'_> {
             };
             let side = start::side(tracer.grid, mesh, line, hint);
             self.hints.set(begins_row, side.half_edge / 3);
-            return Some((Start { number, line, dir }, side));
+            let (from_eye, surfaces) = (EyeDistance::new(eye, dir), BoundarySignature::default());
+            return Some((Start { number, line, dir, from_eye, surfaces }, side));
         }
         None
     }
 }
 
 /// Rays side by side. Sets of lanes are bits.
-struct Packet<'p, 'f, V: Machine, const N: usize> {
+struct Packet<'p, 'f, V: Machine, L, const N: usize> {
     simd: V,
     tracer: &'p SingleVolumeTracer<'f, f32>,
     tables: &'p Tables<'p>,
+    layers: L,
     lanes: Lanes<V>,
     lit: Lit<V>,
     /// The lighting of all rays but for its directions.
@@ -180,13 +221,14 @@ struct Packet<'p, 'f, V: Machine, const N: usize> {
     counts: Counts,
 }
 
-impl<'p, 'f, V: Machine, const N: usize> Packet<'p, 'f, V, N> {
+impl<'p, 'f, V: Machine, L: Layers, const N: usize> Packet<'p, 'f, V, L, N> {
     #[inline(always)]
-    fn new(simd: V, tracer: &'p SingleVolumeTracer<'f, f32>, tables: &'p Tables<'p>) -> Self {
+    fn new(simd: V, tracer: &'p SingleVolumeTracer<'f, f32>, tables: &'p Tables<'p>, layers: L) -> Self {
         Packet {
             simd,
             tracer,
             tables,
+            layers,
             lanes: Lanes::new(simd),
             lit: Lit::new(simd),
             shading: None,
@@ -243,9 +285,10 @@ impl<'p, 'f, V: Machine, const N: usize> Packet<'p, 'f, V, N> {
         for lane in lanes_of(!self.live & (u32::MAX >> (u32::BITS - Lanes::<V>::COUNT as u32))) {
             let Some((start, side)) = queue.next(self.tracer, &self.tables.mesh, report) else { return true };
             let source = &self.tables.source;
-            let bases = [source.base(side.left.cell), source.base(side.right.cell)];
+            let cells = [side.left.cell, side.right.cell];
+            let bases = [cells.map(|cell| source.base(cell)), cells.map(|cell| self.layers.base(cell))];
             self.lanes.put(lane, &side, bases, &mut queue.entries);
-            self.lanes.locate(lane, self.tracer.shell, side.height);
+            self.layers.locate(&mut self.lanes, lane, side.height);
             self.starts[lane % MOST] = Some(start);
             if let Some(shading) = self.tracer.shading.as_ref().filter(|_| N == 4) {
                 let shading = shading.along::<f32>(start.dir);
@@ -263,19 +306,22 @@ impl<'p, 'f, V: Machine, const N: usize> Packet<'p, 'f, V, N> {
     /// Takes lanes that have left their columns into the next ones.
     #[inline(always)]
     fn columns(&mut self) {
+        let simd = self.simd;
         if self.fresh != 0 {
-            let step = mask::<V>(self.simd, self.fresh);
-            let apexes = self.lanes.step(self.simd, &self.tables.mesh, step);
-            self.lanes.put_bases(step, self.tables.source.bases(self.simd, apexes, self.fresh));
+            let step = mask::<V>(simd, self.fresh);
+            let apexes = self.lanes.step::<L>(simd, &self.tables.mesh, step);
+            let bases = self.tables.source.bases(simd, apexes, self.fresh);
+            self.lanes.put_bases::<L>(step, bases, self.layers.bases(simd, apexes, self.fresh));
             self.counts.columns += u64::from(self.fresh.count_ones());
             let entered = std::mem::take(&mut self.fresh);
             if self.tracer.grid.void_triangles() > 0 {
                 self.pass_voids(entered);
             }
+            let entered = entered & !self.fresh & !self.ended;
+            self.layers.enter(simd, &mut self.lanes, entered);
             if !self.tracer.visible.is_full() {
-                let entered = mask::<V>(self.simd, entered & !self.fresh & !self.ended);
-                let (shell, visible) = (self.tracer.shell, self.tracer.visible);
-                let skipped = self.lanes.skip_columns(self.simd, shell, self.tables.bounds, visible, entered);
+                let entered = mask::<V>(simd, entered);
+                let skipped = self.layers.skip_columns(simd, &mut self.lanes, self.tracer.visible, entered);
                 self.leave(skipped);
             }
         }
@@ -295,11 +341,12 @@ impl<'p, 'f, V: Machine, const N: usize> Packet<'p, 'f, V, N> {
             }
             let ends = [0, 1].map(|k: usize| self.lanes.t[k].get(lane));
             let line = self.starts[lane].as_ref().map(|start| start.line);
-            let met = line.and_then(|line| line.first_inside(self.tracer.shell.inner(), ends));
+            let met = line.and_then(|line| line.first_inside(self.layers.core_radius(), ends));
             match met.filter(|_| self.tracer.core.is_some()) {
-                Some(t) => self.meet_core(lane, t),
+                Some(t) => self.meet_core(lane, &CoreHit { t, u: None }),
                 None => {
-                    self.lanes.locate(lane, self.tracer.shell, self.lanes.rho[1].get(lane));
+                    let height = self.lanes.rho[1].get(lane);
+                    self.layers.locate(&mut self.lanes, lane, height);
                     self.leave(1 << lane);
                 }
             }
@@ -311,7 +358,7 @@ impl<'p, 'f, V: Machine, const N: usize> Packet<'p, 'f, V, N> {
     fn skip(&mut self) {
         let hidden = self.hidden();
         for lane in lanes_of(hidden) {
-            if self.lanes.skip(lane, self.tracer.shell, self.tracer.visible) {
+            if self.layers.skip(&mut self.lanes, lane, self.tracer.visible) {
                 self.leave(1 << lane);
             }
         }
@@ -337,12 +384,15 @@ impl<'p, 'f, V: Machine, const N: usize> Packet<'p, 'f, V, N> {
         self.fresh |= lanes & !last;
     }
 
-    /// An opaque core ends the ray in a lane at distance `t`.
+    /// An opaque core ends the ray in a lane.
     #[inline(never)]
-    fn meet_core(&mut self, lane: usize, t: f64) {
-        if let (Some(mut ray), Some(core)) = (self.ray(lane), &self.tracer.core) {
-            let position = self.starts[lane].map(|start| start.line.position(t)).unwrap_or_default();
-            ray.light.over(&core.round_light(position, ray.shading.as_ref()));
+    fn meet_core(&mut self, lane: usize, hit: &CoreHit) {
+        if let (Some(mut ray), Some(start)) = (self.ray(lane), self.starts[lane].as_mut()) {
+            if L::HAS_HEIGHTS && self.tracer.budget.sees_behind(f64::from(ray.light.alpha)) {
+                start.surfaces.push(Boundary::Core, start.from_eye.distance(hit.t));
+            }
+            let light = self.layers.core_light(&self.lanes, lane, self.tracer, (start, hit), ray.shading.as_ref());
+            light.iter().for_each(|light| ray.light.over(light));
             self.lanes.put_light(lane, &ray.light);
         }
         self.ended |= 1 << lane;
@@ -353,7 +403,7 @@ impl<'p, 'f, V: Machine, const N: usize> Packet<'p, 'f, V, N> {
     fn gaps(&mut self) {
         let simd = self.simd;
         let active = self.live & !self.fresh & !self.ended;
-        let crossing = self.lanes.cross(simd, self.tables.bounds);
+        let crossing = self.layers.cross(simd, &self.lanes);
         let below = (self.lanes.gap - 1).simd_lt(self.tracer.shell.layers() as u32 - 1);
         let inside = below.to_bitmask() as u32 & active;
         let mut done = active;
@@ -361,7 +411,8 @@ impl<'p, 'f, V: Machine, const N: usize> Packet<'p, 'f, V, N> {
             let core = self.lanes.gap.simd_eq(0).to_bitmask() as u32 & active;
             for lane in lanes_of(core) {
                 let [t0, t1] = [0, 1].map(|k: usize| self.lanes.t[k].get(lane));
-                self.meet_core(lane, lerp(t0, t1, self.lanes.u.get(lane)));
+                let u = self.lanes.u.get(lane);
+                self.meet_core(lane, &CoreHit { t: lerp(t0, t1, u), u: Some(u) });
             }
             done &= !core;
         }
@@ -371,7 +422,8 @@ impl<'p, 'f, V: Machine, const N: usize> Packet<'p, 'f, V, N> {
         done &= !self.mid & !self.ended;
         let passes = crossing.passes.to_bitmask() as u32;
         let (passing, leaving) = (done & passes, done & !passes);
-        self.lanes.pass(simd, &crossing, mask::<V>(simd, passing), mask::<V>(simd, leaving));
+        let [passing_mask, leaving_mask] = [passing, leaving].map_inline(|bits| mask::<V>(simd, bits));
+        self.layers.pass(simd, &mut self.lanes, &crossing, passing_mask, leaving_mask);
         self.leave(leaving);
     }
 
@@ -380,7 +432,7 @@ impl<'p, 'f, V: Machine, const N: usize> Packet<'p, 'f, V, N> {
     fn finish(&mut self, report: &mut Report) {
         for lane in lanes_of(self.ended) {
             if let Some(start) = self.starts[lane].take() {
-                report(start.number, Some(self.lanes.light(lane).wide()), BoundarySignature::default());
+                report(start.number, Some(self.lanes.light(lane).wide()), start.surfaces);
             }
         }
         self.live &= !self.ended;

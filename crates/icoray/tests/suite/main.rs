@@ -11,6 +11,7 @@ mod holes;
 mod labels;
 mod lit;
 mod mixed;
+mod native;
 mod parts;
 mod samples;
 mod savings;
