@@ -1,12 +1,12 @@
 //! From gap to gap in the columns of a packet where a layer has one radius:
 //! [`ColumnTraversal`](crate::column::ColumnTraversal) in vectors.
 
-use super::Start;
 use super::lanes::Lanes;
 use super::layers::{CoreHit, Crossing, Layers, next_shown};
 use super::medium::number;
 use super::part::all;
 use super::read::ConcentricWay;
+use super::start::Start;
 use crate::column::{Chord, Shell};
 use crate::lit::FrustumInterpolant;
 use crate::piece::Radiance;

@@ -106,6 +106,9 @@ pub(super) struct Lanes<V: Machine> {
     /// Weights of the second and third vertex at the column's entry and exit, and at the entry of the next one.
     pub weights: [[Floats<V>; 2]; 2],
     next_weights: [Floats<V>; 2],
+    /// The same in double precision, if each cell has heights of its own.
+    pub wide_weights: [[Wide<V>; 2]; 2],
+    next_wide_weights: [Wide<V>; 2],
     /// Whether the ray ends in the column.
     pub last: Mask<V>,
     /// The gap that it is in, and where it has entered it: the fraction of the column's length, the fraction of the
@@ -155,6 +158,8 @@ impl<V: Machine> Lanes<V> {
             rising: no,
             weights: [[zero; 2]; 2],
             next_weights: [zero; 2],
+            wide_weights: [[none; 2]; 2],
+            next_wide_weights: [none; 2],
             last: no,
             gap: nothing,
             u: none,
@@ -216,6 +221,7 @@ impl<V: Machine> Lanes<V> {
         for (row, weight) in self.next_weights.iter_mut().zip([first, second]) {
             *row = new.select(weight.narrow(), *row);
         }
+        put(&mut self.next_wide_weights, wide, [first, second]);
         let zero = all(simd, 0.0);
         for row in [&mut self.alpha, &mut self.error, &mut self.variance] {
             *row = new.select(zero, *row);
@@ -248,11 +254,11 @@ impl<V: Machine> Lanes<V> {
         let t = (b * y / x).max(entry).min(end);
         let rho = (b * x + t * y) / (x * x + y * y);
         let weight = [w.over(on_left, zero), (one - w).over(on_left, w)];
-        let mut exit = Exit { t, rho, weight: [weight[0].narrow(), weight[1].narrow()] };
+        let mut exit = Exit { t, rho, weight: [weight[0].narrow(), weight[1].narrow()], wide_weight: weight };
         let is_last = last.narrow();
         if (is_last & step).any_true() {
             let place = [x, y];
-            exit = exit.clipped(simd, self, place, last);
+            exit = exit.clipped::<L>(simd, self, place, last);
         }
         self.enter::<L>(step, wide, on_left.narrow(), apex, triangles);
         put(&mut self.left, wide, left);
@@ -269,6 +275,10 @@ impl<V: Machine> Lanes<V> {
         self.last = step.select(is_last, self.last);
         for k in 0..2 {
             self.weights[1][k] = step.select(exit.weight[k], self.weights[1][k]);
+        }
+        if L::HAS_HEIGHTS {
+            put(&mut self.wide_weights[1], wide, exit.wide_weight);
+            put(&mut self.next_wide_weights, wide, [w, zero]);
         }
         self.next_weights[0] = step.select(w.narrow(), self.next_weights[0]);
         self.next_weights[1] = step.select(all(simd, 0.0), self.next_weights[1]);
@@ -300,6 +310,9 @@ impl<V: Machine> Lanes<V> {
         for k in 0..2 {
             self.weights[0][k] = step.select(self.next_weights[k], self.weights[0][k]);
         }
+        if L::HAS_HEIGHTS {
+            put(&mut self.wide_weights[0], wide, self.next_wide_weights);
+        }
     }
 
     /// Puts the bases of the values and heights of new apexes into the lanes of `step`.
@@ -317,12 +330,13 @@ struct Exit<V: Machine> {
     t: Wide<V>,
     rho: Wide<V>,
     weight: [Floats<V>; 2],
+    wide_weight: [Wide<V>; 2],
 }
 
 impl<V: Machine> Exit<V> {
     /// The end of the ray in the lanes of `last`, whose columns end at `place` on the unit facets.
     #[inline(always)]
-    fn clipped(self, simd: V, lanes: &Lanes<V>, place: [Wide<V>; 2], last: WideMask<V>) -> Self {
+    fn clipped<L: Layers>(self, simd: V, lanes: &Lanes<V>, place: [Wide<V>; 2], last: WideMask<V>) -> Self {
         let (b, end) = (lanes.b, lanes.end);
         let across = |[x, y]: [Wide<V>; 2]| b * y - end * x;
         let [before, after] = [across(lanes.point), across(place)];
@@ -337,7 +351,13 @@ impl<V: Machine> Exit<V> {
         for (weight, entry) in weight.iter_mut().zip(lanes.next_weights) {
             *weight = is_last.select(part.mul_add(*weight - entry, entry), *weight);
         }
-        Exit { t: end.over(last, self.t), rho: rho.over(last, self.rho), weight }
+        let mut wide_weight = self.wide_weight;
+        if L::HAS_HEIGHTS {
+            for (weight, entry) in wide_weight.iter_mut().zip(lanes.next_wide_weights) {
+                *weight = (entry + w * (*weight - entry)).over(last, *weight);
+            }
+        }
+        Exit { t: end.over(last, self.t), rho: rho.over(last, self.rho), weight, wide_weight }
     }
 }
 

@@ -1,10 +1,10 @@
 //! Where layers lie, and how the rays of a packet cross them: at one radius each, or at heights of their own over each
 //! cell.
 
-use super::Start;
 use super::lanes::Lanes;
 use super::medium::number;
 use super::read::{Course, Vertices};
+use super::start::Start;
 use crate::column::Values;
 use crate::lit::FrustumInterpolant;
 use crate::piece::Radiance;

@@ -10,18 +10,14 @@
 //! vectors are not near enough.
 
 use crate::counts::Counts;
-use crate::piece::Radiance;
-use crate::plane::RayLine;
 use crate::ray::scalar::Ray;
 use crate::shade::RayShading;
-use crate::signature::{Boundary, BoundarySignature, EyeDistance};
+use crate::signature::Boundary;
 use crate::single_volume::SingleVolumeTracer;
 use crate::trace::queue::RowHints;
 use crate::trace::{PrimaryRay, Report};
-use crate::walk::Side;
 use fearless_simd::{Level, Simd, prelude::*};
 use gap::Concentric;
-use glam::DVec3;
 use icoray_grid::array::MapInline;
 use icoray_grid::real::lerp;
 use icoray_simd::{Machine, Mask, Table};
@@ -32,6 +28,7 @@ use medium::SpanTables;
 use native::Native;
 pub use native::NativeLayers;
 use read::Source;
+use start::{Rays, Start};
 
 mod gap;
 mod heights;
@@ -151,49 +148,6 @@ const MOST: usize = 16;
 
 /// Numbers of free lanes at which they are filled.
 const FREE: u32 = 2;
-
-/// The ray in a lane.
-#[derive(Clone, Copy)]
-struct Start {
-    number: usize,
-    line: RayLine,
-    dir: DVec3,
-    from_eye: EyeDistance,
-    /// The surfaces that the ray has met.
-    surfaces: BoundarySignature,
-}
-
-/// Rays that are still to be traced.
-struct Rays<'q> {
-    rays: &'q mut dyn Iterator<Item = PrimaryRay>,
-    hints: RowHints,
-    entries: Entries,
-}
-
-impl Rays<'_> {
-    /// The next ray that meets the shell; those before it are reported without light.
-    #[inline]
-    fn next(
-        &mut self,
-        tracer: &SingleVolumeTracer<'_, f32>,
-        mesh: &Mesh,
-        report: &mut Report,
-    ) -> Option<(Start, Side)> {
-        for PrimaryRay { number, eye, dir, begins_row } in &mut *self.rays {
-            let hint = self.hints.get(begins_row);
-            let Some(line) = RayLine::new(eye, dir, tracer.outer) else {
-                self.hints.set(begins_row, hint);
-                report(number, None, BoundarySignature::default());
-                continue;
-            };
-            let side = start::side(tracer.grid, mesh, line, hint);
-            self.hints.set(begins_row, side.half_edge / 3);
-            let (from_eye, surfaces) = (EyeDistance::new(eye, dir), BoundarySignature::default());
-            return Some((Start { number, line, dir, from_eye, surfaces }, side));
-        }
-        None
-    }
-}
 
 /// Rays side by side. Sets of lanes are bits.
 struct Packet<'p, 'f, V: Machine, L, const N: usize> {
@@ -447,24 +401,6 @@ impl<'p, 'f, V: Machine, L: Layers, const N: usize> Packet<'p, 'f, V, L, N> {
         let mut ray = Ray::new(self.tracer, start.line, start.dir);
         ray.light = self.lanes.light(lane);
         Some(ray)
-    }
-}
-
-impl<V: Machine> Lanes<V> {
-    /// The light of a lane.
-    fn light(&self, lane: usize) -> Radiance<f32> {
-        Radiance {
-            color: self.color.map_inline(|row| row[lane]),
-            alpha: self.alpha[lane],
-            error: self.error[lane],
-            variance: self.variance[lane],
-        }
-    }
-
-    /// Sets the light of a lane.
-    fn put_light(&mut self, lane: usize, light: &Radiance<f32>) {
-        self.color.iter_mut().zip(light.color).for_each(|(row, channel)| row[lane] = channel);
-        (self.alpha[lane], self.error[lane], self.variance[lane]) = (light.alpha, light.error, light.variance);
     }
 }
 

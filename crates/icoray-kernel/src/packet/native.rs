@@ -9,13 +9,13 @@
 //! With `x = (ψ - 1)/(ψ - ψ')` the value is `(1 - x) N + x N'`, where `N = Σ (α/R)·g` of the values g on the lower layer
 //! and N' on the upper one are linear along the ray: [`NativeWay`].
 
-use super::Start;
 use super::heights::{Corners, HeightTable};
 use super::lanes::{Lanes, lanes_of};
 use super::layers::{CoreHit, Crossing, Layers, next_shown};
 use super::medium::number;
 use super::native_way::{LaneWay, NativeWay};
 use super::part::all;
+use super::start::Start;
 use crate::ground::{Core, SurfaceHit};
 use crate::lit::FrustumInterpolant;
 use crate::piece::Radiance;
@@ -26,7 +26,7 @@ use glam::{DVec3, Vec3};
 use icoray_grid::array::MapInline;
 use icoray_grid::heights::Heights;
 use icoray_grid::occupancy::OccupancyMask;
-use icoray_simd::{Floats, Machine, Mask, Numbers, Table, Wide, wide, wide_mask};
+use icoray_simd::{Floats, Machine, Mask, Numbers, Table, Wide, wide_mask};
 
 /// Layers at heights of their own over each cell.
 #[derive(Debug, Clone, Copy)]
@@ -95,10 +95,7 @@ impl<V: Machine> Facet<V> {
 /// Weights of the three vertices at the ends of each lane's column.
 #[inline(always)]
 fn weights<V: Machine>(simd: V, lanes: &Lanes<V>) -> [Corners<V>; 2] {
-    lanes.weights.map_inline(|[b, c]| {
-        let [b, c] = [wide::<V>(b), wide::<V>(c)];
-        [(Wide::splat(simd, 1.0) - b - c).max(Wide::splat(simd, 0.0)), b, c]
-    })
+    lanes.wide_weights.map_inline(|[b, c]| [(Wide::splat(simd, 1.0) - b - c).max(Wide::splat(simd, 0.0)), b, c])
 }
 
 impl<'t> Native<'t> {
@@ -112,7 +109,7 @@ impl<'t> Native<'t> {
     /// ψ of a layer at the entry (0) or exit (1) of a lane's column, rounded as in vectors.
     #[inline]
     fn psi<V: Machine>(&self, lanes: &Lanes<V>, lane: usize, end: usize, layer: usize) -> f64 {
-        let [b, c] = lanes.weights[end].map_inline(|row| f64::from(row[lane]));
+        let [b, c] = lanes.wide_weights[end].map_inline(|row| row.get(lane));
         let inverse = self.table.inverses_at(lanes.cells.map_inline(|row| row[lane]), layer);
         lanes.rho[end].get(lane) * ((1.0 - b - c).max(0.0) * inverse[0] + (b * inverse[1] + c * inverse[2]))
     }
@@ -164,7 +161,7 @@ impl<'t> Native<'t> {
         };
         let inverse = self.table.inverses_at(cells, 0);
         let [entry, exit] = [0, 1].map_inline(|k: usize| {
-            let ([b, c], rho) = (lanes.weights[k].map_inline(|row| f64::from(row[lane])), lanes.rho[k].get(lane));
+            let ([b, c], rho) = (lanes.wide_weights[k].map_inline(|row| row.get(lane)), lanes.rho[k].get(lane));
             [rho * (1.0 - b - c).max(0.0), rho * b, rho * c]
         });
         let [a, b, c] = [0, 1, 2].map_inline(|k: usize| (entry[k] + u * (exit[k] - entry[k])) * inverse[k]);

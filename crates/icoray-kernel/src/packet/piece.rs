@@ -10,7 +10,9 @@ use super::read::{LARGEST, Vertices};
 use super::{Packet, mask};
 use crate::column::Flow;
 use crate::lit::FrustumInterpolant;
+use crate::piece::Radiance;
 use fearless_simd::prelude::*;
+use icoray_grid::array::MapInline;
 use icoray_simd::{Floats, Machine, Mask, Numbers};
 
 /// The pieces of this turn: each lane's part of its frustum inside one span of the transfer function.
@@ -299,6 +301,22 @@ impl<V: Machine, L: Layers, const N: usize> Packet<'_, '_, V, L, N> {
 const LEAST_FRACTION: f32 = 1e-6;
 
 impl<V: Machine> Lanes<V> {
+    /// The light of a lane.
+    pub fn light(&self, lane: usize) -> Radiance<f32> {
+        Radiance {
+            color: self.color.map_inline(|row| row[lane]),
+            alpha: self.alpha[lane],
+            error: self.error[lane],
+            variance: self.variance[lane],
+        }
+    }
+
+    /// Sets the light of a lane.
+    pub fn put_light(&mut self, lane: usize, light: &Radiance<f32>) {
+        self.color.iter_mut().zip(light.color).for_each(|(row, channel)| row[lane] = channel);
+        (self.alpha[lane], self.error[lane], self.variance[lane]) = (light.alpha, light.error, light.variance);
+    }
+
     /// Puts light behind that of the lanes of `mask`.
     #[inline(always)]
     fn add(&mut self, simd: V, mask: Mask<V>, light: &Light<V>) {

@@ -4,8 +4,12 @@
 //! that the start lies beyond. What that does not settle, [`Walk::new`] does: both find the one column of the ray's
 //! great circle in which its start is bracketed, so that it does not matter from where it was searched.
 
-use super::lanes::Mesh;
+use super::lanes::{Entries, Mesh};
 use crate::plane::{PlaneVertex, RayLine};
+use crate::signature::{BoundarySignature, EyeDistance};
+use crate::single_volume::SingleVolumeTracer;
+use crate::trace::queue::RowHints;
+use crate::trace::{PrimaryRay, Report};
 use crate::walk::{Side, Walk, enter};
 use glam::DVec3;
 use icoray_grid::Grid;
@@ -14,9 +18,52 @@ use icoray_grid::grid::half_edges::half_edge::{APEX, NEXT};
 /// Triangles after which the search is left to [`Walk::new`].
 const MOST_STEPS: usize = 40;
 
+/// The ray in a lane.
+#[derive(Clone, Copy)]
+pub(super) struct Start {
+    pub number: usize,
+    pub line: RayLine,
+    pub dir: DVec3,
+    pub from_eye: EyeDistance,
+    /// The surfaces that the ray has met.
+    pub surfaces: BoundarySignature,
+}
+
+/// Rays that are still to be traced.
+pub(super) struct Rays<'q> {
+    pub rays: &'q mut dyn Iterator<Item = PrimaryRay>,
+    pub hints: RowHints,
+    pub entries: Entries,
+}
+
+impl Rays<'_> {
+    /// The next ray that meets the shell; those before it are reported without light.
+    #[inline]
+    pub fn next(
+        &mut self,
+        tracer: &SingleVolumeTracer<'_, f32>,
+        mesh: &Mesh,
+        report: &mut Report,
+    ) -> Option<(Start, Side)> {
+        for PrimaryRay { number, eye, dir, begins_row } in &mut *self.rays {
+            let hint = self.hints.get(begins_row);
+            let Some(line) = RayLine::new(eye, dir, tracer.outer) else {
+                self.hints.set(begins_row, hint);
+                report(number, None, BoundarySignature::default());
+                continue;
+            };
+            let side = side(tracer.grid, mesh, line, hint);
+            self.hints.set(begins_row, side.half_edge / 3);
+            let (from_eye, surfaces) = (EyeDistance::new(eye, dir), BoundarySignature::default());
+            return Some((Start { number, line, dir, from_eye, surfaces }, side));
+        }
+        None
+    }
+}
+
 /// The side through which a ray enters its first column, which is searched from the triangle `hint`.
 #[inline]
-pub(super) fn side(grid: &Grid, mesh: &Mesh, line: RayLine, hint: u32) -> Side {
+fn side(grid: &Grid, mesh: &Mesh, line: RayLine, hint: u32) -> Side {
     let found = search(mesh, line.position(line.start), hint);
     let side = found.and_then(|found| bracketed(mesh, line, found));
     side.unwrap_or_else(|| search_whole(grid, line, hint))
