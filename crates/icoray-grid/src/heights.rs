@@ -161,10 +161,13 @@ impl<'f> Heights<'f> {
     /// of void triangles, have mean heights.
     #[inline(always)]
     pub fn bases(&self, cells: [u32; 3]) -> [Base; 3] {
-        cells.map(|cell| {
-            let cell = cell as usize;
-            if cell < self.columns { self.elements.base(cell) } else { NOWHERE }
-        })
+        cells.map_inline(|cell| self.base_or_nowhere(cell))
+    }
+
+    #[inline(always)]
+    fn base_or_nowhere(&self, cell: u32) -> Base {
+        let cell = cell as usize;
+        if cell < self.columns { self.elements.base(cell) } else { NOWHERE }
     }
 
     /// Radii of the field's `layer` over three columns, in planet radii, stretched.
@@ -182,7 +185,7 @@ impl<'f> Heights<'f> {
     /// The radius of the field's `layer` over a cell, in planet radii, stretched.
     #[inline]
     pub fn radius(&self, cell: u32, layer: usize) -> f64 {
-        self.radii([cell; 3], layer)[0]
+        self.radius_at(self.base_or_nowhere(cell), layer)
     }
 
     #[inline(always)]

@@ -89,7 +89,7 @@ impl<'t> HeightTable<'t> {
                 [first, known]
             };
             let (one, stretch) = (Wide::splat(simd, 1.0), Wide::splat(simd, self.plain.stretch));
-            let mut own = heights.map_inline(|height| one + stretch * height);
+            let mut own = [one + stretch * heights[0], one + stretch * heights[1]];
             if let Some((fill, mean)) = self.missing {
                 let fill = Wide::splat(simd, fill);
                 let zero = known - known;

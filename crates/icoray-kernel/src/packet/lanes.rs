@@ -202,26 +202,27 @@ impl<V: Machine> Lanes<V> {
 
     /// Loads the entries of the lanes of `new`, and takes their light away.
     #[inline(always)]
-    pub fn load(&mut self, simd: V, entries: &Entries, new: Mask<V>) {
+    pub fn load<L: Layers>(&mut self, simd: V, entries: &Entries, new: Mask<V>) {
         let Some(table) = Table::new(entries.0.as_flattened()) else { return };
         let wide = wide_mask::<V>(new);
         let first = <Numbers<V> as SimdBase<V>>::from_slice(simd, &ENTRY_STARTS[..Self::COUNT]);
-        let gather = |k: u32| simd.gather_vector(table, first + k);
         for (k, row) in self.axes.iter_mut().enumerate() {
-            put(row, wide, gather(k as u32));
+            put(row, wide, simd.gather_vector(table, first + k as u32));
         }
-        let [b, end, start] = gather(3);
-        put(&mut self.left, wide, gather(4));
-        put(&mut self.right, wide, gather(5));
-        let [x, y, height] = gather(6);
-        let [first, second, _] = gather(7);
+        let [b, end, start] = simd.gather_vector(table, first + 3);
+        put(&mut self.left, wide, simd.gather_vector(table, first + 4));
+        put(&mut self.right, wide, simd.gather_vector(table, first + 5));
+        let [x, y, height] = simd.gather_vector(table, first + 6);
+        let [first, second, _] = simd.gather_vector(table, first + 7);
         (self.b, self.end) = (b.over(wide, self.b), end.over(wide, self.end));
         (self.t[1], self.rho[1]) = (start.over(wide, self.t[1]), height.over(wide, self.rho[1]));
         put(&mut self.point, wide, [x, y]);
         for (row, weight) in self.next_weights.iter_mut().zip([first, second]) {
             *row = new.select(weight.narrow(), *row);
         }
-        put(&mut self.next_wide_weights, wide, [first, second]);
+        if L::HAS_HEIGHTS {
+            put(&mut self.next_wide_weights, wide, [first, second]);
+        }
         let zero = all(simd, 0.0);
         for row in [&mut self.alpha, &mut self.error, &mut self.variance] {
             *row = new.select(zero, *row);
@@ -297,10 +298,12 @@ impl<V: Machine> Lanes<V> {
         apex: Numbers<V>,
         triangles: Numbers<V>,
     ) {
-        let rows = [&mut self.cells, &mut self.bases, &mut self.heights];
-        for [left, right, new] in rows.into_iter().take(if L::HAS_HEIGHTS { 3 } else { 2 }) {
-            *left = (step & self.on_left).select(*new, *left);
-            *right = (step & !self.on_left).select(*new, *right);
+        let replaced = [step & self.on_left, step & !self.on_left];
+        for row in [&mut self.cells, &mut self.bases] {
+            replace::<V>(replaced, row);
+        }
+        if L::HAS_HEIGHTS {
+            replace::<V>(replaced, &mut self.heights);
         }
         self.cells[2] = step.select(apex, self.cells[2]);
         self.on_left = step.select(on_left, self.on_left);
@@ -366,6 +369,13 @@ fn put<V: Machine, const N: usize>(rows: &mut [Wide<V>; N], mask: WideMask<V>, n
     for k in 0..N {
         rows[k] = numbers[k].over(mask, rows[k]);
     }
+}
+
+/// Puts the third of a row in the place of the first where `left` is set, of the second where `right` is.
+#[inline(always)]
+fn replace<V: Machine>([left, right]: [Mask<V>; 2], row: &mut [Numbers<V>; 3]) {
+    row[0] = left.select(row[2], row[0]);
+    row[1] = right.select(row[2], row[1]);
 }
 
 /// The scalar product, rounded as that of `glam`: sides of vertices are the same wherever they are asked for.

@@ -18,7 +18,6 @@ use crate::trace::queue::RowHints;
 use crate::trace::{PrimaryRay, Report};
 use fearless_simd::{Level, Simd, prelude::*};
 use gap::Concentric;
-use icoray_grid::array::MapInline;
 use icoray_grid::real::lerp;
 use icoray_simd::{Machine, Mask, Table};
 use lanes::{Entries, Lanes, Mesh, lanes_of};
@@ -229,7 +228,7 @@ impl<'p, 'f, V: Machine, L: Layers, const N: usize> Packet<'p, 'f, V, L, N> {
         self.fresh |= new;
         self.mid &= !new;
         self.counts.rays += u64::from(new.count_ones());
-        self.lanes.load(self.simd, &queue.entries, mask::<V>(self.simd, new));
+        self.lanes.load::<L>(self.simd, &queue.entries, mask::<V>(self.simd, new));
         is_empty
     }
 
@@ -376,8 +375,8 @@ impl<'p, 'f, V: Machine, L: Layers, const N: usize> Packet<'p, 'f, V, L, N> {
         done &= !self.mid & !self.ended;
         let passes = crossing.passes.to_bitmask() as u32;
         let (passing, leaving) = (done & passes, done & !passes);
-        let [passing_mask, leaving_mask] = [passing, leaving].map_inline(|bits| mask::<V>(simd, bits));
-        self.layers.pass(simd, &mut self.lanes, &crossing, passing_mask, leaving_mask);
+        let (passed, left) = (mask::<V>(simd, passing), mask::<V>(simd, leaving));
+        self.layers.pass(simd, &mut self.lanes, &crossing, passed, left);
         self.leave(leaving);
     }
 

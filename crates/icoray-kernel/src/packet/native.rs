@@ -69,14 +69,17 @@ struct Facet<V: Machine> {
 impl<V: Machine> Facet<V> {
     #[inline(always)]
     fn of(lanes: &Lanes<V>, weights: &[Corners<V>; 2], inverse: &Corners<V>) -> Self {
-        let [entry, exit] = [0, 1].map_inline(|k: usize| {
-            let [a, b, c] = weights[k];
-            let parts = [b * inverse[1], c * inverse[2]];
-            // A sum of positive numbers: it falls where they fall, whatever the rounding.
-            let psi = lanes.rho[k] * (a * inverse[0] + (parts[0] + parts[1]));
-            (psi, parts.map_inline(|part| lanes.rho[k] * part))
-        });
-        Facet { psi: [entry.0, exit.0], parts: [entry.1, exit.1] }
+        let [[entry, b0, c0], [exit, b1, c1]] =
+            [Self::end(lanes.rho[0], &weights[0], inverse), Self::end(lanes.rho[1], &weights[1], inverse)];
+        Facet { psi: [entry, exit], parts: [[b0, c0], [b1, c1]] }
+    }
+
+    /// ψ at one end, and the parts of it.
+    #[inline(always)]
+    fn end(rho: Wide<V>, [a, b, c]: &Corners<V>, inverse: &Corners<V>) -> [Wide<V>; 3] {
+        let (second, third) = (*b * inverse[1], *c * inverse[2]);
+        // A sum of positive numbers: it falls where they fall, whatever the rounding.
+        [rho * (*a * inverse[0] + (second + third)), rho * second, rho * third]
     }
 
     /// ψ at `u`.
@@ -88,14 +91,26 @@ impl<V: Machine> Facet<V> {
     /// The parts of the second and the third vertex.
     #[inline(always)]
     fn weights(&self) -> [[Floats<V>; 2]; 2] {
-        self.parts.map_inline(|end| end.map_inline(|part| part.narrow()))
+        let [[b0, c0], [b1, c1]] = self.parts;
+        [[b0.narrow(), c0.narrow()], [b1.narrow(), c1.narrow()]]
     }
 }
 
 /// Weights of the three vertices at the ends of each lane's column.
 #[inline(always)]
 fn weights<V: Machine>(simd: V, lanes: &Lanes<V>) -> [Corners<V>; 2] {
-    lanes.wide_weights.map_inline(|[b, c]| [(Wide::splat(simd, 1.0) - b - c).max(Wide::splat(simd, 0.0)), b, c])
+    let [[b0, c0], [b1, c1]] = lanes.wide_weights;
+    let (zero, one) = (Wide::splat(simd, 0.0), Wide::splat(simd, 1.0));
+    [[(one - b0 - c0).max(zero), b0, c0], [(one - b1 - c1).max(zero), b1, c1]]
+}
+
+/// The part of `depth` = ψ - ψ' that ψ is above 1.
+#[inline(always)]
+fn place<V: Machine>(simd: V, psi: Wide<V>, depth: Floats<V>) -> Floats<V> {
+    let (zero, one) = (all(simd, 0.0), all(simd, 1.0));
+    let place = ((psi - Wide::splat(simd, 1.0)).narrow() / depth).max(zero).min(one);
+    // Where facets meet there is nothing in between.
+    depth.simd_gt(zero).select(place, all(simd, 0.5))
 }
 
 impl<'t> Native<'t> {
@@ -118,6 +133,10 @@ impl<'t> Native<'t> {
     #[inline(never)]
     fn gap_at<V: Machine>(&self, lanes: &Lanes<V>, lane: usize, end: usize) -> u32 {
         let (mut low, mut high) = (0, self.table.layers());
+        // Rays from outside enter above all layers.
+        if self.psi(lanes, lane, end, high - 1) >= 1.0 {
+            return high as u32;
+        }
         while low < high {
             let middle = (low + high) / 2;
             if self.psi(lanes, lane, end, middle) >= 1.0 { low = middle + 1 } else { high = middle }
@@ -142,9 +161,10 @@ impl<'t> Native<'t> {
         let (one, none) = (number(simd, 1), number(simd, 0));
         let mut gap = lanes.gap;
         loop {
-            let facets = self.table.inverses(simd, lanes, gap);
-            let psi = [0, 1].map_inline(|k: usize| Facet::of(lanes, &weights, &facets[k]).psi[1]);
-            let [up, down] = self.moves(simd, gap, psi);
+            let [low, high] = self.table.inverses(simd, lanes, gap);
+            let [below, ..] = Facet::end(lanes.rho[1], &weights[1], &low);
+            let [above, ..] = Facet::end(lanes.rho[1], &weights[1], &high);
+            let [up, down] = self.moves(simd, gap, [below, above]);
             let (up, down) = (up & active, down & active);
             if (up | down).all_false() {
                 return gap;
@@ -208,30 +228,24 @@ impl Layers for Native<'_> {
     fn cross<V: Machine>(&self, simd: V, lanes: &Lanes<V>) -> Crossing<V, NativeEnd<V>> {
         let weights = weights(simd, lanes);
         let inverses = self.table.inverses(simd, lanes, lanes.gap);
-        let [low, high] = [0, 1].map_inline(|k: usize| Facet::of(lanes, &weights, &inverses[k]));
+        let (low, high) = (Facet::of(lanes, &weights, &inverses[0]), Facet::of(lanes, &weights, &inverses[1]));
         let [up, down] = self.moves(simd, lanes.gap, [low.psi[1], high.psi[1]]);
         let (passes, wide_up) = (up | down, wide_mask::<V>(up));
-        let [from, to] = [0, 1].map_inline(|k: usize| high.psi[k].over(wide_up, low.psi[k]));
+        let (from, to) = (high.psi[0].over(wide_up, low.psi[0]), high.psi[1].over(wide_up, low.psi[1]));
         let one = Wide::splat(simd, 1.0);
         let root = ((one - from) / (to - from)).fraction(simd).max(lanes.u);
         // Two columns find the ψ of the side between them to a rounding each: a ray may be beyond its layer at once.
         let is_beyond = from.ge(one).narrow().simd_eq(up);
         let root = lanes.u.over(wide_mask::<V>(is_beyond), root);
         let u = root.over(wide_mask::<V>(passes), one);
-        let ends = [lanes.u, u];
-        let [above, lower] = [&high, &low].map_inline(|facet| ends.map_inline(|u| facet.at(u)));
-        let [start, end] = [0, 1].map_inline(|k: usize| lower[k] - above[k]);
+        let (above, lower) = ([high.at(lanes.u), high.at(u)], [low.at(lanes.u), low.at(u)]);
+        let (start, end) = (lower[0] - above[0], lower[1] - above[1]);
         let (zero, whole) = (all(simd, 0.0), all(simd, 1.0));
         let (first, last) = (start.narrow(), end.narrow());
-        // Where facets meet there is nothing in between.
-        let place = |psi: Wide<V>, depth: Floats<V>| {
-            let place = ((psi - one).narrow() / depth).max(zero).min(whole);
-            depth.simd_gt(zero).select(place, all(simd, 0.5))
-        };
         let is_on = lanes.place.simd_eq(0.0) | lanes.place.simd_eq(1.0);
         let places = [
-            is_on.select(lanes.place, place(lower[0], first)),
-            passes.select(up.select(whole, zero), place(lower[1], last)),
+            is_on.select(lanes.place, place(simd, lower[0], first)),
+            passes.select(up.select(whole, zero), place(simd, lower[1], last)),
         ];
         // There the value has no limit of its own either; it is taken as straight.
         let eps = (end - start).narrow() / first;
@@ -239,8 +253,8 @@ impl Layers for Native<'_> {
         let eps = eps.max(all(simd, 0.5 * f32::EPSILON - 1.0));
         let way = NativeWay {
             weights: [low.weights(), high.weights()],
-            above: above.map_inline(|psi| psi.narrow()),
-            u: ends.map_inline(|u| u.narrow()),
+            above: [above[0].narrow(), above[1].narrow()],
+            u: [lanes.u.narrow(), u.narrow()],
             place: places,
             eps,
         };

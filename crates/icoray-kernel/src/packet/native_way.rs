@@ -31,18 +31,37 @@ impl<V: Machine> Way<V> for NativeWay<V> {
         let (ab, ac, ad) = (b - a, c - a, d - a);
         let (de, df) = (e - d, f - d);
         let [below, above] = self.weights;
-        let low = below.map_inline(|[b, c]| c.mul_add(ac, b * ab));
-        let high = above.map_inline(|[e, f]| f.mul_add(df, e * de));
-        let [low_rise, high_rise] = [low[1] - low[0], high[1] - high[0]];
-        let [start, end] = [0, 1].map_inline(|k: usize| {
-            let n = self.u[k].mul_add(low_rise, low[0]);
-            let above = self.above[k].mul_add(ad, self.u[k].mul_add(high_rise, high[0]));
-            let rise = above - n;
-            let value = self.place[k].simd_eq(1.0).select(above, self.place[k].mul_add(rise, n));
-            (value, rise)
-        });
+        let [low, low_exit] = [along::<V>(below[0], ab, ac), along::<V>(below[1], ab, ac)];
+        let [high, high_exit] = [along::<V>(above[0], de, df), along::<V>(above[1], de, df)];
+        let (low_rise, high_rise) = (low_exit - low, high_exit - high);
+        let start = self.at(0, [low, low_rise], [high, high_rise], ad);
+        let end = self.at(1, [low, low_rise], [high, high_rise], ad);
         let kappa = (self.place[1] - self.place[0]) * self.eps.mul_add(start.1, start.1 - end.1);
         [start.0, end.0, kappa]
+    }
+}
+
+/// A number over two vertices with these weights.
+#[inline(always)]
+fn along<V: Machine>([b, c]: [Floats<V>; 2], second: Floats<V>, third: Floats<V>) -> Floats<V> {
+    c.mul_add(third, b * second)
+}
+
+impl<V: Machine> NativeWay<V> {
+    /// The value at an end of the frusta, and N' - N there, of N and N' at the column's entry and their rises.
+    #[inline(always)]
+    fn at(
+        &self,
+        end: usize,
+        [low, low_rise]: [Floats<V>; 2],
+        [high, high_rise]: [Floats<V>; 2],
+        ad: Floats<V>,
+    ) -> (Floats<V>, Floats<V>) {
+        let (u, place) = (self.u[end], self.place[end]);
+        let below = u.mul_add(low_rise, low);
+        let above = self.above[end].mul_add(ad, u.mul_add(high_rise, high));
+        let rise = above - below;
+        (place.simd_eq(1.0).select(above, place.mul_add(rise, below)), rise)
     }
 }
 
