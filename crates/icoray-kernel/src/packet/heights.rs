@@ -92,9 +92,10 @@ impl<'t> HeightTable<'t> {
             let mut own = [one + stretch * heights[0], one + stretch * heights[1]];
             if let Some((fill, mean)) = self.missing {
                 let fill = Wide::splat(simd, fill);
-                let zero = known - known;
+                let most = Wide::splat(simd, f64::MAX);
+                let is_finite = known.le(most).narrow() & known.ge(Wide::splat(simd, -f64::MAX)).narrow();
                 let is_fill = known.le(fill).narrow() & known.ge(fill).narrow();
-                let is_known = wide_mask::<V>(zero.le(Wide::splat(simd, 0.0)).narrow() & !is_fill);
+                let is_known = wide_mask::<V>(is_finite & !is_fill);
                 own[0] = own[0].over(is_known, simd.gather_f64(mean, below));
                 own[1] = own[1].over(is_known, simd.gather_f64(mean, above));
             }

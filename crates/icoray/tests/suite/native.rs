@@ -22,10 +22,12 @@ const LIGHTS: [&str; 3] = [
     "[light]\nkind = \"sun\"\nlon = 80\nlat = 10\nspecular = 0.6\nshininess = 40\n",
 ];
 const DENSE: &str = "map = \"viridis\"\nrange = [-2.2, 2.2]\nopacity = [[-2.2, 0.9], [-0.4, 0.5], [0.5, 0.8]]\n";
-const SPARSE: &str = "map = \"viridis\"\nrange = [-2.2, 2.2]\nopacity = [[-0.9, 0.0], [-0.7, 0.8], [-0.5, 0.0], [1.0, 0.0], [1.5, 0.9]]\n";
-const STEPS: &str = "knots = [{ value = -1.3, color = \"blue\", opacity = 0.9 }, { value = -0.6, color = \"blue\", opacity = 0.9 }, \
-     { value = -0.6, color = \"white\", opacity = 0 }, { value = 0.4, color = \"white\", opacity = 0 }, \
-     { value = 0.4, color = \"yellow\", opacity = 0.6 }, { value = 1.9, color = \"red\", opacity = 0.99 }]\n";
+const SPARSE: &str = "map = \"viridis\"\nrange = [-2.2, 2.2]\n\
+    opacity = [[-0.9, 0.0], [-0.7, 0.8], [-0.5, 0.0], [1.0, 0.0], [1.5, 0.9]]\n";
+const STEPS: &str = "knots = [ { value = -1.3, color = \"blue\", opacity = 0.9 }, \
+    { value = -0.6, color = \"blue\", opacity = 0.9 }, { value = -0.6, color = \"white\", opacity = 0 }, \
+    { value = 0.4, color = \"white\", opacity = 0 }, { value = 0.4, color = \"yellow\", opacity = 0.6 }, \
+    { value = 1.9, color = \"red\", opacity = 0.99 } ]\n";
 
 fn scene(keys: &str, camera: &str, transfer: &str, light: &str) -> Scene {
     let mut scene = Scene::parse(&format!(
@@ -226,7 +228,22 @@ fn empty_space_skipping_changes_no_picture() {
     }
 }
 
-/// Without vectors, and as fragments, the general kernel draws single precision too.
+/// Packets tell where rays meet the ground: pixels with its edge in them show several rays.
+#[test]
+fn edges_of_the_ground_are_smooth() {
+    let model = Model::new(4, LAYERS);
+    let thin = "map = \"viridis\"\nrange = [-2.2, 2.2]\nopacity = [[-2.2, 0.1], [2.2, 0.1]]\n";
+    let mut scene = scene("core = \"#a0b0c0\"\ntolerance = 1e-4", CAMERAS[1], thin, "");
+    scene.antialias = true;
+    let [packets, exact] = [scene.clone(), general(&scene)].map(|scene| model.draw(&scene, Savings::ALL));
+    assert!(packets.pixels != exact.pixels);
+    let [edges, expected] = [&packets, &exact].map(|frame| frame.report.edge_pixels);
+    assert!(expected > 20 && edges.abs_diff(expected) <= 2, "{edges} edge pixels, {expected}");
+    let wrong = count_beyond(&packets, &exact, f32::EPSILON);
+    assert!(wrong <= 2, "{wrong} pixels");
+}
+
+/// Without vectors the general kernel draws single precision too.
 #[test]
 fn packets_are_left_out_where_a_renderer_has_none() {
     let model = Model::new(2, LAYERS);
