@@ -48,16 +48,10 @@ pub struct SingleVolumeTracer<'f, T> {
 }
 
 impl<T: Real> SingleVolumeTracer<'_, T> {
-    /// Error of the colour that is allowed per absorbed light: no less than the last digit, and under light no less than
-    /// twice the rounding of a shade ([`RayShading::mean`](crate::shade::RayShading::mean)), which no cut of a piece
-    /// makes less.
+    /// Error of the colour that is allowed per absorbed light: no less than the last digit.
     #[inline]
     pub(crate) fn color_tolerance(&self) -> f64 {
-        let digits = |shading: Shading| {
-            let highlight = 3.0 * shading.specular * shading.shininess.max(4.0);
-            2.0 * (4.0 * self.budget.brightest + highlight)
-        };
-        self.budget.color_tolerance.max(T::ROUNDING * self.shading.map_or(1.0, digits))
+        self.budget.color_tolerance.max(T::ROUNDING)
     }
 
     /// Value, and gradient where `N` is 4, at a vertex whose value is known.
