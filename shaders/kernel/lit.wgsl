@@ -47,9 +47,9 @@ fn shaded(shading: RayShading, piece: Segment, span: Span, mean: MeanShade, ligh
     return ray_shading_apply(shading, light, mean, span.color_slope * (piece.f1 - piece.f0));
 }
 
-fn is_affordable(piece: Segment, span: Span, off: f32, color_tolerance: f32, spare: f32) -> bool {
+fn is_affordable(piece: Segment, span: Span, off: f32, tolerance: f32, spare: f32) -> bool {
     let depth = piece.length * max(span_extinction(span, piece.f0), span_extinction(span, piece.f1));
-    return (off - color_tolerance) * min(depth, 1.0) <= spare;
+    return (off - tolerance) * min(depth, 1.0) <= spare;
 }
 
 fn spare_of(light: Radiance, color_tolerance: f32) -> f32 {
@@ -136,7 +136,8 @@ fn lit_part(lit: Lit, part: Segment, range: vec2f, is_last: bool, spare: f32) ->
         frustum_interpolant_gradient(lit.interpolant, 0.5 * (range.x + range.y)),
         frustum_interpolant_gradient(lit.interpolant, range.y),
     );
-    if !(is_last || is_affordable(part, lit.span, mean.off, lit.budget.color_tolerance, spare)) {
+    let tolerance = lit.budget.color_tolerance + ray_shading_rounding(lit.shading, lit.span.brightest);
+    if !(is_last || is_affordable(part, lit.span, mean.off, tolerance, spare)) {
         return Outcome(radiance_none(), false);
     }
     return Outcome(shaded(lit.shading, part, lit.span, mean, integrate(part, lit.span, lit.budget)), true);

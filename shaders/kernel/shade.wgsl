@@ -78,6 +78,12 @@ fn ray_shading_mean(s: RayShading, turn: NormalTurn, color: ColorChange) -> Mean
     return MeanShade(Shade(body.x, highlight.x), body.y, off);
 }
 
+// What rounding gives to the error of a shade where the brightest channel of a piece is this.
+fn ray_shading_rounding(s: RayShading, brightest: f32) -> f32 {
+    let body = 16.0 * brightest * (s.ambient + s.diffuse);
+    return ROUNDING * (body + 4.0 * s.specular * s.sharpness);
+}
+
 // Factor for the colour, factor for the colour's change, and the error of both.
 fn ray_shading_mean_body(s: RayShading, turn: NormalTurn, color: ColorChange) -> vec3f {
     let cosine = normal_turn_cosine(turn, s.light);

@@ -96,13 +96,13 @@ pub fn shaded<T: Real>(
     shading.apply(light, mean, [*r * rise, *g * rise, *b * rise])
 }
 
-/// Whether a piece is left whole: the part of the error of its shade that is more than `color_tolerance` of its light is
-/// within `spare`.
+/// Whether a piece is left whole: the part of the error of its shade that is more than `tolerance` of its light is within
+/// `spare`.
 #[inline(always)]
-pub fn is_affordable<T: Real>(piece: &Segment<T>, span: &Span<T>, off: T, color_tolerance: T, spare: T) -> bool {
+pub fn is_affordable<T: Real>(piece: &Segment<T>, span: &Span<T>, off: T, tolerance: T, spare: T) -> bool {
     // No less than what the piece absorbs.
     let depth = piece.length * span.extinction(piece.f0).max(span.extinction(piece.f1));
-    (off - color_tolerance) * depth.min(T::one()) <= spare
+    (off - tolerance) * depth.min(T::one()) <= spare
 }
 
 /// The error that a ray with this `light` may spend on its next piece beyond `color_tolerance` of that piece's light, in
@@ -151,7 +151,8 @@ impl<T: Real, const N: usize> Lit<'_, T, N> {
         let gradients = places.map_inline(|u| self.interpolant.gradient(u));
         let mean = mean_shade(self.shading, piece, self.span, &gradients);
         let color_tolerance = self.allowance.color_tolerance;
-        if cuts > 0 && !is_affordable(piece, self.span, mean.off, color_tolerance, *spare) {
+        let tolerance = color_tolerance + self.shading.rounding(self.span.brightest());
+        if cuts > 0 && !is_affordable(piece, self.span, mean.off, tolerance, *spare) {
             return self.halves(piece, places, cuts - 1, spare);
         }
         let light = integrate(self.method, piece, self.span, self.allowance);

@@ -129,6 +129,14 @@ impl<T: Real> RayShading<T> {
         MeanShade { shade: Shade { body, highlight }, tilt, off }
     }
 
+    /// What rounding gives to the error of a shade where the brightest channel of a piece is this: no cut makes it
+    /// smaller.
+    #[inline(always)]
+    pub fn rounding(&self, brightest: T) -> T {
+        let body = T::of(16.0) * brightest * (self.ambient + self.diffuse);
+        T::of(T::ROUNDING) * (body + T::of(4.0) * self.specular * self.sharpness)
+    }
+
     /// Factor for the colour, factor for the colour's change, and the error of both.
     #[inline(always)]
     fn mean_body(&self, turn: &NormalTurn<T>, color: &ColorChange<T>) -> (T, T, T) {

@@ -292,12 +292,22 @@ impl<V: Machine> Shade<V> {
     /// Lanes whose rays cannot afford the error of their pieces, as [`is_affordable`](crate::lit::is_affordable) and
     /// [`spare`](crate::lit::spare).
     #[inline(always)]
-    pub fn too_far(&self, simd: V, lanes: &Lanes<V>, piece: &Piece<'_, V>, color_tolerance: f32) -> Mask<V> {
+    pub fn too_far(
+        &self,
+        simd: V,
+        common: &RayShading<f32>,
+        lanes: &Lanes<V>,
+        piece: &Piece<'_, V>,
+        color_tolerance: f32,
+    ) -> Mask<V> {
         let (zero, one) = (all(simd, 0.0), all(simd, 1.0));
+        // `RayShading::rounding`, linear in the brightness.
+        let (dark, bright) = (common.rounding(0.0), common.rounding(1.0));
+        let tolerance = piece.medium.brightest.mul_add(bright - dark, all(simd, color_tolerance + dark));
         let earned = ((lanes.alpha + ADVANCE as f32) * color_tolerance - lanes.error).max(zero);
         let through = (one - lanes.alpha).max(f32::MIN_POSITIVE);
         let depth = piece.part.length * piece.ends[0].max(piece.ends[1]);
         // Multiplied by what comes through, to spare the division.
-        ((self.off - color_tolerance) * depth.min(one) * through).simd_gt(earned)
+        ((self.off - tolerance) * depth.min(one) * through).simd_gt(earned)
     }
 }

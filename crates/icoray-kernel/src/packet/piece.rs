@@ -157,7 +157,7 @@ impl<V: Machine, L: Layers, const N: usize> Packet<'_, '_, V, L, N> {
         if self.tracer.is_coarse {
             return 0;
         }
-        let too_far = shade.too_far(simd, &self.lanes, &piece, self.color_tolerance);
+        let too_far = shade.too_far(simd, common, &self.lanes, &piece, self.color_tolerance);
         let has_room = self.lit.fraction.simd_gt(LEAST_FRACTION);
         (too_far & has_room).to_bitmask() as u32 & shown
     }
@@ -298,7 +298,7 @@ impl<V: Machine, L: Layers, const N: usize> Packet<'_, '_, V, L, N> {
 }
 
 /// A piece of a frustum that is no longer than this is taken, whatever its shade.
-const LEAST_FRACTION: f32 = 1e-6;
+const LEAST_FRACTION: f32 = 1e-4;
 
 impl<V: Machine> Lanes<V> {
     /// The light of a lane.

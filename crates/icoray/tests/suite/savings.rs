@@ -269,7 +269,7 @@ fn packets_differ_by_less_than_errors() {
         let rest = format!("tolerance = {tolerance}|[light]\nkind = \"headlight\"");
         (format!("dense, lit, {tolerance}"), scene(FAR, DENSE, &rest))
     };
-    for (name, scene) in scenes().into_iter().chain(["1e-2", "1e-4", "1e-5"].map(strict)) {
+    for (name, scene) in scenes().into_iter().chain(["1e-2", "1e-4", "1e-5", "1e-7"].map(strict)) {
         let [one, lanes] = [LEAPS, Savings { lanes: true, ..LEAPS }].map(|savings| model.draw(&scene, savings));
         assert_eq!(count_beyond(&one, &lanes, 0.0), 0, "{name}: off by {:e}", difference(&one, &lanes));
         let (one, lanes) = (one.report.counts, lanes.report.counts);
