@@ -207,6 +207,7 @@ impl Layers for Concentric<'_> {
         from.interpolant(&to, [lanes.tau[lane], crossing.end.tau[lane]], crossing.eps[lane])
     }
 
+    #[inline(always)]
     fn core_light<V: Machine>(
         &self,
         _: &Lanes<V>,

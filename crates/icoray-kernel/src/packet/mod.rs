@@ -237,10 +237,9 @@ impl<'p, 'f, V: Machine, L: Layers, const N: usize> Packet<'p, 'f, V, L, N> {
     fn take(&mut self, queue: &mut Rays, report: &mut Report) -> bool {
         for lane in lanes_of(!self.live & (u32::MAX >> (u32::BITS - Lanes::<V>::COUNT as u32))) {
             let Some((start, side)) = queue.next(self.tracer, &self.tables.mesh, report) else { return true };
-            let source = &self.tables.source;
-            let cells = [side.left.cell, side.right.cell];
-            let bases = [cells.map(|cell| source.base(cell)), cells.map(|cell| self.layers.base(cell))];
-            self.lanes.put(lane, &side, bases, &mut queue.entries);
+            let (source, [left, right]) = (&self.tables.source, [side.left.cell, side.right.cell]);
+            let heights = [self.layers.base(left), self.layers.base(right)];
+            self.lanes.put(lane, &side, [[source.base(left), source.base(right)], heights], &mut queue.entries);
             self.layers.locate(&mut self.lanes, lane, side.height);
             self.starts[lane % MOST] = Some(start);
             if let Some(shading) = self.tracer.shading.as_ref().filter(|_| N == 4) {
