@@ -17,6 +17,8 @@ pub struct Heights<'f> {
     elements: ElementIndexer,
     fill: Option<f64>,
     columns: usize,
+    /// Whether there are columns without heights.
+    has_missing: bool,
     /// Whether the field lies midway between the layers that have heights.
     is_midway: bool,
     /// Planet radii per metre of height, exaggeration included.
@@ -24,6 +26,23 @@ pub struct Heights<'f> {
     /// Radii of the field's layers where a column has none.
     mean: Vec<f64>,
     bounds: [f64; 2],
+}
+
+/// The array of heights, for code that reads several at a time.
+#[derive(Debug, Clone, Copy)]
+pub struct PlainHeights<'a> {
+    /// The model's array, in metres.
+    pub samples: Reals<'a>,
+    /// The base of cell 0 and the stride from cell to cell; `None` where cells lie in blocks.
+    pub column: Option<[isize; 2]>,
+    /// Elements from one layer to the next above it.
+    pub layer_stride: isize,
+    /// Whether layer k of the field lies midway between layers k and k + 1 of the heights.
+    pub is_midway: bool,
+    /// Planet radii per metre of height, exaggeration included.
+    pub stretch: f64,
+    /// Where columns have no heights: the mark of missing ones beside NaN, and the radii of the layers there.
+    pub missing: Option<(f64, &'a [f64])>,
 }
 
 /// The cells of a grid.
@@ -87,6 +106,7 @@ impl<'f> Heights<'f> {
             elements: if layers.is_falling() { elements.upside_down() } else { *elements },
             fill: heights.fill(),
             columns: cells,
+            has_missing: false,
             is_midway: field_layers < layers.count(),
             stretch: exaggeration / layers.planet_radius_m(),
             bounds: [mean[0], mean[mean.len() - 1]],
@@ -101,6 +121,9 @@ impl<'f> Heights<'f> {
             },
         );
         this.bounds = checked?;
+        // A column has all its heights or none.
+        let is_missing = |cell: usize| this.height(this.elements.base(cell), 0).is_nan();
+        this.has_missing = (0..cells).into_par_iter().with_min_len(256).any(is_missing);
         Ok(this)
     }
 
@@ -114,14 +137,37 @@ impl<'f> Heights<'f> {
         self.mean.len()
     }
 
+    /// The array and how it is read.
+    #[inline]
+    pub fn plain(&self) -> PlainHeights<'_> {
+        let missing = self.has_missing.then_some((self.fill.unwrap_or(f64::NAN), self.mean.as_slice()));
+        PlainHeights {
+            samples: self.samples,
+            column: self.elements.plain_column(),
+            layer_stride: self.elements.layer_stride(),
+            is_midway: self.is_midway,
+            stretch: self.stretch,
+            missing,
+        }
+    }
+
+    /// Where the column of a cell of the grid begins in the array.
+    #[inline]
+    pub fn base(&self, cell: u32) -> isize {
+        self.elements.base(cell as usize)
+    }
+
     /// Where the columns of three cells begin, for [`Self::radii_at`]. Cells that the grid does not have, such as those
     /// of void triangles, have mean heights.
     #[inline(always)]
     pub fn bases(&self, cells: [u32; 3]) -> [Base; 3] {
-        cells.map(|cell| {
-            let cell = cell as usize;
-            if cell < self.columns { self.elements.base(cell) } else { NOWHERE }
-        })
+        cells.map_inline(|cell| self.base_or_nowhere(cell))
+    }
+
+    #[inline(always)]
+    fn base_or_nowhere(&self, cell: u32) -> Base {
+        let cell = cell as usize;
+        if cell < self.columns { self.elements.base(cell) } else { NOWHERE }
     }
 
     /// Radii of the field's `layer` over three columns, in planet radii, stretched.
@@ -139,7 +185,7 @@ impl<'f> Heights<'f> {
     /// The radius of the field's `layer` over a cell, in planet radii, stretched.
     #[inline]
     pub fn radius(&self, cell: u32, layer: usize) -> f64 {
-        self.radii([cell; 3], layer)[0]
+        self.radius_at(self.base_or_nowhere(cell), layer)
     }
 
     #[inline(always)]

@@ -89,7 +89,7 @@ impl CubeMap {
     /// Where on the way `from + t·along`, `t >= start`, the pyramid of a macrocell is left; infinity where it never is.
     #[inline]
     pub fn exit(&self, cell: Macrocell, from: DVec3, along: DVec3, start: f64) -> f64 {
-        let sign = if cell.face % 2 == 0 { 1.0 } else { -1.0 };
+        let sign = if cell.face.is_multiple_of(2) { 1.0 } else { -1.0 };
         let [m0, u0, v0] = components(from, cell.face / 2);
         let [m1, u1, v1] = components(along, cell.face / 2);
         let (m0, m1, width) = (sign * m0, sign * m1, self.width());
@@ -111,7 +111,7 @@ impl CubeMap {
     /// The columns and rows of macrocells on a face that a triangle overlaps, first and last.
     #[inline]
     fn overlap(&self, face: u32, corners: &[DVec3; 3]) -> Option<[[u32; 2]; 2]> {
-        let sign = if face % 2 == 0 { 1.0 } else { -1.0 };
+        let sign = if face.is_multiple_of(2) { 1.0 } else { -1.0 };
         let mut ends = [[f64::INFINITY, f64::NEG_INFINITY]; 2];
         for corner in corners {
             let [m, u, v] = components(*corner, face / 2);

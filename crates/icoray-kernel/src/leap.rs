@@ -2,7 +2,7 @@
 
 use crate::column::Shell;
 use crate::plane::RayLine;
-use icoray_grid::Grid;
+use crate::single_volume::SingleVolumeTracer;
 use icoray_grid::macrocells::Macrocells;
 use icoray_grid::occupancy::OccupancyMask;
 use icoray_grid::real::Real;
@@ -43,11 +43,12 @@ const ROUNDING: f64 = 1e-12;
 impl<'t, T: Real> Leaps<'t, T> {
     /// The macrocells of a frame; `None` where all or too little of it is visible to leap.
     #[inline]
-    pub fn new(grid: &'t Grid, shell: &'t Shell<T>, visible: &'t OccupancyMask, is_solid: bool) -> Option<Self> {
+    pub fn new(tracer: &'t SingleVolumeTracer<'_, T>) -> Option<Self> {
+        let SingleVolumeTracer { grid, shell, visible, .. } = *tracer;
         if visible.macrocells.is_empty() {
             return None;
         }
-        Some(Leaps { macrocells: grid.macrocells(), visible, shell, is_solid })
+        Some(Leaps { macrocells: grid.macrocells(), visible, shell, is_solid: tracer.core.is_some() })
     }
 
     /// The least length of a leap that is worth it, for a ray at radius 1.

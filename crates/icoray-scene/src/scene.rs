@@ -108,7 +108,8 @@ pub struct Scene {
     /// take half of the time, no light. [`Quality`](crate::quality::Quality) says what it was. Samples beyond a pixel's
     /// first are taken as long as time is left.
     pub time_budget_ms: Option<f64>,
-    /// Precision of the inner loop; scenes that are not plain ([`Scene::is_plain`]) have double precision throughout.
+    /// Precision of the inner loop; scenes of more than one volume ([`Scene::has_single_volume`]) have double precision
+    /// throughout.
     pub precision: Precision,
     /// How several ranks share out the picture.
     pub ranks: Scheme,
@@ -138,7 +139,12 @@ impl Scene {
 
     /// Whether nothing but one volume between concentric layers is shown, over a ground that may have lines on it.
     pub fn is_plain(&self) -> bool {
-        let Scenery { surfaces, isosurfaces, lines, ground: _, clips, derived: _, heights } = &self.scenery;
+        self.has_single_volume() && self.scenery.heights == Heights::Mean
+    }
+
+    /// Whether nothing but one volume is shown, over a ground that may have lines on it.
+    pub fn has_single_volume(&self) -> bool {
+        let Scenery { surfaces, isosurfaces, lines, ground: _, clips, derived: _, heights: _ } = &self.scenery;
         let is_on_ground = |lines: &Lines| lines.on == Level::Ground;
         let is_meshless = |lines: &Lines| !matches!(lines.pattern, Pattern::Cells | Pattern::Triangles);
         matches!(self.volumes.as_slice(), [Volume { opacity: None, .. }])
@@ -146,7 +152,6 @@ impl Scene {
             && isosurfaces.is_empty()
             && lines.iter().all(|lines| is_on_ground(lines) && is_meshless(lines))
             && clips.is_empty()
-            && *heights == Heights::Mean
     }
 
     /// Gives the field that the scene shows without naming it the name `first`; nothing changes where it names all.

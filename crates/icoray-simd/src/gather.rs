@@ -9,6 +9,8 @@ pub trait Machine: Simd {
     fn gather_u32(self, table: Table<'_, u32>, index: Numbers<Self>) -> Numbers<Self>;
     /// The elements with these indices.
     fn gather_f32(self, table: Table<'_, f32>, index: Numbers<Self>) -> Floats<Self>;
+    /// The elements with these indices.
+    fn gather_f64(self, table: Table<'_, f64>, index: Numbers<Self>) -> Wide<Self>;
     /// The elements with these indices, and those that follow them; the table has two elements at least.
     fn gather_f64_pair(self, table: Table<'_, f64>, index: Numbers<Self>) -> [Wide<Self>; 2];
     /// The components of the elements with these indices.
@@ -57,6 +59,13 @@ mod x86 {
             let index: __m256i = (index.min(u32x8::splat(self, table.last())) ^ HALF).into();
             // SAFETY: above.
             unsafe { _mm256_i32gather_ps::<4>(middle(table), index) }.simd_into(self)
+        }
+
+        #[inline(always)]
+        fn gather_f64(self, table: Table<'_, f64>, index: Numbers<Self>) -> Wide<Self> {
+            let index: __m256i = index.min(u32x8::splat(self, table.last())).into();
+            // SAFETY: above.
+            unsafe { gather_256(self, table.elements().as_ptr(), index) }
         }
 
         #[inline(always)]
@@ -182,6 +191,13 @@ mod x86 {
             let index: __m512i = (index.min(u32x16::splat(self, table.last())) ^ HALF).into();
             // SAFETY: above.
             unsafe { _mm512_i32gather_ps::<4>(index, middle(table)) }.simd_into(self)
+        }
+
+        #[inline(always)]
+        fn gather_f64(self, table: Table<'_, f64>, index: Numbers<Self>) -> Wide<Self> {
+            let index: __m512i = index.min(u32x16::splat(self, table.last())).into();
+            // SAFETY: above.
+            unsafe { gather_512(self, table.elements().as_ptr(), index) }
         }
 
         #[inline(always)]
@@ -329,6 +345,11 @@ mod arm {
         fn gather_f32(self, table: Table<'_, f32>, index: Numbers<Self>) -> Floats<Self> {
             let at = |lane: usize| table.elements()[index[lane].min(table.last()) as usize];
             f32x4::simd_from(self, [at(0), at(1), at(2), at(3)])
+        }
+
+        #[inline(always)]
+        fn gather_f64(self, table: Table<'_, f64>, index: Numbers<Self>) -> Wide<Self> {
+            four(self, |lane| table.elements()[index[lane].min(table.last()) as usize])
         }
 
         #[inline(always)]

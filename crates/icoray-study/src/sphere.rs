@@ -76,6 +76,20 @@ impl Sphere {
         Field::new(self.values.as_slice().into(), shape, Location::Center, None)
     }
 
+    /// Heights of layers that follow mountains and get even upwards, level-fastest.
+    pub fn terrain(&self) -> Vec<f64> {
+        let planet = self.layers.planet_radius_m();
+        let heights: Vec<f64> = self.layers.radius_m().iter().map(|radius| radius - planet).collect();
+        let top = heights[heights.len() - 1];
+        let columns = (0..self.mesh.cells()).into_par_iter().flat_map_iter(|cell| {
+            let d = direction(self.mesh.lon_center_rad[cell], self.mesh.lat_center_rad[cell]);
+            let wave = (9.0 * d.x + 2.0 * d.z).sin() * (7.0 * d.y - 3.0 * d.x).cos() * (8.0 * d.z).cos();
+            let mountain = 0.4 * top * wave * wave;
+            heights.iter().map(move |height| mountain + height * (1.0 - mountain / top))
+        });
+        columns.collect()
+    }
+
     /// Hands the job of rendering `scene` to `work`.
     ///
     /// # Errors

@@ -1,80 +1,55 @@
-//! From gap to gap in the columns of a packet: [`ColumnTraversal`](crate::column::ColumnTraversal) in vectors.
+//! From gap to gap in the columns of a packet where a layer has one radius:
+//! [`ColumnTraversal`](crate::column::ColumnTraversal) in vectors.
 
 use super::lanes::Lanes;
+use super::layers::{CoreHit, Crossing, Layers, next_shown};
 use super::medium::number;
 use super::part::all;
-use crate::column::Shell;
+use super::read::ConcentricWay;
+use super::start::Start;
+use crate::column::{Chord, Shell};
+use crate::lit::FrustumInterpolant;
+use crate::piece::Radiance;
+use crate::shade::RayShading;
+use crate::single_volume::SingleVolumeTracer;
 use fearless_simd::prelude::*;
 use icoray_grid::occupancy::OccupancyMask;
 use icoray_simd::{Floats, Machine, Mask, Numbers, Table, Wide, wide_mask};
 
-/// Where the lanes' rays leave their gaps.
-pub(super) struct Crossing<V: Machine> {
-    /// Whether they leave through a layer; the others leave their columns.
-    pub passes: Mask<V>,
-    pub u: Wide<V>,
-    pub tau: Floats<V>,
-    pub height: Wide<V>,
-    pub place: Floats<V>,
-    /// Relative change of height, and length.
-    pub eps: Floats<V>,
-    pub length: Floats<V>,
+/// Layers of one radius each.
+#[derive(Clone, Copy)]
+pub(super) struct Concentric<'t> {
+    shell: &'t Shell<f32>,
+    /// [`Shell::bounds`].
+    bounds: Table<'t, f64>,
 }
 
-impl<V: Machine> Lanes<V> {
-    /// The ways through the gaps; `bounds` are [`Shell::bounds`].
-    #[inline(always)]
-    pub fn cross(&self, simd: V, bounds: Table<'_, f64>) -> Crossing<V> {
-        let [low, high] = simd.gather_f64_pair(bounds, self.gap);
-        let (rising, one) = (wide_mask::<V>(self.rising), Wide::splat(simd, 1.0));
-        let ahead = high.over(rising, low);
-        // Rising rays pass a layer up to their column's exit, falling ones one above it.
-        let passes = self.rising.simd_eq(ahead.le(self.rho[1]).narrow());
-        let wide = wide_mask::<V>(passes);
-        let u = ((ahead - self.rho[0]) * self.scale).fraction(simd);
-        let (none, whole) = (all(simd, 0.0), all(simd, 1.0));
-        let tau = (u.narrow() * self.rho[1].narrow() / ahead.narrow()).max(none).min(whole);
-        let (u, height) = (u.over(wide, one), ahead.over(wide, self.rho[1]));
-        let place = ((height - low).narrow() / (high - low).narrow()).max(none).min(whole);
-        let eps = (height - self.height).narrow() / self.height.narrow();
-        Crossing {
-            passes,
-            u,
-            tau: passes.select(tau, whole),
-            height,
-            place: passes.select(self.rising.select(whole, none), place),
-            // A core of next to no radius would round it to -1.
-            eps: eps.max(all(simd, 0.5 * f32::EPSILON - 1.0)),
-            length: ((self.t[1] - self.t[0]) * (u - self.u)).narrow(),
-        }
-    }
+/// Where lanes leave their gaps.
+#[derive(Clone, Copy)]
+pub(super) struct ConcentricEnd<V: Machine> {
+    tau: Floats<V>,
+    height: Wide<V>,
+    place: Floats<V>,
+}
 
-    /// Takes the lanes of `passing` into the gaps ahead, and those of `leaving` to the exits of their columns.
-    #[inline(always)]
-    pub fn pass(&mut self, simd: V, crossing: &Crossing<V>, passing: Mask<V>, leaving: Mask<V>) {
-        let (one, none) = (number(simd, 1), number(simd, 0));
-        let up = (passing & self.rising).select(one, none);
-        let down = (passing & !self.rising).select(one, none);
-        self.gap = self.gap + up - down;
-        let wide = wide_mask::<V>(passing);
-        self.u = crossing.u.over(wide, self.u);
-        self.height = crossing.height.over(wide, self.height);
-        self.tau = passing.select(crossing.tau, self.tau);
-        // Behind a layer lies the other side of the next gap.
-        let place = self.rising.select(all(simd, 0.0), all(simd, 1.0));
-        self.place = passing.select(place, leaving.select(crossing.place, self.place));
+impl<'t> Concentric<'t> {
+    /// The layers of a shell; `None` where they are too many for gathers.
+    #[inline]
+    pub fn new(shell: &'t Shell<f32>) -> Option<Self> {
+        Some(Concentric { shell, bounds: Table::new(shell.bounds())? })
     }
 
     /// The gaps that hold these heights, as [`Shell::gap`], searched from those of the lanes, and the fractions of the
     /// way from the layers below to those above.
     #[inline(always)]
-    fn gaps_at(&self, simd: V, shell: &Shell<f32>, bounds: Table<'_, f64>, height: Wide<V>) -> (Numbers<V>, Floats<V>) {
+    fn gaps_at<V: Machine>(&self, simd: V, lanes: &Lanes<V>, height: Wide<V>) -> (Numbers<V>, Floats<V>) {
+        let Concentric { shell, bounds } = *self;
         let (one, none) = (number(simd, 1), number(simd, 0));
         let (first, per_height) = (Wide::splat(simd, shell.inner()), Wide::splat(simd, shell.buckets_per_height()));
         let bucket = ((height - first) * per_height).narrow().max(all(simd, 0.0)).to_int::<Numbers<V>>();
         let mut gap = match Table::new(shell.below()) {
             Some(below) => simd.gather_u32(below, bucket),
-            None => self.gap,
+            None => lanes.gap,
         };
         loop {
             let [low, high] = simd.gather_f64_pair(bounds, gap);
@@ -86,73 +61,162 @@ impl<V: Machine> Lanes<V> {
             gap = gap + is_above.select(one, none) - is_below.select(one, none);
         }
     }
+}
 
-    /// Takes those lanes of `entered` in whose columns nothing shows to their columns' exits; returns their bits. Columns
-    /// that reach to the core or above all layers are not left out.
+impl Layers for Concentric<'_> {
+    const HAS_HEIGHTS: bool = false;
+    type End<V: Machine> = ConcentricEnd<V>;
+    type Way<V: Machine> = ConcentricWay<V>;
+
+    #[inline]
+    fn core_radius(&self) -> f64 {
+        self.shell.inner()
+    }
+
     #[inline(always)]
-    pub fn skip_columns(
-        &mut self,
+    fn bases<V: Machine>(&self, _: V, cells: Numbers<V>, _: u32) -> Numbers<V> {
+        cells
+    }
+
+    #[inline(always)]
+    fn base(&self, cell: u32) -> u32 {
+        cell
+    }
+
+    #[inline]
+    fn locate<V: Machine>(&self, lanes: &mut Lanes<V>, lane: usize, height: f64) {
+        let gap = self.shell.gap(height);
+        lanes.gap[lane] = gap as u32;
+        let [low, high] = [self.shell.bounds()[gap], self.shell.bounds()[gap + 1]];
+        // Rounded as in `cross`.
+        lanes.place[lane] = ((height - low) as f32 / (high - low) as f32).clamp(0.0, 1.0);
+    }
+
+    #[inline(always)]
+    fn enter<V: Machine>(&self, _: V, _: &mut Lanes<V>, _: u32) {}
+
+    #[inline(always)]
+    fn cross<V: Machine>(&self, simd: V, lanes: &Lanes<V>) -> Crossing<V, ConcentricEnd<V>> {
+        let [low, high] = simd.gather_f64_pair(self.bounds, lanes.gap);
+        let (rising, one) = (wide_mask::<V>(lanes.rising), Wide::splat(simd, 1.0));
+        let ahead = high.over(rising, low);
+        // Rising rays pass a layer up to their column's exit, falling ones one above it.
+        let passes = lanes.rising.simd_eq(ahead.le(lanes.rho[1]).narrow());
+        let wide = wide_mask::<V>(passes);
+        let u = ((ahead - lanes.rho[0]) * lanes.scale).fraction(simd);
+        let (none, whole) = (all(simd, 0.0), all(simd, 1.0));
+        let tau = (u.narrow() * lanes.rho[1].narrow() / ahead.narrow()).max(none).min(whole);
+        let (u, height) = (u.over(wide, one), ahead.over(wide, lanes.rho[1]));
+        let place = ((height - low).narrow() / (high - low).narrow()).max(none).min(whole);
+        let eps = (height - lanes.height).narrow() / lanes.height.narrow();
+        Crossing {
+            passes,
+            u,
+            // A core of next to no radius would round it to -1.
+            eps: eps.max(all(simd, 0.5 * f32::EPSILON - 1.0)),
+            length: ((lanes.t[1] - lanes.t[0]) * (u - lanes.u)).narrow(),
+            end: ConcentricEnd {
+                tau: passes.select(tau, whole),
+                height,
+                place: passes.select(lanes.rising.select(whole, none), place),
+            },
+        }
+    }
+
+    #[inline(always)]
+    fn way<V: Machine>(lanes: &Lanes<V>, crossing: &Crossing<V, ConcentricEnd<V>>) -> ConcentricWay<V> {
+        ConcentricWay {
+            weights: lanes.weights,
+            place: [lanes.place, crossing.end.place],
+            tau: [lanes.tau, crossing.end.tau],
+            eps: crossing.eps,
+        }
+    }
+
+    #[inline(always)]
+    fn pass<V: Machine>(
+        &self,
         simd: V,
-        shell: &Shell<f32>,
-        bounds: Table<'_, f64>,
+        lanes: &mut Lanes<V>,
+        crossing: &Crossing<V, ConcentricEnd<V>>,
+        passing: Mask<V>,
+        leaving: Mask<V>,
+    ) {
+        let end = &crossing.end;
+        let (one, none) = (number(simd, 1), number(simd, 0));
+        let up = (passing & lanes.rising).select(one, none);
+        let down = (passing & !lanes.rising).select(one, none);
+        lanes.gap = lanes.gap + up - down;
+        let wide = wide_mask::<V>(passing);
+        lanes.u = crossing.u.over(wide, lanes.u);
+        lanes.height = end.height.over(wide, lanes.height);
+        lanes.tau = passing.select(end.tau, lanes.tau);
+        // Behind a layer lies the other side of the next gap.
+        let place = lanes.rising.select(all(simd, 0.0), all(simd, 1.0));
+        lanes.place = passing.select(place, leaving.select(end.place, lanes.place));
+    }
+
+    #[inline(always)]
+    fn skip_columns<V: Machine>(
+        &self,
+        simd: V,
+        lanes: &mut Lanes<V>,
         visible: &OccupancyMask,
         entered: Mask<V>,
     ) -> u32 {
         let Some(blocks) = Table::new(&visible.blocks) else { return 0 };
-        let blocks = simd.gather_u32(blocks, self.triangles);
-        let (exit, place) = self.gaps_at(simd, shell, bounds, self.rho[1]);
-        let (low, high) = (self.gap.min(exit), self.gap.max(exit));
-        let most = number(simd, u32::MAX);
-        let (first, last) = (((low - 1) >> visible.shift).min(31), ((high - 1) >> visible.shift).min(31));
-        let between = (most << first) & (most >> (number(simd, 31) - last));
-        let shows = (blocks & between).simd_ne(0);
-        let ends = low.simd_eq(0) | high.simd_eq(shell.layers() as u32);
-        let skipped = entered & !(shows | ends);
-        self.gap = skipped.select(exit, self.gap);
-        self.place = skipped.select(place, self.place);
+        let blocks = simd.gather_u32(blocks, lanes.triangles);
+        let (exit, place) = self.gaps_at(simd, lanes, lanes.rho[1]);
+        let shows = lanes.passes_blocks(simd, blocks, visible.shift, exit, self.shell.layers());
+        let skipped = entered & !shows;
+        lanes.gap = skipped.select(exit, lanes.gap);
+        lanes.place = skipped.select(place, lanes.place);
         skipped.to_bitmask() as u32
     }
 
-    /// Sets the gap of a lane by the height at which it is.
-    #[inline]
-    pub fn locate(&mut self, lane: usize, shell: &Shell<f32>, height: f64) {
-        let gap = shell.gap(height);
-        self.gap[lane] = gap as u32;
-        let [low, high] = [shell.bounds()[gap], shell.bounds()[gap + 1]];
-        // Rounded as in `cross`.
-        self.place[lane] = ((height - low) as f32 / (high - low) as f32).clamp(0.0, 1.0);
-    }
-
-    /// Takes a lane from a gap in which nothing shows to the next one in its column in which something shows, to the
-    /// space below or above all layers, or to the column's exit: then it returns true.
     #[inline(never)]
-    pub fn skip(&mut self, lane: usize, shell: &Shell<f32>, visible: &OccupancyMask) -> bool {
-        let blocks = visible.blocks_over(self.triangles[lane]);
-        let block = (self.gap[lane] - 1) >> visible.shift;
-        let [entry, exit] = [0, 1].map(|k: usize| self.rho[k].get(lane));
-        let is_rising = self.rising.test(lane);
-        let (gap, layer) = if is_rising {
-            let above = blocks & u32::MAX.checked_shl(block + 1).unwrap_or(0);
-            let gap =
-                if above == 0 { shell.layers() } else { ((above.trailing_zeros() << visible.shift) + 1) as usize };
-            (gap.min(shell.layers()), gap.min(shell.layers()) - 1)
-        } else {
-            let below = blocks & ((1 << block) - 1);
-            let gap = (u32::BITS - below.leading_zeros()) << visible.shift;
-            (gap as usize, gap as usize)
-        };
-        let radius = shell.bounds()[layer + 1];
+    fn skip<V: Machine>(&self, lanes: &mut Lanes<V>, lane: usize, visible: &OccupancyMask) -> bool {
+        let [entry, exit] = [0, 1].map(|k: usize| lanes.rho[k].get(lane));
+        let is_rising = lanes.rising.test(lane);
+        let blocks = visible.blocks_over(lanes.triangles[lane]);
+        let (gap, layer) = next_shown(blocks, visible.shift, lanes.gap[lane], is_rising, self.shell.layers());
+        let radius = self.shell.bounds()[layer + 1];
         if (radius <= exit) != is_rising {
-            self.locate(lane, shell, exit);
+            self.locate(lanes, lane, exit);
             return true;
         }
-        let u = ((radius - entry) * self.scale.get(lane)).clamp(0.0, 1.0);
-        self.gap[lane] = gap as u32;
-        self.u.set(lane, u);
+        let u = ((radius - entry) * lanes.scale.get(lane)).clamp(0.0, 1.0);
+        lanes.gap[lane] = gap as u32;
+        lanes.u.set(lane, u);
         // Rounded as in `cross`.
-        self.tau[lane] = (u as f32 * exit as f32 / radius as f32).clamp(0.0, 1.0);
-        self.height.set(lane, radius);
-        self.place[lane] = if is_rising { 0.0 } else { 1.0 };
+        lanes.tau[lane] = (u as f32 * exit as f32 / radius as f32).clamp(0.0, 1.0);
+        lanes.height.set(lane, radius);
+        lanes.place[lane] = if is_rising { 0.0 } else { 1.0 };
         false
+    }
+
+    fn interpolant<V: Machine, const N: usize>(
+        &self,
+        lanes: &Lanes<V>,
+        lane: usize,
+        tracer: &SingleVolumeTracer<'_, f32>,
+        crossing: &Crossing<V, ConcentricEnd<V>>,
+    ) -> FrustumInterpolant<f32, N> {
+        let weights = lanes.weights.map(|end| end.map(|row| row[lane]));
+        let [low, high] = lanes.vertices(lane, tracer).map(|vertices| Chord::over(vertices, &weights));
+        let [from, to] = [lanes.place[lane], crossing.end.place[lane]].map(|place| low.mix(high, place));
+        from.interpolant(&to, [lanes.tau[lane], crossing.end.tau[lane]], crossing.eps[lane])
+    }
+
+    #[inline(always)]
+    fn core_light<V: Machine>(
+        &self,
+        _: &Lanes<V>,
+        _: usize,
+        tracer: &SingleVolumeTracer<'_, f32>,
+        (start, hit): (&Start, &CoreHit),
+        shading: Option<&RayShading<f32>>,
+    ) -> Option<Radiance<f32>> {
+        Some(tracer.core?.round_light(start.line.position(hit.t), shading))
     }
 }

@@ -1,6 +1,7 @@
 //! The rays of a packet, a lane each, and their step from column to column.
 
 use super::MOST;
+use super::layers::Layers;
 use super::medium::number;
 use super::part::{Part, all};
 use crate::plane::Plane;
@@ -91,6 +92,8 @@ pub(super) struct Lanes<V: Machine> {
     /// The cells of the column: left, right and apex; where their values begin.
     pub cells: [Numbers<V>; 3],
     pub bases: [Numbers<V>; 3],
+    /// Where their heights begin, if each cell has its own.
+    pub heights: [Numbers<V>; 3],
     /// The column's triangle.
     pub triangles: Numbers<V>,
     /// The point on the unit facets at which it leaves.
@@ -103,6 +106,9 @@ pub(super) struct Lanes<V: Machine> {
     /// Weights of the second and third vertex at the column's entry and exit, and at the entry of the next one.
     pub weights: [[Floats<V>; 2]; 2],
     next_weights: [Floats<V>; 2],
+    /// The same in double precision, if each cell has heights of its own.
+    pub wide_weights: [[Wide<V>; 2]; 2],
+    next_wide_weights: [Wide<V>; 2],
     /// Whether the ray ends in the column.
     pub last: Mask<V>,
     /// The distance before which it does not leap.
@@ -145,6 +151,7 @@ impl<V: Machine> Lanes<V> {
             on_left: no,
             cells: [nothing; 3],
             bases: [nothing; 3],
+            heights: [nothing; 3],
             triangles: nothing,
             point: [none; 2],
             t: [none; 2],
@@ -153,6 +160,8 @@ impl<V: Machine> Lanes<V> {
             rising: no,
             weights: [[zero; 2]; 2],
             next_weights: [zero; 2],
+            wide_weights: [[none; 2]; 2],
+            next_wide_weights: [none; 2],
             last: no,
             next_leap: none,
             gap: nothing,
@@ -170,10 +179,10 @@ impl<V: Machine> Lanes<V> {
         }
     }
 
-    /// Puts a ray into a lane, before its first column, with the bases of the side's two cells. Numbers in f64 become
-    /// known to the lanes with [`Self::load`].
+    /// Puts a ray into a lane, before its first column, with the bases of the values and heights of the side's two
+    /// cells. Numbers in f64 become known to the lanes with [`Self::load`].
     #[inline]
-    pub fn put(&mut self, lane: usize, side: &Side, bases: [u32; 2], entries: &mut Entries) {
+    pub fn put(&mut self, lane: usize, side: &Side, bases: [[u32; 2]; 2], entries: &mut Entries) {
         let Side { line, left, right, point, weight, height, .. } = side;
         let Plane { x, y, q } = line.plane;
         entries.0[lane % MOST] = [
@@ -191,7 +200,7 @@ impl<V: Machine> Lanes<V> {
 
     /// Puts the ray of a lane before a later column, which it enters through `side`.
     #[inline]
-    pub fn put_amid(&mut self, lane: usize, side: &Side, bases: [u32; 2]) {
+    pub fn put_amid(&mut self, lane: usize, side: &Side, bases: [[u32; 2]; 2]) {
         let Side { left, right, point, weight, .. } = side;
         for (row, number) in self.left.iter_mut().zip([left.x, left.y, left.q]) {
             row.set(lane, number);
@@ -211,34 +220,37 @@ impl<V: Machine> Lanes<V> {
 
     /// Puts the side through which the next column is entered.
     #[inline]
-    fn put_side(&mut self, lane: usize, side: &Side, bases: [u32; 2]) {
+    fn put_side(&mut self, lane: usize, side: &Side, [bases, heights]: [[u32; 2]; 2]) {
         self.half_edge[lane] = side.half_edge;
         // The step into the column keeps both ends of the side: the left one takes the place of itself.
         self.on_left.set(lane, true);
         (self.cells[1][lane], self.cells[2][lane]) = (side.right.cell, side.left.cell);
         (self.bases[1][lane], self.bases[2][lane]) = (bases[1], bases[0]);
+        (self.heights[1][lane], self.heights[2][lane]) = (heights[1], heights[0]);
     }
 
     /// Loads the entries of the lanes of `new`, and takes their light away.
     #[inline(always)]
-    pub fn load(&mut self, simd: V, entries: &Entries, new: Mask<V>) {
+    pub fn load<L: Layers>(&mut self, simd: V, entries: &Entries, new: Mask<V>) {
         let Some(table) = Table::new(entries.0.as_flattened()) else { return };
         let wide = wide_mask::<V>(new);
         let first = <Numbers<V> as SimdBase<V>>::from_slice(simd, &ENTRY_STARTS[..Self::COUNT]);
-        let gather = |k: u32| simd.gather_vector(table, first + k);
         for (k, row) in self.axes.iter_mut().enumerate() {
-            put(row, wide, gather(k as u32));
+            put(row, wide, simd.gather_vector(table, first + k as u32));
         }
-        let [b, end, start] = gather(3);
-        put(&mut self.left, wide, gather(4));
-        put(&mut self.right, wide, gather(5));
-        let [x, y, height] = gather(6);
-        let [first, second, _] = gather(7);
+        let [b, end, start] = simd.gather_vector(table, first + 3);
+        put(&mut self.left, wide, simd.gather_vector(table, first + 4));
+        put(&mut self.right, wide, simd.gather_vector(table, first + 5));
+        let [x, y, height] = simd.gather_vector(table, first + 6);
+        let [first, second, _] = simd.gather_vector(table, first + 7);
         (self.b, self.end) = (b.over(wide, self.b), end.over(wide, self.end));
         (self.t[1], self.rho[1]) = (start.over(wide, self.t[1]), height.over(wide, self.rho[1]));
         put(&mut self.point, wide, [x, y]);
         for (row, weight) in self.next_weights.iter_mut().zip([first, second]) {
             *row = new.select(weight.narrow(), *row);
+        }
+        if L::HAS_HEIGHTS {
+            put(&mut self.next_wide_weights, wide, [first, second]);
         }
         let zero = all(simd, 0.0);
         for row in [&mut self.alpha, &mut self.error, &mut self.variance] {
@@ -251,7 +263,7 @@ impl<V: Machine> Lanes<V> {
 
     /// Takes the lanes of `step` into their next columns: [`Walk::next_column`]. Returns the apexes of these columns.
     #[inline(always)]
-    pub fn step(&mut self, simd: V, mesh: &Mesh, step: Mask<V>) -> Numbers<V> {
+    pub fn step<L: Layers>(&mut self, simd: V, mesh: &Mesh, step: Mask<V>) -> Numbers<V> {
         let wide = wide_mask::<V>(step);
         let record = simd.gather_record(mesh.half_edges, self.half_edge);
         let (apex, triangles) = (record[half_edge::APEX], record[half_edge::TRIANGLE]);
@@ -272,13 +284,13 @@ impl<V: Machine> Lanes<V> {
         let t = (b * y / x).max(entry).min(end);
         let rho = (b * x + t * y) / (x * x + y * y);
         let weight = [w.over(on_left, zero), (one - w).over(on_left, w)];
-        let mut exit = Exit { t, rho, weight: [weight[0].narrow(), weight[1].narrow()] };
+        let mut exit = Exit { t, rho, weight: [weight[0].narrow(), weight[1].narrow()], wide_weight: weight };
         let is_last = last.narrow();
         if (is_last & step).any_true() {
             let place = [x, y];
-            exit = exit.clipped(simd, self, place, last);
+            exit = exit.clipped::<L>(simd, self, place, last);
         }
-        self.enter(step, wide, on_left.narrow(), apex, triangles);
+        self.enter::<L>(step, wide, on_left.narrow(), apex, triangles);
         put(&mut self.left, wide, left);
         put(&mut self.right, wide, right);
         put(&mut self.point, wide, [x, y]);
@@ -294,6 +306,10 @@ impl<V: Machine> Lanes<V> {
         for k in 0..2 {
             self.weights[1][k] = step.select(exit.weight[k], self.weights[1][k]);
         }
+        if L::HAS_HEIGHTS {
+            put(&mut self.wide_weights[1], wide, exit.wide_weight);
+            put(&mut self.next_wide_weights, wide, [w, zero]);
+        }
         self.next_weights[0] = step.select(w.narrow(), self.next_weights[0]);
         self.next_weights[1] = step.select(all(simd, 0.0), self.next_weights[1]);
         let next = on_left.narrow().select(record[half_edge::NEXT], record[half_edge::NEXT + 1]);
@@ -303,10 +319,20 @@ impl<V: Machine> Lanes<V> {
 
     /// The exit of the last column becomes the entry of the next, over the triangle with this apex.
     #[inline(always)]
-    fn enter(&mut self, step: Mask<V>, wide: WideMask<V>, on_left: Mask<V>, apex: Numbers<V>, triangles: Numbers<V>) {
-        for [left, right, new] in [&mut self.cells, &mut self.bases] {
-            *left = (step & self.on_left).select(*new, *left);
-            *right = (step & !self.on_left).select(*new, *right);
+    fn enter<L: Layers>(
+        &mut self,
+        step: Mask<V>,
+        wide: WideMask<V>,
+        on_left: Mask<V>,
+        apex: Numbers<V>,
+        triangles: Numbers<V>,
+    ) {
+        let replaced = [step & self.on_left, step & !self.on_left];
+        for row in [&mut self.cells, &mut self.bases] {
+            replace::<V>(replaced, row);
+        }
+        if L::HAS_HEIGHTS {
+            replace::<V>(replaced, &mut self.heights);
         }
         self.cells[2] = step.select(apex, self.cells[2]);
         self.on_left = step.select(on_left, self.on_left);
@@ -316,12 +342,18 @@ impl<V: Machine> Lanes<V> {
         for k in 0..2 {
             self.weights[0][k] = step.select(self.next_weights[k], self.weights[0][k]);
         }
+        if L::HAS_HEIGHTS {
+            put(&mut self.wide_weights[0], wide, self.next_wide_weights);
+        }
     }
 
-    /// Puts the bases of new apexes into the lanes of `step`.
+    /// Puts the bases of the values and heights of new apexes into the lanes of `step`.
     #[inline(always)]
-    pub fn put_bases(&mut self, step: Mask<V>, bases: Numbers<V>) {
+    pub fn put_bases<L: Layers>(&mut self, step: Mask<V>, bases: Numbers<V>, heights: Numbers<V>) {
         self.bases[2] = step.select(bases, self.bases[2]);
+        if L::HAS_HEIGHTS {
+            self.heights[2] = step.select(heights, self.heights[2]);
+        }
     }
 }
 
@@ -330,12 +362,13 @@ struct Exit<V: Machine> {
     t: Wide<V>,
     rho: Wide<V>,
     weight: [Floats<V>; 2],
+    wide_weight: [Wide<V>; 2],
 }
 
 impl<V: Machine> Exit<V> {
     /// The end of the ray in the lanes of `last`, whose columns end at `place` on the unit facets.
     #[inline(always)]
-    fn clipped(self, simd: V, lanes: &Lanes<V>, place: [Wide<V>; 2], last: WideMask<V>) -> Self {
+    fn clipped<L: Layers>(self, simd: V, lanes: &Lanes<V>, place: [Wide<V>; 2], last: WideMask<V>) -> Self {
         let (b, end) = (lanes.b, lanes.end);
         let across = |[x, y]: [Wide<V>; 2]| b * y - end * x;
         let [before, after] = [across(lanes.point), across(place)];
@@ -350,7 +383,13 @@ impl<V: Machine> Exit<V> {
         for (weight, entry) in weight.iter_mut().zip(lanes.next_weights) {
             *weight = is_last.select(part.mul_add(*weight - entry, entry), *weight);
         }
-        Exit { t: end.over(last, self.t), rho: rho.over(last, self.rho), weight }
+        let mut wide_weight = self.wide_weight;
+        if L::HAS_HEIGHTS {
+            for (weight, entry) in wide_weight.iter_mut().zip(lanes.next_wide_weights) {
+                *weight = (entry + w * (*weight - entry)).over(last, *weight);
+            }
+        }
+        Exit { t: end.over(last, self.t), rho: rho.over(last, self.rho), weight, wide_weight }
     }
 }
 
@@ -359,6 +398,13 @@ fn put<V: Machine, const N: usize>(rows: &mut [Wide<V>; N], mask: WideMask<V>, n
     for k in 0..N {
         rows[k] = numbers[k].over(mask, rows[k]);
     }
+}
+
+/// Puts the third of a row in the place of the first where `left` is set, of the second where `right` is.
+#[inline(always)]
+fn replace<V: Machine>([left, right]: [Mask<V>; 2], row: &mut [Numbers<V>; 3]) {
+    row[0] = left.select(row[2], row[0]);
+    row[1] = right.select(row[2], row[1]);
 }
 
 /// The scalar product, rounded as that of `glam`: sides of vertices are the same wherever they are asked for.

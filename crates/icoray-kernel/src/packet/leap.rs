@@ -1,12 +1,13 @@
 //! Leaps of lanes over macrocells in which nothing shows.
 
 use super::lanes::lanes_of;
+use super::layers::Layers;
 use super::{MOST, Packet, Start, start};
 use crate::leap::{Ahead, Leaps};
 use fearless_simd::prelude::*;
 use icoray_simd::Machine;
 
-impl<'p, V: Machine, const N: usize> Packet<'p, '_, V, N> {
+impl<'p, V: Machine, L: Layers, const N: usize> Packet<'p, '_, V, L, N> {
     /// Takes lanes that have passed a column in which nothing shows over the macrocells ahead in which nothing shows.
     #[inline(always)]
     pub(super) fn leap(&mut self, skipped: u32) {
@@ -31,8 +32,8 @@ impl<'p, V: Machine, const N: usize> Packet<'p, '_, V, N> {
                 let is_worth = at - t > leaps.least() * (line.b * line.b + at * at).sqrt();
                 let side = is_worth.then(|| start::side_at(&self.tables.mesh, line, at, near)).flatten();
                 if let Some(side) = side {
-                    self.lanes.put_amid(lane, &side, self.tables.source.side_bases(&side));
-                    self.lanes.locate(lane, self.tracer.shell, side.height);
+                    self.lanes.put_amid(lane, &side, self.bases_of(&side));
+                    self.layers.locate(&mut self.lanes, lane, side.height);
                 }
             }
         }

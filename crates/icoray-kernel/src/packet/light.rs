@@ -2,9 +2,10 @@
 
 use super::integral::Light;
 use super::lanes::Lanes;
+use super::layers::Way;
 use super::medium::{Medium, number};
 use super::part::{Part, all};
-use super::read::{Course, Vertices, Way};
+use super::read::{Course, Vertices};
 use super::turn::{Spread, Turns, Vectors};
 use crate::lit::ADVANCE;
 use crate::shade::RayShading;
@@ -36,7 +37,7 @@ impl<'t> Slopes<'t> {
 
     /// The gradient along each lane's frustum, component by component.
     #[inline(always)]
-    pub fn read<V: Machine>(&self, simd: V, lanes: &Lanes<V>, way: &Way<V>) -> [Course<V>; 3] {
+    pub fn read<V: Machine>(&self, simd: V, lanes: &Lanes<V>, way: &impl Way<V>) -> [Course<V>; 3] {
         let (Slopes::Whole(_, layers) | Slopes::Packed(_, layers)) = *self else {
             return [[all(simd, 0.0); 3]; 3];
         };
@@ -73,7 +74,7 @@ impl<'t> Slopes<'t> {
 
 /// A component of gradients along each lane's frustum.
 #[inline(always)]
-fn course_of<V: Machine>(way: &Way<V>, low: &[Vectors<V>; 3], high: &[Vectors<V>; 3], k: usize) -> Course<V> {
+fn course_of<V: Machine>(way: &impl Way<V>, low: &[Vectors<V>; 3], high: &[Vectors<V>; 3], k: usize) -> Course<V> {
     let vertices = Vertices { low: [low[0][k], low[1][k], low[2][k]], high: [high[0][k], high[1][k], high[2][k]] };
     let [from, to, kappa] = way.interpolate(&vertices);
     [from + low[0][k], to + low[0][k], kappa]

@@ -10,38 +10,42 @@
 //! vectors are not near enough.
 
 use crate::counts::Counts;
-use crate::leap::{Ahead, Leaps};
+use crate::leap::Leaps;
 use crate::owned_region::OwnedRegion;
-use crate::piece::Radiance;
-use crate::plane::RayLine;
 use crate::ray::scalar::Ray;
 use crate::shade::RayShading;
-use crate::signature::BoundarySignature;
+use crate::signature::Boundary;
 use crate::single_volume::SingleVolumeTracer;
-use crate::trace::queue::{Clip, RowHints};
-use crate::trace::{PrimaryRay, Target};
+use crate::trace::queue::RowHints;
+use crate::trace::{PrimaryRay, Report, Target};
 use crate::walk::Side;
 use fearless_simd::{Level, Simd, prelude::*};
-use glam::DVec3;
-use icoray_grid::Grid;
-use icoray_grid::array::MapInline;
+use gap::Concentric;
 use icoray_grid::real::lerp;
 use icoray_simd::{Floats, Machine, Mask, Table};
 use lanes::{Entries, Lanes, Mesh, lanes_of};
+use layers::{CoreHit, Layers};
 use light::{Lit, Slopes};
 pub use limits::beyond_gathers;
 use medium::SpanTables;
+use native::Native;
+pub use native::NativeLayers;
 use part::all;
 use read::Source;
 use runs::Runs;
+use start::{Rays, Start};
 
 mod gap;
+mod heights;
 mod integral;
 mod lanes;
+mod layers;
 mod leap;
 mod light;
 mod limits;
 mod medium;
+mod native;
+mod native_way;
 mod part;
 mod piece;
 mod read;
@@ -76,26 +80,62 @@ pub(crate) fn trace<const N: usize>(
         Target::Light(_) => None,
         Target::Fragments(own, _) => Some(*own),
     };
-    let Some(tables) = Tables::new(tracer, region) else { return false };
+    match (Tables::new(tracer, region), Concentric::new(tracer.shell)) {
+        (Some(tables), Some(layers)) => {
+            let tables = Tables { leaps: region.map_or_else(|| Leaps::new(tracer), |_| None), ..tables };
+            trace_between::<_, N>(level, tracer, (&tables, layers), rays, counts, target);
+        }
+        _ => return false,
+    }
+    true
+}
+
+/// [`trace`] between layers at heights of their own over each cell.
+#[inline(never)]
+pub(crate) fn trace_native<const N: usize>(
+    level: Level,
+    tracer: &SingleVolumeTracer<'_, f32>,
+    layers: &NativeLayers<'_>,
+    rays: &mut dyn Iterator<Item = PrimaryRay>,
+    counts: &mut Counts,
+    report: &mut Report,
+) -> bool {
+    match (Tables::new(tracer, None), Native::new(layers)) {
+        (Some(tables), Some(layers)) => {
+            let target = &mut Target::Light(report);
+            trace_between::<_, N>(level, tracer, (&tables, layers), rays, counts, target);
+        }
+        _ => return false,
+    }
+    true
+}
+
+fn trace_between<L: Layers, const N: usize>(
+    level: Level,
+    tracer: &SingleVolumeTracer<'_, f32>,
+    (tables, layers): (&Tables<'_>, L),
+    rays: &mut dyn Iterator<Item = PrimaryRay>,
+    counts: &mut Counts,
+    target: &mut Target,
+) {
     match level {
         #[cfg(target_arch = "x86_64")]
         Level::Avx512(simd) => simd.vectorize(
             #[inline(always)]
-            || Packet::<_, N>::new(simd, tracer, &tables).trace(rays, counts, target),
+            || Packet::<_, L, N>::new(simd, tracer, tables, layers).trace(rays, counts, target),
         ),
         #[cfg(target_arch = "x86_64")]
         Level::Avx2(simd) => simd.vectorize(
             #[inline(always)]
-            || Packet::<_, N>::new(simd, tracer, &tables).trace(rays, counts, target),
+            || Packet::<_, L, N>::new(simd, tracer, tables, layers).trace(rays, counts, target),
         ),
         #[cfg(target_arch = "aarch64")]
         Level::Neon(simd) => simd.vectorize(
             #[inline(always)]
-            || Packet::<_, N>::new(simd, tracer, &tables).trace(rays, counts, target),
+            || Packet::<_, L, N>::new(simd, tracer, tables, layers).trace(rays, counts, target),
         ),
         _ => unreachable!("packets are traced at the levels of `packets` only"),
     }
-    true
 }
 
 /// What all packets of a tile read.
@@ -104,7 +144,6 @@ struct Tables<'t> {
     source: Source<'t>,
     spans: SpanTables<'t>,
     slopes: Slopes<'t>,
-    bounds: Table<'t, f64>,
     /// The macrocells; `None` where rays do not leap.
     leaps: Option<Leaps<'t, f32>>,
     /// The region in which fragments are sought, and [`OwnedRegion::words`].
@@ -126,22 +165,9 @@ impl<'t> Tables<'t> {
             mesh: Mesh::new(tracer.grid)?,
             source: Source::new(tracer.samples),
             spans: SpanTables::new(tracer.spans)?,
-            bounds: Table::new(tracer.shell.bounds())?,
-            leaps: own.is_none().then(|| Leaps::new(tracer.grid, tracer.shell, tracer.visible, tracer.core.is_some())).flatten(),
+            leaps: None,
             own,
         })
-    }
-}
-
-impl Tables<'_> {
-    /// Where a ray enters its first column in which something may show, searched from the triangle `hint`, and the
-    /// distance before which it does not leap. `None` where nothing shows.
-    #[inline]
-    fn first_column(&self, grid: &Grid, line: RayLine, hint: u32) -> Option<(Side, f64)> {
-        let Some(leaps) = &self.leaps else { return Some((start::side(grid, &self.mesh, line, hint), 0.0)) };
-        let Ahead::Shown { at, until, near } = leaps.ahead(&line, line.start) else { return None };
-        let side = start::side_at(&self.mesh, line, at, near);
-        Some((side.unwrap_or_else(|| start::side(grid, &self.mesh, line, near)), until))
     }
 }
 
@@ -151,61 +177,12 @@ const MOST: usize = 16;
 /// Numbers of free lanes at which they are filled.
 const FREE: u32 = 2;
 
-/// The ray in a lane.
-#[derive(Clone, Copy)]
-struct Start {
-    number: usize,
-    line: RayLine,
-    dir: DVec3,
-}
-
-/// Rays that are still to be traced.
-struct Rays<'q> {
-    rays: &'q mut dyn Iterator<Item = PrimaryRay>,
-    clip: Clip<'q>,
-    hints: RowHints,
-    entries: Entries,
-}
-
-impl Rays<'_> {
-    /// The next ray that is not clipped away and on which something may show, and the distance before which it does not
-    /// leap; those before it are reported without light.
-    #[inline]
-    fn next(
-        &mut self,
-        tracer: &SingleVolumeTracer<'_, f32>,
-        tables: &Tables,
-        counts: &mut Counts,
-        target: &mut Target,
-    ) -> Option<(Start, Side, f64)> {
-        for PrimaryRay { number, eye, dir, begins_row } in &mut *self.rays {
-            let hint = self.hints.get(begins_row);
-            let Some(line) = self.clip.line(eye, dir) else {
-                self.hints.set(begins_row, hint);
-                if let Target::Light(report) = target {
-                    report(number, None, BoundarySignature::default());
-                }
-                continue;
-            };
-            let Some((side, next_leap)) = tables.first_column(tracer.grid, line, hint) else {
-                counts.rays += 1;
-                if let Target::Light(report) = target {
-                    report(number, Some(Radiance::none()), BoundarySignature::default());
-                }
-                continue;
-            };
-            self.hints.set(begins_row, side.half_edge / 3);
-            return Some((Start { number, line, dir }, side, next_leap));
-        }
-        None
-    }
-}
-
 /// Rays side by side. Sets of lanes are bits.
-struct Packet<'p, 'f, V: Machine, const N: usize> {
+struct Packet<'p, 'f, V: Machine, L, const N: usize> {
     simd: V,
     tracer: &'p SingleVolumeTracer<'f, f32>,
     tables: &'p Tables<'p>,
+    layers: L,
     lanes: Lanes<V>,
     lit: Lit<V>,
     /// The lighting of all rays but for its directions.
@@ -230,13 +207,14 @@ struct Packet<'p, 'f, V: Machine, const N: usize> {
     counts: Counts,
 }
 
-impl<'p, 'f, V: Machine, const N: usize> Packet<'p, 'f, V, N> {
+impl<'p, 'f, V: Machine, L: Layers, const N: usize> Packet<'p, 'f, V, L, N> {
     #[inline(always)]
-    fn new(simd: V, tracer: &'p SingleVolumeTracer<'f, f32>, tables: &'p Tables<'p>) -> Self {
+    fn new(simd: V, tracer: &'p SingleVolumeTracer<'f, f32>, tables: &'p Tables<'p>, layers: L) -> Self {
         Packet {
             simd,
             tracer,
             tables,
+            layers,
             lanes: Lanes::new(simd),
             lit: Lit::new(simd),
             shading: None,
@@ -293,7 +271,7 @@ impl<'p, 'f, V: Machine, const N: usize> Packet<'p, 'f, V, N> {
         let new = mask::<V>(self.simd, new);
         let min_transmittance = all(self.simd, self.tracer.budget.min_transmittance as f32);
         self.min_transmittance = new.select(min_transmittance, self.min_transmittance);
-        self.lanes.load(self.simd, &queue.entries, new);
+        self.lanes.load::<L>(self.simd, &queue.entries, new);
         is_empty
     }
 
@@ -303,9 +281,9 @@ impl<'p, 'f, V: Machine, const N: usize> Packet<'p, 'f, V, N> {
         for lane in lanes_of(!self.live & (u32::MAX >> (u32::BITS - Lanes::<V>::COUNT as u32))) {
             let next = queue.next(self.tracer, self.tables, &mut self.counts, target);
             let Some((start, side, next_leap)) = next else { return true };
-            self.lanes.put(lane, &side, self.tables.source.side_bases(&side), &mut queue.entries);
+            self.lanes.put(lane, &side, self.bases_of(&side), &mut queue.entries);
             self.lanes.next_leap.set(lane, next_leap);
-            self.lanes.locate(lane, self.tracer.shell, side.height);
+            self.layers.locate(&mut self.lanes, lane, side.height);
             self.starts[lane % MOST] = Some(start);
             if let Some(runs) = &mut self.runs {
                 runs.begin(lane, &start.line, self.tracer);
@@ -323,13 +301,22 @@ impl<'p, 'f, V: Machine, const N: usize> Packet<'p, 'f, V, N> {
         false
     }
 
+    /// Where the values and heights of a side's two cells begin.
+    #[inline]
+    fn bases_of(&self, side: &Side) -> [[u32; 2]; 2] {
+        let (source, [left, right]) = (&self.tables.source, [side.left.cell, side.right.cell]);
+        [[source.base(left), source.base(right)], [self.layers.base(left), self.layers.base(right)]]
+    }
+
     /// Takes lanes that have left their columns into the next ones.
     #[inline(always)]
     fn columns(&mut self) {
+        let simd = self.simd;
         if self.fresh != 0 {
-            let step = mask::<V>(self.simd, self.fresh);
-            let apexes = self.lanes.step(self.simd, &self.tables.mesh, step);
-            self.lanes.put_bases(step, self.tables.source.bases(self.simd, apexes, self.fresh));
+            let step = mask::<V>(simd, self.fresh);
+            let apexes = self.lanes.step::<L>(simd, &self.tables.mesh, step);
+            let bases = self.tables.source.bases(simd, apexes, self.fresh);
+            self.lanes.put_bases::<L>(step, bases, self.layers.bases(simd, apexes, self.fresh));
             self.counts.columns += u64::from(self.fresh.count_ones());
             let entered = std::mem::take(&mut self.fresh);
             if self.runs.is_some() {
@@ -337,10 +324,11 @@ impl<'p, 'f, V: Machine, const N: usize> Packet<'p, 'f, V, N> {
             } else if self.tracer.grid.void_triangles() > 0 {
                 self.pass_voids(entered);
             }
+            let entered = entered & !self.fresh & !self.ended;
+            self.layers.enter(simd, &mut self.lanes, entered);
             if !self.tracer.visible.is_full() {
-                let entered = mask::<V>(self.simd, entered & !self.fresh & !self.ended);
-                let (shell, visible) = (self.tracer.shell, self.tracer.visible);
-                let skipped = self.lanes.skip_columns(self.simd, shell, self.tables.bounds, visible, entered);
+                let entered = mask::<V>(simd, entered);
+                let skipped = self.layers.skip_columns(simd, &mut self.lanes, self.tracer.visible, entered);
                 self.leave(skipped);
                 self.leap(skipped);
             }
@@ -361,11 +349,12 @@ impl<'p, 'f, V: Machine, const N: usize> Packet<'p, 'f, V, N> {
             }
             let ends = [0, 1].map(|k: usize| self.lanes.t[k].get(lane));
             let line = self.starts[lane].as_ref().map(|start| start.line);
-            let met = line.and_then(|line| line.first_inside(self.tracer.shell.inner(), ends));
+            let met = line.and_then(|line| line.first_inside(self.layers.core_radius(), ends));
             match met.filter(|_| self.tracer.core.is_some()) {
-                Some(t) => self.meet_core(lane, t),
+                Some(t) => self.meet_core(lane, &CoreHit { t, u: None }),
                 None => {
-                    self.lanes.locate(lane, self.tracer.shell, self.lanes.rho[1].get(lane));
+                    let height = self.lanes.rho[1].get(lane);
+                    self.layers.locate(&mut self.lanes, lane, height);
                     self.leave(1 << lane);
                 }
             }
@@ -377,7 +366,7 @@ impl<'p, 'f, V: Machine, const N: usize> Packet<'p, 'f, V, N> {
     fn skip(&mut self) {
         let hidden = self.hidden();
         for lane in lanes_of(hidden) {
-            if self.lanes.skip(lane, self.tracer.shell, self.tracer.visible) {
+            if self.layers.skip(&mut self.lanes, lane, self.tracer.visible) {
                 self.leave(1 << lane);
             }
         }
@@ -404,12 +393,15 @@ impl<'p, 'f, V: Machine, const N: usize> Packet<'p, 'f, V, N> {
         self.fresh |= lanes & !last;
     }
 
-    /// An opaque core ends the ray in a lane at distance `t`.
+    /// An opaque core ends the ray in a lane.
     #[inline(never)]
-    fn meet_core(&mut self, lane: usize, t: f64) {
-        if let (Some(mut ray), Some(core)) = (self.ray(lane), &self.tracer.core) {
-            let position = self.starts[lane].map(|start| start.line.position(t)).unwrap_or_default();
-            ray.light.over(&core.round_light(position, ray.shading.as_ref()));
+    fn meet_core(&mut self, lane: usize, hit: &CoreHit) {
+        if let (Some(mut ray), Some(start)) = (self.ray(lane), self.starts[lane].as_mut()) {
+            if L::HAS_HEIGHTS && self.tracer.budget.sees_behind(f64::from(ray.light.alpha)) {
+                start.surfaces.push(Boundary::Core, start.from_eye.distance(hit.t));
+            }
+            let light = self.layers.core_light(&self.lanes, lane, self.tracer, (start, hit), ray.shading.as_ref());
+            light.iter().for_each(|light| ray.light.over(light));
             self.lanes.put_light(lane, &ray.light);
         }
         self.ended |= 1 << lane;
@@ -420,7 +412,7 @@ impl<'p, 'f, V: Machine, const N: usize> Packet<'p, 'f, V, N> {
     fn gaps(&mut self) {
         let simd = self.simd;
         let active = self.live & !self.fresh & !self.ended;
-        let crossing = self.lanes.cross(simd, self.tables.bounds);
+        let crossing = self.layers.cross(simd, &self.lanes);
         let below = (self.lanes.gap - 1).simd_lt(self.tracer.shell.layers() as u32 - 1);
         let inside = below.to_bitmask() as u32 & active;
         let mut done = active;
@@ -428,7 +420,8 @@ impl<'p, 'f, V: Machine, const N: usize> Packet<'p, 'f, V, N> {
             let core = self.lanes.gap.simd_eq(0).to_bitmask() as u32 & active;
             for lane in lanes_of(core) {
                 let [t0, t1] = [0, 1].map(|k: usize| self.lanes.t[k].get(lane));
-                self.meet_core(lane, lerp(t0, t1, self.lanes.u.get(lane)));
+                let u = self.lanes.u.get(lane);
+                self.meet_core(lane, &CoreHit { t: lerp(t0, t1, u), u: Some(u) });
             }
             done &= !core;
         }
@@ -438,7 +431,8 @@ impl<'p, 'f, V: Machine, const N: usize> Packet<'p, 'f, V, N> {
         done &= !self.mid & !self.ended;
         let passes = crossing.passes.to_bitmask() as u32;
         let (passing, leaving) = (done & passes, done & !passes);
-        self.lanes.pass(simd, &crossing, mask::<V>(simd, passing), mask::<V>(simd, leaving));
+        let (passed, left) = (mask::<V>(simd, passing), mask::<V>(simd, leaving));
+        self.layers.pass(simd, &mut self.lanes, &crossing, passed, left);
         self.leave(leaving);
     }
 
@@ -448,9 +442,7 @@ impl<'p, 'f, V: Machine, const N: usize> Packet<'p, 'f, V, N> {
         for lane in lanes_of(self.ended) {
             let Some(start) = self.starts[lane].take() else { continue };
             match target {
-                Target::Light(report) => {
-                    report(start.number, Some(self.lanes.light(lane).wide()), BoundarySignature::default());
-                }
+                Target::Light(report) => report(start.number, Some(self.lanes.light(lane).wide()), start.surfaces),
                 Target::Fragments(_, report) => self.finish_runs(lane, start.number, report),
             }
         }
@@ -468,24 +460,6 @@ impl<'p, 'f, V: Machine, const N: usize> Packet<'p, 'f, V, N> {
         ray.light = self.lanes.light(lane);
         ray.min_transmittance = self.min_transmittance[lane];
         Some(ray)
-    }
-}
-
-impl<V: Machine> Lanes<V> {
-    /// The light of a lane.
-    fn light(&self, lane: usize) -> Radiance<f32> {
-        Radiance {
-            color: self.color.map_inline(|row| row[lane]),
-            alpha: self.alpha[lane],
-            error: self.error[lane],
-            variance: self.variance[lane],
-        }
-    }
-
-    /// Sets the light of a lane.
-    fn put_light(&mut self, lane: usize, light: &Radiance<f32>) {
-        self.color.iter_mut().zip(light.color).for_each(|(row, channel)| row[lane] = channel);
-        (self.alpha[lane], self.error[lane], self.variance[lane]) = (light.alpha, light.error, light.variance);
     }
 }
 

@@ -1,17 +1,18 @@
 //! The frusta of a packet, a piece of each in a turn.
 
-use super::gap::Crossing;
 use super::integral::{Integral, LARGEST_DEPTH, LARGEST_EPS, Light, Outcome};
 use super::lanes::{Lanes, lanes_of};
+use super::layers::{Crossing, Layers};
 use super::light::Piece;
 use super::medium::{Found, Medium, number};
 use super::part::{Part, all};
-use super::read::{LARGEST, Vertices, Way};
+use super::read::{LARGEST, Vertices};
 use super::{Packet, mask};
-use crate::column::{Chord, Flow};
+use crate::column::Flow;
 use crate::lit::FrustumInterpolant;
-use crate::single_volume::SingleVolumeTracer;
+use crate::piece::Radiance;
 use fearless_simd::prelude::*;
+use icoray_grid::array::MapInline;
 use icoray_simd::{Floats, Machine, Mask, Numbers};
 
 /// The pieces of this turn: each lane's part of its frustum inside one span of the transfer function.
@@ -27,10 +28,10 @@ struct Pieces<V: Machine> {
     is_monotone: Mask<V>,
 }
 
-impl<V: Machine, const N: usize> Packet<'_, '_, V, N> {
+impl<V: Machine, L: Layers, const N: usize> Packet<'_, '_, V, L, N> {
     /// Integrates a piece of the frusta of the lanes `inside`, and sets [`Packet::mid`] to those of which more is left.
     #[inline(always)]
-    pub(super) fn frusta(&mut self, crossing: &Crossing<V>, inside: u32) {
+    pub(super) fn frusta(&mut self, crossing: &Crossing<V, L::End<V>>, inside: u32) {
         let simd = self.simd;
         let new = inside & !self.mid;
         self.counts.frusta += u64::from(new.count_ones());
@@ -38,14 +39,14 @@ impl<V: Machine, const N: usize> Packet<'_, '_, V, N> {
         let mut scalar = 0;
         let mut active = inside;
         if new != 0 {
-            let way = self.lanes.way(crossing);
+            let way = L::way(&self.lanes, crossing);
             let vertices = self.tables.source.read(simd, &self.lanes, new);
             let [f0, f1, kappa] = self.tables.source.normalised(simd, &vertices, &way);
-            let read = Part { f0, f1, kappa, eps: way.eps, length: crossing.length };
+            let read = Part { f0, f1, kappa, eps: crossing.eps, length: crossing.length };
             let is_new = mask::<V>(simd, new);
             part = read.over(is_new, part);
             self.lanes.is_monotone &= !is_new;
-            self.lit.enter(simd, is_new, way.eps);
+            self.lit.enter(simd, is_new, crossing.eps);
             let (void, beyond) = self.unusual(&vertices, &part, new);
             self.counts.void_frusta += u64::from(void.count_ones());
             active &= !void;
@@ -102,12 +103,12 @@ impl<V: Machine, const N: usize> Packet<'_, '_, V, N> {
 
     /// Reads the gradients along the frusta of the lanes `new`, if any of them shows.
     #[inline(always)]
-    fn enter_light(&mut self, crossing: &Crossing<V>, pieces: &Pieces<V>, medium: &Medium<V>, new: u32) {
+    fn enter_light(&mut self, crossing: &Crossing<V, L::End<V>>, pieces: &Pieces<V>, medium: &Medium<V>, new: u32) {
         let simd = self.simd;
         let is_dark = medium.extinction.simd_le(0.0) & medium.slope.simd_eq(0.0);
         let seen = new & ((!is_dark).to_bitmask() as u32 | pieces.more);
         if seen != 0 {
-            let course = self.tables.slopes.read(simd, &self.lanes, &self.lanes.way(crossing));
+            let course = self.tables.slopes.read(simd, &self.lanes, &L::way(&self.lanes, crossing));
             self.lit.put(mask::<V>(simd, new), course);
         }
     }
@@ -282,10 +283,10 @@ impl<V: Machine, const N: usize> Packet<'_, '_, V, N> {
 
     /// Integrates whole frusta of lanes in scalar code.
     #[inline(never)]
-    fn scalar_frusta(&mut self, lanes: u32, crossing: &Crossing<V>) {
+    fn scalar_frusta(&mut self, lanes: u32, crossing: &Crossing<V, L::End<V>>) {
         for lane in lanes_of(lanes) {
             let Some(mut ray) = self.ray(lane) else { continue };
-            let interpolant = self.lanes.interpolant(lane, self.tracer, crossing);
+            let interpolant = self.layers.interpolant(&self.lanes, lane, self.tracer, crossing);
             self.counts.scalar_pieces += 1;
             if ray.frustum(&interpolant, crossing.length[lane]) == Flow::Stop {
                 self.ended |= 1 << lane;
@@ -300,36 +301,20 @@ impl<V: Machine, const N: usize> Packet<'_, '_, V, N> {
 const LEAST_FRACTION: f32 = 1e-4;
 
 impl<V: Machine> Lanes<V> {
-    /// The ways of the lanes through their gaps.
-    #[inline(always)]
-    fn way(&self, crossing: &Crossing<V>) -> Way<V> {
-        Way {
-            weights: self.weights,
-            place: [self.place, crossing.place],
-            tau: [self.tau, crossing.tau],
-            eps: crossing.eps,
+    /// The light of a lane.
+    pub fn light(&self, lane: usize) -> Radiance<f32> {
+        Radiance {
+            color: self.color.map_inline(|row| row[lane]),
+            alpha: self.alpha[lane],
+            error: self.error[lane],
+            variance: self.variance[lane],
         }
     }
 
-    /// Value, and gradient where `N` is 4, along the frustum of a lane, in scalar code.
-    fn interpolant<const N: usize>(
-        &self,
-        lane: usize,
-        tracer: &SingleVolumeTracer<'_, f32>,
-        crossing: &Crossing<V>,
-    ) -> FrustumInterpolant<f32, N> {
-        let weights = self.weights.map(|end| end.map(|row| row[lane]));
-        let upper = self.gap[lane] as usize;
-        let chord = |layer: usize| {
-            let vertex = |k: usize| {
-                let cell = self.cells[k][lane];
-                tracer.vertex::<N>(cell, tracer.samples.get(tracer.samples.base(cell), layer), layer)
-            };
-            Chord::over([vertex(0), vertex(1), vertex(2)], &weights)
-        };
-        let (low, high) = (chord(upper - 1), chord(upper));
-        let [from, to] = [self.place[lane], crossing.place[lane]].map(|place| low.mix(high, place));
-        from.interpolant(&to, [self.tau[lane], crossing.tau[lane]], crossing.eps[lane])
+    /// Sets the light of a lane.
+    pub fn put_light(&mut self, lane: usize, light: &Radiance<f32>) {
+        self.color.iter_mut().zip(light.color).for_each(|(row, channel)| row[lane] = channel);
+        (self.alpha[lane], self.error[lane], self.variance[lane]) = (light.alpha, light.error, light.variance);
     }
 
     /// Puts light behind that of the lanes of `mask`.

@@ -1,9 +1,9 @@
 //! Values at the vertices of each lane's frustum, and their interpolant along the ray.
 
 use super::lanes::{Lanes, lanes_of};
+use super::layers::Way;
 use super::medium::number;
 use super::part::all;
-use crate::walk::Side;
 use fearless_simd::prelude::*;
 use icoray_grid::array::MapInline;
 use icoray_grid::real::Real;
@@ -32,9 +32,10 @@ pub(super) struct Vertices<V: Machine> {
     pub high: [Floats<V>; 3],
 }
 
-/// Where each ray enters and leaves its frustum: weights of the second and third vertex at the column's ends, the
-/// fractions of the way between the layers and between the edge points, the relative change of height.
-pub(super) struct Way<V: Machine> {
+/// Where each ray enters and leaves its frustum between concentric layers: weights of the second and third vertex at the
+/// column's ends, the fractions of the way between the layers and between the edge points, the relative change of height.
+#[derive(Clone, Copy)]
+pub(super) struct ConcentricWay<V: Machine> {
     pub weights: [[Floats<V>; 2]; 2],
     pub place: [Floats<V>; 2],
     pub tau: [Floats<V>; 2],
@@ -84,14 +85,8 @@ impl<'t> Source<'t> {
 
     /// [`Self::bases`] of one cell.
     #[inline]
-    fn base(&self, cell: u32) -> u32 {
+    pub fn base(&self, cell: u32) -> u32 {
         if self.plain.is_some() { self.samples.base(cell) as u32 } else { cell }
-    }
-
-    /// [`Self::bases`] of the two cells of a side.
-    #[inline]
-    pub fn side_bases(&self, side: &Side) -> [u32; 2] {
-        [self.base(side.left.cell), self.base(side.right.cell)]
     }
 
     /// Reads the values around the lanes' gaps; those of lanes whose bits are not set mean nothing.
@@ -142,7 +137,7 @@ impl<'t> Source<'t> {
 
     /// The normalised value along each frustum.
     #[inline(always)]
-    pub fn normalised<V: Machine>(&self, simd: V, vertices: &Vertices<V>, way: &Way<V>) -> Course<V> {
+    pub fn normalised<V: Machine>(&self, simd: V, vertices: &Vertices<V>, way: &impl Way<V>) -> Course<V> {
         let course = way.interpolate(vertices);
         let first = vertices.low[0];
         let Some(plain) = &self.plain else {
@@ -180,10 +175,9 @@ fn gather_all<V: Machine>(simd: V, table: Table<'_, f32>, [a, b, c]: [Numbers<V>
     [simd.gather_f32(table, a), simd.gather_f32(table, b), simd.gather_f32(table, c)]
 }
 
-impl<V: Machine> Way<V> {
-    /// A number along each frustum, as a difference from that of the first vertex below.
+impl<V: Machine> Way<V> for ConcentricWay<V> {
     #[inline(always)]
-    pub fn interpolate(&self, vertices: &Vertices<V>) -> Course<V> {
+    fn interpolate(&self, vertices: &Vertices<V>) -> Course<V> {
         let [entry, exit] = self.weights;
         let Vertices { low: [a, b, c], high: [d, e, f] } = *vertices;
         let (ab, ac, ad) = (b - a, c - a, d - a);

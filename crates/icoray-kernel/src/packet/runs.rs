@@ -4,6 +4,7 @@
 //! light since it has entered becomes a fragment, and the lane goes on without light.
 
 use super::lanes::lanes_of;
+use super::layers::Layers;
 use super::{MOST, Packet};
 use crate::fragment::{Fragment, FragmentRules};
 use crate::owned_region::OwnedRegion;
@@ -68,7 +69,7 @@ impl<'o, V: Machine> Runs<'o, V> {
     }
 }
 
-impl<'p, V: Machine, const N: usize> Packet<'p, '_, V, N> {
+impl<'p, V: Machine, L: Layers, const N: usize> Packet<'p, '_, V, L, N> {
     /// The part of space in which rays are traced. Fragments end at the same sphere on all ranks, whatever each can see.
     #[inline]
     pub(super) fn clip(&self) -> Clip<'p> {
@@ -106,7 +107,8 @@ impl<'p, V: Machine, const N: usize> Packet<'p, '_, V, N> {
         let Some(runs) = &mut self.runs else { return };
         for lane in lanes_of(lanes) {
             runs.starts[lane] = self.lanes.t[0].get(lane);
-            self.lanes.locate(lane, self.tracer.shell, self.lanes.rho[0].get(lane));
+            let height = self.lanes.rho[0].get(lane);
+            self.layers.locate(&mut self.lanes, lane, height);
         }
         runs.open |= lanes;
     }

@@ -4,8 +4,16 @@
 //! that the start lies beyond. What that does not settle, [`Walk::new`] does: both find the one column of the ray's
 //! great circle in which its start is bracketed, so that it does not matter from where it was searched.
 
-use super::lanes::Mesh;
+use super::Tables;
+use super::lanes::{Entries, Mesh};
+use crate::counts::Counts;
+use crate::leap::Ahead;
+use crate::piece::Radiance;
 use crate::plane::{PlaneVertex, RayLine};
+use crate::signature::{BoundarySignature, EyeDistance};
+use crate::single_volume::SingleVolumeTracer;
+use crate::trace::queue::{Clip, RowHints};
+use crate::trace::{PrimaryRay, Target};
 use crate::walk::{Side, Walk, enter, enter_at};
 use glam::DVec3;
 use icoray_grid::Grid;
@@ -14,9 +22,74 @@ use icoray_grid::grid::half_edges::half_edge::{APEX, NEXT};
 /// Triangles after which the search is left to [`Walk::new`].
 const MOST_STEPS: usize = 40;
 
+/// The ray in a lane.
+#[derive(Clone, Copy)]
+pub(super) struct Start {
+    pub number: usize,
+    pub line: RayLine,
+    pub dir: DVec3,
+    pub from_eye: EyeDistance,
+    /// The surfaces that the ray has met.
+    pub surfaces: BoundarySignature,
+}
+
+/// Rays that are still to be traced.
+pub(super) struct Rays<'q> {
+    pub rays: &'q mut dyn Iterator<Item = PrimaryRay>,
+    pub clip: Clip<'q>,
+    pub hints: RowHints,
+    pub entries: Entries,
+}
+
+impl Rays<'_> {
+    /// The next ray that is not clipped away and on which something may show, where it enters its first column, and the
+    /// distance before which it does not leap; those before it are reported without light.
+    #[inline]
+    pub fn next(
+        &mut self,
+        tracer: &SingleVolumeTracer<'_, f32>,
+        tables: &Tables,
+        counts: &mut Counts,
+        target: &mut Target,
+    ) -> Option<(Start, Side, f64)> {
+        let mut without = |number: usize, light| {
+            if let Target::Light(report) = target {
+                report(number, light, BoundarySignature::default());
+            }
+        };
+        for PrimaryRay { number, eye, dir, begins_row } in &mut *self.rays {
+            let hint = self.hints.get(begins_row);
+            let Some(line) = self.clip.line(eye, dir) else {
+                self.hints.set(begins_row, hint);
+                without(number, None);
+                continue;
+            };
+            let Some((side, next_leap)) = first_column(tracer.grid, tables, line, hint) else {
+                counts.rays += 1;
+                without(number, Some(Radiance::none()));
+                continue;
+            };
+            self.hints.set(begins_row, side.half_edge / 3);
+            let (from_eye, surfaces) = (EyeDistance::new(eye, dir), BoundarySignature::default());
+            return Some((Start { number, line, dir, from_eye, surfaces }, side, next_leap));
+        }
+        None
+    }
+}
+
+/// Where a ray enters its first column in which something may show, searched from the triangle `hint`, and the distance
+/// before which it does not leap. `None` where nothing shows.
+#[inline]
+fn first_column(grid: &Grid, tables: &Tables, line: RayLine, hint: u32) -> Option<(Side, f64)> {
+    let Some(leaps) = &tables.leaps else { return Some((side(grid, &tables.mesh, line, hint), 0.0)) };
+    let Ahead::Shown { at, until, near } = leaps.ahead(&line, line.start) else { return None };
+    let found = side_at(&tables.mesh, line, at, near);
+    Some((found.unwrap_or_else(|| side(grid, &tables.mesh, line, near)), until))
+}
+
 /// The side through which a ray enters its first column, which is searched from the triangle `hint`.
 #[inline]
-pub(super) fn side(grid: &Grid, mesh: &Mesh, line: RayLine, hint: u32) -> Side {
+fn side(grid: &Grid, mesh: &Mesh, line: RayLine, hint: u32) -> Side {
     let found = search(mesh, line.position(line.start), hint);
     let side = found.and_then(|found| bracketed(mesh, line, found));
     side.unwrap_or_else(|| search_whole(grid, line, hint))

@@ -17,6 +17,7 @@ fn gathers_are_plain_reads<V: Machine>(simd: V) {
     for start in [0u32, 3, 80, 95, 4_000_000_000] {
         let index = <Numbers<V> as SimdBase<V>>::from_fn(simd, |lane| start.wrapping_add((5 * lane as u32) % 13));
         let f = simd.gather_f32(Table::new(&floats).unwrap(), index);
+        let w = simd.gather_f64(Table::new(&doubles).unwrap(), index);
         let d = simd.gather_f64_pair(Table::new(&doubles).unwrap(), index);
         let v = simd.gather_vector(Table::new(&vectors).unwrap(), index);
         let u = simd.gather_u32(Table::new(&numbers).unwrap(), index);
@@ -27,6 +28,7 @@ fn gathers_are_plain_reads<V: Machine>(simd: V) {
         for lane in 0..lanes {
             let (at, pair) = (index[lane].min(99) as usize, index[lane].min(98) as usize);
             assert_eq!((f[lane], u[lane]), (floats[at], numbers[at]));
+            assert_eq!(w.get(lane), doubles[at]);
             assert_eq!(d.map(|row| row.get(lane)), [doubles[pair], doubles[pair + 1]]);
             assert_eq!((v.map(|row| row.get(lane)), r.map(|row| row[lane])), (vectors[at], records[at]));
             assert_eq!(u64::from(low[lane]) | u64::from(high[lane]) << 32, longs[at]);

@@ -2,12 +2,12 @@
 
 use super::case::{Case, Setting};
 use super::cost;
-use super::options::{Light, Options, Size};
+use super::options::{Light, Options, Size, Terrain};
 use super::setup::Setup;
 use crate::peak::PeakMemory;
 use crate::results::io_error;
-use crate::sphere::Sphere;
-use icoray::{Frame, FrameReport, Grid, Plan, Renderer, Result, Savings, Scene};
+use crate::sphere::{self, Sphere};
+use icoray::{Field, Fields, Frame, FrameReport, Grid, Location, Plan, Renderer, Result, Savings, Scene, Shape};
 use std::time::Instant;
 
 /// Seconds and reports of frames.
@@ -27,6 +27,8 @@ pub(super) struct Benchmark<'o> {
     options: &'o Options,
     size: Size,
     pub sphere: Sphere,
+    /// Heights of the layers over each cell, if they are native, level-fastest.
+    heights: Vec<f64>,
     pub setup: Setup,
     renderers: Vec<Renderer>,
     walkers: Vec<Renderer>,
@@ -83,7 +85,8 @@ impl<'o> Benchmark<'o> {
         let setup = Setup::of(size.level, &sphere.mesh, &renderers, times)?;
         let walkers = options.renderers()?.into_iter().map(Renderer::without_integrals).collect();
         let memory = Vec::new();
-        let mut benchmark = Benchmark { options, size, sphere, setup, renderers, walkers, reader, memory };
+        let heights = if options.heights == Terrain::Native { sphere.terrain() } else { Vec::new() };
+        let mut benchmark = Benchmark { options, size, sphere, heights, setup, renderers, walkers, reader, memory };
         if !options.bare {
             let of = |light: &Light| Ok((*light, benchmark.memory_of(*light)?));
             benchmark.memory = options.lights.iter().map(of).collect::<Result<_>>()?;
@@ -145,8 +148,17 @@ impl<'o> Benchmark<'o> {
         // A new field, so that nothing derived from it is cached.
         let field = self.sphere.field()?;
         let start = Instant::now();
-        let frame = renderer.render(scene, grid, &self.sphere.layers, &field)?;
+        let mut fields = Fields::from(&field);
+        if let Terrain::Native = self.options.heights {
+            fields = fields.with_heights(self.heights()?);
+        }
+        let frame = renderer.render(scene, grid, &self.sphere.layers, fields)?;
         Ok((start.elapsed().as_secs_f64(), frame))
+    }
+
+    fn heights(&self) -> Result<Field<'_>> {
+        let shape = Shape::level_fastest(self.sphere.mesh.cells(), self.size.layers);
+        Field::new(self.heights.as_slice().into(), shape, Location::Center, None)
     }
 
     /// Number of frusta that the rays read without empty-space skipping.

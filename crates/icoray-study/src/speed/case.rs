@@ -1,6 +1,6 @@
 //! The scenes of each grid.
 
-use super::options::{Light, Options};
+use super::options::{Light, Options, Terrain};
 use crate::scenes::multi_scale::{self, Opacity};
 use icoray::{Error, ErrorKind, Result, Scene};
 
@@ -34,19 +34,23 @@ impl Setting {
         let (tolerance, precision) = (self.tolerance, &options.precision);
         let rest =
             |method: &str| format!("method = \"{method}\"\nprecision = \"{precision}\"\ntolerance = {tolerance:e}");
-        match self.case.opacity {
+        let mut scene = match self.case.opacity {
             Some(opacity) => {
                 let light = if self.light == Light::Lit { multi_scale::HEADLIGHT } else { "" };
-                multi_scale::scene(options.pixels(), opacity, &rest(&options.method), light)
+                multi_scale::scene(options.pixels(), opacity, &rest(&options.method), light)?
             }
             None => {
                 let mut scene = multi_scale::scene(options.pixels(), |_| 0.5, &rest("exact"), "")?;
                 // One span, which contains all values.
                 let knots = &mut scene.volumes[0].transfer.knots;
                 *knots = vec![knots[0], knots[knots.len() - 1]];
-                Ok(scene)
+                scene
             }
+        };
+        if options.heights == Terrain::Native {
+            scene.scenery.heights = icoray::Heights::Native;
         }
+        Ok(scene)
     }
 }
 

@@ -6,8 +6,16 @@ use icoray_scene::{Lights, Paint, Quality, Scene};
 /// How rays may spend the tolerance where they end as early as they may.
 pub(crate) fn allowed(scene: &Scene, quality: &Quality) -> Budget {
     // The general kernel has one error of both.
-    let is_apart = quality.lights != Lights::Off && scene.is_plain();
-    let lit = scene.lighting.filter(|_| is_apart).map(|light| light.ambient + light.diffuse);
+    if scene.is_plain() {
+        allowed_to_single(scene, quality)
+    } else {
+        Budget::new(quality.tolerance, brightest(scene), None)
+    }
+}
+
+/// [`allowed`] in the kernel for one field, where the shade of a piece has an error of its own.
+pub(crate) fn allowed_to_single(scene: &Scene, quality: &Quality) -> Budget {
+    let lit = scene.lighting.filter(|_| quality.lights != Lights::Off).map(|light| light.ambient + light.diffuse);
     Budget::new(quality.tolerance, brightest(scene), lit)
 }
 

@@ -121,7 +121,8 @@ impl Plan {
             }
             false => (scene.volumes.len() + scene.scenery.isosurfaces.len(), MAX_CLEAR),
         };
-        let words = clear * grid.cells() + if clear > 0 { grid.triangles() } else { 0 };
+        // Blocks of each column and each triangle, and the macrocells of each triangle.
+        let words = clear * grid.cells() + if clear > 0 { 2 * grid.triangles() } else { 0 };
         (fields * words * size_of::<u32>()) as u64
     }
 

@@ -18,9 +18,11 @@ use icoray_kernel::general::{Clips, KernelScene, Levels, MultiVolumeTracer};
 use icoray_kernel::ground::{Core, Ground};
 use icoray_kernel::ray::Tracer;
 use icoray_scene::{Lights, Quality};
+use native_volume::NativeVolume;
 use scene_builder::SceneBuilder;
 use terrain::Terrain;
 
+mod native_volume;
 mod scene_builder;
 mod terrain;
 
@@ -28,15 +30,26 @@ mod terrain;
 struct MultiVolume<'p, 'f> {
     context: &'p FrameContext<'f>,
     world: &'p KernelScene<'f>,
+    /// What packets of rays need beside the scene, where they can be traced.
+    single: Option<NativeVolume<'p>>,
 }
 
 impl Rays for MultiVolume<'_, '_> {
-    fn get_ready(&self) {}
+    fn get_ready(&self) {
+        if self.single.is_some() {
+            self.context.grid.half_edges();
+        }
+    }
 
     fn tracer(&self, quality: &Quality) -> Box<dyn Tracer + '_> {
         let FrameContext { renderer, scene, plan, .. } = *self.context;
         let shading = plan.shading.filter(|_| quality.lights != Lights::Off);
-        MultiVolumeTracer { scene: self.world, shading, budget: budget(renderer, scene, quality) }.boxed()
+        let budget = budget(renderer, scene, quality);
+        let general = MultiVolumeTracer { scene: self.world, shading, budget }.boxed();
+        match &self.single {
+            Some(single) => single.tracer(self.context, self.world, quality, general),
+            None => general,
+        }
     }
 }
 
@@ -87,7 +100,7 @@ pub(super) fn draw(context: &FrameContext, ranks: &mut Ranks) -> Result<Rendered
     };
     let none = Lazy::of(|| Gradients::none().into());
     let on_device = OnDevice::new(context, field, &none, field_summary.quality);
-    let rays = &MultiVolume { context, world: &world };
+    let rays = &MultiVolume { context, world: &world, single: NativeVolume::new(context, field, &world) };
     let has_surfaces = scene.core.is_some()
         || !world.surface_layers.is_empty()
         || !world.isosurfaces.is_empty()

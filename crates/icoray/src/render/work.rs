@@ -159,7 +159,11 @@ impl<T: KernelReal> SingleVolume<'_, T> {
 
 /// The error budget of rays.
 pub(super) fn budget(renderer: &Renderer, scene: &Scene, quality: &Quality) -> Budget {
-    let mut budget = allowed(scene, quality);
+    with_ends(renderer, allowed(scene, quality))
+}
+
+/// The budget of rays, which never end early where the renderer does without that.
+pub(super) fn with_ends(renderer: &Renderer, mut budget: Budget) -> Budget {
     if !renderer.savings.ends {
         // Less than any transmittance.
         budget.min_transmittance = -1.0;

@@ -63,7 +63,7 @@ impl<'g> Model<'g> {
         };
         let wanted = GradientOptions { visible: None, packed: false, single: false };
         let samples = Samples::new(&model.values, &model.field(), false, model.spans.range());
-        model.gradients = gradients(grid, &RADII, &samples, 0..grid.cells(), wanted, Gradients::none());
+        model.gradients = gradients(grid, &RADII, &samples, 0..grid.cells(), wanted, Gradients::none()).unwrap();
         model
     }
 

@@ -1,0 +1,155 @@
+//! Where layers lie, and how the rays of a packet cross them: at one radius each, or at heights of their own over each
+//! cell.
+
+use super::lanes::Lanes;
+use super::medium::number;
+use super::read::{Course, Vertices};
+use super::start::Start;
+use crate::column::Values;
+use crate::lit::FrustumInterpolant;
+use crate::piece::Radiance;
+use crate::shade::RayShading;
+use crate::single_volume::SingleVolumeTracer;
+use fearless_simd::prelude::*;
+use icoray_grid::occupancy::OccupancyMask;
+use icoray_simd::{Floats, Machine, Mask, Numbers, Wide};
+
+/// Where the lanes' rays leave their gaps.
+pub(super) struct Crossing<V: Machine, E> {
+    /// Whether they leave through a layer; the others leave their columns.
+    pub passes: Mask<V>,
+    /// The fraction of the column's length.
+    pub u: Wide<V>,
+    /// Relative change of the value's denominator, and length.
+    pub eps: Floats<V>,
+    pub length: Floats<V>,
+    /// What else these layers know of it.
+    pub end: E,
+}
+
+/// A place at which a ray meets the core.
+pub(super) struct CoreHit {
+    /// The distance.
+    pub t: f64,
+    /// The fraction of the column's length; `None` below a void triangle, where the core is round.
+    pub u: Option<f64>,
+}
+
+/// How values at the vertices are interpolated along the lanes' frusta.
+pub(super) trait Way<V: Machine>: Copy {
+    /// A number along each frustum, as a difference from that of the first vertex below.
+    fn interpolate(&self, vertices: &Vertices<V>) -> Course<V>;
+}
+
+/// The layers of a scene, as the lanes of a packet cross them.
+pub(super) trait Layers: Copy {
+    /// Whether [`Lanes::heights`] are needed.
+    const HAS_HEIGHTS: bool;
+    /// What is known of where lanes leave their gaps.
+    type End<V: Machine>: Copy;
+    type Way<V: Machine>: Way<V>;
+
+    /// Radius of the round core below void triangles.
+    fn core_radius(&self) -> f64;
+
+    /// Where the heights of cells begin, for the lanes whose bits are set.
+    fn bases<V: Machine>(&self, simd: V, cells: Numbers<V>, bits: u32) -> Numbers<V>;
+
+    /// [`Self::bases`] of one cell.
+    fn base(&self, cell: u32) -> u32;
+
+    /// Sets the gap of a lane whose ray is at this height between two columns, before the column is entered.
+    fn locate<V: Machine>(&self, lanes: &mut Lanes<V>, lane: usize, height: f64);
+
+    /// Lets lanes enter their columns.
+    fn enter<V: Machine>(&self, simd: V, lanes: &mut Lanes<V>, entered: u32);
+
+    /// The ways through the gaps: the same for each turn that a lane stays in its gap.
+    fn cross<V: Machine>(&self, simd: V, lanes: &Lanes<V>) -> Crossing<V, Self::End<V>>;
+
+    /// The lanes' ways through their gaps.
+    fn way<V: Machine>(lanes: &Lanes<V>, crossing: &Crossing<V, Self::End<V>>) -> Self::Way<V>;
+
+    /// Takes the lanes of `passing` into the gaps ahead, and those of `leaving` to the exits of their columns.
+    fn pass<V: Machine>(
+        &self,
+        simd: V,
+        lanes: &mut Lanes<V>,
+        crossing: &Crossing<V, Self::End<V>>,
+        passing: Mask<V>,
+        leaving: Mask<V>,
+    );
+
+    /// Takes those lanes of `entered` in whose columns nothing shows to their columns' exits; returns their bits. Columns
+    /// that reach to the core or above all layers are not left out.
+    fn skip_columns<V: Machine>(&self, simd: V, lanes: &mut Lanes<V>, visible: &OccupancyMask, entered: Mask<V>)
+    -> u32;
+
+    /// Takes a lane from a gap in which nothing shows to the next one in its column in which something shows, to the
+    /// space below or above all layers, or to the column's exit: then it returns true.
+    fn skip<V: Machine>(&self, lanes: &mut Lanes<V>, lane: usize, visible: &OccupancyMask) -> bool;
+
+    /// Value, and gradient where `N` is 4, along the frustum of a lane, in scalar code.
+    fn interpolant<V: Machine, const N: usize>(
+        &self,
+        lanes: &Lanes<V>,
+        lane: usize,
+        tracer: &SingleVolumeTracer<'_, f32>,
+        crossing: &Crossing<V, Self::End<V>>,
+    ) -> FrustumInterpolant<f32, N>;
+
+    /// The light of the opaque core where a lane's ray meets it.
+    fn core_light<V: Machine>(
+        &self,
+        lanes: &Lanes<V>,
+        lane: usize,
+        tracer: &SingleVolumeTracer<'_, f32>,
+        at: (&Start, &CoreHit),
+        shading: Option<&RayShading<f32>>,
+    ) -> Option<Radiance<f32>>;
+}
+
+impl<V: Machine> Lanes<V> {
+    /// Lanes whose way from their gaps to the gaps `exit` meets one of the `blocks` of 2^`shift` gaps, the core, or the
+    /// space above all layers.
+    #[inline(always)]
+    pub fn passes_blocks(&self, simd: V, blocks: Numbers<V>, shift: u32, exit: Numbers<V>, layers: usize) -> Mask<V> {
+        let (low, high) = (self.gap.min(exit), self.gap.max(exit));
+        let most = number(simd, u32::MAX);
+        let (first, last) = (((low - 1) >> shift).min(31), ((high - 1) >> shift).min(31));
+        let between = (most << first) & (most >> (number(simd, 31) - last));
+        let shows = (blocks & between).simd_ne(0);
+        shows | low.simd_eq(0) | high.simd_eq(layers as u32)
+    }
+
+    /// Normalised values, and gradients where `N` is 4, at the vertices of a lane's gap: below and above.
+    pub fn vertices<const N: usize>(
+        &self,
+        lane: usize,
+        tracer: &SingleVolumeTracer<'_, f32>,
+    ) -> [[Values<f32, N>; 3]; 2] {
+        let upper = self.gap[lane] as usize;
+        [upper - 1, upper].map(|layer| {
+            [0, 1, 2].map(|k: usize| {
+                let cell = self.cells[k][lane];
+                tracer.vertex::<N>(cell, tracer.samples.get(tracer.samples.base(cell), layer), layer)
+            })
+        })
+    }
+}
+
+/// The next gap on the way up or down from `gap` in which these `blocks` of 2^`shift` gaps show something, or the space
+/// beyond all layers, and the layer through which it is entered.
+#[inline]
+pub(super) fn next_shown(blocks: u32, shift: u32, gap: u32, is_rising: bool, layers: usize) -> (usize, usize) {
+    let block = (gap - 1) >> shift;
+    if is_rising {
+        let above = blocks & u32::MAX.checked_shl(block + 1).unwrap_or(0);
+        let gap = if above == 0 { layers } else { ((above.trailing_zeros() << shift) + 1) as usize };
+        (gap.min(layers), gap.min(layers) - 1)
+    } else {
+        let below = blocks & ((1 << block) - 1);
+        let gap = (u32::BITS - below.leading_zeros()) << shift;
+        (gap as usize, gap as usize)
+    }
+}

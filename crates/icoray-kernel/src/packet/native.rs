@@ -1,0 +1,357 @@
+//! From gap to gap in the columns of a packet where layers lie at heights of their own over each cell: the facets of
+//! [`general::wedge`](crate::general) in vectors.
+//!
+//! With ψ of the layers below and above a gap (`ψ = Σ α/R`, linear along the ray, 1 on a layer's facet), a ray is in the
+//! gap where `ψ' < 1 <= ψ`. Which gap it leaves a column in follows from the ψ at the exit alone, which depend on the
+//! two vertices of that side and fall from layer to layer whatever the rounding. All layers between the gap at the
+//! entry and that gap are crossed in one direction, so that a ray takes no layer twice and stays in no gap for ever.
+//!
+//! With `x = (ψ - 1)/(ψ - ψ')` the value is `(1 - x) N + x N'`, where `N = Σ (α/R)·g` of the values g on the lower layer
+//! and N' on the upper one are linear along the ray: [`NativeWay`].
+
+use super::heights::{Corners, HeightTable};
+use super::lanes::{Lanes, lanes_of};
+use super::layers::{CoreHit, Crossing, Layers, next_shown};
+use super::medium::number;
+use super::native_way::{LaneWay, NativeWay};
+use super::part::all;
+use super::start::Start;
+use crate::ground::{Core, SurfaceHit};
+use crate::lit::FrustumInterpolant;
+use crate::piece::Radiance;
+use crate::shade::RayShading;
+use crate::single_volume::SingleVolumeTracer;
+use fearless_simd::prelude::*;
+use glam::{DVec3, Vec3};
+use icoray_grid::array::MapInline;
+use icoray_grid::heights::Heights;
+use icoray_grid::occupancy::OccupancyMask;
+use icoray_simd::{Floats, Machine, Mask, Numbers, Table, Wide, wide_mask};
+
+/// Layers at heights of their own over each cell.
+#[derive(Debug, Clone, Copy)]
+pub struct NativeLayers<'f> {
+    /// The radii of all layers.
+    pub heights: &'f Heights<'f>,
+    /// Least radius of the innermost layer, planet radii: the core's below void triangles.
+    pub core_radius: f64,
+    /// The direction across the innermost layer at each cell; not read without lighting.
+    pub normals: &'f [[f32; 3]],
+}
+
+/// The layers as packets cross them.
+#[derive(Clone, Copy)]
+pub(super) struct Native<'t> {
+    table: HeightTable<'t>,
+    core_radius: f64,
+    normals: &'t [[f32; 3]],
+}
+
+/// Where lanes leave their gaps.
+#[derive(Clone, Copy)]
+pub(super) struct NativeEnd<V: Machine> {
+    rising: Mask<V>,
+    way: NativeWay<V>,
+}
+
+/// The gap of a lane that is sought when it enters its next column.
+const SOUGHT: u32 = u32::MAX;
+
+/// The place of a lane that is on no layer.
+const BETWEEN: f32 = 0.5;
+
+/// ψ at the entry and the exit of each lane's column, and the parts of it that are the second and the third vertex's.
+struct Facet<V: Machine> {
+    psi: [Wide<V>; 2],
+    parts: [[Wide<V>; 2]; 2],
+}
+
+impl<V: Machine> Facet<V> {
+    #[inline(always)]
+    fn of(lanes: &Lanes<V>, weights: &[Corners<V>; 2], inverse: &Corners<V>) -> Self {
+        let [[entry, b0, c0], [exit, b1, c1]] =
+            [Self::end(lanes.rho[0], &weights[0], inverse), Self::end(lanes.rho[1], &weights[1], inverse)];
+        Facet { psi: [entry, exit], parts: [[b0, c0], [b1, c1]] }
+    }
+
+    /// ψ at one end, and the parts of it.
+    #[inline(always)]
+    fn end(rho: Wide<V>, [a, b, c]: &Corners<V>, inverse: &Corners<V>) -> [Wide<V>; 3] {
+        let (second, third) = (*b * inverse[1], *c * inverse[2]);
+        // A sum of positive numbers: it falls where they fall, whatever the rounding.
+        [rho * (*a * inverse[0] + (second + third)), rho * second, rho * third]
+    }
+
+    /// ψ at `u`.
+    #[inline(always)]
+    fn at(&self, u: Wide<V>) -> Wide<V> {
+        self.psi[0] + u * (self.psi[1] - self.psi[0])
+    }
+
+    /// The parts of the second and the third vertex.
+    #[inline(always)]
+    fn weights(&self) -> [[Floats<V>; 2]; 2] {
+        let [[b0, c0], [b1, c1]] = self.parts;
+        [[b0.narrow(), c0.narrow()], [b1.narrow(), c1.narrow()]]
+    }
+}
+
+/// Weights of the three vertices at the ends of each lane's column.
+#[inline(always)]
+fn weights<V: Machine>(simd: V, lanes: &Lanes<V>) -> [Corners<V>; 2] {
+    let [[b0, c0], [b1, c1]] = lanes.wide_weights;
+    let (zero, one) = (Wide::splat(simd, 0.0), Wide::splat(simd, 1.0));
+    [[(one - b0 - c0).max(zero), b0, c0], [(one - b1 - c1).max(zero), b1, c1]]
+}
+
+/// The part of `depth` = ψ - ψ' that ψ is above 1.
+#[inline(always)]
+fn place<V: Machine>(simd: V, psi: Wide<V>, depth: Floats<V>) -> Floats<V> {
+    let (zero, one) = (all(simd, 0.0), all(simd, 1.0));
+    let place = ((psi - Wide::splat(simd, 1.0)).narrow() / depth).max(zero).min(one);
+    // Where facets meet there is nothing in between.
+    depth.simd_gt(zero).select(place, all(simd, 0.5))
+}
+
+impl<'t> Native<'t> {
+    /// The layers as packets cross them; `None` where they are too many for gathers.
+    #[inline]
+    pub fn new(layers: &NativeLayers<'t>) -> Option<Self> {
+        let NativeLayers { heights, core_radius, normals } = *layers;
+        Some(Native { table: HeightTable::new(heights)?, core_radius, normals })
+    }
+
+    /// ψ of a layer at the entry (0) or exit (1) of a lane's column, rounded as in vectors.
+    #[inline]
+    fn psi<V: Machine>(&self, lanes: &Lanes<V>, lane: usize, end: usize, layer: usize) -> f64 {
+        let [b, c] = lanes.wide_weights[end].map_inline(|row| row.get(lane));
+        let inverse = self.table.inverses_at(lanes.cells.map_inline(|row| row[lane]), layer);
+        lanes.rho[end].get(lane) * ((1.0 - b - c).max(0.0) * inverse[0] + (b * inverse[1] + c * inverse[2]))
+    }
+
+    /// The gap that holds the entry or exit of a lane's column.
+    #[inline(never)]
+    fn gap_at<V: Machine>(&self, lanes: &Lanes<V>, lane: usize, end: usize) -> u32 {
+        let (mut low, mut high) = (0, self.table.layers());
+        // Rays from outside enter above all layers.
+        if self.psi(lanes, lane, end, high - 1) >= 1.0 {
+            return high as u32;
+        }
+        while low < high {
+            let middle = (low + high) / 2;
+            if self.psi(lanes, lane, end, middle) >= 1.0 { low = middle + 1 } else { high = middle }
+        }
+        low as u32
+    }
+
+    /// Lanes whose rays are above the layer above their gap at their columns' exits, and those that are below the layer
+    /// below it.
+    #[inline(always)]
+    fn moves<V: Machine>(&self, simd: V, gap: Numbers<V>, [below, above]: [Wide<V>; 2]) -> [Mask<V>; 2] {
+        let one = Wide::splat(simd, 1.0);
+        let up = above.ge(one).narrow() & gap.simd_lt(self.table.layers() as u32);
+        let down = below.lt(one).narrow() & gap.simd_gt(0);
+        [up, down & !up]
+    }
+
+    /// The gaps at the exits of the columns of `active` lanes.
+    #[inline(always)]
+    fn exit_gaps<V: Machine>(&self, simd: V, lanes: &Lanes<V>, active: Mask<V>) -> Numbers<V> {
+        let weights = weights(simd, lanes);
+        let (one, none) = (number(simd, 1), number(simd, 0));
+        let mut gap = lanes.gap;
+        loop {
+            let [low, high] = self.table.inverses(simd, lanes, gap);
+            let [below, ..] = Facet::end(lanes.rho[1], &weights[1], &low);
+            let [above, ..] = Facet::end(lanes.rho[1], &weights[1], &high);
+            let [up, down] = self.moves(simd, gap, [below, above]);
+            let (up, down) = (up & active, down & active);
+            if (up | down).all_false() {
+                return gap;
+            }
+            gap = gap + up.select(one, none) - down.select(one, none);
+        }
+    }
+
+    /// The outward normal of the innermost layer where a lane is at `u`, at `position`.
+    fn normal<V: Machine>(&self, lanes: &Lanes<V>, lane: usize, u: f64, position: DVec3) -> DVec3 {
+        let cells = lanes.cells.map_inline(|row| row[lane]);
+        let [Some(x), Some(y), Some(z)] = cells.map_inline(|cell| self.normals.get(cell as usize)) else {
+            return position;
+        };
+        let inverse = self.table.inverses_at(cells, 0);
+        let [entry, exit] = [0, 1].map_inline(|k: usize| {
+            let ([b, c], rho) = (lanes.wide_weights[k].map_inline(|row| row.get(lane)), lanes.rho[k].get(lane));
+            [rho * (1.0 - b - c).max(0.0), rho * b, rho * c]
+        });
+        let [a, b, c] = [0, 1, 2].map_inline(|k: usize| (entry[k] + u * (exit[k] - entry[k])) * inverse[k]);
+        let [x, y, z] = [x, y, z].map_inline(|normal| Vec3::from_array(*normal).as_dvec3());
+        (a * x + b * y + c * z) / (a + b + c)
+    }
+}
+
+impl Layers for Native<'_> {
+    const HAS_HEIGHTS: bool = true;
+    type End<V: Machine> = NativeEnd<V>;
+    type Way<V: Machine> = NativeWay<V>;
+
+    #[inline]
+    fn core_radius(&self) -> f64 {
+        self.core_radius
+    }
+
+    #[inline(always)]
+    fn bases<V: Machine>(&self, simd: V, cells: Numbers<V>, bits: u32) -> Numbers<V> {
+        self.table.bases(simd, cells, bits)
+    }
+
+    #[inline]
+    fn base(&self, cell: u32) -> u32 {
+        self.table.base(cell)
+    }
+
+    #[inline]
+    fn locate<V: Machine>(&self, lanes: &mut Lanes<V>, lane: usize, _: f64) {
+        lanes.gap[lane] = SOUGHT;
+    }
+
+    #[inline(always)]
+    fn enter<V: Machine>(&self, simd: V, lanes: &mut Lanes<V>, entered: u32) {
+        lanes.place = super::mask::<V>(simd, entered).select(all(simd, BETWEEN), lanes.place);
+        let sought = lanes.gap.simd_eq(SOUGHT).to_bitmask() as u32 & entered;
+        for lane in lanes_of(sought) {
+            lanes.gap[lane] = self.gap_at(lanes, lane, 0);
+        }
+    }
+
+    #[inline(always)]
+    fn cross<V: Machine>(&self, simd: V, lanes: &Lanes<V>) -> Crossing<V, NativeEnd<V>> {
+        let weights = weights(simd, lanes);
+        let inverses = self.table.inverses(simd, lanes, lanes.gap);
+        let (low, high) = (Facet::of(lanes, &weights, &inverses[0]), Facet::of(lanes, &weights, &inverses[1]));
+        let [up, down] = self.moves(simd, lanes.gap, [low.psi[1], high.psi[1]]);
+        let (passes, wide_up) = (up | down, wide_mask::<V>(up));
+        let (from, to) = (high.psi[0].over(wide_up, low.psi[0]), high.psi[1].over(wide_up, low.psi[1]));
+        let one = Wide::splat(simd, 1.0);
+        let root = ((one - from) / (to - from)).fraction(simd).max(lanes.u);
+        // Two columns find the ψ of the side between them to a rounding each: a ray may be beyond its layer at once.
+        let is_beyond = from.ge(one).narrow().simd_eq(up);
+        let root = lanes.u.over(wide_mask::<V>(is_beyond), root);
+        let u = root.over(wide_mask::<V>(passes), one);
+        let (above, lower) = ([high.at(lanes.u), high.at(u)], [low.at(lanes.u), low.at(u)]);
+        let (start, end) = (lower[0] - above[0], lower[1] - above[1]);
+        let (zero, whole) = (all(simd, 0.0), all(simd, 1.0));
+        let (first, last) = (start.narrow(), end.narrow());
+        let is_on = lanes.place.simd_eq(0.0) | lanes.place.simd_eq(1.0);
+        let places = [
+            is_on.select(lanes.place, place(simd, lower[0], first)),
+            passes.select(up.select(whole, zero), place(simd, lower[1], last)),
+        ];
+        // There the value has no limit of its own either; it is taken as straight.
+        let eps = (end - start).narrow() / first;
+        let eps = (first.simd_gt(zero) & eps.simd_le(MOST_EPS)).select(eps, zero);
+        let eps = eps.max(all(simd, 0.5 * f32::EPSILON - 1.0));
+        let way = NativeWay {
+            weights: [low.weights(), high.weights()],
+            above: [above[0].narrow(), above[1].narrow()],
+            u: [lanes.u.narrow(), u.narrow()],
+            place: places,
+            eps,
+        };
+        let length = ((lanes.t[1] - lanes.t[0]) * (u - lanes.u)).narrow();
+        Crossing { passes, u, eps, length, end: NativeEnd { rising: up, way } }
+    }
+
+    #[inline(always)]
+    fn way<V: Machine>(_: &Lanes<V>, crossing: &Crossing<V, NativeEnd<V>>) -> NativeWay<V> {
+        crossing.end.way
+    }
+
+    #[inline(always)]
+    fn pass<V: Machine>(
+        &self,
+        simd: V,
+        lanes: &mut Lanes<V>,
+        crossing: &Crossing<V, NativeEnd<V>>,
+        passing: Mask<V>,
+        _: Mask<V>,
+    ) {
+        let rising = crossing.end.rising;
+        let (one, none) = (number(simd, 1), number(simd, 0));
+        let (up, down) = ((passing & rising).select(one, none), (passing & !rising).select(one, none));
+        lanes.gap = lanes.gap + up - down;
+        lanes.u = crossing.u.over(wide_mask::<V>(passing), lanes.u);
+        // Behind a layer lies the other side of the next gap.
+        lanes.place = passing.select(rising.select(all(simd, 0.0), all(simd, 1.0)), lanes.place);
+    }
+
+    #[inline(always)]
+    fn skip_columns<V: Machine>(
+        &self,
+        simd: V,
+        lanes: &mut Lanes<V>,
+        visible: &OccupancyMask,
+        entered: Mask<V>,
+    ) -> u32 {
+        let Some(blocks) = Table::new(&visible.blocks) else { return 0 };
+        let blocks = simd.gather_u32(blocks, lanes.triangles);
+        let exit = self.exit_gaps(simd, lanes, entered);
+        let shows = lanes.passes_blocks(simd, blocks, visible.shift, exit, self.table.layers());
+        let skipped = entered & !shows;
+        lanes.gap = skipped.select(exit, lanes.gap);
+        skipped.to_bitmask() as u32
+    }
+
+    #[inline(never)]
+    fn skip<V: Machine>(&self, lanes: &mut Lanes<V>, lane: usize, visible: &OccupancyMask) -> bool {
+        let gap = lanes.gap[lane];
+        let is_rising = self.psi(lanes, lane, 1, gap as usize) >= 1.0;
+        let blocks = visible.blocks_over(lanes.triangles[lane]);
+        let (next, layer) = next_shown(blocks, visible.shift, gap, is_rising, self.table.layers());
+        let [from, to] = [0, 1].map(|end: usize| self.psi(lanes, lane, end, layer));
+        if (to >= 1.0) != is_rising {
+            lanes.gap[lane] = self.gap_at(lanes, lane, 1);
+            return true;
+        }
+        let is_beyond = (from >= 1.0) == is_rising;
+        let reached = lanes.u.get(lane);
+        let u = if is_beyond { reached } else { ((1.0 - from) / (to - from)).clamp(0.0, 1.0).max(reached) };
+        lanes.gap[lane] = next as u32;
+        lanes.u.set(lane, u);
+        lanes.place[lane] = if is_rising { 0.0 } else { 1.0 };
+        false
+    }
+
+    fn interpolant<V: Machine, const N: usize>(
+        &self,
+        lanes: &Lanes<V>,
+        lane: usize,
+        tracer: &SingleVolumeTracer<'_, f32>,
+        crossing: &Crossing<V, NativeEnd<V>>,
+    ) -> FrustumInterpolant<f32, N> {
+        LaneWay::of(&crossing.end.way, lane).interpolant(&lanes.vertices(lane, tracer))
+    }
+
+    fn core_light<V: Machine>(
+        &self,
+        lanes: &Lanes<V>,
+        lane: usize,
+        tracer: &SingleVolumeTracer<'_, f32>,
+        (start, hit): (&Start, &CoreHit),
+        shading: Option<&RayShading<f32>>,
+    ) -> Option<Radiance<f32>> {
+        let core: Core = tracer.core?;
+        let position = start.line.position(hit.t);
+        let normal = hit.u.map_or(position, |u| self.normal(lanes, lane, u, position));
+        let unit = normal.normalize_or_zero();
+        // A headlight lights the side that is seen.
+        let has_headlight = tracer.shading.is_some_and(|shading| shading.towards_light.is_none());
+        let is_seen_inside = has_headlight && unit.dot(start.line.plane.y) > 0.0;
+        let body = shading.map_or(1.0, |shading| shading.solid(if is_seen_inside { -unit } else { unit }));
+        let over = hit.u.map(|_| (tracer.grid, lanes.triangles[lane]));
+        Some(core.light(&SurfaceHit { position, normal }, over, body))
+    }
+}
+
+/// Beyond this relative change a value is taken as straight.
+const MOST_EPS: f32 = 1e9;
