@@ -6,7 +6,7 @@ use super::options::{Light, Options, Size, Terrain};
 use super::setup::Setup;
 use crate::peak::PeakMemory;
 use crate::results::io_error;
-use crate::sphere::{self, Sphere};
+use crate::sphere::Sphere;
 use icoray::{Field, Fields, Frame, FrameReport, Grid, Location, Plan, Renderer, Result, Savings, Scene, Shape};
 use std::time::Instant;
 
