@@ -201,8 +201,9 @@ impl Macrocells {
         self.triangle_in[cell as usize]
     }
 
-    /// Joins the bits of the triangles that overlap each macrocell, in `joined`, whose memory is reused.
-    pub fn join(&self, grid: &Grid, bits: &[u32], joined: &mut Vec<AtomicU32>) {
+    /// Joins the bits of the triangles that overlap each macrocell, in `joined`, whose memory is reused; returns how many
+    /// are set there.
+    pub fn join(&self, grid: &Grid, bits: &[u32], joined: &mut Vec<AtomicU32>) -> u64 {
         joined.clear();
         joined.resize_with(self.map.len(), || AtomicU32::new(0));
         let all = joined.as_slice();
@@ -218,6 +219,7 @@ impl Macrocells {
                 self.each(grid, triangle as u32, add);
             }
         });
+        joined.iter().map(|bits| u64::from(bits.load(Relaxed).count_ones())).sum()
     }
 
     #[inline]

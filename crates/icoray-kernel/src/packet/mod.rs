@@ -1,9 +1,10 @@
 //! Rays side by side, in the machine's vectors: a state machine in each lane.
 //!
-//! A turn takes the lanes that have left their columns into the next ones ([`lanes`]), finds the way of each lane
-//! through its gap ([`gap`]), interpolates the frusta ([`read`]) and integrates one piece of each ([`piece`]): the whole
-//! frustum where its values stay in one span of the transfer function, else the part up to the extremum or the next
-//! knot; what is left of the frustum waits in its lane for the next turn. Rays that have ended are replaced.
+//! A turn takes the lanes that have left their columns into the next ones ([`lanes`]) or over empty space ([`leap`]), finds
+//! the way of each lane through its gap ([`gap`], [`native`]), interpolates the frusta ([`read`]) and integrates one piece
+//! of each ([`piece`]): the whole frustum where its values stay in one span of the transfer function, else the part up to
+//! the extremum or the next knot; what is left of the frustum waits in its lane for the next turn. Rays that have ended
+//! are replaced.
 //!
 //! Lanes do not depend on each other: a ray has the same bits in any lane beside any others. Scalar code is left for
 //! what is rare: frusta at steps of the transfer function, values beyond all bounds, pieces for which the rules in
@@ -11,10 +12,8 @@
 
 use crate::counts::Counts;
 use crate::leap::Leaps;
-use crate::owned_region::OwnedRegion;
 use crate::ray::scalar::Ray;
 use crate::shade::RayShading;
-use crate::signature::Boundary;
 use crate::single_volume::SingleVolumeTracer;
 use crate::trace::queue::RowHints;
 use crate::trace::{PrimaryRay, Report, Target};
@@ -23,18 +22,18 @@ use fearless_simd::{Level, Simd, prelude::*};
 use gap::Concentric;
 use icoray_grid::real::lerp;
 use icoray_simd::{Floats, Machine, Mask, Table};
-use lanes::{Entries, Lanes, Mesh, lanes_of};
+use lanes::{Entries, Lanes, lanes_of};
 use layers::{CoreHit, Layers};
-use light::{Lit, Slopes};
+use light::Lit;
 pub use limits::beyond_gathers;
-use medium::SpanTables;
 use native::Native;
 pub use native::NativeLayers;
 use part::all;
-use read::Source;
 use runs::Runs;
 use start::{Rays, Start};
+use tables::Tables;
 
+mod core;
 mod gap;
 mod heights;
 mod integral;
@@ -51,6 +50,7 @@ mod piece;
 mod read;
 mod runs;
 mod start;
+mod tables;
 mod turn;
 
 /// The machine's vector instructions, where packets of rays are compiled for them: AVX2 (processors since 2013),
@@ -135,39 +135,6 @@ fn trace_between<L: Layers, const N: usize>(
             || Packet::<_, L, N>::new(simd, tracer, tables, layers).trace(rays, counts, target),
         ),
         _ => unreachable!("packets are traced at the levels of `packets` only"),
-    }
-}
-
-/// What all packets of a tile read.
-struct Tables<'t> {
-    mesh: Mesh<'t>,
-    source: Source<'t>,
-    spans: SpanTables<'t>,
-    slopes: Slopes<'t>,
-    /// The macrocells; `None` where rays do not leap.
-    leaps: Option<Leaps<'t, f32>>,
-    /// The region in which fragments are sought, and [`OwnedRegion::words`].
-    own: Option<(&'t OwnedRegion, Table<'t, u32>)>,
-}
-
-impl<'t> Tables<'t> {
-    fn new(tracer: &'t SingleVolumeTracer<'_, f32>, region: Option<&'t OwnedRegion>) -> Option<Self> {
-        let slopes = match tracer.shading {
-            Some(_) => Slopes::new(tracer.gradients, tracer.shell.layers())?,
-            None => Slopes::None,
-        };
-        let own = match region {
-            Some(region) => Some((region, Table::new(region.words())?)),
-            None => None,
-        };
-        Some(Tables {
-            slopes,
-            mesh: Mesh::new(tracer.grid)?,
-            source: Source::new(tracer.samples),
-            spans: SpanTables::new(tracer.spans)?,
-            leaps: None,
-            own,
-        })
     }
 }
 
@@ -338,29 +305,6 @@ impl<'p, 'f, V: Machine, L: Layers, const N: usize> Packet<'p, 'f, V, L, N> {
         }
     }
 
-    /// Takes those of `entered` that are over void triangles, where only the round core can be met, to their columns'
-    /// exits.
-    #[cold]
-    #[inline(never)]
-    fn pass_voids(&mut self, entered: u32) {
-        for lane in lanes_of(entered) {
-            if !self.tracer.grid.is_void(self.lanes.triangles[lane]) {
-                continue;
-            }
-            let ends = [0, 1].map(|k: usize| self.lanes.t[k].get(lane));
-            let line = self.starts[lane].as_ref().map(|start| start.line);
-            let met = line.and_then(|line| line.first_inside(self.layers.core_radius(), ends));
-            match met.filter(|_| self.tracer.core.is_some()) {
-                Some(t) => self.meet_core(lane, &CoreHit { t, u: None }),
-                None => {
-                    let height = self.lanes.rho[1].get(lane);
-                    self.layers.locate(&mut self.lanes, lane, height);
-                    self.leave(1 << lane);
-                }
-            }
-        }
-    }
-
     /// Takes lanes out of gaps in which nothing shows.
     #[inline(always)]
     fn skip(&mut self) {
@@ -391,20 +335,6 @@ impl<'p, 'f, V: Machine, L: Layers, const N: usize> Packet<'p, 'f, V, L, N> {
         self.ended |= lanes & last;
         self.exited |= lanes & last;
         self.fresh |= lanes & !last;
-    }
-
-    /// An opaque core ends the ray in a lane.
-    #[inline(never)]
-    fn meet_core(&mut self, lane: usize, hit: &CoreHit) {
-        if let (Some(mut ray), Some(start)) = (self.ray(lane), self.starts[lane].as_mut()) {
-            if L::HAS_HEIGHTS && self.tracer.budget.sees_behind(f64::from(ray.light.alpha)) {
-                start.surfaces.push(Boundary::Core, start.from_eye.distance(hit.t));
-            }
-            let light = self.layers.core_light(&self.lanes, lane, self.tracer, (start, hit), ray.shading.as_ref());
-            light.iter().for_each(|light| ray.light.over(light));
-            self.lanes.put_light(lane, &ray.light);
-        }
-        self.ended |= 1 << lane;
     }
 
     /// Takes all lanes through their gaps, by a piece of their frusta each.

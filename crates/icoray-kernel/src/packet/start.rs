@@ -4,8 +4,8 @@
 //! that the start lies beyond. What that does not settle, [`Walk::new`] does: both find the one column of the ray's
 //! great circle in which its start is bracketed, so that it does not matter from where it was searched.
 
-use super::Tables;
 use super::lanes::{Entries, Mesh};
+use super::tables::Tables;
 use crate::counts::Counts;
 use crate::leap::Ahead;
 use crate::piece::Radiance;

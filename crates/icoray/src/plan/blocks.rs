@@ -15,6 +15,8 @@ const MAX_RANGES: usize = 2;
 const MAX_KNOTS: usize = 2;
 /// Minimum fraction of clear blocks: with fewer, the test costs rays more time than skipping saves.
 const MIN_CLEAR: f64 = 0.02;
+/// Minimum fraction of clear blocks of macrocells: with fewer, rays look ahead and seldom leap.
+const MIN_EMPTY: f64 = 0.25;
 /// Columns or triangles per parallel task.
 const CHUNK: usize = 4096;
 /// Stride and length of the runs of columns that are sampled first: if almost nothing is clear there, the others are
@@ -109,14 +111,19 @@ impl<S: Sample> OccupancyTest<'_, S> {
             (count, all)
         });
         let (seen, all) = seen.reduce(|| (0, 0), |a, b| (a.0 + b.0, a.1 | b.1));
-        let most = u64::from(joined(&bits).count_ones()) * grid.triangles() as u64;
-        if seen as f64 > (1.0 - MIN_CLEAR) * most as f64 {
+        let blocks = u64::from(joined(&bits).count_ones());
+        let is_clear =
+            |seen: u64, among: usize, part: f64| seen as f64 <= (1.0 - part) * (blocks * among as u64) as f64;
+        if !is_clear(seen, grid.triangles(), MIN_CLEAR) {
             return visible.full(self.layers);
         }
         let behind = (u32::BITS - all.leading_zeros()).max(1) as usize;
         let top = (behind << visible.shift).min(self.layers - 1);
         if self.leaps {
-            grid.macrocells().join(grid, &visible.blocks, &mut visible.macrocells);
+            let seen = grid.macrocells().join(grid, &visible.blocks, &mut visible.macrocells);
+            if !is_clear(seen, visible.macrocells.len(), MIN_EMPTY) {
+                visible.macrocells.clear();
+            }
         }
         OccupancyMask { top, ..visible }
     }

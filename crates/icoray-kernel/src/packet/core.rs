@@ -1,0 +1,46 @@
+//! Where rays of a packet meet the opaque core.
+
+use super::Packet;
+use super::lanes::lanes_of;
+use super::layers::{CoreHit, Layers};
+use crate::signature::Boundary;
+use icoray_simd::Machine;
+
+impl<V: Machine, L: Layers, const N: usize> Packet<'_, '_, V, L, N> {
+    /// Takes those of `entered` that are over void triangles, where only the round core can be met, to their columns'
+    /// exits.
+    #[cold]
+    #[inline(never)]
+    pub(super) fn pass_voids(&mut self, entered: u32) {
+        for lane in lanes_of(entered) {
+            if !self.tracer.grid.is_void(self.lanes.triangles[lane]) {
+                continue;
+            }
+            let ends = [0, 1].map(|k: usize| self.lanes.t[k].get(lane));
+            let line = self.starts[lane].as_ref().map(|start| start.line);
+            let met = line.and_then(|line| line.first_inside(self.layers.core_radius(), ends));
+            match met.filter(|_| self.tracer.core.is_some()) {
+                Some(t) => self.meet_core(lane, &CoreHit { t, u: None }),
+                None => {
+                    let height = self.lanes.rho[1].get(lane);
+                    self.layers.locate(&mut self.lanes, lane, height);
+                    self.leave(1 << lane);
+                }
+            }
+        }
+    }
+
+    /// An opaque core ends the ray in a lane.
+    #[inline(never)]
+    pub(super) fn meet_core(&mut self, lane: usize, hit: &CoreHit) {
+        if let (Some(mut ray), Some(start)) = (self.ray(lane), self.starts[lane].as_mut()) {
+            if L::HAS_HEIGHTS && self.tracer.budget.sees_behind(f64::from(ray.light.alpha)) {
+                start.surfaces.push(Boundary::Core, start.from_eye.distance(hit.t));
+            }
+            let light = self.layers.core_light(&self.lanes, lane, self.tracer, (start, hit), ray.shading.as_ref());
+            light.iter().for_each(|light| ray.light.over(light));
+            self.lanes.put_light(lane, &ray.light);
+        }
+        self.ended |= 1 << lane;
+    }
+}

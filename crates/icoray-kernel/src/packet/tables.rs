@@ -1,0 +1,44 @@
+//! What the packets of a tile read.
+
+use super::lanes::Mesh;
+use super::light::Slopes;
+use super::medium::SpanTables;
+use super::read::Source;
+use crate::leap::Leaps;
+use crate::owned_region::OwnedRegion;
+use crate::single_volume::SingleVolumeTracer;
+use icoray_simd::Table;
+
+/// What all packets of a tile read.
+pub(super) struct Tables<'t> {
+    pub mesh: Mesh<'t>,
+    pub source: Source<'t>,
+    pub spans: SpanTables<'t>,
+    pub slopes: Slopes<'t>,
+    /// The macrocells; `None` where rays do not leap.
+    pub leaps: Option<Leaps<'t, f32>>,
+    /// The region in which fragments are sought, and [`OwnedRegion::words`].
+    pub own: Option<(&'t OwnedRegion, Table<'t, u32>)>,
+}
+
+impl<'t> Tables<'t> {
+    /// The tables of a frame; `None` where they are too long for gathers. Rays do not leap.
+    pub fn new(tracer: &'t SingleVolumeTracer<'_, f32>, region: Option<&'t OwnedRegion>) -> Option<Self> {
+        let slopes = match tracer.shading {
+            Some(_) => Slopes::new(tracer.gradients, tracer.shell.layers())?,
+            None => Slopes::None,
+        };
+        let own = match region {
+            Some(region) => Some((region, Table::new(region.words())?)),
+            None => None,
+        };
+        Some(Tables {
+            slopes,
+            mesh: Mesh::new(tracer.grid)?,
+            source: Source::new(tracer.samples),
+            spans: SpanTables::new(tracer.spans)?,
+            leaps: None,
+            own,
+        })
+    }
+}
