@@ -101,10 +101,13 @@ fn leaps_change_no_bit() {
          { value = 0.8, color = \"green\", extinction = 40 } ]";
     let packets = Savings { lanes: true, ..LEAPS };
     let above = "lon = 200\nlat = -70\ndistance = 1.4\nfov = 70";
+    let in_core = "eye = [0.2, 0.1, -0.3]\ntarget = [0, 1, 1]\nfov = 80";
     for (layers, misses) in [(20, false), (90, true)] {
         let model = Model::new(layers, true, misses);
-        for camera in [FAR, INSIDE, above, "eye = [0.2, 0.1, -0.3]\ntarget = [0, 1, 1]\nfov = 80"] {
-            for rest in ["", "core = \"transparent\"", "|[light]\nkind = \"headlight\""] {
+        for camera in [FAR, INSIDE, above, in_core] {
+            let rests = ["core = \"transparent\"", "", "|[light]\nkind = \"headlight\""];
+            // An opaque core hides all from an eye inside.
+            for rest in rests.into_iter().take(if camera == in_core { 1 } else { 3 }) {
                 for transfer in [SPARSE, SHELL, STEPS] {
                     let name = format!("{layers} layers, {camera}, {rest:?}, {transfer}");
                     let scene = scene(camera, transfer, rest);
