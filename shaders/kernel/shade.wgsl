@@ -92,7 +92,7 @@ fn ray_shading_mean_body(s: RayShading, turn: NormalTurn, color: ColorChange) ->
     let part = beyond / (reach + reach + LEAST);
     let forward = select(centre, -centre, sign * cosine.rise < 0.0);
     let kink = beyond * part * (1.0 - forward * (6.0 - 4.0 * part));
-    let body = s.ambient + s.diffuse * (level + select(0.0, kink, crosses));
+    let body = s.ambient + s.diffuse * (level + kink);
     let tilt = select(sign * cosine.rise * normal_turn_variance(turn) * s.diffuse, 0.0, crosses);
     let bend = abs(cosine.bend);
     let unsure = turn.spread.error_bound;

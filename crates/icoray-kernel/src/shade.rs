@@ -152,7 +152,7 @@ impl<T: Real> RayShading<T> {
         let part = beyond / (reach + reach + T::min_positive_value());
         let forward = if sign * cosine.rise < zero { -centre } else { centre };
         let kink = beyond * part * (T::one() - forward * (T::of(6.0) - T::of(4.0) * part));
-        let body = self.ambient + self.diffuse * (level + if crosses { kink } else { zero });
+        let body = self.ambient + self.diffuse * (level + kink);
         let tilt = if crosses { zero } else { sign * cosine.rise * turn.variance() * self.diffuse };
         let (bend, swing) = (cosine.bend.abs(), cosine.swing());
         let unsure = turn.spread.error_bound;

@@ -99,7 +99,7 @@ fn simple_scenes_have_no_code_of_other_features() {
         ("near_steps", [true, true, false, true, false, true]),
         ("linear", [false, true, false, false, false, true]),
         ("lit_light", [true, true, false, false, true, true]),
-        ("ray_shading_shade", [true, true, false, false, true, true]),
+        ("ray_shading_mean", [true, true, false, false, true, true]),
         ("gradients_get", [true, true, false, false, true, true]),
     ] {
         assert!(!plain.contains(name), "{name} is in the plain scene's shader");

@@ -219,14 +219,13 @@ impl<V: Machine> Lit<V> {
         let mut body = level;
         let mut tilt = turned(simd, is_behind, cosine.rise) * turn.variance() * common.diffuse;
         let (mut at_kink, mut apart) = (zero, zero);
-        if crosses.any_true() {
-            // The kink's place, and what is beyond it, as if n·l were linear.
-            let reach = cosine.rise.abs() * 0.5;
-            let beyond = (reach - turned(simd, is_behind, cosine.even)).max(zero);
+        // What is beyond the kink, as if n·l were linear.
+        let reach = cosine.rise.abs() * 0.5;
+        let beyond = (reach - turned(simd, is_behind, cosine.even)).max(zero);
+        if (crosses | beyond.simd_gt(zero)).any_true() {
             let share = beyond / (reach + reach + f32::MIN_POSITIVE);
             let forward = turned(simd, is_behind, cosine.rise).simd_lt(zero).select(zero - centre, centre);
-            let kink = beyond * share * (all(simd, 1.0) - forward * (share * -4.0 + 6.0));
-            body += crosses.select(kink, zero);
+            body += beyond * share * (all(simd, 1.0) - forward * (share * -4.0 + 6.0));
             tilt = crosses.select(zero, tilt);
             let bent = (bend + turn.across) * 0.25 + (unsure + centre * centre * 0.3) * swing + turn.angle2 * 0.05;
             at_kink = crosses.select((may_cross * 0.5).min(bent), zero);
