@@ -108,8 +108,8 @@ fn no_pixel_is_farther_off_than_it_says() {
         }
         for &tolerance in count(&[1e-3][..], &[1e-2, 1e-3, 1e-4, 1e-5]) {
             let [off, bound, worst] = look.check(tolerance, Precision::F32);
-            // Nor do errors in f32 that are smaller than a last digit or two count.
-            assert!(bound < look.most * off.max(1e-7), "{}: {bound:e} admitted, {off:e} off", look.name);
+            // Nor do errors in f32 that are smaller than a last digit or two count. What is told of rounding is the most.
+            assert!(bound < 1.5 * look.most * off.max(1e-7), "{}: {bound:e} admitted, {off:e} off", look.name);
             // The digits of f32 are not enough for all pixels of the spikes; those say so.
             assert!(worst <= tolerance + 3e-5, "{}: {worst:e}", look.name);
         }

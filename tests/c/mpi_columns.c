@@ -157,7 +157,7 @@ static void check_report(const icoray_frame_report *r, const World *w, double no
     MPI_Allreduce(&copied, &all, 1, MPI_DOUBLE, MPI_SUM, MPI_COMM_WORLD);
     CHECK(all == nodes * of * values * 4);
     CHECK(r->scheme == ICORAY_TILES && r->ranks == ranks && r->copy_s > 0.0 && r->missing_values == 0);
-    CHECK(r->fragments == 0 && (scene == TWO || r->bytes_derived == (r->lights != 0 ? (uint64_t)values * 8 : 0)));
+    CHECK(r->fragments == 0 && (scene == TWO || r->bytes_derived == (r->lights != 0 ? (uint64_t)values * 8 + (uint64_t)w->grid.cells : 0)));
 }
 
 static void draw(const char *directory, const World *w, int kind, double nodes)

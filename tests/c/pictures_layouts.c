@@ -69,7 +69,7 @@ void layouts(const char *directory)
         CHECK(report.missing_values == 0 && report.void_frusta == 0);
         CHECK(report.bytes_derived == 0);
         report = picture(ctx, "lit", "headlight", i, &fields[i]);
-        CHECK(report.bytes_derived == n * 8); /* gradients, packed */
+        CHECK(report.bytes_derived == n * 8 + (uint64_t)cells); /* gradients, packed, and whether they are known */
     }
 
     /* Layers handed over top first, with the field as it must then be: level 0 is the top. */

@@ -116,7 +116,8 @@ void places(const char *directory)
     CHECK(picture(ctx, "corner", "none", 0, &level).bytes_derived == averages * sizeof(float));
     CHECK(frame_of(ctx, 1, &cell).bytes_derived == averages * sizeof(float));
     CHECK(frame_of(ctx, 5, &blocks).bytes_derived == averages * sizeof(float));
-    CHECK(picture(ctx, "litcorner", "headlight", 2, &level).bytes_derived == averages * (sizeof(float) + 8));
+    CHECK(picture(ctx, "litcorner", "headlight", 2, &level).bytes_derived
+          == averages * (sizeof(float) + 8) + (uint64_t)cells);
     scene(ctx, "near corner", "none"); /* the averages are rounded less */
     CHECK(frame_of(ctx, 3, &wide).bytes_derived == averages * sizeof(double));
     CHECK(picture(ctx, "midway", "none", 4, &midway).bytes_derived == 0);

@@ -4,7 +4,7 @@ use std::process::Command;
 
 /// The numbers in a cell `measured (percent %; planned)`.
 fn measured_and_planned(cell: &str) -> [f64; 2] {
-    let (measured, rest) = cell.split_once(" (").unwrap_or_else(|| panic!("{cell}"));
+    let (measured, rest) = cell.trim().split_once(" (").unwrap_or_else(|| panic!("{cell}"));
     let (_, planned) = rest.trim_end_matches(')').split_once("; ").unwrap_or_else(|| panic!("{cell}"));
     [measured, planned].map(|number| number.trim().parse().unwrap_or_else(|_| panic!("{cell}")))
 }

@@ -51,20 +51,20 @@ pub(super) fn draw(
     let sampled = rounds.samples(ranks, Manner { raster, quality, deadline }, drawn)?;
     let cost = rounds.cost;
     let mut picture = None;
-    let summary = sampled.map(|sampled| {
+    let summary = sampled.and_then(|sampled| {
         let mut summary = FrameSummary { ranks: cost.ranks, ..FrameSummary::default() };
-        if let Some(Sampled { drawn: (drawn, counts), edge_pixels, rays_per_pixel, error: off, summary: told }) =
-            sampled
-        {
-            let error: Vec<f32> = drawn.iter().map(|p| p.error).collect();
-            summary.error = ErrorSummary::of(&error, certainty(scene, &quality), quality.tolerance);
-            summary.counts = counts;
-            summary.edge_pixels = edge_pixels;
-            let cells_per_pixel = cells_per_pixel(scene, grid, part, work.radius);
-            summary.sampling = SamplingReport { samples: scene.samples, rays_per_pixel, error: told, cells_per_pixel };
-            picture = Some((drawn, error, off));
-        }
-        summary
+        let Some(Sampled { drawn: (drawn, counts), edge_pixels, rays_per_pixel, error: off, summary: told }) = sampled
+        else {
+            return Ok(summary);
+        };
+        let error: Vec<f32> = drawn.iter().map(|p| p.error).collect();
+        summary.error = ErrorSummary::of(&error, certainty(scene, &quality), quality.tolerance);
+        summary.counts = counts;
+        summary.edge_pixels = edge_pixels;
+        let cells_per_pixel = ranks.attempt(|| Ok(cells_per_pixel(scene, grid, part, work.radius)))?;
+        summary.sampling = SamplingReport { samples: scene.samples, rays_per_pixel, error: told, cells_per_pixel };
+        picture = Some((drawn, error, off));
+        Ok(summary)
     });
     let summary = ranks.conclude(summary)?;
     let mut report = FrameReport {
