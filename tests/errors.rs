@@ -34,7 +34,7 @@ impl<'s> Look<'s> {
         let (grid, field) = (sphere.grid().unwrap(), sphere.field().unwrap());
         let job = Job { scene: &scene, grid: &grid, layers: &sphere.layers, field: &field };
         let truth = Oracle::new(&job).unwrap().picture(&Renderer::new(0).unwrap());
-        let most = if scene.lighting.is_some() { 30.0 } else { 20.0 };
+        let most = if scene.lighting.is_some() { 60.0 } else { 20.0 };
         Look { name: name.into(), sphere, scene, truth, most }
     }
 

@@ -35,7 +35,13 @@ void told_all(icoray_status status, icoray_status expected, const char *part, co
 /* The communicator of all ranks, as icoray_open takes it. */
 #define EVERYONE ((int32_t)MPI_Comm_c2f(MPI_COMM_WORLD))
 
-/* icoray_execute with a table that the model has overwritten on this rank: a panic, which breaks the context of all. */
+/* A key of scenes whose rays read the model's tables in every frame: f32 walks over half-edges that it keeps. */
+#define READS_TABLES "precision = \"f64\"\n"
+
+/*
+ * icoray_execute with a table that the model has overwritten on this rank: in a scene that READS_TABLES a panic, which
+ * breaks the context of all.
+ */
 icoray_status execute_spoilt(icoray_ctx *ctx, const icoray_grid *grid, int64_t step, int is_here);
 
 /* "rank %d: ", with which messages about a failure on one rank begin. */

@@ -13,7 +13,8 @@
 #define AT 3 /* the step at which calls of the time loop fail */
 
 #define SCENE(every)                                                                                  \
-    "field = \"f\"\nexaggeration = 40\nevery = " every "\n[image]\nwidth = 20\nheight = 20\n"         \
+    READS_TABLES "field = \"f\"\nexaggeration = 40\nevery = " every "\n"                               \
+    "[image]\nwidth = 20\nheight = 20\n"                                                             \
     "[camera]\nlon = 20\nlat = 35\ndistance = 3\n"                                                  \
     "[transfer]\nmap = \"viridis\"\nrange = [-1.5, 1.5]\nopacity = [[-1.5, 0.8], [1.5, 0.9]]\n"
 

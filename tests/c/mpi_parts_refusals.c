@@ -245,7 +245,7 @@ static void whole(int odd)
 static void inside(int odd)
 {
     icoray_ctx *ctx = together(MPI_COMM_WORLD, directory, &w, (icoray_config){0});
-    set_scene(ctx, 40, "");
+    set_scene(ctx, 40, READS_TABLES);
     drawn(ctx, ICORAY_TILES);
     TOLD(INTERNAL, by_rank(odd), execute_spoilt(ctx, &w.grid, step + 1, rank == odd));
     TOLD(INTERNAL, "accepts no more calls", icoray_part_set(ctx, &mine.part));

@@ -128,6 +128,7 @@ static void inside(int odd)
 {
     icoray_ctx *ctx = fresh();
     int32_t wants = 1;
+    set_scene(ctx, 48, READS_TABLES);
     good(ctx);
     TOLD(INTERNAL, by_rank(odd), execute_spoilt(ctx, &w.grid, step + 1, rank == odd));
     TOLD(INTERNAL, "accepts no more calls", icoray_execute(ctx, step + 1, 0.0, NULL));

@@ -22,7 +22,9 @@ fn pictures_of_all_settings_are_drawn_on_both() {
         let number = |key: &str| row[key].parse::<f64>().unwrap_or_else(|e| panic!("{key} of {row:?}: {e}"));
         assert_eq!(row["left_to_cpu"], "", "{row:?}");
         assert!(number("device_ms") > 0.0 && number("device_ms") <= number("end_to_end_ms"), "{row:?}");
-        assert!(number("rmse_to_cpu") <= 2e-5 && number("max_to_cpu") <= 1e-3, "{row:?}");
+        // The CPU halves dense pieces where the GPU takes panels: they differ by a fraction of the tolerance.
+        let tolerance = number("tolerance");
+        assert!(number("rmse_to_cpu") <= 0.03 * tolerance && number("max_to_cpu") <= 0.4 * tolerance, "{row:?}");
         let rate = number("frusta") / number("device_ms") * 1e3;
         assert!((number("frusta_per_s") / rate - 1.0).abs() < 1e-3, "{row:?}");
         let per_frustum = if row["light"] == "lit" { 48.0 } else { 12.0 };
