@@ -15,8 +15,8 @@ const MAX_RANGES: usize = 2;
 const MAX_KNOTS: usize = 2;
 /// Minimum fraction of clear blocks: with fewer, the test costs rays more time than skipping saves.
 const MIN_CLEAR: f64 = 0.02;
-/// Minimum fraction of clear blocks of macrocells: with fewer, rays look ahead and seldom leap.
-const MIN_EMPTY: f64 = 0.25;
+/// Minimum fraction of clear blocks of macrocells: with fewer, looking ahead costs rays more than their leaps save.
+const MIN_EMPTY: f64 = 0.7;
 /// Columns or triangles per parallel task.
 const CHUNK: usize = 4096;
 /// Stride and length of the runs of columns that are sampled first: if almost nothing is clear there, the others are

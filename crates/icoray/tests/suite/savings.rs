@@ -97,8 +97,8 @@ fn empty_space_skipping_changes_no_bit() {
 /// Packets leap over macrocells: the same bits and frusta, with far fewer columns where hardly anything shows.
 #[test]
 fn leaps_change_no_bit() {
-    const SPARSE: &str = "knots = [ { value = 0.6, color = \"red\", extinction = 0 }, \
-         { value = 0.8, color = \"green\", extinction = 40 } ]";
+    const SPARSE: &str = "knots = [ { value = 0.85, color = \"red\", extinction = 0 }, \
+         { value = 0.95, color = \"green\", extinction = 40 } ]";
     let packets = Savings { lanes: true, ..LEAPS };
     let above = "lon = 200\nlat = -70\ndistance = 1.4\nfov = 70";
     let in_core = "eye = [0.2, 0.1, -0.3]\ntarget = [0, 1, 1]\nfov = 80";
